@@ -1,0 +1,168 @@
+//! Non-negative rank-one sums by weighted hierarchical alternating least squares
+//! (Yan17 Sec. 4.3 uses unconstrained CP-ALS).
+//!
+//! Non-negative factors cost rank (48 in place of 16 for C^N), and pay it back: no profile is ever
+//! negative, normalising is one sum, and sampling is exact. The budget of 150 KB holds both.
+//!
+//! Each profile is first scaled by the inverse square root of its norm, which the query's own
+//! normalisation undoes: without it the sharp forward peaks of g → 0.95 would take all components.
+
+use crate::medulla::stream;
+use ndarray::{Array2, ArrayView2, Axis, s};
+use rand::Rng;
+use vellus::FactorTable;
+
+/// A table to compress: profiles over three parameters, in `values` one a row, the third fastest.
+pub struct Problem {
+    /// Nodes of the three parameters.
+    pub nodes: [usize; 3],
+    /// `nodes[0]·nodes[1]·nodes[2]` profiles × outgoing angles.
+    pub values: Array2<f32>,
+    /// Weight of each outgoing angle, which may depend on the third parameter (`nodes[2]` × outgoing
+    /// angles): the measure cos θᵢ dθᵢ, and 0 where a shifted profile has no value.
+    pub weights: Array2<f32>,
+}
+
+/// Row-wise Khatri–Rao product: row (i, j) is the elementwise product of rows i and j.
+fn khatri_rao(a: &Array2<f32>, b: &Array2<f32>) -> Array2<f32> {
+    let (n, m, rank) = (a.nrows(), b.nrows(), a.ncols());
+    Array2::from_shape_fn((n * m, rank), |(ij, r)| a[[ij / m, r]] * b[[ij % m, r]])
+}
+
+/// One pass of projected coordinate descent for min ½ fᵀG f − m·f, f ≥ 0.
+fn descend(f: &mut [f32], m: &[f32], g: ArrayView2<'_, f32>) {
+    for r in 0..f.len() {
+        let gradient = g.row(r).iter().zip(f.iter()).map(|(g, f)| g * f).sum::<f32>() - m[r];
+        f[r] = (f[r] - gradient / g[[r, r]].max(1e-12)).max(1e-9);
+    }
+}
+
+fn descend_rows(f: &mut Array2<f32>, m: &Array2<f32>, gram: impl Fn(usize) -> Array2<f32>) {
+    for (j, mut row) in f.axis_iter_mut(Axis(0)).enumerate() {
+        let g = gram(j);
+        let mut values = row.to_vec();
+        for _ in 0..2 {
+            descend(&mut values, &m.row(j).to_vec(), g.view());
+        }
+        row.iter_mut().zip(values).for_each(|(x, v)| *x = v);
+    }
+}
+
+/// Compresses to `rank` components in `sweeps` sweeps; `tick` is called after each.
+pub fn compress(problem: &Problem, rank: usize, sweeps: usize, seed: u64, tick: &dyn Fn()) -> FactorTable {
+    let [n0, n1, n2] = problem.nodes;
+    let outgoing = problem.values.ncols();
+    let third = |row: usize| problem.weights.row(row % n2);
+
+    // Weighted, scaled data W∘X; X itself is not needed.
+    let mut data = problem.values.clone();
+    for (i, mut row) in data.axis_iter_mut(Axis(0)).enumerate() {
+        let norm: f32 = row.iter().zip(third(i)).map(|(x, w)| w * x * x).sum();
+        let scale = norm.max(1e-20).powf(-0.25);
+        row.iter_mut().zip(third(i)).for_each(|(x, w)| *x *= scale * w);
+    }
+
+    // Start: random weights, and as components smoothed profiles from all over the table.
+    let mut rng = stream(seed, 0);
+    let mut uniform = || (rng.next_u64() >> 40) as f32 / (1u64 << 24) as f32;
+    let mut factors = [n0, n1, n2].map(|n| Array2::from_shape_simple_fn((n, rank), || 0.3 + uniform()));
+    let mut b = Array2::<f32>::zeros((outgoing, rank));
+    for r in 0..rank {
+        let i = ((uniform() * data.nrows() as f32) as usize).min(data.nrows() - 1);
+        let (profile, weight) = (data.row(i), third(i));
+        for j in 0..outgoing {
+            let around = j.saturating_sub(4)..(j + 5).min(outgoing);
+            let (sum, total) = around.fold((0.0, 0.0), |(x, w), k| (x + profile[k], w + weight[k]));
+            b[[j, r]] = if total > 0.0 { sum / total + 1e-3 } else { 0.3 };
+        }
+    }
+
+    for _ in 0..sweeps {
+        let gram = |f: &Array2<f32>| f.t().dot(f);
+        // Outgoing angles: the Gram matrix of angle j is Σ_h W_hj G_h.
+        let weights = khatri_rao(&khatri_rao(&factors[0], &factors[1]), &factors[2]);
+        let m = data.t().dot(&weights);
+        let g01 = gram(&factors[0]) * gram(&factors[1]);
+        let outer = khatri_rao_self(&factors[2]);
+        let per_angle = problem.weights.t().dot(&outer);
+        descend_rows(&mut b, &m, |j| square(per_angle.row(j).to_vec(), rank) * &g01);
+
+        // The three parameters share data·B and the weighted Gram matrices of B.
+        let y = data.dot(&b);
+        let per_third = problem.weights.dot(&khatri_rao_self(&b));
+        let b_gram = |h: usize| square(per_third.row(h).to_vec(), rank);
+        for mode in 0..3 {
+            let [f0, f1, f2] = &factors;
+            let mut m = Array2::<f32>::zeros((factors[mode].nrows(), rank));
+            for (i, row) in y.axis_iter(Axis(0)).enumerate() {
+                let at = [i / (n1 * n2), i / n2 % n1, i % n2];
+                let (p, q) = match mode {
+                    0 => (f1.row(at[1]), f2.row(at[2])),
+                    1 => (f0.row(at[0]), f2.row(at[2])),
+                    _ => (f0.row(at[0]), f1.row(at[1])),
+                };
+                let mut target = m.row_mut(at[mode]);
+                for r in 0..rank {
+                    target[r] += row[r] * p[r] * q[r];
+                }
+            }
+            let f2_outer = khatri_rao_self(f2);
+            let summed = square((&f2_outer * &per_third).sum_axis(Axis(0)).to_vec(), rank);
+            let (g0, g1) = (gram(f0), gram(f1));
+            match mode {
+                0 => descend_rows(&mut factors[0], &m, |_| &g1 * &summed),
+                1 => descend_rows(&mut factors[1], &m, |_| &g0 * &summed),
+                _ => {
+                    let g01 = g0 * g1;
+                    descend_rows(&mut factors[2], &m, |h| b_gram(h) * &g01);
+                }
+            }
+            for r in 0..rank {
+                let norm = factors[mode].column(r).iter().map(|x| x * x).sum::<f32>().sqrt();
+                factors[mode].column_mut(r).map_inplace(|x| *x /= norm);
+                factors[0].column_mut(r).map_inplace(|x| *x *= norm);
+            }
+        }
+        tick();
+    }
+    // Angles no profile has a value for continue their neighbours: interpolation may touch them.
+    let seen: Vec<bool> = problem.weights.axis_iter(Axis(1)).map(|w| w.iter().any(|&w| w > 0.0)).collect();
+    for j in 1..outgoing {
+        if !seen[j] {
+            let previous = b.row(j - 1).to_owned();
+            b.row_mut(j).assign(&previous);
+        }
+    }
+    rescale(factors, b)
+}
+
+/// Each row's outer product with itself, flattened: n × rank².
+fn khatri_rao_self(f: &Array2<f32>) -> Array2<f32> {
+    let (n, rank) = f.dim();
+    Array2::from_shape_fn((n, rank * rank), |(i, rs)| f[[i, rs / rank]] * f[[i, rs % rank]])
+}
+
+fn square(values: Vec<f32>, rank: usize) -> Array2<f32> {
+    Array2::from_shape_vec((rank, rank), values).expect("rank² values")
+}
+
+/// Brings all factors into the range where half floats are precise: over g, h or θ and the outgoing
+/// angle with maximum 1, the common scale in the first, whose largest value becomes 1000 (a table
+/// is normalised at the query, so that only ratios matter).
+fn rescale(mut factors: [Array2<f32>; 3], mut b: Array2<f32>) -> FactorTable {
+    let rank = b.ncols();
+    for r in 0..rank {
+        let [f0, f1, f2] = &mut factors;
+        for column in [f1.column_mut(r), f2.column_mut(r), b.slice_mut(s![.., r])] {
+            let mut column = column;
+            let max = column.iter().fold(1e-30f32, |a, &x| a.max(x));
+            column.map_inplace(|x| *x /= max);
+            f0.column_mut(r).map_inplace(|x| *x *= max);
+        }
+    }
+    let max = factors[0].iter().fold(1e-30f32, |a, &x| a.max(x));
+    factors[0].map_inplace(|x| *x *= 1000.0 / max);
+    let flat = |a: Array2<f32>| a.iter().copied().collect::<Vec<f32>>();
+    let [f0, f1, f2] = factors.map(flat);
+    FactorTable { rank, factors: [f0, f1, f2, flat(b)] }
+}

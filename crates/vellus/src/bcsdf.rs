@@ -1,0 +1,353 @@
+//! The six lobes together: f(ω_o, ω_i)·cos θᵢ of a fibre hit at an offset h.
+
+use crate::azimuthal::{Azimuthal, wrap};
+use crate::error::Error;
+use crate::fiber::Fiber;
+use crate::lanes::Lanes;
+use crate::longitudinal::{Centres, Longitudinal};
+use crate::medulla::{Medulla, Scattered};
+use crate::path::Path;
+use crate::special;
+use crate::tables::Tables;
+use crate::window::Window;
+use glam::Vec3;
+use std::f32::consts::{PI, TAU};
+use wide::f32x8;
+
+/// The lobes, in the order in which every array of them is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Lobe {
+    /// Reflected by the cuticle.
+    R,
+    /// Transmitted straight through.
+    Tt,
+    /// Reflected once inside.
+    Trt,
+    /// Scattered by the medulla in its first pass, TTˢ.
+    Tts,
+    /// Scattered by the medulla in its second pass, TRTˢ.
+    Trts,
+    /// All higher orders (D6).
+    Rest,
+}
+
+impl Lobe {
+    /// All six, in order.
+    pub const ALL: [Lobe; 6] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Tts, Lobe::Trts, Lobe::Rest];
+
+    /// The key used in files: R, TT, TRT, TTs, TRTs, rest.
+    pub fn key(self) -> &'static str {
+        ["R", "TT", "TRT", "TTs", "TRTs", "rest"][self as usize]
+    }
+}
+
+/// f·cos θᵢ of each lobe in RGB, indexed by [`Lobe`] as `usize`; `V` is `f32` or eight queries.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lobes<V = f32>(pub [[V; 3]; 6]);
+
+impl<V: Lanes> Lobes<V> {
+    /// The sum over the lobes.
+    pub fn total(&self) -> [V; 3] {
+        std::array::from_fn(|c| self.0[1..].iter().fold(self.0[0][c], |sum, lobe| sum + lobe[c]))
+    }
+}
+
+/// A sampled direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// ω_i, unit length, in the fibre's frame.
+    pub wi: Vec3,
+    /// Density per solid angle of drawing `wi`, whatever lobe it came from.
+    pub pdf: f32,
+    /// f·cos θᵢ/pdf, RGB. No channel is ever above Σ max(A) ≤ 1.
+    pub weight: [f32; 3],
+    /// The lobe it was drawn from.
+    pub lobe: Lobe,
+}
+
+/// The reflectance model of one fibre, ready for hits.
+///
+/// Making one costs about as much as a query and allocates nothing, so a renderer may make one a
+/// hit where parameters vary along the fur.
+#[derive(Clone, Debug)]
+pub struct Bcsdf<'t> {
+    fiber: Fiber,
+    longitudinal: Longitudinal,
+    azimuthal: Azimuthal,
+    medulla: Medulla<'t>,
+}
+
+impl Bcsdf<'static> {
+    /// Prepares a fibre with the tables that ship with this crate.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] where [`Fiber::validate`] finds one.
+    pub fn new(fiber: &Fiber) -> Result<Self, Error> {
+        Self::with_tables(fiber, Tables::shipped())
+    }
+}
+
+impl<'t> Bcsdf<'t> {
+    /// Prepares a fibre with tables of your own.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] where [`Fiber::validate`] finds one.
+    pub fn with_tables(fiber: &Fiber, tables: &'t Tables) -> Result<Self, Error> {
+        fiber.validate()?;
+        Ok(Bcsdf {
+            fiber: *fiber,
+            longitudinal: Longitudinal::new(fiber),
+            azimuthal: Azimuthal::new(fiber),
+            medulla: Medulla::new(fiber, tables),
+        })
+    }
+
+    /// The fibre.
+    pub fn fiber(&self) -> &Fiber {
+        &self.fiber
+    }
+
+    /// Prepares all that depends on ω_o and the window.
+    ///
+    /// `wo` points away from the fibre, toward where the path came from, in the fibre's frame:
+    /// x runs along the fibre from root to tip. It must have unit length.
+    #[inline]
+    pub fn at(&self, wo: Vec3, window: Window) -> Hit<'_, f32> {
+        debug_assert!((wo.length_squared() - 1.0).abs() < 1e-3, "wo is not a unit vector: {wo}");
+        Hit::new(self, wo.to_array(), window.h)
+    }
+
+    /// Eight hits of the near field at once: components of ω_o, and h in [−1, 1].
+    #[inline]
+    pub fn at8(&self, wo: [f32x8; 3], h: f32x8) -> Hit<'_, f32x8> {
+        Hit::new(self, wo, h)
+    }
+}
+
+/// One hit of a fibre, or eight: all that depends on ω_o and h, prepared once for all its queries.
+#[derive(Clone, Copy, Debug)]
+pub struct Hit<'b, V: Lanes = f32> {
+    bcsdf: &'b Bcsdf<'b>,
+    /// cos and sin of φ_o.
+    frame: [V; 2],
+    centres: Centres<V>,
+    /// Φ of R, TT, TRT.
+    exit: [V; 3],
+    /// Φˢ of TTˢ, TRTˢ.
+    scattered_exit: [V; 2],
+    /// A(h).
+    attenuation: [[V; 3]; 6],
+    /// Probability of each lobe.
+    probability: [V; 6],
+    /// Nothing where no light is scattered.
+    scattered: V::PerLane<Option<Scattered>>,
+}
+
+/// ω_i as the lobes want it.
+#[derive(Clone, Copy)]
+struct Outgoing<V> {
+    sin_i: V,
+    cos_i: V,
+    theta_i: V,
+    /// φ_i − φ_o
+    phi: V,
+}
+
+impl<'b, V: Lanes> Hit<'b, V> {
+    #[inline(always)]
+    fn new(bcsdf: &'b Bcsdf<'b>, [x, y, z]: [V; 3], h: V) -> Self {
+        let (zero, one) = (V::splat(0.0), V::splat(1.0));
+        let fiber = &bcsdf.fiber;
+        let sin_o = x.max(-one).min(one);
+        let cos_o = (y * y + z * z).sqrt();
+        // Along the axis the azimuth is arbitrary.
+        let inverse = one / cos_o.max(V::splat(1e-12));
+        let tiny = V::splat(1e-12);
+        let frame = [cos_o.select_lt(tiny, one, y * inverse), cos_o.select_lt(tiny, zero, z * inverse)];
+        let path = Path::new(fiber, sin_o, cos_o, h);
+
+        let mut mean_path = zero;
+        let mut scattered = V::per_lane(|_| None);
+        if bcsdf.medulla.exists() {
+            let kappa = V::splat(fiber.kappa);
+            // asin h″, whose cosine is s_m/κ.
+            let [angle, theta_o] = V::each2([path.h_inside, sin_o], [path.s_m, cos_o], special::atan2);
+            let mut paths = [0.0; 8];
+            scattered = V::per_lane(|i| {
+                (path.h_inside.lane(i).abs() < kappa.lane(i)).then(|| {
+                    let (scattered, path) = bcsdf.medulla.at(
+                        path.elongation.lane(i),
+                        angle.lane(i),
+                        theta_o.lane(i),
+                        (sin_o.lane(i), cos_o.lane(i)),
+                    );
+                    paths[i] = path;
+                    scattered
+                })
+            });
+            mean_path = V::from_lanes(|i| paths[i]);
+        }
+
+        let attenuation = path.attenuation(fiber, mean_path);
+        // By the largest channel: then no channel of a sample's weight exceeds the sum of these,
+        // and that sum is at most 1.
+        let energy = attenuation.map(|[r, g, b]| r.max(g).max(b));
+        let sum = energy[1..].iter().fold(energy[0], |sum, &e| sum + e);
+        let inverse = one / sum.max(V::splat(f32::MIN_POSITIVE));
+        Hit {
+            bcsdf,
+            frame,
+            centres: bcsdf.longitudinal.centres(sin_o, cos_o),
+            exit: [0, 1, 2].map(|p| path.exit_azimuth(p)),
+            scattered_exit: [1, 2].map(|p| path.scattered_azimuth(p)),
+            attenuation,
+            probability: energy.map(|e| e * inverse),
+            scattered,
+        }
+    }
+
+    /// A(h), the energy each lobe carries, RGB: the integral of f·cos θᵢ over all ω_i.
+    #[doc(alias = "Table 3")]
+    pub fn energy(&self) -> Lobes<V> {
+        Lobes(self.attenuation)
+    }
+
+    /// The probability with which sampling chooses each lobe, in the order of [`Lobe`].
+    pub fn lobe_probabilities(&self) -> [V; 6] {
+        self.probability
+    }
+
+    #[inline(always)]
+    fn outgoing(&self, [x, y, z]: [V; 3]) -> Outgoing<V> {
+        let [c, s] = self.frame;
+        let cos_i = (y * y + z * z).sqrt();
+        let [phi, theta_i] = V::each2([z * c - y * s, x], [y * c + z * s, cos_i], special::atan2);
+        Outgoing { sin_i: x, cos_i, theta_i, phi }
+    }
+
+    /// The densities of the six lobes over solid angle.
+    #[inline(always)]
+    fn densities(&self, o: &Outgoing<V>) -> [V; 6] {
+        let m = self.bcsdf.longitudinal.eval(&self.centres, o.sin_i, o.cos_i);
+        let n = self.bcsdf.azimuthal.eval(&self.exit, o.phi);
+        let mut d = [m[0] * n[0], m[1] * n[1], m[2] * n[2], V::splat(0.0), V::splat(0.0), m[3] * V::splat(1.0 / TAU)];
+        if self.bcsdf.medulla.exists() {
+            let [phi_1, phi_2] =
+                V::each([o.phi - self.scattered_exit[0], o.phi - self.scattered_exit[1]], wrap);
+            let mut lanes = [[0.0f32; 2]; 8];
+            for (i, (s, lane)) in self.scattered.as_ref().iter().zip(&mut lanes).enumerate() {
+                let Some(s) = s else { continue };
+                let medulla = &self.bcsdf.medulla;
+                let [backward, forward] = medulla.longitudinal(s, o.theta_i.lane(i));
+                *lane = [phi_1.lane(i), phi_2.lane(i)].map(|phi| {
+                    let m = backward + (forward - backward) * (phi.abs() * (1.0 / PI));
+                    m * medulla.azimuthal(s, phi)
+                });
+            }
+            d[3] = V::from_lanes(|i| lanes[i][0]);
+            d[4] = V::from_lanes(|i| lanes[i][1]);
+        }
+        d
+    }
+
+    #[inline(always)]
+    fn lobes(&self, densities: &[V; 6]) -> Lobes<V> {
+        Lobes(std::array::from_fn(|p| self.attenuation[p].map(|a| a * densities[p])))
+    }
+
+    #[inline(always)]
+    fn density(&self, densities: &[V; 6]) -> V {
+        (1..6).fold(self.probability[0] * densities[0], |sum, p| sum + self.probability[p] * densities[p])
+    }
+
+    /// f·cos θᵢ of each lobe and pdf(ω_i), for the price of little more than one of them; the
+    /// components of ω_i, each one number or eight.
+    #[inline]
+    pub fn eval_pdf_lanes(&self, wi: [V; 3]) -> (Lobes<V>, V) {
+        let d = self.densities(&self.outgoing(wi));
+        (self.lobes(&d), self.density(&d))
+    }
+}
+
+impl Hit<'_, f32> {
+    /// f(ω_o, ω_i)·cos θᵢ of each lobe, RGB. `wi` points away from the fibre, toward the light, and
+    /// has unit length. Light reaches a fibre from the whole sphere: no half of it is excluded.
+    #[inline]
+    pub fn eval(&self, wi: Vec3) -> Lobes {
+        self.lobes(&self.densities(&self.outgoing(wi.to_array())))
+    }
+
+    /// The density per solid angle with which [`Hit::sample`] draws `wi`.
+    #[inline]
+    pub fn pdf(&self, wi: Vec3) -> f32 {
+        self.density(&self.densities(&self.outgoing(wi.to_array())))
+    }
+
+    /// [`Hit::eval`] and [`Hit::pdf`] together.
+    #[inline]
+    pub fn eval_pdf(&self, wi: Vec3) -> (Lobes, f32) {
+        self.eval_pdf_lanes(wi.to_array())
+    }
+
+    /// Draws ω_i. `u`: four uniform numbers in [0, 1): the lobe, two for the longitudinal lobe, one
+    /// for the azimuth.
+    pub fn sample(&self, u: [f32; 4]) -> Sample {
+        let lobe = self.choose_lobe(u[0]);
+        self.sample_lobe(lobe, [u[1], u[2], u[3]])
+    }
+
+    /// The lobe that `u` in [0, 1) falls to.
+    fn choose_lobe(&self, u: f32) -> Lobe {
+        let mut rest = u;
+        let mut chosen = Lobe::R;
+        for lobe in Lobe::ALL {
+            let p = self.probability[lobe as usize];
+            // A lobe without energy is never drawn, not even where rounding leaves a remainder.
+            if p > 0.0 {
+                chosen = lobe;
+                if rest < p {
+                    break;
+                }
+            }
+            rest -= p;
+        }
+        chosen
+    }
+
+    /// Draws ω_i from one lobe; pdf and weight are still those of all of them. `u`: two uniform
+    /// numbers for the longitudinal lobe and one for the azimuth.
+    pub fn sample_lobe(&self, lobe: Lobe, u: [f32; 3]) -> Sample {
+        let model = self.bcsdf;
+        let unscattered = |p: usize| model.longitudinal.sample(&self.centres, p, [u[0], u[1]]);
+        let scattered = |p: usize| match &self.scattered[0] {
+            Some(s) => {
+                let relative = model.medulla.sample_azimuth(s, u[2]);
+                let [phi] = f32::each([relative], wrap);
+                let theta = model.medulla.sample_inclination(s, phi, [u[0], u[1]]);
+                (theta.sin_cos(), relative + self.scattered_exit[p - 1])
+            }
+            // Not drawn by `sample`: the lobe carries no energy. R stands in.
+            None => (unscattered(0), self.exit[0]),
+        };
+        let ((sin_i, cos_i), phi) = match lobe {
+            Lobe::R | Lobe::Tt | Lobe::Trt => {
+                let p = lobe as usize;
+                (unscattered(p), model.azimuthal.sample(self.exit[p], p, u[2]))
+            }
+            Lobe::Tts => scattered(1),
+            Lobe::Trts => scattered(2),
+            Lobe::Rest => (unscattered(3), TAU * u[2]),
+        };
+        let cos_i = cos_i.max(0.0);
+        let (sin_phi, cos_phi) = phi.sin_cos();
+        let [c, s] = self.frame;
+        let wi = Vec3::new(sin_i, cos_i * (cos_phi * c - sin_phi * s), cos_i * (sin_phi * c + cos_phi * s));
+        let [phi] = f32::each([phi], wrap);
+        let [theta_i] = f32::each2([sin_i], [cos_i], special::atan2);
+        let d = self.densities(&Outgoing { sin_i, cos_i, theta_i, phi });
+        let pdf = self.density(&d);
+        let f = self.lobes(&d).total();
+        let inverse = if pdf > 0.0 { 1.0 / pdf } else { 0.0 };
+        Sample { wi, pdf, weight: f.map(|f| f * inverse), lobe }
+    }
+}

@@ -1,0 +1,97 @@
+//! Longitudinal lobes M̂ₚ of R, TT, TRT and the rest: the energy-conserving spherical Gaussian.
+//!
+//! D8: instead of the paper's Gaussian in θ over cos²θ (kept in [`crate::published`]), the lobe of
+//! d'Eon et al. 2011, An Energy-Conserving Hair Reflectance Model, Eq. 7, with v = β²:
+//!
+//! M̂(θᵢ) = exp(sin θ_c sin θᵢ/v) I₀(cos θ_c cos θᵢ/v) / (2 v sinh(1/v)),  ∫ M̂ cos θᵢ dθᵢ = 1.
+//!
+//! Sampling after d'Eon, Marschner and Hanika 2013, Importance Sampling for Physically-Based
+//! Hair Fiber Models: draw a direction of the spherical Gaussian, keep its inclination.
+
+use crate::fiber::Fiber;
+use crate::lanes::Lanes;
+use crate::special;
+
+/// Shift and width of the four lobes, prepared once a fibre: R, TT, TRT, rest.
+#[derive(Clone, Debug)]
+pub(crate) struct Longitudinal {
+    sin_alpha: [f32; 4],
+    cos_alpha: [f32; 4],
+    v: [f32; 4],
+    inv_v: [f32; 4],
+    /// 1/(v (1 − e^(−2/v)))
+    norm: [f32; 4],
+    /// e^(−2/v)
+    floor: [f32; 4],
+}
+
+/// sin θ_c and |cos θ_c| of the four lobes. A centre past the pole folds back: I₀ is even.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Centres<V> {
+    sin: [V; 4],
+    cos: [V; 4],
+}
+
+impl Longitudinal {
+    /// α_p and β_p of Table 2; the rest is shifted as TRT and 2β_m wide.
+    #[doc(alias = "Table 2")]
+    pub fn new(fiber: &Fiber) -> Self {
+        let shift = [1.0, -0.5, -1.5, -1.5].map(|k| k * f64::from(fiber.alpha));
+        let v = [1.0, 0.5, 1.5, 2.0].map(|k| (k * f64::from(fiber.beta_m)).powi(2));
+        Longitudinal {
+            sin_alpha: shift.map(|a| a.sin() as f32),
+            cos_alpha: shift.map(|a| a.cos() as f32),
+            v: v.map(|v| v as f32),
+            inv_v: v.map(|v| (1.0 / v) as f32),
+            norm: v.map(|v| (-1.0 / (v * (-2.0 / v).exp_m1())) as f32),
+            floor: v.map(|v| (-2.0 / v).exp() as f32),
+        }
+    }
+
+    /// θ_c = −θ_o − α_p. D11: minus, as x runs from root to tip and scales open toward the tip.
+    pub fn centres<V: Lanes>(&self, sin_o: V, cos_o: V) -> Centres<V> {
+        let turn = |p: usize| (V::splat(self.sin_alpha[p]), V::splat(self.cos_alpha[p]));
+        Centres {
+            sin: std::array::from_fn(|p| {
+                let (s, c) = turn(p);
+                -(sin_o * c + cos_o * s)
+            }),
+            cos: std::array::from_fn(|p| {
+                let (s, c) = turn(p);
+                (cos_o * c - sin_o * s).abs()
+            }),
+        }
+    }
+
+    /// M̂ₚ(θᵢ) of the four lobes, densities with respect to sin θᵢ.
+    #[doc(alias = "Eq. 5")]
+    pub fn eval<V: Lanes>(&self, centres: &Centres<V>, sin_i: V, cos_i: V) -> [V; 4] {
+        // In log form: (sin sin + cos cos − 1)/v = −|Δ|²/2v, the chord between the two unit
+        // vectors, which keeps its precision where v = 3e-6.
+        let exponent = std::array::from_fn(|p| {
+            let (ds, dc) = (sin_i - centres.sin[p], cos_i - centres.cos[p]);
+            (ds * ds + dc * dc) * V::splat(-0.5 * self.inv_v[p])
+        });
+        let x = std::array::from_fn(|p| cos_i * centres.cos[p] * V::splat(self.inv_v[p]));
+        let gauss: [V; 4] = V::each(exponent, special::exp);
+        let bessel: [V; 4] = V::each(x, special::bessel_i0e);
+        std::array::from_fn(|p| gauss[p] * bessel[p] * V::splat(self.norm[p]))
+    }
+
+    /// Draws (sin θᵢ, cos θᵢ) of lobe `p` from two uniform numbers.
+    pub fn sample(&self, centres: &Centres<f32>, p: usize, u: [f32; 2]) -> (f32, f32) {
+        let direction = self.sample_direction(centres, p, u);
+        (direction[0], direction[1].hypot(direction[2]))
+    }
+
+    /// Draws a direction (along the fibre, and two across) of the spherical Gaussian itself.
+    pub(crate) fn sample_direction(&self, centres: &Centres<f32>, p: usize, u: [f32; 2]) -> [f32; 3] {
+        // 1 − cos of the angle from the lobe's centre, itself the sampled quantity: small v
+        // would lose it in the cosine.
+        let drop = (-self.v[p] * (u[0] + (1.0 - u[0]) * self.floor[p]).max(f32::MIN_POSITIVE).ln()).clamp(0.0, 2.0);
+        let (cos, sin) = (1.0 - drop, (drop * (2.0 - drop)).sqrt());
+        let (sin_psi, cos_psi) = (std::f32::consts::TAU * u[1]).sin_cos();
+        let (s, c) = (centres.sin[p], centres.cos[p]);
+        [cos * s + sin * cos_psi * c, cos * c - sin * cos_psi * s, sin * sin_psi]
+    }
+}

@@ -1,0 +1,108 @@
+//! The ten fitted species of Yan17 Table 4.
+
+use crate::error::Error;
+use crate::fiber::Fiber;
+use std::fmt;
+use std::str::FromStr;
+
+/// A species of Yan17 Table 4.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[allow(missing_docs, reason = "the names say all there is to say")]
+pub enum Species {
+    Bobcat,
+    Cat,
+    Deer,
+    Dog,
+    Mouse,
+    Rabbit,
+    Raccoon,
+    RedFox,
+    Springbok,
+    Human,
+}
+
+/// Columns: κ, η, α°, β_m°, β_n°, σ_ca, σ_ms, σ_ma, g, l, as printed.
+#[rustfmt::skip]
+#[doc(alias = "Table 4")]
+const TABLE_4: [(Species, &str, [f32; 10]); 10] = [
+    (Species::Bobcat,    "bobcat",    [0.88, 1.69, 5.48, 11.64,  7.49, 0.64, 1.69, 0.17, 0.44, 0.47]),
+    (Species::Cat,       "cat",       [0.87, 1.36, 3.65,  5.66,  1.34, 0.06, 2.47, 0.12, 0.60, 0.44]),
+    (Species::Deer,      "deer",      [0.91, 1.60, 3.52,  7.00,  4.53, 1.39, 2.51, 0.09, 0.46, 0.45]),
+    (Species::Dog,       "dog",       [0.68, 1.58, 2.94,  5.77, 18.94, 0.01, 2.44, 0.00, 0.26, 0.60]),
+    (Species::Mouse,     "mouse",     [0.66, 1.35, 0.55,  8.39,  2.80, 0.04, 1.34, 0.06, 0.36, 2.36]),
+    (Species::Rabbit,    "rabbit",    [0.79, 1.47, 3.14, 11.91, 10.52, 0.24, 0.78, 0.10, 0.12, 1.03]),
+    (Species::Raccoon,   "raccoon",   [0.65, 1.19, 1.81,  7.44,  6.88, 0.25, 2.30, 0.14, 0.08, 2.00]),
+    (Species::RedFox,    "red-fox",   [0.86, 1.49, 2.64,  9.45, 17.63, 0.39, 3.15, 0.21, 0.79, 0.68]),
+    (Species::Springbok, "springbok", [0.82, 1.48, 4.61,  8.02, 11.46, 0.32, 2.45, 0.31, 0.19, 0.46]),
+    (Species::Human,     "human",     [0.36, 1.20, 0.70,  2.05,  3.75, 0.41, 3.49, 0.00, 0.28, 1.79]),
+];
+
+impl Species {
+    /// All ten, in the order of Table 4.
+    pub const ALL: [Species; 10] = {
+        let mut all = [Species::Bobcat; 10];
+        let mut i = 0;
+        while i < 10 {
+            all[i] = TABLE_4[i].0;
+            i += 1;
+        }
+        all
+    };
+
+    /// The name used on the command line and in files.
+    pub fn name(self) -> &'static str {
+        TABLE_4[self as usize].1
+    }
+
+    pub(crate) fn fiber(self) -> Fiber {
+        let [kappa, eta, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers] = TABLE_4[self as usize].2;
+        Fiber {
+            eta,
+            kappa,
+            alpha: alpha.to_radians(),
+            beta_m: beta_m.to_radians(),
+            beta_n: beta_n.to_radians(),
+            sigma_ca: [sigma_ca; 3],
+            sigma_ms,
+            sigma_ma: [sigma_ma; 3],
+            g,
+            layers,
+        }
+    }
+}
+
+impl fmt::Display for Species {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Species {
+    type Err = Error;
+
+    /// Accepts `red-fox`, `red_fox`, `Red Fox`, `RedFox`.
+    fn from_str(name: &str) -> Result<Self, Error> {
+        let plain = |s: &str| s.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_ascii_lowercase();
+        Species::ALL.into_iter().find(|s| plain(s.name()) == plain(name)).ok_or_else(|| Error::UnknownPreset {
+            name: name.to_owned(),
+            known: Species::ALL.map(Species::name).join(", "),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn table_order_is_the_enum_order_and_every_preset_is_valid() {
+        for (i, species) in Species::ALL.into_iter().enumerate() {
+            assert_eq!(species as usize, i);
+            species.fiber().validate().unwrap();
+            assert_eq!(species.name().parse::<Species>().unwrap(), species);
+        }
+        assert_eq!("Red Fox".parse::<Species>().unwrap(), Species::RedFox);
+        let unknown = "unicorn".parse::<Species>().unwrap_err().to_string();
+        assert!(unknown.contains("unicorn") && unknown.contains("springbok"), "{unknown}");
+    }
+}
