@@ -21,8 +21,8 @@ pub struct Quality {
     pub ranks: [usize; 3],
     /// Sweeps of the compression.
     pub sweeps: usize,
-    /// Stride of the mean path's nodes in g and h″ among the profiles'.
-    pub path_stride: usize,
+    /// Stride of the mean path's nodes in g and in h″ among the profiles'.
+    pub path_stride: [usize; 2],
     /// Seed of everything.
     pub seed: u64,
 }
@@ -33,10 +33,10 @@ impl Quality {
         Quality {
             nodes: [24, 16, 16, 18],
             directions: 720,
-            photons: 400_000,
+            photons: 200_000,
             ranks: [48, 24, 40],
-            sweeps: 600,
-            path_stride: 3,
+            sweeps: 2000,
+            path_stride: [3, 1],
             seed: 2017,
         }
     }
@@ -49,7 +49,7 @@ impl Quality {
             photons: 10_000,
             ranks: [24, 16, 24],
             sweeps: 60,
-            path_stride: 3,
+            path_stride: [3, 1],
             seed: 2017,
         }
     }
@@ -140,20 +140,19 @@ impl Quality {
         let stride = self.path_stride;
         let mut mean_path = Vec::new();
         for tau in 0..n_tau {
-            for g in (0..n_g).step_by(stride) {
-                for h in (0..n_h).step_by(stride) {
+            for g in (0..n_g).step_by(stride[0]) {
+                for h in (0..n_h).step_by(stride[1]) {
                     let profile = (tau * n_g + g) * n_h + h;
                     mean_path.push(azimuthal[profile * (self.directions + 1) + self.directions]);
                 }
             }
         }
-        let coarse = |n: usize| n.div_ceil(stride);
         TableData {
             azimuthal: azimuthal_table,
             backward,
             forward,
             mean_path,
-            mean_path_nodes: [n_tau, coarse(n_g), coarse(n_h)],
+            mean_path_nodes: [n_tau, n_g.div_ceil(stride[0]), n_h.div_ceil(stride[1])],
         }
     }
 
@@ -201,8 +200,9 @@ impl Quality {
                     return 0.0;
                 }
                 let k = x.round() as usize;
-                // In units of the largest, so that weights are of order 1.
-                ((borders[k + 1] - borders[k]) / step) as f32
+                // In units of the largest, so that weights are of order 1; not quite 0 at the poles, where a
+                // component would otherwise be free to take any value.
+                ((borders[k + 1] - borders[k]) / step).max(0.01) as f32
             }),
         }
     }

@@ -29,11 +29,15 @@ fn khatri_rao(a: &Array2<f32>, b: &Array2<f32>) -> Array2<f32> {
     Array2::from_shape_fn((n * m, rank), |(ij, r)| a[[ij / m, r]] * b[[ij % m, r]])
 }
 
-/// One pass of projected coordinate descent for min ½ fᵀG f − m·f, f ≥ 0.
+/// One pass of projected coordinate descent for min ½ fᵀG f + ½ ridge |f|² − m·f, f ≥ 0.
+///
+/// The ridge, 1e-9 of the largest diagonal element, pulls to zero what no data constrains: weights
+/// of components that lie wholly outside the angles a profile has.
 fn descend(f: &mut [f32], m: &[f32], g: ArrayView2<'_, f32>) {
+    let ridge = 1e-9 * g.diag().iter().fold(1e-6f32, |a, &x| a.max(x));
     for r in 0..f.len() {
-        let gradient = g.row(r).iter().zip(f.iter()).map(|(g, f)| g * f).sum::<f32>() - m[r];
-        f[r] = (f[r] - gradient / g[[r, r]].max(1e-12)).max(1e-9);
+        let gradient = g.row(r).iter().zip(f.iter()).map(|(g, f)| g * f).sum::<f32>() + ridge * f[r] - m[r];
+        f[r] = (f[r] - gradient / (g[[r, r]] + ridge)).max(1e-9);
     }
 }
 

@@ -3,7 +3,11 @@
 //! - [`medulla`]: light in a purely scattering cylinder, the source of the tables.
 //! - [`compress`]: those profiles as short sums of products.
 //! - [`build`]: both together, into a table file.
+//! - [`check`]: how good a table is.
+//! - [`mod@reference`]: light in the whole fibre, to judge the model by.
 
 pub mod build;
+pub mod check;
 pub mod compress;
 pub mod medulla;
+pub mod reference;

@@ -28,7 +28,7 @@ pub fn fresnel<V: Lanes>(eta: f32, layers: f32, cos: V) -> Fresnel<V> {
     let sin2 = (one - cos) * (one + cos);
     let cos_t = (one - sin2 * V::splat(1.0 / (eta * eta))).max(V::splat(0.0)).sqrt();
     let eta = V::splat(eta);
-    // Never both zero: cos_t > 0 unless eta = 1 and cos = 0, where the floor decides for r = 1 − 0.
+    // The sums vanish only for eta = 1 and cos = 0, where nothing reflects.
     let floor = V::splat(1e-20);
     let s = (cos - eta * cos_t) / (cos + eta * cos_t).max(floor);
     let p = (eta * cos - cos_t) / (eta * cos + cos_t).max(floor);
@@ -40,8 +40,12 @@ pub fn fresnel<V: Lanes>(eta: f32, layers: f32, cos: V) -> Fresnel<V> {
     };
     let slab = |r: V| V::splat(2.0) * r / (one + r);
     let phi = V::splat(0.5) * (slab(r_s) + slab(r_p));
-    let through = V::splat(0.5)
-        * (complement(cos, eta * cos_t) / (one + r_s) + complement(eta * cos, cos_t) / (one + r_p));
-    let scale = one / (one + V::splat(layers - 1.0) * phi).max(floor);
-    Fresnel { reflected: V::splat(layers) * phi * scale, transmitted: through * scale }
+    // The floor decides for transmission where nothing reflects: l = 0 at grazing incidence.
+    let through = (V::splat(0.5)
+        * (complement(cos, eta * cos_t) / (one + r_s) + complement(eta * cos, cos_t) / (one + r_p)))
+    .max(V::splat(1e-30));
+    // 1 + (l − 1) φ₁ = (1 − φ₁) + l φ₁, a sum without cancellation.
+    let back = V::splat(layers) * phi;
+    let scale = one / (through + back);
+    Fresnel { reflected: back * scale, transmitted: through * scale }
 }

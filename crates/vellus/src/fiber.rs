@@ -91,7 +91,7 @@ impl Fiber {
     /// [`Error::OutOfRange`] names the first parameter outside its range, or NaN. Angles are
     /// reported in degrees.
     pub fn validate(&self) -> Result<(), Error> {
-        check("eta", self.eta, 1.0, 3.0, "eta must be at least 1 and at most 3")?;
+        check("eta", self.eta, 1.0, 3.0, "eta must be in [1, 3]")?;
         check("kappa", self.kappa, 0.0, 0.99, "kappa must be in [0, 0.99]")?;
         // Half a millidegree of slack: radians of 0.1° and 90° as f32 may lie just outside.
         let slack = 5e-4;

@@ -1,0 +1,317 @@
+//! Monte Carlo of the whole fibre: the light the reflectance model stands for.
+//!
+//! A smooth dielectric cylinder of radius 1 with `layers` cuticle slabs, an absorbing cortex, a
+//! concentric medulla that scatters (Henyey–Greenstein) and absorbs, total internal reflection, any
+//! inclination, no cuticle tilt and no roughness. Photons are traced in three dimensions; nothing of the
+//! model's closed forms is used but the cuticle's reflectance.
+//!
+//! R, TT and TRT carry the same energy in the model. Scattered light does not: the model lets
+//! it leave the fibre unreflected, here most of it is totally reflected inside, many times.
+
+use crate::medulla::{SimRng, Vec3, scatter, stream, uniform2};
+use rayon::prelude::*;
+use vellus::oracle::fresnel;
+use vellus::{Error, Fiber};
+
+/// Photons traced by one random stream; the unit of work for threads.
+const CHUNK: u64 = 1 << 14;
+
+/// Below this share of its initial energy a photon plays Russian roulette.
+const ROULETTE: f64 = 1e-3;
+
+/// What became of the light, as a fraction of what hit the fibre's width.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fate {
+    /// Reflected outside.
+    R,
+    /// Left at the first chance, unscattered.
+    Tt,
+    /// Left after one internal reflection, unscattered.
+    Trt,
+    /// Left later, unscattered.
+    Higher,
+    /// Left after scattering in the medulla at least once.
+    Scattered,
+    /// Trapped by total reflection and not absorbed: guided along the infinite fibre.
+    Guided,
+}
+
+impl Fate {
+    /// All of them, in the order of [`Energies::mean`].
+    pub const ALL: [Fate; 6] = [Fate::R, Fate::Tt, Fate::Trt, Fate::Higher, Fate::Scattered, Fate::Guided];
+
+    /// The key used in files.
+    pub fn key(self) -> &'static str {
+        ["R", "TT", "TRT", "higher", "scattered", "guided"][self as usize]
+    }
+}
+
+/// Energies with their standard errors, RGB.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Energies {
+    /// Photons traced.
+    pub photons: u64,
+    /// Mean energy of each [`Fate`].
+    pub mean: [[f64; 3]; 6],
+    /// Standard error of each mean.
+    pub error: [[f64; 3]; 6],
+    /// Mean and standard error of all that leaves: their sum but for [`Fate::Guided`].
+    pub total: [[f64; 3]; 2],
+}
+
+/// Offsets across the fibre the light comes in at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Offsets {
+    /// One offset h.
+    At(f64),
+    /// Uniform over the whole width.
+    Whole,
+}
+
+/// Traces `photons` photons arriving from inclination `theta_o` (radians, |θ_o| < 90°). The result
+/// depends on the seed, not on the number of threads. `tick` is called with the photons done.
+///
+/// # Errors
+/// [`Error::OutOfRange`] where [`Fiber::validate`] finds one, or for `theta_o` or an offset out of range.
+pub fn energies(
+    fiber: &Fiber,
+    theta_o: f64,
+    offsets: Offsets,
+    photons: u64,
+    seed: u64,
+    tick: &(dyn Fn(u64) + Sync),
+) -> Result<Energies, Error> {
+    fiber.validate()?;
+    let out_of_range = |name: &str, value: f64, range| Error::OutOfRange { name: name.to_owned(), value, range };
+    if theta_o.is_nan() || theta_o.abs() >= std::f64::consts::FRAC_PI_2 {
+        return Err(out_of_range("theta_o", theta_o.to_degrees(), "theta_o must be in (-90, 90) degrees"));
+    }
+    if let Offsets::At(h) = offsets
+        && !(-1.0..=1.0).contains(&h)
+    {
+        return Err(out_of_range("h", h, "h must be in [-1, 1]"));
+    }
+    if photons < 2 {
+        return Err(out_of_range("photons", photons as f64, "photons must be at least 2"));
+    }
+    let tracer = Tracer::new(fiber);
+    let sums: Vec<Sums> = (0..photons.div_ceil(CHUNK))
+        .into_par_iter()
+        .map(|chunk| {
+            let mut rng = stream(seed, chunk);
+            let mut sums = Sums::default();
+            let range = chunk * CHUNK..((chunk + 1) * CHUNK).min(photons);
+            let count = range.end - range.start;
+            for k in range {
+                let h = match offsets {
+                    Offsets::At(h) => h,
+                    // Stratified over the width; the error is then overestimated, never under.
+                    Offsets::Whole => 2.0 * (k as f64 + f64::from(uniform2(&mut rng).0)) / photons as f64 - 1.0,
+                };
+                sums.add(&tracer.photon(theta_o, h, &mut rng));
+            }
+            tick(count);
+            sums
+        })
+        .collect();
+    // Added up in the order of the chunks.
+    let mut all = Sums::default();
+    sums.iter().for_each(|s| all.merge(s));
+    Ok(all.energies(photons))
+}
+
+/// Sums of energies and of their squares; the last row is the total that leaves.
+#[derive(Clone, Default)]
+struct Sums {
+    first: [[f64; 3]; 7],
+    second: [[f64; 3]; 7],
+}
+
+impl Sums {
+    fn add(&mut self, photon: &[[f64; 3]; 6]) {
+        for c in 0..3 {
+            let mut total = 0.0;
+            for p in 0..6 {
+                self.first[p][c] += photon[p][c];
+                self.second[p][c] += photon[p][c].powi(2);
+                total += if p == Fate::Guided as usize { 0.0 } else { photon[p][c] };
+            }
+            self.first[6][c] += total;
+            self.second[6][c] += total * total;
+        }
+    }
+
+    fn merge(&mut self, other: &Sums) {
+        for p in 0..7 {
+            for c in 0..3 {
+                self.first[p][c] += other.first[p][c];
+                self.second[p][c] += other.second[p][c];
+            }
+        }
+    }
+
+    fn energies(&self, photons: u64) -> Energies {
+        let n = photons as f64;
+        let mean = |p: usize| self.first[p].map(|s| s / n);
+        let error = |p: usize| {
+            std::array::from_fn(|c| {
+                let mean = self.first[p][c] / n;
+                ((self.second[p][c] / n - mean * mean).max(0.0) / (n - 1.0)).sqrt()
+            })
+        };
+        Energies {
+            photons,
+            mean: std::array::from_fn(mean),
+            error: std::array::from_fn(error),
+            total: [mean(6), error(6)],
+        }
+    }
+}
+
+/// The fibre in f64.
+struct Tracer {
+    eta: f64,
+    layers: f64,
+    kappa: f64,
+    sigma_ca: [f64; 3],
+    sigma_ma: [f64; 3],
+    sigma_ms: f64,
+    g: f32,
+}
+
+impl Tracer {
+    fn new(fiber: &Fiber) -> Self {
+        Tracer {
+            eta: fiber.eta.into(),
+            layers: fiber.layers.into(),
+            kappa: fiber.kappa.into(),
+            sigma_ca: fiber.sigma_ca.map(f64::from),
+            sigma_ma: fiber.sigma_ma.map(f64::from),
+            sigma_ms: fiber.sigma_ms.into(),
+            g: fiber.g,
+        }
+    }
+
+    /// Reflectance of the cuticle from outside, at the cosine of incidence there.
+    fn reflectance(&self, cos_outside: f64) -> f64 {
+        fresnel(self.eta, self.layers, cos_outside)
+    }
+
+    /// Energy of one photon by fate.
+    fn photon(&self, theta_o: f64, h: f64, rng: &mut SimRng) -> [[f64; 3]; 6] {
+        let mut out = [[0.0; 3]; 6];
+        // The first two decisions are split, not gambled: R exactly, and the rest goes on inside.
+        let cos_gamma = (1.0 - h * h).max(0.0).sqrt();
+        let f = self.reflectance(theta_o.cos() * cos_gamma);
+        out[0] = [f; 3];
+        let mut energy = [1.0 - f; 3];
+        let start = energy[0];
+        if start <= 0.0 {
+            return out;
+        }
+        // Arrives travelling along azimuth π; normal at azimuth −γ.
+        let normal = [0.0, cos_gamma, -h];
+        let arriving = [-theta_o.sin(), -theta_o.cos(), 0.0];
+        let cos_i = theta_o.cos() * cos_gamma;
+        let cos_t = (1.0 - (1.0 - cos_i * cos_i) / (self.eta * self.eta)).max(0.0).sqrt();
+        let mut d: [f64; 3] =
+            std::array::from_fn(|k| arriving[k] / self.eta + (cos_i / self.eta - cos_t) * normal[k]);
+        let mut p = [cos_gamma, -h];
+        let mut scattered = false;
+        let mut pass = 1;
+        loop {
+            // To the cuticle, scattering in the medulla on the way.
+            let missed = loop {
+                match self.travel(&mut p, &mut d, &mut energy, rng) {
+                    Event::Scattered => scattered = true,
+                    Event::Cuticle { missed } => break missed,
+                }
+            };
+            let cos_inside = (p[0] * d[1] + p[1] * d[2]).clamp(0.0, 1.0);
+            let sin2 = self.eta * self.eta * (1.0 - cos_inside * cos_inside);
+            let f = if sin2 >= 1.0 { 1.0 } else { self.reflectance((1.0 - sin2).sqrt()) };
+            // Split at each interface: what leaves is recorded, what stays goes on.
+            let fate = match (scattered, pass) {
+                (true, _) => 4,
+                (false, 1) => 1,
+                (false, 2) => 2,
+                (false, _) => 3,
+            };
+            for c in 0..3 {
+                out[fate][c] += energy[c] * (1.0 - f);
+                energy[c] *= f;
+            }
+            // Totally reflected on a path that misses the medulla: so it will be for ever. What
+            // the cortex does not absorb is guided along the fibre.
+            if f >= 1.0 && missed {
+                for c in 0..3 {
+                    if self.sigma_ca[c] == 0.0 {
+                        out[5][c] += energy[c];
+                    }
+                }
+                return out;
+            }
+            let left = energy[0].max(energy[1]).max(energy[2]);
+            if left <= 0.0 {
+                return out;
+            }
+            if left < ROULETTE * start {
+                let survive = left / (ROULETTE * start);
+                if f64::from(uniform2(rng).0) >= survive {
+                    return out;
+                }
+                energy = energy.map(|e| e / survive);
+            }
+            let radial = 2.0 * (p[0] * d[1] + p[1] * d[2]);
+            d = [d[0], d[1] - radial * p[0], d[2] - radial * p[1]];
+            pass += 1;
+        }
+    }
+
+    /// Goes on to the next scattering or to the cuticle, absorbing on the way.
+    fn travel(&self, p: &mut [f64; 2], d: &mut [f64; 3], energy: &mut [f64; 3], rng: &mut SimRng) -> Event {
+        let a = (d[1] * d[1] + d[2] * d[2]).max(1e-30);
+        let b = p[0] * d[1] + p[1] * d[2];
+        let r2 = p[0] * p[0] + p[1] * p[1];
+        let out = (-b + (b * b - a * (r2 - 1.0).min(0.0)).sqrt()) / a;
+        let discriminant = b * b - a * (r2 - self.kappa * self.kappa);
+        let mut attenuate = |cortex: f64, medulla: f64| {
+            for c in 0..3 {
+                energy[c] *= (-cortex * self.sigma_ca[c] - medulla * self.sigma_ma[c]).exp();
+            }
+        };
+        let (enter, leave) = if self.kappa > 0.0 && discriminant > 0.0 {
+            let root = discriminant.sqrt();
+            (((-b - root) / a).max(0.0), ((-b + root) / a).max(0.0))
+        } else {
+            (0.0, 0.0)
+        };
+        let inside = leave - enter;
+        if inside > 0.0 && self.sigma_ms > 0.0 {
+            let free = -f64::ln(1.0 - f64::from(uniform2(rng).0)) / self.sigma_ms;
+            if free < inside {
+                attenuate(enter, free);
+                let t = enter + free;
+                *p = [p[0] + t * d[1], p[1] + t * d[2]];
+                let turned: Vec3 = scatter(d.map(|x| x as f32), self.g, rng);
+                *d = turned.map(f64::from);
+                // Single precision leaves the length off by 1e-7.
+                let norm = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
+                *d = d.map(|x| x / norm);
+                return Event::Scattered;
+            }
+        }
+        attenuate(out - inside, inside);
+        let missed = inside <= 0.0;
+        let q = [p[0] + out * d[1], p[1] + out * d[2]];
+        let radius = q[0].hypot(q[1]);
+        *p = q.map(|x| x / radius);
+        Event::Cuticle { missed }
+    }
+}
+
+enum Event {
+    Scattered,
+    /// Reached the cuticle, having missed the medulla altogether or not.
+    Cuticle { missed: bool },
+}

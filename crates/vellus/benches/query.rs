@@ -1,0 +1,144 @@
+//! Cost of one query of the model, six lobes and RGB, on one core: `cargo bench -p vellus`.
+//!
+//! Every iteration takes another hit and direction from a table, so that branches and caches see a
+//! renderer's variety. `batch` times are for eight queries.
+
+use divan::{Bencher, black_box};
+use glam::Vec3;
+use vellus::{Bcsdf, Fiber, Hit, Species, Window};
+use wide::f32x8;
+
+const N: usize = 1024;
+
+struct Query {
+    wo: Vec3,
+    wi: Vec3,
+    h: f32,
+    u: [f32; 4],
+}
+
+fn queries() -> Vec<Query> {
+    // An R-sequence (Roberts): even coverage without a generator.
+    let unit = |i: usize, k: u32| ((i as f64 + 0.5) * 1.103_0f64.powi(-(k as i32))).fract() as f32;
+    let direction = |a: f32, b: f32| {
+        let (sin, cos) = ((2.0 * a - 1.0) * 1.5).sin_cos();
+        let (z, y) = (b * std::f32::consts::TAU).sin_cos();
+        Vec3::new(sin, cos * y, cos * z)
+    };
+    (0..N)
+        .map(|i| Query {
+            wo: direction(unit(i, 1), unit(i, 2)),
+            wi: direction(unit(i, 3), unit(i, 4)),
+            h: 2.0 * unit(i, 5) - 1.0,
+            u: [unit(i, 6), unit(i, 7), unit(i, 8), unit(i, 9)],
+        })
+        .collect()
+}
+
+fn fur() -> Bcsdf<'static> {
+    let fiber = Fiber::preset(Species::RedFox).with_absorption([0.2, 0.4, 0.8]);
+    Bcsdf::new(&fiber).expect("the preset is valid")
+}
+
+fn each(bencher: Bencher, f: impl Fn(&Query) -> f32 + Sync) {
+    let queries = queries();
+    let mut i = 0;
+    bencher.bench_local(|| {
+        i = (i + 1) % N;
+        f(black_box(&queries[i]))
+    });
+}
+
+fn each_hit(bencher: Bencher, f: impl Fn(&Hit, &Query) -> f32) {
+    let bcsdf = fur();
+    let queries = queries();
+    let hits: Vec<_> = queries.iter().map(|q| bcsdf.at(q.wo, Window::near(q.h))).collect();
+    let mut i = 0;
+    bencher.bench_local(|| {
+        i = (i + 1) % N;
+        f(black_box(&hits[i % 64]), black_box(&queries[i]))
+    });
+}
+
+#[divan::bench]
+fn constructor(bencher: Bencher) {
+    let fiber = Fiber::preset(Species::RedFox);
+    bencher.bench(|| Bcsdf::new(black_box(&fiber)));
+}
+
+#[divan::bench]
+fn prepare(bencher: Bencher) {
+    let bcsdf = fur();
+    each(bencher, |q| bcsdf.at(q.wo, Window::near(q.h)).lobe_probabilities()[0]);
+}
+
+#[divan::bench]
+fn prepare_and_eval(bencher: Bencher) {
+    let bcsdf = fur();
+    each(bencher, |q| bcsdf.at(q.wo, Window::near(q.h)).eval(q.wi).total()[0]);
+}
+
+#[divan::bench]
+fn prepare_and_eval_hair(bencher: Bencher) {
+    let bcsdf = Bcsdf::new(&Fiber::hair().with_absorption([0.2, 0.4, 0.8])).expect("hair is valid");
+    each(bencher, |q| bcsdf.at(q.wo, Window::near(q.h)).eval(q.wi).total()[0]);
+}
+
+#[divan::bench]
+fn eval(bencher: Bencher) {
+    each_hit(bencher, |hit, q| hit.eval(q.wi).total()[0]);
+}
+
+#[divan::bench]
+fn eval_and_pdf(bencher: Bencher) {
+    each_hit(bencher, |hit, q| {
+        let (f, pdf) = hit.eval_pdf(q.wi);
+        f.total()[0] + pdf
+    });
+}
+
+#[divan::bench]
+fn prepare_eval_and_pdf(bencher: Bencher) {
+    let bcsdf = fur();
+    each(bencher, |q| {
+        let (f, pdf) = bcsdf.at(q.wo, Window::near(q.h)).eval_pdf(q.wi);
+        f.total()[0] + pdf
+    });
+}
+
+#[divan::bench]
+fn sample(bencher: Bencher) {
+    each_hit(bencher, |hit, q| hit.sample(q.u).weight[0]);
+}
+
+#[divan::bench]
+fn prepare_and_sample(bencher: Bencher) {
+    let bcsdf = fur();
+    each(bencher, |q| bcsdf.at(q.wo, Window::near(q.h)).sample(q.u).weight[0]);
+}
+
+#[divan::bench]
+fn batch_prepare_eval_and_pdf(bencher: Bencher) {
+    let bcsdf = fur();
+    let queries = queries();
+    let lanes = |f: &dyn Fn(&Query) -> Vec3, i: usize| -> [f32x8; 3] {
+        [0, 1, 2].map(|k| f32x8::new(std::array::from_fn(|j| f(&queries[8 * i + j])[k])))
+    };
+    let packed: Vec<_> = (0..N / 8)
+        .map(|i| {
+            let h = f32x8::new(std::array::from_fn(|j| queries[8 * i + j].h));
+            (lanes(&|q| q.wo, i), h, lanes(&|q| q.wi, i))
+        })
+        .collect();
+    let mut i = 0;
+    bencher.bench_local(|| {
+        i = (i + 1) % packed.len();
+        let (wo, h, wi) = black_box(packed[i]);
+        let (f, pdf) = bcsdf.at8(wo, h).eval_pdf_lanes(wi);
+        f.total()[0] + pdf
+    });
+}
+
+fn main() {
+    divan::main();
+}

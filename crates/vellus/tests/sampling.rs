@@ -1,0 +1,153 @@
+//! Sampling draws what pdf says, tilt and all else non-zero.
+
+mod common;
+
+use common::{Uniform, direction, full_fiber};
+use std::f64::consts::{PI, TAU};
+use vellus::{Bcsdf, Fiber, Lobe, Species, Window};
+
+fn fibers() -> Vec<Fiber> {
+    let mut fibers = vec![full_fiber(), Fiber { g: 0.93, sigma_ms: 0.3, layers: 3.0, ..full_fiber() }];
+    fibers.extend(Species::ALL.map(|s| Fiber::preset(s).with_absorption([0.05, 0.4, 0.9])));
+    fibers
+}
+
+#[test]
+fn pdf_integrates_to_one() {
+    for fiber in fibers() {
+        let bcsdf = Bcsdf::new(&fiber).unwrap();
+        let hit = bcsdf.at(direction(0.7, 0.4), Window::near(-0.45));
+        let (n_theta, n_phi) = (900, 720);
+        let mut sum = 0.0;
+        for i in 0..n_theta {
+            let theta = ((f64::from(i) + 0.5) / f64::from(n_theta) - 0.5) * PI;
+            for j in 0..n_phi {
+                let pdf = hit.pdf(direction(theta, (f64::from(j) + 0.5) / f64::from(n_phi) * TAU));
+                sum += f64::from(pdf) * theta.cos();
+            }
+        }
+        sum *= PI / f64::from(n_theta) * TAU / f64::from(n_phi);
+        assert!((sum - 1.0).abs() < 1e-3, "{fiber:?}: {sum}");
+    }
+}
+
+/// χ² of 400,000 samples in 20 × 40 equal-area cells, against the pdf integrated over each cell.
+///
+/// Significance 0.01 over all fibres and hits together, by Šidák: 1 − 0.99^(1/n) each. The threshold uses the
+/// Wilson–Hilferty approximation of the χ² quantile. A wrong tilt sign, a lost Jacobian or a
+/// wrong lobe probability exceed it by orders of magnitude.
+#[test]
+fn sample_histogram_matches_pdf() {
+    let (rows, columns, samples) = (20usize, 40usize, 400_000usize);
+    let hits = [(0.35f64, 0.3f32), (-1.2, -0.8)];
+    let mut random = Uniform(3);
+    let tests = (fibers().len() * hits.len()) as f64;
+    for fiber in fibers() {
+        let bcsdf = Bcsdf::new(&fiber).unwrap();
+        for (theta_o, h) in hits {
+            let phi_o = 2.2;
+            let hit = bcsdf.at(direction(theta_o, phi_o), Window::near(h));
+            let mut observed = vec![0.0f64; rows * columns];
+            for _ in 0..samples {
+                let wi = hit.sample(random.next4()).wi;
+                let row = ((f64::from(wi.x) * 0.5 + 0.5) * rows as f64) as usize;
+                let turn = f64::from(wi.z).atan2(wi.y.into()) / TAU;
+                let column = (turn.rem_euclid(1.0) * columns as f64) as usize;
+                observed[row.min(rows - 1) * columns + column.min(columns - 1)] += 1.0;
+            }
+            // 48 × 24 midpoints a cell; in θ within the cell's band, where narrow lobes are smooth.
+            let mut expected = vec![0.0f64; rows * columns];
+            for row in 0..rows {
+                let band = [row, row + 1].map(|r| (2.0 * r as f64 / rows as f64 - 1.0).clamp(-1.0, 1.0).asin());
+                let (n_theta, n_phi) = (48, 24 * columns);
+                for i in 0..n_theta {
+                    let theta = band[0] + (band[1] - band[0]) * (f64::from(i) + 0.5) / f64::from(n_theta);
+                    let weight = theta.cos() * (band[1] - band[0]) / f64::from(n_theta) * TAU / n_phi as f64;
+                    for j in 0..n_phi {
+                        let phi = (j as f64 + 0.5) / n_phi as f64 * TAU;
+                        expected[row * columns + j / 24] += f64::from(hit.pdf(direction(theta, phi))) * weight;
+                    }
+                }
+            }
+            // Cells with fewer than 10 expected samples are pooled.
+            let (mut chi2, mut cells, mut pooled) = (0.0, 0, [0.0f64; 2]);
+            for (o, e) in observed.iter().zip(&expected) {
+                let e = e * samples as f64;
+                if e < 10.0 {
+                    pooled[0] += o;
+                    pooled[1] += e;
+                } else {
+                    chi2 += (o - e).powi(2) / e;
+                    cells += 1;
+                }
+            }
+            if pooled[1] > 1.0 {
+                chi2 += (pooled[0] - pooled[1]).powi(2) / pooled[1];
+                cells += 1;
+            }
+            let df = f64::from(cells - 1);
+            let alpha = 1.0 - 0.99f64.powf(1.0 / tests);
+            // Upper normal quantile at α ≈ 4e-4 (Abramowitz and Stegun 26.2.23, 4.5e-4).
+            let t = (-2.0 * alpha.ln()).sqrt();
+            let z = t - (2.515_517 + t * (0.802_853 + t * 0.010_328))
+                / (1.0 + t * (1.432_788 + t * (0.189_269 + t * 0.001_308)));
+            let w = 2.0 / (9.0 * df);
+            let limit = df * (1.0 - w + z * w.sqrt()).powi(3);
+            assert!(chi2 < limit, "{fiber:?} θ_o {theta_o} h {h}: χ² {chi2} over {limit} with {df} degrees");
+        }
+    }
+}
+
+/// The sampler's weight is the near-field total for a grey fibre, and never above the sum of the
+/// lobes' largest channels for a coloured one.
+#[test]
+fn weight_is_the_near_field_total() {
+    let mut random = Uniform(4);
+    for _ in 0..2000 {
+        let mut fiber = random.fiber();
+        let grey = random.next() < 0.5;
+        if grey {
+            fiber.sigma_ca = [fiber.sigma_ca[0]; 3];
+            fiber.sigma_ma = [fiber.sigma_ma[0]; 3];
+        }
+        let bcsdf = Bcsdf::new(&fiber).unwrap();
+        let wo = direction(random.within(-1.55, 1.55), random.within(-3.0, 3.0));
+        let hit = bcsdf.at(wo, Window::near(random.within(-1.0, 1.0) as f32));
+        let energy = hit.energy();
+        let bound: f32 = energy.0.iter().map(|a| a[0].max(a[1]).max(a[2])).sum();
+        assert!(bound <= 1.0 + 1e-5, "{fiber:?} {bound}");
+        for _ in 0..20 {
+            let s = hit.sample(random.next4());
+            assert!((s.wi.length() - 1.0).abs() < 1e-5 && s.pdf > 0.0, "{fiber:?} {s:?}");
+            for c in 0..3 {
+                assert!(s.weight[c] <= bound * (1.0 + 1e-4), "{fiber:?} {s:?} {bound}");
+                if grey {
+                    assert!((s.weight[c] / energy.total()[c] - 1.0).abs() < 1e-4, "{fiber:?} {s:?}");
+                }
+            }
+            let (f, pdf) = hit.eval_pdf(s.wi);
+            // The same direction through eval: δ = 1e-6 in both angles, see tests/oracle.rs.
+            assert!((pdf / s.pdf - 1.0).abs() < 3e-3 + 1e-4 / s.pdf, "{fiber:?} {s:?} {pdf}");
+            assert!((f.total()[1] - s.weight[1] * s.pdf).abs() <= 3e-3 * f.total()[1] + 1e-4, "{fiber:?} {s:?}");
+        }
+    }
+}
+
+/// Every lobe's own energy is found by sampling it.
+#[test]
+fn lobe_probabilities_follow_the_energies() {
+    let bcsdf = Bcsdf::new(&full_fiber()).unwrap();
+    let hit = bcsdf.at(direction(0.5, 0.0), Window::near(0.4));
+    let mut random = Uniform(5);
+    let n = 200_000;
+    let mut counts = [0.0; 6];
+    for _ in 0..n {
+        counts[hit.sample(random.next4()).lobe as usize] += 1.0 / f64::from(n);
+    }
+    for lobe in Lobe::ALL {
+        let p = f64::from(hit.lobe_probabilities()[lobe as usize]);
+        // Four standard errors; six lobes.
+        let tolerance = 4.0 * (p * (1.0 - p) / f64::from(n)).sqrt();
+        assert!((counts[lobe as usize] - p).abs() < tolerance, "{lobe:?}: {} {p}", counts[lobe as usize]);
+    }
+}
