@@ -1,19 +1,19 @@
 //! Azimuthal lobes of R, TT, TRT: a Gaussian around the exit azimuth, wrapped on the circle
-//! (Yan17 Eq. 7, 16).
+//! (Yan17 Eq. 7, 16). The fourth lane is the rest's uniform 1/2π.
 
 use crate::fiber::Fiber;
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, Quad};
 use crate::special;
 use std::f32::consts::{PI, TAU};
 
-/// Widths of the three lobes, prepared once a fibre.
+/// Widths of the lobes, prepared once a fibre.
 #[derive(Clone, Debug)]
 pub(crate) struct Azimuthal {
     sigma: [f32; 3],
-    /// −1/(2σ²)
-    exponent: [f32; 3],
-    /// 1/(σ√2π)
-    norm: [f32; 3],
+    /// −1/(2σ²), and 0 for the rest: its every image is 1.
+    exponent: [f32; 4],
+    /// 1/(σ√2π), and 1/2π over the number of images summed.
+    norm: [f32; 4],
     /// Pairs of further images of the Gaussian that are summed: 0, 1 or 2.
     images: u8,
 }
@@ -27,36 +27,37 @@ impl Azimuthal {
         // (|d| ≥ π, σ ≤ 0.53), and e^(−23) for 1 (|d| ≥ 3π, σ ≤ 1.39). With 2 images and the
         // widest lobe allowed (σ = 2.72, |d| ≥ 5π) it is e^(−16).
         let widest = sigma[2];
-        let images = if widest < 0.53 { 0 } else if widest < 1.39 { 1 } else { 2 };
+        let images = if widest < 0.53 {
+            0
+        } else if widest < 1.39 {
+            1
+        } else {
+            2
+        };
+        let exponent = sigma.map(|s| -0.5 / (s * s));
+        let norm = sigma.map(|s| 1.0 / (s * TAU.sqrt()));
         Azimuthal {
             sigma,
-            exponent: sigma.map(|s| -0.5 / (s * s)),
-            norm: sigma.map(|s| 1.0 / (s * TAU.sqrt())),
+            exponent: [exponent[0], exponent[1], exponent[2], 0.0],
+            norm: [norm[0], norm[1], norm[2], 1.0 / (TAU * f32::from(2 * images + 1))],
             images,
         }
     }
 
-    /// D_p(φ) for φ within ±π of each centre modulo 2π; densities per radian.
+    /// D_p(φ) of R, TT, TRT, rest around their centres; densities per radian.
     #[doc(alias = "Eq. 7")]
-    pub fn eval<V: Lanes>(&self, centres: &[V; 3], phi: V) -> [V; 3] {
-        let d: [V; 3] = V::each(std::array::from_fn(|p| phi - centres[p]), wrap);
-        let gauss = |offset: f32| -> [V; 3] {
-            V::each(
-                std::array::from_fn(|p| {
-                    let x = d[p] + V::splat(offset);
-                    x * x * V::splat(self.exponent[p])
-                }),
-                special::exp,
-            )
-        };
-        let mut sum = gauss(0.0);
+    #[inline(always)]
+    pub fn eval<V: Lanes>(&self, centres: V::Quad, phi: V) -> V::Quad {
+        let d = wrap_quad::<V>(V::Quad::splat(phi) - centres);
+        let exponent = V::Quad::constant(self.exponent);
+        let mut sum = (d * d * exponent).exp();
         for image in 1..=self.images {
             for turn in [TAU, -TAU] {
-                let more = gauss(turn * f32::from(image));
-                sum = std::array::from_fn(|p| sum[p] + more[p]);
+                let d = d + V::Quad::splat(V::splat(turn * f32::from(image)));
+                sum = sum + (d * d * exponent).exp();
             }
         }
-        std::array::from_fn(|p| sum[p] * V::splat(self.norm[p]))
+        sum * V::Quad::constant(self.norm)
     }
 
     /// Draws φ of lobe `p`; any turn of the circle.
@@ -65,13 +66,22 @@ impl Azimuthal {
     }
 }
 
+/// 1.5·2²³: adding and subtracting it rounds to an integer. Angles here are a few turns at most.
+const ROUND: f32 = 12_582_912.0;
+/// 2π in two parts, the first exact in a product with a small integer.
+const TAU_HI: f32 = 6.281_25;
+const TAU_LO: f32 = 1.935_307_2e-3;
+
 /// The same angle in [−π, π].
-pub(crate) fn wrap(x: wide::f32x8) -> wide::f32x8 {
-    // 1.5·2²³ rounds to the nearest whole turn; angles here are a few turns at most.
-    let round = wide::f32x8::splat(12_582_912.0);
-    let turns = x * wide::f32x8::splat(1.0 / TAU) + round - round;
-    // 2π in two parts, the first exact in a product with a small integer.
-    let hi = wide::f32x8::splat(6.281_25);
-    let lo = wide::f32x8::splat(1.935_307_2e-3);
-    (x - turns * hi - turns * lo).fast_max(wide::f32x8::splat(-PI)).fast_min(wide::f32x8::splat(PI))
+#[inline(always)]
+pub(crate) fn wrap<V: Lanes>(x: V) -> V {
+    let turns = x * V::splat(1.0 / TAU) + V::splat(ROUND) - V::splat(ROUND);
+    (x - turns * V::splat(TAU_HI) - turns * V::splat(TAU_LO)).max(V::splat(-PI)).min(V::splat(PI))
+}
+
+#[inline(always)]
+fn wrap_quad<V: Lanes>(x: V::Quad) -> V::Quad {
+    let constant = |x: f32| V::Quad::splat(V::splat(x));
+    let turns = x * constant(1.0 / TAU) + constant(ROUND) - constant(ROUND);
+    x - turns * constant(TAU_HI) - turns * constant(TAU_LO)
 }

@@ -3,11 +3,10 @@
 use crate::azimuthal::{Azimuthal, wrap};
 use crate::error::Error;
 use crate::fiber::Fiber;
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, Quad};
 use crate::longitudinal::{Centres, Longitudinal};
 use crate::medulla::{Medulla, Scattered};
 use crate::path::Path;
-use crate::special;
 use crate::tables::Tables;
 use crate::window::Window;
 use glam::Vec3;
@@ -132,15 +131,14 @@ pub struct Hit<'b, V: Lanes = f32> {
     frame: [V; 2],
     centres: Centres<V>,
     /// Φ of R, TT, TRT.
-    exit: [V; 3],
+    exit: V::Quad,
     /// Φˢ of TTˢ, TRTˢ.
     scattered_exit: [V; 2],
-    /// A(h).
-    attenuation: [[V; 3]; 6],
+    /// A(h), RGB and a spare.
+    attenuation: [V::Quad; 6],
     /// Probability of each lobe.
     probability: [V; 6],
-    /// Nothing where no light is scattered.
-    scattered: V::PerLane<Option<Scattered>>,
+    scattered: V::PerLane<Scattered>,
 }
 
 /// ω_i as the lobes want it.
@@ -161,47 +159,49 @@ impl<'b, V: Lanes> Hit<'b, V> {
         let sin_o = x.max(-one).min(one);
         let cos_o = (y * y + z * z).sqrt();
         // Along the axis the azimuth is arbitrary.
-        let inverse = one / cos_o.max(V::splat(1e-12));
         let tiny = V::splat(1e-12);
-        let frame = [cos_o.select_lt(tiny, one, y * inverse), cos_o.select_lt(tiny, zero, z * inverse)];
         let path = Path::new(fiber, sin_o, cos_o, h);
-
-        let mut mean_path = zero;
-        let mut scattered = V::per_lane(|_| None);
-        if bcsdf.medulla.exists() {
-            let kappa = V::splat(fiber.kappa);
-            // asin h″, whose cosine is s_m/κ.
-            let [angle, theta_o] = V::each2([path.h_inside, sin_o], [path.s_m, cos_o], special::atan2);
-            let mut paths = [0.0; 8];
-            scattered = V::per_lane(|i| {
-                (path.h_inside.lane(i).abs() < kappa.lane(i)).then(|| {
-                    let (scattered, path) = bcsdf.medulla.at(
+        let inverse = path.inverse_cos_o;
+        let mut paths = [0.0; 8];
+        let exists = bcsdf.medulla.exists();
+        let scattered = V::per_lane(
+            #[inline(always)]
+            |i| {
+                if exists && path.h_inside.lane(i).abs() < fiber.kappa {
+                    let (scattered, mean_path) = bcsdf.medulla.at(
                         path.elongation.lane(i),
-                        angle.lane(i),
-                        theta_o.lane(i),
-                        (sin_o.lane(i), cos_o.lane(i)),
+                        path.gamma_m.lane(i),
+                        path.theta_o.lane(i),
                     );
-                    paths[i] = path;
+                    paths[i] = mean_path;
                     scattered
-                })
-            });
-            mean_path = V::from_lanes(|i| paths[i]);
-        }
-
-        let attenuation = path.attenuation(fiber, mean_path);
+                } else {
+                    Scattered::NONE
+                }
+            },
+        );
+        let attenuation = path.attenuation(fiber, V::from_lanes(&paths));
         // By the largest channel: then no channel of a sample's weight exceeds the sum of these,
         // and that sum is at most 1.
-        let energy = attenuation.map(|[r, g, b]| r.max(g).max(b));
-        let sum = energy[1..].iter().fold(energy[0], |sum, &e| sum + e);
-        let inverse = one / sum.max(V::splat(f32::MIN_POSITIVE));
+        let mut probability = [zero; 6];
+        let mut sum = V::splat(f32::MIN_POSITIVE);
+        for (p, a) in probability.iter_mut().zip(&attenuation) {
+            let [r, g, b, _] = a.array();
+            *p = r.max(g).max(b);
+            sum = sum + *p;
+        }
+        let inverse_sum = one / sum;
+        for p in &mut probability {
+            *p = *p * inverse_sum;
+        }
         Hit {
             bcsdf,
-            frame,
+            frame: [cos_o.select_lt(tiny, one, y * inverse), cos_o.select_lt(tiny, zero, z * inverse)],
             centres: bcsdf.longitudinal.centres(sin_o, cos_o),
-            exit: [0, 1, 2].map(|p| path.exit_azimuth(p)),
-            scattered_exit: [1, 2].map(|p| path.scattered_azimuth(p)),
+            exit: V::Quad::new([path.exit_azimuth(0), path.exit_azimuth(1), path.exit_azimuth(2), zero]),
+            scattered_exit: [path.scattered_azimuth(1), path.scattered_azimuth(2)],
             attenuation,
-            probability: energy.map(|e| e * inverse),
+            probability,
             scattered,
         }
     }
@@ -209,7 +209,7 @@ impl<'b, V: Lanes> Hit<'b, V> {
     /// A(h), the energy each lobe carries, RGB: the integral of f·cos θᵢ over all ω_i.
     #[doc(alias = "Table 3")]
     pub fn energy(&self) -> Lobes<V> {
-        Lobes(self.attenuation)
+        self.lobes(&[V::splat(1.0); 6])
     }
 
     /// The probability with which sampling chooses each lobe, in the order of [`Lobe`].
@@ -221,7 +221,7 @@ impl<'b, V: Lanes> Hit<'b, V> {
     fn outgoing(&self, [x, y, z]: [V; 3]) -> Outgoing<V> {
         let [c, s] = self.frame;
         let cos_i = (y * y + z * z).sqrt();
-        let [phi, theta_i] = V::each2([z * c - y * s, x], [y * c + z * s, cos_i], special::atan2);
+        let [phi, theta_i] = V::atan2_pair([z * c - y * s, x], [y * c + z * s, cos_i]);
         Outgoing { sin_i: x, cos_i, theta_i, phi }
     }
 
@@ -229,35 +229,57 @@ impl<'b, V: Lanes> Hit<'b, V> {
     #[inline(always)]
     fn densities(&self, o: &Outgoing<V>) -> [V; 6] {
         let m = self.bcsdf.longitudinal.eval(&self.centres, o.sin_i, o.cos_i);
-        let n = self.bcsdf.azimuthal.eval(&self.exit, o.phi);
-        let mut d = [m[0] * n[0], m[1] * n[1], m[2] * n[2], V::splat(0.0), V::splat(0.0), m[3] * V::splat(1.0 / TAU)];
+        let n = self.bcsdf.azimuthal.eval(self.exit, o.phi);
+        let [r, tt, trt, rest] = (m * n).array();
+        let mut d = [r, tt, trt, V::splat(0.0), V::splat(0.0), rest];
         if self.bcsdf.medulla.exists() {
-            let [phi_1, phi_2] =
-                V::each([o.phi - self.scattered_exit[0], o.phi - self.scattered_exit[1]], wrap);
-            let mut lanes = [[0.0f32; 2]; 8];
-            for (i, (s, lane)) in self.scattered.as_ref().iter().zip(&mut lanes).enumerate() {
-                let Some(s) = s else { continue };
-                let medulla = &self.bcsdf.medulla;
+            let phi = [wrap(o.phi - self.scattered_exit[0]), wrap(o.phi - self.scattered_exit[1])];
+            let mut lanes = [[0.0f32; 8]; 2];
+            let medulla = &self.bcsdf.medulla;
+            for (i, s) in self.scattered.as_ref().iter().enumerate() {
+                if !s.exists {
+                    continue;
+                }
                 let [backward, forward] = medulla.longitudinal(s, o.theta_i.lane(i));
-                *lane = [phi_1.lane(i), phi_2.lane(i)].map(|phi| {
+                for p in 0..2 {
+                    let phi = phi[p].lane(i);
                     let m = backward + (forward - backward) * (phi.abs() * (1.0 / PI));
-                    m * medulla.azimuthal(s, phi)
-                });
+                    lanes[p][i] = m * medulla.azimuthal(s, phi);
+                }
             }
-            d[3] = V::from_lanes(|i| lanes[i][0]);
-            d[4] = V::from_lanes(|i| lanes[i][1]);
+            d[3] = V::from_lanes(&lanes[0]);
+            d[4] = V::from_lanes(&lanes[1]);
         }
         d
     }
 
     #[inline(always)]
     fn lobes(&self, densities: &[V; 6]) -> Lobes<V> {
-        Lobes(std::array::from_fn(|p| self.attenuation[p].map(|a| a * densities[p])))
+        let mut lobes = [[densities[0]; 3]; 6];
+        for ((lobe, a), d) in lobes.iter_mut().zip(&self.attenuation).zip(densities) {
+            let [r, g, b, _] = (*a * V::Quad::splat(*d)).array();
+            *lobe = [r, g, b];
+        }
+        Lobes(lobes)
+    }
+
+    #[inline(always)]
+    fn total(&self, densities: &[V; 6]) -> [V; 3] {
+        let mut sum = self.attenuation[0] * V::Quad::splat(densities[0]);
+        for p in 1..6 {
+            sum = sum + self.attenuation[p] * V::Quad::splat(densities[p]);
+        }
+        let [r, g, b, _] = sum.array();
+        [r, g, b]
     }
 
     #[inline(always)]
     fn density(&self, densities: &[V; 6]) -> V {
-        (1..6).fold(self.probability[0] * densities[0], |sum, p| sum + self.probability[p] * densities[p])
+        let mut sum = self.probability[0] * densities[0];
+        for p in 1..6 {
+            sum = sum + self.probability[p] * densities[p];
+        }
+        sum
     }
 
     /// f·cos θᵢ of each lobe and pdf(ω_i), for the price of little more than one of them; the
@@ -319,20 +341,21 @@ impl Hit<'_, f32> {
     pub fn sample_lobe(&self, lobe: Lobe, u: [f32; 3]) -> Sample {
         let model = self.bcsdf;
         let unscattered = |p: usize| model.longitudinal.sample(&self.centres, p, [u[0], u[1]]);
-        let scattered = |p: usize| match &self.scattered[0] {
-            Some(s) => {
-                let relative = model.medulla.sample_azimuth(s, u[2]);
-                let [phi] = f32::each([relative], wrap);
-                let theta = model.medulla.sample_inclination(s, phi, [u[0], u[1]]);
-                (theta.sin_cos(), relative + self.scattered_exit[p - 1])
+        let exit = self.exit.to_array();
+        let scattered = |p: usize| {
+            let s = &self.scattered[0];
+            if !s.exists {
+                // Not drawn by `sample`: the lobe carries no energy. R stands in.
+                return (unscattered(0), exit[0]);
             }
-            // Not drawn by `sample`: the lobe carries no energy. R stands in.
-            None => (unscattered(0), self.exit[0]),
+            let relative = model.medulla.sample_azimuth(s, u[2]);
+            let theta = model.medulla.sample_inclination(s, wrap(relative), [u[0], u[1]]);
+            (theta.sin_cos(), relative + self.scattered_exit[p - 1])
         };
         let ((sin_i, cos_i), phi) = match lobe {
             Lobe::R | Lobe::Tt | Lobe::Trt => {
                 let p = lobe as usize;
-                (unscattered(p), model.azimuthal.sample(self.exit[p], p, u[2]))
+                (unscattered(p), model.azimuthal.sample(exit[p], p, u[2]))
             }
             Lobe::Tts => scattered(1),
             Lobe::Trts => scattered(2),
@@ -342,11 +365,10 @@ impl Hit<'_, f32> {
         let (sin_phi, cos_phi) = phi.sin_cos();
         let [c, s] = self.frame;
         let wi = Vec3::new(sin_i, cos_i * (cos_phi * c - sin_phi * s), cos_i * (sin_phi * c + cos_phi * s));
-        let [phi] = f32::each([phi], wrap);
-        let [theta_i] = f32::each2([sin_i], [cos_i], special::atan2);
+        let [theta_i, _] = f32::atan2_pair([sin_i, 0.0], [cos_i, 1.0]);
         let d = self.densities(&Outgoing { sin_i, cos_i, theta_i, phi });
         let pdf = self.density(&d);
-        let f = self.lobes(&d).total();
+        let f = self.total(&d);
         let inverse = if pdf > 0.0 { 1.0 / pdf } else { 0.0 };
         Sample { wi, pdf, weight: f.map(|f| f * inverse), lobe }
     }

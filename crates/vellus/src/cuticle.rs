@@ -23,29 +23,32 @@ pub struct Fresnel<V> {
 ///
 /// D3: `cos` is the true 3-D incidence, cos θ_o · cos γ_o, with η; not the paper's (η′, γ).
 #[doc(alias = "Eq. 13")]
+#[inline]
 pub fn fresnel<V: Lanes>(eta: f32, layers: f32, cos: V) -> Fresnel<V> {
-    let one = V::splat(1.0);
-    let sin2 = (one - cos) * (one + cos);
-    let cos_t = (one - sin2 * V::splat(1.0 / (eta * eta))).max(V::splat(0.0)).sqrt();
-    let eta = V::splat(eta);
-    // The sums vanish only for eta = 1 and cos = 0, where nothing reflects.
-    let floor = V::splat(1e-20);
-    let s = (cos - eta * cos_t) / (cos + eta * cos_t).max(floor);
-    let p = (eta * cos - cos_t) / (eta * cos + cos_t).max(floor);
-    let (r_s, r_p) = (s * s, p * p);
-    // 1 − 2r/(1+r) = (1−r)/(1+r), and 1 − r = 4 a b/(a+b)².
-    let complement = |a: V, b: V| {
-        let sum = (a + b).max(floor);
-        V::splat(4.0) * a * b / (sum * sum)
-    };
-    let slab = |r: V| V::splat(2.0) * r / (one + r);
-    let phi = V::splat(0.5) * (slab(r_s) + slab(r_p));
-    // The floor decides for transmission where nothing reflects: l = 0 at grazing incidence.
-    let through = (V::splat(0.5)
-        * (complement(cos, eta * cos_t) / (one + r_s) + complement(eta * cos, cos_t) / (one + r_p)))
-    .max(V::splat(1e-30));
-    // 1 + (l − 1) φ₁ = (1 − φ₁) + l φ₁, a sum without cancellation.
-    let back = V::splat(layers) * phi;
-    let scale = one / (through + back);
+    let [back, through] = parts(eta, layers, cos, refracted_cos2(eta, cos * cos).sqrt());
+    let scale = V::splat(1.0) / (back + through);
     Fresnel { reflected: back * scale, transmitted: through * scale }
+}
+
+/// cos² of the refracted direction from cos² of incidence.
+#[inline(always)]
+pub(crate) fn refracted_cos2<V: Lanes>(eta: f32, cos2: V) -> V {
+    (V::splat(1.0) - (V::splat(1.0) - cos2) * V::splat(1.0 / (eta * eta))).max(V::splat(0.0))
+}
+
+/// Two numbers in the proportion F : (1 − F), free of divisions.
+///
+/// With r = (a − b)²/(a + b)² a slab reflects 2r/(1+r) = (a − b)²/(a² + b²) and lets 2ab/(a² + b²)
+/// through; a, b are cos, η cos_t for one polarisation and η cos, cos_t for the other. In
+/// F = l φ₁/((1 − φ₁) + l φ₁) the denominators cancel, and no difference loses digits.
+#[inline(always)]
+pub(crate) fn parts<V: Lanes>(eta: f32, layers: f32, cos: V, cos_t: V) -> [V; 2] {
+    let eta = V::splat(eta);
+    let (a, b) = (cos, eta * cos_t);
+    let (c, d) = (eta * cos, cos_t);
+    let (s, p) = (a * a + b * b, c * c + d * d);
+    let reflected = (a - b) * (a - b) * p + (c - d) * (c - d) * s;
+    let through = a * b * p + c * d * s;
+    // The floor decides for transmission where nothing reflects: l = 0 at grazing incidence.
+    [V::splat(0.5 * layers) * reflected, through.max(V::splat(1e-30))]
 }

@@ -9,8 +9,7 @@
 //! Hair Fiber Models: draw a direction of the spherical Gaussian, keep its inclination.
 
 use crate::fiber::Fiber;
-use crate::lanes::Lanes;
-use crate::special;
+use crate::lanes::{Lanes, Quad};
 
 /// Shift and width of the four lobes, prepared once a fibre: R, TT, TRT, rest.
 #[derive(Clone, Debug)]
@@ -27,9 +26,9 @@ pub(crate) struct Longitudinal {
 
 /// sin θ_c and |cos θ_c| of the four lobes. A centre past the pole folds back: I₀ is even.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Centres<V> {
-    sin: [V; 4],
-    cos: [V; 4],
+pub(crate) struct Centres<V: Lanes> {
+    sin: V::Quad,
+    cos: V::Quad,
 }
 
 impl Longitudinal {
@@ -49,33 +48,25 @@ impl Longitudinal {
     }
 
     /// θ_c = −θ_o − α_p. D11: minus, as x runs from root to tip and scales open toward the tip.
+    #[inline(always)]
     pub fn centres<V: Lanes>(&self, sin_o: V, cos_o: V) -> Centres<V> {
-        let turn = |p: usize| (V::splat(self.sin_alpha[p]), V::splat(self.cos_alpha[p]));
-        Centres {
-            sin: std::array::from_fn(|p| {
-                let (s, c) = turn(p);
-                -(sin_o * c + cos_o * s)
-            }),
-            cos: std::array::from_fn(|p| {
-                let (s, c) = turn(p);
-                (cos_o * c - sin_o * s).abs()
-            }),
-        }
+        let (s, c) = (V::Quad::constant(self.sin_alpha), V::Quad::constant(self.cos_alpha));
+        let (sin_o, cos_o) = (V::Quad::splat(sin_o), V::Quad::splat(cos_o));
+        Centres { sin: -(sin_o * c + cos_o * s), cos: (cos_o * c - sin_o * s).abs() }
     }
 
     /// M̂ₚ(θᵢ) of the four lobes, densities with respect to sin θᵢ.
     #[doc(alias = "Eq. 5")]
-    pub fn eval<V: Lanes>(&self, centres: &Centres<V>, sin_i: V, cos_i: V) -> [V; 4] {
+    #[inline(always)]
+    pub fn eval<V: Lanes>(&self, centres: &Centres<V>, sin_i: V, cos_i: V) -> V::Quad {
         // In log form: (sin sin + cos cos − 1)/v = −|Δ|²/2v, the chord between the two unit
         // vectors, which keeps its precision where v = 3e-6.
-        let exponent = std::array::from_fn(|p| {
-            let (ds, dc) = (sin_i - centres.sin[p], cos_i - centres.cos[p]);
-            (ds * ds + dc * dc) * V::splat(-0.5 * self.inv_v[p])
-        });
-        let x = std::array::from_fn(|p| cos_i * centres.cos[p] * V::splat(self.inv_v[p]));
-        let gauss: [V; 4] = V::each(exponent, special::exp);
-        let bessel: [V; 4] = V::each(x, special::bessel_i0e);
-        std::array::from_fn(|p| gauss[p] * bessel[p] * V::splat(self.norm[p]))
+        let inv_v = V::Quad::constant(self.inv_v);
+        let (sin_i, cos_i) = (V::Quad::splat(sin_i), V::Quad::splat(cos_i));
+        let (ds, dc) = (sin_i - centres.sin, cos_i - centres.cos);
+        let exponent = (ds * ds + dc * dc) * inv_v * V::Quad::splat(V::splat(-0.5));
+        let x = cos_i * centres.cos * inv_v;
+        exponent.exp() * x.bessel_i0e() * V::Quad::constant(self.norm)
     }
 
     /// Draws (sin θᵢ, cos θᵢ) of lobe `p` from two uniform numbers.
@@ -91,7 +82,7 @@ impl Longitudinal {
         let drop = (-self.v[p] * (u[0] + (1.0 - u[0]) * self.floor[p]).max(f32::MIN_POSITIVE).ln()).clamp(0.0, 2.0);
         let (cos, sin) = (1.0 - drop, (drop * (2.0 - drop)).sqrt());
         let (sin_psi, cos_psi) = (std::f32::consts::TAU * u[1]).sin_cos();
-        let (s, c) = (centres.sin[p], centres.cos[p]);
+        let (s, c) = (centres.sin.array()[p], centres.cos.array()[p]);
         [cos * s + sin * cos_psi * c, cos * c - sin * cos_psi * s, sin * sin_psi]
     }
 }

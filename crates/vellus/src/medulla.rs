@@ -27,13 +27,30 @@ pub(crate) struct Scattered {
     azimuthal: Weights<AZIMUTHAL>,
     backward: Weights<BACKWARD>,
     forward: Weights<FORWARD>,
-    /// |θ_o| with its sine and cosine: the shift of the forward lobe.
+    /// What makes each of the three integrate to 1.
+    scale: [f32; 3],
+    /// |θ_o|: the shift of the forward lobe.
     theta: f32,
-    theta_sin_cos: (f32, f32),
     /// −1 where h″ < 0: the profile is mirrored, (h, φ) → (−h, −φ).
     mirror_phi: f32,
     /// −1 where θ_o < 0: (θ_o, θᵢ) → (−θ_o, −θᵢ).
     mirror_theta: f32,
+    /// False where the path misses the medulla.
+    pub exists: bool,
+}
+
+impl Scattered {
+    /// A path that misses the medulla.
+    pub const NONE: Scattered = Scattered {
+        azimuthal: [f32x8::ZERO; AZIMUTHAL],
+        backward: [f32x8::ZERO; BACKWARD],
+        forward: [f32x8::ZERO; FORWARD],
+        scale: [0.0; 3],
+        theta: 0.0,
+        mirror_phi: 1.0,
+        mirror_theta: 1.0,
+        exists: false,
+    };
 }
 
 impl<'t> Medulla<'t> {
@@ -56,7 +73,7 @@ impl<'t> Medulla<'t> {
             backward: longitudinal!(backward),
             forward: longitudinal!(forward),
             g: on(g_position, tables.mean_path_nodes[1]),
-            backward_integrals: tables.backward.densities.integrals(0.0, (0.0, 1.0)),
+            backward_integrals: tables.backward.densities.integrals(0.0),
             optical_radius,
         }
     }
@@ -67,6 +84,7 @@ impl<'t> Medulla<'t> {
     }
 
     /// ⟨L⟩(τ, g, h″) at positions of τ and h″ in [0, 1].
+    #[inline(always)]
     fn mean_path(&self, tau: f32, h: f32) -> f32 {
         let [n_tau, n_g, n_h] = self.tables.mean_path_nodes;
         let (tau, h) = (on(tau, n_tau), on(h, n_h));
@@ -83,19 +101,17 @@ impl<'t> Medulla<'t> {
         a + tau.t * (b - a)
     }
 
-    /// Prepares a hit, and ⟨L⟩ for it: `angle` is asin h″ with its sign, `theta` is θ_o with its
-    /// sine and cosine.
-    #[inline]
-    pub fn at(&self, elongation: f32, angle: f32, theta: f32, (sin, cos): (f32, f32)) -> (Scattered, f32) {
+    /// Prepares a hit, with ⟨L⟩ for it: `angle` is asin h″ and `theta` θ_o, with their signs.
+    #[inline(always)]
+    pub fn at(&self, elongation: f32, angle: f32, theta: f32) -> (Scattered, f32) {
         let Tables { azimuthal, backward, forward, .. } = self.tables;
-        let theta_sin_cos = (sin.abs(), cos);
-        let shift = theta.abs();
         let tau = tau_position(self.optical_radius * elongation);
         let h = angle.abs() * std::f32::consts::FRAC_2_PI;
         let [tau_rows, _, h_rows] = &azimuthal.factors;
-        let mut w_n = product(&tau_rows.at(on(tau, tau_rows.nodes())), &h_rows.at(on(h, h_rows.nodes())));
-        w_n = normalised(&product(&w_n, &self.azimuthal), &[f32x8::ONE; AZIMUTHAL]);
+        let w_n = product(&tau_rows.at(on(tau, tau_rows.nodes())), &h_rows.at(on(h, h_rows.nodes())));
+        let w_n = product(&w_n, &self.azimuthal);
 
+        let shift = theta.abs();
         let position = shift * (1.0 / grid::THETA_MAX as f32);
         let rows = &backward.factors[2];
         let w_b = product(&rows.at(on(position, rows.nodes())), &self.backward);
@@ -103,12 +119,17 @@ impl<'t> Medulla<'t> {
         let w_f = product(&rows.at(on(position, rows.nodes())), &self.forward);
         let scattered = Scattered {
             azimuthal: w_n,
-            backward: normalised(&w_b, &self.backward_integrals),
-            forward: normalised(&w_f, &forward.densities.integrals(shift, theta_sin_cos)),
+            backward: w_b,
+            forward: w_f,
+            scale: [
+                normaliser(&w_n, &[f32x8::ONE; AZIMUTHAL]),
+                normaliser(&w_b, &self.backward_integrals),
+                normaliser(&w_f, &forward.densities.integrals(shift)),
+            ],
             theta: shift,
-            theta_sin_cos,
             mirror_phi: 1f32.copysign(angle),
-            mirror_theta: 1f32.copysign(sin),
+            mirror_theta: 1f32.copysign(theta),
+            exists: true,
         };
         (scattered, self.mean_path(tau, h))
     }
@@ -118,7 +139,7 @@ impl<'t> Medulla<'t> {
     #[inline(always)]
     pub fn azimuthal(&self, s: &Scattered, phi: f32) -> f32 {
         let phi = phi * s.mirror_phi;
-        self.tables.azimuthal.densities.eval(&s.azimuthal, if phi < 0.0 { phi + TAU } else { phi })
+        s.scale[0] * self.tables.azimuthal.densities.eval(&s.azimuthal, if phi < 0.0 { phi + TAU } else { phi })
     }
 
     /// C^M of the backward and the forward half at θᵢ; densities in sin θᵢ.
@@ -127,15 +148,15 @@ impl<'t> Medulla<'t> {
     pub fn longitudinal(&self, s: &Scattered, theta_i: f32) -> [f32; 2] {
         let theta_i = theta_i * s.mirror_theta;
         [
-            self.tables.backward.densities.eval(&s.backward, theta_i),
-            self.tables.forward.densities.eval(&s.forward, theta_i + s.theta),
+            s.scale[1] * self.tables.backward.densities.eval(&s.backward, theta_i),
+            s.scale[2] * self.tables.forward.densities.eval(&s.forward, theta_i + s.theta),
         ]
     }
 
     /// Draws an azimuth from straight back, in [−2π, 2π], from C^N. D10: exact sampling from the tables.
     pub fn sample_azimuth(&self, s: &Scattered, u: f32) -> f32 {
         let (r, u) = choose(&s.azimuthal, &[f32x8::ONE; AZIMUTHAL], u);
-        s.mirror_phi * self.tables.azimuthal.densities.invert(r, u, 0.0, (0.0, 1.0))
+        s.mirror_phi * self.tables.azimuthal.densities.invert(r, u, 0.0)
     }
 
     /// Draws θᵢ from C^M for an azimuth `phi` in [−π, π] from straight back: a half in proportion
@@ -144,30 +165,26 @@ impl<'t> Medulla<'t> {
         let forward = phi.abs() / PI;
         let theta = if u[0] < forward {
             let densities = &self.tables.forward.densities;
-            let (r, _) = choose(&s.forward, &densities.integrals(s.theta, s.theta_sin_cos), u[0] / forward);
-            densities.invert(r, u[1], s.theta, s.theta_sin_cos) - s.theta
+            let (r, _) = choose(&s.forward, &densities.integrals(s.theta), u[0] / forward);
+            densities.invert(r, u[1], s.theta) - s.theta
         } else {
             let densities = &self.tables.backward.densities;
             let u0 = (u[0] - forward) / (1.0 - forward).max(f32::MIN_POSITIVE);
             let (r, _) = choose(&s.backward, &self.backward_integrals, u0);
-            densities.invert(r, u[1], 0.0, (0.0, 1.0))
+            densities.invert(r, u[1], 0.0)
         };
         theta * s.mirror_theta
     }
 }
 
-/// Weights with Σ w_r z_r = 1.
-fn normalised<const C: usize>(w: &Weights<C>, z: &Weights<C>) -> Weights<C> {
-    let scale = f32x8::splat(normaliser(w, z));
-    w.map(|w| w * scale)
-}
-
 /// Position in [0, 1] on an axis of that many nodes.
+#[inline(always)]
 fn on(position: f32, nodes: usize) -> Between {
     Between::new(position * (nodes - 1) as f32, nodes)
 }
 
 /// [`grid::tau_position`] in single precision. 1 + kτ rounds at 6e-8, 1e-8 of the axis.
+#[inline(always)]
 fn tau_position(tau: f32) -> f32 {
     (1.0 + grid::TAU_SCALE as f32 * tau).ln() * (1.0 / grid::TAU_GROWTH as f32)
 }

@@ -1,34 +1,110 @@
 //! Special functions in single precision, eight at a time, each with a stated error bound that
 //! the tests hold against 50-digit values.
 
-use wide::{f32x8, u32x8};
+use std::ops::{Add, Div, Mul, Neg, Sub};
+use wide::{f32x4, f32x8, u32x4, u32x8};
 
-fn horner(x: f32x8, coefficients: &[f32]) -> f32x8 {
-    let mut sum = f32x8::splat(coefficients[0]);
-    for &c in &coefficients[1..] {
-        sum = sum.mul_add(x, f32x8::splat(c));
-    }
-    sum
+/// A register of four or eight numbers.
+pub trait Register:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    fn splat(x: f32) -> Self;
+    fn mul_add(self, factor: Self, term: Self) -> Self;
+    fn max(self, other: Self) -> Self;
+    fn min(self, other: Self) -> Self;
+    fn abs(self) -> Self;
+    fn sqrt(self) -> Self;
+    fn copysign(self, sign: Self) -> Self;
+    /// `x` where `self < limit`, else `y`.
+    fn select_lt(self, limit: Self, x: Self, y: Self) -> Self;
+    fn any_lt(self, limit: Self) -> bool;
+    /// 2ⁿ for n in the low bits of the mantissa.
+    fn power_of_two(self) -> Self;
+}
+
+macro_rules! register {
+    ($float:ty, $bits:ty) => {
+        impl Register for $float {
+            #[inline(always)]
+            fn splat(x: f32) -> Self {
+                <$float>::splat(x)
+            }
+            #[inline(always)]
+            fn mul_add(self, factor: Self, term: Self) -> Self {
+                <$float>::mul_add(self, factor, term)
+            }
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                self.fast_max(other)
+            }
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                self.fast_min(other)
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                <$float>::abs(self)
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                <$float>::sqrt(self)
+            }
+            #[inline(always)]
+            fn copysign(self, sign: Self) -> Self {
+                <$float>::copysign(self, sign)
+            }
+            #[inline(always)]
+            fn select_lt(self, limit: Self, x: Self, y: Self) -> Self {
+                self.simd_lt(limit).select(x, y)
+            }
+            #[inline(always)]
+            fn any_lt(self, limit: Self) -> bool {
+                self.simd_lt(limit).any()
+            }
+            #[inline(always)]
+            fn power_of_two(self) -> Self {
+                <$float>::from_bits((self.to_bits() << 23u32) + <$bits>::splat(0x3f80_0000))
+            }
+        }
+    };
+}
+register!(f32x4, u32x4);
+register!(f32x8, u32x8);
+
+/// A polynomial, coefficients from the highest power down, by Estrin's scheme: half the latency of
+/// Horner's, and a query is one long chain of dependent operations.
+#[inline(always)]
+fn polynomial<R: Register, const N: usize>(x: R, coefficients: [f32; N]) -> R {
+    const { assert!(N >= 2 && N <= 8) }
+    let c = |power: usize| R::splat(coefficients[N - 1 - power]);
+    let pair = |power: usize| if power + 1 < N { c(power + 1).mul_add(x, c(power)) } else { c(power) };
+    let x2 = x * x;
+    let quad = |power: usize| if power + 2 < N { pair(power + 2).mul_add(x2, pair(power)) } else { pair(power) };
+    if N > 4 { quad(4).mul_add(x2 * x2, quad(0)) } else { quad(0) }
 }
 
 /// eˣ for x ≤ 88, relative error ≤ 2e-7 plus |x|·6e-8 of argument rounding; below −87 it is
 /// held at e⁻⁸⁷ ≈ 1.6e-38, so that a far tail is a tiny number, never a subnormal or an infinity.
 #[inline(always)]
-pub fn exp(x: f32x8) -> f32x8 {
+pub fn exp<R: Register>(x: R) -> R {
     const LOG2_E: f32 = std::f32::consts::LOG2_E;
     // 1.5·2²³: adding it rounds to an integer and leaves that integer in the low mantissa bits.
     const ROUND: f32 = 12_582_912.0;
     // ln 2 in two parts, the first with few enough bits that n·LN2_HI is exact.
     const LN2_HI: f32 = 0.693_359_4;
     const LN2_LO: f32 = -2.121_944_4e-4;
-    let x = x.fast_max(f32x8::splat(-87.0));
-    let k = x * f32x8::splat(LOG2_E) + f32x8::splat(ROUND);
-    let n = k - f32x8::splat(ROUND);
-    let r = x - n * f32x8::splat(LN2_HI) - n * f32x8::splat(LN2_LO);
+    let x = x.max(R::splat(-87.0));
+    let k = x * R::splat(LOG2_E) + R::splat(ROUND);
+    let n = k - R::splat(ROUND);
+    let r = x - n * R::splat(LN2_HI) - n * R::splat(LN2_LO);
     // Taylor to degree 7 on |r| ≤ ln2/2: truncation (ln2/2)⁸/8! = 5e-9.
-    let p = horner(r, &[1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0, 1.0]);
-    let scale: u32x8 = (k.to_bits() << 23u32) + u32x8::splat(0x3f80_0000);
-    p * f32x8::from_bits(scale)
+    let p = polynomial(r, [1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0, 1.0]);
+    p * k.power_of_two()
 }
 
 /// e⁻ˣ I₀(x) for x ≥ 0, relative error ≤ 1.2e-6: 3e-7 of the fits, 5e-7 of exp(−5)
@@ -37,42 +113,39 @@ pub fn exp(x: f32x8) -> f32x8 {
 ///
 /// The often copied asymptotic series of log I₀ with 1/(8x) inside the ½ is 0.6 % off; see the test.
 #[inline(always)]
-pub fn bessel_i0e(x: f32x8) -> f32x8 {
-    const SPLIT: f32 = 5.0;
-    let small = x.simd_lt(f32x8::splat(SPLIT));
-    let large = {
-        let x = x.fast_max(f32x8::splat(SPLIT));
-        let t = f32x8::ONE / x;
-        let p = horner(t, &[-1.965_749_6, 1.585_369_3, -0.265_941_5, 0.057_056_73, 0.026_962_09, 0.049_882_96, 0.398_942_23]);
-        p * t.sqrt()
-    };
-    if small.none() {
+pub fn bessel_i0e<R: Register>(x: R) -> R {
+    let split = R::splat(5.0);
+    let t = R::splat(1.0) / x.max(split);
+    let p = polynomial(t, [-1.965_749_6, 1.585_369_3, -0.265_941_5, 0.057_056_73, 0.026_962_09, 0.049_882_96, 0.398_942_23]);
+    let large = p * t.sqrt();
+    if !x.any_lt(split) {
         return large;
     }
-    let x = x.fast_min(f32x8::splat(SPLIT));
-    let p = horner(x * x, &[3.405_94e-12, 4.329_608_6e-10, 6.852_862e-8, 6.774_596_4e-6, 4.340_663_6e-4, 0.015_624_912, 0.25, 1.0]);
-    small.select(p * exp(-x), large)
+    let near = x.min(split);
+    let p = polynomial(near * near, [3.405_94e-12, 4.329_608_6e-10, 6.852_862e-8, 6.774_596_4e-6, 4.340_663_6e-4, 0.015_624_912, 0.25, 1.0]);
+    x.select_lt(split, p * exp(-near), large)
 }
 
 /// atan2(y, x) in (−π, π], absolute error ≤ 3e-7. atan2(0, 0) is 0.
 ///
 /// The polynomial is that of Cephes' atanf (Moshier), on |t| ≤ tan(π/8).
 #[inline(always)]
-pub fn atan2(y: f32x8, x: f32x8) -> f32x8 {
+pub fn atan2<R: Register>(y: R, x: R) -> R {
     use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+    let zero = R::splat(0.0);
     let (ax, ay) = (x.abs(), y.abs());
-    let hi = ax.fast_max(ay);
-    let lo = ax.fast_min(ay);
+    let hi = ax.max(ay);
+    let lo = ax.min(ay);
     // Beyond tan(π/8) the angle is π/4 + atan((lo − hi)/(lo + hi)); one division serves both cases.
-    let fold = lo.simd_gt(hi * f32x8::splat(0.414_213_57));
-    let numerator = fold.select(lo - hi, lo);
-    let denominator = fold.select(lo + hi, hi).fast_max(f32x8::splat(f32::MIN_POSITIVE));
+    let knee = hi * R::splat(0.414_213_57);
+    let numerator = knee.select_lt(lo, lo - hi, lo);
+    let denominator = knee.select_lt(lo, lo + hi, hi).max(R::splat(f32::MIN_POSITIVE));
     let t = numerator / denominator;
     let z = t * t;
-    let p = horner(z, &[8.053_744_5e-2, -1.387_768_6e-1, 1.997_771e-1, -3.333_295e-1]);
-    let mut angle = (p * z).mul_add(t, t) + fold.select(f32x8::splat(FRAC_PI_4), f32x8::ZERO);
-    angle = ay.simd_gt(ax).select(f32x8::splat(FRAC_PI_2) - angle, angle);
-    angle = x.simd_lt(f32x8::ZERO).select(f32x8::splat(PI) - angle, angle);
+    let p = polynomial(z, [8.053_744_5e-2, -1.387_768_6e-1, 1.997_771e-1, -3.333_295e-1]);
+    let mut angle = (p * z).mul_add(t, t) + knee.select_lt(lo, R::splat(FRAC_PI_4), zero);
+    angle = ax.select_lt(ay, R::splat(FRAC_PI_2) - angle, angle);
+    angle = x.select_lt(zero, R::splat(PI) - angle, angle);
     angle.copysign(y)
 }
 
