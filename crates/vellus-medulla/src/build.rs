@@ -34,7 +34,7 @@ impl Quality {
             nodes: [24, 16, 16, 18],
             directions: 720,
             photons: 200_000,
-            ranks: [48, 24, 40],
+            ranks: [40, 16, 32],
             sweeps: 2000,
             path_stride: [3, 1],
             seed: 2017,

@@ -140,5 +140,6 @@ fn batch_prepare_eval_and_pdf(bencher: Bencher) {
 }
 
 fn main() {
-    divan::main();
+    // Whole rounds of the queries a sample: anything less would time cold caches and branches.
+    divan::Divan::from_args().sample_size(N as u32).sample_count(200).main();
 }

@@ -23,11 +23,11 @@ impl Azimuthal {
     #[doc(alias = "Eq. 16")]
     pub fn new(fiber: &Fiber) -> Self {
         let sigma = [1.0f32, 2.0, 3.0].map(|k| fiber.beta_n * k.sqrt());
-        // What lies beyond the last image summed: nothing over e^(−17) of the peak for 0 images,
-        // (|d| ≥ π, σ ≤ 0.53), and e^(−23) for 1 (|d| ≥ 3π, σ ≤ 1.39). With 2 images and the
+        // What lies beyond the last image summed: nothing over e^(−16.3), one rounding, of the peak for 0
+        // images (|d| ≥ π, σ ≤ 0.55), and e^(−23) for 1 (|d| ≥ 3π, σ ≤ 1.39). With 2 images and the
         // widest lobe allowed (σ = 2.72, |d| ≥ 5π) it is e^(−16).
         let widest = sigma[2];
-        let images = if widest < 0.53 {
+        let images = if widest < 0.55 {
             0
         } else if widest < 1.39 {
             1

@@ -334,7 +334,7 @@ struct End {
 
 #[cfg(test)]
 mod tests {
-    use crate::tables::Tables;
+    use crate::tables::{FORWARD, Tables};
 
     /// Z_r against the midpoint rule, for every shift and component, of the forward table.
     #[test]
@@ -343,8 +343,8 @@ mod tests {
         for degrees in [0.0f64, 0.3, 17.2, 60.0, 62.97, 84.9, 89.99] {
             let shift = degrees.to_radians();
             let fast = densities.integrals(shift as f32);
-            for r in 0..40 {
-                let mut unit = [wide::f32x8::ZERO; 5];
+            for r in 0..8 * FORWARD {
+                let mut unit = [wide::f32x8::ZERO; FORWARD];
                 let mut lanes = [0.0; 8];
                 lanes[r % 8] = 1.0;
                 unit[r / 8] = wide::f32x8::new(lanes);

@@ -13,9 +13,9 @@ use std::sync::OnceLock;
 const MAGIC: &[u8; 8] = b"VELLUSM1";
 
 /// Registers of eight components each mixture has room for.
-pub(crate) const AZIMUTHAL: usize = 6;
-pub(crate) const BACKWARD: usize = 3;
-pub(crate) const FORWARD: usize = 5;
+pub(crate) const AZIMUTHAL: usize = 5;
+pub(crate) const BACKWARD: usize = 2;
+pub(crate) const FORWARD: usize = 4;
 
 /// One compressed profile table: `rank` products of four factors.
 #[derive(Clone, Debug, PartialEq)]

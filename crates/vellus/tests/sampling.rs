@@ -31,14 +31,14 @@ fn pdf_integrates_to_one() {
     }
 }
 
-/// χ² of 400,000 samples in 20 × 40 equal-area cells, against the pdf integrated over each cell.
+/// χ² of 2,000,000 samples in 20 × 40 equal-area cells, against the pdf integrated over each cell.
 ///
 /// Significance 0.01 over all fibres and hits together, by Šidák: 1 − 0.99^(1/n) each. The threshold uses the
 /// Wilson–Hilferty approximation of the χ² quantile. A wrong tilt sign, a lost Jacobian or a
 /// wrong lobe probability exceed it by orders of magnitude.
 #[test]
 fn sample_histogram_matches_pdf() {
-    let (rows, columns, samples) = (20usize, 40usize, 400_000usize);
+    let (rows, columns, samples) = (20usize, 40usize, 2_000_000usize);
     let hits = [(0.35f64, 0.3f32), (-1.2, -0.8)];
     let mut random = Uniform(3);
     let tests = (fibers().len() * hits.len()) as f64;
