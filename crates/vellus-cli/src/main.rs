@@ -1,1 +1,73 @@
-fn main(){}
+//! The command `vellus`: the fur reflectance model from the shell.
+
+mod demo;
+mod energy;
+mod eval;
+mod fiber;
+mod fiber_args;
+mod output;
+mod plot;
+mod query;
+mod reference;
+mod table;
+
+use clap::{Parser, Subcommand};
+
+/// The fur and hair reflectance model of Yan, Jensen and Ramamoorthi 2017.
+///
+/// Angles are in degrees, lengths in fibre radii, absorption and scattering per fibre radius. θ is measured
+/// from the plane normal to the fibre, x runs from root to tip, φ is the azimuth between both
+/// directions, h the offset at which the fibre is hit.
+///
+/// Without a subcommand: evaluates a red fox's fur and draws its lobes.
+#[derive(Parser)]
+#[command(name = "vellus", version)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// List the preset fibres, or show one.
+    #[command(subcommand)]
+    Fiber(fiber::Command),
+    /// Evaluate the model: one query, or a CSV of them.
+    Eval(eval::Args),
+    /// Energy of each lobe in closed form beside the integral of `eval` over the sphere.
+    Energy(energy::Args),
+    /// Draw lobes, profiles, medulla tables or energies to PNG and SVG.
+    #[command(subcommand)]
+    Plot(plot::Command),
+    /// Build, describe or check the tables of light scattered by the medulla.
+    #[command(subcommand)]
+    Table(table::Command),
+    /// Monte Carlo of the whole fibre, beside the model's energies.
+    Reference(reference::Args),
+}
+
+fn main() -> std::process::ExitCode {
+    let result = match Cli::parse().command {
+        None => demo::run(),
+        Some(Command::Fiber(command)) => fiber::run(&command),
+        Some(Command::Eval(args)) => eval::run(&args),
+        Some(Command::Energy(args)) => energy::run(&args),
+        Some(Command::Plot(command)) => plot::run(&command),
+        Some(Command::Table(command)) => table::run(&command),
+        Some(Command::Reference(args)) => reference::run(&args),
+    };
+    match result {
+        Ok(()) => std::process::ExitCode::SUCCESS,
+        Err(e) => {
+            // A closed pipe (`vellus … | head`) is the reader's wish, not an error.
+            let broken_pipe = e.chain().any(|cause| {
+                cause.downcast_ref::<std::io::Error>().is_some_and(|e| e.kind() == std::io::ErrorKind::BrokenPipe)
+            });
+            if broken_pipe {
+                return std::process::ExitCode::SUCCESS;
+            }
+            eprintln!("error: {e:#}");
+            std::process::ExitCode::from(2)
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! `vellus eval`: f·cos θ_i of each lobe, and the sampling density.
+
+use crate::fiber_args::FiberArgs;
+use crate::output::{self, Format};
+use crate::query::{Answer, Query, read_csv};
+use anyhow::{Context, Result};
+use serde_json::{Map, Value, json};
+use std::path::PathBuf;
+use vellus::{Bcsdf, Lobe};
+
+/// What to evaluate.
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    fiber: FiberArgs,
+    /// Inclination of ω_o (toward the camera), degrees from the normal plane.
+    #[arg(long, default_value_t = 20.0, allow_negative_numbers = true, value_name = "DEG")]
+    theta_o: f64,
+    /// Offset at which the fibre is hit, in [-1, 1].
+    #[arg(long, default_value_t = 0.3, allow_negative_numbers = true)]
+    h: f64,
+    /// Inclination of ω_i (toward the light), degrees.
+    #[arg(long, default_value_t = -15.0, allow_negative_numbers = true, value_name = "DEG")]
+    theta_i: f64,
+    /// Azimuth of ω_i from ω_o, degrees.
+    #[arg(long, default_value_t = 150.0, allow_negative_numbers = true, value_name = "DEG")]
+    phi: f64,
+    /// CSV of queries with a header theta_o,h,theta_i,phi (degrees), or - for standard input.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["theta_o", "h", "theta_i", "phi"])]
+    queries: Option<PathBuf>,
+    /// How to write the result.
+    #[arg(long, value_enum, default_value_t = Format::Table)]
+    format: Format,
+    /// Write to a file instead of standard output.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+/// Runs it.
+pub fn run(args: &Args) -> Result<()> {
+    let fiber = args.fiber.load()?;
+    let bcsdf = Bcsdf::new(&fiber)?;
+    let queries = match &args.queries {
+        None => vec![Query::new([args.theta_o, args.h, args.theta_i, args.phi])?],
+        Some(path) if path.as_os_str() == "-" => read_csv(std::io::stdin().lock()).context("standard input")?,
+        Some(path) => {
+            let place = || format!("{}", path.display());
+            read_csv(std::fs::File::open(path).with_context(place)?).with_context(place)?
+        }
+    };
+    let answers: Vec<(Query, Answer)> = queries.into_iter().map(|q| (q, q.ask(&bcsdf))).collect();
+    let text = match args.format {
+        Format::Table => answers.iter().map(|(q, a)| table(q, a)).collect::<Vec<_>>().join("\n"),
+        Format::Csv => csv(&answers)?,
+        Format::Jsonl => answers.iter().map(|(q, a)| format!("{}\n", object(q, a))).collect(),
+        Format::Json => format!("{}\n", Value::Array(answers.iter().map(|(q, a)| object(q, a)).collect())),
+    };
+    output::write(args.out.as_deref(), text.as_bytes())
+}
+
+/// A query and its answer for people.
+pub fn table(query: &Query, answer: &Answer) -> String {
+    let mut rows = vec![["f·cos θ_i", "red", "green", "blue"].map(str::to_owned).to_vec()];
+    let row = |name: &str, rgb: [f32; 3]| {
+        [name.to_owned()].into_iter().chain(rgb.map(|x| output::number(x.into()))).collect::<Vec<_>>()
+    };
+    rows.extend(Lobe::ALL.iter().map(|&lobe| row(lobe.key(), answer.lobes.0[lobe as usize])));
+    rows.push(row("total", answer.lobes.total()));
+    format!(
+        "θ_o {}°, h {}, θ_i {}°, φ {}°: pdf {} per steradian\n{}",
+        query.theta_o,
+        query.h,
+        query.theta_i,
+        query.phi,
+        output::number(answer.pdf.into()),
+        output::align(&rows)
+    )
+}
+
+/// The f64 that prints as the f32 does.
+fn plain(x: f32) -> Value {
+    x.to_string().parse::<f64>().map_or(Value::Null, Value::from)
+}
+
+fn object(query: &Query, answer: &Answer) -> Value {
+    let mut object = Map::new();
+    for (name, value) in
+        [("theta_o", query.theta_o), ("h", query.h), ("theta_i", query.theta_i), ("phi", query.phi)]
+    {
+        object.insert(name.to_owned(), json!(value));
+    }
+    let rgb = |c: [f32; 3]| Value::Array(c.map(plain).to_vec());
+    for lobe in Lobe::ALL {
+        object.insert(lobe.key().to_owned(), rgb(answer.lobes.0[lobe as usize]));
+    }
+    object.insert("total".to_owned(), rgb(answer.lobes.total()));
+    object.insert("pdf".to_owned(), plain(answer.pdf));
+    Value::Object(object)
+}
+
+fn csv(answers: &[(Query, Answer)]) -> Result<String> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let mut header = ["theta_o", "h", "theta_i", "phi"].map(str::to_owned).to_vec();
+    for key in Lobe::ALL.map(Lobe::key).into_iter().chain(["total"]) {
+        header.extend(["r", "g", "b"].map(|c| format!("{key}.{c}")));
+    }
+    header.push("pdf".to_owned());
+    writer.write_record(&header)?;
+    for (q, a) in answers {
+        let mut row = [q.theta_o, q.h, q.theta_i, q.phi].map(|x| x.to_string()).to_vec();
+        row.extend(a.lobes.0.iter().chain([&a.lobes.total()]).flatten().map(f32::to_string));
+        row.push(a.pdf.to_string());
+        writer.write_record(&row)?;
+    }
+    Ok(String::from_utf8(writer.into_inner()?)?)
+}

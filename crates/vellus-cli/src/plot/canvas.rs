@@ -1,0 +1,83 @@
+//! Drawing once, for both file formats, with a font of our own: no system fonts needed.
+
+use crate::output;
+use anyhow::{Context, Result, anyhow, bail};
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::register_font;
+use std::path::PathBuf;
+
+/// A picture that any back end can draw.
+pub trait Draw {
+    /// Width and height in pixels.
+    fn size(&self) -> (u32, u32);
+    /// Draws on a white area of that size.
+    fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Result<()>
+    where
+        DB::ErrorType: 'static;
+}
+
+/// The lobes' colours (Tol's bright scheme, which colour-blind readers can tell apart).
+pub const LOBE_COLORS: [RGBColor; 6] = [
+    RGBColor(0x44, 0x77, 0xaa),
+    RGBColor(0x66, 0xcc, 0xee),
+    RGBColor(0x22, 0x88, 0x33),
+    RGBColor(0xcc, 0xbb, 0x44),
+    RGBColor(0xee, 0x66, 0x77),
+    RGBColor(0xaa, 0x33, 0x77),
+];
+
+/// The lobes' names as a reader of the paper knows them.
+pub const LOBE_LABELS: [&str; 6] = ["R", "TT", "TRT", "TTˢ", "TRTˢ", "rest"];
+
+/// Text of that height.
+pub fn font(size: f64) -> TextStyle<'static> {
+    ("sans-serif", size).into_font().color(&BLACK)
+}
+
+/// Saves to `files`, or to `out/NAME.png` and `out/NAME.svg` where there are none.
+pub fn save(picture: &impl Draw, files: &[PathBuf], name: &str) -> Result<Vec<PathBuf>> {
+    let files = match files {
+        [] => vec![format!("out/{name}.png").into(), format!("out/{name}.svg").into()],
+        files => files.to_vec(),
+    };
+    // Before any work: a bad name leaves no file behind.
+    if let Some(file) = files.iter().find(|f| !f.extension().is_some_and(|e| e == "png" || e == "svg")) {
+        bail!("{}: the name must end in .png or .svg", file.display());
+    }
+    register_font("sans-serif", FontStyle::Normal, include_bytes!("../../assets/DejaVuSans-subset.ttf"))
+        .map_err(|_| anyhow!("the embedded font is broken"))?;
+    for file in &files {
+        let bytes = if file.extension().is_some_and(|e| e == "png") { png(picture)? } else { svg(picture)? };
+        output::write(Some(file), &bytes)?;
+    }
+    Ok(files)
+}
+
+fn png(picture: &impl Draw) -> Result<Vec<u8>> {
+    let (width, height) = picture.size();
+    let mut pixels = vec![255u8; 3 * width as usize * height as usize];
+    {
+        let area = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
+        area.fill(&WHITE)?;
+        picture.draw(&area)?;
+        area.present()?;
+    }
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.write_header().context("PNG")?.write_image_data(&pixels).context("PNG")?;
+    Ok(bytes)
+}
+
+fn svg(picture: &impl Draw) -> Result<Vec<u8>> {
+    let mut text = String::new();
+    {
+        let area = SVGBackend::with_string(&mut text, picture.size()).into_drawing_area();
+        area.fill(&WHITE)?;
+        picture.draw(&area)?;
+        area.present()?;
+    }
+    Ok(text.into_bytes())
+}

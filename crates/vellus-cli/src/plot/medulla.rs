@@ -1,0 +1,166 @@
+//! Compressed against simulated profiles of the medulla (Yan17 Fig. 10).
+
+use super::canvas::{Draw, LOBE_COLORS, font};
+use crate::output;
+use anyhow::{Context, Result, bail};
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use rayon::prelude::*;
+use std::path::Path;
+use vellus::oracle::Profile;
+use vellus::{TableData, Tables};
+use vellus_medulla::medulla::{azimuthal, longitudinal, stream};
+
+/// (τ, g) of the columns: a thin, a middling and a thick medulla, between the tables' nodes.
+const COLUMNS: [(f64, f64); 3] = [(0.25, 0.3), (2.0, 0.6), (9.0, 0.88)];
+/// Offsets of the azimuthal curves.
+const OFFSETS: [f64; 3] = [0.0, 0.5, 0.9];
+/// Inclinations of the longitudinal curves, degrees.
+const INCLINATIONS: [f64; 3] = [0.0, 40.0, 75.0];
+/// Bins over the circle; over 180° half as many.
+const BINS: usize = 360;
+
+/// A simulated curve and the table's, over degrees.
+struct Curve {
+    label: String,
+    simulated: Vec<(f64, f64)>,
+    table: Vec<(f64, f64)>,
+}
+
+/// Six panels of curves.
+pub struct Picture {
+    azimuthal: Vec<Vec<Curve>>,
+    longitudinal: Vec<Vec<Curve>>,
+    bytes: usize,
+}
+
+impl Picture {
+    pub fn new(table: Option<&Path>, photons: u64) -> Result<Self> {
+        if !(1000..=1_000_000_000).contains(&photons) {
+            bail!("--photons = {photons} is out of range: must be in [1000, 1000000000]");
+        }
+        let (data, bytes) = match table {
+            None => (TableData::from_bytes(Tables::SHIPPED)?, Tables::SHIPPED.len()),
+            Some(path) => {
+                let place = || path.display().to_string();
+                let bytes = std::fs::read(path).with_context(place)?;
+                (TableData::from_bytes(&bytes).with_context(place)?, bytes.len())
+            }
+        };
+        let bar = output::progress(18, "simulating");
+        let azimuthal = COLUMNS
+            .par_iter()
+            .enumerate()
+            .map(|(i, &(tau, g))| {
+                let curve = |(k, &h): (usize, &f64)| {
+                    let simulated = azimuthal(tau, g, h, photons, BINS, &mut stream(1, (3 * i + k) as u64)).density;
+                    let profile = Profile::azimuthal(&data, tau, g, h);
+                    bar.inc(1);
+                    Curve {
+                        label: format!("h″ = {h}"),
+                        simulated: simulated.iter().enumerate().map(|(j, &y)| (j as f64 * 360.0 / BINS as f64, y)).collect(),
+                        table: (0..=720).map(|j| f64::from(j) / 2.0).map(|x| (x, profile.eval(x.to_radians()))).collect(),
+                    }
+                };
+                OFFSETS.iter().enumerate().map(curve).collect()
+            })
+            .collect();
+        let longitudinal = COLUMNS
+            .par_iter()
+            .enumerate()
+            .map(|(i, &(tau, g))| {
+                let nodes = BINS / 2 + 1;
+                let curves = |(k, &theta): (usize, &f64)| {
+                    let mut rng = stream(2, (3 * i + k) as u64);
+                    let simulated = longitudinal(tau, g, theta.to_radians(), photons, nodes, &mut rng);
+                    let profiles = Profile::longitudinal(&data, tau, g, theta.to_radians());
+                    bar.inc(1);
+                    // The forward half; the backward one is smooth.
+                    let points = simulated.density[1].iter().enumerate();
+                    Curve {
+                        label: format!("θ_o = {theta}°, forward"),
+                        simulated: points.map(|(j, &y)| (j as f64 * 180.0 / (nodes - 1) as f64 - 90.0, y)).collect(),
+                        table: (-180..=180)
+                            .map(|j| f64::from(j) / 2.0)
+                            .map(|x| (x, profiles[1].eval(x.to_radians())))
+                            .collect(),
+                    }
+                };
+                INCLINATIONS.iter().enumerate().map(curves).collect()
+            })
+            .collect();
+        bar.finish_and_clear();
+        Ok(Picture { azimuthal, longitudinal, bytes })
+    }
+}
+
+impl Draw for Picture {
+    fn size(&self) -> (u32, u32) {
+        (2000, 1200)
+    }
+
+    fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Result<()>
+    where
+        DB::ErrorType: 'static,
+    {
+        let title = format!(
+            "Light scattered by the medulla: simulated (thin grey) and compressed to {:.0} KB (coloured)",
+            self.bytes as f64 / 1000.0
+        );
+        let area = area.titled(&title, font(28.0))?;
+        let places = area.split_evenly((2, 3));
+        for (i, (tau, g)) in COLUMNS.iter().enumerate() {
+            let title = format!("C^N, τ = {tau}, g = {g}");
+            panel(&places[i], &self.azimuthal[i], &title, 0.0..360.0, "φ from straight back, degrees")?;
+            let title = format!("C^M, τ = {tau}, g = {g}");
+            panel(&places[3 + i], &self.longitudinal[i], &title, -90.0..90.0, "θ_i, degrees")?;
+        }
+        Ok(())
+    }
+}
+
+fn panel<DB: DrawingBackend>(
+    area: &DrawingArea<DB, Shift>,
+    curves: &[Curve],
+    title: &str,
+    range: std::ops::Range<f64>,
+    label: &str,
+) -> Result<()>
+where
+    DB::ErrorType: 'static,
+{
+    // Of the table, not of the simulation, whose last bins at the poles are noise.
+    let top = curves.iter().flat_map(|c| &c.table).fold(0.0f64, |a, p| a.max(p.1)) * 1.15;
+    let mut chart = ChartBuilder::on(area)
+        .margin(12)
+        .caption(title, font(22.0))
+        .x_label_area_size(50)
+        .y_label_area_size(66)
+        .build_cartesian_2d(range, 0.0..top)?;
+    chart
+        .configure_mesh()
+        .x_desc(label)
+        .y_desc("density")
+        .x_label_formatter(&|x| format!("{x:.0}"))
+        .label_style(font(16.0))
+        .axis_desc_style(font(18.0))
+        .light_line_style(WHITE)
+        .draw()?;
+    for (curve, color) in curves.iter().zip([LOBE_COLORS[0], LOBE_COLORS[4], LOBE_COLORS[2]]) {
+        let simulated = curve.simulated.iter().map(|&(x, y)| (x, y.min(top)));
+        chart.draw_series(LineSeries::new(simulated, RGBColor(120, 120, 120)))?;
+        chart
+            .draw_series(LineSeries::new(curve.table.iter().copied(), color.stroke_width(2)))?
+            .label(&curve.label)
+            .legend(move |(x, y)| PathElement::new([(x, y), (x + 22, y)], color.stroke_width(3)));
+    }
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::UpperLeft)
+        .background_style(WHITE.mix(0.85))
+        .border_style(RGBColor(180, 180, 180))
+        .legend_area_size(32)
+        .label_font(font(16.0))
+        .draw()?;
+    Ok(())
+}

@@ -1,0 +1,111 @@
+//! `vellus plot`: pictures of the model, PNG and SVG.
+
+mod canvas;
+mod energy;
+mod lobes;
+mod medulla;
+mod profile;
+
+use crate::fiber_args::FiberArgs;
+use crate::query::Query;
+use anyhow::Result;
+use canvas::save;
+use std::path::PathBuf;
+use vellus::Species;
+
+/// Which picture.
+#[derive(clap::Subcommand)]
+pub enum Command {
+    /// Azimuthal lobes of one hit, polar and over φ.
+    Lobes {
+        #[command(flatten)]
+        fiber: FiberArgs,
+        /// Inclination of ω_o, degrees.
+        #[arg(long, default_value_t = 20.0, allow_negative_numbers = true, value_name = "DEG")]
+        theta_o: f64,
+        /// Offset at which the fibre is hit, in [-1, 1].
+        #[arg(long, default_value_t = 0.3, allow_negative_numbers = true)]
+        h: f64,
+        #[command(flatten)]
+        out: Out,
+    },
+    /// The whole fibre's reflectance over θ_i and φ, log scale, as in Yan17 Fig. 11; --fiber all for the ten presets.
+    Profile {
+        #[command(flatten)]
+        fiber: FiberArgs,
+        /// Inclination of ω_o, degrees.
+        #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_name = "DEG")]
+        theta_o: f64,
+        #[command(flatten)]
+        out: Out,
+    },
+    /// Compressed against simulated medulla profiles, as in Yan17 Fig. 10.
+    Medulla {
+        /// A table file; without it, the tables inside this program.
+        #[arg(long, value_name = "FILE")]
+        table: Option<PathBuf>,
+        /// Photons a simulated profile.
+        #[arg(long, default_value_t = 400_000)]
+        photons: u64,
+        #[command(flatten)]
+        out: Out,
+    },
+    /// Energy of the lobes over the fibre's width, and over inclination.
+    Energy {
+        #[command(flatten)]
+        fiber: FiberArgs,
+        /// Inclination of ω_o, degrees.
+        #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_name = "DEG")]
+        theta_o: f64,
+        #[command(flatten)]
+        out: Out,
+    },
+}
+
+/// Where pictures go.
+#[derive(clap::Args)]
+pub struct Out {
+    /// File to write, .png or .svg; may be repeated. Default: both, in the folder `out`.
+    #[arg(long = "out", value_name = "FILE")]
+    files: Vec<PathBuf>,
+}
+
+/// Runs it.
+pub fn run(command: &Command) -> Result<()> {
+    let written = match command {
+        Command::Lobes { fiber, theta_o, h, out } => lobes(fiber, *theta_o, *h, &out.files)?,
+        Command::Profile { fiber, theta_o, out } => {
+            Query::new([*theta_o, 0.0, 0.0, 0.0])?;
+            let all = fiber.fiber == "all";
+            let fibers: Vec<FiberArgs> = if all {
+                Species::ALL.iter().map(|s| FiberArgs { fiber: s.to_string(), set: fiber.set.clone() }).collect()
+            } else {
+                vec![fiber.clone()]
+            };
+            let panels = fibers
+                .iter()
+                .map(|f| profile::Panel::new(f.name(), &f.load()?, *theta_o))
+                .collect::<Result<Vec<_>>>()?;
+            save(&profile::Picture { panels, theta_o: *theta_o }, &out.files, &format!("{}-profile", fiber.name()))?
+        }
+        Command::Medulla { table, photons, out } => {
+            save(&medulla::Picture::new(table.as_deref(), *photons)?, &out.files, "medulla")?
+        }
+        Command::Energy { fiber, theta_o, out } => {
+            Query::new([*theta_o, 0.0, 0.0, 0.0])?;
+            let picture = energy::Picture::new(fiber.name(), &fiber.load()?, *theta_o)?;
+            save(&picture, &out.files, &format!("{}-energy", fiber.name()))?
+        }
+    };
+    for path in written {
+        println!("wrote {}", path.display());
+    }
+    Ok(())
+}
+
+/// Draws the lobes of one hit; the files written.
+pub fn lobes(fiber: &FiberArgs, theta_o: f64, h: f64, files: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    Query::new([theta_o, h, 0.0, 0.0])?;
+    let picture = lobes::Picture::new(fiber.name(), &fiber.load()?, theta_o, h)?;
+    save(&picture, files, &format!("{}-lobes", fiber.name()))
+}

@@ -1,0 +1,126 @@
+//! Reflectance of the whole fibre over θ_i and φ (Yan17 Fig. 11).
+
+use super::canvas::{Draw, font};
+use crate::query::direction;
+use anyhow::Result;
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
+use rayon::prelude::*;
+use vellus::{Bcsdf, Fiber, Window};
+
+/// Cells over φ (2°) and θ_i (2°).
+const CELLS: (usize, usize) = (180, 90);
+
+/// Shades of the logarithmic scale, and the decades it spans.
+const SHADES: usize = 60;
+const DECADES: f64 = 4.0;
+
+/// One fibre's profile.
+pub struct Panel {
+    name: String,
+    /// f cos θ_i averaged over the width and the channels, row by row from θ_i = −90°.
+    values: Vec<f64>,
+}
+
+impl Panel {
+    pub fn new(name: String, fiber: &Fiber, theta_o: f64) -> Result<Self> {
+        let bcsdf = Bcsdf::new(fiber)?;
+        let wo = direction(theta_o, 0.0);
+        // Exit azimuths move by up to 4° for a degree of γ: offsets dense enough that the narrowest lobe
+        // does not show them one by one.
+        let n = ((2.5 * 180.0 / f64::from(fiber.beta_n.to_degrees())).ceil() as usize).clamp(64, 1024);
+        let hits: Vec<_> = (0..n)
+            .map(|k| {
+                let gamma = ((k as f64 + 0.5) / n as f64 - 0.5) * std::f64::consts::PI;
+                (bcsdf.at(wo, Window::near(gamma.sin() as f32)), gamma.cos())
+            })
+            .collect();
+        let total: f64 = hits.iter().map(|(_, w)| w).sum();
+        let (columns, rows) = CELLS;
+        let values = (0..columns * rows)
+            .into_par_iter()
+            .map(|i| {
+                let theta = ((i / columns) as f64 + 0.5) / rows as f64 * 180.0 - 90.0;
+                let phi = ((i % columns) as f64 + 0.5) / columns as f64 * 360.0;
+                let wi = direction(theta, phi);
+                let sum: f64 = hits.iter().map(|(hit, w)| w * f64::from(hit.eval(wi).total().iter().sum::<f32>())).sum();
+                sum / (3.0 * total)
+            })
+            .collect();
+        Ok(Panel { name, values })
+    }
+}
+
+/// One panel or several, on one scale each.
+pub struct Picture {
+    pub panels: Vec<Panel>,
+    pub theta_o: f64,
+}
+
+impl Draw for Picture {
+    fn size(&self) -> (u32, u32) {
+        if self.panels.len() == 1 { (1100, 720) } else { (2000, 1760) }
+    }
+
+    fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Result<()>
+    where
+        DB::ErrorType: 'static,
+    {
+        let title = format!(
+            "f·cos θ_i averaged over the fibre's width, light from θ_o = {}°; log scale over {DECADES} decades below each maximum",
+            self.theta_o
+        );
+        let area = area.titled(&title, font(if self.panels.len() == 1 { 20.0 } else { 28.0 }))?;
+        let columns = if self.panels.len() == 1 { 1 } else { 3 };
+        let places = area.split_evenly((self.panels.len().div_ceil(columns), columns));
+        for (panel, place) in self.panels.iter().zip(&places) {
+            draw_panel(panel, place)?;
+        }
+        Ok(())
+    }
+}
+
+fn draw_panel<DB: DrawingBackend>(panel: &Panel, area: &DrawingArea<DB, Shift>) -> Result<()>
+where
+    DB::ErrorType: 'static,
+{
+    let (columns, rows) = CELLS;
+    let mut chart = ChartBuilder::on(area)
+        .margin(12)
+        .caption(&panel.name, font(24.0))
+        .x_label_area_size(48)
+        .y_label_area_size(66)
+        .build_cartesian_2d(0.0..360.0, -90.0..90.0)?;
+    chart
+        .configure_mesh()
+        .disable_mesh()
+        .x_desc("φ, degrees")
+        .y_desc("θ_i, degrees")
+        .x_labels(9)
+        .y_labels(7)
+        .x_label_formatter(&|x| format!("{x:.0}"))
+        .y_label_formatter(&|y| format!("{y:.0}"))
+        .label_style(font(16.0))
+        .axis_desc_style(font(18.0))
+        .draw()?;
+    let largest = panel.values.iter().fold(1e-30f64, |a, &x| a.max(x));
+    let shade = |x: f64| {
+        let t = 1.0 + (x.max(1e-30) / largest).log10() / DECADES;
+        (t.clamp(0.0, 1.0) * (SHADES - 1) as f64).round() as usize
+    };
+    for row in 0..rows {
+        let shades: Vec<usize> = (0..columns).map(|c| shade(panel.values[row * columns + c])).collect();
+        let (y0, y1) = (row as f64 / rows as f64 * 180.0 - 90.0, (row + 1) as f64 / rows as f64 * 180.0 - 90.0);
+        // Neighbours of the same shade become one rectangle: a tenth of the file.
+        let mut start = 0;
+        while start < columns {
+            let run = shades[start..].iter().take_while(|&&s| s == shades[start]).count();
+            let color = ViridisRGB.get_color(shades[start] as f64 / (SHADES - 1) as f64);
+            let x = |c: usize| c as f64 / columns as f64 * 360.0;
+            chart.draw_series([Rectangle::new([(x(start), y0), (x(start + run), y1)], color.filled())])?;
+            start += run;
+        }
+    }
+    Ok(())
+}

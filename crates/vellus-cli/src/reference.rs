@@ -1,0 +1,121 @@
+//! `vellus reference`: light in the whole fibre, beside the model.
+
+use crate::fiber_args::FiberArgs;
+use crate::output::{self, Format};
+use crate::query::direction;
+use anyhow::Result;
+use serde_json::json;
+use std::path::PathBuf;
+use vellus::{Bcsdf, Lobe, Window};
+use vellus_medulla::reference::{Fate, Offsets, energies};
+
+/// Which fibre and light.
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    fiber: FiberArgs,
+    /// Inclination of the light, degrees.
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_name = "DEG")]
+    theta_o: f64,
+    /// One offset in [-1, 1]; without it, uniform over the fibre's width.
+    #[arg(long, allow_negative_numbers = true)]
+    h: Option<f64>,
+    /// Photons traced.
+    #[arg(long, default_value_t = 1_000_000)]
+    photons: u64,
+    /// Seed; the same one gives the same result on any number of threads.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// How to write the result.
+    #[arg(long, value_enum, default_value_t = Format::Table)]
+    format: Format,
+    /// Write to a file instead of standard output.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+/// Mean energies of the model's lobes over the same offsets, RGB.
+pub fn model_energies(bcsdf: &Bcsdf, theta_o: f64, offsets: Offsets) -> [[f64; 3]; 6] {
+    let offsets: Vec<f64> = match offsets {
+        Offsets::At(h) => vec![h],
+        // Midpoints in asin h, where the Fresnel rise at the edge is spread out.
+        Offsets::Whole => (0..20_000).map(|i| ((f64::from(i) + 0.5) / 20_000.0 - 0.5) * std::f64::consts::PI).collect(),
+    };
+    let (mut sum, mut total) = ([[0.0; 3]; 6], 0.0);
+    for &x in &offsets {
+        let (h, weight) = if offsets.len() == 1 { (x, 1.0) } else { (x.sin(), x.cos()) };
+        let energy = bcsdf.at(direction(theta_o, 0.0), Window::near(h as f32)).energy();
+        for (s, e) in sum.iter_mut().flatten().zip(energy.0.iter().flatten()) {
+            *s += weight * f64::from(*e);
+        }
+        total += weight;
+    }
+    sum.map(|lobe| lobe.map(|x| x / total))
+}
+
+/// Runs it.
+pub fn run(args: &Args) -> Result<()> {
+    let fiber = args.fiber.load()?;
+    let bcsdf = Bcsdf::new(&fiber)?;
+    let offsets = args.h.map_or(Offsets::Whole, Offsets::At);
+    let bar = output::progress(args.photons, "tracing");
+    let result = energies(&fiber, args.theta_o.to_radians(), offsets, args.photons, args.seed, &|n| bar.inc(n))?;
+    bar.finish_and_clear();
+    let model = model_energies(&bcsdf, args.theta_o, offsets);
+    let add = |lobes: &[Lobe]| [0, 1, 2].map(|c| lobes.iter().map(|&l| model[l as usize][c]).sum::<f64>());
+    // `rest` holds higher orders of both kinds, and is counted as unscattered.
+    let model_of = |fate: Fate| match fate {
+        Fate::R => Some(add(&[Lobe::R])),
+        Fate::Tt => Some(add(&[Lobe::Tt])),
+        Fate::Trt => Some(add(&[Lobe::Trt])),
+        Fate::Higher => Some(add(&[Lobe::Rest])),
+        Fate::Scattered => Some(add(&[Lobe::Tts, Lobe::Trts])),
+        Fate::Guided => None,
+    };
+    let mut lines: Vec<(&str, [f64; 3], [f64; 3], Option<[f64; 3]>)> = Fate::ALL
+        .iter()
+        .map(|&f| (f.key(), result.mean[f as usize], result.error[f as usize], model_of(f)))
+        .collect();
+    lines.push(("total", result.total[0], result.total[1], Some(add(&Lobe::ALL))));
+    let text = match args.format {
+        Format::Table => {
+            let mut rows = vec![["", "reference", "± 1 s.e.", "model", "model/reference"].map(str::to_owned).to_vec()];
+            // Three rows a line only where the channels differ.
+            let grey = lines.iter().all(|(_, mean, _, _)| mean[0] == mean[1] && mean[1] == mean[2]);
+            for (key, mean, error, model) in &lines {
+                for c in 0..if grey { 1 } else { 3 } {
+                    let name = if grey { (*key).to_owned() } else { format!("{key} {}", ["red", "green", "blue"][c]) };
+                    let ratio = model.filter(|_| mean[c] > 0.0).map(|m| format!("{:.4}", m[c] / mean[c]));
+                    let model = model.map(|m| output::number(m[c]));
+                    rows.push(vec![
+                        name,
+                        output::number(mean[c]),
+                        output::number(error[c]),
+                        model.unwrap_or_default(),
+                        ratio.unwrap_or_default(),
+                    ]);
+                }
+            }
+            format!("energy of light from θ_o {}°, {} photons\n{}", args.theta_o, args.photons, output::align(&rows))
+        }
+        Format::Csv => {
+            let mut text = "fate,mean.r,mean.g,mean.b,error.r,error.g,error.b\n".to_owned();
+            for (key, mean, error, _) in &lines {
+                let values: Vec<String> = mean.iter().chain(error).map(f64::to_string).collect();
+                text += &format!("{key},{}\n", values.join(","));
+            }
+            text
+        }
+        Format::Json | Format::Jsonl => {
+            let fates: serde_json::Map<_, _> = lines
+                .iter()
+                .map(|(key, mean, error, model)| {
+                    ((*key).to_owned(), json!({"mean": mean, "standard_error": error, "model": model}))
+                })
+                .collect();
+            let h = args.h.map_or(json!("whole width"), |h| json!(h));
+            format!("{}\n", json!({"theta_o": args.theta_o, "h": h, "photons": args.photons, "seed": args.seed, "energies": fates}))
+        }
+    };
+    output::write(args.out.as_deref(), text.as_bytes())
+}
