@@ -48,11 +48,15 @@ pub fn run(args: &Args) -> Result<()> {
             let header = ["", "A red", "green", "blue", "∫ red", "green", "blue"];
             let mut rows = vec![header.map(str::to_owned).to_vec()];
             for (key, a, b) in &lines {
-                rows.push([(*key).to_owned()].into_iter().chain(a.iter().chain(b).map(|&x| output::number(x))).collect());
+                rows.push(
+                    [(*key).to_owned()].into_iter().chain(a.iter().chain(b).map(|&x| output::number(x))).collect(),
+                );
             }
             format!(
                 "θ_o {}°, h {}: energy in closed form (A) and integral of f·cos θ_i over the sphere (∫)\n{}",
-                query.theta_o, query.h, output::align(&rows)
+                query.theta_o,
+                query.h,
+                output::align(&rows)
             )
         }
         Format::Csv => {
@@ -91,8 +95,8 @@ pub fn integrate(hit: &Hit, fiber: &Fiber) -> [[f64; 3]; 6] {
                     *sum += f64::from(*value);
                 }
             }
-            let weight = theta.to_radians().cos() * std::f64::consts::PI / n_theta as f64 * std::f64::consts::TAU
-                / n_phi as f64;
+            let weight =
+                theta.to_radians().cos() * std::f64::consts::PI / n_theta as f64 * std::f64::consts::TAU / n_phi as f64;
             row.map(|lobe| lobe.map(|x| x * weight))
         })
         .collect();

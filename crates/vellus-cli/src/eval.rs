@@ -84,9 +84,7 @@ fn plain(x: f32) -> Value {
 
 fn object(query: &Query, answer: &Answer) -> Value {
     let mut object = Map::new();
-    for (name, value) in
-        [("theta_o", query.theta_o), ("h", query.h), ("theta_i", query.theta_i), ("phi", query.phi)]
-    {
+    for (name, value) in [("theta_o", query.theta_o), ("h", query.h), ("theta_i", query.theta_i), ("phi", query.phi)] {
         object.insert(name.to_owned(), json!(value));
     }
     let rgb = |c: [f32; 3]| Value::Array(c.map(plain).to_vec());

@@ -42,12 +42,21 @@ pub fn run(command: &Command) -> Result<()> {
                 let f = Fiber::preset(species);
                 let degrees = |x: f32| x.to_degrees();
                 let values = [
-                    f.kappa, f.eta, degrees(f.alpha), degrees(f.beta_m), degrees(f.beta_n), f.sigma_ca[0], f.sigma_ms,
-                    f.sigma_ma[0], f.g, f.layers,
+                    f.kappa,
+                    f.eta,
+                    degrees(f.alpha),
+                    degrees(f.beta_m),
+                    degrees(f.beta_n),
+                    f.sigma_ca[0],
+                    f.sigma_ms,
+                    f.sigma_ma[0],
+                    f.g,
+                    f.layers,
                 ];
                 rows.push([species.to_string()].into_iter().chain(values.map(|x| format!("{x:.2}"))).collect());
             }
-            let note = "Fits of Yan17 Table 4; σ per fibre radius, grey. Also --fiber FILE.toml, and --set NAME=VALUE.\n";
+            let note =
+                "Fits of Yan17 Table 4; σ per fibre radius, grey. Also --fiber FILE.toml, and --set NAME=VALUE.\n";
             output::write(None, format!("{}\n{note}", output::align(&rows)).as_bytes())
         }
         Command::Show { name, set, format } => {

@@ -29,7 +29,8 @@ impl FiberArgs {
         for setting in &self.set {
             spec.set(setting).with_context(|| format!("in --set {setting}"))?;
         }
-        let from = if file_format(&self.fiber).is_some() { format!("in {}", self.fiber) } else { "in --fiber".to_owned() };
+        let from =
+            if file_format(&self.fiber).is_some() { format!("in {}", self.fiber) } else { "in --fiber".to_owned() };
         spec.fiber().with_context(|| from)
     }
 

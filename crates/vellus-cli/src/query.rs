@@ -60,7 +60,9 @@ pub fn read_csv(reader: impl std::io::Read) -> Result<Vec<Query>> {
     for (column, (name, ..)) in columns.iter_mut().zip(COORDINATES) {
         match header.iter().position(|h| h == name) {
             Some(position) => *column = position,
-            None => bail!("line 1: no column '{name}' in the header (needed: theta_o, h, theta_i, phi)"),
+            None => {
+                bail!("line 1: no column '{name}' in the header (needed: theta_o, h, theta_i, phi)")
+            }
         }
     }
     if let Some(unknown) = header.iter().find(|h| COORDINATES.iter().all(|(name, ..)| name != h)) {

@@ -53,6 +53,9 @@ pub fn model_energies(bcsdf: &Bcsdf, theta_o: f64, offsets: Offsets) -> [[f64; 3
     sum.map(|lobe| lobe.map(|x| x / total))
 }
 
+/// Key, mean, standard error, and what the model has for it.
+type Line = (&'static str, [f64; 3], [f64; 3], Option<[f64; 3]>);
+
 /// Runs it.
 pub fn run(args: &Args) -> Result<()> {
     let fiber = args.fiber.load()?;
@@ -72,10 +75,8 @@ pub fn run(args: &Args) -> Result<()> {
         Fate::Scattered => Some(add(&[Lobe::Tts, Lobe::Trts])),
         Fate::Guided => None,
     };
-    let mut lines: Vec<(&str, [f64; 3], [f64; 3], Option<[f64; 3]>)> = Fate::ALL
-        .iter()
-        .map(|&f| (f.key(), result.mean[f as usize], result.error[f as usize], model_of(f)))
-        .collect();
+    let mut lines: Vec<Line> =
+        Fate::ALL.iter().map(|&f| (f.key(), result.mean[f as usize], result.error[f as usize], model_of(f))).collect();
     lines.push(("total", result.total[0], result.total[1], Some(add(&Lobe::ALL))));
     let text = match args.format {
         Format::Table => {
@@ -114,7 +115,10 @@ pub fn run(args: &Args) -> Result<()> {
                 })
                 .collect();
             let h = args.h.map_or(json!("whole width"), |h| json!(h));
-            format!("{}\n", json!({"theta_o": args.theta_o, "h": h, "photons": args.photons, "seed": args.seed, "energies": fates}))
+            format!(
+                "{}\n",
+                json!({"theta_o": args.theta_o, "h": h, "photons": args.photons, "seed": args.seed, "energies": fates})
+            )
         }
     };
     output::write(args.out.as_deref(), text.as_bytes())

@@ -169,7 +169,8 @@ fn info(file: Option<&Path>) -> Result<()> {
         rows.push(row);
     }
     let [tau, g, h] = data.mean_path_nodes;
-    let path = ["⟨L⟩ mean path".to_owned(), String::new(), tau.to_string(), g.to_string(), h.to_string(), String::new()];
+    let path =
+        ["⟨L⟩ mean path".to_owned(), String::new(), tau.to_string(), g.to_string(), h.to_string(), String::new()];
     rows.push(path.into_iter().chain([(2 * data.mean_path.len()).to_string()]).collect());
     print!("{}", output::align(&rows));
     println!("{bytes} bytes in all; half floats; every factor is non-negative");

@@ -21,7 +21,7 @@ pub struct Quality {
     pub ranks: [usize; 3],
     /// Sweeps of the compression.
     pub sweeps: usize,
-    /// Stride of the mean path's nodes in g and in h″ among the profiles'.
+    /// Stride of the mean path's nodes in g and in h″ among the profiles', from the first to the last.
     pub path_stride: [usize; 2],
     /// Seed of everything.
     pub seed: u64,
@@ -44,8 +44,8 @@ impl Quality {
     /// Small enough for a test: coarse in every direction.
     pub fn smoke() -> Self {
         Quality {
-            nodes: [8, 7, 7, 7],
-            directions: 144,
+            nodes: [10, 7, 8, 12],
+            directions: 180,
             photons: 10_000,
             ranks: [24, 16, 24],
             sweeps: 60,
@@ -138,6 +138,10 @@ impl Quality {
 
         let [n_tau, n_g, n_h, _] = self.nodes;
         let stride = self.path_stride;
+        assert!(
+            (n_g - 1).is_multiple_of(stride[0]) && (n_h - 1).is_multiple_of(stride[1]),
+            "the last node must be kept"
+        );
         let mut mean_path = Vec::new();
         for tau in 0..n_tau {
             for g in (0..n_g).step_by(stride[0]) {
@@ -200,9 +204,10 @@ impl Quality {
                     return 0.0;
                 }
                 let k = x.round() as usize;
-                // In units of the largest, so that weights are of order 1; not quite 0 at the poles, where a
-                // component would otherwise be free to take any value.
-                ((borders[k + 1] - borders[k]) / step).max(0.01) as f32
+                // In units of the largest, so that weights are of order 1. Not quite 0 at the poles, where a
+                // component would otherwise be free to take any value; more would cost accuracy elsewhere.
+                let floor = [0.03, 0.1][half];
+                ((borders[k + 1] - borders[k]) / step).max(floor) as f32
             }),
         }
     }

@@ -101,7 +101,9 @@ pub fn check_longitudinal(tables: &TableData, photons: u64, seed: u64, index: u6
     let nodes = DIRECTIONS / 2 + 1;
     let parts: Vec<_> = (0..PARTS)
         .into_par_iter()
-        .map(|part| longitudinal(tau, g, theta_o, photons / PARTS, nodes, &mut stream(seed ^ 0xa22, index * PARTS + part)))
+        .map(|part| {
+            longitudinal(tau, g, theta_o, photons / PARTS, nodes, &mut stream(seed ^ 0xa22, index * PARTS + part))
+        })
         .collect();
     let borders = longitudinal_borders(nodes);
     let profiles = Profile::longitudinal(tables, tau, g, theta_o);

@@ -214,8 +214,7 @@ impl Tracer {
         let arriving = [-theta_o.sin(), -theta_o.cos(), 0.0];
         let cos_i = theta_o.cos() * cos_gamma;
         let cos_t = (1.0 - (1.0 - cos_i * cos_i) / (self.eta * self.eta)).max(0.0).sqrt();
-        let mut d: [f64; 3] =
-            std::array::from_fn(|k| arriving[k] / self.eta + (cos_i / self.eta - cos_t) * normal[k]);
+        let mut d: [f64; 3] = std::array::from_fn(|k| arriving[k] / self.eta + (cos_i / self.eta - cos_t) * normal[k]);
         let mut p = [cos_gamma, -h];
         let mut scattered = false;
         let mut pass = 1;
@@ -313,5 +312,7 @@ impl Tracer {
 enum Event {
     Scattered,
     /// Reached the cuticle, having missed the medulla altogether or not.
-    Cuticle { missed: bool },
+    Cuticle {
+        missed: bool,
+    },
 }

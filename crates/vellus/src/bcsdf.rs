@@ -168,11 +168,8 @@ impl<'b, V: Lanes> Hit<'b, V> {
             #[inline(always)]
             |i| {
                 if exists && path.h_inside.lane(i).abs() < fiber.kappa {
-                    let (scattered, mean_path) = bcsdf.medulla.at(
-                        path.elongation.lane(i),
-                        path.gamma_m.lane(i),
-                        path.theta_o.lane(i),
-                    );
+                    let (scattered, mean_path) =
+                        bcsdf.medulla.at(path.elongation.lane(i), path.gamma_m.lane(i), path.theta_o.lane(i));
                     paths[i] = mean_path;
                     scattered
                 } else {
@@ -265,9 +262,9 @@ impl<'b, V: Lanes> Hit<'b, V> {
 
     #[inline(always)]
     fn total(&self, densities: &[V; 6]) -> [V; 3] {
-        let mut sum = self.attenuation[0] * V::Quad::splat(densities[0]);
-        for p in 1..6 {
-            sum = sum + self.attenuation[p] * V::Quad::splat(densities[p]);
+        let mut sum = V::Quad::splat(V::splat(0.0));
+        for (a, d) in self.attenuation.iter().zip(densities) {
+            sum = sum + *a * V::Quad::splat(*d);
         }
         let [r, g, b, _] = sum.array();
         [r, g, b]
@@ -275,9 +272,9 @@ impl<'b, V: Lanes> Hit<'b, V> {
 
     #[inline(always)]
     fn density(&self, densities: &[V; 6]) -> V {
-        let mut sum = self.probability[0] * densities[0];
-        for p in 1..6 {
-            sum = sum + self.probability[p] * densities[p];
+        let mut sum = V::splat(0.0);
+        for (p, d) in self.probability.iter().zip(densities) {
+            sum = sum + *p * *d;
         }
         sum
     }

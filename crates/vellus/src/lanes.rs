@@ -57,12 +57,7 @@ pub trait Lanes:
 /// Four numbers of type `V`, computed with together.
 #[doc(hidden)]
 pub trait Quad<V>:
-    Copy
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     fn new(values: [V; 4]) -> Self;
     fn splat(x: V) -> Self;

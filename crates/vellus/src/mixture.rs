@@ -266,10 +266,7 @@ impl<const C: usize> Densities<C> {
             End { node, beyond, width, inner: 2.0 * at_end + at_end * (1.0 - width), outer: at_end * width }
         };
         let (from_node, to_node) = (from as usize, to as usize);
-        [
-            end(from_node, from_node.saturating_sub(1), from - low),
-            end(to_node, (to_node + 1).min(last), high - to),
-        ]
+        [end(from_node, from_node.saturating_sub(1), from - low), end(to_node, (to_node + 1).min(last), high - to)]
     }
 
     /// Inverts the cumulative density of component `r` under the weight cos(δ − s): the δ below
@@ -287,7 +284,9 @@ impl<const C: usize> Densities<C> {
             let whole = |node: usize| End { node, beyond: node, width: 0.0, inner: 0.0, outer: 0.0 };
             [whole(0), whole(nodes - 1)]
         };
-        let cumulative = |j: usize| if self.weighted { cos * c[j] + sin * s[j] } else { c[j] };
+        let cumulative = |j: usize| {
+            if self.weighted { cos * c[j] + sin * s[j] } else { c[j] }
+        };
         let part = |end: End| end.inner * value(end.node) + end.outer * value(end.beyond);
         let (start, end) = (cumulative(low.node) - part(low), cumulative(high.node) + part(high));
         let target = start + u * (end - start);

@@ -79,18 +79,19 @@ impl<'t> Oracle<'t> {
             let t = (-2.0 * (s_c * ca + s_m * (ma + o.sigma_ms)) / cos_t).exp();
             let e = (-(o.kappa * path * ma + (1.0 - o.kappa) * ca) / cos_t).exp();
             let tts = (1.0 - f) * (-s_c * ca / cos_t).exp() * q * e;
-            let trts =
-                (1.0 - f) * f * (-(3.0 * s_c * ca + 2.0 * s_m * (ma + o.sigma_ms)) / cos_t).exp() * q * e;
+            let trts = (1.0 - f) * f * (-(3.0 * s_c * ca + 2.0 * s_m * (ma + o.sigma_ms)) / cos_t).exp() * q * e;
             let higher = if f * t < 1.0 { 1.0 / (1.0 - f * t) } else { 0.0 };
-            attenuation.iter_mut().zip([
-                f,
-                (1.0 - f).powi(2) * t,
-                (1.0 - f).powi(2) * f * t * t,
-                tts,
-                trts,
-                (1.0 - f).powi(2) * f * f * t.powi(3) * higher + trts * f * t * higher,
-            ])
-            .for_each(|(a, value)| a[c] = value);
+            attenuation
+                .iter_mut()
+                .zip([
+                    f,
+                    (1.0 - f).powi(2) * t,
+                    (1.0 - f).powi(2) * f * t * t,
+                    tts,
+                    trts,
+                    (1.0 - f).powi(2) * f * f * t.powi(3) * higher + trts * f * t * higher,
+                ])
+                .for_each(|(a, value)| a[c] = value);
         }
 
         let azimuthal = Profile::azimuthal(o.tables, tau, o.g, h_medulla.abs());
@@ -234,7 +235,9 @@ impl Profile {
     /// C^M(τ, g, θ_o ≥ 0, ·) of the backward and the forward half: argument θᵢ.
     pub fn longitudinal(tables: &TableData, tau: f64, g: f64, theta_o: f64) -> [Self; 2] {
         let position = [grid::tau_position(tau), grid::g_position(g), grid::theta_position(theta_o)];
-        let measure = |theta: f64| if theta.abs() < FRAC_PI_2 { theta.cos() } else { 0.0 };
+        let measure = |theta: f64| {
+            if theta.abs() < FRAC_PI_2 { theta.cos() } else { 0.0 }
+        };
         [
             Profile::new(&tables.backward, position, OutgoingAxis::BACKWARD, 0.0, measure),
             Profile::new(&tables.forward, position, OutgoingAxis::FORWARD, theta_o, measure),

@@ -48,9 +48,7 @@ impl<'t> Published<'t> {
             let (ca, ma) = (f64::from(f.sigma_ca[c]), f64::from(f.sigma_ma[c]));
             let pass = |p: f64| (-p * (2.0 * s_c * ca + 2.0 * s_m * (ma + sigma_ms)) * long).exp();
             let t_b = (-(kappa * ma + (1.0 - kappa) * ca) * long).exp();
-            let t_a = |p: f64| {
-                (-((2.0 * p - 1.0) * s_c * ca + 2.0 * (p - 1.0) * s_m * (ma + sigma_ms)) * long).exp()
-            };
+            let t_a = |p: f64| (-((2.0 * p - 1.0) * s_c * ca + 2.0 * (p - 1.0) * s_m * (ma + sigma_ms)) * long).exp();
             let transmitted = 1.0 - reflected;
             let values = [
                 reflected,

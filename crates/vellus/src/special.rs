@@ -6,12 +6,7 @@ use wide::{f32x4, f32x8, u32x4, u32x8};
 
 /// A register of four or eight numbers.
 pub trait Register:
-    Copy
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     fn splat(x: f32) -> Self;
     fn mul_add(self, factor: Self, term: Self) -> Self;
@@ -82,9 +77,13 @@ register!(f32x8, u32x8);
 fn polynomial<R: Register, const N: usize>(x: R, coefficients: [f32; N]) -> R {
     const { assert!(N >= 2 && N <= 8) }
     let c = |power: usize| R::splat(coefficients[N - 1 - power]);
-    let pair = |power: usize| if power + 1 < N { c(power + 1).mul_add(x, c(power)) } else { c(power) };
+    let pair = |power: usize| {
+        if power + 1 < N { c(power + 1).mul_add(x, c(power)) } else { c(power) }
+    };
     let x2 = x * x;
-    let quad = |power: usize| if power + 2 < N { pair(power + 2).mul_add(x2, pair(power)) } else { pair(power) };
+    let quad = |power: usize| {
+        if power + 2 < N { pair(power + 2).mul_add(x2, pair(power)) } else { pair(power) }
+    };
     if N > 4 { quad(4).mul_add(x2 * x2, quad(0)) } else { quad(0) }
 }
 
@@ -116,13 +115,19 @@ pub fn exp<R: Register>(x: R) -> R {
 pub fn bessel_i0e<R: Register>(x: R) -> R {
     let split = R::splat(5.0);
     let t = R::splat(1.0) / x.max(split);
-    let p = polynomial(t, [-1.965_749_6, 1.585_369_3, -0.265_941_5, 0.057_056_73, 0.026_962_09, 0.049_882_96, 0.398_942_23]);
+    let p = polynomial(
+        t,
+        [-1.965_749_6, 1.585_369_3, -0.265_941_5, 0.057_056_73, 0.026_962_09, 0.049_882_96, 0.398_942_23],
+    );
     let large = p * t.sqrt();
     if !x.any_lt(split) {
         return large;
     }
     let near = x.min(split);
-    let p = polynomial(near * near, [3.405_94e-12, 4.329_608_6e-10, 6.852_862e-8, 6.774_596_4e-6, 4.340_663_6e-4, 0.015_624_912, 0.25, 1.0]);
+    let p = polynomial(
+        near * near,
+        [3.405_94e-12, 4.329_608_6e-10, 6.852_862e-8, 6.774_596_4e-6, 4.340_663_6e-4, 0.015_624_912, 0.25, 1.0],
+    );
     x.select_lt(split, p * exp(-near), large)
 }
 
@@ -156,12 +161,26 @@ pub fn atan2<R: Register>(y: R, x: R) -> R {
 /// (M. Giles 2010, Approximating the erfinv function, GPU Computing Gems).
 pub fn normal_quantile(u: f32) -> f32 {
     const CENTRE: [f32; 9] = [
-        2.810_226_4e-8, 3.432_739_4e-7, -3.523_387_7e-6, -4.391_506_5e-6, 2.185_808_7e-4, -1.253_725e-3,
-        -4.177_681_6e-3, 2.466_407_3e-1, 1.501_409_4,
+        2.810_226_4e-8,
+        3.432_739_4e-7,
+        -3.523_387_7e-6,
+        -4.391_506_5e-6,
+        2.185_808_7e-4,
+        -1.253_725e-3,
+        -4.177_681_6e-3,
+        2.466_407_3e-1,
+        1.501_409_4,
     ];
     const TAIL: [f32; 9] = [
-        -2.002_142_6e-4, 1.009_505_6e-4, 1.349_343_2e-3, -3.673_428_5e-3, 5.739_507_7e-3, -7.622_461_3e-3,
-        9.438_870_5e-3, 1.001_674_1, 2.832_976_8,
+        -2.002_142_6e-4,
+        1.009_505_6e-4,
+        1.349_343_2e-3,
+        -3.673_428_5e-3,
+        5.739_507_7e-3,
+        -7.622_461_3e-3,
+        9.438_870_5e-3,
+        1.001_674,
+        2.832_976_8,
     ];
     const EDGE: f32 = 6e-8;
     let u = u.clamp(EDGE, 1.0 - EDGE);

@@ -93,10 +93,8 @@ impl TableData {
         let Some((header, payload)) = bytes.split_at_checked(header) else {
             return Err(broken("it ends inside the header"));
         };
-        let words: Vec<usize> = header[8..]
-            .chunks_exact(4)
-            .map(|w| u32::from_le_bytes([w[0], w[1], w[2], w[3]]) as usize)
-            .collect();
+        let words: Vec<usize> =
+            header[8..].chunks_exact(4).map(|w| u32::from_le_bytes([w[0], w[1], w[2], w[3]]) as usize).collect();
         let (mixtures, rest) = words.split_at(15);
         // Every size is limited before anything is multiplied or allocated.
         if mixtures.iter().chain(&rest[..3]).any(|&n| !(1..=4096).contains(&n)) {
@@ -137,7 +135,8 @@ impl TableData {
                 }
             }
         }
-        if self.mean_path.len() != self.mean_path_nodes.iter().product() || self.mean_path_nodes.iter().any(|&n| n < 2) {
+        if self.mean_path.len() != self.mean_path_nodes.iter().product() || self.mean_path_nodes.iter().any(|&n| n < 2)
+        {
             return Err(Error::Table("the mean path's size does not match its nodes".to_owned()));
         }
         let all = self.mixtures().into_iter().flat_map(|(_, t, _)| t.factors.iter().flatten());

@@ -29,7 +29,7 @@ fn edges_are_finite() {
     let mut random = Uniform(6);
     for fiber in edge {
         let bcsdf = Bcsdf::new(&fiber).unwrap();
-        for theta_o in [-FRAC_PI_2, -1.57, -0.4, 0.0, 1.3, 1.570_79, FRAC_PI_2] {
+        for theta_o in [-FRAC_PI_2, -1.57, -0.4, 0.0, 1.3, FRAC_PI_2 - 1e-5, FRAC_PI_2] {
             for h in [-1.0, -0.9999999, -0.5, -0.0, 0.0, 1e-20, 0.7, 1.0f32] {
                 let hit = bcsdf.at(direction(theta_o, 0.2), Window::near(h));
                 let total = hit.energy().total();
@@ -38,15 +38,25 @@ fn edges_are_finite() {
                     for phi in [-3.2, -1.0, 0.2, 2.9, 3.3415] {
                         let (f, pdf) = hit.eval_pdf(direction(theta_i, phi));
                         assert!(pdf.is_finite() && pdf >= 0.0, "{fiber:?} {theta_o} {h} {theta_i} {phi} {pdf}");
-                        assert!(f.0.iter().flatten().all(|x| x.is_finite() && *x >= 0.0), "{fiber:?} {theta_o} {h} {f:?}");
+                        assert!(
+                            f.0.iter().flatten().all(|x| x.is_finite() && *x >= 0.0),
+                            "{fiber:?} {theta_o} {h} {f:?}"
+                        );
                     }
                 }
                 for k in 0..40 {
                     let mut u = random.next4();
                     // The ends of the unit interval too.
-                    if k < 4 { u[k] = 0.0 } else if k < 8 { u[k - 4] = 1.0 - f32::EPSILON / 2.0 }
+                    if k < 4 {
+                        u[k] = 0.0
+                    } else if k < 8 {
+                        u[k - 4] = 1.0 - f32::EPSILON / 2.0
+                    }
                     let s = hit.sample(u);
-                    assert!(s.pdf.is_finite() && s.pdf >= 0.0 && (s.wi.length() - 1.0).abs() < 1e-4, "{fiber:?} {theta_o} {h} {s:?}");
+                    assert!(
+                        s.pdf.is_finite() && s.pdf >= 0.0 && (s.wi.length() - 1.0).abs() < 1e-4,
+                        "{fiber:?} {theta_o} {h} {s:?}"
+                    );
                     assert!(s.weight.iter().all(|w| (0.0..1.0 + 1e-4).contains(w)), "{fiber:?} {theta_o} {h} {s:?}");
                 }
             }
@@ -139,19 +149,27 @@ fn thin_medulla_scatters_once() {
     // M·N form keeps the order of magnitude, the azimuthal marginal alone is checked closely.
     let azimuthal = |phi: f64| {
         let n = 400;
-        (0..n).map(|i| {
-            let theta = ((f64::from(i) + 0.5) / f64::from(n) - 0.5) * std::f64::consts::PI;
-            f64::from(hit.eval(direction(theta, phi)).0[3][1]) * theta.cos()
-        }).sum::<f64>() * std::f64::consts::PI / f64::from(n)
+        (0..n)
+            .map(|i| {
+                let theta = ((f64::from(i) + 0.5) / f64::from(n) - 0.5) * std::f64::consts::PI;
+                f64::from(hit.eval(direction(theta, phi)).0[3][1]) * theta.cos()
+            })
+            .sum::<f64>()
+            * std::f64::consts::PI
+            / f64::from(n)
     };
     let marginal = |cos_phi: f64| {
         let n = 2000;
         let g = 0.5f64;
-        (0..n).map(|i| {
-            let theta = ((f64::from(i) + 0.5) / f64::from(n) - 0.5) * std::f64::consts::PI;
-            let cos = theta.cos() * cos_phi;
-            theta.cos() * (1.0 - g * g) / (4.0 * std::f64::consts::PI * (1.0 + g * g - 2.0 * g * cos).powf(1.5))
-        }).sum::<f64>() * std::f64::consts::PI / f64::from(n)
+        (0..n)
+            .map(|i| {
+                let theta = ((f64::from(i) + 0.5) / f64::from(n) - 0.5) * std::f64::consts::PI;
+                let cos = theta.cos() * cos_phi;
+                theta.cos() * (1.0 - g * g) / (4.0 * std::f64::consts::PI * (1.0 + g * g - 2.0 * g * cos).powf(1.5))
+            })
+            .sum::<f64>()
+            * std::f64::consts::PI
+            / f64::from(n)
     };
     let scale = f64::from(hit.energy().0[3][1]);
     for phi in [0.0, 0.8, 1.6, 2.4, 3.0] {

@@ -38,7 +38,11 @@ fn fast_matches_f64_oracle() {
                     // T has an exponent of at most 2·(5 + 25)·20/cos, whose rounding is 1e-7 of it;
                     // it is worth anything only while below 20.
                     let error = (f64::from(a[c]) - b[c]).abs();
-                    assert!(error < 1e-5 * b[c] + 3e-6, "{} of {fiber:?} at θ {theta_o} h {h}: {a:?} {b:?}", Lobe::ALL[p].key());
+                    assert!(
+                        error < 1e-5 * b[c] + 3e-6,
+                        "{} of {fiber:?} at θ {theta_o} h {h}: {a:?} {b:?}",
+                        Lobe::ALL[p].key()
+                    );
                 }
             }
             for k in 0..60 {
@@ -48,14 +52,18 @@ fn fast_matches_f64_oracle() {
                 } else {
                     direction(random.within(-1.55, 1.55), random.within(-3.1, 3.1))
                 };
-                let (theta_i, phi_i) = (f64::from(wi.x).atan2(f64::from(wi.y).hypot(wi.z.into())), f64::from(wi.z).atan2(wi.y.into()));
+                let (theta_i, phi_i) =
+                    (f64::from(wi.x).atan2(f64::from(wi.y).hypot(wi.z.into())), f64::from(wi.z).atan2(wi.y.into()));
                 let expected = exact.eval(theta_i, phi_i - phi_o);
                 for (p, value) in hit.eval(wi).0.iter().enumerate() {
                     for c in 0..3 {
                         assert!(
                             close(value[c], expected[p][c]),
                             "{} of {fiber:?}\nθ_o {theta_o} h {h} θ_i {theta_i} φ {}: {} {}",
-                            Lobe::ALL[p].key(), phi_i - phi_o, value[c], expected[p][c]
+                            Lobe::ALL[p].key(),
+                            phi_i - phi_o,
+                            value[c],
+                            expected[p][c]
                         );
                     }
                 }

@@ -89,8 +89,9 @@ fn sample_histogram_matches_pdf() {
             let alpha = 1.0 - 0.99f64.powf(1.0 / tests);
             // Upper normal quantile at α ≈ 4e-4 (Abramowitz and Stegun 26.2.23, 4.5e-4).
             let t = (-2.0 * alpha.ln()).sqrt();
-            let z = t - (2.515_517 + t * (0.802_853 + t * 0.010_328))
-                / (1.0 + t * (1.432_788 + t * (0.189_269 + t * 0.001_308)));
+            let z = t
+                - (2.515_517 + t * (0.802_853 + t * 0.010_328))
+                    / (1.0 + t * (1.432_788 + t * (0.189_269 + t * 0.001_308)));
             let w = 2.0 / (9.0 * df);
             let limit = df * (1.0 - w + z * w.sqrt()).powi(3);
             assert!(chi2 < limit, "{fiber:?} θ_o {theta_o} h {h}: χ² {chi2} over {limit} with {df} degrees");

@@ -58,8 +58,15 @@ impl Picture {
                     bar.inc(1);
                     Curve {
                         label: format!("h″ = {h}"),
-                        simulated: simulated.iter().enumerate().map(|(j, &y)| (j as f64 * 360.0 / BINS as f64, y)).collect(),
-                        table: (0..=720).map(|j| f64::from(j) / 2.0).map(|x| (x, profile.eval(x.to_radians()))).collect(),
+                        simulated: simulated
+                            .iter()
+                            .enumerate()
+                            .map(|(j, &y)| (j as f64 * 360.0 / BINS as f64, y))
+                            .collect(),
+                        table: (0..=720)
+                            .map(|j| f64::from(j) / 2.0)
+                            .map(|x| (x, profile.eval(x.to_radians())))
+                            .collect(),
                     }
                 };
                 OFFSETS.iter().enumerate().map(curve).collect()

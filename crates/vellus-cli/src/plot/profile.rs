@@ -44,7 +44,8 @@ impl Panel {
                 let theta = ((i / columns) as f64 + 0.5) / rows as f64 * 180.0 - 90.0;
                 let phi = ((i % columns) as f64 + 0.5) / columns as f64 * 360.0;
                 let wi = direction(theta, phi);
-                let sum: f64 = hits.iter().map(|(hit, w)| w * f64::from(hit.eval(wi).total().iter().sum::<f32>())).sum();
+                let sum: f64 =
+                    hits.iter().map(|(hit, w)| w * f64::from(hit.eval(wi).total().iter().sum::<f32>())).sum();
                 sum / (3.0 * total)
             })
             .collect();
