@@ -40,6 +40,10 @@ fn fur() -> Bcsdf<'static> {
     Bcsdf::new(&fiber).expect("the preset is valid")
 }
 
+fn hair() -> Bcsdf<'static> {
+    Bcsdf::new(&Fiber::hair().with_absorption([0.2, 0.4, 0.8])).expect("hair is valid")
+}
+
 fn each(bencher: Bencher, f: impl Fn(&Query) -> f32 + Sync) {
     let queries = queries();
     let mut i = 0;
@@ -80,7 +84,7 @@ fn prepare_and_eval(bencher: Bencher) {
 
 #[divan::bench]
 fn prepare_and_eval_hair(bencher: Bencher) {
-    let bcsdf = Bcsdf::new(&Fiber::hair().with_absorption([0.2, 0.4, 0.8])).expect("hair is valid");
+    let bcsdf = hair();
     each(bencher, |q| bcsdf.at(q.wo, Window::near(q.h)).eval(q.wi).total()[0]);
 }
 
@@ -117,25 +121,69 @@ fn prepare_and_sample(bencher: Bencher) {
     each(bencher, |q| bcsdf.at(q.wo, Window::near(q.h)).sample(q.u).weight[0]);
 }
 
-#[divan::bench]
-fn batch_prepare_eval_and_pdf(bencher: Bencher) {
-    let bcsdf = fur();
+/// ω_o, h, ω_i and uniform numbers of eight queries.
+type Batch = ([f32x8; 3], f32x8, [f32x8; 3], [f32x8; 4]);
+
+fn batches() -> Vec<Batch> {
     let queries = queries();
-    let lanes = |f: &dyn Fn(&Query) -> Vec3, i: usize| -> [f32x8; 3] {
-        [0, 1, 2].map(|k| f32x8::new(std::array::from_fn(|j| f(&queries[8 * i + j])[k])))
-    };
-    let packed: Vec<_> = (0..N / 8)
+    let lanes = |i: usize, f: &dyn Fn(&Query) -> f32| f32x8::new(std::array::from_fn(|j| f(&queries[8 * i + j])));
+    (0..N / 8)
         .map(|i| {
-            let h = f32x8::new(std::array::from_fn(|j| queries[8 * i + j].h));
-            (lanes(&|q| q.wo, i), h, lanes(&|q| q.wi, i))
+            let wo = [0, 1, 2].map(|k| lanes(i, &|q| q.wo[k]));
+            let wi = [0, 1, 2].map(|k| lanes(i, &|q| q.wi[k]));
+            (wo, lanes(i, &|q| q.h), wi, [0, 1, 2, 3].map(|k| lanes(i, &|q| q.u[k])))
         })
-        .collect();
+        .collect()
+}
+
+fn each_batch(bencher: Bencher, bcsdf: &Bcsdf, f: impl Fn(&Bcsdf, &Batch) -> f32) {
+    let batches = batches();
     let mut i = 0;
     bencher.bench_local(|| {
-        i = (i + 1) % packed.len();
-        let (wo, h, wi) = black_box(packed[i]);
-        let (f, pdf) = bcsdf.at8(wo, h).eval_pdf_lanes(wi);
-        f.total()[0] + pdf
+        i = (i + 1) % batches.len();
+        f(bcsdf, black_box(&batches[i]))
+    });
+}
+
+fn batch_eval(bcsdf: &Bcsdf, (wo, h, wi, _): &Batch) -> f32 {
+    let (f, pdf) = bcsdf.at8(*wo, *h).eval_pdf_lanes(*wi);
+    (f.total()[0] + pdf).to_array()[0]
+}
+
+#[divan::bench]
+fn batch_prepare_eval_and_pdf(bencher: Bencher) {
+    each_batch(bencher, &fur(), batch_eval);
+}
+
+#[divan::bench]
+fn batch_prepare_eval_and_pdf_hair(bencher: Bencher) {
+    each_batch(bencher, &hair(), batch_eval);
+}
+
+fn batch_sample(bcsdf: &Bcsdf, (wo, h, _, u): &Batch) -> f32 {
+    bcsdf.at8(*wo, *h).sample8(*u).iter().map(|s| s.weight[0]).sum()
+}
+
+#[divan::bench]
+fn batch_prepare_and_sample(bencher: Bencher) {
+    each_batch(bencher, &fur(), batch_sample);
+}
+
+#[divan::bench]
+fn batch_prepare_and_sample_hair(bencher: Bencher) {
+    each_batch(bencher, &hair(), batch_sample);
+}
+
+#[divan::bench]
+fn batch_eval_and_pdf(bencher: Bencher) {
+    let bcsdf = fur();
+    let batches = batches();
+    let hits: Vec<_> = batches.iter().take(8).map(|(wo, h, ..)| bcsdf.at8(*wo, *h)).collect();
+    let mut i = 0;
+    bencher.bench_local(|| {
+        i = (i + 1) % batches.len();
+        let (f, pdf) = black_box(&hits[i % 8]).eval_pdf_lanes(black_box(batches[i].2));
+        (f.total()[0] + pdf).to_array()[0]
     });
 }
 

@@ -288,6 +288,100 @@ impl<'b, V: Lanes> Hit<'b, V> {
     }
 }
 
+/// ω_i, its density and weight; one of each or eight.
+struct Drawn<V: Lanes> {
+    wi: [V; 3],
+    pdf: V,
+    weight: [V; 3],
+}
+
+impl<V: Lanes> Hit<'_, V> {
+    /// The lobe that `u` in [0, 1) falls to.
+    #[inline(always)]
+    fn choose_lobe(&self, lane: usize, u: f32) -> Lobe {
+        let mut rest = u;
+        let mut chosen = Lobe::R;
+        for lobe in Lobe::ALL {
+            let p = self.probability[lobe as usize].lane(lane);
+            // A lobe without energy is never drawn, not even where rounding leaves a remainder.
+            if p > 0.0 {
+                chosen = lobe;
+                if rest < p {
+                    break;
+                }
+            }
+            rest -= p;
+        }
+        chosen
+    }
+
+    /// Draws sin θᵢ, cos θᵢ and φ from one lobe. `u`: two uniform numbers for the longitudinal lobe, one
+    /// for the azimuth.
+    #[inline(always)]
+    fn draw(&self, lane: usize, lobe: Lobe, u: [f32; 3]) -> (f32, f32, f32) {
+        let model = self.bcsdf;
+        let unscattered = |p: usize| model.longitudinal.sample(self.centres.lane(p, lane), p, [u[0], u[1]]);
+        let scattered = |p: usize| {
+            let s = &self.scattered.as_ref()[lane];
+            if !s.exists {
+                // Not drawn by `sample`: the lobe carries no energy. R stands in.
+                return (unscattered(0), 0.0);
+            }
+            let relative = model.medulla.sample_azimuth(s, u[2]);
+            let theta = model.medulla.sample_inclination(s, wrap(relative), [u[0], u[1]]);
+            (theta.sin_cos(), relative + self.scattered_exit[p - 1].lane(lane))
+        };
+        let ((sin_i, cos_i), phi) = match lobe {
+            Lobe::R | Lobe::Tt | Lobe::Trt => {
+                let p = lobe as usize;
+                (unscattered(p), model.azimuthal.sample(self.exit.array()[p].lane(lane), p, u[2]))
+            }
+            Lobe::Tts => scattered(1),
+            Lobe::Trts => scattered(2),
+            Lobe::Rest => (unscattered(3), TAU * u[2]),
+        };
+        (sin_i, cos_i.max(0.0), phi)
+    }
+
+    /// Completes what was drawn: direction, and pdf and weight of all lobes together.
+    #[inline(always)]
+    fn complete(&self, sin_i: V, cos_i: V, phi: V, (sin_phi, cos_phi): (V, V)) -> Drawn<V> {
+        let [c, s] = self.frame;
+        let wi = [sin_i, cos_i * (cos_phi * c - sin_phi * s), cos_i * (sin_phi * c + cos_phi * s)];
+        let [theta_i, _] = V::atan2_pair([sin_i, V::splat(0.0)], [cos_i, V::splat(1.0)]);
+        let d = self.densities(&Outgoing { sin_i, cos_i, theta_i, phi });
+        let pdf = self.density(&d);
+        // 0/0 where the density underflows: the weight is then 0.
+        let inverse = V::splat(1.0) / pdf.max(V::splat(f32::MIN_POSITIVE));
+        Drawn { wi, pdf, weight: self.total(&d).map(|f| f * inverse) }
+    }
+}
+
+impl Hit<'_, f32x8> {
+    /// Draws eight directions. `u`: as for [`Hit::sample`] of one hit, eight of each.
+    pub fn sample8(&self, u: [f32x8; 4]) -> [Sample; 8] {
+        let u = u.map(f32x8::to_array);
+        let (mut sin_i, mut cos_i, mut phi) = ([0.0; 8], [0.0; 8], [0.0; 8]);
+        let (mut sin_phi, mut cos_phi) = ([0.0; 8], [0.0; 8]);
+        let mut lobes = [Lobe::R; 8];
+        for i in 0..8 {
+            lobes[i] = self.choose_lobe(i, u[0][i]);
+            (sin_i[i], cos_i[i], phi[i]) = self.draw(i, lobes[i], [u[1][i], u[2][i], u[3][i]]);
+            (sin_phi[i], cos_phi[i]) = phi[i].sin_cos();
+        }
+        let pack = f32x8::new;
+        let drawn = self.complete(pack(sin_i), pack(cos_i), pack(phi), (pack(sin_phi), pack(cos_phi)));
+        let (wi, pdf, weight) =
+            (drawn.wi.map(f32x8::to_array), drawn.pdf.to_array(), drawn.weight.map(f32x8::to_array));
+        std::array::from_fn(|i| Sample {
+            wi: Vec3::new(wi[0][i], wi[1][i], wi[2][i]),
+            pdf: pdf[i],
+            weight: weight.map(|w| w[i]),
+            lobe: lobes[i],
+        })
+    }
+}
+
 impl Hit<'_, f32> {
     /// f(ω_o, ω_i)·cos θᵢ of each lobe, RGB. `wi` points away from the fibre, toward the light, and
     /// has unit length. Light reaches a fibre from the whole sphere: no half of it is excluded.
@@ -310,63 +404,16 @@ impl Hit<'_, f32> {
 
     /// Draws ω_i. `u`: four uniform numbers in [0, 1): the lobe, two for the longitudinal lobe, one
     /// for the azimuth.
+    #[inline]
     pub fn sample(&self, u: [f32; 4]) -> Sample {
-        let lobe = self.choose_lobe(u[0]);
-        self.sample_lobe(lobe, [u[1], u[2], u[3]])
-    }
-
-    /// The lobe that `u` in [0, 1) falls to.
-    fn choose_lobe(&self, u: f32) -> Lobe {
-        let mut rest = u;
-        let mut chosen = Lobe::R;
-        for lobe in Lobe::ALL {
-            let p = self.probability[lobe as usize];
-            // A lobe without energy is never drawn, not even where rounding leaves a remainder.
-            if p > 0.0 {
-                chosen = lobe;
-                if rest < p {
-                    break;
-                }
-            }
-            rest -= p;
-        }
-        chosen
+        self.sample_lobe(self.choose_lobe(0, u[0]), [u[1], u[2], u[3]])
     }
 
     /// Draws ω_i from one lobe; pdf and weight are still those of all of them. `u`: two uniform
     /// numbers for the longitudinal lobe and one for the azimuth.
     pub fn sample_lobe(&self, lobe: Lobe, u: [f32; 3]) -> Sample {
-        let model = self.bcsdf;
-        let unscattered = |p: usize| model.longitudinal.sample(&self.centres, p, [u[0], u[1]]);
-        let exit = self.exit.to_array();
-        let scattered = |p: usize| {
-            let s = &self.scattered[0];
-            if !s.exists {
-                // Not drawn by `sample`: the lobe carries no energy. R stands in.
-                return (unscattered(0), exit[0]);
-            }
-            let relative = model.medulla.sample_azimuth(s, u[2]);
-            let theta = model.medulla.sample_inclination(s, wrap(relative), [u[0], u[1]]);
-            (theta.sin_cos(), relative + self.scattered_exit[p - 1])
-        };
-        let ((sin_i, cos_i), phi) = match lobe {
-            Lobe::R | Lobe::Tt | Lobe::Trt => {
-                let p = lobe as usize;
-                (unscattered(p), model.azimuthal.sample(exit[p], p, u[2]))
-            }
-            Lobe::Tts => scattered(1),
-            Lobe::Trts => scattered(2),
-            Lobe::Rest => (unscattered(3), TAU * u[2]),
-        };
-        let cos_i = cos_i.max(0.0);
-        let (sin_phi, cos_phi) = phi.sin_cos();
-        let [c, s] = self.frame;
-        let wi = Vec3::new(sin_i, cos_i * (cos_phi * c - sin_phi * s), cos_i * (sin_phi * c + cos_phi * s));
-        let [theta_i, _] = f32::atan2_pair([sin_i, 0.0], [cos_i, 1.0]);
-        let d = self.densities(&Outgoing { sin_i, cos_i, theta_i, phi });
-        let pdf = self.density(&d);
-        let f = self.total(&d);
-        let inverse = if pdf > 0.0 { 1.0 / pdf } else { 0.0 };
-        Sample { wi, pdf, weight: f.map(|f| f * inverse), lobe }
+        let (sin_i, cos_i, phi) = self.draw(0, lobe, u);
+        let Drawn { wi, pdf, weight } = self.complete(sin_i, cos_i, phi, phi.sin_cos());
+        Sample { wi: Vec3::from_array(wi), pdf, weight, lobe }
     }
 }

@@ -31,6 +31,14 @@ pub(crate) struct Centres<V: Lanes> {
     cos: V::Quad,
 }
 
+impl<V: Lanes> Centres<V> {
+    /// Sine and cosine of one lobe in one lane.
+    #[inline(always)]
+    pub fn lane(&self, p: usize, lane: usize) -> (f32, f32) {
+        (self.sin.array()[p].lane(lane), self.cos.array()[p].lane(lane))
+    }
+}
+
 impl Longitudinal {
     /// α_p and β_p of Table 2; the rest is shifted as TRT and 2β_m wide.
     #[doc(alias = "Table 2")]
@@ -69,20 +77,77 @@ impl Longitudinal {
         exponent.exp() * x.bessel_i0e() * V::Quad::constant(self.norm)
     }
 
-    /// Draws (sin θᵢ, cos θᵢ) of lobe `p` from two uniform numbers.
-    pub fn sample(&self, centres: &Centres<f32>, p: usize, u: [f32; 2]) -> (f32, f32) {
-        let direction = self.sample_direction(centres, p, u);
-        (direction[0], direction[1].hypot(direction[2]))
+    /// Draws (sin θᵢ, cos θᵢ) of lobe `p`, whose centre has that sine and cosine, from two uniform numbers.
+    #[inline]
+    pub fn sample(&self, centre: (f32, f32), p: usize, u: [f32; 2]) -> (f32, f32) {
+        let direction = self.sample_direction(centre, p, u);
+        (direction[0], (direction[1] * direction[1] + direction[2] * direction[2]).sqrt())
     }
 
     /// Draws a direction (along the fibre, and two across) of the spherical Gaussian itself.
-    pub(crate) fn sample_direction(&self, centres: &Centres<f32>, p: usize, u: [f32; 2]) -> [f32; 3] {
+    #[inline]
+    fn sample_direction(&self, (s, c): (f32, f32), p: usize, u: [f32; 2]) -> [f32; 3] {
         // 1 − cos of the angle from the lobe's centre, itself the sampled quantity: small v
         // would lose it in the cosine.
         let drop = (-self.v[p] * (u[0] + (1.0 - u[0]) * self.floor[p]).max(f32::MIN_POSITIVE).ln()).clamp(0.0, 2.0);
         let (cos, sin) = (1.0 - drop, (drop * (2.0 - drop)).sqrt());
         let (sin_psi, cos_psi) = (std::f32::consts::TAU * u[1]).sin_cos();
-        let (s, c) = (centres.sin.array()[p], centres.cos.array()[p]);
         [cos * s + sin * cos_psi * c, cos * c - sin * cos_psi * s, sin * sin_psi]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lobes() -> Longitudinal {
+        Longitudinal::new(&Fiber { alpha: 0.1, beta_m: 0.2, ..Fiber::hair() })
+    }
+
+    /// The spherical Gaussian's density, exp((cos − 1)/v)·norm/2π, times the area that a small cell of the unit
+    /// square is mapped to, is the cell's: finite differences of the sampler itself.
+    #[test]
+    fn pdf_is_jacobian_of_sample() {
+        let lobes = lobes();
+        let centre = (0.6f32, 0.8f32);
+        for p in 0..4 {
+            for u in [[0.11f32, 0.2], [0.5, 0.77], [0.9, 0.4], [0.97, 0.05]] {
+                let step = 2e-3;
+                let at = |a: f32, b: f32| lobes.sample_direction(centre, p, [u[0] + a, u[1] + b]).map(f64::from);
+                let difference = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|k| (a[k] - b[k]) / (2.0 * f64::from(step)));
+                let (x, y) = (difference(at(step, 0.0), at(-step, 0.0)), difference(at(0.0, step), at(0.0, -step)));
+                let cross = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
+                let area = cross.iter().map(|c| c * c).sum::<f64>().sqrt();
+                let w = at(0.0, 0.0);
+                let cos = f64::from(centre.0) * w[0] + f64::from(centre.1) * w[1];
+                let pdf =
+                    ((cos - 1.0) * f64::from(lobes.inv_v[p])).exp() * f64::from(lobes.norm[p]) / std::f64::consts::TAU;
+                // Central differences: (step/u)²/3 of the logarithm in u₀ ≥ 0.03 from the ends, and (2π step)²/6.
+                assert!((area * pdf - 1.0).abs() < 2e-3, "lobe {p} {u:?}: {}", area * pdf);
+            }
+        }
+    }
+
+    /// What `eval` returns is that density integrated around the fibre.
+    #[test]
+    fn lobe_is_the_spherical_gaussian_around_the_fibre() {
+        let lobes = lobes();
+        let centres = lobes.centres(0.28f32, 0.96f32);
+        for theta in [-1.3f32, -0.5, -0.3, 0.2, 1.5] {
+            let (sin, cos) = theta.sin_cos();
+            let values = lobes.eval(&centres, sin, cos).array();
+            for p in 0..4 {
+                let n = 2000;
+                let (s, c, v) = (centres.sin.array()[p], centres.cos.array()[p], f64::from(lobes.v[p]));
+                let ring: f64 = (0..n)
+                    .map(|k| {
+                        let psi = (f64::from(k) + 0.5) / f64::from(n) * std::f64::consts::TAU;
+                        let dot = f64::from(s) * f64::from(sin) + f64::from(c) * f64::from(cos) * psi.cos();
+                        ((dot - 1.0) / v).exp() / (v * -(-2.0 / v).exp_m1()) / f64::from(n)
+                    })
+                    .sum();
+                assert!((f64::from(values[p]) - ring).abs() < 1e-4 * ring + 1e-7, "{theta} {p}: {} {ring}", values[p]);
+            }
+        }
     }
 }

@@ -83,8 +83,15 @@ fn eight_at_once_are_the_same_as_one_by_one() {
         let h: [f32; 8] = std::array::from_fn(|_| random.within(-1.0, 1.0) as f32);
         let lanes = |v: [glam::Vec3; 8]| [0, 1, 2].map(|k| f32x8::new(v.map(|v| v[k])));
         let (lobes, pdf) = bcsdf.at8(lanes(wo), f32x8::new(h)).eval_pdf_lanes(lanes(wi));
+        let u: [[f32; 4]; 8] = std::array::from_fn(|_| random.next4());
+        let packed = [0, 1, 2, 3].map(|k| f32x8::new(u.map(|u| u[k])));
+        let samples = bcsdf.at8(lanes(wo), f32x8::new(h)).sample8(packed);
         for i in 0..8 {
             let hit = bcsdf.at(wo[i], Window::near(h[i]));
+            let sample = hit.sample(u[i]);
+            assert_eq!(sample.lobe, samples[i].lobe, "{fiber:?}");
+            assert!((sample.wi - samples[i].wi).length() < 1e-5, "{fiber:?} {sample:?} {:?}", samples[i]);
+            assert!((sample.pdf - samples[i].pdf).abs() <= 1e-3 * sample.pdf, "{fiber:?} {sample:?} {:?}", samples[i]);
             let (one, one_pdf) = hit.eval_pdf(wi[i]);
             let same = |a: f32, b: f32| (a - b).abs() <= 1e-5 * b.abs() + 1e-9;
             assert!(same(pdf.to_array()[i], one_pdf), "{fiber:?} {} {one_pdf}", pdf.to_array()[i]);
