@@ -109,26 +109,34 @@ pub(crate) fn normaliser<const C: usize>(w: &Weights<C>, z: &Weights<C>) -> f32 
 /// Draws a component with probability w_r z_r / Σ, and what is left of `u` as a new uniform number.
 pub(crate) fn choose<const C: usize>(w: &Weights<C>, z: &Weights<C>, u: f32) -> (usize, f32) {
     let products = product(w, z);
-    let total: f32 = products.iter().map(|p| p.reduce_add()).sum();
+    let mut sums = [0.0; C];
+    let mut total = 0.0;
+    for (sum, p) in sums.iter_mut().zip(&products) {
+        *sum = p.reduce_add();
+        total += *sum;
+    }
     let mut rest = u * total;
-    let mut last = (0, 0.5);
-    for (c, p) in products.iter().enumerate() {
-        let block = p.reduce_add();
-        // The last block with any weight takes what rounding left over.
-        if rest >= block && products[c + 1..].iter().any(|p| p.reduce_add() > 0.0) {
-            rest -= block;
-            continue;
-        }
-        for (i, &x) in p.to_array().iter().enumerate() {
-            if x > 0.0 {
-                last = (8 * c + i, (rest / x).clamp(0.0, 1.0));
-                if rest < x {
-                    break;
-                }
+    // Whatever rounding leaves over falls to the last block, and component, that has any weight.
+    let mut block = 0;
+    for (c, &sum) in sums.iter().enumerate() {
+        if sum > 0.0 {
+            block = c;
+            if rest < sum {
+                break;
             }
-            rest -= x;
         }
-        break;
+        rest -= sum;
+    }
+    rest = rest.clamp(0.0, sums[block]);
+    let mut last = (8 * block, 0.5);
+    for (i, &x) in products[block].to_array().iter().enumerate() {
+        if x > 0.0 {
+            last = (8 * block + i, (rest / x).clamp(0.0, 1.0));
+            if rest < x {
+                break;
+            }
+        }
+        rest -= x;
     }
     last
 }
@@ -290,26 +298,25 @@ impl<const C: usize> Densities<C> {
         let part = |end: End| end.inner * value(end.node) + end.outer * value(end.beyond);
         let (start, end) = (cumulative(low.node) - part(low), cumulative(high.node) + part(high));
         let target = start + u * (end - start);
-        // After the search the nodes low.node … a−1 lie at or below the target.
-        let (mut a, mut b) = (low.node, high.node + 1);
-        while a < b {
-            let middle = (a + b) / 2;
-            if cumulative(middle) <= target { a = middle + 1 } else { b = middle }
+        // The last node at or below the target, by halving without branches: which way it goes is a coin toss.
+        let (mut a, mut size) = (low.node, high.node + 1 - low.node);
+        while size > 1 {
+            let half = size / 2;
+            a = if cumulative(a + half) <= target { a + half } else { a };
+            size -= half;
         }
         let density = |j: usize| {
             let weight = if self.weighted { (node(j) - shift).cos().max(0.0) } else { 1.0 };
             value(j) * weight
         };
         // (position, cumulative, density) on both sides; at the ends the cosine makes it 0.
-        let below = if a == low.node {
-            (node(a) - low.width * self.step, start, 0.0)
+        let at = |j: usize| (node(j), cumulative(j), density(j));
+        let (below, above) = if target < cumulative(a) {
+            ((node(a) - low.width * self.step, start, 0.0), at(a))
+        } else if a == high.node {
+            (at(a), (node(a) + high.width * self.step, end, 0.0))
         } else {
-            (node(a - 1), cumulative(a - 1), density(a - 1))
-        };
-        let above = if a > high.node {
-            (node(a - 1) + high.width * self.step, end, 0.0)
-        } else {
-            (node(a), cumulative(a), density(a))
+            (at(a), at(a + 1))
         };
         let ((x0, m0, f0), (x1, m1, f1)) = (below, above);
         let t = if m1 > m0 { ((target - m0) / (m1 - m0)).clamp(0.0, 1.0) } else { u };
