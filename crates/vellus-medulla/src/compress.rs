@@ -1,8 +1,8 @@
 //! Non-negative rank-one sums by weighted hierarchical alternating least squares
 //! (Yan17 Sec. 4.3 uses unconstrained CP-ALS).
 //!
-//! Non-negative factors cost rank (48 in place of 16 for C^N), and pay it back: no profile is ever
-//! negative, normalising is one sum, and sampling is exact. The budget of 150 KB holds both.
+//! D13: non-negative factors cost rank (40 in place of 16 for C^N), and pay it back: no profile is ever
+//! negative, normalising is one sum, and sampling is exact. All fits into 119 KB.
 //!
 //! Each profile is first scaled by the inverse square root of its norm, which the query's own
 //! normalisation undoes: without it the sharp forward peaks of g → 0.95 would take all components.

@@ -72,7 +72,7 @@ impl OutgoingAxis {
     pub const AZIMUTH: OutgoingAxis = OutgoingAxis { first: 0.0, last: TAU };
     /// θᵢ of the backward half.
     pub const BACKWARD: OutgoingAxis = OutgoingAxis { first: -FRAC_PI_2, last: FRAC_PI_2 };
-    /// δ = θᵢ + θ_o of the forward half: its peak stays at δ = 0 whatever θ_o is, which is what
+    /// D13: δ = θᵢ + θ_o of the forward half: its peak stays at δ = 0 whatever θ_o is, which is what
     /// makes the table low-rank there.
     pub const FORWARD: OutgoingAxis = OutgoingAxis { first: -FRAC_PI_2, last: PI };
 

@@ -25,7 +25,7 @@ pub fn check(root: &Path) -> Result<(), String> {
         paper.lines().filter_map(|line| line.strip_prefix("| D")).flat_map(leading_number).collect();
     let cited: BTreeSet<u32> = texts
         .iter()
-        .filter(|(path, _)| !path.components().any(|c| c.as_os_str() == "xtask"))
+        .filter(|(path, _)| !path.ends_with("xtask/src/paper.rs"))
         .flat_map(|(_, text)| departures(text))
         .collect();
     problems.extend(cited.difference(&listed).map(|d| format!("the code cites D{d}, which PAPER.md does not list")));

@@ -1,10 +1,12 @@
 //! Drawing once, for both file formats, with a font of our own: no system fonts needed.
 
+use super::smooth::{Enlarged, SCALE, average};
 use crate::output;
 use anyhow::{Context, Result, anyhow, bail};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::register_font;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::path::PathBuf;
 
 /// A picture that any back end can draw.
@@ -35,6 +37,22 @@ pub fn font(size: f64) -> TextStyle<'static> {
     ("sans-serif", size).into_font().color(&BLACK)
 }
 
+/// Writes a title at the top; the area below it.
+pub fn titled<DB: DrawingBackend>(
+    area: &DrawingArea<DB, Shift>,
+    title: &str,
+    size: f64,
+) -> Result<DrawingArea<DB, Shift>>
+where
+    DB::ErrorType: 'static,
+{
+    let (top, rest) = area.split_vertically((2.0 * size) as u32);
+    let centre = Pos::new(HPos::Center, VPos::Center);
+    let (width, height) = top.dim_in_pixel();
+    top.draw_text(title, &font(size).pos(centre), (width as i32 / 2, height as i32 / 2))?;
+    Ok(rest)
+}
+
 /// Saves to `files`, or to `out/NAME.png` and `out/NAME.svg` where there are none.
 pub fn save(picture: &impl Draw, files: &[PathBuf], name: &str) -> Result<Vec<PathBuf>> {
     let files = match files {
@@ -56,13 +74,15 @@ pub fn save(picture: &impl Draw, files: &[PathBuf], name: &str) -> Result<Vec<Pa
 
 fn png(picture: &impl Draw) -> Result<Vec<u8>> {
     let (width, height) = picture.size();
-    let mut pixels = vec![255u8; 3 * width as usize * height as usize];
+    let (wide, high) = (width * SCALE, height * SCALE);
+    let mut pixels = vec![255u8; 3 * wide as usize * high as usize];
     {
-        let area = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
+        let area = Enlarged(BitMapBackend::with_buffer(&mut pixels, (wide, high))).into_drawing_area();
         area.fill(&WHITE)?;
         picture.draw(&area)?;
         area.present()?;
     }
+    let pixels = average(&pixels, width as usize);
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(png::ColorType::Rgb);

@@ -1,6 +1,6 @@
 //! Where the light goes: each lobe's energy over the fibre's width and over inclination.
 
-use super::canvas::{Draw, LOBE_COLORS, LOBE_LABELS, font};
+use super::canvas::{Draw, LOBE_COLORS, LOBE_LABELS, font, titled};
 use crate::query::direction;
 use crate::reference::model_energies;
 use anyhow::Result;
@@ -51,7 +51,7 @@ impl Draw for Picture {
     where
         DB::ErrorType: 'static,
     {
-        let area = area.titled(&self.title, font(28.0))?;
+        let area = titled(area, &self.title, 28.0)?;
         let (left, right) = area.split_horizontally(820);
         let at = format!("offset h, at θ_o = {}°", self.theta_o);
         stack(&left, &self.over_h, -1.0..1.0, &at, true)?;

@@ -1,6 +1,6 @@
 //! The azimuthal lobes of one hit: where each part of the light leaves around the fibre.
 
-use super::canvas::{Draw, LOBE_COLORS, LOBE_LABELS, font};
+use super::canvas::{Draw, LOBE_COLORS, LOBE_LABELS, font, titled};
 use crate::query::direction;
 use anyhow::Result;
 use plotters::coord::Shift;
@@ -141,7 +141,7 @@ impl Draw for Picture {
     where
         DB::ErrorType: 'static,
     {
-        let area = area.titled(&self.title, font(28.0))?;
+        let area = titled(area, &self.title, 28.0)?;
         let (left, right) = area.split_horizontally(800);
         self.polar(&left)?;
         self.cartesian(&right)

@@ -1,6 +1,6 @@
 //! Compressed against simulated profiles of the medulla (Yan17 Fig. 10).
 
-use super::canvas::{Draw, LOBE_COLORS, font};
+use super::canvas::{Draw, LOBE_COLORS, font, titled};
 use crate::output;
 use anyhow::{Context, Result, bail};
 use plotters::coord::Shift;
@@ -114,7 +114,7 @@ impl Draw for Picture {
             "Light scattered by the medulla: simulated (thin grey) and compressed to {:.0} KB (coloured)",
             self.bytes as f64 / 1000.0
         );
-        let area = area.titled(&title, font(28.0))?;
+        let area = titled(area, &title, 28.0)?;
         let places = area.split_evenly((2, 3));
         for (i, (tau, g)) in COLUMNS.iter().enumerate() {
             let title = format!("C^N, τ = {tau}, g = {g}");

@@ -5,6 +5,7 @@ mod energy;
 mod lobes;
 mod medulla;
 mod profile;
+mod smooth;
 
 use crate::fiber_args::FiberArgs;
 use crate::query::Query;

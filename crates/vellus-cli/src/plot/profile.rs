@@ -1,6 +1,6 @@
 //! Reflectance of the whole fibre over θ_i and φ (Yan17 Fig. 11).
 
-use super::canvas::{Draw, font};
+use super::canvas::{Draw, font, titled};
 use crate::query::direction;
 use anyhow::Result;
 use plotters::coord::Shift;
@@ -72,7 +72,7 @@ impl Draw for Picture {
             "f·cos θ_i averaged over the fibre's width, light from θ_o = {}°; log scale over {DECADES} decades below each maximum",
             self.theta_o
         );
-        let area = area.titled(&title, font(if self.panels.len() == 1 { 20.0 } else { 28.0 }))?;
+        let area = titled(area, &title, if self.panels.len() == 1 { 20.0 } else { 28.0 })?;
         let columns = if self.panels.len() == 1 { 1 } else { 3 };
         let places = area.split_evenly((self.panels.len().div_ceil(columns), columns));
         for (panel, place) in self.panels.iter().zip(&places) {
