@@ -11,7 +11,7 @@ pub enum Color {
     /// 8 (black eumelanin).
     ///
     /// σ = c_e (0.419, 0.697, 1.37) + c_p (0.187, 0.4, 1.05): the RGB constants of d'Eon et al.
-    /// 2011, An Energy-Conserving Hair Reflectance Model, Sec. 6.1, as pbrt-v3/v4 and Mitsuba 3 use them.
+    /// 2011, An Energy-Conserving Hair Reflectance Model, as pbrt-v3/v4 and Mitsuba 3 use them.
     Melanin {
         /// Concentration of eumelanin, brown to black.
         eumelanin: f32,
