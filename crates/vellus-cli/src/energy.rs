@@ -6,7 +6,6 @@ use crate::query::{Query, direction};
 use anyhow::Result;
 use rayon::prelude::*;
 use serde_json::json;
-use std::path::PathBuf;
 use vellus::{Bcsdf, Fiber, Hit, Lobe, Window};
 
 /// Which hit.
@@ -20,12 +19,8 @@ pub struct Args {
     /// Offset at which the fibre is hit, in [-1, 1].
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     h: f64,
-    /// How to write the result.
-    #[arg(long, value_enum, default_value_t = Format::Table)]
-    format: Format,
-    /// Write to a file instead of standard output.
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    output: output::OutputArgs,
 }
 
 /// Runs it.
@@ -43,7 +38,7 @@ pub fn run(args: &Args) -> Result<()> {
         .map(|&lobe| (lobe.key(), closed.0[lobe as usize].map(f64::from), integral[lobe as usize]))
         .chain([("total", closed_total, integral_total)])
         .collect();
-    let text = match args.format {
+    let text = match args.output.format {
         Format::Table => {
             let header = ["", "A red", "green", "blue", "∫ red", "green", "blue"];
             let mut rows = vec![header.map(str::to_owned).to_vec()];
@@ -73,7 +68,7 @@ pub fn run(args: &Args) -> Result<()> {
             format!("{}\n", json!({"theta_o": query.theta_o, "h": query.h, "lobes": lobes}))
         }
     };
-    output::write(args.out.as_deref(), text.as_bytes())
+    args.output.write(text.as_bytes())
 }
 
 /// Integral of each lobe of `eval` over the sphere: midpoints, three a standard deviation of the narrowest

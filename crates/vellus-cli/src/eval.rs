@@ -28,12 +28,8 @@ pub struct Args {
     /// CSV of queries with a header theta_o,h,theta_i,phi (degrees), or - for standard input.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["theta_o", "h", "theta_i", "phi"])]
     queries: Option<PathBuf>,
-    /// How to write the result.
-    #[arg(long, value_enum, default_value_t = Format::Table)]
-    format: Format,
-    /// Write to a file instead of standard output.
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    output: output::OutputArgs,
 }
 
 /// Runs it.
@@ -49,13 +45,13 @@ pub fn run(args: &Args) -> Result<()> {
         }
     };
     let answers: Vec<(Query, Answer)> = queries.into_iter().map(|q| (q, q.ask(&bcsdf))).collect();
-    let text = match args.format {
+    let text = match args.output.format {
         Format::Table => answers.iter().map(|(q, a)| table(q, a)).collect::<Vec<_>>().join("\n"),
         Format::Csv => csv(&answers)?,
         Format::Jsonl => answers.iter().map(|(q, a)| format!("{}\n", object(q, a))).collect(),
         Format::Json => format!("{}\n", Value::Array(answers.iter().map(|(q, a)| object(q, a)).collect())),
     };
-    output::write(args.out.as_deref(), text.as_bytes())
+    args.output.write(text.as_bytes())
 }
 
 /// A query and its answer for people.

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result};
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// How a table of results is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -15,6 +15,24 @@ pub enum Format {
     Json,
     /// One JSON object a line.
     Jsonl,
+}
+
+/// In what form a result goes where.
+#[derive(clap::Args)]
+pub struct OutputArgs {
+    /// How to write the result.
+    #[arg(long, value_enum, default_value_t = Format::Table)]
+    pub format: Format,
+    /// Write to a file instead of standard output.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+impl OutputArgs {
+    /// Writes it there.
+    pub fn write(&self, bytes: &[u8]) -> Result<()> {
+        write(self.out.as_deref(), bytes)
+    }
 }
 
 /// Writes `bytes` to `path`, or to standard output without one. A file appears whole or not at all.

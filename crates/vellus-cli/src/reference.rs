@@ -5,7 +5,6 @@ use crate::output::{self, Format};
 use crate::query::direction;
 use anyhow::Result;
 use serde_json::json;
-use std::path::PathBuf;
 use vellus::{Bcsdf, Lobe, Window};
 use vellus_medulla::reference::{Fate, Offsets, energies};
 
@@ -26,12 +25,8 @@ pub struct Args {
     /// Seed; the same one gives the same result on any number of threads.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// How to write the result.
-    #[arg(long, value_enum, default_value_t = Format::Table)]
-    format: Format,
-    /// Write to a file instead of standard output.
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    output: output::OutputArgs,
 }
 
 /// Mean energies of the model's lobes over the same offsets, RGB.
@@ -78,7 +73,7 @@ pub fn run(args: &Args) -> Result<()> {
     let mut lines: Vec<Line> =
         Fate::ALL.iter().map(|&f| (f.key(), result.mean[f as usize], result.error[f as usize], model_of(f))).collect();
     lines.push(("total", result.total[0], result.total[1], Some(add(&Lobe::ALL))));
-    let text = match args.format {
+    let text = match args.output.format {
         Format::Table => {
             let mut rows = vec![["", "reference", "± 1 s.e.", "model", "model/reference"].map(str::to_owned).to_vec()];
             // Three rows a line only where the channels differ.
@@ -121,5 +116,5 @@ pub fn run(args: &Args) -> Result<()> {
             )
         }
     };
-    output::write(args.out.as_deref(), text.as_bytes())
+    args.output.write(text.as_bytes())
 }
