@@ -21,8 +21,8 @@ pub struct Quality {
     pub ranks: [usize; 3],
     /// Sweeps of the compression.
     pub sweeps: usize,
-    /// Stride of the mean path's nodes in g and in h″ among the profiles', from the first to the last.
-    pub path_stride: [usize; 2],
+    /// Stride of the mean path's nodes in g among the profiles', from the first to the last.
+    pub path_stride: usize,
     /// Seed of everything.
     pub seed: u64,
 }
@@ -36,7 +36,7 @@ impl Quality {
             photons: 200_000,
             ranks: [40, 16, 32],
             sweeps: 2000,
-            path_stride: [3, 1],
+            path_stride: 3,
             seed: 2017,
         }
     }
@@ -49,7 +49,7 @@ impl Quality {
             photons: 10_000,
             ranks: [24, 16, 24],
             sweeps: 60,
-            path_stride: [3, 1],
+            path_stride: 3,
             seed: 2017,
         }
     }
@@ -138,14 +138,11 @@ impl Quality {
 
         let [n_tau, n_g, n_h, _] = self.nodes;
         let stride = self.path_stride;
-        assert!(
-            (n_g - 1).is_multiple_of(stride[0]) && (n_h - 1).is_multiple_of(stride[1]),
-            "the last node must be kept"
-        );
+        assert!((n_g - 1).is_multiple_of(stride), "the last node must be kept");
         let mut mean_path = Vec::new();
         for tau in 0..n_tau {
-            for g in (0..n_g).step_by(stride[0]) {
-                for h in (0..n_h).step_by(stride[1]) {
+            for g in (0..n_g).step_by(stride) {
+                for h in 0..n_h {
                     let profile = (tau * n_g + g) * n_h + h;
                     mean_path.push(azimuthal[profile * (self.directions + 1) + self.directions]);
                 }
@@ -156,7 +153,7 @@ impl Quality {
             backward,
             forward,
             mean_path,
-            mean_path_nodes: [n_tau, n_g.div_ceil(stride[0]), n_h.div_ceil(stride[1])],
+            mean_path_nodes: [n_tau, n_g.div_ceil(stride), n_h],
         }
     }
 

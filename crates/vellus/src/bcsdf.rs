@@ -164,12 +164,13 @@ impl<'b, V: Lanes> Hit<'b, V> {
         let inverse = path.inverse_cos_o;
         let mut paths = [0.0; 8];
         let exists = bcsdf.medulla.exists();
+        let tau = if exists { bcsdf.medulla.tau_position(path.elongation) } else { zero };
         let scattered = V::per_lane(
             #[inline(always)]
             |i| {
                 if exists && path.h_inside.lane(i).abs() < fiber.kappa {
                     let (scattered, mean_path) =
-                        bcsdf.medulla.at(path.elongation.lane(i), path.gamma_m.lane(i), path.theta_o.lane(i));
+                        bcsdf.medulla.at(tau.lane(i), path.gamma_m.lane(i), path.theta_o.lane(i));
                     paths[i] = mean_path;
                     scattered
                 } else {

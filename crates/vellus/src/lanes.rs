@@ -42,6 +42,8 @@ pub trait Lanes:
     fn per_lane<T: Copy>(f: impl FnMut(usize) -> T) -> Self::PerLane<T>;
     /// Square root.
     fn sqrt(self) -> Self;
+    /// Natural logarithm.
+    fn ln(self) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
     /// The smaller of the two, neither being NaN.
@@ -94,6 +96,10 @@ impl Lanes for f32 {
     #[inline(always)]
     fn sqrt(self) -> Self {
         f32::sqrt(self)
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        f32::ln(self)
     }
     #[inline(always)]
     fn abs(self) -> Self {
@@ -184,6 +190,10 @@ impl Lanes for f32x8 {
     #[inline(always)]
     fn sqrt(self) -> Self {
         f32x8::sqrt(self)
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        f32x8::ln(self)
     }
     #[inline(always)]
     fn abs(self) -> Self {

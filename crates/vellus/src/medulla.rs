@@ -2,6 +2,7 @@
 
 use crate::fiber::Fiber;
 use crate::grid;
+use crate::lanes::Lanes;
 use crate::mixture::{Between, Weights, choose, normaliser, product};
 use crate::tables::{AZIMUTHAL, BACKWARD, FORWARD, Tables};
 use std::f32::consts::{PI, TAU};
@@ -59,7 +60,7 @@ impl<'t> Medulla<'t> {
         let g_position = grid::g_position(f64::from(fiber.g)) as f32;
         // D12: C^M is simulated with inclined rays, so that its τ is σ_ms κ; only C^N, simulated in
         // the normal plane, needs the elongation 1/cos θ_t.
-        let tau_position = tau_position(optical_radius);
+        let tau_position = grid::tau_position(f64::from(optical_radius)) as f32;
         macro_rules! longitudinal {
             ($mixture:ident) => {{
                 let [tau, g, _] = &tables.$mixture.factors;
@@ -83,11 +84,10 @@ impl<'t> Medulla<'t> {
         self.optical_radius > 0.0
     }
 
-    /// ⟨L⟩(τ, g, h″) at positions of τ and h″ in [0, 1].
+    /// ⟨L⟩(τ, g, h″).
     #[inline(always)]
-    fn mean_path(&self, tau: f32, h: f32) -> f32 {
-        let [n_tau, n_g, n_h] = self.tables.mean_path_nodes;
-        let (tau, h) = (on(tau, n_tau), on(h, n_h));
+    fn mean_path(&self, tau: Between, h: Between) -> f32 {
+        let [_, n_g, n_h] = self.tables.mean_path_nodes;
         let values = &self.tables.mean_path;
         let along_h = |tau: usize, g: usize| {
             let row = &values[(tau * n_g + g) * n_h + h.index..][..2];
@@ -101,22 +101,29 @@ impl<'t> Medulla<'t> {
         a + tau.t * (b - a)
     }
 
-    /// Prepares a hit, with ⟨L⟩ for it: `angle` is asin h″ and `theta` θ_o, with their signs.
+    /// Where on the axis of τ, in [0, 1], light of that elongation is: [`grid::tau_position`] in single
+    /// precision. 1 + kτ rounds at 6e-8, 1e-8 of the axis.
     #[inline(always)]
-    pub fn at(&self, elongation: f32, angle: f32, theta: f32) -> (Scattered, f32) {
+    pub fn tau_position<V: Lanes>(&self, elongation: V) -> V {
+        let scale = grid::TAU_SCALE as f32 * self.optical_radius;
+        (V::splat(1.0) + V::splat(scale) * elongation).ln() * V::splat(1.0 / grid::TAU_GROWTH as f32)
+    }
+
+    /// Prepares a hit, with ⟨L⟩ for it: `tau` is [`Medulla::tau_position`], `angle` asin h″ and `theta`
+    /// θ_o, with their signs.
+    #[inline(always)]
+    pub fn at(&self, tau: f32, angle: f32, theta: f32) -> (Scattered, f32) {
         let Tables { azimuthal, backward, forward, .. } = self.tables;
-        let tau = tau_position(self.optical_radius * elongation);
-        let h = angle.abs() * std::f32::consts::FRAC_2_PI;
         let [tau_rows, _, h_rows] = &azimuthal.factors;
-        let w_n = product(&tau_rows.at(on(tau, tau_rows.nodes())), &h_rows.at(on(h, h_rows.nodes())));
-        let w_n = product(&w_n, &self.azimuthal);
+        let tau = on(tau, tau_rows.nodes());
+        let h = on(angle.abs() * std::f32::consts::FRAC_2_PI, h_rows.nodes());
+        let w_n = product(&product(&tau_rows.at(tau), &h_rows.at(h)), &self.azimuthal);
 
         let shift = theta.abs();
-        let position = shift * (1.0 / grid::THETA_MAX as f32);
-        let rows = &backward.factors[2];
-        let w_b = product(&rows.at(on(position, rows.nodes())), &self.backward);
-        let rows = &forward.factors[2];
-        let w_f = product(&rows.at(on(position, rows.nodes())), &self.forward);
+        let theta_rows = &forward.factors[2];
+        let position = on(shift * (1.0 / grid::THETA_MAX as f32), theta_rows.nodes());
+        let w_b = product(&backward.factors[2].at(position), &self.backward);
+        let w_f = product(&theta_rows.at(position), &self.forward);
         let scattered = Scattered {
             azimuthal: w_n,
             backward: w_b,
@@ -181,10 +188,4 @@ impl<'t> Medulla<'t> {
 #[inline(always)]
 fn on(position: f32, nodes: usize) -> Between {
     Between::new(position * (nodes - 1) as f32, nodes)
-}
-
-/// [`grid::tau_position`] in single precision. 1 + kτ rounds at 6e-8, 1e-8 of the axis.
-#[inline(always)]
-fn tau_position(tau: f32) -> f32 {
-    (1.0 + grid::TAU_SCALE as f32 * tau).ln() * (1.0 / grid::TAU_GROWTH as f32)
 }

@@ -43,7 +43,7 @@ pub struct TableData {
     pub forward: FactorTable,
     /// ⟨L⟩ over (τ, g, h″), h fastest, in radii of the medulla.
     pub mean_path: Vec<f32>,
-    /// Nodes of the mean path.
+    /// Nodes of the mean path; over τ and h″ those of `azimuthal`.
     pub mean_path_nodes: [usize; 3],
 }
 
@@ -138,6 +138,13 @@ impl TableData {
         if self.mean_path.len() != self.mean_path_nodes.iter().product() || self.mean_path_nodes.iter().any(|&n| n < 2)
         {
             return Err(Error::Table("the mean path's size does not match its nodes".to_owned()));
+        }
+        // A query looks each position up once for all tables.
+        let [azimuthal, backward, forward] =
+            self.mixtures().map(|(_, table, _)| [0, 1, 2].map(|mode| table.nodes(mode)));
+        let [path_tau, _, path_h] = self.mean_path_nodes;
+        if backward != forward || azimuthal[..2] != forward[..2] || [path_tau, path_h] != [azimuthal[0], azimuthal[2]] {
+            return Err(Error::Table("the tables do not share their nodes".to_owned()));
         }
         let all = self.mixtures().into_iter().flat_map(|(_, t, _)| t.factors.iter().flatten());
         // As half floats they stay finite up to 65504.
