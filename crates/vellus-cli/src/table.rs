@@ -45,7 +45,7 @@ pub struct Build {
 /// Named qualities.
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Level {
-    /// What this program ships: about 11 minutes on two cores.
+    /// What this program ships: about 10 minutes on two cores.
     Shipping,
     /// Coarse, seconds: for tests.
     Smoke,
