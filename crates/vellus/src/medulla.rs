@@ -4,7 +4,7 @@ use crate::fiber::Fiber;
 use crate::grid;
 use crate::lanes::Lanes;
 use crate::mixture::{Between, Weights, choose, normaliser, product};
-use crate::tables::{AZIMUTHAL, BACKWARD, FORWARD, Tables};
+use crate::tables::{AZIMUTHAL, BACKWARD, FORWARD, Mixture, Tables};
 use std::f32::consts::{PI, TAU};
 use wide::f32x8;
 
@@ -61,18 +61,12 @@ impl<'t> Medulla<'t> {
         // D12: C^M is simulated with inclined rays, so that its τ is σ_ms κ; only C^N, simulated in
         // the normal plane, needs the elongation 1/cos θ_t.
         let tau_position = grid::tau_position(f64::from(optical_radius)) as f32;
-        macro_rules! longitudinal {
-            ($mixture:ident) => {{
-                let [tau, g, _] = &tables.$mixture.factors;
-                product(&tau.at(on(tau_position, tau.nodes())), &g.at(on(g_position, g.nodes())))
-            }};
-        }
         let g_rows = &tables.azimuthal.factors[1];
         Medulla {
             tables,
             azimuthal: g_rows.at(on(g_position, g_rows.nodes())),
-            backward: longitudinal!(backward),
-            forward: longitudinal!(forward),
+            backward: collapse(&tables.backward, tau_position, g_position),
+            forward: collapse(&tables.forward, tau_position, g_position),
             g: on(g_position, tables.mean_path_nodes[1]),
             backward_integrals: tables.backward.densities.integrals(0.0),
             optical_radius,
@@ -182,6 +176,12 @@ impl<'t> Medulla<'t> {
         };
         theta * s.mirror_theta
     }
+}
+
+/// The weights of a mixture with τ and g put in.
+fn collapse<const C: usize>(mixture: &Mixture<C>, tau: f32, g: f32) -> Weights<C> {
+    let [tau_rows, g_rows, _] = &mixture.factors;
+    product(&tau_rows.at(on(tau, tau_rows.nodes())), &g_rows.at(on(g, g_rows.nodes())))
 }
 
 /// Position in [0, 1] on an axis of that many nodes.
