@@ -1,6 +1,6 @@
 //! `vellus energy`: where the light goes, twice.
 
-use crate::fiber_args::FiberArgs;
+use crate::fiber_args::Incidence;
 use crate::output::{self, Format};
 use crate::query::{Query, direction};
 use anyhow::Result;
@@ -12,10 +12,7 @@ use vellus::{Bcsdf, Fiber, Hit, Lobe, Window};
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]
-    fiber: FiberArgs,
-    /// Inclination of ω_o, degrees.
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_name = "DEG")]
-    theta_o: f64,
+    incidence: Incidence,
     /// Offset at which the fibre is hit, in [-1, 1].
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     h: f64,
@@ -25,8 +22,8 @@ pub struct Args {
 
 /// Runs it.
 pub fn run(args: &Args) -> Result<()> {
-    let fiber = args.fiber.load()?;
-    let query = Query::new([args.theta_o, args.h, 0.0, 0.0])?;
+    let fiber = args.incidence.fiber.load()?;
+    let query = Query::new([args.incidence.theta_o, args.h, 0.0, 0.0])?;
     let bcsdf = Bcsdf::new(&fiber)?;
     let hit = bcsdf.at(direction(query.theta_o, 0.0), Window::near(query.h as f32));
     let closed = hit.energy();

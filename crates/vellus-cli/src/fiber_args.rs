@@ -17,6 +17,16 @@ pub struct FiberArgs {
     pub set: Vec<String>,
 }
 
+/// A fibre, and where ω_o is inclined to.
+#[derive(clap::Args, Clone)]
+pub struct Incidence {
+    #[command(flatten)]
+    pub fiber: FiberArgs,
+    /// Inclination of ω_o, the direction the fibre is seen or lit from, degrees.
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_name = "DEG")]
+    pub theta_o: f64,
+}
+
 impl FiberArgs {
     /// The fibre, validated.
     pub fn load(&self) -> Result<Fiber> {

@@ -1,6 +1,6 @@
 //! `vellus reference`: light in the whole fibre, beside the model.
 
-use crate::fiber_args::FiberArgs;
+use crate::fiber_args::Incidence;
 use crate::output::{self, Format};
 use crate::query::direction;
 use anyhow::Result;
@@ -12,10 +12,7 @@ use vellus_medulla::reference::{Fate, Offsets, energies};
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]
-    fiber: FiberArgs,
-    /// Inclination of the light, degrees.
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_name = "DEG")]
-    theta_o: f64,
+    incidence: Incidence,
     /// One offset in [-1, 1]; without it, uniform over the fibre's width.
     #[arg(long, allow_negative_numbers = true)]
     h: Option<f64>,
@@ -53,13 +50,14 @@ type Line = (&'static str, [f64; 3], [f64; 3], Option<[f64; 3]>);
 
 /// Runs it.
 pub fn run(args: &Args) -> Result<()> {
-    let fiber = args.fiber.load()?;
+    let fiber = args.incidence.fiber.load()?;
     let bcsdf = Bcsdf::new(&fiber)?;
     let offsets = args.h.map_or(Offsets::Whole, Offsets::At);
     let bar = output::progress(args.photons, "tracing");
-    let result = energies(&fiber, args.theta_o.to_radians(), offsets, args.photons, args.seed, &|n| bar.inc(n))?;
+    let result =
+        energies(&fiber, args.incidence.theta_o.to_radians(), offsets, args.photons, args.seed, &|n| bar.inc(n))?;
     bar.finish_and_clear();
-    let model = model_energies(&bcsdf, args.theta_o, offsets);
+    let model = model_energies(&bcsdf, args.incidence.theta_o, offsets);
     let add = |lobes: &[Lobe]| [0, 1, 2].map(|c| lobes.iter().map(|&l| model[l as usize][c]).sum::<f64>());
     // `rest` holds higher orders of both kinds, and is counted as unscattered.
     let model_of = |fate: Fate| match fate {
@@ -92,7 +90,12 @@ pub fn run(args: &Args) -> Result<()> {
                     ]);
                 }
             }
-            format!("energy of light from θ_o {}°, {} photons\n{}", args.theta_o, args.photons, output::align(&rows))
+            format!(
+                "energy of light from θ_o {}°, {} photons\n{}",
+                args.incidence.theta_o,
+                args.photons,
+                output::align(&rows)
+            )
         }
         Format::Csv => {
             let mut text = "fate,mean.r,mean.g,mean.b,error.r,error.g,error.b\n".to_owned();
@@ -112,7 +115,7 @@ pub fn run(args: &Args) -> Result<()> {
             let h = args.h.map_or(json!("whole width"), |h| json!(h));
             format!(
                 "{}\n",
-                json!({"theta_o": args.theta_o, "h": h, "photons": args.photons, "seed": args.seed, "energies": fates})
+                json!({"theta_o": args.incidence.theta_o, "h": h, "photons": args.photons, "seed": args.seed, "energies": fates})
             )
         }
     };

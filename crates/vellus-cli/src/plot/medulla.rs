@@ -4,6 +4,7 @@ use super::canvas::{Draw, LOBE_COLORS, font, titled};
 use crate::output;
 use anyhow::{Context, Result, bail};
 use plotters::coord::Shift;
+use plotters::prelude::SeriesLabelPosition::{UpperLeft, UpperRight};
 use plotters::prelude::*;
 use rayon::prelude::*;
 use std::path::Path;
@@ -118,9 +119,10 @@ impl Draw for Picture {
         let places = area.split_evenly((2, 3));
         for (i, (tau, g)) in COLUMNS.iter().enumerate() {
             let title = format!("C^N, τ = {tau}, g = {g}");
-            panel(&places[i], &self.azimuthal[i], &title, 0.0..360.0, "φ from straight back, degrees")?;
+            panel(&places[i], &self.azimuthal[i], &title, 0.0..360.0, "φ from straight back, degrees", UpperLeft)?;
             let title = format!("C^M, τ = {tau}, g = {g}");
-            panel(&places[3 + i], &self.longitudinal[i], &title, -90.0..90.0, "θ_i, degrees")?;
+            // The peaks are on the left: θ_i = −θ_o.
+            panel(&places[3 + i], &self.longitudinal[i], &title, -90.0..90.0, "θ_i, degrees", UpperRight)?;
         }
         Ok(())
     }
@@ -132,6 +134,7 @@ fn panel<DB: DrawingBackend>(
     title: &str,
     range: std::ops::Range<f64>,
     label: &str,
+    legend: SeriesLabelPosition,
 ) -> Result<()>
 where
     DB::ErrorType: 'static,
@@ -163,7 +166,7 @@ where
     }
     chart
         .configure_series_labels()
-        .position(SeriesLabelPosition::UpperLeft)
+        .position(legend)
         .background_style(WHITE.mix(0.85))
         .border_style(RGBColor(180, 180, 180))
         .legend_area_size(32)

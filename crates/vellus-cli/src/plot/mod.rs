@@ -7,7 +7,7 @@ mod medulla;
 mod profile;
 mod smooth;
 
-use crate::fiber_args::FiberArgs;
+use crate::fiber_args::{FiberArgs, Incidence};
 use crate::query::Query;
 use anyhow::Result;
 use canvas::save;
@@ -33,10 +33,7 @@ pub enum Command {
     /// The whole fibre's reflectance over θ_i and φ, log scale, as in Yan17 Fig. 11; --fiber all for the ten presets.
     Profile {
         #[command(flatten)]
-        fiber: FiberArgs,
-        /// Inclination of ω_o, degrees.
-        #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_name = "DEG")]
-        theta_o: f64,
+        incidence: Incidence,
         #[command(flatten)]
         out: Out,
     },
@@ -54,10 +51,7 @@ pub enum Command {
     /// Energy of the lobes over the fibre's width, and over inclination.
     Energy {
         #[command(flatten)]
-        fiber: FiberArgs,
-        /// Inclination of ω_o, degrees.
-        #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_name = "DEG")]
-        theta_o: f64,
+        incidence: Incidence,
         #[command(flatten)]
         out: Out,
     },
@@ -75,7 +69,7 @@ pub struct Out {
 pub fn run(command: &Command) -> Result<()> {
     let written = match command {
         Command::Lobes { fiber, theta_o, h, out } => lobes(fiber, *theta_o, *h, &out.files)?,
-        Command::Profile { fiber, theta_o, out } => {
+        Command::Profile { incidence: Incidence { fiber, theta_o }, out } => {
             Query::new([*theta_o, 0.0, 0.0, 0.0])?;
             let all = fiber.fiber == "all";
             let fibers: Vec<FiberArgs> = if all {
@@ -92,7 +86,7 @@ pub fn run(command: &Command) -> Result<()> {
         Command::Medulla { table, photons, out } => {
             save(&medulla::Picture::new(table.as_deref(), *photons)?, &out.files, "medulla")?
         }
-        Command::Energy { fiber, theta_o, out } => {
+        Command::Energy { incidence: Incidence { fiber, theta_o }, out } => {
             Query::new([*theta_o, 0.0, 0.0, 0.0])?;
             let picture = energy::Picture::new(fiber.name(), &fiber.load()?, *theta_o)?;
             save(&picture, &out.files, &format!("{}-energy", fiber.name()))?
