@@ -14,7 +14,7 @@ struct Query {
     wo: Vec3,
     wi: Vec3,
     h: f32,
-    u: [f32; 4],
+    u: [f32; 5],
 }
 
 fn queries() -> Vec<Query> {
@@ -30,7 +30,7 @@ fn queries() -> Vec<Query> {
             wo: direction(unit(i, 1), unit(i, 2)),
             wi: direction(unit(i, 3), unit(i, 4)),
             h: 2.0 * unit(i, 5) - 1.0,
-            u: [unit(i, 6), unit(i, 7), unit(i, 8), unit(i, 9)],
+            u: [unit(i, 6), unit(i, 7), unit(i, 8), unit(i, 9), unit(i, 10)],
         })
         .collect()
 }
@@ -119,6 +119,72 @@ fn sample(bencher: Bencher) {
 fn prepare_and_sample(bencher: Bencher) {
     let bcsdf = fur();
     each(bencher, |q| bcsdf.at(q.wo, Window::near(q.h)).sample(q.u).weight[0]);
+}
+
+fn each_window(bencher: Bencher, bcsdf: &Bcsdf, window: impl Fn(&Query) -> Window, f: impl Fn(&Hit, &Query) -> f32) {
+    let queries = queries();
+    let hits: Vec<_> = queries.iter().take(64).map(|q| bcsdf.at(q.wo, window(q))).collect();
+    let mut i = 0;
+    bencher.bench_local(|| {
+        i = (i + 1) % N;
+        f(black_box(&hits[i % 64]), black_box(&queries[i]))
+    });
+}
+
+fn pixel(q: &Query) -> Window {
+    Window::pixel(q.h, 0.5)
+}
+
+#[divan::bench]
+fn far_prepare(bencher: Bencher) {
+    let bcsdf = fur();
+    each(bencher, |q| black_box(&bcsdf.at(q.wo, Window::far())).lobe_probabilities()[0]);
+}
+
+#[divan::bench]
+fn far_prepare_hair(bencher: Bencher) {
+    let bcsdf = hair();
+    each(bencher, |q| black_box(&bcsdf.at(q.wo, Window::far())).lobe_probabilities()[0]);
+}
+
+#[divan::bench]
+fn far_eval(bencher: Bencher) {
+    each_window(bencher, &fur(), |_| Window::far(), |hit, q| hit.eval(q.wi).total()[0]);
+}
+
+#[divan::bench]
+fn far_eval_hair(bencher: Bencher) {
+    each_window(bencher, &hair(), |_| Window::far(), |hit, q| hit.eval(q.wi).total()[0]);
+}
+
+#[divan::bench]
+fn far_eval_and_pdf(bencher: Bencher) {
+    let eval = |hit: &Hit, q: &Query| {
+        let (f, pdf) = hit.eval_pdf(q.wi);
+        f.total()[0] + pdf
+    };
+    each_window(bencher, &fur(), |_| Window::far(), eval);
+}
+
+#[divan::bench]
+fn far_sample(bencher: Bencher) {
+    each_window(bencher, &fur(), |_| Window::far(), |hit, q| hit.sample(q.u).weight[0]);
+}
+
+#[divan::bench]
+fn pixel_prepare(bencher: Bencher) {
+    let bcsdf = fur();
+    each(bencher, |q| black_box(&bcsdf.at(q.wo, pixel(q))).lobe_probabilities()[0]);
+}
+
+#[divan::bench]
+fn pixel_eval(bencher: Bencher) {
+    each_window(bencher, &fur(), pixel, |hit, q| hit.eval(q.wi).total()[0]);
+}
+
+#[divan::bench]
+fn eval_hair(bencher: Bencher) {
+    each_window(bencher, &hair(), |q| Window::near(q.h), |hit, q| hit.eval(q.wi).total()[0]);
 }
 
 /// ω_o, h, ω_i and uniform numbers of eight queries.

@@ -9,7 +9,8 @@ use std::f32::consts::{PI, TAU};
 /// Widths of the lobes, prepared once a fibre.
 #[derive(Clone, Debug)]
 pub(crate) struct Azimuthal {
-    sigma: [f32; 3],
+    pub sigma: [f32; 3],
+    pub inverse_sigma: [f32; 3],
     /// −1/(2σ²), and 0 for the rest: its every image is 1.
     exponent: [f32; 4],
     /// 1/(σ√2π), and 1/2π over the number of images summed.
@@ -38,6 +39,7 @@ impl Azimuthal {
         let norm = sigma.map(|s| 1.0 / (s * TAU.sqrt()));
         Azimuthal {
             sigma,
+            inverse_sigma: sigma.map(|s| 1.0 / s),
             exponent: [exponent[0], exponent[1], exponent[2], 0.0],
             norm: [norm[0], norm[1], norm[2], 1.0 / (TAU * f32::from(2 * images + 1))],
             images,

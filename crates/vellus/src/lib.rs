@@ -1,5 +1,5 @@
 //! The fur reflectance model of Yan, Jensen and Ramamoorthi 2017, *An Efficient and Practical
-//! Near and Far Field Fur Reflectance Model*, near field.
+//! Near and Far Field Fur Reflectance Model*: near field, far field and everything between.
 //!
 //! # Conventions
 //! - The fibre's axis, root to tip, is the local x axis. θ = asin(ω·x) is measured from the normal
@@ -17,7 +17,7 @@
 //! let wo = glam::Vec3::new(0.2, 0.8, 0.5).normalize();
 //! let hit = bcsdf.at(wo, Window::near(0.3));             // all that depends on ω_o
 //! let f = hit.eval(glam::Vec3::new(-0.3, -0.9, 0.1).normalize()).total();
-//! let s = hit.sample([0.1, 0.2, 0.3, 0.4]);              // direction, pdf, weight, lobe
+//! let s = hit.sample([0.1, 0.2, 0.3, 0.4, 0.5]);            // direction, pdf, weight, lobe
 //! assert!(f.iter().chain(&s.weight).all(|x| *x >= 0.0));
 //! # Ok(()) }
 //! ```
@@ -30,18 +30,25 @@ mod color;
 mod cuticle;
 mod error;
 mod fiber;
+mod frame;
 pub mod grid;
+mod integrals;
 mod lanes;
 mod longitudinal;
 mod medulla;
 mod mixture;
+mod near;
+mod nodes;
 pub mod oracle;
 mod path;
+mod points;
 pub mod published;
+mod segments;
 mod special;
 mod species;
 mod tables;
 mod window;
+mod window_hit;
 
 pub use bcsdf::{Bcsdf, Hit, Lobe, Lobes, Sample};
 pub use color::Color;
@@ -49,6 +56,7 @@ pub use cuticle::{Fresnel, fresnel};
 pub use error::Error;
 pub use fiber::Fiber;
 pub use lanes::Lanes;
+pub use near::NearHit;
 pub use species::Species;
 pub use tables::{FactorTable, TableData, Tables};
 pub use window::Window;

@@ -4,7 +4,7 @@ use crate::fiber::Fiber;
 use crate::grid;
 use crate::lanes::Lanes;
 use crate::mixture::{Between, Weights, choose, normaliser, product};
-use crate::tables::{AZIMUTHAL, BACKWARD, FORWARD, Mixture, Tables};
+use crate::tables::{AZIMUTHAL, BACKWARD, FORWARD, Mixture, OFFSETS, Tables};
 use std::f32::consts::{PI, TAU};
 use wide::f32x8;
 
@@ -22,36 +22,50 @@ pub(crate) struct Medulla<'t> {
     optical_radius: f32,
 }
 
-/// What one hit prepares for all its queries.
+/// C^N of one path through the medulla, the weights of its components.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Scattered {
-    azimuthal: Weights<AZIMUTHAL>,
-    backward: Weights<BACKWARD>,
-    forward: Weights<FORWARD>,
-    /// What makes each of the three integrate to 1.
-    scale: [f32; 3],
-    /// |θ_o|: the shift of the forward lobe.
-    theta: f32,
+pub(crate) struct Azimuth {
+    pub weights: Weights<AZIMUTHAL>,
+    /// What makes it integrate to 1.
+    pub scale: f32,
     /// −1 where h″ < 0: the profile is mirrored, (h, φ) → (−h, −φ).
-    mirror_phi: f32,
-    /// −1 where θ_o < 0: (θ_o, θᵢ) → (−θ_o, −θᵢ).
-    mirror_theta: f32,
-    /// False where the path misses the medulla.
-    pub exists: bool,
+    mirror: f32,
 }
 
-impl Scattered {
-    /// A path that misses the medulla.
-    pub const NONE: Scattered = Scattered {
-        azimuthal: [f32x8::ZERO; AZIMUTHAL],
+/// C^M of one θ_o, the weights of its components: the same for every offset.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Inclination {
+    backward: Weights<BACKWARD>,
+    forward: Weights<FORWARD>,
+    /// What makes each of the two integrate to 1.
+    scale: [f32; 2],
+    /// |θ_o|: the shift of the forward lobe.
+    theta: f32,
+    /// −1 where θ_o < 0: (θ_o, θᵢ) → (−θ_o, −θᵢ).
+    mirror: f32,
+}
+
+impl Azimuth {
+    /// No light.
+    pub const NONE: Azimuth = Azimuth { weights: [f32x8::ZERO; AZIMUTHAL], scale: 0.0, mirror: 1.0 };
+}
+
+impl Inclination {
+    /// No light.
+    pub const NONE: Inclination = Inclination {
         backward: [f32x8::ZERO; BACKWARD],
         forward: [f32x8::ZERO; FORWARD],
-        scale: [0.0; 3],
+        scale: [0.0; 2],
         theta: 0.0,
-        mirror_phi: 1.0,
-        mirror_theta: 1.0,
-        exists: false,
+        mirror: 1.0,
     };
+}
+
+/// τ of one elongation put into the azimuthal table.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pass {
+    weights: Weights<AZIMUTHAL>,
+    tau: Between,
 }
 
 impl<'t> Medulla<'t> {
@@ -103,66 +117,117 @@ impl<'t> Medulla<'t> {
         (V::splat(1.0) + V::splat(scale) * elongation).ln() * V::splat(1.0 / grid::TAU_GROWTH as f32)
     }
 
-    /// Prepares a hit, with ⟨L⟩ for it: `tau` is [`Medulla::tau_position`], `angle` asin h″ and `theta`
-    /// θ_o, with their signs.
+    /// Puts τ, as [`Medulla::tau_position`] gives it, into the azimuthal table.
     #[inline(always)]
-    pub fn at(&self, tau: f32, angle: f32, theta: f32) -> (Scattered, f32) {
-        let Tables { azimuthal, backward, forward, .. } = self.tables;
-        let [tau_rows, _, h_rows] = &azimuthal.factors;
-        let tau = on(tau, tau_rows.nodes());
-        let h = on(angle.abs() * std::f32::consts::FRAC_2_PI, h_rows.nodes());
-        let w_n = product(&product(&tau_rows.at(tau), &h_rows.at(h)), &self.azimuthal);
+    pub fn pass(&self, tau: f32) -> Pass {
+        let rows = &self.tables.azimuthal.factors[0];
+        let tau = on(tau, rows.nodes());
+        Pass { weights: product(&rows.at(tau), &self.azimuthal), tau }
+    }
 
+    /// Prepares C^N for a path: `angle` is asin h″ with its sign.
+    #[inline(always)]
+    pub fn azimuth(&self, pass: &Pass, angle: f32) -> Azimuth {
+        let weights = product(&self.tables.azimuthal.factors[2].at(self.offset(angle)), &pass.weights);
+        let scale = normaliser(&weights, &[f32x8::ONE; AZIMUTHAL]);
+        Azimuth { weights, scale, mirror: 1f32.copysign(angle) }
+    }
+
+    /// ⟨L⟩ of a path.
+    #[inline(always)]
+    pub fn mean_path_of(&self, pass: &Pass, angle: f32) -> f32 {
+        self.mean_path(pass.tau, self.offset(angle))
+    }
+
+    /// ⟨L⟩ at the nodes of h″, for many paths.
+    #[inline(always)]
+    pub fn mean_paths(&self, pass: &Pass) -> [f32; OFFSETS] {
+        let [_, n_g, n_h] = self.tables.mean_path_nodes;
+        let row = |tau: usize, g: usize| &self.tables.mean_path[(tau * n_g + g) * n_h..][..n_h];
+        let (tau, g) = (pass.tau, self.g);
+        let rows = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(i, j)| row(tau.index + i, g.index + j));
+        let weights = [(1.0 - tau.t) * (1.0 - g.t), (1.0 - tau.t) * g.t, tau.t * (1.0 - g.t), tau.t * g.t];
+        let mut paths = [0.0; OFFSETS];
+        for h in 0..n_h {
+            paths[h] =
+                rows[0][h] * weights[0] + rows[1][h] * weights[1] + rows[2][h] * weights[2] + rows[3][h] * weights[3];
+        }
+        paths
+    }
+
+    /// ⟨L⟩ of eight paths, from [`Medulla::mean_paths`].
+    #[inline(always)]
+    pub fn mean_paths_at(&self, paths: &[f32; OFFSETS], angle: f32x8) -> f32x8 {
+        let last = self.tables.mean_path_nodes[2] - 2;
+        let x = angle.abs() * f32x8::splat(std::f32::consts::FRAC_2_PI * (last + 1) as f32);
+        let whole = x.fast_min(f32x8::splat(last as f32)).fast_trunc_int();
+        let (t, index) = (x - f32x8::from_i32x8(whole), whole.to_array());
+        let (mut low, mut high) = ([0.0; 8], [0.0; 8]);
+        for i in 0..8 {
+            let node = (index[i] as usize).min(last);
+            (low[i], high[i]) = (paths[node % OFFSETS], paths[(node + 1) % OFFSETS]);
+        }
+        (f32x8::new(high) - f32x8::new(low)).mul_add(t, f32x8::new(low))
+    }
+
+    #[inline(always)]
+    fn offset(&self, angle: f32) -> Between {
+        on(angle.abs() * std::f32::consts::FRAC_2_PI, self.tables.azimuthal.factors[2].nodes())
+    }
+
+    /// Prepares C^M for θ_o with its sign.
+    #[inline(always)]
+    pub fn inclination(&self, theta: f32) -> Inclination {
+        let Tables { backward, forward, .. } = self.tables;
         let shift = theta.abs();
         let theta_rows = &forward.factors[2];
         let position = on(shift * (1.0 / grid::THETA_MAX as f32), theta_rows.nodes());
         let w_b = product(&backward.factors[2].at(position), &self.backward);
         let w_f = product(&theta_rows.at(position), &self.forward);
-        let scattered = Scattered {
-            azimuthal: w_n,
+        Inclination {
             backward: w_b,
             forward: w_f,
-            scale: [
-                normaliser(&w_n, &[f32x8::ONE; AZIMUTHAL]),
-                normaliser(&w_b, &self.backward_integrals),
-                normaliser(&w_f, &forward.densities.integrals(shift)),
-            ],
+            scale: [normaliser(&w_b, &self.backward_integrals), normaliser(&w_f, &forward.densities.integrals(shift))],
             theta: shift,
-            mirror_phi: 1f32.copysign(angle),
-            mirror_theta: 1f32.copysign(theta),
-            exists: true,
-        };
-        (scattered, self.mean_path(tau, h))
+            mirror: 1f32.copysign(theta),
+        }
     }
 
     /// C^N at azimuth `phi` from straight back, in [−π, π]; a density per radian.
     #[doc(alias = "Eq. 10")]
     #[inline(always)]
-    pub fn azimuthal(&self, s: &Scattered, phi: f32) -> f32 {
-        let phi = phi * s.mirror_phi;
-        s.scale[0] * self.tables.azimuthal.densities.eval(&s.azimuthal, if phi < 0.0 { phi + TAU } else { phi })
+    pub fn azimuthal(&self, s: &Azimuth, phi: f32) -> f32 {
+        let phi = phi * s.mirror;
+        s.scale * self.tables.azimuthal.densities.eval(&s.weights, if phi < 0.0 { phi + TAU } else { phi })
+    }
+
+    /// [`Medulla::azimuthal`], not yet scaled, of eight paths with h″ ≥ 0.
+    #[inline(always)]
+    pub fn azimuthal8(&self, weights: [&Weights<AZIMUTHAL>; 8], phi: f32x8) -> f32x8 {
+        let turned = phi.simd_lt(f32x8::ZERO).select(phi + f32x8::splat(TAU), phi);
+        self.tables.azimuthal.densities.eval8(weights, turned)
     }
 
     /// C^M of the backward and the forward half at θᵢ; densities in sin θᵢ.
     #[doc(alias = "Eq. 19")]
     #[inline(always)]
-    pub fn longitudinal(&self, s: &Scattered, theta_i: f32) -> [f32; 2] {
-        let theta_i = theta_i * s.mirror_theta;
+    pub fn longitudinal(&self, s: &Inclination, theta_i: f32) -> [f32; 2] {
+        let theta_i = theta_i * s.mirror;
         [
-            s.scale[1] * self.tables.backward.densities.eval(&s.backward, theta_i),
-            s.scale[2] * self.tables.forward.densities.eval(&s.forward, theta_i + s.theta),
+            s.scale[0] * self.tables.backward.densities.eval(&s.backward, theta_i),
+            s.scale[1] * self.tables.forward.densities.eval(&s.forward, theta_i + s.theta),
         ]
     }
 
     /// Draws an azimuth from straight back, in [−2π, 2π], from C^N. D10: exact sampling from the tables.
-    pub fn sample_azimuth(&self, s: &Scattered, u: f32) -> f32 {
-        let (r, u) = choose(&s.azimuthal, &[f32x8::ONE; AZIMUTHAL], u);
-        s.mirror_phi * self.tables.azimuthal.densities.invert(r, u, 0.0)
+    pub fn sample_azimuth(&self, s: &Azimuth, u: f32) -> f32 {
+        let (r, u) = choose(&s.weights, &[f32x8::ONE; AZIMUTHAL], u);
+        s.mirror * self.tables.azimuthal.densities.invert(r, u, 0.0)
     }
 
     /// Draws θᵢ from C^M for an azimuth `phi` in [−π, π] from straight back: a half in proportion
     /// to the interpolation weight, then a component, then the angle.
-    pub fn sample_inclination(&self, s: &Scattered, phi: f32, u: [f32; 2]) -> f32 {
+    pub fn sample_inclination(&self, s: &Inclination, phi: f32, u: [f32; 2]) -> f32 {
         let forward = phi.abs() / PI;
         let theta = if u[0] < forward {
             let densities = &self.tables.forward.densities;
@@ -174,7 +239,7 @@ impl<'t> Medulla<'t> {
             let (r, _) = choose(&s.backward, &self.backward_integrals, u0);
             densities.invert(r, u[1], 0.0)
         };
-        theta * s.mirror_theta
+        theta * s.mirror
     }
 }
 

@@ -221,6 +221,31 @@ impl<const C: usize> Densities<C> {
         self.values.dot(w, self.between(delta))
     }
 
+    /// Σ_r w_r B_r(δ) of eight mixtures, one δ each.
+    #[inline(always)]
+    pub fn eval8(&self, weights: [&Weights<C>; 8], delta: f32x8) -> f32x8 {
+        let splat = f32x8::splat;
+        let last = self.values.nodes() - 2;
+        let x = (delta - splat(self.first)) * splat(self.inv_step);
+        let x = x.fast_max(f32x8::ZERO).fast_min(splat((last + 1) as f32));
+        let whole = x.fast_min(splat(last as f32)).fast_trunc_int();
+        let t = (x - f32x8::from_i32x8(whole)).to_array();
+        let index = whole.to_array();
+        let mut sums = [f32x8::ZERO; 8];
+        for i in 0..8 {
+            // NaN, of which nothing is promised but that it does not panic, ends at `last`.
+            let [a, b] = self.values.pair(Between { index: (index[i] as usize).min(last), t: t[i] });
+            let (mut low, mut high) = (f32x8::ZERO, f32x8::ZERO);
+            for c in 0..C {
+                low = weights[i][c].mul_add(a[c], low);
+                high = weights[i][c].mul_add(b[c], high);
+            }
+            sums[i] = (high - low).mul_add(splat(t[i]), low);
+        }
+        let [a, b, c, d, e, f, g, h] = f32x8::transpose(sums);
+        ((a + b) + (c + d)) + ((e + f) + (g + h))
+    }
+
     /// Z_r(s) = ∫ B_r(δ) cos(δ − s) dδ over the half circle where the cosine is positive, for s in
     /// [0°, 90°]: cubic interpolation of its table, whose error for the sharpest component
     /// (0.04 wide) is (0.5°/0.04)⁴·3/128 = 5e-5 of its height.

@@ -8,6 +8,8 @@ use crate::lanes::{Lanes, Quad};
 /// How the light runs through one fibre once it has entered at offset h, lengths in radii.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Path<V> {
+    /// 1/η′.
+    pub inverse_eta: V,
     /// h′ = h/η′ = sin γ_t, the offset of the refracted path from the axis.
     pub h_inside: V,
     /// γ_o = asin h.
@@ -68,6 +70,7 @@ impl<V: Lanes> Path<V> {
         let x = V::Quad::new([cos_gamma_o, cos_gamma_t, s_m, cos_o]);
         let [gamma_o, gamma_t, gamma_m, theta_o] = y.atan2(x).array();
         Path {
+            inverse_eta,
             h_inside,
             gamma_o,
             gamma_t,
@@ -82,11 +85,9 @@ impl<V: Lanes> Path<V> {
     }
 
     /// Φₚ(h), the exit azimuth of R, TT, TRT relative to ω_o.
-    #[doc(alias = "Eq. 15")]
     #[inline(always)]
     pub fn exit_azimuth(&self, p: u8) -> V {
-        let p = f32::from(p);
-        V::splat(2.0 * p) * self.gamma_t - V::splat(2.0) * self.gamma_o + V::splat(p * std::f32::consts::PI)
+        exit_azimuth(p, self.gamma_o, self.gamma_t)
     }
 
     /// Φˢₚ(h), the azimuth opposite to the light's travel in its p-th pass (p = 1, 2): where
@@ -134,6 +135,45 @@ impl<V: Lanes> Path<V> {
         let rest = (t * pass + escape * quad(q)) * series;
         [f, a_tt, a_tt * again, a_tts, a_tts * again, rest]
     }
+}
+
+/// 1/η′ of light at cos θ_o: cos θ_o/√(η² − sin²θ_o).
+pub(crate) fn inverse_eta(eta: f32, cos_o: f32) -> f32 {
+    cos_o / ((eta - 1.0) * (eta + 1.0) + cos_o * cos_o).max(1e-20).sqrt()
+}
+
+/// Φₚ of a path that enters at γ_o and runs on at γ_t.
+#[doc(alias = "Eq. 15")]
+#[inline(always)]
+pub(crate) fn exit_azimuth<V: Lanes>(p: u8, gamma_o: V, gamma_t: V) -> V {
+    let p = f32::from(p);
+    V::splat(2.0 * p) * gamma_t - V::splat(2.0) * gamma_o + V::splat(p * std::f32::consts::PI)
+}
+
+/// asin h and asin h′, h′ = h/η′.
+#[inline(always)]
+pub(crate) fn angles<V: Lanes>(h: V, inverse_eta: V) -> [V; 2] {
+    let one = V::splat(1.0);
+    let h_inside = h * inverse_eta;
+    let cos = |h: V| ((one - h) * (one + h)).max(V::splat(0.0)).sqrt();
+    V::atan2_pair([h, h_inside], [cos(h), cos(h_inside)])
+}
+
+/// The probability with which sampling chooses each lobe, given their A(h).
+///
+/// By the largest channel: then no channel of a sample's weight exceeds the sum of these, and that sum
+/// is at most 1.
+#[inline(always)]
+pub(crate) fn lobe_probabilities<V: Lanes>(attenuation: &[V::Quad; 6]) -> [V; 6] {
+    let mut probability = [V::splat(0.0); 6];
+    let mut sum = V::splat(f32::MIN_POSITIVE);
+    for (p, a) in probability.iter_mut().zip(attenuation) {
+        let [r, g, b, _] = a.array();
+        *p = r.max(g).max(b);
+        sum = sum + *p;
+    }
+    let inverse = V::splat(1.0) / sum;
+    probability.map(|p| p * inverse)
 }
 
 /// 1 − eˣ for x ≤ 0, given `exp_x` = eˣ, without cancellation near 0.

@@ -17,6 +17,9 @@ pub(crate) const AZIMUTHAL: usize = 5;
 pub(crate) const BACKWARD: usize = 2;
 pub(crate) const FORWARD: usize = 4;
 
+/// Nodes of h″ there is room for; a power of two.
+pub(crate) const OFFSETS: usize = 32;
+
 /// One compressed profile table: `rank` products of four factors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FactorTable {
@@ -138,6 +141,12 @@ impl TableData {
         if self.mean_path.len() != self.mean_path_nodes.iter().product() || self.mean_path_nodes.iter().any(|&n| n < 2)
         {
             return Err(Error::Table("the mean path's size does not match its nodes".to_owned()));
+        }
+        if self.mean_path_nodes[2] > OFFSETS {
+            let nodes = self.mean_path_nodes[2];
+            return Err(Error::Table(format!(
+                "{nodes} nodes of the offset are more than the {OFFSETS} there is room for"
+            )));
         }
         // A query looks each position up once for all tables.
         let [azimuthal, backward, forward] =

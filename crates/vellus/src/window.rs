@@ -1,18 +1,66 @@
-//! Over which part of the fibre's width a query is averaged.
+//! Over which part of the fibre's width a hit is averaged (Yan17 Eq. 26, 27).
 
 /// The range of azimuthal offsets a hit stands for.
 ///
-/// Only a single offset exists so far: the near field of Yan17 Sec. 4.
+/// The offset h ∈ [−1, 1] is the sine of the angle between ray and surface normal in the normal plane: −1 and
+/// 1 are the fibre's silhouettes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Window {
-    pub(crate) h: f32,
+pub struct Window([f32; 2]);
+
+/// What a window asks for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Kind {
+    /// One offset.
+    Near(f32),
+    /// All between two.
+    Range([f32; 2]),
 }
 
+/// Windows narrower than this, in radians of γ = asin h, are one offset. Exit azimuths then differ by at
+/// most 4e-5, a fortieth of the narrowest lobe allowed (0.1°), around the middle: (1/40)²/24 = 3e-5 of it.
+const NEAR: f32 = 1e-5;
+
 impl Window {
-    /// The near field at offset `h` ∈ [−1, 1], sine of the angle between ray and surface normal in
-    /// the normal plane. An intersection may round to just outside: it is held to the range.
+    /// The near field at offset `h`. An intersection may round to just outside [−1, 1]: it is held to the
+    /// range.
     pub fn near(h: f32) -> Self {
-        debug_assert!(!h.is_nan(), "the offset h is NaN");
-        Window { h: h.clamp(-1.0, 1.0) }
+        Window::range(h, h)
+    }
+
+    /// What a pixel sees: `width` in fibre radii, centred on `h`, cut off at the silhouettes.
+    ///
+    /// `width` is the pixel's footprint at the hit (its diameter) times the cosine between its direction and the
+    /// camera's look-at direction, over the fibre's radius. 0 is the near field, 4 or more the far field.
+    #[doc(alias = "Eq. 27")]
+    pub fn pixel(h: f32, width: f32) -> Self {
+        debug_assert!(width >= 0.0, "a pixel's width is {width}");
+        let h = h.clamp(-1.0, 1.0);
+        Window::range(h - 0.5 * width, h + 0.5 * width)
+    }
+
+    /// All offsets from `h1` to `h2`, in either order, each held to [−1, 1].
+    #[doc(alias = "Eq. 26")]
+    pub fn range(h1: f32, h2: f32) -> Self {
+        debug_assert!(!h1.is_nan() && !h2.is_nan(), "a window from {h1} to {h2}");
+        let (h1, h2) = (h1.clamp(-1.0, 1.0), h2.clamp(-1.0, 1.0));
+        Window([h1.min(h2), h1.max(h2)])
+    }
+
+    /// The whole width: the far field of Yan17 Sec. 5.1.
+    #[doc(alias = "Eq. 22")]
+    pub fn far() -> Self {
+        Window([-1.0, 1.0])
+    }
+
+    /// The smallest and the largest offset.
+    pub fn ends(&self) -> [f32; 2] {
+        self.0
+    }
+
+    #[inline(always)]
+    pub(crate) fn kind(&self) -> Kind {
+        let [h1, h2] = self.0;
+        // The angle between the two offsets is at least their difference.
+        if h2 - h1 < NEAR && h2.asin() - h1.asin() < NEAR { Kind::Near(0.5 * (h1 + h2)) } else { Kind::Range(self.0) }
     }
 }

@@ -45,7 +45,7 @@ fn edges_are_finite() {
                     }
                 }
                 for k in 0..40 {
-                    let mut u = random.next4();
+                    let mut u = random.numbers();
                     // The ends of the unit interval too.
                     if k < 4 {
                         u[k] = 0.0
@@ -95,7 +95,7 @@ fn no_medulla_is_hair() {
         let window = Window::near(random.within(-1.0, 1.0) as f32);
         let (x, y) = (a.at(wo, window), b.at(wo, window));
         assert_eq!(x.eval_pdf(wi), y.eval_pdf(wi));
-        let u = random.next4();
+        let u = random.numbers();
         assert_eq!(x.sample(u), y.sample(u));
         assert_eq!(x.energy().0[Lobe::Tts as usize], [0.0; 3]);
     }

@@ -49,7 +49,7 @@ fn sample_histogram_matches_pdf() {
             let hit = bcsdf.at(direction(theta_o, phi_o), Window::near(h));
             let mut observed = vec![0.0f64; rows * columns];
             for _ in 0..samples {
-                let wi = hit.sample(random.next4()).wi;
+                let wi = hit.sample(random.numbers()).wi;
                 let row = ((f64::from(wi.x) * 0.5 + 0.5) * rows as f64) as usize;
                 let turn = f64::from(wi.z).atan2(wi.y.into()) / TAU;
                 let column = (turn.rem_euclid(1.0) * columns as f64) as usize;
@@ -118,7 +118,7 @@ fn weight_is_the_near_field_total() {
         let bound: f32 = energy.0.iter().map(|a| a[0].max(a[1]).max(a[2])).sum();
         assert!(bound <= 1.0 + 1e-5, "{fiber:?} {bound}");
         for _ in 0..20 {
-            let s = hit.sample(random.next4());
+            let s = hit.sample(random.numbers());
             assert!((s.wi.length() - 1.0).abs() < 1e-5 && s.pdf > 0.0, "{fiber:?} {s:?}");
             for c in 0..3 {
                 assert!(s.weight[c] <= bound * (1.0 + 1e-4), "{fiber:?} {s:?} {bound}");
@@ -143,7 +143,7 @@ fn lobe_probabilities_follow_the_energies() {
     let n = 200_000;
     let mut counts = [0.0; 6];
     for _ in 0..n {
-        counts[hit.sample(random.next4()).lobe as usize] += 1.0 / f64::from(n);
+        counts[hit.sample(random.numbers()).lobe as usize] += 1.0 / f64::from(n);
     }
     for lobe in Lobe::ALL {
         let p = f64::from(hit.lobe_probabilities()[lobe as usize]);

@@ -43,7 +43,8 @@ impl Uniform {
         ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    pub fn next4(&mut self) -> [f32; 4] {
+    /// What a sampler takes.
+    pub fn numbers<const N: usize>(&mut self) -> [f32; N] {
         // Rounding to f32 may give 1, which a sampler must never see.
         std::array::from_fn(|_| (self.next() as f32).min(1.0 - f32::EPSILON / 2.0))
     }

@@ -4,6 +4,12 @@
 //! fast path's rearrangements: angles instead of sines, the tables interpolated and normalised
 //! anew for every query. Use it in tests and where a number must be right rather than quick.
 
+mod segments;
+mod window;
+
+pub use segments::OracleSegments;
+pub use window::OracleWindow;
+
 use crate::fiber::Fiber;
 use crate::grid::{self, OutgoingAxis};
 use crate::tables::{FactorTable, TableData};
@@ -26,17 +32,22 @@ pub struct Oracle<'t> {
     layers: f64,
 }
 
-/// All that depends on θ_o and h.
+/// All that depends on θ_o and h but for the tables' profiles.
 #[derive(Clone, Debug)]
-pub struct OracleHit<'o, 't> {
+pub struct OraclePath<'o, 't> {
     oracle: &'o Oracle<'t>,
     theta_o: f64,
     gamma_o: f64,
     gamma_t: f64,
     attenuation: [[f64; 3]; 6],
+}
+
+/// All that depends on θ_o and h.
+#[derive(Clone, Debug)]
+pub struct OracleHit<'o, 't> {
+    path: OraclePath<'o, 't>,
     azimuthal: Profile,
-    backward: Profile,
-    forward: Profile,
+    longitudinal: [Profile; 2],
 }
 
 impl<'t> Oracle<'t> {
@@ -58,21 +69,52 @@ impl<'t> Oracle<'t> {
         }
     }
 
+    /// η′(θ_o).
+    fn eta_prime(&self, theta_o: f64) -> f64 {
+        (self.eta * self.eta - theta_o.sin().powi(2)).sqrt() / theta_o.cos()
+    }
+
+    /// 1/cos θ_t.
+    fn elongation(&self, theta_o: f64) -> f64 {
+        1.0 / (1.0 - (theta_o.sin() / self.eta).powi(2)).sqrt()
+    }
+
+    /// h″, 0 without medulla.
+    fn medulla_offset(&self, theta_o: f64, h: f64) -> f64 {
+        if self.kappa > 0.0 { (h / self.eta_prime(theta_o) / self.kappa).clamp(-1.0, 1.0) } else { 0.0 }
+    }
+
     /// Prepares θ_o (radians) and h.
     pub fn at(&self, theta_o: f64, h: f64) -> OracleHit<'_, 't> {
+        OracleHit {
+            path: self.path(theta_o, h),
+            azimuthal: self.azimuthal_profile(theta_o, h),
+            longitudinal: self.longitudinal_profiles(theta_o),
+        }
+    }
+
+    fn azimuthal_profile(&self, theta_o: f64, h: f64) -> Profile {
+        let tau = self.sigma_ms * self.kappa * self.elongation(theta_o);
+        Profile::azimuthal(self.tables, tau, self.g, self.medulla_offset(theta_o, h).abs())
+    }
+
+    /// D12: τ of C^M without the elongation.
+    fn longitudinal_profiles(&self, theta_o: f64) -> [Profile; 2] {
+        Profile::longitudinal(self.tables, self.sigma_ms * self.kappa, self.g, theta_o.abs())
+    }
+
+    /// Prepares θ_o (radians) and h, without the profiles of the scattered lobes.
+    pub fn path(&self, theta_o: f64, h: f64) -> OraclePath<'_, 't> {
         let o = self;
-        let eta_prime = (o.eta * o.eta - theta_o.sin().powi(2)).sqrt() / theta_o.cos();
-        let h_inside = h / eta_prime;
+        let h_inside = h / o.eta_prime(theta_o);
         let (gamma_o, gamma_t) = (h.asin(), h_inside.asin());
-        let cos_t = (1.0 - (theta_o.sin() / o.eta).powi(2)).sqrt();
+        let cos_t = 1.0 / o.elongation(theta_o);
         let s_m = (o.kappa * o.kappa - h_inside * h_inside).max(0.0).sqrt();
         let s_c = gamma_t.cos() - s_m;
         let f = fresnel(o.eta, o.layers, theta_o.cos() * gamma_o.cos());
         let q = 1.0 - (-2.0 * s_m * o.sigma_ms / cos_t).exp();
 
-        let h_medulla = if o.kappa > 0.0 { (h_inside / o.kappa).clamp(-1.0, 1.0) } else { 0.0 };
-        let tau = o.sigma_ms * o.kappa / cos_t;
-        let path = mean_path(o.tables, tau, o.g, h_medulla.abs());
+        let path = mean_path(o.tables, o.sigma_ms * o.kappa / cos_t, o.g, o.medulla_offset(theta_o, h).abs());
         let mut attenuation = [[0.0; 3]; 6];
         for c in 0..3 {
             let (ca, ma) = (o.sigma_ca[c], o.sigma_ma[c]);
@@ -93,47 +135,84 @@ impl<'t> Oracle<'t> {
                 ])
                 .for_each(|(a, value)| a[c] = value);
         }
-
-        let azimuthal = Profile::azimuthal(o.tables, tau, o.g, h_medulla.abs());
-        // D12: τ of C^M without the elongation.
-        let [backward, forward] = Profile::longitudinal(o.tables, o.sigma_ms * o.kappa, o.g, theta_o.abs());
-        OracleHit { oracle: self, theta_o, gamma_o, gamma_t, attenuation, azimuthal, backward, forward }
+        OraclePath { oracle: self, theta_o, gamma_o, gamma_t, attenuation }
     }
 }
 
-impl OracleHit<'_, '_> {
+impl OraclePath<'_, '_> {
     /// A(h) of the six lobes, RGB.
     pub fn energy(&self) -> [[f64; 3]; 6] {
         self.attenuation
     }
 
+    /// Φₚ.
+    fn exit(&self, p: usize) -> f64 {
+        2.0 * p as f64 * self.gamma_t - 2.0 * self.gamma_o + p as f64 * PI
+    }
+
+    /// Φˢₚ, p = 1, 2.
+    fn scattered_exit(&self, p: usize) -> f64 {
+        (self.gamma_t - self.gamma_o) + (p as f64 - 1.0) * (PI + 2.0 * self.gamma_t)
+    }
+
+    /// D_p(φ) of R, TT, TRT, densities per radian.
+    pub fn unscattered(&self, phi: f64) -> [f64; 3] {
+        std::array::from_fn(|p| wrapped_gaussian(phi - self.exit(p), self.oracle.sigma(p)))
+    }
+
+    /// Azimuth from straight back in the frame of the tables, in [−π, π], mirrored where h″ < 0; p = 1, 2.
+    fn relative(&self, p: usize, phi: f64) -> f64 {
+        let mirror = if self.gamma_t < 0.0 { -1.0 } else { 1.0 };
+        mirror * wrap(phi - self.scattered_exit(p))
+    }
+}
+
+impl Oracle<'_> {
+    /// Standard deviation of the azimuth of R, TT, TRT.
+    fn sigma(&self, p: usize) -> f64 {
+        (p as f64 + 1.0).sqrt() * self.beta_n
+    }
+
+    /// M̂ₚ(θᵢ) of R, TT, TRT and the rest.
+    fn longitudinal(&self, theta_o: f64, theta_i: f64) -> [f64; 4] {
+        let shift = [self.alpha, -self.alpha / 2.0, -1.5 * self.alpha, -1.5 * self.alpha];
+        let width = [self.beta_m, self.beta_m / 2.0, 1.5 * self.beta_m, 2.0 * self.beta_m];
+        std::array::from_fn(|p| longitudinal(-theta_o - shift[p], width[p] * width[p], theta_i))
+    }
+}
+
+/// C^M of the backward and the forward half at θᵢ.
+fn halves(profiles: &[Profile; 2], theta_o: f64, theta_i: f64) -> [f64; 2] {
+    let tilt = if theta_o < 0.0 { -1.0 } else { 1.0 };
+    [profiles[0].eval(tilt * theta_i), profiles[1].eval(tilt * theta_i)]
+}
+
+/// C^N at `relative` and C^M interpolated there between its halves.
+fn scattered(azimuthal: &Profile, relative: f64, [back, front]: [f64; 2]) -> f64 {
+    let weight = relative.abs() / PI;
+    azimuthal.eval(relative.rem_euclid(TAU)) * ((1.0 - weight) * back + weight * front)
+}
+
+impl OracleHit<'_, '_> {
+    /// A(h) of the six lobes, RGB.
+    pub fn energy(&self) -> [[f64; 3]; 6] {
+        self.path.attenuation
+    }
+
     /// The six densities over solid angle at θᵢ and φ = φ_i − φ_o.
     pub fn densities(&self, theta_i: f64, phi: f64) -> [f64; 6] {
-        let o = self.oracle;
-        let shift = [o.alpha, -o.alpha / 2.0, -1.5 * o.alpha, -1.5 * o.alpha];
-        let width = [o.beta_m, o.beta_m / 2.0, 1.5 * o.beta_m, 2.0 * o.beta_m];
-        let m = |p: usize| longitudinal(-self.theta_o - shift[p], width[p] * width[p], theta_i);
-        let n = |p: usize| {
-            let centre = 2.0 * p as f64 * self.gamma_t - 2.0 * self.gamma_o + p as f64 * PI;
-            wrapped_gaussian(phi - centre, (p as f64 + 1.0).sqrt() * o.beta_n)
-        };
-        let mirror = if self.gamma_t < 0.0 { -1.0 } else { 1.0 };
-        let tilt = if self.theta_o < 0.0 { -1.0 } else { 1.0 };
-        let back = self.backward.eval(tilt * theta_i);
-        let front = self.forward.eval(tilt * theta_i);
-        let scattered = |p: f64| {
-            let centre = self.gamma_t - self.gamma_o + (p - 1.0) * (PI + 2.0 * self.gamma_t);
-            let relative = wrap(phi - centre);
-            let weight = relative.abs() / PI;
-            self.azimuthal.eval((mirror * relative).rem_euclid(TAU)) * ((1.0 - weight) * back + weight * front)
-        };
-        [m(0) * n(0), m(1) * n(1), m(2) * n(2), scattered(1.0), scattered(2.0), m(3) / TAU]
+        let path = &self.path;
+        let m = path.oracle.longitudinal(path.theta_o, theta_i);
+        let n = path.unscattered(phi);
+        let halves = halves(&self.longitudinal, path.theta_o, theta_i);
+        let s = |p| scattered(&self.azimuthal, path.relative(p, phi), halves);
+        [m[0] * n[0], m[1] * n[1], m[2] * n[2], s(1), s(2), m[3] / TAU]
     }
 
     /// f·cos θᵢ of the six lobes, RGB.
     pub fn eval(&self, theta_i: f64, phi: f64) -> [[f64; 3]; 6] {
         let d = self.densities(theta_i, phi);
-        std::array::from_fn(|p| self.attenuation[p].map(|a| a * d[p]))
+        std::array::from_fn(|p| self.path.attenuation[p].map(|a| a * d[p]))
     }
 }
 
@@ -180,7 +259,7 @@ pub fn bessel_i0e(x: f64) -> f64 {
 /// A Gaussian wrapped on the circle; all images within eight standard deviations.
 pub fn wrapped_gaussian(d: f64, sigma: f64) -> f64 {
     let d = wrap(d);
-    let images = (8.0 * sigma / TAU).ceil() as i32 + 1;
+    let images = ((8.0 * sigma + PI) / TAU) as i32;
     let sum: f64 = (-images..=images).map(|k| (-0.5 * ((d + TAU * f64::from(k)) / sigma).powi(2)).exp()).sum();
     sum / (sigma * TAU.sqrt())
 }

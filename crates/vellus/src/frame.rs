@@ -1,0 +1,61 @@
+//! Directions in the fibre's frame: x along the fibre from root to tip.
+
+use crate::lanes::Lanes;
+
+/// Inclination of a direction.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Polar<V> {
+    pub sin: V,
+    pub cos: V,
+}
+
+impl<V: Lanes> Polar<V> {
+    #[inline(always)]
+    pub fn new([x, y, z]: [V; 3]) -> Self {
+        Polar { sin: x.max(V::splat(-1.0)).min(V::splat(1.0)), cos: (y * y + z * z).sqrt() }
+    }
+}
+
+/// The azimuth of ω_o, from which all others are measured: cos φ_o and sin φ_o.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame<V> {
+    cos: V,
+    sin: V,
+}
+
+/// ω_i as the lobes want it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Outgoing<V> {
+    pub sin_i: V,
+    pub cos_i: V,
+    pub theta_i: V,
+    /// φ_i − φ_o
+    pub phi: V,
+}
+
+impl<V: Lanes> Frame<V> {
+    /// `cos` is cos θ_o, `inverse` its inverse. Along the axis the azimuth is arbitrary.
+    #[inline(always)]
+    pub fn new([_, y, z]: [V; 3], cos: V, inverse: V) -> Self {
+        let tiny = V::splat(1e-12);
+        Frame {
+            cos: cos.select_lt(tiny, V::splat(1.0), y * inverse),
+            sin: cos.select_lt(tiny, V::splat(0.0), z * inverse),
+        }
+    }
+
+    #[inline(always)]
+    pub fn outgoing(&self, [x, y, z]: [V; 3]) -> Outgoing<V> {
+        let (c, s) = (self.cos, self.sin);
+        let cos_i = (y * y + z * z).sqrt();
+        let [phi, theta_i] = V::atan2_pair([z * c - y * s, x], [y * c + z * s, cos_i]);
+        Outgoing { sin_i: x, cos_i, theta_i, phi }
+    }
+
+    /// The direction at an inclination and an azimuth from ω_o.
+    #[inline(always)]
+    pub fn direction(&self, sin_i: V, cos_i: V, (sin_phi, cos_phi): (V, V)) -> [V; 3] {
+        let (c, s) = (self.cos, self.sin);
+        [sin_i, cos_i * (cos_phi * c - sin_phi * s), cos_i * (sin_phi * c + cos_phi * s)]
+    }
+}

@@ -1,0 +1,301 @@
+//! The near field: one fibre hit at one offset, or eight of them.
+
+use crate::azimuthal::wrap;
+use crate::bcsdf::{Bcsdf, Lobe, Lobes, Sample};
+use crate::frame::{Frame, Outgoing, Polar};
+use crate::lanes::{Lanes, Quad};
+use crate::longitudinal::Centres;
+use crate::medulla::{Azimuth, Inclination};
+use crate::path::{Path, lobe_probabilities};
+use glam::Vec3;
+use std::f32::consts::{PI, TAU};
+use wide::f32x8;
+
+/// What the medulla scatters of one path.
+#[derive(Clone, Copy, Debug)]
+struct Scattered {
+    azimuth: Azimuth,
+    inclination: Inclination,
+    /// False where the path misses the medulla.
+    exists: bool,
+}
+
+/// One hit of a fibre, or eight: all that depends on ω_o and h, prepared once for all its queries.
+#[derive(Clone, Copy, Debug)]
+pub struct NearHit<'b, V: Lanes = f32> {
+    bcsdf: &'b Bcsdf<'b>,
+    h: V,
+    frame: Frame<V>,
+    centres: Centres<V>,
+    /// Φ of R, TT, TRT.
+    exit: V::Quad,
+    /// Φˢ of TTˢ, TRTˢ.
+    scattered_exit: [V; 2],
+    /// A(h), RGB and a spare.
+    attenuation: [V::Quad; 6],
+    /// Probability of each lobe.
+    probability: [V; 6],
+    scattered: V::PerLane<Scattered>,
+}
+
+impl<'b, V: Lanes> NearHit<'b, V> {
+    #[inline(always)]
+    pub(crate) fn new(bcsdf: &'b Bcsdf<'b>, wo: [V; 3], h: V) -> Self {
+        let zero = V::splat(0.0);
+        let fiber = &bcsdf.fiber;
+        let Polar { sin, cos } = Polar::new(wo);
+        let path = Path::new(fiber, sin, cos, h);
+        let mut paths = [0.0; 8];
+        let exists = bcsdf.medulla.exists();
+        let tau = if exists { bcsdf.medulla.tau_position(path.elongation) } else { zero };
+        let scattered = V::per_lane(
+            #[inline(always)]
+            |i| {
+                if exists && path.h_inside.lane(i).abs() < fiber.kappa {
+                    let pass = bcsdf.medulla.pass(tau.lane(i));
+                    let angle = path.gamma_m.lane(i);
+                    paths[i] = bcsdf.medulla.mean_path_of(&pass, angle);
+                    Scattered {
+                        azimuth: bcsdf.medulla.azimuth(&pass, angle),
+                        inclination: bcsdf.medulla.inclination(path.theta_o.lane(i)),
+                        exists: true,
+                    }
+                } else {
+                    Scattered { azimuth: Azimuth::NONE, inclination: Inclination::NONE, exists: false }
+                }
+            },
+        );
+        let attenuation = path.attenuation(fiber, V::from_lanes(&paths));
+        NearHit {
+            bcsdf,
+            h,
+            frame: Frame::new(wo, cos, path.inverse_cos_o),
+            centres: bcsdf.longitudinal.centres(sin, cos),
+            exit: V::Quad::new([path.exit_azimuth(0), path.exit_azimuth(1), path.exit_azimuth(2), zero]),
+            scattered_exit: [path.scattered_azimuth(1), path.scattered_azimuth(2)],
+            attenuation,
+            probability: lobe_probabilities(&attenuation),
+            scattered,
+        }
+    }
+
+    /// A(h), the energy each lobe carries, RGB: the integral of f·cos θᵢ over all ω_i.
+    #[doc(alias = "Table 3")]
+    pub fn energy(&self) -> Lobes<V> {
+        self.lobes(&[V::splat(1.0); 6])
+    }
+
+    /// The probability with which sampling chooses each lobe, in the order of [`Lobe`].
+    pub fn lobe_probabilities(&self) -> [V; 6] {
+        self.probability
+    }
+
+    /// The densities of the six lobes over solid angle.
+    #[inline(always)]
+    fn densities(&self, o: &Outgoing<V>) -> [V; 6] {
+        let m = self.bcsdf.longitudinal.eval(&self.centres, o.sin_i, o.cos_i);
+        let n = self.bcsdf.azimuthal.eval(self.exit, o.phi);
+        let [r, tt, trt, rest] = (m * n).array();
+        let mut d = [r, tt, trt, V::splat(0.0), V::splat(0.0), rest];
+        if self.bcsdf.medulla.exists() {
+            let phi = [wrap(o.phi - self.scattered_exit[0]), wrap(o.phi - self.scattered_exit[1])];
+            let mut lanes = [[0.0f32; 8]; 2];
+            let medulla = &self.bcsdf.medulla;
+            for (i, s) in self.scattered.as_ref().iter().enumerate() {
+                if !s.exists {
+                    continue;
+                }
+                let [backward, forward] = medulla.longitudinal(&s.inclination, o.theta_i.lane(i));
+                for p in 0..2 {
+                    let phi = phi[p].lane(i);
+                    let m = backward + (forward - backward) * (phi.abs() * (1.0 / PI));
+                    lanes[p][i] = m * medulla.azimuthal(&s.azimuth, phi);
+                }
+            }
+            d[3] = V::from_lanes(&lanes[0]);
+            d[4] = V::from_lanes(&lanes[1]);
+        }
+        d
+    }
+
+    #[inline(always)]
+    fn lobes(&self, densities: &[V; 6]) -> Lobes<V> {
+        let mut lobes = [[densities[0]; 3]; 6];
+        for ((lobe, a), d) in lobes.iter_mut().zip(&self.attenuation).zip(densities) {
+            let [r, g, b, _] = (*a * V::Quad::splat(*d)).array();
+            *lobe = [r, g, b];
+        }
+        Lobes(lobes)
+    }
+
+    #[inline(always)]
+    fn total(&self, densities: &[V; 6]) -> [V; 3] {
+        let mut sum = V::Quad::splat(V::splat(0.0));
+        for (a, d) in self.attenuation.iter().zip(densities) {
+            sum = sum + *a * V::Quad::splat(*d);
+        }
+        let [r, g, b, _] = sum.array();
+        [r, g, b]
+    }
+
+    #[inline(always)]
+    fn density(&self, densities: &[V; 6]) -> V {
+        let mut sum = V::splat(0.0);
+        for (p, d) in self.probability.iter().zip(densities) {
+            sum = sum + *p * *d;
+        }
+        sum
+    }
+
+    /// f·cos θᵢ of each lobe and pdf(ω_i), for the price of little more than one of them; the
+    /// components of ω_i, each one number or eight.
+    #[inline]
+    pub fn eval_pdf_lanes(&self, wi: [V; 3]) -> (Lobes<V>, V) {
+        let d = self.densities(&self.frame.outgoing(wi));
+        (self.lobes(&d), self.density(&d))
+    }
+}
+
+/// ω_i, its density and weight; one of each or eight.
+struct Drawn<V: Lanes> {
+    wi: [V; 3],
+    pdf: V,
+    weight: [V; 3],
+    outgoing: Outgoing<V>,
+}
+
+impl<V: Lanes> NearHit<'_, V> {
+    /// The lobe that `u` in [0, 1) falls to.
+    #[inline(always)]
+    fn choose_lobe(&self, lane: usize, u: f32) -> Lobe {
+        let mut rest = u;
+        let mut chosen = Lobe::R;
+        for lobe in Lobe::ALL {
+            let p = self.probability[lobe as usize].lane(lane);
+            // A lobe without energy is never drawn, not even where rounding leaves a remainder.
+            if p > 0.0 {
+                chosen = lobe;
+                if rest < p {
+                    break;
+                }
+            }
+            rest -= p;
+        }
+        chosen
+    }
+
+    /// Draws sin θᵢ, cos θᵢ and φ from one lobe. `u`: two uniform numbers for the longitudinal lobe, one
+    /// for the azimuth.
+    #[inline(always)]
+    fn draw(&self, lane: usize, lobe: Lobe, u: [f32; 3]) -> (f32, f32, f32) {
+        let model = self.bcsdf;
+        let unscattered = |p: usize| model.longitudinal.sample(self.centres.lane(p, lane), p, [u[0], u[1]]);
+        let scattered = |p: usize| {
+            let s = &self.scattered.as_ref()[lane];
+            if !s.exists {
+                // Not drawn by `sample`: the lobe carries no energy. R stands in.
+                return (unscattered(0), 0.0);
+            }
+            let relative = model.medulla.sample_azimuth(&s.azimuth, u[2]);
+            let theta = model.medulla.sample_inclination(&s.inclination, wrap(relative), [u[0], u[1]]);
+            (theta.sin_cos(), relative + self.scattered_exit[p - 1].lane(lane))
+        };
+        let ((sin_i, cos_i), phi) = match lobe {
+            Lobe::R | Lobe::Tt | Lobe::Trt => {
+                let p = lobe as usize;
+                (unscattered(p), model.azimuthal.sample(self.exit.array()[p].lane(lane), p, u[2]))
+            }
+            Lobe::Tts => scattered(1),
+            Lobe::Trts => scattered(2),
+            Lobe::Rest => (unscattered(3), TAU * u[2]),
+        };
+        (sin_i, cos_i.max(0.0), phi)
+    }
+
+    /// Completes what was drawn: direction, and pdf and weight of all lobes together.
+    #[inline(always)]
+    fn complete(&self, sin_i: V, cos_i: V, phi: V, (sin_phi, cos_phi): (V, V)) -> Drawn<V> {
+        let wi = self.frame.direction(sin_i, cos_i, (sin_phi, cos_phi));
+        let [theta_i, _] = V::atan2_pair([sin_i, V::splat(0.0)], [cos_i, V::splat(1.0)]);
+        let outgoing = Outgoing { sin_i, cos_i, theta_i, phi };
+        let d = self.densities(&outgoing);
+        let pdf = self.density(&d);
+        // 0/0 where the density underflows: the weight is then 0.
+        let inverse = V::splat(1.0) / pdf.max(V::splat(f32::MIN_POSITIVE));
+        Drawn { wi, pdf, weight: self.total(&d).map(|f| f * inverse), outgoing }
+    }
+}
+
+impl NearHit<'_, f32x8> {
+    /// Draws eight directions. `u`: as for [`NearHit::sample`] of one hit, eight of each.
+    pub fn sample8(&self, u: [f32x8; 4]) -> [Sample; 8] {
+        let u = u.map(f32x8::to_array);
+        let (mut sin_i, mut cos_i, mut phi) = ([0.0; 8], [0.0; 8], [0.0; 8]);
+        let (mut sin_phi, mut cos_phi) = ([0.0; 8], [0.0; 8]);
+        let mut lobes = [Lobe::R; 8];
+        for i in 0..8 {
+            lobes[i] = self.choose_lobe(i, u[0][i]);
+            (sin_i[i], cos_i[i], phi[i]) = self.draw(i, lobes[i], [u[1][i], u[2][i], u[3][i]]);
+            (sin_phi[i], cos_phi[i]) = phi[i].sin_cos();
+        }
+        let pack = f32x8::new;
+        let drawn = self.complete(pack(sin_i), pack(cos_i), pack(phi), (pack(sin_phi), pack(cos_phi)));
+        let (wi, pdf, weight) =
+            (drawn.wi.map(f32x8::to_array), drawn.pdf.to_array(), drawn.weight.map(f32x8::to_array));
+        std::array::from_fn(|i| Sample {
+            wi: Vec3::new(wi[0][i], wi[1][i], wi[2][i]),
+            pdf: pdf[i],
+            weight: weight.map(|w| w[i]),
+            lobe: lobes[i],
+            h: self.h.lane(i),
+        })
+    }
+}
+
+impl NearHit<'_, f32> {
+    /// f(ω_o, ω_i)·cos θᵢ of each lobe, RGB. `wi` points away from the fibre, toward the light, and
+    /// has unit length. Light reaches a fibre from the whole sphere: no half of it is excluded.
+    #[inline]
+    pub fn eval(&self, wi: Vec3) -> Lobes {
+        self.lobes(&self.densities(&self.frame.outgoing(wi.to_array())))
+    }
+
+    /// N(φ) of each lobe.
+    pub(crate) fn azimuthal_lobes(&self, phi: f32) -> Lobes {
+        let [r, tt, trt, rest] = self.bcsdf.azimuthal.eval(self.exit, phi).to_array();
+        let [s] = &self.scattered;
+        let [tts, trts] = self
+            .scattered_exit
+            .map(|exit| if s.exists { self.bcsdf.medulla.azimuthal(&s.azimuth, wrap(phi - exit)) } else { 0.0 });
+        self.lobes(&[r, tt, trt, tts, trts, rest])
+    }
+
+    /// The density per solid angle with which [`NearHit::sample`] draws `wi`.
+    #[inline]
+    pub fn pdf(&self, wi: Vec3) -> f32 {
+        self.density(&self.densities(&self.frame.outgoing(wi.to_array())))
+    }
+
+    /// [`NearHit::eval`] and [`NearHit::pdf`] together.
+    #[inline]
+    pub fn eval_pdf(&self, wi: Vec3) -> (Lobes, f32) {
+        self.eval_pdf_lanes(wi.to_array())
+    }
+
+    /// Draws ω_i, also as the lobes want it. `u`: the lobe, two numbers for the longitudinal lobe, one for
+    /// the azimuth.
+    #[inline(always)]
+    pub(crate) fn draw_outgoing(&self, u: [f32; 4]) -> (Sample, Outgoing<f32>) {
+        let lobe = self.choose_lobe(0, u[0]);
+        let (sin_i, cos_i, phi) = self.draw(0, lobe, [u[1], u[2], u[3]]);
+        let Drawn { wi, pdf, weight, outgoing } = self.complete(sin_i, cos_i, phi, phi.sin_cos());
+        (Sample { wi: Vec3::from_array(wi), pdf, weight, lobe, h: self.h }, outgoing)
+    }
+
+    /// Draws ω_i. `u`: four uniform numbers in [0, 1): the lobe, two for the longitudinal lobe, one
+    /// for the azimuth.
+    #[inline]
+    pub fn sample(&self, u: [f32; 4]) -> Sample {
+        self.draw_outgoing(u).0
+    }
+}

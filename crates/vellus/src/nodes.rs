@@ -1,0 +1,140 @@
+//! Where the width of a fibre is divided and sampled for the integrals over a window.
+//!
+//! D9: in the angle γ_o, not in the offset h as the paper does (its h_i = √(i/n)). Then Φ_R is exactly
+//! linear and the rise of F at the silhouette is spread out. Inside the medulla the angle is that of the
+//! medulla, asin h″: A(h) has the kink of s_m = κ √(1 − h″²) at its edge, and is smooth in asin h″. Either way
+//! h = r sin ψ, with r = 1 or the medulla's edge κη′.
+
+use std::f32::consts::FRAC_PI_2;
+use wide::f32x8;
+
+/// Segments of a half window: their eight ends fill a register.
+pub(crate) const SEGMENTS: usize = 7;
+
+/// Points of a half window at which the scattered lobes are evaluated: three of TTˢ and one of TRTˢ, which has a
+/// hundredth of its light.
+pub(crate) const POINTS: usize = 4;
+
+/// ψ runs over [0, π/2] as t(3 − t)/2 does for t from 0 to 1: nodes equidistant in t come closer, by
+/// half, toward the silhouette and the medulla's edge.
+#[inline(always)]
+fn angle(t: f32x8) -> f32x8 {
+    t * (f32x8::splat(3.0) - t) * f32x8::splat(0.5 * FRAC_PI_2)
+}
+
+/// dψ/dt.
+#[inline(always)]
+fn slope(t: f32x8) -> f32x8 {
+    (f32x8::splat(1.5) - t) * f32x8::splat(FRAC_PI_2)
+}
+
+/// Inverse of [`angle`].
+#[inline(always)]
+fn position(angle: f32) -> f32 {
+    let x = 2.0 / FRAC_PI_2 * angle;
+    x / (1.5 + (2.25 - x).max(0.0).sqrt())
+}
+
+/// A range of t on one side of the medulla's edge.
+#[derive(Clone, Copy, Debug)]
+struct Side {
+    first: f32,
+    last: f32,
+    radius: f32,
+}
+
+impl Side {
+    /// Offsets from `low` to `high`, at most `radius`.
+    fn new(low: f32, high: f32, radius: f32) -> Self {
+        let at = |h: f32| position((h / radius).min(1.0).asin());
+        Side { first: at(low), last: at(high), radius }
+    }
+}
+
+/// The division of a half window, offsets ≥ 0.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Nodes {
+    /// Offsets of the ends of the segments.
+    pub ends: f32x8,
+    /// Offsets of the two Gauss points of each segment; the eighth lane is not one.
+    pub gauss: [f32x8; 2],
+    /// dh of the Gauss points: they sum to the window's width. 0 in the eighth lane.
+    pub weights: [f32x8; 2],
+    /// Offsets at which the scattered lobes are evaluated, and their dh.
+    pub points: Option<[(f32, f32); POINTS]>,
+}
+
+/// h and dh/dt.
+#[inline(always)]
+fn offset(t: f32x8, radius: f32x8) -> (f32x8, f32x8) {
+    let (sin, cos) = angle(t).sin_cos();
+    ((radius * sin).fast_min(f32x8::ONE), radius * cos.fast_max(f32x8::ZERO) * slope(t))
+}
+
+impl Nodes {
+    /// Divides [`low`, `high`] ⊂ [0, 1]. `medulla` is the offset h = κη′ of the medulla's edge, where there
+    /// is a medulla; it may lie beyond the silhouette.
+    #[inline(always)]
+    pub fn new(low: f32, high: f32, medulla: Option<f32>) -> Self {
+        let edge = medulla.filter(|&edge| edge < 1.0);
+        let inside = edge.filter(|&edge| low < edge).map(|edge| Side::new(low, high.min(edge), edge));
+        let outside = match edge {
+            Some(edge) if high <= edge => None,
+            Some(edge) => Some(Side::new(low.max(edge), high, 1.0)),
+            None => Some(Side::new(low, high, 1.0)),
+        };
+        // Segments on each side in proportion to t over the whole window; but two at least inside, where ψ may run over the
+        // whole quarter circle, and one outside.
+        let (count, inner, outer) = match (inside, outside) {
+            (Some(side), None) => (SEGMENTS, side, side),
+            (Some(inner), Some(outer)) => {
+                let t = |h: f32| position(h.asin());
+                let share = (outer.first - t(low)) / (outer.last - t(low)).max(f32::MIN_POSITIVE);
+                let count = (share * SEGMENTS as f32).round() as usize;
+                (count.clamp(2, SEGMENTS - 1), inner, outer)
+            }
+            (None, outside) => {
+                let side = outside.unwrap_or(Side::new(low, high, 1.0));
+                (0, side, side)
+            }
+        };
+        let splat = f32x8::splat;
+        let split = splat(count as f32);
+        let index = f32x8::new([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+        let step_in = (inner.last - inner.first) / (count as f32).max(1.0);
+        let step_out = (outer.last - outer.first) / ((SEGMENTS - count) as f32).max(1.0);
+        let at = |x: f32x8, within: f32x8| {
+            let t = within
+                .select(splat(inner.first) + x * splat(step_in), splat(outer.first) + (x - split) * splat(step_out));
+            let (h, rate) = offset(t, within.select(splat(inner.radius), splat(outer.radius)));
+            (h, rate * within.select(splat(step_in), splat(step_out)))
+        };
+        let within = index.simd_lt(split);
+        let (ends, _) = at(index, index.simd_le(split));
+        // Two-point Gauss–Legendre: ½ ± 1/(2√3) of the way, half the weight each.
+        let live = index.simd_lt(splat(SEGMENTS as f32)).select(splat(0.5), f32x8::ZERO);
+        let [(first, rate_first), (last, rate_last)] =
+            [0.211_324_87f32, 0.788_675_1].map(|x| at(index + splat(x), within));
+        Nodes {
+            ends,
+            gauss: [first, last],
+            weights: [rate_first * live, rate_last * live],
+            points: medulla.and_then(|_| if edge.is_some() { inside } else { outside }).map(Nodes::points),
+        }
+    }
+
+    /// Gauss–Legendre in ψ, with three points and with one.
+    #[inline(always)]
+    fn points(side: Side) -> [(f32, f32); POINTS] {
+        let [first, last] = [side.first, side.last].map(|t| 0.5 * FRAC_PI_2 * t * (3.0 - t));
+        [(0.112_701_66, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_35, 5.0 / 18.0), (0.5, 1.0)].map(|(x, w)| {
+            let (sin, cos) = (first + (last - first) * x).sin_cos();
+            ((side.radius * sin).min(1.0), side.radius * cos.max(0.0) * (last - first) * w)
+        })
+    }
+
+    /// The width as the weights measure it: what averages over the window divide by.
+    pub fn width(&self) -> f32 {
+        (self.weights[0] + self.weights[1]).reduce_add()
+    }
+}
