@@ -11,14 +11,15 @@ use vellus::Bcsdf;
 pub fn run() -> Result<()> {
     let args = FiberArgs { fiber: "red-fox".to_owned(), set: vec!["sigma_ca=0.2,0.4,0.8".to_owned()] };
     let fiber = args.load()?;
-    let query = Query::new([20.0, 0.3, -15.0, 150.0])?;
+    let (theta_o, h) = (20.0, 0.3);
+    let query = Query::new([theta_o, h, -15.0, 150.0])?;
     println!("A red fox's fur fibre, tinted (vellus eval --fiber red-fox --set sigma_ca=0.2,0.4,0.8)\n");
     println!("{}", table(&query, &query.ask(&Bcsdf::new(&fiber)?)));
-    for path in plot::lobes(&args, query.theta_o, query.h, &[])? {
+    for path in plot::lobes(&args, theta_o, h, &[])? {
         println!("wrote {}", path.display());
     }
     println!(
-        "\nNext: vellus fiber list · vellus plot profile --fiber all · vellus energy --fiber cat --theta-o 30 --h 0.3 · \
+        "\nNext: vellus fiber list · vellus plot profile --fiber all · vellus energy --fiber cat --theta-o 30 --window far · \
          vellus --help"
     );
     Ok(())

@@ -2,11 +2,11 @@
 
 use crate::fiber_args::Incidence;
 use crate::output::{self, Format};
-use crate::query::{Query, direction};
+use crate::query::{Offsets, Query, WindowArgs, direction};
 use anyhow::Result;
 use rayon::prelude::*;
 use serde_json::json;
-use vellus::{Bcsdf, Fiber, Hit, Lobe, Window};
+use vellus::{Bcsdf, Fiber, Hit, Lobe};
 
 /// Which hit.
 #[derive(clap::Args)]
@@ -17,15 +17,18 @@ pub struct Args {
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     h: f64,
     #[command(flatten)]
+    window: WindowArgs,
+    #[command(flatten)]
     output: output::OutputArgs,
 }
 
 /// Runs it.
 pub fn run(args: &Args) -> Result<()> {
     let fiber = args.incidence.fiber.load()?;
-    let query = Query::new([args.incidence.theta_o, args.h, 0.0, 0.0])?;
+    let offsets = Offsets::parse(&args.window.window, args.h)?;
+    let query = Query::new([args.incidence.theta_o, args.h, 0.0, 0.0])?.over(offsets);
     let bcsdf = Bcsdf::new(&fiber)?;
-    let hit = bcsdf.at(direction(query.theta_o, 0.0), Window::near(query.h as f32));
+    let hit = bcsdf.at(direction(query.theta_o, 0.0), offsets.window());
     let closed = hit.energy();
     let integral = integrate(&hit, &fiber);
     let closed_total = closed.total().map(f64::from);
@@ -45,9 +48,9 @@ pub fn run(args: &Args) -> Result<()> {
                 );
             }
             format!(
-                "θ_o {}°, h {}: energy in closed form (A) and integral of f·cos θ_i over the sphere (∫)\n{}",
+                "θ_o {}°, {}: energy in closed form (A) and integral of f·cos θ_i over the sphere (∫)\n{}",
                 query.theta_o,
-                query.h,
+                query.offsets,
                 output::align(&rows)
             )
         }
@@ -62,7 +65,10 @@ pub fn run(args: &Args) -> Result<()> {
         Format::Json | Format::Jsonl => {
             let lobes: serde_json::Map<_, _> =
                 lines.iter().map(|(key, a, b)| ((*key).to_owned(), json!({"closed_form": a, "integral": b}))).collect();
-            format!("{}\n", json!({"theta_o": query.theta_o, "h": query.h, "lobes": lobes}))
+            let mut object = serde_json::Map::from_iter([("theta_o".to_owned(), json!(query.theta_o))]);
+            object.extend(offsets.columns().into_iter().map(|(name, value)| (name.to_owned(), json!(value))));
+            object.insert("lobes".to_owned(), lobes.into());
+            format!("{}\n", serde_json::Value::Object(object))
         }
     };
     args.output.write(text.as_bytes())

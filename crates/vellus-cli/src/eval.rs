@@ -2,7 +2,7 @@
 
 use crate::fiber_args::FiberArgs;
 use crate::output::{self, Format};
-use crate::query::{Answer, Query, read_csv};
+use crate::query::{Answer, Offsets, Query, WindowArgs, read_csv};
 use anyhow::{Context, Result};
 use serde_json::{Map, Value, json};
 use std::path::PathBuf;
@@ -19,14 +19,17 @@ pub struct Args {
     /// Offset at which the fibre is hit, in [-1, 1].
     #[arg(long, default_value_t = 0.3, allow_negative_numbers = true)]
     h: f64,
+    #[command(flatten)]
+    window: WindowArgs,
     /// Inclination of ω_i (toward the light), degrees.
     #[arg(long, default_value_t = -15.0, allow_negative_numbers = true, value_name = "DEG")]
     theta_i: f64,
     /// Azimuth of ω_i from ω_o, degrees.
     #[arg(long, default_value_t = 150.0, allow_negative_numbers = true, value_name = "DEG")]
     phi: f64,
-    /// CSV of queries with a header theta_o,h,theta_i,phi (degrees), or - for standard input.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["theta_o", "h", "theta_i", "phi"])]
+    /// CSV of queries with a header theta_o,h,theta_i,phi (degrees), or with h_lo,h_hi in place of h for a window; or
+    /// - for standard input.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["theta_o", "h", "window", "theta_i", "phi"])]
     queries: Option<PathBuf>,
     #[command(flatten)]
     output: output::OutputArgs,
@@ -37,7 +40,10 @@ pub fn run(args: &Args) -> Result<()> {
     let fiber = args.fiber.load()?;
     let bcsdf = Bcsdf::new(&fiber)?;
     let queries = match &args.queries {
-        None => vec![Query::new([args.theta_o, args.h, args.theta_i, args.phi])?],
+        None => {
+            let offsets = Offsets::parse(&args.window.window, args.h)?;
+            vec![Query::new([args.theta_o, args.h, args.theta_i, args.phi])?.over(offsets)]
+        }
         Some(path) if path.as_os_str() == "-" => read_csv(std::io::stdin().lock()).context("standard input")?,
         Some(path) => {
             let place = || format!("{}", path.display());
@@ -63,9 +69,9 @@ pub fn table(query: &Query, answer: &Answer) -> String {
     rows.extend(Lobe::ALL.iter().map(|&lobe| row(lobe.key(), answer.lobes.0[lobe as usize])));
     rows.push(row("total", answer.lobes.total()));
     format!(
-        "θ_o {}°, h {}, θ_i {}°, φ {}°: pdf {} per steradian\n{}",
+        "θ_o {}°, {}, θ_i {}°, φ {}°: pdf {} per steradian\n{}",
         query.theta_o,
-        query.h,
+        query.offsets,
         query.theta_i,
         query.phi,
         output::number(answer.pdf.into()),
@@ -78,9 +84,17 @@ fn plain(x: f32) -> Value {
     x.to_string().parse::<f64>().map_or(Value::Null, Value::from)
 }
 
+/// Names and values of what was asked for, as files have them.
+fn coordinates(query: &Query) -> Vec<(&'static str, f64)> {
+    let mut all = vec![("theta_o", query.theta_o)];
+    all.extend(query.offsets.columns());
+    all.extend([("theta_i", query.theta_i), ("phi", query.phi)]);
+    all
+}
+
 fn object(query: &Query, answer: &Answer) -> Value {
     let mut object = Map::new();
-    for (name, value) in [("theta_o", query.theta_o), ("h", query.h), ("theta_i", query.theta_i), ("phi", query.phi)] {
+    for (name, value) in coordinates(query) {
         object.insert(name.to_owned(), json!(value));
     }
     let rgb = |c: [f32; 3]| Value::Array(c.map(plain).to_vec());
@@ -94,14 +108,16 @@ fn object(query: &Query, answer: &Answer) -> Value {
 
 fn csv(answers: &[(Query, Answer)]) -> Result<String> {
     let mut writer = csv::Writer::from_writer(Vec::new());
-    let mut header = ["theta_o", "h", "theta_i", "phi"].map(str::to_owned).to_vec();
+    // All queries have the same coordinates: they come from one header or from one set of flags.
+    let names = answers.first().map(|(q, _)| coordinates(q)).unwrap_or_default();
+    let mut header: Vec<String> = names.into_iter().map(|(name, _)| name.to_owned()).collect();
     for key in Lobe::ALL.map(Lobe::key).into_iter().chain(["total"]) {
         header.extend(["r", "g", "b"].map(|c| format!("{key}.{c}")));
     }
     header.push("pdf".to_owned());
     writer.write_record(&header)?;
     for (q, a) in answers {
-        let mut row = [q.theta_o, q.h, q.theta_i, q.phi].map(|x| x.to_string()).to_vec();
+        let mut row: Vec<String> = coordinates(q).into_iter().map(|(_, value)| value.to_string()).collect();
         row.extend(a.lobes.0.iter().chain([&a.lobes.total()]).flatten().map(f32::to_string));
         row.push(a.pdf.to_string());
         writer.write_record(&row)?;

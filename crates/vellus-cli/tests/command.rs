@@ -38,6 +38,9 @@ fn bad_input_is_named_with_value_and_range() {
     refused(&["eval", "--set", "sigma_ms=NaN"], &["sigma_ms = NaN", "[0, 1000]"]);
     refused(&["eval", "--h", "1.5"], &["h = 1.5", "[-1, 1]"]);
     refused(&["eval", "--h", "nan"], &["h = NaN", "[-1, 1]"]);
+    refused(&["eval", "--window", "wide"], &["--window wide", "near, far or LO:HI"]);
+    refused(&["eval", "--window", "0:2"], &["h_hi = 2", "[-1, 1]"]);
+    refused(&["energy", "--window", "0.5:0.2"], &["h_lo = 0.5", "h_hi = 0.2"]);
     refused(&["eval", "--fiber", "unicorn"], &["unicorn", "red-fox", "springbok"]);
     refused(&["eval", "--set", "colour=1"], &["unknown parameter 'colour'", "sigma_ca"]);
     refused(&["eval", "--set", "kappa"], &["NAME=VALUE"]);
@@ -64,6 +67,9 @@ fn broken_files_are_named_with_their_line() {
     queries("theta_o,h,theta_i,phi\n0,0,0\n", &["line: 2"]);
     queries("theta_o,h,theta_i\n0,0,0\n", &["line 1", "phi"]);
     queries("theta_o,h,theta_i,phi\n", &["no queries"]);
+    queries("theta_o,h_lo,theta_i,phi\n0,0,0,0\n", &["line 1", "h_hi"]);
+    queries("theta_o,h,h_lo,h_hi,theta_i,phi\n0,0,0,0,0,0\n", &["line 1", "both"]);
+    queries("theta_o,h_lo,h_hi,theta_i,phi\n0,-1,1,0,0\n0,-1,1.5,0,0\n", &["line 3", "h_hi = 1.5", "[-1, 1]"]);
     let fiber = write(folder.path(), "fur.toml", "preset = \"cat\"\nkapa = 0.5\n");
     refused(&["eval", "--fiber", &fiber], &["fur.toml", "kapa"]);
     let fiber = write(folder.path(), "fur.json", "{\"kappa\": 2}");
@@ -73,6 +79,18 @@ fn broken_files_are_named_with_their_line() {
     // Nothing but the inputs.
     let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
     assert_eq!(left.len(), 4, "{left:?}");
+}
+
+/// `--window far` is the window −1:1, from the command line and from a file.
+#[test]
+fn windows_are_evaluated() {
+    let far = stdout(&["eval", "--fiber", "cat", "--window", "far", "--format", "csv"]);
+    assert_eq!(far, stdout(&["eval", "--fiber", "cat", "--window", "-1:1", "--format", "csv"]));
+    assert!(far.starts_with("theta_o,h_lo,h_hi,theta_i,phi,R.r"), "{far}");
+    let folder = tempfile::tempdir().unwrap();
+    let file = write(folder.path(), "queries.csv", "h_hi,h_lo,theta_o,theta_i,phi\n1,-1,20,-15,150\n");
+    assert_eq!(far, stdout(&["eval", "--fiber", "cat", "--queries", &file, "--format", "csv"]));
+    assert_ne!(far.lines().last(), stdout(&["eval", "--fiber", "cat", "--format", "csv"]).lines().last());
 }
 
 #[test]

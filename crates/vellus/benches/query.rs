@@ -127,7 +127,8 @@ fn each_window(bencher: Bencher, bcsdf: &Bcsdf, window: impl Fn(&Query) -> Windo
     let mut i = 0;
     bencher.bench_local(|| {
         i = (i + 1) % N;
-        f(black_box(&hits[i % 64]), black_box(&queries[i]))
+        // Sixteen light samples a hit.
+        f(black_box(&hits[i / 16]), black_box(&queries[i]))
     });
 }
 
@@ -183,7 +184,12 @@ fn pixel_eval(bencher: Bencher) {
 }
 
 #[divan::bench]
-fn eval_hair(bencher: Bencher) {
+fn near_eval(bencher: Bencher) {
+    each_window(bencher, &fur(), |q| Window::near(q.h), |hit, q| hit.eval(q.wi).total()[0]);
+}
+
+#[divan::bench]
+fn near_eval_hair(bencher: Bencher) {
     each_window(bencher, &hair(), |q| Window::near(q.h), |hit, q| hit.eval(q.wi).total()[0]);
 }
 

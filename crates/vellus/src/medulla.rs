@@ -20,6 +20,8 @@ pub(crate) struct Medulla<'t> {
     backward_integrals: Weights<BACKWARD>,
     /// σ_ms κ
     optical_radius: f32,
+    /// g itself.
+    anisotropy: f32,
 }
 
 /// C^N of one path through the medulla, the weights of its components.
@@ -84,12 +86,22 @@ impl<'t> Medulla<'t> {
             g: on(g_position, tables.mean_path_nodes[1]),
             backward_integrals: tables.backward.densities.integrals(0.0),
             optical_radius,
+            anisotropy: fiber.g,
         }
     }
 
     /// Is there anything that scatters?
     pub fn exists(&self) -> bool {
         self.optical_radius > 0.0
+    }
+
+    /// How many points a window needs for C^N: few (0), some (1) or many (2). Its forward peak is some 1 − g
+    /// wide, and scattering twice or more blurs it. By trial, for 1 % of TTˢ: three points up to g = 0.7, five up to
+    /// 0.85, and a step less from an optical radius of 2.
+    pub fn sharpness(&self) -> u8 {
+        let g = self.anisotropy;
+        let sharp = if g > 0.85 { 2u8 } else { u8::from(g > 0.7) };
+        sharp.saturating_sub(u8::from(self.optical_radius > 2.0))
     }
 
     /// ⟨L⟩(τ, g, h″).

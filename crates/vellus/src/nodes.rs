@@ -11,10 +11,6 @@ use wide::f32x8;
 /// Segments of a half window: their eight ends fill a register.
 pub(crate) const SEGMENTS: usize = 7;
 
-/// Points of a half window at which the scattered lobes are evaluated: three of TTˢ and one of TRTˢ, which has a
-/// hundredth of its light.
-pub(crate) const POINTS: usize = 4;
-
 /// ψ runs over [0, π/2] as t(3 − t)/2 does for t from 0 to 1: nodes equidistant in t come closer, by
 /// half, toward the silhouette and the medulla's edge.
 #[inline(always)]
@@ -37,7 +33,7 @@ fn position(angle: f32) -> f32 {
 
 /// A range of t on one side of the medulla's edge.
 #[derive(Clone, Copy, Debug)]
-struct Side {
+pub(crate) struct Side {
     first: f32,
     last: f32,
     radius: f32,
@@ -48,6 +44,16 @@ impl Side {
     fn new(low: f32, high: f32, radius: f32) -> Self {
         let at = |h: f32| position((h / radius).min(1.0).asin());
         Side { first: at(low), last: at(high), radius }
+    }
+
+    /// Offsets and their dh at positions in ψ over the whole range, from 0 to 1, each with its share of it.
+    #[inline(always)]
+    pub fn points(&self, position: f32x8, share: f32x8) -> (f32x8, f32x8) {
+        let [first, last] = [self.first, self.last].map(|t| 0.5 * FRAC_PI_2 * t * (3.0 - t));
+        let length = f32x8::splat(last - first);
+        let (sin, cos) = length.mul_add(position, f32x8::splat(first)).sin_cos();
+        let radius = f32x8::splat(self.radius);
+        ((radius * sin).fast_min(f32x8::ONE), radius * cos.fast_max(f32x8::ZERO) * length * share)
     }
 }
 
@@ -60,8 +66,8 @@ pub(crate) struct Nodes {
     pub gauss: [f32x8; 2],
     /// dh of the Gauss points: they sum to the window's width. 0 in the eighth lane.
     pub weights: [f32x8; 2],
-    /// Offsets at which the scattered lobes are evaluated, and their dh.
-    pub points: Option<[(f32, f32); POINTS]>,
+    /// Where the medulla is in the window.
+    pub medulla: Option<Side>,
 }
 
 /// h and dh/dt.
@@ -119,18 +125,8 @@ impl Nodes {
             ends,
             gauss: [first, last],
             weights: [rate_first * live, rate_last * live],
-            points: medulla.and_then(|_| if edge.is_some() { inside } else { outside }).map(Nodes::points),
+            medulla: medulla.and_then(|_| if edge.is_some() { inside } else { outside }),
         }
-    }
-
-    /// Gauss–Legendre in ψ, with three points and with one.
-    #[inline(always)]
-    fn points(side: Side) -> [(f32, f32); POINTS] {
-        let [first, last] = [side.first, side.last].map(|t| 0.5 * FRAC_PI_2 * t * (3.0 - t));
-        [(0.112_701_66, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_35, 5.0 / 18.0), (0.5, 1.0)].map(|(x, w)| {
-            let (sin, cos) = (first + (last - first) * x).sin_cos();
-            ((side.radius * sin).min(1.0), side.radius * cos.max(0.0) * (last - first) * w)
-        })
     }
 
     /// The width as the weights measure it: what averages over the window divide by.

@@ -1,48 +1,161 @@
-//! TTˢ and TRTˢ averaged over a window: four paths on each side of the axis, three of TTˢ and one of TRTˢ,
-//! which has a hundredth of its light (Yan17 Eq. 25).
+//! TTˢ and TRTˢ averaged over a window, from Gauss points in asin h″ (Yan17 Eq. 25).
 //!
-//! The paper takes A(h) C^N as a cubic times an exponential between nodes. C^N varies too much between the
-//! offsets for that to be worth more than Gauss points: at three of them the sum of both lobes is
-//! right to 1 %, with nothing to cancel and nothing negative.
+//! The paper takes A(h) C^N as a cubic times an exponential between nodes. C^N varies too much from one offset to
+//! the next for that to be worth more than Gauss points, which have nothing to cancel and nothing
+//! negative. How many it takes depends on how sharp the forward peak is, which the offset moves around the fibre:
+//! three of TTˢ and one of TRTˢ, which has a hundredth of its light, where light is scattered widely or often; up to
+//! ten and six for a thin, strongly forward medulla.
 
 use crate::azimuthal::wrap;
 use crate::bcsdf::Bcsdf;
 use crate::frame::Polar;
 use crate::medulla::Medulla;
 use crate::mixture::Weights;
-use crate::nodes::{Nodes, POINTS};
+use crate::nodes::{Nodes, Side};
 use crate::path::Path;
-use crate::segments::{Channels, Through, attenuation, halves, sum};
+use crate::segments::{Channels, Through, attenuation, sum};
 use crate::tables::AZIMUTHAL;
 use std::f32::consts::PI;
 use wide::{f32x4, f32x8};
 
-/// The paths of the offsets ≥ 0 in the lower lanes, of those ≤ 0, mirrored, in the upper.
+/// Positions on [0, 1] and their shares, Gauss–Legendre, of TTˢ and then of TRTˢ.
+#[derive(Clone, Copy)]
+struct Rule {
+    position: f32x8,
+    share: f32x8,
+}
+
+/// Three points of TTˢ and one of TRTˢ, twice.
+const FEW: [Rule; 1] = [Rule {
+    position: f32x8::new([0.11270166, 0.5, 0.88729835, 0.5, 0.11270166, 0.5, 0.88729835, 0.5]),
+    share: f32x8::new([0.2777778, 0.44444445, 0.2777778, 1.0, 0.2777778, 0.44444445, 0.2777778, 1.0]),
+}];
+/// Five and three.
+const SOME: [Rule; 1] = [Rule {
+    position: f32x8::new([0.046910077, 0.23076534, 0.5, 0.76923466, 0.95308995, 0.11270166, 0.5, 0.88729835]),
+    share: f32x8::new([0.11846344, 0.23931433, 0.28444445, 0.23931433, 0.11846344, 0.2777778, 0.44444445, 0.2777778]),
+}];
+/// Ten and six, every other in each register.
+const MANY: [Rule; 2] = [
+    Rule {
+        position: f32x8::new([
+            0.013046736,
+            0.16029522,
+            0.42556283,
+            0.7166977,
+            0.93253165,
+            0.03376524,
+            0.3806904,
+            0.8306047,
+        ]),
+        share: f32x8::new([
+            0.03333567,
+            0.10954318,
+            0.14776212,
+            0.13463336,
+            0.07472567,
+            0.085662246,
+            0.23395696,
+            0.18038079,
+        ]),
+    },
+    Rule {
+        position: f32x8::new([
+            0.067468315,
+            0.2833023,
+            0.57443714,
+            0.8397048,
+            0.98695326,
+            0.16939531,
+            0.6193096,
+            0.96623474,
+        ]),
+        share: f32x8::new([
+            0.07472567,
+            0.13463336,
+            0.14776212,
+            0.10954318,
+            0.03333567,
+            0.18038079,
+            0.23395696,
+            0.085662246,
+        ]),
+    },
+];
+
+/// The lanes of TTˢ; the others are of TRTˢ.
+const FIRST_OF_FEW: f32x8 = f32x8::new([1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0]);
+const FIRST: f32x8 = f32x8::new([1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
+
+/// Eight paths.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Points {
+struct Group {
     /// C^N.
-    weights: [Weights<AZIMUTHAL>; 2 * POINTS],
+    weights: [Weights<AZIMUTHAL>; 8],
     /// Φˢ.
     exit: f32x8,
     /// 1, and −1 where φ is mirrored.
     mirror: f32x8,
-    /// What each path stands for of the energy of its lobe.
-    energy: Channels,
-    pub exist: bool,
+    /// What each path stands for of the energy of TTˢ and of TRTˢ.
+    energy: [Channels; 2],
 }
 
-/// The lanes of TTˢ; the others are of TRTˢ.
-const FIRST: f32x8 = f32x8::new([1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0]);
+/// The paths of a window.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Points([Option<Group>; 4]);
+
+impl Group {
+    const NONE: Group = Group {
+        weights: [[f32x8::ZERO; AZIMUTHAL]; 8],
+        exit: f32x8::ZERO,
+        mirror: f32x8::ZERO,
+        energy: [[f32x8::ZERO; 4]; 2],
+    };
+
+    /// Prepares it in place, it being large; `sides` is what the lower and the upper four lanes are of.
+    #[inline(always)]
+    fn prepare(
+        &mut self,
+        bcsdf: &Bcsdf,
+        polar: Polar<f32>,
+        through: &Through,
+        sides: [Option<Side>; 2],
+        mirror: [f32; 2],
+        rule: &Rule,
+        first: f32x8,
+    ) {
+        let lower = f32x8::new([1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0]).simd_gt(f32x8::ZERO);
+        let none = (f32x8::ZERO, f32x8::ZERO);
+        let [a, b] = sides.map(|side| side.map_or(none, |side| side.points(rule.position, rule.share)));
+        let (h, width) = (lower.select(a.0, b.0), lower.select(a.1, b.1));
+        let path = Path::new(&bcsdf.fiber, f32x8::splat(polar.sin), f32x8::splat(polar.cos), h);
+        let is_first = first.simd_gt(f32x8::ZERO);
+        self.exit = is_first.select(path.scattered_azimuth(1), path.scattered_azimuth(2));
+        self.mirror = lower.select(f32x8::splat(mirror[0]), f32x8::splat(mirror[1]));
+        let angles = path.gamma_m.to_array();
+        for i in 0..8 {
+            // The far field's two halves are the same.
+            if i >= 4 && angles[i] == angles[i - 4] {
+                self.weights[i] = self.weights[i - 4];
+                continue;
+            }
+            let azimuth = bcsdf.medulla.azimuth(&through.pass, angles[i]);
+            for c in 0..AZIMUTHAL {
+                self.weights[i][c] = azimuth.weights[c] * f32x8::splat(azimuth.scale);
+            }
+        }
+        let a = attenuation(bcsdf, &path, Some(through));
+        let [first, last] = [width * first, width * (f32x8::ONE - first)];
+        for c in 0..4 {
+            self.energy[0][c] = a[3][c] * first;
+            self.energy[1][c] = a[4][c] * last;
+        }
+    }
+}
 
 impl Points {
     /// None.
-    pub const NONE: Points = Points {
-        weights: [[f32x8::ZERO; AZIMUTHAL]; 2 * POINTS],
-        exit: f32x8::ZERO,
-        mirror: f32x8::ZERO,
-        energy: [f32x8::ZERO; 4],
-        exist: false,
-    };
+    pub const NONE: Points = Points([None; 4]);
 
     /// Prepares them in place, so that they sum to the `energy` of TTˢ and TRTˢ found already.
     #[inline(always)]
@@ -54,59 +167,50 @@ impl Points {
         sides: [Option<&Nodes>; 2],
         energy: [f32x4; 2],
     ) {
-        let (mut h, mut width) = ([0.0; 8], [0.0; 8]);
-        for (side, nodes) in sides.into_iter().enumerate() {
-            for (i, (offset, dh)) in nodes.and_then(|nodes| nodes.points).into_iter().flatten().enumerate() {
-                (h[POINTS * side + i], width[POINTS * side + i]) = (offset, dh);
-                self.exist = true;
-            }
-        }
-        if !self.exist {
+        let sides = sides.map(|nodes| nodes.and_then(|nodes| nodes.medulla));
+        if sides.iter().all(Option::is_none) {
             return;
         }
-        let path = Path::new(&bcsdf.fiber, f32x8::splat(polar.sin), f32x8::splat(polar.cos), f32x8::new(h));
-        let first = FIRST.simd_gt(f32x8::ZERO);
-        self.exit = first.select(path.scattered_azimuth(1), path.scattered_azimuth(2));
-        self.mirror = f32x8::new([1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0]);
-        let mut scale = [0.0; 8];
-        let angles = path.gamma_m.to_array();
-        let same = sides[0].zip(sides[1]).is_some_and(|(a, b)| std::ptr::eq(a, b));
-        for i in 0..8 {
-            if same && i >= POINTS {
-                (self.weights[i], scale[i]) = (self.weights[i - POINTS], scale[i - POINTS]);
-            } else if width[i] > 0.0 {
-                let azimuth = bcsdf.medulla.azimuth(&through.pass, angles[i]);
-                (self.weights[i], scale[i]) = (azimuth.weights, azimuth.scale);
+        match bcsdf.medulla.sharpness() {
+            0 => {
+                let group = self.0[0].insert(Group::NONE);
+                group.prepare(bcsdf, polar, through, sides, [1.0, -1.0], &FEW[0], FIRST_OF_FEW);
+            }
+            sharpness => {
+                let rules: &[Rule] = if sharpness == 1 { &SOME } else { &MANY };
+                for (k, (side, mirror)) in sides.into_iter().zip([1.0, -1.0]).enumerate() {
+                    for (i, rule) in rules.iter().enumerate() {
+                        if side.is_some() {
+                            let group = self.0[2 * k + i].insert(Group::NONE);
+                            group.prepare(bcsdf, polar, through, [side; 2], [mirror; 2], rule, FIRST);
+                        }
+                    }
+                }
             }
         }
-        let a = attenuation(bcsdf, &path, Some(through));
-        let width = f32x8::new(width);
-        let (mut tts, mut trts) = ([f32x8::ZERO; 4], [f32x8::ZERO; 4]);
-        for c in 0..4 {
-            tts[c] = a[3][c] * width * FIRST;
-            trts[c] = a[4][c] * width * (f32x8::ONE - FIRST);
-        }
-        let least = f32x4::splat(f32::MIN_POSITIVE);
-        let shares = [(energy[0] / sum(tts).max(least)).to_array(), (energy[1] / sum(trts).max(least)).to_array()];
-        for c in 0..4 {
-            let share = tts[c] * f32x8::splat(shares[0][c]) + trts[c] * f32x8::splat(shares[1][c]);
-            self.energy[c] = share * f32x8::new(scale);
+        for q in 0..2 {
+            let total = self.0.iter().flatten().fold(f32x4::ZERO, |total, group| total + sum(group.energy[q]));
+            let scale = (energy[q] / total.max(f32x4::splat(f32::MIN_POSITIVE))).to_array();
+            for group in self.0.iter_mut().flatten() {
+                (0..4).for_each(|c| group.energy[q][c] *= f32x8::splat(scale[c]));
+            }
         }
     }
 
     /// TTˢ and TRTˢ at φ, densities over solid angle; `m`: C^M of the backward and the forward half.
     #[inline(always)]
     pub fn eval(&self, medulla: &Medulla, phi: f32, m: [f32; 2]) -> [f32x4; 2] {
-        let relative = wrap(f32x8::splat(phi) * self.mirror - self.exit);
-        let m = (relative.abs() * f32x8::splat(1.0 / PI)).mul_add(f32x8::splat(m[1] - m[0]), f32x8::splat(m[0]));
-        let weights = [0, 1, 2, 3, 4, 5, 6, 7].map(|i| &self.weights[i]);
-        let density = m * medulla.azimuthal8(weights, relative);
-        let mut lanes = [f32x8::ZERO; 4];
-        for c in 0..4 {
-            // TRTˢ, lanes 3 and 7, apart.
-            let x = (self.energy[c] * density).to_array();
-            lanes[c] = f32x8::new([x[0] + x[5], x[1] + x[6], x[2], x[4], x[3], x[7], 0.0, 0.0]);
+        let mut lobes = [[f32x8::ZERO; 4]; 2];
+        for group in self.0.iter().flatten() {
+            let relative = wrap(f32x8::splat(phi) * group.mirror - group.exit);
+            let m = (relative.abs() * f32x8::splat(1.0 / PI)).mul_add(f32x8::splat(m[1] - m[0]), f32x8::splat(m[0]));
+            let density = m * medulla.azimuthal8([0, 1, 2, 3, 4, 5, 6, 7].map(|i| &group.weights[i]), relative);
+            for q in 0..2 {
+                for c in 0..4 {
+                    lobes[q][c] = group.energy[q][c].mul_add(density, lobes[q][c]);
+                }
+            }
         }
-        halves(lanes)
+        [sum(lobes[0]), sum(lobes[1])]
     }
 }

@@ -77,7 +77,7 @@ pub(crate) fn sum(channels: Channels) -> f32x4 {
 
 /// Sums over the lower and the upper four lanes.
 #[inline(always)]
-pub(crate) fn halves(channels: Channels) -> [f32x4; 2] {
+fn halves(channels: Channels) -> [f32x4; 2] {
     let (mut low, mut high) = ([f32x4::ZERO; 4], [f32x4::ZERO; 4]);
     for c in 0..4 {
         let x = channels[c].to_array();

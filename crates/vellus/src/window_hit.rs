@@ -121,7 +121,7 @@ impl<'b> WindowHit<'b> {
             }
         }
         let [r, tt, trt] = gather(&n);
-        let [tts, trts] = if self.points.exist { self.points.eval(&bcsdf.medulla, phi, c_m) } else { [f32x4::ZERO; 2] };
+        let [tts, trts] = self.points.eval(&bcsdf.medulla, phi, c_m);
         let times = |n: f32x4, m: f32| n * f32x4::splat(m);
         [times(r, m[0]), times(tt, m[1]), times(trt, m[2]), tts, trts, times(self.energy[5], m[3] / TAU)]
     }

@@ -73,11 +73,18 @@ fn symmetric_in_h_and_phi() {
         let (theta_o, theta_i) = (random.within(-1.5, 1.5), random.within(-1.5, 1.5));
         let (h, phi) = (random.within(-1.0, 1.0) as f32, random.within(-3.1, 3.1));
         let wo = direction(theta_o, 0.0);
-        let a = bcsdf.at(wo, Window::near(h)).eval(direction(theta_i, phi));
-        let b = bcsdf.at(wo, Window::near(-h)).eval(direction(theta_i, -phi));
-        for (x, y) in a.0.iter().flatten().zip(b.0.iter().flatten()) {
-            // Mirrored angles round alike but for the last bit of φ, 2e-7/β_n of the value.
-            assert!((x - y).abs() <= 1e-4 * x.abs() + 1e-6, "θ_o {theta_o} h {h} φ {phi}: {a:?} {b:?}");
+        let other = random.within(-1.0, 1.0) as f32;
+        for (window, mirrored) in [
+            (Window::near(h), Window::near(-h)),
+            (Window::range(h, other), Window::range(-h, -other)),
+            (Window::far(), Window::far()),
+        ] {
+            let a = bcsdf.at(wo, window).eval(direction(theta_i, phi));
+            let b = bcsdf.at(wo, mirrored).eval(direction(theta_i, -phi));
+            for (x, y) in a.0.iter().flatten().zip(b.0.iter().flatten()) {
+                // Mirrored angles round alike but for the last bit of φ, 2e-7/β_n of the value.
+                assert!((x - y).abs() <= 1e-4 * x.abs() + 1e-6, "θ_o {theta_o} {window:?} φ {phi}: {a:?} {b:?}");
+            }
         }
     }
 }

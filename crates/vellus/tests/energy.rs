@@ -90,10 +90,10 @@ fn furnace_is_white() {
     for species in Species::ALL {
         let bcsdf = Bcsdf::new(&Fiber::preset(species).without_absorption()).unwrap();
         for theta_o in [0.0f64, -30.0, 60.0, 80.0, 85.0] {
-            for h in [0.1f32, -0.62] {
-                let hit = bcsdf.at(direction(theta_o.to_radians(), 1.1), Window::near(h));
+            for window in [Window::near(0.1), Window::near(-0.62), Window::far(), Window::pixel(0.5, 0.8)] {
+                let hit = bcsdf.at(direction(theta_o.to_radians(), 1.1), window);
                 let total = integrate(&hit, 1200, 720)[1];
-                assert!((total - 1.0).abs() < 1e-3, "{species} at {theta_o}°, h = {h}: {total}");
+                assert!((total - 1.0).abs() < 1e-3, "{species} at {theta_o}°, {window:?}: {total}");
             }
         }
     }

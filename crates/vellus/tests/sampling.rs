@@ -14,9 +14,10 @@ fn fibers() -> Vec<Fiber> {
 
 #[test]
 fn pdf_integrates_to_one() {
-    for fiber in fibers() {
+    let windows = [Window::near(-0.45), Window::far(), Window::pixel(-0.3, 0.9)];
+    for (fiber, window) in fibers().into_iter().flat_map(|fiber| windows.map(|window| (fiber, window))) {
         let bcsdf = Bcsdf::new(&fiber).unwrap();
-        let hit = bcsdf.at(direction(0.7, 0.4), Window::near(-0.45));
+        let hit = bcsdf.at(direction(0.7, 0.4), window);
         let (n_theta, n_phi) = (900, 720);
         let mut sum = 0.0;
         for i in 0..n_theta {
@@ -27,7 +28,7 @@ fn pdf_integrates_to_one() {
             }
         }
         sum *= PI / f64::from(n_theta) * TAU / f64::from(n_phi);
-        assert!((sum - 1.0).abs() < 1e-3, "{fiber:?}: {sum}");
+        assert!((sum - 1.0).abs() < 1e-3, "{fiber:?} {window:?}: {sum}");
     }
 }
 
@@ -39,14 +40,19 @@ fn pdf_integrates_to_one() {
 #[test]
 fn sample_histogram_matches_pdf() {
     let (rows, columns, samples) = (20usize, 40usize, 2_000_000usize);
-    let hits = [(0.35f64, 0.3f32), (-1.2, -0.8)];
+    let hits = [
+        (0.35f64, Window::near(0.3)),
+        (-1.2, Window::near(-0.8)),
+        (0.35, Window::far()),
+        (-1.2, Window::pixel(-0.4, 0.9)),
+    ];
     let mut random = Uniform(3);
     let tests = (fibers().len() * hits.len()) as f64;
     for fiber in fibers() {
         let bcsdf = Bcsdf::new(&fiber).unwrap();
-        for (theta_o, h) in hits {
+        for (theta_o, window) in hits {
             let phi_o = 2.2;
-            let hit = bcsdf.at(direction(theta_o, phi_o), Window::near(h));
+            let hit = bcsdf.at(direction(theta_o, phi_o), window);
             let mut observed = vec![0.0f64; rows * columns];
             for _ in 0..samples {
                 let wi = hit.sample(random.numbers()).wi;
@@ -94,7 +100,7 @@ fn sample_histogram_matches_pdf() {
                     / (1.0 + t * (1.432_788 + t * (0.189_269 + t * 0.001_308)));
             let w = 2.0 / (9.0 * df);
             let limit = df * (1.0 - w + z * w.sqrt()).powi(3);
-            assert!(chi2 < limit, "{fiber:?} θ_o {theta_o} h {h}: χ² {chi2} over {limit} with {df} degrees");
+            assert!(chi2 < limit, "{fiber:?} θ_o {theta_o} {window:?}: χ² {chi2} over {limit} with {df} degrees");
         }
     }
 }
@@ -150,5 +156,81 @@ fn lobe_probabilities_follow_the_energies() {
         // Four standard errors; six lobes.
         let tolerance = 4.0 * (p * (1.0 - p) / f64::from(n)).sqrt();
         assert!((counts[lobe as usize] - p).abs() < tolerance, "{lobe:?}: {} {p}", counts[lobe as usize]);
+    }
+}
+
+/// Mean and standard error of a sum of samples.
+#[derive(Clone, Copy, Default)]
+struct Estimate {
+    sum: f64,
+    squares: f64,
+}
+
+impl Estimate {
+    fn add(&mut self, x: f64) {
+        self.sum += x;
+        self.squares += x * x;
+    }
+
+    fn mean_and_error(&self, n: f64) -> (f64, f64) {
+        let mean = self.sum / n;
+        (mean, ((self.squares / n - mean * mean).max(0.0) / n).sqrt())
+    }
+}
+
+/// A window's average is what its near fields average to: lights sampled and weighted with the window's value, directions
+/// sampled and weighted with the near field's, and both by the balance heuristic over the window's density agree
+/// within three standard errors, for lights from 1° to the whole sphere.
+#[test]
+fn windows_are_unbiased_against_the_near_field() {
+    let n = 10_000_000;
+    let mut random = Uniform(13);
+    let radii = [0.5f64, 5.0, 30.0, 180.0].map(f64::to_radians);
+    for (fiber, window, towards) in [
+        (full_fiber(), Window::far(), (-0.3, 2.6)),
+        (Fiber::preset(Species::RedFox).with_absorption([0.2, 0.4, 0.8]), Window::pixel(-0.3, 0.9), (-0.4, -2.2)),
+    ] {
+        let bcsdf = Bcsdf::new(&fiber).unwrap();
+        let hit = bcsdf.at(direction(0.35, 0.0), window);
+        let axis = direction(towards.0, towards.1);
+        let (across, along) = axis.any_orthonormal_pair();
+        // Solid angles of the lights.
+        let solid = radii.map(|r| TAU * (1.0 - r.cos()));
+        let [mut lights, mut directions, mut both] = [[Estimate::default(); 4]; 3];
+        for _ in 0..n {
+            let s = hit.sample(random.numbers());
+            let cos = f64::from(s.wi.dot(axis));
+            for k in 0..4 {
+                let inside = if cos >= radii[k].cos() { f64::from(s.weight[1]) } else { 0.0 };
+                let pdf = f64::from(s.pdf);
+                directions[k].add(inside);
+                both[k].add(inside * pdf / (pdf + 1.0 / solid[k]));
+            }
+        }
+        for k in 0..4 {
+            let mut weighted = Estimate::default();
+            for _ in 0..n {
+                let cos = 1.0 - random.next() * (1.0 - radii[k].cos());
+                let (sin_psi, cos_psi) = (TAU * random.next()).sin_cos();
+                let sin = (1.0 - cos * cos).max(0.0).sqrt();
+                let wi = axis * cos as f32 + across * (sin * cos_psi) as f32 + along * (sin * sin_psi) as f32;
+                let (f, pdf) = hit.eval_pdf(wi.normalize());
+                let value = f64::from(f.total()[1]) * solid[k];
+                lights[k].add(value);
+                weighted.add(value / (1.0 + f64::from(pdf) * solid[k]));
+            }
+            let count = f64::from(n);
+            let ((l, l_error), (d, d_error)) = (lights[k].mean_and_error(count), directions[k].mean_and_error(count));
+            let ((b, b_error), (w, w_error)) = (both[k].mean_and_error(count), weighted.mean_and_error(count));
+            let (m, m_error) = (b + w, b_error.hypot(w_error));
+            println!(
+                "{:.1}°: lights {l:.6} ± {l_error:.1e}, directions {d:.6} ± {d_error:.1e}, both {m:.6} ± {m_error:.1e}",
+                radii[k].to_degrees()
+            );
+            for (x, x_error) in [(d, d_error), (m, m_error)] {
+                assert!((x - l).abs() <= 3.0 * x_error.hypot(l_error), "{window:?} light {k}: {l} {d} {m}");
+            }
+            assert!((d - m).abs() <= 3.0 * d_error.hypot(m_error), "{window:?} light {k}: {l} {d} {m}");
+        }
     }
 }
