@@ -134,7 +134,9 @@ fn any_fibre_and_window_is_finite() {
         let fiber = random.fiber();
         let bcsdf = Bcsdf::new(&fiber).unwrap();
         let theta_o = random.within(-1.55, 1.55);
-        let width = 1e-6 * 2e6f64.powf(random.next());
+        // From 1e-6 to 2, and every other one the far field.
+        let narrow = 1e-6 * 2e6f64.powf(random.next());
+        let width = if k % 2 == 0 { 4.0 } else { narrow };
         let middle = random.within(-1.0, 1.0);
         let window = Window::pixel(middle as f32, width as f32);
         let hit = bcsdf.at(direction(theta_o, 0.3), window);
@@ -151,7 +153,7 @@ fn any_fibre_and_window_is_finite() {
         let s = hit.sample(random.numbers());
         assert!(s.pdf.is_finite() && s.pdf > 0.0 && s.weight.iter().all(|w| (0.0..bound).contains(w)), "{s:?}");
         // Quadrature of a hundredth of them.
-        if k % 100 == 0 && width > 1e-3 {
+        if (k % 100 == 0 || k % 100 == 51) && width > 1e-3 {
             let oracle = Oracle::new(&fiber, table_data());
             let [h1, h2] = window.ends().map(f64::from);
             let exact = oracle.window(theta_o, [h1, h2], 4000, 200);
@@ -165,5 +167,5 @@ fn any_fibre_and_window_is_finite() {
     }
     errors.sort_by(f64::total_cmp);
     println!("median {:.4}, worst {:.4} of {}", errors[errors.len() / 2], errors[errors.len() - 1], errors.len());
-    assert!(errors[errors.len() - 1] < 0.2 && errors[errors.len() / 2] < 0.01);
+    assert!(errors[errors.len() - 1] < 0.05 && errors[errors.len() / 2] < 0.005);
 }
