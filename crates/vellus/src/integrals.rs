@@ -322,7 +322,7 @@ mod tests {
     }
 
     /// D14: why the Appendix is not used, even with its misprints mended (erf for exp, no √π in the second
-    /// term): its ∫ x² e^(−ax² + bx + c) dx for a segment of half length 0.01 is 4 % wrong in single precision, at 0.003 meaningless.
+    /// term): its ∫ x² e^(−ax² + bx + c) dx for a segment of half length 0.01 is 4 % wrong in single precision.
     #[test]
     fn the_appendix_cancels() {
         let (u, s) = (0.7f32, 0.01f32);

@@ -1,9 +1,8 @@
 //! TTˢ and TRTˢ averaged over a window, from Gauss points in asin h″ (Yan17 Eq. 25).
 //!
-//! The paper takes A(h) C^N as a cubic times an exponential between nodes. C^N varies too much from one offset to
-//! the next for that to be worth more than Gauss points, which have nothing to cancel and nothing
-//! negative. How many it takes depends on how sharp the forward peak is, which the offset moves around the fibre:
-//! three of TTˢ and one of TRTˢ, which has a hundredth of its light, where light is scattered widely or often; up to
+//! The paper takes A(h) C^N as a cubic times an exponential between nodes. Gauss points have nothing to cancel and
+//! nothing negative; the two have not been measured against each other. How many it takes depends on how sharp the forward peak is, which the offset moves around the fibre:
+//! three of TTˢ and one of TRTˢ, which in the presets has at most a few hundredths of its light, where light is scattered widely or often; up to
 //! ten and six for a thin, strongly forward medulla.
 
 use crate::azimuthal::wrap;
