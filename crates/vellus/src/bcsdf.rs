@@ -117,15 +117,10 @@ impl<'t> Bcsdf<'t> {
     #[inline]
     pub fn at(&self, wo: Vec3, window: Window) -> Hit<'_> {
         debug_assert!((wo.length_squared() - 1.0).abs() < 1e-3, "wo is not a unit vector: {wo}");
-        match window.kind() {
+        let mut hit = match window.kind() {
             window::Kind::Near(h) => Hit(Kind::Near(NearHit::new(self, wo.to_array(), h))),
-            window::Kind::Range(range) => self.over(wo, range),
-        }
-    }
-
-    #[inline(never)]
-    fn over(&self, wo: Vec3, range: [f32; 2]) -> Hit<'_> {
-        let mut hit = Hit(Kind::Window(WindowHit::new(self, wo.to_array(), range)));
+            window::Kind::Range(range) => Hit(Kind::Window(WindowHit::new(self, wo.to_array(), range))),
+        };
         if let Kind::Window(window) = &mut hit.0 {
             window.prepare();
         }
@@ -140,10 +135,10 @@ impl<'t> Bcsdf<'t> {
 }
 
 /// One hit of a fibre: all that depends on ω_o and the window, prepared once for all its queries.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Hit<'b>(Kind<'b>);
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant, reason = "a query allocates nothing")]
 enum Kind<'b> {
     Near(NearHit<'b>),

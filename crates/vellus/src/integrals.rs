@@ -188,9 +188,6 @@ impl Bells {
     /// The largest half length b of a span, whose V is b²/3.
     pub const LONGEST: f32 = 0.9;
 
-    /// None: reaches nothing.
-    pub const NONE: Bells = Bells { middle: f32x8::ZERO, inverse: f32x8::ZERO, kurtosis: f32x8::ZERO, reach: 0.0 };
-
     /// Are spans of these variances short enough?
     #[inline(always)]
     pub fn suit(variance: f32x8) -> bool {

@@ -6,7 +6,8 @@ use crate::lanes::Lanes;
 use crate::mixture::{Between, Weights, choose, normaliser, product};
 use crate::tables::{AZIMUTHAL, BACKWARD, FORWARD, Mixture, OFFSETS, Tables};
 use std::f32::consts::{PI, TAU};
-use wide::f32x8;
+use wide::bytemuck::cast;
+use wide::{f32x8, i32x8, u32x8};
 
 /// The tables with g, and for the longitudinal ones τ, put in: one a fibre.
 #[derive(Clone, Debug)]
@@ -62,6 +63,9 @@ impl Inclination {
         mirror: 1.0,
     };
 }
+
+/// ⟨L⟩ at the nodes of h″.
+pub(crate) type MeanPaths = [f32x8; OFFSETS / 8];
 
 /// τ of one elongation put into the azimuthal table.
 #[derive(Clone, Copy, Debug)]
@@ -153,33 +157,29 @@ impl<'t> Medulla<'t> {
 
     /// ⟨L⟩ at the nodes of h″, for many paths.
     #[inline(always)]
-    pub fn mean_paths(&self, pass: &Pass) -> [f32; OFFSETS] {
-        let [_, n_g, n_h] = self.tables.mean_path_nodes;
-        let row = |tau: usize, g: usize| &self.tables.mean_path[(tau * n_g + g) * n_h..][..n_h];
+    pub fn mean_paths(&self, pass: &Pass) -> MeanPaths {
+        let [_, n_g, _] = self.tables.mean_path_nodes;
+        let row = |tau: usize, g: usize| self.tables.mean_path_rows.row(tau * n_g + g);
         let (tau, g) = (pass.tau, self.g);
         let rows = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(i, j)| row(tau.index + i, g.index + j));
         let weights = [(1.0 - tau.t) * (1.0 - g.t), (1.0 - tau.t) * g.t, tau.t * (1.0 - g.t), tau.t * g.t];
-        let mut paths = [0.0; OFFSETS];
-        for h in 0..n_h {
-            paths[h] =
-                rows[0][h] * weights[0] + rows[1][h] * weights[1] + rows[2][h] * weights[2] + rows[3][h] * weights[3];
+        let mut paths = [f32x8::ZERO; OFFSETS / 8];
+        for (row, weight) in rows.into_iter().zip(weights) {
+            (0..OFFSETS / 8).for_each(|k| paths[k] = row[k].mul_add(f32x8::splat(weight), paths[k]));
         }
         paths
     }
 
     /// ⟨L⟩ of eight paths, from [`Medulla::mean_paths`].
     #[inline(always)]
-    pub fn mean_paths_at(&self, paths: &[f32; OFFSETS], angle: f32x8) -> f32x8 {
+    pub fn mean_paths_at(&self, paths: &MeanPaths, angle: f32x8) -> f32x8 {
         let last = self.tables.mean_path_nodes[2] - 2;
         let x = angle.abs() * f32x8::splat(std::f32::consts::FRAC_2_PI * (last + 1) as f32);
-        let whole = x.fast_min(f32x8::splat(last as f32)).fast_trunc_int();
-        let (t, index) = (x - f32x8::from_i32x8(whole), whole.to_array());
-        let (mut low, mut high) = ([0.0; 8], [0.0; 8]);
-        for i in 0..8 {
-            let node = (index[i] as usize).min(last);
-            (low[i], high[i]) = (paths[node % OFFSETS], paths[(node + 1) % OFFSETS]);
-        }
-        (f32x8::new(high) - f32x8::new(low)).mul_add(t, f32x8::new(low))
+        // NaN, of which nothing is promised, may end at any node.
+        let node = x.fast_min(f32x8::splat(last as f32)).fast_trunc_int();
+        let t = x - f32x8::from_i32x8(node);
+        let (low, high) = (lookup(paths, node), lookup(paths, node + i32x8::ONE));
+        (high - low).mul_add(t, low)
     }
 
     #[inline(always)]
@@ -259,6 +259,19 @@ impl<'t> Medulla<'t> {
 fn collapse<const C: usize>(mixture: &Mixture<C>, tau: f32, g: f32) -> Weights<C> {
     let [tau_rows, g_rows, _] = &mixture.factors;
     product(&tau_rows.at(on(tau, tau_rows.nodes())), &g_rows.at(on(g, g_rows.nodes())))
+}
+
+/// The values at eight indices.
+#[inline(always)]
+fn lookup(values: &[f32x8; OFFSETS / 8], index: i32x8) -> f32x8 {
+    let index: u32x8 = cast(index);
+    let (within, eights) = (index & u32x8::splat(7), index >> u32x8::splat(3));
+    let mut found = u32x8::ZERO;
+    for (k, eight) in values.iter().enumerate() {
+        let here = eights.simd_eq(u32x8::splat(k as u32));
+        found |= cast::<f32x8, u32x8>(*eight).shuffle(within) & here;
+    }
+    cast(found)
 }
 
 /// Position in [0, 1] on an axis of that many nodes.

@@ -53,6 +53,12 @@ impl<const C: usize> Rows<C> {
         self.0.len()
     }
 
+    /// The values of a node.
+    #[inline(always)]
+    pub fn row(&self, node: usize) -> &[f32x8; C] {
+        &self.0[node]
+    }
+
     /// The factors between two nodes.
     #[inline(always)]
     pub fn at(&self, x: Between) -> Weights<C> {

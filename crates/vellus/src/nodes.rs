@@ -5,6 +5,7 @@
 //! medulla, asin h″: A(h) has the kink of s_m = κ √(1 − h″²) at its edge, and is smooth in asin h″. Either way
 //! h = r sin ψ, with r = 1 or the medulla's edge κη′.
 
+use crate::special;
 use std::f32::consts::FRAC_PI_2;
 use wide::f32x8;
 
@@ -24,11 +25,17 @@ fn slope(t: f32x8) -> f32x8 {
     (f32x8::splat(1.5) - t) * f32x8::splat(FRAC_PI_2)
 }
 
-/// Inverse of [`angle`].
+/// The t at which sin ψ(t) is that, in [0, 1]. Most ends are 0 or 1, and nothing can start before they are known.
 #[inline(always)]
-fn position(angle: f32) -> f32 {
-    let x = 2.0 / FRAC_PI_2 * angle;
-    x / (1.5 + (2.25 - x).max(0.0).sqrt())
+fn position(sin: f32) -> f32 {
+    match sin {
+        0.0 => 0.0,
+        1.0.. => 1.0,
+        _ => {
+            let x = 2.0 / FRAC_PI_2 * sin.asin();
+            x / (1.5 + (2.25 - x).max(0.0).sqrt())
+        }
+    }
 }
 
 /// A range of t on one side of the medulla's edge.
@@ -40,18 +47,12 @@ pub(crate) struct Side {
 }
 
 impl Side {
-    /// Offsets from `low` to `high`, at most `radius`.
-    fn new(low: f32, high: f32, radius: f32) -> Self {
-        let at = |h: f32| position((h / radius).min(1.0).asin());
-        Side { first: at(low), last: at(high), radius }
-    }
-
     /// Offsets and their dh at positions in ψ over the whole range, from 0 to 1, each with its share of it.
     #[inline(always)]
     pub fn points(&self, position: f32x8, share: f32x8) -> (f32x8, f32x8) {
         let [first, last] = [self.first, self.last].map(|t| 0.5 * FRAC_PI_2 * t * (3.0 - t));
         let length = f32x8::splat(last - first);
-        let (sin, cos) = length.mul_add(position, f32x8::splat(first)).sin_cos();
+        let (sin, cos) = special::sin_cos_quarter(length.mul_add(position, f32x8::splat(first)));
         let radius = f32x8::splat(self.radius);
         ((radius * sin).fast_min(f32x8::ONE), radius * cos.fast_max(f32x8::ZERO) * length * share)
     }
@@ -73,7 +74,7 @@ pub(crate) struct Nodes {
 /// h and dh/dt.
 #[inline(always)]
 fn offset(t: f32x8, radius: f32x8) -> (f32x8, f32x8) {
-    let (sin, cos) = angle(t).sin_cos();
+    let (sin, cos) = special::sin_cos_quarter(angle(t));
     ((radius * sin).fast_min(f32x8::ONE), radius * cos.fast_max(f32x8::ZERO) * slope(t))
 }
 
@@ -83,26 +84,23 @@ impl Nodes {
     #[inline(always)]
     pub fn new(low: f32, high: f32, medulla: Option<f32>) -> Self {
         let edge = medulla.filter(|&edge| edge < 1.0);
-        let inside = edge.filter(|&edge| low < edge).map(|edge| Side::new(low, high.min(edge), edge));
-        let outside = match edge {
-            Some(edge) if high <= edge => None,
-            Some(edge) => Some(Side::new(low.max(edge), high, 1.0)),
-            None => Some(Side::new(low, high, 1.0)),
-        };
+        let radius = edge.unwrap_or(1.0);
+        let (below, beyond) = (low < radius, edge.is_some() && high > radius);
+        let outer =
+            Side { first: position(if beyond { low.max(radius) } else { low }), last: position(high), radius: 1.0 };
+        // The first node is always this side's.
+        let inner =
+            if below { Side { first: position(low / radius), last: position(high / radius), radius } } else { outer };
         // Segments on each side in proportion to t over the whole window; but two at least inside, where ψ may run over the
         // whole quarter circle, and one outside.
-        let (count, inner, outer) = match (inside, outside) {
-            (Some(side), None) => (SEGMENTS, side, side),
-            (Some(inner), Some(outer)) => {
-                let t = |h: f32| position(h.asin());
-                let share = (outer.first - t(low)) / (outer.last - t(low)).max(f32::MIN_POSITIVE);
-                let count = (share * SEGMENTS as f32).round() as usize;
-                (count.clamp(2, SEGMENTS - 1), inner, outer)
+        let count = match (below, beyond) {
+            (true, true) => {
+                let start = position(low);
+                let share = (outer.first - start) / (outer.last - start).max(f32::MIN_POSITIVE);
+                ((share * SEGMENTS as f32).round() as usize).clamp(2, SEGMENTS - 1)
             }
-            (None, outside) => {
-                let side = outside.unwrap_or(Side::new(low, high, 1.0));
-                (0, side, side)
-            }
+            (true, false) => SEGMENTS,
+            (false, _) => 0,
         };
         let splat = f32x8::splat;
         let split = splat(count as f32);
@@ -125,7 +123,7 @@ impl Nodes {
             ends,
             gauss: [first, last],
             weights: [rate_first * live, rate_last * live],
-            medulla: medulla.and_then(|_| if edge.is_some() { inside } else { outside }),
+            medulla: (medulla.is_some() && below).then_some(inner),
         }
     }
 

@@ -10,10 +10,9 @@ use crate::bcsdf::Bcsdf;
 use crate::frame::Polar;
 use crate::integrals::{Bells, Chain};
 use crate::lanes::{Lanes, Quad};
-use crate::medulla::Pass;
+use crate::medulla::{MeanPaths, Pass};
 use crate::nodes::Nodes;
 use crate::path::{Path, angles, exit_azimuth, lobe_probabilities};
-use crate::tables::OFFSETS;
 use std::f32::consts::{PI, TAU};
 use wide::{f32x4, f32x8};
 
@@ -24,8 +23,7 @@ pub(crate) type Channels = [f32x8; 4];
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Through {
     pub pass: Pass,
-    /// ⟨L⟩ at the nodes of h″.
-    pub mean_paths: [f32; OFFSETS],
+    pub mean_paths: MeanPaths,
 }
 
 /// Energy over σ, and its first moment about the middle in standard deviations, of eight spans of azimuth.
@@ -38,11 +36,79 @@ struct Spans {
 impl Spans {
     const NONE: Spans = Spans { energy: [f32x8::ZERO; 4], moment: [f32x8::ZERO; 4] };
 
+    /// Energies and moments times what belongs to each.
     #[inline(always)]
-    fn add(&self, [j0, j1]: [f32x8; 2], n: &mut Channels) {
+    fn light(&self, [j0, j1]: [f32x8; 2]) -> Channels {
+        let mut light = [f32x8::ZERO; 4];
         for c in 0..4 {
-            n[c] = self.energy[c].mul_add(j0, self.moment[c].mul_add(j1, n[c]));
+            light[c] = self.energy[c].mul_add(j0, self.moment[c] * j1);
         }
+        light
+    }
+}
+
+/// How the spans of a lobe are spread by its Gaussian.
+#[derive(Clone, Copy, Debug)]
+enum Spread {
+    /// Seven segments, exactly.
+    Chain(Chain),
+    /// A lobe so wide that Gaussians do.
+    Bells(Bells),
+    /// Taken together with TT: its segments two by two in the lower four lanes, those of TRT in the upper.
+    WithTt,
+}
+
+impl Spread {
+    /// The largest distance from the lobe's centre at which anything is left, in standard deviations.
+    fn reach(&self) -> f32 {
+        match self {
+            Spread::Chain(chain) => chain.reach(),
+            Spread::Bells(bells) => bells.reach(),
+            Spread::WithTt => 0.0,
+        }
+    }
+}
+
+/// The spans of one lobe.
+#[derive(Clone, Copy, Debug)]
+struct Lobe {
+    spread: Spread,
+    spans: Spans,
+    /// Turns of the circle, either way, from which its tails come round.
+    turns: i32,
+}
+
+impl Lobe {
+    const NONE: Lobe = Lobe { spread: Spread::Chain(Chain::NONE), spans: Spans::NONE, turns: 0 };
+
+    /// Takes the segments of TT and TRT two by two, where both lobes are wide enough for bells, given the energies and
+    /// positions of their Gauss points. Mean and variance of a span are those of its light as it is sampled.
+    #[inline(always)]
+    fn pack(&mut self, shares: &impl Fn(usize, usize) -> [f32x8; 2], points: &[[f32x8; 2]; 3]) -> bool {
+        let (tt, trt) = (&points[1], &points[2]);
+        let moments = |c: usize| {
+            let (a, b) = (shares(1, c), shares(2, c));
+            let energy = pairs(a[0] + a[1], b[0] + b[1]);
+            (energy, pairs(a[0] * tt[0] + a[1] * tt[1], b[0] * trt[0] + b[1] * trt[1]))
+        };
+        let (energy, first) = moments(3);
+        let inverse = f32x8::ONE / energy.fast_max(f32x8::splat(f32::MIN_POSITIVE));
+        let middle = first * inverse;
+        let (a, b) = (shares(1, 3), shares(2, 3));
+        let second =
+            pairs(a[0] * tt[0] * tt[0] + a[1] * tt[1] * tt[1], b[0] * trt[0] * trt[0] + b[1] * trt[1] * trt[1]);
+        let variance = (second * inverse - middle * middle).fast_max(f32x8::ZERO);
+        if !Bells::suit(variance) {
+            return false;
+        }
+        for c in 0..4 {
+            let (energy, first) = moments(c);
+            let limit = energy * f32x8::splat(Bells::LONGEST / 3.0);
+            self.spans.energy[c] = energy;
+            self.spans.moment[c] = (first - middle * energy).fast_max(-limit).fast_min(limit);
+        }
+        self.spread = Spread::Bells(Bells::new(middle, variance));
+        true
     }
 }
 
@@ -51,18 +117,12 @@ impl Spans {
 pub(crate) struct Half {
     /// The azimuths R, TT, TRT are measured from, in the first three lanes.
     centres: f32x8,
-    /// Turns of the circle, either way, from which each lobe's tails come round.
-    turns: [i32; 3],
-    /// Is R, and are TT and TRT, so wide that bells do? Those of TT, four in the lower lanes, and TRT, in the upper,
-    /// share a register, and their spans take the place of TT's.
-    wide: [bool; 2],
-    spans: [Spans; 3],
-    chains: [Chain; 3],
-    bells: [Bells; 2],
+    lobes: [Lobe; 3],
+    /// φ is taken with the first `count` of these signs: + for the offsets ≥ 0, − for those ≤ 0, which are mirrored,
+    /// (h, φ) → (−h, −φ).
+    signs: [f32; 2],
+    count: usize,
 }
-
-/// N(φ) of R, TT, TRT by span; the last has spans of TT in the lower lanes and of TRT in the upper.
-pub(crate) type Unscattered = [Channels; 4];
 
 /// Sums over the lanes.
 #[inline(always)]
@@ -121,16 +181,9 @@ fn pairs(a: f32x8, b: f32x8) -> f32x8 {
 
 impl Half {
     /// Nothing.
-    pub const NONE: Half = Half {
-        centres: f32x8::ZERO,
-        turns: [0; 3],
-        wide: [false; 2],
-        spans: [Spans::NONE; 3],
-        chains: [Chain::NONE; 3],
-        bells: [Bells::NONE; 2],
-    };
+    pub const NONE: Half = Half { centres: f32x8::ZERO, lobes: [Lobe::NONE; 3], signs: [0.0; 2], count: 0 };
 
-    /// Prepares it in place, it being large; the energies of the six lobes, RGB and probability. `scale` is 1
+    /// Prepares it where it lies, it being large; the energies of the six lobes, RGB and probability. `scale` is 1
     /// over the width of the whole window.
     #[inline(always)]
     pub fn prepare(
@@ -139,8 +192,11 @@ impl Half {
         polar: Polar<f32>,
         through: Option<&Through>,
         nodes: &Nodes,
+        signs: &[f32],
         scale: f32,
     ) -> [f32x4; 6] {
+        self.count = signs.len();
+        self.signs[..signs.len()].copy_from_slice(signs);
         let splat = f32x8::splat;
         let [sin, cos] = [polar.sin, polar.cos].map(splat);
         let paths = nodes.gauss.map(|h| Path::new(&bcsdf.fiber, sin, cos, h));
@@ -166,106 +222,75 @@ impl Half {
             ends[p] = (exit - origin) * inverse_sigma;
             points[p] = [0, 1].map(|k| (paths[k].exit_azimuth(p as u8) - origin) * inverse_sigma);
         }
-        self.centres = f32x8::new(centres);
         // Energy per radian at the Gauss points of lobe p in channel c.
         let shares = |p: usize, c: usize| {
             let scale = splat(bcsdf.azimuthal.inverse_sigma[p]);
             [0, 1].map(|k| weights[k] * a[k][p][c] * scale)
         };
-        let mut reach = [0.0; 3];
-        for p in 0..3 {
-            if p == 1 && self.pack(&shares, &points) {
-                reach = [reach[0], self.bells[1].reach(), self.bells[1].reach()];
-                break;
-            }
+        self.centres = f32x8::new(centres);
+        let packed = self.lobes[1].pack(&shares, &points);
+        for p in 0..if packed { 1 } else { 3 } {
             let chain = Chain::new(ends[p]);
             let limit = chain.moment_limit();
+            let lobe = &mut self.lobes[p];
             for c in 0..4 {
                 let [first, last] = shares(p, c);
                 let energy = first + last;
                 let moment = first * (points[p][0] - chain.middle()) + last * (points[p][1] - chain.middle());
                 let limit = energy * limit;
-                self.spans[p].energy[c] = energy;
-                self.spans[p].moment[c] = moment.fast_max(-limit).fast_min(limit);
+                lobe.spans.energy[c] = energy;
+                lobe.spans.moment[c] = moment.fast_max(-limit).fast_min(limit);
             }
-            reach[p] = chain.reach();
-            self.chains[p] = chain;
             let variance = chain.variance();
-            if p == 0 && Bells::suit(variance) {
-                self.wide[0] = true;
-                self.bells[0] = Bells::new(chain.middle(), variance);
-                reach[0] = self.bells[0].reach();
-            }
+            lobe.spread = if p == 0 && Bells::suit(variance) {
+                Spread::Bells(Bells::new(chain.middle(), variance))
+            } else {
+                Spread::Chain(chain)
+            };
         }
-        for p in 0..3 {
-            self.turns[p] = ((reach[p] * bcsdf.azimuthal.sigma[p] + PI) * (1.0 / TAU)) as i32;
+        if packed {
+            self.lobes[2].spread = Spread::WithTt;
+        }
+        for (p, lobe) in self.lobes.iter_mut().enumerate() {
+            // TRT's tails, where it is taken together with TT, are the longer ones.
+            let sigma = bcsdf.azimuthal.sigma[if p == 1 && packed { 2 } else { p }];
+            lobe.turns = ((lobe.spread.reach() * sigma + PI) * (1.0 / TAU)) as i32;
         }
         energy
     }
 
-    /// Takes the segments of TT and TRT two by two, where both lobes are wide enough for bells. Mean and
-    /// variance of a span are those of its light as it is sampled.
+    /// N(φ) of R, TT, TRT, densities per radian.
     #[inline(always)]
-    fn pack(&mut self, shares: &impl Fn(usize, usize) -> [f32x8; 2], points: &[[f32x8; 2]; 3]) -> bool {
-        let (tt, trt) = (&points[1], &points[2]);
-        let moments = |c: usize| {
-            let (a, b) = (shares(1, c), shares(2, c));
-            let energy = pairs(a[0] + a[1], b[0] + b[1]);
-            (energy, pairs(a[0] * tt[0] + a[1] * tt[1], b[0] * trt[0] + b[1] * trt[1]))
-        };
-        let (energy, first) = moments(3);
-        let inverse = f32x8::ONE / energy.fast_max(f32x8::splat(f32::MIN_POSITIVE));
-        let middle = first * inverse;
-        let (a, b) = (shares(1, 3), shares(2, 3));
-        let second =
-            pairs(a[0] * tt[0] * tt[0] + a[1] * tt[1] * tt[1], b[0] * trt[0] * trt[0] + b[1] * trt[1] * trt[1]);
-        let variance = (second * inverse - middle * middle).fast_max(f32x8::ZERO);
-        if !Bells::suit(variance) {
-            return false;
-        }
-        self.wide[1] = true;
-        self.bells[1] = Bells::new(middle, variance);
-        for c in 0..4 {
-            let (energy, first) = moments(c);
-            let limit = energy * f32x8::splat(Bells::LONGEST / 3.0);
-            self.spans[1].energy[c] = energy;
-            self.spans[1].moment[c] = (first - middle * energy).fast_max(-limit).fast_min(limit);
-        }
-        true
-    }
-
-    /// Adds N(φ) of R, TT, TRT, densities per radian.
-    #[inline(always)]
-    pub fn add(&self, phi: f32, inverse_sigma: &[f32; 3], n: &mut Unscattered) {
-        let distance = wrap(f32x8::splat(phi) - self.centres).to_array();
-        if self.wide[1] {
-            let turns = self.turns[1].max(self.turns[2]);
-            for turn in -turns..=turns {
-                let d = [1, 2].map(|p| (distance[p] + turn as f32 * TAU) * inverse_sigma[p]);
-                if d[0].abs().min(d[1].abs()) < self.bells[1].reach() {
-                    let d = f32x8::new([d[0], d[0], d[0], d[0], d[1], d[1], d[1], d[1]]);
-                    self.spans[1].add(self.bells[1].integrals(d), &mut n[3]);
+    pub fn eval(&self, phi: f32, inverse_sigma: &[f32; 3]) -> [f32x4; 3] {
+        let mut n = [f32x4::ZERO; 3];
+        let distances = self.signs.map(|sign| wrap(f32x8::splat(sign * phi) - self.centres).to_array());
+        for (p, lobe) in self.lobes.iter().enumerate() {
+            let mut integrals = [f32x8::ZERO; 2];
+            for distance in &distances[..self.count] {
+                for turn in -lobe.turns..=lobe.turns {
+                    let at = |p: usize| (distance[p] + turn as f32 * TAU) * inverse_sigma[p];
+                    let [j0, j1] = match &lobe.spread {
+                        Spread::Chain(chain) if at(p).abs() < chain.reach() => chain.integrals(at(p)),
+                        Spread::Bells(bells) if p == 0 && at(0).abs() < bells.reach() => {
+                            bells.integrals(f32x8::splat(at(0)))
+                        }
+                        Spread::Bells(bells) if p == 1 && at(1).abs().min(at(2).abs()) < bells.reach() => {
+                            let d = [at(1), at(2)];
+                            bells.integrals(f32x8::new([d[0], d[0], d[0], d[0], d[1], d[1], d[1], d[1]]))
+                        }
+                        _ => continue,
+                    };
+                    integrals = [integrals[0] + j0, integrals[1] + j1];
                 }
             }
-        }
-        for p in 0..if self.wide[1] { 1 } else { 3 } {
-            for turn in -self.turns[p]..=self.turns[p] {
-                let d = (distance[p] + turn as f32 * TAU) * inverse_sigma[p];
-                if p == 0 && self.wide[0] {
-                    if d.abs() < self.bells[0].reach() {
-                        self.spans[0].add(self.bells[0].integrals(f32x8::splat(d)), &mut n[0]);
-                    }
-                } else if d.abs() < self.chains[p].reach() {
-                    self.spans[p].add(self.chains[p].integrals(d), &mut n[p]);
-                }
+            let light = lobe.spans.light(integrals);
+            match lobe.spread {
+                Spread::Bells(_) if p == 1 => [n[1], n[2]] = halves(light),
+                Spread::WithTt => {}
+                _ => n[p] = sum(light),
             }
         }
+        // What rounding leaves below 0 is 0.
+        n.map(|n| n.max(f32x4::ZERO))
     }
-}
-
-/// The three lobes from their spans. What rounding leaves below 0 is 0.
-#[inline(always)]
-pub(crate) fn gather(n: &Unscattered) -> [f32x4; 3] {
-    let [tt, trt] = halves(n[3]);
-    [sum(n[0]), tt + sum(n[1]), trt + sum(n[2])].map(|x| x.max(f32x4::ZERO))
 }

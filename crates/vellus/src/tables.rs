@@ -17,8 +17,8 @@ pub(crate) const AZIMUTHAL: usize = 5;
 pub(crate) const BACKWARD: usize = 2;
 pub(crate) const FORWARD: usize = 4;
 
-/// Nodes of h″ there is room for; a power of two.
-pub(crate) const OFFSETS: usize = 32;
+/// Nodes of h″ there is room for, a multiple of eight.
+pub(crate) const OFFSETS: usize = 16;
 
 /// One compressed profile table: `rank` products of four factors.
 #[derive(Clone, Debug, PartialEq)]
@@ -190,6 +190,8 @@ pub struct Tables {
     pub(crate) backward: Mixture<BACKWARD>,
     pub(crate) forward: Mixture<FORWARD>,
     pub(crate) mean_path: Vec<f32>,
+    /// The same, a row of all h″ for each τ and g.
+    pub(crate) mean_path_rows: Rows<{ OFFSETS / 8 }>,
     pub(crate) mean_path_nodes: [usize; 3],
 }
 
@@ -213,6 +215,7 @@ impl Tables {
             backward: Mixture::new(&data.backward, OutgoingAxis::BACKWARD, true),
             forward: Mixture::new(&data.forward, OutgoingAxis::FORWARD, true),
             mean_path: data.mean_path.clone(),
+            mean_path_rows: Rows::new(&data.mean_path, data.mean_path_nodes[2]),
             mean_path_nodes: data.mean_path_nodes,
         }
     }

@@ -8,13 +8,14 @@ use crate::near::NearHit;
 use crate::nodes::Nodes;
 use crate::path::inverse_eta;
 use crate::points::Points;
-use crate::segments::{Half, Through, gather};
+use crate::segments::{Half, Through};
+use arrayvec::ArrayVec;
 use glam::Vec3;
 use std::f32::consts::TAU;
-use wide::{f32x4, f32x8};
+use wide::f32x4;
 
 /// All that depends on ω_o and the window.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct WindowHit<'b> {
     bcsdf: &'b Bcsdf<'b>,
     wo: [f32; 3],
@@ -24,9 +25,7 @@ pub(crate) struct WindowHit<'b> {
     inclination: Inclination,
     /// A of the six lobes, RGB and probability, averaged over the window.
     energy: [f32x4; 6],
-    /// Which half stands for the offsets ≥ 0, and which for those ≤ 0, mirrored: (h, φ) → (−h, −φ).
-    sides: [Option<u8>; 2],
-    halves: [Half; 2],
+    halves: ArrayVec<Half, 2>,
     points: Points,
 }
 
@@ -40,51 +39,54 @@ impl<'b> WindowHit<'b> {
             range,
             frame: Frame::new(wo, polar.cos, 1.0 / polar.cos.max(1e-12)),
             centres: bcsdf.longitudinal.centres(polar.sin, polar.cos),
-            inclination: if bcsdf.medulla.exists() {
-                bcsdf.medulla.inclination(polar.sin.atan2(polar.cos))
-            } else {
-                Inclination::NONE
-            },
+            inclination: Inclination::NONE,
             energy: [f32x4::ZERO; 6],
-            sides: [None; 2],
-            halves: [Half::NONE; 2],
-            points: Points::NONE,
+            halves: ArrayVec::new(),
+            points: Points::none(),
         }
     }
 
-    /// Prepares the halves where they lie.
+    /// Prepares what is large where it lies.
+    #[inline(never)]
     pub fn prepare(&mut self) {
         let bcsdf = self.bcsdf;
         let fiber = &bcsdf.fiber;
         let polar = Polar::new(self.wo);
-        let medulla = (fiber.kappa > 0.0).then(|| fiber.kappa / inverse_eta(fiber.eta, polar.cos));
+        let edge = (fiber.kappa > 0.0).then(|| fiber.kappa / inverse_eta(fiber.eta, polar.cos));
         let through = bcsdf.medulla.exists().then(|| {
+            self.inclination = bcsdf.medulla.inclination(polar.sin.atan2(polar.cos));
             let sin_t = polar.sin / fiber.eta;
             let elongation = 1.0 / ((1.0 - sin_t) * (1.0 + sin_t)).max(1e-12).sqrt();
             let pass = bcsdf.medulla.pass(bcsdf.medulla.tau_position(elongation));
             Through { pass, mean_paths: bcsdf.medulla.mean_paths(&pass) }
         });
-        let through = through.as_ref();
         let [low, high] = self.range;
         let symmetric = low == -high;
-        let divide = |low: f32, high: f32| (high > low).then(|| Nodes::new(low, high, medulla));
-        let nodes = [divide(low.max(0.0), high), if symmetric { None } else { divide((-high).max(0.0), -low) }];
-        let sides = [nodes[0].as_ref(), if symmetric { nodes[0].as_ref() } else { nodes[1].as_ref() }];
-        let width: f32 = sides.into_iter().flatten().map(Nodes::width).sum();
+        let ranges = [[low.max(0.0), high], if symmetric { [0.0; 2] } else { [(-high).max(0.0), -low] }];
+        let mut nodes = [None; 2];
+        for (nodes, [low, high]) in nodes.iter_mut().zip(ranges) {
+            if high > low {
+                *nodes = Some(Nodes::new(low, high, edge));
+            }
+        }
+        let both = [nodes[0].as_ref(), nodes[usize::from(!symmetric)].as_ref()];
+        let width: f32 = both.into_iter().flatten().map(Nodes::width).sum();
         let scale = 1.0 / width.max(f32::MIN_POSITIVE);
-        for (side, nodes) in nodes.iter().enumerate() {
+        let signs: [&[f32]; 2] = [if symmetric { &[1.0, -1.0] } else { &[1.0] }, &[-1.0]];
+        for (nodes, signs) in nodes.iter().zip(signs) {
             if let Some(nodes) = nodes {
-                self.sides[side] = Some(side as u8);
-                let energy = self.halves[side].prepare(bcsdf, polar, through, nodes, scale);
-                (0..6).for_each(|p| self.energy[p] += energy[p]);
+                self.halves.push(Half::NONE);
+                if let Some(half) = self.halves.last_mut() {
+                    let energy = half.prepare(bcsdf, polar, through.as_ref(), nodes, signs, scale);
+                    (0..6).for_each(|p| self.energy[p] += energy[p]);
+                }
             }
         }
         if symmetric {
-            self.sides[1] = self.sides[0];
             self.energy = self.energy.map(|e| e + e);
         }
-        if let Some(through) = through {
-            self.points.prepare(bcsdf, polar, through, sides, [self.energy[3], self.energy[4]]);
+        if let Some(through) = &through {
+            self.points.prepare(bcsdf, polar, through, both, symmetric, [self.energy[3], self.energy[4]]);
         }
     }
 
@@ -114,13 +116,12 @@ impl<'b> WindowHit<'b> {
     #[inline(always)]
     fn around(&self, phi: f32, m: [f32; 4], c_m: [f32; 2]) -> [f32x4; 6] {
         let bcsdf = self.bcsdf;
-        let mut n = [[f32x8::ZERO; 4]; 4];
-        for (side, phi) in self.sides.into_iter().zip([phi, -phi]) {
-            if let Some(side) = side {
-                self.halves[usize::from(side & 1)].add(phi, &bcsdf.azimuthal.inverse_sigma, &mut n);
-            }
+        let mut n = [f32x4::ZERO; 3];
+        for half in &self.halves {
+            let light = half.eval(phi, &bcsdf.azimuthal.inverse_sigma);
+            (0..3).for_each(|p| n[p] += light[p]);
         }
-        let [r, tt, trt] = gather(&n);
+        let [r, tt, trt] = n;
         let [tts, trts] = self.points.eval(&bcsdf.medulla, phi, c_m);
         let times = |n: f32x4, m: f32| n * f32x4::splat(m);
         [times(r, m[0]), times(tt, m[1]), times(trt, m[2]), tts, trts, times(self.energy[5], m[3] / TAU)]
