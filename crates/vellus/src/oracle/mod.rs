@@ -4,9 +4,11 @@
 //! fast path's rearrangements: angles instead of sines, the tables interpolated and normalised
 //! anew for every query. Use it in tests and where a number must be right rather than quick.
 
+mod published;
 mod segments;
 mod window;
 
+pub use published::PublishedSegments;
 pub use segments::OracleSegments;
 pub use window::OracleWindow;
 
@@ -39,6 +41,10 @@ pub struct OraclePath<'o, 't> {
     theta_o: f64,
     gamma_o: f64,
     gamma_t: f64,
+    s_c: f64,
+    s_m: f64,
+    /// Q·E, RGB.
+    scattered: [f64; 3],
     attenuation: [[f64; 3]; 6],
 }
 
@@ -115,11 +121,12 @@ impl<'t> Oracle<'t> {
         let q = 1.0 - (-2.0 * s_m * o.sigma_ms / cos_t).exp();
 
         let path = mean_path(o.tables, o.sigma_ms * o.kappa / cos_t, o.g, o.medulla_offset(theta_o, h).abs());
-        let mut attenuation = [[0.0; 3]; 6];
+        let (mut attenuation, mut scattered) = ([[0.0; 3]; 6], [0.0; 3]);
         for c in 0..3 {
             let (ca, ma) = (o.sigma_ca[c], o.sigma_ma[c]);
             let t = (-2.0 * (s_c * ca + s_m * (ma + o.sigma_ms)) / cos_t).exp();
             let e = (-(o.kappa * path * ma + (1.0 - o.kappa) * ca) / cos_t).exp();
+            scattered[c] = q * e;
             let tts = (1.0 - f) * (-s_c * ca / cos_t).exp() * q * e;
             let trts = (1.0 - f) * f * (-(3.0 * s_c * ca + 2.0 * s_m * (ma + o.sigma_ms)) / cos_t).exp() * q * e;
             let higher = if f * t < 1.0 { 1.0 / (1.0 - f * t) } else { 0.0 };
@@ -135,7 +142,7 @@ impl<'t> Oracle<'t> {
                 ])
                 .for_each(|(a, value)| a[c] = value);
         }
-        OraclePath { oracle: self, theta_o, gamma_o, gamma_t, attenuation }
+        OraclePath { oracle: self, theta_o, gamma_o, gamma_t, s_c, s_m, scattered, attenuation }
     }
 }
 
@@ -207,6 +214,15 @@ impl OracleHit<'_, '_> {
         let halves = halves(&self.longitudinal, path.theta_o, theta_i);
         let s = |p| scattered(&self.azimuthal, path.relative(p, phi), halves);
         [m[0] * n[0], m[1] * n[1], m[2] * n[2], s(1), s(2), m[3] / TAU]
+    }
+
+    /// N(φ) of the six lobes, RGB: what leaves at an azimuth, whatever its inclination.
+    pub fn azimuthal(&self, phi: f64) -> [[f64; 3]; 6] {
+        let path = &self.path;
+        let n = path.unscattered(phi);
+        let s = |p| scattered(&self.azimuthal, path.relative(p, phi), [1.0; 2]);
+        let d = [n[0], n[1], n[2], s(1), s(2), 1.0 / TAU];
+        std::array::from_fn(|p| path.attenuation[p].map(|a| a * d[p]))
     }
 
     /// f·cos θᵢ of the six lobes, RGB.
