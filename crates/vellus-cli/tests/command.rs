@@ -50,6 +50,8 @@ fn bad_input_is_named_with_value_and_range() {
     refused(&["eval", "--fiber", "missing.toml"], &["cannot read missing.toml"]);
     refused(&["table", "info", "missing.vellus"], &["missing.vellus"]);
     refused(&["plot", "lobes", "--out", "x.gif"], &["x.gif", ".png or .svg"]);
+    refused(&["plot", "windows", "--window", "near"], &["no width", "far or LO:HI"]);
+    refused(&["plot", "windows", "--window", "0.5:0.5"], &["h 0.5 to 0.5", "no width"]);
 }
 
 #[test]
@@ -181,6 +183,8 @@ fn pictures_are_written_in_both_formats() {
         ("energy", vec!["plot", "energy", "--fiber", "human"]),
         ("medulla", vec!["plot", "medulla", "--photons", "2000"]),
         ("profile", vec!["plot", "profile", "--fiber", "dog", "--theta-o", "-20"]),
+        ("windows", vec!["plot", "windows", "--fiber", "human", "--window", "-0.5:1"]),
+        ("error", vec!["plot", "error", "--fiber", "dog", "--theta-o", "30"]),
     ] {
         let files = ["png", "svg"].map(|e| folder.path().join(format!("{name}.{e}")).to_str().unwrap().to_owned());
         stdout(&[&args[..], &["--out", &files[0], "--out", &files[1]]].concat());
@@ -188,6 +192,22 @@ fn pictures_are_written_in_both_formats() {
         assert!(png.starts_with(b"\x89PNG") && png.len() > 5000, "{name}: {} bytes", png.len());
         assert!(svg.starts_with("<svg") && svg.contains("<text"), "{name}");
     }
+}
+
+/// The numbers beside the picture: ours fall below the paper's, and the fast path is as good as its oracle.
+#[test]
+fn errors_of_the_far_field_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("error.svg").to_str().unwrap().to_owned();
+    let text = stdout(&["plot", "error", "--fiber", "bobcat", "--out", &out]);
+    let numbers = |name: &str| -> Vec<f64> {
+        let row = text.lines().find(|line| line.starts_with(name)).unwrap();
+        row[name.len()..].split_whitespace().map(|x| x.parse().unwrap()).collect()
+    };
+    let (seven, shipped) = (numbers("7 "), numbers("7, as shipped"));
+    let [paper, ours] = seven[..] else { panic!("{text}") };
+    // Percent; single precision and bells within 0.1.
+    assert!(paper > 10.0 && ours < 1.0 && (shipped[0] - ours).abs() < 0.1, "{text}");
 }
 
 /// A build that was interrupted goes on from its pieces; the result is the same, and they are gone.

@@ -53,6 +53,45 @@ where
     Ok(rest)
 }
 
+/// What stands beside a legend's text.
+pub enum Mark {
+    Line(ShapeStyle),
+    Circle(ShapeStyle),
+    Nothing,
+}
+
+/// Writes a legend in one row at the top, clear of all curves; the area below it.
+pub fn legend<DB: DrawingBackend>(
+    area: &DrawingArea<DB, Shift>,
+    entries: &[(String, Mark)],
+) -> Result<DrawingArea<DB, Shift>>
+where
+    DB::ErrorType: 'static,
+{
+    const MARK: i32 = 44;
+    const GAP: i32 = 36;
+    let (top, rest) = area.split_vertically(36);
+    let style = font(19.0).pos(Pos::new(HPos::Left, VPos::Center));
+    let mut widths = Vec::new();
+    for (text, mark) in entries {
+        let mark = if matches!(mark, Mark::Nothing) { 0 } else { MARK };
+        widths.push((mark, top.estimate_text_size(text, &style)?.0 as i32));
+    }
+    let total: i32 = widths.iter().map(|(mark, text)| mark + text + GAP).sum::<i32>() - GAP;
+    let (width, height) = top.dim_in_pixel();
+    let (mut x, y) = ((width as i32 - total) / 2, height as i32 / 2);
+    for ((text, mark), (space, length)) in entries.iter().zip(widths) {
+        match mark {
+            Mark::Line(style) => top.draw(&PathElement::new([(x, y), (x + MARK - 10, y)], *style))?,
+            Mark::Circle(style) => top.draw(&Circle::new((x + MARK - 20, y), 7, *style))?,
+            Mark::Nothing => {}
+        }
+        top.draw_text(text, &style, (x + space, y))?;
+        x += space + length + GAP;
+    }
+    Ok(rest)
+}
+
 /// Saves to `files`, or to `out/NAME.png` and `out/NAME.svg` where there are none.
 pub fn save(picture: &impl Draw, files: &[PathBuf], name: &str) -> Result<Vec<PathBuf>> {
     let files = match files {

@@ -2,13 +2,15 @@
 
 mod canvas;
 mod energy;
+mod error;
 mod lobes;
 mod medulla;
 mod profile;
 mod smooth;
+mod windows;
 
 use crate::fiber_args::{FiberArgs, Incidence};
-use crate::query::Query;
+use crate::query::{Offsets, Query};
 use anyhow::Result;
 use canvas::save;
 use std::path::PathBuf;
@@ -55,6 +57,23 @@ pub enum Command {
         #[command(flatten)]
         out: Out,
     },
+    /// Azimuthal lobes at five offsets of a window, their average as shipped, and by quadrature.
+    Windows {
+        #[command(flatten)]
+        incidence: Incidence,
+        /// What is averaged over: far (the whole width) or LO:HI, offsets in [-1, 1].
+        #[arg(long, default_value = "far", allow_hyphen_values = true, value_name = "far|LO:HI")]
+        window: String,
+        #[command(flatten)]
+        out: Out,
+    },
+    /// Error of the far field over the number of segments, the paper's and ours; --fiber all for the ten presets.
+    Error {
+        #[command(flatten)]
+        incidence: Incidence,
+        #[command(flatten)]
+        out: Out,
+    },
 }
 
 /// Where pictures go.
@@ -71,13 +90,7 @@ pub fn run(command: &Command) -> Result<()> {
         Command::Lobes { fiber, theta_o, h, out } => lobes(fiber, *theta_o, *h, &out.files)?,
         Command::Profile { incidence: Incidence { fiber, theta_o }, out } => {
             Query::new([*theta_o, 0.0, 0.0, 0.0])?;
-            let all = fiber.fiber == "all";
-            let fibers: Vec<FiberArgs> = if all {
-                Species::ALL.iter().map(|s| FiberArgs { fiber: s.to_string(), set: fiber.set.clone() }).collect()
-            } else {
-                vec![fiber.clone()]
-            };
-            let panels = fibers
+            let panels = each(fiber)
                 .iter()
                 .map(|f| profile::Panel::new(f.name(), &f.load()?, *theta_o))
                 .collect::<Result<Vec<_>>>()?;
@@ -91,11 +104,36 @@ pub fn run(command: &Command) -> Result<()> {
             let picture = energy::Picture::new(fiber.name(), &fiber.load()?, *theta_o)?;
             save(&picture, &out.files, &format!("{}-energy", fiber.name()))?
         }
+        Command::Windows { incidence: Incidence { fiber, theta_o }, window, out } => {
+            Query::new([*theta_o, 0.0, 0.0, 0.0])?;
+            let window = Offsets::parse(window, 0.0)?;
+            let picture = windows::Picture::new(fiber.name(), &fiber.load()?, *theta_o, window)?;
+            save(&picture, &out.files, &format!("{}-windows", fiber.name()))?
+        }
+        Command::Error { incidence: Incidence { fiber, theta_o }, out } => {
+            Query::new([*theta_o, 0.0, 0.0, 0.0])?;
+            let fibers =
+                each(fiber).iter().map(|f| error::Errors::new(&f.load()?, *theta_o)).collect::<Result<Vec<_>>>()?;
+            let name = if fibers.len() > 1 { "the ten presets".to_owned() } else { fiber.name() };
+            let picture = error::Picture { name, theta_o: *theta_o, fibers };
+            let files = save(&picture, &out.files, &format!("{}-error", fiber.name()))?;
+            println!("{}", picture.table());
+            files
+        }
     };
     for path in written {
         println!("wrote {}", path.display());
     }
     Ok(())
+}
+
+/// The ten presets for `all`, else the one fibre.
+fn each(fiber: &FiberArgs) -> Vec<FiberArgs> {
+    if fiber.fiber == "all" {
+        Species::ALL.iter().map(|s| FiberArgs { fiber: s.to_string(), set: fiber.set.clone() }).collect()
+    } else {
+        vec![fiber.clone()]
+    }
 }
 
 /// Draws the lobes of one hit; the files written.
