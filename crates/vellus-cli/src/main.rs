@@ -46,7 +46,29 @@ enum Command {
     Reference(reference::Args),
 }
 
+/// What this program was compiled for (`.cargo/config.toml`), and the processor may lack.
+fn missing_instructions() -> Option<&'static str> {
+    #[cfg(target_arch = "x86_64")]
+    {
+        let has = |there: bool, needed: bool| there || !needed;
+        if !has(is_x86_feature_detected!("avx2"), cfg!(target_feature = "avx2")) {
+            return Some("AVX2");
+        }
+        if !has(is_x86_feature_detected!("fma"), cfg!(target_feature = "fma")) {
+            return Some("FMA");
+        }
+    }
+    None
+}
+
 fn main() -> std::process::ExitCode {
+    if let Some(missing) = missing_instructions() {
+        eprintln!(
+            "error: this program was compiled for processors with {missing}, which this one lacks: delete the lines \
+             about it in .cargo/config.toml and compile it again"
+        );
+        return std::process::ExitCode::from(2);
+    }
     let result = match Cli::parse().command {
         None => demo::run(),
         Some(Command::Fiber(command)) => fiber::run(&command),

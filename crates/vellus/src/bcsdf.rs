@@ -117,10 +117,16 @@ impl<'t> Bcsdf<'t> {
     #[inline]
     pub fn at(&self, wo: Vec3, window: Window) -> Hit<'_> {
         debug_assert!((wo.length_squared() - 1.0).abs() < 1e-3, "wo is not a unit vector: {wo}");
-        let mut hit = match window.kind() {
+        match window.kind() {
             window::Kind::Near(h) => Hit(Kind::Near(NearHit::new(self, wo.to_array(), h))),
-            window::Kind::Range(range) => Hit(Kind::Window(WindowHit::new(self, wo.to_array(), range))),
-        };
+            window::Kind::Range(range) => self.over(wo, range),
+        }
+    }
+
+    /// Not inlined: it would have every hit of the near field copied as well.
+    #[inline(never)]
+    fn over(&self, wo: Vec3, range: [f32; 2]) -> Hit<'_> {
+        let mut hit = Hit(Kind::Window(WindowHit::new(self, wo.to_array(), range)));
         if let Kind::Window(window) = &mut hit.0 {
             window.prepare();
         }

@@ -47,6 +47,22 @@ pub(crate) struct Side {
 }
 
 impl Side {
+    /// Its share of the way from the axis to the edge.
+    pub fn length(&self) -> f32 {
+        self.last - self.first
+    }
+
+    /// Of two that begin at the axis: what they share, and what one of them has more.
+    pub fn overlap(&self, other: &Side) -> (Side, Option<Side>) {
+        let (short, long) = if self.last < other.last { (self, other) } else { (other, self) };
+        (*short, (short.last < long.last).then_some(Side { first: short.last, ..*long }))
+    }
+
+    /// Of two that begin at the axis.
+    pub fn longer_than(&self, other: &Side) -> bool {
+        self.last > other.last
+    }
+
     /// Offsets and their dh at positions in ψ over the whole range, from 0 to 1, each with its share of it.
     #[inline(always)]
     pub fn points(&self, position: f32x8, share: f32x8) -> (f32x8, f32x8) {

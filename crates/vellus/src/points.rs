@@ -97,23 +97,22 @@ struct Group {
     exit: f32x8,
     /// 1, and −1 where φ is mirrored.
     mirror: f32x8,
+    /// The same paths stand for the mirrored half as well.
+    twice: bool,
     /// What each path stands for of the energy of TTˢ and of TRTˢ.
     energy: [Channels; 2],
 }
 
 /// The paths of a window.
 #[derive(Clone, Debug)]
-pub(crate) struct Points {
-    groups: ArrayVec<Group, 2>,
-    /// The groups stand for the other half of the window as well.
-    twice: bool,
-}
+pub(crate) struct Points(ArrayVec<Group, 3>);
 
 impl Group {
     const NONE: Group = Group {
         weights: [[f32x8::ZERO; AZIMUTHAL]; 8],
         exit: f32x8::ZERO,
         mirror: f32x8::ZERO,
+        twice: false,
         energy: [[f32x8::ZERO; 4]; 2],
     };
 
@@ -157,10 +156,17 @@ impl Group {
     }
 }
 
+impl Group {
+    /// How many halves it stands for.
+    fn times(&self) -> f32 {
+        if self.twice { 2.0 } else { 1.0 }
+    }
+}
+
 impl Points {
     /// None.
     pub fn none() -> Self {
-        Points { groups: ArrayVec::new(), twice: false }
+        Points(ArrayVec::new())
     }
 
     /// Prepares them so that they sum to the `energy` of TTˢ and TRTˢ found already.
@@ -171,31 +177,35 @@ impl Points {
         polar: Polar<f32>,
         through: &Through,
         sides: [Option<&Nodes>; 2],
-        symmetric: bool,
         energy: [f32x4; 2],
     ) {
         let sides = sides.map(|nodes| nodes.and_then(|nodes| nodes.medulla));
-        let rules: &[Rule] = match bcsdf.medulla.sharpness() {
-            0 => {
-                self.add(bcsdf, polar, through, sides, [1.0, -1.0], &FEW, FIRST_OF_FEW);
-                &[]
-            }
-            // What lies on both sides of the axis has room for one register a side.
-            2 if symmetric || sides.iter().flatten().count() == 1 => &MANY,
-            _ => &SOME,
-        };
-        let (sides, twice) = if symmetric { ([sides[0], None], !rules.is_empty()) } else { (sides, false) };
-        self.twice = twice;
-        for (side, mirror) in sides.into_iter().zip([1.0, -1.0]) {
-            for rule in rules {
-                self.add(bcsdf, polar, through, [side; 2], [mirror; 2], rule, FIRST);
+        let sharpness = bcsdf.medulla.sharpness();
+        if sharpness == 0 {
+            self.add(bcsdf, polar, through, sides, [1.0, -1.0], &FEW, FIRST_OF_FEW, false);
+        } else {
+            // Sides that both begin at the axis: what they share, once for both, and what one of them has more.
+            let pieces = match sides {
+                [Some(a), Some(b)] => {
+                    let (shared, rest) = a.overlap(&b);
+                    [(Some(shared), 1.0, true), (rest, if a.longer_than(&b) { 1.0 } else { -1.0 }, false)]
+                }
+                [a, b] => [(a, 1.0, false), (b, -1.0, false)],
+            };
+            for (side, mirror, twice) in pieces {
+                // Half as many on half the way: one piece at most is longer than that.
+                let long = side.is_some_and(|side| side.length() > 0.5);
+                let rules: &[Rule] = if sharpness == 2 && long { &MANY } else { &SOME };
+                for rule in rules {
+                    self.add(bcsdf, polar, through, [side; 2], [mirror; 2], rule, FIRST, twice);
+                }
             }
         }
         for q in 0..2 {
-            let total = self.groups.iter().fold(f32x4::ZERO, |total, group| total + sum(group.energy[q]));
-            let share = if self.twice { f32x4::HALF } else { f32x4::ONE };
-            let scale = (share * energy[q] / total.max(f32x4::splat(f32::MIN_POSITIVE))).to_array();
-            for group in &mut self.groups {
+            let add = |total, group: &Group| total + f32x4::splat(group.times()) * sum(group.energy[q]);
+            let total = self.0.iter().fold(f32x4::ZERO, add);
+            let scale = (energy[q] / total.max(f32x4::splat(f32::MIN_POSITIVE))).to_array();
+            for group in &mut self.0 {
                 (0..4).for_each(|c| group.energy[q][c] *= f32x8::splat(scale[c]));
             }
         }
@@ -211,13 +221,15 @@ impl Points {
         mirror: [f32; 2],
         rule: &Rule,
         first: f32x8,
+        twice: bool,
     ) {
         if sides.iter().all(Option::is_none) {
             return;
         }
-        self.groups.push(Group::NONE);
-        if let Some(group) = self.groups.last_mut() {
+        self.0.push(Group::NONE);
+        if let Some(group) = self.0.last_mut() {
             group.prepare(bcsdf, polar, through, sides, mirror, rule, first);
+            group.twice = twice;
         }
     }
 
@@ -225,9 +237,9 @@ impl Points {
     #[inline(always)]
     pub fn eval(&self, medulla: &Medulla, phi: f32, m: [f32; 2]) -> [f32x4; 2] {
         let mut lobes = [[f32x8::ZERO; 4]; 2];
-        for phi in [phi, -phi].into_iter().take(1 + usize::from(self.twice)) {
-            for group in &self.groups {
-                let relative = wrap(f32x8::splat(phi) * group.mirror - group.exit);
+        for group in &self.0 {
+            for phi in &[phi, -phi][..1 + usize::from(group.twice)] {
+                let relative = wrap(f32x8::splat(*phi) * group.mirror - group.exit);
                 let m =
                     (relative.abs() * f32x8::splat(1.0 / PI)).mul_add(f32x8::splat(m[1] - m[0]), f32x8::splat(m[0]));
                 let density = m * medulla.azimuthal8([0, 1, 2, 3, 4, 5, 6, 7].map(|i| &group.weights[i]), relative);

@@ -177,8 +177,8 @@ pub fn atan2<R: Register>(y: R, x: R) -> R {
     angle.copysign(y)
 }
 
-/// sin x and cos x of x in [0, π/2], absolute error ≤ 1.2e-7, of which 5e-9 and 4e-10 are the polynomials' (odd and
-/// even, fitted here), the rest rounding.
+/// sin x and cos x of x in [0, π/2], absolute error ≤ 1.5e-7. The polynomials, odd and even, fitted here, are 5e-9 and
+/// 4e-10 off; what is added to x, 0.57 at most, carries three roundings of 6e-8 each, the sum half of one.
 #[inline(always)]
 pub fn sin_cos_quarter<R: Register>(x: R) -> (R, R) {
     let z = x * x;
@@ -330,7 +330,7 @@ pub(crate) mod tests {
             let (sin, cos) = sin_cos_quarter(f32x8::splat(x));
             let (exact_sin, exact_cos) = f64::from(x).sin_cos();
             let error = |ours: f32x8, exact: f64| (f64::from(ours.to_array()[0]) - exact).abs();
-            assert!(error(sin, exact_sin) < 1.2e-7 && error(cos, exact_cos) < 1.2e-7, "{x}");
+            assert!(error(sin, exact_sin) < 1.5e-7 && error(cos, exact_cos) < 1.5e-7, "{x}");
         }
     }
 

@@ -86,7 +86,7 @@ impl<'b> WindowHit<'b> {
             self.energy = self.energy.map(|e| e + e);
         }
         if let Some(through) = &through {
-            self.points.prepare(bcsdf, polar, through, both, symmetric, [self.energy[3], self.energy[4]]);
+            self.points.prepare(bcsdf, polar, through, both, [self.energy[3], self.energy[4]]);
         }
     }
 

@@ -71,6 +71,32 @@ fn far_field_matches_quadrature() {
     assert!(worst(&shipped) < 0.03 && mean(&five) < 0.04 && worst(&five) < 0.08 && worst(&scattered) < 0.01);
 }
 
+/// A thin medulla with a sharp forward peak, where TTˢ and TRTˢ need the most points, in windows across the axis, on
+/// one side of it and beyond the medulla's edge.
+#[test]
+fn sharp_medulla_matches_quadrature() {
+    let windows = [[-1.0, 1.0], [-0.3, 0.7], [-0.9, 0.05], [-0.8, 0.9], [0.1, 0.9]];
+    for (g, sigma_ms) in [(0.78, 0.8), (0.88, 0.5), (0.93, 0.4)] {
+        let fiber = Fiber { g, sigma_ms, ..full_fiber() };
+        let (bcsdf, oracle) = (Bcsdf::new(&fiber).unwrap(), Oracle::new(&fiber, table_data()));
+        for theta_o in [0.0, -0.8] {
+            for window in windows {
+                let hit = bcsdf.at(direction(theta_o, 0.0), Window::range(window[0] as f32, window[1] as f32));
+                let exact = oracle.window(theta_o, window, 1000, 400);
+                let mut l1 = L1::default();
+                for phi in azimuths() {
+                    let (fast, slow) = (hit.azimuthal(phi as f32), exact.azimuthal(phi));
+                    l1.add((3..5).map(|p| f64::from(fast.0[p][1])).sum(), (3..5).map(|p| slow[p][1]).sum());
+                }
+                // By trial: 0.5 % up to g = 0.9, above it up to 4 % across the whole width.
+                let tolerance = if g < 0.9 { 0.01 } else { 0.05 };
+                println!("g {g} θ {theta_o} {window:?}: {:.4}", l1.relative());
+                assert!(l1.relative() < tolerance, "g {g} θ {theta_o} {window:?}: {}", l1.relative());
+            }
+        }
+    }
+}
+
 /// The fast path against the same segments in f64, with every parameter non-zero, colour and window too.
 #[test]
 fn fast_segments_match_their_oracle() {
