@@ -1,0 +1,84 @@
+//! Lights, with UsdLux' shapes.
+
+use crate::error::{Error, invalid};
+use glam::{Mat3, Mat4, Vec3};
+
+/// A light. Radiance is linear RGB; shapes are one-sided toward −z of their own frame but for the sphere.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Light {
+    /// From everywhere beyond the scene: radiance times a lat-long texture, whose middle is toward −z of the frame
+    /// `rotation` takes to the world, its top toward +y.
+    Dome {
+        /// Radiance, or what multiplies the texture.
+        radiance: [f32; 3],
+        /// Index of a lat-long texture in the scene.
+        texture: Option<usize>,
+        /// From the light's frame to the world.
+        rotation: Mat3,
+    },
+    /// From one direction, spread over a cone.
+    Distant {
+        /// Toward the light.
+        direction: Vec3,
+        /// Half angle of the cone, radians; 0 is exactly one direction.
+        half_angle: f32,
+        /// Irradiance on a plane that faces it.
+        irradiance: [f32; 3],
+    },
+    /// A rectangle of 1 × 1 in the xy plane, then transformed.
+    Rect {
+        /// From its frame to the world.
+        to_world: Mat4,
+        /// Emitted.
+        radiance: [f32; 3],
+        /// Index of a texture in the scene.
+        texture: Option<usize>,
+    },
+    /// A disk of radius 1 in the xy plane, then transformed.
+    Disk {
+        /// From its frame to the world.
+        to_world: Mat4,
+        /// Emitted.
+        radiance: [f32; 3],
+    },
+    /// A sphere.
+    Sphere {
+        /// Its centre.
+        center: Vec3,
+        /// Its radius, positive.
+        radius: f32,
+        /// Emitted.
+        radiance: [f32; 3],
+    },
+}
+
+impl Light {
+    /// Checks that all is finite, no colour negative, and that textures exist.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] says what is wrong.
+    pub fn validate(&self, textures: usize) -> Result<(), Error> {
+        let (place, color, texture, finite) = match self {
+            Light::Dome { radiance, texture, rotation } => ("dome light", radiance, *texture, rotation.is_finite()),
+            Light::Distant { direction, half_angle, irradiance } => {
+                let finite = direction.is_finite() && direction.length() > 0.0 && half_angle.is_finite();
+                ("distant light", irradiance, None, finite && *half_angle >= 0.0)
+            }
+            Light::Rect { to_world, radiance, texture } => ("rect light", radiance, *texture, to_world.is_finite()),
+            Light::Disk { to_world, radiance } => ("disk light", radiance, None, to_world.is_finite()),
+            Light::Sphere { center, radius, radiance } => {
+                ("sphere light", radiance, None, center.is_finite() && radius.is_finite() && *radius > 0.0)
+            }
+        };
+        if !finite {
+            return Err(invalid(place, "its place and size must be finite, its size positive"));
+        }
+        if color.iter().any(|c| !(c.is_finite() && *c >= 0.0)) {
+            return Err(invalid(place, format!("its colour is {color:?}: no channel may be negative or infinite")));
+        }
+        match texture {
+            Some(index) if index >= textures => Err(invalid(place, "it has no such texture")),
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! What a fibre looks like: constant parameters, and those a texture gives at the strand's root.
+
+use crate::error::{Error, invalid};
+use vellus::{Color, Fiber};
+
+/// A parameter of the fibre, as scene files name it (Yan17 Table 1), or one of the ways to give its colour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Parameter {
+    /// η
+    Eta,
+    /// κ
+    Kappa,
+    /// α, radians
+    Alpha,
+    /// β_m, radians
+    BetaM,
+    /// β_n, radians
+    BetaN,
+    /// σ_c,a, RGB, per fibre radius
+    SigmaCa,
+    /// σ_m,s, per fibre radius
+    SigmaMs,
+    /// σ_m,a, RGB, per fibre radius
+    SigmaMa,
+    /// g
+    G,
+    /// l
+    Layers,
+    /// Colour as the reflectance of an assembly of fibres, RGB ([`Color::Reflectance`]).
+    Reflectance,
+    /// Colour as concentrations of eumelanin and pheomelanin in the first two channels ([`Color::Melanin`]).
+    Melanin,
+}
+
+impl Parameter {
+    /// All of them. Colours come last: they need β_n.
+    pub const ALL: [Parameter; 12] = [
+        Parameter::Eta,
+        Parameter::Kappa,
+        Parameter::Alpha,
+        Parameter::BetaM,
+        Parameter::BetaN,
+        Parameter::SigmaCa,
+        Parameter::SigmaMs,
+        Parameter::SigmaMa,
+        Parameter::G,
+        Parameter::Layers,
+        Parameter::Reflectance,
+        Parameter::Melanin,
+    ];
+
+    /// The name in files: eta, kappa, alpha, beta_m, …
+    pub fn key(self) -> &'static str {
+        [
+            "eta",
+            "kappa",
+            "alpha",
+            "beta_m",
+            "beta_n",
+            "sigma_ca",
+            "sigma_ms",
+            "sigma_ma",
+            "g",
+            "layers",
+            "reflectance",
+            "melanin",
+        ][self as usize]
+    }
+
+    /// The one of that name.
+    pub fn from_key(key: &str) -> Option<Parameter> {
+        Parameter::ALL.into_iter().find(|p| p.key() == key)
+    }
+
+    /// Is it an angle, which files give in degrees?
+    pub fn is_angle(self) -> bool {
+        matches!(self, Parameter::Alpha | Parameter::BetaM | Parameter::BetaN)
+    }
+
+    /// Puts a value into a fibre: held to its range, as a texture or an interpolation may leave it a little.
+    pub fn set(self, fiber: &mut Fiber, value: [f32; 3]) {
+        let x = value[0];
+        let sigma = |x: f32| x.clamp(0.0, 1000.0);
+        let beta = |x: f32| x.clamp(0.1f32.to_radians(), 90f32.to_radians());
+        let color = |fiber: &Fiber, color: Color| color.absorption(fiber.beta_n).unwrap_or(fiber.sigma_ca);
+        match self {
+            Parameter::Eta => fiber.eta = x.clamp(1.0, 3.0),
+            Parameter::Kappa => fiber.kappa = x.clamp(0.0, 0.99),
+            Parameter::Alpha => fiber.alpha = x.clamp(-45f32.to_radians(), 45f32.to_radians()),
+            Parameter::BetaM => fiber.beta_m = beta(x),
+            Parameter::BetaN => fiber.beta_n = beta(x),
+            Parameter::SigmaCa => fiber.sigma_ca = value.map(sigma),
+            Parameter::SigmaMs => fiber.sigma_ms = sigma(x),
+            Parameter::SigmaMa => fiber.sigma_ma = value.map(sigma),
+            Parameter::G => fiber.g = x.clamp(0.0, 0.95),
+            Parameter::Layers => fiber.layers = x.clamp(0.0, 20.0),
+            Parameter::Reflectance => {
+                let held = value.map(|c| c.clamp(0.001, 0.999));
+                fiber.sigma_ca = color(fiber, Color::Reflectance(held));
+            }
+            Parameter::Melanin => {
+                let [eumelanin, pheomelanin, _] = value.map(|c| c.clamp(0.0, 100.0));
+                fiber.sigma_ca = color(fiber, Color::Melanin { eumelanin, pheomelanin });
+            }
+        }
+    }
+}
+
+/// What a texture gives: its RGB value times `scale`, looked up at the root's uv.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Value {
+    /// Index of the texture in the scene.
+    pub texture: usize,
+    /// Multiplies it.
+    pub scale: [f32; 3],
+}
+
+/// A kind of fibre.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Look {
+    /// For messages.
+    pub name: String,
+    /// Its parameters where nothing else gives them.
+    pub fiber: Fiber,
+    /// Parameters that a texture gives.
+    pub textured: Vec<(Parameter, Value)>,
+}
+
+impl Look {
+    /// A fibre that is the same everywhere.
+    pub fn constant(name: impl Into<String>, fiber: Fiber) -> Self {
+        Look { name: name.into(), fiber, textured: Vec::new() }
+    }
+
+    /// Checks the constant parameters, and that the textures exist.
+    ///
+    /// # Errors
+    /// [`Error::Fiber`] or [`Error::Invalid`] say what is wrong.
+    pub fn validate(&self, textures: usize) -> Result<(), Error> {
+        self.fiber.validate().map_err(|source| Error::Fiber { place: self.name.clone(), source })?;
+        match self.textured.iter().find(|(_, value)| value.texture >= textures) {
+            Some((parameter, _)) => Err(invalid(&self.name, format!("{} has no such texture", parameter.key()))),
+            None => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! Triangle meshes and what they are made of.
+
+use crate::error::{Error, invalid};
+use glam::{Vec2, Vec3};
+
+/// A colour, or a texture's times a colour.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tint {
+    /// Linear RGB.
+    pub color: [f32; 3],
+    /// Index of a texture in the scene.
+    pub texture: Option<usize>,
+}
+
+/// What a mesh is made of: a rough diffuse base under a dielectric coat, or metal, as in UsdPreviewSurface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    /// For messages.
+    pub name: String,
+    /// Diffuse colour, or that of the metal; linear RGB in [0, 1].
+    pub color: Tint,
+    /// Emitted radiance, RGB.
+    pub emission: [f32; 3],
+    /// 0 (mirror) to 1.
+    pub roughness: f32,
+    /// 0 (dielectric) to 1 (metal).
+    pub metallic: f32,
+    /// Refractive index of the coat; 1 has none.
+    pub ior: f32,
+}
+
+impl Surface {
+    /// A diffuse surface without a coat.
+    pub fn diffuse(name: impl Into<String>, color: [f32; 3]) -> Self {
+        let color = Tint { color, texture: None };
+        Surface { name: name.into(), color, emission: [0.0; 3], roughness: 1.0, metallic: 0.0, ior: 1.0 }
+    }
+}
+
+/// Triangles.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mesh {
+    /// For messages.
+    pub name: String,
+    /// Vertices.
+    pub positions: Vec<Vec3>,
+    /// Three vertices a triangle, counterclockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// Shading normals of the corners of each triangle; without them it is flat.
+    pub normals: Option<Vec<[Vec3; 3]>>,
+    /// Texture coordinates of the corners of each triangle.
+    pub uv: Option<Vec<[Vec2; 3]>>,
+    /// Index of the surface in the scene.
+    pub surface: usize,
+}
+
+impl Mesh {
+    /// Checks that the numbers fit together and all vertices are finite.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] says what is wrong.
+    pub fn validate(&self) -> Result<(), Error> {
+        let fail = |what: String| Err(invalid(&self.name, what));
+        if let Some(i) = self.positions.iter().position(|p| !p.is_finite()) {
+            return fail(format!("vertex {i} is {}: it must be finite", self.positions[i]));
+        }
+        if let Some(i) = self.triangles.iter().position(|t| t.iter().any(|&v| v as usize >= self.positions.len())) {
+            return fail(format!("triangle {i} has a vertex beyond the {} there are", self.positions.len()));
+        }
+        let wrong = |n: Option<usize>| n.is_some_and(|n| n != self.triangles.len());
+        if wrong(self.normals.as_ref().map(Vec::len)) || wrong(self.uv.as_ref().map(Vec::len)) {
+            return fail("normals and uv must be given for each triangle".to_owned());
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,122 @@
+//! All of a scene.
+
+use crate::camera::Camera;
+use crate::error::{Error, invalid};
+use crate::light::Light;
+use crate::look::Look;
+use crate::mesh::{Mesh, Surface};
+use crate::strands::Strands;
+use crate::texture::Texture;
+use glam::Vec3;
+
+/// A scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Scene {
+    /// Hair and fur.
+    pub strands: Vec<Strands>,
+    /// What they grow on, and what stands around.
+    pub meshes: Vec<Mesh>,
+    /// Kinds of fibre.
+    pub looks: Vec<Look>,
+    /// Kinds of surface.
+    pub surfaces: Vec<Surface>,
+    /// Images.
+    pub textures: Vec<Texture>,
+    /// Lights.
+    pub lights: Vec<Light>,
+    /// Without one, the renderer frames the strands.
+    pub camera: Option<Camera>,
+}
+
+impl Scene {
+    /// Smallest and largest coordinates of strands (without their radius) and, where there are none, of meshes.
+    pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
+        let strands = self.strands.iter().flat_map(|s| &s.points).map(|p| p.truncate());
+        let meshes = self.meshes.iter().flat_map(|m| &m.positions).copied();
+        let around = |points: &mut dyn Iterator<Item = Vec3>| {
+            points.fold(None, |bounds: Option<(Vec3, Vec3)>, p| {
+                Some(bounds.map_or((p, p), |(low, high)| (low.min(p), high.max(p))))
+            })
+        };
+        around(&mut { strands }).or_else(|| around(&mut { meshes }))
+    }
+
+    /// Checks everything, so that rendering cannot fail.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with the name of what it is in.
+    pub fn validate(&self) -> Result<(), Error> {
+        for strands in &self.strands {
+            strands.validate()?;
+            if strands.look >= self.looks.len() {
+                return Err(invalid(&strands.name, "it has no such look"));
+            }
+        }
+        for mesh in &self.meshes {
+            mesh.validate()?;
+            if mesh.surface >= self.surfaces.len() {
+                return Err(invalid(&mesh.name, "it has no such surface"));
+            }
+        }
+        for surface in &self.surfaces {
+            let unit = |x: f32| (0.0..=1.0).contains(&x);
+            if !surface.color.color.into_iter().chain([surface.roughness, surface.metallic]).all(unit) {
+                return Err(invalid(&surface.name, "colour, roughness and metallic must be in [0, 1]"));
+            }
+            if !(1.0..=4.0).contains(&surface.ior) {
+                return Err(invalid(&surface.name, "ior must be in [1, 4]"));
+            }
+            if surface.color.texture.is_some_and(|t| t >= self.textures.len()) {
+                return Err(invalid(&surface.name, "it has no such texture"));
+            }
+        }
+        self.looks.iter().try_for_each(|look| look.validate(self.textures.len()))?;
+        self.lights.iter().try_for_each(|light| light.validate(self.textures.len()))?;
+        self.textures.iter().try_for_each(Texture::validate)?;
+        self.camera.iter().try_for_each(Camera::validate)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Basis, Values};
+    use glam::Vec4;
+    use vellus::Fiber;
+
+    fn scene() -> Scene {
+        let strands = Strands {
+            name: "fur".to_owned(),
+            basis: Basis::Linear,
+            starts: vec![0, 2, 5],
+            points: (0..5).map(|i| Vec4::new(i as f32, 0.5, 0.25, 0.01)).collect(),
+            moved: None,
+            root_uv: None,
+            look: 0,
+            varying: vec![(crate::Parameter::G, Values::PerStrand(vec![[0.2; 3], [0.3; 3]]))],
+        };
+        Scene { strands: vec![strands], looks: vec![Look::constant("white", Fiber::hair())], ..Scene::default() }
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        assert_eq!(scene().validate(), Ok(()));
+        assert_eq!(scene().strands[0].segments(), 3);
+        type Break = fn(&mut Scene);
+        let broken: [(Break, &str); 7] = [
+            (|s| s.strands[0].look = 1, "fur: it has no such look"),
+            (|s| s.strands[0].starts[1] = 1, "fur: strand 0 has 1 points"),
+            (|s| s.strands[0].starts[1] = 9, "strand 0 ends beyond the 5 points"),
+            (|s| s.strands[0].points[3].w = -1.0, "strand 1 has a point"),
+            (|s| s.strands[0].points[3].x = f32::NAN, "must be finite"),
+            (|s| s.strands[0].varying[0].1 = Values::PerStrand(vec![[0.2; 3]]), "g has 1 values where 2 belong"),
+            (|s| s.looks[0].fiber.eta = 9.0, "white: eta = 9"),
+        ];
+        for (change, message) in broken {
+            let mut scene = scene();
+            change(&mut scene);
+            let error = scene.validate().unwrap_err().to_string();
+            assert!(error.contains(message), "{error}");
+        }
+    }
+}
