@@ -1,0 +1,312 @@
+//! One segment of a strand, and where a ray enters it.
+//!
+//! A curved segment is the surface swept by a disk of the curve's radius across its tangent: it stays a curve. A linear
+//! one is the hull of the balls at both ends, so that neighbours join without a gap.
+
+use crate::bvh::Bounds;
+use crate::ray::Ray;
+use glam::{Vec3, Vec4, Vec4Swizzles};
+use vellus_scene::Basis;
+
+/// A cubic in Bézier form: x, y, z, radius. A linear segment has its ends first and last.
+#[derive(Clone, Copy, Debug)]
+pub struct Segment {
+    pub points: [Vec4; 4],
+    pub linear: bool,
+}
+
+/// Where a ray enters a segment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Entry {
+    /// Distance along the ray.
+    pub t: f32,
+    /// Parameter along the segment, in [0, 1].
+    pub u: f32,
+}
+
+impl Segment {
+    /// From the control points the basis asks for: two, or four.
+    pub fn new(basis: Basis, p: &[Vec4]) -> Self {
+        let linear = basis == Basis::Linear;
+        let points = match basis {
+            Basis::Linear => [p[0], p[0] + (p[1] - p[0]) / 3.0, p[1] + (p[0] - p[1]) / 3.0, p[1]],
+            Basis::Bezier => [p[0], p[1], p[2], p[3]],
+            Basis::BSpline => [
+                (p[0] + 4.0 * p[1] + p[2]) / 6.0,
+                (2.0 * p[1] + p[2]) / 3.0,
+                (p[1] + 2.0 * p[2]) / 3.0,
+                (p[1] + 4.0 * p[2] + p[3]) / 6.0,
+            ],
+            Basis::CatmullRom => [p[1], p[1] + (p[2] - p[0]) / 6.0, p[2] + (p[1] - p[3]) / 6.0, p[2]],
+        };
+        // An interpolating spline may overshoot below 0.
+        Segment { points: points.map(|p| Vec4::new(p.x, p.y, p.z, p.w.max(0.0))), linear }
+    }
+
+    /// Position and radius at `u`.
+    pub fn at(&self, u: f32) -> Vec4 {
+        let v = 1.0 - u;
+        let [a, b, c, d] = self.points;
+        a * (v * v * v) + b * (3.0 * v * v * u) + c * (3.0 * v * u * u) + d * (u * u * u)
+    }
+
+    /// Their derivative.
+    pub fn slope(&self, u: f32) -> Vec4 {
+        let v = 1.0 - u;
+        let [a, b, c, d] = self.points;
+        ((b - a) * (v * v) + (c - b) * (2.0 * v * u) + (d - c) * (u * u)) * 3.0
+    }
+
+    /// The unit tangent, toward the tip.
+    pub fn tangent(&self, u: f32) -> Vec3 {
+        // Where control points coincide, the chord.
+        let chord = (self.points[3] - self.points[0]).xyz();
+        self.slope(u).xyz().normalize_or(chord.normalize_or(Vec3::X))
+    }
+
+    /// Radius of the fattest point, at most.
+    pub fn largest_radius(&self) -> f32 {
+        self.points.iter().fold(0.0, |r, p| r.max(p.w))
+    }
+
+    /// The largest distance between curve and chord, at most: that of the control points, ¾ of which a cubic
+    /// can reach.
+    pub fn deviation(&self) -> f32 {
+        let [a, b, c, d] = self.points.map(Vec4Swizzles::xyz);
+        let off = |p: Vec3| {
+            let chord = d - a;
+            let s = ((p - a).dot(chord) / chord.length_squared().max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
+            (a + chord * s).distance(p)
+        };
+        if self.linear { 0.0 } else { 0.75 * off(b).max(off(c)) }
+    }
+
+    /// A box around it: of the hull of its control points.
+    pub fn bounds(&self) -> Bounds {
+        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for p in self.points.map(Vec4Swizzles::xyz) {
+            (low, high) = (low.min(p), high.max(p));
+        }
+        let r = self.largest_radius();
+        (low - r, high + r)
+    }
+
+    /// Where the ray enters it first, from outside and before its limit.
+    pub fn intersect(&self, ray: &Ray) -> Option<Entry> {
+        if self.linear { self.enter_cone(ray) } else { self.enter_curve(ray) }
+    }
+
+    /// The hull of two balls: the cone that touches both, or one of them.
+    fn enter_cone(&self, ray: &Ray) -> Option<Entry> {
+        let (a, b) = (self.points[0], self.points[3]);
+        let (axis, rise) = ((b - a).xyz(), b.w - a.w);
+        let from = ray.origin - a.xyz();
+        let d = ray.direction;
+        // From the point of the ray nearest to the first end: distances of many radii would cost all digits.
+        let start = -from.dot(d);
+        let from = from + d * start;
+        let (length2, along) = (axis.length_squared(), axis.dot(d));
+        // Points at which the ball of parameter u is touched: q·axis − u (length² − rise²) + r₀ rise = 0 with
+        // |q − u axis| = r₀ + u rise, q from the first end; eliminating u leaves a quadratic in the ray's distance.
+        let slant = length2 - rise * rise;
+        let mut best: Option<Entry> = None;
+        let mut offer = |t: f32, u: f32| {
+            if t > 0.0 && t < ray.limit && best.is_none_or(|b| t < b.t) {
+                best = Some(Entry { t, u });
+            }
+        };
+        if slant > 0.0 {
+            let (k, m) = (from.dot(axis) + a.w * rise, along);
+            // |q|² − r₀² = (k + m t)²/slant.
+            let qa = slant - m * m;
+            let qb = slant * from.dot(d) - k * m;
+            let qc = slant * (from.length_squared() - a.w * a.w) - k * k;
+            let discriminant = qb * qb - qa * qc;
+            if qa > 0.0 && discriminant >= 0.0 {
+                let t = (-qb - discriminant.sqrt()) / qa;
+                let u = (k + m * t) / slant;
+                if (0.0..=1.0).contains(&u) {
+                    offer(t + start, u);
+                }
+            }
+        }
+        for (u, ball) in [(0.0, a), (1.0, b)] {
+            let q = from - u * axis;
+            let (half, rest) = (q.dot(d), q.length_squared() - ball.w * ball.w);
+            let discriminant = half * half - rest;
+            if discriminant >= 0.0 {
+                offer(-half - discriminant.sqrt() + start, u);
+            }
+        }
+        best
+    }
+
+    /// A swept disk: Newton's method on the curve's parameter, with a cone in place of the curve (as Reshetov and Luebke 2018,
+    /// Phantom Ray-Hair Intersector), from both ends of as many pieces as the curve's bend asks for.
+    fn enter_curve(&self, ray: &Ray) -> Option<Entry> {
+        let pieces = self.pieces();
+        let mut best: Option<Entry> = None;
+        for i in 0..pieces {
+            let range = [i as f32 / pieces as f32, (i + 1) as f32 / pieces as f32];
+            // A piece's root that lies in another is found there again.
+            if let Some(entry) = self.newton(ray, range)
+                && best.is_none_or(|b| entry.t < b.t)
+            {
+                best = Some(entry);
+            }
+        }
+        best
+    }
+
+    /// So many that the tangent turns little in each.
+    fn pieces(&self) -> usize {
+        let [a, b, c, d] = self.points.map(Vec4Swizzles::xyz);
+        let turn = |x: Vec3, y: Vec3| 1.0 - x.dot(y) / (x.length_squared() * y.length_squared()).sqrt().max(1e-30);
+        // 1 − cos of the two turns of the control polygon: 8° and less is one piece.
+        let bend = turn(b - a, c - b) + turn(c - b, d - c);
+        if bend < 0.02 {
+            1
+        } else if bend < 0.2 {
+            2
+        } else {
+            4
+        }
+    }
+
+    fn newton(&self, ray: &Ray, [low, high]: [f32; 2]) -> Option<Entry> {
+        // The ray's closest approach to the piece's chord is where to start.
+        let (a, b) = (self.at(low).xyz(), self.at(high).xyz());
+        let (d, chord) = (ray.direction, b - a);
+        let flat = chord - d * chord.dot(d);
+        let from = ray.origin - a;
+        let s = (from - d * from.dot(d)).dot(flat) / flat.length_squared().max(f32::MIN_POSITIVE);
+        let mut u = low + (high - low) * s.clamp(0.0, 1.0);
+        let slack = 0.05 * (high - low);
+        for _ in 0..12 {
+            let (point, slope) = (self.at(u), self.slope(u));
+            let (step, t) = cone_step(ray, point, slope)?;
+            let next = u + step.clamp(-0.5, 0.5);
+            if step.abs() < 2e-4 {
+                // What is left of the step moves the entry by its square.
+                let inside = next >= low - 1e-4 && next <= high + 1e-4;
+                return (inside && t > 0.0 && t < ray.limit).then_some(Entry { t, u: next.clamp(0.0, 1.0) });
+            }
+            // It may leave the piece a little and come back.
+            if (next < low - slack && u <= low - slack) || (next > high + slack && u >= high + slack) {
+                return None;
+            }
+            u = next.clamp(low - 2.0 * slack, high + 2.0 * slack);
+        }
+        None
+    }
+}
+
+/// Where a ray enters the endless cone around a point's tangent: how far along the curve, in its parameter, and the
+/// distance along the ray. A ray that misses it is taken to its closest approach, from where it may still hit the curve;
+/// `None` if it is far from it.
+fn cone_step(ray: &Ray, point: Vec4, slope: Vec4) -> Option<(f32, f32)> {
+    let (axis, rise) = (slope.xyz(), slope.w);
+    let length2 = axis.length_squared().max(f32::MIN_POSITIVE);
+    let start = (point.xyz() - ray.origin).dot(ray.direction);
+    let from = ray.origin + ray.direction * start - point.xyz();
+    // Position along the axis, w = w₀ + w₁ t, in the curve's parameter, and what is across it.
+    let (w0, w1) = (from.dot(axis) / length2, ray.direction.dot(axis) / length2);
+    let (q0, q1) = (from - axis * w0, ray.direction - axis * w1);
+    let (r0, r1) = (point.w + rise * w0, rise * w1);
+    let qa = q1.length_squared() - r1 * r1;
+    let qb = q0.dot(q1) - r0 * r1;
+    let qc = q0.length_squared() - r0 * r0;
+    if qa <= 0.0 {
+        return None;
+    }
+    let discriminant = qb * qb - qa * qc;
+    let t = (-qb - discriminant.max(0.0).sqrt()) / qa;
+    let step = w0 + w1 * t;
+    // A miss that stays is one: a step this small means that this is the curve itself.
+    if discriminant < 0.0 && step.abs() < 1e-3 {
+        return None;
+    }
+    Some((step, start + t))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn noise(i: usize, k: u32) -> f32 {
+        ((i as f32 * 12.9898 + k as f32 * 78.233).sin() * 43758.547).rem_euclid(1.0)
+    }
+
+    fn vector(i: usize, k: u32) -> Vec3 {
+        Vec3::new(noise(i, k), noise(i, k + 1), noise(i, k + 2)) * 2.0 - 1.0
+    }
+
+    /// A curve as hair has it: bent, tapered.
+    fn curve(i: usize, bend: f32, linear: bool) -> Segment {
+        let basis = if linear { Basis::Linear } else { Basis::Bezier };
+        let step = vector(i, 1).normalize();
+        let mut p = vector(i, 4);
+        let mut points = Vec::new();
+        for k in 0..4 {
+            points.push(p.extend(0.05 * (1.0 - 0.2 * k as f32)));
+            p += 0.3 * (step + bend * vector(i, 7 + 3 * k)).normalize();
+        }
+        Segment::new(basis, if linear { &points[..2] } else { &points })
+    }
+
+    /// The first of many small steps of the ray that is inside: closer to the curve than its radius there.
+    fn march(segment: &Segment, ray: &Ray) -> Option<f32> {
+        let inside = |p: Vec3| {
+            (0..=400).any(|k| {
+                let u = k as f32 / 400.0;
+                let c = segment.at(u);
+                c.xyz().distance(p) < c.w
+            })
+        };
+        (0..2500).map(|k| 0.002 * k as f32).find(|&t| inside(ray.at(t)))
+    }
+
+    /// Against marching along the ray, which sees balls where the surface is of disks: they differ where the ends are
+    /// (a curved segment has none), and by the square of the taper.
+    #[test]
+    fn entries_are_where_marching_finds_them() {
+        for (linear, bend) in [(true, 0.0), (false, 0.05), (false, 0.4), (false, 0.9)] {
+            let (mut both, mut wrong) = (0, 0);
+            for i in 0..600 {
+                let segment = curve(i, bend, linear);
+                let aim = segment.at(0.1 + 0.8 * noise(i, 40));
+                let target = aim.xyz() + vector(i, 41) * 1.5 * aim.w;
+                let origin = target + vector(i, 44).normalize() * 2.0;
+                let ray = Ray::new(origin, (target - origin).normalize());
+                match (segment.intersect(&ray), march(&segment, &ray)) {
+                    (Some(entry), Some(t)) => {
+                        both += 1;
+                        wrong += i32::from((entry.t - t).abs() > 0.01);
+                        let point = segment.at(entry.u);
+                        let normal = ray.at(entry.t) - point.xyz();
+                        assert!((normal.length() / point.w - 1.0).abs() < 0.03, "{i} {normal} {point}");
+                    }
+                    (None, None) => {}
+                    _ => wrong += 1,
+                }
+            }
+            println!("linear {linear} bend {bend}: {both} hits, {wrong} differ");
+            assert!(both > 200 && wrong * 40 < both, "linear {linear} bend {bend}: {wrong} of {both}");
+        }
+    }
+
+    #[test]
+    fn bounds_and_deviation_hold_the_curve() {
+        for i in 0..200 {
+            let segment = curve(i, 0.9, false);
+            let (low, high) = segment.bounds();
+            let (a, d) = (segment.points[0].xyz(), segment.points[3].xyz());
+            for k in 0..=50 {
+                let p = segment.at(k as f32 / 50.0);
+                assert!((p.xyz() - p.w).cmpge(low - 1e-6).all() && (p.xyz() + p.w).cmple(high + 1e-6).all());
+                let s = ((p.xyz() - a).dot(d - a) / (d - a).length_squared()).clamp(0.0, 1.0);
+                assert!((a + (d - a) * s).distance(p.xyz()) <= segment.deviation() + 1e-6);
+            }
+        }
+    }
+}
