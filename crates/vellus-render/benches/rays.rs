@@ -1,0 +1,98 @@
+//! Rays a second through fur, one thread: `cargo bench -p vellus-render --bench rays -- [STRANDS …]`.
+//!
+//! A furry ball of radius 1, cubic B-splines of 20 segments. Primary rays come from a camera, bounce rays go from where
+//! those enter in any direction. Five passes, of which the median counts.
+
+use glam::{Vec3, Vec4Swizzles};
+use std::time::Instant;
+use vellus_render::{Curves, Ray};
+use vellus_scene::{Basis, Strands};
+
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (self.0 >> 40) as f32 / (1u64 << 24) as f32
+    }
+
+    fn sphere(&mut self) -> Vec3 {
+        let z = 1.0 - 2.0 * self.next();
+        let (sin, cos) = (std::f32::consts::TAU * self.next()).sin_cos();
+        let s = (1.0 - z * z).sqrt();
+        Vec3::new(s * cos, s * sin, z)
+    }
+}
+
+fn ball(count: usize, basis: Basis, radius: f32) -> Strands {
+    let mut random = Random(7);
+    let points = if basis == Basis::Linear { 21 } else { 23 };
+    let mut all = Vec::with_capacity(count * points);
+    for _ in 0..count {
+        let n = random.sphere();
+        let swirl = Vec3::new(-n.y, n.x, 0.0);
+        let comb = 0.55 * swirl + Vec3::new(0.0, 0.0, -0.55) + 0.3 * random.sphere();
+        let comb = comb - n * comb.dot(n) * 0.7;
+        let d = (n + 0.15 * random.sphere()).normalize();
+        let length = 0.4 * (0.8 + 0.4 * random.next());
+        for k in 0..points {
+            let t = (k as f32 - if points == 23 { 1.0 } else { 0.0 }) / 20.0;
+            let p = n + length * (d * t * (1.0 - 0.35 * t) + 0.75 * t * t * comb);
+            all.push(p.extend(radius * (1.0 - 0.9 * t.clamp(0.0, 1.0))));
+        }
+    }
+    let starts = (0..=count).map(|i| (i * points) as u32).collect();
+    Strands { name: "ball".to_owned(), basis, starts, points: all, moved: None, root_uv: None, look: 0, varying: vec![] }
+}
+
+fn measure(name: &str, rays: &[Ray], f: impl Fn(&Ray) -> bool) {
+    let mut rates = Vec::new();
+    let mut hits = 0;
+    for _ in 0..5 {
+        let start = Instant::now();
+        hits = rays.iter().filter(|ray| f(ray)).count();
+        rates.push(rays.len() as f64 / start.elapsed().as_secs_f64() * 1e-6);
+    }
+    rates.sort_by(f64::total_cmp);
+    println!("  {name:10} {:.3} Mrays/s, {:.1} % hit", rates[2], 100.0 * hits as f64 / rays.len() as f64);
+}
+
+fn main() {
+    let counts: Vec<usize> = std::env::args().filter_map(|a| a.parse().ok()).collect();
+    let counts = if counts.is_empty() { vec![10_000, 200_000] } else { counts };
+    for count in counts {
+        let radius = if count > 50_000 { 0.0013 } else { 0.004 };
+        for basis in [Basis::Linear, Basis::BSpline] {
+            let strands = ball(count, basis, radius);
+            let start = Instant::now();
+            let curves = Curves::new(vec![strands]);
+            let (seconds, segments) = (start.elapsed().as_secs_f64(), curves.segments());
+            println!(
+                "{count} × 20 {basis:?}: built in {seconds:.2} s, {:.1} bytes a segment",
+                curves.bytes() as f64 / segments as f64
+            );
+            let mut random = Random(1);
+            let eye = Vec3::new(0.0, -12.0, 0.0);
+            let primary: Vec<Ray> = (0..200_000)
+                .map(|i| {
+                    // Row by row, as a camera has them.
+                    let (x, y) = ((i % 500) as f32 / 250.0 - 1.0, (i / 500) as f32 / 200.0 - 1.0);
+                    Ray::new(eye, (Vec3::new(1.4 * x, 0.0, 1.4 * y) - eye).normalize())
+                })
+                .collect();
+            let bounce: Vec<Ray> = primary
+                .iter()
+                .filter_map(|ray| curves.intersect(ray))
+                .map(|hit| {
+                    let axis = hit.segment.at(hit.entry.u);
+                    let d = random.sphere();
+                    let out = d - hit.segment.tangent(hit.entry.u) * d.dot(hit.segment.tangent(hit.entry.u));
+                    Ray::new(axis.xyz() + out.normalize() * axis.w * 1.001, d)
+                })
+                .collect();
+            measure("primary", &primary, |ray| curves.intersect(ray).is_some());
+            measure("bounce", &bounce, |ray| curves.intersect(ray).is_some());
+            measure("shadow", &bounce, |ray| curves.occluded(ray));
+        }
+    }
+}
