@@ -42,7 +42,16 @@ fn ball(count: usize, basis: Basis, radius: f32) -> Strands {
         }
     }
     let starts = (0..=count).map(|i| (i * points) as u32).collect();
-    Strands { name: "ball".to_owned(), basis, starts, points: all, moved: None, root_uv: None, look: 0, varying: vec![] }
+    Strands {
+        name: "ball".to_owned(),
+        basis,
+        starts,
+        points: all,
+        moved: None,
+        root_uv: None,
+        look: 0,
+        varying: vec![],
+    }
 }
 
 fn measure(name: &str, rays: &[Ray], f: impl Fn(&Ray) -> bool) {

@@ -2,8 +2,11 @@
 
 mod bvh;
 mod curves;
+mod light;
 mod ray;
+mod sampler;
 mod segment;
+mod triangles;
 
 pub use curves::{CurveHit, Curves};
 pub use ray::Ray;

@@ -1,0 +1,65 @@
+//! Well-distributed random numbers: Owen-scrambled Sobol' points, padded four dimensions at a time (Burley 2020, Practical
+//! Hash-based Owen Scrambling; crate sobol_burley).
+//!
+//! They depend on the pixel, the sample's index and the seed only: any thread may take any sample.
+
+/// Numbers of one sample of one pixel.
+#[derive(Clone, Debug)]
+pub struct Sampler {
+    index: u32,
+    seed: u32,
+    set: u32,
+}
+
+fn hash(mut x: u32) -> u32 {
+    // Wellons' lowbias32.
+    x ^= x >> 16;
+    x = x.wrapping_mul(0x7feb_352d);
+    x ^= x >> 15;
+    x = x.wrapping_mul(0x846c_a68b);
+    x ^ (x >> 16)
+}
+
+impl Sampler {
+    /// Sample `index` of a pixel. Beyond 65536 samples a new scrambling begins.
+    pub fn new(pixel: [u32; 2], index: u64, seed: u32) -> Self {
+        let block = (index >> 16) as u32;
+        let seed = hash(pixel[0] ^ hash(pixel[1] ^ hash(seed ^ hash(block))));
+        Sampler { index: (index & 0xffff) as u32, seed, set: 0 }
+    }
+
+    /// The next four numbers, in [0, 1).
+    #[inline]
+    pub fn next(&mut self) -> [f32; 4] {
+        let set = self.set;
+        self.set += 1;
+        // Each set is scrambled anew: sets are padded, not one sequence of hundreds of dimensions.
+        sobol_burley::sample_4d(self.index, 0, hash(self.seed ^ set.wrapping_mul(0x9e37_79b9)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 256 samples put one number in each 256th of every dimension, in whatever set and pixel.
+    #[test]
+    fn samples_are_stratified() {
+        for pixel in [[0, 0], [31, 7]] {
+            for set in 0..40 {
+                let mut filled = [[false; 256]; 4];
+                for index in 0..256 {
+                    let mut sampler = Sampler::new(pixel, index, 5);
+                    (0..set).for_each(|_| {
+                        sampler.next();
+                    });
+                    let u = sampler.next();
+                    (0..4).for_each(|k| filled[k][(u[k] * 256.0) as usize] = true);
+                }
+                assert!(filled.iter().flatten().all(|&f| f), "{pixel:?} {set}");
+            }
+        }
+        let first = |pixel, index| Sampler::new(pixel, index, 5).next();
+        assert!(first([0, 0], 0) != first([0, 1], 0) && first([0, 0], 0) != first([0, 0], 1 << 16));
+    }
+}
