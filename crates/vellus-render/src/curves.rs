@@ -6,7 +6,6 @@
 use crate::bvh::{Bounds, Bvh, WIDTH};
 use crate::ray::{Ray, across};
 use crate::segment::{Entry, Segment};
-use glam::Vec4Swizzles;
 use rayon::prelude::*;
 use vellus_scene::Strands;
 use wide::f32x8;
@@ -206,7 +205,7 @@ impl Block {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{Vec3, Vec4};
+    use glam::{Vec3, Vec4, Vec4Swizzles};
     use vellus_scene::Basis;
 
     fn noise(i: usize, k: u32) -> f32 {

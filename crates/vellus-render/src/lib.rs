@@ -1,13 +1,26 @@
 //! A path tracer for hair and fur.
+//!
+//! A [`World`] is a scene made ready; [`World::render`] adds samples of every pixel to a [`Film`], in any order and on any
+//! number of threads to the same picture.
 
 mod bvh;
 mod curves;
+mod film;
 mod light;
+mod path;
 mod ray;
+mod render;
 mod sampler;
 mod segment;
+mod surface;
 mod triangles;
+mod world;
 
 pub use curves::{CurveHit, Curves};
+pub use film::{CHANNELS, Film, LARGEST, Layer, Values};
+pub use path::{Mode, Settings};
 pub use ray::Ray;
+pub use render::Statistics;
 pub use segment::{Entry, Segment};
+pub use triangles::{TriangleHit, Triangles};
+pub use world::World;

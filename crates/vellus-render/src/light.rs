@@ -165,11 +165,6 @@ impl Lights {
         Lights { lights, shares, sums }
     }
 
-    /// Are there none?
-    pub fn is_empty(&self) -> bool {
-        self.lights.is_empty()
-    }
-
     /// A direction from `point` toward one of them. `None` where the light has nothing to send there.
     pub fn sample(&self, point: Vec3, u: [f32; 3]) -> Option<LightSample> {
         if self.lights.is_empty() {

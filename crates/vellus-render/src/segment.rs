@@ -11,7 +11,9 @@ use vellus_scene::Basis;
 /// A cubic in Bézier form: x, y, z, radius. A linear segment has its ends first and last.
 #[derive(Clone, Copy, Debug)]
 pub struct Segment {
+    /// Control points.
     pub points: [Vec4; 4],
+    /// Straight, with a ball at either end.
     pub linear: bool,
 }
 

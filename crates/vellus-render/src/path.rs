@@ -1,0 +1,332 @@
+//! The path of one sample: from the camera through fur to lights.
+//!
+//! Light reaches a fibre from the whole sphere, so that no direction is excluded in sampling the lights. What is inside the fibre is
+//! inside its BCSDF: a path enters the surface where the ray does, and leaves from the side it goes to.
+
+use crate::curves::CurveHit;
+use crate::film::{CHANNELS, Layer, Values};
+use crate::light::LightSample;
+use crate::ray::{Ray, across};
+use crate::sampler::Sampler;
+use crate::triangles::TriangleHit;
+use crate::world::World;
+use glam::{Vec3, Vec4Swizzles};
+use vellus::{Lobes, Window};
+
+/// Which offsets a hit stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// Those the pixel sees where the camera sees a fibre; deeper, where it is hit.
+    MultiScale,
+    /// Where it is hit.
+    Near,
+    /// The whole width, always.
+    Far,
+}
+
+/// How paths are traced.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Pixels a row, and rows.
+    pub size: [usize; 2],
+    /// Near, far or between.
+    pub mode: Mode,
+    /// Another seed is another noise.
+    pub seed: u32,
+    /// Scattering events after which a path is cut; `None` lets Russian roulette alone end it.
+    pub max_depth: Option<u32>,
+}
+
+/// What a sample saw.
+pub(crate) struct Seen {
+    pub values: Values,
+    /// Rays traced.
+    pub rays: u64,
+    /// Mean throughput lost to the largest depth.
+    pub cut: f32,
+}
+
+/// Scattering events before Russian roulette begins.
+const ROULETTE: u32 = 4;
+
+type Rgb = [f32; 3];
+
+fn times(a: Rgb, b: Rgb) -> Rgb {
+    [a[0] * b[0], a[1] * b[1], a[2] * b[2]]
+}
+
+fn scale(a: Rgb, s: f32) -> Rgb {
+    a.map(|x| x * s)
+}
+
+fn largest(a: Rgb) -> f32 {
+    a[0].max(a[1]).max(a[2])
+}
+
+/// The weight of a sample among two techniques: power heuristic (Veach 1997).
+fn weight(own: f32, other: f32) -> f32 {
+    if own.is_infinite() {
+        return 1.0;
+    }
+    let (a, b) = (own * own, other * other);
+    if a + b > 0.0 { a / (a + b) } else { 0.0 }
+}
+
+/// The frame of a fibre at a hit.
+struct FiberFrame {
+    tangent: Vec3,
+    across: (Vec3, Vec3),
+    /// Axis and radius.
+    axis: Vec3,
+    radius: f32,
+}
+
+impl FiberFrame {
+    fn new(hit: &CurveHit) -> Self {
+        let point = hit.segment.at(hit.entry.u);
+        let tangent = hit.segment.tangent(hit.entry.u);
+        FiberFrame { tangent, across: across(tangent), axis: point.xyz(), radius: point.w }
+    }
+
+    fn local(&self, w: Vec3) -> Vec3 {
+        Vec3::new(w.dot(self.tangent), w.dot(self.across.0), w.dot(self.across.1))
+    }
+
+    fn world(&self, w: Vec3) -> Vec3 {
+        self.tangent * w.x + self.across.0 * w.y + self.across.1 * w.z
+    }
+
+    /// h: the sine of the angle from the surface normal to the way the ray came, about the tangent.
+    fn offset(&self, ray: &Ray, t: f32) -> f32 {
+        let q = ray.at(t) - self.axis;
+        let n = (q - self.tangent * q.dot(self.tangent)).normalize_or(self.across.0);
+        let wo = -ray.direction;
+        let wo = (wo - self.tangent * wo.dot(self.tangent)).normalize_or(n);
+        self.tangent.dot(n.cross(wo)).clamp(-1.0, 1.0)
+    }
+
+    /// A ray that leaves toward `direction`: from the side of the fibre that faces it.
+    fn leave(&self, direction: Vec3, limit: f32) -> Ray {
+        let out = (direction - self.tangent * direction.dot(self.tangent)).normalize_or(self.across.0);
+        Ray { origin: self.axis + out * (1.001 * self.radius), direction, limit }
+    }
+}
+
+/// One sample being traced.
+struct Path<'w> {
+    world: &'w World,
+    values: Values,
+    throughput: Rgb,
+    /// Of the light that comes through the fibre seen first, the share that each lobe scattered.
+    lobes: Option<[Rgb; 6]>,
+    rays: u64,
+}
+
+impl Path<'_> {
+    fn add(&mut self, light: Rgb) {
+        for c in 0..3 {
+            self.values[c] += light[c];
+            if let Some(lobes) = &self.lobes {
+                (0..6).for_each(|p| self.values[Layer::Lobes.start() + 3 * p + c] += light[c] * lobes[p][c]);
+            }
+        }
+    }
+
+    fn set(&mut self, layer: Layer, value: &[f32]) {
+        self.values[layer.start()..][..value.len()].copy_from_slice(value);
+    }
+
+    /// What lies on the way toward a light?
+    fn blocked(&mut self, ray: &Ray) -> bool {
+        self.rays += 1;
+        self.world.triangles.occluded(ray) || self.world.curves.occluded(ray)
+    }
+
+    /// Light from beyond the scene, or from a light's shape, found by a ray that was drawn with density `pdf`.
+    fn found(&mut self, radiance: Rgb, light_pdf: f32, pdf: Option<f32>) {
+        let w = pdf.map_or(1.0, |pdf| weight(pdf, light_pdf));
+        self.add(scale(times(self.throughput, radiance), w));
+    }
+}
+
+/// Distance up to which a shadow ray is asked: a little before the light itself.
+fn shadow_limit(sample: &LightSample) -> f32 {
+    sample.distance * 0.9999
+}
+
+impl World {
+    /// Traces a sample of a pixel.
+    pub(crate) fn trace(&self, settings: &Settings, pixel: [usize; 2], index: u64) -> Seen {
+        let mut sampler = Sampler::new(pixel.map(|x| x as u32), index, settings.seed);
+        let mut ray = self.camera_ray(settings, pixel, sampler.next());
+        let mut path = Path { world: self, values: [0.0; CHANNELS], throughput: [1.0; 3], lobes: None, rays: 0 };
+        // The density the ray was drawn with, if lights could have been sampled instead.
+        let mut pdf = None;
+        let mut cut = 0.0;
+        for depth in 0.. {
+            path.rays += 1;
+            let triangle = self.triangles.intersect(&ray);
+            let curve = self.curves.intersect(&Ray { limit: triangle.map_or(ray.limit, |hit| hit.t), ..ray });
+            let t = curve.map(|hit| hit.entry.t).or(triangle.map(|hit| hit.t));
+            if let Some(emission) = self.lights.met(&Ray { limit: t.unwrap_or(f32::INFINITY), ..ray }) {
+                path.found(emission.radiance, emission.pdf, pdf);
+                break;
+            }
+            let Some(t) = t else {
+                for emission in self.lights.beyond(ray.direction) {
+                    path.found(emission.radiance, emission.pdf, pdf);
+                }
+                break;
+            };
+            if depth == 0 {
+                path.set(Layer::Alpha, &[1.0]);
+                path.set(Layer::Depth, &[t]);
+            }
+            let left = settings.max_depth.is_none_or(|max| depth < max);
+            if !left {
+                cut = largest(path.throughput);
+                break;
+            }
+            let next = match (curve, triangle) {
+                (Some(hit), _) => self.at_fiber(settings, &mut path, &mut sampler, &ray, &hit, depth),
+                (None, Some(hit)) => self.at_surface(&mut path, &mut sampler, &ray, &hit, depth),
+                (None, None) => None,
+            };
+            let Some((onward, density)) = next else { break };
+            (ray, pdf) = (onward, Some(density));
+            if depth >= ROULETTE {
+                let survive = largest(path.throughput).min(1.0);
+                if sampler.next()[0] >= survive {
+                    break;
+                }
+                path.throughput = scale(path.throughput, 1.0 / survive);
+            }
+        }
+        let brightness = (path.values[0] + path.values[1] + path.values[2]) / 3.0;
+        path.values[Layer::Square.start()] = brightness * brightness;
+        Seen { values: path.values, rays: path.rays, cut }
+    }
+
+    /// A ray through a place of a pixel's filter, a tent two pixels wide.
+    fn camera_ray(&self, settings: &Settings, pixel: [usize; 2], u: [f32; 4]) -> Ray {
+        let tent = |u: f32| if u < 0.5 { (2.0 * u).sqrt() - 1.0 } else { 1.0 - (2.0 - 2.0 * u).sqrt() };
+        let [width, height] = settings.size.map(|n| n as f32);
+        let camera = &self.camera;
+        let x = ((pixel[0] as f32 + 0.5 + tent(u[0])) / width - 0.5) * camera.film_height * width / height;
+        let y = (0.5 - (pixel[1] as f32 + 0.5 + tent(u[1])) / height) * camera.film_height;
+        let (a, b) = crate::light::concentric([u[2], u[3]]);
+        let lens = Vec3::new(a, b, 0.0) * camera.lens_radius;
+        let focus = Vec3::new(x, y, -1.0) * camera.focus_distance;
+        let origin = camera.to_world.transform_point3(lens);
+        let direction = camera.to_world.transform_vector3(focus - lens);
+        Ray::new(origin, direction.normalize())
+    }
+
+    fn at_fiber(
+        &self,
+        settings: &Settings,
+        path: &mut Path,
+        sampler: &mut Sampler,
+        ray: &Ray,
+        hit: &CurveHit,
+        depth: u32,
+    ) -> Option<(Ray, f32)> {
+        let frame = FiberFrame::new(hit);
+        let h = frame.offset(ray, hit.entry.t);
+        let wo = frame.local(-ray.direction);
+        let window = match settings.mode {
+            Mode::Near => Window::near(h),
+            Mode::Far => Window::far(),
+            Mode::MultiScale if depth == 0 => {
+                // A pixel's width at the hit, across the way the camera looks (Yan17 Eq. 27).
+                let forward = self.camera.to_world.transform_vector3(-Vec3::Z).normalize();
+                let along = hit.entry.t * ray.direction.dot(forward);
+                let pixel = along * self.camera.film_height / settings.size[1] as f32;
+                Window::pixel(h, (pixel / frame.radius.max(1e-30)).min(4.0))
+            }
+            // Wider than any fibre: offsets come as they lie, which is all offsets on average.
+            Mode::MultiScale => Window::near(h),
+        };
+        let mut made = None;
+        let bcsdf = self.bcsdf(hit, &mut made);
+        let scattering = bcsdf.at(wo, window);
+        if depth == 0 {
+            path.set(Layer::Tangent, &frame.tangent.to_array());
+            let n = (ray.at(hit.entry.t) - frame.axis).normalize_or_zero();
+            path.set(Layer::Normal, &n.to_array());
+            path.set(Layer::Albedo, &scattering.energy().total());
+        }
+        let [a, b] = [sampler.next(), sampler.next()];
+        if let Some(light) = self.lights.sample(frame.axis, [a[0], a[1], a[2]]) {
+            let (f, pdf) = scattering.eval_pdf(frame.local(light.direction));
+            let total = f.total();
+            if largest(total) > 0.0 && !path.blocked(&frame.leave(light.direction, shadow_limit(&light))) {
+                let given = if light.pdf.is_infinite() { 1.0 } else { 1.0 / light.pdf };
+                let w = weight(light.pdf, pdf) * given;
+                let lobes = path.lobes;
+                if depth == 0 {
+                    path.lobes = Some(shares(&f));
+                }
+                path.add(scale(times(times(path.throughput, total), light.radiance), w));
+                path.lobes = lobes;
+            }
+        }
+        let sample = scattering.sample([b[0], b[1], b[2], b[3], a[3]]);
+        if !(sample.pdf > 0.0 && largest(sample.weight) > 0.0) {
+            return None;
+        }
+        if depth == 0 {
+            // The weight is of the near field at the sample's own offset: so are its lobes.
+            path.lobes = Some(shares(&bcsdf.at(wo, Window::near(sample.h)).eval(sample.wi)));
+        }
+        path.throughput = times(path.throughput, sample.weight);
+        Some((frame.leave(frame.world(sample.wi), f32::INFINITY), sample.pdf))
+    }
+
+    fn at_surface(
+        &self,
+        path: &mut Path,
+        sampler: &mut Sampler,
+        ray: &Ray,
+        hit: &TriangleHit,
+        depth: u32,
+    ) -> Option<(Ray, f32)> {
+        let (scatter, emission) = self.scatter(hit);
+        path.add(times(path.throughput, emission));
+        let (x, y) = across(hit.normal);
+        let local = |w: Vec3| Vec3::new(w.dot(x), w.dot(y), w.dot(hit.normal));
+        let point = ray.at(hit.t);
+        // A few roundings of the largest coordinate off the plane.
+        let start = point + hit.plane * (2e-5 * point.abs().max_element().max(hit.t * 0.1));
+        let wo = local(-ray.direction);
+        let [a, b] = [sampler.next(), sampler.next()];
+        if depth == 0 {
+            path.set(Layer::Normal, &hit.normal.to_array());
+        }
+        if let Some(light) = self.lights.sample(start, [a[0], a[1], a[2]]) {
+            let (f, pdf) = scatter.eval_pdf(wo, local(light.direction));
+            let shadow = Ray { origin: start, direction: light.direction, limit: shadow_limit(&light) };
+            if largest(f) > 0.0 && light.direction.dot(hit.plane) > 0.0 && !path.blocked(&shadow) {
+                let given = if light.pdf.is_infinite() { 1.0 } else { 1.0 / light.pdf };
+                let w = weight(light.pdf, pdf) * given;
+                path.add(scale(times(times(path.throughput, f), light.radiance), w));
+            }
+        }
+        let (wi, pdf, f) = scatter.sample(wo, [b[0], b[1], b[2]])?;
+        let direction = x * wi.x + y * wi.y + hit.normal * wi.z;
+        if depth == 0 {
+            path.set(Layer::Albedo, &f.map(|f| f.min(1.0)));
+        }
+        if direction.dot(hit.plane) <= 0.0 {
+            return None;
+        }
+        path.throughput = times(path.throughput, f);
+        Some((Ray::new(start, direction), pdf))
+    }
+}
+
+/// Each lobe's share of the total.
+fn shares(lobes: &Lobes) -> [Rgb; 6] {
+    let total = lobes.total();
+    lobes.0.map(|lobe| std::array::from_fn(|c| if total[c] > 0.0 { lobe[c] / total[c] } else { 0.0 }))
+}

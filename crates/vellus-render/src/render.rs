@@ -1,0 +1,78 @@
+//! Rendering ranges of samples on all cores.
+
+use crate::film::{CHANNELS, Film, Values, add};
+use crate::path::Settings;
+use crate::world::World;
+use rayon::prelude::*;
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+/// What rendering did, besides the picture.
+#[derive(Debug, Default)]
+pub struct Statistics {
+    /// Rays traced, shadow rays too.
+    pub rays: AtomicU64,
+    /// Samples that were not finite and were left out.
+    pub rejected: AtomicU64,
+    /// Throughput that the largest depth cut off, in millionths of a sample.
+    cut: AtomicU64,
+}
+
+impl Statistics {
+    /// Throughput that the largest depth cut off, in samples.
+    pub fn cut(&self) -> f64 {
+        self.cut.load(Ordering::Relaxed) as f64 * 1e-6
+    }
+}
+
+impl World {
+    /// Adds samples to a film; false where `stop` was set, and the film is as before. The picture does not depend on the
+    /// number of threads, nor on how the samples are divided into ranges.
+    pub fn render(
+        &self,
+        settings: &Settings,
+        film: &mut Film,
+        samples: Range<u64>,
+        statistics: &Statistics,
+        stop: &AtomicBool,
+    ) -> bool {
+        assert_eq!(settings.size, [film.width(), film.height()], "the film has another size");
+        let width = film.width();
+        let rows: Vec<Option<Vec<i64>>> = (0..film.height())
+            .into_par_iter()
+            .map(|y| {
+                let mut row = vec![0i64; width * CHANNELS];
+                let (mut rays, mut rejected, mut cut) = (0, 0, 0.0);
+                for x in 0..width {
+                    if stop.load(Ordering::Relaxed) {
+                        return None;
+                    }
+                    let sums = &mut row[x * CHANNELS..][..CHANNELS];
+                    for index in samples.clone() {
+                        let seen = self.trace(settings, [x, y], index);
+                        rays += seen.rays;
+                        cut += f64::from(seen.cut);
+                        rejected += u64::from(!add(sums, &seen.values));
+                    }
+                }
+                statistics.rays.fetch_add(rays, Ordering::Relaxed);
+                statistics.rejected.fetch_add(rejected, Ordering::Relaxed);
+                statistics.cut.fetch_add((cut * 1e6) as u64, Ordering::Relaxed);
+                Some(row)
+            })
+            .collect();
+        if rows.iter().any(Option::is_none) {
+            return false;
+        }
+        for (sums, row) in film.rows_mut().zip(rows.into_iter().flatten()) {
+            sums.iter_mut().zip(row).for_each(|(a, b)| *a = a.saturating_add(b));
+        }
+        film.advance(samples.end - samples.start);
+        true
+    }
+
+    /// One sample of one pixel, by itself: for tests and tools.
+    pub fn sample(&self, settings: &Settings, pixel: [usize; 2], index: u64) -> Values {
+        self.trace(settings, pixel, index).values
+    }
+}

@@ -1,0 +1,122 @@
+//! A scene made ready for rays.
+
+use crate::curves::{CurveHit, Curves};
+use crate::light::Lights;
+use crate::surface::Scatter;
+use crate::triangles::{TriangleHit, Triangles};
+use glam::{Vec2, Vec3};
+use vellus::{Bcsdf, Fiber};
+use vellus_scene::{Basis, Camera, Error, Look, Parameter, Scene, Strands, Surface, Texture, Values};
+
+/// What rays need of a scene.
+#[derive(Debug)]
+pub struct World {
+    /// All strands.
+    pub curves: Curves,
+    /// All meshes.
+    pub triangles: Triangles,
+    pub(crate) lights: Lights,
+    pub(crate) camera: Camera,
+    looks: Vec<Look>,
+    /// Of each of the strands, its scattering where it is the same everywhere.
+    constant: Vec<Option<Bcsdf<'static>>>,
+    surfaces: Vec<Surface>,
+    textures: Vec<Texture>,
+}
+
+impl World {
+    /// Checks a scene and builds its hierarchies. Without lights it is lit by a white dome, without a camera seen from
+    /// the front.
+    ///
+    /// # Errors
+    /// [`vellus_scene::Error`]: what [`Scene::validate`] finds, or that there is nothing to see.
+    pub fn new(scene: Scene) -> Result<Self, Error> {
+        scene.validate()?;
+        let Some((low, high)) = scene.bounds() else {
+            let what = "it has neither strands nor meshes: there is nothing to render".to_owned();
+            return Err(Error::Invalid { place: "scene".to_owned(), what });
+        };
+        let reach = (0.5 * (high - low).length()).max(f32::MIN_POSITIVE);
+        let camera = scene.camera.unwrap_or_else(|| {
+            let (middle, angle) = (0.5 * (low + high), 30f32.to_radians());
+            let eye = middle + Vec3::new(0.0, 0.15, 1.0).normalize() * (1.1 * reach / (0.5 * angle).sin());
+            Camera::look_at(eye, middle, Vec3::Y, angle, 1.5)
+        });
+        let white = vellus_scene::Light::Dome { radiance: [1.0; 3], texture: None, rotation: glam::Mat3::IDENTITY };
+        let lights = if scene.lights.is_empty() { vec![white] } else { scene.lights };
+        let lights = Lights::new(&lights, &scene.textures, reach);
+        let mut constant = Vec::new();
+        for strands in &scene.strands {
+            let look = &scene.looks[strands.look];
+            let same = look.textured.is_empty() && strands.varying.is_empty();
+            let bcsdf = Bcsdf::new(&look.fiber);
+            let bcsdf = bcsdf.map_err(|source| Error::Fiber { place: look.name.clone(), source })?;
+            constant.push(same.then_some(bcsdf));
+        }
+        Ok(World {
+            curves: Curves::new(scene.strands),
+            triangles: Triangles::new(scene.meshes),
+            lights,
+            camera,
+            looks: scene.looks,
+            constant,
+            surfaces: scene.surfaces,
+            textures: scene.textures,
+        })
+    }
+
+    /// The scattering of a fibre where a ray enters it; `made` keeps one that had to be made.
+    pub(crate) fn bcsdf<'a>(&'a self, hit: &CurveHit, made: &'a mut Option<Bcsdf<'static>>) -> &'a Bcsdf<'static> {
+        if let Some(bcsdf) = &self.constant[hit.set] {
+            return bcsdf;
+        }
+        let fiber = self.fiber(hit);
+        // Every value is held to its range where it is set.
+        made.insert(Bcsdf::new(&fiber).unwrap_or_else(|e| unreachable!("a fibre out of range: {e}")))
+    }
+
+    fn fiber(&self, hit: &CurveHit) -> Fiber {
+        let strands = &self.curves.strands()[hit.set];
+        let look = &self.looks[strands.look];
+        let mut fiber = look.fiber;
+        let uv = strands.root_uv.as_ref().map_or(Vec2::ZERO, |uv| uv[hit.strand]);
+        for (parameter, value) in &look.textured {
+            let texel = self.textures[value.texture].at(uv);
+            set(&mut fiber, *parameter, std::array::from_fn(|c| texel[c] * value.scale[c]), true);
+        }
+        for (parameter, values) in &strands.varying {
+            let value = match values {
+                Values::Constant(value) => *value,
+                Values::PerStrand(values) => values[hit.strand],
+                Values::PerPoint(values) => along(strands, values, hit),
+            };
+            set(&mut fiber, *parameter, value, false);
+        }
+        fiber
+    }
+
+    /// The scattering of a mesh.
+    pub(crate) fn scatter(&self, hit: &TriangleHit) -> (Scatter, [f32; 3]) {
+        let surface = &self.surfaces[self.triangles.meshes()[hit.mesh].surface];
+        let texel = surface.color.texture.map_or([1.0; 3], |t| self.textures[t].at(hit.uv));
+        let color = std::array::from_fn(|c| (surface.color.color[c] * texel[c]).clamp(0.0, 1.0));
+        (Scatter::new(color, surface.roughness, surface.metallic, surface.ior), surface.emission)
+    }
+}
+
+/// Textures give angles in degrees, as files do.
+fn set(fiber: &mut Fiber, parameter: Parameter, value: [f32; 3], degrees: bool) {
+    let value = if degrees && parameter.is_angle() { value.map(f32::to_radians) } else { value };
+    parameter.set(fiber, value);
+}
+
+/// A value given at the control points, at the hit: linear between the two it lies between.
+fn along(strands: &Strands, values: &[[f32; 3]], hit: &CurveHit) -> [f32; 3] {
+    let (first, last) = match strands.basis {
+        Basis::Linear => (hit.point, hit.point + 1),
+        Basis::Bezier => (hit.point, hit.point + 3),
+        Basis::BSpline | Basis::CatmullRom => (hit.point + 1, hit.point + 2),
+    };
+    let u = hit.entry.u;
+    std::array::from_fn(|c| values[first][c] + u * (values[last][c] - values[first][c]))
+}

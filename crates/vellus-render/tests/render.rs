@@ -1,0 +1,198 @@
+//! What pictures must be, whatever they show.
+
+use glam::{Mat3, Mat4, Vec3, Vec4};
+use std::sync::atomic::AtomicBool;
+use vellus::{Fiber, Species};
+use vellus_render::{Film, Layer, Mode, Settings, Statistics, World};
+use vellus_scene::{Basis, Camera, Light, Look, Mesh, Scene, Strands, Surface};
+
+fn noise(i: usize, k: u32) -> f32 {
+    ((i as f32 * 12.9898 + k as f32 * 78.233).sin() * 43758.547).rem_euclid(1.0)
+}
+
+fn fiber() -> Fiber {
+    Fiber::preset(Species::RedFox).with_absorption([0.1, 0.3, 0.7])
+}
+
+/// Bent strands through the middle of a unit ball.
+fn clump(count: usize, radius: f32, fiber: Fiber) -> Scene {
+    let mut points = Vec::new();
+    for i in 0..count {
+        let mut p = 0.35 * (Vec3::new(noise(i, 1), noise(i, 2), noise(i, 3)) - 0.5) - 0.5 * Vec3::Y;
+        let bend = 0.1 * (Vec3::new(noise(i, 4), noise(i, 5), noise(i, 6)) - 0.5);
+        let mut step = 0.2 * Vec3::Y;
+        for _ in 0..6 {
+            points.push(Vec4::from((p, radius)));
+            p += step;
+            step += bend;
+        }
+    }
+    let starts = (0..=count).map(|i| 6 * i as u32).collect();
+    let strands = Strands {
+        name: "clump".to_owned(),
+        basis: Basis::BSpline,
+        starts,
+        points,
+        moved: None,
+        root_uv: None,
+        look: 0,
+        varying: vec![],
+    };
+    Scene {
+        strands: vec![strands],
+        looks: vec![Look::constant("fur", fiber)],
+        lights: vec![Light::Dome { radiance: [1.0; 3], texture: None, rotation: Mat3::IDENTITY }],
+        camera: Some(Camera::look_at(Vec3::new(0.1, 0.2, 3.0), Vec3::ZERO, Vec3::Y, 0.3, 1.0)),
+        ..Scene::default()
+    }
+}
+
+fn settings(size: usize, mode: Mode) -> Settings {
+    Settings { size: [size, size], mode, seed: 1, max_depth: None }
+}
+
+fn render(world: &World, settings: &Settings, samples: u64) -> Film {
+    let mut film = Film::new(settings.size[0], settings.size[1]);
+    let statistics = Statistics::default();
+    assert!(world.render(settings, &mut film, 0..samples, &statistics, &AtomicBool::new(false)));
+    assert_eq!(statistics.rejected.into_inner(), 0);
+    film
+}
+
+/// Mean of a layer's first channels over the picture.
+fn mean(film: &Film, channel: usize) -> f64 {
+    let (w, h) = (film.width(), film.height());
+    (0..w * h).map(|i| film.mean(i % w, i / w, channel)).sum::<f64>() / (w * h) as f64
+}
+
+/// White fibres, much scattered in, in white light cannot be seen: one, and a clump of a thousand.
+#[test]
+fn furnace_is_white() {
+    let white = Fiber { kappa: 0.86, sigma_ms: 4.0, ..fiber() }.without_absorption();
+    for (count, radius) in [(1, 0.1), (1000, 0.004)] {
+        let world = World::new(clump(count, radius, white)).unwrap();
+        for mode in [Mode::MultiScale, Mode::Near, Mode::Far] {
+            let film = render(&world, &settings(32, mode), 64);
+            let all = mean(&film, 0);
+            let covered = mean(&film, Layer::Alpha.start());
+            println!("{count} strands, {mode:?}: {all}, {covered} covered");
+            assert!(covered > 0.05);
+            assert!((all - 1.0).abs() < 0.005 * covered.max(0.2), "{count} strands, {mode:?}: {all}");
+        }
+    }
+}
+
+#[test]
+fn lobe_layers_sum_to_beauty() {
+    let world = World::new(clump(300, 0.006, fiber())).unwrap();
+    for mode in [Mode::MultiScale, Mode::Near, Mode::Far] {
+        let film = render(&world, &settings(24, mode), 8);
+        for i in 0..24 * 24 {
+            let at = |channel| film.mean(i % 24, i / 24, channel);
+            // Beauty is the lobes and, where nothing is covered, the dome.
+            let background = 1.0 - at(Layer::Alpha.start());
+            for c in 0..3 {
+                let lobes: f64 = (0..6).map(|p| at(Layer::Lobes.start() + 3 * p + c)).sum();
+                assert!(
+                    (lobes + background - at(c)).abs() < 1e-5,
+                    "{mode:?} pixel {i}: {lobes} {background} {}",
+                    at(c)
+                );
+            }
+        }
+    }
+}
+
+/// The same to the last bit for any number of threads and any division of the samples.
+#[test]
+fn threads_and_ranges_do_not_change_the_image() {
+    let world = World::new(clump(200, 0.006, fiber())).unwrap();
+    let settings = settings(20, Mode::MultiScale);
+    let whole = render(&world, &settings, 12);
+    let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    assert_eq!(pool(1).install(|| render(&world, &settings, 12)), whole);
+    let (statistics, go) = (Statistics::default(), AtomicBool::new(false));
+    let part = |range| {
+        let mut film = Film::new(20, 20);
+        assert!(world.render(&settings, &mut film, range, &statistics, &go));
+        film
+    };
+    let mut merged = part(7..12);
+    merged.merge(&part(0..3));
+    merged.merge(&part(3..7));
+    assert_eq!(merged, whole);
+}
+
+/// Where a pixel covers many fibres, all three modes show the same.
+#[test]
+fn modes_agree_from_afar() {
+    let world = World::new(clump(400, 0.004, fiber())).unwrap();
+    let film = |mode| render(&world, &settings(8, mode), 4096);
+    let [multi, near, far] = [Mode::MultiScale, Mode::Near, Mode::Far].map(film);
+    let error = |a: &Film, b: &Film| {
+        let n = 64.0;
+        (0..64).map(|i| a.error(i % 8, i / 8).powi(2) + b.error(i % 8, i / 8).powi(2)).sum::<f64>().sqrt() / n
+    };
+    for (name, other) in [("multi-scale", &multi), ("far", &far)] {
+        let brightness = |film: &Film| (0..3).map(|c| mean(film, c)).sum::<f64>() / 3.0;
+        let (a, b, e) = (brightness(other), brightness(&near), error(other, &near));
+        println!("{name}: {a} near {b} ± {e}");
+        // The far field of fibres seen through gaps of their like is not quite theirs: what is hidden depends on h.
+        assert!((a - b).abs() < 4.0 * e + 0.003 * b, "{name}: {a} near {b} ± {e}");
+    }
+}
+
+/// Ten times the size of everything is the same picture, but for rounding.
+#[test]
+fn fibre_scale_does_not_matter() {
+    let scene = clump(300, 0.006, fiber());
+    let mut large = scene.clone();
+    large.strands[0].points.iter_mut().for_each(|p| *p *= 10.0);
+    let camera = Camera::look_at(Vec3::new(1.0, 2.0, 30.0), Vec3::ZERO, Vec3::Y, 0.3, 1.0);
+    large.camera = Some(camera);
+    let settings = settings(16, Mode::MultiScale);
+    let (small, large) = (World::new(scene).unwrap(), World::new(large).unwrap());
+    let (a, b) = (render(&small, &settings, 64), render(&large, &settings, 64));
+    for c in 0..3 {
+        let (a, b) = (mean(&a, c), mean(&b, c));
+        // Paths are the same until rounding sends one to another fibre.
+        assert!((a / b - 1.0).abs() < 0.01, "channel {c}: {a} {b}");
+    }
+}
+
+/// A diffuse floor under a rectangular light, against the integral over the light.
+#[test]
+fn floor_is_lit_as_it_should() {
+    let corners =
+        [Vec3::new(-5.0, 0.0, -5.0), Vec3::new(5.0, 0.0, -5.0), Vec3::new(5.0, 0.0, 5.0), Vec3::new(-5.0, 0.0, 5.0)];
+    let floor = Mesh {
+        name: "floor".to_owned(),
+        positions: corners.to_vec(),
+        triangles: vec![[0, 2, 1], [0, 3, 2]],
+        normals: None,
+        uv: None,
+        surface: 0,
+    };
+    // One unit above, facing down.
+    let down = Mat4::from_cols(Vec4::X, Vec4::Z, -Vec4::NEG_Y, Vec4::new(0.3, 1.0, 0.2, 1.0));
+    let scene = Scene {
+        meshes: vec![floor],
+        surfaces: vec![Surface::diffuse("grey", [0.5, 0.4, 0.3])],
+        lights: vec![Light::Rect { to_world: down, radiance: [2.0, 3.0, 4.0], texture: None }],
+        camera: Some(Camera::look_at(Vec3::new(0.0, 0.9, 3.0), Vec3::ZERO, Vec3::Y, 0.002, 1.0)),
+        ..Scene::default()
+    };
+    let world = World::new(scene).unwrap();
+    let film = render(&world, &settings(4, Mode::Near), 4096);
+    let n = 400;
+    let mut integral = 0.0f64;
+    for i in 0..n * n {
+        let (x, z) = ((i % n) as f64 / n as f64 - 0.5 + 0.3, (i / n) as f64 / n as f64 - 0.5 + 0.2);
+        integral += 1.0 / (x * x + z * z + 1.0).powi(2) / (n * n) as f64;
+    }
+    for c in 0..3 {
+        let expected = [0.5, 0.4, 0.3][c] / std::f64::consts::PI * [2.0, 3.0, 4.0][c] * integral;
+        let seen = mean(&film, c);
+        assert!((seen / expected - 1.0).abs() < 0.01, "channel {c}: {seen} {expected}");
+    }
+}
