@@ -17,8 +17,11 @@ pub const WIDTH: usize = 8;
 /// A child that is a leaf has this bit; without children's boxes it is empty.
 const LEAF: u32 = 1 << 31;
 
-/// Deepest stack that a traversal needs: seven siblings a level, and no tree is deeper than this allows.
-const STACK: usize = 512;
+/// Levels after which what is left is divided evenly: clustering makes a tree as deep as it likes of boxes that are all the same.
+const DEEPEST: usize = 60;
+
+/// What a traversal's stack must hold: seven siblings a level, of which even division of 2³² primitives adds eleven.
+const STACK: usize = 7 * (DEEPEST + 11) + 8;
 
 /// Eight boxes and what is in them.
 #[derive(Clone, Debug)]
@@ -50,8 +53,8 @@ impl Bvh {
         let indices = (0..boxes.len() as u32).collect();
         let tree = PlocBuilder::new().build(PlocSearchDistance::Low, &aabbs, indices, SortPrecision::U64, 0);
         drop(aabbs);
-        let mut builder = Builder { counts: counts(&tree), tree, nodes: Vec::new(), leaves: 0 };
-        let root = builder.collapse(0, &mut leaf);
+        let mut builder = Builder { boxes, counts: counts(&tree), tree, nodes: Vec::new(), leaves: 0 };
+        let root = builder.collapse(0, 0, &mut leaf);
         Bvh { nodes: builder.nodes, root }
     }
 
@@ -142,22 +145,21 @@ fn counts(tree: &Bvh2) -> Vec<u32> {
     counts
 }
 
-struct Builder {
+struct Builder<'a> {
+    boxes: &'a [Bounds],
     tree: Bvh2,
     counts: Vec<u32>,
     nodes: Vec<Node>,
     leaves: u32,
 }
 
-impl Builder {
+impl Builder<'_> {
     /// The wide node or leaf that stands for binary node `i`.
-    fn collapse(&mut self, i: usize, leaf: &mut impl FnMut(&[u32])) -> u32 {
-        if self.counts[i] as usize <= WIDTH {
+    fn collapse(&mut self, i: usize, depth: usize, leaf: &mut impl FnMut(&[u32])) -> u32 {
+        if self.counts[i] as usize <= WIDTH || depth >= DEEPEST {
             let mut primitives = Vec::with_capacity(WIDTH);
             self.gather(i, &mut primitives);
-            leaf(&primitives);
-            self.leaves += 1;
-            return (self.leaves - 1) | LEAF;
+            return self.divide(&primitives, leaf);
         }
         // Open the largest box until there are eight.
         let mut children = vec![i];
@@ -169,30 +171,63 @@ impl Builder {
             children[k] = first;
             children.push(first + 1);
         }
-        let index = self.nodes.len();
-        let mut bounds = [[[f32::INFINITY; WIDTH]; 3], [[f32::NEG_INFINITY; WIDTH]; 3]];
-        for (lane, &c) in children.iter().enumerate() {
+        let boxes = children.iter().map(|&c| {
             let aabb = self.tree.nodes[c].aabb();
+            (aabb.min.into(), aabb.max.into())
+        });
+        let index = self.node(&boxes.collect::<Vec<_>>());
+        for (lane, c) in children.into_iter().enumerate() {
+            let child = self.collapse(c, depth + 1, leaf);
+            self.nodes[index].children[lane] = child;
+        }
+        index as u32
+    }
+
+    /// A new node over up to eight boxes, its children still to be set.
+    fn node(&mut self, boxes: &[Bounds]) -> usize {
+        let mut bounds = [[[f32::INFINITY; WIDTH]; 3], [[f32::NEG_INFINITY; WIDTH]; 3]];
+        for (lane, (low, high)) in boxes.iter().enumerate() {
             for k in 0..3 {
-                (bounds[0][k][lane], bounds[1][k][lane]) = (aabb.min[k], aabb.max[k]);
+                (bounds[0][k][lane], bounds[1][k][lane]) = (low[k], high[k]);
             }
         }
         self.nodes.push(Node { bounds: bounds.map(|b| b.map(f32x8::new)), children: [LEAF; WIDTH] });
-        for (lane, c) in children.into_iter().enumerate() {
-            let child = self.collapse(c, leaf);
+        self.nodes.len() - 1
+    }
+
+    /// A leaf or, of more than that holds, nodes over equal parts.
+    fn divide(&mut self, primitives: &[u32], leaf: &mut impl FnMut(&[u32])) -> u32 {
+        if primitives.len() <= WIDTH {
+            leaf(primitives);
+            self.leaves += 1;
+            return (self.leaves - 1) | LEAF;
+        }
+        let parts: Vec<&[u32]> = primitives.chunks(primitives.len().div_ceil(WIDTH)).collect();
+        let around = |part: &&[u32]| {
+            part.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &p| {
+                let (a, b) = self.boxes[p as usize];
+                (low.min(a), high.max(b))
+            })
+        };
+        let boxes: Vec<Bounds> = parts.iter().map(around).collect();
+        let index = self.node(&boxes);
+        for (lane, part) in parts.into_iter().enumerate() {
+            let child = self.divide(part, leaf);
             self.nodes[index].children[lane] = child;
         }
         index as u32
     }
 
     fn gather(&self, i: usize, primitives: &mut Vec<u32>) {
-        let node = &self.tree.nodes[i];
-        if node.is_leaf() {
-            let range = node.first_index as usize..(node.first_index + node.prim_count) as usize;
-            primitives.extend(&self.tree.primitive_indices[range]);
-        } else {
-            self.gather(node.first_index as usize, primitives);
-            self.gather(node.first_index as usize + 1, primitives);
+        let mut stack = vec![i];
+        while let Some(i) = stack.pop() {
+            let node = &self.tree.nodes[i];
+            let first = node.first_index as usize;
+            if node.is_leaf() {
+                primitives.extend(&self.tree.primitive_indices[first..first + node.prim_count as usize]);
+            } else {
+                stack.extend([first + 1, first]);
+            }
         }
     }
 }
@@ -200,6 +235,21 @@ impl Builder {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Thousands of boxes in one place are found as well.
+    #[test]
+    fn boxes_may_coincide() {
+        let mut leaves = 0;
+        let boxes = vec![(Vec3::ZERO, Vec3::ONE); 5000];
+        let bvh = Bvh::build(&boxes, |primitives| leaves += primitives.len());
+        assert_eq!(leaves, 5000);
+        let mut seen = 0;
+        bvh.traverse(&Ray::new(Vec3::new(0.5, 0.5, -1.0), Vec3::Z), |_, limit| {
+            seen += 1;
+            limit
+        });
+        assert!(seen * WIDTH >= 5000);
+    }
 
     /// Every leaf whose box a ray meets is visited, and each primitive is in one leaf.
     #[test]

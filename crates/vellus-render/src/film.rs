@@ -96,6 +96,17 @@ impl Film {
         self.samples
     }
 
+    /// From sums that were kept: `CHANNELS` a pixel, row by row.
+    pub(crate) fn from_sums(width: usize, height: usize, samples: u64, sums: Vec<i64>) -> Self {
+        assert_eq!(sums.len(), width * height * CHANNELS, "as many sums as the film has");
+        Film { width, height, samples, sums }
+    }
+
+    /// All sums.
+    pub(crate) fn sums(&self) -> &[i64] {
+        &self.sums
+    }
+
     /// Notes that every pixel has that many samples more.
     pub(crate) fn advance(&mut self, samples: u64) {
         self.samples += samples;
@@ -117,6 +128,16 @@ impl Film {
     pub fn mean(&self, x: usize, y: usize, channel: usize) -> f64 {
         let sum = self.sums[(y * self.width + x) * CHANNELS + channel];
         sum as f64 * UNIT / self.samples.max(1) as f64
+    }
+
+    /// Noise of the whole picture: root mean square of the pixels' standard errors over its mean brightness.
+    pub fn noise(&self) -> f64 {
+        let pixels = || (0..self.width * self.height).map(|i| (i % self.width, i / self.width));
+        let brightness = |(x, y): (usize, usize)| (0..3).map(|c| self.mean(x, y, c)).sum::<f64>() / 3.0;
+        let n = (self.width * self.height) as f64;
+        let mean = pixels().map(brightness).sum::<f64>() / n;
+        let square = pixels().map(|(x, y)| self.error(x, y).powi(2)).sum::<f64>() / n;
+        if mean > 0.0 { square.sqrt() / mean } else { 0.0 }
     }
 
     /// Standard error of a pixel's mean brightness.

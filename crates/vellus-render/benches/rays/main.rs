@@ -1,7 +1,12 @@
 //! Rays a second through fur, one thread: `cargo bench -p vellus-render --bench rays -- [STRANDS …]`.
 //!
+//! With `--features embree`, beside Embree on the same segments.
+//!
 //! A furry ball of radius 1, cubic B-splines of 20 segments. Primary rays come from a camera, bounce rays go from where
 //! those enter in any direction. Five passes, of which the median counts.
+
+#[cfg(feature = "embree")]
+mod embree;
 
 use glam::{Vec3, Vec4Swizzles};
 use std::time::Instant;
@@ -54,16 +59,17 @@ fn ball(count: usize, basis: Basis, radius: f32) -> Strands {
     }
 }
 
-fn measure(name: &str, rays: &[Ray], f: impl Fn(&Ray) -> bool) {
-    let mut rates = Vec::new();
-    let mut hits = 0;
-    for _ in 0..5 {
-        let start = Instant::now();
-        hits = rays.iter().filter(|ray| f(ray)).count();
-        rates.push(rays.len() as f64 / start.elapsed().as_secs_f64() * 1e-6);
-    }
+/// Millions of rays a second: the median of five passes.
+fn rate(rays: &[Ray], f: impl Fn(&Ray) -> bool) -> f64 {
+    let mut rates: Vec<f64> = (0..5)
+        .map(|_| {
+            let start = Instant::now();
+            std::hint::black_box(rays.iter().filter(|ray| f(ray)).count());
+            rays.len() as f64 / start.elapsed().as_secs_f64() * 1e-6
+        })
+        .collect();
     rates.sort_by(f64::total_cmp);
-    println!("  {name:10} {:.3} Mrays/s, {:.1} % hit", rates[2], 100.0 * hits as f64 / rays.len() as f64);
+    rates[2]
 }
 
 fn main() {
@@ -74,7 +80,7 @@ fn main() {
         for basis in [Basis::Linear, Basis::BSpline] {
             let strands = ball(count, basis, radius);
             let start = Instant::now();
-            let curves = Curves::new(vec![strands]);
+            let curves = Curves::new(vec![strands.clone()]);
             let (seconds, segments) = (start.elapsed().as_secs_f64(), curves.segments());
             println!(
                 "{count} × 20 {basis:?}: built in {seconds:.2} s, {:.1} bytes a segment",
@@ -99,9 +105,62 @@ fn main() {
                     Ray::new(axis.xyz() + out.normalize() * axis.w * 1.001, d)
                 })
                 .collect();
-            measure("primary", &primary, |ray| curves.intersect(ray).is_some());
-            measure("bounce", &bounce, |ray| curves.intersect(ray).is_some());
-            measure("shadow", &bounce, |ray| curves.occluded(ray));
+            let yardstick = Yardstick::new(&strands);
+            let sets = [("primary", &primary), ("bounce", &bounce), ("shadow", &bounce)];
+            for (name, rays) in sets {
+                let ours = if name == "shadow" {
+                    rate(rays, |ray| curves.occluded(ray))
+                } else {
+                    rate(rays, |ray| curves.intersect(ray).is_some())
+                };
+                println!("  {name:8} {ours:.3} Mrays/s{}", yardstick.beside(&curves, name, rays, ours));
+            }
         }
+    }
+}
+
+/// What we are measured against.
+#[cfg(not(feature = "embree"))]
+struct Yardstick;
+
+#[cfg(not(feature = "embree"))]
+impl Yardstick {
+    fn new(_: &Strands) -> Self {
+        Yardstick
+    }
+
+    fn beside(&self, _: &Curves, _: &str, _: &[Ray], _: f64) -> &'static str {
+        ""
+    }
+}
+
+/// What we are measured against.
+#[cfg(feature = "embree")]
+struct Yardstick(Result<embree::Embree, String>);
+
+#[cfg(feature = "embree")]
+impl Yardstick {
+    fn new(strands: &Strands) -> Self {
+        let start = Instant::now();
+        let embree = embree::Embree::new(strands);
+        println!("  Embree built in {:.2} s", start.elapsed().as_secs_f64());
+        Yardstick(embree)
+    }
+
+    /// Embree's figure, the ratio, and the share of rays on which both agree.
+    fn beside(&self, curves: &Curves, name: &str, rays: &[Ray], ours: f64) -> String {
+        let embree = match &self.0 {
+            Ok(embree) => embree,
+            Err(why) => return format!(" (no Embree: {why})"),
+        };
+        let (intersect, occluded) = (embree.intersect(), embree.occluded());
+        let theirs = if name == "shadow" { rate(rays, &occluded) } else { rate(rays, |ray| intersect(ray).is_some()) };
+        let same = |ray: &&Ray| match (curves.intersect(ray), intersect(ray)) {
+            (Some(a), Some(b)) => (a.entry.t - b).abs() < 0.01,
+            (None, None) => true,
+            _ => false,
+        };
+        let agree = rays.iter().filter(same).count() as f64 / rays.len() as f64;
+        format!(", Embree {theirs:.3}: ratio {:.2}, {:.2} % agree", ours / theirs, 100.0 * agree)
     }
 }
