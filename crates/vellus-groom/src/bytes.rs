@@ -1,0 +1,81 @@
+//! Little-endian numbers out of a file that may be damaged.
+
+use crate::error::Error;
+use glam::Vec3;
+
+/// A file in memory, with its name for messages.
+pub(crate) struct Bytes<'a> {
+    pub file: &'a str,
+    pub bytes: &'a [u8],
+}
+
+impl<'a> Bytes<'a> {
+    pub fn fail(&self, offset: usize, what: impl Into<String>) -> Error {
+        Error::File { file: self.file.to_owned(), offset, what: what.into() }
+    }
+
+    /// `count` things of `size` bytes from `offset` on. Nothing is allocated: a header that promises more than the
+    /// file has fails here.
+    pub fn array(&self, offset: usize, count: usize, size: usize, name: &str) -> Result<&'a [u8], Error> {
+        let end = count.checked_mul(size).and_then(|n| n.checked_add(offset));
+        end.and_then(|end| self.bytes.get(offset..end)).ok_or_else(|| {
+            let there = self.bytes.len().saturating_sub(offset);
+            self.fail(offset, format!("{count} {name} of {size} bytes belong here, but {there} bytes are left"))
+        })
+    }
+
+    pub fn u32(&self, offset: usize, name: &str) -> Result<u32, Error> {
+        Ok(u32s(self.array(offset, 1, 4, name)?).next().unwrap_or_default())
+    }
+
+    pub fn f32(&self, offset: usize, name: &str) -> Result<f32, Error> {
+        self.u32(offset, name).map(f32::from_bits)
+    }
+
+    /// Points in space, all finite; `stride` is 12 or more bytes from one to the next.
+    pub fn points(&self, offset: usize, count: usize, stride: usize) -> Result<Vec<Vec3>, Error> {
+        let bytes = self.array(offset, count, stride, "points")?;
+        let mut points = Vec::with_capacity(count);
+        for (i, bytes) in bytes.chunks_exact(stride).enumerate() {
+            let mut coordinates = f32s(&bytes[..12]);
+            let point = Vec3::from_array(std::array::from_fn(|_| coordinates.next().unwrap_or_default()));
+            if !point.is_finite() {
+                return Err(self.fail(offset + i * stride, format!("point {i} is {point}: it must be finite")));
+            }
+            points.push(point);
+        }
+        Ok(points)
+    }
+
+    /// Numbers that must satisfy `good`; `range` says so in words.
+    pub fn floats(
+        &self,
+        offset: usize,
+        count: usize,
+        name: &str,
+        good: fn(f32) -> bool,
+        range: &str,
+    ) -> Result<Vec<f32>, Error> {
+        let values: Vec<f32> = f32s(self.array(offset, count, 4, name)?).collect();
+        match values.iter().position(|&x| !good(x)) {
+            Some(i) => Err(self.fail(offset + 4 * i, format!("{} is among the {name}: {range}", values[i]))),
+            None => Ok(values),
+        }
+    }
+}
+
+fn u32s(bytes: &[u8]) -> impl Iterator<Item = u32> {
+    bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+}
+
+fn f32s(bytes: &[u8]) -> impl Iterator<Item = f32> {
+    u32s(bytes).map(f32::from_bits)
+}
+
+/// A width given for strands that have none of their own.
+pub(crate) fn given_width(width: Option<f32>) -> Result<Option<f32>, Error> {
+    match width {
+        Some(width) if !(width.is_finite() && width > 0.0) => Err(Error::Width(width)),
+        width => Ok(width),
+    }
+}

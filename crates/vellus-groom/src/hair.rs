@@ -1,0 +1,149 @@
+//! Cem Yuksel's `.hair` files: a header of 128 bytes, then arrays, all little-endian.
+//!
+//! ```text
+//! 0 "HAIR"   4 strands u32   8 points u32   12 which arrays u32   16 segments u32   20 thickness f32
+//! 24 transparency f32   28 colour 3 × f32   40 information, 88 bytes
+//! segments u16 a strand · points 3 × f32 · thickness f32 a point · transparency f32 a point · colours 3 × f32 a point
+//! ```
+
+use crate::bytes::{Bytes, given_width};
+use crate::error::Error;
+use glam::Vec4;
+use vellus_scene::{Basis, Parameter, Strands, Values};
+
+const HEADER: usize = 128;
+const SEGMENTS: u32 = 1;
+const POINTS: u32 = 2;
+const THICKNESS: u32 = 4;
+const TRANSPARENCY: u32 = 8;
+const COLORS: u32 = 16;
+
+/// Strands of a `.hair` file, as [`Basis::Linear`]. `name` is for messages and becomes the strands' name.
+///
+/// Thickness is a diameter: that of each point if the file has it, else `width` if given, else the file's default.
+/// Colours of the points become [`Parameter::Reflectance`], taken as linear RGB. Transparency is not read.
+///
+/// # Errors
+/// [`Error::File`] says what is wrong and where; [`Error::NoWidth`] if there is no width at all; [`Error::Width`].
+pub fn read_hair(bytes: &[u8], name: &str, width: Option<f32>) -> Result<Strands, Error> {
+    let width = given_width(width)?;
+    let file = Bytes { file: name, bytes };
+    if file.array(0, 1, HEADER, "header")?[..4] != *b"HAIR" {
+        return Err(file.fail(0, "a .hair file begins with HAIR"));
+    }
+    let [count, points, arrays] = [file.u32(4, "strands")?, file.u32(8, "points")?, file.u32(12, "arrays")?];
+    let (count, total) = (count as usize, points as usize);
+    if arrays & POINTS == 0 {
+        return Err(file.fail(12, "the file says that it has no points"));
+    }
+
+    let mut offset = HEADER;
+    let mut next = |present: u32, items: usize, size: usize| {
+        let start = offset;
+        offset = offset.saturating_add(if arrays & present == 0 { 0 } else { items.saturating_mul(size) });
+        start
+    };
+    let [segments_at, points_at] = [next(SEGMENTS, count, 2), next(POINTS, total, 12)];
+    let thickness_at = next(THICKNESS, total, 4);
+    next(TRANSPARENCY, total, 4);
+    let colors_at = next(COLORS, total, 12);
+
+    let starts = starts(&file, arrays & SEGMENTS != 0, segments_at, count, total)?;
+    let positions = file.points(points_at, total, 12)?;
+    let thickness = if arrays & THICKNESS != 0 {
+        let good = |x: f32| x.is_finite() && x >= 0.0;
+        Some(file.floats(thickness_at, total, "thicknesses", good, "one must be finite and not negative")?)
+    } else {
+        None
+    };
+    let default = file.f32(20, "thickness")?;
+    let default = width.or((default.is_finite() && default > 0.0).then_some(default));
+    let radius = |i: usize| thickness.as_ref().map_or(default, |t| Some(t[i])).map(|t| 0.5 * t);
+    let points = positions.iter().enumerate().map(|(i, p)| radius(i).map(|r| p.extend(r)));
+    let points: Option<Vec<Vec4>> = points.collect();
+    let mut varying = Vec::new();
+    if arrays & COLORS != 0 {
+        let good = |x: f32| (0.0..=1.0).contains(&x);
+        let colors = file.floats(colors_at, total.saturating_mul(3), "colours", good, "a channel must be in [0, 1]")?;
+        let colors = colors.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
+        varying.push((Parameter::Reflectance, Values::PerPoint(colors)));
+    }
+    Ok(Strands {
+        name: name.to_owned(),
+        basis: Basis::Linear,
+        starts,
+        points: points.ok_or_else(|| Error::NoWidth { file: name.to_owned() })?,
+        moved: None,
+        root_uv: None,
+        look: 0,
+        varying,
+    })
+}
+
+/// Where the points of each strand start: from the array of segments, or all with the header's number.
+fn starts(file: &Bytes, array: bool, at: usize, count: usize, total: usize) -> Result<Vec<u32>, Error> {
+    let default = file.u32(16, "segments")?;
+    // A strand has at least two points of 12 bytes: this bounds what is allocated by what is there.
+    if count > file.bytes.len() / 24 {
+        return Err(file.fail(4, format!("{count} strands cannot be in a file of {} bytes", file.bytes.len())));
+    }
+    let segments = if array { file.array(at, count, 2, "segment counts")? } else { &[] };
+    let mut starts = Vec::with_capacity(count + 1);
+    let mut end = 0u64;
+    starts.push(0);
+    for i in 0..count {
+        let segments = segments.get(2 * i..2 * i + 2).map_or(default, |b| u16::from_le_bytes([b[0], b[1]]).into());
+        let offset = if array { at + 2 * i } else { 16 };
+        if segments == 0 {
+            return Err(file.fail(offset, format!("strand {i} has no segments: it must have at least one")));
+        }
+        end += u64::from(segments) + 1;
+        if end > total as u64 {
+            return Err(file.fail(offset, format!("strand {i} ends at point {end}, beyond the {total} there are")));
+        }
+        starts.push(end as u32);
+    }
+    if end != total as u64 {
+        return Err(file.fail(8, format!("the header says {total} points, the strands have {end}")));
+    }
+    Ok(starts)
+}
+
+/// A `.hair` file of these strands: segments, points, thickness, and colours where [`Parameter::Reflectance`] varies by
+/// point. Strands of another basis are [`flatten`](crate::flatten)ed first, by the caller's choice of steps.
+///
+/// # Errors
+/// [`Error::Unwritable`] if they are not [`Basis::Linear`], or a strand has more than 65,535 segments; what
+/// [`Strands::validate`] says.
+pub fn write_hair(strands: &Strands) -> Result<Vec<u8>, Error> {
+    strands.validate()?;
+    let fail = |what: String| Err(Error::Unwritable { strands: strands.name.clone(), what });
+    if strands.basis != Basis::Linear {
+        return fail(format!("a .hair file has straight segments, not {:?}: flatten them first", strands.basis));
+    }
+    let colors = strands.varying.iter().find_map(|(parameter, values)| match (parameter, values) {
+        (Parameter::Reflectance, Values::PerPoint(values)) => Some(values),
+        _ => None,
+    });
+    let mut bytes = Vec::with_capacity(HEADER + 2 * strands.len() + 28 * strands.points.len());
+    bytes.extend(b"HAIR");
+    let arrays = SEGMENTS | POINTS | THICKNESS | if colors.is_some() { COLORS } else { 0 };
+    for word in [strands.len() as u32, strands.points.len() as u32, arrays, 0] {
+        bytes.extend(word.to_le_bytes());
+    }
+    for default in [0.0f32, 0.0, 0.5, 0.5, 0.5] {
+        bytes.extend(default.to_le_bytes());
+    }
+    bytes.resize(HEADER, 0);
+    for (i, pair) in strands.starts.windows(2).enumerate() {
+        match u16::try_from(pair[1] - pair[0] - 1) {
+            Ok(segments) => bytes.extend(segments.to_le_bytes()),
+            Err(_) => return fail(format!("strand {i} has more than the 65535 segments of a .hair file")),
+        }
+    }
+    let mut floats = |values: &mut dyn Iterator<Item = f32>| values.for_each(|x| bytes.extend(x.to_le_bytes()));
+    floats(&mut strands.points.iter().flat_map(|p| p.truncate().to_array()));
+    floats(&mut strands.points.iter().map(|p| 2.0 * p.w));
+    floats(&mut colors.into_iter().flatten().flatten().copied());
+    Ok(bytes)
+}
