@@ -1,12 +1,21 @@
 //! Strands of hair and fur: readers and writers, growing them on a mesh, and built-in animals to render.
 
+mod body;
 mod bytes;
+mod clumps;
 mod error;
 mod flatten;
+mod grow;
 mod hair;
+mod polygonize;
+mod roots;
+mod settings;
 mod tfx;
 
 pub use error::Error;
 pub use flatten::flatten;
+pub use grow::grow;
 pub use hair::{read_hair, write_hair};
+pub use roots::Site;
+pub use settings::{Clump, Draw, GrowSettings, Maps};
 pub use tfx::read_tfx;

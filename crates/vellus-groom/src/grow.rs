@@ -1,0 +1,169 @@
+//! Growing fur on a mesh.
+
+use crate::body::gradient;
+use crate::clumps::Clumps;
+use crate::error::Error;
+use crate::roots::{Roots, Site};
+use crate::settings::{Draw, GrowSettings, Maps};
+use glam::{Quat, Vec3, Vec4};
+use rand::{RngExt, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rayon::prelude::*;
+use std::f32::consts::TAU;
+use vellus_scene::{Basis, Mesh, Strands, Values};
+
+/// Strands that grow on a mesh. Each depends on its index and the seed only: the result is the same with any number of
+/// threads. They are in an order in which neighbours follow each other.
+///
+/// # Errors
+/// [`Error::Setting`] names a number out of its range; [`Error::Scene`] says what is wrong with the mesh; [`Error::Nowhere`] if
+/// there is nowhere to grow.
+pub fn grow(mesh: &Mesh, settings: &GrowSettings, maps: &Maps) -> Result<Strands, Error> {
+    settings.validate()?;
+    let grower = Grower { settings, maps, roots: Roots::new(mesh, maps.density)? };
+    let clumps = Clumps::new(settings, grower.roots.area_per_strand(settings.count), |i| {
+        let mut line = Vec::new();
+        let root = grower.line(i, &mut line);
+        (root.site.position, line)
+    });
+    let phantom = if settings.basis == Basis::Linear { 0 } else { 1 };
+    let per_strand = settings.segments + 1 + 2 * phantom;
+    let mut points = vec![Vec4::ZERO; settings.count * per_strand];
+    let roots: Vec<Root> = points
+        .par_chunks_mut(per_strand)
+        .enumerate()
+        .map_init(Vec::new, |line, (i, points)| {
+            let root = grower.line(i, line);
+            clumps.gather(i, root.site.position, line);
+            grower.keep_outside(line);
+            for (k, p) in line.iter().enumerate() {
+                let s = k as f32 / settings.segments as f32;
+                let radius = settings.radius[0] + s * (settings.radius[1] - settings.radius[0]);
+                points[phantom + k] = p.extend(radius * root.thickness);
+            }
+            if phantom == 1 {
+                // Curves of both bases go through their second point if it is the middle of its neighbours.
+                let n = points.len();
+                let beyond = |end: Vec4, next: Vec4| (2.0 * end - next).truncate().extend(end.w);
+                points[0] = beyond(points[1], points[2]);
+                points[n - 1] = beyond(points[n - 2], points[n - 3]);
+            }
+            root
+        })
+        .collect();
+    let color = maps.color.map(|(parameter, color)| {
+        (parameter, Values::PerStrand(roots.par_iter().map(|root| color(&root.site, &root.draw)).collect()))
+    });
+    Ok(Strands {
+        name: settings.name.clone(),
+        basis: settings.basis,
+        starts: (0..=settings.count).map(|i| (i * per_strand) as u32).collect(),
+        points,
+        moved: None,
+        root_uv: mesh.uv.as_ref().map(|_| roots.iter().map(|root| root.site.uv).collect()),
+        look: 0,
+        varying: color.into_iter().collect(),
+    })
+}
+
+struct Root {
+    site: Site,
+    draw: Draw,
+    /// Multiplies the radius.
+    thickness: f32,
+}
+
+struct Grower<'a> {
+    settings: &'a GrowSettings,
+    maps: &'a Maps<'a>,
+    roots: Roots<'a>,
+}
+
+impl Grower<'_> {
+    /// The points of strand `i` before it is gathered into a clump.
+    fn line(&self, i: usize, line: &mut Vec<Vec3>) -> Root {
+        let settings = self.settings;
+        let seed = settings.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_add(i as u64));
+        let site = self.roots.root(i, settings.count, &mut rng);
+        let mut random = || rng.random::<f32>();
+        let draw = Draw { guard: random() < settings.guard_share, random: random() };
+        let [longer, thicker] = if draw.guard { settings.guard_scale } else { [1.0; 2] };
+        let varied = 1.0 + settings.length_variation * (2.0 * random() - 1.0);
+        let length = settings.length * longer * varied * (self.maps.length)(&site).max(0.0);
+
+        let n = site.normal;
+        let comb = (self.maps.comb)(&site);
+        let laid = (comb - comb.dot(n) * n).normalize_or_zero();
+        // Box–Muller: how far this strand deviates in azimuth and elevation.
+        let (r, phi) = (settings.spread * (-2.0 * (1.0 - random()).ln()).sqrt(), TAU * random());
+        let laid = Quat::from_axis_angle(n, r * phi.cos()) * laid;
+        let wave = Wave::new(settings, length, &mut random);
+
+        line.clear();
+        line.push(site.position);
+        let step = length / settings.segments as f32;
+        let mut p = site.position;
+        for k in 0..settings.segments {
+            let s = (k as f32 + 0.5) / settings.segments as f32;
+            let angle = settings.lift[0] + s * (settings.lift[1] - settings.lift[0]) + r * phi.sin();
+            let upright = if laid == Vec3::ZERO { n } else { angle.cos() * laid + angle.sin() * n };
+            let hanging = upright - settings.gravity * s * Vec3::Y;
+            p += step * hanging.normalize_or(upright);
+            p = self.outside(p, settings.clearance * s);
+            line.push(p);
+        }
+        let axis = (p - site.position).normalize_or(n);
+        let (u, v) = axis.any_orthonormal_pair();
+        for (k, p) in line.iter_mut().enumerate().skip(1) {
+            let (x, y) = wave.at(k as f32 / settings.segments as f32);
+            *p += x * u + y * v;
+        }
+        Root { site, draw, thickness: thicker * (0.85 + 0.3 * random()) }
+    }
+
+    /// Moves points that clumps, curls and waves have put into the body out of it again.
+    fn keep_outside(&self, line: &mut [Vec3]) {
+        let last = (line.len() - 1) as f32;
+        for (k, p) in line.iter_mut().enumerate().skip(1) {
+            *p = self.outside(*p, self.settings.clearance * k as f32 / last);
+        }
+    }
+
+    fn outside(&self, p: Vec3, clearance: f32) -> Vec3 {
+        let Some(distance) = self.maps.distance else { return p };
+        let inside = clearance - distance(p);
+        if inside > 0.0 { p + inside * gradient(distance, p).normalize_or_zero() } else { p }
+    }
+}
+
+/// What curls and waves add across a strand.
+struct Wave {
+    curl: f32,
+    turns: f32,
+    phase: f32,
+    noise: f32,
+    frequency: [f32; 2],
+    phases: [f32; 2],
+}
+
+impl Wave {
+    fn new(settings: &GrowSettings, length: f32, random: &mut impl FnMut() -> f32) -> Self {
+        Wave {
+            curl: settings.curl_radius * (0.7 + 0.6 * random()),
+            turns: settings.curl_turns * (0.85 + 0.3 * random()),
+            phase: TAU * random(),
+            noise: settings.noise * length,
+            // Half a wave to one and a half.
+            frequency: [0.5 + random(), 0.5 + random()],
+            phases: [TAU * random(), TAU * random()],
+        }
+    }
+
+    fn at(&self, s: f32) -> (f32, f32) {
+        let angle = self.phase + TAU * self.turns * s;
+        let curl = self.curl * (4.0 * s).min(1.0);
+        let wave = |i: usize| self.noise * s * (TAU * self.frequency[i] * s + self.phases[i]).sin();
+        (curl * angle.cos() + wave(0), curl * angle.sin() + wave(1))
+    }
+}
