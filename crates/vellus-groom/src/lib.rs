@@ -9,6 +9,7 @@ mod grow;
 mod hair;
 mod polygonize;
 mod roots;
+mod scenes;
 mod settings;
 mod tfx;
 
@@ -17,5 +18,6 @@ pub use flatten::flatten;
 pub use grow::grow;
 pub use hair::{read_hair, write_hair};
 pub use roots::Site;
+pub use scenes::{SCENES, scene};
 pub use settings::{Clump, Draw, GrowSettings, Maps};
 pub use tfx::read_tfx;

@@ -1,0 +1,167 @@
+//! A picture of a built-in scene in a second, to look at grooms without a renderer: strands as lines, brighter
+//! toward their tips, and a depth buffer. `cargo run --release --example preview -- raccoon out.png [small]`
+
+use glam::{Vec2, Vec3};
+use std::time::Instant;
+use vellus::{Color, Fiber};
+use vellus_groom::{flatten, scene};
+use vellus_scene::{Mesh, Parameter, Scene, Strands, Values};
+
+const HEIGHT: usize = 1200;
+
+struct Film {
+    width: usize,
+    pixels: Vec<([f32; 3], f32)>,
+    to_camera: glam::Mat4,
+    scale: f32,
+    light: Vec3,
+}
+
+impl Film {
+    /// Pixel coordinates and depth.
+    fn project(&self, p: Vec3) -> Vec3 {
+        let q = self.to_camera.transform_point3(p);
+        let centre = 0.5 * Vec2::new(self.width as f32, HEIGHT as f32);
+        (centre + Vec2::new(q.x, -q.y) / -q.z * self.scale).extend(-q.z)
+    }
+
+    fn put(&mut self, x: f32, y: f32, depth: f32, color: [f32; 3]) {
+        if x < 0.0 || y < 0.0 || x >= self.width as f32 || y >= HEIGHT as f32 || depth <= 0.0 {
+            return;
+        }
+        let pixel = &mut self.pixels[y as usize * self.width + x as usize];
+        if depth < pixel.1 {
+            *pixel = (color, depth);
+        }
+    }
+
+    fn mesh(&mut self, scene: &Scene, mesh: &Mesh) {
+        let surface = &scene.surfaces[mesh.surface];
+        for (t, triangle) in mesh.triangles.iter().enumerate() {
+            let corners = triangle.map(|v| mesh.positions[v as usize]);
+            let [a, b, c] = corners.map(|p| self.project(p));
+            let flat = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
+            let normals = mesh.normals.as_ref().map_or([flat; 3], |n| n[t]);
+            let texture = surface.color.texture.map(|i| &scene.textures[i]);
+            let low = a.min(b).min(c).max(Vec3::ZERO);
+            let high = a.max(b).max(c).min(Vec3::new(self.width as f32, HEIGHT as f32, f32::INFINITY));
+            let area = (b - a).truncate().perp_dot((c - a).truncate());
+            // Large triangles may reach behind the camera; their corners are not clipped but left out.
+            if area.abs() < 1e-6 || a.z.min(b.z).min(c.z) <= 0.0 {
+                continue;
+            }
+            for y in low.y as usize..(high.y + 1.0).max(0.0) as usize {
+                for x in low.x as usize..(high.x + 1.0).max(0.0) as usize {
+                    let p = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+                    let v = (p - a.truncate()).perp_dot((c - a).truncate()) / area;
+                    let w = (b - a).truncate().perp_dot(p - a.truncate()) / area;
+                    let u = 1.0 - v - w;
+                    if u < 0.0 || v < 0.0 || w < 0.0 {
+                        continue;
+                    }
+                    let n = (u * normals[0] + v * normals[1] + w * normals[2]).normalize_or_zero();
+                    let tint = match (texture, &mesh.uv) {
+                        (Some(texture), Some(uv)) => texture.at(u * uv[t][0] + v * uv[t][1] + w * uv[t][2]),
+                        _ => [1.0; 3],
+                    };
+                    let shade = 0.25 + 0.75 * n.dot(self.light).max(0.0);
+                    let gloss = if surface.ior > 1.0 { n.dot(self.light).max(0.0).powf(60.0) } else { 0.0 };
+                    let color = std::array::from_fn(|c| tint[c] * surface.color.color[c] * shade + 0.6 * gloss);
+                    self.put(p.x, p.y, u * a.z + v * b.z + w * c.z, color);
+                }
+            }
+        }
+    }
+
+    fn strands(&mut self, strands: &Strands, fiber: &Fiber) {
+        let melanin = strands.varying.iter().find_map(|(parameter, values)| match (parameter, values) {
+            (Parameter::Melanin, Values::PerStrand(values)) => Some(values),
+            _ => None,
+        });
+        for i in 0..strands.len() {
+            let sigma = melanin.map_or(fiber.sigma_ca, |melanin| {
+                let [eumelanin, pheomelanin, _] = melanin[i];
+                Color::Melanin { eumelanin, pheomelanin }.absorption(0.1).unwrap_or_default()
+            });
+            let albedo = sigma.map(|sigma| 0.85 * (-5.9 * (sigma * (1.0 - fiber.kappa)).sqrt()).exp());
+            let points = strands.strand(i);
+            for (k, pair) in points.windows(2).enumerate() {
+                let s = k as f32 / (points.len() - 1) as f32;
+                let tangent = (pair[1] - pair[0]).truncate().normalize_or_zero();
+                let across = (1.0 - tangent.dot(self.light).powi(2)).max(0.0).sqrt();
+                let shade = (0.35 + 0.65 * s) * (0.25 + 0.75 * across) + 0.15 * across.powi(40);
+                let color = albedo.map(|a| a * shade + 0.008);
+                let (a, b) = (self.project(pair[0].truncate()), self.project(pair[1].truncate()));
+                let steps = (b - a).truncate().length().ceil().max(1.0);
+                for j in 0..steps as usize {
+                    let p = a.lerp(b, j as f32 / steps);
+                    // A strand narrower than a pixel covers it by chance; a wider one is several pixels wide.
+                    let width = 2.0 * pair[0].w / p.z * self.scale;
+                    let chance = (i * 7919 + k * 104_729 + j * 31) as u32;
+                    if width < 1.0 && (chance.wrapping_mul(0x9e37_79b9) >> 8) as f32 / (1 << 24) as f32 > width {
+                        continue;
+                    }
+                    let side = (b - a).truncate().perp().normalize_or_zero();
+                    for w in 0..(width.ceil() as usize).max(1) {
+                        let q = p.truncate() + side * (w as f32 - 0.5 * width.floor());
+                        self.put(q.x, q.y, p.z, color);
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [name, file, rest @ ..] = &arguments[..] else {
+        eprintln!("usage: preview NAME FILE.png [small]");
+        std::process::exit(2);
+    };
+    let start = Instant::now();
+    let Some(scene) = scene(name, rest.first().is_some_and(|s| s == "small")) else {
+        eprintln!("no scene {name}");
+        std::process::exit(2);
+    };
+    let [strands, segments] = [Strands::len, Strands::segments].map(|f| scene.strands.iter().map(f).sum::<usize>());
+    println!("{name}: {strands} strands, {segments} segments in {:.1} s", start.elapsed().as_secs_f32());
+    let camera = scene.camera.expect("built-in scenes have one");
+    let width = (HEIGHT as f32 * camera.film_width / camera.film_height) as usize;
+    let eye = camera.to_world.transform_point3(Vec3::ZERO);
+    let view = camera.to_world.transform_vector3(Vec3::NEG_Z);
+    let right = camera.to_world.transform_vector3(Vec3::X);
+    let mut film = Film {
+        width,
+        pixels: vec![([0.5, 0.55, 0.6], f32::INFINITY); width * HEIGHT],
+        to_camera: camera.to_world.inverse(),
+        scale: HEIGHT as f32 / camera.film_height,
+        light: (Vec3::Y - 0.6 * view - 0.5 * right).normalize(),
+    };
+    // What a camera inside a backdrop would not see through is seen from its back here: leave out faces turned away.
+    for mesh in &scene.meshes {
+        let mut mesh = mesh.clone();
+        if mesh.name == "backdrop" {
+            mesh.normals = Some(vec![[eye.normalize_or_zero(); 3]; mesh.triangles.len()]);
+        }
+        film.mesh(&scene, &mesh);
+    }
+    for strands in &scene.strands {
+        film.strands(&flatten(strands, 2), &scene.looks[strands.look].fiber);
+    }
+    // Twice two pixels to one, and a gamma of 2.2.
+    let (w, h) = (width / 2, HEIGHT / 2);
+    let bytes: Vec<u8> = (0..w * h)
+        .flat_map(|i| {
+            let at = |dx: usize, dy: usize| film.pixels[(2 * (i / w) + dy) * width + 2 * (i % w) + dx].0;
+            let four = [at(0, 0), at(1, 0), at(0, 1), at(1, 1)];
+            std::array::from_fn::<u8, 3, _>(|c| {
+                let mean: f32 = 0.25 * four.iter().map(|p| p[c]).sum::<f32>();
+                (mean.clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0) as u8
+            })
+        })
+        .collect();
+    let output = std::fs::File::create(file).expect("the file can be written");
+    let mut encoder = png::Encoder::new(std::io::BufWriter::new(output), w as u32, h as u32);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.write_header().and_then(|mut writer| writer.write_image_data(&bytes)).expect("the file can be written");
+}

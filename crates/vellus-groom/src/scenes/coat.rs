@@ -1,0 +1,128 @@
+//! Fur on a body, and the skin under it.
+
+use crate::body::Body;
+use crate::error::Error;
+use crate::grow::grow;
+use crate::polygonize::polygonize;
+use crate::roots::Site;
+use crate::settings::{Draw, GrowSettings, Maps};
+use glam::{Vec2, Vec3};
+use vellus::{Color, Fiber};
+use vellus_scene::{Look, Mesh, Parameter, Scene, Strands, Surface, Texture, Tint};
+
+/// How many fewer strands a small scene has.
+pub(super) const FEWER: usize = 40;
+/// How much wider they are: not as much as they are fewer, as strands should still look like strands.
+const WIDER: f32 = 4.5;
+/// The skin's texture goes from no melanin to this much eumelanin and pheomelanin, as square roots.
+const MOST: f32 = 4.0;
+
+/// A coat of fur.
+pub(super) struct Coat<'a> {
+    pub body: &'a Body,
+    /// Width of the mesh's cells at full size.
+    pub step: f32,
+    /// Over how much one part's coat goes over into the next one's.
+    pub soft: f32,
+    pub settings: GrowSettings,
+    pub fiber: Fiber,
+    /// Concentrations of eumelanin and pheomelanin a hair without medulla would have to look so.
+    pub melanin: &'a (dyn Fn(Vec3, &Draw) -> [f32; 2] + Sync),
+    /// Spheres without fur: eyes, noses.
+    pub bare: Vec<(Vec3, f32)>,
+    /// Brightness of the skin against fur of its colour.
+    pub skin: f32,
+}
+
+impl Coat<'_> {
+    /// Adds skin and fur to a scene.
+    pub fn add(self, scene: &mut Scene, small: bool) -> Result<(), Error> {
+        let look = scene.looks.len();
+        let mesh = self.skin(scene, small);
+        let strands = self.fur(&mesh, small)?;
+        scene.meshes.push(mesh);
+        scene.looks.push(Look::constant(self.settings.name.clone(), self.fiber));
+        scene.strands.push(Strands { look, ..strands });
+        Ok(())
+    }
+
+    fn skin(&self, scene: &mut Scene, small: bool) -> Mesh {
+        let average = Draw { guard: false, random: 0.5 };
+        let uv = |p: Vec3| {
+            let [eumelanin, pheomelanin] = (self.melanin)(p, &average);
+            // Within half a texel of the border, so that it does not repeat.
+            let to_texture = |c: f32| (c / MOST).sqrt().clamp(0.5 / 32.0, 31.5 / 32.0);
+            Vec2::new(to_texture(eumelanin), to_texture(pheomelanin))
+        };
+        let step = if small { 1.6 * self.step } else { self.step };
+        let mut mesh = polygonize(self.body, step, &format!("{} skin", self.settings.name), &uv);
+        mesh.surface = scene.surfaces.len();
+        scene.surfaces.push(Surface {
+            color: Tint { color: [self.skin; 3], texture: Some(scene.textures.len()) },
+            ..Surface::diffuse(mesh.name.clone(), [0.0; 3])
+        });
+        let texel = |i: usize| {
+            let concentration = |x: usize| ((x as f32 + 0.5) / 32.0).powi(2) * MOST;
+            let (eumelanin, pheomelanin) = (concentration(i % 32), concentration(31 - i / 32));
+            let sigma = Color::Melanin { eumelanin, pheomelanin }.absorption(0.1).unwrap_or_default();
+            // Chiang et al. 2016, Eq. 9 the other way round, for a smooth hair.
+            sigma.map(|sigma| (-5.9 * sigma.sqrt()).exp())
+        };
+        let pixels = (0..32 * 32).map(texel).collect();
+        scene.textures.push(Texture { name: mesh.name.clone(), width: 32, height: 32, pixels });
+        mesh
+    }
+
+    fn fur(&self, mesh: &Mesh, small: bool) -> Result<Strands, Error> {
+        let coat = |site: &Site| self.body.coat(site.position, self.soft);
+        // Short fur is denser, so that it covers as well.
+        let density = |site: &Site| {
+            let bare = self.bare.iter().any(|(center, radius)| site.position.distance(*center) < *radius);
+            if bare { 0.0 } else { coat(site).1.max(0.05).powf(-0.6) }
+        };
+        // Light passes less cortex the wider the medulla is: it takes more pigment for the same colour.
+        let pigment = 1.0 / (1.0 - self.fiber.kappa);
+        let color = |site: &Site, draw: &Draw| {
+            let [eumelanin, pheomelanin] = (self.melanin)(site.position, draw);
+            [eumelanin * pigment, pheomelanin * pigment, 0.0]
+        };
+        let distance = |p: Vec3| self.body.distance(p);
+        let white = self.fiber.sigma_ca == [0.0; 3] && self.fiber.sigma_ma == [0.0; 3];
+        let maps = Maps {
+            density: &density,
+            length: &|site| coat(site).1,
+            comb: &|site| coat(site).0,
+            color: if white { None } else { Some((Parameter::Melanin, &color)) },
+            distance: Some(&distance),
+        };
+        grow(mesh, &shrunk(self.settings.clone(), small), &maps)
+    }
+}
+
+/// The settings of the small scene.
+fn shrunk(mut settings: GrowSettings, small: bool) -> GrowSettings {
+    if small {
+        settings.count /= FEWER;
+        settings.radius = settings.radius.map(|r| r * WIDER);
+        settings.clump.strands /= 4;
+    }
+    settings
+}
+
+/// 0 below `a`, 1 above `b`, smooth between.
+pub(super) fn smoothstep(a: f32, b: f32, x: f32) -> f32 {
+    let t = ((x - a) / (b - a)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// Between two colours.
+pub(super) fn mix(a: [f32; 2], b: [f32; 2], t: f32) -> [f32; 2] {
+    [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]
+}
+
+/// Distance of a point to a segment.
+pub(super) fn to_segment(p: Vec3, a: [f32; 3], b: [f32; 3]) -> f32 {
+    let (a, b) = (Vec3::from(a), Vec3::from(b));
+    let t = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+    p.distance(a.lerp(b, t))
+}

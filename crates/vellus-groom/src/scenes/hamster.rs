@@ -1,0 +1,120 @@
+//! A golden hamster facing +x, in a studio whose backdrop goes from the floor around behind it to the top.
+
+use super::coat::{Coat, mix, smoothstep, to_segment};
+use super::props;
+use crate::body::{Body, Flow};
+use crate::error::Error;
+use crate::settings::{Clump, Draw, GrowSettings};
+use glam::{Quat, Vec2, Vec3};
+use std::f32::consts::PI;
+use vellus::{Fiber, Species};
+use vellus_scene::{Camera, Scene};
+
+pub(super) fn scene(small: bool) -> Result<Scene, Error> {
+    let body = body();
+    let eye = body.project(Vec3::new(5.2, 6.5, 2.3)) - Vec3::new(0.08, 0.0, 0.2);
+    let nose = body.project(Vec3::new(8.0, 5.1, 0.0)) - Vec3::new(0.1, 0.0, 0.0);
+    let mirrored = |p: Vec3| Vec3::new(p.x, p.y, -p.z);
+    let mut scene = Scene::default();
+    Coat {
+        body: &body,
+        step: 0.14,
+        soft: 0.3,
+        settings: GrowSettings {
+            name: "hamster".to_owned(),
+            count: 580_000,
+            segments: 15,
+            length: 1.0,
+            length_variation: 0.25,
+            radius: [0.003, 0.0008],
+            guard_share: 0.15,
+            guard_scale: [1.25, 1.3],
+            lift: [0.8, 0.35],
+            spread: 0.15,
+            gravity: 0.1,
+            clump: Clump { strands: 60, strength: 0.5, power: 1.5 },
+            noise: 0.05,
+            ..GrowSettings::default()
+        },
+        // As in the paper, the mouse stands in for the hamster.
+        fiber: Fiber::preset(Species::Mouse),
+        melanin: &melanin,
+        bare: vec![(eye, 0.62), (mirrored(eye), 0.62), (nose, 0.36)],
+        skin: 0.6,
+    }
+    .add(&mut scene, small)?;
+
+    for eye in [eye, mirrored(eye)] {
+        props::ellipsoid(&mut scene, eye, Vec3::splat(0.6), Quat::IDENTITY, props::glossy("eye", [0.006; 3], 0.03));
+    }
+    let pink = props::glossy("nose", [0.55, 0.25, 0.22], 0.4);
+    props::ellipsoid(&mut scene, nose, Vec3::new(0.25, 0.24, 0.34), Quat::IDENTITY, pink);
+
+    let forward = Vec3::new(0.7, 0.0, 0.72).normalize();
+    props::strip(&mut scene, &capsule(), forward, 150.0, [0.78, 0.77, 0.75]);
+    let center = Vec3::new(1.0, 4.0, 0.0);
+    for (across, along, radiance) in [(-22.0, 12.0, 9.0), (0.0, 20.0, 7.0), (24.0, 4.0, 8.0)] {
+        let from = along * forward + across * forward.cross(Vec3::Y) + 44.0 * Vec3::Y;
+        let color = [radiance, 0.97 * radiance, 0.92 * radiance];
+        scene.lights.push(props::window(from, center, Vec2::new(14.0, 14.0), color));
+    }
+    let target = Vec3::new(0.9, 4.7, 0.0);
+    let eye = target + 62.0 * (forward + 0.2 * Vec3::Y).normalize();
+    scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 14f32.to_radians(), 1.5));
+    Ok(scene)
+}
+
+/// The backdrop's profile from top front over the back to the floor's front: it encompasses top, back and bottom.
+fn capsule() -> Vec<Vec2> {
+    const RADIUS: f32 = 25.0;
+    let turn = |i: i32| {
+        let angle = PI * i as f32 / 32.0;
+        Vec2::new(-18.0 - RADIUS * angle.sin(), RADIUS * (1.0 - angle.cos()))
+    };
+    let front = |y: f32| Vec2::new(140.0, y);
+    let mut profile = vec![front(0.0)];
+    profile.extend((0..=32).map(turn));
+    profile.push(front(2.0 * RADIUS));
+    profile.reverse();
+    profile
+}
+
+fn body() -> Body {
+    let back = Flow::Along(Vec3::new(-1.0, -0.4, 0.0));
+    let face = Flow::AwayFrom(Vec3::new(8.0, 4.9, 0.0));
+    let straight = Quat::IDENTITY;
+    let body = Body::default()
+        .ellipsoid([-2.2, 4.2, 0.0], [4.3, 4.0, 4.3], straight, 1.0, back, 1.1)
+        .ellipsoid([0.5, 4.3, 0.0], [4.4, 3.9, 3.9], straight, 2.0, back, 1.0)
+        .ellipsoid([3.6, 5.3, 0.0], [3.1, 2.8, 2.9], straight, 1.6, face, 0.65)
+        .ellipsoid([6.1, 4.8, 0.0], [1.55, 1.15, 1.25], straight, 1.2, face, 0.3);
+    let first = body.len();
+    let up = Flow::Along(Vec3::Y);
+    body.ellipsoid([4.4, 4.3, 1.6], [2.0, 1.7, 1.7], straight, 1.0, face, 0.6)
+        .ellipsoid([2.3, 8.3, 2.2], [0.35, 1.25, 1.05], Quat::from_rotation_x(0.4), 0.4, up, 0.18)
+        .ellipsoid([2.75, 8.4, 2.3], [0.4, 0.95, 0.75], Quat::from_rotation_x(0.4), 0.2, up, 0.12)
+        .carved()
+        .cone([3.4, 2.4, 1.7], 0.9, [4.9, 0.55, 1.9], 0.42, 0.5, 0.25)
+        .cone([4.9, 0.42, 1.9], 0.4, [5.7, 0.3, 2.0], 0.26, 0.2, 0.08)
+        .ellipsoid([-2.0, 2.6, 2.6], [2.6, 2.5, 1.9], straight, 1.2, back, 0.9)
+        .cone([-0.6, 0.6, 3.2], 0.6, [1.4, 0.35, 3.5], 0.3, 0.4, 0.1)
+        .mirrored_z(first)
+}
+
+/// Golden above, cream below, pale cheeks, bare-looking pink feet and ears.
+fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
+    const CREAM: [f32; 2] = [0.0, 0.012];
+    let golden = if draw.guard && draw.random < 0.6 { [0.22, 0.3] } else { [0.015, 0.2 + 0.08 * draw.random] };
+    let side = Vec3::new(p.x, p.y, p.z.abs());
+    // The border between flank and belly rises toward the chest.
+    let border = 2.9 + 0.15 * (p.x + 2.0).max(0.0) + 0.25 * (1.7 * p.x).sin();
+    let mut color = mix(CREAM, golden, smoothstep(border - 0.5, border + 0.5, p.y));
+    let cheek = to_segment(side, [5.6, 4.2, 1.4], [3.2, 3.9, 3.4]);
+    color = mix(color, CREAM, smoothstep(1.5, 0.9, cheek));
+    color = mix(color, CREAM, smoothstep(6.1, 6.9, p.x) * smoothstep(5.6, 5.0, p.y));
+    // A dark stripe from the cheek to the shoulder, as golden hamsters have.
+    let stripe = to_segment(side, [2.6, 4.9, 3.0], [0.9, 4.9, 3.9]);
+    color = mix(color, [0.7, 0.35], smoothstep(0.75, 0.35, stripe));
+    let ears = smoothstep(8.2, 8.7, p.y);
+    mix(color, [0.12, 0.1], ears)
+}

@@ -1,0 +1,97 @@
+//! Long hair on a head that faces +x, parted on one side.
+
+use super::coat::FEWER;
+use super::props;
+use crate::body::{Body, Flow};
+use crate::error::Error;
+use crate::grow::grow;
+use crate::polygonize::polygonize;
+use crate::roots::Site;
+use crate::settings::{Clump, Draw, GrowSettings, Maps};
+use glam::{Mat3, Quat, Vec2, Vec3};
+use vellus::{Fiber, Species};
+use vellus_scene::{Camera, Light, Look, Parameter, Scene, Surface, Tint};
+
+pub(super) fn scene(small: bool) -> Result<Scene, Error> {
+    let body = body();
+    let mut scene = Scene::default();
+    let mesh = polygonize(&body, if small { 0.7 } else { 0.45 }, "head", &|_| Vec2::ZERO);
+    let thinned = if small { FEWER } else { 1 };
+    let wider = if small { 5.0 } else { 1.0 };
+    let settings = GrowSettings {
+        name: "hair".to_owned(),
+        count: 53_000 / thinned,
+        segments: 64,
+        length: 38.0,
+        length_variation: 0.12,
+        radius: [0.004 * wider, 0.0025 * wider],
+        lift: [0.9, -0.1],
+        spread: 0.12,
+        gravity: 9.0,
+        clump: Clump { strands: 220 / if small { 10 } else { 1 }, strength: 0.8, power: 0.8 },
+        curl_radius: 0.5,
+        curl_turns: 2.6,
+        noise: 0.012,
+        clearance: 0.6,
+        ..GrowSettings::default()
+    };
+    let distance = |p: Vec3| body.distance(p);
+    let color = |_: &Site, draw: &Draw| [0.55 + 0.25 * draw.random, 0.25 + 0.15 * draw.random, 0.0];
+    let maps = Maps {
+        density: &|site| f32::from(scalp(site.position)),
+        comb: &|site| combed(site.position),
+        color: Some((Parameter::Melanin, &color)),
+        distance: Some(&distance),
+        ..Maps::default()
+    };
+    scene.strands.push(grow(&mesh, &settings, &maps)?);
+    scene.looks.push(Look::constant("hair", Fiber::preset(Species::Human)));
+    scene.meshes.push(mesh);
+    scene.surfaces.push(Surface {
+        color: Tint { color: [0.5, 0.32, 0.24], texture: None },
+        roughness: 0.45,
+        ior: 1.4,
+        ..Surface::diffuse("skin", [0.0; 3])
+    });
+    let target = Vec3::new(-1.0, -8.0, 0.0);
+    scene.lights.push(props::window(Vec3::new(60.0, 60.0, 70.0), target, Vec2::splat(50.0), [9.0, 8.6, 8.0]));
+    scene.lights.push(props::window(Vec3::new(-90.0, 50.0, 30.0), target, Vec2::splat(45.0), [7.0, 7.4, 8.0]));
+    scene.lights.push(Light::Dome { radiance: [0.12, 0.13, 0.15], texture: None, rotation: Mat3::IDENTITY });
+    let eye = target + 190.0 * Vec3::new(0.45, 0.06, 0.9).normalize();
+    scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 17.5f32.to_radians(), 1.5));
+    Ok(scene)
+}
+
+/// Above a hairline that rises from the nape over the ears to the forehead.
+fn scalp(p: Vec3) -> bool {
+    p.y > -5.5 + 0.72 * (p.x + 9.0).max(0.0) && p.y > -6.0
+}
+
+/// Away from the parting, and backward in front of it.
+fn combed(p: Vec3) -> Vec3 {
+    let parting = 2.2;
+    let side = if p.z > parting { 1.0 } else { -1.0 };
+    Vec3::new(-0.55 - 0.05 * p.x.max(0.0), -0.5, side)
+}
+
+fn body() -> Body {
+    let none = Flow::Along(Vec3::NEG_Y);
+    let straight = Quat::IDENTITY;
+    let body = Body::default()
+        .ellipsoid([0.0, 2.0, 0.0], [9.4, 9.3, 7.5], straight, 1.0, none, 1.0)
+        .ellipsoid([3.4, -4.0, 0.0], [5.6, 7.6, 5.5], straight, 3.0, none, 1.0)
+        .ellipsoid([7.0, -9.6, 0.0], [1.8, 1.6, 2.2], straight, 2.5, none, 1.0)
+        .cone([8.6, -0.2, 0.0], 0.6, [10.6, -3.6, 0.0], 0.85, 1.4, 1.0)
+        .ellipsoid([8.4, -6.1, 0.0], [1.0, 0.5, 1.8], straight, 0.6, none, 1.0)
+        .ellipsoid([8.3, -7.1, 0.0], [1.0, 0.6, 1.6], straight, 0.5, none, 1.0)
+        .cone([-1.5, -8.0, 0.0], 5.0, [-2.5, -19.0, 0.0], 5.4, 3.0, 1.0)
+        .ellipsoid([-2.5, -34.0, 0.0], [8.0, 14.0, 14.0], straight, 4.0, none, 1.0);
+    let first = body.len();
+    body.cone([-2.5, -21.5, 3.0], 4.0, [-2.5, -25.0, 15.0], 4.8, 4.0, 1.0)
+        .cone([-2.5, -25.0, 16.0], 4.6, [-2.5, -45.0, 18.0], 4.0, 3.0, 1.0)
+        .ellipsoid([8.9, -0.4, 3.1], [1.4, 1.0, 1.9], straight, 1.2, none, 1.0)
+        .carved()
+        .ellipsoid([7.2, -0.6, 3.1], [1.15, 1.1, 1.25], straight, 0.4, none, 1.0)
+        .ellipsoid([-0.2, -1.8, 7.0], [1.7, 2.9, 0.8], straight, 0.8, none, 1.0)
+        .mirrored_z(first)
+}

@@ -1,0 +1,156 @@
+//! A raccoon on its four legs, facing +x: a black mask, a ringed tail.
+
+use super::coat::{Coat, mix, smoothstep, to_segment};
+use super::{props, sky};
+use crate::body::{Body, Flow};
+use crate::error::Error;
+use crate::settings::{Clump, Draw, GrowSettings};
+use glam::{Mat3, Quat, Vec3};
+use vellus::{Fiber, Species};
+use vellus_scene::{Camera, Light, Scene};
+
+/// The tail, from the rump to its tip, with radii.
+const TAIL: [([f32; 3], f32); 6] = [
+    ([-17.0, 21.0, 0.0], 2.6),
+    ([-24.0, 20.5, 2.0], 3.0),
+    ([-31.0, 17.5, 6.0], 3.2),
+    ([-37.0, 13.5, 11.0], 3.1),
+    ([-41.5, 9.8, 17.0], 2.7),
+    ([-44.0, 7.5, 23.0], 1.7),
+];
+
+pub(super) fn scene(small: bool) -> Result<Scene, Error> {
+    let body = body();
+    let eye = body.project(Vec3::new(29.0, 27.6, 3.1)) - Vec3::new(0.35, 0.0, 0.15);
+    let nose = Vec3::new(34.9, 24.4, 0.0);
+    let mirrored = |p: Vec3| Vec3::new(p.x, p.y, -p.z);
+    let mut scene = Scene::default();
+    Coat {
+        body: &body,
+        step: 0.5,
+        soft: 0.9,
+        settings: GrowSettings {
+            name: "raccoon".to_owned(),
+            count: 260_000,
+            segments: 22,
+            length: 1.0,
+            length_variation: 0.25,
+            radius: [0.006, 0.0015],
+            guard_share: 0.25,
+            guard_scale: [1.45, 1.4],
+            lift: [0.75, 0.3],
+            spread: 0.16,
+            gravity: 0.12,
+            clump: Clump { strands: 24, strength: 0.65, power: 1.4 },
+            noise: 0.05,
+            ..GrowSettings::default()
+        },
+        fiber: Fiber::preset(Species::Raccoon),
+        melanin: &melanin,
+        bare: vec![(eye, 0.95), (mirrored(eye), 0.95), (nose, 1.25)],
+        skin: 0.5,
+    }
+    .add(&mut scene, small)?;
+
+    for eye in [eye, mirrored(eye)] {
+        props::ellipsoid(&mut scene, eye, Vec3::splat(0.85), Quat::IDENTITY, props::glossy("eye", [0.01; 3], 0.05));
+    }
+    let wet = props::glossy("nose", [0.012; 3], 0.3);
+    props::ellipsoid(&mut scene, nose, Vec3::new(0.9, 0.8, 1.15), Quat::IDENTITY, wet);
+    props::ground(&mut scene, 2000.0, [0.3, 0.27, 0.2]);
+    scene.lights.push(Light::Dome {
+        radiance: [1.0; 3],
+        texture: Some(scene.textures.len()),
+        rotation: Mat3::IDENTITY,
+    });
+    scene.textures.push(sky::sky(Vec3::new(0.75, 0.8, 0.35)));
+    let target = Vec3::new(-3.5, 16.5, 3.0);
+    let eye = target + 150.0 * Vec3::new(0.66, 0.2, 0.75).normalize();
+    scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 19f32.to_radians(), 1.5));
+    Ok(scene)
+}
+
+fn body() -> Body {
+    let back = Flow::Along(Vec3::new(-1.0, -0.35, 0.0));
+    let face = Flow::AwayFrom(Vec3::new(35.0, 24.5, 0.0));
+    let straight = Quat::IDENTITY;
+    let mut body = Body::default()
+        .ellipsoid([-9.0, 18.5, 0.0], [11.5, 10.0, 9.0], straight, 3.0, back, 3.0)
+        .ellipsoid([0.0, 18.0, 0.0], [15.0, 9.0, 8.4], straight, 4.0, back, 3.0)
+        .ellipsoid([11.0, 17.5, 0.0], [8.5, 8.0, 7.2], straight, 4.0, back, 2.6)
+        .cone([13.0, 20.0, 0.0], 6.4, [21.0, 25.0, 0.0], 5.2, 4.0, 2.2)
+        .flowing(back)
+        .ellipsoid([24.0, 26.8, 0.0], [5.8, 5.4, 6.3], straight, 2.5, face, 1.1)
+        .cone([27.0, 25.6, 0.0], 3.2, [33.4, 24.0, 0.0], 1.35, 2.0, 0.35)
+        .flowing(face);
+    for tail in TAIL.windows(2) {
+        body = body.cone(tail[0].0, tail[0].1, tail[1].0, tail[1].1, 1.2, 2.6);
+    }
+    let first = body.len();
+    body.ellipsoid([23.4, 24.8, 4.2], [3.6, 3.4, 3.4], straight, 2.0, face, 1.7)
+        .ellipsoid([22.2, 32.2, 4.6], [0.9, 2.7, 2.1], Quat::from_rotation_x(0.35), 0.8, Flow::Along(Vec3::Y), 0.5)
+        .ellipsoid([23.3, 32.3, 4.7], [0.8, 1.9, 1.35], Quat::from_rotation_x(0.35), 0.5, Flow::Along(Vec3::Y), 0.5)
+        .carved()
+        .cone([12.0, 15.0, 4.8], 3.4, [13.2, 3.2, 5.0], 1.9, 2.5, 1.3)
+        .cone([13.2, 2.0, 5.0], 1.7, [16.2, 1.2, 5.3], 1.15, 1.0, 0.45)
+        .ellipsoid([-12.0, 14.0, 5.6], [6.4, 8.0, 4.0], straight, 3.0, Flow::Along(Vec3::new(-0.5, -1.0, 0.0)), 2.4)
+        .cone([-12.5, 9.0, 6.2], 3.2, [-15.5, 3.2, 6.2], 2.0, 2.0, 1.2)
+        .cone([-15.5, 2.0, 6.2], 1.8, [-10.5, 1.2, 6.6], 1.2, 1.0, 0.45)
+        .mirrored_z(first)
+}
+
+/// Grey-brown with paler flanks; on the head a black mask between white bands; a tail of seven rings.
+fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
+    const WHITE: [f32; 2] = [0.004, 0.006];
+    const BLACK: [f32; 2] = [3.0, 0.3];
+    const GREY: [f32; 2] = [0.10, 0.08];
+    let salt = draw.random;
+    let mut color = mix(GREY, [0.035, 0.05], smoothstep(19.0, 8.0, p.y));
+    // Guard hairs are banded in nature; here some are dark and some pale.
+    if draw.guard {
+        color = if salt < 0.55 { [1.2, 0.25] } else { [0.02, 0.02] };
+    }
+    let side = Vec3::new(p.x, p.y, p.z.abs());
+    let feet = smoothstep(6.5, 3.0, p.y) * f32::from(p.x > -20.0);
+    color = mix(color, [0.6, 0.2], feet);
+
+    let (tail, s) = along_tail(p);
+    if tail < 2.5 && s > 0.06 {
+        let ring = (s * 6.5 + 0.02 * (salt - 0.5)).fract();
+        let dark = smoothstep(0.42, 0.52, ring) * smoothstep(1.0, 0.93, ring);
+        color = mix([0.03, 0.045], BLACK, dark.max(smoothstep(0.9, 0.94, s)));
+    }
+    if p.x > 18.0 && p.y > 17.5 && to_segment(side, [21.0, 26.5, 0.0], [33.0, 25.0, 0.0]) < 9.5 {
+        let head = smoothstep(18.0, 21.0, p.x);
+        let mut face = mix(GREY, color, 0.4);
+        let ears = smoothstep(31.0, 32.0, p.y);
+        face = mix(face, [0.3, 0.1], ears);
+        face = mix(face, WHITE, ears * smoothstep(33.6, 34.1, p.y + 0.3 * side.z - 1.3));
+        let brow = to_segment(side, [29.2, 29.9, 1.7], [24.5, 28.6, 7.0]);
+        face = mix(face, WHITE, smoothstep(1.35, 0.85, brow));
+        let muzzle = smoothstep(28.6, 29.6, p.x + 0.25 * (25.5 - p.y)) * smoothstep(27.3, 26.4, p.y);
+        face = mix(face, WHITE, muzzle);
+        let cheek = to_segment(side, [28.0, 23.2, 3.4], [23.0, 21.6, 7.0]);
+        face = mix(face, WHITE, smoothstep(1.9, 1.2, cheek));
+        let mask = to_segment(side, [29.4, 27.4, 2.4], [23.6, 25.0, 7.2]);
+        face = mix(face, BLACK, smoothstep(2.0, 1.6, mask));
+        let blaze = to_segment(side, [34.0, 25.4, 0.0], [28.5, 31.0, 0.0]);
+        face = mix(face, [1.0, 0.3], smoothstep(0.95, 0.6, blaze));
+        color = mix(color, face, head);
+    }
+    color
+}
+
+/// Distance beyond the tail's surface, and how far along it is, from 0 to 1.
+fn along_tail(p: Vec3) -> (f32, f32) {
+    let (mut best, mut s) = (f32::INFINITY, 0.0);
+    for (i, pair) in TAIL.windows(2).enumerate() {
+        let (a, b) = (Vec3::from(pair[0].0), Vec3::from(pair[1].0));
+        let t = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+        let distance = p.distance(a.lerp(b, t)) - pair[0].1;
+        if distance < best {
+            (best, s) = (distance, (i as f32 + t) / (TAIL.len() - 1) as f32);
+        }
+    }
+    (best, s)
+}

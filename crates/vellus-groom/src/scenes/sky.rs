@@ -1,0 +1,36 @@
+//! A sky with a sun, made up.
+
+use glam::Vec3;
+use std::f32::consts::{PI, TAU};
+use vellus_scene::Texture;
+
+const WIDTH: usize = 256;
+const HEIGHT: usize = 128;
+
+/// A lat-long image of a clear sky: its middle is −z, its top +y, right of the middle +x. Radiance about 1 at the
+/// zenith; the sun gives about twice the irradiance of the sky.
+pub(super) fn sky(sun: Vec3) -> Texture {
+    let sun = sun.normalize_or(Vec3::Y);
+    let pixels = (0..WIDTH * HEIGHT).map(|i| {
+        let phi = TAU * ((i % WIDTH) as f32 + 0.5) / WIDTH as f32 - PI;
+        let elevation = PI * (0.5 - ((i / WIDTH) as f32 + 0.5) / HEIGHT as f32);
+        let (level, up) = (elevation.cos(), elevation.sin());
+        let direction = Vec3::new(level * phi.sin(), up, -level * phi.cos());
+        radiance(direction, sun).to_array()
+    });
+    Texture { name: "sky".to_owned(), width: WIDTH, height: HEIGHT, pixels: pixels.collect() }
+}
+
+fn radiance(direction: Vec3, sun: Vec3) -> Vec3 {
+    let (zenith, horizon) = (Vec3::new(0.32, 0.55, 1.0), Vec3::new(0.95, 1.0, 1.05));
+    let ground = Vec3::new(0.24, 0.22, 0.17);
+    let up = direction.y;
+    let sky = horizon.lerp(zenith, up.max(0.0).powf(0.45));
+    let ground = ground.lerp(horizon, (1.0 + 12.0 * up).clamp(0.0, 1.0) * 0.5);
+    let background = if up >= 0.0 { sky } else { ground };
+    // A disc blurred to two pixels, and a haze around it.
+    let angle = direction.angle_between(sun).to_degrees();
+    let disc = 1800.0 * (-(angle / 1.6).powi(2)).exp();
+    let haze = 1.2 * (-angle / 12.0).exp();
+    background + (disc + haze) * Vec3::new(1.0, 0.9, 0.74)
+}
