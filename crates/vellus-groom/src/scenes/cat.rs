@@ -11,7 +11,7 @@ use vellus_scene::{Camera, Light, Scene};
 
 pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     let body = body();
-    let eye = body.project(Vec3::new(12.5, 32.8, 2.35)) - Vec3::new(0.62, 0.0, 0.2);
+    let eye = body.project(Vec3::new(12.5, 33.0, 2.5)) - Vec3::new(0.62, 0.0, 0.2);
     let nose = body.project(Vec3::new(15.0, 31.0, 0.0)) - Vec3::new(0.1, 0.0, 0.0);
     let mirrored = |p: Vec3| Vec3::new(p.x, p.y, -p.z);
     let mut scene = Scene::default();
@@ -67,12 +67,12 @@ fn body() -> Body {
     let face = Flow::AwayFrom(Vec3::new(14.5, 30.8, 0.0));
     let straight = Quat::IDENTITY;
     let mut body = Body::default()
-        .cone([-6.0, 8.5, 0.0], 8.2, [2.5, 21.0, 0.0], 6.0, 2.0, 1.9)
+        .cone([-6.0, 8.5, 0.0], 8.2, [2.5, 20.0, 0.0], 5.6, 2.0, 1.9)
         .flowing(back)
         .ellipsoid([4.0, 18.0, 0.0], [5.0, 8.0, 5.4], straight, 3.0, Flow::Along(Vec3::new(0.2, -1.0, 0.0)), 2.0)
-        .cone([3.5, 24.0, 0.0], 4.8, [6.5, 30.0, 0.0], 4.2, 3.0, 1.7)
+        .cone([3.5, 23.0, 0.0], 4.6, [6.0, 29.0, 0.0], 4.0, 2.5, 1.5)
         .flowing(back)
-        .ellipsoid([8.0, 32.2, 0.0], [5.0, 4.5, 4.9], straight, 1.6, face, 0.8)
+        .ellipsoid([7.6, 32.4, 0.0], [5.6, 5.1, 5.7], straight, 1.6, face, 0.8)
         .ellipsoid([11.6, 31.6, 0.0], [1.9, 1.5, 1.5], straight, 1.4, face, 0.4)
         .ellipsoid([11.4, 29.0, 0.0], [1.6, 1.2, 1.4], straight, 0.8, face, 0.5);
     // The tail lies around the right hind leg to the front.
@@ -89,11 +89,11 @@ fn body() -> Body {
         .cone([4.5, 20.0, 3.0], 3.0, [8.3, 3.0, 3.2], 1.8, 2.0, 0.9)
         .ellipsoid([9.6, 1.5, 3.2], [2.7, 1.5, 1.9], straight, 1.0, Flow::Along(Vec3::X), 0.5)
         .cone([-1.0, 1.6, 7.0], 1.7, [5.2, 1.5, 7.0], 1.6, 1.0, 0.5)
-        .ellipsoid([9.4, 30.4, 2.6], [2.5, 2.1, 2.5], straight, 1.6, face, 1.2)
+        .ellipsoid([9.2, 30.4, 3.2], [2.7, 2.3, 2.7], straight, 1.6, face, 1.2)
         .ellipsoid([12.2, 30.3, 1.1], [1.5, 1.15, 1.25], straight, 0.7, face, 0.35)
-        .ellipsoid([6.6, 36.4, 3.0], [0.75, 2.9, 2.1], ear, 0.9, up, 0.45)
-        .cone([6.5, 37.5, 3.5], 1.1, [6.2, 40.4, 4.5], 0.25, 0.9, 0.4)
-        .ellipsoid([7.5, 36.8, 3.25], [0.8, 2.4, 1.35], ear, 0.5, up, 0.3)
+        .ellipsoid([6.4, 36.4, 3.7], [0.8, 2.7, 2.5], ear, 1.0, up, 0.4)
+        .cone([6.3, 37.4, 4.3], 1.2, [6.1, 39.5, 5.2], 0.35, 1.4, 0.35)
+        .ellipsoid([7.3, 36.8, 3.95], [0.85, 2.3, 1.6], ear, 0.5, up, 0.3)
         .carved()
         .mirrored_z(first)
 }
@@ -103,33 +103,33 @@ fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
     const DARK: [f32; 2] = [1.6, 0.4];
     const PALE: [f32; 2] = [0.004, 0.015];
     let side = Vec3::new(p.x, p.y, p.z.abs());
-    let mut color = if draw.guard && draw.random < 0.5 { [0.5, 0.3] } else { [0.06, 0.12 + 0.05 * draw.random] };
-    let wobble = 0.8 * (0.45 * p.y + 1.3 * p.z.signum()).sin() + 0.5 * (0.9 * p.x).sin();
+    let mut color = if draw.guard && draw.random < 0.5 { [0.35, 0.25] } else { [0.03, 0.08 + 0.04 * draw.random] };
+    let wobble = 0.9 * (0.5 * p.y + 0.9 * side.z).sin() + 0.6 * (0.7 * p.x + 0.5 * p.z).sin();
     let stripe = |phase: f32, width: f32| smoothstep(width, width - 0.25, 1.0 - phase.cos());
     if p.y > 27.5 || p.x > 9.5 && p.y > 26.0 {
         // The head.
-        let forehead = smoothstep(34.2, 35.2, p.y) * smoothstep(38.0, 36.5, p.y);
-        let lines = stripe(3.4 * p.z, 0.75) * forehead;
+        let forehead = smoothstep(34.6, 35.4, p.y) * smoothstep(38.4, 37.0, p.y);
+        let lines = stripe(3.0 * p.z, 0.7) * forehead;
         let cheek =
             stripe(2.4 * (p.y - 0.25 * p.x) + 0.6, 0.6) * smoothstep(3.6, 4.2, side.z) * smoothstep(34.5, 33.5, p.y);
         color = mix(color, DARK, 0.95 * lines.max(cheek));
-        color = mix(color, PALE, smoothstep(2.7, 1.8, to_segment(side, [13.5, 29.8, 0.0], [12.0, 29.0, 2.4])));
-        color = mix(color, PALE, smoothstep(1.9, 1.5, side.distance(Vec3::new(12.0, 32.7, 2.3))));
-        color = mix(color, DARK, smoothstep(1.35, 1.2, side.distance(Vec3::new(11.9, 32.7, 2.3))));
-        return mix(color, [0.35, 0.15], smoothstep(37.2, 38.0, p.y));
+        color = mix(color, PALE, smoothstep(2.7, 1.8, to_segment(side, [13.5, 29.8, 0.0], [12.0, 28.8, 2.4])));
+        color = mix(color, PALE, smoothstep(1.9, 1.5, side.distance(Vec3::new(11.9, 33.0, 2.5))));
+        color = mix(color, DARK, smoothstep(1.35, 1.2, side.distance(Vec3::new(11.8, 33.0, 2.5))));
+        return mix(color, [0.35, 0.15], smoothstep(38.0, 38.8, p.y));
     }
     let tail = p.y < 6.5 && (p.z > 9.3 || p.x < -12.8);
     let front = p.x > 3.0 && p.y < 15.0 && side.z < 6.0;
     let dark = if tail {
         stripe(1.5 * (p.x + 0.6 * p.z), 0.8)
     } else if front {
-        stripe(1.5 * p.y, 0.7) * smoothstep(2.6, 3.6, p.y)
+        stripe(2.0 * p.y + 0.6 * (p.z + 0.5 * p.x).sin(), 0.6) * smoothstep(2.6, 3.6, p.y)
     } else {
         // Across the back, bent to follow the haunches.
         let spine = 0.56 * p.x + 0.83 * p.y;
         let across = spine + 0.35 * side.z + wobble;
         let chest = smoothstep(3.5, 6.5, p.x) * smoothstep(4.5, 2.0, side.z);
-        stripe(1.15 * across, 0.85) * (1.0 - chest)
+        stripe(1.75 * across, 0.7) * (1.0 - chest)
     };
     let paws = smoothstep(3.2, 2.0, p.y) * f32::from(!tail);
     color = mix(color, PALE, 0.6 * paws);

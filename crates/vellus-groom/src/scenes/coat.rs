@@ -78,7 +78,7 @@ impl Coat<'_> {
         // Short fur is denser, so that it covers as well.
         let density = |site: &Site| {
             let bare = self.bare.iter().any(|(center, radius)| site.position.distance(*center) < *radius);
-            if bare { 0.0 } else { coat(site).1.max(0.05).powf(-0.6) }
+            if bare { 0.0 } else { coat(site).1.max(0.1).powf(-0.8) }
         };
         // Light passes less cortex the wider the medulla is: it takes more pigment for the same colour.
         let pigment = 1.0 / (1.0 - self.fiber.kappa);
@@ -86,7 +86,8 @@ impl Coat<'_> {
             let [eumelanin, pheomelanin] = (self.melanin)(site.position, draw);
             [eumelanin * pigment, pheomelanin * pigment, 0.0]
         };
-        let distance = |p: Vec3| self.body.distance(p);
+        // Animals stand on the ground, y = 0: fur does not go into that either.
+        let distance = |p: Vec3| self.body.distance(p).min(p.y);
         let white = self.fiber.sigma_ca == [0.0; 3] && self.fiber.sigma_ma == [0.0; 3];
         let maps = Maps {
             density: &density,

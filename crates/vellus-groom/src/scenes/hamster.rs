@@ -12,7 +12,7 @@ use vellus_scene::{Camera, Scene};
 
 pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     let body = body();
-    let eye = body.project(Vec3::new(5.2, 6.5, 2.3)) - Vec3::new(0.08, 0.0, 0.2);
+    let eye = body.project(Vec3::new(5.2, 6.5, 2.3)) - Vec3::new(0.05, 0.0, 0.1);
     let nose = body.project(Vec3::new(8.0, 5.1, 0.0)) - Vec3::new(0.1, 0.0, 0.0);
     let mirrored = |p: Vec3| Vec3::new(p.x, p.y, -p.z);
     let mut scene = Scene::default();
@@ -39,7 +39,7 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
         // As in the paper, the mouse stands in for the hamster.
         fiber: Fiber::preset(Species::Mouse),
         melanin: &melanin,
-        bare: vec![(eye, 0.62), (mirrored(eye), 0.62), (nose, 0.36)],
+        bare: vec![(eye, 0.74), (mirrored(eye), 0.74), (nose, 0.36)],
         skin: 0.6,
     }
     .add(&mut scene, small)?;
@@ -94,7 +94,7 @@ fn body() -> Body {
         .ellipsoid([2.3, 8.3, 2.2], [0.35, 1.25, 1.05], Quat::from_rotation_x(0.4), 0.4, up, 0.18)
         .ellipsoid([2.75, 8.4, 2.3], [0.4, 0.95, 0.75], Quat::from_rotation_x(0.4), 0.2, up, 0.12)
         .carved()
-        .cone([3.4, 2.4, 1.7], 0.9, [4.9, 0.55, 1.9], 0.42, 0.5, 0.25)
+        .cone([3.4, 2.4, 1.7], 0.9, [4.9, 0.55, 1.9], 0.42, 0.5, 0.2)
         .cone([4.9, 0.42, 1.9], 0.4, [5.7, 0.3, 2.0], 0.26, 0.2, 0.08)
         .ellipsoid([-2.0, 2.6, 2.6], [2.6, 2.5, 1.9], straight, 1.2, back, 0.9)
         .cone([-0.6, 0.6, 3.2], 0.6, [1.4, 0.35, 3.5], 0.3, 0.4, 0.1)
@@ -104,7 +104,7 @@ fn body() -> Body {
 /// Golden above, cream below, pale cheeks, bare-looking pink feet and ears.
 fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
     const CREAM: [f32; 2] = [0.0, 0.012];
-    let golden = if draw.guard && draw.random < 0.6 { [0.22, 0.3] } else { [0.015, 0.2 + 0.08 * draw.random] };
+    let golden = if draw.guard && draw.random < 0.6 { [0.08, 0.22] } else { [0.004, 0.1 + 0.07 * draw.random] };
     let side = Vec3::new(p.x, p.y, p.z.abs());
     // The border between flank and belly rises toward the chest.
     let border = 2.9 + 0.15 * (p.x + 2.0).max(0.0) + 0.25 * (1.7 * p.x).sin();
@@ -114,7 +114,7 @@ fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
     color = mix(color, CREAM, smoothstep(6.1, 6.9, p.x) * smoothstep(5.6, 5.0, p.y));
     // A dark stripe from the cheek to the shoulder, as golden hamsters have.
     let stripe = to_segment(side, [2.6, 4.9, 3.0], [0.9, 4.9, 3.9]);
-    color = mix(color, [0.7, 0.35], smoothstep(0.75, 0.35, stripe));
+    color = mix(color, [0.25, 0.25], smoothstep(0.7, 0.2, stripe));
     let ears = smoothstep(8.2, 8.7, p.y);
-    mix(color, [0.12, 0.1], ears)
+    mix(color, [0.05, 0.08], ears)
 }

@@ -25,18 +25,18 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
         length: 38.0,
         length_variation: 0.12,
         radius: [0.004 * wider, 0.0025 * wider],
-        lift: [0.9, -0.1],
+        lift: [0.5, -0.1],
         spread: 0.12,
-        gravity: 9.0,
+        gravity: 22.0,
         clump: Clump { strands: 220 / if small { 10 } else { 1 }, strength: 0.8, power: 0.8 },
-        curl_radius: 0.5,
+        curl_radius: 0.7,
         curl_turns: 2.6,
-        noise: 0.012,
+        noise: 0.008,
         clearance: 0.6,
         ..GrowSettings::default()
     };
     let distance = |p: Vec3| body.distance(p);
-    let color = |_: &Site, draw: &Draw| [0.55 + 0.25 * draw.random, 0.25 + 0.15 * draw.random, 0.0];
+    let color = |_: &Site, draw: &Draw| [0.16 + 0.12 * draw.random, 0.2 + 0.1 * draw.random, 0.0];
     let maps = Maps {
         density: &|site| f32::from(scalp(site.position)),
         comb: &|site| combed(site.position),
@@ -53,11 +53,11 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
         ior: 1.4,
         ..Surface::diffuse("skin", [0.0; 3])
     });
-    let target = Vec3::new(-1.0, -8.0, 0.0);
+    let target = Vec3::new(-1.0, -9.5, 0.0);
     scene.lights.push(props::window(Vec3::new(60.0, 60.0, 70.0), target, Vec2::splat(50.0), [9.0, 8.6, 8.0]));
     scene.lights.push(props::window(Vec3::new(-90.0, 50.0, 30.0), target, Vec2::splat(45.0), [7.0, 7.4, 8.0]));
     scene.lights.push(Light::Dome { radiance: [0.12, 0.13, 0.15], texture: None, rotation: Mat3::IDENTITY });
-    let eye = target + 190.0 * Vec3::new(0.45, 0.06, 0.9).normalize();
+    let eye = target + 190.0 * Vec3::new(0.6, 0.06, 0.8).normalize();
     scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 17.5f32.to_radians(), 1.5));
     Ok(scene)
 }

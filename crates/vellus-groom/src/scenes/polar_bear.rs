@@ -11,7 +11,7 @@ use vellus_scene::{Camera, Light, Scene};
 
 pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     let body = body();
-    let eye = body.project(Vec3::new(39.2, 36.6, 3.4)) - Vec3::new(0.3, 0.0, 0.2);
+    let eye = body.project(Vec3::new(39.2, 36.6, 3.4)) - Vec3::new(0.1, 0.0, 0.05);
     let nose = body.project(Vec3::new(49.0, 32.6, 0.0)) - Vec3::new(0.5, 0.0, 0.0);
     let mirrored = |p: Vec3| Vec3::new(p.x, p.y, -p.z);
     let mut scene = Scene::default();
@@ -25,7 +25,7 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
             segments: 16,
             length: 1.0,
             length_variation: 0.25,
-            radius: [0.008, 0.002],
+            radius: [0.01, 0.003],
             guard_share: 0.25,
             guard_scale: [1.4, 1.3],
             lift: [0.7, 0.25],
@@ -38,22 +38,22 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
         // Refractive index of Yan17 Fig. 6; the dog's medulla, whose fit hardly absorbs, scatters.
         fiber: Fiber { eta: 1.45, ..Fiber::preset(Species::Dog) }.without_absorption(),
         melanin: &|_, _| [0.0, 0.0],
-        bare: vec![(eye, 0.85), (mirrored(eye), 0.85), (nose, 1.5)],
-        // The skin of a polar bear is black.
-        skin: 0.08,
+        bare: vec![(eye, 1.25), (mirrored(eye), 1.25), (nose, 1.5)],
+        // A polar bear's is black, but no real one has so few hairs.
+        skin: 0.4,
     }
     .add(&mut scene, small)?;
 
     for eye in [eye, mirrored(eye)] {
-        props::ellipsoid(&mut scene, eye, Vec3::splat(0.8), Quat::IDENTITY, props::glossy("eye", [0.008; 3], 0.04));
+        props::ellipsoid(&mut scene, eye, Vec3::splat(0.95), Quat::IDENTITY, props::glossy("eye", [0.008; 3], 0.04));
     }
     let wet = props::glossy("nose", [0.012; 3], 0.35);
     props::ellipsoid(&mut scene, nose, Vec3::new(1.2, 1.1, 1.6), Quat::IDENTITY, wet);
     props::ground(&mut scene, 1500.0, [0.5, 0.54, 0.6]);
-    let target = Vec3::new(9.0, 20.5, 0.0);
+    let target = Vec3::new(8.0, 21.0, 0.0);
     scene.lights.push(props::window(Vec3::new(70.0, 150.0, 110.0), target, Vec2::splat(130.0), [5.0, 4.9, 4.7]));
     scene.lights.push(Light::Dome { radiance: [0.4, 0.46, 0.55], texture: None, rotation: Mat3::IDENTITY });
-    let eye = target + 190.0 * Vec3::new(0.62, 0.14, 0.78).normalize();
+    let eye = target + 190.0 * Vec3::new(0.76, 0.12, 0.64).normalize();
     scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 19f32.to_radians(), 1.5));
     Ok(scene)
 }
@@ -68,7 +68,7 @@ fn body() -> Body {
         .ellipsoid([13.0, 23.5, 0.0], [11.0, 11.5, 10.0], straight, 4.0, back, 3.2)
         .cone([18.0, 26.0, 0.0], 8.8, [30.0, 33.0, 0.0], 6.4, 5.0, 2.6)
         .flowing(back)
-        .ellipsoid([34.0, 34.8, 0.0], [6.8, 6.0, 6.2], straight, 3.0, face, 1.5)
+        .ellipsoid([34.0, 35.0, 0.0], [6.8, 6.4, 6.8], straight, 3.0, face, 1.3)
         .cone([38.0, 33.6, 0.0], 3.9, [46.0, 31.6, 0.0], 2.5, 2.0, 0.6)
         .flowing(face)
         .cone([-25.0, 25.0, 0.0], 2.8, [-28.5, 21.5, 0.0], 2.0, 2.0, 2.2);
@@ -78,9 +78,9 @@ fn body() -> Body {
         .ellipsoid([31.9, 40.8, 5.0], [0.9, 1.5, 1.3], Quat::from_rotation_x(0.4), 0.5, Flow::Along(Vec3::Y), 0.6)
         .carved()
         .cone([14.0, 19.0, 6.4], 6.4, [14.5, 5.0, 6.8], 4.3, 3.0, 2.4)
-        .ellipsoid([17.0, 3.0, 7.0], [5.8, 3.0, 4.5], straight, 1.6, Flow::Along(Vec3::X), 1.1)
+        .ellipsoid([16.5, 3.0, 7.0], [5.2, 3.0, 4.4], straight, 3.0, Flow::Along(Vec3::new(1.0, -0.6, 0.0)), 1.5)
         .ellipsoid([-14.0, 18.0, 6.6], [9.0, 10.0, 5.6], straight, 3.0, Flow::Along(-Vec3::Y), 3.0)
         .cone([-15.0, 12.0, 7.2], 5.8, [-17.5, 4.8, 7.4], 4.3, 3.0, 2.4)
-        .ellipsoid([-14.5, 3.0, 7.6], [6.2, 3.0, 4.5], straight, 1.6, Flow::Along(Vec3::X), 1.1)
+        .ellipsoid([-15.0, 3.0, 7.6], [5.6, 3.0, 4.4], straight, 3.0, Flow::Along(Vec3::new(1.0, -0.6, 0.0)), 1.5)
         .mirrored_z(first)
 }

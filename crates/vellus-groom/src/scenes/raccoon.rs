@@ -21,7 +21,7 @@ const TAIL: [([f32; 3], f32); 6] = [
 
 pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     let body = body();
-    let eye = body.project(Vec3::new(29.0, 27.6, 3.1)) - Vec3::new(0.35, 0.0, 0.15);
+    let eye = body.project(Vec3::new(29.0, 27.6, 3.1)) - Vec3::new(0.3, 0.0, 0.12);
     let nose = Vec3::new(34.9, 24.4, 0.0);
     let mirrored = |p: Vec3| Vec3::new(p.x, p.y, -p.z);
     let mut scene = Scene::default();
@@ -47,13 +47,13 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
         },
         fiber: Fiber::preset(Species::Raccoon),
         melanin: &melanin,
-        bare: vec![(eye, 0.95), (mirrored(eye), 0.95), (nose, 1.25)],
+        bare: vec![(eye, 1.15), (mirrored(eye), 1.15), (nose, 1.25)],
         skin: 0.5,
     }
     .add(&mut scene, small)?;
 
     for eye in [eye, mirrored(eye)] {
-        props::ellipsoid(&mut scene, eye, Vec3::splat(0.85), Quat::IDENTITY, props::glossy("eye", [0.01; 3], 0.05));
+        props::ellipsoid(&mut scene, eye, Vec3::splat(1.0), Quat::IDENTITY, props::glossy("eye", [0.01; 3], 0.05));
     }
     let wet = props::glossy("nose", [0.012; 3], 0.3);
     props::ellipsoid(&mut scene, nose, Vec3::new(0.9, 0.8, 1.15), Quat::IDENTITY, wet);
@@ -64,9 +64,9 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
         rotation: Mat3::IDENTITY,
     });
     scene.textures.push(sky::sky(Vec3::new(0.75, 0.8, 0.35)));
-    let target = Vec3::new(-3.5, 16.5, 3.0);
-    let eye = target + 150.0 * Vec3::new(0.66, 0.2, 0.75).normalize();
-    scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 19f32.to_radians(), 1.5));
+    let target = Vec3::new(-2.5, 15.5, 3.0);
+    let eye = target + 150.0 * Vec3::new(0.76, 0.2, 0.65).normalize();
+    scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 19.5f32.to_radians(), 1.5));
     Ok(scene)
 }
 
@@ -92,10 +92,10 @@ fn body() -> Body {
         .ellipsoid([23.3, 32.3, 4.7], [0.8, 1.9, 1.35], Quat::from_rotation_x(0.35), 0.5, Flow::Along(Vec3::Y), 0.5)
         .carved()
         .cone([12.0, 15.0, 4.8], 3.4, [13.2, 3.2, 5.0], 1.9, 2.5, 1.3)
-        .cone([13.2, 2.0, 5.0], 1.7, [16.2, 1.2, 5.3], 1.15, 1.0, 0.45)
+        .cone([13.2, 2.0, 5.0], 1.7, [15.8, 1.15, 5.3], 1.05, 1.0, 0.45)
         .ellipsoid([-12.0, 14.0, 5.6], [6.4, 8.0, 4.0], straight, 3.0, Flow::Along(Vec3::new(-0.5, -1.0, 0.0)), 2.4)
         .cone([-12.5, 9.0, 6.2], 3.2, [-15.5, 3.2, 6.2], 2.0, 2.0, 1.2)
-        .cone([-15.5, 2.0, 6.2], 1.8, [-10.5, 1.2, 6.6], 1.2, 1.0, 0.45)
+        .cone([-15.5, 1.9, 6.2], 1.7, [-11.2, 1.1, 6.6], 1.05, 1.0, 0.45)
         .mirrored_z(first)
 }
 
@@ -103,12 +103,12 @@ fn body() -> Body {
 fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
     const WHITE: [f32; 2] = [0.004, 0.006];
     const BLACK: [f32; 2] = [3.0, 0.3];
-    const GREY: [f32; 2] = [0.10, 0.08];
+    const GREY: [f32; 2] = [0.09, 0.035];
     let salt = draw.random;
-    let mut color = mix(GREY, [0.035, 0.05], smoothstep(19.0, 8.0, p.y));
+    let mut color = mix(GREY, [0.03, 0.03], smoothstep(19.0, 9.0, p.y));
     // Guard hairs are banded in nature; here some are dark and some pale.
     if draw.guard {
-        color = if salt < 0.55 { [1.2, 0.25] } else { [0.02, 0.02] };
+        color = if salt < 0.55 { [1.2, 0.2] } else { [0.008, 0.01] };
     }
     let side = Vec3::new(p.x, p.y, p.z.abs());
     let feet = smoothstep(6.5, 3.0, p.y) * f32::from(p.x > -20.0);
@@ -132,8 +132,9 @@ fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
         face = mix(face, WHITE, muzzle);
         let cheek = to_segment(side, [28.0, 23.2, 3.4], [23.0, 21.6, 7.0]);
         face = mix(face, WHITE, smoothstep(1.9, 1.2, cheek));
-        let mask = to_segment(side, [29.4, 27.4, 2.4], [23.6, 25.0, 7.2]);
-        face = mix(face, BLACK, smoothstep(2.0, 1.6, mask));
+        // Widest around the eye, narrower down the cheek.
+        let mask = to_segment(side, [29.6, 27.3, 2.2], [22.8, 24.2, 8.0]) + 0.16 * (29.0 - p.x).max(0.0);
+        face = mix(face, BLACK, smoothstep(2.15, 1.75, mask));
         let blaze = to_segment(side, [34.0, 25.4, 0.0], [28.5, 31.0, 0.0]);
         face = mix(face, [1.0, 0.3], smoothstep(0.95, 0.6, blaze));
         color = mix(color, face, head);
