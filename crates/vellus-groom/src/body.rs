@@ -69,7 +69,7 @@ impl Body {
         self
     }
 
-    /// The last part again, mirrored at x = 0 … of all parts from `first` on.
+    /// All parts from `first` on again, mirrored at z = 0.
     pub fn mirrored_z(mut self, first: usize) -> Self {
         let flip = |v: Vec3| Vec3::new(v.x, v.y, -v.z);
         for i in first..self.parts.len() {
@@ -90,7 +90,7 @@ impl Body {
         self
     }
 
-    /// Number of parts.
+    /// Number of parts: where the next one will be.
     pub fn len(&self) -> usize {
         self.parts.len()
     }

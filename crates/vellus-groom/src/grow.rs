@@ -9,7 +9,7 @@ use glam::{Quat, Vec3, Vec4};
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
-use std::f32::consts::TAU;
+use std::f32::consts::{FRAC_PI_2, TAU};
 use vellus_scene::{Basis, Mesh, Strands, Values};
 
 /// Strands that grow on a mesh. Each depends on its index and the seed only: the result is the same with any number of
@@ -97,7 +97,13 @@ impl Grower<'_> {
         let laid = (comb - comb.dot(n) * n).normalize_or_zero();
         // Box–Muller: how far this strand deviates in azimuth and elevation.
         let (r, phi) = (settings.spread * (-2.0 * (1.0 - random()).ln()).sqrt(), TAU * random());
-        let laid = Quat::from_axis_angle(n, r * phi.cos()) * laid;
+        // Uncombed strands stand upright and lean any way by as much.
+        let (laid, lift) = if laid == Vec3::ZERO {
+            (Quat::from_axis_angle(n, phi) * n.any_orthonormal_vector(), [FRAC_PI_2 - r; 2])
+        } else {
+            let sideways = Quat::from_axis_angle(n, r * phi.cos()) * laid;
+            (sideways, settings.lift.map(|angle| angle + r * phi.sin()))
+        };
         let wave = Wave::new(settings, length, &mut random);
 
         line.clear();
@@ -106,10 +112,10 @@ impl Grower<'_> {
         let mut p = site.position;
         for k in 0..settings.segments {
             let s = (k as f32 + 0.5) / settings.segments as f32;
-            let angle = settings.lift[0] + s * (settings.lift[1] - settings.lift[0]) + r * phi.sin();
-            let upright = if laid == Vec3::ZERO { n } else { angle.cos() * laid + angle.sin() * n };
-            let hanging = upright - settings.gravity * s * Vec3::Y;
-            p += step * hanging.normalize_or(upright);
+            let angle = lift[0] + s * (lift[1] - lift[0]);
+            let grown = angle.cos() * laid + angle.sin() * n;
+            let hanging = grown - settings.gravity * s * Vec3::Y;
+            p += step * hanging.normalize_or(grown);
             p = self.outside(p, settings.clearance * s);
             line.push(p);
         }

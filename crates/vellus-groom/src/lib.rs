@@ -19,5 +19,5 @@ pub use grow::grow;
 pub use hair::{read_hair, write_hair};
 pub use roots::Site;
 pub use scenes::{SCENES, scene};
-pub use settings::{Clump, Draw, GrowSettings, Maps};
+pub use settings::{Clump, ColorMap, Draw, GrowSettings, Maps};
 pub use tfx::read_tfx;

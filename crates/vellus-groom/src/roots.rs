@@ -17,6 +17,9 @@ pub struct Site {
     pub uv: Vec2,
 }
 
+/// Where on a triangle the density is looked at to find its mean: corners and middle.
+const PROBES: [(f32, f32); 4] = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0 / 3.0, 1.0 / 3.0)];
+
 /// A mesh with its triangles in an order in which neighbours follow each other, and the strands that each is due.
 pub(crate) struct Roots<'a> {
     mesh: &'a Mesh,
@@ -44,7 +47,7 @@ impl<'a> Roots<'a> {
             let [a, b, c] = mesh.triangles[roots.order[i] as usize].map(|v| mesh.positions[v as usize]);
             let area = 0.5 * (b - a).cross(c - a).length();
             let [mut mean, mut peak] = [0.0, 0.0f32];
-            for (u, v) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0 / 3.0, 1.0 / 3.0)] {
+            for (u, v) in PROBES {
                 let density = roots.density(&roots.site(i, u, v));
                 mean += 0.25 * density;
                 peak = peak.max(density);
@@ -69,23 +72,20 @@ impl<'a> Roots<'a> {
         let triangle = self.sums.partition_point(|&sum| sum <= target).min(self.sums.len() - 1);
         let r2 = |a: f64| (0.5 + a * (i + 1) as f64).fract() as f32;
         let (mut u, mut v) = (r2(0.754_877_666_246_692_8), r2(0.569_840_290_998_053_3));
-        let mut best = (-1.0, self.site(triangle, 1.0 / 3.0, 1.0 / 3.0));
-        // Rejection by the density within the triangle; eight attempts leave few to the best of them.
+        // Rejection by the density within the triangle; few need more than the sequence's point.
         for _ in 0..8 {
             if u + v > 1.0 {
                 (u, v) = (1.0 - u, 1.0 - v);
             }
             let site = self.site(triangle, u, v);
-            let density = self.density(&site);
-            if density > rng.random::<f32>() * self.peaks[triangle] {
+            if self.density(&site) > rng.random::<f32>() * self.peaks[triangle] {
                 return site;
-            }
-            if density > best.0 {
-                best = (density, site);
             }
             (u, v) = (rng.random(), rng.random());
         }
-        best.1
+        // Where the density is a mere corner of the triangle: there, and never where it is 0.
+        let probes = PROBES.map(|(u, v)| self.site(triangle, u, v));
+        probes.into_iter().max_by(|a, b| self.density(a).total_cmp(&self.density(b))).unwrap_or(probes[0])
     }
 
     fn density(&self, site: &Site) -> f32 {

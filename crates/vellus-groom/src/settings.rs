@@ -118,6 +118,9 @@ impl GrowSettings {
     }
 }
 
+/// Gives a strand's value of a parameter from where it grows and what chance gave it.
+pub type ColorMap<'a> = &'a (dyn Fn(&Site, &Draw) -> [f32; 3] + Sync);
+
 /// What differs from place to place. Textures are looked up in these closures: `|site| texture.at(site.uv)[0]`.
 #[derive(Clone, Copy)]
 pub struct Maps<'a> {
@@ -129,7 +132,7 @@ pub struct Maps<'a> {
     /// upright.
     pub comb: &'a (dyn Fn(&Site) -> Vec3 + Sync),
     /// A parameter of the fibres by strand, usually a colour.
-    pub color: Option<(Parameter, &'a (dyn Fn(&Site, &Draw) -> [f32; 3] + Sync))>,
+    pub color: Option<(Parameter, ColorMap<'a>)>,
     /// Distance to the body, negative inside it, for strands to stay outside; its gradient is taken over 0.01.
     pub distance: Option<&'a (dyn Fn(Vec3) -> f32 + Sync)>,
 }

@@ -62,7 +62,7 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     Ok(scene)
 }
 
-fn body() -> Body {
+pub(super) fn body() -> Body {
     let back = Flow::Along(Vec3::new(-0.7, -1.0, 0.0));
     let face = Flow::AwayFrom(Vec3::new(14.5, 30.8, 0.0));
     let straight = Quat::IDENTITY;

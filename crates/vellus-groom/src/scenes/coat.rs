@@ -54,7 +54,7 @@ impl Coat<'_> {
             let to_texture = |c: f32| (c / MOST).sqrt().clamp(0.5 / 32.0, 31.5 / 32.0);
             Vec2::new(to_texture(eumelanin), to_texture(pheomelanin))
         };
-        let step = if small { 1.6 * self.step } else { self.step };
+        let step = if small { 1.4 * self.step } else { self.step };
         let mut mesh = polygonize(self.body, step, &format!("{} skin", self.settings.name), &uv);
         mesh.surface = scene.surfaces.len();
         scene.surfaces.push(Surface {

@@ -79,7 +79,7 @@ fn capsule() -> Vec<Vec2> {
     profile
 }
 
-fn body() -> Body {
+pub(super) fn body() -> Body {
     let back = Flow::Along(Vec3::new(-1.0, -0.4, 0.0));
     let face = Flow::AwayFrom(Vec3::new(8.0, 4.9, 0.0));
     let straight = Quat::IDENTITY;

@@ -29,8 +29,8 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
         spread: 0.12,
         gravity: 22.0,
         clump: Clump { strands: 220 / if small { 10 } else { 1 }, strength: 0.8, power: 0.8 },
-        curl_radius: 0.7,
-        curl_turns: 2.6,
+        curl_radius: 1.1,
+        curl_turns: 3.0,
         noise: 0.008,
         clearance: 0.6,
         ..GrowSettings::default()
@@ -74,7 +74,7 @@ fn combed(p: Vec3) -> Vec3 {
     Vec3::new(-0.55 - 0.05 * p.x.max(0.0), -0.5, side)
 }
 
-fn body() -> Body {
+pub(super) fn body() -> Body {
     let none = Flow::Along(Vec3::NEG_Y);
     let straight = Quat::IDENTITY;
     let body = Body::default()

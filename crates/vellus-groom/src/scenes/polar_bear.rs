@@ -58,7 +58,7 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     Ok(scene)
 }
 
-fn body() -> Body {
+pub(super) fn body() -> Body {
     let back = Flow::Along(Vec3::new(-1.0, -0.45, 0.0));
     let face = Flow::AwayFrom(Vec3::new(49.0, 31.5, 0.0));
     let straight = Quat::IDENTITY;

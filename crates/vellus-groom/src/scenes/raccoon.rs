@@ -27,7 +27,7 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     let mut scene = Scene::default();
     Coat {
         body: &body,
-        step: 0.5,
+        step: 0.4,
         soft: 0.9,
         settings: GrowSettings {
             name: "raccoon".to_owned(),
@@ -64,13 +64,13 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
         rotation: Mat3::IDENTITY,
     });
     scene.textures.push(sky::sky(Vec3::new(0.75, 0.8, 0.35)));
-    let target = Vec3::new(-2.5, 15.5, 3.0);
+    let target = Vec3::new(-3.5, 15.5, 3.0);
     let eye = target + 150.0 * Vec3::new(0.76, 0.2, 0.65).normalize();
-    scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 19.5f32.to_radians(), 1.5));
+    scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 20.5f32.to_radians(), 1.5));
     Ok(scene)
 }
 
-fn body() -> Body {
+pub(super) fn body() -> Body {
     let back = Flow::Along(Vec3::new(-1.0, -0.35, 0.0));
     let face = Flow::AwayFrom(Vec3::new(35.0, 24.5, 0.0));
     let straight = Quat::IDENTITY;
