@@ -9,6 +9,9 @@ use vellus_scene::{Mesh, Parameter, Scene, Strands, Values};
 
 const HEIGHT: usize = 1200;
 
+/// Position, normal, uv.
+type Corner = (Vec3, Vec3, Vec2);
+
 struct Film {
     width: usize,
     pixels: Vec<([f32; 3], f32)>,
@@ -39,35 +42,47 @@ impl Film {
         let surface = &scene.surfaces[mesh.surface];
         for (t, triangle) in mesh.triangles.iter().enumerate() {
             let corners = triangle.map(|v| mesh.positions[v as usize]);
-            let [a, b, c] = corners.map(|p| self.project(p));
             let flat = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
             let normals = mesh.normals.as_ref().map_or([flat; 3], |n| n[t]);
+            let uv = mesh.uv.as_ref().map_or([Vec2::ZERO; 3], |uv| uv[t]);
             let texture = surface.color.texture.map(|i| &scene.textures[i]);
-            let low = a.min(b).min(c).max(Vec3::ZERO);
-            let high = a.max(b).max(c).min(Vec3::new(self.width as f32, HEIGHT as f32, f32::INFINITY));
-            let area = (b - a).truncate().perp_dot((c - a).truncate());
-            // Large triangles may reach behind the camera; their corners are not clipped but left out.
-            if area.abs() < 1e-6 || a.z.min(b.z).min(c.z) <= 0.0 {
-                continue;
+            let light = self.light;
+            self.triangle(std::array::from_fn(|i| (corners[i], normals[i], uv[i])), 7, &|n, uv| {
+                let tint = texture.map_or([1.0; 3], |texture| texture.at(uv));
+                let facing = n.dot(light).max(0.0);
+                let gloss = if surface.ior > 1.0 { 0.6 * facing.powf(60.0) } else { 0.0 };
+                std::array::from_fn(|c| tint[c] * surface.color.color[c] * (0.25 + 0.75 * facing) + gloss)
+            });
+        }
+    }
+
+    /// Draws a triangle of positions, normals and uv; those that reach behind the camera in parts.
+    fn triangle(&mut self, [a, b, c]: [Corner; 3], depth: usize, color: &dyn Fn(Vec3, Vec2) -> [f32; 3]) {
+        let [p, q, r] = [a, b, c].map(|corner| self.project(corner.0));
+        if p.z.min(q.z).min(r.z) <= 1.0 {
+            if depth > 0 && p.z.max(q.z).max(r.z) > 1.0 {
+                let middle = |a: Corner, b: Corner| (a.0.midpoint(b.0), a.1.midpoint(b.1), a.2.midpoint(b.2));
+                let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+                for part in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
+                    self.triangle(part, depth - 1, color);
+                }
             }
-            for y in low.y as usize..(high.y + 1.0).max(0.0) as usize {
-                for x in low.x as usize..(high.x + 1.0).max(0.0) as usize {
-                    let p = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
-                    let v = (p - a.truncate()).perp_dot((c - a).truncate()) / area;
-                    let w = (b - a).truncate().perp_dot(p - a.truncate()) / area;
-                    let u = 1.0 - v - w;
-                    if u < 0.0 || v < 0.0 || w < 0.0 {
-                        continue;
-                    }
-                    let n = (u * normals[0] + v * normals[1] + w * normals[2]).normalize_or_zero();
-                    let tint = match (texture, &mesh.uv) {
-                        (Some(texture), Some(uv)) => texture.at(u * uv[t][0] + v * uv[t][1] + w * uv[t][2]),
-                        _ => [1.0; 3],
-                    };
-                    let shade = 0.25 + 0.75 * n.dot(self.light).max(0.0);
-                    let gloss = if surface.ior > 1.0 { n.dot(self.light).max(0.0).powf(60.0) } else { 0.0 };
-                    let color = std::array::from_fn(|c| tint[c] * surface.color.color[c] * shade + 0.6 * gloss);
-                    self.put(p.x, p.y, u * a.z + v * b.z + w * c.z, color);
+            return;
+        }
+        let low = p.min(q).min(r).max(Vec3::ZERO);
+        let high = p.max(q).max(r).min(Vec3::new(self.width as f32, HEIGHT as f32, f32::INFINITY));
+        let area = (q - p).truncate().perp_dot((r - p).truncate());
+        for y in low.y as usize..(high.y + 1.0).max(0.0) as usize {
+            for x in low.x as usize..(high.x + 1.0).max(0.0) as usize {
+                let pixel = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) - p.truncate();
+                let v = pixel.perp_dot((r - p).truncate()) / area;
+                let w = (q - p).truncate().perp_dot(pixel) / area;
+                let u = 1.0 - v - w;
+                if u >= 0.0 && v >= 0.0 && w >= 0.0 {
+                    let n = (u * a.1 + v * b.1 + w * c.1).normalize_or_zero();
+                    // Depth is linear along the screen in its inverse.
+                    let depth = 1.0 / (u / p.z + v / q.z + w / r.z);
+                    self.put(x as f32, y as f32, depth, color(n, u * a.2 + v * b.2 + w * c.2));
                 }
             }
         }

@@ -39,9 +39,9 @@ impl Clumps {
     pub fn gather(&self, i: usize, root: Vec3, line: &mut [Vec3]) {
         let Some(nearest) = self.nearest(root) else { return };
         let middle = &self.lines[nearest * line.len()..][..line.len()];
-        // Not all alike, or tips would meet in one point: a hash of the index as a fraction.
+        // Not all alike, or tips would meet in one point: the exponent is a hash of the index, as a fraction, and a half.
         let own = (i as u32).wrapping_mul(0x9e37_79b9) as f32 / u32::MAX as f32;
-        let strength = self.clump.strength * (0.6 + 0.4 * own);
+        let strength = self.clump.strength.powf(0.5 + own);
         let last = (line.len() - 1) as f32;
         for (k, (p, m)) in line.iter_mut().zip(middle).enumerate().skip(1) {
             *p = p.lerp(*m, strength * (k as f32 / last).powf(self.clump.power));

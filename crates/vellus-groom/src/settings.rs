@@ -51,7 +51,7 @@ pub struct GrowSettings {
 pub struct Clump {
     /// Mean number of strands in one; below 2 there are none.
     pub strands: usize,
-    /// How far tips come to the middle one, [0, 1].
+    /// How far tips come to the middle one on average, [0, 1]; at 1 all meet it.
     pub strength: f32,
     /// Their profile: strength × (distance from the root / length)^power; positive.
     pub power: f32,

@@ -53,8 +53,8 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     }
     let pink = props::glossy("nose", [0.4, 0.16, 0.13], 0.4);
     props::ellipsoid(&mut scene, nose, Vec3::new(0.35, 0.38, 0.6), Quat::IDENTITY, pink);
-    props::ground(&mut scene, 500.0, [0.35, 0.3, 0.26]);
-    let target = Vec3::new(1.0, 19.0, 0.0);
+    props::ground(&mut scene, 20_000.0, [0.35, 0.3, 0.26]);
+    let target = Vec3::new(0.0, 19.5, 1.5);
     scene.lights.push(props::window(Vec3::new(60.0, 85.0, 75.0), target, Vec2::splat(70.0), [9.0, 8.4, 7.4]));
     scene.lights.push(Light::Dome { radiance: [0.18, 0.21, 0.26], texture: None, rotation: Mat3::IDENTITY });
     let eye = target + 150.0 * Vec3::new(0.8, 0.14, 0.55).normalize();
@@ -88,7 +88,7 @@ pub(super) fn body() -> Body {
     body.ellipsoid([-3.0, 6.5, 5.2], [8.0, 6.4, 3.8], straight, 2.5, down, 1.6)
         .cone([4.5, 20.0, 3.0], 3.0, [8.3, 3.0, 3.2], 1.8, 2.0, 0.9)
         .ellipsoid([9.6, 1.5, 3.2], [2.7, 1.5, 1.9], straight, 1.0, Flow::Along(Vec3::X), 0.5)
-        .cone([-1.0, 1.6, 7.0], 1.7, [5.2, 1.5, 7.0], 1.6, 1.0, 0.5)
+        .cone([-1.0, 1.7, 6.6], 1.8, [6.4, 1.4, 6.9], 1.4, 1.5, 0.5)
         .ellipsoid([9.2, 30.4, 3.2], [2.7, 2.3, 2.7], straight, 1.6, face, 1.2)
         .ellipsoid([12.2, 30.3, 1.1], [1.5, 1.15, 1.25], straight, 0.7, face, 0.35)
         .ellipsoid([6.4, 36.4, 3.7], [0.8, 2.7, 2.5], ear, 1.0, up, 0.4)
@@ -135,5 +135,5 @@ fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
     color = mix(color, PALE, 0.6 * paws);
     color =
         mix(color, [0.02, 0.06], 0.8 * smoothstep(4.5, 7.5, p.x) * smoothstep(4.0, 2.0, side.z) * f32::from(!front));
-    mix(color, DARK, 0.92 * dark)
+    mix(color, DARK, 0.92 * dark * (1.0 - paws))
 }

@@ -12,7 +12,7 @@ use vellus_scene::{Camera, Scene};
 
 pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     let body = body();
-    let eye = body.project(Vec3::new(5.2, 6.5, 2.3)) - Vec3::new(0.05, 0.0, 0.1);
+    let eye = body.project(Vec3::new(5.2, 6.5, 2.3)) + Vec3::new(0.06, 0.02, 0.06);
     let nose = body.project(Vec3::new(8.0, 5.1, 0.0)) - Vec3::new(0.1, 0.0, 0.0);
     let mirrored = |p: Vec3| Vec3::new(p.x, p.y, -p.z);
     let mut scene = Scene::default();
@@ -39,13 +39,13 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
         // As in the paper, the mouse stands in for the hamster.
         fiber: Fiber::preset(Species::Mouse),
         melanin: &melanin,
-        bare: vec![(eye, 0.74), (mirrored(eye), 0.74), (nose, 0.36)],
+        bare: vec![(eye, 0.82), (mirrored(eye), 0.82), (nose, 0.36)],
         skin: 0.6,
     }
     .add(&mut scene, small)?;
 
     for eye in [eye, mirrored(eye)] {
-        props::ellipsoid(&mut scene, eye, Vec3::splat(0.6), Quat::IDENTITY, props::glossy("eye", [0.006; 3], 0.03));
+        props::ellipsoid(&mut scene, eye, Vec3::splat(0.64), Quat::IDENTITY, props::glossy("eye", [0.006; 3], 0.03));
     }
     let pink = props::glossy("nose", [0.55, 0.25, 0.22], 0.4);
     props::ellipsoid(&mut scene, nose, Vec3::new(0.25, 0.24, 0.34), Quat::IDENTITY, pink);

@@ -1,4 +1,4 @@
-//! Long hair on a head that faces +x, parted on one side.
+//! Long hair on the head of a mannequin that faces +x, parted on one side.
 
 use super::coat::FEWER;
 use super::props;
@@ -28,7 +28,7 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
         lift: [0.5, -0.1],
         spread: 0.12,
         gravity: 22.0,
-        clump: Clump { strands: 220 / if small { 10 } else { 1 }, strength: 0.8, power: 0.8 },
+        clump: Clump { strands: 160 / if small { 10 } else { 1 }, strength: 0.88, power: 0.6 },
         curl_radius: 1.1,
         curl_turns: 3.0,
         noise: 0.008,
@@ -48,10 +48,10 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     scene.looks.push(Look::constant("hair", Fiber::preset(Species::Human)));
     scene.meshes.push(mesh);
     scene.surfaces.push(Surface {
-        color: Tint { color: [0.5, 0.32, 0.24], texture: None },
+        color: Tint { color: [0.32, 0.3, 0.28], texture: None },
         roughness: 0.45,
         ior: 1.4,
-        ..Surface::diffuse("skin", [0.0; 3])
+        ..Surface::diffuse("mannequin", [0.0; 3])
     });
     let target = Vec3::new(-1.0, -9.5, 0.0);
     scene.lights.push(props::window(Vec3::new(60.0, 60.0, 70.0), target, Vec2::splat(50.0), [9.0, 8.6, 8.0]));

@@ -49,7 +49,7 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     }
     let wet = props::glossy("nose", [0.012; 3], 0.35);
     props::ellipsoid(&mut scene, nose, Vec3::new(1.2, 1.1, 1.6), Quat::IDENTITY, wet);
-    props::ground(&mut scene, 1500.0, [0.5, 0.54, 0.6]);
+    props::ground(&mut scene, 20_000.0, [0.5, 0.54, 0.6]);
     let target = Vec3::new(8.0, 21.0, 0.0);
     scene.lights.push(props::window(Vec3::new(70.0, 150.0, 110.0), target, Vec2::splat(130.0), [5.0, 4.9, 4.7]));
     scene.lights.push(Light::Dome { radiance: [0.4, 0.46, 0.55], texture: None, rotation: Mat3::IDENTITY });

@@ -41,8 +41,8 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
             lift: [0.75, 0.3],
             spread: 0.16,
             gravity: 0.12,
-            clump: Clump { strands: 24, strength: 0.65, power: 1.4 },
-            noise: 0.05,
+            clump: Clump { strands: 45, strength: 0.75, power: 1.3 },
+            noise: 0.07,
             ..GrowSettings::default()
         },
         fiber: Fiber::preset(Species::Raccoon),
@@ -57,7 +57,7 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     }
     let wet = props::glossy("nose", [0.012; 3], 0.3);
     props::ellipsoid(&mut scene, nose, Vec3::new(0.9, 0.8, 1.15), Quat::IDENTITY, wet);
-    props::ground(&mut scene, 2000.0, [0.3, 0.27, 0.2]);
+    props::ground(&mut scene, 20_000.0, [0.3, 0.27, 0.2]);
     scene.lights.push(Light::Dome {
         radiance: [1.0; 3],
         texture: Some(scene.textures.len()),
@@ -65,7 +65,7 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     });
     scene.textures.push(sky::sky(Vec3::new(0.75, 0.8, 0.35)));
     let target = Vec3::new(-3.5, 15.5, 3.0);
-    let eye = target + 150.0 * Vec3::new(0.76, 0.2, 0.65).normalize();
+    let eye = target + 150.0 * Vec3::new(0.76, 0.1, 0.65).normalize();
     scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 20.5f32.to_radians(), 1.5));
     Ok(scene)
 }
