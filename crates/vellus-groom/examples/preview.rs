@@ -47,7 +47,7 @@ impl Film {
             let uv = mesh.uv.as_ref().map_or([Vec2::ZERO; 3], |uv| uv[t]);
             let texture = surface.color.texture.map(|i| &scene.textures[i]);
             let light = self.light;
-            self.triangle(std::array::from_fn(|i| (corners[i], normals[i], uv[i])), 7, &|n, uv| {
+            self.triangle(std::array::from_fn(|i| (corners[i], normals[i], uv[i])), 14, &|n, uv| {
                 let tint = texture.map_or([1.0; 3], |texture| texture.at(uv));
                 let facing = n.dot(light).max(0.0);
                 let gloss = if surface.ior > 1.0 { 0.6 * facing.powf(60.0) } else { 0.0 };

@@ -17,7 +17,7 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     let mut scene = Scene::default();
     let mesh = polygonize(&body, if small { 0.7 } else { 0.45 }, "head", &|_| Vec2::ZERO);
     let thinned = if small { FEWER } else { 1 };
-    let wider = if small { 5.0 } else { 1.0 };
+    let wider = if small { 8.0 } else { 1.0 };
     let settings = GrowSettings {
         name: "hair".to_owned(),
         count: 53_000 / thinned,
@@ -71,7 +71,7 @@ fn scalp(p: Vec3) -> bool {
 fn combed(p: Vec3) -> Vec3 {
     let parting = 2.2;
     let side = if p.z > parting { 1.0 } else { -1.0 };
-    Vec3::new(-0.55 - 0.05 * p.x.max(0.0), -0.5, side)
+    Vec3::new(-0.35 - 0.17 * p.x.max(0.0), -0.5, side)
 }
 
 pub(super) fn body() -> Body {
