@@ -9,6 +9,7 @@ mod output;
 mod plot;
 mod query;
 mod reference;
+mod render;
 mod table;
 
 use clap::{Parser, Subcommand};
@@ -42,6 +43,10 @@ enum Command {
     /// Build, describe or check the tables of light scattered by the medulla.
     #[command(subcommand)]
     Table(table::Command),
+    /// Path-trace a scene to OpenEXR and PNG.
+    Render(Box<render::Args>),
+    /// Put together films that `render --samples` rendered apart.
+    Merge(render::MergeArgs),
     /// Monte Carlo of the whole fibre, beside the model's energies.
     Reference(reference::Args),
 }
@@ -76,6 +81,8 @@ fn main() -> std::process::ExitCode {
         Some(Command::Energy(args)) => energy::run(&args),
         Some(Command::Plot(command)) => plot::run(&command),
         Some(Command::Table(command)) => table::run(&command),
+        Some(Command::Render(args)) => render::run(&args),
+        Some(Command::Merge(args)) => render::merge(&args),
         Some(Command::Reference(args)) => reference::run(&args),
     };
     match result {

@@ -58,6 +58,25 @@ pub fn write(path: Option<&Path>, bytes: &[u8]) -> Result<()> {
     write().with_context(|| format!("cannot write {}", path.display()))
 }
 
+/// Checks that a file can be written there, before long work begins.
+pub fn writable(path: &Path) -> Result<()> {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let probe = || -> Result<()> {
+        std::fs::create_dir_all(folder)?;
+        let mut file = tempfile::Builder::new().prefix(".vellus-").tempfile_in(folder)?;
+        file.write_all(&[0; 4096])?;
+        file.as_file().sync_all()?;
+        Ok(())
+    };
+    if path.is_dir() {
+        anyhow::bail!("cannot write {}: it is a folder", path.display());
+    }
+    probe().with_context(|| format!("cannot write {}", path.display()))
+}
+
 /// Columns aligned to their widest cell, numbers to the right.
 pub fn align(rows: &[Vec<String>]) -> String {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);

@@ -1,0 +1,49 @@
+//! What is rendered: a built-in scene, or a file.
+
+use crate::fiber_args::FiberArgs;
+use anyhow::{Context, Result, bail};
+use std::path::Path;
+use vellus_scene::{Look, Scene};
+
+/// A scene.
+#[derive(clap::Args)]
+pub struct Input {
+    /// A built-in scene (`vellus scene` lists them), or strands as .hair or .tfx.
+    #[arg(default_value = "raccoon", value_name = "SCENE|FILE")]
+    scene: String,
+    /// The small version of a built-in scene.
+    #[arg(long)]
+    small: bool,
+    #[command(flatten)]
+    fiber: FiberArgs,
+    /// Width (diameter) of strands whose file has none, in the file's unit.
+    #[arg(long, value_name = "WIDTH")]
+    width: Option<f32>,
+}
+
+impl Input {
+    /// Reads or grows it.
+    pub fn load(&self) -> Result<Scene> {
+        if let Some(scene) = vellus_groom::scene(&self.scene, self.small) {
+            return Ok(scene);
+        }
+        let path = Path::new(&self.scene);
+        let read = || std::fs::read(path).with_context(|| format!("cannot read {}", path.display()));
+        let strands = match path.extension().and_then(|e| e.to_str()) {
+            Some("hair") => vellus_groom::read_hair(&read()?, &self.scene, self.width)?,
+            Some("tfx") => vellus_groom::read_tfx(&read()?, &self.scene, self.width)?,
+            _ => {
+                let names: Vec<_> = vellus_groom::SCENES.iter().map(|(name, _)| *name).collect();
+                bail!("{}: neither a built-in scene ({}) nor a .hair or .tfx file", self.scene, names.join(", "));
+            }
+        };
+        let look = Look::constant(self.fiber.name(), self.fiber.load()?);
+        Ok(Scene { strands: vec![strands], looks: vec![look], ..Scene::default() })
+    }
+
+    /// What tells it from other scenes.
+    pub fn identity(&self) -> Result<String> {
+        let modified = std::fs::metadata(&self.scene).and_then(|m| m.modified()).ok();
+        Ok(format!("{} {} {:?} {:?} {modified:?}", self.scene, self.small, self.fiber.load()?, self.width))
+    }
+}
