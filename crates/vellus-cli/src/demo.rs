@@ -1,26 +1,23 @@
-//! What `vellus` does without a subcommand: the model's answer for a red fox, and a picture of it.
+//! What `vellus` does without a subcommand: a picture of fur, in about a minute.
 
-use crate::eval::table;
-use crate::fiber_args::FiberArgs;
-use crate::plot;
-use crate::query::Query;
+use crate::render;
 use anyhow::Result;
-use vellus::Bcsdf;
+use clap::Parser;
+
+#[derive(Parser)]
+struct Command {
+    #[command(flatten)]
+    args: render::Args,
+}
 
 /// Runs it.
 pub fn run() -> Result<()> {
-    let args = FiberArgs { fiber: "red-fox".to_owned(), set: vec!["sigma_ca=0.2,0.4,0.8".to_owned()] };
-    let fiber = args.load()?;
-    let (theta_o, h) = (20.0, 0.3);
-    let query = Query::new([theta_o, h, -15.0, 150.0])?;
-    println!("A red fox's fur fibre, tinted (vellus eval --fiber red-fox --set sigma_ca=0.2,0.4,0.8)\n");
-    println!("{}", table(&query, &query.ask(&Bcsdf::new(&fiber)?)));
-    for path in plot::lobes(&args, theta_o, h, &[])? {
-        println!("wrote {}", path.display());
-    }
+    let options = ["raccoon", "--size", "720x480", "--spp", "4096", "--time", "75s", "-o", "out/raccoon.exr"];
+    println!("A raccoon of 260,000 strands, for 75 seconds: vellus render {}", options.join(" "));
+    render::run(&Command::parse_from(["vellus"].into_iter().chain(options)).args)?;
     println!(
-        "\nNext: vellus fiber list · vellus plot profile --fiber all · vellus energy --fiber cat --theta-o 30 --window far · \
-         vellus --help"
+        "\nNext: vellus render raccoon --resume --spp 256 --size 720x480 -o out/raccoon.exr · vellus scene · \
+         vellus render cat · vellus plot profile --fiber all · vellus --help"
     );
     Ok(())
 }

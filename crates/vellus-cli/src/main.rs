@@ -5,22 +5,24 @@ mod energy;
 mod eval;
 mod fiber;
 mod fiber_args;
+mod groom;
 mod output;
 mod plot;
 mod query;
 mod reference;
 mod render;
+mod scene;
 mod table;
 
 use clap::{Parser, Subcommand};
 
-/// The fur and hair reflectance model of Yan, Jensen and Ramamoorthi 2017.
+/// Hair and fur: the reflectance model of Yan, Jensen and Ramamoorthi 2017, and a path tracer.
 ///
 /// Angles are in degrees, lengths in fibre radii, absorption and scattering per fibre radius. θ is measured
 /// from the plane normal to the fibre, x runs from root to tip, φ is the azimuth between both
 /// directions, h the offset at which the fibre is hit.
 ///
-/// Without a subcommand: evaluates a red fox's fur and draws its lobes.
+/// Without a subcommand: renders a raccoon for 75 seconds.
 #[derive(Parser)]
 #[command(name = "vellus", version)]
 struct Cli {
@@ -45,6 +47,11 @@ enum Command {
     Table(table::Command),
     /// Path-trace a scene to OpenEXR and PNG.
     Render(Box<render::Args>),
+    /// List the built-in scenes.
+    Scene,
+    /// What is in a groom, and other formats of it.
+    #[command(subcommand)]
+    Groom(groom::Command),
     /// Put together films that `render --samples` rendered apart.
     Merge(render::MergeArgs),
     /// Monte Carlo of the whole fibre, beside the model's energies.
@@ -82,6 +89,11 @@ fn main() -> std::process::ExitCode {
         Some(Command::Plot(command)) => plot::run(&command),
         Some(Command::Table(command)) => table::run(&command),
         Some(Command::Render(args)) => render::run(&args),
+        Some(Command::Scene) => {
+            scene::run();
+            Ok(())
+        }
+        Some(Command::Groom(command)) => groom::run(&command),
         Some(Command::Merge(args)) => render::merge(&args),
         Some(Command::Reference(args)) => reference::run(&args),
     };

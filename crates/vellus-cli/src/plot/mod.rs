@@ -137,7 +137,7 @@ fn each(fiber: &FiberArgs) -> Vec<FiberArgs> {
 }
 
 /// Draws the lobes of one hit; the files written.
-pub fn lobes(fiber: &FiberArgs, theta_o: f64, h: f64, files: &[PathBuf]) -> Result<Vec<PathBuf>> {
+fn lobes(fiber: &FiberArgs, theta_o: f64, h: f64, files: &[PathBuf]) -> Result<Vec<PathBuf>> {
     Query::new([theta_o, h, 0.0, 0.0])?;
     let picture = lobes::Picture::new(fiber.name(), &fiber.load()?, theta_o, h)?;
     save(&picture, files, &format!("{}-lobes", fiber.name()))

@@ -1,0 +1,91 @@
+//! The renderer as its users meet it.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn vellus(folder: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_vellus")).current_dir(folder).args(args).output().unwrap()
+}
+
+fn run(folder: &Path, args: &[&str]) -> String {
+    let output = vellus(folder, args);
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{args:?}: {errors}");
+    errors
+}
+
+fn refused(folder: &Path, args: &[&str], parts: &[&str]) {
+    let output = vellus(folder, args);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{args:?}: {message}");
+    for part in parts {
+        assert!(message.contains(part), "{args:?}: '{part}' is not in: {message}");
+    }
+}
+
+const SMALL: [&str; 5] = ["render", "cat", "--small", "--size", "48x32"];
+
+fn with<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    [&SMALL[..], more].concat()
+}
+
+/// Ranges rendered apart, by different numbers of threads, and a run that went on from a checkpoint make the pixels of one run.
+#[test]
+fn parts_and_resumed_runs_are_the_same_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    run(folder.path(), &with(&["--spp", "6", "-o", "whole.exr"]));
+    run(folder.path(), &with(&["--samples", "0..2", "--threads", "1", "-o", "a.exr"]));
+    run(folder.path(), &with(&["--samples", "2..6", "--threads", "2", "-o", "b.exr"]));
+    run(folder.path(), &["merge", "b.film", "a.film", "-o", "merged.exr"]);
+    assert_eq!(at("whole.png"), at("merged.png"));
+    // No time at all: after the first pass a checkpoint is left.
+    run(folder.path(), &with(&["--spp", "6", "--noise", "1e9", "-o", "two.exr"]));
+    assert!(!folder.path().join("whole.checkpoint").exists());
+    let stopped = run(folder.path(), &with(&["--spp", "20", "--noise", "1e9", "-o", "noisy.exr"]));
+    assert!(stopped.contains("samples a pixel"), "{stopped}");
+    assert!(folder.path().join("noisy.checkpoint").exists());
+    let resumed = run(folder.path(), &with(&["--spp", "20", "--resume", "-o", "noisy.exr"]));
+    assert!(resumed.contains("going on from"), "{resumed}");
+    assert!(!folder.path().join("noisy.checkpoint").exists());
+    run(folder.path(), &with(&["--spp", "20", "-o", "direct.exr"]));
+    assert_eq!(at("noisy.png"), at("direct.png"));
+    refused(folder.path(), &["merge", "a.film", "a.film"], &["have samples in common"]);
+}
+
+#[test]
+fn bad_requests_are_refused_before_work() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    std::fs::write(path.join("broken.hair"), b"HAIR and then nothing").unwrap();
+    std::fs::write(path.join("broken.film"), b"VELLUSF1 cut").unwrap();
+    std::fs::write(path.join("file"), b"").unwrap();
+    refused(path, &["render", "unicorn"], &["unicorn", "raccoon", ".hair or .tfx"]);
+    refused(path, &["render", "missing.hair"], &["cannot read missing.hair"]);
+    refused(path, &["render", "broken.hair"], &["broken.hair"]);
+    refused(path, &with(&["-o", "x.jpg"]), &["x.jpg", ".exr or .png"]);
+    refused(path, &with(&["-o", "file/x.exr"]), &["cannot write file/x.exr"]);
+    refused(path, &["render", "cat", "--size", "0x3"], &["[1, 32768]"]);
+    refused(path, &with(&["--noise", "0"]), &["--noise must be above 0"]);
+    refused(path, &with(&["--samples", "4..4"]), &["A < B"]);
+    refused(path, &with(&["--time", "soon"]), &["60s, 5m or 2h"]);
+    refused(path, &with(&["--layers", "beauty,depht"]), &["unknown layer", "depth"]);
+    refused(path, &["merge", "broken.film"], &["broken.film", "header"]);
+    assert!(!path.join("out").join("render.exr").exists());
+}
+
+/// What a largest depth cuts is told, and strands go out to a file and come back as the same picture's.
+#[test]
+fn depth_is_told_and_grooms_come_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let cut = run(folder.path(), &with(&["--spp", "2", "--max-depth", "2", "-o", "cut.png"]));
+    assert!(cut.contains("paths cut after 2 events"), "{cut}");
+    assert!(!folder.path().join("cut.exr").exists());
+    run(folder.path(), &["groom", "convert", "hair-lock", "--small", "-o", "lock.hair"]);
+    let info = |scene: &[&str]| {
+        String::from_utf8(vellus(folder.path(), &[&["groom", "info"], scene].concat()).stdout).unwrap()
+    };
+    let count = |text: &str| text.lines().find(|l| l.trim_start().starts_with("segments")).unwrap().to_owned();
+    assert_eq!(count(&info(&["lock.hair"])), count(&info(&["hair-lock", "--small"])));
+    run(folder.path(), &["render", "lock.hair", "--size", "16x16", "--spp", "1", "-o", "lock.png"]);
+}
