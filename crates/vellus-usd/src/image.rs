@@ -1,0 +1,199 @@
+//! Images: PNG, Radiance HDR and OpenEXR, told apart by their first bytes.
+
+use crate::error::Error;
+use crate::rgbe;
+use std::io::Cursor;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use vellus_scene::Texture;
+
+/// More pixels than this are taken for a garbled header.
+pub(crate) const MOST_PIXELS: usize = 1 << 27;
+
+/// How numbers in a file encode light. Radiance HDR and OpenEXR are linear whatever is asked.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Encoding {
+    /// As UsdPreviewSurface has it: a PNG is sRGB if it says so, or has 8 bits and colour; otherwise linear.
+    #[default]
+    Auto,
+    /// Linear.
+    Linear,
+    /// sRGB.
+    Srgb,
+}
+
+/// Reads an image as linear RGB; alpha is left out, grey becomes three equal channels.
+///
+/// # Errors
+/// [`Error::File`] names the file if it is missing, broken, of another kind, has more than 2²⁷ pixels, or one that is negative or not
+/// finite.
+pub fn load_texture(file: &Path) -> Result<Texture, Error> {
+    let bytes = std::fs::read(file).map_err(|error| Error::file(file, error))?;
+    decode(file, &bytes, Encoding::Auto)
+}
+
+/// The same from the bytes of a file, which may lie in a package.
+pub(crate) fn decode(file: &Path, bytes: &[u8], encoding: Encoding) -> Result<Texture, Error> {
+    let (width, height, pixels) = match bytes {
+        [0x89, b'P', b'N', b'G', ..] => png_pixels(bytes, encoding),
+        [b'#', b'?', ..] => rgbe::decode(bytes),
+        [0x76, 0x2f, 0x31, 0x01, ..] => exr_pixels(bytes),
+        _ => Err("it is no PNG, Radiance HDR or OpenEXR image".to_owned()),
+    }
+    .map_err(|what| Error::file(file, what))?;
+    let name = file.file_name().map_or(String::new(), |name| name.to_string_lossy().into_owned());
+    let texture = Texture { name, width, height, pixels };
+    texture.validate().map_err(|error| Error::file(file, error))?;
+    Ok(texture)
+}
+
+pub(crate) type Pixels = (usize, usize, Vec<[f32; 3]>);
+
+/// Checks a size that a header claims, before anything of that size is allocated.
+pub(crate) fn checked_size(width: usize, height: usize) -> Result<usize, String> {
+    match width.checked_mul(height) {
+        Some(pixels @ 1..=MOST_PIXELS) => Ok(pixels),
+        _ => Err(format!("it claims {width} × {height} pixels: there must be 1 to {MOST_PIXELS}")),
+    }
+}
+
+fn png_pixels(bytes: &[u8], encoding: Encoding) -> Result<Pixels, String> {
+    let broken = |error: png::DecodingError| format!("broken PNG: {error}");
+    let mut decoder = png::Decoder::new(Cursor::new(bytes));
+    decoder.set_transformations(png::Transformations::EXPAND);
+    let mut reader = decoder.read_info().map_err(broken)?;
+    let (width, height) = (reader.info().width as usize, reader.info().height as usize);
+    let pixels = checked_size(width, height)?;
+    let (color, depth) = reader.output_color_type();
+    let says_srgb = reader.info().srgb.is_some();
+    let mut data = vec![0; reader.output_buffer_size().ok_or("broken PNG: too large")?];
+    reader.next_frame(&mut data).map_err(broken)?;
+
+    let channels = color.samples();
+    let srgb = match encoding {
+        Encoding::Auto => says_srgb || (depth == png::BitDepth::Eight && channels >= 3),
+        Encoding::Linear => false,
+        Encoding::Srgb => true,
+    };
+    let linear = |x: f32| if srgb { srgb_to_linear(x) } else { x };
+    let values: Vec<f32> = match depth {
+        png::BitDepth::Sixteen => {
+            data.chunks_exact(2).map(|b| linear(f32::from(u16::from_be_bytes([b[0], b[1]])) / 65535.0)).collect()
+        }
+        _ => {
+            let table: [f32; 256] = std::array::from_fn(|i| linear(i as f32 / 255.0));
+            data.iter().map(|&b| table[b as usize]).collect()
+        }
+    };
+    let rgb = |v: &[f32]| if channels >= 3 { [v[0], v[1], v[2]] } else { [v[0]; 3] };
+    Ok((width, height, values.chunks_exact(channels).take(pixels).map(rgb).collect()))
+}
+
+/// IEC 61966-2-1.
+fn srgb_to_linear(x: f32) -> f32 {
+    if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
+}
+
+/// Colour of the first layer.
+fn exr_pixels(bytes: &[u8]) -> Result<Pixels, String> {
+    use exr::prelude::{ReadChannels, ReadLayers};
+    let read = || {
+        let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| e.to_string())?;
+        for header in &meta.headers {
+            checked_size(header.layer_size.width(), header.layer_size.height())?;
+        }
+        let image = exr::prelude::read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .rgb_channels(
+                |size, _| (size.width(), vec![[0f32; 3]; size.width() * size.height()]),
+                |(width, pixels): &mut (usize, Vec<[f32; 3]>), at, (r, g, b): (f32, f32, f32)| {
+                    pixels[at.y() * *width + at.x()] = [r, g, b];
+                },
+            )
+            .first_valid_layer()
+            .all_attributes()
+            .non_parallel()
+            .from_buffered(Cursor::new(bytes))
+            .map_err(|error| format!("{error} (a layer with channels R, G, B is needed)"))?;
+        let (width, pixels) = image.layer_data.channel_data.pixels;
+        Ok((width, pixels.len() / width.max(1), pixels))
+    };
+    // The crate is fuzzed, but what it decodes comes from anywhere: a panic is a broken file.
+    let result: Result<Pixels, String> = catch_unwind(AssertUnwindSafe(read)).unwrap_or(Err("it cannot be decoded".to_owned()));
+    result.map_err(|error| format!("broken OpenEXR image: {error}"))
+}
+
+/// An OpenEXR image of 32-bit numbers: nothing is lost.
+pub(crate) fn encode_exr(texture: &Texture) -> Result<Vec<u8>, String> {
+    use exr::prelude::{Image, SpecificChannels, WritableImage};
+    let pixel = |at: exr::math::Vec2<usize>| {
+        let [r, g, b] = texture.pixels[at.y() * texture.width + at.x()];
+        (r, g, b)
+    };
+    let mut bytes = Cursor::new(Vec::new());
+    let image = Image::from_channels((texture.width, texture.height), SpecificChannels::rgb(pixel));
+    image.write().non_parallel().to_buffered(&mut bytes).map_err(|error| error.to_string())?;
+    Ok(bytes.into_inner())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn png(color: png::ColorType, depth: png::BitDepth, data: &[u8]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
+        encoder.set_color(color);
+        encoder.set_depth(depth);
+        encoder.write_header().unwrap().write_image_data(data).unwrap();
+        bytes
+    }
+
+    #[test]
+    fn colour_is_srgb_and_grey_is_linear_unless_told() {
+        let rgb = png(png::ColorType::Rgb, png::BitDepth::Eight, &[0, 128, 255, 10, 20, 30]);
+        let read = |bytes: &[u8], encoding| decode(Path::new("a/b.png"), bytes, encoding).unwrap();
+        let texture = read(&rgb, Encoding::Auto);
+        assert_eq!((texture.name.as_str(), texture.width, texture.height), ("b.png", 2, 1));
+        assert!((texture.pixels[0][1] - 0.215_860_5).abs() < 1e-6 && texture.pixels[0][2] == 1.0);
+        assert_eq!(read(&rgb, Encoding::Linear).pixels[0][1], 128.0 / 255.0);
+        let grey = png(png::ColorType::Grayscale, png::BitDepth::Eight, &[51, 102]);
+        assert_eq!(read(&grey, Encoding::Auto).pixels, [[0.2; 3], [0.4; 3]]);
+        let deep = png(png::ColorType::GrayscaleAlpha, png::BitDepth::Sixteen, &[0x80, 0, 9, 9, 255, 255, 0, 0]);
+        assert_eq!(read(&deep, Encoding::Auto).pixels, [[32768.0 / 65535.0; 3], [1.0; 3]]);
+    }
+
+    #[test]
+    fn exr_keeps_every_bit() {
+        let pixels = vec![[0.0, 1e-30, 3.4e38], [0.1, 0.2, 0.3], [1.0 / 3.0, 5.0, 7e7]];
+        let texture = Texture { name: "t.exr".to_owned(), width: 1, height: 3, pixels };
+        assert_eq!(decode(Path::new("t.exr"), &encode_exr(&texture).unwrap(), Encoding::Auto).unwrap(), texture);
+    }
+
+    #[test]
+    fn broken_images_are_errors() {
+        let whole = [
+            png(png::ColorType::Rgb, png::BitDepth::Eight, &[1; 6]),
+            encode_exr(&Texture { name: String::new(), width: 4, height: 4, pixels: vec![[1.0; 3]; 16] }).unwrap(),
+            b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n\x01\x02\x03\x80\x01\x02\x03\x80".to_vec(),
+        ];
+        for bytes in whole {
+            assert!(decode(Path::new("x"), &bytes, Encoding::Auto).is_ok());
+            for end in 0..bytes.len() - 1 {
+                // A chunk after the pixels may be missing; before, it is an error, never a panic.
+                let result = decode(Path::new("x"), &bytes[..end], Encoding::Auto);
+                assert!(result.is_err() || end + 20 > bytes.len(), "{end} of {}", bytes.len());
+            }
+            for at in 0..bytes.len() {
+                let mut garbled = bytes.clone();
+                garbled[at] ^= 0xff;
+                let _ = decode(Path::new("x"), &garbled, Encoding::Auto);
+            }
+        }
+        let error = load_texture(Path::new("no/such.png")).unwrap_err().to_string();
+        assert!(error.contains("no/such.png"), "{error}");
+        let huge = b"#?RADIANCE\n\n-Y 999999 +X 999999\n";
+        assert!(decode(Path::new("x"), huge, Encoding::Auto).unwrap_err().to_string().contains("999999 × 999999"));
+    }
+}

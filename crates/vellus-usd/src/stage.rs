@@ -1,0 +1,310 @@
+//! The one module that knows the crate `openusd`: a composed stage as paths, names and plain numbers.
+//!
+//! Every call into `openusd` goes through [`guarded`]: its readers of binary files index and allocate by what the file says, and
+//! panic on some that are cut off or garbled. A panic is turned into an error here; nothing of the stage is used after one.
+
+use crate::error::Error;
+use openusd::{ar, sdf, usd};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+
+/// When a value is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum When {
+    /// As the shutter opens.
+    Open,
+    /// As it closes.
+    Close,
+}
+
+/// Which time codes are read.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Clock {
+    /// A value without time is preferred to samples in time.
+    pub prefers_default: bool,
+    /// Time code of [`When::Open`].
+    pub open: f64,
+    /// Time code of [`When::Close`].
+    pub close: f64,
+}
+
+/// An array of numbers or vectors.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Numbers {
+    /// Vector after vector.
+    pub values: Vec<f32>,
+    /// Numbers in a vector; 1 for plain numbers.
+    pub lanes: usize,
+}
+
+impl Numbers {
+    /// Number of vectors.
+    pub fn len(&self) -> usize {
+        self.values.len() / self.lanes
+    }
+
+    /// Vector `i`.
+    pub fn row(&self, i: usize) -> &[f32] {
+        &self.values[i * self.lanes..(i + 1) * self.lanes]
+    }
+}
+
+/// A composed stage.
+pub(crate) struct Stage {
+    stage: usd::Stage,
+    /// Which times are read.
+    pub clock: Clock,
+}
+
+/// A property of a prim: where a connection leads.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Property {
+    pub prim: String,
+    pub name: String,
+}
+
+impl Stage {
+    /// Opens and composes a file; `frame` is the time code to read.
+    pub fn open(file: &Path, frame: Option<f64>) -> Result<Self, Error> {
+        if let Err(error) = std::fs::File::open(file) {
+            return Err(Error::file(file, error));
+        }
+        let name = file.to_str().ok_or_else(|| Error::file(file, "its name must be UTF-8"))?;
+        let stage = guarded(|| Ok(usd::Stage::open(name)?)).map_err(|what| Error::file(file, what))?;
+        let start = guarded(|| Ok(stage.has_authored_time_code_range().then(|| stage.start_time_code())));
+        let start = start.map_err(|what| Error::file(file, what))?;
+        let open = frame.or(start).unwrap_or(usd::TimeCode::EARLIEST.value());
+        Ok(Stage { stage, clock: Clock { prefers_default: frame.is_none(), open, close: open } })
+    }
+
+    /// Paths of all prims that are defined, active and not abstract, depth first, instances included.
+    pub fn prims(&self) -> Result<Vec<String>, String> {
+        let mut prims = Vec::new();
+        guarded(|| {
+            let visit = |path: &sdf::Path| prims.push(path.as_str().to_owned());
+            Ok(self.stage.traverse(usd::PrimPredicate::DEFAULT_PROXIES, visit)?)
+        })?;
+        Ok(prims)
+    }
+
+    /// References and layers that could not be composed.
+    pub fn composition_errors(&self) -> Result<Vec<String>, String> {
+        guarded(|| Ok(self.stage.composition_errors().iter().map(ToString::to_string).collect()))
+    }
+
+    /// Does the z axis point up, rather than y?
+    pub fn z_is_up(&self) -> bool {
+        let axis = guarded(|| Ok(self.stage.stage_metadata("upAxis")?));
+        axis.ok().flatten().is_some_and(|axis| axis.as_str() == Some("Z"))
+    }
+
+    /// The schema of a prim; empty where it has none.
+    pub fn type_name(&self, prim: &str) -> Result<String, Error> {
+        self.ask(prim, || Ok(self.stage.prim(prim).type_name()?.map_or(String::new(), |t| t.as_str().to_owned())))
+    }
+
+    /// Names of all properties of a prim.
+    pub fn properties(&self, prim: &str) -> Result<Vec<String>, Error> {
+        self.ask(prim, || {
+            Ok(self.stage.prim(prim).property_names()?.iter().map(|name| name.as_str().to_owned()).collect())
+        })
+    }
+
+    /// Numbers, vectors, or an array of them, in single precision.
+    pub fn numbers(&self, prim: &str, name: &str, when: When) -> Result<Option<Numbers>, Error> {
+        self.typed(prim, name, when, "numbers", numbers)
+    }
+
+    /// One number, vector, quaternion (x, y, z, w) or matrix (column after column), in double precision.
+    pub fn precise(&self, prim: &str, name: &str, when: When) -> Result<Option<Vec<f64>>, Error> {
+        self.typed(prim, name, when, "a number, a vector or a matrix", precise)
+    }
+
+    /// An array of whole numbers.
+    pub fn integers(&self, prim: &str, name: &str, when: When) -> Result<Option<Vec<i64>>, Error> {
+        self.typed(prim, name, when, "whole numbers", |value| match value {
+            sdf::Value::IntVec(v) => Some(v.into_iter().map(i64::from).collect()),
+            sdf::Value::UintVec(v) => Some(v.into_iter().map(i64::from).collect()),
+            sdf::Value::Int64Vec(v) => Some(v),
+            _ => None,
+        })
+    }
+
+    /// Tokens or strings, one or an array.
+    pub fn words(&self, prim: &str, name: &str) -> Result<Option<Vec<String>>, Error> {
+        self.typed(prim, name, When::Open, "tokens or strings", |value| match value {
+            sdf::Value::TokenVec(v) => Some(v.iter().map(|t| t.as_str().to_owned()).collect()),
+            sdf::Value::StringVec(v) => Some(v),
+            other => other.as_str().map(|word| vec![word.to_owned()]),
+        })
+    }
+
+    /// A truth value; numbers other than 0 are true.
+    pub fn flag(&self, prim: &str, name: &str) -> Result<Option<bool>, Error> {
+        self.typed(prim, name, When::Open, "a truth value", |value| match value {
+            sdf::Value::Bool(flag) => Some(flag),
+            other => precise(other).map(|v| v.first().is_some_and(|x| *x != 0.0)),
+        })
+    }
+
+    /// Name and content of the file an attribute refers to.
+    pub fn asset(&self, prim: &str, name: &str) -> Result<Option<(PathBuf, Vec<u8>)>, Error> {
+        let Some(value) = self.value(prim, name, When::Open)? else { return Ok(None) };
+        let (authored, resolved) = match &value {
+            sdf::Value::AssetPath(asset) => (asset.asset_path().to_owned(), asset.resolved_path().map(str::to_owned)),
+            _ => return Err(Error::prim(prim, format!("{name} must be the path of a file"))),
+        };
+        if authored.is_empty() {
+            return Ok(None);
+        }
+        let missing = || Error::prim(prim, format!("{name}: the file {authored} does not exist or cannot be read"));
+        let resolved = resolved.filter(|path| !path.is_empty()).ok_or_else(missing)?;
+        let bytes = guarded(|| {
+            let path = ar::ResolvedPath::new(&resolved);
+            Ok(ar::Resolver::open_asset(&ar::DefaultResolver::new(), &path)?.read_all()?)
+        });
+        // In a package the path ends in a bracket: `a.usdz[b.png]`.
+        let file = resolved.trim_end_matches(']').replace('[', "/");
+        Ok(Some((PathBuf::from(file), bytes.map_err(|_| missing())?)))
+    }
+
+    /// How a primvar's values belong to points, strands or faces.
+    pub fn interpolation(&self, prim: &str, name: &str) -> Result<Option<String>, Error> {
+        self.ask(prim, || {
+            let value = self.attribute(prim, name).get_metadata::<sdf::Value>("interpolation")?;
+            Ok(value.and_then(|value| value.as_str().map(str::to_owned)))
+        })
+    }
+
+    /// Where an attribute takes its value from.
+    pub fn connection(&self, prim: &str, name: &str) -> Result<Option<Property>, Error> {
+        self.ask(prim, || {
+            let connections = self.attribute(prim, name).connections()?;
+            let property = connections.first().and_then(|path| path.as_str().rsplit_once('.'));
+            Ok(property.map(|(prim, name)| Property { prim: prim.to_owned(), name: name.to_owned() }))
+        })
+    }
+
+    /// What a relationship points to.
+    pub fn targets(&self, prim: &str, name: &str) -> Result<Vec<String>, Error> {
+        self.ask(prim, || {
+            let targets = self.stage.relationship(format!("{prim}.{name}")).targets()?;
+            Ok(targets.iter().map(|path| path.as_str().to_owned()).collect())
+        })
+    }
+
+    fn attribute(&self, prim: &str, name: &str) -> usd::Attribute {
+        self.stage.attribute(format!("{prim}.{name}"))
+    }
+
+    fn ask<T>(&self, prim: &str, question: impl FnOnce() -> Result<T, Failure>) -> Result<T, Error> {
+        guarded(question).map_err(|what| Error::prim(prim, what))
+    }
+
+    fn typed<T>(
+        &self,
+        prim: &str,
+        name: &str,
+        when: When,
+        expected: &str,
+        convert: impl FnOnce(sdf::Value) -> Option<T>,
+    ) -> Result<Option<T>, Error> {
+        let Some(value) = self.value(prim, name, when)? else { return Ok(None) };
+        let converted = convert(value).ok_or_else(|| Error::prim(prim, format!("{name} must be {expected}")))?;
+        Ok(Some(converted))
+    }
+
+    /// The value, if any layer gives one that is not blocked.
+    fn value(&self, prim: &str, name: &str, when: When) -> Result<Option<sdf::Value>, Error> {
+        let time = if when == When::Open { self.clock.open } else { self.clock.close };
+        self.ask(prim, || {
+            let attribute = self.attribute(prim, name);
+            let real = |value: &sdf::Value| !matches!(value, sdf::Value::None | sdf::Value::ValueBlock);
+            if self.clock.prefers_default
+                && let Some(value) = attribute.get::<sdf::Value>()?.filter(real)
+            {
+                return Ok(Some(value));
+            }
+            Ok(attribute.get_at::<sdf::Value>(usd::TimeCode::new(time))?.filter(real))
+        })
+    }
+}
+
+/// What calls into `openusd` fail with: anything that can be printed with its causes.
+struct Failure(String);
+
+impl<E: std::fmt::Display> From<E> for Failure {
+    fn from(error: E) -> Self {
+        // The alternative form of its errors prints the causes too.
+        Failure(format!("{error:#}"))
+    }
+}
+
+/// Calls into `openusd`: errors and panics become text.
+fn guarded<T>(call: impl FnOnce() -> Result<T, Failure>) -> Result<T, String> {
+    match catch_unwind(AssertUnwindSafe(call)) {
+        Ok(result) => result.map_err(|error| error.0.replace('\n', "; ")),
+        Err(_) => Err("the file is broken: its reader stopped".to_owned()),
+    }
+}
+
+/// Any array or single value of numbers or vectors.
+fn numbers(value: sdf::Value) -> Option<Numbers> {
+    use sdf::Value as V;
+    fn flat<const N: usize, T, S>(values: impl IntoIterator<Item = T>, to_f32: impl Fn(S) -> f32) -> Option<Numbers>
+    where
+        T: Into<[S; N]>,
+    {
+        let values = values.into_iter().flat_map(|v| v.into().map(&to_f32)).collect();
+        Some(Numbers { values, lanes: N })
+    }
+    let (single, double) = (|x: f32| x, |x: f64| x as f32);
+    match value {
+        V::Float(x) => Some(Numbers { values: vec![x], lanes: 1 }),
+        V::Double(x) => Some(Numbers { values: vec![x as f32], lanes: 1 }),
+        V::Half(x) => Some(Numbers { values: vec![x.to_f32()], lanes: 1 }),
+        V::Int(x) => Some(Numbers { values: vec![x as f32], lanes: 1 }),
+        V::FloatVec(v) => Some(Numbers { values: v, lanes: 1 }),
+        V::DoubleVec(v) => flat(v.into_iter().map(|x| [x]), double),
+        V::HalfVec(v) => flat(v.into_iter().map(|x| [x.to_f32()]), single),
+        V::IntVec(v) => flat(v.into_iter().map(|x| [x as f32]), single),
+        V::Vec2f(v) => flat([v], single),
+        V::Vec2d(v) => flat([v], double),
+        V::Vec3f(v) => flat([v], single),
+        V::Vec3d(v) => flat([v], double),
+        V::Vec4f(v) => flat([v], single),
+        V::Vec4d(v) => flat([v], double),
+        V::Vec2fVec(v) => flat(v, single),
+        V::Vec2dVec(v) => flat(v, double),
+        V::Vec2hVec(v) => flat(v.into_iter().map(|v| [v.x.to_f32(), v.y.to_f32()]), single),
+        V::Vec3fVec(v) => flat(v, single),
+        V::Vec3dVec(v) => flat(v, double),
+        V::Vec3hVec(v) => flat(v.into_iter().map(|v| [v.x.to_f32(), v.y.to_f32(), v.z.to_f32()]), single),
+        V::Vec4fVec(v) => flat(v, single),
+        V::Vec4dVec(v) => flat(v, double),
+        _ => None,
+    }
+}
+
+/// A single value in double precision.
+fn precise(value: sdf::Value) -> Option<Vec<f64>> {
+    use sdf::Value as V;
+    let quaternion = |[w, x, y, z]: [f64; 4]| Some(vec![x, y, z, w]);
+    match value {
+        V::Double(x) => Some(vec![x]),
+        V::Int(x) => Some(vec![f64::from(x)]),
+        V::Vec2d(v) => Some(<[f64; 2]>::from(v).to_vec()),
+        V::Vec3d(v) => Some(<[f64; 3]>::from(v).to_vec()),
+        V::Vec3h(v) => Some(vec![v.x.to_f64(), v.y.to_f64(), v.z.to_f64()]),
+        V::Vec4d(v) => Some(<[f64; 4]>::from(v).to_vec()),
+        V::Quatf(q) => quaternion([q.w, q.x, q.y, q.z].map(f64::from)),
+        V::Quatd(q) => quaternion([q.w, q.x, q.y, q.z]),
+        V::Quath(q) => quaternion([q.w, q.x, q.y, q.z].map(|x| x.to_f64())),
+        // Rows of vectors on the left are columns of vectors on the right.
+        V::Matrix4d(m) => Some(m.0.to_vec()),
+        V::Float(_) | V::Half(_) | V::Vec2f(_) | V::Vec3f(_) | V::Vec4f(_) => {
+            numbers(value).map(|n| n.values.into_iter().map(f64::from).collect())
+        }
+        _ => None,
+    }
+}
