@@ -12,7 +12,7 @@ pub(crate) const MOST_PIXELS: usize = 1 << 27;
 
 /// How numbers in a file encode light. Radiance HDR and OpenEXR are linear whatever is asked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Encoding {
+pub(crate) enum Encoding {
     /// As UsdPreviewSurface has it: a PNG is sRGB if it says so, or has 8 bits and colour; otherwise linear.
     #[default]
     Auto,

@@ -6,7 +6,7 @@
 use crate::error::Error;
 use openusd::{ar, sdf, usd};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// When a value is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -147,25 +147,32 @@ impl Stage {
         })
     }
 
-    /// Name and content of the file an attribute refers to.
-    pub fn asset(&self, prim: &str, name: &str) -> Result<Option<(PathBuf, Vec<u8>)>, Error> {
+    /// The file an attribute refers to, resolved against the layer that does so; the path inside a package ends in a bracket:
+    /// `a.usdz[b.png]`.
+    pub fn asset(&self, prim: &str, name: &str) -> Result<Option<String>, Error> {
         let Some(value) = self.value(prim, name, When::Open)? else { return Ok(None) };
-        let (authored, resolved) = match &value {
-            sdf::Value::AssetPath(asset) => (asset.asset_path().to_owned(), asset.resolved_path().map(str::to_owned)),
-            _ => return Err(Error::prim(prim, format!("{name} must be the path of a file"))),
+        let sdf::Value::AssetPath(asset) = &value else {
+            return Err(Error::prim(prim, format!("{name} must be the path of a file")));
         };
-        if authored.is_empty() {
-            return Ok(None);
+        match (asset.asset_path(), asset.resolved_path()) {
+            ("", _) => Ok(None),
+            (_, Some(resolved)) if !resolved.is_empty() => Ok(Some(resolved.to_owned())),
+            (authored, _) => Err(Error::prim(prim, format!("{name}: the file {authored} does not exist"))),
         }
-        let missing = || Error::prim(prim, format!("{name}: the file {authored} does not exist or cannot be read"));
-        let resolved = resolved.filter(|path| !path.is_empty()).ok_or_else(missing)?;
-        let bytes = guarded(|| {
-            let path = ar::ResolvedPath::new(&resolved);
+    }
+
+    /// The bytes of a file that [`Stage::asset`] has resolved.
+    pub fn asset_bytes(&self, resolved: &str) -> Result<Vec<u8>, Error> {
+        guarded(|| {
+            let path = ar::ResolvedPath::new(resolved);
             Ok(ar::Resolver::open_asset(&ar::DefaultResolver::new(), &path)?.read_all()?)
-        });
-        // In a package the path ends in a bracket: `a.usdz[b.png]`.
-        let file = resolved.trim_end_matches(']').replace('[', "/");
-        Ok(Some((PathBuf::from(file), bytes.map_err(|_| missing())?)))
+        })
+        .map_err(|what| Error::file(Path::new(resolved), what))
+    }
+
+    /// Has an attribute any value?
+    pub fn has_value(&self, prim: &str, name: &str) -> Result<bool, Error> {
+        Ok(self.value(prim, name, When::Open)?.is_some())
     }
 
     /// How a primvar's values belong to points, strands or faces.

@@ -1,0 +1,171 @@
+//! Where prims are and whether they show: transforms, visibility and purpose, handed down from parent to child.
+
+use crate::error::Error;
+use crate::stage::{Stage, When};
+use glam::{DMat3, DMat4, DQuat, DVec3};
+
+/// A prim with what its ancestors give it.
+#[derive(Clone, Debug)]
+pub(crate) struct Place {
+    /// Its path.
+    pub path: String,
+    /// Its schema.
+    pub type_name: String,
+    /// To the world, as the shutter opens.
+    pub to_world: DMat4,
+    /// To the world, as it closes.
+    pub moved: DMat4,
+    /// Is it neither invisible nor a guide or proxy?
+    pub shown: bool,
+    visible: bool,
+    purpose: String,
+    /// Below a prim that is drawn in a way of its own, as the prototypes of an instancer are.
+    pub swallowed: bool,
+}
+
+/// All prims of a stage, parents before children.
+pub(crate) fn places(stage: &Stage, paths: &[String]) -> Result<Vec<Place>, Error> {
+    let mut places: Vec<Place> = Vec::with_capacity(paths.len());
+    // Indices of the ancestors of the prim at hand.
+    let mut ancestors: Vec<usize> = Vec::new();
+    for path in paths {
+        let is_ancestor = |&i: &usize| path.strip_prefix(&places[i].path).is_some_and(|rest| rest.starts_with('/'));
+        while ancestors.last().is_some_and(|i| !is_ancestor(i)) {
+            ancestors.pop();
+        }
+        let parent = ancestors.last().map(|&i| &places[i]);
+        let place = place(stage, path, parent)?;
+        ancestors.push(places.len());
+        places.push(place);
+    }
+    Ok(places)
+}
+
+fn place(stage: &Stage, path: &str, parent: Option<&Place>) -> Result<Place, Error> {
+    let word = |name| Ok::<_, Error>(stage.words(path, name)?.and_then(|words| words.into_iter().next()));
+    let (local, resets) = local_transform(stage, path, When::Open)?;
+    let moves = stage.clock.close != stage.clock.open;
+    let local_moved = if moves { local_transform(stage, path, When::Close)?.0 } else { local };
+    let parent_or = |of: fn(&Place) -> DMat4| parent.filter(|_| !resets).map_or(DMat4::IDENTITY, of);
+    let visible = parent.is_none_or(|p| p.visible) && word("visibility")?.as_deref() != Some("invisible");
+    let inherited = parent.map_or("default".to_owned(), |p| p.purpose.clone());
+    let purpose = word("purpose")?.unwrap_or(inherited);
+    Ok(Place {
+        path: path.to_owned(),
+        type_name: stage.type_name(path)?,
+        to_world: parent_or(|p| p.to_world) * local,
+        moved: parent_or(|p| p.moved) * local_moved,
+        shown: visible && !matches!(purpose.as_str(), "guide" | "proxy"),
+        visible,
+        purpose,
+        swallowed: parent.is_some_and(|p| p.swallowed || p.type_name == "PointInstancer"),
+    })
+}
+
+/// The product of a prim's transform operations (the last is applied first), and whether it leaves its parent's out.
+fn local_transform(stage: &Stage, prim: &str, when: When) -> Result<(DMat4, bool), Error> {
+    let (mut product, mut resets) = (DMat4::IDENTITY, false);
+    for name in stage.words(prim, "xformOpOrder")?.unwrap_or_default() {
+        if name == "!resetXformStack!" {
+            (product, resets) = (DMat4::IDENTITY, true);
+            continue;
+        }
+        let (name, inverted) = name.strip_prefix("!invert!").map_or((name.as_str(), false), |name| (name, true));
+        let Some(numbers) = stage.precise(prim, name, when)? else { continue };
+        let fail = |what: &str| Error::prim(prim, format!("{name} {what}"));
+        let matrix = operation(name, &numbers).ok_or_else(|| fail("is no transform operation with such a value"))?;
+        if !matrix.is_finite() {
+            return Err(fail("must be finite"));
+        }
+        if inverted && matrix.determinant() == 0.0 {
+            return Err(fail("cannot be inverted"));
+        }
+        product *= if inverted { matrix.inverse() } else { matrix };
+    }
+    Ok((product, resets))
+}
+
+/// One of UsdGeomXformOp: `xformOp:kind` or `xformOp:kind:suffix`. Angles are degrees.
+fn operation(name: &str, numbers: &[f64]) -> Option<DMat4> {
+    let kind = name.strip_prefix("xformOp:")?.split(':').next()?;
+    let axis = |kind: &str| match kind.chars().last() {
+        Some('X') => DVec3::X,
+        Some('Y') => DVec3::Y,
+        _ => DVec3::Z,
+    };
+    let turn = |axis: DVec3, degrees: f64| DMat4::from_axis_angle(axis, degrees.to_radians());
+    Some(match (kind, numbers) {
+        ("transform", numbers) => DMat4::from_cols_array(numbers.try_into().ok()?),
+        ("translate", &[x, y, z]) => DMat4::from_translation(DVec3::new(x, y, z)),
+        ("scale", &[x, y, z]) => DMat4::from_scale(DVec3::new(x, y, z)),
+        ("orient", &[x, y, z, w]) => DMat4::from_quat(DQuat::from_xyzw(x, y, z, w).normalize()),
+        ("translateX" | "translateY" | "translateZ", &[d]) => DMat4::from_translation(d * axis(kind)),
+        ("scaleX" | "scaleY" | "scaleZ", &[s]) => DMat4::from_scale(DVec3::ONE + (s - 1.0) * axis(kind)),
+        ("rotateX" | "rotateY" | "rotateZ", &[angle]) => turn(axis(kind), angle),
+        ("rotateXYZ" | "rotateXZY" | "rotateYXZ" | "rotateYZX" | "rotateZXY" | "rotateZYX", &[x, y, z]) => {
+            // The first axis named is applied first, so that its matrix is the last factor.
+            kind["rotate".len()..].chars().fold(DMat4::IDENTITY, |product, axis| {
+                let next = match axis {
+                    'X' => turn(DVec3::X, x),
+                    'Y' => turn(DVec3::Y, y),
+                    _ => turn(DVec3::Z, z),
+                };
+                next * product
+            })
+        }
+        _ => return None,
+    })
+}
+
+/// Mean scale of a transform (the cube root of its volume), and whether it is the same in all directions to a thousandth.
+pub(crate) fn mean_scale(matrix: &DMat4) -> (f64, bool) {
+    let linear = DMat3::from_mat4(*matrix);
+    let scale = linear.determinant().abs().cbrt();
+    let gram = linear.transpose() * linear;
+    let away = gram - DMat3::from_diagonal(DVec3::splat(scale * scale));
+    let is_uniform = away.to_cols_array().iter().all(|x| x.abs() <= 2e-3 * scale * scale);
+    (if is_rigid(matrix) { 1.0 } else { scale }, is_uniform)
+}
+
+/// Is it a rotation, a translation or a mirror? The bound is what products of rotations in single precision reach.
+pub(crate) fn is_rigid(matrix: &DMat4) -> bool {
+    let linear = DMat3::from_mat4(*matrix);
+    (linear.transpose() * linear - DMat3::IDENTITY).to_cols_array().iter().all(|x| x.abs() < 1e-5)
+}
+
+/// A rotation and a translation: scale, shear and mirroring are taken out, as far as there are any.
+pub(crate) fn rigid(matrix: &DMat4) -> DMat4 {
+    if is_rigid(matrix) && matrix.determinant() > 0.0 {
+        return *matrix;
+    }
+    let z = matrix.z_axis.truncate().normalize_or(DVec3::Z);
+    let x = matrix.y_axis.truncate().cross(z).normalize_or(z.any_orthonormal_vector());
+    DMat4::from_cols(x.extend(0.0), z.cross(x).extend(0.0), z.extend(0.0), matrix.w_axis)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn euler_angles_are_applied_in_the_order_of_the_name() {
+        let at = |name, angles: [f64; 3]| operation(name, &angles).unwrap().transform_vector3(DVec3::X);
+        // x → y by z, then y → z by x.
+        assert!(at("xformOp:rotateZXY", [90.0, 0.0, 90.0]).abs_diff_eq(DVec3::Z, 1e-12));
+        // x is not moved by x, then x → y by z.
+        assert!(at("xformOp:rotateXYZ:second", [90.0, 0.0, 90.0]).abs_diff_eq(DVec3::Y, 1e-12));
+        assert!(operation("xformOp:rotateXXY", &[0.0; 3]).is_none());
+        assert!(operation("xformOp:scale", &[1.0]).is_none());
+    }
+
+    #[test]
+    fn scale_and_its_uniformity_are_found_under_rotation() {
+        let turn = DMat4::from_rotation_x(0.7) * DMat4::from_rotation_y(0.3);
+        let (scale, uniform) = mean_scale(&(turn * DMat4::from_scale(DVec3::splat(-3.0))));
+        assert!((scale - 3.0).abs() < 1e-12 && uniform);
+        let (scale, uniform) = mean_scale(&(turn * DMat4::from_scale(DVec3::new(1.0, 2.0, 4.0))));
+        assert!((scale - 2.0).abs() < 1e-12 && !uniform);
+        let camera = turn * DMat4::from_scale(DVec3::new(2.0, 3.0, -4.0));
+        assert!(is_rigid(&rigid(&camera)) && rigid(&camera).determinant() > 0.0);
+    }
+}

@@ -1,0 +1,79 @@
+//! Values that belong to a whole prim, its strands or faces, or its points (UsdGeomPrimvar).
+
+use crate::error::Error;
+use crate::stage::{Numbers, Stage, When};
+
+/// What each of the values belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Interpolation {
+    /// The prim.
+    Constant,
+    /// A strand or a face.
+    Uniform,
+    /// A knot between segments of a strand, or a point of a mesh.
+    Varying,
+    /// A point.
+    Vertex,
+    /// A corner of a face.
+    FaceVarying,
+}
+
+/// Values and what they belong to.
+#[derive(Clone, Debug)]
+pub(crate) struct Primvar {
+    pub values: Numbers,
+    pub interpolation: Interpolation,
+}
+
+/// Reads an attribute with its interpolation (`fallback` where it names none) and, where there are any, its indices.
+pub(crate) fn primvar(
+    stage: &Stage,
+    prim: &str,
+    name: &str,
+    fallback: Interpolation,
+) -> Result<Option<Primvar>, Error> {
+    let Some(mut values) = stage.numbers(prim, name, When::Open)? else { return Ok(None) };
+    let interpolation = match stage.interpolation(prim, name)?.as_deref() {
+        None => fallback,
+        Some("constant") => Interpolation::Constant,
+        Some("uniform") => Interpolation::Uniform,
+        Some("varying") => Interpolation::Varying,
+        Some("vertex") => Interpolation::Vertex,
+        Some("faceVarying") => Interpolation::FaceVarying,
+        Some(other) => {
+            let allowed = "constant, uniform, varying, vertex or faceVarying";
+            return Err(Error::prim(prim, format!("{name} has the interpolation {other}: it must be {allowed}")));
+        }
+    };
+    if let Some(indices) = stage.integers(prim, &format!("{name}:indices"), When::Open)? {
+        let mut expanded = Vec::with_capacity(indices.len() * values.lanes);
+        for (i, &index) in indices.iter().enumerate() {
+            let row = usize::try_from(index).ok().filter(|&index| index < values.len()).ok_or_else(|| {
+                Error::prim(prim, format!("{name}:indices[{i}] is {index}, but there are {} values", values.len()))
+            })?;
+            expanded.extend_from_slice(values.row(row));
+        }
+        values.values = expanded;
+    }
+    Ok(Some(Primvar { values, interpolation }))
+}
+
+/// A constant primvar that the prim or the nearest ancestor gives, or any on the prim itself.
+pub(crate) fn inherited(stage: &Stage, prim: &str, name: &str) -> Result<Option<Primvar>, Error> {
+    if let Some(own) = primvar(stage, prim, name, Interpolation::Constant)? {
+        return Ok(Some(own));
+    }
+    for ancestor in ancestors(prim).skip(1) {
+        if let Some(theirs) = primvar(stage, ancestor, name, Interpolation::Constant)?
+            && theirs.interpolation == Interpolation::Constant
+        {
+            return Ok(Some(theirs));
+        }
+    }
+    Ok(None)
+}
+
+/// The prim, its parent, and so on.
+pub(crate) fn ancestors(prim: &str) -> impl Iterator<Item = &str> {
+    std::iter::successors(Some(prim), |path| path.rsplit_once('/').map(|(parent, _)| parent)).filter(|p| !p.is_empty())
+}

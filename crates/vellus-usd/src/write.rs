@@ -1,0 +1,130 @@
+//! Writing a scene as .usda.
+
+use crate::error::Error;
+use crate::image::encode_exr;
+use crate::text::{Text, quoted};
+use crate::write_geometry::{camera, light, mesh, strands};
+use crate::write_look::{look, surface};
+use std::collections::HashSet;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use vellus_scene::Scene;
+
+/// Paths in the stage and names of files of what others refer to, in the order of the scene.
+#[derive(Default)]
+pub(crate) struct Names {
+    /// Materials of strands.
+    pub looks: Vec<String>,
+    /// Materials of meshes.
+    pub surfaces: Vec<String>,
+    /// Files beside the stage.
+    pub textures: Vec<String>,
+}
+
+/// Writes a scene as text (.usda), and beside it its textures as OpenEXR in the folder `NAME-textures`.
+///
+/// What [`crate::read`] gives for it equals the scene, with these exceptions: angles and the radius of the lens may be off by their last bit;
+/// a texture is called after its file; looks, surfaces and textures come in the order they are used in, without those that
+/// are not. Movement is from time code 0 to 1, with the shutter of the camera: without a camera, [`crate::Options::shutter`] must
+/// say so. Each file is complete when it gets its name: a failure leaves what was there before.
+///
+/// # Errors
+/// [`Error::Scene`] for a scene that is not valid, [`Error::File`] for a name that does not end in `.usda` or a file that cannot be written.
+pub fn write(scene: &Scene, file: &Path) -> Result<(), Error> {
+    scene.validate()?;
+    if file.extension().is_none_or(|extension| extension != "usda") {
+        return Err(Error::file(file, "scenes are written as text: the name must end in .usda"));
+    }
+    let names = Names { textures: textures(scene, file)?, ..Names::default() };
+    atomically(file, |out| stage(scene, names, Text::new(out)))
+}
+
+/// Writes the textures; where the stage finds them.
+fn textures(scene: &Scene, file: &Path) -> Result<Vec<String>, Error> {
+    if scene.textures.is_empty() {
+        return Ok(Vec::new());
+    }
+    let stem = file.file_stem().unwrap_or_default().to_string_lossy();
+    let folder = format!("{stem}-textures");
+    let folder_path = file.with_file_name(&folder);
+    std::fs::create_dir_all(&folder_path).map_err(|error| Error::file(&folder_path, error))?;
+    let mut taken = HashSet::new();
+    let mut names = Vec::new();
+    for texture in &scene.textures {
+        let wish = Path::new(&texture.name).file_stem().map_or("texture".into(), |stem| stem.to_string_lossy());
+        // What would end the name of an asset, or a folder's.
+        let wish: String = wish.chars().map(|c| if "@/\\[]".contains(c) || c.is_control() { '_' } else { c }).collect();
+        let mut name = format!("{wish}.exr");
+        let mut number = 2;
+        // File systems may not tell upper case from lower.
+        while !taken.insert(name.to_lowercase()) {
+            name = format!("{wish}_{number}.exr");
+            number += 1;
+        }
+        let path: PathBuf = folder_path.join(&name);
+        let bytes = encode_exr(texture).map_err(|what| Error::file(&path, what))?;
+        atomically(&path, |out| out.write_all(&bytes))?;
+        names.push(format!("./{folder}/{name}"));
+    }
+    Ok(names)
+}
+
+/// Writes to a file of another name in the same folder, which then takes the place of the one there was.
+fn atomically(
+    file: &Path,
+    write: impl FnOnce(&mut BufWriter<&mut tempfile::NamedTempFile>) -> io::Result<()>,
+) -> Result<(), Error> {
+    let fail = |error: io::Error| Error::file(file, error);
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut temporary = tempfile::NamedTempFile::new_in(folder).map_err(fail)?;
+    let mut out = BufWriter::new(&mut temporary);
+    write(&mut out).and_then(|()| out.flush()).map_err(fail)?;
+    drop(out);
+    temporary.persist(file).map_err(|error| fail(error.error))?;
+    Ok(())
+}
+
+fn stage<W: Write>(scene: &Scene, mut names: Names, mut text: Text<W>) -> io::Result<()> {
+    let moves = scene.strands.iter().any(|s| s.moved.is_some()) || scene.camera.is_some_and(|c| c.moved.is_some());
+    text.line("#usda 1.0")?;
+    text.line("(")?;
+    text.line("    defaultPrim = \"Scene\"")?;
+    text.line("    doc = \"Written by vellus\"")?;
+    if moves {
+        text.line("    endTimeCode = 1")?;
+        text.line("    startTimeCode = 0")?;
+    }
+    text.line("    upAxis = \"Y\"")?;
+    text.line(")")?;
+    text.line("")?;
+    text.open("Xform", "Scene", "")?;
+    text.open("Scope", "Looks", "")?;
+    for item in &scene.looks {
+        let path = look(&mut text, item, &names)?;
+        names.looks.push(path);
+    }
+    for item in &scene.surfaces {
+        let path = surface(&mut text, item, &names)?;
+        names.surfaces.push(path);
+    }
+    text.close()?;
+    if let Some(item) = &scene.camera {
+        camera(&mut text, item, moves)?;
+    }
+    for item in &scene.lights {
+        light(&mut text, item, &names)?;
+    }
+    for item in &scene.meshes {
+        mesh(&mut text, item, &names)?;
+    }
+    for item in &scene.strands {
+        strands(&mut text, item, &names)?;
+    }
+    text.close()?;
+    text.finish().map(|_| ())
+}
+
+/// The name for messages, which need not be that of a prim.
+pub(crate) fn vellus_name<W: Write>(text: &mut Text<W>, name: &str) -> io::Result<()> {
+    text.set("custom string vellus:name", &quoted(name))
+}

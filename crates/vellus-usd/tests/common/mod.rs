@@ -1,0 +1,29 @@
+//! What several tests need.
+#![allow(dead_code, reason = "not every test needs all of it")]
+
+use std::path::{Path, PathBuf};
+use vellus_scene::Scene;
+use vellus_usd::{Error, Options, Warning, read};
+
+/// A stage of one layer.
+pub fn read_text(body: &str, options: &Options) -> Result<(Scene, Vec<Warning>), Error> {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("stage.usda");
+    std::fs::write(&file, format!("#usda 1.0\n{body}")).unwrap();
+    read(&file, options)
+}
+
+/// Options with a width for curves that have none.
+pub fn with_width(width: f32) -> Options {
+    Options { default_width: Some(width), ..Options::default() }
+}
+
+/// Sample data, which is not part of the project: `None`, said once, where it is absent.
+pub fn sample(name: &str) -> Option<PathBuf> {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/assets").join(name);
+    if !file.exists() {
+        eprintln!("skipped: the sample {name} is not there");
+        return None;
+    }
+    Some(file)
+}
