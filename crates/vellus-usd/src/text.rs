@@ -105,19 +105,15 @@ impl<W: Write> Text<W> {
     }
 }
 
-/// A string in quotes.
+/// A string in quotes. Readers do not agree on escapes: what would need one is replaced.
 pub(crate) fn quoted(text: &str) -> String {
-    let mut quoted = String::from("\"");
-    for c in text.chars() {
-        match c {
-            '"' | '\\' => quoted.extend(['\\', c]),
-            '\n' => quoted.push_str("\\n"),
-            c if c.is_control() => quoted.push(' '),
-            c => quoted.push(c),
-        }
-    }
-    quoted.push('"');
-    quoted
+    let plain = text.chars().map(|c| match c {
+        '"' => '\'',
+        '\\' => '/',
+        c if c.is_control() => ' ',
+        c => c,
+    });
+    format!("\"{}\"", plain.collect::<String>())
 }
 
 /// A value in text.
@@ -184,6 +180,6 @@ mod tests {
             assert_eq!(f64::from(x).text().parse::<f64>().unwrap() as f32, x);
         }
         assert_eq!([[1.0f32, 0.5], [2e-9, 0.0]].text(), "((1, 0.5), (2e-9, 0))");
-        assert_eq!(quoted("a \"b\" \\ c"), r#""a \"b\" \\ c""#);
+        assert_eq!(quoted("a \"b\" \\ c\n"), "\"a 'b' / c \"");
     }
 }

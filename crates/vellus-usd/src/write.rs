@@ -24,7 +24,7 @@ pub(crate) struct Names {
 /// Writes a scene as text (.usda), and beside it its textures as OpenEXR in the folder `NAME-textures`.
 ///
 /// What [`crate::read`] gives for it equals the scene, with these exceptions: angles and the radius of the lens may be off by their last bit;
-/// a texture is called after its file; looks, surfaces and textures come in the order they are used in, without those that
+/// a texture is called after its file, quotes and control characters in names are replaced; looks, surfaces and textures come in the order they are used in, without those that
 /// are not. Movement is from time code 0 to 1, with the shutter of the camera: without a camera, [`crate::Options::shutter`] must
 /// say so. Each file is complete when it gets its name: a failure leaves what was there before.
 ///
@@ -45,15 +45,16 @@ fn textures(scene: &Scene, file: &Path) -> Result<Vec<String>, Error> {
         return Ok(Vec::new());
     }
     let stem = file.file_stem().unwrap_or_default().to_string_lossy();
-    let folder = format!("{stem}-textures");
+    // What would end the name of an asset, or lead elsewhere.
+    let plain = |name: &str| name.replace(|c: char| "@/\\[]".contains(c) || c.is_control(), "_");
+    let folder = format!("{}-textures", plain(&stem));
     let folder_path = file.with_file_name(&folder);
     std::fs::create_dir_all(&folder_path).map_err(|error| Error::file(&folder_path, error))?;
     let mut taken = HashSet::new();
     let mut names = Vec::new();
     for texture in &scene.textures {
         let wish = Path::new(&texture.name).file_stem().map_or("texture".into(), |stem| stem.to_string_lossy());
-        // What would end the name of an asset, or a folder's.
-        let wish: String = wish.chars().map(|c| if "@/\\[]".contains(c) || c.is_control() { '_' } else { c }).collect();
+        let wish = plain(&wish);
         let mut name = format!("{wish}.exr");
         let mut number = 2;
         // File systems may not tell upper case from lower.
