@@ -1,6 +1,7 @@
 //! Scenes of hair and fur as USD: files (.usda, .usdc, .usdz) into a [`vellus_scene::Scene`] and back.
 
 mod camera;
+mod crate_check;
 mod curves;
 mod error;
 mod image;

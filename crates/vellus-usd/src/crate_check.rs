@@ -1,0 +1,228 @@
+//! Checks of a binary layer (.usdc) before it is decoded: no count may claim more than the file can hold.
+//!
+//! The decoder allocates by the counts it finds, and an allocation that fails ends the program. Compressed blocks (LZ4) hold at most
+//! 255 times their size; integers take at least a quarter of a byte before that.
+
+/// LZ4 cannot do better.
+const MOST_COMPRESSION: u64 = 255;
+/// Deeper values are taken for a circle.
+const DEEPEST: usize = 32;
+
+/// A position in the bytes of a layer.
+#[derive(Clone, Copy)]
+struct Cursor<'a> {
+    bytes: &'a [u8],
+    at: u64,
+}
+
+impl Cursor<'_> {
+    fn rest(&self) -> u64 {
+        (self.bytes.len() as u64).saturating_sub(self.at)
+    }
+
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], String> {
+        let start = usize::try_from(self.at).unwrap_or(usize::MAX);
+        let bytes = self.bytes.get(start..).and_then(|rest| rest.first_chunk::<N>());
+        let bytes = bytes.ok_or_else(|| format!("it is cut off: nothing at byte {}", self.at))?;
+        self.at += N as u64;
+        Ok(*bytes)
+    }
+
+    fn u32(&mut self) -> Result<u64, String> {
+        Ok(u64::from(u32::from_le_bytes(self.array()?)))
+    }
+
+    fn u64(&mut self) -> Result<u64, String> {
+        Ok(u64::from_le_bytes(self.array()?))
+    }
+
+    /// Passes `count` items of `size` bytes.
+    fn skip(&mut self, count: u64, size: u64) -> Result<(), String> {
+        match count.checked_mul(size) {
+            Some(bytes) if bytes <= self.rest() => {
+                self.at += bytes;
+                Ok(())
+            }
+            _ => Err(format!("at byte {} it claims {count} items, more than there is room for", self.at)),
+        }
+    }
+
+    /// Passes a compressed block that is to hold at least `bytes`.
+    fn compressed(&mut self, bytes: u64) -> Result<(), String> {
+        let at = self.at;
+        let size = self.u64()?;
+        self.skip(size, 1)?;
+        if bytes / MOST_COMPRESSION > size {
+            return Err(format!("at byte {at} it claims {bytes} bytes, more than {size} can be decompressed to"));
+        }
+        Ok(())
+    }
+
+    fn integers(&mut self, count: u64) -> Result<(), String> {
+        self.compressed(count / 4)
+    }
+
+    /// Passes a 64-bit offset and goes where it leads.
+    fn follow(&mut self) -> Result<(), String> {
+        let from = self.at;
+        let offset = i64::from_le_bytes(self.array()?);
+        self.at = from.checked_add_signed(offset).ok_or("an offset leads out of the file")?;
+        Ok(())
+    }
+}
+
+/// Checks the tables, which are decoded as a layer is opened.
+pub(crate) fn check_tables(bytes: &[u8]) -> Result<(), String> {
+    let mut header = Cursor { bytes, at: 16 };
+    let mut contents = Cursor { bytes, at: header.u64()? };
+    let count = contents.u64()?;
+    contents.skip(count, 32)?;
+    contents.at -= 32 * count;
+    for _ in 0..count {
+        let name: [u8; 16] = contents.array()?;
+        let mut section = Cursor { bytes, at: contents.u64()? };
+        let _size = contents.u64()?;
+        let name = name.split(|&b| b == 0).next().unwrap_or_default();
+        if !matches!(name, b"TOKENS" | b"STRINGS" | b"FIELDS" | b"FIELDSETS" | b"PATHS" | b"SPECS") {
+            continue;
+        }
+        let items = section.u64()?;
+        match name {
+            b"TOKENS" => {
+                let size = section.u64()?;
+                section.compressed(size)?;
+            }
+            b"STRINGS" => section.skip(items, 4)?,
+            b"FIELDS" => {
+                section.integers(items)?;
+                section.compressed(items.saturating_mul(8))?;
+            }
+            b"FIELDSETS" => section.integers(items)?,
+            b"PATHS" => {
+                let encoded = section.u64()?;
+                if items > encoded {
+                    return Err(format!("it claims {items} paths, but encodes {encoded}"));
+                }
+                (0..3).try_for_each(|_| section.integers(encoded))?;
+            }
+            _ => (0..3).try_for_each(|_| section.integers(items))?,
+        }
+    }
+    Ok(())
+}
+
+/// Checks a value by its 64-bit representation: type, flags and where it lies.
+pub(crate) fn check_value(bytes: &[u8], representation: u64) -> Result<(), String> {
+    let version = Cursor { bytes, at: 8 }.array::<3>()?;
+    // No file has more values than bytes; one whose values contain one another does.
+    value(bytes, version, representation, 0, &mut bytes.len())
+}
+
+fn value(
+    bytes: &[u8],
+    version: [u8; 3],
+    representation: u64,
+    depth: usize,
+    budget: &mut usize,
+) -> Result<(), String> {
+    if depth > DEEPEST || *budget == 0 {
+        return Err("values are nested in a circle".to_owned());
+    }
+    *budget -= 1;
+    let [is_array, is_inlined, is_compressed] = [63, 62, 61].map(|bit| representation >> bit & 1 == 1);
+    let kind = representation >> 48 & 0xff;
+    let mut at = Cursor { bytes, at: representation & 0xffff_ffff_ffff };
+    if is_inlined || (is_array && at.at == 0) {
+        return Ok(());
+    }
+    if is_array {
+        if version < [0, 5, 0] {
+            at.u32()?;
+        }
+        let count = if version < [0, 7, 0] { at.u32()? } else { at.u64()? };
+        let (is_integer, is_float) = (matches!(kind, 3..=6), matches!(kind, 7..=9 | 56));
+        return match (is_compressed && count >= 4, is_integer, is_float) {
+            (true, true, _) => at.integers(count),
+            (true, _, true) => {
+                // By a table, or as integers.
+                if at.array::<1>()? == [b't'] {
+                    let entries = at.u32()?;
+                    at.skip(entries, item_size(kind))?;
+                }
+                at.integers(count)
+            }
+            _ => at.skip(count, item_size(kind)),
+        };
+    }
+    match kind {
+        // Dictionary: names and values.
+        31 => dictionary(&mut at, version, depth, budget),
+        // Lists of edits: up to six sequences.
+        32..=39 | 54 | 55 => {
+            let [flags] = at.array::<1>()?;
+            for _ in 0..(flags >> 1 & 0x3f).count_ones() {
+                let count = at.u64()?;
+                match kind {
+                    // References and payloads: two indices, an offset and a scale; references have a dictionary too.
+                    35 | 55 => {
+                        Cursor { ..at }.skip(count, 8)?;
+                        for _ in 0..count {
+                            at.skip(1, if kind == 35 || version >= [0, 8, 0] { 24 } else { 8 })?;
+                            if kind == 35 {
+                                dictionary(&mut at, version, depth, budget)?;
+                            }
+                        }
+                    }
+                    _ => at.skip(count, if matches!(kind, 37 | 39) { 8 } else { 4 })?,
+                }
+            }
+            Ok(())
+        }
+        // Paths, tokens, strings; variant selections and relocates are pairs of indices; numbers; offsets with scales.
+        40 | 41 | 50 => at.u64().and_then(|count| at.skip(count, 4)),
+        45 | 48 | 58 => at.u64().and_then(|count| at.skip(count, 8)),
+        49 => at.u64().and_then(|count| at.skip(count, 16)),
+        // Samples in time: times, then values.
+        46 => {
+            at.follow()?;
+            let times = at.u64()?;
+            value(bytes, version, times, depth + 1, budget)?;
+            at.follow()?;
+            let count = at.u64()?;
+            Cursor { ..at }.skip(count, 8)?;
+            (0..count).try_for_each(|_| value(bytes, version, at.u64()?, depth + 1, budget))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn dictionary(at: &mut Cursor, version: [u8; 3], depth: usize, budget: &mut usize) -> Result<(), String> {
+    let count = at.u64()?;
+    // A name, an offset and a value each.
+    Cursor { ..*at }.skip(count, 12)?;
+    for _ in 0..count {
+        at.u32()?;
+        at.follow()?;
+        let representation = at.u64()?;
+        value(at.bytes, version, representation, depth + 1, budget)?;
+    }
+    Ok(())
+}
+
+/// Bytes of an item of an uncompressed array.
+fn item_size(kind: u64) -> u64 {
+    // By the numbers of the format: matrices, quaternions, vectors of 2 to 4 as double, single, half, integer.
+    match kind {
+        1 | 2 => 1,
+        7 => 2,
+        25 => 6,
+        5 | 6 | 9 | 18 | 20 | 22 | 29 | 56 => 8,
+        24 | 26 => 12,
+        17 | 19 | 28 | 30 => 16,
+        23 => 24,
+        13 | 16 | 27 => 32,
+        14 => 72,
+        15 => 128,
+        _ => 4,
+    }
+}

@@ -1,0 +1,168 @@
+//! Broken files are one clear error: never a panic, never a giant allocation.
+
+mod common;
+
+use common::{read_text, sample};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use vellus_usd::{Options, read};
+
+fn error_of(body: &str) -> String {
+    let error = read_text(body, &Options::default()).unwrap_err().to_string();
+    assert!(!error.contains('\n'), "one line: {error}");
+    error
+}
+
+#[test]
+fn errors_name_the_prim_what_is_wrong_and_what_is_allowed() {
+    let curves = |attributes: &str| format!("def BasisCurves \"c\" {{ {attributes} }}");
+    let linear = "uniform token type = \"linear\" ";
+    let points = "point3f[] points = [(0,0,0), (1,0,0)] ";
+    let counts = "int[] curveVertexCounts = [2] ";
+    let widths = "float[] widths = [1, 1] ";
+    let whole = format!("{linear}{points}{counts}{widths}");
+    let mesh = |counts: &str, indices: &str| {
+        format!(
+            "def Mesh \"m\" {{ point3f[] points = [(0,0,0), (1,0,0), (0,1,0)]
+    int[] faceVertexCounts = {counts} int[] faceVertexIndices = {indices} }}"
+        )
+    };
+    let table: Vec<(String, &[&str])> = vec![
+        (String::new(), &["nothing to render"]),
+        ("def Xform \"a\" {}".to_owned(), &["nothing to render"]),
+        (curves(""), &["nothing to render (/c: it has no curves)"]),
+        (curves(&format!("{linear}{points}{counts}")), &["/c: it has no widths", "--width"]),
+        (
+            curves(&format!("{linear}{points}{widths} int[] curveVertexCounts = [10000000]")),
+            &["/c: curveVertexCounts add up to 10000000, but there are 2 points"],
+        ),
+        (
+            curves(&format!("{linear}{points}{widths} int64[] curveVertexCounts = [9223372036854775807, 9223372036854775807]")),
+            &["/c: curveVertexCounts add up to", "2 points"],
+        ),
+        (curves(&format!("{linear}{points}{widths} int[] curveVertexCounts = [-2]")), &["/c: curveVertexCounts[0] is -2"]),
+        (curves(&format!("{linear}{points}{widths} int[] curveVertexCounts = [1, 1]")), &["/c: strand 0 has 1 points", "at least 2"]),
+        (curves(&format!("{points}{counts}{widths}")), &["strand 0 has 2 points: a Bezier curve has 3k + 1"]),
+        (
+            curves(&format!("uniform token basis = \"bspline\" {points}{counts}{widths}")),
+            &["strand 0 has 2 points: a BSpline curve has at least 4"],
+        ),
+        (
+            curves(&format!("{linear}{counts}{widths} point3f[] points = [(0,0,0), (nan,0,0)]")),
+            &["/c: points[1] is [NaN, 0.0, 0.0]: it must be finite"],
+        ),
+        (
+            curves(&format!("{linear}{counts}{widths} point3f[] points = [(inf,0,0), (0,0,0)]")),
+            &["/c: points[0]", "must be finite"],
+        ),
+        (
+            curves(&format!("{linear}{points}{counts} float[] widths = [1, -1]")),
+            &["/c: widths[1] is -1: it must be finite and not negative"],
+        ),
+        (
+            curves(&format!("{linear}{points}{counts} float[] widths = [1, 1, 1]")),
+            &["/c: widths has 3 values, but with vertex interpolation there must be 2"],
+        ),
+        (curves(&format!("{linear}{points}{counts} string widths = \"wide\"")), &["/c: widths must be numbers"]),
+        (
+            curves(&format!("{linear}{points}{counts} float[] widths = [1, 1] ( interpolation = \"sometimes\" )")),
+            &["/c: widths has the interpolation sometimes", "constant, uniform, varying, vertex"],
+        ),
+        (curves(&format!("uniform token type = \"round\" {points}{counts}{widths}")), &["/c: type is round", "linear or cubic"]),
+        (curves(&format!("uniform token basis = \"nice\" {points}{counts}{widths}")), &["/c: basis is nice"]),
+        (curves(&format!("uniform token wrap = \"paper\" {points}{counts}{widths}")), &["/c: wrap is paper"]),
+        (
+            curves(&format!("{whole} float[] primvars:vellus:g = [1, 2, 3] (interpolation = \"uniform\")")),
+            &["/c: primvars:vellus:g has 3 values, but with uniform interpolation there must be 1"],
+        ),
+        (
+            curves(&format!("{whole} texCoord2f[] primvars:st = [(0,0)] (interpolation = \"uniform\") int[] primvars:st:indices = [7]")),
+            &["/c: primvars:st:indices[0] is 7, but there are 1 values"],
+        ),
+        (
+            curves(&format!("{whole} matrix4d xformOp:transform = ((1,0,0,0),(0,1,0,0),(0,0,1,0),(nan,0,0,1)) uniform token[] xformOpOrder = [\"xformOp:transform\"]")),
+            &["/c: xformOp:transform must be finite"],
+        ),
+        (
+            curves(&format!("{whole} float3 xformOp:scale = (1,0,1) uniform token[] xformOpOrder = [\"!invert!xformOp:scale\"]")),
+            &["/c: xformOp:scale cannot be inverted"],
+        ),
+        (mesh("[3]", "[0, 1, 7]"), &["/m: faceVertexIndices[2] is 7, but there are 3 points"]),
+        (mesh("[3]", "[0, 1, -1]"), &["/m: faceVertexIndices[2] is -1"]),
+        (mesh("[2147483647, 3]", "[0, 1, 2]"), &["/m: faceVertexCounts add up to 2147483650, but there are 3"]),
+        (mesh("[2]", "[0, 1]"), &["/m: faceVertexCounts[0] is 2", "at least 3"]),
+        (
+            format!("{} def Camera \"k\" {{ float focalLength = 0 }}", curves(&whole)),
+            &["/k: focalLength", "must be positive"],
+        ),
+        (
+            format!("{} def SphereLight \"l\" {{ float inputs:radius = -1 }}", curves(&whole)),
+            &["/l: inputs:radius is -1: it must be positive"],
+        ),
+        (
+            format!("{} def RectLight \"l\" {{ color3f inputs:color = (1, -1, 0) }}", curves(&whole)),
+            &["/l: it emits", "no channel may be negative"],
+        ),
+        (
+            format!("{} def DomeLight \"l\" {{ asset inputs:texture:file = @sky.hdr@ }}", curves(&whole)),
+            &["/l: inputs:texture:file: the file sky.hdr does not exist"],
+        ),
+        ("def Xform \"a\" ( references = @gone.usda@ ) {}".to_owned(), &["gone.usda"]),
+        ("( subLayers = [@gone.usda@] )".to_owned(), &["gone.usda"]),
+        ("def Xform \"a\" {".repeat(5000), &["more than 500 brackets"]),
+        ("def Xform \"a\" ( references = @stage.usda@</a> ) {}".to_owned(), &["cycle"]),
+        ("def Xform \"a\" {".to_owned(), &["stage.usda"]),
+    ];
+    for (body, parts) in &table {
+        let error = error_of(body);
+        for part in *parts {
+            assert!(error.contains(part), "{error}\ninstead of {part}\nfor {body}");
+        }
+    }
+    read_text(&curves(&whole), &Options::default()).unwrap();
+}
+
+#[test]
+fn missing_files_and_other_kinds_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let error = read(&folder.path().join("none.usda"), &Options::default()).unwrap_err().to_string();
+    assert!(error.contains("none.usda"), "{error}");
+    for name in ["text.usdc", "text.usdz", "text.usda", "text.obj", "text.usd"] {
+        let file = folder.path().join(name);
+        std::fs::write(&file, "this is no stage").unwrap();
+        let error = read(&file, &Options::default()).unwrap_err().to_string();
+        assert!(error.contains(name), "{error}");
+    }
+    assert!(read(folder.path(), &Options::default()).is_err());
+}
+
+/// Reads a file that has been cut off or changed: whatever comes, it must come back.
+fn survives(file: &Path, bytes: &[u8], what: &str) {
+    std::fs::write(file, bytes).unwrap();
+    let result = catch_unwind(AssertUnwindSafe(|| read(file, &Options { default_width: Some(0.1), ..Options::default() })));
+    assert!(result.is_ok(), "a panic with {what}");
+}
+
+#[test]
+fn cut_off_and_garbled_files_come_back() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["fur50_catmull_rom.usda", "fur50_catmull_rom.usdc", "particles50.usda"] {
+        let Some(original) = sample(&format!("blender/{name}")) else { return };
+        let bytes = std::fs::read(original).unwrap();
+        let file = folder.path().join(name);
+        let rounds: usize = std::env::var("ROUNDS").ok().and_then(|n| n.parse().ok()).unwrap_or(40);
+        for i in 0..rounds {
+            survives(&file, &bytes[..i * bytes.len() / rounds], &format!("{name} cut off at {i}/{rounds}"));
+            // The tables of a binary file are at its end, what points to them at its start.
+            let mut garbled = bytes.clone();
+            let from_end = i % 2 == 0;
+            for k in 0..3 {
+                let at = (i * 7919 + k * 104_729) % 1500.min(bytes.len());
+                let at = if from_end { bytes.len() - 1 - at } else { at };
+                garbled[at] = (i * 31 + k * 17) as u8;
+            }
+            std::fs::write("/tmp/last-garbled", &garbled).unwrap();
+            survives(&file, &garbled, &format!("{name} garbled, round {i}"));
+        }
+    }
+}
