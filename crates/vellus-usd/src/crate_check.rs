@@ -118,13 +118,7 @@ pub(crate) fn check_value(bytes: &[u8], representation: u64) -> Result<(), Strin
     value(bytes, version, representation, 0, &mut bytes.len())
 }
 
-fn value(
-    bytes: &[u8],
-    version: [u8; 3],
-    representation: u64,
-    depth: usize,
-    budget: &mut usize,
-) -> Result<(), String> {
+fn value(bytes: &[u8], version: [u8; 3], representation: u64, depth: usize, budget: &mut usize) -> Result<(), String> {
     if depth > DEEPEST || *budget == 0 {
         return Err("values are nested in a circle".to_owned());
     }

@@ -168,13 +168,11 @@ fn root_uv(stage: &Stage, prim: &str, layout: &Layout) -> Result<Option<Vec<Vec2
     Ok(None)
 }
 
+/// [`Strands::varying`].
+type Varying = Vec<(Parameter, Values<[f32; 3]>)>;
+
 /// Parameters from `primvars:vellus:key`, or from the primvar that the shader reads.
-fn varying(
-    stage: &Stage,
-    prim: &str,
-    layout: &Layout,
-    named: &[(Parameter, String)],
-) -> Result<Vec<(Parameter, Values<[f32; 3]>)>, Error> {
+fn varying(stage: &Stage, prim: &str, layout: &Layout, named: &[(Parameter, String)]) -> Result<Varying, Error> {
     let mut varying = Vec::new();
     for parameter in Parameter::ALL {
         let ours = format!("primvars:vellus:{}", parameter.key());

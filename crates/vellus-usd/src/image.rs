@@ -120,7 +120,8 @@ fn exr_pixels(bytes: &[u8]) -> Result<Pixels, String> {
         Ok((width, pixels.len() / width.max(1), pixels))
     };
     // The crate is fuzzed, but what it decodes comes from anywhere: a panic is a broken file.
-    let result: Result<Pixels, String> = catch_unwind(AssertUnwindSafe(read)).unwrap_or(Err("it cannot be decoded".to_owned()));
+    let result: Result<Pixels, String> =
+        catch_unwind(AssertUnwindSafe(read)).unwrap_or(Err("it cannot be decoded".to_owned()));
     result.map_err(|error| format!("broken OpenEXR image: {error}"))
 }
 

@@ -1,4 +1,33 @@
 //! Scenes of hair and fur as USD: files (.usda, .usdc, .usdz) into a [`vellus_scene::Scene`] and back.
+//!
+//! ```
+//! use vellus_usd::{Options, read, write};
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let folder = tempfile::tempdir()?;
+//! # let (fox, copy) = (folder.path().join("fox.usda"), folder.path().join("copy.usda"));
+//! # std::fs::write(&fox, "#usda 1.0\ndef BasisCurves \"c\" { uniform token type = \"linear\" int[] curveVertexCounts = [2]
+//! #     point3f[] points = [(0,0,0), (1,0,0)] }")?;
+//! let options = Options { default_width: Some(0.002), ..Options::default() };
+//! let (scene, warnings) = read(&fox, &options)?;
+//! for warning in warnings {
+//!     eprintln!("{warning}");
+//! }
+//! write(&scene, &copy)?;
+//! # Ok(()) }
+//! ```
+//!
+//! # What is read
+//! - **BasisCurves**: linear, B-spline, Catmull–Rom and Bézier; nonperiodic and pinned; widths (diameters) of any interpolation;
+//!   the uv of roots from `primvars:st`, `uv` or `surface_uv_coordinate` (Blender's).
+//! - **VellusFur**, the shader of a fibre: `info:id = "VellusFur"`, connected to `outputs:vellus:surface` or `outputs:surface` of the
+//!   material. `inputs:preset` names a [`vellus::Species`]; every [`vellus_scene::Parameter`] has an input of its key, angles
+//!   in degrees. An input may be connected to a UsdUVTexture (looked up at the root's uv) or to a UsdPrimvarReader.
+//!   `primvars:vellus:KEY` on curves, of any interpolation, goes before the shader.
+//! - **Mesh** as polygons, **UsdPreviewSurface** (diffuseColor, also by texture, emissiveColor, roughness, metallic, ior), **Camera**,
+//!   **DomeLight**, **DistantLight**, **RectLight**, **DiskLight**, **SphereLight**.
+//! - Composition, instances, transforms, visibility, purpose, samples in time. Textures as PNG, Radiance HDR and OpenEXR.
+//!
+//! All else that would be seen is named in a [`Warning`]. Lengths are in the scene's unit, whatever `metersPerUnit` says.
 
 mod camera;
 mod crate_check;
@@ -16,8 +45,8 @@ mod reader;
 mod rgbe;
 mod stage;
 mod surface;
-mod uv_texture;
 mod text;
+mod uv_texture;
 mod warning;
 mod write;
 mod write_geometry;

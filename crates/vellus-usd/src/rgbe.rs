@@ -33,7 +33,9 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Pixels, String> {
             (Ok(width), Ok(height)) => (width, height),
             _ => return Err(format!("Radiance image with a garbled size: {line}")),
         },
-        _ => return Err(format!("Radiance image with the size and order {line}: only -Y height +X width is supported")),
+        _ => {
+            return Err(format!("Radiance image with the size and order {line}: only -Y height +X width is supported"));
+        }
     };
     checked_size(width, height)?;
 

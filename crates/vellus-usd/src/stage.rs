@@ -73,7 +73,8 @@ impl Stage {
             return Err(Error::file(file, error));
         }
         let name = file.to_str().ok_or_else(|| Error::file(file, "its name must be UTF-8"))?;
-        let stage = guarded(|| Ok(usd::Stage::builder().resolver(Careful::default()).open(name)?)).map_err(|what| Error::file(file, what))?;
+        let stage = guarded(|| Ok(usd::Stage::builder().resolver(Careful::default()).open(name)?))
+            .map_err(|what| Error::file(file, what))?;
         let start = guarded(|| Ok(stage.has_authored_time_code_range().then(|| stage.start_time_code())));
         let start = start.map_err(|what| Error::file(file, what))?;
         let open = frame.or(start).unwrap_or(usd::TimeCode::EARLIEST.value());

@@ -9,7 +9,8 @@ use crate::uv_texture::uv_texture;
 use vellus_scene::{Surface, Tint};
 
 /// Inputs that change nothing we compute at these values.
-const IDLE: [(&str, f32); 4] = [("opacity", 1.0), ("clearcoat", 0.0), ("displacement", 0.0), ("useSpecularWorkflow", 0.0)];
+const IDLE: [(&str, f32); 4] =
+    [("opacity", 1.0), ("clearcoat", 0.0), ("displacement", 0.0), ("useSpecularWorkflow", 0.0)];
 
 /// Index of the surface of a mesh.
 pub(crate) fn surface(reader: &mut Reader, prim: &str) -> Result<usize, Error> {
@@ -35,7 +36,8 @@ pub(crate) fn surface(reader: &mut Reader, prim: &str) -> Result<usize, Error> {
 /// A diffuse surface of the mesh's displayColor where it is constant, otherwise grey as USD's fallback is.
 fn plain(reader: &Reader, prim: &str) -> Result<Surface, Error> {
     let color = inherited(&reader.stage, prim, "primvars:displayColor")?;
-    let color = color.filter(|c| c.interpolation == Interpolation::Constant && c.values.len() >= 1 && c.values.lanes == 3);
+    let color =
+        color.filter(|c| c.interpolation == Interpolation::Constant && c.values.len() >= 1 && c.values.lanes == 3);
     let color = color.map_or([0.18; 3], |c| [c.values.values[0], c.values.values[1], c.values.values[2]]);
     Ok(Surface::diffuse(prim, color))
 }

@@ -114,7 +114,8 @@ pub(crate) fn camera<W: Write>(text: &mut Text<W>, camera: &Camera, moves: bool)
     text.set("float horizontalAperture", &(camera.film_width * FOCAL_LENGTH).text())?;
     text.set("float verticalAperture", &(camera.film_height * FOCAL_LENGTH).text())?;
     // Focal lengths are in tenths of a unit.
-    let f_stop = if camera.lens_radius > 0.0 { 0.05 * f64::from(FOCAL_LENGTH) / f64::from(camera.lens_radius) } else { 0.0 };
+    let f_stop =
+        if camera.lens_radius > 0.0 { 0.05 * f64::from(FOCAL_LENGTH) / f64::from(camera.lens_radius) } else { 0.0 };
     text.set("float fStop", &(f_stop as f32).text())?;
     text.set("float focusDistance", &camera.focus_distance.text())?;
     if moves {

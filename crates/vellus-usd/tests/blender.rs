@@ -10,10 +10,7 @@ const STRANDS: usize = 50;
 
 #[test]
 fn samples_have_their_strands_in_both_forms() {
-    let kinds = [
-        ("fur50_catmull_rom", Basis::CatmullRom, 21 + 2, 20),
-        ("fur50_poly", Basis::Linear, 21, 20),
-    ];
+    let kinds = [("fur50_catmull_rom", Basis::CatmullRom, 21 + 2, 20), ("fur50_poly", Basis::Linear, 21, 20)];
     for (name, basis, points, segments) in kinds {
         let forms = ["usda", "usdc"].map(|form| {
             let file = sample(&format!("blender/{name}.{form}"))?;
@@ -56,7 +53,8 @@ fn bezier_samples_have_their_knots_or_are_refused() {
 
 #[test]
 fn pinned_curves_pass_through_their_end_points() {
-    let (Some(cubic), Some(poly)) = (sample("blender/fur50_catmull_rom.usda"), sample("blender/fur50_poly.usda")) else {
+    let (Some(cubic), Some(poly)) = (sample("blender/fur50_catmull_rom.usda"), sample("blender/fur50_poly.usda"))
+    else {
         return;
     };
     let (cubic, _) = read(&cubic, &Options::default()).unwrap();

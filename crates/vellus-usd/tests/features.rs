@@ -48,7 +48,10 @@ fn transforms_multiply_down_to_the_points_and_widths() {
     let ends = |i: usize| (scene.strands[i].points[0], scene.strands[i].points[3]);
     // (0,0,0) turns about (0,5,0) to (5,5,0); doubled, turned to (−10,10,0), moved to (0,10,0).
     let (root, tip) = ends(0);
-    assert!(root.abs_diff_eq(glam::vec4(0.0, 10.0, 0.0, 0.2), 1e-5) && tip.abs_diff_eq(glam::vec4(-6.0, 10.0, 0.0, 0.2), 1e-5));
+    assert!(
+        root.abs_diff_eq(glam::vec4(0.0, 10.0, 0.0, 0.2), 1e-5)
+            && tip.abs_diff_eq(glam::vec4(-6.0, 10.0, 0.0, 0.2), 1e-5)
+    );
     assert_eq!(ends(1), (glam::vec4(0.0, 0.0, 7.0, 0.1), glam::vec4(3.0, 0.0, 7.0, 0.1)));
 }
 
@@ -97,7 +100,8 @@ fn every_kind_of_width_and_basis() {
     assert_eq!(radii(&strands), [0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 2.0]);
     assert_eq!(strands.strand(1)[0].truncate(), Vec3::new(-1.0, 1.0, 0.0));
     // Linear, with the basis of before; indexed.
-    let strands = two("uniform token type = \"linear\" uniform token basis = \"bezier\" uniform token wrap = \"pinned\"
+    let strands =
+        two("uniform token type = \"linear\" uniform token basis = \"bezier\" uniform token wrap = \"pinned\"
     float[] primvars:widths = [2, 4] (interpolation = \"vertex\")
     int[] primvars:widths:indices = [0, 0, 0, 1, 0, 0, 0, 0, 1]");
     assert_eq!((strands.basis, radii(&strands)), (Basis::Linear, vec![1.0, 1.0, 1.0, 2.0, 1.0, 1.0, 1.0, 1.0, 2.0]));
@@ -111,7 +115,10 @@ fn pinned_b_splines_start_and_end_at_their_points() {
     let points = scene.strands[0].strand(0);
     assert_eq!(points.len(), 6);
     let end = |a: usize| (points[a] + 4.0 * points[a + 1] + points[a + 2]) / 6.0;
-    assert!(end(0).truncate().abs_diff_eq(Vec3::ZERO, 1e-6) && end(3).truncate().abs_diff_eq(Vec3::new(3.0, 0.0, 0.0), 1e-6));
+    assert!(
+        end(0).truncate().abs_diff_eq(Vec3::ZERO, 1e-6)
+            && end(3).truncate().abs_diff_eq(Vec3::new(3.0, 0.0, 0.0), 1e-6)
+    );
 }
 
 #[test]
@@ -223,7 +230,10 @@ fn fibres_come_from_presets_inputs_and_interfaces() {
         )
     };
     let body = ["a", "b", "c"].map(curve).concat()
-        + &fur("a", "string inputs:preset = \"Red Fox\" float inputs:beta_m.connect = </aFur.inputs:shine> float inputs:kappa = 0.5 int inputs:unknown = 3")
+        + &fur(
+            "a",
+            "string inputs:preset = \"Red Fox\" float inputs:beta_m.connect = </aFur.inputs:shine> float inputs:kappa = 0.5 int inputs:unknown = 3",
+        )
         + &fur("b", "color3f inputs:reflectance = (0.2, 0.3, 0.4)")
         + "def Material \"cFur\" {}\n";
     let options = Options { fallback: Fiber::preset(Species::Cat), ..Options::default() };
@@ -237,7 +247,11 @@ fn fibres_come_from_presets_inputs_and_interfaces() {
     assert!(said.contains("/cFur: it has no VellusFur shader"), "{said}");
 
     let error = |inputs: &str| read_text(&(curve("a") + &fur("a", inputs)), &options).unwrap_err().to_string();
-    assert!(error("float inputs:eta = 9").contains("/aFur/Shader: eta = 9 is out of range"), "{}", error("float inputs:eta = 9"));
+    assert!(
+        error("float inputs:eta = 9").contains("/aFur/Shader: eta = 9 is out of range"),
+        "{}",
+        error("float inputs:eta = 9")
+    );
     assert!(error("float inputs:beta_m = 0.01").contains("[0.1, 90] degrees"));
     assert!(error("string inputs:preset = \"yeti\"").contains("'yeti'"));
     assert!(error("float2 inputs:melanin = (1, 2) color3f inputs:sigma_ca = (1, 1, 1)").contains("only one may"));
@@ -357,7 +371,10 @@ def DomeLight_1 \"sky1\" {{ }}
 def CylinderLight \"tube\" {{ }}"
     ));
     let said = said(&warnings);
-    assert!(said.contains("/disk: the shaping") && said.contains("/tube: CylinderLight is not") && warnings.len() == 2, "{said}");
+    assert!(
+        said.contains("/disk: the shaping") && said.contains("/tube: CylinderLight is not") && warnings.len() == 2,
+        "{said}"
+    );
     let [rect, disk, sphere, sun, parallel, sky, sky1] = &scene.lights[..] else { panic!() };
     // 6 · 2 over an area of 2 · 2 · 3.
     let Light::Rect { radiance, to_world, .. } = rect else { panic!() };
@@ -386,30 +403,28 @@ def CylinderLight \"tube\" {{ }}"
 
 #[test]
 fn cameras_are_chosen_and_move() {
-    let body = format!(
-        "( startTimeCode = 1 endTimeCode = 2 )
-def BasisCurves \"b\" {{
+    let body = "( startTimeCode = 1 endTimeCode = 2 )
+def BasisCurves \"b\" {
     uniform token type = \"linear\"
     int[] curveVertexCounts = [2]
-    point3f[] points.timeSamples = {{ 1: [(0,0,0), (1,0,0)], 2: [(0,0,0), (1,2,0)] }}
+    point3f[] points.timeSamples = { 1: [(0,0,0), (1,0,0)], 2: [(0,0,0), (1,2,0)] }
     float[] widths = [1, 1]
-}}
-def Camera \"wide\" {{ float focalLength = 20 float horizontalAperture = 40 float verticalAperture = 20
-    double shutter:open = 0 double shutter:close = 0.5 }}
-def Xform \"rig\" {{
+}
+def Camera \"wide\" { float focalLength = 20 float horizontalAperture = 40 float verticalAperture = 20
+    double shutter:open = 0 double shutter:close = 0.5 }
+def Xform \"rig\" {
     float3 xformOp:scale = (2, 2, 2)
-    double3 xformOp:translate.timeSamples = {{ 1: (0, 0, 1), 2: (0, 4, 1) }}
+    double3 xformOp:translate.timeSamples = { 1: (0, 0, 1), 2: (0, 4, 1) }
     uniform token[] xformOpOrder = [\"xformOp:scale\", \"xformOp:translate\"]
-    def Camera \"long\" {{ float focalLength = 80 float fStop = 2 float focusDistance = 3 double shutter:close = 0.25 }}
-}}"
-    );
-    let (scene, warnings) = read_text(&body, &Options::default()).unwrap();
+    def Camera \"long\" { float focalLength = 80 float fStop = 2 float focusDistance = 3 double shutter:close = 0.25 }
+}";
+    let (scene, warnings) = read_text(body, &Options::default()).unwrap();
     assert_eq!(said(&warnings), "");
     let camera = scene.camera.unwrap();
     assert_eq!((camera.film_width, camera.film_height, camera.lens_radius, camera.moved), (2.0, 1.0, 0.0, None));
     assert_eq!(scene.strands[0].moved, Some(vec![Vec3::ZERO, Vec3::new(1.0, 1.0, 0.0)]));
     let by_name = |name: &str, frame| Options { camera: Some(name.to_owned()), frame, ..Options::default() };
-    let (scene, _) = read_text(&body, &by_name("long", Some(1.5))).unwrap();
+    let (scene, _) = read_text(body, &by_name("long", Some(1.5))).unwrap();
     let camera = scene.camera.unwrap();
     // 80 tenths of a unit at f/2.
     assert_eq!((camera.lens_radius, camera.focus_distance), (2.0, 3.0));
@@ -417,6 +432,6 @@ def Xform \"rig\" {{
     assert_eq!(camera.to_world.x_axis.x, 1.0);
     assert_eq!(camera.moved.unwrap().w_axis.truncate(), Vec3::new(0.0, 6.0, 2.0));
     assert_eq!(scene.strands[0].points[1].truncate(), Vec3::new(1.0, 1.0, 0.0));
-    let error = read_text(&body, &by_name("none", None)).unwrap_err().to_string();
+    let error = read_text(body, &by_name("none", None)).unwrap_err().to_string();
     assert!(error.contains("no camera called none"), "{error}");
 }

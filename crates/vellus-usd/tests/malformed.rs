@@ -37,11 +37,19 @@ fn errors_name_the_prim_what_is_wrong_and_what_is_allowed() {
             &["/c: curveVertexCounts add up to 10000000, but there are 2 points"],
         ),
         (
-            curves(&format!("{linear}{points}{widths} int64[] curveVertexCounts = [9223372036854775807, 9223372036854775807]")),
+            curves(&format!(
+                "{linear}{points}{widths} int64[] curveVertexCounts = [9223372036854775807, 9223372036854775807]"
+            )),
             &["/c: curveVertexCounts add up to", "2 points"],
         ),
-        (curves(&format!("{linear}{points}{widths} int[] curveVertexCounts = [-2]")), &["/c: curveVertexCounts[0] is -2"]),
-        (curves(&format!("{linear}{points}{widths} int[] curveVertexCounts = [1, 1]")), &["/c: strand 0 has 1 points", "at least 2"]),
+        (
+            curves(&format!("{linear}{points}{widths} int[] curveVertexCounts = [-2]")),
+            &["/c: curveVertexCounts[0] is -2"],
+        ),
+        (
+            curves(&format!("{linear}{points}{widths} int[] curveVertexCounts = [1, 1]")),
+            &["/c: strand 0 has 1 points", "at least 2"],
+        ),
         (curves(&format!("{points}{counts}{widths}")), &["strand 0 has 2 points: a Bezier curve has 3k + 1"]),
         (
             curves(&format!("uniform token basis = \"bspline\" {points}{counts}{widths}")),
@@ -68,7 +76,10 @@ fn errors_name_the_prim_what_is_wrong_and_what_is_allowed() {
             curves(&format!("{linear}{points}{counts} float[] widths = [1, 1] ( interpolation = \"sometimes\" )")),
             &["/c: widths has the interpolation sometimes", "constant, uniform, varying, vertex"],
         ),
-        (curves(&format!("uniform token type = \"round\" {points}{counts}{widths}")), &["/c: type is round", "linear or cubic"]),
+        (
+            curves(&format!("uniform token type = \"round\" {points}{counts}{widths}")),
+            &["/c: type is round", "linear or cubic"],
+        ),
         (curves(&format!("uniform token basis = \"nice\" {points}{counts}{widths}")), &["/c: basis is nice"]),
         (curves(&format!("uniform token wrap = \"paper\" {points}{counts}{widths}")), &["/c: wrap is paper"]),
         (
@@ -76,15 +87,21 @@ fn errors_name_the_prim_what_is_wrong_and_what_is_allowed() {
             &["/c: primvars:vellus:g has 3 values, but with uniform interpolation there must be 1"],
         ),
         (
-            curves(&format!("{whole} texCoord2f[] primvars:st = [(0,0)] (interpolation = \"uniform\") int[] primvars:st:indices = [7]")),
+            curves(&format!(
+                "{whole} texCoord2f[] primvars:st = [(0,0)] (interpolation = \"uniform\") int[] primvars:st:indices = [7]"
+            )),
             &["/c: primvars:st:indices[0] is 7, but there are 1 values"],
         ),
         (
-            curves(&format!("{whole} matrix4d xformOp:transform = ((1,0,0,0),(0,1,0,0),(0,0,1,0),(nan,0,0,1)) uniform token[] xformOpOrder = [\"xformOp:transform\"]")),
+            curves(&format!(
+                "{whole} matrix4d xformOp:transform = ((1,0,0,0),(0,1,0,0),(0,0,1,0),(nan,0,0,1)) uniform token[] xformOpOrder = [\"xformOp:transform\"]"
+            )),
             &["/c: xformOp:transform must be finite"],
         ),
         (
-            curves(&format!("{whole} float3 xformOp:scale = (1,0,1) uniform token[] xformOpOrder = [\"!invert!xformOp:scale\"]")),
+            curves(&format!(
+                "{whole} float3 xformOp:scale = (1,0,1) uniform token[] xformOpOrder = [\"!invert!xformOp:scale\"]"
+            )),
             &["/c: xformOp:scale cannot be inverted"],
         ),
         (mesh("[3]", "[0, 1, 7]"), &["/m: faceVertexIndices[2] is 7, but there are 3 points"]),
@@ -136,12 +153,25 @@ fn missing_files_and_other_kinds_are_named() {
     assert!(read(folder.path(), &Options::default()).is_err());
 }
 
+/// As deep as we let layers be, on the small stack of a test's thread.
+#[test]
+fn deep_layers_are_read() {
+    let body = "def Xform \"a\" {".repeat(490)
+        + "def BasisCurves \"c\" { uniform token type = \"linear\"
+    int[] curveVertexCounts = [2] point3f[] points = [(0,0,0), (1,0,0)] float[] widths = [1, 1] }"
+        + &"}".repeat(490);
+    assert_eq!(read_text(&body, &Options::default()).unwrap().0.strands.len(), 1);
+}
+
 /// Reads a file that has been cut off or changed: whatever comes, it must come back.
 fn survives(file: &Path, bytes: &[u8], what: &str) {
     std::fs::write(file, bytes).unwrap();
-    let result = catch_unwind(AssertUnwindSafe(|| read(file, &Options { default_width: Some(0.1), ..Options::default() })));
+    let result =
+        catch_unwind(AssertUnwindSafe(|| read(file, &Options { default_width: Some(0.1), ..Options::default() })));
     assert!(result.is_ok(), "a panic with {what}");
 }
+
+const ROUNDS: usize = 100;
 
 #[test]
 fn cut_off_and_garbled_files_come_back() {
@@ -150,9 +180,8 @@ fn cut_off_and_garbled_files_come_back() {
         let Some(original) = sample(&format!("blender/{name}")) else { return };
         let bytes = std::fs::read(original).unwrap();
         let file = folder.path().join(name);
-        let rounds: usize = std::env::var("ROUNDS").ok().and_then(|n| n.parse().ok()).unwrap_or(40);
-        for i in 0..rounds {
-            survives(&file, &bytes[..i * bytes.len() / rounds], &format!("{name} cut off at {i}/{rounds}"));
+        for i in 0..ROUNDS {
+            survives(&file, &bytes[..i * bytes.len() / ROUNDS], &format!("{name} cut off at {i}/{ROUNDS}"));
             // The tables of a binary file are at its end, what points to them at its start.
             let mut garbled = bytes.clone();
             let from_end = i % 2 == 0;
@@ -161,7 +190,6 @@ fn cut_off_and_garbled_files_come_back() {
                 let at = if from_end { bytes.len() - 1 - at } else { at };
                 garbled[at] = (i * 31 + k * 17) as u8;
             }
-            std::fs::write("/tmp/last-garbled", &garbled).unwrap();
             survives(&file, &garbled, &format!("{name} garbled, round {i}"));
         }
     }

@@ -1,7 +1,6 @@
 //! What is written reads back as it was, by us and by Pixar's library.
 
 use glam::{Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
-use std::path::Path;
 use std::process::Command;
 use vellus::{Fiber, Species};
 use vellus_scene::{
@@ -16,7 +15,8 @@ fn noise(i: usize) -> f32 {
 }
 
 fn texture(name: &str, width: usize, height: usize) -> Texture {
-    let pixels = (0..width * height).map(|i| [noise(3 * i), 40.0 * noise(3 * i + 1), 1e-3 * noise(3 * i + 2)]).collect();
+    let pixels =
+        (0..width * height).map(|i| [noise(3 * i), 40.0 * noise(3 * i + 1), 1e-3 * noise(3 * i + 2)]).collect();
     Texture { name: name.to_owned(), width, height, pixels }
 }
 
@@ -73,10 +73,7 @@ fn scene() -> Scene {
             },
             Mesh { name: "floor".to_owned(), normals: None, uv: None, positions, triangles, surface: 1 },
         ],
-        looks: vec![
-            Look { name: "fox".to_owned(), fiber, textured },
-            Look::constant("1 of those", hair),
-        ],
+        looks: vec![Look { name: "fox".to_owned(), fiber, textured }, Look::constant("1 of those", hair)],
         surfaces: vec![
             Surface {
                 name: "leather".to_owned(),
@@ -97,12 +94,12 @@ fn scene() -> Scene {
         ],
         lights: vec![
             Light::Dome { radiance: [0.5, 0.6, 0.7], texture: Some(2), rotation: turned },
-            Light::Distant {
-                direction: Vec3::new(0.48, 0.64, -0.6),
-                half_angle: 0.05,
-                irradiance: [3.0, 2.0, 1.0],
+            Light::Distant { direction: Vec3::new(0.48, 0.64, -0.6), half_angle: 0.05, irradiance: [3.0, 2.0, 1.0] },
+            Light::Rect {
+                to_world: pose(0.3) * Mat4::from_scale(Vec3::new(2.0, 0.5, 1.0)),
+                radiance: [5.0; 3],
+                texture: None,
             },
-            Light::Rect { to_world: pose(0.3) * Mat4::from_scale(Vec3::new(2.0, 0.5, 1.0)), radiance: [5.0; 3], texture: None },
             Light::Disk { to_world: pose(0.7) * Mat4::from_scale(Vec3::splat(0.1)), radiance: [1.0, 0.0, 9.0] },
             Light::Sphere { center: Vec3::new(0.1, 0.2, 0.3), radius: 0.7, radiance: [0.1; 3] },
         ],
@@ -187,7 +184,8 @@ fn what_is_written_reads_back_equal() {
     let (a, b, c) = (&expected.strands[0], &half.strands[0], 5);
     let middle = 0.5 * (a.points[c].truncate() + a.moved.as_ref().unwrap()[c]);
     assert!(b.moved.as_ref().unwrap()[c].abs_diff_eq(middle, 1e-5));
-    let (closed, _) = read(&file, &Options { frame: Some(1.0), shutter: Some([0.0; 2]), ..Options::default() }).unwrap();
+    let (closed, _) =
+        read(&file, &Options { frame: Some(1.0), shutter: Some([0.0; 2]), ..Options::default() }).unwrap();
     assert_eq!(closed.strands[0].points[c].truncate(), a.moved.as_ref().unwrap()[c]);
     assert!(closed.strands.iter().all(|s| s.moved.is_none()) && closed.camera.unwrap().moved.is_none());
 }
@@ -212,7 +210,7 @@ fn what_cannot_be_written_is_an_error_and_leaves_the_old_file() {
 fn usd_core_opens_what_we_wrote() {
     const CHECK: &str = "
 import sys
-from pxr import Usd, UsdGeom, UsdShade, UsdLux, Tf
+from pxr import Usd, UsdGeom, UsdShade, UsdLux, UsdUtils, Tf
 stage = Usd.Stage.Open(sys.argv[1])
 assert not stage.GetCompositionErrors(), stage.GetCompositionErrors()
 kinds = [p.GetTypeName() for p in stage.Traverse()]
@@ -239,6 +237,8 @@ for p in stage.Traverse():
         ok, why = UsdGeom.Mesh.ValidateTopology(m.GetFaceVertexIndicesAttr().Get(), m.GetFaceVertexCountsAttr().Get(), len(m.GetPointsAttr().Get()))
         assert ok, why
 print(','.join(sorted(kinds)))
+stage.Export(sys.argv[2])
+assert UsdUtils.CreateNewUsdzPackage(sys.argv[1], sys.argv[3])
 ";
     if !Command::new("python3").args(["-c", "import pxr"]).output().is_ok_and(|run| run.status.success()) {
         eprintln!("skipped: no python3 with usd-core");
@@ -247,9 +247,15 @@ print(','.join(sorted(kinds)))
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("all.usda");
     write(&scene(), &file).unwrap();
-    let run = Command::new("python3").arg("-c").arg(CHECK).arg(Path::new(&file)).output().unwrap();
+    let [binary, package] = ["all.usdc", "all.usdz"].map(|name| folder.path().join(name));
+    let run = Command::new("python3").arg("-c").arg(CHECK).args([&file, &binary, &package]).output().unwrap();
     let (out, err) = (String::from_utf8_lossy(&run.stdout), String::from_utf8_lossy(&run.stderr));
     assert!(run.status.success() && err.is_empty(), "{out}{err}");
     let count = |kind| out.trim().split(',').filter(|k| *k == kind).count();
     assert_eq!((count("BasisCurves"), count("Mesh"), count("Camera"), count("Material")), (4, 2, 1, 4));
+    // What Pixar's library makes of it is the same to us, in binary and with the textures in a package.
+    let (text, _) = read(&file, &Options::default()).unwrap();
+    for other in [binary, package] {
+        assert_eq!(read(&other, &Options::default()).unwrap().0, text, "{}", other.display());
+    }
 }
