@@ -220,3 +220,56 @@ fn item_size(kind: u64) -> u64 {
         _ => 4,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A layer of version 0.8 with these numbers after its header.
+    fn layer(numbers: &[u64]) -> Vec<u8> {
+        let mut bytes = b"PXR-USDC\0\x08\0\0\0\0\0\0".to_vec();
+        bytes.extend(numbers.iter().flat_map(|n| n.to_le_bytes()));
+        bytes
+    }
+
+    const ARRAY: u64 = 1 << 63;
+    const COMPRESSED: u64 = 1 << 61;
+    const POINTS: u64 = 24 << 48;
+    const INTEGERS: u64 = 3 << 48;
+    const DICTIONARY: u64 = 31 << 48;
+
+    #[test]
+    fn counts_are_held_against_the_size_of_the_file() {
+        let value = |kind: u64, numbers: &[u64]| check_value(&layer(numbers), kind | 16);
+        assert_eq!(value(ARRAY | POINTS, &[2, 0, 0, 0]), Ok(()));
+        assert!(value(ARRAY | POINTS, &[10_000_000, 0, 0, 0]).unwrap_err().contains("claims 10000000 items"));
+        assert!(value(ARRAY | POINTS, &[u64::MAX, 0, 0, 0]).is_err());
+        // A block of 8 bytes.
+        assert_eq!(value(ARRAY | COMPRESSED | INTEGERS, &[1000, 8, 0]), Ok(()));
+        assert!(value(ARRAY | COMPRESSED | INTEGERS, &[1_000_000_000, 8, 0]).unwrap_err().contains("decompressed"));
+        assert!(value(ARRAY | COMPRESSED | INTEGERS, &[1000, 1 << 40, 0]).is_err());
+        assert!(check_value(&layer(&[]), ARRAY | POINTS | 0xffff_ffff_ffff).unwrap_err().contains("cut off"));
+    }
+
+    #[test]
+    fn values_that_hold_themselves_end() {
+        // One entry: a name (4 bytes), an offset of 8, and as value the dictionary itself.
+        let mut bytes = layer(&[1]);
+        bytes.extend([0; 4]);
+        bytes.extend(8u64.to_le_bytes());
+        bytes.extend((DICTIONARY | 16).to_le_bytes());
+        assert!(check_value(&bytes, DICTIONARY | 16).unwrap_err().contains("in a circle"));
+    }
+
+    #[test]
+    fn tables_are_held_against_the_size_of_the_file() {
+        let mut bytes = layer(&[32, 0, 1]);
+        bytes.extend(b"STRINGS\0\0\0\0\0\0\0\0\0");
+        bytes.extend([72u64, 16].iter().flat_map(|n| n.to_le_bytes()));
+        bytes.extend([2u64, 0].iter().flat_map(|n| n.to_le_bytes()));
+        assert_eq!(check_tables(&bytes), Ok(()));
+        bytes[72] = 200;
+        assert!(check_tables(&bytes).unwrap_err().contains("claims 200 items"));
+        assert!(check_tables(&bytes[..40]).is_err());
+    }
+}

@@ -91,6 +91,9 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     if scheme.as_deref() != Some("none") {
         reader.warnings.add(prim, "subdivision is not supported: the polygons are taken as they are");
     }
+    if place.moved != place.to_world {
+        reader.warnings.add(prim, "meshes do not move while the shutter is open: it stays where it was as that opened");
+    }
     let surface = surface(reader, prim)?;
     reader.scene.meshes.push(Mesh { name, surface, ..mesh });
     Ok(())

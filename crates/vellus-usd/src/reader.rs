@@ -123,6 +123,10 @@ impl Reader<'_> {
             "DomeLight" | "DomeLight_1" | "DistantLight" | "RectLight" | "DiskLight" | "SphereLight" => {
                 light::read(self, place)
             }
+            "GeomSubset" if !self.stage.targets(&place.path, "material:binding")?.is_empty() => {
+                self.warnings.add(&place.path, "a mesh has one material: that of part of it is left out");
+                Ok(())
+            }
             // What would be seen in another renderer.
             "NurbsCurves" | "HermiteCurves" | "NurbsPatch" | "Points" | "PointInstancer" | "Sphere" | "Cube"
             | "Cylinder" | "Cylinder_1" | "Cone" | "Capsule" | "Capsule_1" | "Plane" | "TetMesh" | "Volume"

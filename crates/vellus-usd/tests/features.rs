@@ -284,9 +284,16 @@ fn polygons_become_triangles_with_their_corners() {
     assert_eq!(mesh.normals.as_ref().unwrap()[1], [Vec3::Z, Vec3::Z, Vec3::Y]);
     assert_eq!(mesh.uv.as_ref().unwrap()[1..], [[Vec2::ZERO, Vec2::ZERO, Vec2::X]; 2]);
     assert_eq!(scene.surfaces[mesh.surface].color.color, [0.1, 0.2, 0.3]);
-    let (scene, warnings) = quad("uniform token orientation = \"leftHanded\" int[] holeIndices = [1]");
+    let (scene, warnings) = quad(
+        "uniform token orientation = \"leftHanded\" int[] holeIndices = [1]
+    def GeomSubset \"part\" { rel material:binding = </none> int[] indices = [0] }",
+    );
     assert_eq!(scene.meshes[0].triangles, [[0, 2, 1], [0, 3, 2]]);
-    assert!(said(&warnings).contains("subdivision is not supported"));
+    let said = said(&warnings);
+    assert!(
+        said.contains("/m: subdivision is not supported") && said.contains("/m/part: a mesh has one material"),
+        "{said}"
+    );
     let mirror = "float3 xformOp:scale = (-2, 1, 1) uniform token[] xformOpOrder = [\"xformOp:scale\"]
     normal3f[] normals = [(0.6,0.8,0), (0,0,1), (0,0,1), (0,1,0), (1,0,0)]";
     let (scene, _) = quad(mirror);
