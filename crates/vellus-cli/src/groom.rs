@@ -14,7 +14,7 @@ pub enum Command {
         #[command(flatten)]
         input: Input,
     },
-    /// Write the strands in another format: .hair, without what that cannot hold.
+    /// Write it in another format: .usda with all there is, or .hair with one set of strands.
     Convert {
         #[command(flatten)]
         input: Input,
@@ -70,10 +70,16 @@ fn info(strands: &Strands) -> String {
 }
 
 fn convert(input: &Input, path: &Path) -> Result<()> {
-    let Some("hair") = path.extension().and_then(|e| e.to_str()) else {
-        bail!("{}: the name must end in .hair", path.display());
-    };
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
+    if !matches!(extension, "hair" | "usda") {
+        bail!("{}: the name must end in .usda or .hair", path.display());
+    }
     let scene = input.load()?;
+    if extension == "usda" {
+        vellus_usd::write(&scene, path)?;
+        println!("wrote {}", path.display());
+        return Ok(());
+    }
     let [strands] = &scene.strands[..] else {
         bail!("a .hair file holds one set of strands, the scene has {}", scene.strands.len());
     };

@@ -47,8 +47,8 @@ enum Command {
     Table(table::Command),
     /// Path-trace a scene to OpenEXR and PNG.
     Render(Box<render::Args>),
-    /// List the built-in scenes.
-    Scene,
+    /// List the built-in scenes, or write one as USD.
+    Scene(scene::Args),
     /// What is in a groom, and other formats of it.
     #[command(subcommand)]
     Groom(groom::Command),
@@ -89,10 +89,7 @@ fn main() -> std::process::ExitCode {
         Some(Command::Plot(command)) => plot::run(&command),
         Some(Command::Table(command)) => table::run(&command),
         Some(Command::Render(args)) => render::run(&args),
-        Some(Command::Scene) => {
-            scene::run();
-            Ok(())
-        }
+        Some(Command::Scene(args)) => scene::run(&args),
         Some(Command::Groom(command)) => groom::run(&command),
         Some(Command::Merge(args)) => render::merge(&args),
         Some(Command::Reference(args)) => reference::run(&args),

@@ -81,6 +81,9 @@ fn atomically(
     let mut out = BufWriter::new(&mut temporary);
     write(&mut out).and_then(|()| out.flush()).map_err(fail)?;
     drop(out);
+    // Temporary files are private; what is written is as readable as any other file.
+    #[cfg(unix)]
+    std::fs::set_permissions(temporary.path(), std::os::unix::fs::PermissionsExt::from_mode(0o644)).map_err(fail)?;
     temporary.persist(file).map_err(|error| fail(error.error))?;
     Ok(())
 }

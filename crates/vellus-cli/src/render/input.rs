@@ -8,7 +8,7 @@ use vellus_scene::{Look, Scene};
 /// A scene.
 #[derive(clap::Args)]
 pub struct Input {
-    /// A built-in scene (`vellus scene` lists them), or strands as .hair or .tfx.
+    /// A built-in scene (`vellus scene` lists them); a USD file (.usda, .usdc, .usdz); strands as .hair or .tfx.
     #[arg(default_value = "raccoon", value_name = "SCENE|FILE")]
     scene: String,
     /// The small version of a built-in scene.
@@ -19,6 +19,12 @@ pub struct Input {
     /// Width (diameter) of strands whose file has none, in the file's unit.
     #[arg(long, value_name = "WIDTH")]
     width: Option<f32>,
+    /// Camera of a USD file, by name or path; the first without it.
+    #[arg(long, value_name = "NAME")]
+    camera: Option<String>,
+    /// Time code of a USD file.
+    #[arg(long, value_name = "TIME", allow_negative_numbers = true)]
+    frame: Option<f64>,
 }
 
 impl Input {
@@ -32,18 +38,39 @@ impl Input {
         let strands = match path.extension().and_then(|e| e.to_str()) {
             Some("hair") => vellus_groom::read_hair(&read()?, &self.scene, self.width)?,
             Some("tfx") => vellus_groom::read_tfx(&read()?, &self.scene, self.width)?,
+            Some("usda" | "usdc" | "usdz" | "usd") => return self.usd(path),
             _ => {
                 let names: Vec<_> = vellus_groom::SCENES.iter().map(|(name, _)| *name).collect();
-                bail!("{}: neither a built-in scene ({}) nor a .hair or .tfx file", self.scene, names.join(", "));
+                bail!(
+                    "{}: neither a built-in scene ({}) nor a .usda, .usdc, .usdz, .hair or .tfx file",
+                    self.scene,
+                    names.join(", ")
+                );
             }
         };
         let look = Look::constant(self.fiber.name(), self.fiber.load()?);
         Ok(Scene { strands: vec![strands], looks: vec![look], ..Scene::default() })
     }
 
+    fn usd(&self, path: &Path) -> Result<Scene> {
+        let options = vellus_usd::Options {
+            default_width: self.width,
+            frame: self.frame,
+            camera: self.camera.clone(),
+            shutter: None,
+            fallback: self.fiber.load()?,
+        };
+        let (scene, warnings) = vellus_usd::read(path, &options)?;
+        for warning in warnings {
+            eprintln!("warning: {warning}");
+        }
+        Ok(scene)
+    }
+
     /// What tells it from other scenes.
     pub fn identity(&self) -> Result<String> {
         let modified = std::fs::metadata(&self.scene).and_then(|m| m.modified()).ok();
-        Ok(format!("{} {} {:?} {:?} {modified:?}", self.scene, self.small, self.fiber.load()?, self.width))
+        let usd = (&self.camera, self.frame);
+        Ok(format!("{} {} {:?} {:?} {usd:?} {modified:?}", self.scene, self.small, self.fiber.load()?, self.width))
     }
 }
