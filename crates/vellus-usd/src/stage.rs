@@ -4,12 +4,15 @@
 //! some that are cut off or garbled. A panic is turned into an error here; nothing of the stage is used after one. What cannot be
 //! caught, a failed allocation or a stack that is too deep, is kept from happening: [`Careful`] looks at each layer first.
 
-use crate::crate_check::{check_tables, check_value};
+mod careful;
+mod values;
+
 use crate::error::Error;
-use openusd::{ar, sdf, usd, usdc};
-use std::io::{self, Cursor, Read, Seek, SeekFrom};
+use careful::Careful;
+use openusd::{ar, sdf, usd};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
+use values::{numbers, precise};
 
 /// When a value is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -241,91 +244,6 @@ impl Stage {
     }
 }
 
-/// Finds files as `openusd` does, and refuses layers that its decoders would not survive.
-#[derive(Default)]
-struct Careful(ar::DefaultResolver);
-
-impl ar::Resolver for Careful {
-    fn create_identifier(&self, asset_path: &str, anchor: Option<&ar::ResolvedPath>) -> String {
-        self.0.create_identifier(asset_path, anchor)
-    }
-
-    fn resolve(&self, asset_path: &str) -> Option<ar::ResolvedPath> {
-        self.0.resolve(asset_path)
-    }
-
-    fn resolve_for_new_asset(&self, asset_path: &str) -> Option<ar::ResolvedPath> {
-        self.0.resolve_for_new_asset(asset_path)
-    }
-
-    fn open_asset(&self, path: &ar::ResolvedPath) -> io::Result<Box<dyn ar::Asset>> {
-        let bytes = self.0.open_asset(path)?.read_all()?;
-        check(&bytes).map_err(|what| io::Error::new(io::ErrorKind::InvalidData, format!("broken layer: {what}")))?;
-        Ok(Box::new(Bytes(Cursor::new(bytes))))
-    }
-
-    fn identity(&self) -> String {
-        self.0.identity()
-    }
-}
-
-/// The content of a file, which is handed on without a copy.
-struct Bytes(Cursor<Vec<u8>>);
-
-impl Read for Bytes {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        self.0.read(buffer)
-    }
-}
-
-impl Seek for Bytes {
-    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        self.0.seek(to)
-    }
-}
-
-impl ar::Asset for Bytes {
-    fn size(&self) -> io::Result<u64> {
-        Ok(self.0.get_ref().len() as u64)
-    }
-
-    fn read_all(&mut self) -> io::Result<Vec<u8>> {
-        if self.0.position() == 0 {
-            return Ok(std::mem::take(self.0.get_mut()));
-        }
-        let mut rest = Vec::new();
-        self.0.read_to_end(&mut rest)?;
-        Ok(rest)
-    }
-}
-
-/// Looks at a layer before it is decoded.
-fn check(bytes: &[u8]) -> Result<(), String> {
-    if bytes.starts_with(usdc::MAGIC) {
-        check_tables(bytes)?;
-        let tables = guarded(|| Ok(usdc::CrateFile::open(Cursor::new(bytes))?))?;
-        return tables.fields.iter().try_for_each(|field| check_value(bytes, field.value_rep.0));
-    }
-    if bytes.starts_with(b"#usda") {
-        // The parser calls itself for whatever is in brackets.
-        let mut depth = 0u32;
-        for byte in bytes {
-            match byte {
-                b'(' | b'[' | b'{' => depth += 1,
-                b')' | b']' | b'}' => depth = depth.saturating_sub(1),
-                _ => {}
-            }
-            if depth > DEEPEST_BRACKETS {
-                return Err(format!("it has more than {DEEPEST_BRACKETS} brackets in one another"));
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Far more than a scene has, far less than a stack holds.
-const DEEPEST_BRACKETS: u32 = 500;
-
 /// What calls into `openusd` fail with: anything that can be printed with its causes.
 struct Failure(String);
 
@@ -341,66 +259,5 @@ fn guarded<T>(call: impl FnOnce() -> Result<T, Failure>) -> Result<T, String> {
     match catch_unwind(AssertUnwindSafe(call)) {
         Ok(result) => result.map_err(|error| error.0.replace('\n', "; ")),
         Err(_) => Err("the file is broken: its reader stopped".to_owned()),
-    }
-}
-
-/// Any array or single value of numbers or vectors.
-fn numbers(value: sdf::Value) -> Option<Numbers> {
-    use sdf::Value as V;
-    fn flat<const N: usize, T, S>(values: impl IntoIterator<Item = T>, to_f32: impl Fn(S) -> f32) -> Option<Numbers>
-    where
-        T: Into<[S; N]>,
-    {
-        let values = values.into_iter().flat_map(|v| v.into().map(&to_f32)).collect();
-        Some(Numbers { values, lanes: N })
-    }
-    let (single, double) = (|x: f32| x, |x: f64| x as f32);
-    match value {
-        V::Float(x) => Some(Numbers { values: vec![x], lanes: 1 }),
-        V::Double(x) => Some(Numbers { values: vec![x as f32], lanes: 1 }),
-        V::Half(x) => Some(Numbers { values: vec![x.to_f32()], lanes: 1 }),
-        V::Int(x) => Some(Numbers { values: vec![x as f32], lanes: 1 }),
-        V::FloatVec(v) => Some(Numbers { values: v, lanes: 1 }),
-        V::DoubleVec(v) => flat(v.into_iter().map(|x| [x]), double),
-        V::HalfVec(v) => flat(v.into_iter().map(|x| [x.to_f32()]), single),
-        V::IntVec(v) => flat(v.into_iter().map(|x| [x as f32]), single),
-        V::Vec2f(v) => flat([v], single),
-        V::Vec2d(v) => flat([v], double),
-        V::Vec3f(v) => flat([v], single),
-        V::Vec3d(v) => flat([v], double),
-        V::Vec4f(v) => flat([v], single),
-        V::Vec4d(v) => flat([v], double),
-        V::Vec2fVec(v) => flat(v, single),
-        V::Vec2dVec(v) => flat(v, double),
-        V::Vec2hVec(v) => flat(v.into_iter().map(|v| [v.x.to_f32(), v.y.to_f32()]), single),
-        V::Vec3fVec(v) => flat(v, single),
-        V::Vec3dVec(v) => flat(v, double),
-        V::Vec3hVec(v) => flat(v.into_iter().map(|v| [v.x.to_f32(), v.y.to_f32(), v.z.to_f32()]), single),
-        V::Vec4fVec(v) => flat(v, single),
-        V::Vec4dVec(v) => flat(v, double),
-        _ => None,
-    }
-}
-
-/// A single value in double precision.
-fn precise(value: sdf::Value) -> Option<Vec<f64>> {
-    use sdf::Value as V;
-    let quaternion = |[w, x, y, z]: [f64; 4]| Some(vec![x, y, z, w]);
-    match value {
-        V::Double(x) => Some(vec![x]),
-        V::Int(x) => Some(vec![f64::from(x)]),
-        V::Vec2d(v) => Some(<[f64; 2]>::from(v).to_vec()),
-        V::Vec3d(v) => Some(<[f64; 3]>::from(v).to_vec()),
-        V::Vec3h(v) => Some(vec![v.x.to_f64(), v.y.to_f64(), v.z.to_f64()]),
-        V::Vec4d(v) => Some(<[f64; 4]>::from(v).to_vec()),
-        V::Quatf(q) => quaternion([q.w, q.x, q.y, q.z].map(f64::from)),
-        V::Quatd(q) => quaternion([q.w, q.x, q.y, q.z]),
-        V::Quath(q) => quaternion([q.w, q.x, q.y, q.z].map(|x| x.to_f64())),
-        // Rows of vectors on the left are columns of vectors on the right.
-        V::Matrix4d(m) => Some(m.0.to_vec()),
-        V::Float(_) | V::Half(_) | V::Vec2f(_) | V::Vec3f(_) | V::Vec4f(_) => {
-            numbers(value).map(|n| n.values.into_iter().map(f64::from).collect())
-        }
-        _ => None,
     }
 }

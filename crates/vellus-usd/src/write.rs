@@ -23,13 +23,17 @@ pub(crate) struct Names {
 
 /// Writes a scene as text (.usda), and beside it its textures as OpenEXR in the folder `NAME-textures`.
 ///
-/// What [`crate::read`] gives for it equals the scene, with these exceptions: angles and the radius of the lens may be off by their last bit;
-/// a texture is called after its file, quotes and control characters in names are replaced; looks, surfaces and textures come in the order they are used in, without those that
-/// are not. Movement is from time code 0 to 1, with the shutter of the camera: without a camera, [`crate::Options::shutter`] must
-/// say so. Each file is complete when it gets its name: a failure leaves what was there before.
+/// What [`crate::read`] gives for it equals the scene, but for this:
+/// - angles and the radius of the lens may be off by their last bit;
+/// - a texture is called after its file; quotes, backslashes and control characters in names are replaced;
+/// - looks, surfaces and textures come in the order they are used in, without those that are not.
+///
+/// Movement is from time code 0 to 1, with the shutter of the camera; without a camera [`crate::Options::shutter`] must say
+/// so. Each file is complete when it gets its name: a failure leaves what was there before.
 ///
 /// # Errors
-/// [`Error::Scene`] for a scene that is not valid, [`Error::File`] for a name that does not end in `.usda` or a file that cannot be written.
+/// [`Error::Scene`] for a scene that is not valid, [`Error::File`] for a name that does not end in `.usda` or a file that
+/// cannot be written.
 pub fn write(scene: &Scene, file: &Path) -> Result<(), Error> {
     scene.validate()?;
     if file.extension().is_none_or(|extension| extension != "usda") {
