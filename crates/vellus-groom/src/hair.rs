@@ -110,7 +110,8 @@ fn starts(file: &Bytes, array: bool, at: usize, count: usize, total: usize) -> R
 }
 
 /// A `.hair` file of these strands: segments, points, thickness, and colours where [`Parameter::Reflectance`] varies by
-/// point. Strands of another basis are [`flatten`](crate::flatten)ed first, by the caller's choice of steps.
+/// point. The format has no place for anything else. Curves are to be straightened first, by
+/// [`flatten`](fn@crate::flatten), as how finely is the caller's choice.
 ///
 /// # Errors
 /// [`Error::Unwritable`] if they are not [`Basis::Linear`], or a strand has more than 65,535 segments; what

@@ -6,6 +6,7 @@ use crate::body::{Body, Flow};
 use crate::error::Error;
 use crate::settings::{Clump, Draw, GrowSettings};
 use glam::{Mat3, Quat, Vec2, Vec3};
+use std::f32::consts::FRAC_PI_2;
 use vellus::{Fiber, Species};
 use vellus_scene::{Camera, Light, Scene};
 
@@ -53,13 +54,27 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     }
     let pink = props::glossy("nose", [0.4, 0.16, 0.13], 0.4);
     props::ellipsoid(&mut scene, nose, Vec3::new(0.35, 0.38, 0.6), Quat::IDENTITY, pink);
-    props::ground(&mut scene, 20_000.0, [0.35, 0.3, 0.26]);
     let target = Vec3::new(0.0, 19.5, 1.5);
-    scene.lights.push(props::window(Vec3::new(60.0, 85.0, 75.0), target, Vec2::splat(70.0), [9.0, 8.4, 7.4]));
-    scene.lights.push(Light::Dome { radiance: [0.18, 0.21, 0.26], texture: None, rotation: Mat3::IDENTITY });
-    let eye = target + 150.0 * Vec3::new(0.8, 0.14, 0.55).normalize();
+    let view = Vec3::new(0.8, 0.14, 0.55).normalize();
+    props::strip(&mut scene, &room(), (view - view.y * Vec3::Y).normalize(), 600.0, [0.42, 0.36, 0.31]);
+    scene.lights.push(props::window(Vec3::new(60.0, 85.0, 75.0), target, Vec2::splat(70.0), [26.0, 24.3, 21.5]));
+    scene.lights.push(Light::Dome { radiance: [0.4, 0.45, 0.52], texture: None, rotation: Mat3::IDENTITY });
+    let eye = target + 150.0 * view;
     scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 19.5f32.to_radians(), 1.5));
     Ok(scene)
+}
+
+/// The profile of a wall, from its top down, and of the floor in front of it, round where they meet.
+fn room() -> Vec<Vec2> {
+    const RADIUS: f32 = 30.0;
+    let turn = |i: i32| {
+        let (sin, cos) = (FRAC_PI_2 * i as f32 / 16.0).sin_cos();
+        Vec2::new(-90.0 - RADIUS * cos, RADIUS * (1.0 - sin))
+    };
+    let mut profile = vec![Vec2::new(-90.0 - RADIUS, 300.0)];
+    profile.extend((0..=16).map(turn));
+    profile.push(Vec2::new(400.0, 0.0));
+    profile
 }
 
 pub(super) fn body() -> Body {
@@ -100,10 +115,10 @@ pub(super) fn body() -> Body {
 
 /// Agouti brown with dark stripes: rings on legs and tail, lines down the flanks, an M on the forehead; pale around the mouth.
 fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
-    const DARK: [f32; 2] = [1.6, 0.4];
+    const DARK: [f32; 2] = [5.0, 0.5];
     const PALE: [f32; 2] = [0.004, 0.015];
     let side = Vec3::new(p.x, p.y, p.z.abs());
-    let mut color = if draw.guard && draw.random < 0.5 { [0.35, 0.25] } else { [0.03, 0.08 + 0.04 * draw.random] };
+    let mut color = if draw.guard && draw.random < 0.5 { [1.0, 0.6] } else { [0.06, 0.28 + 0.14 * draw.random] };
     let wobble = 0.9 * (0.5 * p.y + 0.9 * side.z).sin() + 0.6 * (0.7 * p.x + 0.5 * p.z).sin();
     let stripe = |phase: f32, width: f32| smoothstep(width, width - 0.25, 1.0 - phase.cos());
     if p.y > 27.5 || p.x > 9.5 && p.y > 26.0 {
@@ -134,6 +149,6 @@ fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
     let paws = smoothstep(3.2, 2.0, p.y) * f32::from(!tail);
     color = mix(color, PALE, 0.6 * paws);
     color =
-        mix(color, [0.02, 0.06], 0.8 * smoothstep(4.5, 7.5, p.x) * smoothstep(4.0, 2.0, side.z) * f32::from(!front));
+        mix(color, [0.02, 0.12], 0.8 * smoothstep(4.5, 7.5, p.x) * smoothstep(4.0, 2.0, side.z) * f32::from(!front));
     mix(color, DARK, 0.92 * dark * (1.0 - paws))
 }

@@ -15,7 +15,7 @@ pub(super) const FEWER: usize = 40;
 /// How much wider they are: not as much as they are fewer, as strands should still look like strands.
 const WIDER: f32 = 4.5;
 /// The skin's texture goes from no melanin to this much eumelanin and pheomelanin, as square roots.
-const MOST: f32 = 4.0;
+const MOST: f32 = 8.0;
 
 /// A coat of fur.
 pub(super) struct Coat<'a> {

@@ -11,7 +11,7 @@ use vellus::{Fiber, Species};
 use vellus_scene::{Camera, Light, Look, Mesh, Parameter, Scene, Surface};
 
 pub(super) fn scene(small: bool) -> Result<Scene, Error> {
-    let mesh = patch(1.6);
+    let mesh = patch(1.8);
     let (count, segments, wider) = if small { (200, 52, 2.0) } else { (1000, 210, 1.0) };
     let settings = GrowSettings {
         name: "hair-lock".to_owned(),
@@ -23,22 +23,22 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
         lift: [FRAC_PI_2, FRAC_PI_2],
         spread: 0.02,
         // All are one clump, whose middle strand curls.
-        clump: Clump { strands: count, strength: 0.85, power: 0.3 },
+        clump: Clump { strands: count, strength: 0.7, power: 0.3 },
         curl_radius: 1.9,
         curl_turns: 3.0,
         noise: 0.02,
         seed: 4,
         ..GrowSettings::default()
     };
-    let color = |_: &Site, draw: &Draw| [0.1 + 0.1 * draw.random, 0.2 + 0.12 * draw.random, 0.0];
+    let color = |_: &Site, draw: &Draw| [0.5 + 0.3 * draw.random, 0.2 + 0.15 * draw.random, 0.0];
     let maps = Maps { color: Some((Parameter::Melanin, &color)), ..Maps::default() };
     let mut scene = Scene { strands: vec![grow(&mesh, &settings, &maps)?], ..Scene::default() };
     scene.looks.push(Look::constant("hair", Fiber::preset(Species::Human)));
     scene.meshes.push(mesh);
     scene.surfaces.push(Surface::diffuse("patch", [0.02; 3]));
     let target = Vec3::new(0.0, -12.0, 0.0);
-    scene.lights.push(props::window(Vec3::new(30.0, 15.0, 40.0), target, Vec2::splat(25.0), [10.0, 9.6, 9.0]));
-    scene.lights.push(props::window(Vec3::new(-35.0, 0.0, -30.0), target, Vec2::splat(25.0), [8.0, 8.5, 9.0]));
+    scene.lights.push(props::window(Vec3::new(30.0, 15.0, 40.0), target, Vec2::splat(25.0), [24.0, 23.0, 21.5]));
+    scene.lights.push(props::window(Vec3::new(-35.0, 0.0, -30.0), target, Vec2::splat(25.0), [22.0, 23.0, 24.5]));
     scene.lights.push(Light::Dome { radiance: [0.08, 0.085, 0.1], texture: None, rotation: Mat3::IDENTITY });
     scene.camera = Some(Camera::look_at(Vec3::new(0.0, -12.0, 90.0), target, Vec3::Y, 14f32.to_radians(), 1.5));
     Ok(scene)

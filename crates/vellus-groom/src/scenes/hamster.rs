@@ -53,7 +53,7 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     let forward = Vec3::new(0.7, 0.0, 0.72).normalize();
     props::strip(&mut scene, &capsule(), forward, 150.0, [0.78, 0.77, 0.75]);
     let center = Vec3::new(1.0, 4.0, 0.0);
-    for (across, along, radiance) in [(-22.0, 12.0, 9.0), (0.0, 20.0, 7.0), (24.0, 4.0, 8.0)] {
+    for (across, along, radiance) in [(-22.0, 12.0, 16.0), (0.0, 48.0, 17.0), (24.0, 4.0, 15.0)] {
         let from = along * forward + across * forward.cross(Vec3::Y) + 44.0 * Vec3::Y;
         let color = [radiance, 0.97 * radiance, 0.92 * radiance];
         scene.lights.push(props::window(from, center, Vec2::new(14.0, 14.0), color));
@@ -104,7 +104,7 @@ pub(super) fn body() -> Body {
 /// Golden above, cream below, pale cheeks, bare-looking pink feet and ears.
 fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
     const CREAM: [f32; 2] = [0.0, 0.012];
-    let golden = if draw.guard && draw.random < 0.6 { [0.08, 0.22] } else { [0.004, 0.1 + 0.07 * draw.random] };
+    let golden = if draw.guard && draw.random < 0.6 { [0.25, 0.7] } else { [0.02, 0.4 + 0.25 * draw.random] };
     let side = Vec3::new(p.x, p.y, p.z.abs());
     // The border between flank and belly rises toward the chest.
     let border = 2.9 + 0.15 * (p.x + 2.0).max(0.0) + 0.25 * (1.7 * p.x).sin();
@@ -114,7 +114,7 @@ fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
     color = mix(color, CREAM, smoothstep(6.1, 6.9, p.x) * smoothstep(5.6, 5.0, p.y));
     // A dark stripe from the cheek to the shoulder, as golden hamsters have.
     let stripe = to_segment(side, [2.6, 4.9, 3.0], [0.9, 4.9, 3.9]);
-    color = mix(color, [0.25, 0.25], smoothstep(0.7, 0.2, stripe));
+    color = mix(color, [1.2, 0.8], smoothstep(0.7, 0.2, stripe));
     let ears = smoothstep(8.2, 8.7, p.y);
-    mix(color, [0.05, 0.08], ears)
+    mix(color, [0.3, 0.3], ears)
 }

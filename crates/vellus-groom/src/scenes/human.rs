@@ -32,11 +32,11 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
         curl_radius: 1.1,
         curl_turns: 3.0,
         noise: 0.008,
-        clearance: 0.6,
+        clearance: 0.35,
         ..GrowSettings::default()
     };
     let distance = |p: Vec3| body.distance(p);
-    let color = |_: &Site, draw: &Draw| [0.16 + 0.12 * draw.random, 0.2 + 0.1 * draw.random, 0.0];
+    let color = |_: &Site, draw: &Draw| [0.7 + 0.4 * draw.random, 0.12 + 0.15 * draw.random, 0.0];
     let maps = Maps {
         density: &|site| f32::from(scalp(site.position)),
         comb: &|site| combed(site.position),
@@ -53,12 +53,12 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
         ior: 1.4,
         ..Surface::diffuse("mannequin", [0.0; 3])
     });
-    let target = Vec3::new(-1.0, -9.5, 0.0);
-    scene.lights.push(props::window(Vec3::new(60.0, 60.0, 70.0), target, Vec2::splat(50.0), [9.0, 8.6, 8.0]));
-    scene.lights.push(props::window(Vec3::new(-90.0, 50.0, 30.0), target, Vec2::splat(45.0), [7.0, 7.4, 8.0]));
-    scene.lights.push(Light::Dome { radiance: [0.12, 0.13, 0.15], texture: None, rotation: Mat3::IDENTITY });
+    let target = Vec3::new(-1.0, -10.0, 0.0);
+    scene.lights.push(props::window(Vec3::new(60.0, 60.0, 70.0), target, Vec2::splat(50.0), [20.0, 19.2, 18.0]));
+    scene.lights.push(props::window(Vec3::new(-90.0, 50.0, 30.0), target, Vec2::splat(45.0), [18.0, 18.6, 20.0]));
+    scene.lights.push(Light::Dome { radiance: [0.25, 0.27, 0.3], texture: None, rotation: Mat3::IDENTITY });
     let eye = target + 190.0 * Vec3::new(0.6, 0.06, 0.8).normalize();
-    scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 17.5f32.to_radians(), 1.5));
+    scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 15.5f32.to_radians(), 1.5));
     Ok(scene)
 }
 

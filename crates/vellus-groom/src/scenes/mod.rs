@@ -78,8 +78,7 @@ mod tests {
         }
     }
 
-    /// Strands and segments of Yan17 Table 5. The lock is quick to make at full size; those of the animals are read off
-    /// their descriptions by people and follow from the same settings as the small ones.
+    /// Yan17 Table 5. The larger ones are 40 times the small ones, by the test above.
     #[test]
     fn the_lock_has_the_papers_strands_and_segments() {
         let lock = &scene("hair-lock", false).unwrap().strands[0];

@@ -102,29 +102,29 @@ pub(super) fn body() -> Body {
 /// Grey-brown with paler flanks; on the head a black mask between white bands; a tail of seven rings.
 fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
     const WHITE: [f32; 2] = [0.004, 0.006];
-    const BLACK: [f32; 2] = [3.0, 0.3];
-    const GREY: [f32; 2] = [0.09, 0.035];
+    const BLACK: [f32; 2] = [8.0, 0.0];
+    const GREY: [f32; 2] = [0.35, 0.08];
     let salt = draw.random;
-    let mut color = mix(GREY, [0.03, 0.03], smoothstep(19.0, 9.0, p.y));
+    let mut color = mix(GREY, [0.12, 0.06], smoothstep(19.0, 9.0, p.y));
     // Guard hairs are banded in nature; here some are dark and some pale.
     if draw.guard {
-        color = if salt < 0.55 { [1.2, 0.2] } else { [0.008, 0.01] };
+        color = if salt < 0.55 { [4.0, 0.0] } else { [0.03, 0.02] };
     }
     let side = Vec3::new(p.x, p.y, p.z.abs());
     let feet = smoothstep(6.5, 3.0, p.y) * f32::from(p.x > -20.0);
-    color = mix(color, [0.6, 0.2], feet);
+    color = mix(color, [3.5, 0.2], feet);
 
     let (tail, s) = along_tail(p);
     if tail < 2.5 && s > 0.06 {
         let ring = (s * 6.5 + 0.02 * (salt - 0.5)).fract();
         let dark = smoothstep(0.42, 0.52, ring) * smoothstep(1.0, 0.93, ring);
-        color = mix([0.03, 0.045], BLACK, dark.max(smoothstep(0.9, 0.94, s)));
+        color = mix([0.09, 0.06], BLACK, dark.max(smoothstep(0.9, 0.94, s)));
     }
     if p.x > 18.0 && p.y > 17.5 && to_segment(side, [21.0, 26.5, 0.0], [33.0, 25.0, 0.0]) < 9.5 {
         let head = smoothstep(18.0, 21.0, p.x);
         let mut face = mix(GREY, color, 0.4);
         let ears = smoothstep(31.0, 32.0, p.y);
-        face = mix(face, [0.3, 0.1], ears);
+        face = mix(face, [2.0, 0.1], ears);
         face = mix(face, WHITE, ears * smoothstep(33.6, 34.1, p.y + 0.3 * side.z - 1.3));
         let brow = to_segment(side, [29.2, 29.9, 1.7], [24.5, 28.6, 7.0]);
         face = mix(face, WHITE, smoothstep(1.35, 0.85, brow));
@@ -136,7 +136,7 @@ fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
         let mask = to_segment(side, [29.6, 27.3, 2.2], [22.8, 24.2, 8.0]) + 0.16 * (29.0 - p.x).max(0.0);
         face = mix(face, BLACK, smoothstep(2.15, 1.75, mask));
         let blaze = to_segment(side, [34.0, 25.4, 0.0], [28.5, 31.0, 0.0]);
-        face = mix(face, [1.0, 0.3], smoothstep(0.95, 0.6, blaze));
+        face = mix(face, [4.0, 0.2], smoothstep(0.95, 0.6, blaze));
         color = mix(color, face, head);
     }
     color
