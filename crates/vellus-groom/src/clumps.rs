@@ -16,8 +16,8 @@ pub(crate) struct Clumps {
 }
 
 impl Clumps {
-    /// Every so-many-th strand is a middle one: neighbours follow each other, which spreads them evenly. `line` gives root and
-    /// points of a strand.
+    /// Every so-many-th strand is a middle one: neighbours follow each other, which spreads them evenly. `line` gives
+    /// root and points of a strand.
     pub fn new(settings: &GrowSettings, area: f32, line: impl Fn(usize) -> (Vec3, Vec<Vec3>) + Sync) -> Self {
         let clump = settings.clump;
         let mut clumps = Clumps { clump, cell: 1.0, roots: Vec::new(), lines: Vec::new(), grid: HashMap::new() };
@@ -39,7 +39,8 @@ impl Clumps {
     pub fn gather(&self, i: usize, root: Vec3, line: &mut [Vec3]) {
         let Some(nearest) = self.nearest(root) else { return };
         let middle = &self.lines[nearest * line.len()..][..line.len()];
-        // Not all alike, or tips would meet in one point: the exponent is a hash of the index, as a fraction, and a half.
+        // Not all alike, or tips would meet in one point: the exponent is a hash of the index, as a fraction, and a
+        // half.
         let own = (i as u32).wrapping_mul(0x9e37_79b9) as f32 / u32::MAX as f32;
         let strength = self.clump.strength.powf(0.5 + own);
         let last = (line.len() - 1) as f32;

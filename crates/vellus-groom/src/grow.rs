@@ -12,12 +12,12 @@ use rayon::prelude::*;
 use std::f32::consts::{FRAC_PI_2, TAU};
 use vellus_scene::{Basis, Mesh, Strands, Values};
 
-/// Strands that grow on a mesh. Each depends on its index and the seed only: the result is the same with any number of
-/// threads. They are in an order in which neighbours follow each other.
+/// Strands that grow on a mesh. Each depends on its index and the seed only: the result is the same with any number
+/// of threads. They are in an order in which neighbours follow each other.
 ///
 /// # Errors
-/// [`Error::Setting`] names a number out of its range; [`Error::Scene`] says what is wrong with the mesh; [`Error::Nowhere`] if
-/// there is nowhere to grow.
+/// [`Error::Setting`] names a number out of its range; [`Error::Scene`] says what is wrong with the mesh;
+/// [`Error::Nowhere`] if there is nowhere to grow.
 pub fn grow(mesh: &Mesh, settings: &GrowSettings, maps: &Maps) -> Result<Strands, Error> {
     settings.validate()?;
     let grower = Grower { settings, maps, roots: Roots::new(mesh, maps.density)? };

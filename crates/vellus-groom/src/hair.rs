@@ -3,7 +3,7 @@
 //! ```text
 //! 0 "HAIR"   4 strands u32   8 points u32   12 which arrays u32   16 segments u32   20 thickness f32
 //! 24 transparency f32   28 colour 3 × f32   40 information, 88 bytes
-//! segments u16 a strand · points 3 × f32 · thickness f32 a point · transparency f32 a point · colours 3 × f32 a point
+//! segments u16 a strand; by point: position 3 × f32, thickness f32, transparency f32, colour 3 × f32, array after array
 //! ```
 
 use crate::bytes::{Bytes, given_width};
@@ -109,8 +109,8 @@ fn starts(file: &Bytes, array: bool, at: usize, count: usize, total: usize) -> R
     Ok(starts)
 }
 
-/// A `.hair` file of these strands: segments, points, thickness, and colours where [`Parameter::Reflectance`] varies by
-/// point. The format has no place for anything else. Curves are to be straightened first, by
+/// A `.hair` file of these strands: segments, points, thickness, and colours where [`Parameter::Reflectance`] varies
+/// by point. The format has no place for anything else. Curves are to be straightened first, by
 /// [`flatten`](fn@crate::flatten), as how finely is the caller's choice.
 ///
 /// # Errors

@@ -11,9 +11,10 @@ use crate::error::Error;
 use glam::Vec2;
 use vellus_scene::{Basis, Strands};
 
-/// The guide strands of a `.tfx` file, as [`Basis::Linear`], with the roots' uv if it has them. `name` is for messages and
-/// becomes the strands' name; `width` is the diameter, in the file's unit of length. TressFX leaves
-/// widths to the application (it does not read those the format has a place for), and fourth coordinates are weights of its simulation.
+/// The guide strands of a `.tfx` file, as [`Basis::Linear`], with the roots' uv if it has them. `name` is for
+/// messages and becomes the strands' name; `width` is the diameter, in the file's unit of length. TressFX leaves
+/// widths to the application (it does not read those the format has a place for), and fourth coordinates are weights
+/// of its simulation.
 ///
 /// # Errors
 /// [`Error::File`] says what is wrong and where; [`Error::NoWidth`] if no width is given; [`Error::Width`].

@@ -118,7 +118,8 @@ fn tfx_files_of_both_versions_are_read() {
     assert!(read_tfx(&huge, "a.tfx", Some(0.1)).unwrap_err().to_string().contains("40000000 points of 16 bytes"));
 }
 
-/// Thousands of damaged files: each is read to valid strands or is an error; none panics or allocates by its promises.
+/// Thousands of damaged files: each is read to valid strands or is an error; none panics or allocates by its
+/// promises.
 #[test]
 fn damaged_files_never_panic() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);

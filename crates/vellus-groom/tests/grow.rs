@@ -1,4 +1,5 @@
-//! Growing: as many strands as asked for, on the surface, the same with any number of threads, where the density wants them.
+//! Growing: as many strands as asked for, on the surface, the same with any number of threads, where the density
+//! wants them.
 
 use glam::{Vec2, Vec3};
 use vellus_groom::{Clump, Error, GrowSettings, Maps, grow};

@@ -113,7 +113,8 @@ pub(super) fn body() -> Body {
         .mirrored_z(first)
 }
 
-/// Agouti brown with dark stripes: rings on legs and tail, lines down the flanks, an M on the forehead; pale around the mouth.
+/// Agouti brown with dark stripes: rings on legs and tail, lines down the flanks, an M on the forehead; pale around
+/// the mouth.
 fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
     const DARK: [f32; 2] = [5.0, 0.5];
     const PALE: [f32; 2] = [0.004, 0.015];

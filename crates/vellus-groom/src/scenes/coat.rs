@@ -13,7 +13,7 @@ use vellus_scene::{Look, Mesh, Parameter, Scene, Strands, Surface, Texture, Tint
 /// How many fewer strands a small scene has.
 pub(super) const FEWER: usize = 40;
 /// How much wider they are: not as much as they are fewer, as strands should still look like strands.
-const WIDER: f32 = 4.5;
+const WIDER: f32 = 6.0;
 /// The skin's texture goes from no melanin to this much eumelanin and pheomelanin, as square roots.
 const MOST: f32 = 8.0;
 

@@ -17,7 +17,7 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     let mut scene = Scene::default();
     Coat {
         body: &body,
-        step: 0.7,
+        step: 0.5,
         soft: 1.2,
         settings: GrowSettings {
             name: "polar-bear".to_owned(),

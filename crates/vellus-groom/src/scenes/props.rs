@@ -57,8 +57,8 @@ pub(super) fn ground(scene: &mut Scene, half: f32, color: [f32; 3]) {
     scene.surfaces.push(Surface::diffuse("ground", color));
 }
 
-/// Adds a strip extruded to `half` to both sides of the plane through the y axis and `forward` (level): `profile` has distances
-/// along `forward` and heights, and the strip faces left of its course.
+/// Adds a strip extruded to `half` to both sides of the plane through the y axis and `forward` (level): `profile` has
+/// distances along `forward` and heights, and the strip faces left of its course.
 pub(super) fn strip(scene: &mut Scene, profile: &[Vec2], forward: Vec3, half: f32, color: [f32; 3]) {
     let side = Vec3::Y.cross(forward).normalize_or(Vec3::X) * half;
     let point = |p: &Vec2| p.x * forward + p.y * Vec3::Y;

@@ -53,7 +53,7 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     .add(&mut scene, small)?;
 
     for eye in [eye, mirrored(eye)] {
-        props::ellipsoid(&mut scene, eye, Vec3::splat(1.0), Quat::IDENTITY, props::glossy("eye", [0.01; 3], 0.05));
+        props::ellipsoid(&mut scene, eye, Vec3::splat(1.0), Quat::IDENTITY, props::glossy("eye", [0.004; 3], 0.03));
     }
     let wet = props::glossy("nose", [0.012; 3], 0.3);
     props::ellipsoid(&mut scene, nose, Vec3::new(0.9, 0.8, 1.15), Quat::IDENTITY, wet);
