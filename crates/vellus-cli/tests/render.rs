@@ -66,6 +66,9 @@ fn bad_requests_are_refused_before_work() {
     refused(path, &with(&["-o", "x.jpg"]), &["x.jpg", ".exr or .png"]);
     refused(path, &with(&["-o", "file/x.exr"]), &["cannot write file/x.exr"]);
     refused(path, &["render", "cat", "--size", "0x3"], &["[1, 32768]"]);
+    refused(path, &with(&["--crop", "40,0,9,9"]), &["--crop 40,0,9,9", "48x32"]);
+    refused(path, &with(&["--crop", "4,0,9"]), &["X,Y,W,H"]);
+    refused(path, &with(&["--strands", "0%"]), &["above 0%"]);
     refused(path, &with(&["--noise", "0"]), &["--noise must be above 0"]);
     refused(path, &with(&["--samples", "4..4"]), &["A < B"]);
     refused(path, &with(&["--time", "soon"]), &["60s, 5m or 2h"]);
@@ -101,6 +104,7 @@ fn depth_is_told_and_grooms_come_back() {
     let cut = run(folder.path(), &with(&["--spp", "2", "--max-depth", "2", "-o", "cut.png"]));
     assert!(cut.contains("paths cut after 2 events"), "{cut}");
     assert!(!folder.path().join("cut.exr").exists());
+    run(folder.path(), &with(&["--spp", "1", "--strands", "20%", "--crop", "8,8,24,16", "-o", "part.png"]));
     run(folder.path(), &["groom", "convert", "hair-lock", "--small", "-o", "lock.hair"]);
     let info = |scene: &[&str]| {
         String::from_utf8(vellus(folder.path(), &[&["groom", "info"], scene].concat()).stdout).unwrap()

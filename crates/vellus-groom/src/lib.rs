@@ -12,6 +12,7 @@ mod roots;
 mod scenes;
 mod settings;
 mod tfx;
+mod thin;
 
 pub use error::Error;
 pub use flatten::flatten;
@@ -21,3 +22,4 @@ pub use roots::Site;
 pub use scenes::{SCENES, scene};
 pub use settings::{Clump, ColorMap, Draw, GrowSettings, Maps};
 pub use tfx::read_tfx;
+pub use thin::thin;

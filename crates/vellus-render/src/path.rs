@@ -27,14 +27,23 @@ pub enum Mode {
 /// How paths are traced.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Pixels a row, and rows.
+    /// Pixels a row, and rows, of the whole picture.
     pub size: [usize; 2],
+    /// The part of it that is rendered: left column, top row, width, height. `None` is all of it.
+    pub crop: Option<[usize; 4]>,
     /// Near, far or between.
     pub mode: Mode,
     /// Another seed is another noise.
     pub seed: u32,
     /// Scattering events after which a path is cut; `None` lets Russian roulette alone end it.
     pub max_depth: Option<u32>,
+}
+
+impl Settings {
+    /// Left column, top row, width and height of what is rendered.
+    pub fn area(&self) -> [usize; 4] {
+        self.crop.unwrap_or([0, 0, self.size[0], self.size[1]])
+    }
 }
 
 /// What a sample saw.

@@ -36,9 +36,9 @@ impl World {
         statistics: &Statistics,
         stop: &AtomicBool,
     ) -> bool {
-        assert_eq!(settings.size, [film.width(), film.height()], "the film has another size");
-        let width = film.width();
-        let rows: Vec<Option<Vec<i64>>> = (0..film.height())
+        let [left, top, width, height] = settings.area();
+        assert_eq!([width, height], [film.width(), film.height()], "the film has another size");
+        let rows: Vec<Option<Vec<i64>>> = (0..height)
             .into_par_iter()
             .map(|y| {
                 let mut row = vec![0i64; width * CHANNELS];
@@ -49,7 +49,7 @@ impl World {
                     }
                     let sums = &mut row[x * CHANNELS..][..CHANNELS];
                     for index in samples.clone() {
-                        let seen = self.trace(settings, [x, y], index);
+                        let seen = self.trace(settings, [left + x, top + y], index);
                         rays += seen.rays;
                         cut += f64::from(seen.cut);
                         rejected += u64::from(!add(sums, &seen.values));

@@ -48,11 +48,12 @@ fn clump(count: usize, radius: f32, fiber: Fiber) -> Scene {
 }
 
 fn settings(size: usize, mode: Mode) -> Settings {
-    Settings { size: [size, size], mode, seed: 1, max_depth: None }
+    Settings { size: [size, size], crop: None, mode, seed: 1, max_depth: None }
 }
 
 fn render(world: &World, settings: &Settings, samples: u64) -> Film {
-    let mut film = Film::new(settings.size[0], settings.size[1]);
+    let [_, _, width, height] = settings.area();
+    let mut film = Film::new(width, height);
     let statistics = Statistics::default();
     assert!(world.render(settings, &mut film, 0..samples, &statistics, &AtomicBool::new(false)));
     assert_eq!(statistics.rejected.into_inner(), 0);
@@ -121,6 +122,20 @@ fn threads_and_ranges_do_not_change_the_image() {
     merged.merge(&part(0..3));
     merged.merge(&part(3..7));
     assert_eq!(merged, whole);
+}
+
+/// A part of a picture is that part of the picture.
+#[test]
+fn crops_are_cut_from_the_whole() {
+    let world = World::new(clump(200, 0.006, fiber())).unwrap();
+    let whole = render(&world, &settings(20, Mode::MultiScale), 4);
+    let crop = Settings { crop: Some([7, 3, 6, 9]), ..settings(20, Mode::MultiScale) };
+    let part = render(&world, &crop, 4);
+    for (x, y) in (0..6).flat_map(|x| (0..9).map(move |y| (x, y))) {
+        for channel in 0..vellus_render::CHANNELS {
+            assert_eq!(part.mean(x, y, channel), whole.mean(7 + x, 3 + y, channel));
+        }
+    }
 }
 
 /// Where a pixel covers many fibres, all three modes show the same.

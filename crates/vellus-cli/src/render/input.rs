@@ -19,6 +19,9 @@ pub struct Input {
     /// Width (diameter) of strands whose file has none, in the file's unit.
     #[arg(long, value_name = "WIDTH")]
     width: Option<f32>,
+    /// A share of the strands only, wider so that they cover as much: for previews.
+    #[arg(long, value_parser = share, value_name = "PERCENT")]
+    strands: Option<f32>,
     /// Camera of a USD file, by name or path; the first without it.
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
@@ -27,9 +30,26 @@ pub struct Input {
     frame: Option<f64>,
 }
 
+fn share(text: &str) -> Result<f32, String> {
+    let percent = text.strip_suffix('%').unwrap_or(text).parse().unwrap_or(f32::NAN);
+    if percent > 0.0 && percent <= 100.0 {
+        Ok(percent / 100.0)
+    } else {
+        Err("a share is above 0% and at most 100%".to_owned())
+    }
+}
+
 impl Input {
     /// Reads or grows it.
     pub fn load(&self) -> Result<Scene> {
+        let mut scene = self.whole()?;
+        if let Some(share) = self.strands {
+            scene.strands.iter_mut().for_each(|strands| *strands = vellus_groom::thin(strands, share));
+        }
+        Ok(scene)
+    }
+
+    fn whole(&self) -> Result<Scene> {
         if let Some(scene) = vellus_groom::scene(&self.scene, self.small) {
             return Ok(scene);
         }
@@ -70,7 +90,7 @@ impl Input {
     /// What tells it from other scenes.
     pub fn identity(&self) -> Result<String> {
         let modified = std::fs::metadata(&self.scene).and_then(|m| m.modified()).ok();
-        let usd = (&self.camera, self.frame);
-        Ok(format!("{} {} {:?} {:?} {usd:?} {modified:?}", self.scene, self.small, self.fiber.load()?, self.width))
+        let more = (&self.camera, self.frame, self.strands);
+        Ok(format!("{} {} {:?} {:?} {more:?} {modified:?}", self.scene, self.small, self.fiber.load()?, self.width))
     }
 }

@@ -24,6 +24,9 @@ pub struct Args {
     /// Width and height in pixels.
     #[arg(long, default_value = "960x640", value_parser = size, value_name = "WxH")]
     size: [usize; 2],
+    /// Render only a part of the picture: left column, top row, width and height in pixels.
+    #[arg(long, value_parser = crop, value_name = "X,Y,W,H")]
+    crop: Option<[usize; 4]>,
     /// Samples a pixel.
     #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u64).range(1..=1 << 32), value_name = "N")]
     spp: u64,
@@ -85,6 +88,14 @@ fn size(text: &str) -> Result<[usize; 2], String> {
     }
 }
 
+fn crop(text: &str) -> Result<[usize; 4], String> {
+    let numbers: Vec<usize> = text.split(',').filter_map(|n| n.trim().parse().ok()).collect();
+    match numbers[..] {
+        [x, y, w, h] if w > 0 && h > 0 && text.split(',').count() == 4 => Ok([x, y, w, h]),
+        _ => Err("a crop is X,Y,W,H in pixels, W and H at least 1".to_owned()),
+    }
+}
+
 fn range(text: &str) -> Result<Range<u64>, String> {
     let parse = || {
         let (a, b) = text.split_once("..")?;
@@ -122,6 +133,11 @@ fn layer(text: &str) -> Result<Layer, String> {
 pub fn run(args: &Args) -> Result<()> {
     if args.noise.is_some_and(|x| !(x > 0.0 && x.is_finite())) {
         bail!("--noise must be above 0");
+    }
+    if let Some([x, y, w, h]) = args.crop
+        && (x.saturating_add(w) > args.size[0] || y.saturating_add(h) > args.size[1])
+    {
+        bail!("--crop {x},{y},{w},{h} is not within the picture's {}x{}", args.size[0], args.size[1]);
     }
     if args.threads == Some(0) {
         bail!("--threads must be 1 or more");

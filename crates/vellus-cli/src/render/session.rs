@@ -50,14 +50,21 @@ impl<'a> Session<'a> {
             world.curves.bytes() as f64 * 1e-6,
             start.elapsed().as_secs_f64()
         );
-        let settings = Settings { size: args.size, mode: args.mode.into(), seed: args.seed, max_depth: args.max_depth };
+        let settings = Settings {
+            size: args.size,
+            crop: args.crop,
+            mode: args.mode.into(),
+            seed: args.seed,
+            max_depth: args.max_depth,
+        };
         // Two pictures with the same fingerprint may be added.
         let mut hasher = DefaultHasher::new();
-        (args.input.identity()?, args.size, format!("{:?}", args.mode), args.seed, args.max_depth).hash(&mut hasher);
+        (args.input.identity()?, args.size, args.crop, format!("{:?}", args.mode), args.seed, args.max_depth)
+            .hash(&mut hasher);
         env!("CARGO_PKG_VERSION").hash(&mut hasher);
         let fingerprint = hasher.finish();
         let goal = args.samples.clone().unwrap_or(0..args.spp);
-        let [width, height] = args.size;
+        let [_, _, width, height] = settings.area();
         let mut part = Part { fingerprint, samples: goal.start..goal.start, film: Film::new(width, height) };
         let checkpoint = checkpoint(args);
         if args.resume && checkpoint.exists() {
@@ -109,7 +116,8 @@ impl<'a> Session<'a> {
         bar.finish_and_clear();
         let seconds = start.elapsed().as_secs_f64();
         let samples = self.part.film.samples();
-        let pixels = (self.settings.size[0] * self.settings.size[1]) as f64;
+        let [_, _, width, height] = self.settings.area();
+        let pixels = (width * height) as f64;
         let rays = statistics.rays.load(Ordering::Relaxed) as f64;
         eprintln!(
             "{samples} samples a pixel, {:.2} Mrays in {seconds:.1} s ({:.2} Mrays/s), noise {:.4}",
