@@ -61,6 +61,7 @@ fn bad_requests_are_refused_before_work() {
     std::fs::write(path.join("broken.film"), b"VELLUSF1 cut").unwrap();
     std::fs::write(path.join("file"), b"").unwrap();
     refused(path, &["render", "unicorn"], &["unicorn", "raccoon", ".usda"]);
+    refused(path, &["render", "cat", "--fiber", "dog"], &["--fiber", "built-in scene has its own"]);
     refused(path, &["render", "missing.hair"], &["cannot read missing.hair"]);
     refused(path, &["render", "broken.hair"], &["broken.hair"]);
     refused(path, &with(&["-o", "x.jpg"]), &["x.jpg", ".exr or .png"]);

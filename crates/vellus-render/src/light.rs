@@ -444,7 +444,7 @@ mod tests {
             };
             let n = 200_000;
             let (mut sampled, mut shot) = ([0.0f64; 2], [0.0f64; 2]);
-            let mut sampler_value = |u: [f32; 4]| {
+            let mut draw = |u: [f32; 4]| {
                 if let Some(s) = lights.sample(point, [u[0], u[1], u[2]]) {
                     // Only as far as nothing nearer is in the way.
                     let open = seen(s.direction).iter().any(|e| (e.t - s.distance).abs() < 1e-3 || e.t == s.distance);
@@ -462,7 +462,7 @@ mod tests {
                 shot[1] += 1.0;
             };
             for index in 0..n {
-                sampler_value(crate::sampler::Sampler::new([which as u32, index as u32 >> 16], index, 3).next());
+                draw(crate::sampler::Sampler::new([which as u32, index as u32 >> 16], index, 3).next());
             }
             let (a, b) = (sampled[0] / n as f64, shot[0] / n as f64);
             // Uniform rays hit the smallest, 0.3 sr, 4800 times: 1.5 % one standard error at most.

@@ -51,6 +51,10 @@ impl Input {
 
     fn whole(&self) -> Result<Scene> {
         if let Some(scene) = vellus_groom::scene(&self.scene, self.small) {
+            let given = self.fiber.fiber != "red-fox" || !self.fiber.set.is_empty();
+            if given || self.width.is_some() || self.camera.is_some() || self.frame.is_some() {
+                bail!("--fiber, --set, --width, --camera and --frame are for files: a built-in scene has its own");
+            }
             return Ok(scene);
         }
         let path = Path::new(&self.scene);

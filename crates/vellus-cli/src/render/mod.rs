@@ -1,11 +1,11 @@
 //! `vellus render`: a scene to a picture.
 
 mod input;
-mod session;
+mod job;
 
 use crate::output;
 use anyhow::{Context, Result, bail};
-use session::Session;
+use job::Job;
 use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -152,7 +152,7 @@ pub fn run(args: &Args) -> Result<()> {
         pool = pool.num_threads(threads);
     }
     let pool = pool.build().context("cannot start threads")?;
-    pool.install(|| Session::new(args)?.run())
+    pool.install(|| Job::new(args)?.run())
 }
 
 /// Put together what `vellus render --samples` rendered apart: the very picture of one run.
@@ -195,7 +195,7 @@ pub fn merge(args: &MergeArgs) -> Result<()> {
     let Some(mut film) = parts.next() else { bail!("no films") };
     parts.for_each(|part| film.merge(&part));
     let depth = if args.float { Depth::Float } else { Depth::Half };
-    session::write_picture(&film, &args.output, &Layer::ALL, depth, args.exposure, &[])
+    job::write_picture(&film, &args.output, &Layer::ALL, depth, args.exposure, &[])
 }
 
 impl From<ModeArg> for Mode {

@@ -18,7 +18,7 @@ const PASS: Duration = Duration::from_secs(2);
 const CHECKPOINT: Duration = Duration::from_secs(60);
 
 /// A run.
-pub struct Session<'a> {
+pub struct Job<'a> {
     args: &'a Args,
     world: World,
     settings: Settings,
@@ -28,7 +28,7 @@ pub struct Session<'a> {
     stop: Arc<AtomicBool>,
 }
 
-impl<'a> Session<'a> {
+impl<'a> Job<'a> {
     /// Loads the scene and, where asked for, what was rendered already.
     pub fn new(args: &'a Args) -> Result<Self> {
         let stop = Arc::new(AtomicBool::new(false));
@@ -76,7 +76,7 @@ impl<'a> Session<'a> {
             eprintln!("going on from {} samples a pixel", kept.film.samples());
             part = kept;
         }
-        Ok(Session { args, world, settings, fingerprint, part, goal, stop })
+        Ok(Job { args, world, settings, fingerprint, part, goal, stop })
     }
 
     /// Renders, and writes what there is.
