@@ -253,7 +253,8 @@ impl World {
                 let pixel = along * self.camera.film_height / settings.size[1] as f32;
                 Window::pixel(h, (pixel / frame.radius.max(1e-30)).min(4.0))
             }
-            // Wider than any fibre: offsets come as they lie, which is all offsets on average.
+            // D15: not the far field. A path that has been scattered is wider than any fibre: offsets come as they
+            // lie, which is all offsets on average.
             Mode::MultiScale => Window::near(h),
         };
         let mut made = None;

@@ -109,6 +109,7 @@ impl Embree {
             unsafe { self.library.get(b"rtcIntersect1").unwrap() };
         move |ray| {
             let mut hit = RayHit::new(ray);
+            // SAFETY: the scene lives as long as the process, the hit is at least as large as Embree's.
             unsafe { f(self.scene, &mut hit, std::ptr::null()) };
             (hit.geometry != u32::MAX).then_some(hit.far)
         }
@@ -121,6 +122,7 @@ impl Embree {
             unsafe { self.library.get(b"rtcOccluded1").unwrap() };
         move |ray| {
             let mut hit = RayHit::new(ray);
+            // SAFETY: the scene lives as long as the process, the hit is at least as large as Embree's.
             unsafe { f(self.scene, &mut hit, std::ptr::null()) };
             hit.far < 0.0
         }
