@@ -4,6 +4,7 @@
 //! every subtree of at most eight primitives becomes a leaf, and every node takes in its largest
 //! descendants until it has eight children. One register holds a coordinate of all eight boxes.
 
+use crate::memory;
 use crate::ray::Ray;
 use glam::Vec3;
 use obvhs::aabb::Aabb;
@@ -24,7 +25,7 @@ const DEEPEST: usize = 60;
 const STACK: usize = 7 * (DEEPEST + 11) + 8;
 
 /// Eight boxes and what is in them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 struct Node {
     /// Least and largest coordinates: x, y, z.
     bounds: [[f32x8; 3]; 2],
@@ -55,7 +56,7 @@ impl Bvh {
         drop(aabbs);
         let mut builder = Builder { boxes, counts: counts(&tree), tree, nodes: Vec::new(), leaves: 0 };
         let root = builder.collapse(0, 0, &mut leaf);
-        Bvh { nodes: builder.nodes, root }
+        Bvh { nodes: memory::moved(builder.nodes), root }
     }
 
     /// Bytes in memory.

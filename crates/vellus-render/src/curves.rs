@@ -4,6 +4,7 @@
 //! from its chord; few remain, and only those are entered exactly, from their control points.
 
 use crate::bvh::{Bounds, Bvh, WIDTH};
+use crate::memory;
 use crate::ray::{Ray, across};
 use crate::segment::{Entry, Segment};
 use rayon::prelude::*;
@@ -49,7 +50,10 @@ pub struct CurveHit {
 
 impl Curves {
     /// Builds the hierarchy; `strands` must be valid.
-    pub fn new(strands: Vec<Strands>) -> Self {
+    pub fn new(mut strands: Vec<Strands>) -> Self {
+        for set in &mut strands {
+            set.points = memory::moved(std::mem::take(&mut set.points));
+        }
         let mut offsets = vec![0u32];
         for set in &strands {
             offsets.push(offsets[offsets.len() - 1] + set.points.len() as u32);
@@ -75,7 +79,9 @@ impl Curves {
             leaves.push(leaf);
         });
         drop((boxes, first));
-        curves.blocks = leaves.par_iter().map(|leaf| curves.block(leaf)).collect();
+        let mut blocks = memory::with_capacity(leaves.len());
+        leaves.par_iter().map(|leaf| curves.block(leaf)).collect_into_vec(&mut blocks);
+        curves.blocks = blocks;
         curves
     }
 

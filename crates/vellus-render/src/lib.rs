@@ -7,6 +7,7 @@ mod bvh;
 mod curves;
 mod film;
 mod light;
+mod memory;
 mod path;
 mod picture;
 mod ray;
