@@ -68,7 +68,7 @@ impl Bvh {
     /// which anything matters, and returns that distance, smaller if it found something; a negative one ends the
     /// search.
     #[inline]
-    pub fn traverse(&self, ray: &Ray, mut leaf: impl FnMut(u32, f32) -> f32) {
+    pub fn traverse(&self, ray: &Ray, soon: impl Fn(u32), mut leaf: impl FnMut(u32, f32) -> f32) {
         let splat = f32x8::splat;
         let d = ray.direction.to_array();
         // A direction's zero becomes tiny: 0/0 never arises.
@@ -108,6 +108,11 @@ impl Bvh {
                             let i = mask.trailing_zeros() as usize;
                             mask &= mask - 1;
                             let entry = (node.children[i], distances[i]);
+                            if entry.0 & LEAF == 0 {
+                                memory::fetch(&self.nodes[entry.0 as usize]);
+                            } else {
+                                soon(entry.0 & !LEAF);
+                            }
                             // Sorted as they come, the nearest on top: there are two or three.
                             let mut place = top;
                             while place > base && stack[place - 1].1 < entry.1 {
@@ -245,7 +250,7 @@ mod tests {
         let bvh = Bvh::build(&boxes, |primitives| leaves += primitives.len());
         assert_eq!(leaves, 5000);
         let mut seen = 0;
-        bvh.traverse(&Ray::new(Vec3::new(0.5, 0.5, -1.0), Vec3::Z), |_, limit| {
+        bvh.traverse(&Ray::new(Vec3::new(0.5, 0.5, -1.0), Vec3::Z), |_| {}, |_, limit| {
             seen += 1;
             limit
         });
@@ -276,7 +281,7 @@ mod tests {
             let target = Vec3::new(noise(i, 10), noise(i, 11), noise(i, 12));
             let ray = Ray::new(origin, (target - origin).normalize());
             let mut found: Vec<u32> = Vec::new();
-            bvh.traverse(&ray, |leaf, limit| {
+            bvh.traverse(&ray, |_| {}, |leaf, limit| {
                 found.extend(leaves[leaf as usize].iter().filter(|&&p| slab(&ray, boxes[p as usize])));
                 limit
             });

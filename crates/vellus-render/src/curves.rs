@@ -7,6 +7,7 @@ use crate::bvh::{Bounds, Bvh, WIDTH};
 use crate::memory;
 use crate::ray::{Ray, across};
 use crate::segment::{Entry, Segment};
+use glam::Vec4;
 use rayon::prelude::*;
 use vellus_scene::Strands;
 use wide::f32x8;
@@ -100,11 +101,18 @@ impl Curves {
     /// The set and the segment that begins at that control point.
     #[inline]
     fn segment(&self, first: u32) -> (usize, Segment) {
+        let (set, points) = self.points(first);
+        (set, Segment::new(self.strands[set].basis, points))
+    }
+
+    /// The set and the control points of the segment that begins there.
+    #[inline]
+    fn points(&self, first: u32) -> (usize, &[Vec4]) {
         let set = self.offsets.partition_point(|&offset| offset <= first) - 1;
         let strands = &self.strands[set];
         let point = (first - self.offsets[set]) as usize;
         let count = if strands.basis == vellus_scene::Basis::Linear { 2 } else { 4 };
-        (set, Segment::new(strands.basis, &strands.points[point..point + count]))
+        (set, &strands.points[point..point + count])
     }
 
     /// The strands, in the scene's order.
@@ -126,22 +134,23 @@ impl Curves {
     /// The first strand a ray enters.
     pub fn intersect(&self, ray: &Ray) -> Option<CurveHit> {
         let mut best: Option<(u32, Entry)> = None;
+        let enter = |first: u32, ray: &mut Ray, best: &mut Option<(u32, Entry)>| {
+            if let Some(entry) = self.segment(first).1.intersect(ray) {
+                ray.limit = entry.t;
+                *best = Some((first, entry));
+            }
+            true
+        };
         let frame = RayFrame::new(ray);
         let mut ray = *ray;
-        self.bvh.traverse(&ray.clone(), |leaf, limit| {
+        let mut waiting = Waiting::default();
+        self.bvh.traverse(&ray.clone(), |leaf| memory::fetch(&self.blocks[leaf as usize]), |leaf, limit| {
             ray.limit = limit;
-            let block = &self.blocks[leaf as usize];
-            let mut mask = block.near(&frame, limit);
-            while mask != 0 {
-                let lane = mask.trailing_zeros() as usize;
-                mask &= mask - 1;
-                if let Some(entry) = self.segment(block.first[lane]).1.intersect(&ray) {
-                    ray.limit = entry.t;
-                    best = Some((block.first[lane], entry));
-                }
-            }
+            let came = self.near(leaf, &frame, limit);
+            std::mem::replace(&mut waiting, came).all(|first| enter(first, &mut ray, &mut best));
             ray.limit
         });
+        waiting.all(|first| enter(first, &mut ray, &mut best));
         best.map(|(first, entry)| {
             let (set, segment) = self.segment(first);
             let point = first - self.offsets[set];
@@ -153,21 +162,53 @@ impl Curves {
     /// Does anything lie on the ray before its limit?
     pub fn occluded(&self, ray: &Ray) -> bool {
         let frame = RayFrame::new(ray);
+        let mut waiting = Waiting::default();
+        let clear = |waiting: Waiting<'_>| waiting.all(|first| self.segment(first).1.intersect(ray).is_none());
         let mut found = false;
-        self.bvh.traverse(ray, |leaf, limit| {
-            let block = &self.blocks[leaf as usize];
-            let mut mask = block.near(&frame, limit);
-            while mask != 0 {
-                let lane = mask.trailing_zeros() as usize;
-                mask &= mask - 1;
-                if self.segment(block.first[lane]).1.intersect(ray).is_some() {
-                    found = true;
-                    return -1.0;
-                }
-            }
-            limit
+        self.bvh.traverse(ray, |leaf| memory::fetch(&self.blocks[leaf as usize]), |leaf, limit| {
+            let came = self.near(leaf, &frame, limit);
+            found = !clear(std::mem::replace(&mut waiting, came));
+            if found { -1.0 } else { limit }
         });
-        found
+        found || !clear(waiting)
+    }
+
+    /// The segments of a leaf that a ray comes near to. Their control points are on the way from memory.
+    #[inline(always)]
+    fn near(&self, leaf: u32, frame: &RayFrame, limit: f32) -> Waiting<'_> {
+        let block = &self.blocks[leaf as usize];
+        let waiting = Waiting { first: &block.first, mask: block.near(frame, limit) };
+        waiting.all(|first| {
+            let (set, points) = self.points(first);
+            let _ = set;
+            memory::fetch(&points[0]);
+            memory::fetch(&points[points.len() - 1]);
+            true
+        });
+        waiting
+    }
+}
+
+/// Segments of a leaf that are still to be entered. They wait until the next leaf has been looked at: meanwhile
+/// their control points arrive.
+#[derive(Clone, Copy, Default)]
+struct Waiting<'a> {
+    first: &'a [u32],
+    mask: u32,
+}
+
+impl Waiting<'_> {
+    /// Visits them while `visit` asks for more; false where it did not.
+    #[inline(always)]
+    fn all(self, mut visit: impl FnMut(u32) -> bool) -> bool {
+        let mut mask = self.mask;
+        while mask != 0 {
+            if !visit(self.first[mask.trailing_zeros() as usize]) {
+                return false;
+            }
+            mask &= mask - 1;
+        }
+        true
     }
 }
 

@@ -33,6 +33,20 @@ fn advise<T>(vector: &Vec<T>) {
     }
 }
 
+/// Has the processor fetch what will be read soon.
+#[inline(always)]
+pub fn fetch<T>(value: &T) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        let first = std::ptr::from_ref(value).cast::<i8>();
+        for line in (0..size_of::<T>()).step_by(64) {
+            // SAFETY: it lies inside of what the reference points to, and nothing is read.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(first.add(line)) };
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -84,7 +84,7 @@ impl Triangles {
     /// The first triangle on a ray, from either side.
     pub fn intersect(&self, ray: &Ray) -> Option<TriangleHit> {
         let mut best: Option<(u32, f32, f32, f32)> = None;
-        self.bvh.traverse(ray, |leaf, mut limit| {
+        self.bvh.traverse(ray, |_| {}, |leaf, mut limit| {
             let block = &self.blocks[leaf as usize];
             let (mut mask, t, u, v) = block.meet(ray, limit);
             while mask != 0 {
@@ -104,7 +104,7 @@ impl Triangles {
     /// Is there a triangle on the ray before its limit?
     pub fn occluded(&self, ray: &Ray) -> bool {
         let mut found = false;
-        self.bvh.traverse(ray, |leaf, limit| {
+        self.bvh.traverse(ray, |_| {}, |leaf, limit| {
             found = self.blocks[leaf as usize].meet(ray, limit).0 != 0;
             if found { -1.0 } else { limit }
         });

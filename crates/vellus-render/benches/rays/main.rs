@@ -1,4 +1,4 @@
-//! Rays a second through fur, one thread: `cargo bench -p vellus-render --bench rays -- [STRANDS …]`.
+//! Rays a second through fur, one thread: `cargo bench -p vellus-render --bench rays -- [STRANDS …] [linear|bspline]`.
 //!
 //! With `--features embree`, beside Embree on the same segments.
 //!
@@ -82,7 +82,12 @@ fn main() {
     let counts = if counts.is_empty() { vec![10_000, 200_000] } else { counts };
     for count in counts {
         let radius = if count > 50_000 { 0.0013 } else { 0.004 };
-        for basis in [Basis::Linear, Basis::BSpline] {
+        for (name, basis) in [("linear", Basis::Linear), ("bspline", Basis::BSpline)] {
+            // Those named, or both.
+            let others = std::env::args().any(|a| a == "linear" || a == "bspline");
+            if others && std::env::args().all(|a| a != name) {
+                continue;
+            }
             let strands = ball(count, basis, radius);
             let start = Instant::now();
             let curves = Curves::new(vec![strands.clone()]);
