@@ -80,56 +80,81 @@ impl Bvh {
         let mut limit = ray.limit;
         let mut stack = [(0u32, 0f32); STACK];
         let mut top = 0;
-        let mut current = (self.root, 0.0f32);
+        let mut current = self.root;
         loop {
-            if current.1 <= limit {
-                if current.0 & LEAF != 0 {
-                    limit = leaf(current.0 & !LEAF, limit);
-                    if limit < 0.0 {
-                        return;
+            if current & LEAF != 0 {
+                limit = leaf(current & !LEAF, limit);
+                if limit < 0.0 {
+                    return;
+                }
+            } else {
+                let node = &self.nodes[current as usize];
+                let mut enter = f32x8::ZERO;
+                let mut leave = splat(limit);
+                for k in 0..3 {
+                    let first = node.bounds[near[k]][k].mul_add(inverse[k], shift[k]);
+                    let last = node.bounds[1 - near[k]][k].mul_add(inverse[k], shift[k]);
+                    enter = enter.fast_max(first);
+                    leave = leave.fast_min(last);
+                }
+                // A few roundings of the slabs, as Ize 2013, Robust BVH Ray Traversal.
+                let hit = enter.simd_le(leave * splat(1.000_000_5));
+                let mut mask = hit.to_bitmask();
+                if mask != 0 {
+                    let distances = enter.to_array();
+                    let mut next = || {
+                        let i = mask.trailing_zeros() as usize & (WIDTH - 1);
+                        mask &= mask - 1;
+                        ((node.children[i], distances[i]), mask != 0)
+                    };
+                    let (mut nearest, mut more) = next();
+                    // Mostly there is one.
+                    if !more {
+                        current = nearest.0;
+                        continue;
                     }
-                } else {
-                    let node = &self.nodes[current.0 as usize];
-                    let mut enter = f32x8::ZERO;
-                    let mut leave = splat(limit);
-                    for k in 0..3 {
-                        let first = node.bounds[near[k]][k].mul_add(inverse[k], shift[k]);
-                        let last = node.bounds[1 - near[k]][k].mul_add(inverse[k], shift[k]);
-                        enter = enter.fast_max(first);
-                        leave = leave.fast_min(last);
-                    }
-                    // A few roundings of the slabs, as Ize 2013, Robust BVH Ray Traversal.
-                    let hit = enter.simd_le(leave * splat(1.000_000_5));
-                    let mut mask = hit.to_bitmask();
-                    if mask != 0 {
-                        let distances = enter.to_array();
-                        let base = top;
-                        while mask != 0 {
-                            let i = mask.trailing_zeros() as usize;
-                            mask &= mask - 1;
-                            let entry = (node.children[i], distances[i]);
-                            if entry.0 & LEAF == 0 {
-                                memory::fetch(&self.nodes[entry.0 as usize]);
-                            } else {
-                                soon(entry.0 & !LEAF);
-                            }
-                            // Sorted as they come, the nearest on top: there are two or three.
-                            let mut place = top;
-                            while place > base && stack[place - 1].1 < entry.1 {
-                                stack[place] = stack[place - 1];
-                                place -= 1;
-                            }
-                            stack[place] = entry;
-                            top += 1;
+                    self.fetch(nearest.0, &soon);
+                    let base = top;
+                    while more {
+                        let mut entry;
+                        (entry, more) = next();
+                        self.fetch(entry.0, &soon);
+                        if entry.1 < nearest.1 {
+                            std::mem::swap(&mut entry, &mut nearest);
                         }
+                        // Sorted as they come.
+                        let mut place = top;
+                        while place > base && stack[place - 1].1 < entry.1 {
+                            stack[place] = stack[place - 1];
+                            place -= 1;
+                        }
+                        stack[place] = entry;
+                        top += 1;
                     }
+                    current = nearest.0;
+                    continue;
                 }
             }
-            if top == 0 {
-                return;
+            loop {
+                if top == 0 {
+                    return;
+                }
+                top -= 1;
+                if stack[top].1 <= limit {
+                    break;
+                }
             }
-            top -= 1;
-            current = stack[top];
+            current = stack[top].0;
+        }
+    }
+
+    /// Has a child fetched that will be visited soon.
+    #[inline(always)]
+    fn fetch(&self, child: u32, soon: &impl Fn(u32)) {
+        if child & LEAF == 0 {
+            memory::fetch(&self.nodes[child as usize]);
+        } else {
+            soon(child & !LEAF);
         }
     }
 }
