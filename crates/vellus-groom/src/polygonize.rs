@@ -74,6 +74,7 @@ pub(crate) fn polygonize(body: &Body, step: f32, name: &str, uv: &(dyn Fn(Vec3) 
         uv: Some(triangles.iter().map(|t| t.map(|v| coordinates[v as usize])).collect()),
         positions,
         triangles,
+        moved: None,
         surface: 0,
     }
 }

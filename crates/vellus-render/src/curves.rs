@@ -3,20 +3,23 @@
 //! A leaf holds the chords of up to eight segments. A register tests them all against the ray, each as thick as the curve strays
 //! from its chord; few remain, and only those are entered exactly, from their control points.
 
-use crate::bvh::{Bounds, Bvh, WIDTH};
+use crate::bvh::{Bvh, EMPTY, NONE, WIDTH, join};
 use crate::memory;
 use crate::ray::{Ray, across};
 use crate::segment::{Entry, Segment};
-use glam::Vec4;
+use glam::{Vec3, Vec4, Vec4Swizzles};
 use rayon::prelude::*;
 use vellus_scene::Strands;
 use wide::f32x8;
 
+/// Both ends of eight chords; what is missing is infinitely far away.
+type Ends = [[f32x8; 3]; 2];
+
 /// Chords of up to eight segments.
 #[derive(Clone, Debug)]
 struct Block {
-    /// Their ends; what is missing is infinitely far away.
-    ends: [[f32x8; 3]; 2],
+    /// As the shutter opens.
+    ends: Ends,
     /// Radius and deviation from the chord together, at most.
     reach: f32x8,
     /// First control point, counted over all strands of the scene.
@@ -30,6 +33,8 @@ pub struct Curves {
     /// Control points before each of `strands`.
     offsets: Vec<u32>,
     blocks: Vec<Block>,
+    /// Ends of the blocks' chords as the shutter closes, if anything moves.
+    closed: Vec<Ends>,
     bvh: Bvh,
     segments: usize,
 }
@@ -70,39 +75,67 @@ impl Curves {
                 })
             })
             .collect();
-        let mut curves =
-            Curves { strands, offsets, blocks: Vec::new(), bvh: Bvh::build(&[], |_| {}), segments: first.len() };
-        let boxes: Vec<Bounds> = first.par_iter().map(|&first| curves.segment(first).1.bounds()).collect();
-        let mut leaves = Vec::with_capacity(first.len() / 5);
-        curves.bvh = Bvh::build(&boxes, |primitives| {
-            let mut leaf = [u32::MAX; WIDTH];
-            leaf.iter_mut().zip(primitives).for_each(|(l, &p)| *l = first[p as usize]);
-            leaves.push(leaf);
-        });
-        drop((boxes, first));
+        let mut curves = Curves {
+            strands,
+            offsets,
+            blocks: Vec::new(),
+            closed: Vec::new(),
+            bvh: Bvh::build(0, |_| EMPTY).0,
+            segments: first.len(),
+        };
+        let moves = curves.strands.iter().any(|set| set.moved.is_some());
+        let (mut bvh, mut leaves) = Bvh::build(first.len(), |i| curves.segment(first[i], 0.5).1.bounds());
+        leaves.par_iter_mut().flatten().filter(|p| **p != NONE).for_each(|p| *p = first[*p as usize]);
+        drop(first);
         let mut blocks = memory::with_capacity(leaves.len());
-        leaves.par_iter().map(|leaf| curves.block(leaf)).collect_into_vec(&mut blocks);
-        curves.blocks = blocks;
+        leaves.par_iter().map(|leaf| curves.block(leaf, moves)).collect_into_vec(&mut blocks);
+        if moves {
+            let bounds = |leaf: usize, time: f32| {
+                let all = leaves[leaf].iter().filter(|&&first| first != NONE);
+                all.map(|&first| curves.segment(first, time).1.bounds()).fold(EMPTY, join)
+            };
+            bvh.set_motion([&|leaf| bounds(leaf, 0.0), &|leaf| bounds(leaf, 1.0)]);
+            curves.closed = leaves.par_iter().map(|leaf| curves.ends(leaf, 1.0)).collect();
+        }
+        (curves.blocks, curves.bvh) = (blocks, bvh);
         curves
     }
 
-    fn block(&self, first: &[u32; WIDTH]) -> Block {
-        let (mut ends, mut reach) = ([[[f32::INFINITY; WIDTH]; 3]; 2], [0.0; WIDTH]);
-        for (lane, &first) in first.iter().enumerate().filter(|&(_, &first)| first != u32::MAX) {
-            let segment = self.segment(first).1;
+    fn ends(&self, first: &[u32; WIDTH], time: f32) -> Ends {
+        let mut ends = [[[f32::INFINITY; WIDTH]; 3]; 2];
+        for (lane, &first) in first.iter().enumerate().filter(|&(_, &first)| first != NONE) {
+            let segment = self.segment(first, time).1;
             for (end, point) in [segment.points[0], segment.points[3]].into_iter().enumerate() {
                 (0..3).for_each(|k| ends[end][k][lane] = point[k]);
             }
-            reach[lane] = segment.largest_radius() + segment.deviation();
         }
-        Block { ends: ends.map(|end| end.map(f32x8::new)), reach: f32x8::new(reach), first: *first }
+        ends.map(|end| end.map(f32x8::new))
+    }
+
+    fn block(&self, first: &[u32; WIDTH], moves: bool) -> Block {
+        let reach = first.map(|first| {
+            if first == NONE {
+                return 0.0;
+            }
+            let open = self.segment(first, 0.0).1;
+            let stray = if moves { open.stray().max(self.segment(first, 1.0).1.stray()) } else { open.deviation() };
+            open.largest_radius() + stray
+        });
+        Block { ends: self.ends(first, 0.0), reach: f32x8::new(reach), first: *first }
     }
 
     /// The set and the segment that begins at that control point.
     #[inline]
-    fn segment(&self, first: u32) -> (usize, Segment) {
+    fn segment(&self, first: u32, time: f32) -> (usize, Segment) {
         let (set, points) = self.points(first);
-        (set, Segment::new(self.strands[set].basis, points))
+        let basis = self.strands[set].basis;
+        let Some(moved) = &self.strands[set].moved else { return (set, Segment::new(basis, points)) };
+        let start = (first - self.offsets[set]) as usize;
+        let mut now = [Vec4::ZERO; 4];
+        for (k, point) in points.iter().enumerate() {
+            now[k] = point.xyz().lerp(moved[start + k], time).extend(point.w);
+        }
+        (set, Segment::new(basis, &now[..points.len()]))
     }
 
     /// The set and the control points of the segment that begins there.
@@ -127,15 +160,19 @@ impl Curves {
 
     /// Bytes of control points and hierarchy.
     pub fn bytes(&self) -> usize {
-        let strands = |s: &Strands| size_of_val(&s.points[..]) + size_of_val(&s.starts[..]);
-        self.strands.iter().map(strands).sum::<usize>() + self.blocks.len() * size_of::<Block>() + self.bvh.bytes()
+        let moved = |s: &Strands| s.moved.as_ref().map_or(0, |moved| size_of_val(&moved[..]));
+        let strands = |s: &Strands| size_of_val(&s.points[..]) + size_of_val(&s.starts[..]) + moved(s);
+        self.strands.iter().map(strands).sum::<usize>()
+            + size_of_val(&self.blocks[..])
+            + size_of_val(&self.closed[..])
+            + self.bvh.bytes()
     }
 
     /// The first strand a ray enters.
     pub fn intersect(&self, ray: &Ray) -> Option<CurveHit> {
         let mut best: Option<(u32, Entry)> = None;
         let enter = |first: u32, ray: &mut Ray, best: &mut Option<(u32, Entry)>| {
-            if let Some(entry) = self.segment(first).1.intersect(ray) {
+            if let Some(entry) = self.segment(first, ray.time).1.intersect(ray) {
                 ray.limit = entry.t;
                 *best = Some((first, entry));
             }
@@ -144,32 +181,53 @@ impl Curves {
         let frame = RayFrame::new(ray);
         let mut ray = *ray;
         let mut waiting = Waiting::default();
-        self.bvh.traverse(&ray.clone(), |leaf| memory::fetch(&self.blocks[leaf as usize]), |leaf, limit| {
-            ray.limit = limit;
-            let came = self.near(leaf, &frame, limit);
-            std::mem::replace(&mut waiting, came).all(|first| enter(first, &mut ray, &mut best));
-            ray.limit
-        });
+        self.bvh.traverse(
+            &ray.clone(),
+            |leaf| memory::fetch(&self.blocks[leaf as usize]),
+            |leaf, limit| {
+                ray.limit = limit;
+                let came = self.near(leaf, &frame, limit);
+                std::mem::replace(&mut waiting, came).all(|first| enter(first, &mut ray, &mut best));
+                ray.limit
+            },
+        );
         waiting.all(|first| enter(first, &mut ray, &mut best));
         best.map(|(first, entry)| {
-            let (set, segment) = self.segment(first);
+            let (set, segment) = self.segment(first, ray.time);
             let point = first - self.offsets[set];
             let strand = self.strands[set].starts.partition_point(|&start| start <= point) - 1;
             CurveHit { set, strand, point: point as usize, entry, segment }
         })
     }
 
+    /// How far the fibre's axis moves at a hit while the shutter is open.
+    pub fn movement(&self, hit: &CurveHit) -> Vec3 {
+        let first = self.offsets[hit.set] + hit.point as u32;
+        let [open, closed] = [0.0, 1.0].map(|time| self.segment(first, time).1.at(hit.entry.u).xyz());
+        closed - open
+    }
+
+    /// Does anything move?
+    pub fn moves(&self) -> bool {
+        !self.closed.is_empty()
+    }
+
     /// Does anything lie on the ray before its limit?
     pub fn occluded(&self, ray: &Ray) -> bool {
         let frame = RayFrame::new(ray);
         let mut waiting = Waiting::default();
-        let clear = |waiting: Waiting<'_>| waiting.all(|first| self.segment(first).1.intersect(ray).is_none());
+        let clear =
+            |waiting: Waiting<'_>| waiting.all(|first| self.segment(first, ray.time).1.intersect(ray).is_none());
         let mut found = false;
-        self.bvh.traverse(ray, |leaf| memory::fetch(&self.blocks[leaf as usize]), |leaf, limit| {
-            let came = self.near(leaf, &frame, limit);
-            found = !clear(std::mem::replace(&mut waiting, came));
-            if found { -1.0 } else { limit }
-        });
+        self.bvh.traverse(
+            ray,
+            |leaf| memory::fetch(&self.blocks[leaf as usize]),
+            |leaf, limit| {
+                let came = self.near(leaf, &frame, limit);
+                found = !clear(std::mem::replace(&mut waiting, came));
+                if found { -1.0 } else { limit }
+            },
+        );
         found || !clear(waiting)
     }
 
@@ -177,10 +235,13 @@ impl Curves {
     #[inline(always)]
     fn near(&self, leaf: u32, frame: &RayFrame, limit: f32) -> Waiting<'_> {
         let block = &self.blocks[leaf as usize];
-        let waiting = Waiting { first: &block.first, mask: block.near(frame, limit) };
+        let mask = match self.closed.get(leaf as usize) {
+            Some(closed) => block.near(frame, limit, &between(&block.ends, closed, frame.time)),
+            None => block.near(frame, limit, &block.ends),
+        };
+        let waiting = Waiting { first: &block.first, mask };
         waiting.all(|first| {
-            let (set, points) = self.points(first);
-            let _ = set;
+            let (_, points) = self.points(first);
             memory::fetch(&points[0]);
             memory::fetch(&points[points.len() - 1]);
             true
@@ -212,8 +273,15 @@ impl Waiting<'_> {
     }
 }
 
-/// A ray's origin, and a frame with the ray as its third axis.
+/// The ends on their way from where they were to where they will be.
+fn between(open: &Ends, closed: &Ends, time: f32) -> Ends {
+    let (early, late) = (f32x8::splat(1.0 - time), f32x8::splat(time));
+    std::array::from_fn(|end| std::array::from_fn(|k| open[end][k].mul_add(early, closed[end][k] * late)))
+}
+
+/// A ray's origin, a frame with the ray as its third axis, and its time.
 struct RayFrame {
+    time: f32,
     origin: [f32x8; 3],
     axes: [[f32x8; 3]; 3],
 }
@@ -223,19 +291,19 @@ impl RayFrame {
     fn new(ray: &Ray) -> Self {
         let (u, v) = across(ray.direction);
         let lanes = |v: glam::Vec3| v.to_array().map(f32x8::splat);
-        RayFrame { origin: lanes(ray.origin), axes: [lanes(u), lanes(v), lanes(ray.direction)] }
+        RayFrame { time: ray.time, origin: lanes(ray.origin), axes: [lanes(u), lanes(v), lanes(ray.direction)] }
     }
 }
 
 impl Block {
     /// The lanes whose chord comes within reach of the ray between its origin and `limit`.
     #[inline(always)]
-    fn near(&self, frame: &RayFrame, limit: f32) -> u32 {
+    fn near(&self, frame: &RayFrame, limit: f32, ends: &Ends) -> u32 {
         let place = |end: &[f32x8; 3]| -> [f32x8; 3] {
             let q: [f32x8; 3] = [end[0] - frame.origin[0], end[1] - frame.origin[1], end[2] - frame.origin[2]];
             frame.axes.map(|axis| q[0].mul_add(axis[0], q[1].mul_add(axis[1], q[2] * axis[2])))
         };
-        let (a, b) = (place(&self.ends[0]), place(&self.ends[1]));
+        let (a, b) = (place(&ends[0]), place(&ends[1]));
         let (x, y) = (b[0] - a[0], b[1] - a[1]);
         // Where the chord, seen along the ray, comes closest.
         let length2 = x.mul_add(x, y * y).fast_max(f32x8::splat(f32::MIN_POSITIVE));
@@ -324,7 +392,36 @@ mod tests {
                     assert!(ray.at(hit.entry.t).distance(axis.xyz()) < 1.1 * axis.w + 1e-5);
                 }
             }
-            assert!(hits > 100, "{basis:?}: {hits}");
+            assert!(hits > 50, "{basis:?}: {hits}");
+        }
+    }
+
+    /// At any time, strands that move are where strands would be that stand there.
+    #[test]
+    fn moving_strands_are_where_they_are() {
+        for basis in [Basis::Linear, Basis::BSpline, Basis::CatmullRom, Basis::Bezier] {
+            let still = strands(basis, 80, 7);
+            let way = |i: usize| 0.2 * Vec3::new(noise(i / 7, 11), noise(i, 12), noise(i / 3, 13));
+            let moved: Vec<Vec3> = still.points.iter().enumerate().map(|(i, p)| p.xyz() + way(i)).collect();
+            let moving = Curves::new(vec![still.clone(), Strands { moved: Some(moved.clone()), ..still.clone() }]);
+            assert!(moving.moves());
+            let mut hits = 0;
+            for time in [0.0, 0.3, 1.0] {
+                let mut now = still.clone();
+                let points = now.points.iter_mut().zip(&moved);
+                points.for_each(|(p, moved)| *p = p.xyz().lerp(*moved, time).extend(p.w));
+                let now = Curves::new(vec![still.clone(), now]);
+                for i in 0..400 {
+                    let origin = Vec3::new(noise(i, 20), noise(i, 21), noise(i, 22)) * 3.0 - 1.0;
+                    let target = Vec3::new(noise(i, 23), noise(i, 24), noise(i, 25));
+                    let ray = Ray { time, ..Ray::new(origin, (target - origin).normalize()) };
+                    let (found, expected) = (moving.intersect(&ray), now.intersect(&ray));
+                    assert_eq!(found.map(|h| h.entry), expected.map(|h| h.entry), "{basis:?} {time} {i}");
+                    assert_eq!(moving.occluded(&ray), expected.is_some());
+                    hits += usize::from(found.is_some_and(|h| h.set == 1));
+                }
+            }
+            assert!(hits > 50, "{basis:?}: {hits}");
         }
     }
 }

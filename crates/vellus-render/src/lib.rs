@@ -17,6 +17,7 @@ mod segment;
 mod store;
 mod surface;
 mod triangles;
+mod view;
 mod world;
 
 pub use curves::{CurveHit, Curves};

@@ -88,13 +88,14 @@ struct FiberFrame {
     /// Axis and radius.
     axis: Vec3,
     radius: f32,
+    time: f32,
 }
 
 impl FiberFrame {
-    fn new(hit: &CurveHit) -> Self {
+    fn new(hit: &CurveHit, time: f32) -> Self {
         let point = hit.segment.at(hit.entry.u);
         let tangent = hit.segment.tangent(hit.entry.u);
-        FiberFrame { tangent, across: across(tangent), axis: point.xyz(), radius: point.w }
+        FiberFrame { tangent, across: across(tangent), axis: point.xyz(), radius: point.w, time }
     }
 
     fn local(&self, w: Vec3) -> Vec3 {
@@ -117,7 +118,7 @@ impl FiberFrame {
     /// A ray that leaves toward `direction`: from the side of the fibre that faces it.
     fn leave(&self, direction: Vec3, limit: f32) -> Ray {
         let out = (direction - self.tangent * direction.dot(self.tangent)).normalize_or(self.across.0);
-        Ray { origin: self.axis + out * (1.001 * self.radius), direction, limit }
+        Ray { origin: self.axis + out * (1.001 * self.radius), direction, limit, time: self.time }
     }
 }
 
@@ -167,7 +168,9 @@ impl World {
     /// Traces a sample of a pixel.
     pub(crate) fn trace(&self, settings: &Settings, pixel: [usize; 2], index: u64) -> Seen {
         let mut sampler = Sampler::new(pixel.map(|x| x as u32), index, settings.seed);
-        let mut ray = self.camera_ray(settings, pixel, sampler.next());
+        let u = sampler.next();
+        let time = if self.moves { sampler.next()[0] } else { 0.0 };
+        let mut ray = self.view.ray(settings.size, pixel, u, time);
         let mut path = Path { world: self, values: [0.0; CHANNELS], throughput: [1.0; 3], lobes: None, rays: 0 };
         // The density the ray was drawn with, if lights could have been sampled instead.
         let mut pdf = None;
@@ -216,21 +219,6 @@ impl World {
         Seen { values: path.values, rays: path.rays, cut }
     }
 
-    /// A ray through a place of a pixel's filter, a tent two pixels wide.
-    fn camera_ray(&self, settings: &Settings, pixel: [usize; 2], u: [f32; 4]) -> Ray {
-        let tent = |u: f32| if u < 0.5 { (2.0 * u).sqrt() - 1.0 } else { 1.0 - (2.0 - 2.0 * u).sqrt() };
-        let [width, height] = settings.size.map(|n| n as f32);
-        let camera = &self.camera;
-        let x = ((pixel[0] as f32 + 0.5 + tent(u[0])) / width - 0.5) * camera.film_height * width / height;
-        let y = (0.5 - (pixel[1] as f32 + 0.5 + tent(u[1])) / height) * camera.film_height;
-        let (a, b) = crate::light::concentric([u[2], u[3]]);
-        let lens = Vec3::new(a, b, 0.0) * camera.lens_radius;
-        let focus = Vec3::new(x, y, -1.0) * camera.focus_distance;
-        let origin = camera.to_world.transform_point3(lens);
-        let direction = camera.to_world.transform_vector3(focus - lens);
-        Ray::new(origin, direction.normalize())
-    }
-
     fn at_fiber(
         &self,
         settings: &Settings,
@@ -240,17 +228,14 @@ impl World {
         hit: &CurveHit,
         depth: u32,
     ) -> Option<(Ray, f32)> {
-        let frame = FiberFrame::new(hit);
+        let frame = FiberFrame::new(hit, ray.time);
         let h = frame.offset(ray, hit.entry.t);
         let wo = frame.local(-ray.direction);
         let window = match settings.mode {
             Mode::Near => Window::near(h),
             Mode::Far => Window::far(),
             Mode::MultiScale if depth == 0 => {
-                // A pixel's width at the hit, across the way the camera looks (Yan17 Eq. 27).
-                let forward = self.camera.to_world.transform_vector3(-Vec3::Z).normalize();
-                let along = hit.entry.t * ray.direction.dot(forward);
-                let pixel = along * self.camera.film_height / settings.size[1] as f32;
+                let pixel = self.view.pixel_width(settings.size, ray, hit.entry.t);
                 Window::pixel(h, (pixel / frame.radius.max(1e-30)).min(4.0))
             }
             // D15: not the far field. A path that has been scattered is wider than any fibre: offsets come as they
@@ -315,7 +300,7 @@ impl World {
         }
         if let Some(light) = self.lights.sample(start, [a[0], a[1], a[2]]) {
             let (f, pdf) = scatter.eval_pdf(wo, local(light.direction));
-            let shadow = Ray { origin: start, direction: light.direction, limit: shadow_limit(&light) };
+            let shadow = Ray { origin: start, direction: light.direction, limit: shadow_limit(&light), time: ray.time };
             if largest(f) > 0.0 && light.direction.dot(hit.plane) > 0.0 && !path.blocked(&shadow) {
                 let given = if light.pdf.is_infinite() { 1.0 } else { 1.0 / light.pdf };
                 let w = weight(light.pdf, pdf) * given;
@@ -331,7 +316,7 @@ impl World {
             return None;
         }
         path.throughput = times(path.throughput, f);
-        Some((Ray::new(start, direction), pdf))
+        Some((Ray { time: ray.time, ..Ray::new(start, direction) }, pdf))
     }
 }
 

@@ -11,12 +11,14 @@ pub struct Ray {
     pub direction: Vec3,
     /// How far it is asked for; infinity is everywhere.
     pub limit: f32,
+    /// When: 0 as the shutter opens, 1 as it closes.
+    pub time: f32,
 }
 
 impl Ray {
-    /// A ray without end.
+    /// A ray without end, as the shutter opens.
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
-        Ray { origin, direction, limit: f32::INFINITY }
+        Ray { origin, direction, limit: f32::INFINITY, time: 0.0 }
     }
 
     /// The point at that distance.

@@ -4,6 +4,7 @@ use crate::curves::{CurveHit, Curves};
 use crate::light::Lights;
 use crate::surface::Scatter;
 use crate::triangles::{TriangleHit, Triangles};
+use crate::view::View;
 use glam::{Vec2, Vec3};
 use vellus::{Bcsdf, Fiber};
 use vellus_scene::{Basis, Camera, Error, Look, Parameter, Scene, Strands, Surface, Texture, Values};
@@ -16,7 +17,9 @@ pub struct World {
     /// All meshes.
     pub triangles: Triangles,
     pub(crate) lights: Lights,
-    pub(crate) camera: Camera,
+    pub(crate) view: View,
+    /// Does anything move while the shutter is open?
+    pub(crate) moves: bool,
     looks: Vec<Look>,
     /// Of each of the strands, its scattering where it is the same everywhere.
     constant: Vec<Option<Bcsdf<'static>>>,
@@ -53,11 +56,13 @@ impl World {
             let bcsdf = bcsdf.map_err(|source| Error::Fiber { place: look.name.clone(), source })?;
             constant.push(same.then_some(bcsdf));
         }
+        let (curves, triangles, view) = (Curves::new(scene.strands), Triangles::new(scene.meshes), View::new(camera));
         Ok(World {
-            curves: Curves::new(scene.strands),
-            triangles: Triangles::new(scene.meshes),
+            moves: curves.moves() || triangles.moves() || view.moves(),
+            curves,
+            triangles,
             lights,
-            camera,
+            view,
             looks: scene.looks,
             constant,
             surfaces: scene.surfaces,

@@ -44,6 +44,8 @@ pub struct Mesh {
     pub name: String,
     /// Vertices.
     pub positions: Vec<Vec3>,
+    /// Where the vertices are when the shutter closes, if they move: as many as there are `positions`.
+    pub moved: Option<Vec<Vec3>>,
     /// Three vertices a triangle, counterclockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
     /// Shading normals of the corners of each triangle; without them it is flat.
@@ -63,6 +65,9 @@ impl Mesh {
         let fail = |what: String| Err(invalid(&self.name, what));
         if let Some(i) = self.positions.iter().position(|p| !p.is_finite()) {
             return fail(format!("vertex {i} is {}: it must be finite", self.positions[i]));
+        }
+        if self.moved.as_ref().is_some_and(|m| m.len() != self.positions.len() || m.iter().any(|p| !p.is_finite())) {
+            return fail("there must be as many moved vertices as vertices, and all finite".to_owned());
         }
         if let Some(i) = self.triangles.iter().position(|t| t.iter().any(|&v| v as usize >= self.positions.len())) {
             return fail(format!("triangle {i} has a vertex beyond the {} there are", self.positions.len()));

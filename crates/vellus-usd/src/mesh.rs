@@ -70,8 +70,21 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let matrix = place.to_world;
     let is_identity = matrix == DMat4::IDENTITY;
     let (rows, _) = points.values.as_chunks::<3>();
-    let to_world = |p: &[f32; 3]| matrix.transform_point3(DVec3::from(p.map(f64::from))).as_vec3();
-    let positions: Vec<Vec3> = rows.iter().map(to_world).collect();
+    let to_world = |p: &[f32; 3], matrix: &DMat4| matrix.transform_point3(DVec3::from(p.map(f64::from))).as_vec3();
+    let positions: Vec<Vec3> = rows.iter().map(|p| to_world(p, &matrix)).collect();
+    let moved = if stage.clock.close == stage.clock.open {
+        None
+    } else {
+        let closed = stage.numbers(prim, "points", When::Close)?.filter(|p| p.lanes == 3).map(|p| p.values);
+        let closed = closed.unwrap_or_default();
+        let (rows, _) = closed.as_chunks::<3>();
+        if rows.len() != positions.len() {
+            let what = format!("it has {} points as the shutter opens, {} as it closes", positions.len(), rows.len());
+            return Err(Error::prim(prim, what));
+        }
+        let closed: Vec<Vec3> = rows.iter().map(|p| to_world(p, &place.moved)).collect();
+        Some(closed).filter(|closed| *closed != positions)
+    };
     let linear = DMat3::from_mat4(matrix);
     let normal_matrix = if linear.determinant() == 0.0 { linear } else { linear.inverse().transpose() };
     let normal = |row: &[f32]| {
@@ -82,6 +95,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let mesh = Mesh {
         name: prim.to_owned(),
         positions,
+        moved,
         normals: normals.map(|n| triangles.iter().map(|t| corners_of(t, &n, normal)).collect()),
         uv: uv.map(|uv| triangles.iter().map(|t| corners_of(t, &uv, Vec2::from_slice)).collect()),
         triangles: triangles.iter().map(|t| t.points).collect(),
@@ -90,9 +104,6 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     mesh.validate()?;
     if scheme.as_deref() != Some("none") {
         reader.warnings.add(prim, "subdivision is not supported: the polygons are taken as they are");
-    }
-    if place.moved != place.to_world {
-        reader.warnings.add(prim, "meshes do not move while the shutter is open: it stays where it was as that opened");
     }
     let surface = surface(reader, prim)?;
     reader.scene.meshes.push(Mesh { name, surface, ..mesh });

@@ -93,7 +93,9 @@ fn atomically(
 }
 
 fn stage<W: Write>(scene: &Scene, mut names: Names, mut text: Text<W>) -> io::Result<()> {
-    let moves = scene.strands.iter().any(|s| s.moved.is_some()) || scene.camera.is_some_and(|c| c.moved.is_some());
+    let moves = scene.strands.iter().any(|s| s.moved.is_some())
+        || scene.meshes.iter().any(|m| m.moved.is_some())
+        || scene.camera.is_some_and(|c| c.moved.is_some());
     text.line("#usda 1.0")?;
     text.line("(")?;
     text.line("    defaultPrim = \"Scene\"")?;

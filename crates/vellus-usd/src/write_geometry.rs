@@ -75,8 +75,12 @@ pub(crate) fn mesh<W: Write>(text: &mut Text<W>, mesh: &Mesh, names: &Names) -> 
     text.set("uniform token subdivisionScheme", "\"none\"")?;
     text.array("int[] faceVertexCounts", mesh.triangles.iter().map(|_| 3u32), None)?;
     text.array("int[] faceVertexIndices", mesh.triangles.iter().flatten().copied(), None)?;
-    extent(text, mesh.positions.iter().copied(), 0.0)?;
-    text.array("point3f[] points", mesh.positions.iter().map(|p| p.to_array()), None)?;
+    extent(text, mesh.positions.iter().chain(mesh.moved.iter().flatten()).copied(), 0.0)?;
+    let points = mesh.positions.iter().map(|p| p.to_array());
+    match &mesh.moved {
+        Some(moved) => text.moving_array("point3f[] points", points, moved.iter().map(|p| p.to_array()))?,
+        None => text.array("point3f[] points", points, None)?,
+    }
     if let Some(normals) = &mesh.normals {
         text.array("normal3f[] normals", normals.iter().flatten().map(|n| n.to_array()), Some("faceVarying"))?;
     }

@@ -423,6 +423,8 @@ def Xform \"rig\" {
     float3 xformOp:scale = (2, 2, 2)
     double3 xformOp:translate.timeSamples = { 1: (0, 0, 1), 2: (0, 4, 1) }
     uniform token[] xformOpOrder = [\"xformOp:scale\", \"xformOp:translate\"]
+    def Mesh \"sail\" { uniform token subdivisionScheme = \"none\" int[] faceVertexCounts = [3]
+        int[] faceVertexIndices = [0, 1, 2] point3f[] points = [(0,0,0), (1,0,0), (0,1,0)] }
     def Camera \"long\" { float focalLength = 80 float fStop = 2 float focusDistance = 3 double shutter:close = 0.25 }
 }";
     let (scene, warnings) = read_text(body, &Options::default()).unwrap();
@@ -430,6 +432,9 @@ def Xform \"rig\" {
     let camera = scene.camera.unwrap();
     assert_eq!((camera.film_width, camera.film_height, camera.lens_radius, camera.moved), (2.0, 1.0, 0.0, None));
     assert_eq!(scene.strands[0].moved, Some(vec![Vec3::ZERO, Vec3::new(1.0, 1.0, 0.0)]));
+    // Its parent's scale and movement.
+    assert_eq!(scene.meshes[0].positions[1], Vec3::new(2.0, 0.0, 2.0));
+    assert_eq!(scene.meshes[0].moved.as_ref().unwrap()[1], Vec3::new(2.0, 4.0, 2.0));
     let by_name = |name: &str, frame| Options { camera: Some(name.to_owned()), frame, ..Options::default() };
     let (scene, _) = read_text(body, &by_name("long", Some(1.5))).unwrap();
     let camera = scene.camera.unwrap();

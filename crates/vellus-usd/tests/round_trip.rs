@@ -67,11 +67,12 @@ fn scene() -> Scene {
                 name: "skin".to_owned(),
                 normals: Some((0..2).map(|i| [Vec3::Z, Vec3::new(0.6, 0.0, 0.8), noise(i) * Vec3::Y]).collect()),
                 uv: Some((0..2).map(|i| [Vec2::ZERO, Vec2::X, Vec2::new(noise(i), 3.0)]).collect()),
+                moved: Some(positions.iter().enumerate().map(|(i, p)| p + 0.1 * noise(i)).collect()),
                 positions: positions.clone(),
                 triangles: triangles.clone(),
                 surface: 0,
             },
-            Mesh { name: "floor".to_owned(), normals: None, uv: None, positions, triangles, surface: 1 },
+            Mesh { name: "floor".to_owned(), normals: None, uv: None, positions, triangles, surface: 1, moved: None },
         ],
         looks: vec![Look { name: "fox".to_owned(), fiber, textured }, Look::constant("1 of those", hair)],
         surfaces: vec![

@@ -57,6 +57,7 @@ fn patch(radius: f32) -> Mesh {
         triangles: (0..SIDES).map(|i| [0, 1 + i, 1 + (i + 1) % SIDES]).collect(),
         normals: None,
         uv: None,
+        moved: None,
         surface: 0,
     }
 }

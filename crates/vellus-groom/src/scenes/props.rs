@@ -38,6 +38,7 @@ pub(super) fn ellipsoid(scene: &mut Scene, center: Vec3, radii: Vec3, turn: Quat
         positions: vertices.iter().map(|&v| center + turn * (v * radii)).collect(),
         triangles,
         uv: None,
+        moved: None,
         surface: scene.surfaces.len(),
     });
     scene.surfaces.push(surface);
@@ -52,6 +53,7 @@ pub(super) fn ground(scene: &mut Scene, half: f32, color: [f32; 3]) {
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         normals: None,
         uv: None,
+        moved: None,
         surface: scene.surfaces.len(),
     });
     scene.surfaces.push(Surface::diffuse("ground", color));
@@ -77,6 +79,7 @@ pub(super) fn strip(scene: &mut Scene, profile: &[Vec2], forward: Vec3, half: f3
         positions,
         triangles,
         uv: None,
+        moved: None,
         surface: scene.surfaces.len(),
     });
     scene.surfaces.push(Surface::diffuse("backdrop", color));

@@ -1,0 +1,94 @@
+//! The camera in motion: rays through a pixel, and where a point is seen.
+
+use crate::light::concentric;
+use crate::ray::Ray;
+use glam::{Affine3A, Mat4, Quat, Vec2, Vec3};
+use vellus_scene::Camera;
+
+/// A camera made ready. Between opening and closing of the shutter it turns evenly and moves in a straight line.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct View {
+    camera: Camera,
+    open: (Quat, Vec3),
+    closed: Option<(Quat, Vec3)>,
+}
+
+fn rigid(to_world: Mat4) -> (Quat, Vec3) {
+    let (_, turn, place) = to_world.to_scale_rotation_translation();
+    (turn, place)
+}
+
+impl View {
+    pub(crate) fn new(camera: Camera) -> Self {
+        View { camera, open: rigid(camera.to_world), closed: camera.moved.map(rigid) }
+    }
+
+    /// Does it move?
+    pub(crate) fn moves(&self) -> bool {
+        self.closed.is_some()
+    }
+
+    /// From its frame to the world.
+    fn to_world(&self, time: f32) -> Affine3A {
+        let (turn, place) = self.open;
+        match self.closed {
+            Some((turned, moved)) => {
+                Affine3A::from_rotation_translation(turn.slerp(turned, time), place.lerp(moved, time))
+            }
+            None => Affine3A::from_rotation_translation(turn, place),
+        }
+    }
+
+    /// A ray through a place of a pixel's filter, a tent two pixels wide. `size` is that of the whole picture; `u` are two
+    /// numbers for the filter and two for the lens.
+    pub(crate) fn ray(&self, size: [usize; 2], pixel: [usize; 2], u: [f32; 4], time: f32) -> Ray {
+        let tent = |u: f32| if u < 0.5 { (2.0 * u).sqrt() - 1.0 } else { 1.0 - (2.0 - 2.0 * u).sqrt() };
+        let [width, height] = size.map(|n| n as f32);
+        let film_height = self.camera.film_height;
+        let x = ((pixel[0] as f32 + 0.5 + tent(u[0])) / width - 0.5) * film_height * width / height;
+        let y = (0.5 - (pixel[1] as f32 + 0.5 + tent(u[1])) / height) * film_height;
+        let (a, b) = concentric([u[2], u[3]]);
+        let lens = Vec3::new(a, b, 0.0) * self.camera.lens_radius;
+        let focus = Vec3::new(x, y, -1.0) * self.camera.focus_distance;
+        let to_world = self.to_world(time);
+        let direction = to_world.transform_vector3(focus - lens).normalize();
+        Ray { time, ..Ray::new(to_world.transform_point3(lens), direction) }
+    }
+
+    /// A pixel's width at a place on a camera ray, across the way the camera looks (Yan17 Eq. 27).
+    pub(crate) fn pixel_width(&self, size: [usize; 2], ray: &Ray, t: f32) -> f32 {
+        let forward = self.to_world(ray.time).transform_vector3(-Vec3::Z);
+        t * ray.direction.dot(forward) * self.camera.film_height / size[1] as f32
+    }
+
+    /// Where a point is seen, in pixels from the upper left corner; `None` behind the camera.
+    pub(crate) fn seen(&self, size: [usize; 2], point: Vec3, time: f32) -> Option<Vec2> {
+        let p = self.to_world(time).inverse().transform_point3(point);
+        let [width, height] = size.map(|n| n as f32);
+        let pixels = height / self.camera.film_height;
+        (p.z < 0.0).then(|| Vec2::new(0.5 * width, 0.5 * height) + Vec2::new(p.x, -p.y) / -p.z * pixels)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A point on a ray is seen in the pixel of the ray, at any time, whatever the camera does.
+    #[test]
+    fn points_are_seen_where_their_rays_come_from() {
+        let mut camera = Camera::look_at(Vec3::new(1.0, 2.0, 5.0), Vec3::new(0.2, 0.1, 0.0), Vec3::Y, 0.6, 1.5);
+        camera.moved = Some(Mat4::from_rotation_y(0.8) * Mat4::from_translation(Vec3::X) * camera.to_world);
+        let view = View::new(camera);
+        for i in 0..200 {
+            let pixel = [i % 30, i % 20];
+            let time = (i % 7) as f32 / 6.0;
+            // The middle of the filter.
+            let ray = view.ray([30, 20], pixel, [0.5; 4], time);
+            let found = view.seen([30, 20], ray.at(0.3 + i as f32), time).unwrap();
+            let middle = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5);
+            assert!(found.abs_diff_eq(middle, 1e-3), "{found} is not {middle}");
+            assert!(view.seen([30, 20], ray.at(-1.0), time).is_none());
+        }
+    }
+}
