@@ -53,6 +53,17 @@ pub enum Light {
 }
 
 impl Light {
+    /// `dome`, `distant`, `rect`, `disk` or `sphere`.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Light::Dome { .. } => "dome",
+            Light::Distant { .. } => "distant",
+            Light::Rect { .. } => "rect",
+            Light::Disk { .. } => "disk",
+            Light::Sphere { .. } => "sphere",
+        }
+    }
+
     /// Checks that all is finite, no colour negative, and that textures exist.
     ///
     /// # Errors

@@ -24,6 +24,9 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Lights.
     pub lights: Vec<Light>,
+    /// The group of each light, whose part of the picture is a layer of its own; lights may share one. Names are letters, digits,
+    /// `_` and `-`. Empty where each light is a group.
+    pub light_groups: Vec<String>,
     /// Without one, the renderer frames the strands.
     pub camera: Option<Camera>,
 }
@@ -39,6 +42,19 @@ impl Scene {
             })
         };
         around(&mut { strands }).or_else(|| around(&mut { meshes }))
+    }
+
+    /// The group of each light: those given, or else the light's kind, with a number from the second of a kind on.
+    pub fn light_group_names(&self) -> Vec<String> {
+        if !self.light_groups.is_empty() {
+            return self.light_groups.clone();
+        }
+        let kinds: Vec<&str> = self.lights.iter().map(Light::kind).collect();
+        let name = |i: usize| match kinds[..i].iter().filter(|&&kind| kind == kinds[i]).count() {
+            0 => kinds[i].to_owned(),
+            n => format!("{}{}", kinds[i], n + 1),
+        };
+        (0..kinds.len()).map(name).collect()
     }
 
     /// Checks everything, so that rendering cannot fail.
@@ -72,6 +88,15 @@ impl Scene {
         }
         self.looks.iter().try_for_each(|look| look.validate(self.textures.len()))?;
         self.lights.iter().try_for_each(|light| light.validate(self.textures.len()))?;
+        let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+        if let Some(name) = self.light_groups.iter().find(|n| !(1..=64).contains(&n.len()) || !n.chars().all(plain)) {
+            let what = "a light group's name is 1 to 64 letters, digits, _ or -";
+            return Err(invalid("lights", format!("'{name}': {what}")));
+        }
+        if !self.light_groups.is_empty() && self.light_groups.len() != self.lights.len() {
+            let (groups, lights) = (self.light_groups.len(), self.lights.len());
+            return Err(invalid("lights", format!("{groups} groups are given for {lights} lights")));
+        }
         self.textures.iter().try_for_each(Texture::validate)?;
         self.camera.iter().try_for_each(Camera::validate)
     }
@@ -103,7 +128,7 @@ mod tests {
         assert_eq!(scene().validate(), Ok(()));
         assert_eq!(scene().strands[0].segments(), 3);
         type Break = fn(&mut Scene);
-        let broken: [(Break, &str); 7] = [
+        let broken: [(Break, &str); 9] = [
             (|s| s.strands[0].look = 1, "fur: it has no such look"),
             (|s| s.strands[0].starts[1] = 1, "fur: strand 0 has 1 points"),
             (|s| s.strands[0].starts[1] = 9, "strand 0 ends beyond the 5 points"),
@@ -111,6 +136,8 @@ mod tests {
             (|s| s.strands[0].points[3].x = f32::NAN, "must be finite"),
             (|s| s.strands[0].varying[0].1 = Values::PerStrand(vec![[0.2; 3]]), "g has 1 values where 2 belong"),
             (|s| s.looks[0].fiber.eta = 9.0, "white: eta = 9"),
+            (|s| s.light_groups = vec!["key".to_owned()], "lights: 1 groups are given for 0 lights"),
+            (|s| s.light_groups = vec!["key.left".to_owned()], "'key.left': a light group's name"),
         ];
         for (change, message) in broken {
             let mut scene = scene();
@@ -118,5 +145,15 @@ mod tests {
             let error = scene.validate().unwrap_err().to_string();
             assert!(error.contains(message), "{error}");
         }
+    }
+
+    #[test]
+    fn lights_without_groups_are_called_after_their_kind() {
+        let dome = Light::Dome { radiance: [1.0; 3], texture: None, rotation: glam::Mat3::IDENTITY };
+        let ball = Light::Sphere { center: Vec3::ZERO, radius: 1.0, radiance: [1.0; 3] };
+        let mut scene = Scene { lights: vec![ball.clone(), dome, ball], ..scene() };
+        assert_eq!(scene.light_group_names(), ["sphere", "dome", "sphere2"]);
+        scene.light_groups = ["a", "b", "a"].map(str::to_owned).to_vec();
+        assert_eq!((scene.light_group_names(), scene.validate()), (scene.light_groups.clone(), Ok(())));
     }
 }

@@ -99,8 +99,20 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
             Light::Sphere { center, radius: radius as f32, radiance: radiance(4.0 * PI * radius * radius) }
         }
     };
+    let group = group(reader, prim)?;
     reader.scene.lights.push(light);
+    reader.scene.light_groups.push(group);
     Ok(())
+}
+
+/// `vellus:lightGroup`, or the prim's name.
+fn group(reader: &Reader, prim: &str) -> Result<String, Error> {
+    if let Some([name]) = reader.stage.words(prim, "vellus:lightGroup")?.as_deref() {
+        return Ok(name.clone());
+    }
+    let name = prim.rsplit('/').next().unwrap_or_default();
+    // Of prims' names, those in other scripts are not names of groups.
+    Ok(name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).take(64).collect())
 }
 
 fn light_texture(reader: &mut Reader, prim: &str) -> Result<Option<usize>, Error> {

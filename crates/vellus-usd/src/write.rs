@@ -26,6 +26,7 @@ pub(crate) struct Names {
 /// What [`crate::read`] gives for it equals the scene, but for this:
 /// - angles and the radius of the lens may be off by their last bit;
 /// - a texture is called after its file; quotes, backslashes and control characters in names are replaced;
+/// - light groups are those of [`Scene::light_group_names`];
 /// - looks, surfaces and textures come in the order they are used in, without those that are not.
 ///
 /// Movement is from time code 0 to 1, with the shutter of the camera; without a camera [`crate::Options::shutter`] must say
@@ -121,8 +122,8 @@ fn stage<W: Write>(scene: &Scene, mut names: Names, mut text: Text<W>) -> io::Re
     if let Some(item) = &scene.camera {
         camera(&mut text, item, moves)?;
     }
-    for item in &scene.lights {
-        light(&mut text, item, &names)?;
+    for (item, group) in scene.lights.iter().zip(scene.light_group_names()) {
+        light(&mut text, item, &group, &names)?;
     }
     for item in &scene.meshes {
         mesh(&mut text, item, &names)?;

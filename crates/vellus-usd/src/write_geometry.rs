@@ -1,7 +1,7 @@
 //! Strands, meshes, camera and lights in text.
 
 use crate::look::is_rgb;
-use crate::text::{Literal, Text};
+use crate::text::{Literal, Text, quoted};
 use crate::write::{Names, vellus_name};
 use glam::{DMat3, DMat4, DVec3, Mat4, Vec3};
 use std::io::{self, Write};
@@ -130,7 +130,7 @@ pub(crate) fn camera<W: Write>(text: &mut Text<W>, camera: &Camera, moves: bool)
     text.close()
 }
 
-pub(crate) fn light<W: Write>(text: &mut Text<W>, light: &Light, names: &Names) -> io::Result<()> {
+pub(crate) fn light<W: Write>(text: &mut Text<W>, light: &Light, group: &str, names: &Names) -> io::Result<()> {
     let (kind, color, texture) = match light {
         Light::Dome { radiance, texture, .. } => ("DomeLight", radiance, *texture),
         Light::Distant { irradiance, .. } => ("DistantLight", irradiance, None),
@@ -142,6 +142,7 @@ pub(crate) fn light<W: Write>(text: &mut Text<W>, light: &Light, names: &Names) 
     text.open(kind, &name, "")?;
     text.set("color3f inputs:color", &color.text())?;
     text.set("float inputs:intensity", "1")?;
+    text.set("token vellus:lightGroup", &quoted(group))?;
     if let Some(texture) = texture {
         text.set("asset inputs:texture:file", &format!("@{}@", names.textures[texture]))?;
     }

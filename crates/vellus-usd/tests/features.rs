@@ -367,7 +367,7 @@ def BasisCurves \"b\" {{ {FOUR} }}
 def RectLight \"rect\" {{ float inputs:width = 2 float inputs:height = 3 float inputs:intensity = 6 float inputs:exposure = 1
     bool inputs:normalize = 1 color3f inputs:color = (1, 0.5, 0)
     float3 xformOp:scale = (2, 1, 1) uniform token[] xformOpOrder = [\"xformOp:scale\"] }}
-def DiskLight \"disk\" {{ float intensity = 3 float inputs:shaping:cone:angle = 30 }}
+def DiskLight \"disk\" {{ token vellus:lightGroup = \"key-2\" float intensity = 3 float inputs:shaping:cone:angle = 30 }}
 def SphereLight \"sphere\" {{ float inputs:radius = 0.5 bool inputs:normalize = 1
     float3 xformOp:scale = (2, 2, 2) uniform token[] xformOpOrder = [\"xformOp:scale\"] }}
 def DistantLight \"sun\" {{ float inputs:angle = 60 float inputs:intensity = 2
@@ -383,6 +383,7 @@ def CylinderLight \"tube\" {{ }}"
         "{said}"
     );
     let [rect, disk, sphere, sun, parallel, sky, sky1] = &scene.lights[..] else { panic!() };
+    assert_eq!(scene.light_groups[1..5], ["key-2", "sphere", "sun", "parallel"]);
     // 6 · 2 over an area of 2 · 2 · 3.
     let Light::Rect { radiance, to_world, .. } = rect else { panic!() };
     assert_eq!((*radiance, to_world.x_axis.x, to_world.y_axis.y), ([1.0, 0.5, 0.0], 4.0, 3.0));
