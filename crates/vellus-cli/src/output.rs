@@ -35,20 +35,27 @@ impl OutputArgs {
     }
 }
 
+/// The folder a file is in.
+pub fn folder(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
 /// Writes `bytes` to `path`, or to standard output without one. A file appears whole or not at all.
 pub fn write(path: Option<&Path>, bytes: &[u8]) -> Result<()> {
     let Some(path) = path else {
         std::io::stdout().lock().write_all(bytes)?;
         return Ok(());
     };
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
+    let folder = folder(path);
     let write = || -> Result<()> {
         std::fs::create_dir_all(folder)?;
         let mut file = tempfile::Builder::new().prefix(".vellus-").tempfile_in(folder)?;
         file.write_all(bytes)?;
+        // Some file systems say only now that there is no room, and what is replaced may be needed still.
+        file.as_file().sync_all()?;
         // Temporary files are private; a result is as readable as any other file.
         #[cfg(unix)]
         std::fs::set_permissions(file.path(), std::os::unix::fs::PermissionsExt::from_mode(0o644))?;
@@ -60,10 +67,7 @@ pub fn write(path: Option<&Path>, bytes: &[u8]) -> Result<()> {
 
 /// Checks that a file can be written there, before long work begins.
 pub fn writable(path: &Path) -> Result<()> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
+    let folder = folder(path);
     let probe = || -> Result<()> {
         std::fs::create_dir_all(folder)?;
         let mut file = tempfile::Builder::new().prefix(".vellus-").tempfile_in(folder)?;
@@ -114,7 +118,11 @@ pub fn number(x: f64) -> String {
 
 /// A bar for long work with rate and remaining time; nothing where standard error is not a terminal.
 pub fn progress(len: u64, what: &'static str) -> indicatif::ProgressBar {
-    let style = indicatif::ProgressStyle::with_template("{msg} [{bar:32}] {percent}% {elapsed} elapsed, {eta} left")
-        .unwrap_or_else(|_| indicatif::ProgressStyle::default_bar());
-    indicatif::ProgressBar::new(len).with_style(style).with_message(what)
+    bar(len, "{msg} [{bar:32}] {percent}% {elapsed} elapsed, {eta} left").with_message(what)
+}
+
+/// The same for work that tells by itself how much is left.
+pub fn bar(len: u64, template: &str) -> indicatif::ProgressBar {
+    let style = indicatif::ProgressStyle::with_template(template);
+    indicatif::ProgressBar::new(len).with_style(style.unwrap_or_else(|_| indicatif::ProgressStyle::default_bar()))
 }

@@ -6,6 +6,7 @@
 mod bvh;
 mod curves;
 mod film;
+mod layout;
 mod light;
 mod memory;
 mod path;
@@ -21,7 +22,8 @@ mod view;
 mod world;
 
 pub use curves::{CurveHit, Curves};
-pub use film::{CHANNELS, Film, LARGEST, Layer, Values};
+pub use film::{Film, LARGEST, Layer};
+pub use layout::Layout;
 pub use path::{Mode, Settings};
 pub use picture::Depth;
 pub use ray::Ray;

@@ -165,8 +165,8 @@ impl Lights {
         Lights { lights, shares, sums }
     }
 
-    /// A direction from `point` toward one of them. `None` where the light has nothing to send there.
-    pub fn sample(&self, point: Vec3, u: [f32; 3]) -> Option<LightSample> {
+    /// A direction from `point` toward one of them, and which that is. `None` where the light has nothing to send there.
+    pub fn sample(&self, point: Vec3, u: [f32; 3]) -> Option<(usize, LightSample)> {
         if self.lights.is_empty() {
             return None;
         }
@@ -177,28 +177,28 @@ impl Lights {
         }
         let sample = self.lights[i].sample(point, [u[0], u[1]])?;
         if sample.pdf.is_infinite() {
-            return Some(LightSample { radiance: sample.radiance.map(|r| r / share), ..sample });
+            return Some((i, LightSample { radiance: sample.radiance.map(|r| r / share), ..sample }));
         }
-        (sample.pdf > 0.0).then_some(LightSample { pdf: sample.pdf * share, ..sample })
+        (sample.pdf > 0.0).then_some((i, LightSample { pdf: sample.pdf * share, ..sample }))
     }
 
-    /// The lights of a shape that a ray meets, before its limit: the nearest.
-    pub fn met(&self, ray: &Ray) -> Option<Emission> {
-        let mut best: Option<Emission> = None;
-        for (light, share) in self.lights.iter().zip(&self.shares) {
-            let limit = best.map_or(ray.limit, |b| b.t);
+    /// Of the lights of a shape that a ray meets before its limit, the nearest, and which that is.
+    pub fn met(&self, ray: &Ray) -> Option<(usize, Emission)> {
+        let mut best: Option<(usize, Emission)> = None;
+        for (i, light) in self.lights.iter().enumerate() {
+            let limit = best.map_or(ray.limit, |(_, b)| b.t);
             if let Some(emission) = light.met(&Ray { limit, ..*ray }) {
-                best = Some(Emission { pdf: emission.pdf * share, ..emission });
+                best = Some((i, Emission { pdf: emission.pdf * self.shares[i], ..emission }));
             }
         }
         best
     }
 
-    /// What is beyond the scene in a direction: of each light, its radiance and density.
-    pub fn beyond(&self, direction: Vec3) -> impl Iterator<Item = Emission> + '_ {
-        self.lights.iter().zip(&self.shares).filter_map(move |(light, share)| {
+    /// What is beyond the scene in a direction: of each light, which it is, its radiance and density.
+    pub fn beyond(&self, direction: Vec3) -> impl Iterator<Item = (usize, Emission)> + '_ {
+        self.lights.iter().zip(&self.shares).enumerate().filter_map(move |(i, (light, share))| {
             let emission = light.beyond(direction)?;
-            Some(Emission { pdf: emission.pdf * share, ..emission })
+            Some((i, Emission { pdf: emission.pdf * share, ..emission }))
         })
     }
 }
@@ -438,14 +438,14 @@ mod tests {
             let seen = |direction: Vec3| {
                 let ray = Ray::new(point, direction);
                 match lights.met(&ray) {
-                    Some(emission) => vec![emission],
-                    None => lights.beyond(direction).collect(),
+                    Some((_, emission)) => vec![emission],
+                    None => lights.beyond(direction).map(|(_, emission)| emission).collect(),
                 }
             };
             let n = 200_000;
             let (mut sampled, mut shot) = ([0.0f64; 2], [0.0f64; 2]);
             let mut draw = |u: [f32; 4]| {
-                if let Some(s) = lights.sample(point, [u[0], u[1], u[2]]) {
+                if let Some((_, s)) = lights.sample(point, [u[0], u[1], u[2]]) {
                     // Only as far as nothing nearer is in the way.
                     let open = seen(s.direction).iter().any(|e| (e.t - s.distance).abs() < 1e-3 || e.t == s.distance);
                     if open {

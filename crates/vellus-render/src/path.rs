@@ -4,8 +4,9 @@
 //! inside its BCSDF: a path enters the surface where the ray does, and leaves from the side it goes to.
 
 use crate::curves::CurveHit;
-use crate::film::{CHANNELS, Layer, Values};
-use crate::light::LightSample;
+use crate::film::{LARGEST, Layer, nearest};
+use crate::layout::Layout;
+use crate::light::{Emission, LightSample};
 use crate::ray::{Ray, across};
 use crate::sampler::Sampler;
 use crate::triangles::TriangleHit;
@@ -48,7 +49,8 @@ impl Settings {
 
 /// What a sample saw.
 pub(crate) struct Seen {
-    pub values: Values,
+    /// The strand, as [`nearest`] has it.
+    pub strand: i64,
     /// Rays traced.
     pub rays: u64,
     /// Mean throughput lost to the largest depth.
@@ -125,7 +127,10 @@ impl FiberFrame {
 /// One sample being traced.
 struct Path<'w> {
     world: &'w World,
-    values: Values,
+    layout: &'w Layout,
+    /// Of the layout's sums.
+    values: &'w mut [f32],
+    strand: i64,
     throughput: Rgb,
     /// Of the light that comes through the fibre seen first, the share that each lobe scattered.
     lobes: Option<[Rgb; 6]>,
@@ -133,17 +138,39 @@ struct Path<'w> {
 }
 
 impl Path<'_> {
-    fn add(&mut self, light: Rgb) {
+    /// Adds light that came from a group of lights.
+    fn add(&mut self, light: Rgb, group: usize) {
         for c in 0..3 {
             self.values[c] += light[c];
-            if let Some(lobes) = &self.lobes {
-                (0..6).for_each(|p| self.values[Layer::Lobes.start() + 3 * p + c] += light[c] * lobes[p][c]);
+        }
+        if let Some(start) = self.layout.start(Layer::Lights) {
+            (0..3).for_each(|c| self.values[start + 3 * group + c] += light[c]);
+        }
+        if let (Some(lobes), Some(start)) = (&self.lobes, self.layout.start(Layer::Lobes)) {
+            for (p, lobe) in lobes.iter().enumerate() {
+                (0..3).for_each(|c| self.values[start + 3 * p + c] += light[c] * lobe[c]);
             }
         }
     }
 
+    /// Sets a layer, if it is kept.
     fn set(&mut self, layer: Layer, value: &[f32]) {
-        self.values[layer.start()..][..value.len()].copy_from_slice(value);
+        if let Some(start) = self.layout.start(layer) {
+            self.values[start..][..value.len()].copy_from_slice(value);
+        }
+    }
+
+    /// Holds a sample to the largest value a film takes: in all layers that are parts of its beauty alike, so that they still
+    /// sum to it.
+    fn hold(&mut self) {
+        let bright = self.values[..3].iter().fold(0.0f32, |a, &b| a.max(b));
+        if bright > LARGEST {
+            for range in [Layer::Beauty, Layer::Lobes, Layer::Lights].into_iter().filter_map(|l| self.layout.range(l)) {
+                self.values[range].iter_mut().for_each(|v| *v *= LARGEST / bright);
+            }
+        }
+        let brightness = (self.values[0] + self.values[1] + self.values[2]) / 3.0;
+        self.set(Layer::Square, &[brightness * brightness]);
     }
 
     /// What lies on the way toward a light?
@@ -153,9 +180,9 @@ impl Path<'_> {
     }
 
     /// Light from beyond the scene, or from a light's shape, found by a ray that was drawn with density `pdf`.
-    fn found(&mut self, radiance: Rgb, light_pdf: f32, pdf: Option<f32>) {
-        let w = pdf.map_or(1.0, |pdf| weight(pdf, light_pdf));
-        self.add(scale(times(self.throughput, radiance), w));
+    fn found(&mut self, (light, emission): (usize, Emission), pdf: Option<f32>) {
+        let w = pdf.map_or(1.0, |pdf| weight(pdf, emission.pdf));
+        self.add(scale(times(self.throughput, emission.radiance), w), self.world.groups[light]);
     }
 }
 
@@ -165,13 +192,21 @@ fn shadow_limit(sample: &LightSample) -> f32 {
 }
 
 impl World {
-    /// Traces a sample of a pixel.
-    pub(crate) fn trace(&self, settings: &Settings, pixel: [usize; 2], index: u64) -> Seen {
+    /// Traces a sample of a pixel; `values` are the layout's sums, of whatever content.
+    pub(crate) fn trace(
+        &self,
+        settings: &Settings,
+        layout: &Layout,
+        pixel: [usize; 2],
+        index: u64,
+        values: &mut [f32],
+    ) -> Seen {
+        values.fill(0.0);
         let mut sampler = Sampler::new(pixel.map(|x| x as u32), index, settings.seed);
         let u = sampler.next();
         let time = if self.moves { sampler.next()[0] } else { 0.0 };
         let mut ray = self.view.ray(settings.size, pixel, u, time);
-        let mut path = Path { world: self, values: [0.0; CHANNELS], throughput: [1.0; 3], lobes: None, rays: 0 };
+        let mut path = Path { world: self, layout, values, strand: 0, throughput: [1.0; 3], lobes: None, rays: 0 };
         // The density the ray was drawn with, if lights could have been sampled instead.
         let mut pdf = None;
         let mut cut = 0.0;
@@ -181,12 +216,12 @@ impl World {
             let curve = self.curves.intersect(&Ray { limit: triangle.map_or(ray.limit, |hit| hit.t), ..ray });
             let t = curve.map(|hit| hit.entry.t).or(triangle.map(|hit| hit.t));
             if let Some(emission) = self.lights.met(&Ray { limit: t.unwrap_or(f32::INFINITY), ..ray }) {
-                path.found(emission.radiance, emission.pdf, pdf);
+                path.found(emission, pdf);
                 break;
             }
             let Some(t) = t else {
                 for emission in self.lights.beyond(ray.direction) {
-                    path.found(emission.radiance, emission.pdf, pdf);
+                    path.found(emission, pdf);
                 }
                 break;
             };
@@ -214,9 +249,8 @@ impl World {
                 path.throughput = scale(path.throughput, 1.0 / survive);
             }
         }
-        let brightness = (path.values[0] + path.values[1] + path.values[2]) / 3.0;
-        path.values[Layer::Square.start()] = brightness * brightness;
-        Seen { values: path.values, rays: path.rays, cut }
+        path.hold();
+        Seen { strand: path.strand, rays: path.rays, cut }
     }
 
     fn at_fiber(
@@ -250,9 +284,12 @@ impl World {
             let n = (ray.at(hit.entry.t) - frame.axis).normalize_or_zero();
             path.set(Layer::Normal, &n.to_array());
             path.set(Layer::Albedo, &scattering.energy().total());
+            path.set(Layer::Fibers, &[1.0]);
+            path.set(Layer::RootUv, &self.root_uv(hit).to_array());
+            path.strand = nearest(hit.entry.t, self.strand_number(hit));
         }
         let [a, b] = [sampler.next(), sampler.next()];
-        if let Some(light) = self.lights.sample(frame.axis, [a[0], a[1], a[2]]) {
+        if let Some((which, light)) = self.lights.sample(frame.axis, [a[0], a[1], a[2]]) {
             let (f, pdf) = scattering.eval_pdf(frame.local(light.direction));
             let total = f.total();
             if largest(total) > 0.0 && !path.blocked(&frame.leave(light.direction, shadow_limit(&light))) {
@@ -262,7 +299,7 @@ impl World {
                 if depth == 0 {
                     path.lobes = Some(shares(&f));
                 }
-                path.add(scale(times(times(path.throughput, total), light.radiance), w));
+                path.add(scale(times(times(path.throughput, total), light.radiance), w), self.groups[which]);
                 path.lobes = lobes;
             }
         }
@@ -287,7 +324,7 @@ impl World {
         depth: u32,
     ) -> Option<(Ray, f32)> {
         let (scatter, emission) = self.scatter(hit);
-        path.add(times(path.throughput, emission));
+        path.add(times(path.throughput, emission), self.glow);
         let (x, y) = across(hit.normal);
         let local = |w: Vec3| Vec3::new(w.dot(x), w.dot(y), w.dot(hit.normal));
         let point = ray.at(hit.t);
@@ -298,13 +335,13 @@ impl World {
         if depth == 0 {
             path.set(Layer::Normal, &hit.normal.to_array());
         }
-        if let Some(light) = self.lights.sample(start, [a[0], a[1], a[2]]) {
+        if let Some((which, light)) = self.lights.sample(start, [a[0], a[1], a[2]]) {
             let (f, pdf) = scatter.eval_pdf(wo, local(light.direction));
             let shadow = Ray { origin: start, direction: light.direction, limit: shadow_limit(&light), time: ray.time };
             if largest(f) > 0.0 && light.direction.dot(hit.plane) > 0.0 && !path.blocked(&shadow) {
                 let given = if light.pdf.is_infinite() { 1.0 } else { 1.0 / light.pdf };
                 let w = weight(light.pdf, pdf) * given;
-                path.add(scale(times(times(path.throughput, f), light.radiance), w));
+                path.add(scale(times(times(path.throughput, f), light.radiance), w), self.groups[which]);
             }
         }
         let (wi, pdf, f) = scatter.sample(wo, [b[0], b[1], b[2]])?;

@@ -13,8 +13,8 @@ pub enum Depth {
     Float,
 }
 
-/// Channel names of a layer, as compositors know them: `R`, `albedo.R`, `lobe_TT.G`, `N.X`, `Z`.
-fn names(layer: Layer) -> Vec<String> {
+/// Channel names of a layer, as compositors know them: `R`, `albedo.R`, `lobe_TT.G`, `light_key.B`, `N.X`, `Z`.
+fn names(layer: Layer, groups: &[String]) -> Vec<String> {
     let rgb = |prefix: &str| ["R", "G", "B"].map(|c| format!("{prefix}{c}")).to_vec();
     let xyz = |prefix: &str| ["X", "Y", "Z"].map(|c| format!("{prefix}.{c}")).to_vec();
     match layer {
@@ -26,12 +26,17 @@ fn names(layer: Layer) -> Vec<String> {
         Layer::Normal => xyz("N"),
         Layer::Tangent => xyz("T"),
         Layer::Depth => vec!["Z".to_owned()],
+        Layer::Fibers => vec!["fibers.A".to_owned()],
+        Layer::RootUv => vec!["root.U".to_owned(), "root.V".to_owned()],
+        Layer::Lights => groups.iter().flat_map(|group| rgb(&format!("light_{group}."))).collect(),
+        Layer::Strand => vec!["strand.id".to_owned()],
     }
 }
 
 impl Film {
-    /// An OpenEXR file with these layers and notes. Features (albedo, normal, tangent, depth) are means over the covered part of
-    /// the pixel; the variance is that of the pixel's mean brightness.
+    /// An OpenEXR file with these layers, as far as the film keeps them, and notes. Features (albedo, normal, depth; of fibres alone:
+    /// tangent, root uv) are means over what the pixel sees of them; the variance is that of the pixel's mean brightness. A crop
+    /// is the data window of the whole picture.
     ///
     /// # Errors
     /// What the encoder says.
@@ -39,15 +44,18 @@ impl Film {
         &self,
         layers: &[Layer],
         depth: Depth,
-        notes: &[(&str, String)],
+        notes: &[(String, String)],
     ) -> std::result::Result<Vec<u8>, String> {
         let (width, height) = (self.width(), self.height());
+        let pixels = || (0..width * height).map(|i| (i % width, i / width));
         let mut channels = Vec::new();
-        for layer in layers {
-            for (k, name) in names(*layer).into_iter().enumerate() {
-                let values = (0..width * height).map(|i| self.value(i % width, i / width, *layer, k));
-                let exact = matches!(layer, Layer::Square | Layer::Depth);
-                let samples = if depth == Depth::Float || exact {
+        for layer in Layer::ALL.into_iter().filter(|l| layers.contains(l) && self.layout().has(*l)) {
+            for (k, name) in names(layer, self.layout().groups()).into_iter().enumerate() {
+                let values = pixels().map(|(x, y)| self.value(x, y, layer, k));
+                let exact = matches!(layer, Layer::Square | Layer::Depth | Layer::RootUv);
+                let samples = if layer == Layer::Strand {
+                    FlatSamples::U32(pixels().map(|(x, y)| self.strand(x, y)).collect())
+                } else if depth == Depth::Float || exact {
                     FlatSamples::F32(values.collect())
                 } else {
                     FlatSamples::F16(values.map(|v| f16::from_f32(v.clamp(-65504.0, 65504.0))).collect())
@@ -55,28 +63,37 @@ impl Film {
                 channels.push(AnyChannel::new(name.as_str(), samples));
             }
         }
+        let [left, top, ..] = self.area().map(|n| n as i32);
         let mut attributes = LayerAttributes::named("");
         attributes.layer_name = None;
+        attributes.layer_position = Vec2(left, top);
         attributes.software_name = Some("vellus".into());
         for (name, value) in notes {
-            attributes.other.insert((*name).into(), AttributeValue::Text(value.as_str().into()));
+            // UTF-8, as most programs have it; the encoder's own conversion would refuse all but Latin.
+            let value = AttributeValue::Text(Text::from_slice_unchecked(value.as_bytes()));
+            attributes.other.insert(Text::from_slice_unchecked(name.as_bytes()), value);
         }
         let channels = AnyChannels::sort(channels.into_iter().collect());
         let layer = exr::image::Layer::new((width, height), attributes, Encoding::FAST_LOSSLESS, channels);
+        let [whole_width, whole_height] = self.whole();
+        let mut image = Image::from_layer(layer);
+        image.attributes.display_window = IntegerBounds::from_dimensions((whole_width, whole_height));
         let mut bytes = Cursor::new(Vec::new());
-        Image::from_layer(layer).write().non_parallel().to_buffered(&mut bytes).map_err(|e| e.to_string())?;
+        image.write().non_parallel().to_buffered(&mut bytes).map_err(|e| e.to_string())?;
         Ok(bytes.into_inner())
     }
 
     /// One channel of a layer as it is stored.
     fn value(&self, x: usize, y: usize, layer: Layer, k: usize) -> f32 {
-        let mean = self.mean(x, y, layer.start() + k);
+        let mean = self.mean(x, y, layer, k);
+        let over = |cover: Layer| {
+            let covered = self.mean(x, y, cover, 0);
+            if covered > 0.0 { (mean / covered) as f32 } else { 0.0 }
+        };
         match layer {
             Layer::Square => self.error(x, y).powi(2) as f32,
-            Layer::Albedo | Layer::Normal | Layer::Tangent | Layer::Depth => {
-                let covered = self.mean(x, y, Layer::Alpha.start());
-                if covered > 0.0 { (mean / covered) as f32 } else { 0.0 }
-            }
+            Layer::Albedo | Layer::Normal | Layer::Depth => over(Layer::Alpha),
+            Layer::Tangent | Layer::RootUv => over(Layer::Fibers),
             _ => mean as f32,
         }
     }
@@ -91,20 +108,23 @@ impl Film {
         };
         (0..self.height())
             .flat_map(|y| (0..self.width()).flat_map(move |x| [0, 1, 2].map(|c| (x, y, c))))
-            .map(|(x, y, c)| encode(self.mean(x, y, c)))
+            .map(|(x, y, c)| encode(self.mean(x, y, Layer::Beauty, c)))
             .collect()
     }
 
-    /// A PNG of [`Film::to_srgb`].
+    /// A PNG of [`Film::to_srgb`] with notes.
     ///
     /// # Errors
     /// What the encoder says.
-    pub fn to_png(&self, exposure: f32) -> std::result::Result<Vec<u8>, String> {
+    pub fn to_png(&self, exposure: f32, notes: &[(String, String)]) -> std::result::Result<Vec<u8>, String> {
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.width() as u32, self.height() as u32);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        for (name, value) in notes {
+            encoder.add_itxt_chunk(name.clone(), value.clone()).map_err(|e| e.to_string())?;
+        }
         let mut writer = encoder.write_header().map_err(|e| e.to_string())?;
         writer.write_image_data(&self.to_srgb(exposure)).map_err(|e| e.to_string())?;
         writer.finish().map_err(|e| e.to_string())?;
@@ -115,32 +135,56 @@ impl Film {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::{CHANNELS, add};
+    use crate::film::{add, nearest};
+    use crate::layout::Layout;
 
     #[test]
     fn layers_come_back_from_exr() {
-        let mut film = Film::new(3, 2);
-        for (y, row) in film.rows_mut().enumerate() {
+        let layout = Layout::new(&Layer::ALL, &["key".to_owned(), "rim".to_owned()]);
+        let (sums, channels) = (layout.sums(), layout.channels());
+        let start = |layer| layout.start(layer).unwrap();
+        let row = |y: usize| {
+            let mut row = vec![0; 3 * channels];
             for x in 0..3 {
-                let mut values: [f32; CHANNELS] = std::array::from_fn(|c| (c + 10 * x) as f32 * 0.25 + y as f32);
-                values[Layer::Alpha.start()] = 0.5;
-                assert!(add(&mut row[x * CHANNELS..][..CHANNELS], &values));
+                let mut values: Vec<f32> = (0..sums).map(|c| (c + 10 * x) as f32 * 0.25 + y as f32).collect();
+                (values[start(Layer::Alpha)], values[start(Layer::Fibers)]) = (0.5, 0.25);
+                let strand = nearest(2.0, 40_000_000 + x as u32);
+                assert!(add(&mut row[x * channels..][..channels], &values, strand));
             }
-        }
+            row
+        };
+        let mut film = Film::new([8, 9], [4, 5, 3, 2], layout.clone());
+        film.add_rows((0..2).map(row));
         film.advance(1);
-        let notes = [("vellus_samples", "1".to_owned())];
+        let notes = [("vellus_command".to_owned(), "vellus render 狐.usda".to_owned())];
         let bytes = film.to_exr(&Layer::ALL, Depth::Float, &notes).unwrap();
         let image =
             read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
         let image = image.from_buffered(Cursor::new(bytes)).unwrap();
         let layer = &image.layer_data;
-        assert_eq!(layer.channel_data.list.len(), CHANNELS);
-        assert_eq!(layer.attributes.other.get(&Text::from("vellus_samples")), Some(&AttributeValue::Text("1".into())));
+        assert_eq!(image.attributes.display_window.size, Vec2(8, 9));
+        assert_eq!(layer.attributes.layer_position, Vec2(4, 5));
+        assert_eq!(layer.channel_data.list.len(), channels);
+        let Some(AttributeValue::Text(note)) = layer.attributes.other.get(&Text::from("vellus_command")) else {
+            panic!()
+        };
+        assert_eq!(std::str::from_utf8(note.as_slice()), Ok("vellus render 狐.usda"));
         let channel = |name: &str| layer.channel_data.list.iter().find(|c| c.name.eq(name)).unwrap();
         let at = |name: &str, i: usize| channel(name).sample_data.value_by_flat_index(i).to_f32();
-        assert_eq!(at("G", 4), film.mean(1, 1, 1) as f32);
-        assert_eq!(at("lobe_TRTs.B", 2), film.mean(2, 0, Layer::Lobes.start() + 14) as f32);
-        assert_eq!(at("N.Y", 3), 2.0 * film.mean(0, 1, Layer::Normal.start() + 1) as f32);
-        assert!(!film.to_png(0.0).unwrap().is_empty());
+        let mean = |x, y, layer, k| film.mean(x, y, layer, k) as f32;
+        assert_eq!(at("G", 4), mean(1, 1, Layer::Beauty, 1));
+        assert_eq!(at("lobe_TRTs.B", 2), mean(2, 0, Layer::Lobes, 14));
+        assert_eq!(at("light_rim.R", 2), mean(2, 0, Layer::Lights, 3));
+        assert_eq!(at("N.Y", 3), 2.0 * mean(0, 1, Layer::Normal, 1));
+        assert_eq!(at("T.Y", 3), 4.0 * mean(0, 1, Layer::Tangent, 1));
+        assert_eq!(at("root.V", 3), 4.0 * mean(0, 1, Layer::RootUv, 1));
+        let FlatSamples::U32(ids) = &channel("strand.id").sample_data else { panic!() };
+        assert_eq!(ids[..3], [40_000_000, 40_000_001, 40_000_002]);
+        assert!(!film.to_png(0.0, &notes).unwrap().is_empty());
+        // Only what is asked for, of what there is.
+        let few = Film::new([8, 9], [4, 5, 3, 2], Layout::new(&[Layer::Depth], &[]));
+        let bytes = few.to_exr(&[Layer::Beauty, Layer::Albedo], Depth::Half, &[]).unwrap();
+        let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).unwrap();
+        assert_eq!(meta.headers[0].channels.list.len(), 3);
     }
 }

@@ -1,6 +1,6 @@
 //! Rendering ranges of samples on all cores.
 
-use crate::film::{CHANNELS, Film, Values, add};
+use crate::film::{Film, add};
 use crate::path::Settings;
 use crate::world::World;
 use rayon::prelude::*;
@@ -37,22 +37,24 @@ impl World {
         stop: &AtomicBool,
     ) -> bool {
         let [left, top, width, height] = settings.area();
-        assert_eq!([width, height], [film.width(), film.height()], "the film has another size");
+        assert_eq!((settings.size, settings.area()), (film.whole(), film.area()), "the film is of another picture");
+        let layout = film.layout();
         let rows: Vec<Option<Vec<i64>>> = (0..height)
             .into_par_iter()
             .map(|y| {
-                let mut row = vec![0i64; width * CHANNELS];
+                let mut row = vec![0i64; width * layout.channels()];
+                let mut values = vec![0.0; layout.sums()];
                 let (mut rays, mut rejected, mut cut) = (0, 0, 0.0);
                 for x in 0..width {
                     if stop.load(Ordering::Relaxed) {
                         return None;
                     }
-                    let sums = &mut row[x * CHANNELS..][..CHANNELS];
+                    let sums = &mut row[x * layout.channels()..][..layout.channels()];
                     for index in samples.clone() {
-                        let seen = self.trace(settings, [left + x, top + y], index);
+                        let seen = self.trace(settings, layout, [left + x, top + y], index, &mut values);
                         rays += seen.rays;
                         cut += f64::from(seen.cut);
-                        rejected += u64::from(!add(sums, &seen.values));
+                        rejected += u64::from(!add(sums, &values, seen.strand));
                     }
                 }
                 statistics.rays.fetch_add(rays, Ordering::Relaxed);
@@ -64,15 +66,8 @@ impl World {
         if rows.iter().any(Option::is_none) {
             return false;
         }
-        for (sums, row) in film.rows_mut().zip(rows.into_iter().flatten()) {
-            sums.iter_mut().zip(row).for_each(|(a, b)| *a = a.saturating_add(b));
-        }
+        film.add_rows(rows.into_iter().flatten());
         film.advance(samples.end - samples.start);
         true
-    }
-
-    /// One sample of one pixel, by itself: for tests and tools.
-    pub fn sample(&self, settings: &Settings, pixel: [usize; 2], index: u64) -> Values {
-        self.trace(settings, pixel, index).values
     }
 }

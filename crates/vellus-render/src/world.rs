@@ -1,6 +1,8 @@
 //! A scene made ready for rays.
 
 use crate::curves::{CurveHit, Curves};
+use crate::film::Layer;
+use crate::layout::Layout;
 use crate::light::Lights;
 use crate::surface::Scatter;
 use crate::triangles::{TriangleHit, Triangles};
@@ -20,6 +22,12 @@ pub struct World {
     pub(crate) view: View,
     /// Does anything move while the shutter is open?
     pub(crate) moves: bool,
+    /// Names of the light groups, and the group of each light and of what meshes emit.
+    group_names: Vec<String>,
+    pub(crate) groups: Vec<usize>,
+    pub(crate) glow: usize,
+    /// Strands in the sets before each.
+    strands_before: Vec<u32>,
     looks: Vec<Look>,
     /// Of each of the strands, its scattering where it is the same everywhere.
     constant: Vec<Option<Bcsdf<'static>>>,
@@ -46,7 +54,21 @@ impl World {
             Camera::look_at(eye, middle, Vec3::Y, angle, 1.5)
         });
         let white = vellus_scene::Light::Dome { radiance: [1.0; 3], texture: None, rotation: glam::Mat3::IDENTITY };
+        let names = scene.light_group_names();
+        let glows = scene.surfaces.iter().any(|s| s.emission.iter().any(|&e| e > 0.0));
         let lights = if scene.lights.is_empty() { vec![white] } else { scene.lights };
+        let names = if names.is_empty() { vec!["dome".to_owned()] } else { names };
+        let mut group_names: Vec<String> = Vec::new();
+        let mut group = |name: &str| {
+            group_names.iter().position(|n| n == name).unwrap_or_else(|| {
+                group_names.push(name.to_owned());
+                group_names.len() - 1
+            })
+        };
+        let groups = names.iter().map(|name| group(name)).collect();
+        let glow = if glows { group("emission") } else { 0 };
+        let strands_before = scene.strands.iter().scan(0, |n, s| Some(std::mem::replace(n, *n + s.len() as u32)));
+        let strands_before = strands_before.collect();
         let lights = Lights::new(&lights, &scene.textures, reach);
         let mut constant = Vec::new();
         for strands in &scene.strands {
@@ -63,11 +85,30 @@ impl World {
             triangles,
             lights,
             view,
+            group_names,
+            groups,
+            glow,
+            strands_before,
             looks: scene.looks,
             constant,
             surfaces: scene.surfaces,
             textures: scene.textures,
         })
+    }
+
+    /// What a film with these layers keeps of a pixel.
+    pub fn layout(&self, layers: &[Layer]) -> Layout {
+        Layout::new(layers, &self.group_names)
+    }
+
+    /// Where the strand that was hit is rooted; 0 where its groom does not say.
+    pub(crate) fn root_uv(&self, hit: &CurveHit) -> Vec2 {
+        self.curves.strands()[hit.set].root_uv.as_ref().map_or(Vec2::ZERO, |uv| uv[hit.strand])
+    }
+
+    /// The number of the strand that was hit, from 1 over all of the scene.
+    pub(crate) fn strand_number(&self, hit: &CurveHit) -> u32 {
+        self.strands_before[hit.set] + hit.strand as u32 + 1
     }
 
     /// The scattering of a fibre where a ray enters it; `made` keeps one that had to be made.
@@ -84,7 +125,7 @@ impl World {
         let strands = &self.curves.strands()[hit.set];
         let look = &self.looks[strands.look];
         let mut fiber = look.fiber;
-        let uv = strands.root_uv.as_ref().map_or(Vec2::ZERO, |uv| uv[hit.strand]);
+        let uv = self.root_uv(hit);
         for (parameter, value) in &look.textured {
             let texel = self.textures[value.texture].at(uv);
             set(&mut fiber, *parameter, std::array::from_fn(|c| texel[c] * value.scale[c]), true);

@@ -51,19 +51,22 @@ fn settings(size: usize, mode: Mode) -> Settings {
     Settings { size: [size, size], crop: None, mode, seed: 1, max_depth: None }
 }
 
+fn empty(world: &World, settings: &Settings) -> Film {
+    Film::new(settings.size, settings.area(), world.layout(&Layer::ALL))
+}
+
 fn render(world: &World, settings: &Settings, samples: u64) -> Film {
-    let [_, _, width, height] = settings.area();
-    let mut film = Film::new(width, height);
+    let mut film = empty(world, settings);
     let statistics = Statistics::default();
     assert!(world.render(settings, &mut film, 0..samples, &statistics, &AtomicBool::new(false)));
     assert_eq!(statistics.rejected.into_inner(), 0);
     film
 }
 
-/// Mean of a layer's first channels over the picture.
-fn mean(film: &Film, channel: usize) -> f64 {
+/// Mean of a layer's channel over the picture.
+fn mean(film: &Film, layer: Layer, channel: usize) -> f64 {
     let (w, h) = (film.width(), film.height());
-    (0..w * h).map(|i| film.mean(i % w, i / w, channel)).sum::<f64>() / (w * h) as f64
+    (0..w * h).map(|i| film.mean(i % w, i / w, layer, channel)).sum::<f64>() / (w * h) as f64
 }
 
 /// White fibres, much scattered in, in white light cannot be seen: one, and a clump of a thousand.
@@ -74,8 +77,8 @@ fn furnace_is_white() {
         let world = World::new(clump(count, radius, white)).unwrap();
         for mode in [Mode::MultiScale, Mode::Near, Mode::Far] {
             let film = render(&world, &settings(32, mode), 256);
-            let all = mean(&film, 0);
-            let covered = mean(&film, Layer::Alpha.start());
+            let all = mean(&film, Layer::Beauty, 0);
+            let covered = mean(&film, Layer::Alpha, 0);
             let pixels = (0..32 * 32).map(|i| film.error(i % 32, i / 32).powi(2)).sum::<f64>();
             let error = pixels.sqrt() / (32.0 * 32.0);
             println!("{count} strands, {mode:?}: {all} ± {error}, {covered} covered");
@@ -91,17 +94,119 @@ fn lobe_layers_sum_to_beauty() {
     for mode in [Mode::MultiScale, Mode::Near, Mode::Far] {
         let film = render(&world, &settings(24, mode), 8);
         for i in 0..24 * 24 {
-            let at = |channel| film.mean(i % 24, i / 24, channel);
+            let at = |layer, channel| film.mean(i % 24, i / 24, layer, channel);
             // Beauty is the lobes and, where nothing is covered, the dome.
-            let background = 1.0 - at(Layer::Alpha.start());
+            let background = 1.0 - at(Layer::Alpha, 0);
             for c in 0..3 {
-                let lobes: f64 = (0..6).map(|p| at(Layer::Lobes.start() + 3 * p + c)).sum();
+                let lobes: f64 = (0..6).map(|p| at(Layer::Lobes, 3 * p + c)).sum();
+                let beauty = at(Layer::Beauty, c);
                 assert!(
-                    (lobes + background - at(c)).abs() < 1e-5,
-                    "{mode:?} pixel {i}: {lobes} {background} {}",
-                    at(c)
+                    (lobes + background - beauty).abs() < 1e-5,
+                    "{mode:?} pixel {i}: {lobes} {background} {beauty}"
                 );
             }
+        }
+    }
+}
+
+/// Lights of every kind and a mesh that glows, two lights in one group, one brighter than a film takes: groups still sum to the
+/// beauty, and each is the picture lit by that group alone.
+#[test]
+fn light_groups_sum_to_beauty() {
+    let mut scene = clump(100, 0.01, fiber());
+    let place = |x: f32| Mat4::from_translation(Vec3::new(x, 0.2, 1.5));
+    scene.lights.extend([
+        Light::Distant { direction: Vec3::new(1.0, 2.0, 0.5), half_angle: 0.02, irradiance: [3.0, 2.0, 1.0] },
+        Light::Rect { to_world: place(1.0), radiance: [0.5, 1.0, 2.0], texture: None },
+        Light::Disk { to_world: place(-1.0), radiance: [1.0, 0.3, 0.2] },
+        Light::Sphere { center: Vec3::new(0.4, 0.4, 0.2), radius: 0.1, radiance: [3.0, 1.0, 7.0] },
+    ]);
+    let groups = ["sky", "sky", "key", "rim", "lamp"].map(str::to_owned);
+    scene.light_groups = groups.to_vec();
+    let corners = [Vec3::new(-0.4, -0.4, 0.3), Vec3::new(0.0, -0.4, 0.3), Vec3::new(-0.4, 0.0, 0.2)];
+    let glowing = Surface { emission: [0.7, 0.2, 0.1], ..Surface::diffuse("glow", [0.3, 0.5, 0.7]) };
+    scene.meshes = vec![Mesh {
+        name: "glow".to_owned(),
+        positions: corners.to_vec(),
+        moved: None,
+        triangles: vec![[0, 1, 2]],
+        normals: None,
+        uv: None,
+        surface: 0,
+    }];
+    scene.surfaces = vec![glowing];
+    let settings = settings(24, Mode::MultiScale);
+    let sums_to_beauty = |scene: &Scene, samples: u64| {
+        let film = render(&World::new(scene.clone()).unwrap(), &settings, samples);
+        assert_eq!(film.layout().groups(), ["sky", "key", "rim", "lamp", "emission"]);
+        let mut brightest = 0.0f64;
+        for (i, c) in (0..24 * 24).flat_map(|i| (0..3).map(move |c| (i, c))) {
+            let at = |layer, channel| film.mean(i % 24, i / 24, layer, channel);
+            let (sum, beauty) = ((0..5).map(|g| at(Layer::Lights, 3 * g + c)).sum::<f64>(), at(Layer::Beauty, c));
+            // Sums of some hundred floats.
+            assert!((sum - beauty).abs() < 1e-5 * beauty.max(1.0), "pixel {i}: {sum} {beauty}");
+            brightest = brightest.max(beauty);
+        }
+        (film, brightest)
+    };
+    let (film, _) = sums_to_beauty(&scene, 64);
+    let Some(Light::Sphere { radiance, .. }) = scene.lights.last_mut() else { panic!() };
+    *radiance = [3e4, 1e4, 7e4];
+    let (_, brightest) = sums_to_beauty(&scene, 4);
+    assert!((1000.0..=10_000.0).contains(&brightest), "{brightest}");
+    // The group of two alone: the others are dark, and as much in the way.
+    for light in &mut scene.lights[2..] {
+        if let Light::Rect { radiance, .. } | Light::Disk { radiance, .. } | Light::Sphere { radiance, .. } = light {
+            *radiance = [0.0; 3];
+        }
+    }
+    scene.surfaces[0].emission = [0.0; 3];
+    let alone = render(&World::new(scene).unwrap(), &settings, 64);
+    for c in 0..3 {
+        let (part, alone) = (mean(&film, Layer::Lights, c), mean(&alone, Layer::Beauty, c));
+        // 64 samples of 576 pixels whose brightness varies by about as much as it is: 0.5 % each.
+        assert!((part / alone - 1.0).abs() < 0.02, "channel {c}: {part} {alone}");
+    }
+}
+
+/// Each pixel's strand is the nearest its samples saw, and root uv is of the strands alone.
+#[test]
+fn strands_are_told_apart() {
+    let mut scene = clump(1, 0.02, fiber());
+    let points = |x: f32, z: f32| [Vec4::new(x, -2.0, z, 0.2), Vec4::new(x, 2.0, z, 0.2)];
+    let set = |x: f32, z: f32, uv: [f32; 2]| Strands {
+        basis: Basis::Linear,
+        starts: vec![0, 2, 4],
+        points: [points(x - 0.2, z), points(x + 0.2, z)].concat(),
+        root_uv: Some(vec![uv.into(), uv.into()]),
+        ..scene.strands[0].clone()
+    };
+    // Two strands left, two right; the first behind the left ones.
+    scene.strands = vec![
+        Strands {
+            points: points(-0.5, -1.0).to_vec(),
+            basis: Basis::Linear,
+            starts: vec![0, 2],
+            ..set(0.0, 0.0, [0.0; 2])
+        },
+        set(-0.5, 0.0, [0.25, 0.75]),
+        set(0.5, 0.0, [0.5, 0.125]),
+    ];
+    scene.strands[0].root_uv = None;
+    scene.camera = Some(Camera::look_at(Vec3::new(0.0, 0.0, 6.0), Vec3::ZERO, Vec3::Y, 0.35, 1.0));
+    let world = World::new(scene).unwrap();
+    let film = render(&world, &settings(40, Mode::MultiScale), 8);
+    let row: Vec<u32> = (0..40).map(|x| film.strand(x, 20)).collect();
+    for id in [2, 3, 4, 5] {
+        assert!(row.contains(&id), "{row:?}");
+    }
+    // The first is behind the two before it.
+    let seen: Vec<u32> = row.iter().copied().filter(|&id| id > 0).collect();
+    assert!(seen.is_sorted() && seen[0] == 2, "{row:?}");
+    for (x, uv) in [(8, [0.25, 0.75]), (32, [0.5, 0.125])] {
+        let covered = film.mean(x, 20, Layer::Fibers, 0);
+        for k in 0..2 {
+            assert!((film.mean(x, 20, Layer::RootUv, k) / covered - f64::from(uv[k])).abs() < 1e-6);
         }
     }
 }
@@ -116,7 +221,7 @@ fn threads_and_ranges_do_not_change_the_image() {
     assert_eq!(pool(1).install(|| render(&world, &settings, 12)), whole);
     let (statistics, go) = (Statistics::default(), AtomicBool::new(false));
     let part = |range| {
-        let mut film = Film::new(20, 20);
+        let mut film = empty(&world, &settings);
         assert!(world.render(&settings, &mut film, range, &statistics, &go));
         film
     };
@@ -134,9 +239,11 @@ fn crops_are_cut_from_the_whole() {
     let crop = Settings { crop: Some([7, 3, 6, 9]), ..settings(20, Mode::MultiScale) };
     let part = render(&world, &crop, 4);
     for (x, y) in (0..6).flat_map(|x| (0..9).map(move |y| (x, y))) {
-        for channel in 0..vellus_render::CHANNELS {
-            assert_eq!(part.mean(x, y, channel), whole.mean(7 + x, 3 + y, channel));
+        let layers = Layer::ALL.into_iter().flat_map(|layer| (0..layer.channels()).map(move |k| (layer, k)));
+        for (layer, k) in layers.filter(|(layer, _)| *layer != Layer::Strand) {
+            assert_eq!(part.mean(x, y, layer, k), whole.mean(7 + x, 3 + y, layer, k));
         }
+        assert_eq!(part.strand(x, y), whole.strand(7 + x, 3 + y));
     }
 }
 
@@ -151,7 +258,7 @@ fn modes_agree_from_afar() {
         (0..64).map(|i| a.error(i % 8, i / 8).powi(2) + b.error(i % 8, i / 8).powi(2)).sum::<f64>().sqrt() / n
     };
     for (name, other) in [("multi-scale", &multi), ("far", &far)] {
-        let brightness = |film: &Film| (0..3).map(|c| mean(film, c)).sum::<f64>() / 3.0;
+        let brightness = |film: &Film| (0..3).map(|c| mean(film, Layer::Beauty, c)).sum::<f64>() / 3.0;
         let (a, b, e) = (brightness(other), brightness(&near), error(other, &near));
         println!("{name}: {a} near {b} ± {e}");
         // The far field of fibres seen through gaps of their like is not quite theirs: what is hidden depends on h.
@@ -171,7 +278,7 @@ fn fibre_scale_does_not_matter() {
     let (small, large) = (World::new(scene).unwrap(), World::new(large).unwrap());
     let (a, b) = (render(&small, &settings, 64), render(&large, &settings, 64));
     for c in 0..3 {
-        let (a, b) = (mean(&a, c), mean(&b, c));
+        let (a, b) = (mean(&a, Layer::Beauty, c), mean(&b, Layer::Beauty, c));
         // Paths are the same until rounding sends one to another fibre.
         assert!((a / b - 1.0).abs() < 0.01, "channel {c}: {a} {b}");
     }
@@ -210,7 +317,7 @@ fn floor_is_lit_as_it_should() {
     }
     for c in 0..3 {
         let expected = [0.5, 0.4, 0.3][c] / std::f64::consts::PI * [2.0, 3.0, 4.0][c] * integral;
-        let seen = mean(&film, c);
+        let seen = mean(&film, Layer::Beauty, c);
         assert!((seen / expected - 1.0).abs() < 0.01, "channel {c}: {seen} {expected}");
     }
 }
@@ -238,7 +345,7 @@ fn motion_blur_is_the_mean_of_moments() {
     const MOMENTS: usize = 24;
     let settings = settings(24, Mode::MultiScale);
     let blurred = render(&World::new(scene.clone()).unwrap(), &settings, 16 * MOMENTS as u64);
-    let mut moments = Film::new(24, 24);
+    let mut moments = Film::new([24; 2], [0, 0, 24, 24], World::new(scene.clone()).unwrap().layout(&Layer::ALL));
     for k in 0..MOMENTS {
         let time = (k as f32 + 0.5) / MOMENTS as f32;
         let mut still = scene.clone();
@@ -259,12 +366,13 @@ fn motion_blur_is_the_mean_of_moments() {
     let mut worst = 0f64;
     for block in 0..36 {
         let pixels = || (0..16).map(|i| (block % 6 * 4 + i % 4, block / 6 * 4 + i / 4));
-        let sum = |film: &Film, c: usize| pixels().map(|(x, y)| film.mean(x, y, c)).sum::<f64>() / 16.0;
+        let sum =
+            |film: &Film, layer: Layer, c: usize| pixels().map(|(x, y)| film.mean(x, y, layer, c)).sum::<f64>() / 16.0;
         let error = |film: &Film| pixels().map(|(x, y)| film.error(x, y).powi(2)).sum::<f64>().sqrt() / 16.0;
         let expected = 4.0 * error(&blurred).hypot(error(&moments)) + 0.004;
-        let light = (0..3).map(|c| sum(&blurred, c) - sum(&moments, c)).sum::<f64>().abs() / 3.0;
-        let alpha = Layer::Alpha.start();
-        let cover = (sum(&blurred, alpha) - sum(&moments, alpha)).abs();
+        let light =
+            (0..3).map(|c| sum(&blurred, Layer::Beauty, c) - sum(&moments, Layer::Beauty, c)).sum::<f64>().abs() / 3.0;
+        let cover = (sum(&blurred, Layer::Alpha, 0) - sum(&moments, Layer::Alpha, 0)).abs();
         worst = worst.max(light / expected);
         assert!(light < expected && cover < 0.03, "block {block}: {light} of {expected}, cover {cover}");
     }

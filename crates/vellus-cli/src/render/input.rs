@@ -6,7 +6,7 @@ use std::path::Path;
 use vellus_scene::{Look, Scene};
 
 /// A scene.
-#[derive(clap::Args)]
+#[derive(clap::Args, Clone)]
 pub struct Input {
     /// A built-in scene (`vellus scene` lists them); a USD file (.usda, .usdc, .usdz); strands as .hair or .tfx.
     #[arg(default_value = "raccoon", value_name = "SCENE|FILE")]
@@ -53,11 +53,17 @@ impl Input {
         if let Some(scene) = vellus_groom::scene(&self.scene, self.small) {
             let given = self.fiber.fiber != "red-fox" || !self.fiber.set.is_empty();
             if given || self.width.is_some() || self.camera.is_some() || self.frame.is_some() {
-                bail!("--fiber, --set, --width, --camera and --frame are for files: a built-in scene has its own");
+                bail!(
+                    "--fiber, --set, --width, --camera, --frame and --frames are for files: a built-in scene has its own"
+                );
             }
             return Ok(scene);
         }
         let path = Path::new(&self.scene);
+        let strands = path.extension().is_some_and(|e| e == "hair" || e == "tfx");
+        if strands && (self.frame.is_some() || self.camera.is_some()) {
+            bail!("--frame, --frames and --camera are for USD files: {} has neither", self.scene);
+        }
         let read = || std::fs::read(path).with_context(|| format!("cannot read {}", path.display()));
         let strands = match path.extension().and_then(|e| e.to_str()) {
             Some("hair") => vellus_groom::read_hair(&read()?, &self.scene, self.width)?,
@@ -89,6 +95,16 @@ impl Input {
             eprintln!("warning: {warning}");
         }
         Ok(scene)
+    }
+
+    /// The scene or file.
+    pub fn name(&self) -> String {
+        self.scene.clone()
+    }
+
+    /// Another frame of it.
+    pub fn set_frame(&mut self, frame: f64) {
+        self.frame = Some(frame);
     }
 
     /// What tells it from other scenes.

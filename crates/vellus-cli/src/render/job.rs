@@ -1,12 +1,14 @@
-//! One run of the renderer: passes, progress, checkpoints, and what is written in the end.
+//! One picture: passes, progress, checkpoints, and what is written in the end.
 
 use super::Args;
+use super::goals::{End, Goals, State, clock};
+use super::keep::Keeper;
+use super::tev::Viewer;
+use super::write::{self, Picture};
 use crate::output;
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Result, bail};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::ops::Range;
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use vellus_render::{Depth, Film, Layer, Part, Settings, Statistics, World};
@@ -14,34 +16,43 @@ use vellus_render::{Depth, Film, Layer, Part, Settings, Statistics, World};
 /// A pass takes about that long: Ctrl-C, checkpoints and the bar wait for no more.
 const PASS: Duration = Duration::from_secs(2);
 
-/// What is lost at most when the program is killed.
-const CHECKPOINT: Duration = Duration::from_secs(60);
-
 /// A run.
 pub struct Job<'a> {
     args: &'a Args,
     world: World,
     settings: Settings,
-    fingerprint: u64,
     part: Part,
     goal: Range<u64>,
-    stop: Arc<AtomicBool>,
+    keeper: Keeper<'a>,
+    stop: &'a AtomicBool,
+    viewer: Option<&'a mut Viewer>,
+}
+
+/// Two films with the same fingerprint may be added.
+pub fn fingerprint(args: &Args) -> Result<u64> {
+    let mut hasher = DefaultHasher::new();
+    (args.input.identity()?, args.size, args.crop, format!("{:?}", args.mode), args.seed, args.max_depth)
+        .hash(&mut hasher);
+    format!("{:?}", args.layers()).hash(&mut hasher);
+    env!("CARGO_PKG_VERSION").hash(&mut hasher);
+    Ok(hasher.finish())
 }
 
 impl<'a> Job<'a> {
-    /// Loads the scene and, where asked for, what was rendered already.
-    pub fn new(args: &'a Args) -> Result<Self> {
-        let stop = Arc::new(AtomicBool::new(false));
-        let flag = Arc::clone(&stop);
-        // A second Ctrl-C ends at once.
-        ctrlc::set_handler(move || {
-            if flag.swap(true, Ordering::Relaxed) {
-                std::process::exit(130);
-            }
-        })
-        .context("cannot watch for Ctrl-C")?;
+    /// Loads the scene and, where asked for, what was rendered already. `pictures` are so many to be written beside each other.
+    pub fn new(args: &'a Args, stop: &'a AtomicBool, viewer: Option<&'a mut Viewer>, pictures: u64) -> Result<Self> {
         let start = Instant::now();
         let scene = args.input.load()?;
+        let fingerprint = fingerprint(args)?;
+        let mut notes = vec![
+            ("vellus_version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
+            ("vellus_command".to_owned(), write::command()),
+            ("vellus_scene".to_owned(), args.input.name()),
+            ("vellus_mode".to_owned(), format!("{:?}", args.mode).to_lowercase()),
+            ("vellus_seed".to_owned(), args.seed.to_string()),
+            ("vellus_fingerprint".to_owned(), format!("{fingerprint:016x}")),
+        ];
+        notes.extend(write::fibers(&scene));
         let world = World::new(scene)?;
         let segments = world.curves.segments();
         eprintln!(
@@ -50,6 +61,7 @@ impl<'a> Job<'a> {
             world.curves.bytes() as f64 * 1e-6,
             start.elapsed().as_secs_f64()
         );
+        notes.push(("vellus_segments".to_owned(), segments.to_string()));
         let settings = Settings {
             size: args.size,
             crop: args.crop,
@@ -57,135 +69,152 @@ impl<'a> Job<'a> {
             seed: args.seed,
             max_depth: args.max_depth,
         };
-        // Two pictures with the same fingerprint may be added.
-        let mut hasher = DefaultHasher::new();
-        (args.input.identity()?, args.size, args.crop, format!("{:?}", args.mode), args.seed, args.max_depth)
-            .hash(&mut hasher);
-        env!("CARGO_PKG_VERSION").hash(&mut hasher);
-        let fingerprint = hasher.finish();
         let goal = args.samples.clone().unwrap_or(0..args.spp);
-        let [_, _, width, height] = settings.area();
-        let mut part = Part { fingerprint, samples: goal.start..goal.start, film: Film::new(width, height) };
-        let checkpoint = checkpoint(args);
-        if args.resume && checkpoint.exists() {
-            let bytes = std::fs::read(&checkpoint).with_context(|| format!("cannot read {}", checkpoint.display()))?;
-            let kept = Part::from_bytes(&bytes).map_err(|e| anyhow!("{}: {e}", checkpoint.display()))?;
-            if kept.fingerprint != fingerprint {
-                anyhow::bail!("{} is of another picture: delete it, or render without --resume", checkpoint.display());
+        let keeper = Keeper::new(args);
+        let layout = world.layout(args.layers());
+        let pixels = settings.area()[2..].iter().product::<usize>() as u64;
+        let picture = write::largest_size(pixels, &layout, &args.output, args.layers(), args.depth());
+        keeper.check_space(picture * pictures, 8 * pixels * layout.channels() as u64)?;
+        let film = Film::new(settings.size, settings.area(), layout);
+        let mut part = Part { fingerprint, samples: goal.start..goal.start, notes, film };
+        if let Some(kept) = keeper.load()? {
+            let same = kept.fingerprint == fingerprint && kept.film.fits(&part.film);
+            let fits = kept.samples.start == goal.start && (args.samples.is_none() || kept.samples.end <= goal.end);
+            if !(same && fits) {
+                let path = keeper.path().display();
+                bail!("{path} is of another picture: delete it, or render without --resume");
             }
             eprintln!("going on from {} samples a pixel", kept.film.samples());
-            part = kept;
+            (part.samples, part.film) = (kept.samples, kept.film);
         }
-        Ok(Job { args, world, settings, fingerprint, part, goal, stop })
+        Ok(Job { args, world, settings, part, goal, keeper, stop, viewer })
     }
 
     /// Renders, and writes what there is.
-    pub fn run(mut self) -> Result<()> {
+    pub fn run(mut self) -> Result<End> {
         let start = Instant::now();
         let statistics = Statistics::default();
-        let bar = output::progress(self.goal.end - self.part.samples.start, "rendering");
-        bar.set_position(self.part.samples.end - self.part.samples.start);
-        let (mut pass, mut kept) = (1, Instant::now());
-        while self.part.samples.end < self.goal.end && !self.stop.load(Ordering::Relaxed) {
-            let spent = start.elapsed();
-            if self.args.time.is_some_and(|time| spent >= time) {
-                break;
-            }
-            let next = self.part.samples.end..(self.part.samples.end + pass).min(self.goal.end);
-            let count = next.end - next.start;
-            let began = Instant::now();
-            if !self.world.render(&self.settings, &mut self.part.film, next.clone(), &statistics, &self.stop) {
-                break;
-            }
-            self.part.samples.end = next.end;
-            let each = began.elapsed().as_secs_f64() / count as f64;
-            let left = self.args.time.map_or(PASS, |time| time.saturating_sub(start.elapsed()).min(PASS));
-            pass = ((left.as_secs_f64() / each.max(1e-9)) as u64).clamp(1, 2 * pass);
-            let noise = self.part.film.noise();
-            let rays = statistics.rays.load(Ordering::Relaxed) as f64 / start.elapsed().as_secs_f64();
-            bar.set_message(format!("{:.2} Mrays/s, noise {noise:.4}", rays * 1e-6));
-            bar.set_position(self.part.samples.end - self.goal.start);
-            if self.args.noise.is_some_and(|goal| self.part.film.samples() >= 8 && noise <= goal) {
-                break;
-            }
-            if kept.elapsed() > CHECKPOINT {
-                self.keep()?;
-                kept = Instant::now();
+        let end = self.render(&statistics)?;
+        let seconds = start.elapsed().as_secs_f64();
+        self.report(&statistics, seconds);
+        let samples = self.part.film.samples();
+        if samples == 0 {
+            bail!("stopped before the first sample: nothing to write");
+        }
+        self.part.notes.push(("vellus_seconds".to_owned(), format!("{seconds:.1}")));
+        if self.args.samples.is_some() {
+            let path = self.args.output.with_extension("film");
+            output::write(Some(&path), &self.part.to_bytes()).or_else(|e| self.keeper.rescue(&self.part, e))?;
+            println!("wrote {}", path.display());
+            if self.part.samples.end < self.goal.end {
+                eprintln!("warning: it has samples {:?} of {:?}", self.part.samples, self.goal);
             }
         }
+        // Whether a picture of an animation ended by time or noise, it is done; a single one may be gone on with.
+        let done = end == End::Samples || (end != End::Interrupted && self.args.frames.is_some());
+        if !done {
+            self.keeper.keep(&self.part);
+        }
+        let mut notes = self.part.notes.clone();
+        notes.extend([
+            ("vellus_samples".to_owned(), samples.to_string()),
+            ("vellus_noise".to_owned(), format!("{:.5}", self.part.film.noise())),
+            ("vellus_ended_by".to_owned(), end.name().to_owned()),
+        ]);
+        let picture = Picture {
+            path: &self.args.output,
+            layers: self.args.layers(),
+            depth: self.args.depth(),
+            exposure: self.args.exposure,
+            notes,
+        };
+        picture.write(&self.part.film).or_else(|e| self.keeper.rescue(&self.part, e))?;
+        if done {
+            self.keeper.remove();
+        }
+        Ok(end)
+    }
+
+    fn render(&mut self, statistics: &Statistics) -> Result<End> {
+        let start = Instant::now();
+        let goals = Goals { samples: self.goal.end - self.goal.start, noise: self.args.noise, time: self.args.time };
+        let bar = output::bar(1000, "[{bar:32}] {percent}% {elapsed} elapsed, {msg}");
+        bar.enable_steady_tick(Duration::from_secs(1));
+        let longest = PASS.min(self.args.checkpoint);
+        let (mut pass, mut kept) = (1, Instant::now());
+        let mut each = 0.0;
+        let end = loop {
+            let film = &self.part.film;
+            let state = State { samples: film.samples(), noise: film.noise(), spent: start.elapsed(), each };
+            if state.samples > 0 && each > 0.0 {
+                bar.set_message(progress(&goals, &state, statistics));
+                bar.set_position(done(&goals, &state));
+            }
+            if let Some(end) = goals.reached(&state) {
+                break end;
+            }
+            let count = pass.min(goals.samples_left(&state)).max(1);
+            let next = self.part.samples.end..self.part.samples.end + count;
+            let began = Instant::now();
+            let stopped = self.stop.load(Ordering::Relaxed)
+                || !self.world.render(&self.settings, &mut self.part.film, next.clone(), statistics, self.stop);
+            if stopped {
+                break End::Interrupted;
+            }
+            self.part.samples.end = next.end;
+            each = began.elapsed().as_secs_f64() / count as f64;
+            pass = ((longest.as_secs_f64() / each.max(1e-9)) as u64).clamp(1, 2 * count);
+            if let Some(viewer) = &mut self.viewer {
+                viewer.show(&self.part.film, &self.args.output);
+            }
+            if kept.elapsed() >= self.args.checkpoint {
+                self.keeper.keep(&self.part);
+                kept = Instant::now();
+            }
+        };
         bar.finish_and_clear();
-        let seconds = start.elapsed().as_secs_f64();
+        Ok(end)
+    }
+
+    fn report(&self, statistics: &Statistics, seconds: f64) {
         let samples = self.part.film.samples();
-        let [_, _, width, height] = self.settings.area();
-        let pixels = (width * height) as f64;
-        let rays = statistics.rays.load(Ordering::Relaxed) as f64;
-        eprintln!(
-            "{samples} samples a pixel, {:.2} Mrays in {seconds:.1} s ({:.2} Mrays/s), noise {:.4}",
-            rays * 1e-6,
-            rays * 1e-6 / seconds,
-            self.part.film.noise()
-        );
+        let rays = statistics.rays.load(Ordering::Relaxed) as f64 * 1e-6;
+        let noise = self.part.film.noise();
+        let rate = rays / seconds.max(1e-9);
+        eprintln!("{samples} samples a pixel, {rays:.2} Mrays in {seconds:.1} s ({rate:.2} Mrays/s), noise {noise:.4}");
         let rejected = statistics.rejected.load(Ordering::Relaxed);
         if rejected > 0 {
             eprintln!("warning: {rejected} samples were not finite and were left out");
         }
         if let Some(max) = self.settings.max_depth {
-            let share = statistics.cut() / (samples.max(1) as f64 * pixels);
-            eprintln!(
-                "paths cut after {max} events had {:.3} % of a sample's throughput left on average",
-                100.0 * share
-            );
+            let [_, _, width, height] = self.settings.area();
+            let share = 100.0 * statistics.cut() / (samples.max(1) as f64 * (width * height) as f64);
+            eprintln!("paths cut after {max} events had {share:.3} % of a sample's throughput left on average");
         }
-        if samples == 0 {
-            anyhow::bail!("stopped before the first sample: nothing to write");
-        }
-        let finished = self.part.samples.end >= self.goal.end;
-        if self.args.samples.is_some() {
-            let path = self.args.output.with_extension("film");
-            output::write(Some(&path), &self.part.to_bytes())?;
-            println!("wrote {}", path.display());
-        } else if finished {
-            std::fs::remove_file(checkpoint(self.args)).ok();
-        } else {
-            self.keep()?;
-        }
-        let notes = [
-            ("vellus_version", env!("CARGO_PKG_VERSION").to_owned()),
-            ("vellus_command", std::env::args().collect::<Vec<_>>().join(" ")),
-            ("vellus_samples", samples.to_string()),
-            ("vellus_fingerprint", format!("{:016x}", self.fingerprint)),
-        ];
-        let layers = if self.args.layers.is_empty() { &Layer::ALL[..] } else { &self.args.layers };
-        let depth = if self.args.float { Depth::Float } else { Depth::Half };
-        write_picture(&self.part.film, &self.args.output, layers, depth, self.args.exposure, &notes)
-    }
-
-    fn keep(&self) -> Result<()> {
-        output::write(Some(&checkpoint(self.args)), &self.part.to_bytes())
     }
 }
 
-/// Where a picture's checkpoint is.
-fn checkpoint(args: &Args) -> PathBuf {
-    args.output.with_extension("checkpoint")
+/// What the bar says.
+fn progress(goals: &Goals, state: &State, statistics: &Statistics) -> String {
+    let rate = statistics.rays.load(Ordering::Relaxed) as f64 * 1e-6 / state.spent.as_secs_f64().max(1e-9);
+    let left = goals.time_left(state).map_or(String::new(), |left| format!(", {} left", clock(left)));
+    format!("{} samples, noise {:.4}, {rate:.2} Mrays/s{left}", state.samples, state.noise)
 }
 
-/// Writes OpenEXR and PNG, and says so.
-pub fn write_picture(
-    film: &Film,
-    path: &Path,
-    layers: &[Layer],
-    depth: Depth,
-    exposure: f32,
-    notes: &[(&str, String)],
-) -> Result<()> {
-    if path.extension().is_some_and(|e| e == "exr") {
-        let bytes = film.to_exr(layers, depth, notes).map_err(|e| anyhow!("cannot encode OpenEXR: {e}"))?;
-        output::write(Some(path), &bytes)?;
-        println!("wrote {}", path.display());
+/// The share of the work that is done, in thousandths.
+fn done(goals: &Goals, state: &State) -> u64 {
+    let left = goals.samples_left(state);
+    1000 * state.samples / (state.samples + left).max(1)
+}
+
+impl Args {
+    /// Layers that are rendered and written.
+    pub fn layers(&self) -> &[Layer] {
+        &self.layers.0
     }
-    let png = path.with_extension("png");
-    output::write(Some(&png), &film.to_png(exposure).map_err(|e| anyhow!("cannot encode PNG: {e}"))?)?;
-    println!("wrote {}", png.display());
-    Ok(())
+
+    /// How colours are stored.
+    pub fn depth(&self) -> Depth {
+        if self.float { Depth::Float } else { Depth::Half }
+    }
 }

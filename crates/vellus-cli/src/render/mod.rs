@@ -1,20 +1,31 @@
 //! `vellus render`: a scene to a picture.
 
+mod frames;
+mod goals;
 mod input;
 mod job;
+mod keep;
+mod merge;
+mod parse;
+mod tev;
+mod write;
 
 use crate::output;
 use anyhow::{Context, Result, bail};
-use job::Job;
+use parse::{Frames, Layers};
 use std::ops::Range;
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
-use vellus_render::{Depth, Layer, Mode, Part};
+use tev::Viewer;
+use vellus_render::Mode;
 
 pub use input::Input;
+pub use merge::{MergeArgs, merge};
 
 /// Path-trace a scene.
-#[derive(clap::Args)]
+#[derive(clap::Args, Clone)]
 pub struct Args {
     #[command(flatten)]
     input: Input,
@@ -22,23 +33,28 @@ pub struct Args {
     #[arg(short, long, default_value = "out/render.exr", value_name = "FILE")]
     output: PathBuf,
     /// Width and height in pixels.
-    #[arg(long, default_value = "960x640", value_parser = size, value_name = "WxH")]
+    #[arg(long, default_value = "960x640", value_parser = parse::size, value_name = "WxH")]
     size: [usize; 2],
     /// Render only a part of the picture: left column, top row, width and height in pixels.
-    #[arg(long, value_parser = crop, value_name = "X,Y,W,H")]
+    #[arg(long, value_parser = parse::crop, value_name = "X,Y,W,H")]
     crop: Option<[usize; 4]>,
     /// Samples a pixel.
     #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u64).range(1..=1 << 32), value_name = "N")]
     spp: u64,
-    /// Stop after that long, e.g. 60s, 5m, 2h.
-    #[arg(long, value_parser = duration, value_name = "TIME")]
+    /// Stop after rendering for that long in this run, e.g. 60s, 5m, 2h.
+    #[arg(long, value_parser = parse::duration, value_name = "TIME")]
     time: Option<Duration>,
-    /// Stop when the picture's noise, relative to its mean brightness, is estimated to be as low as that, e.g. 0.01.
+    /// Stop when the picture's noise is estimated to be as low as that, e.g. 0.01: root mean square of the pixels' standard errors,
+    /// over the mean brightness.
     #[arg(long, value_name = "X")]
     noise: Option<f64>,
     /// Only samples A to B of each pixel, B excluded; writes a film for `vellus merge`.
-    #[arg(long, value_parser = range, value_name = "A..B", conflicts_with_all = ["spp", "resume"])]
+    #[arg(long, value_parser = parse::range, value_name = "A..B", conflicts_with = "spp")]
     samples: Option<Range<u64>>,
+    /// Each frame of a USD file's animation, from A to B, or every S-th: `fur.exr` becomes `fur.0001.exr` and so on. --time and --noise
+    /// are for each; --resume leaves out those that are done.
+    #[arg(long, value_parser = parse::frames, allow_hyphen_values = true, value_name = "A-B[xS]", conflicts_with_all = ["samples", "frame"])]
+    frames: Option<Frames>,
     /// Over which part of a fibre's width its reflectance is averaged.
     #[arg(long, value_enum, default_value_t = ModeArg::Multiscale)]
     mode: ModeArg,
@@ -55,15 +71,27 @@ pub struct Args {
     /// Stops by which the PNG is brighter; the OpenEXR file is not changed by it.
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_name = "STOPS")]
     exposure: f32,
-    /// Layers of the OpenEXR file, with commas between: beauty, alpha, variance, lobes, albedo, normal, tangent, depth.
-    #[arg(long, value_delimiter = ',', value_parser = layer, value_name = "LAYERS")]
-    layers: Vec<Layer>,
+    /// Layers of the OpenEXR file, with commas between; `all` has `lights` too, one for each light or light group. Memory and
+    /// checkpoints hold only these.
+    #[arg(
+        long,
+        value_parser = parse::layers,
+        default_value = "beauty,alpha,variance,fibers,lobes,albedo,normal,tangent,depth,uv,id",
+        value_name = "LAYERS"
+    )]
+    layers: Layers,
     /// Store colours in 32 bit, not 16.
     #[arg(long)]
     float: bool,
     /// Go on from the checkpoint beside the output, if there is one of the same picture.
     #[arg(long)]
     resume: bool,
+    /// Write a checkpoint that often: what is lost at most when the program is killed.
+    #[arg(long, value_parser = parse::duration, default_value = "60s", value_name = "TIME")]
+    checkpoint: Duration,
+    /// Show the picture as it is rendered, in the viewer tev, which must be running there (port 14158 without one).
+    #[arg(long, value_name = "HOST[:PORT]")]
+    tev: Option<String>,
 }
 
 /// [`Mode`] on the command line.
@@ -75,58 +103,6 @@ enum ModeArg {
     Near,
     /// The whole width, always.
     Far,
-}
-
-fn size(text: &str) -> Result<[usize; 2], String> {
-    let parse = || {
-        let (w, h) = text.split_once('x')?;
-        Some([w.parse().ok()?, h.parse().ok()?])
-    };
-    match parse() {
-        Some(size) if size.iter().all(|n| (1..=32_768).contains(n)) => Ok(size),
-        _ => Err("a size is WIDTHxHEIGHT, each in [1, 32768]".to_owned()),
-    }
-}
-
-fn crop(text: &str) -> Result<[usize; 4], String> {
-    let numbers: Vec<usize> = text.split(',').filter_map(|n| n.trim().parse().ok()).collect();
-    match numbers[..] {
-        [x, y, w, h] if w > 0 && h > 0 && text.split(',').count() == 4 => Ok([x, y, w, h]),
-        _ => Err("a crop is X,Y,W,H in pixels, W and H at least 1".to_owned()),
-    }
-}
-
-fn range(text: &str) -> Result<Range<u64>, String> {
-    let parse = || {
-        let (a, b) = text.split_once("..")?;
-        Some(a.parse().ok()?..b.parse().ok()?)
-    };
-    match parse() {
-        Some(range) if range.start < range.end => Ok(range),
-        _ => Err("samples are A..B with A < B".to_owned()),
-    }
-}
-
-fn duration(text: &str) -> Result<Duration, String> {
-    let split = text.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(text.len());
-    let unit = match &text[split..] {
-        "s" | "" => 1.0,
-        "m" | "min" => 60.0,
-        "h" => 3600.0,
-        _ => f64::NAN,
-    };
-    let seconds = text[..split].parse().unwrap_or(f64::NAN) * unit;
-    if (0.0..1e9).contains(&seconds) {
-        Ok(Duration::from_secs_f64(seconds))
-    } else {
-        Err("a time is e.g. 60s, 5m or 2h".to_owned())
-    }
-}
-
-fn layer(text: &str) -> Result<Layer, String> {
-    let known = ["beauty", "alpha", "variance", "lobes", "albedo", "normal", "tangent", "depth"];
-    let i = known.iter().position(|name| *name == text);
-    i.map(|i| Layer::ALL[i]).ok_or(format!("unknown layer (known: {})", known.join(", ")))
 }
 
 /// Runs it.
@@ -142,60 +118,24 @@ pub fn run(args: &Args) -> Result<()> {
     if args.threads == Some(0) {
         bail!("--threads must be 1 or more");
     }
-    let extension = args.output.extension().and_then(|e| e.to_str()).unwrap_or("");
-    if !matches!(extension, "exr" | "png") {
-        bail!("{}: the name must end in .exr or .png", args.output.display());
-    }
+    write::check_name(&args.output)?;
     output::writable(&args.output)?;
+    let viewer = args.tev.as_deref().map(Viewer::connect).transpose()?;
     let mut pool = rayon::ThreadPoolBuilder::new();
     if let Some(threads) = args.threads {
         pool = pool.num_threads(threads);
     }
     let pool = pool.build().context("cannot start threads")?;
-    pool.install(|| Job::new(args)?.run())
-}
-
-/// Put together what `vellus render --samples` rendered apart: the very picture of one run.
-#[derive(clap::Args)]
-pub struct MergeArgs {
-    /// Films written by `vellus render --samples`.
-    #[arg(required = true, value_name = "FILM")]
-    films: Vec<PathBuf>,
-    /// Picture to write.
-    #[arg(short, long, default_value = "out/render.exr", value_name = "FILE")]
-    output: PathBuf,
-    /// Stops by which the PNG is brighter.
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_name = "STOPS")]
-    exposure: f32,
-    /// Store colours in 32 bit, not 16.
-    #[arg(long)]
-    float: bool,
-}
-
-/// Merges.
-pub fn merge(args: &MergeArgs) -> Result<()> {
-    let mut parts = Vec::new();
-    for path in &args.films {
-        let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
-        let part = Part::from_bytes(&bytes).map_err(|e| anyhow::anyhow!("{}: {e}", path.display()))?;
-        parts.push((path, part));
-    }
-    parts.sort_by_key(|(_, part)| part.samples.start);
-    for pair in parts.windows(2) {
-        let ((a_path, a), (b_path, b)) = (&pair[0], &pair[1]);
-        let size = |part: &Part| (part.film.width(), part.film.height());
-        if a.fingerprint != b.fingerprint || size(a) != size(b) {
-            bail!("{} and {} are not of the same picture", a_path.display(), b_path.display());
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    // A second Ctrl-C ends at once.
+    ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
         }
-        if b.samples.start < a.samples.end {
-            bail!("{} and {} have samples in common", a_path.display(), b_path.display());
-        }
-    }
-    let mut parts = parts.into_iter().map(|(_, part)| part.film);
-    let Some(mut film) = parts.next() else { bail!("no films") };
-    parts.for_each(|part| film.merge(&part));
-    let depth = if args.float { Depth::Float } else { Depth::Half };
-    job::write_picture(&film, &args.output, &Layer::ALL, depth, args.exposure, &[])
+    })
+    .context("cannot watch for Ctrl-C")?;
+    pool.install(|| frames::run(args, &stop, viewer))
 }
 
 impl From<ModeArg> for Mode {

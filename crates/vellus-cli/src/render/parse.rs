@@ -1,0 +1,125 @@
+//! How the options of `vellus render` are written.
+
+use std::ops::Range;
+use std::time::Duration;
+use vellus_render::Layer;
+
+/// WIDTHxHEIGHT.
+pub fn size(text: &str) -> Result<[usize; 2], String> {
+    let parse = || {
+        let (w, h) = text.split_once('x')?;
+        Some([w.parse().ok()?, h.parse().ok()?])
+    };
+    match parse() {
+        Some(size) if size.iter().all(|n| (1..=32_768).contains(n)) => Ok(size),
+        _ => Err("a size is WIDTHxHEIGHT, each in [1, 32768]".to_owned()),
+    }
+}
+
+/// X,Y,W,H.
+pub fn crop(text: &str) -> Result<[usize; 4], String> {
+    let numbers: Vec<usize> = text.split(',').filter_map(|n| n.trim().parse().ok()).collect();
+    match numbers[..] {
+        [x, y, w, h] if w > 0 && h > 0 && text.split(',').count() == 4 => Ok([x, y, w, h]),
+        _ => Err("a crop is X,Y,W,H in pixels, W and H at least 1".to_owned()),
+    }
+}
+
+/// A..B.
+pub fn range(text: &str) -> Result<Range<u64>, String> {
+    let parse = || {
+        let (a, b) = text.split_once("..")?;
+        Some(a.parse().ok()?..b.parse().ok()?)
+    };
+    match parse() {
+        Some(range) if range.start < range.end => Ok(range),
+        _ => Err("samples are A..B with A < B".to_owned()),
+    }
+}
+
+/// Whole frames, both ends included, and the step between them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frames {
+    pub first: i32,
+    pub last: i32,
+    pub step: u32,
+}
+
+/// A-B or A-BxS.
+pub fn frames(text: &str) -> Result<Frames, String> {
+    let parse = || {
+        let (range, step) = text.split_once('x').unwrap_or((text, "1"));
+        // The first sign may be that of a number.
+        let dash = range.get(1..)?.find('-')? + 1;
+        Some(Frames {
+            first: range[..dash].parse().ok()?,
+            last: range[dash + 1..].parse().ok()?,
+            step: step.parse().ok()?,
+        })
+    };
+    match parse() {
+        Some(frames) if frames.first <= frames.last && frames.step > 0 => Ok(frames),
+        _ => Err("frames are A-B, or A-BxS for every S-th, whole numbers with A at most B, e.g. 1-48".to_owned()),
+    }
+}
+
+/// 60s, 5m, 2h.
+pub fn duration(text: &str) -> Result<Duration, String> {
+    let split = text.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(text.len());
+    let unit = match &text[split..] {
+        "s" | "" => 1.0,
+        "m" | "min" => 60.0,
+        "h" => 3600.0,
+        _ => f64::NAN,
+    };
+    let seconds = text[..split].parse().unwrap_or(f64::NAN) * unit;
+    if (0.0..1e9).contains(&seconds) {
+        Ok(Duration::from_secs_f64(seconds))
+    } else {
+        Err("a time is e.g. 60s, 5m or 2h".to_owned())
+    }
+}
+
+/// Which layers are rendered and written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layers(pub Vec<Layer>);
+
+/// Names of layers, as [`Layer::ALL`] has them.
+const LAYERS: [&str; Layer::ALL.len()] =
+    ["beauty", "alpha", "variance", "fibers", "lobes", "albedo", "normal", "tangent", "depth", "uv", "lights", "id"];
+
+/// Names with commas between, or `all`.
+pub fn layers(text: &str) -> Result<Layers, String> {
+    if text == "all" {
+        return Ok(Layers(Layer::ALL.to_vec()));
+    }
+    let layer = |name: &str| {
+        let i = LAYERS.iter().position(|known| *known == name.trim());
+        i.map(|i| Layer::ALL[i]).ok_or(format!("unknown layer '{name}' (known: {}, all)", LAYERS.join(", ")))
+    };
+    text.split(',').map(layer).collect::<Result<_, _>>().map(Layers)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_are_read_as_written() {
+        let read = |text| frames(text).map(|f| (f.first, f.last, f.step)).ok();
+        assert_eq!(read("1-48"), Some((1, 48, 1)));
+        assert_eq!(read("-5--2"), Some((-5, -2, 1)));
+        assert_eq!(read("-5-10x5"), Some((-5, 10, 5)));
+        for bad in ["", "-", "5", "9-1", "1-4x0", "1-b", "1..4", "é-2"] {
+            assert_eq!(read(bad), None, "{bad}");
+        }
+    }
+
+    #[test]
+    fn every_layer_has_its_name() {
+        assert_eq!(layers("depth,id"), Ok(Layers(vec![Layer::Depth, Layer::Strand])));
+        assert_eq!(layers("uv, lights"), Ok(Layers(vec![Layer::RootUv, Layer::Lights])));
+        assert_eq!(layers(&LAYERS.join(",")), layers("all"));
+        assert!(layers("beauty,depht").unwrap_err().contains("'depht'"));
+    }
+}

@@ -1,0 +1,79 @@
+//! Pictures and what belongs to them as files.
+
+use crate::fiber_args::Spec;
+use crate::output;
+use anyhow::{Result, anyhow, bail};
+use std::path::Path;
+use vellus_render::{Depth, Film, Layer, Layout};
+use vellus_scene::Scene;
+
+/// A picture to write.
+pub struct Picture<'a> {
+    /// .exr, and a .png beside it; or .png alone.
+    pub path: &'a Path,
+    pub layers: &'a [Layer],
+    pub depth: Depth,
+    pub exposure: f32,
+    /// Names and values in the files' headers.
+    pub notes: Vec<(String, String)>,
+}
+
+impl Picture<'_> {
+    /// Writes it, and says so.
+    pub fn write(&self, film: &Film) -> Result<()> {
+        let png = self.path.with_extension("png");
+        if self.path != png {
+            let bytes = film.to_exr(self.layers, self.depth, &self.notes);
+            output::write(Some(self.path), &bytes.map_err(|e| anyhow!("cannot encode OpenEXR: {e}"))?)?;
+            println!("wrote {}", self.path.display());
+        }
+        // Last: where it is, all is.
+        let bytes = film.to_png(self.exposure, &self.notes).map_err(|e| anyhow!("cannot encode PNG: {e}"))?;
+        output::write(Some(&png), &bytes)?;
+        println!("wrote {}", png.display());
+        Ok(())
+    }
+}
+
+/// Refuses names of pictures that are neither OpenEXR nor PNG.
+pub fn check_name(path: &Path) -> Result<()> {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
+    if !matches!(extension, "exr" | "png") {
+        bail!("{}: the name must end in .exr or .png", path.display());
+    }
+    Ok(())
+}
+
+/// Bytes that the files of one picture take at most: noise does not compress well.
+pub fn largest_size(pixels: u64, layout: &Layout, path: &Path, layers: &[Layer], depth: Depth) -> u64 {
+    let channels: usize = layers.iter().filter_map(|l| layout.range(*l)).map(|r| r.len()).sum();
+    // A few channels are 32 bit always.
+    let exr = if depth == Depth::Float { 4 * channels } else { 2 * channels + 10 };
+    pixels * (3 + if path.extension().is_some_and(|e| e == "exr") { exr as u64 } else { 0 })
+}
+
+/// This command, as it was typed.
+pub fn command() -> String {
+    std::iter::once("vellus".to_owned()).chain(std::env::args().skip(1)).collect::<Vec<_>>().join(" ")
+}
+
+/// What a scene's fibres are: a note for each look, in the form `--fiber FILE.json` reads.
+pub fn fibers(scene: &Scene) -> Vec<(String, String)> {
+    let mut notes = Vec::new();
+    for (i, look) in scene.looks.iter().enumerate() {
+        let name: String =
+            look.name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).take(40).collect();
+        let mut value = serde_json::to_string(&Spec::of(&look.fiber)).unwrap_or_default();
+        let varying = scene.strands.iter().filter(|s| s.look == i).flat_map(|s| s.varying.iter().map(|v| v.0));
+        let mut others: Vec<_> = look.textured.iter().map(|t| t.0).chain(varying).map(|p| p.key()).collect();
+        others.sort_unstable();
+        others.dedup();
+        if !others.is_empty() {
+            value += &format!(" but {} of textures or primvars", others.join(", "));
+        }
+        let name = format!("vellus_fiber_{name}");
+        let taken = notes.iter().any(|(n, _)| *n == name);
+        notes.push((if taken { format!("{name}_{i}") } else { name }, value));
+    }
+    notes
+}

@@ -1,0 +1,74 @@
+//! Running the command and reading what it wrote.
+
+use exr::prelude::*;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// The command, in a folder.
+pub fn command(folder: &Path, args: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_vellus"));
+    command.current_dir(folder).args(args);
+    command
+}
+
+pub fn vellus(folder: &Path, args: &[&str]) -> Output {
+    command(folder, args).output().unwrap()
+}
+
+/// What it says on standard error; it must succeed.
+pub fn run(folder: &Path, args: &[&str]) -> String {
+    let output = vellus(folder, args);
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{args:?}: {errors}");
+    errors
+}
+
+/// It must fail with exit code 2, and say all of `parts`.
+pub fn refused(folder: &Path, args: &[&str], parts: &[&str]) {
+    refused_by(&vellus(folder, args), args, parts);
+}
+
+pub fn refused_by(output: &Output, args: &[&str], parts: &[&str]) {
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{args:?}: {message}");
+    for part in parts {
+        assert!(message.contains(part), "{args:?}: '{part}' is not in: {message}");
+    }
+}
+
+/// Names of an OpenEXR file's channels and their values, and its notes.
+pub struct Picture {
+    pub channels: Vec<(String, Vec<f32>)>,
+    pub notes: Vec<(String, String)>,
+}
+
+impl Picture {
+    pub fn read(path: &Path) -> Picture {
+        let read = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer();
+        let layer = read.all_attributes().from_file(path).unwrap().layer_data;
+        let values = |samples: &FlatSamples| samples.values_as_f32().collect();
+        let channels = layer.channel_data.list.iter().map(|c| (c.name.to_string(), values(&c.sample_data))).collect();
+        let text = |value: &AttributeValue| match value {
+            AttributeValue::Text(text) => String::from_utf8_lossy(text.as_slice()).into_owned(),
+            other => format!("{other:?}"),
+        };
+        let notes = layer.attributes.other.iter().map(|(name, value)| (name.to_string(), text(value))).collect();
+        Picture { channels, notes }
+    }
+
+    pub fn names(&self) -> Vec<&str> {
+        self.channels.iter().map(|(name, _)| name.as_str()).collect()
+    }
+
+    pub fn note(&self, name: &str) -> &str {
+        self.notes.iter().find(|(n, _)| n == name).map_or("", |(_, value)| value)
+    }
+
+    /// Are all channels the same to the last bit?
+    pub fn same(&self, other: &Picture) -> bool {
+        let bits = |p: &Picture| -> Vec<(String, Vec<u32>)> {
+            p.channels.iter().map(|(n, v)| (n.clone(), v.iter().map(|x| x.to_bits()).collect())).collect()
+        };
+        bits(self) == bits(other)
+    }
+}

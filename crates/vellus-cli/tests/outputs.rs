@@ -1,0 +1,322 @@
+//! What `vellus render` writes, when it stops, and what is left when something goes wrong.
+
+mod common;
+
+use common::{Picture, command, refused, refused_by, run, vellus};
+use std::io::Read;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// A lock of hair, and more options.
+fn lock<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    [&["render", "hair-lock", "--small", "--size", "48x32"], more].concat()
+}
+
+/// Only the layers asked for; with `all` one for each light, which sum to the beauty; ids are strands'.
+#[test]
+fn layers_are_those_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    run(path, &lock(&["--spp", "2", "--layers", "id,beauty", "-o", "few.exr"]));
+    let few = Picture::read(&path.join("few.exr"));
+    assert_eq!(few.names(), ["B", "G", "R", "strand.id"]);
+    let ids = &few.channels[3].1;
+    assert!(ids.iter().any(|&id| id > 1.0) && ids.iter().all(|id| id.fract() == 0.0));
+    run(path, &lock(&["--spp", "2", "--layers", "all", "--float", "-o", "all.exr"]));
+    let all = Picture::read(&path.join("all.exr"));
+    let lights: Vec<_> = all.channels.iter().filter(|(n, _)| n.starts_with("light_") && n.ends_with(".G")).collect();
+    assert!(lights.len() > 1, "{:?}", all.names());
+    let beauty = &all.channels.iter().find(|(n, _)| n == "G").unwrap().1;
+    for (i, b) in beauty.iter().enumerate() {
+        let sum: f32 = lights.iter().map(|(_, values)| values[i]).sum();
+        assert!((sum - b).abs() < 1e-5 * b.max(1.0), "pixel {i}: {sum} {b}");
+    }
+    // What else a picture says of itself.
+    for (note, part) in [
+        ("vellus_version", env!("CARGO_PKG_VERSION")),
+        ("vellus_command", "vellus render hair-lock --small"),
+        ("vellus_samples", "2"),
+        ("vellus_ended_by", "samples"),
+        ("vellus_scene", "hair-lock"),
+        ("vellus_mode", "multiscale"),
+        ("vellus_fiber_hair", "\"kappa\":0.36"),
+    ] {
+        assert!(all.note(note).contains(part), "{note}: {}", all.note(note));
+    }
+    // Films know their layers: pictures of them have no others.
+    run(path, &lock(&["--samples", "0..2", "--layers", "beauty,id", "-o", "few.exr"]));
+    run(path, &["merge", "few.film", "-o", "merged.exr"]);
+    let merged = Picture::read(&path.join("merged.exr"));
+    assert_eq!(merged.names(), ["A", "B", "G", "R", "fibers.A", "strand.id", "variance.V"]);
+    assert!(merged.note("vellus_command").contains("--samples 0..2"));
+    run(path, &lock(&["--samples", "2..4", "--layers", "beauty", "-o", "other.exr"]));
+    refused(path, &["merge", "few.film", "other.film"], &["not of the same picture"]);
+}
+
+/// Two strands that lean further each frame.
+const LEANING: &str = "#usda 1.0
+( startTimeCode = 1 endTimeCode = 4 )
+def BasisCurves \"fur\" {
+    uniform token type = \"linear\"
+    int[] curveVertexCounts = [2, 2]
+    float[] widths = [0.2] ( interpolation = \"constant\" )
+    point3f[] points.timeSamples = {
+        1: [(0, 0, 0), (0, 1, 0), (1, 0, 0), (1, 1, 0)],
+        4: [(0, 0, 0), (1, 1, 0), (1, 0, 0), (2, 1, 0)],
+    }
+}
+def Camera \"camera\" {
+    double3 xformOp:translate = (1, 0.5, 6) uniform token[] xformOpOrder = [\"xformOp:translate\"]
+}
+";
+
+#[test]
+fn frames_are_rendered_and_those_done_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    std::fs::write(path.join("lean.usda"), LEANING).unwrap();
+    let render = |more: &[&str]| run(path, &[&["render", "lean.usda", "--size", "24x16"], more].concat());
+    let frame = |n: u32| Picture::read(&path.join(format!("lean.000{n}.exr")));
+    render(&["--spp", "2", "--frames", "1-4", "-o", "lean.exr"]);
+    assert!(!frame(1).same(&frame(2)) && !frame(2).same(&frame(3)) && !frame(3).same(&frame(4)));
+    render(&["--spp", "2", "--frame", "3", "-o", "third.exr"]);
+    assert!(frame(3).same(&Picture::read(&path.join("third.exr"))));
+    // One is missing, one is of another seed: these are rendered.
+    let first = std::fs::metadata(path.join("lean.0001.exr")).unwrap().modified().unwrap();
+    std::fs::remove_file(path.join("lean.0002.png")).unwrap();
+    render(&["--spp", "2", "--frames", "3-3", "--seed", "9", "-o", "lean.exr"]);
+    let said = render(&["--spp", "2", "--frames", "1-4", "--resume", "-o", "lean.exr"]);
+    for (n, there) in [(1, true), (2, false), (3, false), (4, true)] {
+        assert_eq!(said.contains(&format!("frame {n}: lean.000{n}.exr is there")), there, "{said}");
+    }
+    assert_eq!(std::fs::metadata(path.join("lean.0001.exr")).unwrap().modified().unwrap(), first);
+    assert!(frame(3).same(&Picture::read(&path.join("third.exr"))));
+    // More samples than those there have.
+    let said = render(&["--frames", "1-4x3", "--spp", "4", "--resume", "-o", "lean.exr"]);
+    assert!(!said.contains("is there") && said.contains("frame 4 (2 of 2)"), "{said}");
+    refused(path, &lock(&["--frames", "1-2"]), &["--frames are for files"]);
+    refused(path, &["render", "lean.usda", "--frames", "4-1"], &["A-B", "1-48"]);
+}
+
+/// Noise falls below the goal, and not far; time ends a run that has no other end.
+#[test]
+fn goals_end_a_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    run(path, &lock(&["--spp", "100000", "--noise", "0.05", "-o", "noise.exr"]));
+    let noise: f64 = Picture::read(&path.join("noise.exr")).note("vellus_noise").parse().unwrap();
+    // The samples needed are foretold from those there are.
+    assert!((0.04..=0.05).contains(&noise), "{noise}");
+    let start = Instant::now();
+    run(path, &lock(&["--spp", "1000000000", "--time", "1s", "-o", "time.exr"]));
+    let time = Picture::read(&path.join("time.exr"));
+    let seconds: f64 = time.note("vellus_seconds").parse().unwrap();
+    assert!(time.note("vellus_ended_by") == "time" && start.elapsed() >= Duration::from_millis(900));
+    // A machine may be busy with other things.
+    assert!((0.9..5.0).contains(&seconds), "{seconds}");
+}
+
+/// Reads a packet: its kind and what is in it.
+fn packet(stream: &mut impl Read) -> Option<(u8, Vec<u8>)> {
+    let mut length = [0; 4];
+    stream.read_exact(&mut length).ok()?;
+    let mut rest = vec![0; u32::from_le_bytes(length) as usize - 4];
+    stream.read_exact(&mut rest).unwrap();
+    Some((rest[0], rest[1..].to_vec()))
+}
+
+fn take<'a>(bytes: &mut &'a [u8], count: usize) -> &'a [u8] {
+    let (taken, rest) = bytes.split_at(count);
+    *bytes = rest;
+    taken
+}
+
+fn number(bytes: &mut &[u8]) -> usize {
+    i32::from_le_bytes(take(bytes, 4).try_into().unwrap()) as usize
+}
+
+fn text(bytes: &mut &[u8]) -> String {
+    let end = bytes.iter().position(|&b| b == 0).unwrap();
+    String::from_utf8(take(bytes, end + 1)[..end].to_vec()).unwrap()
+}
+
+/// A viewer that takes packets apart as tev does sees, in the end, the picture that is written; one that is not there is an
+/// error, one that goes away is not.
+#[test]
+fn a_viewer_sees_the_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().to_owned();
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    let viewer = std::thread::spawn(move || {
+        let (mut stream, _) = listener.accept().unwrap();
+        let (mut image, mut size, mut updates) = (Vec::new(), [0, 0], 0);
+        while let Some((kind, bytes)) = packet(&mut stream) {
+            let mut rest = &bytes[1..];
+            assert_eq!(text(&mut rest), "seen.exr");
+            if kind == 4 {
+                assert_eq!(bytes[0], 1);
+                size = [number(&mut rest), number(&mut rest)];
+                let channels: Vec<String> = (0..number(&mut rest)).map(|_| text(&mut rest)).collect();
+                assert_eq!((channels.join(""), rest.len()), ("RGBA".to_owned(), 0));
+                image = vec![0.0; size[0] * size[1] * 4];
+                continue;
+            }
+            assert_eq!((kind, bytes[0]), (6, 0));
+            updates += 1;
+            let channels = number(&mut rest);
+            assert_eq!((0..channels).map(|_| text(&mut rest)).collect::<String>(), "RGBA");
+            let [x, y, width, height] = std::array::from_fn(|_| number(&mut rest));
+            let mut longs = |_| i64::from_le_bytes(take(&mut rest, 8).try_into().unwrap()) as usize;
+            let offsets: Vec<usize> = (0..channels).map(&mut longs).collect();
+            let strides: Vec<usize> = (0..channels).map(&mut longs).collect();
+            let data: Vec<f32> = rest.chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
+            assert_eq!(data.len(), width * height * channels);
+            for (i, c) in (0..width * height).flat_map(|i| (0..channels).map(move |c| (i, c))) {
+                let at = (y + i / width) * size[0] + x + i % width;
+                image[4 * at + c] = data[offsets[c] + i * strides[c]];
+            }
+        }
+        (image, size, updates)
+    });
+    run(&path, &lock(&["--spp", "5", "--tev", &address, "--crop", "8,4,30,20", "--float", "-o", "seen.exr"]));
+    let (image, size, updates) = viewer.join().unwrap();
+    assert!(size == [48, 32] && updates >= 2, "{size:?} {updates}");
+    let written = Picture::read(&path.join("seen.exr"));
+    for (c, name) in ["R", "G", "B", "A"].into_iter().enumerate() {
+        let channel = &written.channels.iter().find(|(n, _)| n == name).unwrap().1;
+        for i in 0..48 * 32 {
+            let (x, y) = (i % 48, i / 48);
+            let inside = (8..38).contains(&x) && (4..24).contains(&y);
+            let expected = if inside { channel[(y - 4) * 30 + x - 8] } else { 0.0 };
+            assert_eq!(image[4 * i + c], expected, "{name} of {x}, {y}");
+        }
+    }
+    // Now nobody listens.
+    refused(&path, &lock(&["--tev", &address, "-o", "none.exr"]), &["--tev", &address, "start tev first"]);
+    assert!(!path.join("none.exr").exists());
+    // A picture larger than what sockets hold, and a viewer that closes at once.
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    let closing = std::thread::spawn(move || drop(listener.accept().unwrap()));
+    let args =
+        ["render", "hair-lock", "--small", "--size", "320x200", "--spp", "4", "--tev", &address, "-o", "left.exr"];
+    let said = run(&path, &args);
+    closing.join().unwrap();
+    assert_eq!(said.matches("rendering goes on without it").count(), 1, "{said}");
+    assert!(path.join("left.exr").exists());
+}
+
+fn wait_for(path: &Path) {
+    let start = Instant::now();
+    while !path.exists() {
+        assert!(start.elapsed() < Duration::from_secs(60), "{} does not come", path.display());
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// Killed hard in the middle, and gone on with, it is the picture of one run to the last bit.
+#[test]
+fn a_killed_run_loses_what_is_after_its_checkpoint() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let args = |name| lock(&["--spp", "300", "--checkpoint", "0.05s", "--layers", "all", "--float", "-o", name]);
+    let checkpoint = path.join("killed.checkpoint");
+    for times in 1..=2 {
+        let resume = [&args("killed.exr")[..], &["--resume"]].concat();
+        let mut child = command(path, &resume).spawn().unwrap();
+        if times == 1 {
+            wait_for(&checkpoint);
+        } else {
+            std::thread::sleep(Duration::from_millis(400));
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        assert!(checkpoint.exists() && !path.join("killed.exr").exists(), "killed too late: make it longer");
+    }
+    let said = run(path, &[&args("killed.exr")[..], &["--resume"]].concat());
+    assert!(said.contains("going on from"), "{said}");
+    run(path, &args("whole.exr"));
+    let (killed, whole) = (Picture::read(&path.join("killed.exr")), Picture::read(&path.join("whole.exr")));
+    assert!(killed.same(&whole) && killed.note("vellus_samples") == "300");
+    // What the kills left behind are temporary files; a finished run removes its checkpoint.
+    assert!(!checkpoint.exists());
+    // A part of a picture goes on too.
+    let part = |name: &'static str, more: &[&'static str]| {
+        let args = lock(&["--samples", "7..207", "--checkpoint", "0.05s", "-o", name]);
+        [&args[..], more].concat()
+    };
+    let mut child = command(path, &part("part.exr", &[])).spawn().unwrap();
+    wait_for(&path.join("part.checkpoint"));
+    child.kill().unwrap();
+    child.wait().unwrap();
+    refused(path, &lock(&["--spp", "9", "--resume", "-o", "part.exr"]), &["of another picture"]);
+    assert!(run(path, &part("part.exr", &["--resume"])).contains("going on from"));
+    run(path, &part("once.exr", &[]));
+    assert!(Picture::read(&path.join("part.exr")).same(&Picture::read(&path.join("once.exr"))));
+}
+
+/// Where no file can grow beyond some size, as on a full disk, the last checkpoint stays, and the end is one message.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_costs_what_is_after_the_last_checkpoint() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let checkpoint = path.join("full.checkpoint");
+    let args = |spp: &'static str, more: &[&'static str]| {
+        [&lock(&["--checkpoint", "0s", "-o", "full.exr"])[..], &["--spp", spp], more].concat()
+    };
+    // A checkpoint of some samples.
+    run(path, &args("100", &["--noise", "1e9"]));
+    let before = std::fs::read(&checkpoint).unwrap();
+    std::fs::remove_file(path.join("full.exr")).unwrap();
+    // Files of at most 16 or 32 KB: enough for the probe. A film is 470.
+    let script = format!("trap '' XFSZ; ulimit -f 32; exec {} \"$@\"", env!("CARGO_BIN_EXE_vellus"));
+    let limited = args("100", &["--resume"]);
+    let output =
+        std::process::Command::new("sh").args(["-c", &script, "sh"]).args(&limited).current_dir(path).output().unwrap();
+    refused_by(
+        &output,
+        &limited,
+        &["the picture is not written", "full.checkpoint", "--resume", "cannot write full.exr"],
+    );
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(message.matches("no checkpoint could be written, the last one stays").count(), 1, "{message}");
+    assert_eq!(std::fs::read(&checkpoint).unwrap(), before);
+    assert!(!path.join("full.exr").exists());
+    assert!(run(path, &args("100", &["--resume"])).contains("going on from"));
+}
+
+/// Where the folder is gone in the end, all samples are kept elsewhere, and become the picture by the command that is told.
+#[test]
+fn what_cannot_be_written_is_kept_elsewhere() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    std::fs::create_dir(path.join("spare")).unwrap();
+    let args = lock(&["--spp", "150", "--checkpoint", "0s", "-o", "gone/a.exr"]);
+    let child = command(path, &args).env("TMPDIR", path.join("spare")).stderr(std::process::Stdio::piped()).spawn();
+    wait_for(&path.join("gone/a.checkpoint"));
+    std::fs::rename(path.join("gone"), path.join("old")).unwrap();
+    std::fs::write(path.join("gone"), "a file").unwrap();
+    let output = child.unwrap().wait_with_output().unwrap();
+    refused_by(&output, &args, &["all samples are kept in", "spare", "vellus merge", "cannot write gone/a.exr"]);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    let kept = message.split("vellus merge ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap().to_owned();
+    run(path, &["merge", &kept, "-o", "a.exr"]);
+    run(path, &lock(&["--spp", "150", "-o", "b.exr"]));
+    assert!(Picture::read(&path.join("a.exr")).same(&Picture::read(&path.join("b.exr"))));
+}
+
+#[test]
+fn a_picture_that_does_not_fit_the_disk_is_not_begun() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["render", "hair-lock", "--small", "--size", "32768x32768", "-o", "huge.exr"];
+    if fs4::available_space(folder.path()).unwrap() > 600_000_000_000 {
+        eprintln!("skipped: this disk has room for a picture of a billion pixels");
+        return;
+    }
+    refused(folder.path(), &args, &["cannot write huge.exr", "MB are free"]);
+    let output =
+        vellus(folder.path(), &["render", "hair-lock", "--size", "16x16", "--spp", "1", "--small", "-o", "small.png"]);
+    assert!(output.status.success());
+}
