@@ -3,7 +3,7 @@
 use crate::ray::{Ray, across};
 use glam::{Mat3, Mat4, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
-use vellus_scene::{Light, Texture};
+use vellus_scene::{Ground, Light, Texture};
 
 /// A direction toward a light.
 #[derive(Clone, Copy, Debug)]
@@ -45,6 +45,7 @@ enum Prepared {
         radiance: [f32; 3],
         map: Option<Map>,
         rotation: Mat3,
+        ground: Option<Ground>,
     },
     Distant {
         direction: Vec3,
@@ -194,10 +195,10 @@ impl Lights {
         best
     }
 
-    /// What is beyond the scene in a direction: of each light, which it is, its radiance and density.
-    pub fn beyond(&self, direction: Vec3) -> impl Iterator<Item = (usize, Emission)> + '_ {
+    /// What is beyond the scene along a ray: of each light, which it is, its radiance and density. The camera's rays see ground.
+    pub fn beyond<'a>(&'a self, ray: &'a Ray, camera: bool) -> impl Iterator<Item = (usize, Emission)> + 'a {
         self.lights.iter().zip(&self.shares).enumerate().filter_map(move |(i, (light, share))| {
-            let emission = light.beyond(direction)?;
+            let emission = light.beyond(ray, camera)?;
             Some((i, Emission { pdf: emission.pdf * share, ..emission }))
         })
     }
@@ -216,9 +217,9 @@ fn prepare(light: &Light, textures: &[Texture]) -> Prepared {
         Prepared::Flat { center: m.transform_point3(Vec3::ZERO), x, y, normal, area, disk, radiance, texture }
     };
     match light {
-        Light::Dome { radiance, texture, rotation } => {
+        Light::Dome { radiance, texture, rotation, ground } => {
             let map = texture.map(|i| Map::new(textures[i].clone()));
-            Prepared::Dome { radiance: *radiance, map, rotation: *rotation }
+            Prepared::Dome { radiance: *radiance, map, rotation: *rotation, ground: *ground }
         }
         Light::Distant { direction, half_angle, irradiance } => {
             // A cone of half angle a has a projected solid angle of π sin²a.
@@ -262,7 +263,7 @@ impl Prepared {
     fn sample(&self, point: Vec3, u: [f32; 2]) -> Option<LightSample> {
         let far = f32::INFINITY;
         match self {
-            Prepared::Dome { radiance, map: Some(map), rotation } => {
+            Prepared::Dome { radiance, map: Some(map), rotation, .. } => {
                 let (uv, pdf) = map.sample(u);
                 let texel = map.texture.at(uv);
                 let radiance = [0, 1, 2].map(|c| radiance[c] * texel[c]);
@@ -332,22 +333,45 @@ impl Prepared {
         }
     }
 
-    fn beyond(&self, direction: Vec3) -> Option<Emission> {
+    fn beyond(&self, ray: &Ray, camera: bool) -> Option<Emission> {
         let t = f32::INFINITY;
         match self {
-            Prepared::Dome { radiance, map: Some(map), rotation } => {
-                let uv = Map::uv(rotation.transpose() * direction);
+            Prepared::Dome { radiance, map: Some(map), rotation, ground } => {
+                let seen = ground.filter(|_| camera).map_or(ray.direction, |g| from_ground(&g, rotation.y_axis, ray));
+                let uv = Map::uv(rotation.transpose() * seen);
                 let texel = map.texture.at(uv);
                 Some(Emission { t, radiance: [0, 1, 2].map(|c| radiance[c] * texel[c]), pdf: map.pdf(uv) })
             }
             Prepared::Dome { radiance, map: None, .. } => Some(Emission { t, radiance: *radiance, pdf: 0.25 / PI }),
             Prepared::Distant { direction: center, half_angle, radiance } => {
-                let inside = *half_angle > 0.0 && direction.dot(*center) >= half_angle.cos();
+                let inside = *half_angle > 0.0 && ray.direction.dot(*center) >= half_angle.cos();
                 inside.then_some(Emission { t, radiance: *radiance, pdf: cone_pdf(half_angle.cos()) })
             }
             _ => None,
         }
     }
+}
+
+/// The direction from where a dome's image was taken to what a ray sees of it: a disk of ground, or the sphere about that place which
+/// meets the disk's edge. From below or beyond these the image is infinitely far away.
+fn from_ground(ground: &Ground, up: Vec3, ray: &Ray) -> Vec3 {
+    let taken = ground.origin + up * ground.height;
+    let from = ray.origin - taken;
+    let radius2 = ground.radius * ground.radius + ground.height * ground.height;
+    let above = (ray.origin - ground.origin).dot(up);
+    if from.length_squared() >= radius2 || above <= 0.0 {
+        return ray.direction;
+    }
+    let sinks = -ray.direction.dot(up);
+    if sinks > 0.0 {
+        let seen = ray.at(above / sinks);
+        if (seen - ground.origin).length_squared() <= ground.radius * ground.radius {
+            return seen - taken;
+        }
+    }
+    let along = from.dot(ray.direction);
+    let t = (along * along - from.length_squared() + radius2).sqrt() - along;
+    from + ray.direction * t
 }
 
 fn textured(radiance: [f32; 3], texture: Option<&Texture>, a: f32, b: f32) -> [f32; 3] {
@@ -417,7 +441,12 @@ mod tests {
             )
         };
         let lights = vec![
-            Light::Dome { radiance: [0.5, 1.0, 2.0], texture: Some(0), rotation: Mat3::from_rotation_y(0.7) },
+            Light::Dome {
+                radiance: [0.5, 1.0, 2.0],
+                texture: Some(0),
+                rotation: Mat3::from_rotation_y(0.7),
+                ground: None,
+            },
             Light::Distant { direction: Vec3::new(1.0, 2.0, 0.5), half_angle: 0.3, irradiance: [2.0, 1.0, 0.5] },
             Light::Rect { to_world: place(0.5, 1.1), radiance: [3.0, 2.0, 1.0], texture: None },
             Light::Disk { to_world: place(-2.0, 0.6), radiance: [1.0, 5.0, 1.0] },
@@ -439,7 +468,7 @@ mod tests {
                 let ray = Ray::new(point, direction);
                 match lights.met(&ray) {
                     Some((_, emission)) => vec![emission],
-                    None => lights.beyond(direction).map(|(_, emission)| emission).collect(),
+                    None => lights.beyond(&ray, false).map(|(_, emission)| emission).collect(),
                 }
             };
             let n = 200_000;
@@ -467,6 +496,45 @@ mod tests {
             let (a, b) = (sampled[0] / n as f64, shot[0] / n as f64);
             // Uniform rays hit the smallest, 0.3 sr, 4800 times: 1.5 % one standard error at most.
             assert!((a / b - 1.0).abs() < 0.03, "light {which}: sampled {a}, shot {b}");
+        }
+    }
+
+    /// From anywhere above the ground the camera sees on it what was there when the image was taken: a pattern painted on the
+    /// ground, seen from the place of the image, comes back where it was painted. Light comes as ever.
+    #[test]
+    fn ground_is_seen_where_it_was() {
+        let pattern = |p: Vec2| [0.5 + 0.4 * (0.9 * p.x).sin(), 0.5 + 0.4 * (1.3 * p.y).cos(), 0.25];
+        let (origin, height, radius) = (Vec3::new(1.0, -0.5, 2.0), 1.6, 12.0);
+        let rotation = Mat3::from_rotation_x(0.4) * Mat3::from_rotation_y(0.7);
+        let up = rotation.y_axis;
+        let (w, h) = (2048, 1024);
+        let pixel = |i: usize| {
+            let uv = Vec2::new(((i % w) as f32 + 0.5) / w as f32, 1.0 - ((i / w) as f32 + 0.5) / h as f32);
+            let d = Map::direction(uv);
+            if d.y >= 0.0 { [0.0, 0.0, 1.0 + d.y] } else { pattern(Vec2::new(d.x, d.z) * (height / -d.y)) }
+        };
+        let image = Texture { name: "g".to_owned(), width: w, height: h, pixels: (0..w * h).map(pixel).collect() };
+        let ground = Some(Ground { origin, height, radius });
+        let dome = Light::Dome { radiance: [1.0, 1.0, 2.0], texture: Some(0), rotation, ground };
+        let lights = Lights::new(&[dome], &[image], 1.0);
+        let seen = |ray: &Ray, camera: bool| lights.beyond(ray, camera).next().unwrap().1.radiance;
+        for i in 0..2000 {
+            let [a, b, c, d] = crate::sampler::Sampler::new([1, 2], i, 3).next();
+            let spot = Vec2::new(6.0 * a - 3.0, 6.0 * b - 3.0);
+            let target = origin + rotation * Vec3::new(spot.x, 0.0, spot.y);
+            let eye = origin + rotation * Vec3::new(4.0 * c - 2.0, 0.3 + 3.0 * d, 1.5);
+            let found = seen(&Ray::new(eye, (target - eye).normalize()), true);
+            let expected = pattern(spot);
+            // A texel spans 0.003 rad: at 4.5 from 1.6 above 0.04 of ground, where the pattern changes by 0.02 at most.
+            assert!((0..2).all(|k| (found[k] - expected[k]).abs() < 0.02), "{spot}: {found:?} {expected:?}");
+            // Ground and sphere meet at the edge; upward is sky.
+            let edge = origin + rotation * (Vec3::new(spot.x, 0.0, spot.y).normalize() * radius);
+            let from = |to: Vec3| from_ground(&ground.unwrap(), up, &Ray::new(eye, (to - eye).normalize())).normalize();
+            assert!(from(edge + 1e-3 * up).distance(from(edge - 1e-3 * up)) < 1e-3);
+            assert!(from(edge + 1e-3 * up).distance((edge - origin - height * up).normalize()) < 1e-3);
+            assert!(seen(&Ray::new(eye, (edge + 4.0 * up - eye).normalize()), true)[2] >= 2.0);
+            let ray = Ray::new(eye, (target - eye).normalize());
+            assert_eq!(seen(&ray, false), seen(&Ray::new(Vec3::splat(100.0), ray.direction), true));
         }
     }
 }

@@ -220,7 +220,7 @@ impl World {
                 break;
             }
             let Some(t) = t else {
-                for emission in self.lights.beyond(ray.direction) {
+                for emission in self.lights.beyond(&ray, depth == 0) {
                     path.found(emission, pdf);
                 }
                 break;

@@ -53,7 +53,12 @@ impl World {
             let eye = middle + Vec3::new(0.0, 0.15, 1.0).normalize() * (1.1 * reach / (0.5 * angle).sin());
             Camera::look_at(eye, middle, Vec3::Y, angle, 1.5)
         });
-        let white = vellus_scene::Light::Dome { radiance: [1.0; 3], texture: None, rotation: glam::Mat3::IDENTITY };
+        let white = vellus_scene::Light::Dome {
+            radiance: [1.0; 3],
+            texture: None,
+            rotation: glam::Mat3::IDENTITY,
+            ground: None,
+        };
         let names = scene.light_group_names();
         let glows = scene.surfaces.iter().any(|s| s.emission.iter().any(|&e| e > 0.0));
         let lights = if scene.lights.is_empty() { vec![white] } else { scene.lights };

@@ -41,7 +41,7 @@ fn clump(count: usize, radius: f32, fiber: Fiber) -> Scene {
     Scene {
         strands: vec![strands],
         looks: vec![Look::constant("fur", fiber)],
-        lights: vec![Light::Dome { radiance: [1.0; 3], texture: None, rotation: Mat3::IDENTITY }],
+        lights: vec![Light::Dome { radiance: [1.0; 3], texture: None, rotation: Mat3::IDENTITY, ground: None }],
         camera: Some(Camera::look_at(Vec3::new(0.1, 0.2, 3.0), Vec3::ZERO, Vec3::Y, 0.3, 1.0)),
         ..Scene::default()
     }

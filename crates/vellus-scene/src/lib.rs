@@ -14,7 +14,7 @@ mod texture;
 
 pub use camera::Camera;
 pub use error::Error;
-pub use light::Light;
+pub use light::{Ground, Light};
 pub use look::{Look, Parameter, Value};
 pub use mesh::{Mesh, Surface, Tint};
 pub use scene::Scene;

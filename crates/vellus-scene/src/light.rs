@@ -15,6 +15,8 @@ pub enum Light {
         texture: Option<usize>,
         /// From the light's frame to the world.
         rotation: Mat3,
+        /// Where the lower half of the texture is to be seen as ground, if anywhere.
+        ground: Option<Ground>,
     },
     /// From one direction, spread over a cone.
     Distant {
@@ -52,6 +54,18 @@ pub enum Light {
     },
 }
 
+/// The lower half of a dome's image laid onto a disk of ground, as far as the camera sees it: light is still that of a dome
+/// infinitely far away, and nothing casts shadows on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ground {
+    /// The middle of the ground, below where the image was taken; up is +y of the light's frame.
+    pub origin: Vec3,
+    /// How high above it the image was taken, positive.
+    pub height: f32,
+    /// Radius of the ground, positive; beyond, the image is on a sphere that meets it there.
+    pub radius: f32,
+}
+
 impl Light {
     /// `dome`, `distant`, `rect`, `disk` or `sphere`.
     pub fn kind(&self) -> &'static str {
@@ -70,7 +84,11 @@ impl Light {
     /// [`Error::Invalid`] says what is wrong.
     pub fn validate(&self, textures: usize) -> Result<(), Error> {
         let (place, color, texture, finite) = match self {
-            Light::Dome { radiance, texture, rotation } => ("dome light", radiance, *texture, rotation.is_finite()),
+            Light::Dome { radiance, texture, rotation, ground } => {
+                let positive = |x: f32| x.is_finite() && x > 0.0;
+                let laid = |g: &Ground| g.origin.is_finite() && positive(g.height) && positive(g.radius);
+                ("dome light", radiance, *texture, rotation.is_finite() && ground.iter().all(laid))
+            }
             Light::Distant { direction, half_angle, irradiance } => {
                 let finite = direction.is_finite() && direction.length() > 0.0 && half_angle.is_finite();
                 ("distant light", irradiance, None, finite && *half_angle >= 0.0)

@@ -149,7 +149,7 @@ mod tests {
 
     #[test]
     fn lights_without_groups_are_called_after_their_kind() {
-        let dome = Light::Dome { radiance: [1.0; 3], texture: None, rotation: glam::Mat3::IDENTITY };
+        let dome = Light::Dome { radiance: [1.0; 3], texture: None, rotation: glam::Mat3::IDENTITY, ground: None };
         let ball = Light::Sphere { center: Vec3::ZERO, radius: 1.0, radiance: [1.0; 3] };
         let mut scene = Scene { lights: vec![ball.clone(), dome, ball], ..scene() };
         assert_eq!(scene.light_group_names(), ["sphere", "dome", "sphere2"]);

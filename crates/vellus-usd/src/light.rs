@@ -7,7 +7,7 @@ use crate::reader::Reader;
 use crate::stage::{Stage, When};
 use glam::{DMat3, DMat4, DVec3};
 use std::f64::consts::PI;
-use vellus_scene::Light;
+use vellus_scene::{Ground, Light};
 
 /// An attribute of a light; files from before USD 21.02 have it without `inputs:`.
 fn get(stage: &Stage, prim: &str, name: &str, fallback: f64) -> Result<f64, Error> {
@@ -141,5 +141,23 @@ fn dome(reader: &mut Reader, place: &Place, radiance: [f32; 3]) -> Result<Light,
     let upright = if z_is_pole { DMat3::from_rotation_x(0.5 * PI) } else { DMat3::IDENTITY };
     let half_turn = DMat3::from_diagonal(DVec3::new(-1.0, 1.0, -1.0));
     let rotation = DMat3::from_mat4(rigid(&place.to_world)) * upright * half_turn;
-    Ok(Light::Dome { radiance, texture, rotation: rotation.as_mat3() })
+    let ground = ground(reader, place)?;
+    Ok(Light::Dome { radiance, texture, rotation: rotation.as_mat3(), ground })
+}
+
+/// `vellus:groundHeight` and `vellus:groundRadius`, in the light's own unit: no schema has them.
+fn ground(reader: &Reader, place: &Place) -> Result<Option<Ground>, Error> {
+    let (stage, prim) = (&reader.stage, place.path.as_str());
+    let names = ["vellus:groundHeight", "vellus:groundRadius"];
+    let given = [stage.has_value(prim, names[0])?, stage.has_value(prim, names[1])?];
+    if given == [false; 2] {
+        return Ok(None);
+    }
+    if given != [true; 2] {
+        return Err(Error::prim(prim, format!("of {} and {} one is given: the ground takes both", names[0], names[1])));
+    }
+    let (scale, _) = mean_scale(&place.to_world);
+    let (height, radius) = (scale * size(stage, prim, names[0], 1.0)?, scale * size(stage, prim, names[1], 1.0)?);
+    let origin = place.to_world.w_axis.truncate().as_vec3();
+    Ok(Some(Ground { origin, height: height as f32, radius: radius as f32 }))
 }

@@ -147,10 +147,16 @@ pub(crate) fn light<W: Write>(text: &mut Text<W>, light: &Light, group: &str, na
         text.set("asset inputs:texture:file", &format!("@{}@", names.textures[texture]))?;
     }
     let to_world = match light {
-        Light::Dome { rotation, .. } => {
+        Light::Dome { rotation, ground, .. } => {
             // The middle of a DomeLight's image is +z, that of ours −z.
             text.set("token inputs:texture:format", "\"latlong\"")?;
-            DMat4::from_mat3(rotation.as_dmat3() * DMat3::from_diagonal(DVec3::new(-1.0, 1.0, -1.0)))
+            let rotation = rotation.as_dmat3() * DMat3::from_diagonal(DVec3::new(-1.0, 1.0, -1.0));
+            if let Some(ground) = ground {
+                text.set("float vellus:groundHeight", &ground.height.text())?;
+                text.set("float vellus:groundRadius", &ground.radius.text())?;
+            }
+            let origin = ground.map_or(DVec3::ZERO, |ground| ground.origin.as_dvec3());
+            DMat4::from_translation(origin) * DMat4::from_mat3(rotation)
         }
         Light::Distant { direction, half_angle, .. } => {
             text.set("float inputs:angle", &((2.0 * f64::from(*half_angle)).to_degrees() as f32).text())?;

@@ -373,7 +373,9 @@ def SphereLight \"sphere\" {{ float inputs:radius = 0.5 bool inputs:normalize = 
 def DistantLight \"sun\" {{ float inputs:angle = 60 float inputs:intensity = 2
     float xformOp:rotateX = 90 uniform token[] xformOpOrder = [\"xformOp:rotateX\"] }}
 def DistantLight \"parallel\" {{ float inputs:angle = 0 float inputs:intensity = 2 }}
-def DomeLight \"sky\" {{ }}
+def DomeLight \"sky\" {{ float vellus:groundHeight = 1.5 float vellus:groundRadius = 20
+    double3 xformOp:translate = (1, 2, 3) float3 xformOp:scale = (2, 2, 2)
+    uniform token[] xformOpOrder = [\"xformOp:translate\", \"xformOp:scale\"] }}
 def DomeLight_1 \"sky1\" {{ }}
 def CylinderLight \"tube\" {{ }}"
     ));
@@ -401,6 +403,8 @@ def CylinderLight \"tube\" {{ }}"
         Light::Dome { rotation, .. } => (*rotation * Vec3::Y, *rotation * Vec3::NEG_Z),
         _ => panic!(),
     };
+    let Light::Dome { ground: Some(ground), .. } = sky else { panic!() };
+    assert_eq!((ground.origin, ground.height, ground.radius), (Vec3::new(1.0, 2.0, 3.0), 3.0, 40.0));
     // The pole and the middle of the image.
     assert_eq!(axes(sky), (Vec3::Y, Vec3::Z));
     let (pole, middle) = axes(sky1);

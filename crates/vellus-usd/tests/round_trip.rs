@@ -4,7 +4,7 @@ use glam::{Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
 use std::process::Command;
 use vellus::{Fiber, Species};
 use vellus_scene::{
-    Basis, Camera, Light, Look, Mesh, Parameter, Scene, Strands, Surface, Texture, Tint, Value, Values,
+    Basis, Camera, Ground, Light, Look, Mesh, Parameter, Scene, Strands, Surface, Texture, Tint, Value, Values,
 };
 use vellus_usd::{Options, read, write};
 
@@ -94,7 +94,12 @@ fn scene() -> Scene {
             texture("leather.exr", 2, 2),
         ],
         lights: vec![
-            Light::Dome { radiance: [0.5, 0.6, 0.7], texture: Some(2), rotation: turned },
+            Light::Dome {
+                radiance: [0.5, 0.6, 0.7],
+                texture: Some(2),
+                rotation: turned,
+                ground: Some(Ground { origin: Vec3::new(0.5, -0.25, 2.0), height: 1.5, radius: 30.0 }),
+            },
             Light::Distant { direction: Vec3::new(0.48, 0.64, -0.6), half_angle: 0.05, irradiance: [3.0, 2.0, 1.0] },
             Light::Rect {
                 to_world: pose(0.3) * Mat4::from_scale(Vec3::new(2.0, 0.5, 1.0)),

@@ -138,7 +138,7 @@ impl<'a> Job<'a> {
     fn render(&mut self, statistics: &Statistics) -> Result<End> {
         let start = Instant::now();
         let goals = Goals { samples: self.goal.end - self.goal.start, noise: self.args.noise, time: self.args.time };
-        let bar = output::bar(1000, "[{bar:32}] {percent}% {elapsed} elapsed, {msg}");
+        let bar = output::bar(1000, "[{wide_bar}] {percent}% {msg}");
         bar.enable_steady_tick(Duration::from_secs(1));
         let longest = PASS.min(self.args.checkpoint);
         let (mut pass, mut kept) = (1, Instant::now());

@@ -58,7 +58,12 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     let view = Vec3::new(0.8, 0.14, 0.55).normalize();
     props::strip(&mut scene, &room(), (view - view.y * Vec3::Y).normalize(), 600.0, [0.42, 0.36, 0.31]);
     scene.lights.push(props::window(Vec3::new(60.0, 85.0, 75.0), target, Vec2::splat(70.0), [26.0, 24.3, 21.5]));
-    scene.lights.push(Light::Dome { radiance: [0.4, 0.45, 0.52], texture: None, rotation: Mat3::IDENTITY });
+    scene.lights.push(Light::Dome {
+        radiance: [0.4, 0.45, 0.52],
+        texture: None,
+        rotation: Mat3::IDENTITY,
+        ground: None,
+    });
     let eye = target + 150.0 * view;
     scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 19.5f32.to_radians(), 1.5));
     Ok(scene)

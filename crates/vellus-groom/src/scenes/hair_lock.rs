@@ -39,7 +39,12 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     let target = Vec3::new(0.0, -12.0, 0.0);
     scene.lights.push(props::window(Vec3::new(30.0, 15.0, 40.0), target, Vec2::splat(25.0), [24.0, 23.0, 21.5]));
     scene.lights.push(props::window(Vec3::new(-35.0, 0.0, -30.0), target, Vec2::splat(25.0), [22.0, 23.0, 24.5]));
-    scene.lights.push(Light::Dome { radiance: [0.08, 0.085, 0.1], texture: None, rotation: Mat3::IDENTITY });
+    scene.lights.push(Light::Dome {
+        radiance: [0.08, 0.085, 0.1],
+        texture: None,
+        rotation: Mat3::IDENTITY,
+        ground: None,
+    });
     scene.camera = Some(Camera::look_at(Vec3::new(0.0, -12.0, 90.0), target, Vec3::Y, 14f32.to_radians(), 1.5));
     Ok(scene)
 }

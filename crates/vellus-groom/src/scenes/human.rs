@@ -56,7 +56,12 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     let target = Vec3::new(-1.0, -10.0, 0.0);
     scene.lights.push(props::window(Vec3::new(60.0, 60.0, 70.0), target, Vec2::splat(50.0), [20.0, 19.2, 18.0]));
     scene.lights.push(props::window(Vec3::new(-90.0, 50.0, 30.0), target, Vec2::splat(45.0), [18.0, 18.6, 20.0]));
-    scene.lights.push(Light::Dome { radiance: [0.25, 0.27, 0.3], texture: None, rotation: Mat3::IDENTITY });
+    scene.lights.push(Light::Dome {
+        radiance: [0.25, 0.27, 0.3],
+        texture: None,
+        rotation: Mat3::IDENTITY,
+        ground: None,
+    });
     let eye = target + 190.0 * Vec3::new(0.6, 0.06, 0.8).normalize();
     scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 15.5f32.to_radians(), 1.5));
     Ok(scene)

@@ -52,7 +52,12 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     props::ground(&mut scene, 20_000.0, [0.62, 0.65, 0.7]);
     let target = Vec3::new(8.0, 21.0, 0.0);
     scene.lights.push(props::window(Vec3::new(70.0, 150.0, 110.0), target, Vec2::splat(130.0), [6.0, 5.85, 5.6]));
-    scene.lights.push(Light::Dome { radiance: [0.5, 0.57, 0.67], texture: None, rotation: Mat3::IDENTITY });
+    scene.lights.push(Light::Dome {
+        radiance: [0.5, 0.57, 0.67],
+        texture: None,
+        rotation: Mat3::IDENTITY,
+        ground: None,
+    });
     let eye = target + 190.0 * Vec3::new(0.76, 0.12, 0.64).normalize();
     scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 19f32.to_radians(), 1.5));
     Ok(scene)

@@ -62,6 +62,7 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
         radiance: [1.0; 3],
         texture: Some(scene.textures.len()),
         rotation: Mat3::IDENTITY,
+        ground: None,
     });
     scene.textures.push(sky::sky(Vec3::new(0.75, 0.8, 0.35)));
     let target = Vec3::new(-3.5, 15.5, 3.0);
