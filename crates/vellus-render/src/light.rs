@@ -514,8 +514,8 @@ mod tests {
             if d.y >= 0.0 { [0.0, 0.0, 1.0 + d.y] } else { pattern(Vec2::new(d.x, d.z) * (height / -d.y)) }
         };
         let image = Texture { name: "g".to_owned(), width: w, height: h, pixels: (0..w * h).map(pixel).collect() };
-        let ground = Some(Ground { origin, height, radius });
-        let dome = Light::Dome { radiance: [1.0, 1.0, 2.0], texture: Some(0), rotation, ground };
+        let ground = Ground { origin, height, radius };
+        let dome = Light::Dome { radiance: [1.0, 1.0, 2.0], texture: Some(0), rotation, ground: Some(ground) };
         let lights = Lights::new(&[dome], &[image], 1.0);
         let seen = |ray: &Ray, camera: bool| lights.beyond(ray, camera).next().unwrap().1.radiance;
         for i in 0..2000 {
@@ -529,7 +529,7 @@ mod tests {
             assert!((0..2).all(|k| (found[k] - expected[k]).abs() < 0.02), "{spot}: {found:?} {expected:?}");
             // Ground and sphere meet at the edge; upward is sky.
             let edge = origin + rotation * (Vec3::new(spot.x, 0.0, spot.y).normalize() * radius);
-            let from = |to: Vec3| from_ground(&ground.unwrap(), up, &Ray::new(eye, (to - eye).normalize())).normalize();
+            let from = |to: Vec3| from_ground(&ground, up, &Ray::new(eye, (to - eye).normalize())).normalize();
             assert!(from(edge + 1e-3 * up).distance(from(edge - 1e-3 * up)) < 1e-3);
             assert!(from(edge + 1e-3 * up).distance((edge - origin - height * up).normalize()) < 1e-3);
             assert!(seen(&Ray::new(eye, (edge + 4.0 * up - eye).normalize()), true)[2] >= 2.0);

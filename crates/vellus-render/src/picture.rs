@@ -13,6 +13,13 @@ pub enum Depth {
     Float,
 }
 
+/// What compositors read fastest.
+const ENCODING: Encoding = Encoding {
+    compression: Compression::ZIP16,
+    blocks: exr::image::Blocks::ScanLines,
+    line_order: LineOrder::Increasing,
+};
+
 /// Channel names of a layer, as compositors know them: `R`, `albedo.R`, `lobe_TT.G`, `light_key.B`, `N.X`, `Z`.
 fn names(layer: Layer, groups: &[String]) -> Vec<String> {
     let rgb = |prefix: &str| ["R", "G", "B"].map(|c| format!("{prefix}{c}")).to_vec();
@@ -74,7 +81,7 @@ impl Film {
             attributes.other.insert(Text::from_slice_unchecked(name.as_bytes()), value);
         }
         let channels = AnyChannels::sort(channels.into_iter().collect());
-        let layer = exr::image::Layer::new((width, height), attributes, Encoding::FAST_LOSSLESS, channels);
+        let layer = exr::image::Layer::new((width, height), attributes, ENCODING, channels);
         let [whole_width, whole_height] = self.whole();
         let mut image = Image::from_layer(layer);
         image.attributes.display_window = IntegerBounds::from_dimensions((whole_width, whole_height));

@@ -206,7 +206,7 @@ fn strands_are_told_apart() {
     for (x, uv) in [(8, [0.25, 0.75]), (32, [0.5, 0.125])] {
         let covered = film.mean(x, 20, Layer::Fibers, 0);
         for k in 0..2 {
-            assert!((film.mean(x, 20, Layer::RootUv, k) / covered - f64::from(uv[k])).abs() < 1e-6);
+            assert!((film.mean(x, 20, Layer::RootUv, k) / covered - uv[k]).abs() < 1e-6);
         }
     }
 }

@@ -24,7 +24,8 @@
 //!   in degrees. An input may be connected to a UsdUVTexture (looked up at the root's uv) or to a UsdPrimvarReader.
 //!   `primvars:vellus:KEY` on curves, of any interpolation, goes before the shader.
 //! - **Mesh** as polygons, **UsdPreviewSurface** (diffuseColor, also by texture, emissiveColor, roughness, metallic, ior), **Camera**,
-//!   **DomeLight**, **DistantLight**, **RectLight**, **DiskLight**, **SphereLight**.
+//!   **DomeLight**, **DistantLight**, **RectLight**, **DiskLight**, **SphereLight**. `vellus:lightGroup` names a light's group, else
+//!   its prim does; `vellus:groundHeight` and `vellus:groundRadius` lay a dome's image on the ground ([`vellus_scene::Ground`]).
 //! - Composition, instances, transforms, visibility, purpose, samples in time. Textures as PNG, Radiance HDR and OpenEXR.
 //!
 //! All else that would be seen is named in a [`Warning`]. Lengths are in the scene's unit, whatever `metersPerUnit` says.
