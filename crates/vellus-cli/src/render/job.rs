@@ -33,7 +33,7 @@ pub fn fingerprint(args: &Args) -> Result<u64> {
     let mut hasher = DefaultHasher::new();
     (args.input.identity()?, args.size, args.crop, format!("{:?}", args.mode), args.seed, args.max_depth)
         .hash(&mut hasher);
-    format!("{:?}", args.layers()).hash(&mut hasher);
+    Layer::ALL.map(|layer| args.layers().contains(&layer)).hash(&mut hasher);
     env!("CARGO_PKG_VERSION").hash(&mut hasher);
     Ok(hasher.finish())
 }
@@ -165,10 +165,10 @@ impl<'a> Job<'a> {
             each = began.elapsed().as_secs_f64() / count as f64;
             pass = ((longest.as_secs_f64() / each.max(1e-9)) as u64).clamp(1, 2 * count);
             if let Some(viewer) = &mut self.viewer {
-                viewer.show(&self.part.film, &self.args.output);
+                bar.suspend(|| viewer.show(&self.part.film, &self.args.output));
             }
             if kept.elapsed() >= self.args.checkpoint {
-                self.keeper.keep(&self.part);
+                bar.suspend(|| self.keeper.keep(&self.part));
                 kept = Instant::now();
             }
         };
@@ -198,7 +198,9 @@ impl<'a> Job<'a> {
 fn progress(goals: &Goals, state: &State, statistics: &Statistics) -> String {
     let rate = statistics.rays.load(Ordering::Relaxed) as f64 * 1e-6 / state.spent.as_secs_f64().max(1e-9);
     let left = goals.time_left(state).map_or(String::new(), |left| format!(", {} left", clock(left)));
-    format!("{} samples, noise {:.4}, {rate:.2} Mrays/s{left}", state.samples, state.noise)
+    // One sample does not tell how it varies.
+    let noise = if state.samples > 1 { format!("noise {:.4}, ", state.noise) } else { String::new() };
+    format!("{} samples, {noise}{rate:.2} Mrays/s{left}", state.samples)
 }
 
 /// The share of the work that is done, in thousandths.
