@@ -4,7 +4,6 @@ mod common;
 
 use common::{Picture, command, refused, refused_by, run, vellus};
 use std::io::Read;
-use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// A lock of hair, and more options.
@@ -207,11 +206,11 @@ fn a_viewer_sees_the_picture() {
     assert!(path.join("left.exr").exists());
 }
 
-fn wait_for(path: &Path) {
+fn wait_until(done: impl Fn() -> bool) {
     let start = Instant::now();
-    while !path.exists() {
-        assert!(start.elapsed() < Duration::from_secs(60), "{} does not come", path.display());
-        std::thread::sleep(Duration::from_millis(5));
+    while !done() {
+        assert!(start.elapsed() < Duration::from_secs(60), "it does not come");
+        std::thread::sleep(Duration::from_millis(2));
     }
 }
 
@@ -220,16 +219,17 @@ fn wait_for(path: &Path) {
 fn a_killed_run_loses_what_is_after_its_checkpoint() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    let args = |name| lock(&["--spp", "300", "--checkpoint", "0.05s", "--layers", "all", "--float", "-o", name]);
+    // One thread, about a second: however many there are, it is killed before its end.
+    let args = |name| {
+        let often = ["--threads", "1", "--checkpoint", "0.05s"];
+        lock(&[&["--spp", "600", "--layers", "all", "--float", "-o", name][..], &often].concat())
+    };
     let checkpoint = path.join("killed.checkpoint");
-    for times in 1..=2 {
-        let resume = [&args("killed.exr")[..], &["--resume"]].concat();
-        let mut child = command(path, &resume).spawn().unwrap();
-        if times == 1 {
-            wait_for(&checkpoint);
-        } else {
-            std::thread::sleep(Duration::from_millis(400));
-        }
+    let written = || std::fs::metadata(&checkpoint).and_then(|m| m.modified()).ok();
+    for _ in 0..2 {
+        let before = written();
+        let mut child = command(path, &[&args("killed.exr")[..], &["--resume"]].concat()).spawn().unwrap();
+        wait_until(|| written() != before);
         child.kill().unwrap();
         child.wait().unwrap();
         assert!(checkpoint.exists() && !path.join("killed.exr").exists(), "killed too late: make it longer");
@@ -238,16 +238,16 @@ fn a_killed_run_loses_what_is_after_its_checkpoint() {
     assert!(said.contains("going on from"), "{said}");
     run(path, &args("whole.exr"));
     let (killed, whole) = (Picture::read(&path.join("killed.exr")), Picture::read(&path.join("whole.exr")));
-    assert!(killed.same(&whole) && killed.note("vellus_samples") == "300");
+    assert!(killed.same(&whole) && killed.note("vellus_samples") == "600");
     // What the kills left behind are temporary files; a finished run removes its checkpoint.
     assert!(!checkpoint.exists());
     // A part of a picture goes on too.
     let part = |name: &'static str, more: &[&'static str]| {
-        let args = lock(&["--samples", "7..207", "--checkpoint", "0.05s", "-o", name]);
+        let args = lock(&["--samples", "7..407", "--threads", "1", "--checkpoint", "0.05s", "-o", name]);
         [&args[..], more].concat()
     };
     let mut child = command(path, &part("part.exr", &[])).spawn().unwrap();
-    wait_for(&path.join("part.checkpoint"));
+    wait_until(|| path.join("part.checkpoint").exists());
     child.kill().unwrap();
     child.wait().unwrap();
     refused(path, &lock(&["--spp", "9", "--resume", "-o", "part.exr"]), &["of another picture"]);
@@ -293,9 +293,9 @@ fn what_cannot_be_written_is_kept_elsewhere() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     std::fs::create_dir(path.join("spare")).unwrap();
-    let args = lock(&["--spp", "150", "--checkpoint", "0s", "-o", "gone/a.exr"]);
+    let args = lock(&["--spp", "300", "--threads", "1", "--checkpoint", "0s", "-o", "gone/a.exr"]);
     let child = command(path, &args).env("TMPDIR", path.join("spare")).stderr(std::process::Stdio::piped()).spawn();
-    wait_for(&path.join("gone/a.checkpoint"));
+    wait_until(|| path.join("gone/a.checkpoint").exists());
     std::fs::rename(path.join("gone"), path.join("old")).unwrap();
     std::fs::write(path.join("gone"), "a file").unwrap();
     let output = child.unwrap().wait_with_output().unwrap();
@@ -303,7 +303,7 @@ fn what_cannot_be_written_is_kept_elsewhere() {
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     let kept = message.split("vellus merge ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap().to_owned();
     run(path, &["merge", &kept, "-o", "a.exr"]);
-    run(path, &lock(&["--spp", "150", "-o", "b.exr"]));
+    run(path, &lock(&["--spp", "300", "-o", "b.exr"]));
     assert!(Picture::read(&path.join("a.exr")).same(&Picture::read(&path.join("b.exr"))));
 }
 

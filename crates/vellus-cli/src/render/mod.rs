@@ -29,7 +29,7 @@ pub use merge::{MergeArgs, merge};
 pub struct Args {
     #[command(flatten)]
     input: Input,
-    /// Picture to write, OpenEXR with all layers; a PNG to look at is written beside it. `.png` writes that alone.
+    /// Picture to write, OpenEXR with layers; a PNG to look at is written beside it. `.png` writes that alone.
     #[arg(short, long, default_value = "out/render.exr", value_name = "FILE")]
     output: PathBuf,
     /// Width and height in pixels.
