@@ -15,6 +15,7 @@ fn square() -> Mesh {
     };
     let triangles: Vec<[u32; 3]> = (0..N * N).flat_map(cell).collect();
     Mesh {
+        moved: None,
         name: "square".to_owned(),
         positions: (0..(N + 1) * (N + 1)).map(|i| 10.0 * Vec3::new(vertex(i).x, 0.0, vertex(i).y)).collect(),
         uv: Some(triangles.iter().map(|t| t.map(vertex)).collect()),

@@ -35,6 +35,8 @@ pub enum Layer {
     Depth,
     /// Texture coordinates at the root of the fibre seen.
     RootUv,
+    /// Pixels that what is seen moves right and up while the shutter is open.
+    Motion,
     /// The beauty's part that came from each group of lights, RGB each; they sum to the beauty.
     Lights,
     /// Number of the strand seen nearest to the eye, counted from 1 over all strands of the scene; 0 is none. It is no mean:
@@ -44,7 +46,7 @@ pub enum Layer {
 
 impl Layer {
     /// All of them.
-    pub const ALL: [Layer; 12] = [
+    pub const ALL: [Layer; 13] = [
         Layer::Beauty,
         Layer::Alpha,
         Layer::Square,
@@ -55,6 +57,7 @@ impl Layer {
         Layer::Tangent,
         Layer::Depth,
         Layer::RootUv,
+        Layer::Motion,
         Layer::Lights,
         Layer::Strand,
     ];
@@ -65,7 +68,7 @@ impl Layer {
             Layer::Lights => 0,
             Layer::Lobes => 18,
             Layer::Alpha | Layer::Square | Layer::Fibers | Layer::Depth | Layer::Strand => 1,
-            Layer::RootUv => 2,
+            Layer::RootUv | Layer::Motion => 2,
             _ => 3,
         }
     }

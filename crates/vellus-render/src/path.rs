@@ -236,7 +236,7 @@ impl World {
             }
             let next = match (curve, triangle) {
                 (Some(hit), _) => self.at_fiber(settings, &mut path, &mut sampler, &ray, &hit, depth),
-                (None, Some(hit)) => self.at_surface(&mut path, &mut sampler, &ray, &hit, depth),
+                (None, Some(hit)) => self.at_surface(settings, &mut path, &mut sampler, &ray, &hit, depth),
                 (None, None) => None,
             };
             let Some((onward, density)) = next else { break };
@@ -286,6 +286,9 @@ impl World {
             path.set(Layer::Albedo, &scattering.energy().total());
             path.set(Layer::Fibers, &[1.0]);
             path.set(Layer::RootUv, &self.root_uv(hit).to_array());
+            if self.moves {
+                path.set(Layer::Motion, &self.motion(settings, frame.axis, self.curves.movement(hit), ray.time));
+            }
             path.strand = nearest(hit.entry.t, self.strand_number(hit));
         }
         let [a, b] = [sampler.next(), sampler.next()];
@@ -315,8 +318,16 @@ impl World {
         Some((frame.leave(frame.world(sample.wi), f32::INFINITY), sample.pdf))
     }
 
+    /// How many pixels a point moves right and up while the shutter is open; `movement` is its own way in that time.
+    fn motion(&self, settings: &Settings, now: Vec3, movement: Vec3, time: f32) -> [f32; 2] {
+        let open = self.view.seen(settings.size, now - movement * time, 0.0);
+        let closed = self.view.seen(settings.size, now + movement * (1.0 - time), 1.0);
+        open.zip(closed).map_or([0.0; 2], |(open, closed)| [closed.x - open.x, open.y - closed.y])
+    }
+
     fn at_surface(
         &self,
+        settings: &Settings,
         path: &mut Path,
         sampler: &mut Sampler,
         ray: &Ray,
@@ -334,6 +345,9 @@ impl World {
         let [a, b] = [sampler.next(), sampler.next()];
         if depth == 0 {
             path.set(Layer::Normal, &hit.normal.to_array());
+            if self.moves {
+                path.set(Layer::Motion, &self.motion(settings, point, hit.movement, ray.time));
+            }
         }
         if let Some((which, light)) = self.lights.sample(start, [a[0], a[1], a[2]]) {
             let (f, pdf) = scatter.eval_pdf(wo, local(light.direction));

@@ -35,6 +35,7 @@ fn names(layer: Layer, groups: &[String]) -> Vec<String> {
         Layer::Depth => vec!["Z".to_owned()],
         Layer::Fibers => vec!["fibers.A".to_owned()],
         Layer::RootUv => vec!["root.U".to_owned(), "root.V".to_owned()],
+        Layer::Motion => vec!["motion.X".to_owned(), "motion.Y".to_owned()],
         Layer::Lights => groups.iter().flat_map(|group| rgb(&format!("light_{group}."))).collect(),
         Layer::Strand => vec!["strand.id".to_owned()],
     }
@@ -59,7 +60,7 @@ impl Film {
         for layer in Layer::ALL.into_iter().filter(|l| layers.contains(l) && self.layout().has(*l)) {
             for (k, name) in names(layer, self.layout().groups()).into_iter().enumerate() {
                 let values = pixels().map(|(x, y)| self.value(x, y, layer, k));
-                let exact = matches!(layer, Layer::Square | Layer::Depth | Layer::RootUv);
+                let exact = matches!(layer, Layer::Square | Layer::Depth | Layer::RootUv | Layer::Motion);
                 let samples = if layer == Layer::Strand {
                     FlatSamples::U32(pixels().map(|(x, y)| self.strand(x, y)).collect())
                 } else if depth == Depth::Float || exact {
@@ -99,7 +100,7 @@ impl Film {
         };
         match layer {
             Layer::Square => self.error(x, y).powi(2) as f32,
-            Layer::Albedo | Layer::Normal | Layer::Depth => over(Layer::Alpha),
+            Layer::Albedo | Layer::Normal | Layer::Depth | Layer::Motion => over(Layer::Alpha),
             Layer::Tangent | Layer::RootUv => over(Layer::Fibers),
             _ => mean as f32,
         }

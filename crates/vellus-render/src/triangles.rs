@@ -45,6 +45,8 @@ pub struct TriangleHit {
     pub normal: Vec3,
     /// Texture coordinates.
     pub uv: Vec2,
+    /// How far the point moves while the shutter is open.
+    pub movement: Vec3,
 }
 
 fn cross(a: [f32x8; 3], b: [f32x8; 3]) -> [f32x8; 3] {
@@ -180,7 +182,11 @@ impl Triangles {
             let [a, b, c] = uv[triangle];
             a * w + b * u + c * v
         });
-        TriangleHit { mesh, t, plane, normal, uv }
+        let movement = m.moved.as_ref().map_or(Vec3::ZERO, |moved| {
+            let [a, b, c] = m.triangles[triangle].map(|v| moved[v as usize] - m.positions[v as usize]);
+            a * w + b * u + c * v
+        });
+        TriangleHit { mesh, t, plane, normal, uv, movement }
     }
 }
 

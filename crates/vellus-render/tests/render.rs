@@ -378,3 +378,27 @@ fn motion_blur_is_the_mean_of_moments() {
     }
     println!("worst {worst:.2} of what is allowed");
 }
+
+/// A wall that moves to the right and up does so by as many pixels as the lens says.
+#[test]
+fn motion_is_told_in_pixels() {
+    let mut scene = clump(1, 0.001, fiber());
+    scene.camera = Some(Camera::look_at(3.0 * Vec3::Z, Vec3::ZERO, Vec3::Y, 0.3, 1.0));
+    let wall = vec![Vec3::new(-9.0, -9.0, 1.0), Vec3::new(9.0, -9.0, 1.0), Vec3::new(0.0, 9.0, 1.0)];
+    scene.meshes.push(Mesh {
+        name: "wall".to_owned(),
+        moved: Some(wall.iter().map(|p| p + Vec3::new(0.03, 0.01, 0.0)).collect()),
+        positions: wall,
+        triangles: vec![[0, 1, 2]],
+        normals: None,
+        uv: None,
+        surface: 0,
+    });
+    scene.surfaces.push(Surface::diffuse("wall", [0.5; 3]));
+    let film = render(&World::new(scene).unwrap(), &settings(16, Mode::Near), 4);
+    // Two units away, 16 pixels cover 4 tan 0.15.
+    let pixels = 16.0 / (4.0 * 0.15f64.tan());
+    for (k, way) in [(0, 0.03), (1, 0.01)] {
+        assert!((film.mean(8, 8, Layer::Motion, k) - way * pixels).abs() < 1e-4, "{k}");
+    }
+}

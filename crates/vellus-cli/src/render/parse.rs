@@ -85,8 +85,10 @@ pub fn duration(text: &str) -> Result<Duration, String> {
 pub struct Layers(pub Vec<Layer>);
 
 /// Names of layers, as [`Layer::ALL`] has them.
-const LAYERS: [&str; Layer::ALL.len()] =
-    ["beauty", "alpha", "variance", "fibers", "lobes", "albedo", "normal", "tangent", "depth", "uv", "lights", "id"];
+const LAYERS: [&str; Layer::ALL.len()] = [
+    "beauty", "alpha", "variance", "fibers", "lobes", "albedo", "normal", "tangent", "depth", "uv", "motion", "lights",
+    "id",
+];
 
 /// Names with commas between, or `all`.
 pub fn layers(text: &str) -> Result<Layers, String> {
