@@ -76,7 +76,7 @@ const TAU_LO: f32 = 1.935_307_2e-3;
 
 /// The same angle in [−π, π].
 #[inline(always)]
-pub(crate) fn wrap<V: Lanes>(x: V) -> V {
+pub fn wrap<V: Lanes>(x: V) -> V {
     let turns = x * V::splat(1.0 / TAU) + V::splat(ROUND) - V::splat(ROUND);
     (x - turns * V::splat(TAU_HI) - turns * V::splat(TAU_LO)).max(V::splat(-PI)).min(V::splat(PI))
 }

@@ -4,12 +4,15 @@ use crate::lanes::Lanes;
 
 /// Inclination of a direction.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Polar<V> {
+pub struct Polar<V> {
+    /// sin θ, held to [−1, 1].
     pub sin: V,
+    /// cos θ ≥ 0.
     pub cos: V,
 }
 
 impl<V: Lanes> Polar<V> {
+    /// Of a unit vector.
     #[inline(always)]
     pub fn new([x, y, z]: [V; 3]) -> Self {
         Polar { sin: x.max(V::splat(-1.0)).min(V::splat(1.0)), cos: (y * y + z * z).sqrt() }
@@ -18,16 +21,19 @@ impl<V: Lanes> Polar<V> {
 
 /// The azimuth of ω_o, from which all others are measured: cos φ_o and sin φ_o.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Frame<V> {
+pub struct Frame<V> {
     cos: V,
     sin: V,
 }
 
 /// ω_i as the lobes want it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Outgoing<V> {
+pub struct Outgoing<V> {
+    /// sin θᵢ
     pub sin_i: V,
+    /// cos θᵢ
     pub cos_i: V,
+    /// θᵢ
     pub theta_i: V,
     /// φ_i − φ_o
     pub phi: V,
@@ -44,6 +50,7 @@ impl<V: Lanes> Frame<V> {
         }
     }
 
+    /// A direction as seen from ω_o.
     #[inline(always)]
     pub fn outgoing(&self, [x, y, z]: [V; 3]) -> Outgoing<V> {
         let (c, s) = (self.cos, self.sin);

@@ -11,7 +11,7 @@ use wide::{f32x8, i32x8, u32x8};
 
 /// The tables with g, and for the longitudinal ones τ, put in: one a fibre.
 #[derive(Clone, Debug)]
-pub(crate) struct Medulla<'t> {
+pub struct Medulla<'t> {
     tables: &'t Tables,
     azimuthal: Weights<AZIMUTHAL>,
     backward: Weights<BACKWARD>,
@@ -27,23 +27,23 @@ pub(crate) struct Medulla<'t> {
 
 /// C^N of one path through the medulla, the weights of its components.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Azimuth {
-    pub weights: Weights<AZIMUTHAL>,
+pub struct Azimuth {
+    pub(crate) weights: Weights<AZIMUTHAL>,
     /// What makes it integrate to 1.
-    pub scale: f32,
+    pub(crate) scale: f32,
     /// −1 where h″ < 0: the profile is mirrored, (h, φ) → (−h, −φ).
     mirror: f32,
 }
 
 /// C^M of one θ_o, the weights of its components: the same for every offset.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Inclination {
-    backward: Weights<BACKWARD>,
-    forward: Weights<FORWARD>,
+pub struct Inclination {
+    pub(crate) backward: Weights<BACKWARD>,
+    pub(crate) forward: Weights<FORWARD>,
     /// What makes each of the two integrate to 1.
-    scale: [f32; 2],
+    pub(crate) scale: [f32; 2],
     /// |θ_o|: the shift of the forward lobe.
-    theta: f32,
+    pub(crate) theta: f32,
     /// −1 where θ_o < 0: (θ_o, θᵢ) → (−θ_o, −θᵢ).
     mirror: f32,
 }
@@ -69,12 +69,13 @@ pub(crate) type MeanPaths = [f32x8; OFFSETS / 8];
 
 /// τ of one elongation put into the azimuthal table.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Pass {
+pub struct Pass {
     weights: Weights<AZIMUTHAL>,
     tau: Between,
 }
 
 impl<'t> Medulla<'t> {
+    /// Puts a fibre's g, and σ_m,s κ, into the tables.
     pub fn new(fiber: &Fiber, tables: &'t Tables) -> Self {
         let optical_radius = fiber.sigma_ms * fiber.kappa;
         let g_position = grid::g_position(f64::from(fiber.g)) as f32;
@@ -102,7 +103,7 @@ impl<'t> Medulla<'t> {
     /// How many points a window needs for C^N: few (0), some (1) or many (2). Its forward peak is some 1 − g
     /// wide, and scattering twice or more blurs it. By trial, for 1 % of TTˢ: three points up to g = 0.7, five up to
     /// 0.85, and a step less from an optical radius of 2.
-    pub fn sharpness(&self) -> u8 {
+    pub(crate) fn sharpness(&self) -> u8 {
         let g = self.anisotropy;
         let sharp = if g > 0.85 { 2u8 } else { u8::from(g > 0.7) };
         sharp.saturating_sub(u8::from(self.optical_radius > 2.0))
@@ -157,7 +158,7 @@ impl<'t> Medulla<'t> {
 
     /// ⟨L⟩ at the nodes of h″, for many paths.
     #[inline(always)]
-    pub fn mean_paths(&self, pass: &Pass) -> MeanPaths {
+    pub(crate) fn mean_paths(&self, pass: &Pass) -> MeanPaths {
         let [_, n_g, _] = self.tables.mean_path_nodes;
         let row = |tau: usize, g: usize| self.tables.mean_path_rows.row(tau * n_g + g);
         let (tau, g) = (pass.tau, self.g);
@@ -172,7 +173,7 @@ impl<'t> Medulla<'t> {
 
     /// ⟨L⟩ of eight paths, from [`Medulla::mean_paths`].
     #[inline(always)]
-    pub fn mean_paths_at(&self, paths: &MeanPaths, angle: f32x8) -> f32x8 {
+    pub(crate) fn mean_paths_at(&self, paths: &MeanPaths, angle: f32x8) -> f32x8 {
         let last = self.tables.mean_path_nodes[2] - 2;
         let x = angle.abs() * f32x8::splat(std::f32::consts::FRAC_2_PI * (last + 1) as f32);
         // NaN, of which nothing is promised, may end at any node.
@@ -215,7 +216,7 @@ impl<'t> Medulla<'t> {
 
     /// [`Medulla::azimuthal`], not yet scaled, of eight paths with h″ ≥ 0.
     #[inline(always)]
-    pub fn azimuthal8(&self, weights: [&Weights<AZIMUTHAL>; 8], phi: f32x8) -> f32x8 {
+    pub(crate) fn azimuthal8(&self, weights: [&Weights<AZIMUTHAL>; 8], phi: f32x8) -> f32x8 {
         let turned = phi.simd_lt(f32x8::ZERO).select(phi + f32x8::splat(TAU), phi);
         self.tables.azimuthal.densities.eval8(weights, turned)
     }

@@ -49,6 +49,10 @@ impl<const C: usize> Rows<C> {
         )
     }
 
+    pub fn from_rows(rows: Vec<[f32x8; C]>) -> Self {
+        Rows(rows)
+    }
+
     pub fn nodes(&self) -> usize {
         self.0.len()
     }
@@ -219,6 +223,11 @@ impl<const C: usize> Densities<C> {
     #[inline(always)]
     fn between(&self, delta: f32) -> Between {
         Between::new((delta - self.first) * self.inv_step, self.values.nodes())
+    }
+
+    /// B_r(δ) of all components.
+    pub fn row(&self, delta: f32) -> Weights<C> {
+        self.values.at(self.between(delta))
     }
 
     /// Σ_r w_r B_r(δ).

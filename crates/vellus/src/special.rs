@@ -8,15 +8,23 @@ use wide::{f32x4, f32x8, u32x4, u32x8};
 pub trait Register:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
+    /// The same number in each lane.
     fn splat(x: f32) -> Self;
+    /// self·factor + term.
     fn mul_add(self, factor: Self, term: Self) -> Self;
+    /// The larger of the two, neither being NaN.
     fn max(self, other: Self) -> Self;
+    /// The smaller of the two, neither being NaN.
     fn min(self, other: Self) -> Self;
+    /// Absolute value.
     fn abs(self) -> Self;
+    /// Square root.
     fn sqrt(self) -> Self;
+    /// The magnitude of `self` with that sign.
     fn copysign(self, sign: Self) -> Self;
     /// `x` where `self < limit`, else `y`.
     fn select_lt(self, limit: Self, x: Self, y: Self) -> Self;
+    /// Is any lane of `self` below that of `limit`?
     fn any_lt(self, limit: Self) -> bool;
     /// 2ⁿ for n in the low bits of the mantissa.
     fn power_of_two(self) -> Self;
