@@ -1,0 +1,134 @@
+//! Eight lobes along the fibre: densities in sin θᵢ, evaluated together.
+
+use std::f32::consts::{FRAC_PI_2, TAU};
+use vellus::parts::{Outgoing, Polar, bessel_i0e, exp, normal_quantile};
+use wide::f32x8;
+
+/// Eight densities in sin θᵢ.
+pub trait Along: Copy {
+    fn eval(&self, o: &Outgoing<f32>) -> f32x8;
+    /// Draws sin θᵢ and cos θᵢ of one of them.
+    fn sample(&self, lane: usize, u: [f32; 2]) -> (f32, f32);
+}
+
+/// Shifts and widths of energy-conserving spherical Gaussians (d'Eon et al. 2011, Eq. 7), once a fibre.
+///
+/// M̂(θᵢ) = exp(sin θ_c sin θᵢ/v) I₀(cos θ_c cos θᵢ/v) / (2v sinh(1/v)), whose integral over sin θᵢ is 1.
+#[derive(Clone, Debug)]
+pub struct Spherical {
+    sin_alpha: f32x8,
+    cos_alpha: f32x8,
+    inverse_v: f32x8,
+    norm: f32x8,
+    v: [f32; 8],
+    /// e^(−2/v)
+    floor: [f32; 8],
+}
+
+/// The same around the centres of one hit.
+#[derive(Clone, Copy, Debug)]
+pub struct SphericalAt<'m> {
+    widths: &'m Spherical,
+    sin: f32x8,
+    cos: f32x8,
+}
+
+impl Spherical {
+    /// `shift`: α_p, with θ_c = −θ_o − α_p; `beta`: standard deviations, v = β².
+    pub fn new(shift: [f32; 8], beta: [f32; 8]) -> Self {
+        let v = beta.map(|b| f64::from(b).powi(2));
+        let lanes = |f: &dyn Fn(usize) -> f64| f32x8::new(std::array::from_fn(|i| f(i) as f32));
+        Spherical {
+            sin_alpha: lanes(&|i| f64::from(shift[i]).sin()),
+            cos_alpha: lanes(&|i| f64::from(shift[i]).cos()),
+            inverse_v: lanes(&|i| 1.0 / v[i]),
+            norm: lanes(&|i| -1.0 / (v[i] * (-2.0 / v[i]).exp_m1())),
+            v: v.map(|v| v as f32),
+            floor: v.map(|v| (-2.0 / v).exp() as f32),
+        }
+    }
+
+    #[inline(always)]
+    pub fn at(&self, o: Polar<f32>) -> SphericalAt<'_> {
+        let (sin_o, cos_o) = (f32x8::splat(o.sin), f32x8::splat(o.cos));
+        SphericalAt {
+            widths: self,
+            sin: -(sin_o * self.cos_alpha + cos_o * self.sin_alpha),
+            // A centre past the pole folds back: I₀ is even.
+            cos: (cos_o * self.cos_alpha - sin_o * self.sin_alpha).abs(),
+        }
+    }
+}
+
+impl Along for SphericalAt<'_> {
+    #[inline(always)]
+    fn eval(&self, o: &Outgoing<f32>) -> f32x8 {
+        // (sin sin + cos cos − 1)/v as the chord between two unit vectors: it keeps its digits for small v.
+        let (sin_i, cos_i) = (f32x8::splat(o.sin_i), f32x8::splat(o.cos_i));
+        let (ds, dc) = (sin_i - self.sin, cos_i - self.cos);
+        let exponent = (ds * ds + dc * dc) * self.widths.inverse_v * f32x8::splat(-0.5);
+        exp(exponent) * bessel_i0e(cos_i * self.cos * self.widths.inverse_v) * self.widths.norm
+    }
+
+    /// d'Eon, Marschner and Hanika 2013: a direction of the spherical Gaussian, of which the inclination is kept.
+    #[inline(always)]
+    fn sample(&self, lane: usize, u: [f32; 2]) -> (f32, f32) {
+        let (s, c) = (self.sin.to_array()[lane], self.cos.to_array()[lane]);
+        let (v, floor) = (self.widths.v[lane], self.widths.floor[lane]);
+        let drop = (-v * (u[0] + (1.0 - u[0]) * floor).max(f32::MIN_POSITIVE).ln()).clamp(0.0, 2.0);
+        let (cos, sin) = (1.0 - drop, (drop * (2.0 - drop)).sqrt());
+        let (sin_psi, cos_psi) = (TAU * u[1]).sin_cos();
+        let across = cos * c - sin * cos_psi * s;
+        let sin_i = cos * s + sin * cos_psi * c;
+        (sin_i.clamp(-1.0, 1.0), across.hypot(sin * sin_psi))
+    }
+}
+
+/// Gaussians in θᵢ, cut off at ±90° and normalised there, as densities in sin θᵢ: over cos θᵢ.
+#[derive(Clone, Copy, Debug)]
+pub struct Plane {
+    centre: f32x8,
+    sigma: f32x8,
+    norm: f32x8,
+    /// The cumulative normal distribution at −90°, and what lies between there and 90°.
+    below: [f32; 8],
+    inside: [f32; 8],
+}
+
+impl Plane {
+    /// Around θ_c with standard deviation σ, radians.
+    pub fn new(centre: [f32; 8], sigma: [f32; 8]) -> Self {
+        let cumulative = |x: f32| 0.5 * libm::erfcf(-x * std::f32::consts::FRAC_1_SQRT_2);
+        let below: [f32; 8] = std::array::from_fn(|i| cumulative((-FRAC_PI_2 - centre[i]) / sigma[i]));
+        let inside: [f32; 8] =
+            std::array::from_fn(|i| (cumulative((FRAC_PI_2 - centre[i]) / sigma[i]) - below[i]).max(1e-6));
+        Plane {
+            centre: f32x8::new(centre),
+            sigma: f32x8::new(sigma),
+            norm: f32x8::new(std::array::from_fn(|i| 1.0 / (sigma[i] * TAU.sqrt() * inside[i]))),
+            below,
+            inside,
+        }
+    }
+
+    /// What of each Gaussian lies within ±90°.
+    pub fn inside(&self) -> [f32; 8] {
+        self.inside
+    }
+}
+
+impl Along for Plane {
+    #[inline(always)]
+    fn eval(&self, o: &Outgoing<f32>) -> f32x8 {
+        let d = (f32x8::splat(o.theta_i) - self.centre) / self.sigma;
+        // The density in sin θ has a pole at ±90°; a millionth of a radian beside it is finite.
+        exp(d * d * f32x8::splat(-0.5)) * self.norm / f32x8::splat(o.cos_i.max(1e-6))
+    }
+
+    #[inline(always)]
+    fn sample(&self, lane: usize, u: [f32; 2]) -> (f32, f32) {
+        let x = normal_quantile(self.below[lane] + u[0] * self.inside[lane]);
+        let theta = self.centre.to_array()[lane] + self.sigma.to_array()[lane] * x;
+        theta.clamp(-FRAC_PI_2, FRAC_PI_2).sin_cos()
+    }
+}

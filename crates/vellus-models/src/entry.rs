@@ -1,0 +1,67 @@
+//! How light enters one dielectric cylinder at an offset: what all near-field models begin with.
+
+use std::f32::consts::PI;
+use vellus::parts::{Frame, Polar};
+use vellus::{Fresnel, Lanes, Window, fresnel};
+
+/// Angles and reflectance of one ray.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Entry {
+    pub polar: Polar<f32>,
+    pub frame: Frame<f32>,
+    pub h: f32,
+    /// γ_o = asin h, and γ_t inside, with its cosine.
+    pub gamma_o: f32,
+    pub gamma_t: f32,
+    pub cos_gamma_t: f32,
+    /// h/η′, the offset of the refracted ray.
+    pub h_inside: f32,
+    /// sin θ_t and 1/cos θ_t inside.
+    pub sin_t: f32,
+    pub elongation: f32,
+    pub fresnel: Fresnel<f32>,
+}
+
+impl Entry {
+    /// `wo` and the middle of `window`, into an index `eta` under that many cuticle layers (0.5: an ordinary interface).
+    #[inline(always)]
+    pub fn new(wo: glam::Vec3, window: Window, eta: f32, layers: f32) -> Self {
+        let [low, high] = window.ends();
+        let h = 0.5 * (low + high);
+        let wo = wo.to_array();
+        let polar = Polar::new(wo);
+        let inverse_cos = 1.0 / polar.cos.max(1e-12);
+        // 1/η′ = cos θ_o/√(η² − sin²θ_o), written so that η → 1 does not cancel.
+        let excess = ((eta - 1.0) * (eta + 1.0) + polar.cos * polar.cos).max(1e-20);
+        let h_inside = h * polar.cos / excess.sqrt();
+        let cos = |x: f32| ((1.0 - x) * (1.0 + x)).max(0.0).sqrt();
+        let (cos_gamma_o, cos_gamma_t) = (cos(h), cos(h_inside));
+        let [gamma_o, gamma_t] = f32::atan2_pair([h, h_inside], [cos_gamma_o, cos_gamma_t]);
+        let sin_t = polar.sin / eta;
+        Entry {
+            polar,
+            frame: Frame::new(wo, polar.cos, inverse_cos),
+            h,
+            gamma_o,
+            gamma_t,
+            cos_gamma_t,
+            h_inside,
+            sin_t,
+            elongation: 1.0 / ((1.0 - sin_t) * (1.0 + sin_t)).max(1e-12).sqrt(),
+            fresnel: fresnel(eta, layers, polar.cos * cos_gamma_o),
+        }
+    }
+
+    /// What one pass through the cylinder leaves of the light, RGB.
+    #[inline(always)]
+    pub fn pass(&self, sigma: [f32; 3]) -> [f32; 3] {
+        let length = 2.0 * self.cos_gamma_t * self.elongation;
+        sigma.map(|s| (-s * length).exp())
+    }
+
+    /// Φₚ of R, TT, TRT, TRRT.
+    #[inline(always)]
+    pub fn exits(&self) -> [f32; 4] {
+        [0.0, 1.0, 2.0, 3.0].map(|p| 2.0 * p * self.gamma_t - 2.0 * self.gamma_o + p * PI)
+    }
+}

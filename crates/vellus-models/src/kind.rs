@@ -1,0 +1,139 @@
+//! Any model by its name.
+
+use crate::chiang::Chiang2016;
+use crate::error::Error;
+use crate::zinke_weber::ZinkeWeber2007;
+use glam::Vec3;
+use std::fmt;
+use std::str::FromStr;
+use vellus::{Bcsdf, Fiber, Field, Lobes, Model, Sample, Scattering, Window};
+
+/// Defines the names, the models behind them, and a hit of any.
+macro_rules! models {
+    ($($kind:ident($model:ty), $name:literal, $make:expr;)*) => {
+        /// A model, not yet of any fibre.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        #[allow(missing_docs, reason = "the crate's page says what they are")]
+        pub enum ModelKind {
+            $($kind,)*
+        }
+
+        impl ModelKind {
+            /// All of them, ours first.
+            pub const ALL: &[ModelKind] = &[$(ModelKind::$kind),*];
+
+            /// The name used on the command line and in files.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(ModelKind::$kind => $name,)*
+                }
+            }
+
+            /// The model of a fibre.
+            ///
+            /// # Errors
+            /// [`Error::Fiber`] where [`Fiber::validate`] finds a parameter out of range.
+            pub fn model(self, fiber: &Fiber) -> Result<AnyModel, Error> {
+                Ok(match self {
+                    $(ModelKind::$kind => {
+                        let make: fn(&Fiber) -> Result<$model, vellus::Error> = $make;
+                        AnyModel::$kind(make(fiber)?)
+                    })*
+                })
+            }
+        }
+
+        /// Any of the models, chosen when running: for pictures and tests. A renderer is generic over [`Model`] instead.
+        #[derive(Clone, Debug)]
+        #[allow(missing_docs, reason = "the crate's page says what they are")]
+        #[allow(clippy::large_enum_variant, reason = "there is one a fibre")]
+        pub enum AnyModel {
+            $($kind($model),)*
+        }
+
+        /// A hit of any of the models.
+        #[derive(Clone, Debug)]
+        #[allow(missing_docs, reason = "the crate's page says what they are")]
+        #[allow(clippy::large_enum_variant, reason = "a query allocates nothing")]
+        pub enum AnyHit<'a> {
+            $($kind(<$model as Model>::Hit<'a>),)*
+        }
+
+        impl Model for AnyModel {
+            type Hit<'a> = AnyHit<'a>;
+
+            fn at(&self, wo: Vec3, window: Window) -> AnyHit<'_> {
+                match self {
+                    $(AnyModel::$kind(model) => AnyHit::$kind(Model::at(model, wo, window)),)*
+                }
+            }
+
+            fn field(&self) -> Field {
+                match self {
+                    $(AnyModel::$kind(model) => model.field(),)*
+                }
+            }
+        }
+
+        impl Scattering for AnyHit<'_> {
+            fn energy(&self) -> Lobes {
+                match self {
+                    $(AnyHit::$kind(hit) => Scattering::energy(hit),)*
+                }
+            }
+
+            fn eval_pdf(&self, wi: Vec3) -> (Lobes, f32) {
+                match self {
+                    $(AnyHit::$kind(hit) => Scattering::eval_pdf(hit, wi),)*
+                }
+            }
+
+            fn sample(&self, u: [f32; 5]) -> Sample {
+                match self {
+                    $(AnyHit::$kind(hit) => Scattering::sample(hit, u),)*
+                }
+            }
+        }
+    };
+}
+
+models! {
+    Vellus(Bcsdf<'static>), "vellus", Bcsdf::new;
+    Chiang2016(Chiang2016), "chiang2016", Chiang2016::new;
+    ZinkeWeber2007(ZinkeWeber2007), "zinke-weber2007", ZinkeWeber2007::new;
+}
+
+impl fmt::Display for ModelKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for ModelKind {
+    type Err = Error;
+
+    /// Accepts `yan2015`, `Yan 2015`, `zinke_weber2007`.
+    fn from_str(name: &str) -> Result<Self, Error> {
+        let plain = |s: &str| s.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_ascii_lowercase();
+        ModelKind::ALL.iter().copied().find(|kind| plain(kind.name()) == plain(name)).ok_or_else(|| {
+            let known: Vec<_> = ModelKind::ALL.iter().map(|kind| kind.name()).collect();
+            Error::UnknownModel { name: name.to_owned(), known: known.join(", ") }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_read_back() {
+        for kind in ModelKind::ALL {
+            assert_eq!(kind.name().parse::<ModelKind>().unwrap(), *kind);
+            assert_eq!(kind.name().to_uppercase().replace('-', " ").parse::<ModelKind>().unwrap(), *kind);
+            assert!(kind.model(&Fiber { eta: 0.5, ..Fiber::hair() }).is_err());
+        }
+        let unknown = "phong".parse::<ModelKind>().unwrap_err().to_string();
+        assert!(unknown.contains("phong") && unknown.contains("chiang2016"), "{unknown}");
+    }
+}
