@@ -1,7 +1,7 @@
 //! Eight lobes along the fibre: densities in sin θᵢ, evaluated together.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
-use vellus::parts::{Outgoing, Polar, bessel_i0e, exp, normal_quantile};
+use vellus::parts::{Outgoing, Polar, bessel_i0e, exp, mills, normal_quantile};
 use wide::f32x8;
 
 /// Eight densities in sin θᵢ.
@@ -88,31 +88,36 @@ impl Along for SphericalAt<'_> {
 #[derive(Clone, Copy, Debug)]
 pub struct Plane {
     centre: f32x8,
+    inverse: f32x8,
     sigma: f32x8,
     norm: f32x8,
     /// The cumulative normal distribution at −90°, and what lies between there and 90°.
-    below: [f32; 8],
-    inside: [f32; 8],
+    below: f32x8,
+    inside: f32x8,
 }
 
 impl Plane {
     /// Around θ_c with standard deviation σ, radians.
-    pub fn new(centre: [f32; 8], sigma: [f32; 8]) -> Self {
-        let cumulative = |x: f32| 0.5 * libm::erfcf(-x * std::f32::consts::FRAC_1_SQRT_2);
-        let below: [f32; 8] = std::array::from_fn(|i| cumulative((-FRAC_PI_2 - centre[i]) / sigma[i]));
-        let inside: [f32; 8] =
-            std::array::from_fn(|i| (cumulative((FRAC_PI_2 - centre[i]) / sigma[i]) - below[i]).max(1e-6));
-        Plane {
-            centre: f32x8::new(centre),
-            sigma: f32x8::new(sigma),
-            norm: f32x8::new(std::array::from_fn(|i| 1.0 / (sigma[i] * TAU.sqrt() * inside[i]))),
-            below,
-            inside,
-        }
+    #[inline(always)]
+    pub fn new(centre: f32x8, sigma: f32x8) -> Self {
+        let splat = f32x8::splat;
+        let inverse = f32x8::ONE / sigma;
+        // The cumulative normal distribution from its tail, t = mills(|x|) e^(−x²/2): t below 0, 1 − t above.
+        let cumulative = |x: f32x8| {
+            let tail = mills(x.abs()) * exp(x * x * splat(-0.5));
+            x.simd_lt(f32x8::ZERO).select(tail, f32x8::ONE - tail)
+        };
+        let below = cumulative((splat(-FRAC_PI_2) - centre) * inverse);
+        // 1 − F(90°), as F(−90° mirrored).
+        let above = cumulative((centre - splat(FRAC_PI_2)) * inverse);
+        let inside = (f32x8::ONE - below - above).fast_max(splat(1e-6));
+        let norm = splat(1.0 / TAU.sqrt()) * inverse / inside;
+        Plane { centre, inverse, sigma, norm, below, inside }
     }
 
     /// What of each Gaussian lies within ±90°.
-    pub fn inside(&self) -> [f32; 8] {
+    #[inline(always)]
+    pub fn inside(&self) -> f32x8 {
         self.inside
     }
 }
@@ -120,15 +125,17 @@ impl Plane {
 impl Along for Plane {
     #[inline(always)]
     fn eval(&self, o: &Outgoing<f32>) -> f32x8 {
-        let d = (f32x8::splat(o.theta_i) - self.centre) / self.sigma;
+        let d = (f32x8::splat(o.theta_i) - self.centre) * self.inverse;
         // The density in sin θ has a pole at ±90°; a millionth of a radian beside it is finite.
-        exp(d * d * f32x8::splat(-0.5)) * self.norm / f32x8::splat(o.cos_i.max(1e-6))
+        exp(d * d * f32x8::splat(-0.5)) * self.norm * f32x8::splat(1.0 / o.cos_i.max(1e-6))
     }
 
     #[inline(always)]
     fn sample(&self, lane: usize, u: [f32; 2]) -> (f32, f32) {
-        let x = normal_quantile(self.below[lane] + u[0] * self.inside[lane]);
-        let theta = self.centre.to_array()[lane] + self.sigma.to_array()[lane] * x;
-        theta.clamp(-FRAC_PI_2, FRAC_PI_2).sin_cos()
+        let of = |values: f32x8| values.to_array()[lane];
+        let theta = of(self.centre) + of(self.sigma) * normal_quantile(of(self.below) + u[0] * of(self.inside));
+        let (sin, cos) = theta.clamp(-FRAC_PI_2, FRAC_PI_2).sin_cos();
+        // The cosine of 90° rounds to −4e-8.
+        (sin, cos.max(0.0))
     }
 }

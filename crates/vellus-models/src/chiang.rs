@@ -20,8 +20,7 @@ use std::f32::consts::PI;
 use vellus::{Error, Fiber, Field, Lobe, Model, Window};
 use wide::f32x8;
 
-const NAMES: [Lobe; 8] =
-    [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Rest, Lobe::Rest, Lobe::Rest, Lobe::Rest, Lobe::Rest];
+const NAMES: [Lobe; 8] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Rest, Lobe::Rest, Lobe::Rest, Lobe::Rest, Lobe::Rest];
 
 /// β_m and β_n, standard deviations in radians as a [`Fiber`] takes them, of the paper's perceptual roughnesses in [0, 1].
 ///

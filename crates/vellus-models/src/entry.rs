@@ -16,8 +16,7 @@ pub(crate) struct Entry {
     pub cos_gamma_t: f32,
     /// h/η′, the offset of the refracted ray.
     pub h_inside: f32,
-    /// sin θ_t and 1/cos θ_t inside.
-    pub sin_t: f32,
+    /// 1/cos θ_t inside.
     pub elongation: f32,
     pub fresnel: Fresnel<f32>,
 }
@@ -46,7 +45,6 @@ impl Entry {
             gamma_t,
             cos_gamma_t,
             h_inside,
-            sin_t,
             elongation: 1.0 / ((1.0 - sin_t) * (1.0 + sin_t)).max(1e-12).sqrt(),
             fresnel: fresnel(eta, layers, polar.cos * cos_gamma_o),
         }

@@ -29,14 +29,14 @@ pub(crate) fn largest_channel(energy: &Energies) -> [f32; 8] {
     std::array::from_fn(|i| energy[0][i].max(energy[1][i]).max(energy[2][i]))
 }
 
-/// The item that `u`, times the sum of the weights, falls to: never one without weight.
+/// The item that `u`, times the sum of the weights, falls to, never one without weight; and what is left of `u`, uniform again.
 #[inline(always)]
-pub(crate) fn choose(weights: &[f32], u: f32) -> usize {
+pub(crate) fn choose(weights: &[f32], u: f32) -> (usize, f32) {
     let mut rest = u * weights.iter().sum::<f32>();
-    let mut chosen = 0;
+    let mut chosen = (0, 0.0);
     for (i, &w) in weights.iter().enumerate() {
         if w > 0.0 {
-            chosen = i;
+            chosen = (i, (rest / w).clamp(0.0, 1.0));
             if rest < w {
                 break;
             }
@@ -68,6 +68,7 @@ impl<L: Along, A: Around> Factored<L, A> {
     }
 
     /// The energies of all eight.
+    #[inline(always)]
     pub(crate) fn energies(&self) -> &Energies {
         &self.energy
     }
@@ -94,13 +95,11 @@ impl<L: Along, A: Around> Factored<L, A> {
         lobes
     }
 
-    /// Chooses one of the eight, and draws from it: which, sin θᵢ, cos θᵢ, φ.
+    /// Draws from one of the eight: from `u`, two numbers for θᵢ and one for φ.
     #[inline(always)]
-    pub(crate) fn draw(&self, u: [f32; 4]) -> (Lobe, Outgoing<f32>) {
-        let lane = choose(&self.probability.to_array(), u[0]);
-        let (sin_i, cos_i) = self.along.sample(lane, [u[1], u[2]]);
-        let phi = self.around.sample(lane, u[3]);
-        (self.names[lane], Outgoing { sin_i, cos_i, theta_i: sin_i.atan2(cos_i), phi })
+    pub(crate) fn draw(&self, lane: usize, u: [f32; 3]) -> Outgoing<f32> {
+        let (sin_i, cos_i) = self.along.sample(lane, [u[0], u[1]]);
+        Outgoing { sin_i, cos_i, theta_i: sin_i.atan2(cos_i), phi: self.around.sample(lane, u[2]) }
     }
 }
 
@@ -123,10 +122,11 @@ impl<L: Along, A: Around> Scattering for Factored<L, A> {
 
     #[inline]
     fn sample(&self, u: [f32; 5]) -> Sample {
-        let (lobe, outgoing) = self.draw([u[0], u[1], u[2], u[3]]);
+        let (lane, _) = choose(&self.probability.to_array(), u[0]);
+        let outgoing = self.draw(lane, [u[1], u[2], u[3]]);
         let densities = self.densities(&outgoing);
         let pdf = self.pdf_of(densities);
         let weight = weight(self.lobes_of(densities).total(), pdf);
-        Sample { wi: direction(&self.frame, &outgoing), pdf, weight, lobe, h: self.h }
+        Sample { wi: direction(&self.frame, &outgoing), pdf, weight, lobe: self.names[lane], h: self.h }
     }
 }

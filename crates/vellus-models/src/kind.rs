@@ -2,6 +2,7 @@
 
 use crate::chiang::Chiang2016;
 use crate::error::Error;
+use crate::yan2015::Yan2015;
 use crate::zinke_weber::ZinkeWeber2007;
 use glam::Vec3;
 use std::fmt;
@@ -99,6 +100,7 @@ macro_rules! models {
 
 models! {
     Vellus(Bcsdf<'static>), "vellus", Bcsdf::new;
+    Yan2015(Yan2015), "yan2015", Yan2015::new;
     Chiang2016(Chiang2016), "chiang2016", Chiang2016::new;
     ZinkeWeber2007(ZinkeWeber2007), "zinke-weber2007", ZinkeWeber2007::new;
 }

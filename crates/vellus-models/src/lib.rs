@@ -3,6 +3,7 @@
 //!
 //! | model | field | lobes |
 //! |---|---|---|
+//! | [`Yan2015`] | near | [twelve](yan2015::LOBES) |
 //! | [`Chiang2016`] | near | R, TT, TRT, rest |
 //! | [`ZinkeWeber2007`] | near | R, TT, TRT, rest (TRRT) |
 //!
@@ -16,10 +17,12 @@ mod entry;
 mod error;
 mod factored;
 mod kind;
+pub mod yan2015;
 mod zinke_weber;
 
 pub use chiang::Chiang2016;
 pub use error::Error;
 pub use factored::Factored;
 pub use kind::{AnyHit, AnyModel, ModelKind};
+pub use yan2015::Yan2015;
 pub use zinke_weber::ZinkeWeber2007;

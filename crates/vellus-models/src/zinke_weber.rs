@@ -18,16 +18,15 @@ use glam::Vec3;
 use vellus::{Error, Fiber, Field, Lobe, Model, Window};
 use wide::f32x8;
 
-const NAMES: [Lobe; 8] =
-    [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Rest, Lobe::Rest, Lobe::Rest, Lobe::Rest, Lobe::Rest];
+const NAMES: [Lobe; 8] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Rest, Lobe::Rest, Lobe::Rest, Lobe::Rest, Lobe::Rest];
 
 /// The model of one fibre.
 #[derive(Clone, Debug)]
 pub struct ZinkeWeber2007 {
     eta: f32,
     sigma_a: [f32; 3],
-    shift: [f32; 8],
-    sigma: [f32; 8],
+    shift: f32x8,
+    sigma: f32x8,
     around: Gaussians,
 }
 
@@ -42,8 +41,8 @@ impl ZinkeWeber2007 {
         Ok(ZinkeWeber2007 {
             eta: fiber.eta,
             sigma_a: fiber.sigma_ca,
-            shift: four([1.0, -0.5, -1.5, -2.5].map(|k| k * fiber.alpha)),
-            sigma: four([1.0, 0.5, 1.5, 2.5].map(|k| k * fiber.beta_m)),
+            shift: f32x8::new(four([1.0, -0.5, -1.5, -2.5].map(|k| k * fiber.alpha))),
+            sigma: f32x8::new(four([1.0, 0.5, 1.5, 2.5].map(|k| k * fiber.beta_m))),
             around: Gaussians::new(four([1.0f32, 2.0, 3.0, 4.0].map(|k| k.sqrt() * fiber.beta_n)).map(Some)),
         })
     }
@@ -58,8 +57,8 @@ impl Model for ZinkeWeber2007 {
         let pass = entry.pass(self.sigma_a);
         let (f, t) = (entry.fresnel.reflected, entry.fresnel.transmitted);
         let theta_o = entry.polar.sin.atan2(entry.polar.cos);
-        let along = Plane::new(self.shift.map(|shift| -theta_o - shift), self.sigma);
-        let inside = along.inside();
+        let along = Plane::new(f32x8::splat(-theta_o) - self.shift, self.sigma);
+        let inside = along.inside().to_array();
         let energy = pass.map(|pass| {
             let (tt, again) = (t * t * pass, f * pass);
             let ideal = [f, tt, tt * again, tt * again * again];

@@ -4,5 +4,5 @@
 pub use crate::azimuthal::wrap;
 pub use crate::frame::{Frame, Outgoing, Polar};
 pub use crate::medulla::{Azimuth, Inclination, Medulla, Pass};
-pub use crate::special::{Register, bessel_i0e, exp, normal_quantile};
+pub use crate::special::{Register, bessel_i0e, exp, mills, normal_quantile};
 pub use crate::weighting::Weighting;

@@ -1,0 +1,110 @@
+//! Where the light goes, of every model: in a white furnace, and with absorption.
+
+#[path = "../../vellus/tests/common/mod.rs"]
+mod common;
+
+use common::{Uniform, direction, full_fiber};
+use std::f64::consts::{PI, TAU};
+use vellus::{Fiber, Model, Scattering, Species, Window};
+use vellus_models::ModelKind;
+
+/// Integral of f·cos θᵢ over the sphere by midpoints in θᵢ and φ, and the largest error that may have.
+fn integrate(hit: &impl Scattering) -> [f64; 3] {
+    let (n_theta, n_phi) = (900, 720);
+    let mut total = [0.0; 3];
+    for i in 0..n_theta {
+        let theta = ((i as f64 + 0.5) / n_theta as f64 - 0.5) * PI;
+        for j in 0..n_phi {
+            let f = hit.eval(direction(theta, (j as f64 + 0.5) / n_phi as f64 * TAU)).total();
+            (0..3).for_each(|c| total[c] += f64::from(f[c]) * theta.cos());
+        }
+    }
+    total.map(|t| t * PI / n_theta as f64 * TAU / n_phi as f64)
+}
+
+/// Mean of what leaves a fibre without absorption, over offsets.
+fn furnace(kind: ModelKind, fiber: &Fiber, theta_o: f64) -> f64 {
+    let model = kind.model(&fiber.without_absorption()).unwrap();
+    let n = 400;
+    let mut sum = 0.0;
+    for k in 0..n {
+        let h = (k as f64 + 0.5) / n as f64 * 2.0 - 1.0;
+        let energy = model.at(direction(theta_o.to_radians(), 0.3), Window::near(h as f32)).energy().total();
+        sum += f64::from(energy[1]) / n as f64;
+    }
+    sum
+}
+
+/// The energies that a model states are its integrals, so that the furnaces below need none.
+#[test]
+fn integral_of_eval_is_the_energy() {
+    for &kind in ModelKind::ALL {
+        for fiber in [full_fiber(), Fiber { g: 0.88, beta_m: 0.3, eta: 1.3, ..full_fiber() }] {
+            let model = kind.model(&fiber).unwrap();
+            for (theta_o, h) in [(0.3f64, 0.25f32), (-1.1, -0.7), (1.3, 0.97)] {
+                let hit = model.at(direction(theta_o, -2.0), Window::near(h));
+                let (integral, energy) = (integrate(&hit), hit.energy().total());
+                for c in 0..3 {
+                    let error = integral[c] / f64::from(energy[c]) - 1.0;
+                    assert!(error.abs() < 3e-3, "{kind} {fiber:?} θ {theta_o} h {h} channel {c}: {error}");
+                }
+            }
+        }
+    }
+}
+
+/// What each model leaves of the light in a white furnace, over all offsets, at normal and at grazing incidence: 1 by
+/// definition of ours and Chiang's; of the others what their definitions lose.
+#[test]
+fn furnaces_are_as_white_as_defined() {
+    let fox = Fiber::preset(Species::RedFox);
+    let cases = [(ModelKind::Vellus, 1.0, 1.0), (ModelKind::Chiang2016, 1.0, 1.0)];
+    for (kind, normal, grazing) in cases {
+        for (theta_o, expected) in [(0.0, normal), (80.0, grazing)] {
+            let white = furnace(kind, &fox, theta_o);
+            assert!((white - expected).abs() < 1e-3, "{kind} at {theta_o}°: {white}");
+        }
+    }
+    for &kind in ModelKind::ALL {
+        println!(
+            "{kind}: {:?}",
+            [0.0, 30.0, 60.0, 80.0, 88.0].map(|theta| (furnace(kind, &fox, theta) * 1e4).round() / 1e4)
+        );
+    }
+}
+
+/// Nothing is infinite, NaN or negative, whatever the fibre and wherever the light.
+#[test]
+fn edges_are_finite() {
+    let mut random = Uniform(21);
+    for k in 0..600 {
+        let mut fiber = random.fiber();
+        match k % 6 {
+            0 => fiber.kappa = 0.0,
+            1 => fiber.kappa = 0.99,
+            2 => fiber.sigma_ms = 0.0,
+            3 => (fiber.beta_m, fiber.beta_n) = (0.1f32.to_radians(), 0.1f32.to_radians()),
+            4 => (fiber.eta, fiber.layers) = (1.0, 0.0),
+            _ => (fiber.sigma_ca, fiber.sigma_ms) = ([1000.0; 3], 1000.0),
+        }
+        for &kind in ModelKind::ALL {
+            let model = kind.model(&fiber).unwrap();
+            let edge = |random: &mut Uniform, of: [f64; 4]| of[(random.next() * 4.0) as usize];
+            let theta_o = edge(&mut random, [0.0, PI / 2.0, -PI / 2.0, 1.57]);
+            let h = edge(&mut random, [-1.0, 1.0, 0.0, 0.999_999]) as f32;
+            let hit = model.at(direction(theta_o, random.within(-3.0, 3.0)), Window::near(h));
+            let theta_i = edge(&mut random, [0.0, PI / 2.0, -PI / 2.0, -1.57]);
+            let s = hit.sample(random.numbers());
+            let mut numbers = s.weight.to_vec();
+            numbers.extend([s.pdf, s.wi.length()]);
+            for wi in [direction(theta_i, random.within(-3.0, 3.0)), s.wi] {
+                let (f, pdf) = hit.eval_pdf(wi);
+                numbers.extend(f.0.into_iter().flatten());
+                numbers.push(pdf);
+            }
+            numbers.extend(hit.energy().0.into_iter().flatten());
+            let bad = numbers.iter().find(|x| !x.is_finite() || **x < 0.0);
+            assert!(bad.is_none(), "{kind} {fiber:?} θ_o {theta_o} h {h} θ_i {theta_i}: {numbers:?}");
+        }
+    }
+}
