@@ -1,1 +1,134 @@
-fn main() {}
+//! Cost of one query of each model on one core, six lobes and RGB: `cargo bench -p vellus-models`.
+//!
+//! Every iteration takes another hit and direction from a table. The fibre is a red fox with colour; the near field.
+
+use divan::{Bencher, black_box};
+use glam::Vec3;
+use vellus::{Bcsdf, Fiber, Model, Scattering, Species, Window};
+use vellus_models::{Chiang2016, Yan2015, ZinkeWeber2007};
+
+const N: usize = 1024;
+
+/// A model that a fibre makes.
+trait Made: Model + Sized {
+    fn made(fiber: &Fiber) -> Self;
+}
+
+macro_rules! made {
+    ($($model:ty),*) => {
+        $(impl Made for $model {
+            fn made(fiber: &Fiber) -> Self {
+                <$model>::new(fiber).expect("the preset is valid")
+            }
+        })*
+    };
+}
+made!(Bcsdf<'static>, Yan2015, Chiang2016, ZinkeWeber2007);
+
+/// Yan et al. 2015 with indices that differ, so that all eleven lobes carry light.
+struct Yan2015Split(Yan2015);
+
+impl Model for Yan2015Split {
+    type Hit<'a> = <Yan2015 as Model>::Hit<'a>;
+
+    #[inline]
+    fn at(&self, wo: Vec3, window: Window) -> Self::Hit<'_> {
+        self.0.at(wo, window)
+    }
+
+    fn field(&self) -> vellus::Field {
+        self.0.field()
+    }
+}
+
+impl Made for Yan2015Split {
+    fn made(fiber: &Fiber) -> Self {
+        Yan2015Split(Yan2015::with_eta_m(fiber, 1.3).expect("the preset is valid"))
+    }
+}
+
+struct Query {
+    wo: Vec3,
+    wi: Vec3,
+    h: f32,
+    u: [f32; 5],
+}
+
+fn queries() -> Vec<Query> {
+    // An R-sequence (Roberts): even coverage without a generator.
+    let unit = |i: usize, k: u32| ((i as f64 + 0.5) * 1.103_0f64.powi(-(k as i32))).fract() as f32;
+    let direction = |a: f32, b: f32| {
+        let (sin, cos) = ((2.0 * a - 1.0) * 1.5).sin_cos();
+        let (z, y) = (b * std::f32::consts::TAU).sin_cos();
+        Vec3::new(sin, cos * y, cos * z)
+    };
+    (0..N)
+        .map(|i| Query {
+            wo: direction(unit(i, 1), unit(i, 2)),
+            wi: direction(unit(i, 3), unit(i, 4)),
+            h: 2.0 * unit(i, 5) - 1.0,
+            u: [unit(i, 6), unit(i, 7), unit(i, 8), unit(i, 9), unit(i, 10)],
+        })
+        .collect()
+}
+
+fn fox() -> Fiber {
+    Fiber::preset(Species::RedFox).with_absorption([0.2, 0.4, 0.8])
+}
+
+fn each<M: Made>(bencher: Bencher, f: impl Fn(&M, &Query) -> f32 + Sync) {
+    let (model, queries) = (M::made(&fox()), queries());
+    let mut i = 0;
+    bencher.bench_local(|| {
+        i = (i + 1) % N;
+        f(&model, black_box(&queries[i]))
+    });
+}
+
+/// Sixteen light samples a hit.
+fn each_hit<M: Made>(bencher: Bencher, f: impl Fn(&M::Hit<'_>, &Query) -> f32) {
+    let (model, queries) = (M::made(&fox()), queries());
+    let hits: Vec<_> = queries.iter().take(64).map(|q| model.at(q.wo, Window::near(q.h))).collect();
+    let mut i = 0;
+    bencher.bench_local(|| {
+        i = (i + 1) % N;
+        f(black_box(&hits[i / 16]), black_box(&queries[i]))
+    });
+}
+
+fn eval_pdf(hit: &impl Scattering, q: &Query) -> f32 {
+    let (f, pdf) = hit.eval_pdf(q.wi);
+    f.total()[0] + pdf
+}
+
+#[divan::bench(types = [Bcsdf<'static>, Yan2015, Yan2015Split, Chiang2016, ZinkeWeber2007])]
+fn eval_and_pdf<M: Made>(bencher: Bencher) {
+    each_hit::<M>(bencher, |hit, q| eval_pdf(hit, q));
+}
+
+#[divan::bench(types = [Bcsdf<'static>, Yan2015, Yan2015Split, Chiang2016, ZinkeWeber2007])]
+fn prepare_eval_and_pdf<M: Made>(bencher: Bencher) {
+    each::<M>(bencher, |model, q| eval_pdf(&model.at(q.wo, Window::near(q.h)), q));
+}
+
+#[divan::bench(types = [Bcsdf<'static>, Yan2015, Yan2015Split, Chiang2016, ZinkeWeber2007])]
+fn prepare_and_sample<M: Made>(bencher: Bencher) {
+    each::<M>(bencher, |model, q| model.at(q.wo, Window::near(q.h)).sample(q.u).weight[0]);
+}
+
+#[divan::bench(types = [Bcsdf<'static>, Yan2015, Chiang2016, ZinkeWeber2007])]
+fn constructor<M: Made>(bencher: Bencher) {
+    let fiber = fox();
+    bencher.bench(|| M::made(black_box(&fiber)));
+}
+
+#[divan::bench]
+fn constructor_yan2015_with_fiber(bencher: Bencher) {
+    let first = Yan2015::made(&fox());
+    let fiber = fox().with_absorption([0.9, 0.1, 0.3]);
+    bencher.bench(|| first.with_fiber(black_box(&fiber)));
+}
+
+fn main() {
+    divan::Divan::from_args().sample_size(N as u32).sample_count(100).main();
+}

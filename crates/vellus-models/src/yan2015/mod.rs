@@ -95,7 +95,8 @@ impl Yan2015 {
         if !(1.0..=3.0).contains(&eta_m) {
             return Err(Error::OutOfRange {
                 name: "eta_m".to_owned(),
-                value: eta_m.into(),
+                // The f64 that prints as the f32 does.
+                value: eta_m.to_string().parse().unwrap_or(f64::from(eta_m)),
                 range: "eta_m must be in [1, 3]",
             });
         }
@@ -352,3 +353,6 @@ impl Scattering for Yan2015Hit<'_> {
         Sample { wi: direction(&self.unscattered.frame, &outgoing), pdf, weight, lobe, h: self.unscattered.h }
     }
 }
+
+#[cfg(test)]
+mod trace;
