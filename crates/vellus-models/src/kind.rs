@@ -1,7 +1,10 @@
 //! Any model by its name.
 
 use crate::chiang::Chiang2016;
+use crate::deon::DEon2011;
 use crate::error::Error;
+use crate::kajiya_kay::KajiyaKay1989;
+use crate::marschner::Marschner2003;
 use crate::yan2015::Yan2015;
 use crate::zinke_weber::ZinkeWeber2007;
 use glam::Vec3;
@@ -102,7 +105,10 @@ models! {
     Vellus(Bcsdf<'static>), "vellus", Bcsdf::new;
     Yan2015(Yan2015), "yan2015", Yan2015::new;
     Chiang2016(Chiang2016), "chiang2016", Chiang2016::new;
+    DEon2011(DEon2011), "deon2011", DEon2011::new;
     ZinkeWeber2007(ZinkeWeber2007), "zinke-weber2007", ZinkeWeber2007::new;
+    Marschner2003(Marschner2003), "marschner2003", Marschner2003::new;
+    KajiyaKay1989(KajiyaKay1989), "kajiya-kay1989", KajiyaKay1989::new;
 }
 
 impl fmt::Display for ModelKind {

@@ -1,28 +1,50 @@
 //! The models that Yan, Jensen and Ramamoorthi 2017 builds on and is compared with, behind the trait
 //! [`vellus::Model`], each made from our [`vellus::Fiber`].
 //!
-//! | model | field | lobes |
-//! |---|---|---|
-//! | [`Yan2015`] | near | [twelve](yan2015::LOBES) |
-//! | [`Chiang2016`] | near | R, TT, TRT, rest |
-//! | [`ZinkeWeber2007`] | near | R, TT, TRT, rest (TRRT) |
+//! | model | field | lobes | lobes of ours they are shown as |
+//! |---|---|---|---|
+//! | [`Yan2015`] | near | [eleven and a diffuse one](yan2015::LOBES) | all |
+//! | [`Chiang2016`] | near | R, TT, TRT, higher orders | R, TT, TRT, rest |
+//! | [`DEon2011`] | far | R, TT, TRT, TRRT | R, TT, TRT, rest |
+//! | [`ZinkeWeber2007`] | near | R, TT, TRT, TRRT | R, TT, TRT, rest |
+//! | [`Marschner2003`] | far | R, TT, TRT | R, TT, TRT |
+//! | [`KajiyaKay1989`] | far | specular, diffuse | R, rest |
 //!
 //! All follow the conventions of [`vellus`]: directions in the fibre's frame with x from root to tip, f·cos θᵢ, densities
-//! per solid angle, offset and attenuation of ω_o, lengths in radii.
+//! per solid angle, offset and attenuation of ω_o, lengths in radii. Formulas are written from the papers named in each
+//! module, which also says what is taken from a fibre, what is left out, and where the model is limited.
+//!
+//! ```
+//! use vellus::{Fiber, Model, Scattering, Species, Window};
+//! use vellus_models::ModelKind;
+//! # fn main() -> Result<(), vellus_models::Error> {
+//! let kind: ModelKind = "yan2015".parse()?;
+//! let model = kind.model(&Fiber::preset(Species::RedFox))?;
+//! let hit = model.at(glam::Vec3::new(0.2, 0.8, 0.5).normalize(), Window::near(0.3));
+//! let (f, pdf) = hit.eval_pdf(glam::Vec3::NEG_Y);
+//! assert!(f.total()[0] > 0.0 && pdf > 0.0);
+//! # Ok(()) }
+//! ```
 
 mod along;
 mod around;
 pub mod chiang;
+pub mod deon;
 mod entry;
 mod error;
 mod factored;
+pub mod kajiya_kay;
 mod kind;
+pub mod marschner;
 pub mod yan2015;
-mod zinke_weber;
+pub mod zinke_weber;
 
 pub use chiang::Chiang2016;
+pub use deon::DEon2011;
 pub use error::Error;
 pub use factored::Factored;
+pub use kajiya_kay::KajiyaKay1989;
 pub use kind::{AnyHit, AnyModel, ModelKind};
+pub use marschner::Marschner2003;
 pub use yan2015::Yan2015;
 pub use zinke_weber::ZinkeWeber2007;

