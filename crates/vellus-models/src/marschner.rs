@@ -10,7 +10,7 @@
 //! of our TRT. T is exp(−2σ cos γ_t/cos θ_t), where the paper prints 1 + cos 2γ_t. κ, σ_m, g and l are ignored.
 //!
 //! Reciprocal for α = 0. Limits: no higher orders; energy is lost, and gained, where Gaussians come near ±90° (cos²θᵢ/cos²θ_d) and at the
-//! caustics; the test says how much. Below η = 1.155 the cubic has caustics in TT that nothing smooths. TRT is sampled uniformly around.
+//! caustics (TRT of hair, whose two are 40° apart, keeps 0.6 of its light); the tests say how much. Below η = 1.155 the cubic has caustics in TT that nothing smooths. TRT is sampled uniformly around.
 
 use crate::along::{Along, Plane};
 use crate::factored::{choose, direction, weight};
