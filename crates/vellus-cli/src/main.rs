@@ -6,6 +6,7 @@ mod eval;
 mod fiber;
 mod fiber_args;
 mod groom;
+mod model_args;
 mod output;
 mod plot;
 mod query;

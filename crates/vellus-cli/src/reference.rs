@@ -5,7 +5,7 @@ use crate::output::{self, Format};
 use crate::query::direction;
 use anyhow::Result;
 use serde_json::json;
-use vellus::{Bcsdf, Lobe, Window};
+use vellus::{Bcsdf, Field, Lobe, Model, Scattering, Window};
 use vellus_medulla::reference::{Fate, Offsets, energies};
 
 /// Which fibre and light.
@@ -27,16 +27,18 @@ pub struct Args {
 }
 
 /// Mean energies of the model's lobes over the same offsets, RGB.
-pub fn model_energies(bcsdf: &Bcsdf, theta_o: f64, offsets: Offsets) -> [[f64; 3]; 6] {
+pub fn model_energies(model: &impl Model, theta_o: f64, offsets: Offsets) -> [[f64; 3]; 6] {
     let offsets: Vec<f64> = match offsets {
         Offsets::At(h) => vec![h],
+        // It has them all in any hit.
+        Offsets::Whole if model.field() == Field::Far => vec![0.0],
         // Midpoints in asin h, where the Fresnel rise at the edge is spread out.
         Offsets::Whole => (0..20_000).map(|i| ((f64::from(i) + 0.5) / 20_000.0 - 0.5) * std::f64::consts::PI).collect(),
     };
     let (mut sum, mut total) = ([[0.0; 3]; 6], 0.0);
     for &x in &offsets {
         let (h, weight) = if offsets.len() == 1 { (x, 1.0) } else { (x.sin(), x.cos()) };
-        let energy = bcsdf.at(direction(theta_o, 0.0), Window::near(h as f32)).energy();
+        let energy = model.at(direction(theta_o, 0.0), Window::near(h as f32)).energy();
         for (s, e) in sum.iter_mut().flatten().zip(energy.0.iter().flatten()) {
             *s += weight * f64::from(*e);
         }

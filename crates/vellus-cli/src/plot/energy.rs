@@ -1,12 +1,13 @@
 //! Where the light goes: each lobe's energy over the fibre's width and over inclination.
 
 use super::canvas::{Draw, LOBE_COLORS, LOBE_LABELS, font, titled};
+use crate::model_args::Named;
 use crate::query::direction;
 use crate::reference::model_energies;
 use anyhow::Result;
 use plotters::coord::Shift;
 use plotters::prelude::*;
-use vellus::{Bcsdf, Fiber, Window};
+use vellus::{Model, Scattering, Window};
 use vellus_medulla::reference::Offsets;
 
 /// Mean of the channels of each lobe.
@@ -23,22 +24,22 @@ pub struct Picture {
 }
 
 impl Picture {
-    pub fn new(name: String, fiber: &Fiber, theta_o: f64) -> Result<Self> {
-        let bcsdf = Bcsdf::new(fiber)?;
+    pub fn new(name: &str, named: &Named, theta_o: f64) -> Self {
+        let model = &named.model;
         let over_h = (-200..=200)
             .map(|k| {
                 let h = f64::from(k) / 200.0;
-                let energy = bcsdf.at(direction(theta_o, 0.0), Window::near(h as f32)).energy();
+                let energy = model.at(direction(theta_o, 0.0), Window::near(h as f32)).energy();
                 (h, energy.0.map(|a| a.iter().map(|&x| f64::from(x)).sum::<f64>() / 3.0))
             })
             .collect();
         let over_theta = (0..=89)
             .map(|theta| {
-                let energy = model_energies(&bcsdf, f64::from(theta), Offsets::Whole);
+                let energy = model_energies(model, f64::from(theta), Offsets::Whole);
                 (f64::from(theta), energy.map(|a| a.iter().sum::<f64>() / 3.0))
             })
             .collect();
-        Ok(Picture { title: format!("{name}: energy of the lobes"), theta_o, over_h, over_theta })
+        Picture { title: format!("{}: energy of the lobes", named.title(name)), theta_o, over_h, over_theta }
     }
 }
 

@@ -1,11 +1,12 @@
 //! The azimuthal lobes of one hit: where each part of the light leaves around the fibre.
 
 use super::canvas::{Draw, LOBE_COLORS, LOBE_LABELS, font, titled};
+use crate::model_args::Named;
 use crate::query::direction;
 use anyhow::Result;
 use plotters::coord::Shift;
 use plotters::prelude::*;
-use vellus::{Bcsdf, Fiber, Window};
+use vellus::{Fiber, Field, Model, Scattering, Window};
 
 /// Azimuths sampled: half a degree, the tables' resolution.
 const AZIMUTHS: usize = 720;
@@ -13,7 +14,8 @@ const AZIMUTHS: usize = 720;
 /// Lobes at one hit, integrated over θ_i.
 pub struct Picture {
     title: String,
-    h: f64,
+    /// The offset; a far field has none.
+    h: Option<f64>,
     /// N(φ) of each lobe, per radian, mean of the channels.
     values: [Vec<f64>; 6],
     /// Their integrals.
@@ -21,9 +23,9 @@ pub struct Picture {
 }
 
 impl Picture {
-    pub fn new(name: String, fiber: &Fiber, theta_o: f64, h: f64) -> Result<Self> {
-        let bcsdf = Bcsdf::new(fiber)?;
-        let hit = bcsdf.at(direction(theta_o, 0.0), Window::near(h as f32));
+    pub fn new(name: &str, fiber: &Fiber, named: &Named, theta_o: f64, h: f64) -> Self {
+        let hit = named.model.at(direction(theta_o, 0.0), Window::near(h as f32));
+        let h = (named.model.field() != Field::Far).then_some(h);
         let steps = ((3.0 * 180.0 / (0.5 * f64::from(fiber.beta_m.to_degrees()))).ceil() as usize).clamp(180, 6000);
         let mut values: [Vec<f64>; 6] = std::array::from_fn(|_| vec![0.0; AZIMUTHS]);
         for j in 0..AZIMUTHS {
@@ -37,8 +39,9 @@ impl Picture {
             }
         }
         let energies = std::array::from_fn(|p| values[p].iter().sum::<f64>() * std::f64::consts::TAU / AZIMUTHS as f64);
-        let title = format!("{name}: azimuthal lobes at θ_o = {theta_o}°, h = {h}, integrated over θ_i");
-        Ok(Picture { title, h, values, energies })
+        let at = h.map_or_else(|| "over the whole width".to_owned(), |h| format!("h = {h}"));
+        let title = format!("{}: azimuthal lobes at θ_o = {theta_o}°, {at}, integrated over θ_i", named.title(name));
+        Picture { title, h, values, energies }
     }
 
     fn polar<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Result<()>
@@ -79,11 +82,15 @@ impl Picture {
         let fibre: Vec<_> = circle(0.15).collect();
         chart.draw_series([Polygon::new(fibre.clone(), RGBColor(245, 238, 225))])?;
         chart.draw_series(LineSeries::new(fibre, BLACK.stroke_width(2)))?;
-        // Azimuth −asin h in the picture's orientation.
-        let hit = at(0.15, -self.h.asin().to_degrees());
-        chart.draw_series(LineSeries::new([(-0.98, hit.1), hit], BLACK.stroke_width(2)))?;
-        let head = [hit, (hit.0 - 0.05, hit.1 + 0.02), (hit.0 - 0.05, hit.1 - 0.02)];
-        chart.draw_series([Polygon::new(head.to_vec(), BLACK)])?;
+        // A far field is hit everywhere.
+        let offsets = self.h.map_or_else(|| vec![-0.8, -0.4, 0.0, 0.4, 0.8], |h| vec![h]);
+        for h in offsets {
+            // Azimuth −asin h in the picture's orientation.
+            let hit = at(0.15, -h.asin().to_degrees());
+            chart.draw_series(LineSeries::new([(-0.98, hit.1), hit], BLACK.stroke_width(2)))?;
+            let head = [hit, (hit.0 - 0.05, hit.1 + 0.02), (hit.0 - 0.05, hit.1 - 0.02)];
+            chart.draw_series([Polygon::new(head.to_vec(), BLACK)])?;
+        }
         Ok(())
     }
 

@@ -5,16 +5,19 @@ mod energy;
 mod error;
 mod lobes;
 mod medulla;
+mod models;
 mod profile;
 mod smooth;
 mod windows;
 
 use crate::fiber_args::{FiberArgs, Incidence};
+use crate::model_args::ModelArgs;
 use crate::query::{Offsets, Query};
 use anyhow::Result;
 use canvas::save;
 use std::path::PathBuf;
 use vellus::Species;
+use vellus_models::ModelKind;
 
 /// Which picture.
 #[derive(clap::Subcommand)]
@@ -26,9 +29,11 @@ pub enum Command {
         /// Inclination of ω_o, degrees.
         #[arg(long, default_value_t = 20.0, allow_negative_numbers = true, value_name = "DEG")]
         theta_o: f64,
-        /// Offset at which the fibre is hit, in [-1, 1].
+        /// Offset at which the fibre is hit, in [-1, 1]; far-field models are averaged over all.
         #[arg(long, default_value_t = 0.3, allow_negative_numbers = true)]
         h: f64,
+        #[command(flatten)]
+        model: ModelArgs,
         #[command(flatten)]
         out: Out,
     },
@@ -36,6 +41,8 @@ pub enum Command {
     Profile {
         #[command(flatten)]
         incidence: Incidence,
+        #[command(flatten)]
+        model: ModelArgs,
         #[command(flatten)]
         out: Out,
     },
@@ -54,6 +61,18 @@ pub enum Command {
     Energy {
         #[command(flatten)]
         incidence: Incidence,
+        #[command(flatten)]
+        model: ModelArgs,
+        #[command(flatten)]
+        out: Out,
+    },
+    /// The whole fibre's light around it and along it, in several models.
+    Models {
+        #[command(flatten)]
+        incidence: Incidence,
+        /// The models, by name (see --model of `plot lobes`); all is all of them.
+        #[arg(long, value_delimiter = ',', default_value = "all", value_name = "NAMES")]
+        models: Vec<String>,
         #[command(flatten)]
         out: Out,
     },
@@ -87,22 +106,39 @@ pub struct Out {
 /// Runs it.
 pub fn run(command: &Command) -> Result<()> {
     let written = match command {
-        Command::Lobes { fiber, theta_o, h, out } => lobes(fiber, *theta_o, *h, &out.files)?,
-        Command::Profile { incidence: Incidence { fiber, theta_o }, out } => {
+        Command::Lobes { fiber, theta_o, h, model, out } => {
+            Query::new([*theta_o, *h, 0.0, 0.0])?;
+            let loaded = fiber.load()?;
+            let picture = lobes::Picture::new(&fiber.name(), &loaded, &model.load(&loaded)?, *theta_o, *h);
+            save(&picture, &out.files, &format!("{}-lobes", model.file(&fiber.name())?))?
+        }
+        Command::Profile { incidence: Incidence { fiber, theta_o }, model, out } => {
             Query::new([*theta_o, 0.0, 0.0, 0.0])?;
-            let panels = each(fiber)
-                .iter()
-                .map(|f| profile::Panel::new(f.name(), &f.load()?, *theta_o))
-                .collect::<Result<Vec<_>>>()?;
-            save(&profile::Picture { panels, theta_o: *theta_o }, &out.files, &format!("{}-profile", fiber.name()))?
+            let panel = |f: &FiberArgs| -> Result<_> {
+                let loaded = f.load()?;
+                Ok(profile::Panel::new(&f.name(), &loaded, &model.load(&loaded)?, *theta_o))
+            };
+            let panels = each(fiber).iter().map(panel).collect::<Result<Vec<_>>>()?;
+            let name = format!("{}-profile", model.file(&fiber.name())?);
+            save(&profile::Picture { panels, theta_o: *theta_o }, &out.files, &name)?
         }
         Command::Medulla { table, photons, out } => {
             save(&medulla::Picture::new(table.as_deref(), *photons)?, &out.files, "medulla")?
         }
-        Command::Energy { incidence: Incidence { fiber, theta_o }, out } => {
+        Command::Energy { incidence: Incidence { fiber, theta_o }, model, out } => {
             Query::new([*theta_o, 0.0, 0.0, 0.0])?;
-            let picture = energy::Picture::new(fiber.name(), &fiber.load()?, *theta_o)?;
-            save(&picture, &out.files, &format!("{}-energy", fiber.name()))?
+            let picture = energy::Picture::new(&fiber.name(), &model.load(&fiber.load()?)?, *theta_o);
+            save(&picture, &out.files, &format!("{}-energy", model.file(&fiber.name())?))?
+        }
+        Command::Models { incidence: Incidence { fiber, theta_o }, models, out } => {
+            Query::new([*theta_o, 0.0, 0.0, 0.0])?;
+            let loaded = fiber.load()?;
+            let all: Vec<String> = ModelKind::ALL.iter().map(|kind| kind.name().to_owned()).collect();
+            let names = if models.iter().any(|name| name == "all") { &all } else { models };
+            let load = |name: &String| ModelArgs { model: name.clone(), eta_m: None }.load(&loaded);
+            let models = names.iter().map(load).collect::<Result<Vec<_>>>()?;
+            let picture = models::Picture::new(&fiber.name(), &loaded, &models, *theta_o);
+            save(&picture, &out.files, &format!("{}-models", fiber.name()))?
         }
         Command::Windows { incidence: Incidence { fiber, theta_o }, window, out } => {
             Query::new([*theta_o, 0.0, 0.0, 0.0])?;
@@ -134,11 +170,4 @@ fn each(fiber: &FiberArgs) -> Vec<FiberArgs> {
     } else {
         vec![fiber.clone()]
     }
-}
-
-/// Draws the lobes of one hit; the files written.
-fn lobes(fiber: &FiberArgs, theta_o: f64, h: f64, files: &[PathBuf]) -> Result<Vec<PathBuf>> {
-    Query::new([theta_o, h, 0.0, 0.0])?;
-    let picture = lobes::Picture::new(fiber.name(), &fiber.load()?, theta_o, h)?;
-    save(&picture, files, &format!("{}-lobes", fiber.name()))
 }

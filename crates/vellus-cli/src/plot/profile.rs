@@ -1,13 +1,14 @@
 //! Reflectance of the whole fibre over θ_i and φ (Yan17 Fig. 11).
 
 use super::canvas::{Draw, font, titled};
+use crate::model_args::{Named, offsets};
 use crate::query::direction;
 use anyhow::Result;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 use rayon::prelude::*;
-use vellus::{Bcsdf, Fiber, Window};
+use vellus::{Fiber, Scattering};
 
 /// Cells over φ (2°) and θ_i (2°).
 const CELLS: (usize, usize) = (180, 90);
@@ -24,19 +25,8 @@ pub struct Panel {
 }
 
 impl Panel {
-    pub fn new(name: String, fiber: &Fiber, theta_o: f64) -> Result<Self> {
-        let bcsdf = Bcsdf::new(fiber)?;
-        let wo = direction(theta_o, 0.0);
-        // Exit azimuths move by up to 4° for a degree of γ: offsets dense enough that the narrowest lobe
-        // does not show them one by one.
-        let n = ((2.5 * 180.0 / f64::from(fiber.beta_n.to_degrees())).ceil() as usize).clamp(64, 1024);
-        let hits: Vec<_> = (0..n)
-            .map(|k| {
-                let gamma = ((k as f64 + 0.5) / n as f64 - 0.5) * std::f64::consts::PI;
-                (bcsdf.at(wo, Window::near(gamma.sin() as f32)), gamma.cos())
-            })
-            .collect();
-        let total: f64 = hits.iter().map(|(_, w)| w).sum();
+    pub fn new(name: &str, fiber: &Fiber, model: &Named, theta_o: f64) -> Self {
+        let hits = model.over_width(direction(theta_o, 0.0), offsets(fiber));
         let (columns, rows) = CELLS;
         let values = (0..columns * rows)
             .into_par_iter()
@@ -44,12 +34,10 @@ impl Panel {
                 let theta = ((i / columns) as f64 + 0.5) / rows as f64 * 180.0 - 90.0;
                 let phi = ((i % columns) as f64 + 0.5) / columns as f64 * 360.0;
                 let wi = direction(theta, phi);
-                let sum: f64 =
-                    hits.iter().map(|(hit, w)| w * f64::from(hit.eval(wi).total().iter().sum::<f32>())).sum();
-                sum / (3.0 * total)
+                hits.iter().map(|(hit, w)| w * f64::from(hit.eval(wi).total().iter().sum::<f32>()) / 3.0).sum()
             })
             .collect();
-        Ok(Panel { name, values })
+        Panel { name: model.title(name), values }
     }
 }
 

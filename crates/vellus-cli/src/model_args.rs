@@ -1,0 +1,67 @@
+//! A reflectance model on the command line, by its name.
+
+use anyhow::{Result, bail};
+use glam::Vec3;
+use vellus::{Fiber, Field, Model, Window};
+use vellus_models::{AnyHit, AnyModel, ModelKind, Yan2015};
+
+/// Which model.
+#[derive(clap::Args, Clone)]
+pub struct ModelArgs {
+    /// The reflectance model: vellus (ours), yan2015, chiang2016, deon2011, zinke-weber2007, marschner2003, kajiya-kay1989.
+    #[arg(long, default_value = "vellus", value_name = "NAME")]
+    pub model: String,
+    /// Refractive index of the medulla, of yan2015 only; default: that of the cortex.
+    #[arg(long, value_name = "INDEX")]
+    pub eta_m: Option<f32>,
+}
+
+impl ModelArgs {
+    /// `fox`, or `fox-marschner2003`: for file names.
+    pub fn file(&self, fiber: &str) -> Result<String> {
+        let kind: ModelKind = self.model.parse()?;
+        Ok(if kind == ModelKind::Vellus { fiber.to_owned() } else { format!("{fiber}-{kind}") })
+    }
+
+    /// The model of a fibre, and its name.
+    pub fn load(&self, fiber: &Fiber) -> Result<Named> {
+        let kind: ModelKind = self.model.parse()?;
+        let model = match (kind, self.eta_m) {
+            (_, None) => kind.model(fiber)?,
+            (ModelKind::Yan2015, Some(eta_m)) => AnyModel::Yan2015(Yan2015::with_eta_m(fiber, eta_m)?),
+            (kind, Some(_)) => bail!("--eta-m: {kind} has one refractive index; only yan2015 takes two"),
+        };
+        let name = self.eta_m.map_or_else(|| kind.to_string(), |eta_m| format!("{kind}, η_m {eta_m}"));
+        Ok(Named { kind, name, model })
+    }
+}
+
+/// A model with its name, for titles.
+pub struct Named {
+    pub kind: ModelKind,
+    name: String,
+    pub model: AnyModel,
+}
+
+impl Named {
+    /// `fox`, or `fox, marschner2003`: ours needs no name.
+    pub fn title(&self, fiber: &str) -> String {
+        if self.kind == ModelKind::Vellus { fiber.to_owned() } else { format!("{fiber}, {}", self.name) }
+    }
+
+    /// The whole width at `wo`: hits and their weights, which sum to 1. Offsets are equidistant in γ, `n` of them; a far field is one hit.
+    pub fn over_width(&self, wo: Vec3, n: usize) -> Vec<(AnyHit<'_>, f64)> {
+        if self.model.field() == Field::Far {
+            return vec![(self.model.at(wo, Window::far()), 1.0)];
+        }
+        let gamma = |k: usize| ((k as f64 + 0.5) / n as f64 - 0.5) * std::f64::consts::PI;
+        let total: f64 = (0..n).map(|k| gamma(k).cos()).sum();
+        (0..n).map(|k| (self.model.at(wo, Window::near(gamma(k).sin() as f32)), gamma(k).cos() / total)).collect()
+    }
+}
+
+/// Offsets dense enough that the narrowest lobe does not show them one by one: exit azimuths move by up to 4° for a
+/// degree of γ.
+pub fn offsets(fiber: &Fiber) -> usize {
+    ((2.5 * 180.0 / f64::from(fiber.beta_n.to_degrees())).ceil() as usize).clamp(64, 1024)
+}
