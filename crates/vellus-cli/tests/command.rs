@@ -50,6 +50,10 @@ fn bad_input_is_named_with_value_and_range() {
     refused(&["eval", "--fiber", "missing.toml"], &["cannot read missing.toml"]);
     refused(&["table", "info", "missing.vellus"], &["missing.vellus"]);
     refused(&["plot", "lobes", "--out", "x.gif"], &["x.gif", ".png or .svg"]);
+    refused(&["plot", "lobes", "--model", "phong"], &["unknown model 'phong'", "yan2015", "marschner2003"]);
+    refused(&["plot", "models", "--models", "vellus,phong"], &["unknown model 'phong'"]);
+    refused(&["plot", "profile", "--model", "chiang2016", "--eta-m", "1.2"], &["--eta-m", "chiang2016", "yan2015"]);
+    refused(&["plot", "energy", "--model", "yan2015", "--eta-m", "0.5"], &["eta_m = 0.5", "[1, 3]"]);
     refused(&["plot", "windows", "--window", "near"], &["no width", "far or LO:HI"]);
     refused(&["plot", "windows", "--window", "0.5:0.5"], &["h 0.5 to 0.5", "no width"]);
 }
@@ -181,6 +185,9 @@ fn pictures_are_written_in_both_formats() {
     for (name, args) in [
         ("lobes", vec!["plot", "lobes", "--fiber", "human", "--h", "-0.4"]),
         ("energy", vec!["plot", "energy", "--fiber", "human"]),
+        ("yan2015", vec!["plot", "lobes", "--model", "yan2015", "--eta-m", "1.2"]),
+        ("marschner2003", vec!["plot", "energy", "--fiber", "human", "--model", "marschner2003"]),
+        ("models", vec!["plot", "models", "--fiber", "dog", "--models", "vellus,deon2011"]),
         ("medulla", vec!["plot", "medulla", "--photons", "2000"]),
         ("profile", vec!["plot", "profile", "--fiber", "dog", "--theta-o", "-20"]),
         ("windows", vec!["plot", "windows", "--fiber", "human", "--window", "-0.5:1"]),

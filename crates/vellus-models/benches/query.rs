@@ -1,11 +1,12 @@
 //! Cost of one query of each model on one core, six lobes and RGB: `cargo bench -p vellus-models`.
 //!
-//! Every iteration takes another hit and direction from a table. The fibre is a red fox with colour; the near field.
+//! Every iteration takes another hit and direction from a table. The fibre is a red fox with colour; near fields are hit at one
+//! offset, far fields over all of them.
 
 use divan::{Bencher, black_box};
 use glam::Vec3;
 use vellus::{Bcsdf, Fiber, Model, Scattering, Species, Window};
-use vellus_models::{Chiang2016, Yan2015, ZinkeWeber2007};
+use vellus_models::{Chiang2016, DEon2011, KajiyaKay1989, Marschner2003, Yan2015, ZinkeWeber2007};
 
 const N: usize = 1024;
 
@@ -23,7 +24,7 @@ macro_rules! made {
         })*
     };
 }
-made!(Bcsdf<'static>, Yan2015, Chiang2016, ZinkeWeber2007);
+made!(Bcsdf<'static>, Yan2015, Chiang2016, ZinkeWeber2007, DEon2011, Marschner2003, KajiyaKay1989);
 
 /// Yan et al. 2015 with indices that differ, so that all eleven lobes carry light.
 struct Yan2015Split(Yan2015);
@@ -101,28 +102,28 @@ fn eval_pdf(hit: &impl Scattering, q: &Query) -> f32 {
     f.total()[0] + pdf
 }
 
-#[divan::bench(types = [Bcsdf<'static>, Yan2015, Yan2015Split, Chiang2016, ZinkeWeber2007])]
+#[divan::bench(types = [Bcsdf<'static>, Yan2015, Yan2015Split, Chiang2016, ZinkeWeber2007, DEon2011, Marschner2003, KajiyaKay1989], sample_count = 100, sample_size = 1024)]
 fn eval_and_pdf<M: Made>(bencher: Bencher) {
     each_hit::<M>(bencher, |hit, q| eval_pdf(hit, q));
 }
 
-#[divan::bench(types = [Bcsdf<'static>, Yan2015, Yan2015Split, Chiang2016, ZinkeWeber2007])]
+#[divan::bench(types = [Bcsdf<'static>, Yan2015, Yan2015Split, Chiang2016, ZinkeWeber2007, DEon2011, Marschner2003, KajiyaKay1989], sample_count = 100, sample_size = 1024)]
 fn prepare_eval_and_pdf<M: Made>(bencher: Bencher) {
     each::<M>(bencher, |model, q| eval_pdf(&model.at(q.wo, Window::near(q.h)), q));
 }
 
-#[divan::bench(types = [Bcsdf<'static>, Yan2015, Yan2015Split, Chiang2016, ZinkeWeber2007])]
+#[divan::bench(types = [Bcsdf<'static>, Yan2015, Yan2015Split, Chiang2016, ZinkeWeber2007, DEon2011, Marschner2003, KajiyaKay1989], sample_count = 100, sample_size = 1024)]
 fn prepare_and_sample<M: Made>(bencher: Bencher) {
     each::<M>(bencher, |model, q| model.at(q.wo, Window::near(q.h)).sample(q.u).weight[0]);
 }
 
-#[divan::bench(types = [Bcsdf<'static>, Yan2015, Chiang2016, ZinkeWeber2007])]
+#[divan::bench(types = [Bcsdf<'static>, Yan2015, Chiang2016, ZinkeWeber2007, DEon2011, Marschner2003, KajiyaKay1989], sample_count = 20, sample_size = 4)]
 fn constructor<M: Made>(bencher: Bencher) {
     let fiber = fox();
     bencher.bench(|| M::made(black_box(&fiber)));
 }
 
-#[divan::bench]
+#[divan::bench(sample_count = 100, sample_size = 1024)]
 fn constructor_yan2015_with_fiber(bencher: Bencher) {
     let first = Yan2015::made(&fox());
     let fiber = fox().with_absorption([0.9, 0.1, 0.3]);
@@ -130,5 +131,5 @@ fn constructor_yan2015_with_fiber(bencher: Bencher) {
 }
 
 fn main() {
-    divan::Divan::from_args().sample_size(N as u32).sample_count(100).main();
+    divan::main();
 }

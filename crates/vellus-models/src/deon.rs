@@ -66,7 +66,7 @@ impl Azimuths {
         let lobes = [1.0f64, 2.0, 3.0, 4.0].map(|k| {
             let sigma = beta * k.sqrt();
             // Images that come within six deviations, e⁻¹⁸, of [0, π].
-            (sigma, if sigma < 0.5 { 1 } else { 3 })
+            (sigma, if sigma < 1.0 { 1 } else { 3 })
         });
         for theta in 0..THETAS {
             let theta_d = theta as f64 / (THETAS - 1) as f64 * FRAC_PI_2;

@@ -21,7 +21,7 @@ use wide::f32x8;
 
 /// Nodes of |θ_o| of the specular energy, and of θᵢ it is integrated at.
 const THETAS: usize = 91;
-const NODES: usize = 4000;
+const NODES: usize = 256;
 
 /// The model of one fibre.
 #[derive(Clone, Debug)]

@@ -108,7 +108,8 @@ impl Section {
     /// N_p(φ), RGB, φ in [−π, π], with the caustics as they are; and the same without attenuation.
     fn smooth(&self, p: usize, phi: f64, sigma: [f32; 3]) -> ([f64; 3], f64) {
         if p == 0 {
-            let density = 0.25 * (0.5 * phi).cos();
+            // π rounded up to single precision lies beyond the edge.
+            let density = 0.25 * (0.5 * phi).cos().max(0.0);
             return (self.attenuation(0, -0.5 * phi, sigma).map(|a| a * density), density);
         }
         let cubic = self.cubic(p as f64);
@@ -120,7 +121,7 @@ impl Section {
                 continue;
             }
             for gamma in cubic.roots(value) {
-                let density = 0.5 * gamma.cos() / cubic.slope(gamma).abs().max(1e-6);
+                let density = 0.5 * gamma.cos().max(0.0) / cubic.slope(gamma).abs().max(1e-6);
                 let a = self.attenuation(p, gamma, sigma);
                 (0..3).for_each(|c| n[c] += a[c] * density);
                 all += density;

@@ -6,7 +6,7 @@ mod common;
 use common::{Uniform, direction, full_fiber};
 use std::f64::consts::{PI, TAU};
 use vellus::{Fiber, Model, Scattering, Species, Window};
-use vellus_models::{AnyModel, ModelKind};
+use vellus_models::{AnyModel, ModelKind, Yan2015};
 
 fn fibers() -> [Fiber; 3] {
     [
@@ -16,10 +16,16 @@ fn fibers() -> [Fiber; 3] {
     ]
 }
 
-/// Ours is tested in its own crate.
+/// Ours is tested in its own crate; that of 2015 also with two indices, lower and higher in the medulla.
 fn models() -> impl Iterator<Item = (ModelKind, Fiber, AnyModel)> {
     let others = ModelKind::ALL.iter().filter(|kind| **kind != ModelKind::Vellus);
-    others.flat_map(|&kind| fibers().map(|fiber| (kind, fiber, kind.model(&fiber).unwrap())))
+    let one = others.flat_map(|&kind| fibers().map(|fiber| (kind, fiber, kind.model(&fiber).unwrap())));
+    let kind = ModelKind::Yan2015;
+    let two = fibers()
+        .into_iter()
+        .zip([1.15, 1.8, 1.4])
+        .map(move |(fiber, eta_m)| (kind, fiber, AnyModel::Yan2015(Yan2015::with_eta_m(&fiber, eta_m).unwrap())));
+    one.chain(two)
 }
 
 #[test]

@@ -11,7 +11,7 @@ use vellus::{Fiber, Scattering};
 /// Cells over φ and over θ_i: half a degree each.
 const PHIS: usize = 720;
 const THETAS: usize = 360;
-/// Decades below the largest value.
+/// Decades shown at most below the largest value.
 const DECADES: f64 = 4.0;
 
 /// One model's light, mean of the channels.
@@ -71,7 +71,8 @@ where
     DB::ErrorType: 'static,
 {
     let largest = curves.iter().flat_map(|(points, _)| points).fold(1e-30f64, |a, p| a.max(p.1));
-    let floor = largest * 10f64.powf(-DECADES);
+    let least = curves.iter().flat_map(|(points, _)| points).fold(f64::MAX, |a, p| a.min(p.1));
+    let floor = (0.7 * least).max(largest * 10f64.powf(-DECADES));
     let mut chart = ChartBuilder::on(area)
         .margin(15)
         .x_label_area_size(55)

@@ -17,6 +17,9 @@
 //! it has not (absorbed along a pass, and after scattering along our ⟨L⟩). η_m is η_c unless given, as in most of its fits (Yan17
 //! Sec. 4.1); then the medulla refracts and reflects nothing, and TrT, TrRrT, TtrtT and one scattered lobe are dark.
 //!
+//! So read, its total albedo at normal incidence lies between the simulated fibre's and our model's, which lets all scattered light leave: 0.56 for the
+//! bobcat of Yan17 Table 4 (simulated 0.44, ours 0.64), 0.58 for the red fox (0.49, 0.64), 0.77 for the cat (0.72, 0.80).
+//!
 //! Limits: no orders beyond the eleven (paths such as TrRttT, TtrrtT, TRRT), and the part of the Gaussians beyond ±90°, are lost; the
 //! test says how much. Light leaves the medulla as if from the axis. Not reciprocal.
 //!
