@@ -4,7 +4,7 @@
 //! paths are deltas; roughness is put in, as in their Sec. 5, by normalised Gaussians in θᵢ (shifted by the
 //! cuticle's tilt) and φ: S = Σ Aₚ g(θᵢ + θ_o + αₚ; βₚ) g(φ − Φₚ; √(p+1) β_n) / cos²θᵢ.
 //!
-//! R, TT, TRT and TRRT, the last as `rest`; their paths go on without end. Of a [`Fiber`](vellus::Fiber) it takes η, α, β_m, β_n (widths and shifts
+//! R, TT, TRT and TRRT, the last as `rest`; their paths go on without end. Of a [`Fiber`] it takes η, α, β_m, β_n (widths and shifts
 //! of Yan17 Table 2, so that only the model differs from ours) and σ_c,a; κ, σ_m, g and l are ignored.
 //!
 //! Limits: light is lost where a Gaussian reaches beyond ±90° (half of it at grazing incidence), and with the orders left out,
