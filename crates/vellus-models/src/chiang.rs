@@ -1,13 +1,14 @@
-//! M. J.-Y. Chiang, B. Bitterli, C. Tappan, B. Burley 2016, *A Practical and Controllable Hair and Fur Model for Production Path
-//! Tracing*, Computer Graphics Forum 35(2).
+//! M. J.-Y. Chiang, B. Bitterli, C. Tappan, B. Burley 2016, *A Practical and Controllable Hair and Fur Model for
+//! Production Path Tracing*, Computer Graphics Forum 35(2).
 //!
 //! Near field. R, TT, TRT and one residual lobe with all higher orders, so that a fibre without absorption scatters all
-//! light. Along the fibre the energy-conserving spherical Gaussian of d'Eon et al. 2011, with v, v/4, 4v and 4v;
-//! around it a trimmed logistic of one width for all lobes, uniform for the residual.
+//! light. Along the fibre the energy-conserving spherical Gaussian of d'Eon et al. 2011, with v, v/4, 4v and 4v; around
+//! it a trimmed logistic of one width for all lobes, uniform for the residual.
 //!
-//! Of a [`Fiber`] it takes η, σ_c,a (per radius), β_m (√v), β_n (the logistic's standard deviation, πs/√3) and α: the scales' angle is
-//! α/2, so that R moves by α, TT by −α/2 and TRT by −2α. There is no medulla and no layered cuticle: κ, σ_m, g, l are
-//! ignored. The artist's controls are [`roughness`] and, for the colour, [`vellus::Color::Reflectance`].
+//! Of a [`Fiber`] it takes η, σ_c,a (per radius), β_m (√v), β_n (the logistic's standard deviation, πs/√3) and α: the
+//! scales' angle is α/2, so that R moves by α, TT by −α/2 and TRT by −2α. There is no medulla and no layered cuticle:
+//! κ, σ_m, g, l are ignored. The artist's controls are [`roughness`] and, for the colour,
+//! [`vellus::Color::Reflectance`].
 //!
 //! Limits: azimuthal width does not grow from lobe to lobe; not reciprocal.
 

@@ -1,14 +1,14 @@
 //! J. T. Kajiya, T. L. Kay 1989, *Rendering Fur with Three Dimensional Textures*, SIGGRAPH 89.
 //!
-//! Far field: the window is ignored. Ψ = K_d sin(t, l) + K_s cosⁿ(θᵢ + θ_o): a diffuse cylinder, and a cone of specular light, the same
-//! all around the fibre. In our terms f·cos θᵢ = k_d cos θᵢ/π² + k_s cosⁿ(θᵢ + θ_o)/2πZ, where Z = ∫ cosⁿ⁺¹ makes k_d and k_s the albedos at
-//! normal incidence.
+//! Far field: the window is ignored. Ψ = K_d sin(t, l) + K_s cosⁿ(θᵢ + θ_o): a diffuse cylinder, and a cone of specular
+//! light, the same all around the fibre. In our terms f·cos θᵢ = k_d cos θᵢ/π² + k_s cosⁿ(θᵢ + θ_o)/2πZ, where Z = ∫
+//! cosⁿ⁺¹ makes k_d and k_s the albedos at normal incidence.
 //!
-//! It knows no refraction: of a [`Fiber`] it takes n = 1/β_m², and as k_s and k_d the far-field energies of R and of all else
-//! that our model has at normal incidence, so that it is as bright and as coloured.
+//! It knows no refraction: of a [`Fiber`] it takes n = 1/β_m², and as k_s and k_d the far-field energies of R and of
+//! all else that our model has at normal incidence, so that it is as bright and as coloured.
 //!
-//! Limits: no forward light (TT), no secondary highlight, no shift of either. The specular part is not normalised, by definition: toward
-//! grazing incidence it holds some cos θ_o of its light. Not reciprocal.
+//! Limits: no forward light (TT), no secondary highlight, no shift of either. The specular part is not normalised, by
+//! definition: toward grazing incidence it holds some cos θ_o of its light. Not reciprocal.
 
 use crate::along::{Along, Plane};
 use crate::factored::{direction, weight};

@@ -1,5 +1,5 @@
-//! The models that Yan, Jensen and Ramamoorthi 2017 builds on and is compared with, behind the trait
-//! [`vellus::Model`], each made from our [`vellus::Fiber`].
+//! The models that Yan, Jensen and Ramamoorthi 2017 builds on and is compared with, behind the trait [`vellus::Model`],
+//! each made from our [`vellus::Fiber`].
 //!
 //! | model | field | lobes | lobes of ours they are shown as |
 //! |---|---|---|---|
@@ -10,9 +10,9 @@
 //! | [`Marschner2003`] | far | R, TT, TRT | R, TT, TRT |
 //! | [`KajiyaKay1989`] | far | specular, diffuse | R, rest |
 //!
-//! All follow the conventions of [`vellus`]: directions in the fibre's frame with x from root to tip, f·cos θᵢ, densities
-//! per solid angle, offset and attenuation of ω_o, lengths in radii. Formulas are written from the papers named in each
-//! module, which also says what is taken from a fibre, what is left out, and where the model is limited.
+//! All follow the conventions of [`vellus`]: directions in the fibre's frame with x from root to tip, f·cos θᵢ,
+//! densities per solid angle, offset and attenuation of ω_o, lengths in radii. Formulas are written from the papers
+//! named in each module, which also says what is taken from a fibre, what is left out, and where the model is limited.
 //!
 //! ```
 //! use vellus::{Fiber, Model, Scattering, Species, Window};

@@ -1,14 +1,15 @@
 //! A. Zinke, A. Weber 2007, *Light Scattering from Filaments*, IEEE TVCG 13(2): the near field.
 //!
-//! A fibre is hit at an offset h; light that meets the interface p times leaves at Φₚ(h) with the energy Aₚ(h). The ideal
-//! paths are deltas; roughness is put in, as in their Sec. 5, by normalised Gaussians in θᵢ (shifted by the
-//! cuticle's tilt) and φ: S = Σ Aₚ g(θᵢ + θ_o + αₚ; βₚ) g(φ − Φₚ; √(p+1) β_n) / cos²θᵢ.
+//! A fibre is hit at an offset h; light that meets the interface p times leaves at Φₚ(h) with the energy Aₚ(h). The
+//! ideal paths are deltas; roughness is put in by normalised Gaussians in θᵢ (shifted by the cuticle's tilt) and φ: S =
+//! Σ Aₚ g(θᵢ + θ_o + αₚ; βₚ) g(φ − Φₚ; √(p+1) β_n) / cos²θᵢ.
 //!
-//! R, TT, TRT and TRRT, the last as `rest`; their paths go on without end. Of a [`Fiber`] it takes η, α, β_m, β_n (widths and shifts
-//! of Yan17 Table 2, so that only the model differs from ours) and σ_c,a; κ, σ_m, g and l are ignored.
+//! R, TT, TRT and TRRT, the last as `rest`; their paths go on without end. Of a [`Fiber`] it takes η, α, β_m, β_n
+//! (widths and shifts of Yan17 Table 2, so that only the model differs from ours) and σ_c,a; κ, σ_m, g and l are
+//! ignored.
 //!
-//! Limits: light is lost where a Gaussian reaches beyond ±90° (half of it at grazing incidence), and with the orders left out,
-//! (1 − F) F³ of it; the test says how much. Not reciprocal.
+//! Limits: light is lost where a Gaussian reaches beyond ±90° (half of it at grazing incidence), and with the orders
+//! left out, (1 − F) F³ of it; the test says how much. Not reciprocal.
 
 use crate::along::Plane;
 use crate::around::{Gaussians, GaussiansAt};

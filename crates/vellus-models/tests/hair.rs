@@ -71,9 +71,9 @@ fn deon_is_the_near_field_integrated() {
     }
 }
 
-/// With a nearly smooth surface d'Eon's lobes are Marschner's, away from the caustics (±20° here, all TRT lies between them) and from
-/// the edges of TT: but for Marschner's cubic, which is up to 2° from Φ and has its slope a few percent off, and his Fresnel factor, as ours with
-/// l = 0.5 is an ordinary interface only for each polarisation.
+/// With a nearly smooth surface d'Eon's lobes are Marschner's, away from the caustics (±20° here, all TRT lies between
+/// them) and from the edges of TT: but for Marschner's cubic, which is up to 2° from Φ and has its slope a few percent
+/// off, and his Fresnel factor, as ours with l = 0.5 is an ordinary interface only for each polarisation.
 #[test]
 fn marschner_is_deon_without_roughness() {
     let fiber = Fiber { beta_n: 0.6f32.to_radians(), beta_m: 5f32.to_radians(), ..hair() };

@@ -1,48 +1,53 @@
-//! L.-Q. Yan, C.-W. Tseng, H. W. Jensen, R. Ramamoorthi 2015, *Physically-Accurate Fur Reflectance: Modeling, Measurement and
-//! Rendering*, ACM TOG 34(6), as Yan17 Sec. 2–3 (Eq. 4–10, Fig. 3b) describes it.
+//! L.-Q. Yan, C.-W. Tseng, H. W. Jensen, R. Ramamoorthi 2015, *Physically-Accurate Fur Reflectance: Modeling,
+//! Measurement and Rendering*, ACM TOG 34(6), as Yan17 Sec. 2–3 (Eq. 4–10, Fig. 3b) describes it.
 //!
-//! Near field. A fibre is two concentric cylinders with indices of their own, η_c and η_m: a cuticle of l layers around an
-//! absorbing cortex, and a scattering medulla. A ray is refracted and reflected by both, which gives eleven lobes:
+//! Near field. A fibre is two concentric cylinders with indices of their own, η_c and η_m: a cuticle of l layers around
+//! an absorbing cortex, and a scattering medulla. A ray is refracted and reflected by both, which gives eleven lobes:
 //!
-//! - eight unscattered: R, TT, TRT beside the medulla; TrT, TrRrT off it; TttT, TtrtT, TttRttT through it (capitals are events at
-//!   the cuticle, small letters at the medulla). M_p is a Gaussian in θᵢ over cos²θᵢ, D_p a Gaussian whose variance grows by
-//!   β_n² at each event at the cuticle; the medulla's surface is taken as smooth.
-//! - three scattered, of the passes of TttT, TtrtT, TttRttT. C^N and C^M as in Eq. 8–10: C^M between inclinations refracted into the medulla, and F_t, the
-//!   transmission of both interfaces, at the outgoing one.
-//! - What F_t holds back is reflected inside and makes the **diffuse lobe**. The text at hand gives neither its energy nor
-//!   its shape; here it is all that does not get out at once, minus what the fibre absorbs of it on further rounds, uniform around and
-//!   Lambertian along the fibre. With it no normalisation μ (Eq. 8) is left to choose.
+//! - eight unscattered: R, TT, TRT beside the medulla; TrT, TrRrT off it; TttT, TtrtT, TttRttT through it (capitals are
+//!   events at the cuticle, small letters at the medulla). M_p is a Gaussian in θᵢ over cos²θᵢ, D_p a Gaussian whose
+//!   variance grows by β_n² at each event at the cuticle; the medulla's surface is taken as smooth.
+//! - three scattered, of the passes of TttT, TtrtT, TttRttT. C^N and C^M as in Eq. 8–10: C^M between inclinations
+//!   refracted into the medulla, and F_t, the transmission of both interfaces, at the outgoing one.
+//! - What F_t holds back is reflected inside and makes the **diffuse lobe**. Yan17 gives neither its energy nor its
+//!   shape; here it is all that does not get out at once, minus what the fibre absorbs of it on further rounds,
+//!   uniform around and Lambertian along the fibre. With it no normalisation μ (Eq. 8) is left to choose.
 //!
-//! Of a [`Fiber`] it takes all parameters: η is η_c; β_m and β_n, where the paper of 2015 has one roughness; σ_m,a, which
-//! it has not (absorbed along a pass, and after scattering along our ⟨L⟩). η_m is η_c unless given, as in most of its fits (Yan17
-//! Sec. 4.1); then the medulla refracts and reflects nothing, and TrT, TrRrT, TtrtT and one scattered lobe are dark.
+//! Of a [`Fiber`] it takes all parameters: η is η_c; β_m and β_n, where the paper of 2015 has one roughness; σ_m,a,
+//! which it has not (absorbed along a pass, and after scattering along our ⟨L⟩). η_m is η_c unless given (in most of
+//! its fits they are close: Yan17 Sec. 4.1); then the medulla refracts and reflects nothing, and TrT, TrRrT, TtrtT and one scattered
+//! lobe are dark.
 //!
-//! So read, its total albedo at normal incidence lies between the simulated fibre's and our model's, which lets all scattered light leave: 0.56 for the
-//! bobcat of Yan17 Table 4 (simulated 0.44, ours 0.64), 0.58 for the red fox (0.49, 0.64), 0.77 for the cat (0.72, 0.80).
+//! So read, its total albedo at normal incidence lies between the simulated fibre's and our model's, which lets all
+//! scattered light leave: 0.56 for the bobcat of Yan17 Table 4 (simulated 0.44, ours 0.64), 0.58 for the red fox (0.49,
+//! 0.64), 0.77 for the cat (0.72, 0.80).
 //!
-//! Limits: no orders beyond the eleven (paths such as TrRttT, TtrrtT, TRRT), and the part of the Gaussians beyond ±90°, are lost; the
-//! test says how much. Light leaves the medulla as if from the axis. Not reciprocal.
+//! Limits: no orders beyond the eleven (paths such as TrRttT, TtrrtT, TRRT), and the part of the Gaussians beyond ±90°,
+//! are lost; the test says how much. Light leaves the medulla as if from the axis. Not reciprocal.
 //!
-//! What makes it fast, so that it is no straw man: paths in closed form in place of tracing (`paths.rs`); the eight unscattered lobes fill
-//! one register; the profiles come from the 119 KB of `vellus`, not from 620 MB, and are prepared once a hit for all
-//! three passes, which share |h″|; the transmitted share comes from a table per η_c, η_m and l, which
-//! [`Yan2015::with_fiber`] keeps where other parameters vary along the fur; nothing is allocated in a query; sampling is
-//! exact but for the outgoing Fresnel factor, where the paper's is uniform around and cosine-weighted along the fibre.
+//! What makes it fast, so that it is no straw man: paths in closed form in place of tracing (`paths.rs`); the eight
+//! unscattered lobes fill one register; the profiles come from the 119 KB of `vellus`, not from 620 MB, and are
+//! prepared once a hit for all three passes, which share |h″|; the transmitted share comes from a table per η_c, η_m
+//! and l, which [`Yan2015::with_fiber`] keeps where other parameters vary along the fur; nothing is allocated in a
+//! query; sampling is exact but for the outgoing Fresnel factor, where the paper's is uniform around and
+//! cosine-weighted along the fibre.
 
 mod escape;
+mod hit;
 mod paths;
 
 use crate::along::Plane;
 use crate::around::{Gaussians, GaussiansAt};
 use crate::entry::Entry;
-use crate::factored::{self, Factored, choose, direction, largest_channel};
+use crate::factored::{Factored, largest_channel};
 use escape::{Escape, Interfaces};
 use glam::Vec3;
+use hit::Scattered;
+pub use hit::Yan2015Hit;
 use paths::Paths;
-use std::f32::consts::{FRAC_1_PI, TAU};
 use std::sync::Arc;
-use vellus::parts::{Azimuth, Inclination, Medulla, Outgoing, exp, wrap};
-use vellus::{Error, Fiber, Field, Lobe, Lobes, Model, Sample, Scattering, Tables, Window};
+use vellus::parts::{Medulla, exp};
+use vellus::{Error, Fiber, Field, Lobe, Model, Tables, Window};
 use wide::f32x8;
 
 /// The eleven lobes and the diffuse one, in the order of [`Yan2015Hit::lobes`].
@@ -124,32 +129,6 @@ impl Yan2015 {
     }
 }
 
-/// The three scattered lobes of a hit, and the diffuse one.
-#[derive(Clone, Copy, Debug)]
-struct Scattered {
-    azimuth: Azimuth,
-    inclination: Inclination,
-    back: [f32; 3],
-    /// RGB of each before F_t.
-    energy: [[f32; 3]; 3],
-    /// RGB of the diffuse lobe.
-    diffuse: [f32; 3],
-    /// Share of the scattered light that gets out at once.
-    through: f32,
-}
-
-/// One hit of a fibre.
-#[derive(Clone, Copy, Debug)]
-pub struct Yan2015Hit<'m> {
-    model: &'m Yan2015,
-    unscattered: Factored<Plane, GaussiansAt<'m>>,
-    scattered: Option<Scattered>,
-    /// Of the eight unscattered lobes together, the three scattered ones, and of the diffuse one before and after what is
-    /// drawn from the scattered ones and does not get out has been added.
-    probability: [f32; 5],
-    diffuse_probability: f32,
-}
-
 impl Yan2015 {
     #[inline(always)]
     fn scattered(&self, paths: &Paths) -> Option<(Scattered, f32)> {
@@ -214,146 +193,6 @@ impl Model for Yan2015 {
 
     fn field(&self) -> Field {
         Field::Near
-    }
-}
-
-/// Densities of the three scattered lobes over solid angle before F_t, F_t itself, and the diffuse density.
-struct ScatteredDensities {
-    lobes: [f32; 3],
-    transmission: f32,
-    diffuse: f32,
-}
-
-impl Yan2015Hit<'_> {
-    #[inline(always)]
-    fn scattered_densities(&self, s: &Scattered, o: &Outgoing<f32>) -> ScatteredDensities {
-        let model = self.model;
-        let interfaces = Interfaces { eta_c: model.fiber.eta, eta_m: model.eta_m, layers: model.fiber.layers };
-        let sin_m = o.sin_i / model.eta_m;
-        let theta_m = sin_m.atan2(((1.0 - sin_m) * (1.0 + sin_m)).max(0.0).sqrt());
-        let [back, front] = model.medulla.longitudinal(&s.inclination, theta_m);
-        let lobes = [0, 1, 2].map(|i| {
-            if self.probability[1 + i] > 0.0 {
-                let phi = wrap(o.phi - s.back[i]);
-                let along = back + (front - back) * (phi.abs() * FRAC_1_PI);
-                along * model.medulla.azimuthal(&s.azimuth, phi) / model.eta_m
-            } else {
-                0.0
-            }
-        });
-        ScatteredDensities {
-            lobes,
-            transmission: interfaces.transmission(o.sin_i, o.cos_i),
-            diffuse: o.cos_i * (FRAC_1_PI * FRAC_1_PI),
-        }
-    }
-
-    #[inline(always)]
-    fn eval_outgoing(&self, o: &Outgoing<f32>) -> (Lobes, f32) {
-        let densities = self.unscattered.densities(o);
-        let mut lobes = self.unscattered.lobes_of(densities);
-        let mut pdf = self.unscattered.pdf_of(densities) * self.probability[0];
-        if let Some(s) = &self.scattered {
-            let d = self.scattered_densities(s, o);
-            for i in 0..3 {
-                let value = d.lobes[i] * d.transmission;
-                (0..3).for_each(|c| lobes.0[SCATTERED[i] as usize][c] += s.energy[i][c] * value);
-                pdf += self.probability[1 + i] * d.lobes[i];
-            }
-            (0..3).for_each(|c| lobes.0[Lobe::Rest as usize][c] += s.diffuse[c] * d.diffuse);
-            pdf += self.diffuse_probability * (0.25 * FRAC_1_PI);
-        }
-        (lobes, pdf)
-    }
-
-    /// f·cos θᵢ of the model's own lobes, in the order of [`LOBES`], RGB.
-    pub fn lobes(&self, wi: Vec3) -> [[f32; 3]; 12] {
-        let o = self.unscattered.frame.outgoing(wi.to_array());
-        let mut densities = [0.0; 12];
-        densities[..8].copy_from_slice(&self.unscattered.densities(&o).to_array());
-        if let Some(s) = &self.scattered {
-            let d = self.scattered_densities(s, &o);
-            (0..3).for_each(|i| densities[8 + i] = d.lobes[i] * d.transmission);
-            densities[11] = d.diffuse;
-        }
-        let energy = self.amplitudes();
-        std::array::from_fn(|i| energy[i].map(|a| a * densities[i]))
-    }
-
-    /// A of all twelve, of the scattered ones before F_t.
-    fn amplitudes(&self) -> [[f32; 3]; 12] {
-        let mut all = [[0.0; 3]; 12];
-        for c in 0..3 {
-            (0..8).for_each(|i| all[i][c] = self.unscattered.energies()[c][i]);
-        }
-        if let Some(s) = &self.scattered {
-            all[8..11].copy_from_slice(&s.energy);
-            all[11] = s.diffuse;
-        }
-        all
-    }
-
-    /// The energies of the model's own lobes, in the order of [`LOBES`], RGB.
-    pub fn lobe_energies(&self) -> [[f32; 3]; 12] {
-        let mut all = self.amplitudes();
-        if let Some(s) = &self.scattered {
-            all[8..11].iter_mut().flatten().for_each(|a| *a *= s.through);
-        }
-        all
-    }
-
-    /// Draws from lobe `i` of the five of `probability`; `left` is what choosing it has left of a number.
-    #[inline(always)]
-    fn draw(&self, i: usize, left: f32, u: [f32; 5]) -> (Lobe, Outgoing<f32>) {
-        let at = |sin_i: f32, phi: f32| {
-            let cos_i = ((1.0 - sin_i) * (1.0 + sin_i)).max(0.0).sqrt();
-            Outgoing { sin_i, cos_i, theta_i: sin_i.atan2(cos_i), phi }
-        };
-        match &self.scattered {
-            Some(s) if (1..4).contains(&i) => {
-                let medulla = &self.model.medulla;
-                let relative = medulla.sample_azimuth(&s.azimuth, u[3]);
-                let theta_m = medulla.sample_inclination(&s.inclination, wrap(relative), [u[1], u[2]]);
-                let sin_i = self.model.eta_m * theta_m.sin();
-                if sin_i.abs() < 1.0 {
-                    (SCATTERED[i - 1], at(sin_i, relative + s.back[i - 1]))
-                } else {
-                    // Totally reflected: diffuse, from numbers not used yet.
-                    (Lobe::Rest, at(2.0 * left - 1.0, TAU * u[4]))
-                }
-            }
-            Some(_) if i == 4 => (Lobe::Rest, at(2.0 * u[1] - 1.0, TAU * u[3])),
-            _ => {
-                let (lane, _) = choose(&largest_channel(self.unscattered.energies()), left);
-                (NAMES[lane], self.unscattered.draw(lane, [u[1], u[2], u[3]]))
-            }
-        }
-    }
-}
-
-impl Scattering for Yan2015Hit<'_> {
-    fn energy(&self) -> Lobes {
-        let mut lobes = self.unscattered.energy();
-        let energies = self.lobe_energies();
-        let rest = [SCATTERED[0], SCATTERED[1], SCATTERED[2], Lobe::Rest];
-        for (name, energy) in rest.into_iter().zip(&energies[8..]) {
-            (0..3).for_each(|c| lobes.0[name as usize][c] += energy[c]);
-        }
-        lobes
-    }
-
-    #[inline]
-    fn eval_pdf(&self, wi: Vec3) -> (Lobes, f32) {
-        self.eval_outgoing(&self.unscattered.frame.outgoing(wi.to_array()))
-    }
-
-    #[inline]
-    fn sample(&self, u: [f32; 5]) -> Sample {
-        let (i, left) = choose(&self.probability, u[0]);
-        let (lobe, outgoing) = self.draw(i, left, u);
-        let (lobes, pdf) = self.eval_outgoing(&outgoing);
-        let weight = factored::weight(lobes.total(), pdf);
-        Sample { wi: direction(&self.unscattered.frame, &outgoing), pdf, weight, lobe, h: self.unscattered.h }
     }
 }
 

@@ -1,0 +1,158 @@
+//! E. d'Eon, G. Francois, M. Hill, J. Letteri, J.-M. Aubry 2011, *An Energy-Conserving Hair Reflectance Model*,
+//! Computer Graphics Forum 30(4); sampling after d'Eon, Marschner, Hanika 2013.
+//!
+//! Far field: the window is ignored. Along the fibre the spherical Gaussian M̂ that integrates to 1 at every angle;
+//! around it a rough surface: N_p(φ) = ½ ∫ A_p(h) G(φ − Φ_p(h); √(p+1) β_n) dh over h, here by quadrature in asin h as
+//! dense as the lobe is narrow, into a table over φ and θ_d (some 10 ms a fibre; the paper has 70 Gauss points a query,
+//! or a table as well). Fresnel and absorption at θ_d, as printed.
+//!
+//! R, TT, TRT and TRRT, the last as `rest`. Of a [`Fiber`] it takes η, σ_c,a, α, β_m, β_n (shifts and widths of Yan17
+//! Table 2); κ, σ_m, g and l are ignored.
+//!
+//! Limits: below β_n = 0.3° the table is too coarse. (1 − F) F³ T³ of the light, the orders left out, is lost, and as
+//! attenuations belong to θ_d, which varies over a lobe, energy is conserved to second order in β_m only. M̂ N is
+//! symmetric in the directions for α = 0.
+
+mod azimuths;
+
+use crate::along::{Along, Spherical, SphericalAt};
+use crate::factored::{choose, direction, weight};
+use azimuths::Azimuths;
+use glam::Vec3;
+use std::sync::OnceLock;
+use vellus::parts::{Frame, Outgoing, Polar, wrap};
+use vellus::{Error, Fiber, Field, Lobe, Lobes, Model, Sample, Scattering, Window};
+
+const LOBES: [Lobe; 4] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Rest];
+
+/// The model of one fibre.
+#[derive(Clone, Debug)]
+pub struct DEon2011 {
+    along: Spherical,
+    azimuths: Azimuths,
+    /// Energies over θ_o, when first asked for.
+    energies: OnceLock<Vec<Lobes>>,
+}
+
+impl DEon2011 {
+    /// Prepares a fibre.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] where [`Fiber::validate`] finds one.
+    pub fn new(fiber: &Fiber) -> Result<Self, Error> {
+        fiber.validate()?;
+        let lanes = |of: [f32; 4]| std::array::from_fn(|i| of[i.min(3)]);
+        Ok(DEon2011 {
+            along: Spherical::new(
+                lanes([1.0, -0.5, -1.5, -2.5].map(|k| k * fiber.alpha)),
+                lanes([1.0, 0.5, 1.5, 2.5].map(|k| k * fiber.beta_m)),
+            ),
+            azimuths: Azimuths::new(fiber),
+            energies: OnceLock::new(),
+        })
+    }
+
+    /// The mean over each lobe, at 64 × 16 of the numbers it is sampled with.
+    fn energy(&self, theta_o: f32) -> Lobes {
+        let (sin, cos) = theta_o.sin_cos();
+        let along = self.along.at(Polar { sin, cos: cos.max(0.0) });
+        let mut lobes = Lobes([[0.0; 3]; 6]);
+        let (n, m) = (64, 16);
+        for k in 0..n * m {
+            let u = [((k / m) as f32 + 0.5) / n as f32, ((k % m) as f32 + 0.5) / m as f32];
+            for p in 0..4 {
+                let (sin_i, cos_i) = along.sample(p, u);
+                let theta = Azimuths::theta(0.5 * (sin_i.atan2(cos_i) - theta_o));
+                let energy = self.azimuths.energy(p, theta);
+                (0..3).for_each(|c| lobes.0[LOBES[p] as usize][c] += energy[c] / (n * m) as f32);
+            }
+        }
+        lobes
+    }
+}
+
+/// One hit of a fibre.
+#[derive(Clone, Copy, Debug)]
+pub struct DEon2011Hit<'m> {
+    model: &'m DEon2011,
+    frame: Frame<f32>,
+    theta_o: f32,
+    along: SphericalAt<'m>,
+    probability: [f32; 4],
+}
+
+impl Model for DEon2011 {
+    type Hit<'a> = DEon2011Hit<'a>;
+
+    #[inline]
+    fn at(&self, wo: Vec3, _: Window) -> DEon2011Hit<'_> {
+        let wo = wo.to_array();
+        let polar = Polar::new(wo);
+        let theta_o = polar.sin.atan2(polar.cos);
+        // In the middle of the lobes θ_d is θ_o.
+        let probability = [0, 1, 2, 3].map(|p| self.azimuths.energy(p, Azimuths::theta(theta_o))[3]);
+        let scale = 1.0 / probability.iter().sum::<f32>();
+        DEon2011Hit {
+            model: self,
+            frame: Frame::new(wo, polar.cos, 1.0 / polar.cos.max(1e-12)),
+            theta_o,
+            along: self.along.at(polar),
+            probability: probability.map(|p| p * scale),
+        }
+    }
+
+    fn field(&self) -> Field {
+        Field::Far
+    }
+}
+
+impl DEon2011Hit<'_> {
+    #[inline(always)]
+    fn eval_outgoing(&self, o: &Outgoing<f32>) -> (Lobes, f32) {
+        let azimuths = &self.model.azimuths;
+        let theta = Azimuths::theta(0.5 * (o.theta_i - self.theta_o));
+        let phi = wrap(o.phi);
+        let along = self.along.eval(o).to_array();
+        let mut lobes = Lobes([[0.0; 3]; 6]);
+        let mut pdf = 0.0;
+        for p in 0..4 {
+            let [r, g, b, largest] = azimuths.eval(p, theta, phi);
+            lobes.0[LOBES[p] as usize] = [r, g, b].map(|n| n * along[p]);
+            pdf += self.probability[p] * along[p] * largest / azimuths.energy(p, theta)[3];
+        }
+        (lobes, pdf)
+    }
+}
+
+impl Scattering for DEon2011Hit<'_> {
+    fn energy(&self) -> Lobes {
+        let nodes = 181;
+        let degree = 1f32.to_radians();
+        let table = self
+            .model
+            .energies
+            .get_or_init(|| (0..nodes).map(|k| self.model.energy((k as f32 - 90.0) * degree)).collect());
+        let x = (self.theta_o / degree + 90.0).max(0.0);
+        let i = (x as usize).min(nodes - 2);
+        let t = x - i as f32;
+        Lobes(std::array::from_fn(|p| [0, 1, 2].map(|c| (1.0 - t) * table[i].0[p][c] + t * table[i + 1].0[p][c])))
+    }
+
+    #[inline]
+    fn eval_pdf(&self, wi: Vec3) -> (Lobes, f32) {
+        self.eval_outgoing(&self.frame.outgoing(wi.to_array()))
+    }
+
+    #[inline]
+    fn sample(&self, u: [f32; 5]) -> Sample {
+        let (p, _) = choose(&self.probability, u[0]);
+        let (sin_i, cos_i) = self.along.sample(p, [u[1], u[2]]);
+        let theta_i = sin_i.atan2(cos_i);
+        let theta = Azimuths::theta(0.5 * (theta_i - self.theta_o));
+        let phi = self.model.azimuths.sample(p, theta, [u[3], u[4]]);
+        let outgoing = Outgoing { sin_i, cos_i, theta_i, phi };
+        let (lobes, pdf) = self.eval_outgoing(&outgoing);
+        let weight = weight(lobes.total(), pdf);
+        Sample { wi: direction(&self.frame, &outgoing), pdf, weight, lobe: LOBES[p], h: 0.0 }
+    }
+}
