@@ -3,7 +3,7 @@
 //!
 //! Far field: the window is ignored. Along the fibre the spherical Gaussian M̂ that integrates to 1 at every angle;
 //! around it a rough surface: N_p(φ) = ½ ∫ A_p(h) G(φ − Φ_p(h); √(p+1) β_n) dh over h, here by quadrature in asin h as
-//! dense as the lobe is narrow, into a table over φ and θ_d (some 10 ms a fibre; the paper has 70 Gauss points a query,
+//! dense as the lobe is narrow, into a table over φ and θ_d (some 30 ms a fibre; the paper has 70 Gauss points a query,
 //! or a table as well). Fresnel and absorption at θ_d, as printed.
 //!
 //! R, TT, TRT and TRRT, the last as `rest`. Of a [`Fiber`] it takes η, σ_c,a, α, β_m, β_n (shifts and widths of Yan17
