@@ -85,7 +85,7 @@ impl Yan2015Hit<'_> {
         (lobes, pdf)
     }
 
-    /// f·cos θᵢ of the model's own lobes, in the order of [`LOBES`], RGB.
+    /// f·cos θᵢ of the model's own lobes, in the order of [`super::LOBES`], RGB.
     pub fn lobes(&self, wi: Vec3) -> [[f32; 3]; 12] {
         let o = self.unscattered.frame.outgoing(wi.to_array());
         let mut densities = [0.0; 12];
@@ -112,7 +112,7 @@ impl Yan2015Hit<'_> {
         all
     }
 
-    /// The energies of the model's own lobes, in the order of [`LOBES`], RGB.
+    /// The energies of the model's own lobes, in the order of [`super::LOBES`], RGB.
     pub fn lobe_energies(&self) -> [[f32; 3]; 12] {
         let mut all = self.amplitudes();
         if let Some(s) = &self.scattered {
