@@ -17,6 +17,7 @@ mod sampler;
 mod segment;
 mod store;
 mod surface;
+mod swept;
 mod triangles;
 mod view;
 mod world;

@@ -5,6 +5,7 @@
 
 use crate::bvh::Bounds;
 use crate::ray::Ray;
+use crate::swept;
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use vellus_scene::Basis;
 
@@ -102,7 +103,7 @@ impl Segment {
 
     /// Where the ray enters it first, from outside and before its limit.
     pub fn intersect(&self, ray: &Ray) -> Option<Entry> {
-        if self.linear { self.enter_cone(ray) } else { self.enter_curve(ray) }
+        if self.linear { self.enter_cone(ray) } else { swept::enter(&self.points, ray) }
     }
 
     /// The hull of two balls: the cone that touches both, or one of them.
@@ -149,105 +150,6 @@ impl Segment {
         }
         best
     }
-
-    /// A swept disk: Newton's method on the curve's parameter, with a cone in place of the curve (as Reshetov and Luebke 2018,
-    /// Phantom Ray-Hair Intersector), from both ends of as many pieces as the curve's bend asks for.
-    fn enter_curve(&self, ray: &Ray) -> Option<Entry> {
-        let pieces = self.pieces();
-        let mut best: Option<Entry> = None;
-        for i in 0..pieces {
-            let range = [i as f32 / pieces as f32, (i + 1) as f32 / pieces as f32];
-            // A piece's root that lies in another is found there again.
-            if let Some(entry) = self.newton(ray, range)
-                && best.is_none_or(|b| entry.t < b.t)
-            {
-                best = Some(entry);
-            }
-        }
-        best
-    }
-
-    /// So many that the tangent turns little in each.
-    fn pieces(&self) -> usize {
-        let [a, b, c, d] = self.points.map(Vec4Swizzles::xyz);
-        let turn = |x: Vec3, y: Vec3| 1.0 - x.dot(y) / (x.length_squared() * y.length_squared()).sqrt().max(1e-30);
-        // 1 − cos of the two turns of the control polygon: 8° and less is one piece.
-        let bend = turn(b - a, c - b) + turn(c - b, d - c);
-        if bend < 0.02 {
-            1
-        } else if bend < 0.2 {
-            2
-        } else {
-            4
-        }
-    }
-
-    fn newton(&self, ray: &Ray, [low, high]: [f32; 2]) -> Option<Entry> {
-        // The ray's closest approach to the piece's chord is where to start.
-        let (a, b) = (self.at(low).xyz(), self.at(high).xyz());
-        let (d, chord) = (ray.direction, b - a);
-        let flat = chord - d * chord.dot(d);
-        let from = ray.origin - a;
-        let s = (from - d * from.dot(d)).dot(flat) / flat.length_squared().max(f32::MIN_POSITIVE);
-        let mut u = low + (high - low) * s.clamp(0.0, 1.0);
-        let slack = 0.05 * (high - low);
-        for _ in 0..12 {
-            let (point, slope) = (self.at(u), self.slope(u));
-            let Step { step, t, meets } = cone_step(ray, point, slope)?;
-            let next = u + step.clamp(-0.5, 0.5);
-            if !meets && step.abs() < 1e-3 {
-                // A miss that stays is one: this is the curve itself.
-                return None;
-            }
-            if meets && step.abs() < CLOSE {
-                let inside = next >= low - 1e-4 && next <= high + 1e-4;
-                return (inside && t > 0.0 && t < ray.limit).then_some(Entry { t, u: next.clamp(0.0, 1.0) });
-            }
-            // It may leave the piece a little and come back.
-            if (next < low - slack && u <= low - slack) || (next > high + slack && u >= high + slack) {
-                return None;
-            }
-            u = next.clamp(low - 2.0 * slack, high + 2.0 * slack);
-        }
-        None
-    }
-}
-
-/// A step this small is the last: over it the curve strays from its tangent's cone by half its square times length and
-/// turn of the piece. Fifteen radii long and turning by 0.2, as [`Segment::pieces`] allows, that is less than a
-/// thousandth of the radius.
-const CLOSE: f32 = 0.02;
-
-/// A step of Newton's method.
-struct Step {
-    /// How far along the curve, in its parameter.
-    step: f32,
-    /// Distance along the ray.
-    t: f32,
-    /// Does the ray meet the cone? If not, this is its closest approach, from where it may still meet the curve.
-    meets: bool,
-}
-
-/// Where a ray enters the endless cone around a point's tangent; `None` if it goes along it.
-fn cone_step(ray: &Ray, point: Vec4, slope: Vec4) -> Option<Step> {
-    let (axis, rise) = (slope.xyz(), slope.w);
-    let length2 = axis.length_squared().max(f32::MIN_POSITIVE);
-    let start = (point.xyz() - ray.origin).dot(ray.direction);
-    let from = ray.origin + ray.direction * start - point.xyz();
-    // Position along the axis, w = w₀ + w₁ t, in the curve's parameter, and what is across it.
-    let (w0, w1) = (from.dot(axis) / length2, ray.direction.dot(axis) / length2);
-    let (q0, q1) = (from - axis * w0, ray.direction - axis * w1);
-    let (r0, r1) = (point.w + rise * w0, rise * w1);
-    let qa = q1.length_squared() - r1 * r1;
-    let qb = q0.dot(q1) - r0 * r1;
-    let qc = q0.length_squared() - r0 * r0;
-    if qa <= 0.0 {
-        return None;
-    }
-    let discriminant = qb * qb - qa * qc;
-    let t = (-qb - discriminant.max(0.0).sqrt()) / qa;
-    let step = w0 + w1 * t;
-    Some(Step { step, t: start + t, meets: discriminant >= 0.0 })
 }
 
 #[cfg(test)]

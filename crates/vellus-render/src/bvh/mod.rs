@@ -8,6 +8,7 @@ mod build;
 
 use crate::memory;
 use crate::ray::Ray;
+use arrayvec::ArrayVec;
 use glam::Vec3;
 use rayon::prelude::*;
 use wide::f32x8;
@@ -151,8 +152,7 @@ impl Bvh {
         let inverse = inverse.map(splat);
         let (early, late) = (splat(1.0 - ray.time), splat(ray.time));
         let mut limit = ray.limit;
-        let mut stack = [(0u32, 0f32); build::STACK];
-        let mut top = 0;
+        let mut stack = ArrayVec::<(u32, f32), { build::STACK }>::new();
         let mut current = self.root;
         loop {
             if current & LEAF != 0 {
@@ -197,7 +197,7 @@ impl Bvh {
                         continue;
                     }
                     self.fetch(nearest.0, &soon);
-                    let base = top;
+                    let base = stack.len();
                     while more {
                         let mut entry;
                         (entry, more) = next();
@@ -206,28 +206,24 @@ impl Bvh {
                             std::mem::swap(&mut entry, &mut nearest);
                         }
                         // Sorted as they come.
-                        let mut place = top;
-                        while place > base && stack[place - 1].1 < entry.1 {
-                            stack[place] = stack[place - 1];
+                        stack.push(entry);
+                        let mut place = stack.len() - 1;
+                        while place > base && stack[place - 1].1 < stack[place].1 {
+                            stack.swap(place - 1, place);
                             place -= 1;
                         }
-                        stack[place] = entry;
-                        top += 1;
                     }
                     current = nearest.0;
                     continue;
                 }
             }
-            loop {
-                if top == 0 {
-                    return;
+            current = loop {
+                match stack.pop() {
+                    None => return,
+                    Some((child, distance)) if distance <= limit => break child,
+                    Some(_) => {}
                 }
-                top -= 1;
-                if stack[top].1 <= limit {
-                    break;
-                }
-            }
-            current = stack[top].0;
+            };
         }
     }
 
