@@ -9,6 +9,8 @@ use std::collections::HashMap;
 pub(crate) struct Clumps {
     clump: Clump,
     cell: f32,
+    /// Where cells are counted from: coordinates may be large against them.
+    origin: Vec3,
     roots: Vec<Vec3>,
     lines: Vec<Vec3>,
     /// Middle strands by the cell their root is in.
@@ -20,15 +22,17 @@ impl Clumps {
     /// root and points of a strand.
     pub fn new(settings: &GrowSettings, area: f32, line: impl Fn(usize) -> (Vec3, Vec<Vec3>) + Sync) -> Self {
         let clump = settings.clump;
-        let mut clumps = Clumps { clump, cell: 1.0, roots: Vec::new(), lines: Vec::new(), grid: HashMap::new() };
+        let mut clumps =
+            Clumps { clump, cell: 1.0, origin: Vec3::ZERO, roots: Vec::new(), lines: Vec::new(), grid: HashMap::new() };
         if clump.strands < 2 || clump.strength == 0.0 {
             return clumps;
         }
         let middles: Vec<_> =
             (0..settings.count / clump.strands).into_par_iter().map(|i| line(i * clump.strands)).collect();
-        clumps.cell = (2.0 * (area * clump.strands as f32).sqrt()).max(1e-6);
+        clumps.cell = (2.0 * (area * clump.strands as f32).sqrt()).max(f32::MIN_POSITIVE);
+        clumps.origin = middles.first().map_or(Vec3::ZERO, |(root, _)| *root);
         for (i, (root, line)) in middles.into_iter().enumerate() {
-            clumps.grid.entry((root / clumps.cell).floor().as_ivec3()).or_default().push(i as u32);
+            clumps.grid.entry(clumps.cell_of(root)).or_default().push(i as u32);
             clumps.roots.push(root);
             clumps.lines.extend(line);
         }
@@ -49,10 +53,14 @@ impl Clumps {
         }
     }
 
+    fn cell_of(&self, root: Vec3) -> IVec3 {
+        ((root - self.origin) / self.cell).floor().as_ivec3()
+    }
+
     fn nearest(&self, root: Vec3) -> Option<usize> {
-        let cell = (root / self.cell).floor().as_ivec3();
+        let cell = self.cell_of(root);
         let offset = |i: i32| IVec3::new(i % 3, i / 3 % 3, i / 9) - 1;
-        let near = (0..27).filter_map(|i| self.grid.get(&(cell + offset(i)))).flatten();
+        let near = (0..27).filter_map(|i| self.grid.get(&cell.saturating_add(offset(i)))).flatten();
         let distance = |&i: &&u32| self.roots[*i as usize].distance_squared(root);
         near.min_by(|a, b| distance(a).total_cmp(&distance(b))).map(|&i| i as usize)
     }

@@ -43,6 +43,16 @@ pub enum Error {
     /// There is nowhere for strands to grow: the mesh is empty, or the density 0 all over.
     #[error("{0}: no triangle has both an area and a density")]
     Nowhere(String),
+    /// A text file is not what it should be.
+    #[error("{file}, line {line}: {what}")]
+    Line {
+        /// Its name, as given to the reader.
+        file: String,
+        /// Where in it, from 1 on.
+        line: usize,
+        /// What is wrong there, and what belongs there.
+        what: String,
+    },
     /// The mesh itself is broken.
     #[error(transparent)]
     Scene(#[from] vellus_scene::Error),

@@ -10,16 +10,10 @@ pub fn flatten(strands: &Strands, steps: usize) -> Strands {
         return strands.clone();
     }
     let steps = steps.max(1);
-    let stride = if strands.basis == Basis::Bezier { 3 } else { 1 };
     let mut points = Vec::with_capacity((strands.segments() + strands.len()) * steps);
     let mut starts = vec![0];
     for i in 0..strands.len() {
-        let strand = strands.strand(i);
-        let segments = strands.basis.segments(strand.len()).unwrap_or(0);
-        for (s, four) in strand.windows(4).step_by(stride).take(segments).enumerate() {
-            let first = usize::from(s > 0);
-            points.extend((first..=steps).map(|k| at(strands.basis, four, k as f32 / steps as f32)));
-        }
+        course(strands.basis, strands.strand(i), steps, &mut points);
         starts.push(points.len() as u32);
     }
     let varying = strands.varying.iter().filter(|(_, values)| !matches!(values, Values::PerPoint(_))).cloned();
@@ -32,6 +26,20 @@ pub fn flatten(strands: &Strands, steps: usize) -> Strands {
         root_uv: strands.root_uv.clone(),
         look: strands.look,
         varying: varying.collect(),
+    }
+}
+
+/// Adds the points of a curve from root to tip, `steps` ≥ 1 a segment; straight segments need none between.
+pub(crate) fn course(basis: Basis, strand: &[Vec4], steps: usize, points: &mut Vec<Vec4>) {
+    if basis == Basis::Linear {
+        points.extend(strand);
+        return;
+    }
+    let stride = if basis == Basis::Bezier { 3 } else { 1 };
+    let segments = basis.segments(strand.len()).unwrap_or(0);
+    for (s, four) in strand.windows(4).step_by(stride).take(segments).enumerate() {
+        let first = usize::from(s > 0);
+        points.extend((first..=steps).map(|k| at(basis, four, k as f32 / steps as f32)));
     }
 }
 

@@ -12,6 +12,9 @@ use rayon::prelude::*;
 use std::f32::consts::{FRAC_PI_2, TAU};
 use vellus_scene::{Basis, Mesh, Strands, Values};
 
+/// Strands by whose spacing the density is looked at to find its mean.
+const FINEST: usize = 1 << 20;
+
 /// Strands that grow on a mesh. Each depends on its index and the seed only: the result is the same with any number
 /// of threads. They are in an order in which neighbours follow each other.
 ///
@@ -20,7 +23,7 @@ use vellus_scene::{Basis, Mesh, Strands, Values};
 /// [`Error::Nowhere`] if there is nowhere to grow.
 pub fn grow(mesh: &Mesh, settings: &GrowSettings, maps: &Maps) -> Result<Strands, Error> {
     settings.validate()?;
-    let grower = Grower { settings, maps, roots: Roots::new(mesh, maps.density)? };
+    let grower = Grower { settings, maps, roots: Roots::new(mesh, maps.density, settings.count)? };
     let clumps = Clumps::new(settings, grower.roots.area_per_strand(settings.count), |i| {
         let mut line = Vec::new();
         let root = grower.line(i, &mut line);
@@ -54,7 +57,7 @@ pub fn grow(mesh: &Mesh, settings: &GrowSettings, maps: &Maps) -> Result<Strands
     let color = maps.color.map(|(parameter, color)| {
         (parameter, Values::PerStrand(roots.par_iter().map(|root| color(&root.site, &root.draw)).collect()))
     });
-    Ok(Strands {
+    let strands = Strands {
         name: settings.name.clone(),
         basis: settings.basis,
         starts: (0..=settings.count).map(|i| (i * per_strand) as u32).collect(),
@@ -63,7 +66,18 @@ pub fn grow(mesh: &Mesh, settings: &GrowSettings, maps: &Maps) -> Result<Strands
         root_uv: mesh.uv.as_ref().map(|_| roots.iter().map(|root| root.site.uv).collect()),
         look: 0,
         varying: color.into_iter().collect(),
-    })
+    };
+    // What maps give may be anything.
+    strands.validate()?;
+    Ok(strands)
+}
+
+/// Area of a mesh, times the density where that is not 1: what a number of strands a unit of area is to be multiplied by.
+///
+/// # Errors
+/// Those of [`grow`](fn@crate::grow) that concern the mesh and the density.
+pub fn area(mesh: &Mesh, density: &(dyn Fn(&Site) -> f32 + Sync)) -> Result<f64, Error> {
+    Ok(Roots::new(mesh, density, FINEST)?.area())
 }
 
 struct Root {
@@ -83,6 +97,7 @@ impl Grower<'_> {
     /// The points of strand `i` before it is gathered into a clump.
     fn line(&self, i: usize, line: &mut Vec<Vec3>) -> Root {
         let settings = self.settings;
+        let up = settings.up.normalize_or(Vec3::Y);
         let seed = settings.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_add(i as u64));
         let site = self.roots.root(i, settings.count, &mut rng);
@@ -114,7 +129,7 @@ impl Grower<'_> {
             let s = (k as f32 + 0.5) / settings.segments as f32;
             let angle = lift[0] + s * (lift[1] - lift[0]);
             let grown = angle.cos() * laid + angle.sin() * n;
-            let hanging = grown - settings.gravity * s * Vec3::Y;
+            let hanging = grown - settings.gravity * s * up;
             p += step * hanging.normalize_or(grown);
             p = self.outside(p, settings.clearance * s);
             line.push(p);
@@ -125,7 +140,8 @@ impl Grower<'_> {
             let (x, y) = wave.at(k as f32 / settings.segments as f32);
             *p += x * u + y * v;
         }
-        Root { site, draw, thickness: thicker * (0.85 + 0.3 * random()) }
+        let varied = 1.0 + settings.radius_variation * (2.0 * random() - 1.0);
+        Root { site, draw, thickness: thicker * varied }
     }
 
     /// Moves points that clumps, curls and waves have put into the body out of it again.

@@ -17,38 +17,81 @@ pub struct Site {
     pub uv: Vec2,
 }
 
-/// Where on a triangle the density is looked at to find its mean: corners and middle.
+/// Where in a cell the density is looked at to find its mean: corners and middle.
 const PROBES: [(f32, f32); 4] = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0 / 3.0, 1.0 / 3.0)];
 
-/// A mesh with its triangles in an order in which neighbours follow each other, and the strands that each is due.
+/// Triangles due more strands than this on average are divided into cells: what the density does in between goes unseen.
+const STRANDS_A_CELL: f32 = 32.0;
+
+/// A triangle, or one of the parts of a triangle of which there are `n` along each edge.
+#[derive(Clone, Copy)]
+struct Cell {
+    triangle: u32,
+    n: u16,
+    /// Column and row from the first corner, and whether it is one of those that stand on their head.
+    at: [u16; 2],
+    flipped: bool,
+}
+
+impl Cell {
+    /// Barycentric coordinates in its triangle of a place in it.
+    fn whole(&self, u: f32, v: f32) -> (f32, f32) {
+        let [x, y] = self.at.map(f32::from);
+        let n = f32::from(self.n);
+        if self.flipped { ((x + 1.0 - u) / n, (y + 1.0 - v) / n) } else { ((x + u) / n, (y + v) / n) }
+    }
+
+    /// The cells of a triangle.
+    fn of(triangle: u32, n: u16) -> impl Iterator<Item = Cell> {
+        (0..n).flat_map(move |y| {
+            let upright = (0..n - y).map(move |x| Cell { triangle, n, at: [x, y], flipped: false });
+            upright.chain((1..n - y).map(move |x| Cell { triangle, n, at: [x - 1, y], flipped: true }))
+        })
+    }
+}
+
+/// A mesh with its cells in an order in which neighbours follow each other, and the strands that each is due.
 pub(crate) struct Roots<'a> {
     mesh: &'a Mesh,
     density: &'a (dyn Fn(&Site) -> f32 + Sync),
-    order: Vec<u32>,
-    /// Running sum of area times density, and the largest density found on each triangle.
+    cells: Vec<Cell>,
+    /// Running sum of area times density, and the largest density found in each cell.
     sums: Vec<f64>,
     peaks: Vec<f32>,
 }
 
 impl<'a> Roots<'a> {
-    pub fn new(mesh: &'a Mesh, density: &'a (dyn Fn(&Site) -> f32 + Sync)) -> Result<Self, Error> {
+    /// For about `count` strands.
+    pub fn new(mesh: &'a Mesh, density: &'a (dyn Fn(&Site) -> f32 + Sync), count: usize) -> Result<Self, Error> {
         mesh.validate()?;
-        let center = |t: usize| mesh.triangles[t].iter().map(|&v| mesh.positions[v as usize]).sum::<Vec3>() / 3.0;
-        let all = 0..mesh.triangles.len();
+        let area = |t: usize| {
+            let [a, b, c] = mesh.triangles[t].map(|v| mesh.positions[v as usize]);
+            0.5 * (b - a).cross(c - a).length()
+        };
+        let all = || 0..mesh.triangles.len();
+        let whole: f64 = all().map(|t| f64::from(area(t))).sum();
+        let cells = all().flat_map(|t| {
+            let strands = f64::from(area(t)) / whole * count as f64;
+            let n = (strands as f32 / STRANDS_A_CELL).sqrt().ceil().clamp(1.0, 256.0);
+            Cell::of(t as u32, n as u16)
+        });
+        let mut roots = Roots { mesh, density, cells: cells.collect(), sums: Vec::new(), peaks: Vec::new() };
+        let center = |cell: &Cell| roots.site(cell, 1.0 / 3.0, 1.0 / 3.0).position;
         let bounds = |(low, high): (Vec3, Vec3), p: Vec3| (low.min(p), high.max(p));
-        let (low, high) = all.clone().map(center).fold((Vec3::INFINITY, Vec3::NEG_INFINITY), bounds);
+        let (low, high) = roots.cells.iter().map(center).fold((Vec3::INFINITY, Vec3::NEG_INFINITY), bounds);
         let scale = 1023.0 / (high - low).max_element().max(f32::MIN_POSITIVE);
-        let mut order: Vec<u32> = all.map(|t| t as u32).collect();
-        order.sort_by_cached_key(|&t| (morton((center(t as usize) - low) * scale), t));
+        let mut keyed: Vec<_> = roots.cells.iter().map(|&cell| (morton((center(&cell) - low) * scale), cell)).collect();
+        // A stable sort: of equal keys, the order of the mesh.
+        keyed.sort_by_key(|(key, _)| *key);
+        roots.cells = keyed.into_iter().map(|(_, cell)| cell).collect();
 
-        let mut roots = Roots { mesh, density, order, sums: Vec::new(), peaks: Vec::new() };
         let mut sum = 0.0;
-        for i in 0..roots.order.len() {
-            let [a, b, c] = mesh.triangles[roots.order[i] as usize].map(|v| mesh.positions[v as usize]);
-            let area = 0.5 * (b - a).cross(c - a).length();
+        for i in 0..roots.cells.len() {
+            let cell = roots.cells[i];
+            let area = area(cell.triangle as usize) / f32::from(cell.n).powi(2);
             let [mut mean, mut peak] = [0.0, 0.0f32];
             for (u, v) in PROBES {
-                let density = roots.density(&roots.site(i, u, v));
+                let density = roots.density(&roots.site(&cell, u, v));
                 mean += 0.25 * density;
                 peak = peak.max(density);
             }
@@ -59,32 +102,37 @@ impl<'a> Roots<'a> {
         if sum > 0.0 && sum.is_finite() { Ok(roots) } else { Err(Error::Nowhere(mesh.name.clone())) }
     }
 
+    /// Area times density.
+    pub fn area(&self) -> f64 {
+        self.sums.last().copied().unwrap_or(0.0)
+    }
+
     /// Mean area of a strand where the density is 1.
     pub fn area_per_strand(&self, count: usize) -> f32 {
-        (self.sums.last().unwrap_or(&0.0) / count.max(1) as f64) as f32
+        (self.area() / count.max(1) as f64) as f32
     }
 
     /// Root `i` of `count`. Each has its own stretch of the running sum, a compact patch of the surface; within a
-    /// triangle they follow the R₂ sequence, both of which keep them apart.
+    /// cell they follow the R₂ sequence, both of which keep them apart.
     pub fn root(&self, i: usize, count: usize, rng: &mut Xoshiro256PlusPlus) -> Site {
-        let total = self.sums.last().copied().unwrap_or(0.0);
-        let target = (i as f64 + rng.random::<f64>()) / count as f64 * total;
-        let triangle = self.sums.partition_point(|&sum| sum <= target).min(self.sums.len() - 1);
+        let target = (i as f64 + rng.random::<f64>()) / count as f64 * self.area();
+        let index = self.sums.partition_point(|&sum| sum <= target).min(self.sums.len() - 1);
         let r2 = |a: f64| (0.5 + a * (i + 1) as f64).fract() as f32;
         let (mut u, mut v) = (r2(0.754_877_666_246_692_8), r2(0.569_840_290_998_053_3));
-        // Rejection by the density within the triangle; few need more than the sequence's point.
-        for _ in 0..8 {
+        let cell = &self.cells[index];
+        // Rejection by the density within the cell; few need more than the sequence's point.
+        for _ in 0..64 {
             if u + v > 1.0 {
                 (u, v) = (1.0 - u, 1.0 - v);
             }
-            let site = self.site(triangle, u, v);
-            if self.density(&site) > rng.random::<f32>() * self.peaks[triangle] {
+            let site = self.site(cell, u, v);
+            if self.density(&site) > rng.random::<f32>() * self.peaks[index] {
                 return site;
             }
             (u, v) = (rng.random(), rng.random());
         }
-        // Where the density is a mere corner of the triangle: there, and never where it is 0.
-        let probes = PROBES.map(|(u, v)| self.site(triangle, u, v));
+        // Where the density is a mere corner of the cell: there, and never where it is 0.
+        let probes = PROBES.map(|(u, v)| self.site(cell, u, v));
         probes.into_iter().max_by(|a, b| self.density(a).total_cmp(&self.density(b))).unwrap_or(probes[0])
     }
 
@@ -93,8 +141,9 @@ impl<'a> Roots<'a> {
         (self.density)(site).max(0.0)
     }
 
-    fn site(&self, i: usize, u: f32, v: f32) -> Site {
-        let t = self.order[i] as usize;
+    fn site(&self, cell: &Cell, u: f32, v: f32) -> Site {
+        let t = cell.triangle as usize;
+        let (u, v) = cell.whole(u, v);
         let [a, b, c] = self.mesh.triangles[t].map(|v| self.mesh.positions[v as usize]);
         let w = 1.0 - u - v;
         let flat = (b - a).cross(c - a).normalize_or(Vec3::Y);

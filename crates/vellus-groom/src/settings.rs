@@ -24,6 +24,8 @@ pub struct GrowSettings {
     pub length_variation: f32,
     /// Radius at the root and at the tip; not negative.
     pub radius: [f32; 2],
+    /// Radii are spread evenly by this fraction to both sides, strand by strand; [0, 1).
+    pub radius_variation: f32,
     /// Share of guard hairs among the strands, [0, 1].
     pub guard_share: f32,
     /// How many times longer and thicker guard hairs are than the undercoat; positive.
@@ -32,8 +34,10 @@ pub struct GrowSettings {
     pub lift: [f32; 2],
     /// Standard deviation of the direction from strand to strand.
     pub spread: f32,
-    /// How far strands hang down (−y) at their tips: the tangent of the angle; not negative.
+    /// How strongly strands hang down: what is added at their tips to a direction of length 1; not negative.
     pub gravity: f32,
+    /// Away from where they hang; a direction of any length but 0.
+    pub up: Vec3,
     /// Clumps.
     pub clump: Clump,
     /// Radius of the helix that strands curl in; grows from 0 at the root. Not negative.
@@ -68,11 +72,13 @@ impl Default for GrowSettings {
             length: 1.0,
             length_variation: 0.2,
             radius: [0.004, 0.001],
+            radius_variation: 0.15,
             guard_share: 0.0,
             guard_scale: [1.5, 1.5],
             lift: [1.0, 0.5],
             spread: 0.1,
             gravity: 0.0,
+            up: Vec3::Y,
             clump: Clump { strands: 0, strength: 0.5, power: 1.0 },
             curl_radius: 0.0,
             curl_turns: 0.0,
@@ -104,11 +110,14 @@ impl GrowSettings {
         let variation = self.length_variation;
         check("length_variation", variation, (0.0..1.0).contains(&variation), "it must be in [0, 1)")?;
         self.radius.iter().try_for_each(|&r| not_negative("radius", r))?;
+        let variation = self.radius_variation;
+        check("radius_variation", variation, (0.0..1.0).contains(&variation), "it must be in [0, 1)")?;
         fraction("guard_share", self.guard_share)?;
         self.guard_scale.iter().try_for_each(|&s| positive("guard_scale", s))?;
         self.lift.iter().try_for_each(|&angle| check("lift", angle, true, "it must be finite"))?;
         not_negative("spread", self.spread)?;
         not_negative("gravity", self.gravity)?;
+        check("up", self.up.length(), self.up.try_normalize().is_some(), "it must have a finite length, and not 0")?;
         fraction("clump.strength", self.clump.strength)?;
         positive("clump.power", self.clump.power)?;
         not_negative("curl_radius", self.curl_radius)?;

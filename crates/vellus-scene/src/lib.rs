@@ -11,6 +11,7 @@ mod mesh;
 mod scene;
 mod strands;
 mod texture;
+mod units;
 
 pub use camera::Camera;
 pub use error::Error;
@@ -20,3 +21,4 @@ pub use mesh::{Mesh, Surface, Tint};
 pub use scene::Scene;
 pub use strands::{Basis, Strands, Values};
 pub use texture::Texture;
+pub use units::Units;

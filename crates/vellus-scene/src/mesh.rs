@@ -57,7 +57,7 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Checks that the numbers fit together and all vertices are finite.
+    /// Checks that the numbers fit together and all of them are finite.
     ///
     /// # Errors
     /// [`Error::Invalid`] says what is wrong.
@@ -75,6 +75,11 @@ impl Mesh {
         let wrong = |n: Option<usize>| n.is_some_and(|n| n != self.triangles.len());
         if wrong(self.normals.as_ref().map(Vec::len)) || wrong(self.uv.as_ref().map(Vec::len)) {
             return fail("normals and uv must be given for each triangle".to_owned());
+        }
+        let normal = |i: &usize| self.normals.as_ref().is_some_and(|n| n[*i].iter().any(|n| !n.is_finite()));
+        let uv = |i: &usize| self.uv.as_ref().is_some_and(|uv| uv[*i].iter().any(|uv| !uv.is_finite()));
+        if let Some(i) = (0..self.triangles.len()).find(|i| normal(i) || uv(i)) {
+            return fail(format!("triangle {i} has a normal or uv that is not finite"));
         }
         Ok(())
     }

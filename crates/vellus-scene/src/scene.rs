@@ -7,6 +7,7 @@ use crate::look::Look;
 use crate::mesh::{Mesh, Surface};
 use crate::strands::Strands;
 use crate::texture::Texture;
+use crate::units::Units;
 use glam::Vec3;
 
 /// A scene.
@@ -29,6 +30,8 @@ pub struct Scene {
     pub light_groups: Vec<String>,
     /// Without one, the renderer frames the strands.
     pub camera: Option<Camera>,
+    /// What lengths mean and which way is up, where that is known.
+    pub units: Option<Units>,
 }
 
 impl Scene {
@@ -98,6 +101,7 @@ impl Scene {
             return Err(invalid("lights", format!("{groups} groups are given for {lights} lights")));
         }
         self.textures.iter().try_for_each(Texture::validate)?;
+        self.units.iter().try_for_each(Units::validate)?;
         self.camera.iter().try_for_each(Camera::validate)
     }
 }

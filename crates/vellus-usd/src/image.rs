@@ -28,8 +28,21 @@ pub(crate) enum Encoding {
 /// [`Error::File`] names the file if it is missing, broken, of another kind, has more than 2²⁷ pixels, or one that is negative or not
 /// finite.
 pub fn load_texture(file: &Path) -> Result<Texture, Error> {
+    load(file, Encoding::Auto)
+}
+
+/// Reads an image of plain numbers, as a map of densities is: they are linear whatever the file says. Otherwise as
+/// [`load_texture`].
+///
+/// # Errors
+/// Those of [`load_texture`].
+pub fn load_map(file: &Path) -> Result<Texture, Error> {
+    load(file, Encoding::Linear)
+}
+
+fn load(file: &Path, encoding: Encoding) -> Result<Texture, Error> {
     let bytes = std::fs::read(file).map_err(|error| Error::file(file, error))?;
-    decode(file, &bytes, Encoding::Auto)
+    decode(file, &bytes, encoding)
 }
 
 /// The same from the bytes of a file, which may lie in a package.

@@ -54,7 +54,7 @@ mod write_geometry;
 mod write_look;
 
 pub use error::Error;
-pub use image::load_texture;
+pub use image::{load_map, load_texture};
 pub use reader::{Options, read};
 pub use warning::Warning;
 pub use write::write;

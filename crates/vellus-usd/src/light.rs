@@ -136,7 +136,7 @@ fn dome(reader: &mut Reader, place: &Place, radiance: [f32; 3]) -> Result<Light,
         && match pole.first().map(String::as_str) {
             Some("Y") => false,
             Some("Z") => true,
-            _ => reader.stage.z_is_up(),
+            _ => reader.scene.units.is_some_and(|units| units.z_up),
         };
     let upright = if z_is_pole { DMat3::from_rotation_x(0.5 * PI) } else { DMat3::IDENTITY };
     let half_turn = DMat3::from_diagonal(DVec3::new(-1.0, 1.0, -1.0));

@@ -54,10 +54,11 @@ pub fn read(file: &Path, options: &Options) -> Result<(Scene, Vec<Warning>), Err
     if let Some(broken) = stage.composition_errors().map_err(|what| Error::file(file, what))?.first() {
         return Err(Error::file(file, broken));
     }
+    let units = stage.units().map_err(|what| Error::file(file, what))?;
     let mut reader = Reader {
         stage,
         options,
-        scene: Scene::default(),
+        scene: Scene { units: Some(units), ..Scene::default() },
         warnings: Warnings::default(),
         looks: HashMap::new(),
         surfaces: HashMap::new(),

@@ -5,6 +5,8 @@
 //! caught, a failed allocation or a stack that is too deep, is kept from happening: [`Careful`] looks at each layer first.
 
 mod careful;
+mod names;
+mod text_check;
 mod values;
 
 use crate::error::Error;
@@ -13,6 +15,7 @@ use openusd::{ar, sdf, usd};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use values::{numbers, precise};
+use vellus_scene::Units;
 
 /// When a value is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,10 +102,17 @@ impl Stage {
         guarded(|| Ok(self.stage.composition_errors().iter().map(ToString::to_string).collect()))
     }
 
-    /// Does the z axis point up, rather than y?
-    pub fn z_is_up(&self) -> bool {
-        let axis = guarded(|| Ok(self.stage.stage_metadata("upAxis")?));
-        axis.ok().flatten().is_some_and(|axis| axis.as_str() == Some("Z"))
+    /// The unit of length, and whether z points up rather than y.
+    pub fn units(&self) -> Result<Units, String> {
+        let [axis, meters] = ["upAxis", "metersPerUnit"].map(|name| guarded(|| Ok(self.stage.stage_metadata(name)?)));
+        let meters = match meters? {
+            None => Units::CENTIMETERS.meters_per_unit,
+            Some(value) => match precise(value).as_deref() {
+                Some(&[x]) if x.is_finite() && x > 0.0 => x,
+                _ => return Err("metersPerUnit must be a positive number".to_owned()),
+            },
+        };
+        Ok(Units { meters_per_unit: meters, z_up: axis?.is_some_and(|axis| axis.as_str() == Some("Z")) })
     }
 
     /// The schema of a prim; empty where it has none.

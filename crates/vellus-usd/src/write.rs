@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::image::encode_exr;
-use crate::text::{Text, quoted};
+use crate::text::{Literal, Text, quoted};
 use crate::write_geometry::{camera, light, mesh, strands};
 use crate::write_look::{look, surface};
 use std::collections::HashSet;
@@ -103,9 +103,15 @@ fn stage<W: Write>(scene: &Scene, mut names: Names, mut text: Text<W>) -> io::Re
     text.line("    doc = \"Written by vellus\"")?;
     if moves {
         text.line("    endTimeCode = 1")?;
+    }
+    if let Some(units) = &scene.units {
+        text.line(&format!("    metersPerUnit = {}", units.meters_per_unit.text()))?;
+    }
+    if moves {
         text.line("    startTimeCode = 0")?;
     }
-    text.line("    upAxis = \"Y\"")?;
+    let z_up = scene.units.is_some_and(|units| units.z_up);
+    text.line(&format!("    upAxis = \"{}\"", if z_up { "Z" } else { "Y" }))?;
     text.line(")")?;
     text.line("")?;
     text.open("Xform", "Scene", "")?;

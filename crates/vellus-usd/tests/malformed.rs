@@ -129,6 +129,10 @@ fn errors_name_the_prim_what_is_wrong_and_what_is_allowed() {
         ("def Xform \"a\" {".repeat(5000), &["more than 500 brackets"]),
         ("def Xform \"a\" ( references = @stage.usda@</a> ) {}".to_owned(), &["cycle"]),
         ("def Xform \"a\" {".to_owned(), &["stage.usda"]),
+        ("def Xform \"a}\" {}".to_owned(), &["line 2: a prim is called \"a}\"", "letters, digits and underscores"]),
+        ("def Xform \"\" {}".to_owned(), &["line 2: a prim is called \"\""]),
+        ("def Xform \"a\" ( references = </b}> ) {}".to_owned(), &["line 2: \"/b}\" is no path"]),
+        (curves(&format!("{whole} rel material:binding = </b}}c>")), &["line 2: \"/b}c\" is no path"]),
     ];
     for (body, parts) in &table {
         let error = error_of(body);
@@ -137,6 +141,25 @@ fn errors_name_the_prim_what_is_wrong_and_what_is_allowed() {
         }
     }
     read_text(&curves(&whole), &Options::default()).unwrap();
+}
+
+/// As a fuzzer found: with a name like that, looking for the parent of a prim never ends.
+#[test]
+fn names_are_checked_in_binary_layers_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let [text, file] = ["a.usda", "a.usdc"].map(|name| folder.path().join(name));
+    let body = "def Xform \"Wolverine\" { def BasisCurves \"c\" { uniform token type = \"linear\" int[] curveVertexCounts = [2]
+        point3f[] points = [(0,0,0), (1,0,0)] float[] widths = [1, 1] custom string vellus:name = \"Wolverine\" } }";
+    std::fs::write(&text, format!("#usda 1.0\n{body}")).unwrap();
+    let stage = openusd::usd::Stage::builder().open(text.to_str().unwrap()).unwrap();
+    stage.root_layer().export(file.to_str().unwrap()).unwrap();
+    let mut bytes = std::fs::read(&file).unwrap();
+    let at = bytes.windows(9).position(|name| name == b"Wolverine").unwrap();
+    assert!(read(&file, &Options::default()).is_ok());
+    bytes[at + 8] = b'}';
+    std::fs::write(&file, bytes).unwrap();
+    let error = read(&file, &Options::default()).unwrap_err().to_string();
+    assert!(error.contains("Wolverin}"), "{error}");
 }
 
 #[test]

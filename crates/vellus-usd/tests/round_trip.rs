@@ -4,7 +4,7 @@ use glam::{Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
 use std::process::Command;
 use vellus::{Fiber, Species};
 use vellus_scene::{
-    Basis, Camera, Ground, Light, Look, Mesh, Parameter, Scene, Strands, Surface, Texture, Tint, Value, Values,
+    Basis, Camera, Ground, Light, Look, Mesh, Parameter, Scene, Strands, Surface, Texture, Tint, Units, Value, Values,
 };
 use vellus_usd::{Options, read, write};
 
@@ -118,6 +118,7 @@ fn scene() -> Scene {
             lens_radius: 0.013,
             focus_distance: 4.3,
         }),
+        units: Some(Units { meters_per_unit: 1.0 / 3.0, z_up: true }),
     }
 }
 

@@ -39,6 +39,15 @@ fn share(text: &str) -> Result<f32, String> {
     }
 }
 
+/// Reads a USD file, and says what is left out.
+pub fn load_usd(path: &Path, options: &vellus_usd::Options) -> Result<Scene> {
+    let (scene, warnings) = vellus_usd::read(path, options)?;
+    for warning in warnings {
+        eprintln!("warning: {warning}");
+    }
+    Ok(scene)
+}
+
 impl Input {
     /// Reads or grows it.
     pub fn load(&self) -> Result<Scene> {
@@ -90,11 +99,7 @@ impl Input {
             shutter: None,
             fallback: self.fiber.load()?,
         };
-        let (scene, warnings) = vellus_usd::read(path, &options)?;
-        for warning in warnings {
-            eprintln!("warning: {warning}");
-        }
-        Ok(scene)
+        load_usd(path, &options)
     }
 
     /// The scene or file.

@@ -21,7 +21,7 @@ use std::time::Duration;
 use tev::Viewer;
 use vellus_render::Mode;
 
-pub use input::Input;
+pub use input::{Input, load_usd};
 pub use merge::{MergeArgs, merge};
 
 /// Path-trace a scene.

@@ -12,7 +12,7 @@ mod raccoon;
 mod sky;
 
 use crate::error::Error;
-use vellus_scene::Scene;
+use vellus_scene::{Scene, Units};
 
 /// Names and descriptions of the built-in scenes.
 pub const SCENES: [(&str, &str); 6] = [
@@ -39,7 +39,8 @@ pub fn scene(name: &str, small: bool) -> Option<Scene> {
         _ => return None,
     };
     // Their settings are constants, which tests run through.
-    make(small).ok()
+    let scene = make(small).ok()?;
+    Some(Scene { units: Some(Units::CENTIMETERS), ..scene })
 }
 
 #[cfg(test)]

@@ -1,12 +1,11 @@
 //! A look at each layer before `openusd` decodes it.
 
 use super::guarded;
+use super::names::{check_default, check_name, check_path};
+use super::text_check::check_text;
 use crate::crate_check::{check_tables, check_value};
-use openusd::{ar, usdc};
+use openusd::{ar, sdf, usdc};
 use std::io::{self, Cursor, Read, Seek, SeekFrom};
-
-/// Far more than a scene has, far less than a stack holds.
-const DEEPEST_BRACKETS: u32 = 500;
 
 /// Finds files as `openusd` does, and refuses layers that its decoders would not survive.
 #[derive(Default)]
@@ -70,22 +69,21 @@ impl ar::Asset for Bytes {
 fn check(bytes: &[u8]) -> Result<(), String> {
     if bytes.starts_with(usdc::MAGIC) {
         check_tables(bytes)?;
-        let tables = guarded(|| Ok(usdc::CrateFile::open(Cursor::new(bytes))?))?;
-        return tables.fields.iter().try_for_each(|field| check_value(bytes, field.value_rep.0));
-    }
-    if bytes.starts_with(b"#usda") {
-        // The parser calls itself for whatever is in brackets.
-        let mut depth = 0u32;
-        for byte in bytes {
-            match byte {
-                b'(' | b'[' | b'{' => depth += 1,
-                b')' | b']' | b'}' => depth = depth.saturating_sub(1),
-                _ => {}
-            }
-            if depth > DEEPEST_BRACKETS {
-                return Err(format!("it has more than {DEEPEST_BRACKETS} brackets in one another"));
+        let mut file = guarded(|| Ok(usdc::CrateFile::open(Cursor::new(bytes))?))?;
+        file.fields.iter().try_for_each(|field| check_value(bytes, field.value_rep.0))?;
+        file.paths.iter().try_for_each(|path| check_path(path.as_str()))?;
+        let name_of = |index: usize| file.tokens.get(index).map_or("", String::as_str);
+        let names =
+            file.fields.iter().filter(|field| matches!(name_of(field.token_index), "primChildren" | "defaultPrim"));
+        let names: Vec<_> = names.map(|field| field.value_rep).collect();
+        for value in names {
+            match guarded(|| Ok(file.value(value)?))? {
+                sdf::Value::TokenVec(names) => names.iter().try_for_each(|name| check_name(name.as_str()))?,
+                other => other.as_str().map_or(Ok(()), check_default)?,
             }
         }
+        return Ok(());
     }
-    Ok(())
+    // A package is read by what is in it.
+    if bytes.starts_with(b"PK") { Ok(()) } else { check_text(bytes) }
 }

@@ -1,0 +1,64 @@
+//! `vellus groom`: what is in a groom, other formats of it, and growing one.
+
+mod coat;
+mod grow;
+mod info;
+
+use crate::output;
+use crate::render::Input;
+use anyhow::{Result, anyhow, bail};
+use std::path::{Path, PathBuf};
+
+/// What to do.
+#[derive(clap::Subcommand)]
+pub enum Command {
+    /// Counts, bounds, units, widths, lengths and memory of all strands.
+    Info {
+        #[command(flatten)]
+        input: Input,
+    },
+    /// Write it in another format: .usda with all there is, or .hair with one set of strands.
+    Convert {
+        #[command(flatten)]
+        input: Input,
+        /// File to write.
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+    },
+    Grow(Box<grow::Args>),
+}
+
+/// Runs it.
+pub fn run(command: &Command) -> Result<()> {
+    match command {
+        Command::Info { input } => output::write(None, info::info(&input.load()?).as_bytes()),
+        Command::Convert { input, output } => convert(input, output),
+        Command::Grow(args) => grow::run(args),
+    }
+}
+
+/// Checks before long work that a file can be written, and that its name says a kind there is.
+fn check_output(path: &Path, kinds: &[&str]) -> Result<()> {
+    if !path.extension().is_some_and(|e| kinds.iter().any(|kind| e == *kind)) {
+        bail!("{}: the name must end in .{}", path.display(), kinds.join(" or ."));
+    }
+    output::writable(path)
+}
+
+fn convert(input: &Input, path: &Path) -> Result<()> {
+    check_output(path, &["usda", "hair"])?;
+    let scene = input.load()?;
+    if path.extension().is_none_or(|e| e != "hair") {
+        vellus_usd::write(&scene, path)?;
+        println!("wrote {}", path.display());
+        return Ok(());
+    }
+    let [strands] = &scene.strands[..] else {
+        bail!("a .hair file holds one set of strands, the scene has {}", scene.strands.len());
+    };
+    let strands = vellus_groom::flatten(strands, 1);
+    let bytes = vellus_groom::write_hair(&strands).map_err(|e| anyhow!("{}: {e}", path.display()))?;
+    output::write(Some(path), &bytes)?;
+    println!("wrote {}", path.display());
+    Ok(())
+}

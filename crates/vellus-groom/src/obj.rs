@@ -1,0 +1,191 @@
+//! Wavefront .obj files: polygons with uv and normals, to grow fur on. Materials, curves and free-form surfaces are passed over.
+//!
+//! Read here, as the crates that do so make up what a face lacks, or panic on indices that are far out of range.
+
+use crate::error::Error;
+use glam::{Vec2, Vec3};
+use std::collections::HashMap;
+use vellus_scene::Mesh;
+
+/// The meshes of an .obj file, one for each object or group that has faces; polygons are split into fans from their first
+/// corner. `name` is for messages.
+///
+/// # Errors
+/// [`Error::Line`] says what is wrong and where.
+pub fn read_obj(bytes: &[u8], name: &str) -> Result<Vec<Mesh>, Error> {
+    let mut reader = Reader { file: name, line: 0, ..Reader::default() };
+    let text = String::from_utf8_lossy(bytes);
+    for line in text.lines() {
+        reader.line += 1;
+        // A comment ends a line.
+        let line = line.split('#').next().unwrap_or_default();
+        let mut words = line.split_whitespace();
+        match words.next() {
+            Some("v") => {
+                let [x, y, z] = reader.numbers(words)?;
+                reader.positions.push(Vec3::new(x, y, z));
+            }
+            Some("vn") => {
+                let [x, y, z] = reader.numbers(words)?;
+                reader.normals.push(Vec3::new(x, y, z).normalize_or_zero());
+            }
+            Some("vt") => {
+                let [u, v] = reader.numbers(words)?;
+                reader.uv.push(Vec2::new(u, v));
+            }
+            Some("o" | "g") => {
+                reader.close();
+                reader.name = words.collect::<Vec<_>>().join(" ");
+            }
+            Some("f") => reader.face(words)?,
+            _ => {}
+        }
+    }
+    reader.close();
+    if reader.meshes.is_empty() { Err(reader.fail("it has no faces")) } else { Ok(reader.meshes) }
+}
+
+#[derive(Default)]
+struct Reader<'a> {
+    file: &'a str,
+    line: usize,
+    positions: Vec<Vec3>,
+    normals: Vec<Vec3>,
+    uv: Vec<Vec2>,
+    /// Of the object at hand.
+    name: String,
+    /// Position, uv and normal of the corners of its triangles.
+    triangles: Vec<[Corner; 3]>,
+    meshes: Vec<Mesh>,
+}
+
+#[derive(Clone, Copy)]
+struct Corner {
+    position: usize,
+    uv: Option<usize>,
+    normal: Option<usize>,
+}
+
+impl Reader<'_> {
+    fn fail(&self, what: impl Into<String>) -> Error {
+        Error::Line { file: self.file.to_owned(), line: self.line, what: what.into() }
+    }
+
+    /// The first numbers of a line; more (a weight, a colour) are passed over.
+    fn numbers<'w, const N: usize>(&self, mut words: impl Iterator<Item = &'w str>) -> Result<[f32; N], Error> {
+        let mut numbers = [0.0; N];
+        for number in &mut numbers {
+            let word = words.next().ok_or_else(|| self.fail(format!("{N} numbers belong here")))?;
+            *number = word.parse().unwrap_or(f32::NAN);
+            if !number.is_finite() {
+                return Err(self.fail(format!("{word} is not a finite number")));
+            }
+        }
+        Ok(numbers)
+    }
+
+    fn face<'w>(&mut self, words: impl Iterator<Item = &'w str>) -> Result<(), Error> {
+        let corners = words.map(|word| self.corner(word)).collect::<Result<Vec<_>, _>>()?;
+        if corners.len() < 3 {
+            return Err(self.fail(format!("a face has at least 3 corners, not {}", corners.len())));
+        }
+        self.triangles.extend(corners[1..].windows(2).map(|pair| [corners[0], pair[0], pair[1]]));
+        Ok(())
+    }
+
+    /// `position`, `position/uv`, `position//normal` or `position/uv/normal`, from 1 on or, negative, from the last one back.
+    fn corner(&self, word: &str) -> Result<Corner, Error> {
+        let mut parts = word.split('/');
+        let mut index = |kind: &str, there: usize| -> Result<Option<usize>, Error> {
+            let Some(part) = parts.next().filter(|part| !part.is_empty()) else { return Ok(None) };
+            let given = part.parse::<i64>().ok();
+            let from_start =
+                given.and_then(|i| if i < 0 { i.checked_add_unsigned(there as u64) } else { i.checked_sub(1) });
+            let index = from_start.and_then(|i| usize::try_from(i).ok()).filter(|&i| i < there);
+            index.map(Some).ok_or_else(|| self.fail(format!("{word}: there is no {kind} {part} of the {there} so far")))
+        };
+        let position = index("vertex", self.positions.len())?;
+        let corner = Corner {
+            position: position.ok_or_else(|| self.fail(format!("{word}: it has no vertex")))?,
+            uv: index("uv", self.uv.len())?,
+            normal: index("normal", self.normals.len())?,
+        };
+        Ok(corner)
+    }
+
+    /// Makes a mesh of the faces so far, with the vertices they use. What not all of them have it does not have.
+    fn close(&mut self) {
+        if self.triangles.is_empty() {
+            return;
+        }
+        let triangles = std::mem::take(&mut self.triangles);
+        let mut new = HashMap::new();
+        let mut positions = Vec::new();
+        let mut vertex = |corner: Corner| {
+            *new.entry(corner.position).or_insert_with(|| {
+                positions.push(self.positions[corner.position]);
+                positions.len() as u32 - 1
+            })
+        };
+        let indices = triangles.iter().map(|t| t.map(&mut vertex)).collect();
+        let corners = |value: &dyn Fn(Corner) -> Option<usize>| -> Option<Vec<[usize; 3]>> {
+            triangles.iter().map(|t| Some([value(t[0])?, value(t[1])?, value(t[2])?])).collect()
+        };
+        let normals = corners(&|corner| corner.normal);
+        let uv = corners(&|corner| corner.uv);
+        self.meshes.push(Mesh {
+            name: if self.name.is_empty() { "mesh".to_owned() } else { self.name.clone() },
+            triangles: indices,
+            normals: normals.map(|n| n.iter().map(|n| n.map(|i| self.normals[i])).collect()),
+            uv: uv.map(|uv| uv.iter().map(|uv| uv.map(|i| self.uv[i])).collect()),
+            positions,
+            surface: 0,
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const QUAD: &str =
+        "o a plane\nv 0 0 0 1\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1 # corner\nvn 0 0 2\n";
+
+    #[test]
+    fn polygons_with_uv_and_normals_are_read() {
+        let file =
+            format!("mtllib none.mtl\n{QUAD}usemtl skin\nf 1/1/1 2/2/1 3/3/1 -1/-1/-1\ng empty\ng b\nf 2 3//1 4\n");
+        let meshes = read_obj(file.as_bytes(), "a.obj").unwrap();
+        let [mesh, bare] = &meshes[..] else { panic!("{meshes:?}") };
+        assert_eq!((mesh.name.as_str(), &mesh.triangles[..]), ("a plane", &[[0, 1, 2], [0, 2, 3]][..]));
+        assert_eq!(mesh.uv.as_ref().unwrap()[1], [Vec2::ZERO, Vec2::ONE, Vec2::Y]);
+        assert_eq!(mesh.normals.as_ref().unwrap()[0], [Vec3::Z; 3]);
+        assert_eq!((bare.name.as_str(), &bare.positions[..]), ("b", &[Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y][..]));
+        assert!(bare.uv.is_none() && bare.normals.is_none());
+        assert!(meshes.iter().all(|mesh| mesh.validate() == Ok(())));
+    }
+
+    #[test]
+    fn broken_files_are_errors_with_file_and_line() {
+        let bad = [
+            ("f 1 2 99", "no vertex 99 of the 4"),
+            ("f 1 2 6148914691236517206", "no vertex"),
+            ("f 1 2 -9223372036854775808", "no vertex"),
+            ("f 1 2 0", "no vertex 0"),
+            ("f 1/1/9 2/1/9 3/1/9", "no normal 9"),
+            ("f 1/7 2/7 3/7", "no uv 7"),
+            ("f 1 2", "at least 3"),
+            ("f a b c", "no vertex a"),
+            ("f /1 /2 /3", "has no vertex"),
+            ("v 1", "3 numbers"),
+            ("v 1 nan 0", "nan is not a finite number"),
+            ("vt x y", "x is not"),
+            ("", "no faces"),
+        ];
+        for (line, what) in bad {
+            let error = read_obj(format!("{QUAD}{line}").as_bytes(), "bad.obj").unwrap_err().to_string();
+            assert!(error.starts_with("bad.obj, line ") && error.contains(what), "{line}: {error}");
+        }
+        assert!(read_obj(&[0xff, 0xfe, b'\n', b'f', b' '], "binary.obj").is_err());
+    }
+}

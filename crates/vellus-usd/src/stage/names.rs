@@ -1,0 +1,54 @@
+//! Names of prims and paths that `openusd` would not come back from: it walks from a prim to its parent by the last `/` or
+//! `}` of the path, and for some that is where it is already.
+
+/// Can a prim be called that? Pixar's library takes no other names.
+pub(super) fn check_name(name: &str) -> Result<(), String> {
+    if !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || c == '_') {
+        return Ok(());
+    }
+    Err(format!("a prim is called {name:?}: a name has letters, digits and underscores only"))
+}
+
+/// Can that be a layer's default prim: a name, a path, or nothing?
+pub(super) fn check_default(prim: &str) -> Result<(), String> {
+    let names = prim.strip_prefix('/').unwrap_or(prim);
+    if names.is_empty() { Ok(()) } else { names.split('/').try_for_each(check_name) }
+}
+
+/// Is that a path? Braces, which hold the choice of a variant, must come in pairs after a name; no name may be empty.
+pub(super) fn check_path(path: &str) -> Result<(), String> {
+    let mut open = false;
+    let mut previous = ' ';
+    for c in path.chars() {
+        let good = match c {
+            '{' => !open && !matches!(previous, '/' | ' '),
+            '}' => open,
+            '/' if !open => previous != '/',
+            _ => true,
+        };
+        if !good {
+            return Err(format!("{path:?} is no path"));
+        }
+        open = c == '{' || open && c != '}';
+        previous = c;
+    }
+    if open { Err(format!("{path:?} is no path")) } else { Ok(()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_have_pairs_of_braces_and_no_empty_names() {
+        for good in ["", "/", "/a", "/a/b.c:d", "../x", "/a{v=x}", "/a{v=x}{w=}b/c.d", "/a.r[/b].c", "/ä_1"] {
+            assert_eq!(check_path(good), Ok(()), "{good}");
+        }
+        for bad in ["/a}", "/a}b", "/a{v=x", "/a{v={}}", "/{v=x}", "//", "/a//b", "}"] {
+            assert!(check_path(bad).is_err(), "{bad}");
+        }
+        assert!(["", "a", "/a/b"].iter().all(|prim| check_default(prim).is_ok()) && check_default("a/").is_err());
+        assert!(check_name("tail_2").is_ok() && check_name("é").is_ok());
+        assert!(["", "a}", "a/b", "a.b", "a b"].iter().all(|name| check_name(name).is_err()));
+    }
+}

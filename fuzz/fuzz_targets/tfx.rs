@@ -1,0 +1,8 @@
+#![no_main]
+//! TressFX' .tfx files.
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    if let Ok(strands) = vellus_groom::read_tfx(bytes, "fuzz", Some(0.1)) {
+        assert_eq!(strands.validate(), Ok(()));
+    }
+});

@@ -1,0 +1,147 @@
+//! Small files of every kind, made by our own writers, for the fuzzer to start from: `corpus/TARGET/`.
+
+use glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
+use std::error::Error;
+use std::io::Cursor;
+use std::path::Path;
+use vellus_render::{Film, Part};
+use vellus_scene::*;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus");
+    let save = |target: &str, name: &str, bytes: &[u8]| -> std::io::Result<()> {
+        std::fs::create_dir_all(corpus.join(target))?;
+        std::fs::write(corpus.join(target).join(name), bytes)
+    };
+    let scene = scene();
+    let linear = scene.strands.iter().find(|s| s.basis == Basis::Linear).ok_or("there is one")?;
+    save("hair", "strands.hair", &vellus_groom::write_hair(linear)?)?;
+    save("tfx", "3.tfx", &tfx(3.0))?;
+    save("tfx", "4.tfx", &tfx(4.0))?;
+    let film = Film::new(3, 2);
+    save("film", "empty.film", &Part { fingerprint: 7, samples: 2..5, film }.to_bytes())?;
+
+    for (color, name) in [(png::ColorType::Rgb, "rgb"), (png::ColorType::GrayscaleAlpha, "grey")] {
+        for depth in [png::BitDepth::Eight, png::BitDepth::Sixteen] {
+            let mut bytes = Vec::new();
+            let mut encoder = png::Encoder::new(&mut bytes, 4, 2);
+            encoder.set_color(color);
+            encoder.set_depth(depth);
+            let data = vec![77; 8 * color.samples() * if depth == png::BitDepth::Eight { 1 } else { 2 }];
+            encoder.write_header()?.write_image_data(&data)?;
+            save("image", &format!("{name}{depth:?}.png"), &bytes)?;
+        }
+    }
+    let header = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=0.5\n\n-Y 1 +X 8\n".as_slice();
+    let rows = [&[2, 2, 0, 8, 136, 128, 136, 64, 3, 0, 0, 0, 133, 0, 136, 129][..], &[128, 64, 0, 129, 1, 1, 1, 7]];
+    for (i, row) in rows.iter().enumerate() {
+        save("image", &format!("{i}.hdr"), &[header, row].concat())?;
+    }
+
+    let folder = tempfile::tempdir()?;
+    let at = |name: &str| folder.path().join(name);
+    let name = |path: std::path::PathBuf| path.to_string_lossy().into_owned();
+    vellus_usd::write(&scene, &at("scene.usda"))?;
+    let text = std::fs::read(at("scene.usda"))?;
+    let image = std::fs::read(at("scene-textures/coat.exr"))?;
+    save("image", "coat.exr", &image)?;
+    // Textures stay behind: what a text or binary layer alone refers to is not there.
+    let alone = Scene { textures: Vec::new(), ..scene };
+    let alone = Scene {
+        looks: alone.looks.into_iter().map(|look| Look { textured: Vec::new(), ..look }).collect(),
+        surfaces: vec![Surface::diffuse("skin", [0.5; 3])],
+        lights: alone.lights.into_iter().skip(1).collect(),
+        ..alone
+    };
+    vellus_usd::write(&alone, &at("alone.usda"))?;
+    save("usda", "scene.usda", &text)?;
+    save("usda", "alone.usda", &std::fs::read(at("alone.usda"))?)?;
+    for usd in ["scene", "alone"] {
+        let binary = at(&format!("{usd}.usdc"));
+        let stage = openusd::usd::Stage::builder().open(&name(at(&format!("{usd}.usda"))))?;
+        stage.root_layer().export(name(binary.clone()))?;
+        save("usdc", &format!("{usd}.usdc"), &std::fs::read(binary)?)?;
+    }
+    for (layer, bytes) in [("scene.usda", &text), ("scene.usdc", &std::fs::read(at("scene.usdc"))?)] {
+        let mut package = openusd::usdz::ArchiveWriter::new(Cursor::new(Vec::new()));
+        package.add_layer(layer, bytes)?;
+        package.add_layer("scene-textures/coat.exr", &image)?;
+        save("usdz", &format!("{layer}.usdz"), &package.finish()?.into_inner())?;
+    }
+    Ok(())
+}
+
+/// A .tfx file of 3 strands with 4 points and uv; there is no writer.
+fn tfx(version: f32) -> Vec<u8> {
+    let (header, at, width) = if version < 4.0 { (296usize, 144, 3) } else { (160, 12, 4) };
+    let mut bytes = vec![0; header];
+    let mut put = |at: usize, word: u32| bytes[at..at + 4].copy_from_slice(&word.to_le_bytes());
+    put(0, version.to_bits());
+    put(4, 3);
+    put(8, 4);
+    put(at, header as u32);
+    put(at + 4, (header + 12 * width * 4) as u32);
+    let points = (0..12 * width).map(|i| i as f32 * 0.5);
+    points.chain((0..6).map(|i| i as f32 / 8.0)).for_each(|x| bytes.extend(x.to_le_bytes()));
+    bytes
+}
+
+/// Something of everything.
+fn scene() -> Scene {
+    let strands = |basis, counts: &[u32]| {
+        let mut starts = vec![0];
+        counts.iter().for_each(|n| starts.push(starts[starts.len() - 1] + n));
+        let total = starts[starts.len() - 1] as usize;
+        let points: Vec<Vec4> = (0..total).map(|i| Vec4::new(i as f32, 0.5 * i as f32, 1.0, 0.01)).collect();
+        Strands {
+            name: format!("{basis:?}"),
+            basis,
+            root_uv: Some(counts.iter().map(|_| Vec2::new(0.25, 0.75)).collect()),
+            moved: (basis == Basis::BSpline).then(|| points.iter().map(|p| p.truncate() + Vec3::X).collect()),
+            varying: vec![
+                (Parameter::BetaM, Values::PerStrand(counts.iter().map(|_| [0.1; 3]).collect())),
+                (Parameter::Melanin, Values::PerPoint(points.iter().map(|_| [0.5, 0.2, 0.0]).collect())),
+            ],
+            starts,
+            points,
+            look: 0,
+        }
+    };
+    let positions = vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::ONE];
+    let square = Vec2::splat(1.0);
+    let pose = Mat4::from_rotation_y(0.3) * Mat4::from_translation(Vec3::new(1.0, 2.0, 3.0));
+    Scene {
+        strands: vec![
+            strands(Basis::Linear, &[2, 3]),
+            strands(Basis::BSpline, &[4, 6]),
+            strands(Basis::CatmullRom, &[5]),
+            strands(Basis::Bezier, &[4, 7]),
+        ],
+        meshes: vec![Mesh {
+            name: "skin".to_owned(),
+            positions,
+            triangles: vec![[0, 1, 2], [1, 3, 2]],
+            normals: Some(vec![[Vec3::Z; 3]; 2]),
+            uv: Some(vec![[Vec2::ZERO, Vec2::X, square]; 2]),
+            surface: 0,
+        }],
+        looks: vec![Look {
+            textured: vec![(Parameter::Reflectance, Value { texture: 0, scale: [0.9; 3] })],
+            ..Look::constant("fur", vellus_usd::Options::default().fallback)
+        }],
+        surfaces: vec![Surface {
+            color: Tint { color: [0.5; 3], texture: Some(0) },
+            ..Surface::diffuse("skin", [0.5; 3])
+        }],
+        textures: vec![Texture { name: "coat".to_owned(), width: 2, height: 2, pixels: vec![[0.1, 0.2, 0.3]; 4] }],
+        lights: vec![
+            Light::Dome { radiance: [1.0; 3], texture: Some(0), rotation: Mat3::IDENTITY },
+            Light::Distant { direction: Vec3::Y, half_angle: 0.01, irradiance: [2.0; 3] },
+            Light::Rect { to_world: pose, radiance: [3.0; 3], texture: None },
+            Light::Disk { to_world: pose, radiance: [4.0; 3] },
+            Light::Sphere { center: Vec3::Y, radius: 0.5, radiance: [5.0; 3] },
+        ],
+        camera: Some(Camera::look_at(Vec3::splat(9.0), Vec3::ZERO, Vec3::Y, 0.5, 1.5)),
+        units: Some(Units { meters_per_unit: 1.0, z_up: true }),
+    }
+}
