@@ -9,7 +9,7 @@ use vellus::{Color, Fiber, Species};
 #[derive(clap::Args, Clone)]
 pub struct FiberArgs {
     /// A preset (see `vellus fiber list`), or a TOML or JSON file.
-    #[arg(long, value_name = "NAME|FILE", default_value = "red-fox")]
+    #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT)]
     pub fiber: String,
     /// Override a parameter: kappa=0.5, sigma_ca=0.1,0.2,0.4, eumelanin=1.3, reflectance=0.6,0.4,0.2.
     /// Angles in degrees. May be repeated.
@@ -27,7 +27,15 @@ pub struct Incidence {
     pub theta_o: f64,
 }
 
+/// The preset where none is given.
+const DEFAULT: &str = "red-fox";
+
 impl FiberArgs {
+    /// Was nothing given?
+    pub fn is_default(&self) -> bool {
+        self.fiber == DEFAULT && self.set.is_empty()
+    }
+
     /// The fibre, validated.
     pub fn load(&self) -> Result<Fiber> {
         let mut spec = if let Some(extension) = file_format(&self.fiber) {

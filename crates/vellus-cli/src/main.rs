@@ -82,6 +82,7 @@ fn main() -> std::process::ExitCode {
         );
         return std::process::ExitCode::from(2);
     }
+    vellus_usd::quiet_caught_panics();
     let result = match Cli::parse().command {
         None => demo::run(),
         Some(Command::Fiber(command)) => fiber::run(&command),

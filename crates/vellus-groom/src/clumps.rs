@@ -47,7 +47,13 @@ impl Clumps {
         // half.
         let own = (i as u32).wrapping_mul(0x9e37_79b9) as f32 / u32::MAX as f32;
         let strength = self.clump.strength.powf(0.5 + own);
-        let last = (line.len() - 1) as f32;
+        let last = line.len() - 1;
+        // Where strands are far apart against their length, they would be stretched across the gaps: no tip goes further than
+        // half of its length.
+        let length: f32 = line.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
+        let away = line[last].distance(middle[last]);
+        let strength = strength.min(0.5 * length / away.max(f32::MIN_POSITIVE));
+        let last = last as f32;
         for (k, (p, m)) in line.iter_mut().zip(middle).enumerate().skip(1) {
             *p = p.lerp(*m, strength * (k as f32 / last).powf(self.clump.power));
         }

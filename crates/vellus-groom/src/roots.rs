@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use glam::{Vec2, Vec3};
-use rand::RngExt;
+use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use vellus_scene::Mesh;
 
@@ -17,8 +17,8 @@ pub struct Site {
     pub uv: Vec2,
 }
 
-/// Where in a cell the density is looked at to find its mean: corners and middle.
-const PROBES: [(f32, f32); 4] = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0 / 3.0, 1.0 / 3.0)];
+/// Where the density of a cell is looked at for its peak, beside where its mean is looked for.
+const CORNERS: [(f32, f32); 3] = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)];
 
 /// Triangles due more strands than this on average are divided into cells: what the density does in between goes unseen.
 const STRANDS_A_CELL: f32 = 32.0;
@@ -89,12 +89,10 @@ impl<'a> Roots<'a> {
         for i in 0..roots.cells.len() {
             let cell = roots.cells[i];
             let area = area(cell.triangle as usize) / f32::from(cell.n).powi(2);
-            let [mut mean, mut peak] = [0.0, 0.0f32];
-            for (u, v) in PROBES {
-                let density = roots.density(&roots.site(&cell, u, v));
-                mean += 0.25 * density;
-                peak = peak.max(density);
-            }
+            let density = |(u, v): (f32, f32)| roots.density(&roots.site(&cell, u, v));
+            let probes = probes(i).map(density);
+            let mean = 0.25 * probes.iter().sum::<f32>();
+            let peak = probes.into_iter().chain(CORNERS.map(density)).fold(0.0, f32::max);
             sum += f64::from(area * mean);
             roots.sums.push(sum);
             roots.peaks.push(peak);
@@ -131,8 +129,8 @@ impl<'a> Roots<'a> {
             }
             (u, v) = (rng.random(), rng.random());
         }
-        // Where the density is a mere corner of the cell: there, and never where it is 0.
-        let probes = PROBES.map(|(u, v)| self.site(cell, u, v));
+        // Where little of the cell is dense: there, and never where the density is 0.
+        let probes = probes(index).map(|(u, v)| self.site(cell, u, v));
         probes.into_iter().max_by(|a, b| self.density(a).total_cmp(&self.density(b))).unwrap_or(probes[0])
     }
 
@@ -151,6 +149,18 @@ impl<'a> Roots<'a> {
         let uv = self.mesh.uv.as_ref().map_or(Vec2::ZERO, |uv| w * uv[t][0] + u * uv[t][1] + v * uv[t][2]);
         Site { position: w * a + u * b + v * c, normal: normal.normalize_or(flat), uv }
     }
+}
+
+/// A place in each quarter of cell `i`, by chance: what is regular in the density would be regularly off.
+fn probes(i: usize) -> [(f32, f32); 4] {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(i as u64);
+    let mut quarters = Cell::of(0, 2);
+    std::array::from_fn(|_| {
+        let (u, v) = (rng.random::<f32>(), rng.random::<f32>());
+        let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+        // There are four.
+        quarters.next().map_or((u, v), |quarter| quarter.whole(u, v))
+    })
 }
 
 /// Bits of three coordinates in [0, 1023] interleaved.

@@ -122,6 +122,66 @@ fn clumps_draw_tips_together() {
     assert!(drawn < 0.7 * loose, "{drawn} {loose}");
 }
 
+/// Five strands over a square of 10 × 10 are far apart: drawn to another, none is stretched by more than half, and waves, which
+/// are off, add nothing. Maps may give anything: it becomes strands that are finite, or an error.
+#[test]
+fn sparse_clumps_keep_lengths_and_nothing_is_nan() {
+    let sparse = GrowSettings {
+        count: 60,
+        clump: Clump { strands: 30, strength: 1.0, power: 1.0 },
+        length_variation: 0.2,
+        guard_share: 0.0,
+        curl_radius: 0.0,
+        noise: 0.0,
+        ..settings()
+    };
+    let strands = grow(&square(), &sparse, &Maps::default()).unwrap();
+    let [shortest, _, longest] = vellus_groom::measure(&strands).unwrap().lengths;
+    assert!(shortest > 0.4 && longest < 1.2 * 1.5, "{shortest} {longest}");
+    type Wild = fn(&vellus_groom::Site) -> f32;
+    let wild: [Wild; 4] = [|_| f32::NAN, |_| f32::INFINITY, |_| -1.0, |site| (site.uv.x - 0.5).ln()];
+    for value in wild {
+        let comb = |site: &vellus_groom::Site| Vec3::splat(value(site));
+        for maps in [
+            Maps { density: &value, ..Maps::default() },
+            Maps { length: &value, ..Maps::default() },
+            Maps { comb: &comb, ..Maps::default() },
+        ] {
+            if let Ok(strands) = grow(&square(), &settings(), &maps) {
+                assert_eq!(strands.validate(), Ok(()));
+            }
+        }
+    }
+}
+
+/// Two triangles are all there is, but the density changes within them: stripes a tenth of the square wide, at 1 and 0.
+#[test]
+fn density_is_followed_within_large_triangles() {
+    let mut quad = square();
+    quad.positions = vec![Vec3::ZERO, Vec3::new(0.0, 0.0, 10.0), Vec3::new(10.0, 0.0, 10.0), Vec3::new(10.0, 0.0, 0.0)];
+    quad.triangles = vec![[0, 1, 2], [0, 2, 3]];
+    quad.uv = None;
+    let stripes = |site: &vellus_groom::Site| f32::from(site.position.x.rem_euclid(2.0) < 1.0);
+    // A border cuts 36 cells of 0.15, whose share of four probes within has a standard deviation of at most 1/4 · √(4/4): 0.23 in
+    // all, and 0.7 for nine borders.
+    let area = vellus_groom::area(&quad, &stripes).unwrap();
+    assert!((area - 50.0).abs() < 3.0 * 0.7, "{area}");
+    let strands =
+        grow(&quad, &GrowSettings { count: 20_000, ..settings() }, &Maps { density: &stripes, ..Maps::default() });
+    let strands = strands.unwrap();
+    let mut counts = [0.0f64; 5];
+    for i in 0..strands.len() {
+        let x = strands.strand(i)[1].x;
+        assert!(x.rem_euclid(2.0) < 1.0, "{x}");
+        counts[(x / 2.0) as usize] += 1.0;
+    }
+    // 4000 in each but for three standard deviations: of its two borders, √2 · 0.23 of 10, and of a Poisson count.
+    assert!(
+        counts.iter().all(|n| (n / 4000.0 - 1.0).abs() < 3.0 * (0.0325f64.powi(2) + 1.0 / 4000.0).sqrt()),
+        "{counts:?}"
+    );
+}
+
 #[test]
 fn bad_settings_are_named() {
     let error = |settings: GrowSettings| grow(&square(), &settings, &Maps::default()).unwrap_err().to_string();

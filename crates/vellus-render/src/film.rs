@@ -162,7 +162,7 @@ impl Film {
     /// Adds what another film of the same size and layers has seen.
     pub fn merge(&mut self, other: &Film) {
         assert!(self.fits(other), "films of different size or layers");
-        self.samples += other.samples;
+        self.samples = self.samples.saturating_add(other.samples);
         combine(&self.layout, &mut self.sums, &other.sums);
     }
 

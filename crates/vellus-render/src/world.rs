@@ -50,8 +50,10 @@ impl World {
         let reach = (0.5 * (high - low).length()).max(f32::MIN_POSITIVE);
         let camera = scene.camera.unwrap_or_else(|| {
             let (middle, angle) = (0.5 * (low + high), 30f32.to_radians());
-            let eye = middle + Vec3::new(0.0, 0.15, 1.0).normalize() * (1.1 * reach / (0.5 * angle).sin());
-            Camera::look_at(eye, middle, Vec3::Y, angle, 1.5)
+            let z_up = scene.units.is_some_and(|units| units.z_up);
+            let (front, up) = if z_up { (-Vec3::Y, Vec3::Z) } else { (Vec3::Z, Vec3::Y) };
+            let eye = middle + (front + 0.15 * up).normalize() * (1.1 * reach / (0.5 * angle).sin());
+            Camera::look_at(eye, middle, up, angle, 1.5)
         });
         let white = vellus_scene::Light::Dome {
             radiance: [1.0; 3],

@@ -50,6 +50,9 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<Option<Camera>,
     if offsets != [0.0; 2] {
         reader.warnings.add(prim, "offsets of the aperture are not supported and left out");
     }
+    if get("exposure", 0.0)? != 0.0 {
+        reader.warnings.add(prim, "the camera's exposure is not supported and left out");
+    }
     if focal_length <= 0.0 || width <= 0.0 || height <= 0.0 || f_stop < 0.0 {
         let what = "focalLength, horizontalAperture and verticalAperture must be positive, fStop not negative";
         return Err(Error::prim(prim, what));

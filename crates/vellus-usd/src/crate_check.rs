@@ -111,11 +111,12 @@ pub(crate) fn check_tables(bytes: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks a value by its 64-bit representation: type, flags and where it lies.
-pub(crate) fn check_value(bytes: &[u8], representation: u64) -> Result<(), String> {
+/// Checks values by their 64-bit representations: type, flags and where they lie.
+pub(crate) fn check_values(bytes: &[u8], mut representations: impl Iterator<Item = u64>) -> Result<(), String> {
     let version = Cursor { bytes, at: 8 }.array::<3>()?;
     // No file has more values than bytes; one whose values contain one another does.
-    value(bytes, version, representation, 0, &mut bytes.len())
+    let mut budget = bytes.len();
+    representations.try_for_each(|representation| value(bytes, version, representation, 0, &mut budget))
 }
 
 fn value(bytes: &[u8], version: [u8; 3], representation: u64, depth: usize, budget: &mut usize) -> Result<(), String> {
@@ -240,6 +241,7 @@ mod tests {
 
     #[test]
     fn counts_are_held_against_the_size_of_the_file() {
+        let check_value = |bytes: &[u8], value: u64| check_values(bytes, std::iter::once(value));
         let value = |kind: u64, numbers: &[u64]| check_value(&layer(numbers), kind | 16);
         assert_eq!(value(ARRAY | POINTS, &[2, 0, 0, 0]), Ok(()));
         assert!(value(ARRAY | POINTS, &[10_000_000, 0, 0, 0]).unwrap_err().contains("claims 10000000 items"));
@@ -258,7 +260,12 @@ mod tests {
         bytes.extend([0; 4]);
         bytes.extend(8u64.to_le_bytes());
         bytes.extend((DICTIONARY | 16).to_le_bytes());
-        assert!(check_value(&bytes, DICTIONARY | 16).unwrap_err().contains("in a circle"));
+        assert!(check_values(&bytes, std::iter::once(DICTIONARY | 16)).unwrap_err().contains("in a circle"));
+        // Nor can many fields lead to the same long value again and again.
+        let times = layer(&[8, 0, 8, 1000].into_iter().chain(std::iter::repeat_n(1 << 62, 1000)).collect::<Vec<_>>());
+        let samples = 46 << 48 | 16;
+        assert_eq!(check_values(&times, std::iter::once(samples)), Ok(()));
+        assert!(check_values(&times, std::iter::repeat_n(samples, 1000)).is_err());
     }
 
     #[test]

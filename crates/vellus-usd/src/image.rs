@@ -1,9 +1,9 @@
 //! Images: PNG, Radiance HDR and OpenEXR, told apart by their first bytes.
 
 use crate::error::Error;
+use crate::guard::catch;
 use crate::rgbe;
 use std::io::Cursor;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use vellus_scene::Texture;
 
@@ -132,9 +132,7 @@ fn exr_pixels(bytes: &[u8]) -> Result<Pixels, String> {
         let (width, pixels) = image.layer_data.channel_data.pixels;
         Ok((width, pixels.len() / width.max(1), pixels))
     };
-    // The crate is fuzzed, but what it decodes comes from anywhere: a panic is a broken file.
-    let result: Result<Pixels, String> =
-        catch_unwind(AssertUnwindSafe(read)).unwrap_or(Err("it cannot be decoded".to_owned()));
+    let result: Result<Pixels, String> = catch(read).unwrap_or(Err("it cannot be decoded".to_owned()));
     result.map_err(|error| format!("broken OpenEXR image: {error}"))
 }
 

@@ -34,6 +34,7 @@ mod camera;
 mod crate_check;
 mod curves;
 mod error;
+mod guard;
 mod image;
 mod layout;
 mod light;
@@ -54,6 +55,7 @@ mod write_geometry;
 mod write_look;
 
 pub use error::Error;
+pub use guard::quiet_caught_panics;
 pub use image::{load_map, load_texture};
 pub use reader::{Options, read};
 pub use warning::Warning;

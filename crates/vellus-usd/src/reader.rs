@@ -42,7 +42,7 @@ impl Default for Options {
 /// # Errors
 /// [`Error::File`] if it or a file it refers to is missing or broken, [`Error::Prim`] if a prim has values that do not fit together
 /// or are out of range, [`Error::Empty`] if there is nothing to see. A read never panics, but a broken binary file may make the
-/// panic hook print a line.
+/// panic hook print a line ([`crate::quiet_caught_panics`]).
 pub fn read(file: &Path, options: &Options) -> Result<(Scene, Vec<Warning>), Error> {
     if let Some(width) = options.default_width
         && !(width.is_finite() && width >= 0.0)

@@ -1,8 +1,7 @@
 //! The one module that knows the crate `openusd`: a composed stage as paths, names and plain numbers.
 //!
-//! Every call into `openusd` goes through [`guarded`]: its decoder of binary files indexes by what the file says and panics on
-//! some that are cut off or garbled. A panic is turned into an error here; nothing of the stage is used after one. What cannot be
-//! caught, a failed allocation or a stack that is too deep, is kept from happening: [`Careful`] looks at each layer first.
+//! Every call into `openusd` goes through [`guarded`], which makes an error of a panic; nothing of the stage is used after
+//! one. What cannot be caught is kept from happening: [`Careful`] looks at each layer first.
 
 mod careful;
 mod names;
@@ -10,9 +9,9 @@ mod text_check;
 mod values;
 
 use crate::error::Error;
+use crate::guard::catch;
 use careful::Careful;
 use openusd::{ar, sdf, usd};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use values::{numbers, precise};
 use vellus_scene::Units;
@@ -266,8 +265,8 @@ impl<E: std::fmt::Display> From<E> for Failure {
 
 /// Calls into `openusd`: errors and panics become text.
 fn guarded<T>(call: impl FnOnce() -> Result<T, Failure>) -> Result<T, String> {
-    match catch_unwind(AssertUnwindSafe(call)) {
-        Ok(result) => result.map_err(|error| error.0.replace('\n', "; ")),
-        Err(_) => Err("the file is broken: its reader stopped".to_owned()),
+    match catch(call) {
+        Some(result) => result.map_err(|error| error.0.replace('\n', "; ")),
+        None => Err("the file is broken: its reader stopped".to_owned()),
     }
 }

@@ -5,7 +5,7 @@ mod common;
 use common::{read_text, with_width};
 use glam::{Mat3, Vec2, Vec3};
 use vellus::{Fiber, Species};
-use vellus_scene::{Basis, Light, Parameter, Scene, Values};
+use vellus_scene::{Basis, Light, Parameter, Scene, Units, Values};
 use vellus_usd::{Options, Warning, read};
 
 /// A curve of four points along x, one unit apart, from 0.
@@ -451,4 +451,21 @@ def Xform \"rig\" {
     assert_eq!(scene.strands[0].points[1].truncate(), Vec3::new(1.0, 1.0, 0.0));
     let error = read_text(body, &by_name("none", None)).unwrap_err().to_string();
     assert!(error.contains("no camera called none"), "{error}");
+}
+
+#[test]
+fn units_are_kept_and_what_a_camera_cannot_do_is_said() {
+    let with = |metadata: &str| {
+        let body =
+            format!("( {metadata} )\ndef BasisCurves \"b\" {{ {FOUR} }}\ndef Camera \"c\" {{ float exposure = 1 }}");
+        read_text(&body, &Options::default())
+    };
+    let (scene, warnings) = with("upAxis = \"Z\"\n metersPerUnit = 0.0254").unwrap();
+    assert_eq!(scene.units, Some(Units { meters_per_unit: 0.0254, z_up: true }));
+    assert!(said(&warnings).contains("/c: the camera's exposure is not supported"), "{}", said(&warnings));
+    assert_eq!(with("doc = \"none\"").unwrap().0.units, Some(Units::CENTIMETERS));
+    for broken in ["metersPerUnit = 0", "metersPerUnit = -1", "metersPerUnit = nan"] {
+        let error = with(broken).unwrap_err().to_string();
+        assert!(error.contains("metersPerUnit must be a positive number"), "{error}");
+    }
 }

@@ -61,10 +61,10 @@ pub struct Group {
     #[arg(long, value_parser = vector, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub comb: Option<[f32; 3]>,
     /// Angle between strand and surface at the root, degrees; [-90, 90] [50].
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG")]
     pub lift: Option<f32>,
     /// How much nearer to the surface strands point at their tips, degrees; [-180, 180] [30].
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG")]
     pub bend: Option<f32>,
     /// Standard deviation of the direction from strand to strand, degrees; [0, 90] [9].
     #[arg(long, value_name = "DEG")]
@@ -85,7 +85,7 @@ pub struct Group {
     #[arg(long, value_name = "X")]
     pub curl: Option<f32>,
     /// Turns of a curl from root to tip; either way round [2].
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N")]
     pub curl_turns: Option<f32>,
     /// Waviness: how far tips stray, as a share of the length; 0 or more [0.05].
     #[arg(long, value_name = "X")]
@@ -99,8 +99,7 @@ pub struct Group {
     /// How many times wider guard hairs are than the rest; above 0 [1.4].
     #[arg(long, value_name = "X")]
     pub guard_width: Option<f32>,
-    /// Image at the mesh's uv that gives the strands' colour, as their reflectance; it stays a texture of the file that is
-    /// written.
+    /// Image at the mesh's uv that gives the strands their colour, as a texture of what the fibres absorb.
     #[arg(long, value_name = "IMAGE")]
     pub color: Option<PathBuf>,
 }
@@ -192,7 +191,7 @@ impl Group {
         self.comb.map_or(-up, Vec3::from)
     }
 
-    /// Its numbers, in the units of the mesh; `share` is that of its strands which `ground` gets.
+    /// Its numbers, in the units of the mesh and of the crate that grows it.
     pub fn settings(&self, ground: &Ground) -> Result<GrowSettings> {
         let checked = |name: &str, given: Option<f32>, fallback: f32, good: fn(f32) -> bool, range: &str| {
             let value = given.unwrap_or(fallback);

@@ -5,17 +5,22 @@ use crate::fiber_args::FiberArgs;
 use crate::render::load_usd;
 use anyhow::{Context, Result, bail};
 use glam::Vec3;
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use vellus::{Color, Fiber};
 use vellus_groom::{GrowSettings, Maps, Site, area, grow, read_obj};
 use vellus_scene::{Look, Mesh, Parameter, Scene, Surface, Texture, Tint, Value};
 
+/// The fibre where nothing says which: its medulla does not absorb, so that it takes on any colour.
+const FIBER: &str = "dog";
+/// Its colour then, as a reflectance; presets are grey, as the paper's fits are.
+const COLOR: [f32; 3] = [0.35, 0.16, 0.06];
+
 /// Grow fur on a mesh.
 ///
-/// Without options: 100,000 strands with guard hairs among them, their length in proportion to the mesh. What else is in the
-/// file of the mesh (lights, camera, other meshes and strands) stays.
+/// Without options: 100,000 strands with guard hairs among them, their length in proportion to
+/// the mesh. What else is in the file of the mesh (lights, camera, other meshes, strands) stays.
 ///
-/// A settings file has groups, each with the options' names (with _ for -) and `fiber`:
+/// A settings file has groups, each with the options' names (_ for -) and `fiber`:
 ///
 ///     [[group]]
 ///     name = "undercoat"
@@ -29,8 +34,10 @@ use vellus_scene::{Look, Mesh, Parameter, Scene, Surface, Texture, Tint, Value};
 ///     length = 2.5
 ///     width = 0.012
 ///     fiber = "raccoon"
+///
+/// Without --fiber and --set the fur is that of a brown dog.
 #[derive(clap::Args)]
-#[command(verbatim_doc_comment)]
+#[command(verbatim_doc_comment, allow_negative_numbers = true)]
 pub struct Args {
     /// Mesh: .usda, .usdc, .usdz or .obj.
     mesh: PathBuf,
@@ -64,8 +71,7 @@ pub fn run(args: &Args) -> Result<()> {
     };
     let mut scene = load(&args.mesh)?;
     let chosen = choose(&scene, &args.on)?;
-    // Colours by file, each once in the scene.
-    let mut colors = HashMap::new();
+    let mut skin = None;
     let z_up = scene.units.is_some_and(|units| units.z_up);
     let up = if z_up { Vec3::Z } else { Vec3::Y };
     let mut grown = Vec::new();
@@ -80,18 +86,14 @@ pub fn run(args: &Args) -> Result<()> {
         let seed = args.seed.wrapping_add((i as u64) << 32);
         let ground = Ground { area: areas.iter().sum(), groups: groups.len(), up, seed };
         let whole = group.settings(&ground)?;
-        let fiber = FiberArgs { fiber: group.fiber.clone().unwrap_or(args.fiber.fiber.clone()), ..args.fiber.clone() };
-        let mut look = Look::constant(fiber.name(), fiber.load()?);
+        let mut look = fur(&args.fiber, group)?;
         if let Some(path) = &group.color {
-            let texture = match colors.get(path) {
-                Some(&known) => known,
-                None => {
-                    scene.textures.push(vellus_usd::load_texture(path)?);
-                    colors.insert(path.clone(), scene.textures.len() - 1);
-                    scene.textures.len() - 1
-                }
-            };
-            look.textured.push((Parameter::Reflectance, Value { texture, scale: [1.0; 3] }));
+            let image = vellus_usd::load_texture(path)?;
+            let dye = |&color: &[f32; 3]| dyed(&look.fiber, color);
+            let dyes = Texture { pixels: image.pixels.iter().map(dye).collect::<Result<_, _>>()?, ..image.clone() };
+            look.textured.push((Parameter::SigmaCa, Value { texture: scene.textures.len(), scale: [1.0; 3] }));
+            scene.textures.push(dyes);
+            skin.get_or_insert(image);
         }
         scene.looks.push(look);
         let mut planted = 0.0;
@@ -122,8 +124,10 @@ pub fn run(args: &Args) -> Result<()> {
         scene = Scene { strands: grown, looks, textures, units, ..Scene::default() };
     } else {
         scene.strands.extend(grown);
-        if is_obj(&args.mesh) {
-            tint(&mut scene);
+        // An .obj file has no colours: its skin gets that of the fur.
+        if let (true, Some(image), [surface]) = (is_obj(&args.mesh), skin, &mut scene.surfaces[..]) {
+            surface.color = Tint { color: [0.5; 3], texture: Some(scene.textures.len()) };
+            scene.textures.push(image);
         }
     }
     vellus_usd::write(&scene, &args.output)?;
@@ -138,19 +142,39 @@ fn is_obj(path: &Path) -> bool {
 
 fn load(path: &Path) -> Result<Scene> {
     if !is_obj(path) {
-        return load_usd(path, &vellus_usd::Options { default_width: Some(0.0), ..Default::default() });
+        // Strands without widths are not what is wanted of the file: they do not keep fur from growing.
+        let mut scene = load_usd(path, &vellus_usd::Options { default_width: Some(0.0), ..Default::default() })?;
+        scene.strands.retain(|strands| {
+            let has_width = strands.points.iter().any(|p| p.w > 0.0);
+            if !has_width {
+                eprintln!("warning: {}: it has no widths, and is left out", strands.name);
+            }
+            has_width
+        });
+        return Ok(scene);
     }
     let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
     let meshes = read_obj(&bytes, &path.display().to_string())?;
     Ok(Scene { meshes, surfaces: vec![Surface::diffuse("skin", [0.18; 3])], ..Scene::default() })
 }
 
-/// An .obj file has no colours: its skin gets that of the fur, where an image gives it.
-fn tint(scene: &mut Scene) {
-    let texture = scene.looks.iter().flat_map(|look| &look.textured).map(|(_, value)| value.texture).next();
-    if let (Some(_), [surface]) = (texture, &mut scene.surfaces[..]) {
-        surface.color = Tint { color: [0.5; 3], texture };
+/// The fibre of a group.
+fn fur(args: &FiberArgs, group: &Group) -> Result<Look> {
+    let mut args = args.clone();
+    let is_default = args.is_default() && group.fiber.is_none();
+    args.fiber = group.fiber.clone().unwrap_or(if is_default { FIBER.to_owned() } else { args.fiber });
+    let mut fiber = args.load()?;
+    if is_default {
+        fiber.sigma_ca = dyed(&fiber, COLOR)?;
     }
+    Ok(Look::constant(args.name(), fiber))
+}
+
+/// The absorption that gives fur of this fibre a colour, roughly: light passes less cortex the wider the medulla is.
+fn dyed(fiber: &Fiber, color: [f32; 3]) -> Result<[f32; 3], vellus::Error> {
+    let held = color.map(|c| c.clamp(0.001, 0.999));
+    let sigma = Color::Reflectance(held).absorption(fiber.beta_n)?;
+    Ok(sigma.map(|sigma| (sigma / (1.0 - fiber.kappa)).min(1000.0)))
 }
 
 /// Indices of the meshes to grow on.

@@ -24,6 +24,9 @@ pub enum Command {
         /// File to write.
         #[arg(short, long, value_name = "FILE")]
         output: PathBuf,
+        /// Straight pieces of a .hair file that a curved segment becomes.
+        #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=64))]
+        pieces: u16,
     },
     Grow(Box<grow::Args>),
 }
@@ -32,7 +35,7 @@ pub enum Command {
 pub fn run(command: &Command) -> Result<()> {
     match command {
         Command::Info { input } => output::write(None, info::info(&input.load()?).as_bytes()),
-        Command::Convert { input, output } => convert(input, output),
+        Command::Convert { input, output, pieces } => convert(input, output, usize::from(*pieces)),
         Command::Grow(args) => grow::run(args),
     }
 }
@@ -45,7 +48,7 @@ fn check_output(path: &Path, kinds: &[&str]) -> Result<()> {
     output::writable(path)
 }
 
-fn convert(input: &Input, path: &Path) -> Result<()> {
+fn convert(input: &Input, path: &Path, pieces: usize) -> Result<()> {
     check_output(path, &["usda", "hair"])?;
     let scene = input.load()?;
     if path.extension().is_none_or(|e| e != "hair") {
@@ -56,7 +59,7 @@ fn convert(input: &Input, path: &Path) -> Result<()> {
     let [strands] = &scene.strands[..] else {
         bail!("a .hair file holds one set of strands, the scene has {}", scene.strands.len());
     };
-    let strands = vellus_groom::flatten(strands, 1);
+    let strands = vellus_groom::flatten(strands, pieces);
     let bytes = vellus_groom::write_hair(&strands).map_err(|e| anyhow!("{}: {e}", path.display()))?;
     output::write(Some(path), &bytes)?;
     println!("wrote {}", path.display());

@@ -60,8 +60,7 @@ impl Input {
 
     fn whole(&self) -> Result<Scene> {
         if let Some(scene) = vellus_groom::scene(&self.scene, self.small) {
-            let given = self.fiber.fiber != "red-fox" || !self.fiber.set.is_empty();
-            if given || self.width.is_some() || self.camera.is_some() || self.frame.is_some() {
+            if !self.fiber.is_default() || self.width.is_some() || self.camera.is_some() || self.frame.is_some() {
                 bail!(
                     "--fiber, --set, --width, --camera, --frame and --frames are for files: a built-in scene has its own"
                 );

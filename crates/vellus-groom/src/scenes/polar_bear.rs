@@ -38,7 +38,7 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
         // Refractive index of Yan17 Fig. 6; the dog's medulla, whose fit hardly absorbs, scatters.
         fiber: Fiber { eta: 1.45, ..Fiber::preset(Species::Dog) }.without_absorption(),
         melanin: &|_, _| [0.0, 0.0],
-        bare: vec![(eye, 1.25), (mirrored(eye), 1.25), (nose, 1.5)],
+        bare: [(eye, 1.25), (mirrored(eye), 1.25), (nose, 1.5)].into_iter().chain(lips()).collect(),
         // A polar bear's is black, but no real one has so few hairs.
         skin: 0.4,
     }
@@ -49,6 +49,19 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     }
     let wet = props::glossy("nose", [0.012; 3], 0.35);
     props::ellipsoid(&mut scene, nose, Vec3::new(1.2, 1.1, 1.6), Quat::IDENTITY, wet);
+    let skin = props::glossy("mouth", [0.02, 0.018, 0.018], 0.5);
+    props::ellipsoid(&mut scene, MOUTH, Vec3::new(4.3, 0.28, 2.75), Quat::from_rotation_z(-0.12), skin);
+    for (paw, x) in [(Vec3::new(16.5, 0.9, 7.0), 6.1), (Vec3::new(-15.0, 0.9, 7.6), 6.4)] {
+        for i in 0..5 {
+            let across = i as f32 - 2.0;
+            let claw = paw + Vec3::new(x - 0.28 * across * across, 0.0, 1.55 * across);
+            let turn = Quat::from_rotation_y(-0.12 * across) * Quat::from_rotation_z(-0.35);
+            for claw in [claw, mirrored(claw)] {
+                let horn = props::glossy("claw", [0.03, 0.027, 0.025], 0.25);
+                props::ellipsoid(&mut scene, claw, Vec3::new(1.25, 0.36, 0.38), turn, horn);
+            }
+        }
+    }
     props::ground(&mut scene, 20_000.0, [0.62, 0.65, 0.7]);
     let target = Vec3::new(8.0, 21.0, 0.0);
     scene.lights.push(props::window(Vec3::new(70.0, 150.0, 110.0), target, Vec2::splat(130.0), [6.0, 5.85, 5.6]));
@@ -63,6 +76,18 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     Ok(scene)
 }
 
+/// Middle of the slit between upper and lower jaw.
+const MOUTH: Vec3 = Vec3::new(43.2, 30.2, 0.0);
+
+/// Where the lips part the fur.
+fn lips() -> impl Iterator<Item = (Vec3, f32)> {
+    (0..13).flat_map(|i| {
+        let (sin, cos) = (-0.6 + 0.2 * i as f32 - 0.6).sin_cos();
+        let side = MOUTH + Vec3::new(4.0 * cos, -0.12 * 4.0 * cos, 2.5 * sin);
+        [(side, 0.55), (Vec3::new(side.x, side.y, -side.z), 0.55)]
+    })
+}
+
 pub(super) fn body() -> Body {
     let back = Flow::Along(Vec3::new(-1.0, -0.45, 0.0));
     let face = Flow::AwayFrom(Vec3::new(49.0, 31.5, 0.0));
@@ -75,6 +100,8 @@ pub(super) fn body() -> Body {
         .flowing(back)
         .ellipsoid([34.0, 35.0, 0.0], [6.8, 6.4, 6.8], straight, 3.0, face, 1.3)
         .cone([38.0, 33.6, 0.0], 3.9, [46.0, 31.6, 0.0], 2.5, 2.0, 0.6)
+        .flowing(face)
+        .cone([37.5, 30.9, 0.0], 2.9, [44.0, 29.7, 0.0], 1.7, 0.5, 0.6)
         .flowing(face)
         .cone([-25.0, 25.0, 0.0], 2.8, [-28.5, 21.5, 0.0], 2.0, 2.0, 2.2);
     let first = body.len();

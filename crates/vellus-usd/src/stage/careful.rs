@@ -3,7 +3,7 @@
 use super::guarded;
 use super::names::{check_default, check_name, check_path};
 use super::text_check::check_text;
-use crate::crate_check::{check_tables, check_value};
+use crate::crate_check::{check_tables, check_values};
 use openusd::{ar, sdf, usdc};
 use std::io::{self, Cursor, Read, Seek, SeekFrom};
 
@@ -70,7 +70,7 @@ fn check(bytes: &[u8]) -> Result<(), String> {
     if bytes.starts_with(usdc::MAGIC) {
         check_tables(bytes)?;
         let mut file = guarded(|| Ok(usdc::CrateFile::open(Cursor::new(bytes))?))?;
-        file.fields.iter().try_for_each(|field| check_value(bytes, field.value_rep.0))?;
+        check_values(bytes, file.fields.iter().map(|field| field.value_rep.0))?;
         file.paths.iter().try_for_each(|path| check_path(path.as_str()))?;
         let name_of = |index: usize| file.tokens.get(index).map_or("", String::as_str);
         let names =
