@@ -14,11 +14,11 @@ const LENGTH: f64 = 0.035;
 /// How many times they would cover that area, laid side by side: what their width follows from.
 const COVER: f64 = 1.6;
 
-/// One group of strands: what is not given has the value in brackets.
+/// One group of strands.
 #[derive(clap::Args, Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Group {
-    /// Its name in the file that is written [fur].
+    /// Its name in the file that is written; by default fur.
     #[arg(long)]
     pub name: Option<String>,
     /// A preset or file, as --fiber has; only in a settings file.
@@ -27,76 +27,76 @@ pub struct Group {
     /// Strands a square unit of the mesh; 0 or more.
     #[arg(long, value_name = "N", conflicts_with = "count")]
     pub density: Option<f32>,
-    /// Strands in all [100000].
+    /// Strands in all; by default 100000.
     #[arg(long, value_name = "N")]
     pub count: Option<usize>,
     /// Image at the mesh's uv that the density is multiplied by; its first channel, as it is stored.
     #[arg(long, value_name = "IMAGE")]
     pub density_map: Option<PathBuf>,
-    /// Length, in units of the mesh; above 0 [in proportion to the mesh].
+    /// Length, in units of the mesh; above 0; by default in proportion to the mesh.
     #[arg(long, value_name = "L")]
     pub length: Option<f32>,
-    /// Lengths are spread by this share to both sides; [0, 1) [0.25].
+    /// Lengths are spread by this share to both sides; [0, 1); by default 0.25.
     #[arg(long, value_name = "X")]
     pub length_variation: Option<f32>,
     /// Image at the mesh's uv that the length is multiplied by; nothing grows where it is 0.
     #[arg(long, value_name = "IMAGE")]
     pub length_map: Option<PathBuf>,
-    /// Width (diameter) at the root, in units of the mesh; 0 or more [such that strands cover the mesh].
+    /// Width (diameter) at the root, in units of the mesh; 0 or more; by default such that strands cover the mesh.
     #[arg(long, value_name = "W")]
     pub width: Option<f32>,
-    /// Widths are spread by this share to both sides; [0, 1) [0.15].
+    /// Widths are spread by this share to both sides; [0, 1); by default 0.15.
     #[arg(long, value_name = "X")]
     pub width_variation: Option<f32>,
-    /// Share of the width that is lost toward the tip; [0, 1] [0.75].
+    /// Share of the width that is lost toward the tip; [0, 1]; by default 0.75.
     #[arg(long, value_name = "X")]
     pub taper: Option<f32>,
-    /// Segments a strand; 1 or more [12].
+    /// Segments a strand; 1 or more; by default 12.
     #[arg(long, value_name = "N")]
     pub segments: Option<usize>,
-    /// Kind of curve: linear, bspline or catmull-rom [catmull-rom].
+    /// Kind of curve: linear, bspline or catmull-rom; by default catmull-rom.
     #[arg(long)]
     pub basis: Option<String>,
-    /// The way strands lie; it is laid onto the surface. 0,0,0 lets them stand upright [down].
+    /// The way strands lie; it is laid onto the surface. 0,0,0 lets them stand upright; by default down.
     #[arg(long, value_parser = vector, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub comb: Option<[f32; 3]>,
-    /// Angle between strand and surface at the root, degrees; [-90, 90] [50].
+    /// Angle between strand and surface at the root, degrees; [-90, 90]; by default 50.
     #[arg(long, value_name = "DEG")]
     pub lift: Option<f32>,
-    /// How much nearer to the surface strands point at their tips, degrees; [-180, 180] [30].
+    /// How much nearer to the surface strands point at their tips, degrees; [-180, 180]; by default 30.
     #[arg(long, value_name = "DEG")]
     pub bend: Option<f32>,
-    /// Standard deviation of the direction from strand to strand, degrees; [0, 90] [9].
+    /// Standard deviation of the direction from strand to strand, degrees; [0, 90]; by default 9.
     #[arg(long, value_name = "DEG")]
     pub spread: Option<f32>,
-    /// How strongly strands hang down toward their tips; 0 or more, at 1 by 45° from level [0.15].
+    /// How strongly strands hang down toward their tips; 0 or more, at 1 by 45° from level; by default 0.15.
     #[arg(long, value_name = "X")]
     pub gravity: Option<f32>,
-    /// Strands that draw together to a clump; below 2 none do [30].
+    /// Strands that draw together to a clump; below 2 none do; by default 30.
     #[arg(long, value_name = "N")]
     pub clump: Option<usize>,
-    /// How far the tips of a clump come together; [0, 1] [0.5].
+    /// How far the tips of a clump come together; [0, 1]; by default 0.5.
     #[arg(long, value_name = "X")]
     pub clump_strength: Option<f32>,
-    /// Whether clumps close near the root (below 1) or only near the tip (above 1); above 0 [1.4].
+    /// Whether clumps close near the root (below 1) or only near the tip (above 1); above 0; by default 1.4.
     #[arg(long, value_name = "X")]
     pub clump_shape: Option<f32>,
-    /// Radius of curls, as a share of the length; 0 or more [0].
+    /// Radius of curls, as a share of the length; 0 or more; by default 0.
     #[arg(long, value_name = "X")]
     pub curl: Option<f32>,
-    /// Turns of a curl from root to tip; either way round [2].
+    /// Turns of a curl from root to tip; either way round; by default 2.
     #[arg(long, value_name = "N")]
     pub curl_turns: Option<f32>,
-    /// Waviness: how far tips stray, as a share of the length; 0 or more [0.05].
+    /// Waviness: how far tips stray, as a share of the length; 0 or more; by default 0.05.
     #[arg(long, value_name = "X")]
     pub noise: Option<f32>,
-    /// Share of guard hairs among the strands; [0, 1] [0.15, and 0 where the settings file has several groups].
+    /// Share of guard hairs among the strands; [0, 1]; by default 0.15, and 0 where the settings file has several groups.
     #[arg(long, value_name = "X")]
     pub guard_share: Option<f32>,
-    /// How many times longer guard hairs are than the rest; above 0 [1.4].
+    /// How many times longer guard hairs are than the rest; above 0; by default 1.4.
     #[arg(long, value_name = "X")]
     pub guard_length: Option<f32>,
-    /// How many times wider guard hairs are than the rest; above 0 [1.4].
+    /// How many times wider guard hairs are than the rest; above 0; by default 1.4.
     #[arg(long, value_name = "X")]
     pub guard_width: Option<f32>,
     /// Image at the mesh's uv that gives the strands their colour, as a texture of what the fibres absorb.
