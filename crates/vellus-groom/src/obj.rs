@@ -134,6 +134,7 @@ impl Reader<'_> {
         let normals = corners(&|corner| corner.normal);
         let uv = corners(&|corner| corner.uv);
         self.meshes.push(Mesh {
+            moved: None,
             name: if self.name.is_empty() { "mesh".to_owned() } else { self.name.clone() },
             triangles: indices,
             normals: normals.map(|n| n.iter().map(|n| n.map(|i| self.normals[i])).collect()),
