@@ -81,6 +81,14 @@ pub fn writable(path: &Path) -> Result<()> {
     probe().with_context(|| format!("cannot write {}", path.display()))
 }
 
+/// Processor time of all threads since the program began, where the system tells it.
+pub fn cpu_time() -> Option<std::time::Duration> {
+    #[cfg(unix)]
+    return rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime).try_into().ok();
+    #[cfg(not(unix))]
+    None
+}
+
 /// Columns aligned to their widest cell, numbers to the right.
 pub fn align(rows: &[Vec<String>]) -> String {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);

@@ -92,11 +92,18 @@ impl<'a> Job<'a> {
 
     /// Renders, and writes what there is.
     pub fn run(mut self) -> Result<End> {
-        let start = Instant::now();
+        let (start, processor) = (Instant::now(), output::cpu_time());
+        let before = self.part.film.samples();
         let statistics = Statistics::default();
         let end = self.render(&statistics)?;
         let seconds = start.elapsed().as_secs_f64();
         self.report(&statistics, seconds);
+        if let (Some(a), Some(b)) = (processor, output::cpu_time()) {
+            let cpu = (b - a).as_secs_f64();
+            let pixels: usize = self.settings.area()[2..].iter().product();
+            let rate = (self.part.film.samples() - before) as f64 * pixels as f64 * 1e-3 / cpu.max(1e-9);
+            eprintln!("{cpu:.3} s of processor time, {rate:.1} thousand samples a second of it");
+        }
         let samples = self.part.film.samples();
         if samples == 0 {
             bail!("stopped before the first sample: nothing to write");
