@@ -1,0 +1,89 @@
+"""Mitsuba 3, kept running: a request a line on standard input, an answer a line on what was standard output.
+
+usage: mitsuba_worker.py VARIANT SCENES BALL
+"""
+
+import sys
+
+import worker
+
+ANSWER = worker.begin()
+
+import mitsuba as mi
+import numpy as np
+
+import scene
+
+variant, folder, ball = sys.argv[1], sys.argv[2], sys.argv[3]
+mi.set_variant(variant)
+rgb = lambda value: {"type": "rgb", "value": list(value)}
+place = lambda origin, target: mi.ScalarTransform4f().look_at(origin=origin, target=target, up=scene.UP)
+
+
+def skin():
+    data = np.load(f"{folder}/skin.npz")
+    mesh = mi.Mesh("skin", len(data["vertices"]), len(data["faces"]), has_vertex_normals=True)
+    parameters = mi.traverse(mesh)
+    parameters["vertex_positions"] = (data["vertices"] * scene.SKIN_RADIUS).ravel()
+    parameters["vertex_normals"] = data["vertices"].ravel()
+    parameters["faces"] = data["faces"].ravel()
+    parameters.update()
+    path = f"{folder}/skin-{variant}-{ball}.ply"
+    mesh.write_ply(path)
+    return path
+
+
+def load():
+    light = {"type": "area", "radiance": rgb(scene.LIGHT_RADIANCE)}
+    hair = {
+        "type": "hair",
+        "sigma_a": rgb(scene.ABSORPTION),
+        "longitudinal_roughness": scene.ROUGHNESS,
+        "azimuthal_roughness": scene.ROUGHNESS,
+        "scale_tilt": scene.TILT,
+        "int_ior": scene.IOR,
+        "ext_ior": 1.0,
+    }
+    return mi.load_dict(
+        {
+            "type": "scene",
+            # A depth of 1 is light that is seen directly.
+            "integrator": {"type": "path", "max_depth": scene.BOUNCES + 1, "rr_depth": scene.ROULETTE},
+            "sky": {"type": "constant", "radiance": rgb(scene.SKY)},
+            "light": {"type": "rectangle", "to_world": place(scene.LIGHT_AT, [0, 0, 0]), "emitter": light},
+            "skin": {"type": "ply", "filename": skin(), "bsdf": {"type": "diffuse", "reflectance": rgb(scene.SKIN_COLOR)}},
+            # Its linear curves give hair no frame: B-splines only.
+            "fur": {"type": "bsplinecurve", "filename": f"{folder}/{ball}.txt", "bsdf": hair},
+        }
+    )
+
+
+def sensor(view, width, height):
+    return mi.load_dict(
+        {
+            "type": "perspective",
+            "fov": scene.VIEWS[view],
+            "fov_axis": "y",
+            "to_world": place(scene.EYE, scene.TARGET),
+            "film": {"type": "hdrfilm", "width": width, "height": height, "rfilter": {"type": "box"}, "pixel_format": "rgb"},
+            "sampler": {"type": "independent"},
+        }
+    )
+
+
+clock = worker.Clock()
+world = load()
+if "llvm" in variant:
+    import drjit as dr
+
+    dr.eval()
+    dr.sync_thread()
+worker.answer(ANSWER, load=clock.seconds(), memory=worker.memory())
+for request in worker.requests():
+    camera = sensor(request["view"], *request["size"])
+    clock = worker.Clock()
+    image = np.array(mi.render(world, sensor=camera, spp=request["spp"], seed=request["seed"]))
+    spent = clock.seconds()
+    if request["path"]:
+        np.save(request["path"], image.astype(np.float32))
+    worker.answer(ANSWER, cpu=spent, memory=worker.memory())

@@ -1,0 +1,103 @@
+"""The renderers, all with the same two methods: render and close."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import scene
+
+HERE = Path(__file__).resolve().parent
+
+
+class Peer:
+    """A peer's process, kept running."""
+
+    def __init__(self, name, out, ball, script, *arguments):
+        self.name = name
+        log = open(out / f"{script}.log", "w")
+        command = [sys.executable, HERE / script, *arguments, out / "scenes", ball]
+        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log, text=True)
+        answer = self.answer()
+        self.load, self.memory = answer["load"], answer["memory"]
+
+    def answer(self):
+        line = self.process.stdout.readline()
+        if not line:
+            raise RuntimeError(f"{self.name} ended: see its log in target/peers")
+        return json.loads(line)
+
+    def ask(self, spp, seed, view, size, path):
+        request = {"spp": spp, "seed": seed, "view": view, "size": size, "path": str(path or "")}
+        print(json.dumps(request), file=self.process.stdin, flush=True)
+        answer = self.answer()
+        self.memory = answer["memory"]
+        return answer["cpu"]
+
+    def render(self, spp, seed, view, size=scene.SIZE, path=None):
+        """Processor seconds of that render."""
+        return self.ask(spp, seed, view, size, path)
+
+    def close(self):
+        self.process.stdin.close()
+        self.process.wait()
+
+
+class Cycles(Peer):
+    """Builds everything anew at each render: what the first sample takes longer than others is taken off."""
+
+    def render(self, spp, seed, view, size=scene.SIZE, path=None):
+        first = self.ask(1, seed, view, size, None)
+        return (self.ask(spp, seed, view, size, path) - first) * spp / (spp - 1)
+
+
+class Vellus:
+    """Our command; it says itself what rendering took."""
+
+    def __init__(self, name, out, ball, program, mode):
+        self.name, self.program, self.mode = name, program, mode
+        self.file = out / "scenes" / f"{ball}.usdc"
+        self.picture = out / f"vellus-{mode}.exr"
+        self.load = self.memory = None
+
+    def render(self, spp, seed, view, size=scene.SIZE, path=None):
+        picture = path.with_suffix(".exr") if path else self.picture
+        command = [self.program, "render", self.file, "--camera", view, "--mode", self.mode]
+        command += ["--max-depth", scene.BOUNCES, "--size", f"{size[0]}x{size[1]}", "--spp", spp, "--seed", seed]
+        command += ["--layers", "beauty", "--float", "--output", picture]
+        # GNU time would do, but is not everywhere.
+        code = (
+            "import resource, subprocess, sys\n"
+            "subprocess.run(sys.argv[1:], check=True, stdout=sys.stderr)\n"
+            "u = resource.getrusage(resource.RUSAGE_CHILDREN)\n"
+            "print(u.ru_utime + u.ru_stime, u.ru_maxrss)"
+        )
+        command = [sys.executable, "-c", code, *map(str, command)]
+        run = subprocess.run(command, capture_output=True, text=True)
+        if run.returncode:
+            raise RuntimeError(f"{self.name}: {run.stderr}")
+        total, memory = map(float, run.stdout.split())
+        spent = float(re.search(r"([\d.]+) s of processor time", run.stderr)[1])
+        # With reading and writing files.
+        self.load, self.memory = total - spent, memory / 1000
+        if path:
+            save(picture, path)
+        return spent
+
+    def close(self):
+        self.picture.unlink(missing_ok=True)
+        self.picture.with_suffix(".png").unlink(missing_ok=True)
+
+
+def save(picture, path):
+    """OpenEXR to NumPy, RGB."""
+    import mitsuba
+    import numpy
+
+    mitsuba.set_variant("scalar_rgb")
+    kind = mitsuba.Bitmap.PixelFormat.RGB
+    bitmap = mitsuba.Bitmap(str(picture)).convert(kind, mitsuba.Struct.Type.Float32, False)
+    numpy.save(path, numpy.array(bitmap))
+    picture.unlink()
+    picture.with_suffix(".png").unlink()

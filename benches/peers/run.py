@@ -1,0 +1,56 @@
+"""One command: installs the peers into target/peers, renders, writes target/peers/table.md. README.md tells the rest."""
+
+import argparse
+import glob
+import os
+import subprocess
+import sys
+import venv
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent.parent
+OUT = ROOT / "target" / "peers"
+
+
+def python():
+    """The virtual environment's interpreter; installs what is missing."""
+    if sys.version_info[:2] != (3, 11):
+        sys.exit("bpy 5.0.1 is made for Python 3.11 only: run this with it")
+    folder = OUT / "venv"
+    if not folder.exists():
+        venv.create(folder, with_pip=True)
+    interpreter = folder / "bin" / "python"
+    subprocess.run([interpreter, "-m", "pip", "install", "--quiet", "-r", HERE / "requirements.txt"], check=True)
+    return interpreter
+
+
+def llvm():
+    """Mitsuba's vector variant needs LLVM's library, which its wheel has not: the newest there is."""
+    if "DRJIT_LIBLLVM_PATH" in os.environ:
+        return os.environ["DRJIT_LIBLLVM_PATH"]
+    found = glob.glob("/usr/lib/*/libLLVM.so.*") + glob.glob("/usr/lib/llvm-*/lib/libLLVM.so.*")
+    version = lambda path: float(path.split(".so.")[1])
+    if not found:
+        sys.exit("no LLVM: install it (Debian: libllvm19), or set DRJIT_LIBLLVM_PATH")
+    return max(found, key=version)
+
+
+def main():
+    arguments = argparse.ArgumentParser(description=__doc__)
+    arguments.add_argument("--quick", action="store_true", help="fewer repeats and samples: about four minutes")
+    quick = arguments.parse_args().quick
+    OUT.mkdir(parents=True, exist_ok=True)
+    interpreter = python()
+    environment = os.environ | {"DRJIT_LIBLLVM_PATH": llvm()}
+    subprocess.run(["cargo", "build", "--release", "--quiet", "-p", "vellus-cli"], cwd=ROOT, check=True)
+    if not (OUT / "scenes" / "done").exists():
+        (OUT / "scenes").mkdir(exist_ok=True)
+        subprocess.run([interpreter, HERE / "fur.py", OUT / "scenes"], check=True)
+        (OUT / "scenes" / "done").touch()
+    command = [interpreter, HERE / "compare.py", OUT, ROOT / "target" / "release" / "vellus"]
+    sys.exit(subprocess.run(command + ["--quick"] * quick, env=environment).returncode)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,44 @@
+"""What the peers' processes share: requests and answers as JSON lines, CPU time, memory."""
+
+import json
+import os
+import resource
+import sys
+
+
+def begin():
+    """Keeps standard output for answers; what libraries print goes to standard error."""
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)
+    return answers
+
+
+def requests():
+    """Until standard input ends."""
+    for line in sys.stdin:
+        yield json.loads(line)
+
+
+def answer(file, **values):
+    print(json.dumps(values), file=file, flush=True)
+
+
+class Clock:
+    """User and system time of all threads since it was made."""
+
+    def __init__(self):
+        self.start = self.now()
+
+    @staticmethod
+    def now():
+        usage = resource.getrusage(resource.RUSAGE_SELF)
+        return usage.ru_utime + usage.ru_stime
+
+    def seconds(self):
+        return self.now() - self.start
+
+
+def memory():
+    """Peak resident memory in MB."""
+    with open("/proc/self/status") as file:
+        return next(int(line.split()[1]) for line in file if line.startswith("VmHWM")) / 1000
