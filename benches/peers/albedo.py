@@ -1,4 +1,4 @@
-"""Light a single strand scatters when lit and seen across, over its whole width: the same in all models, if they agree."""
+"""Light a single strand scatters over its whole width when lit across: the same in all models, if they agree."""
 
 import json
 import subprocess
@@ -9,7 +9,7 @@ import scene
 
 
 def exact():
-    """Fresnel's, Beer's and Snell's laws and all inner reflections (Chiang et al. 2016): the sum of a geometric series."""
+    """Fresnel, Beer and Snell, all inner reflections (Chiang et al. 2016): the sum of a geometric series."""
     n = 20_000
     h = (np.arange(n) + 0.5) / n
     cos = np.sqrt(1 - h * h)
@@ -23,9 +23,9 @@ def exact():
 
 def ours(program):
     """The closed form of our command."""
-    fiber = {key: ",".join(map(str, value)) if isinstance(value, tuple) else value for key, value in scene.our_fiber().items()}
-    settings = [word for key, value in fiber.items() for word in ("--set", f"{key}={value}")]
-    command = [program, "energy", "--fiber", "human", "--window", "far", "--format", "json", *settings]
+    command = [program, "energy", "--fiber", "human", "--window", "far", "--format", "json"]
+    for key, value in scene.our_fiber().items():
+        command += ["--set", f"{key}={','.join(map(str, value)) if isinstance(value, tuple) else value}"]
     answer = json.loads(subprocess.run(list(map(str, command)), capture_output=True, text=True, check=True).stdout)
     return np.array(answer["lobes"]["total"]["closed_form"])
 

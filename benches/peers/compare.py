@@ -4,6 +4,7 @@ usage: compare.py OUT VELLUS [--quick]
 """
 
 import json
+import resource
 import subprocess
 import sys
 import time
@@ -88,14 +89,16 @@ def quality(table, ball, renderers, spps, count, out):
     table.rows(["renderer", "samples a pixel", "cpu-s", "RMSE", "relMSE"], rows)
     rows = []
     for name, q in found.items():
+        # To the error of the peer's last row.
         times = [q.seconds_to(peer.mse[-1]), q.seconds_to(peer.relative[-1], relative=True)]
-        ratios = [base / t for base, t in zip((peer.seconds[-1],) * 2, times)]
+        ratios = [peer.seconds[-1] / t for t in times]
         first = goal(ratios[0], least=GOAL_QUALITY) if name == MULTI else f"{ratios[0]:.2f}"
         rows.append([name, f"{times[0]:.2f}", first, f"{times[1]:.2f}", f"{ratios[1]:.2f}"])
-    head = ["to the error of Mitsuba's last row", "cpu-s, same RMSE", "times faster", "cpu-s, same relMSE", "times faster"]
+    head = ["to Mitsuba's last error", "cpu-s, same RMSE", "times faster", "cpu-s, same relMSE", "times faster"]
     table.rows(head, rows)
-    means = ", ".join(f"{name} {' '.join(f'{x:.4f}' for x in q.mean.mean((0, 1)))}" for name, q in found.items())
-    table.line(f"Mean RGB of the converged images: {means}. Their own error is {peer.own:.2f} of the last rows' and taken off.")
+    means = [name + "".join(f" {x:.4f}" for x in q.mean.mean((0, 1))) for name, q in found.items()]
+    table.line(f"Mean RGB of the converged images: {', '.join(means)}.")
+    table.line(f"Their own error is {peer.own:.2f} of the last rows'; it is taken off.")
     table.line()
     return {name: {"spp": q.spps, "cpu": q.seconds, "mse": q.mse, "relmse": q.relative} for name, q in found.items()}
 
@@ -119,16 +122,19 @@ def main():
         kinds = [LLVM, *([] if quick else [SCALAR]), CYCLES, NEAR, MULTI]
         renderers = [start(kind, out, program, ball) for kind in kinds]
         record[ball] = speed(table, ball, renderers, spp // 2 if quick else spp, 3)
-        chosen = [r for r in renderers if r.name in (LLVM, NEAR, MULTI)]
-        if not (quick and ball == "10K"):
-            record[f"{ball} quality"] = quality(table, ball, chosen, (4, 16, 64), 3 if quick else 8, out)
-        if ball == "10K":
+        if ball == "10K" or not quick:
             compared = [r for r in renderers if r.name in (NEAR, LLVM, CYCLES)]
-            table.line("## Pictures: 10K strands, comparison.png")
-            table.rows(*picture.compare(compared, 16 if quick else 64, out))
+            file = out / f"comparison-{ball}.png"
+            table.line(f"## Pictures: {ball} strands, {file.name}")
+            table.rows(*picture.compare(compared, (16 if quick else 64) if ball == "10K" else 16, file))
+        if ball == "200K" or not quick:
+            chosen = [r for r in renderers if r.name in ((LLVM, MULTI) if quick else (LLVM, NEAR, MULTI))]
+            record[f"{ball} quality"] = quality(table, ball, chosen, (4, 16, 64), 3 if quick else 8, out)
         for renderer in renderers:
             renderer.close()
-    table.line(f"Took {(time.time() - began) / 60:.1f} minutes.")
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    spent = (used.ru_utime + used.ru_stime) / 60
+    table.line(f"Took {(time.time() - began) / 60:.1f} minutes, {spent:.1f} of processor time.")
     (out / "table.md").write_text(table.text)
     (out / "table.json").write_text(json.dumps(record, indent=1))
 

@@ -3,6 +3,7 @@
 usage: cycles_worker.py SCENES BALL
 """
 
+import os
 import sys
 
 import worker
@@ -128,6 +129,7 @@ def render(spp, seed, view, size, path):
         image.pixels.foreach_get(pixels)
         np.save(path, pixels.reshape(size[1], size[0], 4)[::-1, :, :3])
         bpy.data.images.remove(image)
+        os.remove(path.replace(".npy", ".exr"))
     return spent
 
 

@@ -9,7 +9,7 @@ import scene
 
 
 def grow(strands, segments, radius, seed=1234):
-    """Control points of uniform cubic B-splines, and the radius at each: (strands, segments + 3, 3), (segments + 3)."""
+    """Control points of uniform cubic B-splines, and the radius at each: (strands, n, 3), (n)."""
     g = np.random.default_rng(seed)
     t = np.linspace(0, 1, segments + 1)[None, :, None]
     # Roots on the unit sphere, one in each of as many rings of the same area.
@@ -39,10 +39,8 @@ def grow(strands, segments, radius, seed=1234):
 def skin(rings=64, around=128):
     """Vertices, which are normals too, and triangles of the unit sphere."""
     theta, phi = np.linspace(0, np.pi, rings + 1), np.linspace(0, 2 * np.pi, around, endpoint=False)
-    ring = np.stack(
-        [np.outer(np.sin(theta), np.cos(phi)), np.outer(np.sin(theta), np.sin(phi)), np.outer(np.cos(theta), phi * 0 + 1)],
-        -1,
-    )
+    sin, cos = np.sin(theta)[:, None], np.cos(theta)[:, None]
+    ring = np.stack([sin * np.cos(phi), sin * np.sin(phi), cos + 0 * phi], -1)
     vertices = np.concatenate([[[0, 0, 1]], ring[1:-1].reshape(-1, 3), [[0, 0, -1]]])
     last = len(vertices) - 1
     at = lambda y, x: 1 + y * around + x % around
@@ -62,6 +60,16 @@ def write_text(path, points, radii):
     with open(path, "w") as file:
         for row in rows.reshape(len(points), -1):
             file.write(form % tuple(row))
+
+
+def write_ply(path, vertices, faces):
+    """The skin, with normals."""
+    with open(path, "w") as file:
+        file.write(f"ply\nformat ascii 1.0\nelement vertex {len(vertices)}\n")
+        file.writelines(f"property float {name}\n" for name in ("x", "y", "z", "nx", "ny", "nz"))
+        file.write(f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n")
+        np.savetxt(file, np.concatenate([vertices * scene.SKIN_RADIUS, vertices], 1), "%.7g")
+        np.savetxt(file, np.insert(faces, 0, 3, axis=1), "%d")
 
 
 def write_usd(path, points, radii):
@@ -131,6 +139,7 @@ def main(folder):
         write_usd(folder / f"{name}.usdc", points, radii)
     vertices, faces = skin()
     np.savez(folder / "skin.npz", vertices=vertices, faces=faces)
+    write_ply(folder / "skin.ply", vertices, faces)
 
 
 if __name__ == "__main__":

@@ -16,8 +16,7 @@ def rates(renderers, spp, repeats):
     """Thousand samples a processor second of each, all repeats, in turns."""
     samples = scene.SIZE[0] * scene.SIZE[1] * spp / 1000
     for renderer in renderers:
-        # Compiles kernels, fills caches.
-        renderer.render(spp, 0, "close")
+        renderer.warm(spp, "close")
     found = {renderer.name: [] for renderer in renderers}
     for repeat in range(repeats):
         for renderer in renderers:
@@ -34,9 +33,8 @@ def summary(values):
 class Quality:
     """Mean squared error over processor time of one renderer, against its own converged image.
 
-    That image is the mean of `count` independent renders; the variance between them is the error of one against
-    the image they converge to (Bessel's correction: no bias from their own number). Renders with fewer samples are
-    compared with that mean, less the mean's own variance.
+    That image is the mean of `count` independent renders, which are themselves compared each with the mean of the
+    others. The variance of the mean is known from theirs, and taken off: what is left has no bias from their number.
     """
 
     def __init__(self, renderer, spps, count, path):
@@ -44,25 +42,29 @@ class Quality:
             seconds = renderer.render(spp, seed, "whole", SMALL, path)
             return seconds, np.load(path).astype(np.float64)
 
-        renderer.render(spps[-1], 0, "whole", SMALL)
+        renderer.warm(spps[-1], "whole", SMALL)
         runs = [image(spps[-1], 1000 + i) for i in range(count)]
-        stack = np.stack([run[1] for run in runs])
-        self.mean, variance = stack.mean(0), stack.var(0, ddof=1)
-        scale = self.mean.mean(-1, keepdims=True) ** 2 + DARK**2
+        total = sum(run[1] for run in runs)
+        self.mean = total / count
         self.spps, self.seconds, self.mse, self.relative = [], [], [], []
+        variance = np.var([run[1] for run in runs], axis=0, ddof=1) / count
         for spp in spps[:-1]:
             few = [image(spp, 2000 + i) for i in range(3)]
-            error = np.mean([(run[1] - self.mean) ** 2 for run in few], 0) - variance / count
-            self.add(spp, median(run[0] for run in few), error, scale)
-        self.add(spps[-1], median(run[0] for run in runs), variance, scale)
-        # How far the converged image itself is off, beside what is measured at the most samples.
+            errors = [((run[1] - self.mean) ** 2 - variance, self.mean) for run in few]
+            self.add(spp, [run[0] for run in few], errors)
+        # Each against the mean of the others, whose variance is a share 1/(count - 1) of its own.
+        others = [(total - run[1]) / (count - 1) for run in runs]
+        errors = [((run[1] - mean) ** 2 * (count - 1) / count, mean) for run, mean in zip(runs, others)]
+        self.add(spps[-1], [run[0] for run in runs], errors)
+        # Error of the converged image, beside that of one of the renders it is the mean of.
         self.own = (1 / count) ** 0.5
 
-    def add(self, spp, seconds, error, scale):
+    def add(self, spp, seconds, errors):
         self.spps.append(spp)
-        self.seconds.append(seconds)
-        self.mse.append(error.mean())
-        self.relative.append((error / scale).mean())
+        self.seconds.append(median(seconds))
+        self.mse.append(np.mean([error.mean() for error, _ in errors]))
+        relative = [error.mean(-1) / (mean.mean(-1) ** 2 + DARK**2) for error, mean in errors]
+        self.relative.append(np.mean(relative))
 
     def seconds_to(self, error, relative=False):
         """Processor seconds to that error: between measured numbers of samples, or beyond them, a power law."""

@@ -20,21 +20,9 @@ rgb = lambda value: {"type": "rgb", "value": list(value)}
 place = lambda origin, target: mi.ScalarTransform4f().look_at(origin=origin, target=target, up=scene.UP)
 
 
-def skin():
-    data = np.load(f"{folder}/skin.npz")
-    mesh = mi.Mesh("skin", len(data["vertices"]), len(data["faces"]), has_vertex_normals=True)
-    parameters = mi.traverse(mesh)
-    parameters["vertex_positions"] = (data["vertices"] * scene.SKIN_RADIUS).ravel()
-    parameters["vertex_normals"] = data["vertices"].ravel()
-    parameters["faces"] = data["faces"].ravel()
-    parameters.update()
-    path = f"{folder}/skin-{variant}-{ball}.ply"
-    mesh.write_ply(path)
-    return path
-
-
 def load():
     light = {"type": "area", "radiance": rgb(scene.LIGHT_RADIANCE)}
+    skin = {"type": "diffuse", "reflectance": rgb(scene.SKIN_COLOR)}
     hair = {
         "type": "hair",
         "sigma_a": rgb(scene.ABSORPTION),
@@ -51,7 +39,7 @@ def load():
             "integrator": {"type": "path", "max_depth": scene.BOUNCES + 1, "rr_depth": scene.ROULETTE},
             "sky": {"type": "constant", "radiance": rgb(scene.SKY)},
             "light": {"type": "rectangle", "to_world": place(scene.LIGHT_AT, [0, 0, 0]), "emitter": light},
-            "skin": {"type": "ply", "filename": skin(), "bsdf": {"type": "diffuse", "reflectance": rgb(scene.SKIN_COLOR)}},
+            "skin": {"type": "ply", "filename": f"{folder}/skin.ply", "bsdf": skin},
             # Its linear curves give hair no frame: B-splines only.
             "fur": {"type": "bsplinecurve", "filename": f"{folder}/{ball}.txt", "bsdf": hair},
         }
@@ -59,13 +47,14 @@ def load():
 
 
 def sensor(view, width, height):
+    film = {"type": "hdrfilm", "width": width, "height": height, "rfilter": {"type": "box"}, "pixel_format": "rgb"}
     return mi.load_dict(
         {
             "type": "perspective",
             "fov": scene.VIEWS[view],
             "fov_axis": "y",
             "to_world": place(scene.EYE, scene.TARGET),
-            "film": {"type": "hdrfilm", "width": width, "height": height, "rfilter": {"type": "box"}, "pixel_format": "rgb"},
+            "film": film,
             "sampler": {"type": "independent"},
         }
     )

@@ -26,13 +26,13 @@ def tint(ratio):
     return np.stack([0.5 + 0.5 * off, 0.5 - 0.3 * abs(off), 0.5 - 0.5 * off], -1)
 
 
-def compare(renderers, spp, out):
-    """Writes comparison.png; a head and rows for the table. The first of the renderers is ours."""
+def compare(renderers, spp, file):
+    """Writes the picture; a head and rows for the table."""
     import mitsuba as mi
 
     images = []
     for renderer in renderers:
-        path = out / f"{renderer.name.replace(' ', '-')}.npy"
+        path = file.with_suffix(".npy")
         renderer.render(spp, 77, "close", scene.SIZE, path)
         images.append((renderer.name, np.load(path).astype(np.float64)))
     ours = next(image for name, image in images if name.startswith("Vellus"))
@@ -48,7 +48,8 @@ def compare(renderers, spp, out):
     blank = np.ones_like(ours)
     top = np.concatenate([shown(ours)] + [shown(image) for _, image in images if image is not ours], 1)
     bottom = np.concatenate([blank] + ratios, 1)
+    path.unlink()
     mi.set_variant("scalar_rgb")
     sheet = (np.concatenate([top, bottom], 0) * 255 + 0.5).astype(np.uint8)
-    mi.Bitmap(sheet).write(str(out / "comparison.png"))
+    mi.Bitmap(sheet).write(str(file))
     return ["mean over fur", "R", "G", "B", "Vellus / it: R", "G", "B"], rows

@@ -35,6 +35,10 @@ class Peer:
         self.memory = answer["memory"]
         return answer["cpu"]
 
+    def warm(self, spp, view, size=scene.SIZE):
+        """Compiles what that needs."""
+        self.ask(spp, 0, view, size, None)
+
     def render(self, spp, seed, view, size=scene.SIZE, path=None):
         """Processor seconds of that render."""
         return self.ask(spp, seed, view, size, path)
@@ -46,6 +50,9 @@ class Peer:
 
 class Cycles(Peer):
     """Builds everything anew at each render: what the first sample takes longer than others is taken off."""
+
+    def warm(self, spp, view, size=scene.SIZE):
+        pass
 
     def render(self, spp, seed, view, size=scene.SIZE, path=None):
         first = self.ask(1, seed, view, size, None)
@@ -60,6 +67,9 @@ class Vellus:
         self.file = out / "scenes" / f"{ball}.usdc"
         self.picture = out / f"vellus-{mode}.exr"
         self.load = self.memory = None
+
+    def warm(self, spp, view, size=scene.SIZE):
+        pass
 
     def render(self, spp, seed, view, size=scene.SIZE, path=None):
         picture = path.with_suffix(".exr") if path else self.picture

@@ -1,4 +1,4 @@
-"""One command: installs the peers into target/peers, renders, writes target/peers/table.md. README.md tells the rest."""
+"""One command: installs the peers into target/peers, renders, writes table.md there. README.md tells more."""
 
 import argparse
 import glob
