@@ -64,12 +64,13 @@ def write_text(path, points, radii):
 
 def write_ply(path, vertices, faces):
     """The skin, with normals."""
-    with open(path, "w") as file:
-        file.write(f"ply\nformat ascii 1.0\nelement vertex {len(vertices)}\n")
-        file.writelines(f"property float {name}\n" for name in ("x", "y", "z", "nx", "ny", "nz"))
-        file.write(f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n")
-        np.savetxt(file, np.concatenate([vertices * scene.SKIN_RADIUS, vertices], 1), "%.7g")
-        np.savetxt(file, np.insert(faces, 0, 3, axis=1), "%d")
+    rows = np.zeros(len(faces), [("count", "u1"), ("vertices", "<i4", 3)])
+    rows["count"], rows["vertices"] = 3, faces
+    head = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\n"
+    head += "".join(f"property float {name}\n" for name in ("x", "y", "z", "nx", "ny", "nz"))
+    head += f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    data = np.concatenate([vertices * scene.SKIN_RADIUS, vertices], 1).astype("<f4")
+    path.write_bytes(head.encode() + data.tobytes() + rows.tobytes())
 
 
 def write_usd(path, points, radii):

@@ -56,6 +56,7 @@ class Quality:
         others = [(total - run[1]) / (count - 1) for run in runs]
         errors = [((run[1] - mean) ** 2 * (count - 1) / count, mean) for run, mean in zip(runs, others)]
         self.add(spps[-1], [run[0] for run in runs], errors)
+        path.unlink()
         # Error of the converged image, beside that of one of the renders it is the mean of.
         self.own = (1 / count) ** 0.5
 
