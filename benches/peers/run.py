@@ -44,10 +44,12 @@ def main():
     interpreter = python()
     environment = os.environ | {"DRJIT_LIBLLVM_PATH": llvm()}
     subprocess.run(["cargo", "build", "--release", "--quiet", "-p", "vellus-cli"], cwd=ROOT, check=True)
-    if not (OUT / "scenes" / "done").exists():
-        (OUT / "scenes").mkdir(exist_ok=True)
-        subprocess.run([interpreter, HERE / "fur.py", OUT / "scenes"], check=True)
-        (OUT / "scenes" / "done").touch()
+    done = OUT / "scenes" / "done"
+    sources = max((HERE / name).stat().st_mtime for name in ("fur.py", "scene.py"))
+    if not done.exists() or done.stat().st_mtime < sources:
+        done.parent.mkdir(exist_ok=True)
+        subprocess.run([interpreter, HERE / "fur.py", done.parent], check=True)
+        done.touch()
     command = [interpreter, HERE / "compare.py", OUT, ROOT / "target" / "release" / "vellus"]
     sys.exit(subprocess.run(command + ["--quick"] * quick, env=environment).returncode)
 
