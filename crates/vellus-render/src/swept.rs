@@ -93,11 +93,10 @@ impl Cubic {
         for _ in 0..12 {
             let Step { step, t, meets } = cone_step(self.at(u), self.slope(u))?;
             let next = u + step.clamp(-0.5, 0.5);
-            if !meets && step.abs() < 1e-3 {
-                // A miss that stays is one: this is the curve itself.
-                return None;
-            }
-            if meets && step.abs() < CLOSE {
+            if step.abs() < CLOSE {
+                if !meets {
+                    return None;
+                }
                 let inside = next >= low - 1e-4 && next <= high + 1e-4;
                 return (inside && t > 0.0 && t < limit).then_some(Entry { t, u: next.clamp(0.0, 1.0) });
             }
