@@ -11,7 +11,6 @@ mod embree;
 
 use glam::{Vec3, Vec4Swizzles};
 use rustix::time::{ClockId, clock_gettime};
-use std::time::Instant;
 use vellus_render::{Curves, Ray};
 use vellus_scene::{Basis, Strands};
 
@@ -63,13 +62,15 @@ fn ball(count: usize, basis: Basis, radius: f32) -> Strands {
 
 /// Millions of rays a second of this thread's processor time, in one pass.
 fn rate(rays: &[Ray], f: impl Fn(&Ray) -> bool) -> f64 {
-    let now = || {
-        let time = clock_gettime(ClockId::ThreadCPUTime);
-        time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
-    };
-    let start = now();
+    let start = time(ClockId::ThreadCPUTime);
     std::hint::black_box(rays.iter().filter(|ray| f(ray)).count());
-    rays.len() as f64 / (now() - start) * 1e-6
+    rays.len() as f64 / (time(ClockId::ThreadCPUTime) - start) * 1e-6
+}
+
+/// Seconds.
+fn time(clock: ClockId) -> f64 {
+    let time = clock_gettime(clock);
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
 fn median(mut values: [f64; 5]) -> f64 {
@@ -89,12 +90,13 @@ fn main() {
                 continue;
             }
             let strands = ball(count, basis, radius);
-            let start = Instant::now();
-            let curves = Curves::new(vec![strands.clone()]);
-            let (seconds, segments) = (start.elapsed().as_secs_f64(), curves.segments());
+            let (start, copy) = (time(ClockId::ProcessCPUTime), strands.clone());
+            let curves = Curves::new(vec![copy]);
+            let millions = curves.segments() as f64 * 1e-6;
             println!(
-                "{count} × 20 {basis:?}: built in {seconds:.2} s, {:.1} bytes a segment",
-                curves.bytes() as f64 / segments as f64
+                "{count} × 20 {basis:?}: {:.2} s of processor time to build a million segments, {:.1} bytes a segment",
+                (time(ClockId::ProcessCPUTime) - start) / millions,
+                curves.bytes() as f64 * 1e-6 / millions
             );
             let mut random = Random(1);
             let eye = Vec3::new(0.0, -12.0, 0.0);
@@ -153,9 +155,10 @@ struct Yardstick(Result<embree::Embree, String>);
 #[cfg(feature = "embree")]
 impl Yardstick {
     fn new(strands: &Strands) -> Self {
-        let start = Instant::now();
+        let start = time(ClockId::ProcessCPUTime);
         let embree = embree::Embree::new(strands);
-        println!("  Embree built in {:.2} s", start.elapsed().as_secs_f64());
+        let millions = strands.segments() as f64 * 1e-6;
+        println!("  Embree: {:.2} s of processor time a million", (time(ClockId::ProcessCPUTime) - start) / millions);
         Yardstick(embree)
     }
 
