@@ -5,9 +5,11 @@
 //! - [`build`]: both together, into a table file.
 //! - [`check`]: how good a table is.
 //! - [`mod@reference`]: light in the whole fibre, to judge the model by.
+//! - [`mod@profile`]: that light as a gantry would measure it, with a rough cuticle.
 
 pub mod build;
 pub mod check;
 pub mod compress;
 pub mod medulla;
+pub mod profile;
 pub mod reference;

@@ -2,22 +2,27 @@
 //!
 //! A smooth dielectric cylinder of radius 1 with `layers` cuticle slabs, an absorbing cortex, a
 //! concentric medulla that scatters (Henyey–Greenstein) and absorbs, total internal reflection, any
-//! inclination, no cuticle tilt and no roughness. Photons are traced in three dimensions; nothing of the
-//! model's closed forms is used but the cuticle's reflectance.
+//! inclination. Photons are traced in three dimensions; nothing of the model's closed forms is used but the
+//! cuticle's reflectance. [`energies`] has the cuticle smooth and its scales flat; [`crate::profile`] has them rough and tilted.
 //!
 //! R, TT and TRT carry the same energy in the model. Scattered light does not: the model lets
 //! it leave the fibre unreflected, here most of it is totally reflected inside, many times.
 
 use crate::medulla::{SimRng, Vec3, scatter, stream, uniform2};
+use crate::profile::Surface;
 use rayon::prelude::*;
 use vellus::oracle::fresnel;
 use vellus::{Error, Fiber};
 
 /// Photons traced by one random stream; the unit of work for threads.
-const CHUNK: u64 = 1 << 14;
+pub(crate) const CHUNK: u64 = 1 << 14;
 
 /// Below this share of its initial energy a photon plays Russian roulette.
 const ROULETTE: f64 = 1e-3;
+
+/// Photons that have met the cuticle more often than this play Russian roulette each time, with this chance to go on.
+const LONG: u32 = 100;
+const SURVIVE: f64 = 0.9;
 
 /// What became of the light, as a fraction of what hit the fibre's width.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,7 +99,7 @@ pub fn energies(
     if photons < 2 {
         return Err(out_of_range("photons", photons as f64, "photons must be at least 2"));
     }
-    let tracer = Tracer::new(fiber);
+    let tracer = Tracer::new(fiber, Surface::SMOOTH);
     let sums: Vec<Sums> = (0..photons.div_ceil(CHUNK))
         .into_par_iter()
         .map(|chunk| {
@@ -103,12 +108,16 @@ pub fn energies(
             let range = chunk * CHUNK..((chunk + 1) * CHUNK).min(photons);
             let count = range.end - range.start;
             for k in range {
+                let mut photon = [[0.0; 3]; 6];
                 let h = match offsets {
                     Offsets::At(h) => h,
                     // Stratified over the width; the error is then overestimated, never under.
                     Offsets::Whole => 2.0 * (k as f64 + f64::from(uniform2(&mut rng).0)) / photons as f64 - 1.0,
                 };
-                sums.add(&tracer.photon(theta_o, h, &mut rng));
+                tracer.photon(theta_o, h, &mut rng, &mut |fate, _, energy| {
+                    (0..3).for_each(|c| photon[fate as usize][c] += energy[c]);
+                });
+                sums.add(&photon);
             }
             tick(count);
             sums
@@ -169,7 +178,7 @@ impl Sums {
 }
 
 /// The fibre in f64.
-struct Tracer {
+pub(crate) struct Tracer {
     eta: f64,
     layers: f64,
     kappa: f64,
@@ -177,10 +186,24 @@ struct Tracer {
     sigma_ma: [f64; 3],
     sigma_ms: f64,
     g: f32,
+    surface: Surface,
+}
+
+/// What the cuticle does to light that meets it.
+struct Meeting {
+    /// Share reflected.
+    f: f64,
+    reflected: [f64; 3],
+    /// Meaningless under total reflection.
+    refracted: [f64; 3],
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 impl Tracer {
-    fn new(fiber: &Fiber) -> Self {
+    pub(crate) fn new(fiber: &Fiber, surface: Surface) -> Self {
         Tracer {
             eta: fiber.eta.into(),
             layers: fiber.layers.into(),
@@ -189,6 +212,7 @@ impl Tracer {
             sigma_ma: fiber.sigma_ma.map(f64::from),
             sigma_ms: fiber.sigma_ms.into(),
             g: fiber.g,
+            surface,
         }
     }
 
@@ -197,25 +221,62 @@ impl Tracer {
         fresnel(self.eta, self.layers, cos_outside)
     }
 
-    /// Energy of one photon by fate.
-    fn photon(&self, theta_o: f64, h: f64, rng: &mut SimRng) -> [[f64; 3]; 6] {
-        let mut out = [[0.0; 3]; 6];
-        // The first two decisions are split, not gambled: R exactly, and the rest goes on inside.
-        let cos_gamma = (1.0 - h * h).max(0.0).sqrt();
-        let f = self.reflectance(theta_o.cos() * cos_gamma);
-        out[0] = [f; 3];
-        let mut energy = [1.0 - f; 3];
-        let start = energy[0];
-        if start <= 0.0 {
-            return out;
+    /// Light travelling along `d` meets a facet of the cuticle with normal `n`.
+    fn meet(&self, d: [f64; 3], n: [f64; 3], entering: bool) -> Meeting {
+        let along = dot(d, n);
+        let (cos, ratio, side) = if entering { (-along, 1.0 / self.eta, 1.0) } else { (along, self.eta, -1.0) };
+        let cos = cos.clamp(0.0, 1.0);
+        let sin2 = ratio * ratio * (1.0 - cos * cos);
+        let cos_t = (1.0 - sin2).max(0.0).sqrt();
+        let f = if sin2 >= 1.0 { 1.0 } else { self.reflectance(if entering { cos } else { cos_t }) };
+        Meeting {
+            f,
+            reflected: [0, 1, 2].map(|k| d[k] - 2.0 * along * n[k]),
+            refracted: [0, 1, 2].map(|k| ratio * d[k] + side * (ratio * cos - cos_t) * n[k]),
         }
+    }
+
+    /// Light meets the cuticle at `p`, where the smooth normal is `p` itself. A rough facet is drawn again where light would meet
+    /// its back, or leave it to the wrong side of the smooth surface: the fibre is convex, and nothing is met twice.
+    fn cuticle(&self, p: [f64; 2], d: [f64; 3], entering: bool, rng: &mut SimRng) -> Meeting {
+        let smooth = [0.0, p[0], p[1]];
+        if self.surface == Surface::SMOOTH {
+            return self.meet(d, smooth, entering);
+        }
+        let side = if entering { 1.0 } else { -1.0 };
+        for _ in 0..64 {
+            let n = self.surface.facet(p, rng);
+            if -side * dot(d, n) <= 0.0 {
+                continue;
+            }
+            let meeting = self.meet(d, n, entering);
+            let through = meeting.f >= 1.0 || side * dot(meeting.refracted, smooth) < 0.0;
+            if side * dot(meeting.reflected, smooth) > 0.0 && through {
+                return meeting;
+            }
+        }
+        self.meet(d, smooth, entering)
+    }
+
+    /// Traces one photon; `record` is told what leaves, in which direction, with what energy.
+    pub(crate) fn photon(
+        &self,
+        theta_o: f64,
+        h: f64,
+        rng: &mut SimRng,
+        record: &mut impl FnMut(Fate, [f64; 3], [f64; 3]),
+    ) {
         // Arrives travelling along azimuth π; normal at azimuth −γ.
-        let normal = [0.0, cos_gamma, -h];
+        let mut p = [(1.0 - h * h).max(0.0).sqrt(), -h];
         let arriving = [-theta_o.sin(), -theta_o.cos(), 0.0];
-        let cos_i = theta_o.cos() * cos_gamma;
-        let cos_t = (1.0 - (1.0 - cos_i * cos_i) / (self.eta * self.eta)).max(0.0).sqrt();
-        let mut d: [f64; 3] = std::array::from_fn(|k| arriving[k] / self.eta + (cos_i / self.eta - cos_t) * normal[k]);
-        let mut p = [cos_gamma, -h];
+        // The first decision is split, not gambled: R exactly, and the rest goes on inside.
+        let entry = self.cuticle(p, arriving, true, rng);
+        record(Fate::R, entry.reflected, [entry.f; 3]);
+        let start = 1.0 - entry.f;
+        if start <= 0.0 {
+            return;
+        }
+        let (mut energy, mut d) = ([start; 3], entry.refracted);
         let mut scattered = false;
         let mut pass = 1;
         loop {
@@ -226,43 +287,43 @@ impl Tracer {
                     Event::Cuticle { missed } => break missed,
                 }
             };
-            let cos_inside = (p[0] * d[1] + p[1] * d[2]).clamp(0.0, 1.0);
-            let sin2 = self.eta * self.eta * (1.0 - cos_inside * cos_inside);
-            let f = if sin2 >= 1.0 { 1.0 } else { self.reflectance((1.0 - sin2).sqrt()) };
+            let exit = self.cuticle(p, d, false, rng);
             // Split at each interface: what leaves is recorded, what stays goes on.
             let fate = match (scattered, pass) {
-                (true, _) => 4,
-                (false, 1) => 1,
-                (false, 2) => 2,
-                (false, _) => 3,
+                (true, _) => Fate::Scattered,
+                (false, 1) => Fate::Tt,
+                (false, 2) => Fate::Trt,
+                (false, _) => Fate::Higher,
             };
-            for c in 0..3 {
-                out[fate][c] += energy[c] * (1.0 - f);
-                energy[c] *= f;
+            if exit.f < 1.0 {
+                record(fate, exit.refracted, energy.map(|e| e * (1.0 - exit.f)));
             }
-            // Totally reflected on a path that misses the medulla: so it will be for ever. What
+            energy = energy.map(|e| e * exit.f);
+            // Totally reflected by a smooth cuticle on a path that misses the medulla: so it will be for ever. What
             // the cortex does not absorb is guided along the fibre.
-            if f >= 1.0 && missed {
-                for c in 0..3 {
-                    if self.sigma_ca[c] == 0.0 {
-                        out[5][c] += energy[c];
-                    }
-                }
-                return out;
+            if exit.f >= 1.0 && missed && self.surface == Surface::SMOOTH {
+                record(Fate::Guided, d, [0, 1, 2].map(|c| if self.sigma_ca[c] == 0.0 { energy[c] } else { 0.0 }));
+                return;
             }
             let left = energy[0].max(energy[1]).max(energy[2]);
             if left <= 0.0 {
-                return out;
+                return;
             }
             if left < ROULETTE * start {
                 let survive = left / (ROULETTE * start);
                 if f64::from(uniform2(rng).0) >= survive {
-                    return out;
+                    return;
                 }
                 energy = energy.map(|e| e / survive);
             }
-            let radial = 2.0 * (p[0] * d[1] + p[1] * d[2]);
-            d = [d[0], d[1] - radial * p[0], d[2] - radial * p[1]];
+            // A rough cuticle lets all light out in the end, but nothing says when.
+            if pass > LONG {
+                if f64::from(uniform2(rng).0) >= SURVIVE {
+                    return;
+                }
+                energy = energy.map(|e| e / SURVIVE);
+            }
+            d = exit.reflected;
             pass += 1;
         }
     }

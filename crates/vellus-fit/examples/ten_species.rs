@@ -1,0 +1,100 @@
+//! Fits synthetic measurements of the ten species and prints how it went: `cargo run --release -p vellus-fit --example
+//! ten_species [-- SEEDS PHOTONS]`. For each species, from the model (2 % noise, 10 % gaps) and from the whole fibre, traced.
+
+use std::time::Instant;
+use vellus::{Fiber, Species};
+use vellus_fit::{Fit, Options, Profile, State, Synthetic, far_field, fit, simulate};
+
+/// User and system time of this process so far, seconds, and its largest memory, MB (Linux).
+fn process() -> (f64, f64) {
+    let read = |path: &str| std::fs::read_to_string(path).unwrap_or_default();
+    let stat = read("/proc/self/stat");
+    let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or("").split_whitespace().collect();
+    // Clock ticks of 10 ms; fields 14 and 15 of the whole line.
+    let ticks = |i: usize| fields.get(i).and_then(|x| x.parse::<f64>().ok()).unwrap_or(0.0);
+    let peak = read("/proc/self/status");
+    let peak = peak.lines().find_map(|l| l.strip_prefix("VmHWM:")?.trim().strip_suffix("kB")?.trim().parse::<f64>().ok());
+    ((ticks(11) + ticks(12)) / 100.0, peak.unwrap_or(0.0) / 1000.0)
+}
+
+fn run(profile: &Profile) -> (Fit, f64, f64) {
+    let (start, cpu) = (Instant::now(), process().0);
+    let result = fit(profile, &far_field, &Options::default(), &false.into(), &|| {}).expect("the profile is valid");
+    (result, start.elapsed().as_secs_f64(), process().0 - cpu)
+}
+
+fn main() {
+    let argument = |i: usize, default: u64| std::env::args().nth(i).and_then(|x| x.parse().ok()).unwrap_or(default);
+    let (seeds, photons) = (argument(1, 1), argument(2, 4_000_000));
+    println!("from the model: errors in standard errors; (brackets): not determined");
+    let (mut squares, mut count, mut worst) = (0.0, 0, 0.0f64);
+    for seed in 1..=seeds {
+        for species in Species::ALL {
+            let truth = Fiber::preset(species);
+            let synthetic = Synthetic { seed, scale: 37.0, ..Synthetic::default() };
+            let profile = simulate::from_model(&truth, &synthetic).expect("the preset is valid");
+            let (result, seconds, cpu) = run(&profile);
+            let of = |name: &str| match name {
+                "kappa" => truth.kappa,
+                "eta" => truth.eta,
+                "alpha" => truth.alpha.to_degrees(),
+                "beta_m" => truth.beta_m.to_degrees(),
+                "beta_n" => truth.beta_n.to_degrees(),
+                "sigma_ca" => truth.sigma_ca[0],
+                "sigma_ms" => truth.sigma_ms,
+                "sigma_ma" => truth.sigma_ma[0],
+                "g" => truth.g,
+                "layers" => truth.layers,
+                _ => 37.0,
+            };
+            let mut cells = String::new();
+            for e in result.estimates.iter().filter(|e| e.state != State::Fixed) {
+                let off = e.value - f64::from(of(&e.name));
+                let z = e.error.map_or(f64::NAN, |error| off / error);
+                if e.determined {
+                    squares += z * z;
+                    count += 1;
+                    worst = worst.max(z.abs());
+                    cells += &format!(" {}{z:+.1}", e.name);
+                } else {
+                    cells += &format!(" ({}{z:+.1})", e.name);
+                }
+            }
+            println!(
+                "{:<10} NRMSE {:.2} % log {:.2} %; {seconds:.1} s, {cpu:.1} CPU-s; {:?} starts; widened {:.2};{cells}",
+                species.name(),
+                100.0 * result.nrmse,
+                100.0 * result.log_nrmse,
+                result.starts,
+                result.widened,
+            );
+        }
+    }
+    println!("{count} errors of determined parameters: rms {:.2}, largest {worst:.1}", (squares / f64::from(count)).sqrt());
+    println!("\nfrom the whole fibre, {photons} photons");
+    for species in Species::ALL {
+        let truth = Fiber::preset(species);
+        let synthetic = Synthetic { step: [4.0, 4.0], ..Synthetic::default() };
+        let start = Instant::now();
+        let profile = simulate::from_reference(&truth, &synthetic, photons, &|_| {}).expect("the preset is valid");
+        let traced = start.elapsed().as_secs_f64();
+        let (result, seconds, cpu) = run(&profile);
+        let values: Vec<String> = result
+            .estimates
+            .iter()
+            .filter(|e| e.state != State::Fixed)
+            .map(|e| format!("{} {:.3}", e.name, e.value))
+            .collect();
+        println!(
+            "{:<10} NRMSE {:.2} % log {:.2} %; traced in {traced:.1} s, {seconds:.1} s, {cpu:.1} CPU-s; noise {:.3}, neighbours {:.2} {:.2}; {}",
+            species.name(),
+            100.0 * result.nrmse,
+            100.0 * result.log_nrmse,
+            result.noise,
+            result.neighbours[0],
+            result.neighbours[1],
+            values.join(", ")
+        );
+    }
+    println!("\nlargest memory {:.0} MB", process().1);
+}

@@ -1,0 +1,311 @@
+//! A fit: from many starts to the best minimum, and what is known of it.
+
+use crate::cost::Cost;
+use crate::error::Error;
+use crate::forward::Forward;
+use crate::least_squares::{Difference, Minimum, Problem};
+use crate::parameters::{Requests, Source, Space, assemble};
+use crate::profile::Profile;
+use crate::starts::starts;
+use crate::statistics::{Place, Statistics, statistics};
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
+use vellus::Fiber;
+use vellus_medulla::medulla::SimRng;
+
+/// Points that the descents from all starts look at.
+const SAMPLE: usize = 600;
+
+/// Distinct minima that are followed to the end on all points.
+const FOLLOWED: usize = 6;
+
+/// Variables closer than this share of their usual range are the same.
+const SAME: f64 = 0.02;
+
+/// How a fit goes about it.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Parameters fixed, tied, freed.
+    pub requests: Requests,
+    /// Descents begun: the presets, and the best of a space-filling design.
+    pub starts: usize,
+    /// Of that design.
+    pub seed: u64,
+    /// Huber's k: residuals above k times the noise count linearly, not squared. Infinity turns that off.
+    pub huber: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        // 2.5: noise alone is treated almost as least squares would (99 % efficient).
+        Options { requests: Requests::default(), starts: 32, seed: 1, huber: 2.5 }
+    }
+}
+
+/// How a parameter was treated.
+#[derive(Clone, Debug, PartialEq)]
+pub enum State {
+    /// Fitted, and inside its range.
+    Fitted,
+    /// Fitted, and at an end of its range.
+    AtBound,
+    /// Held at a given value.
+    Fixed,
+    /// Has the value of the parameter named.
+    Tied(String),
+}
+
+/// One parameter's value and what is known of it.
+#[derive(Clone, Debug)]
+pub struct Estimate {
+    /// As in files.
+    pub name: String,
+    /// `°` or nothing.
+    pub unit: &'static str,
+    /// The value, angles in degrees.
+    pub value: f64,
+    /// Its standard error; none where it was not fitted or is at an end of its range.
+    pub error: Option<f64>,
+    /// How it was treated.
+    pub state: State,
+    /// Does the data say what it is? False at an end of its range, and where the standard error is above a tenth of the range
+    /// in which fibres usually are (in the variable it is fitted in).
+    pub determined: bool,
+}
+
+/// A minimum other than the best.
+#[derive(Clone, Debug)]
+pub struct Rival {
+    /// Its parameters.
+    pub values: Vec<f64>,
+    /// By how much the χ² of the log-ratios is worse. Below 9 (three standard errors) the data cannot tell them apart.
+    pub chi2: f64,
+}
+
+/// What came out.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// The fibre.
+    pub fiber: Fiber,
+    /// Inclination of the fixed direction, degrees.
+    pub theta_o: f64,
+    /// What the model's values are multiplied with.
+    pub scale: f64,
+    /// All parameters.
+    pub estimates: Vec<Estimate>,
+    /// Names of the variables fitted, and the correlation of each two.
+    pub correlations: (Vec<String>, Vec<Vec<f64>>),
+    /// The combination of parameters that the data says least about: names and shares, and its standard error over
+    /// their usual ranges.
+    pub weakest: (Vec<(String, f64)>, f64),
+    /// What the model says for each point, in the unit of the profile.
+    pub fitted: Vec<[f64; 3]>,
+    /// RMS error over the range of the measured values (Yan17 footnote 3).
+    pub nrmse: f64,
+    /// The same of the logarithms, which is what is minimised.
+    pub log_nrmse: f64,
+    /// Standard deviation of the log-ratios, outliers left out.
+    pub noise: f64,
+    /// Values further off than Huber's k times the noise.
+    pub outliers: usize,
+    /// Correlation of neighbouring residuals, over φ and over θ.
+    pub neighbours: [f64; 2],
+    /// What the standard errors were widened by because of it.
+    pub widened: f64,
+    /// Descents begun and finished, and how many of them ended in this minimum.
+    pub starts: [usize; 3],
+    /// The next best minimum found.
+    pub rival: Option<Rival>,
+    /// Values of the model that were needed.
+    pub evaluations: u64,
+    /// Stopped before it was done: the best so far.
+    pub interrupted: bool,
+}
+
+/// Fits `profile`. `tick` is called as each start is finished; `stop`, once set, ends the fit with the best so far.
+///
+/// # Errors
+/// [`Error::Profile`] for a profile without enough in it, [`Error::Parameter`] for a request that makes no sense.
+pub fn fit(
+    profile: &Profile,
+    forward: &Forward,
+    options: &Options,
+    stop: &AtomicBool,
+    tick: &(dyn Fn() + Sync),
+) -> Result<Fit, Error> {
+    profile.validate()?;
+    if options.starts == 0 {
+        return Err(Error::Parameter("starts = 0 is out of range: there must be at least 1".to_owned()));
+    }
+    let space = Space::new(profile.channels, profile.theta_o, &options.requests)?;
+    let mut order: Vec<usize> = (0..profile.points.len()).collect();
+    let all = Cost::new(profile, &order, &space, forward);
+    order.shuffle(&mut SimRng::seed_from_u64(options.seed));
+    order.truncate(SAMPLE);
+    let part = Cost::new(profile, &order, &space, forward);
+
+    let steps: Vec<f64> = space.leads.iter().map(|&lead| space.parameters[lead].step).collect();
+    let (on_part, on_all) = (|u: &[f64]| part.residuals(u), |u: &[f64]| all.residuals(u));
+    let problem = |residuals| Problem { bounds: &space.bounds, steps: &steps, residuals, huber: options.huber, stop };
+    let (rough, fine) = (problem(&on_part), problem(&on_all));
+
+    let begun = starts(&space, &part, profile.theta_o, options.starts, options.seed);
+    let mut minima: Vec<Minimum> = begun
+        .par_iter()
+        .map(|start| {
+            let minimum = rough.minimise(start, Difference::Forward, 60);
+            tick();
+            minimum
+        })
+        .collect();
+    let finished = minima.iter().filter(|m| m.converged).count();
+    let ends: Vec<Vec<f64>> = minima.iter().map(|m| m.u.clone()).collect();
+    rank(&rough, &mut minima);
+    let distinct = distinct(&space, &minima);
+    let mut followed: Vec<Minimum> =
+        distinct.par_iter().map(|m| fine.minimise(&m.u, Difference::Central, 200)).collect();
+    rank(&fine, &mut followed);
+    let interrupted = stop.load(Ordering::Relaxed);
+    let Some(best) = followed.first() else {
+        return Err(Error::Profile("no descent came to an end".to_owned()));
+    };
+    // A descent on a part of the points ends within a few standard errors of the same minimum on all of them.
+    let statistics = statistics(&fine, &space, profile, best);
+    let reached = ends.iter().filter(|u| similar(&space, &statistics, u, &best.u)).count();
+    let rival = followed[1..].iter().find(|m| !similar(&space, &statistics, &m.u, &best.u)).map(|m| Rival {
+        values: space.values(&m.u),
+        chi2: 2.0 * (fine.loss(&m.residuals, best.noise) - fine.loss(&best.residuals, best.noise)),
+    });
+    Ok(describe(profile, &space, &fine, best, &statistics, Outside {
+        starts: [begun.len(), finished, reached],
+        rival,
+        evaluations: part.evaluations.load(Ordering::Relaxed) + all.evaluations.load(Ordering::Relaxed),
+        interrupted,
+    }))
+}
+
+/// Sorts by the loss, all measured by the noise of the best.
+fn rank(problem: &Problem, minima: &mut [Minimum]) {
+    let noise = minima.iter().map(|m| m.noise).fold(f64::INFINITY, f64::min);
+    let key = |m: &Minimum| problem.loss(&m.residuals, noise);
+    minima.sort_by(|a, b| key(a).total_cmp(&key(b)));
+}
+
+/// The best of those that are not the same.
+fn distinct<'m>(space: &Space, minima: &'m [Minimum]) -> Vec<&'m Minimum> {
+    let mut kept: Vec<&Minimum> = Vec::new();
+    for m in minima {
+        let same = |k: &&Minimum| {
+            (0..m.u.len()).all(|j| {
+                let [low, high] = space.usual(j);
+                (m.u[j] - k.u[j]).abs() <= SAME * (high - low).max(1e-3)
+            })
+        };
+        if kept.len() < FOLLOWED && !kept.iter().any(same) {
+            kept.push(m);
+        }
+    }
+    kept
+}
+
+/// Two minima whose variables differ by less than the data can tell, or than matters.
+fn similar(space: &Space, statistics: &Statistics, a: &[f64], b: &[f64]) -> bool {
+    (0..a.len()).all(|j| {
+        let [low, high] = space.usual(j);
+        // A part of the points: errors are larger by the root of the share left out.
+        let error = 10.0 * statistics.covariance[(j, j)].sqrt();
+        (a[j] - b[j]).abs() <= error.max(3.0 * SAME * (high - low))
+    })
+}
+
+/// What is known from outside the minimum.
+struct Outside {
+    starts: [usize; 3],
+    rival: Option<Rival>,
+    evaluations: u64,
+    interrupted: bool,
+}
+
+fn describe(
+    profile: &Profile,
+    space: &Space,
+    problem: &Problem,
+    best: &Minimum,
+    statistics: &Statistics,
+    outside: Outside,
+) -> Fit {
+    let values = space.values(&best.u);
+    let (fiber, theta_o, scale) = assemble(&space.parameters, &values);
+    let name = |column: usize| space.lead(column).name.clone();
+    let estimate = |i: usize| {
+        let p = &space.parameters[i];
+        let (error, state, determined) = match space.sources[i] {
+            Source::Fixed(_) => (None, State::Fixed, true),
+            Source::Free(column) => {
+                let lead = space.leads[column];
+                let inside = statistics.places[column] == Place::Inside;
+                let slope = space.parameters[lead].curve.slope(values[lead]);
+                let error = statistics.covariance[(column, column)].sqrt() * slope;
+                let state = match (lead == i, inside) {
+                    (false, _) => State::Tied(name(column)),
+                    (true, true) => State::Fitted,
+                    (true, false) => State::AtBound,
+                };
+                (inside.then_some(error), state, statistics.determined[column])
+            }
+        };
+        Estimate { name: p.name.clone(), unit: p.unit, value: values[i], error, state, determined }
+    };
+    let columns = space.leads.len();
+    let c = &statistics.covariance;
+    let correlation = |i: usize, j: usize| {
+        let norm = (c[(i, i)] * c[(j, j)]).sqrt();
+        if i == j { 1.0 } else if norm > 0.0 { c[(i, j)] / norm } else { 0.0 }
+    };
+    let ratio = |i: usize, c: usize| best.residuals[i * profile.channels + c].exp();
+    let fitted: Vec<[f64; 3]> = profile
+        .points
+        .iter()
+        .enumerate()
+        .map(|(i, p)| std::array::from_fn(|c| if c < profile.channels { p.value[c] * ratio(i, c) } else { 0.0 }))
+        .collect();
+    let (nrmse, log_nrmse) = errors(profile, &fitted);
+    Fit {
+        fiber,
+        theta_o,
+        scale,
+        estimates: (0..space.parameters.len()).map(estimate).collect(),
+        correlations: (
+            (0..columns).map(name).collect(),
+            (0..columns).map(|i| (0..columns).map(|j| correlation(i, j)).collect()).collect(),
+        ),
+        weakest: (statistics.weakest.iter().map(|&(j, x)| (name(j), x)).collect(), statistics.weakest_error),
+        fitted,
+        nrmse,
+        log_nrmse,
+        noise: best.noise,
+        outliers: best.residuals.iter().filter(|&&r| problem.weight(r, best.noise) < 1.0).count(),
+        neighbours: statistics.neighbours,
+        widened: statistics.widened,
+        starts: outside.starts,
+        rival: outside.rival,
+        evaluations: outside.evaluations,
+        interrupted: outside.interrupted,
+    }
+}
+
+/// RMS error over the measured range (Yan17 footnote 3), of the values and of their logarithms.
+pub fn errors(profile: &Profile, fitted: &[[f64; 3]]) -> (f64, f64) {
+    let (mut squares, mut log_squares) = (0.0, 0.0);
+    for (p, f) in profile.points.iter().zip(fitted) {
+        for c in 0..profile.channels {
+            squares += (f[c] - p.value[c]).powi(2);
+            log_squares += (f[c] / p.value[c]).ln().powi(2);
+        }
+    }
+    let count = (profile.points.len() * profile.channels) as f64;
+    let [low, high] = profile.range();
+    ((squares / count).sqrt() / (high - low), (log_squares / count).sqrt() / (high / low).ln())
+}

@@ -1,0 +1,216 @@
+//! Least squares between bounds: Levenberg–Marquardt with an active set and Huber's loss.
+//!
+//! No maintained crate has bounds, a robust loss and a stop from outside; the problems are small (a dozen variables,
+//! thousands of residuals), so that the model's values are all the cost.
+//! Nocedal and Wright 2006, *Numerical Optimization*, Sec. 10.3 and 16.7; damping after Nielsen 1999; Huber 1981,
+//! *Robust Statistics*, Sec. 7.
+
+use crate::matrix::{Matrix, solve};
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// What is minimised.
+pub struct Problem<'a> {
+    /// Ends of each variable's range.
+    pub bounds: &'a [[f64; 2]],
+    /// Half the distance of the two points of each difference quotient.
+    pub steps: &'a [f64],
+    /// Residuals at variables within the bounds.
+    pub residuals: &'a (dyn Fn(&[f64]) -> Vec<f64> + Sync),
+    /// Huber's k: residuals above k times the noise count linearly. Infinity: plain least squares.
+    pub huber: f64,
+    /// Set from outside: leave at the best so far.
+    pub stop: &'a AtomicBool,
+}
+
+/// How difference quotients are taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Difference {
+    /// One more evaluation a variable: good enough far from the minimum.
+    Forward,
+    /// Two more.
+    Central,
+}
+
+/// Where a descent ended.
+#[derive(Clone, Debug)]
+pub struct Minimum {
+    /// The variables.
+    pub u: Vec<f64>,
+    /// Residuals there.
+    pub residuals: Vec<f64>,
+    /// The noise that Huber's loss measures them by.
+    pub noise: f64,
+    /// The loss over noise²: Σ r²/2 in units of the noise, outliers counting less.
+    pub loss: f64,
+    /// Steps taken.
+    pub iterations: usize,
+    /// Neither stopped nor out of steps.
+    pub converged: bool,
+}
+
+/// Single precision and the far field's quadrature leave that much of a log-ratio at best.
+const LEAST_NOISE: f64 = 1e-4;
+
+/// The standard deviation of the residuals, from their median so that outliers do not count.
+pub fn noise(residuals: &[f64]) -> f64 {
+    let mut sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
+    let middle = sizes.len() / 2;
+    let median = if sizes.is_empty() { 0.0 } else { *sizes.select_nth_unstable_by(middle, f64::total_cmp).1 };
+    // The median of |r| of a normal distribution is 0.6745 of its standard deviation.
+    (median / 0.6745).max(LEAST_NOISE)
+}
+
+impl Problem<'_> {
+    /// Huber's loss over noise².
+    pub fn loss(&self, residuals: &[f64], noise: f64) -> f64 {
+        let k = self.huber;
+        let loss = |r: &f64| {
+            let x = r.abs() / noise;
+            if x <= k { 0.5 * x * x } else { k * (x - 0.5 * k) }
+        };
+        residuals.iter().map(loss).sum()
+    }
+
+    /// The weight of a residual in the normal equations.
+    pub fn weight(&self, residual: f64, noise: f64) -> f64 {
+        (self.huber * noise / residual.abs()).min(1.0)
+    }
+
+    /// Derivatives of the residuals, variable by variable. Differences stay within the bounds.
+    pub fn jacobian(&self, u: &[f64], residuals: &[f64], difference: Difference) -> Vec<Vec<f64>> {
+        (0..u.len())
+            .into_par_iter()
+            .map(|j| {
+                let [low, high] = self.bounds[j];
+                let at = |x: f64| {
+                    let mut moved = u.to_vec();
+                    moved[j] = x;
+                    (self.residuals)(&moved)
+                };
+                let quotient = |a: &[f64], b: &[f64], h: f64| a.iter().zip(b).map(|(a, b)| (a - b) / h).collect();
+                let (up, down) = ((u[j] + self.steps[j]).min(high), (u[j] - self.steps[j]).max(low));
+                let one_sided = difference == Difference::Forward || up >= high || down <= low;
+                if !one_sided {
+                    quotient(&at(up), &at(down), up - down)
+                } else if up - u[j] >= u[j] - down {
+                    quotient(&at(up), residuals, up - u[j])
+                } else {
+                    quotient(residuals, &at(down), u[j] - down)
+                }
+            })
+            .collect()
+    }
+
+    /// JᵀWJ and JᵀWr.
+    pub fn normal_equations(&self, jacobian: &[Vec<f64>], residuals: &[f64], noise: f64) -> (Matrix, Vec<f64>) {
+        let n = jacobian.len();
+        let weights: Vec<f64> = residuals.iter().map(|&r| self.weight(r, noise)).collect();
+        let (mut a, mut g) = (Matrix::zero(n), vec![0.0; n]);
+        for i in 0..n {
+            let weighted: Vec<f64> = jacobian[i].iter().zip(&weights).map(|(x, w)| x * w).collect();
+            let dot = |other: &[f64]| weighted.iter().zip(other).map(|(x, y)| x * y).sum::<f64>();
+            for j in 0..=i {
+                let x = dot(&jacobian[j]);
+                a[(i, j)] = x;
+                a[(j, i)] = x;
+            }
+            g[i] = dot(residuals);
+        }
+        (a, g)
+    }
+
+    /// Descends from `start`, which is first held to the bounds.
+    pub fn minimise(&self, start: &[f64], difference: Difference, most: usize) -> Minimum {
+        let mut u: Vec<f64> = start.iter().zip(self.bounds).map(|(x, [low, high])| x.clamp(*low, *high)).collect();
+        let mut residuals = (self.residuals)(&u);
+        let (mut damping, mut growth) = (1e-2, 2.0);
+        let mut converged = false;
+        let mut iterations = 0;
+        while iterations < most && !converged && !self.stop.load(Ordering::Relaxed) {
+            iterations += 1;
+            let noise = noise(&residuals);
+            let loss = self.loss(&residuals, noise);
+            let jacobian = self.jacobian(&u, &residuals, difference);
+            let (a, g) = self.normal_equations(&jacobian, &residuals, noise);
+            // Damping grows until a step descends.
+            loop {
+                let step = self.step(&a, &g, &u, damping);
+                let next: Vec<f64> =
+                    (0..u.len()).map(|j| (u[j] + step[j]).clamp(self.bounds[j][0], self.bounds[j][1])).collect();
+                let length = (0..u.len()).fold(0.0f64, |m, j| m.max((next[j] - u[j]).abs() / self.steps[j]));
+                if length < 1e-3 || self.stop.load(Ordering::Relaxed) {
+                    converged = length < 1e-3;
+                    break;
+                }
+                let tried = (self.residuals)(&next);
+                let (better, predicted) = (self.loss(&tried, noise), predicted(&a, &g, &step) / (noise * noise));
+                let gain = (loss - better) / predicted.max(f64::MIN_POSITIVE);
+                if better < loss {
+                    // Nielsen's rule: the better the prediction was, the less damping.
+                    damping = (damping * (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0)).max(1e-12);
+                    growth = 2.0;
+                    // A hundredth of what one standard error of one variable changes the loss by.
+                    converged = loss - better < 5e-3 && damping < 1e-2 && length < 10.0;
+                    (u, residuals) = (next, tried);
+                    break;
+                }
+                damping *= growth;
+                growth *= 2.0;
+                if damping > 1e12 {
+                    converged = true;
+                    break;
+                }
+            }
+        }
+        let noise = noise(&residuals);
+        let loss = self.loss(&residuals, noise);
+        Minimum { u, residuals, noise, loss, iterations, converged }
+    }
+
+    /// The damped step. Variables that it would push through a bound end on it, and the others make the best of that.
+    fn step(&self, a: &Matrix, g: &[f64], u: &[f64], damping: f64) -> Vec<f64> {
+        let n = u.len();
+        let mut held: Vec<Option<f64>> = (0..n)
+            .map(|j| {
+                let [low, high] = self.bounds[j];
+                let outward = (u[j] <= low && g[j] > 0.0) || (u[j] >= high && g[j] < 0.0);
+                // A variable the data does not see at all stays where it is.
+                (outward || a[(j, j)] <= 0.0).then_some(0.0)
+            })
+            .collect();
+        loop {
+            let free: Vec<usize> = (0..n).filter(|&j| held[j].is_none()).collect();
+            let mut reduced = Matrix::zero(free.len());
+            let mut right = vec![0.0; free.len()];
+            for (p, &i) in free.iter().enumerate() {
+                for (q, &j) in free.iter().enumerate() {
+                    reduced[(p, q)] = a[(i, j)];
+                }
+                reduced[(p, p)] += damping * a[(i, i)];
+                right[p] = -g[i] - (0..n).filter_map(|j| held[j].map(|x| a[(i, j)] * x)).sum::<f64>();
+            }
+            let solution = solve(&reduced, &right).unwrap_or_else(|| vec![0.0; free.len()]);
+            let mut step: Vec<f64> = held.iter().map(|h| h.unwrap_or(0.0)).collect();
+            let mut pushed = false;
+            for (p, &j) in free.iter().enumerate() {
+                step[j] = solution[p];
+                let [low, high] = self.bounds[j];
+                if u[j] + solution[p] < low || u[j] + solution[p] > high {
+                    held[j] = Some(if solution[p] < 0.0 { low - u[j] } else { high - u[j] });
+                    pushed = true;
+                }
+            }
+            if !pushed {
+                return step;
+            }
+        }
+    }
+}
+
+/// By how much the quadratic model falls along a step.
+fn predicted(a: &Matrix, g: &[f64], step: &[f64]) -> f64 {
+    let n = step.len();
+    let curved: f64 = (0..n).map(|i| (0..n).map(|j| step[i] * a[(i, j)] * step[j]).sum::<f64>()).sum();
+    -(0..n).map(|i| g[i] * step[i]).sum::<f64>() - 0.5 * curved
+}

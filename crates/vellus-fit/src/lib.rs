@@ -1,0 +1,41 @@
+//! From a measured reflectance profile of a single fibre to the parameters of the fur model, with their errors
+//! (Yan17 Sec. 5.1, Validation).
+//!
+//! - [`read()`]: profiles as gantries write them; [`simulate`]: synthetic ones.
+//! - [`fit()`]: bounded least squares on the log-ratio of fitted to measured values, from many starts.
+//!
+//! ```
+//! use vellus_fit::{Options, Synthetic, far_field, fit, simulate};
+//! use vellus::{Fiber, Species};
+//! # fn main() -> Result<(), vellus_fit::Error> {
+//! let truth = Fiber::preset(Species::Cat);
+//! let profile = simulate::from_model(&truth, &Synthetic { step: [8.0, 4.0], ..Synthetic::default() })?;
+//! let options = Options { starts: 8, ..Options::default() };
+//! let result = fit(&profile, &far_field, &options, &false.into(), &|| {})?;
+//! assert!(result.nrmse < 0.02 && (result.fiber.eta - truth.eta).abs() < 0.02);
+//! # Ok(()) }
+//! ```
+
+mod cost;
+mod error;
+mod fit;
+mod forward;
+mod image;
+pub mod least_squares;
+pub mod matrix;
+pub mod parameters;
+mod profile;
+mod read;
+pub mod simulate;
+mod starts;
+mod statistics;
+mod write;
+
+pub use error::Error;
+pub use fit::{Estimate, Fit, Options, Rival, State, errors, fit};
+pub use forward::{Forward, far_field};
+pub use parameters::Requests;
+pub use profile::{FEWEST, Point, Profile, Quantity};
+pub use read::{Angles, Axis, Reading, read};
+pub use simulate::Synthetic;
+pub use write::{csv, gantry_text};

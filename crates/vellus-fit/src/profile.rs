@@ -1,0 +1,125 @@
+//! What a goniometer measures of one fibre.
+
+use crate::error::Error;
+
+/// What the numbers of a profile are proportional to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Quantity {
+    /// f·cos θ: the fibre's radiance at a fixed camera while the light moves (the gantry of Yan et al. 2015), or
+    /// the power that reaches a moving detector that sees the whole fibre.
+    #[default]
+    FCos,
+    /// f: the fibre's radiance seen by a camera that moves, the light being fixed.
+    F,
+}
+
+impl Quantity {
+    /// The name used on the command line and in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Quantity::FCos => "f-cos",
+            Quantity::F => "f",
+        }
+    }
+
+    /// The one of that name.
+    pub fn parse(name: &str) -> Option<Self> {
+        [Quantity::FCos, Quantity::F].into_iter().find(|q| q.name() == name)
+    }
+}
+
+/// One direction and what was measured there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// θ of the direction that moves, degrees.
+    pub theta: f64,
+    /// φ of the direction that moves less that of the fixed one, degrees: 0 is backward, 180 straight through.
+    pub phi: f64,
+    /// Above 0, in any unit; of a grey profile the first alone counts.
+    pub value: [f64; 3],
+}
+
+/// Light scattered by one fibre, averaged over its width, for one fixed direction and many others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Profile {
+    /// Inclination of the fixed direction, degrees: ω_o of the model.
+    pub theta_o: f64,
+    /// What the values are proportional to.
+    pub quantity: Quantity,
+    /// 1 (grey) or 3 (RGB).
+    pub channels: usize,
+    /// What was measured.
+    pub points: Vec<Point>,
+    /// θ and φ that could not be measured, degrees.
+    pub missing: Vec<[f64; 2]>,
+}
+
+/// Fewest directions worth a fit: three for each of a dozen parameters.
+pub const FEWEST: usize = 36;
+
+impl Profile {
+    /// Checks that there is something to fit.
+    ///
+    /// # Errors
+    /// [`Error::Profile`] says what is missing or out of range.
+    pub fn validate(&self) -> Result<(), Error> {
+        let wrong = |what: String| Err(Error::Profile(what));
+        if self.points.is_empty() {
+            return wrong(match self.missing.len() {
+                0 => "there are no measurements in it".to_owned(),
+                n => format!("all {n} measurements are missing"),
+            });
+        }
+        if !(self.theta_o.abs() < 90.0) {
+            return wrong(format!("theta_o = {} is out of range: it must be in (-90, 90) degrees", self.theta_o));
+        }
+        for p in &self.points {
+            check_angles(p.theta, p.phi).map_err(Error::Profile)?;
+            if let Some(x) = p.value[..self.channels].iter().find(|x| !(x.is_finite() && **x > 0.0)) {
+                return wrong(format!("the value {x} at theta {}, phi {} is not above 0", p.theta, p.phi));
+            }
+        }
+        for (name, values) in [("theta", self.axis(|p| p.theta)), ("phi", self.axis(|p| p.phi))] {
+            if let [only] = values[..] {
+                return wrong(format!(
+                    "all measurements have the same {name}, {only}: a profile is needed over both theta and phi"
+                ));
+            }
+        }
+        if self.points.len() < FEWEST {
+            return wrong(format!("{} measurements are too few: {FEWEST} are needed", self.points.len()));
+        }
+        Ok(())
+    }
+
+    /// The different values of one coordinate, sorted.
+    pub fn axis(&self, coordinate: impl Fn(&Point) -> f64) -> Vec<f64> {
+        let mut values: Vec<f64> = self.points.iter().map(coordinate).collect();
+        values.sort_by(f64::total_cmp);
+        values.dedup();
+        values
+    }
+
+    /// Largest over smallest of all values, logarithm.
+    pub fn log_range(&self) -> f64 {
+        let [low, high] = self.range();
+        (high / low).ln()
+    }
+
+    /// Smallest and largest value.
+    pub fn range(&self) -> [f64; 2] {
+        let values = self.points.iter().flat_map(|p| &p.value[..self.channels]);
+        values.fold([f64::INFINITY, 0.0], |[low, high], &x| [low.min(x), high.max(x)])
+    }
+}
+
+/// What is wrong with a direction, degrees.
+pub(crate) fn check_angles(theta: f64, phi: f64) -> Result<(), String> {
+    if !(theta.abs() < 90.0) {
+        return Err(format!("theta = {theta} is out of range: it must be in (-90, 90) degrees"));
+    }
+    if !(phi.abs() <= 360.0) {
+        return Err(format!("phi = {phi} is out of range: it must be in [-360, 360] degrees"));
+    }
+    Ok(())
+}

@@ -1,0 +1,247 @@
+//! Profiles as gantries and programs write them.
+
+use crate::error::Error;
+use crate::image;
+use crate::profile::{Point, Profile, Quantity, check_angles};
+use std::path::Path;
+
+/// What the angles of a file mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Angles {
+    /// θ from the plane normal to the fibre; φ from the fixed direction's.
+    Fiber,
+    /// As the measurements of Yan et al. 2015 have it: θ is 90° less what the file says, φ the file's less 90°. The file's
+    /// [40, 80] is θ from 50° to 10°, its [70, 290] is φ from −20° to 200°.
+    Gantry,
+}
+
+impl Angles {
+    /// θ and φ of the fibre, from what a file says.
+    fn convert(self, theta: f64, phi: f64) -> [f64; 2] {
+        match self {
+            Angles::Fiber => [theta, phi],
+            Angles::Gantry => [90.0 - theta, phi - 90.0],
+        }
+    }
+
+    /// Checks angles as a file has them; the message has the file's numbers.
+    fn check(self, theta: f64, phi: f64) -> Result<[f64; 2], String> {
+        let converted @ [t, p] = self.convert(theta, phi);
+        check_angles(t, p).map(|()| converted).map_err(|what| match self {
+            Angles::Fiber => what,
+            Angles::Gantry => format!(
+                "theta = {theta}, phi = {phi} in the gantry's coordinates: {what} (is this file in the fibre's own angles?)"
+            ),
+        })
+    }
+}
+
+/// Angles of the first and the last row or column of an image, degrees: of their middles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Axis {
+    /// Of the first.
+    pub first: f64,
+    /// Of the last.
+    pub last: f64,
+}
+
+/// What is known of a file beside what is in it. Text and CSV may say it themselves: `# theta_o = -30`,
+/// `# angles = fiber`, `# quantity = f-cos`.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Reading {
+    /// Inclination of the fixed direction, degrees.
+    pub theta_o: Option<f64>,
+    /// What the angles mean. Otherwise the gantry's in text without header, the fibre's elsewhere.
+    pub angles: Option<Angles>,
+    /// What the values are proportional to. Otherwise f·cos θ.
+    pub quantity: Option<Quantity>,
+    /// θ of an image's rows and φ of its columns.
+    pub axes: Option<[Axis; 2]>,
+}
+
+/// Measurements, and what the file says of them.
+struct Table {
+    channels: usize,
+    points: Vec<Point>,
+    missing: Vec<[f64; 2]>,
+    known: Reading,
+}
+
+/// Reads a profile: `.txt` (a line `phi theta value` or `phi theta r g b` each, `?` for missing), `.csv` (columns theta,
+/// phi, and value or r, g, b), `.npy` or `.exr` (rows over θ, columns over φ, NaN for missing). Values of 0 count as missing.
+///
+/// # Errors
+/// [`Error::Line`] or [`Error::File`] says what is wrong and where.
+pub fn read(path: &Path, reading: &Reading) -> Result<Profile, Error> {
+    let bytes = std::fs::read(path).map_err(|e| Error::file(path, format!("cannot read it: {e}")))?;
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    let text = || std::str::from_utf8(&bytes).map_err(|_| Error::file(path, "it is no text"));
+    let table = match extension.as_str() {
+        "txt" => lines(path, text()?, reading)?,
+        "csv" => columns(path, text()?, reading)?,
+        "npy" => pixels(path, image::npy(&bytes), reading)?,
+        "exr" => pixels(path, image::exr(&bytes), reading)?,
+        _ => return Err(Error::file(path, "unknown format: the name must end in .txt, .csv, .npy or .exr")),
+    };
+    let profile = Profile {
+        theta_o: reading.theta_o.or(table.known.theta_o).ok_or_else(|| {
+            Error::file(path, "the inclination of the fixed direction is not in it: give --theta-o, in degrees")
+        })?,
+        quantity: reading.quantity.or(table.known.quantity).unwrap_or_default(),
+        channels: table.channels,
+        points: table.points,
+        missing: table.missing,
+    };
+    profile.validate().map_err(|e| Error::file(path, e))?;
+    Ok(profile)
+}
+
+/// `# name = value` of the comments.
+fn header(path: &Path, text: &str) -> Result<Reading, Error> {
+    let mut known = Reading::default();
+    for (i, line) in text.lines().enumerate() {
+        let Some((name, value)) = line.trim().strip_prefix('#').and_then(|rest| rest.split_once('=')) else { continue };
+        let (name, value) = (name.trim(), value.trim());
+        let wrong = |expected: &str| Error::line(path, i as u64 + 1, format!("{name} = '{value}': expected {expected}"));
+        match name {
+            "theta_o" => known.theta_o = Some(value.parse().map_err(|_| wrong("degrees"))?),
+            "angles" => {
+                known.angles = Some(match value {
+                    "fiber" => Angles::Fiber,
+                    "gantry" => Angles::Gantry,
+                    _ => return Err(wrong("fiber or gantry")),
+                });
+            }
+            "quantity" => known.quantity = Some(Quantity::parse(value).ok_or_else(|| wrong("f-cos or f"))?),
+            _ => {}
+        }
+    }
+    Ok(known)
+}
+
+/// A number, or none for `?` and nothing.
+fn number(name: &str, cell: &str) -> Result<Option<f64>, String> {
+    match cell {
+        "?" | "" => Ok(None),
+        _ => match cell.parse::<f64>() {
+            Ok(x) if x.is_finite() => Ok(Some(x)),
+            _ => Err(format!("{name} = '{cell}' is not a number (? is for what could not be measured)")),
+        },
+    }
+}
+
+impl Table {
+    fn new(channels: usize, known: Reading) -> Self {
+        Table { channels, points: Vec::new(), missing: Vec::new(), known }
+    }
+
+    /// Takes in one measurement.
+    fn add(&mut self, [theta, phi]: [f64; 2], values: &[Option<f64>]) -> Result<(), String> {
+        if let Some(x) = values.iter().flatten().find(|x| **x < 0.0) {
+            return Err(format!("value = {x} is out of range: it must not be negative"));
+        }
+        let mut value = [0.0; 3];
+        for (v, given) in value.iter_mut().zip(values) {
+            *v = given.unwrap_or(0.0);
+        }
+        if value[..self.channels].iter().all(|&x| x > 0.0) {
+            self.points.push(Point { theta, phi, value });
+        } else {
+            self.missing.push([theta, phi]);
+        }
+        Ok(())
+    }
+}
+
+fn lines(path: &Path, text: &str, reading: &Reading) -> Result<Table, Error> {
+    let known = header(path, text)?;
+    let angles = reading.angles.or(known.angles).unwrap_or(Angles::Gantry);
+    let mut table: Option<Table> = None;
+    for (i, line) in text.lines().enumerate() {
+        let line_number = i as u64 + 1;
+        let wrong = |what: String| Error::line(path, line_number, what);
+        let line = line.trim();
+        if line.is_empty() || line.starts_with('#') {
+            continue;
+        }
+        let cells: Vec<&str> = line.split_whitespace().collect();
+        let channels = match cells.len() {
+            3 => 1,
+            5 => 3,
+            n => return Err(wrong(format!("{n} numbers: expected phi theta value, or phi theta r g b"))),
+        };
+        let table = table.get_or_insert_with(|| Table::new(channels, known));
+        if table.channels != channels {
+            return Err(wrong(format!("{} numbers, where the first line has {}", cells.len(), table.channels + 2)));
+        }
+        let angle = |name: &str, cell: &str| {
+            number(name, cell).and_then(|x| x.ok_or_else(|| format!("{name} is missing"))).map_err(wrong)
+        };
+        let direction = angles.check(angle("theta", cells[1])?, angle("phi", cells[0])?).map_err(wrong)?;
+        let values = cells[2..].iter().map(|c| number("value", c)).collect::<Result<Vec<_>, _>>().map_err(wrong)?;
+        table.add(direction, &values).map_err(wrong)?;
+    }
+    Ok(table.unwrap_or_else(|| Table::new(1, known)))
+}
+
+fn columns(path: &Path, text: &str, reading: &Reading) -> Result<Table, Error> {
+    const KNOWN: &str = "theta, phi, and value or r, g, b";
+    let known = header(path, text)?;
+    let angles = reading.angles.or(known.angles).unwrap_or(Angles::Fiber);
+    let mut csv = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
+    let head = csv.headers().map_err(|e| Error::file(path, e))?.clone();
+    let head_line = csv.position().line().saturating_sub(1).max(1);
+    let at = |name: &str| head.iter().position(|h| h == name);
+    let theta = at("theta").or_else(|| at("theta_i"));
+    let values: Vec<usize> = match at("value") {
+        Some(value) => vec![value],
+        None => ["r", "g", "b"].into_iter().filter_map(at).collect(),
+    };
+    let (Some(theta), Some(phi), 1 | 3) = (theta, at("phi"), values.len()) else {
+        let found: Vec<&str> = head.iter().collect();
+        return Err(Error::line(path, head_line, format!("the columns are {}: needed are {KNOWN}", found.join(", "))));
+    };
+    let mut table = Table::new(values.len(), known);
+    for record in csv.records() {
+        let record = record.map_err(|e| Error::file(path, e))?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let wrong = |what: String| Error::line(path, line, what);
+        let cell = |i: usize| record.get(i).unwrap_or("");
+        let angle = |name: &str, i: usize| {
+            number(name, cell(i)).and_then(|x| x.ok_or_else(|| format!("{name} is missing"))).map_err(wrong)
+        };
+        let direction = angles.check(angle("theta", theta)?, angle("phi", phi)?).map_err(wrong)?;
+        let given = values.iter().map(|&i| number(&head[i], cell(i))).collect::<Result<Vec<_>, _>>().map_err(wrong)?;
+        table.add(direction, &given).map_err(wrong)?;
+    }
+    Ok(table)
+}
+
+fn pixels(path: &Path, image: Result<image::Pixels, String>, reading: &Reading) -> Result<Table, Error> {
+    let image = image.map_err(|what| Error::file(path, what))?;
+    let Some([theta, phi]) = reading.axes else {
+        return Err(Error::file(path, "an image does not say its angles: give --theta FIRST:LAST of its rows and --phi of its columns"));
+    };
+    let angles = reading.angles.unwrap_or(Angles::Fiber);
+    let along = |axis: Axis, i: usize, count: usize| {
+        let share = if count > 1 { i as f64 / (count - 1) as f64 } else { 0.0 };
+        axis.first + (axis.last - axis.first) * share
+    };
+    let mut table = Table::new(image.channels, Reading::default());
+    for row in 0..image.height {
+        for column in 0..image.width {
+            let wrong = |what: String| Error::file(path, format!("row {}, column {}: {what}", row + 1, column + 1));
+            let direction = angles
+                .check(along(theta, row, image.height), along(phi, column, image.width))
+                .map_err(wrong)?;
+            let start = (row * image.width + column) * image.channels;
+            let values: Vec<Option<f64>> =
+                image.values[start..start + image.channels].iter().map(|&x| (!x.is_nan()).then_some(x)).collect();
+            if values.iter().flatten().any(|x| x.is_infinite()) {
+                return Err(wrong("the value is infinite".to_owned()));
+            }
+            table.add(direction, &values).map_err(wrong)?;
+        }
+    }
+    Ok(table)
+}

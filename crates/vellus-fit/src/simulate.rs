@@ -1,0 +1,154 @@
+//! Synthetic measurements: of the model itself, or of the whole fibre traced photon by photon, which is not the model.
+
+use crate::error::Error;
+use crate::forward::{Forward, direction, far_field};
+use crate::profile::{Point, Profile, Quantity, check_angles};
+use rand::{Rng, SeedableRng};
+use std::f64::consts::TAU;
+use vellus::Fiber;
+use vellus_medulla::medulla::SimRng;
+use vellus_medulla::profile::{Cells, profile};
+
+/// A gantry: where it stands, how finely it samples, how well it measures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Synthetic {
+    /// Inclination of the fixed direction, degrees.
+    pub theta_o: f64,
+    /// First and last θ, degrees.
+    pub theta: [f64; 2],
+    /// First and last φ, degrees.
+    pub phi: [f64; 2],
+    /// Steps over θ and φ, degrees.
+    pub step: [f64; 2],
+    /// Standard deviation of the logarithm of each value: 0.02 for noise of 2 %.
+    pub noise: f64,
+    /// Share of the directions that cannot be measured, in patches, as where an arm is in the way.
+    pub gaps: f64,
+    /// What the values are multiplied with: the unit of a gantry is its own.
+    pub scale: f64,
+    /// 1 (grey: the red channel of the fibre) or 3.
+    pub channels: usize,
+    /// Of noise, gaps and photons.
+    pub seed: u64,
+}
+
+impl Default for Synthetic {
+    /// The range of the measurements of Yan et al. 2015, every 2°, with 2 % of noise and 10 % of gaps.
+    fn default() -> Self {
+        Synthetic {
+            theta_o: -30.0,
+            theta: [10.0, 50.0],
+            phi: [-20.0, 200.0],
+            step: [2.0, 2.0],
+            noise: 0.02,
+            gaps: 0.1,
+            scale: 1.0,
+            channels: 1,
+            seed: 1,
+        }
+    }
+}
+
+impl Synthetic {
+    /// θ and φ of the rows and columns.
+    fn axes(&self) -> Result<[Vec<f64>; 2], Error> {
+        let wrong = |what: String| Error::Profile(what);
+        for (name, x, low, high) in
+            [("noise", self.noise, 0.0, 1.0), ("gaps", self.gaps, 0.0, 0.9), ("theta_o", self.theta_o, -89.9, 89.9)]
+        {
+            if !(low..=high).contains(&x) {
+                return Err(wrong(format!("{name} = {x} is out of range: it must be in [{low}, {high}]")));
+            }
+        }
+        let axis = |name: &str, [first, last]: [f64; 2], step: f64| {
+            if !(step > 0.0 && last > first && (last - first) / step <= 4000.0) {
+                return Err(wrong(format!("{name} from {first} to {last} in steps of {step} is no range of angles")));
+            }
+            let count = ((last - first) / step + 1e-9).floor() as usize + 1;
+            Ok((0..count).map(|i| first + i as f64 * step).collect::<Vec<f64>>())
+        };
+        let axes = [axis("theta", self.theta, self.step[0])?, axis("phi", self.phi, self.step[1])?];
+        for &theta in &axes[0] {
+            check_angles(theta, 0.0).map_err(wrong)?;
+        }
+        for &phi in &axes[1] {
+            check_angles(0.0, phi).map_err(wrong)?;
+        }
+        Ok(axes)
+    }
+
+    /// Measures values given row by row over θ.
+    fn measure(&self, [thetas, phis]: &[Vec<f64>; 2], values: &[[f64; 3]]) -> Profile {
+        let mut rng = SimRng::seed_from_u64(self.seed);
+        let mut unit = move || (rng.next_u64() >> 11) as f64 * (0.5f64).powi(53);
+        let (rows, columns) = (thetas.len(), phis.len());
+        let mut hidden = vec![false; rows * columns];
+        // Patches of up to a sixth of each side.
+        let goal = (self.gaps * hidden.len() as f64).round() as usize;
+        let mut count = 0;
+        while count < goal {
+            let mut side = |n: usize| 1 + (unit() * (n as f64 / 6.0)) as usize;
+            let (high, wide) = (side(rows), side(columns));
+            let (top, left) = ((unit() * rows as f64) as usize, (unit() * columns as f64) as usize);
+            for row in top..rows.min(top + high) {
+                for column in left..columns.min(left + wide) {
+                    let cell = &mut hidden[row * columns + column];
+                    count += usize::from(!*cell && count < goal);
+                    *cell |= count <= goal;
+                }
+            }
+        }
+        let mut normal = || (-2.0 * (1.0 - unit()).ln()).sqrt() * (TAU * unit()).cos();
+        let (mut points, mut missing) = (Vec::new(), Vec::new());
+        for (i, value) in values.iter().enumerate() {
+            let (theta, phi) = (thetas[i / columns], phis[i % columns]);
+            let value = value.map(|x| x * self.scale * (self.noise * normal()).exp());
+            if hidden[i] || value[..self.channels].contains(&0.0) {
+                missing.push([theta, phi]);
+            } else {
+                points.push(Point { theta, phi, value });
+            }
+        }
+        Profile { theta_o: self.theta_o, quantity: Quantity::FCos, channels: self.channels, points, missing }
+    }
+}
+
+/// Measures the far field of the model.
+///
+/// # Errors
+/// [`Error::Fiber`] for a fibre out of range, [`Error::Profile`] for a gantry that makes no sense.
+pub fn from_model(fiber: &Fiber, synthetic: &Synthetic) -> Result<Profile, Error> {
+    from(&far_field, fiber, synthetic)
+}
+
+/// Measures any model.
+///
+/// # Errors
+/// As [`from_model`].
+pub fn from(forward: &Forward, fiber: &Fiber, synthetic: &Synthetic) -> Result<Profile, Error> {
+    let axes = synthetic.axes()?;
+    let directions: Vec<_> =
+        axes[0].iter().flat_map(|&theta| axes[1].iter().map(move |&phi| direction(theta, phi))).collect();
+    let mut values = vec![[0.0f32; 3]; directions.len()];
+    forward(fiber, direction(synthetic.theta_o, 0.0), &directions, &mut values)?;
+    let values: Vec<[f64; 3]> = values.iter().map(|v| v.map(f64::from)).collect();
+    Ok(synthetic.measure(&axes, &values))
+}
+
+/// Measures the whole fibre, traced with `photons` photons: its cuticle rough, its scales tilted. A direction stands for a cell
+/// as large as the steps. `tick` is called with the photons done.
+///
+/// # Errors
+/// As [`from_model`].
+pub fn from_reference(
+    fiber: &Fiber,
+    synthetic: &Synthetic,
+    photons: u64,
+    tick: &(dyn Fn(u64) + Sync),
+) -> Result<Profile, Error> {
+    let axes = synthetic.axes()?;
+    let [theta, phi] = [0, 1].map(|i: usize| axes[i].iter().map(|x| x.to_radians()).collect());
+    let cells = Cells { theta, phi, size: synthetic.step.map(f64::to_radians) };
+    let values = profile(fiber, synthetic.theta_o.to_radians(), &cells, photons, synthetic.seed, tick)?;
+    Ok(synthetic.measure(&axes, &values))
+}

@@ -1,0 +1,47 @@
+//! Where descents start: the presets, and the best of a space-filling design.
+
+use crate::cost::Cost;
+use crate::least_squares::noise;
+use crate::parameters::{Kind, Space, values_of};
+use rayon::prelude::*;
+use vellus::{Fiber, Species};
+
+/// Points of the design tried for each that is kept.
+const TRIED: usize = 16;
+
+/// `count` starts. The scale of each is that which brings its median log-ratio to 0.
+pub fn starts(space: &Space, cost: &Cost, theta_o: f64, count: usize, seed: u64) -> Vec<Vec<f64>> {
+    let scale = space.column_of(Kind::Scale);
+    let scaled = |mut u: Vec<f64>| -> (f64, Vec<f64>) {
+        let mut residuals = cost.residuals(&u);
+        let middle = residuals.len() / 2;
+        let median = *residuals.select_nth_unstable_by(middle, f64::total_cmp).1;
+        match scale {
+            Some(column) => {
+                u[column] -= median;
+                residuals.iter_mut().for_each(|r| *r -= median);
+            }
+            None => residuals.retain(|r| r.is_finite()),
+        }
+        (noise(&residuals), u)
+    };
+    let preset = |fiber: &Fiber| space.variables(&values_of(&space.parameters, fiber, theta_o, 1.0));
+    let mut presets: Vec<(f64, Vec<f64>)> =
+        Species::ALL.par_iter().map(|&species| scaled(preset(&Fiber::preset(species)))).collect();
+    presets.sort_by(|a, b| a.0.total_cmp(&b.0));
+    presets.truncate(count);
+    let rest = count - presets.len();
+    // Owen-scrambled Sobol' points in the usual ranges.
+    let design = |i: usize| -> Vec<f64> {
+        (0..space.leads.len())
+            .map(|column| {
+                let [low, high] = space.usual(column);
+                low + (high - low) * f64::from(sobol_burley::sample(i as u32, column as u32, seed as u32))
+            })
+            .collect()
+    };
+    let mut drawn: Vec<(f64, Vec<f64>)> = (0..rest * TRIED).into_par_iter().map(|i| scaled(design(i))).collect();
+    drawn.sort_by(|a, b| a.0.total_cmp(&b.0));
+    drawn.truncate(rest);
+    presets.into_iter().chain(drawn).map(|(_, u)| u).collect()
+}

@@ -1,0 +1,142 @@
+//! How well the data determines what was fitted.
+
+use crate::least_squares::{Difference, Minimum, Problem};
+use crate::matrix::{Matrix, eigen};
+use crate::parameters::Space;
+use crate::profile::Profile;
+use std::collections::HashMap;
+
+/// A variable whose standard error is more than this share of its usual range is not determined.
+const VAGUE: f64 = 0.1;
+
+/// Components below this share of a direction's length are not worth naming.
+const NAMED: f64 = 0.25;
+
+/// Where a fitted variable ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// Between its bounds.
+    Inside,
+    /// On its lower bound.
+    Low,
+    /// On its upper bound.
+    High,
+}
+
+/// Errors of all variables.
+#[derive(Clone, Debug)]
+pub struct Statistics {
+    /// Where each ended.
+    pub places: Vec<Place>,
+    /// Covariance of the variables; 0 for those on a bound.
+    pub covariance: Matrix,
+    /// Is its standard error small against its usual range, and is it inside?
+    pub determined: Vec<bool>,
+    /// Correlation of residuals with their neighbours', over φ and over θ: near 0 where they are noise, near 1 where the model
+    /// cannot follow the data.
+    pub neighbours: [f64; 2],
+    /// What the standard errors were widened by for it.
+    pub widened: f64,
+    /// The combination of variables the data says least about, the most important first, each with its share: a unit vector in
+    /// units of the usual ranges.
+    pub weakest: Vec<(usize, f64)>,
+    /// Standard error along it, in the same units.
+    pub weakest_error: f64,
+}
+
+/// Errors at a minimum.
+pub fn statistics(problem: &Problem, space: &Space, profile: &Profile, minimum: &Minimum) -> Statistics {
+    let Minimum { u, residuals, noise, .. } = minimum;
+    let n = u.len();
+    let jacobian = problem.jacobian(u, residuals, Difference::Central);
+    let widths: Vec<f64> = (0..n).map(|j| space.usual(j)).map(|[low, high]| (high - low).max(1e-3)).collect();
+    let place = |j: usize| {
+        let [low, high] = problem.bounds[j];
+        let near = 1e-6 * widths[j];
+        if u[j] <= low + near {
+            Place::Low
+        } else if u[j] >= high - near {
+            Place::High
+        } else {
+            Place::Inside
+        }
+    };
+    let places: Vec<Place> = (0..n).map(place).collect();
+    let free: Vec<usize> = (0..n).filter(|&j| places[j] == Place::Inside).collect();
+
+    let neighbours = neighbour_correlation(problem, profile, residuals, *noise);
+    // Variance of the mean of values of which neighbours correlate by ρ (first order, each direction on its own).
+    let inflation: f64 = neighbours.iter().map(|r| r.clamp(0.0, 0.98)).map(|r| (1.0 + r) / (1.0 - r)).product();
+    let variance = residual_variance(problem, residuals, *noise, free.len()) * inflation;
+
+    // In units of the usual ranges, so that eigenvalues can be compared.
+    let mut scaled = Matrix::zero(free.len());
+    for (p, &i) in free.iter().enumerate() {
+        for (q, &j) in free.iter().enumerate().take(p + 1) {
+            let dot: f64 = jacobian[i].iter().zip(&jacobian[j]).map(|(a, b)| a * b).sum();
+            scaled[(p, q)] = dot * widths[i] * widths[j];
+            scaled[(q, p)] = scaled[(p, q)];
+        }
+    }
+    let (values, vectors) = eigen(&scaled);
+    let least = values.first().map_or(0.0, |x| x * 1e-13).max(1e-300);
+    let mut covariance = Matrix::zero(n);
+    for (value, vector) in values.iter().zip(&vectors) {
+        let share = variance / value.max(least);
+        for (p, &i) in free.iter().enumerate() {
+            for (q, &j) in free.iter().enumerate() {
+                covariance[(i, j)] += share * vector[p] * vector[q] * widths[i] * widths[j];
+            }
+        }
+    }
+    let determined =
+        (0..n).map(|j| places[j] == Place::Inside && covariance[(j, j)].sqrt() <= VAGUE * widths[j]).collect();
+    let mut weakest: Vec<(usize, f64)> = vectors
+        .last()
+        .map(|v| free.iter().zip(v).map(|(&j, &x)| (j, x)).filter(|(_, x)| x.abs() >= NAMED).collect())
+        .unwrap_or_default();
+    weakest.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    let weakest_error = values.last().map_or(0.0, |x| (variance / x.max(least)).sqrt());
+    Statistics { places, covariance, determined, neighbours, widened: inflation.sqrt(), weakest, weakest_error }
+}
+
+/// The residuals' variance as the parameters' errors see it (Huber 1981, Eq. 7.6.9): their own where none is an outlier.
+fn residual_variance(problem: &Problem, residuals: &[f64], noise: f64, variables: usize) -> f64 {
+    let (n, p) = (residuals.len() as f64, variables as f64);
+    let (mut squares, mut inliers) = (0.0, 0.0);
+    for &r in residuals {
+        let w = problem.weight(r, noise);
+        squares += (w * r).powi(2);
+        inliers += f64::from(w >= 1.0);
+    }
+    let m = (inliers / n).max(0.1);
+    let correction = 1.0 + p / n * (1.0 - m) / m;
+    correction * correction * squares / (n - p).max(1.0) / (m * m)
+}
+
+/// Correlation of each residual with that of the next φ at the same θ, and of the next θ at the same φ.
+fn neighbour_correlation(problem: &Problem, profile: &Profile, residuals: &[f64], noise: f64) -> [f64; 2] {
+    let (thetas, phis) = (profile.axis(|p| p.theta), profile.axis(|p| p.phi));
+    let cell = |theta: f64, phi: f64| {
+        let find = |axis: &[f64], x: f64| axis.binary_search_by(|y| y.total_cmp(&x)).unwrap_or(usize::MAX);
+        (find(&thetas, theta), find(&phis, phi))
+    };
+    let cells: HashMap<(usize, usize), usize> =
+        profile.points.iter().enumerate().map(|(i, p)| (cell(p.theta, p.phi), i)).collect();
+    let held = |i: usize, c: usize| {
+        let r = residuals[i * profile.channels + c];
+        r * problem.weight(r, noise)
+    };
+    [(0, 1), (1, 0)].map(|(dt, dp)| {
+        let (mut products, mut squares) = (0.0, 0.0);
+        for (&(t, p), &i) in &cells {
+            if let Some(&j) = cells.get(&(t + dt, p + dp)) {
+                for c in 0..profile.channels {
+                    products += held(i, c) * held(j, c);
+                    squares += 0.5 * (held(i, c).powi(2) + held(j, c).powi(2));
+                }
+            }
+        }
+        if squares > 0.0 { products / squares } else { 0.0 }
+    })
+}

@@ -1,0 +1,46 @@
+//! Profiles to text and CSV.
+
+use crate::profile::{Point, Profile};
+
+/// The values as a file has them: seven digits.
+fn cells(p: &Point, channels: usize) -> impl Iterator<Item = String> + '_ {
+    p.value[..channels].iter().map(|x| format!("{x:.6e}"))
+}
+
+/// Notes of the header, and what a reader needs to know.
+fn header(profile: &Profile, angles: &str, notes: &[String]) -> String {
+    let notes: String = notes.iter().map(|note| format!("# {note}\n")).collect();
+    format!("{notes}# theta_o = {}\n# quantity = {}\n# angles = {angles}\n", profile.theta_o, profile.quantity.name())
+}
+
+/// Rounds off what subtracting angles adds.
+fn tidy(x: f64) -> f64 {
+    (x * 1e9).round() / 1e9
+}
+
+/// In the text format of the measurements of Yan et al. 2015: `phi theta value` in the gantry's coordinates, `?` for what is
+/// missing. `notes` become comments at its head.
+pub fn gantry_text(profile: &Profile, notes: &[String]) -> String {
+    let mut text = header(profile, "gantry", notes);
+    let place = |theta: f64, phi: f64| format!("{} {}", tidy(phi + 90.0), tidy(90.0 - theta));
+    for p in &profile.points {
+        text += &format!("{} {}\n", place(p.theta, p.phi), cells(p, profile.channels).collect::<Vec<_>>().join(" "));
+    }
+    for [theta, phi] in &profile.missing {
+        text += &format!("{} {}\n", place(*theta, *phi), vec!["?"; profile.channels].join(" "));
+    }
+    text
+}
+
+/// As CSV: theta, phi, and value or r, g, b. `notes` become comments at its head.
+pub fn csv(profile: &Profile, notes: &[String]) -> String {
+    let names = if profile.channels == 1 { "value" } else { "r,g,b" };
+    let mut text = header(profile, "fiber", notes) + &format!("theta,phi,{names}\n");
+    for p in &profile.points {
+        text += &format!("{},{},{}\n", tidy(p.theta), tidy(p.phi), cells(p, profile.channels).collect::<Vec<_>>().join(","));
+    }
+    for [theta, phi] in &profile.missing {
+        text += &format!("{},{},{}\n", tidy(*theta), tidy(*phi), vec!["?"; profile.channels].join(","));
+    }
+    text
+}
