@@ -5,6 +5,7 @@ mod energy;
 mod eval;
 mod fiber;
 mod fiber_args;
+mod fit;
 mod groom;
 mod model_args;
 mod output;
@@ -53,6 +54,8 @@ enum Command {
     /// What is in a groom, and other formats of it.
     #[command(subcommand)]
     Groom(groom::Command),
+    /// Fit a fibre's parameters to its measured profile, or write a synthetic measurement.
+    Fit(Box<fit::Args>),
     /// Put together films that `render --samples` rendered apart.
     Merge(render::MergeArgs),
     /// Monte Carlo of the whole fibre, beside the model's energies.
@@ -93,6 +96,7 @@ fn main() -> std::process::ExitCode {
         Some(Command::Render(args)) => render::run(&args),
         Some(Command::Scene(args)) => scene::run(&args),
         Some(Command::Groom(command)) => groom::run(&command),
+        Some(Command::Fit(args)) => fit::run(&args),
         Some(Command::Merge(args)) => render::merge(&args),
         Some(Command::Reference(args)) => reference::run(&args),
     };

@@ -13,7 +13,8 @@ fn process() -> (f64, f64) {
     // Clock ticks of 10 ms; fields 14 and 15 of the whole line.
     let ticks = |i: usize| fields.get(i).and_then(|x| x.parse::<f64>().ok()).unwrap_or(0.0);
     let peak = read("/proc/self/status");
-    let peak = peak.lines().find_map(|l| l.strip_prefix("VmHWM:")?.trim().strip_suffix("kB")?.trim().parse::<f64>().ok());
+    let peak =
+        peak.lines().find_map(|l| l.strip_prefix("VmHWM:")?.trim().strip_suffix("kB")?.trim().parse::<f64>().ok());
     ((ticks(11) + ticks(12)) / 100.0, peak.unwrap_or(0.0) / 1000.0)
 }
 
@@ -70,7 +71,10 @@ fn main() {
             );
         }
     }
-    println!("{count} errors of determined parameters: rms {:.2}, largest {worst:.1}", (squares / f64::from(count)).sqrt());
+    println!(
+        "{count} errors of determined parameters: rms {:.2}, largest {worst:.1}",
+        (squares / f64::from(count)).sqrt()
+    );
     println!("\nfrom the whole fibre, {photons} photons");
     for species in Species::ALL {
         let truth = Fiber::preset(species);

@@ -39,8 +39,9 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        // 2.5: noise alone is treated almost as least squares would (99 % efficient).
-        Options { requests: Requests::default(), starts: 32, seed: 1, huber: 2.5 }
+        // 4: where the model cannot follow the data, the highlights are what is furthest off, and must not count for
+        // nothing: at 2.5 NRMSE of the whole fibre is up to 1.6 points worse.
+        Options { requests: Requests::default(), starts: 32, seed: 1, huber: 4.0 }
     }
 }
 
@@ -178,12 +179,19 @@ pub fn fit(
         values: space.values(&m.u),
         chi2: 2.0 * (fine.loss(&m.residuals, best.noise) - fine.loss(&best.residuals, best.noise)),
     });
-    Ok(describe(profile, &space, &fine, best, &statistics, Outside {
-        starts: [begun.len(), finished, reached],
-        rival,
-        evaluations: part.evaluations.load(Ordering::Relaxed) + all.evaluations.load(Ordering::Relaxed),
-        interrupted,
-    }))
+    Ok(describe(
+        profile,
+        &space,
+        &fine,
+        best,
+        &statistics,
+        Outside {
+            starts: [begun.len(), finished, reached],
+            rival,
+            evaluations: part.evaluations.load(Ordering::Relaxed) + all.evaluations.load(Ordering::Relaxed),
+            interrupted,
+        },
+    ))
 }
 
 /// Sorts by the loss, all measured by the noise of the best.
@@ -262,7 +270,13 @@ fn describe(
     let c = &statistics.covariance;
     let correlation = |i: usize, j: usize| {
         let norm = (c[(i, i)] * c[(j, j)]).sqrt();
-        if i == j { 1.0 } else if norm > 0.0 { c[(i, j)] / norm } else { 0.0 }
+        if i == j {
+            1.0
+        } else if norm > 0.0 {
+            c[(i, j)] / norm
+        } else {
+            0.0
+        }
     };
     let ratio = |i: usize, c: usize| best.residuals[i * profile.channels + c].exp();
     let fitted: Vec<[f64; 3]> = profile

@@ -32,7 +32,8 @@ pub fn npy(bytes: &[u8]) -> Result<Pixels, String> {
     };
     let (head, data) = rest.split_at_checked(length).ok_or_else(broken)?;
     let head = std::str::from_utf8(head).map_err(|_| broken())?;
-    let after = |key: &str| head.split_once(key).and_then(|(_, rest)| rest.split_once(':')).map(|(_, rest)| rest.trim());
+    let after =
+        |key: &str| head.split_once(key).and_then(|(_, rest)| rest.split_once(':')).map(|(_, rest)| rest.trim());
     let kind = after("'descr'").and_then(|rest| rest.split('\'').nth(1)).ok_or_else(broken)?;
     if after("'fortran_order'").ok_or_else(broken)?.starts_with("True") {
         return Err("it is in Fortran's order: save numpy.ascontiguousarray of it".to_owned());

@@ -237,7 +237,8 @@ impl Space {
         for (name, values) in &requests.fix {
             let places = find(name)?;
             if values.len() != 1 && values.len() != places.len() {
-                let count = if places.len() == 1 { "one value".to_owned() } else { format!("one value or {}", places.len()) };
+                let count =
+                    if places.len() == 1 { "one value".to_owned() } else { format!("one value or {}", places.len()) };
                 return Err(Error::Parameter(format!("{name} takes {count}, not {}", values.len())));
             }
             for (k, &i) in places.iter().enumerate() {
@@ -292,7 +293,10 @@ impl Space {
                     });
                     let curve = parameters[lead].curve;
                     let [low, high]: [f64; 2] = bounds[column];
-                    bounds[column] = [low.max(curve.variable(p.low.max(parameters[lead].low))), high.min(curve.variable(p.high.min(parameters[lead].high)))];
+                    bounds[column] = [
+                        low.max(curve.variable(p.low.max(parameters[lead].low))),
+                        high.min(curve.variable(p.high.min(parameters[lead].high))),
+                    ];
                     Source::Free(column)
                 }
             };

@@ -102,7 +102,8 @@ fn header(path: &Path, text: &str) -> Result<Reading, Error> {
     for (i, line) in text.lines().enumerate() {
         let Some((name, value)) = line.trim().strip_prefix('#').and_then(|rest| rest.split_once('=')) else { continue };
         let (name, value) = (name.trim(), value.trim());
-        let wrong = |expected: &str| Error::line(path, i as u64 + 1, format!("{name} = '{value}': expected {expected}"));
+        let wrong =
+            |expected: &str| Error::line(path, i as u64 + 1, format!("{name} = '{value}': expected {expected}"));
         match name {
             "theta_o" => known.theta_o = Some(value.parse().map_err(|_| wrong("degrees"))?),
             "angles" => {
@@ -220,7 +221,10 @@ fn columns(path: &Path, text: &str, reading: &Reading) -> Result<Table, Error> {
 fn pixels(path: &Path, image: Result<image::Pixels, String>, reading: &Reading) -> Result<Table, Error> {
     let image = image.map_err(|what| Error::file(path, what))?;
     let Some([theta, phi]) = reading.axes else {
-        return Err(Error::file(path, "an image does not say its angles: give --theta FIRST:LAST of its rows and --phi of its columns"));
+        return Err(Error::file(
+            path,
+            "an image does not say its angles: give --theta FIRST:LAST of its rows and --phi of its columns",
+        ));
     };
     let angles = reading.angles.unwrap_or(Angles::Fiber);
     let along = |axis: Axis, i: usize, count: usize| {
@@ -231,9 +235,8 @@ fn pixels(path: &Path, image: Result<image::Pixels, String>, reading: &Reading) 
     for row in 0..image.height {
         for column in 0..image.width {
             let wrong = |what: String| Error::file(path, format!("row {}, column {}: {what}", row + 1, column + 1));
-            let direction = angles
-                .check(along(theta, row, image.height), along(phi, column, image.width))
-                .map_err(wrong)?;
+            let direction =
+                angles.check(along(theta, row, image.height), along(phi, column, image.width)).map_err(wrong)?;
             let start = (row * image.width + column) * image.channels;
             let values: Vec<Option<f64>> =
                 image.values[start..start + image.channels].iter().map(|&x| (!x.is_nan()).then_some(x)).collect();

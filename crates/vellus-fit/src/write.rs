@@ -37,7 +37,12 @@ pub fn csv(profile: &Profile, notes: &[String]) -> String {
     let names = if profile.channels == 1 { "value" } else { "r,g,b" };
     let mut text = header(profile, "fiber", notes) + &format!("theta,phi,{names}\n");
     for p in &profile.points {
-        text += &format!("{},{},{}\n", tidy(p.theta), tidy(p.phi), cells(p, profile.channels).collect::<Vec<_>>().join(","));
+        text += &format!(
+            "{},{},{}\n",
+            tidy(p.theta),
+            tidy(p.phi),
+            cells(p, profile.channels).collect::<Vec<_>>().join(",")
+        );
     }
     for [theta, phi] in &profile.missing {
         text += &format!("{},{},{}\n", tidy(*theta), tidy(*phi), vec!["?"; profile.channels].join(","));

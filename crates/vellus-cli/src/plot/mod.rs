@@ -1,6 +1,6 @@
 //! `vellus plot`: pictures of the model, PNG and SVG.
 
-mod canvas;
+pub mod canvas;
 mod energy;
 mod error;
 mod lobes;

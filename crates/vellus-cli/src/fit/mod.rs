@@ -1,0 +1,195 @@
+//! `vellus fit`: a measured profile to the parameters of a fibre, and synthetic measurements.
+
+mod pictures;
+mod report;
+mod simulate;
+mod tell;
+
+use crate::output;
+use anyhow::{Context, Result, bail};
+use std::path::PathBuf;
+use vellus_fit::{Angles, Axis, Options, Quantity, Reading, Requests, far_field};
+
+/// Fit a fibre's parameters to its measured profile (Yan17 Sec. 5.1), or write a synthetic measurement.
+///
+/// PROFILE is light scattered by one fibre, averaged over its width, while one of camera and light is fixed and the other moves: lines
+/// `phi theta value` or `phi theta r g b` (.txt, in the gantry's coordinates of Yan et al. 2015; `?` for missing), CSV with columns
+/// theta, phi and value or r, g, b, or an image (.npy, .exr) with rows over theta and columns over phi. Its unit is arbitrary.
+/// Ctrl-C leaves the best so far, marked as such.
+#[derive(clap::Args)]
+pub struct Args {
+    /// The measured profile: .txt, .csv, .npy or .exr.
+    #[arg(required_unless_present = "simulate", conflicts_with = "simulate")]
+    profile: Option<PathBuf>,
+    /// Where to write the fibre (.toml), or the synthetic measurement (.txt or .csv).
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Folder for a report: index.html with pictures of the measured and the fitted profile and their ratio, and profile.csv.
+    #[arg(long, value_name = "DIR", conflicts_with = "simulate")]
+    report: Option<PathBuf>,
+    /// How the result is written to standard output.
+    #[arg(long, value_enum, default_value_t = Format::Table)]
+    format: Format,
+    /// Inclination of the direction that is fixed, degrees; the file may say it: `# theta_o = -30`.
+    #[arg(long, allow_negative_numbers = true, value_name = "DEG")]
+    theta_o: Option<f64>,
+    /// What the file's angles mean: those of the fibre, or of the gantry of Yan et al. 2015 (theta is 90° less its theta, phi its phi
+    /// less 90°). Without it: the gantry's in .txt, the fibre's otherwise.
+    #[arg(long, value_enum, conflicts_with = "simulate")]
+    angles: Option<AnglesArg>,
+    /// What the values are proportional to: f·cos θ (a fixed camera and a light that moves, or a moving detector that sees the whole
+    /// fibre) or f (a moving camera's radiance). Without it: what the file says, or f-cos.
+    #[arg(long, value_enum, conflicts_with = "simulate")]
+    quantity: Option<QuantityArg>,
+    /// θ of the first and last row of an image, or of a synthetic measurement, degrees.
+    #[arg(long, value_parser = range, allow_hyphen_values = true, value_name = "FIRST:LAST")]
+    theta: Option<[f64; 2]>,
+    /// φ of the first and last column, degrees.
+    #[arg(long, value_parser = range, allow_hyphen_values = true, value_name = "FIRST:LAST")]
+    phi: Option<[f64; 2]>,
+    /// Hold a parameter: eta=1.55, or sigma_ca=0.1,0.2,0.4 of an RGB profile; scale=1 for an absolute measurement. May be repeated.
+    #[arg(long, value_name = "NAME=VALUE", conflicts_with = "simulate")]
+    fix: Vec<String>,
+    /// Give the first parameter the value of the second: beta_n=beta_m, sigma_ma.r=sigma_ma.g. May be repeated.
+    #[arg(long, value_name = "NAME=NAME", conflicts_with = "simulate")]
+    tie: Vec<String>,
+    /// Fit what usually is not: theta_o. May be repeated.
+    #[arg(long, value_name = "NAME", conflicts_with = "simulate")]
+    free: Vec<String>,
+    /// Descents begun: from the presets, and from the best of a space-filling design.
+    #[arg(long, value_name = "N", conflicts_with = "simulate", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    starts: Option<u32>,
+    /// Residuals above that many times the noise count linearly, not squared (Huber's loss); inf for plain least squares.
+    #[arg(long, value_name = "K", conflicts_with = "simulate")]
+    huber: Option<f64>,
+    /// Seed of starts, or of noise, gaps and photons.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    #[command(flatten)]
+    synthetic: simulate::Args,
+}
+
+/// How a result is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Format {
+    /// For people.
+    Table,
+    /// One object.
+    Json,
+}
+
+/// [`Angles`] on the command line.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum AnglesArg {
+    Fiber,
+    Gantry,
+}
+
+/// [`Quantity`] on the command line.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum QuantityArg {
+    FCos,
+    F,
+}
+
+fn range(text: &str) -> Result<[f64; 2]> {
+    let (first, last) = text.split_once(':').context("expected FIRST:LAST, such as 10:50")?;
+    let number = |x: &str| x.trim().parse::<f64>().with_context(|| format!("'{x}' is not a number"));
+    Ok([number(first)?, number(last)?])
+}
+
+/// NAME=… of an option.
+fn pair<'a>(option: &str, text: &'a str) -> Result<(&'a str, &'a str)> {
+    let (name, value) = text.split_once('=').with_context(|| format!("--{option} {text}: expected NAME=…"))?;
+    Ok((name.trim(), value.trim()))
+}
+
+impl Args {
+    fn reading(&self) -> Result<Reading> {
+        let axes = match (self.theta, self.phi) {
+            (Some(theta), Some(phi)) => Some([theta, phi].map(|[first, last]| Axis { first, last })),
+            (None, None) => None,
+            _ => bail!("--theta and --phi belong together"),
+        };
+        Ok(Reading {
+            theta_o: self.theta_o,
+            angles: self.angles.map(|a| match a {
+                AnglesArg::Fiber => Angles::Fiber,
+                AnglesArg::Gantry => Angles::Gantry,
+            }),
+            quantity: self.quantity.map(|q| match q {
+                QuantityArg::FCos => Quantity::FCos,
+                QuantityArg::F => Quantity::F,
+            }),
+            axes,
+        })
+    }
+
+    fn options(&self) -> Result<Options> {
+        let mut requests = Requests { free: self.free.clone(), ..Requests::default() };
+        for text in &self.fix {
+            let (name, values) = pair("fix", text)?;
+            let number =
+                |x: &str| x.trim().parse::<f64>().with_context(|| format!("--fix {text}: '{x}' is not a number"));
+            requests.fix.push((name.to_owned(), values.split(',').map(number).collect::<Result<_>>()?));
+        }
+        for text in &self.tie {
+            let (name, leader) = pair("tie", text)?;
+            requests.tie.push((name.to_owned(), leader.to_owned()));
+        }
+        let default = Options::default();
+        let huber = self.huber.unwrap_or(default.huber);
+        if !(huber >= 1.0) {
+            bail!("--huber {huber} is out of range: it must be at least 1");
+        }
+        Ok(Options { requests, starts: self.starts.map_or(default.starts, |n| n as usize), seed: self.seed, huber })
+    }
+}
+
+/// Runs it.
+pub fn run(args: &Args) -> Result<()> {
+    let Some(path) = &args.profile else {
+        return simulate::run(args);
+    };
+    if let Some(out) = &args.out {
+        if out.extension().is_none_or(|e| e != "toml") {
+            bail!("{}: the fibre's name must end in .toml", out.display());
+        }
+        output::writable(out)?;
+    }
+    if let Some(folder) = &args.report {
+        if folder.exists() && !folder.is_dir() {
+            bail!("cannot write {}: it is not a folder", folder.display());
+        }
+        output::writable(&folder.join("index.html"))?;
+    }
+    let reading = args.reading()?;
+    if reading.axes.is_some() && path.extension().is_some_and(|e| e == "txt" || e == "csv") {
+        bail!("--theta and --phi are the angles of an image: {} has its own", path.display());
+    }
+    let options = args.options()?;
+    let profile = vellus_fit::read(path, &reading)?;
+    let stop = output::interrupt()?;
+    let bar = output::progress(options.starts as u64, "fitting");
+    let fit = vellus_fit::fit(&profile, &far_field, &options, &stop, &|| bar.inc(1))?;
+    bar.finish_and_clear();
+    let told = tell::Told { path, profile: &profile, fit: &fit };
+    if let Some(out) = &args.out {
+        output::write(Some(out), told.toml()?.as_bytes())?;
+    }
+    if let Some(folder) = &args.report {
+        report::write(&told, folder)?;
+    }
+    let text = match args.format {
+        Format::Table => told.table(),
+        Format::Json => format!("{}\n", serde_json::to_string_pretty(&told.json())?),
+    };
+    output::write(None, text.as_bytes())?;
+    for warning in told.warnings() {
+        eprintln!("warning: {warning}");
+    }
+    for path in args.out.iter().cloned().chain(args.report.iter().map(|folder| folder.join("index.html"))) {
+        eprintln!("wrote {}", path.display());
+    }
+    Ok(())
+}

@@ -1,0 +1,293 @@
+//! Measured, fitted, their ratio, and slices through them (Yan17 Fig. 11).
+
+use super::tell::Told;
+use crate::plot::canvas::{Draw, LOBE_COLORS, Mark, font, legend, titled};
+use crate::query::direction;
+use anyhow::Result;
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
+use vellus_fit::{Fit, Profile, Quantity, far_field};
+
+/// Points of a fitted curve.
+const CURVE: usize = 400;
+
+/// Slices of each kind.
+const SLICES: usize = 4;
+
+/// Where a profile was measured and what was found there: logarithms (base 10) averaged over the channels.
+struct Cell {
+    theta: f64,
+    phi: f64,
+    measured: f64,
+    fitted: f64,
+}
+
+fn mean_log(values: &[f64]) -> f64 {
+    values.iter().map(|x| x.max(1e-300).log10()).sum::<f64>() / values.len() as f64
+}
+
+fn cells(profile: &Profile, fit: &Fit) -> Vec<Cell> {
+    let channels = profile.channels;
+    let pairs = profile.points.iter().zip(&fit.fitted);
+    pairs
+        .map(|(p, f)| Cell {
+            theta: p.theta,
+            phi: p.phi,
+            measured: mean_log(&p.value[..channels]),
+            fitted: mean_log(&f[..channels]),
+        })
+        .collect()
+}
+
+/// The median distance of neighbours on an axis.
+fn spacing(axis: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = axis.windows(2).map(|w| w[1] - w[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    steps.get(steps.len() / 2).copied().unwrap_or(1.0)
+}
+
+/// Blue, white, red.
+fn diverging(t: f64) -> RGBColor {
+    let t = t.clamp(-1.0, 1.0);
+    let end = if t < 0.0 { [33.0, 102.0, 172.0] } else { [178.0, 24.0, 43.0] };
+    let mix = |c: f64| (247.0 + (c - 247.0) * t.abs()).round() as u8;
+    RGBColor(mix(end[0]), mix(end[1]), mix(end[2]))
+}
+
+/// A number in few digits.
+fn short(x: f64) -> String {
+    if (1e-2..1e4).contains(&x) { format!("{x:.2}") } else { format!("{x:.1e}") }
+}
+
+/// The three profiles, one above the other.
+pub struct Profiles<'a>(pub &'a Told<'a>);
+
+impl Draw for Profiles<'_> {
+    fn size(&self) -> (u32, u32) {
+        (1300, 1180)
+    }
+
+    fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Result<()>
+    where
+        DB::ErrorType: 'static,
+    {
+        let Told { profile, fit, .. } = self.0;
+        let cells = cells(profile, fit);
+        let what = match profile.quantity {
+            Quantity::FCos => "f·cos θ",
+            Quantity::F => "f",
+        };
+        let averaged = if profile.channels == 1 { "" } else { ", geometric mean of the channels" };
+        let title = format!(
+            "{what} in the measurement's unit{averaged}, θ_o = {:.1}°; NRMSE {:.2} %, of logarithms {:.2} %",
+            fit.theta_o,
+            100.0 * fit.nrmse,
+            100.0 * fit.log_nrmse
+        );
+        let area = titled(area, &title, 21.0)?;
+        let low = cells.iter().map(|c| c.measured).fold(f64::INFINITY, f64::min);
+        let high = cells.iter().map(|c| c.measured).fold(f64::NEG_INFINITY, f64::max);
+        let mut off: Vec<f64> = cells.iter().map(|c| (c.fitted - c.measured).abs()).collect();
+        off.sort_by(f64::total_cmp);
+        // The largest hundredth may be outliers; a factor of 1.05 at least, or noise would look like structure.
+        let span = off[(off.len() - 1) * 99 / 100].max(1.05f64.log10());
+        let light = |x: f64| ViridisRGB.get_color(((x - low) / (high - low).max(1e-9)).clamp(0.0, 1.0));
+        let scale = [low, high].map(|x| 10f64.powf(x));
+        let ratio = [-span, span].map(|x| 10f64.powf(x));
+        let places = area.split_evenly((3, 1));
+        let level = |t: f64| ViridisRGB.get_color(t);
+        let fold = |t: f64| diverging(2.0 * t - 1.0);
+        self.panel(&places[0], "measured", &cells, &|c| light(c.measured), scale, &level)?;
+        self.panel(&places[1], "fitted", &cells, &|c| light(c.fitted), scale, &level)?;
+        self.panel(
+            &places[2],
+            "fitted / measured",
+            &cells,
+            &|c| diverging((c.fitted - c.measured) / span),
+            ratio,
+            &fold,
+        )
+    }
+}
+
+impl Profiles<'_> {
+    fn panel<DB: DrawingBackend>(
+        &self,
+        area: &DrawingArea<DB, Shift>,
+        name: &str,
+        cells: &[Cell],
+        color: &dyn Fn(&Cell) -> RGBColor,
+        scale: [f64; 2],
+        level: &dyn Fn(f64) -> RGBColor,
+    ) -> Result<()>
+    where
+        DB::ErrorType: 'static,
+    {
+        let profile = self.0.profile;
+        let missing = profile.missing.iter();
+        let axis = |coordinate: fn(&[f64; 2]) -> f64| -> Vec<f64> {
+            let all = cells.iter().map(|c| [c.theta, c.phi]).chain(missing.clone().copied());
+            let mut values: Vec<f64> = all.map(|x| coordinate(&x)).collect();
+            values.sort_by(f64::total_cmp);
+            values.dedup();
+            values
+        };
+        let (thetas, phis) = (axis(|x| x[0]), axis(|x| x[1]));
+        let (high, wide) = (0.5 * spacing(&thetas), 0.5 * spacing(&phis));
+        let ends = |axis: &[f64], half: f64| (axis[0] - half)..(axis[axis.len() - 1] + half);
+        let (width, _) = area.dim_in_pixel();
+        let (left, right) = area.split_horizontally(width - 130);
+        let mut chart = ChartBuilder::on(&left)
+            .margin(10)
+            .caption(name, font(22.0))
+            .x_label_area_size(46)
+            .y_label_area_size(64)
+            .build_cartesian_2d(ends(&phis, wide), ends(&thetas, high))?;
+        // What is missing stays grey.
+        chart.plotting_area().fill(&RGBColor(200, 200, 200))?;
+        chart
+            .configure_mesh()
+            .disable_mesh()
+            .x_desc("φ, degrees")
+            .y_desc("θ, degrees")
+            .x_labels(12)
+            .y_labels(6)
+            .x_label_formatter(&|x| format!("{x:.0}"))
+            .y_label_formatter(&|y| format!("{y:.0}"))
+            .label_style(font(16.0))
+            .axis_desc_style(font(17.0))
+            .draw()?;
+        chart.draw_series(cells.iter().map(|c| {
+            let corners = [(c.phi - wide, c.theta - high), (c.phi + wide, c.theta + high)];
+            Rectangle::new(corners, color(c).filled())
+        }))?;
+        bar(&right, scale, level)
+    }
+}
+
+/// A colour bar, logarithmic from `scale[0]` to `scale[1]`.
+fn bar<DB: DrawingBackend>(
+    area: &DrawingArea<DB, Shift>,
+    scale: [f64; 2],
+    level: &dyn Fn(f64) -> RGBColor,
+) -> Result<()>
+where
+    DB::ErrorType: 'static,
+{
+    const STEPS: i32 = 64;
+    let (_, height) = area.dim_in_pixel();
+    let (top, bottom) = (54, height as i32 - 66);
+    let y = |t: f64| bottom - (t * f64::from(bottom - top)) as i32;
+    for i in 0..STEPS {
+        let [a, b] = [i, i + 1].map(|i| y(f64::from(i) / f64::from(STEPS)));
+        area.draw(&Rectangle::new([(4, b), (26, a)], level((f64::from(i) + 0.5) / f64::from(STEPS)).filled()))?;
+    }
+    for t in [0.0, 0.5, 1.0] {
+        let value = (scale[0].ln() * (1.0 - t) + scale[1].ln() * t).exp();
+        area.draw_text(&short(value), &font(16.0), (34, y(t) - 8))?;
+    }
+    Ok(())
+}
+
+/// Slices through both: over φ at some θ, and over θ at some φ.
+pub struct Slices<'a>(pub &'a Told<'a>);
+
+impl Draw for Slices<'_> {
+    fn size(&self) -> (u32, u32) {
+        (1300, 1180)
+    }
+
+    fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Result<()>
+    where
+        DB::ErrorType: 'static,
+    {
+        let area = titled(area, "points: measured; curves: fitted", 21.0)?;
+        for (over_phi, place) in [true, false].into_iter().zip(area.split_evenly((2, 1))) {
+            self.panel(&place, over_phi)?;
+        }
+        Ok(())
+    }
+}
+
+impl Slices<'_> {
+    /// log₁₀ of what the model says.
+    fn model(&self, theta: f64, phi: f64) -> Result<f64> {
+        let Told { profile, fit, .. } = self.0;
+        let mut value = [[0.0; 3]];
+        far_field(&fit.fiber, direction(fit.theta_o, 0.0), &[direction(theta, phi)], &mut value)?;
+        let cosine = match profile.quantity {
+            Quantity::FCos => 1.0,
+            Quantity::F => theta.to_radians().cos(),
+        };
+        let value = value[0].map(|x| f64::from(x) * fit.scale / cosine);
+        Ok(mean_log(&value[..profile.channels]))
+    }
+
+    fn panel<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>, over_phi: bool) -> Result<()>
+    where
+        DB::ErrorType: 'static,
+    {
+        let Told { profile, fit, .. } = self.0;
+        let cells = cells(profile, fit);
+        let held = |c: &Cell| if over_phi { c.theta } else { c.phi };
+        let runs = |c: &Cell| if over_phi { c.phi } else { c.theta };
+        let axis = |coordinate: &dyn Fn(&Cell) -> f64| {
+            let mut values: Vec<f64> = cells.iter().map(coordinate).collect();
+            values.sort_by(f64::total_cmp);
+            values.dedup();
+            values
+        };
+        let (places, along) = (axis(&held), axis(&runs));
+        let chosen: Vec<f64> = (0..SLICES.min(places.len()))
+            .map(|i| places[(places.len() - 1) * (2 * i + 1) / (2 * SLICES.min(places.len()))])
+            .collect();
+        let (first, last) = (along[0], along[along.len() - 1]);
+        let mut low = f64::INFINITY;
+        let mut high = f64::NEG_INFINITY;
+        let mut curves = Vec::new();
+        for &place in &chosen {
+            let points: Vec<(f64, f64)> =
+                cells.iter().filter(|c| held(c) == place).map(|c| (runs(c), c.measured)).collect();
+            let mut curve = Vec::new();
+            for i in 0..=CURVE {
+                let x = first + (last - first) * i as f64 / CURVE as f64;
+                curve.push((x, if over_phi { self.model(place, x)? } else { self.model(x, place)? }));
+            }
+            for (_, y) in points.iter().chain(&curve) {
+                (low, high) = (low.min(*y), high.max(*y));
+            }
+            curves.push((points, curve));
+        }
+        let (what, other) = if over_phi { ("θ", "φ, degrees") } else { ("φ", "θ, degrees") };
+        let entries: Vec<(String, Mark)> = chosen
+            .iter()
+            .zip(LOBE_COLORS)
+            .map(|(x, color)| (format!("{what} = {x:.1}°"), Mark::Line(color.stroke_width(4))))
+            .collect();
+        let area = legend(area, &entries)?;
+        let margin = 0.05 * (high - low).max(0.1);
+        let mut chart = ChartBuilder::on(&area)
+            .margin(10)
+            .x_label_area_size(46)
+            .y_label_area_size(84)
+            .build_cartesian_2d(first..last, (low - margin)..(high + margin))?;
+        chart
+            .configure_mesh()
+            .x_desc(other)
+            .y_desc("value, log scale")
+            .x_labels(12)
+            .y_labels(8)
+            .x_label_formatter(&|x| format!("{x:.0}"))
+            .y_label_formatter(&|y| short(10f64.powf(*y)))
+            .label_style(font(16.0))
+            .axis_desc_style(font(17.0))
+            .light_line_style(WHITE)
+            .draw()?;
+        for ((points, curve), color) in curves.into_iter().zip(LOBE_COLORS) {
+            chart.draw_series(LineSeries::new(curve, color.stroke_width(3)))?;
+            chart.draw_series(points.into_iter().map(|at| Circle::new(at, 3, color.filled())))?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,105 @@
+//! `vellus fit --simulate`: what a gantry would have measured of a fibre.
+
+use crate::fiber_args::FiberArgs;
+use crate::output;
+use anyhow::{Context, Result, bail};
+use vellus_fit::{Synthetic, csv, gantry_text, simulate};
+
+/// The gantry, and how well it measures.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Write a synthetic measurement of this fibre instead: a preset, or a TOML or JSON file.
+    #[arg(long, value_name = "NAME|FILE")]
+    simulate: Option<String>,
+    /// Override a parameter of that fibre, as elsewhere. May be repeated.
+    #[arg(long = "set", value_name = "NAME=VALUE", requires = "simulate")]
+    set: Vec<String>,
+    /// What is measured: the model's far field, or the whole fibre, traced photon by photon, with a rough cuticle (not
+    /// the model).
+    #[arg(long, value_enum, requires = "simulate")]
+    from: Option<From>,
+    /// Photons traced by --from reference.
+    #[arg(long, value_name = "N", requires = "simulate", value_parser = clap::value_parser!(u64).range(1..))]
+    photons: Option<u64>,
+    /// Noise, as a share of each value.
+    #[arg(long, value_name = "X", requires = "simulate")]
+    noise: Option<f64>,
+    /// Share of the directions that are missing, in patches.
+    #[arg(long, value_name = "X", requires = "simulate")]
+    gaps: Option<f64>,
+    /// Step over θ and φ, degrees.
+    #[arg(long, value_name = "DEG", requires = "simulate")]
+    step: Option<f64>,
+    /// What the values are multiplied with.
+    #[arg(long, value_name = "X", requires = "simulate")]
+    scale: Option<f64>,
+    /// Measure red, green and blue, not red alone.
+    #[arg(long, requires = "simulate")]
+    rgb: bool,
+}
+
+/// What is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum From {
+    Model,
+    Reference,
+}
+
+/// Photons without `--photons`: noise of some 2 % in cells of 4°.
+const PHOTONS: u64 = 4_000_000;
+
+/// Runs it.
+pub fn run(args: &super::Args) -> Result<()> {
+    let given = &args.synthetic;
+    let Some(name) = &given.simulate else { bail!("a profile is needed, or --simulate") };
+    if args.format != super::Format::Table {
+        bail!("--format is for a fit: a synthetic measurement is .txt or .csv, as --out says");
+    }
+    let fiber_args = FiberArgs { fiber: name.clone(), set: given.set.clone() };
+    let fiber = fiber_args.load()?;
+    let out = args.out.as_ref().context("--simulate needs --out FILE, .txt or .csv")?;
+    let format = match out.extension().and_then(|e| e.to_str()) {
+        Some("txt") => gantry_text,
+        Some("csv") => csv,
+        _ => bail!("{}: the measurement's name must end in .txt or .csv", out.display()),
+    };
+    let default = Synthetic::default();
+    let scale = given.scale.unwrap_or(1.0);
+    if !(scale > 0.0 && scale.is_finite()) {
+        bail!("--scale {scale} is out of range: it must be above 0");
+    }
+    let from = given.from.unwrap_or(From::Model);
+    if given.photons.is_some() && from == From::Model {
+        bail!("--photons is for --from reference: the model needs none");
+    }
+    let step = given.step.unwrap_or(if from == From::Model { 2.0 } else { 4.0 });
+    let synthetic = Synthetic {
+        theta_o: args.theta_o.unwrap_or(default.theta_o),
+        theta: args.theta.unwrap_or(default.theta),
+        phi: args.phi.unwrap_or(default.phi),
+        step: [step; 2],
+        noise: given.noise.unwrap_or(default.noise),
+        gaps: given.gaps.unwrap_or(default.gaps),
+        scale,
+        channels: if given.rgb { 3 } else { 1 },
+        seed: args.seed,
+    };
+    output::writable(out)?;
+    let (profile, what) = match from {
+        From::Model => (simulate::from_model(&fiber, &synthetic)?, "the far field of the model".to_owned()),
+        From::Reference => {
+            let photons = given.photons.unwrap_or(PHOTONS);
+            let bar = output::progress(photons, "tracing");
+            let profile = simulate::from_reference(&fiber, &synthetic, photons, &|n| bar.inc(n))?;
+            bar.finish_and_clear();
+            (profile, format!("the whole fibre, {photons} photons"))
+        }
+    };
+    let notes = [
+        format!("synthetic measurement of {}: {what}", fiber_args.name()),
+        format!("noise {}, gaps {}, scale {scale}, seed {}", synthetic.noise, synthetic.gaps, synthetic.seed),
+    ];
+    output::write(Some(out), format(&profile, &notes).as_bytes())?;
+    println!("wrote {}: {} directions, {} missing", out.display(), profile.points.len(), profile.missing.len());
+    Ok(())
+}

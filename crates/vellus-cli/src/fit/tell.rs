@@ -1,0 +1,238 @@
+//! What a fit found, in words and numbers.
+
+use crate::fiber_args::Spec;
+use crate::output;
+use anyhow::Result;
+use serde_json::{Map, Value, json};
+use std::path::Path;
+use vellus_fit::{Estimate, Fit, Profile, State};
+
+/// A χ² that much worse is three standard errors.
+const SIGNIFICANT: f64 = 9.0;
+
+/// Standard errors widened by more than that are of a model that does not follow the data.
+const NOISE_LIKE: f64 = 1.3;
+
+/// A fit with what it was of.
+pub struct Told<'a> {
+    pub path: &'a Path,
+    pub profile: &'a Profile,
+    pub fit: &'a Fit,
+}
+
+/// Digits down to a tenth of the error, or four of the value.
+pub fn value(e: &Estimate) -> String {
+    let unit = e.error.unwrap_or(e.value.abs() * 1e-3).max(1e-9);
+    let digits = (1.0 - unit.log10().floor()).clamp(0.0, 8.0) as usize;
+    if e.value.abs() >= 1e6 || (e.value != 0.0 && e.value.abs() < 1e-6) {
+        return format!("{:.3e}{}", e.value, e.unit);
+    }
+    format!("{:.digits$}{}", e.value, e.unit)
+}
+
+/// The error, to two digits.
+pub fn error(e: &Estimate) -> String {
+    e.error.map_or(String::new(), |x| {
+        let digits = (1.0 - x.max(1e-9).log10().floor()).clamp(0.0, 8.0) as usize;
+        if x >= 1e6 || x < 1e-6 { format!("{x:.1e}{}", e.unit) } else { format!("{x:.digits$}{}", e.unit) }
+    })
+}
+
+/// How it was treated.
+pub fn remark(e: &Estimate) -> String {
+    match &e.state {
+        State::Fixed => "fixed".to_owned(),
+        State::Tied(leader) => format!("tied to {leader}"),
+        State::AtBound => "at the end of its range".to_owned(),
+        State::Fitted if !e.determined => "not determined".to_owned(),
+        State::Fitted => String::new(),
+    }
+}
+
+fn percent(x: f64) -> String {
+    format!("{:.2} %", 100.0 * x)
+}
+
+impl Told<'_> {
+    /// What to be warned of, a sentence each.
+    pub fn warnings(&self) -> Vec<String> {
+        let fit = self.fit;
+        let mut warnings = Vec::new();
+        if fit.interrupted {
+            warnings.push("interrupted: this is the best so far, and may be far from the best there is".to_owned());
+        }
+        let names = |found: &dyn Fn(&&Estimate) -> bool| {
+            let named = |e: &Estimate| match error(e) {
+                error if error.is_empty() => format!("{} ({})", e.name, value(e)),
+                error => format!("{} ({} ± {error})", e.name, value(e)),
+            };
+            fit.estimates.iter().filter(found).map(named).collect::<Vec<_>>().join(", ")
+        };
+        let vague = names(&|e| e.state == State::Fitted && !e.determined);
+        if !vague.is_empty() {
+            warnings.push(format!(
+                "the data does not determine {vague}: the standard error is above a tenth of the usual range"
+            ));
+        }
+        let at_bound = names(&|e| e.state == State::AtBound);
+        if !at_bound.is_empty() {
+            warnings.push(format!("at the end of its range, and without standard error: {at_bound}"));
+        }
+        if let Some(rival) = &fit.rival
+            && rival.chi2 < SIGNIFICANT
+        {
+            let values: Vec<String> = fit
+                .estimates
+                .iter()
+                .zip(&rival.values)
+                .filter(|(e, _)| e.state == State::Fitted)
+                .map(|(e, x)| format!("{} {}", e.name, output::number(*x)))
+                .collect();
+            warnings.push(format!("another fibre fits as well (χ² worse by {:.1}): {}", rival.chi2, values.join(", ")));
+        }
+        if fit.widened > NOISE_LIKE {
+            warnings.push(format!(
+                "the model does not follow the data to within its noise: neighbouring residuals correlate by {:.2} over φ and {:.2} over \
+                 θ; standard errors are {:.1} times as large for it, and tell nothing of what a better model would find",
+                fit.neighbours[0], fit.neighbours[1], fit.widened
+            ));
+        }
+        warnings
+    }
+
+    /// What was fitted and how well, a line each.
+    pub fn summary(&self) -> Vec<(String, String)> {
+        let (fit, profile) = (self.fit, self.profile);
+        let [low, high] = profile.range();
+        let [begun, finished, same] = fit.starts;
+        let outliers = match fit.outliers {
+            0 => String::new(),
+            n => format!("; {n} of them counted for less"),
+        };
+        vec![
+            (
+                "profile".to_owned(),
+                format!(
+                    "{}: {} directions, {} missing, {}, θ_o = {}°, {}",
+                    self.path.display(),
+                    profile.points.len(),
+                    profile.missing.len(),
+                    if profile.channels == 1 { "grey" } else { "RGB" },
+                    profile.theta_o,
+                    profile.quantity.name()
+                ),
+            ),
+            ("measured range".to_owned(), format!("{} to {}", output::number(low), output::number(high))),
+            ("NRMSE".to_owned(), format!("{} of that range", percent(fit.nrmse))),
+            ("NRMSE, logarithms".to_owned(), format!("{} of theirs", percent(fit.log_nrmse))),
+            ("scatter".to_owned(), format!("{} of the values{outliers}", percent(fit.noise))),
+            (
+                "starts".to_owned(),
+                format!(
+                    "{begun}, of which {finished} were finished and {same} ended here{}",
+                    match &fit.rival {
+                        Some(rival) => format!("; χ² of the next best minimum is worse by {:.0}", rival.chi2),
+                        None => "; no other minimum as good was found".to_owned(),
+                    }
+                ),
+            ),
+            (
+                "least determined".to_owned(),
+                format!(
+                    "{}, to {} of their usual ranges",
+                    fit.weakest.0.iter().map(|(name, x)| format!("{x:+.2} {name}")).collect::<Vec<_>>().join(" "),
+                    percent(fit.weakest.1)
+                ),
+            ),
+        ]
+    }
+
+    /// For people.
+    pub fn table(&self) -> String {
+        let mut rows = vec![["", "value", "± 1 s.e.", ""].map(str::to_owned).to_vec()];
+        for e in &self.fit.estimates {
+            rows.push(vec![e.name.clone(), value(e), error(e), remark(e)]);
+        }
+        let mut text = output::align(&rows);
+        text.push('\n');
+        for (name, what) in self.summary() {
+            text += &format!("{name}: {what}\n");
+        }
+        text
+    }
+
+    /// A fibre file: what `--fiber` reads, the rest in comments.
+    pub fn toml(&self) -> Result<String> {
+        let mut text = String::new();
+        if self.fit.interrupted {
+            text += "# INTERRUPTED: the best so far\n";
+        }
+        for (name, what) in self.summary() {
+            text += &format!("# {name}: {what}\n");
+        }
+        for warning in self.warnings() {
+            text += &format!("# warning: {warning}\n");
+        }
+        for line in toml::to_string(&Spec::of(&self.fit.fiber))?.lines() {
+            let name = line.split_once(" = ").map_or("", |(name, _)| name);
+            let of = |e: &&Estimate| e.name.split('.').next() == Some(name);
+            let notes: Vec<String> = self
+                .fit
+                .estimates
+                .iter()
+                .filter(of)
+                .map(|e| {
+                    let error = e.error.map(|_| format!("± {}", error(e)));
+                    let remark = Some(remark(e)).filter(|r| !r.is_empty());
+                    error.into_iter().chain(remark).collect::<Vec<_>>().join(", ")
+                })
+                .collect();
+            text += &format!("{line}  # {}\n", notes.join("; "));
+        }
+        Ok(text)
+    }
+
+    /// For programs.
+    pub fn json(&self) -> Value {
+        let (fit, profile) = (self.fit, self.profile);
+        let parameters: Map<String, Value> = fit
+            .estimates
+            .iter()
+            .map(|e| {
+                let (state, tied_to) = match &e.state {
+                    State::Fitted => ("fitted", None),
+                    State::AtBound => ("at bound", None),
+                    State::Fixed => ("fixed", None),
+                    State::Tied(leader) => ("tied", Some(leader)),
+                };
+                let unit = if e.unit.is_empty() { Value::Null } else { json!("degrees") };
+                let body = json!({"value": e.value, "standard_error": e.error, "unit": unit, "state": state,
+                    "tied_to": tied_to, "determined": e.determined});
+                (e.name.clone(), body)
+            })
+            .collect();
+        let values = |values: &[f64]| -> Map<String, Value> {
+            fit.estimates.iter().zip(values).map(|(e, x)| (e.name.clone(), json!(x))).collect()
+        };
+        let weakest: Map<String, Value> = fit.weakest.0.iter().map(|(name, x)| (name.clone(), json!(x))).collect();
+        json!({
+            "vellus_version": env!("CARGO_PKG_VERSION"),
+            "interrupted": fit.interrupted,
+            "profile": {"file": self.path, "points": profile.points.len(), "missing": profile.missing.len(),
+                "channels": profile.channels, "quantity": profile.quantity.name(), "range": profile.range()},
+            "parameters": parameters,
+            "correlations": {"names": fit.correlations.0, "matrix": fit.correlations.1},
+            "nrmse": fit.nrmse,
+            "log_nrmse": fit.log_nrmse,
+            "scatter": fit.noise,
+            "outliers": fit.outliers,
+            "neighbour_correlation": {"phi": fit.neighbours[0], "theta": fit.neighbours[1]},
+            "errors_widened_by": fit.widened,
+            "least_determined": {"direction": weakest, "standard_error": fit.weakest.1},
+            "starts": {"begun": fit.starts[0], "finished": fit.starts[1], "ended_here": fit.starts[2]},
+            "rival": fit.rival.as_ref().map(|r| json!({"chi2": r.chi2, "parameters": values(&r.values)})),
+            "evaluations": fit.evaluations,
+            "warnings": self.warnings(),
+        })
+    }
+}
