@@ -4,7 +4,7 @@ use crate::cost::Cost;
 use crate::error::Error;
 use crate::forward::Forward;
 use crate::least_squares::{Difference, Minimum, Problem};
-use crate::parameters::{Requests, Source, Space, assemble};
+use crate::parameters::{Kind, Requests, Source, Space, assemble};
 use crate::profile::Profile;
 use crate::starts::starts;
 use crate::statistics::{Place, Statistics, statistics};
@@ -23,6 +23,16 @@ const FOLLOWED: usize = 6;
 
 /// Variables closer than this share of their usual range are the same.
 const SAME: f64 = 0.02;
+
+/// A roughness below that share of the sampling step is not resolved, and not looked for.
+const UNRESOLVED: f64 = 0.25;
+
+/// The median distance of neighbours.
+fn spacing(axis: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = axis.windows(2).map(|w| w[1] - w[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    steps.get(steps.len() / 2).copied().unwrap_or(0.0)
+}
 
 /// How a fit goes about it.
 #[derive(Clone, Debug)]
@@ -67,7 +77,7 @@ pub struct Estimate {
     pub unit: &'static str,
     /// The value, angles in degrees.
     pub value: f64,
-    /// Its standard error; none where it was not fitted or is at an end of its range.
+    /// Its standard error, one-sided at an end of its range; none where it was not fitted, or the data says nothing of it.
     pub error: Option<f64>,
     /// How it was treated.
     pub state: State,
@@ -140,7 +150,10 @@ pub fn fit(
     if options.starts == 0 {
         return Err(Error::Parameter("starts = 0 is out of range: there must be at least 1".to_owned()));
     }
-    let space = Space::new(profile.channels, profile.theta_o, &options.requests)?;
+    let mut space = Space::new(profile.channels, profile.theta_o, &options.requests)?;
+    for (kind, axis) in [(Kind::BetaM, profile.axis(|p| p.theta)), (Kind::BetaN, profile.axis(|p| p.phi))] {
+        space.resolve(kind, UNRESOLVED * spacing(&axis));
+    }
     let mut order: Vec<usize> = (0..profile.points.len()).collect();
     let all = Cost::new(profile, &order, &space, forward);
     order.shuffle(&mut SimRng::seed_from_u64(options.seed));
@@ -255,13 +268,13 @@ fn describe(
                 let lead = space.leads[column];
                 let inside = statistics.places[column] == Place::Inside;
                 let slope = space.parameters[lead].curve.slope(values[lead]);
-                let error = statistics.covariance[(column, column)].sqrt() * slope;
+                let error = statistics.errors[column].map(|error| error * slope);
                 let state = match (lead == i, inside) {
                     (false, _) => State::Tied(name(column)),
                     (true, true) => State::Fitted,
                     (true, false) => State::AtBound,
                 };
-                (inside.then_some(error), state, statistics.determined[column])
+                (error, state, statistics.determined[column])
             }
         };
         Estimate { name: p.name.clone(), unit: p.unit, value: values[i], error, state, determined }

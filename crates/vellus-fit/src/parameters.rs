@@ -348,6 +348,15 @@ impl Space {
         }
     }
 
+    /// Keeps a parameter, if it is fitted, at or above a value.
+    pub fn resolve(&mut self, kind: Kind, least: f64) {
+        if let Some(column) = self.column_of(kind) {
+            let lead = &self.parameters[self.leads[column]];
+            let [low, high] = &mut self.bounds[column];
+            *low = low.max(lead.curve.variable(least.max(lead.low))).min(*high - 1e-3);
+        }
+    }
+
     /// The usual range of a variable.
     pub fn usual(&self, column: usize) -> [f64; 2] {
         let lead = self.lead(column);

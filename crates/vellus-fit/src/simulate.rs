@@ -93,8 +93,10 @@ impl Synthetic {
             for row in top..rows.min(top + high) {
                 for column in left..columns.min(left + wide) {
                     let cell = &mut hidden[row * columns + column];
-                    count += usize::from(!*cell && count < goal);
-                    *cell |= count <= goal;
+                    if !*cell && count < goal {
+                        *cell = true;
+                        count += 1;
+                    }
                 }
             }
         }

@@ -4,10 +4,13 @@ use crate::least_squares::{Difference, Minimum, Problem};
 use crate::matrix::{Matrix, eigen};
 use crate::parameters::Space;
 use crate::profile::Profile;
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 /// A variable whose standard error is more than this share of its usual range is not determined.
 const VAGUE: f64 = 0.1;
+
+/// A variable whose standard error is that many times its usual range is unknown.
+const UNKNOWN: f64 = 100.0;
 
 /// Components below this share of a direction's length are not worth naming.
 const NAMED: f64 = 0.25;
@@ -28,8 +31,11 @@ pub enum Place {
 pub struct Statistics {
     /// Where each ended.
     pub places: Vec<Place>,
-    /// Covariance of the variables; 0 for those on a bound.
+    /// Covariance of the variables. As if there were no bounds: those that others end on are no knowledge of theirs, and
+    /// holding a variable on its bound would make the others' errors too small wherever the truth is a little off it.
     pub covariance: Matrix,
+    /// The standard error of each; none where the data says nothing at all.
+    pub errors: Vec<Option<f64>>,
     /// Is its standard error small against its usual range, and is it inside?
     pub determined: Vec<bool>,
     /// Correlation of residuals with their neighbours', over φ and over θ: near 0 where they are noise, near 1 where the model
@@ -62,20 +68,19 @@ pub fn statistics(problem: &Problem, space: &Space, profile: &Profile, minimum: 
         }
     };
     let places: Vec<Place> = (0..n).map(place).collect();
-    let free: Vec<usize> = (0..n).filter(|&j| places[j] == Place::Inside).collect();
 
     let neighbours = neighbour_correlation(problem, profile, residuals, *noise);
     // Variance of the mean of values of which neighbours correlate by ρ (first order, each direction on its own).
     let inflation: f64 = neighbours.iter().map(|r| r.clamp(0.0, 0.98)).map(|r| (1.0 + r) / (1.0 - r)).product();
-    let variance = residual_variance(problem, residuals, *noise, free.len()) * inflation;
+    let variance = residual_variance(problem, residuals, *noise, n) * inflation;
 
     // In units of the usual ranges, so that eigenvalues can be compared.
-    let mut scaled = Matrix::zero(free.len());
-    for (p, &i) in free.iter().enumerate() {
-        for (q, &j) in free.iter().enumerate().take(p + 1) {
+    let mut scaled = Matrix::zero(n);
+    for i in 0..n {
+        for j in 0..=i {
             let dot: f64 = jacobian[i].iter().zip(&jacobian[j]).map(|(a, b)| a * b).sum();
-            scaled[(p, q)] = dot * widths[i] * widths[j];
-            scaled[(q, p)] = scaled[(p, q)];
+            scaled[(i, j)] = dot * widths[i] * widths[j];
+            scaled[(j, i)] = scaled[(i, j)];
         }
     }
     let (values, vectors) = eigen(&scaled);
@@ -83,21 +88,22 @@ pub fn statistics(problem: &Problem, space: &Space, profile: &Profile, minimum: 
     let mut covariance = Matrix::zero(n);
     for (value, vector) in values.iter().zip(&vectors) {
         let share = variance / value.max(least);
-        for (p, &i) in free.iter().enumerate() {
-            for (q, &j) in free.iter().enumerate() {
-                covariance[(i, j)] += share * vector[p] * vector[q] * widths[i] * widths[j];
+        for i in 0..n {
+            for j in 0..n {
+                covariance[(i, j)] += share * vector[i] * vector[j] * widths[i] * widths[j];
             }
         }
     }
-    let determined =
-        (0..n).map(|j| places[j] == Place::Inside && covariance[(j, j)].sqrt() <= VAGUE * widths[j]).collect();
+    let error = |j: usize| covariance[(j, j)].sqrt();
+    let determined = (0..n).map(|j| places[j] == Place::Inside && error(j) <= VAGUE * widths[j]).collect();
+    let errors = (0..n).map(|j| Some(error(j)).filter(|&e| e <= UNKNOWN * widths[j])).collect();
     let mut weakest: Vec<(usize, f64)> = vectors
         .last()
-        .map(|v| free.iter().zip(v).map(|(&j, &x)| (j, x)).filter(|(_, x)| x.abs() >= NAMED).collect())
+        .map(|v| v.iter().copied().enumerate().filter(|(_, x)| x.abs() >= NAMED).collect())
         .unwrap_or_default();
     weakest.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
     let weakest_error = values.last().map_or(0.0, |x| (variance / x.max(least)).sqrt());
-    Statistics { places, covariance, determined, neighbours, widened: inflation.sqrt(), weakest, weakest_error }
+    Statistics { places, covariance, errors, determined, neighbours, widened: inflation.sqrt(), weakest, weakest_error }
 }
 
 /// The residuals' variance as the parameters' errors see it (Huber 1981, Eq. 7.6.9): their own where none is an outlier.
@@ -121,7 +127,7 @@ fn neighbour_correlation(problem: &Problem, profile: &Profile, residuals: &[f64]
         let find = |axis: &[f64], x: f64| axis.binary_search_by(|y| y.total_cmp(&x)).unwrap_or(usize::MAX);
         (find(&thetas, theta), find(&phis, phi))
     };
-    let cells: HashMap<(usize, usize), usize> =
+    let cells: BTreeMap<(usize, usize), usize> =
         profile.points.iter().enumerate().map(|(i, p)| (cell(p.theta, p.phi), i)).collect();
     let held = |i: usize, c: usize| {
         let r = residuals[i * profile.channels + c];

@@ -1,6 +1,6 @@
 //! Measured, fitted, their ratio, and slices through them (Yan17 Fig. 11).
 
-use super::tell::Told;
+use super::tell::{Told, significant};
 use crate::plot::canvas::{Draw, LOBE_COLORS, Mark, font, legend, titled};
 use crate::query::direction;
 use anyhow::Result;
@@ -15,11 +15,12 @@ const CURVE: usize = 400;
 /// Slices of each kind.
 const SLICES: usize = 4;
 
-/// Where a profile was measured and what was found there: logarithms (base 10) averaged over the channels.
+/// A direction and what was measured and fitted there: logarithms (base 10) averaged over the channels.
 struct Cell {
     theta: f64,
     phi: f64,
-    measured: f64,
+    /// None where it is missing.
+    measured: Option<f64>,
     fitted: f64,
 }
 
@@ -27,17 +28,34 @@ fn mean_log(values: &[f64]) -> f64 {
     values.iter().map(|x| x.max(1e-300).log10()).sum::<f64>() / values.len() as f64
 }
 
-fn cells(profile: &Profile, fit: &Fit) -> Vec<Cell> {
+/// log₁₀ of what the model says.
+fn model(profile: &Profile, fit: &Fit, theta: f64, phi: f64) -> Result<f64> {
+    let mut value = [[0.0; 3]];
+    far_field(&fit.fiber, direction(fit.theta_o, 0.0), &[direction(theta, phi)], &mut value)?;
+    let cosine = match profile.quantity {
+        Quantity::FCos => 1.0,
+        Quantity::F => theta.to_radians().cos(),
+    };
+    let value = value[0].map(|x| f64::from(x) * fit.scale / cosine);
+    Ok(mean_log(&value[..profile.channels]))
+}
+
+fn cells(profile: &Profile, fit: &Fit) -> Result<Vec<Cell>> {
     let channels = profile.channels;
-    let pairs = profile.points.iter().zip(&fit.fitted);
-    pairs
-        .map(|(p, f)| Cell {
-            theta: p.theta,
-            phi: p.phi,
-            measured: mean_log(&p.value[..channels]),
-            fitted: mean_log(&f[..channels]),
-        })
+    let there = profile.points.iter().map(|p| (p.theta, p.phi, Some(mean_log(&p.value[..channels]))));
+    let missing = profile.missing.iter().map(|&[theta, phi]| (theta, phi, None));
+    there
+        .chain(missing)
+        .map(|(theta, phi, measured)| Ok(Cell { theta, phi, measured, fitted: model(profile, fit, theta, phi)? }))
         .collect()
+}
+
+/// The different values of one coordinate, sorted.
+fn axis(cells: &[Cell], coordinate: impl Fn(&Cell) -> f64) -> Vec<f64> {
+    let mut values: Vec<f64> = cells.iter().map(coordinate).collect();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    values
 }
 
 /// The median distance of neighbours on an axis.
@@ -55,9 +73,18 @@ fn diverging(t: f64) -> RGBColor {
     RGBColor(mix(end[0]), mix(end[1]), mix(end[2]))
 }
 
-/// A number in few digits.
-fn short(x: f64) -> String {
-    if (1e-2..1e4).contains(&x) { format!("{x:.2}") } else { format!("{x:.1e}") }
+/// Numbers on a logarithmic axis: more of them, the fewer powers of ten there are.
+fn key_points(low: f64, high: f64) -> Vec<f64> {
+    let steps: &[f64] = match high / low {
+        ..12.0 => &[1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0],
+        ..40.0 => &[1.0, 1.5, 2.0, 3.0, 5.0, 7.0],
+        ..300.0 => &[1.0, 2.0, 5.0],
+        _ => &[1.0],
+    };
+    (low.log10().floor() as i32..=high.log10().ceil() as i32)
+        .flat_map(|power| steps.iter().map(move |step| step * 10f64.powi(power)))
+        .filter(|y| (low..high).contains(y))
+        .collect()
 }
 
 /// The three profiles, one above the other.
@@ -73,22 +100,22 @@ impl Draw for Profiles<'_> {
         DB::ErrorType: 'static,
     {
         let Told { profile, fit, .. } = self.0;
-        let cells = cells(profile, fit);
+        let cells = cells(profile, fit)?;
         let what = match profile.quantity {
             Quantity::FCos => "f·cos θ",
             Quantity::F => "f",
         };
         let averaged = if profile.channels == 1 { "" } else { ", geometric mean of the channels" };
         let title = format!(
-            "{what} in the measurement's unit{averaged}, θ_o = {:.1}°; NRMSE {:.2} %, of logarithms {:.2} %",
+            "{what} in the measurement's unit{averaged}, θ_o = {:.1}°; NRMSE {:.2} %, of logarithms {:.2} %; grey: missing",
             fit.theta_o,
             100.0 * fit.nrmse,
             100.0 * fit.log_nrmse
         );
         let area = titled(area, &title, 21.0)?;
-        let low = cells.iter().map(|c| c.measured).fold(f64::INFINITY, f64::min);
-        let high = cells.iter().map(|c| c.measured).fold(f64::NEG_INFINITY, f64::max);
-        let mut off: Vec<f64> = cells.iter().map(|c| (c.fitted - c.measured).abs()).collect();
+        let measured = || cells.iter().filter_map(|c| c.measured);
+        let (low, high) = (measured().fold(f64::INFINITY, f64::min), measured().fold(f64::NEG_INFINITY, f64::max));
+        let mut off: Vec<f64> = cells.iter().filter_map(|c| Some((c.fitted - c.measured?).abs())).collect();
         off.sort_by(f64::total_cmp);
         // The largest hundredth may be outliers; a factor of 1.05 at least, or noise would look like structure.
         let span = off[(off.len() - 1) * 99 / 100].max(1.05f64.log10());
@@ -98,72 +125,55 @@ impl Draw for Profiles<'_> {
         let places = area.split_evenly((3, 1));
         let level = |t: f64| ViridisRGB.get_color(t);
         let fold = |t: f64| diverging(2.0 * t - 1.0);
-        self.panel(&places[0], "measured", &cells, &|c| light(c.measured), scale, &level)?;
-        self.panel(&places[1], "fitted", &cells, &|c| light(c.fitted), scale, &level)?;
-        self.panel(
-            &places[2],
-            "fitted / measured",
-            &cells,
-            &|c| diverging((c.fitted - c.measured) / span),
-            ratio,
-            &fold,
-        )
+        let off = |c: &Cell| Some(diverging((c.fitted - c.measured?) / span));
+        panel(&places[0], "measured", &cells, &|c| c.measured.map(light), scale, &level)?;
+        panel(&places[1], "fitted", &cells, &|c| Some(light(c.fitted)), scale, &level)?;
+        panel(&places[2], "fitted / measured", &cells, &off, ratio, &fold)
     }
 }
 
-impl Profiles<'_> {
-    fn panel<DB: DrawingBackend>(
-        &self,
-        area: &DrawingArea<DB, Shift>,
-        name: &str,
-        cells: &[Cell],
-        color: &dyn Fn(&Cell) -> RGBColor,
-        scale: [f64; 2],
-        level: &dyn Fn(f64) -> RGBColor,
-    ) -> Result<()>
-    where
-        DB::ErrorType: 'static,
-    {
-        let profile = self.0.profile;
-        let missing = profile.missing.iter();
-        let axis = |coordinate: fn(&[f64; 2]) -> f64| -> Vec<f64> {
-            let all = cells.iter().map(|c| [c.theta, c.phi]).chain(missing.clone().copied());
-            let mut values: Vec<f64> = all.map(|x| coordinate(&x)).collect();
-            values.sort_by(f64::total_cmp);
-            values.dedup();
-            values
-        };
-        let (thetas, phis) = (axis(|x| x[0]), axis(|x| x[1]));
-        let (high, wide) = (0.5 * spacing(&thetas), 0.5 * spacing(&phis));
-        let ends = |axis: &[f64], half: f64| (axis[0] - half)..(axis[axis.len() - 1] + half);
-        let (width, _) = area.dim_in_pixel();
-        let (left, right) = area.split_horizontally(width - 130);
-        let mut chart = ChartBuilder::on(&left)
-            .margin(10)
-            .caption(name, font(22.0))
-            .x_label_area_size(46)
-            .y_label_area_size(64)
-            .build_cartesian_2d(ends(&phis, wide), ends(&thetas, high))?;
-        // What is missing stays grey.
-        chart.plotting_area().fill(&RGBColor(200, 200, 200))?;
-        chart
-            .configure_mesh()
-            .disable_mesh()
-            .x_desc("φ, degrees")
-            .y_desc("θ, degrees")
-            .x_labels(12)
-            .y_labels(6)
-            .x_label_formatter(&|x| format!("{x:.0}"))
-            .y_label_formatter(&|y| format!("{y:.0}"))
-            .label_style(font(16.0))
-            .axis_desc_style(font(17.0))
-            .draw()?;
-        chart.draw_series(cells.iter().map(|c| {
-            let corners = [(c.phi - wide, c.theta - high), (c.phi + wide, c.theta + high)];
-            Rectangle::new(corners, color(c).filled())
-        }))?;
-        bar(&right, scale, level)
-    }
+/// One profile with its colour bar.
+fn panel<DB: DrawingBackend>(
+    area: &DrawingArea<DB, Shift>,
+    name: &str,
+    cells: &[Cell],
+    color: &dyn Fn(&Cell) -> Option<RGBColor>,
+    scale: [f64; 2],
+    level: &dyn Fn(f64) -> RGBColor,
+) -> Result<()>
+where
+    DB::ErrorType: 'static,
+{
+    let (thetas, phis) = (axis(cells, |c| c.theta), axis(cells, |c| c.phi));
+    let (high, wide) = (0.5 * spacing(&thetas), 0.5 * spacing(&phis));
+    let ends = |axis: &[f64], half: f64| (axis[0] - half)..(axis[axis.len() - 1] + half);
+    let (width, _) = area.dim_in_pixel();
+    let (left, right) = area.split_horizontally(width - 130);
+    let mut chart = ChartBuilder::on(&left)
+        .margin(10)
+        .caption(name, font(22.0))
+        .x_label_area_size(46)
+        .y_label_area_size(64)
+        .build_cartesian_2d(ends(&phis, wide), ends(&thetas, high))?;
+    // What is missing stays grey.
+    chart.plotting_area().fill(&RGBColor(200, 200, 200))?;
+    chart
+        .configure_mesh()
+        .disable_mesh()
+        .x_desc("φ, degrees")
+        .y_desc("θ, degrees")
+        .x_labels(12)
+        .y_labels(6)
+        .x_label_formatter(&|x| format!("{x:.0}"))
+        .y_label_formatter(&|y| format!("{y:.0}"))
+        .label_style(font(16.0))
+        .axis_desc_style(font(17.0))
+        .draw()?;
+    chart.draw_series(cells.iter().filter_map(|c| {
+        let corners = [(c.phi - wide, c.theta - high), (c.phi + wide, c.theta + high)];
+        Some(Rectangle::new(corners, color(c)?.filled()))
+    }))?;
+    bar(&right, scale, level)
 }
 
 /// A colour bar, logarithmic from `scale[0]` to `scale[1]`.
@@ -185,7 +195,7 @@ where
     }
     for t in [0.0, 0.5, 1.0] {
         let value = (scale[0].ln() * (1.0 - t) + scale[1].ln() * t).exp();
-        area.draw_text(&short(value), &font(16.0), (34, y(t) - 8))?;
+        area.draw_text(&significant(value), &font(16.0), (34, y(t) - 8))?;
     }
     Ok(())
 }
@@ -211,48 +221,33 @@ impl Draw for Slices<'_> {
 }
 
 impl Slices<'_> {
-    /// log₁₀ of what the model says.
-    fn model(&self, theta: f64, phi: f64) -> Result<f64> {
-        let Told { profile, fit, .. } = self.0;
-        let mut value = [[0.0; 3]];
-        far_field(&fit.fiber, direction(fit.theta_o, 0.0), &[direction(theta, phi)], &mut value)?;
-        let cosine = match profile.quantity {
-            Quantity::FCos => 1.0,
-            Quantity::F => theta.to_radians().cos(),
-        };
-        let value = value[0].map(|x| f64::from(x) * fit.scale / cosine);
-        Ok(mean_log(&value[..profile.channels]))
-    }
-
     fn panel<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>, over_phi: bool) -> Result<()>
     where
         DB::ErrorType: 'static,
     {
         let Told { profile, fit, .. } = self.0;
-        let cells = cells(profile, fit);
+        let cells = cells(profile, fit)?;
         let held = |c: &Cell| if over_phi { c.theta } else { c.phi };
         let runs = |c: &Cell| if over_phi { c.phi } else { c.theta };
-        let axis = |coordinate: &dyn Fn(&Cell) -> f64| {
-            let mut values: Vec<f64> = cells.iter().map(coordinate).collect();
-            values.sort_by(f64::total_cmp);
-            values.dedup();
-            values
-        };
-        let (places, along) = (axis(&held), axis(&runs));
+        let (places, along) = (axis(&cells, held), axis(&cells, runs));
         let chosen: Vec<f64> = (0..SLICES.min(places.len()))
             .map(|i| places[(places.len() - 1) * (2 * i + 1) / (2 * SLICES.min(places.len()))])
             .collect();
         let (first, last) = (along[0], along[along.len() - 1]);
         let mut low = f64::INFINITY;
-        let mut high = f64::NEG_INFINITY;
+        let mut high = 0.0f64;
         let mut curves = Vec::new();
         for &place in &chosen {
-            let points: Vec<(f64, f64)> =
-                cells.iter().filter(|c| held(c) == place).map(|c| (runs(c), c.measured)).collect();
+            let points: Vec<(f64, f64)> = cells
+                .iter()
+                .filter(|c| held(c) == place)
+                .filter_map(|c| Some((runs(c), 10f64.powf(c.measured?))))
+                .collect();
             let mut curve = Vec::new();
             for i in 0..=CURVE {
                 let x = first + (last - first) * i as f64 / CURVE as f64;
-                curve.push((x, if over_phi { self.model(place, x)? } else { self.model(x, place)? }));
+                let [theta, phi] = if over_phi { [place, x] } else { [x, place] };
+                curve.push((x, 10f64.powf(model(profile, fit, theta, phi)?)));
             }
             for (_, y) in points.iter().chain(&curve) {
                 (low, high) = (low.min(*y), high.max(*y));
@@ -266,20 +261,22 @@ impl Slices<'_> {
             .map(|(x, color)| (format!("{what} = {x:.1}°"), Mark::Line(color.stroke_width(4))))
             .collect();
         let area = legend(area, &entries)?;
-        let margin = 0.05 * (high - low).max(0.1);
+        let margin = (high / low).powf(0.05).max(1.01);
+        let (low, high) = (low / margin, high * margin);
         let mut chart = ChartBuilder::on(&area)
             .margin(10)
+            .margin_right(30)
             .x_label_area_size(46)
             .y_label_area_size(84)
-            .build_cartesian_2d(first..last, (low - margin)..(high + margin))?;
+            .build_cartesian_2d(first..last, (low..high).log_scale().with_key_points(key_points(low, high)))?;
         chart
             .configure_mesh()
             .x_desc(other)
-            .y_desc("value, log scale")
+            .y_desc("value")
             .x_labels(12)
             .y_labels(8)
             .x_label_formatter(&|x| format!("{x:.0}"))
-            .y_label_formatter(&|y| short(10f64.powf(*y)))
+            .y_label_formatter(&|y| significant(*y))
             .label_style(font(16.0))
             .axis_desc_style(font(17.0))
             .light_line_style(WHITE)

@@ -38,9 +38,9 @@ fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// White at 0, red at 1, blue at −1.
+/// White at 0, light red at 1, light blue at −1: text stays readable on it.
 fn shade(correlation: f64) -> String {
-    let fade = (255.0 * (1.0 - correlation.abs())) as u8;
+    let fade = (255.0 * (1.0 - 0.6 * correlation.abs())) as u8;
     if correlation >= 0.0 { format!("rgb(255,{fade},{fade})") } else { format!("rgb({fade},{fade},255)") }
 }
 

@@ -20,14 +20,29 @@ pub struct Told<'a> {
     pub fit: &'a Fit,
 }
 
-/// Digits down to a tenth of the error, or four of the value.
+/// Digits down to a tenth of the error, or four.
 pub fn value(e: &Estimate) -> String {
-    let unit = e.error.unwrap_or(e.value.abs() * 1e-3).max(1e-9);
-    let digits = (1.0 - unit.log10().floor()).clamp(0.0, 8.0) as usize;
-    if e.value.abs() >= 1e6 || (e.value != 0.0 && e.value.abs() < 1e-6) {
-        return format!("{:.3e}{}", e.value, e.unit);
+    let text = match e.error {
+        Some(error) if (1e-6..1e6).contains(&e.value.abs()) => {
+            let digits = (1.0 - error.max(1e-9).log10().floor()).clamp(0.0, 8.0) as usize;
+            format!("{:.digits$}", e.value)
+        }
+        _ => significant(e.value),
+    };
+    text + e.unit
+}
+
+/// Four significant digits, without zeros at the end.
+pub fn significant(x: f64) -> String {
+    if x == 0.0 {
+        "0".to_owned()
+    } else if (1e-4..1e5).contains(&x.abs()) {
+        let digits = (3 - x.abs().log10().floor() as i32).clamp(0, 8) as usize;
+        let text = format!("{x:.digits$}");
+        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+    } else {
+        format!("{x:.3e}")
     }
-    format!("{:.digits$}{}", e.value, e.unit)
 }
 
 /// The error, to two digits.
@@ -76,7 +91,7 @@ impl Told<'_> {
         }
         let at_bound = names(&|e| e.state == State::AtBound);
         if !at_bound.is_empty() {
-            warnings.push(format!("at the end of its range, and without standard error: {at_bound}"));
+            warnings.push(format!("at the end of its range: {at_bound}"));
         }
         if let Some(rival) = &fit.rival
             && rival.chi2 < SIGNIFICANT
