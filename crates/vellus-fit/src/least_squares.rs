@@ -214,3 +214,55 @@ fn predicted(a: &Matrix, g: &[f64], step: &[f64]) -> f64 {
     let curved: f64 = (0..n).map(|i| (0..n).map(|j| step[i] * a[(i, j)] * step[j]).sum::<f64>()).sum();
     -(0..n).map(|i| g[i] * step[i]).sum::<f64>() - 0.5 * curved
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn minimise(
+        bounds: &[[f64; 2]],
+        huber: f64,
+        residuals: &(dyn Fn(&[f64]) -> Vec<f64> + Sync),
+        start: &[f64],
+    ) -> Minimum {
+        let steps = vec![1e-6; bounds.len()];
+        let stop = AtomicBool::new(false);
+        Problem { bounds, steps: &steps, residuals, huber, stop: &stop }.minimise(start, Difference::Central, 400)
+    }
+
+    /// Rosenbrock's valley: its minimum (1, 1) inside, and cut off by a bound, where x₁ = x₀² remains.
+    #[test]
+    fn a_curved_valley_is_followed_to_its_end_or_to_a_bound() {
+        let valley = |u: &[f64]| vec![1.0 - u[0], 10.0 * (u[1] - u[0] * u[0])];
+        let inside = minimise(&[[-5.0, 5.0]; 2], f64::INFINITY, &valley, &[-1.2, 1.0]);
+        assert!(inside.u.iter().all(|x| (x - 1.0).abs() < 1e-3), "{inside:?}");
+        let cut = minimise(&[[-5.0, 0.5], [-5.0, 5.0]], f64::INFINITY, &valley, &[-1.2, 1.0]);
+        assert!(cut.u[0] == 0.5 && (cut.u[1] - 0.25).abs() < 1e-3, "{cut:?}");
+    }
+
+    /// With correlated variables the best point between bounds is not the best point held to them: minimise
+    /// (x + y − 3)² + (x − y − 2)²/100 with x ≤ 1. At x = 1, y = (2 − 0.01)/(1.01).
+    #[test]
+    fn what_a_bound_holds_the_others_make_up_for() {
+        let plane = |u: &[f64]| vec![u[0] + u[1] - 3.0, 0.1 * (u[0] - u[1] - 2.0)];
+        let end = minimise(&[[-9.0, 1.0], [-9.0, 9.0]], f64::INFINITY, &plane, &[-3.0, -3.0]);
+        assert!(end.u[0] == 1.0 && (end.u[1] - 1.99 / 1.01).abs() < 1e-5, "{end:?}");
+    }
+
+    /// A mean of values of which one in ten is far off: Huber's stays within what its k allows, 2 k σ/10.
+    #[test]
+    fn outliers_pull_no_more_than_linearly() {
+        let data: Vec<f64> = (0..200).map(|i| if i % 10 == 0 { 50.0 } else { f64::from(i % 7 - 3) * 0.1 }).collect();
+        let off = |u: &[f64]| data.iter().map(|x| u[0] - x).collect::<Vec<f64>>();
+        let [robust, plain] = [1.345, f64::INFINITY].map(|k| minimise(&[[-99.0, 99.0]], k, &off, &[20.0]).u[0]);
+        assert!((plain - 5.0).abs() < 0.1 && robust.abs() < 0.1, "{plain} {robust}");
+    }
+
+    /// A variable that nothing depends on stays where it is, and hinders nothing.
+    #[test]
+    fn a_variable_without_influence_is_left_alone() {
+        let one = |u: &[f64]| vec![u[0] - 2.0, 0.5 * (u[0] - 2.0)];
+        let end = minimise(&[[-9.0, 9.0]; 2], 4.0, &one, &[-3.0, 0.7]);
+        assert!((end.u[0] - 2.0).abs() < 1e-4 && end.u[1] == 0.7, "{end:?}");
+    }
+}

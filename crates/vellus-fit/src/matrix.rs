@@ -103,3 +103,47 @@ pub fn eigen(matrix: &Matrix) -> (Vec<f64>, Vec<Vec<f64>>) {
     let vectors = order.iter().map(|&i| (0..n).map(|k| v[(i, k)]).collect()).collect();
     (order.iter().map(|&i| a[(i, i)]).collect(), vectors)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Hilbert's matrix of 6 rows, condition 1.5e7, plus a little: symmetric, positive definite.
+    fn matrix() -> Matrix {
+        let mut a = Matrix::zero(6);
+        for i in 0..6 {
+            for j in 0..6 {
+                a[(i, j)] = 1.0 / (i + j + 1) as f64 + if i == j { 1e-3 } else { 0.0 };
+            }
+        }
+        a
+    }
+
+    #[test]
+    fn solutions_solve() {
+        let (a, b) = (matrix(), [1.0, -2.0, 3.0, 0.5, 0.0, 7.0]);
+        let x = solve(&a, &b).unwrap();
+        for i in 0..6 {
+            let sum: f64 = (0..6).map(|j| a[(i, j)] * x[j]).sum();
+            // Condition 1.6e3 times rounding times |x| of some 1e3.
+            assert!((sum - b[i]).abs() < 1e-9, "{sum} {}", b[i]);
+        }
+        let mut singular = Matrix::zero(2);
+        (0..4).for_each(|k| singular[(k / 2, k % 2)] = 1.0);
+        assert_eq!(solve(&singular, &[1.0, 1.0]), None);
+    }
+
+    #[test]
+    fn eigenvectors_rebuild_the_matrix() {
+        let a = matrix();
+        let (values, vectors) = eigen(&a);
+        assert!(values.windows(2).all(|w| w[0] >= w[1]) && values[5] > 0.0);
+        for i in 0..6 {
+            for j in 0..6 {
+                let sum: f64 = (0..6).map(|k| values[k] * vectors[k][i] * vectors[k][j]).sum();
+                let dot: f64 = (0..6).map(|k| vectors[i][k] * vectors[j][k]).sum();
+                assert!((sum - a[(i, j)]).abs() < 1e-14 && (dot - f64::from(u8::from(i == j))).abs() < 1e-14);
+            }
+        }
+    }
+}

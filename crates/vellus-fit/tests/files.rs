@@ -1,0 +1,183 @@
+//! Profiles in files: all formats say the same, and what is wrong is named with its place.
+
+use exr::prelude::{Image, SpecificChannels, WritableImage};
+use std::path::{Path, PathBuf};
+use vellus::{Fiber, Species};
+use vellus_fit::{Angles, Axis, Profile, Quantity, Reading, Synthetic, csv, gantry_text, read, simulate};
+
+fn write(folder: &Path, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
+    let path = folder.join(name);
+    std::fs::write(&path, bytes).unwrap();
+    path
+}
+
+/// NumPy's format, version 1.
+fn npy(kind: &str, shape: &str, data: &[u8]) -> Vec<u8> {
+    let mut head = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}");
+    head += &" ".repeat(63 - (head.len() + 10) % 64);
+    head.push('\n');
+    [b"\x93NUMPY\x01\x00".as_slice(), &(head.len() as u16).to_le_bytes(), head.as_bytes(), data].concat()
+}
+
+/// Sorted, and with values rounded as single precision has them.
+fn same(a: &Profile, b: &Profile) {
+    let sorted = |p: &Profile| {
+        let mut points = p.points.clone();
+        points.sort_by(|a, b| a.theta.total_cmp(&b.theta).then(a.phi.total_cmp(&b.phi)));
+        points
+    };
+    assert_eq!((a.channels, a.theta_o, a.missing.len()), (b.channels, b.theta_o, b.missing.len()));
+    for (a, b) in sorted(a).iter().zip(&sorted(b)) {
+        assert!((a.theta - b.theta).abs() < 1e-9 && (a.phi - b.phi).abs() < 1e-9, "{a:?} {b:?}");
+        for c in 0..3 {
+            // Text has seven digits.
+            assert!((a.value[c] - b.value[c]).abs() <= 6e-7 * b.value[c], "{a:?} {b:?}");
+        }
+    }
+}
+
+#[test]
+fn all_formats_say_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let fiber = Fiber::preset(Species::Cat).with_absorption([0.1, 0.3, 0.9]);
+    for channels in [1, 3] {
+        let synthetic = Synthetic { step: [8.0, 11.0], theta_o: -22.5, channels, ..Synthetic::default() };
+        let mut profile = simulate::from_model(&fiber, &synthetic).unwrap();
+        if channels == 1 {
+            profile.points.iter_mut().for_each(|p| p.value[1..].fill(0.0));
+        }
+        let notes = ["a note".to_owned()];
+        let plain = Reading::default();
+        same(&read(&write(folder, "a.txt", gantry_text(&profile, &notes)), &plain).unwrap(), &profile);
+        same(&read(&write(folder, "a.csv", csv(&profile, &notes)), &plain).unwrap(), &profile);
+        // As images: θ from 10 to 50, φ from −20 to 200, NaN where it is missing.
+        let (rows, columns) = (6, 21);
+        let mut pixels = vec![[f64::NAN; 3]; rows * columns];
+        for p in &profile.points {
+            let (row, column) = (((p.theta - 10.0) / 8.0).round(), ((p.phi + 20.0) / 11.0).round());
+            pixels[row as usize * columns + column as usize] = p.value;
+        }
+        let axes = [Axis { first: 10.0, last: 50.0 }, Axis { first: -20.0, last: 200.0 }];
+        let reading = Reading { theta_o: Some(-22.5), axes: Some(axes), ..Reading::default() };
+        let values = || pixels.iter().flat_map(|p| &p[..channels]);
+        let shape = if channels == 1 { "(6, 21)" } else { "(6, 21, 3)" };
+        let double: Vec<u8> = values().flat_map(|x| x.to_le_bytes()).collect();
+        let single: Vec<u8> = values().flat_map(|x| (*x as f32).to_le_bytes()).collect();
+        same(&read(&write(folder, "a.npy", npy("<f8", shape, &double)), &reading).unwrap(), &profile);
+        same(&read(&write(folder, "b.npy", npy("<f4", shape, &single)), &reading).unwrap(), &profile);
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        let at = |at: exr::math::Vec2<usize>| pixels[at.y() * columns + at.x()].map(|x| x as f32);
+        if channels == 1 {
+            let channel = SpecificChannels::build().with_channel("Y").with_pixel_fn(|p| (at(p)[0],));
+            Image::from_channels((columns, rows), channel).write().non_parallel().to_buffered(&mut bytes).unwrap();
+        } else {
+            let rgb = SpecificChannels::rgb(|p| (at(p)[0], at(p)[1], at(p)[2]));
+            Image::from_channels((columns, rows), rgb).write().non_parallel().to_buffered(&mut bytes).unwrap();
+        }
+        same(&read(&write(folder, "a.exr", bytes.into_inner()), &reading).unwrap(), &profile);
+    }
+}
+
+/// The published measurements have `phi theta value` in the coordinates of their gantry, and no header.
+#[test]
+fn gantry_coordinates_are_those_of_the_published_measurements() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut text = String::new();
+    for phi in (70..=290).step_by(20) {
+        for theta in (40..=80).step_by(10) {
+            text += &format!("{phi} {theta} {}\n", if (phi, theta) == (90, 60) { "?" } else { "0.5" });
+        }
+    }
+    let path = write(folder.path(), "bobcat.txt", &text);
+    let profile = read(&path, &Reading { theta_o: Some(-30.0), ..Reading::default() }).unwrap();
+    assert_eq!((profile.axis(|p| p.theta), profile.quantity), (vec![10.0, 20.0, 30.0, 40.0, 50.0], Quantity::FCos));
+    assert_eq!(profile.axis(|p| p.phi), (0..12).map(|i| f64::from(i) * 20.0 - 20.0).collect::<Vec<_>>());
+    assert_eq!(profile.missing, [[30.0, 0.0]]);
+    // The first line, 70 40, is θ = 50° and φ = −20°.
+    assert_eq!((profile.points[0].theta, profile.points[0].phi), (50.0, -20.0));
+    let fiber = Reading { theta_o: Some(-30.0), angles: Some(Angles::Fiber), ..Reading::default() };
+    assert_eq!(read(&path, &fiber).unwrap().axis(|p| p.theta)[0], 40.0);
+}
+
+#[test]
+fn what_is_wrong_is_named_with_file_and_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let known = Reading { theta_o: Some(-30.0), ..Reading::default() };
+    let refused = |name: &str, bytes: &[u8], reading: &Reading, parts: &[&str]| {
+        let message = read(&write(folder.path(), name, bytes), reading).unwrap_err().to_string();
+        for part in parts.iter().chain([&name]) {
+            assert!(message.contains(part), "{name}: '{part}' is not in: {message}");
+        }
+        assert_eq!(message.lines().count(), 1, "{message}");
+    };
+    let row = |theta: i32| (0..60).map(|i| format!("{} {theta} 0.1\n", 70 + i)).collect::<String>();
+    for (text, parts) in [
+        ("", &["no measurements"][..]),
+        ("# theta_o = -30\n", &["no measurements"]),
+        ("70 40 ?\n72 40 ?\n", &["all 2 measurements are missing"]),
+        ("70 40 0\n72 40 0\n", &["all 2 measurements are missing"]),
+        ("70 40 0.1\n72 40 NaN\n", &["line 2", "'NaN' is not a number"]),
+        ("70 40 0.1\n\n72 40 inf\n", &["line 3", "'inf' is not a number"]),
+        ("70 40 0.1\n72 x 0.2\n", &["line 2", "theta = 'x'"]),
+        ("70 40 0.1\n72 ? 0.2\n", &["line 2", "theta is missing"]),
+        ("70 40 0.1\n72 40 -0.2\n", &["line 2", "-0.2", "negative"]),
+        ("70 40 0.1\n72 185 0.2\n", &["line 2", "theta = 185", "(-90, 90)", "fibre's own angles"]),
+        ("70 40 0.1\n500 40 0.2\n", &["line 2", "phi = 500", "[-360, 360]"]),
+        ("70 40 0.1\n72 40\n", &["line 2", "2 numbers", "phi theta value"]),
+        ("70 40 0.1\n72 40 1 2 3\n", &["line 2", "5 numbers", "first line has 3"]),
+        ("# theta_o = up\n70 40 0.1\n", &["line 1", "theta_o = 'up'", "degrees"]),
+        ("# angles = odd\n70 40 0.1\n", &["line 1", "odd", "fiber or gantry"]),
+        (&row(40), &["same theta, 50", "both theta and phi"]),
+        ("70 40 1\n72 41 1\n74 42 1\n", &["3 measurements are too few", "36"]),
+    ] {
+        refused("a.txt", text.as_bytes(), &known, parts);
+    }
+    refused("a.txt", (row(40) + &row(50)).as_bytes(), &Reading::default(), &["--theta-o"]);
+    refused("a.txt", (row(40) + &row(50)).as_bytes(), &Reading { theta_o: Some(95.0), ..known }, &["theta_o = 95"]);
+    refused("a.txt", &[0xff, 0xfe, 0x00], &known, &["no text"]);
+    refused("a.dat", b"70 40 0.1\n", &known, &["unknown format", ".txt, .csv, .npy or .exr"]);
+    for (text, parts) in [
+        ("theta,phi\n10,20\n", &["line 1", "theta, phi", "value or r, g, b"][..]),
+        ("theta,phi,r,g\n10,20,1,2\n", &["line 1", "needed are"]),
+        ("theta,phi,value\n10,20,0.1\n10,20,NaN\n", &["line 3", "value = 'NaN'"]),
+        ("# a note\ntheta,phi,value\n10,20,0.1\n95,20,0.1\n", &["line 4", "theta = 95"]),
+        ("theta,phi,value\n10,20\n", &["line: 2"]),
+        ("theta,phi,value\n", &["no measurements"]),
+    ] {
+        refused("a.csv", text.as_bytes(), &known, parts);
+    }
+    let axes = Some([Axis { first: 10.0, last: 50.0 }, Axis { first: -20.0, last: 200.0 }]);
+    let image = Reading { axes, ..known };
+    let data: Vec<u8> = (0..64).flat_map(|i| (f64::from(i) + 1.0).to_le_bytes()).collect();
+    refused("a.npy", &npy("<f8", "(8, 8)", &data), &known, &["--theta FIRST:LAST", "--phi"]);
+    refused("a.npy", &npy("<f8", "(8, 9)", &data), &image, &["64 values", "needs 72"]);
+    refused("a.npy", &npy("<i8", "(8, 8)", &data), &image, &["<i8", "float64"]);
+    refused("a.npy", &npy("<f8", "(64,)", &data), &image, &["[64]", "rows, columns"]);
+    refused("a.npy", &npy("<f8", "(99999999, 99999999)", &data), &image, &["it claims"]);
+    refused("a.npy", b"no array", &image, &["no NPY"]);
+    refused("a.exr", b"no image at all", &image, &["OpenEXR"]);
+    let mut negative = data.clone();
+    negative[8 * 9..8 * 10].copy_from_slice(&(-1f64).to_le_bytes());
+    refused("a.npy", &npy("<f8", "(8, 8)", &negative), &image, &["row 2, column 2", "-1"]);
+    assert!(read(Path::new("no/such.txt"), &known).unwrap_err().to_string().contains("no/such.txt: cannot read"));
+}
+
+/// No bytes make the reader of arrays panic.
+#[test]
+fn garbled_arrays_are_errors() {
+    let folder = tempfile::tempdir().unwrap();
+    let axes = Some([Axis { first: 10.0, last: 50.0 }, Axis { first: -20.0, last: 200.0 }]);
+    let reading = Reading { theta_o: Some(0.0), axes, ..Reading::default() };
+    let data: Vec<u8> = (0..48).flat_map(|i| (f64::from(i) + 1.0).to_le_bytes()).collect();
+    let whole = npy("<f8", "(6, 8)", &data);
+    assert!(read(&write(folder.path(), "a.npy", &whole), &reading).is_ok());
+    for end in 0..whole.len() {
+        assert!(read(&write(folder.path(), "a.npy", &whole[..end]), &reading).is_err(), "{end}");
+    }
+    for at in 0..160 {
+        let mut garbled = whole.clone();
+        garbled[at] ^= 0x5f;
+        let _ = read(&write(folder.path(), "a.npy", &garbled), &reading);
+    }
+}
