@@ -66,7 +66,7 @@ pub struct Args {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     #[command(flatten)]
-    synthetic: simulate::Args,
+    synthetic: simulate::Gantry,
 }
 
 /// How a result is written.
@@ -151,6 +151,7 @@ pub fn run(args: &Args) -> Result<()> {
     let Some(path) = &args.profile else {
         return simulate::run(args);
     };
+    let stop = output::interrupt()?;
     if let Some(out) = &args.out {
         if out.extension().is_none_or(|e| e != "toml") {
             bail!("{}: the fibre's name must end in .toml", out.display());
@@ -169,7 +170,6 @@ pub fn run(args: &Args) -> Result<()> {
     }
     let options = args.options()?;
     let profile = vellus_fit::read(path, &reading)?;
-    let stop = output::interrupt()?;
     let bar = output::progress(options.starts as u64, "fitting");
     let fit = vellus_fit::fit(&profile, &far_field, &options, &stop, &|| bar.inc(1))?;
     bar.finish_and_clear();

@@ -7,7 +7,7 @@ use vellus_fit::{Synthetic, csv, gantry_text, simulate};
 
 /// The gantry, and how well it measures.
 #[derive(clap::Args)]
-pub struct Args {
+pub struct Gantry {
     /// Write a synthetic measurement of this fibre instead: a preset, or a TOML or JSON file.
     #[arg(long, value_name = "NAME|FILE")]
     simulate: Option<String>,

@@ -15,8 +15,6 @@ use anyhow::{Context, Result, bail};
 use parse::{Frames, Layers};
 use std::ops::Range;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use tev::Viewer;
 use vellus_render::Mode;
@@ -126,15 +124,7 @@ pub fn run(args: &Args) -> Result<()> {
         pool = pool.num_threads(threads);
     }
     let pool = pool.build().context("cannot start threads")?;
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    // A second Ctrl-C ends at once.
-    ctrlc::set_handler(move || {
-        if flag.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    })
-    .context("cannot watch for Ctrl-C")?;
+    let stop = output::interrupt()?;
     pool.install(|| frames::run(args, &stop, viewer))
 }
 

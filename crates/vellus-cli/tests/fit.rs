@@ -1,0 +1,151 @@
+//! `vellus fit` as its users meet it: a synthetic measurement, its fit, the report, and one clear message for bad input.
+
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
+
+fn command(folder: &Path, args: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_vellus"));
+    command.current_dir(folder).arg("fit").args(args);
+    command
+}
+
+fn run(folder: &Path, args: &[&str]) -> Output {
+    let output = command(folder, args).output().unwrap();
+    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    output
+}
+
+/// Exit code 2, nothing on standard output, no new file, one line that contains all of `parts`.
+fn refused(folder: &Path, args: &[&str], parts: &[&str]) {
+    let files = || std::fs::read_dir(folder).unwrap().count();
+    let before = files();
+    let output = command(folder, args).output().unwrap();
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{args:?}: {message}");
+    assert!(output.stdout.is_empty() && files() == before, "{args:?}");
+    for part in parts {
+        assert!(message.contains(part), "{args:?}: '{part}' is not in: {message}");
+    }
+}
+
+#[test]
+fn a_measurement_is_fitted_reported_and_read_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    run(folder, &["--simulate", "red-fox", "--step", "5", "--out", "fox.txt"]);
+    let output = run(folder, &["fox.txt", "--starts", "12", "--out", "fox.toml", "--report", "report"]);
+    let table = String::from_utf8(output.stdout).unwrap();
+    assert!(table.contains("beta_m") && table.contains("NRMSE: 1."), "{table}");
+    // The cortex of a red fox is a seventh of it: little is known of what it absorbs.
+    let warnings = String::from_utf8(output.stderr).unwrap();
+    assert!(warnings.contains("does not determine") && warnings.contains("sigma_ca"), "{warnings}");
+    let toml = std::fs::read_to_string(folder.join("fox.toml")).unwrap();
+    assert!(toml.contains("# NRMSE") && toml.contains("± ") && toml.contains("# warning: "), "{toml}");
+    // Any command takes it for a fibre.
+    let shown = Command::new(env!("CARGO_BIN_EXE_vellus"))
+        .args(["fiber", "show", "--format", "json"])
+        .arg(folder.join("fox.toml"))
+        .output()
+        .unwrap();
+    let shown: serde_json::Value = serde_json::from_slice(&shown.stdout).unwrap();
+    assert!((shown["eta"].as_f64().unwrap() - 1.49).abs() < 0.1 && (shown["g"].as_f64().unwrap() - 0.79).abs() < 0.05);
+    for name in ["profile.png", "slices.png"] {
+        let png = std::fs::read(folder.join("report").join(name)).unwrap();
+        assert!(png.starts_with(b"\x89PNG") && png.len() > 10_000, "{name}");
+    }
+    let page = std::fs::read_to_string(folder.join("report/index.html")).unwrap();
+    for part in ["Fit of fox.txt", "profile.png", "slices.png", "profile.csv", "class=\"warning\"", "Correlations"] {
+        assert!(page.contains(part), "{part}");
+    }
+    let values = std::fs::read_to_string(folder.join("report/profile.csv")).unwrap();
+    assert!(values.starts_with("theta,phi,measured,fitted\n") && values.lines().count() > 300);
+}
+
+#[test]
+fn programs_get_json() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    run(folder, &["--simulate", "dog", "--step", "6", "--rgb", "--scale", "5", "--theta-o", "-25", "--out", "dog.csv"]);
+    let args = ["dog.csv", "--starts", "6", "--format", "json", "--fix", "eta=1.58", "--tie", "sigma_ma=sigma_ca"];
+    let output = run(folder, &args);
+    let value: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let parameters = &value["parameters"];
+    assert_eq!((parameters["eta"]["state"].as_str(), parameters["eta"]["value"].as_f64()), (Some("fixed"), Some(1.58)));
+    assert_eq!(parameters["sigma_ma.g"]["tied_to"], "sigma_ca.g");
+    assert_eq!(parameters["theta_o"]["value"], -25.0);
+    assert!((parameters["scale"]["value"].as_f64().unwrap() - 5.0).abs() < 0.5);
+    assert!(parameters["beta_m"]["standard_error"].as_f64().unwrap() > 0.0);
+    assert_eq!(value["interrupted"], false);
+    assert!(value["nrmse"].as_f64().unwrap() < 0.025 && value["log_nrmse"].as_f64().unwrap() < 0.025);
+    let names = value["correlations"]["names"].as_array().unwrap().len();
+    assert!(names > 8 && value["correlations"]["matrix"].as_array().unwrap().len() == names);
+}
+
+#[test]
+fn the_whole_fibre_is_measured() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["--simulate", "cat", "--from", "reference", "--photons", "20000", "--step", "10", "--out", "cat.txt"];
+    run(folder.path(), &args);
+    let text = std::fs::read_to_string(folder.path().join("cat.txt")).unwrap();
+    assert!(text.contains("the whole fibre, 20000 photons") && text.contains("# theta_o = -30"), "{text}");
+    assert!(text.lines().any(|line| line.ends_with(" ?")));
+}
+
+#[test]
+fn bad_input_is_one_message() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(folder.join("nan.txt"), "70 40 0.1\n72 40 NaN\n").unwrap();
+    std::fs::write(folder.join("x.dat"), "70 40 0.1\n").unwrap();
+    let all: &[(&[&str], &[&str])] = &[
+        (&["nan.txt", "--theta-o", "-30"], &["error: nan.txt, line 2", "'NaN'"]),
+        (&["x.dat"], &["x.dat", "unknown format"]),
+        (&["no.txt"], &["no.txt", "cannot read"]),
+        (&["nan.txt", "--out", "x.json"], &["x.json", ".toml"]),
+        (&["nan.txt", "--report", "x.dat"], &["x.dat", "not a folder"]),
+        (&["nan.txt", "--fix", "eta"], &["--fix eta", "NAME="]),
+        (&["nan.txt", "--fix", "eta=x"], &["--fix eta=x", "'x' is not a number"]),
+        (&["nan.txt", "--huber", "0.5"], &["--huber 0.5", "at least 1"]),
+        (&["nan.txt", "--theta", "10:50"], &["--theta and --phi"]),
+        (&["nan.txt", "--theta", "10:50", "--phi", "0:180"], &["has its own"]),
+        (&[], &["PROFILE"]),
+        (&["nan.txt", "--simulate", "cat"], &["cannot be used with"]),
+        (&["nan.txt", "--noise", "0.1"], &["--simulate"]),
+        (&["--simulate", "cat", "--fix", "eta=1"], &["cannot be used with"]),
+        (&["--simulate", "cat"], &["--out"]),
+        (&["--simulate", "unicorn", "--out", "a.txt"], &["unicorn", "red-fox"]),
+        (&["--simulate", "cat", "--out", "a.png"], &["a.png", ".txt or .csv"]),
+        (&["--simulate", "cat", "--out", "a.txt", "--noise", "2"], &["noise = 2", "[0, 1]"]),
+        (&["--simulate", "cat", "--out", "a.txt", "--step", "0"], &["steps of 0"]),
+        (&["--simulate", "cat", "--out", "a.txt", "--photons", "9"], &["--from reference"]),
+        (&["--simulate", "cat", "--out", "a.txt", "--theta", "10:95"], &["theta = 92", "(-90, 90)"]),
+    ];
+    for (args, parts) in all {
+        refused(folder, args, parts);
+    }
+}
+
+/// Ctrl-C in the middle of a fit that would take hours leaves the best so far, marked as such.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_fit_leaves_its_best() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    run(folder, &["--simulate", "human", "--step", "4", "--out", "human.txt"]);
+    let child = command(folder, &["human.txt", "--starts", "20000", "--out", "human.toml", "--format", "json"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // The handler is there before anything else is done.
+    std::thread::sleep(Duration::from_secs(2));
+    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success());
+    let value: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(value["interrupted"], true);
+    assert!(String::from_utf8_lossy(&output.stderr).contains("warning: interrupted"));
+    assert!(std::fs::read_to_string(folder.join("human.toml")).unwrap().starts_with("# INTERRUPTED"));
+}
