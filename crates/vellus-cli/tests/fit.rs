@@ -111,7 +111,7 @@ fn bad_input_is_one_message() {
         (&["nan.txt", "--theta", "10:50", "--phi", "0:180"], &["has its own"]),
         (&[], &["PROFILE"]),
         (&["nan.txt", "--simulate", "cat"], &["cannot be used with"]),
-        (&["nan.txt", "--noise", "0.1"], &["--simulate"]),
+        (&["nan.txt", "--noise", "0.1"], &["--noise", "cannot be used with"]),
         (&["--simulate", "cat", "--fix", "eta=1"], &["cannot be used with"]),
         (&["--simulate", "cat"], &["--out"]),
         (&["--simulate", "unicorn", "--out", "a.txt"], &["unicorn", "red-fox"]),
@@ -126,14 +126,14 @@ fn bad_input_is_one_message() {
     }
 }
 
-/// Ctrl-C in the middle of a fit that would take hours leaves the best so far, marked as such.
+/// Ctrl-C in the middle of a fit that would take minutes leaves the best so far, marked as such.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_fit_leaves_its_best() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     run(folder, &["--simulate", "human", "--step", "4", "--out", "human.txt"]);
-    let child = command(folder, &["human.txt", "--starts", "20000", "--out", "human.toml", "--format", "json"])
+    let child = command(folder, &["human.txt", "--starts", "9999", "--out", "human.toml", "--format", "json"])
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()

@@ -165,7 +165,7 @@ pub fn fit(
     let problem = |residuals| Problem { bounds: &space.bounds, steps: &steps, residuals, huber: options.huber, stop };
     let (rough, fine) = (problem(&on_part), problem(&on_all));
 
-    let begun = starts(&space, &part, profile.theta_o, options.starts, options.seed);
+    let begun = starts(&space, &part, profile.theta_o, options, stop);
     let mut minima: Vec<Minimum> = begun
         .par_iter()
         .map(|start| {

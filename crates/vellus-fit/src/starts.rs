@@ -1,16 +1,23 @@
 //! Where descents start: the presets, and the best of a space-filling design.
 
 use crate::cost::Cost;
+use crate::fit::Options;
 use crate::least_squares::noise;
 use crate::parameters::{Kind, Space, values_of};
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
 use vellus::{Fiber, Species};
 
 /// Points of the design tried for each that is kept.
 const TRIED: usize = 16;
 
-/// `count` starts. The scale of each is that which brings its median log-ratio to 0.
-pub fn starts(space: &Space, cost: &Cost, theta_o: f64, count: usize, seed: u64) -> Vec<Vec<f64>> {
+/// Points there are in a scrambled sequence.
+const MOST: usize = 1 << 16;
+
+/// As many starts as asked, or the presets alone once `stop` is set. The scale of each is that which brings its median log-ratio
+/// to 0.
+pub fn starts(space: &Space, cost: &Cost, theta_o: f64, options: &Options, stop: &AtomicBool) -> Vec<Vec<f64>> {
+    let (count, seed) = (options.starts, options.seed);
     let scale = space.column_of(Kind::Scale);
     let scaled = |mut u: Vec<f64>| -> (f64, Vec<f64>) {
         let mut residuals = cost.residuals(&u);
@@ -40,7 +47,10 @@ pub fn starts(space: &Space, cost: &Cost, theta_o: f64, count: usize, seed: u64)
             })
             .collect()
     };
-    let mut drawn: Vec<(f64, Vec<f64>)> = (0..rest * TRIED).into_par_iter().map(|i| scaled(design(i))).collect();
+    let mut drawn: Vec<(f64, Vec<f64>)> = (0..(rest * TRIED).min(MOST))
+        .into_par_iter()
+        .filter_map(|i| (!stop.load(Ordering::Relaxed)).then(|| scaled(design(i))))
+        .collect();
     drawn.sort_by(|a, b| a.0.total_cmp(&b.0));
     drawn.truncate(rest);
     presets.into_iter().chain(drawn).map(|(_, u)| u).collect()

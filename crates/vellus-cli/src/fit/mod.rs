@@ -57,7 +57,7 @@ pub struct Args {
     #[arg(long, value_name = "NAME", conflicts_with = "simulate")]
     free: Vec<String>,
     /// Descents begun: from the presets, and from the best of a space-filling design.
-    #[arg(long, value_name = "N", conflicts_with = "simulate", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", conflicts_with = "simulate", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     starts: Option<u32>,
     /// Residuals above that many times the noise count linearly, not squared (Huber's loss); inf for plain least squares.
     #[arg(long, value_name = "K", conflicts_with = "simulate")]

@@ -12,29 +12,29 @@ pub struct Gantry {
     #[arg(long, value_name = "NAME|FILE")]
     simulate: Option<String>,
     /// Override a parameter of that fibre, as elsewhere. May be repeated.
-    #[arg(long = "set", value_name = "NAME=VALUE", requires = "simulate")]
+    #[arg(long = "set", value_name = "NAME=VALUE", conflicts_with = "profile")]
     set: Vec<String>,
     /// What is measured: the model's far field, or the whole fibre, traced photon by photon, with a rough cuticle (not
     /// the model).
-    #[arg(long, value_enum, requires = "simulate")]
+    #[arg(long, value_enum, conflicts_with = "profile")]
     from: Option<From>,
     /// Photons traced by --from reference.
-    #[arg(long, value_name = "N", requires = "simulate", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", conflicts_with = "profile", value_parser = clap::value_parser!(u64).range(1..))]
     photons: Option<u64>,
     /// Noise, as a share of each value.
-    #[arg(long, value_name = "X", requires = "simulate")]
+    #[arg(long, value_name = "X", conflicts_with = "profile")]
     noise: Option<f64>,
     /// Share of the directions that are missing, in patches.
-    #[arg(long, value_name = "X", requires = "simulate")]
+    #[arg(long, value_name = "X", conflicts_with = "profile")]
     gaps: Option<f64>,
     /// Step over θ and φ, degrees.
-    #[arg(long, value_name = "DEG", requires = "simulate")]
+    #[arg(long, value_name = "DEG", conflicts_with = "profile")]
     step: Option<f64>,
     /// What the values are multiplied with.
-    #[arg(long, value_name = "X", requires = "simulate")]
+    #[arg(long, value_name = "X", conflicts_with = "profile")]
     scale: Option<f64>,
     /// Measure red, green and blue, not red alone.
-    #[arg(long, requires = "simulate")]
+    #[arg(long, conflicts_with = "profile")]
     rgb: bool,
 }
 
