@@ -43,7 +43,7 @@ pub fn solve(a: &Matrix, b: &[f64]) -> Option<Vec<f64>> {
             let sum = a[(i, j)] - (0..j).map(|k| l[(i, k)] * l[(j, k)]).sum::<f64>();
             if i == j {
                 // What rounding leaves of a singular matrix is not a pivot.
-                if !(sum > 1e-14 * a[(i, i)]) {
+                if sum.is_nan() || sum <= 1e-14 * a[(i, i)] {
                     return None;
                 }
                 l[(i, i)] = sum.sqrt();

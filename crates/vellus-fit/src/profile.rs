@@ -70,7 +70,7 @@ impl Profile {
                 n => format!("all {n} measurements are missing"),
             });
         }
-        if !(self.theta_o.abs() < 90.0) {
+        if self.theta_o.is_nan() || self.theta_o.abs() >= 90.0 {
             return wrong(format!("theta_o = {} is out of range: it must be in (-90, 90) degrees", self.theta_o));
         }
         for p in &self.points {
@@ -115,10 +115,10 @@ impl Profile {
 
 /// What is wrong with a direction, degrees.
 pub(crate) fn check_angles(theta: f64, phi: f64) -> Result<(), String> {
-    if !(theta.abs() < 90.0) {
+    if theta.is_nan() || theta.abs() >= 90.0 {
         return Err(format!("theta = {theta} is out of range: it must be in (-90, 90) degrees"));
     }
-    if !(phi.abs() <= 360.0) {
+    if phi.is_nan() || phi.abs() > 360.0 {
         return Err(format!("phi = {phi} is out of range: it must be in [-360, 360] degrees"));
     }
     Ok(())

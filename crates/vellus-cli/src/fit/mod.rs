@@ -139,7 +139,7 @@ impl Args {
         }
         let default = Options::default();
         let huber = self.huber.unwrap_or(default.huber);
-        if !(huber >= 1.0) {
+        if huber.is_nan() || huber < 1.0 {
             bail!("--huber {huber} is out of range: it must be at least 1");
         }
         Ok(Options { requests, starts: self.starts.map_or(default.starts, |n| n as usize), seed: self.seed, huber })

@@ -49,7 +49,7 @@ pub fn significant(x: f64) -> String {
 pub fn error(e: &Estimate) -> String {
     e.error.map_or(String::new(), |x| {
         let digits = (1.0 - x.max(1e-9).log10().floor()).clamp(0.0, 8.0) as usize;
-        if x >= 1e6 || x < 1e-6 { format!("{x:.1e}{}", e.unit) } else { format!("{x:.digits$}{}", e.unit) }
+        if !(1e-6..1e6).contains(&x) { format!("{x:.1e}{}", e.unit) } else { format!("{x:.digits$}{}", e.unit) }
     })
 }
 
