@@ -1,8 +1,9 @@
 //! The log-ratio of a profile to what a fibre would be measured as (Yan17 Sec. 5.1, Validation).
 
 use crate::forward::{Forward, direction};
-use crate::parameters::{Space, assemble};
+use crate::parameters::assemble;
 use crate::profile::{Profile, Quantity};
+use crate::space::Space;
 use glam::Vec3;
 use std::sync::atomic::{AtomicU64, Ordering};
 

@@ -3,7 +3,8 @@
 use crate::cost::Cost;
 use crate::fit::Options;
 use crate::least_squares::noise;
-use crate::parameters::{Kind, Space, values_of};
+use crate::parameters::{Kind, values_of};
+use crate::space::Space;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 use vellus::{Fiber, Species};

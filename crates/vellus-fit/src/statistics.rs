@@ -2,8 +2,8 @@
 
 use crate::least_squares::{Difference, Minimum, Problem};
 use crate::matrix::{Matrix, eigen};
-use crate::parameters::Space;
 use crate::profile::Profile;
+use crate::space::Space;
 use std::collections::BTreeMap;
 
 /// A variable whose standard error is more than this share of its usual range is not determined.

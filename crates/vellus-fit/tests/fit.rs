@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 use vellus::oracle::Oracle;
 use vellus::{Fiber, Species, TableData, Tables};
-use vellus_fit::parameters::{Curve, Kind, Space, parameters};
+use vellus_fit::parameters::{Curve, Kind, parameters};
+use vellus_fit::space::Space;
 use vellus_fit::{Error, Estimate, Fit, Options, Profile, Requests, State, Synthetic, far_field, fit, simulate};
 
 /// A gantry with a quarter of the directions of the default one, of which the fits take a tenth of a second.

@@ -1,0 +1,194 @@
+//! The variables a fit moves in: what of the parameters is free, fixed or tied.
+
+use crate::error::Error;
+use crate::parameters::{Kind, Parameter, parameters};
+
+/// Where the value of a parameter comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Source {
+    /// Fitted: the number of its variable. Tied parameters share one.
+    Free(usize),
+    /// Given.
+    Fixed(f64),
+}
+
+/// What is asked of the parameters, by name. A colour's name without channel means each of its channels.
+#[derive(Clone, Debug, Default)]
+pub struct Requests {
+    /// Held at a value, or at one for each channel.
+    pub fix: Vec<(String, Vec<f64>)>,
+    /// The first has the value of the second.
+    pub tie: Vec<(String, String)>,
+    /// Fitted, though it usually is not.
+    pub free: Vec<String>,
+}
+
+/// The parameters of one fit, and the variables it moves in.
+#[derive(Clone, Debug)]
+pub struct Space {
+    /// All parameters.
+    pub parameters: Vec<Parameter>,
+    /// Where the value of each comes from.
+    pub sources: Vec<Source>,
+    /// The parameter each variable is named after.
+    pub leads: Vec<usize>,
+    /// Ends of each variable's range.
+    pub bounds: Vec<[f64; 2]>,
+}
+
+impl Space {
+    /// The space of a profile of `channels`, lit or seen from `theta_o`.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a name that is not known, a value out of range, or requests that contradict each other.
+    pub fn new(channels: usize, theta_o: f64, requests: &Requests) -> Result<Self, Error> {
+        let parameters = parameters(channels);
+        let mut given: Vec<Option<f64>> = vec![None; parameters.len()];
+        let find = |name: &str| -> Result<Vec<usize>, Error> {
+            let found: Vec<usize> = (0..parameters.len())
+                .filter(|&i| parameters[i].name == name || parameters[i].name.split('.').next() == Some(name))
+                .collect();
+            if found.is_empty() {
+                let known: Vec<&str> = parameters.iter().map(|p| p.name.as_str()).collect();
+                return Err(Error::Parameter(format!("unknown parameter '{name}': known are {}", known.join(", "))));
+            }
+            Ok(found)
+        };
+        for (i, p) in parameters.iter().enumerate() {
+            if p.kind == Kind::ThetaO {
+                given[i] = Some(theta_o);
+            }
+        }
+        for name in &requests.free {
+            find(name)?.into_iter().for_each(|i| given[i] = None);
+        }
+        for (name, values) in &requests.fix {
+            let places = find(name)?;
+            if values.len() != 1 && values.len() != places.len() {
+                let count =
+                    if places.len() == 1 { "one value".to_owned() } else { format!("one value or {}", places.len()) };
+                return Err(Error::Parameter(format!("{name} takes {count}, not {}", values.len())));
+            }
+            for (k, &i) in places.iter().enumerate() {
+                let (x, p) = (values[if values.len() == 1 { 0 } else { k }], &parameters[i]);
+                if !(p.low..=p.high).contains(&x) {
+                    let unit = if p.unit.is_empty() { "" } else { " degrees" };
+                    return Err(Error::Parameter(format!(
+                        "{} = {x} is out of range: it must be in [{}, {}]{unit}",
+                        p.name, p.low, p.high
+                    )));
+                }
+                given[i] = Some(x);
+            }
+        }
+        // Ties as a forest: each parameter follows to the one it takes its value from.
+        let mut follows: Vec<usize> = (0..parameters.len()).collect();
+        let root = |follows: &[usize], mut i: usize| {
+            while follows[i] != i {
+                i = follows[i];
+            }
+            i
+        };
+        for (name, leader) in &requests.tie {
+            let (names, leaders) = (find(name)?, find(leader)?);
+            if leaders.len() != 1 && leaders.len() != names.len() {
+                return Err(Error::Parameter(format!("{name} and {leader} have not the same number of channels")));
+            }
+            for (k, &i) in names.iter().enumerate() {
+                let leader = leaders[if leaders.len() == 1 { 0 } else { k }];
+                let (a, b) = (root(&follows, i), root(&follows, leader));
+                if i == leader || a == b {
+                    return Err(Error::Parameter(format!("{} cannot be tied to itself", parameters[i].name)));
+                }
+                if given[a].is_some() {
+                    return Err(Error::Parameter(format!("{} cannot be both fixed and tied", parameters[a].name)));
+                }
+                follows[a] = b;
+            }
+        }
+        let (mut leads, mut sources, mut bounds) = (Vec::new(), vec![Source::Fixed(0.0); parameters.len()], Vec::new());
+        for (i, p) in parameters.iter().enumerate() {
+            let lead = root(&follows, i);
+            sources[i] = match given[lead] {
+                Some(x) => Source::Fixed(x),
+                None => {
+                    let known = leads.iter().position(|&l| l == lead);
+                    let column = known.unwrap_or_else(|| {
+                        leads.push(lead);
+                        let l = &parameters[lead];
+                        bounds.push([l.curve.variable(l.low), l.curve.variable(l.high)]);
+                        leads.len() - 1
+                    });
+                    let curve = parameters[lead].curve;
+                    let [low, high]: [f64; 2] = bounds[column];
+                    bounds[column] = [
+                        low.max(curve.variable(p.low.max(parameters[lead].low))),
+                        high.min(curve.variable(p.high.min(parameters[lead].high))),
+                    ];
+                    Source::Free(column)
+                }
+            };
+        }
+        if let Some(k) = bounds.iter().position(|[low, high]| low >= high) {
+            return Err(Error::Parameter(format!(
+                "{} is tied to a parameter that has no value in common with it",
+                parameters[leads[k]].name
+            )));
+        }
+        if leads.is_empty() {
+            return Err(Error::Parameter("every parameter is fixed: there is nothing to fit".to_owned()));
+        }
+        Ok(Space { parameters, sources, leads, bounds })
+    }
+
+    /// The parameter a variable is named after.
+    pub fn lead(&self, column: usize) -> &Parameter {
+        &self.parameters[self.leads[column]]
+    }
+
+    /// Values of all parameters at variables `u`.
+    pub fn values(&self, u: &[f64]) -> Vec<f64> {
+        let value = |source: &Source| match *source {
+            Source::Fixed(x) => x,
+            Source::Free(column) => {
+                let lead = self.lead(column);
+                lead.curve.value(u[column]).clamp(lead.low, lead.high)
+            }
+        };
+        self.sources.iter().map(value).collect()
+    }
+
+    /// Variables nearest to those values: a tied group takes its leader's.
+    pub fn variables(&self, values: &[f64]) -> Vec<f64> {
+        let variable = |(column, &lead): (usize, &usize)| {
+            let [low, high] = self.bounds[column];
+            self.parameters[lead].curve.variable(values[lead]).clamp(low, high)
+        };
+        self.leads.iter().enumerate().map(variable).collect()
+    }
+
+    /// The variable of a kind of parameter, if it is fitted.
+    pub fn column_of(&self, kind: Kind) -> Option<usize> {
+        let i = self.parameters.iter().position(|p| p.kind == kind)?;
+        match self.sources[i] {
+            Source::Free(column) => Some(column),
+            Source::Fixed(_) => None,
+        }
+    }
+
+    /// Keeps a parameter, if it is fitted, at or above a value.
+    pub fn resolve(&mut self, kind: Kind, least: f64) {
+        if let Some(column) = self.column_of(kind) {
+            let lead = &self.parameters[self.leads[column]];
+            let [low, high] = &mut self.bounds[column];
+            *low = low.max(lead.curve.variable(least.max(lead.low))).min(*high - 1e-3);
+        }
+    }
+
+    /// The usual range of a variable.
+    pub fn usual(&self, column: usize) -> [f64; 2] {
+        let lead = self.lead(column);
+        let [low, high] = self.bounds[column];
+        lead.usual.map(|x| lead.curve.variable(x).clamp(low, high))
+    }
+}
