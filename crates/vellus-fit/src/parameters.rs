@@ -96,8 +96,8 @@ pub struct Parameter {
     pub step: f64,
 }
 
-/// σ is known to be 0 where it is far below this: light passes two radii at most.
-const LITTLE: f64 = 0.02;
+/// Light passes two radii at most: what it loses is linear in σ up to about that, and errors then symmetric in σ itself.
+const LITTLE: f64 = 0.3;
 
 /// All parameters of a profile with 1 or 3 channels, in the order of files.
 pub fn parameters(channels: usize) -> Vec<Parameter> {

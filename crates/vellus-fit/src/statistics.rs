@@ -12,6 +12,9 @@ const VAGUE: f64 = 0.1;
 /// A variable whose standard error is that many times its usual range is unknown.
 const UNKNOWN: f64 = 100.0;
 
+/// A variable on a bound is no farther from the truth than twice its usual range: the square of that.
+const FARTHEST: f64 = 4.0;
+
 /// Components below this share of a direction's length are not worth naming.
 const NAMED: f64 = 0.25;
 
@@ -31,8 +34,7 @@ pub enum Place {
 pub struct Statistics {
     /// Where each ended.
     pub places: Vec<Place>,
-    /// Covariance of the variables. As if there were no bounds: those that others end on are no knowledge of theirs, and
-    /// holding a variable on its bound would make the others' errors too small wherever the truth is a little off it.
+    /// Covariance of the variables.
     pub covariance: Matrix,
     /// The standard error of each; none where the data says nothing at all.
     pub errors: Vec<Option<f64>>,
@@ -83,27 +85,66 @@ pub fn statistics(problem: &Problem, space: &Space, profile: &Profile, minimum: 
             scaled[(j, i)] = scaled[(i, j)];
         }
     }
-    let (values, vectors) = eigen(&scaled);
-    let least = values.first().map_or(0.0, |x| x * 1e-13).max(1e-300);
-    let mut covariance = Matrix::zero(n);
-    for (value, vector) in values.iter().zip(&vectors) {
-        let share = variance / value.max(least);
-        for i in 0..n {
-            for j in 0..n {
-                covariance[(i, j)] += share * vector[i] * vector[j] * widths[i] * widths[j];
-            }
+    let covariance = bounded_covariance(&scaled, &places, variance);
+    let (values, vectors) = eigen(&covariance);
+    let mut covariance = covariance;
+    for i in 0..n {
+        for j in 0..n {
+            covariance[(i, j)] *= widths[i] * widths[j];
         }
     }
     let error = |j: usize| covariance[(j, j)].sqrt();
     let determined = (0..n).map(|j| places[j] == Place::Inside && error(j) <= VAGUE * widths[j]).collect();
     let errors = (0..n).map(|j| Some(error(j)).filter(|&e| e <= UNKNOWN * widths[j])).collect();
     let mut weakest: Vec<(usize, f64)> = vectors
-        .last()
+        .first()
         .map(|v| v.iter().copied().enumerate().filter(|(_, x)| x.abs() >= NAMED).collect())
         .unwrap_or_default();
     weakest.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
-    let weakest_error = values.last().map_or(0.0, |x| (variance / x.max(least)).sqrt());
+    let weakest_error = values.first().map_or(0.0, |x| x.max(0.0).sqrt());
     Statistics { places, covariance, errors, determined, neighbours, widened: inflation.sqrt(), weakest, weakest_error }
+}
+
+/// Covariance from JᵀJ in units of the usual ranges: of the variables inside their bounds; and of each on a bound as if it alone
+/// were free of it, with what the others then do about it. To hold them there would make the others' errors too small wherever the
+/// truth is a little off the bound; to free them all together would let one go beyond its bound to make up for another.
+fn bounded_covariance(a: &Matrix, places: &[Place], variance: f64) -> Matrix {
+    let n = places.len();
+    let (free, bound): (Vec<usize>, Vec<usize>) = (0..n).partition(|&j| places[j] == Place::Inside);
+    let mut inside = Matrix::zero(free.len());
+    for (p, &i) in free.iter().enumerate() {
+        for (q, &j) in free.iter().enumerate() {
+            inside[(p, q)] = a[(i, j)];
+        }
+    }
+    let (values, vectors) = eigen(&inside);
+    let least = values.first().map_or(0.0, |x| x * 1e-13).max(1e-300);
+    let mut inverse = Matrix::zero(n);
+    for (value, vector) in values.iter().zip(&vectors) {
+        for (p, &i) in free.iter().enumerate() {
+            for (q, &j) in free.iter().enumerate() {
+                inverse[(i, j)] += vector[p] * vector[q] / value.max(least);
+            }
+        }
+    }
+    let mut covariance = inverse.clone();
+    for i in 0..n {
+        for j in 0..n {
+            covariance[(i, j)] *= variance;
+        }
+    }
+    for b in bound {
+        let mut follow: Vec<f64> = (0..n).map(|i| -(0..n).map(|j| inverse[(i, j)] * a[(j, b)]).sum::<f64>()).collect();
+        let left = a[(b, b)] + (0..n).map(|j| a[(b, j)] * follow[j]).sum::<f64>();
+        follow[b] = 1.0;
+        let own = if left > 0.0 { (variance / left).min(FARTHEST) } else { FARTHEST };
+        for i in 0..n {
+            for j in 0..n {
+                covariance[(i, j)] += own * follow[i] * follow[j];
+            }
+        }
+    }
+    covariance
 }
 
 /// The residuals' variance as the parameters' errors see it (Huber 1981, Eq. 7.6.9): their own where none is an outlier.

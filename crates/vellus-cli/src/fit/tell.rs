@@ -154,9 +154,13 @@ impl Told<'_> {
             (
                 "least determined".to_owned(),
                 format!(
-                    "{}, to {} of their usual ranges",
+                    "{}{}",
                     fit.weakest.0.iter().map(|(name, x)| format!("{x:+.2} {name}")).collect::<Vec<_>>().join(" "),
-                    percent(fit.weakest.1)
+                    if fit.weakest.1 < 1.0 {
+                        format!(", to {} of their usual ranges", percent(fit.weakest.1))
+                    } else {
+                        ": not at all".to_owned()
+                    }
                 ),
             ),
         ]
