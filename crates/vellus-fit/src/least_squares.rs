@@ -83,6 +83,9 @@ impl Problem<'_> {
             .into_par_iter()
             .map(|j| {
                 let [low, high] = self.bounds[j];
+                if low >= high {
+                    return vec![0.0; residuals.len()];
+                }
                 let at = |x: f64| {
                     let mut moved = u.to_vec();
                     moved[j] = x;

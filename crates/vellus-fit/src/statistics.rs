@@ -4,6 +4,7 @@ use crate::least_squares::{Difference, Minimum, Problem};
 use crate::matrix::{Matrix, eigen};
 use crate::profile::Profile;
 use crate::space::Space;
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// A variable whose standard error is more than this share of its usual range is not determined.
@@ -12,8 +13,11 @@ const VAGUE: f64 = 0.1;
 /// A variable whose standard error is that many times its usual range is unknown.
 const UNKNOWN: f64 = 100.0;
 
-/// A variable on a bound is no farther from the truth than twice its usual range: the square of that.
-const FARTHEST: f64 = 4.0;
+/// A variable on a bound is looked for off it at this share of its usual range first, then at twice that, and so on.
+const NEAREST: f64 = 1.0 / 64.0;
+
+/// But no farther than this.
+const FARTHEST: f64 = 2.0;
 
 /// Components below this share of a direction's length are not worth naming.
 const NAMED: f64 = 0.25;
@@ -85,9 +89,18 @@ pub fn statistics(problem: &Problem, space: &Space, profile: &Profile, minimum: 
             scaled[(j, i)] = scaled[(i, j)];
         }
     }
-    let covariance = bounded_covariance(&scaled, &places, variance);
+    let mut covariance = inside_covariance(&scaled, &places, variance);
+    let rise = 0.5 * variance / (noise * noise);
+    let bound: Vec<usize> = (0..n).filter(|&j| places[j] != Place::Inside).collect();
+    let valleys: Vec<Vec<f64>> = bound.par_iter().map(|&b| valley(problem, minimum, b, &widths, rise)).collect();
+    for way in &valleys {
+        for i in 0..n {
+            for j in 0..n {
+                covariance[(i, j)] += way[i] * way[j];
+            }
+        }
+    }
     let (values, vectors) = eigen(&covariance);
-    let mut covariance = covariance;
     for i in 0..n {
         for j in 0..n {
             covariance[(i, j)] *= widths[i] * widths[j];
@@ -105,12 +118,9 @@ pub fn statistics(problem: &Problem, space: &Space, profile: &Profile, minimum: 
     Statistics { places, covariance, errors, determined, neighbours, widened: inflation.sqrt(), weakest, weakest_error }
 }
 
-/// Covariance from JᵀJ in units of the usual ranges: of the variables inside their bounds; and of each on a bound as if it alone
-/// were free of it, with what the others then do about it. To hold them there would make the others' errors too small wherever the
-/// truth is a little off the bound; to free them all together would let one go beyond its bound to make up for another.
-fn bounded_covariance(a: &Matrix, places: &[Place], variance: f64) -> Matrix {
-    let n = places.len();
-    let (free, bound): (Vec<usize>, Vec<usize>) = (0..n).partition(|&j| places[j] == Place::Inside);
+/// Covariance of the variables inside their bounds from JᵀJ, in units of the usual ranges.
+fn inside_covariance(a: &Matrix, places: &[Place], variance: f64) -> Matrix {
+    let free: Vec<usize> = (0..places.len()).filter(|&j| places[j] == Place::Inside).collect();
     let mut inside = Matrix::zero(free.len());
     for (p, &i) in free.iter().enumerate() {
         for (q, &j) in free.iter().enumerate() {
@@ -119,32 +129,44 @@ fn bounded_covariance(a: &Matrix, places: &[Place], variance: f64) -> Matrix {
     }
     let (values, vectors) = eigen(&inside);
     let least = values.first().map_or(0.0, |x| x * 1e-13).max(1e-300);
-    let mut inverse = Matrix::zero(n);
+    let mut covariance = Matrix::zero(places.len());
     for (value, vector) in values.iter().zip(&vectors) {
         for (p, &i) in free.iter().enumerate() {
             for (q, &j) in free.iter().enumerate() {
-                inverse[(i, j)] += vector[p] * vector[q] / value.max(least);
-            }
-        }
-    }
-    let mut covariance = inverse.clone();
-    for i in 0..n {
-        for j in 0..n {
-            covariance[(i, j)] *= variance;
-        }
-    }
-    for b in bound {
-        let mut follow: Vec<f64> = (0..n).map(|i| -(0..n).map(|j| inverse[(i, j)] * a[(j, b)]).sum::<f64>()).collect();
-        let left = a[(b, b)] + (0..n).map(|j| a[(b, j)] * follow[j]).sum::<f64>();
-        follow[b] = 1.0;
-        let own = if left > 0.0 { (variance / left).min(FARTHEST) } else { FARTHEST };
-        for i in 0..n {
-            for j in 0..n {
-                covariance[(i, j)] += own * follow[i] * follow[j];
+                covariance[(i, j)] += variance * vector[p] * vector[q] / value.max(least);
             }
         }
     }
     covariance
+}
+
+/// How far variable `b` may be from its bound, and what the others do about it, in units of the usual ranges: up to where
+/// the loss has risen by `rise`, one standard error, the others being fitted anew (profile likelihood). A derivative at the bound
+/// would not do: valleys are curved, and the truth may be half a range away.
+fn valley(problem: &Problem, minimum: &Minimum, b: usize, widths: &[f64], rise: f64) -> Vec<f64> {
+    let [low, high] = problem.bounds[b];
+    let inward = if minimum.u[b] <= 0.5 * (low + high) { 1.0 } else { -1.0 };
+    let way = |u: &[f64]| u.iter().zip(&minimum.u).zip(widths).map(|((x, y), w)| (x - y) / w).collect::<Vec<f64>>();
+    let (mut from, mut risen) = (minimum.u.clone(), 0.0);
+    let mut distance = NEAREST;
+    while distance <= FARTHEST {
+        let held = (minimum.u[b] + inward * distance * widths[b]).clamp(low, high);
+        let mut bounds = problem.bounds.to_vec();
+        bounds[b] = [held; 2];
+        let mut start = from.clone();
+        start[b] = held;
+        let moved = Problem { bounds: &bounds, ..*problem }.minimise(&start, Difference::Forward, 30);
+        let rising = problem.loss(&moved.residuals, minimum.noise) - minimum.loss;
+        if rising >= rise {
+            // Between the last place below and this one.
+            let share = ((rise - risen) / (rising - risen)).clamp(0.0, 1.0);
+            let (a, b) = (way(&from), way(&moved.u));
+            return a.iter().zip(&b).map(|(x, y)| x + (y - x) * share).collect();
+        }
+        (from, risen) = (moved.u, rising.max(0.0));
+        distance *= 2.0;
+    }
+    way(&from)
 }
 
 /// The residuals' variance as the parameters' errors see it (Huber 1981, Eq. 7.6.9): their own where none is an outlier.
