@@ -92,8 +92,15 @@ pub fn statistics(problem: &Problem, space: &Space, profile: &Profile, minimum: 
     let mut covariance = inside_covariance(&scaled, &places, variance);
     let rise = 0.5 * variance / (noise * noise);
     let bound: Vec<usize> = (0..n).filter(|&j| places[j] != Place::Inside).collect();
-    let valleys: Vec<Vec<f64>> = bound.par_iter().map(|&b| valley(problem, minimum, b, &widths, rise)).collect();
-    for way in &valleys {
+    let (_, gradient) = problem.normal_equations(&jacobian, residuals, *noise);
+    let slopes: Vec<f64> = gradient.iter().map(|g| g.abs() / (noise * noise)).collect();
+    let valleys: Vec<Vec<f64>> =
+        bound.par_iter().map(|&b| valley(problem, minimum, b, &widths, rise, slopes[b])).collect();
+    let inside = covariance.clone();
+    for (&b, way) in bound.iter().zip(&valleys) {
+        // The longer of the two: what the curvature at the bound says, and what is found on the way.
+        let straight = straight(&scaled, &inside, b, variance);
+        let way = if straight[b].abs() > way[b].abs() { &straight } else { way };
         for i in 0..n {
             for j in 0..n {
                 covariance[(i, j)] += way[i] * way[j];
@@ -140,10 +147,23 @@ fn inside_covariance(a: &Matrix, places: &[Place], variance: f64) -> Matrix {
     covariance
 }
 
+/// One standard error off its bound for variable `b`, with what the others do about it, by derivatives at the bound; `inside` is the
+/// covariance of those.
+fn straight(a: &Matrix, inside: &Matrix, b: usize, variance: f64) -> Vec<f64> {
+    let n = a.rows();
+    let mut way: Vec<f64> =
+        (0..n).map(|i| -(0..n).map(|j| inside[(i, j)] * a[(j, b)]).sum::<f64>() / variance).collect();
+    let left = a[(b, b)] + (0..n).map(|j| a[(b, j)] * way[j]).sum::<f64>();
+    way[b] = 1.0;
+    let distance = if left > 0.0 { (variance / left).sqrt().min(FARTHEST) } else { FARTHEST };
+    way.iter().map(|x| x * distance).collect()
+}
+
 /// How far variable `b` may be from its bound, and what the others do about it, in units of the usual ranges: up to where
-/// the loss has risen by `rise`, one standard error, the others being fitted anew (profile likelihood). A derivative at the bound
+/// the loss has risen by `rise`, one standard error, the others being fitted anew (profile likelihood). What it rises by for its
+/// `slope` at the bound does not count: the minimum without the bound lies beyond it, and errors are as wide as around that one. A derivative at the bound
 /// would not do: valleys are curved, and the truth may be half a range away.
-fn valley(problem: &Problem, minimum: &Minimum, b: usize, widths: &[f64], rise: f64) -> Vec<f64> {
+fn valley(problem: &Problem, minimum: &Minimum, b: usize, widths: &[f64], rise: f64, slope: f64) -> Vec<f64> {
     let [low, high] = problem.bounds[b];
     let inward = if minimum.u[b] <= 0.5 * (low + high) { 1.0 } else { -1.0 };
     let way = |u: &[f64]| u.iter().zip(&minimum.u).zip(widths).map(|((x, y), w)| (x - y) / w).collect::<Vec<f64>>();
@@ -156,7 +176,8 @@ fn valley(problem: &Problem, minimum: &Minimum, b: usize, widths: &[f64], rise: 
         let mut start = from.clone();
         start[b] = held;
         let moved = Problem { bounds: &bounds, ..*problem }.minimise(&start, Difference::Forward, 30);
-        let rising = problem.loss(&moved.residuals, minimum.noise) - minimum.loss;
+        let straight = slope * (held - minimum.u[b]).abs();
+        let rising = problem.loss(&moved.residuals, minimum.noise) - minimum.loss - straight;
         if rising >= rise {
             // Between the last place below and this one.
             let share = ((rise - risen) / (rising - risen)).clamp(0.0, 1.0);
