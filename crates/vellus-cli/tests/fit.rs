@@ -119,7 +119,7 @@ fn bad_input_is_one_message() {
         (&["--simulate", "cat", "--out", "a.txt", "--noise", "2"], &["noise = 2", "[0, 1]"]),
         (&["--simulate", "cat", "--out", "a.txt", "--step", "0"], &["steps of 0"]),
         (&["--simulate", "cat", "--out", "a.txt", "--photons", "9"], &["--from reference"]),
-        (&["--simulate", "cat", "--out", "a.txt", "--theta", "10:95"], &["theta = 92", "(-90, 90)"]),
+        (&["--simulate", "cat", "--out", "a.txt", "--theta", "10:95"], &["theta = 90", "(-90, 90)"]),
     ];
     for (args, parts) in all {
         refused(folder, args, parts);

@@ -13,7 +13,7 @@ const VAGUE: f64 = 0.1;
 /// A variable whose standard error is that many times its usual range is unknown.
 const UNKNOWN: f64 = 100.0;
 
-/// A variable on a bound is looked for off it at this share of its usual range first, then at twice that, and so on.
+/// A variable on a bound is taken off it by this share of its usual range first, then by twice that, and so on.
 const NEAREST: f64 = 1.0 / 64.0;
 
 /// But no farther than this.
@@ -94,13 +94,12 @@ pub fn statistics(problem: &Problem, space: &Space, profile: &Profile, minimum: 
     let bound: Vec<usize> = (0..n).filter(|&j| places[j] != Place::Inside).collect();
     let (_, gradient) = problem.normal_equations(&jacobian, residuals, *noise);
     let slopes: Vec<f64> = gradient.iter().map(|g| g.abs() / (noise * noise)).collect();
-    let valleys: Vec<Vec<f64>> =
-        bound.par_iter().map(|&b| valley(problem, minimum, b, &widths, rise, slopes[b])).collect();
-    let inside = covariance.clone();
-    for (&b, way) in bound.iter().zip(&valleys) {
-        // The longer of the two: what the curvature at the bound says, and what is found on the way.
-        let straight = straight(&scaled, &inside, b, variance);
-        let way = if straight[b].abs() > way[b].abs() { &straight } else { way };
+    let way = |&b: &usize| {
+        let least = straight(&scaled, &covariance, b, variance);
+        valley(problem, minimum, b, &widths, Reach { rise, slope: slopes[b], least })
+    };
+    let valleys: Vec<Vec<f64>> = bound.par_iter().map(way).collect();
+    for way in &valleys {
         for i in 0..n {
             for j in 0..n {
                 covariance[(i, j)] += way[i] * way[j];
@@ -147,47 +146,55 @@ fn inside_covariance(a: &Matrix, places: &[Place], variance: f64) -> Matrix {
     covariance
 }
 
-/// One standard error off its bound for variable `b`, with what the others do about it, by derivatives at the bound; `inside` is the
-/// covariance of those.
-fn straight(a: &Matrix, inside: &Matrix, b: usize, variance: f64) -> Vec<f64> {
+/// One standard error off its bound for variable `b` by the curvature there, in units of the usual ranges; `inside` is the covariance
+/// of those that are not on theirs.
+fn straight(a: &Matrix, inside: &Matrix, b: usize, variance: f64) -> f64 {
     let n = a.rows();
-    let mut way: Vec<f64> =
-        (0..n).map(|i| -(0..n).map(|j| inside[(i, j)] * a[(j, b)]).sum::<f64>() / variance).collect();
-    let left = a[(b, b)] + (0..n).map(|j| a[(b, j)] * way[j]).sum::<f64>();
-    way[b] = 1.0;
-    let distance = if left > 0.0 { (variance / left).sqrt().min(FARTHEST) } else { FARTHEST };
-    way.iter().map(|x| x * distance).collect()
+    let follow = |i: usize| (0..n).map(|j| inside[(i, j)] * a[(j, b)]).sum::<f64>() / variance;
+    let left = a[(b, b)] - (0..n).map(|i| a[(b, i)] * follow(i)).sum::<f64>();
+    if left > 0.0 { (variance / left).sqrt().min(FARTHEST) } else { FARTHEST }
 }
 
-/// How far variable `b` may be from its bound, and what the others do about it, in units of the usual ranges: up to where
-/// the loss has risen by `rise`, one standard error, the others being fitted anew (profile likelihood). What it rises by for its
-/// `slope` at the bound does not count: the minimum without the bound lies beyond it, and errors are as wide as around that one. A derivative at the bound
-/// would not do: valleys are curved, and the truth may be half a range away.
-fn valley(problem: &Problem, minimum: &Minimum, b: usize, widths: &[f64], rise: f64, slope: f64) -> Vec<f64> {
+/// How far off its bound a variable is to go.
+struct Reach {
+    /// Until the loss has risen by that, one standard error.
+    rise: f64,
+    /// What it rises by, a unit of the variable, for its slope at the bound does not count: the minimum without the bound lies
+    /// beyond it, and errors are as wide as around that one.
+    slope: f64,
+    /// But so far at least.
+    least: f64,
+}
+
+/// How far variable `b` may be from its bound, and what the others do about it when they are fitted anew (profile likelihood), in
+/// units of the usual ranges. Derivatives at the bound alone would not do: valleys are curved, and the truth may be half a range
+/// away.
+fn valley(problem: &Problem, minimum: &Minimum, b: usize, widths: &[f64], reach: Reach) -> Vec<f64> {
     let [low, high] = problem.bounds[b];
     let inward = if minimum.u[b] <= 0.5 * (low + high) { 1.0 } else { -1.0 };
     let way = |u: &[f64]| u.iter().zip(&minimum.u).zip(widths).map(|((x, y), w)| (x - y) / w).collect::<Vec<f64>>();
-    let (mut from, mut risen) = (minimum.u.clone(), 0.0);
-    let mut distance = NEAREST;
-    while distance <= FARTHEST {
-        let held = (minimum.u[b] + inward * distance * widths[b]).clamp(low, high);
+    let (mut from, mut distance, mut risen) = (minimum.u.clone(), 0.0, 0.0);
+    let mut goal = FARTHEST;
+    loop {
+        let next = if distance == 0.0 { NEAREST } else { 2.0 * distance };
+        let held = (minimum.u[b] + inward * next * widths[b]).clamp(low, high);
         let mut bounds = problem.bounds.to_vec();
         bounds[b] = [held; 2];
         let mut start = from.clone();
         start[b] = held;
         let moved = Problem { bounds: &bounds, ..*problem }.minimise(&start, Difference::Forward, 30);
-        let straight = slope * (held - minimum.u[b]).abs();
+        let straight = reach.slope * (held - minimum.u[b]).abs();
         let rising = problem.loss(&moved.residuals, minimum.noise) - minimum.loss - straight;
-        if rising >= rise {
-            // Between the last place below and this one.
-            let share = ((rise - risen) / (rising - risen)).clamp(0.0, 1.0);
-            let (a, b) = (way(&from), way(&moved.u));
-            return a.iter().zip(&b).map(|(x, y)| x + (y - x) * share).collect();
+        if risen < reach.rise && rising >= reach.rise {
+            let share = (reach.rise - risen) / (rising - risen);
+            goal = (distance + share * (next - distance)).max(reach.least).min(FARTHEST);
         }
-        (from, risen) = (moved.u, rising.max(0.0));
-        distance *= 2.0;
+        if next >= goal {
+            let share = (goal - distance) / (next - distance);
+            return way(&from).iter().zip(way(&moved.u)).map(|(x, y)| x + (y - x) * share).collect();
+        }
+        (from, distance, risen) = (moved.u, next, rising);
     }
-    way(&from)
 }
 
 /// The residuals' variance as the parameters' errors see it (Huber 1981, Eq. 7.6.9): their own where none is an outlier.
