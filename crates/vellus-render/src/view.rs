@@ -29,7 +29,7 @@ impl View {
     }
 
     /// From its frame to the world.
-    fn to_world(&self, time: f32) -> Affine3A {
+    fn frame(&self, time: f32) -> Affine3A {
         let (turn, place) = self.open;
         match self.closed {
             Some((turned, moved)) => {
@@ -50,20 +50,20 @@ impl View {
         let (a, b) = concentric([u[2], u[3]]);
         let lens = Vec3::new(a, b, 0.0) * self.camera.lens_radius;
         let focus = Vec3::new(x, y, -1.0) * self.camera.focus_distance;
-        let to_world = self.to_world(time);
-        let direction = to_world.transform_vector3(focus - lens).normalize();
-        Ray { time, ..Ray::new(to_world.transform_point3(lens), direction) }
+        let frame = self.frame(time);
+        let direction = frame.transform_vector3(focus - lens).normalize();
+        Ray { time, ..Ray::new(frame.transform_point3(lens), direction) }
     }
 
     /// A pixel's width at a place on a camera ray, across the way the camera looks (Yan17 Eq. 27).
     pub(crate) fn pixel_width(&self, size: [usize; 2], ray: &Ray, t: f32) -> f32 {
-        let forward = self.to_world(ray.time).transform_vector3(-Vec3::Z);
+        let forward = self.frame(ray.time).transform_vector3(-Vec3::Z);
         t * ray.direction.dot(forward) * self.camera.film_height / size[1] as f32
     }
 
     /// Where a point is seen, in pixels from the upper left corner; `None` behind the camera.
     pub(crate) fn seen(&self, size: [usize; 2], point: Vec3, time: f32) -> Option<Vec2> {
-        let p = self.to_world(time).inverse().transform_point3(point);
+        let p = self.frame(time).inverse().transform_point3(point);
         let [width, height] = size.map(|n| n as f32);
         let pixels = height / self.camera.film_height;
         (p.z < 0.0).then(|| Vec2::new(0.5 * width, 0.5 * height) + Vec2::new(p.x, -p.y) / -p.z * pixels)
