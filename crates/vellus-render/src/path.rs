@@ -58,9 +58,9 @@ pub(crate) struct Seen {
     pub cut: f32,
 }
 
-/// A light whose sample is scattered toward the eye this many times more than if a fibre scattered evenly in all directions is always asked
-/// for; what is fainter, in proportion. Of light samples on fur nine in ten miss all sharp lobes: their shadow rays cost a third of the time, and
-/// leaving most of them out adds less than a hundredth to the noise.
+/// A light sample that is scattered, weighted, at least this share of what a fibre would that scattered evenly in all directions is
+/// always asked for; fainter ones in proportion. Most miss all sharp lobes: this leaves out 60 to 80 % of the shadow rays, and adds less than a
+/// hundredth to the noise (10,000 and 200,000 strands, sky and one lamp).
 const ASKED: f32 = 0.25;
 
 /// Scattering events before Russian roulette begins.
@@ -289,7 +289,9 @@ impl World {
             path.set(Layer::Tangent, &frame.tangent.to_array());
             let n = (ray.at(hit.entry.t) - frame.axis).normalize_or_zero();
             path.set(Layer::Normal, &n.to_array());
-            path.set(Layer::Albedo, &scattering.energy().total());
+            if path.layout.has(Layer::Albedo) {
+                path.set(Layer::Albedo, &scattering.energy().total());
+            }
             path.set(Layer::Fibers, &[1.0]);
             path.set(Layer::RootUv, &self.root_uv(hit).to_array());
             if self.moves {
@@ -297,6 +299,7 @@ impl World {
             }
             path.strand = nearest(hit.entry.t, self.strand_number(hit));
         }
+        let apart = depth == 0 && path.layout.has(Layer::Lobes);
         let [a, b] = [sampler.next(), sampler.next()];
         if let Some((which, light)) = self.lights.sample(frame.axis, [a[0], a[1], a[2]]) {
             let (f, pdf) = scattering.eval_pdf(frame.local(light.direction));
@@ -307,7 +310,7 @@ impl World {
                 let given = if light.pdf.is_infinite() { 1.0 } else { 1.0 / light.pdf };
                 let w = w * given / asked;
                 let lobes = path.lobes;
-                if depth == 0 {
+                if apart {
                     path.lobes = Some(shares(&f));
                 }
                 path.add(scale(times(times(path.throughput, total), light.radiance), w), self.groups[which]);
@@ -318,7 +321,7 @@ impl World {
         if !(sample.pdf > 0.0 && largest(sample.weight) > 0.0) {
             return None;
         }
-        if depth == 0 {
+        if apart {
             // The weight is of the near field at the sample's own offset: so are its lobes.
             path.lobes = Some(shares(&bcsdf.at(wo, Window::near(sample.h)).eval(sample.wi)));
         }
