@@ -104,6 +104,10 @@ impl Reader<'_> {
         if !(shutter[0].is_finite() && shutter[1].is_finite() && shutter[0] <= shutter[1]) {
             return Err(Error::file(file, format!("the shutter opens at {} and closes at {}", shutter[0], shutter[1])));
         }
+        if shutter[1] > shutter[0] && self.stage.clock.is_timeless() {
+            let what = "the stage has no startTimeCode: its first samples are read and nothing moves; give a frame";
+            self.warnings.add("/", what);
+        }
         self.stage.clock.close = self.stage.clock.open + shutter[1];
         self.stage.clock.open += shutter[0];
 

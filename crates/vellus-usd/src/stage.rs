@@ -36,6 +36,13 @@ pub(crate) struct Clock {
     pub close: f64,
 }
 
+impl Clock {
+    /// Neither the stage nor who reads it says which frame.
+    pub fn is_timeless(&self) -> bool {
+        self.open == usd::TimeCode::EARLIEST.value()
+    }
+}
+
 /// An array of numbers or vectors.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Numbers {

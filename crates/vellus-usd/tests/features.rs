@@ -469,3 +469,20 @@ fn units_are_kept_and_what_a_camera_cannot_do_is_said() {
         assert!(error.contains("metersPerUnit must be a positive number"), "{error}");
     }
 }
+
+/// Where nothing says which frame, a shutter cannot move anything, and it is said.
+#[test]
+fn motion_without_a_frame_is_told() {
+    let body = "
+def BasisCurves \"b\" {
+    uniform token type = \"linear\"
+    int[] curveVertexCounts = [2]
+    point3f[] points.timeSamples = { 1: [(0,0,0), (1,0,0)], 2: [(0,0,0), (1,2,0)] }
+    float[] widths = [1, 1]
+}
+def Camera \"c\" { double shutter:close = 1 }";
+    let (scene, warnings) = read_text(body, &Options::default()).unwrap();
+    assert!(scene.strands[0].moved.is_none() && said(&warnings).contains("no startTimeCode"), "{}", said(&warnings));
+    let (scene, warnings) = read_text(body, &Options { frame: Some(1.0), ..Options::default() }).unwrap();
+    assert!(scene.strands[0].moved.is_some() && !said(&warnings).contains("no startTimeCode"));
+}
