@@ -106,6 +106,12 @@ impl Part {
         if layout.bits() != layers || rest.0.len() as u128 != expected {
             return Err(format!("{} bytes follow the header, which announces {expected}", rest.0.len()));
         }
+        if layout.groups() != groups {
+            return Err(format!("its layers have not the light groups {groups:?}"));
+        }
+        if notes.len() % 2 == 1 {
+            return Err(format!("{} names and values of notes are not pairs", notes.len()));
+        }
         if samples.end < samples.start {
             return Err(format!("its samples run from {} to {}", samples.start, samples.end));
         }
@@ -136,6 +142,10 @@ mod tests {
         for (cut, what) in [(3, "VELLUSF2"), (20, "header"), (70, "header"), (bytes.len() - 1, "announces")] {
             assert!(Part::from_bytes(&bytes[..cut]).unwrap_err().contains(what));
         }
+        let mut odd = bytes.clone();
+        let notes = odd.windows(4).position(|b| b == b"vell").unwrap() - 8;
+        odd[notes..notes + 4].copy_from_slice(&1u32.to_le_bytes());
+        assert!(Part::from_bytes(&odd).is_err());
         for lie in [8, 16, 24, 32, 36, 44, 60, 64] {
             let mut huge = bytes.clone();
             huge[lie..lie + 4].fill(0xff);
