@@ -4,7 +4,7 @@ use glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
 use std::error::Error;
 use std::io::Cursor;
 use std::path::Path;
-use vellus_render::{Film, Part};
+use vellus_render::{Film, Layer, Layout, Part};
 use vellus_scene::*;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -18,8 +18,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     save("hair", "strands.hair", &vellus_groom::write_hair(linear)?)?;
     save("tfx", "3.tfx", &tfx(3.0))?;
     save("tfx", "4.tfx", &tfx(4.0))?;
-    let film = Film::new(3, 2);
-    save("film", "empty.film", &Part { fingerprint: 7, samples: 2..5, film }.to_bytes())?;
+    for (name, layers) in [("few", &[Layer::Depth][..]), ("all", &Layer::ALL)] {
+        let film = Film::new([9, 8], [2, 3, 3, 2], Layout::new(layers, &["key".to_owned(), "rim".to_owned()]));
+        let notes = vec![("vellus_command".to_owned(), "vellus render".to_owned())];
+        // Films without samples; the fuzzer fills them.
+        save("film", &format!("{name}.film"), &Part { fingerprint: 7, samples: 0..0, notes, film }.to_bytes())?;
+    }
 
     for (color, name) in [(png::ColorType::Rgb, "rgb"), (png::ColorType::GrayscaleAlpha, "grey")] {
         for depth in [png::BitDepth::Eight, png::BitDepth::Sixteen] {
@@ -48,6 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     // Textures stay behind: what a text or binary layer alone refers to is not there.
     let alone = Scene { textures: Vec::new(), ..scene };
     let alone = Scene {
+        light_groups: Vec::new(),
         looks: alone.looks.into_iter().map(|look| Look { textured: Vec::new(), ..look }).collect(),
         surfaces: vec![Surface::diffuse("skin", [0.5; 3])],
         lights: alone.lights.into_iter().skip(1).collect(),
@@ -119,6 +124,7 @@ fn scene() -> Scene {
         ],
         meshes: vec![Mesh {
             name: "skin".to_owned(),
+            moved: Some(positions.iter().map(|p| *p + Vec3::X).collect()),
             positions,
             triangles: vec![[0, 1, 2], [1, 3, 2]],
             normals: Some(vec![[Vec3::Z; 3]; 2]),
@@ -135,12 +141,18 @@ fn scene() -> Scene {
         }],
         textures: vec![Texture { name: "coat".to_owned(), width: 2, height: 2, pixels: vec![[0.1, 0.2, 0.3]; 4] }],
         lights: vec![
-            Light::Dome { radiance: [1.0; 3], texture: Some(0), rotation: Mat3::IDENTITY },
+            Light::Dome {
+                radiance: [1.0; 3],
+                texture: Some(0),
+                rotation: Mat3::IDENTITY,
+                ground: Some(Ground { origin: Vec3::ZERO, height: 1.5, radius: 20.0 }),
+            },
             Light::Distant { direction: Vec3::Y, half_angle: 0.01, irradiance: [2.0; 3] },
             Light::Rect { to_world: pose, radiance: [3.0; 3], texture: None },
             Light::Disk { to_world: pose, radiance: [4.0; 3] },
             Light::Sphere { center: Vec3::Y, radius: 0.5, radiance: [5.0; 3] },
         ],
+        light_groups: ["sky", "sun", "key", "key", "lamp"].map(str::to_owned).to_vec(),
         camera: Some(Camera::look_at(Vec3::splat(9.0), Vec3::ZERO, Vec3::Y, 0.5, 1.5)),
         units: Some(Units { meters_per_unit: 1.0, z_up: true }),
     }

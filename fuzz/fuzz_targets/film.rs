@@ -9,6 +9,6 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         let mut film = part.film.clone();
         film.merge(&part.film);
         let _ = film.noise();
-        assert!(film.to_png(0.0).is_ok() && film.to_exr(&Layer::ALL, Depth::Half, &[]).is_ok());
+        assert!(film.to_png(0.0, &[]).is_ok() && film.to_exr(&Layer::ALL, Depth::Half, &[]).is_ok());
     }
 });
