@@ -3,7 +3,11 @@
 use anyhow::{Result, bail};
 use glam::Vec3;
 use vellus::{Fiber, Field, Model, Window};
-use vellus_models::{AnyHit, AnyModel, ModelKind, Yan2015};
+use vellus_models::{
+    AnyHit, AnyModel, Chiang2016, DEon2011, KajiyaKay1989, Marschner2003, ModelKind, Yan2015, ZinkeWeber2007,
+};
+use vellus_render::World;
+use vellus_scene::Scene;
 
 /// Which model.
 #[derive(clap::Args, Clone)]
@@ -23,17 +27,48 @@ impl ModelArgs {
         Ok(if kind == ModelKind::Vellus { fiber.to_owned() } else { format!("{fiber}-{kind}") })
     }
 
+    /// The model it names.
+    pub fn kind(&self) -> Result<ModelKind> {
+        let kind: ModelKind = self.model.parse()?;
+        if self.eta_m.is_some() && kind != ModelKind::Yan2015 {
+            bail!("--eta-m: {kind} has one refractive index; only yan2015 takes two");
+        }
+        Ok(kind)
+    }
+
+    /// Its name and what was set of it: `yan2015, η_m 1.4`.
+    pub fn name(&self) -> Result<String> {
+        let kind = self.kind()?;
+        Ok(self.eta_m.map_or_else(|| kind.to_string(), |eta_m| format!("{kind}, η_m {eta_m}")))
+    }
+
     /// The model of a fibre, and its name.
     pub fn load(&self, fiber: &Fiber) -> Result<Named> {
-        let kind: ModelKind = self.model.parse()?;
-        let model = match (kind, self.eta_m) {
-            (_, None) => kind.model(fiber)?,
-            (ModelKind::Yan2015, Some(eta_m)) => AnyModel::Yan2015(Yan2015::with_eta_m(fiber, eta_m)?),
-            (kind, Some(_)) => bail!("--eta-m: {kind} has one refractive index; only yan2015 takes two"),
+        let kind = self.kind()?;
+        let model = match self.eta_m {
+            None => kind.model(fiber)?,
+            Some(eta_m) => AnyModel::Yan2015(Yan2015::with_eta_m(fiber, eta_m)?),
         };
-        let name = self.eta_m.map_or_else(|| kind.to_string(), |eta_m| format!("{kind}, η_m {eta_m}"));
-        Ok(Named { kind, name, model })
+        Ok(Named { kind, name: self.name()?, model })
     }
+
+    /// A scene ready for rays, its strands scattering by this model.
+    pub fn world(&self, scene: Scene) -> Result<World> {
+        world(scene, self.kind()?, self.eta_m)
+    }
+}
+
+/// A scene ready for rays, its strands scattering by a model; `eta_m` is for yan2015.
+pub fn world(scene: Scene, kind: ModelKind, eta_m: Option<f32>) -> Result<World> {
+    Ok(match kind {
+        ModelKind::Vellus => World::new(scene),
+        ModelKind::Yan2015 => World::with_model(scene, |fiber| Yan2015::with_eta_m(fiber, eta_m.unwrap_or(fiber.eta))),
+        ModelKind::Chiang2016 => World::with_model(scene, Chiang2016::new),
+        ModelKind::DEon2011 => World::with_model(scene, DEon2011::new),
+        ModelKind::ZinkeWeber2007 => World::with_model(scene, ZinkeWeber2007::new),
+        ModelKind::Marschner2003 => World::with_model(scene, Marschner2003::new),
+        ModelKind::KajiyaKay1989 => World::with_model(scene, KajiyaKay1989::new),
+    }?)
 }
 
 /// A model with its name, for titles.

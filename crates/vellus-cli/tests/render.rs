@@ -34,6 +34,22 @@ fn parts_and_resumed_runs_are_the_same_picture() {
     refused(folder.path(), &["merge", "a.film", "a.film"], &["have samples in common"]);
 }
 
+/// Another model is another picture: it is named in the file, and its films are not added to those of ours.
+#[test]
+fn models_are_told_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    run(path, &with(&["--samples", "0..1", "-o", "ours.exr"]));
+    run(path, &with(&["--samples", "1..2", "--model", "yan2015", "-o", "old.exr"]));
+    run(path, &with(&["--samples", "1..2", "--model", "yan2015", "--eta-m", "1.2", "-o", "two.exr"]));
+    let old = Picture::read(&path.join("old.exr"));
+    assert_eq!((old.note("vellus_model"), old.note("vellus_samples")), ("yan2015", "1"));
+    assert_eq!(Picture::read(&path.join("two.exr")).note("vellus_model"), "yan2015, η_m 1.2");
+    assert!(!old.same(&Picture::read(&path.join("ours.exr"))) && !old.same(&Picture::read(&path.join("two.exr"))));
+    refused(path, &["merge", "ours.film", "old.film"], &["old.film"]);
+    refused(path, &["merge", "two.film", "old.film"], &["old.film"]);
+}
+
 #[test]
 fn bad_requests_are_refused_before_work() {
     let folder = tempfile::tempdir().unwrap();
@@ -45,6 +61,8 @@ fn bad_requests_are_refused_before_work() {
     refused(path, &["render", "cat", "--fiber", "dog"], &["--fiber", "built-in scene has its own"]);
     refused(path, &["render", "missing.hair"], &["cannot read missing.hair"]);
     refused(path, &["render", "broken.hair"], &["broken.hair"]);
+    refused(path, &with(&["--model", "phong"]), &["unknown model 'phong'", "yan2015"]);
+    refused(path, &with(&["--eta-m", "1.2"]), &["--eta-m", "only yan2015"]);
     refused(path, &with(&["-o", "x.jpg"]), &["x.jpg", ".exr or .png"]);
     refused(path, &with(&["-o", "file/x.exr"]), &["cannot write file/x.exr"]);
     refused(path, &["render", "cat", "--size", "0x3"], &["[1, 32768]"]);

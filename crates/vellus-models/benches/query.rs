@@ -40,6 +40,10 @@ impl Model for Yan2015Split {
     fn field(&self) -> vellus::Field {
         self.0.field()
     }
+
+    fn with_fiber(&self, fiber: &Fiber) -> Result<Self, vellus::Error> {
+        self.0.with_fiber(fiber).map(Yan2015Split)
+    }
 }
 
 impl Made for Yan2015Split {

@@ -87,4 +87,8 @@ impl Model for Chiang2016 {
     fn field(&self) -> Field {
         Field::Near
     }
+
+    fn with_fiber(&self, fiber: &Fiber) -> Result<Self, Error> {
+        Self::new(fiber)
+    }
 }

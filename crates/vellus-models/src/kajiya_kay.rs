@@ -15,6 +15,7 @@ use crate::factored::{direction, weight};
 use glam::Vec3;
 use std::f32::consts::{FRAC_1_PI, TAU};
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::Arc;
 use vellus::parts::{Frame, Outgoing, Polar};
 use vellus::{Bcsdf, Error, Fiber, Field, Lobe, Lobes, Model, Sample, Scattering, Window};
 use wide::f32x8;
@@ -33,7 +34,7 @@ pub struct KajiyaKay1989 {
     /// 1/2πZ
     norm: f32,
     /// Specular energy over |θ_o|, as a share of that at 0.
-    shares: Vec<f32>,
+    shares: Arc<[f32]>,
 }
 
 impl KajiyaKay1989 {
@@ -42,9 +43,7 @@ impl KajiyaKay1989 {
     /// # Errors
     /// [`Error::OutOfRange`] where [`Fiber::validate`] finds one.
     pub fn new(fiber: &Fiber) -> Result<Self, Error> {
-        let energy = Bcsdf::new(fiber)?.at(Vec3::Y, Window::far()).energy();
-        let specular = energy.0[Lobe::R as usize];
-        let total = energy.total();
+        let [diffuse, specular] = albedos(fiber)?;
         let exponent = f64::from(fiber.beta_m).powi(-2);
         // ∫ cosⁿ(θᵢ + θ_o) cos θᵢ dθᵢ, midpoints within ten deviations.
         let z = |theta_o: f64| -> f64 {
@@ -59,7 +58,7 @@ impl KajiyaKay1989 {
         let z0 = z(0.0);
         let share = |k: usize| (z(k as f64 / (THETAS - 1) as f64 * FRAC_PI_2) / z0) as f32;
         Ok(KajiyaKay1989 {
-            diffuse: std::array::from_fn(|c| total[c] - specular[c]),
+            diffuse,
             specular,
             exponent: exponent as f32,
             sigma: fiber.beta_m,
@@ -67,6 +66,13 @@ impl KajiyaKay1989 {
             shares: (0..THETAS).map(share).collect(),
         })
     }
+}
+
+/// k_d and k_s.
+fn albedos(fiber: &Fiber) -> Result<[[f32; 3]; 2], Error> {
+    let energy = Bcsdf::new(fiber)?.at(Vec3::Y, Window::far()).energy();
+    let (total, specular) = (energy.total(), energy.0[Lobe::R as usize]);
+    Ok([[0, 1, 2].map(|c| total[c] - specular[c]), specular])
 }
 
 /// One hit of a fibre.
@@ -106,6 +112,14 @@ impl Model for KajiyaKay1989 {
 
     fn field(&self) -> Field {
         Field::Far
+    }
+
+    fn with_fiber(&self, fiber: &Fiber) -> Result<Self, Error> {
+        if fiber.beta_m != self.sigma {
+            return Self::new(fiber);
+        }
+        let [diffuse, specular] = albedos(fiber)?;
+        Ok(KajiyaKay1989 { diffuse, specular, shares: Arc::clone(&self.shares), ..*self })
     }
 }
 

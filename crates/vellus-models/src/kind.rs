@@ -77,6 +77,12 @@ macro_rules! models {
                     $(AnyModel::$kind(model) => model.field(),)*
                 }
             }
+
+            fn with_fiber(&self, fiber: &Fiber) -> Result<Self, vellus::Error> {
+                Ok(match self {
+                    $(AnyModel::$kind(model) => AnyModel::$kind(model.with_fiber(fiber)?),)*
+                })
+            }
         }
 
         impl Scattering for AnyHit<'_> {

@@ -75,4 +75,8 @@ impl Model for ZinkeWeber2007 {
     fn field(&self) -> Field {
         Field::Near
     }
+
+    fn with_fiber(&self, fiber: &Fiber) -> Result<Self, Error> {
+        Self::new(fiber)
+    }
 }

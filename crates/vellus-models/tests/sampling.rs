@@ -25,7 +25,12 @@ fn models() -> impl Iterator<Item = (ModelKind, Fiber, AnyModel)> {
         .into_iter()
         .zip([1.15, 1.8, 1.4])
         .map(move |(fiber, eta_m)| (kind, fiber, AnyModel::Yan2015(Yan2015::with_eta_m(&fiber, eta_m).unwrap())));
-    one.chain(two)
+    // Between shared tables.
+    let kind = ModelKind::DEon2011;
+    let shared = kind.model(&full_fiber()).unwrap();
+    let fiber = Fiber { sigma_ca: [0.45, 1.1, 0.06], ..full_fiber() };
+    let between = shared.with_fiber(&fiber).unwrap();
+    one.chain(two).chain([(kind, fiber, between)])
 }
 
 #[test]

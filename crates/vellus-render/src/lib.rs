@@ -5,6 +5,7 @@
 
 mod bvh;
 mod curves;
+mod fibers;
 mod film;
 mod layout;
 mod light;

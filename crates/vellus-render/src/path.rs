@@ -4,6 +4,7 @@
 //! inside its BCSDF: a path enters the surface where the ray does, and leaves from the side it goes to.
 
 use crate::curves::CurveHit;
+use crate::fibers::Fibers;
 use crate::film::{LARGEST, Layer, nearest};
 use crate::layout::Layout;
 use crate::light::{Emission, LightSample};
@@ -13,7 +14,7 @@ use crate::triangles::TriangleHit;
 use crate::world::World;
 use glam::{Vec3, Vec4Swizzles};
 use std::f32::consts::PI;
-use vellus::{Lobes, Window};
+use vellus::{Field, Lobes, Model, Scattering, Window};
 
 /// Which offsets a hit stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -133,6 +134,7 @@ impl FiberFrame {
 /// One sample being traced.
 struct Path<'w> {
     world: &'w World,
+    settings: &'w Settings,
     layout: &'w Layout,
     /// Of the layout's sums.
     values: &'w mut [f32],
@@ -198,9 +200,10 @@ fn shadow_limit(sample: &LightSample) -> f32 {
 }
 
 impl World {
-    /// Traces a sample of a pixel; `values` are the layout's sums, of whatever content.
-    pub(crate) fn trace(
+    /// As [`Trace::trace`](crate::fibers::Trace::trace) says.
+    pub(crate) fn trace<M: Model>(
         &self,
+        fibers: &Fibers<M>,
         settings: &Settings,
         layout: &Layout,
         pixel: [usize; 2],
@@ -212,7 +215,8 @@ impl World {
         let u = sampler.next();
         let time = if self.moves { sampler.next()[0] } else { 0.0 };
         let mut ray = self.view.ray(settings.size, pixel, u, time);
-        let mut path = Path { world: self, layout, values, strand: 0, throughput: [1.0; 3], lobes: None, rays: 0 };
+        let mut path =
+            Path { world: self, settings, layout, values, strand: 0, throughput: [1.0; 3], lobes: None, rays: 0 };
         // The density the ray was drawn with, if lights could have been sampled instead.
         let mut pdf = None;
         let mut cut = 0.0;
@@ -241,8 +245,8 @@ impl World {
                 break;
             }
             let next = match (curve, triangle) {
-                (Some(hit), _) => self.at_fiber(settings, &mut path, &mut sampler, &ray, &hit, depth),
-                (None, Some(hit)) => self.at_surface(settings, &mut path, &mut sampler, &ray, &hit, depth),
+                (Some(hit), _) => self.at_fiber(fibers, &mut path, &mut sampler, &ray, &hit, depth),
+                (None, Some(hit)) => self.at_surface(&mut path, &mut sampler, &ray, &hit, depth),
                 (None, None) => None,
             };
             let Some((onward, density)) = next else { break };
@@ -259,9 +263,9 @@ impl World {
         Seen { strand: path.strand, rays: path.rays, cut }
     }
 
-    fn at_fiber(
+    fn at_fiber<M: Model>(
         &self,
-        settings: &Settings,
+        fibers: &Fibers<M>,
         path: &mut Path,
         sampler: &mut Sampler,
         ray: &Ray,
@@ -271,11 +275,11 @@ impl World {
         let frame = FiberFrame::new(hit, ray.time);
         let h = frame.offset(ray, hit.entry.t);
         let wo = frame.local(-ray.direction);
-        let window = match settings.mode {
+        let window = match path.settings.mode {
             Mode::Near => Window::near(h),
             Mode::Far => Window::far(),
             Mode::MultiScale if depth == 0 => {
-                let pixel = self.view.pixel_width(settings.size, ray, hit.entry.t);
+                let pixel = self.view.pixel_width(path.settings.size, ray, hit.entry.t);
                 Window::pixel(h, (pixel / frame.radius.max(1e-30)).min(4.0))
             }
             // D15: not the far field. A path that has been scattered is wider than any fibre: offsets come as they
@@ -283,8 +287,13 @@ impl World {
             Mode::MultiScale => Window::near(h),
         };
         let mut made = None;
-        let bcsdf = self.bcsdf(hit, &mut made);
-        let scattering = bcsdf.at(wo, window);
+        let model = fibers.at(self, hit, &mut made);
+        let window = match model.field() {
+            Field::Near => Window::near(h),
+            Field::Far => Window::far(),
+            Field::Any => window,
+        };
+        let scattering = model.at(wo, window);
         if depth == 0 {
             path.set(Layer::Tangent, &frame.tangent.to_array());
             let n = (ray.at(hit.entry.t) - frame.axis).normalize_or_zero();
@@ -295,7 +304,7 @@ impl World {
             path.set(Layer::Fibers, &[1.0]);
             path.set(Layer::RootUv, &self.root_uv(hit).to_array());
             if self.moves {
-                path.set(Layer::Motion, &self.motion(settings, frame.axis, self.curves.movement(hit), ray.time));
+                path.set(Layer::Motion, &self.motion(path.settings, frame.axis, self.curves.movement(hit), ray.time));
             }
             path.strand = nearest(hit.entry.t, self.strand_number(hit));
         }
@@ -323,7 +332,7 @@ impl World {
         }
         if apart {
             // The weight is of the near field at the sample's own offset: so are its lobes.
-            path.lobes = Some(shares(&bcsdf.at(wo, Window::near(sample.h)).eval(sample.wi)));
+            path.lobes = Some(shares(&model.at(wo, Window::near(sample.h)).eval(sample.wi)));
         }
         path.throughput = times(path.throughput, sample.weight);
         Some((frame.leave(frame.world(sample.wi), f32::INFINITY), sample.pdf))
@@ -338,7 +347,6 @@ impl World {
 
     fn at_surface(
         &self,
-        settings: &Settings,
         path: &mut Path,
         sampler: &mut Sampler,
         ray: &Ray,
@@ -357,7 +365,7 @@ impl World {
         if depth == 0 {
             path.set(Layer::Normal, &hit.normal.to_array());
             if self.moves {
-                path.set(Layer::Motion, &self.motion(settings, point, hit.movement, ray.time));
+                path.set(Layer::Motion, &self.motion(path.settings, point, hit.movement, ray.time));
             }
         }
         if let Some((which, light)) = self.lights.sample(start, [a[0], a[1], a[2]]) {

@@ -51,7 +51,7 @@ impl World {
                     }
                     let sums = &mut row[x * layout.channels()..][..layout.channels()];
                     for index in samples.clone() {
-                        let seen = self.trace(settings, layout, [left + x, top + y], index, &mut values);
+                        let seen = self.fibers.trace(self, settings, layout, [left + x, top + y], index, &mut values);
                         rays += seen.rays;
                         cut += f64::from(seen.cut);
                         rejected += u64::from(!add(sums, &values, seen.strand));

@@ -1,6 +1,7 @@
 //! A scene made ready for rays.
 
 use crate::curves::{CurveHit, Curves};
+use crate::fibers::{Fibers, Trace};
 use crate::film::Layer;
 use crate::layout::Layout;
 use crate::light::Lights;
@@ -8,11 +9,10 @@ use crate::surface::Scatter;
 use crate::triangles::{TriangleHit, Triangles};
 use crate::view::View;
 use glam::{Vec2, Vec3};
-use vellus::{Bcsdf, Fiber};
+use vellus::{Bcsdf, Fiber, Model};
 use vellus_scene::{Basis, Camera, Error, Look, Parameter, Scene, Strands, Surface, Texture, Values};
 
 /// What rays need of a scene.
-#[derive(Debug)]
 pub struct World {
     /// All strands.
     pub curves: Curves,
@@ -29,8 +29,8 @@ pub struct World {
     /// Strands in the sets before each.
     strands_before: Vec<u32>,
     looks: Vec<Look>,
-    /// Of each of the strands, its scattering where it is the same everywhere.
-    constant: Vec<Option<Bcsdf<'static>>>,
+    /// How they scatter.
+    pub(crate) fibers: Box<dyn Trace>,
     surfaces: Vec<Surface>,
     textures: Vec<Texture>,
 }
@@ -42,6 +42,18 @@ impl World {
     /// # Errors
     /// [`vellus_scene::Error`]: what [`Scene::validate`] finds, or that there is nothing to see.
     pub fn new(scene: Scene) -> Result<Self, Error> {
+        Self::with_model(scene, Bcsdf::new)
+    }
+
+    /// The same with another reflectance model, which `make` makes of each set's fibre; where that varies along the strands,
+    /// [`Model::with_fiber`] does at each hit. Of a model that knows one [`Field`](vellus::Field) only, [`Mode`](crate::Mode) chooses nothing.
+    ///
+    /// # Errors
+    /// As [`World::new`].
+    pub fn with_model<M: Model + Send + 'static>(
+        scene: Scene,
+        make: impl Fn(&Fiber) -> Result<M, vellus::Error>,
+    ) -> Result<Self, Error> {
         scene.validate()?;
         let Some((low, high)) = scene.bounds() else {
             let what = "it has neither strands nor meshes: there is nothing to render".to_owned();
@@ -77,14 +89,7 @@ impl World {
         let strands_before = scene.strands.iter().scan(0, |n, s| Some(std::mem::replace(n, *n + s.len() as u32)));
         let strands_before = strands_before.collect();
         let lights = Lights::new(&lights, &scene.textures, reach);
-        let mut constant = Vec::new();
-        for strands in &scene.strands {
-            let look = &scene.looks[strands.look];
-            let same = look.textured.is_empty() && strands.varying.is_empty();
-            let bcsdf = Bcsdf::new(&look.fiber);
-            let bcsdf = bcsdf.map_err(|source| Error::Fiber { place: look.name.clone(), source })?;
-            constant.push(same.then_some(bcsdf));
-        }
+        let fibers = Box::new(Fibers::new(&scene.strands, &scene.looks, make)?);
         let (curves, triangles, view) = (Curves::new(scene.strands), Triangles::new(scene.meshes), View::new(camera));
         Ok(World {
             moves: curves.moves() || triangles.moves() || view.moves(),
@@ -97,7 +102,7 @@ impl World {
             glow,
             strands_before,
             looks: scene.looks,
-            constant,
+            fibers,
             surfaces: scene.surfaces,
             textures: scene.textures,
         })
@@ -118,17 +123,8 @@ impl World {
         self.strands_before[hit.set] + hit.strand as u32 + 1
     }
 
-    /// The scattering of a fibre where a ray enters it; `made` keeps one that had to be made.
-    pub(crate) fn bcsdf<'a>(&'a self, hit: &CurveHit, made: &'a mut Option<Bcsdf<'static>>) -> &'a Bcsdf<'static> {
-        if let Some(bcsdf) = &self.constant[hit.set] {
-            return bcsdf;
-        }
-        let fiber = self.fiber(hit);
-        // Every value is held to its range where it is set.
-        made.insert(Bcsdf::new(&fiber).unwrap_or_else(|e| unreachable!("a fibre out of range: {e}")))
-    }
-
-    fn fiber(&self, hit: &CurveHit) -> Fiber {
+    /// The fibre at a hit, every value within its range.
+    pub(crate) fn fiber(&self, hit: &CurveHit) -> Fiber {
         let strands = &self.curves.strands()[hit.set];
         let look = &self.looks[strands.look];
         let mut fiber = look.fiber;

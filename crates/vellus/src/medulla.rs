@@ -75,6 +75,11 @@ pub struct Pass {
 }
 
 impl<'t> Medulla<'t> {
+    /// The tables it was made with.
+    pub(crate) fn tables(&self) -> &'t Tables {
+        self.tables
+    }
+
     /// Puts a fibre's g, and σ_m,s κ, into the tables.
     pub fn new(fiber: &Fiber, tables: &'t Tables) -> Self {
         let optical_radius = fiber.sigma_ms * fiber.kappa;

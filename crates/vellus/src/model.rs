@@ -1,6 +1,8 @@
 //! What every model of a fibre's scattering offers, so that one renderer, picture or test takes any of them.
 
 use crate::bcsdf::{Bcsdf, Hit, Lobes, Sample};
+use crate::error::Error;
+use crate::fiber::Fiber;
 use crate::window::Window;
 use glam::Vec3;
 
@@ -29,6 +31,14 @@ pub trait Model: Sync {
 
     /// The windows it knows.
     fn field(&self) -> Field;
+
+    /// The same model of another fibre: what a renderer asks for at each hit where parameters vary along the fur.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] where [`Fiber::validate`] finds one.
+    fn with_fiber(&self, fiber: &Fiber) -> Result<Self, Error>
+    where
+        Self: Sized;
 }
 
 /// One hit of a fibre. The conventions are those of [the crate](crate): f·cos θᵢ, densities per solid angle.
@@ -66,6 +76,11 @@ impl Model for Bcsdf<'_> {
 
     fn field(&self) -> Field {
         Field::Any
+    }
+
+    #[inline]
+    fn with_fiber(&self, fiber: &Fiber) -> Result<Self, Error> {
+        Self::with_tables(fiber, self.medulla.tables())
     }
 }
 

@@ -33,6 +33,7 @@ pub fn fingerprint(args: &Args) -> Result<u64> {
     let mut hasher = DefaultHasher::new();
     (args.input.identity()?, args.size, args.crop, format!("{:?}", args.mode), args.seed, args.max_depth)
         .hash(&mut hasher);
+    args.model.name()?.hash(&mut hasher);
     Layer::ALL.map(|layer| args.layers().contains(&layer)).hash(&mut hasher);
     env!("CARGO_PKG_VERSION").hash(&mut hasher);
     Ok(hasher.finish())
@@ -48,12 +49,13 @@ impl<'a> Job<'a> {
             ("vellus_version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
             ("vellus_command".to_owned(), write::command()),
             ("vellus_scene".to_owned(), args.input.name()),
+            ("vellus_model".to_owned(), args.model.name()?),
             ("vellus_mode".to_owned(), format!("{:?}", args.mode).to_lowercase()),
             ("vellus_seed".to_owned(), args.seed.to_string()),
             ("vellus_fingerprint".to_owned(), format!("{fingerprint:016x}")),
         ];
         notes.extend(write::fibers(&scene));
-        let world = World::new(scene)?;
+        let world = args.model.world(scene)?;
         let segments = world.curves.segments();
         eprintln!(
             "{} segments, {:.0} MB, ready in {:.1} s",

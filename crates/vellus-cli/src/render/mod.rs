@@ -10,6 +10,7 @@ mod parse;
 mod tev;
 mod write;
 
+use crate::model_args::ModelArgs;
 use crate::output;
 use anyhow::{Context, Result, bail};
 use parse::{Frames, Layers};
@@ -27,6 +28,8 @@ pub use merge::{MergeArgs, merge};
 pub struct Args {
     #[command(flatten)]
     input: Input,
+    #[command(flatten)]
+    model: ModelArgs,
     /// Picture to write, OpenEXR with layers; a PNG to look at is written beside it. `.png` writes that alone.
     #[arg(short, long, default_value = "out/render.exr", value_name = "FILE")]
     output: PathBuf,
@@ -53,7 +56,8 @@ pub struct Args {
     /// are for each; --resume leaves out those that are done.
     #[arg(long, value_parser = parse::frames, allow_hyphen_values = true, value_name = "A-B[xS]", conflicts_with_all = ["samples", "frame"])]
     frames: Option<Frames>,
-    /// Over which part of a fibre's width its reflectance is averaged.
+    /// Over which part of a fibre's width its reflectance is averaged. Of the models, only ours knows all of them: the others are
+    /// near or far whatever is said here.
     #[arg(long, value_enum, default_value_t = ModeArg::Multiscale)]
     mode: ModeArg,
     /// Cut paths after that many scattering events, and say how much light that cost. Without it only Russian roulette ends
@@ -116,6 +120,7 @@ pub fn run(args: &Args) -> Result<()> {
     if args.threads == Some(0) {
         bail!("--threads must be 1 or more");
     }
+    args.model.kind()?;
     write::check_name(&args.output)?;
     output::writable(&args.output)?;
     let viewer = args.tev.as_deref().map(Viewer::connect).transpose()?;

@@ -1,44 +1,41 @@
-//! N_p(φ) of a rough surface, in a table.
+//! N_p(φ) of a rough surface and one channel, in a table.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use vellus::Fiber;
 use vellus::oracle::fresnel;
 
 /// Nodes of θ_d, over [0°, 90°].
 const THETAS: usize = 31;
 
-/// N_p over φ in [0, π] for each θ_d.
-#[derive(Clone, Debug)]
+/// N_p over φ in [0, π] for each θ_d, of one channel's absorption.
+#[derive(Debug)]
 pub(super) struct Azimuths {
     phis: usize,
-    /// RGB, and the largest channel, by which it is sampled; φ fastest, then p, then θ_d.
-    values: Vec<[f32; 4]>,
-    /// Cumulative integrals over φ of the largest channel, in the same order.
+    /// φ fastest, then p, then θ_d.
+    values: Vec<f32>,
+    /// Cumulative integrals over φ, in the same order.
     cumulative: Vec<f32>,
-    /// ∫ N_p dφ over the whole circle, RGB and largest channel; p, then θ_d.
-    energies: Vec<[f32; 4]>,
+    /// ∫ N_p dφ over the whole circle; p, then θ_d.
+    energies: Vec<f32>,
 }
 
-/// Φ_p(h) and A_p(h), RGB, of p = 0 … 3.
-fn path(fiber: &Fiber, theta_d: f64, gamma: f64) -> [(f64, [f64; 3]); 4] {
-    let eta = f64::from(fiber.eta);
+/// Φ_p(h) and A_p(h) of p = 0 … 3.
+fn path(eta: f64, sigma: f64, theta_d: f64, gamma: f64) -> [(f64, f64); 4] {
     let (sin, cos) = theta_d.sin_cos();
     let along = ((eta - sin) * (eta + sin)).max(1e-12).sqrt();
     let gamma_t = (gamma.sin() * cos / along).clamp(-1.0, 1.0).asin();
     let f = fresnel(eta, 0.5, (cos * gamma.cos()).clamp(0.0, 1.0));
-    let length = 2.0 * gamma_t.cos() * eta / along;
-    let pass = fiber.sigma_ca.map(|s| (-f64::from(s) * length).exp());
+    let pass = (-sigma * 2.0 * gamma_t.cos() * eta / along).exp();
     std::array::from_fn(|p| {
         let q = p as f64;
         let exit = 2.0 * q * gamma_t - 2.0 * gamma + q * PI;
-        let a = |c: usize| if p == 0 { f } else { (1.0 - f).powi(2) * f.powi(p as i32 - 1) * pass[c].powi(p as i32) };
-        (exit, [a(0), a(1), a(2)])
+        (exit, if p == 0 { f } else { (1.0 - f).powi(2) * f.powi(p as i32 - 1) * pass.powi(p as i32) })
     })
 }
 
 impl Azimuths {
-    pub fn new(fiber: &Fiber) -> Self {
-        let beta = f64::from(fiber.beta_n);
+    /// `sigma` is σ_c,a of the channel.
+    pub fn new(eta: f32, beta_n: f32, sigma: f32) -> Self {
+        let (eta, beta, absorption) = (f64::from(eta), f64::from(beta_n), f64::from(sigma));
         // R, the narrowest: three nodes a deviation, so that linear interpolation is within 1/72 of its peak; Φ moves by up to
         // four radians a radian of γ, of which two fifths of a deviation are sampled.
         let phis = ((3.0 * PI / beta).ceil() as usize).clamp(91, 1801);
@@ -53,10 +50,10 @@ impl Azimuths {
         });
         for theta in 0..THETAS {
             let theta_d = theta as f64 / (THETAS - 1) as f64 * FRAC_PI_2;
-            let mut rows = [0; 4].map(|_| vec![[0.0f64; 3]; phis]);
+            let mut rows = [0; 4].map(|_| vec![0.0f64; phis]);
             for k in 0..gammas {
                 let gamma = ((k as f64 + 0.5) / gammas as f64 - 0.5) * PI;
-                let paths = path(fiber, theta_d, gamma);
+                let paths = path(eta, absorption, theta_d, gamma);
                 for ((row, (exit, a)), (sigma, images)) in rows.iter_mut().zip(paths).zip(lobes) {
                     let exit = (exit + PI).rem_euclid(TAU) - PI;
                     let width = 0.5 * gamma.cos() * PI / gammas as f64 / (sigma * TAU.sqrt());
@@ -66,7 +63,7 @@ impl Azimuths {
                         let last = ((centre + 6.0 * sigma) / step).floor().min((phis - 1) as f64);
                         for j in first..(last + 1.0).max(0.0) as usize {
                             let bell = width * (-0.5 * ((j as f64 * step - centre) / sigma).powi(2)).exp();
-                            (0..3).for_each(|c| row[j][c] += a[c] * bell);
+                            row[j] += a * bell;
                         }
                     }
                 }
@@ -76,17 +73,15 @@ impl Azimuths {
         table
     }
 
-    fn push(&mut self, row: &[[f64; 3]], step: f64) {
-        let values: Vec<[f64; 4]> =
-            row.iter().map(|n| [n[0], n[1], n[2], n[0].max(n[1]).max(n[2]).max(1e-12)]).collect();
-        let mut sum = [0.0; 4];
+    fn push(&mut self, row: &[f64], step: f64) {
+        let mut sum = 0.0;
         self.cumulative.push(0.0);
-        for pair in values.windows(2) {
-            (0..4).for_each(|c| sum[c] += 0.5 * (pair[0][c] + pair[1][c]) * step);
-            self.cumulative.push(sum[3] as f32);
+        for pair in row.windows(2) {
+            sum += 0.5 * (pair[0].max(1e-12) + pair[1].max(1e-12)) * step;
+            self.cumulative.push(sum as f32);
         }
-        self.values.extend(values.iter().map(|v| v.map(|x| x as f32)));
-        self.energies.push(sum.map(|s| 2.0 * s as f32));
+        self.values.extend(row.iter().map(|v| v.max(1e-12) as f32));
+        self.energies.push(2.0 * sum as f32);
     }
 
     /// The node of θ_d below, and how far it is to the next.
@@ -97,30 +92,30 @@ impl Azimuths {
         (i, x - i as f32)
     }
 
-    /// N_p(φ), RGB and largest channel.
+    /// N_p(φ).
     #[inline(always)]
-    pub fn eval(&self, p: usize, (theta, t): (usize, f32), phi: f32) -> [f32; 4] {
+    pub fn eval(&self, p: usize, (theta, t): (usize, f32), phi: f32) -> f32 {
         let x = phi.abs() * ((self.phis - 1) as f32 / std::f32::consts::PI);
         let j = (x as usize).min(self.phis - 2);
         let s = x - j as f32;
         let row = |theta: usize| {
             let at = &self.values[(4 * theta + p) * self.phis + j..][..2];
-            [0, 1, 2, 3].map(|c| (1.0 - s) * at[0][c] + s * at[1][c])
+            (1.0 - s) * at[0] + s * at[1]
         };
-        let (a, b) = (row(theta), row(theta + 1));
         // In this form it stays positive where one of them is tiny.
-        [0, 1, 2, 3].map(|c| (1.0 - t) * a[c] + t * b[c])
+        (1.0 - t) * row(theta) + t * row(theta + 1)
     }
 
+    /// ∫ N_p dφ.
     #[inline(always)]
-    pub fn energy(&self, p: usize, (theta, t): (usize, f32)) -> [f32; 4] {
+    pub fn energy(&self, p: usize, (theta, t): (usize, f32)) -> f32 {
         let [a, b] = [0, 1].map(|k| self.energies[4 * (theta + k) + p]);
-        [0, 1, 2, 3].map(|c| (1.0 - t) * a[c] + t * b[c])
+        (1.0 - t) * a + t * b
     }
 
-    /// Draws φ by the largest channel: one of the two rows, and its linear density inverted exactly.
+    /// Draws φ: one of the two rows, and its linear density inverted exactly.
     pub fn sample(&self, p: usize, (theta, t): (usize, f32), u: [f32; 2]) -> f32 {
-        let [a, b] = [0, 1].map(|k| self.energies[4 * (theta + k) + p][3]);
+        let [a, b] = [0, 1].map(|k| self.energies[4 * (theta + k) + p]);
         let far = u[1] * ((1.0 - t) * a + t * b) >= (1.0 - t) * a;
         let start = (4 * (theta + usize::from(far)) + p) * self.phis;
         let (cumulative, values) = (&self.cumulative[start..][..self.phis], &self.values[start..][..self.phis]);
@@ -128,7 +123,7 @@ impl Azimuths {
         let v = if u[0] < 0.5 { 2.0 * u[0] } else { 2.0 * u[0] - 1.0 };
         let target = v * cumulative[self.phis - 1];
         let j = (cumulative.partition_point(|&c| c <= target)).clamp(1, self.phis - 1) - 1;
-        let (f0, f1) = (values[j][3], values[j + 1][3]);
+        let (f0, f1) = (values[j], values[j + 1]);
         let part = ((target - cumulative[j]) / (cumulative[j + 1] - cumulative[j]).max(1e-30)).clamp(0.0, 1.0);
         let root = (f0 * f0 + part * (f1 * f1 - f0 * f0)).max(0.0).sqrt();
         let x = part * (f0 + f1) / (f0 + root).max(1e-30);

@@ -3,8 +3,8 @@
 //!
 //! Far field: the window is ignored. Along the fibre the spherical Gaussian M̂ that integrates to 1 at every angle;
 //! around it a rough surface: N_p(φ) = ½ ∫ A_p(h) G(φ − Φ_p(h); √(p+1) β_n) dh over h, here by quadrature in asin h as
-//! dense as the lobe is narrow, into a table over φ and θ_d (some 30 ms a fibre; the paper has 70 Gauss points a query,
-//! or a table as well). Fresnel and absorption at θ_d, as printed.
+//! dense as the lobe is narrow, into a table over φ and θ_d (some 10 ms a channel; the paper has 70 Gauss points a query,
+//! or a table as well). Where colour alone varies along the fur, fibres lie between shared tables of 32 absorptions. Fresnel and absorption at θ_d, as printed.
 //!
 //! R, TT, TRT and TRRT, the last as `rest`. Of a [`Fiber`] it takes η, σ_c,a, α, β_m, β_n (shifts and widths of Yan17
 //! Table 2); κ, σ_m, g and l are ignored.
@@ -14,12 +14,13 @@
 //! symmetric in the directions for α = 0.
 
 mod azimuths;
+mod channels;
 
 use crate::along::{Along, Spherical, SphericalAt};
 use crate::factored::{choose, direction, weight};
 use azimuths::Azimuths;
+use channels::Channels;
 use glam::Vec3;
-use std::sync::OnceLock;
 use vellus::parts::{Frame, Outgoing, Polar, wrap};
 use vellus::{Error, Fiber, Field, Lobe, Lobes, Model, Sample, Scattering, Window};
 
@@ -29,9 +30,7 @@ const LOBES: [Lobe; 4] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Rest];
 #[derive(Clone, Debug)]
 pub struct DEon2011 {
     along: Spherical,
-    azimuths: Azimuths,
-    /// Energies over θ_o, when first asked for.
-    energies: OnceLock<Vec<Lobes>>,
+    channels: Channels,
 }
 
 impl DEon2011 {
@@ -41,34 +40,35 @@ impl DEon2011 {
     /// [`Error::OutOfRange`] where [`Fiber::validate`] finds one.
     pub fn new(fiber: &Fiber) -> Result<Self, Error> {
         fiber.validate()?;
-        let lanes = |of: [f32; 4]| std::array::from_fn(|i| of[i.min(3)]);
-        Ok(DEon2011 {
-            along: Spherical::new(
-                lanes([1.0, -0.5, -1.5, -2.5].map(|k| k * fiber.alpha)),
-                lanes([1.0, 0.5, 1.5, 2.5].map(|k| k * fiber.beta_m)),
-            ),
-            azimuths: Azimuths::new(fiber),
-            energies: OnceLock::new(),
-        })
+        Ok(DEon2011 { along: along(fiber), channels: Channels::new(fiber) })
     }
 
-    /// The mean over each lobe, at 64 × 16 of the numbers it is sampled with.
+    /// The mean over each lobe, at 16 × 8 of the numbers it is sampled with.
     fn energy(&self, theta_o: f32) -> Lobes {
         let (sin, cos) = theta_o.sin_cos();
         let along = self.along.at(Polar { sin, cos: cos.max(0.0) });
         let mut lobes = Lobes([[0.0; 3]; 6]);
-        let (n, m) = (64, 16);
+        let (n, m) = (16, 8);
         for k in 0..n * m {
             let u = [((k / m) as f32 + 0.5) / n as f32, ((k % m) as f32 + 0.5) / m as f32];
             for p in 0..4 {
                 let (sin_i, cos_i) = along.sample(p, u);
                 let theta = Azimuths::theta(0.5 * (sin_i.atan2(cos_i) - theta_o));
-                let energy = self.azimuths.energy(p, theta);
-                (0..3).for_each(|c| lobes.0[LOBES[p] as usize][c] += energy[c] / (n * m) as f32);
+                for (sum, channel) in lobes.0[LOBES[p] as usize].iter_mut().zip(&self.channels.rgb) {
+                    *sum += channel.energy(p, theta) / (n * m) as f32;
+                }
             }
         }
         lobes
     }
+}
+
+fn along(fiber: &Fiber) -> Spherical {
+    let lanes = |of: [f32; 4]| std::array::from_fn(|i| of[i.min(3)]);
+    Spherical::new(
+        lanes([1.0, -0.5, -1.5, -2.5].map(|k| k * fiber.alpha)),
+        lanes([1.0, 0.5, 1.5, 2.5].map(|k| k * fiber.beta_m)),
+    )
 }
 
 /// One hit of a fibre.
@@ -90,7 +90,8 @@ impl Model for DEon2011 {
         let polar = Polar::new(wo);
         let theta_o = polar.sin.atan2(polar.cos);
         // In the middle of the lobes θ_d is θ_o.
-        let probability = [0, 1, 2, 3].map(|p| self.azimuths.energy(p, Azimuths::theta(theta_o))[3]);
+        let brightest = &self.channels.rgb[self.channels.brightest];
+        let probability = [0, 1, 2, 3].map(|p| brightest.energy(p, Azimuths::theta(theta_o)));
         let scale = 1.0 / probability.iter().sum::<f32>();
         DEon2011Hit {
             model: self,
@@ -104,21 +105,28 @@ impl Model for DEon2011 {
     fn field(&self) -> Field {
         Field::Far
     }
+
+    fn with_fiber(&self, fiber: &Fiber) -> Result<Self, Error> {
+        fiber.validate()?;
+        let shared = self.channels.with_fiber(fiber);
+        Ok(DEon2011 { along: along(fiber), channels: shared.unwrap_or_else(|| Channels::new(fiber)) })
+    }
 }
 
 impl DEon2011Hit<'_> {
     #[inline(always)]
     fn eval_outgoing(&self, o: &Outgoing<f32>) -> (Lobes, f32) {
-        let azimuths = &self.model.azimuths;
+        let channels = &self.model.channels;
         let theta = Azimuths::theta(0.5 * (o.theta_i - self.theta_o));
         let phi = wrap(o.phi);
         let along = self.along.eval(o).to_array();
         let mut lobes = Lobes([[0.0; 3]; 6]);
         let mut pdf = 0.0;
         for p in 0..4 {
-            let [r, g, b, largest] = azimuths.eval(p, theta, phi);
-            lobes.0[LOBES[p] as usize] = [r, g, b].map(|n| n * along[p]);
-            pdf += self.probability[p] * along[p] * largest / azimuths.energy(p, theta)[3];
+            let n = [0, 1, 2].map(|c| channels.rgb[c].eval(p, theta, phi));
+            lobes.0[LOBES[p] as usize] = n.map(|n| n * along[p]);
+            let brightest = channels.brightest;
+            pdf += self.probability[p] * along[p] * n[brightest] / channels.rgb[brightest].energy(p, theta);
         }
         (lobes, pdf)
     }
@@ -126,16 +134,7 @@ impl DEon2011Hit<'_> {
 
 impl Scattering for DEon2011Hit<'_> {
     fn energy(&self) -> Lobes {
-        let nodes = 181;
-        let degree = 1f32.to_radians();
-        let table = self
-            .model
-            .energies
-            .get_or_init(|| (0..nodes).map(|k| self.model.energy((k as f32 - 90.0) * degree)).collect());
-        let x = (self.theta_o / degree + 90.0).max(0.0);
-        let i = (x as usize).min(nodes - 2);
-        let t = x - i as f32;
-        Lobes(std::array::from_fn(|p| [0, 1, 2].map(|c| (1.0 - t) * table[i].0[p][c] + t * table[i + 1].0[p][c])))
+        self.model.energy(self.theta_o)
     }
 
     #[inline]
@@ -148,8 +147,9 @@ impl Scattering for DEon2011Hit<'_> {
         let (p, _) = choose(&self.probability, u[0]);
         let (sin_i, cos_i) = self.along.sample(p, [u[1], u[2]]);
         let theta_i = sin_i.atan2(cos_i);
+        let channels = &self.model.channels;
         let theta = Azimuths::theta(0.5 * (theta_i - self.theta_o));
-        let phi = self.model.azimuths.sample(p, theta, [u[3], u[4]]);
+        let phi = channels.rgb[channels.brightest].sample(p, theta, [u[3], u[4]]);
         let outgoing = Outgoing { sin_i, cos_i, theta_i, phi };
         let (lobes, pdf) = self.eval_outgoing(&outgoing);
         let weight = weight(lobes.total(), pdf);

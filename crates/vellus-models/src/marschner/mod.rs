@@ -23,16 +23,14 @@ use glam::Vec3;
 use section::Section;
 use std::f32::consts::{FRAC_1_PI, TAU};
 use std::f64::consts::PI;
-use std::sync::OnceLock;
 use vellus::parts::{Frame, Outgoing, Polar, wrap};
 use vellus::{Error, Fiber, Field, Lobe, Lobes, Model, Sample, Scattering, Window};
 use wide::f32x8;
 
 const LOBES: [Lobe; 3] = [Lobe::R, Lobe::Tt, Lobe::Trt];
 
-/// Nodes of θ_d over 90° of the table of energies, and of φ it is integrated at.
-const THETAS: usize = 46;
-const PHIS: usize = 720;
+/// Azimuths of incidence on one side over which energies are summed: enough for caustics of 2°.
+const GAMMAS: usize = 32;
 
 /// The model of one fibre.
 #[derive(Clone, Debug)]
@@ -42,8 +40,6 @@ pub struct Marschner2003 {
     shift: f32x8,
     sigma: f32x8,
     caustic: f64,
-    /// ∫ N_p dφ over θ_d, when first asked for.
-    energies: OnceLock<Vec<[[f64; 3]; 3]>>,
 }
 
 impl Marschner2003 {
@@ -60,35 +56,24 @@ impl Marschner2003 {
             shift: lanes([1.0, -0.5, -1.5].map(|k| k * fiber.alpha)),
             sigma: lanes([1.0, 0.5, 1.5].map(|k| k * fiber.beta_m)),
             caustic: 3f64.sqrt() * f64::from(fiber.beta_n),
-            energies: OnceLock::new(),
         })
     }
 
-    fn azimuthal(&self, section: &Section, p: usize, phi: f64) -> [f64; 3] {
-        if p == 2 { section.trt(phi, self.sigma_a, self.caustic) } else { section.smooth(p, phi, self.sigma_a).0 }
-    }
-
-    /// ∫ N_p dφ of all three at θ_d, RGB.
-    fn energy(&self, theta_d: f64) -> [[f64; 3]; 3] {
-        let table = self.energies.get_or_init(|| {
-            let step = 0.5 * PI / (THETAS - 1) as f64;
-            let row = |k: usize| {
-                let section = Section::new(self.eta, k as f64 * step);
-                std::array::from_fn(|p| {
-                    // φ and −φ are alike.
-                    let phis = (0..PHIS).map(|j| (j as f64 + 0.5) * PI / PHIS as f64);
-                    phis.fold([0.0; 3], |sum: [f64; 3], phi| {
-                        let n = self.azimuthal(&section, p, phi);
-                        [0, 1, 2].map(|c| sum[c] + n[c] * 2.0 * PI / PHIS as f64)
-                    })
-                })
-            };
-            (0..THETAS).map(row).collect()
-        });
-        let x = theta_d.abs() / (0.5 * PI) * (THETAS - 1) as f64;
-        let i = (x as usize).min(THETAS - 2);
-        let t = x - i as f64;
-        std::array::from_fn(|p| [0, 1, 2].map(|c| table[i][p][c] * (1.0 - t) + table[i + 1][p][c] * t))
+    /// ∫ N_p dφ at θ_d, RGB: a mean over h, as each offset leaves at one azimuth.
+    fn energy(&self, p: usize, theta_d: f64) -> [f64; 3] {
+        let section = Section::new(self.eta, theta_d);
+        let (cubic, caustic) = (section.cubic(2.0), section.caustic(self.caustic));
+        let put_back = if p == 2 { caustic.energy() } else { 0.0 };
+        let mut sum = section.attenuation(p, caustic.gamma, self.sigma_a).map(|a| a * put_back);
+        // h and −h are alike. Midpoints in γ.
+        for k in 0..GAMMAS {
+            let step = 0.5 * PI / GAMMAS as f64;
+            let gamma = (k as f64 + 0.5) * step;
+            let kept = if p == 2 { caustic.kept(cubic.at(gamma)) } else { 1.0 };
+            let a = section.attenuation(p, gamma, self.sigma_a);
+            (0..3).for_each(|c| sum[c] += a[c] * kept * gamma.cos() * step);
+        }
+        sum
     }
 }
 
@@ -137,6 +122,10 @@ impl Model for Marschner2003 {
     fn field(&self) -> Field {
         Field::Far
     }
+
+    fn with_fiber(&self, fiber: &Fiber) -> Result<Self, Error> {
+        Self::new(fiber)
+    }
 }
 
 impl Marschner2003Hit<'_> {
@@ -169,14 +158,14 @@ impl Scattering for Marschner2003Hit<'_> {
     fn energy(&self) -> Lobes {
         let inside = self.along.inside().to_array();
         let mut lobes = Lobes([[0.0; 3]; 6]);
-        let n = 64;
+        let n = 16;
         for k in 0..n {
             let u = (k as f32 + 0.5) / n as f32;
             for p in 0..3 {
                 let (sin_i, cos_i) = self.along.sample(p, [u, 0.5]);
                 let (_, theta_d) = self.section(sin_i.atan2(cos_i));
                 let geometry = (cos_i / theta_d.cos().max(1e-6) as f32).powi(2) * inside[p] / n as f32;
-                let energy = self.model.energy(theta_d)[p];
+                let energy = self.model.energy(p, theta_d);
                 (0..3).for_each(|c| lobes.0[LOBES[p] as usize][c] += energy[c] as f32 * geometry);
             }
         }

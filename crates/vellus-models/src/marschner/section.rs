@@ -108,31 +108,62 @@ impl Section {
         (n, all)
     }
 
-    /// N of TRT with the caustics smoothed over the width `w`.
-    pub fn trt(&self, phi: f64, sigma: [f32; 3], w: f64) -> [f64; 3] {
-        let eta_prime = self.eta[0];
+    /// The caustics of TRT, taken out over the width `w`.
+    pub fn caustic(&self, w: f64) -> Caustic {
         let cubic = self.cubic(2.0);
-        // The caustic, while there is one; beyond η′ = 2 it fades over Δη′.
-        let (gamma_c, phi_c, dh, t) = if cubic.linear > 0.0 {
+        if cubic.linear > 0.0 {
             let gamma = (-cubic.linear / (3.0 * cubic.cube)).sqrt().min(0.5 * PI);
             let curvature = (6.0 * cubic.cube * gamma).abs() / gamma.cos().powi(2).max(1e-9);
-            (gamma, cubic.at(gamma), (2.0 * (2.0 * w / curvature.max(1e-12)).sqrt()).min(0.5), 1.0)
-        } else {
-            let x = ((eta_prime - 2.0) / 0.2).clamp(0.0, 1.0);
-            (0.0, 0.0, 0.5, 1.0 - x * x * (3.0 - 2.0 * x))
-        };
-        let (mut n, _) = self.smooth(2, phi, sigma);
-        if t > 0.0 {
-            let bell = |x: f64| {
-                let d = (x + PI).rem_euclid(2.0 * PI) - PI;
-                (-0.5 * (d / w).powi(2)).exp()
-            };
-            let (a, b) = (bell(phi - phi_c), bell(phi + phi_c));
-            let back = self.attenuation(2, gamma_c, sigma);
-            let glint = t * 0.5 * dh * (a + b) / (w * (2.0 * PI).sqrt());
-            (0..3).for_each(|c| n[c] = n[c] * (1.0 - t * a) * (1.0 - t * b) + back[c] * glint);
+            let dh = (2.0 * (2.0 * w / curvature.max(1e-12)).sqrt()).min(0.5);
+            return Caustic { gamma, phi: cubic.at(gamma), dh, there: 1.0, w };
         }
-        n
+        // Beyond η′ = 2 there are none: what is put back fades over Δη′.
+        let x = ((self.eta[0] - 2.0) / 0.2).clamp(0.0, 1.0);
+        Caustic { gamma: 0.0, phi: 0.0, dh: 0.5, there: 1.0 - x * x * (3.0 - 2.0 * x), w }
+    }
+
+    /// N of TRT, its caustics smoothed.
+    pub fn trt(&self, phi: f64, sigma: [f32; 3], w: f64) -> [f64; 3] {
+        let caustic = self.caustic(w);
+        let (n, _) = self.smooth(2, phi, sigma);
+        let (kept, back) = (caustic.kept(phi), self.attenuation(2, caustic.gamma, sigma));
+        [0, 1, 2].map(|c| n[c] * kept + back[c] * caustic.put_back(phi))
+    }
+}
+
+/// Both caustics of TRT, at ±φ_c.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Caustic {
+    /// γ_c
+    pub gamma: f64,
+    phi: f64,
+    /// Δh
+    dh: f64,
+    /// t
+    there: f64,
+    w: f64,
+}
+
+impl Caustic {
+    fn bell(&self, x: f64) -> f64 {
+        let d = (x + PI).rem_euclid(2.0 * PI) - PI;
+        (-0.5 * (d / self.w).powi(2)).exp()
+    }
+
+    /// The share of N that is left at φ.
+    pub fn kept(&self, phi: f64) -> f64 {
+        (1.0 - self.there * self.bell(phi - self.phi)) * (1.0 - self.there * self.bell(phi + self.phi))
+    }
+
+    /// What is put back at φ, before attenuation.
+    fn put_back(&self, phi: f64) -> f64 {
+        let bells = self.bell(phi - self.phi) + self.bell(phi + self.phi);
+        self.there * 0.5 * self.dh * bells / (self.w * (2.0 * PI).sqrt())
+    }
+
+    /// Its integral over the circle.
+    pub fn energy(&self) -> f64 {
+        self.there * self.dh * libm::erf(PI / (self.w * 2f64.sqrt()))
     }
 }
 

@@ -28,7 +28,7 @@
 //! What makes it fast, so that it is no straw man: paths in closed form in place of tracing (`paths.rs`); the eight
 //! unscattered lobes fill one register; the profiles come from the 119 KB of `vellus`, not from 620 MB, and are
 //! prepared once a hit for all three passes, which share |h″|; the transmitted share comes from a table per η_c, η_m
-//! and l, which [`Yan2015::with_fiber`] keeps where other parameters vary along the fur; nothing is allocated in a
+//! and l, which [`Model::with_fiber`] keeps where other parameters vary along the fur; nothing is allocated in a
 //! query; sampling is exact but for the outgoing Fresnel factor, where the paper's is uniform around and
 //! cosine-weighted along the fibre.
 
@@ -85,17 +85,6 @@ impl Yan2015 {
     /// [`Error::OutOfRange`] where [`Fiber::validate`] finds one, or for η_m.
     pub fn with_eta_m(fiber: &Fiber, eta_m: f32) -> Result<Self, Error> {
         Self::prepare(fiber, eta_m, None)
-    }
-
-    /// Another fibre with the same η_m/η_c. Where η and l are the same too, as they are where colour, size or roughness vary along the fur,
-    /// this allocates nothing; else it takes as long as [`Yan2015::new`], a fraction of a millisecond.
-    ///
-    /// # Errors
-    /// [`Error::OutOfRange`] where [`Fiber::validate`] finds one.
-    pub fn with_fiber(&self, fiber: &Fiber) -> Result<Self, Error> {
-        let same = self.fiber.eta == fiber.eta;
-        let eta_m = if same { self.eta_m } else { self.eta_m * fiber.eta / self.fiber.eta };
-        Self::prepare(fiber, eta_m, self.escape.as_ref())
     }
 
     fn prepare(fiber: &Fiber, eta_m: f32, known: Option<&Arc<Escape>>) -> Result<Self, Error> {
@@ -193,6 +182,14 @@ impl Model for Yan2015 {
 
     fn field(&self) -> Field {
         Field::Near
+    }
+
+    /// Another fibre with the same η_m/η_c, η_m held to [1, 3]. Where η and l are the same too, as they are where colour, size or roughness vary along the fur,
+    /// this allocates nothing; else it takes as long as [`Yan2015::new`], a fraction of a millisecond.
+    fn with_fiber(&self, fiber: &Fiber) -> Result<Self, Error> {
+        let same = self.fiber.eta == fiber.eta;
+        let eta_m = if same { self.eta_m } else { (self.eta_m * fiber.eta / self.fiber.eta).clamp(1.0, 3.0) };
+        Self::prepare(fiber, eta_m, self.escape.as_ref())
     }
 }
 
