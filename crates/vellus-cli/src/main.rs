@@ -3,6 +3,7 @@
 mod demo;
 mod energy;
 mod eval;
+mod experiment;
 mod fiber;
 mod fiber_args;
 mod fit;
@@ -56,6 +57,8 @@ enum Command {
     Groom(groom::Command),
     /// Fit a fibre's parameters to its measured profile, or write a synthetic measurement.
     Fit(Box<fit::Args>),
+    /// Reproduce the figures and tables of the paper, with a report.
+    Experiment(experiment::Args),
     /// Put together films that `render --samples` rendered apart.
     Merge(render::MergeArgs),
     /// Monte Carlo of the whole fibre, beside the model's energies.
@@ -97,6 +100,7 @@ fn main() -> std::process::ExitCode {
         Some(Command::Scene(args)) => scene::run(&args),
         Some(Command::Groom(command)) => groom::run(&command),
         Some(Command::Fit(args)) => fit::run(&args),
+        Some(Command::Experiment(args)) => experiment::run(&args),
         Some(Command::Merge(args)) => render::merge(&args),
         Some(Command::Reference(args)) => reference::run(&args),
     };

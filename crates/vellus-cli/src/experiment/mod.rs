@@ -1,0 +1,166 @@
+//! `vellus experiment`: the paper's figures and tables, reproduced, and what they claim measured.
+
+mod context;
+mod list;
+mod outcome;
+mod report;
+mod scenes;
+
+use crate::output;
+use anyhow::{Context as _, Result, bail};
+pub use context::{Context, Interrupted};
+use list::{EXPERIMENTS, Experiment};
+pub use outcome::{Claim, File, Outcome, Picture, Table, Verdict};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Reproduce the paper: pictures, numbers, and one page (index.html) that says what holds.
+///
+/// Each experiment writes into a folder of its own in --out. One that is finished, at the same quality and by the same version of this
+/// program, is not run again; Ctrl-C leaves what is finished, and the same command goes on.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Experiments by name; all is all of them. Without a name, or with list, they are listed.
+    #[arg(value_name = "NAME")]
+    names: Vec<String>,
+    /// How much work to put in.
+    #[arg(long, value_enum, default_value_t)]
+    quality: Quality,
+    /// The folder to write to.
+    #[arg(long, value_name = "DIR", default_value = "out/experiments")]
+    out: PathBuf,
+    /// Run also what is finished there.
+    #[arg(long)]
+    again: bool,
+}
+
+/// How much work is put in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Quality {
+    /// Seconds in all; shows that everything runs, and judges little.
+    Smoke,
+    /// A quarter of an hour in all on two cores.
+    #[default]
+    Draft,
+    /// As the paper; hours.
+    Paper,
+}
+
+impl Quality {
+    /// One of three, for smoke, draft and paper.
+    pub fn pick<T>(self, smoke: T, draft: T, paper: T) -> T {
+        match self {
+            Quality::Smoke => smoke,
+            Quality::Draft => draft,
+            Quality::Paper => paper,
+        }
+    }
+
+    /// In words.
+    pub fn name(self) -> &'static str {
+        self.pick("smoke", "draft", "paper")
+    }
+}
+
+/// Runs them.
+pub fn run(args: &Args) -> Result<()> {
+    let chosen = choose(&args.names)?;
+    if chosen.is_empty() {
+        return output::write(None, listing().as_bytes());
+    }
+    if args.out.exists() && !args.out.is_dir() {
+        bail!("cannot write {}: it is not a folder", args.out.display());
+    }
+    output::writable(&args.out.join("index.html"))?;
+    let stop = output::interrupt()?;
+    let mut failed = Vec::new();
+    for (i, experiment) in chosen.iter().enumerate() {
+        let folder = args.out.join(experiment.name);
+        let number = format!("{}/{} {}", i + 1, chosen.len(), experiment.name);
+        let finished = |o: &Outcome| o.quality == args.quality && o.version == env!("CARGO_PKG_VERSION");
+        if !args.again && Outcome::read(&folder).is_some_and(|o| finished(&o)) {
+            eprintln!("{number}: is there");
+            continue;
+        }
+        let context = Context::new(args.quality, folder, args.again, Arc::clone(&stop));
+        match one(experiment, &context) {
+            Ok(outcome) => {
+                eprintln!("{number}: {}", told(&outcome));
+                report::write(&args.out)?;
+            }
+            Err(e) if e.is::<Interrupted>() || context.interrupted() => {
+                report::write(&args.out)?;
+                bail!("interrupted in {}: what is finished stays, and the same command goes on", experiment.name);
+            }
+            // The others may still tell something.
+            Err(e) => {
+                eprintln!("{number}: failed: {e:#}");
+                failed.push(experiment.name);
+            }
+        }
+    }
+    report::write(&args.out)?;
+    eprintln!("wrote {}", args.out.join("index.html").display());
+    if !failed.is_empty() {
+        bail!("{} of {} experiments failed: {}", failed.len(), chosen.len(), failed.join(", "));
+    }
+    Ok(())
+}
+
+/// Runs one and keeps what it found.
+fn one(experiment: &Experiment, context: &Context) -> Result<Outcome> {
+    std::fs::create_dir_all(context.folder())
+        .with_context(|| format!("cannot create {}", context.folder().display()))?;
+    let start = Instant::now();
+    let found = (experiment.run)(context)?;
+    let outcome = Outcome {
+        name: experiment.name.to_owned(),
+        figure: experiment.figure.to_owned(),
+        title: experiment.title.to_owned(),
+        seconds: start.elapsed().as_secs_f64(),
+        quality: context.quality,
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        threads: rayon::current_num_threads(),
+        ..found
+    };
+    outcome.write(context.folder())?;
+    Ok(outcome)
+}
+
+/// How many claims hold, and how long it took.
+fn told(outcome: &Outcome) -> String {
+    let count = |verdict: Verdict| outcome.claims.iter().filter(|c| c.verdict == verdict).count();
+    let counts = Verdict::ALL.into_iter().map(|v| (v, count(v))).filter(|(_, n)| *n > 0);
+    let mut parts: Vec<String> = counts.map(|(verdict, n)| format!("{n} {}", verdict.name())).collect();
+    parts.push(format!("{:.1} s", outcome.seconds));
+    parts.join(", ")
+}
+
+/// In the order of the list, whatever the order of the names.
+fn choose(names: &[String]) -> Result<Vec<&'static Experiment>> {
+    if names.iter().any(|name| name == "list") {
+        return Ok(Vec::new());
+    }
+    for name in names {
+        if name != "all" && !EXPERIMENTS.iter().any(|e| e.name == name) {
+            let known: Vec<_> = EXPERIMENTS.iter().map(|e| e.name).collect();
+            bail!("there is no experiment '{name}' (known: {}, all)", known.join(", "));
+        }
+    }
+    let chosen = |e: &&Experiment| names.iter().any(|name| name == "all" || name == e.name);
+    Ok(EXPERIMENTS.iter().filter(chosen).collect())
+}
+
+fn listing() -> String {
+    let row = |e: &Experiment| vec![e.name.to_owned(), e.figure.to_owned(), e.title.to_owned()];
+    let rows: Vec<Vec<String>> = EXPERIMENTS.iter().map(row).collect();
+    let width = |c: usize| rows.iter().map(|row| row[c].chars().count()).max().unwrap_or(0);
+    let (first, second) = (width(0), width(1));
+    let mut text: String =
+        rows.iter().map(|row| format!("  {:first$}  {:second$}  {}\n", row[0], row[1], row[2])).collect();
+    text += "\nvellus experiment NAME… runs some, vellus experiment all runs all of them.\n";
+    text
+}

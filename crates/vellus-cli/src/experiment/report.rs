@@ -1,0 +1,163 @@
+//! One static page of all that was found: index.html in the folder of the experiments.
+
+use super::list::EXPERIMENTS;
+use super::{Claim, Outcome, Picture, Quality, Table, Verdict};
+use crate::output;
+use anyhow::Result;
+use std::path::Path;
+
+/// The page's style: it needs nothing from elsewhere.
+const STYLE: &str = "body{font:16px/1.5 sans-serif;max-width:1300px;margin:2em auto;padding:0 1em;color:#222}\
+    h1{margin-bottom:.2em}h2{margin-top:2.2em;padding-top:.6em;border-top:2px solid #222}h2 span{color:#777;font-weight:normal}\
+    table{border-collapse:collapse;margin:1em 0}td,th{padding:.25em .8em;text-align:right;border-bottom:1px solid #ddd;vertical-align:top}\
+    td:first-child,th:first-child,.claims td,.claims th{text-align:left}th{border-bottom:2px solid #bbb}caption{text-align:left;color:#555;\
+    padding-bottom:.3em}.wide{overflow-x:auto}.row{display:flex;gap:1em;align-items:flex-start;margin:1em 0}figure{margin:0;flex:1 1 0;\
+    min-width:0}.row>figure:only-child{flex:0 1 auto}img{max-width:100%;height:auto;border:1px solid #eee}figcaption,small{color:#555;\
+    font-size:.9em}.v{white-space:nowrap;font-weight:bold}.v0{color:#1a6e2e}.v1{color:#1f5fa8}.v2{color:#b3261e}.v3{color:#777}\
+    .warning{background:#fff3cd;padding:.5em 1em;margin:.5em 0}nav a{margin-right:1em;white-space:nowrap}a{color:#1f5fa8}";
+
+/// Writes it from all results there are.
+pub fn write(folder: &Path) -> Result<()> {
+    let found: Vec<Outcome> = EXPERIMENTS.iter().filter_map(|e| Outcome::read(&folder.join(e.name))).collect();
+    output::write(Some(&folder.join("index.html")), page(&found).as_bytes())
+}
+
+/// Text as HTML shows it.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// The verdict in its colour.
+fn verdict(verdict: Verdict) -> String {
+    format!("<td class=\"v v{}\">{}</td>", verdict as usize, verdict.name())
+}
+
+fn page(found: &[Outcome]) -> String {
+    let claims = || found.iter().flat_map(|o| &o.claims);
+    let counts: Vec<String> = Verdict::ALL
+        .into_iter()
+        .map(|v| (v, claims().filter(|c| c.verdict == v).count()))
+        .filter(|(_, n)| *n > 0)
+        .map(|(v, n)| format!("<span class=\"v v{}\">{n} {}</span>", v as usize, v.name()))
+        .collect();
+    let missing: Vec<&str> =
+        EXPERIMENTS.iter().map(|e| e.name).filter(|name| !found.iter().any(|o| o.name == *name)).collect();
+    let mut warnings = Vec::new();
+    if !missing.is_empty() {
+        warnings.push(format!("Not run yet: {}.", missing.join(", ")));
+    }
+    let below: Vec<&str> = found.iter().filter(|o| o.quality != Quality::Paper).map(|o| o.name.as_str()).collect();
+    if !below.is_empty() {
+        let not_all = if below.len() == found.len() { "All of this is".to_owned() } else { below.join(", ") + ":" };
+        warnings.push(format!("{not_all} below paper quality; each section says at which."));
+    }
+    let warnings: String = warnings.iter().map(|w| format!("<p class=\"warning\">{}</p>\n", escaped(w))).collect();
+    let links: String =
+        found.iter().map(|o| format!("<a href=\"#{}\">{}</a>\n", o.name, escaped(&heading(o)))).collect();
+    let summary: String = found
+        .iter()
+        .flat_map(|o| o.claims.iter().map(move |c| (o, c)))
+        .map(|(o, c)| {
+            let place = format!("<td><a href=\"#{}\">{}</a></td>", o.name, escaped(&o.figure));
+            format!("<tr>{place}{}</tr>\n", claim(c, false))
+        })
+        .collect();
+    let sections: String = found.iter().map(section).collect();
+    let version = env!("CARGO_PKG_VERSION");
+    format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
+         <title>The paper, reproduced</title><style>{STYLE}</style></head>\n<body>\n<h1>The paper, reproduced</h1>\n\
+         <p>L.-Q. Yan, H. W. Jensen, R. Ramamoorthi 2017, <i>An Efficient and Practical Near and Far Field Fur Reflectance Model</i>: its \
+         figures and tables made again by vellus {version}, and what they claim measured.</p>\n{warnings}<nav>{links}</nav>\n\
+         <h2>What holds</h2>\n<p>{}</p>\n<div class=\"wide\"><table class=\"claims\">\n<tr><th></th><th>claim</th><th>expected</th>\
+         <th>measured here</th><th></th></tr>\n{summary}</table></div>\n{sections}</body>\n</html>\n",
+        counts.join(" · ")
+    )
+}
+
+/// "Fig. 11: The ten species".
+fn heading(outcome: &Outcome) -> String {
+    format!("{}: {}", outcome.figure, outcome.title)
+}
+
+/// The cells of a claim; the reason only where the section tells it.
+fn claim(claim: &Claim, whole: bool) -> String {
+    let why = if whole && !claim.why.is_empty() {
+        format!("<br><small>{}</small>", escaped(&claim.why))
+    } else {
+        String::new()
+    };
+    let [what, expected, measured] = [&claim.what, &claim.expected, &claim.measured].map(|text| escaped(text));
+    format!("<td>{what}</td><td>{expected}</td><td>{measured}{why}</td>{}", verdict(claim.verdict))
+}
+
+fn section(outcome: &Outcome) -> String {
+    let name = &outcome.name;
+    let mut text = format!(
+        "<h2 id=\"{name}\"><span>{}</span> {}</h2>\n<p><b>The paper:</b> {}</p>\n",
+        escaped(&outcome.figure),
+        escaped(&outcome.title),
+        escaped(&outcome.paper)
+    );
+    text += &pictures(name, &outcome.pictures);
+    if !outcome.claims.is_empty() {
+        let rows: String = outcome.claims.iter().map(|c| format!("<tr>{}</tr>\n", claim(c, true))).collect();
+        text += &format!(
+            "<div class=\"wide\"><table class=\"claims\">\n<tr><th>claim</th><th>expected</th><th>measured here</th><th></th></tr>\n\
+             {rows}</table></div>\n"
+        );
+    }
+    text += &outcome.tables.iter().map(|t| table(name, t)).collect::<String>();
+    text += &outcome.notes.iter().map(|note| format!("<p>{}</p>\n", escaped(note))).collect::<String>();
+    let csv = outcome.tables.iter().map(|t| (format!("{}.csv", t.name), format!("{}.csv", t.name)));
+    let files = outcome.files.iter().map(|f| (f.file.clone(), f.what.clone()));
+    let links: String = std::iter::once(("result.json".to_owned(), "result.json".to_owned()))
+        .chain(csv)
+        .chain(files)
+        .map(|(file, what)| format!(" · <a href=\"{name}/{}\">{}</a>", escaped(&file), escaped(&what)))
+        .collect();
+    let (quality, seconds) = (outcome.quality.name(), outcome.seconds);
+    text += &format!(
+        "<p><small>vellus {} · {quality} quality · {seconds:.1} s on {} threads{links}</small></p>\n",
+        escaped(&outcome.version),
+        outcome.threads
+    );
+    text
+}
+
+/// Rows of pictures.
+fn pictures(name: &str, pictures: &[Picture]) -> String {
+    let mut text = String::new();
+    for (i, picture) in pictures.iter().enumerate() {
+        if i == 0 || !picture.beside {
+            text += if i == 0 { "<div class=\"row\">\n" } else { "</div>\n<div class=\"row\">\n" };
+        }
+        let file = format!("{name}/{}", escaped(&picture.file));
+        let caption = escaped(&picture.caption);
+        let also: String = picture
+            .also
+            .iter()
+            .map(|f| {
+                let kind = f.rsplit('.').next().unwrap_or(f).to_uppercase();
+                format!(" <a href=\"{name}/{}\">{}</a>", escaped(f), escaped(&kind))
+            })
+            .collect();
+        text += &format!(
+            "<figure><a href=\"{file}\"><img src=\"{file}\" alt=\"{caption}\"></a><figcaption>{caption}{also}</figcaption></figure>\n"
+        );
+    }
+    if pictures.is_empty() { text } else { text + "</div>\n" }
+}
+
+fn table(name: &str, table: &Table) -> String {
+    let cells = |cells: &[String], tag: &str| -> String {
+        cells.iter().map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell))).collect()
+    };
+    let rows: String = table.rows.iter().map(|row| format!("<tr>{}</tr>\n", cells(row, "td"))).collect();
+    format!(
+        "<div class=\"wide\"><table>\n<caption>{} <a href=\"{name}/{}.csv\">CSV</a></caption>\n<tr>{}</tr>\n{rows}</table></div>\n",
+        escaped(&table.caption),
+        escaped(&table.name),
+        cells(&table.header, "th")
+    )
+}
