@@ -1,16 +1,25 @@
 //! `vellus experiment`: the paper's figures and tables, reproduced, and what they claim measured.
 
+mod bars;
 mod context;
+mod energy;
 mod list;
+mod medulla_tables;
 mod outcome;
+mod queries;
 mod report;
 mod scenes;
+mod segments;
+mod sheet;
+mod species;
 
 use crate::output;
 use anyhow::{Context as _, Result, bail};
 pub use context::{Context, Interrupted};
 use list::{EXPERIMENTS, Experiment};
-pub use outcome::{Claim, File, Outcome, Picture, Table, Verdict};
+#[allow(unused_imports, reason = "of those that keep files beside their tables")]
+pub use outcome::File;
+pub use outcome::{Claim, Outcome, Picture, Table, Verdict};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -134,7 +143,7 @@ fn one(experiment: &Experiment, context: &Context) -> Result<Outcome> {
 fn told(outcome: &Outcome) -> String {
     let count = |verdict: Verdict| outcome.claims.iter().filter(|c| c.verdict == verdict).count();
     let counts = Verdict::ALL.into_iter().map(|v| (v, count(v))).filter(|(_, n)| *n > 0);
-    let mut parts: Vec<String> = counts.map(|(verdict, n)| format!("{n} {}", verdict.name())).collect();
+    let mut parts: Vec<String> = counts.map(|(verdict, n)| verdict.count(n)).collect();
     parts.push(format!("{:.1} s", outcome.seconds));
     parts.join(", ")
 }

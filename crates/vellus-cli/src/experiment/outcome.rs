@@ -54,6 +54,7 @@ impl Picture {
     }
 
     /// In the row of the one before.
+    #[allow(dead_code, reason = "of those that render")]
     pub fn beside(self) -> Self {
         Picture { beside: true, ..self }
     }
@@ -131,11 +132,18 @@ impl Verdict {
         ["holds", "better", "does not hold", "not judged"][self as usize]
     }
 
+    /// "3 hold", "1 does not hold", with a word for many.
+    pub fn count(self, n: usize) -> String {
+        let name = if n == 1 { self.name() } else { ["hold", "better", "do not hold", "not judged"][self as usize] };
+        format!("{n} {name}")
+    }
+
     /// Holds or not.
     pub fn of(holds: bool) -> Self {
         if holds { Verdict::Holds } else { Verdict::DoesNotHold }
     }
 
+    #[allow(dead_code, reason = "of those that time")]
     /// A ratio that should be at least `expected`: better from a tenth more on.
     pub fn at_least(value: f64, expected: f64) -> Self {
         if value >= 1.1 * expected { Verdict::Better } else { Verdict::of(value >= expected) }

@@ -38,7 +38,7 @@ fn page(found: &[Outcome]) -> String {
         .into_iter()
         .map(|v| (v, claims().filter(|c| c.verdict == v).count()))
         .filter(|(_, n)| *n > 0)
-        .map(|(v, n)| format!("<span class=\"v v{}\">{n} {}</span>", v as usize, v.name()))
+        .map(|(v, n)| format!("<span class=\"v v{}\">{}</span>", v as usize, v.count(n)))
         .collect();
     let missing: Vec<&str> =
         EXPERIMENTS.iter().map(|e| e.name).filter(|name| !found.iter().any(|o| o.name == *name)).collect();
@@ -117,10 +117,10 @@ fn section(outcome: &Outcome) -> String {
         .map(|(file, what)| format!(" · <a href=\"{name}/{}\">{}</a>", escaped(&file), escaped(&what)))
         .collect();
     let (quality, seconds) = (outcome.quality.name(), outcome.seconds);
+    let threads = if outcome.threads == 1 { "one thread".to_owned() } else { format!("{} threads", outcome.threads) };
     text += &format!(
-        "<p><small>vellus {} · {quality} quality · {seconds:.1} s on {} threads{links}</small></p>\n",
-        escaped(&outcome.version),
-        outcome.threads
+        "<p><small>vellus {} · {quality} quality · {seconds:.1} s on {threads}{links}</small></p>\n",
+        escaped(&outcome.version)
     );
     text
 }

@@ -13,9 +13,9 @@ use vellus::oracle::Oracle;
 use vellus::{Bcsdf, Fiber, TableData, Tables, Window};
 
 /// Segments on each side of h = 0. Ours are two at least: inside the medulla and beside it.
-const SEGMENTS: [usize; 13] = [2, 3, 4, 5, 6, 7, 8, 10, 12, 16, 20, 24, 32];
+pub const SEGMENTS: [usize; 13] = [2, 3, 4, 5, 6, 7, 8, 10, 12, 16, 20, 24, 32];
 /// Those of the fast path: eight ends fill a register.
-const SHIPPED: usize = 7;
+pub const SHIPPED: usize = 7;
 /// Azimuths compared, and offsets of the quadrature.
 const AZIMUTHS: usize = 360;
 const PATHS: usize = 20_000;
@@ -28,10 +28,10 @@ const OURS: RGBColor = LOBE_COLORS[0];
 
 /// Relative L1 errors of R + TT + TRT of one fibre's far field.
 pub struct Errors {
-    /// By number of segments.
-    paper: Vec<f64>,
-    ours: Vec<f64>,
-    shipped: f64,
+    /// By number of segments: those of [`SEGMENTS`].
+    pub paper: Vec<f64>,
+    pub ours: Vec<f64>,
+    pub shipped: f64,
 }
 
 /// One of the two.

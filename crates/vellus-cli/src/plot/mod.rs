@@ -2,13 +2,13 @@
 
 pub mod canvas;
 mod energy;
-mod error;
+pub mod error;
 mod lobes;
-mod medulla;
+pub mod medulla;
 mod models;
 mod profile;
 mod smooth;
-mod windows;
+pub mod windows;
 
 use crate::fiber_args::{FiberArgs, Incidence};
 use crate::model_args::ModelArgs;

@@ -1,0 +1,99 @@
+//! What `vellus experiment` writes, at the quality that only shows that it runs.
+
+mod common;
+
+use common::{refused, run, vellus};
+use serde_json::Value;
+use std::path::Path;
+
+/// Those that trace no paths.
+const NAMES: [&str; 6] = ["medulla-tables", "species", "segment-error", "energy", "queries", "scenes"];
+
+const VERDICTS: [&str; 4] = ["holds", "better", "does not hold", "not judged"];
+
+fn smoke<'a>(names: &[&'a str], more: &[&'a str]) -> Vec<&'a str> {
+    [&["experiment", "--quality", "smoke", "--out", "found"], names, more].concat()
+}
+
+fn result(folder: &Path, name: &str) -> Value {
+    serde_json::from_slice(&std::fs::read(folder.join("found").join(name).join("result.json")).unwrap()).unwrap()
+}
+
+fn text<'a>(value: &'a Value, key: &str) -> &'a str {
+    value[key].as_str().unwrap_or_else(|| panic!("{key} of {value}"))
+}
+
+/// Every experiment leaves a result that parses, tables without a number missing, pictures that are there and claims that are judged or
+/// say why not; the page tells of all of them; a second run does nothing.
+#[test]
+fn results_are_whole_told_and_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    run(path, &smoke(&NAMES, &[]));
+    let page = std::fs::read_to_string(path.join("found/index.html")).unwrap();
+    for name in NAMES {
+        let (found, place) = (result(path, name), path.join("found").join(name));
+        assert_eq!((text(&found, "name"), text(&found, "quality")), (name, "smoke"));
+        assert_eq!(text(&found, "version"), env!("CARGO_PKG_VERSION"));
+        assert!(found["seconds"].as_f64().unwrap() > 0.0 && !text(&found, "paper").is_empty());
+        let claims = found["claims"].as_array().unwrap();
+        assert!(!claims.is_empty(), "{name} claims nothing");
+        for claim in claims {
+            let verdict = text(claim, "verdict");
+            assert!(VERDICTS.contains(&verdict), "{name}: {claim}");
+            assert!(["what", "expected", "measured"].iter().all(|key| !text(claim, key).is_empty()), "{name}: {claim}");
+            assert_eq!(claim["value"].is_null(), verdict == "not judged", "{name}: {claim}");
+            assert!(verdict != "not judged" || !text(claim, "why").is_empty(), "{name}: {claim}");
+        }
+        for picture in found["pictures"].as_array().unwrap() {
+            assert!(std::fs::read(place.join(text(picture, "file"))).unwrap().starts_with(b"\x89PNG"), "{name}");
+            let svg = std::fs::read_to_string(place.join(picture["also"][0].as_str().unwrap())).unwrap();
+            assert!(svg.contains("<svg") && !svg.contains("NaN"), "{name}");
+            assert!(page.contains(&format!("{name}/{}", text(picture, "file"))), "{name}");
+        }
+        for table in found["tables"].as_array().unwrap() {
+            let rows = table["rows"].as_array().unwrap();
+            let mut csv = csv::Reader::from_path(place.join(format!("{}.csv", text(table, "name")))).unwrap();
+            // The reader refuses rows of different lengths.
+            let records: Vec<_> = csv.records().map(Result::unwrap).collect();
+            assert_eq!(records.len(), rows.len(), "{name}");
+            for cell in records.iter().flatten() {
+                assert!(!cell.is_empty() && !cell.contains("NaN") && !cell.contains("inf"), "{name}: '{cell}'");
+            }
+        }
+        assert!(page.contains(&format!("<h2 id=\"{name}\">")) && page.contains(&format!("href=\"#{name}\"")), "{name}");
+    }
+    let changed =
+        |name: &str| std::fs::metadata(path.join("found").join(name).join("result.json")).unwrap().modified().unwrap();
+    let before = NAMES.map(changed);
+    let said = run(path, &smoke(&NAMES, &[]));
+    assert_eq!(NAMES.map(changed), before);
+    assert_eq!(said.matches("is there").count(), NAMES.len(), "{said}");
+    // What another version found, or what is half-written, is not enough, and --again asks for more.
+    let file = path.join("found/queries/result.json");
+    let other = std::fs::read_to_string(&file).unwrap().replace(env!("CARGO_PKG_VERSION"), "0.0.0");
+    for content in [&other, &other[..100]] {
+        std::fs::write(&file, content).unwrap();
+        assert!(!run(path, &smoke(&["queries"], &[])).contains("is there"));
+        assert_eq!(text(&result(path, "queries"), "version"), env!("CARGO_PKG_VERSION"));
+    }
+    assert!(!run(path, &smoke(&["queries"], &["--again"])).contains("is there"));
+    // The page still has all.
+    let page = std::fs::read_to_string(path.join("found/index.html")).unwrap();
+    assert!(NAMES.iter().all(|name| page.contains(&format!("<h2 id=\"{name}\">"))));
+}
+
+#[test]
+fn experiments_are_listed_and_bad_names_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    for args in [&["experiment"][..], &["experiment", "list"]] {
+        let listed = String::from_utf8(vellus(path, args).stdout).unwrap();
+        assert!(NAMES.iter().all(|name| listed.contains(name)) && listed.contains("Fig. 11"), "{listed}");
+    }
+    refused(path, &smoke(&["scenes", "fig-99"], &[]), &["no experiment 'fig-99'", "medulla-tables"]);
+    assert!(!path.join("found").exists());
+    std::fs::write(path.join("found"), "a file").unwrap();
+    refused(path, &smoke(&["scenes"], &[]), &["cannot write found", "not a folder"]);
+    refused(path, &["experiment", "all", "--quality", "best"], &["draft", "paper"]);
+}
