@@ -2,7 +2,7 @@
 
 use anyhow::{Result, bail};
 use glam::Vec3;
-use vellus::{Fiber, Field, Model, Window};
+use vellus::{Bcsdf, Fiber, Field, Model, Window};
 use vellus_models::{
     AnyHit, AnyModel, Chiang2016, DEon2011, KajiyaKay1989, Marschner2003, ModelKind, Yan2015, ZinkeWeber2007,
 };
@@ -54,21 +54,24 @@ impl ModelArgs {
 
     /// A scene ready for rays, its strands scattering by this model.
     pub fn world(&self, scene: Scene) -> Result<World> {
-        world(scene, self.kind()?, self.eta_m)
+        let mut world = World::new(scene)?;
+        set_model(&mut world, self.kind()?, self.eta_m)?;
+        Ok(world)
     }
 }
 
-/// A scene ready for rays, its strands scattering by a model; `eta_m` is for yan2015.
-pub fn world(scene: Scene, kind: ModelKind, eta_m: Option<f32>) -> Result<World> {
-    Ok(match kind {
-        ModelKind::Vellus => World::new(scene),
-        ModelKind::Yan2015 => World::with_model(scene, |fiber| Yan2015::with_eta_m(fiber, eta_m.unwrap_or(fiber.eta))),
-        ModelKind::Chiang2016 => World::with_model(scene, Chiang2016::new),
-        ModelKind::DEon2011 => World::with_model(scene, DEon2011::new),
-        ModelKind::ZinkeWeber2007 => World::with_model(scene, ZinkeWeber2007::new),
-        ModelKind::Marschner2003 => World::with_model(scene, Marschner2003::new),
-        ModelKind::KajiyaKay1989 => World::with_model(scene, KajiyaKay1989::new),
-    }?)
+/// Has the strands of a world scatter by a model; `eta_m` is for yan2015.
+pub fn set_model(world: &mut World, kind: ModelKind, eta_m: Option<f32>) -> Result<()> {
+    match kind {
+        ModelKind::Vellus => world.set_model(Bcsdf::new),
+        ModelKind::Yan2015 => world.set_model(|fiber| Yan2015::with_eta_m(fiber, eta_m.unwrap_or(fiber.eta))),
+        ModelKind::Chiang2016 => world.set_model(Chiang2016::new),
+        ModelKind::DEon2011 => world.set_model(DEon2011::new),
+        ModelKind::ZinkeWeber2007 => world.set_model(ZinkeWeber2007::new),
+        ModelKind::Marschner2003 => world.set_model(Marschner2003::new),
+        ModelKind::KajiyaKay1989 => world.set_model(KajiyaKay1989::new),
+    }?;
+    Ok(())
 }
 
 /// A model with its name, for titles.

@@ -42,18 +42,6 @@ impl World {
     /// # Errors
     /// [`vellus_scene::Error`]: what [`Scene::validate`] finds, or that there is nothing to see.
     pub fn new(scene: Scene) -> Result<Self, Error> {
-        Self::with_model(scene, Bcsdf::new)
-    }
-
-    /// The same with another reflectance model, which `make` makes of each set's fibre; where that varies along the strands,
-    /// [`Model::with_fiber`] does at each hit. Of a model that knows one [`Field`](vellus::Field) only, [`Mode`](crate::Mode) chooses nothing.
-    ///
-    /// # Errors
-    /// As [`World::new`].
-    pub fn with_model<M: Model + Send + 'static>(
-        scene: Scene,
-        make: impl Fn(&Fiber) -> Result<M, vellus::Error>,
-    ) -> Result<Self, Error> {
         scene.validate()?;
         let Some((low, high)) = scene.bounds() else {
             let what = "it has neither strands nor meshes: there is nothing to render".to_owned();
@@ -89,7 +77,7 @@ impl World {
         let strands_before = scene.strands.iter().scan(0, |n, s| Some(std::mem::replace(n, *n + s.len() as u32)));
         let strands_before = strands_before.collect();
         let lights = Lights::new(&lights, &scene.textures, reach);
-        let fibers = Box::new(Fibers::new(&scene.strands, &scene.looks, make)?);
+        let fibers = Box::new(Fibers::new(&scene.strands, &scene.looks, Bcsdf::new)?);
         let (curves, triangles, view) = (Curves::new(scene.strands), Triangles::new(scene.meshes), View::new(camera));
         Ok(World {
             moves: curves.moves() || triangles.moves() || view.moves(),
@@ -106,6 +94,20 @@ impl World {
             surfaces: scene.surfaces,
             textures: scene.textures,
         })
+    }
+
+    /// Has the strands scatter by another reflectance model, which `make` makes of each set's fibre; where that varies along the
+    /// strands, [`Model::with_fiber`] does at each hit. Of a model that knows one [`Field`](vellus::Field) only,
+    /// [`Mode`](crate::Mode) chooses nothing.
+    ///
+    /// # Errors
+    /// What `make` says of a fibre; the world is as before.
+    pub fn set_model<M: Model + Send + 'static>(
+        &mut self,
+        make: impl Fn(&Fiber) -> Result<M, vellus::Error>,
+    ) -> Result<(), Error> {
+        self.fibers = Box::new(Fibers::new(self.curves.strands(), &self.looks, make)?);
+        Ok(())
     }
 
     /// What a film with these layers keeps of a pixel.

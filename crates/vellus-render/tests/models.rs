@@ -78,7 +78,9 @@ fn albedo<M: Model>(model: &M) -> [f64; 3] {
 fn check<M: Model + Send + 'static>(name: &str, make: impl Fn(&Fiber) -> Result<M, vellus::Error>) {
     let expected = albedo(&make(&fiber()).unwrap());
     for varying in [false, true] {
-        let (seen, error) = picture(&World::with_model(scene(varying), &make).unwrap());
+        let mut world = World::new(scene(varying)).unwrap();
+        world.set_model(&make).unwrap();
+        let (seen, error) = picture(&world);
         println!("{name}: {seen:.4?} ± {error:.4}, albedo {expected:.4?}");
         for c in 0..3 {
             // The error is that of the mean of the channels. D'Eon's fibres lie between tables where they vary.

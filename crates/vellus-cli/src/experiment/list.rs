@@ -1,6 +1,6 @@
 //! The experiments there are.
 
-use super::{Context, Outcome, energy, medulla_tables, queries, scenes, segments, species};
+use super::{Context, Outcome, energy, medulla_tables, queries, render_animals, scenes, segments, species};
 use anyhow::Result;
 
 /// One of them.
@@ -22,4 +22,7 @@ pub const EXPERIMENTS: &[Experiment] = &[
     Experiment { name: "energy", figure: "Table 3, Sec. 4", title: "Where the light goes: models beside the whole fibre", run: energy::run },
     Experiment { name: "queries", figure: "Sec. 7", title: "What a query costs, and how the baseline of 2015 was optimised", run: queries::run },
     Experiment { name: "scenes", figure: "Table 5", title: "Scenes: strands, segments, memory", run: scenes::run },
+    Experiment { name: "raccoon", figure: "Fig. 1", title: "Raccoon: equal samples, time and quality", run: render_animals::raccoon },
+    Experiment { name: "hamster", figure: "Fig. 16", title: "Hamster: equal samples, time and quality", run: render_animals::hamster },
+    Experiment { name: "cat", figure: "Fig. 17", title: "Cat: equal samples, time and quality", run: render_animals::cat },
 ];

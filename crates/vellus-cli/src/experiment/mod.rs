@@ -2,15 +2,18 @@
 
 mod bars;
 mod context;
+mod curves;
 mod energy;
 mod list;
 mod medulla_tables;
 mod outcome;
 mod queries;
 mod report;
+mod render_animals;
 mod scenes;
 mod segments;
 mod sheet;
+mod shot;
 mod species;
 
 use crate::output;

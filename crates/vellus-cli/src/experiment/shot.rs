@@ -1,0 +1,244 @@
+//! A part of a picture, rendered by several methods: each method's converged picture, its error over the samples, its time.
+
+use super::Context;
+use crate::model_args::set_model;
+use crate::output;
+use anyhow::{Context as _, Result, anyhow};
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::ops::Range;
+use std::time::{Duration, Instant};
+use vellus_models::ModelKind;
+use vellus_render::{Film, Layer, Mode, Part, Settings, Statistics, World};
+use vellus_scene::Scene;
+
+/// How fibres scatter, and over what of their width.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Method {
+    pub name: &'static str,
+    /// In file names.
+    pub key: &'static str,
+    pub model: ModelKind,
+    pub mode: Mode,
+    /// Of yan2015, where it is not that of the cortex.
+    pub eta_m: Option<f32>,
+}
+
+const fn ours(name: &'static str, key: &'static str, mode: Mode) -> Method {
+    Method { name, key, model: ModelKind::Vellus, mode, eta_m: None }
+}
+
+pub const NEAR: Method = ours("near field", "near", Mode::Near);
+pub const FAR: Method = ours("far field", "far", Mode::Far);
+pub const MULTI: Method = ours("multi-scale", "multiscale", Mode::MultiScale);
+pub const YAN2015: Method =
+    Method { name: "Yan et al. 2015", key: "yan2015", model: ModelKind::Yan2015, mode: Mode::Near, eta_m: None };
+
+/// Checkpoints of long renderings are that far apart.
+const KEEP: Duration = Duration::from_secs(30);
+
+/// A pass takes about that long: Ctrl-C waits for no more.
+const PASS: f64 = 1.0;
+
+/// Seeds of the two halves of a converged picture, and of what is measured.
+const REFERENCE: [u32; 2] = [101, 202];
+const MEASURED: u32 = 7;
+
+/// A scene ready for rays, and which part of its picture is rendered.
+pub struct Shot<'c> {
+    context: &'c Context,
+    name: String,
+    world: World,
+    size: [usize; 2],
+    crop: [usize; 4],
+    layers: Vec<Layer>,
+}
+
+/// A converged picture, and the variance of its mean: RGB, averaged over pixels and channels.
+pub struct Converged {
+    pub film: Film,
+    variance: f64,
+}
+
+/// Of a picture with so many samples.
+#[derive(Clone, Copy, Debug)]
+pub struct Point {
+    pub samples: u64,
+    /// Processor time, seconds.
+    pub time: f64,
+    /// Mean square of the difference to the converged picture, less what that picture's own noise puts there.
+    pub mse: f64,
+    /// The same, of squares over those of the converged picture plus a hundredth of their mean.
+    pub rel_mse: f64,
+}
+
+impl Point {
+    pub fn rmse(&self) -> f64 {
+        self.mse.max(0.0).sqrt()
+    }
+}
+
+impl<'c> Shot<'c> {
+    /// `crop` is left, top, width and height in a picture of `size`.
+    pub fn new(context: &'c Context, name: &str, scene: Scene, size: [usize; 2], crop: [usize; 4]) -> Result<Self> {
+        let world = World::new(scene)?;
+        Ok(Shot { context, name: name.to_owned(), world, size, crop, layers: vec![Layer::Beauty] })
+    }
+
+    /// Another part of the same scene; `name` tells its files apart.
+    pub fn aim(&mut self, name: &str, size: [usize; 2], crop: [usize; 4]) {
+        (self.name, self.size, self.crop) = (name.to_owned(), size, crop);
+    }
+
+    /// Keeps more layers.
+    pub fn with_layers(self, layers: &[Layer]) -> Self {
+        Shot { layers: layers.to_vec(), ..self }
+    }
+
+    fn settings(&self, method: Method, seed: u32) -> Settings {
+        Settings { size: self.size, crop: Some(self.crop), mode: method.mode, seed, max_depth: None }
+    }
+
+    pub fn empty(&self) -> Film {
+        Film::new(self.size, self.crop, self.world.layout(&self.layers))
+    }
+
+    /// Has the strands scatter by a method's model.
+    fn choose(&mut self, method: Method) -> Result<()> {
+        set_model(&mut self.world, method.model, method.eta_m)
+    }
+
+    /// Adds samples; the processor time it took.
+    fn add(&self, settings: &Settings, film: &mut Film, samples: Range<u64>) -> Result<f64> {
+        let statistics = Statistics::default();
+        let before = output::cpu_time().context("this system does not tell processor time")?;
+        if !self.world.render(settings, film, samples, &statistics, self.context.stop()) {
+            self.context.go_on()?;
+        }
+        Ok((output::cpu_time().unwrap_or_default() - before).as_secs_f64())
+    }
+
+    /// A picture of so many samples, in passes, kept in the experiment's folder: where it was interrupted it goes on, and what is done is
+    /// read back.
+    pub fn render(&mut self, method: Method, seed: u32, samples: u64) -> Result<Film> {
+        self.choose(method)?;
+        let settings = self.settings(method, seed);
+        let file = self.context.path(&format!("{}-{}-{seed}.film", self.name, method.key));
+        let mut hasher = DefaultHasher::new();
+        let what = format!("{} {:?} {:?} {method:?} {seed} {:?}", self.name, self.size, self.crop, self.layers);
+        (what, env!("CARGO_PKG_VERSION"), self.world.curves.segments()).hash(&mut hasher);
+        let mut part = Part { fingerprint: hasher.finish(), samples: 0..0, notes: Vec::new(), film: self.empty() };
+        if !self.context.again()
+            && let Some(kept) = std::fs::read(&file).ok().and_then(|bytes| Part::from_bytes(&bytes).ok())
+            && kept.fingerprint == part.fingerprint
+            && kept.film.fits(&part.film)
+            && kept.samples.end <= samples
+        {
+            part = kept;
+        }
+        let bar = self.context.progress(samples, "rendering");
+        bar.set_position(part.samples.end);
+        let (mut kept, mut pass) = (Instant::now(), 1);
+        while part.samples.end < samples {
+            let next = part.samples.end..samples.min(part.samples.end + pass);
+            let start = Instant::now();
+            let added = self.add(&settings, &mut part.film, next.clone());
+            if added.is_ok() {
+                part.samples.end = next.end;
+            }
+            if part.samples.end == samples || added.is_err() || kept.elapsed() > KEEP {
+                output::write(Some(&file), &part.to_bytes())?;
+                kept = Instant::now();
+            }
+            added?;
+            let each = start.elapsed().as_secs_f64() / (next.end - next.start) as f64;
+            pass = ((PASS / each) as u64).clamp(1, 4 * pass);
+            bar.set_position(part.samples.end);
+        }
+        bar.finish_and_clear();
+        Ok(part.film)
+    }
+
+    /// Two halves of so many samples each, of two seeds: their mean, and from their difference its variance.
+    pub fn converge(&mut self, method: Method, half: u64) -> Result<Converged> {
+        let mut film = self.render(method, REFERENCE[0], half)?;
+        let other = self.render(method, REFERENCE[1], half)?;
+        let (a, b) = (colors(&film), colors(&other));
+        let variance = a.iter().zip(&b).map(|(a, b)| 0.25 * (a - b).powi(2)).sum::<f64>() / a.len() as f64;
+        film.merge(&other);
+        Ok(Converged { film, variance })
+    }
+
+    /// Each method's error and time at 1, 2, 4, … `most` samples, and its last picture. Methods take turns, so that whatever else the machine does
+    /// meets them alike.
+    pub fn measure(&mut self, methods: &[(Method, &Converged)], most: u64) -> Result<Vec<(Vec<Point>, Film)>> {
+        let mut found: Vec<(Vec<Point>, Film)> = methods.iter().map(|_| (Vec::new(), self.empty())).collect();
+        let mut times = vec![0.0; methods.len()];
+        let mut from = 0;
+        let bar = self.context.progress(most, "measuring");
+        while from < most {
+            let to = if from == 0 { 1 } else { (2 * from).min(most) };
+            for (i, (method, converged)) in methods.iter().enumerate() {
+                self.choose(*method)?;
+                let settings = self.settings(*method, MEASURED);
+                let (points, film) = &mut found[i];
+                times[i] += self.add(&settings, film, from..to)?;
+                points.push(converged.error(film, times[i]));
+            }
+            from = to;
+            bar.set_position(to);
+        }
+        bar.finish_and_clear();
+        Ok(found)
+    }
+
+    /// So many samples more, or from the start; the processor time they took.
+    pub fn extend(&mut self, method: Method, film: &mut Film, samples: u64) -> Result<f64> {
+        self.choose(method)?;
+        let settings = self.settings(method, MEASURED);
+        self.add(&settings, film, film.samples()..film.samples() + samples)
+    }
+
+    /// Writes a picture as NAME.png and NAME.exr; the PNG's name.
+    pub fn save(&self, film: &Film, name: &str, exposure: f32) -> Result<String> {
+        let png = film.to_png(exposure, &[]).map_err(|e| anyhow!("cannot encode PNG: {e}"))?;
+        let exr = film.to_exr(&self.layers, vellus_render::Depth::Half, &[]);
+        self.context.write(&format!("{name}.exr"), &exr.map_err(|e| anyhow!("cannot encode OpenEXR: {e}"))?)?;
+        self.context.write(&format!("{name}.png"), &png)?;
+        Ok(format!("{name}.png"))
+    }
+}
+
+/// All channels of all pixels.
+pub fn colors(film: &Film) -> Vec<f64> {
+    let (width, height) = (film.width(), film.height());
+    (0..3 * width * height).map(|i| film.mean(i / 3 % width, i / 3 / width, Layer::Beauty, i % 3)).collect()
+}
+
+impl Converged {
+    pub fn error(&self, film: &Film, time: f64) -> Point {
+        let (a, b) = (colors(film), colors(&self.film));
+        let n = b.len() as f64;
+        let floor = 0.01 * b.iter().map(|b| b * b).sum::<f64>() / n;
+        let mse = a.iter().zip(&b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / n;
+        let rel = |a: f64, b: f64| (a - b).powi(2) / (b * b + floor);
+        let rel_mse = a.iter().zip(&b).map(|(a, b)| rel(*a, *b)).sum::<f64>() / n;
+        // The converged picture's variance lies where the measured one's does: of relative errors it is the same share.
+        let left = 1.0 - self.variance / mse.max(1e-300);
+        Point { samples: film.samples(), time, mse: mse * left, rel_mse: rel_mse * left }
+    }
+
+    /// Mean of all channels.
+    pub fn mean(&self) -> f64 {
+        let colors = colors(&self.film);
+        colors.iter().sum::<f64>() / colors.len() as f64
+    }
+}
+
+/// How many times as long `b` takes for the error of `a`: of the last three points, the geometric mean, where error falls as one over
+/// time.
+pub fn speedup(a: &[Point], b: &[Point], error: impl Fn(&Point) -> f64) -> f64 {
+    let cost = |p: &Point| (error(p).max(1e-300) * p.time).ln();
+    let last = a.len().min(b.len()).min(3);
+    let sum: f64 = (1..=last).map(|k| cost(&b[b.len() - k]) - cost(&a[a.len() - k])).sum();
+    (sum / last.max(1) as f64).exp()
+}
