@@ -1,11 +1,11 @@
 //! The log-ratio of a profile to what a fibre would be measured as (Yan17 Sec. 5.1, Validation).
 
-use crate::forward::{Forward, direction};
+use crate::forward::Forward;
 use crate::parameters::assemble;
 use crate::profile::{Profile, Quantity};
 use crate::space::Space;
-use glam::Vec3;
 use std::sync::atomic::{AtomicU64, Ordering};
+use vellus_models::Directions;
 
 /// Below it a model's value is taken for it: no logarithm of 0.
 const FLOOR: f32 = 1e-30;
@@ -13,8 +13,8 @@ const FLOOR: f32 = 1e-30;
 /// A profile, or a part of it, ready to be compared with.
 pub struct Cost<'a> {
     space: &'a Space,
-    forward: &'a Forward,
-    directions: Vec<Vec3>,
+    forward: Forward,
+    directions: Directions,
     /// What is to be added to ln f·cos θ to make it what was measured, less what was measured; point by point, and channel by
     /// channel.
     offsets: Vec<f64>,
@@ -25,7 +25,7 @@ pub struct Cost<'a> {
 
 impl<'a> Cost<'a> {
     /// Compares with the `chosen` points of a profile.
-    pub fn new(profile: &Profile, chosen: &[usize], space: &'a Space, forward: &'a Forward) -> Self {
+    pub fn new(profile: &Profile, chosen: &[usize], space: &'a Space, forward: Forward) -> Self {
         let points = || chosen.iter().map(|&i| &profile.points[i]);
         let offset = |p: &crate::profile::Point, c: usize| {
             let cosine = match profile.quantity {
@@ -37,7 +37,7 @@ impl<'a> Cost<'a> {
         Cost {
             space,
             forward,
-            directions: points().map(|p| direction(p.theta, p.phi)).collect(),
+            directions: Directions::new(&points().map(|p| [p.theta, p.phi]).collect::<Vec<_>>()),
             offsets: points().flat_map(|p| (0..profile.channels).map(|c| offset(p, c)).collect::<Vec<_>>()).collect(),
             channels: profile.channels,
             evaluations: AtomicU64::new(0),
@@ -47,9 +47,9 @@ impl<'a> Cost<'a> {
     /// ln (fitted/measured) of each value. Infinite where the model refuses the fibre, which within the bounds it does not.
     pub fn residuals(&self, u: &[f64]) -> Vec<f64> {
         self.evaluations.fetch_add(self.directions.len() as u64, Ordering::Relaxed);
-        let (fiber, theta_o, scale) = assemble(&self.space.parameters, &self.space.values(u));
+        let (specimen, theta_o, scale) = assemble(&self.space.parameters, &self.space.values(u));
         let mut values = vec![[0.0; 3]; self.directions.len()];
-        if (self.forward)(&fiber, direction(theta_o, 0.0), &self.directions, &mut values).is_err() {
+        if self.forward.values(&specimen, theta_o, &self.directions, &mut values).is_err() {
             return vec![f64::INFINITY; self.offsets.len()];
         }
         let log_scale = scale.ln();

@@ -56,13 +56,13 @@ impl Default for Options {
     }
 }
 
-/// Fits `profile`. `tick` is called as each start is finished; `stop`, once set, ends the fit with the best so far.
+/// Fits `profile` with a model. `tick` is called as each start is finished; `stop`, once set, ends the fit with the best so far.
 ///
 /// # Errors
 /// [`Error::Profile`] for a profile without enough in it, [`Error::Parameter`] for a request that makes no sense.
 pub fn fit(
     profile: &Profile,
-    forward: &Forward,
+    forward: Forward,
     options: &Options,
     stop: &AtomicBool,
     tick: &(dyn Fn() + Sync),
@@ -71,7 +71,7 @@ pub fn fit(
     if options.starts == 0 {
         return Err(Error::Parameter("starts = 0 is out of range: there must be at least 1".to_owned()));
     }
-    let mut space = Space::new(profile.channels, profile.theta_o, &options.requests)?;
+    let mut space = Space::new(forward, profile.channels, profile.theta_o, &options.requests)?;
     for (kind, axis) in [(Kind::BetaM, profile.axis(|p| p.theta)), (Kind::BetaN, profile.axis(|p| p.phi))] {
         space.resolve(kind, UNRESOLVED * spacing(&axis));
     }
@@ -179,7 +179,7 @@ fn describe(
     outside: Outside,
 ) -> Fit {
     let values = space.values(&best.u);
-    let (fiber, theta_o, scale) = assemble(&space.parameters, &values);
+    let (specimen, theta_o, scale) = assemble(&space.parameters, &values);
     let name = |column: usize| space.lead(column).name.clone();
     let estimate = |i: usize| {
         let p = &space.parameters[i];
@@ -221,7 +221,8 @@ fn describe(
         .collect();
     let (nrmse, log_nrmse) = errors(profile, &fitted);
     Fit {
-        fiber,
+        model: space.model.kind(),
+        specimen,
         theta_o,
         scale,
         estimates: (0..space.parameters.len()).map(estimate).collect(),

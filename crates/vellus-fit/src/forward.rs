@@ -1,28 +1,100 @@
 //! The forward model: what a fibre of given parameters would be measured as.
 
-use glam::Vec3;
-use vellus::{Bcsdf, Error, Fiber, Window};
+use crate::error::Error;
+use crate::parameters::Kind;
+use vellus::{Bcsdf, Fiber, Window};
+use vellus_models::{AnyModel, Chiang2016, Directions, Marschner2003, ModelKind, Yan2015};
 
-/// f·cos θᵢ averaged over the fibre's width, RGB, in the directions `wi` for a fixed ω_o.
-///
-/// All that a fit asks of a model; [`far_field`] is one.
-pub type Forward = dyn Fn(&Fiber, Vec3, &[Vec3], &mut [[f32; 3]]) -> Result<(), Error> + Sync;
-
-/// The far field as it is rendered (Yan17 Sec. 5.1).
-///
-/// # Errors
-/// [`Error::OutOfRange`] where [`Fiber::validate`] finds one.
-pub fn far_field(fiber: &Fiber, wo: Vec3, wi: &[Vec3], out: &mut [[f32; 3]]) -> Result<(), Error> {
-    let bcsdf = Bcsdf::new(fiber)?;
-    let hit = bcsdf.at(wo, Window::far());
-    for (out, wi) in out.iter_mut().zip(wi) {
-        *out = hit.eval(*wi).total();
-    }
-    Ok(())
+/// A fibre, and what only some models know of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Specimen {
+    /// What all models take their parameters from.
+    pub fiber: Fiber,
+    /// Refractive index of the medulla, of [`ModelKind::Yan2015`] alone; that of the cortex unless given.
+    pub eta_m: Option<f32>,
 }
 
-/// Unit vector at θ and φ in degrees.
-pub(crate) fn direction(theta: f64, phi: f64) -> Vec3 {
-    let ((st, ct), (sp, cp)) = (theta.to_radians().sin_cos(), phi.to_radians().sin_cos());
-    Vec3::new(st as f32, (ct * cp) as f32, (ct * sp) as f32)
+impl From<Fiber> for Specimen {
+    fn from(fiber: Fiber) -> Self {
+        Specimen { fiber, eta_m: None }
+    }
+}
+
+/// A model that profiles are fitted with: its far field (Yan17 Sec. 5.1), ours by default.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Forward(ModelKind);
+
+impl Default for Forward {
+    fn default() -> Self {
+        Forward(ModelKind::Vellus)
+    }
+}
+
+impl Forward {
+    /// Those there are.
+    pub const ALL: [Forward; 4] = [
+        Forward(ModelKind::Vellus),
+        Forward(ModelKind::Yan2015),
+        Forward(ModelKind::Chiang2016),
+        Forward(ModelKind::Marschner2003),
+    ];
+
+    /// The far field of a model.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a model that cannot be fitted.
+    pub fn new(kind: ModelKind) -> Result<Self, Error> {
+        Forward::ALL.into_iter().find(|f| f.0 == kind).ok_or_else(|| {
+            let known: Vec<&str> = Forward::ALL.iter().map(|f| f.kind().name()).collect();
+            Error::Parameter(format!("{kind} cannot be fitted: {} can", known.join(", ")))
+        })
+    }
+
+    /// Which model.
+    pub fn kind(self) -> ModelKind {
+        self.0
+    }
+
+    /// Does the model depend on that parameter?
+    pub fn has(self, kind: Kind) -> bool {
+        match self.0 {
+            ModelKind::Yan2015 => true,
+            ModelKind::Vellus => kind != Kind::EtaM,
+            // Hair without medulla, its surface an ordinary interface.
+            _ => !matches!(
+                kind,
+                Kind::EtaM | Kind::Kappa | Kind::SigmaMs | Kind::SigmaMa(_) | Kind::G | Kind::Layers
+            ),
+        }
+    }
+
+    /// f·cos θᵢ averaged over the fibre's width, RGB, in all `directions` for ω_o at `theta_o` degrees and φ = 0.
+    ///
+    /// # Errors
+    /// [`Error::Fiber`] where a parameter is out of range.
+    pub fn values(
+        self,
+        specimen: &Specimen,
+        theta_o: f64,
+        directions: &Directions,
+        out: &mut [[f32; 3]],
+    ) -> Result<(), Error> {
+        let fiber = &specimen.fiber;
+        let model = match self.0 {
+            ModelKind::Yan2015 => AnyModel::Yan2015(Yan2015::with_eta_m(fiber, specimen.eta_m.unwrap_or(fiber.eta))?),
+            ModelKind::Chiang2016 => AnyModel::Chiang2016(Chiang2016::new(fiber)?),
+            ModelKind::Marschner2003 => AnyModel::Marschner2003(Marschner2003::new(fiber)?),
+            _ => {
+                // As it is rendered; `AnyModel` would ask for densities too.
+                let bcsdf = Bcsdf::new(fiber)?;
+                let hit = bcsdf.at(Directions::new(&[[theta_o, 0.0]]).vectors()[0], Window::far());
+                for (out, wi) in out.iter_mut().zip(directions.vectors()) {
+                    *out = hit.eval(*wi).total();
+                }
+                return Ok(());
+            }
+        };
+        model.far_field(theta_o, directions, out);
+        Ok(())
+    }
 }

@@ -3,15 +3,16 @@
 //!
 //! - [`read()`]: profiles as gantries write them; [`simulate`]: synthetic ones.
 //! - [`fit()`]: bounded least squares on the log-ratio of fitted to measured values, from many starts.
+//! - [`Forward`]: the model fitted, ours or one of three earlier ones.
 //!
 //! ```
-//! use vellus_fit::{Options, Synthetic, far_field, fit, simulate};
+//! use vellus_fit::{Forward, Options, Synthetic, fit, simulate};
 //! use vellus::{Fiber, Species};
 //! # fn main() -> Result<(), vellus_fit::Error> {
 //! let truth = Fiber::preset(Species::Cat);
-//! let profile = simulate::from_model(&truth, &Synthetic { step: [8.0, 4.0], ..Synthetic::default() })?;
+//! let profile = simulate::from_model(Forward::default(), &truth.into(), &Synthetic { step: [8.0, 4.0], ..Synthetic::default() })?;
 //! let options = Options { starts: 8, ..Options::default() };
-//! let result = fit(&profile, &far_field, &options, &false.into(), &|| {})?;
+//! let result = fit(&profile, Forward::default(), &options, &false.into(), &|| {})?;
 //! assert!(result.nrmse < 0.02 && (result.fiber.eta - truth.eta).abs() < 0.02);
 //! # Ok(()) }
 //! ```
@@ -35,7 +36,7 @@ mod write;
 
 pub use error::Error;
 pub use fit::{Options, errors, fit};
-pub use forward::{Forward, far_field};
+pub use forward::{Forward, Specimen};
 pub use outcome::{Estimate, Fit, Rival, State};
 pub use profile::{FEWEST, Point, Profile, Quantity};
 pub use read::{Angles, Axis, Reading, read};

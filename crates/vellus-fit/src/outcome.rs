@@ -1,6 +1,7 @@
 //! What a fit found.
 
-use vellus::Fiber;
+use crate::forward::Specimen;
+use vellus_models::ModelKind;
 
 /// How a parameter was treated.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,8 +46,10 @@ pub struct Rival {
 /// What came out.
 #[derive(Clone, Debug)]
 pub struct Fit {
+    /// The model that was fitted.
+    pub model: ModelKind,
     /// The fibre.
-    pub fiber: Fiber,
+    pub specimen: Specimen,
     /// Inclination of the fixed direction, degrees.
     pub theta_o: f64,
     /// What the model's values are multiplied with.

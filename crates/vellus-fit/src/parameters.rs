@@ -1,5 +1,6 @@
 //! The parameters of a fit: their names, ranges, and the variables they are fitted in.
 
+use crate::forward::{Forward, Specimen};
 use vellus::Fiber;
 
 /// The variable u a parameter x is fitted in. Errors are nearly symmetric in it, and a step means as much anywhere.
@@ -50,6 +51,8 @@ impl Curve {
 pub enum Kind {
     /// η
     Eta,
+    /// η_m of Yan et al. 2015; η is then the cortex'.
+    EtaM,
     /// κ
     Kappa,
     /// α
@@ -99,12 +102,14 @@ pub struct Parameter {
 /// Light passes two radii at most: what it loses is linear in σ up to about that, and errors then symmetric in σ itself.
 const LITTLE: f64 = 0.3;
 
-/// All parameters of a profile with 1 or 3 channels, in the order of files.
-pub fn parameters(channels: usize) -> Vec<Parameter> {
+/// All parameters that a model of a profile with 1 or 3 channels has, in the order of files.
+pub fn parameters(model: Forward, channels: usize) -> Vec<Parameter> {
     let log = |offset| Curve::Log { offset };
     let mut all = Vec::new();
     let mut add = |kind, name: &str, unit, [low, high]: [f64; 2], usual, curve, step| {
-        all.push(Parameter { kind, name: name.to_owned(), unit, low, high, usual, curve, step });
+        if model.has(kind) {
+            all.push(Parameter { kind, name: name.to_owned(), unit, low, high, usual, curve, step });
+        }
     };
     let colored = |name: &str, c: usize| match channels {
         1 => name.to_owned(),
@@ -112,6 +117,7 @@ pub fn parameters(channels: usize) -> Vec<Parameter> {
     };
     add(Kind::Kappa, "kappa", "", [0.0, 0.99], [0.2, 0.95], Curve::Linear, 2e-3);
     add(Kind::Eta, "eta", "", [1.0, 3.0], [1.15, 1.75], Curve::Linear, 2e-3);
+    add(Kind::EtaM, "eta_m", "", [1.0, 3.0], [1.15, 1.75], Curve::Linear, 2e-3);
     add(Kind::Alpha, "alpha", "°", [-45.0, 45.0], [0.0, 6.0], Curve::Linear, 0.03);
     add(Kind::BetaM, "beta_m", "°", [0.1, 90.0], [2.0, 15.0], log(0.0), 4e-3);
     add(Kind::BetaN, "beta_n", "°", [0.1, 90.0], [1.0, 25.0], log(0.0), 4e-3);
@@ -130,14 +136,17 @@ pub fn parameters(channels: usize) -> Vec<Parameter> {
 }
 
 /// What parameter values say: the fibre, the inclination of ω_o in degrees, the scale.
-pub(crate) fn assemble(parameters: &[Parameter], values: &[f64]) -> (Fiber, f64, f64) {
+pub(crate) fn assemble(parameters: &[Parameter], values: &[f64]) -> (Specimen, f64, f64) {
+    // What a model does not have is that of a hair without medulla.
     let mut fiber = Fiber::hair();
+    let mut eta_m = None;
     let (mut theta_o, mut scale) = (0.0, 1.0);
     for (p, &x) in parameters.iter().zip(values) {
         // A number just beyond its range for rounding is held to it.
         let v = x.clamp(p.low, p.high);
         match p.kind {
             Kind::Eta => fiber.eta = v as f32,
+            Kind::EtaM => eta_m = Some(v as f32),
             Kind::Kappa => fiber.kappa = v as f32,
             Kind::Alpha => fiber.alpha = v.to_radians() as f32,
             Kind::BetaM => fiber.beta_m = v.to_radians() as f32,
@@ -151,7 +160,7 @@ pub(crate) fn assemble(parameters: &[Parameter], values: &[f64]) -> (Fiber, f64,
             Kind::Scale => scale = v,
         }
     }
-    (fiber, theta_o, scale)
+    (Specimen { fiber, eta_m }, theta_o, scale)
 }
 
 /// The values that say that.
@@ -159,6 +168,8 @@ pub(crate) fn values_of(parameters: &[Parameter], fiber: &Fiber, theta_o: f64, s
     let degrees = |x: f32| f64::from(x).to_degrees();
     let value = |kind| match kind {
         Kind::Eta => fiber.eta.into(),
+        // Starts are presets, whose medulla has the cortex' index.
+        Kind::EtaM => fiber.eta.into(),
         Kind::Kappa => fiber.kappa.into(),
         Kind::Alpha => degrees(fiber.alpha),
         Kind::BetaM => degrees(fiber.beta_m),

@@ -1,13 +1,14 @@
 //! Synthetic measurements: of the model itself, or of the whole fibre traced photon by photon, which is not the model.
 
 use crate::error::Error;
-use crate::forward::{Forward, direction, far_field};
+use crate::forward::{Forward, Specimen};
 use crate::profile::{Point, Profile, Quantity, check_angles};
 use rand::{Rng, SeedableRng};
 use std::f64::consts::TAU;
 use vellus::Fiber;
 use vellus_medulla::medulla::SimRng;
 use vellus_medulla::profile::{Cells, profile};
+use vellus_models::Directions;
 
 /// A gantry: where it stands, how finely it samples, how well it measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,24 +116,15 @@ impl Synthetic {
     }
 }
 
-/// Measures the far field of the model.
+/// Measures the far field of a model.
 ///
 /// # Errors
 /// [`Error::Fiber`] for a fibre out of range, [`Error::Profile`] for a gantry that makes no sense.
-pub fn from_model(fiber: &Fiber, synthetic: &Synthetic) -> Result<Profile, Error> {
-    from(&far_field, fiber, synthetic)
-}
-
-/// Measures any model.
-///
-/// # Errors
-/// As [`from_model`].
-pub fn from(forward: &Forward, fiber: &Fiber, synthetic: &Synthetic) -> Result<Profile, Error> {
+pub fn from_model(model: Forward, specimen: &Specimen, synthetic: &Synthetic) -> Result<Profile, Error> {
     let axes = synthetic.axes()?;
-    let directions: Vec<_> =
-        axes[0].iter().flat_map(|&theta| axes[1].iter().map(move |&phi| direction(theta, phi))).collect();
-    let mut values = vec![[0.0f32; 3]; directions.len()];
-    forward(fiber, direction(synthetic.theta_o, 0.0), &directions, &mut values)?;
+    let angles: Vec<_> = axes[0].iter().flat_map(|&theta| axes[1].iter().map(move |&phi| [theta, phi])).collect();
+    let mut values = vec![[0.0f32; 3]; angles.len()];
+    model.values(specimen, synthetic.theta_o, &Directions::new(&angles), &mut values)?;
     let values: Vec<[f64; 3]> = values.iter().map(|v| v.map(f64::from)).collect();
     Ok(synthetic.measure(&axes, &values))
 }

@@ -1,6 +1,7 @@
 //! The variables a fit moves in: what of the parameters is free, fixed or tied.
 
 use crate::error::Error;
+use crate::forward::Forward;
 use crate::parameters::{Kind, Parameter, parameters};
 
 /// Where the value of a parameter comes from.
@@ -26,6 +27,8 @@ pub struct Requests {
 /// The parameters of one fit, and the variables it moves in.
 #[derive(Clone, Debug)]
 pub struct Space {
+    /// The model they are of.
+    pub model: Forward,
     /// All parameters.
     pub parameters: Vec<Parameter>,
     /// Where the value of each comes from.
@@ -37,12 +40,12 @@ pub struct Space {
 }
 
 impl Space {
-    /// The space of a profile of `channels`, lit or seen from `theta_o`.
+    /// The space of a model of a profile of `channels`, lit or seen from `theta_o`.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a name that is not known, a value out of range, or requests that contradict each other.
-    pub fn new(channels: usize, theta_o: f64, requests: &Requests) -> Result<Self, Error> {
-        let parameters = parameters(channels);
+    pub fn new(model: Forward, channels: usize, theta_o: f64, requests: &Requests) -> Result<Self, Error> {
+        let parameters = parameters(model, channels);
         let mut given: Vec<Option<f64>> = vec![None; parameters.len()];
         let find = |name: &str| -> Result<Vec<usize>, Error> {
             let found: Vec<usize> = (0..parameters.len())
@@ -50,7 +53,11 @@ impl Space {
                 .collect();
             if found.is_empty() {
                 let known: Vec<&str> = parameters.iter().map(|p| p.name.as_str()).collect();
-                return Err(Error::Parameter(format!("unknown parameter '{name}': known are {}", known.join(", "))));
+                return Err(Error::Parameter(format!(
+                    "unknown parameter '{name}': those of {} are {}",
+                    model.kind(),
+                    known.join(", ")
+                )));
             }
             Ok(found)
         };
@@ -138,7 +145,7 @@ impl Space {
         if leads.is_empty() {
             return Err(Error::Parameter("every parameter is fixed: there is nothing to fit".to_owned()));
         }
-        Ok(Space { parameters, sources, leads, bounds })
+        Ok(Space { model, parameters, sources, leads, bounds })
     }
 
     /// The parameter a variable is named after.

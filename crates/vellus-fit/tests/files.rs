@@ -3,7 +3,7 @@
 use exr::prelude::{Image, SpecificChannels, WritableImage};
 use std::path::{Path, PathBuf};
 use vellus::{Fiber, Species};
-use vellus_fit::{Angles, Axis, Profile, Quantity, Reading, Synthetic, csv, gantry_text, read, simulate};
+use vellus_fit::{Angles, Axis, Forward, Profile, Quantity, Reading, Synthetic, csv, gantry_text, read, simulate};
 
 fn write(folder: &Path, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
     let path = folder.join(name);
@@ -43,7 +43,7 @@ fn all_formats_say_the_same() {
     let fiber = Fiber::preset(Species::Cat).with_absorption([0.1, 0.3, 0.9]);
     for channels in [1, 3] {
         let synthetic = Synthetic { step: [8.0, 11.0], theta_o: -22.5, channels, ..Synthetic::default() };
-        let mut profile = simulate::from_model(&fiber, &synthetic).unwrap();
+        let mut profile = simulate::from_model(Forward::default(), &fiber.into(), &synthetic).unwrap();
         if channels == 1 {
             profile.points.iter_mut().for_each(|p| p.value[1..].fill(0.0));
         }

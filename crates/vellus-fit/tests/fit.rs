@@ -6,15 +6,21 @@ use vellus::oracle::Oracle;
 use vellus::{Fiber, Species, TableData, Tables};
 use vellus_fit::parameters::{Curve, Kind, parameters};
 use vellus_fit::space::Space;
-use vellus_fit::{Error, Estimate, Fit, Options, Profile, Requests, State, Synthetic, far_field, fit, simulate};
+use vellus_fit::{Error, Estimate, Fit, Forward, Options, Profile, Requests, Specimen, State, Synthetic, fit, simulate};
+use vellus_models::Directions;
 
 /// A gantry with a quarter of the directions of the default one, of which the fits take a tenth of a second.
 fn gantry(seed: u64) -> Synthetic {
     Synthetic { step: [4.0, 4.0], seed, scale: 37.0, ..Synthetic::default() }
 }
 
+/// A measurement of our own model.
+fn measured(fiber: &Fiber, gantry: &Synthetic) -> Result<Profile, Error> {
+    simulate::from_model(Forward::default(), &Specimen::from(*fiber), gantry)
+}
+
 fn fitted(profile: &Profile, options: &Options) -> Fit {
-    fit(profile, &far_field, options, &AtomicBool::new(false), &|| {}).unwrap()
+    fit(profile, Forward::default(), options, &AtomicBool::new(false), &|| {}).unwrap()
 }
 
 fn quick() -> Options {
@@ -54,7 +60,7 @@ fn ten_species_are_recovered_within_their_errors() {
     let mut scores = Vec::new();
     for (species, seed) in Species::ALL.into_iter().flat_map(|s| [(s, 1), (s, 2)]) {
         let fiber = Fiber::preset(species);
-        let result = fitted(&simulate::from_model(&fiber, &gantry(seed)).unwrap(), &quick());
+        let result = fitted(&measured(&fiber, &gantry(seed)).unwrap(), &quick());
         // Noise of 2 % of the values is at most 2 % of their range beside what 0 to the lowest value adds; of logarithms, less.
         assert!(result.nrmse <= 0.025 && result.log_nrmse <= 0.025, "{species}: {} {}", result.nrmse, result.log_nrmse);
         for (name, z) in z_scores(&result, &fiber, 37.0) {
@@ -74,7 +80,7 @@ fn standard_errors_are_those_of_repeated_measurements() {
     let fiber = Fiber { sigma_ca: [0.4; 3], kappa: 0.7, ..Fiber::preset(Species::Raccoon) };
     let mut squares = Vec::new();
     for seed in 1..=12 {
-        let result = fitted(&simulate::from_model(&fiber, &gantry(seed)).unwrap(), &Options { starts: 4, ..quick() });
+        let result = fitted(&measured(&fiber, &gantry(seed)).unwrap(), &Options { starts: 4, ..quick() });
         squares.extend(z_scores(&result, &fiber, 37.0).iter().map(|(_, z)| z * z));
     }
     let mean = squares.iter().sum::<f64>() / squares.len() as f64;
@@ -98,7 +104,7 @@ fn whole_fibres_are_followed() {
 #[test]
 fn outliers_hardly_move_the_fit() {
     let fiber = Fiber::preset(Species::Rabbit);
-    let mut profile = simulate::from_model(&fiber, &gantry(3)).unwrap();
+    let mut profile = measured(&fiber, &gantry(3)).unwrap();
     let count = profile.points.len();
     for i in (0..count).step_by(30) {
         profile.points[i].value[0] *= if i % 60 == 0 { 4.0 } else { 0.25 };
@@ -118,7 +124,7 @@ fn fixed_tied_and_freed_parameters_do_as_asked() {
     let fiber = Fiber { sigma_ca: [0.2, 0.4, 0.8], sigma_ma: [0.1; 3], ..Fiber::preset(Species::Dog) };
     let fiber = Fiber { beta_n: fiber.beta_m, ..fiber };
     let synthetic = Synthetic { channels: 3, theta_o: -25.0, ..gantry(5) };
-    let mut profile = simulate::from_model(&fiber, &synthetic).unwrap();
+    let mut profile = measured(&fiber, &synthetic).unwrap();
     // The gantry is said to stand 2° off.
     profile.theta_o = -27.0;
     let name = |x: &str| x.to_owned();
@@ -133,10 +139,10 @@ fn fixed_tied_and_freed_parameters_do_as_asked() {
     };
     let result = fitted(&profile, &Options { requests, ..quick() });
     let of = |name: &str| result.estimates.iter().find(|e| e.name == name).unwrap();
-    assert_eq!((of("eta").state.clone(), result.fiber.eta), (State::Fixed, fiber.eta));
+    assert_eq!((of("eta").state.clone(), result.specimen.fiber.eta), (State::Fixed, fiber.eta));
     assert_eq!(of("beta_n").state, State::Tied(name("beta_m")));
-    assert_eq!(result.fiber.beta_n, result.fiber.beta_m);
-    assert_eq!(result.fiber.sigma_ma, [result.fiber.sigma_ma[1]; 3]);
+    assert_eq!(result.specimen.fiber.beta_n, result.specimen.fiber.beta_m);
+    assert_eq!(result.specimen.fiber.sigma_ma, [result.specimen.fiber.sigma_ma[1]; 3]);
     let theta_o = of("theta_o");
     assert!((theta_o.value + 25.0).abs() < 3.0 * theta_o.error.unwrap(), "{theta_o:?}");
     for (name, z) in z_scores(&result, &fiber, 37.0).iter().filter(|(name, _)| name != "theta_o") {
@@ -149,7 +155,7 @@ fn fixed_tied_and_freed_parameters_do_as_asked() {
 #[test]
 fn requests_that_make_no_sense_are_refused() {
     let name = |x: &str| x.to_owned();
-    let message = |requests: Requests| Space::new(3, -30.0, &requests).unwrap_err().to_string();
+    let message = |requests: Requests| Space::new(Forward::default(), 3, -30.0, &requests).unwrap_err().to_string();
     let fix = |n: &str, v: &[f64]| Requests { fix: vec![(name(n), v.to_vec())], ..Requests::default() };
     let tie = |pairs: &[(&str, &str)]| Requests {
         tie: pairs.iter().map(|(a, b)| (name(a), name(b))).collect(),
@@ -162,14 +168,14 @@ fn requests_that_make_no_sense_are_refused() {
         (fix("sigma_ca", &[0.5, 0.2]), ["sigma_ca", "not 2"]),
         (tie(&[("beta_n", "beta_n")]), ["beta_n", "itself"]),
         (tie(&[("beta_n", "beta_m"), ("beta_m", "beta_n")]), ["beta_", "itself"]),
-        (tie(&[("sigma_ca", "sigma_xx")]), ["sigma_xx", "known are"]),
+        (tie(&[("sigma_ca", "sigma_xx")]), ["sigma_xx", "those of"]),
         (Requests { fix: vec![(name("g"), vec![0.2])], ..tie(&[("g", "kappa")]) }, ["g", "both"]),
     ] {
         let text = message(requests);
         assert!(parts.iter().all(|part| text.contains(part)), "{text}");
     }
-    let all = parameters(1).iter().map(|p| (p.name.clone(), vec![p.usual[0].max(p.low)])).collect();
-    let nothing = Space::new(1, 0.0, &Requests { fix: all, ..Requests::default() }).unwrap_err();
+    let all = parameters(Forward::default(), 1).iter().map(|p| (p.name.clone(), vec![p.usual[0].max(p.low)])).collect();
+    let nothing = Space::new(Forward::default(), 1, 0.0, &Requests { fix: all, ..Requests::default() }).unwrap_err();
     assert!(nothing.to_string().contains("nothing to fit"));
 }
 
@@ -178,7 +184,7 @@ fn requests_that_make_no_sense_are_refused() {
 fn what_the_data_does_not_say_is_not_determined() {
     let fiber = Fiber { kappa: 0.0, sigma_ca: [0.3; 3], ..Fiber::hair() };
     let requests = Requests { fix: vec![("kappa".to_owned(), vec![0.0])], ..Requests::default() };
-    let result = fitted(&simulate::from_model(&fiber, &gantry(2)).unwrap(), &Options { requests, ..quick() });
+    let result = fitted(&measured(&fiber, &gantry(2)).unwrap(), &Options { requests, ..quick() });
     for e in &result.estimates {
         let medulla = ["sigma_ms", "sigma_ma", "g"].contains(&e.name.as_str());
         assert!(!(medulla && e.determined), "{e:?}");
@@ -189,17 +195,17 @@ fn what_the_data_does_not_say_is_not_determined() {
 
 #[test]
 fn an_interrupted_fit_leaves_its_best_so_far() {
-    let profile = simulate::from_model(&Fiber::preset(Species::Cat), &gantry(1)).unwrap();
-    let result = fit(&profile, &far_field, &Options::default(), &AtomicBool::new(true), &|| {}).unwrap();
+    let profile = measured(&Fiber::preset(Species::Cat), &gantry(1)).unwrap();
+    let result = fit(&profile, Forward::default(), &Options::default(), &AtomicBool::new(true), &|| {}).unwrap();
     assert!(result.interrupted && result.starts[1] == 0);
     // The best preset, at least.
-    assert!(result.log_nrmse < 0.2 && result.fiber.validate().is_ok(), "{}", result.log_nrmse);
+    assert!(result.log_nrmse < 0.2 && result.specimen.fiber.validate().is_ok(), "{}", result.log_nrmse);
     assert!(!fitted(&profile, &Options { starts: 2, ..quick() }).interrupted);
 }
 
 #[test]
 fn threads_do_not_change_the_fit() {
-    let profile = simulate::from_model(&Fiber::preset(Species::Mouse), &gantry(4)).unwrap();
+    let profile = measured(&Fiber::preset(Species::Mouse), &gantry(4)).unwrap();
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| format!("{:?}", fitted(&profile, &Options { starts: 4, ..quick() })))
@@ -213,7 +219,7 @@ fn threads_do_not_change_the_fit() {
 /// 40 directions; 3 % is the most there is, of η.
 #[test]
 fn difference_quotients_match_the_oracle() {
-    let all = parameters(1);
+    let all = parameters(Forward::default(), 1);
     let fiber = Fiber { sigma_ca: [0.3; 3], sigma_ma: [0.2; 3], g: 0.45, ..Fiber::preset(Species::Rabbit) };
     let tables = TableData::from_bytes(Tables::SHIPPED).unwrap();
     let places: Vec<(f64, f64)> =
@@ -228,11 +234,9 @@ fn difference_quotients_match_the_oracle() {
         places.iter().map(value).collect()
     };
     let fast = |fiber: &Fiber| -> Vec<f64> {
-        let at =
-            |t: f64, p: f64| glam::Vec3::new(t.sin() as f32, (t.cos() * p.cos()) as f32, (t.cos() * p.sin()) as f32);
-        let directions: Vec<_> = places.iter().map(|(t, p)| at(t.to_radians(), p.to_radians())).collect();
+        let directions = Directions::new(&places.iter().map(|&(t, p)| [t, p]).collect::<Vec<_>>());
         let mut out = vec![[0.0; 3]; places.len()];
-        far_field(fiber, at(theta_o, 0.0), &directions, &mut out).unwrap();
+        Forward::default().values(&Specimen::from(*fiber), -30.0, &directions, &mut out).unwrap();
         out.iter().map(|v| f64::from(v[0]).ln()).collect()
     };
     let moved = |p: &vellus_fit::parameters::Parameter, du: f64| {
@@ -252,7 +256,7 @@ fn difference_quotients_match_the_oracle() {
             Kind::SigmaMa(_) => fiber.sigma_ma.iter_mut().for_each(|x| shift(x, 1.0)),
             Kind::G => shift(&mut fiber.g, 1.0),
             Kind::Layers => shift(&mut fiber.layers, 1.0),
-            Kind::ThetaO | Kind::Scale => {}
+            Kind::EtaM | Kind::ThetaO | Kind::Scale => {}
         }
         fiber
     };
@@ -283,8 +287,8 @@ fn variables_and_values_are_inverse() {
 #[test]
 fn synthetic_measurements_are_as_noisy_and_patchy_as_asked() {
     let fiber = Fiber::preset(Species::Deer);
-    let clean = simulate::from_model(&fiber, &Synthetic { noise: 0.0, gaps: 0.0, ..gantry(1) }).unwrap();
-    let noisy = simulate::from_model(&fiber, &Synthetic { noise: 0.03, gaps: 0.25, ..gantry(1) }).unwrap();
+    let clean = measured(&fiber, &Synthetic { noise: 0.0, gaps: 0.0, ..gantry(1) }).unwrap();
+    let noisy = measured(&fiber, &Synthetic { noise: 0.03, gaps: 0.25, ..gantry(1) }).unwrap();
     let count = clean.points.len();
     assert_eq!(noisy.points.len() + noisy.missing.len(), count);
     assert_eq!(noisy.missing.len(), (0.25 * count as f64).round() as usize);
@@ -294,6 +298,6 @@ fn synthetic_measurements_are_as_noisy_and_patchy_as_asked() {
     let rms = (square / noisy.points.len() as f64).sqrt();
     assert!((rms / 0.03 - 1.0).abs() < 0.1, "{rms}");
     for bad in [Synthetic { noise: -0.1, ..gantry(1) }, Synthetic { step: [0.0, 1.0], ..gantry(1) }] {
-        assert!(matches!(simulate::from_model(&fiber, &bad), Err(Error::Profile(_))));
+        assert!(matches!(measured(&fiber, &bad), Err(Error::Profile(_))));
     }
 }

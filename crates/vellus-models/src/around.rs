@@ -9,6 +9,8 @@ pub trait Around: Copy {
     fn eval(&self, phi: f32) -> f32x8;
     /// Draws φ of one of them; any turn of the circle.
     fn sample(&self, lane: usize, u: f32) -> f32;
+    /// Their centres, each over the distance at which copies of it add up to a constant within 3e-4; 0 where it is uniform.
+    fn exits(&self) -> [f32; 8];
 }
 
 /// Gaussians wrapped on the circle; a width of `None` is a uniform lobe. Prepared once a fibre.
@@ -70,6 +72,12 @@ impl Around for GaussiansAt<'_> {
             None => TAU * u,
         }
     }
+
+    /// Copies of a Gaussian at a distance d ripple by 2 exp(−2π²σ²/d²) (Poisson's sum).
+    fn exits(&self) -> [f32; 8] {
+        let centre = self.centre.to_array();
+        std::array::from_fn(|i| self.widths.sigma[i].map_or(0.0, |sigma| centre[i] / (1.5 * sigma)))
+    }
 }
 
 /// Trimmed logistic densities of one width (Chiang et al. 2016, Sec. 3.3), the lanes of `uniform` excepted.
@@ -128,6 +136,12 @@ impl Around for LogisticsAt<'_> {
         }
         let v = (below + u * inside).clamp(1e-7, 1.0 - 1e-7);
         self.centre.to_array()[lane] + (s * (v / (1.0 - v)).ln()).clamp(-PI, PI)
+    }
+
+    /// Copies of a logistic ripple by 2x/sinh x, x = 2π²s/d.
+    fn exits(&self) -> [f32; 8] {
+        let centre = self.centre.to_array();
+        std::array::from_fn(|i| if self.widths.uniform[i] { 0.0 } else { centre[i] / (1.64 * self.widths.s) })
     }
 }
 

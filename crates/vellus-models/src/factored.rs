@@ -17,8 +17,8 @@ pub struct Factored<L, A> {
     pub(crate) h: f32,
     energy: Energies,
     probability: f32x8,
-    along: L,
-    around: A,
+    pub(crate) along: L,
+    pub(crate) around: A,
     /// Which of the six each of the eight belongs to.
     names: &'static [Lobe; 8],
 }

@@ -16,7 +16,7 @@ use vellus::{Bcsdf, Fiber, Field, Lobes, Model, Sample, Scattering, Window};
 macro_rules! models {
     ($($kind:ident($model:ty), $name:literal, $make:expr;)*) => {
         /// A model, not yet of any fibre.
-        #[derive(Clone, Copy, Debug, PartialEq)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[allow(missing_docs, reason = "the crate's page says what they are")]
         pub enum ModelKind {
             $($kind,)*
@@ -126,10 +126,14 @@ impl fmt::Display for ModelKind {
 impl FromStr for ModelKind {
     type Err = Error;
 
-    /// Accepts `yan2015`, `Yan 2015`, `zinke_weber2007`.
+    /// Accepts `yan2015`, `Yan 2015`, `zinke_weber2007`, and names without the year: `chiang`, `zinke-weber`.
     fn from_str(name: &str) -> Result<Self, Error> {
         let plain = |s: &str| s.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_ascii_lowercase();
-        ModelKind::ALL.iter().copied().find(|kind| plain(kind.name()) == plain(name)).ok_or_else(|| {
+        let named = |kind: &ModelKind| {
+            let known = plain(kind.name());
+            plain(name) == known || plain(name) == known.trim_end_matches(|c: char| c.is_ascii_digit())
+        };
+        ModelKind::ALL.iter().copied().find(named).ok_or_else(|| {
             let known: Vec<_> = ModelKind::ALL.iter().map(|kind| kind.name()).collect();
             Error::UnknownModel { name: name.to_owned(), known: known.join(", ") }
         })
@@ -145,8 +149,11 @@ mod tests {
         for kind in ModelKind::ALL {
             assert_eq!(kind.name().parse::<ModelKind>().unwrap(), *kind);
             assert_eq!(kind.name().to_uppercase().replace('-', " ").parse::<ModelKind>().unwrap(), *kind);
+            let short = kind.name().trim_end_matches(|c: char| c.is_ascii_digit());
+            assert_eq!(short.parse::<ModelKind>().unwrap(), *kind);
             assert!(kind.model(&Fiber { eta: 0.5, ..Fiber::hair() }).is_err());
         }
+        assert!("yan2016".parse::<ModelKind>().is_err() && "2015".parse::<ModelKind>().is_err());
         let unknown = "phong".parse::<ModelKind>().unwrap_err().to_string();
         assert!(unknown.contains("phong") && unknown.contains("chiang2016"), "{unknown}");
     }

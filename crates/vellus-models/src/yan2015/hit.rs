@@ -4,6 +4,7 @@ use super::escape::Interfaces;
 use super::{NAMES, SCATTERED, Yan2015};
 use crate::along::Plane;
 use crate::around::GaussiansAt;
+use crate::far::{AlongFactors, AroundSums, Separable};
 use crate::factored::{self, Factored, choose, direction, largest_channel};
 use glam::Vec3;
 use std::f32::consts::{FRAC_1_PI, TAU};
@@ -44,13 +45,20 @@ struct ScatteredDensities {
 }
 
 impl Yan2015Hit<'_> {
+    /// C^M in the medulla, backward and forward, for light that leaves at θᵢ; and F_t.
     #[inline(always)]
-    fn scattered_densities(&self, s: &Scattered, o: &Outgoing<f32>) -> ScatteredDensities {
+    fn inclined(&self, s: &Scattered, o: &Outgoing<f32>) -> ([f32; 2], f32) {
         let model = self.model;
         let interfaces = Interfaces { eta_c: model.fiber.eta, eta_m: model.eta_m, layers: model.fiber.layers };
         let sin_m = o.sin_i / model.eta_m;
         let theta_m = sin_m.atan2(((1.0 - sin_m) * (1.0 + sin_m)).max(0.0).sqrt());
-        let [back, front] = model.medulla.longitudinal(&s.inclination, theta_m);
+        (model.medulla.longitudinal(&s.inclination, theta_m), interfaces.transmission(o.sin_i, o.cos_i))
+    }
+
+    #[inline(always)]
+    fn scattered_densities(&self, s: &Scattered, o: &Outgoing<f32>) -> ScatteredDensities {
+        let model = self.model;
+        let ([back, front], transmission) = self.inclined(s, o);
         let lobes = [0, 1, 2].map(|i| {
             if self.probability[1 + i] > 0.0 {
                 let phi = wrap(o.phi - s.back[i]);
@@ -60,11 +68,7 @@ impl Yan2015Hit<'_> {
                 0.0
             }
         });
-        ScatteredDensities {
-            lobes,
-            transmission: interfaces.transmission(o.sin_i, o.cos_i),
-            diffuse: o.cos_i * (FRAC_1_PI * FRAC_1_PI),
-        }
+        ScatteredDensities { lobes, transmission, diffuse: o.cos_i * (FRAC_1_PI * FRAC_1_PI) }
     }
 
     #[inline(always)]
@@ -147,6 +151,42 @@ impl Yan2015Hit<'_> {
                 (NAMES[lane], self.unscattered.draw(lane, [u[1], u[2], u[3]]))
             }
         }
+    }
+}
+
+/// C^M goes over from its backward to its forward half with |φ|: two terms, and the diffuse one.
+impl Separable for Yan2015Hit<'_> {
+    fn add_around(&self, phis: &[f32], weight: f32, sums: &mut [AroundSums]) {
+        self.unscattered.add_around(phis, weight, sums);
+        let Some(s) = &self.scattered else { return };
+        let diffuse = s.diffuse.map(|a| a * weight);
+        let lobe = |i: usize| (self.probability[1 + i] > 0.0).then(|| (s.back[i], s.energy[i].map(|a| a * weight)));
+        let lobes = [lobe(0), lobe(1), lobe(2)];
+        for (phi, sum) in phis.iter().zip(sums) {
+            for (back, energy) in lobes.iter().flatten() {
+                let relative = wrap(phi - back);
+                let density = self.model.medulla.azimuthal(&s.azimuth, relative);
+                let forward = density * relative.abs() * FRAC_1_PI;
+                for c in 0..3 {
+                    sum.others[0][c] += energy[c] * density;
+                    sum.others[1][c] += energy[c] * forward;
+                }
+            }
+            (0..3).for_each(|c| sum.others[2][c] += diffuse[c]);
+        }
+    }
+
+    fn along(&self, o: &Outgoing<f32>) -> AlongFactors {
+        let others = self.scattered.as_ref().map_or([0.0; 3], |s| {
+            let ([back, front], transmission) = self.inclined(s, o);
+            let out = transmission / self.model.eta_m;
+            [back * out, (front - back) * out, o.cos_i * (FRAC_1_PI * FRAC_1_PI)]
+        });
+        AlongFactors { lanes: self.unscattered.along(o).lanes, others }
+    }
+
+    fn exits(&self) -> [f32; 8] {
+        self.unscattered.exits()
     }
 }
 

@@ -119,6 +119,19 @@ impl Yan2015 {
 }
 
 impl Yan2015 {
+    /// Offsets above 0 at which light begins to miss the medulla, and to be totally reflected off it.
+    pub(crate) fn edges(&self, wo: Vec3) -> Vec<f32> {
+        let [sin, y, z] = wo.to_array();
+        // κ η′ for either index: h″ = 1 outside and inside the medulla's surface.
+        let edge = |eta: f32| self.fiber.kappa * ((eta - sin) * (eta + sin)).max(0.0).sqrt() / y.hypot(z).max(1e-12);
+        let mut edges = vec![edge(self.fiber.eta), edge(self.eta_m.min(self.fiber.eta))];
+        edges.retain(|h| (1e-4..1.0 - 1e-4).contains(h));
+        edges.sort_by(f32::total_cmp);
+        // Two that nearly coincide are one.
+        edges.dedup_by(|b, a| *b - *a < 1e-4);
+        edges
+    }
+
     #[inline(always)]
     fn scattered(&self, paths: &Paths) -> Option<(Scattered, f32)> {
         let (m, escape) = (paths.medulla?, self.escape.as_ref()?);
