@@ -1,10 +1,9 @@
 //! A reflectance model on the command line, by its name.
 
 use anyhow::{Result, bail};
-use glam::Vec3;
-use vellus::{Bcsdf, Fiber, Field, Model, Window};
+use vellus::{Bcsdf, Fiber};
 use vellus_models::{
-    AnyHit, AnyModel, Chiang2016, DEon2011, KajiyaKay1989, Marschner2003, ModelKind, Yan2015, ZinkeWeber2007,
+    AnyModel, Chiang2016, DEon2011, KajiyaKay1989, Marschner2003, ModelKind, Yan2015, ZinkeWeber2007,
 };
 use vellus_render::World;
 use vellus_scene::Scene;
@@ -86,20 +85,4 @@ impl Named {
     pub fn title(&self, fiber: &str) -> String {
         if self.kind == ModelKind::Vellus { fiber.to_owned() } else { format!("{fiber}, {}", self.name) }
     }
-
-    /// The whole width at `wo`: hits and their weights, which sum to 1. Offsets are equidistant in γ, `n` of them; a far field is one hit.
-    pub fn over_width(&self, wo: Vec3, n: usize) -> Vec<(AnyHit<'_>, f64)> {
-        if self.model.field() == Field::Far {
-            return vec![(self.model.at(wo, Window::far()), 1.0)];
-        }
-        let gamma = |k: usize| ((k as f64 + 0.5) / n as f64 - 0.5) * std::f64::consts::PI;
-        let total: f64 = (0..n).map(|k| gamma(k).cos()).sum();
-        (0..n).map(|k| (self.model.at(wo, Window::near(gamma(k).sin() as f32)), gamma(k).cos() / total)).collect()
-    }
-}
-
-/// Offsets dense enough that the narrowest lobe does not show them one by one: exit azimuths move by up to 4° for a
-/// degree of γ.
-pub fn offsets(fiber: &Fiber) -> usize {
-    ((2.5 * 180.0 / f64::from(fiber.beta_n.to_degrees())).ceil() as usize).clamp(64, 1024)
 }

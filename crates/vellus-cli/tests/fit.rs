@@ -83,6 +83,36 @@ fn programs_get_json() {
 }
 
 #[test]
+fn other_models_are_measured_fitted_and_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let model = ["--model", "yan2015", "--eta-m", "1.4"];
+    run(folder, &[&["--simulate", "dog", "--step", "6", "--out", "dog.txt"], &model[..]].concat());
+    let text = std::fs::read_to_string(folder.join("dog.txt")).unwrap();
+    assert!(text.contains("the far field of yan2015, eta_m 1.4"), "{text}");
+    let args =
+        ["dog.txt", "--model", "Yan", "--starts", "4", "--out", "dog.toml", "--report", "report", "--format", "json"];
+    let value: serde_json::Value = serde_json::from_slice(&run(folder, &args).stdout).unwrap();
+    assert_eq!(value["model"], "yan2015");
+    assert!((value["parameters"]["eta_m"]["value"].as_f64().unwrap() - 1.4).abs() < 0.1);
+    let toml = std::fs::read_to_string(folder.join("dog.toml")).unwrap();
+    assert!(toml.starts_with("# model: yan2015\n") && toml.contains("\n# eta_m = 1."), "{toml}");
+    let page = std::fs::read_to_string(folder.join("report/index.html")).unwrap();
+    assert!(page.contains("Fit of dog.txt by yan2015") && page.contains("<td>eta_m</td>"));
+
+    // Hair without medulla: the fit says so, and is a fibre file like any other.
+    let output = run(folder, &["dog.txt", "--model", "chiang", "--starts", "4", "--out", "hair.toml"]);
+    let table = String::from_utf8(output.stdout).unwrap();
+    assert!(table.contains("model: chiang2016") && !table.contains("kappa"), "{table}");
+    assert!(String::from_utf8(output.stderr).unwrap().contains("does not follow the data"));
+    let toml = std::fs::read_to_string(folder.join("hair.toml")).unwrap();
+    assert!(toml.contains("kappa = 0.0  # chiang2016 has none"), "{toml}");
+    let shown =
+        Command::new(env!("CARGO_BIN_EXE_vellus")).args(["fiber", "show"]).arg(folder.join("hair.toml")).output();
+    assert!(shown.unwrap().status.success());
+}
+
+#[test]
 fn the_whole_fibre_is_measured() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["--simulate", "cat", "--from", "reference", "--photons", "20000", "--step", "10", "--out", "cat.txt"];
@@ -106,6 +136,16 @@ fn bad_input_is_one_message() {
         (&["nan.txt", "--report", "x.dat"], &["x.dat", "not a folder"]),
         (&["nan.txt", "--fix", "eta"], &["--fix eta", "NAME="]),
         (&["nan.txt", "--fix", "eta=x"], &["--fix eta=x", "'x' is not a number"]),
+        (&["nan.txt", "--model", "phong"], &["unknown model 'phong'", "chiang2016"]),
+        (&["nan.txt", "--model", "deon"], &["deon2011 cannot be fitted", "yan2015"]),
+        (&["nan.txt", "--eta-m", "1.4"], &["--eta-m", "cannot be used with"]),
+        (&["--simulate", "cat", "--out", "a.txt", "--model", "phong"], &["unknown model 'phong'"]),
+        (&["--simulate", "cat", "--out", "a.txt", "--eta-m", "1.4"], &["--eta-m", "yan2015"]),
+        (&["--simulate", "cat", "--out", "a.txt", "--eta-m", "0.4", "--model", "yan2015"], &["eta_m = 0.4", "[1, 3]"]),
+        (
+            &["--simulate", "cat", "--out", "a.txt", "--model", "chiang", "--from", "reference"],
+            &["chiang2016", "--from"],
+        ),
         (&["nan.txt", "--huber", "0.5"], &["--huber 0.5", "at least 1"]),
         (&["nan.txt", "--theta", "10:50"], &["--theta and --phi"]),
         (&["nan.txt", "--theta", "10:50", "--phi", "0:180"], &["has its own"]),

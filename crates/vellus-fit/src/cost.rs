@@ -1,6 +1,6 @@
 //! The log-ratio of a profile to what a fibre would be measured as (Yan17 Sec. 5.1, Validation).
 
-use crate::forward::Forward;
+use crate::forward::{Forward, Recent};
 use crate::parameters::assemble;
 use crate::profile::{Profile, Quantity};
 use crate::space::Space;
@@ -14,6 +14,7 @@ const FLOOR: f32 = 1e-30;
 pub struct Cost<'a> {
     space: &'a Space,
     forward: Forward,
+    recent: Recent,
     directions: Directions,
     /// What is to be added to ln f·cos θ to make it what was measured, less what was measured; point by point, and channel by
     /// channel.
@@ -37,6 +38,7 @@ impl<'a> Cost<'a> {
         Cost {
             space,
             forward,
+            recent: Recent::default(),
             directions: Directions::new(&points().map(|p| [p.theta, p.phi]).collect::<Vec<_>>()),
             offsets: points().flat_map(|p| (0..profile.channels).map(|c| offset(p, c)).collect::<Vec<_>>()).collect(),
             channels: profile.channels,
@@ -49,7 +51,7 @@ impl<'a> Cost<'a> {
         self.evaluations.fetch_add(self.directions.len() as u64, Ordering::Relaxed);
         let (specimen, theta_o, scale) = assemble(&self.space.parameters, &self.space.values(u));
         let mut values = vec![[0.0; 3]; self.directions.len()];
-        if self.forward.values(&specimen, theta_o, &self.directions, &mut values).is_err() {
+        if self.forward.values_with(&self.recent, &specimen, theta_o, &self.directions, &mut values).is_err() {
             return vec![f64::INFINITY; self.offsets.len()];
         }
         let log_scale = scale.ln();

@@ -2,6 +2,8 @@
 
 use crate::error::Error;
 use crate::parameters::Kind;
+use std::collections::VecDeque;
+use std::sync::{Mutex, PoisonError};
 use vellus::{Bcsdf, Fiber, Window};
 use vellus_models::{AnyModel, Chiang2016, Directions, Marschner2003, ModelKind, Yan2015};
 
@@ -61,10 +63,7 @@ impl Forward {
             ModelKind::Yan2015 => true,
             ModelKind::Vellus => kind != Kind::EtaM,
             // Hair without medulla, its surface an ordinary interface.
-            _ => !matches!(
-                kind,
-                Kind::EtaM | Kind::Kappa | Kind::SigmaMs | Kind::SigmaMa(_) | Kind::G | Kind::Layers
-            ),
+            _ => !matches!(kind, Kind::EtaM | Kind::Kappa | Kind::SigmaMs | Kind::SigmaMa(_) | Kind::G | Kind::Layers),
         }
     }
 
@@ -79,9 +78,21 @@ impl Forward {
         directions: &Directions,
         out: &mut [[f32; 3]],
     ) -> Result<(), Error> {
+        self.values_with(&Recent::default(), specimen, theta_o, directions, out)
+    }
+
+    /// The same, again and again.
+    pub(crate) fn values_with(
+        self,
+        recent: &Recent,
+        specimen: &Specimen,
+        theta_o: f64,
+        directions: &Directions,
+        out: &mut [[f32; 3]],
+    ) -> Result<(), Error> {
         let fiber = &specimen.fiber;
         let model = match self.0 {
-            ModelKind::Yan2015 => AnyModel::Yan2015(Yan2015::with_eta_m(fiber, specimen.eta_m.unwrap_or(fiber.eta))?),
+            ModelKind::Yan2015 => AnyModel::Yan2015(recent.yan2015(fiber, specimen.eta_m.unwrap_or(fiber.eta))?),
             ModelKind::Chiang2016 => AnyModel::Chiang2016(Chiang2016::new(fiber)?),
             ModelKind::Marschner2003 => AnyModel::Marschner2003(Marschner2003::new(fiber)?),
             _ => {
@@ -96,5 +107,32 @@ impl Forward {
         };
         model.far_field(theta_o, directions, out);
         Ok(())
+    }
+}
+
+/// Models of Yan et al. 2015 that were asked for last. What of them depends on the indices and the layers alone takes as long to
+/// prepare as their far field; of a dozen variables, nine leave it as it is.
+#[derive(Debug, Default)]
+pub(crate) struct Recent(Mutex<VecDeque<([f32; 3], Yan2015)>>);
+
+/// As many as two threads' difference quotients need.
+const KEPT: usize = 8;
+
+impl Recent {
+    fn yan2015(&self, fiber: &Fiber, eta_m: f32) -> Result<Yan2015, vellus::Error> {
+        let key = [fiber.eta, eta_m, fiber.layers];
+        let known = |models: &VecDeque<([f32; 3], Yan2015)>| {
+            models.iter().find(|(k, _)| *k == key).map(|(_, model)| model.clone())
+        };
+        // A thread that panicked left the list whole.
+        let lock = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(model) = known(&lock()) {
+            return model.with_fiber(fiber);
+        }
+        let model = Yan2015::with_eta_m(fiber, eta_m)?;
+        let mut models = lock();
+        models.truncate(KEPT - 1);
+        models.push_front((key, model.clone()));
+        Ok(model)
     }
 }

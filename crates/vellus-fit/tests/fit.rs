@@ -6,7 +6,9 @@ use vellus::oracle::Oracle;
 use vellus::{Fiber, Species, TableData, Tables};
 use vellus_fit::parameters::{Curve, Kind, parameters};
 use vellus_fit::space::Space;
-use vellus_fit::{Error, Estimate, Fit, Forward, Options, Profile, Requests, Specimen, State, Synthetic, fit, simulate};
+use vellus_fit::{
+    Error, Estimate, Fit, Forward, Options, Profile, Requests, Specimen, State, Synthetic, fit, simulate,
+};
 use vellus_models::Directions;
 
 /// A gantry with a quarter of the directions of the default one, of which the fits take a tenth of a second.

@@ -85,8 +85,10 @@ pub(crate) struct AlongFactors {
 
 /// A hit at one offset whose terms are products of a factor in θᵢ, the same at any offset, and one in φ.
 pub(crate) trait Separable {
-    /// Adds `weight` times what the terms have of each φ.
-    fn add_around(&self, phis: &[f32], weight: f32, sums: &mut [AroundSums]);
+    /// Adds `weight` times what the eight unscattered lobes have of each φ.
+    fn add_lanes(&self, phis: &[f32], weight: f32, sums: &mut [AroundSums]);
+    /// The same of the other terms, which are wide.
+    fn add_others(&self, phis: &[f32], weight: f32, sums: &mut [AroundSums]);
     /// What they have of θᵢ.
     fn along(&self, o: &Outgoing<f32>) -> AlongFactors;
     /// Exit azimuths of the eight unscattered lobes over the distance at which copies of such a lobe add up to a constant; NaN for
@@ -96,13 +98,15 @@ pub(crate) trait Separable {
 
 impl<L: Along, A: Around> Separable for Factored<L, A> {
     #[inline]
-    fn add_around(&self, phis: &[f32], weight: f32, sums: &mut [AroundSums]) {
+    fn add_lanes(&self, phis: &[f32], weight: f32, sums: &mut [AroundSums]) {
         let energy = self.energies().map(|channel| f32x8::new(channel) * f32x8::splat(weight));
         for (phi, sum) in phis.iter().zip(sums) {
             let around = self.around.eval(*phi);
             (0..3).for_each(|c| sum.lanes[c] = around.mul_add(energy[c], sum.lanes[c]));
         }
     }
+
+    fn add_others(&self, _: &[f32], _: f32, _: &mut [AroundSums]) {}
 
     fn along(&self, o: &Outgoing<f32>) -> AlongFactors {
         AlongFactors { lanes: self.along.eval(o), others: [0.0; 3] }
@@ -139,14 +143,16 @@ fn average<H: Separable>(at: impl Fn(f32) -> H, edges: &[f32], directions: &Dire
             let fastest = (0..8).fold(0.0f32, |m, i| m.max((to[i] - from[i]).abs()));
             most.max(std::f32::consts::PI * (1.0 - x * x).sqrt() * fastest / (b - a))
         });
-        for &[x, share] in rule(needed) {
-            let t = middle + half * x;
-            let h = high * t.sin();
-            let weight = 0.5 * share * half * high * t.cos();
-            for h in [h, -h] {
-                at(h).add_around(&directions.phis, weight, &mut sums);
+        let mut each = |needed: f32, add: &dyn Fn(H, f32, &mut [AroundSums])| {
+            for &[x, share] in rule(needed) {
+                let t = middle + half * x;
+                let h = high * t.sin();
+                let weight = 0.5 * share * half * high * t.cos();
+                [h, -h].into_iter().for_each(|h| add(at(h), weight, &mut sums));
             }
-        }
+        };
+        each(needed, &|hit, weight, sums| hit.add_lanes(&directions.phis, weight, sums));
+        each(0.0, &|hit, weight, sums| hit.add_others(&directions.phis, weight, sums));
         low = high;
     }
     let axis = at(0.0);

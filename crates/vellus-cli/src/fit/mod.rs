@@ -8,7 +8,8 @@ mod tell;
 use crate::output;
 use anyhow::{Context, Result, bail};
 use std::path::PathBuf;
-use vellus_fit::{Angles, Axis, Options, Quantity, Reading, Requests, far_field};
+use vellus_fit::{Angles, Axis, Forward, Options, Quantity, Reading, Requests};
+use vellus_models::ModelKind;
 
 /// Fit a fibre's parameters to its measured profile (Yan17 Sec. 5.1), or write a synthetic measurement.
 ///
@@ -16,11 +17,17 @@ use vellus_fit::{Angles, Axis, Options, Quantity, Reading, Requests, far_field};
 /// `phi theta value` or `phi theta r g b` (.txt, in the gantry's coordinates of Yan et al. 2015; `?` for missing), CSV with columns
 /// theta, phi and value or r, g, b, or an image (.npy, .exr) with rows over theta and columns over phi. Its unit is arbitrary.
 /// Ctrl-C leaves the best so far, marked as such.
+///
+/// By an earlier model: `vellus fit cat.txt --model chiang2016`. Parameters that it does not have are left out.
 #[derive(clap::Args)]
 pub struct Args {
     /// The measured profile: .txt, .csv, .npy or .exr.
     #[arg(required_unless_present = "simulate", conflicts_with = "simulate")]
     profile: Option<PathBuf>,
+    /// The model to fit, or to measure synthetically: vellus (ours), yan2015 (with a refractive index of the medulla, eta_m), chiang2016,
+    /// marschner2003 (both without medulla); or without the years.
+    #[arg(long, default_value = "vellus", value_name = "NAME")]
+    model: String,
     /// Where to write the fibre (.toml), or the synthetic measurement (.txt or .csv).
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -105,6 +112,10 @@ fn pair<'a>(option: &str, text: &'a str) -> Result<(&'a str, &'a str)> {
 }
 
 impl Args {
+    fn forward(&self) -> Result<Forward> {
+        Ok(Forward::new(self.model.parse::<ModelKind>()?)?)
+    }
+
     fn reading(&self) -> Result<Reading> {
         let axes = match (self.theta, self.phi) {
             (Some(theta), Some(phi)) => Some([theta, phi].map(|[first, last]| Axis { first, last })),
@@ -151,6 +162,7 @@ pub fn run(args: &Args) -> Result<()> {
     let Some(path) = &args.profile else {
         return simulate::run(args);
     };
+    let forward = args.forward()?;
     let stop = output::interrupt()?;
     if let Some(out) = &args.out {
         if out.extension().is_none_or(|e| e != "toml") {
@@ -171,7 +183,7 @@ pub fn run(args: &Args) -> Result<()> {
     let options = args.options()?;
     let profile = vellus_fit::read(path, &reading)?;
     let bar = output::progress(options.starts as u64, "fitting");
-    let fit = vellus_fit::fit(&profile, &far_field, &options, &stop, &|| bar.inc(1))?;
+    let fit = vellus_fit::fit(&profile, forward, &options, &stop, &|| bar.inc(1))?;
     bar.finish_and_clear();
     let told = tell::Told { path, profile: &profile, fit: &fit };
     if let Some(out) = &args.out {

@@ -2,12 +2,12 @@
 
 use super::tell::{Told, significant};
 use crate::plot::canvas::{Draw, LOBE_COLORS, Mark, font, legend, titled};
-use crate::query::direction;
 use anyhow::Result;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
-use vellus_fit::{Fit, Profile, Quantity, far_field};
+use vellus_fit::{Fit, Forward, Profile, Quantity};
+use vellus_models::Directions;
 
 /// Points of a fitted curve.
 const CURVE: usize = 400;
@@ -28,26 +28,29 @@ fn mean_log(values: &[f64]) -> f64 {
     values.iter().map(|x| x.max(1e-300).log10()).sum::<f64>() / values.len() as f64
 }
 
-/// log₁₀ of what the model says.
-fn model(profile: &Profile, fit: &Fit, theta: f64, phi: f64) -> Result<f64> {
-    let mut value = [[0.0; 3]];
-    far_field(&fit.fiber, direction(fit.theta_o, 0.0), &[direction(theta, phi)], &mut value)?;
-    let cosine = match profile.quantity {
-        Quantity::FCos => 1.0,
-        Quantity::F => theta.to_radians().cos(),
+/// log₁₀ of what the model says for each θ and φ.
+fn model(profile: &Profile, fit: &Fit, angles: &[[f64; 2]]) -> Result<Vec<f64>> {
+    let mut values = vec![[0.0; 3]; angles.len()];
+    Forward::new(fit.model)?.values(&fit.specimen, fit.theta_o, &Directions::new(angles), &mut values)?;
+    let log = |(value, [theta, _]): (&[f32; 3], &[f64; 2])| {
+        let cosine = match profile.quantity {
+            Quantity::FCos => 1.0,
+            Quantity::F => theta.to_radians().cos(),
+        };
+        let value = value.map(|x| f64::from(x) * fit.scale / cosine);
+        mean_log(&value[..profile.channels])
     };
-    let value = value[0].map(|x| f64::from(x) * fit.scale / cosine);
-    Ok(mean_log(&value[..profile.channels]))
+    Ok(values.iter().zip(angles).map(log).collect())
 }
 
 fn cells(profile: &Profile, fit: &Fit) -> Result<Vec<Cell>> {
     let channels = profile.channels;
-    let there = profile.points.iter().map(|p| (p.theta, p.phi, Some(mean_log(&p.value[..channels]))));
-    let missing = profile.missing.iter().map(|&[theta, phi]| (theta, phi, None));
-    there
-        .chain(missing)
-        .map(|(theta, phi, measured)| Ok(Cell { theta, phi, measured, fitted: model(profile, fit, theta, phi)? }))
-        .collect()
+    let there = profile.points.iter().map(|p| ([p.theta, p.phi], Some(mean_log(&p.value[..channels]))));
+    let missing = profile.missing.iter().map(|&angles| (angles, None));
+    let (angles, measured): (Vec<_>, Vec<_>) = there.chain(missing).unzip();
+    let fitted = model(profile, fit, &angles)?;
+    let places = angles.into_iter().zip(measured).zip(fitted);
+    Ok(places.map(|(([theta, phi], measured), fitted)| Cell { theta, phi, measured, fitted }).collect())
 }
 
 /// The different values of one coordinate, sorted.
@@ -107,8 +110,9 @@ impl Draw for Profiles<'_> {
         };
         let averaged = if profile.channels == 1 { "" } else { ", geometric mean of the channels" };
         let title = format!(
-            "{what} in the measurement's unit{averaged}, θ_o = {:.1}°; NRMSE {:.2} %, of logarithms {:.2} %; grey: missing",
+            "{what} in the measurement's unit{averaged}, θ_o = {:.1}°; by {}: NRMSE {:.2} %, of logarithms {:.2} %; grey: missing",
             fit.theta_o,
+            fit.model,
             100.0 * fit.nrmse,
             100.0 * fit.log_nrmse
         );
@@ -212,7 +216,7 @@ impl Draw for Slices<'_> {
     where
         DB::ErrorType: 'static,
     {
-        let area = titled(area, "points: measured; curves: fitted", 21.0)?;
+        let area = titled(area, &format!("points: measured; curves: fitted by {}", self.0.fit.model), 21.0)?;
         for (over_phi, place) in [true, false].into_iter().zip(area.split_evenly((2, 1))) {
             self.panel(&place, over_phi)?;
         }
@@ -243,12 +247,10 @@ impl Slices<'_> {
                 .filter(|c| held(c) == place)
                 .filter_map(|c| Some((runs(c), 10f64.powf(c.measured?))))
                 .collect();
-            let mut curve = Vec::new();
-            for i in 0..=CURVE {
-                let x = first + (last - first) * i as f64 / CURVE as f64;
-                let [theta, phi] = if over_phi { [place, x] } else { [x, place] };
-                curve.push((x, 10f64.powf(model(profile, fit, theta, phi)?)));
-            }
+            let x: Vec<f64> = (0..=CURVE).map(|i| first + (last - first) * i as f64 / CURVE as f64).collect();
+            let angles: Vec<_> = x.iter().map(|&x| if over_phi { [place, x] } else { [x, place] }).collect();
+            let y = model(profile, fit, &angles)?;
+            let curve: Vec<(f64, f64)> = x.into_iter().zip(y).map(|(x, y)| (x, 10f64.powf(y))).collect();
             for (_, y) in points.iter().chain(&curve) {
                 (low, high) = (low.min(*y), high.max(*y));
             }

@@ -3,7 +3,8 @@
 use crate::fiber_args::FiberArgs;
 use crate::output;
 use anyhow::{Context, Result, bail};
-use vellus_fit::{Synthetic, csv, gantry_text, simulate};
+use vellus_fit::{Specimen, Synthetic, csv, gantry_text, simulate};
+use vellus_models::ModelKind;
 
 /// The gantry, and how well it measures.
 #[derive(clap::Args)]
@@ -14,6 +15,9 @@ pub struct Gantry {
     /// Override a parameter of that fibre, as elsewhere. May be repeated.
     #[arg(long = "set", value_name = "NAME=VALUE", conflicts_with = "profile")]
     set: Vec<String>,
+    /// Refractive index of the medulla, of --model yan2015 only; default: that of the cortex.
+    #[arg(long, value_name = "INDEX", conflicts_with = "profile")]
+    eta_m: Option<f32>,
     /// What is measured: the model's far field, or the whole fibre, traced photon by photon, with a rough cuticle (not
     /// the model).
     #[arg(long, value_enum, conflicts_with = "profile")]
@@ -72,6 +76,14 @@ pub fn run(args: &super::Args) -> Result<()> {
     if given.photons.is_some() && from == From::Model {
         bail!("--photons is for --from reference: the model needs none");
     }
+    let forward = args.forward()?;
+    let kind = forward.kind();
+    if from == From::Reference && kind != ModelKind::Vellus {
+        bail!("--model {kind} is for --from model: the whole fibre is none");
+    }
+    if given.eta_m.is_some() && kind != ModelKind::Yan2015 {
+        bail!("--eta-m: {kind} has one refractive index; only yan2015 takes two");
+    }
     let step = given.step.unwrap_or(if from == From::Model { 2.0 } else { 4.0 });
     let synthetic = Synthetic {
         theta_o: args.theta_o.unwrap_or(default.theta_o),
@@ -86,7 +98,11 @@ pub fn run(args: &super::Args) -> Result<()> {
     };
     output::writable(out)?;
     let (profile, what) = match from {
-        From::Model => (simulate::from_model(&fiber, &synthetic)?, "the far field of the model".to_owned()),
+        From::Model => {
+            let specimen = Specimen { fiber, eta_m: given.eta_m };
+            let name = given.eta_m.map_or_else(|| kind.to_string(), |eta_m| format!("{kind}, eta_m {eta_m}"));
+            (simulate::from_model(forward, &specimen, &synthetic)?, format!("the far field of {name}"))
+        }
         From::Reference => {
             let photons = given.photons.unwrap_or(PHOTONS);
             let bar = output::progress(photons, "tracing");

@@ -64,6 +64,13 @@ pub fn remark(e: &Estimate) -> String {
     }
 }
 
+/// Error and remark, in a comment.
+fn note(e: &Estimate) -> String {
+    let error = e.error.map(|_| format!("± {}", error(e)));
+    let remark = Some(remark(e)).filter(|r| !r.is_empty());
+    error.into_iter().chain(remark).collect::<Vec<_>>().join(", ")
+}
+
 fn percent(x: f64) -> String {
     format!("{:.2} %", 100.0 * x)
 }
@@ -125,6 +132,7 @@ impl Told<'_> {
             n => format!("; {n} of them counted for less"),
         };
         vec![
+            ("model".to_owned(), fit.model.to_string()),
             (
                 "profile".to_owned(),
                 format!(
@@ -192,21 +200,16 @@ impl Told<'_> {
         for warning in self.warnings() {
             text += &format!("# warning: {warning}\n");
         }
-        for line in toml::to_string(&Spec::of(&self.fit.fiber))?.lines() {
+        // Not of a fibre file: what --eta-m takes.
+        for e in self.fit.estimates.iter().filter(|e| e.name == "eta_m") {
+            text += &format!("# {} = {}  # {}\n", e.name, output::number(e.value), note(e));
+        }
+        for line in toml::to_string(&Spec::of(&self.fit.specimen.fiber))?.lines() {
             let name = line.split_once(" = ").map_or("", |(name, _)| name);
             let of = |e: &&Estimate| e.name.split('.').next() == Some(name);
-            let notes: Vec<String> = self
-                .fit
-                .estimates
-                .iter()
-                .filter(of)
-                .map(|e| {
-                    let error = e.error.map(|_| format!("± {}", error(e)));
-                    let remark = Some(remark(e)).filter(|r| !r.is_empty());
-                    error.into_iter().chain(remark).collect::<Vec<_>>().join(", ")
-                })
-                .collect();
-            text += &format!("{line}  # {}\n", notes.join("; "));
+            let notes: Vec<String> = self.fit.estimates.iter().filter(of).map(note).collect();
+            let notes = if notes.is_empty() { format!("{} has none", self.fit.model) } else { notes.join("; ") };
+            text += &format!("{line}  # {notes}\n");
         }
         Ok(text)
     }
@@ -236,6 +239,7 @@ impl Told<'_> {
         let weakest: Map<String, Value> = fit.weakest.0.iter().map(|(name, x)| (name.clone(), json!(x))).collect();
         json!({
             "vellus_version": env!("CARGO_PKG_VERSION"),
+            "model": fit.model.name(),
             "interrupted": fit.interrupted,
             "profile": {"file": self.path, "points": profile.points.len(), "missing": profile.missing.len(),
                 "channels": profile.channels, "quantity": profile.quantity.name(), "range": profile.range()},

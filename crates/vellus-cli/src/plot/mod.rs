@@ -116,7 +116,7 @@ pub fn run(command: &Command) -> Result<()> {
             Query::new([*theta_o, 0.0, 0.0, 0.0])?;
             let panel = |f: &FiberArgs| -> Result<_> {
                 let loaded = f.load()?;
-                Ok(profile::Panel::new(&f.name(), &loaded, &model.load(&loaded)?, *theta_o))
+                Ok(profile::Panel::new(&f.name(), &model.load(&loaded)?, *theta_o))
             };
             let panels = each(fiber).iter().map(panel).collect::<Result<Vec<_>>>()?;
             let name = format!("{}-profile", model.file(&fiber.name())?);
@@ -137,7 +137,7 @@ pub fn run(command: &Command) -> Result<()> {
             let names = if models.iter().any(|name| name == "all") { &all } else { models };
             let load = |name: &String| ModelArgs { model: name.clone(), eta_m: None }.load(&loaded);
             let models = names.iter().map(load).collect::<Result<Vec<_>>>()?;
-            let picture = models::Picture::new(&fiber.name(), &loaded, &models, *theta_o);
+            let picture = models::Picture::new(&fiber.name(), &models, *theta_o);
             save(&picture, &out.files, &format!("{}-models", fiber.name()))?
         }
         Command::Windows { incidence: Incidence { fiber, theta_o }, window, out } => {

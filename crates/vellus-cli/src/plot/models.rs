@@ -1,12 +1,10 @@
 //! Reflectance models beside each other: the whole fibre's light around it and along it.
 
 use super::canvas::{Draw, LOBE_COLORS, Mark, font, legend, titled};
-use crate::model_args::{Named, offsets};
-use crate::query::direction;
+use crate::model_args::Named;
 use plotters::coord::Shift;
 use plotters::prelude::*;
-use rayon::prelude::*;
-use vellus::{Fiber, Scattering};
+use vellus_models::Directions;
 
 /// Cells over φ and over θ_i: half a degree each.
 const PHIS: usize = 720;
@@ -31,25 +29,21 @@ pub struct Picture {
 }
 
 impl Picture {
-    pub fn new(name: &str, fiber: &Fiber, models: &[Named], theta_o: f64) -> Self {
-        let curves = models.iter().map(|model| Curve::new(model, fiber, theta_o)).collect();
+    pub fn new(name: &str, models: &[Named], theta_o: f64) -> Self {
+        let curves = models.iter().map(|model| Curve::new(model, theta_o)).collect();
         Picture { title: format!("{name}: models over the fibre's whole width, light from θ_o = {theta_o}°"), curves }
     }
 }
 
 impl Curve {
-    fn new(model: &Named, fiber: &Fiber, theta_o: f64) -> Self {
-        let hits = model.over_width(direction(theta_o, 0.0), offsets(fiber));
-        // One row of θ_i a thread at a time.
-        let rows: Vec<Vec<f64>> = (0..THETAS)
-            .into_par_iter()
-            .map(|i| {
-                let theta = ((i as f64 + 0.5) / THETAS as f64 - 0.5) * 180.0;
-                let at = |j: usize| direction(theta, 360.0 * j as f64 / PHIS as f64);
-                let mean = |f: [f32; 3]| f.iter().map(|&x| f64::from(x)).sum::<f64>() / 3.0;
-                (0..PHIS).map(|j| hits.iter().map(|(hit, w)| w * mean(hit.eval(at(j)).total())).sum()).collect()
-            })
-            .collect();
+    fn new(model: &Named, theta_o: f64) -> Self {
+        let theta = |i: usize| ((i as f64 + 0.5) / THETAS as f64 - 0.5) * 180.0;
+        let phi = |j: usize| 360.0 * j as f64 / PHIS as f64;
+        let angles: Vec<_> = (0..THETAS * PHIS).map(|k| [theta(k / PHIS), phi(k % PHIS)]).collect();
+        let mut values = vec![[0.0; 3]; angles.len()];
+        model.model.far_field(theta_o, &Directions::new(&angles), &mut values);
+        let mean = |f: &[f32; 3]| f.iter().map(|&x| f64::from(x)).sum::<f64>() / 3.0;
+        let rows: Vec<Vec<f64>> = values.chunks(PHIS).map(|row| row.iter().map(mean).collect()).collect();
         let step = std::f64::consts::PI / THETAS as f64;
         let sin_step = |i: usize| (((i as f64 + 0.5) / THETAS as f64 - 0.5) * std::f64::consts::PI).cos() * step;
         let around: Vec<f64> = (0..PHIS).map(|j| (0..THETAS).map(|i| rows[i][j] * sin_step(i)).sum()).collect();

@@ -1,14 +1,12 @@
 //! Reflectance of the whole fibre over θ_i and φ (Yan17 Fig. 11).
 
 use super::canvas::{Draw, font, titled};
-use crate::model_args::{Named, offsets};
-use crate::query::direction;
+use crate::model_args::Named;
 use anyhow::Result;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
-use rayon::prelude::*;
-use vellus::{Fiber, Scattering};
+use vellus_models::Directions;
 
 /// Cells over φ (2°) and θ_i (2°).
 const CELLS: (usize, usize) = (180, 90);
@@ -25,18 +23,14 @@ pub struct Panel {
 }
 
 impl Panel {
-    pub fn new(name: &str, fiber: &Fiber, model: &Named, theta_o: f64) -> Self {
-        let hits = model.over_width(direction(theta_o, 0.0), offsets(fiber));
+    pub fn new(name: &str, model: &Named, theta_o: f64) -> Self {
         let (columns, rows) = CELLS;
-        let values = (0..columns * rows)
-            .into_par_iter()
-            .map(|i| {
-                let theta = ((i / columns) as f64 + 0.5) / rows as f64 * 180.0 - 90.0;
-                let phi = ((i % columns) as f64 + 0.5) / columns as f64 * 360.0;
-                let wi = direction(theta, phi);
-                hits.iter().map(|(hit, w)| w * f64::from(hit.eval(wi).total().iter().sum::<f32>()) / 3.0).sum()
-            })
-            .collect();
+        let theta = |i: usize| (i as f64 + 0.5) / rows as f64 * 180.0 - 90.0;
+        let phi = |i: usize| (i as f64 + 0.5) / columns as f64 * 360.0;
+        let angles: Vec<_> = (0..columns * rows).map(|i| [theta(i / columns), phi(i % columns)]).collect();
+        let mut values = vec![[0.0; 3]; angles.len()];
+        model.model.far_field(theta_o, &Directions::new(&angles), &mut values);
+        let values = values.iter().map(|f| f.iter().map(|&x| f64::from(x)).sum::<f64>() / 3.0).collect();
         Panel { name: model.title(name), values }
     }
 }

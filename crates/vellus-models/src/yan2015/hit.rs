@@ -4,8 +4,8 @@ use super::escape::Interfaces;
 use super::{NAMES, SCATTERED, Yan2015};
 use crate::along::Plane;
 use crate::around::GaussiansAt;
-use crate::far::{AlongFactors, AroundSums, Separable};
 use crate::factored::{self, Factored, choose, direction, largest_channel};
+use crate::far::{AlongFactors, AroundSums, Separable};
 use glam::Vec3;
 use std::f32::consts::{FRAC_1_PI, TAU};
 use vellus::parts::{Azimuth, Inclination, Outgoing, wrap};
@@ -156,8 +156,12 @@ impl Yan2015Hit<'_> {
 
 /// C^M goes over from its backward to its forward half with |φ|: two terms, and the diffuse one.
 impl Separable for Yan2015Hit<'_> {
-    fn add_around(&self, phis: &[f32], weight: f32, sums: &mut [AroundSums]) {
-        self.unscattered.add_around(phis, weight, sums);
+    #[inline]
+    fn add_lanes(&self, phis: &[f32], weight: f32, sums: &mut [AroundSums]) {
+        self.unscattered.add_lanes(phis, weight, sums);
+    }
+
+    fn add_others(&self, phis: &[f32], weight: f32, sums: &mut [AroundSums]) {
         let Some(s) = &self.scattered else { return };
         let diffuse = s.diffuse.map(|a| a * weight);
         let lobe = |i: usize| (self.probability[1 + i] > 0.0).then(|| (s.back[i], s.energy[i].map(|a| a * weight)));

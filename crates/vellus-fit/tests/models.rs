@@ -1,0 +1,125 @@
+//! Fits by models other than ours.
+
+use vellus::{Fiber, Species};
+use vellus_fit::space::Space;
+use vellus_fit::{Fit, Forward, Options, Profile, Requests, Specimen, State, Synthetic, fit, simulate};
+use vellus_models::ModelKind;
+
+/// A quarter of the directions of the default gantry.
+fn gantry(seed: u64) -> Synthetic {
+    Synthetic { step: [4.0, 4.0], seed, scale: 37.0, ..Synthetic::default() }
+}
+
+fn forward(kind: ModelKind) -> Forward {
+    Forward::new(kind).unwrap()
+}
+
+fn fitted(model: Forward, profile: &Profile, options: &Options) -> Fit {
+    fit(profile, model, options, &false.into(), &|| {}).unwrap()
+}
+
+fn quick() -> Options {
+    Options { starts: 8, ..Options::default() }
+}
+
+fn truth(specimen: &Specimen, name: &str) -> f64 {
+    let fiber = &specimen.fiber;
+    let value = match name {
+        "kappa" => fiber.kappa,
+        "eta" => fiber.eta,
+        "eta_m" => specimen.eta_m.unwrap(),
+        "alpha" => fiber.alpha.to_degrees(),
+        "beta_m" => fiber.beta_m.to_degrees(),
+        "beta_n" => fiber.beta_n.to_degrees(),
+        "sigma_ca" => fiber.sigma_ca[0],
+        "sigma_ms" => fiber.sigma_ms,
+        "sigma_ma" => fiber.sigma_ma[0],
+        "g" => fiber.g,
+        "layers" => fiber.layers,
+        "scale" => 37.0,
+        _ => unreachable!("{name}"),
+    };
+    f64::from(value)
+}
+
+/// Measured of the model itself with 2 % of noise and 10 % of gaps: NRMSE as of our own model (`fit.rs`), every parameter that the
+/// data determines within 3 of its standard errors (of noise one value in 370 is not: other seeds), and no parameter that the model
+/// does not have. The mean square of errors in standard errors is 1; those of a fit are correlated by groups of about three, so that of n
+/// it has the standard error √(6/n).
+fn recovers(kind: ModelKind, count: usize, least: usize) {
+    let mut scores = Vec::new();
+    for (seed, species) in (1..).zip([Species::Cat, Species::Dog, Species::Rabbit, Species::Human]) {
+        let fiber = Fiber { sigma_ca: [0.35; 3], ..Fiber::preset(species) };
+        let specimen = Specimen { fiber, eta_m: Some(fiber.eta - 0.08) };
+        let profile = simulate::from_model(forward(kind), &specimen, &gantry(seed)).unwrap();
+        let result = fitted(forward(kind), &profile, &quick());
+        assert_eq!(result.model, kind);
+        assert!(result.nrmse <= 0.025 && result.log_nrmse <= 0.025, "{species}: {} {}", result.nrmse, result.log_nrmse);
+        assert_eq!(result.estimates.len(), count);
+        for e in result.estimates.iter().filter(|e| e.determined && e.state == State::Fitted) {
+            let z = (e.value - truth(&specimen, &e.name)) / e.error.unwrap();
+            assert!(z.abs() <= 3.0, "{kind} {species} {}: {z} standard errors off", e.name);
+            scores.push(z);
+        }
+    }
+    assert!(scores.len() >= least, "{kind}: only {} are determined", scores.len());
+    let (n, mean) = (scores.len() as f64, scores.iter().map(|z| z * z).sum::<f64>() / scores.len() as f64);
+    assert!((mean - 1.0).abs() < 2.5 * (6.0 / n).sqrt(), "{kind}: {mean}");
+}
+
+// η, α, β_m, β_n, σ_c,a, scale, and θ_o, which is given: of 24 fitted, all are determined.
+#[test]
+fn chiang2016_is_recovered_within_its_errors() {
+    recovers(ModelKind::Chiang2016, 7, 24);
+}
+
+#[test]
+fn marschner2003_is_recovered_within_its_errors() {
+    recovers(ModelKind::Marschner2003, 7, 24);
+}
+
+// Ours and η_m: of 48, those of a cortex that light hardly passes are not determined.
+#[test]
+fn yan2015_is_recovered_within_its_errors() {
+    recovers(ModelKind::Yan2015, 13, 36);
+}
+
+/// Of our own model's cat, most of it medulla, a model of hair without one misses what the medulla scatters: NRMSE is 7.7 % by Chiang et
+/// al. 2016 where it is 1.1 % by ours, of logarithms 7.5 % and 1.2 %, and the scatter 11 % where the noise is 2 %. Its
+/// residuals are no noise, and its standard errors are widened for it.
+#[test]
+fn fur_with_a_medulla_is_not_followed_by_hair_without() {
+    let fiber = Fiber::preset(Species::Cat);
+    let profile = simulate::from_model(Forward::default(), &fiber.into(), &gantry(1)).unwrap();
+    let [ours, chiang] =
+        [ModelKind::Vellus, ModelKind::Chiang2016].map(|kind| fitted(forward(kind), &profile, &quick()));
+    assert!(ours.nrmse < 0.012 && chiang.nrmse > 6.0 * ours.nrmse, "{} {}", ours.nrmse, chiang.nrmse);
+    assert!(chiang.log_nrmse > 5.0 * ours.log_nrmse, "{} {}", ours.log_nrmse, chiang.log_nrmse);
+    assert!(ours.noise < 0.025 && chiang.noise > 0.1, "{} {}", ours.noise, chiang.noise);
+    assert!(ours.widened < 1.2 && chiang.widened > 2.0, "{} {}", ours.widened, chiang.widened);
+}
+
+/// A medulla with the cortex' index is our double cylinder without its inner interface; η_m can be held to η.
+#[test]
+fn the_medullas_index_can_be_tied_to_the_cortex() {
+    let specimen = Specimen::from(Fiber { sigma_ca: [0.35; 3], ..Fiber::preset(Species::Rabbit) });
+    let model = forward(ModelKind::Yan2015);
+    let profile = simulate::from_model(model, &specimen, &gantry(3)).unwrap();
+    let requests = Requests { tie: vec![("eta_m".to_owned(), "eta".to_owned())], ..Requests::default() };
+    let result = fitted(model, &profile, &Options { requests, ..quick() });
+    assert_eq!(result.specimen.eta_m, Some(result.specimen.fiber.eta));
+    assert!((result.specimen.fiber.eta - specimen.fiber.eta).abs() < 0.02 && result.nrmse < 0.025);
+}
+
+#[test]
+fn models_and_parameters_that_cannot_be_fitted_are_refused() {
+    let message = Forward::new(ModelKind::DEon2011).unwrap_err().to_string();
+    assert!(message.contains("deon2011 cannot be fitted") && message.contains("yan2015"), "{message}");
+    for (kind, name) in
+        [(ModelKind::Chiang2016, "kappa"), (ModelKind::Marschner2003, "g"), (ModelKind::Vellus, "eta_m")]
+    {
+        let requests = Requests { fix: vec![(name.to_owned(), vec![0.5])], ..Requests::default() };
+        let message = Space::new(forward(kind), 1, -30.0, &requests).unwrap_err().to_string();
+        assert!([name, kind.name(), "beta_m"].iter().all(|part| message.contains(part)), "{message}");
+    }
+}
