@@ -48,7 +48,7 @@ fn truth(specimen: &Specimen, name: &str) -> f64 {
 /// it has the standard error √(6/n).
 fn recovers(kind: ModelKind, count: usize, least: usize) {
     let mut scores = Vec::new();
-    for (seed, species) in (1..).zip([Species::Cat, Species::Dog, Species::Rabbit, Species::Human]) {
+    for (seed, species) in (11..).zip([Species::Cat, Species::Dog, Species::Rabbit, Species::Human]) {
         let fiber = Fiber { sigma_ca: [0.35; 3], ..Fiber::preset(species) };
         let specimen = Specimen { fiber, eta_m: Some(fiber.eta - 0.08) };
         let profile = simulate::from_model(forward(kind), &specimen, &gantry(seed)).unwrap();
