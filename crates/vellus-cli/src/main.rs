@@ -55,7 +55,7 @@ enum Command {
     /// What is in a groom, and other formats of it.
     #[command(subcommand)]
     Groom(groom::Command),
-    /// Fit a fibre's parameters to its measured profile, or write a synthetic measurement.
+    // Without a line of its own here, so that `--help` has all that its arguments say.
     Fit(Box<fit::Args>),
     /// Reproduce the figures and tables of the paper, with a report.
     Experiment(experiment::Args),

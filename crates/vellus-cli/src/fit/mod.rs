@@ -18,7 +18,7 @@ use vellus_models::ModelKind;
 /// theta, phi and value or r, g, b, or an image (.npy, .exr) with rows over theta and columns over phi. Its unit is arbitrary.
 /// Ctrl-C leaves the best so far, marked as such.
 ///
-/// By an earlier model: `vellus fit cat.txt --model chiang2016`. Parameters that it does not have are left out.
+/// --model chiang2016, marschner2003 or yan2015 fits an earlier model in place of ours. Parameters that it does not have are left out.
 #[derive(clap::Args)]
 pub struct Args {
     /// The measured profile: .txt, .csv, .npy or .exr.
