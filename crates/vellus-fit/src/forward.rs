@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::parameters::Kind;
 use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
-use vellus::{Bcsdf, Fiber, Window};
+use vellus::{Bcsdf, Fiber};
 use vellus_models::{AnyModel, Chiang2016, Directions, Marschner2003, ModelKind, Yan2015};
 
 /// A fibre, and what only some models know of it.
@@ -95,15 +95,7 @@ impl Forward {
             ModelKind::Yan2015 => AnyModel::Yan2015(recent.yan2015(fiber, specimen.eta_m.unwrap_or(fiber.eta))?),
             ModelKind::Chiang2016 => AnyModel::Chiang2016(Chiang2016::new(fiber)?),
             ModelKind::Marschner2003 => AnyModel::Marschner2003(Marschner2003::new(fiber)?),
-            _ => {
-                // As it is rendered; `AnyModel` would ask for densities too.
-                let bcsdf = Bcsdf::new(fiber)?;
-                let hit = bcsdf.at(Directions::new(&[[theta_o, 0.0]]).vectors()[0], Window::far());
-                for (out, wi) in out.iter_mut().zip(directions.vectors()) {
-                    *out = hit.eval(*wi).total();
-                }
-                return Ok(());
-            }
+            _ => AnyModel::Vellus(Bcsdf::new(fiber)?),
         };
         model.far_field(theta_o, directions, out);
         Ok(())

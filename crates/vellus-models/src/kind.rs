@@ -92,6 +92,12 @@ macro_rules! models {
                 }
             }
 
+            fn eval(&self, wi: Vec3) -> Lobes {
+                match self {
+                    $(AnyHit::$kind(hit) => Scattering::eval(hit, wi),)*
+                }
+            }
+
             fn eval_pdf(&self, wi: Vec3) -> (Lobes, f32) {
                 match self {
                     $(AnyHit::$kind(hit) => Scattering::eval_pdf(hit, wi),)*

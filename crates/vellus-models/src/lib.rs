@@ -13,6 +13,7 @@
 //! All follow the conventions of [`vellus`]: directions in the fibre's frame with x from root to tip, f·cos θᵢ,
 //! densities per solid angle, offset and attenuation of ω_o, lengths in radii. Formulas are written from the papers
 //! named in each module, which also says what is taken from a fibre, what is left out, and where the model is limited.
+//! [`AnyModel::far_field`] averages any of them over the fibre's width, in many directions at once.
 //!
 //! ```
 //! use vellus::{Fiber, Model, Scattering, Species, Window};
