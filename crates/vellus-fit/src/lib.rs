@@ -13,7 +13,7 @@
 //! let profile = simulate::from_model(Forward::default(), &truth.into(), &Synthetic { step: [8.0, 4.0], ..Synthetic::default() })?;
 //! let options = Options { starts: 8, ..Options::default() };
 //! let result = fit(&profile, Forward::default(), &options, &false.into(), &|| {})?;
-//! assert!(result.nrmse < 0.02 && (result.fiber.eta - truth.eta).abs() < 0.02);
+//! assert!(result.nrmse < 0.02 && (result.specimen.fiber.eta - truth.eta).abs() < 0.02);
 //! # Ok(()) }
 //! ```
 
