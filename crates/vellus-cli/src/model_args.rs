@@ -2,9 +2,7 @@
 
 use anyhow::{Result, bail};
 use vellus::{Bcsdf, Fiber};
-use vellus_models::{
-    AnyModel, Chiang2016, DEon2011, KajiyaKay1989, Marschner2003, ModelKind, Yan2015, ZinkeWeber2007,
-};
+use vellus_models::{AnyModel, Chiang2016, DEon2011, KajiyaKay1989, Marschner2003, ModelKind, Yan2015, ZinkeWeber2007};
 use vellus_render::World;
 use vellus_scene::Scene;
 

@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::parameters::Kind;
 use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
-use vellus::{Bcsdf, Fiber};
+use vellus::{Bcsdf, Fiber, Model};
 use vellus_models::{AnyModel, Chiang2016, Directions, Marschner2003, ModelKind, Yan2015};
 
 /// A fibre, and what only some models know of it.

@@ -83,13 +83,7 @@ fn run(context: &Context, animal: &Animal) -> Result<Outcome> {
     );
     outcome.claims.push(judge(
         quality,
-        Claim::new(
-            what,
-            format!("{} ×", animal.claimed),
-            measured,
-            factor,
-            Verdict::at_least(factor, animal.claimed),
-        ),
+        Claim::new(what, format!("{} ×", animal.claimed), measured, factor, Verdict::at_least(factor, animal.claimed)),
         WHY,
     ));
     let frame = 1.0 / ratio(&found[0].0, &found[1].0, |p| p.time);
@@ -177,7 +171,9 @@ fn insets(
     let equal_quality = (samples as f64 * theirs.mse / mine.mse.max(1e-300)).round().clamp(1.0, 16.0 * samples as f64);
     let caption = format!("{}, {samples} samples, {:.2} s", animal.method.name, mine.time);
     show(&found[index].1, "equal-ours", caption, false)?;
-    for (name, what, count) in [("equal-time", "equal time", equal_time), ("equal-quality", "equal quality", equal_quality as u64)] {
+    for (name, what, count) in
+        [("equal-time", "equal time", equal_time), ("equal-quality", "equal quality", equal_quality as u64)]
+    {
         let mut film = shot.empty();
         let time = shot.extend(YAN2015, &mut film, count)?;
         let error = pairs[last].1.error(&film, time).rmse();
