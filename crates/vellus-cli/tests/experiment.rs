@@ -1,5 +1,6 @@
 //! What `vellus experiment` writes, at the quality that only shows that it runs.
 
+#[allow(dead_code, reason = "shared with tests of pictures")]
 mod common;
 
 use common::{refused, run, vellus};

@@ -114,8 +114,8 @@ pub fn run(context: &Context) -> Result<Outcome> {
     let raw = 4.0 * GRID.iter().product::<usize>() as f64;
     let three = 3 * 4 * RANK * GRID.iter().sum::<usize>();
     outcome.notes.push(format!(
-        "The paper's grid, {} × {} × {} × {}, is {:.0} MB a table in single precision: its 600 MB are those of \
-         the finer tables of 2015. Three tables of rank {RANK} on it (C^N, and C^M in two halves) are {:.0} KB \
+        "The paper's grid, {} × {} × {} × {}, is {:.0} MB a table in single precision: the 600 MB must be of \
+         finer tables. Three tables of rank {RANK} on it (C^N, and C^M in two halves) are {:.0} KB \
          in single precision, which may be the 150 KB.",
         GRID[0],
         GRID[1],

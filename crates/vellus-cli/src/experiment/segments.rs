@@ -1,7 +1,7 @@
 //! Yan17 Sec. 5.1, Segmentation, and the Appendix: how many segments a far field takes.
 
 use super::{Claim, Context, Outcome, Picture, Quality, Table, Verdict};
-use crate::plot::error::{self, Errors, SEGMENTS, SHIPPED};
+use crate::plot::error::{self, Errors, PATHS, SEGMENTS, SHIPPED};
 use crate::plot::windows;
 use crate::query::{Offsets, direction};
 use anyhow::Result;
@@ -28,6 +28,7 @@ pub fn run(context: &Context) -> Result<Outcome> {
     // 0.2 rad first: where the paper's segments were judged when ours were designed.
     const ALL: [f64; 5] = [11.46, 0.0, 30.0, 60.0, 80.0];
     let inclinations: &[f64] = context.quality.pick(&ALL[..1], &ALL[..1], &ALL);
+    let paths = context.quality.pick(2_000, PATHS, PATHS);
     let header = [
         "fibre",
         "θ_o",
@@ -53,7 +54,7 @@ pub fn run(context: &Context) -> Result<Outcome> {
         for &name in species {
             context.go_on()?;
             let fiber = Fiber::preset(name);
-            let errors = Errors::new(&fiber, theta_o)?;
+            let errors = Errors::new(&fiber, theta_o, paths)?;
             let [four, _, eight, shipped] = scattered(&fiber, theta_o)?;
             let of = |values: &[f64], n: usize| SEGMENTS.iter().position(|&s| s == n).map_or(0.0, |k| values[k]);
             let (paper, ours) = (&errors.paper, &errors.ours);

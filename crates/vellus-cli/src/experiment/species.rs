@@ -58,7 +58,7 @@ pub fn run(context: &Context) -> Result<Outcome> {
     );
     let species: &[Species] = context.quality.pick(&[Species::RedFox], &Species::ALL, &Species::ALL);
     // Cells, their subdivision, photons of each of two simulations.
-    let (size, within, photons) = context.quality.pick((10, 3, 20_000), (5, 5, 400_000), (3, 4, 20_000_000));
+    let (size, within, photons) = context.quality.pick((10, 3, 20_000), (5, 5, 400_000), (3, 4, 8_000_000));
     let grid = Grid { columns: 180 / size, rows: 180 / size, within };
     // Each of its values takes a hundred of the others'.
     let coarse = Grid { within: grid.within.min(3), ..grid };

@@ -18,7 +18,7 @@ pub const SEGMENTS: [usize; 13] = [2, 3, 4, 5, 6, 7, 8, 10, 12, 16, 20, 24, 32];
 pub const SHIPPED: usize = 7;
 /// Azimuths compared, and offsets of the quadrature.
 const AZIMUTHS: usize = 360;
-const PATHS: usize = 20_000;
+pub const PATHS: usize = 20_000;
 
 /// The least error shown, percent.
 const FLOOR: f64 = 1e-3;
@@ -50,13 +50,13 @@ fn first<const N: usize>(lobes: [[f64; 3]; N]) -> [[f64; 3]; 3] {
 }
 
 impl Errors {
-    /// `theta_o` in degrees.
-    pub fn new(fiber: &Fiber, theta_o: f64) -> Result<Self> {
+    /// `theta_o` in degrees; the quadrature takes so many offsets.
+    pub fn new(fiber: &Fiber, theta_o: f64, paths: usize) -> Result<Self> {
         let bcsdf = Bcsdf::new(fiber)?;
         let tables = TableData::from_bytes(Tables::SHIPPED)?;
         let oracle = Oracle::new(fiber, &tables);
         let (theta, all) = (theta_o.to_radians(), [-1.0, 1.0]);
-        let window = oracle.window(theta, all, PATHS, 0);
+        let window = oracle.window(theta, all, paths, 0);
         let exact = profile(|phi| first(window.azimuthal(phi)));
         let total: f64 = exact.iter().sum();
         let error = |values: Vec<f64>| values.iter().zip(&exact).map(|(a, b)| (a - b).abs()).sum::<f64>() / total;

@@ -148,8 +148,10 @@ pub fn run(command: &Command) -> Result<()> {
         }
         Command::Error { incidence: Incidence { fiber, theta_o }, out } => {
             Query::new([*theta_o, 0.0, 0.0, 0.0])?;
-            let fibers =
-                each(fiber).iter().map(|f| error::Errors::new(&f.load()?, *theta_o)).collect::<Result<Vec<_>>>()?;
+            let fibers = each(fiber)
+                .iter()
+                .map(|f| error::Errors::new(&f.load()?, *theta_o, error::PATHS))
+                .collect::<Result<Vec<_>>>()?;
             let name = if fibers.len() > 1 { "the ten presets".to_owned() } else { fiber.name() };
             let picture = error::Picture { name, theta_o: *theta_o, fibers };
             let files = save(&picture, &out.files, &format!("{}-error", fiber.name()))?;
