@@ -70,6 +70,11 @@ fn results_are_whole_told_and_kept() {
     let said = run(path, &smoke(&NAMES, &[]));
     assert_eq!(NAMES.map(changed), before);
     assert_eq!(said.matches("is there").count(), NAMES.len(), "{said}");
+    // A better quality is not written over; what is there says which it is.
+    let file = path.join("found/scenes/result.json");
+    let better = std::fs::read_to_string(&file).unwrap().replace("\"quality\": \"smoke\"", "\"quality\": \"paper\"");
+    std::fs::write(&file, better).unwrap();
+    assert!(run(path, &smoke(&["scenes"], &[])).contains("is there, at paper quality"));
     // What another version found, or what is half-written, is not enough, and --again asks for more.
     let file = path.join("found/queries/result.json");
     let other = std::fs::read_to_string(&file).unwrap().replace(env!("CARGO_PKG_VERSION"), "0.0.0");

@@ -30,8 +30,8 @@ use std::time::Instant;
 
 /// Reproduce the paper: pictures, numbers, and one page (index.html) that says what holds.
 ///
-/// Each experiment writes into a folder of its own in --out. One that is finished, at the same quality and by the same version of this
-/// program, is not run again; Ctrl-C leaves what is finished, and the same command goes on.
+/// Each experiment writes into a folder of its own in --out. One that is finished, at this quality or a better one and by the same
+/// version of this program, is not run again; Ctrl-C leaves what is finished, and the same command goes on.
 #[derive(clap::Args)]
 pub struct Args {
     /// Experiments by name; all is all of them. Without a name, or with list, they are listed.
@@ -49,7 +49,7 @@ pub struct Args {
 }
 
 /// How much work is put in.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Quality {
     /// Seconds in all; shows that everything runs, and judges little.
@@ -92,9 +92,10 @@ pub fn run(args: &Args) -> Result<()> {
     for (i, experiment) in chosen.iter().enumerate() {
         let folder = args.out.join(experiment.name);
         let number = format!("{}/{} {}", i + 1, chosen.len(), experiment.name);
-        let finished = |o: &Outcome| o.quality == args.quality && o.version == env!("CARGO_PKG_VERSION");
-        if !args.again && Outcome::read(&folder).is_some_and(|o| finished(&o)) {
-            eprintln!("{number}: is there");
+        // Hours of paper quality are not written over by a draft.
+        let finished = |o: &Outcome| o.quality >= args.quality && o.version == env!("CARGO_PKG_VERSION");
+        if let Some(there) = Outcome::read(&folder).filter(|o| !args.again && finished(o)) {
+            eprintln!("{number}: is there, at {} quality", there.quality.name());
             continue;
         }
         let context = Context::new(args.quality, folder, args.again, Arc::clone(&stop));
@@ -136,10 +137,18 @@ fn one(experiment: &Experiment, context: &Context) -> Result<Outcome> {
         quality: context.quality,
         version: env!("CARGO_PKG_VERSION").to_owned(),
         threads: rayon::current_num_threads(),
+        processor: processor(),
         ..found
     };
     outcome.write(context.folder())?;
     Ok(outcome)
+}
+
+/// What the system calls it, or its instructions.
+fn processor() -> String {
+    let known = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = known.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
+    name.map_or(std::env::consts::ARCH, |(_, name)| name.trim()).to_owned()
 }
 
 /// How many claims hold, and how long it took.

@@ -31,8 +31,9 @@ pub struct Outcome {
     pub quality: Quality,
     /// Of this program.
     pub version: String,
-    /// Threads it ran on.
+    /// Threads it ran on, and of what processor.
     pub threads: usize,
+    pub processor: String,
 }
 
 /// A picture in the experiment's folder.
@@ -220,8 +221,9 @@ impl Outcome {
             if table.rows.iter().any(|row| row.len() != table.header.len()) {
                 bail!("table {}: a row has other columns than the header", table.name);
             }
-            if table.rows.iter().flatten().any(|cell| cell.contains("NaN") || cell.contains("inf")) {
-                bail!("table {}: a number is not finite", table.name);
+            let infinite = |word: &str| word.parse::<f64>().is_ok_and(|x| !x.is_finite());
+            if let Some(cell) = table.rows.iter().flatten().find(|cell| cell.split_whitespace().any(infinite)) {
+                bail!("table {}: '{cell}' is not finite", table.name);
             }
         }
         for claim in &self.claims {

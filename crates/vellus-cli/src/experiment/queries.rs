@@ -151,8 +151,8 @@ pub fn run(context: &Context) -> Result<Outcome> {
          not from 620 MB, and are prepared once a hit for all three passes; the share that gets out comes from a \
          small table; nothing is allocated in a query; sampling is exact but for one Fresnel factor, where that \
          of 2015 is uniform around the fibre. All of that makes it faster, and less noisy, than what the paper \
-         compared with. Times are those of this program as it was compiled: cargo bench, linked as a whole, is \
-         up to a third faster."
+         compared with. Times are \
+         those of this program as it was compiled; cargo bench, which links it as a whole, has lower ones."
             .to_owned(),
     );
     Ok(outcome)

@@ -119,8 +119,9 @@ fn section(outcome: &Outcome) -> String {
     let (quality, seconds) = (outcome.quality.name(), outcome.seconds);
     let threads = if outcome.threads == 1 { "one thread".to_owned() } else { format!("{} threads", outcome.threads) };
     text += &format!(
-        "<p><small>vellus {} · {quality} quality · {seconds:.1} s on {threads}{links}</small></p>\n",
-        escaped(&outcome.version)
+        "<p><small>vellus {} · {quality} quality · {seconds:.1} s on {threads}, {}{links}</small></p>\n",
+        escaped(&outcome.version),
+        escaped(&outcome.processor)
     );
     text
 }

@@ -210,7 +210,11 @@ fn appendix() -> (Table, Claim) {
         if a == 0.03 {
             worst = single.abs();
         }
-        table.row([a.to_string()].into_iter().chain([single, double].map(|e| format!("{:.2e}", 100.0 * e.abs()))));
+        let cell = |e: f64| match 100.0 * e.abs() {
+            e if (0.01..1e4).contains(&e) => format!("{e:.2}"),
+            e => format!("{e:.0e}"),
+        };
+        table.row([a.to_string(), cell(single), cell(double)]);
     }
     let measured = format!("{:.0} % wrong at a slope of 0.03 in single precision", 100.0 * worst);
     let claim = Claim::new(
