@@ -2,15 +2,13 @@
 
 use super::sheet::{DECADES, Sheet};
 use super::{Claim, Context, Outcome, Quality, Table, Verdict};
-use crate::model_args::{ModelArgs, offsets};
-use crate::query::direction;
 use anyhow::{Context as _, Result};
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
 use vellus::published::Published;
-use vellus::{Fiber, Scattering, Species, TableData, Tables, Window};
+use vellus::{Fiber, Species, TableData, Tables};
 use vellus_medulla::profile::{Cells, profile};
-use vellus_models::ModelKind;
+use vellus_models::{Directions, ModelKind};
 
 /// θ_o, degrees.
 const THETA_O: f64 = -30.0;
@@ -252,19 +250,18 @@ impl Grid {
         Ok(traced.into_iter().map(|rgb| rgb[0]).collect())
     }
 
-    /// A model over the whole width: in one hit where it can.
+    /// A model over the whole width.
     fn model(&self, fiber: &Fiber, kind: ModelKind) -> Result<Vec<f64>> {
-        let named = ModelArgs { model: kind.name().to_owned(), eta_m: None }.load(fiber)?;
-        let wo = direction(THETA_O, 0.0);
-        let hits = if kind == ModelKind::Vellus {
-            vec![(vellus::Model::at(&named.model, wo, Window::far()), 1.0)]
-        } else {
-            named.over_width(wo, offsets(fiber))
-        };
-        Ok(self.mean(|theta, phi| {
-            let wi = direction(theta.to_degrees(), phi.to_degrees());
-            hits.iter().map(|(hit, w)| w * f64::from(hit.eval(wi).total()[0])).sum()
-        }))
+        let middle = |i: usize, n: usize| 180.0 * (i as f64 + 0.5) / n as f64;
+        let (rows, columns) = (self.rows * self.within, self.columns * self.within);
+        let angles: Vec<[f64; 2]> = (0..rows)
+            .flat_map(|row| (0..columns).map(move |column| [middle(row, rows) - 90.0, middle(column, columns)]))
+            .collect();
+        let mut values = vec![[0.0; 3]; angles.len()];
+        kind.model(fiber)?.far_field(THETA_O, &Directions::new(&angles), &mut values);
+        let row = |theta: f64| ((theta / PI + 0.5) * rows as f64) as usize;
+        let column = |phi: f64| (phi / PI * columns as f64) as usize;
+        Ok(self.mean(|theta, phi| f64::from(values[row(theta) * columns + column(phi)][0])))
     }
 
     /// Means over cells, by solid angle.
