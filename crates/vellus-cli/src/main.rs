@@ -57,7 +57,10 @@ enum Command {
     Groom(groom::Command),
     // Without a line of its own here, so that `--help` has all that its arguments say.
     Fit(Box<fit::Args>),
-    /// Reproduce the figures and tables of the paper, with a report.
+    /// Reproduce the paper: pictures, numbers, and one page (index.html) that says what holds.
+    ///
+    /// Each experiment writes into a folder of its own in --out. One that is finished, at this quality or a better one and by the same
+    /// version of this program, is not run again; Ctrl-C leaves what is finished, and the same command goes on.
     Experiment(experiment::Args),
     /// Put together films that `render --samples` rendered apart.
     Merge(render::MergeArgs),

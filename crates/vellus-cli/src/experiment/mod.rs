@@ -30,13 +30,10 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Reproduce the paper: pictures, numbers, and one page (index.html) that says what holds.
-///
-/// Each experiment writes into a folder of its own in --out. One that is finished, at this quality or a better one and by the same
-/// version of this program, is not run again; Ctrl-C leaves what is finished, and the same command goes on.
+/// Which, how well, and where to.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Experiments by name; all is all of them. Without a name, or with list, they are listed.
+    /// Experiments by name; all is all of them. Without one, or with list, they are listed.
     #[arg(value_name = "NAME")]
     names: Vec<String>,
     /// How much work to put in.
