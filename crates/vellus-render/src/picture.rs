@@ -108,6 +108,10 @@ impl Film {
 
     /// Eight-bit sRGB pixels of the beauty times 2^`exposure`, what is brighter than white held there.
     pub fn to_srgb(&self, exposure: f32) -> Vec<u8> {
+        self.layer_to_srgb(Layer::Beauty, 0, exposure)
+    }
+
+    fn layer_to_srgb(&self, layer: Layer, first: usize, exposure: f32) -> Vec<u8> {
         let scale = f64::from(exposure.exp2());
         let encode = |x: f64| {
             let x = (x * scale).clamp(0.0, 1.0);
@@ -116,8 +120,16 @@ impl Film {
         };
         (0..self.height())
             .flat_map(|y| (0..self.width()).flat_map(move |x| [0, 1, 2].map(|c| (x, y, c))))
-            .map(|(x, y, c)| encode(self.mean(x, y, Layer::Beauty, c)))
+            .map(|(x, y, c)| encode(self.mean(x, y, layer, first + c)))
             .collect()
+    }
+
+    /// A PNG of three channels of a layer from the `first` on, shown as the beauty is.
+    ///
+    /// # Errors
+    /// What the encoder says.
+    pub fn layer_to_png(&self, layer: Layer, first: usize, exposure: f32) -> std::result::Result<Vec<u8>, String> {
+        self.encode_png(&self.layer_to_srgb(layer, first, exposure), &[])
     }
 
     /// A PNG of [`Film::to_srgb`] with notes.
@@ -125,6 +137,10 @@ impl Film {
     /// # Errors
     /// What the encoder says.
     pub fn to_png(&self, exposure: f32, notes: &[(String, String)]) -> std::result::Result<Vec<u8>, String> {
+        self.encode_png(&self.to_srgb(exposure), notes)
+    }
+
+    fn encode_png(&self, pixels: &[u8], notes: &[(String, String)]) -> std::result::Result<Vec<u8>, String> {
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.width() as u32, self.height() as u32);
         encoder.set_color(png::ColorType::Rgb);
@@ -134,7 +150,7 @@ impl Film {
             encoder.add_itxt_chunk(name.clone(), value.clone()).map_err(|e| e.to_string())?;
         }
         let mut writer = encoder.write_header().map_err(|e| e.to_string())?;
-        writer.write_image_data(&self.to_srgb(exposure)).map_err(|e| e.to_string())?;
+        writer.write_image_data(pixels).map_err(|e| e.to_string())?;
         writer.finish().map_err(|e| e.to_string())?;
         Ok(bytes)
     }

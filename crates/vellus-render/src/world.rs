@@ -110,6 +110,12 @@ impl World {
         Ok(())
     }
 
+    /// Sees the scene from elsewhere.
+    pub fn set_camera(&mut self, camera: Camera) {
+        self.view = View::new(camera);
+        self.moves = self.curves.moves() || self.triangles.moves() || self.view.moves();
+    }
+
     /// What a film with these layers keeps of a pixel.
     pub fn layout(&self, layers: &[Layer]) -> Layout {
         Layout::new(layers, &self.group_names)

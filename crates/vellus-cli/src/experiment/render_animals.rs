@@ -36,7 +36,8 @@ pub fn cat(context: &Context) -> Result<Outcome> {
     run(context, &Animal { scene: "cat", paper, corner: [600, 360], method: MULTI, claimed: 6.0, exposure: 0.0 })
 }
 
-const METHODS: [Method; 4] = [NEAR, MULTI, FAR, YAN2015];
+/// Those that are compared; that of 2015 is last.
+pub const METHODS: [Method; 4] = [NEAR, MULTI, FAR, YAN2015];
 
 fn run(context: &Context, animal: &Animal) -> Result<Outcome> {
     let quality = context.quality;
@@ -61,7 +62,7 @@ fn run(context: &Context, animal: &Animal) -> Result<Outcome> {
     let found = shot.measure(&pairs, most)?;
     let index = METHODS.iter().position(|m| *m == animal.method).unwrap_or(0);
     let (points, last) = (&found[index].0, METHODS.len() - 1);
-    outcome.tables.push(table(&found, &converged));
+    outcome.tables.push(error_table(&found, &converged));
     let series = |(m, (points, _)): (&Method, &(Vec<Point>, Film))| {
         (m.name.to_owned(), points.iter().map(|p| (p.time, p.rmse())).collect())
     };
@@ -115,14 +116,15 @@ pub fn judge(quality: Quality, claim: Claim, why: &str) -> Claim {
 }
 
 /// Of the last three points of each, geometric means.
-fn ratio(a: &[Point], b: &[Point], of: impl Fn(&Point) -> f64) -> f64 {
+pub fn ratio(a: &[Point], b: &[Point], of: impl Fn(&Point) -> f64) -> f64 {
     let last = a.len().min(b.len()).min(3);
     let log = |p: &Point| of(p).max(1e-300).ln();
     let sum: f64 = (1..=last).map(|k| log(&a[a.len() - k]) - log(&b[b.len() - k])).sum();
     (sum / last.max(1) as f64).exp()
 }
 
-fn table(found: &[(Vec<Point>, Film)], converged: &[Converged]) -> Table {
+/// Of all methods.
+pub fn error_table(found: &[(Vec<Point>, Film)], converged: &[Converged]) -> Table {
     let header = ["method", "samples", "processor time, s", "RMSE", "relMSE", "mean of the converged picture"];
     let mut table = Table::new("errors", "Error and time; methods took turns on the same machine", &header);
     for ((method, (points, _)), converged) in METHODS.iter().zip(found).zip(converged) {

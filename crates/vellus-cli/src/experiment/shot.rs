@@ -9,7 +9,7 @@ use std::ops::Range;
 use std::time::{Duration, Instant};
 use vellus_models::ModelKind;
 use vellus_render::{Film, Layer, Mode, Part, Settings, Statistics, World};
-use vellus_scene::Scene;
+use vellus_scene::{Camera, Scene};
 
 /// How fibres scatter, and over what of their width.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,6 +72,11 @@ pub struct Point {
 }
 
 impl Point {
+    /// Of nothing.
+    pub fn none() -> Self {
+        Point { samples: 0, time: 0.0, mse: 0.0, rel_mse: 0.0 }
+    }
+
     pub fn rmse(&self) -> f64 {
         self.mse.max(0.0).sqrt()
     }
@@ -87,6 +92,11 @@ impl<'c> Shot<'c> {
     /// Another part of the same scene; `name` tells its files apart.
     pub fn aim(&mut self, name: &str, size: [usize; 2], crop: [usize; 4]) {
         (self.name, self.size, self.crop) = (name.to_owned(), size, crop);
+    }
+
+    /// Another view of the same scene.
+    pub fn set_camera(&mut self, camera: Camera) {
+        self.world.set_camera(camera);
     }
 
     /// Keeps more layers.
@@ -198,6 +208,11 @@ impl<'c> Shot<'c> {
         self.add(&settings, film, film.samples()..film.samples() + samples)
     }
 
+    /// Three channels of a layer as a PNG.
+    pub fn layer_png(&self, film: &Film, layer: Layer, first: usize, exposure: f32) -> Result<Vec<u8>> {
+        film.layer_to_png(layer, first, exposure).map_err(|e| anyhow!("cannot encode PNG: {e}"))
+    }
+
     /// Writes a picture as NAME.png and NAME.exr; the PNG's name.
     pub fn save(&self, film: &Film, name: &str, exposure: f32) -> Result<String> {
         let png = film.to_png(exposure, &[]).map_err(|e| anyhow!("cannot encode PNG: {e}"))?;
@@ -206,6 +221,31 @@ impl<'c> Shot<'c> {
         self.context.write(&format!("{name}.png"), &png)?;
         Ok(format!("{name}.png"))
     }
+}
+
+/// Mean of a pixel's channels.
+pub fn brightness(film: &Film, x: usize, y: usize) -> f64 {
+    (0..3).map(|c| film.mean(x, y, Layer::Beauty, c)).sum::<f64>() / 3.0
+}
+
+/// How far a picture is from another: of the means, in standard errors and as a share of the brightness; and the root mean square of
+/// the pixels' differences in their standard errors, of those that have light and noise.
+pub fn difference(a: &Film, b: &Film) -> (f64, f64, f64) {
+    let (width, height) = (b.width(), b.height());
+    let (mut sum, mut all, mut variance, mut squares, mut count) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for (x, y) in (0..width * height).map(|i| (i % width, i / width)) {
+        let (p, q) = (brightness(a, x, y), brightness(b, x, y));
+        let error = a.error(x, y).powi(2) + b.error(x, y).powi(2);
+        sum += p - q;
+        all += q;
+        variance += error;
+        if error > 0.0 {
+            squares += (p - q).powi(2) / error;
+            count += 1.0;
+        }
+    }
+    let safe = |a: f64, b: f64| if b > 0.0 { a / b } else { 0.0 };
+    (safe(sum, variance.sqrt()), safe(sum, all), safe(squares, count).sqrt())
 }
 
 /// All channels of all pixels.
