@@ -336,7 +336,9 @@ impl World {
         path.lights = lights as f32;
         for k in 0..lights {
             let u = if k == 0 { a } else { sampler.next() };
-            let Some((which, light)) = self.lights.sample(frame.axis, [u[0], u[1], u[2]]) else { continue };
+            // Each in its own share of the lights.
+            let pick = (u[0] + k as f32) / path.lights;
+            let Some((which, light)) = self.lights.sample(frame.axis, [pick, u[1], u[2]]) else { continue };
             let (f, pdf) = scattering.eval_pdf(frame.local(light.direction));
             let total = f.total();
             let w = weight(light.pdf * path.lights, pdf) / path.lights;

@@ -63,7 +63,7 @@ pub fn render(
 ) -> Result<Seen> {
     let mut shot = Shot::new(context, name, scene, size, [0, 0, size[0], size[1]])?;
     let film = shot.render(method, 0, samples)?;
-    let file = shot.save(&film, name, 0.0)?;
+    let file = shot.save(&film, name, -0.5)?;
     let profile = (0..size[0])
         .map(|x| {
             let h = (2.0 * (x as f64 + 0.5) / size[0] as f64 - 1.0) / f64::from(COVERED);

@@ -49,16 +49,15 @@ pub fn run(context: &Context) -> Result<Outcome> {
         outcome.pictures.push(if k > 0 { picture.beside() } else { picture });
         series.push((method.name.to_owned(), profile));
     }
-    // How far brightness falls below the line between what is within the medulla and what is outside of it: at its edge as it is seen.
-    let dip = |profile: &[(f64, f64)]| {
-        let mean = |low: f64, high: f64| {
-            let inside: Vec<f64> = profile.iter().filter(|p| (low..high).contains(&p.0.abs())).map(|p| p.1).collect();
-            inside.iter().sum::<f64>() / inside.len().max(1) as f64
-        };
-        let low = (5..90).map(|k| f64::from(k) / 100.0).map(|h| mean(h, h + 0.05)).fold(f64::MAX, f64::min);
-        low / mean(0.0, 0.3).min(mean(0.0, 0.95)).max(1e-12)
+    // How deep a dark band is, with brighter places on both sides of it: 0 without one. The cuticle's own bright edge is left out.
+    let band = |profile: &[(f64, f64)]| {
+        let side: Vec<f64> = profile.iter().filter(|p| (0.0..0.95).contains(&p.0)).map(|p| p.1).collect();
+        let largest = |part: &[f64]| part.iter().fold(0.0f64, |a, &b| a.max(b));
+        (1..side.len())
+            .map(|i| 1.0 - side[i] / largest(&side[..i]).min(largest(&side[i..])).max(1e-12))
+            .fold(0.0f64, f64::max)
     };
-    let dips: Vec<f64> = series.iter().map(|(_, profile)| dip(profile)).collect();
+    let bands: Vec<f64> = series.iter().map(|(_, profile)| band(profile)).collect();
     let mut table = Table::new(
         "across",
         "Brightness across the fibre",
@@ -77,11 +76,16 @@ pub fn run(context: &Context) -> Result<Outcome> {
     };
     outcome.pictures.push(context.draw(&chart, "across", "Brightness across the fibre, averaged along it")?);
     let claim = Claim::new(
-        "Two indices make edges of the medulla dark, one does not",
-        "the darkest place is darker with two than with one",
-        format!("darkest over middle: 2015 with two {:.2}, 2015 with one {:.2}, ours {:.2}", dips[0], dips[1], dips[2]),
-        dips[0] / dips[2],
-        Verdict::of(dips[0] < 0.8 * dips[2]),
+        "Two indices make the medulla's edges dark, one does not",
+        "a dark band with two, at most a fifth as deep with one",
+        format!(
+            "the band is darker than both its sides by {:.0} % (2015, two indices), {:.0} % (2015, one), {:.0} % (ours)",
+            100.0 * bands[0],
+            100.0 * bands[1],
+            100.0 * bands[2]
+        ),
+        bands[0],
+        Verdict::of(bands[0] > 0.1 && bands[1..].iter().all(|b| *b < 0.2 * bands[0])),
     );
     outcome.claims.push(judge(quality, claim, ""));
     Ok(outcome)
