@@ -8,9 +8,9 @@ use crate::light::Lights;
 use crate::surface::Scatter;
 use crate::triangles::{TriangleHit, Triangles};
 use crate::view::View;
-use glam::{Vec2, Vec3};
+use glam::Vec2;
 use vellus::{Bcsdf, Fiber, Model};
-use vellus_scene::{Basis, Camera, Error, Look, Parameter, Scene, Strands, Surface, Texture, Values};
+use vellus_scene::{Basis, Error, Look, Parameter, Scene, Strands, Surface, Texture, Values};
 
 /// What rays need of a scene.
 pub struct World {
@@ -36,25 +36,19 @@ pub struct World {
 }
 
 impl World {
-    /// Checks a scene and builds its hierarchies. Without lights it is lit by a white dome, without a camera seen from
-    /// the front.
+    /// Checks a scene and builds its hierarchies. Without lights it is lit by a white dome, without a camera seen as
+    /// [`Scene::framing`] has it, for pictures of 3:2.
     ///
     /// # Errors
     /// [`vellus_scene::Error`]: what [`Scene::validate`] finds, or that there is nothing to see.
     pub fn new(scene: Scene) -> Result<Self, Error> {
         scene.validate()?;
-        let Some((low, high)) = scene.bounds() else {
+        let camera = scene.camera.or_else(|| scene.framing(1.5));
+        let (Some((low, high)), Some(camera)) = (scene.bounds(), camera) else {
             let what = "it has neither strands nor meshes: there is nothing to render".to_owned();
             return Err(Error::Invalid { place: "scene".to_owned(), what });
         };
         let reach = (0.5 * (high - low).length()).max(f32::MIN_POSITIVE);
-        let camera = scene.camera.unwrap_or_else(|| {
-            let (middle, angle) = (0.5 * (low + high), 30f32.to_radians());
-            let z_up = scene.units.is_some_and(|units| units.z_up);
-            let (front, up) = if z_up { (-Vec3::Y, Vec3::Z) } else { (Vec3::Z, Vec3::Y) };
-            let eye = middle + (front + 0.15 * up).normalize() * (1.1 * reach / (0.5 * angle).sin());
-            Camera::look_at(eye, middle, up, angle, 1.5)
-        });
         let white = vellus_scene::Light::Dome {
             radiance: [1.0; 3],
             texture: None,

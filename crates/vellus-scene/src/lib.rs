@@ -5,6 +5,7 @@
 
 mod camera;
 mod error;
+mod framing;
 mod light;
 mod look;
 mod mesh;

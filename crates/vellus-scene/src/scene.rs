@@ -28,7 +28,7 @@ pub struct Scene {
     /// The group of each light, whose part of the picture is a layer of its own; lights may share one. Names are letters, digits,
     /// `_` and `-`. Empty where each light is a group.
     pub light_groups: Vec<String>,
-    /// Without one, the renderer frames the strands.
+    /// Without one, the renderer takes [`Scene::framing`].
     pub camera: Option<Camera>,
     /// What lengths mean and which way is up, where that is known.
     pub units: Option<Units>,

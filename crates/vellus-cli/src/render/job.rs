@@ -43,7 +43,9 @@ impl<'a> Job<'a> {
     /// Loads the scene and, where asked for, what was rendered already. `pictures` are so many to be written beside each other.
     pub fn new(args: &'a Args, stop: &'a AtomicBool, viewer: Option<&'a mut Viewer>, pictures: u64) -> Result<Self> {
         let start = Instant::now();
-        let scene = args.input.load()?;
+        let mut scene = args.input.load()?;
+        let [width, height] = args.size.map(|n| n as f32);
+        scene.camera = scene.camera.or_else(|| scene.framing(width / height));
         let fingerprint = fingerprint(args)?;
         let mut notes = vec![
             ("vellus_version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),

@@ -1,0 +1,156 @@
+//! A camera for scenes that have none.
+
+use crate::camera::Camera;
+use crate::scene::Scene;
+use glam::{Vec3, Vec4Swizzles};
+
+/// Vertical angle of view, degrees.
+const ANGLE: f32 = 30.0;
+
+/// Share of the picture's width and height that stays free, both sides together.
+const MARGIN: f32 = 0.1;
+
+/// From whence it looks: a little above the front.
+const RISE: f32 = 0.15;
+
+impl Scene {
+    /// A camera that looks at the strands, or where there are none at the meshes, from the front and a little above, as near as
+    /// a picture of that `aspect` (width over height) shows all of them, wherever they move while the shutter is open, with a margin of
+    /// a tenth. `None` where there is nothing to look at.
+    pub fn framing(&self, aspect: f32) -> Option<Camera> {
+        let (low, high) = self.bounds()?;
+        let (middle, reach) = (0.5 * (low + high), 0.5 * (high - low).length());
+        let z_up = self.units.is_some_and(|units| units.z_up);
+        let (front, up) = if z_up { (-Vec3::Y, Vec3::Z) } else { (Vec3::Z, Vec3::Y) };
+        let back = (front + RISE * up).normalize();
+        let right = up.cross(back).normalize();
+        let above = back.cross(right);
+        // Tangents of half of what is to be filled. Seen from e, the sphere of radius r around p, from the middle, is left of the plane
+        // through the picture's right border where p·x + k p·z + r √(1 + k²) ≤ e·x + k e·z, and so for the others.
+        let half = (0.5 * ANGLE).to_radians().tan() * (1.0 - MARGIN);
+        let slopes = [half * aspect, half];
+        let mut beyond = [[f32::NEG_INFINITY; 2]; 2];
+        let mut nearest = f32::NEG_INFINITY;
+        self.visit(|point, radius| {
+            let p = point - middle;
+            let depth = p.dot(back);
+            nearest = nearest.max(depth + radius);
+            for (axis, place) in [p.dot(right), p.dot(above)].into_iter().enumerate() {
+                let k = slopes[axis];
+                let rest = k * depth + radius * k.hypot(1.0);
+                let [positive, negative] = &mut beyond[axis];
+                (*positive, *negative) = (positive.max(rest + place), negative.max(rest - place));
+            }
+        });
+        let side = beyond.map(|[a, b]| 0.5 * (a - b));
+        let distance = |axis: usize| 0.5 * (beyond[axis][0] + beyond[axis][1]) / slopes[axis];
+        // What comes straight at the camera is not seen from its very tip.
+        let least = nearest + reach.max(f32::MIN_POSITIVE);
+        let distance = distance(0).max(distance(1)).max(least);
+        let across = middle + right * side[0] + above * side[1];
+        Some(Camera::look_at(across + back * distance, across, up, ANGLE.to_radians(), aspect))
+    }
+
+    /// What is framed, as the shutter opens and closes: places and radii.
+    fn visit(&self, mut see: impl FnMut(Vec3, f32)) {
+        for strands in &self.strands {
+            strands.points.iter().for_each(|p| see(p.xyz(), p.w));
+            let moved = strands.moved.iter().flatten();
+            moved.zip(&strands.points).for_each(|(p, point)| see(*p, point.w));
+        }
+        if self.strands.iter().all(|strands| strands.points.is_empty()) {
+            let meshes = self.meshes.iter();
+            meshes.flat_map(|m| m.positions.iter().chain(m.moved.iter().flatten())).for_each(|p| see(*p, 0.0));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Basis, Mesh, Strands, Units};
+    use glam::Vec4;
+
+    fn hair(points: Vec<Vec4>, moved: Option<Vec<Vec3>>) -> Scene {
+        let strands = Strands {
+            name: "hair".to_owned(),
+            basis: Basis::Linear,
+            starts: vec![0, points.len() as u32],
+            points,
+            moved,
+            root_uv: None,
+            look: 0,
+            varying: Vec::new(),
+        };
+        Scene { strands: vec![strands], ..Scene::default() }
+    }
+
+    fn cube(size: f32) -> Scene {
+        let corner = |i: u32| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * size;
+        let mesh = Mesh {
+            name: "cube".to_owned(),
+            positions: (0..8).map(corner).collect(),
+            moved: None,
+            triangles: vec![[0, 1, 2]],
+            normals: None,
+            uv: None,
+            surface: 0,
+        };
+        Scene { meshes: vec![mesh], ..Scene::default() }
+    }
+
+    /// Smallest and largest coordinates in the picture, both in [−1, 1], of what is framed.
+    fn seen(scene: &Scene, aspect: f32) -> [[f32; 2]; 2] {
+        let camera = scene.framing(aspect).unwrap();
+        assert_eq!(camera.validate(), Ok(()));
+        let to_camera = camera.to_world.inverse();
+        let mut range = [[f32::INFINITY, f32::NEG_INFINITY]; 2];
+        scene.visit(|point, radius| {
+            let p = to_camera.transform_point3(point);
+            assert!(p.z < 0.0, "{p} is behind the camera");
+            let film = [camera.film_width, camera.film_height];
+            for axis in 0..2 {
+                let [low, high] = &mut range[axis];
+                (*low, *high) = (low.min(2.0 * (p[axis] - radius) / -p.z / film[axis]), {
+                    high.max(2.0 * (p[axis] + radius) / -p.z / film[axis])
+                });
+            }
+        });
+        range
+    }
+
+    /// Everything is in the picture, and one direction has a tenth left, no more: half of it on each side.
+    #[test]
+    fn long_hair_and_a_cube_fill_the_picture() {
+        let long = (0..30).map(|i| Vec4::new((i as f32).sin(), -0.7 * i as f32, 0.3 * (i as f32).cos(), 0.01));
+        let long: Vec<_> = long.collect();
+        let fallen = long.iter().map(|p| p.xyz() + Vec3::new(2.0, -5.0, 0.5)).collect();
+        let wide: Vec<_> = long.iter().map(|p| Vec4::new(p.y, p.x, p.z, p.w)).collect();
+        let z_up = Scene { units: Some(Units { meters_per_unit: 1.0, z_up: true }), ..cube(1.0) };
+        let away = hair(long.iter().map(|p| Vec4::new(p.x + 300.0, p.y, p.z - 200.0, p.w)).collect(), None);
+        let scenes =
+            [hair(long.clone(), None), hair(long, Some(fallen)), hair(wide, None), cube(1e-3), cube(1e3), z_up, away];
+        for scene in scenes {
+            for aspect in [1.5, 1.0, 0.4, 2.39] {
+                let range = seen(&scene, aspect);
+                let fills = range.map(|[low, high]| 0.5 * (high - low));
+                // Spheres are seen as ellipses, of which the axes here are the shorter: a radius of 0.01 in more than 10 is within 1e-3.
+                assert!((fills[0].max(fills[1]) - 0.9).abs() < 1e-3, "{fills:?} at {aspect}");
+                // In the middle where it fills the picture, and everywhere within the margin.
+                assert!(range.iter().flatten().all(|x| x.abs() < 0.9 + 1e-3), "{range:?} at {aspect}");
+            }
+        }
+    }
+
+    /// A strand that points at the camera, one without length, and nothing.
+    #[test]
+    fn the_camera_keeps_away() {
+        let back = (Vec3::Z + RISE * Vec3::Y).normalize();
+        let pointing = (0..4).map(|i| (i as f32 * back).extend(1e-4)).collect();
+        let fills = seen(&hair(pointing, None), 1.5);
+        assert!(fills.iter().flatten().all(|x| x.abs() < 0.9));
+        let point = seen(&hair(vec![Vec4::new(1.0, 2.0, 3.0, 0.1); 2], None), 1.5);
+        assert!(point.iter().flatten().all(|x| x.is_finite() && x.abs() < 0.91), "{point:?}");
+        assert_eq!(Scene::default().framing(1.5), None);
+    }
+}
