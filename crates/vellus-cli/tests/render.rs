@@ -69,6 +69,7 @@ fn bad_requests_are_refused_before_work() {
     refused(path, &with(&["--crop", "40,0,9,9"]), &["--crop 40,0,9,9", "48x32"]);
     refused(path, &with(&["--crop", "4,0,9"]), &["X,Y,W,H"]);
     refused(path, &with(&["--strands", "0%"]), &["above 0%"]);
+    refused(path, &with(&["--min-pixel-width", "-1"]), &["[0, 100] pixels"]);
     refused(path, &with(&["--noise", "0"]), &["--noise must be above 0"]);
     refused(path, &with(&["--samples", "4..4"]), &["A < B"]);
     refused(path, &with(&["--time", "soon"]), &["60s, 5m or 2h"]);
@@ -112,4 +113,40 @@ fn depth_is_told_and_grooms_come_back() {
     let count = |text: &str| text.lines().find(|l| l.trim_start().starts_with("segments")).unwrap().to_owned();
     assert_eq!(count(&info(&["lock.hair"])), count(&info(&["hair-lock", "--small"])));
     run(folder.path(), &["render", "lock.hair", "--size", "16x16", "--spp", "1", "-o", "lock.png"]);
+}
+
+/// A least width covers more, through a camera of the scene's and one of ours, is told, and is another picture; without it nothing changes.
+#[test]
+fn least_widths_cover_more_and_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let curve = "#usda 1.0\ndef BasisCurves \"c\" { uniform token type = \"linear\" int[] curveVertexCounts = [2, 2]
+        point3f[] points = [(0,0,0), (0.3,1,0), (0.7,0,0), (1,1,0)] float[] widths = [0.0001] (interpolation = \"constant\") }";
+    let camera = "def Camera \"eye\" { double3 xformOp:translate = (0.5, 0.5, 4)
+        uniform token[] xformOpOrder = [\"xformOp:translate\"] }";
+    std::fs::write(path.join("framed.usda"), curve).unwrap();
+    std::fs::write(path.join("seen.usda"), format!("{curve}\n{camera}")).unwrap();
+    for scene in ["framed.usda", "seen.usda"] {
+        let picture = |width: &[&str], name: &str| {
+            run(path, &[&["render", scene, "--size", "48x32", "--spp", "16", "--float", "-o", name], width].concat());
+            Picture::read(&path.join(name))
+        };
+        let cover = |picture: &Picture| {
+            let (_, values) = picture.channels.iter().find(|(name, _)| name == "fibers.A").unwrap();
+            values.iter().map(|x| f64::from(*x)).sum::<f64>()
+        };
+        let (thin, wide) = (picture(&[], "thin.exr"), picture(&["--min-pixel-width", "1"], "wide.exr"));
+        assert_eq!((thin.note("vellus_min_pixel_width"), wide.note("vellus_min_pixel_width")), ("0", "1"));
+        assert!(thin.same(&picture(&["--min-pixel-width", "0"], "same.exr")));
+        // Two strands are a pixel wide over 0.9 of 32 rows, or over 32 / (4 · 15.29 / 50), and √(1 + 0.3²) as long as that; of the 16
+        // samples each of their pixels has, some 8 find them: 4 σ of the sum. Before, they were a 300th as wide.
+        let rows = if scene == "framed.usda" { 28.8 } else { 26.2 };
+        let expected = 2.0 * rows * 1.09f64.sqrt();
+        let tolerance = 4.0 * (expected * 0.25 / 16.0 * 2.0).sqrt();
+        assert!((cover(&wide) - expected).abs() < tolerance, "{scene}: {} is not {expected}", cover(&wide));
+        assert!(cover(&thin) < 0.1 * cover(&wide), "{scene}: {}", cover(&thin));
+    }
+    run(path, &with(&["--samples", "0..1", "-o", "thin.exr"]));
+    run(path, &with(&["--samples", "1..2", "--min-pixel-width", "0.5", "-o", "wide.exr"]));
+    refused(path, &["merge", "thin.film", "wide.film"], &["not of the same picture"]);
 }

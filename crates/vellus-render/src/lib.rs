@@ -21,6 +21,7 @@ mod surface;
 mod swept;
 mod triangles;
 mod view;
+mod widen;
 mod world;
 
 pub use curves::{CurveHit, Curves};
@@ -33,4 +34,5 @@ pub use render::Statistics;
 pub use segment::{Entry, Segment};
 pub use store::Part;
 pub use triangles::{TriangleHit, Triangles};
+pub use widen::widen;
 pub use world::World;

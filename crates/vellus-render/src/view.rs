@@ -61,6 +61,14 @@ impl View {
         t * ray.direction.dot(forward) * self.camera.film_height / size[1] as f32
     }
 
+    /// A pixel's width at a point, across the way the camera looks; negative behind it.
+    pub(crate) fn pixel_widths(&self, size: [usize; 2], time: f32) -> impl Fn(Vec3) -> f32 + Sync {
+        let frame = self.frame(time);
+        let (eye, forward) = (Vec3::from(frame.translation), frame.transform_vector3(-Vec3::Z));
+        let slope = self.camera.film_height / size[1] as f32;
+        move |point| (point - eye).dot(forward) * slope
+    }
+
     /// Where a point is seen, in pixels from the upper left corner; `None` behind the camera.
     pub(crate) fn seen(&self, size: [usize; 2], point: Vec3, time: f32) -> Option<Vec2> {
         let p = self.frame(time).inverse().transform_point3(point);

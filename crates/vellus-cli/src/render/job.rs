@@ -11,7 +11,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-use vellus_render::{Depth, Film, Layer, Part, Settings, Statistics, World};
+use vellus_render::{Depth, Film, Layer, Part, Settings, Statistics, World, widen};
 
 /// A pass takes about that long: Ctrl-C, checkpoints and the bar wait for no more.
 const PASS: Duration = Duration::from_secs(2);
@@ -33,6 +33,7 @@ pub fn fingerprint(args: &Args) -> Result<u64> {
     let mut hasher = DefaultHasher::new();
     (args.input.identity()?, args.size, args.crop, format!("{:?}", args.mode), args.seed, args.max_depth)
         .hash(&mut hasher);
+    args.min_pixel_width.to_bits().hash(&mut hasher);
     args.model.name()?.hash(&mut hasher);
     Layer::ALL.map(|layer| args.layers().contains(&layer)).hash(&mut hasher);
     env!("CARGO_PKG_VERSION").hash(&mut hasher);
@@ -46,6 +47,7 @@ impl<'a> Job<'a> {
         let mut scene = args.input.load()?;
         let [width, height] = args.size.map(|n| n as f32);
         scene.camera = scene.camera.or_else(|| scene.framing(width / height));
+        widen(&mut scene, args.size, args.min_pixel_width);
         let fingerprint = fingerprint(args)?;
         let mut notes = vec![
             ("vellus_version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
@@ -53,6 +55,7 @@ impl<'a> Job<'a> {
             ("vellus_scene".to_owned(), args.input.name()),
             ("vellus_model".to_owned(), args.model.name()?),
             ("vellus_mode".to_owned(), format!("{:?}", args.mode).to_lowercase()),
+            ("vellus_min_pixel_width".to_owned(), args.min_pixel_width.to_string()),
             ("vellus_seed".to_owned(), args.seed.to_string()),
             ("vellus_fingerprint".to_owned(), format!("{fingerprint:016x}")),
         ];

@@ -25,6 +25,12 @@ pub fn crop(text: &str) -> Result<[usize; 4], String> {
     }
 }
 
+/// Widths in pixels.
+pub fn pixels(text: &str) -> Result<f32, String> {
+    let width = text.parse().unwrap_or(f32::NAN);
+    if (0.0..=100.0).contains(&width) { Ok(width) } else { Err("a width is in [0, 100] pixels".to_owned()) }
+}
+
 /// A..B.
 pub fn range(text: &str) -> Result<Range<u64>, String> {
     let parse = || {

@@ -1,0 +1,120 @@
+//! Strands that are never thinner than a part of a pixel.
+
+use crate::view::View;
+use glam::Vec4Swizzles;
+use rayon::prelude::*;
+use vellus_scene::Scene;
+
+/// Makes strands at least `pixels` wide as the scene's camera sees them in a picture of that size: at every control point, wherever it is
+/// nearest to that as the shutter opens and closes. What is behind the camera, and scenes without one, stay as they are.
+///
+/// Thin fur then covers more than it does, to every ray: a bias, against flicker and noise of what is thinner than a pixel.
+pub fn widen(scene: &mut Scene, size: [usize; 2], pixels: f32) {
+    let Some(camera) = scene.camera else { return };
+    let view = View::new(camera);
+    // Radii that are half of `pixels` wide, negative behind the camera.
+    let [open, close] = [0.0, 1.0].map(|time| {
+        let width = view.pixel_widths(size, time);
+        move |point| 0.5 * pixels * width(point)
+    });
+    for strands in &mut scene.strands {
+        let moved = strands.moved.as_deref();
+        strands.points.par_iter_mut().enumerate().for_each(|(i, point)| {
+            let start = point.xyz();
+            let end = moved.and_then(|moved| moved.get(i)).copied().unwrap_or(start);
+            let least = open(start).max(close(end));
+            // What is no radius stays, and is refused later.
+            if (0.0..least).contains(&point.w) {
+                point.w = least;
+            }
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{Mat4, Vec3, Vec4};
+    use vellus_scene::{Basis, Camera, Strands};
+
+    /// Wherever a strand is seen, it is as wide as was asked for, or as it was.
+    #[test]
+    fn strands_are_as_wide_as_asked_for_at_both_ends_of_the_shutter() {
+        let mut camera = Camera::look_at(Vec3::new(1.0, 2.0, 5.0), Vec3::new(0.2, 0.1, 0.0), Vec3::Y, 0.6, 1.5);
+        camera.moved = Some(Mat4::from_rotation_y(0.3) * Mat4::from_translation(Vec3::Z) * camera.to_world);
+        let place = |i: usize, k: f32| Vec3::new((i as f32 * k).sin(), (i as f32).cos(), (i as f32 * 0.37).sin() * 8.0);
+        let radius = |i: usize| if i % 5 == 0 { 0.0 } else { 0.004 * (i % 7) as f32 };
+        let strands = Strands {
+            name: "fur".to_owned(),
+            basis: Basis::Linear,
+            starts: vec![0, 400],
+            points: (0..400).map(|i| place(i, 0.9).extend(radius(i))).collect(),
+            moved: Some((0..400).map(|i| place(i, 1.1) + 0.5 * Vec3::Y).collect()),
+            root_uv: None,
+            look: 0,
+            varying: vec![],
+        };
+        let before = Scene { strands: vec![strands], camera: Some(camera), ..Scene::default() };
+        let size = [300, 200];
+        let pixels = 0.8;
+        let mut after = before.clone();
+        widen(&mut after, size, pixels);
+        let (mut kept, mut raised, mut behind, mut near) = (0, 0, 0, 0);
+        let view = View::new(camera);
+        for (i, (was, is)) in before.strands[0].points.iter().zip(&after.strands[0].points).enumerate() {
+            let moved = before.strands[0].moved.as_ref().unwrap()[i];
+            let frames = [(was.xyz(), 0.0, camera.to_world), (moved, 1.0, camera.moved.unwrap())];
+            assert_eq!(was.xyz(), is.xyz());
+            // Beside the camera pictures are of thousands of pixels, which single precision does not tell apart.
+            if frames.iter().any(|(point, _, frame)| frame.inverse().transform_point3(*point).z.abs() < 0.5) {
+                near += 1;
+                continue;
+            }
+            // The width of a pixel from where a point and one beside it are seen.
+            let step = 1e-2;
+            let pixel = |(point, time, frame): (Vec3, f32, Mat4)| {
+                let seen = view.seen(size, point, time)?;
+                let beside = view.seen(size, point + step * frame.x_axis.truncate(), time)?;
+                Some(step / seen.distance(beside))
+            };
+            let least = frames.into_iter().filter_map(pixel).reduce(f32::max);
+            match least {
+                None => behind += usize::from(was == is),
+                Some(pixel) if was.w >= 0.5 * pixels * pixel => kept += usize::from(was == is),
+                // Coordinates of up to some thousand pixels to 2⁻²⁴ of them, their difference at least 0.3.
+                Some(pixel) => {
+                    assert!((is.w / (0.5 * pixels * pixel) - 1.0).abs() < 1e-2, "{i}: {is} {pixel}");
+                    raised += 1;
+                }
+            }
+        }
+        assert_eq!(kept + raised + behind + near, 400);
+        assert!(kept > 20 && raised > 100 && behind > 20 && near < 100, "{kept} {raised} {behind} {near}");
+        // Nothing is asked for, and nobody looks.
+        let mut none = before.clone();
+        widen(&mut none, size, 0.0);
+        assert_eq!(none, before);
+        let blind = Scene { camera: None, ..before };
+        let mut same = blind.clone();
+        widen(&mut same, size, pixels);
+        assert_eq!(same, blind);
+    }
+
+    #[test]
+    fn what_is_no_radius_is_still_refused() {
+        let strands = Strands {
+            name: "fur".to_owned(),
+            basis: Basis::Linear,
+            starts: vec![0, 2],
+            points: vec![Vec4::new(0.0, 0.0, 0.0, f32::NAN), Vec4::new(1.0, 0.0, 0.0, -1.0)],
+            moved: None,
+            root_uv: None,
+            look: 0,
+            varying: vec![],
+        };
+        let camera = Camera::look_at(Vec3::Z, Vec3::ZERO, Vec3::Y, 0.6, 1.5);
+        let mut scene = Scene { strands: vec![strands], camera: Some(camera), ..Scene::default() };
+        widen(&mut scene, [30, 20], 1.0);
+        assert!(scene.strands[0].points[0].w.is_nan() && scene.strands[0].points[1].w == -1.0);
+    }
+}
