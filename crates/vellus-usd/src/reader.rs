@@ -17,8 +17,8 @@ use vellus_scene::Scene;
 pub struct Options {
     /// Width (diameter) of curves that have none, in world units. Without it such curves are an error.
     pub default_width: Option<f32>,
-    /// The time code that is read, interpolated between samples. Without it: the value that has no time where there is
-    /// one, else that at the stage's startTimeCode, else the first sample.
+    /// The time code that is read, interpolated between samples. Without it: the stage's startTimeCode, or where it has none the first
+    /// sample of each attribute. Values without time are for attributes without samples.
     pub frame: Option<f64>,
     /// Name or path of the camera; without it the first one is taken.
     pub camera: Option<String>,

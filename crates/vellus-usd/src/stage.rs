@@ -28,8 +28,6 @@ pub(crate) enum When {
 /// Which time codes are read.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Clock {
-    /// A value without time is preferred to samples in time.
-    pub prefers_default: bool,
     /// Time code of [`When::Open`].
     pub open: f64,
     /// Time code of [`When::Close`].
@@ -90,7 +88,7 @@ impl Stage {
         let start = guarded(|| Ok(stage.has_authored_time_code_range().then(|| stage.start_time_code())));
         let start = start.map_err(|what| Error::file(file, what))?;
         let open = frame.or(start).unwrap_or(usd::TimeCode::EARLIEST.value());
-        Ok(Stage { stage, clock: Clock { prefers_default: frame.is_none(), open, close: open } })
+        Ok(Stage { stage, clock: Clock { open, close: open } })
     }
 
     /// Paths of all prims that are defined, active and not abstract, depth first, instances included.
@@ -244,17 +242,12 @@ impl Stage {
         Ok(Some(converted))
     }
 
-    /// The value, if any layer gives one that is not blocked.
+    /// The value, if any layer gives one that is not blocked. At any time samples go before the value without time of the same layer.
     fn value(&self, prim: &str, name: &str, when: When) -> Result<Option<sdf::Value>, Error> {
         let time = if when == When::Open { self.clock.open } else { self.clock.close };
         self.ask(prim, || {
             let attribute = self.attribute(prim, name);
             let real = |value: &sdf::Value| !matches!(value, sdf::Value::None | sdf::Value::ValueBlock);
-            if self.clock.prefers_default
-                && let Some(value) = attribute.get::<sdf::Value>()?.filter(real)
-            {
-                return Ok(Some(value));
-            }
             Ok(attribute.get_at::<sdf::Value>(usd::TimeCode::new(time))?.filter(real))
         })
     }

@@ -486,3 +486,39 @@ def Camera \"c\" { double shutter:close = 1 }";
     let (scene, warnings) = read_text(body, &Options { frame: Some(1.0), ..Options::default() }).unwrap();
     assert!(scene.strands[0].moved.is_some() && !said(&warnings).contains("no startTimeCode"));
 }
+
+/// Samples in time go before the value without time that stands beside them, and that of a stage before samples of what it refers to:
+/// with or without a frame, and nothing that moves stands still.
+#[test]
+fn samples_go_before_the_default() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("stage.usda");
+    let save = |strong: &str, metadata: &str| {
+        let curve = "uniform token type = \"linear\" int[] curveVertexCounts = [2] float[] widths = [1, 1]
+            point3f[] points = [(9,0,0), (9,1,0)]
+            point3f[] points.timeSamples = { 1: [(1,0,0), (1,1,0)], 3: [(3,0,0), (3,1,0)] }
+            double3 xformOp:translate = (0, 0, 90)
+            double3 xformOp:translate.timeSamples = { 1: (0, 0, 10), 3: (0, 0, 30) }
+            uniform token[] xformOpOrder = [\"xformOp:translate\"]";
+        let weak = format!("#usda 1.0\ndef BasisCurves \"b\" {{ {curve} }}");
+        std::fs::write(folder.path().join("weak.usda"), weak).unwrap();
+        let refers = "prepend references = @./weak.usda@</b>";
+        let camera = "def Camera \"c\" { double shutter:close = 1 }";
+        let stage = format!("#usda 1.0\n( {metadata} )\ndef \"b\" ( {refers} ) {{ {strong} }}\n{camera}");
+        std::fs::write(&path, stage).unwrap();
+    };
+    let read = |frame| {
+        let (scene, _) = read(&path, &Options { frame, ..Options::default() }).unwrap();
+        let strands = scene.strands.into_iter().next().unwrap();
+        (strands.points[0].truncate(), strands.moved.map(|moved| moved[0]))
+    };
+    save("", "startTimeCode = 2 endTimeCode = 3");
+    let (at_1, at_2, at_3) = (Vec3::new(1.0, 0.0, 10.0), Vec3::new(2.0, 0.0, 20.0), Vec3::new(3.0, 0.0, 30.0));
+    assert_eq!(read(None), (at_2, Some(at_3)));
+    assert_eq!(read(Some(1.0)), (at_1, Some(at_2)));
+    assert_eq!(read(Some(3.0)), (at_3, None));
+    save("", "");
+    assert_eq!(read(None), (at_1, None));
+    save("point3f[] points = [(7,0,0), (7,1,0)]", "startTimeCode = 2 endTimeCode = 3");
+    assert_eq!(read(None), (Vec3::new(7.0, 0.0, 20.0), Some(Vec3::new(7.0, 0.0, 30.0))));
+}
