@@ -428,7 +428,13 @@ mod tests {
             let x = ((i * 7 + 3) % 11) as f32;
             [0.1 + x * x * 0.05, 0.2, 0.3 * x]
         };
-        Texture { name: "sky".to_owned(), width, height, pixels: (0..width * height).map(pixel).collect() }
+        Texture {
+            name: "sky".to_owned(),
+            width,
+            height,
+            pixels: (0..width * height).map(pixel).collect(),
+            wrap: [vellus_scene::Wrap::Repeat; 2],
+        }
     }
 
     fn lights() -> (Vec<Light>, Vec<Texture>) {
@@ -513,7 +519,13 @@ mod tests {
             let d = Map::direction(uv);
             if d.y >= 0.0 { [0.0, 0.0, 1.0 + d.y] } else { pattern(Vec2::new(d.x, d.z) * (height / -d.y)) }
         };
-        let image = Texture { name: "g".to_owned(), width: w, height: h, pixels: (0..w * h).map(pixel).collect() };
+        let image = Texture {
+            name: "g".to_owned(),
+            width: w,
+            height: h,
+            pixels: (0..w * h).map(pixel).collect(),
+            wrap: [vellus_scene::Wrap::Repeat; 2],
+        };
         let ground = Ground { origin, height, radius };
         let dome = Light::Dome { radiance: [1.0, 1.0, 2.0], texture: Some(0), rotation, ground: Some(ground) };
         let lights = Lights::new(&[dome], &[image], 1.0);

@@ -21,5 +21,5 @@ pub use look::{Look, Parameter, Value};
 pub use mesh::{Mesh, Surface, Tint};
 pub use scene::Scene;
 pub use strands::{Basis, Strands, Values};
-pub use texture::Texture;
+pub use texture::{Texture, Wrap};
 pub use units::Units;

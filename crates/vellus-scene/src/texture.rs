@@ -3,7 +3,47 @@
 use crate::error::{Error, invalid};
 use glam::Vec2;
 
-/// A linear RGB image that repeats in both directions.
+/// What lies beyond an image's edges.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Wrap {
+    /// The image again.
+    #[default]
+    Repeat,
+    /// Its last pixel.
+    Clamp,
+    /// The image mirrored, then the image again.
+    Mirror,
+    /// Black.
+    Black,
+}
+
+impl Wrap {
+    /// The coordinate near the image, where the same is seen; single precision is not enough for pixels far away.
+    fn near(self, x: f32) -> f32 {
+        match self {
+            Wrap::Repeat => x.rem_euclid(1.0),
+            Wrap::Mirror => x.rem_euclid(2.0),
+            Wrap::Clamp | Wrap::Black => x.clamp(-1.0, 2.0),
+        }
+    }
+
+    /// The pixel of a row of `count` that is seen at place `i`; `None` is black.
+    fn pixel(self, i: i64, count: usize) -> Option<usize> {
+        let n = count as i64;
+        let inside = match self {
+            Wrap::Repeat => i.rem_euclid(n),
+            Wrap::Clamp => i.clamp(0, n - 1),
+            Wrap::Mirror => {
+                let i = i.rem_euclid(2 * n);
+                i.min(2 * n - 1 - i)
+            }
+            Wrap::Black => i,
+        };
+        usize::try_from(inside).ok().filter(|i| *i < count)
+    }
+}
+
+/// A linear RGB image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
     /// For messages, usually its file.
@@ -14,19 +54,22 @@ pub struct Texture {
     pub height: usize,
     /// Row after row, the top one first: v = 1 is its upper edge.
     pub pixels: Vec<[f32; 3]>,
+    /// What lies beyond it along u and v.
+    pub wrap: [Wrap; 2],
 }
 
 impl Texture {
     /// The value at `uv`, bilinear between pixel centres.
     pub fn at(&self, uv: Vec2) -> [f32; 3] {
-        let x = uv.x.rem_euclid(1.0) * self.width as f32 - 0.5;
-        let y = (1.0 - uv.y.rem_euclid(1.0)) * self.height as f32 - 0.5;
+        let [across, down] = self.wrap;
+        let x = across.near(uv.x) * self.width as f32 - 0.5;
+        let y = (1.0 - down.near(uv.y)) * self.height as f32 - 0.5;
         let (x0, y0) = (x.floor(), y.floor());
         let (s, t) = (x - x0, y - y0);
         let pixel = |dx: i64, dy: i64| {
-            let column = (x0 as i64 + dx).rem_euclid(self.width as i64) as usize;
-            let row = (y0 as i64 + dy).rem_euclid(self.height as i64) as usize;
-            self.pixels[row * self.width + column]
+            let column = across.pixel(x0 as i64 + dx, self.width);
+            let row = down.pixel(y0 as i64 + dy, self.height);
+            row.zip(column).map_or([0.0; 3], |(row, column)| self.pixels[row * self.width + column])
         };
         let corners = [pixel(0, 0), pixel(1, 0), pixel(0, 1), pixel(1, 1)];
         let weights = [(1.0 - s) * (1.0 - t), s * (1.0 - t), (1.0 - s) * t, s * t];
@@ -62,9 +105,40 @@ mod tests {
             width: 2,
             height: 2,
             pixels: vec![[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [3.0, 0.0, 0.0], [4.0, 0.0, 0.0]],
+            wrap: [Wrap::Repeat; 2],
         };
         let at = |u, v| texture.at(Vec2::new(u, v))[0];
         assert_eq!([at(0.25, 0.75), at(0.75, 0.75), at(0.25, 0.25), at(1.75, -0.75)], [1.0, 2.0, 3.0, 4.0]);
         assert!((at(0.5, 0.5) - 2.5).abs() < 1e-6 && (at(0.0, 0.75) - 1.5).abs() < 1e-6);
+    }
+    /// Of pixels 1 to 4 in a row, and in a column from the bottom, at their centres and beyond.
+    #[test]
+    fn each_wrap_goes_on_in_its_way() {
+        let rows = [
+            (Wrap::Repeat, [2.0, 3.0, 4.0, 1.0, 2.0, 3.0, 4.0, 1.0, 2.0, 3.0, 4.0, 1.0]),
+            (Wrap::Clamp, [1.0, 1.0, 1.0, 1.0, 2.0, 3.0, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0]),
+            (Wrap::Mirror, [3.0, 2.0, 1.0, 1.0, 2.0, 3.0, 4.0, 4.0, 3.0, 2.0, 1.0, 1.0]),
+            (Wrap::Black, [0.0, 0.0, 0.0, 1.0, 2.0, 3.0, 4.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        ];
+        for (wrap, expected) in rows {
+            let texture = |width, values: [f32; 4]| Texture {
+                name: "test".to_owned(),
+                width,
+                height: 4 / width,
+                pixels: values.map(|x| [x; 3]).to_vec(),
+                wrap: if width == 4 { [wrap, Wrap::Clamp] } else { [Wrap::Clamp, wrap] },
+            };
+            let (row, column) = (texture(4, [1.0, 2.0, 3.0, 4.0]), texture(1, [4.0, 3.0, 2.0, 1.0]));
+            for (i, value) in expected.into_iter().enumerate() {
+                let at = (i as f32 - 2.5) / 4.0;
+                assert_eq!(row.at(Vec2::new(at, 0.5)), [value; 3], "{wrap:?} {i}");
+                assert_eq!(column.at(Vec2::new(0.5, at)), [value; 3], "{wrap:?} {i}");
+            }
+            // Far away there is something too.
+            assert!(row.at(Vec2::new(-1e30, 1e30))[0].is_finite());
+        }
+        let edge = Texture { name: String::new(), width: 1, height: 1, pixels: vec![[8.0; 3]], wrap: [Wrap::Black; 2] };
+        // At a corner one of four is the image.
+        assert_eq!(edge.at(Vec2::ONE), [2.0; 3]);
     }
 }

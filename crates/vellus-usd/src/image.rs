@@ -5,7 +5,7 @@ use crate::guard::catch;
 use crate::rgbe;
 use std::io::Cursor;
 use std::path::Path;
-use vellus_scene::Texture;
+use vellus_scene::{Texture, Wrap};
 
 /// More pixels than this are taken for a garbled header.
 pub(crate) const MOST_PIXELS: usize = 1 << 27;
@@ -55,7 +55,7 @@ pub(crate) fn decode(file: &Path, bytes: &[u8], encoding: Encoding) -> Result<Te
     }
     .map_err(|what| Error::file(file, what))?;
     let name = file.file_name().map_or(String::new(), |name| name.to_string_lossy().into_owned());
-    let texture = Texture { name, width, height, pixels };
+    let texture = Texture { name, width, height, pixels, wrap: [Wrap::Repeat; 2] };
     texture.validate().map_err(|error| Error::file(file, error))?;
     Ok(texture)
 }
@@ -179,7 +179,7 @@ mod tests {
     #[test]
     fn exr_keeps_every_bit() {
         let pixels = vec![[0.0, 1e-30, 3.4e38], [0.1, 0.2, 0.3], [1.0 / 3.0, 5.0, 7e7]];
-        let texture = Texture { name: "t.exr".to_owned(), width: 1, height: 3, pixels };
+        let texture = Texture { name: "t.exr".to_owned(), width: 1, height: 3, pixels, wrap: [Wrap::Repeat; 2] };
         assert_eq!(decode(Path::new("t.exr"), &encode_exr(&texture).unwrap(), Encoding::Auto).unwrap(), texture);
     }
 
@@ -187,7 +187,14 @@ mod tests {
     fn broken_images_are_errors() {
         let whole = [
             png(png::ColorType::Rgb, png::BitDepth::Eight, &[1; 6]),
-            encode_exr(&Texture { name: String::new(), width: 4, height: 4, pixels: vec![[1.0; 3]; 16] }).unwrap(),
+            encode_exr(&Texture {
+                name: String::new(),
+                width: 4,
+                height: 4,
+                pixels: vec![[1.0; 3]; 16],
+                wrap: [Wrap::Repeat; 2],
+            })
+            .unwrap(),
             b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n\x01\x02\x03\x80\x01\x02\x03\x80".to_vec(),
         ];
         for bytes in whole {

@@ -26,7 +26,8 @@
 //! - **Mesh** as polygons, **UsdPreviewSurface** (diffuseColor, also by texture, emissiveColor, roughness, metallic, ior), **Camera**,
 //!   **DomeLight**, **DistantLight**, **RectLight**, **DiskLight**, **SphereLight**. `vellus:lightGroup` names a light's group, else
 //!   its prim does; `vellus:groundHeight` and `vellus:groundRadius` lay a dome's image on the ground ([`vellus_scene::Ground`]).
-//! - Composition, instances, transforms, visibility, purpose, samples in time. Textures as PNG, Radiance HDR and OpenEXR.
+//! - Composition, instances, transforms, visibility, purpose, samples in time. Textures as PNG, Radiance HDR and OpenEXR;
+//!   they repeat unless wrapS and wrapT of UsdUVTexture say clamp, mirror or black.
 //!
 //! All else that would be seen is named in a [`Warning`]. Lengths are in the scene's unit, whatever `metersPerUnit` says.
 

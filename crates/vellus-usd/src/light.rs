@@ -7,7 +7,7 @@ use crate::reader::Reader;
 use crate::stage::{Stage, When};
 use glam::{DMat3, DMat4, DVec3};
 use std::f64::consts::PI;
-use vellus_scene::{Ground, Light};
+use vellus_scene::{Ground, Light, Wrap};
 
 /// An attribute of a light; files from before USD 21.02 have it without `inputs:`.
 fn get(stage: &Stage, prim: &str, name: &str, fallback: f64) -> Result<f64, Error> {
@@ -120,7 +120,7 @@ fn light_texture(reader: &mut Reader, prim: &str) -> Result<Option<usize>, Error
         Some(file) => Some(file),
         None => reader.stage.asset(prim, "texture:file")?,
     };
-    file.map(|file| reader.texture(file, Encoding::Auto, None)).transpose()
+    file.map(|file| reader.texture(file, Encoding::Auto, None, [Wrap::Repeat; 2])).transpose()
 }
 
 /// The pole of a DomeLight is +y of its frame, whatever is up; the middle of its image is +z (OpenEXR), where ours is −z.

@@ -10,7 +10,7 @@ use crate::{camera, curves, light, mesh};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use vellus::Fiber;
-use vellus_scene::Scene;
+use vellus_scene::{Scene, Texture, Wrap};
 
 /// What a file does not say.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,7 +85,7 @@ pub(crate) struct Reader<'a> {
     pub looks: HashMap<String, BoundLook>,
     /// By material, or by mesh where it has none.
     pub surfaces: HashMap<String, usize>,
-    textures: HashMap<(String, Encoding, Option<usize>), usize>,
+    textures: HashMap<(String, Encoding, Option<usize>, [Wrap; 2]), usize>,
 }
 
 impl Reader<'_> {
@@ -144,15 +144,21 @@ impl Reader<'_> {
     }
 
     /// Index of the texture in a file; `channel` makes it grey.
-    pub fn texture(&mut self, file: String, encoding: Encoding, channel: Option<usize>) -> Result<usize, Error> {
-        let key = (file, encoding, channel);
+    pub fn texture(
+        &mut self,
+        file: String,
+        encoding: Encoding,
+        channel: Option<usize>,
+        wrap: [Wrap; 2],
+    ) -> Result<usize, Error> {
+        let key = (file, encoding, channel, wrap);
         if let Some(&index) = self.textures.get(&key) {
             return Ok(index);
         }
         let bytes = self.stage.asset_bytes(&key.0)?;
         // The part in brackets is the file in the package.
         let name = PathBuf::from(key.0.trim_end_matches(']').replace('[', "/"));
-        let mut texture = image::decode(&name, &bytes, encoding)?;
+        let mut texture = Texture { wrap, ..image::decode(&name, &bytes, encoding)? };
         if let Some(channel) = channel {
             texture.pixels.iter_mut().for_each(|pixel| *pixel = [pixel[channel]; 3]);
         }

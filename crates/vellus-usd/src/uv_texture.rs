@@ -4,7 +4,26 @@ use crate::error::Error;
 use crate::image::Encoding;
 use crate::network::{Input, Shader, input};
 use crate::reader::Reader;
-use crate::stage::When;
+use crate::stage::{Stage, When};
+use vellus_scene::Wrap;
+
+/// What lies beyond the image along u and v.
+pub(crate) const WRAP_INPUTS: [&str; 2] = ["inputs:wrapS", "inputs:wrapT"];
+
+/// The words for it.
+pub(crate) const WRAPS: [(&str, Wrap); 4] =
+    [("repeat", Wrap::Repeat), ("clamp", Wrap::Clamp), ("mirror", Wrap::Mirror), ("black", Wrap::Black)];
+
+/// What a shader says of that. Images have no say in it here: where they are to have, and where nothing is said, they repeat.
+fn wrap(stage: &Stage, prim: &str, name: &str) -> Result<Wrap, Error> {
+    let Input::Value(at) = input(stage, prim, name)? else { return Ok(Wrap::default()) };
+    let words = stage.words(&at.prim, &at.name)?.unwrap_or_default();
+    let word = words.first().map_or("useMetadata", String::as_str);
+    let known = WRAPS.iter().find(|(known, _)| *known == word).map(|(_, wrap)| *wrap);
+    known.or((word == "useMetadata").then(Wrap::default)).ok_or_else(|| {
+        Error::prim(prim, format!("{name} is {word}: it must be repeat, clamp, mirror, black or useMetadata"))
+    })
+}
 
 /// Index of its texture, and what multiplies it. `is_number` says that only the first channel will be looked at.
 pub(crate) fn uv_texture(reader: &mut Reader, shader: &Shader, is_number: bool) -> Result<(usize, [f32; 3]), Error> {
@@ -37,6 +56,8 @@ pub(crate) fn uv_texture(reader: &mut Reader, shader: &Shader, is_number: bool) 
     };
     let scale = four("inputs:scale", 1.0)?;
     let bias = four("inputs:bias", 0.0)?;
+    let [s, t] = WRAP_INPUTS;
+    let wrap = [wrap(stage, prim, s)?, wrap(stage, prim, t)?];
     let coordinates = input(stage, prim, "inputs:st")?;
     if bias != [0.0; 3] {
         reader.warnings.add(prim, "inputs:bias is not supported and left out");
@@ -47,6 +68,6 @@ pub(crate) fn uv_texture(reader: &mut Reader, shader: &Shader, is_number: bool) 
             reader.warnings.add(prim, "its texture coordinates are always the primvar st, not changed on the way");
         }
     }
-    let texture = reader.texture(file, encoding, channel)?;
+    let texture = reader.texture(file, encoding, channel, wrap)?;
     Ok((texture, channel.map_or(scale, |c| [scale[c]; 3])))
 }

@@ -8,7 +8,7 @@ use crate::write_look::{look, surface};
 use std::collections::HashSet;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
-use vellus_scene::Scene;
+use vellus_scene::{Scene, Wrap};
 
 /// Paths in the stage and names of files of what others refer to, in the order of the scene.
 #[derive(Default)]
@@ -19,12 +19,15 @@ pub(crate) struct Names {
     pub surfaces: Vec<String>,
     /// Files beside the stage.
     pub textures: Vec<String>,
+    /// What lies beyond their edges.
+    pub wraps: Vec<[Wrap; 2]>,
 }
 
 /// Writes a scene as text (.usda), and beside it its textures as OpenEXR in the folder `NAME-textures`.
 ///
 /// What [`crate::read`] gives for it equals the scene, but for this:
 /// - angles and the radius of the lens may be off by their last bit;
+/// - images of lights repeat;
 /// - a texture is called after its file; quotes, backslashes and control characters in names are replaced;
 /// - light groups are those of [`Scene::light_group_names`];
 /// - looks, surfaces and textures come in the order they are used in, without those that are not.
@@ -40,7 +43,8 @@ pub fn write(scene: &Scene, file: &Path) -> Result<(), Error> {
     if file.extension().is_none_or(|extension| extension != "usda") {
         return Err(Error::file(file, "scenes are written as text: the name must end in .usda"));
     }
-    let names = Names { textures: textures(scene, file)?, ..Names::default() };
+    let wraps = scene.textures.iter().map(|texture| texture.wrap).collect();
+    let names = Names { textures: textures(scene, file)?, wraps, ..Names::default() };
     atomically(file, |out| stage(scene, names, Text::new(out)))
 }
 

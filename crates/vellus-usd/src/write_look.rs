@@ -2,6 +2,7 @@
 
 use crate::look::{SHADER, is_rgb};
 use crate::text::{Literal, Text};
+use crate::uv_texture::{WRAP_INPUTS, WRAPS};
 use crate::write::{Names, vellus_name};
 use crate::write_geometry::to_file;
 use std::io::{self, Write};
@@ -36,7 +37,7 @@ pub(crate) fn look<W: Write>(text: &mut Text<W>, look: &Look, names: &Names) -> 
     for (parameter, value) in &look.textured {
         let output = if is_rgb(*parameter) { "float3 outputs:rgb" } else { "float outputs:r" };
         let scale = to_file(*parameter, value.scale);
-        uv_texture(text, &path, parameter.key(), &names.textures[value.texture], scale, output)?;
+        uv_texture(text, &path, parameter.key(), names, value.texture, scale, output)?;
     }
     coordinates(text, !look.textured.is_empty())?;
     text.close()?;
@@ -81,8 +82,7 @@ pub(crate) fn surface<W: Write>(text: &mut Text<W>, surface: &Surface, names: &N
     text.line("token outputs:surface")?;
     text.close()?;
     if let Some(texture) = surface.color.texture {
-        let file = &names.textures[texture];
-        uv_texture(text, &path, "Color", file, surface.color.color, "float3 outputs:rgb")?;
+        uv_texture(text, &path, "Color", names, texture, surface.color.color, "float3 outputs:rgb")?;
     }
     coordinates(text, surface.color.texture.is_some())?;
     text.close()?;
@@ -93,17 +93,20 @@ fn uv_texture<W: Write>(
     text: &mut Text<W>,
     material: &str,
     name: &str,
-    file: &str,
+    names: &Names,
+    texture: usize,
     scale: [f32; 3],
     output: &str,
 ) -> io::Result<()> {
     text.open("Shader", name, "")?;
     text.set("uniform token info:id", "\"UsdUVTexture\"")?;
-    text.set("asset inputs:file", &format!("@{file}@"))?;
+    text.set("asset inputs:file", &format!("@{}@", names.textures[texture]))?;
     text.set("token inputs:sourceColorSpace", "\"raw\"")?;
     text.set("float4 inputs:scale", &[scale[0], scale[1], scale[2], 1.0].text())?;
-    text.set("token inputs:wrapS", "\"repeat\"")?;
-    text.set("token inputs:wrapT", "\"repeat\"")?;
+    for (input, wrap) in WRAP_INPUTS.into_iter().zip(names.wraps[texture]) {
+        let word = WRAPS.iter().find(|(_, known)| *known == wrap).map_or("repeat", |(word, _)| word);
+        text.set(&format!("token {input}"), &format!("\"{word}\""))?;
+    }
     text.set("float2 inputs:st.connect", &format!("<{material}/St.outputs:result>"))?;
     text.line(output)?;
     text.close()

@@ -5,7 +5,7 @@ mod common;
 use common::{read_text, with_width};
 use glam::{Mat3, Vec2, Vec3};
 use vellus::{Fiber, Species};
-use vellus_scene::{Basis, Light, Parameter, Scene, Units, Values};
+use vellus_scene::{Basis, Light, Parameter, Scene, Units, Values, Wrap};
 use vellus_usd::{Options, Warning, read};
 
 /// A curve of four points along x, one unit apart, from 0.
@@ -319,6 +319,7 @@ def Mesh \"m\" {{
     rel material:binding = </Hide>
 }}
 def Material \"Hide\" {{
+    token inputs:wrap = \"clamp\"
     token outputs:surface.connect = </Hide/Graph.outputs:out>
     def NodeGraph \"Graph\" {{
         token outputs:out.connect = </Hide/Graph/Surface.outputs:surface>
@@ -336,6 +337,8 @@ def Material \"Hide\" {{
             asset inputs:file = @{file}@
             token inputs:sourceColorSpace = \"raw\"
             float4 inputs:scale = (0.5, 0.25, 1, 1)
+            token inputs:wrapS = \"mirror\"
+            token inputs:wrapT.connect = </Hide.inputs:wrap>
         }}
     }}
 }}"
@@ -349,6 +352,7 @@ def Material \"Hide\" {{
     assert_eq!((surface.color.color, surface.color.texture), ([0.5, 0.25, 1.0], Some(0)));
     assert_eq!((surface.emission, surface.roughness, surface.metallic, surface.ior), ([0.0, 1.0, 2.0], 0.25, 1.0, 1.5));
     assert_eq!((scene.textures[0].name.as_str(), scene.textures[0].pixels[0]), ("hide.png", [1.0, 0.2, 0.0]));
+    assert_eq!(scene.textures[0].wrap, [Wrap::Mirror, Wrap::Clamp]);
     assert!(said(&warnings).contains("inputs:opacity is not supported"));
     let (scene, _) = stage("hide.png", "g").unwrap();
     assert_eq!((scene.surfaces[0].color.color, scene.textures[0].pixels[0]), ([0.25; 3], [0.2; 3]));

@@ -5,6 +5,7 @@ use std::process::Command;
 use vellus::{Fiber, Species};
 use vellus_scene::{
     Basis, Camera, Ground, Light, Look, Mesh, Parameter, Scene, Strands, Surface, Texture, Tint, Units, Value, Values,
+    Wrap,
 };
 use vellus_usd::{Options, read, write};
 
@@ -17,7 +18,7 @@ fn noise(i: usize) -> f32 {
 fn texture(name: &str, width: usize, height: usize) -> Texture {
     let pixels =
         (0..width * height).map(|i| [noise(3 * i), 40.0 * noise(3 * i + 1), 1e-3 * noise(3 * i + 2)]).collect();
-    Texture { name: name.to_owned(), width, height, pixels }
+    Texture { name: name.to_owned(), width, height, pixels, wrap: [Wrap::Mirror, Wrap::Clamp] }
 }
 
 fn strands(name: &str, basis: Basis, counts: &[u32], look: usize) -> Strands {
@@ -90,7 +91,7 @@ fn scene() -> Scene {
         textures: vec![
             texture("b.exr", 3, 2),
             texture("roots.exr", 1, 4),
-            texture("sky.exr", 4, 2),
+            Texture { wrap: [Wrap::Repeat; 2], ..texture("sky.exr", 4, 2) },
             texture("leather.exr", 2, 2),
         ],
         lights: vec![

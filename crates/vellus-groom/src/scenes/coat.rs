@@ -8,7 +8,7 @@ use crate::roots::Site;
 use crate::settings::{Draw, GrowSettings, Maps};
 use glam::{Vec2, Vec3};
 use vellus::{Color, Fiber};
-use vellus_scene::{Look, Mesh, Parameter, Scene, Strands, Surface, Texture, Tint};
+use vellus_scene::{Look, Mesh, Parameter, Scene, Strands, Surface, Texture, Tint, Wrap};
 
 /// How many fewer strands a small scene has.
 pub(super) const FEWER: usize = 40;
@@ -69,7 +69,13 @@ impl Coat<'_> {
             sigma.map(|sigma| (-5.9 * sigma.sqrt()).exp())
         };
         let pixels = (0..32 * 32).map(texel).collect();
-        scene.textures.push(Texture { name: mesh.name.clone(), width: 32, height: 32, pixels });
+        scene.textures.push(Texture {
+            name: mesh.name.clone(),
+            width: 32,
+            height: 32,
+            pixels,
+            wrap: [Wrap::Repeat; 2],
+        });
         mesh
     }
 

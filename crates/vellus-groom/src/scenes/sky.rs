@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
-use vellus_scene::Texture;
+use vellus_scene::{Texture, Wrap};
 
 const WIDTH: usize = 256;
 const HEIGHT: usize = 128;
@@ -18,7 +18,7 @@ pub(super) fn sky(sun: Vec3) -> Texture {
         let direction = Vec3::new(level * phi.sin(), up, -level * phi.cos());
         radiance(direction, sun).to_array()
     });
-    Texture { name: "sky".to_owned(), width: WIDTH, height: HEIGHT, pixels: pixels.collect() }
+    Texture { name: "sky".to_owned(), width: WIDTH, height: HEIGHT, pixels: pixels.collect(), wrap: [Wrap::Repeat; 2] }
 }
 
 fn radiance(direction: Vec3, sun: Vec3) -> Vec3 {
