@@ -26,6 +26,7 @@
 //! - **Mesh** as polygons, **UsdPreviewSurface** (diffuseColor, also by texture, emissiveColor, roughness, metallic, ior), **Camera**,
 //!   **DomeLight**, **DistantLight**, **RectLight**, **DiskLight**, **SphereLight**. `vellus:lightGroup` names a light's group, else
 //!   its prim does; `vellus:groundHeight` and `vellus:groundRadius` lay a dome's image on the ground ([`vellus_scene::Ground`]).
+//! - Materials bound directly or by collections (those of included and excluded prims; expressions are not evaluated).
 //! - Composition, instances, transforms, visibility, purpose, samples in time. Textures as PNG, Radiance HDR and OpenEXR;
 //!   they repeat unless wrapS and wrapT of UsdUVTexture say clamp, mirror or black.
 //!

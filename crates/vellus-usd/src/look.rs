@@ -34,7 +34,7 @@ pub(crate) fn channels(parameter: Parameter, row: &[f32]) -> [f32; 3] {
 
 /// The look of a prim with curves.
 pub(crate) fn look(reader: &mut Reader, prim: &str) -> Result<BoundLook, Error> {
-    let material = bound_material(&reader.stage, prim)?;
+    let material = bound_material(reader, prim)?;
     let shader = material.as_ref().map(|m| surface_shader(&reader.stage, m)).transpose()?.flatten();
     let shader = shader.filter(|shader| shader.id == SHADER);
     if let (Some(material), None) = (&material, &shader) {

@@ -2,21 +2,59 @@
 
 use crate::error::Error;
 use crate::primvar::ancestors;
+use crate::reader::Reader;
 use crate::stage::{Property, Stage};
 
 /// Longer chains of connections are taken for a circle.
 const LONGEST_CHAIN: usize = 32;
 
-/// The material bound to a prim or to its nearest ancestor that has one.
-pub(crate) fn bound_material(stage: &Stage, prim: &str) -> Result<Option<String>, Error> {
-    for relationship in ["material:binding:full", "material:binding"] {
+/// The material bound to a prim (UsdShadeMaterialBindingAPI): by the nearest of itself and its ancestors that binds one, unless one further
+/// up says that it is stronger. One for final pictures goes before one for any purpose.
+pub(crate) fn bound_material(reader: &mut Reader, prim: &str) -> Result<Option<String>, Error> {
+    for purpose in ["full", ""] {
+        let mut bound = None;
         for path in ancestors(prim) {
-            if let Some(material) = stage.targets(path, relationship)?.into_iter().next() {
-                return Ok(Some(material));
+            if let Some((relationship, material)) = binding(reader, path, prim, purpose)? {
+                let strength = reader.stage.metadata(path, &relationship, "bindMaterialAs")?;
+                if bound.is_none() || strength.as_deref() == Some("strongerThanDescendants") {
+                    bound = Some(material);
+                }
             }
+        }
+        if bound.is_some() {
+            return Ok(bound);
         }
     }
     Ok(None)
+}
+
+/// The relationship by which `path` binds a material to `prim`, itself or below it, and the material. The first collection that has the
+/// prim goes before what is bound to `path` itself.
+fn binding(reader: &mut Reader, path: &str, prim: &str, purpose: &str) -> Result<Option<(String, String)>, Error> {
+    for name in reader.stage.properties(path)? {
+        let Some(rest) = name.strip_prefix("material:binding:collection:") else { continue };
+        // `name`, or `purpose:name`.
+        let of = rest.split_once(':').filter(|(_, name)| !name.contains(':')).map_or("", |(purpose, _)| purpose);
+        if of != purpose {
+            continue;
+        }
+        let targets = reader.stage.targets(path, &name)?;
+        let [collection, material] = &targets[..] else {
+            let what = format!("{name} must have two targets, a collection and a material: it is left out");
+            reader.warnings.add(path, what);
+            continue;
+        };
+        match reader.stage.includes(collection, prim)? {
+            Some(true) => return Ok(Some((name, material.clone()))),
+            Some(false) => {}
+            None => {
+                reader.warnings.add(collection, "collections by an expression are not supported and have no members")
+            }
+        }
+    }
+    let name = if purpose.is_empty() { "material:binding".to_owned() } else { format!("material:binding:{purpose}") };
+    let material = reader.stage.targets(path, &name)?.into_iter().next();
+    Ok(material.map(|material| (name, material)))
 }
 
 /// The attribute at the end of the connections of one: an output of a shader, or what holds the value.

@@ -33,7 +33,7 @@ pub(crate) fn primvar(
     fallback: Interpolation,
 ) -> Result<Option<Primvar>, Error> {
     let Some(mut values) = stage.numbers(prim, name, When::Open)? else { return Ok(None) };
-    let interpolation = match stage.interpolation(prim, name)?.as_deref() {
+    let interpolation = match stage.metadata(prim, name, "interpolation")?.as_deref() {
         None => fallback,
         Some("constant") => Interpolation::Constant,
         Some("uniform") => Interpolation::Uniform,

@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::image::{self, Encoding};
 use crate::look::BoundLook;
+use crate::network::bound_material;
 use crate::place::{Place, places};
 use crate::stage::Stage;
 use crate::warning::{Warning, Warnings};
@@ -128,8 +129,11 @@ impl Reader<'_> {
             "DomeLight" | "DomeLight_1" | "DistantLight" | "RectLight" | "DiskLight" | "SphereLight" => {
                 light::read(self, place)
             }
-            "GeomSubset" if !self.stage.targets(&place.path, "material:binding")?.is_empty() => {
-                self.warnings.add(&place.path, "a mesh has one material: that of part of it is left out");
+            "GeomSubset" => {
+                let whole = place.path.rsplit_once('/').map_or("", |(parent, _)| parent);
+                if bound_material(self, &place.path)? != bound_material(self, whole)? {
+                    self.warnings.add(&place.path, "a mesh has one material: that of part of it is left out");
+                }
                 Ok(())
             }
             // What would be seen in another renderer.

@@ -4,6 +4,7 @@
 //! one. What cannot be caught is kept from happening: [`Careful`] looks at each layer first.
 
 mod careful;
+mod collections;
 mod names;
 mod text_check;
 mod values;
@@ -11,6 +12,7 @@ mod values;
 use crate::error::Error;
 use crate::guard::catch;
 use careful::Careful;
+use collections::Members;
 use openusd::{ar, sdf, usd};
 use std::path::Path;
 use values::{numbers, precise};
@@ -67,6 +69,7 @@ pub(crate) struct Stage {
     stage: usd::Stage,
     /// Which times are read.
     pub clock: Clock,
+    members: Members,
 }
 
 /// A property of a prim: where a connection leads.
@@ -88,7 +91,7 @@ impl Stage {
         let start = guarded(|| Ok(stage.has_authored_time_code_range().then(|| stage.start_time_code())));
         let start = start.map_err(|what| Error::file(file, what))?;
         let open = frame.or(start).unwrap_or(usd::TimeCode::EARLIEST.value());
-        Ok(Stage { stage, clock: Clock { open, close: open } })
+        Ok(Stage { stage, clock: Clock { open, close: open }, members: Members::default() })
     }
 
     /// Paths of all prims that are defined, active and not abstract, depth first, instances included.
@@ -196,10 +199,11 @@ impl Stage {
         Ok(self.value(prim, name, When::Open)?.is_some())
     }
 
-    /// How a primvar's values belong to points, strands or faces.
-    pub fn interpolation(&self, prim: &str, name: &str) -> Result<Option<String>, Error> {
+    /// A word that a property has as metadata: how a primvar's values belong to points, strands or faces, how strong a binding is.
+    pub fn metadata(&self, prim: &str, name: &str, key: &str) -> Result<Option<String>, Error> {
         self.ask(prim, || {
-            let value = self.attribute(prim, name).get_metadata::<sdf::Value>("interpolation")?;
+            // Of relationships too, as metadata is found by the path alone.
+            let value = self.attribute(prim, name).get_metadata::<sdf::Value>(key)?;
             Ok(value.and_then(|value| value.as_str().map(str::to_owned)))
         })
     }

@@ -14,7 +14,7 @@ const IDLE: [(&str, f32); 4] =
 
 /// Index of the surface of a mesh.
 pub(crate) fn surface(reader: &mut Reader, prim: &str) -> Result<usize, Error> {
-    let material = bound_material(&reader.stage, prim)?;
+    let material = bound_material(reader, prim)?;
     let shader = material.as_ref().map(|m| surface_shader(&reader.stage, m)).transpose()?.flatten();
     let shader = shader.filter(|shader| shader.id == "UsdPreviewSurface");
     if let (Some(material), None) = (&material, &shader) {

@@ -1,0 +1,51 @@
+//! Which prims are in a collection (UsdCollectionAPI).
+
+use super::{Failure, Stage};
+use crate::error::Error;
+use openusd::{sdf, usd};
+use std::cell::RefCell;
+use std::collections::{HashMap, HashSet};
+
+/// More collections in one another are taken for a broken file: `openusd` calls itself for each.
+const MOST_COLLECTIONS: usize = 200;
+
+/// Members of the collections that were asked for, by path; `None` where they are given by an expression.
+pub(super) type Members = RefCell<HashMap<String, Option<usd::MembershipQuery>>>;
+
+impl Stage {
+    /// Is a prim in the collection with that path (`/prim.collection:name`)? `None` if the collection is given by an expression, which
+    /// `openusd` does not evaluate.
+    pub fn includes(&self, collection: &str, prim: &str) -> Result<Option<bool>, Error> {
+        if let Some(members) = self.members.borrow().get(collection) {
+            return Ok(members.as_ref().map(|members| members.is_path_included(&sdf::Path::from(prim))));
+        }
+        let members = self.ask(collection, || {
+            let Some((owner, name)) = usd::is_collection_api_path(&sdf::Path::from(collection)) else {
+                return Ok(Some(usd::MembershipQuery::default()));
+            };
+            let collection = usd::Collection::new(owner, name);
+            self.check_chain(&collection)?;
+            if collection.has_expression(&self.stage)? {
+                return Ok(None);
+            }
+            Ok(Some(collection.compute_membership_query(&self.stage)?))
+        })?;
+        self.members.borrow_mut().insert(collection.to_owned(), members);
+        self.includes(collection, prim)
+    }
+    fn check_chain(&self, collection: &usd::Collection) -> Result<(), Failure> {
+        let mut known = HashSet::new();
+        let mut rest = vec![collection.clone()];
+        while let Some(next) = rest.pop() {
+            if known.insert(next.collection_path()?) {
+                let included = next.includes(&self.stage)?;
+                let chained = included.iter().filter_map(usd::is_collection_api_path);
+                rest.extend(chained.map(|(owner, name)| usd::Collection::new(owner, name)));
+            }
+            if known.len() > MOST_COLLECTIONS {
+                return Err(Failure(format!("more than {MOST_COLLECTIONS} collections are in one another")));
+            }
+        }
+        Ok(())
+    }
+}
