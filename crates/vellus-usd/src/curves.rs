@@ -3,10 +3,11 @@
 use crate::error::Error;
 use crate::layout::Layout;
 use crate::look::{channels, look};
+use crate::motion::{Points, points};
 use crate::place::{Place, mean_scale};
 use crate::primvar::{Interpolation, inherited, primvar};
 use crate::reader::Reader;
-use crate::stage::{Numbers, Stage, When};
+use crate::stage::{Stage, When};
 use glam::{DMat4, DVec3, Vec2, Vec3};
 use vellus_scene::{Basis, Parameter, Strands, Values};
 
@@ -17,27 +18,17 @@ const ROOT_UV: [&str; 3] = ["primvars:st", "primvars:uv", "primvars:surface_uv_c
 pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let prim = place.path.as_str();
     let Some((basis, pinned)) = kind(reader, prim)? else { return Ok(()) };
-    let stage = &reader.stage;
-    let counts = stage.integers(prim, "curveVertexCounts", When::Open)?.unwrap_or_default();
-    let points = points(stage, prim, When::Open)?;
-    let layout = Layout::new(prim, basis, pinned, &counts, points.len())?;
+    let Points { open, close } = points(reader, prim)?;
+    let counts = reader.stage.integers(prim, "curveVertexCounts", When::Open)?.unwrap_or_default();
+    let layout = Layout::new(prim, basis, pinned, &counts, open.len())?;
     if layout.counts.is_empty() {
         reader.warnings.add(prim, "it has no curves");
         return Ok(());
     }
     let radii = radii(reader, place, &layout)?;
     let stage = &reader.stage;
-    let opened = to_world(&layout, &points, &place.to_world);
-    let moved = if stage.clock.close == stage.clock.open {
-        None
-    } else {
-        let closed = self::points(stage, prim, When::Close)?;
-        if closed.len() != points.len() {
-            let what = format!("it has {} points as the shutter opens, {} as it closes", points.len(), closed.len());
-            return Err(Error::prim(prim, what));
-        }
-        Some(to_world(&layout, &closed, &place.moved)).filter(|closed| *closed != opened)
-    };
+    let opened = to_world(&layout, &open, &place.to_world);
+    let moved = close.map(|close| to_world(&layout, &close, &place.moved)).filter(|closed| *closed != opened);
     let starts = layout.starts();
     let mut all = Vec::with_capacity(opened.len());
     for (strand, ends) in starts.windows(2).enumerate() {
@@ -101,18 +92,6 @@ fn kind(reader: &mut Reader, prim: &str) -> Result<Option<(Basis, bool)>, Error>
         }
         ("cubic", _) => Err(Error::prim(prim, format!("basis is {basis}: it must be bezier, bspline or catmullRom"))),
         _ => Err(Error::prim(prim, format!("type is {kind}: it must be linear or cubic"))),
-    }
-}
-
-fn points(stage: &Stage, prim: &str, when: When) -> Result<Vec<[f32; 3]>, Error> {
-    let numbers = stage.numbers(prim, "points", when)?.unwrap_or(Numbers { values: Vec::new(), lanes: 3 });
-    if numbers.lanes != 3 {
-        return Err(Error::prim(prim, "points must have three coordinates"));
-    }
-    let (points, _) = numbers.values.as_chunks::<3>();
-    match points.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
-        Some(i) => Err(Error::prim(prim, format!("points[{i}] is {:?}: it must be finite", points[i]))),
-        None => Ok(points.to_vec()),
     }
 }
 

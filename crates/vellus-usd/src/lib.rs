@@ -27,7 +27,7 @@
 //!   **DomeLight**, **DistantLight**, **RectLight**, **DiskLight**, **SphereLight**. `vellus:lightGroup` names a light's group, else
 //!   its prim does; `vellus:groundHeight` and `vellus:groundRadius` lay a dome's image on the ground ([`vellus_scene::Ground`]).
 //! - Materials bound directly or by collections (those of included and excluded prims; expressions are not evaluated).
-//! - Composition, instances, transforms, visibility, purpose, samples in time. Textures as PNG, Radiance HDR and OpenEXR;
+//! - Composition, instances, transforms, visibility, purpose, samples in time, velocities and accelerations. Textures as PNG, Radiance HDR and OpenEXR;
 //!   they repeat unless wrapS and wrapT of UsdUVTexture say clamp, mirror or black.
 //!
 //! All else that would be seen is named in a [`Warning`]. Lengths are in the scene's unit, whatever `metersPerUnit` says.
@@ -42,6 +42,7 @@ mod layout;
 mod light;
 mod look;
 mod mesh;
+mod motion;
 mod network;
 mod place;
 mod primvar;

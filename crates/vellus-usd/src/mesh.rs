@@ -1,6 +1,7 @@
 //! UsdGeomMesh: polygons into triangles.
 
 use crate::error::Error;
+use crate::motion::{Points, points};
 use crate::place::Place;
 use crate::primvar::{Interpolation, Primvar, primvar};
 use crate::reader::Reader;
@@ -23,21 +24,19 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let word = |name: &str| stage.words(prim, name).map(|words| words.unwrap_or_default().into_iter().next());
     let left_handed = word("orientation")?.as_deref() == Some("leftHanded");
     let scheme = word("subdivisionScheme")?;
-    let points = stage.numbers(prim, "points", When::Open)?.filter(|p| p.len() > 0);
-    let Some(points) = points else {
+    let Points { open, close } = points(reader, prim)?;
+    if open.is_empty() {
         reader.warnings.add(prim, "it has no points");
         return Ok(());
-    };
-    if points.lanes != 3 {
-        return Err(Error::prim(prim, "points must have three coordinates"));
     }
+    let stage = &reader.stage;
     let counts = stage.integers(prim, "faceVertexCounts", When::Open)?.unwrap_or_default();
     let indices = stage.integers(prim, "faceVertexIndices", When::Open)?.unwrap_or_default();
     let holes = stage.integers(prim, "holeIndices", When::Open)?.unwrap_or_default();
     // A mirror turns the order of corners round; both together leave it.
     let flipped = left_handed != (place.to_world.determinant() < 0.0);
-    let triangles = triangles(prim, &counts, &indices, &holes, points.len(), flipped)?;
-    let (points_count, faces, corners) = (points.len(), counts.len(), indices.len());
+    let triangles = triangles(prim, &counts, &indices, &holes, open.len(), flipped)?;
+    let (points_count, faces, corners) = (open.len(), counts.len(), indices.len());
     let size = |interpolation| match interpolation {
         Interpolation::Constant => 1,
         Interpolation::Uniform => faces,
@@ -69,22 +68,11 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
 
     let matrix = place.to_world;
     let is_identity = matrix == DMat4::IDENTITY;
-    let (rows, _) = points.values.as_chunks::<3>();
-    let to_world = |p: &[f32; 3], matrix: &DMat4| matrix.transform_point3(DVec3::from(p.map(f64::from))).as_vec3();
-    let positions: Vec<Vec3> = rows.iter().map(|p| to_world(p, &matrix)).collect();
-    let moved = if stage.clock.close == stage.clock.open {
-        None
-    } else {
-        let closed = stage.numbers(prim, "points", When::Close)?.filter(|p| p.lanes == 3).map(|p| p.values);
-        let closed = closed.unwrap_or_default();
-        let (rows, _) = closed.as_chunks::<3>();
-        if rows.len() != positions.len() {
-            let what = format!("it has {} points as the shutter opens, {} as it closes", positions.len(), rows.len());
-            return Err(Error::prim(prim, what));
-        }
-        let closed: Vec<Vec3> = rows.iter().map(|p| to_world(p, &place.moved)).collect();
-        Some(closed).filter(|closed| *closed != positions)
+    let to_world = |points: Vec<[f32; 3]>, matrix: &DMat4| -> Vec<Vec3> {
+        points.into_iter().map(|p| matrix.transform_point3(DVec3::from(p.map(f64::from))).as_vec3()).collect()
     };
+    let positions = to_world(open, &matrix);
+    let moved = close.map(|close| to_world(close, &place.moved)).filter(|closed| *closed != positions);
     let linear = DMat3::from_mat4(matrix);
     let normal_matrix = if linear.determinant() == 0.0 { linear } else { linear.inverse().transpose() };
     let normal = |row: &[f32]| {

@@ -19,17 +19,21 @@ use values::{numbers, precise};
 use vellus_scene::Units;
 
 /// When a value is read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum When {
     /// As the shutter opens.
     Open,
     /// As it closes.
     Close,
+    /// At that time code.
+    At(f64),
 }
 
 /// Which time codes are read.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Clock {
+    /// Time code of the frame.
+    pub frame: f64,
     /// Time code of [`When::Open`].
     pub open: f64,
     /// Time code of [`When::Close`].
@@ -39,7 +43,7 @@ pub(crate) struct Clock {
 impl Clock {
     /// Neither the stage nor who reads it says which frame.
     pub fn is_timeless(&self) -> bool {
-        self.open == usd::TimeCode::EARLIEST.value()
+        self.frame == usd::TimeCode::EARLIEST.value()
     }
 }
 
@@ -91,7 +95,7 @@ impl Stage {
         let start = guarded(|| Ok(stage.has_authored_time_code_range().then(|| stage.start_time_code())));
         let start = start.map_err(|what| Error::file(file, what))?;
         let open = frame.or(start).unwrap_or(usd::TimeCode::EARLIEST.value());
-        Ok(Stage { stage, clock: Clock { open, close: open }, members: Members::default() })
+        Ok(Stage { stage, clock: Clock { frame: open, open, close: open }, members: Members::default() })
     }
 
     /// Paths of all prims that are defined, active and not abstract, depth first, instances included.
@@ -194,6 +198,20 @@ impl Stage {
         .map_err(|what| Error::file(Path::new(resolved), what))
     }
 
+    /// Time of the last sample of an attribute that is not after that time, or else of the first; `None` where it has no samples.
+    pub fn sample_before(&self, prim: &str, name: &str, time: f64) -> Result<Option<f64>, Error> {
+        self.ask(prim, || {
+            let around = self.attribute(prim, name).bracketing_time_samples(usd::TimeCode::new(time))?;
+            Ok(around.map(|(before, _)| before))
+        })
+    }
+
+    /// Time codes in a second, which is what velocities are measured by.
+    pub fn time_codes_per_second(&self) -> Result<f64, String> {
+        let codes = guarded(|| Ok(self.stage.time_codes_per_second()))?;
+        if codes.is_finite() && codes > 0.0 { Ok(codes) } else { Err("timeCodesPerSecond must be positive".to_owned()) }
+    }
+
     /// Has an attribute any value?
     pub fn has_value(&self, prim: &str, name: &str) -> Result<bool, Error> {
         Ok(self.value(prim, name, When::Open)?.is_some())
@@ -248,7 +266,11 @@ impl Stage {
 
     /// The value, if any layer gives one that is not blocked. At any time samples go before the value without time of the same layer.
     fn value(&self, prim: &str, name: &str, when: When) -> Result<Option<sdf::Value>, Error> {
-        let time = if when == When::Open { self.clock.open } else { self.clock.close };
+        let time = match when {
+            When::Open => self.clock.open,
+            When::Close => self.clock.close,
+            When::At(time) => time,
+        };
         self.ask(prim, || {
             let attribute = self.attribute(prim, name);
             let real = |value: &sdf::Value| !matches!(value, sdf::Value::None | sdf::Value::ValueBlock);

@@ -596,3 +596,52 @@ fn materials_are_bound_by_collections() {
     let error = read_text(&body, &Options::default()).unwrap_err().to_string();
     assert!(error.contains("more than 200 collections"), "{error}");
 }
+
+/// Velocities are per second, from the sample before the shutter opens, or from the frame where there is none; they go before later
+/// samples, which may be of other points.
+#[test]
+fn velocities_move_curves_and_meshes() {
+    let read = |points: &str, more: &str, frame| {
+        let shape = format!("point3f[] points{points}\n {more}");
+        let body = format!(
+            "( startTimeCode = 1 endTimeCode = 9 timeCodesPerSecond = 25 )
+def BasisCurves \"c\" {{ uniform token type = \"linear\" int[] curveVertexCounts.timeSamples = {{ 1: [2], 3: [3] }} float[] widths = [1]
+    {shape} double3 xformOp:translate = (0, 0, 9) uniform token[] xformOpOrder = [\"xformOp:translate\"] }}
+def Mesh \"m\" {{ uniform token subdivisionScheme = \"none\" int[] faceVertexCounts = [3] int[] faceVertexIndices = [0, 1, 1] {shape} }}
+def Camera \"eye\" {{ double shutter:open = -0.25 double shutter:close = 0.5 }}"
+        );
+        let (scene, warnings) = read_text(&body, &Options { frame: Some(frame), ..Options::default() }).unwrap();
+        let (curve, mesh) = (&scene.strands[0], &scene.meshes[0]);
+        let ends = (curve.points[1].truncate(), curve.moved.as_ref().map(|moved| moved[1]));
+        let up = |p: Vec3| p + 9.0 * Vec3::Z;
+        let of_mesh = (up(mesh.positions[1]), mesh.moved.as_ref().map(|moved| up(moved[1])));
+        assert!(ends.0.abs_diff_eq(of_mesh.0, 1e-5), "{ends:?} {of_mesh:?}");
+        assert_eq!(ends.1.is_some(), of_mesh.1.is_some());
+        (ends.0, ends.1.unwrap_or(ends.0), said(&warnings))
+    };
+    let expect = |found: (Vec3, Vec3, String), x: [f32; 2]| {
+        let at = |x: f32| Vec3::new(x, 1.0, 9.0);
+        // Coordinates near 9 to single precision, twice.
+        assert!(found.0.abs_diff_eq(at(x[0]), 4e-6) && found.1.abs_diff_eq(at(x[1]), 4e-6), "{found:?}, not {x:?}");
+        assert_eq!(found.2, "");
+    };
+    let still = " = [(0,0,0), (0,1,0)]";
+    // 50 a second are 2 a frame.
+    expect(read(still, "vector3f[] velocities = [(0,0,0), (50,0,0)]", 2.0), [-0.5, 1.0]);
+    let accelerations = "vector3f[] velocities = [(0,0,0), (50,0,0)] vector3f[] accelerations = [(0,0,0), (2500,0,0)]";
+    // ½ · 4 t² in frames.
+    expect(read(still, accelerations, 2.0), [-0.5 + 0.125, 1.0 + 0.5]);
+    let sampled = ".timeSamples = { 1: [(0,0,0), (7,1,0)], 3: [(0,0,0), (8,1,0), (9,1,0)] }";
+    let fast = "vector3f[] velocities.timeSamples = { 1: [(0,0,0), (50,0,0)], 3: [(0,0,0), (25,0,0), (0,0,0)] }";
+    expect(read(sampled, fast, 1.25), [7.0, 8.5]);
+    expect(read(sampled, fast, 2.75), [10.0, 11.5]);
+    // From the new sample on, with its points.
+    expect(read(sampled, fast, 3.25), [8.0, 8.75]);
+    // What does not fit is said, and the samples are what there is.
+    let two = ".timeSamples = { 1: [(0,0,0), (7,1,0)], 3: [(0,0,0), (9,1,0)] }";
+    for wrong in ["velocities = [(1,0,0)]", "velocities.timeSamples = { 2: [(0,0,0), (50,0,0)] }"] {
+        let (open, close, said) = read(two, &format!("vector3f[] {wrong}"), 1.25);
+        assert_eq!((open.x, close.x), (7.0, 7.75));
+        assert!(said.contains("/c, /m: its velocities are not those of its points"), "{said}");
+    }
+}
