@@ -3,8 +3,8 @@
 #[path = "../../vellus/tests/common/mod.rs"]
 mod common;
 
+use common::sphere::{ChiSquared, integral};
 use common::{Uniform, direction, full_fiber};
-use std::f64::consts::{PI, TAU};
 use vellus::{Fiber, Model, Scattering, Species, Window};
 use vellus_models::{AnyModel, ModelKind, Yan2015};
 
@@ -38,80 +38,25 @@ fn pdf_integrates_to_one() {
     for (kind, fiber, model) in models() {
         for (theta_o, h) in [(0.7, -0.45), (-1.2, 0.8)] {
             let hit = model.at(direction(theta_o, 0.4), Window::near(h));
-            let (n_theta, n_phi) = (600, 360);
-            let mut sum = 0.0;
-            for i in 0..n_theta {
-                let theta = ((f64::from(i) + 0.5) / f64::from(n_theta) - 0.5) * PI;
-                for j in 0..n_phi {
-                    let pdf = hit.pdf(direction(theta, (f64::from(j) + 0.5) / f64::from(n_phi) * TAU));
-                    sum += f64::from(pdf) * theta.cos();
-                }
-            }
-            sum *= PI / f64::from(n_theta) * TAU / f64::from(n_phi);
+            let sum = integral([600, 360], |wi| hit.pdf(wi));
             // Midpoints 0.3° and 1° apart, of lobes 2.3° wide and more.
             assert!((sum - 1.0).abs() < 2e-3, "{kind} {fiber:?} {theta_o}: {sum}");
         }
     }
 }
 
-/// χ² of 300,000 samples in 16 × 32 equal-area cells against the pdf integrated over each cell, with significance 0.01 over
-/// all tests together by Šidák; see `sample_histogram_matches_pdf` of `vellus`.
+/// [`ChiSquared`], of lobes at least 2.3° wide in bands of 4° to 29°.
 #[test]
 fn sample_histogram_matches_pdf() {
-    let (rows, columns, samples) = (16usize, 32usize, 300_000usize);
     let mut random = Uniform(7);
     let hits = [(0.35f64, 0.3f32), (-1.2, -0.8)];
-    let tests = (models().count() * hits.len()) as f64;
+    let tests = models().count() * hits.len();
+    let test = ChiSquared { cells: [16, 32], samples: 300_000, midpoints: [16, 12], tests };
     for (kind, fiber, model) in models() {
         for (theta_o, h) in hits {
             let hit = model.at(direction(theta_o, 2.2), Window::near(h));
-            let mut observed = vec![0.0f64; rows * columns];
-            for _ in 0..samples {
-                let wi = hit.sample(random.numbers()).wi;
-                let row = ((f64::from(wi.x) * 0.5 + 0.5) * rows as f64) as usize;
-                let turn = f64::from(wi.z).atan2(wi.y.into()) / TAU;
-                let column = (turn.rem_euclid(1.0) * columns as f64) as usize;
-                observed[row.min(rows - 1) * columns + column.min(columns - 1)] += 1.0;
-            }
-            // 16 × 12 midpoints a cell, of lobes at least 2.3° wide in bands of 4° to 29°.
-            let mut expected = vec![0.0f64; rows * columns];
-            for row in 0..rows {
-                let band = [row, row + 1].map(|r| (2.0 * r as f64 / rows as f64 - 1.0).clamp(-1.0, 1.0).asin());
-                let (n_theta, n_phi) = (16, 12 * columns);
-                for i in 0..n_theta {
-                    let theta = band[0] + (band[1] - band[0]) * (f64::from(i) + 0.5) / f64::from(n_theta);
-                    let weight = theta.cos() * (band[1] - band[0]) / f64::from(n_theta) * TAU / n_phi as f64;
-                    for j in 0..n_phi {
-                        let phi = (j as f64 + 0.5) / n_phi as f64 * TAU;
-                        expected[row * columns + j / 12] += f64::from(hit.pdf(direction(theta, phi))) * weight;
-                    }
-                }
-            }
-            let (mut chi2, mut cells, mut pooled) = (0.0, 0, [0.0f64; 2]);
-            for (o, e) in observed.iter().zip(&expected) {
-                let e = e * samples as f64;
-                if e < 10.0 {
-                    pooled[0] += o;
-                    pooled[1] += e;
-                } else {
-                    chi2 += (o - e).powi(2) / e;
-                    cells += 1;
-                }
-            }
-            if pooled[1] > 1.0 {
-                chi2 += (pooled[0] - pooled[1]).powi(2) / pooled[1];
-                cells += 1;
-            }
-            let df = f64::from(cells - 1);
-            let alpha = 1.0 - 0.99f64.powf(1.0 / tests);
-            // Upper normal quantile (Abramowitz and Stegun 26.2.23), and Wilson and Hilferty's of χ².
-            let t = (-2.0 * alpha.ln()).sqrt();
-            let z = t
-                - (2.515_517 + t * (0.802_853 + t * 0.010_328))
-                    / (1.0 + t * (1.432_788 + t * (0.189_269 + t * 0.001_308)));
-            let w = 2.0 / (9.0 * df);
-            let limit = df * (1.0 - w + z * w.sqrt()).powi(3);
-            assert!(chi2 < limit, "{kind} {fiber:?} θ_o {theta_o} h {h}: χ² {chi2} over {limit}, {df} degrees");
+            let follows = test.check(|| hit.sample(random.numbers()).wi, |wi| hit.pdf(wi));
+            assert_eq!(follows, Ok(()), "{kind} {fiber:?} θ_o {theta_o} h {h}");
         }
     }
 }

@@ -2,8 +2,9 @@
 
 mod common;
 
+use common::sphere::{ChiSquared, integral};
 use common::{Uniform, direction, full_fiber};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use vellus::{Bcsdf, Fiber, Lobe, Species, Window};
 
 fn fibers() -> Vec<Fiber> {
@@ -18,28 +19,14 @@ fn pdf_integrates_to_one() {
     for (fiber, window) in fibers().into_iter().flat_map(|fiber| windows.map(|window| (fiber, window))) {
         let bcsdf = Bcsdf::new(&fiber).unwrap();
         let hit = bcsdf.at(direction(0.7, 0.4), window);
-        let (n_theta, n_phi) = (900, 720);
-        let mut sum = 0.0;
-        for i in 0..n_theta {
-            let theta = ((f64::from(i) + 0.5) / f64::from(n_theta) - 0.5) * PI;
-            for j in 0..n_phi {
-                let pdf = hit.pdf(direction(theta, (f64::from(j) + 0.5) / f64::from(n_phi) * TAU));
-                sum += f64::from(pdf) * theta.cos();
-            }
-        }
-        sum *= PI / f64::from(n_theta) * TAU / f64::from(n_phi);
+        let sum = integral([900, 720], |wi| hit.pdf(wi));
         assert!((sum - 1.0).abs() < 1e-3, "{fiber:?} {window:?}: {sum}");
     }
 }
 
-/// χ² of 2,000,000 samples in 20 × 40 equal-area cells, against the pdf integrated over each cell.
-///
-/// Significance 0.01 over all fibres and hits together, by Šidák: 1 − 0.99^(1/n) each. The threshold uses the
-/// Wilson–Hilferty approximation of the χ² quantile. A wrong tilt sign, a lost Jacobian or a
-/// wrong lobe probability exceed it by orders of magnitude.
+/// Of all fibres, at four hits: [`ChiSquared`].
 #[test]
 fn sample_histogram_matches_pdf() {
-    let (rows, columns, samples) = (20usize, 40usize, 2_000_000usize);
     let hits = [
         (0.35f64, Window::near(0.3)),
         (-1.2, Window::near(-0.8)),
@@ -47,60 +34,14 @@ fn sample_histogram_matches_pdf() {
         (-1.2, Window::pixel(-0.4, 0.9)),
     ];
     let mut random = Uniform(3);
-    let tests = (fibers().len() * hits.len()) as f64;
+    let tests = fibers().len() * hits.len();
+    let test = ChiSquared { cells: [20, 40], samples: 2_000_000, midpoints: [48, 24], tests };
     for fiber in fibers() {
         let bcsdf = Bcsdf::new(&fiber).unwrap();
         for (theta_o, window) in hits {
-            let phi_o = 2.2;
-            let hit = bcsdf.at(direction(theta_o, phi_o), window);
-            let mut observed = vec![0.0f64; rows * columns];
-            for _ in 0..samples {
-                let wi = hit.sample(random.numbers()).wi;
-                let row = ((f64::from(wi.x) * 0.5 + 0.5) * rows as f64) as usize;
-                let turn = f64::from(wi.z).atan2(wi.y.into()) / TAU;
-                let column = (turn.rem_euclid(1.0) * columns as f64) as usize;
-                observed[row.min(rows - 1) * columns + column.min(columns - 1)] += 1.0;
-            }
-            // 48 × 24 midpoints a cell; in θ within the cell's band, where narrow lobes are smooth.
-            let mut expected = vec![0.0f64; rows * columns];
-            for row in 0..rows {
-                let band = [row, row + 1].map(|r| (2.0 * r as f64 / rows as f64 - 1.0).clamp(-1.0, 1.0).asin());
-                let (n_theta, n_phi) = (48, 24 * columns);
-                for i in 0..n_theta {
-                    let theta = band[0] + (band[1] - band[0]) * (f64::from(i) + 0.5) / f64::from(n_theta);
-                    let weight = theta.cos() * (band[1] - band[0]) / f64::from(n_theta) * TAU / n_phi as f64;
-                    for j in 0..n_phi {
-                        let phi = (j as f64 + 0.5) / n_phi as f64 * TAU;
-                        expected[row * columns + j / 24] += f64::from(hit.pdf(direction(theta, phi))) * weight;
-                    }
-                }
-            }
-            // Cells with fewer than 10 expected samples are pooled.
-            let (mut chi2, mut cells, mut pooled) = (0.0, 0, [0.0f64; 2]);
-            for (o, e) in observed.iter().zip(&expected) {
-                let e = e * samples as f64;
-                if e < 10.0 {
-                    pooled[0] += o;
-                    pooled[1] += e;
-                } else {
-                    chi2 += (o - e).powi(2) / e;
-                    cells += 1;
-                }
-            }
-            if pooled[1] > 1.0 {
-                chi2 += (pooled[0] - pooled[1]).powi(2) / pooled[1];
-                cells += 1;
-            }
-            let df = f64::from(cells - 1);
-            let alpha = 1.0 - 0.99f64.powf(1.0 / tests);
-            // Upper normal quantile at α ≈ 4e-4 (Abramowitz and Stegun 26.2.23, 4.5e-4).
-            let t = (-2.0 * alpha.ln()).sqrt();
-            let z = t
-                - (2.515_517 + t * (0.802_853 + t * 0.010_328))
-                    / (1.0 + t * (1.432_788 + t * (0.189_269 + t * 0.001_308)));
-            let w = 2.0 / (9.0 * df);
-            let limit = df * (1.0 - w + z * w.sqrt()).powi(3);
-            assert!(chi2 < limit, "{fiber:?} θ_o {theta_o} {window:?}: χ² {chi2} over {limit} with {df} degrees");
+            let hit = bcsdf.at(direction(theta_o, 2.2), window);
+            let follows = test.check(|| hit.sample(random.numbers()).wi, |wi| hit.pdf(wi));
+            assert_eq!(follows, Ok(()), "{fiber:?} θ_o {theta_o} {window:?}");
         }
     }
 }

@@ -1,6 +1,8 @@
 //! What the tests share: directions, a generator, a fibre with every parameter non-zero.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
+pub mod sphere;
+
 use glam::Vec3;
 use vellus::{Fiber, TableData, Tables};
 
