@@ -43,7 +43,7 @@ mod tests {
         let mut camera = Camera::look_at(Vec3::new(1.0, 2.0, 5.0), Vec3::new(0.2, 0.1, 0.0), Vec3::Y, 0.6, 1.5);
         camera.moved = Some(Mat4::from_rotation_y(0.3) * Mat4::from_translation(Vec3::Z) * camera.to_world);
         let place = |i: usize, k: f32| Vec3::new((i as f32 * k).sin(), (i as f32).cos(), (i as f32 * 0.37).sin() * 8.0);
-        let radius = |i: usize| if i % 5 == 0 { 0.0 } else { 0.004 * (i % 7) as f32 };
+        let radius = |i: usize| if i.is_multiple_of(5) { 0.0 } else { 0.004 * (i % 7) as f32 };
         let strands = Strands {
             name: "fur".to_owned(),
             basis: Basis::Linear,
