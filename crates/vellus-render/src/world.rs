@@ -10,7 +10,7 @@ use crate::triangles::{TriangleHit, Triangles};
 use crate::view::View;
 use glam::Vec2;
 use vellus::{Bcsdf, Fiber, Model};
-use vellus_scene::{Basis, Error, Look, Parameter, Scene, Strands, Surface, Texture, Values};
+use vellus_scene::{Basis, Camera, Error, Look, Parameter, Scene, Strands, Surface, Texture, Values};
 
 /// What rays need of a scene.
 pub struct World {
