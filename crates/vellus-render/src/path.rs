@@ -301,7 +301,7 @@ impl World {
             Mode::MultiScale => match path.spread {
                 None => {
                     let pixel = self.view.pixel_width(path.settings.size, ray, hit.entry.t);
-                    Window::pixel(h, (pixel / frame.radius.max(1e-30)).min(4.0))
+                    Window::cell(h, (pixel / frame.radius.max(1e-30)).min(4.0), sampler.chance())
                 }
                 // D15: the far field where the last scattering spread the path over all of the fibre's width.
                 Some(angle) if angle * hit.entry.t >= 2.0 * frame.radius => Window::far(),

@@ -38,6 +38,25 @@ impl Window {
         Window::range(h - 0.5 * width, h + 0.5 * width)
     }
 
+    /// What a pixel sees, without bias: `width` as for [`Window::pixel`], and `u` uniform in [0, 1).
+    ///
+    /// The fibre's width is divided into cells so wide, from a place that `u` chooses; the cell that `h` is in is the window. Hits that lie evenly
+    /// over the width then have the far field for their mean, whatever the width of the cells. Windows centred on their hits
+    /// (Yan17 Eq. 27) have not: cut off at the silhouettes, they see the middle more often than the edges. Of 2 or more, a fibre's whole
+    /// width, all of it is one cell.
+    pub fn cell(h: f32, width: f32, u: f32) -> Self {
+        debug_assert!(width >= 0.0 && (0.0..1.0).contains(&u), "a cell {width} wide, {u}");
+        let h = h.clamp(-1.0, 1.0);
+        if width >= 2.0 {
+            return Window::far();
+        }
+        if width < NEAR {
+            return Window::near(h);
+        }
+        let low = -1.0 + width * (((h + 1.0) / width - u).floor() + u);
+        Window::range(low, low + width)
+    }
+
     /// All offsets from `h1` to `h2`, in either order, each held to [−1, 1].
     #[doc(alias = "Eq. 26")]
     pub fn range(h1: f32, h2: f32) -> Self {

@@ -55,7 +55,7 @@ fn run(context: &Context, animal: &Animal) -> Result<Outcome> {
     let [width, height] = quality.pick([12, 8], [80, 60], [160, 120]);
     let crop = [animal.corner[0], animal.corner[1], width, height];
     shot.aim("part", [1280, 720], crop);
-    let half = quality.pick(8, 256, 8192);
+    let half = quality.pick(8, 192, 8192);
     let converged: Vec<Converged> = METHODS.iter().map(|m| shot.converge(*m, half)).collect::<Result<_>>()?;
     let pairs: Vec<(Method, &Converged)> = METHODS.into_iter().zip(&converged).collect();
     let most = quality.pick(4, 64, 256);

@@ -10,8 +10,8 @@ use vellus_scene::{Camera, Scene};
 
 const METHODS: [Method; 3] = [NEAR, FAR, MULTI];
 
-/// How much closer the close-up is.
-const CLOSE: f32 = 40.0;
+/// How much closer the close-up is: a pixel is a fifth of a hair's radius, at draft quality.
+const CLOSE: f32 = 300.0;
 
 pub fn run(context: &Context) -> Result<Outcome> {
     let quality = context.quality;
@@ -24,8 +24,8 @@ pub fn run(context: &Context) -> Result<Outcome> {
         let scene = vellus_groom::scene("hair-lock", quality == Quality::Smoke);
         scene.context("there is no scene hair-lock")
     };
-    let size = quality.pick([24, 16], [120, 80], [240, 160]);
-    let counts = quality.pick([4, 2], [256, 16], [1024, 64]);
+    let size = quality.pick([24, 16], [96, 64], [240, 160]);
+    let counts = quality.pick([4, 2], [128, 16], [1024, 64]);
     let mut table = Table::new(
         "modes",
         "Time, and error against each method's own converged picture; methods took turns",
@@ -36,7 +36,7 @@ pub fn run(context: &Context) -> Result<Outcome> {
     for (k, view, zoom) in [(0, "afar", 1.0), (1, "close", CLOSE)] {
         shot.aim(view, size, [0, 0, size[0], size[1]]);
         shot.set_camera(zoomed(&scene()?, zoom)?);
-        let half = quality.pick(8, 512, 4096);
+        let half = quality.pick(8, 256, 4096);
         let converged: Vec<Converged> = METHODS.iter().map(|m| shot.converge(*m, half)).collect::<Result<_>>()?;
         let pairs: Vec<_> = METHODS.into_iter().zip(&converged).collect();
         let found = shot.measure(&pairs, counts[0])?;
