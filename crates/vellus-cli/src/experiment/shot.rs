@@ -57,6 +57,8 @@ pub struct Shot<'c> {
 pub struct Converged {
     pub film: Film,
     variance: f64,
+    /// Root mean square of the differences of its halves' pixels in their standard errors: 1 where those are known well.
+    pub spread: f64,
 }
 
 /// Of a picture with so many samples.
@@ -174,8 +176,9 @@ impl<'c> Shot<'c> {
         let other = self.render(method, REFERENCE[1], half)?;
         let (a, b) = (colors(&film), colors(&other));
         let variance = a.iter().zip(&b).map(|(a, b)| 0.25 * (a - b).powi(2)).sum::<f64>() / a.len() as f64;
+        let (_, _, spread) = difference(&film, &other);
         film.merge(&other);
-        Ok(Converged { film, variance })
+        Ok(Converged { film, variance, spread })
     }
 
     /// Each method's error and time at 1, 2, 4, … `most` samples, and its last picture. Methods take turns, so that whatever else the machine does
