@@ -38,7 +38,7 @@ impl Window {
         Window::range(h - 0.5 * width, h + 0.5 * width)
     }
 
-    /// What a pixel sees, without bias: `width` as for [`Window::pixel`], and `u` uniform in [0, 1).
+    /// What a pixel sees, without bias (D16): `width` as for [`Window::pixel`], and `u` uniform in [0, 1).
     ///
     /// The fibre's width is divided into cells so wide, from a place that `u` chooses; the cell that `h` is in is the window. Hits that lie evenly
     /// over the width then have the far field for their mean, whatever the width of the cells. Windows centred on their hits
