@@ -28,8 +28,10 @@ impl Draw for Bars {
     where
         DB::ErrorType: 'static,
     {
+        // One thing alone needs no black to stand out.
+        let first = if self.series.len() == 1 { LOBE_COLORS[0] } else { BLACK };
         let colors: Vec<RGBColor> =
-            [BLACK].into_iter().chain(LOBE_COLORS).chain([RGBColor(150, 150, 150)]).take(self.series.len()).collect();
+            [first].into_iter().chain(LOBE_COLORS).chain([RGBColor(150, 150, 150)]).take(self.series.len()).collect();
         let area = titled(area, &self.title, 26.0)?;
         let marks = self.series.iter().zip(&colors);
         let entries: Vec<_> =

@@ -170,10 +170,11 @@ impl<'c> Shot<'c> {
         Ok(part.film)
     }
 
-    /// Two halves of so many samples each, of two seeds: their mean, and from their difference its variance.
+    /// Two halves of so many samples each, of two seeds that no other method has: their mean, and from their difference its variance.
     pub fn converge(&mut self, method: Method, half: u64) -> Result<Converged> {
-        let mut film = self.render(method, REFERENCE[0], half)?;
-        let other = self.render(method, REFERENCE[1], half)?;
+        let [first, second] = REFERENCE.map(|seed| own(method, seed));
+        let mut film = self.render(method, first, half)?;
+        let other = self.render(method, second, half)?;
         let (a, b) = (colors(&film), colors(&other));
         let variance = a.iter().zip(&b).map(|(a, b)| 0.25 * (a - b).powi(2)).sum::<f64>() / a.len() as f64;
         let (_, _, spread) = difference(&film, &other);
@@ -204,10 +205,10 @@ impl<'c> Shot<'c> {
         Ok(found)
     }
 
-    /// So many samples more, or from the start; the processor time they took.
+    /// So many samples more, with a seed that no other method has; the processor time they took.
     pub fn extend(&mut self, method: Method, film: &mut Film, samples: u64) -> Result<f64> {
         self.choose(method)?;
-        let settings = self.settings(method, MEASURED);
+        let settings = self.settings(method, own(method, MEASURED));
         self.add(&settings, film, film.samples()..film.samples() + samples)
     }
 
@@ -224,6 +225,11 @@ impl<'c> Shot<'c> {
         self.context.write(&format!("{name}.png"), &png)?;
         Ok(format!("{name}.png"))
     }
+}
+
+/// A seed that no other method has, so that their noise is independent.
+fn own(method: Method, seed: u32) -> u32 {
+    method.key.bytes().fold(seed, |seed, byte| seed.wrapping_mul(31).wrapping_add(byte.into()))
 }
 
 /// Mean of a pixel's channels.
