@@ -44,13 +44,11 @@ impl Context {
     }
 
     /// Checkpoints of an earlier run are not to be gone on from.
-    #[allow(dead_code, reason = "of those that keep checkpoints")]
     pub fn again(&self) -> bool {
         self.again
     }
 
     /// What Ctrl-C sets.
-    #[allow(dead_code, reason = "of those that render")]
     pub fn stop(&self) -> &AtomicBool {
         &self.stop
     }
@@ -74,7 +72,6 @@ impl Context {
     }
 
     /// Writes a file into the folder.
-    #[allow(dead_code, reason = "of those with numbers beside tables")]
     pub fn write(&self, file: &str, bytes: &[u8]) -> Result<()> {
         output::write(Some(&self.path(file)), bytes)
     }

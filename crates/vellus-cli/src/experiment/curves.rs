@@ -1,21 +1,32 @@
-//! Curves on two logarithmic axes.
+//! Curves on two axes.
 
 use crate::plot::canvas::{Draw, LOBE_COLORS, Mark, font, legend, titled};
 use anyhow::Result;
 use plotters::coord::Shift;
+use plotters::coord::ranged1d::ValueFormatter;
 use plotters::prelude::*;
+
+/// How both axes are divided.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Axes {
+    /// Evenly; y from 0.
+    Linear,
+    /// By logarithms; what is not positive is left out.
+    Logarithmic,
+}
 
 /// Named curves.
 pub struct Curves {
     pub title: String,
     pub x: String,
     pub y: String,
+    pub axes: Axes,
     pub series: Vec<(String, Vec<(f64, f64)>)>,
 }
 
 impl Draw for Curves {
     fn size(&self) -> (u32, u32) {
-        (1200, 760)
+        (1200, 740)
     }
 
     fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Result<()>
@@ -27,16 +38,37 @@ impl Draw for Curves {
         let entries: Vec<_> =
             marks.map(|((name, _), color)| (name.clone(), Mark::Line(color.stroke_width(4)))).collect();
         let area = legend(&area, &entries)?;
-        let points = || self.series.iter().flat_map(|(_, points)| points).filter(|p| p.0 > 0.0 && p.1 > 0.0);
-        let range = |of: fn(&(f64, f64)) -> f64| {
-            let (low, high) = points().map(of).fold((f64::MAX, 0.0f64), |(a, b), x| (a.min(x), b.max(x)));
-            0.8 * low.min(high)..1.25 * high.max(1e-12)
+        let range = |of: fn((f64, f64)) -> f64| {
+            let points = (0..self.series.len()).flat_map(|k| self.points(k));
+            let (low, high) = points.map(of).fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(x), b.max(x)));
+            if low < high { low..high } else { 1e-12..1.0 }
         };
-        let mut chart = ChartBuilder::on(&area)
-            .margin(20)
-            .x_label_area_size(60)
-            .y_label_area_size(90)
-            .build_cartesian_2d(range(|p| p.0).log_scale(), range(|p| p.1).log_scale())?;
+        let (x, y) = (range(|p| p.0), range(|p| p.1));
+        let mut chart = ChartBuilder::on(&area);
+        chart.margin(20).x_label_area_size(60).y_label_area_size(90);
+        match self.axes {
+            Axes::Linear => self.plot(chart.build_cartesian_2d(x, 0.0..1.08 * y.end)?),
+            Axes::Logarithmic => {
+                let wider = |range: std::ops::Range<f64>| (0.8 * range.start..1.25 * range.end).log_scale();
+                self.plot(chart.build_cartesian_2d(wider(x), wider(y))?)
+            }
+        }
+    }
+}
+
+impl Curves {
+    /// What is seen of a curve.
+    fn points(&self, k: usize) -> impl Iterator<Item = (f64, f64)> {
+        let all = self.axes == Axes::Linear;
+        self.series[k].1.iter().copied().filter(move |p| all || p.0 > 0.0 && p.1 > 0.0)
+    }
+
+    fn plot<DB: DrawingBackend, X, Y>(&self, mut chart: ChartContext<DB, Cartesian2d<X, Y>>) -> Result<()>
+    where
+        DB::ErrorType: 'static,
+        X: Ranged<ValueType = f64> + ValueFormatter<f64>,
+        Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    {
         let short = |x: &f64| format!("{}", (x * 1e5).round() / 1e5);
         chart
             .configure_mesh()
@@ -46,13 +78,14 @@ impl Draw for Curves {
             .y_label_formatter(&short)
             .label_style(font(18.0))
             .axis_desc_style(font(20.0))
-            .light_line_style(BLACK.mix(0.06))
+            .light_line_style(if self.axes == Axes::Linear { TRANSPARENT } else { BLACK.mix(0.06) })
             .bold_line_style(BLACK.mix(0.15))
             .draw()?;
-        for ((_, points), color) in self.series.iter().zip(LOBE_COLORS) {
-            let seen: Vec<_> = points.iter().copied().filter(|p| p.0 > 0.0 && p.1 > 0.0).collect();
-            chart.draw_series(LineSeries::new(seen.clone(), color.stroke_width(3)))?;
-            chart.draw_series(seen.into_iter().map(|p| Circle::new(p, 4, color.filled())))?;
+        for (k, color) in (0..self.series.len()).zip(LOBE_COLORS) {
+            chart.draw_series(LineSeries::new(self.points(k), color.stroke_width(3)))?;
+            if self.axes == Axes::Logarithmic {
+                chart.draw_series(self.points(k).map(|p| Circle::new(p, 4, color.filled())))?;
+            }
         }
         Ok(())
     }

@@ -5,7 +5,6 @@ mod context;
 mod curves;
 mod energy;
 mod grid;
-mod lines;
 mod list;
 mod medulla_tables;
 mod one_fiber;
@@ -30,8 +29,6 @@ use crate::output;
 use anyhow::{Context as _, Result, bail};
 pub use context::{Context, Interrupted};
 use list::{EXPERIMENTS, Experiment};
-#[allow(unused_imports, reason = "of those that keep files beside their tables")]
-pub use outcome::File;
 pub use outcome::{Claim, Outcome, Picture, Table, Verdict};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;

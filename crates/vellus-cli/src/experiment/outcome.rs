@@ -24,8 +24,6 @@ pub struct Outcome {
     pub claims: Vec<Claim>,
     /// Paragraphs that a reader needs to judge the numbers.
     pub notes: Vec<String>,
-    /// Further files worth a link: OpenEXR, raw numbers.
-    pub files: Vec<File>,
     /// How long the last run took; what an earlier one left is not in it.
     pub seconds: f64,
     pub quality: Quality,
@@ -55,7 +53,6 @@ impl Picture {
     }
 
     /// In the row of the one before.
-    #[allow(dead_code, reason = "of those that render")]
     pub fn beside(self) -> Self {
         Picture { beside: true, ..self }
     }
@@ -65,13 +62,6 @@ impl Picture {
         self.also.push(file.into());
         self
     }
-}
-
-/// A file in the experiment's folder.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct File {
-    pub file: String,
-    pub what: String,
 }
 
 /// Numbers; the frame writes them as CSV too.
@@ -144,7 +134,6 @@ impl Verdict {
         if holds { Verdict::Holds } else { Verdict::DoesNotHold }
     }
 
-    #[allow(dead_code, reason = "of those that time")]
     /// A ratio that should be at least `expected`: better from a tenth more on.
     pub fn at_least(value: f64, expected: f64) -> Self {
         if value >= 1.1 * expected { Verdict::Better } else { Verdict::of(value >= expected) }
@@ -212,7 +201,7 @@ impl Outcome {
     /// Nothing is shown that is not there, and no number is missing.
     fn check(&self, folder: &Path) -> Result<()> {
         let pictures = self.pictures.iter().flat_map(|p| std::iter::once(&p.file).chain(&p.also));
-        for file in pictures.chain(self.files.iter().map(|f| &f.file)) {
+        for file in pictures {
             if !folder.join(file).is_file() {
                 bail!("{file} was not written");
             }

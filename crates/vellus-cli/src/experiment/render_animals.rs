@@ -1,6 +1,6 @@
 //! Yan17 Fig. 1, 16, 17: raccoon, hamster and cat at equal samples, equal time and equal quality.
 
-use super::curves::Curves;
+use super::curves::{Axes, Curves};
 use super::shot::{Converged, FAR, MULTI, Method, NEAR, Point, Shot, YAN2015, speedup};
 use super::{Claim, Context, Outcome, Picture, Quality, Table, Verdict};
 use anyhow::{Context as _, Result};
@@ -67,6 +67,7 @@ fn run(context: &Context, animal: &Animal) -> Result<Outcome> {
         (m.name.to_owned(), points.iter().map(|p| (p.time, p.rmse())).collect())
     };
     let chart = Curves {
+        axes: Axes::Logarithmic,
         title: format!("{}: error over time, each against its own converged picture", animal.scene),
         x: format!("processor time of {width} × {height} pixels, s"),
         y: "RMSE".to_owned(),

@@ -1,6 +1,6 @@
 //! Yan17 Fig. 5: near against far field close up.
 
-use super::lines::Lines;
+use super::curves::{Axes, Curves};
 use super::one_fiber;
 use super::render_animals::judge;
 use super::shot::{FAR, MULTI, NEAR, Shot};
@@ -55,7 +55,8 @@ pub fn run(context: &Context) -> Result<Outcome> {
         table.row([format!("{:.3}", series[0].1[i].0), value(0), value(1), value(2)]);
     }
     outcome.tables.push(table);
-    let chart = Lines {
+    let chart = Curves {
+        axes: Axes::Linear,
         title: "A raccoon's fibre across its width, lit from the right".to_owned(),
         x: "offset h".to_owned(),
         y: "brightness".to_owned(),

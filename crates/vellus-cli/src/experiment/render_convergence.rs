@@ -1,7 +1,7 @@
 //! Yan17 Fig. 15: convergence and frame times on the lock of hair.
 
 use super::bars::Bars;
-use super::curves::Curves;
+use super::curves::{Axes, Curves};
 use super::render_animals::{METHODS, error_table, judge, ratio};
 use super::shot::{Converged, Point, Shot, speedup};
 use super::{Claim, Context, Outcome, Quality, Verdict};
@@ -27,6 +27,7 @@ pub fn run(context: &Context) -> Result<Outcome> {
     ] {
         let series = METHODS.iter().zip(&found);
         let chart = Curves {
+            axes: Axes::Logarithmic,
             title: "Lock of hair: error, each against its own converged picture".to_owned(),
             x: x.to_owned(),
             y: "RMSE".to_owned(),

@@ -1,6 +1,6 @@
 //! Yan17 Fig. 6: one index of refraction against two, on a polar bear's fibre lit from behind.
 
-use super::lines::Lines;
+use super::curves::{Axes, Curves};
 use super::one_fiber;
 use super::render_animals::judge;
 use super::shot::{Method, NEAR, YAN2015};
@@ -68,7 +68,8 @@ pub fn run(context: &Context) -> Result<Outcome> {
         table.row([format!("{:.3}", series[0].1[i].0), value(0), value(1), value(2)]);
     }
     outcome.tables.push(table);
-    let chart = Lines {
+    let chart = Curves {
+        axes: Axes::Linear,
         title: "A polar bear's fibre lit from behind".to_owned(),
         x: "offset h".to_owned(),
         y: "brightness".to_owned(),

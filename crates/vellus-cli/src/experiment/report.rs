@@ -110,10 +110,8 @@ fn section(outcome: &Outcome) -> String {
     text += &outcome.tables.iter().map(|t| table(name, t)).collect::<String>();
     text += &outcome.notes.iter().map(|note| format!("<p>{}</p>\n", escaped(note))).collect::<String>();
     let csv = outcome.tables.iter().map(|t| (format!("{}.csv", t.name), format!("{}.csv", t.name)));
-    let files = outcome.files.iter().map(|f| (f.file.clone(), f.what.clone()));
     let links: String = std::iter::once(("result.json".to_owned(), "result.json".to_owned()))
         .chain(csv)
-        .chain(files)
         .map(|(file, what)| format!(" · <a href=\"{name}/{}\">{}</a>", escaped(&file), escaped(&what)))
         .collect();
     let (quality, seconds) = (outcome.quality.name(), outcome.seconds);
