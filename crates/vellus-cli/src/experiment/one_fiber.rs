@@ -1,7 +1,8 @@
 //! One straight fibre under a microscope.
 
-use super::Context;
+use super::curves::{Axes, Curves};
 use super::shot::{Method, Shot, brightness};
+use super::{Context, Outcome, Table};
 use anyhow::Result;
 use glam::{Mat3, Vec3, Vec4};
 use vellus::Fiber;
@@ -72,4 +73,24 @@ pub fn render(
         .filter(|(h, _)| h.abs() < 0.98)
         .collect();
     Ok(Seen { film, file, profile })
+}
+
+/// Shows brightness over h of several methods: a table and a chart.
+pub fn show(
+    context: &Context,
+    outcome: &mut Outcome,
+    title: &str,
+    series: Vec<(String, Vec<(f64, f64)>)>,
+) -> Result<()> {
+    let header: Vec<&str> = std::iter::once("h").chain(series.iter().map(|(name, _)| name.as_str())).collect();
+    let mut table = Table::new("across", "Brightness across the fibre", &header);
+    for (i, (h, _)) in series[0].1.iter().enumerate() {
+        let values = series.iter().map(|(_, profile)| format!("{:.5}", profile[i].1));
+        table.row(std::iter::once(format!("{h:.3}")).chain(values));
+    }
+    outcome.tables.push(table);
+    let (x, y) = ("offset h".to_owned(), "brightness".to_owned());
+    let chart = Curves { axes: Axes::Linear, title: title.to_owned(), x, y, series };
+    outcome.pictures.push(context.draw(&chart, "across", "Brightness across the fibre, averaged along it")?);
+    Ok(())
 }

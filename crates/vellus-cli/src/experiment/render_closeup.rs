@@ -1,10 +1,9 @@
 //! Yan17 Fig. 5: near against far field close up.
 
-use super::curves::{Axes, Curves};
 use super::one_fiber;
 use super::render_animals::judge;
 use super::shot::{FAR, MULTI, NEAR, Shot};
-use super::{Claim, Context, Outcome, Picture, Table, Verdict};
+use super::{Claim, Context, Outcome, Picture, Verdict};
 use anyhow::{Context as _, Result};
 use glam::Vec3;
 use vellus::{Fiber, Species};
@@ -38,8 +37,6 @@ pub fn run(context: &Context) -> Result<Outcome> {
     let size = quality.pick([40, 2], [200, 8], [400, 16]);
     let light = Vec3::new(0.6, 0.3, 0.75);
     let mut series = Vec::new();
-    let mut table =
-        Table::new("across", "Brightness across one fibre", &["h", "near field", "multi-scale", "far field"]);
     let mut spread = [0.0; 3];
     for (k, method) in [NEAR, MULTI, FAR].into_iter().enumerate() {
         let scene = one_fiber::scene(Fiber::preset(Species::Raccoon), size, light, 0.1, 0.05);
@@ -50,19 +47,7 @@ pub fn run(context: &Context) -> Result<Outcome> {
         spread[k] = (profile.iter().map(|p| (p.1 - mean).powi(2)).sum::<f64>() / n).sqrt() / mean;
         series.push((method.name.to_owned(), profile));
     }
-    for i in 0..series[0].1.len() {
-        let value = |k: usize| format!("{:.5}", series[k].1[i].1);
-        table.row([format!("{:.3}", series[0].1[i].0), value(0), value(1), value(2)]);
-    }
-    outcome.tables.push(table);
-    let chart = Curves {
-        axes: Axes::Linear,
-        title: "A raccoon's fibre across its width, lit from the right".to_owned(),
-        x: "offset h".to_owned(),
-        y: "brightness".to_owned(),
-        series,
-    };
-    outcome.pictures.push(context.draw(&chart, "across", "Brightness across one fibre that fills the picture")?);
+    one_fiber::show(context, &mut outcome, "A raccoon's fibre across its width, lit from the right", series)?;
     let [near, multi, far] = spread;
     let claim = Claim::new(
         "Close up the far field is flat",

@@ -1,10 +1,9 @@
 //! Yan17 Fig. 6: one index of refraction against two, on a polar bear's fibre lit from behind.
 
-use super::curves::{Axes, Curves};
 use super::one_fiber;
 use super::render_animals::judge;
 use super::shot::{Method, NEAR, YAN2015};
-use super::{Claim, Context, Outcome, Picture, Table, Verdict};
+use super::{Claim, Context, Outcome, Picture, Verdict};
 use anyhow::Result;
 use glam::Vec3;
 use vellus::Fiber;
@@ -58,24 +57,7 @@ pub fn run(context: &Context) -> Result<Outcome> {
             .fold(0.0f64, f64::max)
     };
     let bands: Vec<f64> = series.iter().map(|(_, profile)| band(profile)).collect();
-    let mut table = Table::new(
-        "across",
-        "Brightness across the fibre",
-        &["h", methods[0].0.name, methods[1].0.name, methods[2].0.name],
-    );
-    for i in 0..series[0].1.len() {
-        let value = |k: usize| format!("{:.5}", series[k].1[i].1);
-        table.row([format!("{:.3}", series[0].1[i].0), value(0), value(1), value(2)]);
-    }
-    outcome.tables.push(table);
-    let chart = Curves {
-        axes: Axes::Linear,
-        title: "A polar bear's fibre lit from behind".to_owned(),
-        x: "offset h".to_owned(),
-        y: "brightness".to_owned(),
-        series,
-    };
-    outcome.pictures.push(context.draw(&chart, "across", "Brightness across the fibre, averaged along it")?);
+    one_fiber::show(context, &mut outcome, "A polar bear's fibre lit from behind", series)?;
     let claim = Claim::new(
         "Two indices make the medulla's edges dark, one does not",
         "a dark band with two, at most a fifth as deep with one",
