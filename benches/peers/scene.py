@@ -6,7 +6,7 @@ TAPER = 0.9
 
 SIZE = (320, 180)
 BOUNCES = 16
-# Scattering events before Russian roulette begins. (Ours is fixed at that.)
+# Scattering events before Russian roulette begins. (Ours begins after the third, and leaves √(2t) of a throughput t.)
 ROULETTE = 5
 
 EYE, TARGET, UP = (0.0, -5.2, 1.0), (0.0, 0.0, -0.05), (0.0, 0.0, 1.0)

@@ -1,4 +1,7 @@
 //! Lights: where they are, how they are sampled.
+//!
+//! A sky is sampled only where it is brighter than on the average, in proportion to the excess: the rest is found as well by
+//! the directions that surfaces and fibres scatter to (Karlík et al. 2019, MIS compensation). An even sky is not sampled at all.
 
 use crate::ray::{Ray, across};
 use glam::{Mat3, Mat4, Vec2, Vec3};
@@ -26,7 +29,7 @@ pub struct Emission {
     pub t: f32,
     /// RGB.
     pub radiance: [f32; 3],
-    /// Per solid angle, with the light's own probability in it.
+    /// Per solid angle, with the light's own probability in it. 0 where lights are not sampled.
     pub pdf: f32,
 }
 
@@ -34,7 +37,7 @@ pub struct Emission {
 #[derive(Clone, Debug)]
 pub struct Lights {
     lights: Vec<Prepared>,
-    /// Probability of each, and their running sum.
+    /// Probability of each, and their running sum; all 0 where none is worth sampling.
     shares: Vec<f32>,
     sums: Vec<f32>,
 }
@@ -69,14 +72,19 @@ enum Prepared {
     },
 }
 
-/// A lat-long image and its distribution: rows, and pixels within each, by brightness and solid angle.
+/// A lat-long image and its distribution: rows, and pixels within each, by excess brightness and solid angle.
 #[derive(Clone, Debug)]
 struct Map {
     texture: Texture,
+    /// Brightness above the average, averaged over the sphere; 0 where it is nowhere worth mentioning.
+    excess: f32,
     /// Running sums, over rows and over the pixels of each row, from 0 to 1.
     rows: Vec<f32>,
     columns: Vec<Vec<f32>>,
 }
+
+/// A sky whose excess is this small a share of its brightness is even.
+const EVEN: f32 = 1e-3;
 
 fn brightness(c: [f32; 3]) -> f32 {
     c[0] + c[1] + c[2]
@@ -111,18 +119,24 @@ impl Map {
     fn new(texture: Texture) -> Self {
         let (w, h) = (texture.width, texture.height);
         // Bilinear lookups reach half a pixel further: the largest of the neighbours, so that nothing bright is never sampled.
+        let average = |value: &dyn Fn(usize, usize) -> f32| {
+            let row = |y: usize| f64::from(band(y, h)) * (0..w).map(|x| f64::from(value(x, y))).sum::<f64>();
+            ((0..h).map(row).sum::<f64>() / (2.0 * w as f64)) as f32
+        };
+        let mean = average(&|x, y| brightness(texture.pixels[y * w + x]));
         let bright = |x: usize, y: usize| {
-            let mut sum = 0.0f32;
+            let mut most = 0.0f32;
             for dy in [h - 1, 0, 1] {
                 for dx in [w - 1, 0, 1] {
-                    sum = sum.max(brightness(texture.pixels[(y + dy) % h * w + (x + dx) % w]));
+                    most = most.max(brightness(texture.pixels[(y + dy) % h * w + (x + dx) % w]));
                 }
             }
-            sum
+            (most - mean).max(0.0)
         };
+        let excess = average(&bright);
         let columns: Vec<Vec<f32>> = (0..h).map(|y| running((0..w).map(|x| bright(x, y)))).collect();
         let rows = running((0..h).map(|y| band(y, h) * (0..w).map(|x| bright(x, y)).sum::<f32>()));
-        Map { texture, rows, columns }
+        Map { texture, excess: if excess > EVEN * mean { excess } else { 0.0 }, rows, columns }
     }
 
     /// The direction of a place in the image: its middle is −z, its top +y.
@@ -136,7 +150,7 @@ impl Map {
         Vec2::new(0.5 + d.x.atan2(-d.z) / TAU, 1.0 - d.x.hypot(d.z).atan2(d.y) / PI)
     }
 
-    /// A place in proportion to its brightness, and the density per solid angle.
+    /// A place in proportion to its excess brightness, and the density per solid angle.
     fn sample(&self, u: [f32; 2]) -> (Vec2, f32) {
         let (y, t) = pick(&self.rows, u[1]);
         let (x, s) = pick(&self.columns[y], u[0]);
@@ -160,13 +174,15 @@ impl Lights {
     /// Prepares them; `reach` is the radius of the scene, which what is beyond it lights.
     pub fn new(lights: &[Light], textures: &[Texture], reach: f32) -> Self {
         let lights: Vec<Prepared> = lights.iter().map(|light| prepare(light, textures)).collect();
-        let powers = lights.iter().map(|light| light.power(reach));
-        let sums = running(powers.collect::<Vec<_>>().into_iter());
-        let shares = sums.windows(2).map(|w| w[1] - w[0]).collect();
+        let powers: Vec<f32> = lights.iter().map(|light| light.power(reach)).collect();
+        let any = powers.iter().any(|&power| power > 0.0);
+        let sums = running(powers.into_iter());
+        let shares = sums.windows(2).map(|w| if any { w[1] - w[0] } else { 0.0 }).collect();
         Lights { lights, shares, sums }
     }
 
-    /// A direction from `point` toward one of them, and which that is. `None` where the light has nothing to send there.
+    /// A direction from `point` toward one of them, and which that is. `None` where the light has nothing to send there, or
+    /// none is worth sampling.
     pub fn sample(&self, point: Vec3, u: [f32; 3]) -> Option<(usize, LightSample)> {
         if self.lights.is_empty() {
             return None;
@@ -240,16 +256,13 @@ fn prepare(light: &Light, textures: &[Texture]) -> Prepared {
 }
 
 impl Prepared {
-    /// Power it sends into a scene of that radius, roughly: what lights are chosen by.
+    /// Power it sends into a scene of that radius, roughly: what lights are chosen by. Of a sky, that of its excess.
     fn power(&self, reach: f32) -> f32 {
         let disk = PI * reach * reach;
         match self {
             Prepared::Dome { radiance, map, .. } => {
-                let mean = map.as_ref().map_or([1.0; 3], |map| {
-                    let n = map.texture.pixels.len() as f32;
-                    std::array::from_fn(|c| map.texture.pixels.iter().map(|p| p[c]).sum::<f32>() / n)
-                });
-                4.0 * PI * disk * brightness([0, 1, 2].map(|c| radiance[c] * mean[c]))
+                let excess = map.as_ref().map_or(0.0, |map| map.excess);
+                4.0 * PI * disk * excess * brightness(*radiance) / 3.0
             }
             Prepared::Distant { half_angle, radiance, .. } => {
                 let spread = if *half_angle > 0.0 { PI * half_angle.sin().powi(2) } else { 1.0 };
@@ -269,10 +282,7 @@ impl Prepared {
                 let radiance = [0, 1, 2].map(|c| radiance[c] * texel[c]);
                 Some(LightSample { direction: *rotation * Map::direction(uv), distance: far, radiance, pdf })
             }
-            Prepared::Dome { radiance, map: None, .. } => {
-                let direction = uniform_cone(Vec3::Z, -1.0, u);
-                Some(LightSample { direction, distance: far, radiance: *radiance, pdf: 0.25 / PI })
-            }
+            Prepared::Dome { map: None, .. } => None,
             Prepared::Distant { direction, half_angle, radiance } => {
                 if *half_angle == 0.0 {
                     let pdf = f32::INFINITY;
@@ -342,7 +352,7 @@ impl Prepared {
                 let texel = map.texture.at(uv);
                 Some(Emission { t, radiance: [0, 1, 2].map(|c| radiance[c] * texel[c]), pdf: map.pdf(uv) })
             }
-            Prepared::Dome { radiance, map: None, .. } => Some(Emission { t, radiance: *radiance, pdf: 0.25 / PI }),
+            Prepared::Dome { radiance, map: None, .. } => Some(Emission { t, radiance: *radiance, pdf: 0.0 }),
             Prepared::Distant { direction: center, half_angle, radiance } => {
                 let inside = *half_angle > 0.0 && ray.direction.dot(*center) >= half_angle.cos();
                 inside.then_some(Emission { t, radiance: *radiance, pdf: cone_pdf(half_angle.cos()) })
@@ -461,8 +471,8 @@ mod tests {
         (lights, vec![texture(16, 8)])
     }
 
-    /// Sampling toward the lights and shooting uniformly find the same light, each light alone and all together; and the
-    /// density a ray reports is that of sampling it.
+    /// Where lights are sampled, sampling toward them and shooting uniformly find the same light, each light alone and all
+    /// together; and the density a ray reports is that of sampling it.
     #[test]
     fn sampling_finds_what_rays_find() {
         let (all, textures) = lights();
@@ -493,7 +503,8 @@ mod tests {
                     sampled[1] += 1.0;
                 }
                 let direction = uniform_cone(Vec3::Z, -1.0, [u[0], u[3]]);
-                shot[0] += seen(direction).iter().map(|e| f64::from(brightness(e.radiance) * 4.0 * PI)).sum::<f64>();
+                let found = seen(direction).into_iter().filter(|e| e.pdf > 0.0);
+                shot[0] += found.map(|e| f64::from(brightness(e.radiance) * 4.0 * PI)).sum::<f64>();
                 shot[1] += 1.0;
             };
             for index in 0..n {
@@ -503,6 +514,38 @@ mod tests {
             // Uniform rays hit the smallest, 0.3 sr, 4800 times: 1.5 % one standard error at most.
             assert!((a / b - 1.0).abs() < 0.03, "light {which}: sampled {a}, shot {b}");
         }
+    }
+
+    /// An even sky is left to the directions that things scatter to, alone and beside a lamp; of another, what is darker than the
+    /// average is.
+    #[test]
+    fn what_is_even_is_not_sampled() {
+        let (all, textures) = lights();
+        let even = Texture { pixels: vec![[0.3, 0.7, 0.1]; 128], ..textures[0].clone() };
+        let dome = |texture| Light::Dome { radiance: [0.5, 1.0, 2.0], texture, rotation: Mat3::IDENTITY, ground: None };
+        let up = Ray::new(Vec3::ZERO, Vec3::Y);
+        for sky in [dome(None), dome(Some(0))] {
+            let alone = Lights::new(std::slice::from_ref(&sky), std::slice::from_ref(&even), 1.0);
+            assert!(alone.sample(Vec3::ZERO, [0.4, 0.2, 0.7]).is_none());
+            assert!(alone.beyond(&up, false).all(|(_, e)| e.pdf == 0.0 && e.radiance[1] > 0.0));
+            let lamp = Lights::new(&[sky, all[4].clone()], std::slice::from_ref(&even), 1.0);
+            assert!((0..9).all(|i| lamp.sample(Vec3::ZERO, [0.4, 0.2, i as f32 / 9.0]).is_some_and(|(i, _)| i == 1)));
+        }
+        let bright = |i: usize| {
+            if i % 16 < 5 { [2.0, 3.0, 1.0 + (i / 16) as f32] } else { [0.2, 0.5 + 0.1 * (i % 3) as f32, 0.4] }
+        };
+        let sun = Texture { pixels: (0..128).map(bright).collect(), ..even };
+        let map = Map::new(sun.clone());
+        let texel = |y: usize, x: usize| Vec2::new((x as f32 + 0.5) / 16.0, 1.0 - (y as f32 + 0.5) / 8.0);
+        let mean = |f: &dyn Fn(usize, usize) -> f32| {
+            (0..128).map(|i| band(i / 16, 8) * f(i / 16, i % 16)).sum::<f32>() / (2.0 * 16.0)
+        };
+        let average = mean(&|y, x| brightness(sun.pixels[y * 16 + x]));
+        let sampled = |y, x| map.pdf(texel(y, x)) > 0.0;
+        assert!((0..128).all(|i| sampled(i / 16, i % 16) || brightness(sun.pixels[i]) <= average));
+        // But next to the bright ones, whose light lookups spread.
+        assert_eq!((0..128).filter(|&i| !sampled(i / 16, i % 16)).count(), 9 * 8);
+        assert!((4.0 * PI * mean(&|y, x| map.pdf(texel(y, x))) - 1.0).abs() < 1e-4);
     }
 
     /// From anywhere above the ground the camera sees on it what was there when the image was taken: a pattern painted on the

@@ -70,7 +70,12 @@ const ASKED: f32 = 0.25;
 const FIRST_LIGHTS: u32 = 2;
 
 /// Scattering events before Russian roulette begins.
-const ROULETTE: u32 = 4;
+const ROULETTE: u32 = 2;
+
+/// A path survives with the square root of this times its throughput. Faint paths make more noise than they bring light: under a
+/// lamp, 3 % of the light of 200,000 strands comes from the third scattering on, and 70 % of the noise's mean square. The same
+/// noise takes 8 to 20 % less time (cat, raccoon, hamster, those strands) than with the throughput itself from the fifth on.
+const SURVIVAL: f32 = 2.0;
 
 type Rgb = [f32; 3];
 
@@ -272,7 +277,7 @@ impl World {
             (ray, pdf) = (onward, Some(density));
             path.spread = Some(spread(density));
             if depth >= ROULETTE {
-                let survive = largest(path.throughput).min(1.0);
+                let survive = (SURVIVAL * largest(path.throughput)).sqrt().min(1.0);
                 if sampler.next()[0] >= survive {
                     break;
                 }
