@@ -81,7 +81,7 @@ impl Model for Chiang2016 {
         let [r, tt, trt, _] = entry.exits();
         let centre = f32x8::new([r, tt, trt, 0.0, 0.0, 0.0, 0.0, 0.0]);
         let around = LogisticsAt { widths: &self.around, centre };
-        Factored::new(entry.frame, entry.h, energy, self.along.at(entry.polar), around, &NAMES)
+        Factored::new(entry.frame, energy, self.along.at(entry.polar), around, &NAMES)
     }
 
     fn field(&self) -> Field {

@@ -9,7 +9,6 @@ use vellus::{Fresnel, Lanes, Window, fresnel};
 pub(crate) struct Entry {
     pub polar: Polar<f32>,
     pub frame: Frame<f32>,
-    pub h: f32,
     /// γ_o = asin h, and γ_t inside, with its cosine.
     pub gamma_o: f32,
     pub gamma_t: f32,
@@ -40,7 +39,6 @@ impl Entry {
         Entry {
             polar,
             frame: Frame::new(wo, polar.cos, inverse_cos),
-            h,
             gamma_o,
             gamma_t,
             cos_gamma_t,

@@ -14,7 +14,6 @@ pub(crate) type Energies = [[f32; 8]; 3];
 #[derive(Clone, Copy, Debug)]
 pub struct Factored<L, A> {
     pub(crate) frame: Frame<f32>,
-    pub(crate) h: f32,
     energy: Energies,
     probability: f32x8,
     pub(crate) along: L,
@@ -54,17 +53,10 @@ pub(crate) fn weight(total: [f32; 3], pdf: f32) -> [f32; 3] {
 
 impl<L: Along, A: Around> Factored<L, A> {
     #[inline(always)]
-    pub(crate) fn new(
-        frame: Frame<f32>,
-        h: f32,
-        energy: Energies,
-        along: L,
-        around: A,
-        names: &'static [Lobe; 8],
-    ) -> Self {
+    pub(crate) fn new(frame: Frame<f32>, energy: Energies, along: L, around: A, names: &'static [Lobe; 8]) -> Self {
         let probability = f32x8::new(largest_channel(&energy));
         let scale = 1.0 / probability.reduce_add().max(f32::MIN_POSITIVE);
-        Factored { frame, h, energy, probability: probability * f32x8::splat(scale), along, around, names }
+        Factored { frame, energy, probability: probability * f32x8::splat(scale), along, around, names }
     }
 
     /// The energies of all eight.
@@ -127,6 +119,6 @@ impl<L: Along, A: Around> Scattering for Factored<L, A> {
         let densities = self.densities(&outgoing);
         let pdf = self.pdf_of(densities);
         let weight = weight(self.lobes_of(densities).total(), pdf);
-        Sample { wi: direction(&self.frame, &outgoing), pdf, weight, lobe: self.names[lane], h: self.h }
+        Sample { wi: direction(&self.frame, &outgoing), pdf, weight, lobe: self.names[lane] }
     }
 }

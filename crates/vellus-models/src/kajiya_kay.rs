@@ -161,6 +161,6 @@ impl Scattering for KajiyaKay1989Hit<'_> {
         let (lobes, pdf) = self.eval_outgoing(&outgoing);
         let weight = weight(lobes.total(), pdf);
         let lobe = if specular { Lobe::R } else { Lobe::Rest };
-        Sample { wi: direction(&self.frame, &outgoing), pdf, weight, lobe, h: 0.0 }
+        Sample { wi: direction(&self.frame, &outgoing), pdf, weight, lobe }
     }
 }

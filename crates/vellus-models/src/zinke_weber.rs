@@ -69,7 +69,7 @@ impl Model for ZinkeWeber2007 {
         let [r, tt, trt, trrt] = entry.exits();
         let centre = f32x8::new([r, tt, trt, trrt, 0.0, 0.0, 0.0, 0.0]);
         let around = GaussiansAt { widths: &self.around, centre };
-        Factored::new(entry.frame, entry.h, energy, along, around, &NAMES)
+        Factored::new(entry.frame, energy, along, around, &NAMES)
     }
 
     fn field(&self) -> Field {

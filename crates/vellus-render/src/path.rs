@@ -365,8 +365,7 @@ impl World {
             return None;
         }
         if apart {
-            // The weight is of the near field at the sample's own offset: so are its lobes.
-            path.lobes = Some(shares(&model.at(wo, Window::near(sample.h)).eval(sample.wi)));
+            path.lobes = Some(shares(&scattering.eval(sample.wi)));
         }
         path.throughput = times(path.throughput, sample.weight);
         Some((frame.leave(frame.world(sample.wi), f32::INFINITY), sample.pdf))

@@ -34,6 +34,25 @@ impl Lobe {
     /// All six, in order.
     pub const ALL: [Lobe; 6] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Tts, Lobe::Trts, Lobe::Rest];
 
+    /// The lobe that `u` in [0, 1) falls to, given their probabilities.
+    #[inline(always)]
+    pub(crate) fn choose(probability: [f32; 6], u: f32) -> Lobe {
+        let mut rest = u;
+        let mut chosen = Lobe::R;
+        for lobe in Lobe::ALL {
+            let p = probability[lobe as usize];
+            // A lobe without energy is never drawn, not even where rounding leaves a remainder.
+            if p > 0.0 {
+                chosen = lobe;
+                if rest < p {
+                    break;
+                }
+            }
+            rest -= p;
+        }
+        chosen
+    }
+
     /// The key used in files: R, TT, TRT, TTs, TRTs, rest.
     pub fn key(self) -> &'static str {
         ["R", "TT", "TRT", "TTs", "TRTs", "rest"][self as usize]
@@ -59,13 +78,10 @@ pub struct Sample {
     /// Density per solid angle of drawing `wi`, whatever lobe and offset it came from: what
     /// multiple importance sampling needs.
     pub pdf: f32,
-    /// f·cos θᵢ over the density of drawing `wi`, both at the offset `h`, RGB. No channel is ever above
-    /// Σ max(A) ≤ 1.
+    /// f·cos θᵢ over the density of drawing `wi`, both of all lobes and of the whole window, RGB.
     pub weight: [f32; 3],
     /// The lobe it was drawn from.
     pub lobe: Lobe,
-    /// The offset it was drawn at: that of the hit, or one drawn from the window.
-    pub h: f32,
 }
 
 /// The reflectance model of one fibre, ready for hits.
@@ -210,11 +226,7 @@ impl Hit<'_> {
     }
 
     /// Draws ω_i. `u`: five uniform numbers in [0, 1): the lobe, two for the longitudinal lobe, one
-    /// for the azimuth, and the offset within the window (the near field ignores it).
-    ///
-    /// The weight is that of the near field at the offset drawn, the density that of the whole window: a
-    /// path weighted so is unbiased against the window's average, with any strategy of multiple
-    /// importance sampling that uses [`Hit::pdf`] for both techniques.
+    /// for the azimuth, and where in the window (the near field ignores it).
     #[inline]
     pub fn sample(&self, u: [f32; 5]) -> Sample {
         match &self.0 {

@@ -109,6 +109,11 @@ impl Chain {
         self.middle
     }
 
+    /// Middle and half length of one.
+    pub fn span(&self, lane: usize) -> [f32; 2] {
+        [self.middle.to_array()[lane], self.half.to_array()[lane].abs()]
+    }
+
     /// The largest distance from 0 at which anything is left.
     pub fn reach(&self) -> f32 {
         self.reach
@@ -207,6 +212,12 @@ impl Bells {
             // The widest bell has a standard deviation of √(1 + 0.27).
             reach: largest(middle.abs()) + 1.13 * REACH,
         }
+    }
+
+    /// Middle and half length of one.
+    pub fn span(&self, lane: usize) -> [f32; 2] {
+        let inverse = self.inverse.to_array()[lane];
+        [self.middle.to_array()[lane], (3.0 * (1.0 / (inverse * inverse) - 1.0)).max(0.0).sqrt()]
     }
 
     /// The largest distance from 0 at which anything is left.

@@ -239,8 +239,13 @@ impl<'t> Medulla<'t> {
 
     /// Draws an azimuth from straight back, in [−2π, 2π], from C^N. D10: exact sampling from the tables.
     pub fn sample_azimuth(&self, s: &Azimuth, u: f32) -> f32 {
-        let (r, u) = choose(&s.weights, &[f32x8::ONE; AZIMUTHAL], u);
-        s.mirror * self.tables.azimuthal.densities.invert(r, u, 0.0)
+        s.mirror * self.sample_profile(&s.weights, u)
+    }
+
+    /// Draws an azimuth, in [0, 2π], from the C^N of those weights, of a path with h″ ≥ 0.
+    pub(crate) fn sample_profile(&self, weights: &Weights<AZIMUTHAL>, u: f32) -> f32 {
+        let (r, u) = choose(weights, &[f32x8::ONE; AZIMUTHAL], u);
+        self.tables.azimuthal.densities.invert(r, u, 0.0)
     }
 
     /// Draws θᵢ from C^M for an azimuth `phi` in [−π, π] from straight back: a half in proportion

@@ -24,7 +24,6 @@ struct Scattered {
 #[derive(Clone, Copy, Debug)]
 pub struct NearHit<'b, V: Lanes = f32> {
     bcsdf: &'b Bcsdf<'b>,
-    h: V,
     frame: Frame<V>,
     centres: Centres<V>,
     /// Φ of R, TT, TRT.
@@ -68,7 +67,6 @@ impl<'b, V: Lanes> NearHit<'b, V> {
         let attenuation = path.attenuation(fiber, V::from_lanes(&paths));
         NearHit {
             bcsdf,
-            h,
             frame: Frame::new(wo, cos, path.inverse_cos_o),
             centres: bcsdf.longitudinal.centres(sin, cos),
             exit: V::Quad::new([path.exit_azimuth(0), path.exit_azimuth(1), path.exit_azimuth(2), zero]),
@@ -161,27 +159,13 @@ struct Drawn<V: Lanes> {
     wi: [V; 3],
     pdf: V,
     weight: [V; 3],
-    outgoing: Outgoing<V>,
 }
 
 impl<V: Lanes> NearHit<'_, V> {
     /// The lobe that `u` in [0, 1) falls to.
     #[inline(always)]
     fn choose_lobe(&self, lane: usize, u: f32) -> Lobe {
-        let mut rest = u;
-        let mut chosen = Lobe::R;
-        for lobe in Lobe::ALL {
-            let p = self.probability[lobe as usize].lane(lane);
-            // A lobe without energy is never drawn, not even where rounding leaves a remainder.
-            if p > 0.0 {
-                chosen = lobe;
-                if rest < p {
-                    break;
-                }
-            }
-            rest -= p;
-        }
-        chosen
+        Lobe::choose(self.probability.map(|p| p.lane(lane)), u)
     }
 
     /// Draws sin θᵢ, cos θᵢ and φ from one lobe. `u`: two uniform numbers for the longitudinal lobe, one
@@ -217,12 +201,11 @@ impl<V: Lanes> NearHit<'_, V> {
     fn complete(&self, sin_i: V, cos_i: V, phi: V, (sin_phi, cos_phi): (V, V)) -> Drawn<V> {
         let wi = self.frame.direction(sin_i, cos_i, (sin_phi, cos_phi));
         let [theta_i, _] = V::atan2_pair([sin_i, V::splat(0.0)], [cos_i, V::splat(1.0)]);
-        let outgoing = Outgoing { sin_i, cos_i, theta_i, phi };
-        let d = self.densities(&outgoing);
+        let d = self.densities(&Outgoing { sin_i, cos_i, theta_i, phi });
         let pdf = self.density(&d);
         // 0/0 where the density underflows: the weight is then 0.
         let inverse = V::splat(1.0) / pdf.max(V::splat(f32::MIN_POSITIVE));
-        Drawn { wi, pdf, weight: self.total(&d).map(|f| f * inverse), outgoing }
+        Drawn { wi, pdf, weight: self.total(&d).map(|f| f * inverse) }
     }
 }
 
@@ -247,7 +230,6 @@ impl NearHit<'_, f32x8> {
             pdf: pdf[i],
             weight: weight.map(|w| w[i]),
             lobe: lobes[i],
-            h: self.h.lane(i),
         })
     }
 }
@@ -282,20 +264,13 @@ impl NearHit<'_, f32> {
         self.eval_pdf_lanes(wi.to_array())
     }
 
-    /// Draws ω_i, also as the lobes want it. `u`: the lobe, two numbers for the longitudinal lobe, one for
-    /// the azimuth.
-    #[inline(always)]
-    pub(crate) fn draw_outgoing(&self, u: [f32; 4]) -> (Sample, Outgoing<f32>) {
-        let lobe = self.choose_lobe(0, u[0]);
-        let (sin_i, cos_i, phi) = self.draw(0, lobe, [u[1], u[2], u[3]]);
-        let Drawn { wi, pdf, weight, outgoing } = self.complete(sin_i, cos_i, phi, phi.sin_cos());
-        (Sample { wi: Vec3::from_array(wi), pdf, weight, lobe, h: self.h }, outgoing)
-    }
-
     /// Draws ω_i. `u`: four uniform numbers in [0, 1): the lobe, two for the longitudinal lobe, one
-    /// for the azimuth.
+    /// for the azimuth. No channel of the weight is ever above Σ max(A) ≤ 1.
     #[inline]
     pub fn sample(&self, u: [f32; 4]) -> Sample {
-        self.draw_outgoing(u).0
+        let lobe = self.choose_lobe(0, u[0]);
+        let (sin_i, cos_i, phi) = self.draw(0, lobe, [u[1], u[2], u[3]]);
+        let Drawn { wi, pdf, weight } = self.complete(sin_i, cos_i, phi, phi.sin_cos());
+        Sample { wi: Vec3::from_array(wi), pdf, weight, lobe }
     }
 }

@@ -233,6 +233,31 @@ impl Points {
         }
     }
 
+    /// Draws φ of TTˢ (0) or TRTˢ (1) from what [`Points::eval`] gives the density of, and the azimuth from straight back.
+    /// `u`: the path, and the azimuth.
+    pub fn draw(&self, medulla: &Medulla, q: usize, u: [f32; 2]) -> [f32; 2] {
+        let energy = |group: &Group| group.energy[q][3].to_array();
+        let total: f32 = self.0.iter().map(|group| group.times() * energy(group).iter().sum::<f32>()).sum();
+        let mut rest = u[0] * total;
+        let mut chosen = None;
+        'found: for group in &self.0 {
+            for (lane, e) in energy(group).into_iter().enumerate() {
+                let e = e * group.times();
+                if e > 0.0 {
+                    chosen = Some((group, lane, rest / e));
+                    if rest < e {
+                        break 'found;
+                    }
+                }
+                rest -= e;
+            }
+        }
+        let Some((group, lane, t)) = chosen else { return [0.0; 2] };
+        let relative = medulla.sample_profile(&group.weights[lane], u[1]);
+        let flip = if group.twice && t >= 0.5 { -1.0 } else { 1.0 };
+        [flip * group.mirror.to_array()[lane] * (relative + group.exit.to_array()[lane]), wrap(relative)]
+    }
+
     /// TTˢ and TRTˢ at φ, densities over solid angle; `m`: C^M of the backward and the forward half.
     #[inline(always)]
     pub fn eval(&self, medulla: &Medulla, phi: f32, m: [f32; 2]) -> [f32x4; 2] {

@@ -12,11 +12,12 @@ use crate::integrals::{Bells, Chain};
 use crate::lanes::{Lanes, Quad};
 use crate::medulla::{MeanPaths, Pass};
 use crate::nodes::Nodes;
-use crate::path::{Path, angles, exit_azimuth, lobe_probabilities};
+use crate::path::{Path, angles, exit_azimuth};
+use crate::special;
 use std::f32::consts::{PI, TAU};
 use wide::{f32x4, f32x8};
 
-/// RGB and the sampling density, eight of each.
+/// RGB and the largest of them, which is what is sampled, eight of each.
 pub(crate) type Channels = [f32x8; 4];
 
 /// τ of the hit put into the tables.
@@ -59,6 +60,15 @@ enum Spread {
 }
 
 impl Spread {
+    /// Middle and half length of a span, in standard deviations.
+    fn span(&self, lane: usize) -> [f32; 2] {
+        match self {
+            Spread::Chain(chain) => chain.span(lane),
+            Spread::Bells(bells) => bells.span(lane),
+            Spread::WithTt => [0.0; 2],
+        }
+    }
+
     /// The largest distance from the lobe's centre at which anything is left, in standard deviations.
     fn reach(&self) -> f32 {
         match self {
@@ -154,7 +164,7 @@ fn across(channels: [f32x4; 4]) -> f32x4 {
     (a + b) + (c + d)
 }
 
-/// A(h) of a register of paths, with the probability of sampling each lobe in place of the spare channel.
+/// A(h) of a register of paths, with the largest channel, by which lobes and offsets are sampled, in place of the spare one.
 #[inline(always)]
 pub(crate) fn attenuation(bcsdf: &Bcsdf, path: &Path<f32x8>, through: Option<&Through>) -> [Channels; 6] {
     let mean_paths = match through {
@@ -162,11 +172,10 @@ pub(crate) fn attenuation(bcsdf: &Bcsdf, path: &Path<f32x8>, through: Option<&Th
         None => f32x8::ZERO,
     };
     let a = path.attenuation(&bcsdf.fiber, mean_paths);
-    let probability = lobe_probabilities::<f32x8>(&a);
     let mut out = [[f32x8::ZERO; 4]; 6];
     for p in 0..6 {
         let [r, g, b, _] = a[p].array();
-        out[p] = [r, g, b, probability[p]];
+        out[p] = [r, g, b, r.fast_max(g).fast_max(b)];
     }
     out
 }
@@ -183,7 +192,7 @@ impl Half {
     /// Nothing.
     pub const NONE: Half = Half { centres: f32x8::ZERO, lobes: [Lobe::NONE; 3], signs: [0.0; 2], count: 0 };
 
-    /// Prepares it where it lies, it being large; the energies of the six lobes, RGB and probability. `scale` is 1
+    /// Prepares it where it lies, it being large; the energies of the six lobes, RGB and the largest. `scale` is 1
     /// over the width of the whole window.
     #[inline(always)]
     pub fn prepare(
@@ -293,4 +302,57 @@ impl Half {
         // What rounding leaves below 0 is 0.
         n.map(|n| n.max(f32x4::ZERO))
     }
+}
+
+/// A number in [−1, 1] with density (1 + s x)/2, |s| ≤ 1, from a uniform one.
+fn sloping(s: f32, u: f32) -> f32 {
+    let x = 4.0 * u - 2.0 + s;
+    x / (1.0 + (1.0 + s * x).max(0.0).sqrt())
+}
+
+impl Half {
+    /// The spans of R, TT or TRT, and the energy with which each is sampled.
+    #[inline(always)]
+    fn spans(&self, p: usize) -> (&Lobe, [f32; 8]) {
+        let (lobe, lanes) = match (&self.lobes[1].spread, p) {
+            (Spread::Bells(_), 1) => (&self.lobes[1], 0..4),
+            (Spread::Bells(_), 2) => (&self.lobes[1], 4..8),
+            _ => (&self.lobes[p], 0..8),
+        };
+        let all = lobe.spans.energy[3].to_array();
+        let mut energy = [0.0; 8];
+        energy[lanes.clone()].copy_from_slice(&all[lanes]);
+        (lobe, energy)
+    }
+}
+
+/// Draws φ from what [`Half::eval`] gives the density of, of R, TT or TRT. `u`: which span, and where in it; and the Gaussian.
+#[inline(always)]
+pub(crate) fn draw(halves: &[Half], p: usize, sigma: f32, u: [f32; 2]) -> f32 {
+    let total: f32 = halves.iter().map(|half| half.count as f32 * half.spans(p).1.iter().sum::<f32>()).sum();
+    let mut rest = u[0] * total;
+    let mut chosen = None;
+    'found: for half in halves {
+        let (lobe, energy) = half.spans(p);
+        for sign in &half.signs[..half.count] {
+            for (lane, e) in energy.into_iter().enumerate() {
+                if e > 0.0 {
+                    chosen = Some((half, lobe, sign, lane, (rest / e).min(1.0)));
+                    if rest < e {
+                        break 'found;
+                    }
+                }
+                rest -= e;
+            }
+        }
+    }
+    let Some((half, lobe, sign, lane, t)) = chosen else { return 0.0 };
+    let [middle, length] = lobe.spread.span(lane);
+    let [energy, moment] = [lobe.spans.energy[3], lobe.spans.moment[3]].map(|x| x.to_array()[lane]);
+    // What of the moment of a short span is more than a line has moves it aside.
+    let mean = moment / energy;
+    let slope = (3.0 * mean / length.max(1e-6)).clamp(-1.0, 1.0);
+    let aside = mean - slope * length * (1.0 / 3.0);
+    let x = middle + aside + length * sloping(slope, t) + special::normal_quantile(u[1]);
+    sign * (half.centres.to_array()[p] + sigma * x)
 }

@@ -1,14 +1,13 @@
 //! A hit averaged over a window of offsets: the far field and the multi-scale mode (Yan17 Sec. 5).
 
-use crate::bcsdf::{Bcsdf, Lobes, Sample};
+use crate::bcsdf::{Bcsdf, Lobe, Lobes, Sample};
 use crate::frame::{Frame, Outgoing, Polar};
 use crate::longitudinal::Centres;
 use crate::medulla::Inclination;
-use crate::near::NearHit;
 use crate::nodes::Nodes;
 use crate::path::inverse_eta;
 use crate::points::Points;
-use crate::segments::{Half, Through};
+use crate::segments::{self, Half, Through};
 use arrayvec::ArrayVec;
 use glam::Vec3;
 use std::f32::consts::TAU;
@@ -23,8 +22,10 @@ pub(crate) struct WindowHit<'b> {
     frame: Frame<f32>,
     centres: Centres<f32>,
     inclination: Inclination,
-    /// A of the six lobes, RGB and probability, averaged over the window.
+    /// A of the six lobes, RGB and the largest channel, averaged over the window.
     energy: [f32x4; 6],
+    /// 1 over the sum of what is sampled, the largest channels.
+    inverse: f32,
     halves: ArrayVec<Half, 2>,
     points: Points,
 }
@@ -41,6 +42,7 @@ impl<'b> WindowHit<'b> {
             centres: bcsdf.longitudinal.centres(polar.sin, polar.cos),
             inclination: Inclination::NONE,
             energy: [f32x4::ZERO; 6],
+            inverse: 0.0,
             halves: ArrayVec::new(),
             points: Points::none(),
         }
@@ -85,6 +87,7 @@ impl<'b> WindowHit<'b> {
         if symmetric {
             self.energy = self.energy.map(|e| e + e);
         }
+        self.inverse = 1.0 / sum(&self.energy).to_array()[3].max(f32::MIN_POSITIVE);
         if let Some(through) = &through {
             self.points.prepare(bcsdf, polar, through, both, [self.energy[3], self.energy[4]]);
         }
@@ -95,10 +98,10 @@ impl<'b> WindowHit<'b> {
     }
 
     pub fn lobe_probabilities(&self) -> [f32; 6] {
-        self.energy.map(|e| e.to_array()[3])
+        self.energy.map(|e| e.to_array()[3] * self.inverse)
     }
 
-    /// f·cos θᵢ of the six lobes, RGB, and the density with which they are sampled.
+    /// f·cos θᵢ of the six lobes, RGB, and the largest channel, in proportion to which they are sampled.
     #[inline(always)]
     fn lobes(&self, o: &Outgoing<f32>) -> [f32x4; 6] {
         let bcsdf = self.bcsdf;
@@ -130,15 +133,35 @@ impl<'b> WindowHit<'b> {
     #[inline]
     pub fn eval_pdf(&self, wi: Vec3) -> (Lobes, f32) {
         let lobes = self.lobes(&self.frame.outgoing(wi.to_array()));
-        (Lobes(lobes.map(rgb)), density(&lobes))
+        (Lobes(lobes.map(rgb)), sum(&lobes).to_array()[3] * self.inverse)
     }
 
     /// `u`: as for [`crate::Hit::sample`].
     pub fn sample(&self, u: [f32; 5]) -> Sample {
-        let [low, high] = self.range;
-        let h = low + (high - low) * u[4];
-        let (sample, outgoing) = NearHit::new(self.bcsdf, self.wo, h).draw_outgoing([u[0], u[1], u[2], u[3]]);
-        Sample { pdf: density(&self.lobes(&outgoing)), ..sample }
+        let bcsdf = self.bcsdf;
+        let lobe = Lobe::choose(self.lobe_probabilities(), u[0]);
+        let unscattered = |p: usize| bcsdf.longitudinal.sample(self.centres.lane(p, 0), p, [u[1], u[2]]);
+        let scattered = |q: usize| {
+            let [phi, relative] = self.points.draw(&bcsdf.medulla, q, [u[4], u[3]]);
+            let theta = bcsdf.medulla.sample_inclination(&self.inclination, relative, [u[1], u[2]]);
+            (theta.sin_cos(), phi)
+        };
+        let ((sin_i, cos_i), phi) = match lobe {
+            Lobe::R | Lobe::Tt | Lobe::Trt => {
+                let p = lobe as usize;
+                (unscattered(p), segments::draw(&self.halves, p, bcsdf.azimuthal.sigma[p], [u[4], u[3]]))
+            }
+            Lobe::Tts => scattered(0),
+            Lobe::Trts => scattered(1),
+            Lobe::Rest => (unscattered(3), TAU * u[3]),
+        };
+        let cos_i = cos_i.max(0.0);
+        let wi = Vec3::from_array(self.frame.direction(sin_i, cos_i, phi.sin_cos()));
+        let lobes = self.lobes(&Outgoing { sin_i, cos_i, theta_i: sin_i.atan2(cos_i), phi });
+        let total = sum(&lobes);
+        let pdf = total.to_array()[3] * self.inverse;
+        // 0/0 where the density underflows: the weight is then 0.
+        Sample { wi, pdf, weight: rgb(total * f32x4::splat(1.0 / pdf.max(f32::MIN_POSITIVE))), lobe }
     }
 }
 
@@ -149,6 +172,6 @@ fn rgb(channels: f32x4) -> [f32; 3] {
 }
 
 #[inline(always)]
-fn density(lobes: &[f32x4; 6]) -> f32 {
-    lobes.iter().fold(0.0, |sum, lobe| sum + lobe.to_array()[3])
+fn sum(lobes: &[f32x4; 6]) -> f32x4 {
+    (lobes[0] + lobes[1]) + (lobes[2] + lobes[3]) + (lobes[4] + lobes[5])
 }

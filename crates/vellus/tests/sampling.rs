@@ -175,3 +175,26 @@ fn windows_are_unbiased_against_the_near_field() {
         }
     }
 }
+
+/// Weights of windows are nearly constant: hardly ever more than a twentieth above the sum of the lobes' largest channels,
+/// which they would be where no segment's light were moved, a channel by itself.
+#[test]
+fn window_weights_are_bounded() {
+    let mut random = Uniform(14);
+    let (mut count, mut above) = (0, 0);
+    for _ in 0..3000 {
+        let bcsdf = Bcsdf::new(&random.fiber()).unwrap();
+        let wo = direction(random.within(-1.55, 1.55), random.within(-3.0, 3.0));
+        let pixel = Window::pixel(random.within(-1.0, 1.0) as f32, random.within(0.05, 2.0) as f32);
+        let hit = bcsdf.at(wo, if random.next() < 0.5 { Window::far() } else { pixel });
+        let bound: f32 = hit.energy().0.iter().map(|a| a[0].max(a[1]).max(a[2])).sum();
+        for _ in 0..300 {
+            let s = hit.sample(random.numbers());
+            let most = s.weight.into_iter().fold(0.0, f32::max) / bound;
+            count += 1;
+            above += i32::from(most > 1.05);
+            assert!(most < 2.0 && s.weight.iter().all(|&w| w >= 0.0), "{:?} {s:?} {bound}", bcsdf.fiber());
+        }
+    }
+    assert!(above * 50 < count, "{above} of {count}");
+}

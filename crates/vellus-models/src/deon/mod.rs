@@ -153,6 +153,6 @@ impl Scattering for DEon2011Hit<'_> {
         let outgoing = Outgoing { sin_i, cos_i, theta_i, phi };
         let (lobes, pdf) = self.eval_outgoing(&outgoing);
         let weight = weight(lobes.total(), pdf);
-        Sample { wi: direction(&self.frame, &outgoing), pdf, weight, lobe: LOBES[p], h: 0.0 }
+        Sample { wi: direction(&self.frame, &outgoing), pdf, weight, lobe: LOBES[p] }
     }
 }

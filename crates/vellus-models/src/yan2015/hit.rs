@@ -216,6 +216,6 @@ impl Scattering for Yan2015Hit<'_> {
         let (lobe, outgoing) = self.draw(i, left, u);
         let (lobes, pdf) = self.eval_outgoing(&outgoing);
         let weight = factored::weight(lobes.total(), pdf);
-        Sample { wi: direction(&self.unscattered.frame, &outgoing), pdf, weight, lobe, h: self.unscattered.h }
+        Sample { wi: direction(&self.unscattered.frame, &outgoing), pdf, weight, lobe }
     }
 }

@@ -171,7 +171,7 @@ impl Model for Yan2015 {
         let along = Plane::new(f32x8::splat(-theta_o) - self.shift, self.sigma);
         let energy = paths.unscattered.map(|channel| (f32x8::new(channel) * along.inside()).to_array());
         let around = GaussiansAt { widths: &self.around, centre: f32x8::new(paths.exit) };
-        let unscattered = Factored::new(entry.frame, entry.h, energy, along, around, &NAMES);
+        let unscattered = Factored::new(entry.frame, energy, along, around, &NAMES);
         let direct: f32 = largest_channel(&energy).iter().sum();
         let mut probability = [direct, 0.0, 0.0, 0.0, 0.0];
         let mut diffuse_probability = 0.0;
