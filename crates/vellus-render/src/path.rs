@@ -65,10 +65,6 @@ pub(crate) struct Seen {
 /// hundredth to the noise (10,000 and 200,000 strands, sky and one lamp).
 const ASKED: f32 = 0.25;
 
-/// Light samples where the camera sees a fibre: a second one takes 8 to 23 % of the noise's mean square away, for 7 to 12 % more rays
-/// (hamster, cat, raccoon, lock of hair).
-const FIRST_LIGHTS: u32 = 2;
-
 /// Scattering events before Russian roulette begins.
 const ROULETTE: u32 = 2;
 
@@ -154,8 +150,6 @@ struct Path<'w> {
     lobes: Option<[Rgb; 6]>,
     /// Angle over which the last scattering spread the path, radians; none for the camera's ray.
     spread: Option<f32>,
-    /// Light samples that were taken there.
-    lights: f32,
     rays: u64,
 }
 
@@ -203,7 +197,7 @@ impl Path<'_> {
 
     /// Light from beyond the scene, or from a light's shape, found by a ray that was drawn with density `pdf`.
     fn found(&mut self, (light, emission): (usize, Emission), pdf: Option<f32>) {
-        let w = pdf.map_or(1.0, |pdf| weight(pdf, emission.pdf * self.lights));
+        let w = pdf.map_or(1.0, |pdf| weight(pdf, emission.pdf));
         self.add(scale(times(self.throughput, emission.radiance), w), self.world.groups[light]);
     }
 }
@@ -238,7 +232,6 @@ impl World {
             throughput: [1.0; 3],
             lobes: None,
             spread: None,
-            lights: 1.0,
             rays: 0,
         };
         // The density the ray was drawn with, if lights could have been sampled instead.
@@ -321,14 +314,10 @@ impl World {
             Field::Far => Window::far(),
             Field::Any => window,
         };
-        let scattering = model.at(wo, window);
         if depth == 0 {
             path.set(Layer::Tangent, &frame.tangent.to_array());
             let n = (ray.at(hit.entry.t) - frame.axis).normalize_or_zero();
             path.set(Layer::Normal, &n.to_array());
-            if path.layout.has(Layer::Albedo) {
-                path.set(Layer::Albedo, &scattering.energy().total());
-            }
             path.set(Layer::Fibers, &[1.0]);
             path.set(Layer::RootUv, &self.root_uv(hit).to_array());
             if self.moves {
@@ -336,19 +325,28 @@ impl World {
             }
             path.strand = nearest(hit.entry.t, self.strand_number(hit));
         }
+        model.with(wo, window, |scattering| self.scatter_at(path, sampler, &frame, scattering, depth))
+    }
+
+    /// Samples a light and a direction at a fibre.
+    fn scatter_at(
+        &self,
+        path: &mut Path,
+        sampler: &mut Sampler,
+        frame: &FiberFrame,
+        scattering: &impl Scattering,
+        depth: u32,
+    ) -> Option<(Ray, f32)> {
+        if depth == 0 && path.layout.has(Layer::Albedo) {
+            path.set(Layer::Albedo, &scattering.energy().total());
+        }
         let apart = depth == 0 && path.layout.has(Layer::Lobes);
         let [a, b] = [sampler.next(), sampler.next()];
-        let lights = if depth == 0 { FIRST_LIGHTS } else { 1 };
-        path.lights = lights as f32;
-        for k in 0..lights {
-            let u = if k == 0 { a } else { sampler.next() };
-            // Each in its own share of the lights.
-            let pick = (u[0] + k as f32) / path.lights;
-            let Some((which, light)) = self.lights.sample(frame.axis, [pick, u[1], u[2]]) else { continue };
+        if let Some((which, light)) = self.lights.sample(frame.axis, [a[0], a[1], a[2]]) {
             let (f, pdf) = scattering.eval_pdf(frame.local(light.direction));
             let total = f.total();
-            let w = weight(light.pdf * path.lights, pdf) / path.lights;
-            let asked = (4.0 * PI / ASKED * path.lights * largest(total) * w).min(1.0);
+            let w = weight(light.pdf, pdf);
+            let asked = (4.0 * PI / ASKED * largest(total) * w).min(1.0);
             if sampler.chance() < asked && !path.blocked(&frame.leave(light.direction, shadow_limit(&light))) {
                 let given = if light.pdf.is_infinite() { 1.0 } else { 1.0 / light.pdf };
                 let w = w * given / asked;
@@ -401,7 +399,6 @@ impl World {
                 path.set(Layer::Motion, &self.motion(path.settings, point, hit.movement, ray.time));
             }
         }
-        path.lights = 1.0;
         if let Some((which, light)) = self.lights.sample(start, [a[0], a[1], a[2]]) {
             let (f, pdf) = scatter.eval_pdf(wo, local(light.direction));
             let shadow = Ray { origin: start, direction: light.direction, limit: shadow_limit(&light), time: ray.time };

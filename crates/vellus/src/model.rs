@@ -29,6 +29,12 @@ pub trait Model: Sync {
     /// Prepares all that depends on ω_o and the window; see [`Bcsdf::at`].
     fn at(&self, wo: Vec3, window: Window) -> Self::Hit<'_>;
 
+    /// As [`Model::at`], but the hit is handed to `f`: faster where hits are too large to be moved.
+    #[inline]
+    fn with<R>(&self, wo: Vec3, window: Window, f: impl FnOnce(&Self::Hit<'_>) -> R) -> R {
+        f(&self.at(wo, window))
+    }
+
     /// The windows it knows.
     fn field(&self) -> Field;
 
@@ -72,6 +78,11 @@ impl Model for Bcsdf<'_> {
     #[inline]
     fn at(&self, wo: Vec3, window: Window) -> Hit<'_> {
         self.at(wo, window)
+    }
+
+    #[inline]
+    fn with<R>(&self, wo: Vec3, window: Window, f: impl FnOnce(&Hit<'_>) -> R) -> R {
+        self.with(wo, window, f)
     }
 
     fn field(&self) -> Field {
