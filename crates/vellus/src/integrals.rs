@@ -91,11 +91,11 @@ impl Chain {
         }
     }
 
-    /// The largest first moment, over the energy, for which the light is nowhere negative: |b|/3, where the linear
-    /// density is 0 at one end; and for a short segment, whose light the moment only moves aside, 0.15,
+    /// The largest distance of the mean from the middle for which the light is nowhere negative: |b|/3, where the linear
+    /// density is 0 at one end; and for a short segment, whose light the mean only moves aside, 0.15,
     /// where it is 0 at 6.7 standard deviations, out of reach.
     #[inline(always)]
-    pub fn moment_limit(&self) -> f32x8 {
+    pub fn mean_limit(&self) -> f32x8 {
         (self.half.abs() * f32x8::splat(1.0 / 3.0)).fast_max(f32x8::splat(0.15))
     }
 

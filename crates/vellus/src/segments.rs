@@ -3,7 +3,8 @@
 //! A segment's light leaves over a range of azimuths, spread by the lobe's Gaussian. Its density over that
 //! range is taken as linear, with the segment's energy and mean azimuth both exact (two-point
 //! Gauss–Legendre in the angle): the linear density also takes up how Φ curves along the segment, which the
-//! paper's linear Φ and linear factors of A(h) do not.
+//! paper's linear Φ and linear factors of A(h) do not. The mean is that of the largest channel: all channels of a segment's
+//! light are spread alike, so that a sample's weight is that of its segment wherever it goes.
 
 use crate::azimuthal::wrap;
 use crate::bcsdf::Bcsdf;
@@ -27,24 +28,21 @@ pub(crate) struct Through {
     pub mean_paths: MeanPaths,
 }
 
-/// Energy over σ, and its first moment about the middle in standard deviations, of eight spans of azimuth.
+/// Energy over σ, and how far its mean is from the middle in standard deviations, of eight spans of azimuth.
 #[derive(Clone, Copy, Debug)]
 struct Spans {
     energy: Channels,
-    moment: Channels,
+    mean: f32x8,
 }
 
 impl Spans {
-    const NONE: Spans = Spans { energy: [f32x8::ZERO; 4], moment: [f32x8::ZERO; 4] };
+    const NONE: Spans = Spans { energy: [f32x8::ZERO; 4], mean: f32x8::ZERO };
 
-    /// Energies and moments times what belongs to each.
+    /// Energies times what belongs to them and to their means.
     #[inline(always)]
     fn light(&self, [j0, j1]: [f32x8; 2]) -> Channels {
-        let mut light = [f32x8::ZERO; 4];
-        for c in 0..4 {
-            light[c] = self.energy[c].mul_add(j0, self.moment[c] * j1);
-        }
-        light
+        let density = self.mean.mul_add(j1, j0);
+        self.energy.map(|energy| energy * density)
     }
 }
 
@@ -96,27 +94,20 @@ impl Lobe {
     #[inline(always)]
     fn pack(&mut self, shares: &impl Fn(usize, usize) -> [f32x8; 2], points: &[[f32x8; 2]; 3]) -> bool {
         let (tt, trt) = (&points[1], &points[2]);
-        let moments = |c: usize| {
+        let energies = |c: usize| {
             let (a, b) = (shares(1, c), shares(2, c));
-            let energy = pairs(a[0] + a[1], b[0] + b[1]);
-            (energy, pairs(a[0] * tt[0] + a[1] * tt[1], b[0] * trt[0] + b[1] * trt[1]))
+            pairs(a[0] + a[1], b[0] + b[1])
         };
-        let (energy, first) = moments(3);
-        let inverse = f32x8::ONE / energy.fast_max(f32x8::splat(f32::MIN_POSITIVE));
-        let middle = first * inverse;
         let (a, b) = (shares(1, 3), shares(2, 3));
+        let inverse = f32x8::ONE / energies(3).fast_max(f32x8::splat(f32::MIN_POSITIVE));
+        let middle = pairs(a[0] * tt[0] + a[1] * tt[1], b[0] * trt[0] + b[1] * trt[1]) * inverse;
         let second =
             pairs(a[0] * tt[0] * tt[0] + a[1] * tt[1] * tt[1], b[0] * trt[0] * trt[0] + b[1] * trt[1] * trt[1]);
         let variance = (second * inverse - middle * middle).fast_max(f32x8::ZERO);
         if !Bells::suit(variance) {
             return false;
         }
-        for c in 0..4 {
-            let (energy, first) = moments(c);
-            let limit = energy * f32x8::splat(Bells::LONGEST / 3.0);
-            self.spans.energy[c] = energy;
-            self.spans.moment[c] = (first - middle * energy).fast_max(-limit).fast_min(limit);
-        }
+        self.spans = Spans { energy: [0, 1, 2, 3].map(energies), mean: f32x8::ZERO };
         self.spread = Spread::Bells(Bells::new(middle, variance));
         true
     }
@@ -240,16 +231,16 @@ impl Half {
         let packed = self.lobes[1].pack(&shares, &points);
         for p in 0..if packed { 1 } else { 3 } {
             let chain = Chain::new(ends[p]);
-            let limit = chain.moment_limit();
             let lobe = &mut self.lobes[p];
             for c in 0..4 {
                 let [first, last] = shares(p, c);
-                let energy = first + last;
-                let moment = first * (points[p][0] - chain.middle()) + last * (points[p][1] - chain.middle());
-                let limit = energy * limit;
-                lobe.spans.energy[c] = energy;
-                lobe.spans.moment[c] = moment.fast_max(-limit).fast_min(limit);
+                lobe.spans.energy[c] = first + last;
             }
+            let [first, last] = shares(p, 3);
+            let moment = first * (points[p][0] - chain.middle()) + last * (points[p][1] - chain.middle());
+            let limit = chain.mean_limit();
+            let mean = moment / lobe.spans.energy[3].fast_max(splat(f32::MIN_POSITIVE));
+            lobe.spans.mean = mean.fast_max(-limit).fast_min(limit);
             let variance = chain.variance();
             lobe.spread = if p == 0 && Bells::suit(variance) {
                 Spread::Bells(Bells::new(chain.middle(), variance))
@@ -348,9 +339,8 @@ pub(crate) fn draw(halves: &[Half], p: usize, sigma: f32, u: [f32; 2]) -> f32 {
     }
     let Some((half, lobe, sign, lane, t)) = chosen else { return 0.0 };
     let [middle, length] = lobe.spread.span(lane);
-    let [energy, moment] = [lobe.spans.energy[3], lobe.spans.moment[3]].map(|x| x.to_array()[lane]);
-    // What of the moment of a short span is more than a line has moves it aside.
-    let mean = moment / energy;
+    // What of the mean of a short span is more than a line has moves it aside.
+    let mean = lobe.spans.mean.to_array()[lane];
     let slope = (3.0 * mean / length.max(1e-6)).clamp(-1.0, 1.0);
     let aside = mean - slope * length * (1.0 / 3.0);
     let x = middle + aside + length * sloping(slope, t) + special::normal_quantile(u[1]);
