@@ -57,6 +57,11 @@ impl ModelArgs {
     }
 }
 
+/// Has the strands of a world scatter as in 2015, sampled as it was then.
+pub fn set_published(world: &mut World) -> Result<()> {
+    Ok(world.set_model(|fiber| Ok(Yan2015::new(fiber)?.sampled_as_published()))?)
+}
+
 /// Has the strands of a world scatter by a model; `eta_m` is for yan2015.
 pub fn set_model(world: &mut World, kind: ModelKind, eta_m: Option<f32>) -> Result<()> {
     match kind {

@@ -33,9 +33,15 @@ fn models() -> impl Iterator<Item = (ModelKind, Fiber, AnyModel)> {
     one.chain(two).chain([(kind, fiber, between)])
 }
 
+/// That of 2015 sampled as it was then.
+fn published() -> impl Iterator<Item = (ModelKind, Fiber, AnyModel)> {
+    let model = |fiber: Fiber| AnyModel::Yan2015(Yan2015::with_eta_m(&fiber, 1.4).unwrap().sampled_as_published());
+    fibers().into_iter().map(move |fiber| (ModelKind::Yan2015, fiber, model(fiber)))
+}
+
 #[test]
 fn pdf_integrates_to_one() {
-    for (kind, fiber, model) in models() {
+    for (kind, fiber, model) in models().chain(published()) {
         for (theta_o, h) in [(0.7, -0.45), (-1.2, 0.8)] {
             let hit = model.at(direction(theta_o, 0.4), Window::near(h));
             let sum = integral([600, 360], |wi| hit.pdf(wi));
@@ -50,9 +56,9 @@ fn pdf_integrates_to_one() {
 fn sample_histogram_matches_pdf() {
     let mut random = Uniform(7);
     let hits = [(0.35f64, 0.3f32), (-1.2, -0.8)];
-    let tests = models().count() * hits.len();
+    let tests = models().chain(published()).count() * hits.len();
     let test = ChiSquared { cells: [16, 32], samples: 300_000, midpoints: [16, 12], tests };
-    for (kind, fiber, model) in models() {
+    for (kind, fiber, model) in models().chain(published()) {
         for (theta_o, h) in hits {
             let hit = model.at(direction(theta_o, 2.2), Window::near(h));
             let follows = test.check(|| hit.sample(random.numbers()).wi, |wi| hit.pdf(wi));
@@ -81,6 +87,35 @@ fn weight_is_f_over_pdf() {
                 let expected = s.weight[c] * s.pdf;
                 assert!((f.total()[c] - expected).abs() <= 4e-3 * expected + 1e-4, "{kind} {fiber:?} {s:?} {f:?}");
             }
+        }
+    }
+}
+
+/// Samples weighted by their lobe alone still find each lobe's energy: within four standard errors of it.
+#[test]
+fn published_sampling_finds_the_energy() {
+    let mut random = Uniform(9);
+    for (_, fiber, model) in published() {
+        let hit = model.at(direction(0.35, 2.2), Window::near(0.3));
+        let n = 200_000;
+        let (mut sums, mut squares) = ([[0.0f64; 3]; 6], [[0.0f64; 3]; 6]);
+        for _ in 0..n {
+            let s = hit.sample(random.numbers());
+            for c in 0..3 {
+                let w = f64::from(s.weight[c]);
+                sums[s.lobe as usize][c] += w / f64::from(n);
+                squares[s.lobe as usize][c] += w * w / f64::from(n);
+            }
+        }
+        let energy = hit.energy();
+        for (lobe, c) in (0..18).map(|i| (i / 3, i % 3)) {
+            let (mean, exact) = (sums[lobe][c], f64::from(energy.0[lobe][c]));
+            let error = ((squares[lobe][c] - mean * mean) / f64::from(n)).max(0.0).sqrt();
+            // The transmitted share is from a table: 2e-3 of it.
+            assert!(
+                (mean - exact).abs() <= 4.0 * error + 2e-3 * exact,
+                "{fiber:?} {lobe} {c}: {mean} {exact} ± {error}"
+            );
         }
     }
 }

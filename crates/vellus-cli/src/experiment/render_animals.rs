@@ -1,7 +1,7 @@
 //! Yan17 Fig. 1, 16, 17: raccoon, hamster and cat at equal samples, equal time and equal quality.
 
 use super::curves::{Axes, Curves};
-use super::shot::{Converged, FAR, MULTI, Method, NEAR, Point, Shot, YAN2015, speedup};
+use super::shot::{Converged, FAR, MULTI, Method, NEAR, PUBLISHED, Point, Shot, YAN2015, speedup};
 use super::{Claim, Context, Outcome, Picture, Quality, Table, Verdict};
 use anyhow::{Context as _, Result};
 use vellus_render::Film;
@@ -36,8 +36,21 @@ pub fn cat(context: &Context) -> Result<Outcome> {
     run(context, &Animal { scene: "cat", paper, corner: [600, 360], method: MULTI, claimed: 6.0, exposure: 0.0 })
 }
 
-/// Those that are compared; that of 2015 is last.
-pub const METHODS: [Method; 4] = [NEAR, MULTI, FAR, YAN2015];
+/// Those that are compared.
+pub const METHODS: [Method; 5] = [NEAR, MULTI, FAR, YAN2015, PUBLISHED];
+/// Which of them is that of 2015 sampled as well as ours, and which as it was published. They converge to the same picture.
+pub const OLD: usize = 3;
+pub const AS_PUBLISHED: usize = 4;
+
+/// Converged pictures of all but the last method.
+pub fn converge(shot: &mut Shot<'_>, half: u64) -> Result<Vec<Converged>> {
+    METHODS[..AS_PUBLISHED].iter().map(|m| shot.converge(*m, half)).collect()
+}
+
+/// Each method with the picture it converges to.
+pub fn pairs(converged: &[Converged]) -> Vec<(Method, &Converged)> {
+    METHODS.into_iter().zip(converged.iter().chain(&converged[OLD..])).collect()
+}
 
 fn run(context: &Context, animal: &Animal) -> Result<Outcome> {
     let quality = context.quality;
@@ -56,13 +69,13 @@ fn run(context: &Context, animal: &Animal) -> Result<Outcome> {
     let crop = [animal.corner[0], animal.corner[1], width, height];
     shot.aim("part", [1280, 720], crop);
     let half = quality.pick(8, 192, 8192);
-    let converged: Vec<Converged> = METHODS.iter().map(|m| shot.converge(*m, half)).collect::<Result<_>>()?;
-    let pairs: Vec<(Method, &Converged)> = METHODS.into_iter().zip(&converged).collect();
+    let converged = converge(&mut shot, half)?;
+    let pairs = pairs(&converged);
     let most = quality.pick(4, 64, 256);
     let found = shot.measure(&pairs, most)?;
     let index = METHODS.iter().position(|m| *m == animal.method).unwrap_or(0);
-    let (points, last) = (&found[index].0, METHODS.len() - 1);
-    outcome.tables.push(error_table(&found, &converged));
+    let points = &found[index].0;
+    outcome.tables.push(error_table(&found, &pairs));
     let series = |(m, (points, _)): (&Method, &(Vec<Point>, Film))| {
         (m.name.to_owned(), points.iter().map(|p| (p.time, p.rmse())).collect())
     };
@@ -76,9 +89,10 @@ fn run(context: &Context, animal: &Animal) -> Result<Outcome> {
     outcome.pictures.push(context.draw(&chart, "convergence", "RMSE over processor time")?);
     insets(&mut shot, &mut outcome, animal, &pairs, &found, index)?;
 
-    let factor = speedup(points, &found[last].0, |p| p.mse);
-    let relative = speedup(points, &found[last].0, |p| p.rel_mse);
-    let (a, b) = (ratio(&found[last].0, points, |p| p.mse), ratio(&found[last].0, points, |p| p.time));
+    let old = &found[OLD].0;
+    let factor = speedup(points, old, |p| p.mse);
+    let relative = speedup(points, old, |p| p.rel_mse);
+    let (a, b) = (ratio(old, points, |p| p.mse), ratio(old, points, |p| p.time));
     let what = format!("{}: {} beside Yan et al. 2015, speed at equal quality", animal.scene, animal.method.name);
     let measured = format!(
         "{factor:.2} × (relMSE: {relative:.2} ×); of that {a:.2} × by the noise of a sample, {b:.2} × by its time"
@@ -88,6 +102,7 @@ fn run(context: &Context, animal: &Animal) -> Result<Outcome> {
         Claim::new(what, format!("{} ×", animal.claimed), measured, factor, Verdict::at_least(factor, animal.claimed)),
         WHY,
     ));
+    outcome.claims.push(beside_published(animal.scene, animal.method.name, points, &found[AS_PUBLISHED].0));
     let frame = 1.0 / ratio(&found[0].0, &found[1].0, |p| p.time);
     outcome.claims.push(judge(
         quality,
@@ -101,6 +116,17 @@ fn run(context: &Context, animal: &Animal) -> Result<Outcome> {
         "",
     ));
     Ok(outcome)
+}
+
+/// Speed at equal quality beside the model of 2015 as it was sampled then: what of the paper's factor is sampling's.
+pub fn beside_published(scene: &str, name: &str, points: &[Point], published: &[Point]) -> Claim {
+    let [factor, relative] = [|p: &Point| p.mse, |p: &Point| p.rel_mse].map(|of| speedup(points, published, of));
+    Claim::not_judged(
+        format!("{scene}: {name} beside 2015 sampled as published, speed at equal quality"),
+        "more than beside 2015 sampled as well as ours",
+        format!("{factor:.2} × (relMSE: {relative:.2} ×)"),
+        "Each sample is weighted by its lobe alone; the scattered lobes are sampled evenly over the sphere.",
+    )
 }
 
 /// What explains that it is less.
@@ -125,10 +151,10 @@ pub fn ratio(a: &[Point], b: &[Point], of: impl Fn(&Point) -> f64) -> f64 {
 }
 
 /// Of all methods.
-pub fn error_table(found: &[(Vec<Point>, Film)], converged: &[Converged]) -> Table {
+pub fn error_table(found: &[(Vec<Point>, Film)], pairs: &[(Method, &Converged)]) -> Table {
     let header = ["method", "samples", "processor time, s", "RMSE", "relMSE", "mean of the converged picture"];
     let mut table = Table::new("errors", "Error and time; methods took turns on the same machine", &header);
-    for ((method, (points, _)), converged) in METHODS.iter().zip(found).zip(converged) {
+    for ((method, converged), (points, _)) in pairs.iter().zip(found) {
         for point in points {
             table.row([
                 method.name.to_owned(),
@@ -152,7 +178,6 @@ fn insets(
     found: &[(Vec<Point>, Film)],
     index: usize,
 ) -> Result<()> {
-    let last = METHODS.len() - 1;
     let mut show = |film: &Film, name: &str, caption: String, beside: bool| -> Result<()> {
         let file = shot.save(film, name, animal.exposure)?;
         let picture = Picture::new(file, caption).also(format!("{name}.exr"));
@@ -165,11 +190,11 @@ fn insets(
         let caption = format!("{}, {samples} samples, RMSE {error:.4}", method.name);
         show(film, &format!("equal-samples-{}", method.key), caption, i > 0)?;
     }
-    for (i, (method, converged)) in pairs.iter().enumerate() {
+    for (i, (method, converged)) in pairs[..AS_PUBLISHED].iter().enumerate() {
         let caption = format!("{}, converged ({} samples)", method.name, converged.film.samples());
         show(&converged.film, &format!("converged-{}", method.key), caption, i > 0)?;
     }
-    let (Some(mine), Some(theirs)) = (found[index].0.last(), found[last].0.last()) else { return Ok(()) };
+    let (Some(mine), Some(theirs)) = (found[index].0.last(), found[OLD].0.last()) else { return Ok(()) };
     let equal_time = (samples as f64 * mine.time / theirs.time).round().max(1.0) as u64;
     let equal_quality = (samples as f64 * theirs.mse / mine.mse.max(1e-300)).round().clamp(1.0, 16.0 * samples as f64);
     let caption = format!("{}, {samples} samples, {:.2} s", animal.method.name, mine.time);
@@ -179,7 +204,7 @@ fn insets(
     {
         let mut film = shot.empty();
         let time = shot.extend(YAN2015, &mut film, count)?;
-        let error = pairs[last].1.error(&film, time).rmse();
+        let error = pairs[OLD].1.error(&film, time).rmse();
         let file = shot.save(&film, name, animal.exposure)?;
         let caption = format!("{}, {what}: {count} samples, {time:.2} s, RMSE {error:.4}", YAN2015.name);
         outcome.pictures.push(Picture::new(file, caption).also(format!("{name}.exr")).beside());

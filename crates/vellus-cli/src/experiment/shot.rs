@@ -1,7 +1,7 @@
 //! A part of a picture, rendered by several methods: each method's converged picture, its error over the samples, its time.
 
 use super::Context;
-use crate::model_args::set_model;
+use crate::model_args::{set_model, set_published};
 use crate::output;
 use anyhow::{Context as _, Result, anyhow};
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -21,17 +21,23 @@ pub struct Method {
     pub mode: Mode,
     /// Of yan2015, where it is not that of the cortex.
     pub eta_m: Option<f32>,
+    /// yan2015 sampled as it was in 2015.
+    pub published: bool,
 }
 
 const fn ours(name: &'static str, key: &'static str, mode: Mode) -> Method {
-    Method { name, key, model: ModelKind::Vellus, mode, eta_m: None }
+    Method { name, key, model: ModelKind::Vellus, mode, eta_m: None, published: false }
 }
 
 pub const NEAR: Method = ours("near field", "near", Mode::Near);
 pub const FAR: Method = ours("far field", "far", Mode::Far);
 pub const MULTI: Method = ours("multi-scale", "multiscale", Mode::MultiScale);
-pub const YAN2015: Method =
-    Method { name: "Yan et al. 2015", key: "yan2015", model: ModelKind::Yan2015, mode: Mode::Near, eta_m: None };
+pub const YAN2015: Method = Method { model: ModelKind::Yan2015, ..ours("Yan et al. 2015", "yan2015", Mode::Near) };
+pub const PUBLISHED: Method = Method {
+    model: ModelKind::Yan2015,
+    published: true,
+    ..ours("2015, sampled as published", "yan2015-published", Mode::Near)
+};
 
 /// Checkpoints of long renderings are that far apart.
 const KEEP: Duration = Duration::from_secs(30);
@@ -116,6 +122,9 @@ impl<'c> Shot<'c> {
 
     /// Has the strands scatter by a method's model.
     fn choose(&mut self, method: Method) -> Result<()> {
+        if method.published {
+            return set_published(&mut self.world);
+        }
         set_model(&mut self.world, method.model, method.eta_m)
     }
 

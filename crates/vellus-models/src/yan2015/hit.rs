@@ -7,7 +7,7 @@ use crate::around::GaussiansAt;
 use crate::factored::{self, Factored, choose, direction, largest_channel};
 use crate::far::{AlongFactors, AroundSums, Separable};
 use glam::Vec3;
-use std::f32::consts::{FRAC_1_PI, TAU};
+use std::f32::consts::{FRAC_1_PI, PI, TAU};
 use vellus::parts::{Azimuth, Inclination, Outgoing, wrap};
 use vellus::{Lobe, Lobes, Sample, Scattering};
 
@@ -81,10 +81,11 @@ impl Yan2015Hit<'_> {
             for i in 0..3 {
                 let value = d.lobes[i] * d.transmission;
                 (0..3).for_each(|c| lobes.0[SCATTERED[i] as usize][c] += s.energy[i][c] * value);
-                pdf += self.probability[1 + i] * d.lobes[i];
+                pdf += if self.model.published { 0.0 } else { self.probability[1 + i] * d.lobes[i] };
             }
             (0..3).for_each(|c| lobes.0[Lobe::Rest as usize][c] += s.diffuse[c] * d.diffuse);
-            pdf += self.diffuse_probability * (0.25 * FRAC_1_PI);
+            let even = if self.model.published { self.probability[1..].iter().sum() } else { self.diffuse_probability };
+            pdf += even * (0.25 * FRAC_1_PI);
         }
         (lobes, pdf)
     }
@@ -154,6 +155,36 @@ impl Yan2015Hit<'_> {
     }
 }
 
+impl Yan2015Hit<'_> {
+    /// As [`Yan2015::sampled_as_published`] says.
+    fn sample_as_published(&self, i: usize, left: f32, u: [f32; 5]) -> Sample {
+        let (lobe, o, weight) = match &self.scattered {
+            Some(s) if i > 0 => {
+                // Evenly over the sphere.
+                let sin_i = 2.0 * u[1] - 1.0;
+                let cos_i = ((1.0 - sin_i) * (1.0 + sin_i)).max(0.0).sqrt();
+                let o = Outgoing { sin_i, cos_i, theta_i: sin_i.atan2(cos_i), phi: TAU * u[3] };
+                let d = self.scattered_densities(s, &o);
+                let (lobe, energy, density) = match i {
+                    4 => (Lobe::Rest, s.diffuse, d.diffuse),
+                    _ => (SCATTERED[i - 1], s.energy[i - 1], d.lobes[i - 1] * d.transmission),
+                };
+                (lobe, o, energy.map(|a| a * density * 4.0 * PI / self.probability[i]))
+            }
+            _ => {
+                let largest = largest_channel(self.unscattered.energies());
+                let (lane, _) = choose(&largest, left);
+                // Its Gaussians cancel: energy over probability, within the eight and of them all.
+                let share = largest[lane] / largest.iter().sum::<f32>() * self.probability[0];
+                let weight = [0, 1, 2].map(|c| self.unscattered.energies()[c][lane] / share.max(f32::MIN_POSITIVE));
+                (NAMES[lane], self.unscattered.draw(lane, [u[1], u[2], u[3]]), weight)
+            }
+        };
+        let (_, pdf) = self.eval_outgoing(&o);
+        Sample { wi: direction(&self.unscattered.frame, &o), pdf, weight, lobe }
+    }
+}
+
 /// C^M goes over from its backward to its forward half with |φ|: two terms, and the diffuse one.
 impl Separable for Yan2015Hit<'_> {
     #[inline]
@@ -213,6 +244,9 @@ impl Scattering for Yan2015Hit<'_> {
     #[inline]
     fn sample(&self, u: [f32; 5]) -> Sample {
         let (i, left) = choose(&self.probability, u[0]);
+        if self.model.published {
+            return self.sample_as_published(i, left, u);
+        }
         let (lobe, outgoing) = self.draw(i, left, u);
         let (lobes, pdf) = self.eval_outgoing(&outgoing);
         let weight = factored::weight(lobes.total(), pdf);
