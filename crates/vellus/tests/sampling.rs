@@ -176,12 +176,12 @@ fn windows_are_unbiased_against_the_near_field() {
     }
 }
 
-/// Weights of windows are nearly constant: hardly ever more than a twentieth above the sum of the lobes' largest channels,
-/// which they would be where no segment's light were moved, a channel by itself.
+/// Weights of windows are nearly constant: one in a hundred is more than a fiftieth above the sum of the lobes' largest channels, and never by
+/// half. (By that because the few points of the scattered lobes are scaled to each channel's energy by itself.)
 #[test]
 fn window_weights_are_bounded() {
     let mut random = Uniform(14);
-    let (mut count, mut above) = (0, 0);
+    let (mut count, mut above, mut worst) = (0, 0, 0.0f32);
     for _ in 0..3000 {
         let bcsdf = Bcsdf::new(&random.fiber()).unwrap();
         let wo = direction(random.within(-1.55, 1.55), random.within(-3.0, 3.0));
@@ -191,10 +191,12 @@ fn window_weights_are_bounded() {
         for _ in 0..300 {
             let s = hit.sample(random.numbers());
             let most = s.weight.into_iter().fold(0.0, f32::max) / bound;
+            worst = worst.max(most);
             count += 1;
-            above += i32::from(most > 1.05);
-            assert!(most < 2.0 && s.weight.iter().all(|&w| w >= 0.0), "{:?} {s:?} {bound}", bcsdf.fiber());
+            above += i32::from(most > 1.02);
+            assert!(s.weight.iter().all(|&w| w >= 0.0), "{:?} {s:?}", bcsdf.fiber());
         }
     }
-    assert!(above * 50 < count, "{above} of {count}");
+    println!("{above} of {count}, at most {worst}");
+    assert!(above * 50 < count && worst < 1.5, "{above} of {count}, at most {worst}");
 }
