@@ -65,6 +65,10 @@ pub(crate) struct Seen {
 /// lamp), and has about a hundredth more of the noise's mean square (raccoon, cat, hamster).
 const ASKED: f32 = 0.25;
 
+/// Light samples where the camera sees a fibre: a second one takes 23 % of the noise's mean square away from a lock of hair, for 2 to 8 %
+/// of the time. Of animals, deeper in fur, it is worth what it costs.
+const FIRST_LIGHTS: u32 = 2;
+
 /// Scattering events before Russian roulette begins.
 const ROULETTE: u32 = 2;
 
@@ -154,6 +158,8 @@ struct Path<'w> {
     lobes: Option<[Rgb; 6]>,
     /// Angle over which the last scattering spread the path, radians; none for the camera's ray.
     spread: Option<f32>,
+    /// Light samples that were taken there.
+    lights: f32,
     rays: u64,
 }
 
@@ -201,7 +207,7 @@ impl Path<'_> {
 
     /// Light from beyond the scene, or from a light's shape, found by a ray that was drawn with density `pdf`.
     fn found(&mut self, (light, emission): (usize, Emission), pdf: Option<f32>) {
-        let w = pdf.map_or(1.0, |pdf| weight(pdf, emission.pdf));
+        let w = pdf.map_or(1.0, |pdf| weight(pdf, emission.pdf * self.lights));
         self.add(scale(times(self.throughput, emission.radiance), w), self.world.groups[light]);
     }
 }
@@ -236,6 +242,7 @@ impl World {
             throughput: [1.0; 3],
             lobes: None,
             spread: None,
+            lights: 1.0,
             rays: 0,
         };
         // The density the ray was drawn with, if lights could have been sampled instead.
@@ -348,11 +355,17 @@ impl World {
         }
         let apart = depth == 0 && path.layout.has(Layer::Lobes);
         let [a, b] = [sampler.next(), sampler.next()];
-        if let Some((which, light)) = self.lights.sample(frame.axis, [a[0], a[1], a[2]]) {
+        let lights = if depth == 0 { FIRST_LIGHTS } else { 1 };
+        path.lights = lights as f32;
+        for k in 0..lights {
+            let u = if k == 0 { a } else { sampler.next() };
+            // Each in its own share of the lights.
+            let pick = (u[0] + k as f32) / path.lights;
+            let Some((which, light)) = self.lights.sample(frame.axis, [pick, u[1], u[2]]) else { continue };
             let (f, pdf) = scattering.eval_pdf(frame.local(light.direction));
             let total = f.total();
-            let w = weight(light.pdf, pdf);
-            let asked = (4.0 * PI / ASKED * largest(total) * w).min(1.0);
+            let w = weight(light.pdf * path.lights, pdf) / path.lights;
+            let asked = (4.0 * PI / ASKED * path.lights * largest(total) * w).min(1.0);
             if sampler.chance() < asked && !path.blocked(&frame.leave(light.direction, shadow_limit(&light))) {
                 let given = if light.pdf.is_infinite() { 1.0 } else { 1.0 / light.pdf };
                 let w = w * given / asked;
@@ -405,6 +418,7 @@ impl World {
                 path.set(Layer::Motion, &self.motion(path.settings, point, hit.movement, ray.time));
             }
         }
+        path.lights = 1.0;
         if let Some((which, light)) = self.lights.sample(start, [a[0], a[1], a[2]]) {
             let (f, pdf) = scatter.eval_pdf(wo, local(light.direction));
             let shadow = Ray { origin: start, direction: light.direction, limit: shadow_limit(&light), time: ray.time };
