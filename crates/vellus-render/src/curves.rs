@@ -195,7 +195,7 @@ impl Curves {
         best.map(|(first, entry)| {
             let (set, segment) = self.segment(first, ray.time);
             let point = first - self.offsets[set];
-            let strand = self.strands[set].starts.partition_point(|&start| start <= point) - 1;
+            let strand = strand_of(&self.strands[set].starts, point);
             CurveHit { set, strand, point: point as usize, entry, segment }
         })
     }
@@ -248,6 +248,24 @@ impl Curves {
         });
         waiting
     }
+}
+
+/// The strand a control point belongs to, from where each starts. It is looked for from where it would be if all had as many: of most
+/// grooms they do, and to halve the range again and again would wait for memory at each step.
+fn strand_of(starts: &[u32], point: u32) -> usize {
+    let strands = starts.len() - 1;
+    let guess = (u64::from(point) * strands as u64 / u64::from(starts[strands]).max(1)) as usize;
+    let (mut low, mut high) = (guess.min(strands), (guess + 1).min(strands));
+    let mut reach = 1;
+    while starts[low] > point {
+        (high, low) = (low, low.saturating_sub(reach));
+        reach *= 2;
+    }
+    while starts[high] <= point {
+        (low, high) = (high, (high + reach).min(strands));
+        reach *= 2;
+    }
+    low + starts[low..=high].partition_point(|&start| start <= point) - 1
 }
 
 /// Segments of a leaf that are still to be entered. They wait until the next leaf has been looked at: meanwhile
@@ -348,6 +366,24 @@ mod tests {
             root_uv: None,
             look: 0,
             varying: vec![],
+        }
+    }
+
+    /// Strands of one length, of many, and with none; every point.
+    #[test]
+    fn points_belong_to_their_strands() {
+        let lengths: [fn(usize) -> u32; 4] =
+            [|_| 7, |i| 1 + (i as u32 * 7919) % 40, |i| (i as u32 % 3) * 5, |i| 1 << (i / 8)];
+        for length in lengths {
+            let mut starts = vec![0];
+            let mut owner = Vec::new();
+            for i in 0..100 {
+                owner.extend((0..length(i)).map(|_| i));
+                starts.push(owner.len() as u32);
+            }
+            for (point, &strand) in owner.iter().enumerate() {
+                assert_eq!(strand_of(&starts, point as u32), strand);
+            }
         }
     }
 

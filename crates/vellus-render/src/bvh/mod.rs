@@ -152,7 +152,7 @@ impl Bvh {
         let inverse = inverse.map(splat);
         let (early, late) = (splat(1.0 - ray.time), splat(ray.time));
         let mut limit = ray.limit;
-        let mut stack = ArrayVec::<(u32, f32), { build::STACK }>::new();
+        let mut stack = ArrayVec::<u64, { build::STACK }>::new();
         let mut current = self.root;
         loop {
             if current & LEAF != 0 {
@@ -184,43 +184,42 @@ impl Bvh {
                 let hit = enter.simd_le(leave * splat(1.000_000_5));
                 let mut mask = hit.to_bitmask();
                 if mask != 0 {
+                    // As one number, so that they are compared and moved at once: distances are not negative, and ordered as their bits are.
                     let distances = enter.to_array();
                     let mut next = || {
                         let i = mask.trailing_zeros() as usize & (WIDTH - 1);
                         mask &= mask - 1;
-                        ((node.children[i], distances[i]), mask != 0)
+                        (u64::from(distances[i].to_bits()) << 32 | u64::from(node.children[i]), mask != 0)
                     };
                     let (mut nearest, mut more) = next();
                     // Mostly there is one.
                     if !more {
-                        current = nearest.0;
+                        current = nearest as u32;
                         continue;
                     }
-                    self.fetch(nearest.0, &soon);
+                    self.fetch(nearest as u32, &soon);
                     let base = stack.len();
                     while more {
-                        let mut entry;
+                        let entry;
                         (entry, more) = next();
-                        self.fetch(entry.0, &soon);
-                        if entry.1 < nearest.1 {
-                            std::mem::swap(&mut entry, &mut nearest);
-                        }
+                        self.fetch(entry as u32, &soon);
                         // Sorted as they come.
-                        stack.push(entry);
+                        stack.push(entry.max(nearest));
+                        nearest = entry.min(nearest);
                         let mut place = stack.len() - 1;
-                        while place > base && stack[place - 1].1 < stack[place].1 {
+                        while place > base && stack[place - 1] < stack[place] {
                             stack.swap(place - 1, place);
                             place -= 1;
                         }
                     }
-                    current = nearest.0;
+                    current = nearest as u32;
                     continue;
                 }
             }
             current = loop {
                 match stack.pop() {
                     None => return,
-                    Some((child, distance)) if distance <= limit => break child,
+                    Some(entry) if f32::from_bits((entry >> 32) as u32) <= limit => break entry as u32,
                     Some(_) => {}
                 }
             };
