@@ -37,9 +37,9 @@ pub struct Emission {
 #[derive(Clone, Debug)]
 pub struct Lights {
     lights: Vec<Prepared>,
-    /// Probability of each, and their running sum; all 0 where none is worth sampling.
+    /// Probability of each, all 0 where none is worth sampling; and to draw one.
     shares: Vec<f32>,
-    sums: Vec<f32>,
+    chances: Intervals,
 }
 
 #[derive(Clone, Debug)]
@@ -78,9 +78,9 @@ struct Map {
     texture: Texture,
     /// Brightness above the average, averaged over the sphere; 0 where it is nowhere worth mentioning.
     excess: f32,
-    /// Running sums, over rows and over the pixels of each row, from 0 to 1.
-    rows: Vec<f32>,
-    columns: Vec<Vec<f32>>,
+    /// Rows, and the pixels of each.
+    rows: Intervals,
+    columns: Vec<Intervals>,
 }
 
 /// A sky whose excess is this small a share of its brightness is even.
@@ -90,23 +90,50 @@ fn brightness(c: [f32; 3]) -> f32 {
     c[0] + c[1] + c[2]
 }
 
-/// Running sums of non-negative numbers, from 0 to 1; equal steps where all are 0.
-fn running(values: impl ExactSizeIterator<Item = f32>) -> Vec<f32> {
-    let n = values.len();
-    let mut sums = Vec::with_capacity(n + 1);
-    sums.push(0.0f64);
-    for v in values {
-        sums.push(sums[sums.len() - 1] + f64::from(v));
-    }
-    let total = sums[n];
-    (0..=n).map(|i| if total > 0.0 { sums[i] / total } else { i as f64 / n as f64 } as f32).collect()
+/// Intervals, each drawn in proportion to a number.
+#[derive(Clone, Debug)]
+struct Intervals {
+    /// Where each begins, and the end: from 0 to 1.
+    sums: Vec<f32>,
+    /// The interval in which each of as many equal steps begins: from there it is not far (Chen and Asau 1974, On Generating Random
+    /// Variates from an Empirical Distribution).
+    guide: Vec<u32>,
 }
 
-/// The interval a number falls in, and where in it, [0, 1).
-fn pick(sums: &[f32], u: f32) -> (usize, f32) {
-    let i = sums.partition_point(|&s| s <= u).clamp(1, sums.len() - 1) - 1;
-    let width = sums[i + 1] - sums[i];
-    (i, if width > 0.0 { ((u - sums[i]) / width).clamp(0.0, 0.999_999_94) } else { 0.5 })
+impl Intervals {
+    /// As wide as numbers that are not negative; equal ones where all are 0.
+    fn new(values: impl ExactSizeIterator<Item = f32>) -> Self {
+        let n = values.len();
+        let mut sums = Vec::with_capacity(n + 1);
+        sums.push(0.0f64);
+        for v in values {
+            sums.push(sums[sums.len() - 1] + f64::from(v));
+        }
+        let total = sums[n];
+        let share = |i: usize| if total > 0.0 { sums[i] / total } else { i as f64 / n as f64 };
+        let sums: Vec<f32> = (0..=n).map(|i| share(i) as f32).collect();
+        let begin = |i: usize| sums.partition_point(|&s| s <= i as f32 / n as f32).clamp(1, n) - 1;
+        let guide = (0..n).map(|i| begin(i) as u32).collect();
+        Intervals { sums, guide }
+    }
+
+    /// How wide one is.
+    fn width(&self, i: usize) -> f32 {
+        self.sums[i + 1] - self.sums[i]
+    }
+
+    /// The interval a number in [0, 1) falls in, and where in it, [0, 1).
+    fn pick(&self, u: f32) -> (usize, f32) {
+        let n = self.guide.len();
+        let step = ((u * n as f32) as usize).min(n - 1);
+        // The step may be rounded up: from a little before.
+        let mut i = self.guide[step.saturating_sub(1)] as usize;
+        while i + 1 < n && self.sums[i + 1] <= u {
+            i += 1;
+        }
+        let width = self.width(i);
+        (i, if width > 0.0 { ((u - self.sums[i]) / width).clamp(0.0, 0.999_999_94) } else { 0.5 })
+    }
 }
 
 /// Cosine of the upper edge of a row of an image less that of the lower.
@@ -134,8 +161,8 @@ impl Map {
             (most - mean).max(0.0)
         };
         let excess = average(&bright);
-        let columns: Vec<Vec<f32>> = (0..h).map(|y| running((0..w).map(|x| bright(x, y)))).collect();
-        let rows = running((0..h).map(|y| band(y, h) * (0..w).map(|x| bright(x, y)).sum::<f32>()));
+        let columns = (0..h).map(|y| Intervals::new((0..w).map(|x| bright(x, y)))).collect();
+        let rows = Intervals::new((0..h).map(|y| band(y, h) * (0..w).map(|x| bright(x, y)).sum::<f32>()));
         Map { texture, excess: if excess > EVEN * mean { excess } else { 0.0 }, rows, columns }
     }
 
@@ -152,8 +179,8 @@ impl Map {
 
     /// A place in proportion to its excess brightness, and the density per solid angle.
     fn sample(&self, u: [f32; 2]) -> (Vec2, f32) {
-        let (y, t) = pick(&self.rows, u[1]);
-        let (x, s) = pick(&self.columns[y], u[0]);
+        let (y, t) = self.rows.pick(u[1]);
+        let (x, s) = self.columns[y].pick(u[0]);
         // Uniform in the cosine: per solid angle, a texel's density is the same all over it, at the poles too.
         let edge = |y: usize| (y as f32 / self.texture.height as f32 * PI).cos();
         let cos = edge(y) + t * (edge(y + 1) - edge(y));
@@ -165,7 +192,7 @@ impl Map {
         let (w, h) = (self.texture.width, self.texture.height);
         let x = ((uv.x.rem_euclid(1.0) * w as f32) as usize).min(w - 1);
         let y = (((1.0 - uv.y) * h as f32) as usize).min(h - 1);
-        let share = (self.rows[y + 1] - self.rows[y]) * (self.columns[y][x + 1] - self.columns[y][x]);
+        let share = self.rows.width(y) * self.columns[y].width(x);
         share * w as f32 / (TAU * band(y, h))
     }
 }
@@ -176,9 +203,9 @@ impl Lights {
         let lights: Vec<Prepared> = lights.iter().map(|light| prepare(light, textures)).collect();
         let powers: Vec<f32> = lights.iter().map(|light| light.power(reach)).collect();
         let any = powers.iter().any(|&power| power > 0.0);
-        let sums = running(powers.into_iter());
-        let shares = sums.windows(2).map(|w| if any { w[1] - w[0] } else { 0.0 }).collect();
-        Lights { lights, shares, sums }
+        let chances = Intervals::new(powers.into_iter());
+        let shares = (0..lights.len()).map(|i| if any { chances.width(i) } else { 0.0 }).collect();
+        Lights { lights, shares, chances }
     }
 
     /// A direction from `point` toward one of them, and which that is. `None` where the light has nothing to send there, or
@@ -187,7 +214,7 @@ impl Lights {
         if self.lights.is_empty() {
             return None;
         }
-        let (i, _) = pick(&self.sums, u[2]);
+        let (i, _) = self.chances.pick(u[2]);
         let share = self.shares[i];
         if share <= 0.0 {
             return None;
@@ -469,6 +496,21 @@ mod tests {
             Light::Sphere { center: Vec3::new(0.0, -2.0, 0.4), radius: 0.8, radiance: [2.0, 2.0, 7.0] },
         ];
         (lights, vec![texture(16, 8)])
+    }
+
+    /// The interval that halving finds: of even numbers, of a few large ones among many zeros, of one.
+    #[test]
+    fn guides_lead_to_the_interval() {
+        let numbers: [fn(usize) -> f32; 4] =
+            [|_| 1.0, |i| if i % 37 == 5 { 3.0 + i as f32 } else { 0.0 }, |i| 0.9f32.powi(i as i32), |_| 0.0];
+        for (number, n) in numbers.into_iter().flat_map(|number| [1, 2, 777].map(|n| (number, n))) {
+            let all = Intervals::new((0..n).map(number));
+            let edges = all.sums.iter().flat_map(|s| [s.next_down(), *s, s.next_up()]);
+            for u in (0..5000).map(|i| i as f32 / 5000.0).chain(edges).filter(|u| (0.0..1.0).contains(u)) {
+                let found = all.pick(u).0;
+                assert_eq!(found, all.sums.partition_point(|&s| s <= u).clamp(1, n) - 1, "{n} {u}");
+            }
+        }
     }
 
     /// Where lights are sampled, sampling toward them and shooting uniformly find the same light, each light alone and all
