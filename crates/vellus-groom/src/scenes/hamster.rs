@@ -112,9 +112,9 @@ fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
     let cheek = to_segment(side, [5.6, 4.2, 1.4], [3.2, 3.9, 3.4]);
     color = mix(color, CREAM, smoothstep(1.5, 0.9, cheek));
     color = mix(color, CREAM, smoothstep(6.1, 6.9, p.x) * smoothstep(5.6, 5.0, p.y));
-    // A dark stripe from the cheek to the shoulder, as golden hamsters have.
-    let stripe = to_segment(side, [2.6, 4.9, 3.0], [0.9, 4.9, 3.9]);
-    color = mix(color, [1.2, 0.8], smoothstep(0.7, 0.2, stripe));
+    // A darker stripe from behind the cheek to the shoulder, as golden hamsters have.
+    let stripe = to_segment(side, [3.7, 5.5, 2.6], [1.3, 3.9, 4.0]);
+    color = mix(color, [0.25, 0.9], 0.7 * smoothstep(0.75, 0.0, stripe));
     let ears = smoothstep(8.2, 8.7, p.y);
     mix(color, [0.3, 0.3], ears)
 }
