@@ -75,7 +75,7 @@ class Vellus:
         picture = path.with_suffix(".exr") if path else self.picture
         command = [self.program, "render", self.file, "--camera", view, "--mode", self.mode]
         command += ["--max-depth", scene.BOUNCES, "--size", f"{size[0]}x{size[1]}", "--spp", spp, "--seed", seed]
-        command += ["--layers", "beauty", "--float", "--output", picture]
+        command += ["--filter", "box", "--layers", "beauty", "--float", "--output", picture]
         # GNU time would do, but is not everywhere.
         code = (
             "import resource, subprocess, sys\n"

@@ -34,5 +34,6 @@ pub use render::Statistics;
 pub use segment::{Entry, Segment};
 pub use store::Part;
 pub use triangles::{TriangleHit, Triangles};
+pub use view::Filter;
 pub use widen::widen;
 pub use world::World;

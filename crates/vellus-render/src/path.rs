@@ -11,6 +11,7 @@ use crate::light::{Emission, LightSample};
 use crate::ray::{Ray, across};
 use crate::sampler::Sampler;
 use crate::triangles::TriangleHit;
+use crate::view::Filter;
 use crate::world::World;
 use glam::{Vec3, Vec4Swizzles};
 use std::f32::consts::PI;
@@ -37,6 +38,8 @@ pub struct Settings {
     pub crop: Option<[usize; 4]>,
     /// Near, far or between.
     pub mode: Mode,
+    /// What a pixel's samples see.
+    pub filter: Filter,
     /// Another seed is another noise.
     pub seed: u32,
     /// Scattering events after which a path is cut; `None` lets Russian roulette alone end it.
@@ -232,7 +235,7 @@ impl World {
         let mut sampler = Sampler::new(pixel.map(|x| x as u32), index, settings.seed);
         let u = sampler.next();
         let time = if self.moves { sampler.next()[0] } else { 0.0 };
-        let mut ray = self.view.ray(settings.size, pixel, u, time);
+        let mut ray = self.view.ray(settings.size, pixel, settings.filter, u, time);
         let mut path = Path {
             world: self,
             settings,

@@ -5,6 +5,27 @@ use crate::ray::Ray;
 use glam::{Affine3A, Mat4, Quat, Vec2, Vec3};
 use vellus_scene::Camera;
 
+/// Which part of the picture a pixel's samples see.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Filter {
+    /// The pixel itself, evenly.
+    Box,
+    /// Two pixels across, most at its middle: smoother edges, and no steps where fibres run nearly along rows or columns.
+    #[default]
+    Tent,
+}
+
+impl Filter {
+    /// Pixels from its middle, for a number in [0, 1). Samples are drawn by the filter, so that pixels have none in common.
+    fn offset(self, u: f32) -> f32 {
+        match self {
+            Filter::Box => u - 0.5,
+            Filter::Tent if u < 0.5 => (2.0 * u).sqrt() - 1.0,
+            Filter::Tent => 1.0 - (2.0 - 2.0 * u).sqrt(),
+        }
+    }
+}
+
 /// A camera made ready. Between opening and closing of the shutter it turns evenly and moves in a straight line.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct View {
@@ -39,14 +60,13 @@ impl View {
         }
     }
 
-    /// A ray through a place of a pixel's filter, a tent two pixels wide. `size` is that of the whole picture; `u` are two
-    /// numbers for the filter and two for the lens.
-    pub(crate) fn ray(&self, size: [usize; 2], pixel: [usize; 2], u: [f32; 4], time: f32) -> Ray {
-        let tent = |u: f32| if u < 0.5 { (2.0 * u).sqrt() - 1.0 } else { 1.0 - (2.0 - 2.0 * u).sqrt() };
+    /// A ray through a place of a pixel's filter. `size` is that of the whole picture; `u` are two numbers for the filter and two
+    /// for the lens.
+    pub(crate) fn ray(&self, size: [usize; 2], pixel: [usize; 2], filter: Filter, u: [f32; 4], time: f32) -> Ray {
         let [width, height] = size.map(|n| n as f32);
         let film_height = self.camera.film_height;
-        let x = ((pixel[0] as f32 + 0.5 + tent(u[0])) / width - 0.5) * film_height * width / height;
-        let y = (0.5 - (pixel[1] as f32 + 0.5 + tent(u[1])) / height) * film_height;
+        let x = ((pixel[0] as f32 + 0.5 + filter.offset(u[0])) / width - 0.5) * film_height * width / height;
+        let y = (0.5 - (pixel[1] as f32 + 0.5 + filter.offset(u[1])) / height) * film_height;
         let (a, b) = concentric([u[2], u[3]]);
         let lens = Vec3::new(a, b, 0.0) * self.camera.lens_radius;
         let focus = Vec3::new(x, y, -1.0) * self.camera.focus_distance;
@@ -82,6 +102,18 @@ impl View {
 mod tests {
     use super::*;
 
+    /// Filters are centred, and of the variance a box of one pixel and a tent of two have; nothing of a box is outside of its pixel.
+    #[test]
+    fn filters_are_as_wide_as_they_say() {
+        for (filter, reach, variance) in [(Filter::Box, 0.5, 1.0 / 12.0), (Filter::Tent, 1.0, 1.0 / 6.0)] {
+            const N: usize = 10_000;
+            let all: Vec<f32> = (0..N).map(|i| filter.offset((i as f32 + 0.5) / N as f32)).collect();
+            assert!(all.iter().all(|x| x.abs() <= reach) && all.is_sorted());
+            let mean = |f: &dyn Fn(f32) -> f32| all.iter().map(|&x| f64::from(f(x))).sum::<f64>() / N as f64;
+            assert!(mean(&|x| x).abs() < 1e-5 && (mean(&|x| x * x) - variance).abs() < 1e-4, "{filter:?}");
+        }
+    }
+
     /// A point on a ray is seen in the pixel of the ray, at any time, whatever the camera does.
     #[test]
     fn points_are_seen_where_their_rays_come_from() {
@@ -92,7 +124,7 @@ mod tests {
             let pixel = [i % 30, i % 20];
             let time = (i % 7) as f32 / 6.0;
             // The middle of the filter.
-            let ray = view.ray([30, 20], pixel, [0.5; 4], time);
+            let ray = view.ray([30, 20], pixel, Filter::Tent, [0.5; 4], time);
             let found = view.seen([30, 20], ray.at(0.3 + i as f32), time).unwrap();
             let middle = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5);
             assert!(found.abs_diff_eq(middle, 1e-3), "{found} is not {middle}");

@@ -3,7 +3,7 @@
 use glam::{Mat3, Mat4, Vec3, Vec4};
 use std::sync::atomic::AtomicBool;
 use vellus::{Fiber, Species};
-use vellus_render::{Film, Layer, Mode, Settings, Statistics, World};
+use vellus_render::{Film, Filter, Layer, Mode, Settings, Statistics, World};
 use vellus_scene::{Basis, Camera, Light, Look, Mesh, Scene, Strands, Surface};
 
 fn noise(i: usize, k: u32) -> f32 {
@@ -48,7 +48,7 @@ fn clump(count: usize, radius: f32, fiber: Fiber) -> Scene {
 }
 
 fn settings(size: usize, mode: Mode) -> Settings {
-    Settings { size: [size, size], crop: None, mode, seed: 1, max_depth: None }
+    Settings { size: [size, size], crop: None, mode, filter: Filter::Tent, seed: 1, max_depth: None }
 }
 
 fn empty(world: &World, settings: &Settings) -> Film {

@@ -8,7 +8,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::ops::Range;
 use std::time::{Duration, Instant};
 use vellus_models::ModelKind;
-use vellus_render::{Film, Layer, Mode, Part, Settings, Statistics, World};
+use vellus_render::{Film, Filter, Layer, Mode, Part, Settings, Statistics, World};
 use vellus_scene::{Camera, Scene};
 
 /// How fibres scatter, and over what of their width.
@@ -113,7 +113,14 @@ impl<'c> Shot<'c> {
     }
 
     fn settings(&self, method: Method, seed: u32) -> Settings {
-        Settings { size: self.size, crop: Some(self.crop), mode: method.mode, seed, max_depth: None }
+        Settings {
+            size: self.size,
+            crop: Some(self.crop),
+            mode: method.mode,
+            filter: Filter::Tent,
+            seed,
+            max_depth: None,
+        }
     }
 
     pub fn empty(&self) -> Film {

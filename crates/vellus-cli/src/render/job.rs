@@ -31,7 +31,14 @@ pub struct Job<'a> {
 /// Two films with the same fingerprint may be added.
 pub fn fingerprint(args: &Args) -> Result<u64> {
     let mut hasher = DefaultHasher::new();
-    (args.input.identity()?, args.size, args.crop, format!("{:?}", args.mode), args.seed, args.max_depth)
+    (
+        args.input.identity()?,
+        args.size,
+        args.crop,
+        format!("{:?}", (args.mode, args.filter)),
+        args.seed,
+        args.max_depth,
+    )
         .hash(&mut hasher);
     args.min_pixel_width.to_bits().hash(&mut hasher);
     args.model.name()?.hash(&mut hasher);
@@ -55,6 +62,7 @@ impl<'a> Job<'a> {
             ("vellus_scene".to_owned(), args.input.name()),
             ("vellus_model".to_owned(), args.model.name()?),
             ("vellus_mode".to_owned(), format!("{:?}", args.mode).to_lowercase()),
+            ("vellus_filter".to_owned(), format!("{:?}", args.filter).to_lowercase()),
             ("vellus_min_pixel_width".to_owned(), args.min_pixel_width.to_string()),
             ("vellus_seed".to_owned(), args.seed.to_string()),
             ("vellus_fingerprint".to_owned(), format!("{fingerprint:016x}")),
@@ -73,6 +81,7 @@ impl<'a> Job<'a> {
             size: args.size,
             crop: args.crop,
             mode: args.mode.into(),
+            filter: args.filter.into(),
             seed: args.seed,
             max_depth: args.max_depth,
         };

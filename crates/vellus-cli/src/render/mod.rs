@@ -18,7 +18,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Duration;
 use tev::Viewer;
-use vellus_render::Mode;
+use vellus_render::{Filter, Mode};
 
 pub use input::{Input, load_usd};
 pub use merge::{MergeArgs, merge};
@@ -60,6 +60,9 @@ pub struct Args {
     /// near or far whatever is said here.
     #[arg(long, value_enum, default_value_t = ModeArg::Multiscale)]
     mode: ModeArg,
+    /// Which part of the picture a pixel's samples see.
+    #[arg(long, value_enum, default_value_t = FilterArg::Tent)]
+    filter: FilterArg,
     /// Cut paths after that many scattering events, and say how much light that cost. Without it only Russian roulette ends
     /// them.
     #[arg(long, value_name = "N")]
@@ -112,6 +115,15 @@ enum ModeArg {
     Far,
 }
 
+/// [`Filter`] on the command line.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum FilterArg {
+    /// The pixel itself: sharper, a little less noise, and what denoisers expect.
+    Box,
+    /// Two pixels across, most at the middle: smoother edges.
+    Tent,
+}
+
 /// Runs it.
 pub fn run(args: &Args) -> Result<()> {
     if args.noise.is_some_and(|x| !(x > 0.0 && x.is_finite())) {
@@ -136,6 +148,15 @@ pub fn run(args: &Args) -> Result<()> {
     let pool = pool.build().context("cannot start threads")?;
     let stop = output::interrupt()?;
     pool.install(|| frames::run(args, &stop, viewer))
+}
+
+impl From<FilterArg> for Filter {
+    fn from(filter: FilterArg) -> Filter {
+        match filter {
+            FilterArg::Box => Filter::Box,
+            FilterArg::Tent => Filter::Tent,
+        }
+    }
 }
 
 impl From<ModeArg> for Mode {
