@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Picture, refused, run, vellus};
+use common::{Picture, command, refused, refused_by, run, vellus};
 
 /// A small cat, and more options.
 fn with<'a>(more: &[&'a str]) -> Vec<&'a str> {
@@ -74,8 +74,41 @@ fn bad_requests_are_refused_before_work() {
     refused(path, &with(&["--samples", "4..4"]), &["A < B"]);
     refused(path, &with(&["--time", "soon"]), &["60s, 5m or 2h"]);
     refused(path, &with(&["--layers", "beauty,depht"]), &["unknown layer", "depth"]);
+    refused(path, &with(&["--denoise", "--samples", "0..2"]), &["--denoise", "--samples"]);
     refused(path, &["merge", "broken.film"], &["broken.film", "header"]);
     assert!(!path.join("out").join("render.exr").exists());
+}
+
+/// A denoised picture is closer to one of many samples than the noisy one it is made of, whose channels stay as they are. Without the
+/// library there is one message, before anything is rendered.
+#[test]
+fn denoising_takes_noise_away() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = ["render", "cat", "--small", "--size", "96x64", "--layers", "beauty,albedo,normal", "--float"];
+    let with = |more: &[&'static str]| [&scene[..], more].concat();
+    let missing = with(&["--denoise"]);
+    let output = command(folder.path(), &missing).env("VELLUS_OIDN", "nothing.so").output().unwrap();
+    refused_by(&output, &missing, &["Open Image Denoise 2", "VELLUS_OIDN", "nothing.so"]);
+    assert!(!folder.path().join("out/render.exr").exists());
+    if std::env::var_os("VELLUS_OIDN").is_none() {
+        eprintln!("skipped: VELLUS_OIDN does not name the library of Intel Open Image Denoise");
+        return;
+    }
+    run(folder.path(), &with(&["--spp", "256", "-o", "converged.exr"]));
+    run(folder.path(), &with(&["--spp", "4", "-o", "noisy.exr"]));
+    run(folder.path(), &with(&["--spp", "4", "--denoise", "-o", "denoised.exr"]));
+    let [converged, noisy, denoised] =
+        ["converged", "noisy", "denoised"].map(|name| Picture::read(&folder.path().join(format!("{name}.exr"))));
+    let channel = |picture: &Picture, name: &str| {
+        picture.channels.iter().find(|(n, _)| n == name).unwrap_or_else(|| panic!("no {name}")).1.clone()
+    };
+    for c in ["R", "G", "B"] {
+        let (truth, before) = (channel(&converged, c), channel(&noisy, c));
+        assert_eq!(before, channel(&denoised, c));
+        let error = |values: &[f32]| values.iter().zip(&truth).map(|(a, b)| (a - b).powi(2)).sum::<f32>();
+        let (after, before) = (error(&channel(&denoised, &format!("denoised.{c}"))), error(&before));
+        assert!(after < 0.5 * before, "{c}: {after} of {before}");
+    }
 }
 
 /// A built-in scene written as USD is the same picture when it is read again, but for what text rounds.

@@ -42,7 +42,17 @@ fn names(layer: Layer, groups: &[String]) -> Vec<String> {
 }
 
 impl Film {
-    /// An OpenEXR file with these layers, as far as the film keeps them, and notes. Features (albedo, normal, depth; of fibres alone:
+    /// Three channels of a layer, pixel by pixel, means over the whole pixel; none where the film does not keep it or has another
+    /// number of channels.
+    pub fn rgb(&self, layer: Layer) -> Option<Vec<f32>> {
+        let kept = self.layout().range(layer).is_some_and(|range| range.len() == 3);
+        let places =
+            || (0..self.height()).flat_map(|y| (0..self.width()).flat_map(move |x| [0, 1, 2].map(|c| (x, y, c))));
+        kept.then(|| places().map(|(x, y, c)| self.mean(x, y, layer, c) as f32).collect())
+    }
+
+    /// An OpenEXR file with these layers, as far as the film keeps them, the beauty as a denoiser left it (three values a pixel; layer
+    /// `denoised`), and notes. Features (albedo, normal, depth; of fibres alone:
     /// tangent, root uv) are means over what the pixel sees of them; the variance is that of the pixel's mean brightness. A crop
     /// is the data window of the whole picture.
     ///
@@ -51,25 +61,37 @@ impl Film {
     pub fn to_exr(
         &self,
         layers: &[Layer],
+        denoised: Option<&[f32]>,
         depth: Depth,
         notes: &[(String, String)],
     ) -> std::result::Result<Vec<u8>, String> {
         let (width, height) = (self.width(), self.height());
         let pixels = || (0..width * height).map(|i| (i % width, i / width));
         let mut channels = Vec::new();
+        let color = |values: Vec<f32>| match depth {
+            Depth::Float => FlatSamples::F32(values),
+            Depth::Half => {
+                FlatSamples::F16(values.into_iter().map(|v| f16::from_f32(v.clamp(-65504.0, 65504.0))).collect())
+            }
+        };
         for layer in Layer::ALL.into_iter().filter(|l| layers.contains(l) && self.layout().has(*l)) {
             for (k, name) in names(layer, self.layout().groups()).into_iter().enumerate() {
-                let values = pixels().map(|(x, y)| self.value(x, y, layer, k));
+                let values: Vec<f32> = pixels().map(|(x, y)| self.value(x, y, layer, k)).collect();
                 let exact = matches!(layer, Layer::Square | Layer::Depth | Layer::RootUv | Layer::Motion);
                 let samples = if layer == Layer::Strand {
                     FlatSamples::U32(pixels().map(|(x, y)| self.strand(x, y)).collect())
-                } else if depth == Depth::Float || exact {
-                    FlatSamples::F32(values.collect())
+                } else if exact {
+                    FlatSamples::F32(values)
                 } else {
-                    FlatSamples::F16(values.map(|v| f16::from_f32(v.clamp(-65504.0, 65504.0))).collect())
+                    color(values)
                 };
                 channels.push(AnyChannel::new(name.as_str(), samples));
             }
+        }
+        for (k, name) in ["denoised.R", "denoised.G", "denoised.B"].into_iter().enumerate() {
+            let Some(denoised) = denoised else { break };
+            let values = denoised.iter().skip(k).step_by(3).copied();
+            channels.push(AnyChannel::new(name, color(values.collect())));
         }
         let [left, top, ..] = self.area().map(|n| n as i32);
         let mut attributes = LayerAttributes::named("");
@@ -112,16 +134,8 @@ impl Film {
     }
 
     fn layer_to_srgb(&self, layer: Layer, first: usize, exposure: f32) -> Vec<u8> {
-        let scale = f64::from(exposure.exp2());
-        let encode = |x: f64| {
-            let x = (x * scale).clamp(0.0, 1.0);
-            let y = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
-            (255.0 * y).round() as u8
-        };
-        (0..self.height())
-            .flat_map(|y| (0..self.width()).flat_map(move |x| [0, 1, 2].map(|c| (x, y, c))))
-            .map(|(x, y, c)| encode(self.mean(x, y, layer, first + c)))
-            .collect()
+        let places = (0..self.height()).flat_map(|y| (0..self.width()).flat_map(move |x| [0, 1, 2].map(|c| (x, y, c))));
+        srgb(places.map(|(x, y, c)| self.mean(x, y, layer, first + c)), exposure)
     }
 
     /// A PNG of three channels of a layer from the `first` on, shown as the beauty is.
@@ -132,12 +146,21 @@ impl Film {
         self.encode_png(&self.layer_to_srgb(layer, first, exposure), &[])
     }
 
-    /// A PNG of [`Film::to_srgb`] with notes.
+    /// A PNG of [`Film::to_srgb`], or of the beauty as a denoiser left it, with notes.
     ///
     /// # Errors
     /// What the encoder says.
-    pub fn to_png(&self, exposure: f32, notes: &[(String, String)]) -> std::result::Result<Vec<u8>, String> {
-        self.encode_png(&self.to_srgb(exposure), notes)
+    pub fn to_png(
+        &self,
+        denoised: Option<&[f32]>,
+        exposure: f32,
+        notes: &[(String, String)],
+    ) -> std::result::Result<Vec<u8>, String> {
+        let pixels = match denoised {
+            Some(denoised) => srgb(denoised.iter().map(|&v| f64::from(v)), exposure),
+            None => self.to_srgb(exposure),
+        };
+        self.encode_png(&pixels, notes)
     }
 
     fn encode_png(&self, pixels: &[u8], notes: &[(String, String)]) -> std::result::Result<Vec<u8>, String> {
@@ -154,6 +177,17 @@ impl Film {
         writer.finish().map_err(|e| e.to_string())?;
         Ok(bytes)
     }
+}
+
+/// Eight-bit sRGB of values times 2^`exposure`.
+fn srgb(values: impl Iterator<Item = f64>, exposure: f32) -> Vec<u8> {
+    let scale = f64::from(exposure.exp2());
+    let encode = |x: f64| {
+        let x = (x * scale).clamp(0.0, 1.0);
+        let y = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
+        (255.0 * y).round() as u8
+    };
+    values.map(encode).collect()
 }
 
 #[cfg(test)]
@@ -181,14 +215,15 @@ mod tests {
         film.add_rows((0..2).map(row));
         film.advance(1);
         let notes = [("vellus_command".to_owned(), "vellus render 狐.usda".to_owned())];
-        let bytes = film.to_exr(&Layer::ALL, Depth::Float, &notes).unwrap();
+        let denoised: Vec<f32> = (0..18).map(|i| i as f32).collect();
+        let bytes = film.to_exr(&Layer::ALL, Some(&denoised), Depth::Float, &notes).unwrap();
         let image =
             read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
         let image = image.from_buffered(Cursor::new(bytes)).unwrap();
         let layer = &image.layer_data;
         assert_eq!(image.attributes.display_window.size, Vec2(8, 9));
         assert_eq!(layer.attributes.layer_position, Vec2(4, 5));
-        assert_eq!(layer.channel_data.list.len(), channels);
+        assert_eq!(layer.channel_data.list.len(), channels + 3);
         let Some(AttributeValue::Text(note)) = layer.attributes.other.get(&Text::from("vellus_command")) else {
             panic!()
         };
@@ -204,10 +239,13 @@ mod tests {
         assert_eq!(at("root.V", 3), 4.0 * mean(0, 1, Layer::RootUv, 1));
         let FlatSamples::U32(ids) = &channel("strand.id").sample_data else { panic!() };
         assert_eq!(ids[..3], [40_000_000, 40_000_001, 40_000_002]);
-        assert!(!film.to_png(0.0, &notes).unwrap().is_empty());
+        assert_eq!(at("denoised.G", 4), 13.0);
+        assert_eq!(film.rgb(Layer::Beauty).unwrap()[13], mean(1, 1, Layer::Beauty, 1));
+        assert!(film.rgb(Layer::Depth).is_none() && film.rgb(Layer::Lobes).is_none());
+        assert_ne!(film.to_png(None, 0.0, &notes).unwrap(), film.to_png(Some(&denoised), 0.0, &notes).unwrap());
         // Only what is asked for, of what there is.
         let few = Film::new([8, 9], [4, 5, 3, 2], Layout::new(&[Layer::Depth], &[]));
-        let bytes = few.to_exr(&[Layer::Beauty, Layer::Albedo], Depth::Half, &[]).unwrap();
+        let bytes = few.to_exr(&[Layer::Beauty, Layer::Albedo], None, Depth::Half, &[]).unwrap();
         let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).unwrap();
         assert_eq!(meta.headers[0].channels.list.len(), 3);
     }

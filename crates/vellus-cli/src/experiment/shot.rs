@@ -235,8 +235,8 @@ impl<'c> Shot<'c> {
 
     /// Writes a picture as NAME.png and NAME.exr; the PNG's name.
     pub fn save(&self, film: &Film, name: &str, exposure: f32) -> Result<String> {
-        let png = film.to_png(exposure, &[]).map_err(|e| anyhow!("cannot encode PNG: {e}"))?;
-        let exr = film.to_exr(&self.layers, vellus_render::Depth::Half, &[]);
+        let png = film.to_png(None, exposure, &[]).map_err(|e| anyhow!("cannot encode PNG: {e}"))?;
+        let exr = film.to_exr(&self.layers, None, vellus_render::Depth::Half, &[]);
         self.context.write(&format!("{name}.exr"), &exr.map_err(|e| anyhow!("cannot encode OpenEXR: {e}"))?)?;
         self.context.write(&format!("{name}.png"), &png)?;
         Ok(format!("{name}.png"))

@@ -1,6 +1,7 @@
 //! One picture: passes, progress, checkpoints, and what is written in the end.
 
 use super::Args;
+use super::denoise::Denoiser;
 use super::goals::{End, Goals, State, clock};
 use super::keep::Keeper;
 use super::tev::Viewer;
@@ -26,6 +27,7 @@ pub struct Job<'a> {
     keeper: Keeper<'a>,
     stop: &'a AtomicBool,
     viewer: Option<&'a mut Viewer>,
+    denoiser: Option<Denoiser>,
 }
 
 /// Two films with the same fingerprint may be added.
@@ -51,6 +53,7 @@ impl<'a> Job<'a> {
     /// Loads the scene and, where asked for, what was rendered already. `pictures` are so many to be written beside each other.
     pub fn new(args: &'a Args, stop: &'a AtomicBool, viewer: Option<&'a mut Viewer>, pictures: u64) -> Result<Self> {
         let start = Instant::now();
+        let denoiser = args.denoise.then(Denoiser::load).transpose()?;
         let mut scene = args.input.load()?;
         let [width, height] = args.size.map(|n| n as f32);
         scene.camera = scene.camera.or_else(|| scene.framing(width / height));
@@ -103,7 +106,7 @@ impl<'a> Job<'a> {
             eprintln!("going on from {} samples a pixel", kept.film.samples());
             (part.samples, part.film) = (kept.samples, kept.film);
         }
-        Ok(Job { args, world, settings, part, goal, keeper, stop, viewer })
+        Ok(Job { args, world, settings, part, goal, keeper, stop, viewer, denoiser })
     }
 
     /// Renders, and writes what there is.
@@ -149,6 +152,7 @@ impl<'a> Job<'a> {
             layers: self.args.layers(),
             depth: self.args.depth(),
             exposure: self.args.exposure,
+            denoiser: self.denoiser.take(),
             notes,
         };
         picture.write(&self.part.film).or_else(|e| self.keeper.rescue(&self.part, e))?;

@@ -1,5 +1,6 @@
 //! `vellus merge`: parts of a picture into one.
 
+use super::denoise::Denoiser;
 use super::parse::{self, Layers};
 use super::write::{self, Picture};
 use crate::output;
@@ -23,6 +24,9 @@ pub struct MergeArgs {
     /// Layers of the OpenEXR file, as `vellus render` has them; all that were rendered without it.
     #[arg(long, value_parser = parse::layers, value_name = "LAYERS")]
     layers: Option<Layers>,
+    /// Denoise the beauty as well, as `vellus render` does.
+    #[arg(long)]
+    denoise: bool,
     /// Store colours in 32 bit, not 16.
     #[arg(long)]
     float: bool,
@@ -31,6 +35,7 @@ pub struct MergeArgs {
 /// Merges.
 pub fn merge(args: &MergeArgs) -> Result<()> {
     write::check_name(&args.output)?;
+    let denoiser = args.denoise.then(Denoiser::load).transpose()?;
     let mut parts = Vec::new();
     for path in &args.films {
         let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
@@ -59,6 +64,7 @@ pub fn merge(args: &MergeArgs) -> Result<()> {
         layers: args.layers.as_ref().map_or(&vellus_render::Layer::ALL, |layers| &layers.0),
         depth: if args.float { Depth::Float } else { Depth::Half },
         exposure: args.exposure,
+        denoiser,
         notes,
     }
     .write(&whole.film)

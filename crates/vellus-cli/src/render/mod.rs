@@ -1,5 +1,6 @@
 //! `vellus render`: a scene to a picture.
 
+mod denoise;
 mod frames;
 mod goals;
 mod input;
@@ -90,6 +91,10 @@ pub struct Args {
         value_name = "LAYERS"
     )]
     layers: Layers,
+    /// Denoise the beauty as well: layer `denoised`, which is what the PNG shows. Needs Intel Open Image Denoise 2, installed, or the
+    /// path of its library in VELLUS_OIDN; guided by the layers albedo and normal.
+    #[arg(long, conflicts_with = "samples")]
+    denoise: bool,
     /// Store colours in 32 bit, not 16.
     #[arg(long)]
     float: bool,

@@ -1,5 +1,6 @@
 //! Pictures and what belongs to them as files.
 
+use super::denoise::Denoiser;
 use crate::fiber_args::Spec;
 use crate::output;
 use anyhow::{Result, anyhow, bail};
@@ -14,6 +15,8 @@ pub struct Picture<'a> {
     pub layers: &'a [Layer],
     pub depth: Depth,
     pub exposure: f32,
+    /// Where the beauty is to be denoised as well: the PNG shows that.
+    pub denoiser: Option<Denoiser>,
     /// Names and values in the files' headers.
     pub notes: Vec<(String, String)>,
 }
@@ -22,13 +25,19 @@ impl Picture<'_> {
     /// Writes it, and says so.
     pub fn write(&self, film: &Film) -> Result<()> {
         let png = self.path.with_extension("png");
+        // Noise is better than no picture.
+        let denoised = self
+            .denoiser
+            .as_ref()
+            .and_then(|denoiser| denoiser.clean(film).inspect_err(|e| eprintln!("warning: cannot denoise: {e}")).ok());
+        let denoised = denoised.as_deref();
         if self.path != png {
-            let bytes = film.to_exr(self.layers, self.depth, &self.notes);
+            let bytes = film.to_exr(self.layers, denoised, self.depth, &self.notes);
             output::write(Some(self.path), &bytes.map_err(|e| anyhow!("cannot encode OpenEXR: {e}"))?)?;
             println!("wrote {}", self.path.display());
         }
         // Last: where it is, all is.
-        let bytes = film.to_png(self.exposure, &self.notes).map_err(|e| anyhow!("cannot encode PNG: {e}"))?;
+        let bytes = film.to_png(denoised, self.exposure, &self.notes).map_err(|e| anyhow!("cannot encode PNG: {e}"))?;
         output::write(Some(&png), &bytes)?;
         println!("wrote {}", png.display());
         Ok(())
@@ -46,7 +55,8 @@ pub fn check_name(path: &Path) -> Result<()> {
 
 /// Bytes that the files of one picture take at most: noise does not compress well.
 pub fn largest_size(pixels: u64, layout: &Layout, path: &Path, layers: &[Layer], depth: Depth) -> u64 {
-    let channels: usize = layers.iter().filter_map(|l| layout.range(*l)).map(|r| r.len()).sum();
+    // Three of a denoised beauty.
+    let channels = 3 + layers.iter().filter_map(|l| layout.range(*l)).map(|r| r.len()).sum::<usize>();
     // A few channels are 32 bit always.
     let exr = if depth == Depth::Float { 4 * channels } else { 2 * channels + 10 };
     pixels * (3 + if path.extension().is_some_and(|e| e == "exr") { exr as u64 } else { 0 })
