@@ -112,6 +112,31 @@ fn results_are_whole_told_and_kept() {
     assert!(NAMES.iter().all(|name| page.contains(&format!("<h2 id=\"{name}\">"))));
 }
 
+/// Where an experiment was stopped before its end, pictures that were finished are read back; those that are missing or broken are rendered
+/// again, to the last bit.
+#[test]
+fn finished_pictures_are_not_rendered_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    run(path, &smoke(&["zoom"], &[]));
+    let place = path.join("found/zoom");
+    let mut films: Vec<_> = std::fs::read_dir(&place).unwrap().map(|entry| entry.unwrap().path()).collect();
+    films.retain(|file| file.extension().is_some_and(|e| e == "film"));
+    films.sort();
+    assert!(films.len() > 3, "{films:?}");
+    let bytes = || films.iter().map(|file| std::fs::read(file).unwrap()).collect::<Vec<_>>();
+    let changed = |file: &Path| std::fs::metadata(file).unwrap().modified().unwrap();
+    let (before, times) = (bytes(), films.iter().map(|file| changed(file)).collect::<Vec<_>>());
+    let picture = std::fs::read(place.join("zoom.png")).unwrap();
+    std::fs::remove_file(place.join("result.json")).unwrap();
+    std::fs::remove_file(&films[0]).unwrap();
+    std::fs::write(&films[1], &before[1][..before[1].len() / 2]).unwrap();
+    run(path, &smoke(&["zoom"], &[]));
+    assert!(bytes() == before && std::fs::read(place.join("zoom.png")).unwrap() == picture);
+    assert!(films[2..].iter().zip(&times[2..]).all(|(file, time)| changed(file) == *time), "rendered again");
+    assert_eq!(text(&result(path, "zoom"), "quality"), "smoke");
+}
+
 #[test]
 fn experiments_are_listed_and_bad_names_refused() {
     let folder = tempfile::tempdir().unwrap();
