@@ -64,9 +64,11 @@ pub(crate) struct Seen {
 }
 
 /// A light sample that is scattered, weighted, at least this share of what a fibre would that scattered evenly in all directions is
-/// always asked for; fainter ones in proportion. Most miss all sharp lobes: a picture takes a quarter less time (200,000 strands, sky and one
-/// lamp), and has about a hundredth more of the noise's mean square (raccoon, cat, hamster).
-const ASKED: f32 = 0.25;
+/// always asked for; fainter ones in proportion. The first number is for fibres the camera sees, the other for those deeper in the fur,
+/// from which less arrives. Most miss all sharp lobes: a picture takes a quarter less time (200,000 strands, sky and one lamp), and has about
+/// a hundredth more of the noise's mean square (raccoon, cat, hamster). To ask as much deeper as before the camera takes 1 to 3 % more time with
+/// animals and 7 to 12 % with those strands, for 1 % less of the mean square.
+const ASKED: [f32; 2] = [0.25, 1.0];
 
 /// Light samples where the camera sees a fibre: a second one takes 23 % of the noise's mean square away from a lock of hair, for 2 to 8 %
 /// of the time. Of animals, deeper in fur, it is worth what it costs.
@@ -368,7 +370,7 @@ impl World {
             let (f, pdf) = scattering.eval_pdf(frame.local(light.direction));
             let total = f.total();
             let w = weight(light.pdf * path.lights, pdf) / path.lights;
-            let asked = (4.0 * PI / ASKED * path.lights * largest(total) * w).min(1.0);
+            let asked = (4.0 * PI / ASKED[usize::from(depth > 0)] * path.lights * largest(total) * w).min(1.0);
             if sampler.chance() < asked && !path.blocked(&frame.leave(light.direction, shadow_limit(&light))) {
                 let given = if light.pdf.is_infinite() { 1.0 } else { 1.0 / light.pdf };
                 let w = w * given / asked;
