@@ -7,6 +7,7 @@ mod bvh;
 mod curves;
 mod fibers;
 mod film;
+mod intervals;
 mod layout;
 mod light;
 mod memory;
