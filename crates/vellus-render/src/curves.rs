@@ -10,9 +10,9 @@ use crate::segment::{Entry, Segment};
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use rayon::prelude::*;
 use vellus_scene::Strands;
-use wide::f32x8;
+use wide::{f32x8, u32x8};
 
-/// Both ends of eight chords; what is missing is infinitely far away.
+/// Both ends of eight chords ([`Segment::chord`]); what is missing is infinitely far away.
 type Ends = [[f32x8; 3]; 2];
 
 /// Chords of up to eight segments.
@@ -20,8 +20,8 @@ type Ends = [[f32x8; 3]; 2];
 struct Block {
     /// As the shutter opens.
     ends: Ends,
-    /// Radius and deviation from the chord together, at most.
-    reach: f32x8,
+    /// [`Margins`] of each.
+    margins: u32x8,
     /// First control point, counted over all strands of the scene.
     first: [u32; WIDTH],
 }
@@ -37,6 +37,17 @@ pub struct Curves {
     closed: Vec<Ends>,
     bvh: Bvh,
     segments: usize,
+}
+
+/// Radii by which an entry found by Newton's method, or rounded, may be off.
+const ROUNDING: f32 = 0.01;
+
+/// Two margins around a chord in one number, each rounded up to 16 bits. The first is its reach: radius and deviation together. The
+/// other is how far before the ray's origin, along the ray, the chord may be at most where the ray is within reach of it, if an entry
+/// lies after the origin. Where a ray enters, the axis is ahead, or beside it: what a strand tapers, and deviates from its chord.
+fn pack(reach: f32, before: f32) -> u32 {
+    let upper = |x: f32| (x.to_bits() + 0xffff) >> 16;
+    upper(reach) << 16 | upper(before)
 }
 
 /// Where a ray enters a strand.
@@ -105,7 +116,7 @@ impl Curves {
         let mut ends = [[[f32::INFINITY; WIDTH]; 3]; 2];
         for (lane, &first) in first.iter().enumerate().filter(|&(_, &first)| first != NONE) {
             let segment = self.segment(first, time).1;
-            for (end, point) in [segment.points[0], segment.points[3]].into_iter().enumerate() {
+            for (end, point) in segment.chord().into_iter().enumerate() {
                 (0..3).for_each(|k| ends[end][k][lane] = point[k]);
             }
         }
@@ -113,15 +124,20 @@ impl Curves {
     }
 
     fn block(&self, first: &[u32; WIDTH], moves: bool) -> Block {
-        let reach = first.map(|first| {
+        let margins = first.map(|first| {
             if first == NONE {
-                return 0.0;
+                return 0;
             }
             let open = self.segment(first, 0.0).1;
-            let stray = if moves { open.stray().max(self.segment(first, 1.0).1.stray()) } else { open.deviation() };
-            open.largest_radius() + stray
+            let radius = open.largest_radius();
+            if moves {
+                let reach = radius + open.stray().max(self.segment(first, 1.0).1.stray());
+                return pack(reach, reach);
+            }
+            let stray = open.deviation();
+            pack(radius + stray, radius * (open.taper() + ROUNDING).min(1.0) + stray)
         });
-        Block { ends: self.ends(first, 0.0), reach: f32x8::new(reach), first: *first }
+        Block { ends: self.ends(first, 0.0), margins: u32x8::new(margins), first: *first }
     }
 
     /// The set and the segment that begins at that control point.
@@ -323,14 +339,24 @@ impl Block {
         };
         let (a, b) = (place(&ends[0]), place(&ends[1]));
         let (x, y) = (b[0] - a[0], b[1] - a[1]);
-        // Where the chord, seen along the ray, comes closest.
-        let length2 = x.mul_add(x, y * y).fast_max(f32x8::splat(f32::MIN_POSITIVE));
-        let s = (-(a[0].mul_add(x, a[1] * y)) / length2).fast_max(f32x8::ZERO).fast_min(f32x8::ONE);
+        let reach: f32x8 = bytemuck::cast(self.margins & u32x8::splat(0xffff_0000));
+        let back: f32x8 = bytemuck::cast(self.margins << 16u32);
+        // Where the chord, seen along the ray, comes closest, and how far from there it is within reach.
+        let inverse = f32x8::ONE / x.mul_add(x, y * y).fast_max(f32x8::splat(f32::MIN_POSITIVE));
+        let s = (-(a[0].mul_add(x, a[1] * y)) * inverse).fast_max(f32x8::ZERO).fast_min(f32x8::ONE);
         let (px, py) = (s.mul_add(x, a[0]), s.mul_add(y, a[1]));
-        let close = px.mul_add(px, py * py).simd_le(self.reach * self.reach);
-        // The distances at which it could be entered.
-        let ahead = (a[2].fast_max(b[2]) + self.reach).simd_ge(f32x8::ZERO);
-        let before = (a[2].fast_min(b[2]) - self.reach).simd_le(f32x8::splat(limit));
+        let room = reach.mul_sub(reach, px.mul_add(px, py * py));
+        let close = room.simd_ge(f32x8::ZERO);
+        if close.none() {
+            return 0;
+        }
+        let around = (room.fast_max(f32x8::ZERO) * inverse).sqrt();
+        let (from, to) = ((s - around).fast_max(f32x8::ZERO), (s + around).fast_min(f32x8::ONE));
+        // The distances of that piece.
+        let rise = b[2] - a[2];
+        let (near, far) = (from.mul_add(rise, a[2]), to.mul_add(rise, a[2]));
+        let ahead = (near.fast_max(far) + back).simd_ge(f32x8::ZERO);
+        let before = (near.fast_min(far) - reach).simd_le(f32x8::splat(limit));
         (close & ahead & before).to_bitmask()
     }
 }
@@ -387,48 +413,65 @@ mod tests {
         }
     }
 
-    /// The hierarchy finds what going through all segments finds; two sets, every basis.
+    /// Where a ray first enters any segment: all are tried.
+    fn first_of_all(sets: &[Strands], ray: &Ray) -> Option<f32> {
+        let mut ray = *ray;
+        let mut first = None;
+        for set in sets {
+            let step = if set.basis == Basis::Bezier { 3 } else { 1 };
+            let count = if set.basis == Basis::Linear { 2 } else { 4 };
+            for p in (0..set.len()).map(|s| set.strand(s)) {
+                for k in 0..set.basis.segments(p.len()).unwrap() {
+                    if let Some(entry) = Segment::new(set.basis, &p[step * k..step * k + count]).intersect(&ray) {
+                        (ray.limit, first) = (entry.t, Some(entry.t));
+                    }
+                }
+            }
+        }
+        first
+    }
+
+    /// The hierarchy finds what going through all segments finds; three sets, every basis, radii that change little and much,
+    /// rays from afar and from the strands themselves.
     #[test]
     fn hierarchy_finds_the_first_of_all() {
         for basis in [Basis::Linear, Basis::BSpline, Basis::CatmullRom, Basis::Bezier] {
-            let sets = vec![strands(basis, 150, 7), strands(Basis::Linear, 50, 4)];
+            let mut rough = strands(basis, 60, 7);
+            rough.points.iter_mut().enumerate().for_each(|(i, p)| p.w = 0.001 + 0.03 * noise(i, 31));
+            let sets = vec![strands(basis, 150, 7), strands(Basis::Linear, 50, 4), rough];
             assert!(sets.iter().all(|s| s.validate().is_ok()));
             let curves = Curves::new(sets.clone());
             assert_eq!(curves.segments(), sets.iter().map(Strands::segments).sum::<usize>());
-            let mut hits = 0;
+            let (mut hits, mut further) = (0, 0);
             for i in 0..2000 {
                 let target = Vec3::new(noise(i, 20), noise(i, 21), noise(i, 22));
                 let origin = Vec3::new(noise(i, 23), noise(i, 24), noise(i, 25)) * 4.0 - 1.5;
                 let ray = Ray::new(origin, (target - origin).normalize());
-                let mut expected: Option<f32> = None;
-                for set in &sets {
-                    let step = if set.basis == Basis::Bezier { 3 } else { 1 };
-                    let count = if set.basis == Basis::Linear { 2 } else { 4 };
-                    for s in 0..set.len() {
-                        let p = set.strand(s);
-                        for k in 0..set.basis.segments(p.len()).unwrap() {
-                            let segment = Segment::new(set.basis, &p[step * k..step * k + count]);
-                            let limit = expected.unwrap_or(f32::INFINITY);
-                            let entry = segment.intersect(&Ray { limit, ..ray });
-                            expected = entry.map_or(expected, |e| Some(e.t));
-                        }
-                    }
-                }
+                let expected = first_of_all(&sets, &ray);
                 let found = curves.intersect(&ray);
-                hits += usize::from(found.is_some());
                 assert_eq!(found.map(|h| h.entry.t), expected, "{basis:?} {i}");
                 assert_eq!(curves.occluded(&ray), expected.is_some());
-                if let Some(hit) = found {
-                    let set = &curves.strands()[hit.set];
-                    let range = set.starts[hit.strand] as usize..set.starts[hit.strand + 1] as usize;
-                    assert!(range.contains(&hit.point));
-                    let before = Ray { limit: hit.entry.t * 0.999, ..ray };
-                    assert!(!curves.occluded(&before));
-                    let axis = hit.segment.at(hit.entry.u);
+                let Some(hit) = found else { continue };
+                hits += 1;
+                let set = &curves.strands()[hit.set];
+                let range = set.starts[hit.strand] as usize..set.starts[hit.strand + 1] as usize;
+                assert!(range.contains(&hit.point));
+                let before = Ray { limit: hit.entry.t * 0.999, ..ray };
+                assert!(!curves.occluded(&before));
+                let axis = hit.segment.at(hit.entry.u);
+                if hit.set != 2 {
                     assert!(ray.at(hit.entry.t).distance(axis.xyz()) < 1.1 * axis.w + 1e-5);
                 }
+                for k in 0..10 {
+                    let direction = Vec3::new(noise(i, 40 + k), noise(i, 60 + k), noise(i, 80 + k)) * 2.0 - 1.0;
+                    let out = ray.at(hit.entry.t) + 1e-3 * axis.w * direction.normalize();
+                    let onward = Ray::new(out, direction.normalize());
+                    let expected = first_of_all(&sets, &onward);
+                    assert_eq!(curves.intersect(&onward).map(|h| h.entry.t), expected, "{basis:?} {i} {k}");
+                    further += usize::from(expected.is_some());
+                }
             }
-            assert!(hits > 50, "{basis:?}: {hits}");
+            assert!(hits > 50 && further > 500, "{basis:?}: {hits} {further}");
         }
     }
 

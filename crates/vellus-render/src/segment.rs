@@ -72,23 +72,52 @@ impl Segment {
         self.points.iter().fold(0.0, |r, p| r.max(p.w))
     }
 
-    /// The largest distance between curve and chord, at most: that of the control points, ¾ of which a cubic
-    /// can reach.
-    pub fn deviation(&self) -> f32 {
+    /// The chord, moved halfway to where a curve bent to one side strays most from it: it then strays half as far.
+    pub fn chord(&self) -> [Vec3; 2] {
+        let [a, _, _, d] = self.points.map(Vec4Swizzles::xyz);
+        let [x, y] = self.offsets();
+        let shift = (x + y) * (3.0 / 16.0);
+        [a + shift, d + shift]
+    }
+
+    /// The inner control points from the thirds of the line between the ends.
+    fn offsets(&self) -> [Vec3; 2] {
         let [a, b, c, d] = self.points.map(Vec4Swizzles::xyz);
+        [b - a.lerp(d, 1.0 / 3.0), c - a.lerp(d, 2.0 / 3.0)]
+    }
+
+    /// The largest distance from the curve to its chord, at most: that of its halves' control points.
+    pub fn deviation(&self) -> f32 {
+        let [a, d] = self.chord();
+        let chord = d - a;
         let off = |p: Vec3| {
-            let chord = d - a;
             let s = ((p - a).dot(chord) / chord.length_squared().max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
             (a + chord * s).distance(p)
         };
-        if self.linear { 0.0 } else { 0.75 * off(b).max(off(c)) }
+        if self.linear {
+            0.0
+        } else {
+            halves(self.points.map(Vec4Swizzles::xyz)).into_iter().map(off).fold(0.0, f32::max)
+        }
     }
 
-    /// The same where control points move in straight lines: between the strays of two times lies that of every time between.
-    /// The distance of the inner control points is to the thirds of the chord, which moves as they do.
+    /// As [`Segment::deviation`], but to the chord's point of the same parameter: linear in the control points, so that where they
+    /// move in straight lines, no time between has a larger one than both ends.
     pub fn stray(&self) -> f32 {
-        let [a, b, c, d] = self.points.map(Vec4Swizzles::xyz);
-        if self.linear { 0.0 } else { 0.75 * b.distance(a.lerp(d, 1.0 / 3.0)).max(c.distance(a.lerp(d, 2.0 / 3.0))) }
+        let [x, y] = self.offsets();
+        let shift = (x + y) * (3.0 / 16.0);
+        let apart = [-shift, x - shift, y - shift, -shift];
+        if self.linear { 0.0 } else { halves(apart).into_iter().map(Vec3::length).fold(0.0, f32::max) }
+    }
+
+    /// How much the radius changes over the length, at most; 1 where that is not known to be less.
+    pub fn taper(&self) -> f32 {
+        let [a, b, c, d] = self.points;
+        let along = (d - a).xyz().normalize_or_zero();
+        let steps = [b - a, c - b, d - c];
+        let change = steps.iter().fold(0.0f32, |most, s| most.max(s.w.abs()));
+        let length = steps.iter().fold(f32::INFINITY, |least, s| least.min(s.xyz().dot(along)));
+        if change < length { change / length } else { 1.0 }
     }
 
     /// A box around it: of the hull of its control points.
@@ -150,6 +179,13 @@ impl Segment {
         }
         best
     }
+}
+
+/// Control points of both halves of a cubic.
+fn halves([a, b, c, d]: [Vec3; 4]) -> [Vec3; 7] {
+    let (ab, bc, cd) = (a.midpoint(b), b.midpoint(c), c.midpoint(d));
+    let (abc, bcd) = (ab.midpoint(bc), bc.midpoint(cd));
+    [a, ab, abc, abc.midpoint(bcd), bcd, cd, d]
 }
 
 #[cfg(test)]
@@ -223,7 +259,7 @@ mod tests {
         for i in 0..200 {
             let segment = curve(i, 0.9, false);
             let (low, high) = segment.bounds();
-            let (a, d) = (segment.points[0].xyz(), segment.points[3].xyz());
+            let [a, d] = segment.chord();
             for k in 0..=50 {
                 let p = segment.at(k as f32 / 50.0);
                 assert!((p.xyz() - p.w).cmpge(low - 1e-6).all() && (p.xyz() + p.w).cmple(high + 1e-6).all());
