@@ -25,9 +25,9 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
         length: 38.0,
         length_variation: 0.12,
         radius: [0.004 * wider, 0.0025 * wider],
-        lift: [0.5, -0.1],
+        lift: [0.3, -0.1],
         spread: 0.12,
-        gravity: 22.0,
+        gravity: 9.0,
         clump: Clump { strands: 160 / if small { 10 } else { 1 }, strength: 0.88, power: 0.6 },
         curl_radius: 1.1,
         curl_turns: 3.0,
@@ -76,7 +76,7 @@ fn scalp(p: Vec3) -> bool {
 fn combed(p: Vec3) -> Vec3 {
     let parting = 2.2;
     let side = if p.z > parting { 1.0 } else { -1.0 };
-    Vec3::new(-0.35 - 0.17 * p.x.max(0.0), -0.5, side)
+    Vec3::new(-0.4 - 0.22 * p.x.max(0.0), -0.5, 1.3 * side)
 }
 
 pub(super) fn body() -> Body {
