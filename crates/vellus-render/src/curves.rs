@@ -20,7 +20,7 @@ type Ends = [[f32x8; 3]; 2];
 struct Block {
     /// As the shutter opens.
     ends: Ends,
-    /// [`Margins`] of each.
+    /// Two margins of each ([`pack`]).
     margins: u32x8,
     /// First control point, counted over all strands of the scene.
     first: [u32; WIDTH],
