@@ -43,8 +43,9 @@ pub struct Curves {
 const ROUNDING: f32 = 0.01;
 
 /// Two margins around a chord in one number, each rounded up to 16 bits. The first is its reach: radius and deviation together. The
-/// other is how far before the ray's origin, along the ray, the chord may be at most where the ray is within reach of it, if an entry
-/// lies after the origin. Where a ray enters, the axis is ahead, or beside it: what a strand tapers, and deviates from its chord.
+/// other is how far behind the ray's origin, along the ray, the chord may be at most where the ray is within reach of it, if an entry
+/// lies ahead. A ray enters against the surface's normal: the axis is then further along the ray than the entry, but for the radius times the
+/// taper, by which that normal is inclined; and the chord is as far from the axis as it deviates.
 fn pack(reach: f32, before: f32) -> u32 {
     let upper = |x: f32| (x.to_bits() + 0xffff) >> 16;
     upper(reach) << 16 | upper(before)
@@ -131,6 +132,7 @@ impl Curves {
             let open = self.segment(first, 0.0).1;
             let radius = open.largest_radius();
             if moves {
+                // How a strand tapers between two times is not bounded by how it does at both.
                 let reach = radius + open.stray().max(self.segment(first, 1.0).1.stray());
                 return pack(reach, reach);
             }

@@ -75,9 +75,14 @@ impl Segment {
     /// The chord, moved halfway to where a curve bent to one side strays most from it: it then strays half as far.
     pub fn chord(&self) -> [Vec3; 2] {
         let [a, _, _, d] = self.points.map(Vec4Swizzles::xyz);
-        let [x, y] = self.offsets();
-        let shift = (x + y) * (3.0 / 16.0);
+        let shift = self.shift();
         [a + shift, d + shift]
+    }
+
+    /// Half of what the middle is off the line between the ends.
+    fn shift(&self) -> Vec3 {
+        let [x, y] = self.offsets();
+        (x + y) * (3.0 / 16.0)
     }
 
     /// The inner control points from the thirds of the line between the ends.
@@ -104,8 +109,7 @@ impl Segment {
     /// As [`Segment::deviation`], but to the chord's point of the same parameter: linear in the control points, so that where they
     /// move in straight lines, no time between has a larger one than both ends.
     pub fn stray(&self) -> f32 {
-        let [x, y] = self.offsets();
-        let shift = (x + y) * (3.0 / 16.0);
+        let ([x, y], shift) = (self.offsets(), self.shift());
         let apart = [-shift, x - shift, y - shift, -shift];
         if self.linear { 0.0 } else { halves(apart).into_iter().map(Vec3::length).fold(0.0, f32::max) }
     }
