@@ -1,0 +1,110 @@
+//! One bounded reader for all formats.
+
+use std::fs::File;
+use std::io::{Error, ErrorKind, Read, Result};
+use std::path::Path;
+
+/// The largest regular file that is read: 16 GiB.
+pub const MAX_FILE_BYTES: u64 = 16 << 30;
+
+/// The most bytes that are read from a pipe or a socket: 1 GiB.
+pub const MAX_STREAM_BYTES: u64 = 1 << 30;
+
+/// Reads a whole file of at most [`MAX_FILE_BYTES`], or a pipe of at most [`MAX_STREAM_BYTES`].
+///
+/// # Errors
+/// What the operating system reports. [`ErrorKind::InvalidInput`] for folders and devices: `/dev/zero` never ends.
+/// [`ErrorKind::FileTooLarge`] where a limit is exceeded.
+pub fn read(path: &Path) -> Result<Vec<u8>> {
+    read_at_most(path, MAX_FILE_BYTES)
+}
+
+/// The same with a limit of `max` bytes for regular files, and the smaller of `max` and [`MAX_STREAM_BYTES`] for pipes.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_at_most(path: &Path, max: u64) -> Result<Vec<u8>> {
+    // Before the file is opened: opening some devices has effects.
+    let is_file = is_regular(&std::fs::metadata(path)?)?;
+    let file = File::open(path)?;
+    let metadata = file.metadata()?;
+    let max = if is_file { max } else { max.min(MAX_STREAM_BYTES) };
+    if is_file && metadata.len() > max {
+        return Err(too_large(metadata.len(), max));
+    }
+    let mut bytes = Vec::new();
+    bytes.try_reserve_exact(if is_file { metadata.len() as usize } else { 0 }).map_err(|_| {
+        Error::new(ErrorKind::OutOfMemory, format!("not enough memory for its {} bytes", metadata.len()))
+    })?;
+    // The length may be wrong: files grow, and those in /proc claim to be empty.
+    file.take(max + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > max {
+        return Err(too_large(bytes.len() as u64, max));
+    }
+    Ok(bytes)
+}
+
+/// Reads a text of at most `max` bytes.
+///
+/// # Errors
+/// As [`read`], and [`ErrorKind::InvalidData`] with the place of the first byte that is not UTF-8.
+pub fn read_to_string(path: &Path, max: u64) -> Result<String> {
+    String::from_utf8(read_at_most(path, max)?).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        Error::new(ErrorKind::InvalidData, format!("it is not UTF-8 text (byte {at})"))
+    })
+}
+
+/// Is it a regular file rather than a pipe or a socket?
+fn is_regular(metadata: &std::fs::Metadata) -> Result<bool> {
+    let kind = metadata.file_type();
+    if kind.is_dir() {
+        return Err(Error::new(ErrorKind::InvalidInput, "it is a folder: a file is expected"));
+    }
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        if kind.is_char_device() || kind.is_block_device() {
+            return Err(Error::new(ErrorKind::InvalidInput, "it is a device: a regular file or a pipe is expected"));
+        }
+    }
+    Ok(kind.is_file())
+}
+
+fn too_large(length: u64, max: u64) -> Error {
+    Error::new(ErrorKind::FileTooLarge, format!("it has {length} bytes or more: at most {max} are read"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_up_to_the_limit_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        std::fs::write(&path, b"1234").unwrap();
+        assert_eq!(read_at_most(&path, 4).unwrap(), b"1234");
+        assert_eq!(read_at_most(&path, 3).unwrap_err().kind(), ErrorKind::FileTooLarge);
+        assert_eq!(read(folder.path()).unwrap_err().kind(), ErrorKind::InvalidInput);
+        std::fs::write(&path, b"12\xff").unwrap();
+        assert!(read_to_string(&path, 9).unwrap_err().to_string().contains("byte 2"));
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn devices_are_refused_and_pipes_are_bounded() {
+        let folder = tempfile::tempdir().unwrap();
+        let link = folder.path().join("groom.hair");
+        for device in ["/dev/zero", "/dev/urandom", "/dev/null"] {
+            std::fs::remove_file(&link).ok();
+            std::os::unix::fs::symlink(device, &link).unwrap();
+            assert_eq!(read(&link).unwrap_err().kind(), ErrorKind::InvalidInput, "{device}");
+        }
+        let (reader, mut writer) = std::io::pipe().unwrap();
+        std::io::Write::write_all(&mut writer, b"12345").unwrap();
+        drop(writer);
+        let path = format!("/proc/self/fd/{}", std::os::fd::AsRawFd::as_raw_fd(&reader));
+        assert_eq!(read_at_most(Path::new(&path), 4).unwrap_err().kind(), ErrorKind::FileTooLarge);
+    }
+}
