@@ -1,30 +1,52 @@
 //! Which layers a film keeps, and where each is in a pixel.
 
 use crate::film::Layer;
+use crate::sums::Format;
 use std::ops::Range;
+
+/// A kept layer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Kept {
+    /// The format of its sums.
+    pub format: Format,
+    /// Its first channel, number of channels, and first word in a pixel.
+    pub channel: usize,
+    pub width: usize,
+    pub word: usize,
+}
+
+impl Kept {
+    /// Words of one of its channels within a pixel.
+    pub fn words(&self, channel: usize) -> Range<usize> {
+        let start = self.word + channel * self.format.words();
+        start..start + self.format.words()
+    }
+}
 
 /// Where the channels of each kept layer are. Beauty, alpha, square and fibers are always kept: noise, PNG and the means of other
 /// layers are made of them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layout {
-    starts: [Option<usize>; Layer::ALL.len()],
+    kept: [Option<Kept>; Layer::ALL.len()],
     groups: Vec<String>,
-    sums: usize,
+    channels: usize,
+    words: usize,
 }
 
 impl Layout {
     /// Of these layers; `groups` are the names of the light groups, if [`Layer::Lights`] is one of them.
     pub fn new(layers: &[Layer], groups: &[String]) -> Self {
         let groups = if layers.contains(&Layer::Lights) { groups.to_vec() } else { Vec::new() };
-        let mut layout = Layout { starts: [None; Layer::ALL.len()], groups, sums: 0 };
+        let mut layout = Layout { kept: [None; Layer::ALL.len()], groups, channels: 0, words: 0 };
         for layer in Layer::ALL {
             if layer.always() || layers.contains(&layer) {
-                layout.starts[layer as usize] = Some(layout.sums);
-                layout.sums += layout.width(layer);
+                let (format, width) = (Format::of(layer), layout.width(layer));
+                let kept = Kept { format, channel: layout.channels, width, word: layout.words };
+                layout.kept[layer as usize] = Some(kept);
+                layout.channels += width;
+                layout.words += width * format.words();
             }
         }
-        // The id is no sum, and comes last.
-        layout.sums -= usize::from(layout.has(Layer::Strand));
         layout
     }
 
@@ -33,19 +55,29 @@ impl Layout {
         if layer == Layer::Lights { 3 * self.groups.len() } else { layer.channels() }
     }
 
+    /// A layer, if it is kept.
+    pub(crate) fn kept(&self, layer: Layer) -> Option<&Kept> {
+        self.kept[layer as usize].as_ref()
+    }
+
+    /// All kept layers, in the order of their words.
+    pub(crate) fn all_kept(&self) -> impl Iterator<Item = &Kept> {
+        self.kept.iter().flatten()
+    }
+
     /// Where a layer's channels begin; `None` where it is not kept.
     pub fn start(&self, layer: Layer) -> Option<usize> {
-        self.starts[layer as usize]
+        self.kept(layer).map(|kept| kept.channel)
     }
 
     /// Where a layer's channels are; `None` where it is not kept.
     pub fn range(&self, layer: Layer) -> Option<Range<usize>> {
-        self.start(layer).map(|start| start..start + self.width(layer))
+        self.kept(layer).map(|kept| kept.channel..kept.channel + kept.width)
     }
 
     /// Is it kept?
     pub fn has(&self, layer: Layer) -> bool {
-        self.start(layer).is_some()
+        self.kept(layer).is_some()
     }
 
     /// Names of the light groups that are kept.
@@ -53,19 +85,24 @@ impl Layout {
         &self.groups
     }
 
-    /// Channels that are sums: the first ones.
-    pub fn sums(&self) -> usize {
-        self.sums
-    }
-
     /// All channels.
     pub fn channels(&self) -> usize {
-        self.sums + usize::from(self.has(Layer::Strand))
+        self.channels
+    }
+
+    /// Words of 32 bits in a pixel.
+    pub(crate) fn words(&self) -> usize {
+        self.words
+    }
+
+    /// Bytes a film takes for each pixel.
+    pub fn bytes_per_pixel(&self) -> usize {
+        4 * self.words
     }
 
     /// The layers as bits, in the order of [`Layer::ALL`].
     pub(crate) fn bits(&self) -> u32 {
-        (0..Layer::ALL.len()).filter(|&i| self.starts[i].is_some()).map(|i| 1 << i).sum()
+        (0..Layer::ALL.len()).filter(|&i| self.kept[i].is_some()).map(|i| 1 << i).sum()
     }
 
     /// From [`Layout::bits`] and the names of groups.
@@ -84,7 +121,6 @@ mod tests {
         let groups = ["key".to_owned(), "rim".to_owned()];
         let all = Layout::new(&Layer::ALL, &groups);
         assert_eq!(all.channels(), Layer::ALL.iter().map(|l| l.channels()).sum::<usize>() + 6);
-        assert_eq!((all.sums() + 1, all.start(Layer::Strand)), (all.channels(), Some(all.sums())));
         assert_eq!(all.range(Layer::Lights).map(|r| r.len()), Some(6));
         let few = Layout::new(&[Layer::Depth], &groups);
         assert_eq!((few.channels(), few.start(Layer::Depth), few.start(Layer::Lobes)), (7, Some(6), None));
@@ -92,5 +128,14 @@ mod tests {
         for layout in [all, few] {
             assert_eq!(Layout::from_bits(layout.bits(), &groups), layout);
         }
+    }
+
+    #[test]
+    fn a_channel_takes_at_most_twelve_bytes_on_average() {
+        // All but motion and lights is what `vellus render` keeps.
+        let usual: Vec<Layer> =
+            Layer::ALL.into_iter().filter(|layer| !matches!(layer, Layer::Motion | Layer::Lights)).collect();
+        let layout = Layout::new(&usual, &[]);
+        assert!(layout.bytes_per_pixel() <= 12 * layout.channels(), "{}", layout.bytes_per_pixel());
     }
 }

@@ -5,7 +5,7 @@
 
 use crate::curves::CurveHit;
 use crate::fibers::Fibers;
-use crate::film::{LARGEST, Layer, nearest};
+use crate::film::{Layer, nearest};
 use crate::layout::Layout;
 use crate::light::{Emission, LightSample};
 use crate::ray::{Ray, across};
@@ -56,7 +56,7 @@ impl Settings {
 /// What a sample saw.
 pub(crate) struct Seen {
     /// The strand, as [`nearest`] has it.
-    pub strand: i64,
+    pub strand: u64,
     /// Rays traced.
     pub rays: u64,
     /// Mean throughput lost to the largest depth.
@@ -155,9 +155,9 @@ struct Path<'w> {
     world: &'w World,
     settings: &'w Settings,
     layout: &'w Layout,
-    /// Of the layout's sums.
+    /// Of the layout's channels.
     values: &'w mut [f32],
-    strand: i64,
+    strand: u64,
     throughput: Rgb,
     /// Of the light that comes through the fibre seen first, the share that each lobe scattered.
     lobes: Option<[Rgb; 6]>,
@@ -189,19 +189,6 @@ impl Path<'_> {
         if let Some(start) = self.layout.start(layer) {
             self.values[start..][..value.len()].copy_from_slice(value);
         }
-    }
-
-    /// Holds a sample to the largest value a film takes: in all layers that are parts of its beauty alike, so that they still
-    /// sum to it.
-    fn hold(&mut self) {
-        let bright = self.values[..3].iter().fold(0.0f32, |a, &b| a.max(b));
-        if bright > LARGEST {
-            for range in [Layer::Beauty, Layer::Lobes, Layer::Lights].into_iter().filter_map(|l| self.layout.range(l)) {
-                self.values[range].iter_mut().for_each(|v| *v *= LARGEST / bright);
-            }
-        }
-        let brightness = (self.values[0] + self.values[1] + self.values[2]) / 3.0;
-        self.set(Layer::Square, &[brightness * brightness]);
     }
 
     /// What lies on the way toward a light?
@@ -293,7 +280,6 @@ impl World {
                 path.throughput = scale(path.throughput, 1.0 / survive);
             }
         }
-        path.hold();
         Seen { strand: path.strand, rays: path.rays, cut }
     }
 

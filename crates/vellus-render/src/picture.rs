@@ -3,11 +3,12 @@
 use crate::film::{Film, Layer};
 use exr::prelude::*;
 use std::io::Cursor;
+use vellus_io::{Digest, DigestBuilder};
 
 /// How colours are stored in OpenEXR. Distances and variances are 32 bit always.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Depth {
-    /// 16 bit.
+    /// 16 bit, but for layers whose values 16 bit cannot hold: these are stored in 32 bit.
     Half,
     /// 32 bit.
     Float,
@@ -19,6 +20,9 @@ const ENCODING: Encoding = Encoding {
     blocks: exr::image::Blocks::ScanLines,
     line_order: LineOrder::Increasing,
 };
+
+/// The note with the digest of a picture's pixels, in the files of [`Film::to_exr`] and [`Film::to_png`].
+pub const PIXELS_NOTE: &str = "vellus_pixels";
 
 /// Channel names of a layer, as compositors know them: `R`, `albedo.R`, `lobe_TT.G`, `light_key.B`, `N.X`, `Z`.
 fn names(layer: Layer, groups: &[String]) -> Vec<String> {
@@ -68,42 +72,46 @@ impl Film {
         let (width, height) = (self.width(), self.height());
         let pixels = || (0..width * height).map(|i| (i % width, i / width));
         let mut channels = Vec::new();
-        let color = |values: Vec<f32>| match depth {
-            Depth::Float => FlatSamples::F32(values),
-            Depth::Half => {
-                FlatSamples::F16(values.into_iter().map(|v| f16::from_f32(v.clamp(-65504.0, 65504.0))).collect())
-            }
-        };
-        for layer in Layer::ALL.into_iter().filter(|l| layers.contains(l) && self.layout().has(*l)) {
-            for (k, name) in names(layer, self.layout().groups()).into_iter().enumerate() {
-                let values: Vec<f32> = pixels().map(|(x, y)| self.value(x, y, layer, k)).collect();
-                let exact = matches!(layer, Layer::Square | Layer::Depth | Layer::RootUv | Layer::Motion);
-                let samples = if layer == Layer::Strand {
-                    FlatSamples::U32(pixels().map(|(x, y)| self.strand(x, y)).collect())
-                } else if exact {
-                    FlatSamples::F32(values)
+        // All channels of a layer have one type: programs read colours with mixed types badly.
+        let mut push = |names: &[String], values: Vec<Vec<f32>>, exact: bool| {
+            let half = depth == Depth::Half && !exact && fits_half(values.iter().flatten().copied());
+            for (name, values) in names.iter().zip(values) {
+                let samples = if half {
+                    FlatSamples::F16(values.into_iter().map(f16::from_f32).collect())
                 } else {
-                    color(values)
+                    FlatSamples::F32(values)
                 };
                 channels.push(AnyChannel::new(name.as_str(), samples));
             }
+        };
+        let kept = |layer: &Layer| layers.contains(layer) && self.layout().has(*layer);
+        for layer in Layer::ALL.into_iter().filter(|layer| kept(layer) && *layer != Layer::Strand) {
+            let names = names(layer, self.layout().groups());
+            let values = |k| pixels().map(|(x, y)| self.value(x, y, layer, k)).collect();
+            let exact = matches!(layer, Layer::Square | Layer::Depth | Layer::RootUv | Layer::Motion);
+            push(&names, (0..names.len()).map(values).collect(), exact);
         }
-        for (k, name) in ["denoised.R", "denoised.G", "denoised.B"].into_iter().enumerate() {
-            let Some(denoised) = denoised else { break };
-            let values = denoised.iter().skip(k).step_by(3).copied();
-            channels.push(AnyChannel::new(name, color(values.collect())));
+        if let Some(denoised) = denoised {
+            let names = ["R", "G", "B"].map(|c| format!("denoised.{c}"));
+            let values = |k| denoised.iter().skip(k).step_by(3).copied().collect();
+            push(&names, (0..3).map(values).collect(), false);
         }
+        if kept(&Layer::Strand) {
+            let ids = FlatSamples::U32(pixels().map(|(x, y)| self.strand(x, y)).collect());
+            channels.push(AnyChannel::new(names(Layer::Strand, &[])[0].as_str(), ids));
+        }
+        let channels = AnyChannels::sort(channels.into_iter().collect());
         let [left, top, ..] = self.area().map(|n| n as i32);
         let mut attributes = LayerAttributes::named("");
         attributes.layer_name = None;
         attributes.layer_position = Vec2(left, top);
         attributes.software_name = Some("vellus".into());
-        for (name, value) in notes {
+        let pixels = (PIXELS_NOTE.to_owned(), exr_digest(&channels).to_string());
+        for (name, value) in notes.iter().chain([&pixels]) {
             // UTF-8, as most programs have it; the encoder's own conversion would refuse all but Latin.
             let value = AttributeValue::Text(Text::from_slice_unchecked(value.as_bytes()));
             attributes.other.insert(Text::from_slice_unchecked(name.as_bytes()), value);
         }
-        let channels = AnyChannels::sort(channels.into_iter().collect());
         let layer = exr::image::Layer::new((width, height), attributes, ENCODING, channels);
         let [whole_width, whole_height] = self.whole();
         let mut image = Image::from_layer(layer);
@@ -169,7 +177,8 @@ impl Film {
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        for (name, value) in notes {
+        let digest = (PIXELS_NOTE.to_owned(), Digest::of(pixels).to_string());
+        for (name, value) in notes.iter().chain([&digest]) {
             encoder.add_itxt_chunk(name.clone(), value.clone()).map_err(|e| e.to_string())?;
         }
         let mut writer = encoder.write_header().map_err(|e| e.to_string())?;
@@ -177,6 +186,26 @@ impl Film {
         writer.finish().map_err(|e| e.to_string())?;
         Ok(bytes)
     }
+}
+
+/// The digest of all channels: their names, and their values as they are stored.
+fn exr_digest(channels: &AnyChannels<FlatSamples>) -> Digest {
+    let digest = channels.list.iter().fold(DigestBuilder::new(), |builder, channel| {
+        let bytes: Vec<u8> = match &channel.sample_data {
+            FlatSamples::F16(values) => values.iter().flat_map(|v| v.to_le_bytes()).collect(),
+            FlatSamples::F32(values) => values.iter().flat_map(|v| v.to_le_bytes()).collect(),
+            FlatSamples::U32(values) => values.iter().flat_map(|v| v.to_le_bytes()).collect(),
+        };
+        builder.field(&channel.name.to_string(), bytes)
+    });
+    digest.finish()
+}
+
+/// Can 16 bit hold these values? Above 65504 they cannot; where the largest is below 2⁻⁷, a value 128 times darker is
+/// already in the range of half floats that loses digits.
+fn fits_half(values: impl Iterator<Item = f32>) -> bool {
+    let largest = values.fold(0.0f32, |largest, v| largest.max(v.abs()));
+    largest == 0.0 || (0.5f32.powi(7)..=65504.0).contains(&largest)
 }
 
 /// Eight-bit sRGB of values times 2^`exposure`.
@@ -190,6 +219,41 @@ fn srgb(values: impl Iterator<Item = f64>, exposure: f32) -> Vec<u8> {
     values.map(encode).collect()
 }
 
+/// Notes of a picture that [`Film::to_exr`] or [`Film::to_png`] wrote, names and values.
+///
+/// # Errors
+/// What is wrong with the file: it cannot be decoded, or the digest of its pixels is not the one it carries.
+pub fn check_picture(bytes: &[u8]) -> std::result::Result<Vec<(String, String)>, String> {
+    let (notes, digest) = if bytes.starts_with(b"\x89PNG") { png_notes(bytes)? } else { exr_notes(bytes)? };
+    match notes.iter().find(|(name, _)| name == PIXELS_NOTE) {
+        None => Err("it carries no digest of its pixels".to_owned()),
+        Some((_, expected)) if *expected == digest.to_string() => Ok(notes),
+        Some(_) => Err("it is damaged: the digest of its pixels does not match".to_owned()),
+    }
+}
+
+type Notes = Vec<(String, String)>;
+
+fn png_notes(bytes: &[u8]) -> std::result::Result<(Notes, Digest), String> {
+    let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().map_err(|e| e.to_string())?;
+    let size = reader.output_buffer_size().ok_or("it is too large")?;
+    let mut pixels = vec![0; size];
+    reader.next_frame(&mut pixels).map_err(|e| e.to_string())?;
+    let text = |chunk: &png::text_metadata::ITXtChunk| Some((chunk.keyword.clone(), chunk.get_text().ok()?));
+    Ok((reader.info().utf8_text.iter().filter_map(text).collect(), Digest::of(&pixels)))
+}
+
+fn exr_notes(bytes: &[u8]) -> std::result::Result<(Notes, Digest), String> {
+    let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
+    let image = image.non_parallel().from_buffered(Cursor::new(bytes)).map_err(|e| e.to_string())?;
+    let layer = &image.layer_data;
+    let note = |(name, value): (&Text, &AttributeValue)| match value {
+        AttributeValue::Text(value) => Some((name.to_string(), String::from_utf8(value.as_slice().to_vec()).ok()?)),
+        _ => None,
+    };
+    Ok((layer.attributes.other.iter().filter_map(note).collect(), exr_digest(&layer.channel_data)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -197,17 +261,66 @@ mod tests {
     use crate::layout::Layout;
 
     #[test]
+    fn pictures_carry_a_digest_of_their_pixels() {
+        let layout = Layout::new(&[Layer::Albedo, Layer::Strand], &[]);
+        let mut film = Film::new([8, 9], [4, 5, 3, 2], layout.clone());
+        film.add_rows((0..2).map(|y| (0..3 * layout.words()).map(|i| (i * 77 + y) as u32).collect()));
+        film.advance(1);
+        let notes = [("vellus_identity".to_owned(), "狐".to_owned())];
+        let exr = film.to_exr(&[Layer::Beauty, Layer::Strand], None, Depth::Half, &notes).unwrap();
+        let png = film.to_png(None, 0.0, &notes).unwrap();
+        for bytes in [exr, png] {
+            assert!(check_picture(&bytes).unwrap().contains(&notes[0]));
+            for at in 0..bytes.len() {
+                let mut damaged = bytes.clone();
+                damaged[at] ^= 1 << (at % 8);
+                // What is not pixels may be damaged without notice; pixels that are accepted are the right ones.
+                if let Ok(found) = check_picture(&damaged) {
+                    let digest = |notes: &[(String, String)]| notes.iter().find(|n| n.0 == PIXELS_NOTE).cloned();
+                    assert_eq!(digest(&found), digest(&check_picture(&bytes).unwrap()));
+                }
+            }
+            assert!(check_picture(&bytes[..bytes.len() / 2]).is_err());
+        }
+    }
+
+    #[test]
+    fn light_that_16_bit_cannot_hold_is_stored_in_32() {
+        assert!(fits_half([0.0; 3].into_iter()) && fits_half([0.5, -65504.0].into_iter()));
+        assert!(!fits_half([65505.0].into_iter()) && !fits_half([1e-9, 1e-3].into_iter()));
+        for light in [1e-9f32, 1e9] {
+            let layout = Layout::new(&[], &[]);
+            let mut values = vec![0.0; layout.channels()];
+            values[..4].copy_from_slice(&[light, light, light, 1.0]);
+            let mut row = vec![0; layout.words()];
+            assert!(add(&layout, &mut row, &values, 0));
+            let mut film = Film::new([1, 1], [0, 0, 1, 1], layout);
+            film.add_rows(std::iter::once(row));
+            film.advance(1);
+            let bytes = film.to_exr(&[Layer::Beauty, Layer::Alpha], None, Depth::Half, &[]).unwrap();
+            let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer();
+            let image = image.all_attributes().from_buffered(Cursor::new(bytes)).unwrap();
+            let channels = &image.layer_data.channel_data.list;
+            let red = channels.iter().find(|c| c.name.eq("R")).unwrap();
+            assert!(matches!(red.sample_data, FlatSamples::F32(_)));
+            assert!((red.sample_data.value_by_flat_index(0).to_f32() / light - 1.0).abs() < 1e-6);
+            let alpha = channels.iter().find(|c| c.name.eq("A")).unwrap();
+            assert!(matches!(alpha.sample_data, FlatSamples::F16(_)));
+        }
+    }
+
+    #[test]
     fn layers_come_back_from_exr() {
         let layout = Layout::new(&Layer::ALL, &["key".to_owned(), "rim".to_owned()]);
-        let (sums, channels) = (layout.sums(), layout.channels());
+        let (words, channels) = (layout.words(), layout.channels());
         let start = |layer| layout.start(layer).unwrap();
         let row = |y: usize| {
-            let mut row = vec![0; 3 * channels];
+            let mut row = vec![0; 3 * words];
             for x in 0..3 {
-                let mut values: Vec<f32> = (0..sums).map(|c| (c + 10 * x) as f32 * 0.25 + y as f32).collect();
+                let mut values: Vec<f32> = (0..channels).map(|c| (c + 10 * x) as f32 * 0.25 + y as f32).collect();
                 (values[start(Layer::Alpha)], values[start(Layer::Fibers)]) = (0.5, 0.25);
                 let strand = nearest(2.0, 40_000_000 + x as u32);
-                assert!(add(&mut row[x * channels..][..channels], &values, strand));
+                assert!(add(&layout, &mut row[x * words..][..words], &values, strand));
             }
             row
         };
@@ -243,6 +356,11 @@ mod tests {
         assert_eq!(film.rgb(Layer::Beauty).unwrap()[13], mean(1, 1, Layer::Beauty, 1));
         assert!(film.rgb(Layer::Depth).is_none() && film.rgb(Layer::Lobes).is_none());
         assert_ne!(film.to_png(None, 0.0, &notes).unwrap(), film.to_png(Some(&denoised), 0.0, &notes).unwrap());
+        // 16 bit where it is enough: the strand's ids reach 4e7, all other values here are small.
+        let bytes = film.to_exr(&Layer::ALL, None, Depth::Half, &notes).unwrap();
+        let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).unwrap();
+        let kind = |name: &str| meta.headers[0].channels.list.iter().find(|c| c.name.eq(name)).unwrap().sample_type;
+        assert_eq!((kind("R"), kind("Z"), kind("strand.id")), (SampleType::F16, SampleType::F32, SampleType::U32));
         // Only what is asked for, of what there is.
         let few = Film::new([8, 9], [4, 5, 3, 2], Layout::new(&[Layer::Depth], &[]));
         let bytes = few.to_exr(&[Layer::Beauty, Layer::Albedo], None, Depth::Half, &[]).unwrap();

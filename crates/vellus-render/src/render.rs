@@ -39,22 +39,22 @@ impl World {
         let [left, top, width, height] = settings.area();
         assert_eq!((settings.size, settings.area()), (film.whole(), film.area()), "the film is of another picture");
         let layout = film.layout();
-        let rows: Vec<Option<Vec<i64>>> = (0..height)
+        let rows: Vec<Option<Vec<u32>>> = (0..height)
             .into_par_iter()
             .map(|y| {
-                let mut row = vec![0i64; width * layout.channels()];
-                let mut values = vec![0.0; layout.sums()];
+                let mut row = vec![0; width * layout.words()];
+                let mut values = vec![0.0; layout.channels()];
                 let (mut rays, mut rejected, mut cut) = (0, 0, 0.0);
                 for x in 0..width {
                     if stop.load(Ordering::Relaxed) {
                         return None;
                     }
-                    let sums = &mut row[x * layout.channels()..][..layout.channels()];
+                    let sums = &mut row[x * layout.words()..][..layout.words()];
                     for index in samples.clone() {
                         let seen = self.fibers.trace(self, settings, layout, [left + x, top + y], index, &mut values);
                         rays += seen.rays;
                         cut += f64::from(seen.cut);
-                        rejected += u64::from(!add(sums, &values, seen.strand));
+                        rejected += u64::from(!add(layout, sums, &values, seen.strand));
                     }
                 }
                 statistics.rays.fetch_add(rays, Ordering::Relaxed);
