@@ -37,50 +37,21 @@ impl OutputArgs {
     }
 }
 
-/// The folder a file is in.
-pub fn folder(path: &Path) -> &Path {
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    }
-}
+pub use vellus_io::folder;
 
-/// Writes `bytes` to `path`, or to standard output without one. A file appears whole or not at all.
+/// Writes `bytes` to `path`, or to standard output without one. A regular file is replaced as a whole or not at all: see
+/// [`vellus_io::write()`].
 pub fn write(path: Option<&Path>, bytes: &[u8]) -> Result<()> {
     let Some(path) = path else {
         std::io::stdout().lock().write_all(bytes)?;
         return Ok(());
     };
-    let folder = folder(path);
-    let write = || -> Result<()> {
-        std::fs::create_dir_all(folder)?;
-        let mut file = tempfile::Builder::new().prefix(".vellus-").tempfile_in(folder)?;
-        file.write_all(bytes)?;
-        // Some file systems say only now that there is no room, and what is replaced may be needed still.
-        file.as_file().sync_all()?;
-        // Temporary files are private; a result is as readable as any other file.
-        #[cfg(unix)]
-        std::fs::set_permissions(file.path(), std::os::unix::fs::PermissionsExt::from_mode(0o644))?;
-        file.persist(path)?;
-        Ok(())
-    };
-    write().with_context(|| format!("cannot write {}", path.display()))
+    vellus_io::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
 }
 
 /// Checks that a file can be written there, before long work begins.
 pub fn writable(path: &Path) -> Result<()> {
-    let folder = folder(path);
-    let probe = || -> Result<()> {
-        std::fs::create_dir_all(folder)?;
-        let mut file = tempfile::Builder::new().prefix(".vellus-").tempfile_in(folder)?;
-        file.write_all(&[0; 4096])?;
-        file.as_file().sync_all()?;
-        Ok(())
-    };
-    if path.is_dir() {
-        anyhow::bail!("cannot write {}: it is a folder", path.display());
-    }
-    probe().with_context(|| format!("cannot write {}", path.display()))
+    vellus_io::writable(path).with_context(|| format!("cannot write {}", path.display()))
 }
 
 /// Processor time of all threads since the program began, where the system tells it.

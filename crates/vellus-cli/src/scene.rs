@@ -29,9 +29,6 @@ pub fn run(args: &Args) -> Result<()> {
         let names: Vec<_> = vellus_groom::SCENES.iter().map(|(name, _)| *name).collect();
         anyhow!("there is no scene '{name}' (known: {})", names.join(", "))
     })?;
-    if let Some(folder) = args.output.parent() {
-        std::fs::create_dir_all(folder)?;
-    }
     vellus_usd::write(&scene, &args.output)?;
     println!("wrote {}", args.output.display());
     Ok(())
