@@ -1,10 +1,8 @@
 //! Where results go: a terminal or a file, never half a file.
 
+use crate::say;
 use anyhow::{Context, Result};
-use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// How a table of results is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -43,8 +41,7 @@ pub use vellus_io::folder;
 /// [`vellus_io::write()`].
 pub fn write(path: Option<&Path>, bytes: &[u8]) -> Result<()> {
     let Some(path) = path else {
-        std::io::stdout().lock().write_all(bytes)?;
-        return Ok(());
+        return say::standard_output(bytes).context("cannot write to standard output");
     };
     vellus_io::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
 }
@@ -106,17 +103,4 @@ pub fn progress(len: u64, what: &'static str) -> indicatif::ProgressBar {
 pub fn bar(len: u64, template: &str) -> indicatif::ProgressBar {
     let style = indicatif::ProgressStyle::with_template(template);
     indicatif::ProgressBar::new(len).with_style(style.unwrap_or_else(|_| indicatif::ProgressStyle::default_bar()))
-}
-
-/// What Ctrl-C sets, for long work that leaves what it has. A second one ends at once.
-pub fn interrupt() -> Result<Arc<AtomicBool>> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    ctrlc::set_handler(move || {
-        if flag.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    })
-    .context("cannot watch for Ctrl-C")?;
-    Ok(stop)
 }
