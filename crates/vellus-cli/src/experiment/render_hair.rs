@@ -35,7 +35,7 @@ pub fn run(context: &Context) -> Result<Outcome> {
             kappa.to_string(),
             format!("{mean:.5}"),
             film.samples().to_string(),
-            format!("{:.4}", film.noise()),
+            film.noise().map_or("unknown".to_owned(), |noise| format!("{noise:.4}")),
         ]);
         films.push(film);
     }

@@ -4,11 +4,11 @@ use super::Context;
 use crate::model_args::{set_model, set_published};
 use crate::output;
 use anyhow::{Context as _, Result, anyhow};
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::ops::Range;
 use std::time::{Duration, Instant};
+use vellus_io::DigestBuilder;
 use vellus_models::ModelKind;
-use vellus_render::{Film, Filter, Layer, Mode, Part, Settings, Statistics, World};
+use vellus_render::{Film, Filter, Layer, Mode, PICTURE_VERSION, Part, Settings, Statistics, World};
 use vellus_scene::{Camera, Scene};
 
 /// How fibres scatter, and over what of their width.
@@ -151,17 +151,20 @@ impl<'c> Shot<'c> {
         self.choose(method)?;
         let settings = self.settings(method, seed);
         let file = self.context.path(&format!("{}-{}-{seed}.film", self.name, method.key));
-        let mut hasher = DefaultHasher::new();
         let what = format!("{} {:?} {:?} {method:?} {seed} {:?}", self.name, self.size, self.crop, self.layers);
-        (what, env!("CARGO_PKG_VERSION"), self.world.curves.segments()).hash(&mut hasher);
-        let mut part = Part { fingerprint: hasher.finish(), samples: 0..0, notes: Vec::new(), film: self.empty() };
+        let identity = DigestBuilder::new()
+            .field("picture version", PICTURE_VERSION.to_le_bytes())
+            .field("what", what)
+            .field("segments", (self.world.curves.segments() as u64).to_le_bytes())
+            .finish();
+        let mut part = Part { identity, samples: 0..0, planned: samples, notes: Vec::new(), film: self.empty() };
         if !self.context.again()
-            && let Some(kept) = std::fs::read(&file).ok().and_then(|bytes| Part::from_bytes(&bytes).ok())
-            && kept.fingerprint == part.fingerprint
+            && let Some(kept) = vellus_io::read(&file).ok().and_then(|bytes| Part::from_bytes(&bytes).ok())
+            && kept.identity == part.identity
             && kept.film.fits(&part.film)
             && kept.samples.end <= samples
         {
-            part = kept;
+            part = Part { planned: samples, ..kept };
         }
         let bar = self.context.progress(samples, "rendering");
         bar.set_position(part.samples.end);

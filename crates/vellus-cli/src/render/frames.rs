@@ -2,32 +2,39 @@
 
 use super::Args;
 use super::goals::End;
-use super::job::{Job, fingerprint};
+use super::identity::IDENTITY_NOTE;
+use super::job::{Job, Loaded};
 use super::tev::Viewer;
+use crate::interrupt::Interrupt;
 use crate::say::note;
 use anyhow::{Context, Result};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
+use vellus_io::Digest;
+use vellus_render::check_picture;
 
-/// Renders them all, but for those that are there already where `--resume` is given.
-pub fn run(args: &Args, stop: &AtomicBool, mut viewer: Option<Viewer>) -> Result<()> {
+/// Renders them all, but for those that are finished already where `--resume` is given.
+pub fn run(args: &Args, interrupt: &Interrupt, mut viewer: Option<Viewer>) -> Result<()> {
     let Some(frames) = args.frames else {
-        Job::new(args, stop, viewer.as_mut(), 1)?.run()?;
-        return Ok(());
+        return Job::new(args, Loaded::new(args)?, interrupt, viewer.as_mut(), 1)?.run();
     };
-    let numbers: Vec<i32> = (frames.first..=frames.last).step_by(frames.step as usize).collect();
-    for (i, &frame) in numbers.iter().enumerate() {
+    let total = frames.count();
+    for i in 0..total {
+        let frame = frames.number(i);
         let mut one = args.clone();
         one.input.set_frame(f64::from(frame));
         one.output = numbered(&args.output, frame);
-        if args.resume && is_done(&one)? {
-            note!("frame {frame}: {} is there", one.output.display());
-            continue;
-        }
-        note!("frame {frame} ({} of {})", i + 1, numbers.len());
-        let mut job = || Job::new(&one, stop, viewer.as_mut(), (numbers.len() - i) as u64)?.run();
-        if job().with_context(|| format!("frame {frame}"))? == End::Interrupted {
-            break;
+        let mut render = || -> Result<()> {
+            let loaded = Loaded::new(&one)?;
+            if args.resume && is_finished(&one, loaded.identity) {
+                note!("frame {frame}: {} is finished", one.output.display());
+                return Ok(());
+            }
+            note!("frame {frame} ({} of {total})", i + 1);
+            Job::new(&one, loaded, interrupt, viewer.as_mut(), total - i)?.run()
+        };
+        render().with_context(|| format!("frame {frame}"))?;
+        if interrupt.is_set() && i + 1 < total {
+            return Err(interrupt.error(format!("frames up to {frame} are finished; --resume continues")).into());
         }
     }
     Ok(())
@@ -41,23 +48,20 @@ pub fn numbered(path: &Path, frame: i32) -> PathBuf {
     path.with_file_name(format!("{}.{sign}{number:04}.{}", part(path.file_stem()), part(path.extension())))
 }
 
-/// Is it rendered, with these options, to its end? The PNG, written last, says so.
-fn is_done(args: &Args) -> Result<bool> {
+/// Are its files undamaged, of this picture, and rendered to the end of one of these goals? The PNG is written last.
+fn is_finished(args: &Args, identity: Digest) -> bool {
     let png = args.output.with_extension("png");
-    if !args.output.exists() {
-        return Ok(false);
-    }
-    let Ok(file) = std::fs::File::open(png) else { return Ok(false) };
-    let Ok(reader) = png::Decoder::new(std::io::BufReader::new(file)).read_info() else { return Ok(false) };
-    let note = |name: &str| {
-        let chunk = reader.info().utf8_text.iter().find(|chunk| chunk.keyword == name)?;
-        chunk.get_text().ok()
+    let notes = |path: &Path| check_picture(&vellus_io::read(path).ok()?).ok();
+    let (Some(png), Some(output)) = (notes(&png), notes(&args.output)) else { return false };
+    let note = |notes: &[(String, String)], name: &str| {
+        notes.iter().find(|(key, _)| key == name).map(|(_, value)| value.clone()).unwrap_or_default()
     };
-    let same = note("vellus_fingerprint") == Some(format!("{:016x}", fingerprint(args)?));
-    let samples = note("vellus_samples").and_then(|n| n.parse().ok()).unwrap_or(0u64);
-    let ended = note("vellus_ended_by");
-    let by = |end: End| ended.as_deref() == Some(end.name());
-    Ok(same && (samples >= args.spp || by(End::Noise) && args.noise.is_some() || by(End::Time) && args.time.is_some()))
+    let same = [&png, &output].iter().all(|notes| note(notes, IDENTITY_NOTE) == identity.to_string());
+    let samples = |notes| note(notes, "vellus_samples").parse().unwrap_or(0u64);
+    let ended = note(&png, "vellus_ended_by");
+    let by = |end: End| ended == end.name();
+    let reached = samples(&png) >= args.spp || by(End::Noise) && args.noise.is_some() || by(End::Time) && args.time.is_some();
+    same && samples(&png) == samples(&output) && reached
 }
 
 #[cfg(test)]

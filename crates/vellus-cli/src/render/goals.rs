@@ -39,8 +39,8 @@ impl End {
 pub struct State {
     /// Samples a pixel, those of earlier runs too.
     pub samples: u64,
-    /// Estimated noise of the picture.
-    pub noise: f64,
+    /// Estimated noise of the picture, if it is known.
+    pub noise: Option<f64>,
     /// Time rendered in this run.
     pub spent: Duration,
     /// Seconds that the last samples took, each of all pixels; 0 before the first.
@@ -50,13 +50,19 @@ pub struct State {
 /// Samples from which on the estimate of noise is trusted.
 const TRUSTED: u64 = 8;
 
+impl State {
+    fn trusted_noise(&self) -> Option<f64> {
+        self.noise.filter(|_| self.samples >= TRUSTED)
+    }
+}
+
 impl Goals {
     /// What ends it now, if anything does.
     pub fn reached(&self, state: &State) -> Option<End> {
         if state.samples >= self.samples {
             return Some(End::Samples);
         }
-        if self.noise.is_some_and(|goal| state.samples >= TRUSTED && state.noise <= goal) {
+        if self.noise.is_some_and(|goal| state.trusted_noise().is_some_and(|noise| noise <= goal)) {
             return Some(End::Noise);
         }
         // The nearest it can come: the next sample would end further behind than this is before.
@@ -68,10 +74,11 @@ impl Goals {
     pub fn samples_left(&self, state: &State) -> u64 {
         let mut left = self.samples.saturating_sub(state.samples);
         if let Some(goal) = self.noise {
-            let needed = if state.samples >= TRUSTED {
-                (state.samples as f64 * (state.noise / goal).powi(2)).ceil() as u64
-            } else {
-                TRUSTED
+            let needed = match state.trusted_noise() {
+                Some(noise) => (state.samples as f64 * (noise / goal).powi(2)).ceil() as u64,
+                // A black picture stays unknown: the number of samples ends it.
+                None if state.samples >= TRUSTED => u64::MAX,
+                None => TRUSTED,
             };
             left = left.min(needed.saturating_sub(state.samples).max(1));
         }
@@ -106,7 +113,7 @@ mod tests {
     #[test]
     fn the_first_goal_ends_it_and_tells_the_time() {
         let seconds = Duration::from_secs_f64;
-        let state = State { samples: 16, noise: 0.04, spent: seconds(8.0), each: 0.5 };
+        let state = State { samples: 16, noise: Some(0.04), spent: seconds(8.0), each: 0.5 };
         let goals = Goals { samples: 1000, noise: None, time: None };
         assert_eq!(goals.time_left(&state), Some(seconds(492.0)));
         // A quarter of the noise: sixteen times the samples.
@@ -116,12 +123,15 @@ mod tests {
         assert_eq!((time.samples_left(&state), time.time_left(&state)), (24, Some(seconds(12.0))));
         assert_eq!(time.reached(&state), None);
         assert_eq!(time.reached(&State { samples: 1000, ..state }), Some(End::Samples));
-        assert_eq!(time.reached(&State { noise: 0.01, ..state }), Some(End::Noise));
-        assert_eq!(time.reached(&State { noise: 0.01, samples: 4, ..state }), None);
+        assert_eq!(time.reached(&State { noise: Some(0.01), ..state }), Some(End::Noise));
+        assert_eq!(time.reached(&State { noise: Some(0.01), samples: 4, ..state }), None);
         assert_eq!(time.reached(&State { spent: seconds(19.7), ..state }), None);
         assert_eq!(time.reached(&State { spent: seconds(19.8), ..state }), Some(End::Time));
+        // A picture without light has no known noise: only the number of samples ends it.
+        let black = State { samples: 900, noise: None, ..state };
+        assert_eq!((noise.reached(&black), noise.samples_left(&black)), (None, 100));
         // However little time there is, there is a picture.
-        let first = State { samples: 0, noise: 0.0, spent: seconds(30.0), each: 0.0 };
+        let first = State { samples: 0, noise: None, spent: seconds(30.0), each: 0.0 };
         assert_eq!((time.reached(&first), time.time_left(&first)), (None, None));
         assert_eq!(["0:07", "12:34", "1:02:03"], [6.6, 754.0, 3723.0].map(|s| clock(seconds(s))));
     }

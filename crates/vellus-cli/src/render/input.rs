@@ -1,9 +1,11 @@
 //! What is rendered: a built-in scene, or a file.
 
+use super::identity::{fiber, optional};
 use crate::fiber_args::FiberArgs;
 use crate::say::note;
 use anyhow::{Context, Result, bail};
 use std::path::Path;
+use vellus_io::{DigestBuilder, Sources};
 use vellus_scene::{Look, Scene};
 
 /// A scene.
@@ -52,31 +54,41 @@ pub fn load_usd(path: &Path, options: &vellus_usd::Options) -> Result<Scene> {
 impl Input {
     /// Reads or grows it.
     pub fn load(&self) -> Result<Scene> {
-        let mut scene = self.whole()?;
+        self.load_with_sources().map(|(scene, _)| scene)
+    }
+
+    /// The same, and the files it was read from. A built-in scene has none: its name identifies it.
+    pub fn load_with_sources(&self) -> Result<(Scene, Sources)> {
+        let (mut scene, sources) = self.whole()?;
         if let Some(share) = self.strands {
             scene.strands.iter_mut().for_each(|strands| *strands = vellus_groom::thin(strands, share));
         }
-        Ok(scene)
+        Ok((scene, sources))
     }
 
-    fn whole(&self) -> Result<Scene> {
+    fn whole(&self) -> Result<(Scene, Sources)> {
         if let Some(scene) = vellus_groom::scene(&self.scene, self.small) {
             if !self.fiber.is_default() || self.width.is_some() || self.camera.is_some() || self.frame.is_some() {
                 bail!(
                     "--fiber, --set, --width, --camera, --frame and --frames are for files: a built-in scene has its own"
                 );
             }
-            return Ok(scene);
+            return Ok((scene, Sources::new()));
         }
         let path = Path::new(&self.scene);
         let strands = path.extension().is_some_and(|e| e == "hair" || e == "tfx");
         if strands && (self.frame.is_some() || self.camera.is_some()) {
             bail!("--frame, --frames and --camera are for USD files: {} has neither", self.scene);
         }
-        let read = || std::fs::read(path).with_context(|| format!("cannot read {}", path.display()));
+        let mut sources = Sources::new();
+        let mut read = |name| -> Result<Vec<u8>> {
+            let bytes = vellus_io::read(path).with_context(|| format!("cannot read {}", path.display()))?;
+            sources.add(name, &bytes);
+            Ok(bytes)
+        };
         let strands = match path.extension().and_then(|e| e.to_str()) {
-            Some("hair") => vellus_groom::read_hair(&read()?, &self.scene, self.width)?,
-            Some("tfx") => vellus_groom::read_tfx(&read()?, &self.scene, self.width)?,
+            Some("hair") => vellus_groom::read_hair(&read(".hair")?, &self.scene, self.width)?,
+            Some("tfx") => vellus_groom::read_tfx(&read(".tfx")?, &self.scene, self.width)?,
             Some("usda" | "usdc" | "usdz" | "usd") => return self.usd(path),
             _ => {
                 let names: Vec<_> = vellus_groom::SCENES.iter().map(|(name, _)| *name).collect();
@@ -88,10 +100,10 @@ impl Input {
             }
         };
         let look = Look::constant(self.fiber.name(), self.fiber.load()?);
-        Ok(Scene { strands: vec![strands], looks: vec![look], ..Scene::default() })
+        Ok((Scene { strands: vec![strands], looks: vec![look], ..Scene::default() }, sources))
     }
 
-    fn usd(&self, path: &Path) -> Result<Scene> {
+    fn usd(&self, path: &Path) -> Result<(Scene, Sources)> {
         let options = vellus_usd::Options {
             default_width: self.width,
             frame: self.frame,
@@ -99,7 +111,8 @@ impl Input {
             shutter: None,
             fallback: self.fiber.load()?,
         };
-        load_usd(path, &options)
+        let reading = load_usd(path, &options)?;
+        Ok((reading.scene, reading.sources))
     }
 
     /// The scene or file.
@@ -112,10 +125,17 @@ impl Input {
         self.frame = Some(frame);
     }
 
-    /// What tells it from other scenes.
-    pub fn identity(&self) -> Result<String> {
-        let modified = std::fs::metadata(&self.scene).and_then(|m| m.modified()).ok();
-        let more = (&self.camera, self.frame, self.strands);
-        Ok(format!("{} {} {:?} {:?} {more:?} {modified:?}", self.scene, self.small, self.fiber.load()?, self.width))
+    /// Adds what tells it from other scenes, but for the files it is read from.
+    pub fn add_to(&self, builder: DigestBuilder) -> Result<DigestBuilder> {
+        // Files are told apart by what is in them, built-in scenes by their names.
+        let built_in = vellus_groom::SCENES.iter().any(|(name, _)| *name == self.scene);
+        let builder = builder
+            .field("scene", if built_in { self.scene.as_str() } else { "" })
+            .field("small", [u8::from(self.small)])
+            .field("width", optional(self.width.map(f32::to_le_bytes)))
+            .field("strands", optional(self.strands.map(f32::to_le_bytes)))
+            .field("camera", self.camera.as_deref().unwrap_or(""))
+            .field("frame", optional(self.frame.map(f64::to_le_bytes)));
+        Ok(fiber(builder, &self.fiber.load()?))
     }
 }

@@ -3,17 +3,20 @@
 use super::Args;
 use super::denoise::Denoiser;
 use super::goals::{End, Goals, State, clock};
-use super::keep::Keeper;
+use super::identity::{IDENTITY_NOTE, identity};
+use super::keep::{Keeper, check_same};
 use super::tev::Viewer;
 use super::write::{self, Picture};
+use crate::interrupt::Interrupt;
 use crate::output;
 use crate::say::{note, say};
-use anyhow::{Result, bail};
-use std::hash::{DefaultHasher, Hash, Hasher};
+use anyhow::Result;
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
+use vellus_io::Digest;
 use vellus_render::{Depth, Film, Layer, Part, Settings, Statistics, World, widen};
+use vellus_scene::Scene;
 
 /// A pass takes about that long: Ctrl-C, checkpoints and the bar wait for no more.
 const PASS: Duration = Duration::from_secs(2);
@@ -26,40 +29,43 @@ pub struct Job<'a> {
     part: Part,
     goal: Range<u64>,
     keeper: Keeper<'a>,
-    stop: &'a AtomicBool,
+    interrupt: &'a Interrupt,
     viewer: Option<&'a mut Viewer>,
     denoiser: Option<Denoiser>,
 }
 
-/// Two films with the same fingerprint may be added.
-pub fn fingerprint(args: &Args) -> Result<u64> {
-    let mut hasher = DefaultHasher::new();
-    (
-        args.input.identity()?,
-        args.size,
-        args.crop,
-        format!("{:?}", (args.mode, args.filter)),
-        args.seed,
-        args.max_depth,
-    )
-        .hash(&mut hasher);
-    args.min_pixel_width.to_bits().hash(&mut hasher);
-    args.model.name()?.hash(&mut hasher);
-    Layer::ALL.map(|layer| args.layers().contains(&layer)).hash(&mut hasher);
-    env!("CARGO_PKG_VERSION").hash(&mut hasher);
-    Ok(hasher.finish())
+/// A scene that was read, and what tells its picture from others.
+pub struct Loaded {
+    scene: Scene,
+    /// See [`identity`].
+    pub identity: Digest,
+    seconds: f64,
+}
+
+impl Loaded {
+    /// Reads or grows the scene.
+    pub fn new(args: &Args) -> Result<Self> {
+        let start = Instant::now();
+        let (scene, sources) = args.input.load_with_sources()?;
+        Ok(Loaded { scene, identity: identity(args, &sources)?, seconds: start.elapsed().as_secs_f64() })
+    }
 }
 
 impl<'a> Job<'a> {
-    /// Loads the scene and, where asked for, what was rendered already. `pictures` are so many to be written beside each other.
-    pub fn new(args: &'a Args, stop: &'a AtomicBool, viewer: Option<&'a mut Viewer>, pictures: u64) -> Result<Self> {
+    /// Makes a scene ready and reads the samples that it continues from. `pictures` is how many will be written in this folder.
+    pub fn new(
+        args: &'a Args,
+        loaded: Loaded,
+        interrupt: &'a Interrupt,
+        viewer: Option<&'a mut Viewer>,
+        pictures: u64,
+    ) -> Result<Self> {
         let start = Instant::now();
         let denoiser = args.denoise.then(Denoiser::load).transpose()?;
-        let mut scene = args.input.load()?;
+        let Loaded { mut scene, identity, seconds } = loaded;
         let [width, height] = args.size.map(|n| n as f32);
         scene.camera = scene.camera.or_else(|| scene.framing(width / height));
         widen(&mut scene, args.size, args.min_pixel_width);
-        let fingerprint = fingerprint(args)?;
         let mut notes = vec![
             ("vellus_version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
             ("vellus_command".to_owned(), write::command()),
@@ -69,7 +75,7 @@ impl<'a> Job<'a> {
             ("vellus_filter".to_owned(), format!("{:?}", args.filter).to_lowercase()),
             ("vellus_min_pixel_width".to_owned(), args.min_pixel_width.to_string()),
             ("vellus_seed".to_owned(), args.seed.to_string()),
-            ("vellus_fingerprint".to_owned(), format!("{fingerprint:016x}")),
+            (IDENTITY_NOTE.to_owned(), identity.to_string()),
         ];
         notes.extend(write::fibers(&scene));
         let world = args.model.world(scene)?;
@@ -78,7 +84,7 @@ impl<'a> Job<'a> {
             "{} segments, {:.0} MB, ready in {:.1} s",
             segments,
             world.curves.bytes() as f64 * 1e-6,
-            start.elapsed().as_secs_f64()
+            seconds + start.elapsed().as_secs_f64()
         );
         notes.push(("vellus_segments".to_owned(), segments.to_string()));
         let settings = Settings {
@@ -94,24 +100,24 @@ impl<'a> Job<'a> {
         let layout = world.layout(args.layers());
         let pixels = settings.area()[2..].iter().product::<usize>() as u64;
         let picture = write::largest_size(pixels, &layout, &args.output, args.layers(), args.depth());
-        keeper.check_space(picture * pictures, 8 * pixels * layout.channels() as u64)?;
+        keeper.check_space(picture.saturating_mul(pictures), pixels * layout.bytes_per_pixel() as u64)?;
         let film = Film::new(settings.size, settings.area(), layout);
-        let mut part = Part { fingerprint, samples: goal.start..goal.start, notes, film };
-        if let Some(kept) = keeper.load()? {
-            let same = kept.fingerprint == fingerprint && kept.film.fits(&part.film);
-            let fits = kept.samples.start == goal.start && (args.samples.is_none() || kept.samples.end <= goal.end);
-            if !(same && fits) {
-                let path = keeper.path().display();
-                bail!("{path} is of another picture: delete it, or render without --resume");
-            }
-            note!("going on from {} samples a pixel", kept.film.samples());
+        let samples = goal.start..goal.start;
+        let mut part = Part { identity, samples, planned: goal.end, notes, film };
+        if let Some(kept) = keeper.load(identity)? {
+            check_same(&kept, &part, args, keeper.path())?;
+            note!("continuing from {} samples a pixel", kept.film.samples());
             (part.samples, part.film) = (kept.samples, kept.film);
+            part.planned = part.planned.max(part.samples.end);
         }
-        Ok(Job { args, world, settings, part, goal, keeper, stop, viewer, denoiser })
+        Ok(Job { args, world, settings, part, goal, keeper, interrupt, viewer, denoiser })
     }
 
-    /// Renders, and writes what there is.
-    pub fn run(mut self) -> Result<End> {
+    /// Renders, and writes the result: a picture, and a film of `--samples`.
+    ///
+    /// # Errors
+    /// [`Interrupted`](crate::exit::Interrupted) where a signal stopped it; it says what was kept.
+    pub fn run(mut self) -> Result<()> {
         let (start, processor) = (Instant::now(), output::cpu_time());
         let before = self.part.film.samples();
         let statistics = Statistics::default();
@@ -125,11 +131,13 @@ impl<'a> Job<'a> {
             note!("{cpu:.3} s of processor time, {rate:.1} thousand samples a second of it");
         }
         let samples = self.part.film.samples();
+        let interrupted = end == End::Interrupted;
         if samples == 0 {
-            bail!("stopped before the first sample: nothing to write");
+            // Goals other than interruption need a sample.
+            return Err(self.interrupt.error("nothing was rendered yet, nothing is kept".to_owned()).into());
         }
         self.part.notes.push(("vellus_seconds".to_owned(), format!("{seconds:.1}")));
-        if self.args.samples.is_some() {
+        if self.args.samples.is_some() && !interrupted {
             let path = self.args.output.with_extension("film");
             output::write(Some(&path), &self.part.to_bytes()).or_else(|e| self.keeper.rescue(&self.part, e))?;
             say!("wrote {}", path.display());
@@ -137,15 +145,13 @@ impl<'a> Job<'a> {
                 note!("warning: it has samples {:?} of {:?}", self.part.samples, self.goal);
             }
         }
-        // Whether a picture of an animation ended by time or noise, it is done; a single one may be gone on with.
-        let done = end == End::Samples || (end != End::Interrupted && self.args.frames.is_some());
-        if !done {
-            self.keeper.keep(&self.part);
-        }
+        // A frame of an animation is done when it ends by time or noise; a single picture may be continued.
+        let done = end == End::Samples || (!interrupted && self.args.frames.is_some());
+        let kept = !done && self.keeper.keep(&self.part);
         let mut notes = self.part.notes.clone();
         notes.extend([
             ("vellus_samples".to_owned(), samples.to_string()),
-            ("vellus_noise".to_owned(), format!("{:.5}", self.part.film.noise())),
+            ("vellus_noise".to_owned(), self.part.film.noise().map_or("unknown".to_owned(), |x| format!("{x:.5}"))),
             ("vellus_ended_by".to_owned(), end.name().to_owned()),
         ]);
         let picture = Picture {
@@ -160,7 +166,13 @@ impl<'a> Job<'a> {
         if done {
             self.keeper.remove();
         }
-        Ok(end)
+        if interrupted {
+            let film = if kept { format!(" and {}", self.keeper.path().display()) } else { String::new() };
+            let next = if kept { ", and the same command with --resume continues" } else { "" };
+            let output = self.args.output.display();
+            return Err(self.interrupt.error(format!("{samples} samples a pixel are in {output}{film}{next}")).into());
+        }
+        Ok(())
     }
 
     fn render(&mut self, statistics: &Statistics) -> Result<End> {
@@ -184,8 +196,9 @@ impl<'a> Job<'a> {
             let count = pass.min(goals.samples_left(&state)).max(1);
             let next = self.part.samples.end..self.part.samples.end + count;
             let began = Instant::now();
-            let stopped = self.stop.load(Ordering::Relaxed)
-                || !self.world.render(&self.settings, &mut self.part.film, next.clone(), statistics, self.stop);
+            let stop = &self.interrupt.stop;
+            let stopped = stop.load(Ordering::Relaxed)
+                || !self.world.render(&self.settings, &mut self.part.film, next.clone(), statistics, stop);
             if stopped {
                 break End::Interrupted;
             }
@@ -207,13 +220,14 @@ impl<'a> Job<'a> {
     fn report(&self, statistics: &Statistics, seconds: f64) {
         let samples = self.part.film.samples();
         let rays = statistics.rays.load(Ordering::Relaxed) as f64 * 1e-6;
-        let noise = self.part.film.noise();
+        let noise = self.part.film.noise().map_or("unknown".to_owned(), |noise| format!("{noise:.4}"));
         let rate = rays / seconds.max(1e-9);
-        note!("{samples} samples a pixel, {rays:.2} Mrays in {seconds:.1} s ({rate:.2} Mrays/s), noise {noise:.4}");
+        note!("{samples} samples a pixel, {rays:.2} Mrays in {seconds:.1} s ({rate:.2} Mrays/s), noise {noise}");
         let rejected = statistics.rejected.load(Ordering::Relaxed);
         if rejected > 0 {
             note!("warning: {rejected} samples were not finite and were left out");
         }
+        write::warn_of_full_pixels(&self.part.film);
         if let Some(max) = self.settings.max_depth {
             let [_, _, width, height] = self.settings.area();
             let share = 100.0 * statistics.cut() / (samples.max(1) as f64 * (width * height) as f64);
@@ -226,8 +240,7 @@ impl<'a> Job<'a> {
 fn progress(goals: &Goals, state: &State, statistics: &Statistics) -> String {
     let rate = statistics.rays.load(Ordering::Relaxed) as f64 * 1e-6 / state.spent.as_secs_f64().max(1e-9);
     let left = goals.time_left(state).map_or(String::new(), |left| format!(", {} left", clock(left)));
-    // One sample does not tell how it varies.
-    let noise = if state.samples > 1 { format!("noise {:.4}, ", state.noise) } else { String::new() };
+    let noise = state.noise.map_or(String::new(), |noise| format!("noise {noise:.4}, "));
     format!("{} samples, {noise}{rate:.2} Mrays/s{left}", state.samples)
 }
 

@@ -3,6 +3,7 @@
 mod denoise;
 mod frames;
 mod goals;
+mod identity;
 mod input;
 mod job;
 mod keep;
@@ -20,7 +21,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Duration;
 use tev::Viewer;
-use vellus_render::{Filter, Mode};
+use vellus_render::{Filter, MAX_SAMPLES, Mode};
 
 pub use input::{Input, load_usd};
 pub use merge::{MergeArgs, merge};
@@ -42,7 +43,7 @@ pub struct Args {
     #[arg(long, value_parser = parse::crop, value_name = "X,Y,W,H")]
     crop: Option<[usize; 4]>,
     /// Samples a pixel.
-    #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u64).range(1..=1 << 32), value_name = "N")]
+    #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u64).range(1..=MAX_SAMPLES), value_name = "N")]
     spp: u64,
     /// Stop after rendering for that long in this run, e.g. 60s, 5m, 2h.
     #[arg(long, value_parser = parse::duration, value_name = "TIME")]
@@ -152,8 +153,8 @@ pub fn run(args: &Args) -> Result<()> {
         pool = pool.num_threads(threads);
     }
     let pool = pool.build().context("cannot start threads")?;
-    let stop = Interrupt::watch()?.stop;
-    pool.install(|| frames::run(args, &stop, viewer))
+    let interrupt = Interrupt::watch()?;
+    pool.install(|| frames::run(args, &interrupt, viewer))
 }
 
 impl From<FilterArg> for Filter {

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 use std::time::Duration;
-use vellus_render::Layer;
+use vellus_render::{Layer, MAX_SAMPLES};
 
 /// WIDTHxHEIGHT.
 pub fn size(text: &str) -> Result<[usize; 2], String> {
@@ -38,8 +38,8 @@ pub fn range(text: &str) -> Result<Range<u64>, String> {
         Some(a.parse().ok()?..b.parse().ok()?)
     };
     match parse() {
-        Some(range) if range.start < range.end => Ok(range),
-        _ => Err("samples are A..B with A < B".to_owned()),
+        Some(range) if range.start < range.end && range.end <= MAX_SAMPLES => Ok(range),
+        _ => Err(format!("samples are A..B with A < B, at most {MAX_SAMPLES}")),
     }
 }
 
@@ -49,6 +49,18 @@ pub struct Frames {
     pub first: i32,
     pub last: i32,
     pub step: u32,
+}
+
+impl Frames {
+    /// How many there are.
+    pub fn count(&self) -> u64 {
+        u64::from(self.last.abs_diff(self.first)) / u64::from(self.step) + 1
+    }
+
+    /// The number of frame `i`, counted from 0.
+    pub fn number(&self, i: u64) -> i32 {
+        (i64::from(self.first) + (i * u64::from(self.step)) as i64) as i32
+    }
 }
 
 /// A-B or A-BxS.
@@ -118,6 +130,9 @@ mod tests {
         assert_eq!(read("1-48"), Some((1, 48, 1)));
         assert_eq!(read("-5--2"), Some((-5, -2, 1)));
         assert_eq!(read("-5-10x5"), Some((-5, 10, 5)));
+        let all = |text| frames(text).map(|f| (0..f.count()).map(|i| f.number(i)).collect::<Vec<_>>());
+        assert_eq!(all("-5-10x6"), Ok(vec![-5, 1, 7]));
+        assert_eq!(all("3-3"), Ok(vec![3]));
         for bad in ["", "-", "5", "9-1", "1-4x0", "1-b", "1..4", "é-2"] {
             assert_eq!(read(bad), None, "{bad}");
         }

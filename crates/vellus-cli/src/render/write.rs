@@ -45,6 +45,17 @@ impl Picture<'_> {
     }
 }
 
+/// Warns of pixels whose sums reached the end of their range. (vellus_render's `Film::full_pixels` says where that is.)
+pub fn warn_of_full_pixels(film: &Film) {
+    let full = film.full_pixels();
+    if full > 0 {
+        note!(
+            "warning: {full} pixels are brighter or further away than a film can sum: they are too dark in the picture (scale \
+             the lights or the scene down, or render fewer samples)"
+        );
+    }
+}
+
 /// Refuses names of pictures that are neither OpenEXR nor PNG.
 pub fn check_name(path: &Path) -> Result<()> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
