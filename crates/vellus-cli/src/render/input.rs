@@ -40,12 +40,12 @@ fn share(text: &str) -> Result<f32, String> {
 }
 
 /// Reads a USD file, and says what is left out.
-pub fn load_usd(path: &Path, options: &vellus_usd::Options) -> Result<Scene> {
-    let (scene, warnings) = vellus_usd::read(path, options)?;
-    for warning in warnings {
+pub fn load_usd(path: &Path, options: &vellus_usd::Options) -> Result<vellus_usd::Reading> {
+    let reading = vellus_usd::read(path, options)?;
+    for warning in &reading.warnings {
         eprintln!("warning: {warning}");
     }
-    Ok(scene)
+    Ok(reading)
 }
 
 impl Input {
@@ -98,7 +98,7 @@ impl Input {
             shutter: None,
             fallback: self.fiber.load()?,
         };
-        load_usd(path, &options)
+        Ok(load_usd(path, &options)?.scene)
     }
 
     /// The scene or file.
