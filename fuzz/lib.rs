@@ -30,7 +30,7 @@ pub fn file(name: &str, bytes: &[u8]) -> PathBuf {
 /// Reads a stage: it comes back, and what comes is valid.
 pub fn stage(name: &str, bytes: &[u8]) {
     let options = Options { default_width: Some(0.1), ..Options::default() };
-    if let Ok((scene, _)) = read(&file(name, bytes), &options) {
-        assert_eq!(scene.validate(), Ok(()));
+    if let Ok(reading) = read(&file(name, bytes), &options) {
+        assert_eq!(reading.scene.validate(), Ok(()));
     }
 }

@@ -55,7 +55,7 @@ fn image(folder: &Path, name: &str, color: png::ColorType, data: &[u8]) {
 }
 
 fn read(folder: &Path, name: &str) -> vellus_scene::Scene {
-    vellus_usd::read(&folder.join(name), &vellus_usd::Options::default()).unwrap().0
+    vellus_usd::read(&folder.join(name), &vellus_usd::Options::default()).unwrap().scene
 }
 
 /// Roots of all strands, in the frame of the sphere.

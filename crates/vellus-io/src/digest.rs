@@ -1,6 +1,7 @@
 //! Content digests: equal for equal content, on every machine and in every release.
 
 use std::fmt;
+use std::io::Read;
 
 /// A BLAKE3 digest.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -10,6 +11,16 @@ impl Digest {
     /// The digest of some bytes.
     pub fn of(bytes: &[u8]) -> Self {
         Digest(*blake3::hash(bytes).as_bytes())
+    }
+
+    /// The digest of all that a reader gives.
+    ///
+    /// # Errors
+    /// What the reader reports.
+    pub fn of_reader(reader: impl Read) -> std::io::Result<Self> {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update_reader(reader)?;
+        Ok(Digest(*hasher.finalize().as_bytes()))
     }
 
     /// The first 16 hexadecimal digits, for names of files and messages.
@@ -68,6 +79,7 @@ mod tests {
         let empty = "af1349b9f5f9a1a6a0404dea36dcc9499bcb25c9adc112b7cc9a93cae41f3262";
         assert_eq!(Digest::of(b"").to_string(), empty);
         assert_eq!(Digest::of(b"").short(), empty[..16]);
+        assert_eq!(Digest::of_reader(&b"abc"[..]).unwrap(), Digest::of(b"abc"));
     }
 
     #[test]

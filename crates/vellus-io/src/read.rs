@@ -24,10 +24,9 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
 /// # Errors
 /// As [`read`].
 pub fn read_at_most(path: &Path, max: u64) -> Result<Vec<u8>> {
-    // Before the file is opened: opening some devices has effects.
-    let is_file = is_regular(&std::fs::metadata(path)?)?;
-    let file = File::open(path)?;
+    let file = open(path)?;
     let metadata = file.metadata()?;
+    let is_file = metadata.is_file();
     let max = if is_file { max } else { max.min(MAX_STREAM_BYTES) };
     if is_file && metadata.len() > max {
         return Err(too_large(metadata.len(), max));
@@ -44,6 +43,18 @@ pub fn read_at_most(path: &Path, max: u64) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// Opens a regular file, a pipe or a socket.
+///
+/// # Errors
+/// What the operating system reports, and [`ErrorKind::InvalidInput`] for folders and devices.
+pub fn open(path: &Path) -> Result<File> {
+    // Before the file is opened: opening some devices has effects.
+    check_kind(&std::fs::metadata(path)?)?;
+    let file = File::open(path)?;
+    check_kind(&file.metadata()?)?;
+    Ok(file)
+}
+
 /// Reads a text of at most `max` bytes.
 ///
 /// # Errors
@@ -55,8 +66,8 @@ pub fn read_to_string(path: &Path, max: u64) -> Result<String> {
     })
 }
 
-/// Is it a regular file rather than a pipe or a socket?
-fn is_regular(metadata: &std::fs::Metadata) -> Result<bool> {
+/// Refuses folders and devices.
+fn check_kind(metadata: &std::fs::Metadata) -> Result<()> {
     let kind = metadata.file_type();
     if kind.is_dir() {
         return Err(Error::new(ErrorKind::InvalidInput, "it is a folder: a file is expected"));
@@ -68,7 +79,7 @@ fn is_regular(metadata: &std::fs::Metadata) -> Result<bool> {
             return Err(Error::new(ErrorKind::InvalidInput, "it is a device: a regular file or a pipe is expected"));
         }
     }
-    Ok(kind.is_file())
+    Ok(())
 }
 
 fn too_large(length: u64, max: u64) -> Error {

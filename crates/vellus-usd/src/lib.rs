@@ -8,11 +8,11 @@
 //! # std::fs::write(&fox, "#usda 1.0\ndef BasisCurves \"c\" { uniform token type = \"linear\" int[] curveVertexCounts = [2]
 //! #     point3f[] points = [(0,0,0), (1,0,0)] }")?;
 //! let options = Options { default_width: Some(0.002), ..Options::default() };
-//! let (scene, warnings) = read(&fox, &options)?;
-//! for warning in warnings {
+//! let reading = read(&fox, &options)?;
+//! for warning in &reading.warnings {
 //!     eprintln!("{warning}");
 //! }
-//! write(&scene, &copy)?;
+//! write(&reading.scene, &copy)?;
 //! # Ok(()) }
 //! ```
 //!
@@ -60,6 +60,6 @@ mod write_look;
 pub use error::Error;
 pub use guard::quiet_caught_panics;
 pub use image::{load_map, load_texture};
-pub use reader::{Options, read};
+pub use reader::{Options, Reading, read};
 pub use warning::Warning;
 pub use write::write;

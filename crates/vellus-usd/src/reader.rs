@@ -11,6 +11,7 @@ use crate::{camera, curves, light, mesh};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use vellus::Fiber;
+use vellus_io::Sources;
 use vellus_scene::{Scene, Texture, Wrap};
 
 /// What a file does not say.
@@ -36,6 +37,17 @@ impl Default for Options {
     }
 }
 
+/// What [`read`] gives.
+#[derive(Clone, Debug)]
+pub struct Reading {
+    /// What was read, in world space.
+    pub scene: Scene,
+    /// What is not supported, and what was done instead.
+    pub warnings: Vec<Warning>,
+    /// All files that were read: layers and textures. A package (.usdz) is one file.
+    pub sources: Sources,
+}
+
 /// Reads a file (.usda, .usdc, .usdz) with all it refers to.
 ///
 /// What is not supported is skipped and said in the warnings. Everything is brought to world space; the up axis stays what it is.
@@ -44,7 +56,7 @@ impl Default for Options {
 /// [`Error::File`] if it or a file it refers to is missing or broken, [`Error::Prim`] if a prim has values that do not fit together
 /// or are out of range, [`Error::Empty`] if there is nothing to see. A read never panics, but a broken binary file may make the
 /// panic hook print a line ([`crate::quiet_caught_panics`]).
-pub fn read(file: &Path, options: &Options) -> Result<(Scene, Vec<Warning>), Error> {
+pub fn read(file: &Path, options: &Options) -> Result<Reading, Error> {
     if let Some(width) = options.default_width
         && !(width.is_finite() && width >= 0.0)
     {
@@ -66,14 +78,14 @@ pub fn read(file: &Path, options: &Options) -> Result<(Scene, Vec<Warning>), Err
         textures: HashMap::new(),
     };
     reader.scene(file, &paths)?;
-    let Reader { scene, warnings, .. } = reader;
+    let Reader { stage, scene, warnings, .. } = reader;
     if scene.strands.is_empty() && scene.meshes.is_empty() {
         let skipped: Vec<String> = warnings.0.iter().map(ToString::to_string).collect();
         let skipped = if skipped.is_empty() { String::new() } else { format!(" ({})", skipped.join("; ")) };
         return Err(Error::Empty { file: file.to_owned(), skipped });
     }
     scene.validate()?;
-    Ok((scene, warnings.0))
+    Ok(Reading { scene, warnings: warnings.0, sources: stage.sources() })
 }
 
 /// A scene in the making.

@@ -5,7 +5,9 @@
 
 mod careful;
 mod collections;
+mod files;
 mod names;
+mod package;
 mod text_check;
 mod values;
 
@@ -13,9 +15,12 @@ use crate::error::Error;
 use crate::guard::catch;
 use careful::Careful;
 use collections::Members;
+use files::Files;
 use openusd::{ar, sdf, usd};
 use std::path::Path;
+use std::rc::Rc;
 use values::{numbers, precise};
+use vellus_io::Sources;
 use vellus_scene::Units;
 
 /// When a value is read.
@@ -74,6 +79,7 @@ pub(crate) struct Stage {
     /// Which times are read.
     pub clock: Clock,
     members: Members,
+    files: Rc<Files>,
 }
 
 /// A property of a prim: where a connection leads.
@@ -86,16 +92,17 @@ pub(crate) struct Property {
 impl Stage {
     /// Opens and composes a file; `frame` is the time code to read.
     pub fn open(file: &Path, frame: Option<f64>) -> Result<Self, Error> {
-        if let Err(error) = std::fs::File::open(file) {
-            return Err(Error::file(file, error));
-        }
+        vellus_io::open(file).map_err(|error| Error::file(file, error))?;
         let name = file.to_str().ok_or_else(|| Error::file(file, "its name must be UTF-8"))?;
-        let stage = guarded(|| Ok(usd::Stage::builder().resolver(Careful::default()).open(name)?))
+        let files = Rc::new(Files::default());
+        let resolver = Careful::new(files.clone());
+        files.set_top(&ar::Resolver::create_identifier(&resolver, name, None));
+        let stage = guarded(|| Ok(usd::Stage::builder().resolver(resolver).open(name)?))
             .map_err(|what| Error::file(file, what))?;
         let start = guarded(|| Ok(stage.has_authored_time_code_range().then(|| stage.start_time_code())));
         let start = start.map_err(|what| Error::file(file, what))?;
         let open = frame.or(start).unwrap_or(usd::TimeCode::EARLIEST.value());
-        Ok(Stage { stage, clock: Clock { frame: open, open, close: open }, members: Members::default() })
+        Ok(Stage { stage, clock: Clock { frame: open, open, close: open }, members: Members::default(), files })
     }
 
     /// Paths of all prims that are defined, active and not abstract, depth first, instances included.
@@ -191,11 +198,12 @@ impl Stage {
 
     /// The bytes of a file that [`Stage::asset`] has resolved.
     pub fn asset_bytes(&self, resolved: &str) -> Result<Vec<u8>, Error> {
-        guarded(|| {
-            let path = ar::ResolvedPath::new(resolved);
-            Ok(ar::Resolver::open_asset(&ar::DefaultResolver::new(), &path)?.read_all()?)
-        })
-        .map_err(|what| Error::file(Path::new(resolved), what))
+        self.files.read(resolved).map_err(|what| Error::file(Path::new(resolved), what))
+    }
+
+    /// All files that were opened.
+    pub fn sources(&self) -> Sources {
+        self.files.sources()
     }
 
     /// Time of the last sample of an attribute that is not after that time, or else of the first; `None` where it has no samples.

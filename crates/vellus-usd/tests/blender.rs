@@ -2,9 +2,9 @@
 
 mod common;
 
-use common::{sample, with_width};
+use common::{read, sample, with_width};
 use vellus_scene::{Basis, Values};
-use vellus_usd::{Options, read};
+use vellus_usd::Options;
 
 const STRANDS: usize = 50;
 

@@ -2,11 +2,11 @@
 
 mod common;
 
-use common::{read_text, with_width};
+use common::{read, read_text, with_width};
 use glam::{Mat3, Vec2, Vec3};
 use vellus::{Fiber, Species};
 use vellus_scene::{Basis, Light, Parameter, Scene, Units, Values, Wrap};
-use vellus_usd::{Options, Warning, read};
+use vellus_usd::{Options, Warning};
 
 /// A curve of four points along x, one unit apart, from 0.
 const FOUR: &str = "int[] curveVertexCounts = [4]

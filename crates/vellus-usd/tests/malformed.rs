@@ -2,10 +2,10 @@
 
 mod common;
 
-use common::{read_text, sample};
+use common::{read, read_text, sample};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
-use vellus_usd::{Options, read};
+use vellus_usd::Options;
 
 fn error_of(body: &str) -> String {
     let error = read_text(body, &Options::default()).unwrap_err().to_string();

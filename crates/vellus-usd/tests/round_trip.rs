@@ -1,5 +1,8 @@
 //! What is written reads back as it was, by us and by Pixar's library.
 
+mod common;
+
+use common::read;
 use glam::{Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
 use std::process::Command;
 use vellus::{Fiber, Species};
@@ -7,7 +10,7 @@ use vellus_scene::{
     Basis, Camera, Ground, Light, Look, Mesh, Parameter, Scene, Strands, Surface, Texture, Tint, Units, Value, Values,
     Wrap,
 };
-use vellus_usd::{Options, read, write};
+use vellus_usd::{Options, write};
 
 /// Numbers without pattern, the same each time.
 fn noise(i: usize) -> f32 {

@@ -144,7 +144,7 @@ fn is_obj(path: &Path) -> bool {
 fn load(path: &Path) -> Result<Scene> {
     if !is_obj(path) {
         // Strands without widths are not what is wanted of the file: they do not keep fur from growing.
-        let mut scene = load_usd(path, &vellus_usd::Options { default_width: Some(0.0), ..Default::default() })?;
+        let mut scene = load_usd(path, &vellus_usd::Options { default_width: Some(0.0), ..Default::default() })?.scene;
         scene.strands.retain(|strands| {
             let has_width = strands.points.iter().any(|p| p.w > 0.0);
             if !has_width {

@@ -43,12 +43,12 @@ fn share(text: &str) -> Result<f32, String> {
 }
 
 /// Reads a USD file, and says what is left out.
-pub fn load_usd(path: &Path, options: &vellus_usd::Options) -> Result<Scene> {
-    let (scene, warnings) = vellus_usd::read(path, options)?;
-    for warning in warnings {
+pub fn load_usd(path: &Path, options: &vellus_usd::Options) -> Result<vellus_usd::Reading> {
+    let reading = vellus_usd::read(path, options)?;
+    for warning in &reading.warnings {
         note!("warning: {warning}");
     }
-    Ok(scene)
+    Ok(reading)
 }
 
 impl Input {

@@ -1,37 +1,103 @@
 //! A look at each layer before `openusd` decodes it.
 
+use super::files::Files;
 use super::guarded;
 use super::names::{check_default, check_name, check_path};
 use super::text_check::check_text;
 use crate::crate_check::{check_tables, check_values};
+use openusd::ar::Resolver;
 use openusd::{ar, sdf, usdc};
+use std::borrow::Cow;
+use std::cell::RefCell;
+use std::collections::{HashMap, HashSet};
 use std::io::{self, Cursor, Read, Seek, SeekFrom};
+use std::rc::Rc;
+use vellus_io::Digest;
 
 /// Finds files as `openusd` does, and refuses layers that its decoders would not survive.
+///
+/// Composition asks for the same identifiers again and again, so that answers are kept: files are taken not to move while
+/// a stage is read.
 #[derive(Default)]
-pub(super) struct Careful(ar::DefaultResolver);
+pub(super) struct Careful {
+    disk: ar::DefaultResolver,
+    files: Rc<Files>,
+    /// By the path of the layer and the path that it gives.
+    identifiers: RefCell<HashMap<String, HashMap<String, String>>>,
+    resolved: RefCell<HashMap<String, Option<ar::ResolvedPath>>>,
+    /// Layers that were checked.
+    checked: RefCell<HashSet<Digest>>,
+}
+
+impl Careful {
+    pub fn new(files: Rc<Files>) -> Self {
+        Careful { files, ..Self::default() }
+    }
+
+    fn find(&self, asset_path: &str) -> Option<ar::ResolvedPath> {
+        let (package, inner) = match ar::split_package_relative_path_outer(asset_path) {
+            Some((package, inner)) => (package, Some(inner)),
+            None if asset_path.to_ascii_lowercase().ends_with(".usdz") => (asset_path.to_owned(), None),
+            None => return self.disk.resolve(asset_path),
+        };
+        let package = self.disk.resolve(&package)?;
+        // What is wrong with a package is said as it is opened.
+        let Ok(directory) = self.files.package(&package) else { return Some(package) };
+        // The layer that stands for a package: `openusd` would read all of it to find out.
+        let inner = match inner {
+            Some(inner) => directory.contains(&inner).then_some(inner)?,
+            None => directory.root()?.to_owned(),
+        };
+        Some(ar::ResolvedPath::new(ar::join_package_relative_path(&package.to_string_lossy(), &inner)))
+    }
+}
 
 impl ar::Resolver for Careful {
     fn create_identifier(&self, asset_path: &str, anchor: Option<&ar::ResolvedPath>) -> String {
-        self.0.create_identifier(asset_path, anchor)
+        let layer = anchor.map_or(Cow::Borrowed(""), |anchor| anchor.to_string_lossy());
+        if let Some(known) = self.identifiers.borrow().get(&*layer).and_then(|known| known.get(asset_path)) {
+            return known.clone();
+        }
+        let identifier = self.disk.create_identifier(asset_path, anchor);
+        if !asset_path.is_empty() && anchor.is_some() {
+            self.files.refer(&layer, asset_path, &identifier);
+        }
+        let mut identifiers = self.identifiers.borrow_mut();
+        identifiers.entry(layer.into_owned()).or_default().insert(asset_path.to_owned(), identifier.clone());
+        identifier
     }
 
     fn resolve(&self, asset_path: &str) -> Option<ar::ResolvedPath> {
-        self.0.resolve(asset_path)
+        if let Some(known) = self.resolved.borrow().get(asset_path) {
+            return known.clone();
+        }
+        let found = self.find(asset_path);
+        self.resolved.borrow_mut().insert(asset_path.to_owned(), found.clone());
+        found
     }
 
     fn resolve_for_new_asset(&self, asset_path: &str) -> Option<ar::ResolvedPath> {
-        self.0.resolve_for_new_asset(asset_path)
+        self.disk.resolve_for_new_asset(asset_path)
     }
 
     fn open_asset(&self, path: &ar::ResolvedPath) -> io::Result<Box<dyn ar::Asset>> {
-        let bytes = self.0.open_asset(path)?.read_all()?;
-        check(&bytes).map_err(|what| io::Error::new(io::ErrorKind::InvalidData, format!("broken layer: {what}")))?;
+        if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("usdz")) {
+            // Only packages that are broken or hold no layer come here: `find` has the layers of others.
+            self.files.package(path)?;
+            return Err(io::Error::new(io::ErrorKind::InvalidData, "broken package: it has no layer"));
+        }
+        let bytes = self.files.read(&path.to_string_lossy())?;
+        let digest = Digest::of(&bytes);
+        if !self.checked.borrow().contains(&digest) {
+            check(&bytes)
+                .map_err(|what| io::Error::new(io::ErrorKind::InvalidData, format!("broken layer: {what}")))?;
+            self.checked.borrow_mut().insert(digest);
+        }
         Ok(Box::new(Bytes(Cursor::new(bytes))))
     }
 
     fn identity(&self) -> String {
-        self.0.identity()
+        self.disk.identity()
     }
 }
 
@@ -84,6 +150,5 @@ fn check(bytes: &[u8]) -> Result<(), String> {
         }
         return Ok(());
     }
-    // A package is read by what is in it.
-    if bytes.starts_with(b"PK") { Ok(()) } else { check_text(bytes) }
+    check_text(bytes)
 }

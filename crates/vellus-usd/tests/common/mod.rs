@@ -3,7 +3,12 @@
 
 use std::path::{Path, PathBuf};
 use vellus_scene::Scene;
-use vellus_usd::{Error, Options, Warning, read};
+use vellus_usd::{Error, Options, Warning};
+
+/// The scene and the warnings of a file.
+pub fn read(file: &Path, options: &Options) -> Result<(Scene, Vec<Warning>), Error> {
+    vellus_usd::read(file, options).map(|reading| (reading.scene, reading.warnings))
+}
 
 /// A stage of one layer.
 pub fn read_text(body: &str, options: &Options) -> Result<(Scene, Vec<Warning>), Error> {

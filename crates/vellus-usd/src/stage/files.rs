@@ -1,0 +1,211 @@
+//! All files that a stage opens: what refers to them, what they hold, and how much of them is read.
+
+use super::package::Package;
+use openusd::ar;
+use std::cell::{OnceCell, RefCell};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::io::{Error, ErrorKind, Result, Seek};
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use vellus_io::{Digest, DigestBuilder, Sources};
+
+/// The most files that a stage opens.
+const MAX_FILES: usize = 1 << 16;
+
+/// The most bytes that all files of a stage have together: 16 GiB.
+const MAX_BYTES: u64 = 16 << 30;
+
+/// A file that a layer refers to.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Reference {
+    /// The path as the layer gives it.
+    authored: String,
+    /// The file. Inside a package it is the package.
+    file: PathBuf,
+}
+
+/// The files of a stage.
+#[derive(Default)]
+pub(super) struct Files {
+    /// The file that is the stage's root.
+    top: OnceCell<PathBuf>,
+    /// By the file that refers to them.
+    references: RefCell<BTreeMap<PathBuf, BTreeSet<Reference>>>,
+    /// Of those that were opened.
+    digests: RefCell<BTreeMap<PathBuf, Digest>>,
+    /// What they have together.
+    bytes: RefCell<u64>,
+    packages: RefCell<HashMap<PathBuf, Rc<Package>>>,
+}
+
+impl Files {
+    /// Says which file is the root.
+    pub fn set_top(&self, file: &str) {
+        self.top.get_or_init(|| outer(file));
+    }
+
+    /// Notes that a layer refers to a file. Both may lie in packages.
+    pub fn refer(&self, layer: &str, authored: &str, file: &str) {
+        let authored = authored.split_once('[').map_or(authored, |(package, _)| package).to_owned();
+        let reference = Reference { authored, file: outer(file) };
+        self.references.borrow_mut().entry(outer(layer)).or_default().insert(reference);
+    }
+
+    /// The bytes of a file, which may lie in a package: `a.usdz[b.usda]`.
+    pub fn read(&self, path: &str) -> Result<Vec<u8>> {
+        let Some((package, inner)) = ar::split_package_relative_path_outer(path) else {
+            let path = Path::new(path);
+            let bytes = vellus_io::read_at_most(path, MAX_BYTES)?;
+            self.note(path, Digest::of(&bytes), bytes.len() as u64)?;
+            return Ok(bytes);
+        };
+        let package = Path::new(&package);
+        let mut file = vellus_io::open(package)?;
+        let length = file.metadata()?.len();
+        self.package(package)?.read(&mut file, length, &inner)
+    }
+
+    /// The directory of a package.
+    pub fn package(&self, path: &Path) -> Result<Rc<Package>> {
+        if let Some(package) = self.packages.borrow().get(path) {
+            return Ok(package.clone());
+        }
+        let mut file = vellus_io::open(path)?;
+        let length = file.metadata()?.len();
+        let package = Rc::new(Package::open(&mut file, length)?);
+        file.rewind()?;
+        self.note(path, Digest::of_reader(&file)?, length)?;
+        self.packages.borrow_mut().insert(path.to_owned(), package.clone());
+        Ok(package)
+    }
+
+    fn note(&self, path: &Path, digest: Digest, length: u64) -> Result<()> {
+        let mut digests = self.digests.borrow_mut();
+        if let Some(before) = digests.insert(path.to_owned(), digest) {
+            // The root is read twice, and so is a texture of two encodings.
+            let same = before == digest;
+            return if same { Ok(()) } else { Err(Error::new(ErrorKind::InvalidData, "it changed while it was read")) };
+        }
+        let mut bytes = self.bytes.borrow_mut();
+        *bytes += length;
+        let limit = |what: String| Err(Error::new(ErrorKind::FileTooLarge, what));
+        if digests.len() > MAX_FILES {
+            return limit(format!("the stage has more than {MAX_FILES} files"));
+        }
+        if *bytes > MAX_BYTES {
+            return limit(format!("the stage's files have more than {} GiB together", MAX_BYTES >> 30));
+        }
+        Ok(())
+    }
+
+    /// The files that were opened. A file with several names gets the one that the fewest references lead to; of those the
+    /// first in the alphabet. It gets an absolute one only where no relative paths lead to it. Names therefore do not
+    /// depend on the order in which files are found.
+    pub fn sources(&self) -> Sources {
+        let digests = self.digests.borrow();
+        let mut named: BTreeMap<String, Vec<Digest>> = BTreeMap::new();
+        for (file, name) in self.names() {
+            if let Some(&digest) = digests.get(&file) {
+                named.entry(name).or_default().push(digest);
+            }
+        }
+        let mut sources = Sources::new();
+        for (name, mut digests) in named {
+            // Links may give two files one name.
+            digests.sort_unstable();
+            let all =
+                |digests: &[Digest]| digests.iter().fold(DigestBuilder::new(), |all, digest| all.field("", digest.0));
+            sources.add_digest(&name, if let [digest] = digests[..] { digest } else { all(&digests).finish() });
+        }
+        sources
+    }
+
+    fn names(&self) -> BTreeMap<PathBuf, String> {
+        let references = self.references.borrow();
+        let mut level: BTreeMap<PathBuf, String> =
+            self.top.get().map(|top| (top.clone(), String::new())).into_iter().collect();
+        let (mut names, mut absolute) = (BTreeMap::new(), BTreeMap::new());
+        while !level.is_empty() {
+            names.extend(level.clone());
+            let mut next = BTreeMap::new();
+            for (layer, name) in &level {
+                for Reference { authored, file } in references.get(layer).into_iter().flatten() {
+                    let names = if Path::new(authored).is_absolute() { &mut absolute } else { &mut next };
+                    let name = joined(name, authored);
+                    let known: &mut String = names.entry(file.clone()).or_insert_with(|| name.clone());
+                    if name < *known {
+                        *known = name;
+                    }
+                }
+            }
+            next.retain(|file, _| !names.contains_key(file));
+            level = next;
+            if level.is_empty() {
+                level = std::mem::take(&mut absolute);
+                level.retain(|file, _| !names.contains_key(file));
+            }
+        }
+        names
+    }
+}
+
+/// The file on disk: of a path in a package, the package.
+fn outer(path: &str) -> PathBuf {
+    ar::split_package_relative_path_outer(path).map_or_else(|| PathBuf::from(path), |(package, _)| package.into())
+}
+
+/// A path as a layer of that name gives it, as a name: `..` goes up where there is something to go up from.
+fn joined(layer: &str, path: &str) -> String {
+    if Path::new(path).is_absolute() {
+        return path.to_owned();
+    }
+    let mut parts: Vec<&str> = layer.rsplit_once('/').map_or(Vec::new(), |(folder, _)| folder.split('/').collect());
+    for part in path.split('/') {
+        match part {
+            "" | "." => {}
+            ".." if parts.last().is_some_and(|last| !matches!(*last, ".." | "")) => drop(parts.pop()),
+            part => parts.push(part),
+        }
+    }
+    parts.join("/")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_paths_from_the_folder_of_the_top_file() {
+        assert_eq!(joined("", "./tex//a.png"), "tex/a.png");
+        assert_eq!(joined("layers/skin.usda", "../tex/a.png"), "tex/a.png");
+        assert_eq!(joined("layers/skin.usda", "../../a.png"), "../a.png");
+        assert_eq!(joined("../skin.usda", "../a.png"), "../../a.png");
+        assert_eq!(joined("layers/skin.usda", "/b/a.png"), "/b/a.png");
+        assert_eq!(joined("/b/skin.usda", "../a.png"), "/a.png");
+    }
+
+    #[test]
+    fn names_do_not_depend_on_the_order_of_references() {
+        let references = [
+            ("/x/top", "a", "/x/a"),
+            ("/x/top", "/x/d", "/x/d"),
+            ("/x/top", "sub/../b", "/x/b"),
+            ("/x/a", "c/d", "/x/d"),
+            ("/x/b", "c", "/x/c"),
+            ("/x/a", "z", "/x/c"),
+            ("/x/c", "/y/e", "/y/e"),
+            ("/y/e", "f", "/y/f"),
+        ];
+        let names = |references: &mut dyn Iterator<Item = (&str, &str, &str)>| {
+            let files = Files::default();
+            files.set_top("/x/top");
+            references.for_each(|(layer, authored, file)| files.refer(layer, authored, file));
+            files.names()
+        };
+        let first = names(&mut references.into_iter());
+        let name = |file: &str| first[Path::new(file)].as_str();
+        assert_eq!([name("/x/top"), name("/x/b"), name("/x/c"), name("/x/d")], ["", "b", "c", "c/d"]);
+        assert_eq!([name("/y/e"), name("/y/f")], ["/y/e", "/y/f"]);
+        assert_eq!(first, names(&mut references.into_iter().rev()));
+    }
+}
