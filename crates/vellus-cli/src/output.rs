@@ -1,7 +1,7 @@
 //! Where results go: a terminal or a file, never half a file.
 
 use crate::say;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
 
 /// How a table of results is written.
@@ -44,6 +44,14 @@ pub fn write(path: Option<&Path>, bytes: &[u8]) -> Result<()> {
         return say::standard_output(bytes).context("cannot write to standard output");
     };
     vellus_io::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// Refuses a file whose name does not end in one of some extensions.
+pub fn check_extension(path: &Path, extensions: &[&str]) -> Result<()> {
+    if !path.extension().is_some_and(|e| extensions.iter().any(|extension| e == *extension)) {
+        bail!("{}: the name must end in .{}", path.display(), extensions.join(" or ."));
+    }
+    Ok(())
 }
 
 /// Checks that a file can be written there, before long work begins.

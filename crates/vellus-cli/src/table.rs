@@ -87,7 +87,7 @@ fn load(file: Option<&Path>) -> Result<(TableData, usize)> {
         None => (Tables::SHIPPED, "the shipped tables".to_owned()),
         Some(path) => {
             let place = path.display().to_string();
-            read = std::fs::read(path).with_context(|| place.clone())?;
+            read = vellus_io::read(path).with_context(|| place.clone())?;
             (&read, place)
         }
     };

@@ -14,6 +14,9 @@ const LENGTH: f64 = 0.035;
 /// How many times they would cover that area, laid side by side: what their width follows from.
 const COVER: f64 = 1.6;
 
+/// The largest settings file that is read.
+const MAX_BYTES: u64 = 1 << 20;
+
 /// One group of strands.
 #[derive(clap::Args, Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -23,8 +26,8 @@ pub struct Group {
     pub name: Option<String>,
     /// A preset or file, as --fiber has; only in a settings file.
     #[arg(skip)]
-    pub fiber: Option<String>,
-    /// Strands a square unit of the mesh; 0 or more.
+    pub fiber: Option<PathBuf>,
+    /// Strands a square unit of the mesh; above 0.
     #[arg(long, value_name = "N", conflicts_with = "count")]
     pub density: Option<f32>,
     /// Strands in all; by default 100000.
@@ -51,7 +54,7 @@ pub struct Group {
     /// Share of the width that is lost toward the tip; [0, 1]; by default 0.75.
     #[arg(long, value_name = "X")]
     pub taper: Option<f32>,
-    /// Segments a strand; 1 or more; by default 12.
+    /// Segments a strand; [1, 65536]; by default 12.
     #[arg(long, value_name = "N")]
     pub segments: Option<usize>,
     /// Kind of curve: linear, bspline or catmull-rom; by default catmull-rom.
@@ -118,7 +121,7 @@ fn vector(text: &str) -> Result<[f32; 3], String> {
 
 /// The groups of a settings file; images are looked for beside it.
 pub fn read(path: &Path) -> Result<Vec<Group>> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let text = vellus_io::read_to_string(path, MAX_BYTES).with_context(|| format!("cannot read {}", path.display()))?;
     let File { mut group } = toml::from_str(&text).with_context(|| format!("in {}", path.display()))?;
     if group.is_empty() {
         bail!("{}: it has no [[group]]", path.display());
@@ -211,6 +214,12 @@ impl Group {
         };
 
         let density = self.density.map(|d| not_negative("density", Some(d), 0.0)).transpose()?;
+        if density == Some(0.0) {
+            bail!("{}: density = 0 gives no strand at all: it must be above 0", self.name());
+        }
+        if density.is_none() && self.count == Some(0) {
+            bail!("{}: count = 0 gives no strand at all: it must be 1 or more", self.name());
+        }
         let count = match density {
             Some(density) => (f64::from(density) * ground.area).round(),
             None => self.count.map_or(COUNT / ground.groups as f64, |count| count as f64),

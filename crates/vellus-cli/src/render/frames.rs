@@ -60,7 +60,8 @@ fn is_finished(args: &Args, identity: Digest) -> bool {
     let samples = |notes| note(notes, "vellus_samples").parse().unwrap_or(0u64);
     let ended = note(&png, "vellus_ended_by");
     let by = |end: End| ended == end.name();
-    let reached = samples(&png) >= args.spp || by(End::Noise) && args.noise.is_some() || by(End::Time) && args.time.is_some();
+    let reached =
+        samples(&png) >= args.spp || by(End::Noise) && args.noise.is_some() || by(End::Time) && args.time.is_some();
     same && samples(&png) == samples(&output) && reached
 }
 

@@ -1,8 +1,44 @@
 //! How the options of `vellus render` are written.
 
 use std::ops::Range;
+use std::str::FromStr;
 use std::time::Duration;
 use vellus_render::{Layer, MAX_SAMPLES};
+
+/// A finite number in a range, which `range` says in words.
+pub fn number<T: Copy + FromStr + Into<f64>>(
+    text: &str,
+    what: &str,
+    is_good: fn(T) -> bool,
+    range: &str,
+) -> Result<T, String> {
+    match text.parse() {
+        Ok(number) if Into::<f64>::into(number).is_finite() && is_good(number) => Ok(number),
+        Ok(_) => Err(format!("{what} must be {range}")),
+        Err(_) => Err(format!("{what} must be a number, {range}")),
+    }
+}
+
+/// Noise above 0.
+pub fn noise(text: &str) -> Result<f64, String> {
+    number(text, "noise", |x| x > 0.0, "above 0")
+}
+
+/// Stops.
+pub fn exposure(text: &str) -> Result<f32, String> {
+    number(text, "an exposure", |x: f32| x.abs() <= 100.0, "in [-100, 100] stops")
+}
+
+/// The most threads: more than any processor has, and few enough to start at once.
+const MAX_THREADS: usize = 1024;
+
+/// How many threads.
+pub fn threads(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(threads) if (1..=MAX_THREADS).contains(&threads) => Ok(threads),
+        _ => Err(format!("the number of threads is in [1, {MAX_THREADS}]")),
+    }
+}
 
 /// WIDTHxHEIGHT.
 pub fn size(text: &str) -> Result<[usize; 2], String> {
@@ -51,6 +87,9 @@ pub struct Frames {
     pub step: u32,
 }
 
+/// The most frames of one command.
+const MAX_FRAMES: u64 = 1_000_000;
+
 impl Frames {
     /// How many there are.
     pub fn count(&self) -> u64 {
@@ -76,7 +115,10 @@ pub fn frames(text: &str) -> Result<Frames, String> {
         })
     };
     match parse() {
-        Some(frames) if frames.first <= frames.last && frames.step > 0 => Ok(frames),
+        Some(frames) if frames.first <= frames.last && frames.step > 0 => match frames.count() {
+            ..=MAX_FRAMES => Ok(frames),
+            count => Err(format!("these are {count} frames: at most {MAX_FRAMES} are rendered by one command")),
+        },
         _ => Err("frames are A-B, or A-BxS for every S-th, whole numbers with A at most B, e.g. 1-48".to_owned()),
     }
 }
@@ -135,6 +177,11 @@ mod tests {
         assert_eq!(all("3-3"), Ok(vec![3]));
         for bad in ["", "-", "5", "9-1", "1-4x0", "1-b", "1..4", "é-2"] {
             assert_eq!(read(bad), None, "{bad}");
+        }
+        assert_eq!(read("1-1000000"), Some((1, 1_000_000, 1)));
+        assert_eq!(read("-2147483648-2147483647x4295"), Some((i32::MIN, i32::MAX, 4295)));
+        for many in ["0-1000000", "-2147483648-2147483647"] {
+            assert!(frames(many).unwrap_err().contains("at most 1000000"), "{many}");
         }
     }
 
