@@ -38,6 +38,7 @@ pub struct Args {
 /// Runs it.
 pub fn run(args: &Args) -> Result<()> {
     let fiber = args.fiber.load()?;
+    args.output.check()?;
     let bcsdf = Bcsdf::new(&fiber)?;
     let queries = match &args.queries {
         None => {

@@ -71,14 +71,11 @@ impl FiberArgs {
         for setting in &self.overrides.set {
             spec.set(setting).with_context(|| format!("in --set {setting}"))?;
         }
-        spec.fiber().with_context(|| {
+        spec.fiber().map_err(|error| match (base.fiber(), format) {
+            (Ok(_), _) => error.context(format!("in --set {}", self.overrides.set.join(" --set "))),
             // What is wrong already without overrides is not due to them.
-            let set = &self.overrides.set;
-            match format {
-                _ if !set.is_empty() && base.fiber().is_ok() => format!("in --set {}", set.join(" --set ")),
-                Some(_) => format!("in {}", path.display()),
-                None => "in --fiber".to_owned(),
-            }
+            (Err(_), Some(_)) => error.context(format!("in {}", path.display())),
+            (Err(_), None) => error,
         })
     }
 

@@ -11,6 +11,7 @@ mod fit;
 mod groom;
 mod interrupt;
 mod model_args;
+mod number;
 mod output;
 mod plot;
 mod query;

@@ -29,6 +29,11 @@ pub struct OutputArgs {
 }
 
 impl OutputArgs {
+    /// Checks that it can be written, before long work begins.
+    pub fn check(&self) -> Result<()> {
+        self.out.as_deref().map_or(Ok(()), writable)
+    }
+
     /// Writes it there.
     pub fn write(&self, bytes: &[u8]) -> Result<()> {
         write(self.out.as_deref(), bytes)

@@ -1,5 +1,6 @@
 //! How fur grows, on the command line and in a settings file: the same names in both.
 
+use crate::number::whole;
 use anyhow::{Context, Result, bail};
 use glam::Vec3;
 use serde::Deserialize;
@@ -31,7 +32,7 @@ pub struct Group {
     #[arg(long, value_name = "N", conflicts_with = "count")]
     pub density: Option<f32>,
     /// Strands in all; by default 100000.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>(1..=u32::MAX.into()))]
     pub count: Option<usize>,
     /// Image at the mesh's uv that the density is multiplied by; its first channel, as it is stored.
     #[arg(long, value_name = "IMAGE")]
@@ -55,7 +56,7 @@ pub struct Group {
     #[arg(long, value_name = "X")]
     pub taper: Option<f32>,
     /// Segments a strand; [1, 65536]; by default 12.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>(1..=65_536))]
     pub segments: Option<usize>,
     /// Kind of curve: linear, bspline or catmull-rom; by default catmull-rom.
     #[arg(long)]
@@ -76,7 +77,7 @@ pub struct Group {
     #[arg(long, value_name = "X")]
     pub gravity: Option<f32>,
     /// Strands that draw together to a clump; below 2 none do; by default 30.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>(0..=u32::MAX.into()))]
     pub clump: Option<usize>,
     /// How far the tips of a clump come together; [0, 1]; by default 0.5.
     #[arg(long, value_name = "X")]
@@ -213,12 +214,11 @@ impl Group {
             checked(name, given, fallback, good, range).map(f32::to_radians)
         };
 
-        let density = self.density.map(|d| not_negative("density", Some(d), 0.0)).transpose()?;
-        if density == Some(0.0) {
-            bail!("{}: density = 0 gives no strand at all: it must be above 0", self.name());
-        }
-        if density.is_none() && self.count == Some(0) {
-            bail!("{}: count = 0 gives no strand at all: it must be 1 or more", self.name());
+        let density = self.density.map(|d| positive("density", Some(d), 0.0)).transpose()?;
+        if let (None, Some(count)) = (density, self.count)
+            && !(1..=u32::MAX as usize).contains(&count)
+        {
+            bail!("{}: count = {count} is out of range: it must be in [1, {}]", self.name(), u32::MAX);
         }
         let count = match density {
             Some(density) => (f64::from(density) * ground.area).round(),

@@ -2,6 +2,7 @@
 
 use super::coat::{self, Ground, Group};
 use crate::fiber_args::{FiberArgs, Overrides};
+use crate::number::whole;
 use crate::output;
 use crate::render::load_usd;
 use crate::say::{note, say};
@@ -53,7 +54,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     settings: Option<PathBuf>,
     /// Other seeds give other fur.
-    #[arg(long, default_value_t = 1, value_name = "N")]
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = whole::<u64>(0..=u64::MAX))]
     seed: u64,
     /// Write the strands alone, without what the file of the mesh has.
     #[arg(long)]

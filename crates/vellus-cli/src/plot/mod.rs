@@ -12,6 +12,7 @@ pub mod windows;
 
 use crate::fiber_args::{FiberArgs, Incidence};
 use crate::model_args::ModelArgs;
+use crate::number::whole;
 use crate::output;
 use crate::query::{Offsets, Query};
 use crate::say::say;
@@ -54,7 +55,7 @@ pub enum Command {
         #[arg(long, value_name = "FILE")]
         table: Option<PathBuf>,
         /// Photons a simulated profile.
-        #[arg(long, default_value_t = 400_000)]
+        #[arg(long, default_value_t = 400_000, value_parser = whole::<u64>(medulla::PHOTONS), value_name = "N")]
         photons: u64,
         #[command(flatten)]
         out: Out,

@@ -1,8 +1,8 @@
 //! What is rendered: a built-in scene, or a file.
 
 use super::identity::{fiber, optional};
-use super::parse;
 use crate::fiber_args::{FiberArgs, Overrides};
+use crate::number::finite;
 use crate::say::note;
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
@@ -49,11 +49,11 @@ fn share(text: &str) -> Result<f32, String> {
 }
 
 fn width(text: &str) -> Result<f32, String> {
-    parse::number(text, "a width", |x| x > 0.0, "above 0")
+    finite(text, |x| x > 0.0, " above 0")
 }
 
 fn time_code(text: &str) -> Result<f64, String> {
-    parse::number(text, "a time code", |_| true, "finite")
+    finite(text, |_| true, "")
 }
 
 /// Is a built-in scene called so?

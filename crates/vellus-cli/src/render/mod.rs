@@ -14,6 +14,7 @@ mod write;
 
 use crate::interrupt::Interrupt;
 use crate::model_args::ModelArgs;
+use crate::number::whole;
 use crate::output;
 use anyhow::{Context, Result, bail};
 use parse::{Frames, Layers};
@@ -25,6 +26,9 @@ use vellus_render::{Filter, MAX_SAMPLES, Mode};
 
 pub use input::{Input, is_built_in, load_usd};
 pub use merge::{MergeArgs, merge};
+
+/// The most threads: more than most machines have, and few enough to start at once.
+const MAX_THREADS: u64 = 1024;
 
 /// Path-trace a scene.
 #[derive(clap::Args, Clone)]
@@ -43,7 +47,7 @@ pub struct Args {
     #[arg(long, value_parser = parse::crop, allow_hyphen_values = true, value_name = "X,Y,W,H")]
     crop: Option<[usize; 4]>,
     /// Samples a pixel.
-    #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u64).range(1..=MAX_SAMPLES), value_name = "N")]
+    #[arg(long, default_value_t = 64, value_parser = whole::<u64>(1..=MAX_SAMPLES), value_name = "N")]
     spp: u64,
     /// Stop after rendering for that long in this run, e.g. 60s, 5m, 2h.
     #[arg(long, value_parser = parse::duration, allow_hyphen_values = true, value_name = "TIME")]
@@ -68,7 +72,7 @@ pub struct Args {
     filter: FilterArg,
     /// Cut paths after that many scattering events, and say how much light that cost. Without it only Russian roulette ends
     /// them.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(0..=u32::MAX.into()))]
     max_depth: Option<u32>,
     /// Make strands at least that many pixels wide as the camera sees them, as the shutter opens and closes, for all rays. A bias: fur
     /// covers more, and its colour changes with that. 0.5 to 1 tames noise and flicker of single thin strands far away; dense fur becomes
@@ -76,10 +80,10 @@ pub struct Args {
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::pixels, value_name = "X")]
     min_pixel_width: f32,
     /// Another seed is another noise.
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, value_parser = whole::<u32>(0..=u32::MAX.into()), value_name = "N")]
     seed: u32,
     /// Threads, at most 1024; as many as the processor has without it. The picture is the same.
-    #[arg(long, value_name = "N", value_parser = parse::threads, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>(1..=MAX_THREADS))]
     threads: Option<usize>,
     /// Stops by which the PNG is brighter; the OpenEXR file is not changed by it.
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::exposure, value_name = "STOPS")]
@@ -144,6 +148,9 @@ pub fn run(args: &Args) -> Result<()> {
     }
     input.check()?;
     args.model.check()?;
+    if args.denoise {
+        denoise::Denoiser::load()?;
+    }
     write::check_name(&args.output)?;
     output::writable(&args.output)?;
     let viewer = args.tev.as_deref().map(Viewer::connect).transpose()?;

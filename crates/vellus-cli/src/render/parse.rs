@@ -1,43 +1,18 @@
 //! How the options of `vellus render` are written.
 
+use crate::number::finite;
 use std::ops::Range;
-use std::str::FromStr;
 use std::time::Duration;
 use vellus_render::{Layer, MAX_SAMPLES};
 
-/// A finite number in a range, which `range` says in words.
-pub fn number<T: Copy + FromStr + Into<f64>>(
-    text: &str,
-    what: &str,
-    is_good: fn(T) -> bool,
-    range: &str,
-) -> Result<T, String> {
-    match text.parse() {
-        Ok(number) if Into::<f64>::into(number).is_finite() && is_good(number) => Ok(number),
-        Ok(_) => Err(format!("{what} must be {range}")),
-        Err(_) => Err(format!("{what} must be a number, {range}")),
-    }
-}
-
 /// Noise above 0.
 pub fn noise(text: &str) -> Result<f64, String> {
-    number(text, "noise", |x| x > 0.0, "above 0")
+    finite(text, |x| x > 0.0, " above 0")
 }
 
 /// Stops.
 pub fn exposure(text: &str) -> Result<f32, String> {
-    number(text, "an exposure", |x: f32| x.abs() <= 100.0, "in [-100, 100] stops")
-}
-
-/// The most threads: more than any processor has, and few enough to start at once.
-const MAX_THREADS: usize = 1024;
-
-/// How many threads.
-pub fn threads(text: &str) -> Result<usize, String> {
-    match text.parse() {
-        Ok(threads) if (1..=MAX_THREADS).contains(&threads) => Ok(threads),
-        _ => Err(format!("the number of threads is in [1, {MAX_THREADS}]")),
-    }
+    finite(text, |x: f32| x.abs() <= 100.0, " in [-100, 100]")
 }
 
 /// WIDTHxHEIGHT.
@@ -136,7 +111,7 @@ pub fn duration(text: &str) -> Result<Duration, String> {
     if (0.0..1e9).contains(&seconds) {
         Ok(Duration::from_secs_f64(seconds))
     } else {
-        Err("a time is e.g. 60s, 5m or 2h".to_owned())
+        Err("a time is e.g. 60s, 5m or 2h, and below 1e9 s".to_owned())
     }
 }
 
