@@ -27,6 +27,7 @@ pub fn run(args: &Args) -> Result<()> {
     let fiber = args.incidence.fiber.load()?;
     let offsets = Offsets::parse(&args.window.window, args.h)?;
     let query = Query::new([args.incidence.theta_o, args.h, 0.0, 0.0])?.over(offsets);
+    args.output.check()?;
     let bcsdf = Bcsdf::new(&fiber)?;
     let hit = bcsdf.at(direction(query.theta_o, 0.0), offsets.window());
     let closed = hit.energy();

@@ -38,6 +38,7 @@ pub struct Args {
 /// Runs it.
 pub fn run(args: &Args) -> Result<()> {
     let fiber = args.fiber.load()?;
+    args.output.check()?;
     let bcsdf = Bcsdf::new(&fiber)?;
     let queries = match &args.queries {
         None => {
@@ -47,7 +48,7 @@ pub fn run(args: &Args) -> Result<()> {
         Some(path) if path.as_os_str() == "-" => read_csv(std::io::stdin().lock()).context("standard input")?,
         Some(path) => {
             let place = || format!("{}", path.display());
-            read_csv(std::fs::File::open(path).with_context(place)?).with_context(place)?
+            read_csv(&vellus_io::read(path).with_context(place)?[..]).with_context(place)?
         }
     };
     let answers: Vec<(Query, Answer)> = queries.into_iter().map(|q| (q, q.ask(&bcsdf))).collect();

@@ -3,6 +3,7 @@
 use crate::fiber_args::{FiberArgs, Spec};
 use crate::output;
 use anyhow::Result;
+use std::path::PathBuf;
 use vellus::{Fiber, Species};
 
 /// What to show.
@@ -13,9 +14,9 @@ pub enum Command {
     /// Show one fibre, in a form that --fiber reads back.
     Show {
         /// A preset, or a TOML or JSON file.
-        name: String,
+        name: PathBuf,
         /// Override a parameter, as in `vellus eval`.
-        #[arg(long = "set", value_name = "NAME=VALUE")]
+        #[arg(long = "set", value_name = "NAME=VALUE", allow_hyphen_values = true)]
         set: Vec<String>,
         /// How to write it.
         #[arg(long, value_enum, default_value_t = Format::Toml)]
@@ -60,7 +61,7 @@ pub fn run(command: &Command) -> Result<()> {
             output::write(None, format!("{}\n{note}", output::align(&rows)).as_bytes())
         }
         Command::Show { name, set, format } => {
-            let spec = Spec::of(&FiberArgs { fiber: name.clone(), set: set.clone() }.load()?);
+            let spec = Spec::of(&FiberArgs::new(name, set).load()?);
             let text = match format {
                 Format::Toml => toml::to_string(&spec)?,
                 Format::Json => serde_json::to_string_pretty(&spec)? + "\n",

@@ -2,18 +2,25 @@
 
 use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use vellus::{Color, Fiber, Species};
 
 /// Which fibre.
 #[derive(clap::Args, Clone)]
 pub struct FiberArgs {
-    /// A preset (see `vellus fiber list`), or a TOML or JSON file.
-    #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT)]
-    pub fiber: String,
+    /// A preset (see `vellus fiber list`), or a TOML or JSON file [default: red-fox].
+    #[arg(long, value_name = "NAME|FILE")]
+    pub fiber: Option<PathBuf>,
+    #[command(flatten)]
+    pub overrides: Overrides,
+}
+
+/// Changes of a fibre.
+#[derive(clap::Args, Clone, Default)]
+pub struct Overrides {
     /// Override a parameter: kappa=0.5, sigma_ca=0.1,0.2,0.4, eumelanin=1.3, reflectance=0.6,0.4,0.2.
     /// Angles in degrees. May be repeated.
-    #[arg(long = "set", value_name = "NAME=VALUE")]
+    #[arg(long = "set", value_name = "NAME=VALUE", allow_hyphen_values = true)]
     pub set: Vec<String>,
 }
 
@@ -28,34 +35,61 @@ pub struct Incidence {
 }
 
 /// The preset where none is given.
-const DEFAULT: &str = "red-fox";
+pub const DEFAULT: &str = "red-fox";
+
+/// The largest fibre file that is read.
+const MAX_BYTES: u64 = 1 << 20;
 
 impl FiberArgs {
-    /// Was nothing given?
-    pub fn is_default(&self) -> bool {
-        self.fiber == DEFAULT && self.set.is_empty()
+    /// A preset or a file, and overrides.
+    pub fn new(fiber: impl Into<PathBuf>, set: &[String]) -> Self {
+        FiberArgs { fiber: Some(fiber.into()), overrides: Overrides { set: set.to_vec() } }
+    }
+
+    /// Was anything given?
+    pub fn is_given(&self) -> bool {
+        self.fiber.is_some() || !self.overrides.set.is_empty()
+    }
+
+    fn path(&self) -> &Path {
+        self.fiber.as_deref().unwrap_or(Path::new(DEFAULT))
     }
 
     /// The fibre, validated.
     pub fn load(&self) -> Result<Fiber> {
-        let mut spec = if let Some(extension) = file_format(&self.fiber) {
-            let text = std::fs::read_to_string(&self.fiber).with_context(|| format!("cannot read {}", self.fiber))?;
-            Spec::parse(&text, extension).with_context(|| format!("in {}", self.fiber))?
-        } else {
-            Spec { preset: Some(self.fiber.clone()), ..Spec::default() }
+        let path = self.path();
+        let format = file_format(path);
+        let base = match format {
+            Some(format) => {
+                let text = vellus_io::read_to_string(path, MAX_BYTES);
+                let text = text.with_context(|| format!("cannot read {}", path.display()))?;
+                Spec::parse(&text, format).with_context(|| format!("in {}", path.display()))?
+            }
+            None => Spec { preset: Some(path.display().to_string()), ..Spec::default() },
         };
-        for setting in &self.set {
+        let mut spec = base.clone();
+        for setting in &self.overrides.set {
             spec.set(setting).with_context(|| format!("in --set {setting}"))?;
         }
-        let from =
-            if file_format(&self.fiber).is_some() { format!("in {}", self.fiber) } else { "in --fiber".to_owned() };
-        spec.fiber().with_context(|| from)
+        spec.fiber().map_err(|error| match (base.fiber(), format) {
+            (Ok(_), _) => error.context(format!("in --set {}", self.overrides.set.join(" --set "))),
+            // What is wrong already without overrides is not due to them.
+            (Err(_), Some(_)) => error.context(format!("in {}", path.display())),
+            (Err(_), None) => error,
+        })
     }
 
     /// A short name for titles and file names.
     pub fn name(&self) -> String {
-        let stem = Path::new(&self.fiber).file_stem().map(|s| s.to_string_lossy().into_owned());
-        stem.unwrap_or_else(|| "fiber".to_owned())
+        self.path().file_stem().map_or_else(|| "fiber".to_owned(), |stem| stem.to_string_lossy().into_owned())
+    }
+}
+
+impl Overrides {
+    /// Does any of them give the fibre its colour?
+    pub fn give_color(&self) -> bool {
+        let colors = ["sigma_ca", "eumelanin", "pheomelanin", "reflectance"];
+        self.set.iter().filter_map(|setting| setting.split_once('=')).any(|(name, _)| colors.contains(&name.trim()))
     }
 }
 
@@ -65,8 +99,8 @@ enum Format {
     Json,
 }
 
-fn file_format(name: &str) -> Option<Format> {
-    match Path::new(name).extension()?.to_str()? {
+fn file_format(path: &Path) -> Option<Format> {
+    match path.extension()?.to_str()? {
         "toml" => Some(Format::Toml),
         "json" => Some(Format::Json),
         _ => None,

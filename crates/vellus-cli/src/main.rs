@@ -11,6 +11,7 @@ mod fit;
 mod groom;
 mod interrupt;
 mod model_args;
+mod number;
 mod output;
 mod plot;
 mod query;
@@ -21,7 +22,7 @@ mod scene;
 mod table;
 
 use anyhow::{Context, Result};
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use say::note;
 use std::io::Write;
 use std::process::ExitCode;
@@ -100,12 +101,12 @@ fn main() -> ExitCode {
     }
     vellus_usd::quiet_caught_panics();
     interrupt::survive_file_size_limit();
-    let result = match Cli::try_parse() {
+    let result = match parse() {
         Ok(cli) => run(cli.command),
         // Help and version too.
         Err(error) => match said(&error) {
             Ok(()) => return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(exit::BAD_INPUT)),
-            Err(error) => Err(error.into()),
+            Err(error) => Err(error).context("cannot write to standard output"),
         },
     };
     let result = result.and_then(|()| say::check().context("cannot write to standard output"));
@@ -117,6 +118,16 @@ fn main() -> ExitCode {
             ExitCode::from(code)
         }
     }
+}
+
+/// Reads the command line. Negative numbers are values of every option, so that a message can name the range of the option.
+fn parse() -> Result<Cli, clap::Error> {
+    fn with_negative_numbers(command: clap::Command) -> clap::Command {
+        command.allow_negative_numbers(true).mut_subcommands(with_negative_numbers)
+    }
+    let mut command = with_negative_numbers(Cli::command());
+    let matches = command.try_get_matches_from_mut(std::env::args_os())?;
+    Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
 }
 
 /// Prints what the parser of the command line has to say.

@@ -33,6 +33,12 @@ impl ModelArgs {
         Ok(kind)
     }
 
+    /// Refuses a model or an index that is not known, before long work.
+    pub fn check(&self) -> Result<()> {
+        // Of any fibre: its refractive index is in the same range.
+        self.load(&Fiber::hair()).map(|_| ())
+    }
+
     /// Its name and what was set of it: `yan2015, η_m 1.4`.
     pub fn name(&self) -> Result<String> {
         let kind = self.kind()?;

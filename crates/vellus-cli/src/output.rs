@@ -1,7 +1,7 @@
 //! Where results go: a terminal or a file, never half a file.
 
 use crate::say;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
 
 /// How a table of results is written.
@@ -29,6 +29,11 @@ pub struct OutputArgs {
 }
 
 impl OutputArgs {
+    /// Checks that it can be written, before long work begins.
+    pub fn check(&self) -> Result<()> {
+        self.out.as_deref().map_or(Ok(()), writable)
+    }
+
     /// Writes it there.
     pub fn write(&self, bytes: &[u8]) -> Result<()> {
         write(self.out.as_deref(), bytes)
@@ -44,6 +49,14 @@ pub fn write(path: Option<&Path>, bytes: &[u8]) -> Result<()> {
         return say::standard_output(bytes).context("cannot write to standard output");
     };
     vellus_io::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// Refuses a file whose name does not end in one of some extensions.
+pub fn check_extension(path: &Path, extensions: &[&str]) -> Result<()> {
+    if !path.extension().is_some_and(|e| extensions.iter().any(|extension| e == *extension)) {
+        bail!("{}: the name must end in .{}", path.display(), extensions.join(" or ."));
+    }
+    Ok(())
 }
 
 /// Checks that a file can be written there, before long work begins.

@@ -1,12 +1,16 @@
 //! `vellus reference`: light in the whole fibre, beside the model.
 
 use crate::fiber_args::Incidence;
+use crate::number::whole;
 use crate::output::{self, Format};
 use crate::query::direction;
 use anyhow::Result;
 use serde_json::json;
 use vellus::{Bcsdf, Field, Lobe, Model, Scattering, Window};
 use vellus_medulla::reference::{Fate, Offsets, energies};
+
+/// The most photons: months of work.
+const MAX_PHOTONS: u64 = 1_000_000_000_000;
 
 /// Which fibre and light.
 #[derive(clap::Args)]
@@ -17,10 +21,10 @@ pub struct Args {
     #[arg(long, allow_negative_numbers = true)]
     h: Option<f64>,
     /// Photons traced.
-    #[arg(long, default_value_t = 1_000_000)]
+    #[arg(long, default_value_t = 1_000_000, value_parser = whole::<u64>(2..=MAX_PHOTONS), value_name = "N")]
     photons: u64,
     /// Seed; the same one gives the same result on any number of threads.
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = whole::<u64>(0..=u64::MAX), value_name = "N")]
     seed: u64,
     #[command(flatten)]
     output: output::OutputArgs,
@@ -53,6 +57,7 @@ type Line = (&'static str, [f64; 3], [f64; 3], Option<[f64; 3]>);
 /// Runs it.
 pub fn run(args: &Args) -> Result<()> {
     let fiber = args.incidence.fiber.load()?;
+    args.output.check()?;
     let bcsdf = Bcsdf::new(&fiber)?;
     let offsets = args.h.map_or(Offsets::Whole, Offsets::At);
     let bar = output::progress(args.photons, "tracing");

@@ -41,10 +41,12 @@ pub fn standard_output(bytes: &[u8]) -> Result<()> {
     }
 }
 
-/// Was every line written that should be?
+/// Was every line written to standard output?
 ///
 /// # Errors
-/// Why the first one that was not could not be written.
-pub fn check() -> std::result::Result<(), &'static Error> {
-    FAILURE.get().map_or(Ok(()), Err)
+/// Why the first line that is missing could not be written.
+pub fn check() -> Result<()> {
+    FAILURE
+        .get()
+        .map_or(Ok(()), |error| Err(error.raw_os_error().map_or(error.kind().into(), Error::from_raw_os_error)))
 }

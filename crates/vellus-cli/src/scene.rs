@@ -1,5 +1,7 @@
 //! `vellus scene`: the built-in scenes.
 
+use crate::output;
+use crate::render::is_built_in;
 use crate::say::say;
 use anyhow::{Result, anyhow};
 use std::path::PathBuf;
@@ -10,7 +12,7 @@ pub struct Args {
     /// A built-in scene; without it, they are listed.
     name: Option<String>,
     /// The small version, of a fortieth of the strands.
-    #[arg(long)]
+    #[arg(long, requires = "name")]
     small: bool,
     /// USD file to write, .usda.
     #[arg(short, long, default_value = "out/scene.usda", value_name = "FILE")]
@@ -26,10 +28,17 @@ pub fn run(args: &Args) -> Result<()> {
         say!("\nvellus render NAME renders one, vellus scene NAME -o FILE.usda writes it.");
         return Ok(());
     };
-    let scene = vellus_groom::scene(name, args.small).ok_or_else(|| {
+    let unknown = || {
         let names: Vec<_> = vellus_groom::SCENES.iter().map(|(name, _)| *name).collect();
         anyhow!("there is no scene '{name}' (known: {})", names.join(", "))
-    })?;
+    };
+    // All that can be wrong, before strands are grown.
+    if !is_built_in(name) {
+        return Err(unknown());
+    }
+    output::check_extension(&args.output, &["usda"])?;
+    output::writable(&args.output)?;
+    let scene = vellus_groom::scene(name, args.small).ok_or_else(unknown)?;
     vellus_usd::write(&scene, &args.output)?;
     say!("wrote {}", args.output.display());
     Ok(())

@@ -1,13 +1,18 @@
 //! `vellus table`: the medulla's tables, built, described, checked.
 
 use crate::interrupt::Interrupt;
+use crate::number::whole;
 use crate::output;
 use crate::say::{note, say};
 use anyhow::{Context, Result, bail};
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use vellus::{TableData, Tables};
 use vellus_medulla::build::{Quality, Slab, SlabKind};
 use vellus_medulla::check::{ProfileError, TableKind, check_azimuthal, check_longitudinal, summary};
+
+/// Photons that a simulated profile may have.
+const PHOTONS: RangeInclusive<u64> = 1000..=1_000_000_000;
 
 /// What to do.
 #[derive(clap::Subcommand)]
@@ -33,10 +38,10 @@ pub struct Build {
     #[arg(long, value_enum, default_value_t = Level::Shipping)]
     quality: Level,
     /// Photons a profile, instead of the quality's.
-    #[arg(long)]
+    #[arg(long, value_parser = whole::<u64>(PHOTONS), value_name = "N")]
     photons: Option<u64>,
     /// Seed; the same one gives the same file on any number of threads.
-    #[arg(long)]
+    #[arg(long, value_parser = whole::<u64>(0..=u64::MAX), value_name = "N")]
     seed: Option<u64>,
     /// Where finished pieces are kept until the table is written, so that an interrupted build goes on
     /// from them. Default: beside the table, with `.work` added.
@@ -59,13 +64,13 @@ pub struct Check {
     /// A table file; without it, the tables inside this program.
     file: Option<PathBuf>,
     /// Random profiles of each table.
-    #[arg(long, default_value_t = 40)]
+    #[arg(long, default_value_t = 40, value_parser = whole::<u64>(1..=1_000_000), value_name = "N")]
     profiles: u64,
     /// Photons a profile of the comparison; 32000000 for errors of 0.6 % to be seen.
-    #[arg(long, default_value_t = 4_000_000)]
+    #[arg(long, default_value_t = 4_000_000, value_parser = whole::<u64>(PHOTONS), value_name = "N")]
     photons: u64,
     /// Seed of parameters and photons.
-    #[arg(long, default_value_t = 7)]
+    #[arg(long, default_value_t = 7, value_parser = whole::<u64>(0..=u64::MAX), value_name = "N")]
     seed: u64,
     /// Also list every profile.
     #[arg(long)]
@@ -87,7 +92,7 @@ fn load(file: Option<&Path>) -> Result<(TableData, usize)> {
         None => (Tables::SHIPPED, "the shipped tables".to_owned()),
         Some(path) => {
             let place = path.display().to_string();
-            read = std::fs::read(path).with_context(|| place.clone())?;
+            read = vellus_io::read(path).with_context(|| format!("cannot read {place}"))?;
             (&read, place)
         }
     };
@@ -101,9 +106,7 @@ fn build(args: &Build) -> Result<()> {
     };
     quality.photons = args.photons.unwrap_or(quality.photons);
     quality.seed = args.seed.unwrap_or(quality.seed);
-    if !(1000..=1_000_000_000).contains(&quality.photons) {
-        bail!("--photons = {} is out of range: must be in [1000, 1000000000]", quality.photons);
-    }
+    output::writable(&args.out)?;
     let work = match &args.work {
         Some(work) => work.clone(),
         None if args.out.metadata().is_ok_and(|m| !m.is_file()) => {
@@ -115,7 +118,6 @@ fn build(args: &Build) -> Result<()> {
             PathBuf::from(name)
         }
     };
-    output::writable(&args.out)?;
     std::fs::create_dir_all(&work).with_context(|| format!("cannot create {}", work.display()))?;
     let slabs = quality.slabs();
     let interrupt = Interrupt::watch()?;
@@ -192,9 +194,6 @@ fn info(file: Option<&Path>) -> Result<()> {
 }
 
 fn check(args: &Check) -> Result<()> {
-    if args.profiles == 0 || args.photons < 1000 {
-        bail!("--profiles must be at least 1 and --photons at least 1000");
-    }
     let (data, _) = load(args.file.as_deref())?;
     let bar = output::progress(2 * args.profiles, "simulating");
     let mut errors: Vec<ProfileError> = Vec::new();

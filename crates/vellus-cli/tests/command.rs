@@ -32,7 +32,7 @@ fn write(folder: &Path, name: &str, text: &str) -> String {
 
 #[test]
 fn bad_input_is_named_with_value_and_range() {
-    refused(&["eval", "--fiber", "cat", "--set", "kappa=1"], &["kappa = 1", "[0, 0.99]"]);
+    refused(&["eval", "--fiber", "cat", "--set", "kappa=1"], &["in --set kappa=1", "kappa = 1", "[0, 0.99]"]);
     refused(&["eval", "--set", "eta=0.9"], &["eta = 0.9", "[1, 3]"]);
     refused(&["eval", "--set", "sigma_ca=0.1,-0.2,0.1"], &["sigma_ca.g = -0.2", "[0, 1000]"]);
     refused(&["eval", "--set", "sigma_ms=NaN"], &["sigma_ms = NaN", "[0, 1000]"]);

@@ -5,6 +5,9 @@ use crate::roots::Site;
 use glam::Vec3;
 use vellus_scene::{Basis, Parameter};
 
+/// The most segments of a strand: far more than any curve needs.
+const MAX_SEGMENTS: usize = 65_536;
+
 /// Numbers of a groom. Lengths are in the scene's unit, angles in radians.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GrowSettings {
@@ -12,7 +15,7 @@ pub struct GrowSettings {
     pub name: String,
     /// Strands.
     pub count: usize,
-    /// Curve segments a strand, at least 1.
+    /// Curve segments a strand; [1, 65536].
     pub segments: usize,
     /// [`Basis::Linear`], [`Basis::BSpline`] or [`Basis::CatmullRom`].
     pub basis: Basis,
@@ -102,8 +105,13 @@ impl GrowSettings {
         let fraction = |name, value: f32| check(name, value, (0.0..=1.0).contains(&value), "it must be in [0, 1]");
         let points = self.count.saturating_mul(self.segments.saturating_add(3));
         let few = u32::try_from(points).is_ok();
-        check("count", self.count as f32, few, "there must be fewer than 2^32 points")?;
-        check("segments", self.segments as f32, self.segments > 0, "there must be at least one")?;
+        check(
+            "segments",
+            self.segments as f32,
+            (1..=MAX_SEGMENTS).contains(&self.segments),
+            "it must be in [1, 65536]",
+        )?;
+        check("count", self.count as f32, few, "with these segments there must be fewer than 2^32 points")?;
         let basis = self.basis != Basis::Bezier;
         check("basis", 3.0, basis, "strands grow as linear, B-spline or Catmull–Rom curves")?;
         positive("length", self.length)?;

@@ -35,7 +35,7 @@ impl<M: Model> Fibers<M> {
     ) -> Result<Self, Error> {
         let set = |strands: &Strands| {
             let look = &looks[strands.look];
-            let model = make(&look.fiber).map_err(|source| Error::Fiber { place: look.name.clone(), source })?;
+            let model = make(&look.fiber).map_err(|what| Error::Fiber { place: look.name.clone(), what })?;
             Ok((model, look.textured.is_empty() && strands.varying.is_empty()))
         };
         Ok(Fibers { sets: strands.iter().map(set).collect::<Result<_, _>>()? })

@@ -12,12 +12,12 @@ pub enum Error {
         what: String,
     },
     /// A fibre's parameter is out of range.
-    #[error("{place}: {source}")]
+    #[error("{place}: {what}")]
     Fiber {
         /// The look it is in.
         place: String,
-        /// The parameter.
-        source: vellus::Error,
+        /// The parameter. It is part of the message, so it is no `source`: chains of errors would print it twice.
+        what: vellus::Error,
     },
 }
 

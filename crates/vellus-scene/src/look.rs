@@ -137,7 +137,7 @@ impl Look {
     /// # Errors
     /// [`Error::Fiber`] or [`Error::Invalid`] say what is wrong.
     pub fn validate(&self, textures: usize) -> Result<(), Error> {
-        self.fiber.validate().map_err(|source| Error::Fiber { place: self.name.clone(), source })?;
+        self.fiber.validate().map_err(|what| Error::Fiber { place: self.name.clone(), what })?;
         match self.textured.iter().find(|(_, value)| value.texture >= textures) {
             Some((parameter, _)) => Err(invalid(&self.name, format!("{} has no such texture", parameter.key()))),
             None => Ok(()),

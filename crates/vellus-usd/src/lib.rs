@@ -60,6 +60,7 @@ mod write_look;
 pub use error::Error;
 pub use guard::quiet_caught_panics;
 pub use image::{load_map, load_texture};
+pub use look::FALLBACK_LOOK;
 pub use reader::{Options, Reading, read};
 pub use warning::Warning;
 pub use write::write;

@@ -11,6 +11,9 @@ use vellus_scene::{Look, Parameter, Value};
 /// `info:id` of the shader.
 pub(crate) const SHADER: &str = "VellusFur";
 
+/// The name of the look with [`crate::Options::fallback`]. A scene has it where a strand uses it.
+pub const FALLBACK_LOOK: &str = "fallback";
+
 /// A look, and the parameters that primvars of the curves give.
 #[derive(Clone, Debug)]
 pub(crate) struct BoundLook {
@@ -46,7 +49,7 @@ pub(crate) fn look(reader: &mut Reader, prim: &str) -> Result<BoundLook, Error> 
     }
     let (look, primvars) = match shader {
         Some(shader) => fur(reader, &key, &shader)?,
-        None => (Look::constant("fallback", reader.options.fallback), Vec::new()),
+        None => (Look::constant(FALLBACK_LOOK, reader.options.fallback), Vec::new()),
     };
     reader.scene.looks.push(look);
     let bound = BoundLook { look: reader.scene.looks.len() - 1, primvars };

@@ -60,7 +60,7 @@ pub fn run(args: &super::Args) -> Result<()> {
     if args.format != super::Format::Table {
         bail!("--format is for a fit: a synthetic measurement is .txt or .csv, as --out says");
     }
-    let fiber_args = FiberArgs { fiber: name.clone(), set: given.set.clone() };
+    let fiber_args = FiberArgs::new(name, &given.set);
     let fiber = fiber_args.load()?;
     let out = args.out.as_ref().context("--simulate needs --out FILE, .txt or .csv")?;
     let format = match out.extension().and_then(|e| e.to_str()) {

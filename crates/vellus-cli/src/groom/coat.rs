@@ -1,5 +1,6 @@
 //! How fur grows, on the command line and in a settings file: the same names in both.
 
+use crate::number::whole;
 use anyhow::{Context, Result, bail};
 use glam::Vec3;
 use serde::Deserialize;
@@ -14,6 +15,9 @@ const LENGTH: f64 = 0.035;
 /// How many times they would cover that area, laid side by side: what their width follows from.
 const COVER: f64 = 1.6;
 
+/// The largest settings file that is read.
+const MAX_BYTES: u64 = 1 << 20;
+
 /// One group of strands.
 #[derive(clap::Args, Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -23,12 +27,12 @@ pub struct Group {
     pub name: Option<String>,
     /// A preset or file, as --fiber has; only in a settings file.
     #[arg(skip)]
-    pub fiber: Option<String>,
-    /// Strands a square unit of the mesh; 0 or more.
+    pub fiber: Option<PathBuf>,
+    /// Strands a square unit of the mesh; above 0.
     #[arg(long, value_name = "N", conflicts_with = "count")]
     pub density: Option<f32>,
     /// Strands in all; by default 100000.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>(1..=u32::MAX.into()))]
     pub count: Option<usize>,
     /// Image at the mesh's uv that the density is multiplied by; its first channel, as it is stored.
     #[arg(long, value_name = "IMAGE")]
@@ -51,8 +55,8 @@ pub struct Group {
     /// Share of the width that is lost toward the tip; [0, 1]; by default 0.75.
     #[arg(long, value_name = "X")]
     pub taper: Option<f32>,
-    /// Segments a strand; 1 or more; by default 12.
-    #[arg(long, value_name = "N")]
+    /// Segments a strand; [1, 65536]; by default 12.
+    #[arg(long, value_name = "N", value_parser = whole::<usize>(1..=65_536))]
     pub segments: Option<usize>,
     /// Kind of curve: linear, bspline or catmull-rom; by default catmull-rom.
     #[arg(long)]
@@ -73,7 +77,7 @@ pub struct Group {
     #[arg(long, value_name = "X")]
     pub gravity: Option<f32>,
     /// Strands that draw together to a clump; below 2 none do; by default 30.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>(0..=u32::MAX.into()))]
     pub clump: Option<usize>,
     /// How far the tips of a clump come together; [0, 1]; by default 0.5.
     #[arg(long, value_name = "X")]
@@ -118,7 +122,7 @@ fn vector(text: &str) -> Result<[f32; 3], String> {
 
 /// The groups of a settings file; images are looked for beside it.
 pub fn read(path: &Path) -> Result<Vec<Group>> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let text = vellus_io::read_to_string(path, MAX_BYTES).with_context(|| format!("cannot read {}", path.display()))?;
     let File { mut group } = toml::from_str(&text).with_context(|| format!("in {}", path.display()))?;
     if group.is_empty() {
         bail!("{}: it has no [[group]]", path.display());
@@ -210,7 +214,12 @@ impl Group {
             checked(name, given, fallback, good, range).map(f32::to_radians)
         };
 
-        let density = self.density.map(|d| not_negative("density", Some(d), 0.0)).transpose()?;
+        let density = self.density.map(|d| positive("density", Some(d), 0.0)).transpose()?;
+        if let (None, Some(count)) = (density, self.count)
+            && !(1..=u32::MAX as usize).contains(&count)
+        {
+            bail!("{}: count = {count} is out of range: it must be in [1, {}]", self.name(), u32::MAX);
+        }
         let count = match density {
             Some(density) => (f64::from(density) * ground.area).round(),
             None => self.count.map_or(COUNT / ground.groups as f64, |count| count as f64),

@@ -1,7 +1,9 @@
 //! `vellus groom grow`: fur on a mesh.
 
 use super::coat::{self, Ground, Group};
-use crate::fiber_args::FiberArgs;
+use crate::fiber_args::{FiberArgs, Overrides};
+use crate::number::whole;
+use crate::output;
 use crate::render::load_usd;
 use crate::say::{note, say};
 use anyhow::{Context, Result, bail};
@@ -36,7 +38,7 @@ const COLOR: [f32; 3] = [0.35, 0.16, 0.06];
 ///     width = 0.012
 ///     fiber = "raccoon"
 ///
-/// Without --fiber and --set the fur is that of a brown dog.
+/// Without --fiber the fur is that of a brown dog.
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment, allow_negative_numbers = true)]
 pub struct Args {
@@ -52,24 +54,34 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     settings: Option<PathBuf>,
     /// Other seeds give other fur.
-    #[arg(long, default_value_t = 1, value_name = "N")]
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = whole::<u64>(0..=u64::MAX))]
     seed: u64,
     /// Write the strands alone, without what the file of the mesh has.
     #[arg(long)]
     strands_only: bool,
+    /// A preset (see `vellus fiber list`), or a TOML or JSON file [default: a dog's, brown].
+    #[arg(long, value_name = "NAME|FILE")]
+    fiber: Option<PathBuf>,
     #[command(flatten)]
-    fiber: FiberArgs,
+    overrides: Overrides,
     #[command(flatten, next_help_heading = "Fur")]
     group: Group,
 }
 
 /// Runs it.
 pub fn run(args: &Args) -> Result<()> {
-    super::check_output(&args.output, &["usda"])?;
-    let groups = match &args.settings {
+    output::check_extension(&args.output, &["usda"])?;
+    let groups: Vec<Group> = match &args.settings {
         Some(path) => coat::read(path)?.into_iter().map(|group| args.group.clone().or(group)).collect(),
         None => vec![args.group.clone()],
     };
+    // All that can be wrong without the mesh, before it is read. Of the area, only the number of strands depends.
+    for group in &groups {
+        fur(args, group)?;
+        let area = group.density.filter(|density| *density > 0.0).map_or(1.0, |density| 1000.0 / f64::from(density));
+        group.settings(&Ground { area, groups: groups.len(), up: Vec3::Y, seed: args.seed })?;
+    }
+    output::writable(&args.output)?;
     let mut scene = load(&args.mesh)?;
     let chosen = choose(&scene, &args.on)?;
     let mut skin = None;
@@ -87,7 +99,7 @@ pub fn run(args: &Args) -> Result<()> {
         let seed = args.seed.wrapping_add((i as u64) << 32);
         let ground = Ground { area: areas.iter().sum(), groups: groups.len(), up, seed };
         let whole = group.settings(&ground)?;
-        let mut look = fur(&args.fiber, group)?;
+        let mut look = fur(args, group)?;
         if let Some(path) = &group.color {
             let image = vellus_usd::load_texture(path)?;
             let dye = |&color: &[f32; 3]| dyed(&look.fiber, color);
@@ -159,16 +171,16 @@ fn load(path: &Path) -> Result<Scene> {
     Ok(Scene { meshes, surfaces: vec![Surface::diffuse("skin", [0.18; 3])], ..Scene::default() })
 }
 
-/// The fibre of a group.
-fn fur(args: &FiberArgs, group: &Group) -> Result<Look> {
-    let mut args = args.clone();
-    let is_default = args.is_default() && group.fiber.is_none();
-    args.fiber = group.fiber.clone().unwrap_or(if is_default { FIBER.to_owned() } else { args.fiber });
-    let mut fiber = args.load()?;
-    if is_default {
+/// The fibre of a group: that of the command, or else of the settings file, or else a brown one.
+fn fur(args: &Args, group: &Group) -> Result<Look> {
+    let given = args.fiber.as_ref().or(group.fiber.as_ref());
+    let fiber = given.cloned().unwrap_or_else(|| FIBER.into());
+    let fiber_args = FiberArgs { fiber: Some(fiber), overrides: args.overrides.clone() };
+    let mut fiber = fiber_args.load()?;
+    if given.is_none() && !args.overrides.give_color() {
         fiber.sigma_ca = dyed(&fiber, COLOR)?;
     }
-    Ok(Look::constant(args.name(), fiber))
+    Ok(Look::constant(fiber_args.name(), fiber))
 }
 
 /// The absorption that gives fur of this fibre a colour, roughly: light passes less cortex the wider the medulla is.

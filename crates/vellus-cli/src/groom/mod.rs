@@ -41,16 +41,10 @@ pub fn run(command: &Command) -> Result<()> {
     }
 }
 
-/// Checks before long work that a file can be written, and that its name says a kind there is.
-fn check_output(path: &Path, kinds: &[&str]) -> Result<()> {
-    if !path.extension().is_some_and(|e| kinds.iter().any(|kind| e == *kind)) {
-        bail!("{}: the name must end in .{}", path.display(), kinds.join(" or ."));
-    }
-    output::writable(path)
-}
-
 fn convert(input: &Input, path: &Path, pieces: usize) -> Result<()> {
-    check_output(path, &["usda", "hair"])?;
+    output::check_extension(path, &["usda", "hair"])?;
+    input.check()?;
+    output::writable(path)?;
     let scene = input.load()?;
     if path.extension().is_none_or(|e| e != "hair") {
         vellus_usd::write(&scene, path)?;

@@ -2,7 +2,7 @@
 
 use super::smooth::{Enlarged, SCALE, average};
 use crate::output;
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, anyhow};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::register_font;
@@ -92,16 +92,18 @@ where
     Ok(rest)
 }
 
+/// Refuses names of files that [`save`] cannot write.
+pub fn check_names(files: &[PathBuf]) -> Result<()> {
+    files.iter().try_for_each(|file| output::check_extension(file, &["png", "svg"]))
+}
+
 /// Saves to `files`, or to `out/NAME.png` and `out/NAME.svg` where there are none.
 pub fn save(picture: &impl Draw, files: &[PathBuf], name: &str) -> Result<Vec<PathBuf>> {
     let files = match files {
         [] => vec![format!("out/{name}.png").into(), format!("out/{name}.svg").into()],
         files => files.to_vec(),
     };
-    // Before any work: a bad name leaves no file behind.
-    if let Some(file) = files.iter().find(|f| !f.extension().is_some_and(|e| e == "png" || e == "svg")) {
-        bail!("{}: the name must end in .png or .svg", file.display());
-    }
+    check_names(&files)?;
     register_font("sans-serif", FontStyle::Normal, include_bytes!("../../assets/DejaVuSans-subset.ttf"))
         .map_err(|_| anyhow!("the embedded font is broken"))?;
     for file in &files {

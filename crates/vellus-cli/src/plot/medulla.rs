@@ -2,11 +2,12 @@
 
 use super::canvas::{Draw, LOBE_COLORS, font, titled};
 use crate::output;
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use plotters::coord::Shift;
 use plotters::prelude::SeriesLabelPosition::{UpperLeft, UpperRight};
 use plotters::prelude::*;
 use rayon::prelude::*;
+use std::ops::RangeInclusive;
 use std::path::Path;
 use vellus::oracle::Profile;
 use vellus::{TableData, Tables};
@@ -18,6 +19,8 @@ const COLUMNS: [(f64, f64); 3] = [(0.25, 0.3), (2.0, 0.6), (9.0, 0.88)];
 const OFFSETS: [f64; 3] = [0.0, 0.5, 0.9];
 /// Inclinations of the longitudinal curves, degrees.
 const INCLINATIONS: [f64; 3] = [0.0, 40.0, 75.0];
+/// Photons that a simulated profile may have.
+pub const PHOTONS: RangeInclusive<u64> = 1000..=1_000_000_000;
 /// Bins over the circle; over 180° half as many.
 const BINS: usize = 360;
 
@@ -37,14 +40,11 @@ pub struct Picture {
 
 impl Picture {
     pub fn new(table: Option<&Path>, photons: u64) -> Result<Self> {
-        if !(1000..=1_000_000_000).contains(&photons) {
-            bail!("--photons = {photons} is out of range: must be in [1000, 1000000000]");
-        }
         let (data, bytes) = match table {
             None => (TableData::from_bytes(Tables::SHIPPED)?, Tables::SHIPPED.len()),
             Some(path) => {
                 let place = || path.display().to_string();
-                let bytes = std::fs::read(path).with_context(place)?;
+                let bytes = vellus_io::read(path).with_context(place)?;
                 (TableData::from_bytes(&bytes).with_context(place)?, bytes.len())
             }
         };

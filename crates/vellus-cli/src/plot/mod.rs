@@ -12,11 +12,13 @@ pub mod windows;
 
 use crate::fiber_args::{FiberArgs, Incidence};
 use crate::model_args::ModelArgs;
+use crate::number::whole;
+use crate::output;
 use crate::query::{Offsets, Query};
 use crate::say::say;
 use anyhow::Result;
-use canvas::save;
-use std::path::PathBuf;
+use canvas::{check_names, save};
+use std::path::{Path, PathBuf};
 use vellus::Species;
 use vellus_models::ModelKind;
 
@@ -53,7 +55,7 @@ pub enum Command {
         #[arg(long, value_name = "FILE")]
         table: Option<PathBuf>,
         /// Photons a simulated profile.
-        #[arg(long, default_value_t = 400_000)]
+        #[arg(long, default_value_t = 400_000, value_parser = whole::<u64>(medulla::PHOTONS), value_name = "N")]
         photons: u64,
         #[command(flatten)]
         out: Out,
@@ -104,8 +106,31 @@ pub struct Out {
     files: Vec<PathBuf>,
 }
 
+impl Out {
+    /// Before any work: a bad name leaves no file behind.
+    fn check(&self) -> Result<()> {
+        check_names(&self.files)?;
+        self.files.iter().try_for_each(|file| output::writable(file))
+    }
+}
+
+impl Command {
+    fn out(&self) -> &Out {
+        match self {
+            Command::Lobes { out, .. }
+            | Command::Profile { out, .. }
+            | Command::Medulla { out, .. }
+            | Command::Energy { out, .. }
+            | Command::Models { out, .. }
+            | Command::Windows { out, .. }
+            | Command::Error { out, .. } => out,
+        }
+    }
+}
+
 /// Runs it.
 pub fn run(command: &Command) -> Result<()> {
+    command.out().check()?;
     let written = match command {
         Command::Lobes { fiber, theta_o, h, model, out } => {
             Query::new([*theta_o, *h, 0.0, 0.0])?;
@@ -168,8 +193,8 @@ pub fn run(command: &Command) -> Result<()> {
 
 /// The ten presets for `all`, else the one fibre.
 fn each(fiber: &FiberArgs) -> Vec<FiberArgs> {
-    if fiber.fiber == "all" {
-        Species::ALL.iter().map(|s| FiberArgs { fiber: s.to_string(), set: fiber.set.clone() }).collect()
+    if fiber.fiber.as_deref() == Some(Path::new("all")) {
+        Species::ALL.iter().map(|s| FiberArgs::new(s.to_string(), &fiber.overrides.set)).collect()
     } else {
         vec![fiber.clone()]
     }

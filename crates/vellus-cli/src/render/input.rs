@@ -1,35 +1,41 @@
 //! What is rendered: a built-in scene, or a file.
 
 use super::identity::{fiber, optional};
-use crate::fiber_args::FiberArgs;
+use crate::fiber_args::{FiberArgs, Overrides};
+use crate::number::finite;
 use crate::say::note;
 use anyhow::{Context, Result, bail};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use vellus_io::{DigestBuilder, Sources};
 use vellus_scene::{Look, Scene};
+use vellus_usd::FALLBACK_LOOK;
 
 /// A scene.
 #[derive(clap::Args, Clone)]
 pub struct Input {
     /// A built-in scene (`vellus scene` lists them); a USD file (.usda, .usdc, .usdz); strands as .hair or .tfx.
     #[arg(default_value = "raccoon", value_name = "SCENE|FILE")]
-    scene: String,
+    scene: PathBuf,
     /// The small version of a built-in scene.
     #[arg(long)]
     small: bool,
+    /// Fibre of strands whose file says none: a preset (see `vellus fiber list`), or a TOML or JSON file [default: red-fox].
+    /// Built-in scenes have their own.
+    #[arg(long, value_name = "NAME|FILE")]
+    fiber: Option<PathBuf>,
     #[command(flatten)]
-    fiber: FiberArgs,
+    overrides: Overrides,
     /// Width (diameter) of strands whose file has none, in the file's unit.
-    #[arg(long, value_name = "WIDTH")]
+    #[arg(long, value_name = "WIDTH", value_parser = width)]
     width: Option<f32>,
     /// A share of the strands only, wider so that they cover as much: for previews.
-    #[arg(long, value_parser = share, value_name = "PERCENT")]
+    #[arg(long, value_parser = share, value_name = "PERCENT", allow_hyphen_values = true)]
     strands: Option<f32>,
     /// Camera of a USD file, by name or path; the first without it.
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
     /// Time code of a USD file.
-    #[arg(long, value_name = "TIME", allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", value_parser = time_code, allow_hyphen_values = true)]
     frame: Option<f64>,
 }
 
@@ -42,6 +48,27 @@ fn share(text: &str) -> Result<f32, String> {
     }
 }
 
+fn width(text: &str) -> Result<f32, String> {
+    finite(text, |x| x > 0.0, " above 0")
+}
+
+fn time_code(text: &str) -> Result<f64, String> {
+    finite(text, |_| true, "")
+}
+
+/// Is a built-in scene called so?
+pub fn is_built_in(name: &str) -> bool {
+    vellus_groom::SCENES.iter().any(|(known, _)| *known == name)
+}
+
+/// What an input is, by its name.
+enum Kind<'a> {
+    BuiltIn(&'a str),
+    Usd,
+    Hair,
+    Tfx,
+}
+
 /// Reads a USD file, and says what is left out.
 pub fn load_usd(path: &Path, options: &vellus_usd::Options) -> Result<vellus_usd::Reading> {
     let reading = vellus_usd::read(path, options)?;
@@ -52,6 +79,51 @@ pub fn load_usd(path: &Path, options: &vellus_usd::Options) -> Result<vellus_usd
 }
 
 impl Input {
+    /// Refuses names and options that do not fit together, before anything is read or grown.
+    pub fn check(&self) -> Result<()> {
+        match self.kind()? {
+            Kind::BuiltIn(name) => {
+                let seen = self.camera.is_some() || self.frame.is_some();
+                if self.fiber().is_given() || self.width.is_some() || seen {
+                    bail!(
+                        "--fiber, --set, --width, --camera, --frame and --frames are for files: the built-in scene {name} \
+                         has its own"
+                    );
+                }
+            }
+            Kind::Hair | Kind::Tfx => {
+                if self.frame.is_some() || self.camera.is_some() {
+                    bail!("--frame, --frames and --camera are for USD files: {} has neither", self.scene.display());
+                }
+            }
+            Kind::Usd => {}
+        }
+        self.fiber().load().map(|_| ())
+    }
+
+    fn kind(&self) -> Result<Kind<'_>> {
+        if let Some(name) = self.scene.to_str().filter(|name| is_built_in(name)) {
+            return Ok(Kind::BuiltIn(name));
+        }
+        match self.scene.extension().and_then(|e| e.to_str()) {
+            Some("hair") => Ok(Kind::Hair),
+            Some("tfx") => Ok(Kind::Tfx),
+            Some("usda" | "usdc" | "usdz" | "usd") => Ok(Kind::Usd),
+            _ => {
+                let names: Vec<_> = vellus_groom::SCENES.iter().map(|(name, _)| *name).collect();
+                bail!(
+                    "{}: neither a built-in scene ({}) nor a .usda, .usdc, .usdz, .hair or .tfx file",
+                    self.scene.display(),
+                    names.join(", ")
+                );
+            }
+        }
+    }
+
+    fn fiber(&self) -> FiberArgs {
+        FiberArgs { fiber: self.fiber.clone(), overrides: self.overrides.clone() }
+    }
+
     /// Reads or grows it.
     pub fn load(&self) -> Result<Scene> {
         self.load_with_sources().map(|(scene, _)| scene)
@@ -67,57 +139,54 @@ impl Input {
     }
 
     fn whole(&self) -> Result<(Scene, Sources)> {
-        if let Some(scene) = vellus_groom::scene(&self.scene, self.small) {
-            if !self.fiber.is_default() || self.width.is_some() || self.camera.is_some() || self.frame.is_some() {
-                bail!(
-                    "--fiber, --set, --width, --camera, --frame and --frames are for files: a built-in scene has its own"
-                );
-            }
-            return Ok((scene, Sources::new()));
-        }
-        let path = Path::new(&self.scene);
-        let strands = path.extension().is_some_and(|e| e == "hair" || e == "tfx");
-        if strands && (self.frame.is_some() || self.camera.is_some()) {
-            bail!("--frame, --frames and --camera are for USD files: {} has neither", self.scene);
-        }
+        self.check()?;
+        let path = &self.scene;
         let mut sources = Sources::new();
         let mut read = |name| -> Result<Vec<u8>> {
             let bytes = vellus_io::read(path).with_context(|| format!("cannot read {}", path.display()))?;
             sources.add(name, &bytes);
             Ok(bytes)
         };
-        let strands = match path.extension().and_then(|e| e.to_str()) {
-            Some("hair") => vellus_groom::read_hair(&read(".hair")?, &self.scene, self.width)?,
-            Some("tfx") => vellus_groom::read_tfx(&read(".tfx")?, &self.scene, self.width)?,
-            Some("usda" | "usdc" | "usdz" | "usd") => return self.usd(path),
-            _ => {
-                let names: Vec<_> = vellus_groom::SCENES.iter().map(|(name, _)| *name).collect();
-                bail!(
-                    "{}: neither a built-in scene ({}) nor a .usda, .usdc, .usdz, .hair or .tfx file",
-                    self.scene,
-                    names.join(", ")
-                );
+        let name = self.name();
+        let strands = match self.kind()? {
+            Kind::BuiltIn(name) => {
+                let scene =
+                    vellus_groom::scene(name, self.small).with_context(|| format!("there is no scene {name}"))?;
+                return Ok((scene, sources));
             }
+            Kind::Usd => return self.usd(),
+            Kind::Hair => vellus_groom::read_hair(&read(".hair")?, &name, self.width)?,
+            Kind::Tfx => vellus_groom::read_tfx(&read(".tfx")?, &name, self.width)?,
         };
-        let look = Look::constant(self.fiber.name(), self.fiber.load()?);
+        let look = Look::constant(self.fiber().name(), self.fiber().load()?);
         Ok((Scene { strands: vec![strands], looks: vec![look], ..Scene::default() }, sources))
     }
 
-    fn usd(&self, path: &Path) -> Result<(Scene, Sources)> {
+    fn usd(&self) -> Result<(Scene, Sources)> {
         let options = vellus_usd::Options {
             default_width: self.width,
             frame: self.frame,
             camera: self.camera.clone(),
             shutter: None,
-            fallback: self.fiber.load()?,
+            fallback: self.fiber().load()?,
         };
-        let reading = load_usd(path, &options)?;
+        let reading = load_usd(&self.scene, &options)?;
+        let looks = &reading.scene.looks;
+        if self.fiber().is_given() && !looks.iter().any(|look| look.name == FALLBACK_LOOK) {
+            let names: Vec<&str> = looks.iter().map(|look| look.name.as_str()).collect();
+            let own = if names.is_empty() {
+                "it has no strands".to_owned()
+            } else {
+                format!("its strands have the fibres of its own materials: {}", names.join(", "))
+            };
+            note!("warning: --fiber and --set change nothing in {}: {own}", self.scene.display());
+        }
         Ok((reading.scene, reading.sources))
     }
 
     /// The scene or file.
     pub fn name(&self) -> String {
-        self.scene.clone()
+        self.scene.display().to_string()
     }
 
     /// Another frame of it.
@@ -128,15 +197,15 @@ impl Input {
     /// Adds what tells it from other scenes, but for the files it is read from.
     pub fn add_to(&self, builder: DigestBuilder) -> Result<DigestBuilder> {
         // Files are told apart by what is in them, built-in scenes by their names.
-        let built_in = vellus_groom::SCENES.iter().any(|(name, _)| *name == self.scene);
+        let built_in = self.scene.to_str().filter(|name| is_built_in(name));
         let builder = builder
-            .field("scene", if built_in { self.scene.as_str() } else { "" })
+            .field("scene", built_in.unwrap_or(""))
             .field("small", [u8::from(self.small)])
             .field("width", optional(self.width.map(f32::to_le_bytes)))
             .field("strands", optional(self.strands.map(f32::to_le_bytes)))
             .field("camera", self.camera.as_deref().unwrap_or(""))
             .field("frame", optional(self.frame.map(f64::to_le_bytes)));
         // A built-in scene has fibres of its own.
-        if built_in { Ok(builder) } else { Ok(fiber(builder, &self.fiber.load()?)) }
+        if built_in { Ok(builder) } else { Ok(fiber(builder, &self.fiber().load()?)) }
     }
 }

@@ -22,7 +22,7 @@ pub struct MergeArgs {
     #[arg(short, long, default_value = "out/render.exr", value_name = "FILE")]
     output: PathBuf,
     /// Stops by which the PNG is brighter.
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_name = "STOPS")]
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::exposure, value_name = "STOPS")]
     exposure: f32,
     /// Layers of the OpenEXR file, as `vellus render` has them; all that were rendered without it.
     #[arg(long, value_parser = parse::layers, value_name = "LAYERS")]

@@ -14,6 +14,7 @@ mod write;
 
 use crate::interrupt::Interrupt;
 use crate::model_args::ModelArgs;
+use crate::number::whole;
 use crate::output;
 use anyhow::{Context, Result, bail};
 use parse::{Frames, Layers};
@@ -23,8 +24,11 @@ use std::time::Duration;
 use tev::Viewer;
 use vellus_render::{Filter, MAX_SAMPLES, Mode};
 
-pub use input::{Input, load_usd};
+pub use input::{Input, is_built_in, load_usd};
 pub use merge::{MergeArgs, merge};
+
+/// The most threads: more than most machines have, and few enough to start at once.
+const MAX_THREADS: u64 = 1024;
 
 /// Path-trace a scene.
 #[derive(clap::Args, Clone)]
@@ -37,23 +41,23 @@ pub struct Args {
     #[arg(short, long, default_value = "out/render.exr", value_name = "FILE")]
     output: PathBuf,
     /// Width and height in pixels.
-    #[arg(long, default_value = "960x640", value_parser = parse::size, value_name = "WxH")]
+    #[arg(long, default_value = "960x640", value_parser = parse::size, allow_hyphen_values = true, value_name = "WxH")]
     size: [usize; 2],
     /// Render only a part of the picture: left column, top row, width and height in pixels.
-    #[arg(long, value_parser = parse::crop, value_name = "X,Y,W,H")]
+    #[arg(long, value_parser = parse::crop, allow_hyphen_values = true, value_name = "X,Y,W,H")]
     crop: Option<[usize; 4]>,
     /// Samples a pixel.
-    #[arg(long, default_value_t = 64, value_parser = clap::value_parser!(u64).range(1..=MAX_SAMPLES), value_name = "N")]
+    #[arg(long, default_value_t = 64, value_parser = whole::<u64>(1..=MAX_SAMPLES), value_name = "N")]
     spp: u64,
     /// Stop after rendering for that long in this run, e.g. 60s, 5m, 2h.
-    #[arg(long, value_parser = parse::duration, value_name = "TIME")]
+    #[arg(long, value_parser = parse::duration, allow_hyphen_values = true, value_name = "TIME")]
     time: Option<Duration>,
     /// Stop when the picture's noise is estimated to be as low as that, e.g. 0.01: root mean square of the pixels' standard errors,
     /// over the mean brightness.
-    #[arg(long, value_name = "X")]
+    #[arg(long, value_name = "X", value_parser = parse::noise, allow_hyphen_values = true)]
     noise: Option<f64>,
     /// Only samples A to B of each pixel, B excluded; writes a film for `vellus merge`.
-    #[arg(long, value_parser = parse::range, value_name = "A..B", conflicts_with = "spp")]
+    #[arg(long, value_parser = parse::range, allow_hyphen_values = true, value_name = "A..B", conflicts_with = "spp")]
     samples: Option<Range<u64>>,
     /// Each frame of a USD file's animation, from A to B, or every S-th: `fur.exr` becomes `fur.0001.exr` and so on. --time and --noise
     /// are for each; --resume leaves out those that are done.
@@ -68,21 +72,21 @@ pub struct Args {
     filter: FilterArg,
     /// Cut paths after that many scattering events, and say how much light that cost. Without it only Russian roulette ends
     /// them.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(0..=u32::MAX.into()))]
     max_depth: Option<u32>,
     /// Make strands at least that many pixels wide as the camera sees them, as the shutter opens and closes, for all rays. A bias: fur
     /// covers more, and its colour changes with that. 0.5 to 1 tames noise and flicker of single thin strands far away; dense fur becomes
     /// thicker, and no smoother. 0 is off.
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = parse::pixels, value_name = "X")]
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::pixels, value_name = "X")]
     min_pixel_width: f32,
     /// Another seed is another noise.
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, value_parser = whole::<u32>(0..=u32::MAX.into()), value_name = "N")]
     seed: u32,
-    /// Threads; all there are without it. The picture is the same.
-    #[arg(long, value_name = "N")]
+    /// Threads, at most 1024; as many as the processor has without it. The picture is the same.
+    #[arg(long, value_name = "N", value_parser = whole::<usize>(1..=MAX_THREADS))]
     threads: Option<usize>,
     /// Stops by which the PNG is brighter; the OpenEXR file is not changed by it.
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_name = "STOPS")]
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::exposure, value_name = "STOPS")]
     exposure: f32,
     /// Layers of the OpenEXR file, with commas between; `all` has `lights` too, one for each light or light group. Memory and
     /// checkpoints hold only these.
@@ -104,7 +108,7 @@ pub struct Args {
     #[arg(long)]
     resume: bool,
     /// Write a checkpoint that often: what is lost at most when the program is killed.
-    #[arg(long, value_parser = parse::duration, default_value = "60s", value_name = "TIME")]
+    #[arg(long, value_parser = parse::duration, allow_hyphen_values = true, default_value = "60s", value_name = "TIME")]
     checkpoint: Duration,
     /// Show the picture as it is rendered, in the viewer tev, which must be running there (port 14158 without one).
     #[arg(long, value_name = "HOST[:PORT]")]
@@ -133,18 +137,20 @@ enum FilterArg {
 
 /// Runs it.
 pub fn run(args: &Args) -> Result<()> {
-    if args.noise.is_some_and(|x| !(x > 0.0 && x.is_finite())) {
-        bail!("--noise must be above 0");
-    }
     if let Some([x, y, w, h]) = args.crop
         && (x.saturating_add(w) > args.size[0] || y.saturating_add(h) > args.size[1])
     {
         bail!("--crop {x},{y},{w},{h} is not within the picture's {}x{}", args.size[0], args.size[1]);
     }
-    if args.threads == Some(0) {
-        bail!("--threads must be 1 or more");
+    let mut input = args.input.clone();
+    if let Some(frames) = args.frames {
+        input.set_frame(f64::from(frames.first));
     }
-    args.model.kind()?;
+    input.check()?;
+    args.model.check()?;
+    if args.denoise {
+        denoise::Denoiser::load()?;
+    }
     write::check_name(&args.output)?;
     output::writable(&args.output)?;
     let viewer = args.tev.as_deref().map(Viewer::connect).transpose()?;

@@ -1,8 +1,19 @@
 //! How the options of `vellus render` are written.
 
+use crate::number::finite;
 use std::ops::Range;
 use std::time::Duration;
 use vellus_render::{Layer, MAX_SAMPLES};
+
+/// Noise above 0.
+pub fn noise(text: &str) -> Result<f64, String> {
+    finite(text, |x| x > 0.0, " above 0")
+}
+
+/// Stops.
+pub fn exposure(text: &str) -> Result<f32, String> {
+    finite(text, |x: f32| x.abs() <= 100.0, " in [-100, 100]")
+}
 
 /// WIDTHxHEIGHT.
 pub fn size(text: &str) -> Result<[usize; 2], String> {
@@ -51,6 +62,9 @@ pub struct Frames {
     pub step: u32,
 }
 
+/// The most frames of one command.
+const MAX_FRAMES: u64 = 1_000_000;
+
 impl Frames {
     /// How many there are.
     pub fn count(&self) -> u64 {
@@ -76,7 +90,10 @@ pub fn frames(text: &str) -> Result<Frames, String> {
         })
     };
     match parse() {
-        Some(frames) if frames.first <= frames.last && frames.step > 0 => Ok(frames),
+        Some(frames) if frames.first <= frames.last && frames.step > 0 => match frames.count() {
+            ..=MAX_FRAMES => Ok(frames),
+            count => Err(format!("these are {count} frames: at most {MAX_FRAMES} are rendered by one command")),
+        },
         _ => Err("frames are A-B, or A-BxS for every S-th, whole numbers with A at most B, e.g. 1-48".to_owned()),
     }
 }
@@ -94,7 +111,7 @@ pub fn duration(text: &str) -> Result<Duration, String> {
     if (0.0..1e9).contains(&seconds) {
         Ok(Duration::from_secs_f64(seconds))
     } else {
-        Err("a time is e.g. 60s, 5m or 2h".to_owned())
+        Err("a time is e.g. 60s, 5m or 2h, and below 1e9 s".to_owned())
     }
 }
 
@@ -135,6 +152,11 @@ mod tests {
         assert_eq!(all("3-3"), Ok(vec![3]));
         for bad in ["", "-", "5", "9-1", "1-4x0", "1-b", "1..4", "é-2"] {
             assert_eq!(read(bad), None, "{bad}");
+        }
+        assert_eq!(read("1-1000000"), Some((1, 1_000_000, 1)));
+        assert_eq!(read("-2147483648-2147483647x4295"), Some((i32::MIN, i32::MAX, 4295)));
+        for many in ["0-1000000", "-2147483648-2147483647"] {
+            assert!(frames(many).unwrap_err().contains("at most 1000000"), "{many}");
         }
     }
 

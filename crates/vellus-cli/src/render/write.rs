@@ -4,7 +4,7 @@ use super::denoise::Denoiser;
 use crate::fiber_args::Spec;
 use crate::output;
 use crate::say::{note, say};
-use anyhow::{Result, anyhow, bail};
+use anyhow::{Result, anyhow};
 use std::path::Path;
 use vellus_render::{Depth, Film, Layer, Layout};
 use vellus_scene::Scene;
@@ -58,11 +58,7 @@ pub fn warn_of_full_pixels(film: &Film) {
 
 /// Refuses names of pictures that are neither OpenEXR nor PNG.
 pub fn check_name(path: &Path) -> Result<()> {
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
-    if !matches!(extension, "exr" | "png") {
-        bail!("{}: the name must end in .exr or .png", path.display());
-    }
-    Ok(())
+    output::check_extension(path, &["exr", "png"])
 }
 
 /// Bytes that the files of one picture take at most: noise does not compress well.
@@ -76,7 +72,8 @@ pub fn largest_size(pixels: u64, layout: &Layout, path: &Path, layers: &[Layer],
 
 /// This command, as it was typed.
 pub fn command() -> String {
-    std::iter::once("vellus".to_owned()).chain(std::env::args().skip(1)).collect::<Vec<_>>().join(" ")
+    let arguments = std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned());
+    std::iter::once("vellus".to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")
 }
 
 /// What a scene's fibres are: a note for each look, in the form `--fiber FILE.json` reads.

@@ -29,8 +29,13 @@ pub fn refused(folder: &Path, args: &[&str], parts: &[&str]) {
 }
 
 pub fn refused_by(output: &Output, args: &[&str], parts: &[&str]) {
+    ended_by(output, 2, args, parts);
+}
+
+/// It must have failed with an exit code, and say all of `parts`.
+pub fn ended_by(output: &Output, code: i32, args: &[&str], parts: &[&str]) {
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{args:?}: {message}");
+    assert_eq!(output.status.code(), Some(code), "{args:?}: {message}");
     for part in parts {
         assert!(message.contains(part), "{args:?}: '{part}' is not in: {message}");
     }

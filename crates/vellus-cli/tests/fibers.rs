@@ -1,0 +1,122 @@
+//! Which fibre strands get from --fiber and --set, and what is said where they change nothing.
+
+mod common;
+
+use common::{run, vellus};
+use std::path::Path;
+use vellus::{Fiber, Species};
+
+/// A curve; `material` binds one or nothing.
+fn scene(material: &str) -> String {
+    format!(
+        "#usda 1.0
+def BasisCurves \"curl\" (prepend apiSchemas = [\"MaterialBindingAPI\"]) {{
+    uniform token type = \"linear\"
+    int[] curveVertexCounts = [2]
+    float[] widths = [0.1] (interpolation = \"constant\")
+    point3f[] points = [(0, 0, 0), (1, 0, 0)]
+    {material}
+}}
+def Material \"Pelt\" {{
+    token outputs:surface.connect = </Pelt/Fur.outputs:surface>
+    def Shader \"Fur\" {{
+        uniform token info:id = \"VellusFur\"
+        token inputs:preset = \"cat\"
+        token outputs:surface
+    }}
+}}
+"
+    )
+}
+
+/// The fibre of the only look of a scene.
+fn fiber(path: &Path) -> Fiber {
+    let reading = vellus_usd::read(path, &vellus_usd::Options::default()).unwrap();
+    let [look] = &reading.scene.looks[..] else { panic!("{:?}", reading.scene.looks) };
+    look.fiber
+}
+
+#[test]
+fn a_warning_says_that_the_materials_of_the_file_win() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    std::fs::write(path.join("bound.usda"), scene("rel material:binding = </Pelt>")).unwrap();
+    std::fs::write(path.join("free.usda"), scene("")).unwrap();
+    let convert = |file: &str, more: &[&str]| {
+        let said = run(path, &[&["groom", "convert", file, "-o", "out.usda"], more].concat());
+        (said, fiber(&path.join("out.usda")))
+    };
+    for given in [&["--fiber", "dog"][..], &["--set", "kappa=0.1"], &["--fiber", "red-fox"]] {
+        let (said, fiber) = convert("bound.usda", given);
+        assert!(said.contains("--fiber and --set change nothing in bound.usda") && said.contains("Pelt"), "{said}");
+        assert_eq!(fiber, Fiber::preset(Species::Cat));
+    }
+    assert_eq!(convert("bound.usda", &[]), (String::new(), Fiber::preset(Species::Cat)));
+    assert_eq!(convert("free.usda", &["--fiber", "dog"]), (String::new(), Fiber::preset(Species::Dog)));
+    assert_eq!(convert("free.usda", &[]), (String::new(), Fiber::preset(Species::RedFox)));
+}
+
+#[test]
+fn grown_fur_has_the_fibre_that_is_given() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    std::fs::write(path.join("leaf.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    std::fs::write(path.join("cat.toml"), "[[group]]\nfiber = \"cat\"\ncount = 9").unwrap();
+    let grow = |more: &[&str]| {
+        run(path, &[&["groom", "grow", "leaf.obj", "-o", "out.usda"], more].concat());
+        fiber(&path.join("out.usda"))
+    };
+    // The default of other commands is a fibre like any other.
+    assert_eq!(grow(&["--count", "9", "--fiber", "red-fox"]), Fiber::preset(Species::RedFox));
+    assert_eq!(grow(&["--count", "9", "--fiber", "dog"]), Fiber::preset(Species::Dog));
+    let brown = grow(&["--count", "9"]);
+    assert_eq!(brown.kappa, Fiber::preset(Species::Dog).kappa);
+    assert!(brown.sigma_ca[0] < brown.sigma_ca[1] && brown.sigma_ca[1] < brown.sigma_ca[2], "{brown:?}");
+    // Overrides change the default, and only what they name.
+    let thin = grow(&["--count", "9", "--set", "beta_m=3"]);
+    assert_eq!(Fiber { beta_m: brown.beta_m, ..thin }, brown);
+    assert_eq!(grow(&["--count", "9", "--set", "sigma_ca=0.25"]).sigma_ca, [0.25; 3]);
+    // Options go before the settings file.
+    assert_eq!(grow(&["--settings", "cat.toml"]), Fiber::preset(Species::Cat));
+    assert_eq!(grow(&["--settings", "cat.toml", "--fiber", "red-fox"]), Fiber::preset(Species::RedFox));
+}
+
+#[test]
+fn help_tells_the_default_fibre_of_each_command() {
+    let folder = tempfile::tempdir().unwrap();
+    for (command, default) in [
+        (&["eval"][..], "[default: red-fox]"),
+        (&["plot", "lobes"], "[default: red-fox]"),
+        (&["render"], "Built-in scenes have their own"),
+        (&["groom", "grow"], "[default: a dog's, brown]"),
+    ] {
+        let help = vellus(folder.path(), &[command, &["--help"]].concat()).stdout;
+        let help = String::from_utf8(help).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
+        let fiber = help.split("--fiber <NAME|FILE> ").nth(1).unwrap();
+        let fiber = fiber.split(" --").next().unwrap();
+        assert!(fiber.contains(default), "{command:?}: {fiber}");
+    }
+}
+
+/// Names of files are bytes; only what is printed of them must be text.
+#[cfg(target_os = "linux")]
+#[test]
+fn names_of_files_need_not_be_utf8() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let [usd, toml] = [&b"sc\xffne.usda"[..], b"f\xffr.toml"].map(OsStr::from_bytes);
+    std::fs::write(path.join(usd), scene("")).unwrap();
+    std::fs::write(path.join(toml), "preset = \"dog\"\n").unwrap();
+    let command = |args: &[&str]| common::command(path, args).arg(usd).arg("--fiber").arg(toml).output().unwrap();
+    for args in [
+        &["groom", "convert", "-o", "out.usda"][..],
+        &["render", "--size", "8x8", "--spp", "1", "--float", "-o", "out.exr"],
+    ] {
+        let output = command(args);
+        assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+    assert_eq!(fiber(&path.join("out.usda")), Fiber::preset(Species::Dog));
+    assert!(common::Picture::read(&path.join("out.exr")).note("vellus_scene").contains("sc\u{fffd}ne.usda"));
+}
