@@ -27,6 +27,9 @@ pub struct Incidence {
     pub theta_o: f64,
 }
 
+/// The largest file of a fibre: 1 MiB.
+const MAX_FIBER_BYTES: u64 = 1 << 20;
+
 /// The preset where none is given.
 const DEFAULT: &str = "red-fox";
 
@@ -39,7 +42,8 @@ impl FiberArgs {
     /// The fibre, validated.
     pub fn load(&self) -> Result<Fiber> {
         let mut spec = if let Some(extension) = file_format(&self.fiber) {
-            let text = std::fs::read_to_string(&self.fiber).with_context(|| format!("cannot read {}", self.fiber))?;
+            let text = vellus_io::read_to_string(Path::new(&self.fiber), MAX_FIBER_BYTES)
+                .with_context(|| format!("cannot read {}", self.fiber))?;
             Spec::parse(&text, extension).with_context(|| format!("in {}", self.fiber))?
         } else {
             Spec { preset: Some(self.fiber.clone()), ..Spec::default() }

@@ -13,7 +13,7 @@ mod values;
 
 use crate::error::Error;
 use crate::guard::catch;
-use careful::Careful;
+use careful::{Careful, parse_error};
 use collections::Members;
 use files::Files;
 use openusd::tf::Token;
@@ -106,8 +106,12 @@ impl Stage {
         let files = Rc::new(Files::default());
         let resolver = Careful::new(files.clone());
         files.set_top(&ar::Resolver::create_identifier(&resolver, name, None));
-        let stage = guarded(|| Ok(usd::Stage::builder().resolver(resolver).open(name)?))
-            .map_err(|what| Error::file(file, what))?;
+        let stage = guarded(|| Ok(usd::Stage::builder().resolver(resolver).open(name)?)).map_err(|what| {
+            match parse_error(&files) {
+                Some((layer, what)) => Error::file(Path::new(&layer), what),
+                None => Error::file(file, what),
+            }
+        })?;
         let start = guarded(|| Ok(stage.has_authored_time_code_range().then(|| stage.start_time_code())));
         let start = start.map_err(|what| Error::file(file, what))?;
         let open = frame.or(start).unwrap_or(usd::TimeCode::EARLIEST.value());
@@ -151,9 +155,16 @@ impl Stage {
         })
     }
 
-    /// References and layers that could not be composed.
-    pub fn composition_errors(&self) -> Result<Vec<String>, String> {
-        guarded(|| Ok(self.stage.composition_errors().iter().map(ToString::to_string).collect()))
+    /// Refuses references and layers that could not be composed.
+    pub fn check_composition(&self, file: &Path) -> Result<(), Error> {
+        let errors =
+            guarded(|| Ok(self.stage.composition_errors().iter().map(ToString::to_string).collect::<Vec<_>>()))
+                .map_err(|what| Error::file(file, what))?;
+        let Some(first) = errors.first() else { return Ok(()) };
+        Err(match parse_error(&self.files) {
+            Some((layer, what)) => Error::file(Path::new(&layer), what),
+            None => Error::file(file, first),
+        })
     }
 
     /// The unit of length, and whether z points up rather than y.

@@ -156,7 +156,7 @@ impl<'c> Shot<'c> {
         (what, env!("CARGO_PKG_VERSION"), self.world.curves.segments()).hash(&mut hasher);
         let mut part = Part { fingerprint: hasher.finish(), samples: 0..0, notes: Vec::new(), film: self.empty() };
         if !self.context.again()
-            && let Some(kept) = std::fs::read(&file).ok().and_then(|bytes| Part::from_bytes(&bytes).ok())
+            && let Some(kept) = vellus_io::read(&file).ok().and_then(|bytes| Part::from_bytes(&bytes).ok())
             && kept.fingerprint == part.fingerprint
             && kept.film.fits(&part.film)
             && kept.samples.end <= samples

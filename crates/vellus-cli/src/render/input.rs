@@ -58,6 +58,13 @@ impl Input {
         Ok(scene)
     }
 
+    /// The same, where strands without widths get the width 0: enough to measure them.
+    pub fn load_to_measure(&self) -> Result<Scene> {
+        let is_built_in = vellus_groom::SCENES.iter().any(|(name, _)| *name == self.scene);
+        let width = self.width.or((!is_built_in).then_some(0.0));
+        Input { width, ..self.clone() }.load()
+    }
+
     fn whole(&self) -> Result<Scene> {
         if let Some(scene) = vellus_groom::scene(&self.scene, self.small) {
             if !self.fiber.is_default() || self.width.is_some() || self.camera.is_some() || self.frame.is_some() {
@@ -72,7 +79,10 @@ impl Input {
         if strands && (self.frame.is_some() || self.camera.is_some()) {
             bail!("--frame, --frames and --camera are for USD files: {} has neither", self.scene);
         }
-        let read = || std::fs::read(path).with_context(|| format!("cannot read {}", path.display()));
+        let read = || {
+            vellus_io::read_at_most(path, vellus_groom::MAX_FILE_BYTES)
+                .with_context(|| format!("cannot read {}", path.display()))
+        };
         let strands = match path.extension().and_then(|e| e.to_str()) {
             Some("hair") => vellus_groom::read_hair(&read()?, &self.scene, self.width)?,
             Some("tfx") => vellus_groom::read_tfx(&read()?, &self.scene, self.width)?,
