@@ -4,6 +4,7 @@
 //! fast path's rearrangements: angles instead of sines, the tables interpolated and normalised
 //! anew for every query. Use it in tests and where a number must be right rather than quick.
 
+mod collected;
 mod published;
 mod segments;
 mod window;
