@@ -9,7 +9,9 @@
 //! lobes concerned and by the error relative to all light, are where climbs start. What comes out is measured again
 //! with a finer integration, and once more with a still finer one, to show that the integration has converged.
 //!
-//! Options: `--fibers N` random points, `--starts N` climbs for each kind of error, `--steps N` of each climb, `--seed N`.
+//! Options: `--fibers N` random points, `--starts N` climbs for each kind of error, `--steps N` of each climb, `--seed N`. A part of
+//! the space: `--eta LOW:HIGH`, `--beta-n LOW:HIGH` and `--theta-o LOW:HIGH` in degrees, `--g LOW:HIGH`, and `--grey` for absorption
+//! that is the same in all channels.
 
 mod measure;
 mod search;
@@ -17,7 +19,7 @@ mod space;
 
 use measure::{Effort, Error};
 use search::{Random, climb, distribution};
-use space::{Case, Offsets, Point};
+use space::{Case, Limits, Offsets, Point};
 use std::process::ExitCode;
 use std::time::Instant;
 use vellus::{TableData, Tables, grid};
@@ -81,26 +83,41 @@ struct Options {
     starts: usize,
     steps: usize,
     seed: u64,
+    limits: Limits,
+}
+
+/// Reads a whole number.
+fn number(word: &str, value: Option<String>) -> Result<usize, String> {
+    let value = value.ok_or(format!("{word} needs a number"))?;
+    value.parse().map_err(|_| format!("{word} needs a number, not {value}"))
+}
+
+/// Reads LOW:HIGH.
+fn range(word: &str, value: Option<String>) -> Result<[f64; 2], String> {
+    let value = value.ok_or(format!("{word} needs LOW:HIGH"))?;
+    let ends = value.split_once(':').and_then(|(low, high)| Some([low.parse().ok()?, high.parse().ok()?]));
+    ends.filter(|[low, high]| low <= high).ok_or(format!("{word} needs LOW:HIGH, not {value}"))
 }
 
 /// Reads the command line.
 fn options() -> Result<Options, String> {
-    let mut options = Options { names: Vec::new(), fibers: 4000, starts: 8, steps: 300, seed: 1 };
+    let mut options = Options { names: Vec::new(), fibers: 4000, starts: 8, steps: 300, seed: 1, limits: Limits::NONE };
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
-        let mut number = || {
-            let value = words.next().ok_or(format!("{word} needs a number"))?;
-            value.parse::<usize>().map_err(|_| format!("{word} needs a number, not {value}"))
-        };
         match word.as_str() {
-            "--fibers" => options.fibers = number()?.max(1),
-            "--starts" => options.starts = number()?,
-            "--steps" => options.steps = number()?,
-            "--seed" => options.seed = number()? as u64,
+            "--fibers" => options.fibers = number(&word, words.next())?.max(1),
+            "--starts" => options.starts = number(&word, words.next())?,
+            "--steps" => options.steps = number(&word, words.next())?,
+            "--seed" => options.seed = number(&word, words.next())? as u64,
+            "--eta" => options.limits.eta = range(&word, words.next())?,
+            "--beta-n" => options.limits.beta_n = range(&word, words.next())?,
+            "--g" => options.limits.g = range(&word, words.next())?,
+            "--theta-o" => options.limits.theta_o = range(&word, words.next())?,
+            "--grey" => options.limits.grey = true,
             name if name == "tables" || QUANTITIES.iter().any(|q| q.name == name) => options.names.push(word),
             _ => {
                 let names = QUANTITIES.map(|q| q.name).join(", ");
-                return Err(format!("{word} is none of {names}, tables, --fibers, --starts, --steps, --seed"));
+                return Err(format!("{word} is not an option, and none of {names}, tables"));
             }
         }
     }
@@ -114,10 +131,20 @@ fn percent(values: [f64; 4]) -> String {
 
 fn search(tables: &TableData, quantity: &Quantity, options: &Options) {
     let start = Instant::now();
-    let measure = |x: &Point, effort| (quantity.error)(tables, &Case::at(x, quantity.offsets), effort);
+    let case = |x: &Point| Case::at(x, quantity.offsets, options.limits.grey);
+    // Outside the limits nothing is wrong.
+    let measure = |x: &Point, effort| {
+        let case = case(x);
+        if options.limits.hold(&case) { (quantity.error)(tables, &case, effort) } else { Error::default() }
+    };
     let mut random = Random::new(options.seed);
-    let mut points: Vec<(Point, Error)> =
-        (0..options.fibers).map(|_| random.point()).map(|x| (x, measure(&x, Effort::SEARCH))).collect();
+    let mut points: Vec<(Point, Error)> = Vec::new();
+    while points.len() < options.fibers {
+        let x = random.point();
+        if options.limits.hold(&case(&x)) {
+            points.push((x, measure(&x, Effort::SEARCH)));
+        }
+    }
     println!("{}: {}", quantity.name, quantity.what);
     let kinds: [(&str, fn(&Error) -> f64); 2] =
         [("relative to these lobes", |e| e.relative), ("relative to all light", |e| e.of_all)];
@@ -143,7 +170,7 @@ fn search(tables: &TableData, quantity: &Quantity, options: &Options) {
                 100.0 * fine.of_all,
                 100.0 * value(&check)
             );
-            println!("    {}", Case::at(&x, quantity.offsets));
+            println!("    {}", case(&x));
         }
     }
     println!("  {:.0} s", start.elapsed().as_secs_f64());

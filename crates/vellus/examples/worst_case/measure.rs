@@ -38,11 +38,13 @@ pub struct Error {
 /// Lobes with a smaller share of all light than this are not asked for their relative error.
 pub const LEAST_SHARE: f64 = 0.01;
 
+/// A channel of which less than this of the incident light leaves the fibre is black, and is not asked.
+pub const BLACK: f64 = 0.01;
+
 impl Error {
     /// From the error, the light of the lobes and of all lobes, of one channel.
     fn new(error: f64, light: f64, all: f64) -> Error {
-        // Less than this is black: nothing of it is seen, whatever its relative error.
-        if all < 1e-6 {
+        if all < BLACK {
             return Error::default();
         }
         let relative = if light >= LEAST_SHARE * all { error / light } else { 0.0 };
@@ -170,7 +172,7 @@ pub fn near(tables: &TableData, case: &Case, directions: usize) -> Error {
     let mut worst = Error::default();
     for c in 0..3 {
         let all: f64 = exact.iter().map(|lobe| lobe[c]).sum();
-        if all > 1e-6 {
+        if all >= BLACK && peak[c] > 0.0 {
             let energy = (0..6).map(|p| (f64::from(fast[p][c]) - exact[p][c]).abs()).fold(0.0, f64::max);
             worst = worst.worst(Error { relative: error[c] / peak[c], of_all: energy / all });
         }

@@ -18,6 +18,33 @@ pub struct Case {
     pub window: [f64; 2],
 }
 
+/// A part of the space, by the parameters that matter most.
+#[derive(Clone, Debug)]
+pub struct Limits {
+    /// Lowest and highest η, β_n in degrees, g, and |θ_o| in degrees.
+    pub eta: [f64; 2],
+    pub beta_n: [f64; 2],
+    pub g: [f64; 2],
+    pub theta_o: [f64; 2],
+    /// Is absorption the same in all channels?
+    pub grey: bool,
+}
+
+impl Limits {
+    /// The whole space.
+    pub const NONE: Limits =
+        Limits { eta: [1.0, 3.0], beta_n: [0.0, 91.0], g: [0.0, 1.0], theta_o: [0.0, 90.0], grey: false };
+
+    /// Is the case in this part?
+    pub fn hold(&self, case: &Case) -> bool {
+        let within = |value: f64, [low, high]: [f64; 2]| low <= value && value <= high;
+        within(case.fiber.eta.into(), self.eta)
+            && within(case.fiber.beta_n.to_degrees().into(), self.beta_n)
+            && within(case.fiber.g.into(), self.g)
+            && within(case.theta_o.to_degrees().abs(), self.theta_o)
+    }
+}
+
 /// Which offsets a hit stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Offsets {
@@ -41,7 +68,8 @@ fn sigma(x: f64) -> f32 {
 
 impl Case {
     /// The case at a point of the cube.
-    pub fn at(x: &Point, offsets: Offsets) -> Case {
+    pub fn at(x: &Point, offsets: Offsets, grey: bool) -> Case {
+        let channels = |k: usize| [0, 1, 2].map(|c| sigma(x[if grey { k } else { k + c }]));
         let fiber = Fiber {
             // Quadratic and cubic where small values are the difficult ones.
             eta: (1.0 + 2.0 * x[0] * x[0]) as f32,
@@ -49,9 +77,9 @@ impl Case {
             alpha: ((90.0 * x[2] - 45.0) as f32).to_radians(),
             beta_m: roughness(x[3]),
             beta_n: roughness(x[4]),
-            sigma_ca: [x[5], x[6], x[7]].map(sigma),
+            sigma_ca: channels(5),
             sigma_ms: sigma(x[8]),
-            sigma_ma: [x[9], x[10], x[11]].map(sigma),
+            sigma_ma: channels(9),
             // Uniform in ln(1 − g), as the tables are.
             g: (1.0 - 0.05f64.powf(x[12])).min(0.95) as f32,
             layers: (20.0 * x[13].powi(3)) as f32,
