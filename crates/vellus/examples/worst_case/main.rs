@@ -22,7 +22,7 @@ use search::{Random, climb, distribution};
 use space::{Case, Limits, Offsets, Point};
 use std::process::ExitCode;
 use std::time::Instant;
-use vellus::{TableData, Tables, grid};
+use vellus::{Fiber, Species, TableData, Tables, grid};
 
 /// What is searched.
 struct Quantity {
@@ -114,10 +114,12 @@ fn options() -> Result<Options, String> {
             "--g" => options.limits.g = range(&word, words.next())?,
             "--theta-o" => options.limits.theta_o = range(&word, words.next())?,
             "--grey" => options.limits.grey = true,
-            name if name == "tables" || QUANTITIES.iter().any(|q| q.name == name) => options.names.push(word),
+            name if ["presets", "tables"].contains(&name) || QUANTITIES.iter().any(|q| q.name == name) => {
+                options.names.push(word)
+            }
             _ => {
                 let names = QUANTITIES.map(|q| q.name).join(", ");
-                return Err(format!("{word} is not an option, and none of {names}, tables"));
+                return Err(format!("{word} is not an option, and none of {names}, presets, tables"));
             }
         }
     }
@@ -198,6 +200,25 @@ fn tables_at_the_axis(tables: &TableData) {
     println!("  worst at τ {:.4}, g {:.4}", worst.1, worst.2);
 }
 
+/// The far field of the ten presets at four inclinations, grey as measured and with the cortex of three colours.
+fn presets(tables: &TableData) {
+    println!("presets: far field at θ_o = 0°, 30°, 60°, 80°, L1 of R + TT + TRT, and of TTs + TRTs");
+    for colour in [None, Some([0.2, 0.4, 0.8]), Some([0.5, 1.0, 3.0])] {
+        let (mut unscattered, mut scattered) = (Vec::new(), Vec::new());
+        for species in Species::ALL {
+            let fiber = Fiber::preset(species);
+            let fiber = colour.map_or(fiber, |colour| fiber.with_absorption(colour));
+            for degrees in [0.0f64, 30.0, 60.0, 80.0] {
+                let case = Case { fiber, theta_o: degrees.to_radians(), window: [-1.0, 1.0] };
+                unscattered.push(measure::unscattered(tables, &case, Effort::FINAL).relative);
+                scattered.push(measure::scattered(tables, &case, Effort::FINAL).relative);
+            }
+        }
+        println!("  sigma_ca {colour:?}, R + TT + TRT: {}", percent(distribution(&unscattered)));
+        println!("  sigma_ca {colour:?}, TTs + TRTs: {}", percent(distribution(&scattered)));
+    }
+}
+
 fn main() -> ExitCode {
     let options = match options() {
         Ok(options) => options,
@@ -216,6 +237,9 @@ fn main() -> ExitCode {
     let asked = |name: &str| options.names.is_empty() || options.names.iter().any(|n| n == name);
     for quantity in QUANTITIES.iter().filter(|q| asked(q.name)) {
         search(&tables, quantity, &options);
+    }
+    if asked("presets") {
+        presets(&tables);
     }
     if asked("tables") {
         tables_at_the_axis(&tables);
