@@ -5,11 +5,12 @@ use crate::error::Error;
 use crate::forward::Forward;
 use crate::least_squares::{Difference, Minimum, Problem};
 use crate::outcome::{Estimate, Fit, Rival, State};
-use crate::parameters::{Kind, assemble};
+use crate::parameters::{Kind, Parameter, assemble};
 use crate::profile::Profile;
 use crate::space::{Requests, Source, Space};
 use crate::starts::starts;
 use crate::statistics::{Place, Statistics, statistics};
+use crate::verdict::{explained, judge};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rayon::prelude::*;
@@ -68,6 +69,7 @@ pub fn fit(
     tick: &(dyn Fn() + Sync),
 ) -> Result<Fit, Error> {
     profile.validate()?;
+    profile.check_varies()?;
     if options.starts == 0 {
         return Err(Error::Parameter("starts = 0 is out of range: there must be at least 1".to_owned()));
     }
@@ -220,12 +222,17 @@ fn describe(
         .map(|(i, p)| std::array::from_fn(|c| if c < profile.channels { p.value[c] * ratio(i, c) } else { 0.0 }))
         .collect();
     let (nrmse, log_nrmse) = errors(profile, &fitted);
+    let explained = explained(problem, profile, &best.residuals, best.noise, columns);
+    let estimates: Vec<Estimate> = (0..space.parameters.len()).map(estimate).collect();
+    let of_fiber = |p: &Parameter| !matches!(p.kind, Kind::Scale | Kind::ThetaO);
+    let fiber = || estimates.iter().zip(&space.parameters).filter(|(_, p)| of_fiber(p)).map(|(e, _)| e);
+    let no_fit = judge(&explained, statistics.widened, fiber());
     Fit {
         model: space.model.kind(),
         specimen,
         theta_o,
         scale,
-        estimates: (0..space.parameters.len()).map(estimate).collect(),
+        estimates,
         correlations: (
             (0..columns).map(name).collect(),
             (0..columns).map(|i| (0..columns).map(|j| correlation(i, j)).collect()).collect(),
@@ -234,6 +241,8 @@ fn describe(
         fitted,
         nrmse,
         log_nrmse,
+        explained,
+        no_fit,
         noise: best.noise,
         outliers: best.residuals.iter().filter(|&&r| problem.weight(r, best.noise) < 1.0).count(),
         neighbours: statistics.neighbours,

@@ -32,6 +32,7 @@ pub mod simulate;
 pub mod space;
 mod starts;
 mod statistics;
+mod verdict;
 mod write;
 
 pub use error::Error;
@@ -42,4 +43,5 @@ pub use profile::{FEWEST, Point, Profile, Quantity};
 pub use read::{Angles, Axis, Reading, read};
 pub use simulate::Synthetic;
 pub use space::Requests;
+pub use verdict::{Explained, FALSE_ALARM, NoFit};
 pub use write::{csv, gantry_text};
