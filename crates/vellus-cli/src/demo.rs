@@ -1,6 +1,7 @@
 //! What `vellus` does without a subcommand: a picture of fur, in about a minute.
 
 use crate::render;
+use crate::say::say;
 use anyhow::Result;
 use clap::Parser;
 
@@ -13,9 +14,9 @@ struct Command {
 /// Runs it.
 pub fn run() -> Result<()> {
     let options = ["raccoon", "--size", "720x480", "--spp", "4096", "--time", "75s", "-o", "out/raccoon.exr"];
-    println!("A raccoon of 260,000 strands, for 75 seconds: vellus render {}", options.join(" "));
+    say!("A raccoon of 260,000 strands, for 75 seconds: vellus render {}", options.join(" "));
     render::run(&Command::parse_from(["vellus"].into_iter().chain(options)).args)?;
-    println!(
+    say!(
         "\nNext: vellus render raccoon --resume --spp 256 --size 720x480 -o out/raccoon.exr · vellus scene · \
          vellus render cat · vellus plot profile --fiber all · vellus --help"
     );

@@ -3,21 +3,28 @@
 mod demo;
 mod energy;
 mod eval;
+mod exit;
 mod experiment;
 mod fiber;
 mod fiber_args;
 mod fit;
 mod groom;
+mod interrupt;
 mod model_args;
 mod output;
 mod plot;
 mod query;
 mod reference;
 mod render;
+mod say;
 mod scene;
 mod table;
 
+use anyhow::{Context, Result};
 use clap::{Parser, Subcommand};
+use say::note;
+use std::io::Write;
+use std::process::ExitCode;
 
 /// Hair and fur: the reflectance model of Yan, Jensen and Ramamoorthi 2017, and a path tracer.
 ///
@@ -27,7 +34,7 @@ use clap::{Parser, Subcommand};
 ///
 /// Without a subcommand: renders a raccoon for 75 seconds.
 #[derive(Parser)]
-#[command(name = "vellus", version)]
+#[command(name = "vellus", version, after_help = exit::HELP)]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -83,16 +90,46 @@ fn missing_instructions() -> Option<&'static str> {
     None
 }
 
-fn main() -> std::process::ExitCode {
+fn main() -> ExitCode {
     if let Some(missing) = missing_instructions() {
-        eprintln!(
+        note!(
             "error: this program was compiled for processors with {missing}, which this one lacks: delete the lines \
              about it in .cargo/config.toml and compile it again"
         );
-        return std::process::ExitCode::from(2);
+        return ExitCode::from(exit::BAD_INPUT);
     }
     vellus_usd::quiet_caught_panics();
-    let result = match Cli::parse().command {
+    interrupt::survive_file_size_limit();
+    let result = match Cli::try_parse() {
+        Ok(cli) => run(cli.command),
+        // Help and version too.
+        Err(error) => match said(&error) {
+            Ok(()) => return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(exit::BAD_INPUT)),
+            Err(error) => Err(error.into()),
+        },
+    };
+    let result = result.and_then(|()| say::check().context("cannot write to standard output"));
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            let (code, message) = exit::report(&error);
+            note!("{message}");
+            ExitCode::from(code)
+        }
+    }
+}
+
+/// Prints what the parser of the command line has to say.
+fn said(error: &clap::Error) -> std::io::Result<()> {
+    match error.print().and_then(|()| std::io::stdout().flush()) {
+        // A closed standard error or a reader that has enough.
+        Err(e) if error.use_stderr() || e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        result => result,
+    }
+}
+
+fn run(command: Option<Command>) -> Result<()> {
+    match command {
         None => demo::run(),
         Some(Command::Fiber(command)) => fiber::run(&command),
         Some(Command::Eval(args)) => eval::run(&args),
@@ -106,19 +143,5 @@ fn main() -> std::process::ExitCode {
         Some(Command::Experiment(args)) => experiment::run(&args),
         Some(Command::Merge(args)) => render::merge(&args),
         Some(Command::Reference(args)) => reference::run(&args),
-    };
-    match result {
-        Ok(()) => std::process::ExitCode::SUCCESS,
-        Err(e) => {
-            // A closed pipe (`vellus … | head`) is the reader's wish, not an error.
-            let broken_pipe = e.chain().any(|cause| {
-                cause.downcast_ref::<std::io::Error>().is_some_and(|e| e.kind() == std::io::ErrorKind::BrokenPipe)
-            });
-            if broken_pipe {
-                return std::process::ExitCode::SUCCESS;
-            }
-            eprintln!("error: {e:#}");
-            std::process::ExitCode::from(2)
-        }
     }
 }

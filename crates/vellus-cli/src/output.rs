@@ -1,10 +1,8 @@
 //! Where results go: a terminal or a file, never half a file.
 
+use crate::say;
 use anyhow::{Context, Result};
-use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// How a table of results is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -37,50 +35,20 @@ impl OutputArgs {
     }
 }
 
-/// The folder a file is in.
-pub fn folder(path: &Path) -> &Path {
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    }
-}
+pub use vellus_io::folder;
 
-/// Writes `bytes` to `path`, or to standard output without one. A file appears whole or not at all.
+/// Writes `bytes` to `path`, or to standard output without one. A regular file is replaced as a whole or not at all: see
+/// [`vellus_io::write()`].
 pub fn write(path: Option<&Path>, bytes: &[u8]) -> Result<()> {
     let Some(path) = path else {
-        std::io::stdout().lock().write_all(bytes)?;
-        return Ok(());
+        return say::standard_output(bytes).context("cannot write to standard output");
     };
-    let folder = folder(path);
-    let write = || -> Result<()> {
-        std::fs::create_dir_all(folder)?;
-        let mut file = tempfile::Builder::new().prefix(".vellus-").tempfile_in(folder)?;
-        file.write_all(bytes)?;
-        // Some file systems say only now that there is no room, and what is replaced may be needed still.
-        file.as_file().sync_all()?;
-        // Temporary files are private; a result is as readable as any other file.
-        #[cfg(unix)]
-        std::fs::set_permissions(file.path(), std::os::unix::fs::PermissionsExt::from_mode(0o644))?;
-        file.persist(path)?;
-        Ok(())
-    };
-    write().with_context(|| format!("cannot write {}", path.display()))
+    vellus_io::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
 }
 
 /// Checks that a file can be written there, before long work begins.
 pub fn writable(path: &Path) -> Result<()> {
-    let folder = folder(path);
-    let probe = || -> Result<()> {
-        std::fs::create_dir_all(folder)?;
-        let mut file = tempfile::Builder::new().prefix(".vellus-").tempfile_in(folder)?;
-        file.write_all(&[0; 4096])?;
-        file.as_file().sync_all()?;
-        Ok(())
-    };
-    if path.is_dir() {
-        anyhow::bail!("cannot write {}: it is a folder", path.display());
-    }
-    probe().with_context(|| format!("cannot write {}", path.display()))
+    vellus_io::writable(path).with_context(|| format!("cannot write {}", path.display()))
 }
 
 /// Processor time of all threads since the program began, where the system tells it.
@@ -135,17 +103,4 @@ pub fn progress(len: u64, what: &'static str) -> indicatif::ProgressBar {
 pub fn bar(len: u64, template: &str) -> indicatif::ProgressBar {
     let style = indicatif::ProgressStyle::with_template(template);
     indicatif::ProgressBar::new(len).with_style(style.unwrap_or_else(|_| indicatif::ProgressStyle::default_bar()))
-}
-
-/// What Ctrl-C sets, for long work that leaves what it has. A second one ends at once.
-pub fn interrupt() -> Result<Arc<AtomicBool>> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    ctrlc::set_handler(move || {
-        if flag.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    })
-    .context("cannot watch for Ctrl-C")?;
-    Ok(stop)
 }

@@ -1,5 +1,6 @@
 //! `vellus scene`: the built-in scenes.
 
+use crate::say::say;
 use anyhow::{Result, anyhow};
 use std::path::PathBuf;
 
@@ -20,19 +21,16 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<()> {
     let Some(name) = &args.name else {
         for (name, what) in vellus_groom::SCENES {
-            println!("  {name:12}{what}");
+            say!("  {name:12}{what}");
         }
-        println!("\nvellus render NAME renders one, vellus scene NAME -o FILE.usda writes it.");
+        say!("\nvellus render NAME renders one, vellus scene NAME -o FILE.usda writes it.");
         return Ok(());
     };
     let scene = vellus_groom::scene(name, args.small).ok_or_else(|| {
         let names: Vec<_> = vellus_groom::SCENES.iter().map(|(name, _)| *name).collect();
         anyhow!("there is no scene '{name}' (known: {})", names.join(", "))
     })?;
-    if let Some(folder) = args.output.parent() {
-        std::fs::create_dir_all(folder)?;
-    }
     vellus_usd::write(&scene, &args.output)?;
-    println!("wrote {}", args.output.display());
+    say!("wrote {}", args.output.display());
     Ok(())
 }

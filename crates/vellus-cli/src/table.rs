@@ -1,6 +1,8 @@
 //! `vellus table`: the medulla's tables, built, described, checked.
 
+use crate::interrupt::Interrupt;
 use crate::output;
+use crate::say::{note, say};
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
 use vellus::{TableData, Tables};
@@ -102,16 +104,28 @@ fn build(args: &Build) -> Result<()> {
     if !(1000..=1_000_000_000).contains(&quality.photons) {
         bail!("--photons = {} is out of range: must be in [1000, 1000000000]", quality.photons);
     }
-    let work = args.work.clone().unwrap_or_else(|| {
-        let mut name = args.out.as_os_str().to_owned();
-        name.push(".work");
-        PathBuf::from(name)
-    });
+    let work = match &args.work {
+        Some(work) => work.clone(),
+        None if args.out.metadata().is_ok_and(|m| !m.is_file()) => {
+            bail!("{} is not a regular file: --work must say where to keep finished pieces", args.out.display())
+        }
+        None => {
+            let mut name = args.out.as_os_str().to_owned();
+            name.push(".work");
+            PathBuf::from(name)
+        }
+    };
+    output::writable(&args.out)?;
     std::fs::create_dir_all(&work).with_context(|| format!("cannot create {}", work.display()))?;
     let slabs = quality.slabs();
+    let interrupt = Interrupt::watch()?;
     let bar = output::progress(slabs.len() as u64, "simulating");
     let mut results = Vec::new();
     for &slab in &slabs {
+        if interrupt.is_set() {
+            let kept = format!("finished pieces are in {}, the same command continues from them", work.display());
+            return Err(interrupt.error(kept).into());
+        }
         let path = work.join(slab_name(&quality, slab));
         let result = match read_slab(&path, quality.slab_len(slab)) {
             Some(result) => result,
@@ -135,7 +149,8 @@ fn build(args: &Build) -> Result<()> {
         std::fs::remove_file(work.join(slab_name(&quality, slab))).ok();
     }
     std::fs::remove_dir(&work).ok();
-    println!("{}: {} bytes", args.out.display(), bytes.len());
+    // Not to standard output, where the table itself may go.
+    note!("wrote {}: {} bytes", args.out.display(), bytes.len());
     Ok(())
 }
 
@@ -172,8 +187,7 @@ fn info(file: Option<&Path>) -> Result<()> {
     let path =
         ["⟨L⟩ mean path".to_owned(), String::new(), tau.to_string(), g.to_string(), h.to_string(), String::new()];
     rows.push(path.into_iter().chain([(2 * data.mean_path.len()).to_string()]).collect());
-    print!("{}", output::align(&rows));
-    println!("{bytes} bytes in all; half floats; every factor is non-negative");
+    say!("{}{bytes} bytes in all; half floats; every factor is non-negative", output::align(&rows));
     Ok(())
 }
 
@@ -199,7 +213,7 @@ fn check(args: &Check) -> Result<()> {
             let values = [tau, g, last, 100.0 * e.l1, 100.0 * e.noise];
             rows.push([e.kind.name().to_owned()].into_iter().chain(values.map(|x| format!("{x:.3}"))).collect());
         }
-        println!("{}", output::align(&rows));
+        say!("{}", output::align(&rows));
     }
     let header = ["L1 error, % of the profile", "mean", "95th", "max", "simulation's noise"];
     let mut rows = vec![header.map(str::to_owned).to_vec()];
@@ -212,10 +226,11 @@ fn check(args: &Check) -> Result<()> {
     let path = summary(errors.iter().filter_map(|e| e.mean_path).map(f64::abs).collect());
     let values = [path.mean, path.p95, path.max].map(|x| format!("{:.2}", 100.0 * x));
     rows.push(["⟨L⟩, relative error %".to_owned()].into_iter().chain(values).collect());
-    print!("{}", output::align(&rows));
-    println!(
-        "{} random profiles of each table, between its nodes, {} photons each; the error includes the noise",
-        args.profiles, args.photons
+    say!(
+        "{}{} random profiles of each table, between its nodes, {} photons each; the error includes the noise",
+        output::align(&rows),
+        args.profiles,
+        args.photons
     );
     Ok(())
 }

@@ -14,6 +14,14 @@ pub enum Error {
         /// What is wrong.
         what: String,
     },
+    /// A file cannot be written.
+    #[error("cannot write {}", file.display())]
+    Write {
+        /// The file.
+        file: PathBuf,
+        /// Why not.
+        source: std::io::Error,
+    },
     /// A prim has something that is inconsistent or outside its range.
     #[error("{prim}: {what}")]
     Prim {
@@ -38,6 +46,10 @@ pub enum Error {
 impl Error {
     pub(crate) fn file(file: &Path, what: impl fmt::Display) -> Self {
         Error::File { file: file.to_owned(), what: what.to_string() }
+    }
+
+    pub(crate) fn write(file: &Path, source: std::io::Error) -> Self {
+        Error::Write { file: file.to_owned(), source }
     }
 
     pub(crate) fn prim(prim: &str, what: impl Into<String>) -> Self {

@@ -6,7 +6,7 @@ use crate::text::{Literal, Text, quoted};
 use crate::write_geometry::{camera, light, mesh, strands};
 use crate::write_look::{look, surface};
 use std::collections::HashSet;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use vellus_scene::{Scene, Wrap};
 
@@ -33,11 +33,11 @@ pub(crate) struct Names {
 /// - looks, surfaces and textures come in the order they are used in, without those that are not.
 ///
 /// Movement is from time code 0 to 1, with the shutter of the camera; without a camera [`crate::Options::shutter`] must say
-/// so. Each file is complete when it gets its name: a failure leaves what was there before.
+/// so. Each file is written as [`vellus_io::write()`] does it: a failure leaves what was there before. Folders are created.
 ///
 /// # Errors
-/// [`Error::Scene`] for a scene that is not valid, [`Error::File`] for a name that does not end in `.usda` or a file that
-/// cannot be written.
+/// [`Error::Scene`] for a scene that is not valid, [`Error::File`] for a name that does not end in `.usda`,
+/// [`Error::Write`] for a file that cannot be written.
 pub fn write(scene: &Scene, file: &Path) -> Result<(), Error> {
     scene.validate()?;
     if file.extension().is_none_or(|extension| extension != "usda") {
@@ -45,7 +45,7 @@ pub fn write(scene: &Scene, file: &Path) -> Result<(), Error> {
     }
     let wraps = scene.textures.iter().map(|texture| texture.wrap).collect();
     let names = Names { textures: textures(scene, file)?, wraps, ..Names::default() };
-    atomically(file, |out| stage(scene, names, Text::new(out)))
+    vellus_io::write_with(file, |out| stage(scene, names, Text::new(out))).map_err(|error| Error::write(file, error))
 }
 
 /// Writes the textures; where the stage finds them.
@@ -58,7 +58,7 @@ fn textures(scene: &Scene, file: &Path) -> Result<Vec<String>, Error> {
     let plain = |name: &str| name.replace(|c: char| "@/\\[]".contains(c) || c.is_control(), "_");
     let folder = format!("{}-textures", plain(&stem));
     let folder_path = file.with_file_name(&folder);
-    std::fs::create_dir_all(&folder_path).map_err(|error| Error::file(&folder_path, error))?;
+    std::fs::create_dir_all(&folder_path).map_err(|error| Error::write(&folder_path, error))?;
     let mut taken = HashSet::new();
     let mut names = Vec::new();
     for texture in &scene.textures {
@@ -73,28 +73,10 @@ fn textures(scene: &Scene, file: &Path) -> Result<Vec<String>, Error> {
         }
         let path: PathBuf = folder_path.join(&name);
         let bytes = encode_exr(texture).map_err(|what| Error::file(&path, what))?;
-        atomically(&path, |out| out.write_all(&bytes))?;
+        vellus_io::write(&path, &bytes).map_err(|error| Error::write(&path, error))?;
         names.push(format!("./{folder}/{name}"));
     }
     Ok(names)
-}
-
-/// Writes to a file of another name in the same folder, which then takes the place of the one there was.
-fn atomically(
-    file: &Path,
-    write: impl FnOnce(&mut BufWriter<&mut tempfile::NamedTempFile>) -> io::Result<()>,
-) -> Result<(), Error> {
-    let fail = |error: io::Error| Error::file(file, error);
-    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut temporary = tempfile::NamedTempFile::new_in(folder).map_err(fail)?;
-    let mut out = BufWriter::new(&mut temporary);
-    write(&mut out).and_then(|()| out.flush()).map_err(fail)?;
-    drop(out);
-    // Temporary files are private; what is written is as readable as any other file.
-    #[cfg(unix)]
-    std::fs::set_permissions(temporary.path(), std::os::unix::fs::PermissionsExt::from_mode(0o644)).map_err(fail)?;
-    temporary.persist(file).map_err(|error| fail(error.error))?;
-    Ok(())
 }
 
 fn stage<W: Write>(scene: &Scene, mut names: Names, mut text: Text<W>) -> io::Result<()> {

@@ -25,7 +25,9 @@ mod sheet;
 mod shot;
 mod species;
 
+use crate::interrupt::Interrupt;
 use crate::output;
+use crate::say::note;
 use anyhow::{Context as _, Result, bail};
 pub use context::{Context, Interrupted};
 use list::{EXPERIMENTS, Experiment};
@@ -91,7 +93,7 @@ pub fn run(args: &Args) -> Result<()> {
         bail!("cannot write {}: it is not a folder", args.out.display());
     }
     output::writable(&args.out.join("index.html"))?;
-    let stop = output::interrupt()?;
+    let stop = Interrupt::watch()?.stop;
     let mut failed = Vec::new();
     for (i, experiment) in chosen.iter().enumerate() {
         let folder = args.out.join(experiment.name);
@@ -99,13 +101,13 @@ pub fn run(args: &Args) -> Result<()> {
         // Hours of paper quality are not written over by a draft.
         let finished = |o: &Outcome| o.quality >= args.quality && o.version == env!("CARGO_PKG_VERSION");
         if let Some(there) = Outcome::read(&folder).filter(|o| !args.again && finished(o)) {
-            eprintln!("{number}: is there, at {} quality", there.quality.name());
+            note!("{number}: is there, at {} quality", there.quality.name());
             continue;
         }
         let context = Context::new(args.quality, folder, args.again, Arc::clone(&stop));
         match one(experiment, &context) {
             Ok(outcome) => {
-                eprintln!("{number}: {}", told(&outcome));
+                note!("{number}: {}", told(&outcome));
                 report::write(&args.out)?;
             }
             Err(e) if e.is::<Interrupted>() || context.interrupted() => {
@@ -114,13 +116,13 @@ pub fn run(args: &Args) -> Result<()> {
             }
             // The others may still tell something.
             Err(e) => {
-                eprintln!("{number}: failed: {e:#}");
+                note!("{number}: failed: {e:#}");
                 failed.push(experiment.name);
             }
         }
     }
     report::write(&args.out)?;
-    eprintln!("wrote {}", args.out.join("index.html").display());
+    note!("wrote {}", args.out.join("index.html").display());
     if !failed.is_empty() {
         bail!("{} of {} experiments failed: {}", failed.len(), chosen.len(), failed.join(", "));
     }

@@ -5,7 +5,9 @@ mod report;
 mod simulate;
 mod tell;
 
+use crate::interrupt::Interrupt;
 use crate::output;
+use crate::say::note;
 use anyhow::{Context, Result, bail};
 use std::path::PathBuf;
 use vellus_fit::{Angles, Axis, Forward, Options, Quantity, Reading, Requests};
@@ -163,7 +165,7 @@ pub fn run(args: &Args) -> Result<()> {
         return simulate::run(args);
     };
     let forward = args.forward()?;
-    let stop = output::interrupt()?;
+    let stop = Interrupt::watch()?.stop;
     if let Some(out) = &args.out {
         if out.extension().is_none_or(|e| e != "toml") {
             bail!("{}: the fibre's name must end in .toml", out.display());
@@ -198,10 +200,10 @@ pub fn run(args: &Args) -> Result<()> {
     };
     output::write(None, text.as_bytes())?;
     for warning in told.warnings() {
-        eprintln!("warning: {warning}");
+        note!("warning: {warning}");
     }
     for path in args.out.iter().cloned().chain(args.report.iter().map(|folder| folder.join("index.html"))) {
-        eprintln!("wrote {}", path.display());
+        note!("wrote {}", path.display());
     }
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 use crate::fiber_args::FiberArgs;
 use crate::output;
+use crate::say::say;
 use anyhow::{Context, Result, bail};
 use vellus_fit::{Specimen, Synthetic, csv, gantry_text, simulate};
 use vellus_models::ModelKind;
@@ -116,6 +117,6 @@ pub fn run(args: &super::Args) -> Result<()> {
         format!("noise {}, gaps {}, scale {scale}, seed {}", synthetic.noise, synthetic.gaps, synthetic.seed),
     ];
     output::write(Some(out), format(&profile, &notes).as_bytes())?;
-    println!("wrote {}: {} directions, {} missing", out.display(), profile.points.len(), profile.missing.len());
+    say!("wrote {}: {} directions, {} missing", out.display(), profile.points.len(), profile.missing.len());
     Ok(())
 }

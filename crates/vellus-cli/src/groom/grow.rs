@@ -3,6 +3,7 @@
 use super::coat::{self, Ground, Group};
 use crate::fiber_args::FiberArgs;
 use crate::render::load_usd;
+use crate::say::{note, say};
 use anyhow::{Context, Result, bail};
 use glam::Vec3;
 use std::path::{Path, PathBuf};
@@ -131,8 +132,8 @@ pub fn run(args: &Args) -> Result<()> {
         }
     }
     vellus_usd::write(&scene, &args.output)?;
-    println!("{strands} strands, {segments} segments\nwrote {}", args.output.display());
-    println!("Next: vellus render {} · vellus groom info {0}", args.output.display());
+    say!("{strands} strands, {segments} segments\nwrote {}", args.output.display());
+    say!("Next: vellus render {} · vellus groom info {0}", args.output.display());
     Ok(())
 }
 
@@ -147,7 +148,7 @@ fn load(path: &Path) -> Result<Scene> {
         scene.strands.retain(|strands| {
             let has_width = strands.points.iter().any(|p| p.w > 0.0);
             if !has_width {
-                eprintln!("warning: {}: it has no widths, and is left out", strands.name);
+                note!("warning: {}: it has no widths, and is left out", strands.name);
             }
             has_width
         });

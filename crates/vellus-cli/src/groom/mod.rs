@@ -6,6 +6,7 @@ mod info;
 
 use crate::output;
 use crate::render::Input;
+use crate::say::say;
 use anyhow::{Result, anyhow, bail};
 use std::path::{Path, PathBuf};
 
@@ -53,7 +54,7 @@ fn convert(input: &Input, path: &Path, pieces: usize) -> Result<()> {
     let scene = input.load()?;
     if path.extension().is_none_or(|e| e != "hair") {
         vellus_usd::write(&scene, path)?;
-        println!("wrote {}", path.display());
+        say!("wrote {}", path.display());
         return Ok(());
     }
     let [strands] = &scene.strands[..] else {
@@ -62,6 +63,6 @@ fn convert(input: &Input, path: &Path, pieces: usize) -> Result<()> {
     let strands = vellus_groom::flatten(strands, pieces);
     let bytes = vellus_groom::write_hair(&strands).map_err(|e| anyhow!("{}: {e}", path.display()))?;
     output::write(Some(path), &bytes)?;
-    println!("wrote {}", path.display());
+    say!("wrote {}", path.display());
     Ok(())
 }

@@ -13,6 +13,7 @@ pub mod windows;
 use crate::fiber_args::{FiberArgs, Incidence};
 use crate::model_args::ModelArgs;
 use crate::query::{Offsets, Query};
+use crate::say::say;
 use anyhow::Result;
 use canvas::save;
 use std::path::PathBuf;
@@ -155,12 +156,12 @@ pub fn run(command: &Command) -> Result<()> {
             let name = if fibers.len() > 1 { "the ten presets".to_owned() } else { fiber.name() };
             let picture = error::Picture { name, theta_o: *theta_o, fibers };
             let files = save(&picture, &out.files, &format!("{}-error", fiber.name()))?;
-            println!("{}", picture.table());
+            say!("{}", picture.table());
             files
         }
     };
     for path in written {
-        println!("wrote {}", path.display());
+        say!("wrote {}", path.display());
     }
     Ok(())
 }

@@ -4,6 +4,7 @@ use super::Args;
 use super::goals::End;
 use super::job::{Job, fingerprint};
 use super::tev::Viewer;
+use crate::say::note;
 use anyhow::{Context, Result};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -20,10 +21,10 @@ pub fn run(args: &Args, stop: &AtomicBool, mut viewer: Option<Viewer>) -> Result
         one.input.set_frame(f64::from(frame));
         one.output = numbered(&args.output, frame);
         if args.resume && is_done(&one)? {
-            eprintln!("frame {frame}: {} is there", one.output.display());
+            note!("frame {frame}: {} is there", one.output.display());
             continue;
         }
-        eprintln!("frame {frame} ({} of {})", i + 1, numbers.len());
+        note!("frame {frame} ({} of {})", i + 1, numbers.len());
         let mut job = || Job::new(&one, stop, viewer.as_mut(), (numbers.len() - i) as u64)?.run();
         if job().with_context(|| format!("frame {frame}"))? == End::Interrupted {
             break;

@@ -1,6 +1,7 @@
 //! What is rendered: a built-in scene, or a file.
 
 use crate::fiber_args::FiberArgs;
+use crate::say::note;
 use anyhow::{Context, Result, bail};
 use std::path::Path;
 use vellus_scene::{Look, Scene};
@@ -43,7 +44,7 @@ fn share(text: &str) -> Result<f32, String> {
 pub fn load_usd(path: &Path, options: &vellus_usd::Options) -> Result<Scene> {
     let (scene, warnings) = vellus_usd::read(path, options)?;
     for warning in warnings {
-        eprintln!("warning: {warning}");
+        note!("warning: {warning}");
     }
     Ok(scene)
 }

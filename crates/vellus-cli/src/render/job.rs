@@ -7,6 +7,7 @@ use super::keep::Keeper;
 use super::tev::Viewer;
 use super::write::{self, Picture};
 use crate::output;
+use crate::say::{note, say};
 use anyhow::{Result, bail};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::ops::Range;
@@ -73,7 +74,7 @@ impl<'a> Job<'a> {
         notes.extend(write::fibers(&scene));
         let world = args.model.world(scene)?;
         let segments = world.curves.segments();
-        eprintln!(
+        note!(
             "{} segments, {:.0} MB, ready in {:.1} s",
             segments,
             world.curves.bytes() as f64 * 1e-6,
@@ -103,7 +104,7 @@ impl<'a> Job<'a> {
                 let path = keeper.path().display();
                 bail!("{path} is of another picture: delete it, or render without --resume");
             }
-            eprintln!("going on from {} samples a pixel", kept.film.samples());
+            note!("going on from {} samples a pixel", kept.film.samples());
             (part.samples, part.film) = (kept.samples, kept.film);
         }
         Ok(Job { args, world, settings, part, goal, keeper, stop, viewer, denoiser })
@@ -121,7 +122,7 @@ impl<'a> Job<'a> {
             let cpu = (b - a).as_secs_f64();
             let pixels: usize = self.settings.area()[2..].iter().product();
             let rate = (self.part.film.samples() - before) as f64 * pixels as f64 * 1e-3 / cpu.max(1e-9);
-            eprintln!("{cpu:.3} s of processor time, {rate:.1} thousand samples a second of it");
+            note!("{cpu:.3} s of processor time, {rate:.1} thousand samples a second of it");
         }
         let samples = self.part.film.samples();
         if samples == 0 {
@@ -131,9 +132,9 @@ impl<'a> Job<'a> {
         if self.args.samples.is_some() {
             let path = self.args.output.with_extension("film");
             output::write(Some(&path), &self.part.to_bytes()).or_else(|e| self.keeper.rescue(&self.part, e))?;
-            println!("wrote {}", path.display());
+            say!("wrote {}", path.display());
             if self.part.samples.end < self.goal.end {
-                eprintln!("warning: it has samples {:?} of {:?}", self.part.samples, self.goal);
+                note!("warning: it has samples {:?} of {:?}", self.part.samples, self.goal);
             }
         }
         // Whether a picture of an animation ended by time or noise, it is done; a single one may be gone on with.
@@ -208,15 +209,15 @@ impl<'a> Job<'a> {
         let rays = statistics.rays.load(Ordering::Relaxed) as f64 * 1e-6;
         let noise = self.part.film.noise();
         let rate = rays / seconds.max(1e-9);
-        eprintln!("{samples} samples a pixel, {rays:.2} Mrays in {seconds:.1} s ({rate:.2} Mrays/s), noise {noise:.4}");
+        note!("{samples} samples a pixel, {rays:.2} Mrays in {seconds:.1} s ({rate:.2} Mrays/s), noise {noise:.4}");
         let rejected = statistics.rejected.load(Ordering::Relaxed);
         if rejected > 0 {
-            eprintln!("warning: {rejected} samples were not finite and were left out");
+            note!("warning: {rejected} samples were not finite and were left out");
         }
         if let Some(max) = self.settings.max_depth {
             let [_, _, width, height] = self.settings.area();
             let share = 100.0 * statistics.cut() / (samples.max(1) as f64 * (width * height) as f64);
-            eprintln!("paths cut after {max} events had {share:.3} % of a sample's throughput left on average");
+            note!("paths cut after {max} events had {share:.3} % of a sample's throughput left on average");
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::Args;
 use crate::output;
+use crate::say::note;
 use anyhow::{Context, Result, anyhow, bail};
 use std::cell::Cell;
 use std::path::{Path, PathBuf};
@@ -64,7 +65,7 @@ impl<'a> Keeper<'a> {
             && !self.warned.replace(true)
         {
             let last = if self.path.exists() { "the last one stays" } else { "there is none" };
-            eprintln!("warning: no checkpoint could be written, {last}: {e:#}");
+            note!("warning: no checkpoint could be written, {last}: {e:#}");
         }
     }
 

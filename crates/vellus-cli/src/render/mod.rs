@@ -11,6 +11,7 @@ mod parse;
 mod tev;
 mod write;
 
+use crate::interrupt::Interrupt;
 use crate::model_args::ModelArgs;
 use crate::output;
 use anyhow::{Context, Result, bail};
@@ -151,7 +152,7 @@ pub fn run(args: &Args) -> Result<()> {
         pool = pool.num_threads(threads);
     }
     let pool = pool.build().context("cannot start threads")?;
-    let stop = output::interrupt()?;
+    let stop = Interrupt::watch()?.stop;
     pool.install(|| frames::run(args, &stop, viewer))
 }
 

@@ -3,6 +3,7 @@
 //! tev listens on a TCP port, 14158 by default. A packet is its length in bytes, itself included, as u32; its kind as a byte; and what the
 //! kind has; all little endian, texts ended by a zero, lists without a count of their own.
 
+use crate::say::note;
 use anyhow::{Context, Result, bail};
 use std::io::Write;
 use std::net::{TcpStream, ToSocketAddrs};
@@ -118,7 +119,7 @@ impl Viewer {
             Ok(())
         };
         if let Err(e) = send() {
-            eprintln!("warning: the viewer at {} is gone ({e}): rendering goes on without it", self.address);
+            note!("warning: the viewer at {} is gone ({e}): rendering goes on without it", self.address);
             self.stream = None;
         }
     }

@@ -3,6 +3,7 @@
 use super::denoise::Denoiser;
 use crate::fiber_args::Spec;
 use crate::output;
+use crate::say::{note, say};
 use anyhow::{Result, anyhow, bail};
 use std::path::Path;
 use vellus_render::{Depth, Film, Layer, Layout};
@@ -29,17 +30,17 @@ impl Picture<'_> {
         let denoised = self
             .denoiser
             .as_ref()
-            .and_then(|denoiser| denoiser.clean(film).inspect_err(|e| eprintln!("warning: cannot denoise: {e}")).ok());
+            .and_then(|denoiser| denoiser.clean(film).inspect_err(|e| note!("warning: cannot denoise: {e}")).ok());
         let denoised = denoised.as_deref();
         if self.path != png {
             let bytes = film.to_exr(self.layers, denoised, self.depth, &self.notes);
             output::write(Some(self.path), &bytes.map_err(|e| anyhow!("cannot encode OpenEXR: {e}"))?)?;
-            println!("wrote {}", self.path.display());
+            say!("wrote {}", self.path.display());
         }
         // Last: where it is, all is.
         let bytes = film.to_png(denoised, self.exposure, &self.notes).map_err(|e| anyhow!("cannot encode PNG: {e}"))?;
         output::write(Some(&png), &bytes)?;
-        println!("wrote {}", png.display());
+        say!("wrote {}", png.display());
         Ok(())
     }
 }

@@ -1,0 +1,101 @@
+//! Exit codes.
+
+use std::io::{self, ErrorKind};
+
+/// Bad input or wrong usage.
+pub const BAD_INPUT: u8 = 2;
+/// A condition that may pass: the same command may succeed later. `EX_TEMPFAIL` of sysexits.h.
+pub const MAY_PASS: u8 = 75;
+
+/// The codes for `--help`.
+pub const HELP: &str = "Exit codes: 0 complete; 2 bad input or wrong usage; 75 a condition that may pass, such as a full disk or too many \
+                        open files; 130, 143 and 129 stopped by SIGINT (Ctrl-C), SIGTERM or SIGHUP.";
+
+/// The error of work that a signal stopped, and that kept what it had.
+#[derive(Debug)]
+pub struct Interrupted {
+    /// The number of the signal.
+    pub signal: i32,
+    /// What was kept, where, and how to continue.
+    pub kept: String,
+}
+
+impl std::fmt::Display for Interrupted {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "interrupted: {}", self.kept)
+    }
+}
+
+impl std::error::Error for Interrupted {}
+
+/// The exit code and the message of an error.
+pub fn report(error: &anyhow::Error) -> (u8, String) {
+    if let Some(interrupted) = error.chain().find_map(|cause| cause.downcast_ref::<Interrupted>()) {
+        return (u8::try_from(128 + interrupted.signal).unwrap_or(u8::MAX), interrupted.to_string());
+    }
+    let io = |cause: &(dyn std::error::Error + 'static)| cause.downcast_ref::<io::Error>().is_some_and(may_pass);
+    let code = if error.chain().any(io) { MAY_PASS } else { BAD_INPUT };
+    (code, format!("error: {error:#}"))
+}
+
+/// May the same operation succeed later?
+pub fn may_pass(error: &io::Error) -> bool {
+    match error.kind() {
+        ErrorKind::StorageFull
+        | ErrorKind::QuotaExceeded
+        | ErrorKind::OutOfMemory
+        | ErrorKind::StaleNetworkFileHandle
+        | ErrorKind::TimedOut
+        | ErrorKind::BrokenPipe
+        // No more threads or processes.
+        | ErrorKind::WouldBlock => true,
+        // Of the system, that of a write beyond `ulimit -f`. Our own readers refuse large files with the same kind.
+        ErrorKind::FileTooLarge => error.raw_os_error().is_some(),
+        _ => code_may_pass(error),
+    }
+}
+
+/// What has no kind in the standard library.
+#[cfg(unix)]
+fn code_may_pass(error: &io::Error) -> bool {
+    use rustix::io::Errno;
+    let passing = [Errno::MFILE, Errno::NFILE, Errno::IO];
+    error.raw_os_error().is_some_and(|code| passing.iter().any(|errno| errno.raw_os_error() == code))
+}
+
+#[cfg(not(unix))]
+fn code_may_pass(error: &io::Error) -> bool {
+    const ERROR_TOO_MANY_OPEN_FILES: i32 = 4;
+    error.raw_os_error() == Some(ERROR_TOO_MANY_OPEN_FILES)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use anyhow::{Context, anyhow};
+
+    #[test]
+    fn codes_follow_the_cause_through_all_contexts() {
+        let code = |error: anyhow::Error| report(&error).0;
+        assert_eq!(code(anyhow!("--spp 0 is out of range")), BAD_INPUT);
+        assert_eq!(code(io::Error::from(ErrorKind::NotFound).into()), BAD_INPUT);
+        assert_eq!(code(io::Error::new(ErrorKind::FileTooLarge, "it has 9 bytes or more").into()), BAD_INPUT);
+        assert_eq!(code(io::Error::from(ErrorKind::StorageFull).into()), MAY_PASS);
+        let usd = vellus_usd::Error::Write { file: "a".into(), source: ErrorKind::QuotaExceeded.into() };
+        assert_eq!(code(anyhow::Error::from(usd).context("frame 3")), MAY_PASS);
+        let interrupted: anyhow::Result<()> = Err(Interrupted { signal: 15, kept: "all is in a.film".into() }.into());
+        let error = interrupted.context("frame 3").unwrap_err();
+        assert_eq!(report(&error), (143, "interrupted: all is in a.film".to_owned()));
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn codes_of_the_system_are_known() {
+        // ENFILE, EMFILE, EFBIG, ENOSPC, EDQUOT, ENOMEM, EIO, EAGAIN; ENOENT, EACCES, EISDIR, EINVAL.
+        for (codes, passes) in [(&[23, 24, 27, 28, 122, 12, 5, 11][..], true), (&[2, 13, 21, 22], false)] {
+            for &code in codes {
+                assert_eq!(may_pass(&io::Error::from_raw_os_error(code)), passes, "{code}");
+            }
+        }
+    }
+}

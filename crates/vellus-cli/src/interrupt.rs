@@ -1,0 +1,89 @@
+//! Signals that ask the program to end, for long work that keeps what it has.
+
+use crate::exit::Interrupted;
+use anyhow::{Context, Result};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
+
+/// Tells whether the program should end, and which signal asked for it.
+#[derive(Clone)]
+pub struct Interrupt {
+    /// Is set by the first signal.
+    pub stop: Arc<AtomicBool>,
+    signal: Arc<AtomicI32>,
+}
+
+impl Interrupt {
+    /// From now on, SIGINT (Ctrl-C), SIGTERM and SIGHUP set [`Interrupt::stop`]. A later one ends the program at once. Signals
+    /// that were ignored when the program began stay so: that is how `nohup` works.
+    pub fn watch() -> Result<Self> {
+        let interrupt = Interrupt { stop: Arc::default(), signal: Arc::default() };
+        interrupt.register().context("cannot watch for signals")?;
+        Ok(interrupt)
+    }
+
+    /// Should the program end?
+    pub fn is_set(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    /// The error of work that was interrupted. `kept` says what was kept, where, and how to continue.
+    pub fn error(&self, kept: String) -> Interrupted {
+        Interrupted { signal: self.signal.load(Ordering::Relaxed), kept }
+    }
+
+    #[cfg(unix)]
+    fn register(&self) -> std::io::Result<()> {
+        use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+        use std::time::{Duration, Instant};
+        /// Some senders repeat a signal at once: `timeout` does, and the system as a terminal is closed.
+        const REPEATED: Duration = Duration::from_millis(500);
+
+        let watched = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|&signal| !is_ignored(signal));
+        let mut signals = signal_hook::iterator::Signals::new(watched)?;
+        let Interrupt { stop, signal: first } = self.clone();
+        let watch = move || {
+            let mut since = None;
+            for signal in signals.forever() {
+                match since {
+                    None => {
+                        first.store(signal, Ordering::Relaxed);
+                        stop.store(true, Ordering::Relaxed);
+                        since = Some(Instant::now());
+                    }
+                    Some(since) if since.elapsed() < REPEATED => {}
+                    Some(_) => signal_hook::low_level::exit(128 + signal),
+                }
+            }
+        };
+        std::thread::Builder::new().name("signals".to_owned()).spawn(watch)?;
+        Ok(())
+    }
+
+    #[cfg(not(unix))]
+    fn register(&self) -> std::io::Result<()> {
+        use signal_hook::consts::{SIGINT, SIGTERM};
+        use signal_hook::flag;
+        for signal in [SIGINT, SIGTERM] {
+            flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&self.stop))?;
+            flag::register(signal, Arc::clone(&self.stop))?;
+        }
+        self.signal.store(SIGINT, Ordering::Relaxed);
+        Ok(())
+    }
+}
+
+/// Was a signal ignored when the program began? Only Linux tells without unsafe code.
+#[cfg(unix)]
+fn is_ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
+}
+
+/// Lets writes beyond the limit of `ulimit -f` fail with a message, where the system would kill the program without one.
+pub fn survive_file_size_limit() {
+    // Where it cannot be done the program is killed, as any other.
+    #[cfg(unix)]
+    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default()).ok();
+}
