@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::forward::Forward;
 use crate::least_squares::{Difference, Minimum, Problem};
 use crate::outcome::{Estimate, Fit, Rival, State};
-use crate::parameters::{Kind, Parameter, assemble};
+use crate::parameters::{Kind, assemble};
 use crate::profile::Profile;
 use crate::space::{Requests, Source, Space};
 use crate::starts::starts;
@@ -223,16 +223,15 @@ fn describe(
         .collect();
     let (nrmse, log_nrmse) = errors(profile, &fitted);
     let explained = explained(problem, profile, &best.residuals, best.noise, columns);
-    let estimates: Vec<Estimate> = (0..space.parameters.len()).map(estimate).collect();
-    let of_fiber = |p: &Parameter| !matches!(p.kind, Kind::Scale | Kind::ThetaO);
-    let fiber = || estimates.iter().zip(&space.parameters).filter(|(_, p)| of_fiber(p)).map(|(e, _)| e);
-    let no_fit = judge(&explained, statistics.widened, fiber());
+    let of_fiber = |column: &usize| !matches!(space.lead(*column).kind, Kind::Scale | Kind::ThetaO);
+    let known: Vec<bool> = (0..columns).filter(of_fiber).map(|column| statistics.visible[column]).collect();
+    let no_fit = judge(&explained, statistics.widened, &known);
     Fit {
         model: space.model.kind(),
         specimen,
         theta_o,
         scale,
-        estimates,
+        estimates: (0..space.parameters.len()).map(estimate).collect(),
         correlations: (
             (0..columns).map(name).collect(),
             (0..columns).map(|i| (0..columns).map(|j| correlation(i, j)).collect()).collect(),

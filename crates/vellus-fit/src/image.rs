@@ -17,9 +17,9 @@ pub struct Pixels {
 /// Of a header's sizes.
 fn checked(height: usize, width: usize, channels: usize) -> Result<usize, String> {
     let count = height.checked_mul(width).and_then(|n| n.checked_mul(channels));
-    count.filter(|n| (1..=MOST).contains(n)).ok_or_else(|| {
-        format!("it claims {height} × {width} × {channels} values: expected 1 to {MOST}")
-    })
+    count
+        .filter(|n| (1..=MOST).contains(n))
+        .ok_or_else(|| format!("it claims {height} × {width} × {channels} values: expected 1 to {MOST}"))
 }
 
 /// NumPy's format (NEP 1): a header in the syntax of Python, always the same three keys, and the values. No crate reads it here:

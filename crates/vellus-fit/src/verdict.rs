@@ -1,11 +1,10 @@
 //! Does a fit follow the measurements, or would a constant do as well?
 
 use crate::least_squares::Problem;
-use crate::outcome::{Estimate, State};
 use crate::profile::Profile;
 use std::fmt;
 
-/// A constant is fitted to pure noise as well as the model is. The chance that the test takes such data for a profile.
+/// The chance that pure noise passes for a profile.
 pub const FALSE_ALARM: f64 = 1e-3;
 
 /// The normal distribution exceeds this with the probability [`FALSE_ALARM`].
@@ -35,23 +34,19 @@ impl fmt::Display for NoFit {
 }
 
 /// A model that follows less than this share of the variation is not a model of it.
-const LEAST: f64 = 0.5;
+const LEAST: f64 = 0.25;
 
-/// Standard errors widened by more than this are of residuals that are not noise: of 1000 fits of a model to its own measurements none is.
-const NOISE_LIKE: f64 = 1.3;
+/// Standard errors widened by more than this are of residuals that are not noise. Chance correlations of 554 residuals widen them by
+/// √((1 + ρ)/(1 − ρ)) over φ and over θ with ρ of 1/√554: 1.3 is three standard deviations of ρ in both.
+pub const NOISE_LIKE: f64 = 1.3;
 
-/// Judges a fit; `estimates` are those of the fibre's parameters.
-pub(crate) fn judge<'a>(
-    explained: &Explained,
-    widened: f64,
-    estimates: impl Iterator<Item = &'a Estimate> + Clone,
-) -> Option<NoFit> {
-    let mut fitted = estimates.filter(|e| matches!(e.state, State::Fitted | State::AtBound)).peekable();
+/// Judges a fit. `known` says of each fitted parameter of the fibre whether it would be determined if the residuals were noise.
+pub(crate) fn judge(explained: &Explained, widened: f64, known: &[bool]) -> Option<NoFit> {
     if explained.significance.is_nan() || explained.significance < QUANTILE {
         Some(NoFit::Noise)
     } else if explained.share < LEAST && widened > NOISE_LIKE {
         Some(NoFit::NotFollowed)
-    } else if fitted.peek().is_some() && !fitted.any(|e| e.determined || e.state == State::AtBound) {
+    } else if !known.is_empty() && !known.contains(&true) {
         Some(NoFit::Undetermined)
     } else {
         None
@@ -97,4 +92,20 @@ fn deviate(ratio: f64, more: f64, left: f64) -> f64 {
     let root = ratio.max(0.0).cbrt();
     let [a, b] = [more, left].map(|degrees| 2.0 / (9.0 * degrees));
     ((1.0 - b) * root - (1.0 - a)) / (a + b * root * root).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Upper quantiles of the F distribution, and of the normal distribution of the same probability.
+    #[test]
+    fn the_test_is_that_of_the_tables() {
+        for (ratio, more, left, normal) in
+            [(5.075, 10.0, 20.0, 3.0902), (2.959, 10.0, 1e9, 3.0902), (2.305, 5.0, 100.0, 1.6449)]
+        {
+            let found = deviate(ratio, more, left);
+            assert!((found - normal).abs() < 0.03, "F = {ratio}: {found}, not {normal}");
+        }
+    }
 }
