@@ -39,7 +39,7 @@ pub use error::Error;
 pub use fit::{Options, errors, fit};
 pub use forward::{Forward, Specimen};
 pub use outcome::{Estimate, Fit, Rival, State};
-pub use profile::{FEWEST, Point, Profile, Quantity, VALUES};
+pub use profile::{FEWEST, LARGEST, Point, Profile, Quantity};
 pub use read::{Angles, Axis, Reading, read};
 pub use simulate::Synthetic;
 pub use space::Requests;

@@ -55,9 +55,8 @@ pub struct Profile {
     pub missing: Vec<[f64; 2]>,
 }
 
-/// Smallest and largest value of a profile. The scale is fitted between 1e-30 and 1e30: this leaves the model's values ten powers of
-/// ten on both sides.
-pub const VALUES: [f64; 2] = [1e-20, 1e20];
+/// Range of a profile's largest value. The scale is fitted between 1e-30 and 1e30: this leaves ten powers of ten for the model's values.
+pub const LARGEST: [f64; 2] = [1e-20, 1e20];
 
 /// Values whose logarithms scatter by less than this are a constant: it is what single precision and the far field's quadrature leave.
 const CONSTANT: f64 = LEAST_NOISE;
@@ -86,14 +85,12 @@ impl Profile {
             if let Some(x) = p.value[..self.channels].iter().find(|x| !(x.is_finite() && **x > 0.0)) {
                 return wrong(format!("the value {x} at theta {}, phi {} is not above 0", p.theta, p.phi));
             }
-            let [low, high] = VALUES;
-            if let Some(x) = p.value[..self.channels].iter().find(|x| !(low..=high).contains(*x)) {
-                return wrong(format!(
-                    "the value {x:e} at theta {}, phi {} is out of range: it must be in [{low:e}, {high:e}]; \
-                     choose another unit",
-                    p.theta, p.phi
-                ));
-            }
+        }
+        let ([low, high], [_, largest]) = (LARGEST, self.range());
+        if !(low..=high).contains(&largest) {
+            return wrong(format!(
+                "the largest value, {largest:e}, is out of range: it must be in [{low:e}, {high:e}]; choose another unit"
+            ));
         }
         for (name, values) in [("theta", self.axis(|p| p.theta)), ("phi", self.axis(|p| p.phi))] {
             if let [only] = values[..] {

@@ -49,7 +49,7 @@ fn noise_is_no_fit() {
 #[test]
 fn patterns_that_the_model_does_not_follow_are_no_fit() {
     let waves = made(|theta, phi| 1.5 + (phi / 20.0).sin() * (theta / 5.0).sin());
-    let board = made(|theta, phi| f64::from(1 + ((theta / 8.0).floor() + (phi / 16.0).floor()) as i32 % 2));
+    let board = made(|theta, phi| 1.0 + ((theta / 8.0).floor() + (phi / 16.0).floor()).rem_euclid(2.0));
     for (profile, name) in [(waves, "waves"), (board, "board")] {
         let result = fitted(&profile, ModelKind::Vellus);
         assert!(matches!(result.no_fit, Some(NoFit::NotFollowed | NoFit::Noise)), "{name}: {:?}", result.explained);
