@@ -98,11 +98,11 @@ mod tests {
     fn lab_is_that_of_the_standard() {
         let close = |rgb: [f64; 3], expected: [f64; 3]| {
             let found = lab(rgb);
-            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 0.02), "{found:?} {expected:?}");
+            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 0.05), "{found:?} {expected:?}");
         };
         close([1.0; 3], [100.0, 0.0, 0.0]);
         close([0.0; 3], [0.0; 3]);
-        // A grey of 18 % has an L* of 49.5; red, as published for sRGB.
+        // Red as published for sRGB, to what the digits of the white point leave.
         close([0.1842; 3], [50.0, 0.0, 0.0]);
         close([1.0, 0.0, 0.0], [53.24, 80.09, 67.20]);
         // A display shows no more than white.

@@ -219,7 +219,7 @@ pub fn run(args: &Args) -> Result<()> {
     if fit.interrupted {
         let place =
             if written.is_empty() { "is printed above".to_owned() } else { format!("is in {}", written.join(" and ")) };
-        let [begun, finished, _] = fit.starts;
+        let (begun, finished) = (options.starts, fit.starts[1]);
         bail!(interrupt.error(format!(
             "the best fit after {finished} of {begun} starts {place}; the same command starts from the beginning"
         )));
