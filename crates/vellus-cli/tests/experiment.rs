@@ -137,6 +137,35 @@ fn finished_pictures_are_not_rendered_again() {
     assert_eq!(text(&result(path, "zoom"), "quality"), "smoke");
 }
 
+/// Ctrl-C in the middle leaves the page of what is finished, says where it is, and exits as interrupted.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_experiment_names_what_it_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    run(path, &smoke(&["scenes"], &[]));
+    let child = common::command(path, &["experiment", "convergence", "--quality", "paper", "--out", "found"])
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    // At paper quality it takes minutes; signals are watched before it begins.
+    std::thread::sleep(std::time::Duration::from_secs(2));
+    assert!(std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(130), "{message}");
+    for part in
+        ["interrupted: finished experiments are in found/index.html", "found/convergence", "the same command continues"]
+    {
+        assert!(message.contains(part), "'{part}' is not in: {message}");
+    }
+    assert!(std::fs::read_to_string(path.join("found/index.html")).unwrap().contains("<h2 id=\"scenes\">"));
+    let kept = || std::fs::read_dir(path.join("found/convergence")).unwrap().map(|entry| entry.unwrap().path());
+    assert!(
+        kept().any(|file| file.extension().is_some_and(|e| e == "film")) && kept().all(|f| !f.ends_with("result.json"))
+    );
+}
+
 #[test]
 fn experiments_are_listed_and_bad_names_refused() {
     let folder = tempfile::tempdir().unwrap();
