@@ -73,16 +73,17 @@ fn percent(x: f64) -> String {
 }
 
 impl Told<'_> {
+    /// What it explains; a model that has no constant among its profiles can be worse than one.
+    fn explained(&self) -> String {
+        let share = self.fit.explained.share;
+        let much = if share > 0.0 { percent(share) } else { "nothing".to_owned() };
+        format!("{much} of the variation of the logarithms")
+    }
+
     /// Why it says nothing about the fibre, if so.
     pub fn no_fit(&self) -> Option<String> {
         let fit = self.fit;
-        fit.no_fit.map(|why| {
-            format!(
-                "no fit: {why} (it explains {} of the variation of the logarithms, NRMSE {})",
-                percent(fit.explained.share),
-                percent(fit.nrmse)
-            )
-        })
+        fit.no_fit.map(|why| format!("no fit: {why} (it explains {}, NRMSE {})", self.explained(), percent(fit.nrmse)))
     }
 
     /// What to be warned of, a sentence each.
@@ -158,7 +159,7 @@ impl Told<'_> {
             ("measured range".to_owned(), format!("{} to {}", output::number(low), output::number(high))),
             ("NRMSE".to_owned(), format!("{} of that range", percent(fit.nrmse))),
             ("NRMSE, logarithms".to_owned(), format!("{} of theirs", percent(fit.log_nrmse))),
-            ("explained".to_owned(), format!("{} of the variation of the logarithms", percent(fit.explained.share))),
+            ("explained".to_owned(), self.explained()),
             ("scatter".to_owned(), format!("{} of the values{outliers}", percent(fit.noise))),
             (
                 "starts".to_owned(),
