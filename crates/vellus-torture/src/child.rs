@@ -77,7 +77,7 @@ impl Call {
 
     /// The script that sets the limits and then becomes the command.
     fn script(&self) -> String {
-        let mut script = format!("ulimit -c 0; ulimit -v {MEMORY_KB}; ulimit -t {CPU_SECONDS}; ");
+        let mut script = format!("ulimit -c 0; ulimit -v {MEMORY_KB}; ulimit -S -t {CPU_SECONDS}; ");
         if let Some(blocks) = self.file_blocks {
             script += &format!("ulimit -f {blocks}; ");
         }

@@ -75,7 +75,17 @@ def Camera "camera" {
 }
 "#;
 
-/// The same strands under an image of the sky, which is `IMAGE`.
+/// One set of straight strands, as a .hair file has.
+pub const STRAIGHT: &str = r#"#usda 1.0
+def BasisCurves "fur" {
+    uniform token type = "linear"
+    int[] curveVertexCounts = [2, 3]
+    float[] widths = [0.2] ( interpolation = "constant" )
+    point3f[] points = [(0, 0, 0), (0, 1, 0), (1, 0, 0), (1, 1, 0), (1, 1.5, 0.2)]
+}
+"#;
+
+/// [`LEANING`] under an image of the sky, which is `IMAGE`.
 pub fn lit_by(image: &str) -> String {
     let dome = format!("float inputs:intensity = 0.5\n    asset inputs:texture:file = @{image}@");
     LEANING.replacen("float inputs:intensity = 0.5", &dome, 1)
@@ -115,11 +125,11 @@ fiber = "raccoon"
 "#;
 
 /// A fibre as a file.
-pub const FIBER_TOML: &str = "preset = \"cat\"\nkappa = 0.6\neta = 1.5\nbeta_m = 9.0\nsigma_ca = [0.1, 0.2, 0.4]\ng = 0.3\n";
+pub const FIBER_TOML: &str =
+    "preset = \"cat\"\nkappa = 0.6\neta = 1.5\nbeta_m = 9.0\nsigma_ca = [0.1, 0.2, 0.4]\ng = 0.3\n";
 
 /// The same as JSON.
-pub const FIBER_JSON: &str =
-    "{\n  \"preset\": \"cat\",\n  \"kappa\": 0.6,\n  \"eta\": 1.5,\n  \"sigma_ca\": [0.1, 0.2, 0.4],\n  \"g\": 0.3\n}\n";
+pub const FIBER_JSON: &str = "{\n  \"preset\": \"cat\",\n  \"kappa\": 0.6,\n  \"eta\": 1.5,\n  \"sigma_ca\": [0.1, 0.2, 0.4],\n  \"g\": 0.3\n}\n";
 
 /// Queries for `vellus eval`.
 pub const QUERIES: &str = "theta_o,h,theta_i,phi\n20,0.3,-15,150\n-40,-0.9,40,0\n0,0,0,180\n";

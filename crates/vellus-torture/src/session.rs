@@ -219,13 +219,6 @@ impl Score {
     }
 
     fn new(attack: Box<dyn Attack>) -> Self {
-        Score {
-            attack,
-            spent: Duration::ZERO,
-            tried: 0,
-            kills: 0,
-            peak_kb: 0,
-            findings: BTreeMap::new(),
-        }
+        Score { attack, spent: Duration::ZERO, tried: 0, kills: 0, peak_kb: 0, findings: BTreeMap::new() }
     }
 }

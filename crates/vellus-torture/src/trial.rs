@@ -63,16 +63,7 @@ impl<'b> Trial<'b> {
     /// A case in a folder that exists.
     pub fn new(bench: &'b Bench, dice: Dice, folder: PathBuf) -> Result<Self, Stop> {
         std::fs::create_dir_all(folder.join("tmp"))?;
-        Ok(Trial {
-            bench,
-            dice,
-            folder,
-            tried: 0,
-            kills: 0,
-            peak_kb: 0,
-            findings: Vec::new(),
-            script: String::new(),
-        })
+        Ok(Trial { bench, dice, folder, tried: 0, kills: 0, peak_kb: 0, findings: Vec::new(), script: String::new() })
     }
 
     /// A call of the command in the case's folder, with arguments separated by blanks.

@@ -83,10 +83,26 @@ fn full(trial: &mut Trial, pictures: &[[Picture; 2]; 2], mount: &Mount, kilobyte
     let filler = mount.0.join("filler");
     let taken = trial.dice.number(0..kilobytes);
     // Where there is no room for all of it the disk is full: that is what it is for.
-    std::fs::write(&filler, vec![1; taken << 10]).ok();
-    attempt(trial, &mount.0, pictures, before, None, "a full disk")?;
-    std::fs::remove_file(&filler)?;
-    resumed(trial, &mount.0, pictures, "after a full disk")
+    let fill = format!("head -c {} /dev/zero > \"$0\" 2> /dev/null", taken << 10);
+    let mut filling = Command::new("/bin/sh");
+    let later = trial.dice.chance(0.7);
+    let what = if later {
+        let after = trial.dice.within(0.0, 0.4);
+        filling.arg("-c").arg(format!("sleep {after:.3}; {fill}")).arg(&filler);
+        "a disk that becomes full"
+    } else {
+        filling.arg("-c").arg(fill).arg(&filler);
+        "a full disk"
+    };
+    let mut filling = filling.spawn()?;
+    if !later {
+        filling.wait()?;
+    }
+    let result = attempt(trial, &mount.0, pictures, before, None, what);
+    filling.wait()?;
+    result?;
+    std::fs::remove_file(&filler).ok();
+    resumed(trial, &mount.0, pictures, &format!("after {what}"))
 }
 
 /// Sometimes there is a picture with another seed already.

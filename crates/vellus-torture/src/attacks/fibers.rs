@@ -121,7 +121,8 @@ fn fiber(dice: &mut Dice) -> Fiber {
         }
     }
     let degrees = |dice: &mut Dice, lo: f64, hi: f64| value(dice, lo, hi).to_radians();
-    let roughness = |dice: &mut Dice| if dice.chance(0.3) { degrees(dice, 0.1, 90.0) } else { degrees(dice, 0.5, 20.0) };
+    let roughness =
+        |dice: &mut Dice| if dice.chance(0.3) { degrees(dice, 0.1, 90.0) } else { degrees(dice, 0.5, 20.0) };
     let mut fiber = Fiber {
         eta: value(dice, 1.0, 3.0),
         kappa: value(dice, 0.0, 0.99),
@@ -210,11 +211,17 @@ fn one(bcsdf: &Bcsdf, fiber: &Fiber, hits: &Hits, i: usize, window: Window, near
         }
         let bound = if near { 1.0 + WEIGHT } else { WINDOW_WEIGHT };
         if s.weight.iter().any(|w| *w > bound) {
-            return wrong(&format!("{field}: a weight is too large"), (i, window, s));
+            // Rare: numbers so close to the ends of [0, 1) are drawn once in ten million times.
+            let end = hits.u[k].iter().any(|u| *u < 1e-7 || *u > 1.0 - 1e-7);
+            let where_ = if end { " at an end of the unit interval" } else { "" };
+            return wrong(&format!("{field}: a weight is too large{where_}"), (i, window, hits.u[k], s));
         }
         let (f, pdf) = hit.eval_pdf(s.wi);
         if !f.0.iter().flatten().chain([&pdf]).all(|x| fine(*x)) {
-            return wrong(&format!("{field}: eval or pdf of a sample is negative or not finite"), (i, window, s, f, pdf));
+            return wrong(
+                &format!("{field}: eval or pdf of a sample is negative or not finite"),
+                (i, window, s, f, pdf),
+            );
         }
     }
     Ok(())

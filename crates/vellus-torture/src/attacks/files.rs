@@ -42,10 +42,10 @@ impl Attack for Files {
         trial.tried += 1;
         std::fs::write(trial.at("mesh.obj"), material::MESH)?;
         let seed = &self.seeds[trial.dice.number(0..self.seeds.len())];
-        match trial.dice.number(0..20) {
-            0 => special(trial, &seed.extension),
-            1 => fan_out(trial),
-            2 => nested(trial),
+        match trial.dice.number(0..60) {
+            0..=4 => special(trial, &seed.extension),
+            5 => fan_out(trial),
+            6 | 7 => nested(trial),
             _ => {
                 let name = format!("input.{}", seed.extension);
                 std::fs::write(trial.at(&name), changed(seed, &self.seeds, &mut trial.dice))?;
@@ -63,9 +63,10 @@ fn seeds(trial: &mut Trial) -> Result<Vec<Seed>, Stop> {
         seeds.push(Seed { bytes, extension: extension.to_owned(), text });
     };
     std::fs::write(trial.at("lean.usda"), material::LEANING)?;
+    std::fs::write(trial.at("straight.usda"), material::STRAIGHT)?;
     std::fs::write(trial.at("mesh.obj"), material::MESH)?;
     for line in [
-        "groom convert lean.usda --frame 1 -o lean.hair",
+        "groom convert straight.usda -o lean.hair",
         "groom grow mesh.obj --count 6 -o grown.usda",
         "render lean.usda --size 8x6 --spp 1 -o small.exr",
         "fit --simulate cat --step 30 --out cat.txt",
@@ -160,8 +161,12 @@ fn commands(extension: &str) -> &'static [&'static str] {
         "npy" => &["fit FILE --starts 1 --theta-o 0 --theta -30:30 --phi -180:180 --out out.toml"],
         "csv" => &["fit FILE --starts 1 --theta-o 10", "eval --queries FILE --format csv"],
         "txt" => &["fit FILE --starts 1"],
-        "json" => &["fiber show FILE", "eval --fiber FILE", "render lean.usda --size 4x4 --spp 1 --fiber FILE -o out.exr"],
-        "toml" => &["fiber show FILE", "groom grow mesh.obj --settings FILE --count 6 -o out.usda", "eval --fiber FILE"],
+        "json" => {
+            &["fiber show FILE", "eval --fiber FILE", "render lean.usda --size 4x4 --spp 1 --fiber FILE -o out.exr"]
+        }
+        "toml" => {
+            &["fiber show FILE", "groom grow mesh.obj --settings FILE --count 6 -o out.usda", "eval --fiber FILE"]
+        }
         _ => &["table info FILE"],
     }
 }

@@ -1,7 +1,7 @@
 //! Signals at random moments. What is resumed must end with the same pixels as a run that no one disturbed.
 
 use super::{Attack, picture, same, temporary_files};
-use crate::material::LEANING;
+use crate::material::{LEANING, STRAIGHT};
 use crate::picture::Picture;
 use crate::trial::{Stop, Trial};
 use rustix::process::Signal;
@@ -52,7 +52,8 @@ impl Attack for Kill {
         let which = trial.dice.number(0..JOBS.len());
         let job = &JOBS[which];
         std::fs::write(trial.at("lean.usda"), LEANING)?;
-        if !trial.prepare(&trial.vellus("groom convert lean.usda --frame 1 -o lean.hair"))? {
+        std::fs::write(trial.at("straight.usda"), STRAIGHT)?;
+        if !trial.prepare(&trial.vellus("groom convert straight.usda -o lean.hair"))? {
             return Ok(());
         }
         if self.undisturbed[which].is_none() {

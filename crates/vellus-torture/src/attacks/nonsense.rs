@@ -13,31 +13,154 @@ use std::time::Duration;
 /// Processor time within which nonsense is refused, seconds. Reading the arguments takes a hundredth of it.
 const REFUSED_WITHIN: f64 = 2.0;
 /// Long work is ended after so long: it was accepted.
-const ACCEPTED_AFTER: Duration = Duration::from_secs(2);
+const ACCEPTED_AFTER: Duration = Duration::from_secs(1);
 /// A message longer than this, in bytes, is no message.
 const LONGEST_MESSAGE: usize = 4096;
 
 /// Values that are wrong nearly everywhere. None is an absolute path: what is written stays in the case's folder.
 const VALUES: [&str; 68] = [
-    "", " ", "nan", "NaN", "inf", "-inf", "-1", "0", "-0", "1", "2", "0.5", "1e308", "1e39", "-1e39", "1e-46", "1e400",
-    "18446744073709551615", "18446744073709551616", "4294967295", "4294967296", "-2147483648", "100000",
-    "99999999999999999999999999", "0x10", "1_000", "½", "Ω", "日本語", "\u{202e}txt.exe", "a\nb", "🐈", "%s%n%x", "--", "-", ",",
-    "1,2", "1,2,3", "nan,nan,nan", "1,2,3,4", "0,0,99999999999,1", "1x1", "0x0", "-1x-1", "32768x32768", "99999x99999",
-    "1..0", "0..1", "0..18446744073709551615", "5-1", "1-2", "-2147483648-2147483647", "1-2x0", "kappa=nan", "kappa=",
-    "=", "kappa=1", "eta=-1", "reflectance=2", "..", "missing.usda", "missing.toml", "far", "-1:1", "nan:nan", "-5s",
-    "lean.usda", "all",
+    "",
+    " ",
+    "nan",
+    "NaN",
+    "inf",
+    "-inf",
+    "-1",
+    "0",
+    "-0",
+    "1",
+    "2",
+    "0.5",
+    "1e308",
+    "1e39",
+    "-1e39",
+    "1e-46",
+    "1e400",
+    "18446744073709551615",
+    "18446744073709551616",
+    "4294967295",
+    "4294967296",
+    "-2147483648",
+    "100000",
+    "99999999999999999999999999",
+    "0x10",
+    "1_000",
+    "½",
+    "Ω",
+    "日本語",
+    "\u{202e}txt.exe",
+    "a\nb",
+    "🐈",
+    "%s%n%x",
+    "--",
+    "-",
+    ",",
+    "1,2",
+    "1,2,3",
+    "nan,nan,nan",
+    "1,2,3,4",
+    "0,0,99999999999,1",
+    "1x1",
+    "0x0",
+    "-1x-1",
+    "32768x32768",
+    "99999x99999",
+    "1..0",
+    "0..1",
+    "0..18446744073709551615",
+    "5-1",
+    "1-2",
+    "-2147483648-2147483647",
+    "1-2x0",
+    "kappa=nan",
+    "kappa=",
+    "=",
+    "kappa=1",
+    "eta=-1",
+    "reflectance=2",
+    "..",
+    "missing.usda",
+    "missing.toml",
+    "far",
+    "-1:1",
+    "nan:nan",
+    "-5s",
+    "lean.usda",
+    "all",
+];
+
+/// Numbers, for options that take one.
+const NUMBERS: [&str; 20] = [
+    "nan",
+    "inf",
+    "-inf",
+    "-1",
+    "0",
+    "-0",
+    "1",
+    "3",
+    "0.5",
+    "-0.5",
+    "1e-46",
+    "1e20",
+    "1e39",
+    "-1e39",
+    "1e308",
+    "100000",
+    "2147483648",
+    "4294967296",
+    "18446744073709551615",
+    "18446744073709551616",
+];
+
+/// Values that are nearly right, for options whose value has a form.
+const FORMS: [(&str, &[&str]); 6] = [
+    ("A-B", &["-2147483648-2147483647", "1-9999999999", "5-1", "1-2x0", "1-2", "1--1", "2147483647-2147483647", "0-0"]),
+    ("A..B", &["1..0", "0..1", "0..18446744073709551615", "18446744073709551614..18446744073709551615", "..", "-1..2"]),
+    ("WxH", &["0x0", "1x1", "1x32768", "32768x32768", "99999x99999", "-1x-1", "1x", "8x8x8", "1.5x2"]),
+    (
+        ",",
+        &["0,0,99999999999,1", "0,0,1,1", "18446744073709551615,1,1,1", "-1,0,1,1", "nan,nan,nan", "0,0,0", "1e39,1,1"],
+    ),
+    (
+        "=",
+        &["kappa=nan", "kappa=", "=", "kappa=1", "eta=-1", "reflectance=2", "sigma_ca=1,2", "eumelanin=1e39", "g=0.95"],
+    ),
+    (":", &["-1:1", "1:-1", "nan:nan", "0:0", "-2:2", "far", "near", "1e-30:2e-30", "-90:90"]),
 ];
 
 /// Names that mean something somewhere.
 const WORDS: [&str; 14] = [
-    "cat", "raccoon", "red-fox", "hair-lock", "lean.usda", "lean.hair", "mesh.obj", "part.film", "vellus", "yan2015",
-    "beauty,beauty", "multiscale", "linear", "table",
+    "cat",
+    "raccoon",
+    "red-fox",
+    "hair-lock",
+    "lean.usda",
+    "lean.hair",
+    "mesh.obj",
+    "part.film",
+    "vellus",
+    "yan2015",
+    "beauty,beauty",
+    "multiscale",
+    "linear",
+    "table",
 ];
 
 /// Options that legitimately make a run long.
 const LONG: [&str; 12] = [
-    "--spp", "--photons", "--starts", "--count", "--density", "--samples", "--step", "--profiles", "--frames",
-    "--segments", "--size", "--quality",
+    "--spp",
+    "--photons",
+    "--starts",
+    "--count",
+    "--density",
+    "--samples",
+    "--step",
+    "--profiles",
+    "--frames",
+    "--segments",
+    "--size",
+    "--quality",
 ];
 
 /// Options that are not tried: one connects to other machines, one renders for 75 seconds in any case.
@@ -46,7 +169,8 @@ const LEFT_OUT: [&str; 3] = ["--tev", "--help", "--version"];
 /// A subcommand and what it takes.
 struct Subcommand {
     path: String,
-    options: Vec<String>,
+    /// Options, and how the help calls their values.
+    options: Vec<(String, String)>,
 }
 
 #[derive(Default)]
@@ -94,13 +218,15 @@ fn discover(trial: &mut Trial, path: &str, found: &mut Vec<Subcommand>) -> Resul
         if in_commands && line.starts_with("  ") && !line.starts_with("   ") && first != "help" {
             children.push(first.to_owned());
         } else if first.starts_with('-') {
-            let long = std::iter::once(first).chain(words).find(|word| word.starts_with("--"));
-            options.extend(long.map(|word| word.trim_end_matches(',').to_owned()));
+            let mut words = std::iter::once(first).chain(words).skip_while(|word| !word.starts_with("--"));
+            let long = words.next().map(|word| word.trim_end_matches(',').to_owned());
+            let value = words.next().filter(|word| word.starts_with('<')).unwrap_or("").to_owned();
+            options.extend(long.map(|long| (long, value)));
         }
     }
     options.sort();
     options.dedup();
-    options.retain(|option| option.len() > 2 && !LEFT_OUT.contains(&option.as_str()));
+    options.retain(|(option, _)| option.len() > 2 && !LEFT_OUT.contains(&option.as_str()));
     if !path.is_empty() {
         found.push(Subcommand { path: path.to_owned(), options });
     }
@@ -116,7 +242,7 @@ fn cheap(path: &str, dice: &mut Dice) -> &'static str {
         "render" => &[
             "hair-lock --small --size 8x8 --spp 1 --output o.exr",
             "lean.usda --size 8x8 --spp 1 --output o.exr",
-            "raccoon --size 8x8 --spp 1 --output o.png",
+            "cat --small --size 8x8 --spp 1 --output o.png",
         ],
         "merge" => &["part.film --output o.exr"],
         "scene" => &["hair-lock --small --output o.usda"],
@@ -136,21 +262,31 @@ fn cheap(path: &str, dice: &mut Dice) -> &'static str {
 }
 
 fn command(trial: &mut Trial, subcommands: &[Subcommand]) -> Call {
-    let subcommand = trial.dice.pick(subcommands);
-    let mut args: Vec<OsString> =
-        cheap(&subcommand.path, &mut trial.dice).split_whitespace().map(OsString::from).collect();
+    // `render` has the most options.
+    let render = subcommands.iter().find(|subcommand| subcommand.path == "render");
+    let subcommand = render.filter(|_| trial.dice.chance(0.25)).unwrap_or_else(|| trial.dice.pick(subcommands));
+    let mut line = cheap(&subcommand.path, &mut trial.dice);
+    if subcommand.path == "render" && trial.dice.chance(0.05) {
+        // Large: what is wrong is told before it is grown.
+        line = "raccoon --size 8x8 --spp 1 --output o.png";
+    }
+    let mut args: Vec<OsString> = line.split_whitespace().map(OsString::from).collect();
     for _ in 0..*trial.dice.pick(&[1, 1, 1, 2, 4]) {
         if subcommand.options.is_empty() || trial.dice.chance(0.1) {
             let at = trial.dice.number(0..args.len() + 1);
             args.insert(at, value(&mut trial.dice));
             continue;
         }
-        let option = trial.dice.pick(&subcommand.options).clone();
+        let (option, form) = trial.dice.pick(&subcommand.options).clone();
         if let Some(at) = args.iter().position(|arg| *arg == *option) {
             // Given twice it would be refused for that alone.
             args.drain(at..(at + 2).min(args.len()));
         }
-        let given = value(&mut trial.dice);
+        if form.is_empty() && trial.dice.chance(0.9) {
+            args.push(option.into());
+            continue;
+        }
+        let given = formed(&form, &mut trial.dice);
         if trial.dice.chance(0.7) {
             // With `=` also what begins with a dash is a value.
             let mut joined = OsString::from(option + "=");
@@ -173,6 +309,16 @@ fn command(trial: &mut Trial, subcommands: &[Subcommand]) -> Call {
         _ => {}
     }
     call
+}
+
+/// A value that fits what the help calls it, more or less.
+fn formed(form: &str, dice: &mut Dice) -> OsString {
+    let forms = FORMS.iter().find(|(part, _)| form.contains(part));
+    match (forms, dice.number(0..10)) {
+        (Some((_, values)), 0..=5) => dice.pick::<&str>(values).into(),
+        (None, 0..=3) => (*dice.pick(&NUMBERS)).into(),
+        _ => value(dice),
+    }
 }
 
 fn value(dice: &mut Dice) -> OsString {
