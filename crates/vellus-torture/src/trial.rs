@@ -1,6 +1,6 @@
 //! One case of an attack: its folder, what was run there, and what was found.
 
-use crate::child::{Call, Outcome, Sink};
+use crate::child::{CPU_SECONDS, Call, Outcome, Sink};
 use crate::dice::Dice;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -75,6 +75,7 @@ impl<'b> Trial<'b> {
             stderr: Sink::Read,
             file_blocks: None,
             umask: None,
+            cpu_seconds: CPU_SECONDS,
             signal: None,
         };
         call.args(args)

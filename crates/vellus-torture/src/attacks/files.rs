@@ -69,7 +69,7 @@ fn seeds(trial: &mut Trial) -> Result<Vec<Seed>, Stop> {
         "groom convert straight.usda -o lean.hair",
         "groom grow mesh.obj --count 6 -o grown.usda",
         "render lean.usda --size 8x6 --spp 1 -o small.exr",
-        "fit --simulate cat --step 30 --out cat.txt",
+        "fit --simulate cat --step 15 --out cat.txt",
     ] {
         trial.prepare(&trial.vellus(line))?;
     }
