@@ -60,6 +60,8 @@ pub struct Outcome {
     /// Processor time when it was last looked at, to about 10 ms; 0 where the system does not tell.
     pub cpu: Duration,
     pub peak_kb: u64,
+    /// The most threads that it had.
+    pub threads: u64,
     pub stdout: String,
     pub stderr: String,
 }
@@ -142,13 +144,13 @@ impl Call {
         let (stdout, stderr) = (reader(child.stdout.take()), reader(child.stderr.take()));
         let pid = Pid::from_child(&child);
         let began = Instant::now();
-        let (mut signalled, mut timed_out, mut cpu, mut peak_kb) = (false, false, Duration::ZERO, 0);
+        let (mut signalled, mut timed_out, mut used) = (false, false, Usage::default());
         let status = loop {
             if let Some(status) = child.try_wait()? {
                 break status;
             }
-            if let Some(used) = usage(pid) {
-                (cpu, peak_kb) = used;
+            if let Some(now) = usage(pid) {
+                used = Usage { threads: used.threads.max(now.threads), ..now };
             }
             if let Some((after, signal)) = self.signal
                 && !signalled
@@ -171,8 +173,9 @@ impl Call {
             signal: status.signal(),
             signalled,
             timed_out,
-            cpu,
-            peak_kb,
+            cpu: used.cpu,
+            peak_kb: used.peak_kb,
+            threads: used.threads,
             stdout: join(stdout),
             stderr: join(stderr),
         })
@@ -211,8 +214,17 @@ fn join(reader: Option<JoinHandle<Vec<u8>>>) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-/// Processor time so far, and the most memory that was resident, KiB. Linux tells.
-fn usage(pid: Pid) -> Option<(Duration, u64)> {
+/// What a child costs.
+#[derive(Default)]
+struct Usage {
+    cpu: Duration,
+    /// The most memory that was resident, KiB.
+    peak_kb: u64,
+    threads: u64,
+}
+
+/// What a child has cost so far. Linux tells.
+fn usage(pid: Pid) -> Option<Usage> {
     let file = |name: &str| std::fs::read_to_string(format!("/proc/{}/{name}", pid.as_raw_nonzero())).ok();
     let stat = file("stat")?;
     // The name, in parentheses, may have blanks. Behind it utime and stime are the words 12 and 13, in 1/100 s.
@@ -220,6 +232,7 @@ fn usage(pid: Pid) -> Option<(Duration, u64)> {
     let mut ticks = || words.next()?.parse::<u64>().ok();
     let cpu = Duration::from_millis(10 * (ticks()? + ticks()?));
     let status = file("status")?;
-    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")?.split_whitespace().next()?.parse().ok());
-    Some((cpu, peak?))
+    let number =
+        |name| status.lines().find_map(|line| line.strip_prefix(name)?.split_whitespace().next()?.parse().ok());
+    Some(Usage { cpu, peak_kb: number("VmHWM:")?, threads: number("Threads:")? })
 }

@@ -145,7 +145,7 @@ pub fn profile() -> String {
 /// The same as a NumPy array of 5 rows and 8 columns.
 pub fn npy() -> Vec<u8> {
     let mut header = "{'descr': '<f4', 'fortran_order': False, 'shape': (5, 8), }".to_owned();
-    while (10 + header.len() + 1) % 64 != 0 {
+    while !(10 + header.len() + 1).is_multiple_of(64) {
         header.push(' ');
     }
     header.push('\n');

@@ -92,7 +92,10 @@ fn run(cli: &Cli) -> Result<bool> {
         }
         scores.retain(|score| score.attack.name() == only);
     }
-    let work = tempfile::Builder::new().prefix("vellus-torture-").tempdir()?;
+    // In memory where there is such a folder: what is tried there need not outlast the machine.
+    let mut work = tempfile::Builder::new();
+    work.prefix("vellus-torture-");
+    let work = work.tempdir_in("/dev/shm").or_else(|_| work.tempdir())?;
     let began = Instant::now();
     // Panics of what is attacked in this process are findings, not messages.
     std::panic::set_hook(Box::new(|_| {}));

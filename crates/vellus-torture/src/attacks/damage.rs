@@ -145,7 +145,7 @@ fn frame(trial: &mut Trial, whole: &Whole) -> Result<(), Stop> {
     }
     let which = trial.dice.number(0..FRAME_FILES.len());
     let kind = damaged(trial, &whole.frames[which].0, &trial.at(FRAME_FILES[which]))?;
-    let extension = if which % 2 == 0 { "exr" } else { "png" };
+    let extension = if FRAME_FILES[which].ends_with("exr") { "exr" } else { "png" };
     let what = format!("--frames --resume with a damaged .{extension}");
     let outcome = trial.run(&trial.vellus(FRAMES))?;
     if trial.ended_with(&outcome, &[0, 2], &what) && outcome.code == Some(0) {

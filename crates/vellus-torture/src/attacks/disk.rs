@@ -140,7 +140,8 @@ fn attempt(
         if let Some(picture) = super::picture(trial, &path, what) {
             let new = picture == pictures[0][i];
             let old = before && picture == pictures[1][i];
-            if !(new || old) || (outcome.code == Some(0) && !new) {
+            let right = if outcome.code == Some(0) { new } else { new || old };
+            if !right {
                 trial.finding(format!("{what}: a picture that is neither the old nor the new one"), name);
             }
         }

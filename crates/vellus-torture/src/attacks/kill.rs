@@ -156,8 +156,7 @@ fn disturb(trial: &mut Trial, job: &Job, expected: &Undisturbed) -> Result<(), S
 
 /// Are all outputs there? A signal that comes when all is done changes nothing.
 fn complete(trial: &Trial, job: &Job) -> bool {
-    let there = |name: &&str| trial.at(name).exists();
-    if job.film { trial.at("k.film").exists() } else { job.pictures.iter().all(|name| there(&name)) }
+    if job.film { trial.at("k.film").exists() } else { job.pictures.iter().all(|name| trial.at(name).exists()) }
 }
 
 /// The message of an interrupted run names what is kept.

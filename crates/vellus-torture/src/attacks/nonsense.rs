@@ -16,6 +16,8 @@ const REFUSED_WITHIN: f64 = 2.0;
 const ACCEPTED_AFTER: Duration = Duration::from_secs(1);
 /// Processor time in which the largest of the scenes tried is grown, seconds: three times what it takes on a core of its own.
 const GROWN_WITHIN: u64 = 30;
+/// The largest machines have about as many cores; each thread costs some MB of address space.
+const MOST_THREADS: u64 = 1100;
 /// A message longer than this, in bytes, is no message.
 const LONGEST_MESSAGE: usize = 4096;
 
@@ -165,6 +167,10 @@ const LONG: [&str; 12] = [
     "--quality",
 ];
 
+/// Options whose numbers stand for memory, threads or files.
+const COSTLY: [&str; 9] =
+    ["--frames", "--threads", "--size", "--samples", "--segments", "--count", "--crop", "--pieces", "--step"];
+
 /// Options that are not tried: one connects to other machines, one renders for 75 seconds in any case.
 const LEFT_OUT: [&str; 3] = ["--tev", "--help", "--version"];
 
@@ -280,7 +286,13 @@ fn command(trial: &mut Trial, subcommands: &[Subcommand]) -> Call {
             args.insert(at, value(&mut trial.dice));
             continue;
         }
-        let (option, form) = trial.dice.pick(&subcommand.options).clone();
+        let costly: Vec<_> =
+            subcommand.options.iter().filter(|(option, _)| COSTLY.contains(&option.as_str())).collect();
+        let (option, form) = if costly.is_empty() || trial.dice.chance(0.6) {
+            trial.dice.pick(&subcommand.options).clone()
+        } else {
+            (*trial.dice.pick(&costly)).clone()
+        };
         if let Some(at) = args.iter().position(|arg| *arg == *option) {
             // Given twice it would be refused for that alone.
             args.drain(at..(at + 2).min(args.len()));
@@ -322,7 +334,7 @@ fn formed(form: &str, dice: &mut Dice) -> OsString {
     let forms = FORMS.iter().find(|(part, _)| form.contains(part));
     match (forms, dice.number(0..10)) {
         (Some((_, values)), 0..=5) => dice.pick::<&str>(values).into(),
-        (None, 0..=3) => (*dice.pick(&NUMBERS)).into(),
+        (None, 0..=5) => (*dice.pick(&NUMBERS)).into(),
         _ => value(dice),
     }
 }
@@ -357,6 +369,9 @@ fn try_it(trial: &mut Trial, mut call: Call) -> Result<(), Stop> {
         return Ok(());
     }
     let what = format!("{subcommand} with nonsense");
+    if outcome.threads > MOST_THREADS {
+        trial.finding(format!("{what}: too many threads"), format!("{} or more", outcome.threads));
+    }
     if trial.ended_with(&outcome, &[0, 2], &what) && outcome.code == Some(2) && call.stderr == Sink::Read {
         message(trial, &outcome, &what);
     }
