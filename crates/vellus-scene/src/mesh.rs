@@ -66,7 +66,9 @@ impl Mesh {
         let fail = |what: String| Err(invalid(&self.name, what));
         if let Some(i) = self.positions.iter().position(|p| !is_within(*p)) {
             let [x, y, z] = self.positions[i].to_array();
-            return fail(format!("vertex {i} is ({x:?}, {y:?}, {z:?}): it must be finite and within ±{MAX_COORDINATE:e}"));
+            return fail(format!(
+                "vertex {i} is ({x:?}, {y:?}, {z:?}): it must be finite and within ±{MAX_COORDINATE:e}"
+            ));
         }
         if self.moved.as_ref().is_some_and(|m| m.len() != self.positions.len() || !m.iter().all(|p| is_within(*p))) {
             let what = "there must be as many moved vertices as vertices, all finite and within";
