@@ -241,9 +241,8 @@ pub(crate) fn add(layout: &Layout, sums: &mut [u32], values: &[f32], strand: u64
             Format::Square => sums::add_square(&mut sums[kept.words(0)], &values[..3]),
             Format::Largest => sums::add_largest(&mut sums[kept.words(0)], strand),
             Format::Bounded | Format::Part | Format::Light => {
-                for c in (0..kept.width).filter(|c| values[kept.channel + c] != 0.0) {
-                    sums::add_value(&mut sums[kept.words(c)], kept.format, values[kept.channel + c]);
-                }
+                let values = &values[kept.channel..][..kept.width];
+                sums::add_values(&mut sums[kept.all_words()], kept.format, values);
             }
         }
     }

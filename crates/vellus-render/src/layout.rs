@@ -21,6 +21,11 @@ impl Kept {
         let start = self.word + channel * self.format.words();
         start..start + self.format.words()
     }
+
+    /// Words of all its channels within a pixel.
+    pub fn all_words(&self) -> Range<usize> {
+        self.word..self.word + self.width * self.format.words()
+    }
 }
 
 /// Where the channels of each kept layer are. Beauty, alpha, square and fibers are always kept: noise, PNG and the means of other

@@ -90,6 +90,45 @@ fn store64(words: &mut [u32], value: u64) {
     (words[0], words[1]) = (value as u32, (value >> 32) as u32);
 }
 
+/// Adds the values of a layer to the sums of its channels, which follow each other.
+pub(crate) fn add_values(words: &mut [u32], format: Format, values: &[f32]) {
+    match format {
+        Format::Bounded => {
+            let (words, _) = words.as_chunks_mut::<2>();
+            words.iter_mut().zip(values).for_each(|(words, &value)| add_value(words, format, value));
+        }
+        Format::Part => {
+            let (words, _) = words.as_chunks_mut::<3>();
+            for (words, &value) in words.iter_mut().zip(values).filter(|(_, value)| **value != 0.0) {
+                // Nearly all values: their units fit 64 bits.
+                if value.abs() < 65536.0 {
+                    let units = f64::from(value) * (1u64 << PART_BITS) as f64;
+                    add_units(words, units.round_ties_even() as i64);
+                } else {
+                    add_value(words, format, value);
+                }
+            }
+        }
+        Format::Light => {
+            let (words, _) = words.as_chunks_mut::<4>();
+            words.iter_mut().zip(values).for_each(|(words, &value)| add_value(words, format, value));
+        }
+        Format::Square | Format::Largest => {}
+    }
+}
+
+/// Adds units that fit 64 bits to a sum of 96 bits.
+fn add_units(words: &mut [u32; 3], units: i64) {
+    let [a, b, c] = *words;
+    let (low, carry) = (u64::from(a) | u64::from(b) << 32).overflowing_add(units as u64);
+    let high = i64::from(c as i32) + (units >> 63) + i64::from(carry);
+    *words = [low as u32, (low >> 32) as u32, high as u32];
+    // Out of the range of 96 bits, or at its lower end, which is not used.
+    if high != i64::from(high as i32) || (high == i64::from(i32::MIN) && low == 0) {
+        store96(words, if high < 0 { -PART_MAX } else { PART_MAX });
+    }
+}
+
 fn load96(words: &[u32]) -> i128 {
     let bits = word(words, 0) | word(words, 1) << 32 | word(words, 2) << 64;
     // The sign is bit 95.
@@ -243,6 +282,31 @@ mod tests {
                 // Half a unit of 2⁻⁴⁶ is 7e-6 of 1e-9.
                 assert!((found / f64::from(x) - 1.0).abs() < 1e-5, "{format:?} {x}: {found}");
             }
+        }
+    }
+
+    #[test]
+    fn layers_are_added_as_single_values_are() {
+        let values: Vec<f32> = (0..400).map(|i| (i as f32 * 0.7).sin() * 3f32.powi(i % 31 - 15)).collect();
+        for format in SUMS {
+            let n = format.words();
+            let (mut layer, mut single) = (vec![0; 40 * n], vec![0; 40 * n]);
+            for values in values.chunks(40) {
+                add_values(&mut layer, format, values);
+                single.chunks_mut(n).zip(values).for_each(|(words, &value)| add_value(words, format, value));
+            }
+            for (a, b) in layer.chunks(n).zip(single.chunks(n)) {
+                // Halves of a unit may be rounded to either side.
+                let tolerance = 10.0 * 0.5f64.powi(PART_BITS);
+                assert!((value(a, format) - value(b, format)).abs() <= tolerance, "{format:?}");
+            }
+        }
+        // Sums at the end of their range, and beyond.
+        for (start, units) in [(PART_MAX - 3, 2), (PART_MAX - 3, 9), (3 - PART_MAX, -9), (-PART_MAX, -1), (5, -9)] {
+            let mut words = [0; 3];
+            store96(&mut words, start);
+            add_units(&mut words, units);
+            assert_eq!(load96(&words), (start + i128::from(units)).clamp(-PART_MAX, PART_MAX), "{start} {units}");
         }
     }
 

@@ -109,8 +109,44 @@ fn lobe_layers_sum_to_beauty() {
     }
 }
 
-/// Lights of every kind and a mesh that glows, two lights in one group, one brighter than a film takes: groups still sum to the
-/// beauty, and each is the picture lit by that group alone.
+/// From a moonless night to a sun: the picture is that of ordinary light, scaled, and its noise is the same. Distances are right from
+/// millimetres to a hundred kilometres.
+#[test]
+fn pictures_scale_with_light_and_size() {
+    let scene = |light: f32| {
+        let mut scene = clump(60, 0.01, fiber());
+        let sun = Light::Distant { direction: Vec3::new(1.0, 2.0, 0.5), half_angle: 0.02, irradiance: [3.0, 2.0, 1.0] };
+        scene.lights.push(sun);
+        for l in &mut scene.lights {
+            match l {
+                Light::Dome { radiance: power, .. } | Light::Distant { irradiance: power, .. } => {
+                    *power = power.map(|x| x * light);
+                }
+                _ => {}
+            }
+        }
+        scene
+    };
+    let settings = settings(16, Mode::MultiScale);
+    let expected = render(&World::new(scene(1.0)).unwrap(), &settings, 16);
+    let noise = expected.noise().unwrap();
+    for exponent in [-36, -30, -10, 10, 30, 36] {
+        // Powers of two, so that scaling rounds nothing.
+        let light = 2f32.powi(exponent);
+        let film = render(&World::new(scene(light)).unwrap(), &settings, 16);
+        // Squares of the rounding of 16 samples to units of 2⁻⁶⁴ are far below this.
+        assert!((film.noise().unwrap() / noise - 1.0).abs() < 1e-6, "{exponent}: {:?} {noise}", film.noise());
+        for i in 0..16 * 16 {
+            let at = |film: &Film| film.mean(i % 16, i / 16, Layer::Beauty, 1);
+            let (found, scaled) = (at(&film), at(&expected) * f64::from(light));
+            assert!((found - scaled).abs() <= 1e-6 * scaled + 1e-19, "{exponent}, pixel {i}: {found} {scaled}");
+        }
+        assert_eq!(film.full_pixels(), 0);
+    }
+}
+
+/// Lights of every kind and a mesh that glows, two lights in one group, one very bright: groups still sum to the beauty, and each is
+/// the picture lit by that group alone.
 #[test]
 fn light_groups_sum_to_beauty() {
     let mut scene = clump(100, 0.01, fiber());
@@ -153,7 +189,8 @@ fn light_groups_sum_to_beauty() {
     let Some(Light::Sphere { radiance, .. }) = scene.lights.last_mut() else { panic!() };
     *radiance = [3e4, 1e4, 7e4];
     let (_, brightest) = sums_to_beauty(&scene, 4);
-    assert!((1000.0..=10_000.0).contains(&brightest), "{brightest}");
+    // Seen directly, and nothing is held back.
+    assert!((brightest / 7e4 - 1.0).abs() < 1e-5, "{brightest}");
     // The group of two alone: the others are dark, and as much in the way.
     for light in &mut scene.lights[2..] {
         if let Light::Rect { radiance, .. } | Light::Disk { radiance, .. } | Light::Sphere { radiance, .. } = light {

@@ -205,6 +205,7 @@ impl Input {
             .field("strands", optional(self.strands.map(f32::to_le_bytes)))
             .field("camera", self.camera.as_deref().unwrap_or(""))
             .field("frame", optional(self.frame.map(f64::to_le_bytes)));
-        Ok(fiber(builder, &self.fiber().load()?))
+        // A built-in scene has fibres of its own.
+        if built_in { Ok(builder) } else { Ok(fiber(builder, &self.fiber().load()?)) }
     }
 }
