@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Picture, command, refused, refused_by, run, vellus};
+use common::{Picture, command, ended_by, refused, refused_by, run, vellus};
 use std::io::Read;
 use std::time::{Duration, Instant};
 
@@ -275,8 +275,9 @@ fn a_full_disk_costs_what_is_after_the_last_checkpoint() {
     let limited = args("100", &["--resume"]);
     let output =
         std::process::Command::new("sh").args(["-c", &script, "sh"]).args(&limited).current_dir(path).output().unwrap();
-    refused_by(
+    ended_by(
         &output,
+        75,
         &limited,
         &["the picture is not written", "full.checkpoint", "--resume", "cannot write full.exr"],
     );

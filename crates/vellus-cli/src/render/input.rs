@@ -206,6 +206,6 @@ impl Input {
             .field("camera", self.camera.as_deref().unwrap_or(""))
             .field("frame", optional(self.frame.map(f64::to_le_bytes)));
         // A built-in scene has fibres of its own.
-        if built_in { Ok(builder) } else { Ok(fiber(builder, &self.fiber().load()?)) }
+        if built_in.is_some() { Ok(builder) } else { Ok(fiber(builder, &self.fiber().load()?)) }
     }
 }
