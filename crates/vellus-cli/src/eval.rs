@@ -48,7 +48,7 @@ pub fn run(args: &Args) -> Result<()> {
         Some(path) if path.as_os_str() == "-" => read_csv(std::io::stdin().lock()).context("standard input")?,
         Some(path) => {
             let place = || format!("{}", path.display());
-            read_csv(&vellus_io::read(path).with_context(place)?[..]).with_context(place)?
+            read_csv(vellus_io::open(path).with_context(place)?).with_context(place)?
         }
     };
     let answers: Vec<(Query, Answer)> = queries.into_iter().map(|q| (q, q.ask(&bcsdf))).collect();

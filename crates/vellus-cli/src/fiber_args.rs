@@ -34,11 +34,11 @@ pub struct Incidence {
     pub theta_o: f64,
 }
 
+/// The largest file of a fibre: 1 MiB.
+const MAX_FIBER_BYTES: u64 = 1 << 20;
+
 /// The preset where none is given.
 pub const DEFAULT: &str = "red-fox";
-
-/// The largest fibre file that is read.
-const MAX_BYTES: u64 = 1 << 20;
 
 impl FiberArgs {
     /// A preset or a file, and overrides.
@@ -61,7 +61,7 @@ impl FiberArgs {
         let format = file_format(path);
         let base = match format {
             Some(format) => {
-                let text = vellus_io::read_to_string(path, MAX_BYTES);
+                let text = vellus_io::read_to_string(path, MAX_FIBER_BYTES);
                 let text = text.with_context(|| format!("cannot read {}", path.display()))?;
                 Spec::parse(&text, format).with_context(|| format!("in {}", path.display()))?
             }

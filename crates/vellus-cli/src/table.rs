@@ -86,13 +86,16 @@ pub fn run(command: &Command) -> Result<()> {
     }
 }
 
+/// The largest table file that is read: 1 GiB. The shipped tables have less than 1 MiB.
+pub const MAX_TABLE_BYTES: u64 = 1 << 30;
+
 fn load(file: Option<&Path>) -> Result<(TableData, usize)> {
     let read;
     let (bytes, place): (&[u8], _) = match file {
         None => (Tables::SHIPPED, "the shipped tables".to_owned()),
         Some(path) => {
             let place = path.display().to_string();
-            read = vellus_io::read(path).with_context(|| format!("cannot read {place}"))?;
+            read = vellus_io::read_at_most(path, MAX_TABLE_BYTES).with_context(|| format!("cannot read {place}"))?;
             (&read, place)
         }
     };
@@ -169,7 +172,7 @@ fn slab_name(quality: &Quality, slab: Slab) -> String {
 
 /// A piece from an earlier run, if it is whole.
 fn read_slab(path: &Path, len: usize) -> Option<Vec<f32>> {
-    let bytes = std::fs::read(path).ok()?;
+    let bytes = vellus_io::read_at_most(path, 4 * len as u64).ok()?;
     (bytes.len() == 4 * len)
         .then(|| bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect())
 }

@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use glam::Vec3;
+use vellus_scene::MAX_COORDINATE;
 
 /// A file in memory, with its name for messages.
 pub(crate) struct Bytes<'a> {
@@ -32,15 +33,16 @@ impl<'a> Bytes<'a> {
         self.u32(offset, name).map(f32::from_bits)
     }
 
-    /// Points in space, all finite; `stride` is 12 or more bytes from one to the next.
+    /// Points in space, within [`MAX_COORDINATE`]; `stride` is 12 or more bytes from one to the next.
     pub fn points(&self, offset: usize, count: usize, stride: usize) -> Result<Vec<Vec3>, Error> {
         let bytes = self.array(offset, count, stride, "points")?;
         let mut points = Vec::with_capacity(count);
         for (i, bytes) in bytes.chunks_exact(stride).enumerate() {
             let mut coordinates = f32s(&bytes[..12]);
             let point = Vec3::from_array(std::array::from_fn(|_| coordinates.next().unwrap_or_default()));
-            if !point.is_finite() {
-                return Err(self.fail(offset + i * stride, format!("point {i} is {point}: it must be finite")));
+            if !point.to_array().iter().all(|x| x.abs() <= MAX_COORDINATE) {
+                let what = format!("point {i} is {point}: it must be finite and within ±{MAX_COORDINATE:e}");
+                return Err(self.fail(offset + i * stride, what));
             }
             points.push(point);
         }
@@ -72,10 +74,13 @@ fn f32s(bytes: &[u8]) -> impl Iterator<Item = f32> {
     u32s(bytes).map(f32::from_bits)
 }
 
-/// A width given for strands that have none of their own.
+/// The largest width.
+pub(crate) const MAX_WIDTH: f32 = 2.0 * MAX_COORDINATE;
+
+/// A width given for strands that have none of their own. 0 is for strands that are only measured.
 pub(crate) fn given_width(width: Option<f32>) -> Result<Option<f32>, Error> {
     match width {
-        Some(width) if !(width.is_finite() && width > 0.0) => Err(Error::Width(width)),
+        Some(width) if !(0.0..=MAX_WIDTH).contains(&width) => Err(Error::Width(width)),
         width => Ok(width),
     }
 }

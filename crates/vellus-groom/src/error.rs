@@ -14,13 +14,15 @@ pub enum Error {
         what: String,
     },
     /// Neither the file nor the caller says how wide the strands are.
-    #[error("{file} has no widths: give one, in the file's unit of length")]
+    #[error(
+        "{file} has no widths: give their diameter with --width, in the file's unit of length (`vellus groom info` suggests one)"
+    )]
     NoWidth {
         /// Its name, as given to the reader.
         file: String,
     },
     /// The width given for strands without one is not a width.
-    #[error("the width {0} is out of range: it must be finite and positive")]
+    #[error("the width {0} is out of range: it must be in [0, 2e9]")]
     Width(f32),
     /// A format cannot hold these strands.
     #[error("{strands}: {what}")]

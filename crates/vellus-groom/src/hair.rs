@@ -6,7 +6,7 @@
 //! segments u16 a strand; by point: position 3 × f32, thickness f32, transparency f32, colour 3 × f32, array after array
 //! ```
 
-use crate::bytes::{Bytes, given_width};
+use crate::bytes::{Bytes, MAX_WIDTH, given_width};
 use crate::error::Error;
 use glam::Vec4;
 use vellus_scene::{Basis, Parameter, Strands, Values};
@@ -51,13 +51,13 @@ pub fn read_hair(bytes: &[u8], name: &str, width: Option<f32>) -> Result<Strands
     let starts = starts(&file, arrays & SEGMENTS != 0, segments_at, count, total)?;
     let positions = file.points(points_at, total, 12)?;
     let thickness = if arrays & THICKNESS != 0 {
-        let good = |x: f32| x.is_finite() && x >= 0.0;
-        Some(file.floats(thickness_at, total, "thicknesses", good, "one must be finite and not negative")?)
+        let good = |x: f32| (0.0..=MAX_WIDTH).contains(&x);
+        Some(file.floats(thickness_at, total, "thicknesses", good, "one must be in [0, 2e9]")?)
     } else {
         None
     };
     let default = file.f32(20, "thickness")?;
-    let default = width.or((default.is_finite() && default > 0.0).then_some(default));
+    let default = width.or((default > 0.0 && default <= MAX_WIDTH).then_some(default));
     let radius = |i: usize| thickness.as_ref().map_or(default, |t| Some(t[i])).map(|t| 0.5 * t);
     let points = positions.iter().enumerate().map(|(i, p)| radius(i).map(|r| p.extend(r)));
     let points: Option<Vec<Vec4>> = points.collect();

@@ -4,6 +4,7 @@
 
 use crate::error::Error;
 use glam::{Vec2, Vec3};
+use std::borrow::Cow;
 use std::collections::HashMap;
 use vellus_scene::Mesh;
 
@@ -15,11 +16,19 @@ use vellus_scene::Mesh;
 pub fn read_obj(bytes: &[u8], name: &str) -> Result<Vec<Mesh>, Error> {
     let mut reader = Reader { file: name, line: 0, ..Reader::default() };
     let text = String::from_utf8_lossy(bytes);
-    for line in text.lines() {
-        reader.line += 1;
-        // A comment ends a line.
-        let line = line.split('#').next().unwrap_or_default();
-        let mut words = line.split_whitespace();
+    // A comment ends a line.
+    let mut lines = text.lines().map(|line| line.split('#').next().unwrap_or_default()).zip(1..);
+    while let Some((line, number)) = lines.next() {
+        reader.line = number;
+        let mut whole = Cow::Borrowed(line);
+        // A backslash at its end joins the next one to it.
+        while whole.trim_end().ends_with('\\') {
+            let joined = whole.to_mut();
+            joined.truncate(joined.trim_end().len() - 1);
+            joined.push(' ');
+            joined.push_str(lines.next().map_or("", |(line, _)| line));
+        }
+        let mut words = whole.split_whitespace();
         match words.next() {
             Some("v") => {
                 let [x, y, z] = reader.numbers(words)?;
@@ -43,6 +52,10 @@ pub fn read_obj(bytes: &[u8], name: &str) -> Result<Vec<Mesh>, Error> {
     }
     reader.close();
     if reader.meshes.is_empty() { Err(reader.fail("it has no faces")) } else { Ok(reader.meshes) }
+}
+
+fn shown(word: &str) -> String {
+    vellus_io::excerpt(word.as_bytes(), 40)
 }
 
 #[derive(Default)]
@@ -78,7 +91,7 @@ impl Reader<'_> {
             let word = words.next().ok_or_else(|| self.fail(format!("{N} numbers belong here")))?;
             *number = word.parse().unwrap_or(f32::NAN);
             if !number.is_finite() {
-                return Err(self.fail(format!("{word} is not a finite number")));
+                return Err(self.fail(format!("{} is not a finite number", shown(word))));
             }
         }
         Ok(numbers)
@@ -102,11 +115,14 @@ impl Reader<'_> {
             let from_start =
                 given.and_then(|i| if i < 0 { i.checked_add_unsigned(there as u64) } else { i.checked_sub(1) });
             let index = from_start.and_then(|i| usize::try_from(i).ok()).filter(|&i| i < there);
-            index.map(Some).ok_or_else(|| self.fail(format!("{word}: there is no {kind} {part} of the {there} so far")))
+            index.map(Some).ok_or_else(|| {
+                let (word, part) = (shown(word), shown(part));
+                self.fail(format!("{word}: there is no {kind} {part} of the {there} so far"))
+            })
         };
         let position = index("vertex", self.positions.len())?;
         let corner = Corner {
-            position: position.ok_or_else(|| self.fail(format!("{word}: it has no vertex")))?,
+            position: position.ok_or_else(|| self.fail(format!("{}: it has no vertex", shown(word))))?,
             uv: index("uv", self.uv.len())?,
             normal: index("normal", self.normals.len())?,
         };
@@ -164,6 +180,24 @@ mod tests {
         assert_eq!((bare.name.as_str(), &bare.positions[..]), ("b", &[Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y][..]));
         assert!(bare.uv.is_none() && bare.normals.is_none());
         assert!(meshes.iter().all(|mesh| mesh.validate() == Ok(())));
+    }
+
+    #[test]
+    fn a_backslash_joins_the_next_line() {
+        let long = format!("{QUAD}f 1 \\\n 2 3\\\n4 # the last corner \\\nf 1 2 \\ \n 3\nf 9 1 2");
+        let error = read_obj(long.as_bytes(), "a.obj").unwrap_err().to_string();
+        assert!(error.starts_with("a.obj, line 16: 9:"), "{error}");
+        let meshes = read_obj(long.rsplit_once('\n').unwrap().0.as_bytes(), "a.obj").unwrap();
+        assert_eq!(meshes[0].triangles, [[0, 1, 2], [0, 2, 3], [0, 1, 2]]);
+        // The last line has no next one.
+        assert!(read_obj(format!("{QUAD}f 1 2 3 \\").as_bytes(), "a.obj").is_ok());
+    }
+
+    #[test]
+    fn garbage_is_cut_and_without_control_characters() {
+        let error =
+            read_obj(format!("{QUAD}v \u{1b}[2J{}", "x".repeat(1000)).as_bytes(), "a.obj").unwrap_err().to_string();
+        assert!(!error.contains('\u{1b}') && error.len() < 120, "{error}");
     }
 
     #[test]

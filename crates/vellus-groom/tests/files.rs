@@ -55,11 +55,13 @@ fn widths_come_from_the_caller_or_the_default_of_a_hair_file() {
     bytes.truncate(128 + 2 * 3 + 12 * 11);
     let error = read_hair(&bytes, "test.hair", None).unwrap_err();
     assert_eq!(error, Error::NoWidth { file: "test.hair".to_owned() });
-    assert!(error.to_string().contains("give one"));
+    assert!(error.to_string().contains("--width"));
     assert_eq!(read_hair(&bytes, "test.hair", Some(0.5)).unwrap().points[3].w, 0.25);
     bytes[20..24].copy_from_slice(&3f32.to_le_bytes());
     assert_eq!(read_hair(&bytes, "test.hair", None).unwrap().points[3].w, 1.5);
-    for width in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+    // 0 is for strands that are only measured.
+    assert_eq!(read_hair(&bytes, "test.hair", Some(0.0)).unwrap().points[3].w, 0.0);
+    for width in [-1.0, f32::NAN, f32::INFINITY, 1e30] {
         assert!(matches!(read_hair(&bytes, "test.hair", Some(width)), Err(Error::Width(_))));
     }
 }

@@ -10,6 +10,6 @@ mod target;
 mod write;
 
 pub use digest::{Digest, DigestBuilder};
-pub use read::{MAX_FILE_BYTES, MAX_STREAM_BYTES, open, read, read_at_most, read_to_string};
+pub use read::{MAX_FILE_BYTES, MAX_STREAM_BYTES, excerpt, open, read, read_at_most, read_to_string};
 pub use sources::Sources;
 pub use write::{folder, writable, write, write_with};

@@ -66,6 +66,19 @@ pub fn read_to_string(path: &Path, max: u64) -> Result<String> {
     })
 }
 
+/// What a file holds at some place, for messages: at most that many characters, without control characters, and `…` where
+/// more was left out.
+pub fn excerpt(bytes: &[u8], characters: usize) -> String {
+    let text = String::from_utf8_lossy(&bytes[..bytes.len().min(4 * characters + 4)]);
+    let mut rest = text.chars();
+    let mut shown: String =
+        rest.by_ref().take(characters).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
+    if rest.next().is_some() || bytes.len() > 4 * characters + 4 {
+        shown.push('…');
+    }
+    shown
+}
+
 /// Refuses folders and devices.
 fn check_kind(metadata: &std::fs::Metadata) -> Result<()> {
     let kind = metadata.file_type();
@@ -100,6 +113,14 @@ mod tests {
         assert_eq!(read(folder.path()).unwrap_err().kind(), ErrorKind::InvalidInput);
         std::fs::write(&path, b"12\xff").unwrap();
         assert!(read_to_string(&path, 9).unwrap_err().to_string().contains("byte 2"));
+    }
+
+    #[test]
+    fn excerpts_are_short_and_printable() {
+        assert_eq!(excerpt(b"f 1 2", 40), "f 1 2");
+        assert_eq!(excerpt(b"abcdef\x1b[2J", 3), "abc…");
+        assert_eq!(excerpt(b"\x1b[2J\xff\0", 40), "\u{fffd}[2J\u{fffd}\u{fffd}");
+        assert_eq!(excerpt(&[b'a'; 1 << 20], 2), "aa…");
     }
 
     #[cfg(target_os = "linux")]

@@ -1,7 +1,15 @@
 //! The camera.
 
 use crate::error::{Error, invalid};
-use glam::{Mat4, Vec3};
+use crate::strands::{MAX_COORDINATE, is_within};
+use glam::{Mat3, Mat4, Vec3, Vec4};
+
+/// The largest width or height of the film over the focal length: an angle of view of 179.99°.
+const MAX_FILM: f32 = 1e4;
+
+/// How far the products of a rotation's axes may be from those of an orthonormal basis. Products of several rotations in
+/// single precision stay within 1e-6 for each; a scale of 0.05 % is refused.
+const RIGID: f32 = 1e-3;
 
 /// A perspective camera with a thin lens. It looks along −z of its own frame, y up.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,21 +44,71 @@ impl Camera {
         }
     }
 
-    /// Checks that all is finite and positive.
+    /// Checks the ranges of all numbers: the film's width and height over the focal length in (0, 10⁴], the lens' radius in
+    /// [0, [`MAX_COORDINATE`]], the focus distance in (0, [`MAX_COORDINATE`]], both transforms rigid and their translation at
+    /// most [`MAX_COORDINATE`].
     ///
     /// # Errors
     /// [`Error::Invalid`] says what is wrong.
     pub fn validate(&self) -> Result<(), Error> {
-        let positive = |x: f32| x.is_finite() && x > 0.0;
-        if !(positive(self.film_width) && positive(self.film_height)) {
-            return Err(invalid("camera", "the film must have a positive width and height"));
+        let fail = |what: String| Err(invalid("camera", what));
+        let within = |x: f32, max: f32| x > 0.0 && x <= max;
+        for (name, x) in [("width", self.film_width), ("height", self.film_height)] {
+            if !within(x, MAX_FILM) {
+                return fail(format!(
+                    "the film's {name} over the focal length is {x}: it must be in (0, {MAX_FILM:e}]"
+                ));
+            }
         }
-        if !(self.lens_radius >= 0.0 && self.lens_radius.is_finite() && positive(self.focus_distance)) {
-            return Err(invalid("camera", "the lens' radius must not be negative, the focus distance positive"));
+        if !(0.0..=MAX_COORDINATE).contains(&self.lens_radius) {
+            return fail(format!("the lens' radius is {}: it must be in [0, {MAX_COORDINATE:e}]", self.lens_radius));
         }
-        if !self.to_world.is_finite() || self.to_world.determinant().abs() < 1e-6 {
-            return Err(invalid("camera", "its transform must be finite and invertible"));
+        if !within(self.focus_distance, MAX_COORDINATE) {
+            let what = format!("the focus distance is {}: it must be in (0, {MAX_COORDINATE:e}]", self.focus_distance);
+            return fail(what);
+        }
+        for (name, matrix) in [("transform", Some(self.to_world)), ("transform as the shutter closes", self.moved)] {
+            let Some(matrix) = matrix else { continue };
+            if !is_within(matrix.w_axis.truncate()) {
+                return fail(format!("its {name} must be finite, its translation within ±{MAX_COORDINATE:e}"));
+            }
+            let rotation = Mat3::from_mat4(matrix);
+            let gram = rotation.transpose() * rotation;
+            if !gram.abs_diff_eq(Mat3::IDENTITY, RIGID) || matrix.row(3) != Vec4::W {
+                return fail(format!("its {name} must be a rotation and a translation, without scale or shear"));
+            }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_number_has_its_own_message() {
+        let camera = Camera::look_at(Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO, Vec3::Y, 0.5, 1.5);
+        assert_eq!(camera.validate(), Ok(()));
+        type Break = fn(&mut Camera);
+        let broken: [(Break, &str); 8] = [
+            (|c| c.film_width = 0.0, "film's width"),
+            (|c| c.film_height = f32::NAN, "film's height"),
+            (|c| c.lens_radius = -1.0, "lens' radius is -1"),
+            (|c| c.focus_distance = f32::INFINITY, "focus distance is inf"),
+            (|c| c.to_world.w_axis.x = 1e20, "translation"),
+            (|c| c.to_world *= Mat4::from_scale(Vec3::splat(2.0)), "without scale"),
+            (|c| c.moved = Some(Mat4::NAN), "as the shutter closes must be finite"),
+            (
+                |c| c.moved = Some(Mat4::from_scale(Vec3::new(1.0, 2.0, 1.0))),
+                "as the shutter closes must be a rotation",
+            ),
+        ];
+        for (change, message) in broken {
+            let mut camera = camera;
+            change(&mut camera);
+            let error = camera.validate().unwrap_err().to_string();
+            assert!(error.contains(message), "{error}");
+        }
     }
 }

@@ -20,6 +20,6 @@ pub use light::{Ground, Light};
 pub use look::{Look, Parameter, Value};
 pub use mesh::{Mesh, Surface, Tint};
 pub use scene::Scene;
-pub use strands::{Basis, Strands, Values};
+pub use strands::{Basis, MAX_COORDINATE, Strands, Values};
 pub use texture::{Texture, Wrap};
 pub use units::Units;

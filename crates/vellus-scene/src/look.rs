@@ -77,29 +77,44 @@ impl Parameter {
         matches!(self, Parameter::Alpha | Parameter::BetaM | Parameter::BetaN)
     }
 
-    /// Puts a value into a fibre: held to its range, as a texture or an interpolation may leave it a little.
+    /// Its smallest and largest value, angles in degrees. Each channel of a colour is in that range.
+    pub fn range(self) -> [f32; 2] {
+        match self {
+            Parameter::Eta => [1.0, 3.0],
+            Parameter::Kappa => [0.0, 0.99],
+            Parameter::Alpha => [-45.0, 45.0],
+            Parameter::BetaM | Parameter::BetaN => [0.1, 90.0],
+            Parameter::SigmaCa | Parameter::SigmaMs | Parameter::SigmaMa => [0.0, 1000.0],
+            Parameter::G => [0.0, 0.95],
+            Parameter::Layers => [0.0, 20.0],
+            Parameter::Reflectance => [0.001, 0.999],
+            Parameter::Melanin => [0.0, 100.0],
+        }
+    }
+
+    /// Puts a value into a fibre. A value outside of [`Parameter::range`] is replaced by the nearest in it: interpolation
+    /// between pixels or points, or a texture, may leave the range.
     pub fn set(self, fiber: &mut Fiber, value: [f32; 3]) {
+        let [low, high] = self.range().map(|x| if self.is_angle() { x.to_radians() } else { x });
+        let value = value.map(|x| x.clamp(low, high));
         let x = value[0];
-        let sigma = |x: f32| x.clamp(0.0, 1000.0);
-        let beta = |x: f32| x.clamp(0.1f32.to_radians(), 90f32.to_radians());
         let color = |fiber: &Fiber, color: Color| color.absorption(fiber.beta_n).unwrap_or(fiber.sigma_ca);
         match self {
-            Parameter::Eta => fiber.eta = x.clamp(1.0, 3.0),
-            Parameter::Kappa => fiber.kappa = x.clamp(0.0, 0.99),
-            Parameter::Alpha => fiber.alpha = x.clamp(-45f32.to_radians(), 45f32.to_radians()),
-            Parameter::BetaM => fiber.beta_m = beta(x),
-            Parameter::BetaN => fiber.beta_n = beta(x),
-            Parameter::SigmaCa => fiber.sigma_ca = value.map(sigma),
-            Parameter::SigmaMs => fiber.sigma_ms = sigma(x),
-            Parameter::SigmaMa => fiber.sigma_ma = value.map(sigma),
-            Parameter::G => fiber.g = x.clamp(0.0, 0.95),
-            Parameter::Layers => fiber.layers = x.clamp(0.0, 20.0),
+            Parameter::Eta => fiber.eta = x,
+            Parameter::Kappa => fiber.kappa = x,
+            Parameter::Alpha => fiber.alpha = x,
+            Parameter::BetaM => fiber.beta_m = x,
+            Parameter::BetaN => fiber.beta_n = x,
+            Parameter::SigmaCa => fiber.sigma_ca = value,
+            Parameter::SigmaMs => fiber.sigma_ms = x,
+            Parameter::SigmaMa => fiber.sigma_ma = value,
+            Parameter::G => fiber.g = x,
+            Parameter::Layers => fiber.layers = x,
             Parameter::Reflectance => {
-                let held = value.map(|c| c.clamp(0.001, 0.999));
-                fiber.sigma_ca = color(fiber, Color::Reflectance(held));
+                fiber.sigma_ca = color(fiber, Color::Reflectance(value));
             }
             Parameter::Melanin => {
-                let [eumelanin, pheomelanin, _] = value.map(|c| c.clamp(0.0, 100.0));
+                let [eumelanin, pheomelanin, _] = value;
                 fiber.sigma_ca = color(fiber, Color::Melanin { eumelanin, pheomelanin });
             }
         }
@@ -141,6 +156,25 @@ impl Look {
         match self.textured.iter().find(|(_, value)| value.texture >= textures) {
             Some((parameter, _)) => Err(invalid(&self.name, format!("{} has no such texture", parameter.key()))),
             None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_outside_a_range_become_its_ends() {
+        for parameter in Parameter::ALL {
+            let [low, high] = parameter.range();
+            for (given, held) in [(low - 1e4, low), (high + 1e4, high)] {
+                let unit = |x: f32| if parameter.is_angle() { x.to_radians() } else { x };
+                let [mut fiber, mut expected] = [Fiber::hair(); 2];
+                parameter.set(&mut fiber, [unit(given); 3]);
+                parameter.set(&mut expected, [unit(held); 3]);
+                assert_eq!((fiber, fiber.validate()), (expected, Ok(())), "{parameter:?}");
+            }
         }
     }
 }

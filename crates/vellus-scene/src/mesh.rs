@@ -1,6 +1,7 @@
 //! Triangle meshes and what they are made of.
 
 use crate::error::{Error, invalid};
+use crate::strands::{MAX_COORDINATE, is_within};
 use glam::{Vec2, Vec3};
 
 /// A colour, or a texture's times a colour.
@@ -57,17 +58,21 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Checks that the numbers fit together and all of them are finite.
+    /// Checks that the numbers fit together, that all of them are finite, and coordinates at most [`MAX_COORDINATE`].
     ///
     /// # Errors
     /// [`Error::Invalid`] says what is wrong.
     pub fn validate(&self) -> Result<(), Error> {
         let fail = |what: String| Err(invalid(&self.name, what));
-        if let Some(i) = self.positions.iter().position(|p| !p.is_finite()) {
-            return fail(format!("vertex {i} is {}: it must be finite", self.positions[i]));
+        if let Some(i) = self.positions.iter().position(|p| !is_within(*p)) {
+            let [x, y, z] = self.positions[i].to_array();
+            return fail(format!(
+                "vertex {i} is ({x:?}, {y:?}, {z:?}): it must be finite and within ±{MAX_COORDINATE:e}"
+            ));
         }
-        if self.moved.as_ref().is_some_and(|m| m.len() != self.positions.len() || m.iter().any(|p| !p.is_finite())) {
-            return fail("there must be as many moved vertices as vertices, and all finite".to_owned());
+        if self.moved.as_ref().is_some_and(|m| m.len() != self.positions.len() || !m.iter().all(|p| is_within(*p))) {
+            let what = "there must be as many moved vertices as vertices, all finite and within";
+            return fail(format!("{what} ±{MAX_COORDINATE:e}"));
         }
         if let Some(i) = self.triangles.iter().position(|t| t.iter().any(|&v| v as usize >= self.positions.len())) {
             return fail(format!("triangle {i} has a vertex beyond the {} there are", self.positions.len()));

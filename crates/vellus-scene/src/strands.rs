@@ -4,6 +4,15 @@ use crate::error::{Error, invalid};
 use crate::look::Parameter;
 use glam::{Vec2, Vec3, Vec4};
 
+/// The largest coordinate or radius of strands, meshes and the camera, in scene units, with either sign: 10⁹. The renderer
+/// multiplies up to four lengths, and 10³⁶ is still a number in single precision.
+pub const MAX_COORDINATE: f32 = 1e9;
+
+/// Is a point within [`MAX_COORDINATE`] of zero in each direction? NaN is not.
+pub(crate) fn is_within(point: Vec3) -> bool {
+    point.to_array().iter().all(|x| x.abs() <= MAX_COORDINATE)
+}
+
 /// How the points of a strand make a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Basis {
@@ -82,7 +91,7 @@ impl Strands {
         (0..self.len()).filter_map(|i| self.basis.segments(self.strand(i).len())).sum()
     }
 
-    /// Checks that the numbers fit together and all points are finite.
+    /// Checks that the numbers fit together, and that coordinates and radii are at most [`MAX_COORDINATE`].
     ///
     /// # Errors
     /// [`Error::Invalid`] names the strand and what is wrong with it.
@@ -100,14 +109,25 @@ impl Strands {
             let Some(points) = self.points.get(pair[0] as usize..pair[1] as usize) else {
                 return fail(format!("strand {i} ends beyond the {} points there are", self.points.len()));
             };
-            for point in points {
-                if !point.is_finite() || point.w < 0.0 {
-                    return fail(format!("strand {i} has a point {point}: it must be finite, its radius not negative"));
+            for (k, point) in points.iter().enumerate() {
+                if !is_within(point.truncate()) {
+                    let [x, y, z, _] = point.to_array();
+                    return fail(format!(
+                        "strand {i}, point {k} is ({x:?}, {y:?}, {z:?}): coordinates must be finite and within ±{MAX_COORDINATE:e}"
+                    ));
+                }
+                if !(0.0..=MAX_COORDINATE).contains(&point.w) {
+                    let width = 2.0 * point.w;
+                    return fail(format!(
+                        "strand {i}, point {k} has the width {width:?}: it must be in [0, {:e}]",
+                        2.0 * MAX_COORDINATE
+                    ));
                 }
             }
         }
-        if self.moved.as_ref().is_some_and(|m| m.len() != self.points.len() || m.iter().any(|p| !p.is_finite())) {
-            return fail("there must be as many moved points as points, and all finite".to_owned());
+        if self.moved.as_ref().is_some_and(|m| m.len() != self.points.len() || !m.iter().all(|p| is_within(*p))) {
+            let what = "there must be as many moved points as points, all finite and within";
+            return fail(format!("{what} ±{MAX_COORDINATE:e}"));
         }
         if self.root_uv.as_ref().is_some_and(|uv| uv.len() != self.len() || uv.iter().any(|uv| !uv.is_finite())) {
             return fail("there must be one finite root uv a strand".to_owned());

@@ -65,12 +65,17 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<Option<Camera>,
     let to_world = rigid(&place.to_world);
     let moved = rigid(&place.moved);
     let single = |matrix: DMat4| matrix.as_mat4();
-    Ok(Some(Camera {
+    let camera = Camera {
         to_world: single(to_world),
         moved: (moved != to_world).then(|| single(moved)),
         film_width: (width / focal_length) as f32,
         film_height: (height / focal_length) as f32,
         lens_radius: if has_lens { (0.05 * focal_length / f_stop) as f32 } else { 0.0 },
         focus_distance: if focus_distance > 0.0 { focus_distance as f32 } else { 1.0 },
-    }))
+    };
+    match camera.validate() {
+        Err(vellus_scene::Error::Invalid { what, .. }) => Err(Error::prim(prim, what)),
+        Err(error) => Err(error.into()),
+        Ok(()) => Ok(Some(camera)),
+    }
 }

@@ -2,14 +2,17 @@
 
 use crate::error::Error;
 use crate::layout::Layout;
-use crate::look::{channels, look};
+use crate::look::{BoundLook, SHADER, channels, is_rgb, look};
 use crate::motion::{Points, points};
 use crate::place::{Place, mean_scale};
-use crate::primvar::{Interpolation, inherited, primvar};
+use crate::primvar::{Interpolation, Primvar, ancestors, inherited, primvar};
 use crate::reader::Reader;
 use crate::stage::{Stage, When};
 use glam::{DMat4, DVec3, Vec2, Vec3};
-use vellus_scene::{Basis, Parameter, Strands, Values};
+use vellus_scene::{Basis, MAX_COORDINATE, Parameter, Strands, Values};
+
+/// The largest width.
+pub(crate) const MAX_WIDTH: f32 = 2.0 * MAX_COORDINATE;
 
 /// Where the texture coordinates of roots are looked for; the last is what Blender writes.
 const ROOT_UV: [&str; 3] = ["primvars:st", "primvars:uv", "primvars:surface_uv_coordinate"];
@@ -18,7 +21,18 @@ const ROOT_UV: [&str; 3] = ["primvars:st", "primvars:uv", "primvars:surface_uv_c
 pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let prim = place.path.as_str();
     let Some((basis, pinned)) = kind(reader, prim)? else { return Ok(()) };
-    let Points { open, close } = points(reader, prim)?;
+    if place.to_world.determinant() == 0.0 || place.moved.determinant() == 0.0 {
+        return Err(Error::prim(prim, "its transform flattens strands: no scale of it or of its ancestors may be 0"));
+    }
+    let Points { open, close } = points(reader, prim).map_err(|error| match error {
+        // Blender writes such handles for curves that have none.
+        Error::Prim { prim, what } if basis == Basis::Bezier && what.contains("NaN") => {
+            let what =
+                format!("{what} (re-export the curves as Catmull-Rom: Blender writes handles that are not numbers)");
+            Error::Prim { prim, what }
+        }
+        error => error,
+    })?;
     let counts = reader.stage.integers(prim, "curveVertexCounts", When::Open)?.unwrap_or_default();
     let layout = Layout::new(prim, basis, pinned, &counts, open.len())?;
     if layout.counts.is_empty() {
@@ -43,7 +57,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     }
     let root_uv = root_uv(stage, prim, &layout)?;
     let bound = look(reader, prim)?;
-    let varying = varying(&reader.stage, prim, &layout, &bound.primvars)?;
+    let varying = varying(reader, prim, &layout, &bound)?;
     let mut strands = Strands {
         // While it is checked, the path.
         name: prim.to_owned(),
@@ -111,8 +125,8 @@ fn radii(reader: &mut Reader, place: &Place, layout: &Layout) -> Result<Values<[
         if widths.values.lanes != 1 {
             return Err(Error::prim(prim, format!("{name} must be numbers")));
         }
-        if let Some(i) = widths.values.values.iter().position(|w| !(w.is_finite() && *w >= 0.0)) {
-            let what = format!("{name}[{i}] is {}: it must be finite and not negative", widths.values.values[i]);
+        if let Some(i) = widths.values.values.iter().position(|w| !(0.0..=MAX_WIDTH).contains(w)) {
+            let what = format!("{name}[{i}] is {:?}: it must be in [0, {MAX_WIDTH:e}]", widths.values.values[i]);
             return Err(Error::prim(prim, what));
         }
         if !is_uniform {
@@ -147,24 +161,71 @@ fn root_uv(stage: &Stage, prim: &str, layout: &Layout) -> Result<Option<Vec<Vec2
     Ok(None)
 }
 
+/// How the names of primvars for fibres begin.
+const PRIMVARS: &str = "primvars:vellus:";
+
 /// [`Strands::varying`].
 type Varying = Vec<(Parameter, Values<[f32; 3]>)>;
 
 /// Parameters from `primvars:vellus:key`, or from the primvar that the shader reads.
-fn varying(stage: &Stage, prim: &str, layout: &Layout, named: &[(Parameter, String)]) -> Result<Varying, Error> {
+fn varying(reader: &mut Reader, prim: &str, layout: &Layout, bound: &BoundLook) -> Result<Varying, Error> {
     let mut varying = Vec::new();
     for parameter in Parameter::ALL {
-        let ours = format!("primvars:vellus:{}", parameter.key());
-        let theirs = named.iter().find(|(p, _)| *p == parameter).map(|(_, name)| format!("primvars:{name}"));
+        let ours = format!("{PRIMVARS}{}", parameter.key());
+        let theirs = bound.primvars.iter().find(|(p, _)| *p == parameter).map(|(_, name)| format!("primvars:{name}"));
         for name in std::iter::once(ours).chain(theirs) {
-            let Some(values) = inherited(stage, prim, &name)? else { continue };
+            let Some(values) = inherited(&reader.stage, prim, &name)? else { continue };
             if let Some(i) = values.values.values.iter().position(|x| !x.is_finite()) {
                 let what = format!("{name}[{}] is not finite", i / values.values.lanes);
                 return Err(Error::prim(prim, what));
             }
             varying.push((parameter, layout.spread(prim, &name, &values, |row| channels(parameter, row))?));
+            if let Some((i, value)) = outside(parameter, &values) {
+                warn_of_range(reader, prim, (parameter, &name), bound.look, (i, value));
+            }
             break;
         }
     }
+    for path in ancestors(prim) {
+        for name in reader.stage.properties(path)?.iter() {
+            let key = name.as_str().strip_prefix(PRIMVARS).map(|key| key.strip_suffix(":indices").unwrap_or(key));
+            if key.is_some_and(|key| Parameter::from_key(key).is_none()) {
+                reader.warnings.add(path, format!("{} is no parameter of {SHADER} and left out", name.as_str()));
+            }
+        }
+    }
     Ok(varying)
+}
+
+/// The first value of a primvar that is outside the parameter's range, and its index.
+fn outside(parameter: Parameter, primvar: &Primvar) -> Option<(usize, f32)> {
+    let [low, high] = parameter.range();
+    let used = match parameter {
+        Parameter::Melanin => 2,
+        parameter if is_rgb(parameter) => 3,
+        _ => 1,
+    };
+    (0..primvar.values.len()).find_map(|i| {
+        let row = primvar.values.row(i).iter().take(used);
+        row.copied().find(|x| !(low..=high).contains(x)).map(|x| (i, x))
+    })
+}
+
+/// Says once for each primvar and look what happens to values outside a range.
+fn warn_of_range(
+    reader: &mut Reader,
+    prim: &str,
+    (parameter, name): (Parameter, &str),
+    look: usize,
+    (i, value): (usize, f32),
+) {
+    if !reader.held.insert((look, name.to_owned())) {
+        return;
+    }
+    let [low, high] = parameter.range();
+    let unit = if parameter.is_angle() { " degrees" } else { "" };
+    let nearest = value.clamp(low, high);
+    let what = format!("{name}[{i}] is {value}: the range is [{low}, {high}]{unit}, so {nearest} is taken");
+    let look = &reader.scene.looks[look].name;
+    reader.warnings.add(prim, format!("{what}; the same goes for other curves with the look {look}"));
 }

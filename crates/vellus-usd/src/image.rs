@@ -3,12 +3,16 @@
 use crate::error::Error;
 use crate::guard::catch;
 use crate::rgbe;
+use crate::warning::Warning;
 use std::io::Cursor;
 use std::path::Path;
 use vellus_scene::{Texture, Wrap};
 
-/// More pixels than this are taken for a garbled header.
+/// The most pixels of an image. Decoding takes up to twice the memory of the pixels, which have 12 bytes each.
 pub(crate) const MOST_PIXELS: usize = 1 << 27;
+
+/// The largest file of an image: 4 GiB.
+const MAX_BYTES: u64 = 4 << 30;
 
 /// How numbers in a file encode light. Radiance HDR and OpenEXR are linear whatever is asked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -24,10 +28,12 @@ pub(crate) enum Encoding {
 
 /// Reads an image as linear RGB; alpha is left out, grey becomes three equal channels.
 ///
+/// Negative numbers, which resizing leaves near bright edges, become 0: the warning says how many.
+///
 /// # Errors
-/// [`Error::File`] names the file if it is missing, broken, of another kind, has more than 2²⁷ pixels, or one that is negative or not
-/// finite.
-pub fn load_texture(file: &Path) -> Result<Texture, Error> {
+/// [`Error::File`] names the file if it is missing, broken, of another kind, has more than 4 GiB or 2²⁷ pixels, or a pixel
+/// that is not finite.
+pub fn load_texture(file: &Path) -> Result<(Texture, Option<Warning>), Error> {
     load(file, Encoding::Auto)
 }
 
@@ -36,18 +42,26 @@ pub fn load_texture(file: &Path) -> Result<Texture, Error> {
 ///
 /// # Errors
 /// Those of [`load_texture`].
-pub fn load_map(file: &Path) -> Result<Texture, Error> {
+pub fn load_map(file: &Path) -> Result<(Texture, Option<Warning>), Error> {
     load(file, Encoding::Linear)
 }
 
-fn load(file: &Path, encoding: Encoding) -> Result<Texture, Error> {
-    let bytes = std::fs::read(file).map_err(|error| Error::file(file, error))?;
-    decode(file, &bytes, encoding)
+fn load(file: &Path, encoding: Encoding) -> Result<(Texture, Option<Warning>), Error> {
+    let bytes = vellus_io::read_at_most(file, MAX_BYTES).map_err(|error| Error::file(file, error))?;
+    let Image { texture, warning } = decode(file, &bytes, encoding)?;
+    Ok((texture, warning.map(|what| Warning { prims: vec![file.display().to_string()], what })))
+}
+
+/// An image, and what was done to its pixels.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Image {
+    pub texture: Texture,
+    pub warning: Option<String>,
 }
 
 /// The same from the bytes of a file, which may lie in a package.
-pub(crate) fn decode(file: &Path, bytes: &[u8], encoding: Encoding) -> Result<Texture, Error> {
-    let (width, height, pixels) = match bytes {
+pub(crate) fn decode(file: &Path, bytes: &[u8], encoding: Encoding) -> Result<Image, Error> {
+    let (width, height, mut pixels) = match bytes {
         [0x89, b'P', b'N', b'G', ..] => png_pixels(bytes, encoding),
         [b'#', b'?', ..] => rgbe::decode(bytes),
         [0x76, 0x2f, 0x31, 0x01, ..] => exr_pixels(bytes),
@@ -55,9 +69,18 @@ pub(crate) fn decode(file: &Path, bytes: &[u8], encoding: Encoding) -> Result<Te
     }
     .map_err(|what| Error::file(file, what))?;
     let name = file.file_name().map_or(String::new(), |name| name.to_string_lossy().into_owned());
+    let mut negative = 0;
+    for pixel in &mut pixels {
+        if pixel.iter().any(|x| *x < 0.0 && x.is_finite()) {
+            negative += 1;
+            *pixel = pixel.map(|x| if x.is_finite() { x.max(0.0) } else { x });
+        }
+    }
+    let warning = (negative > 0)
+        .then(|| format!("the image {name} has {negative} pixels with negative numbers: these are taken as 0"));
     let texture = Texture { name, width, height, pixels, wrap: [Wrap::Repeat; 2] };
     texture.validate().map_err(|error| Error::file(file, error))?;
-    Ok(texture)
+    Ok(Image { texture, warning })
 }
 
 pub(crate) type Pixels = (usize, usize, Vec<[f32; 3]>);
@@ -89,17 +112,22 @@ fn png_pixels(bytes: &[u8], encoding: Encoding) -> Result<Pixels, String> {
         Encoding::Srgb => true,
     };
     let linear = |x: f32| if srgb { srgb_to_linear(x) } else { x };
-    let values: Vec<f32> = match depth {
+    let rgb = |v: [f32; 3]| if channels >= 3 { v } else { [v[0]; 3] };
+    let pixels = match depth {
         png::BitDepth::Sixteen => {
-            data.chunks_exact(2).map(|b| linear(f32::from(u16::from_be_bytes([b[0], b[1]])) / 65535.0)).collect()
+            let number = |b: &[u8]| linear(f32::from(u16::from_be_bytes([b[0], b[1]])) / 65535.0);
+            let channel = |pixel: &[u8], c: usize| pixel.get(2 * c..2 * c + 2).map_or(0.0, number);
+            let pixel = |pixel: &[u8]| rgb(std::array::from_fn(|c| channel(pixel, c)));
+            data.chunks_exact(2 * channels).take(pixels).map(pixel).collect()
         }
         _ => {
             let table: [f32; 256] = std::array::from_fn(|i| linear(i as f32 / 255.0));
-            data.iter().map(|&b| table[b as usize]).collect()
+            let channel = |pixel: &[u8], c: usize| pixel.get(c).map_or(0.0, |&b| table[usize::from(b)]);
+            let pixel = |pixel: &[u8]| rgb(std::array::from_fn(|c| channel(pixel, c)));
+            data.chunks_exact(channels).take(pixels).map(pixel).collect()
         }
     };
-    let rgb = |v: &[f32]| if channels >= 3 { [v[0], v[1], v[2]] } else { [v[0]; 3] };
-    Ok((width, height, values.chunks_exact(channels).take(pixels).map(rgb).collect()))
+    Ok((width, height, pixels))
 }
 
 /// IEC 61966-2-1.
@@ -165,7 +193,7 @@ mod tests {
     #[test]
     fn colour_is_srgb_and_grey_is_linear_unless_told() {
         let rgb = png(png::ColorType::Rgb, png::BitDepth::Eight, &[0, 128, 255, 10, 20, 30]);
-        let read = |bytes: &[u8], encoding| decode(Path::new("a/b.png"), bytes, encoding).unwrap();
+        let read = |bytes: &[u8], encoding| decode(Path::new("a/b.png"), bytes, encoding).unwrap().texture;
         let texture = read(&rgb, Encoding::Auto);
         assert_eq!((texture.name.as_str(), texture.width, texture.height), ("b.png", 2, 1));
         assert!((texture.pixels[0][1] - 0.215_860_5).abs() < 1e-6 && texture.pixels[0][2] == 1.0);
@@ -180,7 +208,33 @@ mod tests {
     fn exr_keeps_every_bit() {
         let pixels = vec![[0.0, 1e-30, 3.4e38], [0.1, 0.2, 0.3], [1.0 / 3.0, 5.0, 7e7]];
         let texture = Texture { name: "t.exr".to_owned(), width: 1, height: 3, pixels, wrap: [Wrap::Repeat; 2] };
-        assert_eq!(decode(Path::new("t.exr"), &encode_exr(&texture).unwrap(), Encoding::Auto).unwrap(), texture);
+        let read = decode(Path::new("t.exr"), &encode_exr(&texture).unwrap(), Encoding::Auto).unwrap();
+        assert_eq!(read, Image { texture, warning: None });
+    }
+
+    #[test]
+    fn negative_pixels_become_black_and_are_counted() {
+        let image = |pixels: Vec<[f32; 3]>| {
+            let texture =
+                Texture { name: String::new(), width: pixels.len(), height: 1, pixels, wrap: [Wrap::Repeat; 2] };
+            decode(Path::new("a.exr"), &encode_exr(&texture).unwrap(), Encoding::Auto)
+        };
+        let read = image(vec![[1.0, -0.01, 2.0], [0.5; 3], [-1.0; 3]]).unwrap();
+        assert_eq!(read.texture.pixels, [[1.0, 0.0, 2.0], [0.5; 3], [0.0; 3]]);
+        assert!(read.warning.unwrap().contains("a.exr has 2 pixels"));
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            assert!(image(vec![[bad, -1.0, 0.0]]).unwrap_err().to_string().contains("not finite"), "{bad}");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn devices_are_no_images() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a.png", "a.exr", "a.hdr"] {
+            std::os::unix::fs::symlink("/dev/zero", folder.path().join(name)).unwrap();
+            assert!(load_map(&folder.path().join(name)).unwrap_err().to_string().contains("it is a device"), "{name}");
+        }
     }
 
     #[test]

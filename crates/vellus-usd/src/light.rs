@@ -120,7 +120,7 @@ fn light_texture(reader: &mut Reader, prim: &str) -> Result<Option<usize>, Error
         Some(file) => Some(file),
         None => reader.stage.asset(prim, "texture:file")?,
     };
-    file.map(|file| reader.texture(file, Encoding::Auto, None, [Wrap::Repeat; 2])).transpose()
+    file.map(|file| reader.texture(prim, file, Encoding::Auto, None, [Wrap::Repeat; 2])).transpose()
 }
 
 /// The pole of a DomeLight is +y of its frame, whatever is up; the middle of its image is +z (OpenEXR), where ours is −z.

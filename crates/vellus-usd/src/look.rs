@@ -113,7 +113,7 @@ fn fur(reader: &mut Reader, material: &str, shader: &Shader) -> Result<(Look, Ve
             }
         }
     }
-    for name in reader.stage.properties(prim)? {
+    for name in reader.stage.properties(prim)?.iter().map(|name| name.as_str()) {
         let known = |key: &str| key == "preset" || Parameter::from_key(key).is_some();
         if name.strip_prefix("inputs:").is_some_and(|key| !known(key)) {
             reader.warnings.add(prim, format!("{name} is no parameter of {SHADER} and left out"));

@@ -31,21 +31,22 @@ pub(crate) fn bound_material(reader: &mut Reader, prim: &str) -> Result<Option<S
 /// The relationship by which `path` binds a material to `prim`, itself or below it, and the material. The first collection that has the
 /// prim goes before what is bound to `path` itself.
 fn binding(reader: &mut Reader, path: &str, prim: &str, purpose: &str) -> Result<Option<(String, String)>, Error> {
-    for name in reader.stage.properties(path)? {
+    for name in reader.stage.properties(path)?.iter() {
+        let name = name.as_str();
         let Some(rest) = name.strip_prefix("material:binding:collection:") else { continue };
         // `name`, or `purpose:name`.
         let of = rest.split_once(':').filter(|(_, name)| !name.contains(':')).map_or("", |(purpose, _)| purpose);
         if of != purpose {
             continue;
         }
-        let targets = reader.stage.targets(path, &name)?;
+        let targets = reader.stage.targets(path, name)?;
         let [collection, material] = &targets[..] else {
             let what = format!("{name} must have two targets, a collection and a material: it is left out");
             reader.warnings.add(path, what);
             continue;
         };
         match reader.stage.includes(collection, prim)? {
-            Some(true) => return Ok(Some((name, material.clone()))),
+            Some(true) => return Ok(Some((name.to_owned(), material.clone()))),
             Some(false) => {}
             None => {
                 reader.warnings.add(collection, "collections by an expression are not supported and have no members")

@@ -1,14 +1,14 @@
 //! Reading a stage: prim after prim into a scene.
 
 use crate::error::Error;
-use crate::image::{self, Encoding};
+use crate::image::{self, Encoding, Image};
 use crate::look::BoundLook;
 use crate::network::bound_material;
 use crate::place::{Place, places};
 use crate::stage::Stage;
 use crate::warning::{Warning, Warnings};
 use crate::{camera, curves, light, mesh};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use vellus::Fiber;
 use vellus_io::Sources;
@@ -17,7 +17,7 @@ use vellus_scene::{Scene, Texture, Wrap};
 /// What a file does not say.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// Width (diameter) of curves that have none, in world units. Without it such curves are an error.
+    /// Width (diameter) of curves that have none, in world units, in [0, 2·10⁹]. Without it such curves are an error.
     pub default_width: Option<f32>,
     /// The time code that is read, interpolated between samples. Without it: the stage's startTimeCode, or where it has none the first
     /// sample of each attribute. Values without time are for attributes without samples.
@@ -58,15 +58,14 @@ pub struct Reading {
 /// panic hook print a line ([`crate::quiet_caught_panics`]).
 pub fn read(file: &Path, options: &Options) -> Result<Reading, Error> {
     if let Some(width) = options.default_width
-        && !(width.is_finite() && width >= 0.0)
+        && !(0.0..=curves::MAX_WIDTH).contains(&width)
     {
-        return Err(Error::file(file, format!("the default width is {width}: it must be finite and not negative")));
+        let max = curves::MAX_WIDTH;
+        return Err(Error::file(file, format!("the default width is {width}: it must be in [0, {max:e}]")));
     }
     let stage = Stage::open(file, options.frame)?;
     let paths = stage.prims().map_err(|what| Error::file(file, what))?;
-    if let Some(broken) = stage.composition_errors().map_err(|what| Error::file(file, what))?.first() {
-        return Err(Error::file(file, broken));
-    }
+    stage.check_composition(file)?;
     let units = stage.units().map_err(|what| Error::file(file, what))?;
     let mut reader = Reader {
         stage,
@@ -75,6 +74,7 @@ pub fn read(file: &Path, options: &Options) -> Result<Reading, Error> {
         warnings: Warnings::default(),
         looks: HashMap::new(),
         surfaces: HashMap::new(),
+        held: HashSet::new(),
         textures: HashMap::new(),
     };
     reader.scene(file, &paths)?;
@@ -98,6 +98,8 @@ pub(crate) struct Reader<'a> {
     pub looks: HashMap<String, BoundLook>,
     /// By material, or by mesh where it has none.
     pub surfaces: HashMap<String, usize>,
+    /// Looks and primvars of which it was said that they leave their range.
+    pub held: HashSet<(usize, String)>,
     textures: HashMap<(String, Encoding, Option<usize>, [Wrap; 2]), usize>,
 }
 
@@ -159,9 +161,10 @@ impl Reader<'_> {
         }
     }
 
-    /// Index of the texture in a file; `channel` makes it grey.
+    /// Index of the texture in a file that a prim refers to; `channel` makes it grey.
     pub fn texture(
         &mut self,
+        prim: &str,
         file: String,
         encoding: Encoding,
         channel: Option<usize>,
@@ -174,7 +177,11 @@ impl Reader<'_> {
         let bytes = self.stage.asset_bytes(&key.0)?;
         // The part in brackets is the file in the package.
         let name = PathBuf::from(key.0.trim_end_matches(']').replace('[', "/"));
-        let mut texture = Texture { wrap, ..image::decode(&name, &bytes, encoding)? };
+        let Image { texture, warning } = image::decode(&name, &bytes, encoding)?;
+        if let Some(what) = warning {
+            self.warnings.add(prim, what);
+        }
+        let mut texture = Texture { wrap, ..texture };
         if let Some(channel) = channel {
             texture.pixels.iter_mut().for_each(|pixel| *pixel = [pixel[channel]; 3]);
         }

@@ -16,7 +16,7 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Pixels, String> {
         if let Some(format) = line.strip_prefix("FORMAT=")
             && format.trim() != "32-bit_rle_rgbe"
         {
-            return Err(format!("Radiance image of the format {format}: only 32-bit_rle_rgbe is supported"));
+            return Err(format!("Radiance image of the format {}: only 32-bit_rle_rgbe is supported", shown(format)));
         }
         if let Some(factor) = line.strip_prefix("EXPOSURE=").and_then(|x| x.trim().parse::<f32>().ok()) {
             // Pixels are stored after exposure; what was there before it is wanted.
@@ -31,10 +31,13 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Pixels, String> {
     let (width, height) = match words[..] {
         ["-Y", height, "+X", width] => match (width.parse(), height.parse()) {
             (Ok(width), Ok(height)) => (width, height),
-            _ => return Err(format!("Radiance image with a garbled size: {line}")),
+            _ => return Err(format!("Radiance image with a garbled size: {}", shown(line))),
         },
         _ => {
-            return Err(format!("Radiance image with the size and order {line}: only -Y height +X width is supported"));
+            return Err(format!(
+                "Radiance image with the size and order {}: only -Y height +X width is supported",
+                shown(line)
+            ));
         }
     };
     checked_size(width, height)?;
@@ -60,6 +63,10 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Pixels, String> {
         }));
     }
     Ok((width, height, pixels))
+}
+
+fn shown(text: &str) -> String {
+    vellus_io::excerpt(text.as_bytes(), 40)
 }
 
 fn take_line<'a>(input: &mut &'a [u8]) -> Result<&'a str, String> {

@@ -68,6 +68,6 @@ pub(crate) fn uv_texture(reader: &mut Reader, shader: &Shader, is_number: bool) 
             reader.warnings.add(prim, "its texture coordinates are always the primvar st, not changed on the way");
         }
     }
-    let texture = reader.texture(file, encoding, channel, wrap)?;
+    let texture = reader.texture(prim, file, encoding, channel, wrap)?;
     Ok((texture, channel.map_or(scale, |c| [scale[c]; 3])))
 }

@@ -645,3 +645,28 @@ def Camera \"eye\" {{ double shutter:open = -0.25 double shutter:close = 0.5 }}"
         assert!(said.contains("/c, /m: its velocities are not those of its points"), "{said}");
     }
 }
+
+/// Once for each primvar and material, with value, range and what is done.
+#[test]
+fn primvars_outside_their_range_and_unknown_ones_are_said() {
+    let curves = |name: &str, more: &str| {
+        format!(
+            "def BasisCurves \"{name}\" {{ uniform token type = \"linear\" int[] curveVertexCounts = [2]
+            point3f[] points = [(0,0,0), (1,0,0)] float[] widths = [1, 1] {more} }}\n"
+        )
+    };
+    let both =
+        "float[] primvars:vellus:kappa = [5] float[] primvars:vellus:alpha = [45] float primvars:vellus:fluff = 1
+        color3f[] primvars:vellus:sigma_ca = [(0, 1, -1)]";
+    let body = [curves("a", both), curves("b", both)].concat();
+    let (scene, warnings) = read_text(&body, &Options::default()).unwrap();
+    let said: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(said.len(), 3, "{said:?}");
+    assert!(
+        said[0].starts_with("/a: primvars:vellus:kappa[0] is 5: the range is [0, 0.99], so 0.99 is taken"),
+        "{said:?}"
+    );
+    assert!(said[1].starts_with("/a: primvars:vellus:sigma_ca[0] is -1: the range is [0, 1000]"), "{said:?}");
+    assert_eq!(said[2], "/a, /b: primvars:vellus:fluff is no parameter of VellusFur and left out");
+    assert_eq!(scene.strands.len(), 2);
+}

@@ -65,7 +65,7 @@ fn errors_name_the_prim_what_is_wrong_and_what_is_allowed() {
         ),
         (
             curves(&format!("{linear}{points}{counts} float[] widths = [1, -1]")),
-            &["/c: widths[1] is -1: it must be finite and not negative"],
+            &["/c: widths[1] is -1.0: it must be in [0, 2e9]"],
         ),
         (
             curves(&format!("{linear}{points}{counts} float[] widths = [1, 1, 1]")),
@@ -214,6 +214,114 @@ fn cut_off_and_garbled_files_come_back() {
                 garbled[at] = (i * 31 + k * 17) as u8;
             }
             survives(&file, &garbled, &format!("{name} garbled, round {i}"));
+        }
+    }
+}
+
+/// The line and the column of what cannot be parsed, in the layer that holds it.
+#[test]
+fn parse_errors_have_a_place() {
+    let error = error_of("def Xform \"a\" {\n    float x = = 3\n}");
+    assert!(error.contains("stage.usda: line 3, column 15: ") && error.contains("found '= 3'"), "{error}");
+    let error = error_of(&format!("def Xform \"a\" {{\n    float x = \u{1}{}\n}}", "z".repeat(500)));
+    assert!(error.contains("line 3, column 15: this is no word, number, string or path"), "{error}");
+    assert!(error.len() < 250 && !error.contains('\u{1}'), "{error}");
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("top.usda"), "#usda 1.0\n( subLayers = [@good.usda@, @bad.usda@] )\n").unwrap();
+    std::fs::write(folder.path().join("good.usda"), "#usda 1.0\n").unwrap();
+    std::fs::write(folder.path().join("bad.usda"), "#usda 1.0\n\ndef Xform {}").unwrap();
+    let error = read(&folder.path().join("top.usda"), &Options::default()).unwrap_err().to_string();
+    assert!(error.contains("bad.usda: line 3, column 11: "), "{error}");
+}
+
+/// What Pixar's library reads: a byte order mark, and numbers without a digit before or after the point.
+#[test]
+fn byte_order_marks_and_short_numbers_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.usda");
+    let text =
+        "\u{feff}#usda 1.0\ndef BasisCurves \"c\" { uniform token type = \"linear\" int[] curveVertexCounts = [2]
+        point3f[] points = [(.5,-.25,1.), (1,+.5,2.e0)] float[] widths = [.5, 1.] }";
+    std::fs::write(&file, text).unwrap();
+    let (scene, _) = read(&file, &Options::default()).unwrap();
+    let points: Vec<[f32; 4]> = scene.strands[0].points.iter().map(|p| p.to_array()).collect();
+    assert_eq!(points, [[0.5, -0.25, 1.0, 0.25], [1.0, 0.5, 2.0, 0.5]]);
+}
+
+/// Sizes that overflow later on are refused where they are read.
+#[test]
+fn sizes_are_bounded() {
+    let curves = |points: &str, more: &str| {
+        format!(
+            "def BasisCurves \"c\" {{ uniform token type = \"linear\" int[] curveVertexCounts = [2]
+            point3f[] points = [(0,0,0), {points}] float[] widths = [1, 1] {more} }}"
+        )
+    };
+    let scale =
+        |scale: &str| format!("float3 xformOp:scale = {scale} uniform token[] xformOpOrder = [\"xformOp:scale\"]");
+    let table = [
+        (
+            curves("(1e20,0,0)", ""),
+            "/c: strand 0, point 1 is (1e20, 0.0, 0.0): coordinates must be finite and within ±1e9",
+        ),
+        (curves("(1,0,0)", &scale("(1e12, 1e12, 1e12)")), "/c: strand 0, point 0 has the width 1000000000000.0"),
+        (curves("(1,0,0)", &scale("(0, 0, 0)")), "/c: its transform flattens strands"),
+        (curves("(1,0,0)", "").replace("[1, 1]", "[1, 1e30]"), "/c: widths[1] is 1e30: it must be in [0, 2e9]"),
+        (
+            format!("{} def Camera \"k\" {{ float fStop = 1e-30 float focusDistance = 1 }}", curves("(1,0,0)", "")),
+            "/k: the lens' radius is",
+        ),
+        (
+            format!("{} def Camera \"k\" {{ float focalLength = 1e-10 }}", curves("(1,0,0)", "")),
+            "/k: the film's width over the focal length",
+        ),
+    ];
+    for (body, message) in table {
+        let error = error_of(&body);
+        assert!(error.contains(message), "{error}");
+    }
+    let wide = Options { default_width: Some(1e30), ..Options::default() };
+    assert!(read_text("", &wide).unwrap_err().to_string().contains("must be in [0, 2e9]"));
+}
+
+#[test]
+fn curves_with_handles_that_are_not_numbers_say_how_to_export_them() {
+    let error = error_of(
+        "def BasisCurves \"c\" { int[] curveVertexCounts = [4] float[] widths = [1]
+        point3f[] points = [(0,0,0), (nan,0,0), (1,0,0), (2,0,0)] }",
+    );
+    assert!(error.contains("points[1]") && error.contains("re-export the curves as Catmull-Rom"), "{error}");
+}
+
+/// A package whose directory does not hold is refused before it is read.
+#[test]
+fn blanks_are_no_package() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.usdz");
+    // Without any blocks on the disk.
+    std::fs::File::create(&path).unwrap().set_len(2 << 30).unwrap();
+    let start = std::time::Instant::now();
+    let error = read(&path, &Options::default()).unwrap_err().to_string();
+    assert!(error.contains("no zip archive"), "{error}");
+    // Reading 2 GiB takes longer on any machine of today.
+    assert!(start.elapsed().as_secs_f64() < 0.3);
+}
+
+#[cfg(unix)]
+#[test]
+fn devices_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for device in ["/dev/zero", "/dev/urandom"] {
+        for name in ["a.usda", "a.usdc", "a.usdz", "a.usd"] {
+            let path = folder.path().join(name);
+            std::fs::remove_file(&path).ok();
+            std::os::unix::fs::symlink(device, &path).unwrap();
+            let top = folder.path().join("top.usda");
+            std::fs::write(&top, format!("#usda 1.0\n( subLayers = [@{name}@] )")).unwrap();
+            let error = read(&path, &Options::default()).unwrap_err().to_string();
+            assert!(error.contains("it is a device"), "{error}");
+            // A layer is opened under the name that its link leads to, which says nothing of its format.
+            assert!(read(&top, &Options::default()).is_err());
         }
     }
 }

@@ -7,6 +7,7 @@ use crate::lanes::Lanes;
 use crate::longitudinal::Longitudinal;
 use crate::medulla::Medulla;
 use crate::near::NearHit;
+use crate::segments;
 use crate::tables::Tables;
 use crate::window::{self, Window};
 use crate::window_hit::WindowHit;
@@ -94,6 +95,8 @@ pub struct Bcsdf<'t> {
     pub(crate) longitudinal: Longitudinal,
     pub(crate) azimuthal: Azimuthal,
     pub(crate) medulla: Medulla<'t>,
+    /// Does a window take more segments than usual?
+    pub(crate) fine: bool,
 }
 
 impl Bcsdf<'static> {
@@ -118,6 +121,7 @@ impl<'t> Bcsdf<'t> {
             longitudinal: Longitudinal::new(fiber),
             azimuthal: Azimuthal::new(fiber),
             medulla: Medulla::new(fiber, tables),
+            fine: segments::needs_more(fiber),
         })
     }
 

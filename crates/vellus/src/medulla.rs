@@ -33,6 +33,8 @@ pub struct Azimuth {
     pub(crate) scale: f32,
     /// −1 where h″ < 0: the profile is mirrored, (h, φ) → (−h, −φ).
     mirror: f32,
+    /// The share of the profile that is mirrored, half of it at h″ = 0: see [`grid::mirrored_share`].
+    pub(crate) turned: f32,
 }
 
 /// C^M of one θ_o, the weights of its components: the same for every offset.
@@ -50,7 +52,7 @@ pub struct Inclination {
 
 impl Azimuth {
     /// No light.
-    pub const NONE: Azimuth = Azimuth { weights: [f32x8::ZERO; AZIMUTHAL], scale: 0.0, mirror: 1.0 };
+    pub const NONE: Azimuth = Azimuth { weights: [f32x8::ZERO; AZIMUTHAL], scale: 0.0, mirror: 1.0, turned: 0.0 };
 }
 
 impl Inclination {
@@ -105,13 +107,15 @@ impl<'t> Medulla<'t> {
         self.optical_radius > 0.0
     }
 
-    /// How many points a window needs for C^N: few (0), some (1) or many (2). Its forward peak is some 1 − g
-    /// wide, and scattering twice or more blurs it. By trial, for 1 % of TTˢ: three points up to g = 0.7, five up to
-    /// 0.85, and a step less from an optical radius of 2.
-    pub(crate) fn sharpness(&self) -> u8 {
-        let g = self.anisotropy;
-        let sharp = if g > 0.85 { 2u8 } else { u8::from(g > 0.7) };
-        sharp.saturating_sub(u8::from(self.optical_radius > 2.0))
+    /// The half width of the forward peak of C^N, radians: about 1 − g where light is scattered once, and more where it is scattered
+    /// more often.
+    pub(crate) fn peak_width(&self) -> f32 {
+        (1.0 - self.anisotropy) * 0.7f32.mul_add(self.optical_radius, 1.0).min(8.0)
+    }
+
+    /// Is C^N smooth, as a function of the offset too? By trial: up to g = 0.7, and up to 0.85 from an optical radius of 2.
+    pub(crate) fn is_smooth(&self) -> bool {
+        self.anisotropy <= 0.7 || (self.anisotropy <= 0.85 && self.optical_radius > 2.0)
     }
 
     /// ⟨L⟩(τ, g, h″).
@@ -152,7 +156,8 @@ impl<'t> Medulla<'t> {
     pub fn azimuth(&self, pass: &Pass, angle: f32) -> Azimuth {
         let weights = product(&self.tables.azimuthal.factors[2].at(self.offset(angle)), &pass.weights);
         let scale = normaliser(&weights, &[f32x8::ONE; AZIMUTHAL]);
-        Azimuth { weights, scale, mirror: 1f32.copysign(angle) }
+        let x = (angle.abs() * grid::MIRROR_REACH_INVERSE).min(1.0);
+        Azimuth { weights, scale, mirror: 1f32.copysign(angle), turned: 0.5 * (1.0 - x) * (1.0 - x) }
     }
 
     /// ⟨L⟩ of a path.
@@ -215,11 +220,17 @@ impl<'t> Medulla<'t> {
     #[doc(alias = "Eq. 10")]
     #[inline(always)]
     pub fn azimuthal(&self, s: &Azimuth, phi: f32) -> f32 {
+        let density =
+            |phi: f32| self.tables.azimuthal.densities.eval(&s.weights, if phi < 0.0 { phi + TAU } else { phi });
         let phi = phi * s.mirror;
-        s.scale * self.tables.azimuthal.densities.eval(&s.weights, if phi < 0.0 { phi + TAU } else { phi })
+        let mut value = density(phi);
+        if s.turned > 0.0 {
+            value += s.turned * (density(-phi) - value);
+        }
+        s.scale * value
     }
 
-    /// [`Medulla::azimuthal`], not yet scaled, of eight paths with h″ ≥ 0.
+    /// [`Medulla::azimuthal`], neither scaled nor mirrored, of eight paths with h″ ≥ 0.
     #[inline(always)]
     pub(crate) fn azimuthal8(&self, weights: [&Weights<AZIMUTHAL>; 8], phi: f32x8) -> f32x8 {
         let turned = phi.simd_lt(f32x8::ZERO).select(phi + f32x8::splat(TAU), phi);
@@ -239,13 +250,21 @@ impl<'t> Medulla<'t> {
 
     /// Draws an azimuth from straight back, in [−2π, 2π], from C^N. D10: exact sampling from the tables.
     pub fn sample_azimuth(&self, s: &Azimuth, u: f32) -> f32 {
-        s.mirror * self.sample_profile(&s.weights, u)
+        s.mirror * self.sample_profile(&s.weights, s.turned, u)
     }
 
-    /// Draws an azimuth, in [0, 2π], from the C^N of those weights, of a path with h″ ≥ 0.
-    pub(crate) fn sample_profile(&self, weights: &Weights<AZIMUTHAL>, u: f32) -> f32 {
+    /// Draws an azimuth, in [−2π, 2π], from the C^N of those weights, of a path with h″ ≥ 0. The share `turned` of it is mirrored.
+    pub(crate) fn sample_profile(&self, weights: &Weights<AZIMUTHAL>, turned: f32, u: f32) -> f32 {
         let (r, u) = choose(weights, &[f32x8::ONE; AZIMUTHAL], u);
-        self.tables.azimuthal.densities.invert(r, u, 0.0)
+        let invert = |u: f32| self.tables.azimuthal.densities.invert(r, u, 0.0);
+        // What is left of `u` decides, and is stretched again.
+        if u < turned {
+            -invert(u / turned)
+        } else if turned > 0.0 {
+            invert((u - turned) / (1.0 - turned))
+        } else {
+            invert(u)
+        }
     }
 
     /// Draws θᵢ from C^M for an azimuth `phi` in [−π, π] from straight back: a half in proportion

@@ -6,11 +6,40 @@
 //! h = r sin ψ, with r = 1 or the medulla's edge κη′.
 
 use crate::special;
+use arrayvec::ArrayVec;
 use std::f32::consts::FRAC_PI_2;
 use wide::f32x8;
 
 /// Segments of a half window: their eight ends fill a register.
 pub(crate) const SEGMENTS: usize = 7;
+
+/// Pieces that a window is divided into at most. Each is a chain of [`SEGMENTS`] on one side of the axis.
+pub(crate) const PIECES: usize = 3;
+
+/// Divides the pieces of a window, each a side and its range of offsets, until there are [`PIECES`] of them: at the medulla's
+/// edge, or the longest one in the middle, measured in γ.
+pub(crate) fn divide(pieces: &mut ArrayVec<(usize, [f32; 2]), PIECES>, edge: Option<f32>) {
+    while !pieces.is_full() && !pieces.is_empty() {
+        let mut cut = (0, 0.0, -1.0f32);
+        for (i, (_, [low, high])) in pieces.iter().enumerate() {
+            let [first, last] = [low.asin(), high.asin()];
+            let here = match edge {
+                // No piece is longer than that.
+                Some(edge) if *low < edge && edge < *high => (i, edge, FRAC_PI_2 + 1.0),
+                _ => (i, (0.5 * (first + last)).sin(), last - first),
+            };
+            cut = if here.2 > cut.2 { here } else { cut };
+        }
+        let (i, middle, _) = cut;
+        let (side, [_, high]) = pieces[i];
+        // So narrow that there is nothing between its ends.
+        if !(pieces[i].1[0] < middle && middle < high) {
+            return;
+        }
+        pieces[i].1[1] = middle;
+        pieces.push((side, [middle, high]));
+    }
+}
 
 /// ψ runs over [0, π/2] as t(3 − t)/2 does for t from 0 to 1: nodes equidistant in t come closer, by
 /// half, toward the silhouette and the medulla's edge.
@@ -47,11 +76,6 @@ pub(crate) struct Side {
 }
 
 impl Side {
-    /// Its share of the way from the axis to the edge.
-    pub fn length(&self) -> f32 {
-        self.last - self.first
-    }
-
     /// Of two that begin at the axis: what they share, and what one of them has more.
     pub fn overlap(&self, other: &Side) -> (Side, Option<Side>) {
         let (short, long) = if self.last < other.last { (self, other) } else { (other, self) };

@@ -1,17 +1,20 @@
 //! TTˢ and TRTˢ averaged over a window, from Gauss points in asin h″ (Yan17 Eq. 25).
 //!
 //! The paper takes A(h) C^N as a cubic times an exponential between nodes. At four nodes a side that is 5.6 % off on
-//! average over the presets, Gauss points 0.3 %; at eight 1.7 % and 0.1 %. How many it takes depends on how sharp the
-//! forward peak is, which the offset moves around the fibre: three of TTˢ and one of TRTˢ, which in the presets has at
-//! most a few hundredths of its light, where light is scattered widely or often; up to ten and six for a thin,
-//! strongly forward medulla.
+//! average over the presets, Gauss points 0.3 %; at eight 1.7 % and 0.1 %.
+//!
+//! The offset moves the forward peak of C^N around the fibre, by up to 90°. How many points it takes depends on how far
+//! that is in widths of the peak. Where light is scattered widely or often, three points of TTˢ and one of TRTˢ are
+//! enough. Else there are five and three. Where the peak is narrower than their distance, the light of each point is
+//! spread over the azimuths of the offsets it stands for: C^N is looked up once, and evaluated at up to eight of these
+//! azimuths. A thin medulla needs no more, as the shape of its C^N hardly depends on the offset.
 
 use crate::azimuthal::wrap;
 use crate::bcsdf::Bcsdf;
 use crate::frame::Polar;
 use crate::medulla::Medulla;
 use crate::mixture::Weights;
-use crate::nodes::{Nodes, Side};
+use crate::nodes::Side;
 use crate::path::Path;
 use crate::segments::{Channels, Through, attenuation, sum};
 use crate::tables::AZIMUTHAL;
@@ -32,57 +35,20 @@ const FEW: Rule = Rule {
     share: f32x8::new([0.2777778, 0.44444445, 0.2777778, 1.0, 0.2777778, 0.44444445, 0.2777778, 1.0]),
 };
 /// Five and three.
-const SOME: [Rule; 1] = [Rule {
+const SOME: Rule = Rule {
     position: f32x8::new([0.046910077, 0.23076534, 0.5, 0.76923466, 0.95308995, 0.11270166, 0.5, 0.88729835]),
     share: f32x8::new([0.11846344, 0.23931433, 0.28444445, 0.23931433, 0.11846344, 0.2777778, 0.44444445, 0.2777778]),
-}];
-/// Ten and six, every other in each register.
-const MANY: [Rule; 2] = [
-    Rule {
-        position: f32x8::new([
-            0.013046736,
-            0.16029522,
-            0.42556283,
-            0.7166977,
-            0.93253165,
-            0.03376524,
-            0.3806904,
-            0.8306047,
-        ]),
-        share: f32x8::new([
-            0.03333567,
-            0.10954318,
-            0.14776212,
-            0.13463336,
-            0.07472567,
-            0.085662246,
-            0.23395696,
-            0.18038079,
-        ]),
-    },
-    Rule {
-        position: f32x8::new([
-            0.067468315,
-            0.2833023,
-            0.57443714,
-            0.8397048,
-            0.98695326,
-            0.16939531,
-            0.6193096,
-            0.96623474,
-        ]),
-        share: f32x8::new([
-            0.07472567,
-            0.13463336,
-            0.14776212,
-            0.10954318,
-            0.03333567,
-            0.18038079,
-            0.23395696,
-            0.085662246,
-        ]),
-    },
-];
+};
+/// Where the cells of those begin: shares that are summed up.
+const CELLS: f32x8 = f32x8::new([0.0, 0.11846344, 0.35777777, 0.6422222, 0.88153654, 0.0, 0.2777778, 0.7222222]);
+
+/// Azimuths that the light of a point is spread over at most.
+const MOST: usize = 8;
+
+/// What [`FEW`] are enough for: the distance of the first and the last exit azimuth in widths of the peak, and the energy of TRTˢ
+/// over that of TTˢ.
+const FEW_SPAN: f32 = 1.6;
+const FEW_SECOND: f32 = 0.1;
 
 /// The lanes of TTˢ; the others are of TRTˢ.
 const FIRST_OF_FEW: f32x8 = f32x8::new([1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0]);
@@ -93,66 +59,145 @@ const FIRST: f32x8 = f32x8::new([1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
 struct Group {
     /// C^N.
     weights: [Weights<AZIMUTHAL>; 8],
-    /// Φˢ.
-    exit: f32x8,
+    /// The share of C^N that is mirrored, see [`crate::medulla::Azimuth`].
+    turned: f32x8,
+    /// Φˢ of the azimuths that the light of a path is spread over, and the share of the light at each.
+    exits: [f32x8; MOST],
+    shares: [f32x8; MOST],
+    /// How many azimuths there are.
+    count: usize,
     /// 1, and −1 where φ is mirrored.
     mirror: f32x8,
     /// The same paths stand for the mirrored half as well.
     twice: bool,
+    /// Is any of `turned` above 0?
+    turns: bool,
     /// What each path stands for of the energy of TTˢ and of TRTˢ.
     energy: [Channels; 2],
 }
 
 /// The paths of a window.
 #[derive(Clone, Debug)]
-pub(crate) struct Points(ArrayVec<Group, 3>);
+pub(crate) struct Points(ArrayVec<Group, 2>);
+
+/// What all groups of a hit share.
+#[derive(Clone, Copy)]
+struct Query<'a, 'b> {
+    bcsdf: &'a Bcsdf<'b>,
+    polar: Polar<f32>,
+    through: &'a Through,
+}
+
+impl Query<'_, '_> {
+    /// Paths at offsets h.
+    #[inline(always)]
+    fn paths(&self, h: f32x8) -> Path<f32x8> {
+        Path::new(&self.bcsdf.fiber, f32x8::splat(self.polar.sin), f32x8::splat(self.polar.cos), h)
+    }
+
+    /// The energies of TTˢ and TRTˢ of paths of width `dh`, each in the lanes of its own.
+    #[inline(always)]
+    fn energy(&self, path: &Path<f32x8>, dh: f32x8, first: f32x8) -> [Channels; 2] {
+        let a = attenuation(self.bcsdf, path, Some(self.through));
+        let widths = [dh * first, dh * (f32x8::ONE - first)];
+        let mut energy = [[f32x8::ZERO; 4]; 2];
+        for q in 0..2 {
+            (0..4).for_each(|c| energy[q][c] = a[3 + q][c] * widths[q]);
+        }
+        energy
+    }
+}
+
+/// Φˢ of TTˢ in its lanes, of TRTˢ in the others.
+#[inline(always)]
+fn exits(path: &Path<f32x8>, first: f32x8) -> f32x8 {
+    first.simd_gt(f32x8::ZERO).select(path.scattered_azimuth(1), path.scattered_azimuth(2))
+}
 
 impl Group {
     const NONE: Group = Group {
         weights: [[f32x8::ZERO; AZIMUTHAL]; 8],
-        exit: f32x8::ZERO,
+        turned: f32x8::ZERO,
+        exits: [f32x8::ZERO; MOST],
+        shares: [f32x8::ZERO; MOST],
+        count: 0,
         mirror: f32x8::ZERO,
         twice: false,
+        turns: false,
         energy: [[f32x8::ZERO; 4]; 2],
     };
 
-    /// Prepares it where it lies, it being large; `sides` is what the lower and the upper four lanes are of.
+    /// Prepares [`FEW`] points where the group lies, it being large; `sides` is what the lower and the upper four lanes are of.
     #[inline(always)]
-    fn prepare(
-        &mut self,
-        bcsdf: &Bcsdf,
-        polar: Polar<f32>,
-        through: &Through,
-        sides: [Option<Side>; 2],
-        mirror: [f32; 2],
-        rule: &Rule,
-        first: f32x8,
-    ) {
+    fn prepare_few(&mut self, query: &Query, sides: [Option<Side>; 2]) {
         let lower = f32x8::new([1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0]).simd_gt(f32x8::ZERO);
         let none = (f32x8::ZERO, f32x8::ZERO);
-        let [a, b] = sides.map(|side| side.map_or(none, |side| side.points(rule.position, rule.share)));
-        let (h, width) = (lower.select(a.0, b.0), lower.select(a.1, b.1));
-        let path = Path::new(&bcsdf.fiber, f32x8::splat(polar.sin), f32x8::splat(polar.cos), h);
+        let [a, b] = sides.map(|side| side.map_or(none, |side| side.points(FEW.position, FEW.share)));
+        let (h, dh) = (lower.select(a.0, b.0), lower.select(a.1, b.1));
+        let path = query.paths(h);
+        self.look_up(query, &path);
+        self.energy = query.energy(&path, dh, FIRST_OF_FEW);
+        self.exits[0] = exits(&path, FIRST_OF_FEW);
+        self.shares[0] = f32x8::ONE;
+        self.count = 1;
+        self.mirror = lower.select(f32x8::ONE, -f32x8::ONE);
+    }
+
+    /// Prepares [`SOME`] points of one side where the group lies. `width` is that of the peak of C^N.
+    fn prepare_some(&mut self, query: &Query, side: Side, mirror: f32, width: f32) {
+        let (h, dh) = side.points(SOME.position, SOME.share);
+        let path = query.paths(h);
+        self.look_up(query, &path);
+        self.mirror = f32x8::splat(mirror);
+        self.exits[0] = exits(&path, FIRST);
+        // The azimuths that a cell spans, from what lies between its neighbours: 0.28 of the side, or 0.44 of TRTˢ, where
+        // the points are at least 0.24 and 0.39 of it apart.
+        let e = self.exits[0].to_array();
+        let gaps = [e[1] - e[0], e[2] - e[1], e[3] - e[2], e[4] - e[3], e[6] - e[5], e[7] - e[6]];
+        let widest = gaps.into_iter().fold(0.0, |most: f32, gap| most.max(gap.abs()));
+        self.count = ((widest / width).ceil() as usize).clamp(1, MOST);
+        if self.count == 1 {
+            self.energy = query.energy(&path, dh, FIRST);
+            self.shares[0] = f32x8::ONE;
+            return;
+        }
+        let step = 1.0 / self.count as f32;
+        self.energy = [[f32x8::ZERO; 4]; 2];
+        for k in 0..self.count {
+            let within = SOME.share * f32x8::splat(step);
+            let (h, dh) = side.points(within.mul_add(f32x8::splat(k as f32 + 0.5), CELLS), within);
+            let path = query.paths(h);
+            let energy = query.energy(&path, dh, FIRST);
+            for q in 0..2 {
+                (0..4).for_each(|c| self.energy[q][c] += energy[q][c]);
+            }
+            self.exits[k] = exits(&path, FIRST);
+            self.shares[k] = energy[0][3] + energy[1][3];
+        }
+        let inverse = f32x8::ONE / (self.energy[0][3] + self.energy[1][3]).fast_max(f32x8::splat(f32::MIN_POSITIVE));
+        (0..self.count).for_each(|k| self.shares[k] *= inverse);
+    }
+
+    /// C^N of the paths.
+    #[inline(always)]
+    fn look_up(&mut self, query: &Query, path: &Path<f32x8>) {
         let angles = path.gamma_m.to_array();
+        let mut turned = [0.0; 8];
         for i in 0..8 {
             // The far field's two halves are the same.
             if i >= 4 && angles[i] == angles[i - 4] {
                 self.weights[i] = self.weights[i - 4];
+                turned[i] = turned[i - 4];
                 continue;
             }
-            let azimuth = bcsdf.medulla.azimuth(&through.pass, angles[i]);
+            let azimuth = query.bcsdf.medulla.azimuth(&query.through.pass, angles[i]);
             for c in 0..AZIMUTHAL {
                 self.weights[i][c] = azimuth.weights[c] * f32x8::splat(azimuth.scale);
             }
+            turned[i] = azimuth.turned;
+            self.turns |= azimuth.turned > 0.0;
         }
-        let a = attenuation(bcsdf, &path, Some(through));
-        let shares = [width * first, width * (f32x8::ONE - first)];
-        for q in 0..2 {
-            (0..4).for_each(|c| self.energy[q][c] = a[3 + q][c] * shares[q]);
-        }
-        let is_first = first.simd_gt(f32x8::ZERO);
-        self.exit = is_first.select(path.scattered_azimuth(1), path.scattered_azimuth(2));
-        self.mirror = lower.select(f32x8::splat(mirror[0]), f32x8::splat(mirror[1]));
+        self.turned = f32x8::new(turned);
     }
 }
 
@@ -176,30 +221,28 @@ impl Points {
         bcsdf: &Bcsdf,
         polar: Polar<f32>,
         through: &Through,
-        sides: [Option<&Nodes>; 2],
+        sides: [Option<Side>; 2],
         energy: [f32x4; 2],
     ) {
-        let sides = sides.map(|nodes| nodes.and_then(|nodes| nodes.medulla));
-        let sharpness = bcsdf.medulla.sharpness();
-        if sharpness == 0 {
-            self.add(bcsdf, polar, through, sides, [1.0, -1.0], &FEW, FIRST_OF_FEW, false);
-        } else {
-            // Sides that both begin at the axis: what they share, once for both, and what one of them has more.
-            let pieces = match sides {
-                [Some(a), Some(b)] => {
-                    let (shared, rest) = a.overlap(&b);
-                    [(Some(shared), 1.0, true), (rest, if a.longer_than(&b) { 1.0 } else { -1.0 }, false)]
-                }
-                [a, b] => [(a, 1.0, false), (b, -1.0, false)],
-            };
-            for (side, mirror, twice) in pieces {
-                // Half as many on half the way: one piece at most is longer than that.
-                let long = side.is_some_and(|side| side.length() > 0.5);
-                let rules: &[Rule] = if sharpness == 2 && long { &MANY } else { &SOME };
-                for rule in rules {
-                    self.add(bcsdf, polar, through, [side; 2], [mirror; 2], rule, FIRST, twice);
-                }
+        let query = Query { bcsdf, polar, through };
+        if sides.iter().all(Option::is_none) {
+            return;
+        }
+        let width = bcsdf.medulla.peak_width();
+        let [first, second] = energy.map(|e| e.to_array()[3]);
+        let mut enough = bcsdf.medulla.is_smooth() && second < FEW_SECOND * first;
+        if enough {
+            self.0.push(Group::NONE);
+            if let Some(group) = self.0.last_mut() {
+                group.prepare_few(&query, sides);
+                // Points at 0.11 and 0.89 of a side.
+                let e = group.exits[0].to_array();
+                let span = (e[2] - e[0]).abs().max((e[6] - e[4]).abs());
+                enough = span < FEW_SPAN * width;
             }
+        }
+        if !enough {
+            self.prepare_some(&query, sides, width);
         }
         for q in 0..2 {
             let add = |total, group: &Group| total + f32x4::splat(group.times()) * sum(group.energy[q]);
@@ -211,25 +254,26 @@ impl Points {
         }
     }
 
-    /// Adds a group, as [`Group::prepare`] wants it, unless it would have no paths.
-    fn add(
-        &mut self,
-        bcsdf: &Bcsdf,
-        polar: Polar<f32>,
-        through: &Through,
-        sides: [Option<Side>; 2],
-        mirror: [f32; 2],
-        rule: &Rule,
-        first: f32x8,
-        twice: bool,
-    ) {
-        if sides.iter().all(Option::is_none) {
-            return;
-        }
-        self.0.push(Group::NONE);
-        if let Some(group) = self.0.last_mut() {
-            group.prepare(bcsdf, polar, through, sides, mirror, rule, first);
-            group.twice = twice;
+    /// [`SOME`] points on each side.
+    #[inline(never)]
+    fn prepare_some(&mut self, query: &Query, sides: [Option<Side>; 2], width: f32) {
+        self.0.clear();
+        // Sides that both begin at the axis: what they share, once for both, and what one of them has more.
+        let pieces = match sides {
+            [Some(a), Some(b)] => {
+                let (shared, rest) = a.overlap(&b);
+                [(Some(shared), 1.0, true), (rest, if a.longer_than(&b) { 1.0 } else { -1.0 }, false)]
+            }
+            [a, b] => [(a, 1.0, false), (b, -1.0, false)],
+        };
+        for (side, mirror, twice) in pieces {
+            if let Some(side) = side {
+                self.0.push(Group::NONE);
+                if let Some(group) = self.0.last_mut() {
+                    group.prepare_some(query, side, mirror, width);
+                    group.twice = twice;
+                }
+            }
         }
     }
 
@@ -253,21 +297,46 @@ impl Points {
             }
         }
         let Some((group, lane, t)) = chosen else { return [0.0; 2] };
-        let relative = medulla.sample_profile(&group.weights[lane], u[1]);
-        let flip = if group.twice && t >= 0.5 { -1.0 } else { 1.0 };
-        [flip * group.mirror.to_array()[lane] * (relative + group.exit.to_array()[lane]), wrap(relative)]
+        let (flip, t) = match (group.twice, t < 0.5) {
+            (true, true) => (1.0, 2.0 * t),
+            (true, false) => (-1.0, 2.0 * t - 1.0),
+            (false, _) => (1.0, t),
+        };
+        // The azimuth among those that the path's light is spread over.
+        let mut rest = t;
+        let mut exit = group.exits[0].to_array()[lane];
+        for k in 0..group.count {
+            let share = group.shares[k].to_array()[lane];
+            if share > 0.0 {
+                exit = group.exits[k].to_array()[lane];
+                if rest < share {
+                    break;
+                }
+            }
+            rest -= share;
+        }
+        let relative = medulla.sample_profile(&group.weights[lane], group.turned.to_array()[lane], u[1]);
+        [flip * group.mirror.to_array()[lane] * (relative + exit), wrap(relative)]
     }
 
     /// TTˢ and TRTˢ at φ, densities over solid angle; `m`: C^M of the backward and the forward half.
     #[inline(always)]
     pub fn eval(&self, medulla: &Medulla, phi: f32, m: [f32; 2]) -> [f32x4; 2] {
         let mut lobes = [[f32x8::ZERO; 4]; 2];
+        let span = f32x8::splat((m[1] - m[0]) * (1.0 / PI));
         for group in &self.0 {
+            let weights = [0, 1, 2, 3, 4, 5, 6, 7].map(|i| &group.weights[i]);
             for phi in &[phi, -phi][..1 + usize::from(group.twice)] {
-                let relative = wrap(f32x8::splat(*phi) * group.mirror - group.exit);
-                let m =
-                    (relative.abs() * f32x8::splat(1.0 / PI)).mul_add(f32x8::splat(m[1] - m[0]), f32x8::splat(m[0]));
-                let density = m * medulla.azimuthal8([0, 1, 2, 3, 4, 5, 6, 7].map(|i| &group.weights[i]), relative);
+                let mut density = f32x8::ZERO;
+                for (exit, share) in group.exits.iter().zip(&group.shares).take(group.count) {
+                    let relative = wrap(f32x8::splat(*phi) * group.mirror - *exit);
+                    let m = relative.abs().mul_add(span, f32x8::splat(m[0]));
+                    let mut c_n = medulla.azimuthal8(weights, relative);
+                    if group.turns {
+                        c_n += group.turned * (medulla.azimuthal8(weights, -relative) - c_n);
+                    }
+                    density = (m * *share).mul_add(c_n, density);
+                }
                 for q in 0..2 {
                     for c in 0..4 {
                         lobes[q][c] = group.energy[q][c].mul_add(density, lobes[q][c]);

@@ -4,7 +4,7 @@ use crate::bcsdf::{Bcsdf, Lobe, Lobes, Sample};
 use crate::frame::{Frame, Outgoing, Polar};
 use crate::longitudinal::Centres;
 use crate::medulla::Inclination;
-use crate::nodes::Nodes;
+use crate::nodes::{Nodes, PIECES, divide};
 use crate::path::inverse_eta;
 use crate::points::Points;
 use crate::segments::{self, Half, Through};
@@ -26,7 +26,7 @@ pub(crate) struct WindowHit<'b> {
     energy: [f32x4; 6],
     /// 1 over the sum of what is sampled, the largest channels.
     inverse: f32,
-    halves: ArrayVec<Half, 2>,
+    halves: ArrayVec<Half, PIECES>,
     points: Points,
 }
 
@@ -64,24 +64,35 @@ impl<'b> WindowHit<'b> {
         });
         let [low, high] = self.range;
         let symmetric = low == -high;
-        let ranges = [[low.max(0.0), high], if symmetric { [0.0; 2] } else { [(-high).max(0.0), -low] }];
-        let mut nodes = [None; 2];
-        for (nodes, [low, high]) in nodes.iter_mut().zip(ranges) {
-            if high > low {
-                *nodes = Some(Nodes::new(low, high, edge));
+        let signs: [&[f32]; 2] = [if symmetric { &[1.0, -1.0] } else { &[1.0] }, &[-1.0]];
+        // Offsets ≥ 0 and ≤ 0, the latter mirrored: which of them, and from where to where.
+        let mut pieces: ArrayVec<(usize, [f32; 2]), PIECES> = ArrayVec::new();
+        let sides = [[low.max(0.0), high], if symmetric { [0.0; 2] } else { [(-high).max(0.0), -low] }];
+        for (side, range) in sides.into_iter().enumerate() {
+            if range[1] > range[0] {
+                pieces.push((side, range));
             }
         }
-        let both = [nodes[0].as_ref(), nodes[usize::from(!symmetric)].as_ref()];
-        let width: f32 = both.into_iter().flatten().map(Nodes::width).sum();
-        let scale = 1.0 / width.max(f32::MIN_POSITIVE);
-        let signs: [&[f32]; 2] = [if symmetric { &[1.0, -1.0] } else { &[1.0] }, &[-1.0]];
-        for (nodes, signs) in nodes.iter().zip(signs) {
-            if let Some(nodes) = nodes {
-                self.halves.push(Half::NONE);
-                if let Some(half) = self.halves.last_mut() {
-                    let energy = half.prepare(bcsdf, polar, through.as_ref(), nodes, signs, scale);
-                    (0..6).for_each(|p| self.energy[p] += energy[p]);
-                }
+        let mut whole = [None; 2];
+        if bcsdf.fine {
+            for (side, [low, high]) in &pieces {
+                whole[*side] = Nodes::new(*low, *high, edge).medulla;
+            }
+            divide(&mut pieces, edge);
+        }
+        let nodes: ArrayVec<Nodes, PIECES> =
+            pieces.iter().map(|(_, [low, high])| Nodes::new(*low, *high, edge)).collect();
+        let width: f32 = nodes.iter().map(Nodes::width).sum();
+        let times = if symmetric { 2.0 } else { 1.0 };
+        let scale = 1.0 / (times * width).max(f32::MIN_POSITIVE);
+        for ((side, _), nodes) in pieces.iter().zip(&nodes) {
+            if !bcsdf.fine {
+                whole[*side] = nodes.medulla;
+            }
+            self.halves.push(Half::NONE);
+            if let Some(half) = self.halves.last_mut() {
+                let energy = half.prepare(bcsdf, polar, through.as_ref(), nodes, signs[*side], scale);
+                (0..6).for_each(|p| self.energy[p] += energy[p]);
             }
         }
         if symmetric {
@@ -89,6 +100,7 @@ impl<'b> WindowHit<'b> {
         }
         self.inverse = 1.0 / sum(&self.energy).to_array()[3].max(f32::MIN_POSITIVE);
         if let Some(through) = &through {
+            let both = [whole[0], whole[usize::from(!symmetric)]];
             self.points.prepare(bcsdf, polar, through, both, [self.energy[3], self.energy[4]]);
         }
     }

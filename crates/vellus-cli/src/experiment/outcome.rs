@@ -183,7 +183,7 @@ impl Outcome {
 
     /// A finished one, if a file there is one.
     pub fn read(folder: &Path) -> Option<Self> {
-        serde_json::from_slice(&std::fs::read(folder.join(FILE)).ok()?).ok()
+        serde_json::from_slice(&vellus_io::read(&folder.join(FILE)).ok()?).ok()
     }
 
     /// Writes its tables, and itself last.

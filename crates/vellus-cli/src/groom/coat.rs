@@ -15,9 +15,6 @@ const LENGTH: f64 = 0.035;
 /// How many times they would cover that area, laid side by side: what their width follows from.
 const COVER: f64 = 1.6;
 
-/// The largest settings file that is read.
-const MAX_BYTES: u64 = 1 << 20;
-
 /// One group of strands.
 #[derive(clap::Args, Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -120,9 +117,13 @@ fn vector(text: &str) -> Result<[f32; 3], String> {
     <[f32; 3]>::try_from(numbers).map_err(|_| "a direction is X,Y,Z".to_owned())
 }
 
+/// The largest file of settings: 16 MiB.
+const MAX_SETTINGS_BYTES: u64 = 16 << 20;
+
 /// The groups of a settings file; images are looked for beside it.
 pub fn read(path: &Path) -> Result<Vec<Group>> {
-    let text = vellus_io::read_to_string(path, MAX_BYTES).with_context(|| format!("cannot read {}", path.display()))?;
+    let text = vellus_io::read_to_string(path, MAX_SETTINGS_BYTES)
+        .with_context(|| format!("cannot read {}", path.display()))?;
     let File { mut group } = toml::from_str(&text).with_context(|| format!("in {}", path.display()))?;
     if group.is_empty() {
         bail!("{}: it has no [[group]]", path.display());

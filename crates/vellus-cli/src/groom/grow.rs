@@ -101,7 +101,7 @@ pub fn run(args: &Args) -> Result<()> {
         let whole = group.settings(&ground)?;
         let mut look = fur(args, group)?;
         if let Some(path) = &group.color {
-            let image = vellus_usd::load_texture(path)?;
+            let image = said(vellus_usd::load_texture(path)?);
             let dye = |&color: &[f32; 3]| dyed(&look.fiber, color);
             let dyes = Texture { pixels: image.pixels.iter().map(dye).collect::<Result<_, _>>()?, ..image.clone() };
             look.textured.push((Parameter::SigmaCa, Value { texture: scene.textures.len(), scale: [1.0; 3] }));
@@ -166,7 +166,8 @@ fn load(path: &Path) -> Result<Scene> {
         });
         return Ok(scene);
     }
-    let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let bytes = vellus_io::read_at_most(path, vellus_groom::MAX_FILE_BYTES)
+        .with_context(|| format!("cannot read {}", path.display()))?;
     let meshes = read_obj(&bytes, &path.display().to_string())?;
     Ok(Scene { meshes, surfaces: vec![Surface::diffuse("skin", [0.18; 3])], ..Scene::default() })
 }
@@ -211,6 +212,12 @@ fn choose(scene: &Scene, wanted: &[String]) -> Result<Vec<usize>> {
     Ok(chosen)
 }
 
+/// An image, after its warning was printed.
+fn said((image, warning): (Texture, Option<vellus_usd::Warning>)) -> Texture {
+    warning.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    image
+}
+
 /// The maps of a group.
 struct Plan<'a> {
     density: Option<Texture>,
@@ -224,8 +231,8 @@ impl<'a> Plan<'a> {
         let [density, length, color] = [&group.density_map, &group.length_map, &group.color].map(Option::as_deref);
         Ok(Plan {
             image: density.or(length).or(color),
-            density: density.map(vellus_usd::load_map).transpose()?,
-            length: length.map(vellus_usd::load_map).transpose()?,
+            density: density.map(vellus_usd::load_map).transpose()?.map(said),
+            length: length.map(vellus_usd::load_map).transpose()?.map(said),
         })
     }
 

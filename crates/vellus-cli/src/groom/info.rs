@@ -27,6 +27,12 @@ fn units(units: Units) -> String {
     format!("{name}, {} up", if units.z_up { "z" } else { "y" })
 }
 
+/// The diameter of a human hair (80 µm) where the strands are as large as a head with hair (0.24 m), with one digit.
+fn suggested_width(size: glam::Vec3) -> f32 {
+    let width = f64::from(size.max_element()) / 3000.0;
+    if width > 0.0 { format!("{width:.0e}").parse().unwrap_or(1.0) } else { 1.0 }
+}
+
 fn one(strands: &Strands) -> String {
     let number = |x: f32| output::number(x.into());
     let corner = |v: glam::Vec3| v.to_array().map(number).join(", ");
@@ -41,7 +47,13 @@ fn one(strands: &Strands) -> String {
         let [thinnest, thickest] = measures.widths.map(number);
         let [shortest, median, longest] = measures.lengths.map(number);
         rows.push(("bounds", format!("({}) to ({})", corner(low), corner(high))));
-        rows.push(("widths", format!("{thinnest} to {thickest}")));
+        rows.push((
+            "widths",
+            match measures.widths {
+                [_, 0.0] => format!("none: give one with --width, {} for example", suggested_width(high - low)),
+                _ => format!("{thinnest} to {thickest}"),
+            },
+        ));
         rows.push(("lengths", format!("{shortest} to {longest}, median {median}")));
     }
     let mut has = Vec::new();
@@ -54,4 +66,30 @@ fn one(strands: &Strands) -> String {
     rows.push(("memory", format!("{:.1} MB", bytes(strands) as f64 * 1e-6)));
     let rows: String = rows.iter().map(|(name, value)| format!("  {name:10}{value}\n")).collect();
     format!("{}\n{rows}", strands.name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{Vec3, Vec4};
+    use vellus_scene::Basis;
+
+    #[test]
+    fn strands_without_widths_are_measured_and_a_width_is_suggested() {
+        let strands = Strands {
+            name: "guides".to_owned(),
+            basis: Basis::Linear,
+            starts: vec![0, 2],
+            points: vec![Vec4::new(0.0, 0.0, 0.0, 0.0), Vec4::new(0.0, 0.24, 0.1, 0.0)],
+            moved: None,
+            root_uv: None,
+            look: 0,
+            varying: Vec::new(),
+        };
+        let text = info(&Scene { strands: vec![strands], ..Scene::default() });
+        assert!(text.contains("(0, 0, 0) to (0, 0.24, 0.1)"), "{text}");
+        assert!(text.contains("none: give one with --width, 0.00008 for example"), "{text}");
+        assert_eq!(suggested_width(Vec3::ZERO), 1.0);
+        assert_eq!(suggested_width(Vec3::splat(1e9)), 3e5);
+    }
 }

@@ -35,7 +35,7 @@ pub enum Command {
 /// Runs it.
 pub fn run(command: &Command) -> Result<()> {
     match command {
-        Command::Info { input } => output::write(None, info::info(&input.load()?).as_bytes()),
+        Command::Info { input } => output::write(None, info::info(&input.load_to_measure()?).as_bytes()),
         Command::Convert { input, output, pieces } => convert(input, output, usize::from(*pieces)),
         Command::Grow(args) => grow::run(args),
     }

@@ -44,7 +44,7 @@ impl Picture {
             None => (TableData::from_bytes(Tables::SHIPPED)?, Tables::SHIPPED.len()),
             Some(path) => {
                 let place = || path.display().to_string();
-                let bytes = vellus_io::read(path).with_context(place)?;
+                let bytes = vellus_io::read_at_most(path, crate::table::MAX_TABLE_BYTES).with_context(place)?;
                 (TableData::from_bytes(&bytes).with_context(place)?, bytes.len())
             }
         };

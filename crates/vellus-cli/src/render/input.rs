@@ -129,7 +129,14 @@ impl Input {
         self.load_with_sources().map(|(scene, _)| scene)
     }
 
-    /// The same, and the files it was read from. A built-in scene has none: its name identifies it.
+    /// The same, where strands without widths get the width 0: enough to measure them.
+    pub fn load_to_measure(&self) -> Result<Scene> {
+        let built_in = matches!(self.kind()?, Kind::BuiltIn(_));
+        let width = self.width.or((!built_in).then_some(0.0));
+        Input { width, ..self.clone() }.load()
+    }
+
+    /// The same as [`Input::load`], and the files it was read from. A built-in scene has none: its name identifies it.
     pub fn load_with_sources(&self) -> Result<(Scene, Sources)> {
         let (mut scene, sources) = self.whole()?;
         if let Some(share) = self.strands {
@@ -143,7 +150,8 @@ impl Input {
         let path = &self.scene;
         let mut sources = Sources::new();
         let mut read = |name| -> Result<Vec<u8>> {
-            let bytes = vellus_io::read(path).with_context(|| format!("cannot read {}", path.display()))?;
+            let bytes = vellus_io::read_at_most(path, vellus_groom::MAX_FILE_BYTES)
+                .with_context(|| format!("cannot read {}", path.display()))?;
             sources.add(name, &bytes);
             Ok(bytes)
         };

@@ -1,15 +1,15 @@
 //! A look at each layer before `openusd` decodes it.
 
 use super::files::Files;
-use super::guarded;
 use super::names::{check_default, check_name, check_path};
-use super::text_check::check_text;
+use super::text_check::{check_text, normalized};
+use super::{Failure, guarded};
 use crate::crate_check::{check_tables, check_values};
 use openusd::ar::Resolver;
-use openusd::{ar, sdf, usdc};
+use openusd::{ar, sdf, usda, usdc};
 use std::borrow::Cow;
 use std::cell::RefCell;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::io::{self, Cursor, Read, Seek, SeekFrom};
 use std::rc::Rc;
 use vellus_io::Digest;
@@ -25,13 +25,35 @@ pub(super) struct Careful {
     /// By the path of the layer and the path that it gives.
     identifiers: RefCell<HashMap<String, HashMap<String, String>>>,
     resolved: RefCell<HashMap<String, Option<ar::ResolvedPath>>>,
-    /// Layers that were checked.
-    checked: RefCell<HashSet<Digest>>,
+    /// Layers that were checked, and the places of zeros that they need.
+    checked: RefCell<HashMap<Digest, Rc<[usize]>>>,
 }
 
 impl Careful {
     pub fn new(files: Rc<Files>) -> Self {
         Careful { files, ..Self::default() }
+    }
+
+    /// A layer as `openusd` can read it.
+    fn layer(&self, path: &str) -> io::Result<Vec<u8>> {
+        let bytes = self.files.read(path)?;
+        let digest = Digest::of(&bytes);
+        let known = self.checked.borrow().get(&digest).cloned();
+        let zeros = match known {
+            Some(zeros) => zeros,
+            None => {
+                let zeros: Rc<[usize]> = check(&bytes)
+                    .map_err(|what| io::Error::new(io::ErrorKind::InvalidData, format!("broken layer: {what}")))?
+                    .into();
+                self.checked.borrow_mut().insert(digest, zeros.clone());
+                zeros
+            }
+        };
+        if bytes.starts_with(usdc::MAGIC) {
+            return Ok(bytes);
+        }
+        self.files.note_text(path);
+        Ok(normalized(bytes, &zeros))
     }
 
     fn find(&self, asset_path: &str) -> Option<ar::ResolvedPath> {
@@ -86,13 +108,7 @@ impl ar::Resolver for Careful {
             self.files.package(path)?;
             return Err(io::Error::new(io::ErrorKind::InvalidData, "broken package: it has no layer"));
         }
-        let bytes = self.files.read(&path.to_string_lossy())?;
-        let digest = Digest::of(&bytes);
-        if !self.checked.borrow().contains(&digest) {
-            check(&bytes)
-                .map_err(|what| io::Error::new(io::ErrorKind::InvalidData, format!("broken layer: {what}")))?;
-            self.checked.borrow_mut().insert(digest);
-        }
+        let bytes = self.layer(&path.to_string_lossy())?;
         Ok(Box::new(Bytes(Cursor::new(bytes))))
     }
 
@@ -131,8 +147,42 @@ impl ar::Asset for Bytes {
     }
 }
 
-/// Looks at a layer before it is decoded.
-fn check(bytes: &[u8]) -> Result<(), String> {
+/// The first layer of text that cannot be parsed, and where: the errors of `openusd` do not say it.
+pub(super) fn parse_error(files: &Files) -> Option<(String, String)> {
+    files.texts().into_iter().find_map(|path| {
+        let bytes = files.read(&path).ok()?;
+        let zeros = check_text(&bytes).ok()?;
+        let what = match String::from_utf8(normalized(bytes, &zeros)) {
+            Ok(text) => error_of(&text)?,
+            Err(error) => format!("it is not UTF-8 text (byte {})", error.utf8_error().valid_up_to()),
+        };
+        Some((path, what))
+    })
+}
+
+/// What is wrong with a text, and in which line and column.
+fn error_of(text: &str) -> Option<String> {
+    let mut parser = usda::parser::Parser::new(text);
+    let parsed = guarded(|| parser.parse().map_err(|error| Failure(error.root_cause().to_string())));
+    let cause = parsed.err()?;
+    // What the parser found instead follows, as it is called in its code.
+    let cause = [", got ", " Some(", " Ok("]
+        .into_iter()
+        .fold(cause.as_str(), |cause, found| cause.split_once(found).map_or(cause, |(cause, _)| cause));
+    let cause = if cause.starts_with("Logos error") { "this is no word, number, string or path" } else { cause };
+    let cause = vellus_io::excerpt(cause.as_bytes(), 80);
+    Some(match guarded(|| Ok(parser.last_error_highlight())).ok().flatten() {
+        Some(place) => {
+            let found: String = place.line_text.chars().skip(place.column - 1).collect();
+            let found = vellus_io::excerpt(found.as_bytes(), 40);
+            format!("line {}, column {}: {cause}: found '{found}'", place.line, place.column)
+        }
+        None => cause,
+    })
+}
+
+/// Looks at a layer before it is decoded, and says where zeros must be put in.
+fn check(bytes: &[u8]) -> Result<Vec<usize>, String> {
     if bytes.starts_with(usdc::MAGIC) {
         check_tables(bytes)?;
         let mut file = guarded(|| Ok(usdc::CrateFile::open(Cursor::new(bytes))?))?;
@@ -148,7 +198,7 @@ fn check(bytes: &[u8]) -> Result<(), String> {
                 other => other.as_str().map_or(Ok(()), check_default)?,
             }
         }
-        return Ok(());
+        return Ok(Vec::new());
     }
     check_text(bytes)
 }

@@ -35,6 +35,8 @@ pub(super) struct Files {
     digests: RefCell<BTreeMap<PathBuf, Digest>>,
     /// What they have together.
     bytes: RefCell<u64>,
+    /// Layers of text.
+    texts: RefCell<BTreeSet<String>>,
     packages: RefCell<HashMap<PathBuf, Rc<Package>>>,
 }
 
@@ -49,6 +51,16 @@ impl Files {
         let authored = authored.split_once('[').map_or(authored, |(package, _)| package).to_owned();
         let reference = Reference { authored, file: outer(file) };
         self.references.borrow_mut().entry(outer(layer)).or_default().insert(reference);
+    }
+
+    /// Notes that a file is a layer of text.
+    pub fn note_text(&self, path: &str) {
+        self.texts.borrow_mut().insert(path.to_owned());
+    }
+
+    /// The layers of text.
+    pub fn texts(&self) -> BTreeSet<String> {
+        self.texts.borrow().clone()
     }
 
     /// The bytes of a file, which may lie in a package: `a.usdz[b.usda]`.

@@ -1,4 +1,5 @@
-//! Checks of a layer of text (.usda) before it is parsed: how deep it is, and what prims are called.
+//! Checks of a layer of text (.usda) before it is parsed: how deep it is, and what prims are called. Numbers that the parser
+//! of `openusd` does not know are found too: `.5` and `1.`, which Pixar's library reads.
 
 use super::names::{check_default, check_name, check_path};
 
@@ -27,9 +28,50 @@ impl<'a> Words<'a> {
     }
 }
 
-/// Checks a layer of text. What is no text at all is left to the parser.
-pub(super) fn check_text(bytes: &[u8]) -> Result<(), String> {
-    let mut rest = bytes;
+/// The mark of UTF-8 that some editors write.
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// The same text without a byte order mark, and with a `0` in each of these places. Lines stay what they are.
+pub(super) fn normalized(bytes: Vec<u8>, zeros: &[usize]) -> Vec<u8> {
+    let start = if bytes.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
+    if start == 0 && zeros.is_empty() {
+        return bytes;
+    }
+    let mut text = Vec::with_capacity(bytes.len() + zeros.len());
+    let mut from = start;
+    for &zero in zeros {
+        text.extend_from_slice(&bytes[from..zero]);
+        text.push(b'0');
+        from = zero;
+    }
+    text.extend_from_slice(&bytes[from..]);
+    text
+}
+
+/// Length of a number, and whether a `0` belongs after its point: what the parser knows has a digit there.
+fn number(text: &[u8]) -> (usize, Option<usize>) {
+    let digits = |from: usize| text[from..].iter().position(|c| !c.is_ascii_digit()).unwrap_or(text.len() - from);
+    let mut used = digits(0);
+    let mut zero = None;
+    if text.get(used) == Some(&b'.') {
+        used += 1;
+        let decimals = digits(used);
+        zero = (decimals == 0).then_some(used);
+        used += decimals;
+    }
+    if matches!(text.get(used), Some(b'e' | b'E')) {
+        let sign = usize::from(matches!(text.get(used + 1), Some(b'+' | b'-')));
+        let exponent = text.get(used + 1 + sign..).map_or(0, |_| digits(used + 1 + sign));
+        used += if exponent > 0 { 1 + sign + exponent } else { 0 };
+    }
+    (used, zero)
+}
+
+/// Checks a layer of text, and says where a `0` must be put in so that the parser knows each number. What is no text at all
+/// is left to the parser.
+pub(super) fn check_text(bytes: &[u8]) -> Result<Vec<usize>, String> {
+    let mut rest = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
+    let mut zeros = Vec::new();
     let mut depth = 0u32;
     let mut words = Words::default();
     while let Some(&first) = rest.first() {
@@ -76,11 +118,20 @@ pub(super) fn check_text(bytes: &[u8]) -> Result<(), String> {
                 words.push(std::str::from_utf8(&rest[..used]).unwrap_or_default());
                 used
             }
+            c if c.is_ascii_digit() => {
+                let (used, zero) = number(rest);
+                zeros.extend(zero.map(|zero| bytes.len() - rest.len() + zero));
+                used
+            }
+            b'.' if rest.get(1).is_some_and(u8::is_ascii_digit) => {
+                zeros.push(bytes.len() - rest.len());
+                1
+            }
             _ => 1,
         };
         rest = &rest[used..];
     }
-    Ok(())
+    Ok(zeros)
 }
 
 /// How much there is from the start to the end of the next `fence` after `from`; a backslash hides what follows it.
@@ -109,7 +160,7 @@ mod tests {
         let good = "#usda 1.0\n( doc = \"\"\"} // </a}> ((( \"\"\" defaultPrim = \"b\" )\n# def \"a}\" </a}>
 def Xform \"b\" ( references = @./a}<.usda@</b> ) { string s = \"it's } \\\" </\" rel r = [</b>, <../c{v=x}d>] }
 over \"c\" { asset a = @@@x</a}>@@@ string def = 'a}' }";
-        assert_eq!(check_text(good.as_bytes()), Ok(()));
+        assert_eq!(check_text(good.as_bytes()), Ok(Vec::new()));
         let bad =
             ["def Xform \"a}\" {}", "over \"\" {}", "class \"a b\" {}", "rel r = </a}>", "( defaultPrim = 'a}' )"];
         for text in bad {
@@ -117,10 +168,26 @@ over \"c\" { asset a = @@@x</a}>@@@ string def = 'a}' }";
             assert!(error.starts_with("line 3: "), "{text}: {error}");
         }
         assert!(check_text("[".repeat(501).as_bytes()).unwrap_err().contains("more than 500 brackets"));
-        assert_eq!(check_text(format!("# {0}\n\"{0}\"", "[".repeat(900)).as_bytes()), Ok(()));
+        assert_eq!(check_text(format!("# {0}\n\"{0}\"", "[".repeat(900)).as_bytes()), Ok(Vec::new()));
         // Whatever is cut off ends.
         for text in ["\"", "'''", "<", "@", "@@@", "\"\\", "def \"", "#", "<\\"] {
             let _ = check_text(text.as_bytes());
+        }
+    }
+
+    #[test]
+    fn numbers_get_the_digits_that_the_parser_wants() {
+        let read = |text: &str| {
+            let zeros = check_text(text.as_bytes()).unwrap();
+            String::from_utf8(normalized(text.as_bytes().to_vec(), &zeros)).unwrap()
+        };
+        assert_eq!(read("[.1, -.5e3, 2., (3.e-4,.7)]"), "[0.1, -0.5e3, 2.0, (3.0e-4,0.7)]");
+        assert_eq!(read("\u{feff}#usda 1.0\nfloat x = .5"), "#usda 1.0\nfloat x = 0.5");
+        let same =
+            "#usda 1.0 .5\nfloat a1.connect = </b.c>\nasset a = @./.5/1.@ string s = \".5 1.\" float b = 1.5e-07";
+        assert_eq!(read(same), same);
+        for end in ["1", "1.", "1.e", "1e", "1e+", ".", ".1"] {
+            read(end);
         }
     }
 }

@@ -4,6 +4,7 @@
 //! fast path's rearrangements: angles instead of sines, the tables interpolated and normalised
 //! anew for every query. Use it in tests and where a number must be right rather than quick.
 
+mod collected;
 mod published;
 mod segments;
 mod window;
@@ -324,7 +325,13 @@ impl Profile {
     /// C^N(τ, g, h″ ≥ 0, ·): argument φ in [0, 2π] from straight back.
     pub fn azimuthal(tables: &TableData, tau: f64, g: f64, h: f64) -> Self {
         let position = [grid::tau_position(tau), grid::g_position(g), grid::offset_position(h)];
-        Profile::new(&tables.azimuthal, position, OutgoingAxis::AZIMUTH, 0.0, |_| 1.0)
+        let mut profile = Profile::new(&tables.azimuthal, position, OutgoingAxis::AZIMUTH, 0.0, |_| 1.0);
+        let share = grid::mirrored_share(h);
+        if share > 0.0 {
+            let mirrored: Vec<f64> = profile.values.iter().rev().copied().collect();
+            profile.values.iter_mut().zip(mirrored).for_each(|(x, m)| *x += share * (m - *x));
+        }
+        profile
     }
 
     /// C^M(τ, g, θ_o ≥ 0, ·) of the backward and the forward half: argument θᵢ.
