@@ -101,8 +101,8 @@ fn dev_stdout_is_a_name_of_standard_output() {
     let svg = vellus(folder.path(), &["plot", "lobes", "--out", "out.svg"]).output().unwrap();
     assert!(svg.stdout.starts_with(b"<svg") && ends(&svg, 0).is_empty());
     let script = "\"$@\" --work pieces --out /dev/stdout | \"$1\" table info /dev/stdin";
-    let info = shell(folder.path(), script, &["table", "build", "--quality", "smoke", "--photons", "1000"]);
-    let info = { info }.output().unwrap();
+    let args = ["table", "build", "--quality", "smoke", "--photons", "1000"];
+    let info = shell(folder.path(), script, &args).output().unwrap();
     assert!(String::from_utf8_lossy(&info.stdout).contains("every factor is non-negative"));
     let message = ends(&vellus(folder.path(), &["table", "build", "--out", "/dev/null"]).output().unwrap(), 2);
     assert!(message.contains("--work"), "{message}");
@@ -153,6 +153,21 @@ fn send(child: &Child, signals: &[&str]) {
     }
 }
 
+/// Waits until the program catches SIGTERM.
+fn wait_until_watched(child: &Child) {
+    let start = Instant::now();
+    let is_caught = || {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
+        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap_or("0").trim().to_owned();
+        // The lowest bit is signal 1.
+        u64::from_str_radix(&caught, 16).unwrap_or(0) >> (15 - 1) & 1 == 1
+    };
+    while !is_caught() {
+        assert!(start.elapsed() < Duration::from_secs(60), "signals are not watched");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
 /// Without a signal the builds would take several times longer than one piece does.
 #[test]
 fn a_signal_ends_the_program_with_its_own_code_and_names_what_is_kept() {
@@ -161,7 +176,7 @@ fn a_signal_ends_the_program_with_its_own_code_and_names_what_is_kept() {
     for (signals, code) in
         [(&["INT"][..], 130), (&["TERM"], 143), (&["HUP"], 129), (&["TERM", "TERM"], 143), (&["HUP", "HUP"], 129)]
     {
-        let child = build(folder.path(), "400000");
+        let child = build(folder.path(), "60000");
         send(&child, signals);
         let message = ends(&child.wait_with_output().unwrap(), code);
         assert!(message.contains("interrupted: ") && message.contains("a.vellus.work"), "{signals:?}: {message}");
@@ -176,17 +191,7 @@ fn a_second_signal_ends_the_program_at_once() {
     // A piece takes many times longer than this test waits.
     let args = ["table", "build", "--quality", "shipping", "--photons", "100000000", "--out", "a.vellus"];
     let child = shell(folder.path(), "exec env --default-signal=INT,TERM,HUP \"$@\"", &args).spawn().unwrap();
-    let start = Instant::now();
-    let watches = || {
-        // Bit 14 is SIGTERM.
-        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
-        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap_or("0").trim().to_owned();
-        u64::from_str_radix(&caught, 16).unwrap_or(0) >> 14 & 1 == 1
-    };
-    while !watches() {
-        assert!(start.elapsed() < Duration::from_secs(60), "signals are not watched");
-        std::thread::sleep(Duration::from_millis(2));
-    }
+    wait_until_watched(&child);
     send(&child, &["TERM"]);
     std::thread::sleep(Duration::from_millis(1000));
     send(&child, &["INT"]);
@@ -198,9 +203,9 @@ fn a_second_signal_ends_the_program_at_once() {
 #[test]
 fn signals_that_were_ignored_stay_so() {
     let folder = tempfile::tempdir().unwrap();
-    let args = ["table", "build", "--quality", "smoke", "--photons", "50000", "--out", "a.vellus"];
+    let args = ["table", "build", "--quality", "smoke", "--photons", "5000", "--out", "a.vellus"];
     let child = shell(folder.path(), "trap '' HUP; exec \"$@\"", &args).spawn().unwrap();
-    std::thread::sleep(Duration::from_millis(300));
+    wait_until_watched(&child);
     send(&child, &["HUP"]);
     ends(&child.wait_with_output().unwrap(), 0);
     assert!(folder.path().join("a.vellus").exists());

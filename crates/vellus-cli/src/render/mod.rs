@@ -27,8 +27,10 @@ use vellus_render::{Filter, MAX_SAMPLES, Mode};
 pub use input::{Input, is_built_in, load_usd};
 pub use merge::{MergeArgs, merge};
 
-/// The most threads: more than most machines have, and few enough to start at once.
-const MAX_THREADS: u64 = 1024;
+/// The most threads. Many more than there are processors start slowly and render no faster.
+fn max_threads() -> u64 {
+    std::thread::available_parallelism().map_or(0, |n| 4 * n.get() as u64).max(256)
+}
 
 /// Path-trace a scene.
 #[derive(clap::Args, Clone)]
@@ -82,8 +84,8 @@ pub struct Args {
     /// Another seed is another noise.
     #[arg(long, default_value_t = 0, value_parser = whole::<u32>(0..=u32::MAX.into()), value_name = "N")]
     seed: u32,
-    /// Threads, at most 1024; as many as the processor has without it. The picture is the same.
-    #[arg(long, value_name = "N", value_parser = whole::<usize>(1..=MAX_THREADS))]
+    /// Threads; without it as many as the processor has. At most four times that many, or 256. The picture is the same.
+    #[arg(long, value_name = "N", value_parser = whole::<usize>(1..=max_threads()))]
     threads: Option<usize>,
     /// Stops by which the PNG is brighter; the OpenEXR file is not changed by it.
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::exposure, value_name = "STOPS")]
