@@ -236,3 +236,48 @@ fn usage(pid: Pid) -> Option<Usage> {
         |name| status.lines().find_map(|line| line.strip_prefix(name)?.split_whitespace().next()?.parse().ok());
     Some(Usage { cpu, peak_kb: number("VmHWM:")?, threads: number("Threads:")? })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn call(args: &str) -> Call {
+        let (stdout, stderr) = (Sink::Read, Sink::Read);
+        let folder = std::env::temp_dir();
+        let call = Call {
+            args: Vec::new(),
+            folder,
+            stdout,
+            stderr,
+            file_blocks: None,
+            umask: None,
+            cpu_seconds: 1,
+            signal: None,
+        };
+        call.arg("-c").arg(args)
+    }
+
+    fn run(call: &Call) -> Outcome {
+        let deadline = Instant::now() + Duration::from_secs(50);
+        call.run(Path::new("/bin/sh"), deadline).unwrap_or_else(|_| panic!("no time"))
+    }
+
+    #[test]
+    fn ends_are_told_apart() {
+        let outcome = run(&call("echo out; echo err >&2; exit 75"));
+        assert_eq!((outcome.code, outcome.signal), (Some(75), None));
+        assert_eq!((outcome.stdout.as_str(), outcome.stderr.as_str()), ("out\n", "err\n"));
+        let mut signalled = call("exec sleep 40");
+        signalled.signal = Some((Duration::from_millis(50), Signal::TERM));
+        let outcome = run(&signalled);
+        assert_eq!((outcome.signal, outcome.signalled, outcome.timed_out), (Some(15), true, false));
+    }
+
+    #[test]
+    fn processor_time_and_files_are_limited() {
+        assert_eq!(run(&call("while :; do :; done")).short(), "too much processor time");
+        let mut files = call("ulimit -f");
+        files.file_blocks = Some(7);
+        assert_eq!(run(&files).stdout, "7\n");
+    }
+}

@@ -257,3 +257,38 @@ fn span(length: usize, dice: &mut Dice) -> Range<usize> {
     let start = dice.number(0..length);
     start..(start + most.max(1)).min(length)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn changes_depend_on_the_seed_alone() {
+        let changed = |seed| {
+            let mut bytes = b"some bytes that are long enough".to_vec();
+            binary(&mut bytes, &mut Dice::new(seed, "test", 3));
+            (bytes, text("a = 1\nb = 2.5\n", &mut Dice::new(seed, "test", 4)))
+        };
+        assert_eq!(changed(1), changed(1));
+        assert!((2..12).any(|seed| changed(seed) != changed(1)));
+    }
+
+    #[test]
+    fn any_bytes_and_any_text_can_be_changed() {
+        for case in 0..2000 {
+            let mut dice = Dice::new(1, "test", case);
+            let length = dice.number(0..40);
+            let mut bytes = vec![7; length];
+            for _ in 0..20 {
+                binary(&mut bytes, &mut dice);
+            }
+            let mut words = "x é 1 { \n} 🐈 -2.5".repeat(length % 3);
+            for _ in 0..5 {
+                words = String::from_utf8_lossy(&text(&words, &mut dice)).into_owned();
+                if words.len() > 10_000 {
+                    words.clear();
+                }
+            }
+        }
+    }
+}

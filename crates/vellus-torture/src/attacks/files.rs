@@ -185,7 +185,9 @@ fn use_it(trial: &mut Trial, name: &str, what: &str) -> Result<(), Stop> {
 }
 
 fn judge(trial: &mut Trial, outcome: &Outcome, what: &str) {
-    if !trial.ended_with(outcome, &[0, 2], what) {
+    // Memory is limited here: with more of it a huge file may be read.
+    let codes: &[i32] = if outcome.stderr.contains("memory") { &[0, 2, 75] } else { &[0, 2] };
+    if !trial.ended_with(outcome, codes, what) {
         return;
     }
     if outcome.code == Some(2) && !outcome.stderr.contains("error") {
