@@ -95,7 +95,9 @@ pub(crate) fn add_values(words: &mut [u32], format: Format, values: &[f32]) {
     match format {
         Format::Bounded => {
             let (words, _) = words.as_chunks_mut::<2>();
-            words.iter_mut().zip(values).for_each(|(words, &value)| add_value(words, format, value));
+            for (words, &value) in words.iter_mut().zip(values).filter(|(_, value)| **value != 0.0) {
+                add_value(words, format, value);
+            }
         }
         Format::Part => {
             let (words, _) = words.as_chunks_mut::<3>();
@@ -111,7 +113,9 @@ pub(crate) fn add_values(words: &mut [u32], format: Format, values: &[f32]) {
         }
         Format::Light => {
             let (words, _) = words.as_chunks_mut::<4>();
-            words.iter_mut().zip(values).for_each(|(words, &value)| add_value(words, format, value));
+            for (words, &value) in words.iter_mut().zip(values).filter(|(_, value)| **value != 0.0) {
+                add_value(words, format, value);
+            }
         }
         Format::Square | Format::Largest => {}
     }
@@ -141,19 +145,20 @@ fn store96(words: &mut [u32], value: i128) {
 }
 
 fn load128(words: &[u32]) -> i128 {
-    (word(words, 0) | word(words, 1) << 32 | word(words, 2) << 64 | word(words, 3) << 96) as i128
+    i128::from(load64(&words[2..])) << 64 | i128::from(load64(words))
 }
 
 fn store128(words: &mut [u32], value: i128) {
-    (0..4).for_each(|k| words[k] = (value >> (32 * k)) as u32);
+    store64(words, value as u64);
+    store64(&mut words[2..], (value >> 64) as u64);
 }
 
 /// Adds a value to the sum of its channel.
 pub(crate) fn add_value(words: &mut [u32], format: Format, value: f32) {
     match format {
         Format::Bounded => {
-            let unit = f64::from(value) * (1u64 << BOUNDED_BITS) as f64;
-            store64(words, (load64(words) as i64).saturating_add(unit.round() as i64) as u64);
+            let units = f64::from(value) * (1u64 << BOUNDED_BITS) as f64;
+            store64(words, (load64(words) as i64).saturating_add(units.round_ties_even() as i64) as u64);
         }
         Format::Part => store96(words, load96(words).saturating_add(fixed(value, PART_BITS))),
         Format::Light => store128(words, load128(words).saturating_add(fixed(value, LIGHT_BITS))),
@@ -180,12 +185,14 @@ fn square(x: u128) -> [u32; 8] {
 }
 
 fn add256(words: &mut [u32], others: &[u32]) {
-    let mut carry = 0;
-    for (word, &other) in words.iter_mut().zip(others) {
-        let sum = u64::from(*word) + u64::from(other) + carry;
-        (*word, carry) = (sum as u32, sum >> 32);
+    let mut carry = false;
+    for (words, others) in words.chunks_exact_mut(2).zip(others.chunks_exact(2)) {
+        let (sum, first) = load64(words).overflowing_add(load64(others));
+        let (sum, second) = sum.overflowing_add(u64::from(carry));
+        store64(words, sum);
+        carry = first || second;
     }
-    if carry > 0 {
+    if carry {
         words.fill(u32::MAX);
     }
 }
