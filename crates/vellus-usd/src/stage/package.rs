@@ -16,6 +16,9 @@ const END: usize = 22;
 /// The longest comment at the end of an archive.
 const MAX_COMMENT: usize = u16::MAX as usize;
 
+/// The largest directory: 64 MiB, 1 KiB for each of the 65,535 files that an archive can have.
+const MAX_DIRECTORY: u32 = 64 << 20;
+
 /// Where a file lies in an archive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Entry {
@@ -45,9 +48,13 @@ impl Package {
         });
         let end = end.ok_or_else(|| broken("it has no directory"))?;
         let (count, size, start) = (u16_at(end, 10), u32_at(end, 12), u32_at(end, 16));
+        if size > MAX_DIRECTORY {
+            return Err(broken(&format!("its directory has {size} bytes: at most {MAX_DIRECTORY} are read")));
+        }
         let directory = bytes_at(archive, length, u64::from(start), size as usize)?;
         let mut rest = &directory[..];
         let mut package = Package { entries: HashMap::new(), root: None };
+        let mut total = 0;
         for _ in 0..count {
             let Some((header, more)) =
                 rest.split_at_checked(ENTRY).filter(|(header, _)| header.starts_with(b"PK\x01\x02"))
@@ -71,6 +78,10 @@ impl Package {
             }
             if entry.header + LOCAL_HEADER as u64 + entry.size > length {
                 return Err(broken(&format!("{name:?} in it reaches beyond the end of the archive")));
+            }
+            total += entry.size;
+            if total > length {
+                return Err(broken("its files have more bytes together than the archive"));
             }
             let is_layer = [".usd", ".usda", ".usdc"].iter().any(|extension| name.ends_with(extension));
             if is_layer && package.root.is_none() {
@@ -172,5 +183,16 @@ mod tests {
         let mut packed = whole.clone();
         packed[directory + 10] = 8;
         assert!(error(&packed).contains("compressed"));
+        // Both files claim almost all of the archive.
+        let second = directory + ENTRY + whole[directory..][28] as usize + whole[directory..][30] as usize;
+        let mut large = whole.clone();
+        for entry in [directory, second] {
+            assert!(large[entry..].starts_with(b"PK\x01\x02"));
+            let claimed = (whole.len() / 2 + 10 - LOCAL_HEADER).min(whole.len()) as u32;
+            large[entry + 20..entry + 24].copy_from_slice(&claimed.to_le_bytes());
+            large[entry + 24..entry + 28].copy_from_slice(&claimed.to_le_bytes());
+        }
+        let message = error(&large);
+        assert!(message.contains("together") || message.contains("beyond"), "{message}");
     }
 }
