@@ -75,7 +75,7 @@ fn bad_requests_are_refused_before_work() {
     refused(path, &with(&["--time", "soon"]), &["60s, 5m or 2h"]);
     refused(path, &with(&["--layers", "beauty,depht"]), &["unknown layer", "depth"]);
     refused(path, &with(&["--denoise", "--samples", "0..2"]), &["--denoise", "--samples"]);
-    refused(path, &["merge", "broken.film"], &["broken.film", "header"]);
+    refused(path, &["merge", "broken.film"], &["broken.film", "it is no film"]);
     assert!(!path.join("out").join("render.exr").exists());
 }
 
