@@ -1,6 +1,7 @@
 //! Signals that ask the program to end, for long work that keeps what it has.
 
 use crate::exit::Interrupted;
+use crate::say::error_line;
 use anyhow::{Context, Result};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
@@ -11,15 +12,22 @@ pub struct Interrupt {
     /// Is set by the first signal.
     pub stop: Arc<AtomicBool>,
     signal: Arc<AtomicI32>,
+    /// Has the program nothing to keep now?
+    immediate: Arc<AtomicBool>,
 }
 
 impl Interrupt {
     /// From now on, SIGINT (Ctrl-C), SIGTERM and SIGHUP set [`Interrupt::stop`]. A later one ends the program at once. Signals
     /// that were ignored when the program began stay so: that is how `nohup` works.
     pub fn watch() -> Result<Self> {
-        let interrupt = Interrupt { stop: Arc::default(), signal: Arc::default() };
+        let interrupt = Interrupt { stop: Arc::default(), signal: Arc::default(), immediate: Arc::default() };
         interrupt.register().context("cannot watch for signals")?;
         Ok(interrupt)
+    }
+
+    /// While this is set, a signal ends the program at once: it reads its input and has nothing to keep.
+    pub fn set_immediate(&self, immediate: bool) {
+        self.immediate.store(immediate, Ordering::Relaxed);
     }
 
     /// Should the program end?
@@ -41,10 +49,14 @@ impl Interrupt {
 
         let watched = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|&signal| !is_ignored(signal));
         let mut signals = signal_hook::iterator::Signals::new(watched)?;
-        let Interrupt { stop, signal: first } = self.clone();
+        let Interrupt { stop, signal: first, immediate } = self.clone();
         let watch = move || {
             let mut since = None;
             for signal in signals.forever() {
+                if immediate.load(Ordering::Relaxed) {
+                    error_line(format_args!("interrupted: nothing was rendered yet, nothing is kept"));
+                    signal_hook::low_level::exit(128 + signal);
+                }
                 match since {
                     None => {
                         first.store(signal, Ordering::Relaxed);

@@ -26,7 +26,8 @@ const NAMES: [&str; 15] = [
     "cat",
 ];
 
-const VERDICTS: [&str; 4] = ["holds", "better", "does not hold", "not judged"];
+/// What is said of every claim at smoke quality.
+const NO_VERDICT: &str = "not judged at this quality";
 
 fn smoke<'a>(names: &[&'a str], more: &[&'a str]) -> Vec<&'a str> {
     [&["experiment", "--quality", "smoke", "--out", "found"], names, more].concat()
@@ -40,8 +41,8 @@ fn text<'a>(value: &'a Value, key: &str) -> &'a str {
     value[key].as_str().unwrap_or_else(|| panic!("{key} of {value}"))
 }
 
-/// Every experiment leaves a result that parses, tables without a number missing, pictures that are there and claims that are judged or
-/// say why not; the page tells of all of them; a second run does nothing.
+/// Every experiment leaves a result that parses, tables without a number missing, pictures that are there and claims that are not judged
+/// and say why not; the page tells of all of them; a second run does nothing.
 #[test]
 fn results_are_whole_told_and_kept() {
     let folder = tempfile::tempdir().unwrap();
@@ -56,11 +57,9 @@ fn results_are_whole_told_and_kept() {
         let claims = found["claims"].as_array().unwrap();
         assert!(!claims.is_empty(), "{name} claims nothing");
         for claim in claims {
-            let verdict = text(claim, "verdict");
-            assert!(VERDICTS.contains(&verdict), "{name}: {claim}");
-            assert!(["what", "expected", "measured"].iter().all(|key| !text(claim, key).is_empty()), "{name}: {claim}");
-            assert_eq!(claim["value"].is_null(), verdict == "not judged", "{name}: {claim}");
-            assert!(verdict != "not judged" || !text(claim, "why").is_empty(), "{name}: {claim}");
+            assert_eq!((text(claim, "verdict"), claim["value"].is_null()), (NO_VERDICT, true), "{name}: {claim}");
+            let keys = ["what", "expected", "measured", "why"];
+            assert!(keys.iter().all(|key| !text(claim, key).is_empty()), "{name}: {claim}");
         }
         for picture in found["pictures"].as_array().unwrap() {
             assert!(std::fs::read(place.join(text(picture, "file"))).unwrap().starts_with(b"\x89PNG"), "{name}");
@@ -87,6 +86,7 @@ fn results_are_whole_told_and_kept() {
         }
         assert!(page.contains(&format!("<h2 id=\"{name}\">")) && page.contains(&format!("href=\"#{name}\"")), "{name}");
     }
+    assert!(page.contains(NO_VERDICT) && !page.contains(">holds<") && !page.contains(">does not hold<"));
     let changed =
         |name: &str| std::fs::metadata(path.join("found").join(name).join("result.json")).unwrap().modified().unwrap();
     let before = NAMES.map(changed);
@@ -135,6 +135,35 @@ fn finished_pictures_are_not_rendered_again() {
     assert!(bytes() == before && std::fs::read(place.join("zoom.png")).unwrap() == picture);
     assert!(films[2..].iter().zip(&times[2..]).all(|(file, time)| changed(file) == *time), "rendered again");
     assert_eq!(text(&result(path, "zoom"), "quality"), "smoke");
+}
+
+/// Ctrl-C in the middle leaves the page of what is finished, says where it is, and exits as interrupted.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_experiment_names_what_it_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    run(path, &smoke(&["scenes"], &[]));
+    let child = common::command(path, &["experiment", "convergence", "--quality", "paper", "--out", "found"])
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    // At paper quality it takes minutes; signals are watched before it begins.
+    std::thread::sleep(std::time::Duration::from_secs(2));
+    assert!(std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(130), "{message}");
+    for part in
+        ["interrupted: finished experiments are in found/index.html", "found/convergence", "the same command continues"]
+    {
+        assert!(message.contains(part), "'{part}' is not in: {message}");
+    }
+    assert!(std::fs::read_to_string(path.join("found/index.html")).unwrap().contains("<h2 id=\"scenes\">"));
+    let kept = || std::fs::read_dir(path.join("found/convergence")).unwrap().map(|entry| entry.unwrap().path());
+    assert!(
+        kept().any(|file| file.extension().is_some_and(|e| e == "film")) && kept().all(|f| !f.ends_with("result.json"))
+    );
 }
 
 #[test]

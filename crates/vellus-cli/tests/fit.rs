@@ -77,6 +77,7 @@ fn programs_get_json() {
     assert!((parameters["scale"]["value"].as_f64().unwrap() - 5.0).abs() < 0.5);
     assert!(parameters["beta_m"]["standard_error"].as_f64().unwrap() > 0.0);
     assert_eq!(value["interrupted"], false);
+    assert!(value["no_fit"].is_null() && value["explained"].as_f64().unwrap() > 0.9);
     assert!(value["nrmse"].as_f64().unwrap() < 0.025 && value["log_nrmse"].as_f64().unwrap() < 0.025);
     let names = value["correlations"]["names"].as_array().unwrap().len();
     assert!(names > 8 && value["correlations"]["matrix"].as_array().unwrap().len() == names);
@@ -166,6 +167,44 @@ fn bad_input_is_one_message() {
     }
 }
 
+/// Values that have nothing to do with a fibre, over the directions of a gantry.
+fn values(mut value: impl FnMut(i32, i32) -> f64) -> String {
+    let rows = (40..=80).step_by(4).flat_map(|theta| (70..=290).step_by(10).map(move |phi| (theta, phi)));
+    rows.map(|(theta, phi)| format!("{phi} {theta} {:e}\n", value(theta, phi))).collect()
+}
+
+/// Exit code 2, and no fibre; the report shows why, and whoever wants the fibre nevertheless gets it marked.
+#[test]
+fn what_is_no_fit_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let mut state = 1u64;
+    let mut noise = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        0.1 + (state >> 11) as f64 * 0.5f64.powi(53)
+    };
+    std::fs::write(folder.join("noise.txt"), values(|_, _| noise())).unwrap();
+    std::fs::write(folder.join("constant.txt"), values(|_, _| 0.5)).unwrap();
+    std::fs::write(folder.join("huge.txt"), values(|theta, phi| 1e38 * (1.0 + 0.01 * f64::from(theta + phi)))).unwrap();
+    let with = |name: &'static str| [name, "--theta-o", "-30", "--starts", "4", "--out", "x.toml"];
+    refused(folder, &with("noise.txt"), &["error: noise.txt: no fit", "constant", "NRMSE", "x.toml was not written"]);
+    refused(folder, &with("noise.txt"), &["--allow-bad-fit", "--angles", "--theta-o"]);
+    refused(folder, &with("constant.txt"), &["constant.txt", "all measurements are the same"]);
+    refused(folder, &with("huge.txt"), &["huge.txt", "out of range", "[1e-20, 1e20]"]);
+
+    let output = command(folder, &[&with("noise.txt")[..], &["--report", "report"]].concat()).output().unwrap();
+    assert!(output.status.code() == Some(2) && !folder.join("x.toml").exists());
+    assert!(String::from_utf8_lossy(&output.stderr).contains("report/index.html shows"));
+    let page = || std::fs::read_to_string(folder.join("report/index.html")).unwrap();
+    assert!(page().contains("Fit of noise.txt by vellus (no fit)"));
+
+    let output = run(folder, &[&with("noise.txt")[..], &["--allow-bad-fit", "--format", "json"]].concat());
+    let value: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(value["no_fit"].as_str().unwrap().contains("constant") && value["explained"].as_f64().unwrap() < 0.2);
+    assert!(String::from_utf8_lossy(&output.stderr).contains("warning: no fit"));
+    assert!(std::fs::read_to_string(folder.join("x.toml")).unwrap().starts_with("# NO FIT"));
+}
+
 /// Ctrl-C in the middle of a fit that would take minutes leaves the best so far, marked as such.
 #[cfg(unix)]
 #[test]
@@ -183,9 +222,11 @@ fn an_interrupted_fit_leaves_its_best() {
     let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(sent.success());
     let output = child.wait_with_output().unwrap();
-    assert!(output.status.success());
+    assert_eq!(output.status.code(), Some(130));
     let value: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(value["interrupted"], true);
-    assert!(String::from_utf8_lossy(&output.stderr).contains("warning: interrupted"));
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(message.contains("warning: interrupted"), "{message}");
+    assert!(message.contains("of 9999 starts is in human.toml"), "{message}");
     assert!(std::fs::read_to_string(folder.join("human.toml")).unwrap().starts_with("# INTERRUPTED"));
 }

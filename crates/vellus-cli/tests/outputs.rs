@@ -90,6 +90,18 @@ fn frames_are_rendered_and_those_done_left_out() {
     }
     assert_eq!(std::fs::metadata(path.join("lean.0001.exr")).unwrap().modified().unwrap(), first);
     assert!(frame(3).same(&Picture::read(&path.join("third.exr"))));
+    // Damage of a finished frame is noticed, of the picture and of the PNG beside it.
+    for (n, extension) in [(1, "exr"), (4, "png")] {
+        let file = path.join(format!("lean.000{n}.{extension}"));
+        let mut bytes = std::fs::read(&file).unwrap();
+        let middle = bytes.len() - 60;
+        bytes[middle] ^= 1;
+        std::fs::write(&file, bytes).unwrap();
+    }
+    let said = render(&["--spp", "2", "--frames", "1-4", "--resume", "-o", "lean.exr"]);
+    for (n, there) in [(1, false), (2, true), (3, true), (4, false)] {
+        assert_eq!(said.contains(&format!("frame {n}: lean.000{n}.exr is finished")), there, "{said}");
+    }
     // More samples than those there have.
     let said = render(&["--frames", "1-4x3", "--spp", "4", "--resume", "-o", "lean.exr"]);
     assert!(!said.contains("is finished") && said.contains("frame 4 (2 of 2)"), "{said}");
@@ -274,8 +286,8 @@ fn a_full_disk_costs_what_is_after_the_last_checkpoint() {
     run(path, &args("100", &["--noise", "1e9"]));
     let before = std::fs::read(&checkpoint).unwrap();
     std::fs::remove_file(path.join("full.exr")).unwrap();
-    // Files of at most 16 or 32 KB: enough for the probe. A film is 470.
-    let script = format!("trap '' XFSZ; ulimit -f 32; exec {} \"$@\"", env!("CARGO_BIN_EXE_vellus"));
+    // Files of at most 16 or 32 KB: enough for the probe. A film is 650.
+    let script = format!("ulimit -f 32; exec {} \"$@\"", env!("CARGO_BIN_EXE_vellus"));
     let limited = args("100", &["--resume"]);
     let output =
         std::process::Command::new("sh").args(["-c", &script, "sh"]).args(&limited).current_dir(path).output().unwrap();
@@ -304,12 +316,46 @@ fn what_cannot_be_written_is_kept_elsewhere() {
     std::fs::rename(path.join("gone"), path.join("old")).unwrap();
     std::fs::write(path.join("gone"), "a file").unwrap();
     let output = child.unwrap().wait_with_output().unwrap();
-    refused_by(&output, &args, &["samples a pixel are kept in", "spare", "vellus merge", "cannot write gone/a.exr"]);
+    refused_by(&output, &args, &["all 300 samples", "spare", "vellus merge", "cannot write gone/a.exr"]);
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     let kept = message.split("vellus merge ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap().to_owned();
     run(path, &["merge", &kept, "-o", "a.exr"]);
     run(path, &lock(&["--spp", "300", "-o", "b.exr"]));
-    assert!(Picture::read(&path.join("a.exr")).same(&Picture::read(&path.join("b.exr"))));
+    let b = Picture::read(&path.join("b.exr"));
+    assert!(Picture::read(&path.join("a.exr")).same(&b));
+    // With --resume nothing is rendered again, although the checkpoint has fewer samples; the saved film is not needed any more.
+    std::fs::remove_file(path.join("gone")).unwrap();
+    std::fs::rename(path.join("old"), path.join("gone")).unwrap();
+    let resumed =
+        command(path, &[&args[..], &["--resume"]].concat()).env("TMPDIR", path.join("spare")).output().unwrap();
+    let message = String::from_utf8_lossy(&resumed.stderr).into_owned();
+    assert!(resumed.status.success() && message.contains("continuing from 300 samples"), "{message}");
+    assert!(Picture::read(&path.join("gone/a.exr")).same(&b));
+    assert_eq!(std::fs::read_dir(path.join("spare")).unwrap().count(), 0);
+}
+
+/// SIGINT, SIGTERM and SIGHUP have exit codes of their own, and leave a picture and a checkpoint that they name.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_says_what_it_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    for (signal, code) in [("INT", 130), ("TERM", 143), ("HUP", 129)] {
+        let name = format!("{signal}.exr");
+        let args = lock(&["--spp", "1000000", "--threads", "1", "--checkpoint", "0.05s", "-o", &name]);
+        let child = command(path, &args).stderr(std::process::Stdio::piped()).spawn().unwrap();
+        let checkpoint = path.join(format!("{signal}.checkpoint"));
+        wait_until(|| checkpoint.exists());
+        let kill = std::process::Command::new("kill").args(["-s", signal, &child.id().to_string()]).status().unwrap();
+        assert!(kill.success());
+        let output = child.wait_with_output().unwrap();
+        let named = format!("{signal}.checkpoint");
+        ended_by(&output, code, &args, &["interrupted:", "samples a pixel are in", &name, &named, "--resume"]);
+        assert!(path.join(&name).exists() && checkpoint.exists());
+        // It is complete as far as it goes, but not what was asked for.
+        refused(path, &["merge", &named], &["samples are missing", &named, "--allow-gaps"]);
+        assert!(run(path, &["merge", "--allow-gaps", &named]).contains("samples are missing"));
+    }
 }
 
 #[test]

@@ -34,6 +34,94 @@ fn parts_and_resumed_runs_are_the_same_picture() {
     refused(folder.path(), &["merge", "a.film", "a.film"], &["have samples in common"]);
 }
 
+/// Films that do not make one whole picture are refused by name: gaps, overlaps, damage. A gap can be allowed.
+#[test]
+fn merge_refuses_what_does_not_fit() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    for (range, name) in [("0..2", "a.exr"), ("2..4", "b.exr"), ("3..6", "c.exr"), ("5..6", "d.exr")] {
+        run(path, &with(&["--samples", range, "-o", name]));
+    }
+    refused(path, &["merge", "d.film", "a.film"], &["samples are missing: 2..5 before d.film", "--allow-gaps"]);
+    refused(path, &["merge", "b.film"], &["samples are missing: 0..2 before b.film"]);
+    refused(path, &["merge", "c.film", "b.film", "a.film"], &["b.film and c.film have samples in common"]);
+    assert!(!path.join("out/render.exr").exists());
+    let warning = run(path, &["merge", "--allow-gaps", "d.film", "a.film", "-o", "gap.exr"]);
+    assert!(warning.contains("warning: samples are missing: 2..5"), "{warning}");
+    assert_eq!(Picture::read(&path.join("gap.exr")).note("vellus_samples"), "3");
+    let mut bytes = std::fs::read(path.join("b.film")).unwrap();
+    let at = bytes.len() / 2;
+    bytes[at] ^= 4;
+    std::fs::write(path.join("damaged.film"), bytes).unwrap();
+    refused(path, &["merge", "a.film", "damaged.film"], &["damaged.film: it is damaged"]);
+}
+
+/// Films know what they were rendered from by content: a copy of a scene elsewhere is the same scene, whatever the path and the times of its
+/// files; a changed texture, sublayer or reference is another scene. A checkpoint is continued only with the same content.
+#[test]
+fn a_picture_is_known_by_the_content_of_its_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let curves = "#usda 1.0\n(defaultPrim = \"fur\")\ndef BasisCurves \"fur\" { uniform token type = \"linear\"
+        int[] curveVertexCounts = [2] point3f[] points = [(0,0,0), (0,1,0)]
+        float[] widths = [0.3] (interpolation = \"constant\") }";
+    let top = "#usda 1.0\n(subLayers = [@light.usda@])\n
+        def \"coat\" (references = @parts/curves.usda@) {}
+        def DomeLight \"sky\" { asset inputs:texture:file = @parts/sky.png@ }";
+    let png = |value: u8| {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, 1, 1);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.write_header().unwrap().write_image_data(&[value; 3]).unwrap();
+        bytes
+    };
+    let light = |intensity: &str| {
+        format!("#usda 1.0\ndef DistantLight \"sun\" {{ float inputs:intensity = {intensity} }}").into_bytes()
+    };
+    let files = || {
+        [
+            ("top.usda", top.as_bytes().to_vec()),
+            ("light.usda", light("2")),
+            ("parts/curves.usda", curves.as_bytes().to_vec()),
+            ("parts/sky.png", png(99)),
+        ]
+    };
+    let write = |folder: &str, files: &[(&str, Vec<u8>)]| {
+        for (name, bytes) in files {
+            let file = path.join(folder).join(name);
+            std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+            std::fs::write(file, bytes).unwrap();
+        }
+    };
+    let render = |scene: &str, range: &str, name: &str| {
+        run(path, &["render", scene, "--size", "8x8", "--samples", range, "-o", name]);
+    };
+    write("here", &files());
+    write("there", &files());
+    render("here/top.usda", "0..1", "here.exr");
+    render("./there/../there/top.usda", "1..2", "there.exr");
+    run(path, &["merge", "here.film", "there.film"]);
+    let wider = curves.replace("0.3", "0.4").into_bytes();
+    for (name, bytes) in [("light.usda", light("3")), ("parts/curves.usda", wider), ("parts/sky.png", png(98))] {
+        write("there", &files());
+        write("there", &[(name, bytes)]);
+        render("there/top.usda", "1..2", "changed.exr");
+        refused(
+            path,
+            &["merge", "here.film", "changed.film"],
+            &["here.film and changed.film", "not of the same picture"],
+        );
+    }
+    // A checkpoint of the old texture.
+    let args = ["render", "here/top.usda", "--size", "8x8", "--spp", "20", "-o", "kept.exr"];
+    run(path, &[&args[..], &["--noise", "1e9"]].concat());
+    assert!(path.join("kept.checkpoint").exists());
+    write("here", &[("parts/sky.png", png(98))]);
+    refused(path, &[&args[..], &["--resume"]].concat(), &["kept.checkpoint", "of another picture"]);
+    write("here", &files());
+    run(path, &[&args[..], &["--resume"]].concat());
+}
+
 /// Another model is another picture: it is named in the file, and its films are not added to those of ours.
 #[test]
 fn models_are_told_apart() {
@@ -55,7 +143,7 @@ fn bad_requests_are_refused_before_work() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     std::fs::write(path.join("broken.hair"), b"HAIR and then nothing").unwrap();
-    std::fs::write(path.join("broken.film"), b"VELLUSF2 cut").unwrap();
+    std::fs::write(path.join("broken.film"), b"VELLUSF3 cut").unwrap();
     std::fs::write(path.join("file"), b"").unwrap();
     refused(path, &["render", "unicorn"], &["unicorn", "raccoon", ".usda"]);
     refused(path, &["render", "cat", "--fiber", "dog"], &["--fiber", "built-in scene cat has its own"]);
@@ -75,7 +163,7 @@ fn bad_requests_are_refused_before_work() {
     refused(path, &with(&["--time", "soon"]), &["60s, 5m or 2h"]);
     refused(path, &with(&["--layers", "beauty,depht"]), &["unknown layer", "depth"]);
     refused(path, &with(&["--denoise", "--samples", "0..2"]), &["--denoise", "--samples"]);
-    refused(path, &["merge", "broken.film"], &["broken.film", "it is no film"]);
+    refused(path, &["merge", "broken.film"], &["broken.film", "damaged"]);
     assert!(!path.join("out").join("render.exr").exists());
 }
 

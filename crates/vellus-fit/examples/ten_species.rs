@@ -1,6 +1,6 @@
 //! Fits synthetic measurements of the ten species and prints how it went: `cargo run --release -p vellus-fit --example
 //! ten_species [-- SEEDS PHOTONS]` (0 photons: the models alone). For each model and species, from the model itself (2 % noise, 10 % gaps);
-//! by our model, from the whole fibre, traced.
+//! by our model, from the whole fibre, traced. Of both, how much of the variation each model explains.
 
 use std::time::Instant;
 use vellus::{Fiber, Species};
@@ -23,6 +23,16 @@ fn run(model: Forward, profile: &Profile) -> (Fit, f64, f64) {
     let (start, cpu) = (Instant::now(), process().0);
     let result = fit(profile, model, &Options::default(), &false.into(), &|| {}).expect("the profile is valid");
     (result, start.elapsed().as_secs_f64(), process().0 - cpu)
+}
+
+/// How much of a profile's variation each model explains, and which of them are no fit.
+fn explained(profile: &Profile) -> String {
+    let of = |model: &Forward| {
+        let result = run(*model, profile).0;
+        let verdict = if result.no_fit.is_some() { " (no fit)" } else { "" };
+        format!("{} {:.1} %{verdict}", model.kind(), 100.0 * result.explained.share)
+    };
+    Forward::ALL.iter().map(of).collect::<Vec<_>>().join(", ")
 }
 
 /// A model's own measurements, fitted by it.
@@ -89,7 +99,13 @@ fn main() {
     let argument = |i: usize, default: u64| std::env::args().nth(i).and_then(|x| x.parse().ok()).unwrap_or(default);
     let (seeds, photons) = (argument(1, 1), argument(2, 4_000_000));
     Forward::ALL.into_iter().for_each(|model| own(model, seeds));
-    println!("from the whole fibre, {photons} photons");
+    println!("from our model, explained by each");
+    for species in Species::ALL {
+        let synthetic = Synthetic { step: [4.0, 4.0], ..Synthetic::default() };
+        let profile = simulate::from_model(Forward::default(), &Fiber::preset(species).into(), &synthetic);
+        println!("{:<10} {}", species.name(), explained(&profile.expect("the preset is valid")));
+    }
+    println!("\nfrom the whole fibre, {photons} photons");
     for species in Species::ALL.into_iter().filter(|_| photons > 0) {
         let truth = Fiber::preset(species);
         let synthetic = Synthetic { step: [4.0, 4.0], ..Synthetic::default() };
@@ -113,6 +129,7 @@ fn main() {
             result.neighbours[1],
             values.join(", ")
         );
+        println!("{:<10} explained by {}", "", explained(&profile));
     }
     println!("\nlargest memory {:.0} MB", process().1);
 }

@@ -10,6 +10,7 @@ use crate::profile::Profile;
 use crate::space::{Requests, Source, Space};
 use crate::starts::starts;
 use crate::statistics::{Place, Statistics, statistics};
+use crate::verdict::{explained, judge};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rayon::prelude::*;
@@ -68,6 +69,7 @@ pub fn fit(
     tick: &(dyn Fn() + Sync),
 ) -> Result<Fit, Error> {
     profile.validate()?;
+    profile.check_varies()?;
     if options.starts == 0 {
         return Err(Error::Parameter("starts = 0 is out of range: there must be at least 1".to_owned()));
     }
@@ -220,6 +222,10 @@ fn describe(
         .map(|(i, p)| std::array::from_fn(|c| if c < profile.channels { p.value[c] * ratio(i, c) } else { 0.0 }))
         .collect();
     let (nrmse, log_nrmse) = errors(profile, &fitted);
+    let explained = explained(problem, profile, &best.residuals, best.noise, columns);
+    let of_fiber = |column: &usize| !matches!(space.lead(*column).kind, Kind::Scale | Kind::ThetaO);
+    let known: Vec<bool> = (0..columns).filter(of_fiber).map(|column| statistics.visible[column]).collect();
+    let no_fit = judge(&explained, statistics.widened, &known);
     Fit {
         model: space.model.kind(),
         specimen,
@@ -234,6 +240,8 @@ fn describe(
         fitted,
         nrmse,
         log_nrmse,
+        explained,
+        no_fit,
         noise: best.noise,
         outliers: best.residuals.iter().filter(|&&r| problem.weight(r, best.noise) < 1.0).count(),
         neighbours: statistics.neighbours,

@@ -3,7 +3,7 @@
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// More values than this are taken for a garbled header.
+/// The most values of an image: 2²⁶, which are 512 MiB in double precision.
 const MOST: usize = 1 << 26;
 
 /// Values row by row, the channels of a pixel together.
@@ -17,44 +17,65 @@ pub struct Pixels {
 /// Of a header's sizes.
 fn checked(height: usize, width: usize, channels: usize) -> Result<usize, String> {
     let count = height.checked_mul(width).and_then(|n| n.checked_mul(channels));
-    count.filter(|n| (1..=MOST).contains(n)).ok_or_else(|| format!("it claims {height} × {width} × {channels} values"))
+    count
+        .filter(|n| (1..=MOST).contains(n))
+        .ok_or_else(|| format!("it claims {height} × {width} × {channels} values: expected 1 to {MOST}"))
 }
 
-/// NumPy's format (NEP 1): a header in the syntax of Python, always the same three keys, and the values. No crate: those there
-/// are bring a parser of Python with them.
+/// NumPy's format (NEP 1): a header in the syntax of Python, always the same three keys, and the values. No crate reads it here:
+/// those that can depend on a parser of Python.
 pub fn npy(bytes: &[u8]) -> Result<Pixels, String> {
-    let broken = || "broken NPY file".to_owned();
-    let rest = bytes.strip_prefix(b"\x93NUMPY").ok_or("it is no NPY file")?;
-    let (length, rest) = match rest {
-        [1, _, a, b, rest @ ..] => (usize::from(u16::from_le_bytes([*a, *b])), rest),
-        [2 | 3, _, a, b, c, d, rest @ ..] => (u32::from_le_bytes([*a, *b, *c, *d]) as usize, rest),
-        _ => return Err(broken()),
+    let rest = bytes.strip_prefix(b"\x93NUMPY").ok_or("byte 0: it is no NPY file: expected \\x93NUMPY")?;
+    let (start, length) = match rest {
+        [1, _, a, b, ..] => (10, usize::from(u16::from_le_bytes([*a, *b]))),
+        [2 | 3, _, a, b, c, d, ..] => (12, u32::from_le_bytes([*a, *b, *c, *d]) as usize),
+        [1..=3, ..] | [] => return Err(format!("byte {}: the file ends in the header of the NPY format", bytes.len())),
+        [version, ..] => return Err(format!("byte 6: version {version} of the NPY format: expected 1, 2 or 3")),
     };
-    let (head, data) = rest.split_at_checked(length).ok_or_else(broken)?;
-    let head = std::str::from_utf8(head).map_err(|_| broken())?;
+    let (head, data) = bytes[start..].split_at_checked(length).ok_or_else(|| {
+        format!("byte {}: the file ends in the header, which should have {length} bytes from byte {start}", bytes.len())
+    })?;
+    let head = std::str::from_utf8(head)
+        .map_err(|e| format!("byte {}: the header is not UTF-8 text", start + e.valid_up_to()))?;
+    let missing = |key: &str, expected: &str| format!("the header has no {key}: expected {expected}");
     let after =
         |key: &str| head.split_once(key).and_then(|(_, rest)| rest.split_once(':')).map(|(_, rest)| rest.trim());
-    let kind = after("'descr'").and_then(|rest| rest.split('\'').nth(1)).ok_or_else(broken)?;
-    if after("'fortran_order'").ok_or_else(broken)?.starts_with("True") {
+    let kind = after("'descr'")
+        .and_then(|rest| rest.split('\'').nth(1))
+        .ok_or_else(|| missing("'descr'", "'descr': '<f4' or '<f8'"))?;
+    let order = after("'fortran_order'").ok_or_else(|| missing("'fortran_order'", "'fortran_order': False"))?;
+    if order.starts_with("True") {
         return Err("it is in Fortran's order: save numpy.ascontiguousarray of it".to_owned());
     }
-    let shape = after("'shape'").and_then(|rest| rest.strip_prefix('(')?.split(')').next()).ok_or_else(broken)?;
-    let shape = shape.split(',').map(str::trim).filter(|s| !s.is_empty()).map(str::parse::<usize>);
-    let shape = shape.collect::<Result<Vec<usize>, _>>().map_err(|_| broken())?;
+    let dimensions = || {
+        let text = after("'shape'")?.strip_prefix('(')?.split(')').next()?;
+        let numbers = text.split(',').map(str::trim).filter(|s| !s.is_empty());
+        numbers.map(str::parse::<usize>).collect::<Result<Vec<usize>, _>>().ok()
+    };
+    let shape = dimensions().ok_or_else(|| missing("'shape' of whole numbers", "'shape': (rows, columns)"))?;
     let (height, width, channels) = match shape[..] {
         [height, width] => (height, width, 1),
         [height, width, channels @ (1 | 3)] => (height, width, channels),
         _ => return Err(format!("its shape is {shape:?}: expected rows, columns, and 3 channels or none")),
     };
     let count = checked(height, width, channels)?;
-    let values: Vec<f64> = match kind {
-        "<f8" => data.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b)).collect(),
-        "<f4" => data.as_chunks::<4>().0.iter().map(|b| f64::from(f32::from_le_bytes(*b))).collect(),
+    let size = match kind {
+        "<f8" => 8,
+        "<f4" => 4,
         _ => return Err(format!("its values are of type {kind}: expected <f4 or <f8 (float32, float64)")),
     };
-    if values.len() != count {
-        return Err(format!("broken NPY file: {} values where its shape {shape:?} needs {count}", values.len()));
+    if data.len() != size * count {
+        let start = start + length;
+        return Err(format!(
+            "{} bytes of values from byte {start}: its shape {shape:?} of {kind} needs {}",
+            data.len(),
+            size * count
+        ));
     }
+    let values = match size {
+        8 => data.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b)).collect(),
+        _ => data.as_chunks::<4>().0.iter().map(|b| f64::from(f32::from_le_bytes(*b))).collect(),
+    };
     Ok(Pixels { width, height, channels, values })
 }
 

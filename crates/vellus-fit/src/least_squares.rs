@@ -50,7 +50,7 @@ pub struct Minimum {
 }
 
 /// Single precision and the far field's quadrature leave that much of a log-ratio at best.
-const LEAST_NOISE: f64 = 1e-4;
+pub const LEAST_NOISE: f64 = 1e-4;
 
 /// The standard deviation of the residuals, from their median so that outliers do not count.
 pub fn noise(residuals: &[f64]) -> f64 {

@@ -32,14 +32,16 @@ pub mod simulate;
 pub mod space;
 mod starts;
 mod statistics;
+mod verdict;
 mod write;
 
 pub use error::Error;
 pub use fit::{Options, errors, fit};
 pub use forward::{Forward, Specimen};
 pub use outcome::{Estimate, Fit, Rival, State};
-pub use profile::{FEWEST, Point, Profile, Quantity};
+pub use profile::{FEWEST, LARGEST, Point, Profile, Quantity};
 pub use read::{Angles, Axis, Reading, read};
 pub use simulate::Synthetic;
 pub use space::Requests;
+pub use verdict::{Explained, FALSE_ALARM, NOISE_LIKE, NoFit};
 pub use write::{csv, gantry_text};

@@ -1,6 +1,7 @@
 //! What a fit found.
 
 use crate::forward::Specimen;
+use crate::verdict::{Explained, NoFit};
 use vellus_models::ModelKind;
 
 /// How a parameter was treated.
@@ -67,6 +68,10 @@ pub struct Fit {
     pub nrmse: f64,
     /// The same of the logarithms, which is what is minimised.
     pub log_nrmse: f64,
+    /// How much better it is than a constant.
+    pub explained: Explained,
+    /// Why it says nothing about the fibre, if so.
+    pub no_fit: Option<NoFit>,
     /// Standard deviation of the log-ratios, outliers left out.
     pub noise: f64,
     /// Values further off than Huber's k times the noise.

@@ -1,6 +1,7 @@
 //! What a goniometer measures of one fibre.
 
 use crate::error::Error;
+use crate::least_squares::LEAST_NOISE;
 
 /// What the numbers of a profile are proportional to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -54,6 +55,12 @@ pub struct Profile {
     pub missing: Vec<[f64; 2]>,
 }
 
+/// Range of a profile's largest value. The scale is fitted between 1e-30 and 1e30: this leaves ten powers of ten for the model's values.
+pub const LARGEST: [f64; 2] = [1e-20, 1e20];
+
+/// Values whose logarithms scatter by less than this are a constant: it is what single precision and the far field's quadrature leave.
+const CONSTANT: f64 = LEAST_NOISE;
+
 /// Fewest directions worth a fit: three for each of a dozen parameters.
 pub const FEWEST: usize = 36;
 
@@ -79,6 +86,12 @@ impl Profile {
                 return wrong(format!("the value {x} at theta {}, phi {} is not above 0", p.theta, p.phi));
             }
         }
+        let ([low, high], [_, largest]) = (LARGEST, self.range());
+        if !(low..=high).contains(&largest) {
+            return wrong(format!(
+                "the largest value, {largest:e}, is out of range: it must be in [{low:e}, {high:e}]; choose another unit"
+            ));
+        }
         for (name, values) in [("theta", self.axis(|p| p.theta)), ("phi", self.axis(|p| p.phi))] {
             if let [only] = values[..] {
                 return wrong(format!(
@@ -88,6 +101,27 @@ impl Profile {
         }
         if self.points.len() < FEWEST {
             return wrong(format!("{} measurements are too few: {FEWEST} are needed", self.points.len()));
+        }
+        Ok(())
+    }
+
+    /// Checks that the values are not all the same.
+    ///
+    /// # Errors
+    /// [`Error::Profile`] if each channel is a constant.
+    pub fn check_varies(&self) -> Result<(), Error> {
+        let count = self.points.len() as f64;
+        let scatter = |c: usize| {
+            let logs = || self.points.iter().map(|p| p.value[c].ln());
+            let mean = logs().sum::<f64>() / count;
+            (logs().map(|x| (x - mean).powi(2)).sum::<f64>() / count).sqrt()
+        };
+        if (0..self.channels).all(|c| scatter(c) < CONSTANT) {
+            return Err(Error::Profile(format!(
+                "all measurements are the same, {:e}, to within {CONSTANT} of it: a constant says nothing about a fibre; \
+                 is the column of the values the right one?",
+                self.points[0].value[0]
+            )));
         }
         Ok(())
     }

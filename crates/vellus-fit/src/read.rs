@@ -59,6 +59,9 @@ pub struct Reading {
     pub axes: Option<[Axis; 2]>,
 }
 
+/// The largest file that is read: 1 GiB. The largest array that is accepted, 2²⁶ doubles, takes half of it.
+const MOST_BYTES: u64 = 1 << 30;
+
 /// Measurements, and what the file says of them.
 struct Table {
     channels: usize,
@@ -73,9 +76,13 @@ struct Table {
 /// # Errors
 /// [`Error::Line`] or [`Error::File`] says what is wrong and where.
 pub fn read(path: &Path, reading: &Reading) -> Result<Profile, Error> {
-    let bytes = std::fs::read(path).map_err(|e| Error::file(path, format!("cannot read it: {e}")))?;
+    let bytes =
+        vellus_io::read_at_most(path, MOST_BYTES).map_err(|e| Error::file(path, format!("cannot read it: {e}")))?;
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-    let text = || std::str::from_utf8(&bytes).map_err(|_| Error::file(path, "it is no text"));
+    let text = || {
+        std::str::from_utf8(&bytes)
+            .map_err(|e| Error::file(path, format!("byte {}: it is not UTF-8 text", e.valid_up_to())))
+    };
     let table = match extension.as_str() {
         "txt" => lines(path, text()?, reading)?,
         "csv" => columns(path, text()?, reading)?,
@@ -185,12 +192,23 @@ fn lines(path: &Path, text: &str, reading: &Reading) -> Result<Table, Error> {
     Ok(table.unwrap_or_else(|| Table::new(1, known)))
 }
 
+/// What the CSV reader refuses, with the line.
+fn csv_error(path: &Path, error: &csv::Error) -> Error {
+    match (error.kind(), error.position()) {
+        (csv::ErrorKind::UnequalLengths { expected_len, len, .. }, Some(position)) => {
+            Error::line(path, position.line(), format!("{len} columns: expected {expected_len}, as in the header"))
+        }
+        (_, Some(position)) => Error::line(path, position.line(), error),
+        _ => Error::file(path, error),
+    }
+}
+
 fn columns(path: &Path, text: &str, reading: &Reading) -> Result<Table, Error> {
     const KNOWN: &str = "theta, phi, and value or r, g, b";
     let known = header(path, text)?;
     let angles = reading.angles.or(known.angles).unwrap_or(Angles::Fiber);
     let mut csv = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
-    let head = csv.headers().map_err(|e| Error::file(path, e))?.clone();
+    let head = csv.headers().map_err(|e| csv_error(path, &e))?.clone();
     let head_line = csv.position().line().saturating_sub(1).max(1);
     let at = |name: &str| head.iter().position(|h| h == name);
     let theta = at("theta").or_else(|| at("theta_i"));
@@ -204,7 +222,7 @@ fn columns(path: &Path, text: &str, reading: &Reading) -> Result<Table, Error> {
     };
     let mut table = Table::new(values.len(), known);
     for record in csv.records() {
-        let record = record.map_err(|e| Error::file(path, e))?;
+        let record = record.map_err(|e| csv_error(path, &e))?;
         let line = record.position().map_or(0, csv::Position::line);
         let wrong = |what: String| Error::line(path, line, what);
         let cell = |i: usize| record.get(i).unwrap_or("");

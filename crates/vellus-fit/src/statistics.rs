@@ -44,6 +44,8 @@ pub struct Statistics {
     pub errors: Vec<Option<f64>>,
     /// Is its standard error small against its usual range, and is it inside?
     pub determined: Vec<bool>,
+    /// Would its standard error be small if the residuals were noise, wherever it is?
+    pub visible: Vec<bool>,
     /// Correlation of residuals with their neighbours', over φ and over θ: near 0 where they are noise, near 1 where the model
     /// cannot follow the data.
     pub neighbours: [f64; 2],
@@ -114,6 +116,7 @@ pub fn statistics(problem: &Problem, space: &Space, profile: &Profile, minimum: 
     }
     let error = |j: usize| covariance[(j, j)].sqrt();
     let determined = (0..n).map(|j| places[j] == Place::Inside && error(j) <= VAGUE * widths[j]).collect();
+    let visible = (0..n).map(|j| error(j) <= VAGUE * widths[j] * inflation.sqrt()).collect();
     let errors = (0..n).map(|j| Some(error(j)).filter(|&e| e <= UNKNOWN * widths[j])).collect();
     let mut weakest: Vec<(usize, f64)> = vectors
         .first()
@@ -121,7 +124,17 @@ pub fn statistics(problem: &Problem, space: &Space, profile: &Profile, minimum: 
         .unwrap_or_default();
     weakest.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
     let weakest_error = values.first().map_or(0.0, |x| x.max(0.0).sqrt());
-    Statistics { places, covariance, errors, determined, neighbours, widened: inflation.sqrt(), weakest, weakest_error }
+    Statistics {
+        places,
+        covariance,
+        errors,
+        determined,
+        visible,
+        neighbours,
+        widened: inflation.sqrt(),
+        weakest,
+        weakest_error,
+    }
 }
 
 /// Covariance of the variables inside their bounds from JᵀJ, in units of the usual ranges.

@@ -135,14 +135,14 @@ fn what_is_wrong_is_named_with_file_and_line() {
     }
     refused("a.txt", (row(40) + &row(50)).as_bytes(), &Reading::default(), &["--theta-o"]);
     refused("a.txt", (row(40) + &row(50)).as_bytes(), &Reading { theta_o: Some(95.0), ..known }, &["theta_o = 95"]);
-    refused("a.txt", &[0xff, 0xfe, 0x00], &known, &["no text"]);
+    refused("a.txt", &[0xff, 0xfe, 0x00], &known, &["byte 0", "UTF-8"]);
     refused("a.dat", b"70 40 0.1\n", &known, &["unknown format", ".txt, .csv, .npy or .exr"]);
     for (text, parts) in [
         ("theta,phi\n10,20\n", &["line 1", "theta, phi", "value or r, g, b"][..]),
         ("theta,phi,r,g\n10,20,1,2\n", &["line 1", "needed are"]),
         ("theta,phi,value\n10,20,0.1\n10,20,NaN\n", &["line 3", "value = 'NaN'"]),
         ("# a note\ntheta,phi,value\n10,20,0.1\n95,20,0.1\n", &["line 4", "theta = 95"]),
-        ("theta,phi,value\n10,20\n", &["line: 2"]),
+        ("theta,phi,value\n10,20\n", &["line 2", "2 columns", "expected 3"]),
         ("theta,phi,value\n", &["no measurements"]),
     ] {
         refused("a.csv", text.as_bytes(), &known, parts);
@@ -151,16 +151,38 @@ fn what_is_wrong_is_named_with_file_and_line() {
     let image = Reading { axes, ..known };
     let data: Vec<u8> = (0..64).flat_map(|i| (f64::from(i) + 1.0).to_le_bytes()).collect();
     refused("a.npy", &npy("<f8", "(8, 8)", &data), &known, &["--theta FIRST:LAST", "--phi"]);
-    refused("a.npy", &npy("<f8", "(8, 9)", &data), &image, &["64 values", "needs 72"]);
+    refused("a.npy", &npy("<f8", "(8, 9)", &data), &image, &["512 bytes of values from byte 128", "needs 576"]);
     refused("a.npy", &npy("<i8", "(8, 8)", &data), &image, &["<i8", "float64"]);
     refused("a.npy", &npy("<f8", "(64,)", &data), &image, &["[64]", "rows, columns"]);
-    refused("a.npy", &npy("<f8", "(99999999, 99999999)", &data), &image, &["it claims"]);
-    refused("a.npy", b"no array", &image, &["no NPY"]);
+    refused("a.npy", &npy("<f8", "(99999999, 99999999)", &data), &image, &["it claims", "expected 1 to"]);
+    refused("a.npy", b"no array", &image, &["byte 0", "no NPY"]);
+    refused("a.npy", b"\x93NUMPY\x07\x00\x10\x00", &image, &["byte 6", "version 7", "expected 1, 2 or 3"]);
+    refused("a.npy", b"\x93NUMPY\x01\x00\x10\x00{", &image, &["byte 11", "16 bytes"]);
+    let cut = [b"\x93NUMPY\x01\x00\x17\x00{'fortran_order': False}".as_slice(), &data].concat();
+    refused("a.npy", &cut, &image, &["'descr'", "'<f4' or '<f8'"]);
     refused("a.exr", b"no image at all", &image, &["OpenEXR"]);
     let mut negative = data.clone();
     negative[8 * 9..8 * 10].copy_from_slice(&(-1f64).to_le_bytes());
     refused("a.npy", &npy("<f8", "(8, 8)", &negative), &image, &["row 2, column 2", "-1"]);
     assert!(read(Path::new("no/such.txt"), &known).unwrap_err().to_string().contains("no/such.txt: cannot read"));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn devices_and_huge_files_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let known = Reading { theta_o: Some(-30.0), ..Reading::default() };
+    for extension in ["txt", "csv", "npy", "exr"] {
+        let link = folder.path().join(format!("zero.{extension}"));
+        std::os::unix::fs::symlink("/dev/zero", &link).unwrap();
+        let message = read(&link, &known).unwrap_err().to_string();
+        assert!(message.contains(&format!("zero.{extension}: cannot read it: it is a device")), "{message}");
+        // Without a byte on the disk.
+        let sparse = folder.path().join(format!("sparse.{extension}"));
+        std::fs::File::create(&sparse).unwrap().set_len((1 << 30) + 1).unwrap();
+        let message = read(&sparse, &known).unwrap_err().to_string();
+        assert!(message.contains("1073741825 bytes") && message.contains("at most 1073741824"), "{message}");
+    }
 }
 
 /// No bytes make the reader of arrays panic.

@@ -1,5 +1,8 @@
 //! Fits by models other than ours.
 
+mod common;
+
+use common::check_scores;
 use vellus::{Fiber, Species};
 use vellus_fit::space::Space;
 use vellus_fit::{Fit, Forward, Options, Profile, Requests, Specimen, State, Synthetic, fit, simulate};
@@ -42,46 +45,43 @@ fn truth(specimen: &Specimen, name: &str) -> f64 {
     f64::from(value)
 }
 
-/// Measured of the model itself with 2 % of noise and 10 % of gaps: NRMSE as of our own model (`fit.rs`), every parameter that the
-/// data determines within 3 of its standard errors (of noise one value in 370 is not: other seeds), and no parameter that the model
-/// does not have. The mean square of errors in standard errors is 1; those of a fit are correlated by groups of about three, so that of n
-/// it has the standard error √(6/n).
-fn recovers(kind: ModelKind, count: usize, least: usize) {
+/// Measured of the model itself with 2 % of noise and 10 % of gaps, once with each seed: NRMSE as of our own model (`fit.rs`), the
+/// errors of what the data determines as large as their standard errors say, and no parameter that the model does not have.
+fn recovers(kind: ModelKind, seeds: u64, count: usize, least: usize) {
     let mut scores = Vec::new();
-    for (seed, species) in (11..).zip([Species::Cat, Species::Dog, Species::Rabbit, Species::Human]) {
+    let all = [Species::Cat, Species::Dog, Species::Rabbit, Species::Human];
+    for (species, seed) in all.into_iter().flat_map(|species| (0..seeds).map(move |seed| (species, seed))) {
         let fiber = Fiber { sigma_ca: [0.35; 3], ..Fiber::preset(species) };
         let specimen = Specimen { fiber, eta_m: Some(fiber.eta - 0.08) };
         let profile = simulate::from_model(forward(kind), &specimen, &gantry(seed)).unwrap();
         let result = fitted(forward(kind), &profile, &quick());
-        assert_eq!(result.model, kind);
+        assert_eq!((result.model, result.no_fit), (kind, None));
         assert!(result.nrmse <= 0.025 && result.log_nrmse <= 0.025, "{species}: {} {}", result.nrmse, result.log_nrmse);
         assert_eq!(result.estimates.len(), count);
         for e in result.estimates.iter().filter(|e| e.determined && e.state == State::Fitted) {
             let z = (e.value - truth(&specimen, &e.name)) / e.error.unwrap();
-            assert!(z.abs() <= 3.0, "{kind} {species} {}: {z} standard errors off", e.name);
-            scores.push(z);
+            scores.push((format!("{species}, seed {seed}: {}", e.name), z));
         }
     }
     assert!(scores.len() >= least, "{kind}: only {} are determined", scores.len());
-    let (n, mean) = (scores.len() as f64, scores.iter().map(|z| z * z).sum::<f64>() / scores.len() as f64);
-    assert!((mean - 1.0).abs() < 2.5 * (6.0 / n).sqrt(), "{kind}: {mean}");
+    check_scores(kind.name(), &scores);
 }
 
-// η, α, β_m, β_n, σ_c,a, scale, and θ_o, which is given: of 24 fitted, all are determined.
+// η, α, β_m, β_n, σ_c,a, scale, and θ_o, which is given: of 8 × 4 × 6 fitted, all are determined.
 #[test]
 fn chiang2016_is_recovered_within_its_errors() {
-    recovers(ModelKind::Chiang2016, 7, 24);
+    recovers(ModelKind::Chiang2016, 8, 7, 192);
 }
 
 #[test]
 fn marschner2003_is_recovered_within_its_errors() {
-    recovers(ModelKind::Marschner2003, 7, 24);
+    recovers(ModelKind::Marschner2003, 8, 7, 192);
 }
 
-// Ours and η_m: of 48, those of a cortex that light hardly passes are not determined.
+// Ours and η_m: of 2 × 48, those of a cortex that light hardly passes are not determined.
 #[test]
 fn yan2015_is_recovered_within_its_errors() {
-    recovers(ModelKind::Yan2015, 13, 36);
+    recovers(ModelKind::Yan2015, 2, 13, 72);
 }
 
 /// Of our own model's cat, most of it medulla, a model of hair without one misses what the medulla scatters: NRMSE is 7.7 % by Chiang et

@@ -3,7 +3,7 @@
 use crate::error::{Error, invalid};
 use glam::{Mat3, Mat4, Vec3};
 
-/// A light. Radiance is linear RGB; shapes are one-sided toward −z of their own frame but for the sphere.
+/// A light. Radiance is linear RGB. Rectangles and disks shine toward −z of their own frame, spheres and cylinders outward.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Light {
     /// From everywhere beyond the scene: radiance times a lat-long texture, whose middle is toward −z of the frame
@@ -52,6 +52,17 @@ pub enum Light {
         /// Emitted.
         radiance: [f32; 3],
     },
+    /// The side of a cylinder, which shines outward. Its ends are open and do not shine.
+    Cylinder {
+        /// Its centre.
+        center: Vec3,
+        /// From its centre to the centre of one end, not zero.
+        half_axis: Vec3,
+        /// Its radius, positive.
+        radius: f32,
+        /// Emitted.
+        radiance: [f32; 3],
+    },
 }
 
 /// The lower half of a dome's image laid onto a disk of ground, as far as the camera sees it: light is still that of a dome
@@ -67,7 +78,7 @@ pub struct Ground {
 }
 
 impl Light {
-    /// `dome`, `distant`, `rect`, `disk` or `sphere`.
+    /// `dome`, `distant`, `rect`, `disk`, `sphere` or `cylinder`.
     pub fn kind(&self) -> &'static str {
         match self {
             Light::Dome { .. } => "dome",
@@ -75,6 +86,7 @@ impl Light {
             Light::Rect { .. } => "rect",
             Light::Disk { .. } => "disk",
             Light::Sphere { .. } => "sphere",
+            Light::Cylinder { .. } => "cylinder",
         }
     }
 
@@ -97,6 +109,11 @@ impl Light {
             Light::Disk { to_world, radiance } => ("disk light", radiance, None, to_world.is_finite()),
             Light::Sphere { center, radius, radiance } => {
                 ("sphere light", radiance, None, center.is_finite() && radius.is_finite() && *radius > 0.0)
+            }
+            Light::Cylinder { center, half_axis, radius, radiance } => {
+                let length = half_axis.length();
+                let finite = center.is_finite() && length.is_finite() && radius.is_finite();
+                ("cylinder light", radiance, None, finite && length > 0.0 && *radius > 0.0)
             }
         };
         if !finite {

@@ -26,7 +26,7 @@
 //!   A constant input outside its range ([`vellus_scene::Parameter::range`]) is an error, a primvar outside it a warning: the
 //!   nearest value in the range is taken. So it is, without a warning, for what a texture gives, and for values between points.
 //! - **Mesh** as polygons, **UsdPreviewSurface** (diffuseColor, also by texture, emissiveColor, roughness, metallic, ior), **Camera**,
-//!   **DomeLight**, **DistantLight**, **RectLight**, **DiskLight**, **SphereLight**. `vellus:lightGroup` names a light's group, else
+//!   **DomeLight**, **DistantLight**, **RectLight**, **DiskLight**, **SphereLight**, **CylinderLight**. `vellus:lightGroup` names a light's group, else
 //!   its prim does; `vellus:groundHeight` and `vellus:groundRadius` lay a dome's image on the ground ([`vellus_scene::Ground`]).
 //! - Materials bound directly or by collections (those of included and excluded prims; expressions are not evaluated).
 //! - Composition, instances, transforms, visibility, purpose, samples in time, velocities and accelerations. Textures as PNG, Radiance HDR and OpenEXR;

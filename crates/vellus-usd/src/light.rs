@@ -92,6 +92,18 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
             let to_world = sized(radius, radius);
             Light::Disk { to_world: to_world.as_mat4(), radiance: radiance(PI * area(&to_world)) }
         }
+        "CylinderLight" => {
+            // Its axis is x. A scale that makes it elliptic keeps the area of its section.
+            let axes = DMat3::from_mat4(place.to_world);
+            let half_axis = 0.5 * size(stage, prim, "length", 1.0)? * axes.x_axis;
+            let radius = size(stage, prim, "radius", 0.5)? * axes.y_axis.cross(axes.z_axis).length().sqrt();
+            let radiance = radiance(4.0 * PI * radius * half_axis.length());
+            let center = place.to_world.w_axis.truncate().as_vec3();
+            if light_texture(reader, prim)?.is_some() {
+                reader.warnings.add(prim, "the texture of a CylinderLight is not supported and left out");
+            }
+            Light::Cylinder { center, half_axis: half_axis.as_vec3(), radius: radius as f32, radiance }
+        }
         _ => {
             let (scale, _) = mean_scale(&place.to_world);
             let radius = scale * size(stage, prim, "radius", 0.5)?;

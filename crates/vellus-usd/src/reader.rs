@@ -140,9 +140,8 @@ impl Reader<'_> {
         match place.type_name.as_str() {
             "BasisCurves" => curves::read(self, place),
             "Mesh" => mesh::read(self, place),
-            "DomeLight" | "DomeLight_1" | "DistantLight" | "RectLight" | "DiskLight" | "SphereLight" => {
-                light::read(self, place)
-            }
+            "DomeLight" | "DomeLight_1" | "DistantLight" | "RectLight" | "DiskLight" | "SphereLight"
+            | "CylinderLight" => light::read(self, place),
             "GeomSubset" => {
                 let whole = place.path.rsplit_once('/').map_or("", |(parent, _)| parent);
                 if bound_material(self, &place.path)? != bound_material(self, whole)? {
@@ -153,7 +152,7 @@ impl Reader<'_> {
             // What would be seen in another renderer.
             "NurbsCurves" | "HermiteCurves" | "NurbsPatch" | "Points" | "PointInstancer" | "Sphere" | "Cube"
             | "Cylinder" | "Cylinder_1" | "Cone" | "Capsule" | "Capsule_1" | "Plane" | "TetMesh" | "Volume"
-            | "CylinderLight" | "GeometryLight" | "PortalLight" | "PluginLight" => {
+            | "GeometryLight" | "PortalLight" | "PluginLight" => {
                 self.warnings.add(&place.path, format!("{} is not supported and left out", place.type_name));
                 Ok(())
             }

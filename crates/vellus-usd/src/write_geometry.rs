@@ -137,6 +137,7 @@ pub(crate) fn light<W: Write>(text: &mut Text<W>, light: &Light, group: &str, na
         Light::Rect { radiance, texture, .. } => ("RectLight", radiance, *texture),
         Light::Disk { radiance, .. } => ("DiskLight", radiance, None),
         Light::Sphere { radiance, .. } => ("SphereLight", radiance, None),
+        Light::Cylinder { radiance, .. } => ("CylinderLight", radiance, None),
     };
     let name = text.name("/Scene", kind);
     text.open(kind, &name, "")?;
@@ -177,6 +178,16 @@ pub(crate) fn light<W: Write>(text: &mut Text<W>, light: &Light, group: &str, na
         Light::Sphere { center, radius, .. } => {
             text.set("float inputs:radius", &radius.text())?;
             DMat4::from_translation(center.as_dvec3())
+        }
+        Light::Cylinder { center, half_axis, radius, .. } => {
+            text.set("float inputs:radius", &radius.text())?;
+            // The axis is +x of its frame.
+            let axis = half_axis.as_dvec3();
+            text.set("float inputs:length", &((2.0 * axis.length()) as f32).text())?;
+            let x = axis.normalize();
+            let y = x.any_orthonormal_vector();
+            let rotation = DMat3::from_cols(x, y, x.cross(y));
+            DMat4::from_translation(center.as_dvec3()) * DMat4::from_mat3(rotation)
         }
     };
     transform(text, to_world, None)?;

@@ -381,14 +381,16 @@ def DomeLight \"sky\" {{ float vellus:groundHeight = 1.5 float vellus:groundRadi
     double3 xformOp:translate = (1, 2, 3) float3 xformOp:scale = (2, 2, 2)
     uniform token[] xformOpOrder = [\"xformOp:translate\", \"xformOp:scale\"] }}
 def DomeLight_1 \"sky1\" {{ }}
-def CylinderLight \"tube\" {{ }}"
+def CylinderLight \"tube\" {{ float inputs:radius = 0.25 float inputs:length = 3 bool inputs:normalize = 1
+    float3 xformOp:scale = (2, 2, 2) uniform token[] xformOpOrder = [\"xformOp:scale\"] }}
+def PortalLight \"portal\" {{ }}"
     ));
     let said = said(&warnings);
     assert!(
-        said.contains("/disk: the shaping") && said.contains("/tube: CylinderLight is not") && warnings.len() == 2,
+        said.contains("/disk: the shaping") && said.contains("/portal: PortalLight is not") && warnings.len() == 2,
         "{said}"
     );
-    let [rect, disk, sphere, sun, parallel, sky, sky1] = &scene.lights[..] else { panic!() };
+    let [rect, disk, sphere, sun, parallel, sky, sky1, tube] = &scene.lights[..] else { panic!() };
     assert_eq!(scene.light_groups[1..5], ["key-2", "sphere", "sun", "parallel"]);
     // 6 · 2 over an area of 2 · 2 · 3.
     let Light::Rect { radiance, to_world, .. } = rect else { panic!() };
@@ -397,6 +399,10 @@ def CylinderLight \"tube\" {{ }}"
     assert_eq!((*radiance, to_world.x_axis.x), ([3.0; 3], 0.5));
     let Light::Sphere { radius, radiance, .. } = sphere else { panic!() };
     assert!(*radius == 1.0 && (radiance[0] * 4.0 * std::f32::consts::PI - 1.0).abs() < 1e-6);
+    let Light::Cylinder { half_axis, radius, radiance, .. } = tube else { panic!() };
+    assert_eq!((*half_axis, *radius), (Vec3::new(3.0, 0.0, 0.0), 0.5));
+    // The side of a cylinder: 2 π times 0.5 times 6.
+    assert!((radiance[0] * 6.0 * std::f32::consts::PI - 1.0).abs() < 1e-6);
     let Light::Distant { direction, half_angle, irradiance } = sun else { panic!() };
     // Light goes along −z, turned to +y; π sin² 30° of the sky's 2.
     assert!(direction.abs_diff_eq(-Vec3::Y, 1e-6) && (half_angle.to_degrees() - 30.0).abs() < 1e-5);

@@ -218,6 +218,51 @@ fn cut_off_and_garbled_files_come_back() {
     }
 }
 
+/// The same of what the fuzzer starts from: a stage with a texture as text, binary and package, and the texture.
+#[test]
+fn damaged_stages_and_textures_come_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let mut image = Vec::new();
+    let mut encoder = png::Encoder::new(&mut image, 2, 2);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.write_header().unwrap().write_image_data(&[100; 12]).unwrap();
+    std::fs::write(at("a.png"), &image).unwrap();
+    let text = "#usda 1.0
+def BasisCurves \"c\" { uniform token type = \"linear\" int[] curveVertexCounts = [2, 3] float[] widths = [.5]
+    point3f[] points = [(0,0,0), (1,0,0), (0,0,1.), (1,0,1), (2,0,1)] float[] primvars:vellus:kappa = [0.5, 9]
+    float3 xformOp:scale = (1, 2, 1) uniform token[] xformOpOrder = [\"xformOp:scale\"] }
+def RectLight \"l\" { asset inputs:texture:file = @a.png@ }
+def CylinderLight \"t\" { float inputs:radius = 0.5 }
+def Camera \"k\" { float fStop = 2 float focusDistance = 3 }
+def Xform \"x\" ( references = </c> ) {}";
+    std::fs::write(at("whole.usda"), text).unwrap();
+    std::fs::write(at("plain.usda"), text.replace("[.5]", "[0.5]").replace("1.)", "1)")).unwrap();
+    let stage = openusd::usd::Stage::builder().open(at("plain.usda").to_str().unwrap()).unwrap();
+    stage.root_layer().export(at("whole.usdc").to_str().unwrap()).unwrap();
+    let mut package = openusd::usdz::ArchiveWriter::new(std::io::Cursor::new(Vec::new()));
+    package.add_layer("whole.usda", text.as_bytes()).unwrap();
+    package.add_layer("a.png", &image).unwrap();
+    std::fs::write(at("whole.usdz"), package.finish().unwrap().into_inner()).unwrap();
+    for name in ["whole.usda", "whole.usdc", "whole.usdz", "a.png"] {
+        let whole = std::fs::read(at(name)).unwrap();
+        let top = at(if name == "a.png" { "whole.usda" } else { name });
+        let options = Options::default();
+        assert_eq!(read(&top, &options).unwrap().0.lights.len(), 2, "{name}");
+        for at_byte in (0..whole.len()).step_by(whole.len().div_ceil(ROUNDS)) {
+            let mut garbled = whole.clone();
+            garbled[at_byte] ^= 0xff;
+            for bytes in [&whole[..at_byte], &garbled] {
+                std::fs::write(at(name), bytes).unwrap();
+                let result = catch_unwind(AssertUnwindSafe(|| read(&top, &options)));
+                let scene = result.unwrap_or_else(|_| panic!("a panic: {name}, byte {at_byte}"));
+                assert!(scene.is_err() || scene.is_ok_and(|(scene, _)| scene.validate() == Ok(())), "{name} {at_byte}");
+            }
+        }
+        std::fs::write(at(name), &whole).unwrap();
+    }
+}
+
 /// The line and the column of what cannot be parsed, in the layer that holds it.
 #[test]
 fn parse_errors_have_a_place() {

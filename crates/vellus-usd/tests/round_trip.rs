@@ -112,8 +112,14 @@ fn scene() -> Scene {
             },
             Light::Disk { to_world: pose(0.7) * Mat4::from_scale(Vec3::splat(0.1)), radiance: [1.0, 0.0, 9.0] },
             Light::Sphere { center: Vec3::new(0.1, 0.2, 0.3), radius: 0.7, radiance: [0.1; 3] },
+            Light::Cylinder {
+                center: Vec3::new(-0.5, 0.25, 1.0),
+                half_axis: Vec3::new(0.0, 0.0, 1.5),
+                radius: 0.125,
+                radiance: [1.0, 2.0, 3.0],
+            },
         ],
-        light_groups: ["sky", "sun", "key", "key", "lamp-2"].map(str::to_owned).to_vec(),
+        light_groups: ["sky", "sun", "key", "key", "lamp-2", "tube"].map(str::to_owned).to_vec(),
         camera: Some(Camera {
             to_world: pose(0.2),
             moved: Some(pose(0.25)),

@@ -220,14 +220,15 @@ impl<'t> Medulla<'t> {
     #[doc(alias = "Eq. 10")]
     #[inline(always)]
     pub fn azimuthal(&self, s: &Azimuth, phi: f32) -> f32 {
-        let density =
-            |phi: f32| self.tables.azimuthal.densities.eval(&s.weights, if phi < 0.0 { phi + TAU } else { phi });
+        let value = self.azimuthal_plain(s, phi);
+        if s.turned > 0.0 { value + s.turned * (self.azimuthal_plain(s, -phi) - value) } else { value }
+    }
+
+    /// [`Medulla::azimuthal`] without the share that is mirrored.
+    #[inline(always)]
+    pub(crate) fn azimuthal_plain(&self, s: &Azimuth, phi: f32) -> f32 {
         let phi = phi * s.mirror;
-        let mut value = density(phi);
-        if s.turned > 0.0 {
-            value += s.turned * (density(-phi) - value);
-        }
-        s.scale * value
+        s.scale * self.tables.azimuthal.densities.eval(&s.weights, if phi < 0.0 { phi + TAU } else { phi })
     }
 
     /// [`Medulla::azimuthal`], neither scaled nor mirrored, of eight paths with h″ ≥ 0.

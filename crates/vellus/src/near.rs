@@ -5,7 +5,7 @@ use crate::bcsdf::{Bcsdf, Lobe, Lobes, Sample};
 use crate::frame::{Frame, Outgoing, Polar};
 use crate::lanes::{Lanes, Quad};
 use crate::longitudinal::Centres;
-use crate::medulla::{Azimuth, Inclination};
+use crate::medulla::{Azimuth, Inclination, Medulla};
 use crate::path::{Path, lobe_probabilities};
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
@@ -18,6 +18,21 @@ struct Scattered {
     inclination: Inclination,
     /// False where the path misses the medulla.
     exists: bool,
+    /// True where it does not, and nothing of C^N is mirrored.
+    plain: bool,
+}
+
+impl Scattered {
+    /// The densities of TTˢ and TRTˢ where a part of C^N is mirrored. Not inlined: few paths are so close to the axis.
+    #[cold]
+    #[inline(never)]
+    fn mirrored(&self, medulla: &Medulla, theta_i: f32, phi: [f32; 2]) -> [f32; 2] {
+        let [backward, forward] = medulla.longitudinal(&self.inclination, theta_i);
+        phi.map(|phi| {
+            let m = backward + (forward - backward) * (phi.abs() * (1.0 / PI));
+            m * medulla.azimuthal(&self.azimuth, phi)
+        })
+    }
 }
 
 /// One hit of a fibre, or eight: all that depends on ω_o and h, prepared once for all its queries.
@@ -54,13 +69,15 @@ impl<'b, V: Lanes> NearHit<'b, V> {
                     let pass = bcsdf.medulla.pass(tau.lane(i));
                     let angle = path.gamma_m.lane(i);
                     paths[i] = bcsdf.medulla.mean_path_of(&pass, angle);
+                    let azimuth = bcsdf.medulla.azimuth(&pass, angle);
                     Scattered {
-                        azimuth: bcsdf.medulla.azimuth(&pass, angle),
+                        azimuth,
                         inclination: bcsdf.medulla.inclination(path.theta_o.lane(i)),
                         exists: true,
+                        plain: azimuth.turned == 0.0,
                     }
                 } else {
-                    Scattered { azimuth: Azimuth::NONE, inclination: Inclination::NONE, exists: false }
+                    Scattered { azimuth: Azimuth::NONE, inclination: Inclination::NONE, exists: false, plain: false }
                 }
             },
         );
@@ -100,14 +117,17 @@ impl<'b, V: Lanes> NearHit<'b, V> {
             let mut lanes = [[0.0f32; 8]; 2];
             let medulla = &self.bcsdf.medulla;
             for (i, s) in self.scattered.as_ref().iter().enumerate() {
-                if !s.exists {
+                if !s.plain {
+                    if s.exists {
+                        [lanes[0][i], lanes[1][i]] = s.mirrored(medulla, o.theta_i.lane(i), phi.map(|phi| phi.lane(i)));
+                    }
                     continue;
                 }
                 let [backward, forward] = medulla.longitudinal(&s.inclination, o.theta_i.lane(i));
                 for p in 0..2 {
                     let phi = phi[p].lane(i);
                     let m = backward + (forward - backward) * (phi.abs() * (1.0 / PI));
-                    lanes[p][i] = m * medulla.azimuthal(&s.azimuth, phi);
+                    lanes[p][i] = m * medulla.azimuthal_plain(&s.azimuth, phi);
                 }
             }
             d[3] = V::from_lanes(&lanes[0]);

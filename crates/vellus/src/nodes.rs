@@ -16,28 +16,38 @@ pub(crate) const SEGMENTS: usize = 7;
 /// Pieces that a window is divided into at most. Each is a chain of [`SEGMENTS`] on one side of the axis.
 pub(crate) const PIECES: usize = 3;
 
-/// Divides the pieces of a window, each a side and its range of offsets, until there are [`PIECES`] of them: at the medulla's
-/// edge, or the longest one in the middle, measured in γ.
-pub(crate) fn divide(pieces: &mut ArrayVec<(usize, [f32; 2]), PIECES>, edge: Option<f32>) {
-    while !pieces.is_full() && !pieces.is_empty() {
-        let mut cut = (0, 0.0, -1.0f32);
-        for (i, (_, [low, high])) in pieces.iter().enumerate() {
-            let [first, last] = [low.asin(), high.asin()];
-            let here = match edge {
+/// A part of a window on one side of the axis.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Piece {
+    /// 0 where the offsets are ≥ 0, 1 where they are mirrored.
+    pub side: usize,
+    /// Offsets ≥ 0.
+    pub range: [f32; 2],
+    pub nodes: Nodes,
+}
+
+/// Divides the pieces of a window until there are [`PIECES`] of them: at the medulla's edge, or the longest one in the middle,
+/// measured in γ.
+#[inline(never)]
+pub(crate) fn divide(pieces: &mut ArrayVec<Piece, PIECES>, edge: Option<f32>) {
+    while !pieces.is_full() {
+        let (mut longest, mut cut) = (-1.0, None);
+        for (i, Piece { range: [low, high], .. }) in pieces.iter().enumerate() {
+            let (middle, length) = match edge {
                 // No piece is longer than that.
-                Some(edge) if *low < edge && edge < *high => (i, edge, FRAC_PI_2 + 1.0),
-                _ => (i, (0.5 * (first + last)).sin(), last - first),
+                Some(edge) if *low < edge && edge < *high => (edge, FRAC_PI_2 + 1.0),
+                _ => (high.asin().midpoint(low.asin()).sin(), high.asin() - low.asin()),
             };
-            cut = if here.2 > cut.2 { here } else { cut };
+            // Nothing may be left between ends that are very close.
+            if length > longest && *low < middle && middle < *high {
+                (longest, cut) = (length, Some((i, middle)));
+            }
         }
-        let (i, middle, _) = cut;
-        let (side, [_, high]) = pieces[i];
-        // So narrow that there is nothing between its ends.
-        if !(pieces[i].1[0] < middle && middle < high) {
-            return;
-        }
-        pieces[i].1[1] = middle;
-        pieces.push((side, [middle, high]));
+        let Some((i, middle)) = cut else { return };
+        let Piece { side, range: [low, high], .. } = pieces[i];
+        let piece = |low: f32, high: f32| Piece { side, range: [low, high], nodes: Nodes::new(low, high, edge) };
+        pieces[i] = piece(low, middle);
+        pieces.push(piece(middle, high));
     }
 }
 
@@ -76,6 +86,12 @@ pub(crate) struct Side {
 }
 
 impl Side {
+    /// Is it at most 2° long, measured in asin h″ or γ?
+    pub fn is_narrow(&self) -> bool {
+        // ψ is at most ¾ π t.
+        self.last - self.first < 0.015
+    }
+
     /// Of two that begin at the axis: what they share, and what one of them has more.
     pub fn overlap(&self, other: &Side) -> (Side, Option<Side>) {
         let (short, long) = if self.last < other.last { (self, other) } else { (other, self) };

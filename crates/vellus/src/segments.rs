@@ -56,7 +56,9 @@ impl Spans {
     /// Energies times what belongs to them and to their means.
     #[inline(always)]
     fn light(&self, [j0, j1]: [f32x8; 2]) -> Channels {
-        let density = self.mean.mul_add(j1, j0);
+        // Far from a span both terms are rounding errors of either sign. A negative density would cancel what other spans
+        // give the pdf but not what they give one channel, and the weight of a sample would have no bound.
+        let density = self.mean.mul_add(j1, j0).max(f32x8::ZERO);
         self.energy.map(|energy| energy * density)
     }
 }

@@ -4,7 +4,7 @@ use crate::bcsdf::{Bcsdf, Lobe, Lobes, Sample};
 use crate::frame::{Frame, Outgoing, Polar};
 use crate::longitudinal::Centres;
 use crate::medulla::Inclination;
-use crate::nodes::{Nodes, PIECES, divide};
+use crate::nodes::{Nodes, PIECES, Piece, divide};
 use crate::path::inverse_eta;
 use crate::points::Points;
 use crate::segments::{self, Half, Through};
@@ -65,30 +65,24 @@ impl<'b> WindowHit<'b> {
         let [low, high] = self.range;
         let symmetric = low == -high;
         let signs: [&[f32]; 2] = [if symmetric { &[1.0, -1.0] } else { &[1.0] }, &[-1.0]];
-        // Offsets ≥ 0 and ≤ 0, the latter mirrored: which of them, and from where to where.
-        let mut pieces: ArrayVec<(usize, [f32; 2]), PIECES> = ArrayVec::new();
+        // Offsets ≥ 0 and ≤ 0, the latter mirrored.
         let sides = [[low.max(0.0), high], if symmetric { [0.0; 2] } else { [(-high).max(0.0), -low] }];
-        for (side, range) in sides.into_iter().enumerate() {
-            if range[1] > range[0] {
-                pieces.push((side, range));
+        let mut pieces: ArrayVec<Piece, PIECES> = ArrayVec::new();
+        let mut whole = [None; 2];
+        for (side, [low, high]) in sides.into_iter().enumerate() {
+            if high > low {
+                let nodes = Nodes::new(low, high, edge);
+                whole[side] = nodes.medulla;
+                pieces.push(Piece { side, range: [low, high], nodes });
             }
         }
-        let mut whole = [None; 2];
         if bcsdf.fine {
-            for (side, [low, high]) in &pieces {
-                whole[*side] = Nodes::new(*low, *high, edge).medulla;
-            }
             divide(&mut pieces, edge);
         }
-        let nodes: ArrayVec<Nodes, PIECES> =
-            pieces.iter().map(|(_, [low, high])| Nodes::new(*low, *high, edge)).collect();
-        let width: f32 = nodes.iter().map(Nodes::width).sum();
+        let width: f32 = pieces.iter().map(|piece| piece.nodes.width()).sum();
         let times = if symmetric { 2.0 } else { 1.0 };
         let scale = 1.0 / (times * width).max(f32::MIN_POSITIVE);
-        for ((side, _), nodes) in pieces.iter().zip(&nodes) {
-            if !bcsdf.fine {
-                whole[*side] = nodes.medulla;
-            }
+        for Piece { side, nodes, .. } in &pieces {
             self.halves.push(Half::NONE);
             if let Some(half) = self.halves.last_mut() {
                 let energy = half.prepare(bcsdf, polar, through.as_ref(), nodes, signs[*side], scale);

@@ -1,15 +1,19 @@
-//! `cargo xtask test`: all that CI checks, in the order in which it fails fastest.
+//! `cargo xtask test`: all that CI checks, in the order in which it fails fastest. `cargo xtask torture`: attacks on the command.
 
 mod paper;
 
 use std::path::Path;
 use std::process::{Command, ExitCode};
 
-const USAGE: &str = "usage: cargo xtask test | lint | paper
+const USAGE: &str = "usage: cargo xtask test | lint | paper | torture
 
-  test   formatting, clippy, docs, PAPER.md, all tests: what CI runs
-  lint   formatting, clippy, docs, PAPER.md only
-  paper  PAPER.md only: every symbol it names exists, every departure in the code is listed";
+  test     formatting, clippy, docs, PAPER.md, all tests, a minute of torture: what CI runs
+  lint     formatting, clippy, docs, PAPER.md only
+  paper    PAPER.md only: every symbol it names exists, every departure in the code is listed
+  torture  kills, full disks, damaged files and nonsense against the release build; --help lists its options";
+
+/// The torture of `cargo xtask test`: the same inputs each time.
+const TORTURE: [&str; 4] = ["--time", "60s", "--seed", "1"];
 
 fn main() -> ExitCode {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
@@ -17,6 +21,7 @@ fn main() -> ExitCode {
         Some("test") => lint(&root).and_then(|()| test(&root)),
         Some("lint") => lint(&root),
         Some("paper") => paper::check(&root),
+        Some("torture") => torture(&root, &std::env::args().skip(2).collect::<Vec<_>>()),
         _ => Err(USAGE.to_owned()),
     };
     match result {
@@ -43,7 +48,20 @@ fn lint(root: &Path) -> Result<(), String> {
 fn test(root: &Path) -> Result<(), String> {
     // Benchmarks as tests only compile and run once; they are built by clippy above.
     cargo(root, &["test", "--workspace", "--lib", "--bins", "--tests", "--examples"])?;
-    cargo(root, &["test", "--workspace", "--doc"])
+    cargo(root, &["test", "--workspace", "--doc"])?;
+    torture(root, &TORTURE)
+}
+
+/// Attacks the release build of the command.
+fn torture(root: &Path, args: &[impl AsRef<str>]) -> Result<(), String> {
+    if !cfg!(unix) {
+        eprintln!("torture is left out: signals and limits of processes are those of Unix");
+        return Ok(());
+    }
+    cargo(root, &["build", "--release", "--quiet", "--package", "vellus-cli", "--package", "vellus-torture"])?;
+    let mut line = vec!["run", "--release", "--quiet", "--package", "vellus-torture", "--"];
+    line.extend(args.iter().map(AsRef::as_ref));
+    cargo(root, &line)
 }
 
 /// Installs a toolchain component where rustup manages the toolchain and lacks it; elsewhere it is

@@ -24,6 +24,7 @@ mod segments;
 mod sheet;
 mod shot;
 mod species;
+mod visible;
 
 use crate::interrupt::Interrupt;
 use crate::output;
@@ -58,7 +59,7 @@ pub struct Args {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Quality {
-    /// Seconds in all; shows that everything runs, and judges little.
+    /// Seconds in all; shows that everything runs, and judges nothing.
     Smoke,
     /// A quarter of an hour in all on two cores.
     #[default]
@@ -93,7 +94,7 @@ pub fn run(args: &Args) -> Result<()> {
         bail!("cannot write {}: it is not a folder", args.out.display());
     }
     output::writable(&args.out.join("index.html"))?;
-    let stop = Interrupt::watch()?.stop;
+    let interrupt = Interrupt::watch()?;
     let mut failed = Vec::new();
     for (i, experiment) in chosen.iter().enumerate() {
         let folder = args.out.join(experiment.name);
@@ -104,7 +105,7 @@ pub fn run(args: &Args) -> Result<()> {
             note!("{number}: is there, at {} quality", there.quality.name());
             continue;
         }
-        let context = Context::new(args.quality, folder, args.again, Arc::clone(&stop));
+        let context = Context::new(args.quality, folder, args.again, Arc::clone(&interrupt.stop));
         match one(experiment, &context) {
             Ok(outcome) => {
                 note!("{number}: {}", told(&outcome));
@@ -112,7 +113,11 @@ pub fn run(args: &Args) -> Result<()> {
             }
             Err(e) if e.is::<Interrupted>() || context.interrupted() => {
                 report::write(&args.out)?;
-                bail!("interrupted in {}: what is finished stays, and the same command goes on", experiment.name);
+                bail!(interrupt.error(format!(
+                    "finished experiments are in {}, and what {} has of unfinished pictures is kept; the same command continues",
+                    args.out.join("index.html").display(),
+                    args.out.join(experiment.name).display()
+                )));
             }
             // The others may still tell something.
             Err(e) => {
@@ -134,7 +139,10 @@ fn one(experiment: &Experiment, context: &Context) -> Result<Outcome> {
     std::fs::create_dir_all(context.folder())
         .with_context(|| format!("cannot create {}", context.folder().display()))?;
     let start = Instant::now();
-    let found = (experiment.run)(context)?;
+    let mut found = (experiment.run)(context)?;
+    if context.quality == Quality::Smoke {
+        found.withhold_verdicts();
+    }
     let outcome = Outcome {
         name: experiment.name.to_owned(),
         figure: experiment.figure.to_owned(),

@@ -9,6 +9,9 @@ use std::path::Path;
 /// The file in an experiment's folder that says that it is finished.
 const FILE: &str = "result.json";
 
+/// The largest result that is read: 64 MiB. Those of paper quality have less than 1 MiB.
+const MOST_BYTES: u64 = 64 << 20;
+
 /// All that an experiment has to show. What it ran with is filled in by the frame.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Outcome {
@@ -112,20 +115,28 @@ pub enum Verdict {
     DoesNotHold,
     #[serde(rename = "not judged")]
     NotJudged,
+    /// Too little work was put in to judge anything.
+    #[serde(rename = "not judged at this quality")]
+    NotAtThisQuality,
 }
 
 impl Verdict {
     /// All, as a summary counts them.
-    pub const ALL: [Verdict; 4] = [Verdict::Holds, Verdict::Better, Verdict::DoesNotHold, Verdict::NotJudged];
+    pub const ALL: [Verdict; 5] =
+        [Verdict::Holds, Verdict::Better, Verdict::DoesNotHold, Verdict::NotJudged, Verdict::NotAtThisQuality];
 
     /// In words.
     pub fn name(self) -> &'static str {
-        ["holds", "better", "does not hold", "not judged"][self as usize]
+        ["holds", "better", "does not hold", "not judged", "not judged at this quality"][self as usize]
     }
 
     /// "3 hold", "1 does not hold", with a word for many.
     pub fn count(self, n: usize) -> String {
-        let name = if n == 1 { self.name() } else { ["hold", "better", "do not hold", "not judged"][self as usize] };
+        let name = match self {
+            Verdict::Holds if n != 1 => "hold",
+            Verdict::DoesNotHold if n != 1 => "do not hold",
+            _ => self.name(),
+        };
         format!("{n} {name}")
     }
 
@@ -169,6 +180,11 @@ impl Claim {
         Claim { what, expected, measured, value: None, verdict: Verdict::NotJudged, why }
     }
 
+    /// A remark beside the verdict where the claim does not hold.
+    pub fn or_because(self, why: &str) -> Self {
+        if self.verdict == Verdict::DoesNotHold { self.because(why) } else { self }
+    }
+
     /// A remark beside the verdict.
     pub fn because(self, why: impl Into<String>) -> Self {
         Claim { why: why.into(), ..self }
@@ -181,9 +197,17 @@ impl Outcome {
         Outcome { paper: paper.into(), ..Outcome::default() }
     }
 
+    /// Takes all verdicts back: at smoke quality nothing is judged.
+    pub fn withhold_verdicts(&mut self) {
+        for claim in &mut self.claims {
+            (claim.verdict, claim.value) = (Verdict::NotAtThisQuality, None);
+            claim.why = "A smoke test shows that the experiment runs. It is too short to judge by.".to_owned();
+        }
+    }
+
     /// A finished one, if a file there is one.
     pub fn read(folder: &Path) -> Option<Self> {
-        serde_json::from_slice(&vellus_io::read(&folder.join(FILE)).ok()?).ok()
+        serde_json::from_slice(&vellus_io::read_at_most(&folder.join(FILE), MOST_BYTES).ok()?).ok()
     }
 
     /// Writes its tables, and itself last.
@@ -219,7 +243,7 @@ impl Outcome {
             if claim.value.is_some_and(|x| !x.is_finite()) {
                 bail!("'{}': the number measured is not finite", claim.what);
             }
-            if claim.verdict == Verdict::NotJudged && claim.why.is_empty() {
+            if claim.value.is_none() && claim.why.is_empty() {
                 bail!("'{}' is not judged, and nothing says why", claim.what);
             }
         }

@@ -97,23 +97,16 @@ fn run(context: &Context, animal: &Animal) -> Result<Outcome> {
     let measured = format!(
         "{factor:.2} × (relMSE: {relative:.2} ×); of that {a:.2} × by the noise of a sample, {b:.2} × by its time"
     );
-    outcome.claims.push(judge(
-        quality,
-        Claim::new(what, format!("{} ×", animal.claimed), measured, factor, Verdict::at_least(factor, animal.claimed)),
-        WHY,
-    ));
+    let (expected, verdict) = (format!("{} ×", animal.claimed), Verdict::at_least(factor, animal.claimed));
+    outcome.claims.push(Claim::new(what, expected, measured, factor, verdict).or_because(WHY));
     outcome.claims.push(beside_published(animal.scene, animal.method.name, points, &found[AS_PUBLISHED].0));
     let frame = 1.0 / ratio(&found[0].0, &found[1].0, |p| p.time);
-    outcome.claims.push(judge(
-        quality,
-        Claim::new(
-            format!("{}: time of a multi-scale sample over one of the near field", animal.scene),
-            "at most 1.15 (the paper: about 1.5)",
-            format!("{frame:.3}"),
-            frame,
-            Verdict::at_most(frame, 1.15),
-        ),
-        "",
+    outcome.claims.push(Claim::new(
+        format!("{}: time of a multi-scale sample over one of the near field", animal.scene),
+        "at most 1.15 (the paper: about 1.5)",
+        format!("{frame:.3}"),
+        frame,
+        Verdict::at_most(frame, 1.15),
     ));
     Ok(outcome)
 }
@@ -133,14 +126,6 @@ pub fn beside_published(scene: &str, name: &str, points: &[Point], published: &[
 const WHY: &str = "Here the model of 2015 is sampled as well as ours, and a query of it costs twice one of ours, not many times: most of \
                    the time goes to rays, most of the noise to which strand a ray meets and which light it sees, and \
                    those are the same for both.";
-
-/// Smoke tests time nothing.
-pub fn judge(quality: Quality, claim: Claim, why: &str) -> Claim {
-    if quality == Quality::Smoke {
-        return Claim::not_judged(claim.what, claim.expected, claim.measured, "A smoke test is too short to judge by.");
-    }
-    if claim.verdict == Verdict::DoesNotHold { claim.because(why) } else { claim }
-}
 
 /// Of the last three points of each, geometric means.
 pub fn ratio(a: &[Point], b: &[Point], of: impl Fn(&Point) -> f64) -> f64 {

@@ -2,7 +2,7 @@
 
 use super::bars::Bars;
 use super::curves::{Axes, Curves};
-use super::render_animals::{AS_PUBLISHED, METHODS, OLD, beside_published, converge, error_table, judge, pairs, ratio};
+use super::render_animals::{AS_PUBLISHED, METHODS, OLD, beside_published, converge, error_table, pairs, ratio};
 use super::shot::{Point, Shot, speedup};
 use super::{Claim, Context, Outcome, Quality, Verdict};
 use anyhow::{Context as _, Result};
@@ -58,7 +58,7 @@ pub fn run(context: &Context) -> Result<Outcome> {
             factor,
             Verdict::at_least(factor, claimed),
         );
-        outcome.claims.push(judge(quality, claim, why));
+        outcome.claims.push(claim.or_because(why));
         outcome.claims.push(beside_published("lock of hair", METHODS[k].name, &found[k].0, published));
     }
     for (k, claimed, expected) in [(0, 2.0, "twice as fast"), (1, 1.0, "faster"), (2, 1.0, "faster")] {
@@ -70,7 +70,7 @@ pub fn run(context: &Context) -> Result<Outcome> {
             factor,
             Verdict::at_least(factor, claimed),
         );
-        outcome.claims.push(judge(quality, claim, "Rays take most of the time, and they are the same."));
+        outcome.claims.push(claim.or_because("Rays take most of the time, and they are the same."));
     }
     Ok(outcome)
 }

@@ -1,7 +1,7 @@
 //! Yan17 Fig. 12–13: near field, far field and multi-scale from afar and close up, and all between.
 
-use super::render_animals::judge;
 use super::shot::{Converged, FAR, MULTI, Method, NEAR, Point, Shot, difference};
+use super::visible::Visible;
 use super::{Claim, Context, Outcome, Picture, Quality, Table, Verdict};
 use anyhow::{Context as _, Result, anyhow};
 use glam::Vec3;
@@ -78,15 +78,17 @@ pub fn run(context: &Context) -> Result<Outcome> {
                 noise,
                 Verdict::of(noise > 1.2),
             );
-            outcome.claims.push(judge(quality, claim, ""));
+            outcome.claims.push(claim);
         }
         for (i, name, close) in [(2, "multi-scale", true), (1, "far field", false)] {
             let (z, offset, spread) = difference(&converged[i].film, &converged[0].film);
             // What noise alone makes of pixels: errors of heavy-tailed samples are underestimated.
             let noise = converged[0].spread.max(converged[i].spread);
+            let visible = Visible::new(converged[i].halves(), converged[0].halves());
             let measured = format!(
-                "mean {:+.2} % of the brightness, z = {z:.1}; pixels differ by {spread:.2} standard errors (root mean square), halves of one picture by \
-                 {noise:.2}",
+                "{}; brightness of the fur {:+.2} %, z = {z:.1}; pixels differ by {spread:.2} standard errors (root mean \
+                 square), halves of one picture by {noise:.2}",
+                visible.told(),
                 100.0 * offset
             );
             let what = format!("{view}: the {name} shows what the near field shows");
@@ -95,17 +97,11 @@ pub fn run(context: &Context) -> Result<Outcome> {
                 let limit = "|z| < 3, pixels a tenth more than halves of one picture";
                 Claim::new(what, format!("within noise: {limit}"), measured, spread, Verdict::of(same))
             } else {
-                let what = "close: the far field is visibly not what the near field shows";
-                Claim::new(
-                    what,
-                    "pixels differ by more than 2 standard errors",
-                    measured,
-                    spread,
-                    Verdict::of(spread > 2.0),
-                )
+                let more = format!("; brightness of the fur {:+.2} %", 100.0 * offset);
+                visible.claim("close: the far field is visibly not what the near field shows", &more)
             };
             let why = "What is hidden depends on the offsets that a far field averages.";
-            outcome.claims.push(judge(quality, claim, why));
+            outcome.claims.push(claim.or_because(why));
         }
     }
     for (k, view, limit, expected) in [
@@ -119,11 +115,7 @@ pub fn run(context: &Context) -> Result<Outcome> {
             frames[k],
             Verdict::at_most(frames[k], limit),
         );
-        outcome.claims.push(judge(
-            quality,
-            claim,
-            "Hits after the first cost more as far fields, and leave less noise.",
-        ));
+        outcome.claims.push(claim.or_because("Hits after the first cost more as far fields, and leave less noise."));
     }
     outcome.tables.push(table);
     sequence(context, &mut shot, &scene()?, &mut outcome)?;
@@ -192,7 +184,7 @@ fn sequence(context: &Context, shot: &mut Shot<'_>, scene: &Scene, outcome: &mut
         worst.0.abs(),
         Verdict::of(worst.0.abs() < 4.0),
     );
-    outcome.claims.push(judge(quality, claim, ""));
+    outcome.claims.push(claim);
     Ok(())
 }
 

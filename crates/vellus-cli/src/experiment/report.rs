@@ -13,7 +13,7 @@ const STYLE: &str = "body{font:16px/1.5 sans-serif;max-width:1300px;margin:2em a
     td:first-child,th:first-child,.claims td,.claims th{text-align:left}th{border-bottom:2px solid #bbb}caption{text-align:left;color:#555;\
     padding-bottom:.3em}.wide{overflow-x:auto}.row{display:flex;gap:1em;align-items:flex-start;margin:1em 0}figure{margin:0;flex:1 1 0;\
     min-width:0}.row>figure:only-child{flex:0 1 auto}img{max-width:100%;height:auto;border:1px solid #eee}figcaption,small{color:#555;\
-    font-size:.9em}.v{white-space:nowrap;font-weight:bold}.v0{color:#1a6e2e}.v1{color:#1f5fa8}.v2{color:#b3261e}.v3{color:#777}\
+    font-size:.9em}.v{white-space:nowrap;font-weight:bold}.v0{color:#1a6e2e}.v1{color:#1f5fa8}.v2{color:#b3261e}.v3,.v4{color:#777}\
     .warning{background:#fff3cd;padding:.5em 1em;margin:.5em 0}nav a{margin-right:1em;white-space:nowrap}a{color:#1f5fa8}";
 
 /// Writes it from all results there are.

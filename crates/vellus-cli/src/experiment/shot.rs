@@ -62,6 +62,7 @@ pub struct Shot<'c> {
 /// A converged picture, and the variance of its mean: RGB, averaged over pixels and channels.
 pub struct Converged {
     pub film: Film,
+    halves: [Film; 2],
     variance: f64,
     /// Root mean square of the differences of its halves' pixels in their standard errors: 1 where those are known well.
     pub spread: f64,
@@ -192,13 +193,13 @@ impl<'c> Shot<'c> {
     /// Two halves of so many samples each, of two seeds that no other method has: their mean, and from their difference its variance.
     pub fn converge(&mut self, method: Method, half: u64) -> Result<Converged> {
         let [first, second] = REFERENCE.map(|seed| own(method, seed));
-        let mut film = self.render(method, first, half)?;
-        let other = self.render(method, second, half)?;
-        let (a, b) = (colors(&film), colors(&other));
+        let halves = [self.render(method, first, half)?, self.render(method, second, half)?];
+        let (a, b) = (colors(&halves[0]), colors(&halves[1]));
         let variance = a.iter().zip(&b).map(|(a, b)| 0.25 * (a - b).powi(2)).sum::<f64>() / a.len() as f64;
-        let (_, _, spread) = difference(&film, &other);
-        film.merge(&other);
-        Ok(Converged { film, variance, spread })
+        let (_, _, spread) = difference(&halves[0], &halves[1]);
+        let mut film = halves[0].clone();
+        film.merge(&halves[1]);
+        Ok(Converged { film, halves, variance, spread })
     }
 
     /// Each method's error and time at 1, 2, 4, … `most` samples, and its last picture. Methods take turns, so that whatever else the machine does
@@ -256,20 +257,22 @@ pub fn brightness(film: &Film, x: usize, y: usize) -> f64 {
     (0..3).map(|c| film.mean(x, y, Layer::Beauty, c)).sum::<f64>() / 3.0
 }
 
-/// How far a picture is from another: of the means, in standard errors and as a share of the brightness; and the root mean square of
-/// the pixels' differences in their standard errors, of those that have light and noise.
+/// How far the fur of a picture is from that of another: of the means, in standard errors and as a share of the brightness; and the root
+/// mean square of the pixels' differences in their standard errors, of those that have light and noise. Each pixel counts by the
+/// share of it that fibres cover.
 pub fn difference(a: &Film, b: &Film) -> (f64, f64, f64) {
     let (width, height) = (b.width(), b.height());
     let (mut sum, mut all, mut variance, mut squares, mut count) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for (x, y) in (0..width * height).map(|i| (i % width, i / width)) {
         let (p, q) = (brightness(a, x, y), brightness(b, x, y));
         let error = a.error(x, y).powi(2) + b.error(x, y).powi(2);
-        sum += p - q;
-        all += q;
-        variance += error;
+        let weight = 0.5 * (a.mean(x, y, Layer::Fibers, 0) + b.mean(x, y, Layer::Fibers, 0));
+        sum += weight * (p - q);
+        all += weight * q;
+        variance += weight * weight * error;
         if error > 0.0 {
-            squares += (p - q).powi(2) / error;
-            count += 1.0;
+            squares += weight * (p - q).powi(2) / error;
+            count += weight;
         }
     }
     let safe = |a: f64, b: f64| if b > 0.0 { a / b } else { 0.0 };
@@ -283,6 +286,11 @@ pub fn colors(film: &Film) -> Vec<f64> {
 }
 
 impl Converged {
+    /// Two pictures of independent seeds, of which it is the mean.
+    pub fn halves(&self) -> [&Film; 2] {
+        [&self.halves[0], &self.halves[1]]
+    }
+
     pub fn error(&self, film: &Film, time: f64) -> Point {
         let (a, b) = (colors(film), colors(&self.film));
         let n = b.len() as f64;

@@ -3,7 +3,7 @@
 use super::grid::{Errors, Grid, THETA_O, errors};
 use super::presets::presets;
 use super::sheet::{DECADES, Sheet};
-use super::{Claim, Context, Outcome, Quality, Table, Verdict};
+use super::{Claim, Context, Outcome, Table, Verdict};
 use anyhow::Result;
 use vellus::published::Published;
 use vellus::{Fiber, Species, TableData, Tables};
@@ -91,7 +91,7 @@ pub fn run(context: &Context) -> Result<Outcome> {
      nothing fitted.";
     outcome.pictures.push(context.draw(&sheet, "profiles", caption)?);
     outcome.tables.push(table);
-    claims(&mut outcome, context.quality, &all);
+    claims(&mut outcome, &all);
     presets(&mut outcome)?;
     outcome.notes.push(
         "What one sees: the simulated fibre's highlight is narrower along θ toward φ = 180°, where light grazes the \
@@ -110,7 +110,7 @@ pub fn run(context: &Context) -> Result<Outcome> {
     Ok(outcome)
 }
 
-fn claims(outcome: &mut Outcome, quality: Quality, all: &[[Errors; 3]]) {
+fn claims(outcome: &mut Outcome, all: &[[Errors; 3]]) {
     let mean = |of: &dyn Fn(&[Errors; 3]) -> f64| 100.0 * all.iter().map(of).sum::<f64>() / all.len() as f64;
     let [ours, letter, yan] = [0, 1, 2].map(|k| mean(&|e| e[k].nrmse));
     let range = all.iter().map(|e| e[1].nrmse).fold((f64::INFINITY, 0.0f64), |(a, b), x| (a.min(x), b.max(x)));
@@ -148,9 +148,5 @@ fn claims(outcome: &mut Outcome, quality: Quality, all: &[[Errors; 3]]) {
     );
     let [ours, letter] = [0, 1].map(|k| mean(&|e| e[k].log));
     let measured = format!("{ours:.2} % against {letter:.2} %, on average");
-    outcome.claims.push(if quality == Quality::Smoke {
-        Claim::not_judged(what, expected, measured, "So few photons are noise.")
-    } else {
-        Claim::new(what, expected, measured, ours / letter, Verdict::of(ours < letter))
-    });
+    outcome.claims.push(Claim::new(what, expected, measured, ours / letter, Verdict::of(ours < letter)));
 }

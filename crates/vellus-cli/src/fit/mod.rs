@@ -9,7 +9,7 @@ use crate::interrupt::Interrupt;
 use crate::output;
 use crate::say::note;
 use anyhow::{Context, Result, bail};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use vellus_fit::{Angles, Axis, Forward, Options, Quantity, Reading, Requests};
 use vellus_models::ModelKind;
 
@@ -19,6 +19,10 @@ use vellus_models::ModelKind;
 /// `phi theta value` or `phi theta r g b` (.txt, in the gantry's coordinates of Yan et al. 2015; `?` for missing), CSV with columns
 /// theta, phi and value or r, g, b, or an image (.npy, .exr) with rows over theta and columns over phi. Its unit is arbitrary.
 /// Ctrl-C leaves the best so far, marked as such.
+///
+/// Where the model explains the measurements no better than a constant does (an F-test at a false-alarm rate of 0.1 %), or less than half of
+/// their variation and what it leaves is not noise, or where no parameter of the fibre is determined, there is no fit: exit code 2, and
+/// no fibre is written.
 ///
 /// --model chiang2016, marschner2003 or yan2015 fits an earlier model in place of ours. Parameters that it does not have are left out.
 #[derive(clap::Args)]
@@ -71,6 +75,10 @@ pub struct Args {
     /// Residuals above that many times the noise count linearly, not squared (Huber's loss); inf for plain least squares.
     #[arg(long, value_name = "K", conflicts_with = "simulate")]
     huber: Option<f64>,
+    /// Accept what is no fit: of measurements that a constant follows as well, or that the model does not follow. The fibre and the report
+    /// are marked NO FIT.
+    #[arg(long, conflicts_with = "simulate")]
+    allow_bad_fit: bool,
     /// Seed of starts, or of noise, gaps and photons.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -165,7 +173,7 @@ pub fn run(args: &Args) -> Result<()> {
         return simulate::run(args);
     };
     let forward = args.forward()?;
-    let stop = Interrupt::watch()?.stop;
+    let interrupt = Interrupt::watch()?;
     if let Some(out) = &args.out {
         if out.extension().is_none_or(|e| e != "toml") {
             bail!("{}: the fibre's name must end in .toml", out.display());
@@ -185,14 +193,19 @@ pub fn run(args: &Args) -> Result<()> {
     let options = args.options()?;
     let profile = vellus_fit::read(path, &reading)?;
     let bar = output::progress(options.starts as u64, "fitting");
-    let fit = vellus_fit::fit(&profile, forward, &options, &stop, &|| bar.inc(1))?;
+    let fit = vellus_fit::fit(&profile, forward, &options, &interrupt.stop, &|| bar.inc(1));
     bar.finish_and_clear();
+    let fit = fit.with_context(|| format!("cannot fit {}", path.display()))?;
     let told = tell::Told { path, profile: &profile, fit: &fit };
-    if let Some(out) = &args.out {
-        output::write(Some(out), told.toml()?.as_bytes())?;
-    }
     if let Some(folder) = &args.report {
         report::write(&told, folder)?;
+    }
+    // Of an interrupted fit it is not known what more starts would have found.
+    if let Some(why) = told.no_fit().filter(|_| !fit.interrupted && !args.allow_bad_fit) {
+        bail!(refusal(args, path, &why));
+    }
+    if let Some(out) = &args.out {
+        output::write(Some(out), told.toml()?.as_bytes())?;
     }
     let text = match args.format {
         Format::Table => told.table(),
@@ -202,8 +215,36 @@ pub fn run(args: &Args) -> Result<()> {
     for warning in told.warnings() {
         note!("warning: {warning}");
     }
-    for path in args.out.iter().cloned().chain(args.report.iter().map(|folder| folder.join("index.html"))) {
-        note!("wrote {}", path.display());
+    let written: Vec<String> = written(args).iter().map(|path| path.display().to_string()).collect();
+    if fit.interrupted {
+        let place =
+            if written.is_empty() { "is printed above".to_owned() } else { format!("is in {}", written.join(" and ")) };
+        let (begun, finished) = (options.starts, fit.starts[1]);
+        bail!(interrupt.error(format!(
+            "the best fit after {finished} of {begun} starts {place}; the same command starts from the beginning"
+        )));
+    }
+    for path in written {
+        note!("wrote {path}");
     }
     Ok(())
+}
+
+/// The files that a fit is kept in.
+fn written(args: &Args) -> Vec<PathBuf> {
+    args.out.iter().cloned().chain(args.report.iter().map(|folder| folder.join("index.html"))).collect()
+}
+
+/// The message where there is no fit: what, why, what to do.
+fn refusal(args: &Args, path: &Path, why: &str) -> String {
+    let kept = args.out.as_ref().map_or(String::new(), |out| format!("; {} was not written", out.display()));
+    let report = args
+        .report
+        .as_ref()
+        .map_or(String::new(), |folder| format!("; {} shows where they differ", folder.join("index.html").display()));
+    format!(
+        "{}: {why}{kept}{report}. Check the columns of the file, --angles, --quantity and --theta-o, try another --model; \
+         --allow-bad-fit accepts it",
+        path.display()
+    )
 }

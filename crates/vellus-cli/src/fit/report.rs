@@ -48,9 +48,10 @@ fn html(told: &Told) -> String {
     let fit = told.fit;
     let name = told.path.file_name().map_or(String::new(), |n| n.to_string_lossy().into_owned());
     let title = escaped(&format!(
-        "Fit of {name} by {}{}",
+        "Fit of {name} by {}{}{}",
         fit.model,
-        if fit.interrupted { " (interrupted: the best so far)" } else { "" }
+        if fit.interrupted { " (interrupted: the best so far)" } else { "" },
+        if fit.no_fit.is_some() { " (no fit)" } else { "" }
     ));
     let row = |cells: &[String]| format!("<tr>{}</tr>\n", cells.concat());
     let cell = |text: &str| format!("<td>{}</td>", escaped(text));

@@ -5,13 +5,10 @@ use crate::output;
 use anyhow::Result;
 use serde_json::{Map, Value, json};
 use std::path::Path;
-use vellus_fit::{Estimate, Fit, Profile, State};
+use vellus_fit::{Estimate, Fit, NOISE_LIKE, Profile, State};
 
 /// A χ² that much worse is three standard errors.
 const SIGNIFICANT: f64 = 9.0;
-
-/// Standard errors widened by more than that are of a model that does not follow the data.
-const NOISE_LIKE: f64 = 1.3;
 
 /// A fit with what it was of.
 pub struct Told<'a> {
@@ -76,6 +73,19 @@ fn percent(x: f64) -> String {
 }
 
 impl Told<'_> {
+    /// What it explains; a model that has no constant among its profiles can be worse than one.
+    fn explained(&self) -> String {
+        let share = self.fit.explained.share;
+        let much = if share > 0.0 { percent(share) } else { "nothing".to_owned() };
+        format!("{much} of the variation of the logarithms")
+    }
+
+    /// Why it says nothing about the fibre, if so.
+    pub fn no_fit(&self) -> Option<String> {
+        let fit = self.fit;
+        fit.no_fit.map(|why| format!("no fit: {why} (it explains {}, NRMSE {})", self.explained(), percent(fit.nrmse)))
+    }
+
     /// What to be warned of, a sentence each.
     pub fn warnings(&self) -> Vec<String> {
         let fit = self.fit;
@@ -83,6 +93,7 @@ impl Told<'_> {
         if fit.interrupted {
             warnings.push("interrupted: this is the best so far, and may be far from the best there is".to_owned());
         }
+        warnings.extend(self.no_fit());
         let names = |found: &dyn Fn(&&Estimate) -> bool| {
             let named = |e: &Estimate| match error(e) {
                 error if error.is_empty() => format!("{} ({})", e.name, value(e)),
@@ -148,6 +159,7 @@ impl Told<'_> {
             ("measured range".to_owned(), format!("{} to {}", output::number(low), output::number(high))),
             ("NRMSE".to_owned(), format!("{} of that range", percent(fit.nrmse))),
             ("NRMSE, logarithms".to_owned(), format!("{} of theirs", percent(fit.log_nrmse))),
+            ("explained".to_owned(), self.explained()),
             ("scatter".to_owned(), format!("{} of the values{outliers}", percent(fit.noise))),
             (
                 "starts".to_owned(),
@@ -193,6 +205,9 @@ impl Told<'_> {
         let mut text = String::new();
         if self.fit.interrupted {
             text += "# INTERRUPTED: the best so far\n";
+        }
+        if self.fit.no_fit.is_some() {
+            text += "# NO FIT: do not use this fibre for a measured one\n";
         }
         for (name, what) in self.summary() {
             text += &format!("# {name}: {what}\n");
@@ -247,6 +262,9 @@ impl Told<'_> {
             "correlations": {"names": fit.correlations.0, "matrix": fit.correlations.1},
             "nrmse": fit.nrmse,
             "log_nrmse": fit.log_nrmse,
+            "explained": fit.explained.share,
+            "significance": fit.explained.significance,
+            "no_fit": fit.no_fit.map(|why| why.to_string()),
             "scatter": fit.noise,
             "outliers": fit.outliers,
             "neighbour_correlation": {"phi": fit.neighbours[0], "theta": fit.neighbours[1]},

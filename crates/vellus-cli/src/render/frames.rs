@@ -15,6 +15,7 @@ use vellus_render::check_picture;
 /// Renders them all, but for those that are finished already where `--resume` is given.
 pub fn run(args: &Args, interrupt: &Interrupt, mut viewer: Option<Viewer>) -> Result<()> {
     let Some(frames) = args.frames else {
+        interrupt.set_immediate(true);
         return Job::new(args, Loaded::new(args)?, interrupt, viewer.as_mut(), 1)?.run();
     };
     let total = frames.count();
@@ -24,6 +25,7 @@ pub fn run(args: &Args, interrupt: &Interrupt, mut viewer: Option<Viewer>) -> Re
         one.input.set_frame(f64::from(frame));
         one.output = numbered(&args.output, frame);
         let mut render = || -> Result<()> {
+            interrupt.set_immediate(true);
             let loaded = Loaded::new(&one)?;
             if args.resume && is_finished(&one, loaded.identity) {
                 note!("frame {frame}: {} is finished", one.output.display());

@@ -118,6 +118,7 @@ impl<'a> Job<'a> {
     /// # Errors
     /// [`Interrupted`](crate::exit::Interrupted) where a signal stopped it; it says what was kept.
     pub fn run(mut self) -> Result<()> {
+        self.interrupt.set_immediate(false);
         let (start, processor) = (Instant::now(), output::cpu_time());
         let before = self.part.film.samples();
         let statistics = Statistics::default();

@@ -1,0 +1,191 @@
+//! Disks without room: a limit on the size of files, and a small disk of its own where this program may mount one.
+
+use super::{Attack, places, same, temporary_files};
+use crate::picture::Picture;
+use crate::trial::{Stop, Trial};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Some 40 KB of pictures and 60 KB of checkpoint.
+const SCENE: &str = "hair-lock --small --size 48x32 --spp 200 --float --layers beauty,alpha,variance";
+
+#[derive(Default)]
+pub struct Disk {
+    /// The picture, and one with another seed.
+    pictures: Option<[[Picture; 2]; 2]>,
+    /// Mounting was refused.
+    no_mount: bool,
+}
+
+impl Attack for Disk {
+    fn name(&self) -> &'static str {
+        "disk"
+    }
+
+    fn case(&mut self, trial: &mut Trial) -> Result<(), Stop> {
+        if self.pictures.is_none() {
+            self.pictures = prepare(trial)?;
+        }
+        let Some(pictures) = &self.pictures else { return Ok(()) };
+        trial.tried += 1;
+        match trial.dice.number(0..3) {
+            0 => places::case(trial),
+            1 => limited(trial, pictures),
+            _ => {
+                let disk = trial.at("disk");
+                std::fs::create_dir_all(&disk)?;
+                let kilobytes = trial.dice.number(120..400);
+                let mounted = if self.no_mount { None } else { Mount::new(&disk, kilobytes)? };
+                match mounted {
+                    Some(mount) => full(trial, pictures, &mount, kilobytes),
+                    None => {
+                        self.no_mount = true;
+                        limited(trial, pictures)
+                    }
+                }
+            }
+        }
+    }
+
+    fn left_out(&self) -> Option<&'static str> {
+        self.no_mount.then_some("a small disk of its own: this user may not mount one")
+    }
+}
+
+fn prepare(trial: &mut Trial) -> Result<Option<[[Picture; 2]; 2]>, Stop> {
+    let mut found = Vec::new();
+    for seed in ["0", "1"] {
+        if !trial.prepare(&trial.vellus("render -o p.exr --seed").arg(seed).args(SCENE))? {
+            return Ok(None);
+        }
+        let read = |trial: &mut Trial, name: &str| super::picture(trial, &trial.at(name), "an undisturbed run");
+        let (Some(exr), Some(png)) = (read(trial, "p.exr"), read(trial, "p.png")) else { return Ok(None) };
+        found.push([exr, png]);
+    }
+    std::fs::remove_file(trial.at("p.exr"))?;
+    std::fs::remove_file(trial.at("p.png"))?;
+    Ok(found.try_into().ok())
+}
+
+/// Files may not grow beyond some size.
+fn limited(trial: &mut Trial, pictures: &[[Picture; 2]; 2]) -> Result<(), Stop> {
+    let folder = trial.at("out");
+    std::fs::create_dir_all(&folder)?;
+    let before = older(trial, &folder)?;
+    let blocks = trial.dice.number(0..160) as u64;
+    attempt(trial, &folder, pictures, before, Some(blocks), "a limit on file sizes")?;
+    resumed(trial, &folder, pictures, "after a limit on file sizes")
+}
+
+/// A disk with little room, some of it taken.
+fn full(trial: &mut Trial, pictures: &[[Picture; 2]; 2], mount: &Mount, kilobytes: usize) -> Result<(), Stop> {
+    let before = older(trial, &mount.0)?;
+    let filler = mount.0.join("filler");
+    let taken = trial.dice.number(0..kilobytes);
+    // Where there is no room for all of it the disk is full: that is what it is for.
+    let fill = format!("head -c {} /dev/zero > \"$0\" 2> /dev/null", taken << 10);
+    let mut filling = Command::new("/bin/sh");
+    let later = trial.dice.chance(0.7);
+    let what = if later {
+        let after = trial.dice.within(0.0, 0.4);
+        filling.arg("-c").arg(format!("sleep {after:.3}; {fill}")).arg(&filler);
+        "a disk that becomes full"
+    } else {
+        filling.arg("-c").arg(fill).arg(&filler);
+        "a full disk"
+    };
+    let mut filling = filling.spawn()?;
+    if !later {
+        filling.wait()?;
+    }
+    let result = attempt(trial, &mount.0, pictures, before, None, what);
+    filling.wait()?;
+    result?;
+    std::fs::remove_file(&filler).ok();
+    resumed(trial, &mount.0, pictures, &format!("after {what}"))
+}
+
+/// Sometimes there is a picture with another seed already.
+fn older(trial: &mut Trial, folder: &Path) -> Result<bool, Stop> {
+    let there = trial.dice.chance(0.5);
+    Ok(there && trial.prepare(&render(trial, folder).arg("--seed").arg("1"))?)
+}
+
+fn render(trial: &Trial, folder: &Path) -> crate::child::Call {
+    let folder = folder.strip_prefix(&trial.folder).unwrap_or(folder);
+    trial.vellus("render --checkpoint 0s -o").arg(folder.join("p.exr")).args(SCENE)
+}
+
+/// Renders where there may be no room: what there was is intact, or what is new is whole.
+fn attempt(
+    trial: &mut Trial,
+    folder: &Path,
+    pictures: &[[Picture; 2]; 2],
+    before: bool,
+    blocks: Option<u64>,
+    what: &str,
+) -> Result<(), Stop> {
+    let mut call = render(trial, folder);
+    call.file_blocks = blocks;
+    let outcome = trial.run(&call)?;
+    trial.ended_with(&outcome, &[0, 75], what);
+    for (i, name) in ["p.exr", "p.png"].into_iter().enumerate() {
+        let path = folder.join(name);
+        if !path.exists() {
+            if before {
+                trial.finding(format!("{what}: the previous file is lost"), name);
+            }
+            continue;
+        }
+        if let Some(picture) = super::picture(trial, &path, what) {
+            let new = picture == pictures[0][i];
+            let old = before && picture == pictures[1][i];
+            let right = if outcome.code == Some(0) { new } else { new || old };
+            if !right {
+                trial.finding(format!("{what}: a picture that is neither the old nor the new one"), name);
+            }
+        }
+    }
+    if outcome.signal.is_none() {
+        for folder in [folder, &trial.at("tmp")] {
+            if !temporary_files(folder)?.is_empty() {
+                trial.finding(format!("{what}: a temporary file is left"), "");
+            }
+        }
+    }
+    Ok(())
+}
+
+/// With room again the picture is completed.
+fn resumed(trial: &mut Trial, folder: &Path, pictures: &[[Picture; 2]; 2], what: &str) -> Result<(), Stop> {
+    let outcome = trial.run(&render(trial, folder).arg("--resume"))?;
+    let what = format!("--resume {what}");
+    if trial.ended_with(&outcome, &[0], &what) {
+        same(trial, &folder.join("p.exr"), &pictures[0][0], &what);
+        same(trial, &folder.join("p.png"), &pictures[0][1], &what);
+    }
+    Ok(())
+}
+
+/// A small disk in memory, unmounted when it is dropped.
+struct Mount(PathBuf);
+
+impl Mount {
+    fn new(folder: &Path, kilobytes: usize) -> Result<Option<Mount>, Stop> {
+        if !rustix::process::geteuid().is_root() {
+            return Ok(None);
+        }
+        let size = format!("size={kilobytes}k");
+        let output = Command::new("mount").args(["-t", "tmpfs", "-o", &size, "vellus-torture"]).arg(folder).output();
+        Ok(output.is_ok_and(|output| output.status.success()).then(|| Mount(folder.to_owned())))
+    }
+}
+
+impl Drop for Mount {
+    fn drop(&mut self) {
+        let unmounted = Command::new("umount").arg(&self.0).status();
+        if !unmounted.is_ok_and(|status| status.success()) {
+            eprintln!("warning: cannot unmount {}", self.0.display());
+        }
+    }
+}

@@ -1,0 +1,258 @@
+//! Random fibres over the whole valid space, through the library.
+
+use super::Attack;
+use crate::dice::Dice;
+use crate::trial::{Stop, Trial};
+use glam::Vec3;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use vellus::{Bcsdf, Fiber, Lobe, Window};
+use wide::f32x8;
+
+/// How far a near field's weight may exceed 1: a dozen roundings of numbers near 1, 12·6e-8, rounded up.
+const WEIGHT: f32 = 1e-6;
+/// How far a near field's energy may exceed 1, or miss it without absorption: six terms of at most eight roundings each,
+/// 6·8·6e-8 = 3e-6, and those of the exponentials.
+const ENERGY: f32 = 5e-6;
+/// The same of a window, whose energies are sums over up to 64 Gauss points.
+const WINDOW_ENERGY: f32 = 1e-4;
+/// Weights of windows: each channel of the scattered lobes is scaled to its energy by itself.
+const WINDOW_WEIGHT: f32 = 1.5;
+
+/// Fibres of one case.
+const FIBERS: usize = 200;
+
+pub struct Fibers;
+
+impl Attack for Fibers {
+    fn name(&self) -> &'static str {
+        "fibres"
+    }
+
+    fn case(&mut self, trial: &mut Trial) -> Result<(), Stop> {
+        for _ in 0..FIBERS {
+            trial.tried += 1;
+            let fiber = fiber(&mut trial.dice);
+            let hits = Hits::new(&mut trial.dice);
+            let checked = catch_unwind(AssertUnwindSafe(|| check(&fiber, &hits)));
+            let place = || format!("{fiber:?}\n{hits:?}");
+            match checked {
+                Ok(Ok(())) => {}
+                Ok(Err((kind, detail))) => trial.finding(kind, format!("{detail}\n{}", place())),
+                Err(_) => trial.finding("panic in the library", place()),
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Where a fibre is looked at.
+#[derive(Debug)]
+struct Hits {
+    wo: [Vec3; 8],
+    wi: [Vec3; 8],
+    h: [f32; 8],
+    width: f32,
+    u: [[f32; 5]; 8],
+}
+
+impl Hits {
+    fn new(dice: &mut Dice) -> Self {
+        Hits {
+            wo: std::array::from_fn(|_| direction(dice)),
+            wi: std::array::from_fn(|_| direction(dice)),
+            h: std::array::from_fn(|_| offset(dice)),
+            width: *dice.pick(&[1e-6, 1e-4, 0.01, 0.1, 0.5, 1.0, 1.9, 2.0, 4.0]),
+            u: std::array::from_fn(|_| std::array::from_fn(|_| uniform(dice))),
+        }
+    }
+}
+
+/// A number in [0, 1), its ends now and then.
+fn uniform(dice: &mut Dice) -> f32 {
+    let largest = 1.0 - f32::EPSILON / 2.0;
+    match dice.number(0..20) {
+        0 => 0.0,
+        1 => largest,
+        2 => f32::MIN_POSITIVE,
+        _ => (dice.unit() as f32).min(largest),
+    }
+}
+
+/// A unit vector, along the axis or close to it now and then.
+fn direction(dice: &mut Dice) -> Vec3 {
+    let theta = match dice.number(0..10) {
+        0 => *dice.pick(&[-1.0, 1.0]) * std::f64::consts::FRAC_PI_2,
+        1 => *dice.pick(&[-1.0, 1.0]) * (std::f64::consts::FRAC_PI_2 - 10f64.powf(dice.within(-8.0, -1.0))),
+        2 => 0.0,
+        _ => dice.within(-1.57, 1.57),
+    };
+    let phi = if dice.chance(0.1) { 0.0 } else { dice.within(-3.2, 3.2) };
+    Vec3::new(theta.sin() as f32, (theta.cos() * phi.cos()) as f32, (theta.cos() * phi.sin()) as f32)
+}
+
+/// An offset in [−1, 1], close to the silhouettes and the middle more often.
+fn offset(dice: &mut Dice) -> f32 {
+    let sign = *dice.pick(&[-1.0f32, 1.0]);
+    match dice.number(0..10) {
+        0 => sign,
+        1 => sign * (1.0 - 10f64.powf(dice.within(-7.5, -1.0)) as f32),
+        2 => sign * 10f64.powf(dice.within(-20.0, -1.0)) as f32,
+        3 => 0.0,
+        _ => dice.within(-1.0, 1.0) as f32,
+    }
+}
+
+/// A fibre of the whole valid space, its edges and the presets more often.
+fn fiber(dice: &mut Dice) -> Fiber {
+    fn value(dice: &mut Dice, lo: f64, hi: f64) -> f32 {
+        match dice.number(0..8) {
+            0 => lo as f32,
+            1 => hi as f32,
+            2 => (lo + (hi - lo) * 10f64.powf(dice.within(-8.0, 0.0))) as f32,
+            _ => dice.within(lo, hi) as f32,
+        }
+    }
+    fn sigma(dice: &mut Dice) -> f32 {
+        match dice.number(0..6) {
+            0 => 0.0,
+            1 => 1000.0,
+            2 => 10f64.powf(dice.within(-20.0, 3.0)) as f32,
+            _ => 5.0 * dice.unit().powi(3) as f32,
+        }
+    }
+    let degrees = |dice: &mut Dice, lo: f64, hi: f64| value(dice, lo, hi).to_radians();
+    let roughness =
+        |dice: &mut Dice| if dice.chance(0.3) { degrees(dice, 0.1, 90.0) } else { degrees(dice, 0.5, 20.0) };
+    let mut fiber = Fiber {
+        eta: value(dice, 1.0, 3.0),
+        kappa: value(dice, 0.0, 0.99),
+        alpha: degrees(dice, -45.0, 45.0),
+        beta_m: roughness(dice),
+        beta_n: roughness(dice),
+        sigma_ca: std::array::from_fn(|_| sigma(dice)),
+        sigma_ms: sigma(dice),
+        sigma_ma: std::array::from_fn(|_| sigma(dice)),
+        g: value(dice, 0.0, 0.95),
+        layers: if dice.chance(0.5) { value(dice, 0.0, 20.0) } else { value(dice, 0.0, 2.0) },
+    };
+    if dice.chance(0.4) {
+        fiber = fiber.without_absorption();
+    }
+    if dice.chance(0.3) {
+        // As most are: hair, or one colour.
+        fiber.eta = 1.55;
+        fiber.sigma_ca = [fiber.sigma_ca[0]; 3];
+        fiber.sigma_ma = [fiber.sigma_ma[0]; 3];
+    }
+    fiber
+}
+
+/// What is wrong, and the numbers.
+type Wrong = (String, String);
+
+fn wrong<T>(kind: &str, detail: impl std::fmt::Debug) -> Result<T, Wrong> {
+    Err((kind.to_owned(), format!("{detail:?}")))
+}
+
+fn fine(x: f32) -> bool {
+    x.is_finite() && x >= 0.0
+}
+
+fn check(fiber: &Fiber, hits: &Hits) -> Result<(), Wrong> {
+    let bcsdf = Bcsdf::new(fiber).map_err(|e| ("a valid fibre is refused".to_owned(), e.to_string()))?;
+    for i in 0..8 {
+        let windows = [
+            Window::near(hits.h[i]),
+            Window::pixel(hits.h[i], hits.width),
+            Window::cell(hits.h[i], hits.width, hits.u[i][0]),
+            Window::range(hits.h[i], hits.h[(i + 1) % 8]),
+            Window::far(),
+        ];
+        // All of the first, one of the others: windows take longer.
+        for (k, window) in windows.into_iter().enumerate() {
+            if k == 0 || k == 1 + i % 4 {
+                one(&bcsdf, fiber, hits, i, window, k == 0)?;
+            }
+        }
+    }
+    eight(&bcsdf, hits)
+}
+
+/// One hit: energy, evaluation, density, sampling.
+fn one(bcsdf: &Bcsdf, fiber: &Fiber, hits: &Hits, i: usize, window: Window, near: bool) -> Result<(), Wrong> {
+    let hit = bcsdf.at(hits.wo[i], window);
+    let field = if near { "near field" } else { "window" };
+    let energy = hit.energy();
+    let tolerance = if near { ENERGY } else { WINDOW_ENERGY };
+    let total = energy.total();
+    if !energy.0.iter().flatten().all(|x| fine(*x)) {
+        return wrong(&format!("{field}: an energy is negative or not finite"), (i, window, energy));
+    }
+    if total.iter().any(|x| *x > 1.0 + tolerance) {
+        return wrong(&format!("{field}: more light leaves than comes"), (i, window, total));
+    }
+    if *fiber == fiber.without_absorption() && total.iter().any(|x| (x - 1.0).abs() > tolerance) {
+        return wrong(&format!("{field}: a white fibre is not white"), (i, window, total));
+    }
+    let likely = hit.lobe_probabilities();
+    if !likely.iter().all(|x| fine(*x)) || (likely.iter().sum::<f32>() - 1.0).abs() > 1e-5 {
+        return wrong(&format!("{field}: probabilities of lobes do not sum to 1"), (i, window, likely));
+    }
+    for wi in [hits.wi[i], hits.wi[(i + 3) % 8], -hits.wo[i], hits.wo[i], Vec3::X] {
+        let (f, pdf) = hit.eval_pdf(wi);
+        if !f.0.iter().flatten().chain([&pdf]).all(|x| fine(*x)) {
+            return wrong(&format!("{field}: eval or pdf is negative or not finite"), (i, window, wi, f, pdf));
+        }
+    }
+    for k in [i, (i + 5) % 8] {
+        let s = hit.sample(hits.u[k]);
+        if !s.weight.iter().chain([&s.pdf]).all(|x| fine(*x)) || (s.wi.length() - 1.0).abs() > 1e-4 {
+            return wrong(&format!("{field}: a sample is negative, not finite or no direction"), (i, window, s));
+        }
+        let bound = if near { 1.0 + WEIGHT } else { WINDOW_WEIGHT };
+        if s.weight.iter().any(|w| *w > bound) {
+            // Rare: numbers so close to the ends of [0, 1) are drawn once in ten million times.
+            let end = hits.u[k].iter().any(|u| *u < 1e-7 || *u > 1.0 - 1e-7);
+            let where_ = if end { " at an end of the unit interval" } else { "" };
+            return wrong(&format!("{field}: a weight is too large{where_}"), (i, window, hits.u[k], s));
+        }
+        let (f, pdf) = hit.eval_pdf(s.wi);
+        if !f.0.iter().flatten().chain([&pdf]).all(|x| fine(*x)) {
+            return wrong(
+                &format!("{field}: eval or pdf of a sample is negative or not finite"),
+                (i, window, s, f, pdf),
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Eight queries at once give what each gives by itself.
+fn eight(bcsdf: &Bcsdf, hits: &Hits) -> Result<(), Wrong> {
+    let lanes = |v: [Vec3; 8]| [0, 1, 2].map(|k| f32x8::new(v.map(|v| v[k])));
+    let hit = bcsdf.at8(lanes(hits.wo), f32x8::new(hits.h));
+    let (lobes, pdf) = hit.eval_pdf_lanes(lanes(hits.wi));
+    let samples = hit.sample8([0, 1, 2, 3].map(|k| f32x8::new(hits.u.map(|u| u[k]))));
+    for i in 0..8 {
+        let one = bcsdf.at(hits.wo[i], Window::near(hits.h[i]));
+        // What the tests of the crate ask for: other orders of the same operations.
+        let same = |a: f32, b: f32| (a - b).abs() <= 1e-5 * b.abs() + 1e-9;
+        let (f, likely) = one.eval_pdf(hits.wi[i]);
+        if !same(pdf.to_array()[i], likely) {
+            return wrong("eight at once: another pdf", (i, pdf.to_array()[i], likely));
+        }
+        for lobe in Lobe::ALL {
+            for c in 0..3 {
+                let (a, b) = (lobes.0[lobe as usize][c].to_array()[i], f.0[lobe as usize][c]);
+                if !same(a, b) {
+                    return wrong("eight at once: another eval", (i, lobe, c, a, b));
+                }
+            }
+        }
+        let s = &samples[i];
+        if !s.weight.iter().chain([&s.pdf]).all(|x| fine(*x)) || s.weight.iter().any(|w| *w > 1.0 + WEIGHT) {
+            return wrong("eight at once: a sample is negative, not finite or too large", (i, s));
+        }
+    }
+    Ok(())
+}
