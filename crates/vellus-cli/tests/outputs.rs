@@ -262,7 +262,11 @@ fn a_killed_run_loses_what_is_after_its_checkpoint() {
     wait_until(|| path.join("part.checkpoint").exists());
     child.kill().unwrap();
     child.wait().unwrap();
-    refused(path, &lock(&["--spp", "9", "--resume", "-o", "part.exr"]), &["of another picture"]);
+    refused(
+        path,
+        &lock(&["--spp", "9", "--resume", "-o", "part.exr"]),
+        &["part.checkpoint has the samples 7..", "delete it"],
+    );
     assert!(run(path, &part("part.exr", &["--resume"])).contains("continuing from"));
     run(path, &part("once.exr", &[]));
     assert!(Picture::read(&path.join("part.exr")).same(&Picture::read(&path.join("once.exr"))));

@@ -146,7 +146,7 @@ fn bad_requests_are_refused_before_work() {
     std::fs::write(path.join("broken.film"), b"VELLUSF3 cut").unwrap();
     std::fs::write(path.join("file"), b"").unwrap();
     refused(path, &["render", "unicorn"], &["unicorn", "raccoon", ".usda"]);
-    refused(path, &["render", "cat", "--fiber", "dog"], &["--fiber", "built-in scene has its own"]);
+    refused(path, &["render", "cat", "--fiber", "dog"], &["--fiber", "built-in scene cat has its own"]);
     refused(path, &["render", "missing.hair"], &["cannot read missing.hair"]);
     refused(path, &["render", "broken.hair"], &["broken.hair"]);
     refused(path, &with(&["--model", "phong"]), &["unknown model 'phong'", "yan2015"]);
@@ -158,7 +158,7 @@ fn bad_requests_are_refused_before_work() {
     refused(path, &with(&["--crop", "4,0,9"]), &["X,Y,W,H"]);
     refused(path, &with(&["--strands", "0%"]), &["above 0%"]);
     refused(path, &with(&["--min-pixel-width", "-1"]), &["[0, 100] pixels"]);
-    refused(path, &with(&["--noise", "0"]), &["--noise must be above 0"]);
+    refused(path, &with(&["--noise", "0"]), &["--noise", "a finite number above 0"]);
     refused(path, &with(&["--samples", "4..4"]), &["A < B"]);
     refused(path, &with(&["--time", "soon"]), &["60s, 5m or 2h"]);
     refused(path, &with(&["--layers", "beauty,depht"]), &["unknown layer", "depth"]);
