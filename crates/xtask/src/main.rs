@@ -39,10 +39,22 @@ fn lint(root: &Path) -> Result<(), String> {
     cargo(root, &["fmt", "--all", "--check"])?;
     paper::check(root)?;
     cargo(root, &["clippy", "--quiet", "--workspace", "--all-targets", "--", "-D", "warnings"])?;
-    run(Command::new("cargo")
-        .args(["doc", "--quiet", "--workspace", "--no-deps", "--document-private-items"])
-        .env("RUSTDOCFLAGS", "-D warnings")
-        .current_dir(root))
+    doc(root)
+}
+
+/// Checks the documentation, of private items too, and leaves that of public items in `target/doc`.
+fn doc(root: &Path) -> Result<(), String> {
+    let doc = |more: &[&str]| {
+        run(Command::new("cargo")
+            .args(["doc", "--quiet", "--workspace", "--no-deps"])
+            .args(more)
+            .env("RUSTDOCFLAGS", "-D warnings")
+            .current_dir(root))
+    };
+    doc(&["--document-private-items"])?;
+    // Pages of private items would stay and mislead readers.
+    std::fs::remove_dir_all(root.join("target/doc")).ok();
+    doc(&[])
 }
 
 fn test(root: &Path) -> Result<(), String> {
