@@ -1,7 +1,8 @@
 //! Packages (.usdz): archives of zip whose files are stored without compression.
 //!
-//! The directory is checked before anything is read, so that a broken archive costs neither time nor memory. The numbers
-//! are those of PKWARE's APPNOTE, sections 4.3.7 (local header), 4.3.12 (directory) and 4.3.16 (end of the directory).
+//! The directory is checked before anything is read, so that a broken archive costs neither time nor memory. The
+//! numbers are those of PKWARE's APPNOTE, sections 4.3.7 (local header), 4.3.12 (directory) and 4.3.16 (end of the
+//! directory).
 
 use std::collections::HashMap;
 use std::io::{Error, ErrorKind, Read, Result, Seek, SeekFrom};
