@@ -23,7 +23,7 @@ fn strands_without_widths_are_measured_but_not_rendered() {
     std::fs::write(folder.path().join("guides.tfx"), tfx()).unwrap();
     let output = vellus(folder.path(), &["groom", "info", "guides.tfx"]);
     let text = String::from_utf8_lossy(&output.stdout);
-    assert!(output.status.success() && text.contains("(0, 0, 0) to (3, 1, 0)"), "{text}");
+    assert!(output.status.success() && text.contains("(0, 0, 0) to (3.00000, 1.00000, 0)"), "{text}");
     assert!(text.contains("--width, 0.001 for example"), "{text}");
     refused(folder.path(), &["render", "guides.tfx", "-o", "a.png"], &["guides.tfx has no widths", "--width"]);
     refused(folder.path(), &["groom", "info", "guides.tfx", "--width", "1e30"], &["the width", "[0, 2e9]"]);

@@ -15,7 +15,7 @@ pub enum Error {
     },
     /// Neither the file nor the caller says how wide the strands are.
     #[error(
-        "{file} has no widths: give their diameter with --width, in the file's unit of length (`vellus groom info` suggests one)"
+        "{file} has no widths: give their diameter with --width, in the file's unit (`vellus groom info` suggests one)"
     )]
     NoWidth {
         /// Its name, as given to the reader.

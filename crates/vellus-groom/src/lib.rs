@@ -16,8 +16,8 @@ mod settings;
 mod tfx;
 mod thin;
 
-/// The largest file of strands or polygons (.hair, .tfx, .obj) that is worth reading: 16 GiB. Readers take bytes; who reads
-/// the files holds to this.
+/// The largest file of strands or polygons (.hair, .tfx, .obj) that is worth reading: 16 GiB. Readers take bytes; who
+/// reads the files holds to this.
 pub const MAX_FILE_BYTES: u64 = 16 << 30;
 
 pub use error::Error;

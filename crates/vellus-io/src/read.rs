@@ -66,8 +66,8 @@ pub fn read_to_string(path: &Path, max: u64) -> Result<String> {
     })
 }
 
-/// What a file holds at some place, for messages: at most that many characters, without control characters, and `…` where
-/// more was left out.
+/// What a file holds at some place, for messages: at most that many characters, without control characters, and `…`
+/// where more was left out.
 pub fn excerpt(bytes: &[u8], characters: usize) -> String {
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(4 * characters + 4)]);
     let mut rest = text.chars();

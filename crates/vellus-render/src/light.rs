@@ -311,8 +311,8 @@ impl Prepared {
                 Some(LightSample { direction, distance: t, radiance: *radiance, pdf: cone_pdf(cos) })
             }
             Prepared::Cylinder { center, axis, half_length, radius, radiance } => {
-                // Across the axis in proportion to the angle it is seen under, along the axis in proportion to length: unlike
-                // that of points on its surface, this density is finite where the surface is seen from the side.
+                // Across the axis in proportion to the angle it is seen under, along the axis in proportion to length:
+                // unlike that of points on its surface, this density is finite where the surface is seen from the side.
                 let from = point - *center;
                 let (toward, distance, angle) = seen_across(from, *axis, *radius)?;
                 let (sin, cos) = ((2.0 * u[0] - 1.0) * angle).sin_cos();
@@ -456,8 +456,8 @@ fn sphere_entry(origin: Vec3, direction: Vec3, center: Vec3, radius: f32) -> Opt
     (off2 <= radius * radius && t > 0.0).then_some(t)
 }
 
-/// How an endless cylinder is seen across its axis by a point, which lies `from` its centre: the direction and the distance
-/// from the axis to the point, and half the angle it is seen under. `None` from inside.
+/// How an endless cylinder is seen across its axis by a point, which lies `from` its centre: the direction and the
+/// distance from the axis to the point, and half the angle it is seen under. `None` from inside.
 fn seen_across(from: Vec3, axis: Vec3, radius: f32) -> Option<(Vec3, f32, f32)> {
     let off = from - axis * from.dot(axis);
     let distance = off.length();
@@ -570,8 +570,8 @@ mod tests {
         }
     }
 
-    /// What a cylinder sends to a small plane: an integral over its surface, and the mean over samples. From the side, from
-    /// beyond an end, from near by; from within the endless cylinder nothing of its outside is seen.
+    /// What a cylinder sends to a small plane: an integral over its surface, and the mean over samples. From the side,
+    /// from beyond an end, from near by; from within the endless cylinder nothing of its outside is seen.
     #[test]
     fn a_cylinder_sends_what_its_surface_does() {
         let Light::Cylinder { center, half_axis, radius, .. } = tube() else { panic!() };
@@ -607,7 +607,8 @@ mod tests {
             let count = f64::from(samples);
             let mean = sum / count;
             let error = ((squares / count - mean * mean) / count).sqrt();
-            // Five standard errors: a false alarm in 1.7 million. The grid's own error is below 1e-5 of it, single precision's too.
+            // Five standard errors: a false alarm in 1.7 million. The grid's own error is below 1e-5 of it, single
+            // precision's too.
             assert!((mean - expected).abs() < 5.0 * error + 3e-5 * expected, "{point}: {mean} {expected} ± {error}");
         }
         for inside in [at(0.3, 0.5), at(4.0, 0.9)] {

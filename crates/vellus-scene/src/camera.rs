@@ -7,8 +7,8 @@ use glam::{Mat3, Mat4, Vec3, Vec4};
 /// The largest width or height of the film over the focal length: an angle of view of 179.99°.
 const MAX_FILM: f32 = 1e4;
 
-/// How far the products of a rotation's axes may be from those of an orthonormal basis. Products of several rotations in
-/// single precision stay within 1e-6 for each; a scale of 0.05 % is refused.
+/// How far the products of a rotation's axes may be from those of an orthonormal basis. Products of several rotations
+/// in single precision stay within 1e-6 for each; a scale of 0.05 % is refused.
 const RIGID: f32 = 1e-3;
 
 /// A perspective camera with a thin lens. It looks along −z of its own frame, y up.
@@ -44,9 +44,9 @@ impl Camera {
         }
     }
 
-    /// Checks the ranges of all numbers: the film's width and height over the focal length in (0, 10⁴], the lens' radius in
-    /// [0, [`MAX_COORDINATE`]], the focus distance in (0, [`MAX_COORDINATE`]], both transforms rigid and their translation at
-    /// most [`MAX_COORDINATE`].
+    /// Checks the ranges of all numbers: the film's width and height over the focal length in (0, 10⁴], the lens'
+    /// radius in [0, [`MAX_COORDINATE`]], the focus distance in (0, [`MAX_COORDINATE`]], both transforms rigid and
+    /// their translation at most [`MAX_COORDINATE`].
     ///
     /// # Errors
     /// [`Error::Invalid`] says what is wrong.

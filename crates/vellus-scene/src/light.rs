@@ -3,7 +3,8 @@
 use crate::error::{Error, invalid};
 use glam::{Mat3, Mat4, Vec3};
 
-/// A light. Radiance is linear RGB. Rectangles and disks shine toward −z of their own frame, spheres and cylinders outward.
+/// A light. Radiance is linear RGB. Rectangles and disks shine toward −z of their own frame, spheres and cylinders
+/// outward.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Light {
     /// From everywhere beyond the scene: radiance times a lat-long texture, whose middle is toward −z of the frame

@@ -92,8 +92,8 @@ impl Parameter {
         }
     }
 
-    /// Puts a value into a fibre. A value outside of [`Parameter::range`] is replaced by the nearest in it: interpolation
-    /// between pixels or points, or a texture, may leave the range.
+    /// Puts a value into a fibre. A value outside of [`Parameter::range`] is replaced by the nearest in it:
+    /// interpolation between pixels or points, or a texture, may leave the range.
     pub fn set(self, fiber: &mut Fiber, value: [f32; 3]) {
         let [low, high] = self.range().map(|x| if self.is_angle() { x.to_radians() } else { x });
         let value = value.map(|x| x.clamp(low, high));

@@ -4,8 +4,8 @@ use crate::error::{Error, invalid};
 use crate::look::Parameter;
 use glam::{Vec2, Vec3, Vec4};
 
-/// The largest coordinate or radius of strands, meshes and the camera, in scene units, with either sign: 10⁹. The renderer
-/// multiplies up to four lengths, and 10³⁶ is still a number in single precision.
+/// The largest coordinate or radius of strands, meshes and the camera, in scene units, with either sign: 10⁹. The
+/// renderer multiplies up to four lengths, and 10³⁶ is still a number in single precision.
 pub const MAX_COORDINATE: f32 = 1e9;
 
 /// Is a point within [`MAX_COORDINATE`] of zero in each direction? NaN is not.
@@ -113,7 +113,7 @@ impl Strands {
                 if !is_within(point.truncate()) {
                     let [x, y, z, _] = point.to_array();
                     return fail(format!(
-                        "strand {i}, point {k} is ({x:?}, {y:?}, {z:?}): coordinates must be finite and within ±{MAX_COORDINATE:e}"
+                        "strand {i}, point {k} is ({x:?}, {y:?}, {z:?}): it must be within ±{MAX_COORDINATE:e}"
                     ));
                 }
                 if !(0.0..=MAX_COORDINATE).contains(&point.w) {

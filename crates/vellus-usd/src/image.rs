@@ -31,8 +31,8 @@ pub(crate) enum Encoding {
 /// Negative numbers, which resizing leaves near bright edges, become 0: the warning says how many.
 ///
 /// # Errors
-/// [`Error::File`] names the file if it is missing, broken, of another kind, has more than 4 GiB or 2²⁷ pixels, or a pixel
-/// that is not finite.
+/// [`Error::File`] names the file if it is missing, broken, of another kind, has more than 4 GiB or 2²⁷ pixels, or a
+/// pixel that is not finite.
 pub fn load_texture(file: &Path) -> Result<(Texture, Option<Warning>), Error> {
     load(file, Encoding::Auto)
 }

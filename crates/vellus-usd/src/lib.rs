@@ -23,11 +23,13 @@
 //!   material. `inputs:preset` names a [`vellus::Species`]; every [`vellus_scene::Parameter`] has an input of its key, angles
 //!   in degrees. An input may be connected to a UsdUVTexture (looked up at the root's uv) or to a UsdPrimvarReader.
 //!   `primvars:vellus:KEY` on curves, of any interpolation, goes before the shader.
-//!   A constant input outside its range ([`vellus_scene::Parameter::range`]) is an error, a primvar outside it a warning: the
-//!   nearest value in the range is taken. So it is, without a warning, for what a texture gives, and for values between points.
+//!   A constant input outside its range ([`vellus_scene::Parameter::range`]) is an error, a primvar outside it a
+//!   warning: the nearest value in the range is taken. This also happens, without a warning, to what a texture gives and to
+//!   values between points.
 //! - **Mesh** as polygons, **UsdPreviewSurface** (diffuseColor, also by texture, emissiveColor, roughness, metallic, ior), **Camera**,
-//!   **DomeLight**, **DistantLight**, **RectLight**, **DiskLight**, **SphereLight**, **CylinderLight**. `vellus:lightGroup` names a light's group, else
-//!   its prim does; `vellus:groundHeight` and `vellus:groundRadius` lay a dome's image on the ground ([`vellus_scene::Ground`]).
+//!   **DomeLight**, **DistantLight**, **RectLight**, **DiskLight**, **SphereLight**, **CylinderLight**.
+//!   `vellus:lightGroup` names a light's group, else its prim does; `vellus:groundHeight` and `vellus:groundRadius` lay
+//!   a dome's image on the ground ([`vellus_scene::Ground`]).
 //! - Materials bound directly or by collections (those of included and excluded prims; expressions are not evaluated).
 //! - Composition, instances, transforms, visibility, purpose, samples in time, velocities and accelerations. Textures as PNG, Radiance HDR and OpenEXR;
 //!   they repeat unless wrapS and wrapT of UsdUVTexture say clamp, mirror or black.
@@ -35,9 +37,10 @@
 //! All else that would be seen is named in a [`Warning`]. Lengths are in the scene's unit, whatever `metersPerUnit` says.
 //!
 //! # Limits
-//! A stage has at most 65,536 files of 16 GiB together, and 524,288 composed sites (prims and the references they bring). An
-//! image has at most 2²⁷ pixels. A package (.usdz) stores its files without compression, as the format requires; packages in
-//! packages are not read. Coordinates are within ±10⁹ scene units ([`vellus_scene::MAX_COORDINATE`]). Devices are not read.
+//! A stage has at most 65,536 files of 16 GiB together, and 524,288 composed sites (prims and the references they
+//! bring). An image has at most 2²⁷ pixels. A package (.usdz) stores its files without compression, as the format
+//! requires; packages in packages are not read. Coordinates are within ±10⁹ scene units
+//! ([`vellus_scene::MAX_COORDINATE`]). Devices are not read.
 
 mod camera;
 mod crate_check;

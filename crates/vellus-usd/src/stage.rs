@@ -390,7 +390,8 @@ mod tests {
                 ["a", "b"].map(|name| format!("def \"{name}\" ( references = </L{}> ) {{}}\n", level - 1)).concat();
             text += &format!("{} \"L{level}\" {{ {two} }}\n", if level == 5 { "def" } else { "class" });
         }
-        text += "over \"no\" { def \"x\" {} }\nclass \"nor\" { def \"x\" {} }\ndef \"off\" ( active = false ) { def \"x\" {} }";
+        let child = "{ def \"x\" {} }";
+        text += &format!("over \"no\" {child}\nclass \"nor\" {child}\ndef \"off\" ( active = false ) {child}");
         std::fs::write(&file, text).unwrap();
         let stage = Stage::open(&file, None).unwrap();
         let prims = stage.prims().unwrap();

@@ -230,7 +230,8 @@ fn damaged_stages_and_textures_come_back() {
     std::fs::write(at("a.png"), &image).unwrap();
     let text = "#usda 1.0
 def BasisCurves \"c\" { uniform token type = \"linear\" int[] curveVertexCounts = [2, 3] float[] widths = [.5]
-    point3f[] points = [(0,0,0), (1,0,0), (0,0,1.), (1,0,1), (2,0,1)] float[] primvars:vellus:kappa = [0.5, 9] ( interpolation = \"uniform\" )
+    point3f[] points = [(0,0,0), (1,0,0), (0,0,1.), (1,0,1), (2,0,1)] 
+    float[] primvars:vellus:kappa = [0.5, 9] ( interpolation = \"uniform\" )
     float3 xformOp:scale = (1, 2, 1) uniform token[] xformOpOrder = [\"xformOp:scale\"] }
 def RectLight \"l\" { asset inputs:texture:file = @a.png@ }
 def CylinderLight \"t\" { float inputs:radius = 0.5 }
@@ -305,10 +306,7 @@ fn sizes_are_bounded() {
     let scale =
         |scale: &str| format!("float3 xformOp:scale = {scale} uniform token[] xformOpOrder = [\"xformOp:scale\"]");
     let table = [
-        (
-            curves("(1e20,0,0)", ""),
-            "/c: strand 0, point 1 is (1e20, 0.0, 0.0): coordinates must be finite and within ±1e9",
-        ),
+        (curves("(1e20,0,0)", ""), "/c: strand 0, point 1 is (1e20, 0.0, 0.0): it must be within ±1e9"),
         (curves("(1,0,0)", &scale("(1e12, 1e12, 1e12)")), "/c: strand 0, point 0 has the width 1000000000000.0"),
         (curves("(1,0,0)", &scale("(0, 0, 0)")), "/c: its transform flattens strands"),
         (curves("(1,0,0)", "").replace("[1, 1]", "[1, 1e30]"), "/c: widths[1] is 1e30: it must be in [0, 2e9]"),

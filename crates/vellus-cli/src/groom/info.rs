@@ -87,7 +87,7 @@ mod tests {
             varying: Vec::new(),
         };
         let text = info(&Scene { strands: vec![strands], ..Scene::default() });
-        assert!(text.contains("(0, 0, 0) to (0, 0.24, 0.1)"), "{text}");
+        assert!(text.contains("(0, 0, 0) to (0, 0.240000, 0.100000)"), "{text}");
         assert!(text.contains("none: give one with --width, 0.00008 for example"), "{text}");
         assert_eq!(suggested_width(Vec3::ZERO), 1.0);
         assert_eq!(suggested_width(Vec3::splat(1e9)), 3e5);

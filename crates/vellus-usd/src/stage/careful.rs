@@ -16,8 +16,8 @@ use vellus_io::Digest;
 
 /// Finds files as `openusd` does, and refuses layers that its decoders would not survive.
 ///
-/// Composition asks for the same identifiers again and again, so that answers are kept: files are taken not to move while
-/// a stage is read.
+/// Composition asks for the same identifiers again and again, so that answers are kept: files are taken not to move
+/// while a stage is read.
 #[derive(Default)]
 pub(super) struct Careful {
     disk: ar::DefaultResolver,

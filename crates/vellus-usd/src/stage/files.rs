@@ -110,9 +110,9 @@ impl Files {
         Ok(())
     }
 
-    /// The files that were opened. A file with several names gets the one that the fewest references lead to; of those the
-    /// first in the alphabet. It gets an absolute one only where no relative paths lead to it. Names therefore do not
-    /// depend on the order in which files are found.
+    /// The files that were opened. A file with several names gets the one that the fewest references lead to; of those
+    /// the first in the alphabet. It gets an absolute one only where no relative paths lead to it. Names therefore do
+    /// not depend on the order in which files are found.
     pub fn sources(&self) -> Sources {
         let digests = self.digests.borrow();
         let mut named: BTreeMap<String, Vec<Digest>> = BTreeMap::new();

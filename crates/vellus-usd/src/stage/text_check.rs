@@ -1,5 +1,5 @@
-//! Checks of a layer of text (.usda) before it is parsed: how deep it is, and what prims are called. Numbers that the parser
-//! of `openusd` does not know are found too: `.5` and `1.`, which Pixar's library reads.
+//! Checks of a layer of text (.usda) before it is parsed: how deep it is, and what prims are called. Numbers that the
+//! parser of `openusd` does not know are found too: `.5` and `1.`, which Pixar's library reads.
 
 use super::names::{check_default, check_name, check_path};
 
@@ -67,8 +67,8 @@ fn number(text: &[u8]) -> (usize, Option<usize>) {
     (used, zero)
 }
 
-/// Checks a layer of text, and says where a `0` must be put in so that the parser knows each number. What is no text at all
-/// is left to the parser.
+/// Checks a layer of text, and says where a `0` must be put in so that the parser knows each number. What is no text at
+/// all is left to the parser.
 pub(super) fn check_text(bytes: &[u8]) -> Result<Vec<usize>, String> {
     let mut rest = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
     let mut zeros = Vec::new();
