@@ -117,7 +117,7 @@ fn unscattered_error(fiber: &Fiber, theta_o: f64) -> f64 {
 }
 
 /// Fibres far from the presets, found by `examples/worst_case`: narrow lobes, η near 1, and a medulla's edge inside the fibre. The bounds
-/// are what was measured, rounded up; before windows of such fibres took more segments the errors were 5 to 57 %.
+/// are what was measured (0.09, 2.7 and 0.6 %), rounded up; before windows of such fibres took more segments the errors were 5 to 82 %.
 #[test]
 fn difficult_fibers_take_more_segments() {
     let narrow = Fiber { beta_n: 0.65f32.to_radians(), kappa: 0.7, eta: 1.18, ..Fiber::hair() };
@@ -140,7 +140,7 @@ fn difficult_fibers_take_more_segments() {
         ..Fiber::hair()
     };
     for (name, fiber, degrees, bound) in
-        [("narrow", narrow, 0.0f64, 0.02), ("nearly one", nearly_one, -28.49, 0.08), ("gap", gap, 36.53, 0.12)]
+        [("narrow", narrow, 0.0f64, 0.002), ("nearly one", nearly_one, -28.49, 0.03), ("gap", gap, 36.53, 0.01)]
     {
         let error = unscattered_error(&fiber, degrees.to_radians());
         println!("{name}: {error:.4}");
@@ -165,7 +165,7 @@ fn grazing_light_in_a_sharp_medulla_matches_quadrature() {
             l1.add((3..5).map(|p| f64::from(fast.0[p][0])).sum(), (3..5).map(|p| slow[p][0]).sum());
         }
         println!("{degrees}°: {:.4}", l1.relative());
-        assert!(l1.relative() < 0.03, "{degrees}°: {}", l1.relative());
+        assert!(l1.relative() < 0.01, "{degrees}°: {}", l1.relative());
     }
 }
 
