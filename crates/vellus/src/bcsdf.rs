@@ -3,6 +3,7 @@
 use crate::azimuthal::Azimuthal;
 use crate::error::Error;
 use crate::fiber::Fiber;
+use crate::frame::is_unit;
 use crate::lanes::Lanes;
 use crate::longitudinal::Longitudinal;
 use crate::medulla::Medulla;
@@ -133,10 +134,11 @@ impl<'t> Bcsdf<'t> {
     /// Prepares all that depends on ω_o and the window.
     ///
     /// `wo` points away from the fibre, toward where the path came from, in the fibre's frame:
-    /// x runs along the fibre from root to tip. It must have unit length.
+    /// x runs along the fibre from root to tip. It must have unit length and be finite: else the results mean nothing.
+    /// Builds with debug assertions panic then.
     #[inline]
     pub fn at(&self, wo: Vec3, window: Window) -> Hit<'_> {
-        debug_assert!((wo.length_squared() - 1.0).abs() < 1e-3, "wo is not a unit vector: {wo}");
+        debug_assert!(is_unit(wo), "wo is not a unit vector: {wo}");
         match window.kind() {
             window::Kind::Near(h) => Hit(Kind::Near(NearHit::new(self, wo.to_array(), h))),
             window::Kind::Range(range) => self.over(wo, range),
@@ -157,6 +159,7 @@ impl<'t> Bcsdf<'t> {
     /// what preparing it does.
     #[inline]
     pub fn with<R>(&self, wo: Vec3, window: Window, f: impl FnOnce(&Hit<'_>) -> R) -> R {
+        debug_assert!(is_unit(wo), "wo is not a unit vector: {wo}");
         let wo = wo.to_array();
         let mut hit = match window.kind() {
             window::Kind::Near(h) => Hit(Kind::Near(NearHit::new(self, wo, h))),
@@ -206,10 +209,11 @@ impl Hit<'_> {
     }
 
     /// f(ω_o, ω_i)·cos θᵢ of each lobe, RGB, averaged over the window. `wi` points away from the fibre,
-    /// toward the light, and has unit length. Light reaches a fibre from the whole sphere: no half of it
+    /// toward the light, and has unit length, as for [`Bcsdf::at`]. Light reaches a fibre from the whole sphere: no half of it
     /// is excluded.
     #[inline]
     pub fn eval(&self, wi: Vec3) -> Lobes {
+        debug_assert!(is_unit(wi), "wi is not a unit vector: {wi}");
         match &self.0 {
             Kind::Near(hit) => hit.eval(wi),
             Kind::Window(hit) => hit.eval_pdf(wi).0,
@@ -229,6 +233,7 @@ impl Hit<'_> {
     /// The density per solid angle with which [`Hit::sample`] draws `wi`.
     #[inline]
     pub fn pdf(&self, wi: Vec3) -> f32 {
+        debug_assert!(is_unit(wi), "wi is not a unit vector: {wi}");
         match &self.0 {
             Kind::Near(hit) => hit.pdf(wi),
             Kind::Window(hit) => hit.eval_pdf(wi).1,
@@ -238,14 +243,19 @@ impl Hit<'_> {
     /// [`Hit::eval`] and [`Hit::pdf`] together.
     #[inline]
     pub fn eval_pdf(&self, wi: Vec3) -> (Lobes, f32) {
+        debug_assert!(is_unit(wi), "wi is not a unit vector: {wi}");
         match &self.0 {
             Kind::Near(hit) => hit.eval_pdf(wi),
             Kind::Window(hit) => hit.eval_pdf(wi),
         }
     }
 
-    /// Draws ω_i. `u`: five uniform numbers in [0, 1): the lobe, two for the longitudinal lobe, one
-    /// for the azimuth, and where in the window (the near field ignores it).
+    /// Draws ω_i. `u`: five uniform numbers in [0, 1): the lobe, two for the longitudinal lobe, one for the azimuth, and where
+    /// in the window. The near field ignores the last, so that a renderer draws five whatever the window is;
+    /// [`NearHit::sample`], which has no window, takes the other four.
+    ///
+    /// No channel of the weight is above 1 in the near field. In a window it is nearly constant, but the scattered lobes' points are
+    /// scaled to each channel's energy by itself: up to 1.5 has been found.
     #[inline]
     pub fn sample(&self, u: [f32; 5]) -> Sample {
         match &self.0 {

@@ -2,7 +2,7 @@
 
 use crate::azimuthal::wrap;
 use crate::bcsdf::{Bcsdf, Lobe, Lobes, Sample};
-use crate::frame::{Frame, Outgoing, Polar};
+use crate::frame::{Frame, Outgoing, Polar, is_unit};
 use crate::lanes::{Lanes, Quad};
 use crate::longitudinal::Centres;
 use crate::medulla::{Azimuth, Inclination, Medulla};
@@ -259,6 +259,7 @@ impl NearHit<'_, f32> {
     /// has unit length. Light reaches a fibre from the whole sphere: no half of it is excluded.
     #[inline]
     pub fn eval(&self, wi: Vec3) -> Lobes {
+        debug_assert!(is_unit(wi), "wi is not a unit vector: {wi}");
         self.lobes(&self.densities(&self.frame.outgoing(wi.to_array())))
     }
 
@@ -275,17 +276,19 @@ impl NearHit<'_, f32> {
     /// The density per solid angle with which [`NearHit::sample`] draws `wi`.
     #[inline]
     pub fn pdf(&self, wi: Vec3) -> f32 {
+        debug_assert!(is_unit(wi), "wi is not a unit vector: {wi}");
         self.density(&self.densities(&self.frame.outgoing(wi.to_array())))
     }
 
     /// [`NearHit::eval`] and [`NearHit::pdf`] together.
     #[inline]
     pub fn eval_pdf(&self, wi: Vec3) -> (Lobes, f32) {
+        debug_assert!(is_unit(wi), "wi is not a unit vector: {wi}");
         self.eval_pdf_lanes(wi.to_array())
     }
 
     /// Draws ω_i. `u`: four uniform numbers in [0, 1): the lobe, two for the longitudinal lobe, one
-    /// for the azimuth. No channel of the weight is ever above Σ max(A) ≤ 1.
+    /// for the azimuth. (A [`crate::Hit`] takes a fifth, for where in its window.) No channel of the weight is ever above Σ max(A) ≤ 1.
     #[inline]
     pub fn sample(&self, u: [f32; 4]) -> Sample {
         let lobe = self.choose_lobe(0, u[0]);

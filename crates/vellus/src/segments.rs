@@ -27,7 +27,7 @@ use wide::{f32x4, f32x8};
 /// eumelanin, takes more.
 pub(crate) fn needs_more(fiber: &Fiber) -> bool {
     let absorbs = |sigma: [f32; 3], most: f32| sigma.into_iter().any(|sigma| sigma > most);
-    fiber.beta_n < 0.035
+    fiber.beta_n < 0.02
         || fiber.eta < 1.15
         || absorbs(fiber.sigma_ca, 12.0)
         || absorbs(fiber.sigma_ma.map(|sigma| sigma * fiber.kappa), 1.0)

@@ -89,6 +89,30 @@ fn symmetric_in_h_and_phi() {
     }
 }
 
+/// At h = 0 the medulla scatters as much to one side as to the other, and C^N does not jump where h changes its sign.
+#[test]
+fn scattering_is_symmetric_at_the_axis() {
+    let mut random = Uniform(17);
+    for _ in 0..200 {
+        let fiber = Fiber { kappa: 0.8, sigma_ms: 10f64.powf(random.within(-1.0, 1.5)) as f32, ..random.fiber() };
+        let bcsdf = Bcsdf::new(&fiber).unwrap();
+        let wo = direction(random.within(-1.5, 1.5), 0.0);
+        let (theta_i, phi) = (random.within(-1.5, 1.5), random.within(0.05, 3.1));
+        for (h, other) in [(0.0, 0.0), (1e-6, 1e-6), (1e-6, -1e-6)] {
+            let a = bcsdf.at(wo, Window::near(h)).eval(direction(theta_i, phi));
+            // The mirrored direction at the same offset; or the same direction at the mirrored one.
+            let mirrored = if h == other { -phi } else { phi };
+            let b = bcsdf.at(wo, Window::near(other)).eval(direction(theta_i, mirrored));
+            for p in [Lobe::Tts as usize, Lobe::Trts as usize] {
+                for (x, y) in a.0[p].into_iter().zip(b.0[p]) {
+                    // A half-degree step of a table changes by up to a third: 4e-6 of the azimuth is 2e-4.
+                    assert!((x - y).abs() <= 5e-4 * x.abs() + 1e-6, "{fiber:?} h {h} {other}: {a:?} {b:?}");
+                }
+            }
+        }
+    }
+}
+
 /// Without medulla the model is hair, to the bit, whatever the medulla's other parameters are.
 #[test]
 fn no_medulla_is_hair() {

@@ -68,7 +68,11 @@ fn far_field_matches_quadrature() {
     println!("shipped {:.4} {:.4}", mean(&shipped), worst(&shipped));
     println!("five    {:.4} {:.4}", mean(&five), worst(&five));
     println!("points  {:.4} {:.4}", mean(&scattered), worst(&scattered));
-    assert!(worst(&shipped) < 0.03 && mean(&five) < 0.04 && worst(&five) < 0.08 && worst(&scattered) < 0.01);
+    // What README and PAPER.md (D9) say. Quadrature with four times the points differs by less than 1e-5.
+    let within = |value: f64, documented: f64| value < documented + 1e-5;
+    assert!(within(mean(&shipped), 0.0025) && within(worst(&shipped), 0.012));
+    assert!(within(mean(&five), 0.006) && within(worst(&five), 0.022));
+    assert!(within(worst(&scattered), 0.0052));
 }
 
 /// A thin medulla with a sharp forward peak, where TTˢ and TRTˢ need the most points, in windows across the axis, on
@@ -88,12 +92,99 @@ fn sharp_medulla_matches_quadrature() {
                     let (fast, slow) = (hit.azimuthal(phi as f32), exact.azimuthal(phi));
                     l1.add((3..5).map(|p| f64::from(fast.0[p][1])).sum(), (3..5).map(|p| slow[p][1]).sum());
                 }
-                // By trial: 0.5 % up to g = 0.9, above it up to 4 % across the whole width.
-                let tolerance = if g < 0.9 { 0.01 } else { 0.05 };
+                let tolerance = 0.01;
                 println!("g {g} θ {theta_o} {window:?}: {:.4}", l1.relative());
                 assert!(l1.relative() < tolerance, "g {g} θ {theta_o} {window:?}: {}", l1.relative());
             }
         }
+    }
+}
+
+/// Relative L1 of the far field's R + TT + TRT against a fine grid of azimuths, of the worst channel.
+fn unscattered_error(fiber: &Fiber, theta_o: f64) -> f64 {
+    let (bcsdf, oracle) = (Bcsdf::new(fiber).unwrap(), Oracle::new(fiber, table_data()));
+    let n = ((TAU * 10.0 / f64::from(fiber.beta_n)) as usize).max(720);
+    let exact = oracle.unscattered_grid(theta_o, [-1.0, 1.0], 40_000, n);
+    let hit = bcsdf.at(direction(theta_o, 0.0), Window::far());
+    let mut l1: [L1; 3] = Default::default();
+    for (k, exact) in exact.iter().enumerate() {
+        let fast = hit.azimuthal((TAU * k as f64 / n as f64 - PI) as f32);
+        for c in 0..3 {
+            l1[c].add((0..3).map(|p| f64::from(fast.0[p][c])).sum(), exact.iter().map(|lobe| lobe[c]).sum());
+        }
+    }
+    l1.iter().map(L1::relative).fold(0.0, f64::max)
+}
+
+/// Fibres far from the presets, found by `examples/worst_case`: narrow lobes, η near 1, and a medulla's edge inside the fibre. The bounds
+/// are what was measured (0.09, 2.7 and 0.6 %), rounded up; before windows of such fibres took more segments the errors were 5 to 82 %.
+#[test]
+fn difficult_fibers_take_more_segments() {
+    let narrow = Fiber { beta_n: 0.65f32.to_radians(), kappa: 0.7, eta: 1.18, ..Fiber::hair() };
+    let nearly_one = Fiber {
+        eta: 1.0001,
+        kappa: 0.0305,
+        beta_n: 0.1f32.to_radians(),
+        sigma_ca: [4.321, 0.0, 0.0],
+        layers: 7.249,
+        ..Fiber::hair()
+    };
+    let gap = Fiber {
+        eta: 1.0024,
+        kappa: 0.9759,
+        beta_n: 0.169f32.to_radians(),
+        sigma_ca: [0.0037; 3],
+        sigma_ms: 74.19,
+        sigma_ma: [152.86; 3],
+        layers: 3.327,
+        ..Fiber::hair()
+    };
+    for (name, fiber, degrees, bound) in
+        [("narrow", narrow, 0.0f64, 0.002), ("nearly one", nearly_one, -28.49, 0.03), ("gap", gap, 36.53, 0.01)]
+    {
+        let error = unscattered_error(&fiber, degrees.to_radians());
+        println!("{name}: {error:.4}");
+        assert!(error < bound, "{name}: {error}");
+    }
+}
+
+/// A thin medulla whose forward peak is as sharp as can be, at grazing light, where the offset moves the peak by 90°. Before light was
+/// spread over the azimuths of the offsets it stands for, the error was 24 to 30 %.
+#[test]
+fn grazing_light_in_a_sharp_medulla_matches_quadrature() {
+    let sharp = Fiber { kappa: 0.8, eta: 1.05, sigma_ms: 0.075, g: 0.95, ..Fiber::hair() };
+    let thin = Fiber { kappa: 0.9673, eta: 1.8871, sigma_ms: 0.0127, g: 0.9497, layers: 0.107, ..Fiber::hair() };
+    for (fiber, degrees) in [(sharp, -89.0f64), (thin, -88.89)] {
+        let theta_o = degrees.to_radians();
+        let (bcsdf, oracle) = (Bcsdf::new(&fiber).unwrap(), Oracle::new(&fiber, table_data()));
+        let hit = bcsdf.at(direction(theta_o, 0.0), Window::far());
+        let exact = oracle.window(theta_o, [-1.0, 1.0], 0, 800);
+        let mut l1 = L1::default();
+        for phi in azimuths() {
+            let (fast, slow) = (hit.azimuthal(phi as f32), exact.azimuthal(phi));
+            l1.add((3..5).map(|p| f64::from(fast.0[p][0])).sum(), (3..5).map(|p| slow[p][0]).sum());
+        }
+        println!("{degrees}°: {:.4}", l1.relative());
+        assert!(l1.relative() < 0.01, "{degrees}°: {}", l1.relative());
+    }
+}
+
+/// The convolution of collected light is the sum of Gaussians.
+#[test]
+fn grid_of_azimuths_is_the_sum_over_offsets() {
+    for beta in [2.0f32, 11.0, 60.0] {
+        let oracle_fiber = Fiber { beta_n: beta.to_radians(), ..full_fiber() };
+        let oracle = Oracle::new(&oracle_fiber, table_data());
+        let n = ((TAU * 10.0 / f64::from(oracle_fiber.beta_n)) as usize).max(720);
+        let grid = oracle.unscattered_grid(0.4, [-0.7, 1.0], 4000, n);
+        let window = oracle.window(0.4, [-0.7, 1.0], 4000, 0);
+        let mut l1 = L1::default();
+        for k in (0..n).step_by(7) {
+            let exact = window.azimuthal(TAU * k as f64 / n as f64 - PI);
+            (0..3).for_each(|p| (0..3).for_each(|c| l1.add(grid[k][p][c], exact[p][c])));
+        }
+        // Ten steps a standard deviation: see `unscattered_grid`.
+        assert!(l1.relative() < 1e-4, "β {beta}°: {}", l1.relative());
     }
 }
 
