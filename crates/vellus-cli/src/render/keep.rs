@@ -177,7 +177,7 @@ pub fn check_same(kept: &Part, expected: &Part, args: &Args, path: &Path) -> Res
     }
     if !fits {
         bail!(
-            "{} has the samples {:?}, which are not in --samples {}..{}: delete it, or render without --resume",
+            "{} has the samples {:?}, which are not in {}..{}: delete it, or render without --resume",
             path.display(),
             kept.samples,
             expected.samples.start,
