@@ -60,20 +60,18 @@ impl Format {
 }
 
 /// `value` as a whole number of units of 2^−`bits`, rounded to the nearest; values beyond 128 bits are held at the largest.
+#[inline]
 fn fixed(value: f32, bits: i32) -> i128 {
     let raw = value.to_bits();
     let exponent = (raw >> 23 & 0xff) as i32;
     // value = mantissa · 2^(max(exponent, 1) − 150)
-    let mantissa = i128::from(raw & 0x7f_ffff | u32::from(exponent > 0) << 23);
+    let mantissa = raw & 0x7f_ffff | u32::from(exponent > 0) << 23;
     let shift = exponent.max(1) - 150 + bits;
-    let magnitude = if shift > 102 {
-        if mantissa == 0 { 0 } else { i128::MAX }
-    } else if shift >= 0 {
-        mantissa << shift
-    } else if shift < -25 {
-        0
-    } else {
-        (mantissa + (1 << (-shift - 1))) >> -shift
+    let magnitude = match shift {
+        0..=102 => i128::from(mantissa) << shift,
+        103.. if mantissa > 0 => i128::MAX,
+        -25..=-1 => i128::from((mantissa + (1 << (-shift - 1))) >> -shift),
+        _ => 0,
     };
     if value.is_sign_negative() { -magnitude } else { magnitude }
 }
@@ -169,7 +167,9 @@ pub(crate) fn add_value(words: &mut [u32], format: Format, value: f32) {
 /// Adds the square of a sample's brightness, given its colour.
 pub(crate) fn add_square(words: &mut [u32], rgb: &[f32]) {
     let sum = rgb.iter().fold(0i128, |sum, &x| sum.saturating_add(fixed(x, LIGHT_BITS)));
-    add256(words, &square(sum.unsigned_abs()));
+    if sum != 0 {
+        add256(words, &square(sum.unsigned_abs()));
+    }
 }
 
 /// x², least significant words first.

@@ -101,8 +101,14 @@ fn published_segments_are_coarser_than_ours() {
     for [paper5, paper8, ours5, ours8, paper_s4, paper_s8, gauss4, gauss8] in &table {
         for k in 0..paper5.len() {
             assert!(5.0 * ours5[k] < paper5[k] && 10.0 * ours8[k] < paper8[k]);
-            // The paper has a node at h = 0, which stands for a sixth of a side, and C^N is symmetric there.
-            assert!(5.0 * gauss4[k] < paper_s4[k] && 4.0 * gauss8[k] < paper_s8[k]);
+            // Five times smaller, or below 0.1 %: the paper's eight segments are within 0.3 % for the mouse.
+            assert!(5.0 * gauss4[k] < paper_s4[k] && 5.0 * gauss8[k] < paper_s8[k].max(0.005));
+        }
+        // On average ten times smaller, at worst twenty.
+        let mean = |errors: &[f64]| errors.iter().sum::<f64>() / errors.len() as f64;
+        let worst = |errors: &[f64]| errors.iter().fold(0.0f64, |a, &b| a.max(b));
+        for (paper, gauss) in [(paper_s4, gauss4), (paper_s8, gauss8)] {
+            assert!(10.0 * mean(gauss) < mean(paper) && 20.0 * worst(gauss) < worst(paper));
         }
     }
 }

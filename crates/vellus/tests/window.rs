@@ -188,6 +188,28 @@ fn grid_of_azimuths_is_the_sum_over_offsets() {
     }
 }
 
+/// The pieces of a window that the fast path puts segments on, each with its side: the sides of h = 0, of which a symmetric window needs one, and for fibres
+/// that need more, those divided at the medulla's edge and in the middle of the longest until there are three.
+fn pieces([h1, h2]: [f64; 2], edge: f64, more: bool) -> Vec<(usize, [f64; 2])> {
+    let symmetric = h1 == -h2;
+    let mut pieces: Vec<(usize, [f64; 2])> = [[h1.max(0.0), h2], [(-h2).max(0.0), -h1]]
+        .into_iter()
+        .enumerate()
+        .take(if symmetric { 1 } else { 2 })
+        .filter(|(_, [low, high])| high > low)
+        .collect();
+    while more && pieces.len() < 3 {
+        let length = |[low, high]: [f64; 2]| if low < edge && edge < high { 9.0 } else { high.asin() - low.asin() };
+        let lengths: Vec<f64> = pieces.iter().map(|&(_, piece)| length(piece)).collect();
+        let i = (0..pieces.len()).fold(0, |best, i| if lengths[i] > lengths[best] { i } else { best });
+        let (side, [low, high]) = pieces[i];
+        let middle = if low < edge && edge < high { edge } else { (0.5 * (low.asin() + high.asin())).sin() };
+        pieces[i] = (side, [low, middle]);
+        pieces.push((side, [middle, high]));
+    }
+    pieces
+}
+
 /// The fast path against the same segments in f64, with every parameter non-zero, colour and window too.
 #[test]
 fn fast_segments_match_their_oracle() {
@@ -198,10 +220,31 @@ fn fast_segments_match_their_oracle() {
         for theta_o in [-0.9, 0.3, 1.3] {
             for window in [[-1.0, 1.0], [-0.3, 0.7], [0.2, 0.5], [-0.99, -0.6]] {
                 let hit = bcsdf.at(direction(theta_o, 0.4), Window::range(window[0] as f32, window[1] as f32));
-                let segments = oracle.segments(theta_o, window, 7);
+                // Below 0.02 rad the lobes are narrower than a segment's azimuths.
+                let eta = f64::from(fiber.eta);
+                let eta_prime = (eta * eta - f64::sin(theta_o).powi(2)).sqrt() / f64::cos(theta_o);
+                let pieces = pieces(window, f64::from(fiber.kappa) * eta_prime, fiber.beta_n < 0.02);
+                let total: f64 = pieces.iter().map(|(_, [low, high])| high - low).sum();
+                // Each piece's average counts by its width. Pieces of the left side are mirrored, h → −h and φ → −φ.
+                let mut parts = Vec::new();
+                for (side, [low, high]) in pieces {
+                    let share = (high - low) / total;
+                    if window[0] == -window[1] {
+                        parts.push((0.5 * share, oracle.segments(theta_o, [low, high], 7)));
+                        parts.push((0.5 * share, oracle.segments(theta_o, [-high, -low], 7)));
+                    } else {
+                        let piece = if side == 0 { [low, high] } else { [-high, -low] };
+                        parts.push((share, oracle.segments(theta_o, piece, 7)));
+                    }
+                }
                 let mut l1 = L1::default();
                 for phi in azimuths() {
-                    let (fast, slow) = (hit.azimuthal(phi as f32), segments.azimuthal(phi));
+                    let fast = hit.azimuthal(phi as f32);
+                    let mut slow = [[0.0; 3]; 3];
+                    for (share, segments) in &parts {
+                        let part = segments.azimuthal(phi);
+                        (0..3).for_each(|p| (0..3).for_each(|c| slow[p][c] += share * part[p][c]));
+                    }
                     for p in 0..3 {
                         (0..3).for_each(|c| l1.add(fast.0[p][c].into(), slow[p][c]));
                     }
