@@ -1,6 +1,6 @@
-//! Files: bounded reading ([`read`]), safe writing ([`write()`]) and content digests ([`Digest`], [`Sources`]).
+//! Files: bounded reading ([`read()`]), safe writing ([`write()`]) and content digests ([`Digest`], [`Sources`]).
 //!
-//! All readers of the project use [`read`], so that no file, device or pipe can fill the memory or block a program forever.
+//! All readers of the project use [`read()`], so that no file, device or pipe can fill the memory or block a program forever.
 //! All writers use [`write()`], so that no failure leaves half a file or loses the one there was.
 
 mod digest;

@@ -22,7 +22,7 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
 /// The same with a limit of `max` bytes for regular files, and the smaller of `max` and [`MAX_STREAM_BYTES`] for pipes.
 ///
 /// # Errors
-/// As [`read`].
+/// As [`read()`].
 pub fn read_at_most(path: &Path, max: u64) -> Result<Vec<u8>> {
     let file = open(path)?;
     let metadata = file.metadata()?;
@@ -58,7 +58,7 @@ pub fn open(path: &Path) -> Result<File> {
 /// Reads a text of at most `max` bytes.
 ///
 /// # Errors
-/// As [`read`], and [`ErrorKind::InvalidData`] with the place of the first byte that is not UTF-8.
+/// As [`read()`], and [`ErrorKind::InvalidData`] with the place of the first byte that is not UTF-8.
 pub fn read_to_string(path: &Path, max: u64) -> Result<String> {
     String::from_utf8(read_at_most(path, max)?).map_err(|error| {
         let at = error.utf8_error().valid_up_to();

@@ -79,7 +79,7 @@ fn color(film: &Film, x: usize, y: usize) -> [f64; 3] {
     [0, 1, 2].map(|c| film.mean(x, y, Layer::Beauty, c))
 }
 
-/// L*, a*, b* of linear sRGB, which a display holds to 0 to 1 (CIE 15:2004, Eq. 8.3 to 8.11; white is D65).
+/// L*, a*, b* of linear sRGB, which a display holds to 0 to 1 (CIE 15:2004, Eq. 8.3 to 8.11; white is that of daylight, 6504 K).
 fn lab(rgb: [f64; 3]) -> [f64; 3] {
     // IEC 61966-2-1; each row is divided by its sum, the white point.
     const XYZ: [[f64; 3]; 3] = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]];

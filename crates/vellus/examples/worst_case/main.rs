@@ -86,6 +86,9 @@ struct Options {
     limits: Limits,
 }
 
+/// One number of an error.
+type Measure = fn(&Error) -> f64;
+
 /// Reads a whole number.
 fn number(word: &str, value: Option<String>) -> Result<usize, String> {
     let value = value.ok_or(format!("{word} needs a number"))?;
@@ -148,7 +151,7 @@ fn search(tables: &TableData, quantity: &Quantity, options: &Options) {
         }
     }
     println!("{}: {}", quantity.name, quantity.what);
-    let kinds: [(&str, fn(&Error) -> f64); 2] =
+    let kinds: [(&str, Measure); 2] =
         [("relative to these lobes", |e| e.relative), ("relative to all light", |e| e.of_all)];
     for (kind, value) in kinds {
         let values: Vec<f64> = points.iter().map(|(_, e)| value(e)).collect();
