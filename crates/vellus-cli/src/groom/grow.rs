@@ -214,7 +214,7 @@ fn choose(scene: &Scene, wanted: &[String]) -> Result<Vec<usize>> {
 
 /// An image, after its warning was printed.
 fn said((image, warning): (Texture, Option<vellus_usd::Warning>)) -> Texture {
-    warning.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    warning.iter().for_each(|warning| note!("warning: {warning}"));
     image
 }
 
