@@ -95,7 +95,7 @@ impl Forward {
             ModelKind::Yan2015 => AnyModel::Yan2015(recent.yan2015(fiber, specimen.eta_m.unwrap_or(fiber.eta))?),
             ModelKind::Chiang2016 => AnyModel::Chiang2016(Chiang2016::new(fiber)?),
             ModelKind::Marschner2003 => AnyModel::Marschner2003(Marschner2003::new(fiber)?),
-            _ => AnyModel::Vellus(Bcsdf::new(fiber)?),
+            _ => AnyModel::Vellus(Bcsdf::new(fiber)?.with_fine_windows()),
         };
         model.far_field(theta_o, directions, out);
         Ok(())

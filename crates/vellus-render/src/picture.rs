@@ -239,6 +239,8 @@ fn png_notes(bytes: &[u8]) -> std::result::Result<(Notes, Digest), String> {
     let size = reader.output_buffer_size().ok_or("it is too large")?;
     let mut pixels = vec![0; size];
     reader.next_frame(&mut pixels).map_err(|e| e.to_string())?;
+    // What follows the pixels may be cut off.
+    reader.finish().map_err(|e| e.to_string())?;
     let text = |chunk: &png::text_metadata::ITXtChunk| Some((chunk.keyword.clone(), chunk.get_text().ok()?));
     Ok((reader.info().utf8_text.iter().filter_map(text).collect(), Digest::of(&pixels)))
 }
@@ -280,7 +282,9 @@ mod tests {
                     assert_eq!(digest(&found), digest(&check_picture(&bytes).unwrap()));
                 }
             }
-            assert!(check_picture(&bytes[..bytes.len() / 2]).is_err());
+            for end in 0..bytes.len() {
+                assert!(check_picture(&bytes[..end]).is_err(), "{end} of {}", bytes.len());
+            }
         }
     }
 

@@ -126,6 +126,13 @@ impl<'t> Bcsdf<'t> {
         })
     }
 
+    /// The same fibre, whose windows take as many segments as those of the most difficult fibres. They are closer to quadrature, and
+    /// take up to three times as long. Fits need this: which fibres are difficult is a threshold, where a model's values jump by
+    /// its error (D9).
+    pub fn with_fine_windows(self) -> Self {
+        Bcsdf { fine: true, ..self }
+    }
+
     /// The fibre.
     pub fn fiber(&self) -> &Fiber {
         &self.fiber

@@ -34,7 +34,8 @@ impl Attack for Disk {
             _ => {
                 let disk = trial.at("disk");
                 std::fs::create_dir_all(&disk)?;
-                let kilobytes = trial.dice.number(120..400);
+                // The command asks for room for two films of 147 KB and the pictures, 50 KB.
+                let kilobytes = trial.dice.number(370..800);
                 let mounted = if self.no_mount { None } else { Mount::new(&disk, kilobytes)? };
                 match mounted {
                     Some(mount) => full(trial, pictures, &mount, kilobytes),
