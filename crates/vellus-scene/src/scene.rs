@@ -137,7 +137,7 @@ mod tests {
             (|s| s.strands[0].starts[1] = 1, "fur: strand 0 has 1 points"),
             (|s| s.strands[0].starts[1] = 9, "strand 0 ends beyond the 5 points"),
             (|s| s.strands[0].points[3].w = -1.0, "strand 1, point 1 has the width -2.0"),
-            (|s| s.strands[0].points[3].x = f32::NAN, "it must be within ±1e9"),
+            (|s| s.strands[0].points[3].x = f32::NAN, "it must be finite and within ±1e9"),
             (|s| s.strands[0].varying[0].1 = Values::PerStrand(vec![[0.2; 3]]), "g has 1 values where 2 belong"),
             (|s| s.looks[0].fiber.eta = 9.0, "white: eta = 9"),
             (|s| s.light_groups = vec!["key".to_owned()], "lights: 1 groups are given for 0 lights"),

@@ -382,7 +382,8 @@ fn try_it(trial: &mut Trial, mut call: Call) -> Result<(), Stop> {
 /// What a refusal must be like.
 fn message(trial: &mut Trial, outcome: &Outcome, what: &str) {
     let text = &outcome.stderr;
-    if !text.contains("error: ") {
+    // A command that needs a subcommand lists them.
+    if !text.contains("error: ") && !text.contains("Usage: ") {
         trial.finding(format!("{what}: refused without an error message"), text.clone());
     }
     // Usage errors repeat the argument, however long it is: one such line may be as long as the arguments are.
