@@ -43,10 +43,15 @@ impl<'a> Keeper<'a> {
             Part::from_bytes(&bytes).map_err(|e| anyhow!("{}: {e}", path.display()))
         };
         let mut found = if self.path.exists() { Some(read(&self.path)?) } else { None };
-        let start = self.args.samples.as_ref().map_or(0, |samples| samples.start);
+        let range = self.args.samples.as_ref();
+        let start = range.map_or(0, |samples| samples.start);
+        let fits = |part: &Part| {
+            let samples = &part.samples;
+            part.identity == identity && samples.start == start && range.is_none_or(|range| samples.end <= range.end)
+        };
         for path in rescued_films(identity, start) {
             match read(&path) {
-                Ok(part) if part.identity == identity && part.samples.start == start => {
+                Ok(part) if fits(&part) => {
                     if found.as_ref().is_none_or(|found| found.samples.end < part.samples.end) {
                         note!("found {}", path.display());
                         found = Some(part);
