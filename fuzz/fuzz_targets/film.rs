@@ -1,5 +1,6 @@
 #![no_main]
-//! Films: checkpoints, and sample ranges to merge. The checksum at the end is added here, or nothing behind it would be reached.
+//! Films: checkpoints, and sample ranges to merge. The checksum at the end is added here, or nothing behind it would
+//! be reached.
 
 use vellus_io::Digest;
 use vellus_render::{Depth, Layer, Part};

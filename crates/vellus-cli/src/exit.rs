@@ -8,7 +8,8 @@ pub const BAD_INPUT: u8 = 2;
 pub const MAY_PASS: u8 = 75;
 
 /// The codes for `--help`.
-pub const HELP: &str = "Exit codes: 0 complete; 2 bad input or wrong usage; 75 a condition that may pass, such as a full disk or too many \
+pub const HELP: &str = "Exit codes: 0 complete; 2 bad input or wrong usage; 75 a condition that may pass, such as a \
+ full disk or too many \
                         open files; 130, 143 and 129 stopped by SIGINT (Ctrl-C), SIGTERM or SIGHUP.";
 
 /// The error of work that a signal stopped, and that kept what it had.

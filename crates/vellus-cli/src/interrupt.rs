@@ -17,8 +17,8 @@ pub struct Interrupt {
 }
 
 impl Interrupt {
-    /// From now on, SIGINT (Ctrl-C), SIGTERM and SIGHUP set [`Interrupt::stop`]. A later one ends the program at once. Signals
-    /// that were ignored when the program began stay so: that is how `nohup` works.
+    /// From now on, SIGINT (Ctrl-C), SIGTERM and SIGHUP set [`Interrupt::stop`]. A later one ends the program at once.
+    /// Signals that were ignored when the program began stay so: that is how `nohup` works.
     pub fn watch() -> Result<Self> {
         let interrupt = Interrupt { stop: Arc::default(), signal: Arc::default(), immediate: Arc::default() };
         interrupt.register().context("cannot watch for signals")?;
@@ -93,7 +93,8 @@ fn is_ignored(signal: i32) -> bool {
     mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
 }
 
-/// Lets writes beyond the limit of `ulimit -f` fail with a message, where the system would kill the program without one.
+/// Lets writes beyond the limit of `ulimit -f` fail with a message, where the system would kill the program without
+/// one.
 pub fn survive_file_size_limit() {
     // Where it cannot be done the program is killed, as any other.
     #[cfg(unix)]

@@ -120,7 +120,8 @@ fn main() -> ExitCode {
     }
 }
 
-/// Reads the command line. Negative numbers are values of every option, so that a message can name the range of the option.
+/// Reads the command line. Negative numbers are values of every option, so that a message can name the range of the
+/// option.
 fn parse() -> Result<Cli, clap::Error> {
     fn with_negative_numbers(command: clap::Command) -> clap::Command {
         command.allow_negative_numbers(true).mut_subcommands(with_negative_numbers)

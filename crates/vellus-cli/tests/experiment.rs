@@ -41,8 +41,8 @@ fn text<'a>(value: &'a Value, key: &str) -> &'a str {
     value[key].as_str().unwrap_or_else(|| panic!("{key} of {value}"))
 }
 
-/// Every experiment leaves a result that parses, tables without a number missing, pictures that are there and claims that are not judged
-/// and say why not; the page tells of all of them; a second run does nothing.
+/// Every experiment leaves a result that parses, tables without a number missing, pictures that are there and claims
+/// that are not judged and say why not; the page tells of all of them; a second run does nothing.
 #[test]
 fn results_are_whole_told_and_kept() {
     let folder = tempfile::tempdir().unwrap();

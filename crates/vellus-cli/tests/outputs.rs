@@ -323,7 +323,8 @@ fn what_cannot_be_written_is_kept_elsewhere() {
     run(path, &lock(&["--spp", "300", "-o", "b.exr"]));
     let b = Picture::read(&path.join("b.exr"));
     assert!(Picture::read(&path.join("a.exr")).same(&b));
-    // With --resume nothing is rendered again, although the checkpoint has fewer samples; the saved film is not needed any more.
+    // With --resume nothing is rendered again, although the checkpoint has fewer samples; the saved film is not needed
+    // any more.
     std::fs::remove_file(path.join("gone")).unwrap();
     std::fs::rename(path.join("old"), path.join("gone")).unwrap();
     let resumed =

@@ -56,8 +56,9 @@ fn merge_refuses_what_does_not_fit() {
     refused(path, &["merge", "a.film", "damaged.film"], &["damaged.film: it is damaged"]);
 }
 
-/// Films know what they were rendered from by content: a copy of a scene elsewhere is the same scene, whatever the path and the times of its
-/// files; a changed texture, sublayer or reference is another scene. A checkpoint is continued only with the same content.
+/// Films know what they were rendered from by content: a copy of a scene elsewhere is the same scene, whatever the
+/// path and the times of its files; a changed texture, sublayer or reference is another scene. A checkpoint is
+/// continued only with the same content.
 #[test]
 fn a_picture_is_known_by_the_content_of_its_files() {
     let folder = tempfile::tempdir().unwrap();

@@ -22,8 +22,8 @@ fn checked(height: usize, width: usize, channels: usize) -> Result<usize, String
         .ok_or_else(|| format!("it claims {height} × {width} × {channels} values: expected 1 to {MOST}"))
 }
 
-/// NumPy's format (NEP 1): a header in the syntax of Python, always the same three keys, and the values. No crate reads it here:
-/// those that can depend on a parser of Python.
+/// NumPy's format (NEP 1): a header in the syntax of Python, always the same three keys, and the values. No crate
+/// reads it here: those that can depend on a parser of Python.
 pub fn npy(bytes: &[u8]) -> Result<Pixels, String> {
     let rest = bytes.strip_prefix(b"\x93NUMPY").ok_or("byte 0: it is no NPY file: expected \\x93NUMPY")?;
     let (start, length) = match rest {

@@ -55,10 +55,12 @@ pub struct Profile {
     pub missing: Vec<[f64; 2]>,
 }
 
-/// Range of a profile's largest value. The scale is fitted between 1e-30 and 1e30: this leaves ten powers of ten for the model's values.
+/// Range of a profile's largest value. The scale is fitted between 1e-30 and 1e30: this leaves ten powers of ten for
+/// the model's values.
 pub const LARGEST: [f64; 2] = [1e-20, 1e20];
 
-/// Values whose logarithms scatter by less than this are a constant: it is what single precision and the far field's quadrature leave.
+/// Values whose logarithms scatter by less than this are a constant: it is what single precision and the far field's
+/// quadrature leave.
 const CONSTANT: f64 = LEAST_NOISE;
 
 /// Fewest directions worth a fit: three for each of a dozen parameters.
@@ -89,7 +91,8 @@ impl Profile {
         let ([low, high], [_, largest]) = (LARGEST, self.range());
         if !(low..=high).contains(&largest) {
             return wrong(format!(
-                "the largest value, {largest:e}, is out of range: it must be in [{low:e}, {high:e}]; choose another unit"
+                "the largest value, {largest:e}, is out of range: it must be in [{low:e}, {high:e}]; choose another \
+                 unit"
             ));
         }
         for (name, values) in [("theta", self.axis(|p| p.theta)), ("phi", self.axis(|p| p.phi))] {
@@ -118,7 +121,8 @@ impl Profile {
         };
         if (0..self.channels).all(|c| scatter(c) < CONSTANT) {
             return Err(Error::Profile(format!(
-                "all measurements are the same, {:e}, to within {CONSTANT} of it: a constant says nothing about a fibre; \
+                "all measurements are the same, {:e}, to within {CONSTANT} of it: a constant says nothing about a \
+                 fibre; \
                  is the column of the values the right one?",
                 self.points[0].value[0]
             )));

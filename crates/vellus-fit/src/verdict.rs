@@ -36,11 +36,12 @@ impl fmt::Display for NoFit {
 /// A model that follows less than this share of the variation is not a model of it.
 const LEAST: f64 = 0.25;
 
-/// Standard errors widened by more than this are of residuals that are not noise. Chance correlations of 554 residuals widen them by
-/// √((1 + ρ)/(1 − ρ)) over φ and over θ with ρ of 1/√554: 1.3 is three standard deviations of ρ in both.
+/// Standard errors widened by more than this are of residuals that are not noise. Chance correlations of 554 residuals
+/// widen them by √((1 + ρ)/(1 − ρ)) over φ and over θ with ρ of 1/√554: 1.3 is three standard deviations of ρ in both.
 pub const NOISE_LIKE: f64 = 1.3;
 
-/// Judges a fit. `known` says of each fitted parameter of the fibre whether it would be determined if the residuals were noise.
+/// Judges a fit. `known` says of each fitted parameter of the fibre whether it would be determined if the residuals
+/// were noise.
 pub(crate) fn judge(explained: &Explained, widened: f64, known: &[bool]) -> Option<NoFit> {
     if explained.significance.is_nan() || explained.significance < QUANTILE {
         Some(NoFit::Noise)
@@ -56,8 +57,8 @@ pub(crate) fn judge(explained: &Explained, widened: f64, known: &[bool]) -> Opti
 /// How much better a fit is than a constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Explained {
-    /// Share of the constant's loss that the model removes: 1 for a perfect fit, 0 for one that is as bad as a constant. Without
-    /// outliers it is R² of the logarithms.
+    /// Share of the constant's loss that the model removes: 1 for a perfect fit, 0 for one that is as bad as a
+    /// constant. Without outliers it is R² of the logarithms.
     pub share: f64,
     /// The F-test of the model against a constant as a normal deviate. It is below 3.09 in all but one of 1000 profiles
     /// of pure noise.
@@ -76,7 +77,8 @@ pub fn explained(problem: &Problem, profile: &Profile, residuals: &[f64], noise:
     Explained { share: 1.0 - fitted / constant, significance: deviate(ratio, more, left) }
 }
 
-/// The least loss of values that one constant is fitted to. The loss is convex: the weighted mean converges to its minimum.
+/// The least loss of values that one constant is fitted to. The loss is convex: the weighted mean converges to its
+/// minimum.
 fn constant_loss(problem: &Problem, mut values: Vec<f64>, noise: f64) -> f64 {
     for _ in 0..50 {
         let weights = values.iter().map(|&x| problem.weight(x, noise));

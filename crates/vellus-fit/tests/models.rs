@@ -45,8 +45,9 @@ fn truth(specimen: &Specimen, name: &str) -> f64 {
     f64::from(value)
 }
 
-/// Measured of the model itself with 2 % of noise and 10 % of gaps, once with each seed: NRMSE as of our own model (`fit.rs`), the
-/// errors of what the data determines as large as their standard errors say, and no parameter that the model does not have.
+/// Measured of the model itself with 2 % of noise and 10 % of gaps, once with each seed: NRMSE as of our own model
+/// (`fit.rs`), the errors of what the data determines as large as their standard errors say, and no parameter that the
+/// model does not have.
 fn recovers(kind: ModelKind, seeds: u64, count: usize, least: usize) {
     let mut scores = Vec::new();
     let all = [Species::Cat, Species::Dog, Species::Rabbit, Species::Human];

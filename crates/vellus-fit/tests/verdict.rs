@@ -77,8 +77,8 @@ fn constants_and_values_beyond_any_unit_are_refused() {
     refused(&made(|_, _| 1e-39), &["out of range", "[1e-20, 1e20]"]);
 }
 
-/// Every model follows the profile of every fur by at least a third, and its own model's by more than 98 %. Hair without a medulla follows a
-/// red fox by 88 to 96 % and a raccoon by 70 %, measured with other seeds too.
+/// Every model follows the profile of every fur by at least a third, and its own model's by more than 98 %. Hair
+/// without a medulla follows a red fox by 88 to 96 % and a raccoon by 70 %, measured with other seeds too.
 #[test]
 fn profiles_of_fibres_are_fits_by_all_models() {
     for species in [Species::RedFox, Species::Raccoon] {

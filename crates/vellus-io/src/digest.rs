@@ -42,8 +42,8 @@ impl fmt::Debug for Digest {
     }
 }
 
-/// Builds the digest of named fields. Names and values are preceded by their lengths, so that no two lists of fields are
-/// the same bytes.
+/// Builds the digest of named fields. Names and values are preceded by their lengths, so that no two lists of fields
+/// are the same bytes.
 #[derive(Clone, Default)]
 pub struct DigestBuilder(blake3::Hasher);
 

@@ -1,7 +1,7 @@
 //! Files: bounded reading ([`read()`]), safe writing ([`write()`]) and content digests ([`Digest`], [`Sources`]).
 //!
-//! All readers of the project use [`read()`], so that no file, device or pipe can fill the memory or block a program forever.
-//! All writers use [`write()`], so that no failure leaves half a file or loses the one there was.
+//! All readers of the project use [`read()`], so that no file, device or pipe can fill the memory or block a program
+//! forever. All writers use [`write()`], so that no failure leaves half a file or loses the one there was.
 
 mod digest;
 mod read;

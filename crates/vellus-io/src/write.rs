@@ -16,8 +16,8 @@ const PROBE_BYTES: usize = 4096;
 /// written; a link to nothing creates that file. A device, a pipe or a descriptor such as `/dev/stdout` is written
 /// directly.
 ///
-/// An existing file keeps its mode, and its owner and group where the system permits that. Access control lists and other
-/// hard links to the old content are not kept. The mode of a new file follows the umask.
+/// An existing file keeps its mode, and its owner and group where the system permits that. Access control lists and
+/// other hard links to the old content are not kept. The mode of a new file follows the umask.
 ///
 /// # Errors
 /// What the operating system reports. [`ErrorKind::IsADirectory`] for a folder. [`ErrorKind::PermissionDenied`] for an
@@ -47,8 +47,8 @@ pub fn write_with(path: &Path, fill: impl FnOnce(&mut dyn Write) -> Result<()>) 
     }
 }
 
-/// Checks that [`write()`] can write to a path, before long work begins. Creates the folder of the file. Nothing is written to
-/// devices and pipes.
+/// Checks that [`write()`] can write to a path, before long work begins. Creates the folder of the file. Nothing is
+/// written to devices and pipes.
 ///
 /// # Errors
 /// As [`write()`].

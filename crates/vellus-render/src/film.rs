@@ -190,8 +190,8 @@ impl Film {
         (0..self.width() * self.height()).map(|i| (i % self.width(), i / self.width()))
     }
 
-    /// Noise of the whole picture: root mean square of the pixels' standard errors over its mean brightness. `None` where it is
-    /// not known: of fewer than two samples a pixel, or of a black picture.
+    /// Noise of the whole picture: root mean square of the pixels' standard errors over its mean brightness. `None`
+    /// where it is not known: of fewer than two samples a pixel, or of a black picture.
     pub fn noise(&self) -> Option<f64> {
         let n = (self.width() * self.height()) as f64;
         let mean = self.pixels().map(|(x, y)| self.brightness(x, y)).sum::<f64>() / n;
@@ -230,8 +230,9 @@ fn combine(layout: &Layout, sums: &mut [u32], others: &[u32]) {
     }
 }
 
-/// Adds a sample to a pixel's sums: values of all channels but that of [`Layer::Square`], which is made of the beauty, and
-/// [`Layer::Strand`], which is `strand` as [`nearest`] gives it. False, and nothing added, where a value is not finite.
+/// Adds a sample to a pixel's sums: values of all channels but that of [`Layer::Square`], which is made of the beauty,
+/// and [`Layer::Strand`], which is `strand` as [`nearest`] gives it. False, and nothing added, where a value is not
+/// finite.
 pub(crate) fn add(layout: &Layout, sums: &mut [u32], values: &[f32], strand: u64) -> bool {
     // The largest magnitude, as bits: the processor compares eight of them at once.
     let largest = values.iter().fold(0, |largest, v| largest.max(v.to_bits() & 0x7fff_ffff));

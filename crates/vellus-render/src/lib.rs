@@ -3,8 +3,8 @@
 //! A [`World`] is a scene made ready; [`World::render`] adds samples of every pixel to a [`Film`], in any order and on any
 //! number of threads to the same picture.
 
-/// Raised with every change that alters a picture: entries of the changelog that are marked *image*. Films of different versions are not
-/// added to each other.
+/// Raised with every change that alters a picture: entries of the changelog that are marked *image*. Films of
+/// different versions are not added to each other.
 pub const PICTURE_VERSION: u32 = 1;
 
 mod bvh;

@@ -1,10 +1,11 @@
 //! Films as files: checkpoints, and sample ranges to merge.
 //!
-//! Layout, little endian: `VELLUSF3`; u32 width and height of the whole picture; u32 left column, top row, width, height of the
-//! part; u32 its layers, a bit each in the order of [`Layer::ALL`](crate::Layer::ALL); 32 bytes of the digest of what was rendered;
-//! u64 first sample, the one after the last, and the one after the last that was asked for; the names of the light groups; the notes, names and values alternating; the sums,
-//! row by row, u32 words as `sums.rs` describes; and 32 bytes of the digest (BLAKE3) of all bytes before. Names and notes are a
-//! u32 count of texts, each a u32 count of bytes of UTF-8.
+//! Layout, little endian: `VELLUSF3`; u32 width and height of the whole picture; u32 left column, top row, width,
+//! height of the part; u32 its layers, a bit each in the order of [`Layer::ALL`](crate::Layer::ALL); 32 bytes of the
+//! digest of what was rendered; u64 first sample, the one after the last, and the one after the last that was asked
+//! for; the names of the light groups; the notes, names and values alternating; the sums, row by row, u32 words as
+//! `sums.rs` describes; and 32 bytes of the digest (BLAKE3) of all bytes before. Names and notes are a u32 count of
+//! texts, each a u32 count of bytes of UTF-8.
 
 use crate::film::Film;
 use crate::layout::Layout;
@@ -26,8 +27,8 @@ pub struct Part {
     pub identity: Digest,
     /// Its samples.
     pub samples: Range<u64>,
-    /// The sample after the last that was asked for. `samples.end` is smaller where rendering was interrupted or reached another
-    /// goal before.
+    /// The sample after the last that was asked for. `samples.end` is smaller where rendering was interrupted or
+    /// reached another goal before.
     pub planned: u64,
     /// What is written into the picture's file: names and values.
     pub notes: Vec<(String, String)>,

@@ -1,8 +1,9 @@
 //! Exact sums of a pixel's samples.
 //!
-//! A sum is a whole number of small units, so that addition does not depend on order: any thread may add any sample, and
-//! sample ranges that are rendered separately merge bit-identically. What a sum can hold, and how fine it is, depends on
-//! what it is a sum of ([`Format`]). A sum that reaches the end of its range stays there, and [`is_full`] tells.
+//! A sum is a whole number of small units, so that addition does not depend on order: any thread may add any sample,
+//! and sample ranges that are rendered separately merge bit-identically. What a sum can hold, and how fine it is,
+//! depends on what it is a sum of ([`Format`]). A sum that reaches the end of its range stays there, and [`is_full`]
+//! tells.
 
 use crate::film::Layer;
 
@@ -15,8 +16,8 @@ pub(crate) enum Format {
     Part,
     /// Light that may be seen directly: 128 bits in units of 2⁻⁶⁴ (5e-20). Values of 1e9 fit 9e9 times.
     Light,
-    /// Squares of the brightness: 256 bits. A square is that of the sum of three whole numbers of [`Format::Light`], so that no
-    /// bit is lost, and the variance of equal samples is 0.
+    /// Squares of the brightness: 256 bits. A square is that of the sum of three whole numbers of [`Format::Light`],
+    /// so that no bit is lost, and the variance of equal samples is 0.
     Square,
     /// The largest number of 64 bits, not a sum.
     Largest,
@@ -59,7 +60,8 @@ impl Format {
     }
 }
 
-/// `value` as a whole number of units of 2^−`bits`, rounded to the nearest; values beyond 128 bits are held at the largest.
+/// `value` as a whole number of units of 2^−`bits`, rounded to the nearest; values beyond 128 bits are held at the
+/// largest.
 #[inline]
 fn fixed(value: f32, bits: i32) -> i128 {
     let raw = value.to_bits();

@@ -109,8 +109,8 @@ fn lobe_layers_sum_to_beauty() {
     }
 }
 
-/// From a moonless night to a sun: the picture is that of ordinary light, scaled, and its noise is the same. Distances are right from
-/// millimetres to a hundred kilometres.
+/// From a moonless night to a sun: the picture is that of ordinary light, scaled, and its noise is the same. Distances
+/// are right from millimetres to a hundred kilometres.
 #[test]
 fn pictures_scale_with_light_and_size() {
     let scene = |light: f32| {
@@ -145,8 +145,8 @@ fn pictures_scale_with_light_and_size() {
     }
 }
 
-/// Lights of every kind and a mesh that glows, two lights in one group, one very bright: groups still sum to the beauty, and each is
-/// the picture lit by that group alone.
+/// Lights of every kind and a mesh that glows, two lights in one group, one very bright: groups still sum to the
+/// beauty, and each is the picture lit by that group alone.
 #[test]
 fn light_groups_sum_to_beauty() {
     let mut scene = clump(100, 0.01, fiber());

@@ -113,7 +113,8 @@ impl Strands {
                 if !is_within(point.truncate()) {
                     let [x, y, z, _] = point.to_array();
                     return fail(format!(
-                        "strand {i}, point {k} is ({x:?}, {y:?}, {z:?}): it must be finite and within ±{MAX_COORDINATE:e}"
+                        "strand {i}, point {k} is ({x:?}, {y:?}, {z:?}): it must be finite and within \
+                         ±{MAX_COORDINATE:e}"
                     ));
                 }
                 if !(0.0..=MAX_COORDINATE).contains(&point.w) {

@@ -13,7 +13,8 @@ use std::time::{Duration, Instant};
 
 /// Address space of a child, KiB. The largest honest case needs some 300 MB of it, thread stacks and arenas included.
 const MEMORY_KB: u64 = 2 << 20;
-/// Processor time of a child, seconds, over all its threads. The slowest honest case takes about 3, twice that where cores are shared.
+/// Processor time of a child, seconds, over all its threads. The slowest honest case takes about 3, twice that where
+/// cores are shared.
 pub const CPU_SECONDS: u64 = 10;
 /// Wall-clock time of a child, for those that wait for something that never comes.
 const WALL: Duration = Duration::from_secs(60);

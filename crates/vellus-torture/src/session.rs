@@ -19,8 +19,8 @@ const LARGEST_KEPT: u64 = 16 << 20;
 
 /// Attack the command `vellus` with kills, full disks, damaged files and nonsense.
 ///
-/// Each case depends on the seed, the attack and its number alone, but for the moments at which signals arrive. Exit code 1: something
-/// was found. Children are limited to 2 GiB of address space, 10 s of processor time and 60 s.
+/// Each case depends on the seed, the attack and its number alone, but for the moments at which signals arrive. Exit
+/// code 1: something was found. Children are limited to 2 GiB of address space, 10 s of processor time and 60 s.
 #[derive(Parser)]
 #[command(name = "cargo xtask torture")]
 struct Cli {

@@ -24,8 +24,8 @@
 //!   in degrees. An input may be connected to a UsdUVTexture (looked up at the root's uv) or to a UsdPrimvarReader.
 //!   `primvars:vellus:KEY` on curves, of any interpolation, goes before the shader.
 //!   A constant input outside its range ([`vellus_scene::Parameter::range`]) is an error, a primvar outside it a
-//!   warning: the nearest value in the range is taken. This also happens, without a warning, to what a texture gives and to
-//!   values between points.
+//!   warning: the nearest value in the range is taken. This also happens, without a warning, to what a texture gives
+//!   and to values between points.
 //! - **Mesh** as polygons, **UsdPreviewSurface** (diffuseColor, also by texture, emissiveColor, roughness, metallic, ior), **Camera**,
 //!   **DomeLight**, **DistantLight**, **RectLight**, **DiskLight**, **SphereLight**, **CylinderLight**.
 //!   `vellus:lightGroup` names a light's group, else its prim does; `vellus:groundHeight` and `vellus:groundRadius` lay

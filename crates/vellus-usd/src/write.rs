@@ -33,7 +33,8 @@ pub(crate) struct Names {
 /// - looks, surfaces and textures come in the order they are used in, without those that are not.
 ///
 /// Movement is from time code 0 to 1, with the shutter of the camera; without a camera [`crate::Options::shutter`] must say
-/// so. Each file is written as [`vellus_io::write()`] does it: a failure leaves what was there before. Folders are created.
+/// so. Each file is written as [`vellus_io::write()`] does it: a failure leaves what was there before. Folders are
+/// created.
 ///
 /// # Errors
 /// [`Error::Scene`] for a scene that is not valid, [`Error::File`] for a name that does not end in `.usda`,

@@ -126,9 +126,9 @@ impl<'t> Bcsdf<'t> {
         })
     }
 
-    /// The same fibre, whose windows take as many segments as those of the most difficult fibres. They are closer to quadrature, and
-    /// take up to three times as long. Fits need this: which fibres are difficult is a threshold, where a model's values jump by
-    /// its error (D9).
+    /// The same fibre, whose windows take as many segments as those of the most difficult fibres. They are closer to
+    /// quadrature, and take up to three times as long. Fits need this: which fibres are difficult is a threshold,
+    /// where a model's values jump by its error (D9).
     pub fn with_fine_windows(self) -> Self {
         Bcsdf { fine: true, ..self }
     }
@@ -216,8 +216,8 @@ impl Hit<'_> {
     }
 
     /// f(ω_o, ω_i)·cos θᵢ of each lobe, RGB, averaged over the window. `wi` points away from the fibre,
-    /// toward the light, and has unit length, as for [`Bcsdf::at`]. Light reaches a fibre from the whole sphere: no half of it
-    /// is excluded.
+    /// toward the light, and has unit length, as for [`Bcsdf::at`]. Light reaches a fibre from the whole sphere: no
+    /// half of it is excluded.
     #[inline]
     pub fn eval(&self, wi: Vec3) -> Lobes {
         debug_assert!(is_unit(wi), "wi is not a unit vector: {wi}");
@@ -257,12 +257,12 @@ impl Hit<'_> {
         }
     }
 
-    /// Draws ω_i. `u`: five uniform numbers in [0, 1): the lobe, two for the longitudinal lobe, one for the azimuth, and where
-    /// in the window. The near field ignores the last, so that a renderer draws five whatever the window is;
+    /// Draws ω_i. `u`: five uniform numbers in [0, 1): the lobe, two for the longitudinal lobe, one for the azimuth,
+    /// and where in the window. The near field ignores the last, so that a renderer draws five whatever the window is;
     /// [`NearHit::sample`], which has no window, takes the other four.
     ///
-    /// No channel of the weight is above 1 in the near field. In a window it is nearly constant, but the scattered lobes' points are
-    /// scaled to each channel's energy by itself: up to 1.5 has been found.
+    /// No channel of the weight is above 1 in the near field. In a window it is nearly constant, but the scattered
+    /// lobes' points are scaled to each channel's energy by itself: up to 1.5 has been found.
     #[inline]
     pub fn sample(&self, u: [f32; 5]) -> Sample {
         match &self.0 {

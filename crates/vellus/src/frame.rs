@@ -4,8 +4,8 @@ use crate::lanes::Lanes;
 
 /// Is this a unit vector, to single precision? False for NaN.
 ///
-/// A normalised vector has the squared length 1 within 4e-7. Renderers rotate vectors between frames, a few rounding errors
-/// each; 1e-3 is far above that, and far below what an omitted normalisation leaves.
+/// A normalised vector has the squared length 1 within 4e-7. Renderers rotate vectors between frames, a few rounding
+/// errors each; 1e-3 is far above that, and far below what an omitted normalisation leaves.
 pub(crate) fn is_unit(w: glam::Vec3) -> bool {
     (w.length_squared() - 1.0).abs() < 1e-3
 }

@@ -54,8 +54,8 @@ pub(crate) const MIRROR_REACH_INVERSE: f32 = (1.0 / MIRROR_REACH) as f32;
 
 /// The share of C^N that is mirrored, φ → −φ, at an offset h″ ≥ 0.
 ///
-/// C^N is symmetric at h″ = 0. The compressed tables are so only to a few hundredths. Half of the profile is mirrored there, and
-/// less up to 0.5°: then C^N is symmetric and does not jump where h″ changes its sign.
+/// C^N is symmetric at h″ = 0. The compressed tables are so only to a few hundredths. Half of the profile is mirrored
+/// there, and less up to 0.5°: then C^N is symmetric and does not jump where h″ changes its sign.
 pub fn mirrored_share(h: f64) -> f64 {
     let x = (h.clamp(0.0, 1.0).asin() / MIRROR_REACH).min(1.0);
     0.5 * (1.0 - x) * (1.0 - x)

@@ -107,13 +107,14 @@ impl<'t> Medulla<'t> {
         self.optical_radius > 0.0
     }
 
-    /// The half width of the forward peak of C^N, radians: about 1 − g where light is scattered once, and more where it is scattered
-    /// more often.
+    /// The half width of the forward peak of C^N, radians: about 1 − g where light is scattered once, and more where
+    /// it is scattered more often.
     pub(crate) fn peak_width(&self) -> f32 {
         (1.0 - self.anisotropy) * 0.7f32.mul_add(self.optical_radius, 1.0).min(8.0)
     }
 
-    /// Is C^N smooth, as a function of the offset too? By trial: up to g = 0.7, and up to 0.85 from an optical radius of 2.
+    /// Is C^N smooth, as a function of the offset too? By trial: up to g = 0.7, and up to 0.85 from an optical radius
+    /// of 2.
     pub(crate) fn is_smooth(&self) -> bool {
         self.anisotropy <= 0.7 || (self.anisotropy <= 0.85 && self.optical_radius > 2.0)
     }
@@ -254,7 +255,8 @@ impl<'t> Medulla<'t> {
         s.mirror * self.sample_profile(&s.weights, s.turned, u)
     }
 
-    /// Draws an azimuth, in [−2π, 2π], from the C^N of those weights, of a path with h″ ≥ 0. The share `turned` of it is mirrored.
+    /// Draws an azimuth, in [−2π, 2π], from the C^N of those weights, of a path with h″ ≥ 0. The share `turned` of it
+    /// is mirrored.
     pub(crate) fn sample_profile(&self, weights: &Weights<AZIMUTHAL>, turned: f32, u: f32) -> f32 {
         let (r, u) = choose(weights, &[f32x8::ONE; AZIMUTHAL], u);
         let invert = |u: f32| self.tables.azimuthal.densities.invert(r, u, 0.0);

@@ -288,7 +288,8 @@ impl NearHit<'_, f32> {
     }
 
     /// Draws ω_i. `u`: four uniform numbers in [0, 1): the lobe, two for the longitudinal lobe, one
-    /// for the azimuth. (A [`crate::Hit`] takes a fifth, for where in its window.) No channel of the weight is ever above Σ max(A) ≤ 1.
+    /// for the azimuth. (A [`crate::Hit`] takes a fifth, for where in its window.) No channel of the weight is ever
+    /// above Σ max(A) ≤ 1.
     #[inline]
     pub fn sample(&self, u: [f32; 4]) -> Sample {
         let lobe = self.choose_lobe(0, u[0]);

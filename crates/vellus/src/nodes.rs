@@ -26,8 +26,8 @@ pub(crate) struct Piece {
     pub nodes: Nodes,
 }
 
-/// Divides the pieces of a window until there are [`PIECES`] of them: at the medulla's edge, or the longest one in the middle,
-/// measured in γ.
+/// Divides the pieces of a window until there are [`PIECES`] of them: at the medulla's edge, or the longest one in the
+/// middle, measured in γ.
 #[inline(never)]
 pub(crate) fn divide(pieces: &mut ArrayVec<Piece, PIECES>, edge: Option<f32>) {
     while !pieces.is_full() {

@@ -48,8 +48,8 @@ const GROUPS: usize = 2;
 /// Azimuths that the light of a point is spread over at most.
 const MOST: usize = 8;
 
-/// What [`FEW`] are enough for: the distance of the first and the last exit azimuth in widths of the peak, and the energy of TRTˢ
-/// over that of TTˢ.
+/// What [`FEW`] are enough for: the distance of the first and the last exit azimuth in widths of the peak, and the
+/// energy of TRTˢ over that of TTˢ.
 const FEW_SPAN: f32 = 2.6;
 const FEW_SECOND: f32 = 0.1;
 
@@ -140,7 +140,8 @@ impl Group {
         energy: [[f32x8::ZERO; 4]; 2],
     };
 
-    /// Prepares [`FEW`] points where the group lies, it being large; `sides` is what the lower and the upper four lanes are of.
+    /// Prepares [`FEW`] points where the group lies, it being large; `sides` is what the lower and the upper four
+    /// lanes are of.
     #[inline(always)]
     fn prepare_few(&mut self, query: &Query, sides: [Option<Side>; 2]) {
         let lower = f32x8::new([1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0]).simd_gt(f32x8::ZERO);
@@ -169,8 +170,8 @@ impl Group {
         self.look_up(query, &path, side.is_narrow());
         self.mirror = f32x8::splat(mirror);
         self.exit = exits(&path, FIRST);
-        // The azimuths that a cell spans, from what lies between its neighbours: 0.28 of the side, or 0.44 of TRTˢ, where
-        // the points are at least 0.24 and 0.39 of it apart.
+        // The azimuths that a cell spans, from what lies between its neighbours: 0.28 of the side, or 0.44 of TRTˢ,
+        // where the points are at least 0.24 and 0.39 of it apart.
         let e = self.exit.to_array();
         let gaps = [e[1] - e[0], e[2] - e[1], e[3] - e[2], e[4] - e[3], e[6] - e[5], e[7] - e[6]];
         let widest = gaps.into_iter().fold(0.0, |most: f32, gap| most.max(gap.abs()));
@@ -195,8 +196,8 @@ impl Group {
         self.spread = [start as u8, count as u8];
     }
 
-    /// Looks up C^N of the paths. In a `narrow` window it is that of the near field; in a wider one the part close to the axis, where a
-    /// share is mirrored, does not matter.
+    /// Looks up C^N of the paths. In a `narrow` window it is that of the near field; in a wider one the part close to
+    /// the axis, where a share is mirrored, does not matter.
     #[inline(always)]
     fn look_up(&mut self, query: &Query, path: &Path<f32x8>, narrow: bool) {
         let angles = path.gamma_m.to_array();

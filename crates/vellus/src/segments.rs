@@ -21,10 +21,10 @@ use wide::{f32x4, f32x8};
 
 /// Does a window of this fibre take more segments than one chain a side?
 ///
-/// Where the lobes are narrower than a segment's azimuths, its density shows. Near η = 1 light turns aside only close to the
-/// silhouette, within √(η² − 1) of it. Where the fibre or its medulla absorbs much in one channel, light of that channel leaves
-/// close to the silhouette or to the medulla's edge. The limits are such that no preset, and no hair coloured by up to 8 parts of
-/// eumelanin, takes more.
+/// Where the lobes are narrower than a segment's azimuths, its density shows. Near η = 1 light turns aside only close
+/// to the silhouette, within √(η² − 1) of it. Where the fibre or its medulla absorbs much in one channel, light of
+/// that channel leaves close to the silhouette or to the medulla's edge. The limits are such that no preset, and no
+/// hair coloured by up to 8 parts of eumelanin, takes more.
 pub(crate) fn needs_more(fiber: &Fiber) -> bool {
     let absorbs = |sigma: [f32; 3], most: f32| sigma.into_iter().any(|sigma| sigma > most);
     fiber.beta_n < 0.02
@@ -56,8 +56,8 @@ impl Spans {
     /// Energies times what belongs to them and to their means.
     #[inline(always)]
     fn light(&self, [j0, j1]: [f32x8; 2]) -> Channels {
-        // Far from a span both terms are rounding errors of either sign. A negative density would cancel what other spans
-        // give the pdf but not what they give one channel, and the weight of a sample would have no bound.
+        // Far from a span both terms are rounding errors of either sign. A negative density would cancel what other
+        // spans give the pdf but not what they give one channel, and the weight of a sample would have no bound.
         let density = self.mean.mul_add(j1, j0).max(f32x8::ZERO);
         self.energy.map(|energy| energy * density)
     }
@@ -196,13 +196,14 @@ fn pairs(a: f32x8, b: f32x8) -> f32x8 {
         + f32x8::new([a[1], a[3], a[5], a[7], b[1], b[3], b[5], b[7]])
 }
 
-/// Moves the ends of a chain to where a linear density over the first and the last segment can have the mean of their light. Near
-/// η = 1 the azimuth runs away in the last of them, where there is hardly any light.
+/// Moves the ends of a chain to where a linear density over the first and the last segment can have the mean of their
+/// light. Near η = 1 the azimuth runs away in the last of them, where there is hardly any light.
 fn shorten(ends: f32x8, shares: [f32x8; 2], points: &[f32x8; 2]) -> f32x8 {
     let energy = (shares[0] + shares[1]).fast_max(f32x8::splat(f32::MIN_POSITIVE));
     let means = ((shares[0] * points[0] + shares[1] * points[1]) / energy).to_array();
     let mut ends = ends.to_array();
-    // From the node next to an end, which is shared, to the mean and to the end. The mean of what falls to 0 is at a third.
+    // From the node next to an end, which is shared, to the mean and to the end. The mean of what falls to 0 is at a
+    // third.
     for (node, end, mean) in [(6, 7, means[6]), (1, 0, means[0])] {
         let (to_mean, to_end) = (mean - ends[node], ends[end] - ends[node]);
         if to_mean * to_end > 0.0 && 3.0 * to_mean.abs() < to_end.abs() {

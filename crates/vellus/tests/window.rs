@@ -116,8 +116,9 @@ fn unscattered_error(fiber: &Fiber, theta_o: f64) -> f64 {
     l1.iter().map(L1::relative).fold(0.0, f64::max)
 }
 
-/// Fibres far from the presets, found by `examples/worst_case`: narrow lobes, η near 1, and a medulla's edge inside the fibre. The bounds
-/// are what was measured (0.09, 2.7 and 0.6 %), rounded up; before windows of such fibres took more segments the errors were 5 to 82 %.
+/// Fibres far from the presets, found by `examples/worst_case`: narrow lobes, η near 1, and a medulla's edge inside
+/// the fibre. The bounds are what was measured (0.09, 2.7 and 0.6 %), rounded up; before windows of such fibres took
+/// more segments the errors were 5 to 82 %.
 #[test]
 fn difficult_fibers_take_more_segments() {
     let narrow = Fiber { beta_n: 0.65f32.to_radians(), kappa: 0.7, eta: 1.18, ..Fiber::hair() };
@@ -148,8 +149,8 @@ fn difficult_fibers_take_more_segments() {
     }
 }
 
-/// A thin medulla whose forward peak is as sharp as can be, at grazing light, where the offset moves the peak by 90°. Before light was
-/// spread over the azimuths of the offsets it stands for, the error was 24 to 30 %.
+/// A thin medulla whose forward peak is as sharp as can be, at grazing light, where the offset moves the peak by 90°.
+/// Before light was spread over the azimuths of the offsets it stands for, the error was 24 to 30 %.
 #[test]
 fn grazing_light_in_a_sharp_medulla_matches_quadrature() {
     let sharp = Fiber { kappa: 0.8, eta: 1.05, sigma_ms: 0.075, g: 0.95, ..Fiber::hair() };
@@ -188,8 +189,9 @@ fn grid_of_azimuths_is_the_sum_over_offsets() {
     }
 }
 
-/// The pieces of a window that the fast path puts segments on, each with its side: the sides of h = 0, of which a symmetric window needs one, and for fibres
-/// that need more, those divided at the medulla's edge and in the middle of the longest until there are three.
+/// The pieces of a window that the fast path puts segments on, each with its side: the sides of h = 0, of which a
+/// symmetric window needs one, and for fibres that need more, those divided at the medulla's edge and in the middle of
+/// the longest until there are three.
 fn pieces([h1, h2]: [f64; 2], edge: f64, more: bool) -> Vec<(usize, [f64; 2])> {
     let symmetric = h1 == -h2;
     let mut pieces: Vec<(usize, [f64; 2])> = [[h1.max(0.0), h2], [(-h2).max(0.0), -h1]]
@@ -320,8 +322,8 @@ fn cells_have_the_far_field_for_their_mean() {
     assert_eq!(Window::cell(0.3, 0.0, 0.5), Window::near(0.3));
 }
 
-/// Of a window far from the light's path only rounding errors are left. They must not make a weight: without a bound for each span
-/// this one is 5e18.
+/// Of a window far from the light's path only rounding errors are left. They must not make a weight: without a bound
+/// for each span this one is 5e18.
 #[test]
 fn a_sample_far_out_in_a_tail_has_a_bounded_weight() {
     let fiber = Fiber {

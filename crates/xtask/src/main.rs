@@ -1,4 +1,5 @@
-//! `cargo xtask test`: all that CI checks, in the order in which it fails fastest. `cargo xtask torture`: attacks on the command.
+//! `cargo xtask test`: all that CI checks, in the order in which it fails fastest. `cargo xtask torture`: attacks on
+//! the command.
 
 mod paper;
 

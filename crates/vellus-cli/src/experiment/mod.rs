@@ -114,7 +114,8 @@ pub fn run(args: &Args) -> Result<()> {
             Err(e) if e.is::<Interrupted>() || context.interrupted() => {
                 report::write(&args.out)?;
                 bail!(interrupt.error(format!(
-                    "finished experiments are in {}, and what {} has of unfinished pictures is kept; the same command continues",
+                    "finished experiments are in {}, and what {} has of unfinished pictures is kept; the same \
+                     command continues",
                     args.out.join("index.html").display(),
                     args.out.join(experiment.name).display()
                 )));

@@ -16,7 +16,8 @@ const CLOSE: f32 = 300.0;
 pub fn run(context: &Context) -> Result<Outcome> {
     let quality = context.quality;
     let mut outcome = Outcome::new(
-        "The same lock seen from afar and close up, at 1,024 and 64 samples a pixel. From afar all three show the same, far field and \
+        "The same lock seen from afar and close up, at 1,024 and 64 samples a pixel. From afar all three show the \
+         same, far field and \
          multi-scale with much less noise, in 1.5 times the time of the near field. Close up multi-scale shows what the near \
          field shows; the far field is flat. Zooming in does not flicker.",
     );
@@ -86,7 +87,8 @@ pub fn run(context: &Context) -> Result<Outcome> {
             let noise = converged[0].spread.max(converged[i].spread);
             let visible = Visible::new(converged[i].halves(), converged[0].halves());
             let measured = format!(
-                "{}; brightness of the fur {:+.2} %, z = {z:.1}; pixels differ by {spread:.2} standard errors (root mean \
+                "{}; brightness of the fur {:+.2} %, z = {z:.1}; pixels differ by {spread:.2} standard errors (root \
+                 mean \
                  square), halves of one picture by {noise:.2}",
                 visible.told(),
                 100.0 * offset

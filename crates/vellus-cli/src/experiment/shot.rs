@@ -257,9 +257,9 @@ pub fn brightness(film: &Film, x: usize, y: usize) -> f64 {
     (0..3).map(|c| film.mean(x, y, Layer::Beauty, c)).sum::<f64>() / 3.0
 }
 
-/// How far the fur of a picture is from that of another: of the means, in standard errors and as a share of the brightness; and the root
-/// mean square of the pixels' differences in their standard errors, of those that have light and noise. Each pixel counts by the
-/// share of it that fibres cover.
+/// How far the fur of a picture is from that of another: of the means, in standard errors and as a share of the
+/// brightness; and the root mean square of the pixels' differences in their standard errors, of those that have light
+/// and noise. Each pixel counts by the share of it that fibres cover.
 pub fn difference(a: &Film, b: &Film) -> (f64, f64, f64) {
     let (width, height) = (b.width(), b.height());
     let (mut sum, mut all, mut variance, mut squares, mut count) = (0.0, 0.0, 0.0, 0.0, 0.0);

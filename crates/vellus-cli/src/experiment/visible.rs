@@ -1,11 +1,11 @@
 //! How visible the difference of two pictures is on the fur.
 //!
-//! Colours are compared as a display shows them, pixel by pixel: ΔE*ab, the distance in CIE 1976 L*a*b*. The result is its root mean square,
-//! weighted by the share of each pixel that fibres cover.
+//! Colours are compared as a display shows them, pixel by pixel: ΔE*ab, the distance in CIE 1976 L*a*b*. The result is
+//! its root mean square, weighted by the share of each pixel that fibres cover.
 //!
-//! Sampling noise is no difference. Each picture is therefore given as two halves of independent seeds. The product of the halves'
-//! differences, (A₁ − B₁)·(A₂ − B₂), has the mean |A − B|² without the variance that the square of one difference has. What
-//! remains is that the mean of a noisy L* is less than the L* of the mean: of both pictures alike.
+//! Sampling noise is no difference. Each picture is therefore given as two halves of independent seeds. The product of
+//! the halves' differences, (A₁ − B₁)·(A₂ − B₂), has the mean |A − B|² without the variance that the square of one
+//! difference has. What remains is that the mean of a noisy L* is less than the L* of the mean: of both pictures alike.
 
 use super::{Claim, Verdict};
 use vellus_render::{Film, Layer};
@@ -79,7 +79,8 @@ fn color(film: &Film, x: usize, y: usize) -> [f64; 3] {
     [0, 1, 2].map(|c| film.mean(x, y, Layer::Beauty, c))
 }
 
-/// L*, a*, b* of linear sRGB, which a display holds to 0 to 1 (CIE 15:2004, Eq. 8.3 to 8.11; white is that of daylight, 6504 K).
+/// L*, a*, b* of linear sRGB, which a display holds to 0 to 1 (CIE 15:2004, Eq. 8.3 to 8.11; white is that of
+/// daylight, 6504 K).
 fn lab(rgb: [f64; 3]) -> [f64; 3] {
     // IEC 61966-2-1; each row is divided by its sum, the white point.
     const XYZ: [[f64; 3]; 3] = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]];
@@ -109,7 +110,8 @@ mod tests {
         close([9.0, 9.0, 9.0], [100.0, 0.0, 0.0]);
     }
 
-    /// Halves of pictures that differ by noise alone: the square of one difference would be 2 σ², the product is 0 within its range.
+    /// Halves of pictures that differ by noise alone: the square of one difference would be 2 σ², the product is 0
+    /// within its range.
     #[test]
     fn noise_is_no_difference() {
         // Differences of two halves by a congruential generator: uniform of variance 1/12, times 20.

@@ -20,9 +20,9 @@ use vellus_models::ModelKind;
 /// theta, phi and value or r, g, b, or an image (.npy, .exr) with rows over theta and columns over phi. Its unit is arbitrary.
 /// Ctrl-C leaves the best so far, marked as such.
 ///
-/// Where the model explains the measurements no better than a constant does (an F-test at a false-alarm rate of 0.1 %), or less than half of
-/// their variation and what it leaves is not noise, or where no parameter of the fibre is determined, there is no fit: exit code 2, and
-/// no fibre is written.
+/// Where the model explains the measurements no better than a constant does (an F-test at a false-alarm rate of 0.1
+/// %), or less than half of their variation and what it leaves is not noise, or where no parameter of the fibre is
+/// determined, there is no fit: exit code 2, and no fibre is written.
 ///
 /// --model chiang2016, marschner2003 or yan2015 fits an earlier model in place of ours. Parameters that it does not have are left out.
 #[derive(clap::Args)]
@@ -75,8 +75,8 @@ pub struct Args {
     /// Residuals above that many times the noise count linearly, not squared (Huber's loss); inf for plain least squares.
     #[arg(long, value_name = "K", conflicts_with = "simulate")]
     huber: Option<f64>,
-    /// Accept what is no fit: of measurements that a constant follows as well, or that the model does not follow. The fibre and the report
-    /// are marked NO FIT.
+    /// Accept what is no fit: of measurements that a constant follows as well, or that the model does not follow. The
+    /// fibre and the report are marked NO FIT.
     #[arg(long, conflicts_with = "simulate")]
     allow_bad_fit: bool,
     /// Seed of starts, or of noise, gaps and photons.
@@ -243,7 +243,8 @@ fn refusal(args: &Args, path: &Path, why: &str) -> String {
         .as_ref()
         .map_or(String::new(), |folder| format!("; {} shows where they differ", folder.join("index.html").display()));
     format!(
-        "{}: {why}{kept}{report}. Check the columns of the file, --angles, --quantity and --theta-o, try another --model; \
+        "{}: {why}{kept}{report}. Check the columns of the file, --angles, --quantity and --theta-o, try another \
+         --model; \
          --allow-bad-fit accepts it",
         path.display()
     )

@@ -9,8 +9,8 @@ use vellus_render::{Filter, Layer, Mode, PICTURE_VERSION};
 /// The note with it in pictures.
 pub const IDENTITY_NOTE: &str = "vellus_identity";
 
-/// Films with the same identity may be added. It does not depend on where files are stored, on their times, on the machine or on the
-/// compiler. Two releases that make the same pictures have the same [`PICTURE_VERSION`].
+/// Films with the same identity may be added. It does not depend on where files are stored, on their times, on the
+/// machine or on the compiler. Two releases that make the same pictures have the same [`PICTURE_VERSION`].
 pub fn identity(args: &Args, sources: &Sources) -> Result<Digest> {
     let numbers = |numbers: &[u64]| numbers.iter().flat_map(|n| n.to_le_bytes()).collect::<Vec<u8>>();
     let size = args.size.map(|n| n as u64);

@@ -19,8 +19,8 @@ pub struct Input {
     /// The small version of a built-in scene.
     #[arg(long)]
     small: bool,
-    /// Fibre of strands whose file says none: a preset (see `vellus fiber list`), or a TOML or JSON file [default: red-fox].
-    /// Built-in scenes have their own.
+    /// Fibre of strands whose file says none: a preset (see `vellus fiber list`), or a TOML or JSON file
+    /// [default: red-fox]. Built-in scenes have their own.
     #[arg(long, value_name = "NAME|FILE")]
     fiber: Option<PathBuf>,
     #[command(flatten)]
@@ -86,7 +86,8 @@ impl Input {
                 let seen = self.camera.is_some() || self.frame.is_some();
                 if self.fiber().is_given() || self.width.is_some() || seen {
                     bail!(
-                        "--fiber, --set, --width, --camera, --frame and --frames are for files: the built-in scene {name} \
+                        "--fiber, --set, --width, --camera, --frame and --frames are for files: the built-in scene \
+                         {name} \
                          has its own"
                     );
                 }

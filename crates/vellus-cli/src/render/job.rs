@@ -52,7 +52,8 @@ impl Loaded {
 }
 
 impl<'a> Job<'a> {
-    /// Makes a scene ready and reads the samples that it continues from. `pictures` is how many will be written in this folder.
+    /// Makes a scene ready and reads the samples that it continues from. `pictures` is how many will be written in
+    /// this folder.
     pub fn new(
         args: &'a Args,
         loaded: Loaded,

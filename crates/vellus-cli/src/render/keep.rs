@@ -1,4 +1,5 @@
-//! Checkpoints: a run that was stopped continues from them. Also where samples are saved whose picture cannot be written.
+//! Checkpoints: a run that was stopped continues from them. Also where samples are saved whose picture cannot be
+//! written.
 
 use super::Args;
 use crate::output;
@@ -32,8 +33,8 @@ impl<'a> Keeper<'a> {
         &self.path
     }
 
-    /// What `--resume` continues from: of the checkpoint, and of the films of the same picture that [`Keeper::rescue`] saved, the one
-    /// with the most samples.
+    /// What `--resume` continues from: of the checkpoint, and of the films of the same picture that [`Keeper::rescue`]
+    /// saved, the one with the most samples.
     pub fn load(&self, identity: Digest) -> Result<Option<Part>> {
         if !self.args.resume {
             return Ok(None);
@@ -75,7 +76,8 @@ impl<'a> Keeper<'a> {
         if needed > free {
             let mb = |bytes: u64| bytes.div_ceil(1_000_000);
             let what = format!(
-                "up to {} MB may be needed in {} (pictures {}, a checkpoint and the one that replaces it {} each), and {} MB \
+                "up to {} MB may be needed in {} (pictures {}, a checkpoint and the one that replaces it {} each), \
+                 and {} MB \
                  are free",
                 mb(needed),
                 folder.display(),
@@ -89,7 +91,8 @@ impl<'a> Keeper<'a> {
         Ok(())
     }
 
-    /// Writes a checkpoint; false where that fails. The last checkpoint then stays, and rendering continues: a warning says so once.
+    /// Writes a checkpoint; false where that fails. The last checkpoint then stays, and rendering continues: a warning
+    /// says so once.
     pub fn keep(&self, part: &Part) -> bool {
         match output::write(Some(&self.path), &part.to_bytes()) {
             Ok(()) => {
@@ -129,7 +132,8 @@ impl<'a> Keeper<'a> {
                 let path = path.display();
                 let gaps = if part.samples.end < part.planned { " --allow-gaps" } else { "" };
                 why.context(format!(
-                    "the picture is not written; all {} samples a pixel are kept in {path} (continue with --resume, or: vellus \
+                    "the picture is not written; all {} samples a pixel are kept in {path} (continue with --resume, \
+                     or: vellus \
                      merge{gaps} {path} -o {output})",
                     part.film.samples()
                 ))
@@ -175,7 +179,8 @@ pub fn check_same(kept: &Part, expected: &Part, args: &Args, path: &Path) -> Res
         && (args.samples.is_none() || kept.samples.end <= expected.planned);
     if !same {
         bail!(
-            "{} is of another picture: the scene, a file that it reads, or an option has changed. Delete it, or render without \
+            "{} is of another picture: the scene, a file that it reads, or an option has changed. Delete it, or \
+             render without \
              --resume",
             path.display()
         );

@@ -9,8 +9,8 @@ use anyhow::{Context, Result, anyhow, bail};
 use std::path::{Path, PathBuf};
 use vellus_render::{Depth, Part};
 
-/// Merge films of sample ranges that `vellus render --samples` rendered separately. The result is bit-identical to the picture of one
-/// run. A single film or checkpoint becomes a picture too.
+/// Merge films of sample ranges that `vellus render --samples` rendered separately. The result is bit-identical to the
+/// picture of one run. A single film or checkpoint becomes a picture too.
 ///
 /// Films must be undamaged and of the same picture, and their ranges must neither overlap nor leave gaps.
 #[derive(clap::Args)]
@@ -27,8 +27,8 @@ pub struct MergeArgs {
     /// Layers of the OpenEXR file, as `vellus render` has them; all that were rendered without it.
     #[arg(long, value_parser = parse::layers, value_name = "LAYERS")]
     layers: Option<Layers>,
-    /// Merge films although samples are missing between them, before the first, or after one whose rendering was interrupted: for
-    /// previews.
+    /// Merge films although samples are missing between them, before the first, or after one whose rendering was
+    /// interrupted: for previews.
     #[arg(long)]
     allow_gaps: bool,
     /// Denoise the beauty as well, as `vellus render` does.

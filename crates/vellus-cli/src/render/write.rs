@@ -50,7 +50,8 @@ pub fn warn_of_full_pixels(film: &Film) {
     let full = film.full_pixels();
     if full > 0 {
         note!(
-            "warning: {full} pixels are brighter or further away than a film can sum: they are too dark in the picture (scale \
+            "warning: {full} pixels are brighter or further away than a film can sum: they are too dark in the \
+             picture (scale \
              the lights or the scene down, or render fewer samples)"
         );
     }

@@ -3,8 +3,8 @@
 /// The chance that a correct fit fails one test.
 const FALSE_ALARM: f64 = 1e-3;
 
-/// The probability that a normal deviate exceeds `x` in absolute value: Simpson's rule over its tail, of which 12 more contain all but
-/// 1e-32.
+/// The probability that a normal deviate exceeds `x` in absolute value: Simpson's rule over its tail, of which 12 more
+/// contain all but 1e-32.
 fn two_sided(x: f64) -> f64 {
     let density = |x: f64| (-0.5 * x * x).exp() * (2.0 / std::f64::consts::PI).sqrt();
     let (steps, width) = (4000, 12.0);
@@ -13,8 +13,8 @@ fn two_sided(x: f64) -> f64 {
     (0..=steps).map(|i| weight(i) * density(x + h * f64::from(i))).sum::<f64>() * h / 3.0
 }
 
-/// The bound that the largest of `count` normal deviates exceeds with a probability of at most [`FALSE_ALARM`], however they are
-/// correlated (Šidák 1967).
+/// The bound that the largest of `count` normal deviates exceeds with a probability of at most [`FALSE_ALARM`],
+/// however they are correlated (Šidák 1967).
 pub fn largest(count: usize) -> f64 {
     let each = -((-FALSE_ALARM).ln_1p() / count as f64).exp_m1();
     let (mut low, mut high) = (0.0, 12.0);
@@ -25,8 +25,8 @@ pub fn largest(count: usize) -> f64 {
     high
 }
 
-/// No error is larger than [`largest`], and their mean square is 1 to within 3.29 of its standard errors, which is as rare. Errors of one
-/// fit are correlated by groups of about three: the mean square of n has the standard error √(6/n).
+/// No error is larger than [`largest`], and their mean square is 1 to within 3.29 of its standard errors, which is as
+/// rare. Errors of one fit are correlated by groups of about three: the mean square of n has the standard error √(6/n).
 pub fn check_scores(what: &str, scores: &[(String, f64)]) {
     let n = scores.len() as f64;
     let mean = scores.iter().map(|(_, z)| z * z).sum::<f64>() / n;

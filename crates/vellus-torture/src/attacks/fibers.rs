@@ -10,8 +10,8 @@ use wide::f32x8;
 
 /// How far a near field's weight may exceed 1: a dozen roundings of numbers near 1, 12·6e-8, rounded up.
 const WEIGHT: f32 = 1e-6;
-/// How far a near field's energy may exceed 1, or miss it without absorption: six terms of at most eight roundings each,
-/// 6·8·6e-8 = 3e-6, and those of the exponentials.
+/// How far a near field's energy may exceed 1, or miss it without absorption: six terms of at most eight roundings
+/// each, 6·8·6e-8 = 3e-6, and those of the exponentials.
 const ENERGY: f32 = 5e-6;
 /// The same of a window, whose energies are sums over up to 64 Gauss points.
 const WINDOW_ENERGY: f32 = 1e-4;

@@ -14,7 +14,8 @@ use std::time::Duration;
 const REFUSED_WITHIN: f64 = 2.0;
 /// Long work is ended after so long: it was accepted.
 const ACCEPTED_AFTER: Duration = Duration::from_secs(1);
-/// Processor time in which the largest of the scenes tried is grown, seconds: three times what it takes on a core of its own.
+/// Processor time in which the largest of the scenes tried is grown, seconds: three times what it takes on a core of
+/// its own.
 const GROWN_WITHIN: u64 = 30;
 /// The largest machines have about as many cores; each thread costs some MB of address space.
 const MOST_THREADS: u64 = 1100;

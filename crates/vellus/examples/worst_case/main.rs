@@ -9,9 +9,9 @@
 //! lobes concerned and by the error relative to all light, are where climbs start. What comes out is measured again
 //! with a finer integration, and once more with a still finer one, to show that the integration has converged.
 //!
-//! Options: `--fibers N` random points, `--starts N` climbs for each kind of error, `--steps N` of each climb, `--seed N`. A part of
-//! the space: `--eta LOW:HIGH`, `--beta-n LOW:HIGH` and `--theta-o LOW:HIGH` in degrees, `--g LOW:HIGH`, and `--grey` for absorption
-//! that is the same in all channels.
+//! Options: `--fibers N` random points, `--starts N` climbs for each kind of error, `--steps N` of each climb, `--seed
+//! N`. A part of the space: `--eta LOW:HIGH`, `--beta-n LOW:HIGH` and `--theta-o LOW:HIGH` in degrees, `--g LOW:HIGH`,
+//! and `--grey` for absorption that is the same in all channels.
 
 mod measure;
 mod search;
@@ -71,7 +71,8 @@ const QUANTITIES: [Quantity; 7] = [
     },
     Quantity {
         name: "near",
-        what: "near field in single precision: value relative to the hit's peak; energy of a lobe relative to all light",
+        what: "near field in single precision: value relative to the hit's peak; energy of a lobe relative to all \
+         light",
         offsets: Offsets::Near,
         error: |tables, case, effort| measure::near(tables, case, effort.points / 2),
     },

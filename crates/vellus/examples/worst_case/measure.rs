@@ -144,8 +144,8 @@ pub fn energy(tables: &TableData, case: &Case, effort: Effort) -> Error {
     measured.unwrap_or_default()
 }
 
-/// Single precision in the near field: the largest error of f·cos θᵢ, all lobes together, relative to its largest value,
-/// over directions that the fibre scatters to. `of_all` is that of the lobes' energies, relative to all light.
+/// Single precision in the near field: the largest error of f·cos θᵢ, all lobes together, relative to its largest
+/// value, over directions that the fibre scatters to. `of_all` is that of the lobes' energies, relative to all light.
 pub fn near(tables: &TableData, case: &Case, directions: usize) -> Error {
     let Ok(bcsdf) = Bcsdf::new(&case.fiber) else { return Error::default() };
     let oracle = Oracle::new(&case.fiber, tables);
@@ -180,8 +180,8 @@ pub fn near(tables: &TableData, case: &Case, directions: usize) -> Error {
     worst
 }
 
-/// C^N at h″ = 0, where it is symmetric in the azimuth: how much light would have to move for that, relative to all of it, and the
-/// median over azimuths of the ratio of the larger to the smaller of two mirrored values.
+/// C^N at h″ = 0, where it is symmetric in the azimuth: how much light would have to move for that, relative to all of
+/// it, and the median over azimuths of the ratio of the larger to the smaller of two mirrored values.
 pub fn asymmetry(tables: &TableData, tau: f64, g: f64) -> [f64; 2] {
     let profile = Profile::azimuthal(tables, tau, g, 0.0);
     let n = 720;

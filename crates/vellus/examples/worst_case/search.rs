@@ -29,8 +29,8 @@ impl Random {
     }
 }
 
-/// Climbs from `start` in so many `steps`: random moves of about a third of the coordinates, whose length grows where they
-/// succeed and shrinks where they fail (a (1 + 1) evolution strategy).
+/// Climbs from `start` in so many `steps`: random moves of about a third of the coordinates, whose length grows where
+/// they succeed and shrinks where they fail (a (1 + 1) evolution strategy).
 pub fn climb(start: Point, value: f64, steps: usize, random: &mut Random, f: impl Fn(&Point) -> f64) -> (Point, f64) {
     let (mut best, mut most, mut length) = (start, value, 0.1f64);
     for _ in 0..steps {

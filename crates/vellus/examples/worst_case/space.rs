@@ -111,7 +111,8 @@ impl std::fmt::Display for Case {
         let f = &self.fiber;
         write!(
             out,
-            "eta {:.4} kappa {:.4} alpha {:.1}° beta_m {:.2}° beta_n {:.3}° sigma_ca {:?} sigma_ms {} sigma_ma {:?} g {:.4} \
+            "eta {:.4} kappa {:.4} alpha {:.1}° beta_m {:.2}° beta_n {:.3}° sigma_ca {:?} sigma_ms {} sigma_ma {:?} \
+             g {:.4} \
              layers {:.3} theta_o {:.2}° h {:.4}..{:.4}",
             f.eta,
             f.kappa,

@@ -1,5 +1,5 @@
-//! R, TT, TRT over a window at many equidistant azimuths: light is collected on a fine grid of azimuths, and the grid is
-//! convolved with each lobe's Gaussian.
+//! R, TT, TRT over a window at many equidistant azimuths: light is collected on a fine grid of azimuths, and the grid
+//! is convolved with each lobe's Gaussian.
 //!
 //! [`super::OracleWindow`] adds one Gaussian for each offset and azimuth. A lobe of 0.1° needs 30,000 azimuths and as
 //! many offsets: 3·10⁹ Gaussians. Here it is one pass over the offsets and one convolution.
@@ -11,7 +11,8 @@ use std::f64::consts::{PI, TAU};
 const REACH: f64 = 7.0;
 
 impl Oracle<'_> {
-    /// N(φ) of R, TT, TRT, RGB, averaged over the offsets from `h1` to `h2` > `h1`, at φ = 2πk/n − π for k < n = `azimuths`.
+    /// N(φ) of R, TT, TRT, RGB, averaged over the offsets from `h1` to `h2` > `h1`, at φ = 2πk/n − π for k < n =
+    /// `azimuths`.
     ///
     /// `paths` offsets are taken, equidistant in γ = asin h. Each one's light is split between the two azimuths of the
     /// grid next to its exit azimuth. That keeps its mean and adds a variance of δ²/6 on average, where δ is the
