@@ -36,7 +36,17 @@ pub fn report(error: &anyhow::Error) -> (u8, String) {
     }
     let io = |cause: &(dyn std::error::Error + 'static)| cause.downcast_ref::<io::Error>().is_some_and(may_pass);
     let code = if error.chain().any(io) { MAY_PASS } else { BAD_INPUT };
-    (code, format!("error: {error:#}"))
+    (code, shortened(format!("error: {error:#}")))
+}
+
+/// The most characters of a message. Parsers repeat the line that they refuse, however long it is.
+const LONGEST: usize = 4000;
+
+fn shortened(message: String) -> String {
+    match message.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{} …", &message[..end]),
+        None => message,
+    }
 }
 
 /// May the same operation succeed later?
@@ -74,6 +84,12 @@ fn code_may_pass(error: &io::Error) -> bool {
 mod tests {
     use super::*;
     use anyhow::{Context, anyhow};
+
+    #[test]
+    fn messages_have_an_end() {
+        let (_, message) = report(&anyhow!("é".repeat(100_000)));
+        assert_eq!(message.chars().count(), LONGEST + 2);
+    }
 
     #[test]
     fn codes_follow_the_cause_through_all_contexts() {
