@@ -191,12 +191,13 @@ impl Film {
 /// The digest of all channels: their names, and their values as they are stored.
 fn exr_digest(channels: &AnyChannels<FlatSamples>) -> Digest {
     let digest = channels.list.iter().fold(DigestBuilder::new(), |builder, channel| {
-        let bytes: Vec<u8> = match &channel.sample_data {
-            FlatSamples::F16(values) => values.iter().flat_map(|v| v.to_le_bytes()).collect(),
-            FlatSamples::F32(values) => values.iter().flat_map(|v| v.to_le_bytes()).collect(),
-            FlatSamples::U32(values) => values.iter().flat_map(|v| v.to_le_bytes()).collect(),
+        // The type too: the bits of 1.0 are a whole number as well.
+        let (kind, bytes): (&str, Vec<u8>) = match &channel.sample_data {
+            FlatSamples::F16(values) => ("half", values.iter().flat_map(|v| v.to_le_bytes()).collect()),
+            FlatSamples::F32(values) => ("float", values.iter().flat_map(|v| v.to_le_bytes()).collect()),
+            FlatSamples::U32(values) => ("uint", values.iter().flat_map(|v| v.to_le_bytes()).collect()),
         };
-        builder.field(&channel.name.to_string(), bytes)
+        builder.field(&channel.name.to_string(), kind).field("values", bytes)
     });
     digest.finish()
 }
@@ -261,6 +262,13 @@ mod tests {
     use super::*;
     use crate::film::{add, nearest};
     use crate::layout::Layout;
+
+    #[test]
+    fn the_type_of_a_channel_counts() {
+        let digest = |samples| exr_digest(&AnyChannels::sort([AnyChannel::new("N.Y", samples)].into_iter().collect()));
+        let bits = FlatSamples::U32(vec![1f32.to_bits()]);
+        assert_ne!(digest(FlatSamples::F32(vec![1.0])), digest(bits));
+    }
 
     #[test]
     fn pictures_carry_a_digest_of_their_pixels() {
