@@ -37,7 +37,7 @@
 //! All else that would be seen is named in a [`Warning`]. Lengths are in the scene's unit, whatever `metersPerUnit` says.
 //!
 //! # Limits
-//! A stage has at most 65,536 files of 16 GiB together, and 524,288 composed sites (prims and the references they
+//! A stage has at most 65,536 files of 16 GiB together, and 262,144 composed sites (prims and the references they
 //! bring). An image has at most 2²⁷ pixels. A package (.usdz) stores its files without compression, as the format
 //! requires; packages in packages are not read. Coordinates are within ±10⁹ scene units
 //! ([`vellus_scene::MAX_COORDINATE`]). Devices are not read.

@@ -27,8 +27,9 @@ use vellus_io::Sources;
 use vellus_scene::Units;
 
 /// The most sites that a stage is composed of: one for each prim, and one more for each reference, payload, inherit and
-/// variant that it or its ancestors bring. `openusd` takes about 5 to 10 KB and 40 µs for each.
-const MAX_SITES: usize = 1 << 19;
+/// variant that it or its ancestors bring. `openusd` takes 4 to 10 KB and 20 to 40 µs for each, so a stage at this
+/// bound takes up to 2.6 GB and 10 s.
+const MAX_SITES: usize = 1 << 18;
 
 /// When a value is read.
 #[derive(Clone, Copy, Debug, PartialEq)]

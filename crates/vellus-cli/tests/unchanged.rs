@@ -1,0 +1,27 @@
+//! Pictures of the built-in scenes have the pixels that they had before.
+//!
+//! A change of the code's structure must not change a bit. A change that is meant to alter pictures replaces the hashes
+//! and says why in CHANGELOG.md. The hashes hold for processors with AVX2 and FMA: other ones round differently.
+#![cfg(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma"))]
+
+mod common;
+
+use common::{Picture, run};
+
+#[test]
+fn scenes_have_the_same_pixels_as_before() {
+    let folder = tempfile::tempdir().unwrap();
+    let expected = [
+        ("hair-lock", "d533a7e8114bf2da"),
+        ("raccoon", "290597f39ddc3a43"),
+        ("hamster", "696bbed959008100"),
+        ("cat", "b54a55fa484a85cd"),
+        ("hair", "dff8cbbf68e2b7a3"),
+        ("polar-bear", "0c5deb54c765b2eb"),
+    ];
+    let hashes = expected.map(|(scene, _)| {
+        run(folder.path(), &["render", scene, "--size", "64x48", "--spp", "4", "-o", "picture.exr"]);
+        (scene, Picture::read(&folder.path().join("picture.exr")).note("vellus_pixels")[..16].to_owned())
+    });
+    assert_eq!(hashes.each_ref().map(|(scene, hash)| (*scene, hash.as_str())), expected);
+}

@@ -1,0 +1,80 @@
+//! 10,000 queries of each model give the bits that they gave before.
+//!
+//! A change of the code's structure must not change a bit. A change that is meant to alter results replaces the hashes
+//! and says why in CHANGELOG.md. The hashes hold for processors with AVX2 and FMA: other ones round differently.
+#![cfg(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma"))]
+
+use glam::Vec3;
+use vellus::{Fiber, Lobes, Model, Scattering, Species, Window};
+use vellus_io::Digest;
+use vellus_models::ModelKind;
+
+const QUERIES: usize = 10_000;
+
+/// Queries that share a fibre.
+const SHARED: usize = 50;
+
+#[test]
+fn queries_give_the_same_bits_as_before() {
+    let hashes = ModelKind::ALL.iter().map(|kind| (kind.name(), hash(*kind))).collect::<Vec<_>>();
+    let expected = [
+        ("vellus", "72cf2a08860be4c8"),
+        ("yan2015", "a9998063a1330342"),
+        ("chiang2016", "43d40707fd82d171"),
+        ("deon2011", "08ca0d65fd87ce90"),
+        ("zinke-weber2007", "4a4c9373381e01e1"),
+        ("marschner2003", "ebeea80b0a8354ac"),
+        ("kajiya-kay1989", "c4e95fc43ed205ea"),
+    ];
+    let hashes = hashes.iter().map(|(name, hash)| (*name, hash.as_str())).collect::<Vec<_>>();
+    assert_eq!(hashes, expected);
+}
+
+/// The hash of all numbers that the queries of a model give.
+fn hash(kind: ModelKind) -> String {
+    let mut state = 17;
+    // In [0, 1): SplitMix64, whose numbers no library can change.
+    let mut uniform = || {
+        state = u64::wrapping_add(state, 0x9e37_79b9_7f4a_7c15);
+        let z = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 40) as f32 / (1 << 24) as f32
+    };
+    let mut bytes = Vec::new();
+    let mut push = |x: f32| bytes.extend(x.to_le_bytes());
+    for i in 0..QUERIES / SHARED {
+        let preset = Fiber::preset(Species::ALL[i % Species::ALL.len()]);
+        let fiber = preset.with_absorption([uniform(), uniform() * 3.0, uniform() * 0.1]);
+        let model = kind.model(&fiber).unwrap();
+        for _ in 0..SHARED {
+            let h = 2.0 * uniform() - 1.0;
+            let window = match uniform() {
+                u if u < 0.25 => Window::far(),
+                u if u < 0.5 => Window::range(h, h + 0.4),
+                _ => Window::near(h),
+            };
+            let hit = model.at(direction([uniform(), uniform()]), window);
+            let (f, pdf) = hit.eval_pdf(direction([uniform(), uniform()]));
+            lobes(&hit.energy(), &mut push);
+            lobes(&f, &mut push);
+            push(pdf);
+            let sample = hit.sample(std::array::from_fn(|_| uniform()));
+            push(sample.pdf);
+            if sample.pdf > 0.0 {
+                sample.wi.to_array().into_iter().chain(sample.weight).for_each(&mut push);
+            }
+        }
+    }
+    Digest::of(&bytes).to_string()[..16].to_owned()
+}
+
+fn lobes(lobes: &Lobes, push: &mut impl FnMut(f32)) {
+    lobes.0.as_flattened().iter().copied().for_each(push);
+}
+
+fn direction(u: [f32; 2]) -> Vec3 {
+    let (x, phi) = (2.0 * u[0] - 1.0, std::f32::consts::TAU * u[1]);
+    let cos_theta = (1.0 - x * x).sqrt();
+    // The sine of the standard library differs between systems; that of `libm` does not.
+    Vec3::new(x, cos_theta * libm::cosf(phi), cos_theta * libm::sinf(phi))
+}
