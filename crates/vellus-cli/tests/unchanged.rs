@@ -4,6 +4,7 @@
 //! and says why in CHANGELOG.md. The hashes hold for processors with AVX2 and FMA: other ones round differently.
 #![cfg(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma"))]
 
+#[allow(dead_code, reason = "each test uses a part of it")]
 mod common;
 
 use common::{Picture, run};
