@@ -1,4 +1,4 @@
-//! The first check of an integration: a white furnace for one fibre, without any geometry.
+//! The first check of an integration: a white furnace for one fibre, without geometry.
 
 use glam::Vec3;
 use std::f32::consts::PI;
@@ -35,7 +35,7 @@ fn main() -> Result<(), vellus::Error> {
     Ok(())
 }
 
-/// A small random number generator (SplitMix64), so that the example needs no other crate.
+/// A small random number generator (SplitMix64).
 struct Random(u64);
 
 impl Random {

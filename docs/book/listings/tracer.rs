@@ -17,7 +17,8 @@ struct Ray {
     direction: Vec3,
 }
 
-/// A straight fibre without ends: a point on its axis, the unit tangent from root to tip, and the radius.
+/// A straight fibre without ends: a point on its axis, the unit tangent from root to tip,
+/// and the radius.
 struct Cylinder {
     point: Vec3,
     tangent: Vec3,
@@ -122,7 +123,7 @@ impl Scene<'_> {
             };
             let hit = self.bcsdf.at(frame.to_local(wo), window);
 
-            // Next-event estimation. Any direction of the sphere may carry light: there is no cosine to test.
+            // Next-event estimation. Light may come from anywhere: there is no cosine to test.
             let direction = random.direction();
             let (f, pdf) = hit.eval_pdf(frame.to_local(direction));
             if !self.blocked(&frame.leave(direction)) {
@@ -203,7 +204,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// A small random number generator (SplitMix64), so that the example needs no other crate.
+/// A small random number generator (SplitMix64).
 struct Random(u64);
 
 impl Random {
