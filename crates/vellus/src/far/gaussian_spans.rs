@@ -10,7 +10,7 @@
 //! precision it has no correct digit below b = 0.01, and such slopes are ordinary (R, TT, TRT of a wide lobe;
 //! TRT near its caustic). Here small slopes take the series of e^(ubx − b²x²/2) around b = 0.
 
-use crate::special;
+use crate::simd::special;
 use wide::f32x8;
 
 /// Below this half length, in standard deviations, the series is used.

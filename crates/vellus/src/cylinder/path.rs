@@ -1,9 +1,9 @@
 //! Path geometry in the fibre and the energy each lobe carries: everything that depends on ω_o
 //! and h only (Yan17 Table 3, Sec. 4.2–4.3).
 
-use crate::cuticle::{Fresnel, parts, refracted_cos2};
+use crate::cylinder::cuticle::{Fresnel, parts, refracted_cos2};
 use crate::fiber::Fiber;
-use crate::lanes::{Lanes, Quad};
+use crate::simd::lanes::{Lanes, Quad};
 
 /// How the light runs through one fibre once it has entered at offset h, lengths in radii.
 #[derive(Clone, Copy, Debug)]

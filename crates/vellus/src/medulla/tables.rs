@@ -5,8 +5,8 @@
 //! then half floats: each mixture's four factor matrices row by row, and the mean path, h fastest.
 
 use crate::error::Error;
-use crate::grid::OutgoingAxis;
-use crate::mixture::{Densities, Rows};
+use crate::medulla::grid::OutgoingAxis;
+use crate::medulla::mixture::{Densities, Rows};
 use half::f16;
 use std::sync::OnceLock;
 
@@ -197,7 +197,7 @@ pub struct Tables {
 
 impl Tables {
     /// The bytes of the tables that ship with this crate.
-    pub const SHIPPED: &[u8] = include_bytes!("../data/medulla.vellus");
+    pub const SHIPPED: &[u8] = include_bytes!("../../data/medulla.vellus");
 
     /// The tables that ship with this crate, decoded on first use.
     pub fn shipped() -> &'static Tables {

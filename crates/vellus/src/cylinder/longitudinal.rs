@@ -9,7 +9,7 @@
 //! Hair Fiber Models: draw a direction of the spherical Gaussian, keep its inclination.
 
 use crate::fiber::Fiber;
-use crate::lanes::{Lanes, Quad};
+use crate::simd::lanes::{Lanes, Quad};
 
 /// Shift and width of the four lobes, prepared once a fibre: R, TT, TRT, rest.
 #[derive(Clone, Debug)]

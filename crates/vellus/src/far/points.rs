@@ -9,15 +9,15 @@
 //! spread over the azimuths of the offsets it stands for: C^N is looked up once, and evaluated at up to eight of these
 //! azimuths. A thin medulla needs no more, as the shape of its C^N hardly depends on the offset.
 
-use crate::azimuthal::wrap;
 use crate::bcsdf::Bcsdf;
-use crate::frame::Polar;
+use crate::cylinder::azimuthal::wrap;
+use crate::cylinder::frame::Polar;
+use crate::cylinder::path::Path;
+use crate::far::nodes::Side;
+use crate::far::segments::{Channels, Through, attenuation, sum};
 use crate::medulla::Medulla;
-use crate::mixture::Weights;
-use crate::nodes::Side;
-use crate::path::Path;
-use crate::segments::{Channels, Through, attenuation, sum};
-use crate::tables::AZIMUTHAL;
+use crate::medulla::mixture::Weights;
+use crate::medulla::tables::AZIMUTHAL;
 use arrayvec::ArrayVec;
 use std::f32::consts::PI;
 use wide::{f32x4, f32x8};

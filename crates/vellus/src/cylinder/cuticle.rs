@@ -1,6 +1,6 @@
 //! Reflectance of the cuticle with its layers (Yan17 Eq. 13, F; Yan et al. 2015 for the layers).
 
-use crate::lanes::Lanes;
+use crate::simd::lanes::Lanes;
 
 /// What the cuticle reflects and lets through; the two sum to 1.
 ///

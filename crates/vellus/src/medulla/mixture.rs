@@ -380,7 +380,7 @@ struct End {
 
 #[cfg(test)]
 mod tests {
-    use crate::tables::{FORWARD, Tables};
+    use crate::medulla::tables::{FORWARD, Tables};
 
     /// Z_r against the midpoint rule, for every shift and component, of the forward table.
     #[test]

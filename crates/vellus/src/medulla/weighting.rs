@@ -1,10 +1,10 @@
 //! How much of the light that the medulla scatters passes something that depends on its inclination, such as an
 //! interface: ∫ C^M(θᵢ) w(θᵢ) cos θᵢ dθᵢ, for a w chosen once.
 
-use crate::grid::OutgoingAxis;
+use crate::medulla::grid::OutgoingAxis;
+use crate::medulla::mixture::{Between, Rows, Weights};
+use crate::medulla::tables::{AZIMUTHAL, BACKWARD, FORWARD, Tables};
 use crate::medulla::{Azimuth, Inclination};
-use crate::mixture::{Between, Rows, Weights};
-use crate::tables::{AZIMUTHAL, BACKWARD, FORWARD, Tables};
 use std::f32::consts::{FRAC_PI_2, PI};
 use wide::f32x8;
 

@@ -4,7 +4,7 @@
 //! What there is four of (the lobes with a Gaussian along the fibre, the colour channels and a
 //! spare) is a [`Quad`]: for one query one register of four, for eight queries four registers.
 
-use crate::special;
+use crate::simd::special;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use wide::{f32x4, f32x8};
 

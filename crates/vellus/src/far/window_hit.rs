@@ -1,13 +1,13 @@
 //! A hit averaged over a window of offsets: the far field and the multi-scale mode (Yan17 Sec. 5).
 
 use crate::bcsdf::{Bcsdf, Lobe, Lobes, Sample};
-use crate::frame::{Frame, Outgoing, Polar};
-use crate::longitudinal::Centres;
+use crate::cylinder::frame::{Frame, Outgoing, Polar};
+use crate::cylinder::longitudinal::Centres;
+use crate::cylinder::path::inverse_eta;
+use crate::far::nodes::{Nodes, PIECES, Piece, divide};
+use crate::far::points::Points;
+use crate::far::segments::{self, Half, Through};
 use crate::medulla::Inclination;
-use crate::nodes::{Nodes, PIECES, Piece, divide};
-use crate::path::inverse_eta;
-use crate::points::Points;
-use crate::segments::{self, Half, Through};
 use arrayvec::ArrayVec;
 use glam::Vec3;
 use std::f32::consts::TAU;

@@ -2,8 +2,8 @@
 //! (Yan17 Eq. 7, 16). The fourth lane is the rest's uniform 1/2π.
 
 use crate::fiber::Fiber;
-use crate::lanes::{Lanes, Quad};
-use crate::special;
+use crate::simd::lanes::{Lanes, Quad};
+use crate::simd::special;
 use std::f32::consts::{PI, TAU};
 
 /// Widths of the lobes, prepared once a fibre.

@@ -1,8 +1,11 @@
 //! The parameters of a fibre: Yan17 Table 1, with units, ranges and validation.
 
-use crate::color::Color;
+pub(crate) mod color;
+pub(crate) mod species;
+
 use crate::error::{Error, check};
-use crate::species::Species;
+use crate::fiber::color::Color;
+use crate::fiber::species::Species;
 
 /// One fibre, described by the parameters of Yan17 Table 1.
 ///

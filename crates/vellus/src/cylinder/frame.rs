@@ -1,6 +1,6 @@
 //! Directions in the fibre's frame: x along the fibre from root to tip.
 
-use crate::lanes::Lanes;
+use crate::simd::lanes::Lanes;
 
 /// Is this a unit vector, to single precision? False for NaN.
 ///

@@ -6,16 +6,16 @@
 //! paper's linear Φ and linear factors of A(h) do not. The mean is that of the largest channel: all channels of a segment's
 //! light are spread alike, so that a sample's weight is that of its segment wherever it goes.
 
-use crate::azimuthal::wrap;
 use crate::bcsdf::Bcsdf;
+use crate::cylinder::azimuthal::wrap;
+use crate::cylinder::frame::Polar;
+use crate::cylinder::path::{Path, angles, exit_azimuth};
+use crate::far::gaussian_spans::{Bells, Chain};
+use crate::far::nodes::Nodes;
 use crate::fiber::Fiber;
-use crate::frame::Polar;
-use crate::integrals::{Bells, Chain};
-use crate::lanes::{Lanes, Quad};
 use crate::medulla::{MeanPaths, Pass};
-use crate::nodes::Nodes;
-use crate::path::{Path, angles, exit_azimuth};
-use crate::special;
+use crate::simd::lanes::{Lanes, Quad};
+use crate::simd::special;
 use std::f32::consts::{PI, TAU};
 use wide::{f32x4, f32x8};
 

@@ -1,10 +1,14 @@
 //! The light scattered by the medulla: C^N, C^M and ⟨L⟩ looked up in the compressed tables.
 
+pub mod grid;
+pub(crate) mod mixture;
+pub(crate) mod tables;
+pub(crate) mod weighting;
+
 use crate::fiber::Fiber;
-use crate::grid;
-use crate::lanes::Lanes;
-use crate::mixture::{Between, Weights, choose, normaliser, product};
-use crate::tables::{AZIMUTHAL, BACKWARD, FORWARD, Mixture, OFFSETS, Tables};
+use crate::medulla::mixture::{Between, Weights, choose, normaliser, product};
+use crate::medulla::tables::{AZIMUTHAL, BACKWARD, FORWARD, Mixture, OFFSETS, Tables};
+use crate::simd::lanes::Lanes;
 use std::f32::consts::{PI, TAU};
 use wide::bytemuck::cast;
 use wide::{f32x8, i32x8, u32x8};

@@ -5,7 +5,7 @@
 //! medulla, asin h″: A(h) has the kink of s_m = κ √(1 − h″²) at its edge, and is smooth in asin h″. Either way
 //! h = r sin ψ, with r = 1 or the medulla's edge κη′.
 
-use crate::special;
+use crate::simd::special;
 use arrayvec::ArrayVec;
 use std::f32::consts::FRAC_PI_2;
 use wide::f32x8;
