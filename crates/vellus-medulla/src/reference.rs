@@ -11,8 +11,8 @@
 use crate::medulla::{SimRng, Vec3, scatter, stream, uniform2};
 use crate::profile::Surface;
 use rayon::prelude::*;
-use vellus::oracle::fresnel;
 use vellus::{Error, Fiber};
+use vellus_reference::exact::fresnel;
 
 /// Photons traced by one random stream; the unit of work for threads.
 pub(crate) const CHUNK: u64 = 1 << 14;

@@ -5,9 +5,9 @@ mod common;
 
 use common::{Uniform, direction};
 use std::f64::consts::{PI, TAU};
-use vellus::oracle::{bessel_i0e, fresnel};
 use vellus::{Color, Fiber, Field, Lobe, Model, Scattering, Window};
 use vellus_models::{ModelKind, chiang};
+use vellus_reference::exact::{bessel_i0e, fresnel};
 
 fn hair() -> Fiber {
     Fiber {

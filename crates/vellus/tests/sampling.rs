@@ -81,7 +81,7 @@ fn weight_is_the_near_field_total() {
                 }
             }
             let (f, pdf) = hit.eval_pdf(s.wi);
-            // The same direction through eval: δ = 1e-6 in both angles, see tests/oracle.rs.
+            // The same direction through eval: δ = 1e-6 in both angles, see tests/exact.rs.
             assert!((pdf / s.pdf - 1.0).abs() < 3e-3 + 1e-4 / s.pdf, "{fiber:?} {s:?} {pdf}");
             assert!((f.total()[1] - s.weight[1] * s.pdf).abs() <= 3e-3 * f.total()[1] + 1e-4, "{fiber:?} {s:?}");
         }
