@@ -115,7 +115,7 @@ impl Scatter {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sampler::Sampler;
+    use crate::integrator::sampler::Sampler;
 
     /// Sampled weights and uniform directions agree, no surface gives more than it gets, and densities integrate to 1 where
     /// nothing is lost below the surface.

@@ -3,10 +3,10 @@
 //! A leaf holds the chords of up to eight segments. A register tests them all against the ray, each as thick as the curve strays
 //! from its chord; few remain, and only those are entered exactly, from their control points.
 
-use crate::bvh::{Bvh, EMPTY, NONE, WIDTH, join};
-use crate::memory;
-use crate::ray::{Ray, across};
-use crate::segment::{Entry, Segment};
+use crate::geometry::bvh::{Bvh, EMPTY, NONE, WIDTH, join};
+use crate::geometry::memory;
+use crate::geometry::ray::{Ray, across};
+use crate::geometry::segment::{Entry, Segment};
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use rayon::prelude::*;
 use vellus_scene::Strands;

@@ -3,9 +3,9 @@
 //! A curved segment is the surface swept by a disk of the curve's radius across its tangent: it stays a curve. A linear
 //! one is the hull of the balls at both ends, so that neighbours join without a gap.
 
-use crate::bvh::Bounds;
-use crate::ray::Ray;
-use crate::swept;
+use crate::geometry::bvh::Bounds;
+use crate::geometry::ray::Ray;
+use crate::geometry::swept;
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use vellus_scene::Basis;
 

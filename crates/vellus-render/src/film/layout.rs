@@ -1,7 +1,7 @@
 //! Which layers a film keeps, and where each is in a pixel.
 
 use crate::film::Layer;
-use crate::sums::Format;
+use crate::film::sums::Format;
 use std::ops::Range;
 
 /// A kept layer.

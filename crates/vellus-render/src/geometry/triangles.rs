@@ -1,7 +1,7 @@
 //! All triangles of a scene, for rays: eight to a register (Möller and Trumbore 1997).
 
-use crate::bvh::{Bounds, Bvh, EMPTY, NONE, WIDTH, join};
-use crate::ray::Ray;
+use crate::geometry::bvh::{Bounds, Bvh, EMPTY, NONE, WIDTH, join};
+use crate::geometry::ray::Ray;
 use glam::{Mat3, Vec2, Vec3};
 use rayon::prelude::*;
 use std::array::from_fn;

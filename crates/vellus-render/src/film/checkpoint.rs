@@ -8,7 +8,7 @@
 //! texts, each a u32 count of bytes of UTF-8.
 
 use crate::film::Film;
-use crate::layout::Layout;
+use crate::film::layout::Layout;
 use std::ops::Range;
 use vellus_io::Digest;
 

@@ -6,8 +6,8 @@
 
 mod build;
 
-use crate::memory;
-use crate::ray::Ray;
+use crate::geometry::memory;
+use crate::geometry::ray::Ray;
 use arrayvec::ArrayVec;
 use glam::Vec3;
 use rayon::prelude::*;

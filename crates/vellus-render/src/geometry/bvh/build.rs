@@ -4,7 +4,7 @@
 //! What a part costs is counted in leaves of eight, not in primitives: leaves become full, and fewer.
 
 use super::{Bounds, Bvh, EMPTY, LEAF, NONE, Node, WIDTH, half_area, join};
-use crate::memory;
+use crate::geometry::memory;
 use glam::Vec3;
 use rayon::prelude::*;
 

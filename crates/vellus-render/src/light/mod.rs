@@ -3,8 +3,10 @@
 //! A sky is sampled only where it is brighter than on the average, in proportion to the excess: the rest is found as well by
 //! the directions that surfaces and fibres scatter to (Karlík et al. 2019, MIS compensation). An even sky is not sampled at all.
 
-use crate::intervals::Intervals;
-use crate::ray::{Ray, across};
+mod distribution;
+
+use crate::geometry::ray::{Ray, across};
+use crate::light::distribution::Intervals;
 use glam::{Mat3, Mat4, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 use vellus_scene::{Ground, Light, Texture};
@@ -562,7 +564,7 @@ mod tests {
                 shot[1] += 1.0;
             };
             for index in 0..n {
-                draw(crate::sampler::Sampler::new([which as u32, index as u32 >> 16], index, 3).next());
+                draw(crate::integrator::sampler::Sampler::new([which as u32, index as u32 >> 16], index, 3).next());
             }
             let (a, b) = (sampled[0] / n as f64, shot[0] / n as f64);
             // Uniform rays hit the smallest, 0.3 sr, 4800 times: 1.5 % one standard error at most.
@@ -598,7 +600,7 @@ mod tests {
             let samples = 40_000;
             let (mut sum, mut squares) = (0.0, 0.0);
             for index in 0..samples {
-                let u = crate::sampler::Sampler::new([5, index >> 16], u64::from(index), 3).next();
+                let u = crate::integrator::sampler::Sampler::new([5, index >> 16], u64::from(index), 3).next();
                 let found = lights
                     .sample(point.as_vec3(), [u[0], u[1], u[2]])
                     .map_or(0.0, |(_, s)| f64::from(s.direction.dot(normal.as_vec3()).max(0.0) / s.pdf));
@@ -676,7 +678,7 @@ mod tests {
         let lights = Lights::new(&[dome], &[image], 1.0);
         let seen = |ray: &Ray, camera: bool| lights.beyond(ray, camera).next().unwrap().1.radiance;
         for i in 0..2000 {
-            let [a, b, c, d] = crate::sampler::Sampler::new([1, 2], i, 3).next();
+            let [a, b, c, d] = crate::integrator::sampler::Sampler::new([1, 2], i, 3).next();
             let spot = Vec2::new(6.0 * a - 3.0, 6.0 * b - 3.0);
             let target = origin + rotation * Vec3::new(spot.x, 0.0, spot.y);
             let eye = origin + rotation * Vec3::new(4.0 * c - 2.0, 0.3 + 3.0 * d, 1.5);

@@ -3,8 +3,8 @@
 //!
 //! All is seen along the ray: with it as third axis and its origin as origin, half of the products are of zeros.
 
-use crate::ray::{Ray, across};
-use crate::segment::Entry;
+use crate::geometry::ray::{Ray, across};
+use crate::geometry::segment::Entry;
 use glam::{Vec4, Vec4Swizzles};
 
 /// A step this small is the last: over it the curve strays from its tangent's cone by half its square times length and

@@ -3,15 +3,15 @@
 //! Light reaches a fibre from the whole sphere, so that no direction is excluded in sampling the lights. What is inside the fibre is
 //! inside its BCSDF: a path enters the surface where the ray does, and leaves from the side it goes to.
 
-use crate::curves::CurveHit;
-use crate::fibers::Fibers;
+use crate::film::layout::Layout;
 use crate::film::{Layer, nearest};
-use crate::layout::Layout;
+use crate::geometry::curves::CurveHit;
+use crate::geometry::ray::{Ray, across};
+use crate::geometry::triangles::TriangleHit;
+use crate::integrator::sampler::Sampler;
+use crate::integrator::view::Filter;
 use crate::light::{Emission, LightSample};
-use crate::ray::{Ray, across};
-use crate::sampler::Sampler;
-use crate::triangles::TriangleHit;
-use crate::view::Filter;
+use crate::shading::fibers::Fibers;
 use crate::world::World;
 use glam::{Vec3, Vec4Swizzles};
 use std::f32::consts::PI;
@@ -210,7 +210,7 @@ fn shadow_limit(sample: &LightSample) -> f32 {
 }
 
 impl World {
-    /// As [`Trace::trace`](crate::fibers::Trace::trace) says.
+    /// As [`Trace::trace`](crate::shading::fibers::Trace::trace) says.
     pub(crate) fn trace<M: Model>(
         &self,
         fibers: &Fibers<M>,

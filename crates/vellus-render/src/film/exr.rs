@@ -1,7 +1,7 @@
 //! Films as files: OpenEXR with all layers, PNG to look at.
 
 use crate::film::{Film, Layer};
-use exr::prelude::*;
+use ::exr::prelude::*;
 use std::io::Cursor;
 use vellus_io::{Digest, DigestBuilder};
 
@@ -260,8 +260,8 @@ fn exr_notes(bytes: &[u8]) -> std::result::Result<(Notes, Digest), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::film::layout::Layout;
     use crate::film::{add, nearest};
-    use crate::layout::Layout;
 
     #[test]
     fn the_type_of_a_channel_counts() {

@@ -1,7 +1,12 @@
-//! What a picture is made of: exact sums of samples ([`crate::sums`]).
+//! What a picture is made of: exact sums of samples ([`crate::film::sums`]).
 
-use crate::layout::Layout;
-use crate::sums::{self, Format};
+pub mod checkpoint;
+pub mod exr;
+pub mod layout;
+pub mod sums;
+
+use crate::film::layout::Layout;
+use sums::Format;
 
 /// Layers of a picture, in the order of a pixel's channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

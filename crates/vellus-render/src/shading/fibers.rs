@@ -1,8 +1,8 @@
 //! The scattering of all strands, by one model.
 
-use crate::curves::CurveHit;
-use crate::layout::Layout;
-use crate::path::{Seen, Settings};
+use crate::film::layout::Layout;
+use crate::geometry::curves::CurveHit;
+use crate::integrator::path::{Seen, Settings};
 use crate::world::World;
 use vellus::{Fiber, Model};
 use vellus_scene::{Error, Look, Strands};
