@@ -6,11 +6,11 @@
 //! for each such edge b makes every term smooth, and Gauss's rule converges as fast as the lobes are wide: offsets are as dense as
 //! their exit azimuths need.
 
-use crate::along::Along;
-use crate::around::Around;
+use crate::azimuthal::Around;
 use crate::factored::{Factored, largest_channel};
 use crate::gauss::rule;
 use crate::kind::AnyModel;
+use crate::longitudinal::Along;
 use glam::Vec3;
 use std::f32::consts::FRAC_PI_2;
 use vellus::parts::Outgoing;

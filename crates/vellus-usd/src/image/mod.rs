@@ -1,8 +1,9 @@
 //! Images: PNG, Radiance HDR and OpenEXR, told apart by their first bytes.
 
+mod rgbe;
+
 use crate::error::Error;
 use crate::guard::catch;
-use crate::rgbe;
 use crate::warning::Warning;
 use std::io::Cursor;
 use std::path::Path;

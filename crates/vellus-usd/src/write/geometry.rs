@@ -1,7 +1,7 @@
 //! Strands, meshes, camera and lights in text.
 
-use crate::look::is_rgb;
-use crate::text::{Literal, Text, quoted};
+use crate::read::look::is_rgb;
+use crate::write::text::{Literal, Text, quoted};
 use crate::write::{Names, vellus_name};
 use glam::{DMat3, DMat4, DVec3, Mat4, Vec3};
 use std::io::{self, Write};

@@ -4,8 +4,8 @@
 //! it: light they reflect is then turned by α, β_m and β_n, as the lobe R of the model is. What that does to TT and TRT is
 //! traced, and differs from Yan17 Table 2.
 
+use crate::energies::{CHUNK, Fate, Tracer};
 use crate::medulla::{SimRng, stream, uniform2};
-use crate::reference::{CHUNK, Fate, Tracer};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 use vellus::{Error, Fiber};

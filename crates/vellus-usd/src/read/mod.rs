@@ -1,13 +1,25 @@
 //! Reading a stage: prim after prim into a scene.
 
+mod camera;
+mod curves;
+mod layout;
+mod light;
+pub(crate) mod look;
+mod mesh;
+mod motion;
+mod network;
+mod primvar;
+mod surface;
+pub(crate) mod uv_texture;
+mod xform;
+
 use crate::error::Error;
 use crate::image::{self, Encoding, Image};
-use crate::look::BoundLook;
-use crate::network::bound_material;
-use crate::place::{Place, places};
+use crate::read::look::BoundLook;
+use crate::read::network::bound_material;
+use crate::read::xform::{Place, places};
 use crate::stage::Stage;
 use crate::warning::{Warning, Warnings};
-use crate::{camera, curves, light, mesh};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use vellus::Fiber;

@@ -1,10 +1,14 @@
 //! Writing a scene as .usda.
 
+mod geometry;
+mod look;
+mod text;
+
 use crate::error::Error;
 use crate::image::encode_exr;
-use crate::text::{Literal, Text, quoted};
-use crate::write_geometry::{camera, light, mesh, strands};
-use crate::write_look::{look, surface};
+use crate::write::geometry::{camera, light, mesh, strands};
+use crate::write::look::{look, surface};
+use crate::write::text::{Literal, Text, quoted};
 use std::collections::HashSet;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
