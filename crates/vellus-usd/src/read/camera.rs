@@ -1,7 +1,7 @@
 //! UsdGeomCamera.
 
 use crate::error::Error;
-use crate::read::Reader;
+use crate::read::context::Reader;
 use crate::read::xform::{Place, rigid};
 use crate::stage::{Stage, When};
 use glam::DMat4;

@@ -1,7 +1,7 @@
 //! UsdGeomBasisCurves.
 
 use crate::error::Error;
-use crate::read::Reader;
+use crate::read::context::Reader;
 use crate::read::layout::Layout;
 use crate::read::look::{BoundLook, SHADER, channels, is_rgb, look};
 use crate::read::motion::{Points, points};

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::image::Encoding;
-use crate::read::Reader;
+use crate::read::context::Reader;
 use crate::read::xform::{Place, mean_scale, rigid};
 use crate::stage::{Stage, When};
 use glam::{DMat3, DMat4, DVec3};

@@ -1,7 +1,7 @@
 //! UsdGeomMesh: polygons into triangles.
 
 use crate::error::Error;
-use crate::read::Reader;
+use crate::read::context::Reader;
 use crate::read::motion::{Points, points};
 use crate::read::primvar::{Interpolation, Primvar, primvar};
 use crate::read::surface::surface;

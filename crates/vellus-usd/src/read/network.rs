@@ -1,7 +1,7 @@
 //! Materials: which one a prim has, and where the inputs of its shaders take their values from.
 
 use crate::error::Error;
-use crate::read::Reader;
+use crate::read::context::Reader;
 use crate::read::primvar::ancestors;
 use crate::stage::{Property, Stage};
 

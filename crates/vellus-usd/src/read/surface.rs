@@ -1,7 +1,7 @@
 //! UsdPreviewSurface: what meshes are made of.
 
 use crate::error::Error;
-use crate::read::Reader;
+use crate::read::context::Reader;
 use crate::read::network::{Input, bound_material, input, surface_shader};
 use crate::read::primvar::{Interpolation, inherited};
 use crate::read::uv_texture::uv_texture;

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::image::Encoding;
-use crate::read::Reader;
+use crate::read::context::Reader;
 use crate::read::network::{Input, Shader, input};
 use crate::stage::{Stage, When};
 use vellus_scene::Wrap;

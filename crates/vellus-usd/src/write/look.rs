@@ -2,9 +2,8 @@
 
 use crate::read::look::{SHADER, is_rgb};
 use crate::read::uv_texture::{WRAP_INPUTS, WRAPS};
-use crate::write::geometry::to_file;
+use crate::write::names::{Names, to_file, vellus_name};
 use crate::write::text::{Literal, Text};
-use crate::write::{Names, vellus_name};
 use std::io::{self, Write};
 use vellus_scene::{Look, Parameter, Surface};
 
