@@ -13,3 +13,4 @@ pub mod compress;
 pub mod energies;
 pub mod medulla;
 pub mod profile;
+mod tracer;
