@@ -1,10 +1,9 @@
 //! Materials in text: VellusFur for strands, UsdPreviewSurface for meshes.
 
-use crate::look::{SHADER, is_rgb};
-use crate::text::{Literal, Text};
-use crate::uv_texture::{WRAP_INPUTS, WRAPS};
-use crate::write::{Names, vellus_name};
-use crate::write_geometry::to_file;
+use crate::read::look::{SHADER, is_rgb};
+use crate::read::uv_texture::{WRAP_INPUTS, WRAPS};
+use crate::write::names::{Names, to_file, vellus_name};
+use crate::write::text::{Literal, Text};
 use std::io::{self, Write};
 use vellus_scene::{Look, Parameter, Surface};
 

@@ -1,12 +1,12 @@
 //! UsdGeomMesh: polygons into triangles.
 
 use crate::error::Error;
-use crate::motion::{Points, points};
-use crate::place::Place;
-use crate::primvar::{Interpolation, Primvar, primvar};
-use crate::reader::Reader;
+use crate::read::context::Reader;
+use crate::read::motion::{Points, points};
+use crate::read::primvar::{Interpolation, Primvar, primvar};
+use crate::read::surface::surface;
+use crate::read::xform::Place;
 use crate::stage::When;
-use crate::surface::surface;
 use glam::{DMat3, DMat4, DVec3, Vec2, Vec3};
 use vellus_scene::Mesh;
 

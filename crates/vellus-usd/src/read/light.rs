@@ -2,8 +2,8 @@
 
 use crate::error::Error;
 use crate::image::Encoding;
-use crate::place::{Place, mean_scale, rigid};
-use crate::reader::Reader;
+use crate::read::context::Reader;
+use crate::read::xform::{Place, mean_scale, rigid};
 use crate::stage::{Stage, When};
 use glam::{DMat3, DMat4, DVec3};
 use std::f64::consts::PI;

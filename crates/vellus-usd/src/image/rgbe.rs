@@ -2,7 +2,7 @@
 //!
 //! G. Ward, *Real Pixels*, Graphics Gems II, 1991; both run-length schemes of Radiance's color.c.
 
-use crate::image::{Pixels, checked_size};
+use super::pixels::{Pixels, checked_size};
 
 /// The pixels of a file, top row first.
 pub(crate) fn decode(bytes: &[u8]) -> Result<Pixels, String> {

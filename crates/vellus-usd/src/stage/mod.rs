@@ -9,6 +9,7 @@ mod files;
 mod names;
 mod package;
 mod text_check;
+mod usdc_check;
 mod values;
 
 use crate::error::Error;

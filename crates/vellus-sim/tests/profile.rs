@@ -1,7 +1,7 @@
 //! The whole fibre with a rough cuticle, as a gantry sees it.
 
 use vellus::{Fiber, Species};
-use vellus_medulla::profile::{Cells, profile};
+use vellus_sim::profile::{Cells, profile};
 
 /// Cells of `step` degrees over the whole sphere.
 fn sphere(step: f64) -> Cells {

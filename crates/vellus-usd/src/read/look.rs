@@ -1,10 +1,10 @@
 //! VellusFur: the fibre's shader, with inputs named as the parameters are ([`Parameter::key`]), angles in degrees.
 
 use crate::error::Error;
-use crate::network::{Input, Shader, bound_material, input, surface_shader};
-use crate::reader::Reader;
+use crate::read::context::Reader;
+use crate::read::network::{Input, Shader, bound_material, input, surface_shader};
+use crate::read::uv_texture::uv_texture;
 use crate::stage::When;
-use crate::uv_texture::uv_texture;
 use vellus::{Color, Fiber, Species};
 use vellus_scene::{Look, Parameter, Value};
 

@@ -1,15 +1,15 @@
 //! Images: PNG, Radiance HDR and OpenEXR, told apart by their first bytes.
 
+mod pixels;
+mod rgbe;
+
 use crate::error::Error;
 use crate::guard::catch;
-use crate::rgbe;
 use crate::warning::Warning;
+use pixels::{Pixels, checked_size};
 use std::io::Cursor;
 use std::path::Path;
 use vellus_scene::{Texture, Wrap};
-
-/// The most pixels of an image. Decoding takes up to twice the memory of the pixels, which have 12 bytes each.
-pub(crate) const MOST_PIXELS: usize = 1 << 27;
 
 /// The largest file of an image: 4 GiB.
 const MAX_BYTES: u64 = 4 << 30;
@@ -81,16 +81,6 @@ pub(crate) fn decode(file: &Path, bytes: &[u8], encoding: Encoding) -> Result<Im
     let texture = Texture { name, width, height, pixels, wrap: [Wrap::Repeat; 2] };
     texture.validate().map_err(|error| Error::file(file, error))?;
     Ok(Image { texture, warning })
-}
-
-pub(crate) type Pixels = (usize, usize, Vec<[f32; 3]>);
-
-/// Checks a size that a header claims, before anything of that size is allocated.
-pub(crate) fn checked_size(width: usize, height: usize) -> Result<usize, String> {
-    match width.checked_mul(height) {
-        Some(pixels @ 1..=MOST_PIXELS) => Ok(pixels),
-        _ => Err(format!("it claims {width} × {height} pixels: there must be 1 to {MOST_PIXELS}")),
-    }
 }
 
 fn png_pixels(bytes: &[u8], encoding: Encoding) -> Result<Pixels, String> {

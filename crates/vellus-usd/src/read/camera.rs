@@ -1,8 +1,8 @@
 //! UsdGeomCamera.
 
 use crate::error::Error;
-use crate::place::{Place, rigid};
-use crate::reader::Reader;
+use crate::read::context::Reader;
+use crate::read::xform::{Place, rigid};
 use crate::stage::{Stage, When};
 use glam::DMat4;
 use vellus_scene::Camera;

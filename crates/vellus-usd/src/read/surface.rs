@@ -1,11 +1,11 @@
 //! UsdPreviewSurface: what meshes are made of.
 
 use crate::error::Error;
-use crate::network::{Input, bound_material, input, surface_shader};
-use crate::primvar::{Interpolation, inherited};
-use crate::reader::Reader;
+use crate::read::context::Reader;
+use crate::read::network::{Input, bound_material, input, surface_shader};
+use crate::read::primvar::{Interpolation, inherited};
+use crate::read::uv_texture::uv_texture;
 use crate::stage::{Stage, When};
-use crate::uv_texture::uv_texture;
 use vellus_scene::{Surface, Tint};
 
 /// Inputs that change nothing we compute at these values.

@@ -1,8 +1,8 @@
 //! Materials: which one a prim has, and where the inputs of its shaders take their values from.
 
 use crate::error::Error;
-use crate::primvar::ancestors;
-use crate::reader::Reader;
+use crate::read::context::Reader;
+use crate::read::primvar::ancestors;
 use crate::stage::{Property, Stage};
 
 /// Longer chains of connections are taken for a circle.

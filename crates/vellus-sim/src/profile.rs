@@ -4,41 +4,11 @@
 //! it: light they reflect is then turned by α, β_m and β_n, as the lobe R of the model is. What that does to TT and TRT is
 //! traced, and differs from Yan17 Table 2.
 
-use crate::medulla::{SimRng, stream, uniform2};
-use crate::reference::{CHUNK, Fate, Tracer};
+use crate::medulla::{stream, uniform2};
+use crate::tracer::{CHUNK, Fate, Surface, Tracer};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 use vellus::{Error, Fiber};
-
-/// How the cuticle's facets lie against a smooth cylinder; radians.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Surface {
-    tilt: f64,
-    along: f64,
-    around: f64,
-}
-
-impl Surface {
-    /// A smooth cylinder.
-    pub const SMOOTH: Surface = Surface { tilt: 0.0, along: 0.0, around: 0.0 };
-
-    /// The one whose reflection has the width and shift of the lobe R.
-    fn of(fiber: &Fiber) -> Self {
-        let half = |x: f32| 0.5 * f64::from(x);
-        Surface { tilt: -half(fiber.alpha), along: half(fiber.beta_m), around: half(fiber.beta_n) }
-    }
-
-    /// Draws the normal of a facet at `p`.
-    pub fn facet(&self, p: [f64; 2], rng: &mut SimRng) -> [f64; 3] {
-        // Two normal deviates (Box and Muller 1958).
-        let (u, v) = uniform2(rng);
-        let radius = (-2.0 * (1.0 - f64::from(u)).ln()).sqrt();
-        let (sin, cos) = (TAU * f64::from(v)).sin_cos();
-        let (sin_l, cos_l) = (self.tilt + self.along * radius * cos).sin_cos();
-        let (sin_a, cos_a) = (self.around * radius * sin).sin_cos();
-        [sin_l, cos_l * (cos_a * p[0] - sin_a * p[1]), cos_l * (cos_a * p[1] + sin_a * p[0])]
-    }
-}
 
 /// Cells of equal angles, θ and φ in radians.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,12 +1,12 @@
 //! UsdGeomBasisCurves.
 
 use crate::error::Error;
-use crate::layout::Layout;
-use crate::look::{BoundLook, SHADER, channels, is_rgb, look};
-use crate::motion::{Points, points};
-use crate::place::{Place, mean_scale};
-use crate::primvar::{Interpolation, Primvar, ancestors, inherited, primvar};
-use crate::reader::Reader;
+use crate::read::context::Reader;
+use crate::read::layout::Layout;
+use crate::read::look::{BoundLook, SHADER, channels, is_rgb, look};
+use crate::read::motion::{Points, points};
+use crate::read::primvar::{Interpolation, Primvar, ancestors, inherited, primvar};
+use crate::read::xform::{Place, mean_scale};
 use crate::stage::{Stage, When};
 use glam::{DMat4, DVec3, Vec2, Vec3};
 use vellus_scene::{Basis, MAX_COORDINATE, Parameter, Strands, Values};

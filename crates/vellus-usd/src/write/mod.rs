@@ -1,27 +1,20 @@
 //! Writing a scene as .usda.
 
+mod geometry;
+mod look;
+mod names;
+mod text;
+
 use crate::error::Error;
 use crate::image::encode_exr;
-use crate::text::{Literal, Text, quoted};
-use crate::write_geometry::{camera, light, mesh, strands};
-use crate::write_look::{look, surface};
+use crate::write::geometry::{camera, light, mesh, strands};
+use crate::write::look::{look, surface};
+use crate::write::names::Names;
+use crate::write::text::{Literal, Text};
 use std::collections::HashSet;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use vellus_scene::{Scene, Wrap};
-
-/// Paths in the stage and names of files of what others refer to, in the order of the scene.
-#[derive(Default)]
-pub(crate) struct Names {
-    /// Materials of strands.
-    pub looks: Vec<String>,
-    /// Materials of meshes.
-    pub surfaces: Vec<String>,
-    /// Files beside the stage.
-    pub textures: Vec<String>,
-    /// What lies beyond their edges.
-    pub wraps: Vec<[Wrap; 2]>,
-}
+use vellus_scene::Scene;
 
 /// Writes a scene as text (.usda), and beside it its textures as OpenEXR in the folder `NAME-textures`.
 ///
@@ -126,9 +119,4 @@ fn stage<W: Write>(scene: &Scene, mut names: Names, mut text: Text<W>) -> io::Re
     }
     text.close()?;
     text.finish().map(|_| ())
-}
-
-/// The name for messages, which need not be that of a prim.
-pub(crate) fn vellus_name<W: Write>(text: &mut Text<W>, name: &str) -> io::Result<()> {
-    text.set("custom string vellus:name", &quoted(name))
 }

@@ -2,10 +2,10 @@
 
 use std::f64::consts::{PI, TAU};
 use vellus::{Bcsdf, Fiber, Species, TableData, Tables, Window};
-use vellus_medulla::build::Quality;
-use vellus_medulla::check::{TableKind, check_azimuthal, check_longitudinal, summary};
-use vellus_medulla::medulla::{azimuthal, longitudinal, longitudinal_borders, stream};
-use vellus_medulla::reference::{Fate, Offsets, energies};
+use vellus_sim::build::Quality;
+use vellus_sim::check::{TableKind, check_azimuthal, check_longitudinal, summary};
+use vellus_sim::energies::{Fate, Offsets, energies};
+use vellus_sim::medulla::{azimuthal, longitudinal, longitudinal_borders, stream};
 
 /// Henyey–Greenstein over the azimuth only: ∫ p(cos θ cos φ) cos θ dθ, φ from straight on.
 fn marginal(g: f64, phi: f64) -> f64 {
@@ -71,7 +71,7 @@ fn smoke_build_makes_usable_tables() {
     let errors: Vec<_> = (0..8).flat_map(|i| check_longitudinal(&data, 200_000, 1, i)).collect();
     let errors: Vec<_> = errors.into_iter().chain((0..8).map(|i| check_azimuthal(&data, 200_000, 1, i))).collect();
     for kind in TableKind::ALL {
-        let own = |e: &&vellus_medulla::check::ProfileError| e.kind == kind;
+        let own = |e: &&vellus_sim::check::ProfileError| e.kind == kind;
         let l1 = summary(errors.iter().filter(own).map(|e| (e.l1.powi(2) - e.noise.powi(2)).max(0.0).sqrt()).collect());
         assert!(l1.mean < 0.1, "{}: {l1:?}", kind.name());
     }
@@ -89,7 +89,7 @@ fn shipped_tables_match_simulation() {
     let mut errors: Vec<_> = (0..6).map(|i| check_azimuthal(&data, 2_000_000, 11, i)).collect();
     errors.extend((0..6).flat_map(|i| check_longitudinal(&data, 2_000_000, 11, i)));
     for kind in TableKind::ALL {
-        let own = |e: &&vellus_medulla::check::ProfileError| e.kind == kind;
+        let own = |e: &&vellus_sim::check::ProfileError| e.kind == kind;
         let l1 = summary(errors.iter().filter(own).map(|e| (e.l1.powi(2) - e.noise.powi(2)).max(0.0).sqrt()).collect());
         assert!(l1.mean < 0.03 && l1.max < 0.1, "{}: {l1:?}", kind.name());
     }

@@ -1,7 +1,7 @@
 //! Where points are as the shutter opens and closes (UsdGeomPointBased).
 
 use crate::error::Error;
-use crate::reader::Reader;
+use crate::read::context::Reader;
 use crate::stage::{Stage, When};
 
 /// The points of a prim in its own space, each of three finite numbers.

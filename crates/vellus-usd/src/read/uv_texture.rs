@@ -2,8 +2,8 @@
 
 use crate::error::Error;
 use crate::image::Encoding;
-use crate::network::{Input, Shader, input};
-use crate::reader::Reader;
+use crate::read::context::Reader;
+use crate::read::network::{Input, Shader, input};
 use crate::stage::{Stage, When};
 use vellus_scene::Wrap;
 

@@ -1,7 +1,7 @@
 //! How the points of a BasisCurves prim become strands: bases, pinned ends, and values between points.
 
 use crate::error::Error;
-use crate::primvar::{Interpolation, Primvar};
+use crate::read::primvar::{Interpolation, Primvar};
 use vellus_scene::{Basis, Values};
 
 /// Basis, ends and counts of the curves of a prim.

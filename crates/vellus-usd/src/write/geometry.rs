@@ -1,11 +1,12 @@
 //! Strands, meshes, camera and lights in text.
 
-use crate::look::is_rgb;
-use crate::text::{Literal, Text, quoted};
-use crate::write::{Names, vellus_name};
+use crate::read::look::is_rgb;
+use crate::write::names::{Names, to_file, vellus_name};
+use crate::write::text::{Literal, Text, quoted};
+
 use glam::{DMat3, DMat4, DVec3, Mat4, Vec3};
 use std::io::{self, Write};
-use vellus_scene::{Basis, Camera, Light, Mesh, Parameter, Strands, Values};
+use vellus_scene::{Basis, Camera, Light, Mesh, Strands, Values};
 
 /// Of prims with a material.
 const BINDS: &str = "prepend apiSchemas = [\"MaterialBindingAPI\"]";
@@ -62,11 +63,6 @@ pub(crate) fn strands<W: Write>(text: &mut Text<W>, strands: &Strands, names: &N
     text.set("rel material:binding", &format!("<{}>", names.looks[strands.look]))?;
     vellus_name(text, &strands.name)?;
     text.close()
-}
-
-/// Angles in degrees.
-pub(crate) fn to_file(parameter: Parameter, value: [f32; 3]) -> [f32; 3] {
-    if parameter.is_angle() { value.map(|x| f64::from(x).to_degrees() as f32) } else { value }
 }
 
 pub(crate) fn mesh<W: Write>(text: &mut Text<W>, mesh: &Mesh, names: &Names) -> io::Result<()> {
