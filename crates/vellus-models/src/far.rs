@@ -43,7 +43,7 @@ impl Directions {
             thetas: thetas.into_iter().map(f64::to_radians).collect(),
             phis: phis.into_iter().map(|x| x.to_radians() as f32).collect(),
             places,
-            vectors: angles.iter().map(|&[theta, phi]| unit(theta, phi)).collect(),
+            vectors: angles.iter().map(|&[theta, phi]| direction(theta, phi)).collect(),
         }
     }
 
@@ -63,8 +63,8 @@ impl Directions {
     }
 }
 
-/// Unit vector at θ and φ in degrees.
-fn unit(theta: f64, phi: f64) -> Vec3 {
+/// The unit vector with inclination `theta` and azimuth `phi`, degrees; x runs from root to tip, φ = 0 is +y.
+pub fn direction(theta: f64, phi: f64) -> Vec3 {
     let ((st, ct), (sp, cp)) = (theta.to_radians().sin_cos(), phi.to_radians().sin_cos());
     Vec3::new(st as f32, (ct * cp) as f32, (ct * sp) as f32)
 }
@@ -176,7 +176,7 @@ fn average<H: Separable>(at: impl Fn(f32) -> H, edges: &[f32], directions: &Dire
 impl AnyModel {
     /// f·cos θᵢ averaged over the whole width for ω_o at `theta_o` degrees in [−90, 90] and φ = 0, RGB, one for each direction.
     pub fn far_field(&self, theta_o: f64, directions: &Directions, out: &mut [[f32; 3]]) {
-        let wo = unit(theta_o, 0.0);
+        let wo = direction(theta_o, 0.0);
         match self {
             AnyModel::Chiang2016(m) => average(|h| m.at(wo, Window::near(h)), &[], directions, out),
             AnyModel::ZinkeWeber2007(m) => average(|h| m.at(wo, Window::near(h)), &[], directions, out),
