@@ -5,9 +5,9 @@ mod common;
 
 use common::{Uniform, direction, full_fiber};
 use vellus::{Bcsdf, Fiber, Lobe, Model, Scattering, Species, Window};
-use vellus_medulla::reference::{Offsets, energies};
 use vellus_models::yan2015::LOBES;
 use vellus_models::{Yan2015, ZinkeWeber2007};
+use vellus_sim::energies::{Offsets, energies};
 
 /// Without medulla it is the near field of Zinke and Weber, up to TRT.
 #[test]

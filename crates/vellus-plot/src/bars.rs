@@ -1,7 +1,7 @@
 //! Groups of bars: one number for each of several series in several groups.
 
-use crate::canvas::{Draw, LOBE_COLORS, Mark, font, legend, titled};
 use crate::Result;
+use crate::canvas::{Draw, LOBE_COLORS, Mark, font, legend, titled};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};

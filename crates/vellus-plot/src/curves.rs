@@ -1,7 +1,7 @@
 //! Curves on two axes.
 
-use crate::canvas::{Draw, LOBE_COLORS, Mark, font, legend, titled};
 use crate::Result;
+use crate::canvas::{Draw, LOBE_COLORS, Mark, font, legend, titled};
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::ValueFormatter;
 use plotters::prelude::*;

@@ -1,12 +1,12 @@
 //! Energy of each lobe over the fibre's width, and over inclination.
 
-use crate::canvas::{Draw, LOBE_COLORS, LOBE_LABELS, font, titled};
 use crate::Named;
-use vellus_models::direction;
 use crate::Result;
+use crate::canvas::{Draw, LOBE_COLORS, LOBE_LABELS, font, titled};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use vellus::{Model, Scattering, Window};
+use vellus_models::direction;
 use vellus_models::energies;
 
 /// Mean of the channels of each lobe.

@@ -1,10 +1,9 @@
 //! Error of the far field over the number of segments, for the paper's scheme and ours (Yan17 Sec. 5.1,
 //! Segmentation).
 
+use crate::Result;
 use crate::canvas::{Draw, LOBE_COLORS, Mark, font, legend, titled};
 use crate::text;
-use vellus_models::direction;
-use crate::Result;
 use plotters::coord::Shift;
 use plotters::coord::combinators::BindKeyPoints;
 use plotters::prelude::*;
@@ -12,6 +11,7 @@ use rayon::prelude::*;
 use std::f64::consts::TAU;
 use vellus::oracle::Oracle;
 use vellus::{Bcsdf, Fiber, TableData, Tables, Window};
+use vellus_models::direction;
 
 /// Numbers of segments on each side of h = 0. Our scheme needs two: inside the medulla and beside it.
 pub const SEGMENTS: [usize; 13] = [2, 3, 4, 5, 6, 7, 8, 10, 12, 16, 20, 24, 32];

@@ -1,12 +1,12 @@
 //! The azimuthal lobes of one hit: how much light of each lobe leaves in which direction around the fibre.
 
-use crate::canvas::{Draw, LOBE_COLORS, LOBE_LABELS, font, titled};
 use crate::Named;
-use vellus_models::direction;
 use crate::Result;
+use crate::canvas::{Draw, LOBE_COLORS, LOBE_LABELS, font, titled};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use vellus::{Fiber, Field, Model, Scattering, Window};
+use vellus_models::direction;
 
 /// Azimuths sampled: half a degree, the tables' resolution.
 const AZIMUTHS: usize = 720;

@@ -1,16 +1,16 @@
 //! Medulla profiles: compressed to tables, and simulated (Yan17 Fig. 10).
 
-use crate::canvas::{Draw, LOBE_COLORS, font, titled};
 use crate::Result;
+use crate::canvas::{Draw, LOBE_COLORS, font, titled};
 use plotters::coord::Shift;
 use plotters::prelude::SeriesLabelPosition::{UpperLeft, UpperRight};
 use plotters::prelude::*;
 use rayon::prelude::*;
 use std::ops::RangeInclusive;
-use vellus_io::{Progress, Steps};
-use vellus::oracle::Profile;
 use vellus::TableData;
-use vellus_medulla::medulla::{azimuthal, longitudinal, stream};
+use vellus::oracle::Profile;
+use vellus_io::{Progress, Steps};
+use vellus_sim::medulla::{azimuthal, longitudinal, stream};
 
 /// (τ, g) of the columns: a thin, a medium and a thick medulla, between the nodes of the tables.
 const COLUMNS: [(f64, f64); 3] = [(0.25, 0.3), (2.0, 0.6), (9.0, 0.88)];

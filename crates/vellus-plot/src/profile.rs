@@ -1,8 +1,8 @@
 //! Reflectance of a fibre over θ_i and φ, averaged over its width (Yan17 Fig. 11).
 
-use crate::canvas::{Draw, font, titled};
 use crate::Named;
 use crate::Result;
+use crate::canvas::{Draw, font, titled};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};

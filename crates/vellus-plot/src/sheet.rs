@@ -1,7 +1,7 @@
 //! Profiles of several fibres over θ and φ, with one logarithmic scale for each fibre (Yan17 Fig. 11).
 
-use crate::canvas::{Draw, font, titled};
 use crate::Result;
+use crate::canvas::{Draw, font, titled};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};

@@ -2,7 +2,6 @@
 //! Fig. 12a).
 
 use crate::canvas::{Draw, LOBE_COLORS, LOBE_LABELS, Mark, font, legend, titled};
-use vellus_models::direction;
 use crate::{Error, Result};
 use plotters::coord::Shift;
 use plotters::coord::combinators::BindKeyPoints;
@@ -10,6 +9,7 @@ use plotters::prelude::*;
 use rayon::prelude::*;
 use vellus::oracle::Oracle;
 use vellus::{Bcsdf, Fiber, TableData, Tables, Window};
+use vellus_models::direction;
 
 /// Azimuths sampled: half a degree, the tables' resolution.
 const AZIMUTHS: usize = 720;

@@ -1,8 +1,8 @@
 //! Pictures of a fit: measured and fitted profile, their ratio, and slices (Yan17 Fig. 11).
 
 use super::summary::{Summary, significant};
-use crate::canvas::{Draw, LOBE_COLORS, Mark, font, legend, titled};
 use crate::Result;
+use crate::canvas::{Draw, LOBE_COLORS, Mark, font, legend, titled};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
