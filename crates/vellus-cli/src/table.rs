@@ -8,8 +8,8 @@ use anyhow::{Context, Result, bail};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use vellus::{TableData, Tables};
-use vellus_medulla::build::{Quality, Slab, SlabKind};
-use vellus_medulla::check::{ProfileError, TableKind, check_azimuthal, check_longitudinal, summary};
+use vellus_sim::build::{Quality, Slab, SlabKind};
+use vellus_sim::check::{ProfileError, TableKind, check_azimuthal, check_longitudinal, summary};
 
 /// Photons that a simulated profile may have.
 const PHOTONS: RangeInclusive<u64> = 1000..=1_000_000_000;
@@ -87,9 +87,9 @@ pub fn run(command: &Command) -> Result<()> {
 }
 
 /// The largest table file that is read: 1 GiB. The shipped tables have less than 1 MiB.
-pub const MAX_TABLE_BYTES: u64 = 1 << 30;
+const MAX_TABLE_BYTES: u64 = 1 << 30;
 
-fn load(file: Option<&Path>) -> Result<(TableData, usize)> {
+pub fn load(file: Option<&Path>) -> Result<(TableData, usize)> {
     let read;
     let (bytes, place): (&[u8], _) = match file {
         None => (Tables::SHIPPED, "the shipped tables".to_owned()),
