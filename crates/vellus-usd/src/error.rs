@@ -56,3 +56,27 @@ impl Error {
         Error::Prim { prim: prim.to_owned(), what: what.into() }
     }
 }
+
+/// The reason why the content of a file is invalid. [`Error::File`] adds the name of the file, [`Error::Prim`] that of the
+/// prim.
+#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub(crate) struct Invalid(pub String);
+
+impl From<String> for Invalid {
+    fn from(what: String) -> Self {
+        Invalid(what)
+    }
+}
+
+impl From<&str> for Invalid {
+    fn from(what: &str) -> Self {
+        Invalid(what.to_owned())
+    }
+}
+
+impl From<Invalid> for String {
+    fn from(invalid: Invalid) -> Self {
+        invalid.0
+    }
+}

@@ -669,7 +669,7 @@ fn primvars_outside_their_range_and_unknown_ones_are_said() {
     let said: Vec<String> = warnings.iter().map(ToString::to_string).collect();
     assert_eq!(said.len(), 3, "{said:?}");
     assert!(
-        said[0].starts_with("/a: primvars:vellus:kappa[0] is 5: the range is [0, 0.99], so 0.99 is taken"),
+        said[0].starts_with("/a: primvars:vellus:kappa[0] is 5: the range is [0, 0.99], so it is clamped to 0.99"),
         "{said:?}"
     );
     assert!(said[1].starts_with("/a: primvars:vellus:sigma_ca[0] is -1: the range is [0, 1000]"), "{said:?}");
