@@ -65,7 +65,7 @@ impl ModelArgs {
 
 /// Has the strands of a world scatter as in 2015, sampled as it was then.
 pub fn set_published(world: &mut World) -> Result<()> {
-    Ok(world.set_model(|fiber| Ok(Yan2015::new(fiber)?.sampled_as_published()))?)
+    Ok(world.set_model(|fiber| Ok(Yan2015::new(fiber)?.with_original_sampling()))?)
 }
 
 /// Has the strands of a world scatter by a model; `eta_m` is for yan2015.

@@ -9,8 +9,8 @@ use plotters::prelude::*;
 use rayon::prelude::*;
 use std::ops::RangeInclusive;
 use std::path::Path;
-use vellus::oracle::Profile;
 use vellus::{TableData, Tables};
+use vellus_reference::exact::Profile;
 use vellus_sim::medulla::{azimuthal, longitudinal, stream};
 
 /// (τ, g) of the columns: a thin, a middling and a thick medulla, between the tables' nodes.

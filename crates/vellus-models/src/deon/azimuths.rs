@@ -1,7 +1,7 @@
 //! A table of N_p(φ) for a rough surface and one channel.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use vellus::oracle::fresnel;
+use vellus_reference::exact::fresnel;
 
 /// Number of nodes of θ_d in [0°, 90°].
 const THETAS: usize = 31;

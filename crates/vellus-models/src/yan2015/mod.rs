@@ -33,7 +33,7 @@
 //!   passes, which share |h″|.
 //! - The transmitted fraction comes from a table per η_c, η_m and l. [`Model::with_fiber`] reuses it.
 //! - Queries do not allocate.
-//! - Sampling is exact except for the outgoing Fresnel factor. [`Yan2015::sampled_as_published`] uses the sampling of the
+//! - Sampling is exact except for the outgoing Fresnel factor. [`Yan2015::with_original_sampling`] uses the sampling of the
 //!   paper instead.
 
 mod escape;
@@ -74,7 +74,7 @@ pub struct Yan2015 {
     medulla: Medulla<'static>,
     escape: Option<Arc<Escape>>,
     /// Whether to sample as the paper does.
-    published: bool,
+    original_sampling: bool,
 }
 
 impl Yan2015 {
@@ -121,7 +121,7 @@ impl Yan2015 {
             azimuthal: Gaussians::new(lanes([1.0f32, 2.0, 3.0].map(|k| k.sqrt() * fiber.beta_n)).map(Some)),
             medulla,
             escape,
-            published: false,
+            original_sampling: false,
         })
     }
 
@@ -131,8 +131,8 @@ impl Yan2015 {
     /// and the diffuse lobe uniformly over the sphere. The weight is that of the selected lobe alone. Use it to measure the
     /// benefit of exact sampling.
     #[must_use]
-    pub fn sampled_as_published(self) -> Self {
-        Yan2015 { published: true, ..self }
+    pub fn with_original_sampling(self) -> Self {
+        Yan2015 { original_sampling: true, ..self }
     }
 }
 
@@ -196,7 +196,7 @@ impl Model for Yan2015 {
         let scattered = self.scattered(&paths).map(|(s, cone)| {
             (0..3).for_each(|i| probability[1 + i] = s.energy[i].iter().fold(0.0, |a: f32, &b| a.max(b)));
             let sum = probability[1] + probability[2] + probability[3];
-            if self.published {
+            if self.original_sampling {
                 probability[4] = s.diffuse.iter().fold(0.0, |a: f32, &b| a.max(b));
                 return s;
             }
@@ -226,7 +226,7 @@ impl Model for Yan2015 {
     fn with_fiber(&self, fiber: &Fiber) -> Result<Self, Error> {
         let same = self.fiber.eta == fiber.eta;
         let eta_m = if same { self.eta_m } else { (self.eta_m * fiber.eta / self.fiber.eta).clamp(1.0, 3.0) };
-        Ok(Yan2015 { published: self.published, ..Self::prepare(fiber, eta_m, self.escape.as_ref())? })
+        Ok(Yan2015 { original_sampling: self.original_sampling, ..Self::prepare(fiber, eta_m, self.escape.as_ref())? })
     }
 }
 

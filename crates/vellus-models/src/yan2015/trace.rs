@@ -3,8 +3,8 @@
 use super::paths::Paths;
 use crate::entry::Entry;
 use std::f64::consts::{PI, TAU};
-use vellus::oracle::fresnel;
 use vellus::{Fiber, Window};
+use vellus_reference::exact::fresnel;
 
 /// A ray with its remaining energy (first channel).
 #[derive(Clone, Copy)]
