@@ -1,7 +1,7 @@
 //! Rendering ranges of samples on all cores.
 
 use crate::film::{Film, add};
-use crate::path::Settings;
+use crate::integrator::path::Settings;
 use crate::world::World;
 use rayon::prelude::*;
 use std::ops::Range;

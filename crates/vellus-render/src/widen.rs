@@ -1,6 +1,6 @@
 //! Strands that are never thinner than a part of a pixel.
 
-use crate::view::View;
+use crate::integrator::view::View;
 use glam::Vec4Swizzles;
 use rayon::prelude::*;
 use vellus_scene::Scene;

@@ -1,13 +1,13 @@
 //! A scene made ready for rays.
 
-use crate::curves::{CurveHit, Curves};
-use crate::fibers::{Fibers, Trace};
 use crate::film::Layer;
-use crate::layout::Layout;
+use crate::film::layout::Layout;
+use crate::geometry::curves::{CurveHit, Curves};
+use crate::geometry::triangles::{TriangleHit, Triangles};
+use crate::integrator::view::View;
 use crate::light::Lights;
-use crate::surface::Scatter;
-use crate::triangles::{TriangleHit, Triangles};
-use crate::view::View;
+use crate::shading::fibers::{Fibers, Trace};
+use crate::shading::surface::Scatter;
 use glam::Vec2;
 use vellus::{Bcsdf, Fiber, Model};
 use vellus_scene::{Basis, Camera, Error, Look, Parameter, Scene, Strands, Surface, Texture, Values};

@@ -1,0 +1,146 @@
+//! Which layers a film keeps, and where each is in a pixel.
+
+use crate::film::Layer;
+use crate::film::sums::Format;
+use std::ops::Range;
+
+/// A kept layer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Kept {
+    /// The format of its sums.
+    pub format: Format,
+    /// Its first channel, number of channels, and first word in a pixel.
+    pub channel: usize,
+    pub width: usize,
+    pub word: usize,
+}
+
+impl Kept {
+    /// Words of one of its channels within a pixel.
+    pub fn words(&self, channel: usize) -> Range<usize> {
+        let start = self.word + channel * self.format.words();
+        start..start + self.format.words()
+    }
+
+    /// Words of all its channels within a pixel.
+    pub fn all_words(&self) -> Range<usize> {
+        self.word..self.word + self.width * self.format.words()
+    }
+}
+
+/// Where the channels of each kept layer are. Beauty, alpha, square and fibers are always kept: noise, PNG and the means of other
+/// layers are made of them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layout {
+    kept: [Option<Kept>; Layer::ALL.len()],
+    groups: Vec<String>,
+    channels: usize,
+    words: usize,
+}
+
+impl Layout {
+    /// Of these layers; `groups` are the names of the light groups, if [`Layer::Lights`] is one of them.
+    pub fn new(layers: &[Layer], groups: &[String]) -> Self {
+        let groups = if layers.contains(&Layer::Lights) { groups.to_vec() } else { Vec::new() };
+        let mut layout = Layout { kept: [None; Layer::ALL.len()], groups, channels: 0, words: 0 };
+        for layer in Layer::ALL {
+            if layer.always() || layers.contains(&layer) {
+                let (format, width) = (Format::of(layer), layout.width(layer));
+                let kept = Kept { format, channel: layout.channels, width, word: layout.words };
+                layout.kept[layer as usize] = Some(kept);
+                layout.channels += width;
+                layout.words += width * format.words();
+            }
+        }
+        layout
+    }
+
+    /// Channels of a layer.
+    fn width(&self, layer: Layer) -> usize {
+        if layer == Layer::Lights { 3 * self.groups.len() } else { layer.channels() }
+    }
+
+    /// A layer, if it is kept.
+    pub(crate) fn kept(&self, layer: Layer) -> Option<&Kept> {
+        self.kept[layer as usize].as_ref()
+    }
+
+    /// All kept layers, in the order of their words.
+    pub(crate) fn all_kept(&self) -> impl Iterator<Item = &Kept> {
+        self.kept.iter().flatten()
+    }
+
+    /// Where a layer's channels begin; `None` where it is not kept.
+    pub fn start(&self, layer: Layer) -> Option<usize> {
+        self.kept(layer).map(|kept| kept.channel)
+    }
+
+    /// Where a layer's channels are; `None` where it is not kept.
+    pub fn range(&self, layer: Layer) -> Option<Range<usize>> {
+        self.kept(layer).map(|kept| kept.channel..kept.channel + kept.width)
+    }
+
+    /// Is it kept?
+    pub fn has(&self, layer: Layer) -> bool {
+        self.kept(layer).is_some()
+    }
+
+    /// Names of the light groups that are kept.
+    pub fn groups(&self) -> &[String] {
+        &self.groups
+    }
+
+    /// All channels.
+    pub fn channels(&self) -> usize {
+        self.channels
+    }
+
+    /// Words of 32 bits in a pixel.
+    pub(crate) fn words(&self) -> usize {
+        self.words
+    }
+
+    /// Bytes a film takes for each pixel.
+    pub fn bytes_per_pixel(&self) -> usize {
+        4 * self.words
+    }
+
+    /// The layers as bits, in the order of [`Layer::ALL`].
+    pub(crate) fn bits(&self) -> u32 {
+        (0..Layer::ALL.len()).filter(|&i| self.kept[i].is_some()).map(|i| 1 << i).sum()
+    }
+
+    /// From [`Layout::bits`] and the names of groups.
+    pub(crate) fn from_bits(bits: u32, groups: &[String]) -> Self {
+        let layers: Vec<Layer> = Layer::ALL.into_iter().filter(|&l| bits >> l as usize & 1 == 1).collect();
+        Layout::new(&layers, groups)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_is_asked_for_is_kept() {
+        let groups = ["key".to_owned(), "rim".to_owned()];
+        let all = Layout::new(&Layer::ALL, &groups);
+        assert_eq!(all.channels(), Layer::ALL.iter().map(|l| l.channels()).sum::<usize>() + 6);
+        assert_eq!(all.range(Layer::Lights).map(|r| r.len()), Some(6));
+        let few = Layout::new(&[Layer::Depth], &groups);
+        assert_eq!((few.channels(), few.start(Layer::Depth), few.start(Layer::Lobes)), (7, Some(6), None));
+        assert!(few.groups().is_empty());
+        for layout in [all, few] {
+            assert_eq!(Layout::from_bits(layout.bits(), &groups), layout);
+        }
+    }
+
+    #[test]
+    fn a_channel_takes_at_most_twelve_bytes_on_average() {
+        // All but motion and lights is what `vellus render` keeps.
+        let usual: Vec<Layer> =
+            Layer::ALL.into_iter().filter(|layer| !matches!(layer, Layer::Motion | Layer::Lights)).collect();
+        let layout = Layout::new(&usual, &[]);
+        assert!(layout.bytes_per_pixel() <= 12 * layout.channels(), "{}", layout.bytes_per_pixel());
+    }
+}

@@ -1,0 +1,339 @@
+//! What a picture is made of: exact sums of samples ([`crate::film::sums`]).
+
+pub mod checkpoint;
+pub mod exr;
+pub mod layout;
+pub mod sums;
+
+use crate::film::layout::Layout;
+use sums::Format;
+
+/// Layers of a picture, in the order of a pixel's channels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layer {
+    /// RGB radiance.
+    Beauty,
+    /// Share of the pixel that anything covers.
+    Alpha,
+    /// Square of the samples' brightness: the variance is its mean less the square of the mean's.
+    Square,
+    /// Share of the pixel that fibres cover.
+    Fibers,
+    /// The six lobes of the fibres seen directly, RGB each, in the order of [`vellus::Lobe`]; they sum to the fibres' part of
+    /// the beauty.
+    Lobes,
+    /// Energy that the fibre or surface seen scatters, RGB.
+    Albedo,
+    /// Shading normal seen, world space.
+    Normal,
+    /// Tangent of the fibre seen, toward the tip, world space.
+    Tangent,
+    /// Distance from the eye.
+    Depth,
+    /// Texture coordinates at the root of the fibre seen.
+    RootUv,
+    /// Pixels that what is seen moves right and up while the shutter is open.
+    Motion,
+    /// The beauty's part that came from each group of lights, RGB each; they sum to the beauty.
+    Lights,
+    /// Number of the strand seen nearest to the eye, counted from 1 over all strands of the scene; 0 is none. It is no mean:
+    /// averaged ids would be those of other strands.
+    Strand,
+}
+
+impl Layer {
+    /// All of them.
+    pub const ALL: [Layer; 13] = [
+        Layer::Beauty,
+        Layer::Alpha,
+        Layer::Square,
+        Layer::Fibers,
+        Layer::Lobes,
+        Layer::Albedo,
+        Layer::Normal,
+        Layer::Tangent,
+        Layer::Depth,
+        Layer::RootUv,
+        Layer::Motion,
+        Layer::Lights,
+        Layer::Strand,
+    ];
+
+    /// Number of channels, without those of the light groups, of which each scene has its own.
+    pub fn channels(self) -> usize {
+        match self {
+            Layer::Lights => 0,
+            Layer::Lobes => 18,
+            Layer::Alpha | Layer::Square | Layer::Fibers | Layer::Depth | Layer::Strand => 1,
+            Layer::RootUv | Layer::Motion => 2,
+            _ => 3,
+        }
+    }
+
+    /// Is it kept whether asked for or not?
+    pub(crate) fn always(self) -> bool {
+        matches!(self, Layer::Beauty | Layer::Alpha | Layer::Square | Layer::Fibers)
+    }
+}
+
+/// A strand as a film keeps it: of two, the larger number is the one nearer to the eye.
+pub(crate) fn nearest(depth: f32, strand: u32) -> u64 {
+    // The bits of positive numbers are ordered as they are.
+    let near = 0x7fff_ffff - (depth.max(0.0).to_bits() & 0x7fff_ffff);
+    u64::from(near) << 32 | u64::from(strand)
+}
+
+/// Sums of all samples so far.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Film {
+    /// Size of the whole picture, and the part of it that this is: left column, top row, width, height.
+    whole: [usize; 2],
+    area: [usize; 4],
+    layout: Layout,
+    /// Samples each pixel has.
+    samples: u64,
+    sums: Vec<u32>,
+}
+
+impl Film {
+    /// An empty one of an `area` (left column, top row, width, height) of a picture.
+    pub fn new(whole: [usize; 2], area: [usize; 4], layout: Layout) -> Self {
+        let sums = vec![0; area[2] * area[3] * layout.words()];
+        Film { whole, area, layout, samples: 0, sums }
+    }
+
+    /// Pixels a row.
+    pub fn width(&self) -> usize {
+        self.area[2]
+    }
+
+    /// Rows.
+    pub fn height(&self) -> usize {
+        self.area[3]
+    }
+
+    /// Size of the whole picture.
+    pub fn whole(&self) -> [usize; 2] {
+        self.whole
+    }
+
+    /// The part of it that this is: left column, top row, width, height.
+    pub fn area(&self) -> [usize; 4] {
+        self.area
+    }
+
+    /// Which layers it has.
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// Samples each pixel has.
+    pub fn samples(&self) -> u64 {
+        self.samples
+    }
+
+    /// With sums that were kept, row by row.
+    pub(crate) fn with_sums(self, samples: u64, sums: Vec<u32>) -> Self {
+        assert_eq!(sums.len(), self.sums.len(), "as many sums as the film has");
+        Film { samples, sums, ..self }
+    }
+
+    /// All sums.
+    pub(crate) fn sums(&self) -> &[u32] {
+        &self.sums
+    }
+
+    /// Notes that every pixel has that many samples more.
+    pub(crate) fn advance(&mut self, samples: u64) {
+        self.samples += samples;
+    }
+
+    /// Adds the sums of all pixels, row by row.
+    pub(crate) fn add_rows(&mut self, rows: impl Iterator<Item = Vec<u32>>) {
+        let length = self.width() * self.layout.words();
+        for (sums, row) in self.sums.chunks_exact_mut(length).zip(rows) {
+            combine(&self.layout, sums, &row);
+        }
+    }
+
+    /// Adds what another film of the same size and layers has seen.
+    pub fn merge(&mut self, other: &Film) {
+        assert!(self.fits(other), "films of different size or layers");
+        self.samples = self.samples.saturating_add(other.samples);
+        combine(&self.layout, &mut self.sums, &other.sums);
+    }
+
+    /// Are they of the same size and layers?
+    pub fn fits(&self, other: &Film) -> bool {
+        (self.whole, self.area, &self.layout) == (other.whole, other.area, &other.layout)
+    }
+
+    fn at(&self, x: usize, y: usize) -> &[u32] {
+        &self.sums[(y * self.width() + x) * self.layout.words()..][..self.layout.words()]
+    }
+
+    /// The mean of one channel of a layer; 0 where the layer is not kept.
+    pub fn mean(&self, x: usize, y: usize, layer: Layer, channel: usize) -> f64 {
+        let sum = self.layout.kept(layer).map_or(0.0, |kept| {
+            debug_assert!(channel < kept.width);
+            sums::value(&self.at(x, y)[kept.words(channel)], kept.format)
+        });
+        sum / self.samples.max(1) as f64
+    }
+
+    /// The strand nearest to the eye that the pixel saw: see [`Layer::Strand`].
+    pub fn strand(&self, x: usize, y: usize) -> u32 {
+        self.layout.kept(Layer::Strand).map_or(0, |kept| sums::largest(&self.at(x, y)[kept.words(0)]) as u32)
+    }
+
+    /// Mean brightness of a pixel.
+    fn brightness(&self, x: usize, y: usize) -> f64 {
+        (0..3).map(|c| self.mean(x, y, Layer::Beauty, c)).sum::<f64>() / 3.0
+    }
+
+    fn pixels(&self) -> impl Iterator<Item = (usize, usize)> {
+        (0..self.width() * self.height()).map(|i| (i % self.width(), i / self.width()))
+    }
+
+    /// Noise of the whole picture: root mean square of the pixels' standard errors over its mean brightness. `None`
+    /// where it is not known: of fewer than two samples a pixel, or of a black picture.
+    pub fn noise(&self) -> Option<f64> {
+        let n = (self.width() * self.height()) as f64;
+        let mean = self.pixels().map(|(x, y)| self.brightness(x, y)).sum::<f64>() / n;
+        let square = || self.pixels().map(|(x, y)| self.error(x, y).powi(2)).sum::<f64>() / n;
+        (self.samples > 1 && mean > 0.0).then(|| square().sqrt() / mean)
+    }
+
+    /// Standard error of a pixel's mean brightness; 0 of fewer than two samples.
+    pub fn error(&self, x: usize, y: usize) -> f64 {
+        let n = self.samples.max(2) as f64;
+        let square = self.mean(x, y, Layer::Square, 0);
+        ((square - self.brightness(x, y).powi(2)).max(0.0) / (n - 1.0)).sqrt()
+    }
+
+    /// Pixels that have a sum at the end of its range: what they show may be too dark. A sum of beauty ends at 9e18, of
+    /// lobes and depth at 5.6e14, of other layers at 2e9.
+    pub fn full_pixels(&self) -> usize {
+        let full = |pixel: &[u32]| {
+            self.layout
+                .all_kept()
+                .any(|kept| (0..kept.width).any(|c| sums::is_full(&pixel[kept.words(c)], kept.format)))
+        };
+        self.sums.chunks_exact(self.layout.words()).filter(|pixel| full(pixel)).count()
+    }
+}
+
+/// Adds pixels' sums to others.
+fn combine(layout: &Layout, sums: &mut [u32], others: &[u32]) {
+    let stride = layout.words();
+    for (sums, others) in sums.chunks_exact_mut(stride).zip(others.chunks_exact(stride)) {
+        for kept in layout.all_kept() {
+            for words in (0..kept.width).map(|c| kept.words(c)) {
+                sums::combine(&mut sums[words.clone()], kept.format, &others[words]);
+            }
+        }
+    }
+}
+
+/// Adds a sample to a pixel's sums: values of all channels but that of [`Layer::Square`], which is made of the beauty,
+/// and [`Layer::Strand`], which is `strand` as [`nearest`] gives it. False, and nothing added, where a value is not
+/// finite.
+pub(crate) fn add(layout: &Layout, sums: &mut [u32], values: &[f32], strand: u64) -> bool {
+    // The largest magnitude, as bits: the processor compares eight of them at once.
+    let largest = values.iter().fold(0, |largest, v| largest.max(v.to_bits() & 0x7fff_ffff));
+    if largest >= f32::INFINITY.to_bits() {
+        return false;
+    }
+    for kept in layout.all_kept() {
+        match kept.format {
+            Format::Square => sums::add_square(&mut sums[kept.words(0)], &values[..3]),
+            Format::Largest => sums::add_largest(&mut sums[kept.words(0)], strand),
+            Format::Bounded | Format::Part | Format::Light => {
+                let values = &values[kept.channel..][..kept.width];
+                // Lobes and tangents are 0 wherever no fibre is seen.
+                if values.iter().fold(0, |bits, v| bits | v.to_bits()) != 0 {
+                    sums::add_values(&mut sums[kept.all_words()], kept.format, values);
+                }
+            }
+        }
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_do_not_depend_on_order() {
+        let layout = Layout::new(&Layer::ALL, &["key".to_owned()]);
+        let values = |i: usize| -> Vec<f32> {
+            (0..layout.channels()).map(|c| (i as f32 * 1.7 + c as f32).sin() * 3f32.powi(i as i32 % 9)).collect()
+        };
+        let strand = |i: usize| nearest(1.0 + (i as f32).sin(), i as u32);
+        let mut films = [0, 1].map(|_| vec![0; layout.words()]);
+        for i in 0..100 {
+            assert!(add(&layout, &mut films[0], &values(i), strand(i)));
+            assert!(add(&layout, &mut films[1], &values(99 - i), strand(99 - i)));
+        }
+        assert_eq!(films[0], films[1]);
+        // sin is smallest at 11 among whole numbers up to 100.
+        let [forward, backward] = &mut films;
+        let kept = layout.kept(Layer::Strand).unwrap();
+        assert_eq!(sums::largest(&forward[kept.words(0)]) as u32, 11);
+        let mut bad = values(3);
+        bad[2] = f32::NAN;
+        assert!(!add(&layout, forward, &bad, 0) && forward == backward);
+    }
+
+    /// A film of one pixel whose samples have these brightnesses.
+    fn film(samples: &[f32]) -> Film {
+        let layout = Layout::new(&[Layer::Depth], &[]);
+        let mut film = Film::new([1, 1], [0, 0, 1, 1], layout.clone());
+        let mut sums = vec![0; layout.words()];
+        for &x in samples {
+            let mut values = vec![0.0; layout.channels()];
+            values[..3].fill(x);
+            values[layout.start(Layer::Depth).unwrap()] = x;
+            assert!(add(&layout, &mut sums, &values, 0));
+        }
+        film.add_rows(std::iter::once(sums));
+        film.advance(samples.len() as u64);
+        film
+    }
+
+    #[test]
+    fn noise_does_not_depend_on_the_scale_of_light() {
+        let samples: Vec<f32> = (0..64).map(|i| 1.0 + (i as f32 * 2.3).sin()).collect();
+        let exact = film(&samples).noise().unwrap();
+        for exponent in -12..=12 {
+            let scale = 10f32.powi(exponent);
+            let scaled: Vec<f32> = samples.iter().map(|x| x * scale).collect();
+            let found = film(&scaled);
+            // Rounding of the samples to single precision, and of those of 1e-12 to half of 2⁻⁶⁴.
+            let noise = found.noise().unwrap();
+            assert!((noise / exact - 1.0).abs() < 1e-5, "{scale}: {noise} {exact}");
+            assert!((found.mean(0, 0, Layer::Beauty, 0) / f64::from(scale) - 1.0).abs() < 0.1);
+            if exponent >= -6 {
+                let depth = found.mean(0, 0, Layer::Depth, 0);
+                assert!((depth / found.mean(0, 0, Layer::Beauty, 0) - 1.0).abs() < 1e-6, "{scale}: {depth}");
+            }
+            assert_eq!(found.full_pixels(), 0);
+        }
+    }
+
+    #[test]
+    fn noise_is_unknown_of_one_sample_and_of_black() {
+        assert_eq!(film(&[1.0]).noise(), None);
+        assert_eq!(film(&[0.0, 0.0]).noise(), None);
+        // Equal samples have no variance, however small they are.
+        // What is left is rounding of the squares to double precision.
+        assert!(film(&[1e-9, 1e-9]).noise().is_some_and(|noise| noise < 1e-7));
+    }
+
+    #[test]
+    fn what_exceeds_the_range_is_counted() {
+        assert_eq!(film(&[1e18; 2]).full_pixels(), 1);
+        assert_eq!(film(&[1e14; 2]).full_pixels(), 0);
+    }
+}

@@ -1,0 +1,508 @@
+//! All strands of a scene, for rays.
+//!
+//! A leaf holds the chords of up to eight segments. A register tests them all against the ray, each as thick as the curve strays
+//! from its chord; few remain, and only those are entered exactly, from their control points.
+
+use crate::geometry::bvh::{Bvh, EMPTY, NONE, WIDTH, join};
+use crate::geometry::memory;
+use crate::geometry::ray::{Ray, across};
+use crate::geometry::segment::{Entry, Segment};
+use glam::{Vec3, Vec4, Vec4Swizzles};
+use rayon::prelude::*;
+use vellus_scene::Strands;
+use wide::{f32x8, u32x8};
+
+/// Both ends of eight chords ([`Segment::chord`]); what is missing is infinitely far away.
+type Ends = [[f32x8; 3]; 2];
+
+/// Chords of up to eight segments.
+#[derive(Clone, Debug)]
+struct Block {
+    /// As the shutter opens.
+    ends: Ends,
+    /// Two margins of each ([`pack`]).
+    margins: u32x8,
+    /// First control point, counted over all strands of the scene.
+    first: [u32; WIDTH],
+}
+
+/// Strands and the hierarchy over their segments.
+#[derive(Clone, Debug)]
+pub struct Curves {
+    strands: Vec<Strands>,
+    /// Control points before each of `strands`.
+    offsets: Vec<u32>,
+    blocks: Vec<Block>,
+    /// Ends of the blocks' chords as the shutter closes, if anything moves.
+    closed: Vec<Ends>,
+    bvh: Bvh,
+    segments: usize,
+}
+
+/// Radii by which an entry found by Newton's method, or rounded, may be off.
+const ROUNDING: f32 = 0.01;
+
+/// Two margins around a chord in one number, each rounded up to 16 bits. The first is its reach: radius and deviation together. The
+/// other is how far behind the ray's origin, along the ray, the chord may be at most where the ray is within reach of it, if an entry
+/// lies ahead. A ray enters against the surface's normal: the axis is then further along the ray than the entry, but for the radius times the
+/// taper, by which that normal is inclined; and the chord is as far from the axis as it deviates.
+fn pack(reach: f32, before: f32) -> u32 {
+    let upper = |x: f32| (x.to_bits() + 0xffff) >> 16;
+    upper(reach) << 16 | upper(before)
+}
+
+/// Where a ray enters a strand.
+#[derive(Clone, Copy, Debug)]
+pub struct CurveHit {
+    /// Which of the scene's strands.
+    pub set: usize,
+    /// Which strand.
+    pub strand: usize,
+    /// First control point of the segment, in the set.
+    pub point: usize,
+    /// Distance along the ray, and parameter in the segment.
+    pub entry: Entry,
+    /// The segment itself.
+    pub segment: Segment,
+}
+
+impl Curves {
+    /// Builds the hierarchy; `strands` must be valid.
+    pub fn new(mut strands: Vec<Strands>) -> Self {
+        for set in &mut strands {
+            set.points = memory::moved(std::mem::take(&mut set.points));
+        }
+        let mut offsets = vec![0u32];
+        for set in &strands {
+            offsets.push(offsets[offsets.len() - 1] + set.points.len() as u32);
+        }
+        let first: Vec<u32> = strands
+            .iter()
+            .zip(&offsets)
+            .flat_map(|(set, &offset)| {
+                (0..set.len()).flat_map(move |i| {
+                    let step = if set.basis == vellus_scene::Basis::Bezier { 3 } else { 1 };
+                    let segments = set.basis.segments(set.strand(i).len()).unwrap_or(0) as u32;
+                    (0..segments).map(move |k| offset + set.starts[i] + step * k)
+                })
+            })
+            .collect();
+        let mut curves = Curves {
+            strands,
+            offsets,
+            blocks: Vec::new(),
+            closed: Vec::new(),
+            bvh: Bvh::build(0, |_| EMPTY).0,
+            segments: first.len(),
+        };
+        let moves = curves.strands.iter().any(|set| set.moved.is_some());
+        let (mut bvh, mut leaves) = Bvh::build(first.len(), |i| curves.segment(first[i], 0.5).1.bounds());
+        leaves.par_iter_mut().flatten().filter(|p| **p != NONE).for_each(|p| *p = first[*p as usize]);
+        drop(first);
+        let mut blocks = memory::with_capacity(leaves.len());
+        leaves.par_iter().map(|leaf| curves.block(leaf, moves)).collect_into_vec(&mut blocks);
+        if moves {
+            let bounds = |leaf: usize, time: f32| {
+                let all = leaves[leaf].iter().filter(|&&first| first != NONE);
+                all.map(|&first| curves.segment(first, time).1.bounds()).fold(EMPTY, join)
+            };
+            bvh.set_motion([&|leaf| bounds(leaf, 0.0), &|leaf| bounds(leaf, 1.0)]);
+            curves.closed = leaves.par_iter().map(|leaf| curves.ends(leaf, 1.0)).collect();
+        }
+        (curves.blocks, curves.bvh) = (blocks, bvh);
+        curves
+    }
+
+    fn ends(&self, first: &[u32; WIDTH], time: f32) -> Ends {
+        let mut ends = [[[f32::INFINITY; WIDTH]; 3]; 2];
+        for (lane, &first) in first.iter().enumerate().filter(|&(_, &first)| first != NONE) {
+            let segment = self.segment(first, time).1;
+            for (end, point) in segment.chord().into_iter().enumerate() {
+                (0..3).for_each(|k| ends[end][k][lane] = point[k]);
+            }
+        }
+        ends.map(|end| end.map(f32x8::new))
+    }
+
+    fn block(&self, first: &[u32; WIDTH], moves: bool) -> Block {
+        let margins = first.map(|first| {
+            if first == NONE {
+                return 0;
+            }
+            let open = self.segment(first, 0.0).1;
+            let radius = open.largest_radius();
+            if moves {
+                // How a strand tapers between two times is not bounded by how it does at both.
+                let reach = radius + open.stray().max(self.segment(first, 1.0).1.stray());
+                return pack(reach, reach);
+            }
+            let stray = open.deviation();
+            pack(radius + stray, radius * (open.taper() + ROUNDING).min(1.0) + stray)
+        });
+        Block { ends: self.ends(first, 0.0), margins: u32x8::new(margins), first: *first }
+    }
+
+    /// The set and the segment that begins at that control point.
+    #[inline]
+    fn segment(&self, first: u32, time: f32) -> (usize, Segment) {
+        let (set, points) = self.points(first);
+        let basis = self.strands[set].basis;
+        let Some(moved) = &self.strands[set].moved else { return (set, Segment::new(basis, points)) };
+        let start = (first - self.offsets[set]) as usize;
+        let mut now = [Vec4::ZERO; 4];
+        for (k, point) in points.iter().enumerate() {
+            now[k] = point.xyz().lerp(moved[start + k], time).extend(point.w);
+        }
+        (set, Segment::new(basis, &now[..points.len()]))
+    }
+
+    /// The set and the control points of the segment that begins there.
+    #[inline]
+    fn points(&self, first: u32) -> (usize, &[Vec4]) {
+        let set = self.offsets.partition_point(|&offset| offset <= first) - 1;
+        let strands = &self.strands[set];
+        let point = (first - self.offsets[set]) as usize;
+        let count = if strands.basis == vellus_scene::Basis::Linear { 2 } else { 4 };
+        (set, &strands.points[point..point + count])
+    }
+
+    /// The strands, in the scene's order.
+    pub fn strands(&self) -> &[Strands] {
+        &self.strands
+    }
+
+    /// Number of segments.
+    pub fn segments(&self) -> usize {
+        self.segments
+    }
+
+    /// Bytes of control points and hierarchy.
+    pub fn bytes(&self) -> usize {
+        let moved = |s: &Strands| s.moved.as_ref().map_or(0, |moved| size_of_val(&moved[..]));
+        let strands = |s: &Strands| size_of_val(&s.points[..]) + size_of_val(&s.starts[..]) + moved(s);
+        self.strands.iter().map(strands).sum::<usize>()
+            + size_of_val(&self.blocks[..])
+            + size_of_val(&self.closed[..])
+            + self.bvh.bytes()
+    }
+
+    /// The first strand a ray enters.
+    pub fn intersect(&self, ray: &Ray) -> Option<CurveHit> {
+        let mut best: Option<(u32, Entry)> = None;
+        let enter = |first: u32, ray: &mut Ray, best: &mut Option<(u32, Entry)>| {
+            if let Some(entry) = self.segment(first, ray.time).1.intersect(ray) {
+                ray.limit = entry.t;
+                *best = Some((first, entry));
+            }
+            true
+        };
+        let frame = RayFrame::new(ray);
+        let mut ray = *ray;
+        let mut waiting = Waiting::default();
+        self.bvh.traverse(
+            &ray.clone(),
+            |leaf| memory::fetch(&self.blocks[leaf as usize]),
+            |leaf, limit| {
+                ray.limit = limit;
+                let came = self.near(leaf, &frame, limit);
+                std::mem::replace(&mut waiting, came).all(|first| enter(first, &mut ray, &mut best));
+                ray.limit
+            },
+        );
+        waiting.all(|first| enter(first, &mut ray, &mut best));
+        best.map(|(first, entry)| {
+            let (set, segment) = self.segment(first, ray.time);
+            let point = first - self.offsets[set];
+            let strand = strand_of(&self.strands[set].starts, point);
+            CurveHit { set, strand, point: point as usize, entry, segment }
+        })
+    }
+
+    /// How far the fibre's axis moves at a hit while the shutter is open.
+    pub fn movement(&self, hit: &CurveHit) -> Vec3 {
+        let first = self.offsets[hit.set] + hit.point as u32;
+        let [open, closed] = [0.0, 1.0].map(|time| self.segment(first, time).1.at(hit.entry.u).xyz());
+        closed - open
+    }
+
+    /// Does anything move?
+    pub fn moves(&self) -> bool {
+        !self.closed.is_empty()
+    }
+
+    /// Does anything lie on the ray before its limit?
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        let frame = RayFrame::new(ray);
+        let mut waiting = Waiting::default();
+        let clear =
+            |waiting: Waiting<'_>| waiting.all(|first| self.segment(first, ray.time).1.intersect(ray).is_none());
+        let mut found = false;
+        self.bvh.traverse(
+            ray,
+            |leaf| memory::fetch(&self.blocks[leaf as usize]),
+            |leaf, limit| {
+                let came = self.near(leaf, &frame, limit);
+                found = !clear(std::mem::replace(&mut waiting, came));
+                if found { -1.0 } else { limit }
+            },
+        );
+        found || !clear(waiting)
+    }
+
+    /// The segments of a leaf that a ray comes near to. Their control points are on the way from memory.
+    #[inline(always)]
+    fn near(&self, leaf: u32, frame: &RayFrame, limit: f32) -> Waiting<'_> {
+        let block = &self.blocks[leaf as usize];
+        let mask = match self.closed.get(leaf as usize) {
+            Some(closed) => block.near(frame, limit, &between(&block.ends, closed, frame.time)),
+            None => block.near(frame, limit, &block.ends),
+        };
+        let waiting = Waiting { first: &block.first, mask };
+        waiting.all(|first| {
+            let (_, points) = self.points(first);
+            memory::fetch(&points[0]);
+            memory::fetch(&points[points.len() - 1]);
+            true
+        });
+        waiting
+    }
+}
+
+/// The strand a control point belongs to, from where each starts. It is looked for from where it would be if all had as many: of most
+/// grooms they do, and to halve the range again and again would wait for memory at each step.
+fn strand_of(starts: &[u32], point: u32) -> usize {
+    let strands = starts.len() - 1;
+    let guess = (u64::from(point) * strands as u64 / u64::from(starts[strands]).max(1)) as usize;
+    let (mut low, mut high) = (guess.min(strands), (guess + 1).min(strands));
+    let mut reach = 1;
+    while starts[low] > point {
+        (high, low) = (low, low.saturating_sub(reach));
+        reach *= 2;
+    }
+    while starts[high] <= point {
+        (low, high) = (high, (high + reach).min(strands));
+        reach *= 2;
+    }
+    low + starts[low..=high].partition_point(|&start| start <= point) - 1
+}
+
+/// Segments of a leaf that are still to be entered. They wait until the next leaf has been looked at: meanwhile
+/// their control points arrive.
+#[derive(Clone, Copy, Default)]
+struct Waiting<'a> {
+    first: &'a [u32],
+    mask: u32,
+}
+
+impl Waiting<'_> {
+    /// Visits them while `visit` asks for more; false where it did not.
+    #[inline(always)]
+    fn all(self, mut visit: impl FnMut(u32) -> bool) -> bool {
+        let mut mask = self.mask;
+        while mask != 0 {
+            if !visit(self.first[mask.trailing_zeros() as usize]) {
+                return false;
+            }
+            mask &= mask - 1;
+        }
+        true
+    }
+}
+
+/// The ends on their way from where they were to where they will be.
+fn between(open: &Ends, closed: &Ends, time: f32) -> Ends {
+    let (early, late) = (f32x8::splat(1.0 - time), f32x8::splat(time));
+    std::array::from_fn(|end| std::array::from_fn(|k| open[end][k].mul_add(early, closed[end][k] * late)))
+}
+
+/// A ray's origin, a frame with the ray as its third axis, and its time.
+struct RayFrame {
+    time: f32,
+    origin: [f32x8; 3],
+    axes: [[f32x8; 3]; 3],
+}
+
+impl RayFrame {
+    #[inline]
+    fn new(ray: &Ray) -> Self {
+        let (u, v) = across(ray.direction);
+        let lanes = |v: glam::Vec3| v.to_array().map(f32x8::splat);
+        RayFrame { time: ray.time, origin: lanes(ray.origin), axes: [lanes(u), lanes(v), lanes(ray.direction)] }
+    }
+}
+
+impl Block {
+    /// The lanes whose chord comes within reach of the ray between its origin and `limit`.
+    #[inline(always)]
+    fn near(&self, frame: &RayFrame, limit: f32, ends: &Ends) -> u32 {
+        let place = |end: &[f32x8; 3]| -> [f32x8; 3] {
+            let q: [f32x8; 3] = [end[0] - frame.origin[0], end[1] - frame.origin[1], end[2] - frame.origin[2]];
+            frame.axes.map(|axis| q[0].mul_add(axis[0], q[1].mul_add(axis[1], q[2] * axis[2])))
+        };
+        let (a, b) = (place(&ends[0]), place(&ends[1]));
+        let (x, y) = (b[0] - a[0], b[1] - a[1]);
+        let reach: f32x8 = bytemuck::cast(self.margins & u32x8::splat(0xffff_0000));
+        let back: f32x8 = bytemuck::cast(self.margins << 16u32);
+        // Where the chord, seen along the ray, comes closest, and how far from there it is within reach.
+        let inverse = f32x8::ONE / x.mul_add(x, y * y).fast_max(f32x8::splat(f32::MIN_POSITIVE));
+        let s = (-(a[0].mul_add(x, a[1] * y)) * inverse).fast_max(f32x8::ZERO).fast_min(f32x8::ONE);
+        let (px, py) = (s.mul_add(x, a[0]), s.mul_add(y, a[1]));
+        let room = reach.mul_sub(reach, px.mul_add(px, py * py));
+        let close = room.simd_ge(f32x8::ZERO);
+        if close.none() {
+            return 0;
+        }
+        let around = (room.fast_max(f32x8::ZERO) * inverse).sqrt();
+        let (from, to) = ((s - around).fast_max(f32x8::ZERO), (s + around).fast_min(f32x8::ONE));
+        // The distances of that piece.
+        let rise = b[2] - a[2];
+        let (near, far) = (from.mul_add(rise, a[2]), to.mul_add(rise, a[2]));
+        let ahead = (near.fast_max(far) + back).simd_ge(f32x8::ZERO);
+        let before = (near.fast_min(far) - reach).simd_le(f32x8::splat(limit));
+        (close & ahead & before).to_bitmask()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{Vec3, Vec4, Vec4Swizzles};
+    use vellus_scene::Basis;
+
+    fn noise(i: usize, k: u32) -> f32 {
+        ((i as f32 * 12.9898 + k as f32 * 78.233).sin() * 43758.547).rem_euclid(1.0)
+    }
+
+    fn strands(basis: Basis, count: usize, points: usize) -> Strands {
+        let mut all = Vec::new();
+        for i in 0..count {
+            let mut p = Vec3::new(noise(i, 1), noise(i, 2), noise(i, 3));
+            let mut d = Vec3::new(noise(i, 4) - 0.5, noise(i, 5) - 0.5, noise(i, 6) - 0.5).normalize() * 0.05;
+            for k in 0..points {
+                all.push(Vec4::from((p, 0.004 * (1.0 - 0.5 * k as f32 / points as f32))));
+                p += d;
+                d += 0.01 * Vec3::new(noise(i, 7) - 0.5, noise(i, 8) - 0.5, noise(i, 9) - 0.5);
+            }
+        }
+        let starts = (0..=count).map(|i| (i * points) as u32).collect();
+        Strands {
+            name: "test".to_owned(),
+            basis,
+            starts,
+            points: all,
+            moved: None,
+            root_uv: None,
+            look: 0,
+            varying: vec![],
+        }
+    }
+
+    /// Strands of one length, of many, and with none; every point.
+    #[test]
+    fn points_belong_to_their_strands() {
+        let lengths: [fn(usize) -> u32; 4] =
+            [|_| 7, |i| 1 + (i as u32 * 7919) % 40, |i| (i as u32 % 3) * 5, |i| 1 << (i / 8)];
+        for length in lengths {
+            let mut starts = vec![0];
+            let mut owner = Vec::new();
+            for i in 0..100 {
+                owner.extend((0..length(i)).map(|_| i));
+                starts.push(owner.len() as u32);
+            }
+            for (point, &strand) in owner.iter().enumerate() {
+                assert_eq!(strand_of(&starts, point as u32), strand);
+            }
+        }
+    }
+
+    /// Where a ray first enters any segment: all are tried.
+    fn first_of_all(sets: &[Strands], ray: &Ray) -> Option<f32> {
+        let mut ray = *ray;
+        let mut first = None;
+        for set in sets {
+            let step = if set.basis == Basis::Bezier { 3 } else { 1 };
+            let count = if set.basis == Basis::Linear { 2 } else { 4 };
+            for p in (0..set.len()).map(|s| set.strand(s)) {
+                for k in 0..set.basis.segments(p.len()).unwrap() {
+                    if let Some(entry) = Segment::new(set.basis, &p[step * k..step * k + count]).intersect(&ray) {
+                        (ray.limit, first) = (entry.t, Some(entry.t));
+                    }
+                }
+            }
+        }
+        first
+    }
+
+    /// The hierarchy finds what going through all segments finds; three sets, every basis, radii that change little and much,
+    /// rays from afar and from the strands themselves.
+    #[test]
+    fn hierarchy_finds_the_first_of_all() {
+        for basis in [Basis::Linear, Basis::BSpline, Basis::CatmullRom, Basis::Bezier] {
+            let mut rough = strands(basis, 60, 7);
+            rough.points.iter_mut().enumerate().for_each(|(i, p)| p.w = 0.001 + 0.03 * noise(i, 31));
+            let sets = vec![strands(basis, 150, 7), strands(Basis::Linear, 50, 4), rough];
+            assert!(sets.iter().all(|s| s.validate().is_ok()));
+            let curves = Curves::new(sets.clone());
+            assert_eq!(curves.segments(), sets.iter().map(Strands::segments).sum::<usize>());
+            let (mut hits, mut further) = (0, 0);
+            for i in 0..2000 {
+                let target = Vec3::new(noise(i, 20), noise(i, 21), noise(i, 22));
+                let origin = Vec3::new(noise(i, 23), noise(i, 24), noise(i, 25)) * 4.0 - 1.5;
+                let ray = Ray::new(origin, (target - origin).normalize());
+                let expected = first_of_all(&sets, &ray);
+                let found = curves.intersect(&ray);
+                assert_eq!(found.map(|h| h.entry.t), expected, "{basis:?} {i}");
+                assert_eq!(curves.occluded(&ray), expected.is_some());
+                let Some(hit) = found else { continue };
+                hits += 1;
+                let set = &curves.strands()[hit.set];
+                let range = set.starts[hit.strand] as usize..set.starts[hit.strand + 1] as usize;
+                assert!(range.contains(&hit.point));
+                let before = Ray { limit: hit.entry.t * 0.999, ..ray };
+                assert!(!curves.occluded(&before));
+                let axis = hit.segment.at(hit.entry.u);
+                if hit.set != 2 {
+                    assert!(ray.at(hit.entry.t).distance(axis.xyz()) < 1.1 * axis.w + 1e-5);
+                }
+                for k in 0..10 {
+                    let direction = Vec3::new(noise(i, 40 + k), noise(i, 60 + k), noise(i, 80 + k)) * 2.0 - 1.0;
+                    let out = ray.at(hit.entry.t) + 1e-3 * axis.w * direction.normalize();
+                    let onward = Ray::new(out, direction.normalize());
+                    let expected = first_of_all(&sets, &onward);
+                    assert_eq!(curves.intersect(&onward).map(|h| h.entry.t), expected, "{basis:?} {i} {k}");
+                    further += usize::from(expected.is_some());
+                }
+            }
+            assert!(hits > 50 && further > 500, "{basis:?}: {hits} {further}");
+        }
+    }
+
+    /// At any time, strands that move are where strands would be that stand there.
+    #[test]
+    fn moving_strands_are_where_they_are() {
+        for basis in [Basis::Linear, Basis::BSpline, Basis::CatmullRom, Basis::Bezier] {
+            let still = strands(basis, 80, 7);
+            let way = |i: usize| 0.2 * Vec3::new(noise(i / 7, 11), noise(i, 12), noise(i / 3, 13));
+            let moved: Vec<Vec3> = still.points.iter().enumerate().map(|(i, p)| p.xyz() + way(i)).collect();
+            let moving = Curves::new(vec![still.clone(), Strands { moved: Some(moved.clone()), ..still.clone() }]);
+            assert!(moving.moves());
+            let mut hits = 0;
+            for time in [0.0, 0.3, 1.0] {
+                let mut now = still.clone();
+                let points = now.points.iter_mut().zip(&moved);
+                points.for_each(|(p, moved)| *p = p.xyz().lerp(*moved, time).extend(p.w));
+                let now = Curves::new(vec![still.clone(), now]);
+                for i in 0..400 {
+                    let origin = Vec3::new(noise(i, 20), noise(i, 21), noise(i, 22)) * 3.0 - 1.0;
+                    let target = Vec3::new(noise(i, 23), noise(i, 24), noise(i, 25));
+                    let ray = Ray { time, ..Ray::new(origin, (target - origin).normalize()) };
+                    let (found, expected) = (moving.intersect(&ray), now.intersect(&ray));
+                    assert_eq!(found.map(|h| h.entry), expected.map(|h| h.entry), "{basis:?} {time} {i}");
+                    assert_eq!(moving.occluded(&ray), expected.is_some());
+                    hits += usize::from(found.is_some_and(|h| h.set == 1));
+                }
+            }
+            assert!(hits > 50, "{basis:?}: {hits}");
+        }
+    }
+}

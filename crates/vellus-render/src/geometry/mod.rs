@@ -1,0 +1,9 @@
+//! What rays hit: round curves and triangles, and the hierarchies over them.
+
+pub mod bvh;
+pub mod curves;
+pub mod memory;
+pub mod ray;
+pub mod segment;
+pub mod swept;
+pub mod triangles;

@@ -1,0 +1,299 @@
+//! All triangles of a scene, for rays: eight to a register (Möller and Trumbore 1997).
+
+use crate::geometry::bvh::{Bounds, Bvh, EMPTY, NONE, WIDTH, join};
+use crate::geometry::ray::Ray;
+use glam::{Mat3, Vec2, Vec3};
+use rayon::prelude::*;
+use std::array::from_fn;
+use vellus_scene::Mesh;
+use wide::f32x8;
+
+/// A corner and two edges of eight triangles. Missing ones have no area.
+type Shape = [[f32x8; 3]; 3];
+
+/// Up to eight triangles.
+#[derive(Clone, Debug)]
+struct Block {
+    /// As the shutter opens.
+    shape: Shape,
+    /// Triangles, counted over all meshes.
+    index: [u32; WIDTH],
+}
+
+/// Meshes and the hierarchy over their triangles.
+#[derive(Clone, Debug)]
+pub struct Triangles {
+    meshes: Vec<Mesh>,
+    /// Triangles before each of `meshes`.
+    offsets: Vec<u32>,
+    blocks: Vec<Block>,
+    /// Shapes of the blocks as the shutter closes, if anything moves.
+    closed: Vec<Shape>,
+    bvh: Bvh,
+}
+
+/// Where a ray meets a triangle.
+#[derive(Clone, Copy, Debug)]
+pub struct TriangleHit {
+    /// Which of the scene's meshes.
+    pub mesh: usize,
+    /// Distance along the ray.
+    pub t: f32,
+    /// Unit normal of the plane, on the side the ray comes from.
+    pub plane: Vec3,
+    /// Unit shading normal, on that side too.
+    pub normal: Vec3,
+    /// Texture coordinates.
+    pub uv: Vec2,
+    /// How far the point moves while the shutter is open.
+    pub movement: Vec3,
+}
+
+fn cross(a: [f32x8; 3], b: [f32x8; 3]) -> [f32x8; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+fn dot(a: [f32x8; 3], b: [f32x8; 3]) -> f32x8 {
+    a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
+}
+
+impl Triangles {
+    /// Builds the hierarchy; `meshes` must be valid.
+    pub fn new(meshes: Vec<Mesh>) -> Self {
+        let mut offsets = vec![0u32];
+        for mesh in &meshes {
+            offsets.push(offsets[offsets.len() - 1] + mesh.triangles.len() as u32);
+        }
+        let count = offsets[meshes.len()] as usize;
+        let mut all =
+            Triangles { meshes, offsets, blocks: Vec::new(), closed: Vec::new(), bvh: Bvh::build(0, |_| EMPTY).0 };
+        let bounds = |i: u32, time: f32| -> Bounds {
+            let [a, b, c] = all.corners(i, time);
+            (a.min(b).min(c), a.max(b).max(c))
+        };
+        let (mut bvh, leaves) = Bvh::build(count, |i| bounds(i as u32, 0.5));
+        let blocks = leaves.par_iter().map(|&index| Block { shape: all.shape(&index, 0.0), index }).collect();
+        let mut closed = Vec::new();
+        if all.meshes.iter().any(|mesh| mesh.moved.is_some()) {
+            let leaf = |leaf: usize, time: f32| {
+                leaves[leaf].iter().filter(|&&i| i != NONE).map(|&i| bounds(i, time)).fold(EMPTY, join)
+            };
+            bvh.set_motion([&|l| leaf(l, 0.0), &|l| leaf(l, 1.0)]);
+            closed = leaves.par_iter().map(|index| all.shape(index, 1.0)).collect();
+        }
+        (all.blocks, all.closed, all.bvh) = (blocks, closed, bvh);
+        all
+    }
+
+    /// The mesh and the triangle in it.
+    fn place(&self, index: u32) -> (usize, usize) {
+        let mesh = self.offsets.partition_point(|&offset| offset <= index) - 1;
+        (mesh, (index - self.offsets[mesh]) as usize)
+    }
+
+    fn corners(&self, index: u32, time: f32) -> [Vec3; 3] {
+        let (mesh, triangle) = self.place(index);
+        let mesh = &self.meshes[mesh];
+        mesh.triangles[triangle].map(|v| {
+            let open = mesh.positions[v as usize];
+            mesh.moved.as_ref().map_or(open, |moved| open.lerp(moved[v as usize], time))
+        })
+    }
+
+    fn shape(&self, index: &[u32; WIDTH], time: f32) -> Shape {
+        let corners = index.map(|i| if i == NONE { [Vec3::ZERO; 3] } else { self.corners(i, time) });
+        let lanes = |f: fn([Vec3; 3]) -> Vec3| [0, 1, 2].map(|k| f32x8::new(corners.map(|c| f(c)[k])));
+        [lanes(|[a, _, _]| a), lanes(|[a, b, _]| b - a), lanes(|[a, _, c]| c - a)]
+    }
+
+    /// The meshes, in the scene's order.
+    pub fn meshes(&self) -> &[Mesh] {
+        &self.meshes
+    }
+
+    /// Does anything move?
+    pub fn moves(&self) -> bool {
+        !self.closed.is_empty()
+    }
+
+    /// The first triangle on a ray, from either side.
+    pub fn intersect(&self, ray: &Ray) -> Option<TriangleHit> {
+        let mut best: Option<(u32, f32, f32, f32)> = None;
+        self.bvh.traverse(
+            ray,
+            |_| {},
+            |leaf, mut limit| {
+                let block = &self.blocks[leaf as usize];
+                let (mut mask, t, u, v) = self.meet(leaf, ray, limit);
+                while mask != 0 {
+                    let lane = mask.trailing_zeros() as usize;
+                    mask &= mask - 1;
+                    let t = t.to_array()[lane];
+                    if t < limit {
+                        limit = t;
+                        best = Some((block.index[lane], t, u.to_array()[lane], v.to_array()[lane]));
+                    }
+                }
+                limit
+            },
+        );
+        best.map(|(index, t, u, v)| self.hit(ray, index, t, u, v))
+    }
+
+    /// Is there a triangle on the ray before its limit?
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        let mut found = false;
+        self.bvh.traverse(
+            ray,
+            |_| {},
+            |leaf, limit| {
+                found = self.meet(leaf, ray, limit).0 != 0;
+                if found { -1.0 } else { limit }
+            },
+        );
+        found
+    }
+
+    fn meet(&self, leaf: u32, ray: &Ray, limit: f32) -> (u32, f32x8, f32x8, f32x8) {
+        let open = &self.blocks[leaf as usize].shape;
+        let Some(closed) = self.closed.get(leaf as usize) else { return meet(open, ray, limit) };
+        let (early, late) = (f32x8::splat(1.0 - ray.time), f32x8::splat(ray.time));
+        let now: Shape = from_fn(|i| from_fn(|k| open[i][k].mul_add(early, closed[i][k] * late)));
+        meet(&now, ray, limit)
+    }
+
+    fn hit(&self, ray: &Ray, index: u32, t: f32, u: f32, v: f32) -> TriangleHit {
+        let (mesh, triangle) = self.place(index);
+        let m = &self.meshes[mesh];
+        let corners = self.corners(index, ray.time);
+        let facing = |n: Vec3| if n.dot(ray.direction) > 0.0 { -n } else { n };
+        let plane = facing(across(corners).normalize_or(Vec3::Z));
+        let w = 1.0 - u - v;
+        let smooth = m.normals.as_ref().map(|n| {
+            let [a, b, c] = n[triangle];
+            let n = a * w + b * u + c * v;
+            let n = if m.moved.is_some() { carried(n, self.corners(index, 0.0), corners) } else { n };
+            n.normalize_or(plane)
+        });
+        // A normal that would face away from the ray, at a silhouette, is the plane's.
+        let normal = smooth.map_or(plane, |n| if n.dot(plane) < 0.0 { -n } else { n });
+        let normal = if normal.dot(ray.direction) < 0.0 { normal } else { plane };
+        let uv = m.uv.as_ref().map_or(Vec2::new(u, v), |uv| {
+            let [a, b, c] = uv[triangle];
+            a * w + b * u + c * v
+        });
+        let movement = m.moved.as_ref().map_or(Vec3::ZERO, |moved| {
+            let [a, b, c] = m.triangles[triangle].map(|v| moved[v as usize] - m.positions[v as usize]);
+            a * w + b * u + c * v
+        });
+        TriangleHit { mesh, t, plane, normal, uv, movement }
+    }
+}
+
+/// The normal of a triangle, as long as twice its area.
+fn across([a, b, c]: [Vec3; 3]) -> Vec3 {
+    (b - a).cross(c - a)
+}
+
+/// A normal that moves as its triangle does: what it is along the edges and across the plane stays.
+fn carried(n: Vec3, from: [Vec3; 3], to: [Vec3; 3]) -> Vec3 {
+    let frame = |corners: [Vec3; 3]| {
+        let [a, b, c] = corners;
+        Mat3::from_cols(b - a, c - a, across(corners).normalize_or_zero())
+    };
+    let (from, to) = (frame(from), frame(to));
+    to.transpose().inverse() * (from.transpose() * n)
+}
+
+/// The lanes a ray meets before `limit`, with distances and barycentric coordinates.
+#[inline]
+fn meet([corner, edges @ ..]: &Shape, ray: &Ray, limit: f32) -> (u32, f32x8, f32x8, f32x8) {
+    let (zero, one) = (f32x8::ZERO, f32x8::ONE);
+    let d = ray.direction.to_array().map(f32x8::splat);
+    let o = ray.origin.to_array().map(f32x8::splat);
+    let p = cross(d, edges[1]);
+    let determinant = dot(edges[0], p);
+    let inverse = one / determinant;
+    let s: [f32x8; 3] = from_fn(|k| o[k] - corner[k]);
+    let u = dot(s, p) * inverse;
+    let q = cross(s, edges[0]);
+    let v = dot(d, q) * inverse;
+    let t = dot(edges[1], q) * inverse;
+    // Without area, the inverse is infinite and no comparison holds. Edges are a few roundings wide.
+    let edge = f32x8::splat(-1e-6);
+    let inside = u.simd_ge(edge) & v.simd_ge(edge) & (u + v).simd_le(f32x8::splat(1.000_001));
+    let hit = inside & t.simd_gt(zero) & t.simd_lt(f32x8::splat(limit)) & determinant.abs().simd_gt(zero);
+    (hit.to_bitmask(), t, u, v)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A closed box from inside: every ray meets it where its planes are, no ray gets out.
+    #[test]
+    fn nothing_leaves_a_closed_box() {
+        let positions: Vec<Vec3> =
+            (0..8).map(|i| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2 & 1) as f32)).collect();
+        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+        let mesh =
+            Mesh { name: "box".to_owned(), positions, triangles, normals: None, uv: None, surface: 0, moved: None };
+        let all = Triangles::new(vec![mesh]);
+        for i in 0..20_000u32 {
+            let noise = |k: u32| ((i as f32 * 12.9898 + k as f32 * 78.233).sin() * 43758.547).rem_euclid(1.0);
+            let origin = Vec3::new(noise(1), noise(2), noise(3)) * 0.98 + 0.01;
+            let direction = (Vec3::new(noise(4), noise(5), noise(6)) - 0.5).normalize();
+            let ray = Ray::new(origin, direction);
+            let hit = all.intersect(&ray).unwrap();
+            let walls = ((1.0 - origin) / direction).max(-origin / direction);
+            assert!((hit.t - walls.min_element()).abs() < 1e-5 && hit.normal.dot(direction) < 0.0);
+            assert!(all.occluded(&ray) && !all.occluded(&Ray { limit: hit.t - 1e-5, ..ray }));
+        }
+    }
+
+    /// At any time, a mesh that moves is where one would be that stands there, and so are its normals.
+    #[test]
+    fn moving_meshes_are_where_they_are() {
+        let noise = |i: usize, k: u32| ((i as f32 * 12.9898 + k as f32 * 78.233).sin() * 43758.547).rem_euclid(1.0);
+        let vector = |i: usize, k: u32| Vec3::new(noise(i, k), noise(i, k + 1), noise(i, k + 2));
+        let positions: Vec<Vec3> = (0..300).map(|i| vector(i / 3, 1) + 0.2 * vector(i, 4)).collect();
+        // Turned and moved: what carries a normal is exact.
+        let turn = Mat3::from_rotation_y(0.9) * Mat3::from_rotation_x(0.4);
+        let moved: Vec<Vec3> = positions.iter().map(|&p| turn * p + Vec3::new(0.1, -0.2, 0.3)).collect();
+        let triangles: Vec<[u32; 3]> = (0..100).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let normals: Vec<[Vec3; 3]> =
+            (0..100).map(|i| [1, 2, 3].map(|k| (vector(i, 10 * k) - 0.5).normalize())).collect();
+        let mesh = |positions: &[Vec3], moved, normals: &[[Vec3; 3]]| Mesh {
+            name: "shards".to_owned(),
+            positions: positions.to_vec(),
+            moved,
+            triangles: triangles.clone(),
+            normals: Some(normals.to_vec()),
+            uv: None,
+            surface: 0,
+        };
+        let moving = Triangles::new(vec![mesh(&positions, Some(moved.clone()), &normals)]);
+        let turned: Vec<[Vec3; 3]> = normals.iter().map(|n| n.map(|n| turn * n)).collect();
+        let mut hits = 0;
+        for (time, normals) in [(0.0, Some(&normals)), (0.4, None), (1.0, Some(&turned))] {
+            let now: Vec<Vec3> = positions.iter().zip(&moved).map(|(a, b)| a.lerp(*b, time)).collect();
+            let still = Triangles::new(vec![mesh(&now, None, normals.unwrap_or(&turned))]);
+            for i in 0..2000 {
+                let origin = 3.0 * vector(i, 20) - 1.0;
+                let ray = Ray { time, ..Ray::new(origin, (vector(i, 23) - origin).normalize()) };
+                match (moving.intersect(&ray), still.intersect(&ray)) {
+                    (Some(a), Some(b)) => {
+                        hits += 1;
+                        assert!((a.t - b.t).abs() < 1e-4 && a.plane.abs_diff_eq(b.plane, 1e-3), "{a:?} {b:?}");
+                        // Between opening and closing a triangle shrinks, and its normals are its own.
+                        let (a, b) = (a.normal, b.normal);
+                        assert!(normals.is_none() || a.abs_diff_eq(b, 2e-3), "{a} {b}");
+                    }
+                    (a, b) => assert!(a.is_none() && b.is_none(), "{a:?} {b:?}"),
+                }
+            }
+        }
+        assert!(hits > 300, "{hits}");
+    }
+}

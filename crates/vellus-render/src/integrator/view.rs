@@ -1,0 +1,134 @@
+//! The camera in motion: rays through a pixel, and where a point is seen.
+
+use crate::geometry::ray::Ray;
+use crate::light::concentric;
+use glam::{Affine3A, Mat4, Quat, Vec2, Vec3};
+use vellus_scene::Camera;
+
+/// Which part of the picture a pixel's samples see.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Filter {
+    /// The pixel itself, evenly.
+    Box,
+    /// Two pixels across, most at its middle: smoother edges, and no steps where fibres run nearly along rows or columns.
+    #[default]
+    Tent,
+}
+
+impl Filter {
+    /// Pixels from its middle, for a number in [0, 1). Samples are drawn by the filter, so that pixels have none in common.
+    fn offset(self, u: f32) -> f32 {
+        match self {
+            Filter::Box => u - 0.5,
+            Filter::Tent if u < 0.5 => (2.0 * u).sqrt() - 1.0,
+            Filter::Tent => 1.0 - (2.0 - 2.0 * u).sqrt(),
+        }
+    }
+}
+
+/// A camera made ready. Between opening and closing of the shutter it turns evenly and moves in a straight line.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct View {
+    camera: Camera,
+    open: (Quat, Vec3),
+    closed: Option<(Quat, Vec3)>,
+}
+
+fn rigid(to_world: Mat4) -> (Quat, Vec3) {
+    let (_, turn, place) = to_world.to_scale_rotation_translation();
+    (turn, place)
+}
+
+impl View {
+    pub(crate) fn new(camera: Camera) -> Self {
+        View { camera, open: rigid(camera.to_world), closed: camera.moved.map(rigid) }
+    }
+
+    /// Does it move?
+    pub(crate) fn moves(&self) -> bool {
+        self.closed.is_some()
+    }
+
+    /// From its frame to the world.
+    fn frame(&self, time: f32) -> Affine3A {
+        let (turn, place) = self.open;
+        match self.closed {
+            Some((turned, moved)) => {
+                Affine3A::from_rotation_translation(turn.slerp(turned, time), place.lerp(moved, time))
+            }
+            None => Affine3A::from_rotation_translation(turn, place),
+        }
+    }
+
+    /// A ray through a place of a pixel's filter. `size` is that of the whole picture; `u` are two numbers for the filter and two
+    /// for the lens.
+    pub(crate) fn ray(&self, size: [usize; 2], pixel: [usize; 2], filter: Filter, u: [f32; 4], time: f32) -> Ray {
+        let [width, height] = size.map(|n| n as f32);
+        let film_height = self.camera.film_height;
+        let x = ((pixel[0] as f32 + 0.5 + filter.offset(u[0])) / width - 0.5) * film_height * width / height;
+        let y = (0.5 - (pixel[1] as f32 + 0.5 + filter.offset(u[1])) / height) * film_height;
+        let (a, b) = concentric([u[2], u[3]]);
+        let lens = Vec3::new(a, b, 0.0) * self.camera.lens_radius;
+        let focus = Vec3::new(x, y, -1.0) * self.camera.focus_distance;
+        let frame = self.frame(time);
+        let direction = frame.transform_vector3(focus - lens).normalize();
+        Ray { time, ..Ray::new(frame.transform_point3(lens), direction) }
+    }
+
+    /// A pixel's width at a place on a camera ray, across the way the camera looks (Yan17 Eq. 27).
+    pub(crate) fn pixel_width(&self, size: [usize; 2], ray: &Ray, t: f32) -> f32 {
+        let forward = self.frame(ray.time).transform_vector3(-Vec3::Z);
+        t * ray.direction.dot(forward) * self.camera.film_height / size[1] as f32
+    }
+
+    /// A pixel's width at a point, across the way the camera looks; negative behind it.
+    pub(crate) fn pixel_widths(&self, size: [usize; 2], time: f32) -> impl Fn(Vec3) -> f32 + Sync {
+        let frame = self.frame(time);
+        let (eye, forward) = (Vec3::from(frame.translation), frame.transform_vector3(-Vec3::Z));
+        let slope = self.camera.film_height / size[1] as f32;
+        move |point| (point - eye).dot(forward) * slope
+    }
+
+    /// Where a point is seen, in pixels from the upper left corner; `None` behind the camera.
+    pub(crate) fn seen(&self, size: [usize; 2], point: Vec3, time: f32) -> Option<Vec2> {
+        let p = self.frame(time).inverse().transform_point3(point);
+        let [width, height] = size.map(|n| n as f32);
+        let pixels = height / self.camera.film_height;
+        (p.z < 0.0).then(|| Vec2::new(0.5 * width, 0.5 * height) + Vec2::new(p.x, -p.y) / -p.z * pixels)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Filters are centred, and of the variance a box of one pixel and a tent of two have; nothing of a box is outside of its pixel.
+    #[test]
+    fn filters_are_as_wide_as_they_say() {
+        for (filter, reach, variance) in [(Filter::Box, 0.5, 1.0 / 12.0), (Filter::Tent, 1.0, 1.0 / 6.0)] {
+            const N: usize = 10_000;
+            let all: Vec<f32> = (0..N).map(|i| filter.offset((i as f32 + 0.5) / N as f32)).collect();
+            assert!(all.iter().all(|x| x.abs() <= reach) && all.is_sorted());
+            let mean = |f: &dyn Fn(f32) -> f32| all.iter().map(|&x| f64::from(f(x))).sum::<f64>() / N as f64;
+            assert!(mean(&|x| x).abs() < 1e-5 && (mean(&|x| x * x) - variance).abs() < 1e-4, "{filter:?}");
+        }
+    }
+
+    /// A point on a ray is seen in the pixel of the ray, at any time, whatever the camera does.
+    #[test]
+    fn points_are_seen_where_their_rays_come_from() {
+        let mut camera = Camera::look_at(Vec3::new(1.0, 2.0, 5.0), Vec3::new(0.2, 0.1, 0.0), Vec3::Y, 0.6, 1.5);
+        camera.moved = Some(Mat4::from_rotation_y(0.8) * Mat4::from_translation(Vec3::X) * camera.to_world);
+        let view = View::new(camera);
+        for i in 0..200 {
+            let pixel = [i % 30, i % 20];
+            let time = (i % 7) as f32 / 6.0;
+            // The middle of the filter.
+            let ray = view.ray([30, 20], pixel, Filter::Tent, [0.5; 4], time);
+            let found = view.seen([30, 20], ray.at(0.3 + i as f32), time).unwrap();
+            let middle = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5);
+            assert!(found.abs_diff_eq(middle, 1e-3), "{found} is not {middle}");
+            assert!(view.seen([30, 20], ray.at(-1.0), time).is_none());
+        }
+    }
+}

@@ -1,0 +1,4 @@
+//! How fibres and meshes scatter light.
+
+pub mod fibers;
+pub mod surface;
