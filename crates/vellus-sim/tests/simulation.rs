@@ -6,6 +6,7 @@ use vellus_sim::build::Quality;
 use vellus_sim::check::{TableKind, check_azimuthal, check_longitudinal, summary};
 use vellus_sim::energies::{Fate, Offsets, energies};
 use vellus_sim::medulla::{azimuthal, longitudinal, longitudinal_borders, stream};
+use vellus_testing::significance::max_abs_z;
 
 /// Henyey–Greenstein over the azimuth only: ∫ p(cos θ cos φ) cos θ dθ, φ from straight on.
 fn marginal(g: f64, phi: f64) -> f64 {
@@ -98,11 +99,13 @@ fn shipped_tables_match_simulation() {
     }
 }
 
-/// R, TT and TRT of the model are those of the whole fibre: within 1 % or three standard errors,
-/// ten presets, three inclinations.
+/// R, TT and TRT of the model are those of the whole fibre: within 1 %, or the noise of the
+/// simulation, for ten presets and three inclinations.
 #[test]
 fn energies_match_fibre_reference() {
-    let photons = 200_000;
+    let photons = 340_000;
+    // Ten presets, three inclinations, three lobes: the bound is 3.86 standard errors.
+    let bound = max_abs_z(Species::ALL.len() * 3 * 3, 0.01);
     for species in Species::ALL {
         let fiber = Fiber::preset(species);
         let bcsdf = Bcsdf::new(&fiber).unwrap();
@@ -121,7 +124,7 @@ fn energies_match_fibre_reference() {
             for fate in [Fate::R, Fate::Tt, Fate::Trt] {
                 let (m, r) = (model[fate as usize], reference.mean[fate as usize][0]);
                 let e = reference.error[fate as usize][0];
-                let allowed = (0.01 * r).max(3.0 * e);
+                let allowed = (0.01 * r).max(bound * e);
                 assert!((m - r).abs() <= allowed, "{species} {degrees}° {}: {m} {r} ± {e}", fate.key());
             }
         }
