@@ -39,6 +39,13 @@ pub fn max_abs_z(count: usize, false_alarm: f64) -> f64 {
     two_sided_quantile(per_test(count, false_alarm))
 }
 
+/// The bound on a mean of which `samples` samples in [0, 1] were all zero, for `count` such tests.
+///
+/// With a mean of m, at least a share m of all samples is not zero, so none of n is with a probability of at most e^(−mn).
+pub fn max_unseen_mean(samples: usize, count: usize, false_alarm: f64) -> f64 {
+    -per_test(count, false_alarm).ln() / samples as f64
+}
+
 /// The bound on one of `count` χ² values with `degrees` degrees of freedom, for the same meaning of `false_alarm`.
 ///
 /// Approximation of Wilson and Hilferty 1931. With 10 degrees or more it is within 1 % of the exact quantile.
