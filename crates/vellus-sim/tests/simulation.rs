@@ -6,6 +6,7 @@ use vellus_sim::build::Quality;
 use vellus_sim::check::{TableKind, check_azimuthal, check_longitudinal, summary};
 use vellus_sim::energies::{Fate, Offsets, energies};
 use vellus_sim::medulla::{azimuthal, longitudinal, longitudinal_borders, stream};
+use vellus_testing::significance::{max_abs_z, max_unseen_mean};
 
 /// The Henyey–Greenstein phase function over the azimuth: ∫ p(cos θ cos φ) cos θ dθ, with φ from the forward direction.
 fn marginal(g: f64, phi: f64) -> f64 {
@@ -98,11 +99,14 @@ fn shipped_tables_match_simulation() {
     }
 }
 
-/// R, TT and TRT of the model match those of the whole fibre: within 1 % or three standard errors, for ten presets and three
-/// inclinations.
+/// R, TT and TRT of the model match those of the whole fibre: within 1 %, or the noise of the simulation, for ten presets
+/// and three inclinations.
 #[test]
 fn energies_match_fibre_reference() {
-    let photons = 200_000;
+    let photons = 340_000;
+    // Ten presets, three inclinations, three lobes: the bound is 3.86 standard errors.
+    let (count, false_alarm) = (Species::ALL.len() * 3 * 3, 0.01);
+    let bound = max_abs_z(count, false_alarm);
     for species in Species::ALL {
         let fiber = Fiber::preset(species);
         let bcsdf = Bcsdf::new(&fiber).unwrap();
@@ -121,7 +125,9 @@ fn energies_match_fibre_reference() {
             for fate in [Fate::R, Fate::Tt, Fate::Trt] {
                 let (m, r) = (model[fate as usize], reference.mean[fate as usize][0]);
                 let e = reference.error[fate as usize][0];
-                let allowed = (0.01 * r).max(3.0 * e);
+                // Of some lobes no photon is seen: the error of the simulation is then unknown, not zero.
+                let unseen = max_unseen_mean(photons as usize, count, false_alarm);
+                let allowed = if r == 0.0 { unseen } else { (0.01 * r).max(bound * e) };
                 assert!((m - r).abs() <= allowed, "{species} {degrees}° {}: {m} {r} ± {e}", fate.key());
             }
         }
