@@ -1,11 +1,7 @@
 //! Fits of measurements of which the truth is known.
 
-mod common;
-
-use common::{check_scores, largest};
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
-use vellus::oracle::Oracle;
 use vellus::{Fiber, Species, TableData, Tables};
 use vellus_fit::parameters::{Curve, Kind, parameters};
 use vellus_fit::space::Space;
@@ -13,6 +9,8 @@ use vellus_fit::{
     Error, Estimate, Fit, Forward, Options, Profile, Requests, Specimen, State, Synthetic, fit, simulate,
 };
 use vellus_models::Directions;
+use vellus_reference::exact::Exact;
+use vellus_testing::significance::{FALSE_ALARM, check_largest, check_scores, max_abs_z};
 
 /// A gantry with a quarter of the directions of the default one, of which the fits take a tenth of a second.
 fn gantry(seed: u64) -> Synthetic {
@@ -58,13 +56,6 @@ fn z_scores(result: &Fit, fiber: &Fiber, scale: f64) -> Vec<(String, f64)> {
     let fitted = |e: &&Estimate| e.determined && e.state == State::Fitted;
     let z = |e: &Estimate| (e.name.clone(), (e.value - truth(fiber, &e.name, scale)) / e.error.unwrap());
     result.estimates.iter().filter(fitted).map(z).collect()
-}
-
-/// No z-score is beyond the bound for as many.
-fn check_largest(scores: &[(String, f64)]) {
-    for (name, z) in scores {
-        assert!(z.abs() <= largest(scores.len()), "{name}: {z} standard errors off");
-    }
 }
 
 #[test]
@@ -152,7 +143,7 @@ fn fixed_tied_and_freed_parameters_do_as_asked() {
     assert_eq!(result.specimen.fiber.beta_n, result.specimen.fiber.beta_m);
     assert_eq!(result.specimen.fiber.sigma_ma, [result.specimen.fiber.sigma_ma[1]; 3]);
     let theta_o = of("theta_o");
-    assert!((theta_o.value + 25.0).abs() < largest(1) * theta_o.error.unwrap(), "{theta_o:?}");
+    assert!((theta_o.value + 25.0).abs() < max_abs_z(1, FALSE_ALARM) * theta_o.error.unwrap(), "{theta_o:?}");
     let scores: Vec<_> = z_scores(&result, &fiber, 37.0).into_iter().filter(|(name, _)| name != "theta_o").collect();
     check_largest(&scores);
     // Three fewer by ties, one by the value given, one more freed: of 16 and the scale.
@@ -233,7 +224,7 @@ fn difference_quotients_match_the_oracle() {
         (0..40).map(|i| (12.0 + f64::from(i % 5) * 8.0, -17.0 + f64::from(i / 5) * 29.0)).collect();
     let theta_o = -30f64.to_radians();
     let exact = |fiber: &Fiber| -> Vec<f64> {
-        let oracle = Oracle::new(fiber, &tables);
+        let oracle = Exact::new(fiber, &tables).unwrap();
         let window = oracle.window(theta_o, [-1.0, 1.0], 1500, 300);
         let value = |&(t, p): &(f64, f64)| {
             window.eval(t.to_radians(), p.to_radians()).iter().map(|lobe| lobe[0]).sum::<f64>().ln()

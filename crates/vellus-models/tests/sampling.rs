@@ -1,12 +1,9 @@
 //! Of every model: sampling draws what pdf says, pdf integrates to 1, weights are f/pdf.
 
-#[path = "../../vellus/tests/common/mod.rs"]
-mod common;
-
-use common::sphere::{ChiSquared, integral};
-use common::{Uniform, direction, full_fiber};
 use vellus::{Fiber, Model, Scattering, Species, Window};
 use vellus_models::{AnyModel, ModelKind, Yan2015};
+use vellus_testing::sphere::{ChiSquared, integral};
+use vellus_testing::{Uniform, direction, full_fiber};
 
 fn fibers() -> [Fiber; 3] {
     [
@@ -35,7 +32,7 @@ fn models() -> impl Iterator<Item = (ModelKind, Fiber, AnyModel)> {
 
 /// That of 2015 sampled as it was then.
 fn published() -> impl Iterator<Item = (ModelKind, Fiber, AnyModel)> {
-    let model = |fiber: Fiber| AnyModel::Yan2015(Yan2015::with_eta_m(&fiber, 1.4).unwrap().sampled_as_published());
+    let model = |fiber: Fiber| AnyModel::Yan2015(Yan2015::with_eta_m(&fiber, 1.4).unwrap().with_original_sampling());
     fibers().into_iter().map(move |fiber| (ModelKind::Yan2015, fiber, model(fiber)))
 }
 

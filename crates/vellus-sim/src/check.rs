@@ -5,8 +5,8 @@ use crate::medulla::{SimRng, azimuthal, longitudinal, longitudinal_borders, stre
 use rand::Rng;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
-use vellus::oracle::{Profile, mean_path};
 use vellus::{TableData, grid};
+use vellus_reference::exact::{Profile, mean_path};
 
 /// Directions a profile is compared in: 720 azimuths, and half as many steps over each half in θᵢ.
 const DIRECTIONS: usize = 720;

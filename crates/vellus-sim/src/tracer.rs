@@ -10,7 +10,7 @@
 use crate::medulla::{SimRng, Vec3, scatter, uniform2};
 use std::f64::consts::TAU;
 use vellus::Fiber;
-use vellus::oracle::fresnel;
+use vellus_reference::exact::fresnel;
 
 /// Photons traced by one random stream; the unit of work for threads.
 pub(crate) const CHUNK: u64 = 1 << 14;

@@ -75,7 +75,7 @@ fn smoke_build_makes_usable_tables() {
         let l1 = summary(errors.iter().filter(own).map(|e| (e.l1.powi(2) - e.noise.powi(2)).max(0.0).sqrt()).collect());
         assert!(l1.mean < 0.1, "{}: {l1:?}", kind.name());
     }
-    let tables = Tables::new(&data);
+    let tables = Tables::new(&data).unwrap();
     let bcsdf = Bcsdf::with_tables(&Fiber::preset(Species::Cat), &tables).unwrap();
     let f = bcsdf.at(glam::Vec3::Y, Window::near(0.1)).eval(-glam::Vec3::Y).total();
     assert!(f[0] > 0.0 && f[0].is_finite());
@@ -159,7 +159,7 @@ fn mean_path_beats_the_fixed_path() {
     let bcsdf = Bcsdf::new(&fiber).unwrap();
     let ours = f64::from(bcsdf.at(glam::Vec3::Y, Window::near(h as f32)).energy().0[3][0]);
     let data = TableData::from_bytes(Tables::SHIPPED).unwrap();
-    let published = vellus::published::Published::new(&fiber, &data);
+    let published = vellus_reference::as_printed::AsPrinted::new(&fiber, &data).unwrap();
     let theirs = published.energy(0.0, h)[3][0];
     // exp(−σ⟨L⟩) underestimates the mean of exp(−σ L): 10 % here. The fixed path overestimates by far more.
     assert!((ours / exact - 1.0).abs() < 0.15, "{ours} {exact}");
@@ -176,7 +176,7 @@ fn longitudinal_tables_take_the_radial_optical_depth() {
     let simulated = longitudinal(tau, g, theta, 2_000_000, nodes, &mut stream(8, 0));
     let borders = longitudinal_borders(nodes);
     let l1 = |tau: f64| {
-        let profiles = vellus::oracle::Profile::longitudinal(&data, tau, g, theta);
+        let profiles = vellus_reference::exact::Profile::longitudinal(&data, tau, g, theta);
         let half = |k: usize| -> f64 {
             (0..nodes)
                 .map(|j| {

@@ -1,11 +1,9 @@
 //! Sampling draws what pdf says, tilt and all else non-zero.
 
-mod common;
-
-use common::sphere::{ChiSquared, integral};
-use common::{Uniform, direction, full_fiber};
 use std::f64::consts::TAU;
 use vellus::{Bcsdf, Fiber, Lobe, Species, Window};
+use vellus_testing::sphere::{ChiSquared, integral};
+use vellus_testing::{Uniform, direction, full_fiber};
 
 fn fibers() -> Vec<Fiber> {
     // The second has a peak so sharp that a window spreads its light over azimuths, the third takes more segments.
@@ -81,7 +79,7 @@ fn weight_is_the_near_field_total() {
                 }
             }
             let (f, pdf) = hit.eval_pdf(s.wi);
-            // The same direction through eval: δ = 1e-6 in both angles, see tests/oracle.rs.
+            // The same direction through eval: δ = 1e-6 in both angles, see tests/exact.rs.
             assert!((pdf / s.pdf - 1.0).abs() < 3e-3 + 1e-4 / s.pdf, "{fiber:?} {s:?} {pdf}");
             assert!((f.total()[1] - s.weight[1] * s.pdf).abs() <= 3e-3 * f.total()[1] + 1e-4, "{fiber:?} {s:?}");
         }

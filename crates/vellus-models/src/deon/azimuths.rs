@@ -1,7 +1,7 @@
 //! N_p(φ) of a rough surface and one channel, in a table.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use vellus::oracle::fresnel;
+use vellus_reference::exact::fresnel;
 
 /// Nodes of θ_d, over [0°, 90°].
 const THETAS: usize = 31;

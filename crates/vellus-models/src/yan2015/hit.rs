@@ -81,10 +81,14 @@ impl Yan2015Hit<'_> {
             for i in 0..3 {
                 let value = d.lobes[i] * d.transmission;
                 (0..3).for_each(|c| lobes.0[SCATTERED[i] as usize][c] += s.energy[i][c] * value);
-                pdf += if self.model.published { 0.0 } else { self.probability[1 + i] * d.lobes[i] };
+                pdf += if self.model.original_sampling { 0.0 } else { self.probability[1 + i] * d.lobes[i] };
             }
             (0..3).for_each(|c| lobes.0[Lobe::Rest as usize][c] += s.diffuse[c] * d.diffuse);
-            let even = if self.model.published { self.probability[1..].iter().sum() } else { self.diffuse_probability };
+            let even = if self.model.original_sampling {
+                self.probability[1..].iter().sum()
+            } else {
+                self.diffuse_probability
+            };
             pdf += even * (0.25 * FRAC_1_PI);
         }
         (lobes, pdf)
@@ -156,8 +160,8 @@ impl Yan2015Hit<'_> {
 }
 
 impl Yan2015Hit<'_> {
-    /// As [`Yan2015::sampled_as_published`] says.
-    fn sample_as_published(&self, i: usize, left: f32, u: [f32; 5]) -> Sample {
+    /// As [`Yan2015::with_original_sampling`] says.
+    fn sample_originally(&self, i: usize, left: f32, u: [f32; 5]) -> Sample {
         let (lobe, o, weight) = match &self.scattered {
             Some(s) if i > 0 => {
                 // Evenly over the sphere.
@@ -244,8 +248,8 @@ impl Scattering for Yan2015Hit<'_> {
     #[inline]
     fn sample(&self, u: [f32; 5]) -> Sample {
         let (i, left) = choose(&self.probability, u[0]);
-        if self.model.published {
-            return self.sample_as_published(i, left, u);
+        if self.model.original_sampling {
+            return self.sample_originally(i, left, u);
         }
         let (lobe, outgoing) = self.draw(i, left, u);
         let (lobes, pdf) = self.eval_outgoing(&outgoing);

@@ -29,7 +29,7 @@
 //! unscattered lobes fill one register; the profiles come from the 119 KB of `vellus`, not from 620 MB, and are
 //! prepared once a hit for all three passes, which share |h″|; the transmitted share comes from a table per η_c, η_m
 //! and l, which [`Model::with_fiber`] keeps where other parameters vary along the fur; nothing is allocated in a
-//! query; sampling is exact but for the outgoing Fresnel factor. [`Yan2015::sampled_as_published`] samples as the paper
+//! query; sampling is exact but for the outgoing Fresnel factor. [`Yan2015::with_original_sampling`] samples as the paper
 //! did instead: scattered lobes uniformly around and cosine-weighted along the fibre, each sample weighted by its lobe alone.
 
 mod escape;
@@ -69,7 +69,7 @@ pub struct Yan2015 {
     medulla: Medulla<'static>,
     escape: Option<Arc<Escape>>,
     /// Samples as the paper did.
-    published: bool,
+    original_sampling: bool,
 }
 
 impl Yan2015 {
@@ -116,7 +116,7 @@ impl Yan2015 {
             around: Gaussians::new(lanes([1.0f32, 2.0, 3.0].map(|k| k.sqrt() * fiber.beta_n)).map(Some)),
             medulla,
             escape,
-            published: false,
+            original_sampling: false,
         })
     }
 
@@ -124,8 +124,8 @@ impl Yan2015 {
     /// the unscattered ones from their Gaussians, the scattered and the diffuse one evenly over the sphere. The weight is that
     /// of the lobe alone. For measuring what sampling is worth.
     #[must_use]
-    pub fn sampled_as_published(self) -> Self {
-        Yan2015 { published: true, ..self }
+    pub fn with_original_sampling(self) -> Self {
+        Yan2015 { original_sampling: true, ..self }
     }
 }
 
@@ -189,7 +189,7 @@ impl Model for Yan2015 {
         let scattered = self.scattered(&paths).map(|(s, cone)| {
             (0..3).for_each(|i| probability[1 + i] = s.energy[i].iter().fold(0.0, |a: f32, &b| a.max(b)));
             let sum = probability[1] + probability[2] + probability[3];
-            if self.published {
+            if self.original_sampling {
                 probability[4] = s.diffuse.iter().fold(0.0, |a: f32, &b| a.max(b));
                 return s;
             }
@@ -217,7 +217,7 @@ impl Model for Yan2015 {
     fn with_fiber(&self, fiber: &Fiber) -> Result<Self, Error> {
         let same = self.fiber.eta == fiber.eta;
         let eta_m = if same { self.eta_m } else { (self.eta_m * fiber.eta / self.fiber.eta).clamp(1.0, 3.0) };
-        Ok(Yan2015 { published: self.published, ..Self::prepare(fiber, eta_m, self.escape.as_ref())? })
+        Ok(Yan2015 { original_sampling: self.original_sampling, ..Self::prepare(fiber, eta_m, self.escape.as_ref())? })
     }
 }
 

@@ -3,8 +3,8 @@
 use super::paths::Paths;
 use crate::entry::Entry;
 use std::f64::consts::{PI, TAU};
-use vellus::oracle::fresnel;
 use vellus::{Fiber, Window};
+use vellus_reference::exact::fresnel;
 
 /// A ray on its way, with what is left of the light (first channel).
 #[derive(Clone, Copy)]

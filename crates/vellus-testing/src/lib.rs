@@ -1,15 +1,18 @@
-//! What the tests share: directions, a generator, a fibre with every parameter non-zero.
-#![allow(dead_code, reason = "each test file uses its own part")]
+//! Shared test code: directions, a random number generator, random fibres, and statistical tests.
+//!
+//! Only integration tests, benchmarks and examples can use this crate. A unit test inside `vellus` would see two copies
+//! of `vellus`: the one under test and the one that this crate depends on.
 
+pub mod significance;
 pub mod sphere;
 
 use glam::Vec3;
 use vellus::{Fiber, TableData, Tables};
 
-/// The shipped tables, as the f64 oracle wants them.
+/// The tables that `vellus` contains, in the form that the double-precision references take.
 pub fn table_data() -> &'static TableData {
     static DATA: std::sync::OnceLock<TableData> = std::sync::OnceLock::new();
-    DATA.get_or_init(|| TableData::from_bytes(Tables::SHIPPED).unwrap())
+    DATA.get_or_init(|| TableData::from_bytes(Tables::SHIPPED).expect("the tables in vellus are valid"))
 }
 
 /// Unit vector at inclination `theta` and azimuth `phi`, radians.
@@ -17,7 +20,7 @@ pub fn direction(theta: f64, phi: f64) -> Vec3 {
     Vec3::new(theta.sin() as f32, (theta.cos() * phi.cos()) as f32, (theta.cos() * phi.sin()) as f32)
 }
 
-/// A fibre with every parameter non-zero, tilt and colour included.
+/// A fibre with every parameter non-zero, including tilt and colour.
 pub fn full_fiber() -> Fiber {
     Fiber {
         eta: 1.55,
@@ -33,10 +36,12 @@ pub fn full_fiber() -> Fiber {
     }
 }
 
-/// A small deterministic generator (SplitMix64), uniform in [0, 1).
+/// A small deterministic random number generator (SplitMix64). The number is its seed.
 pub struct Uniform(pub u64);
 
 impl Uniform {
+    /// The next number, uniform in [0, 1).
+    #[expect(clippy::should_implement_trait, reason = "a generator never ends, so `Option` would only be noise")]
     pub fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -45,17 +50,18 @@ impl Uniform {
         ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// What a sampler takes.
+    /// Single-precision numbers in [0, 1), for a sampler.
     pub fn numbers<const N: usize>(&mut self) -> [f32; N] {
-        // Rounding to f32 may give 1, which a sampler must never see.
+        // Rounding to f32 can give 1, which is outside a sampler's range.
         std::array::from_fn(|_| (self.next() as f32).min(1.0 - f32::EPSILON / 2.0))
     }
 
+    /// The next number, uniform in [lo, hi).
     pub fn within(&mut self, lo: f64, hi: f64) -> f64 {
         lo + (hi - lo) * self.next()
     }
 
-    /// A fibre drawn from the whole valid space, edges included now and then.
+    /// A random fibre. Each parameter varies over most of its valid range.
     pub fn fiber(&mut self) -> Fiber {
         let mut colour = |scale: f64| -> [f32; 3] { std::array::from_fn(|_| (scale * self.next().powi(3)) as f32) };
         let (sigma_ca, sigma_ma) = (colour(5.0), colour(5.0));

@@ -1,17 +1,17 @@
-//! The paper's integral over the offsets by segments (Yan17 Sec. 5.1, 5.2): nodes at h = √(i/n), and between them (1 − F)²,
-//! F^(p−1), s_c, s_m, γ_i, γ_t and D^s linear in h.
+//! The paper's integral over the offsets by segments (Yan17 Sec. 5.1, 5.2): nodes at h = √(i/n), and between them
+//! (1 − F)², F^(p−1), s_c, s_m, γ_i, γ_t and D^s linear in h.
 //!
-//! It takes what it interpolates from whichever near field is asked for: the paper's, or ours, which
-//! shows what the segments alone do (D9).
+//! The values at the nodes come from a near field of the caller's choice: the paper's, or the exact one, which shows
+//! the effect of the segments alone (D9).
 
 use super::integrals::{Line, mean};
 use std::f64::consts::{PI, TAU};
 
-/// Gaussians further than this from a segment's azimuths, in standard deviations, are left out: 1e-15 of
-/// the light, where the paper's 3 leave out 2.7e-3.
+/// Gaussians further than this from a segment's azimuths, in standard deviations, are left out. They hold 1e-15 of
+/// the light; the paper's limit of 3 leaves out 2.7e-3.
 const REACH: f64 = 8.0;
 
-/// What is linear in h between nodes.
+/// The quantities that are linear in h between nodes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Node {
     /// Offset.
@@ -26,7 +26,7 @@ pub(crate) struct Node {
     pub gamma_t: f64,
 }
 
-/// What is the same at all offsets.
+/// The quantities that are the same at all offsets.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Medium {
     /// σ_ca, and σ_ma + σ_ms, over the cosine of the inclination inside; RGB.
@@ -51,7 +51,7 @@ pub(crate) struct Segments {
 }
 
 impl Segments {
-    /// Ends of the segments, and the share of the window that each is.
+    /// The indices of each segment's two nodes, and its share of the window's width.
     fn segments(&self) -> impl Iterator<Item = ([usize; 2], f64)> {
         let h = |i: usize| self.nodes[i].h;
         let width = h(self.nodes.len() - 1) - h(0);
@@ -99,8 +99,8 @@ impl Segments {
         n
     }
 
-    /// N(φ) of TTˢ and TRTˢ, RGB. `distribution`: D^s of both at every node, RGB, with the scattered fraction in it
-    /// as in the paper's tables (D5), and the absorption after scattering.
+    /// N(φ) of TTˢ and TRTˢ, RGB. `distribution` holds D^s of both at every node, RGB. It includes the scattered
+    /// fraction, as in the paper's tables (D5), and the absorption after scattering.
     #[doc(alias = "Eq. 25")]
     pub fn scattered(&self, distribution: &[[[f64; 3]; 2]]) -> [[f64; 3]; 2] {
         let mut n = [[0.0; 3]; 2];

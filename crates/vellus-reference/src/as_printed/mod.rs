@@ -1,33 +1,42 @@
-//! The paper to the letter, f64: an oracle for what our departures change, not for production.
+//! The model of Yan, Jensen and Ramamoorthi 2017 with the formulas as printed, in f64. It shows what the departures of
+//! `vellus` change; see PAPER.md.
 //!
-//! Gaussians in θ with 1/cos²θ (Yan17 Eq. 5, 12), half angle θ_d in η′ and in the attenuation
-//! (Eq. 3, 14), two-dimensional Fresnel F(η′, γ), T_b with its fixed path κ (Sec. 4.3), +α_p, five lobes;
-//! averages over a window by segments at h = √(i/n) (Sec. 5). Where the paper contradicts itself: Eq. 20 over
-//! Table 3 (D4), and the tables carry the scattered *energy*, Q times a density (D5).
+//! The paper's formulas are: Gaussians in θ over cos²θ (Eq. 5, 12); the half angle θ_d in η′ and in the attenuation
+//! (Eq. 3, 14); the two-dimensional Fresnel factor F(η′, γ); T_b with its fixed path κ (Sec. 4.3); the sign +α_p; five
+//! lobes; and averages over a window by segments at h = √(i/n) (Sec. 5).
+//!
+//! The paper contradicts itself in two places. This module follows Eq. 20 rather than Table 3 (D4), and takes the
+//! tables to hold the scattered *energy*, which is Q times a density (D5).
+//!
+//! Arrays of lobes are in the order R, TT, TRT, TTˢ, TRTˢ.
 
 mod integrals;
-pub(crate) mod segments;
+mod over_exact;
+mod segments;
 mod window;
 
-pub use window::PublishedWindow;
+pub use over_exact::PrintedSegments;
+pub use window::PrintedWindow;
 
-use crate::fiber::Fiber;
-use crate::medulla::tables::TableData;
-use crate::oracle::{Oracle, fresnel, wrapped_gaussian};
+use crate::exact::{Exact, fresnel, wrapped_gaussian};
 use segments::{Medium, Node};
 use std::f64::consts::{PI, TAU};
+use vellus::{Error, Fiber, TableData};
 
-/// The published model of one fibre: at one offset, or over a [`window`](Published::window) of them.
+/// The published model of one fibre: at one offset, or averaged over a [`window`](AsPrinted::window) of offsets.
 #[derive(Clone, Debug)]
-pub struct Published<'t> {
+pub struct AsPrinted<'t> {
     fiber: Fiber,
-    oracle: Oracle<'t>,
+    exact: Exact<'t>,
 }
 
-impl<'t> Published<'t> {
-    /// The fibre must be valid; see [`Fiber::validate`].
-    pub fn new(fiber: &Fiber, tables: &'t TableData) -> Self {
-        Published { fiber: *fiber, oracle: Oracle::new(fiber, tables) }
+impl<'t> AsPrinted<'t> {
+    /// Prepares a fibre.
+    ///
+    /// # Errors
+    /// As [`Exact::new`].
+    pub fn new(fiber: &Fiber, tables: &'t TableData) -> Result<Self, Error> {
+        Ok(AsPrinted { fiber: *fiber, exact: Exact::new(fiber, tables)? })
     }
 
     /// F, the paths and the angles at offset `h`.
@@ -58,12 +67,12 @@ impl<'t> Published<'t> {
         }
     }
 
-    /// Q, 0 beside the medulla, where s_m is.
+    /// Q, the scattered fraction of one pass. It is 0 beside the medulla, where s_m is 0.
     fn scattered_fraction(&self, theta_d: f64, node: &Node) -> f64 {
         -(-2.0 * node.s_m * f64::from(self.fiber.sigma_ms) / theta_d.cos()).exp_m1()
     }
 
-    /// T_b, RGB.
+    /// T_b, the transmittance after scattering, RGB.
     fn escaping(&self, theta_d: f64) -> [f64; 3] {
         let kappa = f64::from(self.fiber.kappa);
         std::array::from_fn(|c| {
@@ -106,8 +115,8 @@ impl<'t> Published<'t> {
         std::array::from_fn(|p| gaussian(theta_i + theta_o - shift[p], width[p]) / theta_i.cos())
     }
 
-    /// S·cos θ of R, TT, TRT, TTˢ, TRTˢ, RGB. `theta_o` and `h` belong to the incident direction
-    /// of the paper (θ_i, h there), `theta_i` to the other one; φ is the azimuth between them.
+    /// S·cos θ of the five lobes, RGB. `theta_o` and `h` belong to the incident direction of the paper (θ_i, h there),
+    /// `theta_i` to the other one, and φ is the azimuth between them. Angles are in radians.
     #[doc(alias = "Eq. 12")]
     pub fn eval(&self, theta_o: f64, h: f64, theta_i: f64, phi: f64) -> [[f64; 3]; 5] {
         let theta_d = 0.5 * (theta_i - theta_o);
@@ -116,7 +125,7 @@ impl<'t> Published<'t> {
         let m = self.longitudinal(theta_o, theta_i);
         // The tables, at the paper's angles: h and the elongation come from θ_d. The stored profiles are densities
         // in sin θ, M cos θ of the paper over cos²θ.
-        let scattered = self.oracle.at(theta_o, h).densities(theta_i, phi);
+        let scattered = self.exact.at(theta_o, h).densities(theta_i, phi);
         std::array::from_fn(|p| {
             let density = if p < 3 {
                 let q = p as f64;
@@ -129,7 +138,7 @@ impl<'t> Published<'t> {
         })
     }
 
-    /// A of R, TT, TRT, TTˢ, TRTˢ at the specular inclination θ_i = −θ_o, RGB.
+    /// A of the five lobes at the specular inclination θ_i = −θ_o (radians), RGB, in [0, 1].
     pub fn energy(&self, theta_o: f64, h: f64) -> [[f64; 3]; 5] {
         self.attenuation(-theta_o, &self.node(-theta_o, h))
     }

@@ -1,13 +1,13 @@
 //! ∫ Q₁·exp(Q₂) and ∫ C·exp(L) over a segment, for every slope (Yan17 Appendix).
 //!
-//! The Appendix' antiderivatives divide differences of nearly equal numbers by powers of the slope, up to the fourth. Here
-//! the segment, x ∈ [−1, 1], is divided where its exponential is largest, at an end or between. Over the distance z
-//! from there, scaled to [0, 1], either side needs only
+//! The antiderivatives of the Appendix divide differences of nearly equal numbers by powers of the slope, up to the
+//! fourth. This module divides the segment, x ∈ [−1, 1], where its exponential is largest, at an end or between. With
+//! the distance z from there, scaled to [0, 1], each side needs only
 //!
 //! H_k = ∫ zᵏ exp(−λz − b²z²/2) dz,  λ ≥ 0, k ≤ 3,
 //!
 //! and integration by parts couples three of them: k H_{k−1} = exp(−λ − b²/2) + λ H_k + b² H_{k+1}. All terms are
-//! positive: downward in k nothing cancels. D14.
+//! positive, so nothing cancels when k goes down (D14).
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -32,9 +32,9 @@ impl Line {
 /// ½ ∫ Π `factors` · exp(−`depth` − `distance`²/2) dx over x ∈ [−1, 1]: the mean over the segment of up to three
 /// factors, none of them negative on it, and an exponential of a line and of the square of another.
 ///
-/// `distance` constant is C·exp(L) of Eq. 25, else it is Q₁·exp(Q₂) of Eq. 24. The relative error is at most 1e-12
-/// for slopes up to 1000: see [`moments`], to which rounding of the largest exponent adds its slope times 1e-16,
-/// and finding its place as much again.
+/// With a constant `distance` this is C·exp(L) of Eq. 25, otherwise Q₁·exp(Q₂) of Eq. 24. The relative error is at most
+/// 1e-12 for slopes up to 1000: that of [`moments`], plus the slope times 1e-16 from rounding the largest exponent, and
+/// the same again from locating it.
 #[doc(alias = "Appendix")]
 pub(crate) fn mean(factors: &[Line], depth: Line, distance: Line) -> f64 {
     // The exponent's slope at x is `slope` − b²x.

@@ -1,23 +1,23 @@
-//! R, TT, TRT over a window at many equidistant azimuths: light is collected on a fine grid of azimuths, and the grid
-//! is convolved with each lobe's Gaussian.
+//! R, TT, TRT over a window at many equidistant azimuths: the light of all offsets is summed on a fine grid of
+//! azimuths, and the grid is convolved with each lobe's Gaussian.
 //!
-//! [`super::OracleWindow`] adds one Gaussian for each offset and azimuth. A lobe of 0.1° needs 30,000 azimuths and as
-//! many offsets: 3·10⁹ Gaussians. Here it is one pass over the offsets and one convolution.
+//! [`super::ExactWindow`] adds one Gaussian for each offset and azimuth. A lobe of 0.1° needs 30,000 azimuths and as
+//! many offsets: 3·10⁹ Gaussians. This module makes one pass over the offsets and one convolution.
 
-use super::Oracle;
+use super::{Exact, wrapped_gaussian};
 use std::f64::consts::{PI, TAU};
 
-/// Standard deviations at which the Gaussian is cut off: 2.6e-12 of the light is left out.
+/// The Gaussian is cut off at this many standard deviations, which leaves out 2.6e-12 of the light.
 const REACH: f64 = 7.0;
 
-impl Oracle<'_> {
-    /// N(φ) of R, TT, TRT, RGB, averaged over the offsets from `h1` to `h2` > `h1`, at φ = 2πk/n − π for k < n =
-    /// `azimuths`.
+impl Exact<'_> {
+    /// N(φ) of R, TT, TRT, RGB, per radian, averaged over the offsets from `h1` to `h2` > `h1` within [−1, 1], at
+    /// φ = 2πk/n − π for k = 0 … n − 1, where n is `azimuths`. `theta_o` is in radians.
     ///
-    /// `paths` offsets are taken, equidistant in γ = asin h. Each one's light is split between the two azimuths of the
-    /// grid next to its exit azimuth. That keeps its mean and adds a variance of δ²/6 on average, where δ is the
-    /// grid's step. The Gaussian is narrower by as much. At eight steps a standard deviation the error is below 1e-4
-    /// of the light.
+    /// It takes `paths` offsets, equidistant in γ = asin h. The light of each is split between the two azimuths of the
+    /// grid next to its exit azimuth. That keeps the mean and adds a variance of δ²/6 on average, where δ is the step
+    /// of the grid; the Gaussian is made narrower by the same variance. With eight steps per standard deviation the
+    /// error is below 1e-4 of the light.
     pub fn unscattered_grid(
         &self,
         theta_o: f64,
@@ -47,7 +47,7 @@ impl Oracle<'_> {
             // Wrapped where the lobe is wider than the circle.
             let reach = ((REACH * sigma / step).ceil() as usize).min(azimuths / 2);
             let taps: Vec<f64> =
-                (0..=2 * reach).map(|j| super::wrapped_gaussian((j as f64 - reach as f64) * step, sigma)).collect();
+                (0..=2 * reach).map(|j| wrapped_gaussian((j as f64 - reach as f64) * step, sigma)).collect();
             // Both ends of the kernel are the same azimuth where it covers the whole circle.
             let taps = &taps[..if 2 * reach == azimuths { 2 * reach } else { 2 * reach + 1 }];
             for c in 0..3 {

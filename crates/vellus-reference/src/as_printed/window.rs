@@ -1,24 +1,26 @@
-//! The published model over a window of offsets (Yan17 Eq. 11, 22, 26), by the paper's segments.
+//! The published model averaged over a window of offsets by the paper's segments (Yan17 Eq. 11, 22, 26).
 
-use super::Published;
+use super::AsPrinted;
 use super::segments::{Segments, offsets};
-use crate::oracle::OracleHit;
+use crate::exact::ExactHit;
 
 /// The published model averaged over a window of offsets.
 #[derive(Clone, Debug)]
-pub struct PublishedWindow<'p, 't> {
-    published: &'p Published<'t>,
+pub struct PrintedWindow<'p, 't> {
+    published: &'p AsPrinted<'t>,
     theta_o: f64,
     /// Offsets of the nodes, of the unscattered and of the scattered lobes.
     unscattered: Vec<f64>,
     scattered: Vec<f64>,
     /// The tables at the nodes of the scattered lobes.
-    hits: Vec<OracleHit<'p, 't>>,
+    hits: Vec<ExactHit<'p, 't>>,
 }
 
-impl<'t> Published<'t> {
-    /// Averages over the offsets from `h1` to `h2` > `h1`, within [−1, 1], in so many segments on each side of 0: 5 or
-    /// 8 in the paper for R, TT, TRT, and 4 or 5 for the scattered lobes. `theta_o` in radians.
+impl<'t> AsPrinted<'t> {
+    /// Averages over the offsets from `h1` to `h2` > `h1` within [−1, 1]. `theta_o` is in radians.
+    ///
+    /// `unscattered` and `scattered` are the numbers of segments on each side of h = 0, at least 1. The paper takes 5 or
+    /// 8 for R, TT, TRT, and 4 or 5 for TTˢ, TRTˢ.
     #[doc(alias = "Eq. 26")]
     pub fn window(
         &self,
@@ -26,20 +28,20 @@ impl<'t> Published<'t> {
         window: [f64; 2],
         unscattered: usize,
         scattered: usize,
-    ) -> PublishedWindow<'_, 't> {
+    ) -> PrintedWindow<'_, 't> {
         let scattered = offsets(window, scattered);
-        PublishedWindow {
+        PrintedWindow {
             published: self,
             theta_o,
             unscattered: offsets(window, unscattered),
-            hits: scattered.iter().map(|&h| self.oracle.at(theta_o, h)).collect(),
+            hits: scattered.iter().map(|&h| self.exact.at(theta_o, h)).collect(),
             scattered,
         }
     }
 }
 
-impl PublishedWindow<'_, '_> {
-    /// S·cos θ of R, TT, TRT, TTˢ, TRTˢ, RGB; angles as for [`Published::eval`].
+impl PrintedWindow<'_, '_> {
+    /// S·cos θ of the five lobes, RGB. Angles are those of [`AsPrinted::eval`].
     pub fn eval(&self, theta_i: f64, phi: f64) -> [[f64; 3]; 5] {
         let published = self.published;
         let theta_d = 0.5 * (theta_i - self.theta_o);

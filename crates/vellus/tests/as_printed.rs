@@ -1,12 +1,10 @@
 //! The paper's far field: its segments against quadrature and beside ours, and its model over a window.
 
-mod common;
-
-use common::{Uniform, full_fiber, table_data};
 use std::f64::consts::{PI, TAU};
-use vellus::oracle::Oracle;
-use vellus::published::Published;
 use vellus::{Fiber, Species};
+use vellus_reference::as_printed::AsPrinted;
+use vellus_reference::exact::Exact;
+use vellus_testing::{Uniform, full_fiber, table_data};
 
 /// N(φ) over so many azimuths of the first channel of R + TT + TRT, and of TTˢ + TRTˢ.
 fn profiles<const N: usize>(azimuths: usize, lobes: impl Fn(f64) -> [[f64; 3]; N]) -> [Vec<f64>; 2] {
@@ -58,11 +56,11 @@ fn published_segments_are_coarser_than_ours() {
     for theta_o in [0.2, 0.0, 30f64.to_radians(), 60f64.to_radians(), 80f64.to_radians()] {
         for species in Species::ALL {
             let fiber = Fiber::preset(species);
-            let oracle = Oracle::new(&fiber, table_data());
+            let oracle = Exact::new(&fiber, table_data()).unwrap();
             let window = oracle.window(theta_o, [-1.0, 1.0], 10_000, 400);
             let [unscattered, scattered] = profiles(360, |phi| window.azimuthal(phi));
             let paper = [[5, 4], [8, 8]].map(|[n, m]| {
-                let segments = oracle.published_segments(theta_o, [-1.0, 1.0], n, m);
+                let segments = oracle.printed_segments(theta_o, [-1.0, 1.0], n, m);
                 profiles(360, |phi| segments.azimuthal(phi))
             });
             let ours = [5, 8].map(|n| {
@@ -114,7 +112,7 @@ fn published_segments_are_coarser_than_ours() {
 }
 
 /// N(φ) of TTˢ + TRTˢ in the far field from `n` Gauss points in asin h″ on each side of 0.
-fn gauss_points(fiber: &Fiber, oracle: &Oracle, theta_o: f64, n: usize) -> Vec<f64> {
+fn gauss_points(fiber: &Fiber, oracle: &Exact, theta_o: f64, n: usize) -> Vec<f64> {
     let [eta, kappa] = [fiber.eta, fiber.kappa].map(f64::from);
     // Where the medulla ends, unless beyond the silhouette.
     let edge = kappa * (eta * eta - theta_o.sin().powi(2)).sqrt() / theta_o.cos();
@@ -139,10 +137,10 @@ fn gauss_points(fiber: &Fiber, oracle: &Oracle, theta_o: f64, n: usize) -> Vec<f
 fn published_segments_converge() {
     for species in Species::ALL {
         let fiber = Fiber { sigma_ca: [0.3; 3], ..Fiber::preset(species) };
-        let oracle = Oracle::new(&fiber, table_data());
+        let oracle = Exact::new(&fiber, table_data()).unwrap();
         for (theta_o, range) in [(0.5, [-1.0, 1.0]), (-0.9, [-0.2, 0.85])] {
             let exact = oracle.window(theta_o, range, 10_000, 400);
-            let segments = oracle.published_segments(theta_o, range, 400, 100);
+            let segments = oracle.printed_segments(theta_o, range, 400, 100);
             let [exact, value] =
                 [profiles(72, |phi| exact.azimuthal(phi)), profiles(72, |phi| segments.azimuthal(phi))];
             let errors = [0, 1].map(|i| l1(&value[i], &exact[i]));
@@ -157,7 +155,7 @@ fn published_segments_converge() {
 #[test]
 fn published_windows_are_the_mean_of_the_near_field() {
     for (theta_o, [h1, h2]) in [(0.4, [-1.0, 1.0]), (-0.9, [-0.3, 0.7]), (0.1, [0.5, 0.9])] {
-        let published = Published::new(&full_fiber(), table_data());
+        let published = AsPrinted::new(&full_fiber(), table_data()).unwrap();
         let window = published.window(theta_o, [h1, h2], 400, 100);
         let [first, last] = [h1, h2].map(f64::asin);
         let n = 400;
@@ -197,8 +195,9 @@ fn narrow_published_windows_are_the_near_field() {
         let fiber = random.fiber();
         let (theta_o, h) = (random.within(-1.3, 1.3), random.within(-0.99, 0.99));
         let narrow = [h - 1e-7, h + 1e-7];
-        let (oracle, published) = (Oracle::new(&fiber, table_data()), Published::new(&fiber, table_data()));
-        let (segments, near) = (oracle.published_segments(theta_o, narrow, 5, 4), oracle.at(theta_o, h));
+        let (oracle, published) =
+            (Exact::new(&fiber, table_data()).unwrap(), AsPrinted::new(&fiber, table_data()).unwrap());
+        let (segments, near) = (oracle.printed_segments(theta_o, narrow, 5, 4), oracle.at(theta_o, h));
         let window = published.window(theta_o, narrow, 5, 4);
         for _ in 0..5 {
             let (theta_i, phi) = (random.within(-1.4, 1.4), random.within(-3.1, 3.1));

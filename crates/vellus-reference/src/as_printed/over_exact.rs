@@ -1,26 +1,29 @@
-//! Our near field over a window by the paper's segments: what those alone do, without its other differences.
+//! The exact near field averaged over a window by the paper's segments. It shows the effect of the segments alone.
 
-use super::{Oracle, OraclePath, Profile};
-use crate::published::segments::{Medium, Node, Segments, offsets};
+use super::segments::{Medium, Node, Segments, offsets};
+use crate::exact::hit::scattered;
+use crate::exact::{Exact, ExactPath, Profile};
 
-/// The five lobes that the paper has, over a window of offsets.
+/// The five lobes of the paper over a window of offsets, by the paper's segments (D9).
 #[derive(Clone, Debug)]
-pub struct PublishedSegments<'o, 't> {
+pub struct PrintedSegments<'e, 't> {
     unscattered: Segments,
     scattered: Segments,
     /// Paths and profiles at the nodes of the scattered lobes.
-    points: Vec<(OraclePath<'o, 't>, Profile)>,
+    points: Vec<(ExactPath<'e, 't>, Profile)>,
 }
 
-impl<'t> Oracle<'t> {
-    /// The offsets from `h1` to `h2` > `h1` in so many segments, unscattered and scattered, on each side of 0.
-    pub fn published_segments(
+impl<'t> Exact<'t> {
+    /// Divides the offsets from `h1` to `h2` > `h1` within [−1, 1] as the paper does: at h = √(i/n), with n segments on
+    /// each side of h = 0, `unscattered` of them for R, TT, TRT and `scattered` for TTˢ, TRTˢ. Both are at least 1.
+    /// `theta_o` is in radians.
+    pub fn printed_segments(
         &self,
         theta_o: f64,
         window: [f64; 2],
         unscattered: usize,
         scattered: usize,
-    ) -> PublishedSegments<'_, 't> {
+    ) -> PrintedSegments<'_, 't> {
         let long = self.elongation(theta_o);
         let medium = Medium {
             cortex: self.sigma_ca.map(|ca| ca * long),
@@ -40,7 +43,7 @@ impl<'t> Oracle<'t> {
         };
         let segments = |n| Segments { nodes: offsets(window, n).into_iter().map(node).collect(), medium };
         let points = offsets(window, scattered);
-        PublishedSegments {
+        PrintedSegments {
             unscattered: segments(unscattered),
             scattered: segments(scattered),
             points: points.iter().map(|&h| (self.path(theta_o, h), self.azimuthal_profile(theta_o, h))).collect(),
@@ -48,14 +51,14 @@ impl<'t> Oracle<'t> {
     }
 }
 
-impl PublishedSegments<'_, '_> {
-    /// N(φ) of R, TT, TRT, TTˢ, TRTˢ, RGB.
+impl PrintedSegments<'_, '_> {
+    /// N(φ) of R, TT, TRT, TTˢ, TRTˢ at the azimuth φ = φ_i − φ_o (radians), RGB, per radian.
     pub fn azimuthal(&self, phi: f64) -> [[f64; 3]; 5] {
         let distribution: Vec<_> = self
             .points
             .iter()
             .map(|(path, profile)| {
-                [1, 2].map(|p| path.scattered.map(|e| e * super::scattered(profile, path.relative(p, phi), [1.0; 2])))
+                [1, 2].map(|p| path.scattered.map(|e| e * scattered(profile, path.relative(p, phi), [1.0; 2])))
             })
             .collect();
         let [r, tt, trt] = self.unscattered.unscattered(phi);

@@ -1,10 +1,8 @@
 //! The fast f32 path against the slow f64 one.
 
-mod common;
-
-use common::{Uniform, direction, table_data};
-use vellus::oracle::Oracle;
 use vellus::{Bcsdf, Fiber, Lobe, Species, Window};
+use vellus_reference::exact::Exact;
+use vellus_testing::{Uniform, direction, table_data};
 use wide::f32x8;
 
 /// Tolerance of one lobe's density, relative to itself plus a floor.
@@ -26,7 +24,7 @@ fn fast_matches_f64_oracle() {
     fibers.extend((0..300).map(|_| random.fiber()));
     for fiber in fibers {
         let bcsdf = Bcsdf::new(&fiber).unwrap();
-        let oracle = Oracle::new(&fiber, table_data());
+        let oracle = Exact::new(&fiber, table_data()).unwrap();
         for _ in 0..4 {
             let (theta_o, phi_o) = (random.within(-1.5, 1.5), random.within(-3.1, 3.1));
             let h = random.within(-1.0, 1.0);

@@ -1,7 +1,8 @@
-//! R, TT, TRT over a window by segments, as the fast path does it, for any number of segments: the fast
-//! path's oracle, and what shows how the error falls with their number.
+//! R, TT, TRT over a window by segments, as the fast path does it, for any number of segments. It checks the fast
+//! path, and shows how the error falls with the number of segments.
 
-use super::{Oracle, OraclePath};
+use super::formulas::wrap;
+use super::{Exact, ExactPath};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// One segment of one lobe.
@@ -16,34 +17,39 @@ struct Segment {
     moment: [f64; 3],
 }
 
-/// The far field of R, TT, TRT by segments.
+/// R, TT, TRT over a window of offsets, by segments (D9).
 #[derive(Clone, Debug)]
-pub struct OracleSegments {
+pub struct ExactSegments {
     sigma: [f64; 3],
     segments: Vec<Segment>,
 }
 
-/// ψ over t ∈ [0, 1], its slope and its inverse.
+/// ψ(t) over t ∈ [0, 1].
 fn angle(t: f64) -> f64 {
     0.5 * FRAC_PI_2 * t * (3.0 - t)
 }
+
+/// dψ/dt.
 fn slope(t: f64) -> f64 {
     FRAC_PI_2 * (1.5 - t)
 }
+
+/// The inverse of [`angle`].
 fn position(angle: f64) -> f64 {
     1.5 - (2.25 - 2.0 * angle / FRAC_PI_2).max(0.0).sqrt()
 }
 
-impl Oracle<'_> {
-    /// The offsets from `h1` to `h2` in `n` segments on each side of 0 that they reach to.
-    pub fn segments(&self, theta_o: f64, [h1, h2]: [f64; 2], n: usize) -> OracleSegments {
+impl Exact<'_> {
+    /// Divides the offsets from `h1` to `h2` > `h1` within [−1, 1] into `n` segments on each side of h = 0 that the
+    /// window covers. `theta_o` is in radians.
+    pub fn segments(&self, theta_o: f64, [h1, h2]: [f64; 2], n: usize) -> ExactSegments {
         let mut segments = Vec::new();
         for (low, high, mirror) in [(h1.max(0.0), h2, 1.0), ((-h2).max(0.0), -h1, -1.0)] {
             if high > low {
                 self.half(theta_o, [low, high], mirror, n, h2 - h1, &mut segments);
             }
         }
-        OracleSegments { sigma: [0, 1, 2].map(|p| self.sigma(p)), segments }
+        ExactSegments { sigma: [0, 1, 2].map(|p| self.sigma(p)), segments }
     }
 
     fn half(
@@ -75,7 +81,7 @@ impl Oracle<'_> {
                 let start = first + step * i as f64;
                 let offset = |t: f64| (r * angle(t).sin()).min(1.0);
                 let ends = [start, start + step].map(|t| self.path(theta_o, offset(t)));
-                let points: Vec<(OraclePath, f64)> = [0.5 - 0.75f64.sqrt() / 3.0, 0.5 + 0.75f64.sqrt() / 3.0]
+                let points: Vec<(ExactPath, f64)> = [0.5 - 0.75f64.sqrt() / 3.0, 0.5 + 0.75f64.sqrt() / 3.0]
                     .into_iter()
                     .map(|x| start + x * step)
                     .map(|t| (self.path(theta_o, offset(t)), 0.5 * step * slope(t) * r * angle(t).cos() / width))
@@ -107,13 +113,13 @@ impl Oracle<'_> {
     }
 }
 
-impl OracleSegments {
-    /// N(φ) of R, TT, TRT, RGB.
+impl ExactSegments {
+    /// N(φ) of R, TT, TRT at the azimuth φ = φ_i − φ_o (radians), RGB, per radian.
     pub fn azimuthal(&self, phi: f64) -> [[f64; 3]; 3] {
         let mut n = [[0.0; 3]; 3];
         for s in &self.segments {
             let sigma = self.sigma[s.lobe];
-            let d = super::wrap(phi - s.middle);
+            let d = wrap(phi - s.middle);
             let turns = ((8.0 * sigma + s.half.abs() + PI) / TAU) as i32;
             for turn in -turns..=turns {
                 let [j0, j1] = moments((d + TAU * f64::from(turn)) / sigma, s.half / sigma);
@@ -126,8 +132,8 @@ impl OracleSegments {
     }
 }
 
-/// ½ ∫ g(u − bx) dx and ½ ∫ x/b g(u − bx) dx over [−1, 1]: by the definition's closed form, or for short
-/// segments by its expansion to b⁴.
+/// ½ ∫ g(u − bx) dx and ½ ∫ x/b g(u − bx) dx over [−1, 1], with g the standard normal density: in closed form, or
+/// for short segments by its expansion to b⁴.
 fn moments(u: f64, b: f64) -> [f64; 2] {
     let g = |u: f64| (-0.5 * u * u).exp() / TAU.sqrt();
     if b.abs() < 0.02 {

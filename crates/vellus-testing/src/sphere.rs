@@ -1,10 +1,11 @@
-//! Densities over the sphere: what they integrate to, and whether samples follow them.
+//! Densities over the sphere: their integral, and a test that samples follow them.
 
-use super::direction;
+use crate::direction;
+use crate::significance::max_chi_squared;
 use glam::Vec3;
 use std::f64::consts::{PI, TAU};
 
-/// ∫ pdf dω by the midpoints of so many inclinations and azimuths.
+/// ∫ pdf dω by the midpoint rule with `n_theta` inclinations and `n_phi` azimuths.
 pub fn integral([n_theta, n_phi]: [u32; 2], pdf: impl Fn(Vec3) -> f32) -> f64 {
     let mut sum = 0.0;
     for i in 0..n_theta {
@@ -17,23 +18,23 @@ pub fn integral([n_theta, n_phi]: [u32; 2], pdf: impl Fn(Vec3) -> f32) -> f64 {
     sum * PI / f64::from(n_theta) * TAU / f64::from(n_phi)
 }
 
-/// χ² of samples in cells of equal area, against the pdf integrated over each cell.
+/// A χ² test of samples in cells of equal area, against the pdf integrated over each cell.
 ///
-/// Significance 0.01 over all tests together, by Šidák: 1 − 0.99^(1/n) each. The threshold uses the Wilson–Hilferty
-/// approximation of the χ² quantile. A wrong tilt sign, a lost Jacobian or a wrong lobe probability exceed it by orders of magnitude.
+/// The false-alarm rate is 0.01 over all tests together: [`max_chi_squared`]. A wrong tilt sign, a lost Jacobian or a
+/// wrong lobe probability exceeds the bound by orders of magnitude.
 pub struct ChiSquared {
-    /// Bands over x, and parts of each over the azimuth.
+    /// The number of bands in x, and of cells in each band, over the azimuth.
     pub cells: [usize; 2],
-    /// Samples drawn.
+    /// The number of samples.
     pub samples: usize,
-    /// Midpoints of a cell, over the inclination (within the cell's band, where narrow lobes are smooth) and the azimuth.
+    /// The number of midpoints in a cell for the pdf's integral, over the inclination and the azimuth.
     pub midpoints: [usize; 2],
-    /// How many tests are made in all.
+    /// The number of tests that share the false-alarm rate.
     pub tests: usize,
 }
 
 impl ChiSquared {
-    /// Do the samples follow the pdf? If not, by how much.
+    /// Checks that the samples follow the pdf. The error states χ², its bound and the degrees of freedom.
     pub fn check(&self, mut sample: impl FnMut() -> Vec3, pdf: impl Fn(Vec3) -> f32) -> Result<(), String> {
         let [rows, columns] = self.cells;
         let mut observed = vec![0.0f64; rows * columns];
@@ -58,7 +59,7 @@ impl ChiSquared {
                 }
             }
         }
-        // Cells with fewer than 10 expected samples are pooled.
+        // Cells with fewer than 10 expected samples form one cell.
         let (mut chi2, mut cells, mut pooled) = (0.0, 0, [0.0f64; 2]);
         for (o, e) in observed.iter().zip(&expected) {
             let e = e * self.samples as f64;
@@ -75,13 +76,7 @@ impl ChiSquared {
             cells += 1;
         }
         let df = f64::from(cells - 1);
-        let alpha = 1.0 - 0.99f64.powf(1.0 / self.tests as f64);
-        // Upper normal quantile (Abramowitz and Stegun 26.2.23, 4.5e-4).
-        let t = (-2.0 * alpha.ln()).sqrt();
-        let z = t
-            - (2.515_517 + t * (0.802_853 + t * 0.010_328)) / (1.0 + t * (1.432_788 + t * (0.189_269 + t * 0.001_308)));
-        let w = 2.0 / (9.0 * df);
-        let limit = df * (1.0 - w + z * w.sqrt()).powi(3);
+        let limit = max_chi_squared(df, self.tests, 0.01);
         if chi2 < limit { Ok(()) } else { Err(format!("χ² {chi2} over {limit} with {df} degrees")) }
     }
 }
