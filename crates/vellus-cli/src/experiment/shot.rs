@@ -8,7 +8,7 @@ use std::ops::Range;
 use std::time::{Duration, Instant};
 use vellus_io::DigestBuilder;
 use vellus_models::ModelKind;
-use vellus_render::{Film, Filter, Layer, Mode, PICTURE_VERSION, Part, Settings, Statistics, World};
+use vellus_render::{Checkpoint, Film, Filter, Layer, Mode, PICTURE_VERSION, Settings, Statistics, World};
 use vellus_scene::{Camera, Scene};
 
 /// How fibres scatter, and over what of their width.
@@ -158,14 +158,14 @@ impl<'c> Shot<'c> {
             .field("what", what)
             .field("segments", (self.world.curves.segments() as u64).to_le_bytes())
             .finish();
-        let mut part = Part { identity, samples: 0..0, planned: samples, notes: Vec::new(), film: self.empty() };
+        let mut part = Checkpoint { identity, samples: 0..0, planned: samples, notes: Vec::new(), film: self.empty() };
         if !self.context.again()
-            && let Some(kept) = vellus_io::read(&file).ok().and_then(|bytes| Part::from_bytes(&bytes).ok())
+            && let Some(kept) = vellus_io::read(&file).ok().and_then(|bytes| Checkpoint::from_bytes(&bytes).ok())
             && kept.identity == part.identity
             && kept.film.fits(&part.film)
             && kept.samples.end <= samples
         {
-            part = Part { planned: samples, ..kept };
+            part = Checkpoint { planned: samples, ..kept };
         }
         let bar = self.context.progress(samples, "rendering");
         bar.set_position(part.samples.end);
@@ -240,7 +240,7 @@ impl<'c> Shot<'c> {
     /// Writes a picture as NAME.png and NAME.exr; the PNG's name.
     pub fn save(&self, film: &Film, name: &str, exposure: f32) -> Result<String> {
         let png = film.to_png(None, exposure, &[]).map_err(|e| anyhow!("cannot encode PNG: {e}"))?;
-        let exr = film.to_exr(&self.layers, None, vellus_render::Depth::Half, &[]);
+        let exr = film.to_exr(&self.layers, None, vellus_render::PixelType::Half, &[]);
         self.context.write(&format!("{name}.exr"), &exr.map_err(|e| anyhow!("cannot encode OpenEXR: {e}"))?)?;
         self.context.write(&format!("{name}.png"), &png)?;
         Ok(format!("{name}.png"))

@@ -15,7 +15,7 @@ use std::ops::Range;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 use vellus_io::Digest;
-use vellus_render::{Depth, Film, Layer, Part, Settings, Statistics, World, widen};
+use vellus_render::{Checkpoint, Film, Layer, PixelType, Settings, Statistics, World, widen};
 use vellus_scene::Scene;
 
 /// A pass takes about that long: Ctrl-C, checkpoints and the bar wait for no more.
@@ -26,7 +26,7 @@ pub struct Job<'a> {
     args: &'a Args,
     world: World,
     settings: Settings,
-    part: Part,
+    part: Checkpoint,
     goal: Range<u64>,
     keeper: Keeper<'a>,
     interrupt: &'a Interrupt,
@@ -104,7 +104,7 @@ impl<'a> Job<'a> {
         keeper.check_space(picture.saturating_mul(pictures), pixels * layout.bytes_per_pixel() as u64)?;
         let film = Film::new(settings.size, settings.area(), layout);
         let samples = goal.start..goal.start;
-        let mut part = Part { identity, samples, planned: goal.end, notes, film };
+        let mut part = Checkpoint { identity, samples, planned: goal.end, notes, film };
         if let Some(kept) = keeper.load(identity)? {
             check_same(&kept, &part, args, keeper.path())?;
             note!("continuing from {} samples a pixel", kept.film.samples());
@@ -259,7 +259,7 @@ impl Args {
     }
 
     /// How colours are stored.
-    pub fn depth(&self) -> Depth {
-        if self.float { Depth::Float } else { Depth::Half }
+    pub fn depth(&self) -> PixelType {
+        if self.float { PixelType::Float } else { PixelType::Half }
     }
 }

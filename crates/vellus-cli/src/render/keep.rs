@@ -9,7 +9,7 @@ use std::cell::{Cell, RefCell};
 use std::io::{Error, ErrorKind};
 use std::path::{Path, PathBuf};
 use vellus_io::Digest;
-use vellus_render::Part;
+use vellus_render::Checkpoint;
 
 /// Keeps the checkpoint of one picture.
 pub struct Keeper<'a> {
@@ -35,18 +35,18 @@ impl<'a> Keeper<'a> {
 
     /// What `--resume` continues from: of the checkpoint, and of the films of the same picture that [`Keeper::rescue`]
     /// saved, the one with the most samples.
-    pub fn load(&self, identity: Digest) -> Result<Option<Part>> {
+    pub fn load(&self, identity: Digest) -> Result<Option<Checkpoint>> {
         if !self.args.resume {
             return Ok(None);
         }
-        let read = |path: &Path| -> Result<Part> {
+        let read = |path: &Path| -> Result<Checkpoint> {
             let bytes = vellus_io::read(path).with_context(|| format!("cannot read {}", path.display()))?;
-            Part::from_bytes(&bytes).map_err(|e| anyhow!("{}: {e}", path.display()))
+            Checkpoint::from_bytes(&bytes).map_err(|e| anyhow!("{}: {e}", path.display()))
         };
         let mut found = if self.path.exists() { Some(read(&self.path)?) } else { None };
         let range = self.args.samples.as_ref();
         let start = range.map_or(0, |samples| samples.start);
-        let fits = |part: &Part| {
+        let fits = |part: &Checkpoint| {
             let samples = &part.samples;
             part.identity == identity && samples.start == start && range.is_none_or(|range| samples.end <= range.end)
         };
@@ -93,7 +93,7 @@ impl<'a> Keeper<'a> {
 
     /// Writes a checkpoint; false where that fails. The last checkpoint then stays, and rendering continues: a warning
     /// says so once.
-    pub fn keep(&self, part: &Part) -> bool {
+    pub fn keep(&self, part: &Checkpoint) -> bool {
         match output::write(Some(&self.path), &part.to_bytes()) {
             Ok(()) => {
                 self.remove_rescued();
@@ -122,7 +122,7 @@ impl<'a> Keeper<'a> {
     }
 
     /// Saves samples that could not be written for the reason given, where that is possible, and reports all this.
-    pub fn rescue(&self, part: &Part, why: anyhow::Error) -> Result<()> {
+    pub fn rescue(&self, part: &Checkpoint, why: anyhow::Error) -> Result<()> {
         let bytes = part.to_bytes();
         let other = rescue_path(part);
         let saved = [&self.path, &other].into_iter().find(|path| output::write(Some(path), &bytes).is_ok());
@@ -154,7 +154,7 @@ fn rescue_prefix(identity: Digest, start: u64) -> String {
     format!("vellus-{}-{start}-", identity.short())
 }
 
-fn rescue_path(part: &Part) -> PathBuf {
+fn rescue_path(part: &Checkpoint) -> PathBuf {
     let prefix = rescue_prefix(part.identity, part.samples.start);
     std::env::temp_dir().join(format!("{prefix}{}.film", part.samples.end))
 }
@@ -173,7 +173,7 @@ fn rescued_films(identity: Digest, start: u64) -> Vec<PathBuf> {
 }
 
 /// Refuses a checkpoint of another picture, or of other samples than those that are asked for.
-pub fn check_same(kept: &Part, expected: &Part, args: &Args, path: &Path) -> Result<()> {
+pub fn check_same(kept: &Checkpoint, expected: &Checkpoint, args: &Args, path: &Path) -> Result<()> {
     let same = kept.identity == expected.identity && kept.film.fits(&expected.film);
     let fits = kept.samples.start == expected.samples.start
         && (args.samples.is_none() || kept.samples.end <= expected.planned);

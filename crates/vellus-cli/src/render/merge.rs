@@ -7,7 +7,7 @@ use crate::output;
 use crate::say::note;
 use anyhow::{Context, Result, anyhow, bail};
 use std::path::{Path, PathBuf};
-use vellus_render::{Depth, Part};
+use vellus_render::{Checkpoint, PixelType};
 
 /// Merge films of sample ranges that `vellus render --samples` rendered separately. The result is bit-identical to the
 /// picture of one run. A single film or checkpoint becomes a picture too.
@@ -46,10 +46,10 @@ pub fn merge(args: &MergeArgs) -> Result<()> {
     let denoiser = args.denoise.then(Denoiser::load).transpose()?;
     // The order does not matter for the sums, so that no more than two films are in memory at once.
     let mut ranges = Vec::new();
-    let mut whole: Option<Part> = None;
+    let mut whole: Option<Checkpoint> = None;
     for path in &args.films {
         let bytes = vellus_io::read(path).with_context(|| format!("cannot read {}", path.display()))?;
-        let mut part = Part::from_bytes(&bytes).map_err(|e| anyhow!("{}: {e}", path.display()))?;
+        let mut part = Checkpoint::from_bytes(&bytes).map_err(|e| anyhow!("{}: {e}", path.display()))?;
         drop(bytes);
         ranges.push(Range { path, samples: part.samples.clone(), planned: part.planned });
         let Some(sum) = &mut whole else {
@@ -74,7 +74,7 @@ pub fn merge(args: &MergeArgs) -> Result<()> {
     Picture {
         path: &args.output,
         layers: args.layers.as_ref().map_or(&vellus_render::Layer::ALL, |layers| &layers.0),
-        depth: if args.float { Depth::Float } else { Depth::Half },
+        depth: if args.float { PixelType::Float } else { PixelType::Half },
         exposure: args.exposure,
         denoiser,
         notes,

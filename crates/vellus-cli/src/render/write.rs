@@ -6,7 +6,7 @@ use crate::output;
 use crate::say::{note, say};
 use anyhow::{Result, anyhow};
 use std::path::Path;
-use vellus_render::{Depth, Film, Layer, Layout};
+use vellus_render::{Film, Layer, Layout, PixelType};
 use vellus_scene::Scene;
 
 /// A picture to write.
@@ -14,7 +14,7 @@ pub struct Picture<'a> {
     /// .exr, and a .png beside it; or .png alone.
     pub path: &'a Path,
     pub layers: &'a [Layer],
-    pub depth: Depth,
+    pub depth: PixelType,
     pub exposure: f32,
     /// Where the beauty is to be denoised as well: the PNG shows that.
     pub denoiser: Option<Denoiser>,
@@ -63,11 +63,11 @@ pub fn check_name(path: &Path) -> Result<()> {
 }
 
 /// Bytes that the files of one picture take at most: noise does not compress well.
-pub fn largest_size(pixels: u64, layout: &Layout, path: &Path, layers: &[Layer], depth: Depth) -> u64 {
+pub fn largest_size(pixels: u64, layout: &Layout, path: &Path, layers: &[Layer], depth: PixelType) -> u64 {
     // Three of a denoised beauty.
     let channels = 3 + layers.iter().filter_map(|l| layout.range(*l)).map(|r| r.len()).sum::<usize>();
     // A few channels are 32 bit always.
-    let exr = if depth == Depth::Float { 4 * channels } else { 2 * channels + 10 };
+    let exr = if depth == PixelType::Float { 4 * channels } else { 2 * channels + 10 };
     pixels * (3 + if path.extension().is_some_and(|e| e == "exr") { exr as u64 } else { 0 })
 }
 
