@@ -1,17 +1,17 @@
 //! The six lobes together: f(ω_o, ω_i)·cos θᵢ of a fibre hit at an offset, or averaged over a window of them.
 
-use crate::azimuthal::Azimuthal;
+use crate::cylinder::azimuthal::Azimuthal;
+use crate::cylinder::frame::is_unit;
+use crate::cylinder::longitudinal::Longitudinal;
 use crate::error::Error;
+use crate::far::segments;
+use crate::far::window_hit::WindowHit;
 use crate::fiber::Fiber;
-use crate::frame::is_unit;
-use crate::lanes::Lanes;
-use crate::longitudinal::Longitudinal;
 use crate::medulla::Medulla;
+use crate::medulla::tables::Tables;
 use crate::near::NearHit;
-use crate::segments;
-use crate::tables::Tables;
+use crate::simd::lanes::Lanes;
 use crate::window::{self, Window};
-use crate::window_hit::WindowHit;
 use glam::Vec3;
 use wide::f32x8;
 

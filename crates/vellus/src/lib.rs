@@ -24,43 +24,29 @@
 //!
 //! `D1`, `D2`, … mark departures from the paper; PAPER.md lists them with their reasons.
 
-mod azimuthal;
 mod bcsdf;
-mod color;
-mod cuticle;
+mod cylinder;
 mod error;
+mod far;
 mod fiber;
-mod frame;
-pub mod grid;
-mod integrals;
-mod lanes;
-mod longitudinal;
 mod medulla;
-mod mixture;
 mod model;
 mod near;
-mod nodes;
 pub mod oracle;
 pub mod parts;
-mod path;
-mod points;
 pub mod published;
-mod segments;
-mod special;
-mod species;
-mod tables;
-mod weighting;
+mod simd;
 mod window;
-mod window_hit;
 
 pub use bcsdf::{Bcsdf, Hit, Lobe, Lobes, Sample};
-pub use color::Color;
-pub use cuticle::{Fresnel, fresnel};
+pub use cylinder::cuticle::{Fresnel, fresnel};
 pub use error::Error;
 pub use fiber::Fiber;
-pub use lanes::Lanes;
+pub use fiber::color::Color;
+pub use fiber::species::Species;
+pub use medulla::grid;
+pub use medulla::tables::{FactorTable, TableData, Tables};
 pub use model::{Field, Model, Scattering};
 pub use near::NearHit;
-pub use species::Species;
-pub use tables::{FactorTable, TableData, Tables};
+pub use simd::lanes::Lanes;
 pub use window::Window;

@@ -1,12 +1,12 @@
 //! The near field: one fibre hit at one offset, or eight of them.
 
-use crate::azimuthal::wrap;
 use crate::bcsdf::{Bcsdf, Lobe, Lobes, Sample};
-use crate::frame::{Frame, Outgoing, Polar, is_unit};
-use crate::lanes::{Lanes, Quad};
-use crate::longitudinal::Centres;
+use crate::cylinder::azimuthal::wrap;
+use crate::cylinder::frame::{Frame, Outgoing, Polar, is_unit};
+use crate::cylinder::longitudinal::Centres;
+use crate::cylinder::path::{Path, lobe_probabilities};
 use crate::medulla::{Azimuth, Inclination, Medulla};
-use crate::path::{Path, lobe_probabilities};
+use crate::simd::lanes::{Lanes, Quad};
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
 use wide::f32x8;

@@ -1,8 +1,8 @@
 //! Pieces of the model, for those who build other models of fibres: directions in the fibre's frame, the tables of
 //! the medulla, and special functions in single precision, eight at a time.
 
-pub use crate::azimuthal::wrap;
-pub use crate::frame::{Frame, Outgoing, Polar};
+pub use crate::cylinder::azimuthal::wrap;
+pub use crate::cylinder::frame::{Frame, Outgoing, Polar};
+pub use crate::medulla::weighting::Weighting;
 pub use crate::medulla::{Azimuth, Inclination, Medulla, Pass};
-pub use crate::special::{Register, bessel_i0e, exp, mills, normal_quantile};
-pub use crate::weighting::Weighting;
+pub use crate::simd::special::{Register, bessel_i0e, exp, mills, normal_quantile};

@@ -1,4 +1,4 @@
-//! PAPER.md against the code: every `file::symbol` it names exists, and every departure D1, D2, … that a
+//! PAPER.md against the code: every `file::symbol` it names exists in one file, and every departure D1, D2, … that a
 //! comment in the code cites has its row, and every row is cited somewhere.
 
 use std::collections::BTreeSet;
@@ -17,8 +17,11 @@ pub fn check(root: &Path) -> Result<(), String> {
         let matching: Vec<_> = texts.iter().filter(|(path, _)| path.ends_with(&file)).collect();
         match matching.as_slice() {
             [] => problems.push(format!("PAPER.md names {file}, which does not exist")),
-            found if found.iter().any(|(_, text)| defines(text, &symbol)) => {}
-            _ => problems.push(format!("PAPER.md names {file}::{symbol}, which {file} does not define")),
+            [(_, text)] if defines(text, &symbol) => {}
+            [_] => problems.push(format!("PAPER.md names {file}::{symbol}, which {file} does not define")),
+            several => {
+                problems.push(format!("PAPER.md names {file}, which is {} files: name its folder", several.len()))
+            }
         }
     }
     let listed: BTreeSet<u32> =

@@ -14,8 +14,8 @@ pub use segments::OracleSegments;
 pub use window::OracleWindow;
 
 use crate::fiber::Fiber;
-use crate::grid::{self, OutgoingAxis};
-use crate::tables::{FactorTable, TableData};
+use crate::medulla::grid::{self, OutgoingAxis};
+use crate::medulla::tables::{FactorTable, TableData};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// One fibre, in f64.
@@ -391,7 +391,7 @@ mod tests {
     /// 50-digit values (mpmath), rounded to double.
     #[test]
     fn bessel_matches_high_precision() {
-        for (x, expected) in crate::special::tests::I0E {
+        for (x, expected) in crate::simd::special::tests::I0E {
             let value = bessel_i0e(x);
             assert!((value / expected - 1.0).abs() < 1e-14, "{x}: {value} {expected}");
         }

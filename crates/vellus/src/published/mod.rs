@@ -12,8 +12,8 @@ mod window;
 pub use window::PublishedWindow;
 
 use crate::fiber::Fiber;
+use crate::medulla::tables::TableData;
 use crate::oracle::{Oracle, fresnel, wrapped_gaussian};
-use crate::tables::TableData;
 use segments::{Medium, Node};
 use std::f64::consts::{PI, TAU};
 

@@ -1,0 +1,76 @@
+//! Directions in the fibre's frame: x along the fibre from root to tip.
+
+use crate::simd::lanes::Lanes;
+
+/// Is this a unit vector, to single precision? False for NaN.
+///
+/// A normalised vector has the squared length 1 within 4e-7. Renderers rotate vectors between frames, a few rounding
+/// errors each; 1e-3 is far above that, and far below what an omitted normalisation leaves.
+pub(crate) fn is_unit(w: glam::Vec3) -> bool {
+    (w.length_squared() - 1.0).abs() < 1e-3
+}
+
+/// Inclination of a direction.
+#[derive(Clone, Copy, Debug)]
+pub struct Polar<V> {
+    /// sin θ, held to [−1, 1].
+    pub sin: V,
+    /// cos θ ≥ 0.
+    pub cos: V,
+}
+
+impl<V: Lanes> Polar<V> {
+    /// Of a unit vector.
+    #[inline(always)]
+    pub fn new([x, y, z]: [V; 3]) -> Self {
+        Polar { sin: x.max(V::splat(-1.0)).min(V::splat(1.0)), cos: (y * y + z * z).sqrt() }
+    }
+}
+
+/// The azimuth of ω_o, from which all others are measured: cos φ_o and sin φ_o.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame<V> {
+    cos: V,
+    sin: V,
+}
+
+/// ω_i as the lobes want it.
+#[derive(Clone, Copy, Debug)]
+pub struct Outgoing<V> {
+    /// sin θᵢ
+    pub sin_i: V,
+    /// cos θᵢ
+    pub cos_i: V,
+    /// θᵢ
+    pub theta_i: V,
+    /// φ_i − φ_o
+    pub phi: V,
+}
+
+impl<V: Lanes> Frame<V> {
+    /// `cos` is cos θ_o, `inverse` its inverse. Along the axis the azimuth is arbitrary.
+    #[inline(always)]
+    pub fn new([_, y, z]: [V; 3], cos: V, inverse: V) -> Self {
+        let tiny = V::splat(1e-12);
+        Frame {
+            cos: cos.select_lt(tiny, V::splat(1.0), y * inverse),
+            sin: cos.select_lt(tiny, V::splat(0.0), z * inverse),
+        }
+    }
+
+    /// A direction as seen from ω_o.
+    #[inline(always)]
+    pub fn outgoing(&self, [x, y, z]: [V; 3]) -> Outgoing<V> {
+        let (c, s) = (self.cos, self.sin);
+        let cos_i = (y * y + z * z).sqrt();
+        let [phi, theta_i] = V::atan2_pair([z * c - y * s, x], [y * c + z * s, cos_i]);
+        Outgoing { sin_i: x, cos_i, theta_i, phi }
+    }
+
+    /// The direction at an inclination and an azimuth from ω_o.
+    #[inline(always)]
+    pub fn direction(&self, sin_i: V, cos_i: V, (sin_phi, cos_phi): (V, V)) -> [V; 3] {
+        let (c, s) = (self.cos, self.sin);
+        [sin_i, cos_i * (cos_phi * c - sin_phi * s), cos_i * (sin_phi * c + cos_phi * s)]
+    }
+}

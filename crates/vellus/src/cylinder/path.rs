@@ -1,0 +1,185 @@
+//! Path geometry in the fibre and the energy each lobe carries: everything that depends on ω_o
+//! and h only (Yan17 Table 3, Sec. 4.2–4.3).
+
+use crate::cylinder::cuticle::{Fresnel, parts, refracted_cos2};
+use crate::fiber::Fiber;
+use crate::simd::lanes::{Lanes, Quad};
+
+/// How the light runs through one fibre once it has entered at offset h, lengths in radii.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Path<V> {
+    /// 1/η′.
+    pub inverse_eta: V,
+    /// h′ = h/η′ = sin γ_t, the offset of the refracted path from the axis.
+    pub h_inside: V,
+    /// γ_o = asin h.
+    pub gamma_o: V,
+    /// γ_t = asin h′.
+    pub gamma_t: V,
+    /// asin h″, the angle of the path's offset in the medulla; ±90° where it misses it.
+    pub gamma_m: V,
+    /// θ_o.
+    pub theta_o: V,
+    /// Half the path inside the cortex and half of that inside the medulla, in the normal plane.
+    pub s_c: V,
+    pub s_m: V,
+    /// 1/cos θ_t: how much longer the inclined path is.
+    pub elongation: V,
+    /// 1/cos θ_o, at most 1e12.
+    pub inverse_cos_o: V,
+    pub fresnel: Fresnel<V>,
+}
+
+impl<V: Lanes> Path<V> {
+    /// D2: elongation and η′ from θ_o, not from the half angle θ_d of the paper: the true path
+    /// inside the fibre, and independent of ω_i.
+    #[inline(always)]
+    pub fn new(fiber: &Fiber, sin_o: V, cos_o: V, h: V) -> Self {
+        let (zero, one) = (V::splat(0.0), V::splat(1.0));
+        let eta = fiber.eta;
+        // Roots and quotients go four at a time: they are what a processor is slowest at.
+        let sin_t = sin_o * V::splat(1.0 / eta);
+        let cos2 = cos_o * cos_o;
+        // 1/η′ = cos θ_o/√(η² − sin²θ_o), written so that neither η → 1 nor grazing light cancels.
+        let excess = V::splat((eta - 1.0) * (eta + 1.0)) + cos2;
+        let cos2_gamma_o = ((one - h) * (one + h)).max(zero);
+        let roots = V::Quad::new([
+            excess.max(V::splat(1e-20)),
+            cos2_gamma_o,
+            ((one - sin_t) * (one + sin_t)).max(V::splat(1e-12)),
+            refracted_cos2(eta, cos2 * cos2_gamma_o),
+        ]);
+        let [excess, cos_gamma_o, cos_t, cos_refracted] = roots.sqrt().array();
+        let [back, through] = parts(eta, fiber.layers, cos_o * cos_gamma_o, cos_refracted);
+        let numerators = V::Quad::new([cos_o, one, one, one]);
+        let quotients = numerators / V::Quad::new([excess, cos_t, back + through, cos_o.max(V::splat(1e-12))]);
+        let [inverse_eta, elongation, fresnel, inverse_cos_o] = quotients.array();
+
+        let h_inside = h * inverse_eta;
+        let kappa = V::splat(fiber.kappa);
+        let offset = h_inside.abs();
+        let roots = V::Quad::new([
+            ((one - h_inside) * (one + h_inside)).max(zero),
+            ((kappa - offset) * (kappa + offset)).max(zero),
+            one,
+            one,
+        ]);
+        let [cos_gamma_t, s_m, ..] = roots.sqrt().array();
+        // asin h″ has cosine s_m/κ.
+        let y = V::Quad::new([h, h_inside, h_inside, sin_o]);
+        let x = V::Quad::new([cos_gamma_o, cos_gamma_t, s_m, cos_o]);
+        let [gamma_o, gamma_t, gamma_m, theta_o] = y.atan2(x).array();
+        Path {
+            inverse_eta,
+            h_inside,
+            gamma_o,
+            gamma_t,
+            gamma_m,
+            theta_o,
+            s_c: (cos_gamma_t - s_m).max(zero),
+            s_m,
+            elongation,
+            inverse_cos_o,
+            fresnel: Fresnel { reflected: back * fresnel, transmitted: through * fresnel },
+        }
+    }
+
+    /// Φₚ(h), the exit azimuth of R, TT, TRT relative to ω_o.
+    #[inline(always)]
+    pub fn exit_azimuth(&self, p: u8) -> V {
+        exit_azimuth(p, self.gamma_o, self.gamma_t)
+    }
+
+    /// Φˢₚ(h), the azimuth opposite to the light's travel in its p-th pass (p = 1, 2): where
+    /// the tables' φ = 0, straight back, points.
+    #[doc(alias = "Eq. 21")]
+    #[inline(always)]
+    pub fn scattered_azimuth(&self, p: u8) -> V {
+        let q = f32::from(p - 1);
+        self.gamma_t - self.gamma_o + V::splat(q) * (V::splat(std::f32::consts::PI) + V::splat(2.0) * self.gamma_t)
+    }
+
+    /// A(h) of the six lobes in RGB and a spare, in the order of [`crate::Lobe`]; `mean_path` is
+    /// ⟨L⟩ of the light scattered in this pass (used where there is any).
+    #[doc(alias = "Table 3")]
+    #[inline(always)]
+    pub fn attenuation(&self, fiber: &Fiber, mean_path: V) -> [V::Quad; 6] {
+        let one = V::splat(1.0);
+        let quad = V::Quad::splat;
+        let rgb = |c: [f32; 3]| V::Quad::constant([c[0], c[1], c[2], 0.0]);
+        let Fresnel { reflected: f, transmitted: t } = self.fresnel;
+        let (sigma_ca, sigma_ma) = (rgb(fiber.sigma_ca), rgb(fiber.sigma_ma));
+        let sigma_ms = V::splat(fiber.sigma_ms);
+        let kappa = V::splat(fiber.kappa);
+        let minus = -self.elongation;
+        // One pass, T. In the spare lane nothing absorbs: what is not scattered.
+        let two = V::splat(2.0) * minus;
+        let unscattered = two * self.s_m * sigma_ms;
+        let pass = quad(two * self.s_c) * sigma_ca + quad(two * self.s_m) * sigma_ma + quad(unscattered);
+        // Entry through the cortex, and D7: absorption after scattering over the mean scattered
+        // path ⟨L⟩ instead of the paper's fixed κ.
+        let escape = quad((self.s_c + one - kappa) * minus) * sigma_ca + quad(kappa * mean_path * minus) * sigma_ma;
+        let (pass, escape) = (pass.exp(), escape.exp());
+        // D5: Q, the scattered fraction of one pass, is explicit; the distributions are densities.
+        let q = unscattered_complement(unscattered, pass.array()[3]);
+
+        let (f, t) = (quad(f), quad(t));
+        let again = f * pass;
+        let a_tt = t * t * pass;
+        // D4: (1 − F) as in Yan17 Eq. 20; Table 3 prints F.
+        let a_tts = t * escape * quad(q);
+        // D6: all higher orders in closed form, after (1−F)/(1−F T) ≤ 1, whose denominator is
+        // formed without cancellation. The two geometric series start from TRT and TRTˢ.
+        let denominator = (t + f * (quad(one) - pass)).max(quad(V::splat(1e-20)));
+        let series = again * again * (t / denominator);
+        let rest = (t * pass + escape * quad(q)) * series;
+        [f, a_tt, a_tt * again, a_tts, a_tts * again, rest]
+    }
+}
+
+/// 1/η′ of light at cos θ_o: cos θ_o/√(η² − sin²θ_o).
+pub(crate) fn inverse_eta(eta: f32, cos_o: f32) -> f32 {
+    cos_o / ((eta - 1.0) * (eta + 1.0) + cos_o * cos_o).max(1e-20).sqrt()
+}
+
+/// Φₚ of a path that enters at γ_o and runs on at γ_t.
+#[doc(alias = "Eq. 15")]
+#[inline(always)]
+pub(crate) fn exit_azimuth<V: Lanes>(p: u8, gamma_o: V, gamma_t: V) -> V {
+    let p = f32::from(p);
+    V::splat(2.0 * p) * gamma_t - V::splat(2.0) * gamma_o + V::splat(p * std::f32::consts::PI)
+}
+
+/// asin h and asin h′, h′ = h/η′.
+#[inline(always)]
+pub(crate) fn angles<V: Lanes>(h: V, inverse_eta: V) -> [V; 2] {
+    let one = V::splat(1.0);
+    let h_inside = h * inverse_eta;
+    let cos = |h: V| ((one - h) * (one + h)).max(V::splat(0.0)).sqrt();
+    V::atan2_pair([h, h_inside], [cos(h), cos(h_inside)])
+}
+
+/// The probability with which sampling chooses each lobe, given their A(h).
+///
+/// By the largest channel: then no channel of a sample's weight exceeds the sum of these, and that sum
+/// is at most 1.
+#[inline(always)]
+pub(crate) fn lobe_probabilities<V: Lanes>(attenuation: &[V::Quad; 6]) -> [V; 6] {
+    let mut probability = [V::splat(0.0); 6];
+    let mut sum = V::splat(f32::MIN_POSITIVE);
+    for (p, a) in probability.iter_mut().zip(attenuation) {
+        let [r, g, b, _] = a.array();
+        *p = r.max(g).max(b);
+        sum = sum + *p;
+    }
+    let inverse = V::splat(1.0) / sum;
+    probability.map(|p| p * inverse)
+}
+
+/// 1 − eˣ for x ≤ 0, given `exp_x` = eˣ, without cancellation near 0.
+#[inline(always)]
+fn unscattered_complement<V: Lanes>(x: V, exp_x: V) -> V {
+    let series = -x * (V::splat(1.0) + x * (V::splat(0.5) + x * V::splat(1.0 / 6.0)));
+    // At |x| = 0.02 the series is exact to x³/24 = 3e-7 and the difference to 6e-8/0.02 = 3e-6.
+    (-x).select_lt(V::splat(0.02), series, V::splat(1.0) - exp_x)
+}

@@ -1,0 +1,190 @@
+//! Where the width of a fibre is divided and sampled for the integrals over a window.
+//!
+//! D9: in the angle γ_o, not in the offset h as the paper does (its h_i = √(i/n)). Then Φ_R is exactly
+//! linear and the rise of F at the silhouette is spread out. Inside the medulla the angle is that of the
+//! medulla, asin h″: A(h) has the kink of s_m = κ √(1 − h″²) at its edge, and is smooth in asin h″. Either way
+//! h = r sin ψ, with r = 1 or the medulla's edge κη′.
+
+use crate::simd::special;
+use arrayvec::ArrayVec;
+use std::f32::consts::FRAC_PI_2;
+use wide::f32x8;
+
+/// Segments of a half window: their eight ends fill a register.
+pub(crate) const SEGMENTS: usize = 7;
+
+/// Pieces that a window is divided into at most. Each is a chain of [`SEGMENTS`] on one side of the axis.
+pub(crate) const PIECES: usize = 3;
+
+/// A part of a window on one side of the axis.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Piece {
+    /// 0 where the offsets are ≥ 0, 1 where they are mirrored.
+    pub side: usize,
+    /// Offsets ≥ 0.
+    pub range: [f32; 2],
+    pub nodes: Nodes,
+}
+
+/// Divides the pieces of a window until there are [`PIECES`] of them: at the medulla's edge, or the longest one in the
+/// middle, measured in γ.
+#[inline(never)]
+pub(crate) fn divide(pieces: &mut ArrayVec<Piece, PIECES>, edge: Option<f32>) {
+    while !pieces.is_full() {
+        let (mut longest, mut cut) = (-1.0, None);
+        for (i, Piece { range: [low, high], .. }) in pieces.iter().enumerate() {
+            let (middle, length) = match edge {
+                // No piece is longer than that.
+                Some(edge) if *low < edge && edge < *high => (edge, FRAC_PI_2 + 1.0),
+                _ => (high.asin().midpoint(low.asin()).sin(), high.asin() - low.asin()),
+            };
+            // Nothing may be left between ends that are very close.
+            if length > longest && *low < middle && middle < *high {
+                (longest, cut) = (length, Some((i, middle)));
+            }
+        }
+        let Some((i, middle)) = cut else { return };
+        let Piece { side, range: [low, high], .. } = pieces[i];
+        let piece = |low: f32, high: f32| Piece { side, range: [low, high], nodes: Nodes::new(low, high, edge) };
+        pieces[i] = piece(low, middle);
+        pieces.push(piece(middle, high));
+    }
+}
+
+/// ψ runs over [0, π/2] as t(3 − t)/2 does for t from 0 to 1: nodes equidistant in t come closer, by
+/// half, toward the silhouette and the medulla's edge.
+#[inline(always)]
+fn angle(t: f32x8) -> f32x8 {
+    t * (f32x8::splat(3.0) - t) * f32x8::splat(0.5 * FRAC_PI_2)
+}
+
+/// dψ/dt.
+#[inline(always)]
+fn slope(t: f32x8) -> f32x8 {
+    (f32x8::splat(1.5) - t) * f32x8::splat(FRAC_PI_2)
+}
+
+/// The t at which sin ψ(t) is that, in [0, 1]. Most ends are 0 or 1, and nothing can start before they are known.
+#[inline(always)]
+fn position(sin: f32) -> f32 {
+    match sin {
+        0.0 => 0.0,
+        1.0.. => 1.0,
+        _ => {
+            let x = 2.0 / FRAC_PI_2 * sin.asin();
+            x / (1.5 + (2.25 - x).max(0.0).sqrt())
+        }
+    }
+}
+
+/// A range of t on one side of the medulla's edge.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Side {
+    first: f32,
+    last: f32,
+    radius: f32,
+}
+
+impl Side {
+    /// Is it at most 2° long, measured in asin h″ or γ?
+    pub fn is_narrow(&self) -> bool {
+        // ψ is at most ¾ π t.
+        self.last - self.first < 0.015
+    }
+
+    /// Of two that begin at the axis: what they share, and what one of them has more.
+    pub fn overlap(&self, other: &Side) -> (Side, Option<Side>) {
+        let (short, long) = if self.last < other.last { (self, other) } else { (other, self) };
+        (*short, (short.last < long.last).then_some(Side { first: short.last, ..*long }))
+    }
+
+    /// Of two that begin at the axis.
+    pub fn longer_than(&self, other: &Side) -> bool {
+        self.last > other.last
+    }
+
+    /// Offsets and their dh at positions in ψ over the whole range, from 0 to 1, each with its share of it.
+    #[inline(always)]
+    pub fn points(&self, position: f32x8, share: f32x8) -> (f32x8, f32x8) {
+        let [first, last] = [self.first, self.last].map(|t| 0.5 * FRAC_PI_2 * t * (3.0 - t));
+        let length = f32x8::splat(last - first);
+        let (sin, cos) = special::sin_cos_quarter(length.mul_add(position, f32x8::splat(first)));
+        let radius = f32x8::splat(self.radius);
+        ((radius * sin).fast_min(f32x8::ONE), radius * cos.fast_max(f32x8::ZERO) * length * share)
+    }
+}
+
+/// The division of a half window, offsets ≥ 0.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Nodes {
+    /// Offsets of the ends of the segments.
+    pub ends: f32x8,
+    /// Offsets of the two Gauss points of each segment; the eighth lane is not one.
+    pub gauss: [f32x8; 2],
+    /// dh of the Gauss points: they sum to the window's width. 0 in the eighth lane.
+    pub weights: [f32x8; 2],
+    /// Where the medulla is in the window.
+    pub medulla: Option<Side>,
+}
+
+/// h and dh/dt.
+#[inline(always)]
+fn offset(t: f32x8, radius: f32x8) -> (f32x8, f32x8) {
+    let (sin, cos) = special::sin_cos_quarter(angle(t));
+    ((radius * sin).fast_min(f32x8::ONE), radius * cos.fast_max(f32x8::ZERO) * slope(t))
+}
+
+impl Nodes {
+    /// Divides [`low`, `high`] ⊂ [0, 1]. `medulla` is the offset h = κη′ of the medulla's edge, where there
+    /// is a medulla; it may lie beyond the silhouette.
+    #[inline(always)]
+    pub fn new(low: f32, high: f32, medulla: Option<f32>) -> Self {
+        let edge = medulla.filter(|&edge| edge < 1.0);
+        let radius = edge.unwrap_or(1.0);
+        let (below, beyond) = (low < radius, edge.is_some() && high > radius);
+        let outer =
+            Side { first: position(if beyond { low.max(radius) } else { low }), last: position(high), radius: 1.0 };
+        // The first node is always this side's.
+        let inner =
+            if below { Side { first: position(low / radius), last: position(high / radius), radius } } else { outer };
+        // Segments on each side in proportion to t over the whole window; but two at least inside, where ψ may run over the
+        // whole quarter circle, and one outside.
+        let count = match (below, beyond) {
+            (true, true) => {
+                let start = position(low);
+                let share = (outer.first - start) / (outer.last - start).max(f32::MIN_POSITIVE);
+                ((share * SEGMENTS as f32).round() as usize).clamp(2, SEGMENTS - 1)
+            }
+            (true, false) => SEGMENTS,
+            (false, _) => 0,
+        };
+        let splat = f32x8::splat;
+        let split = splat(count as f32);
+        let index = f32x8::new([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+        let step_in = (inner.last - inner.first) / (count as f32).max(1.0);
+        let step_out = (outer.last - outer.first) / ((SEGMENTS - count) as f32).max(1.0);
+        let at = |x: f32x8, within: f32x8| {
+            let t = within
+                .select(splat(inner.first) + x * splat(step_in), splat(outer.first) + (x - split) * splat(step_out));
+            let (h, rate) = offset(t, within.select(splat(inner.radius), splat(outer.radius)));
+            (h, rate * within.select(splat(step_in), splat(step_out)))
+        };
+        let within = index.simd_lt(split);
+        let (ends, _) = at(index, index.simd_le(split));
+        // Two-point Gauss–Legendre: ½ ± 1/(2√3) of the way, half the weight each.
+        let live = index.simd_lt(splat(SEGMENTS as f32)).select(splat(0.5), f32x8::ZERO);
+        let [(first, rate_first), (last, rate_last)] =
+            [0.211_324_87f32, 0.788_675_1].map(|x| at(index + splat(x), within));
+        Nodes {
+            ends,
+            gauss: [first, last],
+            weights: [rate_first * live, rate_last * live],
+            medulla: (medulla.is_some() && below).then_some(inner),
+        }
+    }
+
+    /// The width as the weights measure it: what averages over the window divide by.
+    pub fn width(&self) -> f32 {
+        (self.weights[0] + self.weights[1]).reduce_add()
+    }
+}

@@ -1,0 +1,183 @@
+//! A hit averaged over a window of offsets: the far field and the multi-scale mode (Yan17 Sec. 5).
+
+use crate::bcsdf::{Bcsdf, Lobe, Lobes, Sample};
+use crate::cylinder::frame::{Frame, Outgoing, Polar};
+use crate::cylinder::longitudinal::Centres;
+use crate::cylinder::path::inverse_eta;
+use crate::far::nodes::{Nodes, PIECES, Piece, divide};
+use crate::far::points::Points;
+use crate::far::segments::{self, Half, Through};
+use crate::medulla::Inclination;
+use arrayvec::ArrayVec;
+use glam::Vec3;
+use std::f32::consts::TAU;
+use wide::f32x4;
+
+/// All that depends on ω_o and the window.
+#[derive(Clone, Debug)]
+pub(crate) struct WindowHit<'b> {
+    bcsdf: &'b Bcsdf<'b>,
+    wo: [f32; 3],
+    range: [f32; 2],
+    frame: Frame<f32>,
+    centres: Centres<f32>,
+    inclination: Inclination,
+    /// A of the six lobes, RGB and the largest channel, averaged over the window.
+    energy: [f32x4; 6],
+    /// 1 over the sum of what is sampled, the largest channels.
+    inverse: f32,
+    halves: ArrayVec<Half, PIECES>,
+    points: Points,
+}
+
+impl<'b> WindowHit<'b> {
+    #[inline(always)]
+    pub fn new(bcsdf: &'b Bcsdf<'b>, wo: [f32; 3], range: [f32; 2]) -> Self {
+        let polar = Polar::new(wo);
+        WindowHit {
+            bcsdf,
+            wo,
+            range,
+            frame: Frame::new(wo, polar.cos, 1.0 / polar.cos.max(1e-12)),
+            centres: bcsdf.longitudinal.centres(polar.sin, polar.cos),
+            inclination: Inclination::NONE,
+            energy: [f32x4::ZERO; 6],
+            inverse: 0.0,
+            halves: ArrayVec::new(),
+            points: Points::none(),
+        }
+    }
+
+    /// Prepares what is large where it lies.
+    #[inline(never)]
+    pub fn prepare(&mut self) {
+        let bcsdf = self.bcsdf;
+        let fiber = &bcsdf.fiber;
+        let polar = Polar::new(self.wo);
+        let edge = (fiber.kappa > 0.0).then(|| fiber.kappa / inverse_eta(fiber.eta, polar.cos));
+        let through = bcsdf.medulla.exists().then(|| {
+            self.inclination = bcsdf.medulla.inclination(polar.sin.atan2(polar.cos));
+            let sin_t = polar.sin / fiber.eta;
+            let elongation = 1.0 / ((1.0 - sin_t) * (1.0 + sin_t)).max(1e-12).sqrt();
+            let pass = bcsdf.medulla.pass(bcsdf.medulla.tau_position(elongation));
+            Through { pass, mean_paths: bcsdf.medulla.mean_paths(&pass) }
+        });
+        let [low, high] = self.range;
+        let symmetric = low == -high;
+        let signs: [&[f32]; 2] = [if symmetric { &[1.0, -1.0] } else { &[1.0] }, &[-1.0]];
+        // Offsets ≥ 0 and ≤ 0, the latter mirrored.
+        let sides = [[low.max(0.0), high], if symmetric { [0.0; 2] } else { [(-high).max(0.0), -low] }];
+        let mut pieces: ArrayVec<Piece, PIECES> = ArrayVec::new();
+        let mut whole = [None; 2];
+        for (side, [low, high]) in sides.into_iter().enumerate() {
+            if high > low {
+                let nodes = Nodes::new(low, high, edge);
+                whole[side] = nodes.medulla;
+                pieces.push(Piece { side, range: [low, high], nodes });
+            }
+        }
+        if bcsdf.fine {
+            divide(&mut pieces, edge);
+        }
+        let width: f32 = pieces.iter().map(|piece| piece.nodes.width()).sum();
+        let times = if symmetric { 2.0 } else { 1.0 };
+        let scale = 1.0 / (times * width).max(f32::MIN_POSITIVE);
+        for Piece { side, nodes, .. } in &pieces {
+            self.halves.push(Half::NONE);
+            if let Some(half) = self.halves.last_mut() {
+                let energy = half.prepare(bcsdf, polar, through.as_ref(), nodes, signs[*side], scale);
+                (0..6).for_each(|p| self.energy[p] += energy[p]);
+            }
+        }
+        if symmetric {
+            self.energy = self.energy.map(|e| e + e);
+        }
+        self.inverse = 1.0 / sum(&self.energy).to_array()[3].max(f32::MIN_POSITIVE);
+        if let Some(through) = &through {
+            let both = [whole[0], whole[usize::from(!symmetric)]];
+            self.points.prepare(bcsdf, polar, through, both, [self.energy[3], self.energy[4]]);
+        }
+    }
+
+    pub fn energy(&self) -> Lobes {
+        Lobes(self.energy.map(rgb))
+    }
+
+    pub fn lobe_probabilities(&self) -> [f32; 6] {
+        self.energy.map(|e| e.to_array()[3] * self.inverse)
+    }
+
+    /// f·cos θᵢ of the six lobes, RGB, and the largest channel, in proportion to which they are sampled.
+    #[inline(always)]
+    fn lobes(&self, o: &Outgoing<f32>) -> [f32x4; 6] {
+        let bcsdf = self.bcsdf;
+        let m = bcsdf.longitudinal.eval(&self.centres, o.sin_i, o.cos_i).to_array();
+        let medulla = &bcsdf.medulla;
+        let c_m = if medulla.exists() { medulla.longitudinal(&self.inclination, o.theta_i) } else { [0.0; 2] };
+        self.around(o.phi, m, c_m)
+    }
+
+    pub fn azimuthal(&self, phi: f32) -> Lobes {
+        Lobes(self.around(phi, [1.0; 4], [1.0; 2]).map(rgb))
+    }
+
+    /// The six lobes at azimuth φ, given their longitudinal parts.
+    #[inline(always)]
+    fn around(&self, phi: f32, m: [f32; 4], c_m: [f32; 2]) -> [f32x4; 6] {
+        let bcsdf = self.bcsdf;
+        let mut n = [f32x4::ZERO; 3];
+        for half in &self.halves {
+            let light = half.eval(phi, &bcsdf.azimuthal.inverse_sigma);
+            (0..3).for_each(|p| n[p] += light[p]);
+        }
+        let [r, tt, trt] = n;
+        let [tts, trts] = self.points.eval(&bcsdf.medulla, phi, c_m);
+        let times = |n: f32x4, m: f32| n * f32x4::splat(m);
+        [times(r, m[0]), times(tt, m[1]), times(trt, m[2]), tts, trts, times(self.energy[5], m[3] / TAU)]
+    }
+
+    #[inline]
+    pub fn eval_pdf(&self, wi: Vec3) -> (Lobes, f32) {
+        let lobes = self.lobes(&self.frame.outgoing(wi.to_array()));
+        (Lobes(lobes.map(rgb)), sum(&lobes).to_array()[3] * self.inverse)
+    }
+
+    /// `u`: as for [`crate::Hit::sample`].
+    pub fn sample(&self, u: [f32; 5]) -> Sample {
+        let bcsdf = self.bcsdf;
+        let lobe = Lobe::choose(self.lobe_probabilities(), u[0]);
+        let unscattered = |p: usize| bcsdf.longitudinal.sample(self.centres.lane(p, 0), p, [u[1], u[2]]);
+        let scattered = |q: usize| {
+            let [phi, relative] = self.points.draw(&bcsdf.medulla, q, [u[4], u[3]]);
+            let theta = bcsdf.medulla.sample_inclination(&self.inclination, relative, [u[1], u[2]]);
+            (theta.sin_cos(), phi)
+        };
+        let ((sin_i, cos_i), phi) = match lobe {
+            Lobe::R | Lobe::Tt | Lobe::Trt => {
+                let p = lobe as usize;
+                (unscattered(p), segments::draw(&self.halves, p, bcsdf.azimuthal.sigma[p], [u[4], u[3]]))
+            }
+            Lobe::Tts => scattered(0),
+            Lobe::Trts => scattered(1),
+            Lobe::Rest => (unscattered(3), TAU * u[3]),
+        };
+        let cos_i = cos_i.max(0.0);
+        let wi = Vec3::from_array(self.frame.direction(sin_i, cos_i, phi.sin_cos()));
+        let lobes = self.lobes(&Outgoing { sin_i, cos_i, theta_i: sin_i.atan2(cos_i), phi });
+        let total = sum(&lobes);
+        let pdf = total.to_array()[3] * self.inverse;
+        // 0/0 where the density underflows: the weight is then 0.
+        Sample { wi, pdf, weight: rgb(total * f32x4::splat(1.0 / pdf.max(f32::MIN_POSITIVE))), lobe }
+    }
+}
+
+#[inline(always)]
+fn rgb(channels: f32x4) -> [f32; 3] {
+    let [r, g, b, _] = channels.to_array();
+    [r, g, b]
+}
+
+#[inline(always)]
+fn sum(lobes: &[f32x4; 6]) -> f32x4 {
+    (lobes[0] + lobes[1]) + (lobes[2] + lobes[3]) + (lobes[4] + lobes[5])
+}

@@ -1,0 +1,318 @@
+//! The light scattered by the medulla: C^N, C^M and ⟨L⟩ looked up in the compressed tables.
+
+pub mod grid;
+pub(crate) mod mixture;
+pub(crate) mod tables;
+pub(crate) mod weighting;
+
+use crate::fiber::Fiber;
+use crate::medulla::mixture::{Between, Weights, choose, normaliser, product};
+use crate::medulla::tables::{AZIMUTHAL, BACKWARD, FORWARD, Mixture, OFFSETS, Tables};
+use crate::simd::lanes::Lanes;
+use std::f32::consts::{PI, TAU};
+use wide::bytemuck::cast;
+use wide::{f32x8, i32x8, u32x8};
+
+/// The tables with g, and for the longitudinal ones τ, put in: one a fibre.
+#[derive(Clone, Debug)]
+pub struct Medulla<'t> {
+    tables: &'t Tables,
+    azimuthal: Weights<AZIMUTHAL>,
+    backward: Weights<BACKWARD>,
+    forward: Weights<FORWARD>,
+    g: Between,
+    /// The integrals of the backward components, the same for every hit.
+    backward_integrals: Weights<BACKWARD>,
+    /// σ_ms κ
+    optical_radius: f32,
+    /// g itself.
+    anisotropy: f32,
+}
+
+/// C^N of one path through the medulla, the weights of its components.
+#[derive(Clone, Copy, Debug)]
+pub struct Azimuth {
+    pub(crate) weights: Weights<AZIMUTHAL>,
+    /// What makes it integrate to 1.
+    pub(crate) scale: f32,
+    /// −1 where h″ < 0: the profile is mirrored, (h, φ) → (−h, −φ).
+    mirror: f32,
+    /// The share of the profile that is mirrored, half of it at h″ = 0: see [`grid::mirrored_share`].
+    pub(crate) turned: f32,
+}
+
+/// C^M of one θ_o, the weights of its components: the same for every offset.
+#[derive(Clone, Copy, Debug)]
+pub struct Inclination {
+    pub(crate) backward: Weights<BACKWARD>,
+    pub(crate) forward: Weights<FORWARD>,
+    /// What makes each of the two integrate to 1.
+    pub(crate) scale: [f32; 2],
+    /// |θ_o|: the shift of the forward lobe.
+    pub(crate) theta: f32,
+    /// −1 where θ_o < 0: (θ_o, θᵢ) → (−θ_o, −θᵢ).
+    mirror: f32,
+}
+
+impl Azimuth {
+    /// No light.
+    pub const NONE: Azimuth = Azimuth { weights: [f32x8::ZERO; AZIMUTHAL], scale: 0.0, mirror: 1.0, turned: 0.0 };
+}
+
+impl Inclination {
+    /// No light.
+    pub const NONE: Inclination = Inclination {
+        backward: [f32x8::ZERO; BACKWARD],
+        forward: [f32x8::ZERO; FORWARD],
+        scale: [0.0; 2],
+        theta: 0.0,
+        mirror: 1.0,
+    };
+}
+
+/// ⟨L⟩ at the nodes of h″.
+pub(crate) type MeanPaths = [f32x8; OFFSETS / 8];
+
+/// τ of one elongation put into the azimuthal table.
+#[derive(Clone, Copy, Debug)]
+pub struct Pass {
+    weights: Weights<AZIMUTHAL>,
+    tau: Between,
+}
+
+impl<'t> Medulla<'t> {
+    /// The tables it was made with.
+    pub(crate) fn tables(&self) -> &'t Tables {
+        self.tables
+    }
+
+    /// Puts a fibre's g, and σ_m,s κ, into the tables.
+    pub fn new(fiber: &Fiber, tables: &'t Tables) -> Self {
+        let optical_radius = fiber.sigma_ms * fiber.kappa;
+        let g_position = grid::g_position(f64::from(fiber.g)) as f32;
+        // D12: C^M is simulated with inclined rays, so that its τ is σ_ms κ; only C^N, simulated in
+        // the normal plane, needs the elongation 1/cos θ_t.
+        let tau_position = grid::tau_position(f64::from(optical_radius)) as f32;
+        let g_rows = &tables.azimuthal.factors[1];
+        Medulla {
+            tables,
+            azimuthal: g_rows.at(on(g_position, g_rows.nodes())),
+            backward: collapse(&tables.backward, tau_position, g_position),
+            forward: collapse(&tables.forward, tau_position, g_position),
+            g: on(g_position, tables.mean_path_nodes[1]),
+            backward_integrals: tables.backward.densities.integrals(0.0),
+            optical_radius,
+            anisotropy: fiber.g,
+        }
+    }
+
+    /// Is there anything that scatters?
+    pub fn exists(&self) -> bool {
+        self.optical_radius > 0.0
+    }
+
+    /// The half width of the forward peak of C^N, radians: about 1 − g where light is scattered once, and more where
+    /// it is scattered more often.
+    pub(crate) fn peak_width(&self) -> f32 {
+        (1.0 - self.anisotropy) * 0.7f32.mul_add(self.optical_radius, 1.0).min(8.0)
+    }
+
+    /// Is C^N smooth, as a function of the offset too? By trial: up to g = 0.7, and up to 0.85 from an optical radius
+    /// of 2.
+    pub(crate) fn is_smooth(&self) -> bool {
+        self.anisotropy <= 0.7 || (self.anisotropy <= 0.85 && self.optical_radius > 2.0)
+    }
+
+    /// ⟨L⟩(τ, g, h″).
+    #[inline(always)]
+    fn mean_path(&self, tau: Between, h: Between) -> f32 {
+        let [_, n_g, n_h] = self.tables.mean_path_nodes;
+        let values = &self.tables.mean_path;
+        let along_h = |tau: usize, g: usize| {
+            let row = &values[(tau * n_g + g) * n_h + h.index..][..2];
+            row[0] + h.t * (row[1] - row[0])
+        };
+        let along_g = |tau: usize| {
+            let (a, b) = (along_h(tau, self.g.index), along_h(tau, self.g.index + 1));
+            a + self.g.t * (b - a)
+        };
+        let (a, b) = (along_g(tau.index), along_g(tau.index + 1));
+        a + tau.t * (b - a)
+    }
+
+    /// Where on the axis of τ, in [0, 1], light of that elongation is: [`grid::tau_position`] in single
+    /// precision. 1 + kτ rounds at 6e-8, 1e-8 of the axis.
+    #[inline(always)]
+    pub fn tau_position<V: Lanes>(&self, elongation: V) -> V {
+        let scale = grid::TAU_SCALE as f32 * self.optical_radius;
+        (V::splat(1.0) + V::splat(scale) * elongation).ln() * V::splat(1.0 / grid::TAU_GROWTH as f32)
+    }
+
+    /// Puts τ, as [`Medulla::tau_position`] gives it, into the azimuthal table.
+    #[inline(always)]
+    pub fn pass(&self, tau: f32) -> Pass {
+        let rows = &self.tables.azimuthal.factors[0];
+        let tau = on(tau, rows.nodes());
+        Pass { weights: product(&rows.at(tau), &self.azimuthal), tau }
+    }
+
+    /// Prepares C^N for a path: `angle` is asin h″ with its sign.
+    #[inline(always)]
+    pub fn azimuth(&self, pass: &Pass, angle: f32) -> Azimuth {
+        let weights = product(&self.tables.azimuthal.factors[2].at(self.offset(angle)), &pass.weights);
+        let scale = normaliser(&weights, &[f32x8::ONE; AZIMUTHAL]);
+        let x = (angle.abs() * grid::MIRROR_REACH_INVERSE).min(1.0);
+        Azimuth { weights, scale, mirror: 1f32.copysign(angle), turned: 0.5 * (1.0 - x) * (1.0 - x) }
+    }
+
+    /// ⟨L⟩ of a path.
+    #[inline(always)]
+    pub fn mean_path_of(&self, pass: &Pass, angle: f32) -> f32 {
+        self.mean_path(pass.tau, self.offset(angle))
+    }
+
+    /// ⟨L⟩ at the nodes of h″, for many paths.
+    #[inline(always)]
+    pub(crate) fn mean_paths(&self, pass: &Pass) -> MeanPaths {
+        let [_, n_g, _] = self.tables.mean_path_nodes;
+        let row = |tau: usize, g: usize| self.tables.mean_path_rows.row(tau * n_g + g);
+        let (tau, g) = (pass.tau, self.g);
+        let rows = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(i, j)| row(tau.index + i, g.index + j));
+        let weights = [(1.0 - tau.t) * (1.0 - g.t), (1.0 - tau.t) * g.t, tau.t * (1.0 - g.t), tau.t * g.t];
+        let mut paths = [f32x8::ZERO; OFFSETS / 8];
+        for (row, weight) in rows.into_iter().zip(weights) {
+            (0..OFFSETS / 8).for_each(|k| paths[k] = row[k].mul_add(f32x8::splat(weight), paths[k]));
+        }
+        paths
+    }
+
+    /// ⟨L⟩ of eight paths, from [`Medulla::mean_paths`].
+    #[inline(always)]
+    pub(crate) fn mean_paths_at(&self, paths: &MeanPaths, angle: f32x8) -> f32x8 {
+        let last = self.tables.mean_path_nodes[2] - 2;
+        let x = angle.abs() * f32x8::splat(std::f32::consts::FRAC_2_PI * (last + 1) as f32);
+        // NaN, of which nothing is promised, may end at any node.
+        let node = x.fast_min(f32x8::splat(last as f32)).fast_trunc_int();
+        let t = x - f32x8::from_i32x8(node);
+        let (low, high) = (lookup(paths, node), lookup(paths, node + i32x8::ONE));
+        (high - low).mul_add(t, low)
+    }
+
+    #[inline(always)]
+    fn offset(&self, angle: f32) -> Between {
+        on(angle.abs() * std::f32::consts::FRAC_2_PI, self.tables.azimuthal.factors[2].nodes())
+    }
+
+    /// Prepares C^M for θ_o with its sign.
+    #[inline(always)]
+    pub fn inclination(&self, theta: f32) -> Inclination {
+        let Tables { backward, forward, .. } = self.tables;
+        let shift = theta.abs();
+        let theta_rows = &forward.factors[2];
+        let position = on(shift * (1.0 / grid::THETA_MAX as f32), theta_rows.nodes());
+        let w_b = product(&backward.factors[2].at(position), &self.backward);
+        let w_f = product(&theta_rows.at(position), &self.forward);
+        Inclination {
+            backward: w_b,
+            forward: w_f,
+            scale: [normaliser(&w_b, &self.backward_integrals), normaliser(&w_f, &forward.densities.integrals(shift))],
+            theta: shift,
+            mirror: 1f32.copysign(theta),
+        }
+    }
+
+    /// C^N at azimuth `phi` from straight back, in [−π, π]; a density per radian.
+    #[doc(alias = "Eq. 10")]
+    #[inline(always)]
+    pub fn azimuthal(&self, s: &Azimuth, phi: f32) -> f32 {
+        let value = self.azimuthal_plain(s, phi);
+        if s.turned > 0.0 { value + s.turned * (self.azimuthal_plain(s, -phi) - value) } else { value }
+    }
+
+    /// [`Medulla::azimuthal`] without the share that is mirrored.
+    #[inline(always)]
+    pub(crate) fn azimuthal_plain(&self, s: &Azimuth, phi: f32) -> f32 {
+        let phi = phi * s.mirror;
+        s.scale * self.tables.azimuthal.densities.eval(&s.weights, if phi < 0.0 { phi + TAU } else { phi })
+    }
+
+    /// [`Medulla::azimuthal`], neither scaled nor mirrored, of eight paths with h″ ≥ 0.
+    #[inline(always)]
+    pub(crate) fn azimuthal8(&self, weights: [&Weights<AZIMUTHAL>; 8], phi: f32x8) -> f32x8 {
+        let turned = phi.simd_lt(f32x8::ZERO).select(phi + f32x8::splat(TAU), phi);
+        self.tables.azimuthal.densities.eval8(weights, turned)
+    }
+
+    /// C^M of the backward and the forward half at θᵢ; densities in sin θᵢ.
+    #[doc(alias = "Eq. 19")]
+    #[inline(always)]
+    pub fn longitudinal(&self, s: &Inclination, theta_i: f32) -> [f32; 2] {
+        let theta_i = theta_i * s.mirror;
+        [
+            s.scale[0] * self.tables.backward.densities.eval(&s.backward, theta_i),
+            s.scale[1] * self.tables.forward.densities.eval(&s.forward, theta_i + s.theta),
+        ]
+    }
+
+    /// Draws an azimuth from straight back, in [−2π, 2π], from C^N. D10: exact sampling from the tables.
+    pub fn sample_azimuth(&self, s: &Azimuth, u: f32) -> f32 {
+        s.mirror * self.sample_profile(&s.weights, s.turned, u)
+    }
+
+    /// Draws an azimuth, in [−2π, 2π], from the C^N of those weights, of a path with h″ ≥ 0. The share `turned` of it
+    /// is mirrored.
+    pub(crate) fn sample_profile(&self, weights: &Weights<AZIMUTHAL>, turned: f32, u: f32) -> f32 {
+        let (r, u) = choose(weights, &[f32x8::ONE; AZIMUTHAL], u);
+        let invert = |u: f32| self.tables.azimuthal.densities.invert(r, u, 0.0);
+        // What is left of `u` decides, and is stretched again.
+        if u < turned {
+            -invert(u / turned)
+        } else if turned > 0.0 {
+            invert((u - turned) / (1.0 - turned))
+        } else {
+            invert(u)
+        }
+    }
+
+    /// Draws θᵢ from C^M for an azimuth `phi` in [−π, π] from straight back: a half in proportion
+    /// to the interpolation weight, then a component, then the angle.
+    pub fn sample_inclination(&self, s: &Inclination, phi: f32, u: [f32; 2]) -> f32 {
+        let forward = phi.abs() / PI;
+        let theta = if u[0] < forward {
+            let densities = &self.tables.forward.densities;
+            let (r, _) = choose(&s.forward, &densities.integrals(s.theta), u[0] / forward);
+            densities.invert(r, u[1], s.theta) - s.theta
+        } else {
+            let densities = &self.tables.backward.densities;
+            let u0 = (u[0] - forward) / (1.0 - forward).max(f32::MIN_POSITIVE);
+            let (r, _) = choose(&s.backward, &self.backward_integrals, u0);
+            densities.invert(r, u[1], 0.0)
+        };
+        theta * s.mirror
+    }
+}
+
+/// The weights of a mixture with τ and g put in.
+fn collapse<const C: usize>(mixture: &Mixture<C>, tau: f32, g: f32) -> Weights<C> {
+    let [tau_rows, g_rows, _] = &mixture.factors;
+    product(&tau_rows.at(on(tau, tau_rows.nodes())), &g_rows.at(on(g, g_rows.nodes())))
+}
+
+/// The values at eight indices.
+#[inline(always)]
+fn lookup(values: &[f32x8; OFFSETS / 8], index: i32x8) -> f32x8 {
+    let index: u32x8 = cast(index);
+    let (within, eights) = (index & u32x8::splat(7), index >> u32x8::splat(3));
+    let mut found = u32x8::ZERO;
+    for (k, eight) in values.iter().enumerate() {
+        let here = eights.simd_eq(u32x8::splat(k as u32));
+        found |= cast::<f32x8, u32x8>(*eight).shuffle(within) & here;
+    }
+    cast(found)
+}
+
+/// Position in [0, 1] on an axis of that many nodes.
+#[inline(always)]
+fn on(position: f32, nodes: usize) -> Between {
+    Between::new(position * (nodes - 1) as f32, nodes)
+}
