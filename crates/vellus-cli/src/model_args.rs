@@ -57,9 +57,16 @@ impl ModelArgs {
 
     /// A scene ready for rays, its strands scattering by this model.
     pub fn world(&self, scene: Scene) -> Result<World> {
-        let mut world = World::new(scene)?;
-        set_model(&mut world, self.kind()?, self.eta_m)?;
-        Ok(world)
+        let yan2015 = |fiber: &Fiber| Yan2015::with_eta_m(fiber, self.eta_m.unwrap_or(fiber.eta));
+        Ok(match self.kind()? {
+            ModelKind::Vellus => World::with_model(scene, Bcsdf::new),
+            ModelKind::Yan2015 => World::with_model(scene, yan2015),
+            ModelKind::Chiang2016 => World::with_model(scene, Chiang2016::new),
+            ModelKind::DEon2011 => World::with_model(scene, DEon2011::new),
+            ModelKind::ZinkeWeber2007 => World::with_model(scene, ZinkeWeber2007::new),
+            ModelKind::Marschner2003 => World::with_model(scene, Marschner2003::new),
+            ModelKind::KajiyaKay1989 => World::with_model(scene, KajiyaKay1989::new),
+        }?)
     }
 }
 

@@ -7,13 +7,17 @@
 /// different versions are not added to each other.
 pub const PICTURE_VERSION: u32 = 1;
 
+#[cfg(feature = "denoise")]
+pub mod denoise;
 mod error;
 mod film;
 mod geometry;
 mod integrator;
 mod light;
 mod render;
+pub mod session;
 mod shading;
+pub mod tev;
 mod widen;
 mod world;
 
@@ -29,5 +33,6 @@ pub use geometry::triangles::{TriangleHit, Triangles};
 pub use integrator::settings::{Mode, Settings};
 pub use integrator::view::Filter;
 pub use render::Statistics;
+pub use session::Session;
 pub use widen::widen;
 pub use world::World;

@@ -1,32 +1,31 @@
-//! Live view: pictures sent to the viewer tev as they are rendered.
+//! Live view: films shown in the viewer [tev](https://github.com/Tom94/tev) while they are rendered.
 //!
-//! tev listens on a TCP port, 14158 by default. A packet is its length in bytes, itself included, as u32; its kind as a byte; and what the
-//! kind has; all little endian, texts ended by a zero, lists without a count of their own.
+//! tev listens on a TCP port. A packet is its length in bytes as `u32`, this field included, its kind as a byte, and
+//! the fields of its kind. Numbers are little endian, texts end with a zero byte, and lists carry no count.
 
-use crate::say::note;
-use anyhow::{Context, Result, bail};
-use std::io::Write;
+use crate::film::{Film, Layer};
+use std::io::{Error, ErrorKind, Result, Write};
 use std::net::{TcpStream, ToSocketAddrs};
-use std::path::Path;
 use std::time::Duration;
-use vellus_render::{Film, Layer};
 
-/// Kinds of packets: an empty image; pixels of one, with a place and a stride for each channel.
+/// The port that tev listens on by default.
+const PORT: u16 = 14158;
+
+/// Kinds of packets: a new, empty image; pixels of an image, with an offset and a stride for each channel.
 const CREATE_IMAGE: u8 = 4;
 const UPDATE_IMAGE: u8 = 6;
 
 const CHANNELS: [&str; 4] = ["R", "G", "B", "A"];
 
-/// Longer than this nobody waits for a viewer.
-const PATIENCE: Duration = Duration::from_secs(5);
+/// How long to wait for a viewer.
+const TIMEOUT: Duration = Duration::from_secs(5);
 
-/// A connection.
+/// A connection to the viewer.
 #[derive(Debug)]
 pub struct Viewer {
     address: String,
-    /// `None` when it was lost.
-    stream: Option<TcpStream>,
-    /// The image it shows.
+    stream: TcpStream,
+    /// The name of the image it shows.
     shown: String,
 }
 
@@ -57,7 +56,7 @@ fn create(name: &str, [width, height]: [usize; 2]) -> Vec<u8> {
     })
 }
 
-/// Some rows of a film, where they are in the whole picture.
+/// Some rows of a film, placed within the whole picture.
 fn update(name: &str, film: &Film, rows: std::ops::Range<usize>) -> Vec<u8> {
     let [left, top, width, _] = film.area();
     packet(UPDATE_IMAGE, |bytes| {
@@ -66,7 +65,7 @@ fn update(name: &str, film: &Film, rows: std::ops::Range<usize>) -> Vec<u8> {
         numbers(bytes, [CHANNELS.len()]);
         CHANNELS.iter().for_each(|channel| text(bytes, channel));
         numbers(bytes, [left, top + rows.start, width, rows.len()]);
-        // Channels of a pixel lie beside each other.
+        // The channels of a pixel are adjacent.
         (0..4i64).for_each(|offset| bytes.extend(offset.to_le_bytes()));
         (0..4).for_each(|_| bytes.extend(4i64.to_le_bytes()));
         for (x, y) in rows.flat_map(|y| (0..width).map(move |x| (x, y))) {
@@ -78,49 +77,44 @@ fn update(name: &str, film: &Film, rows: std::ops::Range<usize>) -> Vec<u8> {
 }
 
 impl Viewer {
-    /// Connects to HOST:PORT, or to tev's port of HOST.
+    /// Connects to HOST:PORT, or to port 14158 of HOST.
     ///
     /// # Errors
-    /// Where nothing answers.
+    /// What the operating system reports if nothing answers within 5 seconds.
     pub fn connect(address: &str) -> Result<Self> {
-        let address = if address.contains(':') { address.to_owned() } else { format!("{address}:14158") };
-        let connect = || -> Result<TcpStream> {
-            let mut last = None;
-            for to in address.to_socket_addrs()? {
-                match TcpStream::connect_timeout(&to, PATIENCE) {
-                    Ok(stream) => return Ok(stream),
-                    Err(e) => last = Some(e),
+        let address = if address.contains(':') { address.to_owned() } else { format!("{address}:{PORT}") };
+        let mut last = Error::new(ErrorKind::NotFound, "the host has no address");
+        for to in address.to_socket_addrs()? {
+            match TcpStream::connect_timeout(&to, TIMEOUT) {
+                Ok(stream) => {
+                    stream.set_write_timeout(Some(TIMEOUT))?;
+                    return Ok(Viewer { address, stream, shown: String::new() });
                 }
+                Err(e) => last = e,
             }
-            match last {
-                Some(e) => Err(e.into()),
-                None => bail!("the host has no address"),
-            }
-        };
-        let stream = connect().with_context(|| format!("--tev {address}: no viewer answers there; start tev first"))?;
-        stream.set_write_timeout(Some(PATIENCE))?;
-        Ok(Viewer { address, stream: Some(stream), shown: String::new() })
+        }
+        Err(last)
     }
 
-    /// Shows a film under the name of its file. A viewer that went away is told of once, and left alone.
-    pub fn show(&mut self, film: &Film, path: &Path) {
-        let Some(stream) = &mut self.stream else { return };
-        let name = path.display().to_string();
-        let mut send = || -> std::io::Result<()> {
-            if self.shown != name {
-                stream.write_all(&create(&name, film.whole()))?;
-                self.shown.clone_from(&name);
-            }
-            // Packets of a few megabytes.
-            let rows = (1 << 18) / film.width() + 1;
-            for first in (0..film.height()).step_by(rows) {
-                stream.write_all(&update(&name, film, first..(first + rows).min(film.height())))?;
-            }
-            Ok(())
-        };
-        if let Err(e) = send() {
-            note!("warning: the viewer at {} is gone ({e}): rendering goes on without it", self.address);
-            self.stream = None;
+    /// HOST:PORT.
+    pub fn address(&self) -> &str {
+        &self.address
+    }
+
+    /// Shows a film under a name. A new name opens a new image.
+    ///
+    /// # Errors
+    /// What the operating system reports if the viewer is gone. It stays so: connect to it again.
+    pub fn show(&mut self, film: &Film, name: &str) -> Result<()> {
+        if self.shown != name {
+            self.stream.write_all(&create(name, film.whole()))?;
+            name.clone_into(&mut self.shown);
         }
+        // Packets of a few megabytes.
+        let rows = (1 << 18) / film.width() + 1;
+        for first in (0..film.height()).step_by(rows) {
+            self.stream.write_all(&update(name, film, first..(first + rows).min(film.height())))?;
+        }
+        Ok(())
     }
 }

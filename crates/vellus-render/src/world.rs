@@ -23,6 +23,14 @@ pub struct World {
     pub(crate) fibers: Box<dyn Trace>,
 }
 
+impl std::fmt::Debug for World {
+    /// Counts instead of arrays.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (segments, meshes) = (self.curves().segments(), self.triangles().meshes().len());
+        f.debug_struct("World").field("segments", &segments).field("meshes", &meshes).finish_non_exhaustive()
+    }
+}
+
 impl World {
     /// Prepares a scene whose fibres scatter by [`Bcsdf`].
     ///

@@ -36,7 +36,7 @@ pub fn run(context: &Context) -> Result<Outcome> {
     let mut frames = [0.0; 2];
     for (k, view, zoom) in [(0, "afar", 1.0), (1, "close", CLOSE)] {
         shot.aim(view, size, [0, 0, size[0], size[1]]);
-        shot.set_camera(zoomed(&scene()?, zoom)?);
+        shot.set_camera(zoomed(&scene()?, zoom)?)?;
         let half = quality.pick(8, 256, 4096);
         let converged: Vec<Converged> = METHODS.iter().map(|m| shot.converge(*m, half)).collect::<Result<_>>()?;
         let pairs: Vec<_> = METHODS.into_iter().zip(&converged).collect();
@@ -153,7 +153,7 @@ fn sequence(context: &Context, shot: &mut Shot<'_>, scene: &Scene, outcome: &mut
         context.go_on()?;
         let zoom = CLOSE.powf(k as f32 / (steps - 1).max(1) as f32);
         shot.aim("zoom", size, [0, 0, size[0], size[1]]);
-        shot.set_camera(zoomed(scene, zoom)?);
+        shot.set_camera(zoomed(scene, zoom)?)?;
         let mut pair = [shot.empty(), shot.empty()];
         for (film, method) in pair.iter_mut().zip([NEAR, MULTI]) {
             shot.extend(method, film, quality.pick(2, 32, 256))?;

@@ -8,7 +8,7 @@ use std::ops::Range;
 use std::time::{Duration, Instant};
 use vellus_io::DigestBuilder;
 use vellus_models::ModelKind;
-use vellus_render::{Checkpoint, Film, Filter, Layer, Mode, PICTURE_VERSION, Settings, Statistics, World};
+use vellus_render::{Checkpoint, Error, Film, Filter, Layer, Mode, PICTURE_VERSION, Settings, World};
 use vellus_scene::{Camera, Scene};
 
 /// How fibres scatter, and over what of their width.
@@ -104,8 +104,8 @@ impl<'c> Shot<'c> {
     }
 
     /// Another view of the same scene.
-    pub fn set_camera(&mut self, camera: Camera) {
-        self.world.set_camera(camera);
+    pub fn set_camera(&mut self, camera: Camera) -> Result<()> {
+        Ok(self.world.set_camera(camera)?)
     }
 
     /// Keeps more layers.
@@ -138,10 +138,10 @@ impl<'c> Shot<'c> {
 
     /// Adds samples; the processor time it took.
     fn add(&self, settings: &Settings, film: &mut Film, samples: Range<u64>) -> Result<f64> {
-        let statistics = Statistics::default();
-        let before = output::cpu_time().context("this system does not tell processor time")?;
-        if !self.world.render(settings, film, samples, &statistics, self.context.stop()) {
-            self.context.go_on()?;
+        let before = output::cpu_time().context("this system does not report processor time")?;
+        match self.world.render(settings, film, samples, self.context.stop()) {
+            Err(Error::Cancelled) => self.context.go_on()?,
+            result => result.map(drop)?,
         }
         Ok((output::cpu_time().unwrap_or_default() - before).as_secs_f64())
     }
@@ -156,7 +156,7 @@ impl<'c> Shot<'c> {
         let identity = DigestBuilder::new()
             .field("picture version", PICTURE_VERSION.to_le_bytes())
             .field("what", what)
-            .field("segments", (self.world.curves.segments() as u64).to_le_bytes())
+            .field("segments", (self.world.curves().segments() as u64).to_le_bytes())
             .finish();
         let mut part = Checkpoint { identity, samples: 0..0, planned: samples, notes: Vec::new(), film: self.empty() };
         if !self.context.again()

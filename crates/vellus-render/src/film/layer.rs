@@ -119,7 +119,7 @@ impl FromStr for Layer {
     fn from_str(name: &str) -> Result<Self, Error> {
         Layer::ALL.into_iter().find(|layer| layer.name() == name).ok_or_else(|| {
             let known = Layer::ALL.map(Layer::name).join(", ");
-            Error::Settings(format!("unknown layer '{name}' (known: {known}, all)"))
+            Error::Settings(format!("unknown layer '{name}': known are {known}"))
         })
     }
 }

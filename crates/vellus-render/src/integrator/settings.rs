@@ -32,6 +32,11 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// A whole picture of a size: multi-scale, with the tent filter, seed 0 and no limit of depth.
+    pub fn new(size: [usize; 2]) -> Self {
+        Settings { size, crop: None, mode: Mode::MultiScale, filter: Filter::Tent, seed: 0, max_depth: None }
+    }
+
     /// Left column, top row, width and height of what is rendered.
     pub fn area(&self) -> [usize; 4] {
         self.crop.unwrap_or([0, 0, self.size[0], self.size[1]])

@@ -1,54 +1,81 @@
-//! What tells one picture from another: a digest of everything that was read or set and that can change a pixel.
+//! A digest that tells pictures apart.
 
-use super::Args;
-use anyhow::Result;
+use crate::{Filter, Layer, Mode, PICTURE_VERSION, Settings};
 use vellus::{Fiber, Tables};
-use vellus_io::{Digest, DigestBuilder, Sources};
-use vellus_render::{Filter, Layer, Mode, PICTURE_VERSION};
+use vellus_io::{Digest, DigestBuilder};
 
-/// The note with it in pictures.
+/// The note with the identity of a picture, in its files and checkpoints.
 pub const IDENTITY_NOTE: &str = "vellus_identity";
 
-/// Films with the same identity may be added. It does not depend on where files are stored, on their times, on the
-/// machine or on the compiler. Two releases that make the same pictures have the same [`PICTURE_VERSION`].
-pub fn identity(args: &Args, sources: &Sources) -> Result<Digest> {
-    let numbers = |numbers: &[u64]| numbers.iter().flat_map(|n| n.to_le_bytes()).collect::<Vec<u8>>();
-    let size = args.size.map(|n| n as u64);
-    let crop = args.crop.map_or_else(Vec::new, |crop| numbers(&crop.map(|n| n as u64)));
-    let mode = match args.mode.into() {
-        Mode::MultiScale => "multiscale",
-        Mode::Near => "near",
-        Mode::Far => "far",
-    };
-    let filter = match args.filter.into() {
-        Filter::Box => "box",
-        Filter::Tent => "tent",
-    };
-    let layers: Vec<u8> = Layer::ALL.map(|layer| u8::from(args.layers().contains(&layer))).to_vec();
-    let builder = DigestBuilder::new()
-        .field("picture version", PICTURE_VERSION.to_le_bytes())
-        .field("tables", Digest::of(Tables::SHIPPED).0)
-        .field("model", args.model.kind()?.to_string())
-        .field("eta_m", optional(args.model.eta_m.map(f32::to_le_bytes)))
-        .field("size", numbers(&size))
-        .field("crop", crop)
-        .field("mode", mode)
-        .field("filter", filter)
-        .field("seed", args.seed.to_le_bytes())
-        .field("max depth", optional(args.max_depth.map(u32::to_le_bytes)))
-        .field("min pixel width", args.min_pixel_width.to_le_bytes())
-        .field("layers", layers)
-        .field("sources", sources.digest().0);
-    Ok(args.input.add_to(builder)?.finish())
+/// Everything but the scene that can change a pixel.
+///
+/// An application digests it together with what identifies its scene. Films with the same digest are of the same
+/// picture: their samples may be added. The digest does not depend on where files are stored, on their times, on the
+/// machine or on the compiler. Two releases that render the same pictures have the same [`PICTURE_VERSION`].
+///
+/// ```
+/// use vellus_io::Sources;
+/// use vellus_render::session::Identity;
+/// use vellus_render::{Layer, Settings};
+///
+/// let mut sources = Sources::new();
+/// sources.add("", b"the bytes of a file");
+/// let identity = |seed| {
+///     let settings = Settings { seed, ..Settings::new([64, 64]) };
+///     let layers = [Layer::Beauty];
+///     Identity { settings: &settings, layers: &layers, model: "vellus", eta_m: None, min_pixel_width: 0.0 }
+///         .digest(sources.digest())
+///         .field("frame", 12f64.to_le_bytes())
+///         .finish()
+/// };
+/// assert_eq!(identity(1), identity(1));
+/// assert_ne!(identity(1), identity(2));
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Identity<'a> {
+    /// How paths are traced.
+    pub settings: &'a Settings,
+    /// The layers of the film.
+    pub layers: &'a [Layer],
+    /// The name of the reflectance model.
+    pub model: &'a str,
+    /// The refractive index of the medulla, for models that take one.
+    pub eta_m: Option<f32>,
+    /// The smallest width of strands in pixels: see [`widen`](crate::widen()). 0 is off.
+    pub min_pixel_width: f32,
 }
 
-/// Nothing, or the bytes of what is set.
+impl Identity<'_> {
+    /// Begins the digest of a scene that was read from files with this digest (see [`vellus_io::Sources::digest`]). Add
+    /// a field for every option of the reader that changes the scene.
+    pub fn digest(&self, sources: Digest) -> DigestBuilder {
+        let numbers = |numbers: &[usize]| numbers.iter().flat_map(|&n| (n as u64).to_le_bytes()).collect::<Vec<u8>>();
+        let Settings { size, crop, mode, filter, seed, max_depth } = self.settings;
+        let layers: Vec<u8> = Layer::ALL.map(|layer| u8::from(self.layers.contains(&layer))).to_vec();
+        DigestBuilder::new()
+            .field("picture version", PICTURE_VERSION.to_le_bytes())
+            .field("tables", Digest::of(Tables::SHIPPED).0)
+            .field("model", self.model)
+            .field("eta_m", optional(self.eta_m.map(f32::to_le_bytes)))
+            .field("size", numbers(size))
+            .field("crop", crop.map_or_else(Vec::new, |crop| numbers(&crop)))
+            .field("mode", mode.name())
+            .field("filter", filter.name())
+            .field("seed", seed.to_le_bytes())
+            .field("max depth", optional(max_depth.map(u32::to_le_bytes)))
+            .field("min pixel width", self.min_pixel_width.to_le_bytes())
+            .field("layers", layers)
+            .field("sources", sources.0)
+    }
+}
+
+/// The bytes of a value that is set, or none.
 pub fn optional<const N: usize>(bytes: Option<[u8; N]>) -> Vec<u8> {
     bytes.map_or_else(Vec::new, |bytes| bytes.to_vec())
 }
 
-/// All parameters of a fibre.
-pub fn fiber(builder: DigestBuilder, fiber: &Fiber) -> DigestBuilder {
+/// Adds all parameters of a fibre to a digest.
+pub fn add_fiber(builder: DigestBuilder, fiber: &Fiber) -> DigestBuilder {
     // Without `..`: a parameter that is added later must be added here.
     let Fiber { eta, kappa, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers } = *fiber;
     let [scalars, colors] =
@@ -57,72 +84,23 @@ pub fn fiber(builder: DigestBuilder, fiber: &Fiber) -> DigestBuilder {
     builder.field("fiber", scalars).field("fiber absorption", colors)
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use clap::Parser;
-    use std::collections::HashMap;
-
-    #[derive(Parser)]
-    struct Command {
-        #[command(flatten)]
-        args: Args,
-    }
-
-    fn of(options: &[&str]) -> Digest {
-        let args = Command::parse_from(["vellus"].iter().chain(options)).args;
-        identity(&args, &Sources::new()).unwrap()
-    }
-
-    #[test]
-    fn every_option_that_changes_a_pixel_changes_the_identity() {
-        let all: [&[&str]; 18] = [
-            &[],
-            &["cat"],
-            &["--small"],
-            &["--size", "640x960"],
-            &["--crop", "0,0,8,8"],
-            &["--mode", "near"],
-            &["--filter", "box"],
-            &["--seed", "1"],
-            &["--max-depth", "9"],
-            &["--min-pixel-width", "0.5"],
-            &["--model", "yan2015"],
-            &["--model", "yan2015", "--eta-m", "1.5"],
-            &["--layers", "beauty"],
-            &["--strands", "50%"],
-            &["x.usda", "--width", "0.5"],
-            &["x.usda", "--camera", "a"],
-            &["x.usda", "--frame", "2"],
-            &["x.usda", "--set", "kappa=0.5"],
-        ];
-        let mut seen = HashMap::new();
-        for options in all {
-            assert_eq!(seen.insert(of(options), options), None, "{options:?}");
+impl Mode {
+    /// Its name in notes and on command lines.
+    pub fn name(self) -> &'static str {
+        match self {
+            Mode::MultiScale => "multiscale",
+            Mode::Near => "near",
+            Mode::Far => "far",
         }
     }
+}
 
-    #[test]
-    fn what_changes_no_pixel_does_not_change_the_identity() {
-        let same: [&[&str]; 7] = [
-            &["--spp", "7"],
-            &["--samples", "3..9"],
-            &["--threads", "1"],
-            &["-o", "elsewhere/x.exr"],
-            &["--exposure", "2"],
-            &["--noise", "0.1", "--time", "9s", "--float"],
-            &["--resume", "--checkpoint", "1s"],
-        ];
-        for options in same {
-            assert_eq!(of(options), of(&[]), "{options:?}");
+impl Filter {
+    /// Its name in notes and on command lines.
+    pub fn name(self) -> &'static str {
+        match self {
+            Filter::Box => "box",
+            Filter::Tent => "tent",
         }
-        assert_eq!(of(&["a/x.usda"]), of(&["./a/../b/x.usda"]));
-    }
-
-    /// A digest that is written into films must be the same on every machine and in every release: it changes with
-    /// [`PICTURE_VERSION`], the shipped tables, and what this function reads, and with nothing else.
-    #[test]
-    fn the_identity_is_the_same_everywhere() {
-        assert_eq!((PICTURE_VERSION, of(&["cat", "--small"]).short().as_str()), (1, "2687decfdbf32395"));
     }
 }
