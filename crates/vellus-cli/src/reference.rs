@@ -7,7 +7,7 @@ use crate::query::direction;
 use anyhow::Result;
 use serde_json::json;
 use vellus::{Bcsdf, Field, Lobe, Model, Scattering, Window};
-use vellus_medulla::reference::{Fate, Offsets, energies};
+use vellus_sim::energies::{Fate, Offsets, energies};
 
 /// The most photons: months of work.
 const MAX_PHOTONS: u64 = 1_000_000_000_000;

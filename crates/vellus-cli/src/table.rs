@@ -8,8 +8,8 @@ use anyhow::{Context, Result, bail};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use vellus::{TableData, Tables};
-use vellus_medulla::build::{Quality, Slab, SlabKind};
-use vellus_medulla::check::{ProfileError, TableKind, check_azimuthal, check_longitudinal, summary};
+use vellus_sim::build::{Quality, Slab, SlabKind};
+use vellus_sim::check::{ProfileError, TableKind, check_azimuthal, check_longitudinal, summary};
 
 /// Photons that a simulated profile may have.
 const PHOTONS: RangeInclusive<u64> = 1000..=1_000_000_000;

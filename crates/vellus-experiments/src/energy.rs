@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 use vellus::published::Published;
 use vellus::{Fiber, Lobe, Species, TableData, Tables};
-use vellus_medulla::reference::{Offsets, energies};
 use vellus_models::ModelKind;
+use vellus_sim::energies::{Offsets, energies};
 
 /// Offsets over which the published model is averaged: midpoints in asin h.
 const OFFSETS: usize = 400;

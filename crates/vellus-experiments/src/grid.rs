@@ -5,8 +5,8 @@ use anyhow::Result;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
 use vellus::Fiber;
-use vellus_medulla::profile::{Cells, profile};
 use vellus_models::{Directions, ModelKind};
+use vellus_sim::profile::{Cells, profile};
 
 /// θ_o, degrees.
 pub const THETA_O: f64 = -30.0;

@@ -4,7 +4,7 @@ use super::{Claim, Context, Outcome, Table, Verdict};
 use crate::plot::medulla;
 use anyhow::Result;
 use vellus::{TableData, Tables};
-use vellus_medulla::check::{ProfileError, TableKind, check_azimuthal, check_longitudinal, summary};
+use vellus_sim::check::{ProfileError, TableKind, check_azimuthal, check_longitudinal, summary};
 
 /// The paper's grid: σ_ms, g, h or θ, directions; and its rank.
 const GRID: [usize; 4] = [24, 16, 16, 720];

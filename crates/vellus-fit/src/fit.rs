@@ -15,7 +15,7 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
-use vellus_medulla::medulla::SimRng;
+use vellus_sim::medulla::SimRng;
 
 /// Points that the descents from all starts look at.
 const SAMPLE: usize = 600;

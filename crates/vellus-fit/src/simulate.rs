@@ -6,9 +6,9 @@ use crate::profile::{Point, Profile, Quantity, check_angles};
 use rand::{Rng, SeedableRng};
 use std::f64::consts::TAU;
 use vellus::Fiber;
-use vellus_medulla::medulla::SimRng;
-use vellus_medulla::profile::{Cells, profile};
 use vellus_models::Directions;
+use vellus_sim::medulla::SimRng;
+use vellus_sim::profile::{Cells, profile};
 
 /// A gantry: where it stands, how finely it samples, how well it measures.
 #[derive(Clone, Copy, Debug, PartialEq)]

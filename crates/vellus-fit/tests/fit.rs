@@ -1,8 +1,5 @@
 //! Fits of measurements of which the truth is known.
 
-mod common;
-
-use common::{check_scores, largest};
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 use vellus::oracle::Oracle;
@@ -13,6 +10,7 @@ use vellus_fit::{
     Error, Estimate, Fit, Forward, Options, Profile, Requests, Specimen, State, Synthetic, fit, simulate,
 };
 use vellus_models::Directions;
+use vellus_testing::significance::{FALSE_ALARM, check_largest, check_scores, max_abs_z};
 
 /// A gantry with a quarter of the directions of the default one, of which the fits take a tenth of a second.
 fn gantry(seed: u64) -> Synthetic {
@@ -58,13 +56,6 @@ fn z_scores(result: &Fit, fiber: &Fiber, scale: f64) -> Vec<(String, f64)> {
     let fitted = |e: &&Estimate| e.determined && e.state == State::Fitted;
     let z = |e: &Estimate| (e.name.clone(), (e.value - truth(fiber, &e.name, scale)) / e.error.unwrap());
     result.estimates.iter().filter(fitted).map(z).collect()
-}
-
-/// No z-score is beyond the bound for as many.
-fn check_largest(scores: &[(String, f64)]) {
-    for (name, z) in scores {
-        assert!(z.abs() <= largest(scores.len()), "{name}: {z} standard errors off");
-    }
 }
 
 #[test]
@@ -152,7 +143,7 @@ fn fixed_tied_and_freed_parameters_do_as_asked() {
     assert_eq!(result.specimen.fiber.beta_n, result.specimen.fiber.beta_m);
     assert_eq!(result.specimen.fiber.sigma_ma, [result.specimen.fiber.sigma_ma[1]; 3]);
     let theta_o = of("theta_o");
-    assert!((theta_o.value + 25.0).abs() < largest(1) * theta_o.error.unwrap(), "{theta_o:?}");
+    assert!((theta_o.value + 25.0).abs() < max_abs_z(1, FALSE_ALARM) * theta_o.error.unwrap(), "{theta_o:?}");
     let scores: Vec<_> = z_scores(&result, &fiber, 37.0).into_iter().filter(|(name, _)| name != "theta_o").collect();
     check_largest(&scores);
     // Three fewer by ties, one by the value given, one more freed: of 16 and the scale.

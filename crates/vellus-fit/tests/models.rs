@@ -1,12 +1,10 @@
 //! Fits by models other than ours.
 
-mod common;
-
-use common::check_scores;
 use vellus::{Fiber, Species};
 use vellus_fit::space::Space;
 use vellus_fit::{Fit, Forward, Options, Profile, Requests, Specimen, State, Synthetic, fit, simulate};
 use vellus_models::ModelKind;
+use vellus_testing::significance::check_scores;
 
 /// A quarter of the directions of the default gantry.
 fn gantry(seed: u64) -> Synthetic {

@@ -12,10 +12,10 @@
 //!
 //! Limits: azimuthal width does not grow from lobe to lobe; not reciprocal.
 
-use crate::along::{Spherical, SphericalAt};
-use crate::around::{Logistics, LogisticsAt};
+use crate::azimuthal::{Logistics, LogisticsAt};
 use crate::entry::Entry;
 use crate::factored::Factored;
+use crate::longitudinal::{Spherical, SphericalAt};
 use glam::Vec3;
 use std::f32::consts::PI;
 use vellus::{Error, Fiber, Field, Lobe, Model, Window};

@@ -1,7 +1,7 @@
 //! A hit whose lobes are products: energy, density along the fibre, density around it. Eight fill a register.
 
-use crate::along::Along;
-use crate::around::Around;
+use crate::azimuthal::Around;
+use crate::longitudinal::Along;
 use glam::Vec3;
 use vellus::parts::{Frame, Outgoing};
 use vellus::{Lobe, Lobes, Sample, Scattering};

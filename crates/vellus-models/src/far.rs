@@ -6,15 +6,13 @@
 //! for each such edge b makes every term smooth, and Gauss's rule converges as fast as the lobes are wide: offsets are as dense as
 //! their exit azimuths need.
 
-use crate::along::Along;
-use crate::around::Around;
+use crate::azimuthal::Around;
 use crate::factored::{Factored, largest_channel};
 use crate::gauss::rule;
-use crate::kind::AnyModel;
+use crate::longitudinal::Along;
 use glam::Vec3;
 use std::f32::consts::FRAC_PI_2;
 use vellus::parts::Outgoing;
-use vellus::{Field, Model, Scattering, Window};
 use wide::f32x8;
 
 /// Directions of which each inclination and each azimuth is kept once: on a grid, far fewer than directions.
@@ -64,7 +62,7 @@ impl Directions {
 }
 
 /// Unit vector at θ and φ in degrees.
-fn unit(theta: f64, phi: f64) -> Vec3 {
+pub(crate) fn unit(theta: f64, phi: f64) -> Vec3 {
     let ((st, ct), (sp, cp)) = (theta.to_radians().sin_cos(), phi.to_radians().sin_cos());
     Vec3::new(st as f32, (ct * cp) as f32, (ct * sp) as f32)
 }
@@ -123,7 +121,12 @@ impl<L: Along, A: Around> Separable for Factored<L, A> {
 const LOOKS: usize = 24;
 
 /// The average of hits `at` offsets over h, with edges at ±`edges`, increasing, inside (0, 1).
-fn average<H: Separable>(at: impl Fn(f32) -> H, edges: &[f32], directions: &Directions, out: &mut [[f32; 3]]) {
+pub(crate) fn average<H: Separable>(
+    at: impl Fn(f32) -> H,
+    edges: &[f32],
+    directions: &Directions,
+    out: &mut [[f32; 3]],
+) {
     let zero = AroundSums { lanes: [f32x8::ZERO; 3], others: [[0.0; 3]; 3] };
     let mut sums = vec![zero; directions.phis.len()];
     let mut low = 0.0f32;
@@ -170,24 +173,5 @@ fn average<H: Separable>(at: impl Fn(f32) -> H, edges: &[f32], directions: &Dire
         *out = std::array::from_fn(|c| {
             (m.lanes * n.lanes[c]).reduce_add() + (0..3).map(|k| m.others[k] * n.others[k][c]).sum::<f32>()
         });
-    }
-}
-
-impl AnyModel {
-    /// f·cos θᵢ averaged over the whole width for ω_o at `theta_o` degrees in [−90, 90] and φ = 0, RGB, one for each direction.
-    pub fn far_field(&self, theta_o: f64, directions: &Directions, out: &mut [[f32; 3]]) {
-        let wo = unit(theta_o, 0.0);
-        match self {
-            AnyModel::Chiang2016(m) => average(|h| m.at(wo, Window::near(h)), &[], directions, out),
-            AnyModel::ZinkeWeber2007(m) => average(|h| m.at(wo, Window::near(h)), &[], directions, out),
-            AnyModel::Yan2015(m) => average(|h| m.at(wo, Window::near(h)), &m.edges(wo), directions, out),
-            AnyModel::Vellus(_) | AnyModel::DEon2011(_) | AnyModel::Marschner2003(_) | AnyModel::KajiyaKay1989(_) => {
-                debug_assert!(self.field() != Field::Near);
-                let hit = self.at(wo, Window::far());
-                for (out, wi) in out.iter_mut().zip(directions.vectors()) {
-                    *out = hit.eval(*wi).total();
-                }
-            }
-        }
     }
 }

@@ -10,8 +10,8 @@
 //! Limits: no forward light (TT), no secondary highlight, no shift of either. The specular part is not normalised, by
 //! definition: toward grazing incidence it holds some cos θ_o of its light. Not reciprocal.
 
-use crate::along::{Along, Plane};
 use crate::factored::{direction, weight};
+use crate::longitudinal::{Along, Plane};
 use glam::Vec3;
 use std::f32::consts::{FRAC_1_PI, TAU};
 use std::f64::consts::{FRAC_PI_2, PI};

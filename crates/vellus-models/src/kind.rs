@@ -3,6 +3,7 @@
 use crate::chiang::Chiang2016;
 use crate::deon::DEon2011;
 use crate::error::Error;
+use crate::far::{Directions, average, unit};
 use crate::kajiya_kay::KajiyaKay1989;
 use crate::marschner::Marschner2003;
 use crate::yan2015::Yan2015;
@@ -121,6 +122,25 @@ models! {
     ZinkeWeber2007(ZinkeWeber2007), "zinke-weber2007", ZinkeWeber2007::new;
     Marschner2003(Marschner2003), "marschner2003", Marschner2003::new;
     KajiyaKay1989(KajiyaKay1989), "kajiya-kay1989", KajiyaKay1989::new;
+}
+
+impl AnyModel {
+    /// f·cos θᵢ averaged over the whole width for ω_o at `theta_o` degrees in [−90, 90] and φ = 0, RGB, one for each direction.
+    pub fn far_field(&self, theta_o: f64, directions: &Directions, out: &mut [[f32; 3]]) {
+        let wo = unit(theta_o, 0.0);
+        match self {
+            AnyModel::Chiang2016(m) => average(|h| m.at(wo, Window::near(h)), &[], directions, out),
+            AnyModel::ZinkeWeber2007(m) => average(|h| m.at(wo, Window::near(h)), &[], directions, out),
+            AnyModel::Yan2015(m) => average(|h| m.at(wo, Window::near(h)), &m.edges(wo), directions, out),
+            AnyModel::Vellus(_) | AnyModel::DEon2011(_) | AnyModel::Marschner2003(_) | AnyModel::KajiyaKay1989(_) => {
+                debug_assert!(self.field() != Field::Near);
+                let hit = self.at(wo, Window::far());
+                for (out, wi) in out.iter_mut().zip(directions.vectors()) {
+                    *out = hit.eval(*wi).total();
+                }
+            }
+        }
+    }
 }
 
 impl fmt::Display for ModelKind {

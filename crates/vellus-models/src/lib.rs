@@ -27,8 +27,7 @@
 //! # Ok(()) }
 //! ```
 
-mod along;
-mod around;
+mod azimuthal;
 pub mod chiang;
 pub mod deon;
 mod entry;
@@ -38,6 +37,7 @@ mod far;
 mod gauss;
 pub mod kajiya_kay;
 mod kind;
+mod longitudinal;
 pub mod marschner;
 pub mod yan2015;
 pub mod zinke_weber;

@@ -11,10 +11,10 @@
 //! Limits: light is lost where a Gaussian reaches beyond ±90° (half of it at grazing incidence), and with the orders
 //! left out, (1 − F) F³ of it; the test says how much. Not reciprocal.
 
-use crate::along::Plane;
-use crate::around::{Gaussians, GaussiansAt};
+use crate::azimuthal::{Gaussians, GaussiansAt};
 use crate::entry::Entry;
 use crate::factored::Factored;
+use crate::longitudinal::Plane;
 use glam::Vec3;
 use vellus::{Error, Fiber, Field, Lobe, Model, Window};
 use wide::f32x8;

@@ -1,12 +1,9 @@
 //! Where the light goes, of every model: in a white furnace, and with absorption.
 
-#[path = "../../vellus/tests/common/mod.rs"]
-mod common;
-
-use common::{Uniform, direction, full_fiber};
 use std::f64::consts::{PI, TAU};
 use vellus::{Fiber, Field, Model, Scattering, Species, Window};
 use vellus_models::ModelKind;
+use vellus_testing::{Uniform, direction, full_fiber};
 
 /// Integral of f·cos θᵢ over the sphere by midpoints in θᵢ and φ.
 fn integrate(hit: &impl Scattering) -> [f64; 3] {

@@ -1,13 +1,10 @@
 //! The hair models against each other, and against what their papers say.
 
-#[path = "../../vellus/tests/common/mod.rs"]
-mod common;
-
-use common::{Uniform, direction};
 use std::f64::consts::{PI, TAU};
 use vellus::oracle::{bessel_i0e, fresnel};
 use vellus::{Color, Fiber, Field, Lobe, Model, Scattering, Window};
 use vellus_models::{ModelKind, chiang};
+use vellus_testing::{Uniform, direction};
 
 fn hair() -> Fiber {
     Fiber {

@@ -1,12 +1,9 @@
 //! Of every model: sampling draws what pdf says, pdf integrates to 1, weights are f/pdf.
 
-#[path = "../../vellus/tests/common/mod.rs"]
-mod common;
-
-use common::sphere::{ChiSquared, integral};
-use common::{Uniform, direction, full_fiber};
 use vellus::{Fiber, Model, Scattering, Species, Window};
 use vellus_models::{AnyModel, ModelKind, Yan2015};
+use vellus_testing::sphere::{ChiSquared, integral};
+use vellus_testing::{Uniform, direction, full_fiber};
 
 fn fibers() -> [Fiber; 3] {
     [

@@ -1,13 +1,10 @@
 //! Yan et al. 2015 in its limits, and against Monte Carlo of the whole fibre.
 
-#[path = "../../vellus/tests/common/mod.rs"]
-mod common;
-
-use common::{Uniform, direction, full_fiber};
 use vellus::{Bcsdf, Fiber, Lobe, Model, Scattering, Species, Window};
-use vellus_medulla::reference::{Offsets, energies};
 use vellus_models::yan2015::LOBES;
 use vellus_models::{Yan2015, ZinkeWeber2007};
+use vellus_sim::energies::{Offsets, energies};
+use vellus_testing::{Uniform, direction, full_fiber};
 
 /// Without medulla it is the near field of Zinke and Weber, up to TRT.
 #[test]

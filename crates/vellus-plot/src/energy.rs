@@ -8,7 +8,7 @@ use anyhow::Result;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use vellus::{Model, Scattering, Window};
-use vellus_medulla::reference::Offsets;
+use vellus_sim::energies::Offsets;
 
 /// Mean of the channels of each lobe.
 type Energies = [f64; 6];

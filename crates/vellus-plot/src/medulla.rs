@@ -11,7 +11,7 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 use vellus::oracle::Profile;
 use vellus::{TableData, Tables};
-use vellus_medulla::medulla::{azimuthal, longitudinal, stream};
+use vellus_sim::medulla::{azimuthal, longitudinal, stream};
 
 /// (τ, g) of the columns: a thin, a middling and a thick medulla, between the tables' nodes.
 const COLUMNS: [(f64, f64); 3] = [(0.25, 0.3), (2.0, 0.6), (9.0, 0.88)];

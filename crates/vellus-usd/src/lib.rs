@@ -42,35 +42,18 @@
 //! requires; packages in packages are not read. Coordinates are within ±10⁹ scene units
 //! ([`vellus_scene::MAX_COORDINATE`]). Devices are not read.
 
-mod camera;
-mod crate_check;
-mod curves;
 mod error;
 mod guard;
 mod image;
-mod layout;
-mod light;
-mod look;
-mod mesh;
-mod motion;
-mod network;
-mod place;
-mod primvar;
-mod reader;
-mod rgbe;
+mod read;
 mod stage;
-mod surface;
-mod text;
-mod uv_texture;
 mod warning;
 mod write;
-mod write_geometry;
-mod write_look;
 
 pub use error::Error;
 pub use guard::quiet_caught_panics;
 pub use image::{load_map, load_texture};
-pub use look::FALLBACK_LOOK;
-pub use reader::{Options, Reading, read};
+pub use read::look::FALLBACK_LOOK;
+pub use read::{Options, Reading, read};
 pub use warning::Warning;
 pub use write::write;

@@ -1,10 +1,8 @@
 //! Limits, symmetries and bad input.
 
-mod common;
-
-use common::{Uniform, direction, full_fiber};
 use std::f64::consts::FRAC_PI_2;
 use vellus::{Bcsdf, Error, Fiber, Lobe, TableData, Tables, Window};
+use vellus_testing::{Uniform, direction, full_fiber};
 
 #[test]
 fn edges_are_finite() {

@@ -1,12 +1,10 @@
 //! Where all the light goes: the lobes' energies, and the white furnace.
 
-mod common;
-
-use common::{direction, full_fiber, table_data};
 use std::f64::consts::{PI, TAU};
 use vellus::oracle::Oracle;
 use vellus::published::Published;
 use vellus::{Bcsdf, Fiber, Hit, Species, Window};
+use vellus_testing::{direction, full_fiber, table_data};
 
 /// Every combination of the grid, without absorption.
 fn lossless_grid() -> impl Iterator<Item = (Fiber, f64, f64)> {

@@ -1,10 +1,8 @@
 //! The fast f32 path against the slow f64 one.
 
-mod common;
-
-use common::{Uniform, direction, table_data};
 use vellus::oracle::Oracle;
 use vellus::{Bcsdf, Fiber, Lobe, Species, Window};
+use vellus_testing::{Uniform, direction, table_data};
 use wide::f32x8;
 
 /// Tolerance of one lobe's density, relative to itself plus a floor.

@@ -1,12 +1,10 @@
 //! The paper's far field: its segments against quadrature and beside ours, and its model over a window.
 
-mod common;
-
-use common::{Uniform, full_fiber, table_data};
 use std::f64::consts::{PI, TAU};
 use vellus::oracle::Oracle;
 use vellus::published::Published;
 use vellus::{Fiber, Species};
+use vellus_testing::{Uniform, full_fiber, table_data};
 
 /// N(φ) over so many azimuths of the first channel of R + TT + TRT, and of TTˢ + TRTˢ.
 fn profiles<const N: usize>(azimuths: usize, lobes: impl Fn(f64) -> [[f64; 3]; N]) -> [Vec<f64>; 2] {

@@ -1,11 +1,9 @@
 //! Sampling draws what pdf says, tilt and all else non-zero.
 
-mod common;
-
-use common::sphere::{ChiSquared, integral};
-use common::{Uniform, direction, full_fiber};
 use std::f64::consts::TAU;
 use vellus::{Bcsdf, Fiber, Lobe, Species, Window};
+use vellus_testing::sphere::{ChiSquared, integral};
+use vellus_testing::{Uniform, direction, full_fiber};
 
 fn fibers() -> Vec<Fiber> {
     // The second has a peak so sharp that a window spreads its light over azimuths, the third takes more segments.

@@ -1,11 +1,9 @@
 //! Far field and multi-scale mode: the average over a window of offsets, against quadrature of the near field.
 
-mod common;
-
-use common::{Uniform, direction, full_fiber, table_data};
 use std::f64::consts::{PI, TAU};
 use vellus::oracle::Oracle;
 use vellus::{Bcsdf, Fiber, Species, Window};
+use vellus_testing::{Uniform, direction, full_fiber, table_data};
 
 /// Azimuths at which profiles are compared.
 const AZIMUTHS: usize = 360;

@@ -16,8 +16,8 @@
 mod azimuths;
 mod channels;
 
-use crate::along::{Along, Spherical, SphericalAt};
 use crate::factored::{choose, direction, weight};
+use crate::longitudinal::{Along, Spherical, SphericalAt};
 use azimuths::Azimuths;
 use channels::Channels;
 use glam::Vec3;

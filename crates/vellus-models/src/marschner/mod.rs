@@ -17,8 +17,8 @@
 
 mod section;
 
-use crate::along::{Along, Plane};
 use crate::factored::{choose, direction, weight};
+use crate::longitudinal::{Along, Plane};
 use glam::Vec3;
 use section::Section;
 use std::f32::consts::{FRAC_1_PI, TAU};

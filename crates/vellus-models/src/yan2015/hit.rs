@@ -2,10 +2,10 @@
 
 use super::escape::Interfaces;
 use super::{NAMES, SCATTERED, Yan2015};
-use crate::along::Plane;
-use crate::around::GaussiansAt;
+use crate::azimuthal::GaussiansAt;
 use crate::factored::{self, Factored, choose, direction, largest_channel};
 use crate::far::{AlongFactors, AroundSums, Separable};
+use crate::longitudinal::Plane;
 use glam::Vec3;
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 use vellus::parts::{Azimuth, Inclination, Outgoing, wrap};

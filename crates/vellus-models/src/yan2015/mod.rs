@@ -36,10 +36,10 @@ mod escape;
 mod hit;
 mod paths;
 
-use crate::along::Plane;
-use crate::around::{Gaussians, GaussiansAt};
+use crate::azimuthal::{Gaussians, GaussiansAt};
 use crate::entry::Entry;
 use crate::factored::{Factored, largest_channel};
+use crate::longitudinal::Plane;
 use escape::{Escape, Interfaces};
 use glam::Vec3;
 use hit::Scattered;

@@ -3,8 +3,8 @@
 use super::files::Files;
 use super::names::{check_default, check_name, check_path};
 use super::text_check::{check_text, normalized};
+use super::usdc_check::{check_tables, check_values};
 use super::{Failure, guarded};
-use crate::crate_check::{check_tables, check_values};
 use openusd::ar::Resolver;
 use openusd::{ar, sdf, usda, usdc};
 use std::borrow::Cow;

@@ -1,0 +1,107 @@
+//! The whole fibre as a gantry would measure it, with a rough cuticle and tilted scales.
+//!
+//! Facets are turned against the smooth surface by −α/2 along the fibre, with normal deviates of β_m/2 along and β_n/2 around
+//! it: light they reflect is then turned by α, β_m and β_n, as the lobe R of the model is. What that does to TT and TRT is
+//! traced, and differs from Yan17 Table 2.
+
+use crate::medulla::{stream, uniform2};
+use crate::tracer::{CHUNK, Fate, Surface, Tracer};
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+use vellus::{Error, Fiber};
+
+/// Cells of equal angles, θ and φ in radians.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cells {
+    /// θ of the middles.
+    pub theta: Vec<f64>,
+    /// φ of the middles.
+    pub phi: Vec<f64>,
+    /// Extent of a cell over θ and over φ.
+    pub size: [f64; 2],
+}
+
+/// Chunks whose histograms are held at a time.
+const BATCH: u64 = 64;
+
+/// Energy per solid angle that leaves into each cell, RGB, row by row over θ: what f·cos θᵢ of the model stands for, averaged over
+/// the cell. `photons` are traced, arriving from inclination `theta_o` (radians) over the whole width. The result depends on the
+/// seed, not on the number of threads. `tick` is called with the photons done.
+///
+/// # Errors
+/// [`Error::OutOfRange`] where [`Fiber::validate`] finds one.
+pub fn profile(
+    fiber: &Fiber,
+    theta_o: f64,
+    cells: &Cells,
+    photons: u64,
+    seed: u64,
+    tick: &(dyn Fn(u64) + Sync),
+) -> Result<Vec<[f64; 3]>, Error> {
+    fiber.validate()?;
+    let tracer = Tracer::new(fiber, Surface::of(fiber));
+    let chunks = photons.div_ceil(CHUNK);
+    let mut sums = vec![[0.0; 3]; cells.theta.len() * cells.phi.len()];
+    for first in (0..chunks).step_by(BATCH as usize) {
+        let batch: Vec<Vec<[f64; 3]>> = (first..chunks.min(first + BATCH))
+            .into_par_iter()
+            .map(|chunk| {
+                let mut rng = stream(seed, chunk);
+                let mut sums = vec![[0.0; 3]; cells.theta.len() * cells.phi.len()];
+                let range = chunk * CHUNK..((chunk + 1) * CHUNK).min(photons);
+                let count = range.end - range.start;
+                for k in range {
+                    let h = 2.0 * (k as f64 + f64::from(uniform2(&mut rng).0)) / photons as f64 - 1.0;
+                    tracer.photon(theta_o, h, &mut rng, &mut |fate, direction, energy| {
+                        if fate != Fate::Guided {
+                            cells.add(&mut sums, direction, energy);
+                        }
+                    });
+                }
+                tick(count);
+                sums
+            })
+            .collect();
+        for part in batch {
+            for (sum, x) in sums.iter_mut().zip(part) {
+                (0..3).for_each(|c| sum[c] += x[c]);
+            }
+        }
+    }
+    for (i, sum) in sums.iter_mut().enumerate() {
+        let theta = cells.theta[i / cells.phi.len()];
+        let [low, high] = [-0.5, 0.5].map(|x| (theta + x * cells.size[0]).sin());
+        let solid_angle = cells.size[1] * (high - low);
+        *sum = sum.map(|x| x / (solid_angle * photons as f64));
+    }
+    Ok(sums)
+}
+
+impl Cells {
+    /// Adds what leaves: half to its cells, half to those of its mirror image, as all offsets are there with both signs.
+    fn add(&self, sums: &mut [[f64; 3]], direction: [f64; 3], energy: [f64; 3]) {
+        let theta = direction[0].clamp(-1.0, 1.0).asin();
+        let phi = direction[2].atan2(direction[1]);
+        let Some(row) = index(&self.theta, self.size[0], theta) else { return };
+        for phi in [phi, -phi] {
+            // A range of more than a turn would have some directions twice.
+            for turn in [-TAU, 0.0, TAU] {
+                if let Some(column) = index(&self.phi, self.size[1], phi + turn) {
+                    let sum = &mut sums[row * self.phi.len() + column];
+                    (0..3).for_each(|c| sum[c] += 0.5 * energy[c]);
+                }
+            }
+        }
+    }
+}
+
+/// The cell, of those with equidistant ascending middles, that an angle lies in.
+fn index(middles: &[f64], size: f64, angle: f64) -> Option<usize> {
+    let step = if middles.len() > 1 { middles[1] - middles[0] } else { size };
+    let nearest = ((angle - middles.first()?) / step).round();
+    if nearest < 0.0 || nearest >= middles.len() as f64 {
+        return None;
+    }
+    let i = nearest as usize;
+    ((angle - middles[i]).abs() <= 0.5 * size).then_some(i)
+}

@@ -1,0 +1,192 @@
+//! The simulations against what is known exactly, and the tables built from them.
+
+use std::f64::consts::{PI, TAU};
+use vellus::{Bcsdf, Fiber, Species, TableData, Tables, Window};
+use vellus_sim::build::Quality;
+use vellus_sim::check::{TableKind, check_azimuthal, check_longitudinal, summary};
+use vellus_sim::energies::{Fate, Offsets, energies};
+use vellus_sim::medulla::{azimuthal, longitudinal, longitudinal_borders, stream};
+
+/// Henyey–Greenstein over the azimuth only: ∫ p(cos θ cos φ) cos θ dθ, φ from straight on.
+fn marginal(g: f64, phi: f64) -> f64 {
+    let n = 4000;
+    (0..n)
+        .map(|i| {
+            let theta = ((f64::from(i) + 0.5) / f64::from(n) - 0.5) * PI;
+            let cos = theta.cos() * phi.cos();
+            theta.cos() * (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cos).powf(1.5)) * PI / f64::from(n)
+        })
+        .sum()
+}
+
+/// τ → 0 is single scattering, at every offset. χ² over 36 bins of 10°; 99.9 % quantile for 35
+/// degrees of freedom: 66.6.
+#[test]
+fn thin_medulla_scatters_once() {
+    for (g, h) in [(0.0, 0.0), (0.5, 0.4), (0.9, 0.99)] {
+        let photons = 400_000;
+        let profile = azimuthal(0.0, g, h, photons, 36, &mut stream(3, 0));
+        let chi2: f64 = (0..36)
+            .map(|j| {
+                // Bins centred on their azimuth; 40 points each.
+                let at = |k: i32| (f64::from(j) + (f64::from(k) + 0.5) / 40.0 - 0.5) * TAU / 36.0 - PI;
+                let p = (0..40).map(|k| marginal(g, at(k))).sum::<f64>() / 40.0 * TAU / 36.0;
+                let (o, e) = (profile.density[j as usize] * TAU / 36.0 * photons as f64, p * photons as f64);
+                (o - e).powi(2) / e
+            })
+            .sum();
+        assert!(chi2 < 66.6, "g {g} h {h}: χ² {chi2}");
+    }
+}
+
+#[test]
+fn longitudinal_densities_integrate_to_one() {
+    let p = longitudinal(2.0, 0.6, 0.7, 100_000, 181, &mut stream(5, 1));
+    assert!((p.fraction[0] + p.fraction[1] - 1.0).abs() < 1e-12);
+    let borders = longitudinal_borders(181);
+    for half in &p.density {
+        let sum: f64 = half.iter().zip(borders.windows(2)).map(|(d, b)| d * (b[1] - b[0])).sum();
+        assert!((sum - 1.0).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn threads_do_not_change_the_tables() {
+    let quality = Quality { photons: 1000, ..Quality::smoke() };
+    let slab = quality.slabs()[3];
+    let many = quality.simulate(slab);
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(|| quality.simulate(slab));
+    assert_eq!(many, one);
+    assert_eq!(many.len(), quality.slab_len(slab));
+}
+
+/// A smoke-quality build, all the way to a table that the model uses. Its profiles are coarse (2.5°, few
+/// nodes, 10,000 photons): within 10 % on average.
+#[test]
+fn smoke_build_makes_usable_tables() {
+    let quality = Quality::smoke();
+    let slabs: Vec<_> = quality.slabs().into_iter().map(|slab| quality.simulate(slab)).collect();
+    let data = quality.assemble(&slabs, &|| ());
+    let data = TableData::from_bytes(&data.to_bytes().unwrap()).unwrap();
+    let errors: Vec<_> = (0..8).flat_map(|i| check_longitudinal(&data, 200_000, 1, i)).collect();
+    let errors: Vec<_> = errors.into_iter().chain((0..8).map(|i| check_azimuthal(&data, 200_000, 1, i))).collect();
+    for kind in TableKind::ALL {
+        let own = |e: &&vellus_sim::check::ProfileError| e.kind == kind;
+        let l1 = summary(errors.iter().filter(own).map(|e| (e.l1.powi(2) - e.noise.powi(2)).max(0.0).sqrt()).collect());
+        assert!(l1.mean < 0.1, "{}: {l1:?}", kind.name());
+    }
+    let tables = Tables::new(&data);
+    let bcsdf = Bcsdf::with_tables(&Fiber::preset(Species::Cat), &tables).unwrap();
+    let f = bcsdf.at(glam::Vec3::Y, Window::near(0.1)).eval(-glam::Vec3::Y).total();
+    assert!(f[0] > 0.0 && f[0].is_finite());
+}
+
+/// The shipped tables, quickly: a few random profiles against 2,000,000 photons, the noise taken off in
+/// quadrature. The full check is `vellus table check`.
+#[test]
+fn shipped_tables_match_simulation() {
+    let data = TableData::from_bytes(Tables::SHIPPED).unwrap();
+    let mut errors: Vec<_> = (0..6).map(|i| check_azimuthal(&data, 2_000_000, 11, i)).collect();
+    errors.extend((0..6).flat_map(|i| check_longitudinal(&data, 2_000_000, 11, i)));
+    for kind in TableKind::ALL {
+        let own = |e: &&vellus_sim::check::ProfileError| e.kind == kind;
+        let l1 = summary(errors.iter().filter(own).map(|e| (e.l1.powi(2) - e.noise.powi(2)).max(0.0).sqrt()).collect());
+        assert!(l1.mean < 0.03 && l1.max < 0.1, "{}: {l1:?}", kind.name());
+    }
+    for e in errors.iter().filter_map(|e| e.mean_path) {
+        assert!(e.abs() < 0.03, "mean path {e}");
+    }
+}
+
+/// R, TT and TRT of the model are those of the whole fibre: within 1 % or three standard errors,
+/// ten presets, three inclinations.
+#[test]
+fn energies_match_fibre_reference() {
+    let photons = 200_000;
+    for species in Species::ALL {
+        let fiber = Fiber::preset(species);
+        let bcsdf = Bcsdf::new(&fiber).unwrap();
+        for degrees in [0.0f64, 30.0, 60.0] {
+            let theta = degrees.to_radians();
+            let reference = energies(&fiber, theta, Offsets::Whole, photons, 9, &|_| ()).unwrap();
+            let wo = glam::Vec3::new(theta.sin() as f32, theta.cos() as f32, 0.0);
+            let (mut model, n) = ([0.0f64; 3], 20_000);
+            for i in 0..n {
+                let gamma = ((f64::from(i) + 0.5) / f64::from(n) - 0.5) * PI;
+                let energy = bcsdf.at(wo, Window::near(gamma.sin() as f32)).energy();
+                for (m, lobe) in model.iter_mut().zip(energy.0) {
+                    *m += f64::from(lobe[0]) * gamma.cos() * 0.5 * PI / f64::from(n);
+                }
+            }
+            for fate in [Fate::R, Fate::Tt, Fate::Trt] {
+                let (m, r) = (model[fate as usize], reference.mean[fate as usize][0]);
+                let e = reference.error[fate as usize][0];
+                let allowed = (0.01 * r).max(3.0 * e);
+                assert!((m - r).abs() <= allowed, "{species} {degrees}° {}: {m} {r} ± {e}", fate.key());
+            }
+        }
+    }
+}
+
+/// The whole-fibre reference loses no light: without absorption all leaves, or is guided.
+#[test]
+fn reference_conserves_energy() {
+    let fiber = Fiber { g: 0.3, ..Fiber::preset(Species::Human).without_absorption() };
+    let e = energies(&fiber, 0.5, Offsets::Whole, 100_000, 4, &|_| ()).unwrap();
+    let total = e.total[0][1] + e.mean[Fate::Guided as usize][1];
+    // Roulette below 1e-3 of the energy is the only noise: 1e-3·√(1e-3/1e5) and less.
+    assert!((total - 1.0).abs() < 1e-4, "{total}");
+    let again = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    assert_eq!(again.install(|| energies(&fiber, 0.5, Offsets::Whole, 100_000, 4, &|_| ()).unwrap()), e);
+}
+
+/// The absorption after scattering: ⟨L⟩ prices it closer than the paper's fixed path κ (D7).
+#[test]
+fn mean_path_beats_the_fixed_path() {
+    // A fibre that is all medulla, with no cuticle: what the model leaves out does not exist.
+    let fiber = Fiber {
+        eta: 1.0,
+        kappa: 0.99,
+        sigma_ca: [0.0; 3],
+        sigma_ma: [0.3; 3],
+        sigma_ms: 3.0,
+        g: 0.5,
+        ..Fiber::preset(Species::Cat)
+    };
+    let h = 0.2;
+    let reference = energies(&fiber, 0.0, Offsets::At(h), 400_000, 6, &|_| ()).unwrap();
+    let exact = reference.mean[Fate::Scattered as usize][0];
+    let bcsdf = Bcsdf::new(&fiber).unwrap();
+    let ours = f64::from(bcsdf.at(glam::Vec3::Y, Window::near(h as f32)).energy().0[3][0]);
+    let data = TableData::from_bytes(Tables::SHIPPED).unwrap();
+    let published = vellus::published::Published::new(&fiber, &data);
+    let theirs = published.energy(0.0, h)[3][0];
+    // exp(−σ⟨L⟩) underestimates the mean of exp(−σ L): 10 % here. The fixed path overestimates by far more.
+    assert!((ours / exact - 1.0).abs() < 0.15, "{ours} {exact}");
+    assert!((theirs / exact - 1.0).abs() > 2.0 * (ours / exact - 1.0).abs(), "{theirs} {ours} {exact}");
+}
+
+/// D12: the exit inclination of light scattered once in a thin inclined medulla depends on σ κ alone, and the
+/// azimuth on σ κ/cos θ. Compared with the joint simulation, C^M at the elongated τ would be worse.
+#[test]
+fn longitudinal_tables_take_the_radial_optical_depth() {
+    let data = TableData::from_bytes(Tables::SHIPPED).unwrap();
+    let (tau, g, theta) = (2.0, 0.5, 65f64.to_radians());
+    let nodes = 91;
+    let simulated = longitudinal(tau, g, theta, 2_000_000, nodes, &mut stream(8, 0));
+    let borders = longitudinal_borders(nodes);
+    let l1 = |tau: f64| {
+        let profiles = vellus::oracle::Profile::longitudinal(&data, tau, g, theta);
+        let half = |k: usize| -> f64 {
+            (0..nodes)
+                .map(|j| {
+                    let middle = (0.5 * (borders[j] + borders[j + 1])).asin();
+                    (profiles[k].eval(middle) - simulated.density[k][j]).abs() * (borders[j + 1] - borders[j])
+                })
+                .sum()
+        };
+        half(0) + half(1)
+    };
+    let (radial, elongated) = (l1(tau), l1(tau / theta.cos()));
+    assert!(radial < 0.5 * elongated, "{radial} {elongated}");
+}

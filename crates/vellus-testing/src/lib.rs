@@ -1,0 +1,81 @@
+//! Shared test code: directions, a random number generator, random fibres, and statistical tests.
+//!
+//! Only integration tests, benchmarks and examples can use this crate. A unit test inside `vellus` would see two copies
+//! of `vellus`: the one under test and the one that this crate depends on.
+
+pub mod significance;
+pub mod sphere;
+
+use glam::Vec3;
+use vellus::{Fiber, TableData, Tables};
+
+/// The tables that `vellus` contains, in the form that the double-precision references take.
+pub fn table_data() -> &'static TableData {
+    static DATA: std::sync::OnceLock<TableData> = std::sync::OnceLock::new();
+    DATA.get_or_init(|| TableData::from_bytes(Tables::SHIPPED).expect("the tables in vellus are valid"))
+}
+
+/// Unit vector at inclination `theta` and azimuth `phi`, radians.
+pub fn direction(theta: f64, phi: f64) -> Vec3 {
+    Vec3::new(theta.sin() as f32, (theta.cos() * phi.cos()) as f32, (theta.cos() * phi.sin()) as f32)
+}
+
+/// A fibre with every parameter non-zero, including tilt and colour.
+pub fn full_fiber() -> Fiber {
+    Fiber {
+        eta: 1.55,
+        kappa: 0.7,
+        alpha: 3f32.to_radians(),
+        beta_m: 8f32.to_radians(),
+        beta_n: 11f32.to_radians(),
+        sigma_ca: [0.1, 0.3, 0.6],
+        sigma_ms: 1.8,
+        sigma_ma: [0.05, 0.1, 0.2],
+        g: 0.4,
+        layers: 0.7,
+    }
+}
+
+/// A small deterministic random number generator (SplitMix64). The number is its seed.
+pub struct Uniform(pub u64);
+
+impl Uniform {
+    /// The next number, uniform in [0, 1).
+    #[expect(clippy::should_implement_trait, reason = "a generator never ends, so `Option` would only be noise")]
+    pub fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Single-precision numbers in [0, 1), for a sampler.
+    pub fn numbers<const N: usize>(&mut self) -> [f32; N] {
+        // Rounding to f32 can give 1, which is outside a sampler's range.
+        std::array::from_fn(|_| (self.next() as f32).min(1.0 - f32::EPSILON / 2.0))
+    }
+
+    /// The next number, uniform in [lo, hi).
+    pub fn within(&mut self, lo: f64, hi: f64) -> f64 {
+        lo + (hi - lo) * self.next()
+    }
+
+    /// A random fibre. Each parameter varies over most of its valid range.
+    pub fn fiber(&mut self) -> Fiber {
+        let mut colour = |scale: f64| -> [f32; 3] { std::array::from_fn(|_| (scale * self.next().powi(3)) as f32) };
+        let (sigma_ca, sigma_ma) = (colour(5.0), colour(5.0));
+        Fiber {
+            eta: self.within(1.02, 2.5) as f32,
+            kappa: self.within(0.0, 0.98) as f32,
+            alpha: (self.within(-20.0, 20.0) as f32).to_radians(),
+            beta_m: (0.5 * 120f64.powf(self.next()) as f32).to_radians(),
+            beta_n: (0.5 * 120f64.powf(self.next()) as f32).to_radians(),
+            sigma_ca,
+            sigma_ms: (20.0 * self.next().powi(2)) as f32,
+            sigma_ma,
+            g: self.within(0.0, 0.95) as f32,
+            layers: self.within(0.05, 3.0) as f32,
+        }
+    }
+}

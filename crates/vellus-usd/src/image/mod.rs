@@ -1,0 +1,262 @@
+//! Images: PNG, Radiance HDR and OpenEXR, told apart by their first bytes.
+
+mod pixels;
+mod rgbe;
+
+use crate::error::Error;
+use crate::guard::catch;
+use crate::warning::Warning;
+use pixels::{Pixels, checked_size};
+use std::io::Cursor;
+use std::path::Path;
+use vellus_scene::{Texture, Wrap};
+
+/// The largest file of an image: 4 GiB.
+const MAX_BYTES: u64 = 4 << 30;
+
+/// How numbers in a file encode light. Radiance HDR and OpenEXR are linear whatever is asked.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub(crate) enum Encoding {
+    /// As UsdPreviewSurface has it: a PNG is sRGB if it says so, or has 8 bits and colour; otherwise linear.
+    #[default]
+    Auto,
+    /// Linear.
+    Linear,
+    /// sRGB.
+    Srgb,
+}
+
+/// Reads an image as linear RGB; alpha is left out, grey becomes three equal channels.
+///
+/// Negative numbers, which resizing leaves near bright edges, become 0: the warning says how many.
+///
+/// # Errors
+/// [`Error::File`] names the file if it is missing, broken, of another kind, has more than 4 GiB or 2²⁷ pixels, or a
+/// pixel that is not finite.
+pub fn load_texture(file: &Path) -> Result<(Texture, Option<Warning>), Error> {
+    load(file, Encoding::Auto)
+}
+
+/// Reads an image of plain numbers, as a map of densities is: they are linear whatever the file says. Otherwise as
+/// [`load_texture`].
+///
+/// # Errors
+/// Those of [`load_texture`].
+pub fn load_map(file: &Path) -> Result<(Texture, Option<Warning>), Error> {
+    load(file, Encoding::Linear)
+}
+
+fn load(file: &Path, encoding: Encoding) -> Result<(Texture, Option<Warning>), Error> {
+    let bytes = vellus_io::read_at_most(file, MAX_BYTES).map_err(|error| Error::file(file, error))?;
+    let Image { texture, warning } = decode(file, &bytes, encoding)?;
+    Ok((texture, warning.map(|what| Warning { prims: vec![file.display().to_string()], what })))
+}
+
+/// An image, and what was done to its pixels.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Image {
+    pub texture: Texture,
+    pub warning: Option<String>,
+}
+
+/// The same from the bytes of a file, which may lie in a package.
+pub(crate) fn decode(file: &Path, bytes: &[u8], encoding: Encoding) -> Result<Image, Error> {
+    let (width, height, mut pixels) = match bytes {
+        [0x89, b'P', b'N', b'G', ..] => png_pixels(bytes, encoding),
+        [b'#', b'?', ..] => rgbe::decode(bytes),
+        [0x76, 0x2f, 0x31, 0x01, ..] => exr_pixels(bytes),
+        _ => Err("it is no PNG, Radiance HDR or OpenEXR image".to_owned()),
+    }
+    .map_err(|what| Error::file(file, what))?;
+    let name = file.file_name().map_or(String::new(), |name| name.to_string_lossy().into_owned());
+    let mut negative = 0;
+    for pixel in &mut pixels {
+        if pixel.iter().any(|x| *x < 0.0 && x.is_finite()) {
+            negative += 1;
+            *pixel = pixel.map(|x| if x.is_finite() { x.max(0.0) } else { x });
+        }
+    }
+    let warning = (negative > 0)
+        .then(|| format!("the image {name} has {negative} pixels with negative numbers: these are taken as 0"));
+    let texture = Texture { name, width, height, pixels, wrap: [Wrap::Repeat; 2] };
+    texture.validate().map_err(|error| Error::file(file, error))?;
+    Ok(Image { texture, warning })
+}
+
+fn png_pixels(bytes: &[u8], encoding: Encoding) -> Result<Pixels, String> {
+    let broken = |error: png::DecodingError| format!("broken PNG: {error}");
+    let mut decoder = png::Decoder::new(Cursor::new(bytes));
+    decoder.set_transformations(png::Transformations::EXPAND);
+    let mut reader = decoder.read_info().map_err(broken)?;
+    let (width, height) = (reader.info().width as usize, reader.info().height as usize);
+    let pixels = checked_size(width, height)?;
+    let (color, depth) = reader.output_color_type();
+    let says_srgb = reader.info().srgb.is_some();
+    let mut data = vec![0; reader.output_buffer_size().ok_or("broken PNG: too large")?];
+    reader.next_frame(&mut data).map_err(broken)?;
+
+    let channels = color.samples();
+    let srgb = match encoding {
+        Encoding::Auto => says_srgb || (depth == png::BitDepth::Eight && channels >= 3),
+        Encoding::Linear => false,
+        Encoding::Srgb => true,
+    };
+    let linear = |x: f32| if srgb { srgb_to_linear(x) } else { x };
+    let rgb = |v: [f32; 3]| if channels >= 3 { v } else { [v[0]; 3] };
+    let pixels = match depth {
+        png::BitDepth::Sixteen => {
+            let number = |b: &[u8]| linear(f32::from(u16::from_be_bytes([b[0], b[1]])) / 65535.0);
+            let channel = |pixel: &[u8], c: usize| pixel.get(2 * c..2 * c + 2).map_or(0.0, number);
+            let pixel = |pixel: &[u8]| rgb(std::array::from_fn(|c| channel(pixel, c)));
+            data.chunks_exact(2 * channels).take(pixels).map(pixel).collect()
+        }
+        _ => {
+            let table: [f32; 256] = std::array::from_fn(|i| linear(i as f32 / 255.0));
+            let channel = |pixel: &[u8], c: usize| pixel.get(c).map_or(0.0, |&b| table[usize::from(b)]);
+            let pixel = |pixel: &[u8]| rgb(std::array::from_fn(|c| channel(pixel, c)));
+            data.chunks_exact(channels).take(pixels).map(pixel).collect()
+        }
+    };
+    Ok((width, height, pixels))
+}
+
+/// IEC 61966-2-1.
+fn srgb_to_linear(x: f32) -> f32 {
+    if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
+}
+
+/// Colour of the first layer.
+fn exr_pixels(bytes: &[u8]) -> Result<Pixels, String> {
+    use exr::prelude::{ReadChannels, ReadLayers};
+    let read = || {
+        let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| e.to_string())?;
+        for header in &meta.headers {
+            checked_size(header.layer_size.width(), header.layer_size.height())?;
+        }
+        let image = exr::prelude::read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .rgb_channels(
+                |size, _| (size.width(), vec![[0f32; 3]; size.width() * size.height()]),
+                |(width, pixels): &mut (usize, Vec<[f32; 3]>), at, (r, g, b): (f32, f32, f32)| {
+                    pixels[at.y() * *width + at.x()] = [r, g, b];
+                },
+            )
+            .first_valid_layer()
+            .all_attributes()
+            .non_parallel()
+            .from_buffered(Cursor::new(bytes))
+            .map_err(|error| format!("{error} (a layer with channels R, G, B is needed)"))?;
+        let (width, pixels) = image.layer_data.channel_data.pixels;
+        Ok((width, pixels.len() / width.max(1), pixels))
+    };
+    let result: Result<Pixels, String> = catch(read).unwrap_or(Err("it cannot be decoded".to_owned()));
+    result.map_err(|error| format!("broken OpenEXR image: {error}"))
+}
+
+/// An OpenEXR image of 32-bit numbers: nothing is lost.
+pub(crate) fn encode_exr(texture: &Texture) -> Result<Vec<u8>, String> {
+    use exr::prelude::{Image, SpecificChannels, WritableImage};
+    let pixel = |at: exr::math::Vec2<usize>| {
+        let [r, g, b] = texture.pixels[at.y() * texture.width + at.x()];
+        (r, g, b)
+    };
+    let mut bytes = Cursor::new(Vec::new());
+    let image = Image::from_channels((texture.width, texture.height), SpecificChannels::rgb(pixel));
+    image.write().non_parallel().to_buffered(&mut bytes).map_err(|error| error.to_string())?;
+    Ok(bytes.into_inner())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn png(color: png::ColorType, depth: png::BitDepth, data: &[u8]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
+        encoder.set_color(color);
+        encoder.set_depth(depth);
+        encoder.write_header().unwrap().write_image_data(data).unwrap();
+        bytes
+    }
+
+    #[test]
+    fn colour_is_srgb_and_grey_is_linear_unless_told() {
+        let rgb = png(png::ColorType::Rgb, png::BitDepth::Eight, &[0, 128, 255, 10, 20, 30]);
+        let read = |bytes: &[u8], encoding| decode(Path::new("a/b.png"), bytes, encoding).unwrap().texture;
+        let texture = read(&rgb, Encoding::Auto);
+        assert_eq!((texture.name.as_str(), texture.width, texture.height), ("b.png", 2, 1));
+        assert!((texture.pixels[0][1] - 0.215_860_5).abs() < 1e-6 && texture.pixels[0][2] == 1.0);
+        assert_eq!(read(&rgb, Encoding::Linear).pixels[0][1], 128.0 / 255.0);
+        let grey = png(png::ColorType::Grayscale, png::BitDepth::Eight, &[51, 102]);
+        assert_eq!(read(&grey, Encoding::Auto).pixels, [[0.2; 3], [0.4; 3]]);
+        let deep = png(png::ColorType::GrayscaleAlpha, png::BitDepth::Sixteen, &[0x80, 0, 9, 9, 255, 255, 0, 0]);
+        assert_eq!(read(&deep, Encoding::Auto).pixels, [[32768.0 / 65535.0; 3], [1.0; 3]]);
+    }
+
+    #[test]
+    fn exr_keeps_every_bit() {
+        let pixels = vec![[0.0, 1e-30, 3.4e38], [0.1, 0.2, 0.3], [1.0 / 3.0, 5.0, 7e7]];
+        let texture = Texture { name: "t.exr".to_owned(), width: 1, height: 3, pixels, wrap: [Wrap::Repeat; 2] };
+        let read = decode(Path::new("t.exr"), &encode_exr(&texture).unwrap(), Encoding::Auto).unwrap();
+        assert_eq!(read, Image { texture, warning: None });
+    }
+
+    #[test]
+    fn negative_pixels_become_black_and_are_counted() {
+        let image = |pixels: Vec<[f32; 3]>| {
+            let texture =
+                Texture { name: String::new(), width: pixels.len(), height: 1, pixels, wrap: [Wrap::Repeat; 2] };
+            decode(Path::new("a.exr"), &encode_exr(&texture).unwrap(), Encoding::Auto)
+        };
+        let read = image(vec![[1.0, -0.01, 2.0], [0.5; 3], [-1.0; 3]]).unwrap();
+        assert_eq!(read.texture.pixels, [[1.0, 0.0, 2.0], [0.5; 3], [0.0; 3]]);
+        assert!(read.warning.unwrap().contains("a.exr has 2 pixels"));
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            assert!(image(vec![[bad, -1.0, 0.0]]).unwrap_err().to_string().contains("not finite"), "{bad}");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn devices_are_no_images() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a.png", "a.exr", "a.hdr"] {
+            std::os::unix::fs::symlink("/dev/zero", folder.path().join(name)).unwrap();
+            assert!(load_map(&folder.path().join(name)).unwrap_err().to_string().contains("it is a device"), "{name}");
+        }
+    }
+
+    #[test]
+    fn broken_images_are_errors() {
+        let whole = [
+            png(png::ColorType::Rgb, png::BitDepth::Eight, &[1; 6]),
+            encode_exr(&Texture {
+                name: String::new(),
+                width: 4,
+                height: 4,
+                pixels: vec![[1.0; 3]; 16],
+                wrap: [Wrap::Repeat; 2],
+            })
+            .unwrap(),
+            b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n\x01\x02\x03\x80\x01\x02\x03\x80".to_vec(),
+        ];
+        for bytes in whole {
+            assert!(decode(Path::new("x"), &bytes, Encoding::Auto).is_ok());
+            for end in 0..bytes.len() - 1 {
+                // A chunk after the pixels may be missing; before, it is an error, never a panic.
+                let result = decode(Path::new("x"), &bytes[..end], Encoding::Auto);
+                assert!(result.is_err() || end + 20 > bytes.len(), "{end} of {}", bytes.len());
+            }
+            for at in 0..bytes.len() {
+                let mut garbled = bytes.clone();
+                garbled[at] ^= 0xff;
+                let _ = decode(Path::new("x"), &garbled, Encoding::Auto);
+            }
+        }
+        let error = load_texture(Path::new("no/such.png")).unwrap_err().to_string();
+        assert!(error.contains("no/such.png"), "{error}");
+        let huge = b"#?RADIANCE\n\n-Y 999999 +X 999999\n";
+        assert!(decode(Path::new("x"), huge, Encoding::Auto).unwrap_err().to_string().contains("999999 × 999999"));
+    }
+}

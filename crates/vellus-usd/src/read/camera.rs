@@ -1,0 +1,81 @@
+//! UsdGeomCamera.
+
+use crate::error::Error;
+use crate::read::context::Reader;
+use crate::read::xform::{Place, rigid};
+use crate::stage::{Stage, When};
+use glam::DMat4;
+use vellus_scene::Camera;
+
+/// The camera of that name or path, or the first.
+pub(crate) fn choose(stage: &Stage, paths: &[String], name: Option<&str>) -> Result<Option<String>, Error> {
+    for path in paths {
+        let is_wanted = name.is_none_or(|name| path == name || path.rsplit('/').next() == Some(name));
+        if is_wanted && stage.type_name(path)? == "Camera" {
+            return Ok(Some(path.clone()));
+        }
+    }
+    Ok(None)
+}
+
+/// When its shutter opens and closes, in time codes after the frame.
+pub(crate) fn shutter(stage: &Stage, prim: &str) -> Result<[f64; 2], Error> {
+    Ok([number(stage, prim, "shutter:open", 0.0)?, number(stage, prim, "shutter:close", 0.0)?])
+}
+
+fn number(stage: &Stage, prim: &str, name: &str, fallback: f64) -> Result<f64, Error> {
+    match stage.precise(prim, name, When::Open)?.as_deref() {
+        None => Ok(fallback),
+        Some(&[x]) if x.is_finite() => Ok(x),
+        Some(_) => Err(Error::prim(prim, format!("{name} must be a finite number"))),
+    }
+}
+
+/// Reads a camera, if it is one in perspective.
+pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<Option<Camera>, Error> {
+    let prim = place.path.as_str();
+    let get = |name, fallback| number(&reader.stage, prim, name, fallback);
+    // Fallbacks of the schema. Focal length and apertures are in tenths of a scene unit, the focus distance is in units.
+    let focal_length = get("focalLength", 50.0)?;
+    let width = get("horizontalAperture", 20.955)?;
+    let height = get("verticalAperture", 15.2908)?;
+    let f_stop = get("fStop", 0.0)?;
+    let focus_distance = get("focusDistance", 0.0)?;
+    let offsets = [get("horizontalApertureOffset", 0.0)?, get("verticalApertureOffset", 0.0)?];
+    let projection = reader.stage.words(prim, "projection")?.unwrap_or_default();
+    if projection.first().is_some_and(|p| p != "perspective") {
+        reader.warnings.add(prim, "only cameras in perspective are supported: it is left out");
+        return Ok(None);
+    }
+    if offsets != [0.0; 2] {
+        reader.warnings.add(prim, "offsets of the aperture are not supported and left out");
+    }
+    if get("exposure", 0.0)? != 0.0 {
+        reader.warnings.add(prim, "the camera's exposure is not supported and left out");
+    }
+    if focal_length <= 0.0 || width <= 0.0 || height <= 0.0 || f_stop < 0.0 {
+        let what = "focalLength, horizontalAperture and verticalAperture must be positive, fStop not negative";
+        return Err(Error::prim(prim, what));
+    }
+    // An fStop of 0 is a pinhole.
+    let has_lens = f_stop > 0.0 && focus_distance > 0.0;
+    if f_stop > 0.0 && !has_lens {
+        reader.warnings.add(prim, "fStop has no effect without a positive focusDistance");
+    }
+    let to_world = rigid(&place.to_world);
+    let moved = rigid(&place.moved);
+    let single = |matrix: DMat4| matrix.as_mat4();
+    let camera = Camera {
+        to_world: single(to_world),
+        moved: (moved != to_world).then(|| single(moved)),
+        film_width: (width / focal_length) as f32,
+        film_height: (height / focal_length) as f32,
+        lens_radius: if has_lens { (0.05 * focal_length / f_stop) as f32 } else { 0.0 },
+        focus_distance: if focus_distance > 0.0 { focus_distance as f32 } else { 1.0 },
+    };
+    match camera.validate() {
+        Err(vellus_scene::Error::Invalid { what, .. }) => Err(Error::prim(prim, what)),
+        Err(error) => Err(error.into()),
+        Ok(()) => Ok(Some(camera)),
+    }
+}

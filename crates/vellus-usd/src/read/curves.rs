@@ -1,0 +1,231 @@
+//! UsdGeomBasisCurves.
+
+use crate::error::Error;
+use crate::read::context::Reader;
+use crate::read::layout::Layout;
+use crate::read::look::{BoundLook, SHADER, channels, is_rgb, look};
+use crate::read::motion::{Points, points};
+use crate::read::primvar::{Interpolation, Primvar, ancestors, inherited, primvar};
+use crate::read::xform::{Place, mean_scale};
+use crate::stage::{Stage, When};
+use glam::{DMat4, DVec3, Vec2, Vec3};
+use vellus_scene::{Basis, MAX_COORDINATE, Parameter, Strands, Values};
+
+/// The largest width.
+pub(crate) const MAX_WIDTH: f32 = 2.0 * MAX_COORDINATE;
+
+/// Where the texture coordinates of roots are looked for; the last is what Blender writes.
+const ROOT_UV: [&str; 3] = ["primvars:st", "primvars:uv", "primvars:surface_uv_coordinate"];
+
+/// Reads the curves of a prim, if they are of a kind we have.
+pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
+    let prim = place.path.as_str();
+    let Some((basis, pinned)) = kind(reader, prim)? else { return Ok(()) };
+    if place.to_world.determinant() == 0.0 || place.moved.determinant() == 0.0 {
+        return Err(Error::prim(prim, "its transform flattens strands: no scale of it or of its ancestors may be 0"));
+    }
+    let Points { open, close } = points(reader, prim).map_err(|error| match error {
+        // Blender writes such handles for curves that have none.
+        Error::Prim { prim, what } if basis == Basis::Bezier && what.contains("NaN") => {
+            let what =
+                format!("{what} (re-export the curves as Catmull-Rom: Blender writes handles that are not numbers)");
+            Error::Prim { prim, what }
+        }
+        error => error,
+    })?;
+    let counts = reader.stage.integers(prim, "curveVertexCounts", When::Open)?.unwrap_or_default();
+    let layout = Layout::new(prim, basis, pinned, &counts, open.len())?;
+    if layout.counts.is_empty() {
+        reader.warnings.add(prim, "it has no curves");
+        return Ok(());
+    }
+    let radii = radii(reader, place, &layout)?;
+    let stage = &reader.stage;
+    let opened = to_world(&layout, &open, &place.to_world);
+    let moved = close.map(|close| to_world(&layout, &close, &place.moved)).filter(|closed| *closed != opened);
+    let starts = layout.starts();
+    let mut all = Vec::with_capacity(opened.len());
+    for (strand, ends) in starts.windows(2).enumerate() {
+        for point in ends[0] as usize..ends[1] as usize {
+            all.push(opened[point].extend(match &radii {
+                Values::Constant([radius]) => *radius,
+                Values::PerStrand(radii) => radii[strand][0],
+                // What is continued beyond a thin tip may become negative.
+                Values::PerPoint(radii) => radii[point][0].max(0.0),
+            }));
+        }
+    }
+    let root_uv = root_uv(stage, prim, &layout)?;
+    let bound = look(reader, prim)?;
+    let varying = varying(reader, prim, &layout, &bound)?;
+    let mut strands = Strands {
+        // While it is checked, the path.
+        name: prim.to_owned(),
+        basis,
+        starts,
+        points: all,
+        moved,
+        root_uv,
+        look: bound.look,
+        varying,
+    };
+    strands.validate()?;
+    strands.name = reader.name(prim)?;
+    reader.scene.strands.push(strands);
+    Ok(())
+}
+
+/// Basis, and whether phantom points are needed. `None` is said in a warning.
+fn kind(reader: &mut Reader, prim: &str) -> Result<Option<(Basis, bool)>, Error> {
+    let word = |name: &str, fallback: &str| -> Result<String, Error> {
+        let words = reader.stage.words(prim, name)?.unwrap_or_default();
+        Ok(words.into_iter().next().unwrap_or_else(|| fallback.to_owned()))
+    };
+    let (kind, basis, wrap) = (word("type", "cubic")?, word("basis", "bezier")?, word("wrap", "nonperiodic")?);
+    let pinned = match wrap.as_str() {
+        "nonperiodic" => false,
+        "pinned" => true,
+        "periodic" => {
+            reader.warnings.add(prim, "periodic curves are not supported and left out");
+            return Ok(None);
+        }
+        _ => {
+            let what = format!("wrap is {wrap}: it must be nonperiodic, periodic or pinned");
+            return Err(Error::prim(prim, what));
+        }
+    };
+    match (kind.as_str(), basis.as_str()) {
+        // Whatever the basis says: Blender leaves it at what it was.
+        ("linear", _) => Ok(Some((Basis::Linear, false))),
+        ("cubic", "bezier") => Ok(Some((Basis::Bezier, false))),
+        ("cubic", "bspline") => Ok(Some((Basis::BSpline, pinned))),
+        ("cubic", "catmullRom") => Ok(Some((Basis::CatmullRom, pinned))),
+        ("cubic", "hermite" | "power") => {
+            reader.warnings.add(prim, format!("curves of the basis {basis} are not supported and left out"));
+            Ok(None)
+        }
+        ("cubic", _) => Err(Error::prim(prim, format!("basis is {basis}: it must be bezier, bspline or catmullRom"))),
+        _ => Err(Error::prim(prim, format!("type is {kind}: it must be linear or cubic"))),
+    }
+}
+
+/// Control points in the world, phantom points added.
+fn to_world(layout: &Layout, points: &[[f32; 3]], matrix: &DMat4) -> Vec<Vec3> {
+    // Exact for the identity: products with 1 and sums with 0.
+    let place = |p: [f32; 3]| matrix.transform_point3(DVec3::from(p.map(f64::from))).as_vec3();
+    layout.points(points, false).into_iter().map(place).collect()
+}
+
+/// Half the widths, in the world.
+fn radii(reader: &mut Reader, place: &Place, layout: &Layout) -> Result<Values<[f32; 1]>, Error> {
+    let prim = place.path.as_str();
+    let (scale, is_uniform) = mean_scale(&place.to_world);
+    for name in ["primvars:widths", "widths"] {
+        let Some(widths) = primvar(&reader.stage, prim, name, Interpolation::Vertex)? else { continue };
+        if widths.values.lanes != 1 {
+            return Err(Error::prim(prim, format!("{name} must be numbers")));
+        }
+        if let Some(i) = widths.values.values.iter().position(|w| !(0.0..=MAX_WIDTH).contains(w)) {
+            let what = format!("{name}[{i}] is {:?}: it must be in [0, {MAX_WIDTH:e}]", widths.values.values[i]);
+            return Err(Error::prim(prim, what));
+        }
+        if !is_uniform {
+            reader.warnings.add(prim, "its scale is not uniform: strands stay round, widths get the mean scale");
+        }
+        return layout.spread(prim, name, &widths, |w| [(0.5 * scale * f64::from(w[0])) as f32]);
+    }
+    match reader.options.default_width {
+        Some(width) => Ok(Values::Constant([0.5 * width])),
+        None => Err(Error::prim(prim, "it has no widths: give their diameter in scene units with --width")),
+    }
+}
+
+/// One a strand: where there are more, that of its first point.
+fn root_uv(stage: &Stage, prim: &str, layout: &Layout) -> Result<Option<Vec<Vec2>>, Error> {
+    for name in ROOT_UV {
+        let Some(uv) = primvar(stage, prim, name, Interpolation::Constant)? else { continue };
+        if uv.values.lanes < 2 {
+            return Err(Error::prim(prim, format!("{name} must have two coordinates")));
+        }
+        let strands = layout.counts.len();
+        return Ok(Some(match layout.spread(prim, name, &uv, |row| [row[0], row[1]])? {
+            Values::Constant(uv) => vec![Vec2::from(uv); strands],
+            Values::PerStrand(uv) => uv.into_iter().map(Vec2::from).collect(),
+            Values::PerPoint(uv) => {
+                // The first point in the file, not the phantom point before it.
+                let skipped = usize::from(layout.starts()[1] as usize != layout.counts[0]);
+                layout.starts()[..strands].iter().map(|&start| Vec2::from(uv[start as usize + skipped])).collect()
+            }
+        }));
+    }
+    Ok(None)
+}
+
+/// How the names of primvars for fibres begin.
+const PRIMVARS: &str = "primvars:vellus:";
+
+/// [`Strands::varying`].
+type Varying = Vec<(Parameter, Values<[f32; 3]>)>;
+
+/// Parameters from `primvars:vellus:key`, or from the primvar that the shader reads.
+fn varying(reader: &mut Reader, prim: &str, layout: &Layout, bound: &BoundLook) -> Result<Varying, Error> {
+    let mut varying = Vec::new();
+    for parameter in Parameter::ALL {
+        let ours = format!("{PRIMVARS}{}", parameter.key());
+        let theirs = bound.primvars.iter().find(|(p, _)| *p == parameter).map(|(_, name)| format!("primvars:{name}"));
+        for name in std::iter::once(ours).chain(theirs) {
+            let Some(values) = inherited(&reader.stage, prim, &name)? else { continue };
+            if let Some(i) = values.values.values.iter().position(|x| !x.is_finite()) {
+                let what = format!("{name}[{}] is not finite", i / values.values.lanes);
+                return Err(Error::prim(prim, what));
+            }
+            varying.push((parameter, layout.spread(prim, &name, &values, |row| channels(parameter, row))?));
+            if let Some((i, value)) = outside(parameter, &values) {
+                warn_of_range(reader, prim, (parameter, &name), bound.look, (i, value));
+            }
+            break;
+        }
+    }
+    for path in ancestors(prim) {
+        for name in reader.stage.properties(path)?.iter() {
+            let key = name.as_str().strip_prefix(PRIMVARS).map(|key| key.strip_suffix(":indices").unwrap_or(key));
+            if key.is_some_and(|key| Parameter::from_key(key).is_none()) {
+                reader.warnings.add(path, format!("{} is no parameter of {SHADER} and left out", name.as_str()));
+            }
+        }
+    }
+    Ok(varying)
+}
+
+/// The first value of a primvar that is outside the parameter's range, and its index.
+fn outside(parameter: Parameter, primvar: &Primvar) -> Option<(usize, f32)> {
+    let [low, high] = parameter.range();
+    let used = match parameter {
+        Parameter::Melanin => 2,
+        parameter if is_rgb(parameter) => 3,
+        _ => 1,
+    };
+    (0..primvar.values.len()).find_map(|i| {
+        let row = primvar.values.row(i).iter().take(used);
+        row.copied().find(|x| !(low..=high).contains(x)).map(|x| (i, x))
+    })
+}
+
+/// Says once for each primvar and look what happens to values outside a range.
+fn warn_of_range(
+    reader: &mut Reader,
+    prim: &str,
+    (parameter, name): (Parameter, &str),
+    look: usize,
+    (i, value): (usize, f32),
+) {
+    if !reader.held.insert((look, name.to_owned())) {
+        return;
+    }
+    let [low, high] = parameter.range();
+    let unit = if parameter.is_angle() { " degrees" } else { "" };
+    let nearest = value.clamp(low, high);
+    let what = format!("{name}[{i}] is {value}: the range is [{low}, {high}]{unit}, so {nearest} is taken");
+    let look = &reader.scene.looks[look].name;
+    reader.warnings.add(prim, format!("{what}; the same goes for other curves with the look {look}"));
+}

@@ -1,0 +1,175 @@
+//! UsdLux lights.
+
+use crate::error::Error;
+use crate::image::Encoding;
+use crate::read::context::Reader;
+use crate::read::xform::{Place, mean_scale, rigid};
+use crate::stage::{Stage, When};
+use glam::{DMat3, DMat4, DVec3};
+use std::f64::consts::PI;
+use vellus_scene::{Ground, Light, Wrap};
+
+/// An attribute of a light; files from before USD 21.02 have it without `inputs:`.
+fn get(stage: &Stage, prim: &str, name: &str, fallback: f64) -> Result<f64, Error> {
+    let value = match stage.precise(prim, &format!("inputs:{name}"), When::Open)? {
+        Some(value) => Some(value),
+        None => stage.precise(prim, name, When::Open)?,
+    };
+    match value.as_deref() {
+        None => Ok(fallback),
+        Some(&[x]) if x.is_finite() => Ok(x),
+        Some(_) => Err(Error::prim(prim, format!("inputs:{name} must be a finite number"))),
+    }
+}
+
+fn size(stage: &Stage, prim: &str, name: &str, fallback: f64) -> Result<f64, Error> {
+    let x = get(stage, prim, name, fallback)?;
+    if x > 0.0 { Ok(x) } else { Err(Error::prim(prim, format!("inputs:{name} is {x}: it must be positive"))) }
+}
+
+/// intensity × 2^exposure × colour.
+fn emission(reader: &mut Reader, prim: &str, intensity: f64) -> Result<[f64; 3], Error> {
+    let stage = &reader.stage;
+    let strength = get(stage, prim, "intensity", intensity)? * get(stage, prim, "exposure", 0.0)?.exp2();
+    let color = match stage.precise(prim, "inputs:color", When::Open)? {
+        Some(color) => Some(color),
+        None => stage.precise(prim, "color", When::Open)?,
+    };
+    let color = <[f64; 3]>::try_from(color.unwrap_or_else(|| vec![1.0; 3]))
+        .map_err(|_| Error::prim(prim, "inputs:color must have three channels"))?;
+    if stage.flag(prim, "inputs:enableColorTemperature")? == Some(true) {
+        reader.warnings.add(prim, "colour temperatures are not supported and left out");
+    }
+    let emission = color.map(|c| c * strength);
+    if emission.iter().all(|x| x.is_finite() && *x >= 0.0) {
+        Ok(emission)
+    } else {
+        Err(Error::prim(prim, format!("it emits {emission:?}: no channel may be negative or infinite")))
+    }
+}
+
+/// Reads any of the lights.
+pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
+    let prim = place.path.as_str();
+    let is_distant = place.type_name == "DistantLight";
+    let emitted = emission(reader, prim, if is_distant { 50_000.0 } else { 1.0 })?;
+    let stage = &reader.stage;
+    let normalize = stage.flag(prim, "inputs:normalize")?.unwrap_or(false);
+    let cone = get(stage, prim, "shaping:cone:angle", 90.0)?;
+    let focus = get(stage, prim, "shaping:focus", 0.0)?;
+    if cone < 90.0 || focus != 0.0 || stage.has_value(prim, "inputs:shaping:ies:file")? {
+        reader.warnings.add(prim, "the shaping of lights is not supported and left out");
+    }
+    let stage = &reader.stage;
+    // Radiance: with `normalize`, the power does not change with the size in world space.
+    let radiance = |area: f64| emitted.map(|x| (if normalize { x / area } else { x }) as f32);
+    let sized = |x: f64, y: f64| place.to_world * DMat4::from_scale(DVec3::new(x, y, 1.0));
+    let area = |m: &DMat4| m.x_axis.truncate().cross(m.y_axis.truncate()).length();
+    let light = match place.type_name.as_str() {
+        "DomeLight" | "DomeLight_1" => dome(reader, place, emitted.map(|x| x as f32))?,
+        "DistantLight" => {
+            let half_angle = (0.5 * get(stage, prim, "angle", 0.53)?).to_radians();
+            if !(0.0..=PI).contains(&half_angle) {
+                return Err(Error::prim(prim, "inputs:angle must be in [0, 360] degrees"));
+            }
+            // What a disk of that angle sends to a plane that faces it; a single direction is given as irradiance.
+            let sine = half_angle.min(0.5 * PI).sin();
+            let spread = if normalize || half_angle == 0.0 { 1.0 } else { PI * sine * sine };
+            let direction = rigid(&place.to_world).z_axis.truncate().as_vec3();
+            Light::Distant {
+                direction,
+                half_angle: half_angle as f32,
+                irradiance: emitted.map(|x| (x * spread) as f32),
+            }
+        }
+        "RectLight" => {
+            let to_world = sized(size(stage, prim, "width", 1.0)?, size(stage, prim, "height", 1.0)?);
+            let texture = light_texture(reader, prim)?;
+            Light::Rect { to_world: to_world.as_mat4(), radiance: radiance(area(&to_world)), texture }
+        }
+        "DiskLight" => {
+            let radius = size(stage, prim, "radius", 0.5)?;
+            let to_world = sized(radius, radius);
+            Light::Disk { to_world: to_world.as_mat4(), radiance: radiance(PI * area(&to_world)) }
+        }
+        "CylinderLight" => {
+            // Its axis is x. A scale that makes it elliptic keeps the area of its section.
+            let axes = DMat3::from_mat4(place.to_world);
+            let half_axis = 0.5 * size(stage, prim, "length", 1.0)? * axes.x_axis;
+            let radius = size(stage, prim, "radius", 0.5)? * axes.y_axis.cross(axes.z_axis).length().sqrt();
+            let radiance = radiance(4.0 * PI * radius * half_axis.length());
+            let center = place.to_world.w_axis.truncate().as_vec3();
+            if light_texture(reader, prim)?.is_some() {
+                reader.warnings.add(prim, "the texture of a CylinderLight is not supported and left out");
+            }
+            Light::Cylinder { center, half_axis: half_axis.as_vec3(), radius: radius as f32, radiance }
+        }
+        _ => {
+            let (scale, _) = mean_scale(&place.to_world);
+            let radius = scale * size(stage, prim, "radius", 0.5)?;
+            let center = place.to_world.w_axis.truncate().as_vec3();
+            Light::Sphere { center, radius: radius as f32, radiance: radiance(4.0 * PI * radius * radius) }
+        }
+    };
+    let group = group(reader, prim)?;
+    reader.scene.lights.push(light);
+    reader.scene.light_groups.push(group);
+    Ok(())
+}
+
+/// `vellus:lightGroup`, or the prim's name.
+fn group(reader: &Reader, prim: &str) -> Result<String, Error> {
+    if let Some([name]) = reader.stage.words(prim, "vellus:lightGroup")?.as_deref() {
+        return Ok(name.clone());
+    }
+    let name = prim.rsplit('/').next().unwrap_or_default();
+    // Of prims' names, those in other scripts are not names of groups.
+    Ok(name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).take(64).collect())
+}
+
+fn light_texture(reader: &mut Reader, prim: &str) -> Result<Option<usize>, Error> {
+    let file = match reader.stage.asset(prim, "inputs:texture:file")? {
+        Some(file) => Some(file),
+        None => reader.stage.asset(prim, "texture:file")?,
+    };
+    file.map(|file| reader.texture(prim, file, Encoding::Auto, None, [Wrap::Repeat; 2])).transpose()
+}
+
+/// The pole of a DomeLight is +y of its frame, whatever is up; the middle of its image is +z (OpenEXR), where ours is −z.
+fn dome(reader: &mut Reader, place: &Place, radiance: [f32; 3]) -> Result<Light, Error> {
+    let prim = place.path.as_str();
+    let texture = light_texture(reader, prim)?;
+    let format = reader.stage.words(prim, "inputs:texture:format")?.unwrap_or_default();
+    if texture.is_some() && format.first().is_some_and(|f| !matches!(f.as_str(), "automatic" | "latlong")) {
+        reader.warnings.add(prim, "the image of a dome is taken as lat-long, whatever its format");
+    }
+    let pole = reader.stage.words(prim, "poleAxis")?.unwrap_or_default();
+    let z_is_pole = place.type_name == "DomeLight_1"
+        && match pole.first().map(String::as_str) {
+            Some("Y") => false,
+            Some("Z") => true,
+            _ => reader.scene.units.is_some_and(|units| units.z_up),
+        };
+    let upright = if z_is_pole { DMat3::from_rotation_x(0.5 * PI) } else { DMat3::IDENTITY };
+    let half_turn = DMat3::from_diagonal(DVec3::new(-1.0, 1.0, -1.0));
+    let rotation = DMat3::from_mat4(rigid(&place.to_world)) * upright * half_turn;
+    let ground = ground(reader, place)?;
+    Ok(Light::Dome { radiance, texture, rotation: rotation.as_mat3(), ground })
+}
+
+/// `vellus:groundHeight` and `vellus:groundRadius`, in the light's own unit: no schema has them.
+fn ground(reader: &Reader, place: &Place) -> Result<Option<Ground>, Error> {
+    let (stage, prim) = (&reader.stage, place.path.as_str());
+    let names = ["vellus:groundHeight", "vellus:groundRadius"];
+    let given = [stage.has_value(prim, names[0])?, stage.has_value(prim, names[1])?];
+    if given == [false; 2] {
+        return Ok(None);
+    }
+    if given != [true; 2] {
+        return Err(Error::prim(prim, format!("of {} and {} one is given: the ground takes both", names[0], names[1])));
+    }
+    let (scale, _) = mean_scale(&place.to_world);
+    let (height, radius) = (scale * size(stage, prim, names[0], 1.0)?, scale * size(stage, prim, names[1], 1.0)?);
+    let origin = place.to_world.w_axis.truncate().as_vec3();
+    Ok(Some(Ground { origin, height: height as f32, radius: radius as f32 }))
+}

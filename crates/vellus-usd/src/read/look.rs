@@ -1,0 +1,152 @@
+//! VellusFur: the fibre's shader, with inputs named as the parameters are ([`Parameter::key`]), angles in degrees.
+
+use crate::error::Error;
+use crate::read::context::Reader;
+use crate::read::network::{Input, Shader, bound_material, input, surface_shader};
+use crate::read::uv_texture::uv_texture;
+use crate::stage::When;
+use vellus::{Color, Fiber, Species};
+use vellus_scene::{Look, Parameter, Value};
+
+/// `info:id` of the shader.
+pub(crate) const SHADER: &str = "VellusFur";
+
+/// The name of the look with [`crate::Options::fallback`]. A scene has it where a strand uses it.
+pub const FALLBACK_LOOK: &str = "fallback";
+
+/// A look, and the parameters that primvars of the curves give.
+#[derive(Clone, Debug)]
+pub(crate) struct BoundLook {
+    /// Index in the scene.
+    pub look: usize,
+    /// Names of the primvars, without `primvars:`.
+    pub primvars: Vec<(Parameter, String)>,
+}
+
+/// Three channels of a parameter from what a file gives: angles from degrees, numbers in all channels.
+pub(crate) fn channels(parameter: Parameter, row: &[f32]) -> [f32; 3] {
+    let unit = |x: f32| if parameter.is_angle() { f64::from(x).to_radians() as f32 } else { x };
+    match (parameter, row) {
+        (Parameter::Melanin, &[eumelanin]) => [eumelanin, 0.0, 0.0],
+        (Parameter::Melanin, &[eumelanin, pheomelanin, ..]) => [eumelanin, pheomelanin, 0.0],
+        (_, &[r, g, b, ..]) => [unit(r), unit(g), unit(b)],
+        (_, &[x, ..]) => [unit(x); 3],
+        (_, []) => [0.0; 3],
+    }
+}
+
+/// The look of a prim with curves.
+pub(crate) fn look(reader: &mut Reader, prim: &str) -> Result<BoundLook, Error> {
+    let material = bound_material(reader, prim)?;
+    let shader = material.as_ref().map(|m| surface_shader(&reader.stage, m)).transpose()?.flatten();
+    let shader = shader.filter(|shader| shader.id == SHADER);
+    if let (Some(material), None) = (&material, &shader) {
+        reader.warnings.add(material, format!("it has no {SHADER} shader: curves with it get the fallback fibre"));
+    }
+    let key = shader.as_ref().and(material).unwrap_or_default();
+    if let Some(known) = reader.looks.get(&key) {
+        return Ok(known.clone());
+    }
+    let (look, primvars) = match shader {
+        Some(shader) => fur(reader, &key, &shader)?,
+        None => (Look::constant(FALLBACK_LOOK, reader.options.fallback), Vec::new()),
+    };
+    reader.scene.looks.push(look);
+    let bound = BoundLook { look: reader.scene.looks.len() - 1, primvars };
+    reader.looks.insert(key, bound.clone());
+    Ok(bound)
+}
+
+fn fur(reader: &mut Reader, material: &str, shader: &Shader) -> Result<(Look, Vec<(Parameter, String)>), Error> {
+    let prim = shader.prim.as_str();
+    let out_of_range = |error: vellus::Error| Error::prim(prim, error.to_string());
+    let mut fiber = Fiber::hair();
+    if let Input::Value(at) = input(&reader.stage, prim, "inputs:preset")? {
+        let preset = reader.stage.words(&at.prim, &at.name)?.and_then(|words| words.into_iter().next());
+        let species: Species = preset.unwrap_or_default().parse().map_err(out_of_range)?;
+        fiber = Fiber::preset(species);
+    }
+    let mut color = None;
+    let (mut textured, mut primvars) = (Vec::new(), Vec::new());
+    for parameter in Parameter::ALL {
+        let name = format!("inputs:{}", parameter.key());
+        let source = input(&reader.stage, prim, &name)?;
+        // Beside a connection, the value of the input itself is what holds where nothing else gives one.
+        let constant = match &source {
+            Input::Unset => None,
+            Input::Value(at) => reader.stage.numbers(&at.prim, &at.name, When::Open)?,
+            Input::Shader(_) => reader.stage.numbers(prim, &name, When::Open)?,
+        };
+        if let Some(numbers) = constant {
+            if numbers.len() != 1 {
+                return Err(Error::prim(prim, format!("{name} must be a number or a colour")));
+            }
+            let is_color = matches!(parameter, Parameter::SigmaCa | Parameter::Reflectance | Parameter::Melanin);
+            if is_color && let Some(first) = color.replace(parameter) {
+                let what = format!("both inputs:{} and {name} give its colour: only one may", first.key());
+                return Err(Error::prim(prim, what));
+            }
+            set(&mut fiber, parameter, channels(parameter, numbers.row(0))).map_err(out_of_range)?;
+        }
+        match source {
+            Input::Unset | Input::Value(_) => {}
+            Input::Shader(source) if source.id == "UsdUVTexture" => {
+                let (texture, scale) = uv_texture(reader, &source, !is_rgb(parameter))?;
+                let scale = match (parameter, source.output.as_str()) {
+                    // One channel is eumelanin alone.
+                    (Parameter::Melanin, "r" | "g" | "b") => [scale[0], 0.0, 0.0],
+                    _ => channels(parameter, &scale),
+                };
+                textured.push((parameter, Value { texture, scale }));
+            }
+            Input::Shader(source) if source.id.starts_with("UsdPrimvarReader_float") => {
+                let names = match input(&reader.stage, &source.prim, "inputs:varname")? {
+                    Input::Value(at) => reader.stage.words(&at.prim, &at.name)?.unwrap_or_default(),
+                    _ => Vec::new(),
+                };
+                let varname = names.into_iter().next();
+                let varname = varname.ok_or_else(|| Error::prim(&source.prim, "inputs:varname must name a primvar"))?;
+                primvars.push((parameter, varname));
+            }
+            Input::Shader(source) => {
+                reader.warnings.add(prim, format!("{name}: a {} is not supported and left out", source.id));
+            }
+        }
+    }
+    for name in reader.stage.properties(prim)?.iter().map(|name| name.as_str()) {
+        let known = |key: &str| key == "preset" || Parameter::from_key(key).is_some();
+        if name.strip_prefix("inputs:").is_some_and(|key| !known(key)) {
+            reader.warnings.add(prim, format!("{name} is no parameter of {SHADER} and left out"));
+        }
+    }
+    fiber.validate().map_err(out_of_range)?;
+    Ok((Look { name: reader.name(material)?, fiber, textured }, primvars))
+}
+
+/// Has it three channels of its own?
+pub(crate) fn is_rgb(parameter: Parameter) -> bool {
+    use Parameter::{Melanin, Reflectance, SigmaCa, SigmaMa};
+    matches!(parameter, SigmaCa | SigmaMa | Reflectance | Melanin)
+}
+
+/// Sets a parameter to exactly that value; colours must be in their range, all others are checked at the end.
+fn set(fiber: &mut Fiber, parameter: Parameter, value: [f32; 3]) -> Result<(), vellus::Error> {
+    let x = value[0];
+    match parameter {
+        Parameter::Eta => fiber.eta = x,
+        Parameter::Kappa => fiber.kappa = x,
+        Parameter::Alpha => fiber.alpha = x,
+        Parameter::BetaM => fiber.beta_m = x,
+        Parameter::BetaN => fiber.beta_n = x,
+        Parameter::SigmaCa => fiber.sigma_ca = value,
+        Parameter::SigmaMs => fiber.sigma_ms = x,
+        Parameter::SigmaMa => fiber.sigma_ma = value,
+        Parameter::G => fiber.g = x,
+        Parameter::Layers => fiber.layers = x,
+        Parameter::Reflectance => *fiber = fiber.with_color(Color::Reflectance(value))?,
+        Parameter::Melanin => {
+            *fiber = fiber.with_color(Color::Melanin { eumelanin: x, pheomelanin: value[1] })?;
+        }
+    }
+    Ok(())
+}

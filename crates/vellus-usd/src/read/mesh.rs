@@ -1,0 +1,152 @@
+//! UsdGeomMesh: polygons into triangles.
+
+use crate::error::Error;
+use crate::read::context::Reader;
+use crate::read::motion::{Points, points};
+use crate::read::primvar::{Interpolation, Primvar, primvar};
+use crate::read::surface::surface;
+use crate::read::xform::Place;
+use crate::stage::When;
+use glam::{DMat3, DMat4, DVec3, Vec2, Vec3};
+use vellus_scene::Mesh;
+
+/// The corners of a triangle: its face, and for each the index of the point and of the corner among those of all faces.
+struct Triangle {
+    face: usize,
+    points: [u32; 3],
+    corners: [usize; 3],
+}
+
+/// Reads a mesh. Polygons are split into fans from their first corner: right where they are convex.
+pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
+    let prim = place.path.as_str();
+    let stage = &reader.stage;
+    let word = |name: &str| stage.words(prim, name).map(|words| words.unwrap_or_default().into_iter().next());
+    let left_handed = word("orientation")?.as_deref() == Some("leftHanded");
+    let scheme = word("subdivisionScheme")?;
+    let Points { open, close } = points(reader, prim)?;
+    if open.is_empty() {
+        reader.warnings.add(prim, "it has no points");
+        return Ok(());
+    }
+    let stage = &reader.stage;
+    let counts = stage.integers(prim, "faceVertexCounts", When::Open)?.unwrap_or_default();
+    let indices = stage.integers(prim, "faceVertexIndices", When::Open)?.unwrap_or_default();
+    let holes = stage.integers(prim, "holeIndices", When::Open)?.unwrap_or_default();
+    // A mirror turns the order of corners round; both together leave it.
+    let flipped = left_handed != (place.to_world.determinant() < 0.0);
+    let triangles = triangles(prim, &counts, &indices, &holes, open.len(), flipped)?;
+    let (points_count, faces, corners) = (open.len(), counts.len(), indices.len());
+    let size = |interpolation| match interpolation {
+        Interpolation::Constant => 1,
+        Interpolation::Uniform => faces,
+        Interpolation::Varying | Interpolation::Vertex => points_count,
+        Interpolation::FaceVarying => corners,
+    };
+    let checked = |name: &str, fallback, lanes| -> Result<Option<Primvar>, Error> {
+        let Some(primvar) = primvar(stage, prim, name, fallback)? else { return Ok(None) };
+        let (given, expected) = (primvar.values.len(), size(primvar.interpolation));
+        if given != expected || primvar.values.lanes != lanes {
+            let kind = primvar.interpolation;
+            let what = format!("{name} has {given} values, but {expected} of {lanes} numbers belong to {kind:?}");
+            return Err(Error::prim(prim, what));
+        }
+        Ok(Some(primvar))
+    };
+    let normals = match checked("primvars:normals", Interpolation::Constant, 3)? {
+        Some(normals) => Some(normals),
+        None => checked("normals", Interpolation::Vertex, 3)?,
+    };
+    let uv = match checked("primvars:st", Interpolation::Constant, 2)? {
+        Some(uv) => Some(uv),
+        None => checked("primvars:uv", Interpolation::Constant, 2)?,
+    };
+    // A single uv says nothing, nor does a normal for a whole face that flat triangles do not.
+    let uv = uv.filter(|uv| uv.interpolation != Interpolation::Constant);
+    let flat = [Interpolation::Constant, Interpolation::Uniform];
+    let normals = normals.filter(|normals| !flat.contains(&normals.interpolation));
+
+    let matrix = place.to_world;
+    let is_identity = matrix == DMat4::IDENTITY;
+    let to_world = |points: Vec<[f32; 3]>, matrix: &DMat4| -> Vec<Vec3> {
+        points.into_iter().map(|p| matrix.transform_point3(DVec3::from(p.map(f64::from))).as_vec3()).collect()
+    };
+    let positions = to_world(open, &matrix);
+    let moved = close.map(|close| to_world(close, &place.moved)).filter(|closed| *closed != positions);
+    let linear = DMat3::from_mat4(matrix);
+    let normal_matrix = if linear.determinant() == 0.0 { linear } else { linear.inverse().transpose() };
+    let normal = |row: &[f32]| {
+        let n = Vec3::from_slice(row);
+        if is_identity { n } else { (normal_matrix * n.as_dvec3()).normalize_or_zero().as_vec3() }
+    };
+    let name = reader.name(prim)?;
+    let mesh = Mesh {
+        name: prim.to_owned(),
+        positions,
+        moved,
+        normals: normals.map(|n| triangles.iter().map(|t| corners_of(t, &n, normal)).collect()),
+        uv: uv.map(|uv| triangles.iter().map(|t| corners_of(t, &uv, Vec2::from_slice)).collect()),
+        triangles: triangles.iter().map(|t| t.points).collect(),
+        surface: 0,
+    };
+    mesh.validate()?;
+    if scheme.as_deref() != Some("none") {
+        reader.warnings.add(prim, "subdivision is not supported: the polygons are taken as they are");
+    }
+    let surface = surface(reader, prim)?;
+    reader.scene.meshes.push(Mesh { name, surface, ..mesh });
+    Ok(())
+}
+
+fn triangles(
+    prim: &str,
+    counts: &[i64],
+    indices: &[i64],
+    holes: &[i64],
+    points: usize,
+    flipped: bool,
+) -> Result<Vec<Triangle>, Error> {
+    let fail = |what: String| Err(Error::prim(prim, what));
+    let sum = counts.iter().fold(0i64, |sum, &n| sum.saturating_add(n.max(0)));
+    if let Some(face) = counts.iter().position(|&n| n < 3) {
+        return fail(format!("faceVertexCounts[{face}] is {}: a face has at least 3 corners", counts[face]));
+    }
+    if usize::try_from(sum) != Ok(indices.len()) {
+        return fail(format!("faceVertexCounts add up to {sum}, but there are {} faceVertexIndices", indices.len()));
+    }
+    let mut checked = Vec::with_capacity(indices.len());
+    for (i, &index) in indices.iter().enumerate() {
+        match u32::try_from(index) {
+            Ok(index) if (index as usize) < points => checked.push(index),
+            _ => return fail(format!("faceVertexIndices[{i}] is {index}, but there are {points} points")),
+        }
+    }
+    let holes: std::collections::HashSet<i64> = holes.iter().copied().collect();
+    // No face has more triangles than corners.
+    let mut triangles = Vec::with_capacity(indices.len());
+    let mut first = 0usize;
+    for (face, &count) in counts.iter().enumerate() {
+        // The sum was checked: it fits.
+        let end = first + count as usize;
+        if !holes.contains(&(face as i64)) {
+            for corner in first + 1..end - 1 {
+                let corners = if flipped { [first, corner + 1, corner] } else { [first, corner, corner + 1] };
+                triangles.push(Triangle { face, points: corners.map(|c| checked[c]), corners });
+            }
+        }
+        first = end;
+    }
+    Ok(triangles)
+}
+
+/// Values at the corners of a triangle.
+fn corners_of<T>(triangle: &Triangle, primvar: &Primvar, convert: impl Fn(&[f32]) -> T) -> [T; 3] {
+    std::array::from_fn(|i| {
+        convert(primvar.values.row(match primvar.interpolation {
+            Interpolation::Constant => 0,
+            Interpolation::Uniform => triangle.face,
+            Interpolation::Varying | Interpolation::Vertex => triangle.points[i] as usize,
+            Interpolation::FaceVarying => triangle.corners[i],
+        }))
+    })
+}

@@ -1,0 +1,113 @@
+//! Reading a stage: each prim goes to the module that reads its schema.
+
+mod camera;
+mod context;
+mod curves;
+mod layout;
+mod light;
+pub(crate) mod look;
+mod mesh;
+mod motion;
+mod network;
+mod options;
+mod primvar;
+mod surface;
+pub(crate) mod uv_texture;
+mod xform;
+
+pub use options::{Options, Reading};
+
+use crate::error::Error;
+use crate::read::context::Reader;
+use crate::read::network::bound_material;
+use crate::read::xform::{Place, places};
+use crate::stage::Stage;
+use std::path::Path;
+
+/// Reads a file (.usda, .usdc, .usdz) with all it refers to.
+///
+/// What is not supported is skipped and said in the warnings. Everything is brought to world space; the up axis stays what it is.
+///
+/// # Errors
+/// [`Error::File`] if it or a file it refers to is missing or broken, [`Error::Prim`] if a prim has values that do not fit together
+/// or are out of range, [`Error::Empty`] if there is nothing to see. A read never panics, but a broken binary file may make the
+/// panic hook print a line ([`crate::quiet_caught_panics`]).
+pub fn read(file: &Path, options: &Options) -> Result<Reading, Error> {
+    if let Some(width) = options.default_width
+        && !(0.0..=curves::MAX_WIDTH).contains(&width)
+    {
+        let max = curves::MAX_WIDTH;
+        return Err(Error::file(file, format!("the default width is {width}: it must be in [0, {max:e}]")));
+    }
+    let stage = Stage::open(file, options.frame)?;
+    let paths = stage.prims().map_err(|what| Error::file(file, what))?;
+    stage.check_composition(file)?;
+    let units = stage.units().map_err(|what| Error::file(file, what))?;
+    let mut reader = Reader::new(stage, options, units);
+    read_prims(&mut reader, file, &paths)?;
+    let Reader { stage, scene, warnings, .. } = reader;
+    if scene.strands.is_empty() && scene.meshes.is_empty() {
+        let skipped: Vec<String> = warnings.0.iter().map(ToString::to_string).collect();
+        let skipped = if skipped.is_empty() { String::new() } else { format!(" ({})", skipped.join("; ")) };
+        return Err(Error::Empty { file: file.to_owned(), skipped });
+    }
+    scene.validate()?;
+    Ok(Reading { scene, warnings: warnings.0, sources: stage.sources() })
+}
+
+fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<(), Error> {
+    // The camera's shutter decides which times all else is read at.
+    let wanted = reader.options.camera.as_deref();
+    let chosen = camera::choose(&reader.stage, paths, wanted)?;
+    if let (Some(name), None) = (wanted, &chosen) {
+        return Err(Error::file(file, format!("it has no camera called {name}")));
+    }
+    let shutter = match (reader.options.shutter, &chosen) {
+        (Some(shutter), _) => shutter,
+        (None, Some(prim)) => camera::shutter(&reader.stage, prim)?,
+        (None, None) => [0.0; 2],
+    };
+    if !(shutter[0].is_finite() && shutter[1].is_finite() && shutter[0] <= shutter[1]) {
+        return Err(Error::file(file, format!("the shutter opens at {} and closes at {}", shutter[0], shutter[1])));
+    }
+    if shutter[1] > shutter[0] && reader.stage.clock.is_timeless() {
+        let what = "the stage has no startTimeCode: its first samples are read and nothing moves; give a frame";
+        reader.warnings.add("/", what);
+    }
+    reader.stage.clock.close = reader.stage.clock.open + shutter[1];
+    reader.stage.clock.open += shutter[0];
+
+    for place in places(&reader.stage, paths)? {
+        if chosen.as_ref() == Some(&place.path) {
+            reader.scene.camera = camera::read(reader, &place)?;
+        } else if place.shown && !place.swallowed {
+            read_prim(reader, &place)?;
+        }
+    }
+    Ok(())
+}
+
+fn read_prim(reader: &mut Reader, place: &Place) -> Result<(), Error> {
+    match place.type_name.as_str() {
+        "BasisCurves" => curves::read(reader, place),
+        "Mesh" => mesh::read(reader, place),
+        "DomeLight" | "DomeLight_1" | "DistantLight" | "RectLight" | "DiskLight" | "SphereLight" | "CylinderLight" => {
+            light::read(reader, place)
+        }
+        "GeomSubset" => {
+            let whole = place.path.rsplit_once('/').map_or("", |(parent, _)| parent);
+            if bound_material(reader, &place.path)? != bound_material(reader, whole)? {
+                reader.warnings.add(&place.path, "a mesh has one material: that of part of it is left out");
+            }
+            Ok(())
+        }
+        // What would be seen in another renderer.
+        "NurbsCurves" | "HermiteCurves" | "NurbsPatch" | "Points" | "PointInstancer" | "Sphere" | "Cube"
+        | "Cylinder" | "Cylinder_1" | "Cone" | "Capsule" | "Capsule_1" | "Plane" | "TetMesh" | "Volume"
+        | "GeometryLight" | "PortalLight" | "PluginLight" => {
+            reader.warnings.add(&place.path, format!("{} is not supported and left out", place.type_name));
+            Ok(())
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,111 @@
+//! Materials: which one a prim has, and where the inputs of its shaders take their values from.
+
+use crate::error::Error;
+use crate::read::context::Reader;
+use crate::read::primvar::ancestors;
+use crate::stage::{Property, Stage};
+
+/// Longer chains of connections are taken for a circle.
+const LONGEST_CHAIN: usize = 32;
+
+/// The material bound to a prim (UsdShadeMaterialBindingAPI): by the nearest of itself and its ancestors that binds one, unless one further
+/// up says that it is stronger. One for final pictures goes before one for any purpose.
+pub(crate) fn bound_material(reader: &mut Reader, prim: &str) -> Result<Option<String>, Error> {
+    for purpose in ["full", ""] {
+        let mut bound = None;
+        for path in ancestors(prim) {
+            if let Some((relationship, material)) = binding(reader, path, prim, purpose)? {
+                let strength = reader.stage.metadata(path, &relationship, "bindMaterialAs")?;
+                if bound.is_none() || strength.as_deref() == Some("strongerThanDescendants") {
+                    bound = Some(material);
+                }
+            }
+        }
+        if bound.is_some() {
+            return Ok(bound);
+        }
+    }
+    Ok(None)
+}
+
+/// The relationship by which `path` binds a material to `prim`, itself or below it, and the material. The first collection that has the
+/// prim goes before what is bound to `path` itself.
+fn binding(reader: &mut Reader, path: &str, prim: &str, purpose: &str) -> Result<Option<(String, String)>, Error> {
+    for name in reader.stage.properties(path)?.iter() {
+        let name = name.as_str();
+        let Some(rest) = name.strip_prefix("material:binding:collection:") else { continue };
+        // `name`, or `purpose:name`.
+        let of = rest.split_once(':').filter(|(_, name)| !name.contains(':')).map_or("", |(purpose, _)| purpose);
+        if of != purpose {
+            continue;
+        }
+        let targets = reader.stage.targets(path, name)?;
+        let [collection, material] = &targets[..] else {
+            let what = format!("{name} must have two targets, a collection and a material: it is left out");
+            reader.warnings.add(path, what);
+            continue;
+        };
+        match reader.stage.includes(collection, prim)? {
+            Some(true) => return Ok(Some((name.to_owned(), material.clone()))),
+            Some(false) => {}
+            None => {
+                reader.warnings.add(collection, "collections by an expression are not supported and have no members")
+            }
+        }
+    }
+    let name = if purpose.is_empty() { "material:binding".to_owned() } else { format!("material:binding:{purpose}") };
+    let material = reader.stage.targets(path, &name)?.into_iter().next();
+    Ok(material.map(|material| (name, material)))
+}
+
+/// The attribute at the end of the connections of one: an output of a shader, or what holds the value.
+fn source(stage: &Stage, prim: &str, name: &str) -> Result<Property, Error> {
+    let mut at = Property { prim: prim.to_owned(), name: name.to_owned() };
+    for _ in 0..LONGEST_CHAIN {
+        match stage.connection(&at.prim, &at.name)? {
+            Some(next) => at = next,
+            None => return Ok(at),
+        }
+    }
+    Err(Error::prim(prim, format!("{name} is connected in a circle")))
+}
+
+/// A shader, the kind it says it is, and one of its outputs.
+#[derive(Clone, Debug)]
+pub(crate) struct Shader {
+    pub prim: String,
+    pub id: String,
+    pub output: String,
+}
+
+/// What gives an input its value.
+pub(crate) enum Input {
+    /// Nothing.
+    Unset,
+    /// The value of this attribute.
+    Value(Property),
+    /// An output of a shader.
+    Shader(Shader),
+}
+
+/// What gives an input (or the output of a material or node graph) its value.
+pub(crate) fn input(stage: &Stage, prim: &str, name: &str) -> Result<Input, Error> {
+    let at = source(stage, prim, name)?;
+    let id = stage.words(&at.prim, "info:id")?.and_then(|words| words.into_iter().next());
+    Ok(match (at.name.strip_prefix("outputs:"), id) {
+        (Some(output), Some(id)) => Input::Shader(Shader { output: output.to_owned(), prim: at.prim, id }),
+        (Some(_), None) => Input::Unset,
+        (None, _) if stage.has_value(&at.prim, &at.name)? => Input::Value(at),
+        (None, _) => Input::Unset,
+    })
+}
+
+/// The shader of a material's surface; one made for us goes before that for all renderers.
+pub(crate) fn surface_shader(stage: &Stage, material: &str) -> Result<Option<Shader>, Error> {
+    for output in ["outputs:vellus:surface", "outputs:surface"] {
+        if let Input::Shader(shader) = input(stage, material, output)? {
+            return Ok(Some(shader));
+        }
+    }
+    Ok(None)
+}

@@ -1,0 +1,73 @@
+//! UsdUVTexture.
+
+use crate::error::Error;
+use crate::image::Encoding;
+use crate::read::context::Reader;
+use crate::read::network::{Input, Shader, input};
+use crate::stage::{Stage, When};
+use vellus_scene::Wrap;
+
+/// What lies beyond the image along u and v.
+pub(crate) const WRAP_INPUTS: [&str; 2] = ["inputs:wrapS", "inputs:wrapT"];
+
+/// The words for it.
+pub(crate) const WRAPS: [(&str, Wrap); 4] =
+    [("repeat", Wrap::Repeat), ("clamp", Wrap::Clamp), ("mirror", Wrap::Mirror), ("black", Wrap::Black)];
+
+/// What a shader says of that. Images have no say in it here: where they are to have, and where nothing is said, they repeat.
+fn wrap(stage: &Stage, prim: &str, name: &str) -> Result<Wrap, Error> {
+    let Input::Value(at) = input(stage, prim, name)? else { return Ok(Wrap::default()) };
+    let words = stage.words(&at.prim, &at.name)?.unwrap_or_default();
+    let word = words.first().map_or("useMetadata", String::as_str);
+    let known = WRAPS.iter().find(|(known, _)| *known == word).map(|(_, wrap)| *wrap);
+    known.or((word == "useMetadata").then(Wrap::default)).ok_or_else(|| {
+        Error::prim(prim, format!("{name} is {word}: it must be repeat, clamp, mirror, black or useMetadata"))
+    })
+}
+
+/// Index of its texture, and what multiplies it. `is_number` says that only the first channel will be looked at.
+pub(crate) fn uv_texture(reader: &mut Reader, shader: &Shader, is_number: bool) -> Result<(usize, [f32; 3]), Error> {
+    let prim = shader.prim.as_str();
+    let stage = &reader.stage;
+    let file = match input(stage, prim, "inputs:file")? {
+        Input::Value(at) => stage.asset(&at.prim, &at.name)?,
+        _ => None,
+    };
+    let file = file.ok_or_else(|| Error::prim(prim, "inputs:file names no file"))?;
+    let channel = match shader.output.as_str() {
+        "rgb" => None,
+        "r" => (!is_number).then_some(0),
+        "g" => Some(1),
+        "b" => Some(2),
+        other => return Err(Error::prim(prim, format!("its output {other} is not supported: rgb, r, g or b is"))),
+    };
+    let space = stage.words(prim, "inputs:sourceColorSpace")?.unwrap_or_default();
+    let encoding = match space.first().map(String::as_str) {
+        Some("raw") => Encoding::Linear,
+        Some("sRGB") => Encoding::Srgb,
+        _ => Encoding::Auto,
+    };
+    let four = |name: &str, fallback: f32| -> Result<[f32; 3], Error> {
+        match stage.numbers(prim, name, When::Open)?.map(|n| n.values).as_deref() {
+            None => Ok([fallback; 3]),
+            Some(&[r, g, b, _]) if r.is_finite() && g.is_finite() && b.is_finite() => Ok([r, g, b]),
+            Some(_) => Err(Error::prim(prim, format!("{name} must be four finite numbers"))),
+        }
+    };
+    let scale = four("inputs:scale", 1.0)?;
+    let bias = four("inputs:bias", 0.0)?;
+    let [s, t] = WRAP_INPUTS;
+    let wrap = [wrap(stage, prim, s)?, wrap(stage, prim, t)?];
+    let coordinates = input(stage, prim, "inputs:st")?;
+    if bias != [0.0; 3] {
+        reader.warnings.add(prim, "inputs:bias is not supported and left out");
+    }
+    if let Input::Shader(source) = coordinates {
+        let names = reader.stage.words(&source.prim, "inputs:varname")?.unwrap_or_default();
+        if source.id != "UsdPrimvarReader_float2" || names.first().is_some_and(|n| n != "st" && n != "uv") {
+            reader.warnings.add(prim, "its texture coordinates are always the primvar st, not changed on the way");
+        }
+    }
+    let texture = reader.texture(prim, file, encoding, channel, wrap)?;
+    Ok((texture, channel.map_or(scale, |c| [scale[c]; 3])))
+}

@@ -1,0 +1,406 @@
+//! The one module that knows the crate `openusd`: a composed stage as paths, names and plain numbers.
+//!
+//! Every call into `openusd` goes through [`guarded`], which makes an error of a panic; nothing of the stage is used after
+//! one. What cannot be caught is kept from happening: [`Careful`] looks at each layer first.
+
+mod careful;
+mod collections;
+mod files;
+mod names;
+mod package;
+mod text_check;
+mod usdc_check;
+mod values;
+
+use crate::error::Error;
+use crate::guard::catch;
+use careful::{Careful, parse_error};
+use collections::Members;
+use files::Files;
+use openusd::tf::Token;
+use openusd::{ar, sdf, usd};
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::path::Path;
+use std::rc::Rc;
+use values::{numbers, precise};
+use vellus_io::Sources;
+use vellus_scene::Units;
+
+/// The most sites that a stage is composed of: one for each prim, and one more for each reference, payload, inherit and
+/// variant that it or its ancestors bring. `openusd` takes 4 to 10 KB and 20 to 40 µs for each, so a stage at this
+/// bound takes up to 2.6 GB and 10 s.
+const MAX_SITES: usize = 1 << 18;
+
+/// When a value is read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum When {
+    /// As the shutter opens.
+    Open,
+    /// As it closes.
+    Close,
+    /// At that time code.
+    At(f64),
+}
+
+/// Which time codes are read.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Clock {
+    /// Time code of the frame.
+    pub frame: f64,
+    /// Time code of [`When::Open`].
+    pub open: f64,
+    /// Time code of [`When::Close`].
+    pub close: f64,
+}
+
+impl Clock {
+    /// Neither the stage nor who reads it says which frame.
+    pub fn is_timeless(&self) -> bool {
+        self.frame == usd::TimeCode::EARLIEST.value()
+    }
+}
+
+/// An array of numbers or vectors.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Numbers {
+    /// Vector after vector.
+    pub values: Vec<f32>,
+    /// Numbers in a vector; 1 for plain numbers.
+    pub lanes: usize,
+}
+
+impl Numbers {
+    /// Number of vectors.
+    pub fn len(&self) -> usize {
+        self.values.len() / self.lanes
+    }
+
+    /// Vector `i`.
+    pub fn row(&self, i: usize) -> &[f32] {
+        &self.values[i * self.lanes..(i + 1) * self.lanes]
+    }
+}
+
+/// A composed stage.
+pub(crate) struct Stage {
+    stage: usd::Stage,
+    /// Which times are read.
+    pub clock: Clock,
+    members: Members,
+    files: Rc<Files>,
+    /// By prim.
+    properties: RefCell<HashMap<String, Rc<[Token]>>>,
+}
+
+/// A property of a prim: where a connection leads.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Property {
+    pub prim: String,
+    pub name: String,
+}
+
+impl Stage {
+    /// Opens and composes a file; `frame` is the time code to read.
+    pub fn open(file: &Path, frame: Option<f64>) -> Result<Self, Error> {
+        vellus_io::open(file).map_err(|error| Error::file(file, error))?;
+        let name = file.to_str().ok_or_else(|| Error::file(file, "its name must be UTF-8"))?;
+        let files = Rc::new(Files::default());
+        let resolver = Careful::new(files.clone());
+        files.set_top(&ar::Resolver::create_identifier(&resolver, name, None));
+        let stage = guarded(|| Ok(usd::Stage::builder().resolver(resolver).open(name)?)).map_err(|what| {
+            match parse_error(&files) {
+                Some((layer, what)) => Error::file(Path::new(&layer), what),
+                None => Error::file(file, what),
+            }
+        })?;
+        let start = guarded(|| Ok(stage.has_authored_time_code_range().then(|| stage.start_time_code())));
+        let start = start.map_err(|what| Error::file(file, what))?;
+        let open = frame.or(start).unwrap_or(usd::TimeCode::EARLIEST.value());
+        Ok(Stage {
+            stage,
+            clock: Clock { frame: open, open, close: open },
+            members: Members::default(),
+            files,
+            properties: RefCell::default(),
+        })
+    }
+
+    /// Paths of all prims that are defined, active and not abstract, depth first, instances included.
+    ///
+    /// `openusd` can do this too, but it asks all ancestors of each prim whether they are active and defined.
+    pub fn prims(&self) -> Result<Vec<String>, String> {
+        self.prims_of(MAX_SITES)
+    }
+
+    fn prims_of(&self, max_sites: usize) -> Result<Vec<String>, String> {
+        guarded(|| {
+            let (mut prims, mut sites) = (Vec::new(), 0);
+            let mut rest = vec![self.stage.prim(sdf::Path::abs_root())];
+            while let Some(prim) = rest.pop() {
+                if *prim.path() != sdf::Path::abs_root() {
+                    // Metadata is found by the path alone.
+                    let active = self.stage.attribute(prim.path().clone()).get_metadata::<bool>("active")?;
+                    if active == Some(false) || prim.specifier()? != Some(sdf::Specifier::Def) {
+                        continue;
+                    }
+                    prims.push(prim.path().as_str().to_owned());
+                }
+                sites += prim.prim_index().graph()?.all_nodes().count();
+                if sites > max_sites {
+                    let what = "each reference, payload, inherit and variant of a prim and of its ancestors is one";
+                    return Err(Failure(format!("the stage is composed of more than {max_sites} sites: {what}")));
+                }
+                rest.extend(prim.children()?.into_iter().rev());
+            }
+            Ok(prims)
+        })
+    }
+
+    /// Refuses references and layers that could not be composed.
+    pub fn check_composition(&self, file: &Path) -> Result<(), Error> {
+        let errors =
+            guarded(|| Ok(self.stage.composition_errors().iter().map(ToString::to_string).collect::<Vec<_>>()))
+                .map_err(|what| Error::file(file, what))?;
+        let Some(first) = errors.first() else { return Ok(()) };
+        Err(match parse_error(&self.files) {
+            Some((layer, what)) => Error::file(Path::new(&layer), what),
+            None => Error::file(file, first),
+        })
+    }
+
+    /// The unit of length, and whether z points up rather than y.
+    pub fn units(&self) -> Result<Units, String> {
+        let [axis, meters] = ["upAxis", "metersPerUnit"].map(|name| guarded(|| Ok(self.stage.stage_metadata(name)?)));
+        let meters = match meters? {
+            None => Units::CENTIMETERS.meters_per_unit,
+            Some(value) => match precise(value).as_deref() {
+                Some(&[x]) if x.is_finite() && x > 0.0 => x,
+                _ => return Err("metersPerUnit must be a positive number".to_owned()),
+            },
+        };
+        Ok(Units { meters_per_unit: meters, z_up: axis?.is_some_and(|axis| axis.as_str() == Some("Z")) })
+    }
+
+    /// The schema of a prim; empty where it has none.
+    pub fn type_name(&self, prim: &str) -> Result<String, Error> {
+        self.ask(prim, || Ok(self.stage.prim(prim).type_name()?.map_or(String::new(), |t| t.as_str().to_owned())))
+    }
+
+    /// Names of all properties of a prim.
+    pub fn properties(&self, prim: &str) -> Result<Rc<[Token]>, Error> {
+        if let Some(known) = self.properties.borrow().get(prim) {
+            return Ok(known.clone());
+        }
+        let names: Rc<[Token]> = self.ask(prim, || Ok(self.stage.prim(prim).property_names()?.into()))?;
+        self.properties.borrow_mut().insert(prim.to_owned(), names.clone());
+        Ok(names)
+    }
+
+    /// Has a prim that property? Most that are asked for it has not, and `openusd` takes long to say so.
+    fn has_property(&self, prim: &str, name: &str) -> Result<bool, Error> {
+        Ok(self.properties(prim)?.iter().any(|known| known.as_str() == name))
+    }
+
+    /// Numbers, vectors, or an array of them, in single precision.
+    pub fn numbers(&self, prim: &str, name: &str, when: When) -> Result<Option<Numbers>, Error> {
+        self.typed(prim, name, when, "numbers", numbers)
+    }
+
+    /// One number, vector, quaternion (x, y, z, w) or matrix (column after column), in double precision.
+    pub fn precise(&self, prim: &str, name: &str, when: When) -> Result<Option<Vec<f64>>, Error> {
+        self.typed(prim, name, when, "a number, a vector or a matrix", precise)
+    }
+
+    /// An array of whole numbers.
+    pub fn integers(&self, prim: &str, name: &str, when: When) -> Result<Option<Vec<i64>>, Error> {
+        self.typed(prim, name, when, "whole numbers", |value| match value {
+            sdf::Value::IntVec(v) => Some(v.into_iter().map(i64::from).collect()),
+            sdf::Value::UintVec(v) => Some(v.into_iter().map(i64::from).collect()),
+            sdf::Value::Int64Vec(v) => Some(v),
+            _ => None,
+        })
+    }
+
+    /// Tokens or strings, one or an array.
+    pub fn words(&self, prim: &str, name: &str) -> Result<Option<Vec<String>>, Error> {
+        self.typed(prim, name, When::Open, "tokens or strings", |value| match value {
+            sdf::Value::TokenVec(v) => Some(v.iter().map(|t| t.as_str().to_owned()).collect()),
+            sdf::Value::StringVec(v) => Some(v),
+            other => other.as_str().map(|word| vec![word.to_owned()]),
+        })
+    }
+
+    /// A truth value; numbers other than 0 are true.
+    pub fn flag(&self, prim: &str, name: &str) -> Result<Option<bool>, Error> {
+        self.typed(prim, name, When::Open, "a truth value", |value| match value {
+            sdf::Value::Bool(flag) => Some(flag),
+            other => precise(other).map(|v| v.first().is_some_and(|x| *x != 0.0)),
+        })
+    }
+
+    /// The file an attribute refers to, resolved against the layer that does so; the path inside a package ends in a bracket:
+    /// `a.usdz[b.png]`.
+    pub fn asset(&self, prim: &str, name: &str) -> Result<Option<String>, Error> {
+        let Some(value) = self.value(prim, name, When::Open)? else { return Ok(None) };
+        let sdf::Value::AssetPath(asset) = &value else {
+            return Err(Error::prim(prim, format!("{name} must be the path of a file")));
+        };
+        match (asset.asset_path(), asset.resolved_path()) {
+            ("", _) => Ok(None),
+            (_, Some(resolved)) if !resolved.is_empty() => Ok(Some(resolved.to_owned())),
+            (authored, _) => Err(Error::prim(prim, format!("{name}: the file {authored} does not exist"))),
+        }
+    }
+
+    /// The bytes of a file that [`Stage::asset`] has resolved.
+    pub fn asset_bytes(&self, resolved: &str) -> Result<Vec<u8>, Error> {
+        self.files.read(resolved).map_err(|what| Error::file(Path::new(resolved), what))
+    }
+
+    /// All files that were opened.
+    pub fn sources(&self) -> Sources {
+        self.files.sources()
+    }
+
+    /// Time of the last sample of an attribute that is not after that time, or else of the first; `None` where it has no samples.
+    pub fn sample_before(&self, prim: &str, name: &str, time: f64) -> Result<Option<f64>, Error> {
+        if !self.has_property(prim, name)? {
+            return Ok(None);
+        }
+        self.ask(prim, || {
+            let around = self.attribute(prim, name).bracketing_time_samples(usd::TimeCode::new(time))?;
+            Ok(around.map(|(before, _)| before))
+        })
+    }
+
+    /// Time codes in a second, which is what velocities are measured by.
+    pub fn time_codes_per_second(&self) -> Result<f64, String> {
+        let codes = guarded(|| Ok(self.stage.time_codes_per_second()))?;
+        if codes.is_finite() && codes > 0.0 { Ok(codes) } else { Err("timeCodesPerSecond must be positive".to_owned()) }
+    }
+
+    /// Has an attribute any value?
+    pub fn has_value(&self, prim: &str, name: &str) -> Result<bool, Error> {
+        Ok(self.value(prim, name, When::Open)?.is_some())
+    }
+
+    /// A word that a property has as metadata: how a primvar's values belong to points, strands or faces, how strong a binding is.
+    pub fn metadata(&self, prim: &str, name: &str, key: &str) -> Result<Option<String>, Error> {
+        if !self.has_property(prim, name)? {
+            return Ok(None);
+        }
+        self.ask(prim, || {
+            // Of relationships too, as metadata is found by the path alone.
+            let value = self.attribute(prim, name).get_metadata::<sdf::Value>(key)?;
+            Ok(value.and_then(|value| value.as_str().map(str::to_owned)))
+        })
+    }
+
+    /// Where an attribute takes its value from.
+    pub fn connection(&self, prim: &str, name: &str) -> Result<Option<Property>, Error> {
+        if !self.has_property(prim, name)? {
+            return Ok(None);
+        }
+        self.ask(prim, || {
+            let connections = self.attribute(prim, name).connections()?;
+            let property = connections.first().and_then(|path| path.as_str().rsplit_once('.'));
+            Ok(property.map(|(prim, name)| Property { prim: prim.to_owned(), name: name.to_owned() }))
+        })
+    }
+
+    /// What a relationship points to.
+    pub fn targets(&self, prim: &str, name: &str) -> Result<Vec<String>, Error> {
+        if !self.has_property(prim, name)? {
+            return Ok(Vec::new());
+        }
+        self.ask(prim, || {
+            let targets = self.stage.relationship(format!("{prim}.{name}")).targets()?;
+            Ok(targets.iter().map(|path| path.as_str().to_owned()).collect())
+        })
+    }
+
+    fn attribute(&self, prim: &str, name: &str) -> usd::Attribute {
+        self.stage.attribute(format!("{prim}.{name}"))
+    }
+
+    fn ask<T>(&self, prim: &str, question: impl FnOnce() -> Result<T, Failure>) -> Result<T, Error> {
+        guarded(question).map_err(|what| Error::prim(prim, what))
+    }
+
+    fn typed<T>(
+        &self,
+        prim: &str,
+        name: &str,
+        when: When,
+        expected: &str,
+        convert: impl FnOnce(sdf::Value) -> Option<T>,
+    ) -> Result<Option<T>, Error> {
+        let Some(value) = self.value(prim, name, when)? else { return Ok(None) };
+        let converted = convert(value).ok_or_else(|| Error::prim(prim, format!("{name} must be {expected}")))?;
+        Ok(Some(converted))
+    }
+
+    /// The value, if any layer gives one that is not blocked. At any time samples go before the value without time of the same layer.
+    fn value(&self, prim: &str, name: &str, when: When) -> Result<Option<sdf::Value>, Error> {
+        if !self.has_property(prim, name)? {
+            return Ok(None);
+        }
+        let time = match when {
+            When::Open => self.clock.open,
+            When::Close => self.clock.close,
+            When::At(time) => time,
+        };
+        self.ask(prim, || {
+            let attribute = self.attribute(prim, name);
+            let real = |value: &sdf::Value| !matches!(value, sdf::Value::None | sdf::Value::ValueBlock);
+            Ok(attribute.get_at::<sdf::Value>(usd::TimeCode::new(time))?.filter(real))
+        })
+    }
+}
+
+/// What calls into `openusd` fail with: anything that can be printed with its causes.
+struct Failure(String);
+
+impl<E: std::fmt::Display> From<E> for Failure {
+    fn from(error: E) -> Self {
+        // The alternative form of its errors prints the causes too.
+        Failure(format!("{error:#}"))
+    }
+}
+
+/// Calls into `openusd`: errors and panics become text.
+fn guarded<T>(call: impl FnOnce() -> Result<T, Failure>) -> Result<T, String> {
+    match catch(call) {
+        Some(result) => result.map_err(|error| error.0.replace('\n', "; ")),
+        None => Err("the file is broken: its reader stopped".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stage_has_a_bounded_number_of_sites() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.usda");
+        // Each level refers to the one below twice.
+        let mut text = "#usda 1.0\nclass \"L0\" {}\n".to_owned();
+        for level in 1..=5 {
+            let two: String =
+                ["a", "b"].map(|name| format!("def \"{name}\" ( references = </L{}> ) {{}}\n", level - 1)).concat();
+            text += &format!("{} \"L{level}\" {{ {two} }}\n", if level == 5 { "def" } else { "class" });
+        }
+        let child = "{ def \"x\" {} }";
+        text += &format!("over \"no\" {child}\nclass \"nor\" {child}\ndef \"off\" ( active = false ) {child}");
+        std::fs::write(&file, text).unwrap();
+        let stage = Stage::open(&file, None).unwrap();
+        let prims = stage.prims().unwrap();
+        // 1 + 2 + … + 2⁵, depth first.
+        assert_eq!(prims.len(), 63);
+        assert_eq!(prims[..4], ["/L5", "/L5/a", "/L5/a/a", "/L5/a/a/a"]);
+        let error = stage.prims_of(63).unwrap_err();
+        assert!(error.contains("more than 63 sites"), "{error}");
+    }
+}

@@ -1,0 +1,124 @@
+//! Materials in text: VellusFur for strands, UsdPreviewSurface for meshes.
+
+use crate::read::look::{SHADER, is_rgb};
+use crate::read::uv_texture::{WRAP_INPUTS, WRAPS};
+use crate::write::names::{Names, to_file, vellus_name};
+use crate::write::text::{Literal, Text};
+use std::io::{self, Write};
+use vellus_scene::{Look, Parameter, Surface};
+
+/// Writes a look as a material; its path.
+pub(crate) fn look<W: Write>(text: &mut Text<W>, look: &Look, names: &Names) -> io::Result<String> {
+    let name = text.name("/Scene/Looks", &look.name);
+    let path = format!("/Scene/Looks/{name}");
+    text.open("Material", &name, "")?;
+    vellus_name(text, &look.name)?;
+    // Of our own render context: others do not know the shader.
+    text.set("token outputs:vellus:surface.connect", &format!("<{path}/Fur.outputs:surface>"))?;
+    text.open("Shader", "Fur", "")?;
+    text.set("uniform token info:id", &format!("\"{SHADER}\""))?;
+    for parameter in Parameter::ALL {
+        let name = format!("inputs:{}", parameter.key());
+        let kind = if is_rgb(parameter) { "color3f" } else { "float" };
+        if let Some(value) = constant(look, parameter) {
+            let value = to_file(parameter, value);
+            let value = if is_rgb(parameter) { value.text() } else { value[0].text() };
+            text.set(&format!("{kind} {name}"), &value)?;
+        }
+        if look.textured.iter().any(|(p, _)| *p == parameter) {
+            let output = if is_rgb(parameter) { "rgb" } else { "r" };
+            let shader = format!("<{path}/{}.outputs:{output}>", parameter.key());
+            text.set(&format!("{kind} {name}.connect"), &shader)?;
+        }
+    }
+    text.line("token outputs:surface")?;
+    text.close()?;
+    for (parameter, value) in &look.textured {
+        let output = if is_rgb(*parameter) { "float3 outputs:rgb" } else { "float outputs:r" };
+        let scale = to_file(*parameter, value.scale);
+        uv_texture(text, &path, parameter.key(), names, value.texture, scale, output)?;
+    }
+    coordinates(text, !look.textured.is_empty())?;
+    text.close()?;
+    Ok(path)
+}
+
+/// The value of a parameter where no texture gives it. The fibre holds the absorption, however its colour was given.
+fn constant(look: &Look, parameter: Parameter) -> Option<[f32; 3]> {
+    let fiber = &look.fiber;
+    Some(match parameter {
+        Parameter::Eta => [fiber.eta; 3],
+        Parameter::Kappa => [fiber.kappa; 3],
+        Parameter::Alpha => [fiber.alpha; 3],
+        Parameter::BetaM => [fiber.beta_m; 3],
+        Parameter::BetaN => [fiber.beta_n; 3],
+        Parameter::SigmaCa => fiber.sigma_ca,
+        Parameter::SigmaMs => [fiber.sigma_ms; 3],
+        Parameter::SigmaMa => fiber.sigma_ma,
+        Parameter::G => [fiber.g; 3],
+        Parameter::Layers => [fiber.layers; 3],
+        Parameter::Reflectance | Parameter::Melanin => return None,
+    })
+}
+
+/// Writes a surface as a material; its path.
+pub(crate) fn surface<W: Write>(text: &mut Text<W>, surface: &Surface, names: &Names) -> io::Result<String> {
+    let name = text.name("/Scene/Looks", &surface.name);
+    let path = format!("/Scene/Looks/{name}");
+    text.open("Material", &name, "")?;
+    vellus_name(text, &surface.name)?;
+    text.set("token outputs:surface.connect", &format!("<{path}/Surface.outputs:surface>"))?;
+    text.open("Shader", "Surface", "")?;
+    text.set("uniform token info:id", "\"UsdPreviewSurface\"")?;
+    match surface.color.texture {
+        Some(_) => text.set("color3f inputs:diffuseColor.connect", &format!("<{path}/Color.outputs:rgb>"))?,
+        None => text.set("color3f inputs:diffuseColor", &surface.color.color.text())?,
+    }
+    text.set("color3f inputs:emissiveColor", &surface.emission.text())?;
+    text.set("float inputs:roughness", &surface.roughness.text())?;
+    text.set("float inputs:metallic", &surface.metallic.text())?;
+    text.set("float inputs:ior", &surface.ior.text())?;
+    text.line("token outputs:surface")?;
+    text.close()?;
+    if let Some(texture) = surface.color.texture {
+        uv_texture(text, &path, "Color", names, texture, surface.color.color, "float3 outputs:rgb")?;
+    }
+    coordinates(text, surface.color.texture.is_some())?;
+    text.close()?;
+    Ok(path)
+}
+
+fn uv_texture<W: Write>(
+    text: &mut Text<W>,
+    material: &str,
+    name: &str,
+    names: &Names,
+    texture: usize,
+    scale: [f32; 3],
+    output: &str,
+) -> io::Result<()> {
+    text.open("Shader", name, "")?;
+    text.set("uniform token info:id", "\"UsdUVTexture\"")?;
+    text.set("asset inputs:file", &format!("@{}@", names.textures[texture]))?;
+    text.set("token inputs:sourceColorSpace", "\"raw\"")?;
+    text.set("float4 inputs:scale", &[scale[0], scale[1], scale[2], 1.0].text())?;
+    for (input, wrap) in WRAP_INPUTS.into_iter().zip(names.wraps[texture]) {
+        let word = WRAPS.iter().find(|(_, known)| *known == wrap).map_or("repeat", |(word, _)| word);
+        text.set(&format!("token {input}"), &format!("\"{word}\""))?;
+    }
+    text.set("float2 inputs:st.connect", &format!("<{material}/St.outputs:result>"))?;
+    text.line(output)?;
+    text.close()
+}
+
+/// What other renderers need to find the texture coordinates.
+fn coordinates<W: Write>(text: &mut Text<W>, needed: bool) -> io::Result<()> {
+    if !needed {
+        return Ok(());
+    }
+    text.open("Shader", "St", "")?;
+    text.set("uniform token info:id", "\"UsdPrimvarReader_float2\"")?;
+    text.set("string inputs:varname", "\"st\"")?;
+    text.line("float2 outputs:result")?;
+    text.close()
+}

@@ -1,0 +1,122 @@
+//! Writing a scene as .usda.
+
+mod geometry;
+mod look;
+mod names;
+mod text;
+
+use crate::error::Error;
+use crate::image::encode_exr;
+use crate::write::geometry::{camera, light, mesh, strands};
+use crate::write::look::{look, surface};
+use crate::write::names::Names;
+use crate::write::text::{Literal, Text};
+use std::collections::HashSet;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use vellus_scene::Scene;
+
+/// Writes a scene as text (.usda), and beside it its textures as OpenEXR in the folder `NAME-textures`.
+///
+/// What [`crate::read`] gives for it equals the scene, but for this:
+/// - angles and the radius of the lens may be off by their last bit;
+/// - images of lights repeat;
+/// - a texture is called after its file; quotes, backslashes and control characters in names are replaced;
+/// - light groups are those of [`Scene::light_group_names`];
+/// - looks, surfaces and textures come in the order they are used in, without those that are not.
+///
+/// Movement is from time code 0 to 1, with the shutter of the camera; without a camera [`crate::Options::shutter`] must say
+/// so. Each file is written as [`vellus_io::write()`] does it: a failure leaves what was there before. Folders are
+/// created.
+///
+/// # Errors
+/// [`Error::Scene`] for a scene that is not valid, [`Error::File`] for a name that does not end in `.usda`,
+/// [`Error::Write`] for a file that cannot be written.
+pub fn write(scene: &Scene, file: &Path) -> Result<(), Error> {
+    scene.validate()?;
+    if file.extension().is_none_or(|extension| extension != "usda") {
+        return Err(Error::file(file, "scenes are written as text: the name must end in .usda"));
+    }
+    let wraps = scene.textures.iter().map(|texture| texture.wrap).collect();
+    let names = Names { textures: textures(scene, file)?, wraps, ..Names::default() };
+    vellus_io::write_with(file, |out| stage(scene, names, Text::new(out))).map_err(|error| Error::write(file, error))
+}
+
+/// Writes the textures; where the stage finds them.
+fn textures(scene: &Scene, file: &Path) -> Result<Vec<String>, Error> {
+    if scene.textures.is_empty() {
+        return Ok(Vec::new());
+    }
+    let stem = file.file_stem().unwrap_or_default().to_string_lossy();
+    // What would end the name of an asset, or lead elsewhere.
+    let plain = |name: &str| name.replace(|c: char| "@/\\[]".contains(c) || c.is_control(), "_");
+    let folder = format!("{}-textures", plain(&stem));
+    let folder_path = file.with_file_name(&folder);
+    std::fs::create_dir_all(&folder_path).map_err(|error| Error::write(&folder_path, error))?;
+    let mut taken = HashSet::new();
+    let mut names = Vec::new();
+    for texture in &scene.textures {
+        let wish = Path::new(&texture.name).file_stem().map_or("texture".into(), |stem| stem.to_string_lossy());
+        let wish = plain(&wish);
+        let mut name = format!("{wish}.exr");
+        let mut number = 2;
+        // File systems may not tell upper case from lower.
+        while !taken.insert(name.to_lowercase()) {
+            name = format!("{wish}_{number}.exr");
+            number += 1;
+        }
+        let path: PathBuf = folder_path.join(&name);
+        let bytes = encode_exr(texture).map_err(|what| Error::file(&path, what))?;
+        vellus_io::write(&path, &bytes).map_err(|error| Error::write(&path, error))?;
+        names.push(format!("./{folder}/{name}"));
+    }
+    Ok(names)
+}
+
+fn stage<W: Write>(scene: &Scene, mut names: Names, mut text: Text<W>) -> io::Result<()> {
+    let moves = scene.strands.iter().any(|s| s.moved.is_some())
+        || scene.meshes.iter().any(|m| m.moved.is_some())
+        || scene.camera.is_some_and(|c| c.moved.is_some());
+    text.line("#usda 1.0")?;
+    text.line("(")?;
+    text.line("    defaultPrim = \"Scene\"")?;
+    text.line("    doc = \"Written by vellus\"")?;
+    if moves {
+        text.line("    endTimeCode = 1")?;
+    }
+    if let Some(units) = &scene.units {
+        text.line(&format!("    metersPerUnit = {}", units.meters_per_unit.text()))?;
+    }
+    if moves {
+        text.line("    startTimeCode = 0")?;
+    }
+    let z_up = scene.units.is_some_and(|units| units.z_up);
+    text.line(&format!("    upAxis = \"{}\"", if z_up { "Z" } else { "Y" }))?;
+    text.line(")")?;
+    text.line("")?;
+    text.open("Xform", "Scene", "")?;
+    text.open("Scope", "Looks", "")?;
+    for item in &scene.looks {
+        let path = look(&mut text, item, &names)?;
+        names.looks.push(path);
+    }
+    for item in &scene.surfaces {
+        let path = surface(&mut text, item, &names)?;
+        names.surfaces.push(path);
+    }
+    text.close()?;
+    if let Some(item) = &scene.camera {
+        camera(&mut text, item, moves)?;
+    }
+    for (item, group) in scene.lights.iter().zip(scene.light_group_names()) {
+        light(&mut text, item, &group, &names)?;
+    }
+    for item in &scene.meshes {
+        mesh(&mut text, item, &names)?;
+    }
+    for item in &scene.strands {
+        strands(&mut text, item, &names)?;
+    }
+    text.close()?;
+    text.finish().map(|_| ())
+}
