@@ -1,14 +1,4 @@
-//! `vellus plot`: pictures of the model, PNG and SVG.
-
-pub mod canvas;
-mod energy;
-pub mod error;
-mod lobes;
-pub mod medulla;
-mod models;
-mod profile;
-mod smooth;
-pub mod windows;
+//! `vellus plot`: plots of the model as PNG and SVG.
 
 use crate::fiber_args::{FiberArgs, Incidence};
 use crate::model_args::ModelArgs;
@@ -16,23 +6,25 @@ use crate::number::whole;
 use crate::output;
 use crate::query::{Offsets, Query};
 use crate::say::say;
-use anyhow::Result;
-use canvas::{check_names, save};
+use crate::table;
+use crate::terminal::Terminal;
+use anyhow::{Result, bail};
 use std::path::{Path, PathBuf};
 use vellus::Species;
 use vellus_models::ModelKind;
+use vellus_plot::{Draw, check_names, energy, error, lobes, medulla, models, profile, save, windows};
 
-/// Which picture.
+/// The pictures.
 #[derive(clap::Subcommand)]
 pub enum Command {
-    /// Azimuthal lobes of one hit, polar and over φ.
+    /// Azimuthal lobes of one hit, as a polar plot and over φ.
     Lobes {
         #[command(flatten)]
         fiber: FiberArgs,
         /// Inclination of ω_o, degrees.
         #[arg(long, default_value_t = 20.0, allow_negative_numbers = true, value_name = "DEG")]
         theta_o: f64,
-        /// Offset at which the fibre is hit, in [-1, 1]; far-field models are averaged over all.
+        /// Offset of the hit, in [-1, 1]. Far-field models average over all offsets.
         #[arg(long, default_value_t = 0.3, allow_negative_numbers = true)]
         h: f64,
         #[command(flatten)]
@@ -40,7 +32,7 @@ pub enum Command {
         #[command(flatten)]
         out: Out,
     },
-    /// The whole fibre's reflectance over θ_i and φ, log scale, as in Yan17 Fig. 11; --fiber all for the ten presets.
+    /// Reflectance of a fibre over θ_i and φ (Yan17 Fig. 11). `--fiber all` shows the ten presets.
     Profile {
         #[command(flatten)]
         incidence: Incidence,
@@ -49,18 +41,18 @@ pub enum Command {
         #[command(flatten)]
         out: Out,
     },
-    /// Compressed against simulated medulla profiles, as in Yan17 Fig. 10.
+    /// Compressed and simulated medulla profiles (Yan17 Fig. 10).
     Medulla {
-        /// A table file; without it, the tables inside this program.
+        /// A table file. Default: the tables of this program.
         #[arg(long, value_name = "FILE")]
         table: Option<PathBuf>,
-        /// Photons a simulated profile.
+        /// Photons per simulated profile.
         #[arg(long, default_value_t = 400_000, value_parser = whole::<u64>(medulla::PHOTONS), value_name = "N")]
         photons: u64,
         #[command(flatten)]
         out: Out,
     },
-    /// Energy of the lobes over the fibre's width, and over inclination.
+    /// Energies of the lobes over the offset, and over the inclination.
     Energy {
         #[command(flatten)]
         incidence: Incidence,
@@ -69,27 +61,27 @@ pub enum Command {
         #[command(flatten)]
         out: Out,
     },
-    /// The whole fibre's light around it and along it, in several models.
+    /// Several models of one fibre: light around the fibre and along it.
     Models {
         #[command(flatten)]
         incidence: Incidence,
-        /// The models, by name (see --model of `plot lobes`); all is all of them.
+        /// Names of models, with commas between (see --model of `plot lobes`), or `all`.
         #[arg(long, value_delimiter = ',', default_value = "all", value_name = "NAMES")]
         models: Vec<String>,
         #[command(flatten)]
         out: Out,
     },
-    /// Azimuthal lobes at five offsets of a window, their average as shipped, and by quadrature.
+    /// Azimuthal lobes at five offsets of a window, their average in the model, and by quadrature.
     Windows {
         #[command(flatten)]
         incidence: Incidence,
-        /// What is averaged over: far (the whole width) or LO:HI, offsets in [-1, 1].
+        /// The window: far (the whole width) or LO:HI, offsets in [-1, 1].
         #[arg(long, default_value = "far", allow_hyphen_values = true, value_name = "far|LO:HI")]
         window: String,
         #[command(flatten)]
         out: Out,
     },
-    /// Error of the far field over the number of segments, the paper's and ours; --fiber all for the ten presets.
+    /// Error of the far field over the number of segments. `--fiber all` shows the ten presets.
     Error {
         #[command(flatten)]
         incidence: Incidence,
@@ -98,19 +90,30 @@ pub enum Command {
     },
 }
 
-/// Where pictures go.
+/// The files to write.
 #[derive(clap::Args)]
 pub struct Out {
-    /// File to write, .png or .svg; may be repeated. Default: both, in the folder `out`.
+    /// File to write, .png or .svg. May be repeated. Default: a .png and a .svg file in the folder `out`.
     #[arg(long = "out", value_name = "FILE")]
     files: Vec<PathBuf>,
 }
 
 impl Out {
-    /// Before any work: a bad name leaves no file behind.
+    /// Checks the names before any work.
     fn check(&self) -> Result<()> {
         check_names(&self.files)?;
         self.files.iter().try_for_each(|file| output::writable(file))
+    }
+
+    /// Draws a picture to the files, or to `out/NAME.png` and `out/NAME.svg`.
+    fn save(&self, picture: &impl Draw, name: &str) -> Result<()> {
+        let files = match &self.files[..] {
+            [] => vec![format!("out/{name}.png").into(), format!("out/{name}.svg").into()],
+            files => files.to_vec(),
+        };
+        save(picture, &files)?;
+        files.iter().for_each(|file| say!("wrote {}", file.display()));
+        Ok(())
     }
 }
 
@@ -128,67 +131,64 @@ impl Command {
     }
 }
 
-/// Runs it.
+/// Runs the command.
 pub fn run(command: &Command) -> Result<()> {
     command.out().check()?;
-    let written = match command {
+    match command {
         Command::Lobes { fiber, theta_o, h, model, out } => {
             Query::new([*theta_o, *h, 0.0, 0.0])?;
             let loaded = fiber.load()?;
-            let picture = lobes::Picture::new(&fiber.name(), &loaded, &model.load(&loaded)?, *theta_o, *h);
-            save(&picture, &out.files, &format!("{}-lobes", model.file(&fiber.name())?))?
+            let picture = lobes::Picture::new(&loaded, &model.load(&fiber.name(), &loaded)?, *theta_o, *h);
+            out.save(&picture, &format!("{}-lobes", model.file(&fiber.name())?))
         }
         Command::Profile { incidence: Incidence { fiber, theta_o }, model, out } => {
             Query::new([*theta_o, 0.0, 0.0, 0.0])?;
-            let panel = |f: &FiberArgs| -> Result<_> {
-                let loaded = f.load()?;
-                Ok(profile::Panel::new(&f.name(), &model.load(&loaded)?, *theta_o))
-            };
+            let panel =
+                |f: &FiberArgs| -> Result<_> { Ok(profile::Panel::new(&model.load(&f.name(), &f.load()?)?, *theta_o)) };
             let panels = each(fiber).iter().map(panel).collect::<Result<Vec<_>>>()?;
             let name = format!("{}-profile", model.file(&fiber.name())?);
-            save(&profile::Picture { panels, theta_o: *theta_o }, &out.files, &name)?
+            out.save(&profile::Picture { panels, theta_o: *theta_o }, &name)
         }
         Command::Medulla { table, photons, out } => {
-            save(&medulla::Picture::new(table.as_deref(), *photons)?, &out.files, "medulla")?
+            let (data, bytes) = table::load(table.as_deref())?;
+            out.save(&medulla::Picture::new(&data, bytes, *photons, &Terminal::new()), "medulla")
         }
         Command::Energy { incidence: Incidence { fiber, theta_o }, model, out } => {
             Query::new([*theta_o, 0.0, 0.0, 0.0])?;
-            let picture = energy::Picture::new(&fiber.name(), &model.load(&fiber.load()?)?, *theta_o);
-            save(&picture, &out.files, &format!("{}-energy", model.file(&fiber.name())?))?
+            let picture = energy::Picture::new(&model.load(&fiber.name(), &fiber.load()?)?, *theta_o);
+            out.save(&picture, &format!("{}-energy", model.file(&fiber.name())?))
         }
         Command::Models { incidence: Incidence { fiber, theta_o }, models, out } => {
             Query::new([*theta_o, 0.0, 0.0, 0.0])?;
             let loaded = fiber.load()?;
             let all: Vec<String> = ModelKind::ALL.iter().map(|kind| kind.name().to_owned()).collect();
             let names = if models.iter().any(|name| name == "all") { &all } else { models };
-            let load = |name: &String| ModelArgs { model: name.clone(), eta_m: None }.load(&loaded);
+            let load = |name: &String| ModelArgs { model: name.clone(), eta_m: None }.load(&fiber.name(), &loaded);
             let models = names.iter().map(load).collect::<Result<Vec<_>>>()?;
             let picture = models::Picture::new(&fiber.name(), &models, *theta_o);
-            save(&picture, &out.files, &format!("{}-models", fiber.name()))?
+            out.save(&picture, &format!("{}-models", fiber.name()))
         }
         Command::Windows { incidence: Incidence { fiber, theta_o }, window, out } => {
             Query::new([*theta_o, 0.0, 0.0, 0.0])?;
-            let window = Offsets::parse(window, 0.0)?;
-            let picture = windows::Picture::new(fiber.name(), &fiber.load()?, *theta_o, window)?;
-            save(&picture, &out.files, &format!("{}-windows", fiber.name()))?
+            let range = match Offsets::parse(window, 0.0)? {
+                Offsets::Range(low, high) if low < high => [low, high],
+                other => bail!("--window: {other} has no width; expected far or LO:HI, such as -0.5:0.25"),
+            };
+            let picture = windows::Picture::new(&fiber.name(), &fiber.load()?, *theta_o, range)?;
+            out.save(&picture, &format!("{}-windows", fiber.name()))
         }
         Command::Error { incidence: Incidence { fiber, theta_o }, out } => {
             Query::new([*theta_o, 0.0, 0.0, 0.0])?;
             let fibers = each(fiber)
                 .iter()
-                .map(|f| error::Errors::new(&f.load()?, *theta_o, error::PATHS))
+                .map(|f| Ok(error::Errors::new(&f.load()?, *theta_o, error::PATHS)?))
                 .collect::<Result<Vec<_>>>()?;
             let name = if fibers.len() > 1 { "the ten presets".to_owned() } else { fiber.name() };
             let picture = error::Picture { name, theta_o: *theta_o, fibers };
-            let files = save(&picture, &out.files, &format!("{}-error", fiber.name()))?;
             say!("{}", picture.table());
-            files
+            out.save(&picture, &format!("{}-error", fiber.name()))
         }
-    };
-    for path in written {
-        say!("wrote {}", path.display());
     }
-    Ok(())
 }
 
 /// The ten presets for `all`, else the one fibre.

@@ -1,23 +1,25 @@
-//! What an experiment is run with.
+//! What an experiment runs with: quality, folder and progress.
 
-use super::{Picture, Quality};
-use crate::output;
-use crate::plot::canvas::{self, Draw};
-use anyhow::Result;
+use crate::{Picture, Quality};
+use anyhow::{Context as _, Result};
+use std::cell::Cell;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use vellus_io::Progress;
+use vellus_plot::{Draw, save};
 
-/// Quality, folder, and whether to stop.
-pub struct Context {
+/// What an experiment runs with.
+pub(crate) struct Context<'a> {
+    /// How much work to put in.
     pub quality: Quality,
     folder: PathBuf,
     again: bool,
-    stop: Arc<AtomicBool>,
+    stop: &'a AtomicBool,
+    progress: &'a dyn Progress,
 }
 
-/// Ctrl-C: what an experiment returns that was stopped by it.
-#[derive(Debug)]
+/// The error of an experiment that was stopped.
+#[derive(Clone, Copy, Debug)]
 pub struct Interrupted;
 
 impl std::fmt::Display for Interrupted {
@@ -28,58 +30,91 @@ impl std::fmt::Display for Interrupted {
 
 impl std::error::Error for Interrupted {}
 
-impl Context {
-    pub(super) fn new(quality: Quality, folder: PathBuf, again: bool, stop: Arc<AtomicBool>) -> Self {
-        Context { quality, folder, again, stop }
+impl<'a> Context<'a> {
+    pub fn new(
+        quality: Quality,
+        folder: PathBuf,
+        again: bool,
+        stop: &'a AtomicBool,
+        progress: &'a dyn Progress,
+    ) -> Self {
+        Context { quality, folder, again, stop, progress }
     }
 
-    /// The experiment's own folder, which is there.
+    /// The folder of the experiment; it exists.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// A file in it.
+    /// The path of a file in the folder.
     pub fn path(&self, file: &str) -> PathBuf {
         self.folder.join(file)
     }
 
-    /// Checkpoints of an earlier run are not to be gone on from.
+    /// Whether to ignore checkpoints of an earlier run.
     pub fn again(&self) -> bool {
         self.again
     }
 
-    /// What Ctrl-C sets.
+    /// True once the experiment should stop.
     pub fn stop(&self) -> &AtomicBool {
-        &self.stop
+        self.stop
     }
 
-    /// Was Ctrl-C pressed?
-    pub fn interrupted(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
-    }
-
-    /// Between two steps.
+    /// Returns an error if the experiment should stop. Experiments call it between two steps.
     ///
     /// # Errors
-    /// [`Interrupted`] after Ctrl-C.
-    pub fn go_on(&self) -> Result<()> {
-        if self.interrupted() { Err(Interrupted.into()) } else { Ok(()) }
+    /// [`Interrupted`].
+    pub fn check_interrupted(&self) -> Result<()> {
+        if self.stop.load(Ordering::Relaxed) { Err(Interrupted.into()) } else { Ok(()) }
     }
 
-    /// A bar on standard error, if that is a terminal.
-    pub fn progress(&self, len: u64, what: &'static str) -> indicatif::ProgressBar {
-        output::progress(len, what)
+    /// A stage of `len` steps, whose progress is reported.
+    pub fn stage(&self, len: u64, what: &'static str) -> Stage<'_> {
+        self.progress.report(0.0, what);
+        Stage { progress: self.progress, len, what, done: Cell::new(0) }
     }
 
-    /// Writes a file into the folder.
+    /// Where progress is reported to.
+    pub fn progress(&self) -> &dyn Progress {
+        self.progress
+    }
+
+    /// Writes a file to the folder.
     pub fn write(&self, file: &str, bytes: &[u8]) -> Result<()> {
-        output::write(Some(&self.path(file)), bytes)
+        write(&self.path(file), bytes)
     }
 
     /// Draws a picture as NAME.png and NAME.svg.
     pub fn draw(&self, picture: &impl Draw, name: &str, caption: impl Into<String>) -> Result<Picture> {
         let (png, svg) = (format!("{name}.png"), format!("{name}.svg"));
-        canvas::save(picture, &[self.path(&png), self.path(&svg)], name)?;
+        save(picture, &[self.path(&png), self.path(&svg)])?;
         Ok(Picture::new(png, caption).also(svg))
     }
+}
+
+/// Progress of one stage of an experiment.
+pub(crate) struct Stage<'a> {
+    progress: &'a dyn Progress,
+    len: u64,
+    what: &'static str,
+    done: Cell<u64>,
+}
+
+impl Stage<'_> {
+    /// `count` more steps are done.
+    pub fn advance(&self, count: u64) {
+        self.set(self.done.get() + count);
+    }
+
+    /// `done` steps are done.
+    pub fn set(&self, done: u64) {
+        self.done.set(done.min(self.len));
+        self.progress.report(self.done.get() as f64 / self.len.max(1) as f64, self.what);
+    }
+}
+
+/// Writes a file as a whole or not at all.
+pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<()> {
+    vellus_io::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
 }

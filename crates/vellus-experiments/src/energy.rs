@@ -1,14 +1,14 @@
 //! Yan17 Table 3 and Sec. 4.3: how much light each model gives back, beside the whole fibre.
 
-use super::bars::Bars;
-use super::{Claim, Context, Outcome, Quality, Table, Verdict};
-use crate::reference::model_energies;
+use crate::context::Context;
+use crate::{Claim, Outcome, Quality, Table, Verdict};
 use anyhow::Result;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 use vellus::published::Published;
 use vellus::{Fiber, Lobe, Species, TableData, Tables};
-use vellus_models::ModelKind;
+use vellus_models::{ModelKind, energies as model_energies};
+use vellus_plot::bars::Bars;
 use vellus_sim::energies::{Offsets, energies};
 
 /// Offsets over which the published model is averaged: midpoints in asin h.
@@ -28,7 +28,7 @@ struct Row {
     others: Vec<f64>,
 }
 
-pub fn run(context: &Context) -> Result<Outcome> {
+pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let mut outcome = Outcome::new(
         "Scattered light leaves the fibre without reflection or refraction at the cuticle (Sec. 4.3); orders \
          beyond TRT are ignored (Sec. 4.2); the longitudinal integral of M_p is always 1 (Sec. 6); Table 3 gives \
@@ -43,20 +43,19 @@ pub fn run(context: &Context) -> Result<Outcome> {
     header.extend(others.iter().map(|kind| kind.name()));
     let mut table = Table::new("albedo", "Share of the light that leaves the fibre, over its whole width", &header);
     let mut rows = Vec::new();
-    let bar = context.progress((species.len() * inclinations.len()) as u64, "tracing fibres");
+    let stage = context.stage((species.len() * inclinations.len()) as u64, "tracing fibres");
     for &theta_o in inclinations {
         for &name in species {
-            context.go_on()?;
+            context.check_interrupted()?;
             let fiber = Fiber::preset(name);
             let row = row(&fiber, &data, theta_o, photons, &others)?;
             let numbers = [row.fiber, row.error, row.ours, row.eq20, row.table3];
             let cells = numbers.into_iter().chain(row.others.iter().copied()).map(|x| format!("{x:.4}"));
             table.row([name.to_string(), format!("{theta_o}°")].into_iter().chain(cells));
             rows.push((name, theta_o, row));
-            bar.inc(1);
+            stage.advance(1);
         }
     }
-    bar.finish_and_clear();
     outcome.tables.push(table);
     let normal = || rows.iter().filter(|(_, theta_o, _)| *theta_o == 0.0);
     let series = |name: &str, of: &dyn Fn(&Row) -> f64| (name.to_owned(), normal().map(|(_, _, r)| of(r)).collect());
@@ -93,8 +92,7 @@ pub fn run(context: &Context) -> Result<Outcome> {
 fn row(fiber: &Fiber, data: &TableData, theta_o: f64, photons: u64, others: &[ModelKind]) -> Result<Row> {
     let reference = energies(fiber, theta_o.to_radians(), Offsets::Whole, photons, 1, &|_| ())?;
     let total = |lobes: [[f64; 3]; 6]| lobes.iter().map(|lobe| lobe[0]).sum::<f64>();
-    let of =
-        |kind: ModelKind| -> Result<[[f64; 3]; 6]> { Ok(model_energies(&kind.model(fiber)?, theta_o, Offsets::Whole)) };
+    let of = |kind: ModelKind| -> Result<[[f64; 3]; 6]> { Ok(model_energies(&kind.model(fiber)?, theta_o, None)) };
     let ours = of(ModelKind::Vellus)?;
     let published = Published::new(fiber, data);
     let (mut eq20, mut table3, mut weights) = (0.0, 0.0, 0.0);
@@ -152,7 +150,7 @@ fn claims(outcome: &mut Outcome, quality: Quality, rows: &[(Species, f64, Row)])
 }
 
 /// What each model leaves of a white furnace: a red fox without absorption.
-fn furnaces(context: &Context, data: &TableData, outcome: &mut Outcome) -> Result<()> {
+fn furnaces(context: &Context<'_>, data: &TableData, outcome: &mut Outcome) -> Result<()> {
     let fiber = Fiber::preset(Species::RedFox).without_absorption();
     let header: Vec<String> =
         std::iter::once("model".to_owned()).chain(FURNACE.map(|theta| format!("θ_o {theta}°"))).collect();
@@ -161,10 +159,10 @@ fn furnaces(context: &Context, data: &TableData, outcome: &mut Outcome) -> Resul
         Table::new("furnace", "White furnace: what leaves a red fox without absorption, over its width", &header);
     let mut ours = 0.0f64;
     for &kind in ModelKind::ALL {
-        context.go_on()?;
+        context.check_interrupted()?;
         let model = kind.model(&fiber)?;
-        let white = FURNACE
-            .map(|theta_o| model_energies(&model, theta_o, Offsets::Whole).iter().map(|lobe| lobe[1]).sum::<f64>());
+        let white =
+            FURNACE.map(|theta_o| model_energies(&model, theta_o, None).iter().map(|lobe| lobe[1]).sum::<f64>());
         if kind == ModelKind::Vellus {
             ours = white.iter().fold(0.0, |a: f64, x| a.max((x - 1.0).abs()));
         }

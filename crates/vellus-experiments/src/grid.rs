@@ -1,11 +1,11 @@
 //! A fibre's profile over cells of θ and φ: traced photon by photon, and of a model.
 
-use super::sheet::DECADES;
 use anyhow::Result;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
 use vellus::Fiber;
 use vellus_models::{Directions, ModelKind};
+use vellus_plot::sheet::DECADES;
 use vellus_sim::profile::{Cells, profile};
 
 /// θ_o, degrees.

@@ -1,9 +1,10 @@
 //! Yan17 Fig. 10, and the 150 KB: how well and how small the medulla's tables are.
 
-use super::{Claim, Context, Outcome, Table, Verdict};
-use crate::plot::medulla;
+use crate::context::Context;
+use crate::{Claim, Outcome, Table, Verdict};
 use anyhow::Result;
 use vellus::{TableData, Tables};
+use vellus_plot::medulla;
 use vellus_sim::check::{ProfileError, TableKind, check_azimuthal, check_longitudinal, summary};
 
 /// The paper's grid: σ_ms, g, h or θ, directions; and its rank.
@@ -15,18 +16,19 @@ const BOUND: f64 = 0.03;
 
 const SEED: u64 = 7;
 
-pub fn run(context: &Context) -> Result<Outcome> {
+pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let mut outcome = Outcome::new(
         "Tensor decomposition of rank 16 compresses the simulated profiles C^M and C^N from more than 600 MB to \
          150 KB, and the compressed profiles have good matches over a wide range of parameters.",
     );
     let photons = context.quality.pick(4_000, 400_000, 8_000_000);
+    let data = TableData::from_bytes(Tables::SHIPPED)?;
+    let picture = medulla::Picture::new(&data, Tables::SHIPPED.len(), photons, context.progress());
     let caption = "Light scattered by the medulla, simulated (grey) and from the tables (coloured): around the \
      fibre (C^N, above) and along it (C^M, below), for a thin, a middling and a thick medulla, between the \
      tables' nodes.";
-    outcome.pictures.push(context.draw(&medulla::Picture::new(None, photons)?, "profiles", caption)?);
+    outcome.pictures.push(context.draw(&picture, "profiles", caption)?);
 
-    let data = TableData::from_bytes(Tables::SHIPPED)?;
     let mut sizes = Table::new("sizes", "The tables", &["table", "rank", "τ", "g", "h or θ", "angles", "bytes"]);
     let named = [("C^N", &data.azimuthal), ("C^M backward", &data.backward), ("C^M forward", &data.forward)];
     for (name, table) in named {
@@ -51,16 +53,15 @@ pub fn run(context: &Context) -> Result<Outcome> {
 
     let (profiles, photons) = context.quality.pick((2, 32_000), (10, 2_500_000), (40, 32_000_000));
     let mut errors: Vec<ProfileError> = Vec::new();
-    let bar = context.progress(2 * profiles, "simulating");
+    let stage = context.stage(2 * profiles, "simulating");
     for index in 0..profiles {
-        context.go_on()?;
+        context.check_interrupted()?;
         errors.push(check_azimuthal(&data, photons, SEED, index));
-        bar.inc(1);
-        context.go_on()?;
+        stage.advance(1);
+        context.check_interrupted()?;
         errors.extend(check_longitudinal(&data, photons, SEED, index));
-        bar.inc(1);
+        stage.advance(1);
     }
-    bar.finish_and_clear();
     let caption = format!(
         "L1 error against {profiles} simulations each at random parameters between the nodes, % of the profile"
     );

@@ -1,11 +1,12 @@
 //! One straight fibre under a microscope.
 
-use super::curves::{Axes, Curves};
-use super::shot::{Method, Shot, brightness};
-use super::{Context, Outcome, Table};
+use crate::context::Context;
+use crate::shot::{Method, Shot, brightness};
+use crate::{Outcome, Table};
 use anyhow::Result;
 use glam::{Mat3, Vec3, Vec4};
 use vellus::Fiber;
+use vellus_plot::curves::{Axes, Curves};
 use vellus_render::Film;
 use vellus_scene::{Basis, Camera, Light, Look, Scene, Strands};
 
@@ -55,7 +56,7 @@ pub struct Seen {
 
 /// Renders it.
 pub fn render(
-    context: &Context,
+    context: &Context<'_>,
     name: &str,
     scene: Scene,
     size: [usize; 2],
@@ -77,7 +78,7 @@ pub fn render(
 
 /// Shows brightness over h of several methods: a table and a chart.
 pub fn show(
-    context: &Context,
+    context: &Context<'_>,
     outcome: &mut Outcome,
     title: &str,
     series: Vec<(String, Vec<(f64, f64)>)>,

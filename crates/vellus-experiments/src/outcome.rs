@@ -1,51 +1,58 @@
-//! What an experiment found, and how it is kept.
+//! The outcome of an experiment, and its files.
 
-use super::Quality;
-use crate::output;
+use crate::Quality;
+use crate::context::write;
 use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// The file in an experiment's folder that says that it is finished.
+/// The file of the outcome. It is written last: an experiment that has it is finished.
 const FILE: &str = "result.json";
 
-/// The largest result that is read: 64 MiB. Those of paper quality have less than 1 MiB.
+/// The largest result that is read: 64 MiB. Results of paper quality have less than 1 MiB.
 const MOST_BYTES: u64 = 64 << 20;
 
-/// All that an experiment has to show. What it ran with is filled in by the frame.
+/// Everything that an experiment shows. [`run`](crate::run) fills in how it ran.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Outcome {
     /// Its name on the command line.
     pub name: String,
     /// The paper's figure or table: "Fig. 11", "Table 4".
     pub figure: String,
+    /// What it shows.
     pub title: String,
-    /// What the paper says, in a sentence or two of our own.
+    /// What the paper says, in our words.
     pub paper: String,
+    /// Its pictures.
     pub pictures: Vec<Picture>,
+    /// Its tables.
     pub tables: Vec<Table>,
+    /// What was claimed and what was measured.
     pub claims: Vec<Claim>,
     /// Paragraphs that a reader needs to judge the numbers.
     pub notes: Vec<String>,
-    /// How long the last run took; what an earlier one left is not in it.
+    /// Duration of the last run. Time that earlier, interrupted runs took is not included.
     pub seconds: f64,
+    /// How much work was put in.
     pub quality: Quality,
-    /// Of this program.
+    /// The version of this crate.
     pub version: String,
-    /// Threads it ran on, and of what processor.
+    /// Threads that it ran on.
     pub threads: usize,
+    /// The name of the processor.
     pub processor: String,
 }
 
 /// A picture in the experiment's folder.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Picture {
-    /// What the page shows: a PNG.
+    /// The PNG that the page shows.
     pub file: String,
-    /// The same in other formats.
+    /// Files with the same picture in other formats.
     pub also: Vec<String>,
+    /// The text below it.
     pub caption: String,
-    /// In one row with the picture before it, all of the row equally wide.
+    /// Is it in one row with the picture before it? Pictures of a row have the same width.
     pub beside: bool,
 }
 
@@ -55,82 +62,92 @@ impl Picture {
         Picture { file: file.into(), also: Vec::new(), caption: caption.into(), beside: false }
     }
 
-    /// In the row of the one before.
+    /// Puts it into the row of the picture before it.
     pub fn beside(self) -> Self {
         Picture { beside: true, ..self }
     }
 
-    /// Another format of it.
+    /// Adds a file with the same picture in another format.
     pub fn also(mut self, file: impl Into<String>) -> Self {
         self.also.push(file.into());
         self
     }
 }
 
-/// Numbers; the frame writes them as CSV too.
+/// A table. It is also written as CSV.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Table {
-    /// The CSV file's name without its end.
+    /// The name of the CSV file, without `.csv`.
     pub name: String,
+    /// The text above it.
     pub caption: String,
+    /// Names of the columns.
     pub header: Vec<String>,
+    /// Rows, with one cell for each column.
     pub rows: Vec<Vec<String>>,
 }
 
 impl Table {
-    /// An empty one.
+    /// A table without rows.
     pub fn new(name: &str, caption: impl Into<String>, header: &[&str]) -> Self {
         let header = header.iter().map(|&cell| cell.to_owned()).collect();
         Table { name: name.to_owned(), caption: caption.into(), header, rows: Vec::new() }
     }
 
-    /// A row more: as many cells as the header has.
+    /// Adds a row: one cell for each column.
     pub fn row<T: Into<String>>(&mut self, cells: impl IntoIterator<Item = T>) {
         self.rows.push(cells.into_iter().map(Into::into).collect());
     }
 }
 
-/// A statement of the paper, or of ours, beside what was measured.
+/// A claim of the paper, or of ours, and what was measured.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Claim {
+    /// The claim.
     pub what: String,
+    /// The value that it claims.
     pub expected: String,
+    /// The value that was measured.
     pub measured: String,
-    /// The number that decides, where there is one.
+    /// The number that decides, if there is one.
     pub value: Option<f64>,
+    /// Whether the claim holds.
     pub verdict: Verdict,
-    /// Why it is not judged; else empty, or a remark.
+    /// Why the claim is not judged; else a remark, or nothing.
     pub why: String,
 }
 
-/// Whether a claim holds here.
+/// Whether a claim holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Verdict {
+    /// It holds.
     #[serde(rename = "holds")]
     Holds,
-    /// Holds, and by more than was claimed.
+    /// It holds, and the measured value is better than the claimed one.
     #[serde(rename = "better")]
     Better,
+    /// It does not hold.
     #[serde(rename = "does not hold")]
     DoesNotHold,
+    /// It cannot be judged; [`Claim::why`] says why.
     #[serde(rename = "not judged")]
     NotJudged,
-    /// Too little work was put in to judge anything.
+    /// The quality is too low to judge claims.
     #[serde(rename = "not judged at this quality")]
     NotAtThisQuality,
 }
 
 impl Verdict {
-    /// All, as a summary counts them.
+    /// All verdicts, in the order of summaries.
     pub const ALL: [Verdict; 5] =
         [Verdict::Holds, Verdict::Better, Verdict::DoesNotHold, Verdict::NotJudged, Verdict::NotAtThisQuality];
 
-    /// In words.
+    /// The verdict in words.
     pub fn name(self) -> &'static str {
         ["holds", "better", "does not hold", "not judged", "not judged at this quality"][self as usize]
     }
 
-    /// "3 hold", "1 does not hold", with a word for many.
+    /// A count in words: "3 hold", "1 does not hold".
     pub fn count(self, n: usize) -> String {
         let name = match self {
             Verdict::Holds if n != 1 => "hold",
@@ -217,9 +234,9 @@ impl Outcome {
             let mut csv = csv::Writer::from_writer(Vec::new());
             csv.write_record(&table.header)?;
             table.rows.iter().try_for_each(|row| csv.write_record(row))?;
-            output::write(Some(&folder.join(format!("{}.csv", table.name))), &csv.into_inner()?)?;
+            write(&folder.join(format!("{}.csv", table.name)), &csv.into_inner()?)?;
         }
-        output::write(Some(&folder.join(FILE)), &serde_json::to_vec_pretty(self)?)
+        write(&folder.join(FILE), &serde_json::to_vec_pretty(self)?)
     }
 
     /// Nothing is shown that is not there, and no number is missing.

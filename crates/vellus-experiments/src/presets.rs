@@ -1,6 +1,6 @@
 //! Yan17 Table 4 beside the presets.
 
-use super::{Claim, Outcome, Table, Verdict};
+use crate::{Claim, Outcome, Table, Verdict};
 use anyhow::{Context, Result};
 use vellus::{Fiber, Species};
 

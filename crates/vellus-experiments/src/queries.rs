@@ -1,13 +1,14 @@
 //! The model of 2015 as a baseline (Yan17 Sec. 7): what a query of each model costs.
 
-use super::bars::Bars;
-use super::{Claim, Context, Outcome, Table, Verdict};
+use crate::context::Context;
+use crate::{Claim, Outcome, Table, Verdict};
 use anyhow::Result;
 use glam::Vec3;
 use std::hint::black_box;
 use std::time::Instant;
 use vellus::{Bcsdf, Fiber, Model, Sample, Scattering, Species, Window};
 use vellus_models::{Chiang2016, DEon2011, KajiyaKay1989, Marschner2003, Yan2015, ZinkeWeber2007};
+use vellus_plot::bars::Bars;
 
 /// Different queries, so that no branch is foretold.
 const QUERIES: usize = 1024;
@@ -80,7 +81,7 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-pub fn run(context: &Context) -> Result<Outcome> {
+pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let mut outcome = Outcome::new(
         "The near field is evaluated twice as fast as Yan et al. 2015, whose paths are traced implicitly (frames \
          of the hair lock, Fig. 15b); far field and multi-scale, which integrate, are slower than the near field \
@@ -107,9 +108,9 @@ pub fn run(context: &Context) -> Result<Outcome> {
     ];
     let rounds = context.quality.pick(3, 301, 3001);
     let mut times = vec![[const { Vec::new() }; 3]; timers.len()];
-    let bar = context.progress(rounds, "timing");
+    let stage = context.stage(rounds, "timing");
     for round in 0..rounds {
-        context.go_on()?;
+        context.check_interrupted()?;
         // In turns, so that what else the machine does meets all alike; the first round only warms up.
         for ((_, timer), times) in timers.iter().zip(&mut times) {
             let all = timer();
@@ -117,9 +118,8 @@ pub fn run(context: &Context) -> Result<Outcome> {
                 times.iter_mut().zip(all).for_each(|(times, ns)| times.push(ns));
             }
         }
-        bar.inc(1);
+        stage.advance(1);
     }
-    bar.finish_and_clear();
     let medians: Vec<[f64; 3]> = times.into_iter().map(|t| t.map(median)).collect();
     let header = ["model", OPERATIONS[0], OPERATIONS[1], OPERATIONS[2], "to ours, near"];
     let caption = format!(

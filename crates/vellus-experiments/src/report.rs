@@ -1,30 +1,19 @@
 //! One static page of all that was found: index.html in the folder of the experiments.
 
-use super::list::EXPERIMENTS;
-use super::{Claim, Outcome, Picture, Quality, Table, Verdict};
-use crate::output;
+use crate::context::write;
+use crate::list::EXPERIMENTS;
+use crate::{Claim, Outcome, Picture, Quality, Table, Verdict};
 use anyhow::Result;
 use std::path::Path;
+use vellus_plot::html::{self, escaped};
 
-/// The page's style: it needs nothing from elsewhere.
-const STYLE: &str = "body{font:16px/1.5 sans-serif;max-width:1300px;margin:2em auto;padding:0 1em;color:#222}\
-    h1{margin-bottom:.2em}h2{margin-top:2.2em;padding-top:.6em;border-top:2px solid #222}h2 span{color:#777;font-weight:normal}\
-    table{border-collapse:collapse;margin:1em 0}td,th{padding:.25em .8em;text-align:right;border-bottom:1px solid #ddd;vertical-align:top}\
-    td:first-child,th:first-child,.claims td,.claims th{text-align:left}th{border-bottom:2px solid #bbb}caption{text-align:left;color:#555;\
-    padding-bottom:.3em}.wide{overflow-x:auto}.row{display:flex;gap:1em;align-items:flex-start;margin:1em 0}figure{margin:0;flex:1 1 0;\
-    min-width:0}.row>figure:only-child{flex:0 1 auto}img{max-width:100%;height:auto;border:1px solid #eee}figcaption,small{color:#555;\
-    font-size:.9em}.v{white-space:nowrap;font-weight:bold}.v0{color:#1a6e2e}.v1{color:#1f5fa8}.v2{color:#b3261e}.v3,.v4{color:#777}\
-    .warning{background:#fff3cd;padding:.5em 1em;margin:.5em 0}nav a{margin-right:1em;white-space:nowrap}a{color:#1f5fa8}";
-
-/// Writes it from all results there are.
-pub fn write(folder: &Path) -> Result<()> {
+/// Writes `index.html` in the folder of all experiments, from the outcomes in it.
+///
+/// # Errors
+/// Why the page cannot be written.
+pub fn write_report(folder: &Path) -> Result<()> {
     let found: Vec<Outcome> = EXPERIMENTS.iter().filter_map(|e| Outcome::read(&folder.join(e.name))).collect();
-    output::write(Some(&folder.join("index.html")), page(&found).as_bytes())
-}
-
-/// Text as HTML shows it.
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    write(&folder.join("index.html"), page(&found).as_bytes())
 }
 
 /// The verdict in its colour.
@@ -51,7 +40,7 @@ fn page(found: &[Outcome]) -> String {
         let not_all = if below.len() == found.len() { "All of this is".to_owned() } else { below.join(", ") + ":" };
         warnings.push(format!("{not_all} below paper quality; each section says at which."));
     }
-    let warnings: String = warnings.iter().map(|w| format!("<p class=\"warning\">{}</p>\n", escaped(w))).collect();
+    let warnings = html::warnings(&warnings);
     let links: String =
         found.iter().map(|o| format!("<a href=\"#{}\">{}</a>\n", o.name, escaped(&heading(o)))).collect();
     let summary: String = found
@@ -64,15 +53,16 @@ fn page(found: &[Outcome]) -> String {
         .collect();
     let sections: String = found.iter().map(section).collect();
     let version = env!("CARGO_PKG_VERSION");
-    format!(
-        "<!doctype html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
-         <title>The paper, reproduced</title><style>{STYLE}</style></head>\n<body>\n<h1>The paper, reproduced</h1>\n\
-         <p>L.-Q. Yan, H. W. Jensen, R. Ramamoorthi 2017, <i>An Efficient and Practical Near and Far Field Fur Reflectance Model</i>: its \
-         figures and tables made again by vellus {version}, and what they claim measured.</p>\n{warnings}<nav>{links}</nav>\n\
-         <h2>What holds</h2>\n<p>{}</p>\n<div class=\"wide\"><table class=\"claims\">\n<tr><th></th><th>claim</th><th>expected</th>\
-         <th>measured here</th><th></th></tr>\n{summary}</table></div>\n{sections}</body>\n</html>\n",
+    let body = format!(
+        "<p>L.-Q. Yan, H. W. Jensen, R. Ramamoorthi 2017, <i>An Efficient and Practical Near and Far Field Fur \
+         Reflectance Model</i>: its figures and tables reproduced with vellus {version}, and its claims \
+         measured.</p>\n{warnings}<nav>{links}</nav>\n\
+         <h2>What holds</h2>\n<p>{}</p>\n<div class=\"wide\"><table class=\"claims\">\n\
+         <tr><th></th><th>claim</th><th>expected</th><th>measured here</th><th></th></tr>\n\
+         {summary}</table></div>\n{sections}",
         counts.join(" · ")
-    )
+    );
+    html::page("The paper, reproduced", &body)
 }
 
 /// "Fig. 11: The ten species".

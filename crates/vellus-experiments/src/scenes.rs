@@ -1,6 +1,7 @@
 //! Yan17 Table 5: how large the scenes are.
 
-use super::{Claim, Context, Outcome, Quality, Table, Verdict};
+use crate::context::Context;
+use crate::{Claim, Outcome, Quality, Table, Verdict};
 use anyhow::{Context as _, Result};
 use vellus_groom::{bytes, measure, scene};
 use vellus_render::World;
@@ -18,7 +19,7 @@ const TABLE_5: [(&str, &str, usize, usize); 5] = [
 /// Of the strands, in the small scenes; the lock is built whole.
 const SHARE: usize = 40;
 
-pub fn run(context: &Context) -> Result<Outcome> {
+pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let mut outcome = Outcome::new(
         "Table 5 lists five scenes of 1,000 to 580,000 strands with 9 to 210 line segments each, without their \
          memory. The models were not published: ours are made by code, with the counts of the paper and looks of \
@@ -47,9 +48,9 @@ pub fn run(context: &Context) -> Result<Outcome> {
     );
     let (mut worst, mut per_segment) = (Vec::new(), 0.0f64);
     let built: &[_] = context.quality.pick(&[TABLE_5[0], TABLE_5[4]], &TABLE_5, &TABLE_5);
-    let bar = context.progress(built.len() as u64, "building scenes");
+    let stage = context.stage(built.len() as u64, "building scenes");
     for &(name, figure, strands, segments) in built {
-        context.go_on()?;
+        context.check_interrupted()?;
         let scale = if whole || name == "hair-lock" { 1 } else { SHARE };
         let scene = scene(name, scale > 1).with_context(|| format!("there is no scene {name}"))?;
         let fur = scene.strands.first().with_context(|| format!("{name} has no strands"))?;
@@ -79,9 +80,8 @@ pub fn run(context: &Context) -> Result<Outcome> {
             format!("{:.2}", measures.lengths[1]),
             format!("{thin:.0} to {thick:.0}"),
         ]);
-        bar.inc(1);
+        stage.advance(1);
     }
-    bar.finish_and_clear();
     outcome.tables.push(table);
     let measured = if worst.is_empty() { format!("the same, all {}", built.len()) } else { worst.join("; ") };
     let mut counts = Claim::new(

@@ -1,14 +1,15 @@
 //! Yan17 Sec. 5.1, Segmentation, and the Appendix: how many segments a far field takes.
 
-use super::{Claim, Context, Outcome, Picture, Quality, Table, Verdict};
-use crate::plot::error::{self, Errors, PATHS, SEGMENTS, SHIPPED};
-use crate::plot::windows;
-use crate::query::{Offsets, direction};
+use crate::context::Context;
+use crate::{Claim, Outcome, Picture, Quality, Table, Verdict};
 use anyhow::Result;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 use vellus::oracle::Oracle;
 use vellus::{Bcsdf, Fiber, Species, TableData, Tables, Window};
+use vellus_models::direction;
+use vellus_plot::error::{self, Errors, PATHS, SEGMENTS, SHIPPED};
+use vellus_plot::windows;
 
 /// Azimuths at which scattered lobes are compared, and points of their quadrature.
 const AZIMUTHS: usize = 360;
@@ -17,7 +18,7 @@ const POINTS: usize = 400;
 /// Segments of the scattered lobes: the paper's everywhere, in its fits, and as many as of the others.
 const SCATTERED: [usize; 3] = [4, 5, 8];
 
-pub fn run(context: &Context) -> Result<Outcome> {
+pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let mut outcome = Outcome::new(
         "A far field is the sum of n segments on each side of h = 0, at h = √(i/n), each linear in h and \
          integrated in closed form (Eq. 24, 25, Appendix). Five are said to be enough in most practical \
@@ -48,11 +49,11 @@ pub fn run(context: &Context) -> Result<Outcome> {
         &header,
     );
     let mut rows: Vec<[f64; 8]> = Vec::new();
-    let bar = context.progress((species.len() * inclinations.len()) as u64, "segments");
+    let stage = context.stage((species.len() * inclinations.len()) as u64, "segments");
     for (i, &theta_o) in inclinations.iter().enumerate() {
         let mut fibers = Vec::new();
         for &name in species {
-            context.go_on()?;
+            context.check_interrupted()?;
             let fiber = Fiber::preset(name);
             let errors = Errors::new(&fiber, theta_o, paths)?;
             let [four, _, eight, shipped] = scattered(&fiber, theta_o)?;
@@ -63,7 +64,7 @@ pub fn run(context: &Context) -> Result<Outcome> {
             table.row([name.to_string(), format!("{theta_o:.1}°")].into_iter().chain(cells));
             rows.push(row);
             fibers.push(errors);
-            bar.inc(1);
+            stage.advance(1);
         }
         if i == 0 {
             let name = if species.len() > 1 { "the ten presets".to_owned() } else { species[0].to_string() };
@@ -71,7 +72,6 @@ pub fn run(context: &Context) -> Result<Outcome> {
             outcome.pictures.push(context.draw(&error::Picture { name, theta_o, fibers }, "error", caption)?);
         }
     }
-    bar.finish_and_clear();
     outcome.tables.push(table);
     // It takes as long as all else together, at smoke quality.
     if context.quality != Quality::Smoke {
@@ -109,9 +109,9 @@ pub fn run(context: &Context) -> Result<Outcome> {
 }
 
 /// What a far field averages (Yan17 Fig. 12a).
-fn averages(context: &Context) -> Result<Picture> {
+fn averages(context: &Context<'_>) -> Result<Picture> {
     let fiber = Fiber::preset(Species::Raccoon);
-    let picture = windows::Picture::new("raccoon".to_owned(), &fiber, 20.0, Offsets::Range(-1.0, 1.0))?;
+    let picture = windows::Picture::new("raccoon", &fiber, 20.0, [-1.0, 1.0])?;
     let caption = "What a far field averages (Fig. 12a): the near field at five offsets, its average as shipped, \
      and by quadrature.";
     context.draw(&picture, "windows", caption)

@@ -1,8 +1,7 @@
 //! A part of a picture, rendered by several methods: each method's converged picture, its error over the samples, its time.
 
-use super::Context;
-use crate::model_args::{set_model, set_published};
-use crate::output;
+use crate::context::{Context, write};
+use crate::cpu_time;
 use anyhow::{Context as _, Result, anyhow};
 use std::ops::Range;
 use std::time::{Duration, Instant};
@@ -51,7 +50,7 @@ const MEASURED: u32 = 7;
 
 /// A scene ready for rays, and which part of its picture is rendered.
 pub struct Shot<'c> {
-    context: &'c Context,
+    context: &'c Context<'c>,
     name: String,
     world: World,
     size: [usize; 2],
@@ -93,7 +92,7 @@ impl Point {
 
 impl<'c> Shot<'c> {
     /// `crop` is left, top, width and height in a picture of `size`.
-    pub fn new(context: &'c Context, name: &str, scene: Scene, size: [usize; 2], crop: [usize; 4]) -> Result<Self> {
+    pub fn new(context: &'c Context<'c>, name: &str, scene: Scene, size: [usize; 2], crop: [usize; 4]) -> Result<Self> {
         let world = World::new(scene)?;
         Ok(Shot { context, name: name.to_owned(), world, size, crop, layers: vec![Layer::Beauty] })
     }
@@ -130,20 +129,19 @@ impl<'c> Shot<'c> {
 
     /// Has the strands scatter by a method's model.
     fn choose(&mut self, method: Method) -> Result<()> {
-        if method.published {
-            return set_published(&mut self.world);
-        }
-        set_model(&mut self.world, method.model, method.eta_m)
+        let Method { model: kind, eta_m, published, .. } = method;
+        vellus_render_models::Method { kind, eta_m, original_sampling: published }.apply(&mut self.world)?;
+        Ok(())
     }
 
     /// Adds samples; the processor time it took.
     fn add(&self, settings: &Settings, film: &mut Film, samples: Range<u64>) -> Result<f64> {
         let statistics = Statistics::default();
-        let before = output::cpu_time().context("this system does not tell processor time")?;
+        let before = cpu_time().context("this system does not tell processor time")?;
         if !self.world.render(settings, film, samples, &statistics, self.context.stop()) {
-            self.context.go_on()?;
+            self.context.check_interrupted()?;
         }
-        Ok((output::cpu_time().unwrap_or_default() - before).as_secs_f64())
+        Ok((cpu_time().unwrap_or_default() - before).as_secs_f64())
     }
 
     /// A picture of so many samples, in passes, kept in the experiment's folder: where it was interrupted it goes on, and what is done is
@@ -167,8 +165,8 @@ impl<'c> Shot<'c> {
         {
             part = Part { planned: samples, ..kept };
         }
-        let bar = self.context.progress(samples, "rendering");
-        bar.set_position(part.samples.end);
+        let stage = self.context.stage(samples, "rendering");
+        stage.set(part.samples.end);
         let (mut kept, mut pass) = (Instant::now(), 1);
         while part.samples.end < samples {
             let next = part.samples.end..samples.min(part.samples.end + pass);
@@ -178,15 +176,14 @@ impl<'c> Shot<'c> {
                 part.samples.end = next.end;
             }
             if part.samples.end == samples || added.is_err() || kept.elapsed() > KEEP {
-                output::write(Some(&file), &part.to_bytes())?;
+                write(&file, &part.to_bytes())?;
                 kept = Instant::now();
             }
             added?;
             let each = start.elapsed().as_secs_f64() / (next.end - next.start) as f64;
             pass = ((PASS / each) as u64).clamp(1, 4 * pass);
-            bar.set_position(part.samples.end);
+            stage.set(part.samples.end);
         }
-        bar.finish_and_clear();
         Ok(part.film)
     }
 
@@ -208,7 +205,7 @@ impl<'c> Shot<'c> {
         let mut found: Vec<(Vec<Point>, Film)> = methods.iter().map(|_| (Vec::new(), self.empty())).collect();
         let mut times = vec![0.0; methods.len()];
         let mut from = 0;
-        let bar = self.context.progress(most, "measuring");
+        let stage = self.context.stage(most, "measuring");
         while from < most {
             let to = if from == 0 { 1 } else { (2 * from).min(most) };
             for (i, (method, converged)) in methods.iter().enumerate() {
@@ -219,9 +216,8 @@ impl<'c> Shot<'c> {
                 points.push(converged.error(film, times[i]));
             }
             from = to;
-            bar.set_position(to);
+            stage.set(to);
         }
-        bar.finish_and_clear();
         Ok(found)
     }
 

@@ -1,13 +1,14 @@
 //! Yan17 Fig. 11 and Table 4: the profiles of ten species.
 
-use super::grid::{Errors, Grid, THETA_O, errors};
-use super::presets::presets;
-use super::sheet::{DECADES, Sheet};
-use super::{Claim, Context, Outcome, Table, Verdict};
+use crate::context::Context;
+use crate::grid::{Errors, Grid, THETA_O, errors};
+use crate::presets::presets;
+use crate::{Claim, Outcome, Table, Verdict};
 use anyhow::Result;
 use vellus::published::Published;
 use vellus::{Fiber, Species, TableData, Tables};
 use vellus_models::ModelKind;
+use vellus_plot::sheet::{DECADES, Sheet};
 
 /// NRMSE of the fits to measured fibres in Table 4, %: of the model of 2015 and of 2017.
 const FITS: [(f64, f64); 10] = [
@@ -23,7 +24,7 @@ const FITS: [(f64, f64); 10] = [
     (19.3, 16.1),
 ];
 
-pub fn run(context: &Context) -> Result<Outcome> {
+pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let mut outcome = Outcome::new(
         "Fits of the five-lobe model to measured fibres of ten species have an NRMSE of 4.7 to 16.1 %, lower \
          than those of the model of 2015 for eight of the ten (Table 4, Fig. 11).",
@@ -52,9 +53,9 @@ pub fn run(context: &Context) -> Result<Outcome> {
      same thing";
     let mut table = Table::new("errors", caption, &header);
     let (mut fibers, mut all) = (Vec::new(), Vec::new());
-    let bar = context.progress(species.len() as u64, "tracing fibres");
+    let stage = context.stage(species.len() as u64, "tracing fibres");
     for &name in species {
-        context.go_on()?;
+        context.check_interrupted()?;
         let fiber = Fiber::preset(name);
         let halves = [1, 2].map(|seed| grid.traced(&fiber, photons, seed));
         let [a, b] = halves;
@@ -74,9 +75,8 @@ pub fn run(context: &Context) -> Result<Outcome> {
         table.row(std::iter::once(name.to_string()).chain(cells).chain(fits));
         all.push([e, l, y]);
         fibers.push((name.to_string(), vec![traced, yan2015, ours]));
-        bar.inc(1);
+        stage.advance(1);
     }
-    bar.finish_and_clear();
     let sheet = Sheet {
         title: format!(
             "f·cos θ_i over φ (across) and θ_i (up), degrees, light from θ_o = {THETA_O}°; log scale, {DECADES} \

@@ -7,7 +7,7 @@
 //! the halves' differences, (A₁ − B₁)·(A₂ − B₂), has the mean |A − B|² without the variance that the square of one
 //! difference has. What remains is that the mean of a noisy L* is less than the L* of the mean: of both pictures alike.
 
-use super::{Claim, Verdict};
+use crate::{Claim, Verdict};
 use vellus_render::{Film, Layer};
 
 /// A difference that is just noticeable: ΔE*ab of 2.3 (Mahy, Van Eycken and Oosterlinck 1994).

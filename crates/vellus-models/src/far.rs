@@ -41,7 +41,7 @@ impl Directions {
             thetas: thetas.into_iter().map(f64::to_radians).collect(),
             phis: phis.into_iter().map(|x| x.to_radians() as f32).collect(),
             places,
-            vectors: angles.iter().map(|&[theta, phi]| unit(theta, phi)).collect(),
+            vectors: angles.iter().map(|&[theta, phi]| direction(theta, phi)).collect(),
         }
     }
 
@@ -61,8 +61,8 @@ impl Directions {
     }
 }
 
-/// Unit vector at θ and φ in degrees.
-pub(crate) fn unit(theta: f64, phi: f64) -> Vec3 {
+/// The unit vector with inclination `theta` and azimuth `phi`, degrees; x runs from root to tip, φ = 0 is +y.
+pub fn direction(theta: f64, phi: f64) -> Vec3 {
     let ((st, ct), (sp, cp)) = (theta.to_radians().sin_cos(), phi.to_radians().sin_cos());
     Vec3::new(st as f32, (ct * cp) as f32, (ct * sp) as f32)
 }

@@ -3,7 +3,7 @@
 use crate::chiang::Chiang2016;
 use crate::deon::DEon2011;
 use crate::error::Error;
-use crate::far::{Directions, average, unit};
+use crate::far::{Directions, average, direction};
 use crate::kajiya_kay::KajiyaKay1989;
 use crate::marschner::Marschner2003;
 use crate::yan2015::Yan2015;
@@ -127,7 +127,7 @@ models! {
 impl AnyModel {
     /// f·cos θᵢ averaged over the whole width for ω_o at `theta_o` degrees in [−90, 90] and φ = 0, RGB, one for each direction.
     pub fn far_field(&self, theta_o: f64, directions: &Directions, out: &mut [[f32; 3]]) {
-        let wo = unit(theta_o, 0.0);
+        let wo = direction(theta_o, 0.0);
         match self {
             AnyModel::Chiang2016(m) => average(|h| m.at(wo, Window::near(h)), &[], directions, out),
             AnyModel::ZinkeWeber2007(m) => average(|h| m.at(wo, Window::near(h)), &[], directions, out),

@@ -30,6 +30,7 @@
 mod azimuthal;
 pub mod chiang;
 pub mod deon;
+mod energies;
 mod entry;
 mod error;
 mod factored;
@@ -44,9 +45,10 @@ pub mod zinke_weber;
 
 pub use chiang::Chiang2016;
 pub use deon::DEon2011;
+pub use energies::energies;
 pub use error::Error;
 pub use factored::Factored;
-pub use far::Directions;
+pub use far::{Directions, direction};
 pub use kajiya_kay::KajiyaKay1989;
 pub use kind::{AnyHit, AnyModel, ModelKind};
 pub use marschner::Marschner2003;

@@ -1,21 +1,22 @@
-//! Groups of bars: one number for each of several things in several cases.
+//! Groups of bars: one number for each of several series in several groups.
 
-use crate::plot::canvas::{Draw, LOBE_COLORS, Mark, font, legend, titled};
-use anyhow::Result;
+use crate::Result;
+use crate::canvas::{Draw, LOBE_COLORS, Mark, font, legend, titled};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// A chart of bars from 0.
 pub struct Bars {
+    /// The title.
     pub title: String,
-    /// What the height is.
+    /// Label of the vertical axis.
     pub unit: String,
-    /// Under the axis.
+    /// Labels under the horizontal axis.
     pub groups: Vec<String>,
-    /// Name, and a height in each group.
+    /// Name and one height for each group.
     pub series: Vec<(String, Vec<f64>)>,
-    /// Digits of the numbers over the bars; without, there are none.
+    /// Decimals of the numbers above the bars; without it, the bars have no numbers.
     pub digits: Option<usize>,
 }
 
@@ -28,7 +29,7 @@ impl Draw for Bars {
     where
         DB::ErrorType: 'static,
     {
-        // One thing alone needs no black to stand out.
+        // The first series is black to stand out; a single one need not.
         let first = if self.series.len() == 1 { LOBE_COLORS[0] } else { BLACK };
         let colors: Vec<RGBColor> =
             [first].into_iter().chain(LOBE_COLORS).chain([RGBColor(150, 150, 150)]).take(self.series.len()).collect();

@@ -1,25 +1,27 @@
-//! Drawing once, for both file formats, with a font of our own: no system fonts needed.
+//! Drawing to PNG and SVG with one description, and with a font of the library.
 
-use super::smooth::{Enlarged, SCALE, average};
-use crate::output;
-use anyhow::{Context, Result, anyhow};
+use crate::smooth::{Enlarged, SCALE, average};
+use crate::{Error, Result, failure};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::register_font;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::path::PathBuf;
 
-/// A picture that any back end can draw.
+/// A picture that can be drawn to any file format.
 pub trait Draw {
     /// Width and height in pixels.
     fn size(&self) -> (u32, u32);
     /// Draws on a white area of that size.
+    ///
+    /// # Errors
+    /// Those of the drawing library, and of what the picture computes meanwhile.
     fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Result<()>
     where
         DB::ErrorType: 'static;
 }
 
-/// The lobes' colours (Tol's bright scheme, which colour-blind readers can tell apart).
+/// Colours of the six lobes: Tol's bright scheme, which colour-blind readers can tell apart.
 pub const LOBE_COLORS: [RGBColor; 6] = [
     RGBColor(0x44, 0x77, 0xaa),
     RGBColor(0x66, 0xcc, 0xee),
@@ -29,15 +31,18 @@ pub const LOBE_COLORS: [RGBColor; 6] = [
     RGBColor(0xaa, 0x33, 0x77),
 ];
 
-/// The lobes' names as a reader of the paper knows them.
+/// Names of the six lobes, as in the paper.
 pub const LOBE_LABELS: [&str; 6] = ["R", "TT", "TRT", "TTˢ", "TRTˢ", "rest"];
 
-/// Text of that height.
+/// The style of text `size` pixels high.
 pub fn font(size: f64) -> TextStyle<'static> {
     ("sans-serif", size).into_font().color(&BLACK)
 }
 
-/// Writes a title at the top; the area below it.
+/// Writes a title at the top, and returns the area below it.
+///
+/// # Errors
+/// Those of the drawing library.
 pub fn titled<DB: DrawingBackend>(
     area: &DrawingArea<DB, Shift>,
     title: &str,
@@ -53,14 +58,20 @@ where
     Ok(rest)
 }
 
-/// What stands beside a legend's text.
+/// The symbol beside a legend's text.
 pub enum Mark {
+    /// A short line.
     Line(ShapeStyle),
+    /// A dot.
     Circle(ShapeStyle),
+    /// No symbol.
     Nothing,
 }
 
-/// Writes a legend in one row at the top, clear of all curves; the area below it.
+/// Writes a legend in one row at the top, and returns the area below it.
+///
+/// # Errors
+/// Those of the drawing library.
 pub fn legend<DB: DrawingBackend>(
     area: &DrawingArea<DB, Shift>,
     entries: &[(String, Mark)],
@@ -92,25 +103,28 @@ where
     Ok(rest)
 }
 
-/// Refuses names of files that [`save`] cannot write.
+/// Checks that all names end in .png or .svg.
+///
+/// # Errors
+/// [`Error::Extension`] for the first one that does not.
 pub fn check_names(files: &[PathBuf]) -> Result<()> {
-    files.iter().try_for_each(|file| output::check_extension(file, &["png", "svg"]))
+    let known = |file: &PathBuf| file.extension().is_some_and(|e| e == "png" || e == "svg");
+    files.iter().find(|file| !known(file)).map_or(Ok(()), |file| Err(Error::Extension(file.clone())))
 }
 
-/// Saves to `files`, or to `out/NAME.png` and `out/NAME.svg` where there are none.
-pub fn save(picture: &impl Draw, files: &[PathBuf], name: &str) -> Result<Vec<PathBuf>> {
-    let files = match files {
-        [] => vec![format!("out/{name}.png").into(), format!("out/{name}.svg").into()],
-        files => files.to_vec(),
-    };
-    check_names(&files)?;
-    register_font("sans-serif", FontStyle::Normal, include_bytes!("../../assets/DejaVuSans-subset.ttf"))
-        .map_err(|_| anyhow!("the embedded font is broken"))?;
-    for file in &files {
+/// Draws a picture to files, in the formats that their names end in.
+///
+/// # Errors
+/// [`check_names`], those of [`Draw::draw`], and [`Error::Write`].
+pub fn save(picture: &impl Draw, files: &[PathBuf]) -> Result<()> {
+    check_names(files)?;
+    register_font("sans-serif", FontStyle::Normal, include_bytes!("../assets/DejaVuSans-subset.ttf"))
+        .map_err(|_| Error::Draw("the embedded font is broken".to_owned()))?;
+    for file in files {
         let bytes = if file.extension().is_some_and(|e| e == "png") { png(picture)? } else { svg(picture)? };
-        output::write(Some(file), &bytes)?;
+        failure::write(file, &bytes)?;
     }
-    Ok(files)
+    Ok(())
 }
 
 fn png(picture: &impl Draw) -> Result<Vec<u8>> {
@@ -128,7 +142,7 @@ fn png(picture: &impl Draw) -> Result<Vec<u8>> {
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
-    encoder.write_header().context("PNG")?.write_image_data(&pixels).context("PNG")?;
+    encoder.write_header()?.write_image_data(&pixels)?;
     Ok(bytes)
 }
 

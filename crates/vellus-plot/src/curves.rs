@@ -1,26 +1,31 @@
 //! Curves on two axes.
 
-use crate::plot::canvas::{Draw, LOBE_COLORS, Mark, font, legend, titled};
-use anyhow::Result;
+use crate::Result;
+use crate::canvas::{Draw, LOBE_COLORS, Mark, font, legend, titled};
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::ValueFormatter;
 use plotters::prelude::*;
 
-/// How both axes are divided.
+/// The scale of both axes.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Axes {
-    /// Evenly; y from 0.
+    /// Linear; y starts at 0.
     Linear,
-    /// By logarithms; what is not positive is left out.
+    /// Logarithmic; values that are not positive are left out.
     Logarithmic,
 }
 
 /// Named curves.
 pub struct Curves {
+    /// The title.
     pub title: String,
+    /// Label of the horizontal axis.
     pub x: String,
+    /// Label of the vertical axis.
     pub y: String,
+    /// The scale of both axes.
     pub axes: Axes,
+    /// Names and points.
     pub series: Vec<(String, Vec<(f64, f64)>)>,
 }
 
@@ -57,7 +62,7 @@ impl Draw for Curves {
 }
 
 impl Curves {
-    /// What is seen of a curve.
+    /// The points of a curve that the axes can show.
     fn points(&self, k: usize) -> impl Iterator<Item = (f64, f64)> {
         let all = self.axes == Axes::Linear;
         self.series[k].1.iter().copied().filter(move |p| all || p.0 > 0.0 && p.1 > 0.0)

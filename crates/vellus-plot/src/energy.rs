@@ -1,14 +1,13 @@
-//! Where the light goes: each lobe's energy over the fibre's width and over inclination.
+//! Energy of each lobe over the fibre's width, and over inclination.
 
-use super::canvas::{Draw, LOBE_COLORS, LOBE_LABELS, font, titled};
-use crate::model_args::Named;
-use crate::query::direction;
-use crate::reference::model_energies;
-use anyhow::Result;
+use crate::Named;
+use crate::Result;
+use crate::canvas::{Draw, LOBE_COLORS, LOBE_LABELS, font, titled};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use vellus::{Model, Scattering, Window};
-use vellus_sim::energies::Offsets;
+use vellus_models::direction;
+use vellus_models::energies;
 
 /// Mean of the channels of each lobe.
 type Energies = [f64; 6];
@@ -24,7 +23,8 @@ pub struct Picture {
 }
 
 impl Picture {
-    pub fn new(name: &str, named: &Named, theta_o: f64) -> Self {
+    /// Of a model, over the offset for ω_o at `theta_o` degrees, and averaged over the width for all inclinations.
+    pub fn new(named: &Named, theta_o: f64) -> Self {
         let model = &named.model;
         let over_h = (-200..=200)
             .map(|k| {
@@ -35,11 +35,11 @@ impl Picture {
             .collect();
         let over_theta = (0..=89)
             .map(|theta| {
-                let energy = model_energies(model, f64::from(theta), Offsets::Whole);
+                let energy = energies(model, f64::from(theta), None);
                 (f64::from(theta), energy.map(|a| a.iter().sum::<f64>() / 3.0))
             })
             .collect();
-        Picture { title: format!("{}: energy of the lobes", named.title(name)), theta_o, over_h, over_theta }
+        Picture { title: format!("{}: energy of the lobes", named.title()), theta_o, over_h, over_theta }
     }
 }
 
@@ -60,7 +60,7 @@ impl Draw for Picture {
     }
 }
 
-/// Lobes stacked on each other; what is missing to 1 is absorbed.
+/// Draws the lobes stacked on each other. What is missing to 1 is absorbed.
 fn stack<DB: DrawingBackend>(
     area: &DrawingArea<DB, Shift>,
     points: &[(f64, Energies)],

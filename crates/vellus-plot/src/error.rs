@@ -1,9 +1,9 @@
-//! How the far field's error falls with the number of segments: the paper's and ours (Yan17 Sec. 5.1, Segmentation).
+//! Error of the far field over the number of segments, for the paper's scheme and ours (Yan17 Sec. 5.1,
+//! Segmentation).
 
-use super::canvas::{Draw, LOBE_COLORS, Mark, font, legend, titled};
-use crate::output;
-use crate::query::direction;
-use anyhow::Result;
+use crate::Result;
+use crate::canvas::{Draw, LOBE_COLORS, Mark, font, legend, titled};
+use crate::text;
 use plotters::coord::Shift;
 use plotters::coord::combinators::BindKeyPoints;
 use plotters::prelude::*;
@@ -11,30 +11,34 @@ use rayon::prelude::*;
 use std::f64::consts::TAU;
 use vellus::oracle::Oracle;
 use vellus::{Bcsdf, Fiber, TableData, Tables, Window};
+use vellus_models::direction;
 
-/// Segments on each side of h = 0. Ours are two at least: inside the medulla and beside it.
+/// Numbers of segments on each side of h = 0. Our scheme needs two: inside the medulla and beside it.
 pub const SEGMENTS: [usize; 13] = [2, 3, 4, 5, 6, 7, 8, 10, 12, 16, 20, 24, 32];
-/// Those of the fast path: eight ends fill a register.
+/// Segments on each side in the shipped model: their eight ends fill a register.
 pub const SHIPPED: usize = 7;
-/// Azimuths compared, and offsets of the quadrature.
+/// Azimuths compared.
 const AZIMUTHS: usize = 360;
+/// Offsets of the quadrature, in pictures.
 pub const PATHS: usize = 20_000;
 
-/// The least error shown, percent.
+/// The smallest error shown, percent.
 const FLOOR: f64 = 1e-3;
 
 const PAPER: RGBColor = LOBE_COLORS[4];
 const OURS: RGBColor = LOBE_COLORS[0];
 
-/// Relative L1 errors of R + TT + TRT of one fibre's far field.
+/// Relative L1 errors of the far field of one fibre, for R + TT + TRT.
 pub struct Errors {
-    /// By number of segments: those of [`SEGMENTS`].
+    /// Of the paper's scheme, one for each of [`SEGMENTS`].
     pub paper: Vec<f64>,
+    /// Of our scheme, one for each of [`SEGMENTS`].
     pub ours: Vec<f64>,
+    /// Of the model as shipped.
     pub shipped: f64,
 }
 
-/// One of the two.
+/// Selects one of the two schemes.
 type Scheme = fn(&Errors) -> &[f64];
 
 /// R + TT + TRT, mean of the channels, at all azimuths.
@@ -50,7 +54,10 @@ fn first<const N: usize>(lobes: [[f64; 3]; N]) -> [[f64; 3]; 3] {
 }
 
 impl Errors {
-    /// `theta_o` in degrees; the quadrature takes so many offsets.
+    /// Compares with a quadrature of `paths` offsets, for ω_o at `theta_o` degrees.
+    ///
+    /// # Errors
+    /// A parameter of the fibre out of its range.
     pub fn new(fiber: &Fiber, theta_o: f64, paths: usize) -> Result<Self> {
         let bcsdf = Bcsdf::new(fiber)?;
         let tables = TableData::from_bytes(Tables::SHIPPED)?;
@@ -77,10 +84,13 @@ impl Errors {
     }
 }
 
-/// One fibre, or several and their mean.
+/// Errors of one fibre, or of several and their mean.
 pub struct Picture {
+    /// What the fibre or the fibres are called.
     pub name: String,
+    /// Inclination of ω_o, degrees.
     pub theta_o: f64,
+    /// At least one.
     pub fibers: Vec<Errors>,
 }
 
@@ -90,10 +100,10 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 impl Picture {
-    /// The numbers, in percent.
+    /// The numbers as a table of text, in percent.
     pub fn table(&self) -> String {
         let several = self.fibers.len() > 1;
-        // Mean and worst, or the one there is.
+        // Mean and worst of several fibres, or the error of the only one.
         let cells = |error: &dyn Fn(&Errors) -> f64| {
             let errors = || self.fibers.iter().map(error);
             let worst = errors().fold(0.0f64, f64::max);
@@ -112,7 +122,7 @@ impl Picture {
         let shipped = cells(&|f| f.shipped);
         rows.push([vec![format!("{SHIPPED}, as shipped")], vec![String::new(); shipped.len()], shipped].concat());
         let at = format!("far field of {} at θ_o = {}°", self.name, self.theta_o);
-        format!("L1 error of R + TT + TRT in percent, {at}\n\n{}", output::align(&rows))
+        format!("L1 error of R + TT + TRT in percent, {at}\n\n{}", text::align(&rows))
     }
 }
 

@@ -1,29 +1,30 @@
-//! The azimuthal lobes of one hit: where each part of the light leaves around the fibre.
+//! The azimuthal lobes of one hit: how much light of each lobe leaves in which direction around the fibre.
 
-use super::canvas::{Draw, LOBE_COLORS, LOBE_LABELS, font, titled};
-use crate::model_args::Named;
-use crate::query::direction;
-use anyhow::Result;
+use crate::Named;
+use crate::Result;
+use crate::canvas::{Draw, LOBE_COLORS, LOBE_LABELS, font, titled};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use vellus::{Fiber, Field, Model, Scattering, Window};
+use vellus_models::direction;
 
 /// Azimuths sampled: half a degree, the tables' resolution.
 const AZIMUTHS: usize = 720;
 
-/// Lobes at one hit, integrated over θ_i.
+/// The lobes of one hit, integrated over θ_i.
 pub struct Picture {
     title: String,
     /// The offset; a far field has none.
     h: Option<f64>,
     /// N(φ) of each lobe, per radian, mean of the channels.
     values: [Vec<f64>; 6],
-    /// Their integrals.
+    /// Integrals of the lobes.
     energies: [f64; 6],
 }
 
 impl Picture {
-    pub fn new(name: &str, fiber: &Fiber, named: &Named, theta_o: f64, h: f64) -> Self {
+    /// Of a model of `fiber`, for ω_o at `theta_o` degrees and the offset `h` in [−1, 1]; far-field models ignore `h`.
+    pub fn new(fiber: &Fiber, named: &Named, theta_o: f64, h: f64) -> Self {
         let hit = named.model.at(direction(theta_o, 0.0), Window::near(h as f32));
         let h = (named.model.field() != Field::Far).then_some(h);
         let steps = ((3.0 * 180.0 / (0.5 * f64::from(fiber.beta_m.to_degrees()))).ceil() as usize).clamp(180, 6000);
@@ -40,7 +41,7 @@ impl Picture {
         }
         let energies = std::array::from_fn(|p| values[p].iter().sum::<f64>() * std::f64::consts::TAU / AZIMUTHS as f64);
         let at = h.map_or_else(|| "over the whole width".to_owned(), |h| format!("h = {h}"));
-        let title = format!("{}: azimuthal lobes at θ_o = {theta_o}°, {at}, integrated over θ_i", named.title(name));
+        let title = format!("{}: azimuthal lobes at θ_o = {theta_o}°, {at}, integrated over θ_i", named.title());
         Picture { title, h, values, energies }
     }
 
@@ -50,7 +51,7 @@ impl Picture {
     {
         let mut chart = ChartBuilder::on(area).margin(10).build_cartesian_2d(-1.2..1.2, -1.2..1.2)?;
         let largest = self.values.iter().flatten().fold(1e-30f64, |a, &x| a.max(x));
-        // Areas, not radii, in proportion: the square root keeps weak lobes visible.
+        // The square root makes areas proportional, and keeps weak lobes visible.
         let radius = |x: f64| 0.16 + 0.84 * (x / largest).sqrt();
         let at = |r: f64, degrees: f64| {
             let (s, c) = degrees.to_radians().sin_cos();
@@ -82,7 +83,7 @@ impl Picture {
         let fibre: Vec<_> = circle(0.15).collect();
         chart.draw_series([Polygon::new(fibre.clone(), RGBColor(245, 238, 225))])?;
         chart.draw_series(LineSeries::new(fibre, BLACK.stroke_width(2)))?;
-        // A far field is hit everywhere.
+        // A far field is the average over all offsets.
         let offsets = self.h.map_or_else(|| vec![-0.8, -0.4, 0.0, 0.4, 0.8], |h| vec![h]);
         for h in offsets {
             // Azimuth −asin h in the picture's orientation.

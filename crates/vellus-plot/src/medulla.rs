@@ -1,30 +1,29 @@
-//! Compressed against simulated profiles of the medulla (Yan17 Fig. 10).
+//! Medulla profiles: compressed to tables, and simulated (Yan17 Fig. 10).
 
-use super::canvas::{Draw, LOBE_COLORS, font, titled};
-use crate::output;
-use anyhow::{Context, Result};
+use crate::Result;
+use crate::canvas::{Draw, LOBE_COLORS, font, titled};
 use plotters::coord::Shift;
 use plotters::prelude::SeriesLabelPosition::{UpperLeft, UpperRight};
 use plotters::prelude::*;
 use rayon::prelude::*;
 use std::ops::RangeInclusive;
-use std::path::Path;
+use vellus::TableData;
 use vellus::oracle::Profile;
-use vellus::{TableData, Tables};
+use vellus_io::{Progress, Steps};
 use vellus_sim::medulla::{azimuthal, longitudinal, stream};
 
-/// (τ, g) of the columns: a thin, a middling and a thick medulla, between the tables' nodes.
+/// (τ, g) of the columns: a thin, a medium and a thick medulla, between the nodes of the tables.
 const COLUMNS: [(f64, f64); 3] = [(0.25, 0.3), (2.0, 0.6), (9.0, 0.88)];
 /// Offsets of the azimuthal curves.
 const OFFSETS: [f64; 3] = [0.0, 0.5, 0.9];
 /// Inclinations of the longitudinal curves, degrees.
 const INCLINATIONS: [f64; 3] = [0.0, 40.0, 75.0];
-/// Photons that a simulated profile may have.
+/// Allowed numbers of photons of a simulated profile.
 pub const PHOTONS: RangeInclusive<u64> = 1000..=1_000_000_000;
-/// Bins over the circle; over 180° half as many.
+/// Bins over the circle; half as many over 180°.
 const BINS: usize = 360;
 
-/// A simulated curve and the table's, over degrees.
+/// A simulated curve and that of the tables, over degrees.
 struct Curve {
     label: String,
     simulated: Vec<(f64, f64)>,
@@ -39,24 +38,18 @@ pub struct Picture {
 }
 
 impl Picture {
-    pub fn new(table: Option<&Path>, photons: u64) -> Result<Self> {
-        let (data, bytes) = match table {
-            None => (TableData::from_bytes(Tables::SHIPPED)?, Tables::SHIPPED.len()),
-            Some(path) => {
-                let place = || path.display().to_string();
-                let bytes = vellus_io::read_at_most(path, crate::table::MAX_TABLE_BYTES).with_context(place)?;
-                (TableData::from_bytes(&bytes).with_context(place)?, bytes.len())
-            }
-        };
-        let bar = output::progress(18, "simulating");
+    /// Simulates profiles with `photons` photons each and compares them with tables, which have a size of `bytes` as
+    /// a file.
+    pub fn new(data: &TableData, bytes: usize, photons: u64, progress: &dyn Progress) -> Self {
+        let steps = Steps::new(progress, 18, "simulating");
         let azimuthal = COLUMNS
             .par_iter()
             .enumerate()
             .map(|(i, &(tau, g))| {
                 let curve = |(k, &h): (usize, &f64)| {
                     let simulated = azimuthal(tau, g, h, photons, BINS, &mut stream(1, (3 * i + k) as u64)).density;
-                    let profile = Profile::azimuthal(&data, tau, g, h);
-                    bar.inc(1);
+                    let profile = Profile::azimuthal(data, tau, g, h);
+                    steps.advance(1);
                     Curve {
                         label: format!("h″ = {h}"),
                         simulated: simulated
@@ -81,8 +74,8 @@ impl Picture {
                 let curves = |(k, &theta): (usize, &f64)| {
                     let mut rng = stream(2, (3 * i + k) as u64);
                     let simulated = longitudinal(tau, g, theta.to_radians(), photons, nodes, &mut rng);
-                    let profiles = Profile::longitudinal(&data, tau, g, theta.to_radians());
-                    bar.inc(1);
+                    let profiles = Profile::longitudinal(data, tau, g, theta.to_radians());
+                    steps.advance(1);
                     // The forward half; the backward one is smooth.
                     let points = simulated.density[1].iter().enumerate();
                     Curve {
@@ -97,8 +90,7 @@ impl Picture {
                 INCLINATIONS.iter().enumerate().map(curves).collect()
             })
             .collect();
-        bar.finish_and_clear();
-        Ok(Picture { azimuthal, longitudinal, bytes })
+        Picture { azimuthal, longitudinal, bytes }
     }
 }
 
@@ -139,7 +131,7 @@ fn panel<DB: DrawingBackend>(
 where
     DB::ErrorType: 'static,
 {
-    // Of the table, not of the simulation, whose last bins at the poles are noise.
+    // From the tables: the last bins of the simulation, at the poles, are noise.
     let top = curves.iter().flat_map(|c| &c.table).fold(0.0f64, |a, p| a.max(p.1)) * 1.15;
     let mut chart = ChartBuilder::on(area)
         .margin(12)

@@ -1,7 +1,7 @@
-//! Reflectance models beside each other: the whole fibre's light around it and along it.
+//! Several reflectance models of one fibre: light over its whole width, around the fibre and along it.
 
-use super::canvas::{Draw, LOBE_COLORS, Mark, font, legend, titled};
-use crate::model_args::Named;
+use crate::canvas::{Draw, LOBE_COLORS, Mark, font, legend, titled};
+use crate::{Named, Result};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use vellus_models::Directions;
@@ -12,7 +12,7 @@ const THETAS: usize = 360;
 /// Decades shown at most below the largest value.
 const DECADES: f64 = 4.0;
 
-/// One model's light, mean of the channels.
+/// Light of one model, mean of the channels.
 struct Curve {
     name: String,
     /// Per radian of φ, from φ = 0.
@@ -22,13 +22,14 @@ struct Curve {
     energy: f64,
 }
 
-/// Several models of one fibre.
+/// The curves of several models of one fibre.
 pub struct Picture {
     title: String,
     curves: Vec<Curve>,
 }
 
 impl Picture {
+    /// Of models of the fibre called `name`, for ω_o at `theta_o` degrees.
     pub fn new(name: &str, models: &[Named], theta_o: f64) -> Self {
         let curves = models.iter().map(|model| Curve::new(model, theta_o)).collect();
         Picture { title: format!("{name}: models over the fibre's whole width, light from θ_o = {theta_o}°"), curves }
@@ -50,17 +51,17 @@ impl Curve {
         let turn = std::f64::consts::TAU / PHIS as f64;
         let energy = around.iter().sum::<f64>() * turn;
         let along = rows.iter().map(|row| row.iter().sum::<f64>() * turn).collect();
-        Curve { name: model.title("").trim_start_matches(", ").to_owned(), around, along, energy }
+        Curve { name: model.model_name().to_owned(), around, along, energy }
     }
 }
 
-/// The curves over an angle, log scale.
+/// Draws curves over an angle, with a logarithmic scale.
 fn panel<DB: DrawingBackend>(
     area: &DrawingArea<DB, Shift>,
     curves: &[(Vec<(f64, f64)>, ShapeStyle)],
     range: std::ops::Range<f64>,
     labels: [&str; 2],
-) -> anyhow::Result<()>
+) -> Result<()>
 where
     DB::ErrorType: 'static,
 {
@@ -84,7 +85,7 @@ where
         .light_line_style(WHITE)
         .draw()?;
     for (points, style) in curves {
-        // What falls below the panel is left out.
+        // Points below the panel are left out.
         for run in points.split(|(_, y)| *y < floor) {
             chart.draw_series(LineSeries::new(run.to_vec(), *style))?;
         }
@@ -97,24 +98,23 @@ impl Draw for Picture {
         (1840, 860)
     }
 
-    fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> anyhow::Result<()>
+    fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Result<()>
     where
         DB::ErrorType: 'static,
     {
         let area = titled(area, &self.title, 28.0)?;
         let colors = LOBE_COLORS.into_iter().chain([BLACK]).cycle();
-        // Earlier ones are wider, so that one that another hides still shows.
+        // Earlier curves are wider, so that they show behind later ones.
         let styles: Vec<ShapeStyle> = colors
             .take(self.curves.len())
             .enumerate()
             .map(|(i, color)| color.stroke_width((2 * (self.curves.len() - i) as u32).clamp(2, 8)))
             .collect();
-        let name = |curve: &Curve| if curve.name.is_empty() { "vellus".to_owned() } else { curve.name.clone() };
         let entries: Vec<_> = self
             .curves
             .iter()
             .zip(&styles)
-            .map(|(curve, style)| (format!("{}  {:.3}", name(curve), curve.energy), Mark::Line(*style)))
+            .map(|(curve, style)| (format!("{}  {:.3}", curve.name, curve.energy), Mark::Line(*style)))
             .collect();
         let area = legend(&area, &entries)?;
         let (left, right) = area.split_horizontally(920);

@@ -1,8 +1,8 @@
-//! Reflectance of the whole fibre over θ_i and φ (Yan17 Fig. 11).
+//! Reflectance of a fibre over θ_i and φ, averaged over its width (Yan17 Fig. 11).
 
-use super::canvas::{Draw, font, titled};
-use crate::model_args::Named;
-use anyhow::Result;
+use crate::Named;
+use crate::Result;
+use crate::canvas::{Draw, font, titled};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
@@ -15,7 +15,7 @@ const CELLS: (usize, usize) = (180, 90);
 const SHADES: usize = 60;
 const DECADES: f64 = 4.0;
 
-/// One fibre's profile.
+/// The profile of one fibre.
 pub struct Panel {
     name: String,
     /// f cos θ_i averaged over the width and the channels, row by row from θ_i = −90°.
@@ -23,7 +23,8 @@ pub struct Panel {
 }
 
 impl Panel {
-    pub fn new(name: &str, model: &Named, theta_o: f64) -> Self {
+    /// Of a model, for ω_o at `theta_o` degrees.
+    pub fn new(model: &Named, theta_o: f64) -> Self {
         let (columns, rows) = CELLS;
         let theta = |i: usize| (i as f64 + 0.5) / rows as f64 * 180.0 - 90.0;
         let phi = |i: usize| (i as f64 + 0.5) / columns as f64 * 360.0;
@@ -31,13 +32,15 @@ impl Panel {
         let mut values = vec![[0.0; 3]; angles.len()];
         model.model.far_field(theta_o, &Directions::new(&angles), &mut values);
         let values = values.iter().map(|f| f.iter().map(|&x| f64::from(x)).sum::<f64>() / 3.0).collect();
-        Panel { name: model.title(name), values }
+        Panel { name: model.title(), values }
     }
 }
 
-/// One panel or several, on one scale each.
+/// One panel or several. Each has its own scale.
 pub struct Picture {
+    /// At least one.
     pub panels: Vec<Panel>,
+    /// The inclination of ω_o they were computed for, degrees.
     pub theta_o: f64,
 }
 
@@ -51,7 +54,8 @@ impl Draw for Picture {
         DB::ErrorType: 'static,
     {
         let title = format!(
-            "f·cos θ_i averaged over the fibre's width, light from θ_o = {}°; log scale over {DECADES} decades below each maximum",
+            "f·cos θ_i averaged over the fibre's width, light from θ_o = {}°; log scale over {DECADES} decades below \
+             each maximum",
             self.theta_o
         );
         let area = titled(area, &title, if self.panels.len() == 1 { 20.0 } else { 28.0 })?;
@@ -95,7 +99,7 @@ where
     for row in 0..rows {
         let shades: Vec<usize> = (0..columns).map(|c| shade(panel.values[row * columns + c])).collect();
         let (y0, y1) = (row as f64 / rows as f64 * 180.0 - 90.0, (row + 1) as f64 / rows as f64 * 180.0 - 90.0);
-        // Neighbours of the same shade become one rectangle: a tenth of the file.
+        // Neighbours of the same shade become one rectangle: the file is ten times smaller.
         let mut start = 0;
         while start < columns {
             let run = shades[start..].iter().take_while(|&&s| s == shades[start]).count();

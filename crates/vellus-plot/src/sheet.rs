@@ -1,27 +1,30 @@
-//! Profiles over θ and φ beside each other, on one logarithmic scale a fibre (Yan17 Fig. 11).
+//! Profiles of several fibres over θ and φ, with one logarithmic scale for each fibre (Yan17 Fig. 11).
 
-use crate::plot::canvas::{Draw, font, titled};
-use anyhow::Result;
+use crate::Result;
+use crate::canvas::{Draw, font, titled};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-/// Shades, and the decades below the largest value of a fibre's first profile that they span.
+/// Shades of the scale.
 const SHADES: usize = 48;
+
+/// Decades of the scale below the largest value of a fibre's first profile.
 pub const DECADES: f64 = 3.0;
 
-/// Fibres side by side.
+/// Fibres in a row.
 const ACROSS: usize = 2;
 
-/// Rows over θ from −90°, columns over φ from 0° to 180°.
+/// Profiles over θ from −90° to 90° (rows) and φ from 0° to 180° (columns).
 pub struct Sheet {
+    /// The title.
     pub title: String,
-    /// What the profiles of every fibre are.
+    /// Names of the profiles of each fibre.
     pub columns: Vec<String>,
-    /// Name and profiles of each fibre.
+    /// Name and profiles of each fibre; a profile has its cells row by row.
     pub fibers: Vec<(String, Vec<Vec<f64>>)>,
-    /// Cells over φ and over θ.
+    /// Numbers of cells over φ and over θ.
     pub cells: [usize; 2],
 }
 
@@ -104,7 +107,7 @@ fn color(shade: usize) -> RGBColor {
     ViridisRGB.get_color(shade as f64 / (SHADES - 1) as f64)
 }
 
-/// The colour bar.
+/// Draws the colour bar.
 fn scale<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>) -> Result<()>
 where
     DB::ErrorType: 'static,

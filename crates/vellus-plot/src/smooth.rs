@@ -1,4 +1,4 @@
-//! Anti-aliasing: a back end that draws at twice the size, to be averaged down.
+//! Anti-aliasing: a back end that draws at twice the size; its pixels are then averaged.
 
 use plotters::prelude::*;
 use plotters_backend::{BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingErrorKind};

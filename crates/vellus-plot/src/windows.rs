@@ -1,14 +1,15 @@
-//! Near field, its average over a window, and the same by quadrature: what each lobe is made of (Yan17 Fig. 12a).
+//! The near field at five offsets of a window, its average as shipped, and the average by quadrature (Yan17
+//! Fig. 12a).
 
-use super::canvas::{Draw, LOBE_COLORS, LOBE_LABELS, Mark, font, legend, titled};
-use crate::query::{Offsets, direction};
-use anyhow::{Result, bail};
+use crate::canvas::{Draw, LOBE_COLORS, LOBE_LABELS, Mark, font, legend, titled};
+use crate::{Error, Result};
 use plotters::coord::Shift;
 use plotters::coord::combinators::BindKeyPoints;
 use plotters::prelude::*;
 use rayon::prelude::*;
 use vellus::oracle::Oracle;
 use vellus::{Bcsdf, Fiber, TableData, Tables, Window};
+use vellus_models::direction;
 
 /// Azimuths sampled: half a degree, the tables' resolution.
 const AZIMUTHS: usize = 720;
@@ -18,16 +19,16 @@ const POINTS: usize = 400;
 /// Decades shown at most below the window's largest value.
 const DECADES: f64 = 3.5;
 
-/// Where in the window the near field is shown, as a share of its width.
+/// Offsets at which the near field is shown, as shares of the window's width.
 const PLACES: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
-/// From one end of the window to the other.
+/// Their colours.
 const PLACE_COLORS: [RGBColor; 5] = [LOBE_COLORS[0], LOBE_COLORS[1], LOBE_COLORS[2], LOBE_COLORS[3], LOBE_COLORS[4]];
 const AVERAGE: RGBColor = RGBColor(0xbb, 0xbb, 0xbb);
 
 /// N(φ) of R, TT, TRT, TTˢ, TRTˢ and the six together, mean of the channels.
 type Curves = [Vec<f64>; 6];
 
-/// One fibre and window.
+/// The lobes of one fibre over one window.
 pub struct Picture {
     title: String,
     offsets: [f64; 5],
@@ -47,12 +48,14 @@ fn curves(lobes: impl Fn(f64) -> [f64; 6] + Sync) -> Curves {
 }
 
 impl Picture {
-    /// `theta_o` in degrees; the window must have some width.
-    pub fn new(name: String, fiber: &Fiber, theta_o: f64, window: Offsets) -> Result<Self> {
-        let (low, high) = match window {
-            Offsets::Range(low, high) if low < high => (low, high),
-            _ => bail!("--window: {window} has no width; expected far or LO:HI, such as -0.5:0.25"),
-        };
+    /// Of the fibre called `name`, for ω_o at `theta_o` degrees and the window from `low` to `high`, both in [−1, 1].
+    ///
+    /// # Errors
+    /// [`Error::Window`] unless `low` is below `high`; a parameter of the fibre out of its range.
+    pub fn new(name: &str, fiber: &Fiber, theta_o: f64, [low, high]: [f64; 2]) -> Result<Self> {
+        if low.is_nan() || high.is_nan() || low >= high {
+            return Err(Error::Window { low, high });
+        }
         let bcsdf = Bcsdf::new(fiber)?;
         let single = |n: [[f32; 3]; 6]| n.map(|n| n.iter().map(|&x| f64::from(x)).sum::<f64>() / 3.0);
         let over = |window: Window| {
@@ -64,10 +67,10 @@ impl Picture {
         let oracle = Oracle::new(fiber, &tables);
         let exact = oracle.window(theta_o.to_radians(), [low, high], PATHS, POINTS);
         Ok(Picture {
-            title: format!("{name}: near field and its average over {window}, θ_o = {theta_o}°"),
+            title: format!("{name}: near field and its average over h {low} to {high}, θ_o = {theta_o}°"),
             offsets,
             near: offsets.iter().map(|&h| over(Window::near(h as f32))).collect(),
-            average: over(window.window()),
+            average: over(Window::range(low as f32, high as f32)),
             exact: curves(|phi| exact.azimuthal(phi).map(|n| n.iter().sum::<f64>() / 3.0)),
         })
     }
@@ -86,7 +89,7 @@ impl Picture {
         let error = 100.0 * distance / self.exact[p].iter().sum::<f64>();
         let all = || self.near.iter().flat_map(|near| &near[p]).chain(&self.average[p]);
         let highest = all().fold(largest, |a, &x| a.max(x));
-        // Beside the medulla nothing is scattered.
+        // Paths beside the medulla scatter no light: zeros are left out.
         let least = all().filter(|x| **x > 0.0).fold(largest, |a, &x| a.min(0.7 * x));
         let floor = least.max(largest * 10f64.powf(-DECADES));
         // 1, 2 and 5 are labelled where there are few powers of ten.
@@ -117,7 +120,7 @@ impl Picture {
         for (values, style) in near.chain(averages) {
             let points: Vec<_> =
                 (0..=AZIMUTHS).map(|j| (360.0 * j as f64 / AZIMUTHS as f64, values[j % AZIMUTHS])).collect();
-            // What falls below the panel is left out.
+            // Points below the panel are left out.
             for run in points.split(|(_, y)| *y < floor) {
                 chart.draw_series(LineSeries::new(run.to_vec(), style))?;
             }

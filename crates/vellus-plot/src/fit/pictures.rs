@@ -1,8 +1,8 @@
-//! Measured, fitted, their ratio, and slices through them (Yan17 Fig. 11).
+//! Pictures of a fit: measured and fitted profile, their ratio, and slices (Yan17 Fig. 11).
 
-use super::tell::{Told, significant};
-use crate::plot::canvas::{Draw, LOBE_COLORS, Mark, font, legend, titled};
-use anyhow::Result;
+use super::summary::{Summary, significant};
+use crate::Result;
+use crate::canvas::{Draw, LOBE_COLORS, Mark, font, legend, titled};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
@@ -15,11 +15,11 @@ const CURVE: usize = 400;
 /// Slices of each kind.
 const SLICES: usize = 4;
 
-/// A direction and what was measured and fitted there: logarithms (base 10) averaged over the channels.
+/// A direction with its measured and fitted values: logarithms to base 10, averaged over the channels.
 struct Cell {
     theta: f64,
     phi: f64,
-    /// None where it is missing.
+    /// `None` if the measurement is missing.
     measured: Option<f64>,
     fitted: f64,
 }
@@ -28,7 +28,7 @@ fn mean_log(values: &[f64]) -> f64 {
     values.iter().map(|x| x.max(1e-300).log10()).sum::<f64>() / values.len() as f64
 }
 
-/// log₁₀ of what the model says for each θ and φ.
+/// log₁₀ of the fitted model for each θ and φ.
 fn model(profile: &Profile, fit: &Fit, angles: &[[f64; 2]]) -> Result<Vec<f64>> {
     let mut values = vec![[0.0; 3]; angles.len()];
     Forward::new(fit.model)?.values(&fit.specimen, fit.theta_o, &Directions::new(angles), &mut values)?;
@@ -53,7 +53,7 @@ fn cells(profile: &Profile, fit: &Fit) -> Result<Vec<Cell>> {
     Ok(places.map(|(([theta, phi], measured), fitted)| Cell { theta, phi, measured, fitted }).collect())
 }
 
-/// The different values of one coordinate, sorted.
+/// The distinct values of one coordinate, sorted.
 fn axis(cells: &[Cell], coordinate: impl Fn(&Cell) -> f64) -> Vec<f64> {
     let mut values: Vec<f64> = cells.iter().map(coordinate).collect();
     values.sort_by(f64::total_cmp);
@@ -61,14 +61,14 @@ fn axis(cells: &[Cell], coordinate: impl Fn(&Cell) -> f64) -> Vec<f64> {
     values
 }
 
-/// The median distance of neighbours on an axis.
+/// The median distance of neighbouring values.
 fn spacing(axis: &[f64]) -> f64 {
     let mut steps: Vec<f64> = axis.windows(2).map(|w| w[1] - w[0]).collect();
     steps.sort_by(f64::total_cmp);
     steps.get(steps.len() / 2).copied().unwrap_or(1.0)
 }
 
-/// Blue, white, red.
+/// A diverging colour scale over [−1, 1]: blue, white, red.
 fn diverging(t: f64) -> RGBColor {
     let t = t.clamp(-1.0, 1.0);
     let end = if t < 0.0 { [33.0, 102.0, 172.0] } else { [178.0, 24.0, 43.0] };
@@ -76,7 +76,7 @@ fn diverging(t: f64) -> RGBColor {
     RGBColor(mix(end[0]), mix(end[1]), mix(end[2]))
 }
 
-/// Numbers on a logarithmic axis: more of them, the fewer powers of ten there are.
+/// Labels of a logarithmic axis: the fewer powers of ten it spans, the more labels it has.
 fn key_points(low: f64, high: f64) -> Vec<f64> {
     let steps: &[f64] = match high / low {
         ..12.0 => &[1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0],
@@ -90,8 +90,8 @@ fn key_points(low: f64, high: f64) -> Vec<f64> {
         .collect()
 }
 
-/// The three profiles, one above the other.
-pub struct Profiles<'a>(pub &'a Told<'a>);
+/// The measured profile, the fitted one, and their ratio.
+pub struct Profiles<'a>(pub &'a Summary<'a>);
 
 impl Draw for Profiles<'_> {
     fn size(&self) -> (u32, u32) {
@@ -102,7 +102,7 @@ impl Draw for Profiles<'_> {
     where
         DB::ErrorType: 'static,
     {
-        let Told { profile, fit, .. } = self.0;
+        let Summary { profile, fit, .. } = self.0;
         let cells = cells(profile, fit)?;
         let what = match profile.quantity {
             Quantity::FCos => "f·cos θ",
@@ -110,7 +110,8 @@ impl Draw for Profiles<'_> {
         };
         let averaged = if profile.channels == 1 { "" } else { ", geometric mean of the channels" };
         let title = format!(
-            "{what} in the measurement's unit{averaged}, θ_o = {:.1}°; by {}: NRMSE {:.2} %, of logarithms {:.2} %; grey: missing",
+            "{what} in the measurement's unit{averaged}, θ_o = {:.1}°; by {}: NRMSE {:.2} %, of logarithms {:.2} %; \
+             grey: missing",
             fit.theta_o,
             fit.model,
             100.0 * fit.nrmse,
@@ -121,7 +122,7 @@ impl Draw for Profiles<'_> {
         let (low, high) = (measured().fold(f64::INFINITY, f64::min), measured().fold(f64::NEG_INFINITY, f64::max));
         let mut off: Vec<f64> = cells.iter().filter_map(|c| Some((c.fitted - c.measured?).abs())).collect();
         off.sort_by(f64::total_cmp);
-        // The largest hundredth may be outliers; a factor of 1.05 at least, or noise would look like structure.
+        // The largest hundredth may be outliers. At least a factor of 1.05: else noise would look like structure.
         let span = off[(off.len() - 1) * 99 / 100].max(1.05f64.log10());
         let light = |x: f64| ViridisRGB.get_color(((x - low) / (high - low).max(1e-9)).clamp(0.0, 1.0));
         let scale = [low, high].map(|x| 10f64.powf(x));
@@ -136,7 +137,7 @@ impl Draw for Profiles<'_> {
     }
 }
 
-/// One profile with its colour bar.
+/// Draws one profile with its colour bar.
 fn panel<DB: DrawingBackend>(
     area: &DrawingArea<DB, Shift>,
     name: &str,
@@ -159,7 +160,7 @@ where
         .x_label_area_size(46)
         .y_label_area_size(64)
         .build_cartesian_2d(ends(&phis, wide), ends(&thetas, high))?;
-    // What is missing stays grey.
+    // Missing values stay grey.
     chart.plotting_area().fill(&RGBColor(200, 200, 200))?;
     chart
         .configure_mesh()
@@ -180,7 +181,7 @@ where
     bar(&right, scale, level)
 }
 
-/// A colour bar, logarithmic from `scale[0]` to `scale[1]`.
+/// Draws a logarithmic colour bar from `scale[0]` to `scale[1]`.
 fn bar<DB: DrawingBackend>(
     area: &DrawingArea<DB, Shift>,
     scale: [f64; 2],
@@ -204,8 +205,8 @@ where
     Ok(())
 }
 
-/// Slices through both: over φ at some θ, and over θ at some φ.
-pub struct Slices<'a>(pub &'a Told<'a>);
+/// Slices through the measured and the fitted profile: over φ at some θ, and over θ at some φ.
+pub struct Slices<'a>(pub &'a Summary<'a>);
 
 impl Draw for Slices<'_> {
     fn size(&self) -> (u32, u32) {
@@ -229,7 +230,7 @@ impl Slices<'_> {
     where
         DB::ErrorType: 'static,
     {
-        let Told { profile, fit, .. } = self.0;
+        let Summary { profile, fit, .. } = self.0;
         let cells = cells(profile, fit)?;
         let held = |c: &Cell| if over_phi { c.theta } else { c.phi };
         let runs = |c: &Cell| if over_phi { c.phi } else { c.theta };

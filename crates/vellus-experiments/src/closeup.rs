@@ -1,14 +1,15 @@
 //! Yan17 Fig. 5: near against far field close up.
 
-use super::one_fiber;
-use super::shot::{FAR, MULTI, NEAR, Shot};
-use super::{Claim, Context, Outcome, Picture, Verdict};
+use crate::context::Context;
+use crate::one_fiber;
+use crate::shot::{FAR, MULTI, NEAR, Shot};
+use crate::{Claim, Outcome, Picture, Verdict};
 use anyhow::{Context as _, Result};
 use glam::Vec3;
 use vellus::{Fiber, Species};
 use vellus_scene::Camera;
 
-pub fn run(context: &Context) -> Result<Outcome> {
+pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let quality = context.quality;
     let mut outcome = Outcome::new(
         "Close up, the far field gives fur the look of flat ribbons; the near field shows cylinders and the medulla inside.",

@@ -1,12 +1,13 @@
 //! Yan17 Fig. 8: the lock of hair, lobe by lobe.
 
-use super::shot::{MULTI, Shot, brightness};
-use super::{Claim, Context, Outcome, Picture, Quality, Table, Verdict};
+use crate::context::Context;
+use crate::shot::{MULTI, Shot, brightness};
+use crate::{Claim, Outcome, Picture, Quality, Table, Verdict};
 use anyhow::{Context as _, Result};
 use vellus::Lobe;
 use vellus_render::Layer;
 
-pub fn run(context: &Context) -> Result<Outcome> {
+pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let quality = context.quality;
     let mut outcome = Outcome::new(
         "With one index of refraction five lobes are left: R, TT, TRT, and TTˢ and TRTˢ scattered by the medulla. A lock of hair shows them \

@@ -1,14 +1,15 @@
 //! Yan17 Fig. 18: hair with and without a medulla.
 
-use super::shot::{MULTI, Shot, difference};
-use super::visible::Visible;
-use super::{Context, Outcome, Picture, Quality, Table};
+use crate::context::Context;
+use crate::shot::{MULTI, Shot, colors, difference};
+use crate::visible::Visible;
+use crate::{Outcome, Picture, Quality, Table};
 use anyhow::{Context as _, Result, bail};
 
 /// The paper's medulla.
 const KAPPA: f32 = 0.15;
 
-pub fn run(context: &Context) -> Result<Outcome> {
+pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let quality = context.quality;
     let mut outcome = Outcome::new(
         "Human hair rendered multi-scale without a medulla and with one of κ = 0.15: the difference is clearly visible, the hair more diffuse, even \
@@ -32,8 +33,8 @@ pub fn run(context: &Context) -> Result<Outcome> {
         let file = shot.save(&film, name, 0.0)?;
         let picture = Picture::new(file, format!("κ = {kappa}")).also(format!("{name}.exr"));
         outcome.pictures.push(if kappa > 0.0 { picture.beside() } else { picture });
-        let colors = super::shot::colors(&film);
-        let mean = colors.iter().sum::<f64>() / colors.len() as f64;
+        let values = colors(&film);
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
         table.row([
             kappa.to_string(),
             format!("{mean:.5}"),

@@ -1,8 +1,10 @@
 //! Yan17 Fig. 12–13: near field, far field and multi-scale from afar and close up, and all between.
 
-use super::shot::{Converged, FAR, MULTI, Method, NEAR, Point, Shot, difference};
-use super::visible::Visible;
-use super::{Claim, Context, Outcome, Picture, Quality, Table, Verdict};
+use crate::comparison::Comparison;
+use crate::context::Context;
+use crate::shot::{FAR, MULTI, Method, NEAR, Shot, colors, difference};
+use crate::visible::Visible;
+use crate::{Claim, Outcome, Picture, Quality, Table, Verdict};
 use anyhow::{Context as _, Result, anyhow};
 use glam::Vec3;
 use vellus_render::Film;
@@ -13,7 +15,7 @@ const METHODS: [Method; 3] = [NEAR, FAR, MULTI];
 /// How much closer the close-up is: a pixel is a fifth of a hair's radius, at draft quality.
 const CLOSE: f32 = 300.0;
 
-pub fn run(context: &Context) -> Result<Outcome> {
+pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let quality = context.quality;
     let mut outcome = Outcome::new(
         "The same lock seen from afar and close up, at 1,024 and 64 samples a pixel. From afar all three show the \
@@ -38,12 +40,11 @@ pub fn run(context: &Context) -> Result<Outcome> {
         shot.aim(view, size, [0, 0, size[0], size[1]]);
         shot.set_camera(zoomed(&scene()?, zoom)?);
         let half = quality.pick(8, 256, 4096);
-        let converged: Vec<Converged> = METHODS.iter().map(|m| shot.converge(*m, half)).collect::<Result<_>>()?;
-        let pairs: Vec<_> = METHODS.into_iter().zip(&converged).collect();
-        let found = shot.measure(&pairs, counts[0])?;
-        for ((method, (points, film)), first) in METHODS.iter().zip(&found).zip([true, false, false]) {
+        let comparison = Comparison::new(&mut shot, &METHODS, half, counts[0])?;
+        for (measured, first) in comparison.measured.iter().zip([true, false, false]) {
+            let (method, film) = (measured.method, &measured.film);
             for count in counts {
-                let Some(point) = points.iter().find(|p| p.samples == count) else { continue };
+                let Some(point) = measured.points.iter().find(|p| p.samples == count) else { continue };
                 table.row([
                     view.to_owned(),
                     method.name.to_owned(),
@@ -55,7 +56,7 @@ pub fn run(context: &Context) -> Result<Outcome> {
             }
             let name = format!("{view}-{}", method.key);
             let file = shot.save(film, &name, 0.0)?;
-            let error = points.last().map_or(0.0, Point::rmse);
+            let error = measured.last().rmse();
             let caption = format!("{view}: {}, {} samples, RMSE {error:.4}", method.name, film.samples());
             let picture = Picture::new(file, caption).also(format!("{name}.exr"));
             outcome.pictures.push(if first { picture } else { picture.beside() });
@@ -68,10 +69,10 @@ pub fn run(context: &Context) -> Result<Outcome> {
             let picture = Picture::new(file, format!("{view}: {}, {} samples", method.name, counts[1]));
             outcome.pictures.push(if first { picture } else { picture.beside() });
         }
-        let last = |i: usize| found[i].0.last().copied().unwrap_or_else(Point::none);
-        frames[k] = last(2).time / last(0).time;
+        let (near, multi) = (comparison.of(NEAR)?.last(), comparison.of(MULTI)?.last());
+        frames[k] = multi.time / near.time;
         if k == 0 {
-            let noise = last(0).mse / last(2).mse;
+            let noise = near.mse / multi.mse;
             let claim = Claim::new(
                 "From afar multi-scale has less noise than the near field at equal samples",
                 "significantly less",
@@ -81,11 +82,13 @@ pub fn run(context: &Context) -> Result<Outcome> {
             );
             outcome.claims.push(claim);
         }
-        for (i, name, close) in [(2, "multi-scale", true), (1, "far field", false)] {
-            let (z, offset, spread) = difference(&converged[i].film, &converged[0].film);
+        let near = comparison.converged(NEAR)?;
+        for (method, close) in [(MULTI, true), (FAR, false)] {
+            let (name, other) = (method.name, comparison.converged(method)?);
+            let (z, offset, spread) = difference(&other.film, &near.film);
             // What noise alone makes of pixels: errors of heavy-tailed samples are underestimated.
-            let noise = converged[0].spread.max(converged[i].spread);
-            let visible = Visible::new(converged[i].halves(), converged[0].halves());
+            let noise = near.spread.max(other.spread);
+            let visible = Visible::new(other.halves(), near.halves());
             let measured = format!(
                 "{}; brightness of the fur {:+.2} %, z = {z:.1}; pixels differ by {spread:.2} standard errors (root \
                  mean \
@@ -138,7 +141,7 @@ fn zoomed(scene: &Scene, zoom: f32) -> Result<Camera> {
 }
 
 /// From afar to close up in even steps.
-fn sequence(context: &Context, shot: &mut Shot<'_>, scene: &Scene, outcome: &mut Outcome) -> Result<()> {
+fn sequence(context: &Context<'_>, shot: &mut Shot<'_>, scene: &Scene, outcome: &mut Outcome) -> Result<()> {
     let quality = context.quality;
     let steps = quality.pick(2, 13, 49);
     let size = quality.pick([24, 16], [96, 64], [240, 160]);
@@ -148,9 +151,9 @@ fn sequence(context: &Context, shot: &mut Shot<'_>, scene: &Scene, outcome: &mut
         "Multi-scale beside near field while zooming in",
         &["zoom", "near: mean", "multi-scale: mean", "difference, %", "its standard errors"],
     );
-    let bar = context.progress(steps as u64, "zooming");
+    let stage = context.stage(steps as u64, "zooming");
     for k in 0..steps {
-        context.go_on()?;
+        context.check_interrupted()?;
         let zoom = CLOSE.powf(k as f32 / (steps - 1).max(1) as f32);
         shot.aim("zoom", size, [0, 0, size[0], size[1]]);
         shot.set_camera(zoomed(scene, zoom)?);
@@ -162,7 +165,7 @@ fn sequence(context: &Context, shot: &mut Shot<'_>, scene: &Scene, outcome: &mut
         if z.abs() > worst.0.abs() {
             worst = (z, offset);
         }
-        let mean = |film: &Film| super::shot::colors(film).iter().sum::<f64>() / (3 * size[0] * size[1]) as f64;
+        let mean = |film: &Film| colors(film).iter().sum::<f64>() / (3 * size[0] * size[1]) as f64;
         table.row([
             format!("{zoom:.2}"),
             format!("{:.5}", mean(&pair[0])),
@@ -171,9 +174,8 @@ fn sequence(context: &Context, shot: &mut Shot<'_>, scene: &Scene, outcome: &mut
             format!("{z:+.1}"),
         ]);
         films.push(pair[1].clone());
-        bar.inc(1);
+        stage.advance(1);
     }
-    bar.finish_and_clear();
     context.write("zoom.png", &animated(&films).map_err(|e| anyhow!("cannot encode PNG: {e}"))?)?;
     outcome
         .pictures

@@ -1,8 +1,9 @@
 //! Yan17 Fig. 6: one index of refraction against two, on a polar bear's fibre lit from behind.
 
-use super::one_fiber;
-use super::shot::{Method, NEAR, YAN2015};
-use super::{Claim, Context, Outcome, Picture, Verdict};
+use crate::context::Context;
+use crate::one_fiber;
+use crate::shot::{Method, NEAR, YAN2015};
+use crate::{Claim, Outcome, Picture, Verdict};
 use anyhow::Result;
 use glam::Vec3;
 use vellus::Fiber;
@@ -10,7 +11,7 @@ use vellus::Fiber;
 /// Share of the radius that is medulla.
 const KAPPA: f32 = 0.7;
 
-pub fn run(context: &Context) -> Result<Outcome> {
+pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let quality = context.quality;
     let mut outcome = Outcome::new(
         "A polar bear's fibre lit from behind: with an index of 1.45 for the cortex and of 1.0 for the medulla, the model of 2015 has dark \

@@ -1,24 +1,25 @@
-//! What a fit found, in words and numbers.
+//! The result of a fit as text, as a fibre file and as JSON.
 
-use crate::fiber_args::Spec;
-use crate::output;
-use anyhow::Result;
+use crate::text;
 use serde_json::{Map, Value, json};
 use std::path::Path;
 use vellus_fit::{Estimate, Fit, NOISE_LIKE, Profile, State};
 
-/// A χ² that much worse is three standard errors.
+/// A difference in χ² of three standard errors.
 const SIGNIFICANT: f64 = 9.0;
 
-/// A fit with what it was of.
-pub struct Told<'a> {
+/// A fit and its profile.
+pub struct Summary<'a> {
+    /// The file of the profile.
     pub path: &'a Path,
+    /// The measured profile.
     pub profile: &'a Profile,
+    /// The fit.
     pub fit: &'a Fit,
 }
 
-/// Digits down to a tenth of the error, or four.
-pub fn value(e: &Estimate) -> String {
+/// The value of a parameter, with digits down to a tenth of its error, or with four digits.
+pub(super) fn value(e: &Estimate) -> String {
     let text = match e.error {
         Some(error) if (1e-6..1e6).contains(&e.value.abs()) => {
             let digits = (1.0 - error.max(1e-9).log10().floor()).clamp(0.0, 8.0) as usize;
@@ -29,8 +30,8 @@ pub fn value(e: &Estimate) -> String {
     text + e.unit
 }
 
-/// Four significant digits, without zeros at the end.
-pub fn significant(x: f64) -> String {
+/// A number with four significant digits, without trailing zeros.
+pub(super) fn significant(x: f64) -> String {
     if x == 0.0 {
         "0".to_owned()
     } else if (1e-4..1e5).contains(&x.abs()) {
@@ -42,16 +43,16 @@ pub fn significant(x: f64) -> String {
     }
 }
 
-/// The error, to two digits.
-pub fn error(e: &Estimate) -> String {
+/// The standard error, with two digits.
+pub(super) fn error(e: &Estimate) -> String {
     e.error.map_or(String::new(), |x| {
         let digits = (1.0 - x.max(1e-9).log10().floor()).clamp(0.0, 8.0) as usize;
         if !(1e-6..1e6).contains(&x) { format!("{x:.1e}{}", e.unit) } else { format!("{x:.digits$}{}", e.unit) }
     })
 }
 
-/// How it was treated.
-pub fn remark(e: &Estimate) -> String {
+/// How the parameter was treated.
+pub(super) fn remark(e: &Estimate) -> String {
     match &e.state {
         State::Fixed => "fixed".to_owned(),
         State::Tied(leader) => format!("tied to {leader}"),
@@ -61,7 +62,7 @@ pub fn remark(e: &Estimate) -> String {
     }
 }
 
-/// Error and remark, in a comment.
+/// Error and remark, for a comment.
 fn note(e: &Estimate) -> String {
     let error = e.error.map(|_| format!("± {}", error(e)));
     let remark = Some(remark(e)).filter(|r| !r.is_empty());
@@ -72,21 +73,21 @@ fn percent(x: f64) -> String {
     format!("{:.2} %", 100.0 * x)
 }
 
-impl Told<'_> {
-    /// What it explains; a model that has no constant among its profiles can be worse than one.
+impl Summary<'_> {
+    /// How much the fit explains. It can explain less than a constant does: not every model has constant profiles.
     fn explained(&self) -> String {
         let share = self.fit.explained.share;
         let much = if share > 0.0 { percent(share) } else { "nothing".to_owned() };
         format!("{much} of the variation of the logarithms")
     }
 
-    /// Why it says nothing about the fibre, if so.
+    /// Why the fit says nothing about the fibre, if so.
     pub fn no_fit(&self) -> Option<String> {
         let fit = self.fit;
         fit.no_fit.map(|why| format!("no fit: {why} (it explains {}, NRMSE {})", self.explained(), percent(fit.nrmse)))
     }
 
-    /// What to be warned of, a sentence each.
+    /// Warnings, one sentence each.
     pub fn warnings(&self) -> Vec<String> {
         let fit = self.fit;
         let mut warnings = Vec::new();
@@ -119,22 +120,23 @@ impl Told<'_> {
                 .iter()
                 .zip(&rival.values)
                 .filter(|(e, _)| e.state == State::Fitted)
-                .map(|(e, x)| format!("{} {}", e.name, output::number(*x)))
+                .map(|(e, x)| format!("{} {}", e.name, text::number(*x)))
                 .collect();
             warnings.push(format!("another fibre fits as well (χ² worse by {:.1}): {}", rival.chi2, values.join(", ")));
         }
         if fit.widened > NOISE_LIKE {
             warnings.push(format!(
-                "the model does not follow the data to within its noise: neighbouring residuals correlate by {:.2} over φ and {:.2} over \
-                 θ; standard errors are {:.1} times as large for it, and tell nothing of what a better model would find",
+                "the model does not follow the data to within its noise: neighbouring residuals correlate by {:.2} \
+                 over φ and {:.2} over θ; standard errors are {:.1} times as large for it, and say nothing about what a \
+                 better model would find",
                 fit.neighbours[0], fit.neighbours[1], fit.widened
             ));
         }
         warnings
     }
 
-    /// What was fitted and how well, a line each.
-    pub fn summary(&self) -> Vec<(String, String)> {
+    /// Names and values of what was fitted and how well.
+    pub fn lines(&self) -> Vec<(String, String)> {
         let (fit, profile) = (self.fit, self.profile);
         let [low, high] = profile.range();
         let [begun, finished, same] = fit.starts;
@@ -156,7 +158,7 @@ impl Told<'_> {
                     profile.quantity.name()
                 ),
             ),
-            ("measured range".to_owned(), format!("{} to {}", output::number(low), output::number(high))),
+            ("measured range".to_owned(), format!("{} to {}", text::number(low), text::number(high))),
             ("NRMSE".to_owned(), format!("{} of that range", percent(fit.nrmse))),
             ("NRMSE, logarithms".to_owned(), format!("{} of theirs", percent(fit.log_nrmse))),
             ("explained".to_owned(), self.explained()),
@@ -186,22 +188,22 @@ impl Told<'_> {
         ]
     }
 
-    /// For people.
+    /// A table for people.
     pub fn table(&self) -> String {
         let mut rows = vec![["", "value", "± 1 s.e.", ""].map(str::to_owned).to_vec()];
         for e in &self.fit.estimates {
             rows.push(vec![e.name.clone(), value(e), error(e), remark(e)]);
         }
-        let mut text = output::align(&rows);
+        let mut text = text::align(&rows);
         text.push('\n');
-        for (name, what) in self.summary() {
+        for (name, what) in self.lines() {
             text += &format!("{name}: {what}\n");
         }
         text
     }
 
-    /// A fibre file: what `--fiber` reads, the rest in comments.
-    pub fn toml(&self) -> Result<String> {
+    /// A fibre file. `fiber` is the fitted fibre as TOML; this adds errors, remarks and the summary as comments.
+    pub fn toml(&self, fiber: &str) -> String {
         let mut text = String::new();
         if self.fit.interrupted {
             text += "# INTERRUPTED: the best so far\n";
@@ -209,27 +211,27 @@ impl Told<'_> {
         if self.fit.no_fit.is_some() {
             text += "# NO FIT: do not use this fibre for a measured one\n";
         }
-        for (name, what) in self.summary() {
+        for (name, what) in self.lines() {
             text += &format!("# {name}: {what}\n");
         }
         for warning in self.warnings() {
             text += &format!("# warning: {warning}\n");
         }
-        // Not of a fibre file: what --eta-m takes.
+        // The index of the medulla belongs to a model, not to a fibre file: it becomes a comment.
         for e in self.fit.estimates.iter().filter(|e| e.name == "eta_m") {
-            text += &format!("# {} = {}  # {}\n", e.name, output::number(e.value), note(e));
+            text += &format!("# {} = {}  # {}\n", e.name, text::number(e.value), note(e));
         }
-        for line in toml::to_string(&Spec::of(&self.fit.specimen.fiber))?.lines() {
+        for line in fiber.lines() {
             let name = line.split_once(" = ").map_or("", |(name, _)| name);
             let of = |e: &&Estimate| e.name.split('.').next() == Some(name);
             let notes: Vec<String> = self.fit.estimates.iter().filter(of).map(note).collect();
             let notes = if notes.is_empty() { format!("{} has none", self.fit.model) } else { notes.join("; ") };
             text += &format!("{line}  # {notes}\n");
         }
-        Ok(text)
+        text
     }
 
-    /// For programs.
+    /// The result for programs.
     pub fn json(&self) -> Value {
         let (fit, profile) = (self.fit, self.profile);
         let parameters: Map<String, Value> = fit
