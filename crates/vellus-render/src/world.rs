@@ -10,7 +10,7 @@ use crate::shading::fibers::{Fibers, Trace};
 use crate::shading::surface::Scatter;
 use glam::Vec2;
 use vellus::{Bcsdf, Fiber, Model};
-use vellus_scene::{Basis, Camera, Error, Look, Parameter, Scene, Strands, Surface, Texture, Values};
+use vellus_scene::{Basis, Camera, Error, Look, Scene, Strands, Surface, Texture, Values};
 
 /// What rays need of a scene.
 pub struct World {
@@ -133,7 +133,9 @@ impl World {
         let uv = self.root_uv(hit);
         for (parameter, value) in &look.textured {
             let texel = self.textures[value.texture].at(uv);
-            set(&mut fiber, *parameter, std::array::from_fn(|c| texel[c] * value.scale[c]), true);
+            // A texture gives angles in degrees, as files do.
+            let product = std::array::from_fn(|c| parameter.unit().to_stored(texel[c] * value.scale[c]));
+            parameter.set_nearest(&mut fiber, product);
         }
         for (parameter, values) in &strands.varying {
             let value = match values {
@@ -141,7 +143,7 @@ impl World {
                 Values::PerStrand(values) => values[hit.strand],
                 Values::PerPoint(values) => along(strands, values, hit),
             };
-            set(&mut fiber, *parameter, value, false);
+            parameter.set_nearest(&mut fiber, value);
         }
         fiber
     }
@@ -153,12 +155,6 @@ impl World {
         let color = std::array::from_fn(|c| (surface.color.color[c] * texel[c]).clamp(0.0, 1.0));
         (Scatter::new(color, surface.roughness, surface.metallic, surface.ior), surface.emission)
     }
-}
-
-/// Textures give angles in degrees, as files do.
-fn set(fiber: &mut Fiber, parameter: Parameter, value: [f32; 3], degrees: bool) {
-    let value = if degrees && parameter.is_angle() { value.map(f32::to_radians) } else { value };
-    parameter.set(fiber, value);
 }
 
 /// A value given at the control points, at the hit: linear between the two it lies between.

@@ -1,8 +1,8 @@
 //! Strands of hair and fur.
 
 use crate::error::{Error, invalid};
-use crate::look::Parameter;
 use glam::{Vec2, Vec3, Vec4};
+use vellus::Parameter;
 
 /// The largest coordinate or radius of strands, meshes and the camera, in scene units, with either sign: 10⁹. The
 /// renderer multiplies up to four lengths, and 10³⁶ is still a number in single precision.
@@ -140,10 +140,10 @@ impl Strands {
                 Values::PerPoint(values) => (&values[..], self.points.len()),
             };
             if values.len() != expected {
-                return fail(format!("{} has {} values where {expected} belong", parameter.key(), values.len()));
+                return fail(format!("{} has {} values where {expected} belong", parameter.name(), values.len()));
             }
             if let Some(bad) = values.iter().find(|v| v.iter().any(|x| !x.is_finite())) {
-                return fail(format!("{} has the value {bad:?}: it must be finite", parameter.key()));
+                return fail(format!("{} has the value {bad:?}: it must be finite", parameter.name()));
             }
         }
         Ok(())

@@ -1,7 +1,6 @@
 //! Pictures and what belongs to them as files.
 
 use super::denoise::Denoiser;
-use crate::fiber_args::Spec;
 use crate::output;
 use crate::say::{note, say};
 use anyhow::{Result, anyhow};
@@ -83,9 +82,9 @@ pub fn fibers(scene: &Scene) -> Vec<(String, String)> {
     for (i, look) in scene.looks.iter().enumerate() {
         let name: String =
             look.name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).take(40).collect();
-        let mut value = serde_json::to_string(&Spec::of(&look.fiber)).unwrap_or_default();
+        let mut value = serde_json::to_string(&look.fiber).unwrap_or_default();
         let varying = scene.strands.iter().filter(|s| s.look == i).flat_map(|s| s.varying.iter().map(|v| v.0));
-        let mut others: Vec<_> = look.textured.iter().map(|t| t.0).chain(varying).map(|p| p.key()).collect();
+        let mut others: Vec<_> = look.textured.iter().map(|t| t.0).chain(varying).map(|p| p.name()).collect();
         others.sort_unstable();
         others.dedup();
         if !others.is_empty() {

@@ -47,7 +47,7 @@ pub use hit::Yan2015Hit;
 use paths::Paths;
 use std::sync::Arc;
 use vellus::parts::{Medulla, exp};
-use vellus::{Error, Fiber, Field, Lobe, Model, Tables, Window};
+use vellus::{Error, Fiber, Field, Lobe, Model, Parameter, Tables, Window};
 use wide::f32x8;
 
 /// The eleven lobes and the diffuse one, in the order of [`Yan2015Hit::lobes`].
@@ -91,12 +91,13 @@ impl Yan2015 {
 
     fn prepare(fiber: &Fiber, eta_m: f32, known: Option<&Arc<Escape>>) -> Result<Self, Error> {
         fiber.validate()?;
-        if !(1.0..=3.0).contains(&eta_m) {
+        let range = Parameter::Eta.range();
+        if !range.contains(eta_m) {
             return Err(Error::OutOfRange {
                 name: "eta_m".to_owned(),
                 // The f64 that prints as the f32 does.
                 value: eta_m.to_string().parse().unwrap_or(f64::from(eta_m)),
-                range: "eta_m must be in [1, 3]",
+                range: format!("eta_m must be in {range}"),
             });
         }
         let tables = Tables::shipped();
