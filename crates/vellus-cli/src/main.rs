@@ -20,6 +20,7 @@ mod render;
 mod say;
 mod scene;
 mod table;
+mod terminal;
 
 use anyhow::{Context, Result};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};

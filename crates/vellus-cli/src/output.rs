@@ -40,7 +40,9 @@ impl OutputArgs {
     }
 }
 
+pub use vellus_experiments::cpu_time;
 pub use vellus_io::folder;
+pub use vellus_plot::text::{align, number};
 
 /// Writes `bytes` to `path`, or to standard output without one. A regular file is replaced as a whole or not at all:
 /// see [`vellus_io::write()`].
@@ -62,49 +64,6 @@ pub fn check_extension(path: &Path, extensions: &[&str]) -> Result<()> {
 /// Checks that a file can be written there, before long work begins.
 pub fn writable(path: &Path) -> Result<()> {
     vellus_io::writable(path).with_context(|| format!("cannot write {}", path.display()))
-}
-
-/// Processor time of all threads since the program began, where the system tells it.
-pub fn cpu_time() -> Option<std::time::Duration> {
-    #[cfg(unix)]
-    return rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime).try_into().ok();
-    #[cfg(not(unix))]
-    None
-}
-
-/// Columns aligned to their widest cell, numbers to the right.
-pub fn align(rows: &[Vec<String>]) -> String {
-    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..columns)
-        .map(|c| rows.iter().filter_map(|r| r.get(c)).map(|s| s.chars().count()).max().unwrap_or(0))
-        .collect();
-    let mut text = String::new();
-    for row in rows {
-        let mut line = String::new();
-        for (c, cell) in row.iter().enumerate() {
-            let padding = " ".repeat(widths[c] - cell.chars().count());
-            if c == 0 {
-                line += &format!("{cell}{padding}");
-            } else {
-                line += &format!("  {padding}{cell}");
-            }
-        }
-        text += line.trim_end();
-        text.push('\n');
-    }
-    text
-}
-
-/// Six significant digits, for tables.
-pub fn number(x: f64) -> String {
-    if x == 0.0 {
-        "0".to_owned()
-    } else if (1e-4..1e5).contains(&x.abs()) {
-        let digits = (5 - x.abs().log10().floor() as i32).clamp(0, 9) as usize;
-        format!("{x:.digits$}")
-    } else {
-        format!("{x:.4e}")
-    }
 }
 
 /// A bar for long work with rate and remaining time; nothing where standard error is not a terminal.

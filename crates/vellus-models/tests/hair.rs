@@ -1,9 +1,9 @@
 //! The hair models against each other, and against what their papers say.
 
 use std::f64::consts::{PI, TAU};
-use vellus::oracle::{bessel_i0e, fresnel};
 use vellus::{Color, Fiber, Field, Lobe, Model, Scattering, Window};
 use vellus_models::{ModelKind, chiang};
+use vellus_reference::exact::{bessel_i0e, fresnel};
 use vellus_testing::{Uniform, direction};
 
 fn hair() -> Fiber {

@@ -33,7 +33,7 @@ fn models() -> impl Iterator<Item = (ModelKind, Fiber, AnyModel)> {
 
 /// That of 2015 sampled as it was then.
 fn published() -> impl Iterator<Item = (ModelKind, Fiber, AnyModel)> {
-    let model = |fiber: Fiber| AnyModel::Yan2015(Yan2015::with_eta_m(&fiber, 1.4).unwrap().sampled_as_published());
+    let model = |fiber: Fiber| AnyModel::Yan2015(Yan2015::with_eta_m(&fiber, 1.4).unwrap().with_original_sampling());
     fibers().into_iter().map(move |fiber| (ModelKind::Yan2015, fiber, model(fiber)))
 }
 
