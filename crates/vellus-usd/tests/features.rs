@@ -648,7 +648,7 @@ def Camera \"eye\" {{ double shutter:open = -0.25 double shutter:close = 0.5 }}"
     for wrong in ["velocities = [(1,0,0)]", "velocities.timeSamples = { 2: [(0,0,0), (50,0,0)] }"] {
         let (open, close, said) = read(two, &format!("vector3f[] {wrong}"), 1.25);
         assert_eq!((open.x, close.x), (7.0, 7.75));
-        assert!(said.contains("/c, /m: its velocities are not those of its points"), "{said}");
+        assert!(said.contains("/c, /m: its velocities do not match its points"), "{said}");
     }
 }
 
@@ -669,10 +669,10 @@ fn primvars_outside_their_range_and_unknown_ones_are_said() {
     let said: Vec<String> = warnings.iter().map(ToString::to_string).collect();
     assert_eq!(said.len(), 3, "{said:?}");
     assert!(
-        said[0].starts_with("/a: primvars:vellus:kappa[0] is 5: the range is [0, 0.99], so 0.99 is taken"),
+        said[0].starts_with("/a: primvars:vellus:kappa[0] is 5: the range is [0, 0.99], so it is clamped to 0.99"),
         "{said:?}"
     );
     assert!(said[1].starts_with("/a: primvars:vellus:sigma_ca[0] is -1: the range is [0, 1000]"), "{said:?}");
-    assert_eq!(said[2], "/a, /b: primvars:vellus:fluff is no parameter of VellusFur and left out");
+    assert_eq!(said[2], "/a, /b: primvars:vellus:fluff is not a parameter of VellusFur and is ignored");
     assert_eq!(scene.strands.len(), 2);
 }
