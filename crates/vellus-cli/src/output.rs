@@ -41,7 +41,6 @@ impl OutputArgs {
 }
 
 pub use vellus_experiments::cpu_time;
-pub use vellus_io::folder;
 pub use vellus_plot::text::{align, number};
 
 /// Writes `bytes` to a file, or to standard output. A regular file is replaced as a whole or not at all: see

@@ -9,6 +9,7 @@ use vellus_models::{
     AnyModel, Chiang2016, DEon2011, Error, KajiyaKay1989, Marschner2003, ModelKind, Yan2015, ZinkeWeber2007,
 };
 use vellus_render::World;
+use vellus_scene::Scene;
 
 /// A reflectance model and its options.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,6 +37,22 @@ impl Method {
         match self.kind {
             ModelKind::Yan2015 => Ok(AnyModel::Yan2015(self.yan2015(fiber)?)),
             kind => kind.model(fiber),
+        }
+    }
+
+    /// A scene ready for rays, with this model for all strands.
+    ///
+    /// # Errors
+    /// As [`World::new`].
+    pub fn world(&self, scene: Scene) -> Result<World, vellus_scene::Error> {
+        match self.kind {
+            ModelKind::Vellus => World::with_model(scene, Bcsdf::new),
+            ModelKind::Yan2015 => World::with_model(scene, |fiber| self.yan2015(fiber)),
+            ModelKind::Chiang2016 => World::with_model(scene, Chiang2016::new),
+            ModelKind::DEon2011 => World::with_model(scene, DEon2011::new),
+            ModelKind::ZinkeWeber2007 => World::with_model(scene, ZinkeWeber2007::new),
+            ModelKind::Marschner2003 => World::with_model(scene, Marschner2003::new),
+            ModelKind::KajiyaKay1989 => World::with_model(scene, KajiyaKay1989::new),
         }
     }
 
