@@ -5,6 +5,7 @@ use crate::render;
 use crate::say::say;
 use anyhow::Result;
 use clap::Parser;
+use std::path::Path;
 
 #[derive(Parser)]
 struct Command {
@@ -23,10 +24,11 @@ pub fn run() -> Result<()> {
          This is the command: vellus render {OPTIONS} --time 75s\n"
     );
     let options = OPTIONS.split(' ').chain(["--time", "75s"]);
-    let args = Command::parse_from(["vellus"].into_iter().chain(options)).args;
-    let args = render::Args { preview: true, ..args };
+    let mut args = Command::parse_from(["vellus"].into_iter().chain(options)).args;
+    args.preview = true;
     let result = render::run(&args);
-    if result.is_ok() || result.as_ref().is_err_and(|error| error.is::<Interrupted>()) {
+    let has_ended = result.as_ref().map_or_else(|error| error.is::<Interrupted>(), |()| true);
+    if has_ended && Path::new("out/raccoon.png").exists() {
         say!(
             "\nThe picture is out/raccoon.png. Next:\n  \
              vellus render {OPTIONS} --resume\n                       continue it: less noise\n  \
