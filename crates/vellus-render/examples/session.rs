@@ -2,7 +2,7 @@
 //!
 //! `cargo run -p vellus-render --example session -- [OUTPUT.exr]`
 
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use vellus::{Fiber, Species};
@@ -44,7 +44,7 @@ fn scene() -> Scene {
         name: "fur".to_owned(),
         basis: Basis::Bezier,
         starts: (0..=500).map(|i| 4 * i).collect(),
-        points: points.into_iter().map(Vec4::from).collect(),
+        points,
         moved: None,
         root_uv: None,
         look: 0,
