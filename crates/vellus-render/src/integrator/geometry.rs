@@ -7,7 +7,7 @@ use crate::light::Lights;
 use crate::shading::surface::Scatter;
 use glam::{Vec2, Vec3};
 use vellus::Fiber;
-use vellus_scene::{Basis, Look, Parameter, Strands, Surface, Texture, Values};
+use vellus_scene::{Basis, Look, Strands, Surface, Texture, Values};
 
 /// Strands, meshes, lights, camera, materials and textures, prepared for rays.
 pub struct Geometry {
@@ -53,7 +53,9 @@ impl Geometry {
         let uv = self.root_uv(hit);
         for (parameter, value) in &look.textured {
             let texel = self.textures[value.texture].at(uv);
-            set(&mut fiber, *parameter, std::array::from_fn(|c| texel[c] * value.scale[c]), true);
+            // A texture gives angles in degrees, as files do.
+            let product = std::array::from_fn(|c| parameter.unit().to_stored(texel[c] * value.scale[c]));
+            parameter.set_nearest(&mut fiber, product);
         }
         for (parameter, values) in &strands.varying {
             let value = match values {
@@ -61,7 +63,7 @@ impl Geometry {
                 Values::PerStrand(values) => values[hit.strand],
                 Values::PerPoint(values) => along(strands, values, hit),
             };
-            set(&mut fiber, *parameter, value, false);
+            parameter.set_nearest(&mut fiber, value);
         }
         fiber
     }
@@ -81,12 +83,6 @@ impl Geometry {
         let closed = self.view.seen(size, now + movement * (1.0 - time), 1.0);
         open.zip(closed).map_or([0.0; 2], |(open, closed)| [closed.x - open.x, open.y - closed.y])
     }
-}
-
-/// Sets a parameter. Textures store angles in degrees, like files.
-fn set(fiber: &mut Fiber, parameter: Parameter, value: [f32; 3], degrees: bool) {
-    let value = if degrees && parameter.is_angle() { value.map(f32::to_radians) } else { value };
-    parameter.set(fiber, value);
 }
 
 /// A value per control point at a hit: interpolated linearly between the two control points around it.
