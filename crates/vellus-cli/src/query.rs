@@ -128,8 +128,7 @@ impl Query {
 
 /// Unit vector at θ and φ in degrees.
 pub fn direction(theta: f64, phi: f64) -> Vec3 {
-    let ((st, ct), (sp, cp)) = (theta.to_radians().sin_cos(), phi.to_radians().sin_cos());
-    Vec3::new(st as f32, (ct * cp) as f32, (ct * sp) as f32)
+    vellus::direction(theta.to_radians(), phi.to_radians())
 }
 
 /// Reads queries from CSV with a header naming theta_o, theta_i, phi, and either h or both h_lo and h_hi, in any

@@ -3,7 +3,7 @@
 use crate::azimuthal::Around;
 use crate::longitudinal::Along;
 use glam::Vec3;
-use vellus::parts::{Frame, Outgoing};
+use vellus::parts::{self, Frame, Outgoing};
 use vellus::{Lobe, Lobes, Sample, Scattering};
 use wide::f32x8;
 
@@ -28,21 +28,13 @@ pub(crate) fn largest_channel(energy: &Energies) -> [f32; 8] {
     std::array::from_fn(|i| energy[0][i].max(energy[1][i]).max(energy[2][i]))
 }
 
-/// The item that `u`, times the sum of the weights, falls to, never one without weight; and what is left of `u`, uniform again.
+/// The item that `u`, times the sum of the weights, falls to, never one without a weight; and what is left of `u`, again
+/// uniform in [0, 1].
 #[inline(always)]
 pub(crate) fn choose(weights: &[f32], u: f32) -> (usize, f32) {
-    let mut rest = u * weights.iter().sum::<f32>();
-    let mut chosen = (0, 0.0);
-    for (i, &w) in weights.iter().enumerate() {
-        if w > 0.0 {
-            chosen = (i, (rest / w).clamp(0.0, 1.0));
-            if rest < w {
-                break;
-            }
-        }
-        rest -= w;
-    }
-    chosen
+    let target = u * weights.iter().sum::<f32>();
+    parts::choose(weights.iter().copied().enumerate(), target)
+        .map_or((0, 0.0), |choice| (choice.item, choice.fraction().clamp(0.0, 1.0)))
 }
 
 /// A weight, f·cos θᵢ over the density, 0 where both underflow.
@@ -113,12 +105,12 @@ impl<L: Along, A: Around> Scattering for Factored<L, A> {
     }
 
     #[inline]
-    fn sample(&self, u: [f32; 5]) -> Sample {
+    fn sample(&self, u: [f32; 5]) -> Option<Sample> {
         let (lane, _) = choose(&self.probability.to_array(), u[0]);
         let outgoing = self.draw(lane, [u[1], u[2], u[3]]);
         let densities = self.densities(&outgoing);
         let pdf = self.pdf_of(densities);
         let weight = weight(self.lobes_of(densities).total(), pdf);
-        Sample { wi: direction(&self.frame, &outgoing), pdf, weight, lobe: self.names[lane] }
+        Sample::new(direction(&self.frame, &outgoing), pdf, weight, self.names[lane])
     }
 }

@@ -63,8 +63,7 @@ impl Directions {
 
 /// Unit vector at θ and φ in degrees.
 pub(crate) fn unit(theta: f64, phi: f64) -> Vec3 {
-    let ((st, ct), (sp, cp)) = (theta.to_radians().sin_cos(), phi.to_radians().sin_cos());
-    Vec3::new(st as f32, (ct * cp) as f32, (ct * sp) as f32)
+    vellus::direction(theta.to_radians(), phi.to_radians())
 }
 
 /// What the terms of a far field have of φ, RGB: the eight unscattered lobes, and up to three others.

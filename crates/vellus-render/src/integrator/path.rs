@@ -15,7 +15,7 @@ use crate::shading::fibers::Fibers;
 use crate::world::World;
 use glam::{Vec3, Vec4Swizzles};
 use std::f32::consts::PI;
-use vellus::{Field, Lobes, Model, Scattering, Window};
+use vellus::{FiberFrame, Field, Lobes, Model, Scattering, Window};
 
 /// Which offsets a hit stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,44 +110,14 @@ fn weight(own: f32, other: f32) -> f32 {
 }
 
 /// The frame of a fibre at a hit.
-struct FiberFrame {
-    tangent: Vec3,
-    across: (Vec3, Vec3),
-    /// Axis and radius.
-    axis: Vec3,
-    radius: f32,
-    time: f32,
+fn frame_at(hit: &CurveHit) -> FiberFrame {
+    let point = hit.segment.at(hit.entry.u);
+    FiberFrame::new(hit.segment.tangent(hit.entry.u), point.xyz(), point.w)
 }
 
-impl FiberFrame {
-    fn new(hit: &CurveHit, time: f32) -> Self {
-        let point = hit.segment.at(hit.entry.u);
-        let tangent = hit.segment.tangent(hit.entry.u);
-        FiberFrame { tangent, across: across(tangent), axis: point.xyz(), radius: point.w, time }
-    }
-
-    fn local(&self, w: Vec3) -> Vec3 {
-        Vec3::new(w.dot(self.tangent), w.dot(self.across.0), w.dot(self.across.1))
-    }
-
-    fn world(&self, w: Vec3) -> Vec3 {
-        self.tangent * w.x + self.across.0 * w.y + self.across.1 * w.z
-    }
-
-    /// h: the sine of the angle from the surface normal to the way the ray came, about the tangent.
-    fn offset(&self, ray: &Ray, t: f32) -> f32 {
-        let q = ray.at(t) - self.axis;
-        let n = (q - self.tangent * q.dot(self.tangent)).normalize_or(self.across.0);
-        let wo = -ray.direction;
-        let wo = (wo - self.tangent * wo.dot(self.tangent)).normalize_or(n);
-        self.tangent.dot(n.cross(wo)).clamp(-1.0, 1.0)
-    }
-
-    /// A ray that leaves toward `direction`: from the side of the fibre that faces it.
-    fn leave(&self, direction: Vec3, limit: f32) -> Ray {
-        let out = (direction - self.tangent * direction.dot(self.tangent)).normalize_or(self.across.0);
-        Ray { origin: self.axis + out * (1.001 * self.radius), direction, limit, time: self.time }
-    }
+/// A ray that leaves toward `direction`, from the side of the fibre that faces it.
+fn leave(frame: &FiberFrame, direction: Vec3, limit: f32, time: f32) -> Ray {
+    Ray { origin: frame.center() + frame.outward(direction) * (1.001 * frame.radius()), direction, limit, time }
 }
 
 /// One sample being traced.
@@ -292,9 +262,9 @@ impl World {
         hit: &CurveHit,
         depth: u32,
     ) -> Option<(Ray, f32)> {
-        let frame = FiberFrame::new(hit, ray.time);
-        let h = frame.offset(ray, hit.entry.t);
-        let wo = frame.local(-ray.direction);
+        let frame = frame_at(hit);
+        let h = frame.offset(ray.at(hit.entry.t), -ray.direction);
+        let wo = frame.to_local(-ray.direction);
         let window = match path.settings.mode {
             Mode::Near => Window::near(h),
             Mode::Far => Window::far(),
@@ -302,10 +272,10 @@ impl World {
                 None => {
                     let pixel = self.view.pixel_width(path.settings.size, ray, hit.entry.t);
                     // Hits are spread over the pixel already: half of it more keeps the picture as sharp as its filter.
-                    Window::cell(h, (0.5 * pixel / frame.radius.max(1e-30)).min(2.0), sampler.chance())
+                    Window::cell(h, 0.5 * frame.pixel_width(pixel), sampler.chance())
                 }
                 // D15: the far field where the last scattering spread the path over all of the fibre's width.
-                Some(angle) if angle * hit.entry.t >= 2.0 * frame.radius && largest(path.throughput) >= FAINT => {
+                Some(angle) if angle * hit.entry.t >= 2.0 * frame.radius() && largest(path.throughput) >= FAINT => {
                     Window::far()
                 }
                 Some(_) => Window::near(h),
@@ -319,17 +289,20 @@ impl World {
             Field::Any => window,
         };
         if depth == 0 {
-            path.set(Layer::Tangent, &frame.tangent.to_array());
-            let n = (ray.at(hit.entry.t) - frame.axis).normalize_or_zero();
+            path.set(Layer::Tangent, &frame.tangent().to_array());
+            let n = (ray.at(hit.entry.t) - frame.center()).normalize_or_zero();
             path.set(Layer::Normal, &n.to_array());
             path.set(Layer::Fibers, &[1.0]);
             path.set(Layer::RootUv, &self.root_uv(hit).to_array());
             if self.moves {
-                path.set(Layer::Motion, &self.motion(path.settings, frame.axis, self.curves.movement(hit), ray.time));
+                path.set(
+                    Layer::Motion,
+                    &self.motion(path.settings, frame.center(), self.curves.movement(hit), ray.time),
+                );
             }
             path.strand = nearest(hit.entry.t, self.strand_number(hit));
         }
-        model.with(wo, window, |scattering| self.scatter_at(path, sampler, &frame, scattering, depth))
+        model.with_hit(wo, window, |scattering| self.scatter_at(path, sampler, (&frame, ray.time), scattering, depth))
     }
 
     /// Samples a light and a direction at a fibre.
@@ -337,7 +310,7 @@ impl World {
         &self,
         path: &mut Path,
         sampler: &mut Sampler,
-        frame: &FiberFrame,
+        (frame, time): (&FiberFrame, f32),
         scattering: &impl Scattering,
         depth: u32,
     ) -> Option<(Ray, f32)> {
@@ -352,12 +325,12 @@ impl World {
             let u = if k == 0 { a } else { sampler.next() };
             // Each in its own share of the lights.
             let pick = (u[0] + k as f32) / path.lights;
-            let Some((which, light)) = self.lights.sample(frame.axis, [pick, u[1], u[2]]) else { continue };
-            let (f, pdf) = scattering.eval_pdf(frame.local(light.direction));
+            let Some((which, light)) = self.lights.sample(frame.center(), [pick, u[1], u[2]]) else { continue };
+            let (f, pdf) = scattering.eval_pdf(frame.to_local(light.direction));
             let total = f.total();
             let w = weight(light.pdf * path.lights, pdf) / path.lights;
             let asked = (4.0 * PI / ASKED[usize::from(depth > 0)] * path.lights * largest(total) * w).min(1.0);
-            if sampler.chance() < asked && !path.blocked(&frame.leave(light.direction, shadow_limit(&light))) {
+            if sampler.chance() < asked && !path.blocked(&leave(frame, light.direction, shadow_limit(&light), time)) {
                 let given = if light.pdf.is_infinite() { 1.0 } else { 1.0 / light.pdf };
                 let w = w * given / asked;
                 let lobes = path.lobes;
@@ -369,14 +342,12 @@ impl World {
             }
         }
         let sample = scattering.sample([b[0], b[1], b[2], b[3], a[3]]);
-        if !(sample.pdf > 0.0 && largest(sample.weight) > 0.0) {
-            return None;
-        }
+        let sample = sample.filter(|sample| largest(sample.weight) > 0.0)?;
         if apart {
             path.lobes = Some(shares(&scattering.eval(sample.wi)));
         }
         path.throughput = times(path.throughput, sample.weight);
-        Some((frame.leave(frame.world(sample.wi), f32::INFINITY), sample.pdf))
+        Some((leave(frame, frame.to_world(sample.wi), f32::INFINITY, time), sample.pdf))
     }
 
     /// How many pixels a point moves right and up while the shutter is open; `movement` is its own way in that time.
