@@ -2,11 +2,12 @@
 
 use crate::fiber_args::Incidence;
 use crate::output::{self, Format};
-use crate::query::{Offsets, Query, WindowArgs, direction};
+use crate::query::{Offsets, Query, WindowArgs};
 use anyhow::Result;
 use rayon::prelude::*;
 use serde_json::json;
 use vellus::{Bcsdf, Fiber, Hit, Lobe};
+use vellus_models::direction;
 
 /// Which hit.
 #[derive(clap::Args)]

@@ -1,30 +1,33 @@
-//! A reflectance model on the command line, by its name.
+//! A reflectance model on the command line.
 
 use anyhow::{Result, bail};
-use vellus::{Bcsdf, Fiber};
-use vellus_models::{AnyModel, Chiang2016, DEon2011, KajiyaKay1989, Marschner2003, ModelKind, Yan2015, ZinkeWeber2007};
+use vellus::Fiber;
+use vellus_models::ModelKind;
+use vellus_plot::Named;
 use vellus_render::World;
+use vellus_render_models::Method;
 use vellus_scene::Scene;
 
-/// Which model.
+/// The options of a model.
 #[derive(clap::Args, Clone)]
 pub struct ModelArgs {
-    /// The reflectance model: vellus (ours), yan2015, chiang2016, deon2011, zinke-weber2007, marschner2003, kajiya-kay1989.
+    /// The reflectance model: vellus (ours), yan2015, chiang2016, deon2011, zinke-weber2007, marschner2003 or
+    /// kajiya-kay1989.
     #[arg(long, default_value = "vellus", value_name = "NAME")]
     pub model: String,
-    /// Refractive index of the medulla, of yan2015 only; default: that of the cortex.
+    /// Refractive index of the medulla, for yan2015 only. Default: that of the cortex.
     #[arg(long, value_name = "INDEX")]
     pub eta_m: Option<f32>,
 }
 
 impl ModelArgs {
-    /// `fox`, or `fox-marschner2003`: for file names.
+    /// A part of file names: `fox` or `fox-marschner2003`.
     pub fn file(&self, fiber: &str) -> Result<String> {
         let kind: ModelKind = self.model.parse()?;
         Ok(if kind == ModelKind::Vellus { fiber.to_owned() } else { format!("{fiber}-{kind}") })
     }
 
-    /// The model it names.
+    /// The model.
     pub fn kind(&self) -> Result<ModelKind> {
         let kind: ModelKind = self.model.parse()?;
         if self.eta_m.is_some() && kind != ModelKind::Yan2015 {
@@ -33,65 +36,33 @@ impl ModelArgs {
         Ok(kind)
     }
 
-    /// Refuses a model or an index that is not known, before long work.
+    /// Checks the model and the index before long work.
     pub fn check(&self) -> Result<()> {
-        // Of any fibre: its refractive index is in the same range.
-        self.load(&Fiber::hair()).map(|_| ())
+        // Any fibre will do: the allowed range of the index is the same for all.
+        self.load("", &Fiber::hair()).map(|_| ())
     }
 
-    /// Its name and what was set of it: `yan2015, η_m 1.4`.
+    /// Its name with options: `yan2015, η_m 1.4`.
     pub fn name(&self) -> Result<String> {
         let kind = self.kind()?;
         Ok(self.eta_m.map_or_else(|| kind.to_string(), |eta_m| format!("{kind}, η_m {eta_m}")))
     }
 
-    /// The model of a fibre, and its name.
-    pub fn load(&self, fiber: &Fiber) -> Result<Named> {
-        let kind = self.kind()?;
-        let model = match self.eta_m {
-            None => kind.model(fiber)?,
-            Some(eta_m) => AnyModel::Yan2015(Yan2015::with_eta_m(fiber, eta_m)?),
-        };
-        Ok(Named { kind, name: self.name()?, model })
+    /// The model of a fibre called `name`.
+    pub fn load(&self, name: &str, fiber: &Fiber) -> Result<Named> {
+        let named = Named::new(name, self.kind()?, self.method()?.model(fiber)?);
+        Ok(match self.eta_m {
+            Some(eta_m) => named.with_detail(&format!("η_m {eta_m}")),
+            None => named,
+        })
     }
 
     /// A scene ready for rays, its strands scattering by this model.
     pub fn world(&self, scene: Scene) -> Result<World> {
-        let mut world = World::new(scene)?;
-        set_model(&mut world, self.kind()?, self.eta_m)?;
-        Ok(world)
+        Ok(self.method()?.world(scene)?)
     }
-}
 
-/// Has the strands of a world scatter as in 2015, sampled as it was then.
-pub fn set_published(world: &mut World) -> Result<()> {
-    Ok(world.set_model(|fiber| Ok(Yan2015::new(fiber)?.with_original_sampling()))?)
-}
-
-/// Has the strands of a world scatter by a model; `eta_m` is for yan2015.
-pub fn set_model(world: &mut World, kind: ModelKind, eta_m: Option<f32>) -> Result<()> {
-    match kind {
-        ModelKind::Vellus => world.set_model(Bcsdf::new),
-        ModelKind::Yan2015 => world.set_model(|fiber| Yan2015::with_eta_m(fiber, eta_m.unwrap_or(fiber.eta))),
-        ModelKind::Chiang2016 => world.set_model(Chiang2016::new),
-        ModelKind::DEon2011 => world.set_model(DEon2011::new),
-        ModelKind::ZinkeWeber2007 => world.set_model(ZinkeWeber2007::new),
-        ModelKind::Marschner2003 => world.set_model(Marschner2003::new),
-        ModelKind::KajiyaKay1989 => world.set_model(KajiyaKay1989::new),
-    }?;
-    Ok(())
-}
-
-/// A model with its name, for titles.
-pub struct Named {
-    pub kind: ModelKind,
-    name: String,
-    pub model: AnyModel,
-}
-
-impl Named {
-    /// `fox`, or `fox, marschner2003`: ours needs no name.
-    pub fn title(&self, fiber: &str) -> String {
-        if self.kind == ModelKind::Vellus { fiber.to_owned() } else { format!("{fiber}, {}", self.name) }
+    fn method(&self) -> Result<Method> {
+        Ok(Method { eta_m: self.eta_m, ..self.kind()?.into() })
     }
 }

@@ -1,8 +1,8 @@
 //! One query of the model, from flags or from a line of CSV.
 
 use anyhow::{Context, Result, bail};
-use glam::Vec3;
 use vellus::{Bcsdf, Lobes, Window};
+use vellus_models::direction;
 
 /// θ_o, offsets, θ_i, φ; angles in degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,11 +124,6 @@ impl Query {
         let (lobes, pdf) = hit.eval_pdf(direction(self.theta_i, self.phi));
         Answer { lobes, pdf }
     }
-}
-
-/// Unit vector at θ and φ in degrees.
-pub fn direction(theta: f64, phi: f64) -> Vec3 {
-    vellus::direction(theta.to_radians(), phi.to_radians())
 }
 
 /// Reads queries from CSV with a header naming theta_o, theta_i, phi, and either h or both h_lo and h_hi, in any

@@ -3,10 +3,9 @@
 use crate::fiber_args::Incidence;
 use crate::number::whole;
 use crate::output::{self, Format};
-use crate::query::direction;
 use anyhow::Result;
 use serde_json::json;
-use vellus::{Bcsdf, Field, Lobe, Model, Scattering, Window};
+use vellus::{Bcsdf, Lobe};
 use vellus_sim::energies::{Fate, Offsets, energies};
 
 /// The most photons: months of work.
@@ -30,27 +29,6 @@ pub struct Args {
     output: output::OutputArgs,
 }
 
-/// Mean energies of the model's lobes over the same offsets, RGB.
-pub fn model_energies(model: &impl Model, theta_o: f64, offsets: Offsets) -> [[f64; 3]; 6] {
-    let offsets: Vec<f64> = match offsets {
-        Offsets::At(h) => vec![h],
-        // It has them all in any hit.
-        Offsets::Whole if model.field() == Field::Far => vec![0.0],
-        // Midpoints in asin h, where the Fresnel rise at the edge is spread out.
-        Offsets::Whole => (0..20_000).map(|i| ((f64::from(i) + 0.5) / 20_000.0 - 0.5) * std::f64::consts::PI).collect(),
-    };
-    let (mut sum, mut total) = ([[0.0; 3]; 6], 0.0);
-    for &x in &offsets {
-        let (h, weight) = if offsets.len() == 1 { (x, 1.0) } else { (x.sin(), x.cos()) };
-        let energy = model.at(direction(theta_o, 0.0), Window::near(h as f32)).energy();
-        for (s, e) in sum.iter_mut().flatten().zip(energy.0.iter().flatten()) {
-            *s += weight * f64::from(*e);
-        }
-        total += weight;
-    }
-    sum.map(|lobe| lobe.map(|x| x / total))
-}
-
 /// Key, mean, standard error, and what the model has for it.
 type Line = (&'static str, [f64; 3], [f64; 3], Option<[f64; 3]>);
 
@@ -64,7 +42,7 @@ pub fn run(args: &Args) -> Result<()> {
     let result =
         energies(&fiber, args.incidence.theta_o.to_radians(), offsets, args.photons, args.seed, &|n| bar.inc(n))?;
     bar.finish_and_clear();
-    let model = model_energies(&bcsdf, args.incidence.theta_o, offsets);
+    let model = vellus_models::energies(&bcsdf, args.incidence.theta_o, args.h);
     let add = |lobes: &[Lobe]| [0, 1, 2].map(|c| lobes.iter().map(|&l| model[l as usize][c]).sum::<f64>());
     // `rest` holds higher orders of both kinds, and is counted as unscattered.
     let model_of = |fate: Fate| match fate {

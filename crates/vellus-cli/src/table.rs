@@ -87,9 +87,9 @@ pub fn run(command: &Command) -> Result<()> {
 }
 
 /// The largest table file that is read: 1 GiB. The shipped tables have less than 1 MiB.
-pub const MAX_TABLE_BYTES: u64 = 1 << 30;
+const MAX_TABLE_BYTES: u64 = 1 << 30;
 
-fn load(file: Option<&Path>) -> Result<(TableData, usize)> {
+pub fn load(file: Option<&Path>) -> Result<(TableData, usize)> {
     let read;
     let (bytes, place): (&[u8], _) = match file {
         None => (Tables::SHIPPED, "the shipped tables".to_owned()),

@@ -1,10 +1,8 @@
 //! `vellus fit`: a measured profile to the parameters of a fibre, and synthetic measurements.
 
-mod pictures;
-mod report;
 mod simulate;
-mod tell;
 
+use crate::fiber_args::Spec;
 use crate::interrupt::Interrupt;
 use crate::output;
 use crate::say::note;
@@ -12,6 +10,7 @@ use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
 use vellus_fit::{Angles, Axis, Forward, Options, Quantity, Reading, Requests};
 use vellus_models::ModelKind;
+use vellus_plot::fit::{Summary, write_report};
 
 /// Fit a fibre's parameters to its measured profile (Yan17 Sec. 5.1), or write a synthetic measurement.
 ///
@@ -196,23 +195,24 @@ pub fn run(args: &Args) -> Result<()> {
     let fit = vellus_fit::fit(&profile, forward, &options, &interrupt.stop, &|| bar.inc(1));
     bar.finish_and_clear();
     let fit = fit.with_context(|| format!("cannot fit {}", path.display()))?;
-    let told = tell::Told { path, profile: &profile, fit: &fit };
+    let summary = Summary { path, profile: &profile, fit: &fit };
     if let Some(folder) = &args.report {
-        report::write(&told, folder)?;
+        let command = std::env::args().collect::<Vec<_>>().join(" ");
+        write_report(&summary, folder, &command)?;
     }
     // Of an interrupted fit it is not known what more starts would have found.
-    if let Some(why) = told.no_fit().filter(|_| !fit.interrupted && !args.allow_bad_fit) {
+    if let Some(why) = summary.no_fit().filter(|_| !fit.interrupted && !args.allow_bad_fit) {
         bail!(refusal(args, path, &why));
     }
     if let Some(out) = &args.out {
-        output::write(Some(out), told.toml()?.as_bytes())?;
+        output::write(Some(out), summary.toml(&toml::to_string(&Spec::of(&fit.specimen.fiber))?).as_bytes())?;
     }
     let text = match args.format {
-        Format::Table => told.table(),
-        Format::Json => format!("{}\n", serde_json::to_string_pretty(&told.json())?),
+        Format::Table => summary.table(),
+        Format::Json => format!("{}\n", serde_json::to_string_pretty(&summary.json())?),
     };
     output::write(None, text.as_bytes())?;
-    for warning in told.warnings() {
+    for warning in summary.warnings() {
         note!("warning: {warning}");
     }
     let written: Vec<String> = written(args).iter().map(|path| path.display().to_string()).collect();

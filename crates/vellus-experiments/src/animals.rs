@@ -1,0 +1,134 @@
+//! Yan17 Fig. 1, 16, 17: raccoon, hamster and cat at equal samples, equal time and equal quality.
+
+use crate::comparison::{Comparison, METHODS, Measured, ratio};
+use crate::context::Context;
+use crate::shot::{MULTI, Method, NEAR, Shot, YAN2015, speedup};
+use crate::{Claim, Outcome, Picture, Quality, Verdict};
+use anyhow::{Context as _, Result};
+use vellus_plot::curves::{Axes, Curves};
+use vellus_render::Film;
+
+/// A scene of the paper and what is said of it.
+struct Animal {
+    scene: &'static str,
+    paper: &'static str,
+    /// The part of 1280 × 720 that is compared: the left upper corner.
+    corner: [usize; 2],
+    /// Which of ours the paper compares with 2015, and how many times as fast it finds that.
+    method: Method,
+    claimed: f64,
+    exposure: f32,
+}
+
+pub fn raccoon(context: &Context<'_>) -> Result<Outcome> {
+    let paper = "A raccoon under a sky, 1,024 samples a pixel; insets at 256 samples, and at equal quality: the multi-scale model \
+                 is more than 8 times as fast as that of 2015, the near field has significantly less noise than it.";
+    run(context, &Animal { scene: "raccoon", paper, corner: [560, 250], method: MULTI, claimed: 8.0, exposure: 0.0 })
+}
+
+pub fn hamster(context: &Context<'_>) -> Result<Outcome> {
+    let paper = "A hamster in a studio, 1,024 samples a pixel: at equal quality our near field is 3.5 times as fast as the model of \
+                 2015; at equal time that shows more noise.";
+    run(context, &Animal { scene: "hamster", paper, corner: [480, 240], method: NEAR, claimed: 3.5, exposure: 0.0 })
+}
+
+pub fn cat(context: &Context<'_>) -> Result<Outcome> {
+    let paper = "A cat in the light of one area light, noise-free at 256 samples a pixel: at equal quality multi-scale is 6 times as \
+                 fast as the model of 2015; its picture and that of the far field are the same, in about the same time.";
+    run(context, &Animal { scene: "cat", paper, corner: [600, 360], method: MULTI, claimed: 6.0, exposure: 0.0 })
+}
+
+fn run(context: &Context<'_>, animal: &Animal) -> Result<Outcome> {
+    let quality = context.quality;
+    let mut outcome = Outcome::new(animal.paper);
+    let scene = vellus_groom::scene(animal.scene, quality == Quality::Smoke);
+    let scene = scene.with_context(|| format!("there is no scene {}", animal.scene))?;
+    // All of it first.
+    let whole = quality.pick([64, 36], [640, 360], [1280, 720]);
+    let mut shot = Shot::new(context, "whole", scene, whole, [0, 0, whole[0], whole[1]])?;
+    let film = shot.render(MULTI, 0, quality.pick(2, 16, 1024))?;
+    let file = shot.save(&film, "whole", animal.exposure)?;
+    let caption = format!("{}, multi-scale, {} samples a pixel", animal.scene, film.samples());
+    outcome.pictures.push(Picture::new(file, caption).also("whole.exr"));
+
+    let [width, height] = quality.pick([12, 8], [80, 60], [160, 120]);
+    let crop = [animal.corner[0], animal.corner[1], width, height];
+    shot.aim("part", [1280, 720], crop);
+    let half = quality.pick(8, 192, 8192);
+    let comparison = Comparison::new(&mut shot, &METHODS, half, quality.pick(4, 64, 256))?;
+    let points = &comparison.of(animal.method)?.points;
+    outcome.tables.push(comparison.table()?);
+    let series = |m: &Measured| (m.method.name.to_owned(), m.points.iter().map(|p| (p.time, p.rmse())).collect());
+    let chart = Curves {
+        axes: Axes::Logarithmic,
+        title: format!("{}: error over time, each against its own converged picture", animal.scene),
+        x: format!("processor time of {width} × {height} pixels, s"),
+        y: "RMSE".to_owned(),
+        series: comparison.measured.iter().map(series).collect(),
+    };
+    outcome.pictures.push(context.draw(&chart, "convergence", "RMSE over processor time")?);
+    insets(&mut shot, &mut outcome, animal, &comparison)?;
+
+    let old = &comparison.of(YAN2015)?.points;
+    let factor = speedup(points, old, |p| p.mse);
+    let relative = speedup(points, old, |p| p.rel_mse);
+    let (a, b) = (ratio(old, points, |p| p.mse), ratio(old, points, |p| p.time));
+    let what = format!("{}: {} beside Yan et al. 2015, speed at equal quality", animal.scene, animal.method.name);
+    let measured = format!(
+        "{factor:.2} × (relMSE: {relative:.2} ×); of that {a:.2} × by the noise of a sample, {b:.2} × by its time"
+    );
+    let (expected, verdict) = (format!("{} ×", animal.claimed), Verdict::at_least(factor, animal.claimed));
+    outcome.claims.push(Claim::new(what, expected, measured, factor, verdict).or_because(WHY));
+    outcome.claims.push(comparison.beside_published(animal.scene, animal.method)?);
+    let frame = 1.0 / ratio(&comparison.of(NEAR)?.points, &comparison.of(MULTI)?.points, |p| p.time);
+    outcome.claims.push(Claim::new(
+        format!("{}: time of a multi-scale sample over one of the near field", animal.scene),
+        "at most 1.15 (the paper: about 1.5)",
+        format!("{frame:.3}"),
+        frame,
+        Verdict::at_most(frame, 1.15),
+    ));
+    Ok(outcome)
+}
+
+/// What explains that it is less.
+const WHY: &str = "Here the model of 2015 is sampled as well as ours, and a query of it costs twice one of ours, not many times: most of \
+                   the time goes to rays, most of the noise to which strand a ray meets and which light it sees, and \
+                   those are the same for both.";
+
+/// Pictures at equal samples, equal time and equal quality, and the converged pictures.
+fn insets(shot: &mut Shot<'_>, outcome: &mut Outcome, animal: &Animal, comparison: &Comparison) -> Result<()> {
+    let mut show = |film: &Film, name: &str, caption: String, beside: bool| -> Result<()> {
+        let file = shot.save(film, name, animal.exposure)?;
+        let picture = Picture::new(file, caption).also(format!("{name}.exr"));
+        outcome.pictures.push(if beside { picture.beside() } else { picture });
+        Ok(())
+    };
+    let ours = comparison.of(animal.method)?;
+    let samples = ours.film.samples();
+    for (i, measured) in comparison.measured.iter().enumerate() {
+        let (method, error) = (measured.method, measured.last().rmse());
+        let caption = format!("{}, {samples} samples, RMSE {error:.4}", method.name);
+        show(&measured.film, &format!("equal-samples-{}", method.key), caption, i > 0)?;
+    }
+    for (i, (method, converged)) in comparison.all_converged().iter().enumerate() {
+        let caption = format!("{}, converged ({} samples)", method.name, converged.film.samples());
+        show(&converged.film, &format!("converged-{}", method.key), caption, i > 0)?;
+    }
+    let (mine, theirs) = (ours.last(), comparison.of(YAN2015)?.last());
+    let equal_time = (samples as f64 * mine.time / theirs.time).round().max(1.0) as u64;
+    let equal_quality = (samples as f64 * theirs.mse / mine.mse.max(1e-300)).round().clamp(1.0, 16.0 * samples as f64);
+    let caption = format!("{}, {samples} samples, {:.2} s", animal.method.name, mine.time);
+    show(&ours.film, "equal-ours", caption, false)?;
+    for (name, what, count) in
+        [("equal-time", "equal time", equal_time), ("equal-quality", "equal quality", equal_quality as u64)]
+    {
+        let mut film = shot.empty();
+        let time = shot.extend(YAN2015, &mut film, count)?;
+        let error = comparison.converged(YAN2015)?.error(&film, time).rmse();
+        let file = shot.save(&film, name, animal.exposure)?;
+        let caption = format!("{}, {what}: {count} samples, {time:.2} s, RMSE {error:.4}", YAN2015.name);
+        outcome.pictures.push(Picture::new(file, caption).also(format!("{name}.exr")).beside());
+    }
+    Ok(())
+}

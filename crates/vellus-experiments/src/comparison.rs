@@ -1,0 +1,109 @@
+//! A picture rendered by several methods, each compared with its own converged picture.
+
+use crate::shot::{Converged, FAR, MULTI, Method, NEAR, PUBLISHED, Point, Shot, YAN2015, speedup};
+use crate::{Claim, Table};
+use anyhow::{Context as _, Result};
+use vellus_render::Film;
+
+/// The methods that most experiments compare.
+pub const METHODS: [Method; 5] = [NEAR, MULTI, FAR, YAN2015, PUBLISHED];
+
+/// A method's error and time at several numbers of samples.
+pub struct Measured {
+    pub method: Method,
+    pub points: Vec<Point>,
+    /// The picture with the most samples.
+    pub film: Film,
+}
+
+impl Measured {
+    /// Error and time at the largest number of samples.
+    pub fn last(&self) -> Point {
+        self.points.last().copied().unwrap_or_else(Point::none)
+    }
+}
+
+/// All methods, measured.
+pub struct Comparison {
+    converged: Vec<(Method, Converged)>,
+    pub measured: Vec<Measured>,
+}
+
+impl Comparison {
+    /// Renders converged pictures with two halves of `half` samples each, then measures all methods at 1, 2, 4, …
+    /// `most` samples.
+    pub fn new(shot: &mut Shot<'_>, methods: &[Method], half: u64, most: u64) -> Result<Self> {
+        let targets = methods.iter().filter(|&&method| target(method) == method);
+        let converged: Vec<_> =
+            targets.map(|&method| Ok((method, shot.converge(method, half)?))).collect::<Result<_>>()?;
+        let mut comparison = Comparison { converged, measured: Vec::new() };
+        let pairs: Vec<_> = methods.iter().map(|&m| Ok((m, comparison.converged(m)?))).collect::<Result<_>>()?;
+        let found = shot.measure(&pairs, most)?;
+        let measured = methods.iter().zip(found);
+        comparison.measured = measured.map(|(&method, (points, film))| Measured { method, points, film }).collect();
+        Ok(comparison)
+    }
+
+    /// The picture that a method converges to.
+    pub fn converged(&self, method: Method) -> Result<&Converged> {
+        let found = self.converged.iter().find(|(m, _)| *m == target(method));
+        found.map(|(_, converged)| converged).with_context(|| format!("{} was not converged", method.name))
+    }
+
+    /// The methods with converged pictures, and these pictures.
+    pub fn all_converged(&self) -> &[(Method, Converged)] {
+        &self.converged
+    }
+
+    /// What was measured of a method.
+    pub fn of(&self, method: Method) -> Result<&Measured> {
+        let found = self.measured.iter().find(|measured| measured.method == method);
+        found.with_context(|| format!("{} was not measured", method.name))
+    }
+
+    /// Error and time of all methods.
+    pub fn table(&self) -> Result<Table> {
+        let header = ["method", "samples", "processor time, s", "RMSE", "relMSE", "mean of the converged picture"];
+        let mut table = Table::new("errors", "Error and time; the methods alternated on the same machine", &header);
+        for Measured { method, points, .. } in &self.measured {
+            let mean = self.converged(*method)?.mean();
+            for point in points {
+                table.row([
+                    method.name.to_owned(),
+                    point.samples.to_string(),
+                    format!("{:.3}", point.time),
+                    format!("{:.5}", point.rmse()),
+                    format!("{:.5}", point.rel_mse.max(0.0)),
+                    format!("{mean:.5}"),
+                ]);
+            }
+        }
+        Ok(table)
+    }
+
+    /// Speed at equal quality beside the model of 2015 with its original sampling: this shows how much of the paper's
+    /// factor is due to sampling.
+    pub fn beside_published(&self, scene: &str, method: Method) -> Result<Claim> {
+        let (points, published) = (&self.of(method)?.points, &self.of(PUBLISHED)?.points);
+        let [factor, relative] = [|p: &Point| p.mse, |p: &Point| p.rel_mse].map(|of| speedup(points, published, of));
+        Ok(Claim::not_judged(
+            format!("{scene}: {} beside 2015 sampled as published, speed at equal quality", method.name),
+            "more than beside 2015 sampled as well as ours",
+            format!("{factor:.2} × (relMSE: {relative:.2} ×)"),
+            "Each sample is weighted by its lobe alone; the scattered lobes are sampled evenly over the sphere.",
+        ))
+    }
+}
+
+/// The method whose converged picture a method shares: sampling does not change what a model converges to.
+fn target(method: Method) -> Method {
+    if method == PUBLISHED { YAN2015 } else { method }
+}
+
+/// The ratio of a quantity of `a` to that of `b`: the geometric mean over the last three points.
+pub fn ratio(a: &[Point], b: &[Point], of: impl Fn(&Point) -> f64) -> f64 {
+    let last = a.len().min(b.len()).min(3);
+    let log = |p: &Point| of(p).max(1e-300).ln();
+    let sum: f64 = (1..=last).map(|k| log(&a[a.len() - k]) - log(&b[b.len() - k])).sum();
+    (sum / last.max(1) as f64).exp()
+}

@@ -1,0 +1,78 @@
+//! Yan17 Fig. 15: convergence and frame times on the lock of hair.
+
+use crate::comparison::{Comparison, METHODS, ratio};
+use crate::context::Context;
+use crate::shot::{FAR, MULTI, NEAR, Point, Shot, YAN2015, speedup};
+use crate::{Claim, Outcome, Quality, Verdict};
+use anyhow::{Context as _, Result};
+use vellus_plot::bars::Bars;
+use vellus_plot::curves::{Axes, Curves};
+
+pub fn run(context: &Context<'_>) -> Result<Outcome> {
+    let quality = context.quality;
+    let mut outcome = Outcome::new(
+        "On the central 32 × 32 pixels of the lock of hair, the near field converges twice as fast as the model of 2015, multi-scale an order \
+         of magnitude faster; a frame takes half the time of 2015 with the near field, and less than it with the others.",
+    );
+    let scene = vellus_groom::scene("hair-lock", quality == Quality::Smoke).context("there is no scene hair-lock")?;
+    let side = quality.pick(8, 32, 32);
+    let mut shot = Shot::new(context, "patch", scene, [1280, 720], [560, 344, side, side])?;
+    let half = quality.pick(8, 1024, 16384);
+    let comparison = Comparison::new(&mut shot, &METHODS, half, quality.pick(4, 256, 1024))?;
+    outcome.tables.push(comparison.table()?);
+    for (name, x, of) in [
+        ("over-samples", "samples a pixel", (|p: &Point| p.samples as f64) as fn(&Point) -> f64),
+        ("over-time", "processor time, s", |p: &Point| p.time),
+    ] {
+        let series = comparison.measured.iter();
+        let chart = Curves {
+            axes: Axes::Logarithmic,
+            title: "Lock of hair: error, each against its own converged picture".to_owned(),
+            x: x.to_owned(),
+            y: "RMSE".to_owned(),
+            series: series
+                .map(|m| (m.method.name.to_owned(), m.points.iter().map(|p| (of(p), p.rmse())).collect()))
+                .collect(),
+        };
+        outcome.pictures.push(context.draw(&chart, name, format!("RMSE over {x}"))?);
+    }
+    let pixels = (side * side) as f64;
+    let time = |p: &Point| 1e6 * p.time / (p.samples as f64 * pixels);
+    let times = comparison.measured.iter().map(|m| m.points.last().map_or(0.0, time)).collect();
+    let bars = Bars {
+        title: "Lock of hair: time of a sample".to_owned(),
+        unit: "processor time of a sample, µs".to_owned(),
+        groups: METHODS.iter().map(|m| m.name.to_owned()).collect(),
+        series: vec![("all of it, rays too".to_owned(), times)],
+        digits: Some(2),
+    };
+    outcome.pictures.push(context.draw(&bars, "times", "Processor time of one sample of a pixel, all of it")?);
+    let old = &comparison.of(YAN2015)?.points;
+    let why = "The model of 2015 is sampled here as well as ours, and most of a sample's time goes to rays.";
+    for (method, claimed, expected) in [(NEAR, 2.0, "2 ×"), (MULTI, 10.0, "an order of magnitude: 10 ×")] {
+        let points = &comparison.of(method)?.points;
+        let factor = speedup(points, old, |p| p.mse);
+        let relative = speedup(points, old, |p| p.rel_mse);
+        let claim = Claim::new(
+            format!("The {} converges faster than the model of 2015 (time to the same error)", method.name),
+            expected,
+            format!("{factor:.2} × (relMSE: {relative:.2} ×)"),
+            factor,
+            Verdict::at_least(factor, claimed),
+        );
+        outcome.claims.push(claim.or_because(why));
+        outcome.claims.push(comparison.beside_published("lock of hair", method)?);
+    }
+    for (method, claimed, expected) in [(NEAR, 2.0, "twice as fast"), (MULTI, 1.0, "faster"), (FAR, 1.0, "faster")] {
+        let factor = ratio(old, &comparison.of(method)?.points, |p| p.time);
+        let claim = Claim::new(
+            format!("A frame by the {} takes less time than by the model of 2015", method.name),
+            expected,
+            format!("{factor:.2} × as fast"),
+            factor,
+            Verdict::at_least(factor, claimed),
+        );
+        outcome.claims.push(claim.or_because("Rays take most of the time, and they are the same."));
+    }
+    Ok(outcome)
+}

@@ -1,0 +1,118 @@
+//! The figures and tables of Yan, Jensen and Ramamoorthi 2017, reproduced, and their claims measured.
+//!
+//! [`EXPERIMENTS`] lists the experiments. [`run`] runs one and keeps its [`Outcome`] in a folder of its own;
+//! [`write_report`] makes one HTML page of all outcomes in a folder.
+//!
+//! ```no_run
+//! use std::sync::atomic::AtomicBool;
+//! use vellus_experiments::{EXPERIMENTS, Quality, Settings, run, write_report};
+//! # fn main() -> anyhow::Result<()> {
+//! let settings = Settings { quality: Quality::Draft, folder: "out/experiments".into(), again: false };
+//! for experiment in EXPERIMENTS {
+//!     run(experiment, &settings, &AtomicBool::new(false), &())?;
+//! }
+//! write_report(&settings.folder)?;
+//! # Ok(()) }
+//! ```
+
+mod animals;
+mod closeup;
+mod comparison;
+mod context;
+mod convergence;
+mod cpu_time;
+mod energy;
+mod grid;
+mod hair;
+mod indices;
+mod list;
+mod lobes;
+mod medulla_tables;
+mod one_fiber;
+mod outcome;
+mod presets;
+mod quality;
+mod queries;
+mod report;
+mod scenes;
+mod segments;
+mod shot;
+mod species;
+mod visible;
+mod zoom;
+
+pub use context::Interrupted;
+pub use cpu_time::cpu_time;
+pub use list::{EXPERIMENTS, Experiment};
+pub use outcome::{Claim, Outcome, Picture, Table, Verdict};
+pub use quality::Quality;
+pub use report::write_report;
+
+use anyhow::{Context as _, Result};
+use context::Context;
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+use vellus_io::Progress;
+
+/// How experiments run.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// How much work to put in.
+    pub quality: Quality,
+    /// The folder of all experiments. Each one writes to a folder in it that has its name.
+    pub folder: PathBuf,
+    /// Run also finished experiments, and ignore unfinished pictures of earlier runs.
+    pub again: bool,
+}
+
+/// The outcome of an experiment, and whether it was there already.
+#[derive(Clone, Debug)]
+pub enum Run {
+    /// An earlier run had finished it, at this or a better quality, with the same version of this crate.
+    Kept(Outcome),
+    /// This run finished it.
+    Finished(Outcome),
+}
+
+/// Runs an experiment and writes its outcome, unless an earlier run has done so.
+///
+/// Unfinished pictures are kept in the folder. The next run continues with them.
+///
+/// # Errors
+/// [`Interrupted`] once `stop` is true. Else why a file cannot be written, or why the experiment failed.
+pub fn run(experiment: &Experiment, settings: &Settings, stop: &AtomicBool, progress: &dyn Progress) -> Result<Run> {
+    let folder = settings.folder.join(experiment.name);
+    let is_finished = |o: &Outcome| o.quality >= settings.quality && o.version == env!("CARGO_PKG_VERSION");
+    if let Some(outcome) = Outcome::read(&folder).filter(|o| !settings.again && is_finished(o)) {
+        return Ok(Run::Kept(outcome));
+    }
+    std::fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
+    let context = Context::new(settings.quality, folder, settings.again, stop, progress);
+    let start = Instant::now();
+    // Whatever fails after an interruption fails because of it.
+    let mut found = (experiment.run)(&context).or_else(|e| context.check_interrupted().and(Err(e)))?;
+    if settings.quality == Quality::Smoke {
+        found.withhold_verdicts();
+    }
+    let outcome = Outcome {
+        name: experiment.name.to_owned(),
+        figure: experiment.figure.to_owned(),
+        title: experiment.title.to_owned(),
+        seconds: start.elapsed().as_secs_f64(),
+        quality: settings.quality,
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        threads: rayon::current_num_threads(),
+        processor: processor(),
+        ..found
+    };
+    outcome.write(context.folder())?;
+    Ok(Run::Finished(outcome))
+}
+
+/// The name of the processor, or its architecture where the system does not tell the name.
+fn processor() -> String {
+    let known = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = known.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
+    name.map_or(std::env::consts::ARCH, |(_, name)| name.trim()).to_owned()
+}

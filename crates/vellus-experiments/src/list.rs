@@ -1,0 +1,47 @@
+//! The list of experiments.
+
+use crate::context::Context;
+use crate::{
+    Outcome, animals, closeup, convergence, energy, hair, indices, lobes, medulla_tables, queries, scenes, segments,
+    species, zoom,
+};
+use anyhow::Result;
+
+/// An experiment.
+pub struct Experiment {
+    /// Its name on the command line; also the name of its folder.
+    pub name: &'static str,
+    /// The figure or table of the paper.
+    pub figure: &'static str,
+    /// What it shows.
+    pub title: &'static str,
+    pub(crate) run: fn(&Context<'_>) -> Result<Outcome>,
+}
+
+const fn experiment(
+    name: &'static str,
+    figure: &'static str,
+    title: &'static str,
+    run: fn(&Context<'_>) -> Result<Outcome>,
+) -> Experiment {
+    Experiment { name, figure, title, run }
+}
+
+/// All experiments, in the order of the report.
+pub const EXPERIMENTS: &[Experiment] = &[
+    experiment("medulla-tables", "Fig. 10", "Medulla profiles, simulated and compressed", medulla_tables::run),
+    experiment("species", "Fig. 11, Table 4", "Profiles of the ten species", species::run),
+    experiment("segment-error", "Sec. 5.1, Appendix", "Segments of the far field and their error", segments::run),
+    experiment("energy", "Table 3, Sec. 4", "Energy of the lobes: models beside the whole fibre", energy::run),
+    experiment("queries", "Sec. 7", "Time of a query, and of the optimised baseline of 2015", queries::run),
+    experiment("scenes", "Table 5", "Scenes: strands, segments, memory", scenes::run),
+    experiment("closeup", "Fig. 5", "Near against far field close up", closeup::run),
+    experiment("indices", "Fig. 6", "One index of refraction against two", indices::run),
+    experiment("lobes", "Fig. 8", "The lock of hair lobe by lobe", lobes::run),
+    experiment("zoom", "Fig. 12, 13", "Near, far and multi-scale from afar and close up", zoom::run),
+    experiment("convergence", "Fig. 15", "Convergence and frame times", convergence::run),
+    experiment("hair", "Fig. 18", "Hair with and without a medulla", hair::run),
+    experiment("raccoon", "Fig. 1", "Raccoon: equal samples, time and quality", animals::raccoon),
+    experiment("hamster", "Fig. 16", "Hamster: equal samples, time and quality", animals::hamster),
+    experiment("cat", "Fig. 17", "Cat: equal samples, time and quality", animals::cat),
+];

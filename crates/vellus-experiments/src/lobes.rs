@@ -1,0 +1,72 @@
+//! Yan17 Fig. 8: the lock of hair, lobe by lobe.
+
+use crate::context::Context;
+use crate::shot::{MULTI, Shot, brightness};
+use crate::{Claim, Outcome, Picture, Quality, Table, Verdict};
+use anyhow::{Context as _, Result};
+use vellus::Lobe;
+use vellus_render::Layer;
+
+pub fn run(context: &Context<'_>) -> Result<Outcome> {
+    let quality = context.quality;
+    let mut outcome = Outcome::new(
+        "With one index of refraction five lobes are left: R, TT, TRT, and TTˢ and TRTˢ scattered by the medulla. A lock of hair shows them \
+         one by one, with all light between the hairs; each carries a significant part of it.",
+    );
+    let scene = vellus_groom::scene("hair-lock", quality == Quality::Smoke).context("there is no scene hair-lock")?;
+    let size = quality.pick([32, 48], [240, 360], [480, 720]);
+    let shot = Shot::new(context, "lock", scene, size, [0, 0, size[0], size[1]])?;
+    let mut shot = shot.with_layers(&[Layer::Fibers, Layer::Lobes]);
+    let film = shot.render(MULTI, 0, quality.pick(4, 48, 1024))?;
+    let file = shot.save(&film, "lock", 0.0)?;
+    let caption = format!("All of it, multi-scale, {} samples", film.samples());
+    outcome.pictures.push(Picture::new(file, caption).also("lock.exr"));
+    // Each as bright as it is, and all on one scale.
+    let mut table = Table::new("lobes", "Share of the light that the camera sees from fibres", &["lobe", "share, %"]);
+    let light = |layer: Layer, first: usize| -> f64 {
+        let (width, height) = (film.width(), film.height());
+        let fibers = |x: usize, y: usize| film.mean(x, y, Layer::Fibers, 0) >= film.mean(x, y, Layer::Alpha, 0);
+        let pixels = (0..width * height).map(|i| (i % width, i / width)).filter(|&(x, y)| fibers(x, y));
+        pixels.map(|(x, y)| (0..3).map(|c| film.mean(x, y, layer, first + c)).sum::<f64>() / 3.0).sum()
+    };
+    let lobes: Vec<f64> = (0..6).map(|p| light(Layer::Lobes, 3 * p)).collect();
+    let all: f64 = lobes.iter().sum();
+    for (p, lobe) in Lobe::ALL.into_iter().enumerate() {
+        let name = format!("lobe-{}", lobe.key());
+        context.write(&format!("{name}.png"), &shot.layer_png(&film, Layer::Lobes, 3 * p, 1.0)?)?;
+        let share = 100.0 * lobes[p] / all;
+        let picture = Picture::new(format!("{name}.png"), format!("{}, one stop brighter: {share:.1} %", lobe.key()));
+        outcome.pictures.push(if p > 0 { picture.beside() } else { picture });
+        table.row([lobe.key().to_owned(), format!("{share:.2}")]);
+    }
+    let smallest = lobes[..5].iter().map(|l| 100.0 * l / all).fold(f64::MAX, f64::min);
+    let expected = "at least 1 % of the light (our bound for significant)";
+    let measured = format!("at least {smallest:.1} %; higher orders {:.1} %", 100.0 * lobes[5] / all);
+    outcome.claims.push(Claim::new(
+        "Each of the five lobes carries a significant part of the light",
+        expected,
+        measured,
+        smallest,
+        Verdict::of(smallest >= 1.0),
+    ));
+    // Where a pixel sees nothing but fibres all of its light came by some lobe.
+    let (bright, missing) = (0..film.width() * film.height())
+        .map(|i| (i % film.width(), i / film.width()))
+        .filter(|&(x, y)| film.mean(x, y, Layer::Fibers, 0) == 1.0)
+        .map(|(x, y)| {
+            let sum: f64 = (0..18).map(|c| film.mean(x, y, Layer::Lobes, c)).sum::<f64>() / 3.0;
+            let all = brightness(&film, x, y);
+            (all, (all - sum).abs())
+        })
+        .fold((0.0f64, 0.0f64), |(a, b), (x, y)| (a.max(x), b.max(y)));
+    let off = missing / bright.max(1e-12);
+    outcome.claims.push(Claim::new(
+        "The lobes sum to the picture where it shows nothing but hair",
+        "within 1e-5 of the brightest pixel",
+        format!("within {off:.1e}"),
+        off,
+        Verdict::of(off <= 1e-5),
+    ));
+    outcome.tables.push(table);
+    Ok(outcome)
+}

@@ -1,0 +1,269 @@
+//! The outcome of an experiment, and its files.
+
+use crate::Quality;
+use crate::context::write;
+use anyhow::{Context, Result, bail};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// The file of the outcome. It is written last: an experiment that has it is finished.
+const FILE: &str = "result.json";
+
+/// The largest result that is read: 64 MiB. Results of paper quality have less than 1 MiB.
+const MOST_BYTES: u64 = 64 << 20;
+
+/// Everything that an experiment shows. [`run`](crate::run) fills in how it ran.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Its name on the command line.
+    pub name: String,
+    /// The paper's figure or table: "Fig. 11", "Table 4".
+    pub figure: String,
+    /// What it shows.
+    pub title: String,
+    /// What the paper says, in our words.
+    pub paper: String,
+    /// Its pictures.
+    pub pictures: Vec<Picture>,
+    /// Its tables.
+    pub tables: Vec<Table>,
+    /// What was claimed and what was measured.
+    pub claims: Vec<Claim>,
+    /// Paragraphs that a reader needs to judge the numbers.
+    pub notes: Vec<String>,
+    /// Duration of the last run. Time that earlier, interrupted runs took is not included.
+    pub seconds: f64,
+    /// How much work was put in.
+    pub quality: Quality,
+    /// The version of this crate.
+    pub version: String,
+    /// Threads that it ran on.
+    pub threads: usize,
+    /// The name of the processor.
+    pub processor: String,
+}
+
+/// A picture in the experiment's folder.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Picture {
+    /// The PNG that the page shows.
+    pub file: String,
+    /// Files with the same picture in other formats.
+    pub also: Vec<String>,
+    /// The text below it.
+    pub caption: String,
+    /// Is it in one row with the picture before it? Pictures of a row have the same width.
+    pub beside: bool,
+}
+
+impl Picture {
+    /// A picture in a row of its own.
+    pub fn new(file: impl Into<String>, caption: impl Into<String>) -> Self {
+        Picture { file: file.into(), also: Vec::new(), caption: caption.into(), beside: false }
+    }
+
+    /// Puts it into the row of the picture before it.
+    pub fn beside(self) -> Self {
+        Picture { beside: true, ..self }
+    }
+
+    /// Adds a file with the same picture in another format.
+    pub fn also(mut self, file: impl Into<String>) -> Self {
+        self.also.push(file.into());
+        self
+    }
+}
+
+/// A table. It is also written as CSV.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Table {
+    /// The name of the CSV file, without `.csv`.
+    pub name: String,
+    /// The text above it.
+    pub caption: String,
+    /// Names of the columns.
+    pub header: Vec<String>,
+    /// Rows, with one cell for each column.
+    pub rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// A table without rows.
+    pub fn new(name: &str, caption: impl Into<String>, header: &[&str]) -> Self {
+        let header = header.iter().map(|&cell| cell.to_owned()).collect();
+        Table { name: name.to_owned(), caption: caption.into(), header, rows: Vec::new() }
+    }
+
+    /// Adds a row: one cell for each column.
+    pub fn row<T: Into<String>>(&mut self, cells: impl IntoIterator<Item = T>) {
+        self.rows.push(cells.into_iter().map(Into::into).collect());
+    }
+}
+
+/// A claim of the paper, or of ours, and what was measured.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Claim {
+    /// The claim.
+    pub what: String,
+    /// The value that it claims.
+    pub expected: String,
+    /// The value that was measured.
+    pub measured: String,
+    /// The number that decides, if there is one.
+    pub value: Option<f64>,
+    /// Whether the claim holds.
+    pub verdict: Verdict,
+    /// Why the claim is not judged; else a remark, or nothing.
+    pub why: String,
+}
+
+/// Whether a claim holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Verdict {
+    /// It holds.
+    #[serde(rename = "holds")]
+    Holds,
+    /// It holds, and the measured value is better than the claimed one.
+    #[serde(rename = "better")]
+    Better,
+    /// It does not hold.
+    #[serde(rename = "does not hold")]
+    DoesNotHold,
+    /// It cannot be judged; [`Claim::why`] says why.
+    #[serde(rename = "not judged")]
+    NotJudged,
+    /// The quality is too low to judge claims.
+    #[serde(rename = "not judged at this quality")]
+    NotAtThisQuality,
+}
+
+impl Verdict {
+    /// All verdicts, in the order of summaries.
+    pub const ALL: [Verdict; 5] =
+        [Verdict::Holds, Verdict::Better, Verdict::DoesNotHold, Verdict::NotJudged, Verdict::NotAtThisQuality];
+
+    /// The verdict in words.
+    pub fn name(self) -> &'static str {
+        ["holds", "better", "does not hold", "not judged", "not judged at this quality"][self as usize]
+    }
+
+    /// A count in words: "3 hold", "1 does not hold".
+    pub fn count(self, n: usize) -> String {
+        let name = match self {
+            Verdict::Holds if n != 1 => "hold",
+            Verdict::DoesNotHold if n != 1 => "do not hold",
+            _ => self.name(),
+        };
+        format!("{n} {name}")
+    }
+
+    /// Holds or not.
+    pub fn of(holds: bool) -> Self {
+        if holds { Verdict::Holds } else { Verdict::DoesNotHold }
+    }
+
+    /// A ratio that should be at least `expected`: better from a tenth more on.
+    pub fn at_least(value: f64, expected: f64) -> Self {
+        if value >= 1.1 * expected { Verdict::Better } else { Verdict::of(value >= expected) }
+    }
+
+    /// A number that should be at most `expected`: better from a tenth less on.
+    pub fn at_most(value: f64, expected: f64) -> Self {
+        if value <= 0.9 * expected { Verdict::Better } else { Verdict::of(value <= expected) }
+    }
+}
+
+impl Claim {
+    /// A claim that was judged by `value`.
+    pub fn new(
+        what: impl Into<String>,
+        expected: impl Into<String>,
+        measured: impl Into<String>,
+        value: f64,
+        verdict: Verdict,
+    ) -> Self {
+        let (what, expected, measured) = (what.into(), expected.into(), measured.into());
+        Claim { what, expected, measured, value: Some(value), verdict, why: String::new() }
+    }
+
+    /// A claim that cannot be judged here, or not at this quality, and why.
+    pub fn not_judged(
+        what: impl Into<String>,
+        expected: impl Into<String>,
+        measured: impl Into<String>,
+        why: impl Into<String>,
+    ) -> Self {
+        let (what, expected, measured, why) = (what.into(), expected.into(), measured.into(), why.into());
+        Claim { what, expected, measured, value: None, verdict: Verdict::NotJudged, why }
+    }
+
+    /// A remark beside the verdict where the claim does not hold.
+    pub fn or_because(self, why: &str) -> Self {
+        if self.verdict == Verdict::DoesNotHold { self.because(why) } else { self }
+    }
+
+    /// A remark beside the verdict.
+    pub fn because(self, why: impl Into<String>) -> Self {
+        Claim { why: why.into(), ..self }
+    }
+}
+
+impl Outcome {
+    /// Nothing found yet; what the paper says.
+    pub fn new(paper: impl Into<String>) -> Self {
+        Outcome { paper: paper.into(), ..Outcome::default() }
+    }
+
+    /// Takes all verdicts back: at smoke quality nothing is judged.
+    pub fn withhold_verdicts(&mut self) {
+        for claim in &mut self.claims {
+            (claim.verdict, claim.value) = (Verdict::NotAtThisQuality, None);
+            claim.why = "A smoke test shows that the experiment runs. It is too short to judge by.".to_owned();
+        }
+    }
+
+    /// A finished one, if a file there is one.
+    pub fn read(folder: &Path) -> Option<Self> {
+        serde_json::from_slice(&vellus_io::read_at_most(&folder.join(FILE), MOST_BYTES).ok()?).ok()
+    }
+
+    /// Writes its tables, and itself last.
+    pub fn write(&self, folder: &Path) -> Result<()> {
+        self.check(folder).with_context(|| format!("experiment {}", self.name))?;
+        for table in &self.tables {
+            let mut csv = csv::Writer::from_writer(Vec::new());
+            csv.write_record(&table.header)?;
+            table.rows.iter().try_for_each(|row| csv.write_record(row))?;
+            write(&folder.join(format!("{}.csv", table.name)), &csv.into_inner()?)?;
+        }
+        write(&folder.join(FILE), &serde_json::to_vec_pretty(self)?)
+    }
+
+    /// Nothing is shown that is not there, and no number is missing.
+    fn check(&self, folder: &Path) -> Result<()> {
+        let pictures = self.pictures.iter().flat_map(|p| std::iter::once(&p.file).chain(&p.also));
+        for file in pictures {
+            if !folder.join(file).is_file() {
+                bail!("{file} was not written");
+            }
+        }
+        for table in &self.tables {
+            if table.rows.iter().any(|row| row.len() != table.header.len()) {
+                bail!("table {}: a row has other columns than the header", table.name);
+            }
+            let infinite = |word: &str| word.parse::<f64>().is_ok_and(|x| !x.is_finite());
+            if let Some(cell) = table.rows.iter().flatten().find(|cell| cell.split_whitespace().any(infinite)) {
+                bail!("table {}: '{cell}' is not finite", table.name);
+            }
+        }
+        for claim in &self.claims {
+            if claim.value.is_some_and(|x| !x.is_finite()) {
+                bail!("'{}': the number measured is not finite", claim.what);
+            }
+            if claim.value.is_none() && claim.why.is_empty() {
+                bail!("'{}' is not judged, and nothing says why", claim.what);
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,316 @@
+//! A part of a picture, rendered by several methods: each method's converged picture, its error over the samples, its time.
+
+use crate::context::{Context, write};
+use crate::cpu_time;
+use anyhow::{Context as _, Result, anyhow};
+use std::ops::Range;
+use std::time::{Duration, Instant};
+use vellus_io::DigestBuilder;
+use vellus_models::ModelKind;
+use vellus_render::{Checkpoint, Error, Film, Filter, Layer, Mode, PICTURE_VERSION, Settings, World};
+use vellus_scene::{Camera, Scene};
+
+/// How fibres scatter, and over what of their width.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Method {
+    pub name: &'static str,
+    /// In file names.
+    pub key: &'static str,
+    pub model: ModelKind,
+    pub mode: Mode,
+    /// Of yan2015, where it is not that of the cortex.
+    pub eta_m: Option<f32>,
+    /// yan2015 sampled as it was in 2015.
+    pub published: bool,
+}
+
+const fn ours(name: &'static str, key: &'static str, mode: Mode) -> Method {
+    Method { name, key, model: ModelKind::Vellus, mode, eta_m: None, published: false }
+}
+
+pub const NEAR: Method = ours("near field", "near", Mode::Near);
+pub const FAR: Method = ours("far field", "far", Mode::Far);
+pub const MULTI: Method = ours("multi-scale", "multiscale", Mode::MultiScale);
+pub const YAN2015: Method = Method { model: ModelKind::Yan2015, ..ours("Yan et al. 2015", "yan2015", Mode::Near) };
+pub const PUBLISHED: Method = Method {
+    model: ModelKind::Yan2015,
+    published: true,
+    ..ours("2015, sampled as published", "yan2015-published", Mode::Near)
+};
+
+/// Checkpoints of long renderings are that far apart.
+const KEEP: Duration = Duration::from_secs(30);
+
+/// A pass takes about that long: Ctrl-C waits for no more.
+const PASS: f64 = 1.0;
+
+/// Seeds of the two halves of a converged picture, and of what is measured.
+const REFERENCE: [u32; 2] = [101, 202];
+const MEASURED: u32 = 7;
+
+/// A scene ready for rays, and which part of its picture is rendered.
+pub struct Shot<'c> {
+    context: &'c Context<'c>,
+    name: String,
+    world: World,
+    size: [usize; 2],
+    crop: [usize; 4],
+    layers: Vec<Layer>,
+}
+
+/// A converged picture, and the variance of its mean: RGB, averaged over pixels and channels.
+pub struct Converged {
+    pub film: Film,
+    halves: [Film; 2],
+    variance: f64,
+    /// Root mean square of the differences of its halves' pixels in their standard errors: 1 where those are known well.
+    pub spread: f64,
+}
+
+/// Of a picture with so many samples.
+#[derive(Clone, Copy, Debug)]
+pub struct Point {
+    pub samples: u64,
+    /// Processor time, seconds.
+    pub time: f64,
+    /// Mean square of the difference to the converged picture, less what that picture's own noise puts there.
+    pub mse: f64,
+    /// The same, of squares over those of the converged picture plus a hundredth of their mean.
+    pub rel_mse: f64,
+}
+
+impl Point {
+    /// Of nothing.
+    pub fn none() -> Self {
+        Point { samples: 0, time: 0.0, mse: 0.0, rel_mse: 0.0 }
+    }
+
+    pub fn rmse(&self) -> f64 {
+        self.mse.max(0.0).sqrt()
+    }
+}
+
+impl<'c> Shot<'c> {
+    /// `crop` is left, top, width and height in a picture of `size`.
+    pub fn new(context: &'c Context<'c>, name: &str, scene: Scene, size: [usize; 2], crop: [usize; 4]) -> Result<Self> {
+        let world = World::new(scene)?;
+        Ok(Shot { context, name: name.to_owned(), world, size, crop, layers: vec![Layer::Beauty] })
+    }
+
+    /// Another part of the same scene; `name` tells its files apart.
+    pub fn aim(&mut self, name: &str, size: [usize; 2], crop: [usize; 4]) {
+        (self.name, self.size, self.crop) = (name.to_owned(), size, crop);
+    }
+
+    /// Another view of the same scene.
+    pub fn set_camera(&mut self, camera: Camera) -> Result<()> {
+        Ok(self.world.set_camera(camera)?)
+    }
+
+    /// Keeps more layers.
+    pub fn with_layers(self, layers: &[Layer]) -> Self {
+        Shot { layers: layers.to_vec(), ..self }
+    }
+
+    fn settings(&self, method: Method, seed: u32) -> Settings {
+        Settings {
+            size: self.size,
+            crop: Some(self.crop),
+            mode: method.mode,
+            filter: Filter::Tent,
+            seed,
+            max_depth: None,
+        }
+    }
+
+    pub fn empty(&self) -> Film {
+        Film::new(self.size, self.crop, self.world.layout(&self.layers))
+    }
+
+    /// Has the strands scatter by a method's model.
+    fn choose(&mut self, method: Method) -> Result<()> {
+        let Method { model: kind, eta_m, published, .. } = method;
+        vellus_render_models::Method { kind, eta_m, original_sampling: published }.apply(&mut self.world)?;
+        Ok(())
+    }
+
+    /// Adds samples; the processor time it took.
+    fn add(&self, settings: &Settings, film: &mut Film, samples: Range<u64>) -> Result<f64> {
+        let before = cpu_time().context("this system does not report processor time")?;
+        match self.world.render(settings, film, samples, self.context.stop()) {
+            Err(Error::Cancelled) => self.context.check_interrupted()?,
+            result => result.map(drop)?,
+        }
+        Ok((cpu_time().unwrap_or_default() - before).as_secs_f64())
+    }
+
+    /// A picture of so many samples, in passes, kept in the experiment's folder: where it was interrupted it goes on, and what is done is
+    /// read back.
+    pub fn render(&mut self, method: Method, seed: u32, samples: u64) -> Result<Film> {
+        self.choose(method)?;
+        let settings = self.settings(method, seed);
+        let file = self.context.path(&format!("{}-{}-{seed}.film", self.name, method.key));
+        let what = format!("{} {:?} {:?} {method:?} {seed} {:?}", self.name, self.size, self.crop, self.layers);
+        let identity = DigestBuilder::new()
+            .field("picture version", PICTURE_VERSION.to_le_bytes())
+            .field("what", what)
+            .field("segments", (self.world.curves().segments() as u64).to_le_bytes())
+            .finish();
+        let mut part = Checkpoint { identity, samples: 0..0, planned: samples, notes: Vec::new(), film: self.empty() };
+        if !self.context.again()
+            && let Some(kept) = vellus_io::read(&file).ok().and_then(|bytes| Checkpoint::from_bytes(&bytes).ok())
+            && kept.identity == part.identity
+            && kept.film.fits(&part.film)
+            && kept.samples.end <= samples
+        {
+            part = Checkpoint { planned: samples, ..kept };
+        }
+        let stage = self.context.stage(samples, "rendering");
+        stage.set(part.samples.end);
+        let (mut kept, mut pass) = (Instant::now(), 1);
+        while part.samples.end < samples {
+            let next = part.samples.end..samples.min(part.samples.end + pass);
+            let start = Instant::now();
+            let added = self.add(&settings, &mut part.film, next.clone());
+            if added.is_ok() {
+                part.samples.end = next.end;
+            }
+            if part.samples.end == samples || added.is_err() || kept.elapsed() > KEEP {
+                write(&file, &part.to_bytes())?;
+                kept = Instant::now();
+            }
+            added?;
+            let each = start.elapsed().as_secs_f64() / (next.end - next.start) as f64;
+            pass = ((PASS / each) as u64).clamp(1, 4 * pass);
+            stage.set(part.samples.end);
+        }
+        Ok(part.film)
+    }
+
+    /// Two halves of so many samples each, of two seeds that no other method has: their mean, and from their difference its variance.
+    pub fn converge(&mut self, method: Method, half: u64) -> Result<Converged> {
+        let [first, second] = REFERENCE.map(|seed| own(method, seed));
+        let halves = [self.render(method, first, half)?, self.render(method, second, half)?];
+        let (a, b) = (colors(&halves[0]), colors(&halves[1]));
+        let variance = a.iter().zip(&b).map(|(a, b)| 0.25 * (a - b).powi(2)).sum::<f64>() / a.len() as f64;
+        let (_, _, spread) = difference(&halves[0], &halves[1]);
+        let mut film = halves[0].clone();
+        film.merge(&halves[1]);
+        Ok(Converged { film, halves, variance, spread })
+    }
+
+    /// Each method's error and time at 1, 2, 4, … `most` samples, and its last picture. Methods take turns, so that whatever else the machine does
+    /// meets them alike.
+    pub fn measure(&mut self, methods: &[(Method, &Converged)], most: u64) -> Result<Vec<(Vec<Point>, Film)>> {
+        let mut found: Vec<(Vec<Point>, Film)> = methods.iter().map(|_| (Vec::new(), self.empty())).collect();
+        let mut times = vec![0.0; methods.len()];
+        let mut from = 0;
+        let stage = self.context.stage(most, "measuring");
+        while from < most {
+            let to = if from == 0 { 1 } else { (2 * from).min(most) };
+            for (i, (method, converged)) in methods.iter().enumerate() {
+                self.choose(*method)?;
+                let settings = self.settings(*method, MEASURED);
+                let (points, film) = &mut found[i];
+                times[i] += self.add(&settings, film, from..to)?;
+                points.push(converged.error(film, times[i]));
+            }
+            from = to;
+            stage.set(to);
+        }
+        Ok(found)
+    }
+
+    /// So many samples more, with a seed that no other method has; the processor time they took.
+    pub fn extend(&mut self, method: Method, film: &mut Film, samples: u64) -> Result<f64> {
+        self.choose(method)?;
+        let settings = self.settings(method, own(method, MEASURED));
+        self.add(&settings, film, film.samples()..film.samples() + samples)
+    }
+
+    /// Three channels of a layer as a PNG.
+    pub fn layer_png(&self, film: &Film, layer: Layer, first: usize, exposure: f32) -> Result<Vec<u8>> {
+        film.layer_to_png(layer, first, exposure).map_err(|e| anyhow!("cannot encode PNG: {e}"))
+    }
+
+    /// Writes a picture as NAME.png and NAME.exr; the PNG's name.
+    pub fn save(&self, film: &Film, name: &str, exposure: f32) -> Result<String> {
+        let png = film.to_png(None, exposure, &[]).map_err(|e| anyhow!("cannot encode PNG: {e}"))?;
+        let exr = film.to_exr(&self.layers, None, vellus_render::PixelType::Half, &[]);
+        self.context.write(&format!("{name}.exr"), &exr.map_err(|e| anyhow!("cannot encode OpenEXR: {e}"))?)?;
+        self.context.write(&format!("{name}.png"), &png)?;
+        Ok(format!("{name}.png"))
+    }
+}
+
+/// A seed that no other method has, so that their noise is independent.
+fn own(method: Method, seed: u32) -> u32 {
+    method.key.bytes().fold(seed, |seed, byte| seed.wrapping_mul(31).wrapping_add(byte.into()))
+}
+
+/// Mean of a pixel's channels.
+pub fn brightness(film: &Film, x: usize, y: usize) -> f64 {
+    (0..3).map(|c| film.mean(x, y, Layer::Beauty, c)).sum::<f64>() / 3.0
+}
+
+/// How far the fur of a picture is from that of another: of the means, in standard errors and as a share of the
+/// brightness; and the root mean square of the pixels' differences in their standard errors, of those that have light
+/// and noise. Each pixel counts by the share of it that fibres cover.
+pub fn difference(a: &Film, b: &Film) -> (f64, f64, f64) {
+    let (width, height) = (b.width(), b.height());
+    let (mut sum, mut all, mut variance, mut squares, mut count) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for (x, y) in (0..width * height).map(|i| (i % width, i / width)) {
+        let (p, q) = (brightness(a, x, y), brightness(b, x, y));
+        let error = a.error(x, y).powi(2) + b.error(x, y).powi(2);
+        let weight = 0.5 * (a.mean(x, y, Layer::Fibers, 0) + b.mean(x, y, Layer::Fibers, 0));
+        sum += weight * (p - q);
+        all += weight * q;
+        variance += weight * weight * error;
+        if error > 0.0 {
+            squares += weight * (p - q).powi(2) / error;
+            count += weight;
+        }
+    }
+    let safe = |a: f64, b: f64| if b > 0.0 { a / b } else { 0.0 };
+    (safe(sum, variance.sqrt()), safe(sum, all), safe(squares, count).sqrt())
+}
+
+/// All channels of all pixels.
+pub fn colors(film: &Film) -> Vec<f64> {
+    let (width, height) = (film.width(), film.height());
+    (0..3 * width * height).map(|i| film.mean(i / 3 % width, i / 3 / width, Layer::Beauty, i % 3)).collect()
+}
+
+impl Converged {
+    /// Two pictures of independent seeds, of which it is the mean.
+    pub fn halves(&self) -> [&Film; 2] {
+        [&self.halves[0], &self.halves[1]]
+    }
+
+    pub fn error(&self, film: &Film, time: f64) -> Point {
+        let (a, b) = (colors(film), colors(&self.film));
+        let n = b.len() as f64;
+        let floor = 0.01 * b.iter().map(|b| b * b).sum::<f64>() / n;
+        let mse = a.iter().zip(&b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / n;
+        let rel = |a: f64, b: f64| (a - b).powi(2) / (b * b + floor);
+        let rel_mse = a.iter().zip(&b).map(|(a, b)| rel(*a, *b)).sum::<f64>() / n;
+        // The converged picture's variance lies where the measured one's does: of relative errors it is the same share.
+        let left = 1.0 - self.variance / mse.max(1e-300);
+        Point { samples: film.samples(), time, mse: mse * left, rel_mse: rel_mse * left }
+    }
+
+    /// Mean of all channels.
+    pub fn mean(&self) -> f64 {
+        let colors = colors(&self.film);
+        colors.iter().sum::<f64>() / colors.len() as f64
+    }
+}
+
+/// How many times as long `b` takes for the error of `a`: of the last three points, the geometric mean, where error falls as one over
+/// time.
+pub fn speedup(a: &[Point], b: &[Point], error: impl Fn(&Point) -> f64) -> f64 {
+    let cost = |p: &Point| (error(p).max(1e-300) * p.time).ln();
+    let last = a.len().min(b.len()).min(3);
+    let sum: f64 = (1..=last).map(|k| cost(&b[b.len() - k]) - cost(&a[a.len() - k])).sum();
+    (sum / last.max(1) as f64).exp()
+}

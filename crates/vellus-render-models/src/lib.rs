@@ -1,0 +1,85 @@
+//! Renders scenes with any of the reflectance models of [`vellus_models`].
+//!
+//! The path tracer of [`vellus_render`] is generic over the model, so that its inner loops are compiled for each one.
+//! This crate holds these copies: it is the only one that names all models and the path tracer, and crates that depend
+//! on it do not compile them again.
+
+use vellus::{Bcsdf, Fiber};
+use vellus_models::{
+    AnyModel, Chiang2016, DEon2011, Error, KajiyaKay1989, Marschner2003, ModelKind, Yan2015, ZinkeWeber2007,
+};
+use vellus_render::World;
+use vellus_scene::Scene;
+
+/// A reflectance model and its options.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Method {
+    /// The model.
+    pub kind: ModelKind,
+    /// Refractive index of the medulla, for [`ModelKind::Yan2015`] alone; without it, that of the cortex.
+    pub eta_m: Option<f32>,
+    /// Sample [`ModelKind::Yan2015`] as its authors did: see [`Yan2015::with_original_sampling`].
+    pub original_sampling: bool,
+}
+
+impl From<ModelKind> for Method {
+    fn from(kind: ModelKind) -> Self {
+        Method { kind, eta_m: None, original_sampling: false }
+    }
+}
+
+/// Evaluates an expression with `$make` as the constructor of the method's model.
+macro_rules! with_constructor {
+    ($method:expr, $make:ident => $body:expr) => {
+        with_constructor!(@ $method, $make, $body,
+            ModelKind::Vellus => Bcsdf::new,
+            ModelKind::Yan2015 => |fiber: &Fiber| $method.yan2015(fiber),
+            ModelKind::Chiang2016 => Chiang2016::new,
+            ModelKind::DEon2011 => DEon2011::new,
+            ModelKind::ZinkeWeber2007 => ZinkeWeber2007::new,
+            ModelKind::Marschner2003 => Marschner2003::new,
+            ModelKind::KajiyaKay1989 => KajiyaKay1989::new)
+    };
+    (@ $method:expr, $make:ident, $body:expr, $($kind:path => $constructor:expr),*) => {
+        match $method.kind {
+            $($kind => {
+                let $make = $constructor;
+                $body
+            })*
+        }
+    };
+}
+
+impl Method {
+    /// The model of one fibre.
+    ///
+    /// # Errors
+    /// A parameter of the fibre, or [`Method::eta_m`], out of its range.
+    pub fn model(&self, fiber: &Fiber) -> Result<AnyModel, Error> {
+        match self.kind {
+            ModelKind::Yan2015 => Ok(AnyModel::Yan2015(self.yan2015(fiber)?)),
+            kind => kind.model(fiber),
+        }
+    }
+
+    /// A scene ready for rays, its strands scattering by this model.
+    ///
+    /// # Errors
+    /// As [`World::with_model`].
+    pub fn world(&self, scene: Scene) -> Result<World, vellus_scene::Error> {
+        with_constructor!(self, make => World::with_model(scene, make))
+    }
+
+    /// Gives all strands of a world this model.
+    ///
+    /// # Errors
+    /// As [`World::set_model`]; the world is then unchanged.
+    pub fn apply(&self, world: &mut World) -> Result<(), vellus_scene::Error> {
+        with_constructor!(self, make => world.set_model(make))
+    }
+
+    fn yan2015(&self, fiber: &Fiber) -> Result<Yan2015, vellus::Error> {
+        let model = Yan2015::with_eta_m(fiber, self.eta_m.unwrap_or(fiber.eta))?;
+        Ok(if self.original_sampling { model.with_original_sampling() } else { model })
+    }
+}
