@@ -33,8 +33,8 @@ pub enum Offsets {
 
 /// Energies of light that arrives at inclination `theta_o` (radians, |θ_o| < 90°), from `photons` ≥ 2 photons.
 ///
-/// The result depends on the seed, but not on the number of threads. `tick` is called with the number of photons after each
-/// batch.
+/// The result depends on the seed, but not on the number of threads. `tick` is called with the number of photons after
+/// each batch.
 ///
 /// # Errors
 /// [`Error::OutOfRange`] if [`Fiber::validate`] returns it, or if `theta_o`, an offset or `photons` is out of range.

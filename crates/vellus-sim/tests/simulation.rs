@@ -61,8 +61,8 @@ fn threads_do_not_change_the_tables() {
     assert_eq!(many.len(), quality.slab_len(slab));
 }
 
-/// A build of low quality, up to a table that the model uses. Its profiles are coarse (2.5°, few nodes, 10,000 photons), so
-/// the mean error is up to 10 %.
+/// A build of low quality, up to a table that the model uses. Its profiles are coarse (2.5°, few nodes, 10,000
+/// photons), so the mean error is up to 10 %.
 #[test]
 fn smoke_build_makes_usable_tables() {
     let quality = Quality::smoke();
@@ -100,8 +100,8 @@ fn shipped_tables_match_simulation() {
     }
 }
 
-/// R, TT and TRT of the model match those of the whole fibre: within 1 %, or the noise of the simulation, for ten
-/// presets and three inclinations.
+/// R, TT and TRT of the model match those of the whole fibre: within 1 %, or the noise of the simulation, for ten presets
+/// and three inclinations.
 #[test]
 #[ignore = "slow: 10 million photons"]
 fn energies_match_fibre_reference() {

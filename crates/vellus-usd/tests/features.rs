@@ -497,8 +497,8 @@ def Camera \"c\" { double shutter:close = 1 }";
     assert!(scene.strands[0].moved.is_some() && !said(&warnings).contains("no startTimeCode"));
 }
 
-/// Samples in time go before the value without time that stands beside them, and that of a stage before samples of what it refers to:
-/// with or without a frame, and nothing that moves stands still.
+/// Samples in time go before the value without time that stands beside them, and that of a stage before samples of what
+/// it refers to: with or without a frame, and nothing that moves stands still.
 #[test]
 fn samples_go_before_the_default() {
     let folder = tempfile::tempdir().unwrap();
@@ -533,8 +533,8 @@ fn samples_go_before_the_default() {
     assert_eq!(read(None), (Vec3::new(7.0, 0.0, 20.0), Some(Vec3::new(7.0, 0.0, 30.0))));
 }
 
-/// A material is bound by the nearest prim that binds one, to it or to a collection it is in, for final pictures before any purpose, and by
-/// those further up only where they say that they are stronger.
+/// A material is bound by the nearest prim that binds one, to it or to a collection it is in, for final pictures before
+/// any purpose, and by those further up only where they say that they are stronger.
 #[test]
 fn materials_are_bound_by_collections() {
     let fur = |name: &str, g: f32| {
@@ -603,8 +603,8 @@ fn materials_are_bound_by_collections() {
     assert!(error.contains("more than 200 collections"), "{error}");
 }
 
-/// Velocities are per second, from the sample before the shutter opens, or from the frame where there is none; they go before later
-/// samples, which may be of other points.
+/// Velocities are per second, from the sample before the shutter opens, or from the frame where there is none; they go
+/// before later samples, which may be of other points.
 #[test]
 fn velocities_move_curves_and_meshes() {
     let read = |points: &str, more: &str, frame| {

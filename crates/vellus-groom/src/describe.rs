@@ -1,12 +1,11 @@
-//! `vellus groom info`: what is in a groom.
+//! A description of the strands of a scene, for people.
 
-use crate::output;
-use vellus_groom::{bytes, measure};
+use crate::{bytes, measure};
 use vellus_scene::{Scene, Strands, Units};
 
-/// Everything there is to say about the strands of a scene.
-pub fn info(scene: &Scene) -> String {
-    let mut text = format!("units     {}\n", scene.units.map_or("not said".to_owned(), units));
+/// Describes the strands of a scene: units, counts, bounds, widths, lengths and memory, one line each.
+pub fn describe(scene: &Scene) -> String {
+    let mut text = format!("units     {}\n", scene.units.map_or("unknown".to_owned(), units));
     for strands in &scene.strands {
         text += &one(strands);
     }
@@ -27,14 +26,26 @@ fn units(units: Units) -> String {
     format!("{name}, {} up", if units.z_up { "z" } else { "y" })
 }
 
-/// The diameter of a human hair (80 µm) where the strands are as large as a head with hair (0.24 m), with one digit.
+/// A width with one digit: that of a human hair (80 µm) if the groom has the size of a head with hair (0.24 m).
 fn suggested_width(size: glam::Vec3) -> f32 {
     let width = f64::from(size.max_element()) / 3000.0;
     if width > 0.0 { format!("{width:.0e}").parse().unwrap_or(1.0) } else { 1.0 }
 }
 
+/// A number with six significant digits.
+fn number(x: f32) -> String {
+    let x = f64::from(x);
+    if x == 0.0 {
+        return "0".to_owned();
+    }
+    match x.abs() {
+        1e-4..1e5 => format!("{x:.*}", (5 - x.abs().log10().floor() as i32).clamp(0, 9) as usize),
+        _ => format!("{x:.4e}"),
+    }
+}
+
+/// One set of strands.
 fn one(strands: &Strands) -> String {
-    let number = |x: f32| output::number(x.into());
     let corner = |v: glam::Vec3| v.to_array().map(number).join(", ");
     let mut rows = vec![
         ("strands", strands.len().to_string()),
@@ -86,7 +97,7 @@ mod tests {
             look: 0,
             varying: Vec::new(),
         };
-        let text = info(&Scene { strands: vec![strands], ..Scene::default() });
+        let text = describe(&Scene { strands: vec![strands], ..Scene::default() });
         assert!(text.contains("(0, 0, 0) to (0, 0.240000, 0.100000)"), "{text}");
         assert!(text.contains("none: give one with --width, 0.00008 for example"), "{text}");
         assert_eq!(suggested_width(Vec3::ZERO), 1.0);

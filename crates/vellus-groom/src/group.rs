@@ -1,108 +1,137 @@
-//! How fur grows, on the command line and in a settings file: the same names in both.
+//! Groups of strands as a settings file describes them, and their defaults.
 
-use crate::number::whole;
-use anyhow::{Context, Result, bail};
+use crate::{Clump, Error, GrowSettings};
 use glam::Vec3;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
-use vellus_groom::{Clump, GrowSettings};
 use vellus_scene::Basis;
 
-/// Strands of a mesh where nothing says how many.
+/// Strands of a mesh if neither density nor count is given.
 const COUNT: f64 = 100_000.0;
-/// Their length, against the square root of the area they grow on.
+/// Default length, as a share of the square root of the area.
 const LENGTH: f64 = 0.035;
-/// How many times they would cover that area, laid side by side: what their width follows from.
+/// Default width: strands laid side by side cover the area this many times.
 const COVER: f64 = 1.6;
 
-/// One group of strands.
-#[derive(clap::Args, Clone, Debug, Default, Deserialize)]
+/// The largest settings file: 16 MiB.
+const MAX_SETTINGS_BYTES: u64 = 16 << 20;
+
+/// A group of strands. Values that are not given have defaults, see [`Group::settings`]. Lengths are in the unit of the
+/// mesh, angles in degrees.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Group {
-    /// Its name in the file that is written; by default fur.
-    #[arg(long)]
+    /// Its name in the scene; default `fur`.
     pub name: Option<String>,
-    /// A preset or file, as --fiber has; only in a settings file.
-    #[arg(skip)]
+    /// The fibre: a preset or a file.
     pub fiber: Option<PathBuf>,
-    /// Strands a square unit of the mesh; above 0.
-    #[arg(long, value_name = "N", conflicts_with = "count")]
+    /// Strands per unit of area; above 0.
     pub density: Option<f32>,
-    /// Strands in all; by default 100000.
-    #[arg(long, value_name = "N", value_parser = whole::<usize>(1..=u32::MAX.into()))]
+    /// Strands in all, unless there is a density; default 100,000, divided by the number of groups.
     pub count: Option<usize>,
-    /// Image at the mesh's uv that the density is multiplied by; its first channel, as it is stored.
-    #[arg(long, value_name = "IMAGE")]
+    /// Image that multiplies the density.
     pub density_map: Option<PathBuf>,
-    /// Length, in units of the mesh; above 0; by default in proportion to the mesh.
-    #[arg(long, value_name = "L")]
+    /// Length; above 0; default in proportion to the mesh.
     pub length: Option<f32>,
-    /// Lengths are spread by this share to both sides; [0, 1); by default 0.25.
-    #[arg(long, value_name = "X")]
+    /// Random variation of the length, as a share of it; [0, 1); default 0.25.
     pub length_variation: Option<f32>,
-    /// Image at the mesh's uv that the length is multiplied by; nothing grows where it is 0.
-    #[arg(long, value_name = "IMAGE")]
+    /// Image that multiplies the length. Nothing grows where it is 0.
     pub length_map: Option<PathBuf>,
-    /// Width (diameter) at the root, in units of the mesh; 0 or more; by default such that strands cover the mesh.
-    #[arg(long, value_name = "W")]
+    /// Diameter at the root; 0 or more; default such that the strands cover the mesh.
     pub width: Option<f32>,
-    /// Widths are spread by this share to both sides; [0, 1); by default 0.15.
-    #[arg(long, value_name = "X")]
+    /// Random variation of the width, as a share of it; [0, 1); default 0.15.
     pub width_variation: Option<f32>,
-    /// Share of the width that is lost toward the tip; [0, 1]; by default 0.75.
-    #[arg(long, value_name = "X")]
+    /// Share of the width that is lost toward the tip; [0, 1]; default 0.75.
     pub taper: Option<f32>,
-    /// Segments a strand; [1, 65536]; by default 12.
-    #[arg(long, value_name = "N", value_parser = whole::<usize>(1..=65_536))]
+    /// Segments of a strand; [1, 65536]; default 12.
     pub segments: Option<usize>,
-    /// Kind of curve: linear, bspline or catmull-rom; by default catmull-rom.
-    #[arg(long)]
+    /// `linear`, `bspline` or `catmull-rom`, the default.
     pub basis: Option<String>,
-    /// The way strands lie; it is laid onto the surface. 0,0,0 lets them stand upright; by default down.
-    #[arg(long, value_parser = vector, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    /// The direction that strands lie in, projected onto the surface; default down. 0, 0, 0: they stand upright.
     pub comb: Option<[f32; 3]>,
-    /// Angle between strand and surface at the root, degrees; [-90, 90]; by default 50.
-    #[arg(long, value_name = "DEG")]
+    /// Angle between strand and surface at the root; [-90, 90]; default 50.
     pub lift: Option<f32>,
-    /// How much nearer to the surface strands point at their tips, degrees; [-180, 180]; by default 30.
-    #[arg(long, value_name = "DEG")]
+    /// How much smaller that angle is at the tip; [-180, 180]; default 30.
     pub bend: Option<f32>,
-    /// Standard deviation of the direction from strand to strand, degrees; [0, 90]; by default 9.
-    #[arg(long, value_name = "DEG")]
+    /// Standard deviation of the direction; [0, 90]; default 9.
     pub spread: Option<f32>,
-    /// How strongly strands hang down toward their tips; 0 or more, at 1 by 45° from level; by default 0.15.
-    #[arg(long, value_name = "X")]
+    /// How strongly strands hang down toward their tips; 0 or more; default 0.15.
     pub gravity: Option<f32>,
-    /// Strands that draw together to a clump; below 2 none do; by default 30.
-    #[arg(long, value_name = "N", value_parser = whole::<usize>(0..=u32::MAX.into()))]
+    /// Strands in a clump; below 2: no clumps; default 30.
     pub clump: Option<usize>,
-    /// How far the tips of a clump come together; [0, 1]; by default 0.5.
-    #[arg(long, value_name = "X")]
+    /// How far the tips of a clump come together; [0, 1]; default 0.5.
     pub clump_strength: Option<f32>,
-    /// Whether clumps close near the root (below 1) or only near the tip (above 1); above 0; by default 1.4.
-    #[arg(long, value_name = "X")]
+    /// Whether clumps close near the root (below 1) or near the tip (above 1); above 0; default 1.4.
     pub clump_shape: Option<f32>,
-    /// Radius of curls, as a share of the length; 0 or more; by default 0.
-    #[arg(long, value_name = "X")]
+    /// Radius of curls, as a share of the length; 0 or more; default 0.
     pub curl: Option<f32>,
-    /// Turns of a curl from root to tip; either way round; by default 2.
-    #[arg(long, value_name = "N")]
+    /// Turns of a curl from root to tip; negative: the other way round; default 2.
     pub curl_turns: Option<f32>,
-    /// Waviness: how far tips stray, as a share of the length; 0 or more; by default 0.05.
-    #[arg(long, value_name = "X")]
+    /// How far tips deviate, as a share of the length; 0 or more; default 0.05.
     pub noise: Option<f32>,
-    /// Share of guard hairs among the strands; [0, 1]; by default 0.15, and 0 where the settings file has several groups.
-    #[arg(long, value_name = "X")]
+    /// Share of guard hairs; [0, 1]; default 0.15, or 0 if there are several groups.
     pub guard_share: Option<f32>,
-    /// How many times longer guard hairs are than the rest; above 0; by default 1.4.
-    #[arg(long, value_name = "X")]
+    /// Length of guard hairs relative to the others; above 0; default 1.4.
     pub guard_length: Option<f32>,
-    /// How many times wider guard hairs are than the rest; above 0; by default 1.4.
-    #[arg(long, value_name = "X")]
+    /// Width of guard hairs relative to the others; above 0; default 1.4.
     pub guard_width: Option<f32>,
-    /// Image at the mesh's uv that gives the strands their colour, as a texture of what the fibres absorb.
-    #[arg(long, value_name = "IMAGE")]
+    /// Image of the colour of the strands.
     pub color: Option<PathBuf>,
+}
+
+/// What is wrong with a group, or with a settings file.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum GroupError {
+    /// A value of a group is out of its range.
+    #[error("{group}: {what}")]
+    Value {
+        /// The group.
+        group: String,
+        /// The value and its range.
+        what: String,
+    },
+    /// The values of a group do not fit together.
+    #[error("in {group}")]
+    Settings {
+        /// The group.
+        group: String,
+        /// What is wrong.
+        source: Error,
+    },
+    /// A settings file that cannot be read.
+    #[error("cannot read {}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system reports.
+        source: std::io::Error,
+    },
+    /// A settings file that is not valid.
+    #[error("in {}", path.display())]
+    Parse {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: toml::de::Error,
+    },
+    /// A settings file without groups.
+    #[error("{}: it has no [[group]]", .0.display())]
+    Empty(PathBuf),
+    /// An image is given, but a mesh has no coordinates for it.
+    #[error("{mesh} has no uv, which {} needs", image.display())]
+    NoUv {
+        /// The mesh.
+        mesh: String,
+        /// The image.
+        image: PathBuf,
+    },
+    /// The mesh cannot grow strands.
+    #[error(transparent)]
+    Grow(#[from] Error),
+    /// A colour of the fibre out of range.
+    #[error(transparent)]
+    Fiber(#[from] vellus::Error),
 }
 
 /// A settings file.
@@ -112,21 +141,17 @@ struct File {
     group: Vec<Group>,
 }
 
-fn vector(text: &str) -> Result<[f32; 3], String> {
-    let numbers: Vec<f32> = text.split(',').filter_map(|x| x.trim().parse().ok()).collect();
-    <[f32; 3]>::try_from(numbers).map_err(|_| "a direction is X,Y,Z".to_owned())
-}
-
-/// The largest file of settings: 16 MiB.
-const MAX_SETTINGS_BYTES: u64 = 16 << 20;
-
-/// The groups of a settings file; images are looked for beside it.
-pub fn read(path: &Path) -> Result<Vec<Group>> {
-    let text = vellus_io::read_to_string(path, MAX_SETTINGS_BYTES)
-        .with_context(|| format!("cannot read {}", path.display()))?;
-    let File { mut group } = toml::from_str(&text).with_context(|| format!("in {}", path.display()))?;
+/// Reads the groups of a settings file (TOML). Relative paths of images start from the folder of the file.
+///
+/// # Errors
+/// [`GroupError::Read`], [`GroupError::Parse`], [`GroupError::Empty`].
+pub fn read_groups(path: &Path) -> Result<Vec<Group>, GroupError> {
+    let text = vellus_io::read_to_string(path, MAX_SETTINGS_BYTES);
+    let text = text.map_err(|source| GroupError::Read { path: path.to_owned(), source })?;
+    let parsed = toml::from_str(&text).map_err(|source| GroupError::Parse { path: path.to_owned(), source });
+    let File { mut group } = parsed?;
     if group.is_empty() {
-        bail!("{}: it has no [[group]]", path.display());
+        return Err(GroupError::Empty(path.to_owned()));
     }
     for (i, group) in group.iter_mut().enumerate() {
         group.name.get_or_insert_with(|| format!("group-{}", i + 1));
@@ -137,20 +162,22 @@ pub fn read(path: &Path) -> Result<Vec<Group>> {
     Ok(group)
 }
 
-/// What a group is planted on.
+/// The ground that a group grows on.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ground {
-    /// Area, times the density map.
+    /// Area, weighted by the density map.
     pub area: f64,
-    /// Groups that share it.
+    /// Number of groups that share it.
     pub groups: usize,
-    /// The way up.
+    /// The direction up.
     pub up: Vec3,
-    /// Of the command; each group adds its own.
+    /// Seed of the random numbers.
     pub seed: u64,
 }
 
 impl Group {
-    /// The same where it says something, `other` where not.
+    /// This group, with the values of `other` where it has none.
+    #[must_use]
     pub fn or(self, other: Group) -> Group {
         let counted = self.density.is_some() || self.count.is_some();
         let (density, count) = if counted { (self.density, self.count) } else { (other.density, other.count) };
@@ -186,24 +213,28 @@ impl Group {
         }
     }
 
-    /// What it is called.
+    /// Its name.
     pub fn name(&self) -> &str {
         self.name.as_deref().unwrap_or("fur")
     }
 
-    /// The way its strands lie.
+    /// The direction that its strands lie in.
     pub fn comb(&self, up: Vec3) -> Vec3 {
         self.comb.map_or(-up, Vec3::from)
     }
 
-    /// Its numbers, in the units of the mesh and of the crate that grows it.
-    pub fn settings(&self, ground: &Ground) -> Result<GrowSettings> {
+    /// The settings that grow the group on `ground`, in the unit of the mesh and in radians.
+    ///
+    /// # Errors
+    /// The first value that is out of its range.
+    pub fn settings(&self, ground: &Ground) -> Result<GrowSettings, GroupError> {
+        let wrong = |what: String| GroupError::Value { group: self.name().to_owned(), what };
         let checked = |name: &str, given: Option<f32>, fallback: f32, good: fn(f32) -> bool, range: &str| {
             let value = given.unwrap_or(fallback);
             if value.is_finite() && good(value) {
                 return Ok(value);
             }
-            bail!("{}: {name} = {value} is out of range: it must be {range}", self.name())
+            return Err(wrong(format!("{name} = {value} is out of range: it must be {range}")));
         };
         let positive = |name: &str, given, fallback| checked(name, given, fallback, |x| x > 0.0, "above 0");
         let not_negative = |name: &str, given, fallback| checked(name, given, fallback, |x| x >= 0.0, "0 or more");
@@ -219,22 +250,19 @@ impl Group {
         if let (None, Some(count)) = (density, self.count)
             && !(1..=u32::MAX as usize).contains(&count)
         {
-            bail!("{}: count = {count} is out of range: it must be in [1, {}]", self.name(), u32::MAX);
+            return Err(wrong(format!("count = {count} is out of range: it must be in [1, {}]", u32::MAX)));
         }
         let count = match density {
             Some(density) => (f64::from(density) * ground.area).round(),
             None => self.count.map_or(COUNT / ground.groups as f64, |count| count as f64),
         };
         if count < 1.0 {
-            bail!(
-                "{}: a density of {} on an area of {:.4e} is no strand at all",
-                self.name(),
-                density.unwrap_or(0.0),
-                ground.area
-            );
+            let density = density.unwrap_or(0.0);
+            let what = format!("a density of {density} on an area of {:.4e} gives no strand at all", ground.area);
+            return Err(wrong(what));
         }
         if count > f64::from(u32::MAX) {
-            bail!("{}: {count:.3e} strands are too many: give a lower density", self.name());
+            return Err(wrong(format!("{count:.3e} strands are too many: give a lower density")));
         }
         let length = positive("length", self.length, (LENGTH * ground.area.sqrt()) as f32)?;
         let taper = unit("taper", self.taper, 0.75)?;
@@ -246,10 +274,10 @@ impl Group {
             None | Some("catmull-rom") => Basis::CatmullRom,
             Some("bspline") => Basis::BSpline,
             Some("linear") => Basis::Linear,
-            Some(other) => bail!("{}: basis = {other}: it must be linear, bspline or catmull-rom", self.name()),
+            Some(other) => return Err(wrong(format!("basis = {other}: it must be linear, bspline or catmull-rom"))),
         };
         if self.comb.is_some_and(|comb| comb.iter().any(|x| !x.is_finite())) {
-            bail!("{}: comb must be three finite numbers", self.name());
+            return Err(wrong(format!("comb must be three finite numbers")));
         }
         let guard_share = if ground.groups > 1 { 0.0 } else { 0.15 };
         let settings = GrowSettings {
@@ -281,7 +309,7 @@ impl Group {
             noise: not_negative("noise", self.noise, 0.05)?,
             clearance: 0.0,
         };
-        settings.validate().with_context(|| format!("in {}", self.name()))?;
+        settings.validate().map_err(|source| GroupError::Settings { group: self.name().to_owned(), source })?;
         Ok(settings)
     }
 }
