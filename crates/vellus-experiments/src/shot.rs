@@ -137,7 +137,7 @@ impl<'c> Shot<'c> {
     /// Adds samples; the processor time it took.
     fn add(&self, settings: &Settings, film: &mut Film, samples: Range<u64>) -> Result<f64> {
         let before = cpu_time().context("this system does not report processor time")?;
-        match self.world.render(settings, film, samples, self.context.stop()) {
+        match self.world.render(settings, film, samples, self.context.progress()) {
             Err(Error::Cancelled) => self.context.check_interrupted()?,
             result => result.map(drop)?,
         }

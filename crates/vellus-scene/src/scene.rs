@@ -129,12 +129,21 @@ mod tests {
         Scene { strands: vec![strands], looks: vec![Look::constant("white", Fiber::hair())], ..Scene::default() }
     }
 
+    /// Gives κ a texture with a scale in its last channel.
+    fn textured(scene: &mut Scene, texture: usize, scale: f32) {
+        let black =
+            || Texture { name: String::new(), width: 1, height: 1, pixels: vec![[0.0; 3]], wrap: Default::default() };
+        scene.textures = (0..1 - texture).map(|_| black()).collect();
+        let value = crate::Value { texture, scale: [0.0, 0.0, scale] };
+        scene.looks[0].textured.push((crate::Parameter::Kappa, value));
+    }
+
     #[test]
     fn what_is_wrong_is_named() {
         assert_eq!(scene().validate(), Ok(()));
         assert_eq!(scene().strands[0].segments(), 3);
         type Break = fn(&mut Scene);
-        let broken: [(Break, &str); 9] = [
+        let broken: [(Break, &str); 11] = [
             (|s| s.strands[0].look = 1, "fur: the look does not exist"),
             (|s| s.strands[0].starts[1] = 1, "fur: strand 0 has 1 points"),
             (|s| s.strands[0].starts[1] = 9, "strand 0 ends at point 9, but there are 5 points"),
@@ -142,6 +151,8 @@ mod tests {
             (|s| s.strands[0].points[3].x = f32::NAN, "it must be finite and within ±1e9"),
             (|s| s.strands[0].varying[0].1 = Values::PerStrand(vec![[0.2; 3]]), "g has 1 values: there must be 2"),
             (|s| s.looks[0].fiber.eta = 9.0, "white: eta = 9"),
+            (|s| textured(s, 1, 0.5), "white: kappa has the texture 1, but the scene has 0"),
+            (|s| textured(s, 0, f32::INFINITY), "white: kappa has a texture with the scale [0.0, 0.0, inf]"),
             (|s| s.light_groups = vec!["key".to_owned()], "lights: there are 1 groups for 0 lights"),
             (|s| s.light_groups = vec!["key.left".to_owned()], "'key.left': a light group's name"),
         ];

@@ -1,8 +1,8 @@
 //! Strands of hair and fur.
 
 use crate::error::{Error, invalid};
-use crate::look::Parameter;
 use glam::{Vec2, Vec3, Vec4};
+use vellus::Parameter;
 
 /// The largest absolute coordinate or radius of strands, meshes and the camera, in scene units: 10⁹. The renderer
 /// multiplies up to four lengths, and 10³⁶ is finite in single precision.
@@ -145,10 +145,10 @@ impl Strands {
                 Values::PerPoint(values) => (&values[..], self.points.len()),
             };
             if values.len() != expected {
-                return fail(format!("{} has {} values: there must be {expected}", parameter.key(), values.len()));
+                return fail(format!("{} has {} values: there must be {expected}", parameter.name(), values.len()));
             }
             if let Some(bad) = values.iter().find(|v| v.iter().any(|x| !x.is_finite())) {
-                return fail(format!("{} has the value {bad:?}: it must be finite", parameter.key()));
+                return fail(format!("{} has the value {bad:?}: it must be finite", parameter.name()));
             }
         }
         Ok(())

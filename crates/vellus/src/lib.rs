@@ -41,7 +41,9 @@ pub use bcsdf::{Bcsdf, Hit, Lobe, Lobes, Sample};
 pub use cylinder::cuticle::{Fresnel, fresnel};
 pub use error::Error;
 pub use fiber::Fiber;
+pub use fiber::builder::FiberBuilder;
 pub use fiber::color::Color;
+pub use fiber::parameter::{Parameter, Range, Unit};
 pub use fiber::species::Species;
 #[cfg(feature = "unstable")]
 pub use medulla::grid;

@@ -32,7 +32,7 @@ const FAINT: f32 = 0.3;
 struct FiberFrame {
     tangent: Vec3,
     across: (Vec3, Vec3),
-    /// Axis and radius.
+    /// The point on the axis, and the radius there.
     axis: Vec3,
     radius: f32,
     time: f32,
@@ -53,7 +53,7 @@ impl FiberFrame {
         self.tangent * w.x + self.across.0 * w.y + self.across.1 * w.z
     }
 
-    /// h: the sine of the angle from the surface normal to the way the ray came, about the tangent.
+    /// h: the sine of the angle from the surface normal to the direction back along the ray, about the tangent.
     fn offset(&self, ray: &Ray, t: f32) -> f32 {
         let q = ray.at(t) - self.axis;
         let n = (q - self.tangent * q.dot(self.tangent)).normalize_or(self.across.0);
@@ -62,14 +62,14 @@ impl FiberFrame {
         self.tangent.dot(n.cross(wo)).clamp(-1.0, 1.0)
     }
 
-    /// A ray that leaves toward `direction`: from the side of the fibre that faces it.
+    /// A ray that leaves toward `direction`, from the side of the fibre that faces it.
     fn leave(&self, direction: Vec3, t_max: f32) -> Ray {
         let out = (direction - self.tangent * direction.dot(self.tangent)).normalize_or(self.across.0);
         Ray { origin: self.axis + out * (1.001 * self.radius), direction, t_max, time: self.time }
     }
 }
 
-/// A path at a fibre: adds light that reaches it, and returns the ray that leaves it with its density.
+/// Adds the light that reaches a fibre. Returns the scattered ray and its density, or `None` if the path ends.
 pub(super) fn at_fiber<M: Model>(
     path: &mut Path<'_>,
     fibers: &Fibers<M>,
@@ -88,10 +88,10 @@ pub(super) fn at_fiber<M: Model>(
         Mode::MultiScale => match path.spread {
             None => {
                 let pixel = geometry.view.pixel_width(path.settings.size, ray, hit.entry.t);
-                // Hits are spread over the pixel already: half of it more keeps the picture as sharp as its filter.
+                // Samples already spread over the pixel: another half of it keeps the picture as sharp as its filter.
                 Window::cell(h, (0.5 * pixel / frame.radius.max(1e-30)).min(2.0), sampler.chance())
             }
-            // D15: the far field where the last scattering spread the path over all of the fibre's width.
+            // D15: the far field, if the last scattering event spread the path over the whole width of the fibre.
             Some(angle) if angle * hit.entry.t >= 2.0 * frame.radius && largest(path.throughput) >= FAINT => {
                 Window::far()
             }
@@ -140,7 +140,7 @@ fn scatter_at(
     path.lights = lights as f32;
     for k in 0..lights {
         let u = if k == 0 { a } else { sampler.next() };
-        // Each in its own share of the lights.
+        // Stratified: each sample chooses from its own share of the lights.
         let pick = (u[0] + k as f32) / path.lights;
         let Some((which, light)) = geometry.lights.sample(frame.axis, [pick, u[1], u[2]]) else { continue };
         let (f, pdf) = scattering.eval_pdf(frame.local(light.direction));
