@@ -1,11 +1,10 @@
 //! Other models than ours in pictures.
 
 use glam::{Mat3, Vec3, Vec4};
-use std::sync::atomic::AtomicBool;
 use vellus::{Bcsdf, Fiber, Model, Scattering, Window};
 use vellus_models::{Chiang2016, DEon2011, KajiyaKay1989, Marschner2003, Yan2015, ZinkeWeber2007};
-use vellus_render::{Film, Filter, Layer, Mode, Settings, Statistics, World};
-use vellus_scene::{Basis, Camera, Light, Look, Parameter, Scene, Strands, Values};
+use vellus_render::{Film, Filter, Layer, Mode, Settings, World};
+use vellus_scene::{Basis, Camera, Light, Look, Parameter, Scene, Strands, Texture, Value, Values};
 use vellus_testing::significance::max_abs_z;
 
 const SIZE: usize = 16;
@@ -55,9 +54,8 @@ fn picture(world: &World) -> ([f64; 3], f64) {
     let settings =
         Settings { size: [SIZE; 2], crop: None, mode: Mode::Near, filter: Filter::Tent, seed: 3, max_depth: None };
     let mut film = Film::new(settings.size, settings.area(), world.layout(&[Layer::Lobes]));
-    let statistics = Statistics::default();
-    assert!(world.render(&settings, &mut film, 0..64, &statistics, &AtomicBool::new(false)));
-    assert_eq!(statistics.rejected.into_inner(), 0);
+    let statistics = world.render(&settings, &mut film, 0..64, &()).unwrap();
+    assert_eq!(statistics.rejected, 0);
     let pixels = (SIZE * SIZE) as f64;
     let mean =
         |c: usize| (0..SIZE * SIZE).map(|i| film.mean(i % SIZE, i / SIZE, Layer::Beauty, c)).sum::<f64>() / pixels;
@@ -104,4 +102,37 @@ fn a_fiber_in_white_light_shows_its_models_albedo() {
     check("zinke-weber2007", ZinkeWeber2007::new);
     check("marschner2003", Marschner2003::new);
     check("kajiya-kay1989", KajiyaKay1989::new);
+}
+
+/// A scene with a texture of one pixel for β_m.
+fn textured(pixel: f32, scale: f32) -> Scene {
+    let mut scene = scene(false);
+    scene.textures =
+        vec![Texture { name: String::new(), width: 1, height: 1, pixels: vec![[pixel; 3]], wrap: Default::default() }];
+    scene.looks[0].textured = vec![(Parameter::BetaM, Value { texture: 0, scale: [scale; 3] })];
+    scene
+}
+
+#[test]
+fn a_texture_gives_angles_in_degrees() {
+    let mut constant = scene(false);
+    constant.looks[0].fiber.beta_m = 12f32.to_radians();
+    let expected = picture(&World::new(constant).unwrap());
+    assert_eq!(picture(&World::new(textured(24.0, 0.5)).unwrap()), expected);
+}
+
+/// Sums and products of finite values may be infinite or NaN. The fibre has the nearest value in range then.
+#[test]
+fn no_finite_value_of_a_texture_or_a_point_breaks_a_render() {
+    for (pixel, scale) in [(f32::MAX, 0.0), (f32::MAX, -9.0), (f32::MAX, f32::MAX)] {
+        picture(&World::new(textured(pixel, scale)).unwrap());
+    }
+    let mut steep = scene(true);
+    let values = (0..4).map(|i| [f32::MAX * (-1f32).powi(i); 3]).collect();
+    steep.strands[0].varying = vec![(Parameter::Kappa, Values::PerPoint(values))];
+    picture(&World::new(steep).unwrap());
+    for scale in [f32::INFINITY, f32::NAN] {
+        let error = World::new(textured(0.0, scale)).err().unwrap().to_string();
+        assert!(error.contains("fur: beta_m has a texture with the scale"), "{error}");
+    }
 }

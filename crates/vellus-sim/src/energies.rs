@@ -47,7 +47,11 @@ pub fn energies(
     tick: &(dyn Fn(u64) + Sync),
 ) -> Result<Energies, Error> {
     fiber.validate()?;
-    let out_of_range = |name: &str, value: f64, range| Error::OutOfRange { name: name.to_owned(), value, range };
+    let out_of_range = |name: &str, value: f64, range: &str| Error::OutOfRange {
+        name: name.to_owned(),
+        value,
+        range: range.to_owned(),
+    };
     if theta_o.is_nan() || theta_o.abs() >= std::f64::consts::FRAC_PI_2 {
         return Err(out_of_range("theta_o", theta_o.to_degrees(), "theta_o must be in (-90, 90) degrees"));
     }

@@ -1,12 +1,23 @@
 //! Films as files: checkpoints, and sample ranges to merge.
 //!
-//! Layout, little endian: `VELLUSF3`; u32 width and height of the whole picture; u32 left column, top row, width,
-//! height of the part; u32 its layers, a bit each in the order of [`Layer::ALL`](crate::Layer::ALL); 32 bytes of the
-//! digest of what was rendered; u64 first sample, the one after the last, and the one after the last that was asked
-//! for; the names of the light groups; the notes, names and values alternating; the sums, row by row, u32 words as
-//! `sums.rs` describes; and 32 bytes of the digest (BLAKE3) of all bytes before. Names and notes are a u32 count of
-//! texts, each a u32 count of bytes of UTF-8.
+//! The format is little endian:
+//!
+//! | bytes | content |
+//! |---|---|
+//! | 8 | `VELLUSF3` |
+//! | 2 × u32 | width and height of the whole picture |
+//! | 4 × u32 | left column, top row, width and height of the film's area |
+//! | u32 | layers, one bit each in the order of [`Layer::ALL`](crate::Layer::ALL) |
+//! | 32 | identity of the picture |
+//! | 3 × u64 | first sample, end of the samples, end of the planned samples |
+//! | texts | names of the light groups |
+//! | texts | notes: names and values alternate |
+//! | u32 … | sums, row by row, as described in `sums.rs` |
+//! | 32 | BLAKE3 digest of all bytes before |
+//!
+//! Texts are a u32 count of texts; each is a u32 count of bytes, and that many bytes of UTF-8.
 
+use crate::error::Error;
 use crate::film::Film;
 use crate::film::layout::Layout;
 use std::ops::Range;
@@ -14,25 +25,26 @@ use vellus_io::Digest;
 
 const MAGIC: &[u8; 8] = b"VELLUSF3";
 
-/// Bytes of a digest.
+/// Bytes in a digest.
 const DIGEST: usize = 32;
 
-/// Samples a pixel can have: its coverage then still fits a sum.
+/// The largest number of samples a pixel: the sum of its coverage then still fits.
 pub const MAX_SAMPLES: u64 = (1 << 31) - 1;
 
-/// A film and which samples of what are in it.
+/// A film with the range of its samples and the identity of its picture: what is needed to continue or to merge it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Part {
-    /// Equal for parts of the same picture: the digest of everything that can change one of its pixels.
+pub struct Checkpoint {
+    /// The digest of everything that can change a pixel: equal for films of the same picture. See
+    /// [`Identity`](crate::session::Identity).
     pub identity: Digest,
-    /// Its samples.
+    /// The samples of each pixel that the film has.
     pub samples: Range<u64>,
-    /// The sample after the last that was asked for. `samples.end` is smaller where rendering was interrupted or
-    /// reached another goal before.
+    /// The end of the samples that were planned. `samples.end` is smaller if rendering was interrupted, or reached
+    /// another goal before.
     pub planned: u64,
-    /// What is written into the picture's file: names and values.
+    /// Text attributes for the picture's file: names and values.
     pub notes: Vec<(String, String)>,
-    /// Their sums.
+    /// The sums of the samples.
     pub film: Film,
 }
 
@@ -44,10 +56,10 @@ fn put_texts<'a>(bytes: &mut Vec<u8>, texts: impl ExactSizeIterator<Item = &'a s
     }
 }
 
-/// What is left of a file.
-struct Rest<'a>(&'a [u8]);
+/// The bytes of a file that are still to be read.
+struct Remaining<'a>(&'a [u8]);
 
-impl<'a> Rest<'a> {
+impl<'a> Remaining<'a> {
     fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
         let (bytes, rest) = self.0.split_at_checked(count).ok_or("it ends inside its header")?;
         self.0 = rest;
@@ -80,8 +92,8 @@ impl<'a> Rest<'a> {
     }
 }
 
-impl Part {
-    /// The file's bytes.
+impl Checkpoint {
+    /// The bytes of a file.
     pub fn to_bytes(&self) -> Vec<u8> {
         let film = &self.film;
         let mut bytes = Vec::with_capacity(4 * film.sums().len() + 4096);
@@ -103,11 +115,15 @@ impl Part {
         bytes
     }
 
-    /// Reads a file's bytes.
+    /// Reads the bytes of a file that [`Checkpoint::to_bytes`] wrote.
     ///
     /// # Errors
-    /// What is wrong with them.
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
+    /// [`Error::Malformed`] says what is wrong with them.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
+        Checkpoint::parse(bytes).map_err(Error::Malformed)
+    }
+
+    fn parse(bytes: &[u8]) -> Result<Self, String> {
         if !bytes.starts_with(MAGIC) {
             return Err("it does not begin with VELLUSF3: it is no film, or one of another version".to_owned());
         }
@@ -116,7 +132,7 @@ impl Part {
         if Digest::of(content).0 != digest {
             return Err("it is damaged: its checksum does not match its content".to_owned());
         }
-        let mut rest = Rest(&content[MAGIC.len()..]);
+        let mut rest = Remaining(&content[MAGIC.len()..]);
         let whole = [rest.small()?, rest.small()?];
         let area = [rest.small()?, rest.small()?, rest.small()?, rest.small()?];
         let layers = rest.small()? as u32;
@@ -144,7 +160,7 @@ impl Part {
         let sums = rest.0.chunks_exact(4).map(|b| u32::from_le_bytes(std::array::from_fn(|k| b[k]))).collect();
         let film = Film::new(whole, area, layout).with_sums(samples.end - samples.start, sums);
         let notes = notes.chunks_exact(2).map(|pair| (pair[0].clone(), pair[1].clone())).collect();
-        Ok(Part { identity, samples, planned, notes, film })
+        Ok(Checkpoint { identity, samples, planned, notes, film })
     }
 }
 
@@ -153,7 +169,7 @@ mod tests {
     use super::*;
     use crate::film::Layer;
 
-    fn part() -> Part {
+    fn part() -> Checkpoint {
         let groups = ["key".to_owned(), "Füllicht".to_owned()];
         let layout = Layout::new(&[Layer::Depth, Layer::Lights, Layer::Strand], &groups);
         let mut film = Film::new([9, 8], [2, 3, 4, 3], layout);
@@ -161,27 +177,27 @@ mod tests {
         film.add_rows((0..3).map(|y| vec![y * 77 + 5; length]));
         film.advance(9);
         let notes = vec![("vellus_command".to_owned(), "vellus render 狐.usda".to_owned())];
-        Part { identity: Digest([0xfe; 32]), samples: 2..11, planned: 12, notes, film }
+        Checkpoint { identity: Digest([0xfe; 32]), samples: 2..11, planned: 12, notes, film }
     }
 
     #[test]
-    fn parts_come_back() {
-        assert_eq!(Part::from_bytes(&part().to_bytes()), Ok(part()));
+    fn films_come_back() {
+        assert_eq!(Checkpoint::from_bytes(&part().to_bytes()).unwrap(), part());
     }
 
     #[test]
     fn any_damage_is_noticed() {
         let bytes = part().to_bytes();
         for end in 0..bytes.len() {
-            assert!(Part::from_bytes(&bytes[..end]).is_err(), "{end}");
+            assert!(Checkpoint::from_bytes(&bytes[..end]).is_err(), "{end}");
         }
         for at in 0..bytes.len() {
             let mut flipped = bytes.clone();
             flipped[at] ^= 1 << (at % 8);
-            let error = Part::from_bytes(&flipped).unwrap_err();
+            let error = Checkpoint::from_bytes(&flipped).unwrap_err().to_string();
             assert!(error.contains(if at < 8 { "VELLUSF3" } else { "checksum" }), "{at}: {error}");
         }
-        assert!(Part::from_bytes(&[&bytes[..], b"\0"].concat()).is_err());
+        assert!(Checkpoint::from_bytes(&[&bytes[..], b"\0"].concat()).is_err());
     }
 
     #[test]
@@ -194,17 +210,17 @@ mod tests {
         };
         let content = &bytes[..bytes.len() - DIGEST];
         for cut in [8, 20, 70, content.len() - 1] {
-            assert!(Part::from_bytes(&signed(content[..cut].to_vec())).is_err(), "{cut}");
+            assert!(Checkpoint::from_bytes(&signed(content[..cut].to_vec())).is_err(), "{cut}");
         }
         let mut odd = content.to_vec();
         let notes = odd.windows(4).position(|b| b == b"vell").unwrap() - 8;
         odd[notes..notes + 4].copy_from_slice(&1u32.to_le_bytes());
-        assert!(Part::from_bytes(&signed(odd)).is_err());
-        // Sizes, layers, samples, groups: all but the digest of what was rendered, which is at 36.
+        assert!(Checkpoint::from_bytes(&signed(odd)).is_err());
+        // Sizes, layers, samples and groups: everything but the identity, which is at 36.
         for lie in [8, 16, 24, 32, 72, 80, 92] {
             let mut huge = content.to_vec();
             huge[lie..lie + 4].fill(0xff);
-            assert!(Part::from_bytes(&signed(huge)).is_err(), "{lie}");
+            assert!(Checkpoint::from_bytes(&signed(huge)).is_err(), "{lie}");
         }
     }
 }

@@ -1,17 +1,17 @@
-//! To draw one of many by numbers that say how often.
+//! A piecewise-constant distribution in one dimension, with a guide table.
 
-/// Intervals, each drawn in proportion to a number.
+/// A piecewise-constant density on [0, 1): one interval for each value, sampled in proportion to it.
 #[derive(Clone, Debug)]
-pub(crate) struct Intervals {
-    /// Where each begins, and the end: from 0 to 1.
+pub(crate) struct PiecewiseConstant1D {
+    /// Where each interval begins, and the end: from 0 to 1.
     sums: Vec<f32>,
-    /// The interval in which each of as many equal steps begins: from there it is not far (Chen and Asau 1974, On Generating Random
-    /// Variates from an Empirical Distribution).
+    /// The interval in which each of as many equal steps begins: a search from there is short (Chen and Asau 1974, On
+    /// Generating Random Variates from an Empirical Distribution).
     guide: Vec<u32>,
 }
 
-impl Intervals {
-    /// As wide as numbers that are not negative; equal ones where all are 0.
+impl PiecewiseConstant1D {
+    /// Intervals in proportion to values that are not negative; equal intervals if all are 0.
     pub fn new(values: impl ExactSizeIterator<Item = f32>) -> Self {
         let n = values.len();
         let mut sums = Vec::with_capacity(n + 1);
@@ -24,19 +24,19 @@ impl Intervals {
         let sums: Vec<f32> = (0..=n).map(|i| share(i) as f32).collect();
         let begin = |i: usize| sums.partition_point(|&s| s <= i as f32 / n as f32).clamp(1, n) - 1;
         let guide = (0..n).map(|i| begin(i) as u32).collect();
-        Intervals { sums, guide }
+        PiecewiseConstant1D { sums, guide }
     }
 
-    /// How wide one is.
+    /// The width of an interval: its probability.
     pub fn width(&self, i: usize) -> f32 {
         self.sums[i + 1] - self.sums[i]
     }
 
-    /// The interval a number in [0, 1) falls in, and where in it, [0, 1).
+    /// The interval that contains a number in [0, 1), and the position in it, in [0, 1).
     pub fn pick(&self, u: f32) -> (usize, f32) {
         let n = self.guide.len();
         let step = ((u * n as f32) as usize).min(n - 1);
-        // The step may be rounded up: from a little before.
+        // The step may be rounded up: begin one step before.
         let mut i = self.guide[step.saturating_sub(1)] as usize;
         while i + 1 < n && self.sums[i + 1] <= u {
             i += 1;
@@ -50,13 +50,14 @@ impl Intervals {
 mod tests {
     use super::*;
 
-    /// The interval that halving finds: of even numbers, of a few large ones among many zeros, of one.
+    /// The guide table finds the same interval as binary search: for equal values, for a few large values among many zeros,
+    /// and for one value.
     #[test]
     fn guides_lead_to_the_interval() {
         let numbers: [fn(usize) -> f32; 4] =
             [|_| 1.0, |i| if i % 37 == 5 { 3.0 + i as f32 } else { 0.0 }, |i| 0.9f32.powi(i as i32), |_| 0.0];
         for (number, n) in numbers.into_iter().flat_map(|number| [1, 2, 777].map(|n| (number, n))) {
-            let all = Intervals::new((0..n).map(number));
+            let all = PiecewiseConstant1D::new((0..n).map(number));
             let edges = all.sums.iter().flat_map(|s| [s.next_down(), *s, s.next_up()]);
             for u in (0..5000).map(|i| i as f32 / 5000.0).chain(edges).filter(|u| (0.0..1.0).contains(u)) {
                 let found = all.pick(u).0;

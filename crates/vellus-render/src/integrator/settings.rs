@@ -1,0 +1,44 @@
+//! How paths are traced.
+
+use crate::integrator::view::Filter;
+
+/// Over which part of a fibre's width its reflectance is averaged at a hit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// Where the camera sees a fibre, over the part of its width that the pixel sees. At later hits, over the whole width
+    /// if the last scattering event spread the path that far (departure D15 in PAPER.md), else the near field.
+    MultiScale,
+    /// Near field: the offset at which the fibre is hit.
+    Near,
+    /// Far field: always the whole width.
+    Far,
+}
+
+/// How paths are traced: everything but the scene that changes a picture.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Width and height of the whole picture, in pixels.
+    pub size: [usize; 2],
+    /// The area that is rendered: left column, top row, width and height, in pixels. `None` is the whole picture.
+    pub crop: Option<[usize; 4]>,
+    /// Near field, far field, or multi-scale.
+    pub mode: Mode,
+    /// The pixel filter.
+    pub filter: Filter,
+    /// Seed of the random numbers: another seed gives another noise.
+    pub seed: u32,
+    /// Cut paths after this many scattering events. `None`: only Russian roulette ends paths, without bias.
+    pub max_depth: Option<u32>,
+}
+
+impl Settings {
+    /// A whole picture of a size: multi-scale, with the tent filter, seed 0 and no limit of depth.
+    pub fn new(size: [usize; 2]) -> Self {
+        Settings { size, crop: None, mode: Mode::MultiScale, filter: Filter::Tent, seed: 0, max_depth: None }
+    }
+
+    /// The area that is rendered: left column, top row, width and height.
+    pub fn area(&self) -> [usize; 4] {
+        self.crop.unwrap_or([0, 0, self.size[0], self.size[1]])
+    }
+}
