@@ -1,22 +1,22 @@
-//! Exit codes.
+//! Exit codes and error messages.
 
 use std::io::{self, ErrorKind};
 
 /// Bad input or wrong usage.
 pub const BAD_INPUT: u8 = 2;
-/// A condition that may pass: the same command may succeed later. `EX_TEMPFAIL` of sysexits.h.
+/// A temporary failure: the same command may succeed later. `EX_TEMPFAIL` in sysexits.h.
 pub const MAY_PASS: u8 = 75;
 
-/// The codes for `--help`.
-pub const HELP: &str = "Exit codes: 0 complete; 2 bad input or wrong usage; 75 a condition that may pass, such as a full \
-                        disk or too many open files; 130, 143 and 129 stopped by SIGINT (Ctrl-C), SIGTERM or SIGHUP.";
+/// The exit codes, for `--help`.
+pub const HELP: &str = "Exit codes: 0 success; 2 bad input or wrong usage; 75 temporary failure, such as a full disk or too \
+                        many open files; 130, 143 and 129 stopped by SIGINT (Ctrl-C), SIGTERM or SIGHUP.";
 
-/// The error of work that a signal stopped, and that kept what it had.
+/// The error of work that a signal stopped.
 #[derive(Debug)]
 pub struct Interrupted {
     /// The number of the signal.
     pub signal: i32,
-    /// What was kept, where, and how to continue.
+    /// Which results were kept, where, and how to continue.
     pub kept: String,
 }
 
@@ -38,7 +38,7 @@ pub fn report(error: &anyhow::Error) -> (u8, String) {
     (code, shortened(format!("error: {error:#}")))
 }
 
-/// The most characters of a message. Parsers repeat the line that they refuse, however long it is.
+/// The longest message, in characters. Parsers quote the line that they reject, and it may be very long.
 const LONGEST: usize = 4000;
 
 fn shortened(message: String) -> String {
@@ -48,7 +48,7 @@ fn shortened(message: String) -> String {
     }
 }
 
-/// May the same operation succeed later?
+/// Whether the same operation may succeed later.
 pub fn may_pass(error: &io::Error) -> bool {
     match error.kind() {
         ErrorKind::StorageFull
@@ -59,13 +59,13 @@ pub fn may_pass(error: &io::Error) -> bool {
         | ErrorKind::BrokenPipe
         // No more threads or processes.
         | ErrorKind::WouldBlock => true,
-        // Of the system, that of a write beyond `ulimit -f`. Our own readers refuse large files with the same kind.
+        // The system reports a write beyond `ulimit -f`. Our readers use the same kind for files that are too large.
         ErrorKind::FileTooLarge => error.raw_os_error().is_some(),
         _ => code_may_pass(error),
     }
 }
 
-/// What has no kind in the standard library.
+/// Error codes for which the standard library has no kind.
 #[cfg(unix)]
 fn code_may_pass(error: &io::Error) -> bool {
     use rustix::io::Errno;

@@ -1,4 +1,4 @@
-//! Signals that ask the program to end, for long work that keeps what it has.
+//! Signals that stop long work: it keeps its results.
 
 use crate::exit::Interrupted;
 use crate::say::error_line;
@@ -6,36 +6,36 @@ use anyhow::{Context, Result};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 
-/// Tells whether the program should end, and which signal asked for it.
+/// Whether a signal has asked the program to stop, and which one.
 #[derive(Clone)]
 pub struct Interrupt {
-    /// Is set by the first signal.
+    /// True after the first signal.
     pub stop: Arc<AtomicBool>,
     signal: Arc<AtomicI32>,
-    /// Has the program nothing to keep now?
+    /// See [`Interrupt::set_immediate`].
     immediate: Arc<AtomicBool>,
 }
 
 impl Interrupt {
-    /// From now on, SIGINT (Ctrl-C), SIGTERM and SIGHUP set [`Interrupt::stop`]. A later one ends the program at once.
-    /// Signals that were ignored when the program began stay so: that is how `nohup` works.
+    /// From now on, the first SIGINT (Ctrl-C), SIGTERM or SIGHUP sets [`Interrupt::stop`], and the next one ends the
+    /// program at once. Signals that were ignored when the program started stay ignored: `nohup` works this way.
     pub fn watch() -> Result<Self> {
         let interrupt = Interrupt { stop: Arc::default(), signal: Arc::default(), immediate: Arc::default() };
         interrupt.register().context("cannot watch for signals")?;
         Ok(interrupt)
     }
 
-    /// While this is set, a signal ends the program at once: it reads its input and has nothing to keep.
+    /// While this is true, the first signal ends the program at once: for times when there are no results to keep.
     pub fn set_immediate(&self, immediate: bool) {
         self.immediate.store(immediate, Ordering::Relaxed);
     }
 
-    /// Should the program end?
+    /// Whether a signal has arrived.
     pub fn is_set(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// The error of work that was interrupted. `kept` says what was kept, where, and how to continue.
+    /// The error of interrupted work. `kept` says which results were kept, where, and how to continue.
     pub fn error(&self, kept: String) -> Interrupted {
         Interrupted { signal: self.signal.load(Ordering::Relaxed), kept }
     }
@@ -44,7 +44,7 @@ impl Interrupt {
     fn register(&self) -> std::io::Result<()> {
         use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
         use std::time::{Duration, Instant};
-        /// Some senders repeat a signal at once: `timeout` does, and the system as a terminal is closed.
+        /// Signals within this time count as one: `timeout` sends two, and so does a closing terminal.
         const REPEATED: Duration = Duration::from_millis(500);
 
         let watched = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|&signal| !is_ignored(signal));
@@ -85,7 +85,7 @@ impl Interrupt {
     }
 }
 
-/// Was a signal ignored when the program began? Only Linux tells without unsafe code.
+/// Whether a signal was ignored when the program started. Only Linux tells this without unsafe code.
 #[cfg(unix)]
 fn is_ignored(signal: i32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -93,10 +93,9 @@ fn is_ignored(signal: i32) -> bool {
     mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
 }
 
-/// Lets writes beyond the limit of `ulimit -f` fail with a message, where the system would kill the program without
-/// one.
+/// Makes writes beyond the limit of `ulimit -f` fail with an error. By default, the system kills the program.
 pub fn survive_file_size_limit() {
-    // Where it cannot be done the program is killed, as any other.
+    // If this fails, the default stays.
     #[cfg(unix)]
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default()).ok();
 }

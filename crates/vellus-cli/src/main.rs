@@ -1,4 +1,4 @@
-//! The command `vellus`: the fur reflectance model from the shell.
+//! The command `vellus`: a renderer and tools for hair and fur.
 
 mod demo;
 mod energy;
@@ -28,13 +28,12 @@ use say::note;
 use std::io::Write;
 use std::process::ExitCode;
 
-/// Hair and fur: the reflectance model of Yan, Jensen and Ramamoorthi 2017, and a path tracer.
+/// Hair and fur: a path tracer, and the reflectance model of Yan, Jensen and Ramamoorthi 2017.
 ///
-/// Angles are in degrees, lengths in fibre radii, absorption and scattering per fibre radius. θ is measured
-/// from the plane normal to the fibre, x runs from root to tip, φ is the azimuth between both
-/// directions, h the offset at which the fibre is hit.
+/// Without a subcommand, it renders a raccoon for 75 seconds. A good start: vellus scene, then vellus render cat.
 ///
-/// Without a subcommand: renders a raccoon for 75 seconds.
+/// Angles are in degrees, lengths in fibre radii, absorption and scattering per fibre radius. θ is the angle to the
+/// plane normal to the fibre, φ the azimuth between the two directions, h the offset of the hit, in [-1, 1].
 #[derive(Parser)]
 #[command(name = "vellus", version, after_help = exit::HELP)]
 struct Cli {
@@ -44,40 +43,41 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// List the preset fibres, or show one.
+    /// List the fibre presets, or show one.
     #[command(subcommand)]
     Fiber(fiber::Command),
-    /// Evaluate the model: one query, or a CSV of them.
+    /// Evaluate the model for one query, or for a CSV file of queries.
     Eval(eval::Args),
-    /// Energy of each lobe in closed form beside the integral of `eval` over the sphere.
+    /// Energy of each lobe: in closed form, and integrated over the sphere.
     Energy(energy::Args),
-    /// Draw lobes, profiles, medulla tables or energies to PNG and SVG.
+    /// Plot lobes, profiles, medulla tables or energies as PNG and SVG.
     #[command(subcommand)]
     Plot(plot::Command),
-    /// Build, describe or check the tables of light scattered by the medulla.
+    /// Build, describe or check medulla tables.
     #[command(subcommand)]
     Table(table::Command),
-    /// Path-trace a scene to OpenEXR and PNG.
+    /// Render a scene to OpenEXR and PNG.
     Render(Box<render::Args>),
     /// List the built-in scenes, or write one as USD.
     Scene(scene::Args),
-    /// What is in a groom, and other formats of it.
+    /// Describe, convert or grow strands.
     #[command(subcommand)]
     Groom(groom::Command),
-    // Without a line of its own here, so that `--help` has all that its arguments say.
+    // No comment here: the help text is the one of its arguments.
     Fit(Box<fit::Args>),
-    /// Reproduce the paper: pictures, numbers, and one page (index.html) that says what holds.
+    /// Reproduce the figures and tables of the paper, and check its claims.
     ///
-    /// Each experiment writes into a folder of its own in --out. One that is finished, at this quality or a better one and by the same
-    /// version of this program, is not run again; Ctrl-C leaves what is finished, and the same command goes on.
+    /// Each experiment writes to its own folder in --out. The page index.html shows all results. An experiment that is
+    /// finished at this quality or a better one, with the same version of vellus, does not run again. After Ctrl-C, the
+    /// same command continues.
     Experiment(experiment::Args),
-    /// Put together films that `render --samples` rendered apart.
+    /// Merge films of sample ranges that `render --samples` wrote.
     Merge(render::MergeArgs),
-    /// Monte Carlo of the whole fibre, beside the model's energies.
+    /// Simulate the whole fibre (Monte Carlo), and compare its energies with the model's.
     Reference(reference::Args),
 }
 
-/// What this program was compiled for (`.cargo/config.toml`), and the processor may lack.
+/// An instruction set that this program was compiled for (`.cargo/config.toml`), but the processor does not have.
 fn missing_instructions() -> Option<&'static str> {
     #[cfg(target_arch = "x86_64")]
     {
@@ -95,8 +95,8 @@ fn missing_instructions() -> Option<&'static str> {
 fn main() -> ExitCode {
     if let Some(missing) = missing_instructions() {
         note!(
-            "error: this program was compiled for processors with {missing}, which this one lacks: delete the lines \
-             about it in .cargo/config.toml and compile it again"
+            "error: this program needs a processor with {missing}, and this one has none: delete the lines about it in \
+             .cargo/config.toml and compile again"
         );
         return ExitCode::from(exit::BAD_INPUT);
     }
@@ -104,8 +104,8 @@ fn main() -> ExitCode {
     interrupt::survive_file_size_limit();
     let result = match parse() {
         Ok(cli) => run(cli.command),
-        // Help and version too.
-        Err(error) => match said(&error) {
+        // Help and version arrive here, too.
+        Err(error) => match print(&error) {
             Ok(()) => return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(exit::BAD_INPUT)),
             Err(error) => Err(error).context("cannot write to standard output"),
         },
@@ -121,8 +121,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Reads the command line. Negative numbers are values of every option, so that a message can name the range of the
-/// option.
+/// Reads the command line. Every option accepts negative numbers: the error message can then name the allowed range.
 fn parse() -> Result<Cli, clap::Error> {
     fn with_negative_numbers(command: clap::Command) -> clap::Command {
         command.allow_negative_numbers(true).mut_subcommands(with_negative_numbers)
@@ -132,10 +131,10 @@ fn parse() -> Result<Cli, clap::Error> {
     Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
 }
 
-/// Prints what the parser of the command line has to say.
-fn said(error: &clap::Error) -> std::io::Result<()> {
+/// Prints a message of the command-line parser: an error, help or the version.
+fn print(error: &clap::Error) -> std::io::Result<()> {
     match error.print().and_then(|()| std::io::stdout().flush()) {
-        // A closed standard error or a reader that has enough.
+        // Standard error is closed, or the reader of the pipe has quit.
         Err(e) if error.use_stderr() || e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         result => result,
     }

@@ -1,9 +1,9 @@
-//! Numbers on the command line: finite, in their range, and with a message that names it.
+//! Parsers of numbers on the command line. Their messages name the allowed range.
 
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
-/// Reads a whole number in a range.
+/// Parses a whole number in a range.
 pub fn whole<T: TryFrom<u64>>(range: RangeInclusive<u64>) -> impl Fn(&str) -> Result<T, String> + Clone {
     move |text| {
         let number = text.trim().parse().ok().filter(|number| range.contains(number));
@@ -12,7 +12,7 @@ pub fn whole<T: TryFrom<u64>>(range: RangeInclusive<u64>) -> impl Fn(&str) -> Re
     }
 }
 
-/// Reads a finite number; `range` says in words which ones are good.
+/// Parses a finite number. `range` describes the allowed numbers.
 pub fn finite<T: Copy + FromStr + Into<f64>>(text: &str, is_good: fn(T) -> bool, range: &str) -> Result<T, String> {
     let number = text.trim().parse().ok().filter(|&number: &T| number.into().is_finite() && is_good(number));
     number.ok_or_else(|| format!("it must be a finite number{range}"))

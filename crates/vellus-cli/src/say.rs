@@ -1,38 +1,38 @@
-//! Lines for the user. The macros of the standard library panic where these cannot be written.
+//! Output to the terminal. Unlike the macros of the standard library, these never panic.
 
 use std::fmt::Arguments;
 use std::io::{Error, ErrorKind, Result, Write};
 use std::sync::OnceLock;
 
-/// Why a line could not be written to standard output: the first reason.
+/// The first error of writing to standard output.
 static FAILURE: OnceLock<Error> = OnceLock::new();
 
-/// Writes a line to standard output. Where that fails the work continues, and the program ends with an error: see
-/// [`check`]. A closed pipe is no failure: the reader wants no more.
+/// Writes a line to standard output. If that fails, the work continues, and the program ends with an error: see
+/// [`check`]. A closed pipe is no error: its reader has quit.
 macro_rules! say {
     ($($arguments:tt)*) => { $crate::say::line(format_args!($($arguments)*)) };
 }
 
-/// Writes a line to standard error. Nobody is told where that fails, for nobody listens.
+/// Writes a line to standard error. Errors are ignored: there is nowhere to report them.
 macro_rules! note {
     ($($arguments:tt)*) => { $crate::say::error_line(format_args!($($arguments)*)) };
 }
 
 pub(crate) use {note, say};
 
-/// What [`say!`] does.
+/// Implements [`say!`].
 pub fn line(text: Arguments) {
     if let Err(error) = standard_output(format!("{text}\n").as_bytes()) {
         FAILURE.set(error).ok();
     }
 }
 
-/// What [`note!`] does.
+/// Implements [`note!`].
 pub fn error_line(text: Arguments) {
     std::io::stderr().write_all(format!("{text}\n").as_bytes()).ok();
 }
 
-/// Writes to standard output now, without a buffer that could lose it in the end. A closed pipe is no failure.
+/// Writes to standard output and flushes it. A closed pipe is no error.
 pub fn standard_output(bytes: &[u8]) -> Result<()> {
     let mut out = std::io::stdout().lock();
     match out.write_all(bytes).and_then(|()| out.flush()) {
@@ -41,10 +41,10 @@ pub fn standard_output(bytes: &[u8]) -> Result<()> {
     }
 }
 
-/// Was every line written to standard output?
+/// Checks that all lines were written to standard output.
 ///
 /// # Errors
-/// Why the first line that is missing could not be written.
+/// The first error of writing to it.
 pub fn check() -> Result<()> {
     FAILURE
         .get()

@@ -1,4 +1,4 @@
-//! `vellus scene`: the built-in scenes.
+//! `vellus scene`: lists the built-in scenes, and writes them.
 
 use crate::output;
 use crate::render::is_built_in;
@@ -6,33 +6,33 @@ use crate::say::say;
 use anyhow::{Result, anyhow};
 use std::path::PathBuf;
 
-/// Which, and where to.
+/// The scene and the file.
 #[derive(clap::Args)]
 pub struct Args {
-    /// A built-in scene; without it, they are listed.
+    /// A built-in scene. Without a name: list all.
     name: Option<String>,
-    /// The small version, of a fortieth of the strands.
+    /// Use the small version, with 1/40 of the strands.
     #[arg(long, requires = "name")]
     small: bool,
-    /// USD file to write, .usda.
+    /// File to write, .usda.
     #[arg(short, long, default_value = "out/scene.usda", value_name = "FILE")]
     output: PathBuf,
 }
 
-/// Lists them, or writes one.
+/// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
     let Some(name) = &args.name else {
         for (name, what) in vellus_groom::SCENES {
             say!("  {name:12}{what}");
         }
-        say!("\nvellus render NAME renders one, vellus scene NAME -o FILE.usda writes it.");
+        say!("\nRender a scene: vellus render NAME. Write it as USD: vellus scene NAME -o FILE.usda");
         return Ok(());
     };
     let unknown = || {
         let names: Vec<_> = vellus_groom::SCENES.iter().map(|(name, _)| *name).collect();
         anyhow!("there is no scene '{name}' (known: {})", names.join(", "))
     };
-    // All that can be wrong, before strands are grown.
+    // Check everything before growing strands.
     if !is_built_in(name) {
         return Err(unknown());
     }

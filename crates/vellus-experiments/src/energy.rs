@@ -5,10 +5,10 @@ use crate::{Claim, Outcome, Quality, Table, Verdict};
 use anyhow::Result;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
-use vellus::published::Published;
 use vellus::{Fiber, Lobe, Species, TableData, Tables};
 use vellus_models::{ModelKind, energies as model_energies};
 use vellus_plot::bars::Bars;
+use vellus_reference::as_printed::AsPrinted;
 use vellus_sim::energies::{Offsets, energies};
 
 /// Offsets over which the published model is averaged: midpoints in asin h.
@@ -94,7 +94,7 @@ fn row(fiber: &Fiber, data: &TableData, theta_o: f64, photons: u64, others: &[Mo
     let total = |lobes: [[f64; 3]; 6]| lobes.iter().map(|lobe| lobe[0]).sum::<f64>();
     let of = |kind: ModelKind| -> Result<[[f64; 3]; 6]> { Ok(model_energies(&kind.model(fiber)?, theta_o, None)) };
     let ours = of(ModelKind::Vellus)?;
-    let published = Published::new(fiber, data);
+    let published = AsPrinted::new(fiber, data)?;
     let (mut eq20, mut table3, mut weights) = (0.0, 0.0, 0.0);
     for k in 0..OFFSETS {
         let gamma = ((k as f64 + 0.5) / OFFSETS as f64 - 0.5) * PI;
@@ -170,7 +170,7 @@ fn furnaces(context: &Context<'_>, data: &TableData, outcome: &mut Outcome) -> R
     }
     // Cells over θ and φ, and segments: a red fox has no lobe narrower than 4.7° along and 17.6° around.
     let grid = context.quality.pick(([36, 24], [8, 5]), ([90, 48], [24, 12]), ([360, 144], [40, 20]));
-    let published = Published::new(&fiber, data);
+    let published = AsPrinted::new(&fiber, data)?;
     let white = FURNACE.map(|theta_o| furnace(&published, theta_o.to_radians(), grid));
     table.row(std::iter::once("2017, to the letter".to_owned()).chain(white.map(|x| format!("{x:.4}"))));
     outcome.tables.push(table);
@@ -206,7 +206,7 @@ fn furnaces(context: &Context<'_>, data: &TableData, outcome: &mut Outcome) -> R
 
 /// The integral of the published model's f·cos θ over the sphere, by midpoints; at draft quality its segments are so many that they do not matter.
 fn furnace(
-    published: &Published,
+    published: &AsPrinted,
     theta_o: f64,
     ([thetas, phis], [unscattered, scattered]): ([usize; 2], [usize; 2]),
 ) -> f64 {

@@ -5,11 +5,11 @@ use crate::{Claim, Outcome, Picture, Quality, Table, Verdict};
 use anyhow::Result;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
-use vellus::oracle::Oracle;
 use vellus::{Bcsdf, Fiber, Species, TableData, Tables, Window};
 use vellus_models::direction;
 use vellus_plot::error::{self, Errors, PATHS, SEGMENTS, SHIPPED};
 use vellus_plot::windows;
+use vellus_reference::exact::Exact;
 
 /// Azimuths at which scattered lobes are compared, and points of their quadrature.
 const AZIMUTHS: usize = 360;
@@ -120,7 +120,7 @@ fn averages(context: &Context<'_>) -> Result<Picture> {
 /// Relative L1 errors of TTˢ + TRTˢ: the paper's by number of segments, and ours.
 fn scattered(fiber: &Fiber, theta_o: f64) -> Result<[f64; 4]> {
     let tables = TableData::from_bytes(Tables::SHIPPED)?;
-    let oracle = Oracle::new(fiber, &tables);
+    let oracle = Exact::new(fiber, &tables)?;
     let (theta, all) = (theta_o.to_radians(), [-1.0, 1.0]);
     let profile = |lobes: &(dyn Fn(f64) -> [[f64; 3]; 2] + Sync)| -> Vec<f64> {
         let at = |j: usize| (j as f64 + 0.5) / AZIMUTHS as f64 * TAU;
@@ -135,7 +135,7 @@ fn scattered(fiber: &Fiber, theta_o: f64) -> Result<[f64; 4]> {
     let total: f64 = exact.iter().sum();
     let error = |values: Vec<f64>| values.iter().zip(&exact).map(|(a, b)| (a - b).abs()).sum::<f64>() / total;
     let paper = SCATTERED.map(|n| {
-        let segments = oracle.published_segments(theta, all, 1, n);
+        let segments = oracle.printed_segments(theta, all, 1, n);
         error(profile(&|phi| {
             let n = segments.azimuthal(phi);
             [n[3], n[4]]

@@ -5,10 +5,10 @@ use crate::grid::{Errors, Grid, THETA_O, errors};
 use crate::presets::presets;
 use crate::{Claim, Outcome, Table, Verdict};
 use anyhow::Result;
-use vellus::published::Published;
 use vellus::{Fiber, Species, TableData, Tables};
 use vellus_models::ModelKind;
 use vellus_plot::sheet::{DECADES, Sheet};
+use vellus_reference::as_printed::AsPrinted;
 
 /// NRMSE of the fits to measured fibres in Table 4, %: of the model of 2015 and of 2017.
 const FITS: [(f64, f64); 10] = [
@@ -65,7 +65,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         let noise = 0.5 * errors(&a, &b).nrmse;
         let ours = grid.model(&fiber, ModelKind::Vellus)?;
         let yan2015 = grid.model(&fiber, ModelKind::Yan2015)?;
-        let published = Published::new(&fiber, &data);
+        let published = AsPrinted::new(&fiber, &data)?;
         let window = published.window(THETA_O.to_radians(), [-1.0, 1.0], 8, 5);
         let letter = coarse.mean(|theta, phi| window.eval(theta, phi).iter().map(|lobe| lobe[0]).sum());
         let [e, l, y] = [&ours, &letter, &yan2015].map(|values| errors(values, &traced));

@@ -2,7 +2,6 @@
 
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
-use vellus::oracle::Oracle;
 use vellus::{Fiber, Species, TableData, Tables};
 use vellus_fit::parameters::{Curve, Kind, parameters};
 use vellus_fit::space::Space;
@@ -10,6 +9,7 @@ use vellus_fit::{
     Error, Estimate, Fit, Forward, Options, Profile, Requests, Specimen, State, Synthetic, fit, simulate,
 };
 use vellus_models::Directions;
+use vellus_reference::exact::Exact;
 use vellus_testing::significance::{FALSE_ALARM, check_largest, check_scores, max_abs_z};
 
 /// A gantry with a quarter of the directions of the default one, of which the fits take a tenth of a second.
@@ -224,7 +224,7 @@ fn difference_quotients_match_the_oracle() {
         (0..40).map(|i| (12.0 + f64::from(i % 5) * 8.0, -17.0 + f64::from(i / 5) * 29.0)).collect();
     let theta_o = -30f64.to_radians();
     let exact = |fiber: &Fiber| -> Vec<f64> {
-        let oracle = Oracle::new(fiber, &tables);
+        let oracle = Exact::new(fiber, &tables).unwrap();
         let window = oracle.window(theta_o, [-1.0, 1.0], 1500, 300);
         let value = |&(t, p): &(f64, f64)| {
             window.eval(t.to_radians(), p.to_radians()).iter().map(|lobe| lobe[0]).sum::<f64>().ln()

@@ -1,7 +1,7 @@
 //! Cost of one query of each model on one core, six lobes and RGB: `cargo bench -p vellus-models`.
 //!
-//! Every iteration takes another hit and direction from a table. The fibre is a red fox with colour; near fields are hit at one
-//! offset, far fields over all of them.
+//! Every iteration takes another hit and direction from a table. The fibre is a red fox with colour; near fields are
+//! hit at one offset, far fields over all of them.
 
 use divan::{Bencher, black_box};
 use glam::Vec3;

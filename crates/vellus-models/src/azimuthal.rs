@@ -1,29 +1,31 @@
-//! Eight lobes around the fibre: densities per radian of the azimuth φ, evaluated together.
+//! Azimuthal densities of eight lobes, per radian of φ, in one SIMD register.
 
 use std::f32::consts::{PI, TAU};
 use vellus::parts::{exp, normal_quantile, wrap};
 use wide::f32x8;
 
-/// Eight densities around their centres.
-pub trait Around: Copy {
+/// Azimuthal densities of eight lobes around their centres.
+pub trait Azimuthal: Copy {
+    /// The densities at `phi` (radians).
     fn eval(&self, phi: f32) -> f32x8;
-    /// Draws φ of one of them; any turn of the circle.
+    /// Samples φ of one lobe, in radians, modulo 2π.
     fn sample(&self, lane: usize, u: f32) -> f32;
-    /// Their centres, each over the distance at which copies of it add up to a constant within 3e-4; 0 where it is uniform.
+    /// The centre of each lobe, divided by the spacing at which copies of the lobe add up to a constant within 3e-4. 0
+    /// for uniform lobes.
     fn exits(&self) -> [f32; 8];
 }
 
-/// Gaussians wrapped on the circle; a width of `None` is a uniform lobe. Prepared once a fibre.
+/// Widths of Gaussians wrapped on the circle. They are prepared once per fibre. `None` is a uniform lobe.
 #[derive(Clone, Debug)]
 pub struct Gaussians {
     sigma: [Option<f32>; 8],
     exponent: f32x8,
     norm: f32x8,
-    /// Pairs of images beyond the nearest that are summed.
+    /// Number of pairs of images in the sum, in addition to the nearest image.
     images: u8,
 }
 
-/// The same around the centres of one hit.
+/// Wrapped Gaussians with the centres of one hit.
 #[derive(Clone, Copy, Debug)]
 pub struct GaussiansAt<'m> {
     pub widths: &'m Gaussians,
@@ -33,7 +35,7 @@ pub struct GaussiansAt<'m> {
 impl Gaussians {
     pub fn new(sigma: [Option<f32>; 8]) -> Self {
         let widest = sigma.iter().flatten().fold(0.0f32, |a, &s| a.max(s));
-        // What is left out lies (2·images + 1)π away or farther: e⁻¹² of the peak at 0.64, 1.9 and 3.2 rad.
+        // Ignored images are at least (2·images + 1)π away: e⁻¹² of the peak at 0.64, 1.9 and 3.2 rad.
         let images = if widest < 0.64 {
             0
         } else if widest < 1.9 {
@@ -51,7 +53,7 @@ impl Gaussians {
     }
 }
 
-impl Around for GaussiansAt<'_> {
+impl Azimuthal for GaussiansAt<'_> {
     #[inline(always)]
     fn eval(&self, phi: f32) -> f32x8 {
         let d = wrap(f32x8::splat(phi) - self.centre);
@@ -73,28 +75,29 @@ impl Around for GaussiansAt<'_> {
         }
     }
 
-    /// Copies of a Gaussian at a distance d ripple by 2 exp(−2π²σ²/d²) (Poisson's sum).
+    /// The sum of copies of a Gaussian at spacing d has a ripple of 2 exp(−2π²σ²/d²) (Poisson summation).
     fn exits(&self) -> [f32; 8] {
         let centre = self.centre.to_array();
         std::array::from_fn(|i| self.widths.sigma[i].map_or(0.0, |sigma| centre[i] / (1.5 * sigma)))
     }
 }
 
-/// Trimmed logistic densities of one width (Chiang et al. 2016, Sec. 3.3), the lanes of `uniform` excepted.
+/// Trimmed logistic densities with one scale (Chiang et al. 2016, Sec. 3.3). The lanes of `uniform` are uniform.
 #[derive(Clone, Debug)]
 pub struct Logistics {
     s: f32,
-    /// What of the logistic lies in [−π, π].
+    /// Probability of [−π, π].
     inside: f32,
-    /// The cumulative logistic at −π.
+    /// The cumulative distribution at −π.
     below: f32,
     uniform: [bool; 8],
-    /// 1/2π in the uniform lanes, and the factor that makes the others integrate to 1.
+    /// 1/2π in uniform lanes, 0 in others.
     floor: f32x8,
+    /// The factor of the integral 1; 0 in uniform lanes.
     norm: f32x8,
 }
 
-/// The same around the centres of one hit.
+/// Logistics with the centres of one hit.
 #[derive(Clone, Copy, Debug)]
 pub struct LogisticsAt<'m> {
     pub widths: &'m Logistics,
@@ -102,9 +105,9 @@ pub struct LogisticsAt<'m> {
 }
 
 impl Logistics {
-    /// `s` is the logistic's scale, √3/π of its standard deviation.
+    /// `s` is the scale, √3/π times the standard deviation.
     pub fn new(s: f32, uniform: [bool; 8]) -> Self {
-        // F(π) − F(−π) = tanh(π/2s), F the cumulative logistic.
+        // F(π) − F(−π) = tanh(π/2s), where F is the cumulative distribution.
         let inside = (0.5 * PI / s).tanh();
         let below = 1.0 / (1.0 + (PI / s).exp());
         Logistics {
@@ -118,7 +121,7 @@ impl Logistics {
     }
 }
 
-impl Around for LogisticsAt<'_> {
+impl Azimuthal for LogisticsAt<'_> {
     #[inline(always)]
     fn eval(&self, phi: f32) -> f32x8 {
         let widths = self.widths;
@@ -138,7 +141,7 @@ impl Around for LogisticsAt<'_> {
         self.centre.to_array()[lane] + (s * (v / (1.0 - v)).ln()).clamp(-PI, PI)
     }
 
-    /// Copies of a logistic ripple by 2x/sinh x, x = 2π²s/d.
+    /// The sum of copies of a logistic at spacing d has a ripple of 2x/sinh x, x = 2π²s/d.
     fn exits(&self) -> [f32; 8] {
         let centre = self.centre.to_array();
         std::array::from_fn(|i| if self.widths.uniform[i] { 0.0 } else { centre[i] / (1.64 * self.widths.s) })
@@ -149,7 +152,7 @@ impl Around for LogisticsAt<'_> {
 mod tests {
     use super::*;
 
-    fn integral(around: &impl Around) -> [f64; 8] {
+    fn integral(around: &impl Azimuthal) -> [f64; 8] {
         let n = 40_000;
         let mut sum = [0.0; 8];
         for k in 0..n {
@@ -160,7 +163,7 @@ mod tests {
         sum
     }
 
-    /// The images left out hold e⁻¹² of a lobe; φ rounds at 2e-7, of the narrowest width 2e-3 a ten-thousandth.
+    /// Ignored images have e⁻¹² of a lobe. φ has a rounding error of 2e-7, which is 1e-4 of the narrowest width, 2e-3.
     #[test]
     fn lobes_integrate_to_one() {
         let centre = f32x8::new([0.1, 1.0, -2.0, 3.1, 2.0, 0.0, -3.1, 5.0]);
@@ -178,12 +181,12 @@ mod tests {
         }
     }
 
-    /// dφ/du · D(φ) = 1, by central differences: their error is (step/u)², u the distance from either end.
+    /// dφ/du · D(φ) = 1, by central differences. Their error is (step/u)², where u is the distance from the nearer end.
     #[test]
     fn pdf_is_jacobian_of_sample() {
         let (gaussians, logistics) = (Gaussians::new([Some(0.2); 8]), Logistics::new(0.3, [false; 8]));
         let centre = f32x8::splat(0.7);
-        fn check(around: &impl Around) {
+        fn check(around: &impl Azimuthal) {
             for u in [0.02f32, 0.3, 0.5, 0.81, 0.98] {
                 let step = 1e-3;
                 let slope = (around.sample(2, u + step) - around.sample(2, u - step)) / (2.0 * step);

@@ -1,16 +1,16 @@
 //! M. J.-Y. Chiang, B. Bitterli, C. Tappan, B. Burley 2016, *A Practical and Controllable Hair and Fur Model for
 //! Production Path Tracing*, Computer Graphics Forum 35(2).
 //!
-//! Near field. R, TT, TRT and one residual lobe with all higher orders, so that a fibre without absorption scatters all
-//! light. Along the fibre the energy-conserving spherical Gaussian of d'Eon et al. 2011, with v, v/4, 4v and 4v; around
-//! it a trimmed logistic of one width for all lobes, uniform for the residual.
+//! A near-field model. It has R, TT, TRT and one residual lobe with all higher orders, so a fibre without absorption
+//! scatters all light. Longitudinal lobes are the energy-conserving spherical Gaussians of d'Eon et al. 2011 with v,
+//! v/4, 4v and 4v. Azimuthal lobes are trimmed logistics with one width. The residual lobe is uniform in azimuth.
 //!
-//! Of a [`Fiber`] it takes η, σ_c,a (per radius), β_m (√v), β_n (the logistic's standard deviation, πs/√3) and α: the
-//! scales' angle is α/2, so that R moves by α, TT by −α/2 and TRT by −2α. There is no medulla and no layered cuticle:
-//! κ, σ_m, g, l are ignored. The artist's controls are [`roughness`] and, for the colour,
+//! It uses these parameters of a [`Fiber`]: η, σ_c,a (per radius), β_m (√v), β_n (the standard deviation of the
+//! logistic, πs/√3) and α. The angle of the scales is α/2, so R shifts by α, TT by −α/2 and TRT by −2α. There is no
+//! medulla and no layered cuticle: κ, σ_m, g and l are ignored. For artistic controls, see [`roughness`] and
 //! [`vellus::Color::Reflectance`].
 //!
-//! Limits: azimuthal width does not grow from lobe to lobe; not reciprocal.
+//! Limits: all lobes have the same azimuthal width. The model is not reciprocal.
 
 use crate::azimuthal::{Logistics, LogisticsAt};
 use crate::entry::Entry;
@@ -23,10 +23,10 @@ use wide::f32x8;
 
 const NAMES: [Lobe; 8] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Rest, Lobe::Rest, Lobe::Rest, Lobe::Rest, Lobe::Rest];
 
-/// β_m and β_n, standard deviations in radians as a [`Fiber`] takes them, of the paper's perceptual roughnesses in [0, 1].
+/// β_m and β_n of a [`Fiber`], standard deviations in radians, from the perceptual roughnesses of the paper in [0, 1].
 ///
-/// Eq. 7 and 8 with the √(π/8) that pbrt made known. Above about 0.91 and 0.92 they exceed the 90° that a
-/// fibre may have.
+/// Eq. 7 and 8, with the factor √(π/8) of pbrt. Above about 0.91 and 0.92, the results exceed the 90° that a fibre
+/// allows.
 pub fn roughness(beta_m: f32, beta_n: f32) -> [f32; 2] {
     let sqrt_v = 0.726 * beta_m + 0.812 * beta_m.powi(2) + 3.7 * beta_m.powi(20);
     let s = (PI / 8.0).sqrt() * (0.265 * beta_n + 1.194 * beta_n.powi(2) + 5.372 * beta_n.powi(22));
@@ -38,15 +38,15 @@ pub fn roughness(beta_m: f32, beta_n: f32) -> [f32; 2] {
 pub struct Chiang2016 {
     eta: f32,
     sigma_a: [f32; 3],
-    along: Spherical,
-    around: Logistics,
+    longitudinal: Spherical,
+    azimuthal: Logistics,
 }
 
 impl Chiang2016 {
-    /// Prepares a fibre.
+    /// The model of a fibre.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] where [`Fiber::validate`] finds one.
+    /// [`Error::OutOfRange`] if [`Fiber::validate`] returns it.
     pub fn new(fiber: &Fiber) -> Result<Self, Error> {
         fiber.validate()?;
         let (alpha, beta) = (fiber.alpha, fiber.beta_m);
@@ -55,11 +55,11 @@ impl Chiang2016 {
         Ok(Chiang2016 {
             eta: fiber.eta,
             sigma_a: fiber.sigma_ca,
-            along: Spherical::new(
+            longitudinal: Spherical::new(
                 std::array::from_fn(|i| if i < 3 { [alpha, -0.5 * alpha, -2.0 * alpha][i] } else { 0.0 }),
                 four(beta, 0.5 * beta, 2.0 * beta),
             ),
-            around: Logistics::new(fiber.beta_n * 3f32.sqrt() / PI, uniform),
+            azimuthal: Logistics::new(fiber.beta_n * 3f32.sqrt() / PI, uniform),
         })
     }
 }
@@ -74,14 +74,14 @@ impl Model for Chiang2016 {
         let (f, t) = (entry.fresnel.reflected, entry.fresnel.transmitted);
         let energy = pass.map(|pass| {
             let (tt, again) = (t * t * pass, f * pass);
-            // Σ (F T)ᵏ from k = 2: (1 − F T) as (1 − F) + F (1 − T), which does not cancel.
+            // Σ (F T)ᵏ from k = 2. 1 − F T is (1 − F) + F (1 − T), which avoids cancellation.
             let rest = tt * again * again / (t + f * (1.0 - pass)).max(1e-20);
             [f, tt, tt * again, rest, 0.0, 0.0, 0.0, 0.0]
         });
         let [r, tt, trt, _] = entry.exits();
         let centre = f32x8::new([r, tt, trt, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        let around = LogisticsAt { widths: &self.around, centre };
-        Factored::new(entry.frame, energy, self.along.at(entry.polar), around, &NAMES)
+        let azimuthal = LogisticsAt { widths: &self.azimuthal, centre };
+        Factored::new(entry.frame, energy, self.longitudinal.at(entry.polar), azimuthal, &NAMES)
     }
 
     fn field(&self) -> Field {

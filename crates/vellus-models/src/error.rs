@@ -1,17 +1,17 @@
-//! What can be wrong with a model's name or its fibre.
+//! Errors of models.
 
-/// Bad input.
+/// An unknown model or an invalid fibre.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Error {
-    /// A model nobody knows.
+    /// There is no model of this name.
     #[error("unknown model '{name}': known are {known}")]
     UnknownModel {
-        /// The name given.
+        /// The name.
         name: String,
-        /// All names known.
+        /// All known names.
         known: String,
     },
-    /// A parameter outside its range.
+    /// A parameter of the fibre is out of range.
     #[error(transparent)]
     Fiber(#[from] vellus::Error),
 }

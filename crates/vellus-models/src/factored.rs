@@ -1,34 +1,34 @@
-//! A hit whose lobes are products: energy, density along the fibre, density around it. Eight fill a register.
+//! A hit whose lobes are products of energy, longitudinal density and azimuthal density. Eight lobes fill a register.
 
-use crate::azimuthal::Around;
-use crate::longitudinal::Along;
+use crate::azimuthal::Azimuthal;
+use crate::longitudinal::Longitudinal;
 use glam::Vec3;
 use vellus::parts::{Frame, Outgoing};
 use vellus::{Lobe, Lobes, Sample, Scattering};
 use wide::f32x8;
 
-/// Energies of eight lobes, one row a channel.
+/// Energies of eight lobes, one row per channel.
 pub(crate) type Energies = [[f32; 8]; 3];
 
-/// Eight lobes of one hit.
+/// A hit with eight lobes. `L` has the longitudinal and `A` the azimuthal densities.
 #[derive(Clone, Copy, Debug)]
 pub struct Factored<L, A> {
     pub(crate) frame: Frame<f32>,
     energy: Energies,
     probability: f32x8,
-    pub(crate) along: L,
-    pub(crate) around: A,
-    /// Which of the six each of the eight belongs to.
+    pub(crate) longitudinal: L,
+    pub(crate) azimuthal: A,
+    /// The lobe of [`Lobes`] that each of the eight adds to.
     names: &'static [Lobe; 8],
 }
 
-/// Probabilities in proportion to the largest channel: then no channel's weight exceeds their sum.
+/// The largest channel of each lobe. Probabilities in proportion to it bound the weights of all channels.
 #[inline(always)]
 pub(crate) fn largest_channel(energy: &Energies) -> [f32; 8] {
     std::array::from_fn(|i| energy[0][i].max(energy[1][i]).max(energy[2][i]))
 }
 
-/// The item that `u`, times the sum of the weights, falls to, never one without weight; and what is left of `u`, uniform again.
+/// Selects an item in proportion to its weight, never one with weight 0. Also returns `u` rescaled to a uniform number.
 #[inline(always)]
 pub(crate) fn choose(weights: &[f32], u: f32) -> (usize, f32) {
     let mut rest = u * weights.iter().sum::<f32>();
@@ -45,33 +45,39 @@ pub(crate) fn choose(weights: &[f32], u: f32) -> (usize, f32) {
     chosen
 }
 
-/// A weight, f·cos θᵢ over the density, 0 where both underflow.
+/// The sample weight f·cos θᵢ/pdf, or 0 if both underflow.
 #[inline(always)]
 pub(crate) fn weight(total: [f32; 3], pdf: f32) -> [f32; 3] {
     if pdf > f32::MIN_POSITIVE { total.map(|f| f / pdf) } else { [0.0; 3] }
 }
 
-impl<L: Along, A: Around> Factored<L, A> {
+impl<L: Longitudinal, A: Azimuthal> Factored<L, A> {
     #[inline(always)]
-    pub(crate) fn new(frame: Frame<f32>, energy: Energies, along: L, around: A, names: &'static [Lobe; 8]) -> Self {
+    pub(crate) fn new(
+        frame: Frame<f32>,
+        energy: Energies,
+        longitudinal: L,
+        azimuthal: A,
+        names: &'static [Lobe; 8],
+    ) -> Self {
         let probability = f32x8::new(largest_channel(&energy));
         let scale = 1.0 / probability.reduce_add().max(f32::MIN_POSITIVE);
-        Factored { frame, energy, probability: probability * f32x8::splat(scale), along, around, names }
+        Factored { frame, energy, probability: probability * f32x8::splat(scale), longitudinal, azimuthal, names }
     }
 
-    /// The energies of all eight.
+    /// Energies of all lobes.
     #[inline(always)]
     pub(crate) fn energies(&self) -> &Energies {
         &self.energy
     }
 
-    /// Densities of all eight over solid angle.
+    /// Densities of all lobes per solid angle.
     #[inline(always)]
     pub(crate) fn densities(&self, o: &Outgoing<f32>) -> f32x8 {
-        self.along.eval(o) * self.around.eval(o.phi)
+        self.longitudinal.eval(o) * self.azimuthal.eval(o.phi)
     }
 
-    /// The density of sampling one of the eight.
+    /// The pdf of the whole hit.
     #[inline(always)]
     pub(crate) fn pdf_of(&self, densities: f32x8) -> f32 {
         (densities * self.probability).reduce_add()
@@ -87,21 +93,21 @@ impl<L: Along, A: Around> Factored<L, A> {
         lobes
     }
 
-    /// Draws from one of the eight: from `u`, two numbers for θᵢ and one for φ.
+    /// Samples a direction of one lobe. The first two numbers determine θᵢ, the third φ.
     #[inline(always)]
     pub(crate) fn draw(&self, lane: usize, u: [f32; 3]) -> Outgoing<f32> {
-        let (sin_i, cos_i) = self.along.sample(lane, [u[0], u[1]]);
-        Outgoing { sin_i, cos_i, theta_i: sin_i.atan2(cos_i), phi: self.around.sample(lane, u[2]) }
+        let (sin_i, cos_i) = self.longitudinal.sample(lane, [u[0], u[1]]);
+        Outgoing { sin_i, cos_i, theta_i: sin_i.atan2(cos_i), phi: self.azimuthal.sample(lane, u[2]) }
     }
 }
 
-/// The direction of what was drawn.
+/// The unit vector of a sampled direction.
 #[inline(always)]
 pub(crate) fn direction(frame: &Frame<f32>, o: &Outgoing<f32>) -> Vec3 {
     Vec3::from_array(frame.direction(o.sin_i, o.cos_i, o.phi.sin_cos()))
 }
 
-impl<L: Along, A: Around> Scattering for Factored<L, A> {
+impl<L: Longitudinal, A: Azimuthal> Scattering for Factored<L, A> {
     fn energy(&self) -> Lobes {
         self.lobes_of(f32x8::ONE)
     }

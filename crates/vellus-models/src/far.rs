@@ -1,32 +1,33 @@
-//! The far field of any model: the average over the fibre's whole width, in many directions at once.
+//! The far field of near-field models: the average over the width of the fibre, in many directions at once.
 //!
-//! Near-field models are averaged by quadrature over the offset, f(θ, φ) = ½ ∫ f(h, θ, φ) dh. What depends on the inclination does
-//! not depend on the offset: every model here is Σ_k M_k(θᵢ) N_k(φ; h), so that only N_k is averaged, and once for
-//! each φ, whatever number of θᵢ it is asked for with. Between the offsets at which a medulla begins or reflects totally, h = b sin t
-//! for each such edge b makes every term smooth, and Gauss's rule converges as fast as the lobes are wide: offsets are as dense as
-//! their exit azimuths need.
+//! f(θ, φ) = ½ ∫ f(h, θ, φ) dh is computed by quadrature over the offset. Every model here has the form Σ_k M_k(θᵢ)
+//! N_k(φ; h). Only N_k depends on the offset, so the average is computed once for each φ, for any number of θᵢ.
+//!
+//! The integrand is not smooth at offsets where the medulla begins or where total reflection off it begins. For each
+//! such edge b, the substitution h = b sin t makes all terms smooth, and Gauss–Legendre quadrature converges quickly.
+//! The number of points depends on the widths of the lobes and on how fast the exit azimuths change.
 
-use crate::azimuthal::Around;
+use crate::azimuthal::Azimuthal;
 use crate::factored::{Factored, largest_channel};
 use crate::gauss::rule;
-use crate::longitudinal::Along;
+use crate::longitudinal::Longitudinal;
 use glam::Vec3;
 use std::f32::consts::FRAC_PI_2;
 use vellus::parts::Outgoing;
 use wide::f32x8;
 
-/// Directions of which each inclination and each azimuth is kept once: on a grid, far fewer than directions.
+/// A list of directions. Equal inclinations and equal azimuths are stored once, so a grid of directions is small.
 #[derive(Clone, Debug, Default)]
 pub struct Directions {
     thetas: Vec<f64>,
     phis: Vec<f32>,
-    /// Where in both each direction is.
+    /// For each direction, its indices in `thetas` and `phis`.
     places: Vec<[usize; 2]>,
     vectors: Vec<Vec3>,
 }
 
 impl Directions {
-    /// From θ in [−90, 90] and φ of each, degrees.
+    /// From pairs of θ in [−90, 90] and φ, in degrees.
     pub fn new(angles: &[[f64; 2]]) -> Self {
         let axis = |k: usize| {
             let mut values: Vec<f64> = angles.iter().map(|a| a[k]).collect();
@@ -45,17 +46,17 @@ impl Directions {
         }
     }
 
-    /// How many.
+    /// Number of directions.
     pub fn len(&self) -> usize {
         self.places.len()
     }
 
-    /// None at all.
+    /// Whether there are no directions.
     pub fn is_empty(&self) -> bool {
         self.places.is_empty()
     }
 
-    /// As unit vectors, x from root to tip.
+    /// Unit vectors of the directions, with x from root to tip.
     pub fn vectors(&self) -> &[Vec3] {
         &self.vectors
     }
@@ -67,74 +68,76 @@ pub fn direction(theta: f64, phi: f64) -> Vec3 {
     Vec3::new(st as f32, (ct * cp) as f32, (ct * sp) as f32)
 }
 
-/// What the terms of a far field have of φ, RGB: the eight unscattered lobes, and up to three others.
+/// The factors in φ of the terms of a far field, RGB: eight unscattered lobes, and up to three others.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct AroundSums {
+pub(crate) struct AzimuthalSums {
     pub lanes: [f32x8; 3],
     pub others: [[f32; 3]; 3],
 }
 
-/// What the same terms have of θᵢ.
+/// The factors in θᵢ of the same terms.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct AlongFactors {
+pub(crate) struct LongitudinalFactors {
     pub lanes: f32x8,
     pub others: [f32; 3],
 }
 
-/// A hit at one offset whose terms are products of a factor in θᵢ, the same at any offset, and one in φ.
+/// A hit at one offset whose terms are products of a factor in θᵢ and a factor in φ. Only the latter depends on the
+/// offset.
 pub(crate) trait Separable {
-    /// Adds `weight` times what the eight unscattered lobes have of each φ.
-    fn add_lanes(&self, phis: &[f32], weight: f32, sums: &mut [AroundSums]);
-    /// The same of the other terms, which are wide.
-    fn add_others(&self, phis: &[f32], weight: f32, sums: &mut [AroundSums]);
-    /// What they have of θᵢ.
-    fn along(&self, o: &Outgoing<f32>) -> AlongFactors;
-    /// Exit azimuths of the eight unscattered lobes over the distance at which copies of such a lobe add up to a constant; NaN for
-    /// those that hardly carry light.
+    /// Adds the factors of the eight unscattered lobes at each φ, times `weight`.
+    fn add_lanes(&self, phis: &[f32], weight: f32, sums: &mut [AzimuthalSums]);
+    /// Adds the factors of the other terms, which are wide, times `weight`.
+    fn add_others(&self, phis: &[f32], weight: f32, sums: &mut [AzimuthalSums]);
+    /// The factors in θᵢ.
+    fn longitudinal(&self, o: &Outgoing<f32>) -> LongitudinalFactors;
+    /// Exit azimuths of the eight unscattered lobes, as [`Azimuthal::exits`] defines. NaN for lobes with negligible
+    /// energy.
     fn exits(&self) -> [f32; 8];
 }
 
-impl<L: Along, A: Around> Separable for Factored<L, A> {
+impl<L: Longitudinal, A: Azimuthal> Separable for Factored<L, A> {
     #[inline]
-    fn add_lanes(&self, phis: &[f32], weight: f32, sums: &mut [AroundSums]) {
+    fn add_lanes(&self, phis: &[f32], weight: f32, sums: &mut [AzimuthalSums]) {
         let energy = self.energies().map(|channel| f32x8::new(channel) * f32x8::splat(weight));
         for (phi, sum) in phis.iter().zip(sums) {
-            let around = self.around.eval(*phi);
-            (0..3).for_each(|c| sum.lanes[c] = around.mul_add(energy[c], sum.lanes[c]));
+            let azimuthal = self.azimuthal.eval(*phi);
+            (0..3).for_each(|c| sum.lanes[c] = azimuthal.mul_add(energy[c], sum.lanes[c]));
         }
     }
 
-    fn add_others(&self, _: &[f32], _: f32, _: &mut [AroundSums]) {}
+    fn add_others(&self, _: &[f32], _: f32, _: &mut [AzimuthalSums]) {}
 
-    fn along(&self, o: &Outgoing<f32>) -> AlongFactors {
-        AlongFactors { lanes: self.along.eval(o), others: [0.0; 3] }
+    fn longitudinal(&self, o: &Outgoing<f32>) -> LongitudinalFactors {
+        LongitudinalFactors { lanes: self.longitudinal.eval(o), others: [0.0; 3] }
     }
 
     fn exits(&self) -> [f32; 8] {
-        let (energy, exits) = (largest_channel(self.energies()), self.around.exits());
+        let (energy, exits) = (largest_channel(self.energies()), self.azimuthal.exits());
         let least = 1e-6 * energy.iter().sum::<f32>();
         std::array::from_fn(|i| if energy[i] > least { exits[i] } else { f32::NAN })
     }
 }
 
-/// Places in [−1, 1] at which a panel is looked over before it is known how dense its offsets must be.
+/// Number of points in [−1, 1] at which a panel is probed to find the size of its quadrature rule.
 const LOOKS: usize = 24;
 
-/// The average of hits `at` offsets over h, with edges at ±`edges`, increasing, inside (0, 1).
+/// The average over h of hits `at` offsets, in all directions. `edges` are ascending offsets in (0, 1) at which the
+/// integrand is not smooth; it is not smooth at −`edges` either.
 pub(crate) fn average<H: Separable>(
     at: impl Fn(f32) -> H,
     edges: &[f32],
     directions: &Directions,
     out: &mut [[f32; 3]],
 ) {
-    let zero = AroundSums { lanes: [f32x8::ZERO; 3], others: [[0.0; 3]; 3] };
+    let zero = AzimuthalSums { lanes: [f32x8::ZERO; 3], others: [[0.0; 3]; 3] };
     let mut sums = vec![zero; directions.phis.len()];
     let mut low = 0.0f32;
     for &high in edges.iter().chain(&[1.0]) {
         let first = (low / high).asin();
         let (middle, half) = (0.5 * (FRAC_PI_2 + first), 0.5 * (FRAC_PI_2 - first));
         let offset = |x: f32| high * (middle + half * x).sin();
-        // Gauss's points are π√(1 − x²)/n apart.
+        // The spacing of the points is π√(1 − x²)/n.
         let looks: [(f32, [f32; 8]); LOOKS] = std::array::from_fn(|k| {
             let x = (2.0 * k as f32 + 1.0) / LOOKS as f32 - 1.0;
             (x, at(offset(x)).exits())
@@ -142,11 +145,11 @@ pub(crate) fn average<H: Separable>(
         let needed = looks.windows(2).fold(0.0f32, |most, pair| {
             let ((a, from), (b, to)) = (pair[0], pair[1]);
             let x = 0.5 * (a + b);
-            // `max` passes over NaN.
+            // `max` ignores NaN.
             let fastest = (0..8).fold(0.0f32, |m, i| m.max((to[i] - from[i]).abs()));
             most.max(std::f32::consts::PI * (1.0 - x * x).sqrt() * fastest / (b - a))
         });
-        let mut each = |needed: f32, add: &dyn Fn(H, f32, &mut [AroundSums])| {
+        let mut each = |needed: f32, add: &dyn Fn(H, f32, &mut [AzimuthalSums])| {
             for &[x, share] in rule(needed) {
                 let t = middle + half * x;
                 let h = high * t.sin();
@@ -159,17 +162,17 @@ pub(crate) fn average<H: Separable>(
         low = high;
     }
     let axis = at(0.0);
-    let along: Vec<AlongFactors> = directions
+    let longitudinal: Vec<LongitudinalFactors> = directions
         .thetas
         .iter()
         .map(|&theta| {
             let (sin_i, cos_i) = theta.sin_cos();
             let [sin_i, cos_i, theta_i] = [sin_i, cos_i.max(0.0), theta].map(|x| x as f32);
-            axis.along(&Outgoing { sin_i, cos_i, theta_i, phi: 0.0 })
+            axis.longitudinal(&Outgoing { sin_i, cos_i, theta_i, phi: 0.0 })
         })
         .collect();
     for (out, &[i, j]) in out.iter_mut().zip(&directions.places) {
-        let (m, n) = (&along[i], &sums[j]);
+        let (m, n) = (&longitudinal[i], &sums[j]);
         *out = std::array::from_fn(|c| {
             (m.lanes * n.lanes[c]).reduce_add() + (0..3).map(|k| m.others[k] * n.others[k][c]).sum::<f32>()
         });

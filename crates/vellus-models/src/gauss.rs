@@ -1,20 +1,20 @@
-//! Gauss–Legendre rules of a few sizes.
+//! Gauss–Legendre quadrature.
 
 use std::sync::OnceLock;
 
-/// Sizes: few, so that an average that is asked for again with a slightly other fibre takes the same rule.
+/// Sizes of the rules. There are few, so that an average for a slightly different fibre uses the same rule.
 const SIZES: [usize; 13] = [24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536];
 
 static RULES: [OnceLock<Vec<[f32; 2]>>; SIZES.len()] = [const { OnceLock::new() }; SIZES.len()];
 
-/// Points in [−1, 1] and their weights, which sum to 2: at least `needed` of them, or the largest rule.
+/// Points in [−1, 1] and their weights, which sum to 2. The rule has at least `needed` points, or is the largest.
 pub(crate) fn rule(needed: f32) -> &'static [[f32; 2]] {
     let i = SIZES.iter().position(|&n| n as f32 >= needed).unwrap_or(SIZES.len() - 1);
     RULES[i].get_or_init(|| points(SIZES[i]).into_iter().map(|p| p.map(|x| x as f32)).collect())
 }
 
-/// By Newton's method from Chebyshev-like guesses (Abramowitz and Stegun 1964, 22.16.6), on the recurrence of Legendre's
-/// polynomials.
+/// The rule with `n` points, by Newton's method from Chebyshev-like initial values (Abramowitz and Stegun 1964,
+/// 22.16.6). Legendre polynomials come from their recurrence.
 fn points(n: usize) -> Vec<[f64; 2]> {
     let point = |i: usize| {
         let mut x = -(std::f64::consts::PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
@@ -37,7 +37,7 @@ fn points(n: usize) -> Vec<[f64; 2]> {
 mod tests {
     use super::*;
 
-    /// A rule of n points is exact for polynomials of degree 2n − 1, and weights of f64 points sum to 2 but for rounding.
+    /// A rule of n points is exact for polynomials of degree 2n − 1. The weights sum to 2.
     #[test]
     fn rules_are_exact_for_polynomials() {
         for n in SIZES {

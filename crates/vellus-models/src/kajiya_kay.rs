@@ -1,17 +1,17 @@
 //! J. T. Kajiya, T. L. Kay 1989, *Rendering Fur with Three Dimensional Textures*, SIGGRAPH 89.
 //!
-//! Far field: the window is ignored. Ψ = K_d sin(t, l) + K_s cosⁿ(θᵢ + θ_o): a diffuse cylinder, and a cone of specular
-//! light, the same all around the fibre. In our terms f·cos θᵢ = k_d cos θᵢ/π² + k_s cosⁿ(θᵢ + θ_o)/2πZ, where Z = ∫
-//! cosⁿ⁺¹ makes k_d and k_s the albedos at normal incidence.
+//! A far-field model: it ignores the window. Ψ = K_d sin(t, l) + K_s cosⁿ(θᵢ + θ_o): a diffuse cylinder and a specular
+//! cone, both uniform in azimuth. With the conventions of [`vellus`], f·cos θᵢ = k_d cos θᵢ/π² + k_s cosⁿ(θᵢ +
+//! θ_o)/2πZ. Z = ∫ cosⁿ⁺¹ makes k_d and k_s the albedos at normal incidence.
 //!
-//! It knows no refraction: of a [`Fiber`] it takes n = 1/β_m², and as k_s and k_d the far-field energies of R and of
-//! all else that our model has at normal incidence, so that it is as bright and as coloured.
+//! The model has no refraction. n is 1/β_m². k_s is the far-field energy of R of the `vellus` model at normal
+//! incidence, and k_d that of all other lobes, so brightness and colour match.
 //!
-//! Limits: no forward light (TT), no secondary highlight, no shift of either. The specular part is not normalised, by
-//! definition: toward grazing incidence it holds some cos θ_o of its light. Not reciprocal.
+//! Limits: no forward scattering (TT), no secondary highlight, no shift of highlights. The specular part is not
+//! normalised: at grazing incidence, about cos θ_o of its light remains. The model is not reciprocal.
 
 use crate::factored::{direction, weight};
-use crate::longitudinal::{Along, Plane};
+use crate::longitudinal::{Longitudinal, Plane};
 use glam::Vec3;
 use std::f32::consts::{FRAC_1_PI, TAU};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -20,8 +20,9 @@ use vellus::parts::{Frame, Outgoing, Polar};
 use vellus::{Bcsdf, Error, Fiber, Field, Lobe, Lobes, Model, Sample, Scattering, Window};
 use wide::f32x8;
 
-/// Nodes of |θ_o| of the specular energy, and of θᵢ it is integrated at.
+/// Number of nodes of |θ_o| in the table of the specular energy.
 const THETAS: usize = 91;
+/// Number of points of the integral over θᵢ.
 const NODES: usize = 256;
 
 /// The model of one fibre.
@@ -33,19 +34,19 @@ pub struct KajiyaKay1989 {
     sigma: f32,
     /// 1/2πZ
     norm: f32,
-    /// Specular energy over |θ_o|, as a share of that at 0.
+    /// Specular energy by |θ_o|, relative to that at 0.
     shares: Arc<[f32]>,
 }
 
 impl KajiyaKay1989 {
-    /// Prepares a fibre.
+    /// The model of a fibre.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] where [`Fiber::validate`] finds one.
+    /// [`Error::OutOfRange`] if [`Fiber::validate`] returns it.
     pub fn new(fiber: &Fiber) -> Result<Self, Error> {
         let [diffuse, specular] = albedos(fiber)?;
         let exponent = f64::from(fiber.beta_m).powi(-2);
-        // ∫ cosⁿ(θᵢ + θ_o) cos θᵢ dθᵢ, midpoints within ten deviations.
+        // ∫ cosⁿ(θᵢ + θ_o) cos θᵢ dθᵢ by the midpoint rule, within ten standard deviations.
         let z = |theta_o: f64| -> f64 {
             let reach = (10.0 * f64::from(fiber.beta_m)).min(FRAC_PI_2);
             let (low, high) = ((-theta_o - reach).max(-FRAC_PI_2), (-theta_o + reach).min(FRAC_PI_2));
@@ -75,16 +76,16 @@ fn albedos(fiber: &Fiber) -> Result<[[f32; 3]; 2], Error> {
     Ok([[0, 1, 2].map(|c| total[c] - specular[c]), specular])
 }
 
-/// One hit of a fibre.
+/// A hit of the fibre.
 #[derive(Clone, Copy, Debug)]
 pub struct KajiyaKay1989Hit<'m> {
     model: &'m KajiyaKay1989,
     frame: Frame<f32>,
     theta_o: f32,
-    /// What the specular light is sampled from: the Gaussian that cosⁿ lies below.
-    along: Plane,
+    /// The Gaussian that samples the specular part. It is an upper bound of cosⁿ, up to scale.
+    longitudinal: Plane,
     share: f32,
-    /// Of sampling the specular part.
+    /// Probability of sampling the specular part.
     probability: f32,
 }
 
@@ -104,7 +105,7 @@ impl Model for KajiyaKay1989 {
             model: self,
             frame: Frame::new(wo, polar.cos, 1.0 / polar.cos.max(1e-12)),
             theta_o,
-            along: Plane::new(f32x8::splat(-theta_o), f32x8::splat(self.sigma)),
+            longitudinal: Plane::new(f32x8::splat(-theta_o), f32x8::splat(self.sigma)),
             share,
             probability: if s + d > 0.0 { s / (s + d) } else { 0.0 },
         }
@@ -131,7 +132,7 @@ impl KajiyaKay1989Hit<'_> {
         let mut lobes = Lobes([[0.0; 3]; 6]);
         lobes.0[Lobe::R as usize] = model.specular.map(|k| k * specular);
         lobes.0[Lobe::Rest as usize] = model.diffuse.map(|k| k * diffuse);
-        let cone = self.along.eval(o).to_array()[0] * (0.5 * FRAC_1_PI);
+        let cone = self.longitudinal.eval(o).to_array()[0] * (0.5 * FRAC_1_PI);
         (lobes, self.probability * cone + (1.0 - self.probability) * diffuse)
     }
 }
@@ -151,7 +152,7 @@ impl Scattering for KajiyaKay1989Hit<'_> {
     fn sample(&self, u: [f32; 5]) -> Sample {
         let specular = u[0] < self.probability;
         let (sin_i, cos_i) = if specular {
-            self.along.sample(0, [u[1], u[2]])
+            self.longitudinal.sample(0, [u[1], u[2]])
         } else {
             // sin θᵢ of a Lambertian cylinder is a coordinate of a point in the unit disk.
             let sin_i = u[1].sqrt() * (TAU * u[2]).cos();

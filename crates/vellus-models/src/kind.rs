@@ -1,4 +1,4 @@
-//! Any model by its name.
+//! All models behind one type, chosen by name.
 
 use crate::chiang::Chiang2016;
 use crate::deon::DEon2011;
@@ -13,10 +13,10 @@ use std::fmt;
 use std::str::FromStr;
 use vellus::{Bcsdf, Fiber, Field, Lobes, Model, Sample, Scattering, Window};
 
-/// Defines the names, the models behind them, and a hit of any.
+/// Defines the enums of names, models and hits.
 macro_rules! models {
     ($($kind:ident($model:ty), $name:literal, $make:expr;)*) => {
-        /// A model, not yet of any fibre.
+        /// The name of a model.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[allow(missing_docs, reason = "the crate's page says what they are")]
         pub enum ModelKind {
@@ -24,7 +24,7 @@ macro_rules! models {
         }
 
         impl ModelKind {
-            /// All of them, ours first.
+            /// All models. `vellus` is the first.
             pub const ALL: &[ModelKind] = &[$(ModelKind::$kind),*];
 
             /// The name used on the command line and in files.
@@ -34,10 +34,10 @@ macro_rules! models {
                 }
             }
 
-            /// The model of a fibre.
+            /// Creates the model of a fibre.
             ///
             /// # Errors
-            /// [`Error::Fiber`] where [`Fiber::validate`] finds a parameter out of range.
+            /// [`Error::Fiber`] if a parameter of the fibre is out of range.
             pub fn model(self, fiber: &Fiber) -> Result<AnyModel, Error> {
                 Ok(match self {
                     $(ModelKind::$kind => {
@@ -48,10 +48,10 @@ macro_rules! models {
             }
         }
 
-        /// Any of the models, chosen when running: for pictures and tests. A renderer is generic over [`Model`] instead.
+        /// Any of the models, chosen at run time. Renderers should be generic over [`Model`] instead.
         #[derive(Clone, Debug)]
         #[allow(missing_docs, reason = "the crate's page says what they are")]
-        #[allow(clippy::large_enum_variant, reason = "there is one a fibre")]
+        #[allow(clippy::large_enum_variant, reason = "there is one per fibre")]
         pub enum AnyModel {
             $($kind($model),)*
         }
@@ -125,7 +125,10 @@ models! {
 }
 
 impl AnyModel {
-    /// f·cos θᵢ averaged over the whole width for ω_o at `theta_o` degrees in [−90, 90] and φ = 0, RGB, one for each direction.
+    /// The far field: f·cos θᵢ averaged over the width of the fibre, RGB.
+    ///
+    /// ω_o is at `theta_o` degrees in [−90, 90] and φ = 0. `out` gets one value for each of `directions`, and must be
+    /// as long.
     pub fn far_field(&self, theta_o: f64, directions: &Directions, out: &mut [[f32; 3]]) {
         let wo = direction(theta_o, 0.0);
         match self {
@@ -152,7 +155,8 @@ impl fmt::Display for ModelKind {
 impl FromStr for ModelKind {
     type Err = Error;
 
-    /// Accepts `yan2015`, `Yan 2015`, `zinke_weber2007`, and names without the year: `chiang`, `zinke-weber`.
+    /// Case, spaces and punctuation do not matter, and the year is optional: `yan2015`, `Yan 2015`, `zinke_weber2007`,
+    /// `chiang`.
     fn from_str(name: &str) -> Result<Self, Error> {
         let plain = |s: &str| s.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_ascii_lowercase();
         let named = |kind: &ModelKind| {

@@ -1,19 +1,20 @@
-//! The models that Yan, Jensen and Ramamoorthi 2017 builds on and is compared with, behind the trait [`vellus::Model`],
-//! each made from our [`vellus::Fiber`].
+//! Earlier reflectance models for hair and fur: those that Yan, Jensen and Ramamoorthi 2017 builds on or compares with.
 //!
-//! | model | field | lobes | lobes of ours they are shown as |
+//! Each implements [`vellus::Model`] and is created from a [`vellus::Fiber`].
+//!
+//! | model | field | lobes | reported as |
 //! |---|---|---|---|
 //! | [`Yan2015`] | near | [eleven and a diffuse one](yan2015::LOBES) | all |
-//! | [`Chiang2016`] | near | R, TT, TRT, higher orders | R, TT, TRT, rest |
-//! | [`DEon2011`] | far | R, TT, TRT, TRRT | R, TT, TRT, rest |
-//! | [`ZinkeWeber2007`] | near | R, TT, TRT, TRRT | R, TT, TRT, rest |
+//! | [`Chiang2016`] | near | R, TT, TRT, higher orders | R, TT, TRT, residual |
+//! | [`DEon2011`] | far | R, TT, TRT, TRRT | R, TT, TRT, residual |
+//! | [`ZinkeWeber2007`] | near | R, TT, TRT, TRRT | R, TT, TRT, residual |
 //! | [`Marschner2003`] | far | R, TT, TRT | R, TT, TRT |
-//! | [`KajiyaKay1989`] | far | specular, diffuse | R, rest |
+//! | [`KajiyaKay1989`] | far | specular, diffuse | R, residual |
 //!
-//! All follow the conventions of [`vellus`]: directions in the fibre's frame with x from root to tip, f·cos θᵢ,
-//! densities per solid angle, offset and attenuation of ω_o, lengths in radii. Formulas are written from the papers
-//! named in each module, which also says what is taken from a fibre, what is left out, and where the model is limited.
-//! [`AnyModel::far_field`] averages any of them over the fibre's width, in many directions at once.
+//! All models follow the conventions of [`vellus`]: directions are in the frame of the fibre with x from root to tip,
+//! values are f·cos θᵢ, densities are per solid angle, offset and attenuation belong to ω_o, and lengths are in fibre
+//! radii. Each module names its paper, the parameters that it uses, and the limits of the model.
+//! [`AnyModel::far_field`] averages a model over the width of the fibre, in many directions at once.
 //!
 //! ```
 //! use vellus::{Fiber, Model, Scattering, Species, Window};

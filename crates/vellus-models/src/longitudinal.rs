@@ -1,19 +1,23 @@
-//! Eight lobes along the fibre: densities in sin θᵢ, evaluated together.
+//! Longitudinal densities of eight lobes, with respect to sin θᵢ, in one SIMD register.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 use vellus::parts::{Outgoing, Polar, bessel_i0e, exp, mills, normal_quantile};
 use wide::f32x8;
 
-/// Eight densities in sin θᵢ.
-pub trait Along: Copy {
+/// Longitudinal densities of eight lobes, with respect to sin θᵢ.
+pub trait Longitudinal: Copy {
+    /// The densities in an outgoing direction.
     fn eval(&self, o: &Outgoing<f32>) -> f32x8;
-    /// Draws sin θᵢ and cos θᵢ of one of them.
+    /// Samples sin θᵢ and cos θᵢ of one lobe.
     fn sample(&self, lane: usize, u: [f32; 2]) -> (f32, f32);
 }
 
-/// Shifts and widths of energy-conserving spherical Gaussians (d'Eon et al. 2011, Eq. 7), once a fibre.
+/// Shifts and widths of energy-conserving spherical Gaussians (d'Eon et al. 2011, Eq. 7), prepared once per fibre.
 ///
-/// M̂(θᵢ) = exp(sin θ_c sin θᵢ/v) I₀(cos θ_c cos θᵢ/v) / (2v sinh(1/v)), whose integral over sin θᵢ is 1.
+/// M̂(θᵢ) = exp(sin θ_c sin θᵢ/v) I₀(cos θ_c cos θᵢ/v) / (2v sinh(1/v)). Its integral over sin θᵢ is 1.
+///
+/// `vellus` has the same lobe for its own four lobes. The code is not shared: this one has other register widths, and
+/// its results differ in the last bit.
 #[derive(Clone, Debug)]
 pub struct Spherical {
     sin_alpha: f32x8,
@@ -25,7 +29,7 @@ pub struct Spherical {
     floor: [f32; 8],
 }
 
-/// The same around the centres of one hit.
+/// Spherical Gaussians with the centres of one hit.
 #[derive(Clone, Copy, Debug)]
 pub struct SphericalAt<'m> {
     widths: &'m Spherical,
@@ -34,7 +38,7 @@ pub struct SphericalAt<'m> {
 }
 
 impl Spherical {
-    /// `shift`: α_p, with θ_c = −θ_o − α_p; `beta`: standard deviations, v = β².
+    /// `shift` has the α_p of θ_c = −θ_o − α_p, and `beta` the standard deviations √v, in radians.
     pub fn new(shift: [f32; 8], beta: [f32; 8]) -> Self {
         let v = beta.map(|b| f64::from(b).powi(2));
         let lanes = |f: &dyn Fn(usize) -> f64| f32x8::new(std::array::from_fn(|i| f(i) as f32));
@@ -48,29 +52,30 @@ impl Spherical {
         }
     }
 
+    /// The lobes of a hit with outgoing inclination `o`.
     #[inline(always)]
     pub fn at(&self, o: Polar<f32>) -> SphericalAt<'_> {
         let (sin_o, cos_o) = (f32x8::splat(o.sin), f32x8::splat(o.cos));
         SphericalAt {
             widths: self,
             sin: -(sin_o * self.cos_alpha + cos_o * self.sin_alpha),
-            // A centre past the pole folds back: I₀ is even.
+            // A centre beyond the pole has a negative cosine, but I₀ is even.
             cos: (cos_o * self.cos_alpha - sin_o * self.sin_alpha).abs(),
         }
     }
 }
 
-impl Along for SphericalAt<'_> {
+impl Longitudinal for SphericalAt<'_> {
     #[inline(always)]
     fn eval(&self, o: &Outgoing<f32>) -> f32x8 {
-        // (sin sin + cos cos − 1)/v as the chord between two unit vectors: it keeps its digits for small v.
+        // (sin sin + cos cos − 1)/v from the chord between two unit vectors, which avoids cancellation for small v.
         let (sin_i, cos_i) = (f32x8::splat(o.sin_i), f32x8::splat(o.cos_i));
         let (ds, dc) = (sin_i - self.sin, cos_i - self.cos);
         let exponent = (ds * ds + dc * dc) * self.widths.inverse_v * f32x8::splat(-0.5);
         exp(exponent) * bessel_i0e(cos_i * self.cos * self.widths.inverse_v) * self.widths.norm
     }
 
-    /// d'Eon, Marschner and Hanika 2013: a direction of the spherical Gaussian, of which the inclination is kept.
+    /// Samples a direction of the spherical Gaussian and returns its inclination (d'Eon, Marschner and Hanika 2013).
     #[inline(always)]
     fn sample(&self, lane: usize, u: [f32; 2]) -> (f32, f32) {
         let (s, c) = (self.sin.to_array()[lane], self.cos.to_array()[lane]);
@@ -84,49 +89,50 @@ impl Along for SphericalAt<'_> {
     }
 }
 
-/// Gaussians in θᵢ, cut off at ±90° and normalised there, as densities in sin θᵢ: over cos θᵢ.
+/// Gaussians in θᵢ, truncated to ±90° and normalised, as densities with respect to sin θᵢ: divided by cos θᵢ.
 #[derive(Clone, Copy, Debug)]
 pub struct Plane {
     centre: f32x8,
     inverse: f32x8,
     sigma: f32x8,
     norm: f32x8,
-    /// The cumulative normal distribution at −90°, and what lies between there and 90°.
+    /// The cumulative distribution at −90°.
     below: f32x8,
+    /// The probability of ±90°.
     inside: f32x8,
 }
 
 impl Plane {
-    /// Around θ_c with standard deviation σ, radians.
+    /// Gaussians around `centre` with standard deviation `sigma`, in radians.
     #[inline(always)]
     pub fn new(centre: f32x8, sigma: f32x8) -> Self {
         let splat = f32x8::splat;
         let inverse = f32x8::ONE / sigma;
-        // The cumulative normal distribution from its tail, t = mills(|x|) e^(−x²/2): t below 0, 1 − t above.
+        // The cumulative normal distribution from its tail t = mills(|x|) e^(−x²/2): t for x < 0, 1 − t otherwise.
         let cumulative = |x: f32x8| {
             let tail = mills(x.abs()) * exp(x * x * splat(-0.5));
             x.simd_lt(f32x8::ZERO).select(tail, f32x8::ONE - tail)
         };
         let below = cumulative((splat(-FRAC_PI_2) - centre) * inverse);
-        // 1 − F(90°), as F(−90° mirrored).
+        // 1 − F(90°), by symmetry.
         let above = cumulative((centre - splat(FRAC_PI_2)) * inverse);
         let inside = (f32x8::ONE - below - above).fast_max(splat(1e-6));
         let norm = splat(1.0 / TAU.sqrt()) * inverse / inside;
         Plane { centre, inverse, sigma, norm, below, inside }
     }
 
-    /// What of each Gaussian lies within ±90°.
+    /// The probability of ±90° of each Gaussian before truncation.
     #[inline(always)]
     pub fn inside(&self) -> f32x8 {
         self.inside
     }
 }
 
-impl Along for Plane {
+impl Longitudinal for Plane {
     #[inline(always)]
     fn eval(&self, o: &Outgoing<f32>) -> f32x8 {
         let d = (f32x8::splat(o.theta_i) - self.centre) * self.inverse;
-        // The density in sin θ has a pole at ±90°; a millionth of a radian beside it is finite.
+        // The density with respect to sin θ has a pole at ±90°. The bound keeps it finite.
         exp(d * d * f32x8::splat(-0.5)) * self.norm * f32x8::splat(1.0 / o.cos_i.max(1e-6))
     }
 
@@ -135,7 +141,7 @@ impl Along for Plane {
         let of = |values: f32x8| values.to_array()[lane];
         let theta = of(self.centre) + of(self.sigma) * normal_quantile(of(self.below) + u[0] * of(self.inside));
         let (sin, cos) = theta.clamp(-FRAC_PI_2, FRAC_PI_2).sin_cos();
-        // The cosine of 90° rounds to −4e-8.
+        // In single precision, the cosine of 90° is −4e-8.
         (sin, cos.max(0.0))
     }
 }
@@ -144,8 +150,8 @@ impl Along for Plane {
 mod tests {
     use super::*;
 
-    /// d sin θᵢ/du · M(θᵢ) = 1 of the Gaussians cut off at ±90°, by central differences of step/u; of the spherical Gaussians the
-    /// second number turns the direction, and the tests of whole hits see both.
+    /// d sin θᵢ/du · M(θᵢ) = 1 for truncated Gaussians, by central differences with error step/u. Spherical Gaussians
+    /// use both random numbers; the tests of whole hits cover them.
     #[test]
     fn pdf_is_jacobian_of_sample() {
         let lanes = Plane::new(f32x8::splat(-1.1), f32x8::splat(0.3));
@@ -160,7 +166,7 @@ mod tests {
         }
     }
 
-    /// Both integrate to 1 over sin θᵢ, at any inclination and width; the spherical ones also past the pole.
+    /// Both kinds integrate to 1 over sin θᵢ, at any inclination and width. Spherical ones also beyond the pole.
     #[test]
     fn lobes_integrate_to_one() {
         for theta_o in [-1.5f32, 0.2, 1.0] {
@@ -178,7 +184,7 @@ mod tests {
                     let values = [spherical.eval(&o).to_array()[0], plane.eval(&o).to_array()[0]];
                     (0..2).for_each(|i| sum[i] += f64::from(values[i] * cos_i) * std::f64::consts::PI / f64::from(n));
                 }
-                // θ rounds at 1e-7, of the narrowest width 1e-5; special functions at 1e-6.
+                // θ has a rounding error of 1e-7, which is 1e-5 of the narrowest width. Special functions have 1e-6.
                 sum.iter().for_each(|s| assert!((s - 1.0).abs() < 1e-4, "{theta_o} {beta}: {sum:?}"));
             }
         }

@@ -51,8 +51,8 @@ fn integral_of_eval_is_the_energy() {
     }
 }
 
-/// What each model leaves of the light of a white furnace, over all offsets, as it is defined: ours and Chiang's all of it. The
-/// others lack higher orders (0.1 to 0.2 %), what Gaussians reach beyond ±90° at grazing incidence, or more:
+/// What each model leaves of the light of a white furnace, over all offsets, as it is defined: ours and Chiang's all of
+/// it. The others lack higher orders (0.1 to 0.2 %), what Gaussians reach beyond ±90° at grazing incidence, or more:
 /// Marschner's caustics take out more than they put back, and Kajiya and Kay do not normalise.
 #[test]
 fn furnaces_are_as_white_as_defined() {
@@ -75,8 +75,9 @@ fn furnaces_are_as_white_as_defined() {
     }
 }
 
-/// Where colour varies along the fur, a fibre is the one that would be made afresh. D'Eon's lies between tables: TT is exact for paths two
-/// radii long, and paths of up to three passes are off by an eighth of (2·2·Δσ)², Δσ = 0.03 + 0.15 σ, where half of them is left.
+/// Where colour varies along the fur, a fibre is the one that would be made afresh. D'Eon's lies between tables: TT is
+/// exact for paths two radii long, and paths of up to three passes are off by an eighth of (2·2·Δσ)², Δσ = 0.03 + 0.15
+/// σ, where half of them is left.
 #[test]
 fn another_fiber_is_the_same_model() {
     for &kind in ModelKind::ALL {

@@ -1,9 +1,9 @@
 //! The hair models against each other, and against what their papers say.
 
 use std::f64::consts::{PI, TAU};
-use vellus::oracle::{bessel_i0e, fresnel};
 use vellus::{Color, Fiber, Field, Lobe, Model, Scattering, Window};
 use vellus_models::{ModelKind, chiang};
+use vellus_reference::exact::{bessel_i0e, fresnel};
 use vellus_testing::{Uniform, direction};
 
 fn hair() -> Fiber {
@@ -92,8 +92,8 @@ fn marschner_is_deon_without_roughness() {
     }
 }
 
-/// Without tilt Marschner's S is symmetric in the two directions, and so is M̂ N of d'Eon's. The near fields and Kajiya and Kay's
-/// are not.
+/// Without tilt Marschner's S is symmetric in the two directions, and so is M̂ N of d'Eon's. The near fields and Kajiya
+/// and Kay's are not.
 #[test]
 fn reciprocity_where_it_holds() {
     let fiber = Fiber { alpha: 0.0, ..hair() };

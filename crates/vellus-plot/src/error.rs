@@ -9,9 +9,9 @@ use plotters::coord::combinators::BindKeyPoints;
 use plotters::prelude::*;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
-use vellus::oracle::Oracle;
 use vellus::{Bcsdf, Fiber, TableData, Tables, Window};
 use vellus_models::direction;
+use vellus_reference::exact::Exact;
 
 /// Numbers of segments on each side of h = 0. Our scheme needs two: inside the medulla and beside it.
 pub const SEGMENTS: [usize; 13] = [2, 3, 4, 5, 6, 7, 8, 10, 12, 16, 20, 24, 32];
@@ -61,7 +61,7 @@ impl Errors {
     pub fn new(fiber: &Fiber, theta_o: f64, paths: usize) -> Result<Self> {
         let bcsdf = Bcsdf::new(fiber)?;
         let tables = TableData::from_bytes(Tables::SHIPPED)?;
-        let oracle = Oracle::new(fiber, &tables);
+        let oracle = Exact::new(fiber, &tables)?;
         let (theta, all) = (theta_o.to_radians(), [-1.0, 1.0]);
         let window = oracle.window(theta, all, paths, 0);
         let exact = profile(|phi| first(window.azimuthal(phi)));
@@ -69,7 +69,7 @@ impl Errors {
         let error = |values: Vec<f64>| values.iter().zip(&exact).map(|(a, b)| (a - b).abs()).sum::<f64>() / total;
         let hit = bcsdf.at(direction(theta_o, 0.0), Window::far());
         let paper = |n| {
-            let segments = oracle.published_segments(theta, all, n, 1);
+            let segments = oracle.printed_segments(theta, all, n, 1);
             error(profile(|phi| first(segments.azimuthal(phi))))
         };
         let ours = |n| {

@@ -8,8 +8,8 @@ use plotters::prelude::*;
 use rayon::prelude::*;
 use std::ops::RangeInclusive;
 use vellus::TableData;
-use vellus::oracle::Profile;
 use vellus_io::{Progress, Steps};
+use vellus_reference::exact::Profile;
 use vellus_sim::medulla::{azimuthal, longitudinal, stream};
 
 /// (τ, g) of the columns: a thin, a medium and a thick medulla, between the nodes of the tables.

@@ -7,9 +7,9 @@ use plotters::coord::Shift;
 use plotters::coord::combinators::BindKeyPoints;
 use plotters::prelude::*;
 use rayon::prelude::*;
-use vellus::oracle::Oracle;
 use vellus::{Bcsdf, Fiber, TableData, Tables, Window};
 use vellus_models::direction;
+use vellus_reference::exact::Exact;
 
 /// Azimuths sampled: half a degree, the tables' resolution.
 const AZIMUTHS: usize = 720;
@@ -64,7 +64,7 @@ impl Picture {
         };
         let offsets = PLACES.map(|place| low + (high - low) * place);
         let tables = TableData::from_bytes(Tables::SHIPPED)?;
-        let oracle = Oracle::new(fiber, &tables);
+        let oracle = Exact::new(fiber, &tables)?;
         let exact = oracle.window(theta_o.to_radians(), [low, high], PATHS, POINTS);
         Ok(Picture {
             title: format!("{name}: near field and its average over h {low} to {high}, θ_o = {theta_o}°"),

@@ -17,7 +17,7 @@ pub struct Method {
     pub kind: ModelKind,
     /// Refractive index of the medulla, for [`ModelKind::Yan2015`] alone; without it, that of the cortex.
     pub eta_m: Option<f32>,
-    /// Sample [`ModelKind::Yan2015`] as its authors did: see [`Yan2015::sampled_as_published`].
+    /// Sample [`ModelKind::Yan2015`] as its authors did: see [`Yan2015::with_original_sampling`].
     pub original_sampling: bool,
 }
 
@@ -57,6 +57,6 @@ impl Method {
 
     fn yan2015(&self, fiber: &Fiber) -> Result<Yan2015, vellus::Error> {
         let model = Yan2015::with_eta_m(fiber, self.eta_m.unwrap_or(fiber.eta))?;
-        Ok(if self.original_sampling { model.sampled_as_published() } else { model })
+        Ok(if self.original_sampling { model.with_original_sampling() } else { model })
     }
 }

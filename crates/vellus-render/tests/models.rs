@@ -6,6 +6,7 @@ use vellus::{Bcsdf, Fiber, Model, Scattering, Window};
 use vellus_models::{Chiang2016, DEon2011, KajiyaKay1989, Marschner2003, Yan2015, ZinkeWeber2007};
 use vellus_render::{Film, Filter, Layer, Mode, Settings, Statistics, World};
 use vellus_scene::{Basis, Camera, Light, Look, Parameter, Scene, Strands, Texture, Value, Values};
+use vellus_testing::significance::max_abs_z;
 
 const SIZE: usize = 16;
 
@@ -78,14 +79,17 @@ fn albedo<M: Model>(model: &M) -> [f64; 3] {
 
 fn check<M: Model + Send + 'static>(name: &str, make: impl Fn(&Fiber) -> Result<M, vellus::Error>) {
     let expected = albedo(&make(&fiber()).unwrap());
+    // Seven models, each constant and varying, in three channels.
+    let bound = max_abs_z(7 * 2 * 3, 0.01);
     for varying in [false, true] {
         let mut world = World::new(scene(varying)).unwrap();
         world.set_model(&make).unwrap();
         let (seen, error) = picture(&world);
         println!("{name}: {seen:.4?} ± {error:.4}, albedo {expected:.4?}");
         for c in 0..3 {
-            // The error is that of the mean of the channels. D'Eon's fibres lie between tables where they vary.
-            let tolerance = 6.0 * error + if varying && name == "deon2011" { 0.005 } else { 5e-4 };
+            // The film knows the error of the channels' mean. The brightest channel's is up to 1.5 times that.
+            // D'Eon's fibres lie between tables where they vary.
+            let tolerance = 1.5 * bound * error + if varying && name == "deon2011" { 0.005 } else { 5e-4 };
             assert!((seen[c] - expected[c]).abs() < tolerance, "{name}: {seen:?} {expected:?} ± {error}");
         }
     }

@@ -1,5 +1,4 @@
-//! From simulation to table file: which profiles are simulated, at what quality, and how they
-//! become [`TableData`].
+//! Builds the tables of the medulla: simulates profiles in pieces, and compresses them to [`TableData`].
 
 use crate::compress::{Problem, compress};
 use crate::medulla::{azimuthal, longitudinal, longitudinal_borders, stream};
@@ -7,28 +6,27 @@ use ndarray::Array2;
 use rayon::prelude::*;
 use vellus::{FactorTable, TableData, grid};
 
-/// How much work goes into the tables.
+/// Resolution and effort of the tables.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quality {
-    /// Nodes of τ, g, h″ and θ_o.
+    /// Number of nodes of τ, g, h″ and θ_o.
     pub nodes: [usize; 4],
-    /// Exit azimuths over the circle, a multiple of 4; the longitudinal halves have half as many
-    /// steps over θᵢ, each.
+    /// Number of exit azimuths, a multiple of 4. Each longitudinal half has half as many steps in θᵢ.
     pub directions: usize,
-    /// Photons a profile.
+    /// Photons per profile.
     pub photons: u64,
-    /// Components of the azimuthal, backward and forward mixtures.
+    /// Number of components of the azimuthal, backward and forward mixtures.
     pub ranks: [usize; 3],
-    /// Sweeps of the compression.
+    /// Number of sweeps of the compression.
     pub sweeps: usize,
-    /// Stride of the mean path's nodes in g among the profiles', from the first to the last.
+    /// Stride of the nodes in g of the mean path. It must divide the number of steps in g.
     pub path_stride: usize,
-    /// Seed of everything.
+    /// Seed of all random numbers.
     pub seed: u64,
 }
 
 impl Quality {
-    /// What the crate ships.
+    /// The quality of the tables that `vellus` contains.
     pub fn shipping() -> Self {
         Quality {
             nodes: [24, 16, 16, 18],
@@ -41,7 +39,7 @@ impl Quality {
         }
     }
 
-    /// Small enough for a test: coarse in every direction.
+    /// A coarse quality, fast enough for tests.
     pub fn smoke() -> Self {
         Quality {
             nodes: [10, 7, 8, 12],
@@ -54,7 +52,7 @@ impl Quality {
         }
     }
 
-    /// All pieces of the simulation; any order, any time, each the same every time.
+    /// All pieces of the simulation. They are independent of each other and reproducible.
     pub fn slabs(&self) -> Vec<Slab> {
         let kinds = [SlabKind::Azimuthal, SlabKind::Longitudinal];
         kinds.into_iter().flat_map(|kind| (0..self.nodes[0]).map(move |tau| Slab { kind, tau })).collect()
@@ -64,7 +62,7 @@ impl Quality {
         self.directions / 2 + 1
     }
 
-    /// Numbers a profile of that kind has.
+    /// Number of values of a profile.
     fn profile_len(&self, kind: SlabKind) -> usize {
         match kind {
             SlabKind::Azimuthal => self.directions + 1,
@@ -79,12 +77,12 @@ impl Quality {
         }
     }
 
-    /// Numbers [`Quality::simulate`] returns for `slab`.
+    /// Number of values that [`Quality::simulate`] returns for `slab`.
     pub fn slab_len(&self, slab: Slab) -> usize {
         self.nodes[1] * self.third(slab.kind) * self.profile_len(slab.kind)
     }
 
-    /// Simulates one slab on all threads; the result does not depend on their number.
+    /// Simulates one slab on all threads. The result does not depend on the number of threads.
     pub fn simulate(&self, slab: Slab) -> Vec<f32> {
         let position = |i: usize, n: usize| i as f64 / (n - 1) as f64;
         let tau = grid::tau_at(position(slab.tau, self.nodes[0]));
@@ -112,12 +110,12 @@ impl Quality {
             .collect()
     }
 
-    /// Steps of [`Quality::assemble`] that `tick` counts.
+    /// Number of calls of `tick` in [`Quality::assemble`].
     pub fn assembly_steps(&self) -> usize {
         3 * self.sweeps
     }
 
-    /// Compresses the simulated slabs, in the order of [`Quality::slabs`].
+    /// Compresses the simulated slabs, which must be in the order of [`Quality::slabs`].
     pub fn assemble(&self, slabs: &[Vec<f32>], tick: &(dyn Fn() + Sync)) -> TableData {
         let (azimuthal, longitudinal) = slabs.split_at(self.nodes[0]);
         let azimuthal = azimuthal.concat();
@@ -167,8 +165,8 @@ impl Quality {
         }
     }
 
-    /// Half 0 lies over θᵢ; half 1 over δ = θᵢ + θ_o, on a longer axis of the same step, of which
-    /// each profile fills a part.
+    /// The axis of half 0 is θᵢ. The axis of half 1 is δ = θᵢ + θ_o. It is longer, with the same step, and each profile
+    /// fills a part of it.
     fn longitudinal_problem(&self, slabs: &[f32], half: usize) -> Problem {
         let n = self.theta_nodes();
         let third = self.nodes[3];
@@ -181,7 +179,7 @@ impl Quality {
             let theta = grid::theta_at(i as f64 / (third - 1) as f64);
             if half == 0 { 0.0 } else { theta / step }
         };
-        // Where θ_o is not a whole number of steps, profiles are moved by linear interpolation.
+        // If θ_o is not a multiple of the step, profiles are shifted by linear interpolation.
         let source = |i: usize, j: usize| j as f64 - shift(i);
         Problem {
             nodes: [self.nodes[0], self.nodes[1], third],
@@ -201,8 +199,8 @@ impl Quality {
                     return 0.0;
                 }
                 let k = x.round() as usize;
-                // In units of the largest, so that weights are of order 1. Not quite 0 at the poles, where a
-                // component would otherwise be free to take any value; more would cost accuracy elsewhere.
+                // Relative to the largest weight. A weight of 0 at the poles would leave components unconstrained
+                // there, and a larger floor would reduce accuracy elsewhere.
                 let floor = [0.03, 0.1][half];
                 ((borders[k + 1] - borders[k]) / step).max(floor) as f32
             }),
@@ -210,16 +208,16 @@ impl Quality {
     }
 }
 
-/// One piece of the simulation: all profiles of one τ.
+/// One piece of the simulation: all profiles with the same τ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Slab {
-    /// Which table.
+    /// The table that it belongs to.
     pub kind: SlabKind,
-    /// Node of τ.
+    /// Index of the node of τ.
     pub tau: usize,
 }
 
-/// Which table a slab belongs to.
+/// The table that a slab belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SlabKind {
     /// C^N and ⟨L⟩.
@@ -228,8 +226,8 @@ pub enum SlabKind {
     Longitudinal,
 }
 
-/// Repeats the first azimuth after the last, and scales every component to integral 1, its weight
-/// going to the factor over τ.
+/// Repeats the first azimuth after the last, and scales every component to integral 1. The factor over τ gets the
+/// scale.
 fn close_circle(table: &mut FactorTable) {
     let rank = table.rank;
     let first = table.factors[3][..rank].to_vec();

@@ -1,20 +1,20 @@
-//! How well tables stand for the medulla: compressed against simulated profiles, at random
-//! parameters between the nodes, where rank, noise and interpolation all count.
+//! Accuracy of tables: compares compressed with simulated profiles at random parameters. These are between the nodes,
+//! so the error includes rank, noise and interpolation.
 
 use crate::medulla::{SimRng, azimuthal, longitudinal, longitudinal_borders, stream};
 use rand::Rng;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
-use vellus::oracle::{Profile, mean_path};
 use vellus::{TableData, grid};
+use vellus_reference::exact::{Profile, mean_path};
 
-/// Directions a profile is compared in: 720 azimuths, and half as many steps over each half in θᵢ.
+/// Number of azimuths of a comparison. Each longitudinal half has half as many steps in θᵢ.
 const DIRECTIONS: usize = 720;
 
-/// Streams a long simulation is split into.
+/// Number of random streams of one simulation.
 const PARTS: u64 = 16;
 
-/// Which of the three tables a profile belongs to.
+/// The table that a profile belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TableKind {
     /// C^N.
@@ -26,33 +26,33 @@ pub enum TableKind {
 }
 
 impl TableKind {
-    /// All three.
+    /// All tables.
     pub const ALL: [TableKind; 3] = [TableKind::Azimuthal, TableKind::Backward, TableKind::Forward];
 
-    /// A word for it.
+    /// The name in reports.
     pub fn name(self) -> &'static str {
         ["azimuthal", "backward", "forward"][self as usize]
     }
 }
 
-/// One profile compared.
+/// The error of one profile.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProfileError {
-    /// Which table.
+    /// The table.
     pub kind: TableKind,
     /// τ, g, and h″ or θ_o (radians).
     pub parameters: [f64; 3],
-    /// ∫ |table − simulation|, the simulation's integral being 1.
+    /// L1 error: ∫ |table − simulation|, where the simulation has integral 1.
     pub l1: f64,
-    /// What of that the simulation's own noise would give alone: the expected L1 distance between the
-    /// simulation and its own mean.
+    /// The L1 error that the noise of the simulation alone would give: the expected L1 distance between the simulation
+    /// and its mean.
     pub noise: f64,
-    /// Relative error of the mean path, azimuthal profiles only.
+    /// Relative error of the mean path; only for azimuthal profiles.
     pub mean_path: Option<f64>,
 }
 
-/// Parameters number `index` of a check: uniform over the tables' own axes, so that small τ and
-/// sharp peaks are as frequent as anything else.
+/// The parameters of comparison `index`. They are uniform over the axes of the tables, so small τ and sharp peaks are
+/// as frequent as other values.
 fn parameters(seed: u64, index: u64) -> ([f64; 3], SimRng) {
     let mut rng = stream(seed, index);
     let mut uniform = || (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
@@ -65,7 +65,7 @@ fn histogram_noise(probabilities: &[f64], n: f64) -> f64 {
     probabilities.iter().map(|p| (2.0 * p / (PI * n)).sqrt().min(2.0 * p)).sum()
 }
 
-/// Compares azimuthal profile number `index`, simulated with `photons` photons.
+/// Compares the azimuthal profile of comparison `index` with a simulation of `photons` photons.
 pub fn check_azimuthal(tables: &TableData, photons: u64, seed: u64, index: u64) -> ProfileError {
     let ([tau, g, position], _) = parameters(seed, index);
     let h = grid::offset_at(position);
@@ -88,13 +88,13 @@ pub fn check_azimuthal(tables: &TableData, photons: u64, seed: u64, index: u64) 
     }
 }
 
-/// Probability of the bin centred on node `j`, by eight midpoints.
+/// The probability of the bin around node `j`, by the midpoint rule with eight points.
 fn bin_azimuth(profile: &Profile, j: usize, step: f64) -> f64 {
     let at = |k: i32| (j as f64 + (f64::from(k) + 0.5) / 8.0 - 0.5) * step;
     (0..8).map(|k| profile.eval(at(k).rem_euclid(TAU)) * step / 8.0).sum()
 }
 
-/// Compares both halves of longitudinal profile number `index`; θ_o up to the tables' last node.
+/// Compares both halves of the longitudinal profile of comparison `index`. θ_o is at most the last node of the tables.
 pub fn check_longitudinal(tables: &TableData, photons: u64, seed: u64, index: u64) -> [ProfileError; 2] {
     let ([tau, g, position], _) = parameters(seed ^ 0x10e6, index);
     let theta_o = grid::theta_at(position);
@@ -133,7 +133,7 @@ pub fn check_longitudinal(tables: &TableData, photons: u64, seed: u64, index: u6
     })
 }
 
-/// Mean, 95th percentile and maximum of some values.
+/// Mean, 95th percentile and maximum of values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Summary {
     /// Mean.
@@ -144,7 +144,7 @@ pub struct Summary {
     pub max: f64,
 }
 
-/// Summarises `values`, of which there is at least one.
+/// Mean, 95th percentile and maximum of `values`, which must not be empty.
 pub fn summary(mut values: Vec<f64>) -> Summary {
     values.sort_by(f64::total_cmp);
     let n = values.len();

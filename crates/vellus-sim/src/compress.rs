@@ -1,29 +1,30 @@
-//! Non-negative rank-one sums by weighted hierarchical alternating least squares
-//! (Yan17 Sec. 4.3 uses unconstrained CP-ALS).
+//! Compresses profiles into sums of rank-one terms by weighted hierarchical alternating least squares.
 //!
-//! D13: non-negative factors cost rank (40 in place of 16 for C^N), and pay it back: no profile is ever
-//! negative, normalising is one sum, and sampling is exact. All fits into 119 KB.
+//! D13: factors are non-negative, where Yan17 Sec. 4.3 uses unconstrained CP-ALS. This needs a higher rank (40 instead
+//! of 16 for C^N), but no profile is negative, normalisation is one sum, and sampling is exact. All tables fit into 119
+//! KB.
 //!
-//! Each profile is first scaled by the inverse square root of its norm, which the query's own
-//! normalisation undoes: without it the sharp forward peaks of g → 0.95 would take all components.
+//! Each profile is first scaled by the inverse square root of its norm. The normalisation at the query undoes it.
+//! Without the scale, the sharp forward peaks of g → 0.95 would use up all components.
 
 use crate::medulla::stream;
 use ndarray::{Array2, ArrayView2, Axis, s};
 use rand::Rng;
 use vellus::FactorTable;
 
-/// A table to compress: profiles over three parameters, in `values` one a row, the third fastest.
+/// A table to compress: profiles over three parameters. Each row of `values` is a profile, and the third parameter
+/// varies fastest.
 pub struct Problem {
-    /// Nodes of the three parameters.
+    /// Number of nodes of the three parameters.
     pub nodes: [usize; 3],
     /// `nodes[0]·nodes[1]·nodes[2]` profiles × outgoing angles.
     pub values: Array2<f32>,
-    /// Weight of each outgoing angle, which may depend on the third parameter (`nodes[2]` × outgoing
-    /// angles): the measure cos θᵢ dθᵢ, and 0 where a shifted profile has no value.
+    /// Weight of each outgoing angle, by the third parameter (`nodes[2]` × outgoing angles): the measure cos θᵢ dθᵢ,
+    /// and 0 where a shifted profile has no value.
     pub weights: Array2<f32>,
 }
 
-/// Row-wise Khatri–Rao product: row (i, j) is the elementwise product of rows i and j.
+/// The row-wise Khatri–Rao product: row (i, j) is the elementwise product of rows i and j.
 fn khatri_rao(a: &Array2<f32>, b: &Array2<f32>) -> Array2<f32> {
     let (n, m, rank) = (a.nrows(), b.nrows(), a.ncols());
     Array2::from_shape_fn((n * m, rank), |(ij, r)| a[[ij / m, r]] * b[[ij % m, r]])
@@ -31,8 +32,8 @@ fn khatri_rao(a: &Array2<f32>, b: &Array2<f32>) -> Array2<f32> {
 
 /// One pass of projected coordinate descent for min ½ fᵀG f + ½ ridge |f|² − m·f, f ≥ 0.
 ///
-/// The ridge, 1e-9 of the largest diagonal element, pulls to zero what no data constrains: weights
-/// of components that lie wholly outside the angles a profile has.
+/// The ridge is 1e-9 of the largest diagonal element. It pulls unconstrained values to zero: weights of components that
+/// are completely outside the angles of a profile.
 fn descend(f: &mut [f32], m: &[f32], g: ArrayView2<'_, f32>) {
     let ridge = 1e-9 * g.diag().iter().fold(1e-6f32, |a, &x| a.max(x));
     for r in 0..f.len() {
@@ -52,13 +53,14 @@ fn descend_rows(f: &mut Array2<f32>, m: &Array2<f32>, gram: impl Fn(usize) -> Ar
     }
 }
 
-/// Compresses to `rank` components in `sweeps` sweeps; `tick` is called after each.
+/// Compresses a table to `rank` components in `sweeps` sweeps. `tick` is called after each sweep. The result depends on
+/// `seed` only.
 pub fn compress(problem: &Problem, rank: usize, sweeps: usize, seed: u64, tick: &dyn Fn()) -> FactorTable {
     let [n0, n1, n2] = problem.nodes;
     let outgoing = problem.values.ncols();
     let third = |row: usize| problem.weights.row(row % n2);
 
-    // Weighted, scaled data W∘X; X itself is not needed.
+    // The weighted and scaled data W∘X. X itself is not needed.
     let mut data = problem.values.clone();
     for (i, mut row) in data.axis_iter_mut(Axis(0)).enumerate() {
         let norm: f32 = row.iter().zip(third(i)).map(|(x, w)| w * x * x).sum();
@@ -66,7 +68,7 @@ pub fn compress(problem: &Problem, rank: usize, sweeps: usize, seed: u64, tick: 
         row.iter_mut().zip(third(i)).for_each(|(x, w)| *x *= scale * w);
     }
 
-    // Start: random weights, and as components smoothed profiles from all over the table.
+    // Initial values: random weights, and smoothed random profiles of the table as components.
     let mut rng = stream(seed, 0);
     let mut uniform = || (rng.next_u64() >> 40) as f32 / (1u64 << 24) as f32;
     let mut factors = [n0, n1, n2].map(|n| Array2::from_shape_simple_fn((n, rank), || 0.3 + uniform()));
@@ -129,7 +131,7 @@ pub fn compress(problem: &Problem, rank: usize, sweeps: usize, seed: u64, tick: 
         }
         tick();
     }
-    // Angles no profile has a value for continue their neighbours: interpolation may touch them.
+    // Angles without values get those of their neighbours, because interpolation may use them.
     let seen: Vec<bool> = problem.weights.axis_iter(Axis(1)).map(|w| w.iter().any(|&w| w > 0.0)).collect();
     for j in 1..outgoing {
         if !seen[j] {
@@ -140,7 +142,7 @@ pub fn compress(problem: &Problem, rank: usize, sweeps: usize, seed: u64, tick: 
     rescale(factors, b)
 }
 
-/// Each row's outer product with itself, flattened: n × rank².
+/// The outer product of each row with itself, flattened: n × rank².
 fn khatri_rao_self(f: &Array2<f32>) -> Array2<f32> {
     let (n, rank) = f.dim();
     Array2::from_shape_fn((n, rank * rank), |(i, rs)| f[[i, rs / rank]] * f[[i, rs % rank]])
@@ -150,9 +152,10 @@ fn square(values: Vec<f32>, rank: usize) -> Array2<f32> {
     Array2::from_shape_vec((rank, rank), values).expect("rank² values")
 }
 
-/// Brings all factors into the range where half floats are precise: over g, h or θ and the outgoing
-/// angle with maximum 1, the common scale in the first, whose largest value becomes 1000 (a table
-/// is normalised at the query, so that only ratios matter).
+/// Scales all factors to a range in which half floats are precise.
+///
+/// The factors over g, over h or θ, and over the outgoing angle get the maximum 1. The first factor gets the common
+/// scale, and its maximum becomes 1000. Queries normalise a table, so only ratios matter.
 fn rescale(mut factors: [Array2<f32>; 3], mut b: Array2<f32>) -> FactorTable {
     let rank = b.ncols();
     for r in 0..rank {

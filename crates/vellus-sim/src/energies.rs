@@ -9,7 +9,7 @@ use vellus::{Error, Fiber};
 
 pub use crate::tracer::Fate;
 
-/// Energies with their standard errors, RGB.
+/// Energies with their standard errors, RGB, as fractions of the light that hits the fibre.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Energies {
     /// Photons traced.
@@ -18,24 +18,26 @@ pub struct Energies {
     pub mean: [[f64; 3]; 6],
     /// Standard error of each mean.
     pub error: [[f64; 3]; 6],
-    /// Mean and standard error of all that leaves: their sum but for [`Fate::Guided`].
+    /// Mean and standard error of all light that leaves: the sum without [`Fate::Guided`].
     pub total: [[f64; 3]; 2],
 }
 
-/// Offsets across the fibre the light comes in at.
+/// Offsets at which light enters the fibre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Offsets {
-    /// One offset h.
+    /// One offset h, in [−1, 1].
     At(f64),
     /// Uniform over the whole width.
     Whole,
 }
 
-/// Traces `photons` photons arriving from inclination `theta_o` (radians, |θ_o| < 90°). The result
-/// depends on the seed, not on the number of threads. `tick` is called with the photons done.
+/// Energies of light that arrives at inclination `theta_o` (radians, |θ_o| < 90°), from `photons` ≥ 2 photons.
+///
+/// The result depends on the seed, but not on the number of threads. `tick` is called with the number of photons after
+/// each batch.
 ///
 /// # Errors
-/// [`Error::OutOfRange`] where [`Fiber::validate`] finds one, or for `theta_o` or an offset out of range.
+/// [`Error::OutOfRange`] if [`Fiber::validate`] returns it, or if `theta_o`, an offset or `photons` is out of range.
 pub fn energies(
     fiber: &Fiber,
     theta_o: f64,
@@ -73,7 +75,7 @@ pub fn energies(
                 let mut photon = [[0.0; 3]; 6];
                 let h = match offsets {
                     Offsets::At(h) => h,
-                    // Stratified over the width; the error is then overestimated, never under.
+                    // Stratified over the width. The standard error is therefore an overestimate.
                     Offsets::Whole => 2.0 * (k as f64 + f64::from(uniform2(&mut rng).0)) / photons as f64 - 1.0,
                 };
                 tracer.photon(theta_o, h, &mut rng, &mut |fate, _, energy| {
@@ -85,13 +87,13 @@ pub fn energies(
             sums
         })
         .collect();
-    // Added up in the order of the chunks.
+    // The order of the sum does not depend on threads.
     let mut all = Sums::default();
     sums.iter().for_each(|s| all.merge(s));
     Ok(all.energies(photons))
 }
 
-/// Sums of energies and of their squares; the last row is the total that leaves.
+/// Sums of energies and of their squares. The last row is the total that leaves.
 #[derive(Clone, Default)]
 struct Sums {
     first: [[f64; 3]; 7],

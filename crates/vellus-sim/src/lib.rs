@@ -1,11 +1,23 @@
-//! Simulations behind the `vellus` fur model.
+//! Monte Carlo simulations for the `vellus` fur model: the scattering medulla, and whole fibres.
 //!
-//! - [`medulla`]: light in a purely scattering cylinder, the source of the tables.
-//! - [`compress`]: those profiles as short sums of products.
-//! - [`build`]: both together, into a table file.
-//! - [`check`]: how good a table is.
-//! - [`mod@energies`]: light in the whole fibre, to judge the model by.
-//! - [`mod@profile`]: that light as a gantry would measure it, with a rough cuticle.
+//! - [`medulla`]: light in a purely scattering cylinder. The tables of the medulla come from it.
+//! - [`compress`]: compresses the simulated profiles into short sums of products.
+//! - [`build`]: simulates and compresses all profiles of a table file.
+//! - [`check`]: compares a table with new simulations.
+//! - [`mod@energies`]: energies of the paths through a whole fibre, as a reference for the model.
+//! - [`mod@profile`]: the far field of a whole fibre with a rough cuticle, as a gonioreflectometer measures it.
+//!
+//! ```
+//! use vellus::{Fiber, Species};
+//! use vellus_sim::energies::{Fate, Offsets, energies};
+//! # fn main() -> Result<(), vellus::Error> {
+//! // 10,000 photons over the whole width of a fibre, at an inclination of 30°.
+//! let fiber = Fiber::preset(Species::RedFox);
+//! let energies = energies(&fiber, 30f64.to_radians(), Offsets::Whole, 10_000, 1, &|_| ())?;
+//! let r = energies.mean[Fate::R as usize];
+//! assert!(r.iter().all(|x| (0.01..0.2).contains(x)), "{r:?}");
+//! # Ok(()) }
+//! ```
 
 pub mod build;
 pub mod check;

@@ -1,37 +1,37 @@
-//! Monte Carlo of the medulla alone: a unit-radius, infinitely long, purely scattering cylinder
-//! with the Henyey–Greenstein phase function (Yan17 Sec. 3, Fig. 4).
+//! Monte Carlo simulation of the medulla: an infinite, purely scattering cylinder of radius 1 with the
+//! Henyey–Greenstein phase function (Yan17 Sec. 3, Fig. 4).
 //!
-//! Every photon is forced to scatter at least once, so the profiles are *conditional* densities
-//! (D5) and their limit for vanishing optical radius, single scattering, is simulated like any
-//! other case: the first collision then lies anywhere on the chord with equal probability.
+//! Every photon is forced to scatter at least once, so the profiles are *conditional* densities (D5). The limit of
+//! vanishing optical radius, which is single scattering, needs no special case: the first collision is then uniform on
+//! the chord.
 //!
-//! Frame: the axis is x. Light arrives travelling along azimuth π, so that an exit azimuth of 0
-//! is backward and π straight through. A ray of offset `h` enters at azimuth −asin h.
+//! Frame: the axis is x. Light travels along azimuth π, so an exit azimuth of 0 is backward and π is straight through.
+//! A ray of offset `h` enters at azimuth −asin h.
 
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::f32::consts::TAU;
 
-/// The generator behind every simulation: small, fast and the same on every platform.
+/// The random generator of all simulations. It is small, fast and gives the same numbers on every platform.
 pub type SimRng = Xoshiro256PlusPlus;
 
-/// Generator number `stream` of the family `seed`. Streams make results independent of threads.
+/// The random generator for a seed and a stream. One stream per batch makes results independent of threads.
 pub fn stream(seed: u64, stream: u64) -> SimRng {
-    // Two rounds of seed_from_u64's SplitMix decorrelate neighbouring stream numbers.
+    // Two rounds of SplitMix (in `seed_from_u64`) decorrelate neighbouring stream numbers.
     SimRng::seed_from_u64(SimRng::seed_from_u64(seed).next_u64() ^ stream.wrapping_mul(0x9e37_79b9_7f4a_7c15))
 }
 
-/// Two uniform numbers in [0, 1) from one draw.
+/// Two uniform numbers in [0, 1) from one 64-bit draw.
 pub(crate) fn uniform2(rng: &mut SimRng) -> (f32, f32) {
     const SCALE: f32 = 1.0 / (1 << 24) as f32;
     let bits = rng.next_u64();
     ((bits >> 40) as f32 * SCALE, ((bits >> 8) as u32 & 0xff_ffff) as f32 * SCALE)
 }
 
-/// A direction, or a position of which only the last two components matter.
+/// A direction, or a position whose first component is unused.
 pub(crate) type Vec3 = [f32; 3];
 
-/// Turns `d` by a Henyey–Greenstein deflection of anisotropy `g`.
+/// Scatters direction `d` by the Henyey–Greenstein phase function with anisotropy `g`.
 pub(crate) fn scatter(d: Vec3, g: f32, rng: &mut SimRng) -> Vec3 {
     let (xi, psi) = uniform2(rng);
     let cos = if g.abs() < 1e-3 {
@@ -59,7 +59,7 @@ pub(crate) fn scatter(d: Vec3, g: f32, rng: &mut SimRng) -> Vec3 {
     [r[0] * n, r[1] * n, r[2] * n]
 }
 
-/// Distance along `d` from `p`, inside the infinite cylinder of radius 1, to its surface.
+/// Distance along `d` from `p` inside the infinite unit cylinder to its surface.
 fn exit_distance(p: Vec3, d: Vec3) -> f32 {
     let a = (d[1] * d[1] + d[2] * d[2]).max(1e-20);
     let b = p[1] * d[1] + p[2] * d[2];
@@ -67,22 +67,23 @@ fn exit_distance(p: Vec3, d: Vec3) -> f32 {
     (-b + (b * b - a * c).sqrt()) / a
 }
 
-/// What left the medulla: the direction of travel and the whole path length inside, in radii.
+/// Light that leaves the medulla: its direction, and the length of its path inside, in radii.
 pub(crate) struct Exit {
     pub direction: Vec3,
     pub path: f32,
 }
 
-/// One photon of optical radius `tau`, entering at offset `h` with inclination `theta` (its
-/// sine and cosine), forced to scatter. Returns what left and the weight of the forced
-/// collision: the chord's collision probability per unit `tau`.
+/// Traces one photon that is forced to scatter.
+///
+/// `tau` is the optical radius, `h` the offset, and the pair is the sine and cosine of the inclination. Returns the
+/// exit and the weight of the forced collision: the collision probability of the chord, per unit `tau`.
 pub(crate) fn trace(tau: f32, g: f32, h: f32, (sin, cos): (f32, f32), rng: &mut SimRng) -> (Exit, f32) {
     let half = (1.0 - h * h).max(0.0).sqrt();
     let chord = 2.0 * half / cos;
     let mut d = [-sin, -cos, 0.0];
     let (xi, _) = uniform2(rng);
     let x = tau * chord;
-    // Below 1e-4 the collision density along the chord is flat to 1e-4 of itself.
+    // Below 1e-4, the collision density along the chord is constant to a relative 1e-4.
     let (first, weight) = if x < 1e-4 {
         (xi * chord, chord)
     } else {
@@ -96,7 +97,7 @@ pub(crate) fn trace(tau: f32, g: f32, h: f32, (sin, cos): (f32, f32), rng: &mut 
         let out = exit_distance(p, d);
         let (xi, _) = uniform2(rng);
         let free = -(1.0 - xi).ln();
-        // Compared as optical depths, so that tau = 0 needs no case of its own.
+        // The comparison of optical depths also works for tau = 0.
         if free >= tau * out {
             path += out;
             return (Exit { direction: d, path }, weight);
@@ -108,16 +109,18 @@ pub(crate) fn trace(tau: f32, g: f32, h: f32, (sin, cos): (f32, f32), rng: &mut 
     }
 }
 
-/// The azimuthal profile of one (τ, g, h): density over exit azimuth and mean path.
+/// The azimuthal profile for one (τ, g, h): density over the exit azimuth, and mean path.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AzimuthalProfile {
-    /// Density per radian at φ = 2π j/n, each the mean over a bin centred there.
+    /// Density per radian at φ = 2π j/n: means over bins with these centres.
     pub density: Vec<f64>,
     /// Mean path ⟨L⟩ of scattered light inside the medulla, from entry to exit, in radii.
     pub mean_path: f64,
 }
 
-/// Simulates C^N: rays in the normal plane at offset `h`, `photons` of them, into `bins` bins.
+/// Simulates C^N, with `photons` rays in the normal plane and a histogram of `bins` bins.
+///
+/// `tau` is the optical radius σ_m,s κ of the medulla, `g` the anisotropy in (−1, 1), `h` the offset in [−1, 1].
 pub fn azimuthal(tau: f64, g: f64, h: f64, photons: u64, bins: usize, rng: &mut SimRng) -> AzimuthalProfile {
     let mut counts = vec![0u64; bins];
     let mut path = 0.0;
@@ -132,29 +135,30 @@ pub fn azimuthal(tau: f64, g: f64, h: f64, photons: u64, bins: usize, rng: &mut 
     AzimuthalProfile { density: counts.iter().map(|&c| c as f64 * scale).collect(), mean_path: path / photons as f64 }
 }
 
-/// The longitudinal profile of one (τ, g, θ): densities in sin θᵢ of the backward half
-/// (|φ| < π/2) and the forward half, each with integral 1.
+/// The longitudinal profile for one (τ, g, θ): densities in sin θᵢ of the backward half (|φ| < π/2) and the forward
+/// half, each with integral 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LongitudinalProfile {
-    /// Backward and forward densities at θ = −90° + 180° j/(n−1), means over bins centred there.
+    /// Backward and forward densities at θ = −90° + 180° j/(n−1): means over bins with these centres.
     pub density: [Vec<f64>; 2],
     /// Fraction of the scattered light in the backward and the forward half.
     pub fraction: [f64; 2],
 }
 
-/// sin θ at the borders of the bins centred on the nodes θ = −90° + 180° j/(n−1): n + 1 values.
+/// sin θ at the borders of the bins with centres θ = −90° + 180° j/(n−1): n + 1 values.
 pub fn longitudinal_borders(nodes: usize) -> Vec<f64> {
     let step = std::f64::consts::PI / (nodes - 1) as f64;
     let quarter = std::f64::consts::FRAC_PI_2;
     (0..=nodes).map(|j| ((j as f64 - 0.5) * step - quarter).clamp(-quarter, quarter).sin()).collect()
 }
 
-/// Simulates C^M: rays inclined at `theta` ≥ 0 (radians) over all offsets.
+/// Simulates C^M, with `photons` rays at inclination `theta` ≥ 0 (radians) over all offsets, and `nodes` bins for each
+/// half.
 pub fn longitudinal(tau: f64, g: f64, theta: f64, photons: u64, nodes: usize, rng: &mut SimRng) -> LongitudinalProfile {
     let mut weights = [vec![0.0f64; nodes], vec![0.0f64; nodes]];
     let inclination = (theta.sin() as f32, theta.cos() as f32);
     for k in 0..photons {
-        // Offsets stratified over the width; by symmetry one side serves for both.
+        // Offsets are stratified. By symmetry, one side of the fibre is enough.
         let h = ((k as f64 + f64::from(uniform2(rng).0)) / photons as f64) as f32;
         let (exit, weight) = trace(tau as f32, g as f32, h, inclination, rng);
         let half = usize::from(exit.direction[1] < 0.0);
@@ -178,8 +182,8 @@ pub fn longitudinal(tau: f64, g: f64, theta: f64, photons: u64, nodes: usize, rn
 mod tests {
     use super::*;
 
-    /// In a purely scattering body under isotropic light the mean path of all that enters is the mean
-    /// chord 4V/S, whatever scatters inside (Blanco and Fournier 2003): 2 for the unit cylinder.
+    /// In a purely scattering body under isotropic light, the mean path is the mean chord 4V/S, whatever the scattering
+    /// is (Blanco and Fournier 2003). For the unit cylinder this is 2.
     #[test]
     fn mean_path_under_isotropic_light_is_the_mean_chord() {
         for (tau, g) in [(0.3, 0.0), (2.0, 0.7), (8.0, 0.9)] {
@@ -187,7 +191,7 @@ mod tests {
             let n = 200_000;
             let (mut sum, mut square) = (0.0, 0.0);
             for k in 0..n {
-                // Offsets uniform; inclinations with density cos², by rejection.
+                // Offsets are uniform. Inclinations have density cos², by rejection sampling.
                 let h = 2.0 * (k as f32 + 0.5) / n as f32 - 1.0;
                 let theta = loop {
                     let (a, b) = uniform2(&mut rng);

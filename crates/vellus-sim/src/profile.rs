@@ -1,8 +1,4 @@
-//! The whole fibre as a gantry would measure it, with a rough cuticle and tilted scales.
-//!
-//! Facets are turned against the smooth surface by −α/2 along the fibre, with normal deviates of β_m/2 along and β_n/2 around
-//! it: light they reflect is then turned by α, β_m and β_n, as the lobe R of the model is. What that does to TT and TRT is
-//! traced, and differs from Yan17 Table 2.
+//! The far field of a whole fibre, with a rough cuticle and tilted scales, as a gonioreflectometer measures it.
 
 use crate::medulla::{stream, uniform2};
 use crate::tracer::{CHUNK, Fate, Surface, Tracer};
@@ -10,26 +6,28 @@ use rayon::prelude::*;
 use std::f64::consts::TAU;
 use vellus::{Error, Fiber};
 
-/// Cells of equal angles, θ and φ in radians.
+/// A grid of cells over θ and φ, in radians.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cells {
-    /// θ of the middles.
+    /// θ of the centres, ascending and equidistant.
     pub theta: Vec<f64>,
-    /// φ of the middles.
+    /// φ of the centres, ascending and equidistant.
     pub phi: Vec<f64>,
-    /// Extent of a cell over θ and over φ.
+    /// Width of a cell in θ and in φ.
     pub size: [f64; 2],
 }
 
-/// Chunks whose histograms are held at a time.
+/// Number of chunks whose histograms are in memory at a time.
 const BATCH: u64 = 64;
 
-/// Energy per solid angle that leaves into each cell, RGB, row by row over θ: what f·cos θᵢ of the model stands for, averaged over
-/// the cell. `photons` are traced, arriving from inclination `theta_o` (radians) over the whole width. The result depends on the
-/// seed, not on the number of threads. `tick` is called with the photons done.
+/// Energy per solid angle that leaves into each cell, RGB, row by row over θ.
+///
+/// This is f·cos θᵢ of the far field, averaged over each cell. The photons arrive at inclination `theta_o` (radians)
+/// over the whole width of the fibre. The result depends on the seed, but not on the number of threads. `tick` is
+/// called with the number of photons after each batch.
 ///
 /// # Errors
-/// [`Error::OutOfRange`] where [`Fiber::validate`] finds one.
+/// [`Error::OutOfRange`] if [`Fiber::validate`] returns it.
 pub fn profile(
     fiber: &Fiber,
     theta_o: f64,
@@ -78,13 +76,13 @@ pub fn profile(
 }
 
 impl Cells {
-    /// Adds what leaves: half to its cells, half to those of its mirror image, as all offsets are there with both signs.
+    /// Adds light that leaves. Half of it goes to the mirror image in φ, because offsets have both signs.
     fn add(&self, sums: &mut [[f64; 3]], direction: [f64; 3], energy: [f64; 3]) {
         let theta = direction[0].clamp(-1.0, 1.0).asin();
         let phi = direction[2].atan2(direction[1]);
         let Some(row) = index(&self.theta, self.size[0], theta) else { return };
         for phi in [phi, -phi] {
-            // A range of more than a turn would have some directions twice.
+            // If the cells cover more than a full turn, some directions belong to two cells.
             for turn in [-TAU, 0.0, TAU] {
                 if let Some(column) = index(&self.phi, self.size[1], phi + turn) {
                     let sum = &mut sums[row * self.phi.len() + column];
@@ -95,7 +93,7 @@ impl Cells {
     }
 }
 
-/// The cell, of those with equidistant ascending middles, that an angle lies in.
+/// The index of the cell with an angle. The centres are equidistant and ascending.
 fn index(middles: &[f64], size: f64, angle: f64) -> Option<usize> {
     let step = if middles.len() > 1 { middles[1] - middles[0] } else { size };
     let nearest = ((angle - middles.first()?) / step).round();

@@ -10,24 +10,25 @@
 use crate::medulla::{SimRng, Vec3, scatter, uniform2};
 use std::f64::consts::TAU;
 use vellus::Fiber;
-use vellus::oracle::fresnel;
+use vellus_reference::exact::fresnel;
 
-/// Photons traced by one random stream; the unit of work for threads.
+/// Photons of one random stream. This is the unit of work of a thread.
 pub(crate) const CHUNK: u64 = 1 << 14;
 
-/// Below this share of its initial energy a photon plays Russian roulette.
+/// A photon with less than this fraction of its initial energy is subject to Russian roulette.
 const ROULETTE: f64 = 1e-3;
 
-/// Photons that have met the cuticle more often than this play Russian roulette each time, with this chance to go on.
+/// A photon that hit the cuticle more often than this is subject to Russian roulette at each hit.
 const LONG: u32 = 100;
+/// Probability to survive that roulette.
 const SURVIVE: f64 = 0.9;
 
-/// What became of the light, as a fraction of what hit the fibre's width.
+/// What happened to light that hit the fibre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fate {
     /// Reflected outside.
     R,
-    /// Left at the first chance, unscattered.
+    /// Left at the first interface, unscattered.
     Tt,
     /// Left after one internal reflection, unscattered.
     Trt,
@@ -35,21 +36,25 @@ pub enum Fate {
     Higher,
     /// Left after scattering in the medulla at least once.
     Scattered,
-    /// Trapped by total reflection and not absorbed: guided along the infinite fibre.
+    /// Trapped by total internal reflection and not absorbed: guided along the infinite fibre.
     Guided,
 }
 
 impl Fate {
-    /// All of them, in the order of [`Energies::mean`].
+    /// All fates, in the order of [`Energies::mean`](crate::energies::Energies::mean).
     pub const ALL: [Fate; 6] = [Fate::R, Fate::Tt, Fate::Trt, Fate::Higher, Fate::Scattered, Fate::Guided];
 
-    /// The key used in files.
+    /// The name in files.
     pub fn key(self) -> &'static str {
         ["R", "TT", "TRT", "higher", "scattered", "guided"][self as usize]
     }
 }
 
-/// How the cuticle's facets lie against a smooth cylinder; radians.
+/// Orientation of the cuticle's facets against a smooth cylinder, in radians.
+///
+/// Facets are tilted by −α/2 along the fibre, with normal deviates of β_m/2 along and β_n/2 around it. Light that they
+/// reflect is then deflected by α, β_m and β_n, as in the lobe R of the model. The effect on TT and TRT is traced. It
+/// differs from Yan17 Table 2.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Surface {
     tilt: f64,
@@ -61,13 +66,13 @@ impl Surface {
     /// A smooth cylinder.
     pub const SMOOTH: Surface = Surface { tilt: 0.0, along: 0.0, around: 0.0 };
 
-    /// The one whose reflection has the width and shift of the lobe R.
+    /// The surface whose reflection has the shift and widths of the lobe R.
     pub fn of(fiber: &Fiber) -> Self {
         let half = |x: f32| 0.5 * f64::from(x);
         Surface { tilt: -half(fiber.alpha), along: half(fiber.beta_m), around: half(fiber.beta_n) }
     }
 
-    /// Draws the normal of a facet at `p`.
+    /// Samples the normal of a facet at `p`.
     pub fn facet(&self, p: [f64; 2], rng: &mut SimRng) -> [f64; 3] {
         // Two normal deviates (Box and Muller 1958).
         let (u, v) = uniform2(rng);
@@ -79,7 +84,7 @@ impl Surface {
     }
 }
 
-/// The fibre in f64.
+/// A fibre in f64.
 pub(crate) struct Tracer {
     eta: f64,
     layers: f64,
@@ -91,12 +96,13 @@ pub(crate) struct Tracer {
     surface: Surface,
 }
 
-/// What the cuticle does to light that meets it.
+/// Reflection and refraction at the cuticle.
 struct Meeting {
-    /// Share reflected.
+    /// Fraction that is reflected.
     f: f64,
+    /// Direction of reflected light.
     reflected: [f64; 3],
-    /// Meaningless under total reflection.
+    /// Direction of refracted light. It has no meaning under total reflection.
     refracted: [f64; 3],
 }
 
@@ -118,12 +124,12 @@ impl Tracer {
         }
     }
 
-    /// Reflectance of the cuticle from outside, at the cosine of incidence there.
+    /// Reflectance of the cuticle, by the cosine of the angle of incidence outside.
     fn reflectance(&self, cos_outside: f64) -> f64 {
         fresnel(self.eta, self.layers, cos_outside)
     }
 
-    /// Light travelling along `d` meets a facet of the cuticle with normal `n`.
+    /// Reflection and refraction of light with direction `d` at a facet with normal `n`.
     fn meet(&self, d: [f64; 3], n: [f64; 3], entering: bool) -> Meeting {
         let along = dot(d, n);
         let (cos, ratio, side) = if entering { (-along, 1.0 / self.eta, 1.0) } else { (along, self.eta, -1.0) };
@@ -138,8 +144,10 @@ impl Tracer {
         }
     }
 
-    /// Light meets the cuticle at `p`, where the smooth normal is `p` itself. A rough facet is drawn again where light would meet
-    /// its back, or leave it to the wrong side of the smooth surface: the fibre is convex, and nothing is met twice.
+    /// Light with direction `d` hits the cuticle at `p`, where the smooth normal is `p` itself.
+    ///
+    /// A rough facet is sampled again if light would hit its back, or leave to the wrong side of the smooth surface.
+    /// The fibre is convex, so light does not hit two facets in sequence.
     fn cuticle(&self, p: [f64; 2], d: [f64; 3], entering: bool, rng: &mut SimRng) -> Meeting {
         let smooth = [0.0, p[0], p[1]];
         if self.surface == Surface::SMOOTH {
@@ -160,7 +168,7 @@ impl Tracer {
         self.meet(d, smooth, entering)
     }
 
-    /// Traces one photon; `record` is told what leaves, in which direction, with what energy.
+    /// Traces one photon. `record` gets the fate, direction and energy (RGB) of all light that leaves.
     pub(crate) fn photon(
         &self,
         theta_o: f64,
@@ -168,10 +176,10 @@ impl Tracer {
         rng: &mut SimRng,
         record: &mut impl FnMut(Fate, [f64; 3], [f64; 3]),
     ) {
-        // Arrives travelling along azimuth π; normal at azimuth −γ.
+        // The photon travels along azimuth π. The normal at the hit has azimuth −γ.
         let mut p = [(1.0 - h * h).max(0.0).sqrt(), -h];
         let arriving = [-theta_o.sin(), -theta_o.cos(), 0.0];
-        // The first decision is split, not gambled: R exactly, and the rest goes on inside.
+        // The first hit splits the energy: R is exact, and the rest enters the fibre.
         let entry = self.cuticle(p, arriving, true, rng);
         record(Fate::R, entry.reflected, [entry.f; 3]);
         let start = 1.0 - entry.f;
@@ -182,7 +190,7 @@ impl Tracer {
         let mut scattered = false;
         let mut pass = 1;
         loop {
-            // To the cuticle, scattering in the medulla on the way.
+            // Travels to the cuticle, with scattering in the medulla.
             let missed = loop {
                 match self.travel(&mut p, &mut d, &mut energy, rng) {
                     Event::Scattered => scattered = true,
@@ -190,7 +198,7 @@ impl Tracer {
                 }
             };
             let exit = self.cuticle(p, d, false, rng);
-            // Split at each interface: what leaves is recorded, what stays goes on.
+            // Each hit splits the energy: one part leaves and is recorded, the other stays inside.
             let fate = match (scattered, pass) {
                 (true, _) => Fate::Scattered,
                 (false, 1) => Fate::Tt,
@@ -201,8 +209,8 @@ impl Tracer {
                 record(fate, exit.refracted, energy.map(|e| e * (1.0 - exit.f)));
             }
             energy = energy.map(|e| e * exit.f);
-            // Totally reflected by a smooth cuticle on a path that misses the medulla: so it will be for ever. What
-            // the cortex does not absorb is guided along the fibre.
+            // After total reflection by a smooth cuticle, a path that misses the medulla repeats forever. The fibre
+            // guides what the cortex does not absorb.
             if exit.f >= 1.0 && missed && self.surface == Surface::SMOOTH {
                 record(Fate::Guided, d, [0, 1, 2].map(|c| if self.sigma_ca[c] == 0.0 { energy[c] } else { 0.0 }));
                 return;
@@ -218,7 +226,7 @@ impl Tracer {
                 }
                 energy = energy.map(|e| e / survive);
             }
-            // A rough cuticle lets all light out in the end, but nothing says when.
+            // A rough cuticle releases all light in the end, but after an unbounded number of hits.
             if pass > LONG {
                 if f64::from(uniform2(rng).0) >= SURVIVE {
                     return;
@@ -230,7 +238,7 @@ impl Tracer {
         }
     }
 
-    /// Goes on to the next scattering or to the cuticle, absorbing on the way.
+    /// Moves the photon to the next scattering event or to the cuticle, with absorption.
     fn travel(&self, p: &mut [f64; 2], d: &mut [f64; 3], energy: &mut [f64; 3], rng: &mut SimRng) -> Event {
         let a = (d[1] * d[1] + d[2] * d[2]).max(1e-30);
         let b = p[0] * d[1] + p[1] * d[2];
@@ -257,7 +265,7 @@ impl Tracer {
                 *p = [p[0] + t * d[1], p[1] + t * d[2]];
                 let turned: Vec3 = scatter(d.map(|x| x as f32), self.g, rng);
                 *d = turned.map(f64::from);
-                // Single precision leaves the length off by 1e-7.
+                // `scatter` is in single precision: the length is off by 1e-7.
                 let norm = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
                 *d = d.map(|x| x / norm);
                 return Event::Scattered;
@@ -274,8 +282,9 @@ impl Tracer {
 
 enum Event {
     Scattered,
-    /// Reached the cuticle, having missed the medulla altogether or not.
+    /// Reached the cuticle.
     Cuticle {
+        /// Whether the path missed the medulla.
         missed: bool,
     },
 }

@@ -1,4 +1,4 @@
-//! The simulations against what is known exactly, and the tables built from them.
+//! Compares the simulations with exact results, and the tables with the simulations.
 
 use std::f64::consts::{PI, TAU};
 use vellus::{Bcsdf, Fiber, Species, TableData, Tables, Window};
@@ -6,8 +6,9 @@ use vellus_sim::build::Quality;
 use vellus_sim::check::{TableKind, check_azimuthal, check_longitudinal, summary};
 use vellus_sim::energies::{Fate, Offsets, energies};
 use vellus_sim::medulla::{azimuthal, longitudinal, longitudinal_borders, stream};
+use vellus_testing::significance::{max_abs_z, max_unseen_mean};
 
-/// Henyey–Greenstein over the azimuth only: ∫ p(cos θ cos φ) cos θ dθ, φ from straight on.
+/// The Henyey–Greenstein phase function over the azimuth: ∫ p(cos θ cos φ) cos θ dθ, with φ from the forward direction.
 fn marginal(g: f64, phi: f64) -> f64 {
     let n = 4000;
     (0..n)
@@ -28,7 +29,7 @@ fn thin_medulla_scatters_once() {
         let profile = azimuthal(0.0, g, h, photons, 36, &mut stream(3, 0));
         let chi2: f64 = (0..36)
             .map(|j| {
-                // Bins centred on their azimuth; 40 points each.
+                // Bins around their azimuth, with 40 points each.
                 let at = |k: i32| (f64::from(j) + (f64::from(k) + 0.5) / 40.0 - 0.5) * TAU / 36.0 - PI;
                 let p = (0..40).map(|k| marginal(g, at(k))).sum::<f64>() / 40.0 * TAU / 36.0;
                 let (o, e) = (profile.density[j as usize] * TAU / 36.0 * photons as f64, p * photons as f64);
@@ -60,8 +61,8 @@ fn threads_do_not_change_the_tables() {
     assert_eq!(many.len(), quality.slab_len(slab));
 }
 
-/// A smoke-quality build, all the way to a table that the model uses. Its profiles are coarse (2.5°, few
-/// nodes, 10,000 photons): within 10 % on average.
+/// A build of low quality, up to a table that the model uses. Its profiles are coarse (2.5°, few nodes, 10,000
+/// photons), so the mean error is up to 10 %.
 #[test]
 fn smoke_build_makes_usable_tables() {
     let quality = Quality::smoke();
@@ -75,14 +76,14 @@ fn smoke_build_makes_usable_tables() {
         let l1 = summary(errors.iter().filter(own).map(|e| (e.l1.powi(2) - e.noise.powi(2)).max(0.0).sqrt()).collect());
         assert!(l1.mean < 0.1, "{}: {l1:?}", kind.name());
     }
-    let tables = Tables::new(&data);
+    let tables = Tables::new(&data).unwrap();
     let bcsdf = Bcsdf::with_tables(&Fiber::preset(Species::Cat), &tables).unwrap();
     let f = bcsdf.at(glam::Vec3::Y, Window::near(0.1)).eval(-glam::Vec3::Y).total();
     assert!(f[0] > 0.0 && f[0].is_finite());
 }
 
-/// The shipped tables, quickly: a few random profiles against 2,000,000 photons, the noise taken off in
-/// quadrature. The full check is `vellus table check`.
+/// A quick check of the shipped tables: a few random profiles against 2,000,000 photons, with the noise subtracted in
+/// quadrature. `vellus table check` is the full check.
 #[test]
 fn shipped_tables_match_simulation() {
     let data = TableData::from_bytes(Tables::SHIPPED).unwrap();
@@ -98,11 +99,14 @@ fn shipped_tables_match_simulation() {
     }
 }
 
-/// R, TT and TRT of the model are those of the whole fibre: within 1 % or three standard errors,
-/// ten presets, three inclinations.
+/// R, TT and TRT of the model match those of the whole fibre: within 1 %, or the noise of the simulation, for ten presets
+/// and three inclinations.
 #[test]
 fn energies_match_fibre_reference() {
-    let photons = 200_000;
+    let photons = 340_000;
+    // Ten presets, three inclinations, three lobes: the bound is 3.86 standard errors.
+    let (count, false_alarm) = (Species::ALL.len() * 3 * 3, 0.01);
+    let bound = max_abs_z(count, false_alarm);
     for species in Species::ALL {
         let fiber = Fiber::preset(species);
         let bcsdf = Bcsdf::new(&fiber).unwrap();
@@ -121,29 +125,31 @@ fn energies_match_fibre_reference() {
             for fate in [Fate::R, Fate::Tt, Fate::Trt] {
                 let (m, r) = (model[fate as usize], reference.mean[fate as usize][0]);
                 let e = reference.error[fate as usize][0];
-                let allowed = (0.01 * r).max(3.0 * e);
+                // Of some lobes no photon is seen: the error of the simulation is then unknown, not zero.
+                let unseen = max_unseen_mean(photons as usize, count, false_alarm);
+                let allowed = if r == 0.0 { unseen } else { (0.01 * r).max(bound * e) };
                 assert!((m - r).abs() <= allowed, "{species} {degrees}° {}: {m} {r} ± {e}", fate.key());
             }
         }
     }
 }
 
-/// The whole-fibre reference loses no light: without absorption all leaves, or is guided.
+/// The simulation of whole fibres conserves energy: without absorption, all light leaves or is guided.
 #[test]
 fn reference_conserves_energy() {
     let fiber = Fiber { g: 0.3, ..Fiber::preset(Species::Human).without_absorption() };
     let e = energies(&fiber, 0.5, Offsets::Whole, 100_000, 4, &|_| ()).unwrap();
     let total = e.total[0][1] + e.mean[Fate::Guided as usize][1];
-    // Roulette below 1e-3 of the energy is the only noise: 1e-3·√(1e-3/1e5) and less.
+    // Roulette below 1e-3 of the energy is the only noise: at most 1e-3·√(1e-3/1e5).
     assert!((total - 1.0).abs() < 1e-4, "{total}");
     let again = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     assert_eq!(again.install(|| energies(&fiber, 0.5, Offsets::Whole, 100_000, 4, &|_| ()).unwrap()), e);
 }
 
-/// The absorption after scattering: ⟨L⟩ prices it closer than the paper's fixed path κ (D7).
+/// Absorption of scattered light: the mean path ⟨L⟩ is more accurate than the fixed path κ of the paper (D7).
 #[test]
 fn mean_path_beats_the_fixed_path() {
-    // A fibre that is all medulla, with no cuticle: what the model leaves out does not exist.
+    // A fibre that is all medulla, without a cuticle: it has none of the effects that the model ignores.
     let fiber = Fiber {
         eta: 1.0,
         kappa: 0.99,
@@ -159,15 +165,15 @@ fn mean_path_beats_the_fixed_path() {
     let bcsdf = Bcsdf::new(&fiber).unwrap();
     let ours = f64::from(bcsdf.at(glam::Vec3::Y, Window::near(h as f32)).energy().0[3][0]);
     let data = TableData::from_bytes(Tables::SHIPPED).unwrap();
-    let published = vellus::published::Published::new(&fiber, &data);
+    let published = vellus_reference::as_printed::AsPrinted::new(&fiber, &data).unwrap();
     let theirs = published.energy(0.0, h)[3][0];
-    // exp(−σ⟨L⟩) underestimates the mean of exp(−σ L): 10 % here. The fixed path overestimates by far more.
+    // exp(−σ⟨L⟩) underestimates the mean of exp(−σ L) by 10 % here. The fixed path overestimates it by far more.
     assert!((ours / exact - 1.0).abs() < 0.15, "{ours} {exact}");
     assert!((theirs / exact - 1.0).abs() > 2.0 * (ours / exact - 1.0).abs(), "{theirs} {ours} {exact}");
 }
 
-/// D12: the exit inclination of light scattered once in a thin inclined medulla depends on σ κ alone, and the
-/// azimuth on σ κ/cos θ. Compared with the joint simulation, C^M at the elongated τ would be worse.
+/// D12: if a thin inclined medulla scatters light once, the exit inclination depends on σ κ only, and the azimuth on
+/// σ κ/cos θ. Compared with the joint simulation, C^M at the elongated τ would be less accurate.
 #[test]
 fn longitudinal_tables_take_the_radial_optical_depth() {
     let data = TableData::from_bytes(Tables::SHIPPED).unwrap();
@@ -176,7 +182,7 @@ fn longitudinal_tables_take_the_radial_optical_depth() {
     let simulated = longitudinal(tau, g, theta, 2_000_000, nodes, &mut stream(8, 0));
     let borders = longitudinal_borders(nodes);
     let l1 = |tau: f64| {
-        let profiles = vellus::oracle::Profile::longitudinal(&data, tau, g, theta);
+        let profiles = vellus_reference::exact::Profile::longitudinal(&data, tau, g, theta);
         let half = |k: usize| -> f64 {
             (0..nodes)
                 .map(|j| {

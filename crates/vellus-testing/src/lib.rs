@@ -3,6 +3,7 @@
 //! Only integration tests, benchmarks and examples can use this crate. A unit test inside `vellus` would see two copies
 //! of `vellus`: the one under test and the one that this crate depends on.
 
+mod documents;
 pub mod significance;
 pub mod sphere;
 

@@ -1,15 +1,15 @@
-//! What can go wrong with a file.
+//! Errors of reading and writing USD.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// Why a file was not read or written.
+/// The reason why a file was not read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The file, or one it refers to, is missing or broken.
+    /// The file, or a file that it refers to, is missing or broken.
     #[error("{}: {what}", file.display())]
     File {
-        /// The file that was to be read or written.
+        /// The file with the problem.
         file: PathBuf,
         /// What is wrong.
         what: String,
@@ -19,26 +19,26 @@ pub enum Error {
     Write {
         /// The file.
         file: PathBuf,
-        /// Why not.
+        /// The error of the operating system.
         source: std::io::Error,
     },
-    /// A prim has something that is inconsistent or outside its range.
+    /// A prim has values that are inconsistent or out of range.
     #[error("{prim}: {what}")]
     Prim {
-        /// Its path in the stage.
+        /// The path of the prim in the stage.
         prim: String,
-        /// What is wrong, and what is allowed.
+        /// What is wrong, and which values are allowed.
         what: String,
     },
-    /// No strand and no mesh is visible.
+    /// The stage has no visible strand and no visible mesh.
     #[error("{}: nothing to render{skipped}", file.display())]
     Empty {
         /// The file.
         file: PathBuf,
-        /// What it has that is not supported, in brackets, or nothing.
+        /// The unsupported prims of the file, in brackets, or an empty string.
         skipped: String,
     },
-    /// The scene does not hold together: [`vellus_scene::Scene::validate`].
+    /// The scene is not valid: see [`vellus_scene::Scene::validate`].
     #[error(transparent)]
     Scene(#[from] vellus_scene::Error),
 }
@@ -54,5 +54,29 @@ impl Error {
 
     pub(crate) fn prim(prim: &str, what: impl Into<String>) -> Self {
         Error::Prim { prim: prim.to_owned(), what: what.into() }
+    }
+}
+
+/// The reason why the content of a file is invalid. [`Error::File`] adds the name of the file, [`Error::Prim`] that of
+/// the prim.
+#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub(crate) struct Invalid(pub String);
+
+impl From<String> for Invalid {
+    fn from(what: String) -> Self {
+        Invalid(what)
+    }
+}
+
+impl From<&str> for Invalid {
+    fn from(what: &str) -> Self {
+        Invalid(what.to_owned())
+    }
+}
+
+impl From<Invalid> for String {
+    fn from(invalid: Invalid) -> Self {
+        invalid.0
     }
 }

@@ -1,8 +1,9 @@
-//! Panics of decoders that are not ours.
+//! Catches panics of third-party decoders.
 //!
-//! `openusd` indexes by what a binary file says in dozens of places, in tables that are compressed: to check them before would
-//! be to decode them. `exr` is fuzzed by its authors, but decodes what comes from anywhere. What cannot be caught (a failed
-//! allocation, a stack that is too deep, a loop without end) is checked before instead.
+//! `openusd` uses numbers of a binary file as indices in dozens of places. The tables are compressed, so they cannot be
+//! checked without decoding them. The authors of `exr` fuzz it, but it decodes untrusted files too. Some failures
+//! cannot be caught: failed allocations, stack overflows and endless loops. The checks of [`crate::stage`] prevent
+//! those.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -11,7 +12,7 @@ thread_local! {
     static CAUGHT_HERE: Cell<bool> = const { Cell::new(false) };
 }
 
-/// What a call gives; `None` if it panics.
+/// Returns the result of a call, or `None` if it panics.
 pub(crate) fn catch<T>(call: impl FnOnce() -> T) -> Option<T> {
     let outer = CAUGHT_HERE.replace(true);
     let result = catch_unwind(AssertUnwindSafe(call));
@@ -19,8 +20,10 @@ pub(crate) fn catch<T>(call: impl FnOnce() -> T) -> Option<T> {
     result.ok()
 }
 
-/// Keeps the panic hook from printing panics that this crate catches, and makes errors of: for programs that print the
-/// errors. Other panics go to the hook there was.
+/// Stops the panic hook from printing panics that this crate catches.
+///
+/// The crate turns these panics into errors. A program that prints errors would report them twice. Other panics go to
+/// the previous hook.
 pub fn quiet_caught_panics() {
     let hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {

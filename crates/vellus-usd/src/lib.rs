@@ -1,4 +1,6 @@
-//! Scenes of hair and fur as USD: files (.usda, .usdc, .usdz) into a [`vellus_scene::Scene`] and back.
+//! Reads and writes scenes of hair and fur as USD.
+//!
+//! [`read()`] turns a file (.usda, .usdc or .usdz) into a [`vellus_scene::Scene`]. [`write()`] stores a scene as .usda.
 //!
 //! ```
 //! use vellus_usd::{Options, read, write};
@@ -17,29 +19,33 @@
 //! ```
 //!
 //! # What is read
-//! - **BasisCurves**: linear, B-spline, Catmull–Rom and Bézier; nonperiodic and pinned; widths (diameters) of any interpolation;
-//!   the uv of roots from `primvars:st`, `uv` or `surface_uv_coordinate` (Blender's).
-//! - **VellusFur**, the shader of a fibre: `info:id = "VellusFur"`, connected to `outputs:vellus:surface` or `outputs:surface` of the
-//!   material. `inputs:preset` names a [`vellus::Species`]; every [`vellus_scene::Parameter`] has an input of its key, angles
-//!   in degrees. An input may be connected to a UsdUVTexture (looked up at the root's uv) or to a UsdPrimvarReader.
-//!   `primvars:vellus:KEY` on curves, of any interpolation, goes before the shader.
-//!   A constant input outside its range ([`vellus_scene::Parameter::range`]) is an error, a primvar outside it a
-//!   warning: the nearest value in the range is taken. This also happens, without a warning, to what a texture gives
-//!   and to values between points.
-//! - **Mesh** as polygons, **UsdPreviewSurface** (diffuseColor, also by texture, emissiveColor, roughness, metallic, ior), **Camera**,
-//!   **DomeLight**, **DistantLight**, **RectLight**, **DiskLight**, **SphereLight**, **CylinderLight**.
-//!   `vellus:lightGroup` names a light's group, else its prim does; `vellus:groundHeight` and `vellus:groundRadius` lay
-//!   a dome's image on the ground ([`vellus_scene::Ground`]).
-//! - Materials bound directly or by collections (those of included and excluded prims; expressions are not evaluated).
-//! - Composition, instances, transforms, visibility, purpose, samples in time, velocities and accelerations. Textures as PNG, Radiance HDR and OpenEXR;
-//!   they repeat unless wrapS and wrapT of UsdUVTexture say clamp, mirror or black.
+//! - **BasisCurves**: linear, B-spline, Catmull–Rom and Bézier, nonperiodic or pinned. Widths (diameters) may have any
+//!   interpolation. The uv of the roots come from `primvars:st`, `uv` or `surface_uv_coordinate` (Blender).
+//! - **VellusFur**, the shader of a fibre: `info:id = "VellusFur"`, connected to `outputs:vellus:surface` or
+//!   `outputs:surface` of the material. `inputs:preset` names a [`vellus::Species`]. Every [`vellus_scene::Parameter`]
+//!   has an input named by its key. Angles are in degrees. An input may be connected to a UsdUVTexture, which is
+//!   sampled at the uv of the root, or to a UsdPrimvarReader. `primvars:vellus:KEY` on curves, of any interpolation,
+//!   overrides the shader. A constant input outside its range ([`vellus_scene::Parameter::range`]) is an error. A
+//!   primvar outside the range gives a warning and is clamped. Values of textures and values between points are clamped
+//!   without a warning.
+//! - **Mesh** as polygons, **UsdPreviewSurface** (diffuseColor as a constant or a texture, emissiveColor, roughness,
+//!   metallic, ior), **Camera**, **DomeLight**, **DistantLight**, **RectLight**, **DiskLight**, **SphereLight** and
+//!   **CylinderLight**. `vellus:lightGroup` names the group of a light; without it the group has the name of the prim.
+//!   `vellus:groundHeight` and `vellus:groundRadius` project the image of a dome onto the ground
+//!   ([`vellus_scene::Ground`]).
+//! - Materials that are bound directly or by collections. Collections list included and excluded prims; membership
+//!   expressions are not evaluated.
+//! - Composition, instances, transforms, visibility, purpose, time samples, velocities and accelerations.
+//! - Textures as PNG, Radiance HDR and OpenEXR. They repeat unless wrapS and wrapT of UsdUVTexture are clamp, mirror or
+//!   black.
 //!
-//! All else that would be seen is named in a [`Warning`]. Lengths are in the scene's unit, whatever `metersPerUnit` says.
+//! A [`Warning`] names everything else that would be visible. Lengths stay in the unit of the scene, whatever
+//! `metersPerUnit` is.
 //!
 //! # Limits
-//! A stage has at most 65,536 files of 16 GiB together, and 262,144 composed sites (prims and the references they
+//! A stage has at most 65,536 files with 16 GiB in total, and 262,144 composed sites (prims and the references they
 //! bring). An image has at most 2²⁷ pixels. A package (.usdz) stores its files without compression, as the format
-//! requires; packages in packages are not read. Coordinates are within ±10⁹ scene units
+//! requires. Packages inside packages are not read. Coordinates are within ±10⁹ scene units
 //! ([`vellus_scene::MAX_COORDINATE`]). Devices are not read.
 
 mod error;

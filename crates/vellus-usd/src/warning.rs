@@ -1,18 +1,18 @@
-//! What was left out or taken differently while reading.
+//! Warnings about what a reader ignored or replaced.
 
 use std::fmt;
 
-/// Something in a file that is not supported and was skipped or replaced; the rest was read.
+/// Something in a file that is not supported. It was ignored or replaced, and the rest of the file was read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Warning {
-    /// Paths of the prims it concerns, in the order of the file.
+    /// Paths of the prims that it concerns, in the order of the file.
     pub prims: Vec<String>,
-    /// What is not supported, and what was done instead.
+    /// What is not supported, and what the reader did instead.
     pub what: String,
 }
 
 impl fmt::Display for Warning {
-    /// Names three prims at most.
+    /// Names at most three prims.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let shown = self.prims.len().min(3);
         f.write_str(&self.prims[..shown].join(", "))?;
@@ -23,7 +23,7 @@ impl fmt::Display for Warning {
     }
 }
 
-/// Collects warnings: what many prims share is said once.
+/// Collects warnings. A warning that many prims share is stored once.
 #[derive(Default)]
 pub(crate) struct Warnings(pub Vec<Warning>);
 

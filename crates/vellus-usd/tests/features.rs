@@ -542,8 +542,8 @@ def Camera \"c\" { double shutter:close = 1 }";
     assert!(scene.strands[0].moved.is_some() && !said(&warnings).contains("no startTimeCode"));
 }
 
-/// Samples in time go before the value without time that stands beside them, and that of a stage before samples of what it refers to:
-/// with or without a frame, and nothing that moves stands still.
+/// Samples in time go before the value without time that stands beside them, and that of a stage before samples of what
+/// it refers to: with or without a frame, and nothing that moves stands still.
 #[test]
 fn samples_go_before_the_default() {
     let folder = tempfile::tempdir().unwrap();
@@ -578,8 +578,8 @@ fn samples_go_before_the_default() {
     assert_eq!(read(None), (Vec3::new(7.0, 0.0, 20.0), Some(Vec3::new(7.0, 0.0, 30.0))));
 }
 
-/// A material is bound by the nearest prim that binds one, to it or to a collection it is in, for final pictures before any purpose, and by
-/// those further up only where they say that they are stronger.
+/// A material is bound by the nearest prim that binds one, to it or to a collection it is in, for final pictures before
+/// any purpose, and by those further up only where they say that they are stronger.
 #[test]
 fn materials_are_bound_by_collections() {
     let fur = |name: &str, g: f32| {
@@ -648,8 +648,8 @@ fn materials_are_bound_by_collections() {
     assert!(error.contains("more than 200 collections"), "{error}");
 }
 
-/// Velocities are per second, from the sample before the shutter opens, or from the frame where there is none; they go before later
-/// samples, which may be of other points.
+/// Velocities are per second, from the sample before the shutter opens, or from the frame where there is none; they go
+/// before later samples, which may be of other points.
 #[test]
 fn velocities_move_curves_and_meshes() {
     let read = |points: &str, more: &str, frame| {
@@ -693,7 +693,7 @@ def Camera \"eye\" {{ double shutter:open = -0.25 double shutter:close = 0.5 }}"
     for wrong in ["velocities = [(1,0,0)]", "velocities.timeSamples = { 2: [(0,0,0), (50,0,0)] }"] {
         let (open, close, said) = read(two, &format!("vector3f[] {wrong}"), 1.25);
         assert_eq!((open.x, close.x), (7.0, 7.75));
-        assert!(said.contains("/c, /m: its velocities are not those of its points"), "{said}");
+        assert!(said.contains("/c, /m: its velocities do not match its points"), "{said}");
     }
 }
 
@@ -714,10 +714,10 @@ fn primvars_outside_their_range_and_unknown_ones_are_said() {
     let said: Vec<String> = warnings.iter().map(ToString::to_string).collect();
     assert_eq!(said.len(), 3, "{said:?}");
     assert!(
-        said[0].starts_with("/a: primvars:vellus:kappa[0] is 5: the range is [0, 0.99], so 0.99 is taken"),
+        said[0].starts_with("/a: primvars:vellus:kappa[0] is 5: the range is [0, 0.99], so it is clamped to 0.99"),
         "{said:?}"
     );
     assert!(said[1].starts_with("/a: primvars:vellus:sigma_ca[0] is -1: the range is [0, 1000]"), "{said:?}");
-    assert_eq!(said[2], "/a, /b: primvars:vellus:fluff is no parameter of VellusFur and left out");
+    assert_eq!(said[2], "/a, /b: primvars:vellus:fluff is not a parameter of VellusFur and is ignored");
     assert_eq!(scene.strands.len(), 2);
 }

@@ -32,9 +32,8 @@ mod fiber;
 mod medulla;
 mod model;
 mod near;
-pub mod oracle;
+#[cfg(feature = "unstable")]
 pub mod parts;
-pub mod published;
 mod simd;
 mod window;
 
@@ -46,8 +45,11 @@ pub use fiber::builder::FiberBuilder;
 pub use fiber::color::Color;
 pub use fiber::parameter::{Parameter, Range, Unit};
 pub use fiber::species::Species;
+#[cfg(feature = "unstable")]
 pub use medulla::grid;
-pub use medulla::tables::{FactorTable, TableData, Tables};
+pub use medulla::tables::Tables;
+#[cfg(feature = "unstable")]
+pub use medulla::tables::{FactorTable, TableData};
 pub use model::{Field, Model, Scattering};
 pub use near::NearHit;
 pub use simd::lanes::Lanes;

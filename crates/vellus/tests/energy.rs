@@ -1,9 +1,9 @@
 //! Where all the light goes: the lobes' energies, and the white furnace.
 
 use std::f64::consts::{PI, TAU};
-use vellus::oracle::Oracle;
-use vellus::published::Published;
 use vellus::{Bcsdf, Fiber, Hit, Species, Window};
+use vellus_reference::as_printed::AsPrinted;
+use vellus_reference::exact::Exact;
 use vellus_testing::{direction, full_fiber, table_data};
 
 /// Every combination of the grid, without absorption.
@@ -33,7 +33,7 @@ fn sum(energy: &[[f64; 3]; 6], c: usize) -> f64 {
 #[test]
 fn lobes_sum_to_one_without_absorption() {
     for (fiber, theta_o, h) in lossless_grid() {
-        let exact = Oracle::new(&fiber, table_data()).at(theta_o, h).energy();
+        let exact = Exact::new(&fiber, table_data()).unwrap().at(theta_o, h).energy();
         for c in 0..3 {
             assert!((sum(&exact, c) - 1.0).abs() < 1e-6, "{fiber:?} {theta_o} {h}: {}", sum(&exact, c));
         }
@@ -49,8 +49,8 @@ fn lobes_sum_to_one_without_absorption() {
 fn the_published_lobes_lack_the_higher_orders() {
     let fiber = Fiber { layers: 3.0, sigma_ms: 0.2, ..full_fiber().without_absorption() };
     let (theta, h) = (0.0, 0.9);
-    let published: f64 = Published::new(&fiber, table_data()).energy(theta, h).iter().map(|a| a[0]).sum();
-    let rest = Oracle::new(&fiber, table_data()).at(theta, h).energy()[5][0];
+    let published: f64 = AsPrinted::new(&fiber, table_data()).unwrap().energy(theta, h).iter().map(|a| a[0]).sum();
+    let rest = Exact::new(&fiber, table_data()).unwrap().at(theta, h).energy()[5][0];
     // At θ = 0 the two agree in everything else.
     assert!(rest > 0.02 && (published + rest - 1.0).abs() < 1e-9, "{published} {rest}");
 }
@@ -59,7 +59,7 @@ fn the_published_lobes_lack_the_higher_orders() {
 #[test]
 fn tts_enters_through_the_cuticle_not_by_reflection() {
     let fiber = Fiber { sigma_ms: 20.0, ..full_fiber().without_absorption() };
-    let energy = Oracle::new(&fiber, table_data()).at(0.0, 0.0).energy();
+    let energy = Exact::new(&fiber, table_data()).unwrap().at(0.0, 0.0).energy();
     let f = energy[0][0];
     assert!(f < 0.1 && (energy[3][0] - (1.0 - f)).abs() < 1e-3, "F {f}, TTs {}", energy[3][0]);
 }

@@ -1,8 +1,8 @@
 //! Far field and multi-scale mode: the average over a window of offsets, against quadrature of the near field.
 
 use std::f64::consts::{PI, TAU};
-use vellus::oracle::Oracle;
 use vellus::{Bcsdf, Fiber, Species, Window};
+use vellus_reference::exact::Exact;
 use vellus_testing::{Uniform, direction, full_fiber, table_data};
 
 /// Azimuths at which profiles are compared.
@@ -37,7 +37,7 @@ fn far_field_matches_quadrature() {
     let (mut shipped, mut five, mut scattered) = (Vec::new(), Vec::new(), Vec::new());
     for species in Species::ALL {
         let fiber = Fiber::preset(species);
-        let (bcsdf, oracle) = (Bcsdf::new(&fiber).unwrap(), Oracle::new(&fiber, table_data()));
+        let (bcsdf, oracle) = (Bcsdf::new(&fiber).unwrap(), Exact::new(&fiber, table_data()).unwrap());
         for degrees in [0.0f64, 30.0, 60.0, 80.0] {
             let theta_o = degrees.to_radians();
             let hit = bcsdf.at(direction(theta_o, 0.0), Window::far());
@@ -80,7 +80,7 @@ fn sharp_medulla_matches_quadrature() {
     let windows = [[-1.0, 1.0], [-0.3, 0.7], [-0.9, 0.05], [-0.8, 0.9], [0.1, 0.9]];
     for (g, sigma_ms) in [(0.78, 0.8), (0.88, 0.5), (0.93, 0.4)] {
         let fiber = Fiber { g, sigma_ms, ..full_fiber() };
-        let (bcsdf, oracle) = (Bcsdf::new(&fiber).unwrap(), Oracle::new(&fiber, table_data()));
+        let (bcsdf, oracle) = (Bcsdf::new(&fiber).unwrap(), Exact::new(&fiber, table_data()).unwrap());
         for theta_o in [0.0, -0.8] {
             for window in windows {
                 let hit = bcsdf.at(direction(theta_o, 0.0), Window::range(window[0] as f32, window[1] as f32));
@@ -100,7 +100,7 @@ fn sharp_medulla_matches_quadrature() {
 
 /// Relative L1 of the far field's R + TT + TRT against a fine grid of azimuths, of the worst channel.
 fn unscattered_error(fiber: &Fiber, theta_o: f64) -> f64 {
-    let (bcsdf, oracle) = (Bcsdf::new(fiber).unwrap(), Oracle::new(fiber, table_data()));
+    let (bcsdf, oracle) = (Bcsdf::new(fiber).unwrap(), Exact::new(fiber, table_data()).unwrap());
     let n = ((TAU * 10.0 / f64::from(fiber.beta_n)) as usize).max(720);
     let exact = oracle.unscattered_grid(theta_o, [-1.0, 1.0], 40_000, n);
     let hit = bcsdf.at(direction(theta_o, 0.0), Window::far());
@@ -155,7 +155,7 @@ fn grazing_light_in_a_sharp_medulla_matches_quadrature() {
     let thin = Fiber { kappa: 0.9673, eta: 1.8871, sigma_ms: 0.0127, g: 0.9497, layers: 0.107, ..Fiber::hair() };
     for (fiber, degrees) in [(sharp, -89.0f64), (thin, -88.89)] {
         let theta_o = degrees.to_radians();
-        let (bcsdf, oracle) = (Bcsdf::new(&fiber).unwrap(), Oracle::new(&fiber, table_data()));
+        let (bcsdf, oracle) = (Bcsdf::new(&fiber).unwrap(), Exact::new(&fiber, table_data()).unwrap());
         let hit = bcsdf.at(direction(theta_o, 0.0), Window::far());
         let exact = oracle.window(theta_o, [-1.0, 1.0], 0, 800);
         let mut l1 = L1::default();
@@ -173,7 +173,7 @@ fn grazing_light_in_a_sharp_medulla_matches_quadrature() {
 fn grid_of_azimuths_is_the_sum_over_offsets() {
     for beta in [2.0f32, 11.0, 60.0] {
         let oracle_fiber = Fiber { beta_n: beta.to_radians(), ..full_fiber() };
-        let oracle = Oracle::new(&oracle_fiber, table_data());
+        let oracle = Exact::new(&oracle_fiber, table_data()).unwrap();
         let n = ((TAU * 10.0 / f64::from(oracle_fiber.beta_n)) as usize).max(720);
         let grid = oracle.unscattered_grid(0.4, [-0.7, 1.0], 4000, n);
         let window = oracle.window(0.4, [-0.7, 1.0], 4000, 0);
@@ -216,7 +216,7 @@ fn fast_segments_match_their_oracle() {
     for (beta, fiber) in
         [1.0f32, 4.0, 7.0, 11.0, 25.0].map(|beta| (beta, Fiber { beta_n: beta.to_radians(), ..full_fiber() }))
     {
-        let (bcsdf, oracle) = (Bcsdf::new(&fiber).unwrap(), Oracle::new(&fiber, table_data()));
+        let (bcsdf, oracle) = (Bcsdf::new(&fiber).unwrap(), Exact::new(&fiber, table_data()).unwrap());
         for theta_o in [-0.9, 0.3, 1.3] {
             for window in [[-1.0, 1.0], [-0.3, 0.7], [0.2, 0.5], [-0.99, -0.6]] {
                 let hit = bcsdf.at(direction(theta_o, 0.4), Window::range(window[0] as f32, window[1] as f32));
@@ -273,7 +273,7 @@ fn window_has_both_limits() {
             for _ in 0..20 {
                 let wi = near.sample(random.numbers()).wi;
                 let ((a, p), (b, q)) = (near.eval_pdf(wi), hit.eval_pdf(wi));
-                // 1e-3 as asked, and the single precision of both, see tests/oracle.rs.
+                // 1e-3 as asked, and the single precision of both, see tests/exact.rs.
                 for (x, y) in a.total().into_iter().zip(b.total()).chain([(p, q)]) {
                     assert!((x - y).abs() <= 3e-3 * x + 1e-4, "{fiber:?} h {h} width {width}: {x} {y}");
                 }
@@ -373,7 +373,7 @@ fn any_fibre_and_window_is_finite() {
         assert!(s.pdf.is_finite() && s.pdf > 0.0 && s.weight.iter().all(|w| (0.0..bound).contains(w)), "{s:?}");
         // Quadrature of a hundredth of them.
         if (k % 100 == 0 || k % 100 == 51) && width > 1e-3 {
-            let oracle = Oracle::new(&fiber, table_data());
+            let oracle = Exact::new(&fiber, table_data()).unwrap();
             let [h1, h2] = window.ends().map(f64::from);
             let exact = oracle.window(theta_o, [h1, h2], 4000, 200);
             let mut l1 = L1::default();

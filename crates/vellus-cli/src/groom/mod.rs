@@ -1,8 +1,7 @@
-//! `vellus groom`: what is in a groom, other formats of it, and growing one.
+//! `vellus groom`: describes, converts and grows hair and fur.
 
-mod coat;
+mod fur;
 mod grow;
-mod info;
 
 use crate::output;
 use crate::render::Input;
@@ -10,32 +9,32 @@ use crate::say::say;
 use anyhow::{Result, anyhow, bail};
 use std::path::{Path, PathBuf};
 
-/// What to do.
+/// The subcommands.
 #[derive(clap::Subcommand)]
 pub enum Command {
-    /// Counts, bounds, units, widths, lengths and memory of all strands.
+    /// Describe strands: counts, bounds, units, widths, lengths and memory.
     Info {
         #[command(flatten)]
         input: Input,
     },
-    /// Write it in another format: .usda with all there is, or .hair with one set of strands.
+    /// Convert to .usda (the whole scene) or .hair (one set of strands).
     Convert {
         #[command(flatten)]
         input: Input,
-        /// File to write.
+        /// File to write, .usda or .hair.
         #[arg(short, long, value_name = "FILE")]
         output: PathBuf,
-        /// Straight pieces of a .hair file that a curved segment becomes.
+        /// Straight segments in a .hair file for each curved one.
         #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=64))]
         pieces: u16,
     },
     Grow(Box<grow::Args>),
 }
 
-/// Runs it.
+/// Runs the command.
 pub fn run(command: &Command) -> Result<()> {
     match command {
-        Command::Info { input } => output::write(None, info::info(&input.load_to_measure()?).as_bytes()),
+        Command::Info { input } => output::write(None, vellus_groom::describe(&input.load_to_measure()?).as_bytes()),
         Command::Convert { input, output, pieces } => convert(input, output, usize::from(*pieces)),
         Command::Grow(args) => grow::run(args),
     }
@@ -52,7 +51,7 @@ fn convert(input: &Input, path: &Path, pieces: usize) -> Result<()> {
         return Ok(());
     }
     let [strands] = &scene.strands[..] else {
-        bail!("a .hair file holds one set of strands, the scene has {}", scene.strands.len());
+        bail!("a .hair file holds one set of strands, but the scene has {}", scene.strands.len());
     };
     let strands = vellus_groom::flatten(strands, pieces);
     let bytes = vellus_groom::write_hair(&strands).map_err(|e| anyhow!("{}: {e}", path.display()))?;

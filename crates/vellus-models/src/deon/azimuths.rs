@@ -1,24 +1,24 @@
-//! N_p(φ) of a rough surface and one channel, in a table.
+//! A table of N_p(φ) for a rough surface and one channel.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use vellus::oracle::fresnel;
+use vellus_reference::exact::fresnel;
 
-/// Nodes of θ_d, over [0°, 90°].
+/// Number of nodes of θ_d in [0°, 90°].
 const THETAS: usize = 31;
 
-/// N_p over φ in [0, π] for each θ_d, of one channel's absorption.
+/// N_p over φ in [0, π] for each θ_d, with the absorption of one channel.
 #[derive(Debug)]
 pub(super) struct Azimuths {
     phis: usize,
-    /// φ fastest, then p, then θ_d.
+    /// Values of N_p. φ varies fastest, then p, then θ_d.
     values: Vec<f32>,
     /// Cumulative integrals over φ, in the same order.
     cumulative: Vec<f32>,
-    /// ∫ N_p dφ over the whole circle; p, then θ_d.
+    /// ∫ N_p dφ over the circle. p varies fastest, then θ_d.
     energies: Vec<f32>,
 }
 
-/// Φ_p(h) and A_p(h) of p = 0 … 3.
+/// Φ_p(h) and A_p(h) for p = 0 … 3.
 fn path(eta: f64, sigma: f64, theta_d: f64, gamma: f64) -> [(f64, f64); 4] {
     let (sin, cos) = theta_d.sin_cos();
     let along = ((eta - sin) * (eta + sin)).max(1e-12).sqrt();
@@ -33,11 +33,12 @@ fn path(eta: f64, sigma: f64, theta_d: f64, gamma: f64) -> [(f64, f64); 4] {
 }
 
 impl Azimuths {
-    /// `sigma` is σ_c,a of the channel.
+    /// The table for one channel. `sigma` is its σ_c,a.
     pub fn new(eta: f32, beta_n: f32, sigma: f32) -> Self {
         let (eta, beta, absorption) = (f64::from(eta), f64::from(beta_n), f64::from(sigma));
-        // R, the narrowest: three nodes a deviation, so that linear interpolation is within 1/72 of its peak; Φ moves by up to
-        // four radians a radian of γ, of which two fifths of a deviation are sampled.
+        // R is the narrowest lobe. It has three nodes per standard deviation, so linear interpolation is within 1/72 of
+        // its peak. Φ changes by up to four radians per radian of γ, and the step in Φ is at most 0.4 standard
+        // deviations.
         let phis = ((3.0 * PI / beta).ceil() as usize).clamp(91, 1801);
         let gammas = ((4.0 * PI / (0.4 * beta)).ceil() as usize).clamp(128, 4000);
         let mut table =
@@ -45,7 +46,7 @@ impl Azimuths {
         let step = PI / (phis - 1) as f64;
         let lobes = [1.0f64, 2.0, 3.0, 4.0].map(|k| {
             let sigma = beta * k.sqrt();
-            // Images that come within six deviations, e⁻¹⁸, of [0, π].
+            // Number of images within six standard deviations (e⁻¹⁸) of [0, π].
             (sigma, if sigma < 1.0 { 1 } else { 3 })
         });
         for theta in 0..THETAS {
@@ -84,7 +85,7 @@ impl Azimuths {
         self.energies.push(2.0 * sum as f32);
     }
 
-    /// The node of θ_d below, and how far it is to the next.
+    /// The node below θ_d, and the fraction of the way to the next.
     #[inline(always)]
     pub fn theta(theta_d: f32) -> (usize, f32) {
         let x = theta_d.abs() * ((THETAS - 1) as f32 / std::f32::consts::FRAC_PI_2);
@@ -102,7 +103,7 @@ impl Azimuths {
             let at = &self.values[(4 * theta + p) * self.phis + j..][..2];
             (1.0 - s) * at[0] + s * at[1]
         };
-        // In this form it stays positive where one of them is tiny.
+        // This form stays positive if one of the values is tiny.
         (1.0 - t) * row(theta) + t * row(theta + 1)
     }
 
@@ -113,7 +114,7 @@ impl Azimuths {
         (1.0 - t) * a + t * b
     }
 
-    /// Draws φ: one of the two rows, and its linear density inverted exactly.
+    /// Samples φ: selects one of the two rows, and inverts its piecewise linear density exactly.
     pub fn sample(&self, p: usize, (theta, t): (usize, f32), u: [f32; 2]) -> f32 {
         let [a, b] = [0, 1].map(|k| self.energies[4 * (theta + k) + p]);
         let far = u[1] * ((1.0 - t) * a + t * b) >= (1.0 - t) * a;

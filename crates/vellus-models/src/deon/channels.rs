@@ -1,10 +1,10 @@
-//! The tables of a fibre's three channels; where colour varies along the fur, between tables that many fibres share.
+//! The tables of the three channels of a fibre. Fibres that differ in colour only share tables and interpolate.
 
 use super::azimuths::Azimuths;
 use std::sync::{Arc, OnceLock};
 use vellus::Fiber;
 
-/// Tables over σ_c,a for one η and β_n, each made when first asked for.
+/// Tables over σ_c,a for one η and β_n. Each is computed on first use.
 #[derive(Debug)]
 struct Shared {
     eta: f32,
@@ -12,10 +12,10 @@ struct Shared {
     tables: [OnceLock<Arc<Azimuths>>; NODES],
 }
 
-/// Up to σ_c,a = 19, where next to nothing is left of TT.
+/// Number of nodes, up to σ_c,a = 19, where TT is negligible.
 const NODES: usize = 32;
 
-/// σ_c,a of a node: 0.03 apart where light gets through, a sixth where it does not.
+/// σ_c,a of a node. The spacing is 0.03 for transparent fibres, and a sixth of σ_c,a for dark ones.
 fn node(k: usize) -> f32 {
     0.18 * ((k as f32 * 0.15).exp() - 1.0)
 }
@@ -30,7 +30,7 @@ impl Shared {
         let sigma = sigma.min(node(NODES - 1));
         let k = ((sigma / 0.18).ln_1p() / 0.15) as usize;
         let k = k.min(NODES - 2);
-        // So that the middle of TT, two radii long, is exact, and what is longer close.
+        // Exact for the centre of TT, whose path is two radii long, and close for longer paths.
         let left = |sigma: f32| (-2.0 * sigma).exp();
         let (a, b) = (left(node(k)), left(node(k + 1)));
         let t = ((a - left(sigma)) / (a - b)).clamp(0.0, 1.0);
@@ -38,7 +38,7 @@ impl Shared {
     }
 }
 
-/// One channel: the first table, or between it and the second.
+/// One channel: an interpolation between two tables.
 #[derive(Clone, Debug)]
 pub(super) struct Channel {
     tables: [Arc<Azimuths>; 2],
@@ -49,7 +49,7 @@ impl Channel {
     #[inline(always)]
     fn mix(&self, of: impl Fn(&Azimuths) -> f32) -> f32 {
         let first = of(&self.tables[0]);
-        // In this form it stays positive where one of them is tiny.
+        // This form stays positive if one of the values is tiny.
         if self.t > 0.0 { (1.0 - self.t) * first + self.t * of(&self.tables[1]) } else { first }
     }
 
@@ -74,17 +74,17 @@ impl Channel {
     }
 }
 
-/// RGB.
+/// The tables of all three channels.
 #[derive(Clone, Debug)]
 pub(super) struct Channels {
     pub rgb: [Channel; 3],
-    /// The one that absorbs least: the brightest in every direction.
+    /// The channel with the least absorption. It is the brightest in every direction.
     pub brightest: usize,
     shared: Arc<Shared>,
 }
 
 impl Channels {
-    /// Tables of the fibre's own.
+    /// Computes exact tables for a fibre.
     pub fn new(fiber: &Fiber) -> Self {
         let (eta, beta_n) = (fiber.eta, fiber.beta_n);
         let shared = Arc::new(Shared { eta, beta_n, tables: [const { OnceLock::new() }; NODES] });
@@ -98,7 +98,7 @@ impl Channels {
         Channels { rgb: std::array::from_fn(|c| rgb[c].clone()), brightest: brightest(fiber), shared }
     }
 
-    /// Between shared tables, if they are of the same η and β_n.
+    /// Interpolates between shared tables, if η and β_n are the same.
     pub fn with_fiber(&self, fiber: &Fiber) -> Option<Self> {
         let shared = &self.shared;
         (shared.eta == fiber.eta && shared.beta_n == fiber.beta_n).then(|| Channels {

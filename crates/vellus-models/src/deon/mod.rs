@@ -1,23 +1,25 @@
 //! E. d'Eon, G. Francois, M. Hill, J. Letteri, J.-M. Aubry 2011, *An Energy-Conserving Hair Reflectance Model*,
 //! Computer Graphics Forum 30(4); sampling after d'Eon, Marschner, Hanika 2013.
 //!
-//! Far field: the window is ignored. Along the fibre the spherical Gaussian M̂ that integrates to 1 at every angle;
-//! around it a rough surface: N_p(φ) = ½ ∫ A_p(h) G(φ − Φ_p(h); √(p+1) β_n) dh over h, here by quadrature in asin h as
-//! dense as the lobe is narrow, into a table over φ and θ_d (some 10 ms a channel; the paper has 70 Gauss points a query,
-//! or a table as well). Where colour alone varies along the fur, fibres lie between shared tables of 32 absorptions. Fresnel and absorption at θ_d, as printed.
+//! A far-field model: it ignores the window. The longitudinal lobe is the spherical Gaussian M̂, which integrates to 1
+//! at every angle. The azimuthal lobe is that of a rough surface: N_p(φ) = ½ ∫ A_p(h) G(φ − Φ_p(h); √(p+1) β_n) dh. It
+//! is tabulated over φ and θ_d, by quadrature in asin h with a step that depends on the width of the lobe. This takes
+//! about 10 ms per channel. The paper uses 70 Gauss points per query, or a table. If only the colour varies between
+//! fibres, they interpolate between shared tables of 32 absorptions. Fresnel reflectance and absorption are those at
+//! θ_d, as in the paper.
 //!
-//! R, TT, TRT and TRRT, the last as `rest`. Of a [`Fiber`] it takes η, σ_c,a, α, β_m, β_n (shifts and widths of Yan17
-//! Table 2); κ, σ_m, g and l are ignored.
+//! The lobes are R, TT, TRT and TRRT, and TRRT is the residual lobe. The model uses these parameters of a [`Fiber`]: η,
+//! σ_c,a, α, β_m and β_n (shifts and widths of Yan17 Table 2). κ, σ_m, g and l are ignored.
 //!
-//! Limits: below β_n = 0.3° the table is too coarse. (1 − F) F³ T³ of the light, the orders left out, is lost, and as
-//! attenuations belong to θ_d, which varies over a lobe, energy is conserved to second order in β_m only. M̂ N is
-//! symmetric in the directions for α = 0.
+//! Limits: below β_n = 0.3° the table is too coarse. The missing orders have (1 − F) F³ T³ of the light. Attenuation
+//! belongs to θ_d, which varies over a lobe, so energy is conserved to second order in β_m only. For α = 0, M̂ N is
+//! symmetric in the directions.
 
 mod azimuths;
 mod channels;
 
 use crate::factored::{choose, direction, weight};
-use crate::longitudinal::{Along, Spherical, SphericalAt};
+use crate::longitudinal::{Longitudinal, Spherical, SphericalAt};
 use azimuths::Azimuths;
 use channels::Channels;
 use glam::Vec3;
@@ -29,30 +31,30 @@ const LOBES: [Lobe; 4] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Rest];
 /// The model of one fibre.
 #[derive(Clone, Debug)]
 pub struct DEon2011 {
-    along: Spherical,
+    longitudinal: Spherical,
     channels: Channels,
 }
 
 impl DEon2011 {
-    /// Prepares a fibre.
+    /// The model of a fibre.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] where [`Fiber::validate`] finds one.
+    /// [`Error::OutOfRange`] if [`Fiber::validate`] returns it.
     pub fn new(fiber: &Fiber) -> Result<Self, Error> {
         fiber.validate()?;
-        Ok(DEon2011 { along: along(fiber), channels: Channels::new(fiber) })
+        Ok(DEon2011 { longitudinal: longitudinal(fiber), channels: Channels::new(fiber) })
     }
 
-    /// The mean over each lobe, at 16 × 8 of the numbers it is sampled with.
+    /// The energies: means over each lobe at 16 × 8 stratified samples.
     fn energy(&self, theta_o: f32) -> Lobes {
         let (sin, cos) = theta_o.sin_cos();
-        let along = self.along.at(Polar { sin, cos: cos.max(0.0) });
+        let longitudinal = self.longitudinal.at(Polar { sin, cos: cos.max(0.0) });
         let mut lobes = Lobes([[0.0; 3]; 6]);
         let (n, m) = (16, 8);
         for k in 0..n * m {
             let u = [((k / m) as f32 + 0.5) / n as f32, ((k % m) as f32 + 0.5) / m as f32];
             for p in 0..4 {
-                let (sin_i, cos_i) = along.sample(p, u);
+                let (sin_i, cos_i) = longitudinal.sample(p, u);
                 let theta = Azimuths::theta(0.5 * (sin_i.atan2(cos_i) - theta_o));
                 for (sum, channel) in lobes.0[LOBES[p] as usize].iter_mut().zip(&self.channels.rgb) {
                     *sum += channel.energy(p, theta) / (n * m) as f32;
@@ -63,7 +65,7 @@ impl DEon2011 {
     }
 }
 
-fn along(fiber: &Fiber) -> Spherical {
+fn longitudinal(fiber: &Fiber) -> Spherical {
     let lanes = |of: [f32; 4]| std::array::from_fn(|i| of[i.min(3)]);
     Spherical::new(
         lanes([1.0, -0.5, -1.5, -2.5].map(|k| k * fiber.alpha)),
@@ -71,13 +73,13 @@ fn along(fiber: &Fiber) -> Spherical {
     )
 }
 
-/// One hit of a fibre.
+/// A hit of the fibre.
 #[derive(Clone, Copy, Debug)]
 pub struct DEon2011Hit<'m> {
     model: &'m DEon2011,
     frame: Frame<f32>,
     theta_o: f32,
-    along: SphericalAt<'m>,
+    longitudinal: SphericalAt<'m>,
     probability: [f32; 4],
 }
 
@@ -89,7 +91,7 @@ impl Model for DEon2011 {
         let wo = wo.to_array();
         let polar = Polar::new(wo);
         let theta_o = polar.sin.atan2(polar.cos);
-        // In the middle of the lobes θ_d is θ_o.
+        // At the centres of the lobes, θ_d is θ_o.
         let brightest = &self.channels.rgb[self.channels.brightest];
         let probability = [0, 1, 2, 3].map(|p| brightest.energy(p, Azimuths::theta(theta_o)));
         let scale = 1.0 / probability.iter().sum::<f32>();
@@ -97,7 +99,7 @@ impl Model for DEon2011 {
             model: self,
             frame: Frame::new(wo, polar.cos, 1.0 / polar.cos.max(1e-12)),
             theta_o,
-            along: self.along.at(polar),
+            longitudinal: self.longitudinal.at(polar),
             probability: probability.map(|p| p * scale),
         }
     }
@@ -109,7 +111,7 @@ impl Model for DEon2011 {
     fn with_fiber(&self, fiber: &Fiber) -> Result<Self, Error> {
         fiber.validate()?;
         let shared = self.channels.with_fiber(fiber);
-        Ok(DEon2011 { along: along(fiber), channels: shared.unwrap_or_else(|| Channels::new(fiber)) })
+        Ok(DEon2011 { longitudinal: longitudinal(fiber), channels: shared.unwrap_or_else(|| Channels::new(fiber)) })
     }
 }
 
@@ -119,14 +121,14 @@ impl DEon2011Hit<'_> {
         let channels = &self.model.channels;
         let theta = Azimuths::theta(0.5 * (o.theta_i - self.theta_o));
         let phi = wrap(o.phi);
-        let along = self.along.eval(o).to_array();
+        let longitudinal = self.longitudinal.eval(o).to_array();
         let mut lobes = Lobes([[0.0; 3]; 6]);
         let mut pdf = 0.0;
         for p in 0..4 {
             let n = [0, 1, 2].map(|c| channels.rgb[c].eval(p, theta, phi));
-            lobes.0[LOBES[p] as usize] = n.map(|n| n * along[p]);
+            lobes.0[LOBES[p] as usize] = n.map(|n| n * longitudinal[p]);
             let brightest = channels.brightest;
-            pdf += self.probability[p] * along[p] * n[brightest] / channels.rgb[brightest].energy(p, theta);
+            pdf += self.probability[p] * longitudinal[p] * n[brightest] / channels.rgb[brightest].energy(p, theta);
         }
         (lobes, pdf)
     }
@@ -145,7 +147,7 @@ impl Scattering for DEon2011Hit<'_> {
     #[inline]
     fn sample(&self, u: [f32; 5]) -> Sample {
         let (p, _) = choose(&self.probability, u[0]);
-        let (sin_i, cos_i) = self.along.sample(p, [u[1], u[2]]);
+        let (sin_i, cos_i) = self.longitudinal.sample(p, [u[1], u[2]]);
         let theta_i = sin_i.atan2(cos_i);
         let channels = &self.model.channels;
         let theta = Azimuths::theta(0.5 * (theta_i - self.theta_o));

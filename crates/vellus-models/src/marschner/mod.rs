@@ -1,24 +1,26 @@
 //! S. R. Marschner, H. W. Jensen, M. Cammarano, S. Worley, P. Hanrahan 2003, *Light Scattering from Human Hair Fibers*,
 //! ACM TOG 22(3).
 //!
-//! Far field: the window is ignored. S = Σ M_p N_p/cos²θ_d for R, TT, TRT, with a smooth surface around the fibre:
-//! light leaves at φ from the roots of Φ_p(h) = φ, by the paper's cubic in γ, with the density |2 dΦ/dh|⁻¹. Where that
-//! is infinite, at the caustics of TRT, the paper takes out a Gaussian's width of light and puts back a Gaussian: the
-//! same constants here, Δη′ = 0.2, Δh ≤ 0.5, and k_G = ½, which puts back what was taken out of an isolated caustic.
+//! A far-field model: it ignores the window. S = Σ M_p N_p/cos²θ_d for R, TT and TRT, with a smooth cross section.
+//! Light leaves at φ from the roots of Φ_p(h) = φ, with the cubic approximation in γ of the paper and the density |2
+//! dΦ/dh|⁻¹. The density is infinite at the caustics of TRT. There, the paper replaces the light within the width of a
+//! Gaussian by a Gaussian. The constants are those of the paper, Δη′ = 0.2 and Δh ≤ 0.5, and k_G = ½, which conserves
+//! the energy of an isolated caustic.
 //!
-//! Of a [`Fiber`] it takes η, σ_c,a, α and β_m. The paper's shifts and widths belong to the half angle θ_h and are half
-//! of ours; its unit Gaussian in θ_h would hold twice the light, so ours is the unit Gaussian in θᵢ. The caustic's
-//! width w_c is √3 β_n, that of our TRT. T is exp(−2σ cos γ_t/cos θ_t), where the paper prints 1 + cos 2γ_t. κ, σ_m, g
-//! and l are ignored.
+//! The model uses these parameters of a [`Fiber`]: η, σ_c,a, α and β_m. Shifts and widths in the paper are in the half
+//! angle θ_h, so they are half of those here. The paper's unit Gaussian in θ_h would have twice the light, so the
+//! Gaussian here is normalised in θᵢ. The width w_c of the caustic is √3 β_n, the width of TRT in `vellus`. T is
+//! exp(−2σ cos γ_t/cos θ_t), where the paper prints 1 + cos 2γ_t. κ, σ_m, g and l are ignored.
 //!
-//! Reciprocal for α = 0. Limits: no higher orders; energy is lost, and gained, where Gaussians come near ±90°
-//! (cos²θᵢ/cos²θ_d) and at the caustics (TRT of hair, whose two are 40° apart, keeps 0.6 of its light); the tests say
-//! how much. Below η = 1.155 the cubic has caustics in TT that nothing smooths. TRT is sampled uniformly around.
+//! The model is reciprocal for α = 0. Limits: it has no higher orders. Energy is lost or gained where Gaussians are
+//! near ±90° (cos²θᵢ/cos²θ_d), and at the caustics: TRT of hair, whose caustics are 40° apart, keeps 0.6 of its light.
+//! Tests measure both. Below η = 1.155 the cubic has caustics in TT that are not smoothed. The azimuth of TRT is
+//! sampled uniformly.
 
 mod section;
 
 use crate::factored::{choose, direction, weight};
-use crate::longitudinal::{Along, Plane};
+use crate::longitudinal::{Longitudinal, Plane};
 use glam::Vec3;
 use section::Section;
 use std::f32::consts::{FRAC_1_PI, TAU};
@@ -29,7 +31,7 @@ use wide::f32x8;
 
 const LOBES: [Lobe; 3] = [Lobe::R, Lobe::Tt, Lobe::Trt];
 
-/// Azimuths of incidence on one side over which energies are summed: enough for caustics of 2°.
+/// Number of azimuths of incidence on one side for the sum of energies. It is enough for caustics of 2°.
 const GAMMAS: usize = 32;
 
 /// The model of one fibre.
@@ -43,10 +45,10 @@ pub struct Marschner2003 {
 }
 
 impl Marschner2003 {
-    /// Prepares a fibre.
+    /// The model of a fibre.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] where [`Fiber::validate`] finds one.
+    /// [`Error::OutOfRange`] if [`Fiber::validate`] returns it.
     pub fn new(fiber: &Fiber) -> Result<Self, Error> {
         fiber.validate()?;
         let lanes = |of: [f32; 3]| f32x8::new(std::array::from_fn(|i| of[i.min(2)]));
@@ -59,13 +61,13 @@ impl Marschner2003 {
         })
     }
 
-    /// ∫ N_p dφ at θ_d, RGB: a mean over h, as each offset leaves at one azimuth.
+    /// ∫ N_p dφ at θ_d, RGB. This is a mean over h, because light of each offset leaves at one azimuth.
     fn energy(&self, p: usize, theta_d: f64) -> [f64; 3] {
         let section = Section::new(self.eta, theta_d);
         let (cubic, caustic) = (section.cubic(2.0), section.caustic(self.caustic));
         let put_back = if p == 2 { caustic.energy() } else { 0.0 };
         let mut sum = section.attenuation(p, caustic.gamma, self.sigma_a).map(|a| a * put_back);
-        // h and −h are alike. Midpoints in γ.
+        // The midpoint rule in γ. The sides h and −h are the same.
         for k in 0..GAMMAS {
             let step = 0.5 * PI / GAMMAS as f64;
             let gamma = (k as f64 + 0.5) * step;
@@ -77,13 +79,13 @@ impl Marschner2003 {
     }
 }
 
-/// One hit of a fibre.
+/// A hit of the fibre.
 #[derive(Clone, Copy, Debug)]
 pub struct Marschner2003Hit<'m> {
     model: &'m Marschner2003,
     frame: Frame<f32>,
     theta_o: f32,
-    along: Plane,
+    longitudinal: Plane,
     probability: [f32; 3],
 }
 
@@ -95,7 +97,7 @@ impl Model for Marschner2003 {
         let polar = Polar::new(wo);
         let theta_o = polar.sin.atan2(polar.cos);
         let section = Section::new(self.eta, theta_o.into());
-        // Mean of A over h, by four Gauss points in h over one side.
+        // The mean of A over h, by four Gauss points on one side.
         const GAUSS: [(f64, f64); 4] = [
             (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
             (0.330_009_478_207_571_9, 0.326_072_577_431_273_07),
@@ -114,7 +116,7 @@ impl Model for Marschner2003 {
             model: self,
             frame: Frame::new(wo, polar.cos, 1.0 / polar.cos.max(1e-12)),
             theta_o,
-            along: Plane::new(f32x8::splat(-theta_o) - self.shift, self.sigma),
+            longitudinal: Plane::new(f32x8::splat(-theta_o) - self.shift, self.sigma),
             probability: probability.map(|p| p * scale),
         }
     }
@@ -137,18 +139,18 @@ impl Marschner2003Hit<'_> {
     fn eval_outgoing(&self, o: &Outgoing<f32>) -> (Lobes, f32) {
         let (section, theta_d) = self.section(o.theta_i);
         let phi = f64::from(wrap(o.phi));
-        let (along, inside) = (self.along.eval(o).to_array(), self.along.inside().to_array());
-        // M cos θᵢ/cos²θ_d from the normalised density in sin θᵢ, g/(inside·cos θᵢ).
+        let (longitudinal, inside) = (self.longitudinal.eval(o).to_array(), self.longitudinal.inside().to_array());
+        // M cos θᵢ/cos²θ_d from the normalised density with respect to sin θᵢ, g/(inside·cos θᵢ).
         let geometry = (o.cos_i / theta_d.cos().max(1e-6) as f32).powi(2);
         let mut lobes = Lobes([[0.0; 3]; 6]);
         let mut pdf = 0.0;
         for p in 0..3 {
             let (smooth, all) = if p < 2 { section.smooth(p, phi, self.model.sigma_a) } else { ([0.0; 3], 0.0) };
             let n = if p < 2 { smooth } else { section.trt(phi, self.model.sigma_a, self.model.caustic) };
-            let around = if p < 2 { all as f32 } else { 0.5 * FRAC_1_PI };
-            let m = along[p] * inside[p] * geometry;
+            let azimuthal = if p < 2 { all as f32 } else { 0.5 * FRAC_1_PI };
+            let m = longitudinal[p] * inside[p] * geometry;
             lobes.0[LOBES[p] as usize] = n.map(|n| m * n as f32);
-            pdf += self.probability[p] * along[p] * around;
+            pdf += self.probability[p] * longitudinal[p] * azimuthal;
         }
         (lobes, pdf)
     }
@@ -156,13 +158,13 @@ impl Marschner2003Hit<'_> {
 
 impl Scattering for Marschner2003Hit<'_> {
     fn energy(&self) -> Lobes {
-        let inside = self.along.inside().to_array();
+        let inside = self.longitudinal.inside().to_array();
         let mut lobes = Lobes([[0.0; 3]; 6]);
         let n = 16;
         for k in 0..n {
             let u = (k as f32 + 0.5) / n as f32;
             for p in 0..3 {
-                let (sin_i, cos_i) = self.along.sample(p, [u, 0.5]);
+                let (sin_i, cos_i) = self.longitudinal.sample(p, [u, 0.5]);
                 let (_, theta_d) = self.section(sin_i.atan2(cos_i));
                 let geometry = (cos_i / theta_d.cos().max(1e-6) as f32).powi(2) * inside[p] / n as f32;
                 let energy = self.model.energy(p, theta_d);
@@ -178,9 +180,9 @@ impl Scattering for Marschner2003Hit<'_> {
 
     fn sample(&self, u: [f32; 5]) -> Sample {
         let (p, _) = choose(&self.probability, u[0]);
-        let (sin_i, cos_i) = self.along.sample(p, [u[1], u[2]]);
+        let (sin_i, cos_i) = self.longitudinal.sample(p, [u[1], u[2]]);
         let theta_i = sin_i.atan2(cos_i);
-        // R and TT from a uniform offset, h = sin γ.
+        // R and TT are sampled from a uniform offset h = sin γ.
         let gamma = f64::from(2.0 * u[3] - 1.0).asin();
         let phi = match p {
             0 => -2.0 * gamma as f32,

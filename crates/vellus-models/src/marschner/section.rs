@@ -1,11 +1,11 @@
-//! The smooth cross section: where light leaves, how densely, and what is done about caustics.
+//! The smooth cross section: exit azimuths, densities, and the treatment of caustics.
 
 use std::f64::consts::PI;
 
 /// The cross section at a difference angle θ_d.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Section {
-    /// η′ and η″ for light polarised across and along.
+    /// η′ and η″, for light with perpendicular and parallel polarisation.
     pub eta: [f64; 2],
     /// asin 1/η′
     c: f64,
@@ -13,7 +13,7 @@ pub(super) struct Section {
     pub elongation: f64,
 }
 
-/// Where light that enters at γ leaves: the cubic and its slope.
+/// The exit azimuth of light that enters at γ, as a cubic polynomial.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cubic {
     linear: f64,
@@ -21,28 +21,30 @@ pub(super) struct Cubic {
 }
 
 impl Cubic {
+    /// The value at γ.
     pub fn at(&self, gamma: f64) -> f64 {
         gamma * (self.linear + self.cube * gamma * gamma)
     }
 
+    /// The derivative at γ.
     pub fn slope(&self, gamma: f64) -> f64 {
         self.linear + 3.0 * self.cube * gamma * gamma
     }
 
-    /// The largest value it has within ±90°.
+    /// The largest absolute value within ±90°.
     fn reach(&self) -> f64 {
         let turn = (-self.linear / (3.0 * self.cube)).max(0.0).sqrt().min(0.5 * PI);
         self.at(0.5 * PI).abs().max(self.at(turn).abs())
     }
 
-    /// All γ in ±90° with that value, up to three.
+    /// All γ within ±90° that have this value, up to three.
     pub fn roots(&self, value: f64) -> impl Iterator<Item = f64> {
         let (p, q) = (self.linear / self.cube, -value / self.cube);
         let (half, third) = (0.5 * q, p / 3.0);
         let discriminant = half * half + third * third * third;
         let mut roots = [f64::NAN; 3];
         if discriminant >= 0.0 {
-            // The sum that does not cancel first.
+            // The root without cancellation first.
             let u = (half.abs() + discriminant.sqrt()).cbrt() * -half.signum();
             roots[0] = if u == 0.0 { 0.0 } else { u - third / u };
         } else {
@@ -55,6 +57,7 @@ impl Cubic {
 }
 
 impl Section {
+    /// The cross section at θ_d (radians) for a refractive index.
     pub fn new(eta: f64, theta_d: f64) -> Self {
         let (sin, cos) = theta_d.sin_cos();
         let cos = cos.max(1e-4);
@@ -63,12 +66,12 @@ impl Section {
         Section { eta: [eta_prime, eta * eta * cos / along], c: (1.0 / eta_prime).asin(), elongation: eta / along }
     }
 
-    /// Φ_p − pπ over γ.
+    /// Φ_p − pπ as a function of γ.
     pub fn cubic(&self, p: f64) -> Cubic {
         Cubic { linear: 6.0 * p * self.c / PI - 2.0, cube: -8.0 * p * self.c / PI.powi(3) }
     }
 
-    /// A of path p for light entering at γ, RGB.
+    /// The attenuation A of path p for light that enters at γ, RGB.
     pub fn attenuation(&self, p: usize, gamma: f64, sigma: [f32; 3]) -> [f64; 3] {
         let cos = gamma.cos().max(0.0);
         let sin_t = gamma.sin() / self.eta[0];
@@ -83,10 +86,10 @@ impl Section {
         sigma.map(|s| (1.0 - f).powi(2) * f.powi(p as i32 - 1) * (-f64::from(s) * length).exp())
     }
 
-    /// N_p(φ), RGB, φ in [−π, π], with the caustics as they are; and the same without attenuation.
+    /// N_p(φ), RGB, for φ in [−π, π], with unsmoothed caustics. The second value is the same without attenuation.
     pub fn smooth(&self, p: usize, phi: f64, sigma: [f32; 3]) -> ([f64; 3], f64) {
         if p == 0 {
-            // π rounded up to single precision lies beyond the edge.
+            // π in single precision is larger than π, where the cosine is negative.
             let density = 0.25 * (0.5 * phi).cos().max(0.0);
             return (self.attenuation(0, -0.5 * phi, sigma).map(|a| a * density), density);
         }
@@ -108,7 +111,7 @@ impl Section {
         (n, all)
     }
 
-    /// The caustics of TRT, taken out over the width `w`.
+    /// The caustics of TRT, smoothed over the width `w` (radians).
     pub fn caustic(&self, w: f64) -> Caustic {
         let cubic = self.cubic(2.0);
         if cubic.linear > 0.0 {
@@ -117,12 +120,12 @@ impl Section {
             let dh = (2.0 * (2.0 * w / curvature.max(1e-12)).sqrt()).min(0.5);
             return Caustic { gamma, phi: cubic.at(gamma), dh, there: 1.0, w };
         }
-        // Beyond η′ = 2 there are none: what is put back fades over Δη′.
+        // There are no caustics for η′ > 2. The smoothing fades out over Δη′.
         let x = ((self.eta[0] - 2.0) / 0.2).clamp(0.0, 1.0);
         Caustic { gamma: 0.0, phi: 0.0, dh: 0.5, there: 1.0 - x * x * (3.0 - 2.0 * x), w }
     }
 
-    /// N of TRT, its caustics smoothed.
+    /// N of TRT with smoothed caustics.
     pub fn trt(&self, phi: f64, sigma: [f32; 3], w: f64) -> [f64; 3] {
         let caustic = self.caustic(w);
         let (n, _) = self.smooth(2, phi, sigma);
@@ -131,7 +134,7 @@ impl Section {
     }
 }
 
-/// Both caustics of TRT, at ±φ_c.
+/// The two caustics of TRT, at ±φ_c.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Caustic {
     /// γ_c
@@ -150,18 +153,18 @@ impl Caustic {
         (-0.5 * (d / self.w).powi(2)).exp()
     }
 
-    /// The share of N that is left at φ.
+    /// The fraction of N that remains at φ.
     pub fn kept(&self, phi: f64) -> f64 {
         (1.0 - self.there * self.bell(phi - self.phi)) * (1.0 - self.there * self.bell(phi + self.phi))
     }
 
-    /// What is put back at φ, before attenuation.
+    /// The Gaussians that replace the caustics, at φ and without attenuation.
     fn put_back(&self, phi: f64) -> f64 {
         let bells = self.bell(phi - self.phi) + self.bell(phi + self.phi);
         self.there * 0.5 * self.dh * bells / (self.w * (2.0 * PI).sqrt())
     }
 
-    /// Its integral over the circle.
+    /// The integral of [`Self::put_back`] over the circle.
     pub fn energy(&self) -> f64 {
         self.there * self.dh * libm::erf(PI / (self.w * 2f64.sqrt()))
     }
@@ -171,7 +174,7 @@ impl Caustic {
 mod tests {
     use super::*;
 
-    /// All roots, for every sign of the discriminant, lead back to φ.
+    /// All roots have the value φ, for every sign of the discriminant.
     #[test]
     fn roots_are_roots() {
         for eta in [1.2, 1.55, 2.4] {

@@ -1,13 +1,13 @@
-//! What of the light that the medulla has scattered gets out through both interfaces at once.
+//! The fraction of scattered light that leaves through both interfaces without reflection.
 
 use std::f32::consts::PI;
 use vellus::parts::{Azimuth, Inclination, Weighting};
 use vellus::{Tables, fresnel};
 
-/// Nodes over the outgoing inclination.
+/// Number of nodes of the outgoing inclination.
 const NODES: usize = 128;
 
-/// Reflectance of an interface between indices `n1`, `n2` from the cosines on either side.
+/// Fresnel reflectance of an interface between indices `n1` and `n2`, from the cosines on both sides.
 #[inline(always)]
 pub(super) fn interface(n1: f32, n2: f32, c1: f32, c2: f32) -> f32 {
     let (a, b, c, d) = (n1 * c1, n2 * c2, n2 * c1, n1 * c2);
@@ -15,7 +15,7 @@ pub(super) fn interface(n1: f32, n2: f32, c1: f32, c2: f32) -> f32 {
     (0.5 * (s * s + p * p)).min(1.0)
 }
 
-/// Indices and layers, on which alone it depends what gets out.
+/// The indices and layers of both interfaces. The escaping fraction depends on nothing else.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Interfaces {
     pub eta_c: f32,
@@ -24,7 +24,7 @@ pub(super) struct Interfaces {
 }
 
 impl Interfaces {
-    /// Transmission of both interfaces for light from the axis that leaves at that inclination.
+    /// Transmittance of both interfaces for light from the axis that leaves at this inclination.
     #[inline(always)]
     pub fn transmission(&self, sin_i: f32, cos_i: f32) -> f32 {
         let inside = |eta: f32| ((eta - sin_i) * (eta + sin_i)).max(0.0).sqrt() / eta;
@@ -33,16 +33,18 @@ impl Interfaces {
     }
 }
 
-/// Integrals of the scattering profiles over the inclinations that refract out, one table an `Interfaces`.
+/// Integrals of the scattering profiles over the inclinations that can leave. There is one table per [`Interfaces`].
 #[derive(Clone, Debug)]
 pub(super) struct Escape {
     pub interfaces: Interfaces,
-    /// All that refracts out, and that times its transmission.
+    /// Integral over all inclinations that can leave.
     cone: Weighting,
+    /// The same, weighted by the transmittance.
     through: Weighting,
 }
 
 impl Escape {
+    /// Computes the tables.
     pub fn new(interfaces: Interfaces, tables: &Tables) -> Self {
         let step = PI / NODES as f32;
         let rule = |weight: &dyn Fn(f32, f32) -> f32| {
@@ -57,7 +59,7 @@ impl Escape {
         Escape { interfaces, cone, through }
     }
 
-    /// The shares of the scattered light that are in the cone, and that get out of it.
+    /// The fractions of scattered light that are inside the escape cone, and that leave.
     #[inline(always)]
     pub fn shares(&self, inclination: &Inclination, azimuth: &Azimuth) -> [f32; 2] {
         let forward = self.cone.forward_share(azimuth);

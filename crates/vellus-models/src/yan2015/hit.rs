@@ -1,43 +1,43 @@
-//! One hit: the lobes evaluated and sampled.
+//! A hit: evaluates and samples the lobes.
 
 use super::escape::Interfaces;
 use super::{NAMES, SCATTERED, Yan2015};
 use crate::azimuthal::GaussiansAt;
 use crate::factored::{self, Factored, choose, direction, largest_channel};
-use crate::far::{AlongFactors, AroundSums, Separable};
+use crate::far::{AzimuthalSums, LongitudinalFactors, Separable};
 use crate::longitudinal::Plane;
 use glam::Vec3;
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 use vellus::parts::{Azimuth, Inclination, Outgoing, wrap};
 use vellus::{Lobe, Lobes, Sample, Scattering};
 
-/// The three scattered lobes of a hit, and the diffuse one.
+/// The three scattered lobes and the diffuse lobe of a hit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scattered {
     pub(super) azimuth: Azimuth,
     pub(super) inclination: Inclination,
     pub(super) back: [f32; 3],
-    /// RGB of each before F_t.
+    /// Energy of the scattered lobes before F_t, RGB.
     pub(super) energy: [[f32; 3]; 3],
-    /// RGB of the diffuse lobe.
+    /// Energy of the diffuse lobe, RGB.
     pub(super) diffuse: [f32; 3],
-    /// Share of the scattered light that gets out at once.
+    /// Fraction of scattered light that leaves without reflection.
     pub(super) through: f32,
 }
 
-/// One hit of a fibre.
+/// A hit of the fibre.
 #[derive(Clone, Copy, Debug)]
 pub struct Yan2015Hit<'m> {
     pub(super) model: &'m Yan2015,
     pub(super) unscattered: Factored<Plane, GaussiansAt<'m>>,
     pub(super) scattered: Option<Scattered>,
-    /// Of the eight unscattered lobes together, the three scattered ones, and of the diffuse one before and after what is
-    /// drawn from the scattered ones and does not get out has been added.
+    /// Probabilities of the eight unscattered lobes together, of the three scattered lobes, and of the diffuse lobe.
     pub(super) probability: [f32; 5],
+    /// Probability of the diffuse lobe, including samples of scattered lobes that cannot leave.
     pub(super) diffuse_probability: f32,
 }
 
-/// Densities of the three scattered lobes over solid angle before F_t, F_t itself, and the diffuse density.
+/// Densities per solid angle of the three scattered lobes before F_t, F_t itself, and the density of the diffuse lobe.
 struct ScatteredDensities {
     lobes: [f32; 3],
     transmission: f32,
@@ -45,7 +45,7 @@ struct ScatteredDensities {
 }
 
 impl Yan2015Hit<'_> {
-    /// C^M in the medulla, backward and forward, for light that leaves at θᵢ; and F_t.
+    /// The backward and forward C^M in the medulla for light that leaves at θᵢ, and F_t.
     #[inline(always)]
     fn inclined(&self, s: &Scattered, o: &Outgoing<f32>) -> ([f32; 2], f32) {
         let model = self.model;
@@ -62,8 +62,8 @@ impl Yan2015Hit<'_> {
         let lobes = [0, 1, 2].map(|i| {
             if self.probability[1 + i] > 0.0 {
                 let phi = wrap(o.phi - s.back[i]);
-                let along = back + (front - back) * (phi.abs() * FRAC_1_PI);
-                along * model.medulla.azimuthal(&s.azimuth, phi) / model.eta_m
+                let longitudinal = back + (front - back) * (phi.abs() * FRAC_1_PI);
+                longitudinal * model.medulla.azimuthal(&s.azimuth, phi) / model.eta_m
             } else {
                 0.0
             }
@@ -81,16 +81,20 @@ impl Yan2015Hit<'_> {
             for i in 0..3 {
                 let value = d.lobes[i] * d.transmission;
                 (0..3).for_each(|c| lobes.0[SCATTERED[i] as usize][c] += s.energy[i][c] * value);
-                pdf += if self.model.published { 0.0 } else { self.probability[1 + i] * d.lobes[i] };
+                pdf += if self.model.original_sampling { 0.0 } else { self.probability[1 + i] * d.lobes[i] };
             }
             (0..3).for_each(|c| lobes.0[Lobe::Rest as usize][c] += s.diffuse[c] * d.diffuse);
-            let even = if self.model.published { self.probability[1..].iter().sum() } else { self.diffuse_probability };
+            let even = if self.model.original_sampling {
+                self.probability[1..].iter().sum()
+            } else {
+                self.diffuse_probability
+            };
             pdf += even * (0.25 * FRAC_1_PI);
         }
         (lobes, pdf)
     }
 
-    /// f·cos θᵢ of the model's own lobes, in the order of [`super::LOBES`], RGB.
+    /// f·cos θᵢ of the twelve lobes of the model, in the order of [`super::LOBES`], RGB.
     pub fn lobes(&self, wi: Vec3) -> [[f32; 3]; 12] {
         let o = self.unscattered.frame.outgoing(wi.to_array());
         let mut densities = [0.0; 12];
@@ -104,7 +108,7 @@ impl Yan2015Hit<'_> {
         std::array::from_fn(|i| energy[i].map(|a| a * densities[i]))
     }
 
-    /// A of all twelve, of the scattered ones before F_t.
+    /// Energies of all twelve lobes. Those of the scattered lobes are before F_t.
     fn amplitudes(&self) -> [[f32; 3]; 12] {
         let mut all = [[0.0; 3]; 12];
         for c in 0..3 {
@@ -117,7 +121,7 @@ impl Yan2015Hit<'_> {
         all
     }
 
-    /// The energies of the model's own lobes, in the order of [`super::LOBES`], RGB.
+    /// Energies of the twelve lobes of the model, in the order of [`super::LOBES`], RGB.
     pub fn lobe_energies(&self) -> [[f32; 3]; 12] {
         let mut all = self.amplitudes();
         if let Some(s) = &self.scattered {
@@ -126,7 +130,7 @@ impl Yan2015Hit<'_> {
         all
     }
 
-    /// Draws from lobe `i` of the five of `probability`; `left` is what choosing it has left of a number.
+    /// Samples lobe `i` of the five in `probability`. `left` is the rescaled random number of the selection.
     #[inline(always)]
     fn draw(&self, i: usize, left: f32, u: [f32; 5]) -> (Lobe, Outgoing<f32>) {
         let at = |sin_i: f32, phi: f32| {
@@ -142,7 +146,7 @@ impl Yan2015Hit<'_> {
                 if sin_i.abs() < 1.0 {
                     (SCATTERED[i - 1], at(sin_i, relative + s.back[i - 1]))
                 } else {
-                    // Totally reflected: diffuse, from numbers not used yet.
+                    // Under total reflection, samples the diffuse lobe with unused random numbers.
                     (Lobe::Rest, at(2.0 * left - 1.0, TAU * u[4]))
                 }
             }
@@ -156,11 +160,11 @@ impl Yan2015Hit<'_> {
 }
 
 impl Yan2015Hit<'_> {
-    /// As [`Yan2015::sampled_as_published`] says.
-    fn sample_as_published(&self, i: usize, left: f32, u: [f32; 5]) -> Sample {
+    /// Samples as [`Yan2015::with_original_sampling`] describes.
+    fn sample_originally(&self, i: usize, left: f32, u: [f32; 5]) -> Sample {
         let (lobe, o, weight) = match &self.scattered {
             Some(s) if i > 0 => {
-                // Evenly over the sphere.
+                // Uniform over the sphere.
                 let sin_i = 2.0 * u[1] - 1.0;
                 let cos_i = ((1.0 - sin_i) * (1.0 + sin_i)).max(0.0).sqrt();
                 let o = Outgoing { sin_i, cos_i, theta_i: sin_i.atan2(cos_i), phi: TAU * u[3] };
@@ -174,7 +178,7 @@ impl Yan2015Hit<'_> {
             _ => {
                 let largest = largest_channel(self.unscattered.energies());
                 let (lane, _) = choose(&largest, left);
-                // Its Gaussians cancel: energy over probability, within the eight and of them all.
+                // The Gaussians cancel: the weight is the energy over the probability of the lobe.
                 let share = largest[lane] / largest.iter().sum::<f32>() * self.probability[0];
                 let weight = [0, 1, 2].map(|c| self.unscattered.energies()[c][lane] / share.max(f32::MIN_POSITIVE));
                 (NAMES[lane], self.unscattered.draw(lane, [u[1], u[2], u[3]]), weight)
@@ -185,14 +189,14 @@ impl Yan2015Hit<'_> {
     }
 }
 
-/// C^M goes over from its backward to its forward half with |φ|: two terms, and the diffuse one.
+/// C^M is a blend of its backward and forward half by |φ|. This gives two terms, and the diffuse lobe is a third.
 impl Separable for Yan2015Hit<'_> {
     #[inline]
-    fn add_lanes(&self, phis: &[f32], weight: f32, sums: &mut [AroundSums]) {
+    fn add_lanes(&self, phis: &[f32], weight: f32, sums: &mut [AzimuthalSums]) {
         self.unscattered.add_lanes(phis, weight, sums);
     }
 
-    fn add_others(&self, phis: &[f32], weight: f32, sums: &mut [AroundSums]) {
+    fn add_others(&self, phis: &[f32], weight: f32, sums: &mut [AzimuthalSums]) {
         let Some(s) = &self.scattered else { return };
         let diffuse = s.diffuse.map(|a| a * weight);
         let lobe = |i: usize| (self.probability[1 + i] > 0.0).then(|| (s.back[i], s.energy[i].map(|a| a * weight)));
@@ -211,13 +215,13 @@ impl Separable for Yan2015Hit<'_> {
         }
     }
 
-    fn along(&self, o: &Outgoing<f32>) -> AlongFactors {
+    fn longitudinal(&self, o: &Outgoing<f32>) -> LongitudinalFactors {
         let others = self.scattered.as_ref().map_or([0.0; 3], |s| {
             let ([back, front], transmission) = self.inclined(s, o);
             let out = transmission / self.model.eta_m;
             [back * out, (front - back) * out, o.cos_i * (FRAC_1_PI * FRAC_1_PI)]
         });
-        AlongFactors { lanes: self.unscattered.along(o).lanes, others }
+        LongitudinalFactors { lanes: self.unscattered.longitudinal(o).lanes, others }
     }
 
     fn exits(&self) -> [f32; 8] {
@@ -244,8 +248,8 @@ impl Scattering for Yan2015Hit<'_> {
     #[inline]
     fn sample(&self, u: [f32; 5]) -> Sample {
         let (i, left) = choose(&self.probability, u[0]);
-        if self.model.published {
-            return self.sample_as_published(i, left, u);
+        if self.model.original_sampling {
+            return self.sample_originally(i, left, u);
         }
         let (lobe, outgoing) = self.draw(i, left, u);
         let (lobes, pdf) = self.eval_outgoing(&outgoing);

@@ -1,4 +1,4 @@
-//! The light's paths through both cylinders: where they leave, and with how much of the light.
+//! Paths of light through both cylinders: exit azimuths and energies.
 
 use super::escape::interface;
 use crate::entry::Entry;
@@ -8,29 +8,30 @@ use vellus::parts::exp;
 use vellus::{Fiber, Lanes};
 use wide::f32x8;
 
-/// A ray's way through the double cylinder. Both circles share their centre, so that every refraction and reflection of a path
-/// turns it by one of few angles: the trace that the paper makes segment by segment is a handful of sums.
+/// The paths of a ray through the two concentric cylinders. Every refraction and reflection deflects a path by one of a
+/// few angles, so exit azimuths are short sums. The paper traces the segments of each path instead.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Paths {
-    /// A of the eight unscattered lobes.
+    /// Energies A of the eight unscattered lobes.
     pub unscattered: Energies,
-    /// Φ of them.
+    /// Exit azimuths Φ of the eight unscattered lobes.
     pub exit: [f32; 8],
-    /// The ray in the medulla; none where it misses it or is totally reflected off it.
+    /// The ray in the medulla. `None` if the ray misses the medulla or is totally reflected off it.
     pub medulla: Option<InMedulla>,
 }
 
-/// What the medulla makes of a ray.
+/// A ray in the medulla.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct InMedulla {
-    /// The angle asin h″ of its offset, which all passes have.
+    /// The angle asin h″ of the offset, the same for all passes.
     pub angle: f32,
-    /// sin θ in the medulla, and 1/cos θ there.
+    /// sin θ in the medulla.
     pub sin_m: f32,
+    /// 1/cos θ in the medulla.
     pub elongation: f32,
-    /// Where the light comes from in each of its three passes: where the tables' φ = 0 points.
+    /// Azimuth from which light arrives in each of the three passes. This is φ = 0 of the tables.
     pub back: [f32; 3],
-    /// What is scattered in each, RGB, before it leaves.
+    /// Energy that each pass scatters, RGB, before it leaves.
     pub scattered: [[f32; 3]; 3],
 }
 
@@ -53,7 +54,8 @@ impl Paths {
             return Paths { unscattered, exit, medulla: None };
         }
 
-        // γ₁ at the medulla outside, γ₂ inside; θ_m in the medulla. h″ = sin γ₂ is the offset in units of its radius.
+        // At the medulla, γ₁ is the angle outside and γ₂ the angle inside. θ_m is the inclination in the medulla. h″ =
+        // sin γ₂ is the offset in units of its radius.
         let eta_c = fiber.eta;
         let (sin_o, sin_m) = (entry.polar.sin, entry.polar.sin / eta_m);
         let normal = |eta: f32| ((eta - sin_o) * (eta + sin_o)).max(1e-12).sqrt();
@@ -68,7 +70,8 @@ impl Paths {
         let through = 1.0 - r;
         let elongation = eta_m / along_m;
 
-        // All exponentials at once: the cortex from cuticle to medulla, one pass of the medulla, and σ_m,s alone.
+        // All exponentials in one register: the cortex from cuticle to medulla, one pass of the medulla, and σ_m,s
+        // alone.
         let cortex = (entry.cos_gamma_t - kappa * cos_1) * entry.elongation;
         let medulla = 2.0 * kappa * cos_2 * elongation;
         let (ca, ma, ms) = (fiber.sigma_ca, fiber.sigma_ma, fiber.sigma_ms);
@@ -87,7 +90,7 @@ impl Paths {
         .to_array();
         let (t_c, t_m) = ([c0, c1, c2], [m0, m1, m2]);
         let x = medulla * ms;
-        // 1 − eˣ by its series where it would cancel: exact there to x³/24 = 3e-7.
+        // 1 − e⁻ˣ by its series for small x, to avoid cancellation. The error is x³/24 = 3e-7.
         let q = if x < 0.02 { x * (1.0 - x * (0.5 - x / 6.0)) } else { 1.0 - unscattered };
 
         let mut energy = [[0.0; 8]; 3];
@@ -119,7 +122,7 @@ impl Paths {
         exit[5] = exit[1] + 2.0 * refract;
         exit[6] = exit[5] + within;
         exit[7] = exit[5] + around + 2.0 * refract;
-        // Travelling along Φ + π, light comes from Φ.
+        // Light that travels along Φ + π comes from Φ.
         let first = into + refract;
         let medulla = enters.then_some(InMedulla {
             angle: gamma_2,

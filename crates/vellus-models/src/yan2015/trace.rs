@@ -1,12 +1,12 @@
-//! The paths, traced event by event in three dimensions and f64, against the closed form.
+//! Compares the closed forms with paths that are traced event by event, in three dimensions and f64.
 
 use super::paths::Paths;
 use crate::entry::Entry;
 use std::f64::consts::{PI, TAU};
-use vellus::oracle::fresnel;
 use vellus::{Fiber, Window};
+use vellus_reference::exact::fresnel;
 
-/// A ray on its way, with what is left of the light (first channel).
+/// A ray with its remaining energy (first channel).
 #[derive(Clone, Copy)]
 struct Ray {
     p: [f64; 2],
@@ -14,7 +14,7 @@ struct Ray {
     energy: f64,
 }
 
-/// Snell and Fresnel at a normal that opposes `d`: the two directions, and the reflectance.
+/// Reflected and refracted direction at a normal opposite to `d`, and the cosines on both sides.
 fn split(d: [f64; 3], normal: [f64; 3], from: f64, to: f64) -> ([f64; 3], Option<[f64; 3]>, f64, f64) {
     let cos = -(d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2]);
     let back: [f64; 3] = std::array::from_fn(|k| d[k] + 2.0 * cos * normal[k]);
@@ -27,7 +27,7 @@ fn split(d: [f64; 3], normal: [f64; 3], from: f64, to: f64) -> ([f64; 3], Option
     (back, Some(std::array::from_fn(|k| ratio * d[k] + (ratio * cos - cos_t) * normal[k])), cos, cos_t)
 }
 
-/// Distance to the circle of radius r: the first crossing ahead from outside, the exit from inside.
+/// Distance to the circle of radius r: to the first intersection from outside, or to the exit from inside.
 fn distance(ray: &Ray, r: f64, outside: bool) -> Option<f64> {
     let a = ray.d[1].powi(2) + ray.d[2].powi(2);
     let b = ray.p[0] * ray.d[1] + ray.p[1] * ray.d[2];
@@ -36,7 +36,7 @@ fn distance(ray: &Ray, r: f64, outside: bool) -> Option<f64> {
     (b * b - a * c >= 0.0).then_some(if outside { (-b - root) / a } else { (-b + root) / a })
 }
 
-/// Follows `events`; none where total reflection, or missing the medulla, forbids it.
+/// Traces the path with these `events`. `None` if total reflection or a miss of the medulla makes it impossible.
 fn trace(fiber: &Fiber, eta_m: f64, theta_o: f64, h: f64, events: &str) -> Option<Ray> {
     let (eta_c, kappa) = (f64::from(fiber.eta), f64::from(fiber.kappa));
     let (ca, ma) = (f64::from(fiber.sigma_ca[0]), f64::from(fiber.sigma_ma[0] + fiber.sigma_ms));
@@ -107,13 +107,13 @@ fn closed_forms_are_the_traced_paths() {
                 let paths = Paths::new(&fiber, eta_m, &entry);
                 let beside = (f64::from(entry.h_inside)).abs() >= f64::from(fiber.kappa);
                 for (i, name) in events.iter().enumerate() {
-                    // Paths beside the medulla are none through it, and the other way around.
+                    // A ray either passes beside the medulla or hits it.
                     let exists = i == 0 || (i < 3) == beside;
                     let ours = f64::from(paths.unscattered[0][i]);
                     let at = format!("{name} η {eta_c} {eta_m} θ {theta_o} h {h}");
                     match trace(&fiber, eta_m.into(), theta_o, h, name) {
                         Some(ray) if exists => {
-                            // Twenty roundings of 6e-8, of cosines as small as 0.1.
+                            // Twenty rounding errors of 6e-8, of cosines as small as 0.1.
                             assert!(
                                 (ours - ray.energy).abs() < 2e-5 * ray.energy + 1e-8,
                                 "{at}: {ours} {}",
@@ -140,7 +140,7 @@ fn closed_forms_are_the_traced_paths() {
                     assert!((ray.d[0] + f64::from(m.sin_m)).abs() < 1e-6, "{at}");
                     let turn = same_turn(m.back[i].into(), (-ray.d[2]).atan2(-ray.d[1]));
                     assert!(turn.abs() < 2e-5, "{at}: {turn}");
-                    // The chord in the medulla, of which Q is scattered.
+                    // The medulla scatters the fraction Q along the chord.
                     let chord = distance(&ray, fiber.kappa.into(), false).unwrap();
                     let expected = ray.energy * -(-chord * f64::from(fiber.sigma_ms)).exp_m1();
                     let ours = f64::from(m.scattered[i][0]);
@@ -150,6 +150,6 @@ fn closed_forms_are_the_traced_paths() {
             }
         }
     }
-    // R and two to five others at each of 84 hits, and most passes.
+    // R and two to five other paths at each of 84 hits, and most passes.
     assert!(compared > 250 && total > 100, "{compared} {total}");
 }

@@ -1,9 +1,9 @@
-//! Images: PNG, Radiance HDR and OpenEXR, told apart by their first bytes.
+//! Reads images: PNG, Radiance HDR and OpenEXR. The first bytes determine the format.
 
 mod pixels;
 mod rgbe;
 
-use crate::error::Error;
+use crate::error::{Error, Invalid};
 use crate::guard::catch;
 use crate::warning::Warning;
 use pixels::{Pixels, checked_size};
@@ -11,13 +11,13 @@ use std::io::Cursor;
 use std::path::Path;
 use vellus_scene::{Texture, Wrap};
 
-/// The largest file of an image: 4 GiB.
+/// The largest image file, in bytes: 4 GiB.
 const MAX_BYTES: u64 = 4 << 30;
 
-/// How numbers in a file encode light. Radiance HDR and OpenEXR are linear whatever is asked.
+/// The transfer function of the numbers in a file. Radiance HDR and OpenEXR are always linear.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(crate) enum Encoding {
-    /// As UsdPreviewSurface has it: a PNG is sRGB if it says so, or has 8 bits and colour; otherwise linear.
+    /// As UsdPreviewSurface defines: a PNG is sRGB if it has an sRGB chunk or 8-bit colour, and linear otherwise.
     #[default]
     Auto,
     /// Linear.
@@ -26,22 +26,22 @@ pub(crate) enum Encoding {
     Srgb,
 }
 
-/// Reads an image as linear RGB; alpha is left out, grey becomes three equal channels.
+/// Reads an image as linear RGB. Alpha is ignored, and grey becomes three equal channels.
 ///
-/// Negative numbers, which resizing leaves near bright edges, become 0: the warning says how many.
+/// Negative values become 0, and the warning has their number. Resampling causes them near bright edges.
 ///
 /// # Errors
-/// [`Error::File`] names the file if it is missing, broken, of another kind, has more than 4 GiB or 2²⁷ pixels, or a
-/// pixel that is not finite.
+/// [`Error::File`] if the file is missing or broken, has another format, more than 4 GiB or 2²⁷ pixels, or a pixel that
+/// is not finite.
 pub fn load_texture(file: &Path) -> Result<(Texture, Option<Warning>), Error> {
     load(file, Encoding::Auto)
 }
 
-/// Reads an image of plain numbers, as a map of densities is: they are linear whatever the file says. Otherwise as
-/// [`load_texture`].
+/// Reads an image of plain numbers, such as a density map. Its values are linear whatever the file says. Otherwise the
+/// same as [`load_texture`].
 ///
 /// # Errors
-/// Those of [`load_texture`].
+/// As [`load_texture`].
 pub fn load_map(file: &Path) -> Result<(Texture, Option<Warning>), Error> {
     load(file, Encoding::Linear)
 }
@@ -52,20 +52,20 @@ fn load(file: &Path, encoding: Encoding) -> Result<(Texture, Option<Warning>), E
     Ok((texture, warning.map(|what| Warning { prims: vec![file.display().to_string()], what })))
 }
 
-/// An image, and what was done to its pixels.
+/// A decoded image, and a warning about its pixels.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Image {
     pub texture: Texture,
     pub warning: Option<String>,
 }
 
-/// The same from the bytes of a file, which may lie in a package.
+/// Decodes the bytes of a file, which may be inside a package.
 pub(crate) fn decode(file: &Path, bytes: &[u8], encoding: Encoding) -> Result<Image, Error> {
-    let (width, height, mut pixels) = match bytes {
+    let Pixels { width, height, rgb: mut pixels } = match bytes {
         [0x89, b'P', b'N', b'G', ..] => png_pixels(bytes, encoding),
         [b'#', b'?', ..] => rgbe::decode(bytes),
         [0x76, 0x2f, 0x31, 0x01, ..] => exr_pixels(bytes),
-        _ => Err("it is no PNG, Radiance HDR or OpenEXR image".to_owned()),
+        _ => Err("it is no PNG, Radiance HDR or OpenEXR image".into()),
     }
     .map_err(|what| Error::file(file, what))?;
     let name = file.file_name().map_or(String::new(), |name| name.to_string_lossy().into_owned());
@@ -76,14 +76,14 @@ pub(crate) fn decode(file: &Path, bytes: &[u8], encoding: Encoding) -> Result<Im
             *pixel = pixel.map(|x| if x.is_finite() { x.max(0.0) } else { x });
         }
     }
-    let warning = (negative > 0)
-        .then(|| format!("the image {name} has {negative} pixels with negative numbers: these are taken as 0"));
+    let warning =
+        (negative > 0).then(|| format!("the image {name} has {negative} pixels with negative values: these become 0"));
     let texture = Texture { name, width, height, pixels, wrap: [Wrap::Repeat; 2] };
     texture.validate().map_err(|error| Error::file(file, error))?;
     Ok(Image { texture, warning })
 }
 
-fn png_pixels(bytes: &[u8], encoding: Encoding) -> Result<Pixels, String> {
+fn png_pixels(bytes: &[u8], encoding: Encoding) -> Result<Pixels, Invalid> {
     let broken = |error: png::DecodingError| format!("broken PNG: {error}");
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::EXPAND);
@@ -117,16 +117,16 @@ fn png_pixels(bytes: &[u8], encoding: Encoding) -> Result<Pixels, String> {
             data.chunks_exact(channels).take(pixels).map(pixel).collect()
         }
     };
-    Ok((width, height, pixels))
+    Ok(Pixels { width, height, rgb: pixels })
 }
 
-/// IEC 61966-2-1.
+/// The sRGB transfer function (IEC 61966-2-1).
 fn srgb_to_linear(x: f32) -> f32 {
     if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
 }
 
-/// Colour of the first layer.
-fn exr_pixels(bytes: &[u8]) -> Result<Pixels, String> {
+/// The colour of the first layer.
+fn exr_pixels(bytes: &[u8]) -> Result<Pixels, Invalid> {
     use exr::prelude::{ReadChannels, ReadLayers};
     let read = || {
         let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| e.to_string())?;
@@ -148,14 +148,14 @@ fn exr_pixels(bytes: &[u8]) -> Result<Pixels, String> {
             .from_buffered(Cursor::new(bytes))
             .map_err(|error| format!("{error} (a layer with channels R, G, B is needed)"))?;
         let (width, pixels) = image.layer_data.channel_data.pixels;
-        Ok((width, pixels.len() / width.max(1), pixels))
+        Ok(Pixels { width, height: pixels.len() / width.max(1), rgb: pixels })
     };
-    let result: Result<Pixels, String> = catch(read).unwrap_or(Err("it cannot be decoded".to_owned()));
-    result.map_err(|error| format!("broken OpenEXR image: {error}"))
+    let result: Result<Pixels, Invalid> = catch(read).unwrap_or(Err("it cannot be decoded".into()));
+    result.map_err(|error| format!("broken OpenEXR image: {error}").into())
 }
 
-/// An OpenEXR image of 32-bit numbers: nothing is lost.
-pub(crate) fn encode_exr(texture: &Texture) -> Result<Vec<u8>, String> {
+/// Encodes a texture as OpenEXR with 32-bit floats, without loss.
+pub(crate) fn encode_exr(texture: &Texture) -> Result<Vec<u8>, Invalid> {
     use exr::prelude::{Image, SpecificChannels, WritableImage};
     let pixel = |at: exr::math::Vec2<usize>| {
         let [r, g, b] = texture.pixels[at.y() * texture.width + at.x()];

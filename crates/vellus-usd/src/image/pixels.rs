@@ -1,14 +1,25 @@
-//! Decoded pixels, and the bound on how many there may be.
+//! Decoded pixels, and the limit of their number.
 
-/// The most pixels of an image. Decoding takes up to twice the memory of the pixels, which have 12 bytes each.
-pub(crate) const MOST_PIXELS: usize = 1 << 27;
+use crate::error::Invalid;
 
-pub(crate) type Pixels = (usize, usize, Vec<[f32; 3]>);
+/// The largest number of pixels. A pixel has 12 bytes, and decoding needs up to twice the memory of the pixels.
+const MAX_PIXELS: usize = 1 << 27;
 
-/// Checks a size that a header claims, before anything of that size is allocated.
-pub(crate) fn checked_size(width: usize, height: usize) -> Result<usize, String> {
+/// A decoded image.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Pixels {
+    /// Pixels per row.
+    pub width: usize,
+    /// Number of rows.
+    pub height: usize,
+    /// Linear RGB, row by row from the top.
+    pub rgb: Vec<[f32; 3]>,
+}
+
+/// Checks the size in a header before memory is allocated for it. Returns the number of pixels.
+pub(crate) fn checked_size(width: usize, height: usize) -> Result<usize, Invalid> {
     match width.checked_mul(height) {
-        Some(pixels @ 1..=MOST_PIXELS) => Ok(pixels),
-        _ => Err(format!("it claims {width} × {height} pixels: there must be 1 to {MOST_PIXELS}")),
+        Some(pixels @ 1..=MAX_PIXELS) => Ok(pixels),
+        _ => Err(format!("it claims {width} × {height} pixels: the number must be in [1, {MAX_PIXELS}]").into()),
     }
 }

@@ -1,4 +1,4 @@
-//! UsdGeomCamera.
+//! Reads cameras (UsdGeomCamera).
 
 use crate::error::Error;
 use crate::read::context::Reader;
@@ -7,7 +7,7 @@ use crate::stage::{Stage, When};
 use glam::DMat4;
 use vellus_scene::Camera;
 
-/// The camera of that name or path, or the first.
+/// The path of the camera with this name or path. Without a name, the first camera.
 pub(crate) fn choose(stage: &Stage, paths: &[String], name: Option<&str>) -> Result<Option<String>, Error> {
     for path in paths {
         let is_wanted = name.is_none_or(|name| path == name || path.rsplit('/').next() == Some(name));
@@ -18,7 +18,7 @@ pub(crate) fn choose(stage: &Stage, paths: &[String], name: Option<&str>) -> Res
     Ok(None)
 }
 
-/// When its shutter opens and closes, in time codes after the frame.
+/// When the shutter of a camera opens and closes, in time codes relative to the frame.
 pub(crate) fn shutter(stage: &Stage, prim: &str) -> Result<[f64; 2], Error> {
     Ok([number(stage, prim, "shutter:open", 0.0)?, number(stage, prim, "shutter:close", 0.0)?])
 }
@@ -31,11 +31,12 @@ fn number(stage: &Stage, prim: &str, name: &str, fallback: f64) -> Result<f64, E
     }
 }
 
-/// Reads a camera, if it is one in perspective.
+/// Reads a perspective camera. Returns `None` with a warning for other projections.
 pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<Option<Camera>, Error> {
     let prim = place.path.as_str();
     let get = |name, fallback| number(&reader.stage, prim, name, fallback);
-    // Fallbacks of the schema. Focal length and apertures are in tenths of a scene unit, the focus distance is in units.
+    // Default values of the schema. Focal length and apertures are in tenths of a scene unit, the focus distance is in
+    // scene units.
     let focal_length = get("focalLength", 50.0)?;
     let width = get("horizontalAperture", 20.955)?;
     let height = get("verticalAperture", 15.2908)?;
@@ -44,20 +45,21 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<Option<Camera>,
     let offsets = [get("horizontalApertureOffset", 0.0)?, get("verticalApertureOffset", 0.0)?];
     let projection = reader.stage.words(prim, "projection")?.unwrap_or_default();
     if projection.first().is_some_and(|p| p != "perspective") {
-        reader.warnings.add(prim, "only cameras in perspective are supported: it is left out");
+        reader.warnings.add(prim, "only perspective cameras are supported: this camera is ignored");
         return Ok(None);
     }
     if offsets != [0.0; 2] {
-        reader.warnings.add(prim, "offsets of the aperture are not supported and left out");
+        reader.warnings.add(prim, "offsets of the aperture are not supported and are ignored");
     }
     if get("exposure", 0.0)? != 0.0 {
-        reader.warnings.add(prim, "the camera's exposure is not supported and left out");
+        reader.warnings.add(prim, "the camera's exposure is not supported and is ignored");
     }
     if focal_length <= 0.0 || width <= 0.0 || height <= 0.0 || f_stop < 0.0 {
-        let what = "focalLength, horizontalAperture and verticalAperture must be positive, fStop not negative";
+        let what =
+            "focalLength, horizontalAperture and verticalAperture must be positive, and fStop must not be negative";
         return Err(Error::prim(prim, what));
     }
-    // An fStop of 0 is a pinhole.
+    // An fStop of 0 means a pinhole.
     let has_lens = f_stop > 0.0 && focus_distance > 0.0;
     if f_stop > 0.0 && !has_lens {
         reader.warnings.add(prim, "fStop has no effect without a positive focusDistance");

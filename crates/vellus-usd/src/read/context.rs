@@ -1,4 +1,4 @@
-//! The state of reading a stage: what was read so far, and caches of what prims share.
+//! The state of reading a stage: the scene so far, and caches of what prims share.
 
 use crate::error::Error;
 use crate::image::{self, Encoding, Image};
@@ -10,23 +10,23 @@ use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 use vellus_scene::{Scene, Texture, Units, Wrap};
 
-/// A scene in the making.
+/// The state of reading a stage.
 pub(crate) struct Reader<'a> {
     pub stage: Stage,
     pub options: &'a Options,
     pub scene: Scene,
     pub warnings: Warnings,
-    /// By material; that of curves without one under the empty path.
+    /// Looks by the path of the material. Curves without a material have the empty path.
     pub looks: HashMap<String, BoundLook>,
-    /// By material, or by mesh where it has none.
+    /// Surfaces by the path of the material, or of the mesh if it has no material.
     pub surfaces: HashMap<String, usize>,
-    /// Looks and primvars of which it was said that they leave their range.
+    /// Looks and primvars with a warning that a value is out of range.
     pub held: HashSet<(usize, String)>,
     textures: HashMap<(String, Encoding, Option<usize>, [Wrap; 2]), usize>,
 }
 
 impl<'a> Reader<'a> {
-    /// Nothing is read yet.
+    /// A reader with an empty scene.
     pub fn new(stage: Stage, options: &'a Options, units: Units) -> Self {
         Reader {
             stage,
@@ -40,7 +40,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Index of the texture in a file that a prim refers to; `channel` makes it grey.
+    /// Loads the texture file that a prim refers to, and returns its index in the scene. With a `channel`, all three
+    /// channels of the texture become that channel.
     pub fn texture(
         &mut self,
         prim: &str,
@@ -54,7 +55,7 @@ impl<'a> Reader<'a> {
             return Ok(index);
         }
         let bytes = self.stage.asset_bytes(&key.0)?;
-        // The part in brackets is the file in the package.
+        // The part in brackets is the file inside the package.
         let name = PathBuf::from(key.0.trim_end_matches(']').replace('[', "/"));
         let Image { texture, warning } = image::decode(&name, &bytes, encoding)?;
         if let Some(what) = warning {
@@ -69,7 +70,7 @@ impl<'a> Reader<'a> {
         Ok(self.scene.textures.len() - 1)
     }
 
-    /// What a prim is called in messages later on: its path, unless we have written it with a name of its own.
+    /// The name of a prim in later messages: `vellus:name` if it has one, otherwise its path.
     pub fn name(&self, prim: &str) -> Result<String, Error> {
         let given = self.stage.words(prim, "vellus:name")?.and_then(|words| words.into_iter().next());
         Ok(given.unwrap_or_else(|| prim.to_owned()))

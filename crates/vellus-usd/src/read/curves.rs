@@ -1,4 +1,4 @@
-//! UsdGeomBasisCurves.
+//! Reads strands (UsdGeomBasisCurves).
 
 use crate::error::Error;
 use crate::read::context::Reader;
@@ -11,24 +11,27 @@ use crate::stage::{Stage, When};
 use glam::{DMat4, DVec3, Vec2, Vec3};
 use vellus_scene::{Basis, MAX_COORDINATE, Parameter, Strands, Values};
 
-/// The largest width.
+/// The largest width, in scene units.
 pub(crate) const MAX_WIDTH: f32 = 2.0 * MAX_COORDINATE;
 
-/// Where the texture coordinates of roots are looked for; the last is what Blender writes.
+/// Primvars that may have the texture coordinates of the roots. Blender writes the last one.
 const ROOT_UV: [&str; 3] = ["primvars:st", "primvars:uv", "primvars:surface_uv_coordinate"];
 
-/// Reads the curves of a prim, if they are of a kind we have.
+/// Reads the curves of a prim. Unsupported kinds of curves give a warning and nothing else.
 pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let prim = place.path.as_str();
     let Some((basis, pinned)) = kind(reader, prim)? else { return Ok(()) };
     if place.to_world.determinant() == 0.0 || place.moved.determinant() == 0.0 {
-        return Err(Error::prim(prim, "its transform flattens strands: no scale of it or of its ancestors may be 0"));
+        return Err(Error::prim(
+            prim,
+            "its transform flattens the strands: no scale of the prim or of its ancestors may be 0",
+        ));
     }
     let Points { open, close } = points(reader, prim).map_err(|error| match error {
-        // Blender writes such handles for curves that have none.
+        // Blender writes NaN handles for curves without handles.
         Error::Prim { prim, what } if basis == Basis::Bezier && what.contains("NaN") => {
             let what =
-                format!("{what} (re-export the curves as Catmull-Rom: Blender writes handles that are not numbers)");
+                format!("{what} (re-export the curves as Catmull-Rom: Blender writes Bézier handles that are NaN)");
             Error::Prim { prim, what }
         }
         error => error,
@@ -50,7 +53,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
             all.push(opened[point].extend(match &radii {
                 Values::Constant([radius]) => *radius,
                 Values::PerStrand(radii) => radii[strand][0],
-                // What is continued beyond a thin tip may become negative.
+                // Extrapolation beyond a thin tip may give a negative radius.
                 Values::PerPoint(radii) => radii[point][0].max(0.0),
             }));
         }
@@ -59,7 +62,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let bound = look(reader, prim)?;
     let varying = varying(reader, prim, &layout, &bound)?;
     let mut strands = Strands {
-        // While it is checked, the path.
+        // The path, for the messages of the validation.
         name: prim.to_owned(),
         basis,
         starts,
@@ -75,7 +78,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     Ok(())
 }
 
-/// Basis, and whether phantom points are needed. `None` is said in a warning.
+/// The basis of curves, and whether they need phantom points. `None` with a warning if they are not supported.
 fn kind(reader: &mut Reader, prim: &str) -> Result<Option<(Basis, bool)>, Error> {
     let word = |name: &str, fallback: &str| -> Result<String, Error> {
         let words = reader.stage.words(prim, name)?.unwrap_or_default();
@@ -86,7 +89,7 @@ fn kind(reader: &mut Reader, prim: &str) -> Result<Option<(Basis, bool)>, Error>
         "nonperiodic" => false,
         "pinned" => true,
         "periodic" => {
-            reader.warnings.add(prim, "periodic curves are not supported and left out");
+            reader.warnings.add(prim, "periodic curves are not supported and are ignored");
             return Ok(None);
         }
         _ => {
@@ -95,13 +98,13 @@ fn kind(reader: &mut Reader, prim: &str) -> Result<Option<(Basis, bool)>, Error>
         }
     };
     match (kind.as_str(), basis.as_str()) {
-        // Whatever the basis says: Blender leaves it at what it was.
+        // Blender does not reset the basis of linear curves, so it has no meaning here.
         ("linear", _) => Ok(Some((Basis::Linear, false))),
         ("cubic", "bezier") => Ok(Some((Basis::Bezier, false))),
         ("cubic", "bspline") => Ok(Some((Basis::BSpline, pinned))),
         ("cubic", "catmullRom") => Ok(Some((Basis::CatmullRom, pinned))),
         ("cubic", "hermite" | "power") => {
-            reader.warnings.add(prim, format!("curves of the basis {basis} are not supported and left out"));
+            reader.warnings.add(prim, format!("curves of the basis {basis} are not supported and are ignored"));
             Ok(None)
         }
         ("cubic", _) => Err(Error::prim(prim, format!("basis is {basis}: it must be bezier, bspline or catmullRom"))),
@@ -109,14 +112,14 @@ fn kind(reader: &mut Reader, prim: &str) -> Result<Option<(Basis, bool)>, Error>
     }
 }
 
-/// Control points in the world, phantom points added.
+/// Control points in world space, with phantom points.
 fn to_world(layout: &Layout, points: &[[f32; 3]], matrix: &DMat4) -> Vec<Vec3> {
-    // Exact for the identity: products with 1 and sums with 0.
+    // The identity is exact: it multiplies by 1 and adds 0.
     let place = |p: [f32; 3]| matrix.transform_point3(DVec3::from(p.map(f64::from))).as_vec3();
     layout.points(points, false).into_iter().map(place).collect()
 }
 
-/// Half the widths, in the world.
+/// Radii in world space: half the widths.
 fn radii(reader: &mut Reader, place: &Place, layout: &Layout) -> Result<Values<[f32; 1]>, Error> {
     let prim = place.path.as_str();
     let (scale, is_uniform) = mean_scale(&place.to_world);
@@ -130,17 +133,19 @@ fn radii(reader: &mut Reader, place: &Place, layout: &Layout) -> Result<Values<[
             return Err(Error::prim(prim, what));
         }
         if !is_uniform {
-            reader.warnings.add(prim, "its scale is not uniform: strands stay round, widths get the mean scale");
+            reader
+                .warnings
+                .add(prim, "its scale is not uniform: strands stay round, and the mean scale applies to their widths");
         }
         return layout.spread(prim, name, &widths, |w| [(0.5 * scale * f64::from(w[0])) as f32]);
     }
     match reader.options.default_width {
         Some(width) => Ok(Values::Constant([0.5 * width])),
-        None => Err(Error::prim(prim, "it has no widths: give their diameter in scene units with --width")),
+        None => Err(Error::prim(prim, "it has no widths: set a default diameter in scene units (--width)")),
     }
 }
 
-/// One a strand: where there are more, that of its first point.
+/// One uv for each strand. If the file has one for each point, the uv of the first point.
 fn root_uv(stage: &Stage, prim: &str, layout: &Layout) -> Result<Option<Vec<Vec2>>, Error> {
     for name in ROOT_UV {
         let Some(uv) = primvar(stage, prim, name, Interpolation::Constant)? else { continue };
@@ -161,13 +166,13 @@ fn root_uv(stage: &Stage, prim: &str, layout: &Layout) -> Result<Option<Vec<Vec2
     Ok(None)
 }
 
-/// How the names of primvars for fibres begin.
+/// Prefix of the primvars for parameters of the fibre.
 const PRIMVARS: &str = "primvars:vellus:";
 
 /// [`Strands::varying`].
 type Varying = Vec<(Parameter, Values<[f32; 3]>)>;
 
-/// Parameters from `primvars:vellus:key`, or from the primvar that the shader reads.
+/// Parameters of the fibre from `primvars:vellus:KEY`, or from the primvar that the shader reads.
 fn varying(reader: &mut Reader, prim: &str, layout: &Layout, bound: &BoundLook) -> Result<Varying, Error> {
     let mut varying = Vec::new();
     for parameter in Parameter::ALL {
@@ -190,14 +195,14 @@ fn varying(reader: &mut Reader, prim: &str, layout: &Layout, bound: &BoundLook) 
         for name in reader.stage.properties(path)?.iter() {
             let key = name.as_str().strip_prefix(PRIMVARS).map(|key| key.strip_suffix(":indices").unwrap_or(key));
             if key.is_some_and(|key| Parameter::from_name(key).is_none()) {
-                reader.warnings.add(path, format!("{} is no parameter of {SHADER} and left out", name.as_str()));
+                reader.warnings.add(path, format!("{} is not a parameter of {SHADER} and is ignored", name.as_str()));
             }
         }
     }
     Ok(varying)
 }
 
-/// The first value of a primvar that is outside the parameter's range, and its index.
+/// The first value of a primvar that is outside the range of the parameter, and its index.
 fn outside(parameter: Parameter, primvar: &Primvar) -> Option<(usize, f32)> {
     (0..primvar.values.len()).find_map(|i| {
         let row = primvar.values.row(i).iter().take(parameter.channels());
@@ -205,7 +210,7 @@ fn outside(parameter: Parameter, primvar: &Primvar) -> Option<(usize, f32)> {
     })
 }
 
-/// Says once for each primvar and look what happens to values outside a range.
+/// Adds one warning for each primvar and look with values out of range.
 fn warn_of_range(
     reader: &mut Reader,
     prim: &str,
@@ -218,7 +223,7 @@ fn warn_of_range(
     }
     let (range, unit) = (parameter.range(), parameter.unit().suffix());
     let nearest = range.nearest(value);
-    let what = format!("{name}[{i}] is {value}: the range is {range}{unit}, so {nearest} is taken");
+    let what = format!("{name}[{i}] is {value}: the range is {range}{unit}, so it is clamped to {nearest}");
     let look = &reader.scene.looks[look].name;
-    reader.warnings.add(prim, format!("{what}; the same goes for other curves with the look {look}"));
+    reader.warnings.add(prim, format!("{what}; other curves with the look {look} are clamped too"));
 }

@@ -1,24 +1,24 @@
-//! How the points of a BasisCurves prim become strands: bases, pinned ends, and values between points.
+//! Converts the points of a BasisCurves prim to strands: bases, pinned ends, and values between points.
 
 use crate::error::Error;
 use crate::read::primvar::{Interpolation, Primvar};
 use vellus_scene::{Basis, Values};
 
-/// Basis, ends and counts of the curves of a prim.
+/// Basis, ends and point counts of the curves of a prim.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
     pub basis: Basis,
-    /// Does the curve go from its first to its last point, by a phantom point beyond each? Only for cubic B-splines
-    /// and Catmull–Rom curves: others do anyway.
+    /// Whether the curve interpolates its first and last point, by a phantom point beyond each end. Only cubic
+    /// B-splines and Catmull–Rom curves need it.
     pub pinned: bool,
-    /// Points of each curve in the file.
+    /// Number of points of each curve in the file.
     pub counts: Vec<usize>,
     /// Their sum.
     pub total: usize,
 }
 
 impl Layout {
-    /// Checks `counts` against the number of points before anything of their size is allocated.
+    /// Checks `counts` against the number of points. Nothing is allocated before.
     pub fn new(prim: &str, basis: Basis, pinned: bool, counts: &[i64], points: usize) -> Result<Self, Error> {
         let fail = |what: String| Err(Error::prim(prim, what));
         let mut total = 0usize;
@@ -44,10 +44,10 @@ impl Layout {
             return fail(format!("curveVertexCounts add up to {total}, but there are {points} points"));
         }
         let layout = Layout { basis, pinned, counts: checked, total };
-        // Strands count their points in 32 bits.
+        // Strands use 32-bit indices.
         match total.checked_add(layout.phantoms() * layout.counts.len()) {
             Some(n) if u32::try_from(n).is_ok() => Ok(layout),
-            _ => fail(format!("it has {points} points: there may be 4294967295, phantom points included")),
+            _ => fail(format!("it has {points} points: at most 4294967295 are supported, including phantom points")),
         }
     }
 
@@ -55,20 +55,20 @@ impl Layout {
         if self.pinned { 2 } else { 0 }
     }
 
-    /// Where each strand starts in memory, and their total.
+    /// The index of the first point of each strand, and the total number of points, with phantom points.
     pub fn starts(&self) -> Vec<u32> {
         let mut starts = Vec::with_capacity(self.counts.len() + 1);
         let mut start = 0u32;
         starts.push(start);
         for &count in &self.counts {
-            // `new` has checked the sum.
+            // `new` checks that the sum fits.
             start += (count + self.phantoms()) as u32;
             starts.push(start);
         }
         starts
     }
 
-    /// Values given at the knots of a strand of `count` points.
+    /// Number of knots of a strand with `count` points.
     fn knots(&self, count: usize) -> usize {
         match self.basis {
             Basis::Linear => count,
@@ -78,7 +78,8 @@ impl Layout {
         }
     }
 
-    /// Spreads a primvar over strands or their points, `name` for messages. A single value counts as constant.
+    /// Assigns the values of a primvar to strands or points. A single value counts as constant. `name` is used in
+    /// messages.
     pub fn spread<const N: usize>(
         &self,
         prim: &str,
@@ -106,10 +107,10 @@ impl Layout {
         })
     }
 
-    /// Values at the control points in memory from those at the points, or knots, in the file.
+    /// Converts values at the points or knots of the file to values at control points.
     ///
-    /// What varies linearly from knot to knot does so after: cubic curves take the value of a knot at the control point nearest to it,
-    /// Bézier handles lie a third of the way.
+    /// Values that are linear between knots stay linear: the control point nearest to a knot of a cubic curve gets the
+    /// value of the knot, and Bézier handles get the value at a third of the way.
     pub fn points<const N: usize>(&self, values: &[[f32; N]], at_knots: bool) -> Vec<[f32; N]> {
         let mix = |a: [f32; N], b: [f32; N], t: f32| std::array::from_fn(|c| a[c] + t * (b[c] - a[c]));
         let mut points = Vec::with_capacity(self.total + self.phantoms() * self.counts.len());
@@ -124,7 +125,7 @@ impl Layout {
                 }
                 points.extend(strand.last());
             } else if self.pinned || (at_knots && !is_bezier && self.basis != Basis::Linear) {
-                // UsdGeomBasisCurves: as far beyond the end as the next point is before it.
+                // As UsdGeomBasisCurves defines: the mirror image of the second point about the first.
                 let beyond = |end: [f32; N], next: [f32; N]| std::array::from_fn(|c| 2.0 * end[c] - next[c]);
                 let (first, last) = (strand[0], strand[strand.len() - 1]);
                 points.push(beyond(first, strand[1]));
@@ -152,7 +153,7 @@ mod tests {
         layout.spread("/a", "widths", &Primvar { values, interpolation }, |row| [row[0]])
     }
 
-    /// Knots with a linear course keep it, in every basis.
+    /// Values that are linear over the knots stay linear, in every basis.
     #[test]
     fn linear_courses_stay_linear() {
         use Interpolation::Varying;

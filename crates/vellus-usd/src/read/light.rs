@@ -1,4 +1,4 @@
-//! UsdLux lights.
+//! Reads lights (UsdLux).
 
 use crate::error::Error;
 use crate::image::Encoding;
@@ -9,7 +9,7 @@ use glam::{DMat3, DMat4, DVec3};
 use std::f64::consts::PI;
 use vellus_scene::{Ground, Light, Wrap};
 
-/// An attribute of a light; files from before USD 21.02 have it without `inputs:`.
+/// An attribute of a light. Before USD 21.02, its name had no `inputs:`.
 fn get(stage: &Stage, prim: &str, name: &str, fallback: f64) -> Result<f64, Error> {
     let value = match stage.precise(prim, &format!("inputs:{name}"), When::Open)? {
         Some(value) => Some(value),
@@ -27,7 +27,7 @@ fn size(stage: &Stage, prim: &str, name: &str, fallback: f64) -> Result<f64, Err
     if x > 0.0 { Ok(x) } else { Err(Error::prim(prim, format!("inputs:{name} is {x}: it must be positive"))) }
 }
 
-/// intensity × 2^exposure × colour.
+/// The emission, RGB: intensity × 2^exposure × colour.
 fn emission(reader: &mut Reader, prim: &str, intensity: f64) -> Result<[f64; 3], Error> {
     let stage = &reader.stage;
     let strength = get(stage, prim, "intensity", intensity)? * get(stage, prim, "exposure", 0.0)?.exp2();
@@ -38,7 +38,7 @@ fn emission(reader: &mut Reader, prim: &str, intensity: f64) -> Result<[f64; 3],
     let color = <[f64; 3]>::try_from(color.unwrap_or_else(|| vec![1.0; 3]))
         .map_err(|_| Error::prim(prim, "inputs:color must have three channels"))?;
     if stage.flag(prim, "inputs:enableColorTemperature")? == Some(true) {
-        reader.warnings.add(prim, "colour temperatures are not supported and left out");
+        reader.warnings.add(prim, "colour temperatures are not supported and are ignored");
     }
     let emission = color.map(|c| c * strength);
     if emission.iter().all(|x| x.is_finite() && *x >= 0.0) {
@@ -48,7 +48,7 @@ fn emission(reader: &mut Reader, prim: &str, intensity: f64) -> Result<[f64; 3],
     }
 }
 
-/// Reads any of the lights.
+/// Reads a light of any kind.
 pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let prim = place.path.as_str();
     let is_distant = place.type_name == "DistantLight";
@@ -58,10 +58,10 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let cone = get(stage, prim, "shaping:cone:angle", 90.0)?;
     let focus = get(stage, prim, "shaping:focus", 0.0)?;
     if cone < 90.0 || focus != 0.0 || stage.has_value(prim, "inputs:shaping:ies:file")? {
-        reader.warnings.add(prim, "the shaping of lights is not supported and left out");
+        reader.warnings.add(prim, "the shaping of lights is not supported and is ignored");
     }
     let stage = &reader.stage;
-    // Radiance: with `normalize`, the power does not change with the size in world space.
+    // With `normalize`, the power does not depend on the size in world space.
     let radiance = |area: f64| emitted.map(|x| (if normalize { x / area } else { x }) as f32);
     let sized = |x: f64, y: f64| place.to_world * DMat4::from_scale(DVec3::new(x, y, 1.0));
     let area = |m: &DMat4| m.x_axis.truncate().cross(m.y_axis.truncate()).length();
@@ -72,7 +72,8 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
             if !(0.0..=PI).contains(&half_angle) {
                 return Err(Error::prim(prim, "inputs:angle must be in [0, 360] degrees"));
             }
-            // What a disk of that angle sends to a plane that faces it; a single direction is given as irradiance.
+            // Irradiance of a plane that faces a disk of this angle. An angle of 0 is a single direction, whose value
+            // is the irradiance itself.
             let sine = half_angle.min(0.5 * PI).sin();
             let spread = if normalize || half_angle == 0.0 { 1.0 } else { PI * sine * sine };
             let direction = rigid(&place.to_world).z_axis.truncate().as_vec3();
@@ -93,14 +94,14 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
             Light::Disk { to_world: to_world.as_mat4(), radiance: radiance(PI * area(&to_world)) }
         }
         "CylinderLight" => {
-            // Its axis is x. A scale that makes it elliptic keeps the area of its section.
+            // The axis is x. If a scale makes the section elliptic, a circle of the same area replaces it.
             let axes = DMat3::from_mat4(place.to_world);
             let half_axis = 0.5 * size(stage, prim, "length", 1.0)? * axes.x_axis;
             let radius = size(stage, prim, "radius", 0.5)? * axes.y_axis.cross(axes.z_axis).length().sqrt();
             let radiance = radiance(4.0 * PI * radius * half_axis.length());
             let center = place.to_world.w_axis.truncate().as_vec3();
             if light_texture(reader, prim)?.is_some() {
-                reader.warnings.add(prim, "the texture of a CylinderLight is not supported and left out");
+                reader.warnings.add(prim, "the texture of a CylinderLight is not supported and is ignored");
             }
             Light::Cylinder { center, half_axis: half_axis.as_vec3(), radius: radius as f32, radiance }
         }
@@ -117,13 +118,13 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     Ok(())
 }
 
-/// `vellus:lightGroup`, or the prim's name.
+/// The light group: `vellus:lightGroup`, or the name of the prim.
 fn group(reader: &Reader, prim: &str) -> Result<String, Error> {
     if let Some([name]) = reader.stage.words(prim, "vellus:lightGroup")?.as_deref() {
         return Ok(name.clone());
     }
     let name = prim.rsplit('/').next().unwrap_or_default();
-    // Of prims' names, those in other scripts are not names of groups.
+    // Names of groups are ASCII, names of prims need not be.
     Ok(name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).take(64).collect())
 }
 
@@ -135,13 +136,14 @@ fn light_texture(reader: &mut Reader, prim: &str) -> Result<Option<usize>, Error
     file.map(|file| reader.texture(prim, file, Encoding::Auto, None, [Wrap::Repeat; 2])).transpose()
 }
 
-/// The pole of a DomeLight is +y of its frame, whatever is up; the middle of its image is +z (OpenEXR), where ours is −z.
+/// Reads a dome light. The pole of a DomeLight is +y of its frame, whatever the up axis is. The middle of its image is
+/// at +z (as in OpenEXR), while that of [`Light::Dome`] is at −z.
 fn dome(reader: &mut Reader, place: &Place, radiance: [f32; 3]) -> Result<Light, Error> {
     let prim = place.path.as_str();
     let texture = light_texture(reader, prim)?;
     let format = reader.stage.words(prim, "inputs:texture:format")?.unwrap_or_default();
     if texture.is_some() && format.first().is_some_and(|f| !matches!(f.as_str(), "automatic" | "latlong")) {
-        reader.warnings.add(prim, "the image of a dome is taken as lat-long, whatever its format");
+        reader.warnings.add(prim, "the image of a dome is read as lat-long, whatever its format is");
     }
     let pole = reader.stage.words(prim, "poleAxis")?.unwrap_or_default();
     let z_is_pole = place.type_name == "DomeLight_1"
@@ -157,7 +159,8 @@ fn dome(reader: &mut Reader, place: &Place, radiance: [f32; 3]) -> Result<Light,
     Ok(Light::Dome { radiance, texture, rotation: rotation.as_mat3(), ground })
 }
 
-/// `vellus:groundHeight` and `vellus:groundRadius`, in the light's own unit: no schema has them.
+/// The ground of a dome: `vellus:groundHeight` and `vellus:groundRadius`, in the units of the light. No schema of USD
+/// has them.
 fn ground(reader: &Reader, place: &Place) -> Result<Option<Ground>, Error> {
     let (stage, prim) = (&reader.stage, place.path.as_str());
     let names = ["vellus:groundHeight", "vellus:groundRadius"];
@@ -166,7 +169,10 @@ fn ground(reader: &Reader, place: &Place) -> Result<Option<Ground>, Error> {
         return Ok(None);
     }
     if given != [true; 2] {
-        return Err(Error::prim(prim, format!("of {} and {} one is given: the ground takes both", names[0], names[1])));
+        return Err(Error::prim(
+            prim,
+            format!("only one of {} and {} is set: the ground needs both", names[0], names[1]),
+        ));
     }
     let (scale, _) = mean_scale(&place.to_world);
     let (height, radius) = (scale * size(stage, prim, names[0], 1.0)?, scale * size(stage, prim, names[1], 1.0)?);

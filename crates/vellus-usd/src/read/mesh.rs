@@ -1,4 +1,4 @@
-//! UsdGeomMesh: polygons into triangles.
+//! Reads meshes (UsdGeomMesh) as triangles.
 
 use crate::error::Error;
 use crate::read::context::Reader;
@@ -10,14 +10,14 @@ use crate::stage::When;
 use glam::{DMat3, DMat4, DVec3, Vec2, Vec3};
 use vellus_scene::Mesh;
 
-/// The corners of a triangle: its face, and for each the index of the point and of the corner among those of all faces.
+/// A triangle: its face, and for each corner the index of the point and the index among the corners of all faces.
 struct Triangle {
     face: usize,
     points: [u32; 3],
     corners: [usize; 3],
 }
 
-/// Reads a mesh. Polygons are split into fans from their first corner: right where they are convex.
+/// Reads a mesh. Polygons become triangle fans from their first corner, which is correct for convex polygons.
 pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let prim = place.path.as_str();
     let stage = &reader.stage;
@@ -33,7 +33,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let counts = stage.integers(prim, "faceVertexCounts", When::Open)?.unwrap_or_default();
     let indices = stage.integers(prim, "faceVertexIndices", When::Open)?.unwrap_or_default();
     let holes = stage.integers(prim, "holeIndices", When::Open)?.unwrap_or_default();
-    // A mirror turns the order of corners round; both together leave it.
+    // Left-handed orientation and a mirroring transform both reverse the order of corners.
     let flipped = left_handed != (place.to_world.determinant() < 0.0);
     let triangles = triangles(prim, &counts, &indices, &holes, open.len(), flipped)?;
     let (points_count, faces, corners) = (open.len(), counts.len(), indices.len());
@@ -48,7 +48,9 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
         let (given, expected) = (primvar.values.len(), size(primvar.interpolation));
         if given != expected || primvar.values.lanes != lanes {
             let kind = primvar.interpolation;
-            let what = format!("{name} has {given} values, but {expected} of {lanes} numbers belong to {kind:?}");
+            let what = format!(
+                "{name} has {given} values, but with {kind:?} interpolation there must be {expected}, of {lanes} numbers each"
+            );
             return Err(Error::prim(prim, what));
         }
         Ok(Some(primvar))
@@ -61,7 +63,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
         Some(uv) => Some(uv),
         None => checked("primvars:uv", Interpolation::Constant, 2)?,
     };
-    // A single uv says nothing, nor does a normal for a whole face that flat triangles do not.
+    // A constant uv has no effect. Neither has one normal for a whole face: triangles are flat anyway.
     let uv = uv.filter(|uv| uv.interpolation != Interpolation::Constant);
     let flat = [Interpolation::Constant, Interpolation::Uniform];
     let normals = normals.filter(|normals| !flat.contains(&normals.interpolation));
@@ -91,7 +93,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     };
     mesh.validate()?;
     if scheme.as_deref() != Some("none") {
-        reader.warnings.add(prim, "subdivision is not supported: the polygons are taken as they are");
+        reader.warnings.add(prim, "subdivision is not supported: the polygons are read without it");
     }
     let surface = surface(reader, prim)?;
     reader.scene.meshes.push(Mesh { name, surface, ..mesh });
@@ -122,11 +124,11 @@ fn triangles(
         }
     }
     let holes: std::collections::HashSet<i64> = holes.iter().copied().collect();
-    // No face has more triangles than corners.
+    // A face has fewer triangles than corners.
     let mut triangles = Vec::with_capacity(indices.len());
     let mut first = 0usize;
     for (face, &count) in counts.iter().enumerate() {
-        // The sum was checked: it fits.
+        // The sum fits, as checked above.
         let end = first + count as usize;
         if !holes.contains(&(face as i64)) {
             for corner in first + 1..end - 1 {
@@ -139,7 +141,7 @@ fn triangles(
     Ok(triangles)
 }
 
-/// Values at the corners of a triangle.
+/// The values at the corners of a triangle.
 fn corners_of<T>(triangle: &Triangle, primvar: &Primvar, convert: impl Fn(&[f32]) -> T) -> [T; 3] {
     std::array::from_fn(|i| {
         convert(primvar.values.row(match primvar.interpolation {

@@ -24,14 +24,15 @@ use crate::read::xform::{Place, places};
 use crate::stage::Stage;
 use std::path::Path;
 
-/// Reads a file (.usda, .usdc, .usdz) with all it refers to.
+/// Reads a file (.usda, .usdc, .usdz) and the files that it refers to.
 ///
-/// What is not supported is skipped and said in the warnings. Everything is brought to world space; the up axis stays what it is.
+/// Unsupported prims and inputs are ignored, and a warning names them. Everything is transformed to world space. The up
+/// axis does not change.
 ///
 /// # Errors
-/// [`Error::File`] if it or a file it refers to is missing or broken, [`Error::Prim`] if a prim has values that do not fit together
-/// or are out of range, [`Error::Empty`] if there is nothing to see. A read never panics, but a broken binary file may make the
-/// panic hook print a line ([`crate::quiet_caught_panics`]).
+/// [`Error::File`] if the file or a file that it refers to is missing or broken. [`Error::Prim`] if a prim has values
+/// that are inconsistent or out of range. [`Error::Empty`] if nothing is visible. The function never panics, but a
+/// broken binary file may make the panic hook print a line (see [`crate::quiet_caught_panics`]).
 pub fn read(file: &Path, options: &Options) -> Result<Reading, Error> {
     if let Some(width) = options.default_width
         && !(0.0..=curves::MAX_WIDTH).contains(&width)
@@ -56,11 +57,11 @@ pub fn read(file: &Path, options: &Options) -> Result<Reading, Error> {
 }
 
 fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<(), Error> {
-    // The camera's shutter decides which times all else is read at.
+    // The shutter of the camera decides at which times everything else is read.
     let wanted = reader.options.camera.as_deref();
     let chosen = camera::choose(&reader.stage, paths, wanted)?;
     if let (Some(name), None) = (wanted, &chosen) {
-        return Err(Error::file(file, format!("it has no camera called {name}")));
+        return Err(Error::file(file, format!("the stage has no camera called {name}")));
     }
     let shutter = match (reader.options.shutter, &chosen) {
         (Some(shutter), _) => shutter,
@@ -68,10 +69,16 @@ fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<(), 
         (None, None) => [0.0; 2],
     };
     if !(shutter[0].is_finite() && shutter[1].is_finite() && shutter[0] <= shutter[1]) {
-        return Err(Error::file(file, format!("the shutter opens at {} and closes at {}", shutter[0], shutter[1])));
+        return Err(Error::file(
+            file,
+            format!(
+                "the shutter opens at {} and closes at {}: both must be finite, and the first must not be later",
+                shutter[0], shutter[1]
+            ),
+        ));
     }
     if shutter[1] > shutter[0] && reader.stage.clock.is_timeless() {
-        let what = "the stage has no startTimeCode: its first samples are read and nothing moves; give a frame";
+        let what = "the stage has no startTimeCode: the first samples are read, without motion blur; set a frame";
         reader.warnings.add("/", what);
     }
     reader.stage.clock.close = reader.stage.clock.open + shutter[1];
@@ -97,15 +104,15 @@ fn read_prim(reader: &mut Reader, place: &Place) -> Result<(), Error> {
         "GeomSubset" => {
             let whole = place.path.rsplit_once('/').map_or("", |(parent, _)| parent);
             if bound_material(reader, &place.path)? != bound_material(reader, whole)? {
-                reader.warnings.add(&place.path, "a mesh has one material: that of part of it is left out");
+                reader.warnings.add(&place.path, "a mesh has one material: the material of this subset is ignored");
             }
             Ok(())
         }
-        // What would be seen in another renderer.
+        // Other renderers show these.
         "NurbsCurves" | "HermiteCurves" | "NurbsPatch" | "Points" | "PointInstancer" | "Sphere" | "Cube"
         | "Cylinder" | "Cylinder_1" | "Cone" | "Capsule" | "Capsule_1" | "Plane" | "TetMesh" | "Volume"
         | "GeometryLight" | "PortalLight" | "PluginLight" => {
-            reader.warnings.add(&place.path, format!("{} is not supported and left out", place.type_name));
+            reader.warnings.add(&place.path, format!("{} is not supported and is ignored", place.type_name));
             Ok(())
         }
         _ => Ok(()),

@@ -1,19 +1,21 @@
-//! Where points are as the shutter opens and closes (UsdGeomPointBased).
+//! Positions of points when the shutter opens and closes (UsdGeomPointBased).
 
 use crate::error::Error;
 use crate::read::context::Reader;
 use crate::stage::{Stage, When};
 
-/// The points of a prim in its own space, each of three finite numbers.
+/// The points of a prim in its own space. All coordinates are finite.
 pub(crate) struct Points {
-    /// As the shutter opens.
+    /// When the shutter opens.
     pub open: Vec<[f32; 3]>,
-    /// As it closes, as many; `None` where it does not stay open.
+    /// When the shutter closes, as many; `None` if both times are the same.
     pub close: Option<Vec<[f32; 3]>>,
 }
 
-/// Reads them. Velocities, where there are any, move them from the last sample before the shutter opens, or from the frame where there are no
-/// samples; later samples, which may be of other points, are then not looked at.
+/// Reads the points of a prim.
+///
+/// If the prim has velocities, they move the points of the last sample before the shutter opens, or of the frame if
+/// there are no samples. Later samples are then ignored, because they may have other points.
 pub(crate) fn points(reader: &mut Reader, prim: &str) -> Result<Points, Error> {
     let clock = reader.stage.clock;
     let moves = clock.close != clock.open;
@@ -26,17 +28,17 @@ pub(crate) fn points(reader: &mut Reader, prim: &str) -> Result<Points, Error> {
     }
     let close = vectors(&reader.stage, prim, "points", When::Close)?.unwrap_or_default();
     if close.len() != open.len() {
-        let what = format!("it has {} points as the shutter opens, {} as it closes", open.len(), close.len());
+        let what = format!("it has {} points when the shutter opens, but {} when it closes", open.len(), close.len());
         return Err(Error::prim(prim, what));
     }
     Ok(Points { open, close: Some(close) })
 }
 
-/// `None` where the prim has no velocities that fit its points.
+/// The points, moved by velocities; `None` if the prim has no velocities that match its points.
 fn by_velocities(reader: &mut Reader, prim: &str) -> Result<Option<Points>, Error> {
     let stage = &reader.stage;
     let clock = stage.clock;
-    // Without a frame there is no time from which to count.
+    // Without a frame, there is no reference time.
     if clock.is_timeless() || !stage.has_value(prim, "velocities")? {
         return Ok(None);
     }
@@ -48,17 +50,13 @@ fn by_velocities(reader: &mut Reader, prim: &str) -> Result<Option<Points>, Erro
         return Ok(None);
     }
     if velocities.len() != points.len() || stage.sample_before(prim, "velocities", clock.open)? != sample {
-        reader
-            .warnings
-            .add(prim, "its velocities are not those of its points, in number or in time: they are left out");
+        reader.warnings.add(prim, "its velocities do not match its points in number or in time, and are ignored");
         return Ok(None);
     }
     let accelerations = vectors(stage, prim, "accelerations", when)?.unwrap_or_default();
     let same = accelerations.len() == points.len() && stage.sample_before(prim, "accelerations", clock.open)? == sample;
     if !accelerations.is_empty() && !same {
-        reader
-            .warnings
-            .add(prim, "its accelerations are not those of its points, in number or in time: they are left out");
+        reader.warnings.add(prim, "its accelerations do not match its points in number or in time, and are ignored");
     }
     let per_second = reader.stage.time_codes_per_second().map_err(|what| Error::prim(prim, what))?;
     let at = |time: f64| -> Result<Vec<[f32; 3]>, Error> {
@@ -73,7 +71,7 @@ fn by_velocities(reader: &mut Reader, prim: &str) -> Result<Option<Points>, Erro
         if moved.as_flattened().iter().all(|x| x.is_finite()) {
             Ok(moved)
         } else {
-            Err(Error::prim(prim, "its velocities carry its points to infinity"))
+            Err(Error::prim(prim, "its velocities move points to infinity"))
         }
     };
     let close = if clock.close == clock.open { None } else { Some(at(clock.close)?) };

@@ -1,15 +1,17 @@
-//! Materials: which one a prim has, and where the inputs of its shaders take their values from.
+//! Finds the material of a prim, and the sources of shader inputs.
 
 use crate::error::Error;
 use crate::read::context::Reader;
 use crate::read::primvar::ancestors;
 use crate::stage::{Property, Stage};
 
-/// Longer chains of connections are taken for a circle.
+/// Longer chains of connections count as circular.
 const LONGEST_CHAIN: usize = 32;
 
-/// The material bound to a prim (UsdShadeMaterialBindingAPI): by the nearest of itself and its ancestors that binds one, unless one further
-/// up says that it is stronger. One for final pictures goes before one for any purpose.
+/// The material bound to a prim (UsdShadeMaterialBindingAPI).
+///
+/// The nearest binding on the prim or its ancestors applies, unless a binding further up is stronger than its
+/// descendants. Bindings for the purpose `full` precede bindings for all purposes.
 pub(crate) fn bound_material(reader: &mut Reader, prim: &str) -> Result<Option<String>, Error> {
     for purpose in ["full", ""] {
         let mut bound = None;
@@ -28,8 +30,8 @@ pub(crate) fn bound_material(reader: &mut Reader, prim: &str) -> Result<Option<S
     Ok(None)
 }
 
-/// The relationship by which `path` binds a material to `prim`, itself or below it, and the material. The first collection that has the
-/// prim goes before what is bound to `path` itself.
+/// The relationship by which `path` binds a material to `prim`, and the material. `path` is `prim` or an ancestor. The
+/// first collection that includes the prim precedes the direct binding of `path`.
 fn binding(reader: &mut Reader, path: &str, prim: &str, purpose: &str) -> Result<Option<(String, String)>, Error> {
     for name in reader.stage.properties(path)?.iter() {
         let name = name.as_str();
@@ -41,16 +43,16 @@ fn binding(reader: &mut Reader, path: &str, prim: &str, purpose: &str) -> Result
         }
         let targets = reader.stage.targets(path, name)?;
         let [collection, material] = &targets[..] else {
-            let what = format!("{name} must have two targets, a collection and a material: it is left out");
+            let what = format!("{name} must have two targets, a collection and a material: it is ignored");
             reader.warnings.add(path, what);
             continue;
         };
         match reader.stage.includes(collection, prim)? {
             Some(true) => return Ok(Some((name.to_owned(), material.clone()))),
             Some(false) => {}
-            None => {
-                reader.warnings.add(collection, "collections by an expression are not supported and have no members")
-            }
+            None => reader
+                .warnings
+                .add(collection, "collections by an expression are not supported: this collection is empty"),
         }
     }
     let name = if purpose.is_empty() { "material:binding".to_owned() } else { format!("material:binding:{purpose}") };
@@ -58,7 +60,7 @@ fn binding(reader: &mut Reader, path: &str, prim: &str, purpose: &str) -> Result
     Ok(material.map(|material| (name, material)))
 }
 
-/// The attribute at the end of the connections of one: an output of a shader, or what holds the value.
+/// The attribute at the end of a chain of connections: an output of a shader, or an attribute with a value.
 fn source(stage: &Stage, prim: &str, name: &str) -> Result<Property, Error> {
     let mut at = Property { prim: prim.to_owned(), name: name.to_owned() };
     for _ in 0..LONGEST_CHAIN {
@@ -70,7 +72,7 @@ fn source(stage: &Stage, prim: &str, name: &str) -> Result<Property, Error> {
     Err(Error::prim(prim, format!("{name} is connected in a circle")))
 }
 
-/// A shader, the kind it says it is, and one of its outputs.
+/// A shader prim, its `info:id`, and one of its outputs.
 #[derive(Clone, Debug)]
 pub(crate) struct Shader {
     pub prim: String,
@@ -78,9 +80,9 @@ pub(crate) struct Shader {
     pub output: String,
 }
 
-/// What gives an input its value.
+/// The source of a shader input.
 pub(crate) enum Input {
-    /// Nothing.
+    /// The input has no value.
     Unset,
     /// The value of this attribute.
     Value(Property),
@@ -88,7 +90,7 @@ pub(crate) enum Input {
     Shader(Shader),
 }
 
-/// What gives an input (or the output of a material or node graph) its value.
+/// The source of an input, or of an output of a material or node graph.
 pub(crate) fn input(stage: &Stage, prim: &str, name: &str) -> Result<Input, Error> {
     let at = source(stage, prim, name)?;
     let id = stage.words(&at.prim, "info:id")?.and_then(|words| words.into_iter().next());
@@ -100,7 +102,7 @@ pub(crate) fn input(stage: &Stage, prim: &str, name: &str) -> Result<Input, Erro
     })
 }
 
-/// The shader of a material's surface; one made for us goes before that for all renderers.
+/// The surface shader of a material. `outputs:vellus:surface` precedes `outputs:surface`.
 pub(crate) fn surface_shader(stage: &Stage, material: &str) -> Result<Option<Shader>, Error> {
     for output in ["outputs:vellus:surface", "outputs:surface"] {
         if let Input::Shader(shader) = input(stage, material, output)? {

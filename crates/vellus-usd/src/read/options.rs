@@ -5,36 +5,39 @@ use vellus::Fiber;
 use vellus_io::Sources;
 use vellus_scene::Scene;
 
-/// What a file does not say.
+/// Settings that a file does not contain.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// Width (diameter) of curves that have none, in world units, in [0, 2·10⁹]. Without it such curves are an error.
+    /// Width (diameter) of curves that have none, in world units, in [0, 2·10⁹]. If it is `None`, such curves are an
+    /// error.
     pub default_width: Option<f32>,
-    /// The time code that is read, interpolated between samples. Without it: the stage's startTimeCode, or where it has none the first
-    /// sample of each attribute. Values without time are for attributes without samples.
+    /// The time code to read. Values are interpolated between samples. If it is `None`, the startTimeCode of the stage
+    /// is read, or the first sample of each attribute if the stage has none. Attributes without samples have their
+    /// default value.
     pub frame: Option<f64>,
-    /// Name or path of the camera; without it the first one is taken.
+    /// Name or path of the camera. If it is `None`, the first camera is used.
     pub camera: Option<String>,
-    /// When the shutter opens and closes, in time codes after [`Options::frame`]; it replaces that of the camera.
+    /// When the shutter opens and closes, in time codes relative to [`Options::frame`]. Overrides the shutter of the
+    /// camera.
     pub shutter: Option<[f64; 2]>,
-    /// Fibre of curves whose material has no VellusFur shader.
+    /// The fibre of curves whose material has no VellusFur shader.
     pub fallback: Fiber,
 }
 
 impl Default for Options {
-    /// Needs widths, takes the first camera and makes fur without a material white.
+    /// Requires widths and uses the first camera. Curves without a VellusFur shader get [`Fiber::hair`].
     fn default() -> Self {
         Options { default_width: None, frame: None, camera: None, shutter: None, fallback: Fiber::hair() }
     }
 }
 
-/// What [`read`] gives.
+/// The result of [`read`](crate::read()).
 #[derive(Clone, Debug)]
 pub struct Reading {
-    /// What was read, in world space.
+    /// The scene, in world space.
     pub scene: Scene,
-    /// What is not supported, and what was done instead.
+    /// What the file has that is not supported.
     pub warnings: Vec<Warning>,
-    /// All files that were read: layers and textures. A package (.usdz) is one file.
+    /// All files that were read: layers and textures. A package (.usdz) counts as one file.
     pub sources: Sources,
 }

@@ -1,9 +1,9 @@
-//! Values that belong to a whole prim, its strands or faces, or its points (UsdGeomPrimvar).
+//! Reads primvars: values of a prim, its strands or faces, or its points (UsdGeomPrimvar).
 
 use crate::error::Error;
 use crate::stage::{Numbers, Stage, When};
 
-/// What each of the values belongs to.
+/// The elements that values belong to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Interpolation {
     /// The prim.
@@ -18,14 +18,14 @@ pub(crate) enum Interpolation {
     FaceVarying,
 }
 
-/// Values and what they belong to.
+/// Values and their interpolation.
 #[derive(Clone, Debug)]
 pub(crate) struct Primvar {
     pub values: Numbers,
     pub interpolation: Interpolation,
 }
 
-/// Reads an attribute with its interpolation (`fallback` where it names none) and, where there are any, its indices.
+/// Reads an attribute with its interpolation (`fallback` if it has none), and resolves its indices.
 pub(crate) fn primvar(
     stage: &Stage,
     prim: &str,
@@ -58,7 +58,7 @@ pub(crate) fn primvar(
     Ok(Some(Primvar { values, interpolation }))
 }
 
-/// A constant primvar that the prim or the nearest ancestor gives, or any on the prim itself.
+/// The primvar of the prim itself, or a constant primvar of the nearest ancestor.
 pub(crate) fn inherited(stage: &Stage, prim: &str, name: &str) -> Result<Option<Primvar>, Error> {
     if let Some(own) = primvar(stage, prim, name, Interpolation::Constant)? {
         return Ok(Some(own));
@@ -73,7 +73,7 @@ pub(crate) fn inherited(stage: &Stage, prim: &str, name: &str) -> Result<Option<
     Ok(None)
 }
 
-/// The prim, its parent, and so on.
+/// The path of the prim, of its parent, and so on.
 pub(crate) fn ancestors(prim: &str) -> impl Iterator<Item = &str> {
     std::iter::successors(Some(prim), |path| path.rsplit_once('/').map(|(parent, _)| parent)).filter(|p| !p.is_empty())
 }

@@ -1,4 +1,4 @@
-//! UsdPreviewSurface: what meshes are made of.
+//! Reads the surfaces of meshes (UsdPreviewSurface).
 
 use crate::error::Error;
 use crate::read::context::Reader;
@@ -8,17 +8,17 @@ use crate::read::uv_texture::uv_texture;
 use crate::stage::{Stage, When};
 use vellus_scene::{Surface, Tint};
 
-/// Inputs that change nothing we compute at these values.
+/// Unsupported inputs, and the values at which they have no effect.
 const IDLE: [(&str, f32); 4] =
     [("opacity", 1.0), ("clearcoat", 0.0), ("displacement", 0.0), ("useSpecularWorkflow", 0.0)];
 
-/// Index of the surface of a mesh.
+/// The index of the surface of a mesh in the scene. Reads the surface if it is new.
 pub(crate) fn surface(reader: &mut Reader, prim: &str) -> Result<usize, Error> {
     let material = bound_material(reader, prim)?;
     let shader = material.as_ref().map(|m| surface_shader(&reader.stage, m)).transpose()?.flatten();
     let shader = shader.filter(|shader| shader.id == "UsdPreviewSurface");
     if let (Some(material), None) = (&material, &shader) {
-        reader.warnings.add(material, "it has no UsdPreviewSurface: meshes with it show their displayColor");
+        reader.warnings.add(material, "it has no UsdPreviewSurface: its meshes have their displayColor");
     }
     let key = shader.as_ref().and(material).unwrap_or_else(|| prim.to_owned());
     if let Some(&known) = reader.surfaces.get(&key) {
@@ -33,7 +33,7 @@ pub(crate) fn surface(reader: &mut Reader, prim: &str) -> Result<usize, Error> {
     Ok(reader.scene.surfaces.len() - 1)
 }
 
-/// A diffuse surface of the mesh's displayColor where it is constant, otherwise grey as USD's fallback is.
+/// A diffuse surface with the displayColor of the mesh if that is constant, otherwise with the grey that USD defines.
 fn plain(reader: &Reader, prim: &str) -> Result<Surface, Error> {
     let color = inherited(&reader.stage, prim, "primvars:displayColor")?;
     let color =
@@ -45,7 +45,7 @@ fn plain(reader: &Reader, prim: &str) -> Result<Surface, Error> {
 fn preview(reader: &mut Reader, material: &str, prim: &str) -> Result<Surface, Error> {
     let mut surface = Surface {
         name: reader.name(material)?,
-        // The schema's fallbacks.
+        // Default values of the schema.
         color: Tint { color: [0.18; 3], texture: None },
         emission: [0.0; 3],
         roughness: 0.5,
@@ -83,11 +83,11 @@ fn preview(reader: &mut Reader, material: &str, prim: &str) -> Result<Surface, E
             Input::Shader(_) => true,
         };
         if works {
-            reader.warnings.add(prim, format!("{name} is not supported and left out"));
+            reader.warnings.add(prim, format!("{name} is not supported and is ignored"));
         }
     }
     if let Input::Shader(_) = input(&reader.stage, prim, "inputs:normal")? {
-        reader.warnings.add(prim, "inputs:normal is not supported and left out");
+        reader.warnings.add(prim, "inputs:normal is not supported and is ignored");
     }
     Ok(surface)
 }
@@ -109,7 +109,9 @@ fn set<const N: usize>(
             let values = numbers(&reader.stage, &at.prim, &at.name)?;
             *target = values.try_into().map_err(|_| Error::prim(prim, format!("{name} must have {N} channels")))?;
         }
-        Input::Shader(_) => reader.warnings.add(prim, format!("{name} cannot be textured: its fallback is taken")),
+        Input::Shader(_) => {
+            reader.warnings.add(prim, format!("{name} cannot have a texture: its default value is used"))
+        }
     }
     Ok(())
 }

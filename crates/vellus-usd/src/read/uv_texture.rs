@@ -1,4 +1,4 @@
-//! UsdUVTexture.
+//! Reads textures (UsdUVTexture).
 
 use crate::error::Error;
 use crate::image::Encoding;
@@ -7,14 +7,14 @@ use crate::read::network::{Input, Shader, input};
 use crate::stage::{Stage, When};
 use vellus_scene::Wrap;
 
-/// What lies beyond the image along u and v.
+/// The inputs for the wrap modes along u and v.
 pub(crate) const WRAP_INPUTS: [&str; 2] = ["inputs:wrapS", "inputs:wrapT"];
 
-/// The words for it.
+/// The tokens of the wrap modes.
 pub(crate) const WRAPS: [(&str, Wrap); 4] =
     [("repeat", Wrap::Repeat), ("clamp", Wrap::Clamp), ("mirror", Wrap::Mirror), ("black", Wrap::Black)];
 
-/// What a shader says of that. Images have no say in it here: where they are to have, and where nothing is said, they repeat.
+/// The wrap mode of a shader. Metadata of images is not read: `useMetadata`, which is the default, means repeat.
 fn wrap(stage: &Stage, prim: &str, name: &str) -> Result<Wrap, Error> {
     let Input::Value(at) = input(stage, prim, name)? else { return Ok(Wrap::default()) };
     let words = stage.words(&at.prim, &at.name)?.unwrap_or_default();
@@ -25,7 +25,7 @@ fn wrap(stage: &Stage, prim: &str, name: &str) -> Result<Wrap, Error> {
     })
 }
 
-/// Index of its texture, and what multiplies it. `is_number` says that only the first channel will be looked at.
+/// The index of the texture in the scene, and its scale. `is_number` means that only the first channel is used.
 pub(crate) fn uv_texture(reader: &mut Reader, shader: &Shader, is_number: bool) -> Result<(usize, [f32; 3]), Error> {
     let prim = shader.prim.as_str();
     let stage = &reader.stage;
@@ -33,13 +33,15 @@ pub(crate) fn uv_texture(reader: &mut Reader, shader: &Shader, is_number: bool) 
         Input::Value(at) => stage.asset(&at.prim, &at.name)?,
         _ => None,
     };
-    let file = file.ok_or_else(|| Error::prim(prim, "inputs:file names no file"))?;
+    let file = file.ok_or_else(|| Error::prim(prim, "inputs:file has no path of a file"))?;
     let channel = match shader.output.as_str() {
         "rgb" => None,
         "r" => (!is_number).then_some(0),
         "g" => Some(1),
         "b" => Some(2),
-        other => return Err(Error::prim(prim, format!("its output {other} is not supported: rgb, r, g or b is"))),
+        other => {
+            return Err(Error::prim(prim, format!("its output {other} is not supported: it must be rgb, r, g or b")));
+        }
     };
     let space = stage.words(prim, "inputs:sourceColorSpace")?.unwrap_or_default();
     let encoding = match space.first().map(String::as_str) {
@@ -60,12 +62,12 @@ pub(crate) fn uv_texture(reader: &mut Reader, shader: &Shader, is_number: bool) 
     let wrap = [wrap(stage, prim, s)?, wrap(stage, prim, t)?];
     let coordinates = input(stage, prim, "inputs:st")?;
     if bias != [0.0; 3] {
-        reader.warnings.add(prim, "inputs:bias is not supported and left out");
+        reader.warnings.add(prim, "inputs:bias is not supported and is ignored");
     }
     if let Input::Shader(source) = coordinates {
         let names = reader.stage.words(&source.prim, "inputs:varname")?.unwrap_or_default();
         if source.id != "UsdPrimvarReader_float2" || names.first().is_some_and(|n| n != "st" && n != "uv") {
-            reader.warnings.add(prim, "its texture coordinates are always the primvar st, not changed on the way");
+            reader.warnings.add(prim, "texture coordinates are always the primvar st, without transforms");
         }
     }
     let texture = reader.texture(prim, file, encoding, channel, wrap)?;

@@ -1,32 +1,32 @@
-//! Where prims are and whether they show: transforms, visibility and purpose, handed down from parent to child.
+//! Transforms, visibility and purpose of prims, inherited from parent to child.
 
 use crate::error::Error;
 use crate::stage::{Stage, When};
 use glam::{DMat3, DMat4, DQuat, DVec3};
 
-/// A prim with what its ancestors give it.
+/// A prim with its inherited transform and visibility.
 #[derive(Clone, Debug)]
 pub(crate) struct Place {
-    /// Its path.
+    /// The path of the prim.
     pub path: String,
-    /// Its schema.
+    /// The schema of the prim.
     pub type_name: String,
-    /// To the world, as the shutter opens.
+    /// The transform to world space when the shutter opens.
     pub to_world: DMat4,
-    /// To the world, as it closes.
+    /// The transform to world space when the shutter closes.
     pub moved: DMat4,
-    /// Is it neither invisible nor a guide or proxy?
+    /// Whether the prim is visible, and neither a guide nor a proxy.
     pub shown: bool,
     visible: bool,
     purpose: String,
-    /// Below a prim that is drawn in a way of its own, as the prototypes of an instancer are.
+    /// Whether an ancestor is a point instancer, which draws its prototypes itself.
     pub swallowed: bool,
 }
 
 /// All prims of a stage, parents before children.
 pub(crate) fn places(stage: &Stage, paths: &[String]) -> Result<Vec<Place>, Error> {
     let mut places: Vec<Place> = Vec::with_capacity(paths.len());
-    // Indices of the ancestors of the prim at hand.
+    // Indices of the ancestors of the current prim.
     let mut ancestors: Vec<usize> = Vec::new();
     for path in paths {
         let is_ancestor = |&i: &usize| path.strip_prefix(&places[i].path).is_some_and(|rest| rest.starts_with('/'));
@@ -62,7 +62,8 @@ fn place(stage: &Stage, path: &str, parent: Option<&Place>) -> Result<Place, Err
     })
 }
 
-/// The product of a prim's transform operations (the last is applied first), and whether it leaves its parent's out.
+/// The product of the transform operations of a prim, and whether it ignores the transform of its parent. The last
+/// operation applies first.
 fn local_transform(stage: &Stage, prim: &str, when: When) -> Result<(DMat4, bool), Error> {
     let (mut product, mut resets) = (DMat4::IDENTITY, false);
     for name in stage.words(prim, "xformOpOrder")?.unwrap_or_default() {
@@ -73,7 +74,8 @@ fn local_transform(stage: &Stage, prim: &str, when: When) -> Result<(DMat4, bool
         let (name, inverted) = name.strip_prefix("!invert!").map_or((name.as_str(), false), |name| (name, true));
         let Some(numbers) = stage.precise(prim, name, when)? else { continue };
         let fail = |what: &str| Error::prim(prim, format!("{name} {what}"));
-        let matrix = operation(name, &numbers).ok_or_else(|| fail("is no transform operation with such a value"))?;
+        let matrix =
+            operation(name, &numbers).ok_or_else(|| fail("is not a known transform operation with a valid value"))?;
         if !matrix.is_finite() {
             return Err(fail("must be finite"));
         }
@@ -85,7 +87,7 @@ fn local_transform(stage: &Stage, prim: &str, when: When) -> Result<(DMat4, bool
     Ok((product, resets))
 }
 
-/// One of UsdGeomXformOp: `xformOp:kind` or `xformOp:kind:suffix`. Angles are degrees.
+/// The matrix of an operation `xformOp:kind` or `xformOp:kind:suffix` (UsdGeomXformOp). Angles are in degrees.
 fn operation(name: &str, numbers: &[f64]) -> Option<DMat4> {
     let kind = name.strip_prefix("xformOp:")?.split(':').next()?;
     let axis = |kind: &str| match kind.chars().last() {
@@ -103,7 +105,7 @@ fn operation(name: &str, numbers: &[f64]) -> Option<DMat4> {
         ("scaleX" | "scaleY" | "scaleZ", &[s]) => DMat4::from_scale(DVec3::ONE + (s - 1.0) * axis(kind)),
         ("rotateX" | "rotateY" | "rotateZ", &[angle]) => turn(axis(kind), angle),
         ("rotateXYZ" | "rotateXZY" | "rotateYXZ" | "rotateYZX" | "rotateZXY" | "rotateZYX", &[x, y, z]) => {
-            // The first axis named is applied first, so that its matrix is the last factor.
+            // The first axis in the name applies first, so its matrix is the last factor.
             kind["rotate".len()..].chars().fold(DMat4::IDENTITY, |product, axis| {
                 let next = match axis {
                     'X' => turn(DVec3::X, x),
@@ -117,7 +119,7 @@ fn operation(name: &str, numbers: &[f64]) -> Option<DMat4> {
     })
 }
 
-/// Mean scale of a transform (the cube root of its volume), and whether it is the same in all directions to a thousandth.
+/// The mean scale of a transform (the cube root of its determinant), and whether the scale is uniform to 0.1 %.
 pub(crate) fn mean_scale(matrix: &DMat4) -> (f64, bool) {
     let linear = DMat3::from_mat4(*matrix);
     let scale = linear.determinant().abs().cbrt();
@@ -127,13 +129,14 @@ pub(crate) fn mean_scale(matrix: &DMat4) -> (f64, bool) {
     (if is_rigid(matrix) { 1.0 } else { scale }, is_uniform)
 }
 
-/// Is it a rotation, a translation or a mirror? The bound is what products of rotations in single precision reach.
+/// Whether a matrix is a rotation, a translation or a reflection. Products of rotations in single precision stay within
+/// the tolerance.
 pub(crate) fn is_rigid(matrix: &DMat4) -> bool {
     let linear = DMat3::from_mat4(*matrix);
     (linear.transpose() * linear - DMat3::IDENTITY).to_cols_array().iter().all(|x| x.abs() < 1e-5)
 }
 
-/// A rotation and a translation: scale, shear and mirroring are taken out, as far as there are any.
+/// The rotation and translation of a matrix, without scale, shear and reflection.
 pub(crate) fn rigid(matrix: &DMat4) -> DMat4 {
     if is_rigid(matrix) && matrix.determinant() > 0.0 {
         return *matrix;

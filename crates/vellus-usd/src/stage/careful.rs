@@ -1,10 +1,11 @@
-//! A look at each layer before `openusd` decodes it.
+//! Checks each layer before `openusd` decodes it.
 
 use super::files::Files;
 use super::names::{check_default, check_name, check_path};
 use super::text_check::{check_text, normalized};
 use super::usdc_check::{check_tables, check_values};
 use super::{Failure, guarded};
+use crate::error::Invalid;
 use openusd::ar::Resolver;
 use openusd::{ar, sdf, usda, usdc};
 use std::borrow::Cow;
@@ -14,18 +15,18 @@ use std::io::{self, Cursor, Read, Seek, SeekFrom};
 use std::rc::Rc;
 use vellus_io::Digest;
 
-/// Finds files as `openusd` does, and refuses layers that its decoders would not survive.
+/// Resolves files as `openusd` does, and rejects layers that would crash its decoders.
 ///
-/// Composition asks for the same identifiers again and again, so that answers are kept: files are taken not to move
-/// while a stage is read.
+/// Composition resolves the same identifiers many times, so results are cached. Files must not move while a stage is
+/// read.
 #[derive(Default)]
 pub(super) struct Careful {
     disk: ar::DefaultResolver,
     files: Rc<Files>,
-    /// By the path of the layer and the path that it gives.
+    /// By the path of the layer and the path in the layer.
     identifiers: RefCell<HashMap<String, HashMap<String, String>>>,
     resolved: RefCell<HashMap<String, Option<ar::ResolvedPath>>>,
-    /// Layers that were checked, and the places of zeros that they need.
+    /// Layers that were checked, and the offsets at which they need zeros.
     checked: RefCell<HashMap<Digest, Rc<[usize]>>>,
 }
 
@@ -34,7 +35,7 @@ impl Careful {
         Careful { files, ..Self::default() }
     }
 
-    /// A layer as `openusd` can read it.
+    /// The bytes of a layer in a form that `openusd` can read.
     fn layer(&self, path: &str) -> io::Result<Vec<u8>> {
         let bytes = self.files.read(path)?;
         let digest = Digest::of(&bytes);
@@ -63,9 +64,9 @@ impl Careful {
             None => return self.disk.resolve(asset_path),
         };
         let package = self.disk.resolve(&package)?;
-        // What is wrong with a package is said as it is opened.
+        // Opening a package reports its errors.
         let Ok(directory) = self.files.package(&package) else { return Some(package) };
-        // The layer that stands for a package: `openusd` would read all of it to find out.
+        // The root layer of a package: `openusd` would read the whole package to find it.
         let inner = match inner {
             Some(inner) => directory.contains(&inner).then_some(inner)?,
             None => directory.root()?.to_owned(),
@@ -104,7 +105,7 @@ impl ar::Resolver for Careful {
 
     fn open_asset(&self, path: &ar::ResolvedPath) -> io::Result<Box<dyn ar::Asset>> {
         if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("usdz")) {
-            // Only packages that are broken or hold no layer come here: `find` has the layers of others.
+            // Only packages that are broken or have no layer get here: `find` resolves the layers of others.
             self.files.package(path)?;
             return Err(io::Error::new(io::ErrorKind::InvalidData, "broken package: it has no layer"));
         }
@@ -117,7 +118,7 @@ impl ar::Resolver for Careful {
     }
 }
 
-/// The content of a file, which is handed on without a copy.
+/// The content of a file, which is passed on without a copy.
 struct Bytes(Cursor<Vec<u8>>);
 
 impl Read for Bytes {
@@ -147,7 +148,7 @@ impl ar::Asset for Bytes {
     }
 }
 
-/// The first layer of text that cannot be parsed, and where: the errors of `openusd` do not say it.
+/// The first text layer with a syntax error, and a message with its position. The errors of `openusd` have neither.
 pub(super) fn parse_error(files: &Files) -> Option<(String, String)> {
     files.texts().into_iter().find_map(|path| {
         let bytes = files.read(&path).ok()?;
@@ -160,12 +161,12 @@ pub(super) fn parse_error(files: &Files) -> Option<(String, String)> {
     })
 }
 
-/// What is wrong with a text, and in which line and column.
+/// The syntax error of a text, with its line and column.
 fn error_of(text: &str) -> Option<String> {
     let mut parser = usda::parser::Parser::new(text);
     let parsed = guarded(|| parser.parse().map_err(|error| Failure(error.root_cause().to_string())));
-    let cause = parsed.err()?;
-    // What the parser found instead follows, as it is called in its code.
+    let cause = parsed.err()?.0;
+    // Removes the name of the unexpected token, which is an identifier of the parser's code.
     let cause = [", got ", " Some(", " Ok("]
         .into_iter()
         .fold(cause.as_str(), |cause, found| cause.split_once(found).map_or(cause, |(cause, _)| cause));
@@ -181,8 +182,8 @@ fn error_of(text: &str) -> Option<String> {
     })
 }
 
-/// Looks at a layer before it is decoded, and says where zeros must be put in.
-fn check(bytes: &[u8]) -> Result<Vec<usize>, String> {
+/// Checks a layer before it is decoded. Returns the offsets at which zeros must be inserted.
+fn check(bytes: &[u8]) -> Result<Vec<usize>, Invalid> {
     if bytes.starts_with(usdc::MAGIC) {
         check_tables(bytes)?;
         let mut file = guarded(|| Ok(usdc::CrateFile::open(Cursor::new(bytes))?))?;

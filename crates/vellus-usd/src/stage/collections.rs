@@ -1,4 +1,4 @@
-//! Which prims are in a collection (UsdCollectionAPI).
+//! Members of collections (UsdCollectionAPI).
 
 use super::{Failure, Stage};
 use crate::error::Error;
@@ -6,15 +6,15 @@ use openusd::{sdf, usd};
 use std::cell::RefCell;
 use std::collections::{HashMap, HashSet};
 
-/// More collections in one another are taken for a broken file: `openusd` calls itself for each.
+/// The largest number of nested collections. `openusd` is recursive over them.
 const MOST_COLLECTIONS: usize = 200;
 
-/// Members of the collections that were asked for, by path; `None` where they are given by an expression.
+/// Members of collections, by path; `None` if an expression defines them.
 pub(super) type Members = RefCell<HashMap<String, Option<usd::MembershipQuery>>>;
 
 impl Stage {
-    /// Is a prim in the collection with that path (`/prim.collection:name`)? `None` if the collection is given by an expression, which
-    /// `openusd` does not evaluate.
+    /// Whether a prim is in the collection with this path (`/prim.collection:name`). `None` if an expression defines
+    /// the collection, because `openusd` does not evaluate expressions.
     pub fn includes(&self, collection: &str, prim: &str) -> Result<Option<bool>, Error> {
         if let Some(members) = self.members.borrow().get(collection) {
             return Ok(members.as_ref().map(|members| members.is_path_included(&sdf::Path::from(prim))));
@@ -33,6 +33,7 @@ impl Stage {
         self.members.borrow_mut().insert(collection.to_owned(), members);
         self.includes(collection, prim)
     }
+
     fn check_chain(&self, collection: &usd::Collection) -> Result<(), Failure> {
         let mut known = HashSet::new();
         let mut rest = vec![collection.clone()];
@@ -43,7 +44,7 @@ impl Stage {
                 rest.extend(chained.map(|(owner, name)| usd::Collection::new(owner, name)));
             }
             if known.len() > MOST_COLLECTIONS {
-                return Err(Failure(format!("more than {MOST_COLLECTIONS} collections are in one another")));
+                return Err(Failure(format!("more than {MOST_COLLECTIONS} collections are inside each other")));
             }
         }
         Ok(())

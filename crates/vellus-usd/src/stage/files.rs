@@ -1,4 +1,4 @@
-//! All files that a stage opens: what refers to them, what they hold, and how much of them is read.
+//! All files that a stage opens: references to them, their digests, and limits.
 
 use super::package::Package;
 use openusd::ar;
@@ -9,61 +9,61 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use vellus_io::{Digest, DigestBuilder, Sources};
 
-/// The most files that a stage opens.
+/// The largest number of files of a stage.
 const MAX_FILES: usize = 1 << 16;
 
-/// The most bytes that all files of a stage have together: 16 GiB.
+/// The largest total size of the files of a stage, in bytes: 16 GiB.
 const MAX_BYTES: u64 = 16 << 30;
 
 /// A file that a layer refers to.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Reference {
-    /// The path as the layer gives it.
+    /// The path in the layer.
     authored: String,
-    /// The file. Inside a package it is the package.
+    /// The file, or the package that contains it.
     file: PathBuf,
 }
 
 /// The files of a stage.
 #[derive(Default)]
 pub(super) struct Files {
-    /// The file that is the stage's root.
+    /// The root file of the stage.
     top: OnceCell<PathBuf>,
-    /// By the file that refers to them.
+    /// References, by the file that contains them.
     references: RefCell<BTreeMap<PathBuf, BTreeSet<Reference>>>,
-    /// Of those that were opened.
+    /// Digests of the files that were opened.
     digests: RefCell<BTreeMap<PathBuf, Digest>>,
-    /// What they have together.
+    /// Their total size.
     bytes: RefCell<u64>,
-    /// Layers of text.
+    /// Text layers.
     texts: RefCell<BTreeSet<String>>,
     packages: RefCell<HashMap<PathBuf, Rc<Package>>>,
 }
 
 impl Files {
-    /// Says which file is the root.
+    /// Sets the root file.
     pub fn set_top(&self, file: &str) {
         self.top.get_or_init(|| outer(file));
     }
 
-    /// Notes that a layer refers to a file. Both may lie in packages.
+    /// Records that a layer refers to a file. Both may be inside packages.
     pub fn refer(&self, layer: &str, authored: &str, file: &str) {
         let authored = authored.split_once('[').map_or(authored, |(package, _)| package).to_owned();
         let reference = Reference { authored, file: outer(file) };
         self.references.borrow_mut().entry(outer(layer)).or_default().insert(reference);
     }
 
-    /// Notes that a file is a layer of text.
+    /// Records that a file is a text layer.
     pub fn note_text(&self, path: &str) {
         self.texts.borrow_mut().insert(path.to_owned());
     }
 
-    /// The layers of text.
+    /// The text layers.
     pub fn texts(&self) -> BTreeSet<String> {
         self.texts.borrow().clone()
     }
 
-    /// The bytes of a file, which may lie in a package: `a.usdz[b.usda]`.
+    /// The bytes of a file, which may be inside a package: `a.usdz[b.usda]`.
     pub fn read(&self, path: &str) -> Result<Vec<u8>> {
         let Some((package, inner)) = ar::split_package_relative_path_outer(path) else {
             let path = Path::new(path);
@@ -94,7 +94,7 @@ impl Files {
     fn note(&self, path: &Path, digest: Digest, length: u64) -> Result<()> {
         let mut digests = self.digests.borrow_mut();
         if let Some(before) = digests.insert(path.to_owned(), digest) {
-            // The root is read twice, and so is a texture of two encodings.
+            // The root is read twice, and so is a texture with two encodings.
             let same = before == digest;
             return if same { Ok(()) } else { Err(Error::new(ErrorKind::InvalidData, "it changed while it was read")) };
         }
@@ -105,13 +105,15 @@ impl Files {
             return limit(format!("the stage has more than {MAX_FILES} files"));
         }
         if *bytes > MAX_BYTES {
-            return limit(format!("the stage's files have more than {} GiB together", MAX_BYTES >> 30));
+            return limit(format!("the files of the stage have more than {} GiB in total", MAX_BYTES >> 30));
         }
         Ok(())
     }
 
-    /// The files that were opened. A file with several names gets the one that the fewest references lead to; of those
-    /// the first in the alphabet. It gets an absolute one only where no relative paths lead to it. Names therefore do
+    /// The files that were opened.
+    ///
+    /// If a file has several names, it gets the name that the shortest chain of references gives, and among those the
+    /// first in alphabetical order. It has an absolute name only if no relative paths lead to it. Names therefore do
     /// not depend on the order in which files are found.
     pub fn sources(&self) -> Sources {
         let digests = self.digests.borrow();
@@ -123,7 +125,7 @@ impl Files {
         }
         let mut sources = Sources::new();
         for (name, mut digests) in named {
-            // Links may give two files one name.
+            // Links may give two files the same name.
             digests.sort_unstable();
             let all =
                 |digests: &[Digest]| digests.iter().fold(DigestBuilder::new(), |all, digest| all.field("", digest.0));
@@ -161,12 +163,12 @@ impl Files {
     }
 }
 
-/// The file on disk: of a path in a package, the package.
+/// The file on disk: the package, for a path inside a package.
 fn outer(path: &str) -> PathBuf {
     ar::split_package_relative_path_outer(path).map_or_else(|| PathBuf::from(path), |(package, _)| package.into())
 }
 
-/// A path as a layer of that name gives it, as a name: `..` goes up where there is something to go up from.
+/// The name of a file that a layer refers to. `..` removes a folder if there is one to remove.
 fn joined(layer: &str, path: &str) -> String {
     if Path::new(path).is_absolute() {
         return path.to_owned();

@@ -1,7 +1,7 @@
-//! The one module that knows the crate `openusd`: a composed stage as paths, names and plain numbers.
+//! A composed stage as paths, names and plain numbers. Only this module uses the crate `openusd`.
 //!
-//! Every call into `openusd` goes through [`guarded`], which makes an error of a panic; nothing of the stage is used after
-//! one. What cannot be caught is kept from happening: [`Careful`] looks at each layer first.
+//! Every call into `openusd` goes through [`guarded`], which turns a panic into an error. The stage is not used after
+//! that. [`Careful`] checks each layer first, for failures that cannot be caught.
 
 mod careful;
 mod collections;
@@ -12,7 +12,7 @@ mod text_check;
 mod usdc_check;
 mod values;
 
-use crate::error::Error;
+use crate::error::{Error, Invalid};
 use crate::guard::catch;
 use careful::{Careful, parse_error};
 use collections::Members;
@@ -27,23 +27,23 @@ use values::{numbers, precise};
 use vellus_io::Sources;
 use vellus_scene::Units;
 
-/// The most sites that a stage is composed of: one for each prim, and one more for each reference, payload, inherit and
-/// variant that it or its ancestors bring. `openusd` takes 4 to 10 KB and 20 to 40 µs for each, so a stage at this
-/// bound takes up to 2.6 GB and 10 s.
+/// The largest number of sites of a stage. Each prim is one site, and so is each reference, payload, inherit and
+/// variant of a prim or its ancestors. `openusd` needs 4 to 10 KB and 20 to 40 µs for a site, so a stage of this size
+/// needs up to 2.6 GB and 10 s.
 const MAX_SITES: usize = 1 << 18;
 
-/// When a value is read.
+/// The time at which a value is read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum When {
-    /// As the shutter opens.
+    /// When the shutter opens.
     Open,
-    /// As it closes.
+    /// When the shutter closes.
     Close,
-    /// At that time code.
+    /// At this time code.
     At(f64),
 }
 
-/// Which time codes are read.
+/// The time codes that are read.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Clock {
     /// Time code of the frame.
@@ -55,7 +55,7 @@ pub(crate) struct Clock {
 }
 
 impl Clock {
-    /// Neither the stage nor who reads it says which frame.
+    /// Whether neither the stage nor the options define a frame.
     pub fn is_timeless(&self) -> bool {
         self.frame == usd::TimeCode::EARLIEST.value()
     }
@@ -64,9 +64,9 @@ impl Clock {
 /// An array of numbers or vectors.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Numbers {
-    /// Vector after vector.
+    /// The numbers, one vector after the other.
     pub values: Vec<f32>,
-    /// Numbers in a vector; 1 for plain numbers.
+    /// Numbers per vector; 1 for plain numbers.
     pub lanes: usize,
 }
 
@@ -76,7 +76,7 @@ impl Numbers {
         self.values.len() / self.lanes
     }
 
-    /// Vector `i`.
+    /// The vector with index `i`.
     pub fn row(&self, i: usize) -> &[f32] {
         &self.values[i * self.lanes..(i + 1) * self.lanes]
     }
@@ -85,15 +85,15 @@ impl Numbers {
 /// A composed stage.
 pub(crate) struct Stage {
     stage: usd::Stage,
-    /// Which times are read.
+    /// The times that are read.
     pub clock: Clock,
     members: Members,
     files: Rc<Files>,
-    /// By prim.
+    /// Names of properties, by prim.
     properties: RefCell<HashMap<String, Rc<[Token]>>>,
 }
 
-/// A property of a prim: where a connection leads.
+/// A property of a prim.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Property {
     pub prim: String,
@@ -128,18 +128,18 @@ impl Stage {
 
     /// Paths of all prims that are defined, active and not abstract, depth first, instances included.
     ///
-    /// `openusd` can do this too, but it asks all ancestors of each prim whether they are active and defined.
-    pub fn prims(&self) -> Result<Vec<String>, String> {
+    /// The traversal of `openusd` would check for each prim whether all its ancestors are active and defined.
+    pub fn prims(&self) -> Result<Vec<String>, Invalid> {
         self.prims_of(MAX_SITES)
     }
 
-    fn prims_of(&self, max_sites: usize) -> Result<Vec<String>, String> {
+    fn prims_of(&self, max_sites: usize) -> Result<Vec<String>, Invalid> {
         guarded(|| {
             let (mut prims, mut sites) = (Vec::new(), 0);
             let mut rest = vec![self.stage.prim(sdf::Path::abs_root())];
             while let Some(prim) = rest.pop() {
                 if *prim.path() != sdf::Path::abs_root() {
-                    // Metadata is found by the path alone.
+                    // `get_metadata` only uses the path, so it works for prims too.
                     let active = self.stage.attribute(prim.path().clone()).get_metadata::<bool>("active")?;
                     if active == Some(false) || prim.specifier()? != Some(sdf::Specifier::Def) {
                         continue;
@@ -148,8 +148,8 @@ impl Stage {
                 }
                 sites += prim.prim_index().graph()?.all_nodes().count();
                 if sites > max_sites {
-                    let what = "each reference, payload, inherit and variant of a prim and of its ancestors is one";
-                    return Err(Failure(format!("the stage is composed of more than {max_sites} sites: {what}")));
+                    let what = "each prim, and each reference, payload, inherit and variant of it and its ancestors, is a site";
+                    return Err(Failure(format!("the stage has more than {max_sites} sites: {what}")));
                 }
                 rest.extend(prim.children()?.into_iter().rev());
             }
@@ -157,7 +157,7 @@ impl Stage {
         })
     }
 
-    /// Refuses references and layers that could not be composed.
+    /// Returns an error if a reference or layer could not be composed.
     pub fn check_composition(&self, file: &Path) -> Result<(), Error> {
         let errors =
             guarded(|| Ok(self.stage.composition_errors().iter().map(ToString::to_string).collect::<Vec<_>>()))
@@ -169,20 +169,20 @@ impl Stage {
         })
     }
 
-    /// The unit of length, and whether z points up rather than y.
-    pub fn units(&self) -> Result<Units, String> {
+    /// The unit of length, and whether the up axis is z.
+    pub fn units(&self) -> Result<Units, Invalid> {
         let [axis, meters] = ["upAxis", "metersPerUnit"].map(|name| guarded(|| Ok(self.stage.stage_metadata(name)?)));
         let meters = match meters? {
             None => Units::CENTIMETERS.meters_per_unit,
             Some(value) => match precise(value).as_deref() {
                 Some(&[x]) if x.is_finite() && x > 0.0 => x,
-                _ => return Err("metersPerUnit must be a positive number".to_owned()),
+                _ => return Err("metersPerUnit must be a positive number".into()),
             },
         };
         Ok(Units { meters_per_unit: meters, z_up: axis?.is_some_and(|axis| axis.as_str() == Some("Z")) })
     }
 
-    /// The schema of a prim; empty where it has none.
+    /// The schema of a prim, or an empty string if it has none.
     pub fn type_name(&self, prim: &str) -> Result<String, Error> {
         self.ask(prim, || Ok(self.stage.prim(prim).type_name()?.map_or(String::new(), |t| t.as_str().to_owned())))
     }
@@ -197,24 +197,24 @@ impl Stage {
         Ok(names)
     }
 
-    /// Has a prim that property? Most that are asked for it has not, and `openusd` takes long to say so.
+    /// Whether a prim has a property. Most properties are not set, and `openusd` is slow to report that.
     fn has_property(&self, prim: &str, name: &str) -> Result<bool, Error> {
         Ok(self.properties(prim)?.iter().any(|known| known.as_str() == name))
     }
 
-    /// Numbers, vectors, or an array of them, in single precision.
+    /// Reads numbers, vectors, or an array of them, in single precision.
     pub fn numbers(&self, prim: &str, name: &str, when: When) -> Result<Option<Numbers>, Error> {
         self.typed(prim, name, when, "numbers", numbers)
     }
 
-    /// One number, vector, quaternion (x, y, z, w) or matrix (column after column), in double precision.
+    /// Reads one number, vector, quaternion (x, y, z, w) or matrix (column-major), in double precision.
     pub fn precise(&self, prim: &str, name: &str, when: When) -> Result<Option<Vec<f64>>, Error> {
         self.typed(prim, name, when, "a number, a vector or a matrix", precise)
     }
 
-    /// An array of whole numbers.
+    /// Reads an array of integers.
     pub fn integers(&self, prim: &str, name: &str, when: When) -> Result<Option<Vec<i64>>, Error> {
-        self.typed(prim, name, when, "whole numbers", |value| match value {
+        self.typed(prim, name, when, "integers", |value| match value {
             sdf::Value::IntVec(v) => Some(v.into_iter().map(i64::from).collect()),
             sdf::Value::UintVec(v) => Some(v.into_iter().map(i64::from).collect()),
             sdf::Value::Int64Vec(v) => Some(v),
@@ -222,7 +222,7 @@ impl Stage {
         })
     }
 
-    /// Tokens or strings, one or an array.
+    /// Reads a token or string, or an array of them.
     pub fn words(&self, prim: &str, name: &str) -> Result<Option<Vec<String>>, Error> {
         self.typed(prim, name, When::Open, "tokens or strings", |value| match value {
             sdf::Value::TokenVec(v) => Some(v.iter().map(|t| t.as_str().to_owned()).collect()),
@@ -231,16 +231,16 @@ impl Stage {
         })
     }
 
-    /// A truth value; numbers other than 0 are true.
+    /// Reads a boolean. Numbers other than 0 are true.
     pub fn flag(&self, prim: &str, name: &str) -> Result<Option<bool>, Error> {
-        self.typed(prim, name, When::Open, "a truth value", |value| match value {
+        self.typed(prim, name, When::Open, "a boolean", |value| match value {
             sdf::Value::Bool(flag) => Some(flag),
             other => precise(other).map(|v| v.first().is_some_and(|x| *x != 0.0)),
         })
     }
 
-    /// The file an attribute refers to, resolved against the layer that does so; the path inside a package ends in a bracket:
-    /// `a.usdz[b.png]`.
+    /// The file that an attribute refers to, resolved against the layer of the reference. A file inside a package has
+    /// the form `a.usdz[b.png]`.
     pub fn asset(&self, prim: &str, name: &str) -> Result<Option<String>, Error> {
         let Some(value) = self.value(prim, name, When::Open)? else { return Ok(None) };
         let sdf::Value::AssetPath(asset) = &value else {
@@ -253,7 +253,7 @@ impl Stage {
         }
     }
 
-    /// The bytes of a file that [`Stage::asset`] has resolved.
+    /// The bytes of a file that [`Stage::asset`] resolved.
     pub fn asset_bytes(&self, resolved: &str) -> Result<Vec<u8>, Error> {
         self.files.read(resolved).map_err(|what| Error::file(Path::new(resolved), what))
     }
@@ -263,7 +263,8 @@ impl Stage {
         self.files.sources()
     }
 
-    /// Time of the last sample of an attribute that is not after that time, or else of the first; `None` where it has no samples.
+    /// The time of the last sample of an attribute up to `time`, or of the first sample if all are later. `None` if the
+    /// attribute has no samples.
     pub fn sample_before(&self, prim: &str, name: &str, time: f64) -> Result<Option<f64>, Error> {
         if !self.has_property(prim, name)? {
             return Ok(None);
@@ -274,30 +275,30 @@ impl Stage {
         })
     }
 
-    /// Time codes in a second, which is what velocities are measured by.
-    pub fn time_codes_per_second(&self) -> Result<f64, String> {
+    /// Time codes per second. Velocities are per second.
+    pub fn time_codes_per_second(&self) -> Result<f64, Invalid> {
         let codes = guarded(|| Ok(self.stage.time_codes_per_second()))?;
-        if codes.is_finite() && codes > 0.0 { Ok(codes) } else { Err("timeCodesPerSecond must be positive".to_owned()) }
+        if codes.is_finite() && codes > 0.0 { Ok(codes) } else { Err("timeCodesPerSecond must be positive".into()) }
     }
 
-    /// Has an attribute any value?
+    /// Whether an attribute has a value.
     pub fn has_value(&self, prim: &str, name: &str) -> Result<bool, Error> {
         Ok(self.value(prim, name, When::Open)?.is_some())
     }
 
-    /// A word that a property has as metadata: how a primvar's values belong to points, strands or faces, how strong a binding is.
+    /// A token in the metadata of a property, such as the interpolation of a primvar or the strength of a binding.
     pub fn metadata(&self, prim: &str, name: &str, key: &str) -> Result<Option<String>, Error> {
         if !self.has_property(prim, name)? {
             return Ok(None);
         }
         self.ask(prim, || {
-            // Of relationships too, as metadata is found by the path alone.
+            // `get_metadata` only uses the path, so it works for relationships too.
             let value = self.attribute(prim, name).get_metadata::<sdf::Value>(key)?;
             Ok(value.and_then(|value| value.as_str().map(str::to_owned)))
         })
     }
 
-    /// Where an attribute takes its value from.
+    /// The property that an attribute is connected to.
     pub fn connection(&self, prim: &str, name: &str) -> Result<Option<Property>, Error> {
         if !self.has_property(prim, name)? {
             return Ok(None);
@@ -309,7 +310,7 @@ impl Stage {
         })
     }
 
-    /// What a relationship points to.
+    /// The targets of a relationship.
     pub fn targets(&self, prim: &str, name: &str) -> Result<Vec<String>, Error> {
         if !self.has_property(prim, name)? {
             return Ok(Vec::new());
@@ -341,7 +342,8 @@ impl Stage {
         Ok(Some(converted))
     }
 
-    /// The value, if any layer gives one that is not blocked. At any time samples go before the value without time of the same layer.
+    /// The value of an attribute, if a layer has one and it is not blocked. Within a layer, time samples precede the
+    /// default value.
     fn value(&self, prim: &str, name: &str, when: When) -> Result<Option<sdf::Value>, Error> {
         if !self.has_property(prim, name)? {
             return Ok(None);
@@ -359,21 +361,21 @@ impl Stage {
     }
 }
 
-/// What calls into `openusd` fail with: anything that can be printed with its causes.
+/// An error of a call into `openusd`: the text of any error, with its causes.
 struct Failure(String);
 
 impl<E: std::fmt::Display> From<E> for Failure {
     fn from(error: E) -> Self {
-        // The alternative form of its errors prints the causes too.
+        // The alternate form also prints the causes.
         Failure(format!("{error:#}"))
     }
 }
 
-/// Calls into `openusd`: errors and panics become text.
-fn guarded<T>(call: impl FnOnce() -> Result<T, Failure>) -> Result<T, String> {
+/// Runs a call into `openusd`. Errors and panics become text.
+fn guarded<T>(call: impl FnOnce() -> Result<T, Failure>) -> Result<T, Invalid> {
     match catch(call) {
-        Some(result) => result.map_err(|error| error.0.replace('\n', "; ")),
-        None => Err("the file is broken: its reader stopped".to_owned()),
+        Some(result) => result.map_err(|error| error.0.replace('\n', "; ").into()),
+        None => Err("the file is broken: its decoder failed".into()),
     }
 }
 
@@ -400,7 +402,7 @@ mod tests {
         // 1 + 2 + … + 2⁵, depth first.
         assert_eq!(prims.len(), 63);
         assert_eq!(prims[..4], ["/L5", "/L5/a", "/L5/a/a", "/L5/a/a/a"]);
-        let error = stage.prims_of(63).unwrap_err();
+        let error = stage.prims_of(63).unwrap_err().0;
         assert!(error.contains("more than 63 sites"), "{error}");
     }
 }

@@ -1,22 +1,26 @@
-//! Names of prims and paths that `openusd` would not come back from: it walks from a prim to its parent by the last `/` or
-//! `}` of the path, and for some that is where it is already.
+//! Checks names of prims and paths.
+//!
+//! `openusd` goes from a prim to its parent by the last `/` or `}` of the path. For some invalid paths this is an
+//! endless loop.
 
-/// Can a prim be called that? Pixar's library takes no other names.
-pub(super) fn check_name(name: &str) -> Result<(), String> {
+use crate::error::Invalid;
+
+/// Checks the name of a prim. Pixar's library accepts the same names.
+pub(super) fn check_name(name: &str) -> Result<(), Invalid> {
     if !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || c == '_') {
         return Ok(());
     }
-    Err(format!("a prim is called {name:?}: a name has letters, digits and underscores only"))
+    Err(format!("a prim is called {name:?}: a name has only letters, digits and underscores").into())
 }
 
-/// Can that be a layer's default prim: a name, a path, or nothing?
-pub(super) fn check_default(prim: &str) -> Result<(), String> {
+/// Checks the default prim of a layer: a name, a path, or nothing.
+pub(super) fn check_default(prim: &str) -> Result<(), Invalid> {
     let names = prim.strip_prefix('/').unwrap_or(prim);
     if names.is_empty() { Ok(()) } else { names.split('/').try_for_each(check_name) }
 }
 
-/// Is that a path? Braces, which hold the choice of a variant, must come in pairs after a name; no name may be empty.
-pub(super) fn check_path(path: &str) -> Result<(), String> {
+/// Checks a path. Braces, which select a variant, must come in pairs after a name. No name may be empty.
+pub(super) fn check_path(path: &str) -> Result<(), Invalid> {
     let mut open = false;
     let mut previous = ' ';
     for c in path.chars() {
@@ -27,12 +31,12 @@ pub(super) fn check_path(path: &str) -> Result<(), String> {
             _ => true,
         };
         if !good {
-            return Err(format!("{path:?} is no path"));
+            return Err(format!("{path:?} is no path").into());
         }
         open = c == '{' || open && c != '}';
         previous = c;
     }
-    if open { Err(format!("{path:?} is no path")) } else { Ok(()) }
+    if open { Err(format!("{path:?} is no path").into()) } else { Ok(()) }
 }
 
 #[cfg(test)]

@@ -1,13 +1,13 @@
-//! Packages (.usdz): archives of zip whose files are stored without compression.
+//! Reads packages (.usdz): zip archives whose files are stored without compression.
 //!
-//! The directory is checked before anything is read, so that a broken archive costs neither time nor memory. The
-//! numbers are those of PKWARE's APPNOTE, sections 4.3.7 (local header), 4.3.12 (directory) and 4.3.16 (end of the
+//! The directory is checked before anything else is read, so a broken archive costs neither time nor memory. Offsets
+//! and sizes are from PKWARE's APPNOTE, sections 4.3.7 (local header), 4.3.12 (directory) and 4.3.16 (end of the
 //! directory).
 
 use std::collections::HashMap;
 use std::io::{Error, ErrorKind, Read, Result, Seek, SeekFrom};
 
-/// First bytes of a package: USDZ has nothing before the first file.
+/// The first bytes of a package: USDZ has nothing before the first file.
 const MAGIC: [u8; 4] = *b"PK\x03\x04";
 
 const LOCAL_HEADER: usize = 30;
@@ -17,10 +17,10 @@ const END: usize = 22;
 /// The longest comment at the end of an archive.
 const MAX_COMMENT: usize = u16::MAX as usize;
 
-/// The largest directory: 64 MiB, 1 KiB for each of the 65,535 files that an archive can have.
+/// The largest directory: 64 MiB. This is 1 KiB for each of the 65,535 files that an archive can have.
 const MAX_DIRECTORY: u32 = 64 << 20;
 
-/// Where a file lies in an archive.
+/// The position of a file in an archive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Entry {
     header: u64,
@@ -35,7 +35,7 @@ pub(super) struct Package {
 }
 
 impl Package {
-    /// Reads and checks the directory of an archive of that many bytes.
+    /// Reads and checks the directory of an archive of `length` bytes.
     pub fn open(archive: &mut (impl Read + Seek), length: u64) -> Result<Self> {
         let magic = bytes_at(archive, length, 0, MAGIC.len());
         if !magic.is_ok_and(|magic| magic == MAGIC) {
@@ -50,7 +50,7 @@ impl Package {
         let end = end.ok_or_else(|| broken("it has no directory"))?;
         let (count, size, start) = (u16_at(end, 10), u32_at(end, 12), u32_at(end, 16));
         if size > MAX_DIRECTORY {
-            return Err(broken(&format!("its directory has {size} bytes: at most {MAX_DIRECTORY} are read")));
+            return Err(broken(&format!("its directory has {size} bytes: at most {MAX_DIRECTORY} are supported")));
         }
         let directory = bytes_at(archive, length, u64::from(start), size as usize)?;
         let mut rest = &directory[..];
@@ -73,16 +73,14 @@ impl Package {
             let (packed, size) = (u32_at(header, 20), u32_at(header, 24));
             let entry = Entry { header: u64::from(u32_at(header, 42)), size: u64::from(size) };
             if method != 0 || flags & 1 != 0 || packed != size {
-                return Err(broken(&format!(
-                    "{name:?} in it is compressed or encrypted: USDZ stores files as they are"
-                )));
+                return Err(broken(&format!("{name:?} in it is compressed or encrypted: USDZ allows neither")));
             }
             if entry.header + LOCAL_HEADER as u64 + entry.size > length {
-                return Err(broken(&format!("{name:?} in it reaches beyond the end of the archive")));
+                return Err(broken(&format!("{name:?} in it extends beyond the end of the archive")));
             }
             total += entry.size;
             if total > length {
-                return Err(broken("its files have more bytes together than the archive"));
+                return Err(broken("its files together are larger than the archive"));
             }
             let is_layer = [".usd", ".usda", ".usdc"].iter().any(|extension| name.ends_with(extension));
             if is_layer && package.root.is_none() {
@@ -93,23 +91,25 @@ impl Package {
         Ok(package)
     }
 
-    /// The layer that stands for the package: the first one.
+    /// The root layer: the first layer of the package.
     pub fn root(&self) -> Option<&str> {
         self.root.as_deref()
     }
 
-    /// Is there a file of that name?
+    /// Whether the package has a file of this name.
     pub fn contains(&self, name: &str) -> bool {
         self.entries.contains_key(name)
     }
 
-    /// The bytes of a file in the archive, which is that of [`Package::open`].
+    /// The bytes of a file. The archive must be that of [`Package::open`].
     pub fn read(&self, archive: &mut (impl Read + Seek), length: u64, name: &str) -> Result<Vec<u8>> {
-        let entry =
-            self.entries.get(name).ok_or_else(|| Error::new(ErrorKind::NotFound, format!("it has no {name:?}")))?;
+        let entry = self
+            .entries
+            .get(name)
+            .ok_or_else(|| Error::new(ErrorKind::NotFound, format!("it has no file {name:?}")))?;
         let header = bytes_at(archive, length, entry.header, LOCAL_HEADER)?;
         if !header.starts_with(&MAGIC) {
-            return Err(broken(&format!("its directory gives a false place for {name:?}")));
+            return Err(broken(&format!("its directory has a wrong offset for {name:?}")));
         }
         let skipped = LOCAL_HEADER + usize::from(u16_at(&header, 26)) + usize::from(u16_at(&header, 28));
         bytes_at(archive, length, entry.header + skipped as u64, entry.size as usize)
@@ -120,7 +120,7 @@ fn broken(what: &str) -> Error {
     Error::new(ErrorKind::InvalidData, format!("broken package: {what}"))
 }
 
-/// So many bytes from a place on; an error where the archive is shorter, before memory is taken for them.
+/// Reads `count` bytes from `start`. Returns an error before it allocates memory if the archive is shorter.
 fn bytes_at(archive: &mut (impl Read + Seek), length: u64, start: u64, count: usize) -> Result<Vec<u8>> {
     if start.saturating_add(count as u64) > length {
         return Err(broken("it is cut off or garbled"));
@@ -170,7 +170,7 @@ mod tests {
         let whole = archive();
         let error = |bytes: &[u8]| open(bytes).unwrap_err().to_string();
         assert!(error(b"").contains("no zip") && error(&[b' '; 100_000]).contains("no zip"));
-        // Every archive that is cut off, and every one with a byte changed: an error or a package, and no panic.
+        // Any truncated archive is an error. Any archive with a changed byte is an error or a package, without a panic.
         (0..whole.len()).for_each(|end| assert!(open(&whole[..end]).is_err(), "{end}"));
         for at in 0..whole.len() {
             let mut bytes = whole.clone();

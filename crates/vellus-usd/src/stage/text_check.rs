@@ -1,12 +1,14 @@
-//! Checks of a layer of text (.usda) before it is parsed: how deep it is, and what prims are called. Numbers that the
-//! parser of `openusd` does not know are found too: `.5` and `1.`, which Pixar's library reads.
+//! Checks a text layer (.usda) before it is parsed: nesting depth, names of prims, and paths.
+//!
+//! It also finds numbers such as `.5` and `1.`, which Pixar's library reads but the parser of `openusd` does not.
 
 use super::names::{check_default, check_name, check_path};
+use crate::error::Invalid;
 
-/// Far more than a scene has, far less than a stack holds: the parser calls itself for whatever is in brackets.
+/// The deepest nesting of brackets. The parser is recursive, so a larger depth could overflow the stack.
 const DEEPEST_BRACKETS: u32 = 500;
 
-/// The last two words outside strings, which say what a string after them is.
+/// The last two words outside strings. They determine the meaning of the next string.
 #[derive(Default)]
 struct Words<'a>([&'a str; 2]);
 
@@ -15,8 +17,8 @@ impl<'a> Words<'a> {
         self.0 = [self.0[1], word];
     }
 
-    /// What a string that comes now is checked by: it may be the name of a prim (`def Type "name"`, `def "name"`).
-    fn check(&self, string: &str) -> Result<(), String> {
+    /// Checks the next string, which may be the name of a prim (`def Type "name"`, `def "name"`).
+    fn check(&self, string: &str) -> Result<(), Invalid> {
         let [first, last] = self.0;
         let specifier = |word| matches!(word, "def" | "over" | "class");
         match (first, last) {
@@ -28,10 +30,11 @@ impl<'a> Words<'a> {
     }
 }
 
-/// The mark of UTF-8 that some editors write.
+/// The UTF-8 byte order mark that some editors write.
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// The same text without a byte order mark, and with a `0` in each of these places. Lines stay what they are.
+/// The same text without a byte order mark, and with a `0` inserted at each of these offsets. Line numbers do not
+/// change.
 pub(super) fn normalized(bytes: Vec<u8>, zeros: &[usize]) -> Vec<u8> {
     let start = if bytes.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
     if start == 0 && zeros.is_empty() {
@@ -48,7 +51,7 @@ pub(super) fn normalized(bytes: Vec<u8>, zeros: &[usize]) -> Vec<u8> {
     text
 }
 
-/// Length of a number, and whether a `0` belongs after its point: what the parser knows has a digit there.
+/// The length of a number, and the offset at which it needs a `0`: the parser requires a digit after the point.
 fn number(text: &[u8]) -> (usize, Option<usize>) {
     let digits = |from: usize| text[from..].iter().position(|c| !c.is_ascii_digit()).unwrap_or(text.len() - from);
     let mut used = digits(0);
@@ -67,9 +70,9 @@ fn number(text: &[u8]) -> (usize, Option<usize>) {
     (used, zero)
 }
 
-/// Checks a layer of text, and says where a `0` must be put in so that the parser knows each number. What is no text at
-/// all is left to the parser.
-pub(super) fn check_text(bytes: &[u8]) -> Result<Vec<usize>, String> {
+/// Checks a text layer. Returns the offsets at which a `0` must be inserted, so that the parser accepts all numbers.
+/// The parser reports bytes that are not text.
+pub(super) fn check_text(bytes: &[u8]) -> Result<Vec<usize>, Invalid> {
     let mut rest = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
     let mut zeros = Vec::new();
     let mut depth = 0u32;
@@ -82,7 +85,7 @@ pub(super) fn check_text(bytes: &[u8]) -> Result<Vec<usize>, String> {
                 let fence = if rest.starts_with(&fence) { &fence[..] } else { &fence[..1] };
                 let used = until(rest, fence.len(), fence);
                 let content = rest.get(fence.len()..used.saturating_sub(fence.len())).unwrap_or_default();
-                words.check(&String::from_utf8_lossy(content)).map_err(|what| at(bytes, rest, &what))?;
+                words.check(&String::from_utf8_lossy(content)).map_err(|invalid| at(bytes, rest, &invalid))?;
                 words.push("");
                 used
             }
@@ -93,13 +96,13 @@ pub(super) fn check_text(bytes: &[u8]) -> Result<Vec<usize>, String> {
             b'<' => {
                 let used = until(rest, 1, b">");
                 let path = rest.get(1..used - 1).unwrap_or_default();
-                check_path(&String::from_utf8_lossy(path)).map_err(|what| at(bytes, rest, &what))?;
+                check_path(&String::from_utf8_lossy(path)).map_err(|invalid| at(bytes, rest, &invalid))?;
                 used
             }
             b'(' | b'[' | b'{' => {
                 depth += 1;
                 if depth > DEEPEST_BRACKETS {
-                    return Err(format!("it has more than {DEEPEST_BRACKETS} brackets in one another"));
+                    return Err(format!("it has more than {DEEPEST_BRACKETS} brackets inside each other").into());
                 }
                 words.push("");
                 1
@@ -134,7 +137,7 @@ pub(super) fn check_text(bytes: &[u8]) -> Result<Vec<usize>, String> {
     Ok(zeros)
 }
 
-/// How much there is from the start to the end of the next `fence` after `from`; a backslash hides what follows it.
+/// The number of bytes up to the end of the next `fence` after `from`. In a string, a backslash escapes the next byte.
 fn until(text: &[u8], from: usize, fence: &[u8]) -> usize {
     let mut i = from;
     while i < text.len() {
@@ -146,9 +149,9 @@ fn until(text: &[u8], from: usize, fence: &[u8]) -> usize {
     text.len()
 }
 
-fn at(whole: &[u8], rest: &[u8], what: &str) -> String {
+fn at(whole: &[u8], rest: &[u8], invalid: &Invalid) -> Invalid {
     let line = 1 + whole[..whole.len() - rest.len()].iter().filter(|&&b| b == b'\n').count();
-    format!("line {line}: {what}")
+    format!("line {line}: {invalid}").into()
 }
 
 #[cfg(test)]
@@ -156,7 +159,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_and_paths_are_checked_where_they_are_names_and_paths() {
+    fn names_and_paths_are_checked() {
         let good = "#usda 1.0\n( doc = \"\"\"} // </a}> ((( \"\"\" defaultPrim = \"b\" )\n# def \"a}\" </a}>
 def Xform \"b\" ( references = @./a}<.usda@</b> ) { string s = \"it's } \\\" </\" rel r = [</b>, <../c{v=x}d>] }
 over \"c\" { asset a = @@@x</a}>@@@ string def = 'a}' }";
@@ -165,18 +168,18 @@ over \"c\" { asset a = @@@x</a}>@@@ string def = 'a}' }";
             ["def Xform \"a}\" {}", "over \"\" {}", "class \"a b\" {}", "rel r = </a}>", "( defaultPrim = 'a}' )"];
         for text in bad {
             let error = check_text(format!("#usda 1.0\n\n{text}").as_bytes()).unwrap_err();
-            assert!(error.starts_with("line 3: "), "{text}: {error}");
+            assert!(error.0.starts_with("line 3: "), "{text}: {error}");
         }
-        assert!(check_text("[".repeat(501).as_bytes()).unwrap_err().contains("more than 500 brackets"));
+        assert!(check_text("[".repeat(501).as_bytes()).unwrap_err().0.contains("more than 500 brackets"));
         assert_eq!(check_text(format!("# {0}\n\"{0}\"", "[".repeat(900)).as_bytes()), Ok(Vec::new()));
-        // Whatever is cut off ends.
+        // Text that is cut off does not loop forever.
         for text in ["\"", "'''", "<", "@", "@@@", "\"\\", "def \"", "#", "<\\"] {
             let _ = check_text(text.as_bytes());
         }
     }
 
     #[test]
-    fn numbers_get_the_digits_that_the_parser_wants() {
+    fn numbers_get_the_digits_that_the_parser_requires() {
         let read = |text: &str| {
             let zeros = check_text(text.as_bytes()).unwrap();
             String::from_utf8(normalized(text.as_bytes().to_vec(), &zeros)).unwrap()

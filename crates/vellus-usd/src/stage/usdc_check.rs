@@ -1,11 +1,13 @@
-//! Checks of a binary layer (.usdc) before it is decoded: no count may claim more than the file can hold.
+//! Checks a binary layer (.usdc) before it is decoded: no count may be larger than the file allows.
 //!
-//! The decoder allocates by the counts it finds, and an allocation that fails ends the program. Compressed blocks (LZ4) hold at most
-//! 255 times their size; integers take at least a quarter of a byte before that.
+//! The decoder allocates memory for the counts in the file, and a failed allocation ends the program. A compressed
+//! block (LZ4) expands to at most 255 times its size. An integer takes at least a quarter of a byte before compression.
 
-/// LZ4 cannot do better.
+use crate::error::Invalid;
+
+/// The largest compression ratio of LZ4.
 const MOST_COMPRESSION: u64 = 255;
-/// Deeper values are taken for a circle.
+/// Values with deeper nesting count as circular.
 const DEEPEST: usize = 32;
 
 /// A position in the bytes of a layer.
@@ -23,56 +25,59 @@ impl Cursor<'_> {
     fn array<const N: usize>(&mut self) -> Result<[u8; N], String> {
         let start = usize::try_from(self.at).unwrap_or(usize::MAX);
         let bytes = self.bytes.get(start..).and_then(|rest| rest.first_chunk::<N>());
-        let bytes = bytes.ok_or_else(|| format!("it is cut off: nothing at byte {}", self.at))?;
+        let bytes = bytes.ok_or_else(|| format!("it is cut off: there is no byte {}", self.at))?;
         self.at += N as u64;
         Ok(*bytes)
     }
 
-    fn u32(&mut self) -> Result<u64, String> {
+    fn u32(&mut self) -> Result<u64, Invalid> {
         Ok(u64::from(u32::from_le_bytes(self.array()?)))
     }
 
-    fn u64(&mut self) -> Result<u64, String> {
+    fn u64(&mut self) -> Result<u64, Invalid> {
         Ok(u64::from_le_bytes(self.array()?))
     }
 
-    /// Passes `count` items of `size` bytes.
-    fn skip(&mut self, count: u64, size: u64) -> Result<(), String> {
+    /// Skips `count` items of `size` bytes.
+    fn skip(&mut self, count: u64, size: u64) -> Result<(), Invalid> {
         match count.checked_mul(size) {
             Some(bytes) if bytes <= self.rest() => {
                 self.at += bytes;
                 Ok(())
             }
-            _ => Err(format!("at byte {} it claims {count} items, more than there is room for", self.at)),
+            _ => Err(format!("at byte {} it claims {count} items, more than the file can hold", self.at).into()),
         }
     }
 
-    /// Passes a compressed block that is to hold at least `bytes`.
-    fn compressed(&mut self, bytes: u64) -> Result<(), String> {
+    /// Skips a compressed block that expands to at least `bytes`.
+    fn compressed(&mut self, bytes: u64) -> Result<(), Invalid> {
         let at = self.at;
         let size = self.u64()?;
         self.skip(size, 1)?;
         if bytes / MOST_COMPRESSION > size {
-            return Err(format!("at byte {at} it claims {bytes} bytes, more than {size} can be decompressed to"));
+            return Err(format!(
+                "at byte {at} it claims {bytes} bytes, but {size} bytes cannot be decompressed to that many"
+            )
+            .into());
         }
         Ok(())
     }
 
-    fn integers(&mut self, count: u64) -> Result<(), String> {
+    fn integers(&mut self, count: u64) -> Result<(), Invalid> {
         self.compressed(count / 4)
     }
 
-    /// Passes a 64-bit offset and goes where it leads.
-    fn follow(&mut self) -> Result<(), String> {
+    /// Reads a 64-bit offset and moves to its target.
+    fn follow(&mut self) -> Result<(), Invalid> {
         let from = self.at;
         let offset = i64::from_le_bytes(self.array()?);
-        self.at = from.checked_add_signed(offset).ok_or("an offset leads out of the file")?;
+        self.at = from.checked_add_signed(offset).ok_or("an offset points outside the file")?;
         Ok(())
     }
 }
 
-/// Checks the tables, which are decoded as a layer is opened.
-pub(crate) fn check_tables(bytes: &[u8]) -> Result<(), String> {
+/// Checks the tables that are decoded when a layer is opened.
+pub(crate) fn check_tables(bytes: &[u8]) -> Result<(), Invalid> {
     let mut header = Cursor { bytes, at: 16 };
     let mut contents = Cursor { bytes, at: header.u64()? };
     let count = contents.u64()?;
@@ -101,7 +106,7 @@ pub(crate) fn check_tables(bytes: &[u8]) -> Result<(), String> {
             b"PATHS" => {
                 let encoded = section.u64()?;
                 if items > encoded {
-                    return Err(format!("it claims {items} paths, but encodes {encoded}"));
+                    return Err(format!("it claims {items} paths, but encodes {encoded}").into());
                 }
                 (0..3).try_for_each(|_| section.integers(encoded))?;
             }
@@ -111,17 +116,17 @@ pub(crate) fn check_tables(bytes: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks values by their 64-bit representations: type, flags and where they lie.
-pub(crate) fn check_values(bytes: &[u8], mut representations: impl Iterator<Item = u64>) -> Result<(), String> {
+/// Checks values by their 64-bit representations, which have the type, flags and position.
+pub(crate) fn check_values(bytes: &[u8], mut representations: impl Iterator<Item = u64>) -> Result<(), Invalid> {
     let version = Cursor { bytes, at: 8 }.array::<3>()?;
-    // No file has more values than bytes; one whose values contain one another does.
+    // A file has fewer values than bytes, unless values contain each other.
     let mut budget = bytes.len();
     representations.try_for_each(|representation| value(bytes, version, representation, 0, &mut budget))
 }
 
-fn value(bytes: &[u8], version: [u8; 3], representation: u64, depth: usize, budget: &mut usize) -> Result<(), String> {
+fn value(bytes: &[u8], version: [u8; 3], representation: u64, depth: usize, budget: &mut usize) -> Result<(), Invalid> {
     if depth > DEEPEST || *budget == 0 {
-        return Err("values are nested in a circle".to_owned());
+        return Err("values are nested in a circle".into());
     }
     *budget -= 1;
     let [is_array, is_inlined, is_compressed] = [63, 62, 61].map(|bit| representation >> bit & 1 == 1);
@@ -139,7 +144,7 @@ fn value(bytes: &[u8], version: [u8; 3], representation: u64, depth: usize, budg
         return match (is_compressed && count >= 4, is_integer, is_float) {
             (true, true, _) => at.integers(count),
             (true, _, true) => {
-                // By a table, or as integers.
+                // Stored as indices into a table, or as integers.
                 if at.array::<1>()? == [b't'] {
                     let entries = at.u32()?;
                     at.skip(entries, item_size(kind))?;
@@ -177,7 +182,7 @@ fn value(bytes: &[u8], version: [u8; 3], representation: u64, depth: usize, budg
         40 | 41 | 50 => at.u64().and_then(|count| at.skip(count, 4)),
         45 | 48 | 58 => at.u64().and_then(|count| at.skip(count, 8)),
         49 => at.u64().and_then(|count| at.skip(count, 16)),
-        // Samples in time: times, then values.
+        // Time samples: times, then values.
         46 => {
             at.follow()?;
             let times = at.u64()?;
@@ -191,9 +196,9 @@ fn value(bytes: &[u8], version: [u8; 3], representation: u64, depth: usize, budg
     }
 }
 
-fn dictionary(at: &mut Cursor, version: [u8; 3], depth: usize, budget: &mut usize) -> Result<(), String> {
+fn dictionary(at: &mut Cursor, version: [u8; 3], depth: usize, budget: &mut usize) -> Result<(), Invalid> {
     let count = at.u64()?;
-    // A name, an offset and a value each.
+    // Each entry has a name, an offset and a value.
     Cursor { ..*at }.skip(count, 12)?;
     for _ in 0..count {
         at.u32()?;
@@ -204,9 +209,9 @@ fn dictionary(at: &mut Cursor, version: [u8; 3], depth: usize, budget: &mut usiz
     Ok(())
 }
 
-/// Bytes of an item of an uncompressed array.
+/// Size of an item of an uncompressed array, in bytes.
 fn item_size(kind: u64) -> u64 {
-    // By the numbers of the format: matrices, quaternions, vectors of 2 to 4 as double, single, half, integer.
+    // The type numbers of the format: matrices, quaternions, and vectors of 2 to 4 doubles, floats, halves or integers.
     match kind {
         1 | 2 => 1,
         7 => 2,
@@ -240,28 +245,28 @@ mod tests {
     const DICTIONARY: u64 = 31 << 48;
 
     #[test]
-    fn counts_are_held_against_the_size_of_the_file() {
+    fn counts_are_checked_against_the_size_of_the_file() {
         let check_value = |bytes: &[u8], value: u64| check_values(bytes, std::iter::once(value));
         let value = |kind: u64, numbers: &[u64]| check_value(&layer(numbers), kind | 16);
         assert_eq!(value(ARRAY | POINTS, &[2, 0, 0, 0]), Ok(()));
-        assert!(value(ARRAY | POINTS, &[10_000_000, 0, 0, 0]).unwrap_err().contains("claims 10000000 items"));
+        assert!(value(ARRAY | POINTS, &[10_000_000, 0, 0, 0]).unwrap_err().0.contains("claims 10000000 items"));
         assert!(value(ARRAY | POINTS, &[u64::MAX, 0, 0, 0]).is_err());
         // A block of 8 bytes.
         assert_eq!(value(ARRAY | COMPRESSED | INTEGERS, &[1000, 8, 0]), Ok(()));
-        assert!(value(ARRAY | COMPRESSED | INTEGERS, &[1_000_000_000, 8, 0]).unwrap_err().contains("decompressed"));
+        assert!(value(ARRAY | COMPRESSED | INTEGERS, &[1_000_000_000, 8, 0]).unwrap_err().0.contains("decompressed"));
         assert!(value(ARRAY | COMPRESSED | INTEGERS, &[1000, 1 << 40, 0]).is_err());
-        assert!(check_value(&layer(&[]), ARRAY | POINTS | 0xffff_ffff_ffff).unwrap_err().contains("cut off"));
+        assert!(check_value(&layer(&[]), ARRAY | POINTS | 0xffff_ffff_ffff).unwrap_err().0.contains("cut off"));
     }
 
     #[test]
-    fn values_that_hold_themselves_end() {
+    fn values_that_contain_themselves_are_errors() {
         // One entry: a name (4 bytes), an offset of 8, and as value the dictionary itself.
         let mut bytes = layer(&[1]);
         bytes.extend([0; 4]);
         bytes.extend(8u64.to_le_bytes());
         bytes.extend((DICTIONARY | 16).to_le_bytes());
-        assert!(check_values(&bytes, std::iter::once(DICTIONARY | 16)).unwrap_err().contains("in a circle"));
-        // Nor can many fields lead to the same long value again and again.
+        assert!(check_values(&bytes, std::iter::once(DICTIONARY | 16)).unwrap_err().0.contains("in a circle"));
+        // Many fields cannot refer to the same long value again and again either.
         let times = layer(&[8, 0, 8, 1000].into_iter().chain(std::iter::repeat_n(1 << 62, 1000)).collect::<Vec<_>>());
         let samples = 46 << 48 | 16;
         assert_eq!(check_values(&times, std::iter::once(samples)), Ok(()));
@@ -269,14 +274,14 @@ mod tests {
     }
 
     #[test]
-    fn tables_are_held_against_the_size_of_the_file() {
+    fn tables_are_checked_against_the_size_of_the_file() {
         let mut bytes = layer(&[32, 0, 1]);
         bytes.extend(b"STRINGS\0\0\0\0\0\0\0\0\0");
         bytes.extend([72u64, 16].iter().flat_map(|n| n.to_le_bytes()));
         bytes.extend([2u64, 0].iter().flat_map(|n| n.to_le_bytes()));
         assert_eq!(check_tables(&bytes), Ok(()));
         bytes[72] = 200;
-        assert!(check_tables(&bytes).unwrap_err().contains("claims 200 items"));
+        assert!(check_tables(&bytes).unwrap_err().0.contains("claims 200 items"));
         assert!(check_tables(&bytes[..40]).is_err());
     }
 }

@@ -1,9 +1,9 @@
-//! The many types of values of USD as few of ours.
+//! Converts the value types of USD.
 
 use super::Numbers;
 use openusd::sdf;
 
-/// Any array or single value of numbers or vectors.
+/// Converts any array or single value of numbers or vectors to single precision.
 pub(super) fn numbers(value: sdf::Value) -> Option<Numbers> {
     use sdf::Value as V;
     fn flat<const N: usize, T, S>(values: impl IntoIterator<Item = T>, to_f32: impl Fn(S) -> f32) -> Option<Numbers>
@@ -41,7 +41,7 @@ pub(super) fn numbers(value: sdf::Value) -> Option<Numbers> {
     }
 }
 
-/// A single value in double precision.
+/// Converts a single number, vector, quaternion or matrix to double precision.
 pub(super) fn precise(value: sdf::Value) -> Option<Vec<f64>> {
     use sdf::Value as V;
     let quaternion = |[w, x, y, z]: [f64; 4]| Some(vec![x, y, z, w]);
@@ -55,7 +55,7 @@ pub(super) fn precise(value: sdf::Value) -> Option<Vec<f64>> {
         V::Quatf(q) => quaternion([q.w, q.x, q.y, q.z].map(f64::from)),
         V::Quatd(q) => quaternion([q.w, q.x, q.y, q.z]),
         V::Quath(q) => quaternion([q.w, q.x, q.y, q.z].map(|x| x.to_f64())),
-        // Rows of vectors on the left are columns of vectors on the right.
+        // USD multiplies row vectors, so its rows are the columns for column vectors.
         V::Matrix4d(m) => Some(m.0.to_vec()),
         V::Float(_) | V::Half(_) | V::Vec2f(_) | V::Vec3f(_) | V::Vec4f(_) => {
             numbers(value).map(|n| n.values.into_iter().map(f64::from).collect())

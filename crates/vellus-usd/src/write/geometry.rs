@@ -1,4 +1,4 @@
-//! Strands, meshes, camera and lights in text.
+//! Writes strands, meshes, camera and lights.
 
 use crate::write::names::{Names, to_file, vellus_name};
 use crate::write::text::{Literal, Text, quoted};
@@ -7,7 +7,7 @@ use glam::{DMat3, DMat4, DVec3, Mat4, Vec3};
 use std::io::{self, Write};
 use vellus_scene::{Basis, Camera, Light, Mesh, Strands, Values};
 
-/// Of prims with a material.
+/// Metadata of prims with a material.
 const BINDS: &str = "prepend apiSchemas = [\"MaterialBindingAPI\"]";
 
 fn extent<W: Write>(text: &mut Text<W>, points: impl Iterator<Item = Vec3>, radius: f32) -> io::Result<()> {
@@ -88,7 +88,7 @@ pub(crate) fn mesh<W: Write>(text: &mut Text<W>, mesh: &Mesh, names: &Names) -> 
     text.close()
 }
 
-/// Single precision is exact in double.
+/// The text of a matrix. Numbers of single precision are exact in double precision.
 fn matrix(matrix: DMat4) -> String {
     matrix.to_cols_array_2d().text()
 }
@@ -105,7 +105,7 @@ fn transform<W: Write>(text: &mut Text<W>, to_world: DMat4, moved: Option<DMat4>
 }
 
 pub(crate) fn camera<W: Write>(text: &mut Text<W>, camera: &Camera, moves: bool) -> io::Result<()> {
-    // A power of two near that of a normal lens: products and quotients with it are exact.
+    // A power of two, so that products and quotients are exact. It is near the focal length of a normal lens.
     const FOCAL_LENGTH: f32 = 64.0;
     let name = text.name("/Scene", "Camera");
     text.open("Camera", &name, "")?;
@@ -144,7 +144,7 @@ pub(crate) fn light<W: Write>(text: &mut Text<W>, light: &Light, group: &str, na
     }
     let to_world = match light {
         Light::Dome { rotation, ground, .. } => {
-            // The middle of a DomeLight's image is +z, that of ours −z.
+            // The middle of the image is at +z for a DomeLight, and at −z for `Light::Dome`.
             text.set("token inputs:texture:format", "\"latlong\"")?;
             let rotation = rotation.as_dmat3() * DMat3::from_diagonal(DVec3::new(-1.0, 1.0, -1.0));
             if let Some(ground) = ground {
@@ -176,7 +176,7 @@ pub(crate) fn light<W: Write>(text: &mut Text<W>, light: &Light, group: &str, na
         }
         Light::Cylinder { center, half_axis, radius, .. } => {
             text.set("float inputs:radius", &radius.text())?;
-            // The axis is +x of its frame.
+            // The axis of a CylinderLight is x.
             let axis = half_axis.as_dvec3();
             text.set("float inputs:length", &((2.0 * axis.length()) as f32).text())?;
             let x = axis.normalize();

@@ -1,4 +1,4 @@
-//! Materials in text: VellusFur for strands, UsdPreviewSurface for meshes.
+//! Writes materials: VellusFur for strands, UsdPreviewSurface for meshes.
 
 use crate::read::look::SHADER;
 use crate::read::uv_texture::{WRAP_INPUTS, WRAPS};
@@ -7,13 +7,13 @@ use crate::write::text::{Literal, Text};
 use std::io::{self, Write};
 use vellus_scene::{Look, Parameter, Surface};
 
-/// Writes a look as a material; its path.
+/// Writes a look as a material. Returns its path.
 pub(crate) fn look<W: Write>(text: &mut Text<W>, look: &Look, names: &Names) -> io::Result<String> {
     let name = text.name("/Scene/Looks", &look.name);
     let path = format!("/Scene/Looks/{name}");
     text.open("Material", &name, "")?;
     vellus_name(text, &look.name)?;
-    // Of our own render context: others do not know the shader.
+    // In a render context of its own, because other renderers do not know the shader.
     text.set("token outputs:vellus:surface.connect", &format!("<{path}/Fur.outputs:surface>"))?;
     text.open("Shader", "Fur", "")?;
     text.set("uniform token info:id", &format!("\"{SHADER}\""))?;
@@ -43,7 +43,7 @@ pub(crate) fn look<W: Write>(text: &mut Text<W>, look: &Look, names: &Names) -> 
     Ok(path)
 }
 
-/// Writes a surface as a material; its path.
+/// Writes a surface as a material. Returns its path.
 pub(crate) fn surface<W: Write>(text: &mut Text<W>, surface: &Surface, names: &Names) -> io::Result<String> {
     let name = text.name("/Scene/Looks", &surface.name);
     let path = format!("/Scene/Looks/{name}");
@@ -93,7 +93,7 @@ fn uv_texture<W: Write>(
     text.close()
 }
 
-/// What other renderers need to find the texture coordinates.
+/// Writes the reader of the texture coordinates, which other renderers need.
 fn coordinates<W: Write>(text: &mut Text<W>, needed: bool) -> io::Result<()> {
     if !needed {
         return Ok(());

@@ -1,4 +1,4 @@
-//! Writing a scene as .usda.
+//! Writes a scene as .usda.
 
 mod geometry;
 mod look;
@@ -16,22 +16,22 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use vellus_scene::Scene;
 
-/// Writes a scene as text (.usda), and beside it its textures as OpenEXR in the folder `NAME-textures`.
+/// Writes a scene as text (.usda), and its textures as OpenEXR into the folder `NAME-textures` next to it.
 ///
-/// What [`crate::read`] gives for it equals the scene, but for this:
-/// - angles and the radius of the lens may be off by their last bit;
-/// - images of lights repeat;
-/// - a texture is called after its file; quotes, backslashes and control characters in names are replaced;
+/// [`crate::read()`] restores the same scene, except that:
+/// - the last bit of angles and of the lens radius may differ;
+/// - textures of lights have the wrap mode repeat;
+/// - textures have the names of their files, and quotes, backslashes and control characters in names are replaced;
 /// - light groups are those of [`Scene::light_group_names`];
-/// - looks, surfaces and textures come in the order they are used in, without those that are not.
+/// - looks, surfaces and textures are in the order of their first use, and unused ones are missing.
 ///
-/// Movement is from time code 0 to 1, with the shutter of the camera; without a camera [`crate::Options::shutter`] must say
-/// so. Each file is written as [`vellus_io::write()`] does it: a failure leaves what was there before. Folders are
-/// created.
+/// Motion is from time code 0 to 1, which is also the shutter of the camera. Without a camera, reading needs
+/// [`crate::Options::shutter`]. Files are written by [`vellus_io::write()`], so a failure leaves the previous file.
+/// Missing folders are created.
 ///
 /// # Errors
-/// [`Error::Scene`] for a scene that is not valid, [`Error::File`] for a name that does not end in `.usda`,
-/// [`Error::Write`] for a file that cannot be written.
+/// [`Error::Scene`] if the scene is not valid. [`Error::File`] if the name does not end in `.usda`. [`Error::Write`] if
+/// a file cannot be written.
 pub fn write(scene: &Scene, file: &Path) -> Result<(), Error> {
     scene.validate()?;
     if file.extension().is_none_or(|extension| extension != "usda") {
@@ -42,13 +42,13 @@ pub fn write(scene: &Scene, file: &Path) -> Result<(), Error> {
     vellus_io::write_with(file, |out| stage(scene, names, Text::new(out))).map_err(|error| Error::write(file, error))
 }
 
-/// Writes the textures; where the stage finds them.
+/// Writes the textures. Returns their paths relative to the stage.
 fn textures(scene: &Scene, file: &Path) -> Result<Vec<String>, Error> {
     if scene.textures.is_empty() {
         return Ok(Vec::new());
     }
     let stem = file.file_stem().unwrap_or_default().to_string_lossy();
-    // What would end the name of an asset, or lead elsewhere.
+    // These characters would end the path of an asset, or change its folder.
     let plain = |name: &str| name.replace(|c: char| "@/\\[]".contains(c) || c.is_control(), "_");
     let folder = format!("{}-textures", plain(&stem));
     let folder_path = file.with_file_name(&folder);
@@ -60,7 +60,7 @@ fn textures(scene: &Scene, file: &Path) -> Result<Vec<String>, Error> {
         let wish = plain(&wish);
         let mut name = format!("{wish}.exr");
         let mut number = 2;
-        // File systems may not tell upper case from lower.
+        // Some file systems do not distinguish upper and lower case.
         while !taken.insert(name.to_lowercase()) {
             name = format!("{wish}_{number}.exr");
             number += 1;

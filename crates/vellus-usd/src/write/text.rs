@@ -1,14 +1,14 @@
-//! The text form of USD (.usda): prims, attributes and numbers such that they read back to the same bits.
+//! Writes the text format of USD (.usda). Numbers read back to the same bits.
 
 use std::collections::HashSet;
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
-/// Writes prims inside prims, indented.
+/// Writes nested prims with indentation.
 pub(crate) struct Text<W: Write> {
     out: W,
     depth: usize,
-    /// Names given to prims, by the path of their parent and their own.
+    /// Paths of prims that are already used.
     taken: HashSet<String>,
 }
 
@@ -35,12 +35,12 @@ impl<W: Write> Text<W> {
         self.line("}")
     }
 
-    /// An attribute with a single value.
+    /// Writes an attribute with a single value.
     pub fn set(&mut self, declaration: &str, value: &str) -> io::Result<()> {
         self.line(&format!("{declaration} = {value}"))
     }
 
-    /// An array, written as it is converted: strands may be gigabytes.
+    /// Writes an array without a copy of its text, because strands may have gigabytes.
     pub fn array(
         &mut self,
         declaration: &str,
@@ -55,7 +55,7 @@ impl<W: Write> Text<W> {
         }
     }
 
-    /// An array at the time codes 0 and 1.
+    /// Writes an array with time samples at 0 and 1.
     pub fn moving_array<T: Literal>(
         &mut self,
         declaration: &str,
@@ -85,9 +85,9 @@ impl<W: Write> Text<W> {
         self.out.write_all(b"]")
     }
 
-    /// A name for a prim in `parent` that is valid, like `wish`, and not yet taken there.
+    /// A valid and unused name for a prim in `parent`, similar to `wish`.
     pub fn name(&mut self, parent: &str, wish: &str) -> String {
-        // Of a path, the last part.
+        // The last part of a path.
         let wish = wish.rsplit('/').next().unwrap_or_default();
         let mut name: String = wish.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
         if name.is_empty() || name.starts_with(|c: char| c.is_ascii_digit()) {
@@ -105,7 +105,7 @@ impl<W: Write> Text<W> {
     }
 }
 
-/// A string in quotes. Readers do not agree on escapes: what would need one is replaced.
+/// A string in quotes. Characters that need an escape are replaced, because readers handle escapes differently.
 pub(crate) fn quoted(text: &str) -> String {
     let plain = text.chars().map(|c| match c {
         '"' => '\'',
@@ -116,7 +116,7 @@ pub(crate) fn quoted(text: &str) -> String {
     format!("\"{}\"", plain.collect::<String>())
 }
 
-/// A value in text.
+/// A value that has a text form.
 pub(crate) trait Literal {
     fn write(&self, text: &mut String);
 
@@ -129,7 +129,7 @@ pub(crate) trait Literal {
 
 impl Literal for f32 {
     fn write(&self, text: &mut String) {
-        // The shortest decimals that read back to the same number. Writing to a string cannot fail.
+        // The shortest decimal that reads back to the same number. Writing to a string cannot fail.
         let plain = *self == 0.0 || (1e-4..1e7).contains(&self.abs());
         let _ = if plain { write!(text, "{self}") } else { write!(text, "{self:e}") };
     }

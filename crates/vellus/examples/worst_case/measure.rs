@@ -3,8 +3,8 @@
 use crate::space::Case;
 use glam::Vec3;
 use std::f64::consts::{PI, TAU};
-use vellus::oracle::{Oracle, Profile};
 use vellus::{Bcsdf, Hit, TableData, Window};
+use vellus_reference::exact::{Exact, Profile};
 
 /// How finely the f64 model is integrated.
 #[derive(Clone, Copy, Debug)]
@@ -62,9 +62,9 @@ fn direction(theta: f64, phi: f64) -> Vec3 {
 }
 
 /// Runs `f` with the fast path's hit and the f64 model of a case.
-fn with<R>(tables: &TableData, case: &Case, f: impl FnOnce(&Hit, &Oracle) -> R) -> Option<R> {
+fn with<R>(tables: &TableData, case: &Case, f: impl FnOnce(&Hit, &Exact) -> R) -> Option<R> {
     let bcsdf = Bcsdf::new(&case.fiber).ok()?;
-    let oracle = Oracle::new(&case.fiber, tables);
+    let oracle = Exact::new(&case.fiber, tables).ok()?;
     Some(bcsdf.with(direction(case.theta_o, 0.0), case.window(), |hit| f(hit, &oracle)))
 }
 
@@ -147,8 +147,9 @@ pub fn energy(tables: &TableData, case: &Case, effort: Effort) -> Error {
 /// Single precision in the near field: the largest error of f·cos θᵢ, all lobes together, relative to its largest
 /// value, over directions that the fibre scatters to. `of_all` is that of the lobes' energies, relative to all light.
 pub fn near(tables: &TableData, case: &Case, directions: usize) -> Error {
-    let Ok(bcsdf) = Bcsdf::new(&case.fiber) else { return Error::default() };
-    let oracle = Oracle::new(&case.fiber, tables);
+    let (Ok(bcsdf), Ok(oracle)) = (Bcsdf::new(&case.fiber), Exact::new(&case.fiber, tables)) else {
+        return Error::default();
+    };
     let wo = direction(case.theta_o, 0.0);
     let hit = bcsdf.at(wo, Window::near(case.window[0] as f32));
     // The f64 model gets the very numbers that the fast path gets.

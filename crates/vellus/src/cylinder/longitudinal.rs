@@ -1,6 +1,6 @@
 //! Longitudinal lobes M̂ₚ of R, TT, TRT and the rest: the energy-conserving spherical Gaussian.
 //!
-//! D8: instead of the paper's Gaussian in θ over cos²θ (kept in [`crate::published`]), the lobe of
+//! D8: instead of the paper's Gaussian in θ over cos²θ (see `as_printed` in `vellus-reference`), the lobe of
 //! d'Eon et al. 2011, An Energy-Conserving Hair Reflectance Model, Eq. 7, with v = β²:
 //!
 //! M̂(θᵢ) = exp(sin θ_c sin θᵢ/v) I₀(cos θ_c cos θᵢ/v) / (2 v sinh(1/v)),  ∫ M̂ cos θᵢ dθᵢ = 1.

@@ -49,6 +49,8 @@ impl<const C: usize> Rows<C> {
         )
     }
 
+    /// From whole registers.
+    #[cfg(feature = "unstable")]
     pub fn from_rows(rows: Vec<[f32x8; C]>) -> Self {
         Rows(rows)
     }
@@ -226,6 +228,7 @@ impl<const C: usize> Densities<C> {
     }
 
     /// B_r(δ) of all components.
+    #[cfg(feature = "unstable")]
     pub fn row(&self, delta: f32) -> Weights<C> {
         self.values.at(self.between(delta))
     }

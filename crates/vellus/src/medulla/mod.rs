@@ -1,8 +1,10 @@
 //! The light scattered by the medulla: C^N, C^M and ⟨L⟩ looked up in the compressed tables.
 
+#[cfg_attr(not(feature = "unstable"), allow(dead_code, reason = "the tables' makers need all of the grid"))]
 pub mod grid;
 pub(crate) mod mixture;
 pub(crate) mod tables;
+#[cfg(feature = "unstable")]
 pub(crate) mod weighting;
 
 use crate::fiber::Fiber;

@@ -64,6 +64,7 @@ impl TableData {
     /// # Errors
     /// [`Error::Table`] where the data would not be readable again: too high a rank, sizes that do not
     /// fit, a negative or non-finite value, or one above the range of a half float.
+    #[cfg(feature = "unstable")]
     pub fn to_bytes(&self) -> Result<Vec<u8>, Error> {
         self.validate()?;
         let mut header = MAGIC.to_vec();
@@ -126,7 +127,11 @@ impl TableData {
         Ok(data)
     }
 
-    fn validate(&self) -> Result<(), Error> {
+    /// Checks ranks, sizes, shared nodes and values.
+    ///
+    /// # Errors
+    /// [`Error::Table`] says what is wrong.
+    pub fn validate(&self) -> Result<(), Error> {
         for (name, table, limit) in self.mixtures() {
             if table.rank == 0 || table.rank > limit {
                 return Err(Error::Table(format!("rank {} of the {name} mixture is outside [1, {limit}]", table.rank)));
@@ -138,8 +143,8 @@ impl TableData {
                 }
             }
         }
-        if self.mean_path.len() != self.mean_path_nodes.iter().product() || self.mean_path_nodes.iter().any(|&n| n < 2)
-        {
+        let product = self.mean_path_nodes.iter().try_fold(1usize, |product, &n| product.checked_mul(n));
+        if Some(self.mean_path.len()) != product || self.mean_path_nodes.iter().any(|&n| n < 2) {
             return Err(Error::Table("the mean path's size does not match its nodes".to_owned()));
         }
         if self.mean_path_nodes[2] > OFFSETS {
@@ -202,14 +207,32 @@ impl Tables {
     /// The tables that ship with this crate, decoded on first use.
     pub fn shipped() -> &'static Tables {
         static SHIPPED: OnceLock<Tables> = OnceLock::new();
-        SHIPPED.get_or_init(|| match TableData::from_bytes(Self::SHIPPED) {
-            Ok(data) => Tables::new(&data),
+        SHIPPED.get_or_init(|| match Tables::from_bytes(Self::SHIPPED) {
+            Ok(tables) => tables,
             Err(e) => unreachable!("the embedded tables are tested: {e}"),
         })
     }
 
-    /// Decodes tables read with [`TableData::from_bytes`].
-    pub fn new(data: &TableData) -> Self {
+    /// Decodes the bytes of a table file.
+    ///
+    /// # Errors
+    /// [`Error::Table`] if the bytes are not a whole and undamaged table file.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
+        TableData::from_bytes(bytes).map(|data| Tables::decode(&data))
+    }
+
+    /// Decodes tables from their numbers.
+    ///
+    /// # Errors
+    /// As [`TableData::validate`].
+    #[cfg(feature = "unstable")]
+    pub fn new(data: &TableData) -> Result<Self, Error> {
+        data.validate()?;
+        Ok(Tables::decode(data))
+    }
+
+    /// Valid data only.
+    fn decode(data: &TableData) -> Self {
         Tables {
             azimuthal: Mixture::new(&data.azimuthal, OutgoingAxis::AZIMUTH, false),
             backward: Mixture::new(&data.backward, OutgoingAxis::BACKWARD, true),

@@ -1,0 +1,57 @@
+//! One hit of the fibre at one offset (Yan17 Eq. 12).
+
+use super::{ExactPath, Profile};
+use std::f64::consts::{PI, TAU};
+
+/// One hit of the fibre, with the profiles of the medulla.
+#[derive(Clone, Debug)]
+pub struct ExactHit<'e, 't> {
+    pub(super) path: ExactPath<'e, 't>,
+    pub(super) azimuthal: Profile,
+    pub(super) longitudinal: [Profile; 2],
+}
+
+/// C^M of the backward and the forward half at θᵢ.
+pub(super) fn halves(profiles: &[Profile; 2], theta_o: f64, theta_i: f64) -> [f64; 2] {
+    let tilt = if theta_o < 0.0 { -1.0 } else { 1.0 };
+    [profiles[0].eval(tilt * theta_i), profiles[1].eval(tilt * theta_i)]
+}
+
+/// C^N at the azimuth `relative` from straight back, times C^M interpolated between its two halves there.
+pub(crate) fn scattered(azimuthal: &Profile, relative: f64, [back, front]: [f64; 2]) -> f64 {
+    let weight = relative.abs() / PI;
+    azimuthal.eval(relative.rem_euclid(TAU)) * ((1.0 - weight) * back + weight * front)
+}
+
+impl ExactHit<'_, '_> {
+    /// A(h), the share of the light that each of the six lobes carries, RGB, in [0, 1].
+    pub fn energy(&self) -> [[f64; 3]; 6] {
+        self.path.attenuation
+    }
+
+    /// The six lobes at inclination θᵢ and azimuth φ = φ_i − φ_o (radians), each a density over solid angle that
+    /// integrates to 1.
+    pub fn densities(&self, theta_i: f64, phi: f64) -> [f64; 6] {
+        let path = &self.path;
+        let m = path.exact.longitudinal(path.theta_o, theta_i);
+        let n = path.unscattered(phi);
+        let halves = halves(&self.longitudinal, path.theta_o, theta_i);
+        let s = |p| scattered(&self.azimuthal, path.relative(p, phi), halves);
+        [m[0] * n[0], m[1] * n[1], m[2] * n[2], s(1), s(2), m[3] / TAU]
+    }
+
+    /// N(φ) of the six lobes, RGB, per radian: the light that leaves at the azimuth φ = φ_i − φ_o at any inclination.
+    pub fn azimuthal(&self, phi: f64) -> [[f64; 3]; 6] {
+        let path = &self.path;
+        let n = path.unscattered(phi);
+        let s = |p| scattered(&self.azimuthal, path.relative(p, phi), [1.0; 2]);
+        let d = [n[0], n[1], n[2], s(1), s(2), 1.0 / TAU];
+        std::array::from_fn(|p| path.attenuation[p].map(|a| a * d[p]))
+    }
+
+    /// f·cos θᵢ of the six lobes at inclination θᵢ and azimuth φ = φ_i − φ_o (radians), RGB.
+    pub fn eval(&self, theta_i: f64, phi: f64) -> [[f64; 3]; 6] {
+        let d = self.densities(theta_i, phi);
+        std::array::from_fn(|p| self.path.attenuation[p].map(|a| a * d[p]))
+    }
+}

@@ -1,0 +1,127 @@
+//! The model in f64: slow and obvious, and written independently of the fast code that it checks.
+//!
+//! The formulas are those of the paper with the departures listed in PAPER.md. None of the fast path's rearrangements
+//! are used: angles instead of sines, and the tables are interpolated and normalised for each query. Use this module
+//! in tests, and where a number must be right rather than quick.
+//!
+//! Directions have the conventions of `vellus`: inclinations θ in radians from the normal plane, azimuths
+//! φ = φ_i − φ_o in radians, offsets h in [−1, 1]. Arrays of lobes are in the order R, TT, TRT, TTˢ, TRTˢ, rest.
+//!
+//! ```
+//! use vellus::{Fiber, Species, TableData, Tables};
+//! use vellus_reference::exact::Exact;
+//! # fn main() -> Result<(), vellus::Error> {
+//! let tables = TableData::from_bytes(Tables::SHIPPED)?;
+//! let fiber = Fiber::preset(Species::RedFox);
+//! let exact = Exact::new(&fiber, &tables)?;
+//! let f = exact.at(0.2, 0.3).eval(-0.1, 2.5); // f·cos θᵢ of the six lobes, RGB
+//! assert!(f.iter().flatten().all(|x| *x >= 0.0));
+//! # Ok(()) }
+//! ```
+
+mod formulas;
+mod grid_of_azimuths;
+pub(crate) mod hit;
+mod path;
+mod profile;
+mod segments;
+mod window;
+
+pub use formulas::{bessel_i0e, fresnel, longitudinal, wrapped_gaussian};
+pub use hit::ExactHit;
+pub use path::ExactPath;
+pub use profile::{Profile, mean_path};
+pub use segments::ExactSegments;
+pub use window::ExactWindow;
+
+use vellus::{Error, Fiber, TableData};
+
+/// The model of one fibre.
+#[derive(Clone, Debug)]
+pub struct Exact<'t> {
+    pub(crate) tables: &'t TableData,
+    pub(crate) eta: f64,
+    pub(crate) kappa: f64,
+    pub(crate) alpha: f64,
+    pub(crate) beta_m: f64,
+    pub(crate) beta_n: f64,
+    pub(crate) sigma_ca: [f64; 3],
+    pub(crate) sigma_ms: f64,
+    pub(crate) sigma_ma: [f64; 3],
+    pub(crate) g: f64,
+    pub(crate) layers: f64,
+}
+
+impl<'t> Exact<'t> {
+    /// Prepares a fibre.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] if a parameter is outside its range (see [`Fiber::validate`]); [`Error::Table`] if the
+    /// tables contradict themselves.
+    pub fn new(fiber: &Fiber, tables: &'t TableData) -> Result<Self, Error> {
+        fiber.validate()?;
+        tables.validate()?;
+        let rgb = |c: [f32; 3]| c.map(f64::from);
+        Ok(Exact {
+            tables,
+            eta: fiber.eta.into(),
+            kappa: fiber.kappa.into(),
+            alpha: fiber.alpha.into(),
+            beta_m: fiber.beta_m.into(),
+            beta_n: fiber.beta_n.into(),
+            sigma_ca: rgb(fiber.sigma_ca),
+            sigma_ms: fiber.sigma_ms.into(),
+            sigma_ma: rgb(fiber.sigma_ma),
+            g: fiber.g.into(),
+            layers: fiber.layers.into(),
+        })
+    }
+
+    /// η′(θ_o).
+    pub(crate) fn eta_prime(&self, theta_o: f64) -> f64 {
+        (self.eta * self.eta - theta_o.sin().powi(2)).sqrt() / theta_o.cos()
+    }
+
+    /// 1/cos θ_t: how much longer an inclined path is than its projection onto the normal plane.
+    pub(crate) fn elongation(&self, theta_o: f64) -> f64 {
+        1.0 / (1.0 - (theta_o.sin() / self.eta).powi(2)).sqrt()
+    }
+
+    /// h″, the offset inside the medulla in units of its radius; 0 without a medulla.
+    fn medulla_offset(&self, theta_o: f64, h: f64) -> f64 {
+        if self.kappa > 0.0 { (h / self.eta_prime(theta_o) / self.kappa).clamp(-1.0, 1.0) } else { 0.0 }
+    }
+
+    /// Prepares the hit of a ray at the inclination `theta_o` (radians, |θ_o| < π/2) and the offset `h` in [−1, 1].
+    #[doc(alias = "Eq. 12")]
+    pub fn at(&self, theta_o: f64, h: f64) -> ExactHit<'_, 't> {
+        ExactHit {
+            path: self.path(theta_o, h),
+            azimuthal: self.azimuthal_profile(theta_o, h),
+            longitudinal: self.longitudinal_profiles(theta_o),
+        }
+    }
+
+    /// C^N of the path at `h`.
+    pub(crate) fn azimuthal_profile(&self, theta_o: f64, h: f64) -> Profile {
+        let tau = self.sigma_ms * self.kappa * self.elongation(theta_o);
+        Profile::azimuthal(self.tables, tau, self.g, self.medulla_offset(theta_o, h).abs())
+    }
+
+    /// C^M of the backward and the forward half. D12: τ without the elongation.
+    pub(crate) fn longitudinal_profiles(&self, theta_o: f64) -> [Profile; 2] {
+        Profile::longitudinal(self.tables, self.sigma_ms * self.kappa, self.g, theta_o.abs())
+    }
+
+    /// Standard deviation of the azimuth of R, TT, TRT.
+    pub(crate) fn sigma(&self, p: usize) -> f64 {
+        (p as f64 + 1.0).sqrt() * self.beta_n
+    }
+
+    /// M̂ₚ(θᵢ) of R, TT, TRT and the rest.
+    pub(crate) fn longitudinal(&self, theta_o: f64, theta_i: f64) -> [f64; 4] {
+        let shift = [self.alpha, -self.alpha / 2.0, -1.5 * self.alpha, -1.5 * self.alpha];
+        let width = [self.beta_m, self.beta_m / 2.0, 1.5 * self.beta_m, 2.0 * self.beta_m];
+        std::array::from_fn(|p| longitudinal(-theta_o - shift[p], width[p] * width[p], theta_i))
+    }
+}

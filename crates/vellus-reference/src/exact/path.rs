@@ -1,0 +1,88 @@
+//! One path through the fibre: its angles, lengths and attenuations (Yan17 Table 3).
+
+use super::formulas::{fresnel, wrap, wrapped_gaussian};
+use super::{Exact, mean_path};
+use std::f64::consts::PI;
+
+/// The path of a ray with inclination θ_o and offset h: everything about its hit except the profiles of the medulla.
+#[derive(Clone, Debug)]
+pub struct ExactPath<'e, 't> {
+    pub(super) exact: &'e Exact<'t>,
+    pub(super) theta_o: f64,
+    pub(crate) gamma_o: f64,
+    pub(crate) gamma_t: f64,
+    pub(crate) s_c: f64,
+    pub(crate) s_m: f64,
+    /// Q·E, RGB.
+    pub(crate) scattered: [f64; 3],
+    pub(crate) attenuation: [[f64; 3]; 6],
+}
+
+impl<'t> Exact<'t> {
+    /// Follows the ray at the inclination `theta_o` (radians, |θ_o| < π/2) and the offset `h` in [−1, 1]. The profiles
+    /// of the scattered lobes are not looked up: use [`Exact::at`] for those.
+    pub fn path(&self, theta_o: f64, h: f64) -> ExactPath<'_, 't> {
+        let o = self;
+        let h_inside = h / o.eta_prime(theta_o);
+        let (gamma_o, gamma_t) = (h.asin(), h_inside.asin());
+        let cos_t = 1.0 / o.elongation(theta_o);
+        let s_m = (o.kappa * o.kappa - h_inside * h_inside).max(0.0).sqrt();
+        let s_c = gamma_t.cos() - s_m;
+        let f = fresnel(o.eta, o.layers, theta_o.cos() * gamma_o.cos());
+        let q = 1.0 - (-2.0 * s_m * o.sigma_ms / cos_t).exp();
+
+        let path = mean_path(o.tables, o.sigma_ms * o.kappa / cos_t, o.g, o.medulla_offset(theta_o, h).abs());
+        let (mut attenuation, mut scattered) = ([[0.0; 3]; 6], [0.0; 3]);
+        for c in 0..3 {
+            let (ca, ma) = (o.sigma_ca[c], o.sigma_ma[c]);
+            let t = (-2.0 * (s_c * ca + s_m * (ma + o.sigma_ms)) / cos_t).exp();
+            let e = (-(o.kappa * path * ma + (1.0 - o.kappa) * ca) / cos_t).exp();
+            scattered[c] = q * e;
+            let tts = (1.0 - f) * (-s_c * ca / cos_t).exp() * q * e;
+            let trts = (1.0 - f) * f * (-(3.0 * s_c * ca + 2.0 * s_m * (ma + o.sigma_ms)) / cos_t).exp() * q * e;
+            let higher = if f * t < 1.0 { 1.0 / (1.0 - f * t) } else { 0.0 };
+            attenuation
+                .iter_mut()
+                .zip([
+                    f,
+                    (1.0 - f).powi(2) * t,
+                    (1.0 - f).powi(2) * f * t * t,
+                    tts,
+                    trts,
+                    (1.0 - f).powi(2) * f * f * t.powi(3) * higher + trts * f * t * higher,
+                ])
+                .for_each(|(a, value)| a[c] = value);
+        }
+        ExactPath { exact: self, theta_o, gamma_o, gamma_t, s_c, s_m, scattered, attenuation }
+    }
+}
+
+impl ExactPath<'_, '_> {
+    /// A(h), the share of the light that each of the six lobes carries, RGB, in [0, 1].
+    #[doc(alias = "Table 3")]
+    pub fn energy(&self) -> [[f64; 3]; 6] {
+        self.attenuation
+    }
+
+    /// Φₚ, the exit azimuth of R, TT, TRT (p = 0, 1, 2), not wrapped.
+    pub(crate) fn exit(&self, p: usize) -> f64 {
+        2.0 * p as f64 * self.gamma_t - 2.0 * self.gamma_o + p as f64 * PI
+    }
+
+    /// Φˢₚ, the azimuth opposite to the travel of the light in its p-th pass, p = 1, 2.
+    fn scattered_exit(&self, p: usize) -> f64 {
+        (self.gamma_t - self.gamma_o) + (p as f64 - 1.0) * (PI + 2.0 * self.gamma_t)
+    }
+
+    /// D_p(φ) of R, TT, TRT: densities per radian at the azimuth φ = φ_i − φ_o.
+    #[doc(alias = "Eq. 16")]
+    pub fn unscattered(&self, phi: f64) -> [f64; 3] {
+        std::array::from_fn(|p| wrapped_gaussian(phi - self.exit(p), self.exact.sigma(p)))
+    }
+
+    /// The azimuth from straight back in the frame of the tables, in [−π, π], mirrored where h″ < 0; p = 1, 2.
+    pub(crate) fn relative(&self, p: usize, phi: f64) -> f64 {
+        let mirror = if self.gamma_t < 0.0 { -1.0 } else { 1.0 };
+        mirror * wrap(phi - self.scattered_exit(p))
+    }
+}

@@ -1,0 +1,114 @@
+//! The fast f32 path against the slow f64 one.
+
+use vellus::{Bcsdf, Fiber, Lobe, Species, Window};
+use vellus_reference::exact::Exact;
+use vellus_testing::{Uniform, direction, table_data};
+use wide::f32x8;
+
+/// Tolerance of one lobe's density, relative to itself plus a floor.
+///
+/// A Gaussian's exponent x²/2β² errs by xδ/β² for an angle error δ, that is relatively by up to
+/// (x/β)(δ/β). δ ≤ 1e-6 (two arc functions of 3e-7, their sums and the rounded input); the narrowest width
+/// drawn is β_m/2 = 0.25° = 4.4e-3, R's azimuth 8.7e-3; so (x/β)·2.3e-4, 1.4e-3 at six widths. Beyond, the
+/// density is below 1e-8 of its peak (at most 1/(2π β_m β_n/2) = 4e3): the floor 1e-4 holds it.
+/// Tables interpolate half-degree steps between values that vary by up to a third a step:
+/// δ/step·⅓ = 4e-5, and half a dozen roundings of weights.
+fn close(fast: f32, exact: f64) -> bool {
+    (f64::from(fast) - exact).abs() <= 2e-3 * exact + 1e-4
+}
+
+#[test]
+fn fast_matches_f64_oracle() {
+    let mut random = Uniform(1);
+    let mut fibers: Vec<Fiber> = Species::ALL.map(Fiber::preset).to_vec();
+    fibers.extend((0..300).map(|_| random.fiber()));
+    for fiber in fibers {
+        let bcsdf = Bcsdf::new(&fiber).unwrap();
+        let oracle = Exact::new(&fiber, table_data()).unwrap();
+        for _ in 0..4 {
+            let (theta_o, phi_o) = (random.within(-1.5, 1.5), random.within(-3.1, 3.1));
+            let h = random.within(-1.0, 1.0);
+            let hit = bcsdf.at(direction(theta_o, phi_o), Window::near(h as f32));
+            // The oracle gets the very numbers the fast path got.
+            let exact = oracle.at(f64::from(direction(theta_o, phi_o).x).asin(), f64::from(h as f32));
+            for (p, (a, b)) in hit.energy().0.iter().zip(exact.energy()).enumerate() {
+                for c in 0..3 {
+                    // T has an exponent of at most 2·(5 + 25)·20/cos, whose rounding is 1e-7 of it;
+                    // it is worth anything only while below 20.
+                    let error = (f64::from(a[c]) - b[c]).abs();
+                    assert!(
+                        error < 1e-5 * b[c] + 3e-6,
+                        "{} of {fiber:?} at θ {theta_o} h {h}: {a:?} {b:?}",
+                        Lobe::ALL[p].key()
+                    );
+                }
+            }
+            for k in 0..60 {
+                // Half of the queries where the light goes, half anywhere.
+                let wi = if k % 2 == 0 {
+                    hit.sample(random.numbers()).wi
+                } else {
+                    direction(random.within(-1.55, 1.55), random.within(-3.1, 3.1))
+                };
+                let (theta_i, phi_i) =
+                    (f64::from(wi.x).atan2(f64::from(wi.y).hypot(wi.z.into())), f64::from(wi.z).atan2(wi.y.into()));
+                let expected = exact.eval(theta_i, phi_i - phi_o);
+                for (p, value) in hit.eval(wi).0.iter().enumerate() {
+                    for c in 0..3 {
+                        assert!(
+                            close(value[c], expected[p][c]),
+                            "{} of {fiber:?}\nθ_o {theta_o} h {h} θ_i {theta_i} φ {}: {} {}",
+                            Lobe::ALL[p].key(),
+                            phi_i - phi_o,
+                            value[c],
+                            expected[p][c]
+                        );
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn eight_at_once_are_the_same_as_one_by_one() {
+    let mut random = Uniform(2);
+    for _ in 0..200 {
+        let fiber = random.fiber();
+        let bcsdf = Bcsdf::new(&fiber).unwrap();
+        let wo: [_; 8] = std::array::from_fn(|_| direction(random.within(-1.5, 1.5), random.within(-3.0, 3.0)));
+        let wi: [_; 8] = std::array::from_fn(|_| direction(random.within(-1.5, 1.5), random.within(-3.0, 3.0)));
+        let h: [f32; 8] = std::array::from_fn(|_| random.within(-1.0, 1.0) as f32);
+        let lanes = |v: [glam::Vec3; 8]| [0, 1, 2].map(|k| f32x8::new(v.map(|v| v[k])));
+        let (lobes, pdf) = bcsdf.at8(lanes(wo), f32x8::new(h)).eval_pdf_lanes(lanes(wi));
+        let u: [[f32; 4]; 8] = std::array::from_fn(|_| random.numbers());
+        let packed = [0, 1, 2, 3].map(|k| f32x8::new(u.map(|u| u[k])));
+        let samples = bcsdf.at8(lanes(wo), f32x8::new(h)).sample8(packed);
+        for i in 0..8 {
+            let hit = bcsdf.at(wo[i], Window::near(h[i]));
+            let sample = hit.sample([u[i][0], u[i][1], u[i][2], u[i][3], 0.5]);
+            assert_eq!(sample.lobe, samples[i].lobe, "{fiber:?}");
+            // What is left of u inside a rare component of a table magnifies the last bit of the weights: such a
+            // direction may differ, and need only be as likely as it says.
+            let tabulated = matches!(sample.lobe, vellus::Lobe::Tts | vellus::Lobe::Trts);
+            assert!(tabulated || (sample.wi - samples[i].wi).length() < 1e-5, "{sample:?} {:?}", samples[i]);
+            let (f, likely) = hit.eval_pdf(samples[i].wi);
+            // As in tests/sampling.rs: the same direction through `eval`.
+            assert!(
+                (samples[i].pdf / likely - 1.0).abs() < 3e-3 + 1e-4 / likely,
+                "{fiber:?} {:?} {likely}",
+                samples[i]
+            );
+            let weight = samples[i].weight[1] * samples[i].pdf;
+            assert!((f.total()[1] - weight).abs() <= 3e-3 * weight + 1e-4, "{fiber:?} {:?} {f:?}", samples[i]);
+            let (one, one_pdf) = hit.eval_pdf(wi[i]);
+            let same = |a: f32, b: f32| (a - b).abs() <= 1e-5 * b.abs() + 1e-9;
+            assert!(same(pdf.to_array()[i], one_pdf), "{fiber:?} {} {one_pdf}", pdf.to_array()[i]);
+            for p in 0..6 {
+                for c in 0..3 {
+                    assert!(same(lobes.0[p][c].to_array()[i], one.0[p][c]), "{fiber:?} lobe {p}");
+                }
+            }
+        }
+    }
+}
