@@ -59,9 +59,7 @@ impl ModelArgs {
 
     /// A scene ready for rays, its strands scattering by this model.
     pub fn world(&self, scene: Scene) -> Result<World> {
-        let mut world = World::new(scene)?;
-        self.method()?.apply(&mut world)?;
-        Ok(world)
+        Ok(self.method()?.world(scene)?)
     }
 
     fn method(&self) -> Result<Method> {

@@ -58,7 +58,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         let measures = measure(fur).with_context(|| format!("{name} has no strands"))?;
         let memory = scene.strands.iter().map(bytes).sum::<usize>();
         let world = World::new(scene)?;
-        let with_hierarchy = world.curves.bytes() as f64 / world.curves.segments() as f64;
+        let with_hierarchy = world.curves().bytes() as f64 / world.curves().segments() as f64;
         per_segment = per_segment.max(with_hierarchy);
         if count * scale != strands || all != count * segments {
             worst.push(format!("{name}: {} strands of {} segments", count * scale, all / count));
@@ -75,7 +75,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
             (all / count).to_string(),
             (all * scale).to_string(),
             megabytes(memory as f64),
-            megabytes(world.curves.bytes() as f64),
+            megabytes(world.curves().bytes() as f64),
             format!("{with_hierarchy:.0}"),
             format!("{:.2}", measures.lengths[1]),
             format!("{thin:.0} to {thick:.0}"),

@@ -7,7 +7,7 @@ use std::ops::Range;
 use std::time::{Duration, Instant};
 use vellus_io::DigestBuilder;
 use vellus_models::ModelKind;
-use vellus_render::{Film, Filter, Layer, Mode, PICTURE_VERSION, Part, Settings, Statistics, World};
+use vellus_render::{Checkpoint, Error, Film, Filter, Layer, Mode, PICTURE_VERSION, Settings, World};
 use vellus_scene::{Camera, Scene};
 
 /// How fibres scatter, and over what of their width.
@@ -103,8 +103,8 @@ impl<'c> Shot<'c> {
     }
 
     /// Another view of the same scene.
-    pub fn set_camera(&mut self, camera: Camera) {
-        self.world.set_camera(camera);
+    pub fn set_camera(&mut self, camera: Camera) -> Result<()> {
+        Ok(self.world.set_camera(camera)?)
     }
 
     /// Keeps more layers.
@@ -136,10 +136,10 @@ impl<'c> Shot<'c> {
 
     /// Adds samples; the processor time it took.
     fn add(&self, settings: &Settings, film: &mut Film, samples: Range<u64>) -> Result<f64> {
-        let statistics = Statistics::default();
-        let before = cpu_time().context("this system does not tell processor time")?;
-        if !self.world.render(settings, film, samples, &statistics, self.context.stop()) {
-            self.context.check_interrupted()?;
+        let before = cpu_time().context("this system does not report processor time")?;
+        match self.world.render(settings, film, samples, self.context.stop()) {
+            Err(Error::Cancelled) => self.context.check_interrupted()?,
+            result => result.map(drop)?,
         }
         Ok((cpu_time().unwrap_or_default() - before).as_secs_f64())
     }
@@ -154,16 +154,16 @@ impl<'c> Shot<'c> {
         let identity = DigestBuilder::new()
             .field("picture version", PICTURE_VERSION.to_le_bytes())
             .field("what", what)
-            .field("segments", (self.world.curves.segments() as u64).to_le_bytes())
+            .field("segments", (self.world.curves().segments() as u64).to_le_bytes())
             .finish();
-        let mut part = Part { identity, samples: 0..0, planned: samples, notes: Vec::new(), film: self.empty() };
+        let mut part = Checkpoint { identity, samples: 0..0, planned: samples, notes: Vec::new(), film: self.empty() };
         if !self.context.again()
-            && let Some(kept) = vellus_io::read(&file).ok().and_then(|bytes| Part::from_bytes(&bytes).ok())
+            && let Some(kept) = vellus_io::read(&file).ok().and_then(|bytes| Checkpoint::from_bytes(&bytes).ok())
             && kept.identity == part.identity
             && kept.film.fits(&part.film)
             && kept.samples.end <= samples
         {
-            part = Part { planned: samples, ..kept };
+            part = Checkpoint { planned: samples, ..kept };
         }
         let stage = self.context.stage(samples, "rendering");
         stage.set(part.samples.end);
@@ -236,7 +236,7 @@ impl<'c> Shot<'c> {
     /// Writes a picture as NAME.png and NAME.exr; the PNG's name.
     pub fn save(&self, film: &Film, name: &str, exposure: f32) -> Result<String> {
         let png = film.to_png(None, exposure, &[]).map_err(|e| anyhow!("cannot encode PNG: {e}"))?;
-        let exr = film.to_exr(&self.layers, None, vellus_render::Depth::Half, &[]);
+        let exr = film.to_exr(&self.layers, None, vellus_render::PixelType::Half, &[]);
         self.context.write(&format!("{name}.exr"), &exr.map_err(|e| anyhow!("cannot encode OpenEXR: {e}"))?)?;
         self.context.write(&format!("{name}.png"), &png)?;
         Ok(format!("{name}.png"))

@@ -38,7 +38,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let mut frames = [0.0; 2];
     for (k, view, zoom) in [(0, "afar", 1.0), (1, "close", CLOSE)] {
         shot.aim(view, size, [0, 0, size[0], size[1]]);
-        shot.set_camera(zoomed(&scene()?, zoom)?);
+        shot.set_camera(zoomed(&scene()?, zoom)?)?;
         let half = quality.pick(8, 256, 4096);
         let comparison = Comparison::new(&mut shot, &METHODS, half, counts[0])?;
         for (measured, first) in comparison.measured.iter().zip([true, false, false]) {
@@ -156,7 +156,7 @@ fn sequence(context: &Context<'_>, shot: &mut Shot<'_>, scene: &Scene, outcome: 
         context.check_interrupted()?;
         let zoom = CLOSE.powf(k as f32 / (steps - 1).max(1) as f32);
         shot.aim("zoom", size, [0, 0, size[0], size[1]]);
-        shot.set_camera(zoomed(scene, zoom)?);
+        shot.set_camera(zoomed(scene, zoom)?)?;
         let mut pair = [shot.empty(), shot.empty()];
         for (film, method) in pair.iter_mut().zip([NEAR, MULTI]) {
             shot.extend(method, film, quality.pick(2, 32, 256))?;

@@ -1,73 +1,105 @@
 //! Rendering ranges of samples on all cores.
 
+use crate::error::Error;
 use crate::film::{Film, add};
-use crate::integrator::path::Settings;
+use crate::integrator::settings::Settings;
 use crate::world::World;
 use rayon::prelude::*;
-use std::ops::Range;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::ops::{AddAssign, Range};
+use vellus_io::Progress;
 
-/// What rendering did, besides the picture.
-#[derive(Debug, Default)]
+/// Counts of what [`World::render`] did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Statistics {
-    /// Rays traced, shadow rays too.
-    pub rays: AtomicU64,
-    /// Samples that were not finite and were left out.
-    pub rejected: AtomicU64,
-    /// Throughput that the largest depth cut off, in millionths of a sample.
-    cut: AtomicU64,
+    /// Rays traced, shadow rays included.
+    pub rays: u64,
+    /// Samples that were left out because a value was not finite.
+    pub rejected: u64,
+    /// Throughput of the paths that [`Settings::max_depth`] cut off, in millionths of a sample. Whole numbers: their sum
+    /// does not depend on the order.
+    cut: u64,
 }
 
 impl Statistics {
-    /// Throughput that the largest depth cut off, in samples.
+    /// The throughput of the paths that [`Settings::max_depth`] cut off, in samples: 1 is a path that was cut off
+    /// before its first scattering event.
     pub fn cut(&self) -> f64 {
-        self.cut.load(Ordering::Relaxed) as f64 * 1e-6
+        self.cut as f64 * 1e-6
+    }
+}
+
+impl AddAssign for Statistics {
+    fn add_assign(&mut self, other: Self) {
+        self.rays += other.rays;
+        self.rejected += other.rejected;
+        self.cut += other.cut;
     }
 }
 
 impl World {
-    /// Adds samples to a film; false where `stop` was set, and the film is as before. The picture does not depend on the
-    /// number of threads, nor on how the samples are divided into ranges.
+    /// Adds a range of samples of every pixel to a film. Sample i of a pixel is the same for every range that contains
+    /// i: neither the number of threads nor the division into ranges changes a picture.
+    ///
+    /// `progress` is asked at every pixel whether to stop; nothing is reported to it. A [`Session`](crate::Session)
+    /// reports progress.
+    ///
+    /// # Errors
+    /// [`Error::OtherFilm`] if the film has another size, area or other layers than `settings` and this scene have.
+    /// [`Error::Cancelled`] if `progress` stopped it. The film is then as before.
     pub fn render(
         &self,
         settings: &Settings,
         film: &mut Film,
         samples: Range<u64>,
-        statistics: &Statistics,
-        stop: &AtomicBool,
-    ) -> bool {
+        progress: &dyn Progress,
+    ) -> Result<Statistics, Error> {
         let [left, top, width, height] = settings.area();
-        assert_eq!((settings.size, settings.area()), (film.whole(), film.area()), "the film is of another picture");
+        self.check_film(settings, film)?;
         let layout = film.layout();
-        let rows: Vec<Option<Vec<u32>>> = (0..height)
+        let rows: Vec<Option<(Vec<u32>, Statistics)>> = (0..height)
             .into_par_iter()
             .map(|y| {
                 let mut row = vec![0; width * layout.words()];
                 let mut values = vec![0.0; layout.channels()];
-                let (mut rays, mut rejected, mut cut) = (0, 0, 0.0);
+                let mut statistics = Statistics::default();
+                let mut cut = 0.0;
                 for x in 0..width {
-                    if stop.load(Ordering::Relaxed) {
+                    if progress.is_cancelled() {
                         return None;
                     }
                     let sums = &mut row[x * layout.words()..][..layout.words()];
                     for index in samples.clone() {
-                        let seen = self.fibers.trace(self, settings, layout, [left + x, top + y], index, &mut values);
-                        rays += seen.rays;
+                        let pixel = [left + x, top + y];
+                        let seen = self.fibers.trace(&self.geometry, settings, layout, pixel, index, &mut values);
+                        statistics.rays += seen.rays;
                         cut += f64::from(seen.cut);
-                        rejected += u64::from(!add(layout, sums, &values, seen.strand));
+                        statistics.rejected += u64::from(!add(layout, sums, &values, seen.strand));
                     }
                 }
-                statistics.rays.fetch_add(rays, Ordering::Relaxed);
-                statistics.rejected.fetch_add(rejected, Ordering::Relaxed);
-                statistics.cut.fetch_add((cut * 1e6) as u64, Ordering::Relaxed);
-                Some(row)
+                statistics.cut = (cut * 1e6) as u64;
+                Some((row, statistics))
             })
             .collect();
-        if rows.iter().any(Option::is_none) {
-            return false;
+        let rows: Vec<(Vec<u32>, Statistics)> = rows.into_iter().collect::<Option<_>>().ok_or(Error::Cancelled)?;
+        let mut all = Statistics::default();
+        rows.iter().for_each(|(_, statistics)| all += *statistics);
+        film.add_rows(rows.into_iter().map(|(row, _)| row));
+        film.advance(samples.end.saturating_sub(samples.start));
+        Ok(all)
+    }
+
+    fn check_film(&self, settings: &Settings, film: &Film) -> Result<(), Error> {
+        let fail = |what: String| Err(Error::OtherFilm(what));
+        if settings.size != film.whole() {
+            return fail(format!("its size is {:?}, that of the settings {:?}", film.whole(), settings.size));
         }
-        film.add_rows(rows.into_iter().flatten());
-        film.advance(samples.end - samples.start);
-        true
+        if settings.area() != film.area() {
+            return fail(format!("its area is {:?}, that of the settings {:?}", film.area(), settings.area()));
+        }
+        let groups = film.layout().groups();
+        if film.layout().has(crate::Layer::Lights) && groups != self.group_names() {
+            return fail(format!("its light groups are {groups:?}, those of the scene {:?}", self.group_names()));
+        }
+        Ok(())
     }
 }

@@ -1,10 +1,9 @@
 //! Other models than ours in pictures.
 
 use glam::{Mat3, Vec3, Vec4};
-use std::sync::atomic::AtomicBool;
 use vellus::{Bcsdf, Fiber, Model, Scattering, Window};
 use vellus_models::{Chiang2016, DEon2011, KajiyaKay1989, Marschner2003, Yan2015, ZinkeWeber2007};
-use vellus_render::{Film, Filter, Layer, Mode, Settings, Statistics, World};
+use vellus_render::{Film, Filter, Layer, Mode, Settings, World};
 use vellus_scene::{Basis, Camera, Light, Look, Parameter, Scene, Strands, Texture, Value, Values};
 use vellus_testing::significance::max_abs_z;
 
@@ -55,9 +54,8 @@ fn picture(world: &World) -> ([f64; 3], f64) {
     let settings =
         Settings { size: [SIZE; 2], crop: None, mode: Mode::Near, filter: Filter::Tent, seed: 3, max_depth: None };
     let mut film = Film::new(settings.size, settings.area(), world.layout(&[Layer::Lobes]));
-    let statistics = Statistics::default();
-    assert!(world.render(&settings, &mut film, 0..64, &statistics, &AtomicBool::new(false)));
-    assert_eq!(statistics.rejected.into_inner(), 0);
+    let statistics = world.render(&settings, &mut film, 0..64, &()).unwrap();
+    assert_eq!(statistics.rejected, 0);
     let pixels = (SIZE * SIZE) as f64;
     let mean =
         |c: usize| (0..SIZE * SIZE).map(|i| film.mean(i % SIZE, i / SIZE, Layer::Beauty, c)).sum::<f64>() / pixels;

@@ -3,7 +3,7 @@
 use glam::{Mat3, Mat4, Vec3, Vec4};
 use std::sync::atomic::AtomicBool;
 use vellus::{Fiber, Species};
-use vellus_render::{Film, Filter, Layer, Mode, Settings, Statistics, World};
+use vellus_render::{Error, Film, Filter, Layer, Mode, Settings, World};
 use vellus_scene::{Basis, Camera, Light, Look, Mesh, Scene, Strands, Surface};
 use vellus_testing::significance::max_abs_z;
 
@@ -58,9 +58,8 @@ fn empty(world: &World, settings: &Settings) -> Film {
 
 fn render(world: &World, settings: &Settings, samples: u64) -> Film {
     let mut film = empty(world, settings);
-    let statistics = Statistics::default();
-    assert!(world.render(settings, &mut film, 0..samples, &statistics, &AtomicBool::new(false)));
-    assert_eq!(statistics.rejected.into_inner(), 0);
+    let statistics = world.render(settings, &mut film, 0..samples, &()).unwrap();
+    assert_eq!(statistics.rejected, 0);
     film
 }
 
@@ -257,16 +256,41 @@ fn threads_and_ranges_do_not_change_the_image() {
     let whole = render(&world, &settings, 12);
     let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     assert_eq!(pool(1).install(|| render(&world, &settings, 12)), whole);
-    let (statistics, go) = (Statistics::default(), AtomicBool::new(false));
     let part = |range| {
         let mut film = empty(&world, &settings);
-        assert!(world.render(&settings, &mut film, range, &statistics, &go));
+        world.render(&settings, &mut film, range, &()).unwrap();
         film
     };
     let mut merged = part(7..12);
     merged.merge(&part(0..3));
     merged.merge(&part(3..7));
     assert_eq!(merged, whole);
+}
+
+/// A film of another picture, a cancelled call and an invalid camera are errors, and change nothing.
+#[test]
+fn what_does_not_fit_is_refused() {
+    let mut world = World::new(clump(20, 0.006, fiber())).unwrap();
+    let settings = settings(8, Mode::Near);
+    let whole = render(&world, &settings, 2);
+    let other = |settings: Settings| {
+        let mut film = whole.clone();
+        let error = world.render(&settings, &mut film, 2..3, &()).unwrap_err();
+        assert!(matches!(error, Error::OtherFilm(_)) && film == whole, "{error}");
+    };
+    other(Settings { size: [9, 8], ..settings });
+    other(Settings { crop: Some([0, 0, 8, 4]), ..settings });
+    let groups = ["none of this scene".to_owned()];
+    let layout = vellus_render::Layout::new(&[Layer::Lights], &groups);
+    let mut film = Film::new(settings.size, settings.area(), layout);
+    assert!(matches!(world.render(&settings, &mut film, 0..1, &()), Err(Error::OtherFilm(_))));
+    let mut film = whole.clone();
+    let error = world.render(&settings, &mut film, 2..3, &AtomicBool::new(true)).unwrap_err();
+    assert!(matches!(error, Error::Cancelled) && film == whole);
+    let camera = Camera::look_at(Vec3::Z * 4.0, Vec3::ZERO, Vec3::Y, 0.5, 1.0);
+    assert!(world.set_camera(Camera { moved: Some(Mat4::NAN), ..camera }).is_err());
+    assert_eq!(render(&world, &settings, 2), whole);
+    assert!(world.set_camera(camera).is_ok());
 }
 
 /// A part of a picture is that part of the picture.

@@ -1,37 +1,37 @@
 //! What is rendered: a built-in scene, or a file.
 
-use super::identity::{fiber, optional};
 use crate::fiber_args::{FiberArgs, Overrides};
 use crate::number::finite;
 use crate::say::note;
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
 use vellus_io::{DigestBuilder, Sources};
+use vellus_render::session::{add_fiber, optional};
 use vellus_scene::{Look, Scene};
 use vellus_usd::FALLBACK_LOOK;
 
-/// A scene.
+/// Which scene.
 #[derive(clap::Args, Clone)]
 pub struct Input {
-    /// A built-in scene (`vellus scene` lists them); a USD file (.usda, .usdc, .usdz); strands as .hair or .tfx.
+    /// A built-in scene (`vellus scene` lists them), a USD file (.usda, .usdc, .usdz), or strands as .hair or .tfx.
     #[arg(default_value = "raccoon", value_name = "SCENE|FILE")]
     scene: PathBuf,
-    /// The small version of a built-in scene.
+    /// Render the small version of a built-in scene.
     #[arg(long)]
     small: bool,
-    /// Fibre of strands whose file says none: a preset (see `vellus fiber list`), or a TOML or JSON file
-    /// [default: red-fox]. Built-in scenes have their own.
+    /// Fibre of strands whose file defines none: a preset (see `vellus fiber list`), or a TOML or JSON file
+    /// [default: red-fox]. Built-in scenes have their own fibres.
     #[arg(long, value_name = "NAME|FILE")]
     fiber: Option<PathBuf>,
     #[command(flatten)]
     overrides: Overrides,
-    /// Width (diameter) of strands whose file has none, in the file's unit.
+    /// Width (diameter) of strands whose file defines none, in the file's unit.
     #[arg(long, value_name = "WIDTH", value_parser = width)]
     width: Option<f32>,
-    /// A share of the strands only, wider so that they cover as much: for previews.
+    /// Render only this share of the strands, and widen them so that they cover as much: for previews.
     #[arg(long, value_parser = share, value_name = "PERCENT", allow_hyphen_values = true)]
     strands: Option<f32>,
-    /// Camera of a USD file, by name or path; the first without it.
+    /// Camera of a USD file, by name or path [default: the first].
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
     /// Time code of a USD file.
@@ -56,12 +56,12 @@ fn time_code(text: &str) -> Result<f64, String> {
     finite(text, |_| true, "")
 }
 
-/// Is a built-in scene called so?
+/// Is there a built-in scene of this name?
 pub fn is_built_in(name: &str) -> bool {
     vellus_groom::SCENES.iter().any(|(known, _)| *known == name)
 }
 
-/// What an input is, by its name.
+/// The kind of an input, from its name.
 enum Kind<'a> {
     BuiltIn(&'a str),
     Usd,
@@ -69,7 +69,7 @@ enum Kind<'a> {
     Tfx,
 }
 
-/// Reads a USD file, and says what is left out.
+/// Reads a USD file, and reports its warnings.
 pub fn load_usd(path: &Path, options: &vellus_usd::Options) -> Result<vellus_usd::Reading> {
     let reading = vellus_usd::read(path, options)?;
     for warning in &reading.warnings {
@@ -79,7 +79,7 @@ pub fn load_usd(path: &Path, options: &vellus_usd::Options) -> Result<vellus_usd
 }
 
 impl Input {
-    /// Refuses names and options that do not fit together, before anything is read or grown.
+    /// Refuses names and options that do not fit together, before any file is read.
     pub fn check(&self) -> Result<()> {
         match self.kind()? {
             Kind::BuiltIn(name) => {
@@ -87,8 +87,7 @@ impl Input {
                 if self.fiber().is_given() || self.width.is_some() || seen {
                     bail!(
                         "--fiber, --set, --width, --camera, --frame and --frames are for files: the built-in scene \
-                         {name} \
-                         has its own"
+                         {name} has its own"
                     );
                 }
             }
@@ -125,19 +124,20 @@ impl Input {
         FiberArgs { fiber: self.fiber.clone(), overrides: self.overrides.clone() }
     }
 
-    /// Reads or grows it.
+    /// Reads or grows the scene.
     pub fn load(&self) -> Result<Scene> {
         self.load_with_sources().map(|(scene, _)| scene)
     }
 
-    /// The same, where strands without widths get the width 0: enough to measure them.
+    /// Loads the scene for measurements: strands without widths get the width 0.
     pub fn load_to_measure(&self) -> Result<Scene> {
         let built_in = matches!(self.kind()?, Kind::BuiltIn(_));
         let width = self.width.or((!built_in).then_some(0.0));
         Input { width, ..self.clone() }.load()
     }
 
-    /// The same as [`Input::load`], and the files it was read from. A built-in scene has none: its name identifies it.
+    /// Reads or grows the scene, and returns the files that it was read from. A built-in scene has none: its name identifies
+    /// it.
     pub fn load_with_sources(&self) -> Result<(Scene, Sources)> {
         let (mut scene, sources) = self.whole()?;
         if let Some(share) = self.strands {
@@ -193,19 +193,19 @@ impl Input {
         Ok((reading.scene, reading.sources))
     }
 
-    /// The scene or file.
+    /// The name of the scene or the file.
     pub fn name(&self) -> String {
         self.scene.display().to_string()
     }
 
-    /// Another frame of it.
+    /// Chooses another frame.
     pub fn set_frame(&mut self, frame: f64) {
         self.frame = Some(frame);
     }
 
-    /// Adds what tells it from other scenes, but for the files it is read from.
+    /// Adds what identifies the scene, except for the files that it is read from.
     pub fn add_to(&self, builder: DigestBuilder) -> Result<DigestBuilder> {
-        // Files are told apart by what is in them, built-in scenes by their names.
+        // The content of its files identifies a scene, its name a built-in one.
         let built_in = self.scene.to_str().filter(|name| is_built_in(name));
         let builder = builder
             .field("scene", built_in.unwrap_or(""))
@@ -214,7 +214,7 @@ impl Input {
             .field("strands", optional(self.strands.map(f32::to_le_bytes)))
             .field("camera", self.camera.as_deref().unwrap_or(""))
             .field("frame", optional(self.frame.map(f64::to_le_bytes)));
-        // A built-in scene has fibres of its own.
-        if built_in.is_some() { Ok(builder) } else { Ok(fiber(builder, &self.fiber().load()?)) }
+        // A built-in scene has its own fibres.
+        if built_in.is_some() { Ok(builder) } else { Ok(add_fiber(builder, &self.fiber().load()?)) }
     }
 }

@@ -1,198 +1,100 @@
-//! Checkpoints: a run that was stopped continues from them. Also where samples are saved whose picture cannot be
-//! written.
+//! What the user reads about checkpoints and rescued films.
 
-use super::Args;
-use crate::output;
 use crate::say::note;
-use anyhow::{Context, Result, anyhow, bail};
-use std::cell::{Cell, RefCell};
-use std::io::{Error, ErrorKind};
+use anyhow::{Result, bail};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
-use vellus_io::Digest;
-use vellus_render::Part;
+use vellus_render::session::{Rescue, Store};
+use vellus_render::{Checkpoint, Error, Session};
 
-/// Keeps the checkpoint of one picture.
-pub struct Keeper<'a> {
-    args: &'a Args,
-    path: PathBuf,
+/// The checkpoint of one picture.
+pub struct Keeper {
+    store: Store,
+    output: PathBuf,
+    resume: bool,
     /// A failed checkpoint was reported.
-    warned: Cell<bool>,
-    /// Rescued films that the checkpoint or the picture makes superfluous.
-    rescued: RefCell<Vec<PathBuf>>,
+    warned: bool,
 }
 
-impl<'a> Keeper<'a> {
-    /// Beside the output.
-    pub fn new(args: &'a Args) -> Self {
-        let path = args.output.with_extension("checkpoint");
-        Keeper { args, path, warned: Cell::new(false), rescued: RefCell::default() }
+impl Keeper {
+    /// The checkpoint beside the output.
+    pub fn new(output: &Path, resume: bool) -> Self {
+        Keeper { store: Store::beside(output), output: output.to_owned(), resume, warned: false }
     }
 
-    /// The checkpoint.
+    /// The checkpoint's file.
     pub fn path(&self) -> &Path {
-        &self.path
+        self.store.path()
     }
 
-    /// What `--resume` continues from: of the checkpoint, and of the films of the same picture that [`Keeper::rescue`]
-    /// saved, the one with the most samples.
-    pub fn load(&self, identity: Digest) -> Result<Option<Part>> {
-        if !self.args.resume {
-            return Ok(None);
-        }
-        let read = |path: &Path| -> Result<Part> {
-            let bytes = vellus_io::read(path).with_context(|| format!("cannot read {}", path.display()))?;
-            Part::from_bytes(&bytes).map_err(|e| anyhow!("{}: {e}", path.display()))
-        };
-        let mut found = if self.path.exists() { Some(read(&self.path)?) } else { None };
-        let range = self.args.samples.as_ref();
-        let start = range.map_or(0, |samples| samples.start);
-        let fits = |part: &Part| {
-            let samples = &part.samples;
-            part.identity == identity && samples.start == start && range.is_none_or(|range| samples.end <= range.end)
-        };
-        for path in rescued_films(identity, start) {
-            match read(&path) {
-                Ok(part) if fits(&part) => {
-                    if found.as_ref().is_none_or(|found| found.samples.end < part.samples.end) {
-                        note!("found {}", path.display());
-                        found = Some(part);
-                    }
-                    self.rescued.borrow_mut().push(path);
-                }
-                Ok(_) => {}
-                Err(error) => note!("warning: a rescued film is left out: {error:#}"),
-            }
-        }
-        Ok(found)
-    }
-
-    /// Refuses to begin where the disk has no room for the pictures, the checkpoint and the one that replaces it.
+    /// Refuses to begin if the disk has no room for the pictures, the checkpoint and the one that replaces it.
     pub fn check_space(&self, pictures: u64, film: u64) -> Result<()> {
-        let folder = output::folder(&self.path);
-        // Where a system does not tell, writing will.
-        let Ok(free) = fs4::available_space(folder) else { return Ok(()) };
-        let there = std::fs::metadata(&self.path).map_or(0, |m| m.len());
-        let needed = pictures.saturating_add((2 * film).saturating_sub(there));
-        if needed > free {
-            let mb = |bytes: u64| bytes.div_ceil(1_000_000);
-            let what = format!(
-                "up to {} MB may be needed in {} (pictures {}, a checkpoint and the one that replaces it {} each), \
-                 and {} MB \
-                 are free",
-                mb(needed),
-                folder.display(),
-                mb(pictures),
-                mb(film),
-                free / 1_000_000
-            );
-            let full = Error::new(ErrorKind::StorageFull, what);
-            return Err(full).with_context(|| format!("cannot write {}", self.args.output.display()));
+        Ok(self.store.check_space(pictures, film, &self.output)?)
+    }
+
+    /// Does what `--resume` says: continues from the checkpoint or a rescued film, whichever has more samples.
+    pub fn resume(&mut self, session: &mut Session, samples: Range<u64>) -> Result<()> {
+        if !self.resume {
+            return Ok(());
         }
+        let own = session.checkpoint();
+        let samples = own.samples.start..samples.end;
+        let found = self.store.find(own.identity, &samples)?;
+        for error in found.unreadable {
+            note!("warning: a rescued film is left out: {:#}", anyhow::Error::from(error));
+        }
+        if let Some(path) = found.rescued {
+            note!("found {}", path.display());
+        }
+        let Some(kept) = found.checkpoint else { return Ok(()) };
+        match session.resume(kept) {
+            Err(Error::OtherCheckpoint(what)) => {
+                bail!("{} {what}: delete it, or render without --resume", self.path().display())
+            }
+            result => result?,
+        }
+        note!("continuing from {} samples a pixel", session.film().samples());
         Ok(())
     }
 
-    /// Writes a checkpoint; false where that fails. The last checkpoint then stays, and rendering continues: a warning
-    /// says so once.
-    pub fn keep(&self, part: &Part) -> bool {
-        match output::write(Some(&self.path), &part.to_bytes()) {
-            Ok(()) => {
-                self.remove_rescued();
-                true
+    /// Writes a checkpoint; false if that fails. The last checkpoint then stays, and rendering continues. A warning says
+    /// so once.
+    pub fn keep(&mut self, checkpoint: &Checkpoint) -> bool {
+        let result = self.store.save(checkpoint);
+        if let Err(e) = result {
+            if !self.warned {
+                let last = if self.path().exists() { "the last one stays" } else { "there is none" };
+                note!("warning: no checkpoint could be written, {last}: {:#}", anyhow::Error::from(e));
+                self.warned = true;
             }
-            Err(e) => {
-                if !self.warned.replace(true) {
-                    let last = if self.path.exists() { "the last one stays" } else { "there is none" };
-                    note!("warning: no checkpoint could be written, {last}: {e:#}");
-                }
-                false
-            }
+            return false;
         }
+        true
     }
 
-    /// Removes it, and what it was continued from.
-    pub fn remove(&self) {
-        std::fs::remove_file(&self.path).ok();
-        self.remove_rescued();
+    /// Removes the checkpoint: its picture is complete.
+    pub fn remove(&mut self) {
+        self.store.remove();
     }
 
-    fn remove_rescued(&self) {
-        for path in self.rescued.take() {
-            std::fs::remove_file(path).ok();
-        }
-    }
-
-    /// Saves samples that could not be written for the reason given, where that is possible, and reports all this.
-    pub fn rescue(&self, part: &Part, why: anyhow::Error) -> Result<()> {
-        let bytes = part.to_bytes();
-        let other = rescue_path(part);
-        let saved = [&self.path, &other].into_iter().find(|path| output::write(Some(path), &bytes).is_ok());
-        let output = self.args.output.display();
-        Err(match saved {
-            Some(path) => {
-                let path = path.display();
-                let gaps = if part.samples.end < part.planned { " --allow-gaps" } else { "" };
-                why.context(format!(
-                    "the picture is not written; all {} samples a pixel are kept in {path} (continue with --resume, \
-                     or: vellus \
-                     merge{gaps} {path} -o {output})",
-                    part.film.samples()
-                ))
+    /// Saves samples whose picture could not be written, and reports where they are.
+    pub fn rescue(&self, checkpoint: &Checkpoint, why: Error) -> Result<()> {
+        let message = match self.store.rescue(checkpoint) {
+            Rescue::Saved(path) => {
+                let (path, output) = (path.display(), self.output.display());
+                let gaps = if checkpoint.samples.end < checkpoint.planned { " --allow-gaps" } else { "" };
+                let samples = checkpoint.film.samples();
+                format!(
+                    "the picture is not written; all {samples} samples a pixel are kept in {path} (continue with \
+                     --resume, or: vellus merge{gaps} {path} -o {output})"
+                )
             }
-            None if self.path.exists() => {
-                let path = self.path.display();
-                why.context(format!(
-                    "the picture is not written; {path} has the samples of the last checkpoint (continue with --resume)"
-                ))
-            }
-            None => why.context("the picture is not written, and the samples could not be saved anywhere"),
-        })
+            Rescue::LastCheckpoint(path) => format!(
+                "the picture is not written; {} has the samples of the last checkpoint (continue with --resume)",
+                path.display()
+            ),
+            Rescue::Lost => "the picture is not written, and the samples could not be saved anywhere".to_owned(),
+        };
+        Err(anyhow::Error::from(why).context(message))
     }
-}
-
-/// The beginning of the names of rescued films of a picture.
-fn rescue_prefix(identity: Digest, start: u64) -> String {
-    format!("vellus-{}-{start}-", identity.short())
-}
-
-fn rescue_path(part: &Part) -> PathBuf {
-    let prefix = rescue_prefix(part.identity, part.samples.start);
-    std::env::temp_dir().join(format!("{prefix}{}.film", part.samples.end))
-}
-
-/// Films of a picture that were saved where the system keeps temporary files.
-fn rescued_films(identity: Digest, start: u64) -> Vec<PathBuf> {
-    let prefix = rescue_prefix(identity, start);
-    let is_one = |path: &PathBuf| {
-        let name = path.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
-        name.starts_with(&prefix) && name.ends_with(".film")
-    };
-    let Ok(entries) = std::fs::read_dir(std::env::temp_dir()) else { return Vec::new() };
-    let mut films: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_one).collect();
-    films.sort();
-    films
-}
-
-/// Refuses a checkpoint of another picture, or of other samples than those that are asked for.
-pub fn check_same(kept: &Part, expected: &Part, args: &Args, path: &Path) -> Result<()> {
-    let same = kept.identity == expected.identity && kept.film.fits(&expected.film);
-    let fits = kept.samples.start == expected.samples.start
-        && (args.samples.is_none() || kept.samples.end <= expected.planned);
-    if !same {
-        bail!(
-            "{} is of another picture: the scene, a file that it reads, or an option has changed. Delete it, or \
-             render without \
-             --resume",
-            path.display()
-        );
-    }
-    if !fits {
-        bail!(
-            "{} has the samples {:?}, which are not in {}..{}: delete it, or render without --resume",
-            path.display(),
-            kept.samples,
-            expected.samples.start,
-            expected.planned
-        );
-    }
-    Ok(())
 }

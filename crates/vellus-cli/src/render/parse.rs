@@ -1,21 +1,21 @@
-//! How the options of `vellus render` are written.
+//! Parsers of the options of `vellus render`.
 
 use crate::number::finite;
 use std::ops::Range;
 use std::time::Duration;
 use vellus_render::{Layer, MAX_SAMPLES};
 
-/// Noise above 0.
+/// A noise: a number above 0.
 pub fn noise(text: &str) -> Result<f64, String> {
     finite(text, |x| x > 0.0, " above 0")
 }
 
-/// Stops.
+/// An exposure in stops, in [-100, 100].
 pub fn exposure(text: &str) -> Result<f32, String> {
     finite(text, |x: f32| x.abs() <= 100.0, " in [-100, 100]")
 }
 
-/// WIDTHxHEIGHT.
+/// A size: WIDTHxHEIGHT.
 pub fn size(text: &str) -> Result<[usize; 2], String> {
     let parse = || {
         let (w, h) = text.split_once('x')?;
@@ -27,7 +27,7 @@ pub fn size(text: &str) -> Result<[usize; 2], String> {
     }
 }
 
-/// X,Y,W,H.
+/// A crop: X,Y,W,H.
 pub fn crop(text: &str) -> Result<[usize; 4], String> {
     let numbers: Vec<usize> = text.split(',').filter_map(|n| n.trim().parse().ok()).collect();
     match numbers[..] {
@@ -36,13 +36,13 @@ pub fn crop(text: &str) -> Result<[usize; 4], String> {
     }
 }
 
-/// Widths in pixels.
+/// A width in pixels, in [0, 100].
 pub fn pixels(text: &str) -> Result<f32, String> {
     let width = text.parse().unwrap_or(f32::NAN);
     if (0.0..=100.0).contains(&width) { Ok(width) } else { Err("a width is in [0, 100] pixels".to_owned()) }
 }
 
-/// A..B.
+/// A range of samples: A..B.
 pub fn range(text: &str) -> Result<Range<u64>, String> {
     let parse = || {
         let (a, b) = text.split_once("..")?;
@@ -54,7 +54,7 @@ pub fn range(text: &str) -> Result<Range<u64>, String> {
     }
 }
 
-/// Whole frames, both ends included, and the step between them.
+/// A range of frames, both ends included, and the step between them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frames {
     pub first: i32,
@@ -62,11 +62,11 @@ pub struct Frames {
     pub step: u32,
 }
 
-/// The most frames of one command.
+/// The largest number of frames of one command.
 const MAX_FRAMES: u64 = 1_000_000;
 
 impl Frames {
-    /// How many there are.
+    /// The number of frames.
     pub fn count(&self) -> u64 {
         u64::from(self.last.abs_diff(self.first)) / u64::from(self.step) + 1
     }
@@ -77,7 +77,7 @@ impl Frames {
     }
 }
 
-/// A-B or A-BxS.
+/// A range of frames: A-B or A-BxS.
 pub fn frames(text: &str) -> Result<Frames, String> {
     let parse = || {
         let (range, step) = text.split_once('x').unwrap_or((text, "1"));
@@ -98,7 +98,7 @@ pub fn frames(text: &str) -> Result<Frames, String> {
     }
 }
 
-/// 60s, 5m, 2h.
+/// A time: 60s, 5m, 2h.
 pub fn duration(text: &str) -> Result<Duration, String> {
     let split = text.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(text.len());
     let unit = match &text[split..] {
@@ -115,25 +115,16 @@ pub fn duration(text: &str) -> Result<Duration, String> {
     }
 }
 
-/// Which layers are rendered and written.
+/// The layers that are rendered and written.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layers(pub Vec<Layer>);
 
-/// Names of layers, as [`Layer::ALL`] has them.
-const LAYERS: [&str; Layer::ALL.len()] = [
-    "beauty", "alpha", "variance", "fibers", "lobes", "albedo", "normal", "tangent", "depth", "uv", "motion", "lights",
-    "id",
-];
-
-/// Names with commas between, or `all`.
+/// Names of layers, separated by commas, or `all`.
 pub fn layers(text: &str) -> Result<Layers, String> {
     if text == "all" {
         return Ok(Layers(Layer::ALL.to_vec()));
     }
-    let layer = |name: &str| {
-        let i = LAYERS.iter().position(|known| *known == name.trim());
-        i.map(|i| Layer::ALL[i]).ok_or(format!("unknown layer '{name}' (known: {}, all)", LAYERS.join(", ")))
-    };
+    let layer = |name: &str| name.trim().parse().map_err(|e: vellus_render::Error| format!("{e}, all"));
     text.split(',').map(layer).collect::<Result<_, _>>().map(Layers)
 }
 
@@ -164,7 +155,7 @@ mod tests {
     fn every_layer_has_its_name() {
         assert_eq!(layers("depth,id"), Ok(Layers(vec![Layer::Depth, Layer::Strand])));
         assert_eq!(layers("uv, lights"), Ok(Layers(vec![Layer::RootUv, Layer::Lights])));
-        assert_eq!(layers(&LAYERS.join(",")), layers("all"));
+        assert_eq!(layers(&Layer::ALL.map(Layer::name).join(",")), layers("all"));
         assert!(layers("beauty,depht").unwrap_err().contains("'depht'"));
     }
 }

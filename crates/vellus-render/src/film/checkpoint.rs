@@ -7,6 +7,7 @@
 //! `sums.rs` describes; and 32 bytes of the digest (BLAKE3) of all bytes before. Names and notes are a u32 count of
 //! texts, each a u32 count of bytes of UTF-8.
 
+use crate::error::Error;
 use crate::film::Film;
 use crate::film::layout::Layout;
 use std::ops::Range;
@@ -22,7 +23,7 @@ pub const MAX_SAMPLES: u64 = (1 << 31) - 1;
 
 /// A film and which samples of what are in it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Part {
+pub struct Checkpoint {
     /// Equal for parts of the same picture: the digest of everything that can change one of its pixels.
     pub identity: Digest,
     /// Its samples.
@@ -80,7 +81,7 @@ impl<'a> Rest<'a> {
     }
 }
 
-impl Part {
+impl Checkpoint {
     /// The file's bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
         let film = &self.film;
@@ -103,11 +104,15 @@ impl Part {
         bytes
     }
 
-    /// Reads a file's bytes.
+    /// Reads the bytes of a file that [`Checkpoint::to_bytes`] wrote.
     ///
     /// # Errors
-    /// What is wrong with them.
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
+    /// [`Error::Malformed`] says what is wrong with them.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
+        Checkpoint::parse(bytes).map_err(Error::Malformed)
+    }
+
+    fn parse(bytes: &[u8]) -> Result<Self, String> {
         if !bytes.starts_with(MAGIC) {
             return Err("it does not begin with VELLUSF3: it is no film, or one of another version".to_owned());
         }
@@ -144,7 +149,7 @@ impl Part {
         let sums = rest.0.chunks_exact(4).map(|b| u32::from_le_bytes(std::array::from_fn(|k| b[k]))).collect();
         let film = Film::new(whole, area, layout).with_sums(samples.end - samples.start, sums);
         let notes = notes.chunks_exact(2).map(|pair| (pair[0].clone(), pair[1].clone())).collect();
-        Ok(Part { identity, samples, planned, notes, film })
+        Ok(Checkpoint { identity, samples, planned, notes, film })
     }
 }
 
@@ -153,7 +158,7 @@ mod tests {
     use super::*;
     use crate::film::Layer;
 
-    fn part() -> Part {
+    fn part() -> Checkpoint {
         let groups = ["key".to_owned(), "Füllicht".to_owned()];
         let layout = Layout::new(&[Layer::Depth, Layer::Lights, Layer::Strand], &groups);
         let mut film = Film::new([9, 8], [2, 3, 4, 3], layout);
@@ -161,27 +166,27 @@ mod tests {
         film.add_rows((0..3).map(|y| vec![y * 77 + 5; length]));
         film.advance(9);
         let notes = vec![("vellus_command".to_owned(), "vellus render 狐.usda".to_owned())];
-        Part { identity: Digest([0xfe; 32]), samples: 2..11, planned: 12, notes, film }
+        Checkpoint { identity: Digest([0xfe; 32]), samples: 2..11, planned: 12, notes, film }
     }
 
     #[test]
     fn parts_come_back() {
-        assert_eq!(Part::from_bytes(&part().to_bytes()), Ok(part()));
+        assert_eq!(Checkpoint::from_bytes(&part().to_bytes()).unwrap(), part());
     }
 
     #[test]
     fn any_damage_is_noticed() {
         let bytes = part().to_bytes();
         for end in 0..bytes.len() {
-            assert!(Part::from_bytes(&bytes[..end]).is_err(), "{end}");
+            assert!(Checkpoint::from_bytes(&bytes[..end]).is_err(), "{end}");
         }
         for at in 0..bytes.len() {
             let mut flipped = bytes.clone();
             flipped[at] ^= 1 << (at % 8);
-            let error = Part::from_bytes(&flipped).unwrap_err();
+            let error = Checkpoint::from_bytes(&flipped).unwrap_err().to_string();
             assert!(error.contains(if at < 8 { "VELLUSF3" } else { "checksum" }), "{at}: {error}");
         }
-        assert!(Part::from_bytes(&[&bytes[..], b"\0"].concat()).is_err());
+        assert!(Checkpoint::from_bytes(&[&bytes[..], b"\0"].concat()).is_err());
     }
 
     #[test]
@@ -194,17 +199,17 @@ mod tests {
         };
         let content = &bytes[..bytes.len() - DIGEST];
         for cut in [8, 20, 70, content.len() - 1] {
-            assert!(Part::from_bytes(&signed(content[..cut].to_vec())).is_err(), "{cut}");
+            assert!(Checkpoint::from_bytes(&signed(content[..cut].to_vec())).is_err(), "{cut}");
         }
         let mut odd = content.to_vec();
         let notes = odd.windows(4).position(|b| b == b"vell").unwrap() - 8;
         odd[notes..notes + 4].copy_from_slice(&1u32.to_le_bytes());
-        assert!(Part::from_bytes(&signed(odd)).is_err());
+        assert!(Checkpoint::from_bytes(&signed(odd)).is_err());
         // Sizes, layers, samples, groups: all but the digest of what was rendered, which is at 36.
         for lie in [8, 16, 24, 32, 72, 80, 92] {
             let mut huge = content.to_vec();
             huge[lie..lie + 4].fill(0xff);
-            assert!(Part::from_bytes(&signed(huge)).is_err(), "{lie}");
+            assert!(Checkpoint::from_bytes(&signed(huge)).is_err(), "{lie}");
         }
     }
 }

@@ -1,60 +1,20 @@
-//! Films as files: OpenEXR with all layers, PNG to look at.
+//! Films as OpenEXR files.
 
+use super::picture::{Notes, PIXELS_NOTE, PixelType};
+use crate::error::Error;
 use crate::film::{Film, Layer};
 use ::exr::prelude::*;
 use std::io::Cursor;
 use vellus_io::{Digest, DigestBuilder};
 
-/// How colours are stored in OpenEXR. Distances and variances are 32 bit always.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Depth {
-    /// 16 bit, but for layers whose values 16 bit cannot hold: these are stored in 32 bit.
-    Half,
-    /// 32 bit.
-    Float,
-}
-
 /// What compositors read fastest.
 const ENCODING: Encoding = Encoding {
     compression: Compression::ZIP16,
-    blocks: exr::image::Blocks::ScanLines,
+    blocks: ::exr::image::Blocks::ScanLines,
     line_order: LineOrder::Increasing,
 };
 
-/// The note with the digest of a picture's pixels, in the files of [`Film::to_exr`] and [`Film::to_png`].
-pub const PIXELS_NOTE: &str = "vellus_pixels";
-
-/// Channel names of a layer, as compositors know them: `R`, `albedo.R`, `lobe_TT.G`, `light_key.B`, `N.X`, `Z`.
-fn names(layer: Layer, groups: &[String]) -> Vec<String> {
-    let rgb = |prefix: &str| ["R", "G", "B"].map(|c| format!("{prefix}{c}")).to_vec();
-    let xyz = |prefix: &str| ["X", "Y", "Z"].map(|c| format!("{prefix}.{c}")).to_vec();
-    match layer {
-        Layer::Beauty => rgb(""),
-        Layer::Alpha => vec!["A".to_owned()],
-        Layer::Square => vec!["variance.V".to_owned()],
-        Layer::Lobes => vellus::Lobe::ALL.iter().flat_map(|lobe| rgb(&format!("lobe_{}.", lobe.key()))).collect(),
-        Layer::Albedo => rgb("albedo."),
-        Layer::Normal => xyz("N"),
-        Layer::Tangent => xyz("T"),
-        Layer::Depth => vec!["Z".to_owned()],
-        Layer::Fibers => vec!["fibers.A".to_owned()],
-        Layer::RootUv => vec!["root.U".to_owned(), "root.V".to_owned()],
-        Layer::Motion => vec!["motion.X".to_owned(), "motion.Y".to_owned()],
-        Layer::Lights => groups.iter().flat_map(|group| rgb(&format!("light_{group}."))).collect(),
-        Layer::Strand => vec!["strand.id".to_owned()],
-    }
-}
-
 impl Film {
-    /// Three channels of a layer, pixel by pixel, means over the whole pixel; none where the film does not keep it or has another
-    /// number of channels.
-    pub fn rgb(&self, layer: Layer) -> Option<Vec<f32>> {
-        let kept = self.layout().range(layer).is_some_and(|range| range.len() == 3);
-        let places =
-            || (0..self.height()).flat_map(|y| (0..self.width()).flat_map(move |x| [0, 1, 2].map(|c| (x, y, c))));
-        kept.then(|| places().map(|(x, y, c)| self.mean(x, y, layer, c) as f32).collect())
-    }
-
     /// An OpenEXR file with these layers, as far as the film keeps them, the beauty as a denoiser left it (three values a pixel; layer
     /// `denoised`), and notes. Features (albedo, normal, depth; of fibres alone:
     /// tangent, root uv) are means over what the pixel sees of them; the variance is that of the pixel's mean brightness. A crop
@@ -66,15 +26,15 @@ impl Film {
         &self,
         layers: &[Layer],
         denoised: Option<&[f32]>,
-        depth: Depth,
+        pixel_type: PixelType,
         notes: &[(String, String)],
-    ) -> std::result::Result<Vec<u8>, String> {
+    ) -> std::result::Result<Vec<u8>, Error> {
         let (width, height) = (self.width(), self.height());
         let pixels = || (0..width * height).map(|i| (i % width, i / width));
         let mut channels = Vec::new();
         // All channels of a layer have one type: programs read colours with mixed types badly.
         let mut push = |names: &[String], values: Vec<Vec<f32>>, exact: bool| {
-            let half = depth == Depth::Half && !exact && fits_half(values.iter().flatten().copied());
+            let half = pixel_type == PixelType::Half && !exact && fits_half(values.iter().flatten().copied());
             for (name, values) in names.iter().zip(values) {
                 let samples = if half {
                     FlatSamples::F16(values.into_iter().map(f16::from_f32).collect())
@@ -86,9 +46,9 @@ impl Film {
         };
         let kept = |layer: &Layer| layers.contains(layer) && self.layout().has(*layer);
         for layer in Layer::ALL.into_iter().filter(|layer| kept(layer) && *layer != Layer::Strand) {
-            let names = names(layer, self.layout().groups());
+            let names = layer.channel_names(self.layout().groups());
             let values = |k| pixels().map(|(x, y)| self.value(x, y, layer, k)).collect();
-            let exact = matches!(layer, Layer::Square | Layer::Depth | Layer::RootUv | Layer::Motion);
+            let exact = matches!(layer, Layer::SecondMoment | Layer::Depth | Layer::RootUv | Layer::Motion);
             push(&names, (0..names.len()).map(values).collect(), exact);
         }
         if let Some(denoised) = denoised {
@@ -98,7 +58,7 @@ impl Film {
         }
         if kept(&Layer::Strand) {
             let ids = FlatSamples::U32(pixels().map(|(x, y)| self.strand(x, y)).collect());
-            channels.push(AnyChannel::new(names(Layer::Strand, &[])[0].as_str(), ids));
+            channels.push(AnyChannel::new(Layer::Strand.channel_names(&[])[0].as_str(), ids));
         }
         let channels = AnyChannels::sort(channels.into_iter().collect());
         let [left, top, ..] = self.area().map(|n| n as i32);
@@ -112,12 +72,13 @@ impl Film {
             let value = AttributeValue::Text(Text::from_slice_unchecked(value.as_bytes()));
             attributes.other.insert(Text::from_slice_unchecked(name.as_bytes()), value);
         }
-        let layer = exr::image::Layer::new((width, height), attributes, ENCODING, channels);
+        let layer = ::exr::image::Layer::new((width, height), attributes, ENCODING, channels);
         let [whole_width, whole_height] = self.whole();
         let mut image = Image::from_layer(layer);
         image.attributes.display_window = IntegerBounds::from_dimensions((whole_width, whole_height));
         let mut bytes = Cursor::new(Vec::new());
-        image.write().non_parallel().to_buffered(&mut bytes).map_err(|e| e.to_string())?;
+        let failed = |e: ::exr::error::Error| Error::Encode { format: "OpenEXR", what: e.to_string() };
+        image.write().non_parallel().to_buffered(&mut bytes).map_err(failed)?;
         Ok(bytes.into_inner())
     }
 
@@ -129,62 +90,11 @@ impl Film {
             if covered > 0.0 { (mean / covered) as f32 } else { 0.0 }
         };
         match layer {
-            Layer::Square => self.error(x, y).powi(2) as f32,
+            Layer::SecondMoment => self.error(x, y).powi(2) as f32,
             Layer::Albedo | Layer::Normal | Layer::Depth | Layer::Motion => over(Layer::Alpha),
             Layer::Tangent | Layer::RootUv => over(Layer::Fibers),
             _ => mean as f32,
         }
-    }
-
-    /// Eight-bit sRGB pixels of the beauty times 2^`exposure`, what is brighter than white held there.
-    pub fn to_srgb(&self, exposure: f32) -> Vec<u8> {
-        self.layer_to_srgb(Layer::Beauty, 0, exposure)
-    }
-
-    fn layer_to_srgb(&self, layer: Layer, first: usize, exposure: f32) -> Vec<u8> {
-        let places = (0..self.height()).flat_map(|y| (0..self.width()).flat_map(move |x| [0, 1, 2].map(|c| (x, y, c))));
-        srgb(places.map(|(x, y, c)| self.mean(x, y, layer, first + c)), exposure)
-    }
-
-    /// A PNG of three channels of a layer from the `first` on, shown as the beauty is.
-    ///
-    /// # Errors
-    /// What the encoder says.
-    pub fn layer_to_png(&self, layer: Layer, first: usize, exposure: f32) -> std::result::Result<Vec<u8>, String> {
-        self.encode_png(&self.layer_to_srgb(layer, first, exposure), &[])
-    }
-
-    /// A PNG of [`Film::to_srgb`], or of the beauty as a denoiser left it, with notes.
-    ///
-    /// # Errors
-    /// What the encoder says.
-    pub fn to_png(
-        &self,
-        denoised: Option<&[f32]>,
-        exposure: f32,
-        notes: &[(String, String)],
-    ) -> std::result::Result<Vec<u8>, String> {
-        let pixels = match denoised {
-            Some(denoised) => srgb(denoised.iter().map(|&v| f64::from(v)), exposure),
-            None => self.to_srgb(exposure),
-        };
-        self.encode_png(&pixels, notes)
-    }
-
-    fn encode_png(&self, pixels: &[u8], notes: &[(String, String)]) -> std::result::Result<Vec<u8>, String> {
-        let mut bytes = Vec::new();
-        let mut encoder = png::Encoder::new(&mut bytes, self.width() as u32, self.height() as u32);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        let digest = (PIXELS_NOTE.to_owned(), Digest::of(pixels).to_string());
-        for (name, value) in notes.iter().chain([&digest]) {
-            encoder.add_itxt_chunk(name.clone(), value.clone()).map_err(|e| e.to_string())?;
-        }
-        let mut writer = encoder.write_header().map_err(|e| e.to_string())?;
-        writer.write_image_data(pixels).map_err(|e| e.to_string())?;
-        writer.finish().map_err(|e| e.to_string())?;
-        Ok(bytes)
     }
 }
 
@@ -209,44 +119,8 @@ fn fits_half(values: impl Iterator<Item = f32>) -> bool {
     largest == 0.0 || (0.5f32.powi(7)..=65504.0).contains(&largest)
 }
 
-/// Eight-bit sRGB of values times 2^`exposure`.
-fn srgb(values: impl Iterator<Item = f64>, exposure: f32) -> Vec<u8> {
-    let scale = f64::from(exposure.exp2());
-    let encode = |x: f64| {
-        let x = (x * scale).clamp(0.0, 1.0);
-        let y = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
-        (255.0 * y).round() as u8
-    };
-    values.map(encode).collect()
-}
-
-/// Notes of a picture that [`Film::to_exr`] or [`Film::to_png`] wrote, names and values.
-///
-/// # Errors
-/// What is wrong with the file: it cannot be decoded, or the digest of its pixels is not the one it carries.
-pub fn check_picture(bytes: &[u8]) -> std::result::Result<Vec<(String, String)>, String> {
-    let (notes, digest) = if bytes.starts_with(b"\x89PNG") { png_notes(bytes)? } else { exr_notes(bytes)? };
-    match notes.iter().find(|(name, _)| name == PIXELS_NOTE) {
-        None => Err("it carries no digest of its pixels".to_owned()),
-        Some((_, expected)) if *expected == digest.to_string() => Ok(notes),
-        Some(_) => Err("it is damaged: the digest of its pixels does not match".to_owned()),
-    }
-}
-
-type Notes = Vec<(String, String)>;
-
-fn png_notes(bytes: &[u8]) -> std::result::Result<(Notes, Digest), String> {
-    let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().map_err(|e| e.to_string())?;
-    let size = reader.output_buffer_size().ok_or("it is too large")?;
-    let mut pixels = vec![0; size];
-    reader.next_frame(&mut pixels).map_err(|e| e.to_string())?;
-    // What follows the pixels may be cut off.
-    reader.finish().map_err(|e| e.to_string())?;
-    let text = |chunk: &png::text_metadata::ITXtChunk| Some((chunk.keyword.clone(), chunk.get_text().ok()?));
-    Ok((reader.info().utf8_text.iter().filter_map(text).collect(), Digest::of(&pixels)))
-}
-
-fn exr_notes(bytes: &[u8]) -> std::result::Result<(Notes, Digest), String> {
+/// The notes of a file, and the digest of its pixels.
+pub(super) fn exr_notes(bytes: &[u8]) -> std::result::Result<(Notes, Digest), String> {
     let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
     let image = image.non_parallel().from_buffered(Cursor::new(bytes)).map_err(|e| e.to_string())?;
     let layer = &image.layer_data;
@@ -261,6 +135,7 @@ fn exr_notes(bytes: &[u8]) -> std::result::Result<(Notes, Digest), String> {
 mod tests {
     use super::*;
     use crate::film::layout::Layout;
+    use crate::film::picture::check_picture;
     use crate::film::{add, nearest};
 
     #[test]
@@ -277,7 +152,7 @@ mod tests {
         film.add_rows((0..2).map(|y| (0..3 * layout.words()).map(|i| (i * 77 + y) as u32).collect()));
         film.advance(1);
         let notes = [("vellus_identity".to_owned(), "狐".to_owned())];
-        let exr = film.to_exr(&[Layer::Beauty, Layer::Strand], None, Depth::Half, &notes).unwrap();
+        let exr = film.to_exr(&[Layer::Beauty, Layer::Strand], None, PixelType::Half, &notes).unwrap();
         let png = film.to_png(None, 0.0, &notes).unwrap();
         for bytes in [exr, png] {
             assert!(check_picture(&bytes).unwrap().contains(&notes[0]));
@@ -309,7 +184,7 @@ mod tests {
             let mut film = Film::new([1, 1], [0, 0, 1, 1], layout);
             film.add_rows(std::iter::once(row));
             film.advance(1);
-            let bytes = film.to_exr(&[Layer::Beauty, Layer::Alpha], None, Depth::Half, &[]).unwrap();
+            let bytes = film.to_exr(&[Layer::Beauty, Layer::Alpha], None, PixelType::Half, &[]).unwrap();
             let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer();
             let image = image.all_attributes().from_buffered(Cursor::new(bytes)).unwrap();
             let channels = &image.layer_data.channel_data.list;
@@ -341,7 +216,7 @@ mod tests {
         film.advance(1);
         let notes = [("vellus_command".to_owned(), "vellus render 狐.usda".to_owned())];
         let denoised: Vec<f32> = (0..18).map(|i| i as f32).collect();
-        let bytes = film.to_exr(&Layer::ALL, Some(&denoised), Depth::Float, &notes).unwrap();
+        let bytes = film.to_exr(&Layer::ALL, Some(&denoised), PixelType::Float, &notes).unwrap();
         let image =
             read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
         let image = image.from_buffered(Cursor::new(bytes)).unwrap();
@@ -369,13 +244,13 @@ mod tests {
         assert!(film.rgb(Layer::Depth).is_none() && film.rgb(Layer::Lobes).is_none());
         assert_ne!(film.to_png(None, 0.0, &notes).unwrap(), film.to_png(Some(&denoised), 0.0, &notes).unwrap());
         // 16 bit where it is enough: the strand's ids reach 4e7, all other values here are small.
-        let bytes = film.to_exr(&Layer::ALL, None, Depth::Half, &notes).unwrap();
+        let bytes = film.to_exr(&Layer::ALL, None, PixelType::Half, &notes).unwrap();
         let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).unwrap();
         let kind = |name: &str| meta.headers[0].channels.list.iter().find(|c| c.name.eq(name)).unwrap().sample_type;
         assert_eq!((kind("R"), kind("Z"), kind("strand.id")), (SampleType::F16, SampleType::F32, SampleType::U32));
         // Only what is asked for, of what there is.
         let few = Film::new([8, 9], [4, 5, 3, 2], Layout::new(&[Layer::Depth], &[]));
-        let bytes = few.to_exr(&[Layer::Beauty, Layer::Albedo], None, Depth::Half, &[]).unwrap();
+        let bytes = few.to_exr(&[Layer::Beauty, Layer::Albedo], None, PixelType::Half, &[]).unwrap();
         let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).unwrap();
         assert_eq!(meta.headers[0].channels.list.len(), 3);
     }

@@ -1,80 +1,17 @@
 //! What a picture is made of: exact sums of samples ([`crate::film::sums`]).
 
 pub mod checkpoint;
-pub mod exr;
+mod exr;
+mod layer;
 pub mod layout;
-pub mod sums;
+pub mod picture;
+mod png;
+mod sums;
+
+pub use layer::Layer;
 
 use crate::film::layout::Layout;
 use sums::Format;
-
-/// Layers of a picture, in the order of a pixel's channels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Layer {
-    /// RGB radiance.
-    Beauty,
-    /// Share of the pixel that anything covers.
-    Alpha,
-    /// Square of the samples' brightness: the variance is its mean less the square of the mean's.
-    Square,
-    /// Share of the pixel that fibres cover.
-    Fibers,
-    /// The six lobes of the fibres seen directly, RGB each, in the order of [`vellus::Lobe`]; they sum to the fibres' part of
-    /// the beauty.
-    Lobes,
-    /// Energy that the fibre or surface seen scatters, RGB.
-    Albedo,
-    /// Shading normal seen, world space.
-    Normal,
-    /// Tangent of the fibre seen, toward the tip, world space.
-    Tangent,
-    /// Distance from the eye.
-    Depth,
-    /// Texture coordinates at the root of the fibre seen.
-    RootUv,
-    /// Pixels that what is seen moves right and up while the shutter is open.
-    Motion,
-    /// The beauty's part that came from each group of lights, RGB each; they sum to the beauty.
-    Lights,
-    /// Number of the strand seen nearest to the eye, counted from 1 over all strands of the scene; 0 is none. It is no mean:
-    /// averaged ids would be those of other strands.
-    Strand,
-}
-
-impl Layer {
-    /// All of them.
-    pub const ALL: [Layer; 13] = [
-        Layer::Beauty,
-        Layer::Alpha,
-        Layer::Square,
-        Layer::Fibers,
-        Layer::Lobes,
-        Layer::Albedo,
-        Layer::Normal,
-        Layer::Tangent,
-        Layer::Depth,
-        Layer::RootUv,
-        Layer::Motion,
-        Layer::Lights,
-        Layer::Strand,
-    ];
-
-    /// Number of channels, without those of the light groups, of which each scene has its own.
-    pub fn channels(self) -> usize {
-        match self {
-            Layer::Lights => 0,
-            Layer::Lobes => 18,
-            Layer::Alpha | Layer::Square | Layer::Fibers | Layer::Depth | Layer::Strand => 1,
-            Layer::RootUv | Layer::Motion => 2,
-            _ => 3,
-        }
-    }
-
-    /// Is it kept whether asked for or not?
-    pub(crate) fn always(self) -> bool {
-        matches!(self, Layer::Beauty | Layer::Alpha | Layer::Square | Layer::Fibers)
-    }
-}
 
 /// A strand as a film keeps it: of two, the larger number is the one nearer to the eye.
 pub(crate) fn nearest(depth: f32, strand: u32) -> u64 {
@@ -207,7 +144,7 @@ impl Film {
     /// Standard error of a pixel's mean brightness; 0 of fewer than two samples.
     pub fn error(&self, x: usize, y: usize) -> f64 {
         let n = self.samples.max(2) as f64;
-        let square = self.mean(x, y, Layer::Square, 0);
+        let square = self.mean(x, y, Layer::SecondMoment, 0);
         ((square - self.brightness(x, y).powi(2)).max(0.0) / (n - 1.0)).sqrt()
     }
 
@@ -235,7 +172,7 @@ fn combine(layout: &Layout, sums: &mut [u32], others: &[u32]) {
     }
 }
 
-/// Adds a sample to a pixel's sums: values of all channels but that of [`Layer::Square`], which is made of the beauty,
+/// Adds a sample to a pixel's sums: values of all channels but that of [`Layer::SecondMoment`], which is made of the beauty,
 /// and [`Layer::Strand`], which is `strand` as [`nearest`] gives it. False, and nothing added, where a value is not
 /// finite.
 pub(crate) fn add(layout: &Layout, sums: &mut [u32], values: &[f32], strand: u64) -> bool {

@@ -36,7 +36,7 @@ impl Format {
     pub(crate) fn of(layer: Layer) -> Self {
         match layer {
             Layer::Beauty | Layer::Lights => Format::Light,
-            Layer::Square => Format::Square,
+            Layer::SecondMoment => Format::Square,
             Layer::Lobes | Layer::Depth => Format::Part,
             Layer::Strand => Format::Largest,
             Layer::Alpha

@@ -5,7 +5,7 @@
 
 use crate::geometry::bvh::{Bvh, EMPTY, NONE, WIDTH, join};
 use crate::geometry::memory;
-use crate::geometry::ray::{Ray, across};
+use crate::geometry::ray::{Ray, orthonormal_basis};
 use crate::geometry::segment::{Entry, Segment};
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use rayon::prelude::*;
@@ -191,7 +191,7 @@ impl Curves {
         let mut best: Option<(u32, Entry)> = None;
         let enter = |first: u32, ray: &mut Ray, best: &mut Option<(u32, Entry)>| {
             if let Some(entry) = self.segment(first, ray.time).1.intersect(ray) {
-                ray.limit = entry.t;
+                ray.t_max = entry.t;
                 *best = Some((first, entry));
             }
             true
@@ -202,11 +202,11 @@ impl Curves {
         self.bvh.traverse(
             &ray.clone(),
             |leaf| memory::fetch(&self.blocks[leaf as usize]),
-            |leaf, limit| {
-                ray.limit = limit;
-                let came = self.near(leaf, &frame, limit);
+            |leaf, t_max| {
+                ray.t_max = t_max;
+                let came = self.near(leaf, &frame, t_max);
                 std::mem::replace(&mut waiting, came).all(|first| enter(first, &mut ray, &mut best));
-                ray.limit
+                ray.t_max
             },
         );
         waiting.all(|first| enter(first, &mut ray, &mut best));
@@ -240,10 +240,10 @@ impl Curves {
         self.bvh.traverse(
             ray,
             |leaf| memory::fetch(&self.blocks[leaf as usize]),
-            |leaf, limit| {
-                let came = self.near(leaf, &frame, limit);
+            |leaf, t_max| {
+                let came = self.near(leaf, &frame, t_max);
                 found = !clear(std::mem::replace(&mut waiting, came));
-                if found { -1.0 } else { limit }
+                if found { -1.0 } else { t_max }
             },
         );
         found || !clear(waiting)
@@ -251,11 +251,11 @@ impl Curves {
 
     /// The segments of a leaf that a ray comes near to. Their control points are on the way from memory.
     #[inline(always)]
-    fn near(&self, leaf: u32, frame: &RayFrame, limit: f32) -> Waiting<'_> {
+    fn near(&self, leaf: u32, frame: &RayFrame, t_max: f32) -> Waiting<'_> {
         let block = &self.blocks[leaf as usize];
         let mask = match self.closed.get(leaf as usize) {
-            Some(closed) => block.near(frame, limit, &between(&block.ends, closed, frame.time)),
-            None => block.near(frame, limit, &block.ends),
+            Some(closed) => block.near(frame, t_max, &between(&block.ends, closed, frame.time)),
+            None => block.near(frame, t_max, &block.ends),
         };
         let waiting = Waiting { first: &block.first, mask };
         waiting.all(|first| {
@@ -325,7 +325,7 @@ struct RayFrame {
 impl RayFrame {
     #[inline]
     fn new(ray: &Ray) -> Self {
-        let (u, v) = across(ray.direction);
+        let (u, v) = orthonormal_basis(ray.direction);
         let lanes = |v: glam::Vec3| v.to_array().map(f32x8::splat);
         RayFrame { time: ray.time, origin: lanes(ray.origin), axes: [lanes(u), lanes(v), lanes(ray.direction)] }
     }
@@ -334,7 +334,7 @@ impl RayFrame {
 impl Block {
     /// The lanes whose chord comes within reach of the ray between its origin and `limit`.
     #[inline(always)]
-    fn near(&self, frame: &RayFrame, limit: f32, ends: &Ends) -> u32 {
+    fn near(&self, frame: &RayFrame, t_max: f32, ends: &Ends) -> u32 {
         let place = |end: &[f32x8; 3]| -> [f32x8; 3] {
             let q: [f32x8; 3] = [end[0] - frame.origin[0], end[1] - frame.origin[1], end[2] - frame.origin[2]];
             frame.axes.map(|axis| q[0].mul_add(axis[0], q[1].mul_add(axis[1], q[2] * axis[2])))
@@ -358,7 +358,7 @@ impl Block {
         let rise = b[2] - a[2];
         let (near, far) = (from.mul_add(rise, a[2]), to.mul_add(rise, a[2]));
         let ahead = (near.fast_max(far) + back).simd_ge(f32x8::ZERO);
-        let before = (near.fast_min(far) - reach).simd_le(f32x8::splat(limit));
+        let before = (near.fast_min(far) - reach).simd_le(f32x8::splat(t_max));
         (close & ahead & before).to_bitmask()
     }
 }
@@ -425,7 +425,7 @@ mod tests {
             for p in (0..set.len()).map(|s| set.strand(s)) {
                 for k in 0..set.basis.segments(p.len()).unwrap() {
                     if let Some(entry) = Segment::new(set.basis, &p[step * k..step * k + count]).intersect(&ray) {
-                        (ray.limit, first) = (entry.t, Some(entry.t));
+                        (ray.t_max, first) = (entry.t, Some(entry.t));
                     }
                 }
             }
@@ -458,7 +458,7 @@ mod tests {
                 let set = &curves.strands()[hit.set];
                 let range = set.starts[hit.strand] as usize..set.starts[hit.strand + 1] as usize;
                 assert!(range.contains(&hit.point));
-                let before = Ray { limit: hit.entry.t * 0.999, ..ray };
+                let before = Ray { t_max: hit.entry.t * 0.999, ..ray };
                 assert!(!curves.occluded(&before));
                 let axis = hit.segment.at(hit.entry.u);
                 if hit.set != 2 {

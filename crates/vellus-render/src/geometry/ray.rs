@@ -10,7 +10,7 @@ pub struct Ray {
     /// Where it goes, unit length.
     pub direction: Vec3,
     /// How far it is asked for; infinity is everywhere.
-    pub limit: f32,
+    pub t_max: f32,
     /// When: 0 as the shutter opens, 1 as it closes.
     pub time: f32,
 }
@@ -18,7 +18,7 @@ pub struct Ray {
 impl Ray {
     /// A ray without end, as the shutter opens.
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
-        Ray { origin, direction, limit: f32::INFINITY, time: 0.0 }
+        Ray { origin, direction, t_max: f32::INFINITY, time: 0.0 }
     }
 
     /// The point at that distance.
@@ -29,7 +29,7 @@ impl Ray {
 
 /// Two directions across `n` that make with it a right-handed frame (Duff et al. 2017, Building an Orthonormal
 /// Basis, Revisited).
-pub fn across(n: Vec3) -> (Vec3, Vec3) {
+pub fn orthonormal_basis(n: Vec3) -> (Vec3, Vec3) {
     let sign = 1f32.copysign(n.z);
     let a = -1.0 / (sign + n.z);
     let b = n.x * n.y * a;

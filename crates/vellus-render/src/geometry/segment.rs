@@ -154,7 +154,7 @@ impl Segment {
         let slant = length2 - rise * rise;
         let mut best: Option<Entry> = None;
         let mut offer = |t: f32, u: f32| {
-            if t > 0.0 && t < ray.limit && best.is_none_or(|b| t < b.t) {
+            if t > 0.0 && t < ray.t_max && best.is_none_or(|b| t < b.t) {
                 best = Some(Entry { t, u });
             }
         };

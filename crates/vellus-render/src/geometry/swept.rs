@@ -3,7 +3,7 @@
 //!
 //! All is seen along the ray: with it as third axis and its origin as origin, half of the products are of zeros.
 
-use crate::geometry::ray::{Ray, across};
+use crate::geometry::ray::{Ray, orthonormal_basis};
 use crate::geometry::segment::Entry;
 use glam::{Vec4, Vec4Swizzles};
 
@@ -19,7 +19,7 @@ pub fn enter(points: &[Vec4; 4], ray: &Ray) -> Option<Entry> {
     for i in 0..pieces {
         let range = [i as f32 / pieces as f32, (i + 1) as f32 / pieces as f32];
         // A piece's root that lies in another is found there again.
-        if let Some(entry) = curve.newton(ray.limit, range)
+        if let Some(entry) = curve.newton(ray.t_max, range)
             && best.is_none_or(|b| entry.t < b.t)
         {
             best = Some(entry);
@@ -61,7 +61,7 @@ struct Step {
 
 impl Cubic {
     fn new(points: &[Vec4; 4], ray: &Ray) -> Self {
-        let (u, v) = across(ray.direction);
+        let (u, v) = orthonormal_basis(ray.direction);
         let d = ray.direction;
         let axes = [Vec4::new(u.x, v.x, d.x, 0.0), Vec4::new(u.y, v.y, d.y, 0.0), Vec4::new(u.z, v.z, d.z, 0.0)];
         let origin = ray.origin.extend(0.0);
@@ -83,7 +83,7 @@ impl Cubic {
         (d * (3.0 * u) + (c + c)) * u + b
     }
 
-    fn newton(&self, limit: f32, [low, high]: [f32; 2]) -> Option<Entry> {
+    fn newton(&self, t_max: f32, [low, high]: [f32; 2]) -> Option<Entry> {
         // The ray's closest approach to the piece's chord is where to start.
         let (a, b) = (self.at(low).xy(), self.at(high).xy());
         let chord = b - a;
@@ -98,7 +98,7 @@ impl Cubic {
                     return None;
                 }
                 let inside = next >= low - 1e-4 && next <= high + 1e-4;
-                return (inside && t > 0.0 && t < limit).then_some(Entry { t, u: next.clamp(0.0, 1.0) });
+                return (inside && t > 0.0 && t < t_max).then_some(Entry { t, u: next.clamp(0.0, 1.0) });
             }
             // It may leave the piece a little and come back.
             if (next < low - slack && u <= low - slack) || (next > high + slack && u >= high + slack) {

@@ -122,19 +122,19 @@ impl Triangles {
         self.bvh.traverse(
             ray,
             |_| {},
-            |leaf, mut limit| {
+            |leaf, mut t_max| {
                 let block = &self.blocks[leaf as usize];
-                let (mut mask, t, u, v) = self.meet(leaf, ray, limit);
+                let (mut mask, t, u, v) = self.meet(leaf, ray, t_max);
                 while mask != 0 {
                     let lane = mask.trailing_zeros() as usize;
                     mask &= mask - 1;
                     let t = t.to_array()[lane];
-                    if t < limit {
-                        limit = t;
+                    if t < t_max {
+                        t_max = t;
                         best = Some((block.index[lane], t, u.to_array()[lane], v.to_array()[lane]));
                     }
                 }
-                limit
+                t_max
             },
         );
         best.map(|(index, t, u, v)| self.hit(ray, index, t, u, v))
@@ -146,20 +146,20 @@ impl Triangles {
         self.bvh.traverse(
             ray,
             |_| {},
-            |leaf, limit| {
-                found = self.meet(leaf, ray, limit).0 != 0;
-                if found { -1.0 } else { limit }
+            |leaf, t_max| {
+                found = self.meet(leaf, ray, t_max).0 != 0;
+                if found { -1.0 } else { t_max }
             },
         );
         found
     }
 
-    fn meet(&self, leaf: u32, ray: &Ray, limit: f32) -> (u32, f32x8, f32x8, f32x8) {
+    fn meet(&self, leaf: u32, ray: &Ray, t_max: f32) -> (u32, f32x8, f32x8, f32x8) {
         let open = &self.blocks[leaf as usize].shape;
-        let Some(closed) = self.closed.get(leaf as usize) else { return meet(open, ray, limit) };
+        let Some(closed) = self.closed.get(leaf as usize) else { return meet(open, ray, t_max) };
         let (early, late) = (f32x8::splat(1.0 - ray.time), f32x8::splat(ray.time));
         let now: Shape = from_fn(|i| from_fn(|k| open[i][k].mul_add(early, closed[i][k] * late)));
-        meet(&now, ray, limit)
+        meet(&now, ray, t_max)
     }
 
     fn hit(&self, ray: &Ray, index: u32, t: f32, u: f32, v: f32) -> TriangleHit {
@@ -167,7 +167,7 @@ impl Triangles {
         let m = &self.meshes[mesh];
         let corners = self.corners(index, ray.time);
         let facing = |n: Vec3| if n.dot(ray.direction) > 0.0 { -n } else { n };
-        let plane = facing(across(corners).normalize_or(Vec3::Z));
+        let plane = facing(scaled_normal(corners).normalize_or(Vec3::Z));
         let w = 1.0 - u - v;
         let smooth = m.normals.as_ref().map(|n| {
             let [a, b, c] = n[triangle];
@@ -191,7 +191,7 @@ impl Triangles {
 }
 
 /// The normal of a triangle, as long as twice its area.
-fn across([a, b, c]: [Vec3; 3]) -> Vec3 {
+fn scaled_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
     (b - a).cross(c - a)
 }
 
@@ -199,7 +199,7 @@ fn across([a, b, c]: [Vec3; 3]) -> Vec3 {
 fn carried(n: Vec3, from: [Vec3; 3], to: [Vec3; 3]) -> Vec3 {
     let frame = |corners: [Vec3; 3]| {
         let [a, b, c] = corners;
-        Mat3::from_cols(b - a, c - a, across(corners).normalize_or_zero())
+        Mat3::from_cols(b - a, c - a, scaled_normal(corners).normalize_or_zero())
     };
     let (from, to) = (frame(from), frame(to));
     to.transpose().inverse() * (from.transpose() * n)
@@ -207,7 +207,7 @@ fn carried(n: Vec3, from: [Vec3; 3], to: [Vec3; 3]) -> Vec3 {
 
 /// The lanes a ray meets before `limit`, with distances and barycentric coordinates.
 #[inline]
-fn meet([corner, edges @ ..]: &Shape, ray: &Ray, limit: f32) -> (u32, f32x8, f32x8, f32x8) {
+fn meet([corner, edges @ ..]: &Shape, ray: &Ray, t_max: f32) -> (u32, f32x8, f32x8, f32x8) {
     let (zero, one) = (f32x8::ZERO, f32x8::ONE);
     let d = ray.direction.to_array().map(f32x8::splat);
     let o = ray.origin.to_array().map(f32x8::splat);
@@ -222,7 +222,7 @@ fn meet([corner, edges @ ..]: &Shape, ray: &Ray, limit: f32) -> (u32, f32x8, f32
     // Without area, the inverse is infinite and no comparison holds. Edges are a few roundings wide.
     let edge = f32x8::splat(-1e-6);
     let inside = u.simd_ge(edge) & v.simd_ge(edge) & (u + v).simd_le(f32x8::splat(1.000_001));
-    let hit = inside & t.simd_gt(zero) & t.simd_lt(f32x8::splat(limit)) & determinant.abs().simd_gt(zero);
+    let hit = inside & t.simd_gt(zero) & t.simd_lt(f32x8::splat(t_max)) & determinant.abs().simd_gt(zero);
     (hit.to_bitmask(), t, u, v)
 }
 
@@ -248,7 +248,7 @@ mod tests {
             let hit = all.intersect(&ray).unwrap();
             let walls = ((1.0 - origin) / direction).max(-origin / direction);
             assert!((hit.t - walls.min_element()).abs() < 1e-5 && hit.normal.dot(direction) < 0.0);
-            assert!(all.occluded(&ray) && !all.occluded(&Ray { limit: hit.t - 1e-5, ..ray }));
+            assert!(all.occluded(&ray) && !all.occluded(&Ray { t_max: hit.t - 1e-5, ..ray }));
         }
     }
 

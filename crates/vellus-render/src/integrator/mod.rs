@@ -1,5 +1,10 @@
-//! Paths of light: camera rays, random numbers, and the path tracer.
+//! The path tracer: camera rays, random numbers, and the paths of light.
 
+mod at_fiber;
+mod at_surface;
+mod color;
+pub mod geometry;
 pub mod path;
 pub mod sampler;
+pub mod settings;
 pub mod view;

@@ -1,7 +1,7 @@
 //! The camera in motion: rays through a pixel, and where a point is seen.
 
 use crate::geometry::ray::Ray;
-use crate::light::concentric;
+use crate::light::sampling::concentric;
 use glam::{Affine3A, Mat4, Quat, Vec2, Vec3};
 use vellus_scene::Camera;
 

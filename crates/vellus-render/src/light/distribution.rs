@@ -1,8 +1,8 @@
 //! To draw one of many by numbers that say how often.
 
-/// Intervals, each drawn in proportion to a number.
+/// PiecewiseConstant1D, each drawn in proportion to a number.
 #[derive(Clone, Debug)]
-pub(crate) struct Intervals {
+pub(crate) struct PiecewiseConstant1D {
     /// Where each begins, and the end: from 0 to 1.
     sums: Vec<f32>,
     /// The interval in which each of as many equal steps begins: from there it is not far (Chen and Asau 1974, On Generating Random
@@ -10,7 +10,7 @@ pub(crate) struct Intervals {
     guide: Vec<u32>,
 }
 
-impl Intervals {
+impl PiecewiseConstant1D {
     /// As wide as numbers that are not negative; equal ones where all are 0.
     pub fn new(values: impl ExactSizeIterator<Item = f32>) -> Self {
         let n = values.len();
@@ -24,7 +24,7 @@ impl Intervals {
         let sums: Vec<f32> = (0..=n).map(|i| share(i) as f32).collect();
         let begin = |i: usize| sums.partition_point(|&s| s <= i as f32 / n as f32).clamp(1, n) - 1;
         let guide = (0..n).map(|i| begin(i) as u32).collect();
-        Intervals { sums, guide }
+        PiecewiseConstant1D { sums, guide }
     }
 
     /// How wide one is.
@@ -56,7 +56,7 @@ mod tests {
         let numbers: [fn(usize) -> f32; 4] =
             [|_| 1.0, |i| if i % 37 == 5 { 3.0 + i as f32 } else { 0.0 }, |i| 0.9f32.powi(i as i32), |_| 0.0];
         for (number, n) in numbers.into_iter().flat_map(|number| [1, 2, 777].map(|n| (number, n))) {
-            let all = Intervals::new((0..n).map(number));
+            let all = PiecewiseConstant1D::new((0..n).map(number));
             let edges = all.sums.iter().flat_map(|s| [s.next_down(), *s, s.next_up()]);
             for u in (0..5000).map(|i| i as f32 / 5000.0).chain(edges).filter(|u| (0.0..1.0).contains(u)) {
                 let found = all.pick(u).0;

@@ -1,25 +1,9 @@
 //! The scattering of all strands, by one model.
 
-use crate::film::layout::Layout;
 use crate::geometry::curves::CurveHit;
-use crate::integrator::path::{Seen, Settings};
-use crate::world::World;
+use crate::integrator::geometry::Geometry;
 use vellus::{Fiber, Model};
 use vellus_scene::{Error, Look, Strands};
-
-/// Traces samples of a world whose fibres scatter by some model: compiled for each model, and chosen once a sample.
-pub(crate) trait Trace: Send + Sync {
-    /// Traces a sample of a pixel; `values` are the layout's sums, of whatever content.
-    fn trace(
-        &self,
-        world: &World,
-        settings: &Settings,
-        layout: &Layout,
-        pixel: [usize; 2],
-        index: u64,
-        values: &mut [f32],
-    ) -> Seen;
-}
 
 /// How the strands of a world scatter.
 pub(crate) struct Fibers<M> {
@@ -42,27 +26,13 @@ impl<M: Model> Fibers<M> {
     }
 
     /// The scattering of a fibre where a ray enters it; `made` keeps one that had to be made.
-    pub fn at<'a>(&'a self, world: &World, hit: &CurveHit, made: &'a mut Option<M>) -> &'a M {
+    pub fn at<'a>(&'a self, geometry: &Geometry, hit: &CurveHit, made: &'a mut Option<M>) -> &'a M {
         let (model, same) = &self.sets[hit.set];
         if *same {
             return model;
         }
         // Every value is held to its range where it is set.
-        let fiber = world.fiber(hit);
+        let fiber = geometry.fiber(hit);
         made.insert(model.with_fiber(&fiber).unwrap_or_else(|e| unreachable!("a fibre out of range: {e}")))
-    }
-}
-
-impl<M: Model + Send> Trace for Fibers<M> {
-    fn trace(
-        &self,
-        world: &World,
-        settings: &Settings,
-        layout: &Layout,
-        pixel: [usize; 2],
-        index: u64,
-        values: &mut [f32],
-    ) -> Seen {
-        world.trace(self, settings, layout, pixel, index, values)
     }
 }

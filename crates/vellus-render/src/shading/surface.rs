@@ -91,7 +91,7 @@ impl Scatter {
             let m = self.visible_normal(wo, [u[0], u[1]]);
             m * (2.0 * wo.dot(m)) - wo
         } else {
-            let (x, y) = crate::light::concentric([u[0], u[1]]);
+            let (x, y) = crate::light::sampling::concentric([u[0], u[1]]);
             Vec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt())
         };
         let (f, pdf) = self.eval_pdf(wo, wi);
@@ -104,7 +104,7 @@ impl Scatter {
         let across = v.x * v.x + v.y * v.y;
         let t1 = if across > 0.0 { Vec3::new(-v.y, v.x, 0.0) / across.sqrt() } else { Vec3::X };
         let t2 = v.cross(t1);
-        let (x, y) = crate::light::concentric(u);
+        let (x, y) = crate::light::sampling::concentric(u);
         let s = 0.5 * (1.0 + v.z);
         let y = (1.0 - s) * (1.0 - x * x).max(0.0).sqrt() + s * y;
         let n = t1 * x + t2 * y + v * (1.0 - x * x - y * y).max(0.0).sqrt();

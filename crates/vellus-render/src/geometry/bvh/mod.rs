@@ -151,13 +151,13 @@ impl Bvh {
         let near: [usize; 3] = d.map(|d| usize::from(d.is_sign_negative()));
         let inverse = inverse.map(splat);
         let (early, late) = (splat(1.0 - ray.time), splat(ray.time));
-        let mut limit = ray.limit;
+        let mut t_max = ray.t_max;
         let mut stack = ArrayVec::<u64, { build::STACK }>::new();
         let mut current = self.root;
         loop {
             if current & LEAF != 0 {
-                limit = leaf(current & !LEAF, limit);
-                if limit < 0.0 {
+                t_max = leaf(current & !LEAF, t_max);
+                if t_max < 0.0 {
                     return;
                 }
             } else {
@@ -173,7 +173,7 @@ impl Bvh {
                     &node.bounds
                 };
                 let mut enter = f32x8::ZERO;
-                let mut leave = splat(limit);
+                let mut leave = splat(t_max);
                 for k in 0..3 {
                     let first = bounds[near[k]][k].mul_add(inverse[k], shift[k]);
                     let last = bounds[1 - near[k]][k].mul_add(inverse[k], shift[k]);
@@ -219,7 +219,7 @@ impl Bvh {
             current = loop {
                 match stack.pop() {
                     None => return,
-                    Some(entry) if f32::from_bits((entry >> 32) as u32) <= limit => break entry as u32,
+                    Some(entry) if f32::from_bits((entry >> 32) as u32) <= t_max => break entry as u32,
                     Some(_) => {}
                 }
             };
@@ -251,9 +251,9 @@ mod tests {
         bvh.traverse(
             &ray,
             |_| {},
-            |_, limit| {
+            |_, t_max| {
                 seen += 1;
-                limit
+                t_max
             },
         );
         assert!(seen * WIDTH >= 5000);
@@ -285,9 +285,9 @@ mod tests {
             bvh.traverse(
                 &ray,
                 |_| {},
-                |leaf, limit| {
+                |leaf, t_max| {
                     found.extend(leaves[leaf as usize].iter().filter(|&&p| p != NONE && slab(&ray, boxes[p as usize])));
-                    limit
+                    t_max
                 },
             );
             found.sort_unstable();
@@ -325,9 +325,9 @@ mod tests {
             bvh.traverse(
                 &ray,
                 |_| {},
-                |leaf, limit| {
+                |leaf, t_max| {
                     leaves[leaf as usize].iter().filter(|&&p| p != NONE).for_each(|&p| found[p as usize] = true);
-                    limit
+                    t_max
                 },
             );
             for p in (0..3000).filter(|&p| slab(place(p, ray.time))) {

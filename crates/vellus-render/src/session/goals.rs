@@ -1,29 +1,33 @@
-//! When rendering ends, and how long that will take.
+//! When rendering ends, and an estimate of how long that takes.
 
 use std::time::Duration;
 
-/// What ends it, whichever comes first.
-#[derive(Clone, Copy, Debug)]
+/// When rendering ends: as soon as one goal is reached.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Goals {
-    /// Samples a pixel that are rendered in all.
+    /// Samples a pixel, those of earlier runs included.
     pub samples: u64,
-    /// Noise of the picture.
+    /// Noise of the picture, as [`Film::noise`](crate::Film::noise) measures it; above 0.
     pub noise: Option<f64>,
-    /// Time rendered in this run.
+    /// Time since this run began.
     pub time: Option<Duration>,
 }
 
-/// What ended it.
+/// Why rendering ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
+    /// All samples are rendered.
     Samples,
+    /// The noise is low enough.
     Noise,
+    /// The time is over.
     Time,
+    /// [`Progress::is_cancelled`](vellus_io::Progress::is_cancelled) returned true.
     Interrupted,
 }
 
 impl End {
-    /// In notes.
+    /// The word for it in the notes of a picture.
     pub fn name(self) -> &'static str {
         match self {
             End::Samples => "samples",
@@ -35,19 +39,19 @@ impl End {
 }
 
 /// How far a run is.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State {
-    /// Samples a pixel, those of earlier runs too.
+    /// Samples a pixel, those of earlier runs included.
     pub samples: u64,
     /// Estimated noise of the picture, if it is known.
     pub noise: Option<f64>,
-    /// Time rendered in this run.
+    /// Time since this run began.
     pub spent: Duration,
-    /// Seconds that the last samples took, each of all pixels; 0 before the first.
+    /// Seconds that one sample of all pixels took in the last pass; 0 before the first pass.
     pub each: f64,
 }
 
-/// Samples from which on the estimate of noise is trusted.
+/// With fewer samples the estimate of noise is too uncertain to end a picture.
 const TRUSTED: u64 = 8;
 
 impl State {
@@ -57,7 +61,7 @@ impl State {
 }
 
 impl Goals {
-    /// What ends it now, if anything does.
+    /// The goal that is reached now, if any.
     pub fn reached(&self, state: &State) -> Option<End> {
         if state.samples >= self.samples {
             return Some(End::Samples);
@@ -65,18 +69,18 @@ impl Goals {
         if self.noise.is_some_and(|goal| state.trusted_noise().is_some_and(|noise| noise <= goal)) {
             return Some(End::Noise);
         }
-        // The nearest it can come: the next sample would end further behind than this is before.
+        // As close as whole samples allow: one more would end further behind the goal than this is before it.
         let left = self.time?.as_secs_f64() - state.spent.as_secs_f64();
         (state.samples > 0 && left < 0.5 * state.each).then_some(End::Time)
     }
 
-    /// Samples that are still to come, as far as one can tell: noise falls with the square root of their number.
+    /// An estimate of the samples a pixel that are left. Noise falls with the square root of their number.
     pub fn samples_left(&self, state: &State) -> u64 {
         let mut left = self.samples.saturating_sub(state.samples);
         if let Some(goal) = self.noise {
             let needed = match state.trusted_noise() {
                 Some(noise) => (state.samples as f64 * (noise / goal).powi(2)).ceil() as u64,
-                // A black picture stays unknown: the number of samples ends it.
+                // The noise of a black picture is never known: the number of samples ends it.
                 None if state.samples >= TRUSTED => u64::MAX,
                 None => TRUSTED,
             };
@@ -91,19 +95,18 @@ impl Goals {
         left
     }
 
-    /// The time that is left, as far as one can tell; `None` before there is anything to tell it by.
+    /// An estimate of the time that is left; `None` while there is too little to estimate it from.
     pub fn time_left(&self, state: &State) -> Option<Duration> {
         let trusted = self.noise.is_none() || state.samples >= TRUSTED;
         let seconds = self.samples_left(state) as f64 * state.each;
         (trusted && state.each > 0.0 && seconds < 1e9).then(|| Duration::from_secs_f64(seconds))
     }
-}
 
-/// 0:07, 12:34, 1:02:03.
-pub fn clock(time: Duration) -> String {
-    let s = time.as_secs_f64().round() as u64;
-    let (h, m, s) = (s / 3600, s / 60 % 60, s % 60);
-    if h > 0 { format!("{h}:{m:02}:{s:02}") } else { format!("{m}:{s:02}") }
+    /// An estimate of the share of the work that is done, in [0, 1].
+    pub fn done(&self, state: &State) -> f64 {
+        let all = state.samples.saturating_add(self.samples_left(state));
+        if all == 0 { 1.0 } else { state.samples as f64 / all as f64 }
+    }
 }
 
 #[cfg(test)]
@@ -111,12 +114,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_goal_ends_it_and_tells_the_time() {
+    fn the_first_goal_ends_it_and_gives_the_time() {
         let seconds = Duration::from_secs_f64;
         let state = State { samples: 16, noise: Some(0.04), spent: seconds(8.0), each: 0.5 };
         let goals = Goals { samples: 1000, noise: None, time: None };
         assert_eq!(goals.time_left(&state), Some(seconds(492.0)));
-        // A quarter of the noise: sixteen times the samples.
+        // A quarter of the noise needs sixteen times the samples.
         let noise = Goals { noise: Some(0.01), ..goals };
         assert_eq!((noise.samples_left(&state), noise.time_left(&state)), (240, Some(seconds(120.0))));
         let time = Goals { time: Some(seconds(20.0)), ..noise };
@@ -127,12 +130,11 @@ mod tests {
         assert_eq!(time.reached(&State { noise: Some(0.01), samples: 4, ..state }), None);
         assert_eq!(time.reached(&State { spent: seconds(19.7), ..state }), None);
         assert_eq!(time.reached(&State { spent: seconds(19.8), ..state }), Some(End::Time));
-        // A picture without light has no known noise: only the number of samples ends it.
+        // A picture without light has no known noise. Only the number of samples ends it.
         let black = State { samples: 900, noise: None, ..state };
         assert_eq!((noise.reached(&black), noise.samples_left(&black)), (None, 100));
-        // However little time there is, there is a picture.
+        // There is a picture, however short the time is.
         let first = State { samples: 0, noise: None, spent: seconds(30.0), each: 0.0 };
         assert_eq!((time.reached(&first), time.time_left(&first)), (None, None));
-        assert_eq!(["0:07", "12:34", "1:02:03"], [6.6, 754.0, 3723.0].map(|s| clock(seconds(s))));
     }
 }

@@ -1,10 +1,12 @@
-//! Intel Open Image Denoise, loaded at run time where it is installed: nothing is built or shipped with it.
+//! Intel Open Image Denoise 2. It is loaded at run time where it is installed: nothing is compiled or shipped with it.
 #![allow(unsafe_code, reason = "a C library")]
 
-use anyhow::{Context, Result, anyhow, bail};
+use crate::error::Error;
+use crate::film::{Film, Layer};
 use libloading::{Library, Symbol};
 use std::ffi::{CStr, c_char, c_void};
-use vellus_render::{Film, Layer};
+
+type Result<T> = std::result::Result<T, Error>;
 
 /// `OIDN_DEVICE_TYPE_CPU`, `OIDN_FORMAT_FLOAT3`.
 const CPU: i32 = 1;
@@ -18,14 +20,23 @@ type Share = unsafe extern "C" fn(Handle, *const c_char, *mut c_void, i32, usize
 type SetBool = unsafe extern "C" fn(Handle, *const c_char, bool);
 type GetError = unsafe extern "C" fn(Handle, *mut *const c_char) -> i32;
 
-/// The library.
+/// An error of the library.
+fn failed(what: &str) -> Error {
+    Error::Denoise(what.to_owned())
+}
+
+/// The loaded library.
+#[derive(Debug)]
 pub struct Denoiser {
-    /// Never unloaded: its threads live on.
+    /// Never unloaded: its threads do not end.
     library: &'static Library,
 }
 
 impl Denoiser {
-    /// Loads what `VELLUS_OIDN` names, or version 2 of the library from where the system has its libraries.
+    /// Loads the library that the environment variable `VELLUS_OIDN` names, or else version 2 from the system's folders.
+    ///
+    /// # Errors
+    /// [`Error::Denoise`] if there is no such library.
     pub fn load() -> Result<Self> {
         let name = if cfg!(windows) {
             "OpenImageDenoise.dll"
@@ -35,44 +46,48 @@ impl Denoiser {
             "libOpenImageDenoise.so.2"
         };
         let path = std::env::var_os("VELLUS_OIDN").unwrap_or_else(|| name.into());
-        // SAFETY: what the library does as it is loaded is its own; it is the one the user named or installed.
-        let library = unsafe { Library::new(&path) }.with_context(|| {
-            format!("--denoise needs Intel Open Image Denoise 2: install it, or let VELLUS_OIDN be the path of {name}")
+        // SAFETY: loading runs code of the library; it is the one that the user named or installed.
+        let library = unsafe { Library::new(&path) }.map_err(|e| {
+            let what = "denoising needs Intel Open Image Denoise 2: install it, or set VELLUS_OIDN to the path of";
+            Error::Denoise(format!("{what} {name}: {e}"))
         })?;
         let denoiser = Denoiser { library: Box::leak(Box::new(library)) };
-        // Version 1 has it under another name.
+        // Version 1 has this function under another name.
         denoiser.find::<SetBool>(c"oidnSetFilterBool")?;
         Ok(denoiser)
     }
 
     fn find<T>(&self, name: &CStr) -> Result<Symbol<'static, T>> {
-        // SAFETY: types are those of OpenImageDenoise/oidn.h, version 2.
+        // SAFETY: the types are those of OpenImageDenoise/oidn.h, version 2.
         unsafe { self.library.get(name.to_bytes_with_nul()) }
-            .map_err(|e| anyhow!("not Intel Open Image Denoise 2: {e}"))
+            .map_err(|e| Error::Denoise(format!("not Intel Open Image Denoise 2: {e}")))
     }
 
-    /// The beauty without noise, three values a pixel. Albedo and normals guide it, where the film has them; as fur's have noise
-    /// themselves, it is taken from them first.
+    /// The beauty without noise, three values a pixel, row by row. The layers albedo and normal guide the denoiser if the
+    /// film has them. In fur these are noisy too: they are denoised first.
+    ///
+    /// # Errors
+    /// [`Error::Denoise`] with what the library reports.
     pub fn clean(&self, film: &Film) -> Result<Vec<f32>> {
         let size = [film.width(), film.height()];
-        let Some(color) = film.rgb(Layer::Beauty) else { bail!("there is no beauty") };
+        let Some(color) = film.rgb(Layer::Beauty) else { return Err(failed("the film has no beauty")) };
         let make: Symbol<Make> = self.find(c"oidnNewDevice")?;
         let [commit, release] = [c"oidnCommitDevice", c"oidnReleaseDevice"].map(|name| self.find::<Do>(name));
         let (commit, release) = (commit?, release?);
-        // SAFETY: the device is made here and released below, after its last use.
+        // SAFETY: the device is created here and released below, after its last use.
         let device = unsafe { make(CPU) };
         if device.is_null() {
-            bail!("no device");
+            return Err(failed("it has no device"));
         }
         // SAFETY: as above.
         unsafe { commit(device) };
         let filter = |images: &[(&CStr, &[f32])], guided: bool| self.filter(device, size, images, guided);
         let guide = |name: &'static CStr, layer: Layer| {
-            film.rgb(layer).map(|values| Ok::<_, anyhow::Error>((name, filter(&[(name, &values)], false)?))).transpose()
+            film.rgb(layer).map(|values| Ok::<_, Error>((name, filter(&[(name, &values)], false)?))).transpose()
         };
         let cleaned = (|| {
             let albedo = guide(c"albedo", Layer::Albedo)?;
-            // Normals are of use beside albedo only.
+            // Normals are only used together with albedo.
             let normal = if albedo.is_some() { guide(c"normal", Layer::Normal)? } else { None };
             let guides = albedo.iter().chain(&normal).map(|(name, values)| (*name, &values[..]));
             let images: Vec<_> = std::iter::once((c"color", &color[..])).chain(guides).collect();
@@ -83,7 +98,7 @@ impl Denoiser {
         cleaned
     }
 
-    /// Runs its filter for ray traced pictures.
+    /// Runs the filter for ray-traced pictures.
     fn filter(&self, device: Handle, [w, h]: [usize; 2], images: &[(&CStr, &[f32])], guided: bool) -> Result<Vec<f32>> {
         let make: Symbol<MakeFilter> = self.find(c"oidnNewFilter")?;
         let share: Symbol<Share> = self.find(c"oidnSetSharedFilterImage")?;
@@ -110,7 +125,7 @@ impl Denoiser {
             if error(device, &mut message) != 0 {
                 let text =
                     if message.is_null() { "unknown error".into() } else { CStr::from_ptr(message).to_string_lossy() };
-                bail!("{text}");
+                return Err(failed(&text));
             }
         }
         Ok(output)

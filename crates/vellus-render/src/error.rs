@@ -1,0 +1,65 @@
+//! Errors.
+
+use std::path::PathBuf;
+
+/// What can go wrong while a scene is rendered and its picture is stored.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The scene is invalid, or a reflectance model refuses one of its fibres.
+    #[error(transparent)]
+    Scene(#[from] vellus_scene::Error),
+    /// Settings that no picture can have. The text names the setting and its range.
+    #[error("{0}")]
+    Settings(String),
+    /// A film has another size, another area or other layers than the picture that is rendered into it.
+    #[error("the film is of another picture: {0}")]
+    OtherFilm(String),
+    /// A checkpoint is of another picture, or of other samples than the session renders.
+    #[error("{0}")]
+    OtherCheckpoint(String),
+    /// Rendering was cancelled. The film is as it was before the call.
+    #[error("rendering was cancelled")]
+    Cancelled,
+    /// The bytes of a checkpoint or of a picture are not what this version writes.
+    #[error("{0}")]
+    Malformed(String),
+    /// An encoder of pictures failed.
+    #[error("cannot encode {format}: {what}")]
+    Encode {
+        /// The file format.
+        format: &'static str,
+        /// What the encoder reports.
+        what: String,
+    },
+    /// A file cannot be read.
+    #[error("cannot read {}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system reports.
+        source: std::io::Error,
+    },
+    /// A file cannot be written.
+    #[error("cannot write {}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system reports.
+        source: std::io::Error,
+    },
+    /// A film in a file is not what this version writes, or does not fit the others.
+    #[error("{}: {what}", path.display())]
+    Film {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// Films that cannot be merged.
+    #[error("{0}")]
+    Merge(String),
+    /// Intel Open Image Denoise is missing, or it failed.
+    #[error("{0}")]
+    Denoise(String),
+}

@@ -1,0 +1,125 @@
+//! The layers of a picture.
+
+use crate::error::Error;
+use std::str::FromStr;
+
+/// Layers of a picture, in the order of a pixel's channels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layer {
+    /// RGB radiance.
+    Beauty,
+    /// Share of the pixel that anything covers.
+    Alpha,
+    /// Square of the samples' brightness: the variance is its mean less the square of the mean's.
+    SecondMoment,
+    /// Share of the pixel that fibres cover.
+    Fibers,
+    /// The six lobes of the fibres seen directly, RGB each, in the order of [`vellus::Lobe`]; they sum to the fibres' part of
+    /// the beauty.
+    Lobes,
+    /// Energy that the fibre or surface seen scatters, RGB.
+    Albedo,
+    /// Shading normal seen, world space.
+    Normal,
+    /// Tangent of the fibre seen, toward the tip, world space.
+    Tangent,
+    /// Distance from the eye.
+    Depth,
+    /// Texture coordinates at the root of the fibre seen.
+    RootUv,
+    /// Pixels that what is seen moves right and up while the shutter is open.
+    Motion,
+    /// The beauty's part that came from each group of lights, RGB each; they sum to the beauty.
+    Lights,
+    /// Number of the strand seen nearest to the eye, counted from 1 over all strands of the scene; 0 is none. It is no mean:
+    /// averaged ids would be those of other strands.
+    Strand,
+}
+
+impl Layer {
+    /// All of them.
+    pub const ALL: [Layer; 13] = [
+        Layer::Beauty,
+        Layer::Alpha,
+        Layer::SecondMoment,
+        Layer::Fibers,
+        Layer::Lobes,
+        Layer::Albedo,
+        Layer::Normal,
+        Layer::Tangent,
+        Layer::Depth,
+        Layer::RootUv,
+        Layer::Motion,
+        Layer::Lights,
+        Layer::Strand,
+    ];
+
+    /// Number of channels, without those of the light groups, of which each scene has its own.
+    pub fn channels(self) -> usize {
+        match self {
+            Layer::Lights => 0,
+            Layer::Lobes => 18,
+            Layer::Alpha | Layer::SecondMoment | Layer::Fibers | Layer::Depth | Layer::Strand => 1,
+            Layer::RootUv | Layer::Motion => 2,
+            _ => 3,
+        }
+    }
+
+    /// Is it kept whether asked for or not?
+    pub(crate) fn always(self) -> bool {
+        matches!(self, Layer::Beauty | Layer::Alpha | Layer::SecondMoment | Layer::Fibers)
+    }
+
+    /// The name by which a user asks for the layer, such as `uv`. [`Layer::from_str`] reads it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Layer::Beauty => "beauty",
+            Layer::Alpha => "alpha",
+            Layer::SecondMoment => "variance",
+            Layer::Fibers => "fibers",
+            Layer::Lobes => "lobes",
+            Layer::Albedo => "albedo",
+            Layer::Normal => "normal",
+            Layer::Tangent => "tangent",
+            Layer::Depth => "depth",
+            Layer::RootUv => "uv",
+            Layer::Motion => "motion",
+            Layer::Lights => "lights",
+            Layer::Strand => "id",
+        }
+    }
+
+    /// The names of its channels in an OpenEXR file, as compositors know them: `R`, `albedo.R`, `lobe_TT.G`,
+    /// `light_key.B`, `N.X`, `Z`. `groups` are the names of the light groups.
+    pub(crate) fn channel_names(self, groups: &[String]) -> Vec<String> {
+        let rgb = |prefix: &str| ["R", "G", "B"].map(|c| format!("{prefix}{c}")).to_vec();
+        let xyz = |prefix: &str| ["X", "Y", "Z"].map(|c| format!("{prefix}.{c}")).to_vec();
+        match self {
+            Layer::Beauty => rgb(""),
+            Layer::Alpha => vec!["A".to_owned()],
+            Layer::SecondMoment => vec!["variance.V".to_owned()],
+            Layer::Lobes => vellus::Lobe::ALL.iter().flat_map(|lobe| rgb(&format!("lobe_{}.", lobe.key()))).collect(),
+            Layer::Albedo => rgb("albedo."),
+            Layer::Normal => xyz("N"),
+            Layer::Tangent => xyz("T"),
+            Layer::Depth => vec!["Z".to_owned()],
+            Layer::Fibers => vec!["fibers.A".to_owned()],
+            Layer::RootUv => vec!["root.U".to_owned(), "root.V".to_owned()],
+            Layer::Motion => vec!["motion.X".to_owned(), "motion.Y".to_owned()],
+            Layer::Lights => groups.iter().flat_map(|group| rgb(&format!("light_{group}."))).collect(),
+            Layer::Strand => vec!["strand.id".to_owned()],
+        }
+    }
+}
+
+impl FromStr for Layer {
+    type Err = Error;
+
+    /// Reads [`Layer::name`].
+    fn from_str(name: &str) -> Result<Self, Error> {
+        Layer::ALL.into_iter().find(|layer| layer.name() == name).ok_or_else(|| {
+            let known = Layer::ALL.map(Layer::name).join(", ");
+            Error::Settings(format!("unknown layer '{name}': known are {known}"))
+        })
+    }
+}

@@ -1,0 +1,36 @@
+//! What OpenEXR and PNG files of a picture have in common.
+
+use super::exr::exr_notes;
+use super::png::png_notes;
+use crate::error::Error;
+
+/// The type of the samples of a colour in an OpenEXR file. Distances, coordinates and variances are always `f32`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PixelType {
+    /// 16 bits a channel. A layer whose values 16 bits cannot hold is stored in 32 bits.
+    #[default]
+    Half,
+    /// 32 bits a channel.
+    Float,
+}
+
+/// The note with the digest of a picture's pixels, in the files of [`Film::to_exr`](crate::Film::to_exr) and
+/// [`Film::to_png`](crate::Film::to_png).
+pub const PIXELS_NOTE: &str = "vellus_pixels";
+
+/// Names and values of text attributes in a picture file.
+pub type Notes = Vec<(String, String)>;
+
+/// Notes of a picture that [`Film::to_exr`] or [`Film::to_png`] wrote, names and values.
+///
+/// # Errors
+/// What is wrong with the file: it cannot be decoded, or the digest of its pixels is not the one it carries.
+pub fn check_picture(bytes: &[u8]) -> Result<Notes, Error> {
+    let read = if bytes.starts_with(b"\x89PNG") { png_notes(bytes) } else { exr_notes(bytes) };
+    let (notes, digest) = read.map_err(Error::Malformed)?;
+    match notes.iter().find(|(name, _)| name == PIXELS_NOTE) {
+        None => Err(Error::Malformed("it carries no digest of its pixels".to_owned())),
+        Some((_, expected)) if *expected == digest.to_string() => Ok(notes),
+        Some(_) => Err(Error::Malformed("it is damaged: the digest of its pixels does not match".to_owned())),
+    }
+}

@@ -1,0 +1,93 @@
+//! Films as PNG files.
+
+use super::picture::{Notes, PIXELS_NOTE};
+use crate::error::Error;
+use crate::film::{Film, Layer};
+use std::io::Cursor;
+use vellus_io::Digest;
+
+impl Film {
+    /// Three channels of a layer, pixel by pixel, means over the whole pixel; none where the film does not keep it or has another
+    /// number of channels.
+    pub fn rgb(&self, layer: Layer) -> Option<Vec<f32>> {
+        let kept = self.layout().range(layer).is_some_and(|range| range.len() == 3);
+        let places =
+            || (0..self.height()).flat_map(|y| (0..self.width()).flat_map(move |x| [0, 1, 2].map(|c| (x, y, c))));
+        kept.then(|| places().map(|(x, y, c)| self.mean(x, y, layer, c) as f32).collect())
+    }
+
+    /// Eight-bit sRGB pixels of the beauty times 2^`exposure`, what is brighter than white held there.
+    pub fn to_srgb(&self, exposure: f32) -> Vec<u8> {
+        self.layer_to_srgb(Layer::Beauty, 0, exposure)
+    }
+
+    fn layer_to_srgb(&self, layer: Layer, first: usize, exposure: f32) -> Vec<u8> {
+        let places = (0..self.height()).flat_map(|y| (0..self.width()).flat_map(move |x| [0, 1, 2].map(|c| (x, y, c))));
+        srgb(places.map(|(x, y, c)| self.mean(x, y, layer, first + c)), exposure)
+    }
+
+    /// A PNG of three channels of a layer from the `first` on, shown as the beauty is.
+    ///
+    /// # Errors
+    /// What the encoder says.
+    pub fn layer_to_png(&self, layer: Layer, first: usize, exposure: f32) -> Result<Vec<u8>, Error> {
+        self.encode_png(&self.layer_to_srgb(layer, first, exposure), &[])
+    }
+
+    /// A PNG of [`Film::to_srgb`], or of the beauty as a denoiser left it, with notes.
+    ///
+    /// # Errors
+    /// What the encoder says.
+    pub fn to_png(
+        &self,
+        denoised: Option<&[f32]>,
+        exposure: f32,
+        notes: &[(String, String)],
+    ) -> Result<Vec<u8>, Error> {
+        let pixels = match denoised {
+            Some(denoised) => srgb(denoised.iter().map(|&v| f64::from(v)), exposure),
+            None => self.to_srgb(exposure),
+        };
+        self.encode_png(&pixels, notes)
+    }
+
+    fn encode_png(&self, pixels: &[u8], notes: &[(String, String)]) -> Result<Vec<u8>, Error> {
+        let failed = |e: png::EncodingError| Error::Encode { format: "PNG", what: e.to_string() };
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, self.width() as u32, self.height() as u32);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        let digest = (PIXELS_NOTE.to_owned(), Digest::of(pixels).to_string());
+        for (name, value) in notes.iter().chain([&digest]) {
+            encoder.add_itxt_chunk(name.clone(), value.clone()).map_err(failed)?;
+        }
+        let mut writer = encoder.write_header().map_err(failed)?;
+        writer.write_image_data(pixels).map_err(failed)?;
+        writer.finish().map_err(failed)?;
+        Ok(bytes)
+    }
+}
+
+/// Eight-bit sRGB of values times 2^`exposure`.
+fn srgb(values: impl Iterator<Item = f64>, exposure: f32) -> Vec<u8> {
+    let scale = f64::from(exposure.exp2());
+    let encode = |x: f64| {
+        let x = (x * scale).clamp(0.0, 1.0);
+        let y = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
+        (255.0 * y).round() as u8
+    };
+    values.map(encode).collect()
+}
+
+/// The notes of a file, and the digest of its pixels.
+pub(super) fn png_notes(bytes: &[u8]) -> Result<(Notes, Digest), String> {
+    let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().map_err(|e| e.to_string())?;
+    let size = reader.output_buffer_size().ok_or("it is too large")?;
+    let mut pixels = vec![0; size];
+    reader.next_frame(&mut pixels).map_err(|e| e.to_string())?;
+    // What follows the pixels may be cut off.
+    reader.finish().map_err(|e| e.to_string())?;
+    let text = |chunk: &png::text_metadata::ITXtChunk| Some((chunk.keyword.clone(), chunk.get_text().ok()?));
+    Ok((reader.info().utf8_text.iter().filter_map(text).collect(), Digest::of(&pixels)))
+}

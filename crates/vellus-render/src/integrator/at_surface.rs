@@ -1,0 +1,55 @@
+//! A path at a mesh.
+
+use super::color::{largest, scale, times, weight};
+use super::path::{Path, shadow_t_max};
+use super::sampler::Sampler;
+use crate::film::Layer;
+use crate::geometry::ray::{Ray, orthonormal_basis};
+use crate::geometry::triangles::TriangleHit;
+use glam::Vec3;
+
+/// A path at a mesh: adds light that reaches it, and returns the ray that leaves it with its density.
+pub(super) fn at_surface(
+    path: &mut Path<'_>,
+    sampler: &mut Sampler,
+    ray: &Ray,
+    hit: &TriangleHit,
+    depth: u32,
+) -> Option<(Ray, f32)> {
+    let geometry = path.geometry;
+    let (scatter, emission) = geometry.scatter(hit);
+    path.add(times(path.throughput, emission), geometry.emission_group);
+    let (x, y) = orthonormal_basis(hit.normal);
+    let local = |w: Vec3| Vec3::new(w.dot(x), w.dot(y), w.dot(hit.normal));
+    let point = ray.at(hit.t);
+    // A few roundings of the largest coordinate off the plane.
+    let start = point + hit.plane * (2e-5 * point.abs().max_element().max(hit.t * 0.1));
+    let wo = local(-ray.direction);
+    let [a, b] = [sampler.next(), sampler.next()];
+    if depth == 0 {
+        path.set(Layer::Normal, &hit.normal.to_array());
+        if geometry.moves {
+            path.set(Layer::Motion, &geometry.motion(path.settings.size, point, hit.movement, ray.time));
+        }
+    }
+    path.lights = 1.0;
+    if let Some((which, light)) = geometry.lights.sample(start, [a[0], a[1], a[2]]) {
+        let (f, pdf) = scatter.eval_pdf(wo, local(light.direction));
+        let shadow = Ray { origin: start, direction: light.direction, t_max: shadow_t_max(&light), time: ray.time };
+        if largest(f) > 0.0 && light.direction.dot(hit.plane) > 0.0 && !path.blocked(&shadow) {
+            let given = if light.pdf.is_infinite() { 1.0 } else { 1.0 / light.pdf };
+            let w = weight(light.pdf, pdf) * given;
+            path.add(scale(times(times(path.throughput, f), light.radiance), w), geometry.groups[which]);
+        }
+    }
+    let (wi, pdf, f) = scatter.sample(wo, [b[0], b[1], b[2]])?;
+    let direction = x * wi.x + y * wi.y + hit.normal * wi.z;
+    if depth == 0 {
+        path.set(Layer::Albedo, &f.map(|f| f.min(1.0)));
+    }
+    if direction.dot(hit.plane) <= 0.0 {
+        return None;
+    }
+    path.throughput = times(path.throughput, f);
+    Some((Ray { time: ray.time, ..Ray::new(start, direction) }, pdf))
+}

@@ -1,0 +1,96 @@
+//! What paths need of a scene, without the scattering of its fibres.
+
+use crate::geometry::curves::{CurveHit, Curves};
+use crate::geometry::triangles::{TriangleHit, Triangles};
+use crate::integrator::view::View;
+use crate::light::Lights;
+use crate::shading::surface::Scatter;
+use glam::{Vec2, Vec3};
+use vellus::Fiber;
+use vellus_scene::{Basis, Look, Strands, Surface, Texture, Values};
+
+/// Strands, meshes, lights, camera, materials and textures, prepared for rays.
+pub struct Geometry {
+    pub curves: Curves,
+    pub triangles: Triangles,
+    pub lights: Lights,
+    pub view: View,
+    /// Does anything move while the shutter is open?
+    pub moves: bool,
+    /// The group of each light.
+    pub groups: Vec<usize>,
+    /// The group of the light that meshes emit.
+    pub emission_group: usize,
+    /// The number of strands in the sets before each set.
+    pub strands_before: Vec<u32>,
+    pub looks: Vec<Look>,
+    pub surfaces: Vec<Surface>,
+    pub textures: Vec<Texture>,
+}
+
+impl Geometry {
+    /// Looks at the scene through another camera.
+    pub fn set_view(&mut self, view: View) {
+        self.view = view;
+        self.moves = self.curves.moves() || self.triangles.moves() || self.view.moves();
+    }
+
+    /// Where the strand that was hit is rooted; 0 where its groom does not say.
+    pub fn root_uv(&self, hit: &CurveHit) -> Vec2 {
+        self.curves.strands()[hit.set].root_uv.as_ref().map_or(Vec2::ZERO, |uv| uv[hit.strand])
+    }
+
+    /// The number of the strand that was hit, from 1 over all of the scene.
+    pub fn strand_number(&self, hit: &CurveHit) -> u32 {
+        self.strands_before[hit.set] + hit.strand as u32 + 1
+    }
+
+    /// The fibre at a hit, every value within its range.
+    pub fn fiber(&self, hit: &CurveHit) -> Fiber {
+        let strands = &self.curves.strands()[hit.set];
+        let look = &self.looks[strands.look];
+        let mut fiber = look.fiber;
+        let uv = self.root_uv(hit);
+        for (parameter, value) in &look.textured {
+            let texel = self.textures[value.texture].at(uv);
+            // A texture gives angles in degrees, as files do.
+            let product = std::array::from_fn(|c| parameter.unit().to_stored(texel[c] * value.scale[c]));
+            parameter.set_nearest(&mut fiber, product);
+        }
+        for (parameter, values) in &strands.varying {
+            let value = match values {
+                Values::Constant(value) => *value,
+                Values::PerStrand(values) => values[hit.strand],
+                Values::PerPoint(values) => along(strands, values, hit),
+            };
+            parameter.set_nearest(&mut fiber, value);
+        }
+        fiber
+    }
+
+    /// The scattering of a mesh.
+    pub fn scatter(&self, hit: &TriangleHit) -> (Scatter, [f32; 3]) {
+        let surface = &self.surfaces[self.triangles.meshes()[hit.mesh].surface];
+        let texel = surface.color.texture.map_or([1.0; 3], |t| self.textures[t].at(hit.uv));
+        let color = std::array::from_fn(|c| (surface.color.color[c] * texel[c]).clamp(0.0, 1.0));
+        (Scatter::new(color, surface.roughness, surface.metallic, surface.ior), surface.emission)
+    }
+
+    /// How many pixels a point moves right and up while the shutter is open; `movement` is its own way in that time.
+    pub fn motion(&self, size: [usize; 2], now: Vec3, movement: Vec3, time: f32) -> [f32; 2] {
+        let open = self.view.seen(size, now - movement * time, 0.0);
+        let closed = self.view.seen(size, now + movement * (1.0 - time), 1.0);
+        open.zip(closed).map_or([0.0; 2], |(open, closed)| [closed.x - open.x, open.y - closed.y])
+    }
+}
+
+/// A value given at the control points, at the hit: linear between the two it lies between.
+fn along(strands: &Strands, values: &[[f32; 3]], hit: &CurveHit) -> [f32; 3] {
+    let (first, last) = match strands.basis {
+        Basis::Linear => (hit.point, hit.point + 1),
+        Basis::Bezier => (hit.point, hit.point + 3),
+        Basis::BSpline | Basis::CatmullRom => (hit.point + 1, hit.point + 2),
+    };
+    let u = hit.entry.u;
+    std::array::from_fn(|c| values[first][c] + u * (values[last][c] - values[first][c]))
+}

@@ -1,0 +1,109 @@
+//! Environment maps.
+//!
+//! A map is sampled only where it is brighter than its average, in proportion to the excess. The directions that
+//! surfaces and fibres scatter to find the rest as well (Karlík et al. 2019, MIS Compensation: Optimizing Sampling
+//! Techniques in Multiple Importance Sampling). A map of one colour is not sampled at all.
+
+use super::brightness;
+use super::distribution::PiecewiseConstant1D;
+use crate::geometry::ray::Ray;
+use glam::{Vec2, Vec3};
+use std::f32::consts::{PI, TAU};
+use vellus_scene::{Ground, Texture};
+
+/// A lat-long image and its distribution: rows, and pixels within each, by excess brightness and solid angle.
+#[derive(Clone, Debug)]
+pub(super) struct Map {
+    pub(super) texture: Texture,
+    /// Brightness above the average, averaged over the sphere; 0 where it is nowhere worth mentioning.
+    pub(super) excess: f32,
+    /// Rows, and the pixels of each.
+    rows: PiecewiseConstant1D,
+    columns: Vec<PiecewiseConstant1D>,
+}
+
+/// A sky whose excess is this small a share of its brightness is even.
+const EVEN: f32 = 1e-3;
+
+/// Cosine of the upper edge of a row of an image less that of the lower.
+pub(super) fn band(y: usize, h: usize) -> f32 {
+    let edge = |y: usize| (y as f32 / h as f32 * PI).cos();
+    edge(y) - edge(y + 1)
+}
+
+impl Map {
+    pub(super) fn new(texture: Texture) -> Self {
+        let (w, h) = (texture.width, texture.height);
+        // Bilinear lookups reach half a pixel further: the largest of the neighbours, so that nothing bright is never sampled.
+        let average = |value: &dyn Fn(usize, usize) -> f32| {
+            let row = |y: usize| f64::from(band(y, h)) * (0..w).map(|x| f64::from(value(x, y))).sum::<f64>();
+            ((0..h).map(row).sum::<f64>() / (2.0 * w as f64)) as f32
+        };
+        let mean = average(&|x, y| brightness(texture.pixels[y * w + x]));
+        let bright = |x: usize, y: usize| {
+            let mut most = 0.0f32;
+            for dy in [h - 1, 0, 1] {
+                for dx in [w - 1, 0, 1] {
+                    most = most.max(brightness(texture.pixels[(y + dy) % h * w + (x + dx) % w]));
+                }
+            }
+            (most - mean).max(0.0)
+        };
+        let excess = average(&bright);
+        let columns = (0..h).map(|y| PiecewiseConstant1D::new((0..w).map(|x| bright(x, y)))).collect();
+        let rows = PiecewiseConstant1D::new((0..h).map(|y| band(y, h) * (0..w).map(|x| bright(x, y)).sum::<f32>()));
+        Map { texture, excess: if excess > EVEN * mean { excess } else { 0.0 }, rows, columns }
+    }
+
+    /// The direction of a place in the image: its middle is −z, its top +y.
+    pub(super) fn direction(uv: Vec2) -> Vec3 {
+        let (sin_theta, cos_theta) = ((1.0 - uv.y) * PI).sin_cos();
+        let (sin, cos) = ((uv.x - 0.5) * TAU).sin_cos();
+        Vec3::new(sin_theta * sin, cos_theta, -sin_theta * cos)
+    }
+
+    pub(super) fn uv(d: Vec3) -> Vec2 {
+        Vec2::new(0.5 + d.x.atan2(-d.z) / TAU, 1.0 - d.x.hypot(d.z).atan2(d.y) / PI)
+    }
+
+    /// A place in proportion to its excess brightness, and the density per solid angle.
+    pub(super) fn sample(&self, u: [f32; 2]) -> (Vec2, f32) {
+        let (y, t) = self.rows.pick(u[1]);
+        let (x, s) = self.columns[y].pick(u[0]);
+        // Uniform in the cosine: per solid angle, a texel's density is the same all over it, at the poles too.
+        let edge = |y: usize| (y as f32 / self.texture.height as f32 * PI).cos();
+        let cos = edge(y) + t * (edge(y + 1) - edge(y));
+        let uv = Vec2::new((x as f32 + s) / self.texture.width as f32, 1.0 - cos.clamp(-1.0, 1.0).acos() / PI);
+        (uv, self.pdf(uv))
+    }
+
+    pub(super) fn pdf(&self, uv: Vec2) -> f32 {
+        let (w, h) = (self.texture.width, self.texture.height);
+        let x = ((uv.x.rem_euclid(1.0) * w as f32) as usize).min(w - 1);
+        let y = (((1.0 - uv.y) * h as f32) as usize).min(h - 1);
+        let share = self.rows.width(y) * self.columns[y].width(x);
+        share * w as f32 / (TAU * band(y, h))
+    }
+}
+
+/// The direction from where a dome's image was taken to what a ray sees of it: a disk of ground, or the sphere about that place which
+/// meets the disk's edge. From below or beyond these the image is infinitely far away.
+pub(super) fn from_ground(ground: &Ground, up: Vec3, ray: &Ray) -> Vec3 {
+    let taken = ground.origin + up * ground.height;
+    let from = ray.origin - taken;
+    let radius2 = ground.radius * ground.radius + ground.height * ground.height;
+    let above = (ray.origin - ground.origin).dot(up);
+    if from.length_squared() >= radius2 || above <= 0.0 {
+        return ray.direction;
+    }
+    let sinks = -ray.direction.dot(up);
+    if sinks > 0.0 {
+        let seen = ray.at(above / sinks);
+        if (seen - ground.origin).length_squared() <= ground.radius * ground.radius {
+            return seen - taken;
+        }
+    }
+    let along = from.dot(ray.direction);
+    let t = (along * along - from.length_squared() + radius2).sqrt() - along;
+    from + ray.direction * t
+}

@@ -1,0 +1,106 @@
+//! A digest that tells pictures apart.
+
+use crate::{Filter, Layer, Mode, PICTURE_VERSION, Settings};
+use vellus::{Fiber, Tables};
+use vellus_io::{Digest, DigestBuilder};
+
+/// The note with the identity of a picture, in its files and checkpoints.
+pub const IDENTITY_NOTE: &str = "vellus_identity";
+
+/// Everything but the scene that can change a pixel.
+///
+/// An application digests it together with what identifies its scene. Films with the same digest are of the same
+/// picture: their samples may be added. The digest does not depend on where files are stored, on their times, on the
+/// machine or on the compiler. Two releases that render the same pictures have the same [`PICTURE_VERSION`].
+///
+/// ```
+/// use vellus_io::Sources;
+/// use vellus_render::session::Identity;
+/// use vellus_render::{Layer, Settings};
+///
+/// let mut sources = Sources::new();
+/// sources.add("", b"the bytes of a file");
+/// let identity = |seed| {
+///     let settings = Settings { seed, ..Settings::new([64, 64]) };
+///     let layers = [Layer::Beauty];
+///     Identity { settings: &settings, layers: &layers, model: "vellus", eta_m: None, min_pixel_width: 0.0 }
+///         .digest(sources.digest())
+///         .field("frame", 12f64.to_le_bytes())
+///         .finish()
+/// };
+/// assert_eq!(identity(1), identity(1));
+/// assert_ne!(identity(1), identity(2));
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Identity<'a> {
+    /// How paths are traced.
+    pub settings: &'a Settings,
+    /// The layers of the film.
+    pub layers: &'a [Layer],
+    /// The name of the reflectance model.
+    pub model: &'a str,
+    /// The refractive index of the medulla, for models that take one.
+    pub eta_m: Option<f32>,
+    /// The smallest width of strands in pixels: see [`widen`](crate::widen()). 0 is off.
+    pub min_pixel_width: f32,
+}
+
+impl Identity<'_> {
+    /// Begins the digest of a scene that was read from files with this digest (see [`vellus_io::Sources::digest`]). Add
+    /// a field for every option of the reader that changes the scene.
+    pub fn digest(&self, sources: Digest) -> DigestBuilder {
+        let numbers = |numbers: &[usize]| numbers.iter().flat_map(|&n| (n as u64).to_le_bytes()).collect::<Vec<u8>>();
+        let Settings { size, crop, mode, filter, seed, max_depth } = self.settings;
+        let layers: Vec<u8> = Layer::ALL.map(|layer| u8::from(self.layers.contains(&layer))).to_vec();
+        DigestBuilder::new()
+            .field("picture version", PICTURE_VERSION.to_le_bytes())
+            .field("tables", Digest::of(Tables::SHIPPED).0)
+            .field("model", self.model)
+            .field("eta_m", optional(self.eta_m.map(f32::to_le_bytes)))
+            .field("size", numbers(size))
+            .field("crop", crop.map_or_else(Vec::new, |crop| numbers(&crop)))
+            .field("mode", mode.name())
+            .field("filter", filter.name())
+            .field("seed", seed.to_le_bytes())
+            .field("max depth", optional(max_depth.map(u32::to_le_bytes)))
+            .field("min pixel width", self.min_pixel_width.to_le_bytes())
+            .field("layers", layers)
+            .field("sources", sources.0)
+    }
+}
+
+/// The bytes of a value that is set, or none.
+pub fn optional<const N: usize>(bytes: Option<[u8; N]>) -> Vec<u8> {
+    bytes.map_or_else(Vec::new, |bytes| bytes.to_vec())
+}
+
+/// Adds all parameters of a fibre to a digest.
+pub fn add_fiber(builder: DigestBuilder, fiber: &Fiber) -> DigestBuilder {
+    // Without `..`: a parameter that is added later must be added here.
+    let Fiber { eta, kappa, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers } = *fiber;
+    let [scalars, colors] =
+        [&[eta, kappa, alpha, beta_m, beta_n, sigma_ms, g, layers][..], &[sigma_ca, sigma_ma].concat()]
+            .map(|numbers| numbers.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>());
+    builder.field("fiber", scalars).field("fiber absorption", colors)
+}
+
+impl Mode {
+    /// Its name in notes and on command lines.
+    pub fn name(self) -> &'static str {
+        match self {
+            Mode::MultiScale => "multiscale",
+            Mode::Near => "near",
+            Mode::Far => "far",
+        }
+    }
+}
+
+impl Filter {
+    /// Its name in notes and on command lines.
+    pub fn name(self) -> &'static str {
+        match self {
+            Filter::Box => "box",
+            Filter::Tent => "tent",
+        }
+    }
+}

@@ -1,0 +1,271 @@
+//! Render sessions: passes until a goal is reached, with progress, cancellation, checkpoints and resumption.
+//!
+//! A [`Session`] renders one picture, or a range of its samples, into a [`Checkpoint`]. It writes no file and prints
+//! nothing by itself. [`Store`] keeps checkpoints, [`Picture`] writes OpenEXR and PNG files, [`Merge`] adds sample ranges
+//! that were rendered separately, and [`Identity`] tells pictures apart. The command `vellus render` is built of these
+//! parts.
+
+mod goals;
+mod identity;
+mod merge;
+mod picture;
+mod store;
+
+pub use goals::{End, Goals, State};
+pub use identity::{IDENTITY_NOTE, Identity, add_fiber, optional};
+pub use merge::{Merge, Merged};
+pub use picture::{Picture, SAMPLES_NOTE, end_notes, is_finished, numbered};
+pub use store::{Found, Rescue, Store, read_film, write_film};
+
+use crate::error::Error;
+use crate::film::checkpoint::{Checkpoint, MAX_SAMPLES};
+use crate::film::{Film, Layer, picture::Notes};
+use crate::integrator::settings::Settings;
+use crate::render::Statistics;
+use crate::world::World;
+use std::ops::Range;
+use std::time::{Duration, Instant};
+use vellus_io::{Digest, Progress};
+
+/// What a session renders, and when it ends.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// How paths are traced.
+    pub settings: Settings,
+    /// Layers of the film. Beauty, alpha, the second moment and the fibres' coverage are always kept.
+    pub layers: Vec<Layer>,
+    /// The samples of each pixel, within [0, [`MAX_SAMPLES`]].
+    pub samples: Range<u64>,
+    /// Refuse to resume from a checkpoint with samples beyond [`Options::samples`]: for ranges that will be merged with
+    /// others.
+    pub exact: bool,
+    /// End when the picture's noise is this low: see [`Film::noise`]. Above 0.
+    pub noise: Option<f64>,
+    /// End after rendering this long.
+    pub time: Option<Duration>,
+    /// A pass takes about this long: the callback of [`Session::run`] is called that often. 2 seconds by default.
+    pub pass: Duration,
+    /// What tells this picture from others: see [`Identity`].
+    pub identity: Digest,
+    /// Text attributes of the checkpoint: names and values.
+    pub notes: Notes,
+}
+
+impl Options {
+    /// So many samples a pixel of the beauty, without other goals.
+    pub fn new(settings: Settings, samples: u64) -> Self {
+        Options {
+            settings,
+            layers: vec![Layer::Beauty],
+            samples: 0..samples,
+            exact: false,
+            noise: None,
+            time: None,
+            pass: Duration::from_secs(2),
+            identity: Digest::default(),
+            notes: Vec::new(),
+        }
+    }
+
+    fn validate(&self) -> Result<(), Error> {
+        let fail = |what: String| Err(Error::Settings(what));
+        let Settings { size, .. } = self.settings;
+        if !size.iter().all(|n| (1..=MAX_SIZE).contains(n)) {
+            return fail(format!("the picture's size is {size:?}: width and height must be in [1, {MAX_SIZE}]"));
+        }
+        let [x, y, width, height] = self.settings.area();
+        let inside = |first: usize, count: usize, all: usize| count > 0 && first < all && count <= all - first;
+        if !(inside(x, width, size[0]) && inside(y, height, size[1])) {
+            return fail(format!("the crop {:?} is not within the picture's {size:?}", [x, y, width, height]));
+        }
+        let Range { start, end } = self.samples;
+        if start >= end || end > MAX_SAMPLES {
+            return fail(format!("the samples {start}..{end} must be a range within 0..{MAX_SAMPLES}, not empty"));
+        }
+        match self.noise {
+            Some(noise) if noise.is_nan() || noise <= 0.0 => fail(format!("the noise {noise} must be above 0")),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The largest width or height of a picture, in pixels.
+const MAX_SIZE: usize = 1 << 16;
+
+/// What the callback of [`Session::run`] sees after each pass.
+#[derive(Clone, Copy, Debug)]
+pub struct Pass<'a> {
+    /// The samples so far.
+    pub checkpoint: &'a Checkpoint,
+    /// How far the run is.
+    pub state: State,
+    /// The goals.
+    pub goals: &'a Goals,
+    /// Rays and rejected samples of this run.
+    pub statistics: &'a Statistics,
+}
+
+/// A picture, or a range of its samples, in the making.
+///
+/// ```
+/// use std::sync::atomic::{AtomicBool, Ordering};
+/// use vellus_render::session::{End, Options, Session};
+/// use vellus_render::{Error, Settings, World};
+/// # use vellus_scene::{Basis, Camera, Look, Scene, Strands};
+/// # use glam::{Vec3, Vec4};
+/// # let strands = Strands {
+/// #     name: "fur".to_owned(), basis: Basis::Linear, starts: vec![0, 2],
+/// #     points: vec![Vec4::new(-1.0, 0.0, 0.0, 0.1), Vec4::new(1.0, 0.0, 0.0, 0.1)],
+/// #     moved: None, root_uv: None, look: 0, varying: vec![],
+/// # };
+/// # let look = Look::constant("red-fox", vellus::Fiber::preset(vellus::Species::RedFox));
+/// # let scene = Scene { strands: vec![strands], looks: vec![look], ..Scene::default() };
+/// let world = World::new(scene)?;
+/// let options = Options::new(Settings::new([16, 16]), 4);
+///
+/// // A caller cancels after the first pass.
+/// let stop = AtomicBool::new(false);
+/// let mut session = Session::new(&world, options.clone())?;
+/// let end = session.run(&stop, |_| -> Result<(), Error> {
+///     stop.store(true, Ordering::Relaxed);
+///     Ok(())
+/// })?;
+/// assert_eq!(end, End::Interrupted);
+/// let checkpoint = session.into_checkpoint();
+/// assert_eq!(checkpoint.film.samples(), 1);
+///
+/// // Another session continues.
+/// let mut session = Session::new(&world, options)?;
+/// session.resume(checkpoint)?;
+/// let end = session.run(&(), |_| Ok::<(), Error>(()))?;
+/// assert_eq!((end, session.film().samples()), (End::Samples, 4));
+/// # Ok::<(), Error>(())
+/// ```
+#[derive(Debug)]
+pub struct Session<'w> {
+    world: &'w World,
+    settings: Settings,
+    goals: Goals,
+    exact: bool,
+    pass: Duration,
+    checkpoint: Checkpoint,
+    statistics: Statistics,
+}
+
+impl<'w> Session<'w> {
+    /// A session without samples.
+    ///
+    /// # Errors
+    /// [`Error::Settings`] if an option is out of its range.
+    pub fn new(world: &'w World, options: Options) -> Result<Self, Error> {
+        options.validate()?;
+        let Options { settings, layers, samples, exact, noise, time, pass, identity, notes } = options;
+        let film = Film::new(settings.size, settings.area(), world.layout(&layers));
+        let goals = Goals { samples: samples.end - samples.start, noise, time };
+        let empty = samples.start..samples.start;
+        let checkpoint = Checkpoint { identity, samples: empty, planned: samples.end, notes, film };
+        Ok(Session { world, settings, goals, exact, pass, checkpoint, statistics: Statistics::default() })
+    }
+
+    /// Continues from the samples of an earlier session. Its notes are not taken over.
+    ///
+    /// # Errors
+    /// [`Error::OtherCheckpoint`] if it is of another picture, begins with another sample, or has samples that
+    /// [`Options::exact`] excludes. The session is then as before.
+    pub fn resume(&mut self, kept: Checkpoint) -> Result<(), Error> {
+        let own = &mut self.checkpoint;
+        if kept.identity != own.identity || !kept.film.fits(&own.film) {
+            let what = "is of another picture: the scene, a file that it reads, or an option has changed";
+            return Err(Error::OtherCheckpoint(what.to_owned()));
+        }
+        if kept.samples.start != own.samples.start || (self.exact && kept.samples.end > own.planned) {
+            let (start, end) = (own.samples.start, own.planned);
+            let what = format!("has the samples {:?}, which are not in {start}..{end}", kept.samples);
+            return Err(Error::OtherCheckpoint(what));
+        }
+        (own.samples, own.film) = (kept.samples, kept.film);
+        own.planned = own.planned.max(own.samples.end);
+        Ok(())
+    }
+
+    /// Renders passes until a goal is reached or `progress` cancels, and returns which. The samples of a cancelled pass are
+    /// discarded, those of earlier passes stay.
+    ///
+    /// After each pass the share of the work that is done is reported to `progress`, and `on_pass` is called: it may
+    /// show the picture or write a checkpoint.
+    ///
+    /// # Errors
+    /// What `on_pass` returns; rendering then ends after this pass.
+    pub fn run<E: From<Error>>(
+        &mut self,
+        progress: &dyn Progress,
+        mut on_pass: impl FnMut(&Pass<'_>) -> Result<(), E>,
+    ) -> Result<End, E> {
+        let start = Instant::now();
+        let (mut count, mut each) = (1, 0.0);
+        loop {
+            let film = &self.checkpoint.film;
+            let state = State { samples: film.samples(), noise: film.noise(), spent: start.elapsed(), each };
+            progress.report(self.goals.done(&state), "rendering");
+            if each > 0.0 {
+                let Session { checkpoint, goals, statistics, .. } = &*self;
+                on_pass(&Pass { checkpoint, state, goals, statistics })?;
+            }
+            if let Some(end) = self.goals.reached(&state) {
+                return Ok(end);
+            }
+            let samples = count.min(self.goals.samples_left(&state)).max(1);
+            let began = Instant::now();
+            match self.add(samples, progress) {
+                Ok(()) => {}
+                Err(Error::Cancelled) => return Ok(End::Interrupted),
+                Err(error) => return Err(error.into()),
+            }
+            // Never 0, which stands for "unknown".
+            each = (began.elapsed().as_secs_f64() / samples as f64).max(1e-9);
+            count = ((self.pass.as_secs_f64() / each) as u64).clamp(1, 2 * samples);
+        }
+    }
+
+    /// Renders so many samples a pixel more.
+    fn add(&mut self, samples: u64, progress: &dyn Progress) -> Result<(), Error> {
+        if progress.is_cancelled() {
+            return Err(Error::Cancelled);
+        }
+        let first = self.checkpoint.samples.end;
+        let next = first..first + samples;
+        self.statistics += self.world.render(&self.settings, &mut self.checkpoint.film, next.clone(), progress)?;
+        self.checkpoint.samples.end = next.end;
+        Ok(())
+    }
+
+    /// The samples so far.
+    pub fn film(&self) -> &Film {
+        &self.checkpoint.film
+    }
+
+    /// The samples so far, with what [`Session::resume`] needs to continue from them.
+    pub fn checkpoint(&self) -> &Checkpoint {
+        &self.checkpoint
+    }
+
+    /// The notes of the checkpoint, to add more.
+    pub fn notes_mut(&mut self) -> &mut Notes {
+        &mut self.checkpoint.notes
+    }
+
+    /// Ends the session.
+    pub fn into_checkpoint(self) -> Checkpoint {
+        self.checkpoint
+    }
+
+    /// Rays and rejected samples of this session.
+    pub fn statistics(&self) -> &Statistics {
+        &self.statistics
+    }
+
+    /// The goals of this session.
+    pub fn goals(&self) -> &Goals {
+        &self.goals
+    }
+}

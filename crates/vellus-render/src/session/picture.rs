@@ -1,0 +1,122 @@
+//! Pictures as files.
+
+use super::goals::{End, Goals};
+use super::identity::IDENTITY_NOTE;
+use super::store::write;
+use crate::error::Error;
+use crate::film::picture::{Notes, PixelType, check_picture};
+use crate::film::{Film, Layer, layout::Layout};
+use std::path::{Path, PathBuf};
+use vellus_io::Digest;
+
+/// How a film becomes files: an OpenEXR file with its layers and a PNG preview beside it, or a PNG alone.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// The file. With the extension `png` there is no OpenEXR file.
+    pub path: PathBuf,
+    /// Layers of the OpenEXR file; those that the film does not keep are left out.
+    pub layers: Vec<Layer>,
+    /// The type of colours in the OpenEXR file.
+    pub pixel_type: PixelType,
+    /// Stops by which the PNG is brighter.
+    pub exposure: f32,
+    /// Text attributes in the header of both files: names and values.
+    pub notes: Notes,
+}
+
+impl Picture {
+    /// All layers in 16 bits, without notes.
+    pub fn new(path: impl Into<PathBuf>) -> Self {
+        Picture {
+            path: path.into(),
+            layers: Layer::ALL.to_vec(),
+            pixel_type: PixelType::Half,
+            exposure: 0.0,
+            notes: Vec::new(),
+        }
+    }
+
+    /// Writes the files, and returns their paths. The PNG is written last: where it is, the picture is complete.
+    ///
+    /// `denoised` is the beauty after a denoiser, three values a pixel: it becomes the layer `denoised` and what the PNG
+    /// shows.
+    ///
+    /// # Errors
+    /// [`Error::Encode`] or [`Error::Write`].
+    pub fn write(&self, film: &Film, denoised: Option<&[f32]>) -> Result<Vec<PathBuf>, Error> {
+        let mut written = Vec::new();
+        let png = self.path.with_extension("png");
+        if self.path != png {
+            write(&self.path, &film.to_exr(&self.layers, denoised, self.pixel_type, &self.notes)?)?;
+            written.push(self.path.clone());
+        }
+        write(&png, &film.to_png(denoised, self.exposure, &self.notes)?)?;
+        written.push(png);
+        Ok(written)
+    }
+
+    /// The most bytes that the files of a picture with so many pixels take. Noise hardly compresses.
+    pub fn max_bytes(&self, pixels: u64, layout: &Layout) -> u64 {
+        // Three channels are those of a denoised beauty.
+        let channels = 3 + self.layers.iter().filter_map(|l| layout.range(*l)).map(|r| r.len()).sum::<usize>();
+        // A few channels always have 32 bits.
+        let exr = if self.pixel_type == PixelType::Float { 4 * channels } else { 2 * channels + 10 };
+        pixels * (3 + if self.path.extension().is_some_and(|e| e == "exr") { exr as u64 } else { 0 })
+    }
+}
+
+/// The notes that say how a picture ended: samples a pixel, noise, and why rendering stopped.
+pub fn end_notes(film: &Film, end: End) -> Notes {
+    let noise = film.noise().map_or("unknown".to_owned(), |x| format!("{x:.5}"));
+    vec![
+        (SAMPLES_NOTE.to_owned(), film.samples().to_string()),
+        ("vellus_noise".to_owned(), noise),
+        (END_NOTE.to_owned(), end.name().to_owned()),
+    ]
+}
+
+/// The note with the number of samples a pixel.
+pub const SAMPLES_NOTE: &str = "vellus_samples";
+
+/// The note with [`End::name`].
+const END_NOTE: &str = "vellus_ended_by";
+
+/// Are the files of a picture complete? They must be undamaged, have this identity and the notes of [`end_notes`], and
+/// have reached one of the goals.
+pub fn is_finished(path: &Path, identity: Digest, goals: &Goals) -> bool {
+    let notes = |path: &Path| check_picture(&vellus_io::read(path).ok()?).ok();
+    // The PNG is written last.
+    let (Some(png), Some(picture)) = (notes(&path.with_extension("png")), notes(path)) else { return false };
+    let note = |notes: &Notes, name: &str| {
+        notes.iter().find(|(key, _)| key == name).map(|(_, value)| value.clone()).unwrap_or_default()
+    };
+    let same = [&png, &picture].iter().all(|notes| note(notes, IDENTITY_NOTE) == identity.to_string());
+    let samples = |notes| note(notes, SAMPLES_NOTE).parse().unwrap_or(0u64);
+    let ended = note(&png, END_NOTE);
+    let by = |end: End| ended == end.name();
+    let reached = samples(&png) >= goals.samples
+        || by(End::Noise) && goals.noise.is_some()
+        || by(End::Time) && goals.time.is_some();
+    same && samples(&png) == samples(&picture) && reached
+}
+
+/// The file of one frame of an animation: `fur.exr` of frame 7 is `fur.0007.exr`.
+pub fn numbered(path: &Path, frame: i32) -> PathBuf {
+    let part = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
+    let sign = if frame < 0 { "-" } else { "" };
+    let number = frame.unsigned_abs();
+    path.with_file_name(format!("{}.{sign}{number:04}.{}", part(path.file_stem()), part(path.extension())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_are_numbered_before_the_extension() {
+        let name = |path: &str, frame| numbered(Path::new(path), frame).to_string_lossy().into_owned();
+        assert_eq!(name("out/fur.exr", 7), "out/fur.0007.exr");
+        assert_eq!(name("fur.v2.png", 12345), "fur.v2.12345.png");
+        assert_eq!(name("fur.exr", -3), "fur.-0003.exr");
+    }
+}

@@ -1,0 +1,188 @@
+//! The checkpoint file of one picture, and films that were rescued when it could not be written.
+
+use crate::error::Error;
+use crate::film::checkpoint::Checkpoint;
+use std::io::ErrorKind;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use vellus_io::Digest;
+
+/// Where the samples of a picture are kept between runs.
+///
+/// The checkpoint lies beside the picture, with the extension `.checkpoint`. Samples that cannot be written there are
+/// rescued: see [`Store::rescue`].
+#[derive(Debug)]
+pub struct Store {
+    path: PathBuf,
+    /// Where films are rescued if neither the picture nor the checkpoint can be written.
+    rescue_folder: PathBuf,
+    /// Rescued films that the next checkpoint or picture makes superfluous.
+    rescued: Vec<PathBuf>,
+}
+
+/// What [`Store::find`] found.
+#[derive(Debug, Default)]
+pub struct Found {
+    /// The film with the most samples.
+    pub checkpoint: Option<Checkpoint>,
+    /// The rescued film that it comes from; `None` if it is the checkpoint.
+    pub rescued: Option<PathBuf>,
+    /// Rescued films that cannot be read, and why.
+    pub unreadable: Vec<Error>,
+}
+
+/// Where the samples are after their picture could not be written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Rescue {
+    /// All of them are in this film.
+    Saved(PathBuf),
+    /// Only those of the last checkpoint are left.
+    LastCheckpoint(PathBuf),
+    /// They are lost.
+    Lost,
+}
+
+impl Store {
+    /// The store of a picture. Films are rescued to the system's folder for temporary files.
+    pub fn beside(picture: &Path) -> Self {
+        Store { path: picture.with_extension("checkpoint"), rescue_folder: std::env::temp_dir(), rescued: Vec::new() }
+    }
+
+    /// The checkpoint.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Looks for samples to continue from: the checkpoint, and rescued films of the same picture whose samples begin at
+    /// `samples.start` and end within `samples`. The one with the most samples wins. A checkpoint of another picture is
+    /// returned too: [`Session::resume`](crate::Session::resume) refuses it.
+    ///
+    /// # Errors
+    /// [`Error::Read`] or [`Error::Film`] if there is a checkpoint that cannot be read.
+    pub fn find(&mut self, identity: Digest, samples: &Range<u64>) -> Result<Found, Error> {
+        let mut found = Found::default();
+        if self.path.exists() {
+            found.checkpoint = Some(read_film(&self.path)?);
+        }
+        let fits = |film: &Checkpoint| {
+            film.identity == identity && film.samples.start == samples.start && film.samples.end <= samples.end
+        };
+        for path in self.rescued_films(identity, samples.start) {
+            match read_film(&path) {
+                Ok(film) if fits(&film) => {
+                    let best = found.checkpoint.as_ref();
+                    if best.is_none_or(|best| best.samples.end < film.samples.end) {
+                        (found.checkpoint, found.rescued) = (Some(film), Some(path.clone()));
+                    }
+                    self.rescued.push(path);
+                }
+                Ok(_) => {}
+                Err(error) => found.unreadable.push(error),
+            }
+        }
+        Ok(found)
+    }
+
+    /// Checks that the disk has room for the pictures, the checkpoint, and the checkpoint that replaces it.
+    /// `pictures` and `film` are bytes, at most.
+    ///
+    /// # Errors
+    /// [`Error::Write`] with [`ErrorKind::StorageFull`] if it has not. A system that does not report its free space
+    /// passes: writing will fail there.
+    pub fn check_space(&self, pictures: u64, film: u64, picture: &Path) -> Result<(), Error> {
+        let folder = vellus_io::folder(&self.path);
+        let Ok(free) = fs4::available_space(folder) else { return Ok(()) };
+        let there = std::fs::metadata(&self.path).map_or(0, |m| m.len());
+        let needed = pictures.saturating_add((2 * film).saturating_sub(there));
+        if needed <= free {
+            return Ok(());
+        }
+        let mb = |bytes: u64| bytes.div_ceil(1_000_000);
+        let what = format!(
+            "up to {} MB may be needed in {} (pictures {}, a checkpoint and the one that replaces it {} each), and {} \
+             MB are free",
+            mb(needed),
+            folder.display(),
+            mb(pictures),
+            mb(film),
+            free / 1_000_000
+        );
+        let source = std::io::Error::new(ErrorKind::StorageFull, what);
+        Err(Error::Write { path: picture.to_owned(), source })
+    }
+
+    /// Replaces the checkpoint, and removes the rescued films that it supersedes.
+    ///
+    /// # Errors
+    /// [`Error::Write`] if it cannot be written. The last checkpoint then stays.
+    pub fn save(&mut self, checkpoint: &Checkpoint) -> Result<(), Error> {
+        write(&self.path, &checkpoint.to_bytes())?;
+        self.remove_rescued();
+        Ok(())
+    }
+
+    /// Removes the checkpoint and the rescued films: their picture is complete.
+    pub fn remove(&mut self) {
+        std::fs::remove_file(&self.path).ok();
+        self.remove_rescued();
+    }
+
+    fn remove_rescued(&mut self) {
+        for path in std::mem::take(&mut self.rescued) {
+            std::fs::remove_file(path).ok();
+        }
+    }
+
+    /// Saves samples whose picture cannot be written: as the checkpoint, or else in the system's folder for temporary
+    /// files, where [`Store::find`] finds them.
+    pub fn rescue(&self, checkpoint: &Checkpoint) -> Rescue {
+        let bytes = checkpoint.to_bytes();
+        let Checkpoint { identity, samples, .. } = checkpoint;
+        let name = format!("{}{}.film", rescue_prefix(*identity, samples.start), samples.end);
+        let other = self.rescue_folder.join(name);
+        match [&self.path, &other].into_iter().find(|path| write(path, &bytes).is_ok()) {
+            Some(path) => Rescue::Saved(path.clone()),
+            None if self.path.exists() => Rescue::LastCheckpoint(self.path.clone()),
+            None => Rescue::Lost,
+        }
+    }
+
+    /// Rescued films of a picture, sorted by name.
+    fn rescued_films(&self, identity: Digest, start: u64) -> Vec<PathBuf> {
+        let prefix = rescue_prefix(identity, start);
+        let is_one = |path: &PathBuf| {
+            let name = path.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
+            name.starts_with(&prefix) && name.ends_with(".film")
+        };
+        let Ok(entries) = std::fs::read_dir(&self.rescue_folder) else { return Vec::new() };
+        let mut films: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_one).collect();
+        films.sort();
+        films
+    }
+}
+
+/// How the names of rescued films of a picture begin.
+fn rescue_prefix(identity: Digest, start: u64) -> String {
+    format!("vellus-{}-{start}-", identity.short())
+}
+
+/// Reads a film or a checkpoint.
+///
+/// # Errors
+/// [`Error::Read`] if the file cannot be read, [`Error::Film`] if it is damaged or no film.
+pub fn read_film(path: &Path) -> Result<Checkpoint, Error> {
+    let bytes = vellus_io::read(path).map_err(|source| Error::Read { path: path.to_owned(), source })?;
+    Checkpoint::from_bytes(&bytes).map_err(|e| Error::Film { path: path.to_owned(), what: e.to_string() })
+}
+
+/// Writes a film or a checkpoint. A file is replaced as a whole or not at all: see [`vellus_io::write()`].
+///
+/// # Errors
+/// [`Error::Write`].
+pub fn write_film(path: &Path, film: &Checkpoint) -> Result<(), Error> {
+    write(path, &film.to_bytes())
+}
+
+pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    vellus_io::write(path, bytes).map_err(|source| Error::Write { path: path.to_owned(), source })
+}
