@@ -3,6 +3,7 @@
 use crate::error::{Error, check};
 
 /// How the colour of the cortex is given.
+#[non_exhaustive]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Color {
     /// σ_c,a itself, RGB, per fibre radius.
