@@ -30,6 +30,17 @@ impl std::fmt::Display for Interrupted {
 
 impl std::error::Error for Interrupted {}
 
+/// Reports to the caller's progress, and stops with the experiment.
+impl Progress for Context<'_> {
+    fn report(&self, done: f64, what: &str) {
+        self.progress.report(done, what);
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.stop.load(Ordering::Relaxed) || self.progress.is_cancelled()
+    }
+}
+
 impl<'a> Context<'a> {
     pub fn new(
         quality: Quality,
@@ -56,17 +67,12 @@ impl<'a> Context<'a> {
         self.again
     }
 
-    /// True once the experiment should stop.
-    pub fn stop(&self) -> &AtomicBool {
-        self.stop
-    }
-
     /// Returns an error if the experiment should stop. Experiments call it between two steps.
     ///
     /// # Errors
     /// [`Interrupted`].
     pub fn check_interrupted(&self) -> Result<()> {
-        if self.stop.load(Ordering::Relaxed) { Err(Interrupted.into()) } else { Ok(()) }
+        if self.is_cancelled() { Err(Interrupted.into()) } else { Ok(()) }
     }
 
     /// A stage of `len` steps, whose progress is reported.
