@@ -138,7 +138,7 @@ impl<'c> Shot<'c> {
     /// Adds samples; the processor time it took.
     fn add(&self, settings: &Settings, film: &mut Film, samples: Range<u64>) -> Result<f64> {
         let before = cpu_time().context("this system does not report processor time")?;
-        match self.world.render(settings, film, samples, self.context) {
+        match self.world.render(settings, film, samples, self.context.progress()) {
             Err(Error::Cancelled) => return Err(Interrupted.into()),
             result => result.map(drop)?,
         }
@@ -172,7 +172,7 @@ impl<'c> Shot<'c> {
         }
         let before = session.film().samples();
         let mut kept = Instant::now();
-        let end = session.run(self.context, |pass| -> Result<()> {
+        let end = session.run(self.context.progress(), |pass| -> Result<()> {
             if kept.elapsed() > KEEP {
                 write_film(&file, pass.checkpoint)?;
                 kept = Instant::now();

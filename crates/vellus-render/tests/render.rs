@@ -71,6 +71,7 @@ fn mean(film: &Film, layer: Layer, channel: usize) -> f64 {
 
 /// White fibres, much scattered in, in white light cannot be seen: one, and a clump of a thousand.
 #[test]
+#[ignore = "slow: six pictures of 1,024 pixels with 256 samples"]
 fn furnace_is_white() {
     let white = Fiber { kappa: 0.86, sigma_ms: 4.0, ..fiber() }.without_absorption();
     for (count, radius) in [(1, 0.1), (1000, 0.004)] {

@@ -32,6 +32,9 @@ fn max_threads() -> u64 {
 /// Path-trace a scene.
 #[derive(clap::Args, Clone)]
 pub struct Args {
+    /// Write a PNG after the first pass.
+    #[arg(skip)]
+    pub preview: bool,
     #[command(flatten)]
     input: Input,
     #[command(flatten)]
