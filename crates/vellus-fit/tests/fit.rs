@@ -23,7 +23,7 @@ fn measured(fiber: &Fiber, gantry: &Synthetic) -> Result<Profile, Error> {
 }
 
 fn fitted(profile: &Profile, options: &Options) -> Fit {
-    fit(profile, Forward::default(), options, &AtomicBool::new(false), &|| {}).unwrap()
+    fit(profile, Forward::default(), options, &()).unwrap()
 }
 
 fn quick() -> Options {
@@ -94,7 +94,7 @@ fn standard_errors_are_those_of_repeated_measurements() {
 fn whole_fibres_are_followed() {
     for species in [Species::Deer, Species::Raccoon] {
         let synthetic = Synthetic { step: [4.0, 5.0], noise: 0.02, ..Synthetic::default() };
-        let profile = simulate::from_reference(&Fiber::preset(species), &synthetic, 400_000, &|_| {}).unwrap();
+        let profile = simulate::from_reference(&Fiber::preset(species), &synthetic, 400_000, &()).unwrap();
         let result = fitted(&profile, &quick());
         assert!(result.nrmse <= 0.08 && result.log_nrmse <= 0.08, "{species}: {} {}", result.nrmse, result.log_nrmse);
     }
@@ -147,7 +147,7 @@ fn fixed_tied_and_freed_parameters_do_as_asked() {
     let scores: Vec<_> = z_scores(&result, &fiber, 37.0).into_iter().filter(|(name, _)| name != "theta_o").collect();
     check_largest(&scores);
     // Three fewer by ties, one by the value given, one more freed: of 16 and the scale.
-    assert_eq!(result.correlations.0.len(), 11 + 4 - 1 - 3 + 1);
+    assert_eq!(result.correlations.names.len(), 11 + 4 - 1 - 3 + 1);
 }
 
 #[test]
@@ -194,8 +194,8 @@ fn what_the_data_does_not_say_is_not_determined() {
 #[test]
 fn an_interrupted_fit_leaves_its_best_so_far() {
     let profile = measured(&Fiber::preset(Species::Cat), &gantry(1)).unwrap();
-    let result = fit(&profile, Forward::default(), &Options::default(), &AtomicBool::new(true), &|| {}).unwrap();
-    assert!(result.interrupted && result.starts[1] == 0);
+    let result = fit(&profile, Forward::default(), &Options::default(), &AtomicBool::new(true)).unwrap();
+    assert!(result.interrupted && result.starts.finished == 0);
     // The best preset, at least.
     assert!(result.log_nrmse < 0.2 && result.specimen.fiber.validate().is_ok(), "{}", result.log_nrmse);
     assert!(!fitted(&profile, &Options { starts: 2, ..quick() }).interrupted);

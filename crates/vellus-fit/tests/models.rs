@@ -16,7 +16,7 @@ fn forward(kind: ModelKind) -> Forward {
 }
 
 fn fitted(model: Forward, profile: &Profile, options: &Options) -> Fit {
-    fit(profile, model, options, &false.into(), &|| {}).unwrap()
+    fit(profile, model, options, &()).unwrap()
 }
 
 fn quick() -> Options {

@@ -5,6 +5,7 @@ mod simulate;
 use crate::interrupt::Interrupt;
 use crate::output;
 use crate::say::note;
+use crate::terminal::Terminal;
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
 use vellus_fit::{Angles, Axis, Forward, Options, Quantity, Reading, Requests};
@@ -190,9 +191,9 @@ pub fn run(args: &Args) -> Result<()> {
     }
     let options = args.options()?;
     let profile = vellus_fit::read(path, &reading)?;
-    let bar = output::progress(options.starts as u64, "fitting");
-    let fit = vellus_fit::fit(&profile, forward, &options, &interrupt.stop, &|| bar.inc(1));
-    bar.finish_and_clear();
+    let terminal = Terminal::with_interrupt(&interrupt);
+    let fit = vellus_fit::fit(&profile, forward, &options, &terminal);
+    terminal.clear();
     let fit = fit.with_context(|| format!("cannot fit {}", path.display()))?;
     let summary = Summary { path, profile: &profile, fit: &fit };
     if let Some(folder) = &args.report {
@@ -218,7 +219,7 @@ pub fn run(args: &Args) -> Result<()> {
     if fit.interrupted {
         let place =
             if written.is_empty() { "is printed above".to_owned() } else { format!("is in {}", written.join(" and ")) };
-        let (begun, finished) = (options.starts, fit.starts[1]);
+        let (begun, finished) = (options.starts, fit.starts.finished);
         bail!(interrupt.error(format!(
             "the best fit after {finished} of {begun} starts {place}; the same command starts from the beginning"
         )));
