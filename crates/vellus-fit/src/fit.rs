@@ -4,10 +4,11 @@ use crate::cost::Cost;
 use crate::error::Error;
 use crate::forward::Forward;
 use crate::least_squares::{Difference, Minimum, Problem};
+use crate::options::Options;
 use crate::outcome::{Combination, Correlations, Estimate, Fit, Rival, Starts, State};
 use crate::parameters::{Kind, assemble};
 use crate::profile::Profile;
-use crate::space::{Requests, Source, Space};
+use crate::space::{Source, Space};
 use crate::starts::starts;
 use crate::statistics::{Place, Statistics, statistics};
 use crate::verdict::{explained, judge};
@@ -15,6 +16,7 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rayon::prelude::*;
 use std::sync::atomic::Ordering;
+use vellus::Parameter;
 use vellus_io::{Progress, Steps};
 use vellus_sim::medulla::SimRng;
 
@@ -37,27 +39,6 @@ fn spacing(axis: &[f64]) -> f64 {
     steps.get(steps.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// How a fit goes about it.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// Parameters fixed, tied, freed.
-    pub requests: Requests,
-    /// Descents begun: the presets, and the best of a space-filling design.
-    pub starts: usize,
-    /// Of that design.
-    pub seed: u64,
-    /// Huber's k: residuals above k times the noise count linearly, not squared. Infinity turns that off.
-    pub huber: f64,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        // 4: where the model cannot follow the data, the highlights are what is furthest off, and must not count for
-        // nothing: at 2.5 NRMSE of the whole fibre is up to 1.6 points worse.
-        Options { requests: Requests::default(), starts: 32, seed: 1, huber: 4.0 }
-    }
-}
-
 /// Fits a model to a profile. `progress` gets a report after each start. A cancelled fit ends with the best so far, and
 /// [`Fit::interrupted`] is true.
 ///
@@ -70,8 +51,10 @@ pub fn fit(profile: &Profile, forward: Forward, options: &Options, progress: &dy
         return Err(Error::Parameter("starts = 0 is out of range: there must be at least 1".to_owned()));
     }
     let mut space = Space::new(forward, profile.channels, profile.theta_o, &options.requests)?;
-    for (kind, axis) in [(Kind::BetaM, profile.axis(|p| p.theta)), (Kind::BetaN, profile.axis(|p| p.phi))] {
-        space.resolve(kind, UNRESOLVED * spacing(&axis));
+    for (roughness, axis) in
+        [(Parameter::BetaM, profile.axis(|p| p.theta)), (Parameter::BetaN, profile.axis(|p| p.phi))]
+    {
+        space.resolve(Kind::Fiber(roughness, 0), UNRESOLVED * spacing(&axis));
     }
     let mut order: Vec<usize> = (0..profile.points.len()).collect();
     let all = Cost::new(profile, &order, &space, forward);

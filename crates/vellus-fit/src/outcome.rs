@@ -1,6 +1,6 @@
 //! What a fit found.
 
-use crate::forward::Specimen;
+use crate::specimen::Specimen;
 use crate::verdict::{Explained, NoFit};
 use vellus_models::ModelKind;
 

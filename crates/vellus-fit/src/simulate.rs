@@ -1,8 +1,9 @@
 //! Synthetic measurements: of the model itself, or of the whole fibre traced photon by photon, which is not the model.
 
 use crate::error::Error;
-use crate::forward::{Forward, Specimen};
+use crate::forward::Forward;
 use crate::profile::{Point, Profile, Quantity, check_angles};
+use crate::specimen::Specimen;
 use rand::{Rng, SeedableRng};
 use std::f64::consts::TAU;
 use vellus::Fiber;

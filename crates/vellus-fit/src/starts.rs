@@ -1,8 +1,8 @@
 //! Where descents start: the presets, and the best of a space-filling design.
 
 use crate::cost::Cost;
-use crate::fit::Options;
 use crate::least_squares::noise;
+use crate::options::Options;
 use crate::parameters::{Kind, values_of};
 use crate::space::Space;
 use rayon::prelude::*;

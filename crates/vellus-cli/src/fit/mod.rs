@@ -8,7 +8,7 @@ use crate::say::note;
 use crate::terminal::Terminal;
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
-use vellus_fit::{Angles, Axis, Forward, Options, Quantity, Reading, Requests};
+use vellus_fit::{Angles, Axis, Forward, Name, Options, Quantity, Reading, Requests};
 use vellus_models::ModelKind;
 use vellus_plot::fit::{Summary, write_report};
 
@@ -120,6 +120,11 @@ fn pair<'a>(option: &str, text: &'a str) -> Result<(&'a str, &'a str)> {
     Ok((name.trim(), value.trim()))
 }
 
+/// The parameter that an option names.
+fn named(option: &str, name: &str) -> Result<Name> {
+    name.trim().parse().with_context(|| format!("in --{option}"))
+}
+
 impl Args {
     fn forward(&self) -> Result<Forward> {
         Ok(Forward::new(self.model.parse::<ModelKind>()?)?)
@@ -146,16 +151,19 @@ impl Args {
     }
 
     fn options(&self) -> Result<Options> {
-        let mut requests = Requests { free: self.free.clone(), ..Requests::default() };
+        let mut requests = Requests {
+            free: self.free.iter().map(|name| named("free", name)).collect::<Result<_>>()?,
+            ..Requests::default()
+        };
         for text in &self.fix {
             let (name, values) = pair("fix", text)?;
             let number =
                 |x: &str| x.trim().parse::<f64>().with_context(|| format!("--fix {text}: '{x}' is not a number"));
-            requests.fix.push((name.to_owned(), values.split(',').map(number).collect::<Result<_>>()?));
+            requests.fix.push((named("fix", name)?, values.split(',').map(number).collect::<Result<_>>()?));
         }
         for text in &self.tie {
             let (name, leader) = pair("tie", text)?;
-            requests.tie.push((name.to_owned(), leader.to_owned()));
+            requests.tie.push((named("tie", name)?, named("tie", leader)?));
         }
         let default = Options::default();
         let huber = self.huber.unwrap_or(default.huber);
