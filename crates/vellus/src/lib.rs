@@ -60,3 +60,6 @@ pub use model::{Field, Model, Scattering};
 pub use near::NearHit;
 pub use simd::lanes::Lanes;
 pub use window::Window;
+
+// Both are part of the public interface.
+pub use {glam, wide};
