@@ -10,7 +10,8 @@
 //! use vellus::{Fiber, Species};
 //! # fn main() -> Result<(), vellus_fit::Error> {
 //! let truth = Fiber::preset(Species::Cat);
-//! let profile = simulate::from_model(Forward::default(), &truth.into(), &Synthetic { step: [8.0, 4.0], ..Synthetic::default() })?;
+//! let synthetic = Synthetic { step: [8.0, 4.0], ..Synthetic::default() };
+//! let profile = simulate::from_model(Forward::default(), &truth.into(), &synthetic)?;
 //! let options = Options { starts: 8, ..Options::default() };
 //! let result = fit(&profile, Forward::default(), &options, &())?;
 //! assert!(result.nrmse < 0.02 && (result.specimen.fiber.eta - truth.eta).abs() < 0.02);
