@@ -43,8 +43,8 @@ impl OutputArgs {
 pub use vellus_experiments::cpu_time;
 pub use vellus_plot::text::{align, number};
 
-/// Writes `bytes` to a file, or to standard output. A regular file is replaced as a whole or not at all: see
-/// [`vellus_io::write()`].
+/// Writes `bytes` to `path`, or to standard output without one. A regular file is replaced as a whole or not at all:
+/// see [`vellus_io::write()`].
 pub fn write(path: Option<&Path>, bytes: &[u8]) -> Result<()> {
     let Some(path) = path else {
         return say::standard_output(bytes).context("cannot write to standard output");

@@ -59,6 +59,7 @@ fn z_scores(result: &Fit, fiber: &Fiber, scale: f64) -> Vec<(String, f64)> {
 }
 
 #[test]
+#[ignore = "slow: 30 fits"]
 fn ten_species_are_recovered_within_their_errors() {
     let mut scores = Vec::new();
     for (species, seed) in Species::ALL.into_iter().flat_map(|s| (0..3).map(move |seed| (s, seed))) {
@@ -91,6 +92,7 @@ fn standard_errors_are_those_of_repeated_measurements() {
 /// The whole fibre is not the model: it lets scattered light leave through a rough cuticle. NRMSE stays within the 8 % that
 /// the paper has on average on real fibres; the deer is the worst of the ten.
 #[test]
+#[ignore = "slow: 800,000 photons and two fits"]
 fn whole_fibres_are_followed() {
     for species in [Species::Deer, Species::Raccoon] {
         let synthetic = Synthetic { step: [4.0, 5.0], noise: 0.02, ..Synthetic::default() };

@@ -73,12 +73,14 @@ fn chiang2016_is_recovered_within_its_errors() {
 }
 
 #[test]
+#[ignore = "slow: 32 fits"]
 fn marschner2003_is_recovered_within_its_errors() {
     recovers(ModelKind::Marschner2003, 8, 7, 192);
 }
 
 // Ours and η_m: of 2 × 48, those of a cortex that light hardly passes are not determined.
 #[test]
+#[ignore = "slow: 8 fits"]
 fn yan2015_is_recovered_within_its_errors() {
     recovers(ModelKind::Yan2015, 2, 13, 72);
 }

@@ -1,7 +1,7 @@
 //! Cost of one query of each model on one core, six lobes and RGB: `cargo bench -p vellus-models`.
 //!
-//! Every iteration takes another hit and direction from a table. The fibre is a red fox with colour; near fields are hit at one
-//! offset, far fields over all of them.
+//! Every iteration takes another hit and direction from a table. The fibre is a red fox with colour; near fields are
+//! hit at one offset, far fields over all of them.
 
 use divan::{Bencher, black_box};
 use glam::Vec3;
@@ -118,7 +118,7 @@ fn prepare_eval_and_pdf<M: Made>(bencher: Bencher) {
 
 #[divan::bench(types = [Bcsdf<'static>, Yan2015, Yan2015Split, Chiang2016, ZinkeWeber2007, DEon2011, Marschner2003, KajiyaKay1989], sample_count = 100, sample_size = 1024)]
 fn prepare_and_sample<M: Made>(bencher: Bencher) {
-    each::<M>(bencher, |model, q| model.at(q.wo, Window::near(q.h)).sample(q.u).weight[0]);
+    each::<M>(bencher, |model, q| model.at(q.wo, Window::near(q.h)).sample(q.u).map_or(0.0, |s| s.weight[0]));
 }
 
 #[divan::bench(types = [Bcsdf<'static>, Yan2015, Chiang2016, ZinkeWeber2007, DEon2011, Marschner2003, KajiyaKay1989], sample_count = 20, sample_size = 4)]

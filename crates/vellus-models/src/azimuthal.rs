@@ -10,8 +10,8 @@ pub trait Azimuthal: Copy {
     fn eval(&self, phi: f32) -> f32x8;
     /// Samples φ of one lobe, in radians, modulo 2π.
     fn sample(&self, lane: usize, u: f32) -> f32;
-    /// The centre of each lobe, divided by the spacing at which copies of the lobe add up to a constant within 3e-4. 0 for
-    /// uniform lobes.
+    /// The centre of each lobe, divided by the spacing at which copies of the lobe add up to a constant within 3e-4. 0
+    /// for uniform lobes.
     fn exits(&self) -> [f32; 8];
 }
 

@@ -2,12 +2,12 @@
 //! Production Path Tracing*, Computer Graphics Forum 35(2).
 //!
 //! A near-field model. It has R, TT, TRT and one residual lobe with all higher orders, so a fibre without absorption
-//! scatters all light. Longitudinal lobes are the energy-conserving spherical Gaussians of d'Eon et al. 2011 with v, v/4, 4v
-//! and 4v. Azimuthal lobes are trimmed logistics with one width. The residual lobe is uniform in azimuth.
+//! scatters all light. Longitudinal lobes are the energy-conserving spherical Gaussians of d'Eon et al. 2011 with v,
+//! v/4, 4v and 4v. Azimuthal lobes are trimmed logistics with one width. The residual lobe is uniform in azimuth.
 //!
-//! It uses these parameters of a [`Fiber`]: η, σ_c,a (per radius), β_m (√v), β_n (the standard deviation of the logistic,
-//! πs/√3) and α. The angle of the scales is α/2, so R shifts by α, TT by −α/2 and TRT by −2α. There is no medulla and no
-//! layered cuticle: κ, σ_m, g and l are ignored. For artistic controls, see [`roughness`] and
+//! It uses these parameters of a [`Fiber`]: η, σ_c,a (per radius), β_m (√v), β_n (the standard deviation of the
+//! logistic, πs/√3) and α. The angle of the scales is α/2, so R shifts by α, TT by −α/2 and TRT by −2α. There is no
+//! medulla and no layered cuticle: κ, σ_m, g and l are ignored. For artistic controls, see [`roughness`] and
 //! [`vellus::Color::Reflectance`].
 //!
 //! Limits: all lobes have the same azimuthal width. The model is not reciprocal.
@@ -25,7 +25,8 @@ const NAMES: [Lobe; 8] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Rest, Lobe::Rest, 
 
 /// β_m and β_n of a [`Fiber`], standard deviations in radians, from the perceptual roughnesses of the paper in [0, 1].
 ///
-/// Eq. 7 and 8, with the factor √(π/8) of pbrt. Above about 0.91 and 0.92, the results exceed the 90° that a fibre allows.
+/// Eq. 7 and 8, with the factor √(π/8) of pbrt. Above about 0.91 and 0.92, the results exceed the 90° that a fibre
+/// allows.
 pub fn roughness(beta_m: f32, beta_n: f32) -> [f32; 2] {
     let sqrt_v = 0.726 * beta_m + 0.812 * beta_m.powi(2) + 3.7 * beta_m.powi(20);
     let s = (PI / 8.0).sqrt() * (0.265 * beta_n + 1.194 * beta_n.powi(2) + 5.372 * beta_n.powi(22));

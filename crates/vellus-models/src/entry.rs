@@ -21,8 +21,8 @@ pub(crate) struct Entry {
 }
 
 impl Entry {
-    /// A ray from `wo` at the centre of `window`. `eta` is the refractive index and `layers` the number of cuticle layers, where
-    /// 0.5 is a single interface.
+    /// A ray from `wo` at the centre of `window`. `eta` is the refractive index and `layers` the number of cuticle
+    /// layers, where 0.5 is a single interface.
     #[inline(always)]
     pub fn new(wo: glam::Vec3, window: Window, eta: f32, layers: f32) -> Self {
         let [low, high] = window.ends();

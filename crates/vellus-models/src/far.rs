@@ -1,11 +1,11 @@
 //! The far field of near-field models: the average over the width of the fibre, in many directions at once.
 //!
-//! f(θ, φ) = ½ ∫ f(h, θ, φ) dh is computed by quadrature over the offset. Every model here has the form
-//! Σ_k M_k(θᵢ) N_k(φ; h). Only N_k depends on the offset, so the average is computed once for each φ, for any number of θᵢ.
+//! f(θ, φ) = ½ ∫ f(h, θ, φ) dh is computed by quadrature over the offset. Every model here has the form Σ_k M_k(θᵢ)
+//! N_k(φ; h). Only N_k depends on the offset, so the average is computed once for each φ, for any number of θᵢ.
 //!
-//! The integrand is not smooth at offsets where the medulla begins or where total reflection off it begins. For each such
-//! edge b, the substitution h = b sin t makes all terms smooth, and Gauss–Legendre quadrature converges quickly. The number
-//! of points depends on the widths of the lobes and on how fast the exit azimuths change.
+//! The integrand is not smooth at offsets where the medulla begins or where total reflection off it begins. For each
+//! such edge b, the substitution h = b sin t makes all terms smooth, and Gauss–Legendre quadrature converges quickly.
+//! The number of points depends on the widths of the lobes and on how fast the exit azimuths change.
 
 use crate::azimuthal::Azimuthal;
 use crate::factored::{Factored, largest_channel};
@@ -64,8 +64,7 @@ impl Directions {
 
 /// The unit vector with inclination `theta` and azimuth `phi`, degrees; x runs from root to tip, φ = 0 is +y.
 pub fn direction(theta: f64, phi: f64) -> Vec3 {
-    let ((st, ct), (sp, cp)) = (theta.to_radians().sin_cos(), phi.to_radians().sin_cos());
-    Vec3::new(st as f32, (ct * cp) as f32, (ct * sp) as f32)
+    vellus::direction(theta.to_radians(), phi.to_radians())
 }
 
 /// The factors in φ of the terms of a far field, RGB: eight unscattered lobes, and up to three others.
@@ -82,7 +81,8 @@ pub(crate) struct LongitudinalFactors {
     pub others: [f32; 3],
 }
 
-/// A hit at one offset whose terms are products of a factor in θᵢ and a factor in φ. Only the latter depends on the offset.
+/// A hit at one offset whose terms are products of a factor in θᵢ and a factor in φ. Only the latter depends on the
+/// offset.
 pub(crate) trait Separable {
     /// Adds the factors of the eight unscattered lobes at each φ, times `weight`.
     fn add_lanes(&self, phis: &[f32], weight: f32, sums: &mut [AzimuthalSums]);
@@ -90,7 +90,8 @@ pub(crate) trait Separable {
     fn add_others(&self, phis: &[f32], weight: f32, sums: &mut [AzimuthalSums]);
     /// The factors in θᵢ.
     fn longitudinal(&self, o: &Outgoing<f32>) -> LongitudinalFactors;
-    /// Exit azimuths of the eight unscattered lobes, as [`Azimuthal::exits`] defines. NaN for lobes with negligible energy.
+    /// Exit azimuths of the eight unscattered lobes, as [`Azimuthal::exits`] defines. NaN for lobes with negligible
+    /// energy.
     fn exits(&self) -> [f32; 8];
 }
 
@@ -120,8 +121,8 @@ impl<L: Longitudinal, A: Azimuthal> Separable for Factored<L, A> {
 /// Number of points in [−1, 1] at which a panel is probed to find the size of its quadrature rule.
 const LOOKS: usize = 24;
 
-/// The average over h of hits `at` offsets, in all directions. `edges` are ascending offsets in (0, 1) at which the integrand is
-/// not smooth; it is not smooth at −`edges` either.
+/// The average over h of hits `at` offsets, in all directions. `edges` are ascending offsets in (0, 1) at which the
+/// integrand is not smooth; it is not smooth at −`edges` either.
 pub(crate) fn average<H: Separable>(
     at: impl Fn(f32) -> H,
     edges: &[f32],

@@ -13,8 +13,8 @@ pub(crate) fn rule(needed: f32) -> &'static [[f32; 2]] {
     RULES[i].get_or_init(|| points(SIZES[i]).into_iter().map(|p| p.map(|x| x as f32)).collect())
 }
 
-/// The rule with `n` points, by Newton's method from Chebyshev-like initial values (Abramowitz and Stegun 1964, 22.16.6).
-/// Legendre polynomials come from their recurrence.
+/// The rule with `n` points, by Newton's method from Chebyshev-like initial values (Abramowitz and Stegun 1964,
+/// 22.16.6). Legendre polynomials come from their recurrence.
 fn points(n: usize) -> Vec<[f64; 2]> {
     let point = |i: usize| {
         let mut x = -(std::f64::consts::PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();

@@ -1,14 +1,14 @@
 //! J. T. Kajiya, T. L. Kay 1989, *Rendering Fur with Three Dimensional Textures*, SIGGRAPH 89.
 //!
 //! A far-field model: it ignores the window. Ψ = K_d sin(t, l) + K_s cosⁿ(θᵢ + θ_o): a diffuse cylinder and a specular
-//! cone, both uniform in azimuth. With the conventions of [`vellus`], f·cos θᵢ = k_d cos θᵢ/π² + k_s cosⁿ(θᵢ + θ_o)/2πZ.
-//! Z = ∫ cosⁿ⁺¹ makes k_d and k_s the albedos at normal incidence.
+//! cone, both uniform in azimuth. With the conventions of [`vellus`], f·cos θᵢ = k_d cos θᵢ/π² + k_s cosⁿ(θᵢ +
+//! θ_o)/2πZ. Z = ∫ cosⁿ⁺¹ makes k_d and k_s the albedos at normal incidence.
 //!
-//! The model has no refraction. n is 1/β_m². k_s is the far-field energy of R of the `vellus` model at normal incidence, and
-//! k_d that of all other lobes, so brightness and colour match.
+//! The model has no refraction. n is 1/β_m². k_s is the far-field energy of R of the `vellus` model at normal
+//! incidence, and k_d that of all other lobes, so brightness and colour match.
 //!
-//! Limits: no forward scattering (TT), no secondary highlight, no shift of highlights. The specular part is not normalised:
-//! at grazing incidence, about cos θ_o of its light remains. The model is not reciprocal.
+//! Limits: no forward scattering (TT), no secondary highlight, no shift of highlights. The specular part is not
+//! normalised: at grazing incidence, about cos θ_o of its light remains. The model is not reciprocal.
 
 use crate::factored::{direction, weight};
 use crate::longitudinal::{Longitudinal, Plane};
@@ -149,7 +149,7 @@ impl Scattering for KajiyaKay1989Hit<'_> {
         self.eval_outgoing(&self.frame.outgoing(wi.to_array()))
     }
 
-    fn sample(&self, u: [f32; 5]) -> Sample {
+    fn sample(&self, u: [f32; 5]) -> Option<Sample> {
         let specular = u[0] < self.probability;
         let (sin_i, cos_i) = if specular {
             self.longitudinal.sample(0, [u[1], u[2]])
@@ -162,6 +162,6 @@ impl Scattering for KajiyaKay1989Hit<'_> {
         let (lobes, pdf) = self.eval_outgoing(&outgoing);
         let weight = weight(lobes.total(), pdf);
         let lobe = if specular { Lobe::R } else { Lobe::Rest };
-        Sample { wi: direction(&self.frame, &outgoing), pdf, weight, lobe }
+        Sample::new(direction(&self.frame, &outgoing), pdf, weight, lobe)
     }
 }

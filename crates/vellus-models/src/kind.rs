@@ -105,7 +105,7 @@ macro_rules! models {
                 }
             }
 
-            fn sample(&self, u: [f32; 5]) -> Sample {
+            fn sample(&self, u: [f32; 5]) -> Option<Sample> {
                 match self {
                     $(AnyHit::$kind(hit) => Scattering::sample(hit, u),)*
                 }
@@ -127,7 +127,8 @@ models! {
 impl AnyModel {
     /// The far field: f·cos θᵢ averaged over the width of the fibre, RGB.
     ///
-    /// ω_o is at `theta_o` degrees in [−90, 90] and φ = 0. `out` gets one value for each of `directions`, and must be as long.
+    /// ω_o is at `theta_o` degrees in [−90, 90] and φ = 0. `out` gets one value for each of `directions`, and must be
+    /// as long.
     pub fn far_field(&self, theta_o: f64, directions: &Directions, out: &mut [[f32; 3]]) {
         let wo = direction(theta_o, 0.0);
         match self {
@@ -154,7 +155,8 @@ impl fmt::Display for ModelKind {
 impl FromStr for ModelKind {
     type Err = Error;
 
-    /// Case, spaces and punctuation do not matter, and the year is optional: `yan2015`, `Yan 2015`, `zinke_weber2007`, `chiang`.
+    /// Case, spaces and punctuation do not matter, and the year is optional: `yan2015`, `Yan 2015`, `zinke_weber2007`,
+    /// `chiang`.
     fn from_str(name: &str) -> Result<Self, Error> {
         let plain = |s: &str| s.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_ascii_lowercase();
         let named = |kind: &ModelKind| {

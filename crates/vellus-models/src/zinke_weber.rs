@@ -1,15 +1,15 @@
 //! A. Zinke, A. Weber 2007, *Light Scattering from Filaments*, IEEE TVCG 13(2): the near field.
 //!
-//! Light hits a fibre at an offset h. The path with p internal segments leaves at Φₚ(h) with the energy Aₚ(h). Ideal paths
-//! are delta functions. Normalised Gaussians in θᵢ (shifted by the tilt of the cuticle) and φ add roughness:
-//! S = Σ Aₚ g(θᵢ + θ_o + αₚ; βₚ) g(φ − Φₚ; √(p+1) β_n) / cos²θᵢ.
+//! Light hits a fibre at an offset h. The path with p internal segments leaves at Φₚ(h) with the energy Aₚ(h). Ideal
+//! paths are delta functions. Normalised Gaussians in θᵢ (shifted by the tilt of the cuticle) and φ add roughness: S =
+//! Σ Aₚ g(θᵢ + θ_o + αₚ; βₚ) g(φ − Φₚ; √(p+1) β_n) / cos²θᵢ.
 //!
-//! The lobes are R, TT, TRT and TRRT, and TRRT is the residual lobe. The model of the paper allows any number of orders. It
-//! uses these parameters of a [`Fiber`]: η, α, β_m, β_n (widths and shifts of Yan17 Table 2, so it differs from `vellus` in
-//! the model only) and σ_c,a. κ, σ_m, g and l are ignored.
+//! The lobes are R, TT, TRT and TRRT, and TRRT is the residual lobe. The model of the paper allows any number of
+//! orders. It uses these parameters of a [`Fiber`]: η, α, β_m, β_n (widths and shifts of Yan17 Table 2, so it differs
+//! from `vellus` in the model only) and σ_c,a. κ, σ_m, g and l are ignored.
 //!
-//! Limits: light is lost where a Gaussian extends beyond ±90° (half of it at grazing incidence). The missing orders have
-//! (1 − F) F³ of the light. A test measures both. The model is not reciprocal.
+//! Limits: light is lost where a Gaussian extends beyond ±90° (half of it at grazing incidence). The missing orders
+//! have (1 − F) F³ of the light. A test measures both. The model is not reciprocal.
 
 use crate::azimuthal::{Gaussians, GaussiansAt};
 use crate::entry::Entry;

@@ -33,8 +33,8 @@ fn worst(model: &AnyModel, theta_o: f64) -> f64 {
     pairs.fold(0.0, |most, (fast, slow)| (f64::from(*fast) / slow - 1.0).abs().max(most))
 }
 
-/// Lobes sampled as densely as `Around::exits` says ripple by 3e-4 of theirs at most. Scattered lobes are piecewise linear over h″
-/// between the nodes of their table, and Gauss's rule for smooth functions takes them to 1.4e-3.
+/// Lobes sampled as densely as `Around::exits` says ripple by 3e-4 of theirs at most. Scattered lobes are piecewise
+/// linear over h″ between the nodes of their table, and Gauss's rule for smooth functions takes them to 1.4e-3.
 #[test]
 fn far_fields_match_very_many_offsets() {
     for species in [Species::RedFox, Species::Human] {

@@ -92,8 +92,8 @@ fn marschner_is_deon_without_roughness() {
     }
 }
 
-/// Without tilt Marschner's S is symmetric in the two directions, and so is M̂ N of d'Eon's. The near fields and Kajiya and Kay's
-/// are not.
+/// Without tilt Marschner's S is symmetric in the two directions, and so is M̂ N of d'Eon's. The near fields and Kajiya
+/// and Kay's are not.
 #[test]
 fn reciprocity_where_it_holds() {
     let fiber = Fiber { alpha: 0.0, ..hair() };

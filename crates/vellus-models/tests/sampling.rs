@@ -2,6 +2,7 @@
 
 use vellus::{Fiber, Model, Scattering, Species, Window};
 use vellus_models::{AnyModel, ModelKind, Yan2015};
+use vellus_testing::significance::max_abs_z;
 use vellus_testing::sphere::{ChiSquared, integral};
 use vellus_testing::{Uniform, direction, full_fiber};
 
@@ -58,7 +59,7 @@ fn sample_histogram_matches_pdf() {
     for (kind, fiber, model) in models().chain(published()) {
         for (theta_o, h) in hits {
             let hit = model.at(direction(theta_o, 2.2), Window::near(h));
-            let follows = test.check(|| hit.sample(random.numbers()).wi, |wi| hit.pdf(wi));
+            let follows = test.check(|| hit.sample(random.numbers()).unwrap().wi, |wi| hit.pdf(wi));
             assert_eq!(follows, Ok(()), "{kind} {fiber:?} θ_o {theta_o} h {h}");
         }
     }
@@ -72,7 +73,7 @@ fn weight_is_f_over_pdf() {
         for _ in 0..500 {
             let wo = direction(random.within(-1.4, 1.4), random.within(-3.0, 3.0));
             let hit = model.at(wo, Window::near(random.within(-1.0, 1.0) as f32));
-            let s = hit.sample(random.numbers());
+            let s = hit.sample(random.numbers()).unwrap();
             assert!((s.wi.length() - 1.0).abs() < 1e-5 && s.pdf > 0.0, "{kind} {fiber:?} {s:?}");
             // Near the poles the azimuth of the direction itself rounds; and Gaussians in θ have their pole there.
             if s.wi.x.abs() > 0.999 {
@@ -88,16 +89,17 @@ fn weight_is_f_over_pdf() {
     }
 }
 
-/// Samples weighted by their lobe alone still find each lobe's energy: within four standard errors of it.
+/// Samples weighted by their lobe alone still find each lobe's energy.
 #[test]
 fn published_sampling_finds_the_energy() {
     let mut random = Uniform(9);
+    let bound = max_abs_z(published().count() * 18, 0.01);
     for (_, fiber, model) in published() {
         let hit = model.at(direction(0.35, 2.2), Window::near(0.3));
         let n = 200_000;
         let (mut sums, mut squares) = ([[0.0f64; 3]; 6], [[0.0f64; 3]; 6]);
         for _ in 0..n {
-            let s = hit.sample(random.numbers());
+            let s = hit.sample(random.numbers()).unwrap();
             for c in 0..3 {
                 let w = f64::from(s.weight[c]);
                 sums[s.lobe as usize][c] += w / f64::from(n);
@@ -110,7 +112,7 @@ fn published_sampling_finds_the_energy() {
             let error = ((squares[lobe][c] - mean * mean) / f64::from(n)).max(0.0).sqrt();
             // The transmitted share is from a table: 2e-3 of it.
             assert!(
-                (mean - exact).abs() <= 4.0 * error + 2e-3 * exact,
+                (mean - exact).abs() <= bound * error + 2e-3 * exact,
                 "{fiber:?} {lobe} {c}: {mean} {exact} ± {error}"
             );
         }

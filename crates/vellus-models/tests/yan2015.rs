@@ -68,8 +68,9 @@ fn eleven_lobes_and_the_diffuse_one_sum_to_six() {
     assert!(dark.is_empty(), "{dark:?}");
 }
 
-/// With two indices too, what a hit says of its energy is its integral. What it loses are the paths left out, such as TRRT and, where the
-/// indices differ, TrRttT: 1.2 % of the light for a medulla of air, as in a polar bear (1.45 and 1).
+/// With two indices too, what a hit says of its energy is its integral. What it loses are the paths left out, such as
+/// TRRT and, where the indices differ, TrRttT: 1.2 % of the light for a medulla of air, as in a polar bear (1.45 and
+/// 1).
 #[test]
 fn two_indices_lose_what_the_eleven_leave_out() {
     let fiber = Fiber { eta: 1.45, kappa: 0.7, sigma_ms: 0.9, beta_m: 0.1, ..full_fiber() }.without_absorption();
@@ -113,8 +114,8 @@ fn sharing_tables_changes_nothing() {
     assert!(Yan2015::with_eta_m(&fiber, 0.9).unwrap_err().to_string().contains("eta_m = 0.9"));
 }
 
-/// Where the fibre absorbs, the light that is held back and goes on to be absorbed brings the model closer to the simulated
-/// fibre than that of 2017, which lets all scattered light leave at once; it stays too bright.
+/// Where the fibre absorbs, the light that is held back and goes on to be absorbed brings the model closer to the
+/// simulated fibre than that of 2017, which lets all scattered light leave at once; it stays too bright.
 #[test]
 fn holding_back_scattered_light_is_closer_to_the_fibre() {
     for species in [Species::Bobcat, Species::Cat, Species::Deer, Species::RedFox] {

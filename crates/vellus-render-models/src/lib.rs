@@ -28,6 +28,28 @@ impl From<ModelKind> for Method {
     }
 }
 
+/// Evaluates an expression with `$make` as the constructor of the method's model.
+macro_rules! with_constructor {
+    ($method:expr, $make:ident => $body:expr) => {
+        with_constructor!(@ $method, $make, $body,
+            ModelKind::Vellus => Bcsdf::new,
+            ModelKind::Yan2015 => |fiber: &Fiber| $method.yan2015(fiber),
+            ModelKind::Chiang2016 => Chiang2016::new,
+            ModelKind::DEon2011 => DEon2011::new,
+            ModelKind::ZinkeWeber2007 => ZinkeWeber2007::new,
+            ModelKind::Marschner2003 => Marschner2003::new,
+            ModelKind::KajiyaKay1989 => KajiyaKay1989::new)
+    };
+    (@ $method:expr, $make:ident, $body:expr, $($kind:path => $constructor:expr),*) => {
+        match $method.kind {
+            $($kind => {
+                let $make = $constructor;
+                $body
+            })*
+        }
+    };
+}
+
 impl Method {
     /// The model of one fibre.
     ///
@@ -40,20 +62,12 @@ impl Method {
         }
     }
 
-    /// A scene ready for rays, with this model for all strands.
+    /// A scene ready for rays, its strands scattering by this model.
     ///
     /// # Errors
-    /// As [`World::new`].
+    /// As [`World::with_model`].
     pub fn world(&self, scene: Scene) -> Result<World, vellus_scene::Error> {
-        match self.kind {
-            ModelKind::Vellus => World::with_model(scene, Bcsdf::new),
-            ModelKind::Yan2015 => World::with_model(scene, |fiber| self.yan2015(fiber)),
-            ModelKind::Chiang2016 => World::with_model(scene, Chiang2016::new),
-            ModelKind::DEon2011 => World::with_model(scene, DEon2011::new),
-            ModelKind::ZinkeWeber2007 => World::with_model(scene, ZinkeWeber2007::new),
-            ModelKind::Marschner2003 => World::with_model(scene, Marschner2003::new),
-            ModelKind::KajiyaKay1989 => World::with_model(scene, KajiyaKay1989::new),
-        }
+        with_constructor!(self, make => World::with_model(scene, make))
     }
 
     /// Gives all strands of a world this model.
@@ -61,15 +75,7 @@ impl Method {
     /// # Errors
     /// As [`World::set_model`]; the world is then unchanged.
     pub fn apply(&self, world: &mut World) -> Result<(), vellus_scene::Error> {
-        match self.kind {
-            ModelKind::Vellus => world.set_model(Bcsdf::new),
-            ModelKind::Yan2015 => world.set_model(|fiber| self.yan2015(fiber)),
-            ModelKind::Chiang2016 => world.set_model(Chiang2016::new),
-            ModelKind::DEon2011 => world.set_model(DEon2011::new),
-            ModelKind::ZinkeWeber2007 => world.set_model(ZinkeWeber2007::new),
-            ModelKind::Marschner2003 => world.set_model(Marschner2003::new),
-            ModelKind::KajiyaKay1989 => world.set_model(KajiyaKay1989::new),
-        }
+        with_constructor!(self, make => world.set_model(make))
     }
 
     fn yan2015(&self, fiber: &Fiber) -> Result<Yan2015, vellus::Error> {

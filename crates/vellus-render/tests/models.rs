@@ -4,7 +4,8 @@ use glam::{Mat3, Vec3, Vec4};
 use vellus::{Bcsdf, Fiber, Model, Scattering, Window};
 use vellus_models::{Chiang2016, DEon2011, KajiyaKay1989, Marschner2003, Yan2015, ZinkeWeber2007};
 use vellus_render::{Film, Filter, Layer, Mode, Settings, World};
-use vellus_scene::{Basis, Camera, Light, Look, Parameter, Scene, Strands, Values};
+use vellus_scene::{Basis, Camera, Light, Look, Parameter, Scene, Strands, Texture, Value, Values};
+use vellus_testing::significance::max_abs_z;
 
 const SIZE: usize = 16;
 
@@ -76,14 +77,17 @@ fn albedo<M: Model>(model: &M) -> [f64; 3] {
 
 fn check<M: Model + Send + 'static>(name: &str, make: impl Fn(&Fiber) -> Result<M, vellus::Error>) {
     let expected = albedo(&make(&fiber()).unwrap());
+    // Seven models, each constant and varying, in three channels.
+    let bound = max_abs_z(7 * 2 * 3, 0.01);
     for varying in [false, true] {
         let mut world = World::new(scene(varying)).unwrap();
         world.set_model(&make).unwrap();
         let (seen, error) = picture(&world);
         println!("{name}: {seen:.4?} ± {error:.4}, albedo {expected:.4?}");
         for c in 0..3 {
-            // The error is that of the mean of the channels. D'Eon's fibres lie between tables where they vary.
-            let tolerance = 6.0 * error + if varying && name == "deon2011" { 0.005 } else { 5e-4 };
+            // The film knows the error of the channels' mean. The brightest channel's is up to 1.5 times that.
+            // D'Eon's fibres lie between tables where they vary.
+            let tolerance = 1.5 * bound * error + if varying && name == "deon2011" { 0.005 } else { 5e-4 };
             assert!((seen[c] - expected[c]).abs() < tolerance, "{name}: {seen:?} {expected:?} ± {error}");
         }
     }
@@ -98,4 +102,37 @@ fn a_fiber_in_white_light_shows_its_models_albedo() {
     check("zinke-weber2007", ZinkeWeber2007::new);
     check("marschner2003", Marschner2003::new);
     check("kajiya-kay1989", KajiyaKay1989::new);
+}
+
+/// A scene with a texture of one pixel for β_m.
+fn textured(pixel: f32, scale: f32) -> Scene {
+    let mut scene = scene(false);
+    scene.textures =
+        vec![Texture { name: String::new(), width: 1, height: 1, pixels: vec![[pixel; 3]], wrap: Default::default() }];
+    scene.looks[0].textured = vec![(Parameter::BetaM, Value { texture: 0, scale: [scale; 3] })];
+    scene
+}
+
+#[test]
+fn a_texture_gives_angles_in_degrees() {
+    let mut constant = scene(false);
+    constant.looks[0].fiber.beta_m = 12f32.to_radians();
+    let expected = picture(&World::new(constant).unwrap());
+    assert_eq!(picture(&World::new(textured(24.0, 0.5)).unwrap()), expected);
+}
+
+/// Sums and products of finite values may be infinite or NaN. The fibre has the nearest value in range then.
+#[test]
+fn no_finite_value_of_a_texture_or_a_point_breaks_a_render() {
+    for (pixel, scale) in [(f32::MAX, 0.0), (f32::MAX, -9.0), (f32::MAX, f32::MAX)] {
+        picture(&World::new(textured(pixel, scale)).unwrap());
+    }
+    let mut steep = scene(true);
+    let values = (0..4).map(|i| [f32::MAX * (-1f32).powi(i); 3]).collect();
+    steep.strands[0].varying = vec![(Parameter::Kappa, Values::PerPoint(values))];
+    picture(&World::new(steep).unwrap());
+    for scale in [f32::INFINITY, f32::NAN] {
+        let error = World::new(textured(0.0, scale)).err().unwrap().to_string();
+        assert!(error.contains("fur: beta_m has a texture with the scale"), "{error}");
+    }
 }

@@ -5,6 +5,7 @@ use std::sync::atomic::AtomicBool;
 use vellus::{Fiber, Species};
 use vellus_render::{Error, Film, Filter, Layer, Mode, Settings, World};
 use vellus_scene::{Basis, Camera, Light, Look, Mesh, Scene, Strands, Surface};
+use vellus_testing::significance::max_abs_z;
 
 fn noise(i: usize, k: u32) -> f32 {
     ((i as f32 * 12.9898 + k as f32 * 78.233).sin() * 43758.547).rem_euclid(1.0)
@@ -70,6 +71,7 @@ fn mean(film: &Film, layer: Layer, channel: usize) -> f64 {
 
 /// White fibres, much scattered in, in white light cannot be seen: one, and a clump of a thousand.
 #[test]
+#[ignore = "slow: six pictures of 1,024 pixels with 256 samples"]
 fn furnace_is_white() {
     let white = Fiber { kappa: 0.86, sigma_ms: 4.0, ..fiber() }.without_absorption();
     for (count, radius) in [(1, 0.1), (1000, 0.004)] {
@@ -323,7 +325,7 @@ fn modes_agree_from_afar() {
         let (a, b, e) = (brightness(other), brightness(&near), error(other, &near));
         println!("{name}: {a} near {b} ± {e}");
         // The far field of fibres seen through gaps of their like is not quite theirs: what is hidden depends on h.
-        assert!((a - b).abs() < 4.0 * e + 0.003 * b, "{name}: {a} near {b} ± {e}");
+        assert!((a - b).abs() < max_abs_z(2, 0.001) * e + 0.003 * b, "{name}: {a} near {b} ± {e}");
     }
 }
 
@@ -423,14 +425,15 @@ fn motion_blur_is_the_mean_of_moments() {
         camera.moved = None;
         moments.merge(&render(&World::new(still).unwrap(), &settings, 16));
     }
-    // Blocks of 4 × 4 pixels, brightness and cover: four standard errors, and what 24 moments leave of an edge's way.
+    // Blocks of 4 × 4 pixels: the noise, and 0.004 because 24 moments sample the path of an edge coarsely.
+    let bound = max_abs_z(36, 0.01);
     let mut worst = 0f64;
     for block in 0..36 {
         let pixels = || (0..16).map(|i| (block % 6 * 4 + i % 4, block / 6 * 4 + i / 4));
         let sum =
             |film: &Film, layer: Layer, c: usize| pixels().map(|(x, y)| film.mean(x, y, layer, c)).sum::<f64>() / 16.0;
         let error = |film: &Film| pixels().map(|(x, y)| film.error(x, y).powi(2)).sum::<f64>().sqrt() / 16.0;
-        let expected = 4.0 * error(&blurred).hypot(error(&moments)) + 0.004;
+        let expected = bound * error(&blurred).hypot(error(&moments)) + 0.004;
         let light =
             (0..3).map(|c| sum(&blurred, Layer::Beauty, c) - sum(&moments, Layer::Beauty, c)).sum::<f64>().abs() / 3.0;
         let cover = (sum(&blurred, Layer::Alpha, 0) - sum(&moments, Layer::Alpha, 0)).abs();

@@ -165,8 +165,8 @@ impl Quality {
         }
     }
 
-    /// The axis of half 0 is θᵢ. The axis of half 1 is δ = θᵢ + θ_o. It is longer, with the same step, and each profile fills
-    /// a part of it.
+    /// The axis of half 0 is θᵢ. The axis of half 1 is δ = θᵢ + θ_o. It is longer, with the same step, and each profile
+    /// fills a part of it.
     fn longitudinal_problem(&self, slabs: &[f32], half: usize) -> Problem {
         let n = self.theta_nodes();
         let third = self.nodes[3];
@@ -199,8 +199,8 @@ impl Quality {
                     return 0.0;
                 }
                 let k = x.round() as usize;
-                // Relative to the largest weight. A weight of 0 at the poles would leave components unconstrained there,
-                // and a larger floor would reduce accuracy elsewhere.
+                // Relative to the largest weight. A weight of 0 at the poles would leave components unconstrained
+                // there, and a larger floor would reduce accuracy elsewhere.
                 let floor = [0.03, 0.1][half];
                 ((borders[k + 1] - borders[k]) / step).max(floor) as f32
             }),
@@ -226,7 +226,8 @@ pub enum SlabKind {
     Longitudinal,
 }
 
-/// Repeats the first azimuth after the last, and scales every component to integral 1. The factor over τ gets the scale.
+/// Repeats the first azimuth after the last, and scales every component to integral 1. The factor over τ gets the
+/// scale.
 fn close_circle(table: &mut FactorTable) {
     let rank = table.rank;
     let first = table.factors[3][..rank].to_vec();

@@ -1,5 +1,5 @@
-//! Accuracy of tables: compares compressed with simulated profiles at random parameters. These are between the nodes, so the
-//! error includes rank, noise and interpolation.
+//! Accuracy of tables: compares compressed with simulated profiles at random parameters. These are between the nodes,
+//! so the error includes rank, noise and interpolation.
 
 use crate::medulla::{SimRng, azimuthal, longitudinal, longitudinal_borders, stream};
 use rand::Rng;
@@ -44,15 +44,15 @@ pub struct ProfileError {
     pub parameters: [f64; 3],
     /// L1 error: ∫ |table − simulation|, where the simulation has integral 1.
     pub l1: f64,
-    /// The L1 error that the noise of the simulation alone would give: the expected L1 distance between the simulation and
-    /// its mean.
+    /// The L1 error that the noise of the simulation alone would give: the expected L1 distance between the simulation
+    /// and its mean.
     pub noise: f64,
     /// Relative error of the mean path; only for azimuthal profiles.
     pub mean_path: Option<f64>,
 }
 
-/// The parameters of comparison `index`. They are uniform over the axes of the tables, so small τ and sharp peaks are as
-/// frequent as other values.
+/// The parameters of comparison `index`. They are uniform over the axes of the tables, so small τ and sharp peaks are
+/// as frequent as other values.
 fn parameters(seed: u64, index: u64) -> ([f64; 3], SimRng) {
     let mut rng = stream(seed, index);
     let mut uniform = || (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64;

@@ -1,25 +1,26 @@
 //! Compresses profiles into sums of rank-one terms by weighted hierarchical alternating least squares.
 //!
-//! D13: factors are non-negative, where Yan17 Sec. 4.3 uses unconstrained CP-ALS. This needs a higher rank (40 instead of
-//! 16 for C^N), but no profile is negative, normalisation is one sum, and sampling is exact. All tables fit into 119 KB.
+//! D13: factors are non-negative, where Yan17 Sec. 4.3 uses unconstrained CP-ALS. This needs a higher rank (40 instead
+//! of 16 for C^N), but no profile is negative, normalisation is one sum, and sampling is exact. All tables fit into 119
+//! KB.
 //!
-//! Each profile is first scaled by the inverse square root of its norm. The normalisation at the query undoes it. Without
-//! the scale, the sharp forward peaks of g → 0.95 would use up all components.
+//! Each profile is first scaled by the inverse square root of its norm. The normalisation at the query undoes it.
+//! Without the scale, the sharp forward peaks of g → 0.95 would use up all components.
 
 use crate::medulla::stream;
 use ndarray::{Array2, ArrayView2, Axis, s};
 use rand::Rng;
 use vellus::FactorTable;
 
-/// A table to compress: profiles over three parameters. Each row of `values` is a profile, and the third parameter varies
-/// fastest.
+/// A table to compress: profiles over three parameters. Each row of `values` is a profile, and the third parameter
+/// varies fastest.
 pub struct Problem {
     /// Number of nodes of the three parameters.
     pub nodes: [usize; 3],
     /// `nodes[0]·nodes[1]·nodes[2]` profiles × outgoing angles.
     pub values: Array2<f32>,
-    /// Weight of each outgoing angle, by the third parameter (`nodes[2]` × outgoing angles): the measure cos θᵢ dθᵢ, and 0
-    /// where a shifted profile has no value.
+    /// Weight of each outgoing angle, by the third parameter (`nodes[2]` × outgoing angles): the measure cos θᵢ dθᵢ,
+    /// and 0 where a shifted profile has no value.
     pub weights: Array2<f32>,
 }
 
@@ -153,8 +154,8 @@ fn square(values: Vec<f32>, rank: usize) -> Array2<f32> {
 
 /// Scales all factors to a range in which half floats are precise.
 ///
-/// The factors over g, over h or θ, and over the outgoing angle get the maximum 1. The first factor gets the common scale,
-/// and its maximum becomes 1000. Queries normalise a table, so only ratios matter.
+/// The factors over g, over h or θ, and over the outgoing angle get the maximum 1. The first factor gets the common
+/// scale, and its maximum becomes 1000. Queries normalise a table, so only ratios matter.
 fn rescale(mut factors: [Array2<f32>; 3], mut b: Array2<f32>) -> FactorTable {
     let rank = b.ncols();
     for r in 0..rank {

@@ -33,8 +33,8 @@ pub enum Offsets {
 
 /// Energies of light that arrives at inclination `theta_o` (radians, |θ_o| < 90°), from `photons` ≥ 2 photons.
 ///
-/// The result depends on the seed, but not on the number of threads. `tick` is called with the number of photons after each
-/// batch.
+/// The result depends on the seed, but not on the number of threads. `tick` is called with the number of photons after
+/// each batch.
 ///
 /// # Errors
 /// [`Error::OutOfRange`] if [`Fiber::validate`] returns it, or if `theta_o`, an offset or `photons` is out of range.
@@ -47,7 +47,11 @@ pub fn energies(
     tick: &(dyn Fn(u64) + Sync),
 ) -> Result<Energies, Error> {
     fiber.validate()?;
-    let out_of_range = |name: &str, value: f64, range| Error::OutOfRange { name: name.to_owned(), value, range };
+    let out_of_range = |name: &str, value: f64, range: &str| Error::OutOfRange {
+        name: name.to_owned(),
+        value,
+        range: range.to_owned(),
+    };
     if theta_o.is_nan() || theta_o.abs() >= std::f64::consts::FRAC_PI_2 {
         return Err(out_of_range("theta_o", theta_o.to_degrees(), "theta_o must be in (-90, 90) degrees"));
     }

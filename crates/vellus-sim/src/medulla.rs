@@ -5,8 +5,8 @@
 //! vanishing optical radius, which is single scattering, needs no special case: the first collision is then uniform on
 //! the chord.
 //!
-//! Frame: the axis is x. Light travels along azimuth π, so an exit azimuth of 0 is backward and π is straight through. A
-//! ray of offset `h` enters at azimuth −asin h.
+//! Frame: the axis is x. Light travels along azimuth π, so an exit azimuth of 0 is backward and π is straight through.
+//! A ray of offset `h` enters at azimuth −asin h.
 
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -75,8 +75,8 @@ pub(crate) struct Exit {
 
 /// Traces one photon that is forced to scatter.
 ///
-/// `tau` is the optical radius, `h` the offset, and the pair is the sine and cosine of the inclination. Returns the exit
-/// and the weight of the forced collision: the collision probability of the chord, per unit `tau`.
+/// `tau` is the optical radius, `h` the offset, and the pair is the sine and cosine of the inclination. Returns the
+/// exit and the weight of the forced collision: the collision probability of the chord, per unit `tau`.
 pub(crate) fn trace(tau: f32, g: f32, h: f32, (sin, cos): (f32, f32), rng: &mut SimRng) -> (Exit, f32) {
     let half = (1.0 - h * h).max(0.0).sqrt();
     let chord = 2.0 * half / cos;
@@ -135,8 +135,8 @@ pub fn azimuthal(tau: f64, g: f64, h: f64, photons: u64, bins: usize, rng: &mut 
     AzimuthalProfile { density: counts.iter().map(|&c| c as f64 * scale).collect(), mean_path: path / photons as f64 }
 }
 
-/// The longitudinal profile for one (τ, g, θ): densities in sin θᵢ of the backward half (|φ| < π/2) and the forward half,
-/// each with integral 1.
+/// The longitudinal profile for one (τ, g, θ): densities in sin θᵢ of the backward half (|φ| < π/2) and the forward
+/// half, each with integral 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LongitudinalProfile {
     /// Backward and forward densities at θ = −90° + 180° j/(n−1): means over bins with these centres.
@@ -152,7 +152,8 @@ pub fn longitudinal_borders(nodes: usize) -> Vec<f64> {
     (0..=nodes).map(|j| ((j as f64 - 0.5) * step - quarter).clamp(-quarter, quarter).sin()).collect()
 }
 
-/// Simulates C^M, with `photons` rays at inclination `theta` ≥ 0 (radians) over all offsets, and `nodes` bins for each half.
+/// Simulates C^M, with `photons` rays at inclination `theta` ≥ 0 (radians) over all offsets, and `nodes` bins for each
+/// half.
 pub fn longitudinal(tau: f64, g: f64, theta: f64, photons: u64, nodes: usize, rng: &mut SimRng) -> LongitudinalProfile {
     let mut weights = [vec![0.0f64; nodes], vec![0.0f64; nodes]];
     let inclination = (theta.sin() as f32, theta.cos() as f32);
@@ -181,8 +182,8 @@ pub fn longitudinal(tau: f64, g: f64, theta: f64, photons: u64, nodes: usize, rn
 mod tests {
     use super::*;
 
-    /// In a purely scattering body under isotropic light, the mean path is the mean chord 4V/S, whatever the scattering is
-    /// (Blanco and Fournier 2003). For the unit cylinder this is 2.
+    /// In a purely scattering body under isotropic light, the mean path is the mean chord 4V/S, whatever the scattering
+    /// is (Blanco and Fournier 2003). For the unit cylinder this is 2.
     #[test]
     fn mean_path_under_isotropic_light_is_the_mean_chord() {
         for (tau, g) in [(0.3, 0.0), (2.0, 0.7), (8.0, 0.9)] {

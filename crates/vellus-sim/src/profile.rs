@@ -22,9 +22,9 @@ const BATCH: u64 = 64;
 
 /// Energy per solid angle that leaves into each cell, RGB, row by row over θ.
 ///
-/// This is f·cos θᵢ of the far field, averaged over each cell. The photons arrive at inclination `theta_o` (radians) over
-/// the whole width of the fibre. The result depends on the seed, but not on the number of threads. `tick` is called with
-/// the number of photons after each batch.
+/// This is f·cos θᵢ of the far field, averaged over each cell. The photons arrive at inclination `theta_o` (radians)
+/// over the whole width of the fibre. The result depends on the seed, but not on the number of threads. `tick` is
+/// called with the number of photons after each batch.
 ///
 /// # Errors
 /// [`Error::OutOfRange`] if [`Fiber::validate`] returns it.

@@ -146,8 +146,8 @@ impl Tracer {
 
     /// Light with direction `d` hits the cuticle at `p`, where the smooth normal is `p` itself.
     ///
-    /// A rough facet is sampled again if light would hit its back, or leave to the wrong side of the smooth surface. The
-    /// fibre is convex, so light does not hit two facets in sequence.
+    /// A rough facet is sampled again if light would hit its back, or leave to the wrong side of the smooth surface.
+    /// The fibre is convex, so light does not hit two facets in sequence.
     fn cuticle(&self, p: [f64; 2], d: [f64; 3], entering: bool, rng: &mut SimRng) -> Meeting {
         let smooth = [0.0, p[0], p[1]];
         if self.surface == Surface::SMOOTH {
@@ -209,8 +209,8 @@ impl Tracer {
                 record(fate, exit.refracted, energy.map(|e| e * (1.0 - exit.f)));
             }
             energy = energy.map(|e| e * exit.f);
-            // After total reflection by a smooth cuticle, a path that misses the medulla repeats forever. The fibre guides
-            // what the cortex does not absorb.
+            // After total reflection by a smooth cuticle, a path that misses the medulla repeats forever. The fibre
+            // guides what the cortex does not absorb.
             if exit.f >= 1.0 && missed && self.surface == Surface::SMOOTH {
                 record(Fate::Guided, d, [0, 1, 2].map(|c| if self.sigma_ca[c] == 0.0 { energy[c] } else { 0.0 }));
                 return;

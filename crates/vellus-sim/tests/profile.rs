@@ -25,14 +25,14 @@ fn rough_fibres_lose_no_light() {
         let cells = sphere(5.0);
         let values = profile(&fiber, 0.5, &cells, 60_000, 7, &|_| ()).unwrap();
         let total: f64 = energies(&cells, &values).iter().sum();
-        // Roulette is the only noise: it affects photons inside after 100 hits, with a factor of 1/0.9 for each further hit.
-        // If all photons were affected, this were √(0.1/60000) per hit. A few in a hundred are.
+        // Roulette is the only noise: it affects photons inside after 100 hits, with a factor of 1/0.9 for each further
+        // hit. If all photons were affected, this were √(0.1/60000) per hit. A few in a hundred are.
         assert!((total - 1.0).abs() < 2e-3, "{species}: {total}");
     }
 }
 
-/// If a fibre absorbs all light that enters, only the highlight remains. In the plane of incidence it has the shift and width
-/// of the lobe R: θᵢ = −θ_o − α, β_m.
+/// If a fibre absorbs all light that enters, only the highlight remains. In the plane of incidence it has the shift and
+/// width of the lobe R: θᵢ = −θ_o − α, β_m.
 #[test]
 fn a_highlight_has_the_shift_and_width_of_r() {
     let fiber = Fiber { kappa: 0.0, ..Fiber::preset(Species::Deer) }.with_absorption([1000.0; 3]);
@@ -53,8 +53,8 @@ fn a_highlight_has_the_shift_and_width_of_r() {
     let mean = first / sum;
     let deviation = (second / sum - mean * mean).sqrt();
     let (alpha, beta) = (f64::from(fiber.alpha).to_degrees(), f64::from(fiber.beta_m).to_degrees());
-    // About 15,000 photons leave there: the standard error of the mean is 0.06°, that of the width 0.04°. Facets that face
-    // the light get more of it (2 % for each degree of tilt), and reflectance depends on the angle: 0.3° more.
+    // About 15,000 photons leave there: the standard error of the mean is 0.06°, that of the width 0.04°. Facets that
+    // face the light get more of it (2 % for each degree of tilt), and reflectance depends on the angle: 0.3° more.
     assert!((mean - (30.0 - alpha)).abs() < 0.5, "{mean}");
     assert!((deviation - beta).abs() < 0.4, "{deviation}");
 }

@@ -6,6 +6,7 @@ use vellus_sim::build::Quality;
 use vellus_sim::check::{TableKind, check_azimuthal, check_longitudinal, summary};
 use vellus_sim::energies::{Fate, Offsets, energies};
 use vellus_sim::medulla::{azimuthal, longitudinal, longitudinal_borders, stream};
+use vellus_testing::significance::{max_abs_z, max_unseen_mean};
 
 /// The Henyey–Greenstein phase function over the azimuth: ∫ p(cos θ cos φ) cos θ dθ, with φ from the forward direction.
 fn marginal(g: f64, phi: f64) -> f64 {
@@ -60,8 +61,8 @@ fn threads_do_not_change_the_tables() {
     assert_eq!(many.len(), quality.slab_len(slab));
 }
 
-/// A build of low quality, up to a table that the model uses. Its profiles are coarse (2.5°, few nodes, 10,000 photons), so
-/// the mean error is up to 10 %.
+/// A build of low quality, up to a table that the model uses. Its profiles are coarse (2.5°, few nodes, 10,000
+/// photons), so the mean error is up to 10 %.
 #[test]
 fn smoke_build_makes_usable_tables() {
     let quality = Quality::smoke();
@@ -84,6 +85,7 @@ fn smoke_build_makes_usable_tables() {
 /// A quick check of the shipped tables: a few random profiles against 2,000,000 photons, with the noise subtracted in
 /// quadrature. `vellus table check` is the full check.
 #[test]
+#[ignore = "slow: 24 million photons"]
 fn shipped_tables_match_simulation() {
     let data = TableData::from_bytes(Tables::SHIPPED).unwrap();
     let mut errors: Vec<_> = (0..6).map(|i| check_azimuthal(&data, 2_000_000, 11, i)).collect();
@@ -98,11 +100,15 @@ fn shipped_tables_match_simulation() {
     }
 }
 
-/// R, TT and TRT of the model match those of the whole fibre: within 1 % or three standard errors, for ten presets and three
-/// inclinations.
+/// R, TT and TRT of the model match those of the whole fibre: within 1 %, or the noise of the simulation, for ten presets
+/// and three inclinations.
 #[test]
+#[ignore = "slow: 10 million photons"]
 fn energies_match_fibre_reference() {
-    let photons = 200_000;
+    let photons = 340_000;
+    // Ten presets, three inclinations, three lobes: the bound is 3.86 standard errors.
+    let (count, false_alarm) = (Species::ALL.len() * 3 * 3, 0.01);
+    let bound = max_abs_z(count, false_alarm);
     for species in Species::ALL {
         let fiber = Fiber::preset(species);
         let bcsdf = Bcsdf::new(&fiber).unwrap();
@@ -121,7 +127,9 @@ fn energies_match_fibre_reference() {
             for fate in [Fate::R, Fate::Tt, Fate::Trt] {
                 let (m, r) = (model[fate as usize], reference.mean[fate as usize][0]);
                 let e = reference.error[fate as usize][0];
-                let allowed = (0.01 * r).max(3.0 * e);
+                // Of some lobes no photon is seen: the error of the simulation is then unknown, not zero.
+                let unseen = max_unseen_mean(photons as usize, count, false_alarm);
+                let allowed = if r == 0.0 { unseen } else { (0.01 * r).max(bound * e) };
                 assert!((m - r).abs() <= allowed, "{species} {degrees}° {}: {m} {r} ± {e}", fate.key());
             }
         }

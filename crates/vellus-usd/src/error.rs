@@ -57,8 +57,8 @@ impl Error {
     }
 }
 
-/// The reason why the content of a file is invalid. [`Error::File`] adds the name of the file, [`Error::Prim`] that of the
-/// prim.
+/// The reason why the content of a file is invalid. [`Error::File`] adds the name of the file, [`Error::Prim`] that of
+/// the prim.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub(crate) struct Invalid(pub String);

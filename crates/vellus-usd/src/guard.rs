@@ -1,8 +1,9 @@
 //! Catches panics of third-party decoders.
 //!
 //! `openusd` uses numbers of a binary file as indices in dozens of places. The tables are compressed, so they cannot be
-//! checked without decoding them. The authors of `exr` fuzz it, but it decodes untrusted files too. Some failures cannot
-//! be caught: failed allocations, stack overflows and endless loops. The checks of [`crate::stage`] prevent those.
+//! checked without decoding them. The authors of `exr` fuzz it, but it decodes untrusted files too. Some failures
+//! cannot be caught: failed allocations, stack overflows and endless loops. The checks of [`crate::stage`] prevent
+//! those.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};

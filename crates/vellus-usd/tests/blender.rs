@@ -30,7 +30,8 @@ fn samples_have_their_strands_in_both_forms() {
     }
 }
 
-/// The exporter left the handles of these unset: where they happen to be numbers the file is read, where they are not it is refused.
+/// The exporter left the handles of these unset: where they happen to be numbers the file is read, where they are not
+/// it is refused.
 #[test]
 fn bezier_samples_have_their_knots_or_are_refused() {
     for form in ["usda", "usdc"] {

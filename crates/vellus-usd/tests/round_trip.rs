@@ -147,7 +147,8 @@ fn in_order_of_use(mut scene: Scene) -> Scene {
     scene
 }
 
-/// Degrees and radians, and quotients, may differ in their last bit: where two numbers do, the second becomes the first.
+/// Degrees and radians, and quotients, may differ in their last bit: where two numbers do, the second becomes the
+/// first.
 fn forgive(a: f32, b: &mut f32) {
     if (a - *b).abs() <= 1.5e-7 * a.abs() {
         *b = a;

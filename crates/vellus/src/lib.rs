@@ -17,32 +17,40 @@
 //! let wo = glam::Vec3::new(0.2, 0.8, 0.5).normalize();
 //! let hit = bcsdf.at(wo, Window::near(0.3));             // all that depends on ω_o
 //! let f = hit.eval(glam::Vec3::new(-0.3, -0.9, 0.1).normalize()).total();
-//! let s = hit.sample([0.1, 0.2, 0.3, 0.4, 0.5]);            // direction, pdf, weight, lobe
-//! assert!(f.iter().chain(&s.weight).all(|x| *x >= 0.0));
+//! let s = hit.sample([0.1, 0.2, 0.3, 0.4, 0.5]);         // direction, pdf, weight, lobe
+//! assert!(f.iter().chain(s.iter().flat_map(|s| &s.weight)).all(|x| *x >= 0.0));
 //! # Ok(()) }
 //! ```
 //!
 //! `D1`, `D2`, … mark departures from the paper; PAPER.md lists them with their reasons.
 
 mod bcsdf;
+mod choose;
 mod cylinder;
 mod error;
 mod far;
 mod fiber;
+mod lobe;
 mod medulla;
 mod model;
 mod near;
 #[cfg(feature = "unstable")]
 pub mod parts;
+mod prepared;
 mod simd;
 mod window;
 
-pub use bcsdf::{Bcsdf, Hit, Lobe, Lobes, Sample};
+pub use bcsdf::{Bcsdf, Hit};
 pub use cylinder::cuticle::{Fresnel, fresnel};
+pub use cylinder::fiber_frame::FiberFrame;
+pub use cylinder::frame::direction;
 pub use error::Error;
 pub use fiber::Fiber;
+pub use fiber::builder::FiberBuilder;
 pub use fiber::color::Color;
+pub use fiber::parameter::{Parameter, Range, Unit};
 pub use fiber::species::Species;
+pub use lobe::{Lobe, Lobes, Sample};
 #[cfg(feature = "unstable")]
 pub use medulla::grid;
 pub use medulla::tables::Tables;

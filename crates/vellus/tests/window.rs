@@ -33,6 +33,7 @@ impl L1 {
 /// The ten presets at four inclinations: as shipped and with five segments, R + TT + TRT against 20,000 points in γ;
 /// TTˢ + TRTˢ against 400 in asin h″; each lobe's energy.
 #[test]
+#[ignore = "slow: quadrature with 20,000 points"]
 fn far_field_matches_quadrature() {
     let (mut shipped, mut five, mut scattered) = (Vec::new(), Vec::new(), Vec::new());
     for species in Species::ALL {
@@ -271,7 +272,7 @@ fn window_has_both_limits() {
         for width in [0.0, 1e-6, 1e-5] {
             let hit = bcsdf.at(wo, Window::pixel(h, width));
             for _ in 0..20 {
-                let wi = near.sample(random.numbers()).wi;
+                let wi = near.sample(random.numbers()).unwrap().wi;
                 let ((a, p), (b, q)) = (near.eval_pdf(wi), hit.eval_pdf(wi));
                 // 1e-3 as asked, and the single precision of both, see tests/exact.rs.
                 for (x, y) in a.total().into_iter().zip(b.total()).chain([(p, q)]) {
@@ -345,11 +346,10 @@ fn a_sample_far_out_in_a_tail_has_a_bounded_weight() {
 }
 
 /// Whatever the fibre and the window, nothing is negative, NaN or brighter than white, and the error is bounded.
-#[test]
-fn any_fibre_and_window_is_finite() {
+fn check_any_fibre_and_window(count: i32) {
     let mut random = Uniform(12);
     let mut errors = Vec::new();
-    for k in 0..10_000 {
+    for k in 0..count {
         let fiber = random.fiber();
         let bcsdf = Bcsdf::new(&fiber).unwrap();
         let theta_o = random.within(-1.55, 1.55);
@@ -369,7 +369,7 @@ fn any_fibre_and_window_is_finite() {
                 "{fiber:?} {theta_o} {window:?} {wi}: {f:?} {pdf}"
             );
         }
-        let s = hit.sample(random.numbers());
+        let s = hit.sample(random.numbers()).unwrap();
         assert!(s.pdf.is_finite() && s.pdf > 0.0 && s.weight.iter().all(|w| (0.0..bound).contains(w)), "{s:?}");
         // Quadrature of a hundredth of them.
         if (k % 100 == 0 || k % 100 == 51) && width > 1e-3 {
@@ -387,4 +387,15 @@ fn any_fibre_and_window_is_finite() {
     errors.sort_by(f64::total_cmp);
     println!("median {:.4}, worst {:.4} of {}", errors[errors.len() / 2], errors[errors.len() - 1], errors.len());
     assert!(errors[errors.len() - 1] < 0.05 && errors[errors.len() / 2] < 0.005);
+}
+
+#[test]
+fn some_fibres_and_windows_are_finite() {
+    check_any_fibre_and_window(400);
+}
+
+#[test]
+#[ignore = "slow: 200 windows by quadrature"]
+fn any_fibre_and_window_is_finite() {
+    check_any_fibre_and_window(10_000);
 }

@@ -1,16 +1,25 @@
-//! `cargo xtask test`: all that CI checks, in the order in which it fails fastest. `cargo xtask torture`: attacks on
-//! the command.
+//! `cargo xtask check`, `test`, `package`, `torture`: everything that CI runs, and nothing that CI alone can run.
 
+mod lint;
+mod manifests;
 mod paper;
+mod portability;
+mod run;
+mod text;
+mod tools;
 
+use run::{Outcome, Report, cargo};
 use std::path::Path;
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 
-const USAGE: &str = "usage: cargo xtask test | lint | paper | torture
+const USAGE: &str = "\
+usage: cargo xtask check | lint | test | package | paper | torture
 
-  test     formatting, clippy, docs, PAPER.md, all tests, a minute of torture: what CI runs
-  lint     formatting, clippy, docs, PAPER.md only
-  paper    PAPER.md only: every symbol it names exists, every departure in the code is listed
+  check    lint, then the fast tests and the documentation's examples
+  lint     format, clippy, rustdoc, spelling, licences, manifests, the book, PAPER.md
+  test     check, then the slow tests, other platforms, and a minute of torture
+  package  builds every package as crates.io would get it
+  paper    PAPER.md only: every symbol that it names exists, and it lists every departure that the code cites
   torture  kills, full disks, damaged files and nonsense against the release build; --help lists its options";
 
 /// The torture of `cargo xtask test`: the same inputs each time.
@@ -18,86 +27,54 @@ const TORTURE: [&str; 4] = ["--time", "60s", "--seed", "1"];
 
 fn main() -> ExitCode {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let mut report = Report::default();
     let result = match std::env::args().nth(1).as_deref() {
-        Some("test") => lint(&root).and_then(|()| test(&root)),
-        Some("lint") => lint(&root),
-        Some("paper") => paper::check(&root),
-        Some("torture") => torture(&root, &std::env::args().skip(2).collect::<Vec<_>>()),
+        Some("check") => check(&root, &mut report),
+        Some("lint") => lint::all(&root, &mut report),
+        Some("test") => test(&root, &mut report),
+        Some("package") => manifests::package(&root, &mut report),
+        Some("paper") => report.step("PAPER.md", || paper::check(&root)),
+        Some("torture") => torture(&root, &std::env::args().skip(2).collect::<Vec<_>>()).map(|_| ()),
         _ => Err(USAGE.to_owned()),
     };
+    report.print();
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(message) => {
-            eprintln!("{message}");
+            eprintln!("error: {message}");
             ExitCode::FAILURE
         }
     }
 }
 
-fn lint(root: &Path) -> Result<(), String> {
-    component(root, "rustfmt");
-    component(root, "clippy");
-    cargo(root, &["fmt", "--all", "--check"])?;
-    paper::check(root)?;
-    cargo(root, &["clippy", "--quiet", "--workspace", "--all-targets", "--", "-D", "warnings"])?;
-    doc(root)
+fn check(root: &Path, report: &mut Report) -> Result<(), String> {
+    lint::all(root, report)?;
+    // Benchmarks are compiled by clippy.
+    report.step("fast tests", || {
+        cargo(root, &["test", "--quiet", "--workspace", "--all-features", "--lib", "--bins", "--tests", "--examples"])
+    })?;
+    report
+        .step("documentation examples", || cargo(root, &["test", "--quiet", "--workspace", "--all-features", "--doc"]))
 }
 
-/// Checks the documentation, of private items too, and leaves that of public items in `target/doc`.
-fn doc(root: &Path) -> Result<(), String> {
-    let doc = |more: &[&str]| {
-        run(Command::new("cargo")
-            .args(["doc", "--quiet", "--workspace", "--no-deps"])
-            .args(more)
-            .env("RUSTDOCFLAGS", "-D warnings")
-            .current_dir(root))
-    };
-    doc(&["--document-private-items"])?;
-    // Pages of private items would stay and mislead readers.
-    std::fs::remove_dir_all(root.join("target/doc")).ok();
-    doc(&[])
+fn test(root: &Path, report: &mut Report) -> Result<(), String> {
+    check(root, report)?;
+    report.step("slow tests", || {
+        let tests = ["test", "--workspace", "--all-features", "--lib", "--bins", "--tests"];
+        cargo(root, &[&tests[..], &["--", "--ignored"]].concat())
+    })?;
+    portability::all(root, report)?;
+    report.attempt("torture", || torture(root, &TORTURE))
 }
 
-fn test(root: &Path) -> Result<(), String> {
-    // Benchmarks as tests only compile and run once; they are built by clippy above.
-    cargo(root, &["test", "--workspace", "--lib", "--bins", "--tests", "--examples"])?;
-    cargo(root, &["test", "--workspace", "--doc"])?;
-    torture(root, &TORTURE)
-}
-
-/// Attacks the release build of the command.
-fn torture(root: &Path, args: &[impl AsRef<str>]) -> Result<(), String> {
+/// Runs the stress tests against the release build of the command.
+fn torture(root: &Path, args: &[impl AsRef<str>]) -> Result<Outcome, String> {
     if !cfg!(unix) {
-        eprintln!("torture is left out: signals and limits of processes are those of Unix");
-        return Ok(());
+        return Ok(Outcome::Skipped("it needs Unix signals and process limits".to_owned()));
     }
     cargo(root, &["build", "--release", "--quiet", "--package", "vellus-cli", "--package", "vellus-torture"])?;
     let mut line = vec!["run", "--release", "--quiet", "--package", "vellus-torture", "--"];
     line.extend(args.iter().map(AsRef::as_ref));
-    cargo(root, &line)
-}
-
-/// Installs a toolchain component where rustup manages the toolchain and lacks it; elsewhere it is
-/// the distribution's to bring, and the command that needs it says so.
-fn component(root: &Path, name: &str) {
-    let command = if name == "rustfmt" { "fmt" } else { name };
-    let there = Command::new("cargo").args([command, "--version"]).current_dir(root).output();
-    if !there.is_ok_and(|o| o.status.success()) {
-        run(Command::new("rustup").args(["component", "add", name]).current_dir(root)).ok();
-    }
-}
-
-fn cargo(root: &Path, args: &[&str]) -> Result<(), String> {
-    run(Command::new("cargo").args(args).current_dir(root))
-}
-
-fn run(command: &mut Command) -> Result<(), String> {
-    let words: Vec<_> = std::iter::once(command.get_program()).chain(command.get_args()).collect();
-    let line = words.iter().map(|w| w.to_string_lossy()).collect::<Vec<_>>().join(" ");
-    eprintln!("> {line}");
-    match command.status() {
-        Ok(status) if status.success() => Ok(()),
-        Ok(status) => Err(format!("failed ({status}): {line}")),
-        Err(e) => Err(format!("cannot run {line}: {e}")),
-    }
+    cargo(root, &line)?;
+    Ok(Outcome::Passed)
 }

@@ -2,7 +2,6 @@
 
 mod simulate;
 
-use crate::fiber_args::Spec;
 use crate::interrupt::Interrupt;
 use crate::output;
 use crate::say::note;
@@ -205,7 +204,7 @@ pub fn run(args: &Args) -> Result<()> {
         bail!(refusal(args, path, &why));
     }
     if let Some(out) = &args.out {
-        output::write(Some(out), summary.toml(&toml::to_string(&Spec::of(&fit.specimen.fiber))?).as_bytes())?;
+        output::write(Some(out), summary.toml(&toml::to_string(&fit.specimen.fiber)?).as_bytes())?;
     }
     let text = match args.format {
         Format::Table => summary.table(),

@@ -252,7 +252,7 @@ impl Live {
     fn show(&mut self, film: &Film, path: &Path) {
         let Some(viewer) = &mut self.0 else { return };
         if let Err(e) = viewer.show(film, &path.display().to_string()) {
-            note!("warning: the viewer at {} is gone ({e}): rendering continues without it", viewer.address());
+            note!("warning: the viewer at {} is gone ({e}): rendering goes on without it", viewer.address());
             self.0 = None;
         }
     }

@@ -36,8 +36,9 @@ impl Azimuths {
     /// The table for one channel. `sigma` is its σ_c,a.
     pub fn new(eta: f32, beta_n: f32, sigma: f32) -> Self {
         let (eta, beta, absorption) = (f64::from(eta), f64::from(beta_n), f64::from(sigma));
-        // R is the narrowest lobe. It has three nodes per standard deviation, so linear interpolation is within 1/72 of its
-        // peak. Φ changes by up to four radians per radian of γ, and the step in Φ is at most 0.4 standard deviations.
+        // R is the narrowest lobe. It has three nodes per standard deviation, so linear interpolation is within 1/72 of
+        // its peak. Φ changes by up to four radians per radian of γ, and the step in Φ is at most 0.4 standard
+        // deviations.
         let phis = ((3.0 * PI / beta).ceil() as usize).clamp(91, 1801);
         let gammas = ((4.0 * PI / (0.4 * beta)).ceil() as usize).clamp(128, 4000);
         let mut table =

@@ -1,19 +1,19 @@
 //! E. d'Eon, G. Francois, M. Hill, J. Letteri, J.-M. Aubry 2011, *An Energy-Conserving Hair Reflectance Model*,
 //! Computer Graphics Forum 30(4); sampling after d'Eon, Marschner, Hanika 2013.
 //!
-//! A far-field model: it ignores the window. The longitudinal lobe is the spherical Gaussian M̂, which integrates to 1 at
-//! every angle. The azimuthal lobe is that of a rough surface: N_p(φ) = ½ ∫ A_p(h) G(φ − Φ_p(h); √(p+1) β_n) dh. It is
-//! tabulated over φ and θ_d, by quadrature in asin h with a step that depends on the width of the lobe. This takes about
-//! 10 ms per channel. The paper uses 70 Gauss points per query, or a table. If only the colour varies between fibres, they
-//! interpolate between shared tables of 32 absorptions. Fresnel reflectance and absorption are those at θ_d, as in the
-//! paper.
+//! A far-field model: it ignores the window. The longitudinal lobe is the spherical Gaussian M̂, which integrates to 1
+//! at every angle. The azimuthal lobe is that of a rough surface: N_p(φ) = ½ ∫ A_p(h) G(φ − Φ_p(h); √(p+1) β_n) dh. It
+//! is tabulated over φ and θ_d, by quadrature in asin h with a step that depends on the width of the lobe. This takes
+//! about 10 ms per channel. The paper uses 70 Gauss points per query, or a table. If only the colour varies between
+//! fibres, they interpolate between shared tables of 32 absorptions. Fresnel reflectance and absorption are those at
+//! θ_d, as in the paper.
 //!
 //! The lobes are R, TT, TRT and TRRT, and TRRT is the residual lobe. The model uses these parameters of a [`Fiber`]: η,
 //! σ_c,a, α, β_m and β_n (shifts and widths of Yan17 Table 2). κ, σ_m, g and l are ignored.
 //!
-//! Limits: below β_n = 0.3° the table is too coarse. The missing orders have (1 − F) F³ T³ of the light. Attenuation belongs
-//! to θ_d, which varies over a lobe, so energy is conserved to second order in β_m only. For α = 0, M̂ N is symmetric in the
-//! directions.
+//! Limits: below β_n = 0.3° the table is too coarse. The missing orders have (1 − F) F³ T³ of the light. Attenuation
+//! belongs to θ_d, which varies over a lobe, so energy is conserved to second order in β_m only. For α = 0, M̂ N is
+//! symmetric in the directions.
 
 mod azimuths;
 mod channels;
@@ -145,7 +145,7 @@ impl Scattering for DEon2011Hit<'_> {
     }
 
     #[inline]
-    fn sample(&self, u: [f32; 5]) -> Sample {
+    fn sample(&self, u: [f32; 5]) -> Option<Sample> {
         let (p, _) = choose(&self.probability, u[0]);
         let (sin_i, cos_i) = self.longitudinal.sample(p, [u[1], u[2]]);
         let theta_i = sin_i.atan2(cos_i);
@@ -155,6 +155,6 @@ impl Scattering for DEon2011Hit<'_> {
         let outgoing = Outgoing { sin_i, cos_i, theta_i, phi };
         let (lobes, pdf) = self.eval_outgoing(&outgoing);
         let weight = weight(lobes.total(), pdf);
-        Sample { wi: direction(&self.frame, &outgoing), pdf, weight, lobe: LOBES[p] }
+        Sample::new(direction(&self.frame, &outgoing), pdf, weight, LOBES[p])
     }
 }

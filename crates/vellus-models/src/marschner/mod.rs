@@ -1,21 +1,21 @@
 //! S. R. Marschner, H. W. Jensen, M. Cammarano, S. Worley, P. Hanrahan 2003, *Light Scattering from Human Hair Fibers*,
 //! ACM TOG 22(3).
 //!
-//! A far-field model: it ignores the window. S = Σ M_p N_p/cos²θ_d for R, TT and TRT, with a smooth cross section. Light
-//! leaves at φ from the roots of Φ_p(h) = φ, with the cubic approximation in γ of the paper and the density |2 dΦ/dh|⁻¹.
-//! The density is infinite at the caustics of TRT. There, the paper replaces the light within the width of a Gaussian by a
-//! Gaussian. The constants are those of the paper, Δη′ = 0.2 and Δh ≤ 0.5, and k_G = ½, which conserves the energy of an
-//! isolated caustic.
+//! A far-field model: it ignores the window. S = Σ M_p N_p/cos²θ_d for R, TT and TRT, with a smooth cross section.
+//! Light leaves at φ from the roots of Φ_p(h) = φ, with the cubic approximation in γ of the paper and the density |2
+//! dΦ/dh|⁻¹. The density is infinite at the caustics of TRT. There, the paper replaces the light within the width of a
+//! Gaussian by a Gaussian. The constants are those of the paper, Δη′ = 0.2 and Δh ≤ 0.5, and k_G = ½, which conserves
+//! the energy of an isolated caustic.
 //!
-//! The model uses these parameters of a [`Fiber`]: η, σ_c,a, α and β_m. Shifts and widths in the paper are in the half angle
-//! θ_h, so they are half of those here. The paper's unit Gaussian in θ_h would have twice the light, so the Gaussian here is
-//! normalised in θᵢ. The width w_c of the caustic is √3 β_n, the width of TRT in `vellus`. T is exp(−2σ cos γ_t/cos θ_t),
-//! where the paper prints 1 + cos 2γ_t. κ, σ_m, g and l are ignored.
+//! The model uses these parameters of a [`Fiber`]: η, σ_c,a, α and β_m. Shifts and widths in the paper are in the half
+//! angle θ_h, so they are half of those here. The paper's unit Gaussian in θ_h would have twice the light, so the
+//! Gaussian here is normalised in θᵢ. The width w_c of the caustic is √3 β_n, the width of TRT in `vellus`. T is
+//! exp(−2σ cos γ_t/cos θ_t), where the paper prints 1 + cos 2γ_t. κ, σ_m, g and l are ignored.
 //!
-//! The model is reciprocal for α = 0. Limits: it has no higher orders. Energy is lost or gained where Gaussians are near
-//! ±90° (cos²θᵢ/cos²θ_d), and at the caustics: TRT of hair, whose caustics are 40° apart, keeps 0.6 of its light. Tests
-//! measure both. Below η = 1.155 the cubic has caustics in TT that are not smoothed. The azimuth of TRT is sampled
-//! uniformly.
+//! The model is reciprocal for α = 0. Limits: it has no higher orders. Energy is lost or gained where Gaussians are
+//! near ±90° (cos²θᵢ/cos²θ_d), and at the caustics: TRT of hair, whose caustics are 40° apart, keeps 0.6 of its light.
+//! Tests measure both. Below η = 1.155 the cubic has caustics in TT that are not smoothed. The azimuth of TRT is
+//! sampled uniformly.
 
 mod section;
 
@@ -178,7 +178,7 @@ impl Scattering for Marschner2003Hit<'_> {
         self.eval_outgoing(&self.frame.outgoing(wi.to_array()))
     }
 
-    fn sample(&self, u: [f32; 5]) -> Sample {
+    fn sample(&self, u: [f32; 5]) -> Option<Sample> {
         let (p, _) = choose(&self.probability, u[0]);
         let (sin_i, cos_i) = self.longitudinal.sample(p, [u[1], u[2]]);
         let theta_i = sin_i.atan2(cos_i);
@@ -192,6 +192,6 @@ impl Scattering for Marschner2003Hit<'_> {
         let outgoing = Outgoing { sin_i, cos_i, theta_i, phi };
         let (lobes, pdf) = self.eval_outgoing(&outgoing);
         let weight = weight(lobes.total(), pdf);
-        Sample { wi: direction(&self.frame, &outgoing), pdf, weight, lobe: LOBES[p] }
+        Sample::new(direction(&self.frame, &outgoing), pdf, weight, LOBES[p])
     }
 }

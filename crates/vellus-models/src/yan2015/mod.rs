@@ -1,29 +1,32 @@
 //! L.-Q. Yan, C.-W. Tseng, H. W. Jensen, R. Ramamoorthi 2015, *Physically-Accurate Fur Reflectance: Modeling,
 //! Measurement and Rendering*, ACM TOG 34(6), as Yan17 Sec. 2–3 (Eq. 4–10, Fig. 3b) describes it.
 //!
-//! A near-field model. A fibre is two concentric cylinders with the indices η_c and η_m: a cuticle of l layers around an
-//! absorbing cortex, and a scattering medulla. Both refract and reflect a ray, which gives eleven lobes and a diffuse one:
+//! A near-field model. A fibre is two concentric cylinders with the indices η_c and η_m: a cuticle of l layers around
+//! an absorbing cortex, and a scattering medulla. Both refract and reflect a ray, which gives eleven lobes and a
+//! diffuse one:
 //!
-//! - Eight unscattered lobes: R, TT, TRT beside the medulla; TrT, TrRrT reflected off it; TttT, TtrtT, TttRttT through it.
-//!   Capital letters are events at the cuticle, small letters at the medulla. M_p is a Gaussian in θᵢ over cos²θᵢ. D_p is a
-//!   Gaussian whose variance grows by β_n² at each event at the cuticle. The surface of the medulla is smooth.
+//! - Eight unscattered lobes: R, TT, TRT beside the medulla; TrT, TrRrT reflected off it; TttT, TtrtT, TttRttT through
+//!   it. Capital letters are events at the cuticle, small letters at the medulla. M_p is a Gaussian in θᵢ over cos²θᵢ.
+//!   D_p is a Gaussian whose variance grows by β_n² at each event at the cuticle. The surface of the medulla is smooth.
 //! - Three scattered lobes, from the passes of TttT, TtrtT and TttRttT. C^N and C^M follow Eq. 8–10. C^M is evaluated
 //!   between inclinations inside the medulla. F_t is the transmittance of both interfaces at the outgoing inclination.
-//! - The **diffuse lobe**: light that F_t does not transmit and that is reflected inside. Yan17 gives neither its energy nor
-//!   its shape. Here its energy is all light that does not leave at once, minus absorption on further passes. It is uniform
-//!   in azimuth and Lambertian along the fibre. With this lobe, the normalisation μ of Eq. 8 is not a free parameter.
+//! - The **diffuse lobe**: light that F_t does not transmit and that is reflected inside. Yan17 gives neither its
+//!   energy nor its shape. Here its energy is all light that does not leave at once, minus absorption on further
+//!   passes. It is uniform in azimuth and Lambertian along the fibre. With this lobe, the normalisation μ of Eq. 8 is
+//!   not a free parameter.
 //!
-//! The model uses all parameters of a [`Fiber`]. η is η_c. β_m and β_n replace the single roughness of the 2015 paper. The
-//! paper has no σ_m,a: here it absorbs along a pass, and along the mean path ⟨L⟩ after scattering. η_m is η_c by default,
-//! because they are close in most published fits (Yan17 Sec. 4.1). The medulla then neither refracts nor reflects, and TrT,
-//! TrRrT, TtrtT and one scattered lobe are dark.
+//! The model uses all parameters of a [`Fiber`]. η is η_c. β_m and β_n replace the single roughness of the 2015 paper.
+//! The paper has no σ_m,a: here it absorbs along a pass, and along the mean path ⟨L⟩ after scattering. η_m is η_c by
+//! default, because they are close in most published fits (Yan17 Sec. 4.1). The medulla then neither refracts nor
+//! reflects, and TrT, TrRrT, TtrtT and one scattered lobe are dark.
 //!
-//! The total albedo at normal incidence is between that of the simulated fibre and that of `vellus`, where all scattered
-//! light leaves: 0.56 for the bobcat of Yan17 Table 4 (simulation 0.44, `vellus` 0.64), 0.58 for the red fox (0.49, 0.64) and
-//! 0.77 for the cat (0.72, 0.80).
+//! The total albedo at normal incidence is between that of the simulated fibre and that of `vellus`, where all
+//! scattered light leaves: 0.56 for the bobcat of Yan17 Table 4 (simulation 0.44, `vellus` 0.64), 0.58 for the red fox
+//! (0.49, 0.64) and 0.77 for the cat (0.72, 0.80).
 //!
-//! Limits: orders beyond the eleven lobes (paths such as TrRttT, TtrrtT, TRRT) and the parts of Gaussians beyond ±90° are
-//! lost. A test measures the loss. Light leaves the medulla as if it came from the axis. The model is not reciprocal.
+//! Limits: orders beyond the eleven lobes (paths such as TrRttT, TtrrtT, TRRT) and the parts of Gaussians beyond ±90°
+//! are lost. A test measures the loss. Light leaves the medulla as if it came from the axis. The model is not
+//! reciprocal.
 //!
 //! The implementation is optimised, so that comparisons are fair:
 //!
@@ -33,8 +36,8 @@
 //!   passes, which share |h″|.
 //! - The transmitted fraction comes from a table per η_c, η_m and l. [`Model::with_fiber`] reuses it.
 //! - Queries do not allocate.
-//! - Sampling is exact except for the outgoing Fresnel factor. [`Yan2015::with_original_sampling`] uses the sampling of the
-//!   paper instead.
+//! - Sampling is exact except for the outgoing Fresnel factor. [`Yan2015::with_original_sampling`] uses the sampling of
+//!   the paper instead.
 
 mod escape;
 mod hit;
@@ -51,7 +54,7 @@ pub use hit::Yan2015Hit;
 use paths::Paths;
 use std::sync::Arc;
 use vellus::parts::{Medulla, exp};
-use vellus::{Error, Fiber, Field, Lobe, Model, Tables, Window};
+use vellus::{Error, Fiber, Field, Lobe, Model, Parameter, Tables, Window};
 use wide::f32x8;
 
 /// Names of the eleven lobes and the diffuse lobe, in the order of [`Yan2015Hit::lobes`].
@@ -96,12 +99,13 @@ impl Yan2015 {
 
     fn prepare(fiber: &Fiber, eta_m: f32, known: Option<&Arc<Escape>>) -> Result<Self, Error> {
         fiber.validate()?;
-        if !(1.0..=3.0).contains(&eta_m) {
+        let range = Parameter::Eta.range();
+        if !range.contains(eta_m) {
             return Err(Error::OutOfRange {
                 name: "eta_m".to_owned(),
                 // Converted by its decimal text, so that the message shows the same digits.
                 value: eta_m.to_string().parse().unwrap_or(f64::from(eta_m)),
-                range: "eta_m must be in [1, 3]",
+                range: format!("eta_m must be in {range}"),
             });
         }
         let tables = Tables::shipped();
@@ -127,9 +131,9 @@ impl Yan2015 {
 
     /// The same model with the sampling of the paper (Yan17 Sec. 6, for both models).
     ///
-    /// It selects a lobe in proportion to its energy. Unscattered lobes are sampled from their Gaussians, the scattered lobes
-    /// and the diffuse lobe uniformly over the sphere. The weight is that of the selected lobe alone. Use it to measure the
-    /// benefit of exact sampling.
+    /// It selects a lobe in proportion to its energy. Unscattered lobes are sampled from their Gaussians, the scattered
+    /// lobes and the diffuse lobe uniformly over the sphere. The weight is that of the selected lobe alone. Use it to
+    /// measure the benefit of exact sampling.
     #[must_use]
     pub fn with_original_sampling(self) -> Self {
         Yan2015 { original_sampling: true, ..self }
@@ -159,7 +163,8 @@ impl Yan2015 {
         let inclination = self.medulla.inclination(m.sin_m.asin());
         let mean_path = self.medulla.mean_path_of(&pass, m.angle);
         let [cone, through] = escape.shares(&inclination, &azimuth);
-        // The way out through medulla and cortex; and one further pass: in through the cortex, through the medulla, and out.
+        // The way out through medulla and cortex; and one further pass: in through the cortex, through the medulla, and
+        // out.
         let (cortex, medulla) = ((1.0 - fiber.kappa) * m.elongation, fiber.kappa * mean_path * m.elongation);
         let (ca, ma) = (fiber.sigma_ca, fiber.sigma_ma);
         let out = |c: usize, legs: f32| -(legs * cortex * ca[c] + medulla * ma[c]);
@@ -221,8 +226,8 @@ impl Model for Yan2015 {
 
     /// The model of another fibre with the same η_m/η_c, where η_m is clamped to [1, 3].
     ///
-    /// If η and l are the same too, this does not allocate. Otherwise it takes as long as [`Yan2015::new`], a fraction of a
-    /// millisecond.
+    /// If η and l are the same too, this does not allocate. Otherwise it takes as long as [`Yan2015::new`], a fraction
+    /// of a millisecond.
     fn with_fiber(&self, fiber: &Fiber) -> Result<Self, Error> {
         let same = self.fiber.eta == fiber.eta;
         let eta_m = if same { self.eta_m } else { (self.eta_m * fiber.eta / self.fiber.eta).clamp(1.0, 3.0) };

@@ -8,8 +8,8 @@ use vellus::parts::exp;
 use vellus::{Fiber, Lanes};
 use wide::f32x8;
 
-/// The paths of a ray through the two concentric cylinders. Every refraction and reflection deflects a path by one of a few
-/// angles, so exit azimuths are short sums. The paper traces the segments of each path instead.
+/// The paths of a ray through the two concentric cylinders. Every refraction and reflection deflects a path by one of a
+/// few angles, so exit azimuths are short sums. The paper traces the segments of each path instead.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Paths {
     /// Energies A of the eight unscattered lobes.
@@ -54,8 +54,8 @@ impl Paths {
             return Paths { unscattered, exit, medulla: None };
         }
 
-        // At the medulla, γ₁ is the angle outside and γ₂ the angle inside. θ_m is the inclination in the medulla. h″ = sin γ₂ is
-        // the offset in units of its radius.
+        // At the medulla, γ₁ is the angle outside and γ₂ the angle inside. θ_m is the inclination in the medulla. h″ =
+        // sin γ₂ is the offset in units of its radius.
         let eta_c = fiber.eta;
         let (sin_o, sin_m) = (entry.polar.sin, entry.polar.sin / eta_m);
         let normal = |eta: f32| ((eta - sin_o) * (eta + sin_o)).max(1e-12).sqrt();
@@ -70,7 +70,8 @@ impl Paths {
         let through = 1.0 - r;
         let elongation = eta_m / along_m;
 
-        // All exponentials in one register: the cortex from cuticle to medulla, one pass of the medulla, and σ_m,s alone.
+        // All exponentials in one register: the cortex from cuticle to medulla, one pass of the medulla, and σ_m,s
+        // alone.
         let cortex = (entry.cos_gamma_t - kappa * cos_1) * entry.elongation;
         let medulla = 2.0 * kappa * cos_2 * elongation;
         let (ca, ma, ms) = (fiber.sigma_ca, fiber.sigma_ma, fiber.sigma_ms);

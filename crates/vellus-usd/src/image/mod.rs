@@ -31,8 +31,8 @@ pub(crate) enum Encoding {
 /// Negative values become 0, and the warning has their number. Resampling causes them near bright edges.
 ///
 /// # Errors
-/// [`Error::File`] if the file is missing or broken, has another format, more than 4 GiB or 2²⁷ pixels, or a pixel that is
-/// not finite.
+/// [`Error::File`] if the file is missing or broken, has another format, more than 4 GiB or 2²⁷ pixels, or a pixel that
+/// is not finite.
 pub fn load_texture(file: &Path) -> Result<(Texture, Option<Warning>), Error> {
     load(file, Encoding::Auto)
 }

@@ -86,8 +86,8 @@ fn take(input: &mut &[u8]) -> Result<u8, ()> {
     Ok(first)
 }
 
-/// Decodes a row with the four channels one after the other. Each is a sequence of runs (a length above 128 and a value) and
-/// literals (a length and values).
+/// Decodes a row with the four channels one after the other. Each is a sequence of runs (a length above 128 and a
+/// value) and literals (a length and values).
 fn packed_row(input: &mut &[u8], width: usize) -> Result<Vec<[u8; 4]>, ()> {
     let mut row = vec![[0; 4]; width];
     for channel in 0..4 {
@@ -109,8 +109,8 @@ fn packed_row(input: &mut &[u8], width: usize) -> Result<Vec<[u8; 4]>, ()> {
     Ok(row)
 }
 
-/// Decodes a row pixel by pixel. (1, 1, 1, n) repeats the last pixel n times. Several of them in sequence are the digits of
-/// a count in base 256.
+/// Decodes a row pixel by pixel. (1, 1, 1, n) repeats the last pixel n times. Several of them in sequence are the
+/// digits of a count in base 256.
 fn plain_row(input: &mut &[u8], width: usize) -> Result<Vec<[u8; 4]>, ()> {
     let mut row: Vec<[u8; 4]> = Vec::new();
     let mut shift = 0;

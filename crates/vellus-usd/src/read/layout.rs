@@ -8,8 +8,8 @@ use vellus_scene::{Basis, Values};
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
     pub basis: Basis,
-    /// Whether the curve interpolates its first and last point, by a phantom point beyond each end. Only cubic B-splines
-    /// and Catmull–Rom curves need it.
+    /// Whether the curve interpolates its first and last point, by a phantom point beyond each end. Only cubic
+    /// B-splines and Catmull–Rom curves need it.
     pub pinned: bool,
     /// Number of points of each curve in the file.
     pub counts: Vec<usize>,
@@ -78,7 +78,8 @@ impl Layout {
         }
     }
 
-    /// Assigns the values of a primvar to strands or points. A single value counts as constant. `name` is used in messages.
+    /// Assigns the values of a primvar to strands or points. A single value counts as constant. `name` is used in
+    /// messages.
     pub fn spread<const N: usize>(
         &self,
         prim: &str,

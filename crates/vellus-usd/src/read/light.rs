@@ -72,8 +72,8 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
             if !(0.0..=PI).contains(&half_angle) {
                 return Err(Error::prim(prim, "inputs:angle must be in [0, 360] degrees"));
             }
-            // Irradiance of a plane that faces a disk of this angle. An angle of 0 is a single direction, whose value is
-            // the irradiance itself.
+            // Irradiance of a plane that faces a disk of this angle. An angle of 0 is a single direction, whose value
+            // is the irradiance itself.
             let sine = half_angle.min(0.5 * PI).sin();
             let spread = if normalize || half_angle == 0.0 { 1.0 } else { PI * sine * sine };
             let direction = rigid(&place.to_world).z_axis.truncate().as_vec3();
@@ -136,8 +136,8 @@ fn light_texture(reader: &mut Reader, prim: &str) -> Result<Option<usize>, Error
     file.map(|file| reader.texture(prim, file, Encoding::Auto, None, [Wrap::Repeat; 2])).transpose()
 }
 
-/// Reads a dome light. The pole of a DomeLight is +y of its frame, whatever the up axis is. The middle of its image is at
-/// +z (as in OpenEXR), while that of [`Light::Dome`] is at −z.
+/// Reads a dome light. The pole of a DomeLight is +y of its frame, whatever the up axis is. The middle of its image is
+/// at +z (as in OpenEXR), while that of [`Light::Dome`] is at −z.
 fn dome(reader: &mut Reader, place: &Place, radiance: [f32; 3]) -> Result<Light, Error> {
     let prim = place.path.as_str();
     let texture = light_texture(reader, prim)?;
@@ -159,8 +159,8 @@ fn dome(reader: &mut Reader, place: &Place, radiance: [f32; 3]) -> Result<Light,
     Ok(Light::Dome { radiance, texture, rotation: rotation.as_mat3(), ground })
 }
 
-/// The ground of a dome: `vellus:groundHeight` and `vellus:groundRadius`, in the units of the light. No schema of USD has
-/// them.
+/// The ground of a dome: `vellus:groundHeight` and `vellus:groundRadius`, in the units of the light. No schema of USD
+/// has them.
 fn ground(reader: &Reader, place: &Place) -> Result<Option<Ground>, Error> {
     let (stage, prim) = (&reader.stage, place.path.as_str());
     let names = ["vellus:groundHeight", "vellus:groundRadius"];

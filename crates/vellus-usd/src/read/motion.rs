@@ -14,8 +14,8 @@ pub(crate) struct Points {
 
 /// Reads the points of a prim.
 ///
-/// If the prim has velocities, they move the points of the last sample before the shutter opens, or of the frame if there
-/// are no samples. Later samples are then ignored, because they may have other points.
+/// If the prim has velocities, they move the points of the last sample before the shutter opens, or of the frame if
+/// there are no samples. Later samples are then ignored, because they may have other points.
 pub(crate) fn points(reader: &mut Reader, prim: &str) -> Result<Points, Error> {
     let clock = reader.stage.clock;
     let moves = clock.close != clock.open;

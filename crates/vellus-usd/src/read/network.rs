@@ -30,8 +30,8 @@ pub(crate) fn bound_material(reader: &mut Reader, prim: &str) -> Result<Option<S
     Ok(None)
 }
 
-/// The relationship by which `path` binds a material to `prim`, and the material. `path` is `prim` or an ancestor. The first
-/// collection that includes the prim precedes the direct binding of `path`.
+/// The relationship by which `path` binds a material to `prim`, and the material. `path` is `prim` or an ancestor. The
+/// first collection that includes the prim precedes the direct binding of `path`.
 fn binding(reader: &mut Reader, path: &str, prim: &str, purpose: &str) -> Result<Option<(String, String)>, Error> {
     for name in reader.stage.properties(path)?.iter() {
         let name = name.as_str();

@@ -13,8 +13,8 @@ const MOST_COLLECTIONS: usize = 200;
 pub(super) type Members = RefCell<HashMap<String, Option<usd::MembershipQuery>>>;
 
 impl Stage {
-    /// Whether a prim is in the collection with this path (`/prim.collection:name`). `None` if an expression defines the
-    /// collection, because `openusd` does not evaluate expressions.
+    /// Whether a prim is in the collection with this path (`/prim.collection:name`). `None` if an expression defines
+    /// the collection, because `openusd` does not evaluate expressions.
     pub fn includes(&self, collection: &str, prim: &str) -> Result<Option<bool>, Error> {
         if let Some(members) = self.members.borrow().get(collection) {
             return Ok(members.as_ref().map(|members| members.is_path_included(&sdf::Path::from(prim))));

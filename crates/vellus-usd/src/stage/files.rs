@@ -113,8 +113,8 @@ impl Files {
     /// The files that were opened.
     ///
     /// If a file has several names, it gets the name that the shortest chain of references gives, and among those the
-    /// first in alphabetical order. It has an absolute name only if no relative paths lead to it. Names therefore do not
-    /// depend on the order in which files are found.
+    /// first in alphabetical order. It has an absolute name only if no relative paths lead to it. Names therefore do
+    /// not depend on the order in which files are found.
     pub fn sources(&self) -> Sources {
         let digests = self.digests.borrow();
         let mut named: BTreeMap<String, Vec<Digest>> = BTreeMap::new();

@@ -27,9 +27,9 @@ use values::{numbers, precise};
 use vellus_io::Sources;
 use vellus_scene::Units;
 
-/// The largest number of sites of a stage. Each prim is one site, and so is each reference, payload, inherit and variant of
-/// a prim or its ancestors. `openusd` needs 4 to 10 KB and 20 to 40 µs for a site, so a stage of this size needs up to
-/// 2.6 GB and 10 s.
+/// The largest number of sites of a stage. Each prim is one site, and so is each reference, payload, inherit and
+/// variant of a prim or its ancestors. `openusd` needs 4 to 10 KB and 20 to 40 µs for a site, so a stage of this size
+/// needs up to 2.6 GB and 10 s.
 const MAX_SITES: usize = 1 << 18;
 
 /// The time at which a value is read.
@@ -239,8 +239,8 @@ impl Stage {
         })
     }
 
-    /// The file that an attribute refers to, resolved against the layer of the reference. A file inside a package has the
-    /// form `a.usdz[b.png]`.
+    /// The file that an attribute refers to, resolved against the layer of the reference. A file inside a package has
+    /// the form `a.usdz[b.png]`.
     pub fn asset(&self, prim: &str, name: &str) -> Result<Option<String>, Error> {
         let Some(value) = self.value(prim, name, When::Open)? else { return Ok(None) };
         let sdf::Value::AssetPath(asset) = &value else {
@@ -342,8 +342,8 @@ impl Stage {
         Ok(Some(converted))
     }
 
-    /// The value of an attribute, if a layer has one and it is not blocked. Within a layer, time samples precede the default
-    /// value.
+    /// The value of an attribute, if a layer has one and it is not blocked. Within a layer, time samples precede the
+    /// default value.
     fn value(&self, prim: &str, name: &str, when: When) -> Result<Option<sdf::Value>, Error> {
         if !self.has_property(prim, name)? {
             return Ok(None);

@@ -1,7 +1,7 @@
 //! Checks names of prims and paths.
 //!
-//! `openusd` goes from a prim to its parent by the last `/` or `}` of the path. For some invalid paths this is an endless
-//! loop.
+//! `openusd` goes from a prim to its parent by the last `/` or `}` of the path. For some invalid paths this is an
+//! endless loop.
 
 use crate::error::Invalid;
 

@@ -1,7 +1,8 @@
 //! Reads packages (.usdz): zip archives whose files are stored without compression.
 //!
-//! The directory is checked before anything else is read, so a broken archive costs neither time nor memory. Offsets and
-//! sizes are from PKWARE's APPNOTE, sections 4.3.7 (local header), 4.3.12 (directory) and 4.3.16 (end of the directory).
+//! The directory is checked before anything else is read, so a broken archive costs neither time nor memory. Offsets
+//! and sizes are from PKWARE's APPNOTE, sections 4.3.7 (local header), 4.3.12 (directory) and 4.3.16 (end of the
+//! directory).
 
 use std::collections::HashMap;
 use std::io::{Error, ErrorKind, Read, Result, Seek, SeekFrom};

@@ -33,7 +33,8 @@ impl<'a> Words<'a> {
 /// The UTF-8 byte order mark that some editors write.
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// The same text without a byte order mark, and with a `0` inserted at each of these offsets. Line numbers do not change.
+/// The same text without a byte order mark, and with a `0` inserted at each of these offsets. Line numbers do not
+/// change.
 pub(super) fn normalized(bytes: Vec<u8>, zeros: &[usize]) -> Vec<u8> {
     let start = if bytes.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
     if start == 0 && zeros.is_empty() {
@@ -69,8 +70,8 @@ fn number(text: &[u8]) -> (usize, Option<usize>) {
     (used, zero)
 }
 
-/// Checks a text layer. Returns the offsets at which a `0` must be inserted, so that the parser accepts all numbers. The
-/// parser reports bytes that are not text.
+/// Checks a text layer. Returns the offsets at which a `0` must be inserted, so that the parser accepts all numbers.
+/// The parser reports bytes that are not text.
 pub(super) fn check_text(bytes: &[u8]) -> Result<Vec<usize>, Invalid> {
     let mut rest = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
     let mut zeros = Vec::new();

@@ -1,7 +1,7 @@
 //! Checks a binary layer (.usdc) before it is decoded: no count may be larger than the file allows.
 //!
-//! The decoder allocates memory for the counts in the file, and a failed allocation ends the program. A compressed block
-//! (LZ4) expands to at most 255 times its size. An integer takes at least a quarter of a byte before compression.
+//! The decoder allocates memory for the counts in the file, and a failed allocation ends the program. A compressed
+//! block (LZ4) expands to at most 255 times its size. An integer takes at least a quarter of a byte before compression.
 
 use crate::error::Invalid;
 

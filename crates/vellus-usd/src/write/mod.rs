@@ -30,8 +30,8 @@ use vellus_scene::Scene;
 /// Missing folders are created.
 ///
 /// # Errors
-/// [`Error::Scene`] if the scene is not valid. [`Error::File`] if the name does not end in `.usda`. [`Error::Write`] if a
-/// file cannot be written.
+/// [`Error::Scene`] if the scene is not valid. [`Error::File`] if the name does not end in `.usda`. [`Error::Write`] if
+/// a file cannot be written.
 pub fn write(scene: &Scene, file: &Path) -> Result<(), Error> {
     scene.validate()?;
     if file.extension().is_none_or(|extension| extension != "usda") {

@@ -1,0 +1,66 @@
+//! Other processors, the fuzz targets, and the oldest supported compiler.
+
+use crate::run::{Outcome, Report, cargo, output, run, succeeds};
+use std::path::Path;
+use std::process::Command;
+
+const AARCH64: &str = "aarch64-unknown-linux-gnu";
+
+/// All of them.
+pub fn all(root: &Path, report: &mut Report) -> Result<(), String> {
+    report.attempt("vellus without AVX2", || without_avx2(root))?;
+    report.attempt("vellus on aarch64", || aarch64(root))?;
+    report.step("fuzz targets", || {
+        run(Command::new("cargo")
+            .args(["check", "--quiet", "--locked", "--bins"])
+            .env("CARGO_TARGET_DIR", root.join("target/fuzz"))
+            .current_dir(root.join("fuzz")))
+    })?;
+    report.attempt("oldest supported compiler", || oldest_compiler(root))
+}
+
+/// Tests the core on any x86-64 processor. `RUSTFLAGS` replaces the flags in `.cargo/config.toml`.
+fn without_avx2(root: &Path) -> Result<Outcome, String> {
+    if !cfg!(target_arch = "x86_64") {
+        return Ok(Outcome::Skipped("this processor is not x86-64".to_owned()));
+    }
+    run(Command::new("cargo")
+        .args(["test", "--quiet", "--package", "vellus", "--all-features", "--lib", "--tests"])
+        .env("RUSTFLAGS", "-C target-cpu=x86-64")
+        .env("CARGO_TARGET_DIR", root.join("target/x86-64"))
+        .current_dir(root))?;
+    Ok(Outcome::Passed)
+}
+
+/// Compiles the core for 64-bit Arm.
+fn aarch64(root: &Path) -> Result<Outcome, String> {
+    if !succeeds(Command::new("rustup").args(["target", "add", AARCH64]).current_dir(root)) {
+        return Ok(Outcome::Skipped(format!("rustup cannot install the target {AARCH64}")));
+    }
+    cargo(root, &["check", "--quiet", "--package", "vellus", "--all-features", "--target", AARCH64])?;
+    Ok(Outcome::Passed)
+}
+
+/// Compiles the workspace with the compiler that `rust-version` names. Where the compiler in use is that one, every
+/// other step has done so.
+fn oldest_compiler(root: &Path) -> Result<Outcome, String> {
+    let manifest = std::fs::read_to_string(root.join("Cargo.toml")).map_err(|e| format!("Cargo.toml: {e}"))?;
+    let oldest = manifest
+        .lines()
+        .find_map(|line| line.strip_prefix("rust-version = "))
+        .map(|version| version.trim_matches('"').to_owned())
+        .ok_or("Cargo.toml has no rust-version")?;
+    let current = output(Command::new("rustc").arg("--version").current_dir(root))?;
+    if current.split(' ').nth(1).is_some_and(|version| version.starts_with(&format!("{oldest}."))) {
+        return Ok(Outcome::Passed);
+    }
+    let toolchain = format!("+{oldest}");
+    if !succeeds(Command::new("cargo").args([&toolchain, "--version"])) {
+        return Ok(Outcome::Skipped(format!("the toolchain {oldest} is not installed")));
+    }
+    run(Command::new("cargo")
+        .args([&toolchain, "check", "--quiet", "--workspace", "--all-features"])
+        .env("CARGO_TARGET_DIR", root.join("target/oldest"))
+        .current_dir(root))?;
+    Ok(Outcome::Passed)
+}
