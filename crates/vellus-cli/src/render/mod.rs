@@ -160,6 +160,8 @@ pub fn run(args: &Args) -> Result<()> {
     if args.denoise {
         Denoiser::load()?;
     }
+    // Before files are written: a signal would leave temporary ones.
+    let interrupt = Interrupt::watch()?;
     output::check_extension(&args.output, &["exr", "png"])?;
     output::writable(&args.output)?;
     let viewer = args.tev.as_deref().map(Live::connect).transpose()?;
@@ -168,7 +170,6 @@ pub fn run(args: &Args) -> Result<()> {
         pool = pool.num_threads(threads);
     }
     let pool = pool.build().context("cannot start threads")?;
-    let interrupt = Interrupt::watch()?;
     pool.install(|| frames::run(args, &interrupt, viewer))
 }
 
