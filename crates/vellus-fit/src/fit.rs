@@ -1,4 +1,4 @@
-//! A fit: from many starts to the best minimum, and what is known of it.
+//! A fit: descents from many starts, the best minimum, and its statistics.
 
 use crate::cost::Cost;
 use crate::error::Error;
@@ -20,19 +20,19 @@ use vellus::Parameter;
 use vellus_io::{Progress, Steps};
 use vellus_sim::medulla::SimRng;
 
-/// Points that the descents from all starts look at.
+/// How many points of the profile the first descents use.
 const SAMPLE: usize = 600;
 
-/// Distinct minima that are followed to the end on all points.
+/// How many distinct minima are refined on all points.
 const FOLLOWED: usize = 6;
 
-/// Variables closer than this share of their usual range are the same.
+/// Two variables are the same if they differ by less than this share of their usual range.
 const SAME: f64 = 0.02;
 
-/// A roughness below that share of the sampling step is not resolved, and not looked for.
+/// The smallest roughness that is fitted, as a share of the sampling step. Smaller ones are not resolved.
 const UNRESOLVED: f64 = 0.25;
 
-/// The median distance of neighbours.
+/// The median distance of adjacent values of a sorted axis.
 fn spacing(axis: &[f64]) -> f64 {
     let mut steps: Vec<f64> = axis.windows(2).map(|w| w[1] - w[0]).collect();
     steps.sort_by(f64::total_cmp);
@@ -43,12 +43,12 @@ fn spacing(axis: &[f64]) -> f64 {
 /// [`Fit::interrupted`] is true.
 ///
 /// # Errors
-/// [`Error::Profile`] for a profile without enough in it, [`Error::Parameter`] for a request that makes no sense.
+/// [`Error::Profile`] for a profile that has too few points or does not vary, [`Error::Parameter`] for a bad request.
 pub fn fit(profile: &Profile, forward: Forward, options: &Options, progress: &dyn Progress) -> Result<Fit, Error> {
     profile.validate()?;
     profile.check_varies()?;
     if options.starts == 0 {
-        return Err(Error::Parameter("starts = 0 is out of range: there must be at least 1".to_owned()));
+        return Err(Error::Parameter("starts = 0 is out of range: it must be at least 1".to_owned()));
     }
     let mut space = Space::new(forward, profile.channels, profile.theta_o, &options.requests)?;
     for (roughness, axis) in
@@ -88,9 +88,9 @@ pub fn fit(profile: &Profile, forward: Forward, options: &Options, progress: &dy
     rank(&fine, &mut followed);
     let interrupted = progress.is_cancelled();
     let Some(best) = followed.first() else {
-        return Err(Error::Profile("no descent came to an end".to_owned()));
+        return Err(Error::Profile("no descent ended".to_owned()));
     };
-    // A descent on a part of the points ends within a few standard errors of the same minimum on all of them.
+    // The minimum of a part of the points is within a few standard errors of that of all points.
     let statistics = statistics(&fine, &space, profile, best);
     let reached = ends.iter().filter(|u| similar(&space, &statistics, u, &best.u)).count();
     let rival = followed[1..].iter().find(|m| !similar(&space, &statistics, &m.u, &best.u)).map(|m| Rival {
@@ -113,14 +113,14 @@ pub fn fit(profile: &Profile, forward: Forward, options: &Options, progress: &dy
     ))
 }
 
-/// Sorts by the loss, all measured by the noise of the best.
+/// Sorts minima by their loss, with the noise of the best one for all.
 fn rank(problem: &Problem, minima: &mut [Minimum]) {
     let noise = minima.iter().map(|m| m.noise).fold(f64::INFINITY, f64::min);
     let key = |m: &Minimum| problem.loss(&m.residuals, noise);
     minima.sort_by(|a, b| key(a).total_cmp(&key(b)));
 }
 
-/// The best of those that are not the same.
+/// The best minima that differ from each other, at most [`FOLLOWED`].
 fn distinct<'m>(space: &Space, minima: &'m [Minimum]) -> Vec<&'m Minimum> {
     let mut kept: Vec<&Minimum> = Vec::new();
     for m in minima {
@@ -137,17 +137,17 @@ fn distinct<'m>(space: &Space, minima: &'m [Minimum]) -> Vec<&'m Minimum> {
     kept
 }
 
-/// Two minima whose variables differ by less than the data can tell, or than matters.
+/// Do two minima differ by less than the data can tell, or by less than matters?
 fn similar(space: &Space, statistics: &Statistics, a: &[f64], b: &[f64]) -> bool {
     (0..a.len()).all(|j| {
         let [low, high] = space.usual(j);
-        // A part of the points: errors are larger by the root of the share left out.
+        // Errors are larger where only a part of the points was used.
         let error = 10.0 * statistics.covariance[(j, j)].sqrt();
         (a[j] - b[j]).abs() <= error.max(3.0 * SAME * (high - low))
     })
 }
 
-/// What is known from outside the minimum.
+/// What describes the search rather than the minimum.
 struct Outside {
     starts: Starts,
     rival: Option<Rival>,
@@ -239,7 +239,8 @@ fn describe(
     }
 }
 
-/// RMS error over the measured range (Yan17 footnote 3), of the values and of their logarithms.
+/// The RMS error of fitted values over the measured range (Yan17 footnote 3), and the same of the logarithms. `fitted` has
+/// one RGB value for each point of the profile.
 pub fn errors(profile: &Profile, fitted: &[[f64; 3]]) -> (f64, f64) {
     let (mut squares, mut log_squares) = (0.0, 0.0);
     for (p, f) in profile.points.iter().zip(fitted) {

@@ -1,9 +1,9 @@
-//! From a measured reflectance profile of a single fibre to the parameters of the fur model, with their errors
+//! Fits the parameters of a fur model, with their standard errors, to the measured reflectance profile of one fibre
 //! (Yan17 Sec. 5.1, Validation).
 //!
 //! - [`read()`]: profiles as gantries write them; [`simulate`]: synthetic ones.
 //! - [`fit()`]: bounded least squares on the log-ratio of fitted to measured values, from many starts.
-//! - [`Forward`]: the model fitted, ours or one of three earlier ones.
+//! - [`Forward`]: the model that is fitted, Yan et al. 2017 or one of three earlier models.
 //!
 //! ```
 //! use vellus_fit::{Forward, Options, Synthetic, fit, simulate};

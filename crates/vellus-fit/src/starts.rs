@@ -1,4 +1,4 @@
-//! Where descents start: the presets, and the best of a space-filling design.
+//! The starts of descents: the presets, and the best points of a space-filling design.
 
 use crate::cost::Cost;
 use crate::least_squares::noise;
@@ -9,10 +9,10 @@ use rayon::prelude::*;
 use vellus::{Fiber, Species};
 use vellus_io::Progress;
 
-/// Points of the design tried for each that is kept.
+/// How many points of the design are tried for each that is kept.
 const TRIED: usize = 16;
 
-/// Points there are in a scrambled sequence.
+/// The length of a scrambled sequence.
 const MOST: usize = 1 << 16;
 
 /// The variables of `options.starts` starts; the presets alone if the fit is cancelled. The scale of each start brings its
