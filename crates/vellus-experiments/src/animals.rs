@@ -8,13 +8,13 @@ use anyhow::{Context as _, Result};
 use vellus_plot::curves::{Axes, Curves};
 use vellus_render::Film;
 
-/// A scene of the paper and what is said of it.
+/// A scene of the paper and its claims.
 struct Animal {
     scene: &'static str,
     paper: &'static str,
-    /// The part of 1280 × 720 that is compared: the left upper corner.
+    /// Upper left corner of the compared part of the picture of 1280 × 720 pixels.
     corner: [usize; 2],
-    /// Which of ours the paper compares with 2015, and how many times as fast it finds that.
+    /// The method that the paper compares with the model of 2015, and the speedup that it reports.
     method: Method,
     claimed: f64,
     exposure: f32,
@@ -43,7 +43,7 @@ fn run(context: &Context<'_>, animal: &Animal) -> Result<Outcome> {
     let mut outcome = Outcome::new(animal.paper);
     let scene = vellus_groom::scene(animal.scene, quality == Quality::Smoke);
     let scene = scene.with_context(|| format!("there is no scene {}", animal.scene))?;
-    // All of it first.
+    // The whole picture first.
     let whole = quality.pick([64, 36], [640, 360], [1280, 720]);
     let mut shot = Shot::new(context, "whole", scene, whole, [0, 0, whole[0], whole[1]])?;
     let film = shot.render(MULTI, 0, quality.pick(2, 16, 1024))?;
@@ -91,7 +91,7 @@ fn run(context: &Context<'_>, animal: &Animal) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// What explains that it is less.
+/// Why the speedup is smaller than in the paper.
 const WHY: &str = "Here the model of 2015 is sampled as well as ours, and a query of it costs twice one of ours, not many times: most of \
                    the time goes to rays, most of the noise to which strand a ray meets and which light it sees, and \
                    those are the same for both.";

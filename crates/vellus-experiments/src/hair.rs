@@ -22,7 +22,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         let mut scene = vellus_groom::scene("hair", quality == Quality::Smoke).context("there is no scene hair")?;
         scene.looks.iter_mut().for_each(|look| look.fiber.kappa = kappa);
         let name = if kappa > 0.0 { "medulla" } else { "no-medulla" };
-        // The head in the middle of a wider picture.
+        // The head is in the middle of a wider picture.
         let whole = [16 * size[1] / 9, size[1]];
         let crop = [(whole[0] - size[0]) / 2, 0, size[0], size[1]];
         let mut shot = Shot::new(context, name, scene, whole, crop)?;
