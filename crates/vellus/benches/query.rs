@@ -183,6 +183,34 @@ fn pixel_eval(bencher: Bencher) {
     each_window(bencher, &fur(), pixel, |hit, q| hit.eval(q.wi).total()[0]);
 }
 
+/// The window that the renderer takes (D16).
+fn cell(q: &Query) -> Window {
+    Window::cell(q.h, 0.5, q.u[4])
+}
+
+#[divan::bench]
+fn cell_prepare(bencher: Bencher) {
+    let bcsdf = fur();
+    each(bencher, |q| bcsdf.with_hit(q.wo, cell(q), |hit| black_box(hit).lobe_probabilities()[0]));
+}
+
+#[divan::bench]
+fn cell_prepare_and_eval(bencher: Bencher) {
+    let bcsdf = fur();
+    each(bencher, |q| bcsdf.with_hit(q.wo, cell(q), |hit| hit.eval(q.wi).total()[0]));
+}
+
+#[divan::bench]
+fn cell_eval(bencher: Bencher) {
+    each_window(bencher, &fur(), cell, |hit, q| hit.eval(q.wi).total()[0]);
+}
+
+#[divan::bench]
+fn far_with_hit(bencher: Bencher) {
+    let bcsdf = fur();
+    each(bencher, |q| bcsdf.with_hit(q.wo, Window::far(), |hit| black_box(hit).lobe_probabilities()[0]));
+}
+
 #[divan::bench]
 fn near_eval(bencher: Bencher) {
     each_window(bencher, &fur(), |q| Window::near(q.h), |hit, q| hit.eval(q.wi).total()[0]);
