@@ -12,7 +12,8 @@ const KAPPA: f32 = 0.15;
 pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let quality = context.quality;
     let mut outcome = Outcome::new(
-        "Human hair rendered multi-scale without a medulla and with one of κ = 0.15: the difference is clearly visible, the hair more diffuse, even \
+        "Human hair rendered multi-scale without a medulla and with one of κ = 0.15: the difference is clearly \
+         visible, the hair more diffuse, even \
          with so small a medulla.",
     );
     let size = quality.pick([24, 36], [320, 360], [640, 720]);

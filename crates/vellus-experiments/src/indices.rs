@@ -14,7 +14,8 @@ const KAPPA: f32 = 0.7;
 pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let quality = context.quality;
     let mut outcome = Outcome::new(
-        "A polar bear's fibre lit from behind: with an index of 1.45 for the cortex and of 1.0 for the medulla, the model of 2015 has dark \
+        "A polar bear's fibre lit from behind: with an index of 1.45 for the cortex and of 1.0 for the medulla, the \
+         model of 2015 has dark \
          edges at the interface, which a microscope does not show; ours, with 1.45 for both, has none. (We may not \
          reproduce the microscope's picture.)",
     );

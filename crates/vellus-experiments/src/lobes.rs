@@ -10,7 +10,8 @@ use vellus_render::Layer;
 pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let quality = context.quality;
     let mut outcome = Outcome::new(
-        "With one index of refraction five lobes are left: R, TT, TRT, and TTˢ and TRTˢ scattered by the medulla. A lock of hair shows them \
+        "With one index of refraction five lobes are left: R, TT, TRT, and TTˢ and TRTˢ scattered by the medulla. A \
+         lock of hair shows them \
          one by one, with all light between the hairs; each carries a significant part of it.",
     );
     let scene = vellus_groom::scene("hair-lock", quality == Quality::Smoke).context("there is no scene hair-lock")?;

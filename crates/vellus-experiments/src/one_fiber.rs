@@ -17,7 +17,8 @@ const FAR_AWAY: f32 = 100.0;
 /// The share of the picture's width that the fibre covers.
 const COVERED: f32 = 0.8;
 
-/// A vertical fibre, lit from the direction `light` with a half angle in radians, and by a dim dome. The camera is at +z.
+/// A vertical fibre, lit from the direction `light` with a half angle in radians, and by a dim dome. The camera is at
+/// +z.
 pub fn scene(fiber: Fiber, [width, height]: [usize; 2], light: Vec3, half_angle: f32, dome: f32) -> Scene {
     let points = (0..4).map(|i| Vec4::new(0.0, 20.0 * (i as f32 - 1.5), 0.0, RADIUS)).collect();
     let strands = Strands {

@@ -20,7 +20,8 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let mut outcome = Outcome::new(
         "The same lock seen from afar and close up, at 1,024 and 64 samples a pixel. From afar all three show the \
          same, far field and \
-         multi-scale with much less noise, in 1.5 times the time of the near field. Close up multi-scale shows what the near \
+         multi-scale with much less noise, in 1.5 times the time of the near field. Close up multi-scale shows what \
+         the near \
          field shows; the far field is flat. Zooming in does not flicker.",
     );
     let scene = || {
