@@ -127,7 +127,8 @@ impl Summary<'_> {
         if fit.widened > NOISE_LIKE {
             warnings.push(format!(
                 "the model does not follow the data to within its noise: neighbouring residuals correlate by {:.2} \
-                 over φ and {:.2} over θ; standard errors are {:.1} times as large for it, and say nothing about what a \
+                 over φ and {:.2} over θ; standard errors are {:.1} times as large for it, and say nothing about what \
+                 a \
                  better model would find",
                 fit.neighbours[0], fit.neighbours[1], fit.widened
             ));
