@@ -90,7 +90,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
 }
 
 fn row(fiber: &Fiber, data: &TableData, theta_o: f64, photons: u64, others: &[ModelKind]) -> Result<Row> {
-    let reference = energies(fiber, theta_o.to_radians(), Offsets::Whole, photons, 1, &|_| ())?;
+    let reference = energies(fiber, theta_o.to_radians(), Offsets::Whole, photons, 1, &())?;
     let total = |lobes: [[f64; 3]; 6]| lobes.iter().map(|lobe| lobe[0]).sum::<f64>();
     let of = |kind: ModelKind| -> Result<[[f64; 3]; 6]> { Ok(model_energies(&kind.model(fiber)?, theta_o, None)) };
     let ours = of(ModelKind::Vellus)?;

@@ -51,7 +51,7 @@ impl Grid {
             phi: middles(self.columns, 0.0),
             size: [PI / self.rows as f64, PI / self.columns as f64],
         };
-        let traced = profile(fiber, THETA_O.to_radians(), &cells, photons, seed, &|_| ())?;
+        let traced = profile(fiber, THETA_O.to_radians(), &cells, photons, seed, &())?;
         Ok(traced.into_iter().map(|rgb| rgb[0]).collect())
     }
 

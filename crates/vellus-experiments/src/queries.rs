@@ -69,7 +69,7 @@ fn timer<'a, M: Model>(model: &'a M, queries: &'a [Query], window: fn(f32) -> Wi
                     .sum()
             }),
             each(&|| {
-                let weight = |s: Sample| s.weight[0] + s.pdf;
+                let weight = |s: Option<Sample>| s.map_or(0.0, |s| s.weight[0] + s.pdf);
                 queries.iter().map(|q| weight(at(black_box(q)).sample(q.u))).sum()
             }),
         ]

@@ -10,9 +10,10 @@
 //! use vellus::{Fiber, Species};
 //! # fn main() -> Result<(), vellus_fit::Error> {
 //! let truth = Fiber::preset(Species::Cat);
-//! let profile = simulate::from_model(Forward::default(), &truth.into(), &Synthetic { step: [8.0, 4.0], ..Synthetic::default() })?;
+//! let synthetic = Synthetic { step: [8.0, 4.0], ..Synthetic::default() };
+//! let profile = simulate::from_model(Forward::default(), &truth.into(), &synthetic)?;
 //! let options = Options { starts: 8, ..Options::default() };
-//! let result = fit(&profile, Forward::default(), &options, &false.into(), &|| {})?;
+//! let result = fit(&profile, Forward::default(), &options, &())?;
 //! assert!(result.nrmse < 0.02 && (result.specimen.fiber.eta - truth.eta).abs() < 0.02);
 //! # Ok(()) }
 //! ```
@@ -24,24 +25,29 @@ mod forward;
 mod image;
 pub mod least_squares;
 pub mod matrix;
+mod options;
 mod outcome;
 pub mod parameters;
 mod profile;
 mod read;
 pub mod simulate;
 pub mod space;
+mod specimen;
 mod starts;
 mod statistics;
 mod verdict;
 mod write;
 
 pub use error::Error;
-pub use fit::{Options, errors, fit};
-pub use forward::{Forward, Specimen};
-pub use outcome::{Estimate, Fit, Rival, State};
+pub use fit::{errors, fit};
+pub use forward::Forward;
+pub use options::Options;
+pub use outcome::{Combination, Correlations, Estimate, Fit, Rival, Starts, State};
+pub use parameters::Name;
 pub use profile::{FEWEST, LARGEST, Point, Profile, Quantity};
 pub use read::{Angles, Axis, Reading, read};
 pub use simulate::Synthetic;
 pub use space::Requests;
+pub use specimen::Specimen;
 pub use verdict::{Explained, FALSE_ALARM, NOISE_LIKE, NoFit};
 pub use write::{csv, gantry_text};

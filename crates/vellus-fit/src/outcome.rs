@@ -1,6 +1,6 @@
 //! What a fit found.
 
-use crate::forward::Specimen;
+use crate::specimen::Specimen;
 use crate::verdict::{Explained, NoFit};
 use vellus_models::ModelKind;
 
@@ -44,6 +44,36 @@ pub struct Rival {
     pub chi2: f64,
 }
 
+/// How many descents a fit began, and what became of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Starts {
+    /// Descents begun.
+    pub begun: usize,
+    /// Descents that converged.
+    pub finished: usize,
+    /// Descents that ended in the best minimum.
+    pub ended_here: usize,
+}
+
+/// Correlations of the fitted parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Correlations {
+    /// The name of each fitted parameter. Tied parameters have one name.
+    pub names: Vec<String>,
+    /// The correlation of each two, in [−1, 1], row by row: as many rows and columns as there are names. The diagonal is 1.
+    pub matrix: Vec<Vec<f64>>,
+}
+
+/// A linear combination of parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Combination {
+    /// Names of parameters and their shares, the largest share first. The shares are a unit vector in units of the usual
+    /// ranges; small ones are left out.
+    pub shares: Vec<(String, f64)>,
+    /// The standard error along that vector, in units of the usual ranges: 0.01 is one percent of them.
+    pub standard_error: f64,
+}
+
 /// What came out.
 #[derive(Clone, Debug)]
 pub struct Fit {
@@ -57,11 +87,10 @@ pub struct Fit {
     pub scale: f64,
     /// All parameters.
     pub estimates: Vec<Estimate>,
-    /// Names of the variables fitted, and the correlation of each two.
-    pub correlations: (Vec<String>, Vec<Vec<f64>>),
-    /// The combination of parameters that the data says least about: names and shares, and its standard error over
-    /// their usual ranges.
-    pub weakest: (Vec<(String, f64)>, f64),
+    /// The correlations of the fitted parameters.
+    pub correlations: Correlations,
+    /// The combination of parameters that the data determines least.
+    pub weakest: Combination,
     /// What the model says for each point, in the unit of the profile.
     pub fitted: Vec<[f64; 3]>,
     /// RMS error over the range of the measured values (Yan17 footnote 3).
@@ -80,8 +109,8 @@ pub struct Fit {
     pub neighbours: [f64; 2],
     /// What the standard errors were widened by because of it.
     pub widened: f64,
-    /// Descents begun and finished, and how many of them ended in this minimum.
-    pub starts: [usize; 3],
+    /// How many descents there were.
+    pub starts: Starts,
     /// The next best minimum found.
     pub rival: Option<Rival>,
     /// Values of the model that were needed.

@@ -1,11 +1,13 @@
 //! Synthetic measurements: of the model itself, or of the whole fibre traced photon by photon, which is not the model.
 
 use crate::error::Error;
-use crate::forward::{Forward, Specimen};
+use crate::forward::Forward;
 use crate::profile::{Point, Profile, Quantity, check_angles};
+use crate::specimen::Specimen;
 use rand::{Rng, SeedableRng};
 use std::f64::consts::TAU;
 use vellus::Fiber;
+use vellus_io::Progress;
 use vellus_models::Directions;
 use vellus_sim::medulla::SimRng;
 use vellus_sim::profile::{Cells, profile};
@@ -130,7 +132,7 @@ pub fn from_model(model: Forward, specimen: &Specimen, synthetic: &Synthetic) ->
 }
 
 /// Measures the whole fibre, traced with `photons` photons: its cuticle rough, its scales tilted. A direction stands for a cell
-/// as large as the steps. `tick` is called with the photons done.
+/// as large as the steps. `progress` gets reports, but does not stop the simulation.
 ///
 /// # Errors
 /// As [`from_model`].
@@ -138,11 +140,11 @@ pub fn from_reference(
     fiber: &Fiber,
     synthetic: &Synthetic,
     photons: u64,
-    tick: &(dyn Fn(u64) + Sync),
+    progress: &dyn Progress,
 ) -> Result<Profile, Error> {
     let axes = synthetic.axes()?;
     let [theta, phi] = [0, 1].map(|i: usize| axes[i].iter().map(|x| x.to_radians()).collect());
     let cells = Cells { theta, phi, size: synthetic.step.map(f64::to_radians) };
-    let values = profile(fiber, synthetic.theta_o.to_radians(), &cells, photons, synthetic.seed, tick)?;
+    let values = profile(fiber, synthetic.theta_o.to_radians(), &cells, photons, synthetic.seed, progress)?;
     Ok(synthetic.measure(&axes, &values))
 }

@@ -3,7 +3,7 @@
 use crate::azimuthal::Azimuthal;
 use crate::longitudinal::Longitudinal;
 use glam::Vec3;
-use vellus::parts::{Frame, Outgoing};
+use vellus::parts::{self, Frame, Outgoing};
 use vellus::{Lobe, Lobes, Sample, Scattering};
 use wide::f32x8;
 
@@ -31,18 +31,9 @@ pub(crate) fn largest_channel(energy: &Energies) -> [f32; 8] {
 /// Selects an item in proportion to its weight, never one with weight 0. Also returns `u` rescaled to a uniform number.
 #[inline(always)]
 pub(crate) fn choose(weights: &[f32], u: f32) -> (usize, f32) {
-    let mut rest = u * weights.iter().sum::<f32>();
-    let mut chosen = (0, 0.0);
-    for (i, &w) in weights.iter().enumerate() {
-        if w > 0.0 {
-            chosen = (i, (rest / w).clamp(0.0, 1.0));
-            if rest < w {
-                break;
-            }
-        }
-        rest -= w;
-    }
-    chosen
+    let target = u * weights.iter().sum::<f32>();
+    parts::choose(weights.iter().copied().enumerate(), target)
+        .map_or((0, 0.0), |choice| (choice.item, choice.fraction().clamp(0.0, 1.0)))
 }
 
 /// The sample weight f·cos θᵢ/pdf, or 0 if both underflow.
@@ -119,12 +110,12 @@ impl<L: Longitudinal, A: Azimuthal> Scattering for Factored<L, A> {
     }
 
     #[inline]
-    fn sample(&self, u: [f32; 5]) -> Sample {
+    fn sample(&self, u: [f32; 5]) -> Option<Sample> {
         let (lane, _) = choose(&self.probability.to_array(), u[0]);
         let outgoing = self.draw(lane, [u[1], u[2], u[3]]);
         let densities = self.densities(&outgoing);
         let pdf = self.pdf_of(densities);
         let weight = weight(self.lobes_of(densities).total(), pdf);
-        Sample { wi: direction(&self.frame, &outgoing), pdf, weight, lobe: self.names[lane] }
+        Sample::new(direction(&self.frame, &outgoing), pdf, weight, self.names[lane])
     }
 }

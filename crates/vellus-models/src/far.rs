@@ -64,8 +64,7 @@ impl Directions {
 
 /// The unit vector with inclination `theta` and azimuth `phi`, degrees; x runs from root to tip, φ = 0 is +y.
 pub fn direction(theta: f64, phi: f64) -> Vec3 {
-    let ((st, ct), (sp, cp)) = (theta.to_radians().sin_cos(), phi.to_radians().sin_cos());
-    Vec3::new(st as f32, (ct * cp) as f32, (ct * sp) as f32)
+    vellus::direction(theta.to_radians(), phi.to_radians())
 }
 
 /// The factors in φ of the terms of a far field, RGB: eight unscattered lobes, and up to three others.

@@ -149,7 +149,7 @@ impl Scattering for KajiyaKay1989Hit<'_> {
         self.eval_outgoing(&self.frame.outgoing(wi.to_array()))
     }
 
-    fn sample(&self, u: [f32; 5]) -> Sample {
+    fn sample(&self, u: [f32; 5]) -> Option<Sample> {
         let specular = u[0] < self.probability;
         let (sin_i, cos_i) = if specular {
             self.longitudinal.sample(0, [u[1], u[2]])
@@ -162,6 +162,6 @@ impl Scattering for KajiyaKay1989Hit<'_> {
         let (lobes, pdf) = self.eval_outgoing(&outgoing);
         let weight = weight(lobes.total(), pdf);
         let lobe = if specular { Lobe::R } else { Lobe::Rest };
-        Sample { wi: direction(&self.frame, &outgoing), pdf, weight, lobe }
+        Sample::new(direction(&self.frame, &outgoing), pdf, weight, lobe)
     }
 }

@@ -105,7 +105,7 @@ macro_rules! models {
                 }
             }
 
-            fn sample(&self, u: [f32; 5]) -> Sample {
+            fn sample(&self, u: [f32; 5]) -> Option<Sample> {
                 match self {
                     $(AnyHit::$kind(hit) => Scattering::sample(hit, u),)*
                 }

@@ -133,10 +133,14 @@ fn edges_are_finite() {
             let h = edge(&mut random, [-1.0, 1.0, 0.0, 0.999_999]) as f32;
             let hit = model.at(direction(theta_o, random.within(-3.0, 3.0)), Window::near(h));
             let theta_i = edge(&mut random, [0.0, PI / 2.0, -PI / 2.0, -1.57]);
-            let s = hit.sample(random.numbers());
-            let mut numbers = s.weight.to_vec();
-            numbers.extend([s.pdf, s.wi.length()]);
-            for wi in [direction(theta_i, random.within(-3.0, 3.0)), s.wi] {
+            let sample = hit.sample(random.numbers());
+            let mut numbers = Vec::new();
+            if let Some(s) = sample {
+                numbers.extend(s.weight);
+                numbers.extend([s.pdf, s.wi.length()]);
+            }
+            let other = direction(theta_i, random.within(-3.0, 3.0));
+            for wi in [Some(other), sample.map(|s| s.wi)].into_iter().flatten() {
                 let (f, pdf) = hit.eval_pdf(wi);
                 numbers.extend(f.0.into_iter().flatten());
                 numbers.push(pdf);

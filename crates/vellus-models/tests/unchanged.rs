@@ -59,8 +59,8 @@ fn hash(kind: ModelKind) -> String {
             lobes(&f, &mut push);
             push(pdf);
             let sample = hit.sample(std::array::from_fn(|_| uniform()));
-            push(sample.pdf);
-            if sample.pdf > 0.0 {
+            push(sample.map_or(0.0, |sample| sample.pdf));
+            if let Some(sample) = sample {
                 sample.wi.to_array().into_iter().chain(sample.weight).for_each(&mut push);
             }
         }

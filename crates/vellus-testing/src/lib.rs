@@ -7,18 +7,13 @@ mod documents;
 pub mod significance;
 pub mod sphere;
 
-use glam::Vec3;
+pub use vellus::direction;
 use vellus::{Fiber, TableData, Tables};
 
 /// The tables that `vellus` contains, in the form that the double-precision references take.
 pub fn table_data() -> &'static TableData {
     static DATA: std::sync::OnceLock<TableData> = std::sync::OnceLock::new();
     DATA.get_or_init(|| TableData::from_bytes(Tables::SHIPPED).expect("the tables in vellus are valid"))
-}
-
-/// Unit vector at inclination `theta` and azimuth `phi`, radians.
-pub fn direction(theta: f64, phi: f64) -> Vec3 {
-    Vec3::new(theta.sin() as f32, (theta.cos() * phi.cos()) as f32, (theta.cos() * phi.sin()) as f32)
 }
 
 /// A fibre with every parameter non-zero, including tilt and colour.

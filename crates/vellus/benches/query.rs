@@ -112,13 +112,13 @@ fn prepare_eval_and_pdf(bencher: Bencher) {
 
 #[divan::bench]
 fn sample(bencher: Bencher) {
-    each_hit(bencher, |hit, q| hit.sample(q.u).weight[0]);
+    each_hit(bencher, |hit, q| hit.sample(q.u).map_or(0.0, |s| s.weight[0]));
 }
 
 #[divan::bench]
 fn prepare_and_sample(bencher: Bencher) {
     let bcsdf = fur();
-    each(bencher, |q| bcsdf.at(q.wo, Window::near(q.h)).sample(q.u).weight[0]);
+    each(bencher, |q| bcsdf.at(q.wo, Window::near(q.h)).sample(q.u).map_or(0.0, |s| s.weight[0]));
 }
 
 fn each_window(bencher: Bencher, bcsdf: &Bcsdf, window: impl Fn(&Query) -> Window, f: impl Fn(&Hit, &Query) -> f32) {
@@ -169,7 +169,7 @@ fn far_eval_and_pdf(bencher: Bencher) {
 
 #[divan::bench]
 fn far_sample(bencher: Bencher) {
-    each_window(bencher, &fur(), |_| Window::far(), |hit, q| hit.sample(q.u).weight[0]);
+    each_window(bencher, &fur(), |_| Window::far(), |hit, q| hit.sample(q.u).map_or(0.0, |s| s.weight[0]));
 }
 
 #[divan::bench]
@@ -181,6 +181,34 @@ fn pixel_prepare(bencher: Bencher) {
 #[divan::bench]
 fn pixel_eval(bencher: Bencher) {
     each_window(bencher, &fur(), pixel, |hit, q| hit.eval(q.wi).total()[0]);
+}
+
+/// The window that the renderer takes (D16).
+fn cell(q: &Query) -> Window {
+    Window::cell(q.h, 0.5, q.u[4])
+}
+
+#[divan::bench]
+fn cell_prepare(bencher: Bencher) {
+    let bcsdf = fur();
+    each(bencher, |q| bcsdf.with_hit(q.wo, cell(q), |hit| black_box(hit).lobe_probabilities()[0]));
+}
+
+#[divan::bench]
+fn cell_prepare_and_eval(bencher: Bencher) {
+    let bcsdf = fur();
+    each(bencher, |q| bcsdf.with_hit(q.wo, cell(q), |hit| hit.eval(q.wi).total()[0]));
+}
+
+#[divan::bench]
+fn cell_eval(bencher: Bencher) {
+    each_window(bencher, &fur(), cell, |hit, q| hit.eval(q.wi).total()[0]);
+}
+
+#[divan::bench]
+fn far_with_hit(bencher: Bencher) {
+    let bcsdf = fur();
+    each(bencher, |q| bcsdf.with_hit(q.wo, Window::far(), |hit| black_box(hit).lobe_probabilities()[0]));
 }
 
 #[divan::bench]
@@ -218,7 +246,7 @@ fn each_batch(bencher: Bencher, bcsdf: &Bcsdf, f: impl Fn(&Bcsdf, &Batch) -> f32
 }
 
 fn batch_eval(bcsdf: &Bcsdf, (wo, h, wi, _): &Batch) -> f32 {
-    let (f, pdf) = bcsdf.at8(*wo, *h).eval_pdf_lanes(*wi);
+    let (f, pdf) = bcsdf.at8(*wo, *h).eval_pdf8(*wi);
     (f.total()[0] + pdf).to_array()[0]
 }
 
@@ -233,7 +261,7 @@ fn batch_prepare_eval_and_pdf_hair(bencher: Bencher) {
 }
 
 fn batch_sample(bcsdf: &Bcsdf, (wo, h, _, u): &Batch) -> f32 {
-    bcsdf.at8(*wo, *h).sample8(*u).iter().map(|s| s.weight[0]).sum()
+    bcsdf.at8(*wo, *h).sample8(*u).iter().flatten().map(|s| s.weight[0]).sum()
 }
 
 #[divan::bench]
@@ -254,7 +282,7 @@ fn batch_eval_and_pdf(bencher: Bencher) {
     let mut i = 0;
     bencher.bench_local(|| {
         i = (i + 1) % batches.len();
-        let (f, pdf) = black_box(&hits[i % 8]).eval_pdf_lanes(black_box(batches[i].2));
+        let (f, pdf) = black_box(&hits[i % 8]).eval_pdf8(black_box(batches[i].2));
         (f.total()[0] + pdf).to_array()[0]
     });
 }

@@ -1,204 +1,157 @@
-//! The six lobes together: f(ω_o, ω_i)·cos θᵢ of a fibre hit at an offset, or averaged over a window of them.
+//! The whole model: f(ω_o, ω_i)·cos θᵢ of a fibre at one offset, or averaged over a window of offsets.
 
-use crate::cylinder::azimuthal::Azimuthal;
 use crate::cylinder::frame::is_unit;
-use crate::cylinder::longitudinal::Longitudinal;
 use crate::error::Error;
-use crate::far::segments;
 use crate::far::window_hit::WindowHit;
 use crate::fiber::Fiber;
-use crate::medulla::Medulla;
+use crate::lobe::{Lobes, Sample};
 use crate::medulla::tables::Tables;
 use crate::near::NearHit;
-use crate::simd::lanes::Lanes;
+use crate::prepared::Prepared;
 use crate::window::{self, Window};
 use glam::Vec3;
+use std::ops::Deref;
 use wide::f32x8;
 
-/// The lobes, in the order in which every array of them is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Lobe {
-    /// Reflected by the cuticle.
-    R,
-    /// Transmitted straight through.
-    Tt,
-    /// Reflected once inside.
-    Trt,
-    /// Scattered by the medulla in its first pass, TTˢ.
-    Tts,
-    /// Scattered by the medulla in its second pass, TRTˢ.
-    Trts,
-    /// All higher orders (D6).
-    Rest,
-}
-
-impl Lobe {
-    /// All six, in order.
-    pub const ALL: [Lobe; 6] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Tts, Lobe::Trts, Lobe::Rest];
-
-    /// The lobe that `u` in [0, 1) falls to, given their probabilities.
-    #[inline(always)]
-    pub(crate) fn choose(probability: [f32; 6], u: f32) -> Lobe {
-        let mut rest = u;
-        let mut chosen = Lobe::R;
-        for lobe in Lobe::ALL {
-            let p = probability[lobe as usize];
-            // A lobe without energy is never drawn, not even where rounding leaves a remainder.
-            if p > 0.0 {
-                chosen = lobe;
-                if rest < p {
-                    break;
-                }
-            }
-            rest -= p;
-        }
-        chosen
-    }
-
-    /// The key used in files: R, TT, TRT, TTs, TRTs, rest.
-    pub fn key(self) -> &'static str {
-        ["R", "TT", "TRT", "TTs", "TRTs", "rest"][self as usize]
-    }
-}
-
-/// f·cos θᵢ of each lobe in RGB, indexed by [`Lobe`] as `usize`; `V` is `f32` or eight queries.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lobes<V = f32>(pub [[V; 3]; 6]);
-
-impl<V: Lanes> Lobes<V> {
-    /// The sum over the lobes.
-    pub fn total(&self) -> [V; 3] {
-        std::array::from_fn(|c| self.0[1..].iter().fold(self.0[0][c], |sum, lobe| sum + lobe[c]))
-    }
-}
-
-/// A sampled direction.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
-    /// ω_i, unit length, in the fibre's frame.
-    pub wi: Vec3,
-    /// Density per solid angle of drawing `wi`, whatever lobe and offset it came from: what
-    /// multiple importance sampling needs.
-    pub pdf: f32,
-    /// f·cos θᵢ over the density of drawing `wi`, both of all lobes and of the whole window, RGB.
-    pub weight: [f32; 3],
-    /// The lobe it was drawn from.
-    pub lobe: Lobe,
-}
-
-/// The reflectance model of one fibre, ready for hits.
+/// The reflectance model of one fibre.
 ///
-/// Making one costs about as much as a query and allocates nothing, so a renderer may make one a
-/// hit where parameters vary along the fur.
+/// Making one costs about as much as a query and allocates nothing. A renderer may therefore make one for each hit
+/// where the parameters vary along the fur.
 #[derive(Clone, Debug)]
-pub struct Bcsdf<'t> {
-    pub(crate) fiber: Fiber,
-    pub(crate) longitudinal: Longitudinal,
-    pub(crate) azimuthal: Azimuthal,
-    pub(crate) medulla: Medulla<'t>,
-    /// Does a window take more segments than usual?
-    pub(crate) fine: bool,
-}
+pub struct Bcsdf<'t>(Prepared<'t>);
 
 impl Bcsdf<'static> {
-    /// Prepares a fibre with the tables that ship with this crate.
+    /// Prepares a fibre with the tables that this crate contains.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] where [`Fiber::validate`] finds one.
+    /// [`Error::OutOfRange`] if a parameter is outside its range; see [`Fiber::validate`].
     pub fn new(fiber: &Fiber) -> Result<Self, Error> {
         Self::with_tables(fiber, Tables::shipped())
     }
 }
 
 impl<'t> Bcsdf<'t> {
-    /// Prepares a fibre with tables of your own.
+    /// Prepares a fibre with other tables.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] where [`Fiber::validate`] finds one.
+    /// [`Error::OutOfRange`] if a parameter is outside its range; see [`Fiber::validate`].
     pub fn with_tables(fiber: &Fiber, tables: &'t Tables) -> Result<Self, Error> {
         fiber.validate()?;
-        Ok(Bcsdf {
-            fiber: *fiber,
-            longitudinal: Longitudinal::new(fiber),
-            azimuthal: Azimuthal::new(fiber),
-            medulla: Medulla::new(fiber, tables),
-            fine: segments::needs_more(fiber),
-        })
+        Ok(Bcsdf(Prepared::new(fiber, tables)))
     }
 
-    /// The same fibre, whose windows take as many segments as those of the most difficult fibres. They are closer to
-    /// quadrature, and take up to three times as long. Fits need this: which fibres are difficult is a threshold,
-    /// where a model's values jump by its error (D9).
-    pub fn with_fine_windows(self) -> Self {
-        Bcsdf { fine: true, ..self }
-    }
-
-    /// The fibre.
-    pub fn fiber(&self) -> &Fiber {
-        &self.fiber
-    }
-
-    /// Prepares all that depends on ω_o and the window.
+    /// The same fibre, with as many segments for each window as the most difficult fibres take. Windows are then closer
+    /// to quadrature, and take up to three times as long.
     ///
-    /// `wo` points away from the fibre, toward where the path came from, in the fibre's frame:
-    /// x runs along the fibre from root to tip. It must have unit length and be finite: else the results mean nothing.
-    /// Builds with debug assertions panic then.
+    /// Fits need this. Which fibres count as difficult is a threshold, and at that threshold the model's values jump by
+    /// the error of the segments (D9).
+    #[must_use]
+    pub fn with_fine_windows(self) -> Self {
+        Bcsdf(Prepared { fine: true, ..self.0 })
+    }
+
+    /// The fibre's parameters.
+    pub fn fiber(&self) -> &Fiber {
+        &self.0.fiber
+    }
+
+    /// The tables of the medulla.
+    pub(crate) fn tables(&self) -> &'t Tables {
+        self.0.medulla.tables()
+    }
+
+    /// Prepares everything that depends on ω_o and the window.
+    ///
+    /// `wo` points away from the fibre, toward where the path came from, in the fibre's frame: x runs along the fibre
+    /// from root to tip. It must be a unit vector. Otherwise the results mean nothing, and builds with debug assertions
+    /// panic if its squared length differs from 1 by 1e-3 or more.
+    ///
+    /// The near field allocates nothing. A wider window allocates 8 KB once; [`Bcsdf::with_hit`] avoids that.
     #[inline]
     pub fn at(&self, wo: Vec3, window: Window) -> Hit<'_> {
         debug_assert!(is_unit(wo), "wo is not a unit vector: {wo}");
         match window.kind() {
-            window::Kind::Near(h) => Hit(Kind::Near(NearHit::new(self, wo.to_array(), h))),
+            window::Kind::Near(h) => Hit(Kind::Near(NearHit::new(&self.0, wo.to_array(), h))),
             window::Kind::Range(range) => self.over(wo, range),
         }
     }
 
-    /// Not inlined: it would have every hit of the near field copied as well.
+    /// Not inlined, so that the near field stays small.
     #[inline(never)]
     fn over(&self, wo: Vec3, range: [f32; 2]) -> Hit<'_> {
-        let mut hit = Hit(Kind::Window(WindowHit::new(self, wo.to_array(), range)));
-        if let Kind::Window(window) = &mut hit.0 {
-            window.prepare();
-        }
-        hit
+        let mut hit = Box::new(WindowHit::new(&self.0, wo.to_array(), range));
+        hit.prepare();
+        Hit(Kind::Window(Stored::Boxed(hit)))
     }
 
-    /// As [`Bcsdf::at`], but the hit is handed to `f` where it lies: one with a window is 8 KB, and moving it takes a tenth of
-    /// what preparing it does.
+    /// As [`Bcsdf::at`], but passes the hit to `f` and allocates nothing: the 8 KB of a window stay on the stack.
     #[inline]
-    pub fn with<R>(&self, wo: Vec3, window: Window, f: impl FnOnce(&Hit<'_>) -> R) -> R {
+    pub fn with_hit<R>(&self, wo: Vec3, window: Window, f: impl FnOnce(&Hit<'_>) -> R) -> R {
         debug_assert!(is_unit(wo), "wo is not a unit vector: {wo}");
         let wo = wo.to_array();
-        let mut hit = match window.kind() {
-            window::Kind::Near(h) => Hit(Kind::Near(NearHit::new(self, wo, h))),
-            window::Kind::Range(range) => Hit(Kind::Window(WindowHit::new(self, wo, range))),
+        let mut stored;
+        let hit = match window.kind() {
+            window::Kind::Near(h) => Hit(Kind::Near(NearHit::new(&self.0, wo, h))),
+            window::Kind::Range(range) => {
+                stored = WindowHit::new(&self.0, wo, range);
+                stored.prepare();
+                Hit(Kind::Window(Stored::Borrowed(&stored)))
+            }
         };
-        if let Kind::Window(window) = &mut hit.0 {
-            window.prepare();
-        }
         f(&hit)
     }
 
-    /// Eight hits of the near field at once: components of ω_o, and h in [−1, 1].
+    /// Prepares eight near-field hits. `wo`: the x, y and z of eight unit vectors, as for [`Bcsdf::at`]; `h`: their
+    /// offsets, each clamped to [−1, 1].
     #[inline]
     pub fn at8(&self, wo: [f32x8; 3], h: f32x8) -> NearHit<'_, f32x8> {
-        NearHit::new(self, wo, h)
+        debug_assert!(are_unit(wo), "a wo is not a unit vector: {wo:?}");
+        NearHit::new(&self.0, wo, h.max(f32x8::splat(-1.0)).min(f32x8::splat(1.0)))
     }
 }
 
-/// One hit of a fibre: all that depends on ω_o and the window, prepared once for all its queries.
+/// Are all eight vectors of unit length, as [`is_unit`] has it?
+fn are_unit(w: [f32x8; 3]) -> bool {
+    let [x, y, z] = w.map(f32x8::to_array);
+    (0..8).all(|i| is_unit(Vec3::new(x[i], y[i], z[i])))
+}
+
+/// One hit of a fibre: everything that depends on ω_o and the window, prepared once for all its queries.
+///
+/// A hit in the near field is stored in place. One with a wider window points to 8 KB, which it owns if it came from
+/// [`Bcsdf::at`].
 #[derive(Clone, Debug)]
 pub struct Hit<'b>(Kind<'b>);
 
 #[derive(Clone, Debug)]
-#[allow(clippy::large_enum_variant, reason = "a query allocates nothing")]
+#[expect(clippy::large_enum_variant, reason = "the near field must not allocate")]
 enum Kind<'b> {
     Near(NearHit<'b>),
-    Window(WindowHit<'b>),
+    Window(Stored<'b>),
+}
+
+/// A hit with a window, on the heap or on the stack of [`Bcsdf::with_hit`].
+#[derive(Clone, Debug)]
+enum Stored<'b> {
+    Boxed(Box<WindowHit<'b>>),
+    Borrowed(&'b WindowHit<'b>),
+}
+
+impl<'b> Deref for Stored<'b> {
+    type Target = WindowHit<'b>;
+
+    #[inline(always)]
+    fn deref(&self) -> &WindowHit<'b> {
+        match self {
+            Stored::Boxed(hit) => hit,
+            Stored::Borrowed(hit) => hit,
+        }
+    }
 }
 
 impl Hit<'_> {
-    /// A, the energy each lobe carries, RGB, averaged over the window: the integral of f·cos θᵢ over
-    /// all ω_i.
+    /// A, the share of the light that each lobe carries, RGB, in [0, 1], averaged over the window. It is the integral of
+    /// f·cos θᵢ over all ω_i.
     #[doc(alias = "Table 3")]
     pub fn energy(&self) -> Lobes {
         match &self.0 {
@@ -207,7 +160,7 @@ impl Hit<'_> {
         }
     }
 
-    /// The probability with which sampling chooses each lobe, in the order of [`Lobe`].
+    /// The probability with which sampling chooses each lobe, in the order of [`Lobe`](crate::Lobe).
     pub fn lobe_probabilities(&self) -> [f32; 6] {
         match &self.0 {
             Kind::Near(hit) => hit.lobe_probabilities(),
@@ -215,9 +168,11 @@ impl Hit<'_> {
         }
     }
 
-    /// f(ω_o, ω_i)·cos θᵢ of each lobe, RGB, averaged over the window. `wi` points away from the fibre,
-    /// toward the light, and has unit length, as for [`Bcsdf::at`]. Light reaches a fibre from the whole sphere: no
-    /// half of it is excluded.
+    /// f(ω_o, ω_i)·cos θᵢ of each lobe, RGB, averaged over the window.
+    ///
+    /// `wi` points away from the fibre, toward the light. It must be a unit vector, as for [`Bcsdf::at`]. Light reaches a
+    /// fibre from the whole sphere, so no hemisphere is excluded.
+    #[doc(alias = "Eq. 12")]
     #[inline]
     pub fn eval(&self, wi: Vec3) -> Lobes {
         debug_assert!(is_unit(wi), "wi is not a unit vector: {wi}");
@@ -227,8 +182,8 @@ impl Hit<'_> {
         }
     }
 
-    /// N(φ) of each lobe, RGB, averaged over the window: what leaves at azimuth φ = φ_i − φ_o, per radian,
-    /// whatever its inclination.
+    /// N(φ) of each lobe, RGB, per radian, averaged over the window: the light that leaves at the azimuth φ = φ_i − φ_o
+    /// (radians) at any inclination.
     #[doc(alias = "Eq. 11")]
     pub fn azimuthal(&self, phi: f32) -> Lobes {
         match &self.0 {
@@ -237,7 +192,7 @@ impl Hit<'_> {
         }
     }
 
-    /// The density per solid angle with which [`Hit::sample`] draws `wi`.
+    /// The density per solid angle with which [`Hit::sample`] draws `wi`, a unit vector.
     #[inline]
     pub fn pdf(&self, wi: Vec3) -> f32 {
         debug_assert!(is_unit(wi), "wi is not a unit vector: {wi}");
@@ -247,7 +202,7 @@ impl Hit<'_> {
         }
     }
 
-    /// [`Hit::eval`] and [`Hit::pdf`] together.
+    /// [`Hit::eval`] and [`Hit::pdf`] together, at little more than the cost of one.
     #[inline]
     pub fn eval_pdf(&self, wi: Vec3) -> (Lobes, f32) {
         debug_assert!(is_unit(wi), "wi is not a unit vector: {wi}");
@@ -257,17 +212,51 @@ impl Hit<'_> {
         }
     }
 
-    /// Draws ω_i. `u`: five uniform numbers in [0, 1): the lobe, two for the longitudinal lobe, one for the azimuth,
-    /// and where in the window. The near field ignores the last, so that a renderer draws five whatever the window is;
-    /// [`NearHit::sample`], which has no window, takes the other four.
+    /// [`Hit::eval_pdf`] of eight directions. `wi`: the x, y and z of eight unit vectors.
+    pub fn eval_pdf8(&self, wi: [f32x8; 3]) -> (Lobes<f32x8>, f32x8) {
+        debug_assert!(are_unit(wi), "a wi is not a unit vector: {wi:?}");
+        match &self.0 {
+            Kind::Near(hit) => hit.repeated().eval_pdf8(wi),
+            Kind::Window(hit) => hit.eval_pdf8(wi),
+        }
+    }
+
+    /// Draws ω_i, or nothing if the density of the drawn direction underflows to 0: such a sample has no weight.
     ///
-    /// No channel of the weight is above 1 in the near field. In a window it is nearly constant, but the scattered
-    /// lobes' points are scaled to each channel's energy by itself: up to 1.5 has been found.
+    /// `u`: five uniform numbers in [0, 1): one for the lobe, two for the longitudinal lobe, one for the azimuth, and one
+    /// for the offset in the window. The near field ignores the last, so that a renderer draws five for any window;
+    /// [`NearHit::sample`] takes the other four.
+    ///
+    /// In the near field no channel of the weight is above 1. In a window the weight is nearly constant, but the points
+    /// of the scattered lobes are scaled to the energy of each channel separately: weights up to 1.5 were found.
+    #[doc(alias = "Sec. 6")]
     #[inline]
-    pub fn sample(&self, u: [f32; 5]) -> Sample {
+    pub fn sample(&self, u: [f32; 5]) -> Option<Sample> {
         match &self.0 {
             Kind::Near(hit) => hit.sample([u[0], u[1], u[2], u[3]]),
             Kind::Window(hit) => hit.sample(u),
         }
+    }
+
+    /// [`Hit::sample`] eight times. `u`: the five uniform numbers of eight samples.
+    pub fn sample8(&self, u: [f32x8; 5]) -> [Option<Sample>; 8] {
+        match &self.0 {
+            Kind::Near(hit) => hit.repeated().sample8([u[0], u[1], u[2], u[3]]),
+            Kind::Window(hit) => hit.sample8(u),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Renderers keep hits in arrays: one in the near field does not pay for a window.
+    #[test]
+    fn a_near_hit_is_small_and_a_window_is_stored_elsewhere() {
+        let [hit, near, window] = [size_of::<Hit>(), size_of::<NearHit>(), size_of::<WindowHit>()];
+        println!("Hit: {hit} bytes, NearHit: {near}, a window: {window}");
+        assert!(hit <= near + 32 && hit <= 704, "{hit} {near}");
+        assert!(window > 10 * hit);
     }
 }

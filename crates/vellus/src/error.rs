@@ -1,9 +1,10 @@
-//! What can be wrong with a fibre or a table file.
+//! Errors of fibres, queries and table files.
 
-/// Bad input, named with its value and the values allowed.
+/// Bad input. The message names it, with its value and the values allowed.
+#[non_exhaustive]
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Error {
-    /// A fibre parameter, or a query's coordinate, outside its range.
+    /// A parameter of a fibre, or a coordinate of a query, outside its range.
     #[error("{name} = {value} is out of range: {range}")]
     OutOfRange {
         /// The name of the parameter or coordinate, with the channel of a colour: `sigma_ca.r`.
@@ -44,10 +45,10 @@ pub enum Error {
     UnknownPreset {
         /// The name given.
         name: String,
-        /// All names known.
+        /// All known names.
         known: String,
     },
-    /// Bytes that are not a table file of ours.
+    /// A broken table file, or tables that contradict themselves. The text says how.
     #[error("broken medulla table: {0}")]
     Table(String),
 }

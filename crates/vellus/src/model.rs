@@ -1,8 +1,9 @@
 //! What every model of a fibre's scattering offers, so that one renderer, picture or test takes any of them.
 
-use crate::bcsdf::{Bcsdf, Hit, Lobes, Sample};
+use crate::bcsdf::{Bcsdf, Hit};
 use crate::error::Error;
 use crate::fiber::Fiber;
+use crate::lobe::{Lobes, Sample};
 use crate::window::Window;
 use glam::Vec3;
 
@@ -31,7 +32,7 @@ pub trait Model: Sync {
 
     /// As [`Model::at`], but the hit is handed to `f`: faster where hits are too large to be moved.
     #[inline]
-    fn with<R>(&self, wo: Vec3, window: Window, f: impl FnOnce(&Self::Hit<'_>) -> R) -> R {
+    fn with_hit<R>(&self, wo: Vec3, window: Window, f: impl FnOnce(&Self::Hit<'_>) -> R) -> R {
         f(&self.at(wo, window))
     }
 
@@ -66,7 +67,7 @@ pub trait Scattering {
     fn eval_pdf(&self, wi: Vec3) -> (Lobes, f32);
 
     /// Draws ω_i from five uniform numbers in [0, 1).
-    fn sample(&self, u: [f32; 5]) -> Sample;
+    fn sample(&self, u: [f32; 5]) -> Option<Sample>;
 }
 
 impl Model for Bcsdf<'_> {
@@ -81,8 +82,8 @@ impl Model for Bcsdf<'_> {
     }
 
     #[inline]
-    fn with<R>(&self, wo: Vec3, window: Window, f: impl FnOnce(&Hit<'_>) -> R) -> R {
-        self.with(wo, window, f)
+    fn with_hit<R>(&self, wo: Vec3, window: Window, f: impl FnOnce(&Hit<'_>) -> R) -> R {
+        self.with_hit(wo, window, f)
     }
 
     fn field(&self) -> Field {
@@ -91,7 +92,7 @@ impl Model for Bcsdf<'_> {
 
     #[inline]
     fn with_fiber(&self, fiber: &Fiber) -> Result<Self, Error> {
-        Self::with_tables(fiber, self.medulla.tables())
+        Self::with_tables(fiber, self.tables())
     }
 }
 
@@ -117,7 +118,7 @@ impl Scattering for Hit<'_> {
     }
 
     #[inline]
-    fn sample(&self, u: [f32; 5]) -> Sample {
+    fn sample(&self, u: [f32; 5]) -> Option<Sample> {
         self.sample(u)
     }
 }

@@ -1,29 +1,31 @@
-//! The near field: one fibre hit at one offset, or eight of them.
+//! The near field: a fibre hit at one offset, or eight such hits.
 
-use crate::bcsdf::{Bcsdf, Lobe, Lobes, Sample};
 use crate::cylinder::azimuthal::wrap;
 use crate::cylinder::frame::{Frame, Outgoing, Polar, is_unit};
 use crate::cylinder::longitudinal::Centres;
 use crate::cylinder::path::{Path, lobe_probabilities};
+use crate::lobe::{Lobe, Lobes, Sample};
 use crate::medulla::{Azimuth, Inclination, Medulla};
+use crate::prepared::Prepared;
 use crate::simd::lanes::{Lanes, Quad};
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
 use wide::f32x8;
 
-/// What the medulla scatters of one path.
+/// The light that the medulla scatters from one path.
 #[derive(Clone, Copy, Debug)]
 struct Scattered {
     azimuth: Azimuth,
     inclination: Inclination,
     /// False where the path misses the medulla.
     exists: bool,
-    /// True where it does not, and nothing of C^N is mirrored.
+    /// True where the path meets the medulla and no part of C^N is mirrored.
     plain: bool,
 }
 
 impl Scattered {
-    /// The densities of TTˢ and TRTˢ where a part of C^N is mirrored. Not inlined: few paths are so close to the axis.
+    /// The densities of TTˢ and TRTˢ where a part of C^N is mirrored. Not inlined, because few paths are that close to
+    /// the axis.
     #[cold]
     #[inline(never)]
     fn mirrored(&self, medulla: &Medulla, theta_i: f32, phi: [f32; 2]) -> [f32; 2] {
@@ -35,10 +37,13 @@ impl Scattered {
     }
 }
 
-/// One hit of a fibre, or eight: all that depends on ω_o and h, prepared once for all its queries.
+/// One near-field hit of a fibre (`V` is `f32`), or eight hits (`V` is [`f32x8`]): everything that depends on ω_o and h,
+/// prepared once for all its queries.
+///
+/// [`Bcsdf::at8`](crate::Bcsdf::at8) makes eight of them.
 #[derive(Clone, Copy, Debug)]
 pub struct NearHit<'b, V: Lanes = f32> {
-    bcsdf: &'b Bcsdf<'b>,
+    prepared: &'b Prepared<'b>,
     frame: Frame<V>,
     centres: Centres<V>,
     /// Φ of R, TT, TRT.
@@ -54,25 +59,25 @@ pub struct NearHit<'b, V: Lanes = f32> {
 
 impl<'b, V: Lanes> NearHit<'b, V> {
     #[inline(always)]
-    pub(crate) fn new(bcsdf: &'b Bcsdf<'b>, wo: [V; 3], h: V) -> Self {
+    pub(crate) fn new(prepared: &'b Prepared<'b>, wo: [V; 3], h: V) -> Self {
         let zero = V::splat(0.0);
-        let fiber = &bcsdf.fiber;
+        let fiber = &prepared.fiber;
         let Polar { sin, cos } = Polar::new(wo);
         let path = Path::new(fiber, sin, cos, h);
         let mut paths = [0.0; 8];
-        let exists = bcsdf.medulla.exists();
-        let tau = if exists { bcsdf.medulla.tau_position(path.elongation) } else { zero };
+        let exists = prepared.medulla.exists();
+        let tau = if exists { prepared.medulla.tau_position(path.elongation) } else { zero };
         let scattered = V::per_lane(
             #[inline(always)]
             |i| {
                 if exists && path.h_inside.lane(i).abs() < fiber.kappa {
-                    let pass = bcsdf.medulla.pass(tau.lane(i));
+                    let pass = prepared.medulla.pass(tau.lane(i));
                     let angle = path.gamma_m.lane(i);
-                    paths[i] = bcsdf.medulla.mean_path_of(&pass, angle);
-                    let azimuth = bcsdf.medulla.azimuth(&pass, angle);
+                    paths[i] = prepared.medulla.mean_path_of(&pass, angle);
+                    let azimuth = prepared.medulla.azimuth(&pass, angle);
                     Scattered {
                         azimuth,
-                        inclination: bcsdf.medulla.inclination(path.theta_o.lane(i)),
+                        inclination: prepared.medulla.inclination(path.theta_o.lane(i)),
                         exists: true,
                         plain: azimuth.turned == 0.0,
                     }
@@ -83,9 +88,9 @@ impl<'b, V: Lanes> NearHit<'b, V> {
         );
         let attenuation = path.attenuation(fiber, V::from_lanes(&paths));
         NearHit {
-            bcsdf,
+            prepared,
             frame: Frame::new(wo, cos, path.inverse_cos_o),
-            centres: bcsdf.longitudinal.centres(sin, cos),
+            centres: prepared.longitudinal.centres(sin, cos),
             exit: V::Quad::new([path.exit_azimuth(0), path.exit_azimuth(1), path.exit_azimuth(2), zero]),
             scattered_exit: [path.scattered_azimuth(1), path.scattered_azimuth(2)],
             attenuation,
@@ -94,7 +99,7 @@ impl<'b, V: Lanes> NearHit<'b, V> {
         }
     }
 
-    /// A(h), the energy each lobe carries, RGB: the integral of f·cos θᵢ over all ω_i.
+    /// A(h), the share of the light that each lobe carries, RGB, in [0, 1]: the integral of f·cos θᵢ over all ω_i.
     #[doc(alias = "Table 3")]
     pub fn energy(&self) -> Lobes<V> {
         self.lobes(&[V::splat(1.0); 6])
@@ -108,14 +113,14 @@ impl<'b, V: Lanes> NearHit<'b, V> {
     /// The densities of the six lobes over solid angle.
     #[inline(always)]
     fn densities(&self, o: &Outgoing<V>) -> [V; 6] {
-        let m = self.bcsdf.longitudinal.eval(&self.centres, o.sin_i, o.cos_i);
-        let n = self.bcsdf.azimuthal.eval(self.exit, o.phi);
+        let m = self.prepared.longitudinal.eval(&self.centres, o.sin_i, o.cos_i);
+        let n = self.prepared.azimuthal.eval(self.exit, o.phi);
         let [r, tt, trt, rest] = (m * n).array();
         let mut d = [r, tt, trt, V::splat(0.0), V::splat(0.0), rest];
-        if self.bcsdf.medulla.exists() {
+        if self.prepared.medulla.exists() {
             let phi = [wrap(o.phi - self.scattered_exit[0]), wrap(o.phi - self.scattered_exit[1])];
             let mut lanes = [[0.0f32; 8]; 2];
-            let medulla = &self.bcsdf.medulla;
+            let medulla = &self.prepared.medulla;
             for (i, s) in self.scattered.as_ref().iter().enumerate() {
                 if !s.plain {
                     if s.exists {
@@ -165,16 +170,15 @@ impl<'b, V: Lanes> NearHit<'b, V> {
         sum
     }
 
-    /// f·cos θᵢ of each lobe and pdf(ω_i), for the price of little more than one of them; the
-    /// components of ω_i, each one number or eight.
-    #[inline]
-    pub fn eval_pdf_lanes(&self, wi: [V; 3]) -> (Lobes<V>, V) {
+    /// f·cos θᵢ of each lobe and pdf(ω_i).
+    #[inline(always)]
+    fn query(&self, wi: [V; 3]) -> (Lobes<V>, V) {
         let d = self.densities(&self.frame.outgoing(wi));
         (self.lobes(&d), self.density(&d))
     }
 }
 
-/// ω_i, its density and weight; one of each or eight.
+/// ω_i with its density and weight: one, or eight.
 struct Drawn<V: Lanes> {
     wi: [V; 3],
     pdf: V,
@@ -192,22 +196,22 @@ impl<V: Lanes> NearHit<'_, V> {
     /// for the azimuth.
     #[inline(always)]
     fn draw(&self, lane: usize, lobe: Lobe, u: [f32; 3]) -> (f32, f32, f32) {
-        let model = self.bcsdf;
-        let unscattered = |p: usize| model.longitudinal.sample(self.centres.lane(p, lane), p, [u[0], u[1]]);
+        let prepared = self.prepared;
+        let unscattered = |p: usize| prepared.longitudinal.sample(self.centres.lane(p, lane), p, [u[0], u[1]]);
         let scattered = |p: usize| {
             let s = &self.scattered.as_ref()[lane];
             if !s.exists {
                 // Not drawn by `sample`: the lobe carries no energy. R stands in.
                 return (unscattered(0), 0.0);
             }
-            let relative = model.medulla.sample_azimuth(&s.azimuth, u[2]);
-            let theta = model.medulla.sample_inclination(&s.inclination, wrap(relative), [u[0], u[1]]);
+            let relative = prepared.medulla.sample_azimuth(&s.azimuth, u[2]);
+            let theta = prepared.medulla.sample_inclination(&s.inclination, wrap(relative), [u[0], u[1]]);
             (theta.sin_cos(), relative + self.scattered_exit[p - 1].lane(lane))
         };
         let ((sin_i, cos_i), phi) = match lobe {
             Lobe::R | Lobe::Tt | Lobe::Trt => {
                 let p = lobe as usize;
-                (unscattered(p), model.azimuthal.sample(self.exit.array()[p].lane(lane), p, u[2]))
+                (unscattered(p), prepared.azimuthal.sample(self.exit.array()[p].lane(lane), p, u[2]))
             }
             Lobe::Tts => scattered(1),
             Lobe::Trts => scattered(2),
@@ -216,7 +220,7 @@ impl<V: Lanes> NearHit<'_, V> {
         (sin_i, cos_i.max(0.0), phi)
     }
 
-    /// Completes what was drawn: direction, and pdf and weight of all lobes together.
+    /// The direction of a drawn sample, and the density and weight of all lobes together.
     #[inline(always)]
     fn complete(&self, sin_i: V, cos_i: V, phi: V, (sin_phi, cos_phi): (V, V)) -> Drawn<V> {
         let wi = self.frame.direction(sin_i, cos_i, (sin_phi, cos_phi));
@@ -230,8 +234,16 @@ impl<V: Lanes> NearHit<'_, V> {
 }
 
 impl NearHit<'_, f32x8> {
-    /// Draws eight directions. `u`: as for [`NearHit::sample`] of one hit, eight of each.
-    pub fn sample8(&self, u: [f32x8; 4]) -> [Sample; 8] {
+    /// f·cos θᵢ of each lobe and the density per solid angle of eight hits, each with a direction of its own. `wi`: the
+    /// x, y and z of eight unit vectors.
+    #[inline]
+    pub fn eval_pdf8(&self, wi: [f32x8; 3]) -> (Lobes<f32x8>, f32x8) {
+        self.query(wi)
+    }
+
+    /// Draws a direction for each of the eight hits, as [`NearHit::sample`]. `u`: the four uniform numbers of eight
+    /// samples.
+    pub fn sample8(&self, u: [f32x8; 4]) -> [Option<Sample>; 8] {
         let u = u.map(f32x8::to_array);
         let (mut sin_i, mut cos_i, mut phi) = ([0.0; 8], [0.0; 8], [0.0; 8]);
         let (mut sin_phi, mut cos_phi) = ([0.0; 8], [0.0; 8]);
@@ -245,35 +257,49 @@ impl NearHit<'_, f32x8> {
         let drawn = self.complete(pack(sin_i), pack(cos_i), pack(phi), (pack(sin_phi), pack(cos_phi)));
         let (wi, pdf, weight) =
             (drawn.wi.map(f32x8::to_array), drawn.pdf.to_array(), drawn.weight.map(f32x8::to_array));
-        std::array::from_fn(|i| Sample {
-            wi: Vec3::new(wi[0][i], wi[1][i], wi[2][i]),
-            pdf: pdf[i],
-            weight: weight.map(|w| w[i]),
-            lobe: lobes[i],
+        std::array::from_fn(|i| {
+            let wi = Vec3::new(wi[0][i], wi[1][i], wi[2][i]);
+            Sample::new(wi, pdf[i], weight.map(|w| w[i]), lobes[i])
         })
     }
 }
 
 impl NearHit<'_, f32> {
-    /// f(ω_o, ω_i)·cos θᵢ of each lobe, RGB. `wi` points away from the fibre, toward the light, and
-    /// has unit length. Light reaches a fibre from the whole sphere: no half of it is excluded.
+    /// The same hit eight times.
+    pub(crate) fn repeated(&self) -> NearHit<'_, f32x8> {
+        let splat = f32x8::splat;
+        let [scattered] = self.scattered;
+        NearHit {
+            prepared: self.prepared,
+            frame: self.frame.repeated(),
+            centres: self.centres.repeated(),
+            exit: Quad::new(self.exit.to_array().map(splat)),
+            scattered_exit: self.scattered_exit.map(splat),
+            attenuation: self.attenuation.map(|a| Quad::new(a.to_array().map(splat))),
+            probability: self.probability.map(splat),
+            scattered: [scattered; 8],
+        }
+    }
+
+    /// f(ω_o, ω_i)·cos θᵢ of each lobe, RGB. `wi` points away from the fibre, toward the light, and is a unit vector.
+    /// Light reaches a fibre from the whole sphere, so no hemisphere is excluded.
     #[inline]
     pub fn eval(&self, wi: Vec3) -> Lobes {
         debug_assert!(is_unit(wi), "wi is not a unit vector: {wi}");
         self.lobes(&self.densities(&self.frame.outgoing(wi.to_array())))
     }
 
-    /// N(φ) of each lobe.
+    /// N(φ) of each lobe, RGB.
     pub(crate) fn azimuthal_lobes(&self, phi: f32) -> Lobes {
-        let [r, tt, trt, rest] = self.bcsdf.azimuthal.eval(self.exit, phi).to_array();
+        let [r, tt, trt, rest] = self.prepared.azimuthal.eval(self.exit, phi).to_array();
         let [s] = &self.scattered;
         let [tts, trts] = self
             .scattered_exit
-            .map(|exit| if s.exists { self.bcsdf.medulla.azimuthal(&s.azimuth, wrap(phi - exit)) } else { 0.0 });
+            .map(|exit| if s.exists { self.prepared.medulla.azimuthal(&s.azimuth, wrap(phi - exit)) } else { 0.0 });
         self.lobes(&[r, tt, trt, tts, trts, rest])
     }
 
-    /// The density per solid angle with which [`NearHit::sample`] draws `wi`.
+    /// The density per solid angle with which [`NearHit::sample`] draws `wi`, a unit vector.
     #[inline]
     pub fn pdf(&self, wi: Vec3) -> f32 {
         debug_assert!(is_unit(wi), "wi is not a unit vector: {wi}");
@@ -284,17 +310,19 @@ impl NearHit<'_, f32> {
     #[inline]
     pub fn eval_pdf(&self, wi: Vec3) -> (Lobes, f32) {
         debug_assert!(is_unit(wi), "wi is not a unit vector: {wi}");
-        self.eval_pdf_lanes(wi.to_array())
+        self.query(wi.to_array())
     }
 
-    /// Draws ω_i. `u`: four uniform numbers in [0, 1): the lobe, two for the longitudinal lobe, one
-    /// for the azimuth. (A [`crate::Hit`] takes a fifth, for where in its window.) No channel of the weight is ever
+    /// Draws ω_i, or nothing if the density of the drawn direction underflows to 0.
+    ///
+    /// `u`: four uniform numbers in [0, 1): one for the lobe, two for the longitudinal lobe, one for the azimuth.
+    /// ([`Hit::sample`](crate::Hit::sample) takes a fifth, for the offset in its window.) No channel of the weight is
     /// above Σ max(A) ≤ 1.
     #[inline]
-    pub fn sample(&self, u: [f32; 4]) -> Sample {
+    pub fn sample(&self, u: [f32; 4]) -> Option<Sample> {
         let lobe = self.choose_lobe(0, u[0]);
         let (sin_i, cos_i, phi) = self.draw(0, lobe, [u[1], u[2], u[3]]);
         let Drawn { wi, pdf, weight } = self.complete(sin_i, cos_i, phi, phi.sin_cos());
-        Sample { wi: Vec3::from_array(wi), pdf, weight, lobe }
+        Sample::new(Vec3::from_array(wi), pdf, weight, lobe)
     }
 }

@@ -1,6 +1,7 @@
 //! Pieces of the model, for those who build other models of fibres: directions in the fibre's frame, the tables of
 //! the medulla, and special functions in single precision, eight at a time.
 
+pub use crate::choose::{Choice, choose};
 pub use crate::cylinder::azimuthal::wrap;
 pub use crate::cylinder::frame::{Frame, Outgoing, Polar};
 pub use crate::medulla::weighting::Weighting;

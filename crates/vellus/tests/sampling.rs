@@ -45,7 +45,7 @@ fn check_histograms(fibers: &[Fiber], samples: usize) {
         let bcsdf = Bcsdf::new(fiber).unwrap();
         for (theta_o, window) in hits {
             let hit = bcsdf.at(direction(theta_o, 2.2), window);
-            let follows = test.check(|| hit.sample(random.numbers()).wi, |wi| hit.pdf(wi));
+            let follows = test.check(|| hit.sample(random.numbers()).unwrap().wi, |wi| hit.pdf(wi));
             assert_eq!(follows, Ok(()), "{fiber:?} θ_o {theta_o} {window:?}");
         }
     }
@@ -81,7 +81,7 @@ fn weight_is_the_near_field_total() {
         let bound: f32 = energy.0.iter().map(|a| a[0].max(a[1]).max(a[2])).sum();
         assert!(bound <= 1.0 + 1e-5, "{fiber:?} {bound}");
         for _ in 0..20 {
-            let s = hit.sample(random.numbers());
+            let s = hit.sample(random.numbers()).unwrap();
             assert!((s.wi.length() - 1.0).abs() < 1e-5 && s.pdf > 0.0, "{fiber:?} {s:?}");
             for c in 0..3 {
                 assert!(s.weight[c] <= bound * (1.0 + 1e-4), "{fiber:?} {s:?} {bound}");
@@ -106,7 +106,7 @@ fn lobe_probabilities_follow_the_energies() {
     let n = 200_000;
     let mut counts = [0.0; 6];
     for _ in 0..n {
-        counts[hit.sample(random.numbers()).lobe as usize] += 1.0 / f64::from(n);
+        counts[hit.sample(random.numbers()).unwrap().lobe as usize] += 1.0 / f64::from(n);
     }
     let bound = max_abs_z(Lobe::ALL.len(), 0.01);
     for lobe in Lobe::ALL {
@@ -156,7 +156,7 @@ fn windows_are_unbiased(n: u32) {
         let solid = radii.map(|r| TAU * (1.0 - r.cos()));
         let [mut lights, mut directions, mut both] = [[Estimate::default(); 4]; 3];
         for _ in 0..n {
-            let s = hit.sample(random.numbers());
+            let s = hit.sample(random.numbers()).unwrap();
             let cos = f64::from(s.wi.dot(axis));
             for k in 0..4 {
                 let inside = if cos >= radii[k].cos() { f64::from(s.weight[1]) } else { 0.0 };
@@ -217,7 +217,7 @@ fn window_weights_are_bounded() {
         let hit = bcsdf.at(wo, if random.next() < 0.5 { Window::far() } else { pixel });
         let bound: f32 = hit.energy().0.iter().map(|a| a[0].max(a[1]).max(a[2])).sum();
         for _ in 0..300 {
-            let s = hit.sample(random.numbers());
+            let s = hit.sample(random.numbers()).unwrap();
             let most = s.weight.into_iter().fold(0.0, f32::max) / bound;
             worst = worst.max(most);
             count += 1;

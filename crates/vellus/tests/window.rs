@@ -272,7 +272,7 @@ fn window_has_both_limits() {
         for width in [0.0, 1e-6, 1e-5] {
             let hit = bcsdf.at(wo, Window::pixel(h, width));
             for _ in 0..20 {
-                let wi = near.sample(random.numbers()).wi;
+                let wi = near.sample(random.numbers()).unwrap().wi;
                 let ((a, p), (b, q)) = (near.eval_pdf(wi), hit.eval_pdf(wi));
                 // 1e-3 as asked, and the single precision of both, see tests/exact.rs.
                 for (x, y) in a.total().into_iter().zip(b.total()).chain([(p, q)]) {
@@ -369,7 +369,7 @@ fn check_any_fibre_and_window(count: i32) {
                 "{fiber:?} {theta_o} {window:?} {wi}: {f:?} {pdf}"
             );
         }
-        let s = hit.sample(random.numbers());
+        let s = hit.sample(random.numbers()).unwrap();
         assert!(s.pdf.is_finite() && s.pdf > 0.0 && s.weight.iter().all(|w| (0.0..bound).contains(w)), "{s:?}");
         // Quadrature of a hundredth of them.
         if (k % 100 == 0 || k % 100 == 51) && width > 1e-3 {

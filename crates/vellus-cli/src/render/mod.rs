@@ -63,7 +63,13 @@ pub struct Args {
     samples: Option<Range<u64>>,
     /// Render the frames A to B of a USD file's animation, or every S-th of them: `fur.exr` becomes `fur.0001.exr` and so
     /// on. --time and --noise apply to each frame; --resume skips finished frames.
-    #[arg(long, value_parser = parse::frames, allow_hyphen_values = true, value_name = "A-B[xS]", conflicts_with_all = ["samples", "frame"])]
+    #[arg(
+        long,
+        value_parser = parse::frames,
+        allow_hyphen_values = true,
+        value_name = "A-B[xS]",
+        conflicts_with_all = ["samples", "frame"]
+    )]
     frames: Option<Frames>,
     /// Over which part of a fibre's width its reflectance is averaged. Only the model `vellus` knows all three; the other
     /// models are near or far field models, and ignore this option.

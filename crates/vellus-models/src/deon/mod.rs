@@ -145,7 +145,7 @@ impl Scattering for DEon2011Hit<'_> {
     }
 
     #[inline]
-    fn sample(&self, u: [f32; 5]) -> Sample {
+    fn sample(&self, u: [f32; 5]) -> Option<Sample> {
         let (p, _) = choose(&self.probability, u[0]);
         let (sin_i, cos_i) = self.longitudinal.sample(p, [u[1], u[2]]);
         let theta_i = sin_i.atan2(cos_i);
@@ -155,6 +155,6 @@ impl Scattering for DEon2011Hit<'_> {
         let outgoing = Outgoing { sin_i, cos_i, theta_i, phi };
         let (lobes, pdf) = self.eval_outgoing(&outgoing);
         let weight = weight(lobes.total(), pdf);
-        Sample { wi: direction(&self.frame, &outgoing), pdf, weight, lobe: LOBES[p] }
+        Sample::new(direction(&self.frame, &outgoing), pdf, weight, LOBES[p])
     }
 }

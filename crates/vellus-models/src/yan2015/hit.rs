@@ -161,7 +161,7 @@ impl Yan2015Hit<'_> {
 
 impl Yan2015Hit<'_> {
     /// Samples as [`Yan2015::with_original_sampling`] describes.
-    fn sample_originally(&self, i: usize, left: f32, u: [f32; 5]) -> Sample {
+    fn sample_originally(&self, i: usize, left: f32, u: [f32; 5]) -> Option<Sample> {
         let (lobe, o, weight) = match &self.scattered {
             Some(s) if i > 0 => {
                 // Uniform over the sphere.
@@ -185,7 +185,7 @@ impl Yan2015Hit<'_> {
             }
         };
         let (_, pdf) = self.eval_outgoing(&o);
-        Sample { wi: direction(&self.unscattered.frame, &o), pdf, weight, lobe }
+        Sample::new(direction(&self.unscattered.frame, &o), pdf, weight, lobe)
     }
 }
 
@@ -246,7 +246,7 @@ impl Scattering for Yan2015Hit<'_> {
     }
 
     #[inline]
-    fn sample(&self, u: [f32; 5]) -> Sample {
+    fn sample(&self, u: [f32; 5]) -> Option<Sample> {
         let (i, left) = choose(&self.probability, u[0]);
         if self.model.original_sampling {
             return self.sample_originally(i, left, u);
@@ -254,6 +254,6 @@ impl Scattering for Yan2015Hit<'_> {
         let (lobe, outgoing) = self.draw(i, left, u);
         let (lobes, pdf) = self.eval_outgoing(&outgoing);
         let weight = factored::weight(lobes.total(), pdf);
-        Sample { wi: direction(&self.unscattered.frame, &outgoing), pdf, weight, lobe }
+        Sample::new(direction(&self.unscattered.frame, &outgoing), pdf, weight, lobe)
     }
 }

@@ -9,11 +9,11 @@ use super::sampler::Sampler;
 use super::settings::Mode;
 use crate::film::{Layer, nearest};
 use crate::geometry::curves::CurveHit;
-use crate::geometry::ray::{Ray, orthonormal_basis};
+use crate::geometry::ray::Ray;
 use crate::shading::fibers::Fibers;
 use glam::{Vec3, Vec4Swizzles};
 use std::f32::consts::PI;
-use vellus::{Field, Lobes, Model, Scattering, Window};
+use vellus::{FiberFrame, Field, Lobes, Model, Scattering, Window};
 
 /// Shadow rays whose light would add at least this fraction of what a fibre that scatters evenly in all directions
 /// adds are always traced, fainter ones with proportional probability. The first number is for fibres that the camera
@@ -28,44 +28,23 @@ const FIRST_LIGHTS: u32 = 2;
 /// little of the noise. Measured: `docs/notes/2026-11-rendering.md`, "Faint paths".
 const FAINT: f32 = 0.3;
 
-/// The frame of a fibre at a hit.
-struct FiberFrame {
-    tangent: Vec3,
-    across: (Vec3, Vec3),
-    /// The point on the axis, and the radius there.
-    axis: Vec3,
-    radius: f32,
+/// A fibre's frame at a hit, and the time of the ray.
+struct Place {
+    frame: FiberFrame,
     time: f32,
 }
 
-impl FiberFrame {
+impl Place {
     fn new(hit: &CurveHit, time: f32) -> Self {
         let point = hit.segment.at(hit.entry.u);
-        let tangent = hit.segment.tangent(hit.entry.u);
-        FiberFrame { tangent, across: orthonormal_basis(tangent), axis: point.xyz(), radius: point.w, time }
-    }
-
-    fn local(&self, w: Vec3) -> Vec3 {
-        Vec3::new(w.dot(self.tangent), w.dot(self.across.0), w.dot(self.across.1))
-    }
-
-    fn world(&self, w: Vec3) -> Vec3 {
-        self.tangent * w.x + self.across.0 * w.y + self.across.1 * w.z
-    }
-
-    /// h: the sine of the angle from the surface normal to the direction back along the ray, about the tangent.
-    fn offset(&self, ray: &Ray, t: f32) -> f32 {
-        let q = ray.at(t) - self.axis;
-        let n = (q - self.tangent * q.dot(self.tangent)).normalize_or(self.across.0);
-        let wo = -ray.direction;
-        let wo = (wo - self.tangent * wo.dot(self.tangent)).normalize_or(n);
-        self.tangent.dot(n.cross(wo)).clamp(-1.0, 1.0)
+        Place { frame: FiberFrame::new(hit.segment.tangent(hit.entry.u), point.xyz(), point.w), time }
     }
 
     /// A ray that leaves toward `direction`, from the side of the fibre that faces it.
     fn leave(&self, direction: Vec3, t_max: f32) -> Ray {
-        let out = (direction - self.tangent * direction.dot(self.tangent)).normalize_or(self.across.0);
-        Ray { origin: self.axis + out * (1.001 * self.radius), direction, t_max, time: self.time }
+        let out = self.frame.outward(direction);
+        let origin = self.frame.center() + out * (1.001 * self.frame.radius());
+        Ray { origin, direction, t_max, time: self.time }
     }
 }
 
@@ -79,9 +58,10 @@ pub(super) fn at_fiber<M: Model>(
     depth: u32,
 ) -> Option<(Ray, f32)> {
     let geometry = path.geometry;
-    let frame = FiberFrame::new(hit, ray.time);
-    let h = frame.offset(ray, hit.entry.t);
-    let wo = frame.local(-ray.direction);
+    let place = Place::new(hit, ray.time);
+    let frame = &place.frame;
+    let h = frame.offset(ray.at(hit.entry.t), -ray.direction);
+    let wo = frame.to_local(-ray.direction);
     let window = match path.settings.mode {
         Mode::Near => Window::near(h),
         Mode::Far => Window::far(),
@@ -89,10 +69,10 @@ pub(super) fn at_fiber<M: Model>(
             None => {
                 let pixel = geometry.view.pixel_width(path.settings.size, ray, hit.entry.t);
                 // Samples already spread over the pixel: another half of it keeps the picture as sharp as its filter.
-                Window::cell(h, (0.5 * pixel / frame.radius.max(1e-30)).min(2.0), sampler.chance())
+                Window::cell(h, 0.5 * frame.pixel_width(pixel), sampler.chance())
             }
             // D15: the far field, if the last scattering event spread the path over the whole width of the fibre.
-            Some(angle) if angle * hit.entry.t >= 2.0 * frame.radius && largest(path.throughput) >= FAINT => {
+            Some(angle) if angle * hit.entry.t >= 2.0 * frame.radius() && largest(path.throughput) >= FAINT => {
                 Window::far()
             }
             Some(_) => Window::near(h),
@@ -106,31 +86,31 @@ pub(super) fn at_fiber<M: Model>(
         Field::Any => window,
     };
     if depth == 0 {
-        path.set(Layer::Tangent, &frame.tangent.to_array());
-        let n = (ray.at(hit.entry.t) - frame.axis).normalize_or_zero();
+        path.set(Layer::Tangent, &frame.tangent().to_array());
+        let n = (ray.at(hit.entry.t) - frame.center()).normalize_or_zero();
         path.set(Layer::Normal, &n.to_array());
         path.set(Layer::Fibers, &[1.0]);
         path.set(Layer::RootUv, &geometry.root_uv(hit).to_array());
         if geometry.moves {
             path.set(
                 Layer::Motion,
-                &geometry.motion(path.settings.size, frame.axis, geometry.curves.movement(hit), ray.time),
+                &geometry.motion(path.settings.size, frame.center(), geometry.curves.movement(hit), ray.time),
             );
         }
         path.strand = nearest(hit.entry.t, geometry.strand_number(hit));
     }
-    model.with(wo, window, |scattering| scatter_at(path, sampler, &frame, scattering, depth))
+    model.with_hit(wo, window, |scattering| scatter_at(path, sampler, &place, scattering, depth))
 }
 
 /// Samples a light and a direction at a fibre.
 fn scatter_at(
     path: &mut Path<'_>,
     sampler: &mut Sampler,
-    frame: &FiberFrame,
+    place: &Place,
     scattering: &impl Scattering,
     depth: u32,
 ) -> Option<(Ray, f32)> {
-    let geometry = path.geometry;
+    let (geometry, frame) = (path.geometry, &place.frame);
     if depth == 0 && path.layout.has(Layer::Albedo) {
         path.set(Layer::Albedo, &scattering.energy().total());
     }
@@ -142,13 +122,13 @@ fn scatter_at(
         let u = if k == 0 { a } else { sampler.next() };
         // Stratified: each sample chooses from its own share of the lights.
         let pick = (u[0] + k as f32) / path.lights;
-        let Some((which, light)) = geometry.lights.sample(frame.axis, [pick, u[1], u[2]]) else { continue };
-        let (f, pdf) = scattering.eval_pdf(frame.local(light.direction));
+        let Some((which, light)) = geometry.lights.sample(frame.center(), [pick, u[1], u[2]]) else { continue };
+        let (f, pdf) = scattering.eval_pdf(frame.to_local(light.direction));
         let total = f.total();
         let w = weight(light.pdf * path.lights, pdf) / path.lights;
         let asked =
             (4.0 * PI / SHADOW_RAY_THRESHOLD[usize::from(depth > 0)] * path.lights * largest(total) * w).min(1.0);
-        if sampler.chance() < asked && !path.blocked(&frame.leave(light.direction, shadow_t_max(&light))) {
+        if sampler.chance() < asked && !path.blocked(&place.leave(light.direction, shadow_t_max(&light))) {
             let given = if light.pdf.is_infinite() { 1.0 } else { 1.0 / light.pdf };
             let w = w * given / asked;
             let lobes = path.lobes;
@@ -160,14 +140,12 @@ fn scatter_at(
         }
     }
     let sample = scattering.sample([b[0], b[1], b[2], b[3], a[3]]);
-    if !(sample.pdf > 0.0 && largest(sample.weight) > 0.0) {
-        return None;
-    }
+    let sample = sample.filter(|sample| largest(sample.weight) > 0.0)?;
     if apart {
         path.lobes = Some(shares(&scattering.eval(sample.wi)));
     }
     path.throughput = times(path.throughput, sample.weight);
-    Some((frame.leave(frame.world(sample.wi), f32::INFINITY), sample.pdf))
+    Some((place.leave(frame.to_world(sample.wi), f32::INFINITY), sample.pdf))
 }
 
 /// Each lobe's share of the total.

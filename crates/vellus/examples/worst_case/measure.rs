@@ -65,7 +65,7 @@ fn direction(theta: f64, phi: f64) -> Vec3 {
 fn with<R>(tables: &TableData, case: &Case, f: impl FnOnce(&Hit, &Exact) -> R) -> Option<R> {
     let bcsdf = Bcsdf::new(&case.fiber).ok()?;
     let oracle = Exact::new(&case.fiber, tables).ok()?;
-    Some(bcsdf.with(direction(case.theta_o, 0.0), case.window(), |hit| f(hit, &oracle)))
+    Some(bcsdf.with_hit(direction(case.theta_o, 0.0), case.window(), |hit| f(hit, &oracle)))
 }
 
 /// L1 distance of profiles of the lobes in `lobes`, against `exact` at equidistant azimuths from −π.
@@ -159,7 +159,7 @@ pub fn near(tables: &TableData, case: &Case, directions: usize) -> Error {
     let (mut peak, mut error) = ([0.0f64; 3], [0.0f64; 3]);
     for _ in 0..directions {
         let u = std::array::from_fn(|_| (random.uniform() as f32).min(1.0 - f32::EPSILON / 2.0));
-        let wi = hit.sample(u).wi;
+        let Some(wi) = hit.sample(u).map(|sample| sample.wi) else { continue };
         let phi = f64::from(wi.z).atan2(wi.y.into());
         let expected = exact.eval(inclination(wi), phi);
         let value = hit.eval(wi).total();

@@ -1,6 +1,7 @@
 //! Directions in the fibre's frame: x along the fibre from root to tip.
 
 use crate::simd::lanes::Lanes;
+use wide::f32x8;
 
 /// Is this a unit vector, to single precision? False for NaN.
 ///
@@ -8,6 +9,12 @@ use crate::simd::lanes::Lanes;
 /// errors each; 1e-3 is far above that, and far below what an omitted normalisation leaves.
 pub(crate) fn is_unit(w: glam::Vec3) -> bool {
     (w.length_squared() - 1.0).abs() < 1e-3
+}
+
+/// The unit vector at the inclination `theta` and the azimuth `phi`, both in radians, in the fibre's frame.
+pub fn direction(theta: f64, phi: f64) -> glam::Vec3 {
+    let ((sin_theta, cos_theta), (sin_phi, cos_phi)) = (theta.sin_cos(), phi.sin_cos());
+    glam::Vec3::new(sin_theta as f32, (cos_theta * cos_phi) as f32, (cos_theta * sin_phi) as f32)
 }
 
 /// Inclination of a direction.
@@ -45,6 +52,13 @@ pub struct Outgoing<V> {
     pub theta_i: V,
     /// φ_i − φ_o
     pub phi: V,
+}
+
+impl Frame<f32> {
+    /// The same frame eight times.
+    pub(crate) fn repeated(&self) -> Frame<f32x8> {
+        Frame { cos: f32x8::splat(self.cos), sin: f32x8::splat(self.sin) }
+    }
 }
 
 impl<V: Lanes> Frame<V> {

@@ -10,6 +10,7 @@
 
 use crate::fiber::Fiber;
 use crate::simd::lanes::{Lanes, Quad};
+use wide::{f32x4, f32x8};
 
 /// Shift and width of the four lobes, prepared once a fibre: R, TT, TRT, rest.
 #[derive(Clone, Debug)]
@@ -36,6 +37,14 @@ impl<V: Lanes> Centres<V> {
     #[inline(always)]
     pub fn lane(&self, p: usize, lane: usize) -> (f32, f32) {
         (self.sin.array()[p].lane(lane), self.cos.array()[p].lane(lane))
+    }
+}
+
+impl Centres<f32> {
+    /// The same centres eight times.
+    pub fn repeated(&self) -> Centres<f32x8> {
+        let quad = |x: f32x4| Quad::new(x.to_array().map(f32x8::splat));
+        Centres { sin: quad(self.sin), cos: quad(self.cos) }
     }
 }
 

@@ -2,6 +2,7 @@
 
 pub(crate) mod azimuthal;
 pub(crate) mod cuticle;
+pub(crate) mod fiber_frame;
 pub(crate) mod frame;
 pub(crate) mod longitudinal;
 pub(crate) mod path;

@@ -9,7 +9,7 @@
 //! spread over the azimuths of the offsets it stands for: C^N is looked up once, and evaluated at up to eight of these
 //! azimuths. A thin medulla needs no more, as the shape of its C^N hardly depends on the offset.
 
-use crate::bcsdf::Bcsdf;
+use crate::choose::choose;
 use crate::cylinder::azimuthal::wrap;
 use crate::cylinder::frame::Polar;
 use crate::cylinder::path::Path;
@@ -18,6 +18,7 @@ use crate::far::segments::{Channels, Through, attenuation, sum};
 use crate::medulla::Medulla;
 use crate::medulla::mixture::Weights;
 use crate::medulla::tables::AZIMUTHAL;
+use crate::prepared::Prepared;
 use arrayvec::ArrayVec;
 use std::f32::consts::PI;
 use wide::{f32x4, f32x8};
@@ -97,7 +98,7 @@ pub(crate) struct Points {
 /// What all groups of a hit share.
 #[derive(Clone, Copy)]
 struct Query<'a, 'b> {
-    bcsdf: &'a Bcsdf<'b>,
+    prepared: &'a Prepared<'b>,
     polar: Polar<f32>,
     through: &'a Through,
 }
@@ -106,13 +107,13 @@ impl Query<'_, '_> {
     /// Paths at offsets h.
     #[inline(always)]
     fn paths(&self, h: f32x8) -> Path<f32x8> {
-        Path::new(&self.bcsdf.fiber, f32x8::splat(self.polar.sin), f32x8::splat(self.polar.cos), h)
+        Path::new(&self.prepared.fiber, f32x8::splat(self.polar.sin), f32x8::splat(self.polar.cos), h)
     }
 
     /// The energies of TTˢ and TRTˢ of paths of width `dh`, each in the lanes of its own.
     #[inline(always)]
     fn energy(&self, path: &Path<f32x8>, dh: f32x8, first: f32x8) -> [Channels; 2] {
-        let a = attenuation(self.bcsdf, path, Some(self.through));
+        let a = attenuation(self.prepared, path, Some(self.through));
         let widths = [dh * first, dh * (f32x8::ONE - first)];
         let mut energy = [[f32x8::ZERO; 4]; 2];
         for q in 0..2 {
@@ -209,7 +210,7 @@ impl Group {
                 turned[i] = turned[i - 4];
                 continue;
             }
-            let azimuth = query.bcsdf.medulla.azimuth(&query.through.pass, angles[i]);
+            let azimuth = query.prepared.medulla.azimuth(&query.through.pass, angles[i]);
             for c in 0..AZIMUTHAL {
                 self.weights[i][c] = azimuth.weights[c] * f32x8::splat(azimuth.scale);
             }
@@ -265,19 +266,19 @@ impl Points {
     #[inline(always)]
     pub fn prepare(
         &mut self,
-        bcsdf: &Bcsdf,
+        prepared: &Prepared,
         polar: Polar<f32>,
         through: &Through,
         sides: [Option<Side>; 2],
         energy: [f32x4; 2],
     ) {
-        let query = Query { bcsdf, polar, through };
+        let query = Query { prepared, polar, through };
         if sides.iter().all(Option::is_none) {
             return;
         }
-        let width = bcsdf.medulla.peak_width();
+        let width = prepared.medulla.peak_width();
         let [first, second] = energy.map(|e| e.to_array()[3]);
-        let mut enough = bcsdf.medulla.is_smooth() && second < FEW_SECOND * first;
+        let mut enough = prepared.medulla.is_smooth() && second < FEW_SECOND * first;
         if enough {
             self.groups.push(Group::NONE);
             if let Some(group) = self.groups.last_mut() {
@@ -330,38 +331,21 @@ impl Points {
     pub fn draw(&self, medulla: &Medulla, q: usize, u: [f32; 2]) -> [f32; 2] {
         let energy = |group: &Group| group.energy[q][3].to_array();
         let total: f32 = self.groups.iter().map(|group| group.times() * energy(group).iter().sum::<f32>()).sum();
-        let mut rest = u[0] * total;
-        let mut chosen = None;
-        'found: for group in &self.groups {
-            for (lane, e) in energy(group).into_iter().enumerate() {
-                let e = e * group.times();
-                if e > 0.0 {
-                    chosen = Some((group, lane, rest / e));
-                    if rest < e {
-                        break 'found;
-                    }
-                }
-                rest -= e;
-            }
-        }
-        let Some((group, lane, t)) = chosen else { return [0.0; 2] };
+        let paths = self.groups.iter().flat_map(|group| {
+            let lanes = energy(group).into_iter().enumerate();
+            lanes.map(move |(lane, energy)| ((group, lane), energy * group.times()))
+        });
+        let Some(choice) = choose(paths, u[0] * total) else { return [0.0; 2] };
+        let ((group, lane), t) = (choice.item, choice.fraction());
         let (flip, t) = match (group.twice, t < 0.5) {
             (true, true) => (1.0, 2.0 * t),
             (true, false) => (-1.0, 2.0 * t - 1.0),
             (false, _) => (1.0, t),
         };
         // The azimuth among those that the path's light is spread over.
-        let (mut exit, mut rest) = (group.exit.to_array()[lane], t);
-        for Exit { azimuth, share } in self.exits_of(group) {
-            let share = share.to_array()[lane];
-            if share > 0.0 {
-                exit = azimuth.to_array()[lane];
-                if rest < share {
-                    break;
-                }
-            }
-            rest -= share;
-        }
+        let exits =
+            self.exits_of(group).iter().map(|exit| (exit.azimuth.to_array()[lane], exit.share.to_array()[lane]));
+        let exit = choose(exits, t).map_or(group.exit.to_array()[lane], |choice| choice.item);
         let relative = medulla.sample_profile(&group.weights[lane], group.turned.to_array()[lane], u[1]);
         [flip * group.mirror.to_array()[lane] * (relative + exit), wrap(relative)]
     }

@@ -6,7 +6,7 @@
 //! paper's linear Φ and linear factors of A(h) do not. The mean is that of the largest channel: all channels of a segment's
 //! light are spread alike, so that a sample's weight is that of its segment wherever it goes.
 
-use crate::bcsdf::Bcsdf;
+use crate::choose::choose;
 use crate::cylinder::azimuthal::wrap;
 use crate::cylinder::frame::Polar;
 use crate::cylinder::path::{Path, angles, exit_azimuth};
@@ -14,6 +14,7 @@ use crate::far::gaussian_spans::{Bells, Chain};
 use crate::far::nodes::Nodes;
 use crate::fiber::Fiber;
 use crate::medulla::{MeanPaths, Pass};
+use crate::prepared::Prepared;
 use crate::simd::lanes::{Lanes, Quad};
 use crate::simd::special;
 use std::f32::consts::{PI, TAU};
@@ -174,12 +175,12 @@ fn across(channels: [f32x4; 4]) -> f32x4 {
 
 /// A(h) of a register of paths, with the largest channel, by which lobes and offsets are sampled, in place of the spare one.
 #[inline(always)]
-pub(crate) fn attenuation(bcsdf: &Bcsdf, path: &Path<f32x8>, through: Option<&Through>) -> [Channels; 6] {
+pub(crate) fn attenuation(prepared: &Prepared, path: &Path<f32x8>, through: Option<&Through>) -> [Channels; 6] {
     let mean_paths = match through {
-        Some(through) => bcsdf.medulla.mean_paths_at(&through.mean_paths, path.gamma_m),
+        Some(through) => prepared.medulla.mean_paths_at(&through.mean_paths, path.gamma_m),
         None => f32x8::ZERO,
     };
-    let a = path.attenuation(&bcsdf.fiber, mean_paths);
+    let a = path.attenuation(&prepared.fiber, mean_paths);
     let mut out = [[f32x8::ZERO; 4]; 6];
     for p in 0..6 {
         let [r, g, b, _] = a[p].array();
@@ -222,7 +223,7 @@ impl Half {
     #[inline(always)]
     pub fn prepare(
         &mut self,
-        bcsdf: &Bcsdf,
+        prepared: &Prepared,
         polar: Polar<f32>,
         through: Option<&Through>,
         nodes: &Nodes,
@@ -233,8 +234,8 @@ impl Half {
         self.signs[..signs.len()].copy_from_slice(signs);
         let splat = f32x8::splat;
         let [sin, cos] = [polar.sin, polar.cos].map(splat);
-        let paths = nodes.gauss.map(|h| Path::new(&bcsdf.fiber, sin, cos, h));
-        let a = [attenuation(bcsdf, &paths[0], through), attenuation(bcsdf, &paths[1], through)];
+        let paths = nodes.gauss.map(|h| Path::new(&prepared.fiber, sin, cos, h));
+        let a = [attenuation(prepared, &paths[0], through), attenuation(prepared, &paths[1], through)];
         let weights = nodes.weights.map(|w| w * splat(scale));
         let mut energy = [f32x4::ZERO; 6];
         for p in 0..6 {
@@ -249,7 +250,7 @@ impl Half {
         let (mut ends, mut points) = ([f32x8::ZERO; 3], [[f32x8::ZERO; 2]; 3]);
         let mut centres = [0.0; 8];
         for p in 0..3 {
-            let inverse_sigma = splat(bcsdf.azimuthal.inverse_sigma[p]);
+            let inverse_sigma = splat(prepared.azimuthal.inverse_sigma[p]);
             let exit = exit_azimuth(p as u8, gamma_o, gamma_t);
             centres[p] = 0.5 * (exit.lane(0) + exit.lane(7));
             let origin = splat(centres[p]);
@@ -258,13 +259,13 @@ impl Half {
         }
         // Energy per radian at the Gauss points of lobe p in channel c.
         let shares = |p: usize, c: usize| {
-            let scale = splat(bcsdf.azimuthal.inverse_sigma[p]);
+            let scale = splat(prepared.azimuthal.inverse_sigma[p]);
             [0, 1].map(|k| weights[k] * a[k][p][c] * scale)
         };
         self.centres = f32x8::new(centres);
         let packed = self.lobes[1].pack(&shares, &points);
         for p in 0..if packed { 1 } else { 3 } {
-            if bcsdf.fine {
+            if prepared.fine {
                 ends[p] = shorten(ends[p], shares(p, 3), &points[p]);
             }
             let chain = Chain::new(ends[p]);
@@ -290,7 +291,7 @@ impl Half {
         }
         for (p, lobe) in self.lobes.iter_mut().enumerate() {
             // TRT's tails, where it is taken together with TT, are the longer ones.
-            let sigma = bcsdf.azimuthal.sigma[if p == 1 && packed { 2 } else { p }];
+            let sigma = prepared.azimuthal.sigma[if p == 1 && packed { 2 } else { p }];
             lobe.turns = ((lobe.spread.reach() * sigma + PI) * (1.0 / TAU)) as i32;
         }
         energy
@@ -358,23 +359,15 @@ impl Half {
 #[inline(always)]
 pub(crate) fn draw(halves: &[Half], p: usize, sigma: f32, u: [f32; 2]) -> f32 {
     let total: f32 = halves.iter().map(|half| half.count as f32 * half.spans(p).1.iter().sum::<f32>()).sum();
-    let mut rest = u[0] * total;
-    let mut chosen = None;
-    'found: for half in halves {
+    let spans = halves.iter().flat_map(|half| {
         let (lobe, energy) = half.spans(p);
-        for sign in &half.signs[..half.count] {
-            for (lane, e) in energy.into_iter().enumerate() {
-                if e > 0.0 {
-                    chosen = Some((half, lobe, sign, lane, (rest / e).min(1.0)));
-                    if rest < e {
-                        break 'found;
-                    }
-                }
-                rest -= e;
-            }
-        }
-    }
-    let Some((half, lobe, sign, lane, t)) = chosen else { return 0.0 };
+        let signs = half.signs[..half.count].iter();
+        signs.flat_map(move |sign| {
+            energy.into_iter().enumerate().map(move |(lane, energy)| ((half, lobe, *sign, lane), energy))
+        })
+    });
+    let Some(choice) = choose(spans, u[0] * total) else { return 0.0 };
+    let ((half, lobe, sign, lane), t) = (choice.item, choice.fraction().min(1.0));
     let [middle, length] = lobe.spread.span(lane);
     // What of the mean of a short span is more than a line has moves it aside.
     let mean = lobe.spans.mean.to_array()[lane];

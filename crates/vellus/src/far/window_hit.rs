@@ -1,22 +1,24 @@
 //! A hit averaged over a window of offsets: the far field and the multi-scale mode (Yan17 Sec. 5).
 
-use crate::bcsdf::{Bcsdf, Lobe, Lobes, Sample};
 use crate::cylinder::frame::{Frame, Outgoing, Polar};
 use crate::cylinder::longitudinal::Centres;
 use crate::cylinder::path::inverse_eta;
 use crate::far::nodes::{Nodes, PIECES, Piece, divide};
 use crate::far::points::Points;
 use crate::far::segments::{self, Half, Through};
+use crate::lobe::{Lobe, Lobes, Sample};
 use crate::medulla::Inclination;
+use crate::prepared::Prepared;
+use crate::simd::lanes::Quad;
 use arrayvec::ArrayVec;
 use glam::Vec3;
 use std::f32::consts::TAU;
-use wide::f32x4;
+use wide::{f32x4, f32x8};
 
 /// All that depends on ω_o and the window.
 #[derive(Clone, Debug)]
 pub(crate) struct WindowHit<'b> {
-    bcsdf: &'b Bcsdf<'b>,
+    prepared: &'b Prepared<'b>,
     wo: [f32; 3],
     range: [f32; 2],
     frame: Frame<f32>,
@@ -32,14 +34,14 @@ pub(crate) struct WindowHit<'b> {
 
 impl<'b> WindowHit<'b> {
     #[inline(always)]
-    pub fn new(bcsdf: &'b Bcsdf<'b>, wo: [f32; 3], range: [f32; 2]) -> Self {
+    pub fn new(prepared: &'b Prepared<'b>, wo: [f32; 3], range: [f32; 2]) -> Self {
         let polar = Polar::new(wo);
         WindowHit {
-            bcsdf,
+            prepared,
             wo,
             range,
             frame: Frame::new(wo, polar.cos, 1.0 / polar.cos.max(1e-12)),
-            centres: bcsdf.longitudinal.centres(polar.sin, polar.cos),
+            centres: prepared.longitudinal.centres(polar.sin, polar.cos),
             inclination: Inclination::NONE,
             energy: [f32x4::ZERO; 6],
             inverse: 0.0,
@@ -51,16 +53,16 @@ impl<'b> WindowHit<'b> {
     /// Prepares what is large where it lies.
     #[inline(never)]
     pub fn prepare(&mut self) {
-        let bcsdf = self.bcsdf;
-        let fiber = &bcsdf.fiber;
+        let prepared = self.prepared;
+        let fiber = &prepared.fiber;
         let polar = Polar::new(self.wo);
         let edge = (fiber.kappa > 0.0).then(|| fiber.kappa / inverse_eta(fiber.eta, polar.cos));
-        let through = bcsdf.medulla.exists().then(|| {
-            self.inclination = bcsdf.medulla.inclination(polar.sin.atan2(polar.cos));
+        let through = prepared.medulla.exists().then(|| {
+            self.inclination = prepared.medulla.inclination(polar.sin.atan2(polar.cos));
             let sin_t = polar.sin / fiber.eta;
             let elongation = 1.0 / ((1.0 - sin_t) * (1.0 + sin_t)).max(1e-12).sqrt();
-            let pass = bcsdf.medulla.pass(bcsdf.medulla.tau_position(elongation));
-            Through { pass, mean_paths: bcsdf.medulla.mean_paths(&pass) }
+            let pass = prepared.medulla.pass(prepared.medulla.tau_position(elongation));
+            Through { pass, mean_paths: prepared.medulla.mean_paths(&pass) }
         });
         let [low, high] = self.range;
         let symmetric = low == -high;
@@ -76,7 +78,7 @@ impl<'b> WindowHit<'b> {
                 pieces.push(Piece { side, range: [low, high], nodes });
             }
         }
-        if bcsdf.fine {
+        if prepared.fine {
             divide(&mut pieces, edge);
         }
         let width: f32 = pieces.iter().map(|piece| piece.nodes.width()).sum();
@@ -85,7 +87,7 @@ impl<'b> WindowHit<'b> {
         for Piece { side, nodes, .. } in &pieces {
             self.halves.push(Half::NONE);
             if let Some(half) = self.halves.last_mut() {
-                let energy = half.prepare(bcsdf, polar, through.as_ref(), nodes, signs[*side], scale);
+                let energy = half.prepare(prepared, polar, through.as_ref(), nodes, signs[*side], scale);
                 (0..6).for_each(|p| self.energy[p] += energy[p]);
             }
         }
@@ -95,7 +97,7 @@ impl<'b> WindowHit<'b> {
         self.inverse = 1.0 / sum(&self.energy).to_array()[3].max(f32::MIN_POSITIVE);
         if let Some(through) = &through {
             let both = [whole[0], whole[usize::from(!symmetric)]];
-            self.points.prepare(bcsdf, polar, through, both, [self.energy[3], self.energy[4]]);
+            self.points.prepare(prepared, polar, through, both, [self.energy[3], self.energy[4]]);
         }
     }
 
@@ -110,9 +112,9 @@ impl<'b> WindowHit<'b> {
     /// f·cos θᵢ of the six lobes, RGB, and the largest channel, in proportion to which they are sampled.
     #[inline(always)]
     fn lobes(&self, o: &Outgoing<f32>) -> [f32x4; 6] {
-        let bcsdf = self.bcsdf;
-        let m = bcsdf.longitudinal.eval(&self.centres, o.sin_i, o.cos_i).to_array();
-        let medulla = &bcsdf.medulla;
+        let prepared = self.prepared;
+        let m = prepared.longitudinal.eval(&self.centres, o.sin_i, o.cos_i).to_array();
+        let medulla = &prepared.medulla;
         let c_m = if medulla.exists() { medulla.longitudinal(&self.inclination, o.theta_i) } else { [0.0; 2] };
         self.around(o.phi, m, c_m)
     }
@@ -124,14 +126,14 @@ impl<'b> WindowHit<'b> {
     /// The six lobes at azimuth φ, given their longitudinal parts.
     #[inline(always)]
     fn around(&self, phi: f32, m: [f32; 4], c_m: [f32; 2]) -> [f32x4; 6] {
-        let bcsdf = self.bcsdf;
+        let prepared = self.prepared;
         let mut n = [f32x4::ZERO; 3];
         for half in &self.halves {
-            let light = half.eval(phi, &bcsdf.azimuthal.inverse_sigma);
+            let light = half.eval(phi, &prepared.azimuthal.inverse_sigma);
             (0..3).for_each(|p| n[p] += light[p]);
         }
         let [r, tt, trt] = n;
-        let [tts, trts] = self.points.eval(&bcsdf.medulla, phi, c_m);
+        let [tts, trts] = self.points.eval(&prepared.medulla, phi, c_m);
         let times = |n: f32x4, m: f32| n * f32x4::splat(m);
         [times(r, m[0]), times(tt, m[1]), times(trt, m[2]), tts, trts, times(self.energy[5], m[3] / TAU)]
     }
@@ -142,32 +144,68 @@ impl<'b> WindowHit<'b> {
         (Lobes(lobes.map(rgb)), sum(&lobes).to_array()[3] * self.inverse)
     }
 
-    /// `u`: as for [`crate::Hit::sample`].
-    pub fn sample(&self, u: [f32; 5]) -> Sample {
-        let bcsdf = self.bcsdf;
+    /// f·cos θᵢ of each lobe and the density of eight directions.
+    pub fn eval_pdf8(&self, wi: [f32x8; 3]) -> (Lobes<f32x8>, f32x8) {
+        let lobes = self.lobes8(&self.frame.repeated().outgoing(wi));
+        let pdf = lobes.iter().fold(f32x8::ZERO, |sum, lobe| sum + lobe[3]);
+        (Lobes(lobes.map(|[r, g, b, _]| [r, g, b])), pdf * f32x8::splat(self.inverse))
+    }
+
+    /// As [`WindowHit::lobes`], of eight directions.
+    fn lobes8(&self, o: &Outgoing<f32x8>) -> [[f32x8; 4]; 6] {
+        let medulla = &self.prepared.medulla;
+        let m =
+            self.prepared.longitudinal.eval(&self.centres.repeated(), o.sin_i, o.cos_i).array().map(f32x8::to_array);
+        let (theta_i, phi) = (o.theta_i.to_array(), o.phi.to_array());
+        let mut lobes = [[[0.0; 8]; 4]; 6];
+        for i in 0..8 {
+            let c_m = if medulla.exists() { medulla.longitudinal(&self.inclination, theta_i[i]) } else { [0.0; 2] };
+            let one = self.around(phi[i], m.map(|m| m[i]), c_m).map(f32x4::to_array);
+            for p in 0..6 {
+                (0..4).for_each(|c| lobes[p][c][i] = one[p][c]);
+            }
+        }
+        lobes.map(|lobe| lobe.map(f32x8::new))
+    }
+
+    /// Draws a lobe and from it sin θᵢ, cos θᵢ and φ. `u`: as for [`crate::Hit::sample`].
+    #[inline(always)]
+    fn draw(&self, u: [f32; 5]) -> (Lobe, f32, f32, f32) {
+        let prepared = self.prepared;
         let lobe = Lobe::choose(self.lobe_probabilities(), u[0]);
-        let unscattered = |p: usize| bcsdf.longitudinal.sample(self.centres.lane(p, 0), p, [u[1], u[2]]);
+        let unscattered = |p: usize| prepared.longitudinal.sample(self.centres.lane(p, 0), p, [u[1], u[2]]);
         let scattered = |q: usize| {
-            let [phi, relative] = self.points.draw(&bcsdf.medulla, q, [u[4], u[3]]);
-            let theta = bcsdf.medulla.sample_inclination(&self.inclination, relative, [u[1], u[2]]);
+            let [phi, relative] = self.points.draw(&prepared.medulla, q, [u[4], u[3]]);
+            let theta = prepared.medulla.sample_inclination(&self.inclination, relative, [u[1], u[2]]);
             (theta.sin_cos(), phi)
         };
         let ((sin_i, cos_i), phi) = match lobe {
             Lobe::R | Lobe::Tt | Lobe::Trt => {
                 let p = lobe as usize;
-                (unscattered(p), segments::draw(&self.halves, p, bcsdf.azimuthal.sigma[p], [u[4], u[3]]))
+                (unscattered(p), segments::draw(&self.halves, p, prepared.azimuthal.sigma[p], [u[4], u[3]]))
             }
             Lobe::Tts => scattered(0),
             Lobe::Trts => scattered(1),
             Lobe::Rest => (unscattered(3), TAU * u[3]),
         };
-        let cos_i = cos_i.max(0.0);
+        (lobe, sin_i, cos_i.max(0.0), phi)
+    }
+
+    /// `u`: as for [`crate::Hit::sample`].
+    pub fn sample(&self, u: [f32; 5]) -> Option<Sample> {
+        let (lobe, sin_i, cos_i, phi) = self.draw(u);
         let wi = Vec3::from_array(self.frame.direction(sin_i, cos_i, phi.sin_cos()));
         let lobes = self.lobes(&Outgoing { sin_i, cos_i, theta_i: sin_i.atan2(cos_i), phi });
         let total = sum(&lobes);
         let pdf = total.to_array()[3] * self.inverse;
         // 0/0 where the density underflows: the weight is then 0.
-        Sample { wi, pdf, weight: rgb(total * f32x4::splat(1.0 / pdf.max(f32::MIN_POSITIVE))), lobe }
+        Sample::new(wi, pdf, rgb(total * f32x4::splat(1.0 / pdf.max(f32::MIN_POSITIVE))), lobe)
+    }
+
+    /// Eight samples. `u`: eight of each number.
+    pub fn sample8(&self, u: [f32x8; 5]) -> [Option<Sample>; 8] {
+        let u = u.map(f32x8::to_array);
+        std::array::from_fn(|i| self.sample(u.map(|u| u[i])))
     }
 }
 

@@ -4,6 +4,7 @@ use crate::error::Error;
 use crate::fiber::parameter::Parameter;
 
 /// How the colour of the cortex is given.
+#[non_exhaustive]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Color {
     /// σ_c,a itself, RGB, per fibre radius, in [0, 1000].

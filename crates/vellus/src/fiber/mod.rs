@@ -25,6 +25,9 @@ use crate::fiber::species::Species;
 /// let fiber = Fiber { kappa: 0.5, ..Fiber::preset(Species::RedFox) };
 /// assert!(fiber.validate().is_ok());
 /// ```
+///
+/// The struct is exhaustive on purpose: `Fiber { kappa, ..preset }` must work in other crates, and code that sets all
+/// fields should not compile if a parameter is added. A new parameter is a new major version.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[doc(alias = "Table 1")]
 pub struct Fiber {

@@ -1,13 +1,14 @@
-//! The ten fitted species of Yan17 Table 4.
+//! The ten measured species of Yan17 Table 4.
 
 use crate::error::Error;
 use crate::fiber::Fiber;
 use std::fmt;
 use std::str::FromStr;
 
-/// A species of Yan17 Table 4.
+/// A species whose fur was measured: Yan17 Table 4.
+#[non_exhaustive]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[allow(missing_docs, reason = "the names say all there is to say")]
+#[allow(missing_docs, reason = "the names are the documentation")]
 pub enum Species {
     Bobcat,
     Cat,
@@ -39,7 +40,7 @@ const TABLE_4: [(Species, &str, [f32; 10]); 10] = [
 ];
 
 impl Species {
-    /// All ten, in the order of Table 4.
+    /// All species, in the order of Table 4.
     pub const ALL: [Species; 10] = {
         let mut all = [Species::Bobcat; 10];
         let mut i = 0;
@@ -50,7 +51,7 @@ impl Species {
         all
     };
 
-    /// The name used on the command line and in files.
+    /// The name in files and on the command line: lower case, with hyphens.
     pub fn name(self) -> &'static str {
         TABLE_4[self as usize].1
     }

@@ -7,6 +7,7 @@
 //! A component B_r is piecewise linear in the angle δ. It is measured with weight cos(δ − s), for
 //! a shift s chosen at the query: the azimuthal table uses no weight, the longitudinal ones cos θᵢ.
 
+use crate::choose as weighted;
 use wide::f32x8;
 
 /// Linear interpolation between nodes `index` and `index + 1`.
@@ -140,17 +141,11 @@ pub(crate) fn choose<const C: usize>(w: &Weights<C>, z: &Weights<C>, u: f32) -> 
         rest -= sum;
     }
     rest = rest.clamp(0.0, sums[block]);
-    let mut last = (8 * block, 0.5);
-    for (i, &x) in products[block].to_array().iter().enumerate() {
-        if x > 0.0 {
-            last = (8 * block + i, (rest / x).clamp(0.0, 1.0));
-            if rest < x {
-                break;
-            }
-        }
-        rest -= x;
+    let components = products[block].to_array().into_iter().enumerate();
+    match weighted::choose(components, rest) {
+        Some(choice) => (8 * block + choice.item, choice.fraction().clamp(0.0, 1.0)),
+        None => (8 * block, 0.5),
     }
-    last
 }
 
 /// Distance of the nodes of Z_r(s), radians: half a degree.

@@ -1,0 +1,173 @@
+//! The frame of a fibre at a hit: from a renderer's space to the model's directions and offsets.
+
+use crate::cylinder::frame::is_unit;
+use glam::Vec3;
+
+/// The frame of a fibre at a hit. It converts directions between the renderer's space ("world") and the fibre's frame,
+/// and computes the offset h and the width of a pixel.
+///
+/// # Use in a renderer
+/// ```
+/// use vellus::glam::Vec3;
+/// use vellus::{Bcsdf, Fiber, FiberFrame, Window};
+/// # fn main() -> Result<(), vellus::Error> {
+/// # let bcsdf = Bcsdf::new(&Fiber::hair())?;
+/// // At the hit: the fibre's axis and radius, the hit on its surface, the ray's direction.
+/// let (center, radius) = (Vec3::ZERO, 0.05);
+/// let (position, ray) = (Vec3::new(0.3, 0.03, 0.04), Vec3::new(0.0, -0.6, -0.8));
+/// let frame = FiberFrame::new(Vec3::X, center, radius); // tangent, from root to tip
+/// let hit = bcsdf.at(frame.to_local(-ray), Window::near(frame.offset(position, -ray)));
+/// let light = Vec3::new(0.0, 0.0, 1.0);
+/// let (f, pdf) = hit.eval_pdf(frame.to_local(light)); // f·cos θᵢ and its density
+/// let next = hit.sample([0.1, 0.2, 0.3, 0.4, 0.5]).map(|sample| frame.to_world(sample.wi));
+/// # assert!(pdf > 0.0 && f.total()[0] > 0.0 && next.is_some());
+/// # Ok(()) }
+/// ```
+///
+/// # Renderers that multiply by the cosine themselves
+/// [`Hit::eval`](crate::Hit::eval) returns f·cos θᵢ, where θᵢ is the inclination to the fibre's normal plane. Many
+/// renderers expect f alone and multiply it by |n·ω_i|, where n is the normal of their shading frame. Give those
+/// f·cos θᵢ / |n·ω_i|, and 0 where |n·ω_i| is 0. pbrt-v4 does this in its `HairBxDF` with n = z: its BxDF returns
+/// `fsum / AbsCosTheta(wi)`. Mitsuba 3 expects f times the cosine, so the value is used as it is. A sample's weight
+/// contains the cosine and needs no change. In every case the renderer must not reject directions below the surface.
+///
+/// # The sign of h
+/// h is the sine of the angle from the surface normal to ω_o, about the tangent. On the side of the fibre that
+/// ω_o × tangent points to, h is positive.
+/// - pbrt-v4 has the same sign, for x along the fibre from root to tip: azimuths are atan2(z, y), and
+///   h = 2v − 1 grows toward +y where ω_o is along z.
+/// - Mitsuba 3's `hair` has its y axis along the fibre, and azimuths atan2(z, x), which turn about −y. Its h has the
+///   opposite sign where y points from root to tip. Azimuths change their sign with it, so the model is the same.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FiberFrame {
+    tangent: Vec3,
+    across: [Vec3; 2],
+    center: Vec3,
+    radius: f32,
+}
+
+impl FiberFrame {
+    /// `tangent`: a unit vector along the fibre, from root to tip. `center`: the point of the axis next to the hit.
+    /// `radius`: that of the fibre there, in the same unit, above 0.
+    ///
+    /// The two axes across the fibre are arbitrary, and are the same for the same tangent (Duff et al. 2017, *Building an
+    /// Orthonormal Basis, Revisited*).
+    #[inline]
+    pub fn new(tangent: Vec3, center: Vec3, radius: f32) -> Self {
+        debug_assert!(is_unit(tangent), "the tangent is not a unit vector: {tangent}");
+        let n = tangent;
+        let sign = 1f32.copysign(n.z);
+        let a = -1.0 / (sign + n.z);
+        let b = n.x * n.y * a;
+        let across =
+            [Vec3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x), Vec3::new(b, sign + n.y * n.y * a, -n.y)];
+        FiberFrame { tangent, across, center, radius }
+    }
+
+    /// The unit vector along the fibre, from root to tip: the x axis of the fibre's frame.
+    #[inline]
+    pub fn tangent(&self) -> Vec3 {
+        self.tangent
+    }
+
+    /// The point of the axis.
+    #[inline]
+    pub fn center(&self) -> Vec3 {
+        self.center
+    }
+
+    /// The radius of the fibre.
+    #[inline]
+    pub fn radius(&self) -> f32 {
+        self.radius
+    }
+
+    /// A world direction in the fibre's frame, as [`Bcsdf::at`](crate::Bcsdf::at) takes it.
+    #[inline]
+    pub fn to_local(&self, w: Vec3) -> Vec3 {
+        Vec3::new(w.dot(self.tangent), w.dot(self.across[0]), w.dot(self.across[1]))
+    }
+
+    /// A direction of the fibre's frame in world space.
+    #[inline]
+    pub fn to_world(&self, w: Vec3) -> Vec3 {
+        self.tangent * w.x + self.across[0] * w.y + self.across[1] * w.z
+    }
+
+    /// The component of a world direction across the fibre, of unit length; an arbitrary one for a direction along it.
+    #[inline]
+    pub fn outward(&self, w: Vec3) -> Vec3 {
+        self.across_or(w, self.across[0])
+    }
+
+    #[inline(always)]
+    fn across_or(&self, w: Vec3, otherwise: Vec3) -> Vec3 {
+        (w - self.tangent * w.dot(self.tangent)).normalize_or(otherwise)
+    }
+
+    /// h in [−1, 1]: the sine of the angle from the surface normal at `position` to `wo`, about the tangent.
+    /// `position` is the hit on the surface and `wo` a unit vector toward where the path came from, both in world space.
+    #[inline]
+    pub fn offset(&self, position: Vec3, wo: Vec3) -> f32 {
+        let n = self.outward(position - self.center);
+        let wo = self.across_or(wo, n);
+        self.tangent.dot(n.cross(wo)).clamp(-1.0, 1.0)
+    }
+
+    /// The width of a pixel in fibre radii, for [`Window::pixel`](crate::Window::pixel) and
+    /// [`Window::cell`](crate::Window::cell). `footprint` is the diameter of the pixel at the hit, in world units, seen
+    /// perpendicular to the camera's look-at direction (Yan17 Eq. 27).
+    ///
+    /// The result is at most 4: such a window covers the whole fibre wherever it is hit.
+    #[doc(alias = "Eq. 27")]
+    #[inline]
+    pub fn pixel_width(&self, footprint: f32) -> f32 {
+        (footprint / self.radius.max(1e-30)).min(4.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f32::consts::TAU;
+
+    fn frame() -> FiberFrame {
+        FiberFrame::new(Vec3::new(0.48, -0.6, 0.64), Vec3::new(1.0, 2.0, -3.0), 0.25)
+    }
+
+    #[test]
+    fn directions_there_and_back_are_the_same() {
+        let w = Vec3::new(0.36, 0.48, 0.8);
+        assert!((frame().to_world(frame().to_local(w)) - w).length() < 3e-7);
+        assert!((frame().to_local(frame().tangent()) - Vec3::X).length() < 3e-7);
+    }
+
+    /// The convention of the crate: the normal at the hit has the azimuth φ_o − asin h in the fibre's frame.
+    #[test]
+    fn offset_has_the_sign_of_the_crate() {
+        let frame = frame();
+        let wo = Vec3::new(-0.8, 0.0, 0.6);
+        let local = frame.to_local(wo);
+        for h in [-0.9f32, -0.3, 0.0, 0.5, 0.99] {
+            let azimuth = local.z.atan2(local.y) - h.asin();
+            let normal = frame.to_world(Vec3::new(0.0, azimuth.cos(), azimuth.sin()));
+            let position = frame.center() + frame.radius() * (normal + 3.0 * frame.tangent());
+            // h = sin γ of a γ with an error of a few 1e-7 in single precision.
+            assert!((frame.offset(position, wo) - h).abs() < 2e-6, "{h}");
+            // On the positive side is ω_o × tangent.
+            assert!(h * normal.dot(wo.cross(frame.tangent())) >= -1e-6);
+        }
+    }
+
+    #[test]
+    fn degenerate_hits_have_an_offset_too() {
+        let frame = frame();
+        for k in 0..8 {
+            let (s, c) = (TAU * k as f32 / 8.0).sin_cos();
+            let wo = frame.to_world(Vec3::new(0.0, c, s));
+            assert!(frame.offset(frame.center(), wo).abs() <= 1.0);
+            assert!(frame.offset(frame.center() + frame.radius() * wo, frame.tangent()).abs() <= 1.0);
+        }
+        assert_eq!(FiberFrame::new(Vec3::X, Vec3::ZERO, 0.0).pixel_width(1.0), 4.0);
+    }
+}

@@ -1,0 +1,71 @@
+//! The six lobes, and a sampled direction.
+
+use crate::choose::choose;
+use crate::simd::lanes::Lanes;
+use glam::Vec3;
+
+/// The lobes, in the order in which every array of them is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Lobe {
+    /// Reflected by the cuticle.
+    R,
+    /// Transmitted straight through.
+    Tt,
+    /// Reflected once inside.
+    Trt,
+    /// Scattered by the medulla in its first pass, TTˢ.
+    Tts,
+    /// Scattered by the medulla in its second pass, TRTˢ.
+    Trts,
+    /// All higher orders (D6).
+    Rest,
+}
+
+impl Lobe {
+    /// All six, in order.
+    pub const ALL: [Lobe; 6] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Tts, Lobe::Trts, Lobe::Rest];
+
+    /// The lobe that `u` in [0, 1) falls to, given the probabilities of all six. A lobe without energy is never chosen.
+    #[inline(always)]
+    pub(crate) fn choose(probability: [f32; 6], u: f32) -> Lobe {
+        choose(Lobe::ALL.into_iter().zip(probability), u).map_or(Lobe::R, |choice| choice.item)
+    }
+
+    /// The key used in files: R, TT, TRT, TTs, TRTs, rest.
+    pub fn key(self) -> &'static str {
+        ["R", "TT", "TRT", "TTs", "TRTs", "rest"][self as usize]
+    }
+}
+
+/// f·cos θᵢ of each lobe in RGB, indexed by [`Lobe`] as `usize`; `V` is `f32` or eight queries.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lobes<V = f32>(pub [[V; 3]; 6]);
+
+impl<V: Lanes> Lobes<V> {
+    /// The sum over the lobes.
+    pub fn total(&self) -> [V; 3] {
+        std::array::from_fn(|c| self.0[1..].iter().fold(self.0[0][c], |sum, lobe| sum + lobe[c]))
+    }
+}
+
+/// A sampled direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// ω_i, unit length, in the fibre's frame.
+    pub wi: Vec3,
+    /// Density per solid angle of drawing `wi`, whatever lobe and offset it came from: what
+    /// multiple importance sampling needs.
+    pub pdf: f32,
+    /// f·cos θᵢ over the density of drawing `wi`, both of all lobes and of the whole window, RGB.
+    pub weight: [f32; 3],
+    /// The lobe it was drawn from.
+    pub lobe: Lobe,
+}
+
+impl Sample {
+    /// The sample, or nothing if its density underflowed to 0.
+    #[inline(always)]
+    pub fn new(wi: Vec3, pdf: f32, weight: [f32; 3], lobe: Lobe) -> Option<Self> {
+        (pdf > 0.0).then_some(Sample { wi, pdf, weight, lobe })
+    }
+}

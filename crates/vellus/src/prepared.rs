@@ -1,0 +1,32 @@
+//! The parameters of one fibre, prepared for its hits.
+
+use crate::cylinder::azimuthal::Azimuthal;
+use crate::cylinder::longitudinal::Longitudinal;
+use crate::far::segments;
+use crate::fiber::Fiber;
+use crate::medulla::Medulla;
+use crate::medulla::tables::Tables;
+
+/// Everything about a fibre that all of its hits need.
+#[derive(Clone, Debug)]
+pub(crate) struct Prepared<'t> {
+    pub fiber: Fiber,
+    pub longitudinal: Longitudinal,
+    pub azimuthal: Azimuthal,
+    pub medulla: Medulla<'t>,
+    /// True if a window takes more segments than usual.
+    pub fine: bool,
+}
+
+impl<'t> Prepared<'t> {
+    /// The fibre must be valid.
+    pub fn new(fiber: &Fiber, tables: &'t Tables) -> Self {
+        Prepared {
+            fiber: *fiber,
+            longitudinal: Longitudinal::new(fiber),
+            azimuthal: Azimuthal::new(fiber),
+            medulla: Medulla::new(fiber, tables),
+            fine: segments::needs_more(fiber),
+        }
+    }
+}
