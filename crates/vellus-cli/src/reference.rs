@@ -48,7 +48,7 @@ pub fn run(args: &Args) -> Result<()> {
         Fate::R => Some(add(&[Lobe::R])),
         Fate::Tt => Some(add(&[Lobe::Tt])),
         Fate::Trt => Some(add(&[Lobe::Trt])),
-        Fate::Higher => Some(add(&[Lobe::Rest])),
+        Fate::Higher => Some(add(&[Lobe::Residual])),
         Fate::Scattered => Some(add(&[Lobe::Tts, Lobe::Trts])),
         Fate::Guided => None,
     };
