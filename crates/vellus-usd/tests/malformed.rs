@@ -368,3 +368,18 @@ fn devices_are_refused() {
         }
     }
 }
+
+/// Stages are read more than once. A second opening of a pipe would wait forever.
+#[cfg(target_os = "linux")]
+#[test]
+fn pipes_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let (pipe, _writer) = std::io::pipe().unwrap();
+    for extension in ["usda", "usdc", "usdz"] {
+        let path = folder.path().join(format!("a.{extension}"));
+        let target = format!("/proc/self/fd/{}", std::os::fd::AsRawFd::as_raw_fd(&pipe));
+        std::os::unix::fs::symlink(target, &path).unwrap();
+        let error = vellus_usd::read(&path, &Options::default()).unwrap_err().to_string();
+        assert!(error.contains("a regular file is expected"), "{error}");
+    }
+}
