@@ -1,4 +1,4 @@
-//! `vellus energy`: where the light goes, twice.
+//! `vellus energy`: the energy of each lobe, in closed form and as an integral.
 
 use crate::fiber_args::Incidence;
 use crate::output::{self, Format};
@@ -9,12 +9,12 @@ use serde_json::json;
 use vellus::{Bcsdf, Fiber, Hit, Lobe};
 use vellus_models::direction;
 
-/// Which hit.
+/// The options of `vellus energy`.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]
     incidence: Incidence,
-    /// Offset at which the fibre is hit, in [-1, 1].
+    /// Offset of the hit over the width of the fibre, in [-1, 1].
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     h: f64,
     #[command(flatten)]
@@ -23,7 +23,7 @@ pub struct Args {
     output: output::OutputArgs,
 }
 
-/// Runs it.
+/// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
     let fiber = args.incidence.fiber.load()?;
     let offsets = Offsets::parse(&args.window.window, args.h)?;

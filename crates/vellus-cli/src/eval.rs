@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 use std::path::PathBuf;
 use vellus::{Bcsdf, Lobe};
 
-/// What to evaluate.
+/// The options of `vellus eval`.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]
@@ -16,7 +16,7 @@ pub struct Args {
     /// Inclination of ω_o (toward the camera), degrees from the normal plane.
     #[arg(long, default_value_t = 20.0, allow_negative_numbers = true, value_name = "DEG")]
     theta_o: f64,
-    /// Offset at which the fibre is hit, in [-1, 1].
+    /// Offset of the hit over the width of the fibre, in [-1, 1].
     #[arg(long, default_value_t = 0.3, allow_negative_numbers = true)]
     h: f64,
     #[command(flatten)]
@@ -35,7 +35,7 @@ pub struct Args {
     output: output::OutputArgs,
 }
 
-/// Runs it.
+/// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
     let fiber = args.fiber.load()?;
     args.output.check()?;
@@ -61,7 +61,7 @@ pub fn run(args: &Args) -> Result<()> {
     args.output.write(text.as_bytes())
 }
 
-/// A query and its answer for people.
+/// A query and its answer as a table.
 pub fn table(query: &Query, answer: &Answer) -> String {
     let mut rows = vec![["f·cos θ_i", "red", "green", "blue"].map(str::to_owned).to_vec()];
     let row = |name: &str, rgb: [f32; 3]| {
@@ -85,7 +85,7 @@ fn plain(x: f32) -> Value {
     x.to_string().parse::<f64>().map_or(Value::Null, Value::from)
 }
 
-/// Names and values of what was asked for, as files have them.
+/// The names and values of the coordinates of a query, as in files.
 fn coordinates(query: &Query) -> Vec<(&'static str, f64)> {
     let mut all = vec![("theta_o", query.theta_o)];
     all.extend(query.offsets.columns());

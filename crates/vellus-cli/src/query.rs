@@ -20,19 +20,19 @@ pub enum Offsets {
     Range(f64, f64),
 }
 
-/// Columns of a window, in place of h.
+/// The columns of a window in CSV files. They replace h.
 const WINDOW: [&str; 2] = ["h_lo", "h_hi"];
 
 /// The option `--window`.
 #[derive(clap::Args, Clone)]
 pub struct WindowArgs {
-    /// What the hit is averaged over: near (the offset h alone), far (the whole width) or LO:HI, offsets in [-1, 1].
+    /// The offsets that the hit is averaged over: near (only the offset h), far (the whole width) or LO:HI, both in [-1, 1].
     #[arg(long, default_value = "near", allow_hyphen_values = true, value_name = "near|far|LO:HI")]
     pub window: String,
 }
 
 impl Offsets {
-    /// Checks the range.
+    /// A window from `low` to `high`, both in [−1, 1].
     pub fn range(low: f64, high: f64) -> Result<Self> {
         for (name, value) in WINDOW.into_iter().zip([low, high]) {
             if !(-1.0..=1.0).contains(&value) {
@@ -62,7 +62,7 @@ impl Offsets {
         }
     }
 
-    /// Names and values, as files have them.
+    /// The names and values of the columns in files.
     pub fn columns(self) -> Vec<(&'static str, f64)> {
         match self {
             Offsets::Near(h) => vec![("h", h)],
@@ -70,7 +70,7 @@ impl Offsets {
         }
     }
 
-    /// What the model averages over.
+    /// The window of the model.
     pub fn window(self) -> Window {
         match self {
             Offsets::Near(h) => Window::near(h as f32),
@@ -88,7 +88,7 @@ impl std::fmt::Display for Offsets {
     }
 }
 
-/// What the model says.
+/// The answer to a query.
 pub struct Answer {
     pub lobes: Lobes,
     pub pdf: f32,
@@ -103,7 +103,7 @@ const COORDINATES: [(&str, f64, f64, &str); 4] = [
 ];
 
 impl Query {
-    /// Checks the ranges.
+    /// A query in the near field. The coordinates are θ_o, h, θ_i and φ.
     pub fn new([theta_o, h, theta_i, phi]: [f64; 4]) -> Result<Self> {
         for (value, (name, lo, hi, range)) in [theta_o, h, theta_i, phi].into_iter().zip(COORDINATES) {
             if !(lo..=hi).contains(&value) {
@@ -118,7 +118,7 @@ impl Query {
         Query { offsets, ..self }
     }
 
-    /// Evaluates it.
+    /// Evaluates the model.
     pub fn ask(&self, bcsdf: &Bcsdf) -> Answer {
         let hit = bcsdf.at(direction(self.theta_o, 0.0), self.offsets.window());
         let (lobes, pdf) = hit.eval_pdf(direction(self.theta_i, self.phi));

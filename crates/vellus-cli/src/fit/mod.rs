@@ -20,7 +20,7 @@ use vellus_plot::fit::{Summary, write_report};
 /// Ctrl-C leaves the best so far, marked as such.
 ///
 /// Where the model explains the measurements no better than a constant does (an F-test at a false-alarm rate of 0.1
-/// %), or less than half of their variation and what it leaves is not noise, or where no parameter of the fibre is
+/// %), or less than half of their variation and the residuals are not noise, or where no parameter of the fibre is
 /// determined, there is no fit: exit code 2, and no fibre is written.
 ///
 /// --model chiang2016, marschner2003 or yan2015 fits an earlier model in place of ours. Parameters that it does not have are left out.
