@@ -1,9 +1,11 @@
-//! What `vellus` does without a subcommand: a picture of fur, in about a minute.
+//! `vellus` without a subcommand: renders a picture of fur in about a minute.
 
+use crate::exit::Interrupted;
 use crate::render;
 use crate::say::say;
 use anyhow::Result;
 use clap::Parser;
+use std::path::Path;
 
 #[derive(Parser)]
 struct Command {
@@ -11,14 +13,28 @@ struct Command {
     args: render::Args,
 }
 
-/// Runs it.
+/// What to render.
+const OPTIONS: &str = "raccoon --size 720x480 --spp 4096 -o out/raccoon.exr";
+
+/// Runs the demonstration.
 pub fn run() -> Result<()> {
-    let options = ["raccoon", "--size", "720x480", "--spp", "4096", "--time", "75s", "-o", "out/raccoon.exr"];
-    say!("A raccoon of 260,000 strands, for 75 seconds: vellus render {}", options.join(" "));
-    render::run(&Command::parse_from(["vellus"].into_iter().chain(options)).args)?;
     say!(
-        "\nNext: vellus render raccoon --resume --spp 256 --size 720x480 -o out/raccoon.exr · vellus scene · \
-         vellus render cat · vellus plot profile --fiber all · vellus --help"
+        "Rendering a raccoon with 260,000 strands for 75 seconds. Ctrl-C stops earlier and keeps the picture.\n\
+         A first, noisy picture appears as out/raccoon.png after a few seconds.\n\
+         This is the command: vellus render {OPTIONS} --time 75s\n"
     );
-    Ok(())
+    let options = OPTIONS.split(' ').chain(["--time", "75s"]);
+    let mut args = Command::parse_from(["vellus"].into_iter().chain(options)).args;
+    args.preview = true;
+    let result = render::run(&args);
+    let has_ended = result.as_ref().map_or_else(|error| error.is::<Interrupted>(), |()| true);
+    if has_ended && Path::new("out/raccoon.png").exists() {
+        say!(
+            "\nThe picture is out/raccoon.png. Next:\n  \
+             vellus render {OPTIONS} --resume\n                       continue it: less noise\n  \
+             vellus render cat    render another scene; vellus scene lists all\n  \
+             vellus --help        show all commands"
+        );
+    }
+    result
 }

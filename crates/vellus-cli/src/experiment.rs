@@ -65,7 +65,7 @@ pub fn run(args: &Args) -> Result<()> {
     let mut failed = Vec::new();
     for (i, experiment) in chosen.iter().enumerate() {
         let number = format!("{}/{} {}", i + 1, chosen.len(), experiment.name);
-        let result = run_one(experiment, &settings, &interrupt.stop, &terminal);
+        let result = run_one(experiment, &settings, &terminal);
         terminal.clear();
         match result {
             Ok(Run::Kept(outcome)) => note!("{number}: is there, at {} quality", outcome.quality.name()),

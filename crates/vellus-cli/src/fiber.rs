@@ -1,24 +1,26 @@
-//! `vellus fiber`: the presets of Yan17 Table 4.
+//! `vellus fiber`: the parameters of a fibre, and the presets of Yan17 Table 4.
 
-use crate::fiber_args::{FiberArgs, Spec};
+use crate::fiber_args::FiberArgs;
 use crate::output;
 use anyhow::Result;
 use std::path::PathBuf;
-use vellus::{Fiber, Species};
+use vellus::{Fiber, Parameter, Species};
 
 /// What to show.
 #[derive(clap::Subcommand)]
 pub enum Command {
-    /// List the presets with their parameters.
+    /// List the presets and their parameters.
     List,
-    /// Show one fibre, in a form that --fiber reads back.
+    /// List all parameters: name, unit, range, value without a preset, and meaning.
+    Parameters,
+    /// Print one fibre in the format that --fiber reads.
     Show {
         /// A preset, or a TOML or JSON file.
         name: PathBuf,
-        /// Override a parameter, as in `vellus eval`.
+        /// Set a parameter, as in `vellus eval`. May be repeated.
         #[arg(long = "set", value_name = "NAME=VALUE", allow_hyphen_values = true)]
         set: Vec<String>,
-        /// How to write it.
+        /// The format of the output.
         #[arg(long, value_enum, default_value_t = Format::Toml)]
         format: Format,
     },
@@ -33,40 +35,56 @@ pub enum Format {
     Json,
 }
 
-/// Runs it.
+/// Runs the command.
 pub fn run(command: &Command) -> Result<()> {
     match command {
-        Command::List => {
-            let header = ["", "κ", "η", "α°", "β_m°", "β_n°", "σ_ca", "σ_ms", "σ_ma", "g", "l"];
-            let mut rows = vec![header.map(str::to_owned).to_vec()];
-            for species in Species::ALL {
-                let f = Fiber::preset(species);
-                let degrees = |x: f32| x.to_degrees();
-                let values = [
-                    f.kappa,
-                    f.eta,
-                    degrees(f.alpha),
-                    degrees(f.beta_m),
-                    degrees(f.beta_n),
-                    f.sigma_ca[0],
-                    f.sigma_ms,
-                    f.sigma_ma[0],
-                    f.g,
-                    f.layers,
-                ];
-                rows.push([species.to_string()].into_iter().chain(values.map(|x| format!("{x:.2}"))).collect());
-            }
-            let note =
-                "Fits of Yan17 Table 4; σ per fibre radius, grey. Also --fiber FILE.toml, and --set NAME=VALUE.\n";
-            output::write(None, format!("{}\n{note}", output::align(&rows)).as_bytes())
-        }
+        Command::List => output::write(None, list().as_bytes()),
+        Command::Parameters => output::write(None, parameters().as_bytes()),
         Command::Show { name, set, format } => {
-            let spec = Spec::of(&FiberArgs::new(name, set).load()?);
+            let fiber = FiberArgs::new(name, set).load()?;
             let text = match format {
-                Format::Toml => toml::to_string(&spec)?,
-                Format::Json => serde_json::to_string_pretty(&spec)? + "\n",
+                Format::Toml => toml::to_string(&fiber)?,
+                Format::Json => serde_json::to_string_pretty(&fiber)? + "\n",
             };
             output::write(None, text.as_bytes())
         }
     }
+}
+
+/// The first channel of a parameter in the unit of files, if the fibre stores it.
+fn value(parameter: Parameter, fiber: &Fiber) -> Option<f32> {
+    parameter.get(fiber).map(|value| parameter.unit().from_stored(value[0]))
+}
+
+/// A table of the presets. They are grey: the first channel says all.
+fn list() -> String {
+    let stored = || Parameter::ALL.into_iter().filter(|p| p.default_value().is_some());
+    let header = stored().map(|p| format!("{}{}", p.symbol(), p.unit().sign()));
+    let mut rows = vec![std::iter::once(String::new()).chain(header).collect::<Vec<_>>()];
+    for species in Species::ALL {
+        let fiber = Fiber::preset(species);
+        let values = stored().filter_map(|p| value(p, &fiber)).map(|x| format!("{x:.2}"));
+        rows.push(std::iter::once(species.to_string()).chain(values).collect());
+    }
+    let note = "Fits of Yan17 Table 4; σ per fibre radius, grey. Also --fiber FILE.toml, and --set NAME=VALUE.";
+    format!("{}\n{note}\n", output::align(&rows))
+}
+
+/// A table of the parameters.
+fn parameters() -> String {
+    let hair = Fiber::hair();
+    let mut text = String::new();
+    for p in Parameter::ALL {
+        let default =
+            value(p, &hair).map_or(String::new(), |x| format!("; without a preset {:.2}{}", x, p.unit().sign()));
+        let channels = match p.channels() {
+            1 => "",
+            2 => "; one number or two",
+            _ => "; one number or three",
+        };
+        text += &format!("{:12} {}\n", p.name(), p.description());
+        text += &format!("{:12} in {}{}{channels}{default}\n", "", p.range(), p.unit().suffix());
+    }
+    text + "\nGive the colour by one of sigma_ca, reflectance and melanin. Channels alone are sigma_ca.r, sigma_ma.b, eumelanin,\n\
+            pheomelanin and so on.\n"
 }

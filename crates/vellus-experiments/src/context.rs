@@ -4,7 +4,6 @@ use crate::{Picture, Quality};
 use anyhow::{Context as _, Result};
 use std::cell::Cell;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 use vellus_io::Progress;
 use vellus_plot::{Draw, save};
 
@@ -14,7 +13,6 @@ pub(crate) struct Context<'a> {
     pub quality: Quality,
     folder: PathBuf,
     again: bool,
-    stop: &'a AtomicBool,
     progress: &'a dyn Progress,
 }
 
@@ -31,14 +29,8 @@ impl std::fmt::Display for Interrupted {
 impl std::error::Error for Interrupted {}
 
 impl<'a> Context<'a> {
-    pub fn new(
-        quality: Quality,
-        folder: PathBuf,
-        again: bool,
-        stop: &'a AtomicBool,
-        progress: &'a dyn Progress,
-    ) -> Self {
-        Context { quality, folder, again, stop, progress }
+    pub fn new(quality: Quality, folder: PathBuf, again: bool, progress: &'a dyn Progress) -> Self {
+        Context { quality, folder, again, progress }
     }
 
     /// The folder of the experiment; it exists.
@@ -56,17 +48,12 @@ impl<'a> Context<'a> {
         self.again
     }
 
-    /// True once the experiment should stop.
-    pub fn stop(&self) -> &AtomicBool {
-        self.stop
-    }
-
     /// Returns an error if the experiment should stop. Experiments call it between two steps.
     ///
     /// # Errors
     /// [`Interrupted`].
     pub fn check_interrupted(&self) -> Result<()> {
-        if self.stop.load(Ordering::Relaxed) { Err(Interrupted.into()) } else { Ok(()) }
+        if self.progress.is_cancelled() { Err(Interrupted.into()) } else { Ok(()) }
     }
 
     /// A stage of `len` steps, whose progress is reported.
@@ -75,7 +62,7 @@ impl<'a> Context<'a> {
         Stage { progress: self.progress, len, what, done: Cell::new(0) }
     }
 
-    /// Where progress is reported to.
+    /// Where progress is reported to, and what stops the experiment.
     pub fn progress(&self) -> &dyn Progress {
         self.progress
     }

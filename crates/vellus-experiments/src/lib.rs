@@ -4,12 +4,11 @@
 //! [`write_report`] makes one HTML page of all outcomes in a folder.
 //!
 //! ```no_run
-//! use std::sync::atomic::AtomicBool;
 //! use vellus_experiments::{EXPERIMENTS, Quality, Settings, run, write_report};
 //! # fn main() -> anyhow::Result<()> {
 //! let settings = Settings { quality: Quality::Draft, folder: "out/experiments".into(), again: false };
 //! for experiment in EXPERIMENTS {
-//!     run(experiment, &settings, &AtomicBool::new(false), &())?;
+//!     run(experiment, &settings, &())?;
 //! }
 //! write_report(&settings.folder)?;
 //! # Ok(()) }
@@ -51,7 +50,6 @@ pub use report::write_report;
 use anyhow::{Context as _, Result};
 use context::Context;
 use std::path::PathBuf;
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 use vellus_io::Progress;
 
@@ -80,15 +78,15 @@ pub enum Run {
 /// Unfinished pictures are kept in the folder. The next run continues with them.
 ///
 /// # Errors
-/// [`Interrupted`] once `stop` is true. Else why a file cannot be written, or why the experiment failed.
-pub fn run(experiment: &Experiment, settings: &Settings, stop: &AtomicBool, progress: &dyn Progress) -> Result<Run> {
+/// [`Interrupted`] once `progress` cancels. Else why a file cannot be written, or why the experiment failed.
+pub fn run(experiment: &Experiment, settings: &Settings, progress: &dyn Progress) -> Result<Run> {
     let folder = settings.folder.join(experiment.name);
     let is_finished = |o: &Outcome| o.quality >= settings.quality && o.version == env!("CARGO_PKG_VERSION");
     if let Some(outcome) = Outcome::read(&folder).filter(|o| !settings.again && is_finished(o)) {
         return Ok(Run::Kept(outcome));
     }
     std::fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
-    let context = Context::new(settings.quality, folder, settings.again, stop, progress);
+    let context = Context::new(settings.quality, folder, settings.again, progress);
     let start = Instant::now();
     // Whatever fails after an interruption fails because of it.
     let mut found = (experiment.run)(&context).or_else(|e| context.check_interrupted().and(Err(e)))?;

@@ -1,17 +1,18 @@
-//! Bodies as signed distances: smooth unions of ellipsoids and round cones, each with the way its fur lies.
+//! Bodies as signed distance functions: smooth unions of ellipsoids and round cones, each with the direction of its
+//! fur.
 
 use glam::{Mat3, Quat, Vec3};
 
-/// A solid of which bodies are made.
+/// A primitive of a body.
 #[derive(Clone, Copy, Debug)]
 enum Solid {
-    /// Radii along the axes of its frame.
+    /// An ellipsoid with radii along the axes of its own frame.
     Ellipsoid { center: Vec3, radii: Vec3, to_frame: Mat3 },
-    /// Spheres of radius `ra` to `rb` around the points of the line a b.
+    /// The union of spheres around the points of the line from a to b, with radii from `ra` to `rb`.
     Cone { a: Vec3, b: Vec3, ra: f32, rb: f32 },
 }
 
-/// Which way fur lies, before it is laid onto the surface.
+/// The direction of fur, before projection onto the surface.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Flow {
     Along(Vec3),
@@ -21,14 +22,14 @@ pub(crate) enum Flow {
 #[derive(Clone, Copy, Debug)]
 struct Part {
     solid: Solid,
-    /// Width of the transition to the parts before it; negative where the part is taken away.
+    /// Width of the transition to the previous parts. Negative if the part is subtracted.
     blend: f32,
     flow: Flow,
     /// Length of its fur.
     fur: f32,
 }
 
-/// A smooth body, one part after another blended to the ones before.
+/// A smooth body. Each part is blended with the previous parts.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Body {
     parts: Vec<Part>,
@@ -40,20 +41,20 @@ impl Body {
         self
     }
 
-    /// An ellipsoid; `turn` is from its frame to the world.
+    /// Adds an ellipsoid. `turn` is the rotation from its own frame to world space.
     pub fn ellipsoid(self, center: [f32; 3], radii: [f32; 3], turn: Quat, blend: f32, flow: Flow, fur: f32) -> Self {
         let (center, radii) = (center.into(), radii.into());
         let to_frame = Mat3::from_quat(turn.inverse());
         self.push(Solid::Ellipsoid { center, radii, to_frame }, blend, flow, fur)
     }
 
-    /// A round cone from `a` with radius `ra` to `b` with radius `rb`; its fur lies from a to b.
+    /// Adds a round cone from `a` with radius `ra` to `b` with radius `rb`. Its fur points from a to b.
     pub fn cone(self, a: [f32; 3], ra: f32, b: [f32; 3], rb: f32, blend: f32, fur: f32) -> Self {
         let (a, b): (Vec3, Vec3) = (a.into(), b.into());
         self.push(Solid::Cone { a, b, ra, rb }, blend, Flow::Along(b - a), fur)
     }
 
-    /// Fur of the last part lies that way instead.
+    /// Sets the direction of fur of the last part.
     pub fn flowing(mut self, flow: Flow) -> Self {
         if let Some(part) = self.parts.last_mut() {
             part.flow = flow;
@@ -61,7 +62,7 @@ impl Body {
         self
     }
 
-    /// The last part is taken away from the body instead of being added.
+    /// Subtracts the last part instead of adding it.
     pub fn carved(mut self) -> Self {
         if let Some(part) = self.parts.last_mut() {
             part.blend = -part.blend;
@@ -69,7 +70,7 @@ impl Body {
         self
     }
 
-    /// All parts from `first` on again, mirrored at z = 0.
+    /// Adds copies of all parts from index `first`, mirrored at z = 0.
     pub fn mirrored_z(mut self, first: usize) -> Self {
         let flip = |v: Vec3| Vec3::new(v.x, v.y, -v.z);
         for i in first..self.parts.len() {
@@ -90,22 +91,22 @@ impl Body {
         self
     }
 
-    /// Number of parts: where the next one will be.
+    /// Number of parts, which is the index of the next part.
     pub fn len(&self) -> usize {
         self.parts.len()
     }
 
-    /// Distance to the surface, negative inside; exact near round parts, an estimate near ellipsoids.
+    /// Signed distance to the surface, negative inside. It is exact near round parts, and an estimate near ellipsoids.
     pub fn distance(&self, p: Vec3) -> f32 {
         self.parts.iter().fold(f32::INFINITY, |d, part| part.join(d, part.solid.distance(p)))
     }
 
-    /// The distance' gradient: the outward normal where it is near 0.
+    /// The gradient of the distance: the outward normal on the surface.
     pub fn gradient(&self, p: Vec3) -> Vec3 {
         gradient(&|p| self.distance(p), p)
     }
 
-    /// The point of the surface near `p`.
+    /// A point on the surface near `p`.
     pub fn project(&self, mut p: Vec3) -> Vec3 {
         for _ in 0..6 {
             let g = self.gradient(p);
@@ -114,7 +115,8 @@ impl Body {
         p
     }
 
-    /// The way fur lies at `p` and its length: of the parts nearby, by how near they are on the scale of `soft`.
+    /// Direction and length of fur at `p`: a weighted mean over parts, whose weights fall off with the distance over
+    /// `soft`.
     pub fn coat(&self, p: Vec3, soft: f32) -> (Vec3, f32) {
         let nearest = self.solids().map(|part| part.solid.distance(p).abs()).fold(f32::INFINITY, f32::min);
         let (mut flow, mut fur, mut total) = (Vec3::ZERO, 0.0, 0.0);
@@ -135,11 +137,11 @@ impl Body {
         self.parts.iter().filter(|part| part.blend >= 0.0)
     }
 
-    /// A box around it.
+    /// The bounding box.
     pub fn bounds(&self) -> (Vec3, Vec3) {
         self.solids().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), part| {
             let (l, h) = part.solid.bounds();
-            // Blending swells the body by at most a quarter of the width.
+            // Blending expands the body by at most a quarter of the width.
             let swell = Vec3::splat(0.25 * part.blend);
             (low.min(l - swell), high.max(h + swell))
         })
@@ -147,7 +149,8 @@ impl Body {
 }
 
 impl Part {
-    /// Polynomial smooth minimum (Quilez): differs from the minimum only within `blend`.
+    /// The polynomial smooth minimum (Quilez). It differs from the minimum only if the distances differ by less than
+    /// `blend`.
     fn join(&self, d: f32, own: f32) -> f32 {
         let k = self.blend.abs().max(1e-6);
         let smooth = |a: f32, b: f32| {
@@ -188,7 +191,7 @@ impl Solid {
     }
 }
 
-/// Central differences over a hundredth of a unit: bodies have no smaller features.
+/// The gradient by central differences over 0.01 units. Bodies have no smaller features.
 pub(crate) fn gradient(distance: &dyn Fn(Vec3) -> f32, p: Vec3) -> Vec3 {
     let e = 0.01;
     let along = |axis: Vec3| distance(p + e * axis) - distance(p - e * axis);

@@ -1,10 +1,10 @@
-//! Little-endian numbers out of a file that may be damaged.
+//! Reads little-endian numbers of a file that may be damaged.
 
 use crate::error::Error;
 use glam::Vec3;
 use vellus_scene::MAX_COORDINATE;
 
-/// A file in memory, with its name for messages.
+/// The content of a file, with its name for messages.
 pub(crate) struct Bytes<'a> {
     pub file: &'a str,
     pub bytes: &'a [u8],
@@ -15,8 +15,7 @@ impl<'a> Bytes<'a> {
         Error::File { file: self.file.to_owned(), offset, what: what.into() }
     }
 
-    /// `count` things of `size` bytes from `offset` on. Nothing is allocated: a header that promises more than the
-    /// file has fails here.
+    /// `count` items of `size` bytes at `offset`. Returns an error without allocation if the file is too short.
     pub fn array(&self, offset: usize, count: usize, size: usize, name: &str) -> Result<&'a [u8], Error> {
         let end = count.checked_mul(size).and_then(|n| n.checked_add(offset));
         end.and_then(|end| self.bytes.get(offset..end)).ok_or_else(|| {
@@ -33,7 +32,7 @@ impl<'a> Bytes<'a> {
         self.u32(offset, name).map(f32::from_bits)
     }
 
-    /// Points in space, within [`MAX_COORDINATE`]; `stride` is 12 or more bytes from one to the next.
+    /// Points within ±[`MAX_COORDINATE`]. `stride` is the distance between points in bytes, at least 12.
     pub fn points(&self, offset: usize, count: usize, stride: usize) -> Result<Vec<Vec3>, Error> {
         let bytes = self.array(offset, count, stride, "points")?;
         let mut points = Vec::with_capacity(count);
@@ -49,7 +48,7 @@ impl<'a> Bytes<'a> {
         Ok(points)
     }
 
-    /// Numbers that must satisfy `good`; `range` says so in words.
+    /// Numbers that satisfy `good`. `range` describes the condition for messages.
     pub fn floats(
         &self,
         offset: usize,
@@ -74,10 +73,10 @@ fn f32s(bytes: &[u8]) -> impl Iterator<Item = f32> {
     u32s(bytes).map(f32::from_bits)
 }
 
-/// The largest width.
+/// The largest width, in units of the file.
 pub(crate) const MAX_WIDTH: f32 = 2.0 * MAX_COORDINATE;
 
-/// A width given for strands that have none of their own. 0 is for strands that are only measured.
+/// Checks the default width for strands without widths. 0 is allowed, for strands that are only measured.
 pub(crate) fn given_width(width: Option<f32>) -> Result<Option<f32>, Error> {
     match width {
         Some(width) if !(0.0..=MAX_WIDTH).contains(&width) => Err(Error::Width(width)),

@@ -1,25 +1,25 @@
-//! Clumps: strands that draw together toward the middle one.
+//! Clumps: strands bend toward a central strand.
 
 use crate::settings::{Clump, GrowSettings};
 use glam::{IVec3, Vec3};
 use rayon::prelude::*;
 use std::collections::HashMap;
 
-/// The middle strands, found by their roots.
+/// The central strands, with a grid to find them by their roots.
 pub(crate) struct Clumps {
     clump: Clump,
     cell: f32,
-    /// Where cells are counted from: coordinates may be large against them.
+    /// Origin of the grid. Coordinates may be large relative to the cells.
     origin: Vec3,
     roots: Vec<Vec3>,
     lines: Vec<Vec3>,
-    /// Middle strands by the cell their root is in.
+    /// Central strands, by the cell of their root.
     grid: HashMap<IVec3, Vec<u32>>,
 }
 
 impl Clumps {
-    /// Every so-many-th strand is a middle one: neighbours follow each other, which spreads them evenly. `line` gives
-    /// root and points of a strand.
+    /// Selects every n-th strand as a central one. Strands are in spatial order, so central strands are evenly spaced.
+    /// `line` returns the root and points of a strand.
     pub fn new(settings: &GrowSettings, area: f32, line: impl Fn(usize) -> (Vec3, Vec<Vec3>) + Sync) -> Self {
         let clump = settings.clump;
         let mut clumps =
@@ -39,17 +39,17 @@ impl Clumps {
         clumps
     }
 
-    /// Draws strand `i` toward the middle strand with the nearest root, if one is near.
+    /// Bends strand `i` toward the central strand with the nearest root, if there is one nearby.
     pub fn gather(&self, i: usize, root: Vec3, line: &mut [Vec3]) {
         let Some(nearest) = self.nearest(root) else { return };
         let middle = &self.lines[nearest * line.len()..][..line.len()];
-        // Not all alike, or tips would meet in one point: the exponent is a hash of the index, as a fraction, and a
-        // half.
+        // Strengths vary, because all tips would meet in one point otherwise. The exponent is 0.5 plus a hash of the
+        // index in [0, 1].
         let own = (i as u32).wrapping_mul(0x9e37_79b9) as f32 / u32::MAX as f32;
         let strength = self.clump.strength.powf(0.5 + own);
         let last = line.len() - 1;
-        // Where strands are far apart against their length, they would be stretched across the gaps: no tip goes further than
-        // half of its length.
+        // If strands are far apart relative to their length, this would stretch them. No tip moves by more than half
+        // the length of the strand.
         let length: f32 = line.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
         let away = line[last].distance(middle[last]);
         let strength = strength.min(0.5 * length / away.max(f32::MIN_POSITIVE));

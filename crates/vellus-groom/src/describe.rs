@@ -70,7 +70,7 @@ fn one(strands: &Strands) -> String {
     let mut has = Vec::new();
     has.extend(strands.root_uv.as_ref().map(|_| "uv of the roots"));
     has.extend(strands.moved.as_ref().map(|_| "motion"));
-    has.extend(strands.varying.iter().map(|(parameter, _)| parameter.key()));
+    has.extend(strands.varying.iter().map(|(parameter, _)| parameter.name()));
     if !has.is_empty() {
         rows.push(("has", has.join(", ")));
     }

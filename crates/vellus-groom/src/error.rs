@@ -1,61 +1,61 @@
-//! What can be wrong with a file of strands, or with how fur is to grow.
+//! Errors of reading, writing and growing strands.
 
-/// Why strands cannot be read, written or grown.
+/// The reason why strands cannot be read, written or grown.
 #[derive(Debug, PartialEq, thiserror::Error)]
 pub enum Error {
-    /// A file is not what it should be.
+    /// A binary file is invalid.
     #[error("{file}, byte {offset}: {what}")]
     File {
         /// Its name, as given to the reader.
         file: String,
-        /// Where in it.
+        /// Offset of the problem in bytes.
         offset: usize,
-        /// What is wrong there, and what belongs there.
+        /// What is wrong, and what is expected.
         what: String,
     },
-    /// Neither the file nor the caller says how wide the strands are.
+    /// Neither the file nor the caller sets the width of the strands.
     #[error(
-        "{file} has no widths: give their diameter with --width, in the file's unit (`vellus groom info` suggests one)"
+        "{file} has no widths: set a diameter in the unit of the file with --width (`vellus groom info` suggests one)"
     )]
     NoWidth {
         /// Its name, as given to the reader.
         file: String,
     },
-    /// The width given for strands without one is not a width.
+    /// The default width is out of range.
     #[error("the width {0} is out of range: it must be in [0, 2e9]")]
     Width(f32),
-    /// A format cannot hold these strands.
+    /// The file format does not support these strands.
     #[error("{strands}: {what}")]
     Unwritable {
-        /// The strands' name.
+        /// The name of the strands.
         strands: String,
-        /// What does not fit.
+        /// What is not supported.
         what: String,
     },
-    /// A setting of the groom is out of its range.
+    /// A setting of the groom is out of range.
     #[error("{name} = {value} is out of range: {range}")]
     Setting {
-        /// The setting's name.
+        /// The name of the setting.
         name: &'static str,
-        /// What was given.
+        /// The value.
         value: f32,
-        /// What is allowed.
+        /// The allowed range.
         range: &'static str,
     },
-    /// There is nowhere for strands to grow: the mesh is empty, or the density 0 all over.
+    /// Strands cannot grow anywhere: the mesh is empty, or the density is 0 everywhere.
     #[error("{0}: no triangle has both an area and a density")]
     Nowhere(String),
-    /// A text file is not what it should be.
+    /// A text file is invalid.
     #[error("{file}, line {line}: {what}")]
     Line {
         /// Its name, as given to the reader.
         file: String,
-        /// Where in it, from 1 on.
+        /// Line of the problem, from 1.
         line: usize,
-        /// What is wrong there, and what belongs there.
+        /// What is wrong, and what is expected.
         what: String,
     },
-    /// The mesh itself is broken.
+    /// The mesh or the resulting strands are not valid.
     #[error(transparent)]
     Scene(#[from] vellus_scene::Error),
 }

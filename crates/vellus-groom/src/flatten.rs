@@ -1,10 +1,12 @@
-//! Curves as straight segments.
+//! Converts curves to straight segments.
 
 use glam::{Mat4, Vec4};
 use vellus_scene::{Basis, Strands, Values};
 
-/// The same strands as [`Basis::Linear`], each curve segment in `steps` ≥ 1 pieces. Motion and values by point are
-/// dropped, as the points are others; they are kept where the strands are straight already and nothing is to be done.
+/// Converts strands to [`Basis::Linear`]. Each curve segment becomes `steps` ≥ 1 straight segments.
+///
+/// Motion and values per point are lost, because the points change. Strands that are linear already are returned
+/// unchanged.
 pub fn flatten(strands: &Strands, steps: usize) -> Strands {
     if strands.basis == Basis::Linear {
         return strands.clone();
@@ -29,7 +31,8 @@ pub fn flatten(strands: &Strands, steps: usize) -> Strands {
     }
 }
 
-/// Adds the points of a curve from root to tip, `steps` ≥ 1 a segment; straight segments need none between.
+/// Appends the points of a curve from root to tip, with `steps` ≥ 1 points per segment. Linear strands keep their
+/// points.
 pub(crate) fn course(basis: Basis, strand: &[Vec4], steps: usize, points: &mut Vec<Vec4>) {
     if basis == Basis::Linear {
         points.extend(strand);
@@ -43,7 +46,7 @@ pub(crate) fn course(basis: Basis, strand: &[Vec4], steps: usize, points: &mut V
     }
 }
 
-/// A point of the segment with these four control points, at `t` in [0, 1].
+/// The point at `t` in [0, 1] of the segment with these four control points.
 fn at(basis: Basis, p: &[Vec4], t: f32) -> Vec4 {
     let (t2, t3) = (t * t, t * t * t);
     let weights = match basis {
@@ -61,7 +64,7 @@ fn at(basis: Basis, p: &[Vec4], t: f32) -> Vec4 {
         }
     };
     let point = Mat4::from_cols(p[0], p[1], p[2], p[3]) * weights;
-    // Catmull–Rom curves overshoot: a radius near 0 would become negative.
+    // Catmull–Rom curves overshoot, so a radius near 0 could become negative.
     point.truncate().extend(point.w.max(0.0))
 }
 

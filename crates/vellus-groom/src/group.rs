@@ -234,7 +234,7 @@ impl Group {
             if value.is_finite() && good(value) {
                 return Ok(value);
             }
-            return Err(wrong(format!("{name} = {value} is out of range: it must be {range}")));
+            Err(wrong(format!("{name} = {value} is out of range: it must be {range}")))
         };
         let positive = |name: &str, given, fallback| checked(name, given, fallback, |x| x > 0.0, "above 0");
         let not_negative = |name: &str, given, fallback| checked(name, given, fallback, |x| x >= 0.0, "0 or more");
@@ -277,7 +277,7 @@ impl Group {
             Some(other) => return Err(wrong(format!("basis = {other}: it must be linear, bspline or catmull-rom"))),
         };
         if self.comb.is_some_and(|comb| comb.iter().any(|x| !x.is_finite())) {
-            return Err(wrong(format!("comb must be three finite numbers")));
+            return Err(wrong("comb must be three finite numbers".to_owned()));
         }
         let guard_share = if ground.groups > 1 { 0.0 } else { 0.15 };
         let settings = GrowSettings {

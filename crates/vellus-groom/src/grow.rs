@@ -1,4 +1,4 @@
-//! Growing fur on a mesh.
+//! Grows fur on a mesh.
 
 use crate::body::gradient;
 use crate::clumps::Clumps;
@@ -12,15 +12,17 @@ use rayon::prelude::*;
 use std::f32::consts::{FRAC_PI_2, TAU};
 use vellus_scene::{Basis, Mesh, Strands, Values};
 
-/// Strands by whose spacing the density is looked at to find its mean.
+/// Number of strands whose spacing determines the resolution of the mean density.
 const FINEST: usize = 1 << 20;
 
-/// Strands that grow on a mesh. Each depends on its index and the seed only: the result is the same with any number
-/// of threads. They are in an order in which neighbours follow each other.
+/// Grows strands on a mesh.
+///
+/// Each strand depends on its index and the seed only, so the result is the same with any number of threads. Strands
+/// are in spatial order: neighbours in the list are neighbours on the mesh. They have [`Strands::look`] 0.
 ///
 /// # Errors
-/// [`Error::Setting`] names a number out of its range; [`Error::Scene`] says what is wrong with the mesh;
-/// [`Error::Nowhere`] if there is nowhere to grow.
+/// [`Error::Setting`] if a setting is out of range. [`Error::Scene`] if the mesh is not valid, or if the maps give
+/// strands that are not valid. [`Error::Nowhere`] if strands cannot grow anywhere.
 pub fn grow(mesh: &Mesh, settings: &GrowSettings, maps: &Maps) -> Result<Strands, Error> {
     settings.validate()?;
     let grower = Grower { settings, maps, roots: Roots::new(mesh, maps.density, settings.count)? };
@@ -45,7 +47,7 @@ pub fn grow(mesh: &Mesh, settings: &GrowSettings, maps: &Maps) -> Result<Strands
                 points[phantom + k] = p.extend(radius * root.thickness);
             }
             if phantom == 1 {
-                // Curves of both bases go through their second point if it is the middle of its neighbours.
+                // In both bases, a curve passes through its second point if that is the midpoint of its neighbours.
                 let n = points.len();
                 let beyond = |end: Vec4, next: Vec4| (2.0 * end - next).truncate().extend(end.w);
                 points[0] = beyond(points[1], points[2]);
@@ -67,15 +69,16 @@ pub fn grow(mesh: &Mesh, settings: &GrowSettings, maps: &Maps) -> Result<Strands
         look: 0,
         varying: color.into_iter().collect(),
     };
-    // What maps give may be anything.
+    // Maps may return any value.
     strands.validate()?;
     Ok(strands)
 }
 
-/// Area of a mesh, times the density where that is not 1: what a number of strands a unit of area is to be multiplied by.
+/// The integral of a density over a mesh, in units of area. Multiply it by the number of strands per unit of area at
+/// density 1 to get [`GrowSettings::count`].
 ///
 /// # Errors
-/// Those of [`grow`](fn@crate::grow) that concern the mesh and the density.
+/// [`Error::Scene`] if the mesh is not valid. [`Error::Nowhere`] if it has no area with a positive density.
 pub fn area(mesh: &Mesh, density: &(dyn Fn(&Site) -> f32 + Sync)) -> Result<f64, Error> {
     Ok(Roots::new(mesh, density, FINEST)?.area())
 }
@@ -83,7 +86,7 @@ pub fn area(mesh: &Mesh, density: &(dyn Fn(&Site) -> f32 + Sync)) -> Result<f64,
 struct Root {
     site: Site,
     draw: Draw,
-    /// Multiplies the radius.
+    /// Factor of the radius.
     thickness: f32,
 }
 
@@ -94,7 +97,7 @@ struct Grower<'a> {
 }
 
 impl Grower<'_> {
-    /// The points of strand `i` before it is gathered into a clump.
+    /// The points of strand `i`, before clumping.
     fn line(&self, i: usize, line: &mut Vec<Vec3>) -> Root {
         let settings = self.settings;
         let up = settings.up.normalize_or(Vec3::Y);
@@ -110,9 +113,9 @@ impl Grower<'_> {
         let n = site.normal;
         let comb = (self.maps.comb)(&site);
         let laid = (comb - comb.dot(n) * n).normalize_or_zero();
-        // Box–Muller: how far this strand deviates in azimuth and elevation.
+        // The deviation of this strand in azimuth and elevation (Box–Muller).
         let (r, phi) = (settings.spread * (-2.0 * (1.0 - random()).ln()).sqrt(), TAU * random());
-        // Uncombed strands stand upright and lean any way by as much.
+        // Uncombed strands are upright, and deviate by the same angle in any direction.
         let (laid, lift) = if laid == Vec3::ZERO {
             (Quat::from_axis_angle(n, phi) * n.any_orthonormal_vector(), [FRAC_PI_2 - r; 2])
         } else {
@@ -144,7 +147,7 @@ impl Grower<'_> {
         Root { site, draw, thickness: thicker * varied }
     }
 
-    /// Moves points that clumps, curls and waves have put into the body out of it again.
+    /// Moves points out of the body after clumps, curls and waves.
     fn keep_outside(&self, line: &mut [Vec3]) {
         let last = (line.len() - 1) as f32;
         for (k, p) in line.iter_mut().enumerate().skip(1) {
@@ -159,7 +162,7 @@ impl Grower<'_> {
     }
 }
 
-/// What curls and waves add across a strand.
+/// Displacement of a strand by curls and waves, perpendicular to it.
 struct Wave {
     curl: f32,
     turns: f32,
@@ -176,7 +179,7 @@ impl Wave {
             turns: settings.curl_turns * (0.85 + 0.3 * random()),
             phase: TAU * random(),
             noise: settings.noise * length,
-            // Half a wave to one and a half.
+            // 0.5 to 1.5 waves.
             frequency: [0.5 + random(), 0.5 + random()],
             phases: [TAU * random(), TAU * random()],
         }

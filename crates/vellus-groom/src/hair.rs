@@ -1,9 +1,9 @@
-//! Cem Yuksel's `.hair` files: a header of 128 bytes, then arrays, all little-endian.
+//! Reads and writes Cem Yuksel's `.hair` files: a header of 128 bytes, followed by arrays, in little-endian.
 //!
 //! ```text
-//! 0 "HAIR"   4 strands u32   8 points u32   12 which arrays u32   16 segments u32   20 thickness f32
+//! 0 "HAIR"   4 strands u32   8 points u32   12 flags of arrays u32   16 segments u32   20 thickness f32
 //! 24 transparency f32   28 colour 3 × f32   40 information, 88 bytes
-//! segments u16 a strand; by point: position 3 × f32, thickness f32, transparency f32, colour 3 × f32, array after array
+//! arrays: segments u16 per strand; per point position 3 × f32, thickness f32, transparency f32, colour 3 × f32
 //! ```
 
 use crate::bytes::{Bytes, MAX_WIDTH, given_width};
@@ -18,13 +18,15 @@ const THICKNESS: u32 = 4;
 const TRANSPARENCY: u32 = 8;
 const COLORS: u32 = 16;
 
-/// Strands of a `.hair` file, as [`Basis::Linear`]. `name` is for messages and becomes the strands' name.
+/// Reads the strands of a `.hair` file as [`Basis::Linear`]. `name` is used in messages and becomes the name of the
+/// strands.
 ///
-/// Thickness is a diameter: that of each point if the file has it, else `width` if given, else the file's default.
-/// Colours of the points become [`Parameter::Reflectance`], taken as linear RGB. Transparency is not read.
+/// Diameters are the thickness of each point if the file has it, otherwise `width` if it is set, otherwise the default
+/// of the file. Colours of points become [`Parameter::Reflectance`] as linear RGB. Transparency is ignored.
 ///
 /// # Errors
-/// [`Error::File`] says what is wrong and where; [`Error::NoWidth`] if there is no width at all; [`Error::Width`].
+/// [`Error::File`] if the file is invalid. [`Error::NoWidth`] if there is no width at all. [`Error::Width`] if `width`
+/// is not in [0, 2·10⁹].
 pub fn read_hair(bytes: &[u8], name: &str, width: Option<f32>) -> Result<Strands, Error> {
     let width = given_width(width)?;
     let file = Bytes { file: name, bytes };
@@ -34,7 +36,7 @@ pub fn read_hair(bytes: &[u8], name: &str, width: Option<f32>) -> Result<Strands
     let [count, points, arrays] = [file.u32(4, "strands")?, file.u32(8, "points")?, file.u32(12, "arrays")?];
     let (count, total) = (count as usize, points as usize);
     if arrays & POINTS == 0 {
-        return Err(file.fail(12, "the file says that it has no points"));
+        return Err(file.fail(12, "the file has no points according to its header"));
     }
 
     let mut offset = HEADER;
@@ -80,12 +82,12 @@ pub fn read_hair(bytes: &[u8], name: &str, width: Option<f32>) -> Result<Strands
     })
 }
 
-/// Where the points of each strand start: from the array of segments, or all with the header's number.
+/// The index of the first point of each strand, from the array of segments, or from the default in the header.
 fn starts(file: &Bytes, array: bool, at: usize, count: usize, total: usize) -> Result<Vec<u32>, Error> {
     let default = file.u32(16, "segments")?;
-    // A strand has at least two points of 12 bytes: this bounds what is allocated by what is there.
+    // A strand has at least two points of 12 bytes. This limits the allocation by the size of the file.
     if count > file.bytes.len() / 24 {
-        return Err(file.fail(4, format!("{count} strands cannot be in a file of {} bytes", file.bytes.len())));
+        return Err(file.fail(4, format!("{count} strands do not fit into a file of {} bytes", file.bytes.len())));
     }
     let segments = if array { file.array(at, count, 2, "segment counts")? } else { &[] };
     let mut starts = Vec::with_capacity(count + 1);
@@ -99,23 +101,24 @@ fn starts(file: &Bytes, array: bool, at: usize, count: usize, total: usize) -> R
         }
         end += u64::from(segments) + 1;
         if end > total as u64 {
-            return Err(file.fail(offset, format!("strand {i} ends at point {end}, beyond the {total} there are")));
+            return Err(file.fail(offset, format!("strand {i} ends at point {end}, but there are {total} points")));
         }
         starts.push(end as u32);
     }
     if end != total as u64 {
-        return Err(file.fail(8, format!("the header says {total} points, the strands have {end}")));
+        return Err(file.fail(8, format!("the header says {total} points, but the strands have {end}")));
     }
     Ok(starts)
 }
 
-/// A `.hair` file of these strands: segments, points, thickness, and colours where [`Parameter::Reflectance`] varies
-/// by point. The format has no place for anything else. Curves are to be straightened first, by
-/// [`flatten`](fn@crate::flatten), as how finely is the caller's choice.
+/// The bytes of a `.hair` file of these strands.
+///
+/// The file has segments, points, thickness, and colours if [`Parameter::Reflectance`] varies per point. The format
+/// does not support anything else. Convert curves with [`flatten`](fn@crate::flatten) first.
 ///
 /// # Errors
-/// [`Error::Unwritable`] if they are not [`Basis::Linear`], or a strand has more than 65,535 segments; what
-/// [`Strands::validate`] says.
+/// [`Error::Unwritable`] if the strands are not [`Basis::Linear`], or a strand has more than 65,535 segments.
+/// [`Error::Scene`] if [`Strands::validate`] fails.
 pub fn write_hair(strands: &Strands) -> Result<Vec<u8>, Error> {
     strands.validate()?;
     let fail = |what: String| Err(Error::Unwritable { strands: strands.name.clone(), what });

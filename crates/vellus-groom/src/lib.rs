@@ -1,4 +1,35 @@
-//! Strands of hair and fur: readers and writers, growing them on a mesh, and built-in animals to render.
+//! Strands of hair and fur: readers and writers of files, growth on a mesh, and built-in scenes.
+//!
+//! - [`grow()`] grows fur on a mesh. [`GrowSettings`] has the numbers of the groom, and [`Maps`] varies them over the
+//!   mesh.
+//! - [`read_hair`], [`read_tfx`] and [`read_obj`] read files; [`write_hair`] writes one.
+//! - [`flatten()`], [`thin()`] and [`measure()`] work on any strands.
+//! - [`scene`] returns one of the built-in [`SCENES`].
+//!
+//! ```
+//! use glam::Vec3;
+//! use vellus_groom::{Clump, GrowSettings, Maps, grow, read_obj};
+//! # fn main() -> Result<(), vellus_groom::Error> {
+//! // A square of 2 × 2 units that faces up.
+//! let square = b"v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nf 1 2 3 4\n";
+//! let mesh = &read_obj(square, "square.obj")?[0];
+//!
+//! // 500 strands of length 0.3 in clumps of ten, combed toward +x, and half as long at the left edge.
+//! let settings = GrowSettings {
+//!     count: 500,
+//!     length: 0.3,
+//!     clump: Clump { strands: 10, strength: 0.6, power: 1.0 },
+//!     ..GrowSettings::default()
+//! };
+//! let maps = Maps {
+//!     comb: &|_| Vec3::X,
+//!     length: &|site| 0.75 + 0.25 * site.position.x,
+//!     ..Maps::default()
+//! };
+//! let fur = grow(mesh, &settings, &maps)?;
+//! assert_eq!((fur.len(), fur.segments()), (500, 500 * settings.segments));
+//! # Ok(()) }
+//! ```
 
 mod body;
 mod bytes;
@@ -19,8 +50,8 @@ mod settings;
 mod tfx;
 mod thin;
 
-/// The largest file of strands or polygons (.hair, .tfx, .obj) that is worth reading: 16 GiB. Readers take bytes; who
-/// reads the files holds to this.
+/// The largest file of strands or polygons (.hair, .tfx, .obj), in bytes: 16 GiB. The readers of this crate take bytes,
+/// so the caller has to check the limit.
 pub const MAX_FILE_BYTES: u64 = 16 << 30;
 
 pub use describe::describe;

@@ -1,25 +1,25 @@
-//! How large strands are.
+//! Measures strands.
 
 use crate::flatten::course;
 use glam::Vec3;
 use rayon::prelude::*;
 use vellus_scene::{Basis, Strands, Values};
 
-/// Straight pieces that a cubic segment is measured by.
+/// Number of straight pieces per cubic segment.
 const STEPS: usize = 4;
 
-/// Bounds, widths and lengths of strands: of the curves, not of their control points.
+/// Bounds, widths and lengths of strands. They are those of the curves, not of the control points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measures {
-    /// Smallest and largest coordinates, radii included.
+    /// Smallest and largest coordinates, with radii.
     pub bounds: (Vec3, Vec3),
     /// Smallest and largest width (diameter).
     pub widths: [f32; 2],
-    /// Shortest, median and longest strand.
+    /// Lengths of the shortest, median and longest strand.
     pub lengths: [f32; 3],
 }
 
-/// Measures strands; `None` if there are none.
+/// Measures strands. Returns `None` if there are none.
 pub fn measure(strands: &Strands) -> Option<Measures> {
     let one = |points: &mut Vec<_>, i: usize| {
         points.clear();
@@ -42,7 +42,7 @@ pub fn measure(strands: &Strands) -> Option<Measures> {
     Some(Measures { bounds, widths, lengths: [lengths[0], lengths[lengths.len() / 2], lengths[lengths.len() - 1]] })
 }
 
-/// Bytes that strands take in memory, with all that varies among them.
+/// Memory of strands in bytes, including varying parameters.
 pub fn bytes(strands: &Strands) -> usize {
     let varying = strands.varying.iter().map(|(_, values)| match values {
         Values::Constant(value) => size_of_val(value),

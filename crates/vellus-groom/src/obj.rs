@@ -1,6 +1,6 @@
-//! Wavefront .obj files: polygons with uv and normals, to grow fur on. Materials, curves and free-form surfaces are passed over.
+//! Reads Wavefront .obj files: polygons with uv and normals. Materials, curves and free-form surfaces are ignored.
 //!
-//! Read here, as the crates that do so make up what a face lacks, or panic on indices that are far out of range.
+//! Existing crates invent values that a face does not have, or panic on indices that are far out of range.
 
 use crate::error::Error;
 use glam::{Vec2, Vec3};
@@ -8,20 +8,20 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use vellus_scene::Mesh;
 
-/// The meshes of an .obj file, one for each object or group that has faces; polygons are split into fans from their first
-/// corner. `name` is for messages.
+/// Reads the meshes of an .obj file, one for each object or group that has faces. Polygons become triangle fans from
+/// their first corner. `name` is used in messages.
 ///
 /// # Errors
-/// [`Error::Line`] says what is wrong and where.
+/// [`Error::Line`] if the file is invalid or has no faces.
 pub fn read_obj(bytes: &[u8], name: &str) -> Result<Vec<Mesh>, Error> {
     let mut reader = Reader { file: name, line: 0, ..Reader::default() };
     let text = String::from_utf8_lossy(bytes);
-    // A comment ends a line.
+    // Removes comments.
     let mut lines = text.lines().map(|line| line.split('#').next().unwrap_or_default()).zip(1..);
     while let Some((line, number)) = lines.next() {
         reader.line = number;
         let mut whole = Cow::Borrowed(line);
-        // A backslash at its end joins the next one to it.
+        // A backslash at the end of a line continues it on the next line.
         while whole.trim_end().ends_with('\\') {
             let joined = whole.to_mut();
             joined.truncate(joined.trim_end().len() - 1);
@@ -65,9 +65,9 @@ struct Reader<'a> {
     positions: Vec<Vec3>,
     normals: Vec<Vec3>,
     uv: Vec<Vec2>,
-    /// Of the object at hand.
+    /// Name of the current object.
     name: String,
-    /// Position, uv and normal of the corners of its triangles.
+    /// Corners of the triangles of the current object.
     triangles: Vec<[Corner; 3]>,
     meshes: Vec<Mesh>,
 }
@@ -84,11 +84,11 @@ impl Reader<'_> {
         Error::Line { file: self.file.to_owned(), line: self.line, what: what.into() }
     }
 
-    /// The first numbers of a line; more (a weight, a colour) are passed over.
+    /// The first numbers of a line. Further ones (a weight, a colour) are ignored.
     fn numbers<'w, const N: usize>(&self, mut words: impl Iterator<Item = &'w str>) -> Result<[f32; N], Error> {
         let mut numbers = [0.0; N];
         for number in &mut numbers {
-            let word = words.next().ok_or_else(|| self.fail(format!("{N} numbers belong here")))?;
+            let word = words.next().ok_or_else(|| self.fail(format!("{N} numbers are expected")))?;
             *number = word.parse().unwrap_or(f32::NAN);
             if !number.is_finite() {
                 return Err(self.fail(format!("{} is not a finite number", shown(word))));
@@ -106,7 +106,8 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// `position`, `position/uv`, `position//normal` or `position/uv/normal`, from 1 on or, negative, from the last one back.
+    /// Parses `position`, `position/uv`, `position//normal` or `position/uv/normal`. Indices count from 1. Negative
+    /// indices count from the last element.
     fn corner(&self, word: &str) -> Result<Corner, Error> {
         let mut parts = word.split('/');
         let mut index = |kind: &str, there: usize| -> Result<Option<usize>, Error> {
@@ -129,7 +130,7 @@ impl Reader<'_> {
         Ok(corner)
     }
 
-    /// Makes a mesh of the faces so far, with the vertices they use. What not all of them have it does not have.
+    /// Creates a mesh of the current faces and their vertices. It has uv or normals only if all corners have them.
     fn close(&mut self) {
         if self.triangles.is_empty() {
             return;

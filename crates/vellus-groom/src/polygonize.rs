@@ -1,5 +1,5 @@
-//! Triangles of a body's surface: surface nets (Gibson 1998), one vertex in each cell of a grid that the surface goes
-//! through, then moved onto it.
+//! Converts the surface of a body to triangles with surface nets (Gibson 1998): one vertex in each grid cell that the
+//! surface intersects, projected onto the surface.
 
 use crate::body::Body;
 use glam::{IVec3, Vec2, Vec3};
@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 use vellus_scene::Mesh;
 
-/// The body's surface with smooth normals, from a grid of cells `step` wide; `uv` gives texture coordinates.
+/// The surface of a body with smooth normals, from a grid of cells of width `step`. `uv` returns texture coordinates.
 pub(crate) fn polygonize(body: &Body, step: f32, name: &str, uv: &(dyn Fn(Vec3) -> Vec2 + Sync)) -> Mesh {
     let (low, high) = body.bounds();
     let origin = low - Vec3::splat(2.0 * step);
@@ -20,7 +20,7 @@ pub(crate) fn polygonize(body: &Body, step: f32, name: &str, uv: &(dyn Fn(Vec3) 
         .collect();
     let value = |i: IVec3| values[i.z as usize * layer + (i.y * size.x + i.x) as usize];
 
-    // One vertex in each cell with corners of both signs: the mean of where the surface cuts its edges.
+    // One vertex in each cell with corners of both signs: the mean of the intersections of the surface with its edges.
     let mut positions = Vec::new();
     let mut vertex_of = HashMap::new();
     for cell in cells(size - 1) {
@@ -43,7 +43,7 @@ pub(crate) fn polygonize(body: &Body, step: f32, name: &str, uv: &(dyn Fn(Vec3) 
         positions.push(at(cell) + step * sum / count);
     }
 
-    // One quad for each edge of the grid that the surface cuts, between the four cells around it.
+    // One quad for each edge of the grid that the surface intersects, between the four cells around it.
     let mut triangles = Vec::new();
     for cell in cells(size - 1) {
         for axis in 0..3 {
@@ -60,7 +60,7 @@ pub(crate) fn polygonize(body: &Body, step: f32, name: &str, uv: &(dyn Fn(Vec3) 
     }
 
     positions.par_iter_mut().for_each(|p| {
-        // Held within a cell, so that triangles do not fold where the body is creased.
+        // A vertex moves by less than a cell, so triangles do not fold at creases.
         let moved = body.project(*p);
         if moved.distance(*p) < step {
             *p = moved;

@@ -1,4 +1,4 @@
-//! Where strands grow: evenly over a mesh, in proportion to a density.
+//! Roots of strands: evenly distributed over a mesh, in proportion to a density.
 
 use crate::error::Error;
 use glam::{Vec2, Vec3};
@@ -6,35 +6,36 @@ use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use vellus_scene::Mesh;
 
-/// A place on a mesh.
+/// A point on a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Site {
-    /// Where it is.
+    /// The position.
     pub position: Vec3,
-    /// The unit shading normal there.
+    /// The shading normal; a unit vector.
     pub normal: Vec3,
-    /// The texture coordinates there, or 0 if the mesh has none.
+    /// The texture coordinates, or 0 if the mesh has none.
     pub uv: Vec2,
 }
 
-/// Where the density of a cell is looked at for its peak, beside where its mean is looked for.
+/// Points of a cell at which the density is evaluated for its peak, in addition to the points for its mean.
 const CORNERS: [(f32, f32); 3] = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)];
 
-/// Triangles due more strands than this on average are divided into cells: what the density does in between goes unseen.
+/// Expected number of strands in a cell. Triangles with more strands are divided into cells, which resolve the density.
 const STRANDS_A_CELL: f32 = 32.0;
 
-/// A triangle, or one of the parts of a triangle of which there are `n` along each edge.
+/// A part of a triangle that is divided into `n` parts along each edge.
 #[derive(Clone, Copy)]
 struct Cell {
     triangle: u32,
     n: u16,
-    /// Column and row from the first corner, and whether it is one of those that stand on their head.
+    /// Column and row, from the first corner.
     at: [u16; 2],
+    /// Whether the cell is upside down.
     flipped: bool,
 }
 
 impl Cell {
-    /// Barycentric coordinates in its triangle of a place in it.
+    /// Converts barycentric coordinates of the cell to those of the triangle.
     fn whole(&self, u: f32, v: f32) -> (f32, f32) {
         let [x, y] = self.at.map(f32::from);
         let n = f32::from(self.n);
@@ -50,18 +51,19 @@ impl Cell {
     }
 }
 
-/// A mesh with its cells in an order in which neighbours follow each other, and the strands that each is due.
+/// A mesh with its cells in spatial order, and the distribution of strands over them.
 pub(crate) struct Roots<'a> {
     mesh: &'a Mesh,
     density: &'a (dyn Fn(&Site) -> f32 + Sync),
     cells: Vec<Cell>,
-    /// Running sum of area times density, and the largest density found in each cell.
+    /// Running sum of area times density.
     sums: Vec<f64>,
+    /// The largest density that was found in each cell.
     peaks: Vec<f32>,
 }
 
 impl<'a> Roots<'a> {
-    /// For about `count` strands.
+    /// Divides a mesh into cells for about `count` strands.
     pub fn new(mesh: &'a Mesh, density: &'a (dyn Fn(&Site) -> f32 + Sync), count: usize) -> Result<Self, Error> {
         mesh.validate()?;
         let area = |t: usize| {
@@ -81,7 +83,7 @@ impl<'a> Roots<'a> {
         let (low, high) = roots.cells.iter().map(center).fold((Vec3::INFINITY, Vec3::NEG_INFINITY), bounds);
         let scale = 1023.0 / (high - low).max_element().max(f32::MIN_POSITIVE);
         let mut keyed: Vec<_> = roots.cells.iter().map(|&cell| (morton((center(&cell) - low) * scale), cell)).collect();
-        // A stable sort: of equal keys, the order of the mesh.
+        // The sort is stable, so cells with equal keys keep the order of the mesh.
         keyed.sort_by_key(|(key, _)| *key);
         roots.cells = keyed.into_iter().map(|(_, cell)| cell).collect();
 
@@ -100,25 +102,25 @@ impl<'a> Roots<'a> {
         if sum > 0.0 && sum.is_finite() { Ok(roots) } else { Err(Error::Nowhere(mesh.name.clone())) }
     }
 
-    /// Area times density.
+    /// The integral of the density over the mesh.
     pub fn area(&self) -> f64 {
         self.sums.last().copied().unwrap_or(0.0)
     }
 
-    /// Mean area of a strand where the density is 1.
+    /// The mean area per strand at density 1.
     pub fn area_per_strand(&self, count: usize) -> f32 {
         (self.area() / count.max(1) as f64) as f32
     }
 
-    /// Root `i` of `count`. Each has its own stretch of the running sum, a compact patch of the surface; within a
-    /// cell they follow the R₂ sequence, both of which keep them apart.
+    /// Root `i` of `count`. Each root has its own interval of the running sum, which is a compact patch of the surface.
+    /// Within a cell, roots follow the R₂ sequence. Both keep roots apart.
     pub fn root(&self, i: usize, count: usize, rng: &mut Xoshiro256PlusPlus) -> Site {
         let target = (i as f64 + rng.random::<f64>()) / count as f64 * self.area();
         let index = self.sums.partition_point(|&sum| sum <= target).min(self.sums.len() - 1);
         let r2 = |a: f64| (0.5 + a * (i + 1) as f64).fract() as f32;
         let (mut u, mut v) = (r2(0.754_877_666_246_692_8), r2(0.569_840_290_998_053_3));
         let cell = &self.cells[index];
-        // Rejection by the density within the cell; few need more than the sequence's point.
+        // Rejection sampling by the density within the cell. Most roots accept the point of the sequence.
         for _ in 0..64 {
             if u + v > 1.0 {
                 (u, v) = (1.0 - u, 1.0 - v);
@@ -129,13 +131,13 @@ impl<'a> Roots<'a> {
             }
             (u, v) = (rng.random(), rng.random());
         }
-        // Where little of the cell is dense: there, and never where the density is 0.
+        // If most of the cell has a low density: a point with a high density, and never one with density 0.
         let probes = probes(index).map(|(u, v)| self.site(cell, u, v));
         probes.into_iter().max_by(|a, b| self.density(a).total_cmp(&self.density(b))).unwrap_or(probes[0])
     }
 
     fn density(&self, site: &Site) -> f32 {
-        // A NaN counts as none.
+        // NaN becomes 0.
         (self.density)(site).max(0.0)
     }
 
@@ -151,7 +153,7 @@ impl<'a> Roots<'a> {
     }
 }
 
-/// A place in each quarter of cell `i`, by chance: what is regular in the density would be regularly off.
+/// A random point in each quarter of cell `i`. Regular points would have a bias for regular densities.
 fn probes(i: usize) -> [(f32, f32); 4] {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(i as u64);
     let mut quarters = Cell::of(0, 2);
@@ -163,7 +165,7 @@ fn probes(i: usize) -> [(f32, f32); 4] {
     })
 }
 
-/// Bits of three coordinates in [0, 1023] interleaved.
+/// The Morton code of three coordinates in [0, 1023].
 fn morton(p: Vec3) -> u32 {
     let spread = |x: f32| (0..10).fold(0, |m, bit| m | (x as u32 >> bit & 1) << (3 * bit));
     spread(p.x) | spread(p.y) << 1 | spread(p.z) << 2

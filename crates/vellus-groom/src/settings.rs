@@ -1,66 +1,67 @@
-//! How fur grows.
+//! Settings and maps of a groom.
 
 use crate::error::Error;
 use crate::roots::Site;
 use glam::Vec3;
 use vellus_scene::{Basis, Parameter};
 
-/// The most segments of a strand: far more than any curve needs.
+/// The largest number of segments of a strand.
 const MAX_SEGMENTS: usize = 65_536;
 
-/// Numbers of a groom. Lengths are in the scene's unit, angles in radians.
+/// The numbers of a groom. Lengths are in the unit of the scene, angles in radians.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GrowSettings {
-    /// The strands' name.
+    /// Name of the strands.
     pub name: String,
-    /// Strands.
+    /// Number of strands. The total number of points must be below 2³².
     pub count: usize,
-    /// Curve segments a strand; [1, 65536].
+    /// Curve segments per strand, in [1, 65536].
     pub segments: usize,
     /// [`Basis::Linear`], [`Basis::BSpline`] or [`Basis::CatmullRom`].
     pub basis: Basis,
-    /// Other seeds give other fur.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// Length of a strand of the undercoat; positive.
+    /// Mean length of the undercoat; positive.
     pub length: f32,
-    /// Lengths are spread evenly by this fraction to both sides; [0, 1).
+    /// Relative variation of lengths, uniform to both sides; in [0, 1).
     pub length_variation: f32,
     /// Radius at the root and at the tip; not negative.
     pub radius: [f32; 2],
-    /// Radii are spread evenly by this fraction to both sides, strand by strand; [0, 1).
+    /// Relative variation of radii between strands, uniform to both sides; in [0, 1).
     pub radius_variation: f32,
-    /// Share of guard hairs among the strands, [0, 1].
+    /// Fraction of guard hairs, in [0, 1].
     pub guard_share: f32,
-    /// How many times longer and thicker guard hairs are than the undercoat; positive.
+    /// Length and thickness of guard hairs relative to the undercoat; positive.
     pub guard_scale: [f32; 2],
-    /// Angle between strand and surface at the root and at the tip; π/2 stands upright.
+    /// Angle between strand and surface at the root and at the tip. π/2 is upright.
     pub lift: [f32; 2],
-    /// Standard deviation of the direction from strand to strand.
+    /// Standard deviation of the direction between strands; not negative.
     pub spread: f32,
-    /// How strongly strands hang down: what is added at their tips to a direction of length 1; not negative.
+    /// Strength of gravity: length of the downward vector that is added to the unit direction at the tip; not negative.
     pub gravity: f32,
-    /// Away from where they hang; a direction of any length but 0.
+    /// The up direction, against gravity. Any length except 0.
     pub up: Vec3,
-    /// Clumps.
+    /// How strands form clumps.
     pub clump: Clump,
-    /// Radius of the helix that strands curl in; grows from 0 at the root. Not negative.
+    /// Radius of the helix of curls, which grows from 0 at the root; not negative.
     pub curl_radius: f32,
-    /// Turns of the helix.
+    /// Number of turns of the helix.
     pub curl_turns: f32,
-    /// Waviness: deviation at the tip, as a fraction of the length; not negative.
+    /// Waviness: deviation at the tip relative to the length; not negative.
     pub noise: f32,
-    /// Distance to keep from the body where [`Maps::distance`] gives it, reached at the tip; not negative.
+    /// Minimum distance of the tip from the body, if [`Maps::distance`] is set. It is 0 at the root and grows linearly;
+    /// not negative.
     pub clearance: f32,
 }
 
-/// Strands that draw together toward their tips.
+/// Clumps: strands that converge toward their tips.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clump {
-    /// Mean number of strands in one; below 2 there are none.
+    /// Mean number of strands per clump. Below 2 there are no clumps.
     pub strands: usize,
-    /// How far tips come to the middle one on average, [0, 1]; at 1 all meet it.
+    /// How far tips move toward the central strand on average, in [0, 1]. At 1 they all reach it.
     pub strength: f32,
-    /// Their profile: strength × (distance from the root / length)^power; positive.
+    /// Exponent of the profile strength × (distance from the root / length)^power; positive.
     pub power: f32,
 }
 
@@ -92,10 +93,10 @@ impl Default for GrowSettings {
 }
 
 impl GrowSettings {
-    /// Checks every number.
+    /// Checks that all settings are in range.
     ///
     /// # Errors
-    /// [`Error::Setting`] names the first that is out of its range.
+    /// [`Error::Setting`] for the first setting that is out of range.
     pub fn validate(&self) -> Result<(), Error> {
         let check = |name, value: f32, good: bool, range| {
             if good && value.is_finite() { Ok(()) } else { Err(Error::Setting { name, value, range }) }
@@ -125,7 +126,7 @@ impl GrowSettings {
         self.lift.iter().try_for_each(|&angle| check("lift", angle, true, "it must be finite"))?;
         not_negative("spread", self.spread)?;
         not_negative("gravity", self.gravity)?;
-        check("up", self.up.length(), self.up.try_normalize().is_some(), "it must have a finite length, and not 0")?;
+        check("up", self.up.length(), self.up.try_normalize().is_some(), "it must have a finite length other than 0")?;
         fraction("clump.strength", self.clump.strength)?;
         positive("clump.power", self.clump.power)?;
         not_negative("curl_radius", self.curl_radius)?;
@@ -135,31 +136,32 @@ impl GrowSettings {
     }
 }
 
-/// Gives a strand's value of a parameter from where it grows and what chance gave it.
+/// Returns the value of a parameter of a strand, RGB, from its site and its random numbers.
 pub type ColorMap<'a> = &'a (dyn Fn(&Site, &Draw) -> [f32; 3] + Sync);
 
-/// What differs from place to place. Textures are looked up in these closures: `|site| texture.at(site.uv)[0]`.
+/// Functions of the position on the mesh. To use a texture, sample it in the closure: `|site| texture.at(site.uv)[0]`.
 #[derive(Clone, Copy)]
 pub struct Maps<'a> {
-    /// Strands a unit of area, relative to elsewhere; below 0 and NaN are 0.
+    /// Relative number of strands per unit of area. Negative values and NaN count as 0.
     pub density: &'a (dyn Fn(&Site) -> f32 + Sync),
-    /// Multiplies the length.
+    /// Factor of the length.
     pub length: &'a (dyn Fn(&Site) -> f32 + Sync),
-    /// The way strands lie, of any length; it is laid onto the surface. Where it is 0 or along the normal they stand
-    /// upright.
+    /// Direction of strands, of any length. It is projected onto the surface. Strands are upright where the projection
+    /// is 0.
     pub comb: &'a (dyn Fn(&Site) -> Vec3 + Sync),
-    /// A parameter of the fibres by strand, usually a colour.
+    /// A parameter of the fibre for each strand, usually a colour.
     pub color: Option<(Parameter, ColorMap<'a>)>,
-    /// Distance to the body, negative inside it, for strands to stay outside; its gradient is taken over 0.01.
+    /// Signed distance to the body, negative inside, which keeps strands outside. Its gradient is computed by
+    /// differences over 0.01 units.
     pub distance: Option<&'a (dyn Fn(Vec3) -> f32 + Sync)>,
 }
 
-/// What chance gave a strand.
+/// Random numbers of a strand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Draw {
-    /// Is it a guard hair?
+    /// Whether the strand is a guard hair.
     pub guard: bool,
-    /// A number in [0, 1) of its own.
+    /// A uniform number in [0, 1).
     pub random: f32,
 }
 

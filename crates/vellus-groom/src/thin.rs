@@ -1,9 +1,12 @@
-//! Fewer strands for a preview.
+//! Reduces the number of strands for previews.
 
 use vellus_scene::{Strands, Values};
 
-/// About that share of the strands, in (0, 1], each wider by its inverse: what they cover stays, roughly. Which ones stay
-/// depends on their number alone, and those of a smaller share are among those of a larger.
+/// Keeps about the fraction `share` of the strands, in (0, 1], and divides their radii by it. Coverage stays about the
+/// same.
+///
+/// The selection depends on the index of a strand only. The strands of a smaller share are a subset of those of a
+/// larger share.
 pub fn thin(strands: &Strands, share: f32) -> Strands {
     let kept: Vec<usize> = (0..strands.len()).filter(|&i| unit(i as u32) < share).collect();
     let range = |i: usize| strands.starts[i] as usize..strands.starts[i + 1] as usize;
@@ -34,9 +37,9 @@ pub fn thin(strands: &Strands, share: f32) -> Strands {
     }
 }
 
-/// A number in [0, 1) for each strand.
+/// A pseudo-random number in [0, 1) for each strand.
 fn unit(i: u32) -> f32 {
-    // Wellons' lowbias32.
+    // The hash lowbias32 by Chris Wellons.
     let mut x = i;
     x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
     x = (x ^ (x >> 15)).wrapping_mul(0x846c_a68b);
@@ -56,7 +59,7 @@ mod tests {
             let few = thin(strands, 0.25);
             assert_eq!(few.validate(), Ok(()));
             let share = few.len() as f64 / strands.len() as f64;
-            // Of n strands, a quarter within four standard deviations.
+            // A quarter of the strands, within four standard deviations.
             let tolerance = 4.0 * (0.25 * 0.75 / strands.len() as f64).sqrt();
             assert!((share - 0.25).abs() < tolerance, "{share}");
             assert!((cover(&few) / cover(strands) - 1.0).abs() < 5.0 * tolerance);

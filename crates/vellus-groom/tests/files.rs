@@ -86,9 +86,9 @@ fn damage_is_named_with_its_place() {
         (|b| b.truncate(100), "1 header of 128 bytes belong here, but 100 bytes are left"),
         (|b| b[0] = b'X', "byte 0: a .hair file begins with HAIR"),
         (|b| b.truncate(200), "byte 134: 11 points of 12 bytes belong here, but 66 bytes are left"),
-        (|b| b[4..8].copy_from_slice(&10_000_000u32.to_le_bytes()), "byte 4: 10000000 strands cannot be"),
+        (|b| b[4..8].copy_from_slice(&10_000_000u32.to_le_bytes()), "byte 4: 10000000 strands do not fit"),
         (|b| b[128] = 0, "byte 128: strand 0 has no segments"),
-        (|b| b[130] = 200, "byte 130: strand 1 ends at point 203, beyond the 11"),
+        (|b| b[130] = 200, "byte 130: strand 1 ends at point 203, but there are 11"),
         (|b| b[134..138].copy_from_slice(&f32::NAN.to_le_bytes()), "byte 134: point 0 is [NaN"),
         (|b| b[266..270].copy_from_slice(&(-1f32).to_le_bytes()), "byte 266: -1 is among the thicknesses"),
     ];

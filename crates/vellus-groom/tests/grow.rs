@@ -122,8 +122,8 @@ fn clumps_draw_tips_together() {
     assert!(drawn < 0.7 * loose, "{drawn} {loose}");
 }
 
-/// Five strands over a square of 10 × 10 are far apart: drawn to another, none is stretched by more than half, and waves, which
-/// are off, add nothing. Maps may give anything: it becomes strands that are finite, or an error.
+/// Five strands over a square of 10 × 10 are far apart: drawn to another, none is stretched by more than half, and
+/// waves, which are off, add nothing. Maps may give anything: it becomes strands that are finite, or an error.
 #[test]
 fn sparse_clumps_keep_lengths_and_nothing_is_nan() {
     let sparse = GrowSettings {
@@ -162,8 +162,8 @@ fn density_is_followed_within_large_triangles() {
     quad.triangles = vec![[0, 1, 2], [0, 2, 3]];
     quad.uv = None;
     let stripes = |site: &vellus_groom::Site| f32::from(site.position.x.rem_euclid(2.0) < 1.0);
-    // A border cuts 36 cells of 0.15, whose share of four probes within has a standard deviation of at most 1/4 · √(4/4): 0.23 in
-    // all, and 0.7 for nine borders.
+    // A border cuts 36 cells of 0.15, whose share of four probes within has a standard deviation of at most 1/4 ·
+    // √(4/4): 0.23 in all, and 0.7 for nine borders.
     let area = vellus_groom::area(&quad, &stripes).unwrap();
     assert!((area - 50.0).abs() < 3.0 * 0.7, "{area}");
     let strands =

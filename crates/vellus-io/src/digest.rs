@@ -1,4 +1,4 @@
-//! Content digests: equal for equal content, on every machine and in every release.
+//! Content digests. Equal content has the same digest on every machine and in every release.
 
 use std::fmt;
 use std::io::Read;
@@ -8,22 +8,22 @@ use std::io::Read;
 pub struct Digest(pub [u8; 32]);
 
 impl Digest {
-    /// The digest of some bytes.
+    /// The digest of `bytes`.
     pub fn of(bytes: &[u8]) -> Self {
         Digest(*blake3::hash(bytes).as_bytes())
     }
 
-    /// The digest of all that a reader gives.
+    /// The digest of all bytes of a reader.
     ///
     /// # Errors
-    /// What the reader reports.
+    /// The errors of the reader.
     pub fn of_reader(reader: impl Read) -> std::io::Result<Self> {
         let mut hasher = blake3::Hasher::new();
         hasher.update_reader(reader)?;
         Ok(Digest(*hasher.finalize().as_bytes()))
     }
 
-    /// The first 16 hexadecimal digits, for names of files and messages.
+    /// The first 16 hexadecimal digits, for file names and messages.
     pub fn short(&self) -> String {
         self.to_string()[..16].to_owned()
     }
@@ -42,13 +42,13 @@ impl fmt::Debug for Digest {
     }
 }
 
-/// Builds the digest of named fields. Names and values are preceded by their lengths, so that no two lists of fields
-/// are the same bytes.
+/// Builds the digest of a list of named fields. It includes the lengths of names and values, so different lists never
+/// hash the same bytes.
 #[derive(Clone, Default)]
 pub struct DigestBuilder(blake3::Hasher);
 
 impl DigestBuilder {
-    /// Without fields.
+    /// A builder without fields.
     pub fn new() -> Self {
         Self::default()
     }
@@ -63,7 +63,7 @@ impl DigestBuilder {
         self
     }
 
-    /// The digest of all fields in the order in which they were added.
+    /// The digest of all fields, in the order of [`DigestBuilder::field`] calls.
     pub fn finish(&self) -> Digest {
         Digest(*self.0.finalize().as_bytes())
     }

@@ -1,8 +1,20 @@
-//! Files: bounded reading ([`read()`]), safe writing ([`write()`]) and content digests ([`Digest`], [`Sources`]). Also
-//! how long work reports its progress and learns that it should stop ([`Progress`]).
+//! Bounded reading ([`read()`]), safe writing ([`write()`]) and content digests ([`Digest`], [`Sources`]) of files, and
+//! progress reports and cancellation of long work ([`Progress`]).
 //!
-//! All readers of the project use [`read()`], so that no file, device or pipe can fill the memory or block a program
-//! forever. All writers use [`write()`], so that no failure leaves half a file or loses the one there was.
+//! All readers of the project use [`read()`], so no file, device or pipe can fill the memory or block a program
+//! forever. All writers use [`write()`], so a failure never leaves a truncated file and never loses the previous one.
+//!
+//! ```
+//! use vellus_io::{Digest, read, write};
+//! # fn main() -> std::io::Result<()> {
+//! # let folder = tempfile::tempdir()?;
+//! # let path = folder.path().join("curves/fox.hair");
+//! // Creates the folder, and replaces the file completely or not at all.
+//! write(&path, b"HAIR")?;
+//! let bytes = read(&path)?;
+//! assert_eq!(Digest::of(&bytes), Digest::of(b"HAIR"));
+//! # Ok(()) }
+//! ```
 
 mod digest;
 mod progress;
@@ -13,6 +25,6 @@ mod write;
 
 pub use digest::{Digest, DigestBuilder};
 pub use progress::{Progress, Steps};
-pub use read::{MAX_FILE_BYTES, MAX_STREAM_BYTES, excerpt, open, read, read_at_most, read_to_string};
+pub use read::{MAX_FILE_BYTES, MAX_STREAM_BYTES, excerpt, open, open_file, read, read_at_most, read_to_string};
 pub use sources::Sources;
 pub use write::{folder, writable, write, write_with};

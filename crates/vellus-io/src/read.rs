@@ -1,25 +1,25 @@
-//! One bounded reader for all formats.
+//! Bounded reading of files, for all formats.
 
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
 
-/// The largest regular file that is read: 16 GiB.
+/// The largest regular file that [`read()`] reads, in bytes: 16 GiB.
 pub const MAX_FILE_BYTES: u64 = 16 << 30;
 
-/// The most bytes that are read from a pipe or a socket: 1 GiB.
+/// The largest number of bytes that are read from a pipe or a socket: 1 GiB.
 pub const MAX_STREAM_BYTES: u64 = 1 << 30;
 
 /// Reads a whole file of at most [`MAX_FILE_BYTES`], or a pipe of at most [`MAX_STREAM_BYTES`].
 ///
 /// # Errors
-/// What the operating system reports. [`ErrorKind::InvalidInput`] for folders and devices: `/dev/zero` never ends.
-/// [`ErrorKind::FileTooLarge`] where a limit is exceeded.
+/// Errors of the operating system. [`ErrorKind::InvalidInput`] for folders and devices, because `/dev/zero` never ends.
+/// [`ErrorKind::FileTooLarge`] if a limit is exceeded.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
     read_at_most(path, MAX_FILE_BYTES)
 }
 
-/// The same with a limit of `max` bytes for regular files, and the smaller of `max` and [`MAX_STREAM_BYTES`] for pipes.
+/// As [`read()`], with a limit of `max` bytes. For pipes the limit is the smaller of `max` and [`MAX_STREAM_BYTES`].
 ///
 /// # Errors
 /// As [`read()`].
@@ -35,7 +35,7 @@ pub fn read_at_most(path: &Path, max: u64) -> Result<Vec<u8>> {
     bytes.try_reserve_exact(if is_file { metadata.len() as usize } else { 0 }).map_err(|_| {
         Error::new(ErrorKind::OutOfMemory, format!("not enough memory for its {} bytes", metadata.len()))
     })?;
-    // The length may be wrong: files grow, and those in /proc claim to be empty.
+    // The length may be wrong: files can grow, and files in /proc report a length of 0.
     file.take(max + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > max {
         return Err(too_large(bytes.len() as u64, max));
@@ -46,19 +46,34 @@ pub fn read_at_most(path: &Path, max: u64) -> Result<Vec<u8>> {
 /// Opens a regular file, a pipe or a socket.
 ///
 /// # Errors
-/// What the operating system reports, and [`ErrorKind::InvalidInput`] for folders and devices.
+/// Errors of the operating system, and [`ErrorKind::InvalidInput`] for folders and devices.
 pub fn open(path: &Path) -> Result<File> {
-    // Before the file is opened: opening some devices has effects.
+    // Checked before the file is opened, because opening some devices has side effects.
     check_kind(&std::fs::metadata(path)?)?;
     let file = File::open(path)?;
     check_kind(&file.metadata()?)?;
     Ok(file)
 }
 
-/// Reads a text of at most `max` bytes.
+/// Opens a regular file, for formats that are read more than once: a pipe can be read only once, and opening it again
+/// would wait for another writer.
 ///
 /// # Errors
-/// As [`read()`], and [`ErrorKind::InvalidData`] with the place of the first byte that is not UTF-8.
+/// As [`open()`], and [`ErrorKind::InvalidInput`] for pipes and sockets.
+pub fn open_file(path: &Path) -> Result<File> {
+    let metadata = std::fs::metadata(path)?;
+    check_kind(&metadata)?;
+    if !metadata.is_file() {
+        let what = "it is a pipe or a socket, but this format is read more than once: a regular file is expected";
+        return Err(Error::new(ErrorKind::InvalidInput, what));
+    }
+    File::open(path)
+}
+
+/// Reads a UTF-8 text file of at most `max` bytes.
+///
+/// # Errors
+/// As [`read()`], and [`ErrorKind::InvalidData`] with the offset of the first byte that is not UTF-8.
 pub fn read_to_string(path: &Path, max: u64) -> Result<String> {
     String::from_utf8(read_at_most(path, max)?).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
@@ -66,8 +81,8 @@ pub fn read_to_string(path: &Path, max: u64) -> Result<String> {
     })
 }
 
-/// What a file holds at some place, for messages: at most that many characters, without control characters, and `…`
-/// where more was left out.
+/// The beginning of `bytes` as text for messages: at most `characters` characters, followed by `…` if there are more.
+/// Control characters are replaced.
 pub fn excerpt(bytes: &[u8], characters: usize) -> String {
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(4 * characters + 4)]);
     let mut rest = text.chars();
@@ -79,7 +94,7 @@ pub fn excerpt(bytes: &[u8], characters: usize) -> String {
     shown
 }
 
-/// Refuses folders and devices.
+/// Returns an error for folders and devices.
 fn check_kind(metadata: &std::fs::Metadata) -> Result<()> {
     let kind = metadata.file_type();
     if kind.is_dir() {
@@ -137,6 +152,7 @@ mod tests {
         std::io::Write::write_all(&mut writer, b"12345").unwrap();
         drop(writer);
         let path = format!("/proc/self/fd/{}", std::os::fd::AsRawFd::as_raw_fd(&reader));
+        assert_eq!(open_file(Path::new(&path)).unwrap_err().kind(), ErrorKind::InvalidInput);
         assert_eq!(read_at_most(Path::new(&path), 4).unwrap_err().kind(), ErrorKind::FileTooLarge);
     }
 }

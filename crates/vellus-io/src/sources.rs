@@ -1,33 +1,32 @@
-//! The files that a scene was read from.
+//! The source files of a scene.
 
 use crate::digest::{Digest, DigestBuilder};
 use std::collections::BTreeMap;
 
-/// Names and digests of all files that were read.
+/// Names and digests of all files that a scene was read from.
 ///
-/// A name says how the file was referred to: the path as the referring file gives it, joined to the name of that file's
-/// folder where it is relative. The top file has an empty name. Names therefore do not depend on where a scene is
-/// stored.
+/// The name of a file is the path in the file that refers to it. A relative path is joined to the name of the folder of
+/// the referring file. The root file has an empty name. Names therefore do not depend on the location of the scene.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Sources(BTreeMap<String, Digest>);
 
 impl Sources {
-    /// None.
+    /// An empty list.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Adds the content of a file under its name.
+    /// Adds a file by its name and content.
     pub fn add(&mut self, name: &str, bytes: &[u8]) {
         self.add_digest(name, Digest::of(bytes));
     }
 
-    /// Adds a file whose digest is known.
+    /// Adds a file by its name and digest.
     pub fn add_digest(&mut self, name: &str, digest: Digest) {
         self.0.insert(name.to_owned(), digest);
     }
 
-    /// Adds all of another list.
+    /// Adds all files of another list.
     pub fn extend(&mut self, other: Sources) {
         self.0.extend(other.0);
     }
@@ -37,7 +36,7 @@ impl Sources {
         self.0.iter().map(|(name, digest)| (name.as_str(), *digest))
     }
 
-    /// The digest of them all, which does not depend on the order in which they were read.
+    /// The digest of all files. It does not depend on the order in which they were added.
     pub fn digest(&self) -> Digest {
         self.iter().fold(DigestBuilder::new(), |builder, (name, digest)| builder.field(name, digest.0)).finish()
     }

@@ -1,28 +1,28 @@
-//! What a path of an output means: links are followed here, for the operating system would replace them.
+//! Resolves the path of an output. Symbolic links are followed here, because a rename would replace them.
 
 use crate::write::folder;
 use std::io::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
 
-/// Links that are followed: as many as Linux follows.
+/// The largest number of links in a chain, as on Linux.
 const MAX_LINKS: usize = 40;
 
-/// Where output goes.
+/// The target of an output.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Target {
-    /// A regular file that is there, or a new one.
+    /// An existing or new regular file.
     File(PathBuf),
     /// A device, a pipe or a socket.
     Direct(PathBuf),
-    /// A descriptor of this or another process, by its name in `/proc` or `/dev/fd`.
+    /// A file descriptor of this or another process, by its path in `/proc` or `/dev/fd`.
     Descriptor(PathBuf),
-    /// Descriptor 1 of this process.
+    /// File descriptor 1 of this process.
     StandardOutput,
-    /// Descriptor 2 of this process.
+    /// File descriptor 2 of this process.
     StandardError,
 }
 
-/// Follows symbolic links to their end.
+/// Resolves a path. Follows symbolic links.
 pub(crate) fn target(path: &Path) -> Result<Target> {
     let names_folder = path.as_os_str().as_encoded_bytes().last().is_some_and(|&b| std::path::is_separator(b.into()));
     if names_folder || path.file_name().is_none() {
@@ -45,10 +45,10 @@ pub(crate) fn target(path: &Path) -> Result<Target> {
         }
         path = folder(&path).join(std::fs::read_link(&path)?);
     }
-    Err(Error::new(ErrorKind::InvalidInput, format!("more than {MAX_LINKS} symbolic links follow each other")))
+    Err(Error::new(ErrorKind::InvalidInput, format!("it is a chain of more than {MAX_LINKS} symbolic links")))
 }
 
-/// The open descriptor that a path such as `/proc/self/fd/1` names. What it seems to link to is no path that could be
+/// The file descriptor of a path such as `/proc/self/fd/1`. Such a path looks like a link, but its target cannot be
 /// replaced.
 fn descriptor(path: &Path) -> Option<Target> {
     if !cfg!(unix) {

@@ -1,4 +1,4 @@
-//! Safe writing: a file is replaced as a whole or not at all.
+//! Safe writing: a file is replaced completely or not at all.
 
 use crate::target::{Target, target};
 use std::fs::{File, OpenOptions};
@@ -6,30 +6,29 @@ use std::io::{BufWriter, Error, ErrorKind, Result, Write};
 use std::path::Path;
 use tempfile::NamedTempFile;
 
-/// Bytes that [`writable`] writes to see whether there is room.
+/// Number of bytes that [`writable`] writes to test whether the disk is full.
 const PROBE_BYTES: usize = 4096;
 
 /// Writes a file.
 ///
-/// A regular or new file is written under a temporary name in its folder, synchronised with the disk and renamed. A
-/// failure leaves what was there before. Folders are created. A symbolic link stays, and the file that it points to is
-/// written; a link to nothing creates that file. A device, a pipe or a descriptor such as `/dev/stdout` is written
-/// directly.
+/// A regular or new file is written under a temporary name in the same folder, synchronised with the disk and renamed.
+/// A failure leaves the previous file. Missing folders are created. Symbolic links are followed and stay; the target of
+/// a dangling link is created. A device, a pipe or a file descriptor such as `/dev/stdout` is written directly.
 ///
-/// An existing file keeps its mode, and its owner and group where the system permits that. Access control lists and
-/// other hard links to the old content are not kept. The mode of a new file follows the umask.
+/// An existing file keeps its mode, and its owner and group if the system permits that. It loses access control lists
+/// and other hard links. The mode of a new file follows the umask.
 ///
 /// # Errors
-/// What the operating system reports. [`ErrorKind::IsADirectory`] for a folder. [`ErrorKind::PermissionDenied`] for an
-/// existing file that is read-only, although its folder would permit to replace it.
+/// Errors of the operating system. [`ErrorKind::IsADirectory`] for a folder. [`ErrorKind::PermissionDenied`] for an
+/// existing file that is read-only, even if its folder is writable.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     write_with(path, |out| out.write_all(bytes))
 }
 
-/// The same for content that `fill` writes piece by piece.
+/// As [`write()`], for content that `fill` writes piece by piece.
 ///
 /// # Errors
-/// As [`write()`], and those of `fill`.
+/// As [`write()`], and the errors of `fill`.
 pub fn write_with(path: &Path, fill: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
     let buffered = |out: &mut dyn Write| {
         let mut out = BufWriter::new(out);
@@ -39,16 +38,16 @@ pub fn write_with(path: &Path, fill: impl FnOnce(&mut dyn Write) -> Result<()>) 
     match target(path)? {
         Target::File(path) => replace(&path, buffered),
         Target::Direct(path) => buffered(&mut OpenOptions::new().write(true).open(path)?),
-        // Whoever opened the descriptor may have written to it before.
+        // The process that opened the descriptor may have written to it before.
         Target::Descriptor(path) => buffered(&mut OpenOptions::new().append(true).open(path)?),
-        // These share their position in a file with what else the program prints.
+        // These share their file position with other output of the program.
         Target::StandardOutput => buffered(&mut std::io::stdout().lock()),
         Target::StandardError => buffered(&mut std::io::stderr().lock()),
     }
 }
 
-/// Checks that [`write()`] can write to a path, before long work begins. Creates the folder of the file. Nothing is
-/// written to devices and pipes.
+/// Checks that [`write()`] can write to a path. Call it before long work. Creates the folder of the file. Writes
+/// nothing to devices and pipes.
 ///
 /// # Errors
 /// As [`write()`].
@@ -59,7 +58,7 @@ pub fn writable(path: &Path) -> Result<()> {
     file.as_file().sync_all()
 }
 
-/// The folder that a file is in: `.` for a name alone.
+/// The folder of a file. It is `.` for a path without a folder.
 pub fn folder(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -74,13 +73,13 @@ fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> Result<()>) -> Resu
     if let Some(old) = old {
         keep_attributes(file.as_file(), &old)?;
     }
-    // Some file systems report only now that the disk is full, and the old content is still needed then.
+    // Some file systems report a full disk only here. The old file must still exist then.
     file.as_file().sync_all()?;
     file.persist(path).map_err(|error| error.error)?;
     Ok(())
 }
 
-/// The metadata of the file that is to be replaced, if there is one.
+/// The metadata of the existing file, if any. Returns an error if it must not be replaced.
 fn existing(path: &Path) -> Result<Option<std::fs::Metadata>> {
     let metadata = match std::fs::metadata(path) {
         Ok(metadata) => metadata,
@@ -93,12 +92,13 @@ fn existing(path: &Path) -> Result<Option<std::fs::Metadata>> {
             "it is read-only: change its mode, or choose another name",
         ));
     }
-    // To replace a file needs only the permission to write to its folder. Ask for that of the file too.
+    // Replacing a file only needs write permission for its folder. Require it for the file too.
     OpenOptions::new().write(true).open(path)?;
     Ok(Some(metadata))
 }
 
-/// A new file beside `path`. It is private while it takes the place of a file that may be.
+/// A temporary file in the folder of `path`. If there is an old file, which may be private, the temporary file is
+/// private until it has the attributes of the old one.
 fn temporary(path: &Path, old: Option<&std::fs::Metadata>) -> Result<NamedTempFile> {
     let folder = folder(path);
     std::fs::create_dir_all(folder)?;
@@ -113,7 +113,7 @@ fn temporary(path: &Path, old: Option<&std::fs::Metadata>) -> Result<NamedTempFi
         options.open(path).inspect_err(|error| code = error.raw_os_error())
     };
     let file = tempfile::Builder::new().prefix(".vellus-").make_in(folder, open);
-    // Without the temporary name, and with the code of the operating system.
+    // The error of the operating system, without the temporary name.
     file.map_err(|error| code.map_or(error, Error::from_raw_os_error))
 }
 
@@ -122,10 +122,10 @@ fn keep_attributes(file: &File, old: &std::fs::Metadata) -> Result<()> {
     use std::os::unix::fs::{MetadataExt, PermissionsExt, fchown};
     let new = file.metadata()?;
     if (new.uid(), new.gid()) != (old.uid(), old.gid()) {
-        // Only a privileged user may give files away. Others may still be in the group.
+        // Only a privileged user can change the owner. Others may still change the group.
         fchown(file, Some(old.uid()), Some(old.gid())).or_else(|_| fchown(file, None, Some(old.gid()))).ok();
     }
-    // After the owner: a change of the owner resets bits of the mode.
+    // After the change of owner, because that resets bits of the mode.
     file.set_permissions(std::fs::Permissions::from_mode(old.mode() & 0o777))
 }
 
@@ -138,7 +138,7 @@ fn keep_attributes(_file: &File, _old: &std::fs::Metadata) -> Result<()> {
 mod tests {
     use super::*;
 
-    /// Names of all that is in a folder.
+    /// Names of all files in a folder.
     fn names(folder: &Path) -> Vec<String> {
         let mut names: Vec<String> =
             std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
@@ -269,7 +269,7 @@ mod tests {
 
         #[cfg(target_os = "linux")]
         #[test]
-        fn what_is_behind_a_descriptor_is_appended_to() {
+        fn descriptors_are_appended_to() {
             use std::os::fd::AsRawFd;
             let folder = tempfile::tempdir().unwrap();
             let path = folder.path().join("a");

@@ -106,22 +106,69 @@ fn eval_pdf(hit: &impl Scattering, q: &Query) -> f32 {
     f.total()[0] + pdf
 }
 
-#[divan::bench(types = [Bcsdf<'static>, Yan2015, Yan2015Split, Chiang2016, ZinkeWeber2007, DEon2011, Marschner2003, KajiyaKay1989], sample_count = 100, sample_size = 1024)]
+#[divan::bench(
+    types = [
+        Bcsdf<'static>,
+        Yan2015,
+        Yan2015Split,
+        Chiang2016,
+        ZinkeWeber2007,
+        DEon2011,
+        Marschner2003,
+        KajiyaKay1989,
+    ],
+    sample_count = 100, sample_size = 1024,
+)]
 fn eval_and_pdf<M: Made>(bencher: Bencher) {
     each_hit::<M>(bencher, |hit, q| eval_pdf(hit, q));
 }
 
-#[divan::bench(types = [Bcsdf<'static>, Yan2015, Yan2015Split, Chiang2016, ZinkeWeber2007, DEon2011, Marschner2003, KajiyaKay1989], sample_count = 100, sample_size = 1024)]
+#[divan::bench(
+    types = [
+        Bcsdf<'static>,
+        Yan2015,
+        Yan2015Split,
+        Chiang2016,
+        ZinkeWeber2007,
+        DEon2011,
+        Marschner2003,
+        KajiyaKay1989,
+    ],
+    sample_count = 100, sample_size = 1024,
+)]
 fn prepare_eval_and_pdf<M: Made>(bencher: Bencher) {
     each::<M>(bencher, |model, q| eval_pdf(&model.at(q.wo, Window::near(q.h)), q));
 }
 
-#[divan::bench(types = [Bcsdf<'static>, Yan2015, Yan2015Split, Chiang2016, ZinkeWeber2007, DEon2011, Marschner2003, KajiyaKay1989], sample_count = 100, sample_size = 1024)]
+#[divan::bench(
+    types = [
+        Bcsdf<'static>,
+        Yan2015,
+        Yan2015Split,
+        Chiang2016,
+        ZinkeWeber2007,
+        DEon2011,
+        Marschner2003,
+        KajiyaKay1989,
+    ],
+    sample_count = 100, sample_size = 1024,
+)]
 fn prepare_and_sample<M: Made>(bencher: Bencher) {
     each::<M>(bencher, |model, q| model.at(q.wo, Window::near(q.h)).sample(q.u).map_or(0.0, |s| s.weight[0]));
 }
 
-#[divan::bench(types = [Bcsdf<'static>, Yan2015, Chiang2016, ZinkeWeber2007, DEon2011, Marschner2003, KajiyaKay1989], sample_count = 20, sample_size = 4)]
+#[divan::bench(
+    types = [
+        Bcsdf<'static>,
+        Yan2015,
+        Chiang2016,
+        ZinkeWeber2007,
+        DEon2011,
+        Marschner2003,
+        KajiyaKay1989,
+    ],
+    sample_count = 20, sample_size = 4,
+)]
 fn constructor<M: Made>(bencher: Bencher) {
     let fiber = fox();
     bencher.bench(|| M::made(black_box(&fiber)));

@@ -1,18 +1,20 @@
-//! Strands that are never thinner than a part of a pixel.
+//! A smallest width of strands in pixels.
 
 use crate::integrator::view::View;
 use glam::Vec4Swizzles;
 use rayon::prelude::*;
 use vellus_scene::Scene;
 
-/// Makes strands at least `pixels` wide as the scene's camera sees them in a picture of that size: at every control point, wherever it is
-/// nearest to that as the shutter opens and closes. What is behind the camera, and scenes without one, stay as they are.
+/// Makes strands at least `pixels` wide as the scene's camera sees them in a picture of `size`, at every control point:
+/// where the shutter opens or where it closes, whichever asks for more. Points behind the camera, and scenes without a
+/// camera, do not change.
 ///
-/// Thin fur then covers more than it does, to every ray: a bias, against flicker and noise of what is thinner than a pixel.
+/// This biases the coverage of thin fur, for every ray: it looks denser. In return, strands thinner than a pixel make
+/// less noise and flicker. `pixels` is at least 0; 0 changes nothing.
 pub fn widen(scene: &mut Scene, size: [usize; 2], pixels: f32) {
     let Some(camera) = scene.camera else { return };
     let view = View::new(camera);
-    // Radii that are half of `pixels` wide, negative behind the camera.
+    // The radius of a strand that is `pixels` wide; negative behind the camera.
     let [open, close] = [0.0, 1.0].map(|time| {
         let width = view.pixel_widths(size, time);
         move |point| 0.5 * pixels * width(point)
@@ -23,7 +25,7 @@ pub fn widen(scene: &mut Scene, size: [usize; 2], pixels: f32) {
             let start = point.xyz();
             let end = moved.and_then(|moved| moved.get(i)).copied().unwrap_or(start);
             let least = open(start).max(close(end));
-            // What is no radius stays, and is refused later.
+            // Invalid radii stay as they are: validation refuses them later.
             if (0.0..least).contains(&point.w) {
                 point.w = least;
             }
@@ -37,7 +39,7 @@ mod tests {
     use glam::{Mat4, Vec3, Vec4};
     use vellus_scene::{Basis, Camera, Strands};
 
-    /// Wherever a strand is seen, it is as wide as was asked for, or as it was.
+    /// Wherever the camera sees a strand, it is as wide as asked for, or as it was.
     #[test]
     fn strands_are_as_wide_as_asked_for_at_both_ends_of_the_shutter() {
         let mut camera = Camera::look_at(Vec3::new(1.0, 2.0, 5.0), Vec3::new(0.2, 0.1, 0.0), Vec3::Y, 0.6, 1.5);

@@ -1,10 +1,10 @@
-//! Other models than ours in pictures.
+//! Pictures with other reflectance models.
 
 use glam::{Mat3, Vec3, Vec4};
 use vellus::{Bcsdf, Fiber, Model, Scattering, Window};
 use vellus_models::{Chiang2016, DEon2011, KajiyaKay1989, Marschner2003, Yan2015, ZinkeWeber2007};
 use vellus_render::{Film, Filter, Layer, Mode, Settings, World};
-use vellus_scene::{Basis, Camera, Light, Look, Parameter, Scene, Strands, Values};
+use vellus_scene::{Basis, Camera, Light, Look, Parameter, Scene, Strands, Texture, Value, Values};
 use vellus_testing::significance::max_abs_z;
 
 const SIZE: usize = 16;
@@ -24,7 +24,7 @@ fn fiber() -> Fiber {
     }
 }
 
-/// One straight fibre that fills the picture from edge to edge in white light: what is seen is its albedo, over all offsets.
+/// One straight fibre that fills the picture from edge to edge, in white light: the picture is its albedo over all offsets.
 fn scene(varying: bool) -> Scene {
     let points = (0..4).map(|i| Vec4::new(0.0, 20.0 * (i as f32 - 1.5), 0.0, 0.1)).collect();
     let values = Values::PerPoint(vec![fiber().sigma_ca; 4]);
@@ -38,13 +38,13 @@ fn scene(varying: bool) -> Scene {
         look: 0,
         varying: if varying { vec![(Parameter::SigmaCa, values)] } else { vec![] },
     };
-    // Another colour, which what varies replaces.
+    // Another colour, which the varying parameter replaces.
     let look = Fiber { sigma_ca: if varying { [0.4, 0.01, 0.2] } else { fiber().sigma_ca }, ..fiber() };
     Scene {
         strands: vec![strands],
         looks: vec![Look::constant("fur", look)],
         lights: vec![Light::Dome { radiance: [1.0; 3], texture: None, rotation: Mat3::IDENTITY, ground: None }],
-        // So far and narrow that all rays are alike, and that all of them hit.
+        // So far away and narrow that all rays are parallel, and all of them hit.
         camera: Some(Camera::look_at(Vec3::new(0.0, 0.0, 100.0), Vec3::ZERO, Vec3::Y, 0.19 / 100.0, 1.0)),
         ..Scene::default()
     }
@@ -63,7 +63,7 @@ fn picture(world: &World) -> ([f64; 3], f64) {
     ([mean(0), mean(1), mean(2)], error)
 }
 
-/// The albedo of what the picture shows: offsets up to 0.95, straight from the side.
+/// The albedo over the offsets in the picture: up to 0.95, at normal incidence.
 fn albedo<M: Model>(model: &M) -> [f64; 3] {
     let n = 400;
     let mut sum = [0.0; 3];
@@ -102,4 +102,37 @@ fn a_fiber_in_white_light_shows_its_models_albedo() {
     check("zinke-weber2007", ZinkeWeber2007::new);
     check("marschner2003", Marschner2003::new);
     check("kajiya-kay1989", KajiyaKay1989::new);
+}
+
+/// A scene with a texture of one pixel for β_m.
+fn textured(pixel: f32, scale: f32) -> Scene {
+    let mut scene = scene(false);
+    scene.textures =
+        vec![Texture { name: String::new(), width: 1, height: 1, pixels: vec![[pixel; 3]], wrap: Default::default() }];
+    scene.looks[0].textured = vec![(Parameter::BetaM, Value { texture: 0, scale: [scale; 3] })];
+    scene
+}
+
+#[test]
+fn a_texture_gives_angles_in_degrees() {
+    let mut constant = scene(false);
+    constant.looks[0].fiber.beta_m = 12f32.to_radians();
+    let expected = picture(&World::new(constant).unwrap());
+    assert_eq!(picture(&World::new(textured(24.0, 0.5)).unwrap()), expected);
+}
+
+/// Sums and products of finite values may be infinite or NaN. The fibre has the nearest value in range then.
+#[test]
+fn no_finite_value_of_a_texture_or_a_point_breaks_a_render() {
+    for (pixel, scale) in [(f32::MAX, 0.0), (f32::MAX, -9.0), (f32::MAX, f32::MAX)] {
+        picture(&World::new(textured(pixel, scale)).unwrap());
+    }
+    let mut steep = scene(true);
+    let values = (0..4).map(|i| [f32::MAX * (-1f32).powi(i); 3]).collect();
+    steep.strands[0].varying = vec![(Parameter::Kappa, Values::PerPoint(values))];
+    picture(&World::new(steep).unwrap());
+    for scale in [f32::INFINITY, f32::NAN] {
+        let error = World::new(textured(0.0, scale)).err().unwrap().to_string();
+        assert!(error.contains("fur: beta_m has a texture with the scale"), "{error}");
+    }
 }

@@ -1,35 +1,38 @@
-//! The camera.
+//! The perspective camera.
 
 use crate::error::{Error, invalid};
 use crate::strands::{MAX_COORDINATE, is_within};
 use glam::{Mat3, Mat4, Vec3, Vec4};
 
-/// The largest width or height of the film over the focal length: an angle of view of 179.99°.
+/// The largest width or height of the film, relative to the focal length. The angle of view is 179.99°.
 const MAX_FILM: f32 = 1e4;
 
-/// How far the products of a rotation's axes may be from those of an orthonormal basis. Products of several rotations
-/// in single precision stay within 1e-6 for each; a scale of 0.05 % is refused.
+/// Tolerance of a rotation: the largest difference between the products of its axes and those of an orthonormal basis.
+/// Each rotation in a product adds about 1e-6 in single precision. A scale of 0.05 % is an error.
 const RIGID: f32 = 1e-3;
 
-/// A perspective camera with a thin lens. It looks along −z of its own frame, y up.
+/// A perspective camera with a thin lens. In its own frame it looks along −z, with y up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// From its frame to the world: a rigid motion.
+    /// From its own frame to world space: a rotation and a translation.
     pub to_world: Mat4,
-    /// The same when the shutter closes, if it moves.
+    /// The same transform when the shutter closes. `None` if the camera does not move.
     pub moved: Option<Mat4>,
-    /// Width of the film over the focal length: 2 tan of half the horizontal angle of view.
+    /// Width of the film over the focal length: 2 tan(a/2), where a is the horizontal angle of view. In (0, 10⁴].
+    ///
+    /// Framing and files use it. The renderer fits the height, and computes the width from the size of the picture.
     pub film_width: f32,
-    /// Height of the film over the focal length.
+    /// Height of the film over the focal length, in (0, 10⁴].
     pub film_height: f32,
-    /// Radius of the lens; 0 is a pinhole.
+    /// Radius of the lens, in [0, [`MAX_COORDINATE`]]. 0 is a pinhole.
     pub lens_radius: f32,
-    /// Distance along −z that is sharp.
+    /// Distance along −z of the plane in focus, in (0, [`MAX_COORDINATE`]].
     pub focus_distance: f32,
 }
 
 impl Camera {
-    /// A pinhole at `eye` that looks at `target`; `angle` is the vertical angle of view in radians.
+    /// A pinhole camera at `eye` that looks at `target`. `angle` is the vertical angle of view in radians, and `aspect`
+    /// is width over height.
     pub fn look_at(eye: Vec3, target: Vec3, up: Vec3, angle: f32, aspect: f32) -> Self {
         let z = (eye - target).normalize_or(Vec3::Z);
         let x = up.cross(z).normalize_or(z.any_orthonormal_vector());
@@ -44,12 +47,11 @@ impl Camera {
         }
     }
 
-    /// Checks the ranges of all numbers: the film's width and height over the focal length in (0, 10⁴], the lens'
-    /// radius in [0, [`MAX_COORDINATE`]], the focus distance in (0, [`MAX_COORDINATE`]], both transforms rigid and
-    /// their translation at most [`MAX_COORDINATE`].
+    /// Checks that all numbers are in range, and that the transforms are rigid with translations of at most
+    /// [`MAX_COORDINATE`].
     ///
     /// # Errors
-    /// [`Error::Invalid`] says what is wrong.
+    /// [`Error::Invalid`] for the first problem.
     pub fn validate(&self) -> Result<(), Error> {
         let fail = |what: String| Err(invalid("camera", what));
         let within = |x: f32, max: f32| x > 0.0 && x <= max;
@@ -67,10 +69,10 @@ impl Camera {
             let what = format!("the focus distance is {}: it must be in (0, {MAX_COORDINATE:e}]", self.focus_distance);
             return fail(what);
         }
-        for (name, matrix) in [("transform", Some(self.to_world)), ("transform as the shutter closes", self.moved)] {
+        for (name, matrix) in [("transform", Some(self.to_world)), ("transform when the shutter closes", self.moved)] {
             let Some(matrix) = matrix else { continue };
             if !is_within(matrix.w_axis.truncate()) {
-                return fail(format!("its {name} must be finite, its translation within ±{MAX_COORDINATE:e}"));
+                return fail(format!("its {name} must be finite, and its translation within ±{MAX_COORDINATE:e}"));
             }
             let rotation = Mat3::from_mat4(matrix);
             let gram = rotation.transpose() * rotation;
@@ -98,10 +100,10 @@ mod tests {
             (|c| c.focus_distance = f32::INFINITY, "focus distance is inf"),
             (|c| c.to_world.w_axis.x = 1e20, "translation"),
             (|c| c.to_world *= Mat4::from_scale(Vec3::splat(2.0)), "without scale"),
-            (|c| c.moved = Some(Mat4::NAN), "as the shutter closes must be finite"),
+            (|c| c.moved = Some(Mat4::NAN), "when the shutter closes must be finite"),
             (
                 |c| c.moved = Some(Mat4::from_scale(Vec3::new(1.0, 2.0, 1.0))),
-                "as the shutter closes must be a rotation",
+                "when the shutter closes must be a rotation",
             ),
         ];
         for (change, message) in broken {

@@ -1,22 +1,23 @@
-//! What can be wrong with a scene.
+//! Errors of scenes.
 
-/// Why a scene cannot be used.
+/// The reason why a scene is not valid.
 #[derive(Debug, thiserror::Error, PartialEq)]
 pub enum Error {
-    /// Something is inconsistent or outside its range.
+    /// A value is inconsistent or out of range.
     #[error("{place}: {what}")]
     Invalid {
-        /// The strands, mesh, light … it is in, by name.
+        /// The name of the strands, mesh, light or other object with the problem.
         place: String,
-        /// What, and what is allowed.
+        /// What is wrong, and which values are allowed.
         what: String,
     },
-    /// A fibre's parameter is out of range.
+    /// A parameter of a fibre is out of range.
     #[error("{place}: {what}")]
     Fiber {
-        /// The look it is in.
+        /// The name of the look.
         place: String,
-        /// The parameter. It is part of the message, so it is no `source`: chains of errors would print it twice.
+        /// The error of the parameter. The message includes it, so it is not a `source`: chains of errors would print
+        /// it twice.
         what: vellus::Error,
     },
 }

@@ -1,4 +1,4 @@
-//! A camera for scenes that have none.
+//! A default camera for scenes without one.
 
 use crate::camera::Camera;
 use crate::scene::Scene;
@@ -7,16 +7,17 @@ use glam::{Vec3, Vec4Swizzles};
 /// Vertical angle of view, degrees.
 const ANGLE: f32 = 30.0;
 
-/// Share of the picture's width and height that stays free, both sides together.
+/// Fraction of the width and height of the picture that stays empty, for both sides together.
 const MARGIN: f32 = 0.1;
 
-/// From whence it looks: a little above the front.
+/// Slope of the view direction: the camera is a little above the front.
 const RISE: f32 = 0.15;
 
 impl Scene {
-    /// A camera that looks at the strands, or where there are none at the meshes, from the front and a little above, as near as
-    /// a picture of that `aspect` (width over height) shows all of them, wherever they move while the shutter is open, with a margin of
-    /// a tenth. `None` where there is nothing to look at.
+    /// A camera that frames the strands, or the meshes if there are no strands.
+    ///
+    /// It looks from the front and a little above. It is as near as possible, so that a picture of this `aspect` (width
+    /// over height) shows everything with a margin of a tenth, also while it moves. `None` if the scene is empty.
     pub fn framing(&self, aspect: f32) -> Option<Camera> {
         let (low, high) = self.bounds()?;
         let (middle, reach) = (0.5 * (low + high), 0.5 * (high - low).length());
@@ -25,8 +26,8 @@ impl Scene {
         let back = (front + RISE * up).normalize();
         let right = up.cross(back).normalize();
         let above = back.cross(right);
-        // Tangents of half of what is to be filled. Seen from e, the sphere of radius r around p, from the middle, is left of the plane
-        // through the picture's right border where p·x + k p·z + r √(1 + k²) ≤ e·x + k e·z, and so for the others.
+        // k is the tangent of half the angle to fill. With the camera at e, a sphere of radius r around p is left of
+        // the plane through the right border if p·x + k p·z + r √(1 + k²) ≤ e·x + k e·z. The other borders are similar.
         let half = (0.5 * ANGLE).to_radians().tan() * (1.0 - MARGIN);
         let slopes = [half * aspect, half];
         let mut beyond = [[f32::NEG_INFINITY; 2]; 2];
@@ -44,14 +45,14 @@ impl Scene {
         });
         let side = beyond.map(|[a, b]| 0.5 * (a - b));
         let distance = |axis: usize| 0.5 * (beyond[axis][0] + beyond[axis][1]) / slopes[axis];
-        // What comes straight at the camera is not seen from its very tip.
+        // Keeps a distance from strands that point at the camera.
         let least = nearest + reach.max(f32::MIN_POSITIVE);
         let distance = distance(0).max(distance(1)).max(least);
         let across = middle + right * side[0] + above * side[1];
         Some(Camera::look_at(across + back * distance, across, up, ANGLE.to_radians(), aspect))
     }
 
-    /// What is framed, as the shutter opens and closes: places and radii.
+    /// Visits all positions and radii to frame, when the shutter opens and when it closes.
     fn visit(&self, mut see: impl FnMut(Vec3, f32)) {
         for strands in &self.strands {
             strands.points.iter().for_each(|p| see(p.xyz(), p.w));
@@ -99,7 +100,7 @@ mod tests {
         Scene { meshes: vec![mesh], ..Scene::default() }
     }
 
-    /// Smallest and largest coordinates in the picture, both in [−1, 1], of what is framed.
+    /// Smallest and largest coordinates in the picture of everything that is framed. The picture is [−1, 1]².
     fn seen(scene: &Scene, aspect: f32) -> [[f32; 2]; 2] {
         let camera = scene.framing(aspect).unwrap();
         assert_eq!(camera.validate(), Ok(()));
@@ -119,7 +120,7 @@ mod tests {
         range
     }
 
-    /// Everything is in the picture, and one direction has a tenth left, no more: half of it on each side.
+    /// Everything is in the picture. One axis has a margin of exactly a tenth, half of it on each side.
     #[test]
     fn long_hair_and_a_cube_fill_the_picture() {
         let long = (0..30).map(|i| Vec4::new((i as f32).sin(), -0.7 * i as f32, 0.3 * (i as f32).cos(), 0.01));
@@ -134,15 +135,16 @@ mod tests {
             for aspect in [1.5, 1.0, 0.4, 2.39] {
                 let range = seen(&scene, aspect);
                 let fills = range.map(|[low, high]| 0.5 * (high - low));
-                // Spheres are seen as ellipses, of which the axes here are the shorter: a radius of 0.01 in more than 10 is within 1e-3.
+                // Spheres project to ellipses, and `seen` uses their shorter axes. A radius of 0.01 in more than 10 is
+                // within 1e-3.
                 assert!((fills[0].max(fills[1]) - 0.9).abs() < 1e-3, "{fills:?} at {aspect}");
-                // In the middle where it fills the picture, and everywhere within the margin.
+                // Everything is within the margin.
                 assert!(range.iter().flatten().all(|x| x.abs() < 0.9 + 1e-3), "{range:?} at {aspect}");
             }
         }
     }
 
-    /// A strand that points at the camera, one without length, and nothing.
+    /// A strand that points at the camera, a strand without length, and an empty scene.
     #[test]
     fn the_camera_keeps_away() {
         let back = (Vec3::Z + RISE * Vec3::Y).normalize();

@@ -1,7 +1,35 @@
-//! A scene as plain data, in world space: what readers make, groomers grow and the renderer takes.
+//! Scenes as plain data, in world space. Readers and groomers create scenes, and the renderer takes them.
 //!
-//! Lengths are in the scene's own unit, whatever it is: nothing here depends on it. Directions are right-handed.
-//! Strands run from root to tip. [`Scene::validate`] says what is wrong with one.
+//! Lengths are in the unit of the scene. Nothing in this crate depends on the unit. Coordinate systems are
+//! right-handed. Strands go from root to tip. [`Scene::validate`] checks a scene.
+//!
+//! ```
+//! use glam::{Vec3, Vec4};
+//! use vellus::{Fiber, Species};
+//! use vellus_scene::{Basis, Camera, Light, Look, Scene, Strands};
+//! # fn main() -> Result<(), vellus_scene::Error> {
+//! // One straight hair of length 5 and radius 0.004 under a white sky.
+//! let hair = Strands {
+//!     name: "hair".to_owned(),
+//!     basis: Basis::Linear,
+//!     starts: vec![0, 2],
+//!     points: vec![Vec4::new(0.0, 0.0, 0.0, 0.004), Vec4::new(0.0, 5.0, 0.0, 0.004)],
+//!     moved: None,
+//!     root_uv: None,
+//!     look: 0,
+//!     varying: Vec::new(),
+//! };
+//! let sky = Light::Dome { radiance: [1.0; 3], texture: None, rotation: glam::Mat3::IDENTITY, ground: None };
+//! let scene = Scene {
+//!     strands: vec![hair],
+//!     looks: vec![Look::constant("fox", Fiber::preset(Species::RedFox))],
+//!     lights: vec![sky],
+//!     camera: Some(Camera::look_at(Vec3::new(0.0, 2.5, 8.0), Vec3::new(0.0, 2.5, 0.0), Vec3::Y, 0.8, 1.5)),
+//!     ..Scene::default()
+//! };
+//! scene.validate()?;
+//! # Ok(()) }
+//! ```
 
 mod camera;
 mod error;
@@ -17,9 +45,10 @@ mod units;
 pub use camera::Camera;
 pub use error::Error;
 pub use light::{Ground, Light};
-pub use look::{Look, Parameter, Value};
+pub use look::{Look, Value};
 pub use mesh::{Mesh, Surface, Tint};
 pub use scene::Scene;
 pub use strands::{Basis, MAX_COORDINATE, Strands, Values};
 pub use texture::{Texture, Wrap};
 pub use units::Units;
+pub use vellus::Parameter;

@@ -1,31 +1,31 @@
-//! Lights, with UsdLux' shapes.
+//! Lights, with the shapes of UsdLux.
 
 use crate::error::{Error, invalid};
 use glam::{Mat3, Mat4, Vec3};
 
-/// A light. Radiance is linear RGB. Rectangles and disks shine toward −z of their own frame, spheres and cylinders
+/// A light. Radiance is linear RGB. Rectangles and disks emit toward −z of their own frame, spheres and cylinders
 /// outward.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Light {
-    /// From everywhere beyond the scene: radiance times a lat-long texture, whose middle is toward −z of the frame
-    /// `rotation` takes to the world, its top toward +y.
+    /// Infinitely distant light from all directions: radiance times a lat-long texture. In the light's own frame, the
+    /// centre of the texture is at −z and its top at +y.
     Dome {
-        /// Radiance, or what multiplies the texture.
+        /// Radiance, or the factor of the texture.
         radiance: [f32; 3],
         /// Index of a lat-long texture in the scene.
         texture: Option<usize>,
-        /// From the light's frame to the world.
+        /// Rotation from the light's own frame to world space.
         rotation: Mat3,
-        /// Where the lower half of the texture is to be seen as ground, if anywhere.
+        /// Projection of the lower half of the texture onto the ground, if any.
         ground: Option<Ground>,
     },
-    /// From one direction, spread over a cone.
+    /// Infinitely distant light from a cone of directions.
     Distant {
-        /// Toward the light.
+        /// Direction toward the light.
         direction: Vec3,
-        /// Half angle of the cone, radians; 0 is exactly one direction.
+        /// Half angle of the cone in radians. 0 is a single direction.
         half_angle: f32,
-        /// Irradiance on a plane that faces it.
+        /// Irradiance of a plane that faces the light.
         irradiance: [f32; 3],
     },
     /// A rectangle of 1 × 1 in the xy plane, then transformed.
@@ -53,11 +53,11 @@ pub enum Light {
         /// Emitted.
         radiance: [f32; 3],
     },
-    /// The side of a cylinder, which shines outward. Its ends are open and do not shine.
+    /// The lateral surface of a cylinder, which emits outward. The ends do not emit.
     Cylinder {
         /// Its centre.
         center: Vec3,
-        /// From its centre to the centre of one end, not zero.
+        /// Vector from the centre to the centre of one end; not zero.
         half_axis: Vec3,
         /// Its radius, positive.
         radius: f32,
@@ -66,20 +66,20 @@ pub enum Light {
     },
 }
 
-/// The lower half of a dome's image laid onto a disk of ground, as far as the camera sees it: light is still that of a dome
-/// infinitely far away, and nothing casts shadows on it.
+/// Projection of the lower half of a dome's texture onto a disk of ground. It only changes the background that the
+/// camera sees: lighting is unchanged, and the ground receives no shadows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ground {
-    /// The middle of the ground, below where the image was taken; up is +y of the light's frame.
+    /// The centre of the ground, below the position where the image was taken. Up is +y of the light's own frame.
     pub origin: Vec3,
-    /// How high above it the image was taken, positive.
+    /// Height of that position above the ground; positive.
     pub height: f32,
-    /// Radius of the ground, positive; beyond, the image is on a sphere that meets it there.
+    /// Radius of the ground; positive. Beyond it, the image is on a sphere that meets the ground at its edge.
     pub radius: f32,
 }
 
 impl Light {
-    /// `dome`, `distant`, `rect`, `disk`, `sphere` or `cylinder`.
+    /// The kind of the light: `dome`, `distant`, `rect`, `disk`, `sphere` or `cylinder`.
     pub fn kind(&self) -> &'static str {
         match self {
             Light::Dome { .. } => "dome",
@@ -91,10 +91,11 @@ impl Light {
         }
     }
 
-    /// Checks that all is finite, no colour negative, and that textures exist.
+    /// Checks that all numbers are finite, that sizes are positive and colours not negative, and that the texture
+    /// exists in a scene with this number of textures.
     ///
     /// # Errors
-    /// [`Error::Invalid`] says what is wrong.
+    /// [`Error::Invalid`] for the first problem.
     pub fn validate(&self, textures: usize) -> Result<(), Error> {
         let (place, color, texture, finite) = match self {
             Light::Dome { radiance, texture, rotation, ground } => {
@@ -118,13 +119,13 @@ impl Light {
             }
         };
         if !finite {
-            return Err(invalid(place, "its place and size must be finite, its size positive"));
+            return Err(invalid(place, "its position and size must be finite, and its size positive"));
         }
         if color.iter().any(|c| !(c.is_finite() && *c >= 0.0)) {
             return Err(invalid(place, format!("its colour is {color:?}: no channel may be negative or infinite")));
         }
         match texture {
-            Some(index) if index >= textures => Err(invalid(place, "it has no such texture")),
+            Some(index) if index >= textures => Err(invalid(place, "the texture does not exist")),
             _ => Ok(()),
         }
     }

@@ -1,53 +1,53 @@
-//! Triangle meshes and what they are made of.
+//! Triangle meshes and their surfaces.
 
 use crate::error::{Error, invalid};
 use crate::strands::{MAX_COORDINATE, is_within};
 use glam::{Vec2, Vec3};
 
-/// A colour, or a texture's times a colour.
+/// A colour, or the product of a texture and a colour.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tint {
-    /// Linear RGB.
+    /// Linear RGB, in [0, 1].
     pub color: [f32; 3],
     /// Index of a texture in the scene.
     pub texture: Option<usize>,
 }
 
-/// What a mesh is made of: a rough diffuse base under a dielectric coat, or metal, as in UsdPreviewSurface.
+/// The surface of a mesh: a diffuse base under a rough dielectric coat, or metal, as in UsdPreviewSurface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
-    /// For messages.
+    /// Name for messages.
     pub name: String,
-    /// Diffuse colour, or that of the metal; linear RGB in [0, 1].
+    /// Colour of the diffuse base or of the metal.
     pub color: Tint,
-    /// Emitted radiance, RGB.
+    /// Emitted radiance, linear RGB.
     pub emission: [f32; 3],
-    /// 0 (mirror) to 1.
+    /// Roughness, from 0 (mirror) to 1.
     pub roughness: f32,
-    /// 0 (dielectric) to 1 (metal).
+    /// From 0 (dielectric) to 1 (metal).
     pub metallic: f32,
-    /// Refractive index of the coat; 1 has none.
+    /// Refractive index of the coat, in [1, 4]. 1 means no coat.
     pub ior: f32,
 }
 
 impl Surface {
-    /// A diffuse surface without a coat.
+    /// A diffuse surface without a coat. `color` is linear RGB in [0, 1].
     pub fn diffuse(name: impl Into<String>, color: [f32; 3]) -> Self {
         let color = Tint { color, texture: None };
         Surface { name: name.into(), color, emission: [0.0; 3], roughness: 1.0, metallic: 0.0, ior: 1.0 }
     }
 }
 
-/// Triangles.
+/// A triangle mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
-    /// For messages.
+    /// Name for messages.
     pub name: String,
-    /// Vertices.
+    /// Positions of the vertices.
     pub positions: Vec<Vec3>,
-    /// Where the vertices are when the shutter closes, if they move: as many as there are `positions`.
+    /// The vertices when the shutter closes, as many as `positions`. `None` if they do not move.
     pub moved: Option<Vec<Vec3>>,
-    /// Three vertices a triangle, counterclockwise seen from outside.
+    /// Three vertex indices for each triangle, counterclockwise when seen from outside.
     pub triangles: Vec<[u32; 3]>,
     /// Shading normals of the corners of each triangle; without them it is flat.
     pub normals: Option<Vec<[Vec3; 3]>>,
@@ -58,10 +58,11 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Checks that the numbers fit together, that all of them are finite, and coordinates at most [`MAX_COORDINATE`].
+    /// Checks that array lengths and indices are consistent, that all numbers are finite, and that coordinates are at
+    /// most [`MAX_COORDINATE`].
     ///
     /// # Errors
-    /// [`Error::Invalid`] says what is wrong.
+    /// [`Error::Invalid`] for the first problem.
     pub fn validate(&self) -> Result<(), Error> {
         let fail = |what: String| Err(invalid(&self.name, what));
         if let Some(i) = self.positions.iter().position(|p| !is_within(*p)) {
@@ -75,11 +76,14 @@ impl Mesh {
             return fail(format!("{what} ±{MAX_COORDINATE:e}"));
         }
         if let Some(i) = self.triangles.iter().position(|t| t.iter().any(|&v| v as usize >= self.positions.len())) {
-            return fail(format!("triangle {i} has a vertex beyond the {} there are", self.positions.len()));
+            return fail(format!(
+                "triangle {i} has a vertex index out of range: there are {} vertices",
+                self.positions.len()
+            ));
         }
         let wrong = |n: Option<usize>| n.is_some_and(|n| n != self.triangles.len());
         if wrong(self.normals.as_ref().map(Vec::len)) || wrong(self.uv.as_ref().map(Vec::len)) {
-            return fail("normals and uv must be given for each triangle".to_owned());
+            return fail("normals and uv must have one entry for each triangle".to_owned());
         }
         let normal = |i: &usize| self.normals.as_ref().is_some_and(|n| n[*i].iter().any(|n| !n.is_finite()));
         let uv = |i: &usize| self.uv.as_ref().is_some_and(|uv| uv[*i].iter().any(|uv| !uv.is_finite()));

@@ -1,4 +1,4 @@
-//! All of a scene.
+//! The scene.
 
 use crate::camera::Camera;
 use crate::error::{Error, invalid};
@@ -10,32 +10,33 @@ use crate::texture::Texture;
 use crate::units::Units;
 use glam::Vec3;
 
-/// A scene.
+/// A scene: strands, meshes, their materials, lights and a camera.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
     /// Hair and fur.
     pub strands: Vec<Strands>,
-    /// What they grow on, and what stands around.
+    /// Skin and other objects.
     pub meshes: Vec<Mesh>,
-    /// Kinds of fibre.
+    /// Looks of strands: [`Strands::look`] is an index.
     pub looks: Vec<Look>,
-    /// Kinds of surface.
+    /// Surfaces of meshes: [`Mesh::surface`] is an index.
     pub surfaces: Vec<Surface>,
-    /// Images.
+    /// Images for colours and lights.
     pub textures: Vec<Texture>,
     /// Lights.
     pub lights: Vec<Light>,
-    /// The group of each light, whose part of the picture is a layer of its own; lights may share one. Names are letters, digits,
-    /// `_` and `-`. Empty where each light is a group.
+    /// The group of each light. The renderer can write the light of each group as a separate layer. Names have 1 to 64
+    /// letters, digits, `_` or `-`. If the list is empty, each light is a group.
     pub light_groups: Vec<String>,
-    /// Without one, the renderer takes [`Scene::framing`].
+    /// The camera. If it is `None`, the renderer uses [`Scene::framing`].
     pub camera: Option<Camera>,
-    /// What lengths mean and which way is up, where that is known.
+    /// The unit of length and the up axis, if known.
     pub units: Option<Units>,
 }
 
 impl Scene {
-    /// Smallest and largest coordinates of strands (without their radius) and, where there are none, of meshes.
+    /// The smallest and largest coordinates of the points of strands, or of meshes if there are no strands. `None` if
+    /// the scene is empty.
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
         let strands = self.strands.iter().flat_map(|s| &s.points).map(|p| p.truncate());
         let meshes = self.meshes.iter().flat_map(|m| &m.positions).copied();
@@ -47,7 +48,8 @@ impl Scene {
         around(&mut { strands }).or_else(|| around(&mut { meshes }))
     }
 
-    /// The group of each light: those given, or else the light's kind, with a number from the second of a kind on.
+    /// The group of each light: [`Scene::light_groups`], or the kind of the light, with a number from the second of a
+    /// kind.
     pub fn light_group_names(&self) -> Vec<String> {
         if !self.light_groups.is_empty() {
             return self.light_groups.clone();
@@ -60,21 +62,21 @@ impl Scene {
         (0..kinds.len()).map(name).collect()
     }
 
-    /// Checks everything, so that rendering cannot fail.
+    /// Checks the whole scene. A renderer accepts every valid scene.
     ///
     /// # Errors
-    /// The first thing that is wrong, with the name of what it is in.
+    /// The first problem, with the name of the object.
     pub fn validate(&self) -> Result<(), Error> {
         for strands in &self.strands {
             strands.validate()?;
             if strands.look >= self.looks.len() {
-                return Err(invalid(&strands.name, "it has no such look"));
+                return Err(invalid(&strands.name, "the look does not exist"));
             }
         }
         for mesh in &self.meshes {
             mesh.validate()?;
             if mesh.surface >= self.surfaces.len() {
-                return Err(invalid(&mesh.name, "it has no such surface"));
+                return Err(invalid(&mesh.name, "the surface does not exist"));
             }
         }
         for surface in &self.surfaces {
@@ -86,19 +88,19 @@ impl Scene {
                 return Err(invalid(&surface.name, "ior must be in [1, 4]"));
             }
             if surface.color.texture.is_some_and(|t| t >= self.textures.len()) {
-                return Err(invalid(&surface.name, "it has no such texture"));
+                return Err(invalid(&surface.name, "the texture does not exist"));
             }
         }
         self.looks.iter().try_for_each(|look| look.validate(self.textures.len()))?;
         self.lights.iter().try_for_each(|light| light.validate(self.textures.len()))?;
         let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
         if let Some(name) = self.light_groups.iter().find(|n| !(1..=64).contains(&n.len()) || !n.chars().all(plain)) {
-            let what = "a light group's name is 1 to 64 letters, digits, _ or -";
+            let what = "a light group's name has 1 to 64 letters, digits, _ or -";
             return Err(invalid("lights", format!("'{name}': {what}")));
         }
         if !self.light_groups.is_empty() && self.light_groups.len() != self.lights.len() {
             let (groups, lights) = (self.light_groups.len(), self.lights.len());
-            return Err(invalid("lights", format!("{groups} groups are given for {lights} lights")));
+            return Err(invalid("lights", format!("there are {groups} groups for {lights} lights")));
         }
         self.textures.iter().try_for_each(Texture::validate)?;
         self.units.iter().try_for_each(Units::validate)?;
@@ -127,20 +129,31 @@ mod tests {
         Scene { strands: vec![strands], looks: vec![Look::constant("white", Fiber::hair())], ..Scene::default() }
     }
 
+    /// Gives κ a texture with a scale in its last channel.
+    fn textured(scene: &mut Scene, texture: usize, scale: f32) {
+        let black =
+            || Texture { name: String::new(), width: 1, height: 1, pixels: vec![[0.0; 3]], wrap: Default::default() };
+        scene.textures = (0..1 - texture).map(|_| black()).collect();
+        let value = crate::Value { texture, scale: [0.0, 0.0, scale] };
+        scene.looks[0].textured.push((crate::Parameter::Kappa, value));
+    }
+
     #[test]
     fn what_is_wrong_is_named() {
         assert_eq!(scene().validate(), Ok(()));
         assert_eq!(scene().strands[0].segments(), 3);
         type Break = fn(&mut Scene);
-        let broken: [(Break, &str); 9] = [
-            (|s| s.strands[0].look = 1, "fur: it has no such look"),
+        let broken: [(Break, &str); 11] = [
+            (|s| s.strands[0].look = 1, "fur: the look does not exist"),
             (|s| s.strands[0].starts[1] = 1, "fur: strand 0 has 1 points"),
-            (|s| s.strands[0].starts[1] = 9, "strand 0 ends beyond the 5 points"),
+            (|s| s.strands[0].starts[1] = 9, "strand 0 ends at point 9, but there are 5 points"),
             (|s| s.strands[0].points[3].w = -1.0, "strand 1, point 1 has the width -2.0"),
             (|s| s.strands[0].points[3].x = f32::NAN, "it must be finite and within ±1e9"),
-            (|s| s.strands[0].varying[0].1 = Values::PerStrand(vec![[0.2; 3]]), "g has 1 values where 2 belong"),
+            (|s| s.strands[0].varying[0].1 = Values::PerStrand(vec![[0.2; 3]]), "g has 1 values: there must be 2"),
             (|s| s.looks[0].fiber.eta = 9.0, "white: eta = 9"),
-            (|s| s.light_groups = vec!["key".to_owned()], "lights: 1 groups are given for 0 lights"),
+            (|s| textured(s, 1, 0.5), "white: kappa has the texture 1, but the scene has 0"),
+            (|s| textured(s, 0, f32::INFINITY), "white: kappa has a texture with the scale [0.0, 0.0, inf]"),
+            (|s| s.light_groups = vec!["key".to_owned()], "lights: there are 1 groups for 0 lights"),
             (|s| s.light_groups = vec!["key.left".to_owned()], "'key.left': a light group's name"),
         ];
         for (change, message) in broken {
@@ -152,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn lights_without_groups_are_called_after_their_kind() {
+    fn lights_without_groups_have_the_name_of_their_kind() {
         let dome = Light::Dome { radiance: [1.0; 3], texture: None, rotation: glam::Mat3::IDENTITY, ground: None };
         let ball = Light::Sphere { center: Vec3::ZERO, radius: 1.0, radiance: [1.0; 3] };
         let mut scene = Scene { lights: vec![ball.clone(), dome, ball], ..scene() };

@@ -1,33 +1,34 @@
 //! Strands of hair and fur.
 
 use crate::error::{Error, invalid};
-use crate::look::Parameter;
 use glam::{Vec2, Vec3, Vec4};
+use vellus::Parameter;
 
-/// The largest coordinate or radius of strands, meshes and the camera, in scene units, with either sign: 10⁹. The
-/// renderer multiplies up to four lengths, and 10³⁶ is still a number in single precision.
+/// The largest absolute coordinate or radius of strands, meshes and the camera, in scene units: 10⁹. The renderer
+/// multiplies up to four lengths, and 10³⁶ is finite in single precision.
 pub const MAX_COORDINATE: f32 = 1e9;
 
-/// Is a point within [`MAX_COORDINATE`] of zero in each direction? NaN is not.
+/// Whether all coordinates of a point are within ±[`MAX_COORDINATE`]. NaN is not.
 pub(crate) fn is_within(point: Vec3) -> bool {
     point.to_array().iter().all(|x| x.abs() <= MAX_COORDINATE)
 }
 
-/// How the points of a strand make a curve.
+/// The basis of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Basis {
-    /// Straight segments from point to point.
+    /// Straight segments between points.
     Linear,
-    /// Uniform cubic B-spline; a strand of n points has n − 3 segments and begins near its second point.
+    /// Uniform cubic B-spline. A strand of n points has n − 3 segments and begins near its second point.
     BSpline,
-    /// Uniform Catmull–Rom; a strand of n points has n − 3 segments, from its second point to its last but one.
+    /// Uniform Catmull–Rom spline. A strand of n points has n − 3 segments, from the second to the second-to-last
+    /// point.
     CatmullRom,
-    /// Cubic Bézier segments that share their end points: 3k + 1 points.
+    /// Cubic Bézier segments that share their end points. A strand of k segments has 3k + 1 points.
     Bezier,
 }
 
 impl Basis {
-    /// Segments of a strand of that many points; `None` where it cannot have so many.
+    /// Number of segments of a strand with `points` points. `None` if the basis does not allow this number.
     pub fn segments(self, points: usize) -> Option<usize> {
         match self {
             Basis::Linear => (points >= 2).then(|| points - 1),
@@ -37,36 +38,36 @@ impl Basis {
     }
 }
 
-/// One value for all strands, or one for each strand, or for each point.
+/// One value for all strands, for each strand, or for each point.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Values<T> {
-    /// The same everywhere.
+    /// One value for all strands.
     Constant(T),
-    /// In the order of the strands.
+    /// One value for each strand.
     PerStrand(Vec<T>),
-    /// In the order of [`Strands::points`].
+    /// One value for each of [`Strands::points`].
     PerPoint(Vec<T>),
 }
 
-/// Many strands of one basis and one look.
+/// Strands with the same basis and the same look.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Strands {
-    /// For messages.
+    /// Name for messages.
     pub name: String,
-    /// How points make curves.
+    /// The basis of the curves.
     pub basis: Basis,
-    /// Where the points of each strand start, and after the last strand their number.
+    /// The index of the first point of each strand, followed by the number of points. The first element is 0.
     pub starts: Vec<u32>,
-    /// Control points from root to tip, strand after strand: x, y, z and the radius (half the width), which is not negative.
+    /// Control points of all strands, from root to tip: x, y, z and the radius, which must not be negative.
     pub points: Vec<Vec4>,
-    /// Where the control points are when the shutter closes, if they move: as many as there are `points`.
+    /// The control points when the shutter closes, as many as `points`. `None` if they do not move.
     pub moved: Option<Vec<Vec3>>,
-    /// Texture coordinates of the roots, one a strand.
+    /// Texture coordinates of the roots, one for each strand.
     pub root_uv: Option<Vec<Vec2>>,
     /// Index of the look in the scene.
     pub look: usize,
-    /// Parameters that differ from strand to strand or along them; they replace those of the look. Angles in
-    /// radians; scalars have three equal channels.
+    /// Parameters that vary between or along strands. They replace those of the look. Angles are in radians. Scalars
+    /// have three equal channels.
     pub varying: Vec<(Parameter, Values<[f32; 3]>)>,
 }
 
@@ -76,7 +77,7 @@ impl Strands {
         self.starts.len().saturating_sub(1)
     }
 
-    /// Are there none?
+    /// Whether there are no strands.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -86,19 +87,19 @@ impl Strands {
         &self.points[self.starts[i] as usize..self.starts[i + 1] as usize]
     }
 
-    /// Number of curve segments of all strands.
+    /// Total number of curve segments.
     pub fn segments(&self) -> usize {
         (0..self.len()).filter_map(|i| self.basis.segments(self.strand(i).len())).sum()
     }
 
-    /// Checks that the numbers fit together, and that coordinates and radii are at most [`MAX_COORDINATE`].
+    /// Checks that array lengths are consistent, and that coordinates and radii are at most [`MAX_COORDINATE`].
     ///
     /// # Errors
-    /// [`Error::Invalid`] names the strand and what is wrong with it.
+    /// [`Error::Invalid`] for the first problem. The message names the strand.
     pub fn validate(&self) -> Result<(), Error> {
         let fail = |what: String| Err(invalid(&self.name, what));
         if self.starts.first() != Some(&0) || self.starts.last().map(|&n| n as usize) != Some(self.points.len()) {
-            return fail("the strands' starts do not begin at 0 and end at the number of points".to_owned());
+            return fail("the starts of the strands must begin with 0 and end with the number of points".to_owned());
         }
         for (i, pair) in self.starts.windows(2).enumerate() {
             let count = pair[1].checked_sub(pair[0]);
@@ -107,7 +108,11 @@ impl Strands {
                 return fail(format!("strand {i} has {count} points, which a {:?} curve cannot have", self.basis));
             }
             let Some(points) = self.points.get(pair[0] as usize..pair[1] as usize) else {
-                return fail(format!("strand {i} ends beyond the {} points there are", self.points.len()));
+                return fail(format!(
+                    "strand {i} ends at point {}, but there are {} points",
+                    pair[1],
+                    self.points.len()
+                ));
             };
             for (k, point) in points.iter().enumerate() {
                 if !is_within(point.truncate()) {
@@ -131,7 +136,7 @@ impl Strands {
             return fail(format!("{what} ±{MAX_COORDINATE:e}"));
         }
         if self.root_uv.as_ref().is_some_and(|uv| uv.len() != self.len() || uv.iter().any(|uv| !uv.is_finite())) {
-            return fail("there must be one finite root uv a strand".to_owned());
+            return fail("there must be one finite root uv for each strand".to_owned());
         }
         for (parameter, values) in &self.varying {
             let (values, expected) = match values {
@@ -140,10 +145,10 @@ impl Strands {
                 Values::PerPoint(values) => (&values[..], self.points.len()),
             };
             if values.len() != expected {
-                return fail(format!("{} has {} values where {expected} belong", parameter.key(), values.len()));
+                return fail(format!("{} has {} values: there must be {expected}", parameter.name(), values.len()));
             }
             if let Some(bad) = values.iter().find(|v| v.iter().any(|x| !x.is_finite())) {
-                return fail(format!("{} has the value {bad:?}: it must be finite", parameter.key()));
+                return fail(format!("{} has the value {bad:?}: it must be finite", parameter.name()));
             }
         }
         Ok(())

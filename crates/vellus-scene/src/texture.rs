@@ -3,22 +3,22 @@
 use crate::error::{Error, invalid};
 use glam::Vec2;
 
-/// What lies beyond an image's edges.
+/// The wrap mode: how an image continues beyond its edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Wrap {
-    /// The image again.
+    /// The image repeats.
     #[default]
     Repeat,
-    /// Its last pixel.
+    /// The pixel at the edge continues.
     Clamp,
-    /// The image mirrored, then the image again.
+    /// The image repeats, and every other copy is mirrored.
     Mirror,
     /// Black.
     Black,
 }
 
 impl Wrap {
-    /// The coordinate near the image, where the same is seen; single precision is not enough for pixels far away.
+    /// An equivalent coordinate near the image. Far away, single precision does not resolve pixels.
     fn near(self, x: f32) -> f32 {
         match self {
             Wrap::Repeat => x.rem_euclid(1.0),
@@ -27,7 +27,7 @@ impl Wrap {
         }
     }
 
-    /// The pixel of a row of `count` that is seen at place `i`; `None` is black.
+    /// The index of the pixel at position `i` of an infinite row whose image has `count` pixels; `None` is black.
     fn pixel(self, i: i64, count: usize) -> Option<usize> {
         let n = count as i64;
         let inside = match self {
@@ -46,20 +46,20 @@ impl Wrap {
 /// A linear RGB image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
-    /// For messages, usually its file.
+    /// Name for messages, usually that of its file.
     pub name: String,
-    /// Pixels a row.
+    /// Pixels per row.
     pub width: usize,
-    /// Rows.
+    /// Number of rows.
     pub height: usize,
-    /// Row after row, the top one first: v = 1 is its upper edge.
+    /// Linear RGB, row by row from the top. v = 1 is the top edge.
     pub pixels: Vec<[f32; 3]>,
-    /// What lies beyond it along u and v.
+    /// Wrap modes along u and v.
     pub wrap: [Wrap; 2],
 }
 
 impl Texture {
-    /// The value at `uv`, bilinear between pixel centres.
+    /// The value at `uv`, with bilinear interpolation between pixel centres.
     pub fn at(&self, uv: Vec2) -> [f32; 3] {
         let [across, down] = self.wrap;
         let x = across.near(uv.x) * self.width as f32 - 0.5;
@@ -76,18 +76,21 @@ impl Texture {
         std::array::from_fn(|c| (0..4).map(|k| weights[k] * corners[k][c]).sum())
     }
 
-    /// Checks its size and that every pixel is finite and not negative.
+    /// Checks that the size matches the number of pixels, and that every pixel is finite and not negative.
     ///
     /// # Errors
-    /// [`Error::Invalid`] says what is wrong.
+    /// [`Error::Invalid`] for the first problem.
     pub fn validate(&self) -> Result<(), Error> {
         if self.width == 0 || self.height == 0 || self.width.checked_mul(self.height) != Some(self.pixels.len()) {
-            return Err(invalid(&self.name, "its size does not fit its pixels"));
+            return Err(invalid(&self.name, "its width and height do not match its number of pixels"));
         }
         match self.pixels.iter().position(|p| p.iter().any(|x| !(x.is_finite() && *x >= 0.0))) {
             Some(i) => {
                 let (x, y) = (i % self.width, i / self.width);
-                Err(invalid(&self.name, format!("pixel ({x}, {y}) is {:?}: not finite, or negative", self.pixels[i])))
+                Err(invalid(
+                    &self.name,
+                    format!("pixel ({x}, {y}) is {:?}: it is negative or not finite", self.pixels[i]),
+                ))
             }
             None => Ok(()),
         }
@@ -111,9 +114,10 @@ mod tests {
         assert_eq!([at(0.25, 0.75), at(0.75, 0.75), at(0.25, 0.25), at(1.75, -0.75)], [1.0, 2.0, 3.0, 4.0]);
         assert!((at(0.5, 0.5) - 2.5).abs() < 1e-6 && (at(0.0, 0.75) - 1.5).abs() < 1e-6);
     }
-    /// Of pixels 1 to 4 in a row, and in a column from the bottom, at their centres and beyond.
+
+    /// Pixels 1 to 4 in a row, and in a column from the bottom, at their centres and beyond.
     #[test]
-    fn each_wrap_goes_on_in_its_way() {
+    fn wrap_modes_continue_the_image() {
         let rows = [
             (Wrap::Repeat, [2.0, 3.0, 4.0, 1.0, 2.0, 3.0, 4.0, 1.0, 2.0, 3.0, 4.0, 1.0]),
             (Wrap::Clamp, [1.0, 1.0, 1.0, 1.0, 2.0, 3.0, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0]),
@@ -134,11 +138,11 @@ mod tests {
                 assert_eq!(row.at(Vec2::new(at, 0.5)), [value; 3], "{wrap:?} {i}");
                 assert_eq!(column.at(Vec2::new(0.5, at)), [value; 3], "{wrap:?} {i}");
             }
-            // Far away there is something too.
+            // Far coordinates are finite too.
             assert!(row.at(Vec2::new(-1e30, 1e30))[0].is_finite());
         }
         let edge = Texture { name: String::new(), width: 1, height: 1, pixels: vec![[8.0; 3]], wrap: [Wrap::Black; 2] };
-        // At a corner one of four is the image.
+        // At a corner, one of four pixels is in the image.
         assert_eq!(edge.at(Vec2::ONE), [2.0; 3]);
     }
 }

@@ -1,24 +1,25 @@
-//! What lengths and directions of a scene mean.
+//! The unit of length and the up axis of a scene.
 
 use crate::error::{Error, invalid};
 
-/// The unit of length, and which way is up, as a file says it. Nothing is computed with it: it is handed on.
+/// The unit of length and the up axis of a file. Writers store them. Rendering does not depend on them, except that
+/// [`crate::Scene::framing`] uses the up axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Units {
-    /// Metres in a unit of length; positive.
+    /// Length of a unit in metres; positive.
     pub meters_per_unit: f64,
-    /// Does +z point up, rather than +y?
+    /// Whether +z is up. Otherwise +y is up.
     pub z_up: bool,
 }
 
 impl Units {
-    /// Centimetres, y up: what USD takes where a file says nothing.
+    /// Centimetres with y up: the defaults of USD.
     pub const CENTIMETERS: Units = Units { meters_per_unit: 0.01, z_up: false };
 
     /// Checks that the unit is finite and positive.
     ///
     /// # Errors
-    /// [`Error::Invalid`] says what it is.
+    /// [`Error::Invalid`] if it is not.
     pub fn validate(&self) -> Result<(), Error> {
         let meters = self.meters_per_unit;
         if meters.is_finite() && meters > 0.0 {

@@ -1,4 +1,6 @@
 //! README and the pages of the book whose Rust examples `cargo test --doc` compiles and runs.
+//!
+//! The programs in `docs/book/listings` are examples of this crate: see its manifest.
 
 /// Each page is a module, so that a failure names it.
 macro_rules! pages {
@@ -16,30 +18,60 @@ macro_rules! pages {
 
 pages! {
     readme: "README.md",
+    crates: "docs/book/src/crates.md",
 }
 
 #[cfg(test)]
 mod tests {
     use super::PAGES;
-    use std::path::Path;
+    use std::path::{Path, PathBuf};
 
-    #[test]
-    fn every_page_with_rust_examples_is_listed() {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        let mut folders = vec![root.join("docs")];
+    fn root() -> PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+    }
+
+    /// All files below `docs`, relative to the root.
+    fn documents() -> Vec<String> {
+        let mut folders = vec![root().join("docs")];
+        let mut files = Vec::new();
         while let Some(folder) = folders.pop() {
             for entry in std::fs::read_dir(folder).unwrap() {
                 let path = entry.unwrap().path();
                 if path.is_dir() {
                     folders.push(path);
-                    continue;
-                }
-                let page = path.strip_prefix(&root).unwrap().to_string_lossy().replace('\\', "/");
-                let markdown = page.ends_with(".md");
-                if markdown && std::fs::read_to_string(&path).unwrap().contains("\n```rust") {
-                    assert!(PAGES.contains(&page.as_str()), "{page} has Rust examples: list it in documents.rs");
+                } else {
+                    files.push(path.strip_prefix(root()).unwrap().to_string_lossy().replace('\\', "/"));
                 }
             }
+        }
+        files
+    }
+
+    /// Whether a page has Rust code of its own, and not only parts of a listing.
+    fn has_rust_examples(text: &str) -> bool {
+        let mut lines = text.lines().peekable();
+        while let Some(line) = lines.next() {
+            if line.starts_with("```rust") && !lines.peek().is_some_and(|next| next.starts_with("{{#include")) {
+                return true;
+            }
+        }
+        false
+    }
+
+    #[test]
+    fn every_page_with_rust_examples_is_listed() {
+        for page in documents().iter().filter(|page| page.ends_with(".md")) {
+            let text = std::fs::read_to_string(root().join(page)).unwrap();
+            let listed = PAGES.contains(&page.as_str());
+            assert_eq!(has_rust_examples(&text), listed, "{page}: documents.rs lists the pages with Rust examples");
+        }
+    }
+
+    #[test]
+    fn every_listing_is_an_example() {
+        let manifest = std::fs::read_to_string(root().join("crates/vellus-testing/Cargo.toml")).unwrap();
+        for listing in documents().iter().filter(|page| page.ends_with(".rs")) {
+            assert!(manifest.contains(&format!("path = \"../../{listing}\"")), "{listing} is no [[example]]");
         }
     }
 }

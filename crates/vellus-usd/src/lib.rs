@@ -7,8 +7,8 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! # let folder = tempfile::tempdir()?;
 //! # let (fox, copy) = (folder.path().join("fox.usda"), folder.path().join("copy.usda"));
-//! # std::fs::write(&fox, "#usda 1.0\ndef BasisCurves \"c\" { uniform token type = \"linear\" int[] curveVertexCounts = [2]
-//! #     point3f[] points = [(0,0,0), (1,0,0)] }")?;
+//! # std::fs::write(&fox, "#usda 1.0\ndef BasisCurves \"c\" { uniform token type = \"linear\"
+//! #     int[] curveVertexCounts = [2] point3f[] points = [(0,0,0), (1,0,0)] }")?;
 //! let options = Options { default_width: Some(0.002), ..Options::default() };
 //! let reading = read(&fox, &options)?;
 //! for warning in &reading.warnings {

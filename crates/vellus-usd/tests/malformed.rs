@@ -308,7 +308,7 @@ fn sizes_are_bounded() {
     let table = [
         (curves("(1e20,0,0)", ""), "/c: strand 0, point 1 is (1e20, 0.0, 0.0): it must be finite and within ±1e9"),
         (curves("(1,0,0)", &scale("(1e12, 1e12, 1e12)")), "/c: strand 0, point 0 has the width 1000000000000.0"),
-        (curves("(1,0,0)", &scale("(0, 0, 0)")), "/c: its transform flattens strands"),
+        (curves("(1,0,0)", &scale("(0, 0, 0)")), "/c: its transform flattens the strands"),
         (curves("(1,0,0)", "").replace("[1, 1]", "[1, 1e30]"), "/c: widths[1] is 1e30: it must be in [0, 2e9]"),
         (
             format!("{} def Camera \"k\" {{ float fStop = 1e-30 float focusDistance = 1 }}", curves("(1,0,0)", "")),

@@ -253,7 +253,8 @@ for p in stage.Traverse():
             assert v.Get() is not None and len(v.Get()) == size, (v.GetName(), v.Get())
     if p.IsA(UsdGeom.Mesh):
         m = UsdGeom.Mesh(p)
-        ok, why = UsdGeom.Mesh.ValidateTopology(m.GetFaceVertexIndicesAttr().Get(), m.GetFaceVertexCountsAttr().Get(), len(m.GetPointsAttr().Get()))
+        indices, counts = m.GetFaceVertexIndicesAttr().Get(), m.GetFaceVertexCountsAttr().Get()
+        ok, why = UsdGeom.Mesh.ValidateTopology(indices, counts, len(m.GetPointsAttr().Get()))
         assert ok, why
 print(','.join(sorted(kinds)))
 stage.Export(sys.argv[2])

@@ -7,12 +7,38 @@ pub enum Error {
     /// A parameter of a fibre, or a coordinate of a query, outside its range.
     #[error("{name} = {value} is out of range: {range}")]
     OutOfRange {
-        /// The parameter's name as in Table 1, with the channel if it is a colour: `sigma_ca.r`.
+        /// The name of the parameter or coordinate, with the channel of a colour: `sigma_ca.r`.
         name: String,
-        /// The value given. Angles are in degrees.
+        /// The value given; angles in degrees.
         value: f64,
-        /// The allowed values.
-        range: &'static str,
+        /// The values allowed, in words: `it must be in [0, 0.99]`.
+        range: String,
+    },
+    /// A name that no parameter has.
+    #[error("unknown parameter '{name}': known are {known}")]
+    UnknownParameter {
+        /// The name given.
+        name: String,
+        /// All names known.
+        known: String,
+    },
+    /// A value with another number of channels than its parameter has.
+    #[error("{name} takes {expected}, not {found}")]
+    Channels {
+        /// The name of the parameter.
+        name: String,
+        /// The numbers allowed, in words: `one number or three`.
+        expected: &'static str,
+        /// How many numbers were given.
+        found: usize,
+    },
+    /// More than one way to give the colour of a fibre.
+    #[error("colour is given more than once, by {first} and by {second}: only one may give it")]
+    ColorTwice {
+        /// The parameter that was given first.
+        first: &'static str,
+        /// The other one.
+        second: &'static str,
     },
     /// A species without a preset.
     #[error("unknown preset '{name}': known are {known}")]
@@ -27,16 +53,7 @@ pub enum Error {
     Table(String),
 }
 
-/// Checks lo ≤ value ≤ hi; NaN fails. `range` says the same in words.
-pub(crate) fn check(name: &str, value: f32, lo: f32, hi: f32, range: &'static str) -> Result<(), Error> {
-    if (lo..=hi).contains(&value) {
-        Ok(())
-    } else {
-        Err(Error::OutOfRange { name: name.to_owned(), value: shortest(value), range })
-    }
-}
-
 /// The f64 that prints as the f32 does: 1.2, not 1.2000000476837158.
-fn shortest(value: f32) -> f64 {
+pub(crate) fn shortest(value: f32) -> f64 {
     value.to_string().parse().unwrap_or(f64::from(value))
 }

@@ -58,7 +58,9 @@ pub use cylinder::fiber_frame::FiberFrame;
 pub use cylinder::frame::direction;
 pub use error::Error;
 pub use fiber::Fiber;
+pub use fiber::builder::FiberBuilder;
 pub use fiber::color::Color;
+pub use fiber::parameter::{Parameter, Range, Unit};
 pub use fiber::species::Species;
 pub use lobe::{Lobe, Lobes, Sample};
 #[cfg(feature = "unstable")]

@@ -49,6 +49,7 @@ fn gauss(n: usize) -> Vec<(f64, f64)> {
 /// in asin h″. θ_o = 0.2 rad is where the paper's were measured when ours were designed: 10 to 62 % with five on a
 /// side, 5 to 35 % with eight.
 #[test]
+#[ignore = "slow: quadrature with 20,000 points"]
 fn published_segments_are_coarser_than_ours() {
     const NAMES: [&str; 8] =
         ["paper 5", "paper 8", "ours 5", "ours 8", "paper scattered 4", "paper scattered 8", "Gauss 4", "Gauss 8"];
@@ -153,6 +154,7 @@ fn published_segments_converge() {
 
 /// The published model over a window, by many segments, against the mean of its near field over it.
 #[test]
+#[ignore = "slow: windows by quadrature"]
 fn published_windows_are_the_mean_of_the_near_field() {
     for (theta_o, [h1, h2]) in [(0.4, [-1.0, 1.0]), (-0.9, [-0.3, 0.7]), (0.1, [0.5, 0.9])] {
         let published = AsPrinted::new(&full_fiber(), table_data()).unwrap();

@@ -33,6 +33,7 @@ impl L1 {
 /// The ten presets at four inclinations: as shipped and with five segments, R + TT + TRT against 20,000 points in γ;
 /// TTˢ + TRTˢ against 400 in asin h″; each lobe's energy.
 #[test]
+#[ignore = "slow: quadrature with 20,000 points"]
 fn far_field_matches_quadrature() {
     let (mut shipped, mut five, mut scattered) = (Vec::new(), Vec::new(), Vec::new());
     for species in Species::ALL {
@@ -345,11 +346,10 @@ fn a_sample_far_out_in_a_tail_has_a_bounded_weight() {
 }
 
 /// Whatever the fibre and the window, nothing is negative, NaN or brighter than white, and the error is bounded.
-#[test]
-fn any_fibre_and_window_is_finite() {
+fn check_any_fibre_and_window(count: i32) {
     let mut random = Uniform(12);
     let mut errors = Vec::new();
-    for k in 0..10_000 {
+    for k in 0..count {
         let fiber = random.fiber();
         let bcsdf = Bcsdf::new(&fiber).unwrap();
         let theta_o = random.within(-1.55, 1.55);
@@ -387,4 +387,15 @@ fn any_fibre_and_window_is_finite() {
     errors.sort_by(f64::total_cmp);
     println!("median {:.4}, worst {:.4} of {}", errors[errors.len() / 2], errors[errors.len() - 1], errors.len());
     assert!(errors[errors.len() - 1] < 0.05 && errors[errors.len() / 2] < 0.005);
+}
+
+#[test]
+fn some_fibres_and_windows_are_finite() {
+    check_any_fibre_and_window(400);
+}
+
+#[test]
+#[ignore = "slow: 200 windows by quadrature"]
+fn any_fibre_and_window_is_finite() {
+    check_any_fibre_and_window(10_000);
 }

@@ -1,7 +1,7 @@
 //! The first check of an integration: a white furnace for one fibre, without geometry.
 
-use glam::Vec3;
 use std::f32::consts::PI;
+use vellus::glam::Vec3;
 use vellus::{Bcsdf, Fiber, Species, Window};
 
 fn main() -> Result<(), vellus::Error> {

@@ -1,9 +1,9 @@
 //! A path tracer for straight fibres under a sky: every part that a renderer needs to use `vellus`.
 
-use glam::Vec3;
 use std::f32::consts::PI;
 use std::io::Write;
-use vellus::{Bcsdf, Fiber, Species, Window};
+use vellus::glam::Vec3;
+use vellus::{Bcsdf, Fiber, FiberFrame, Species, Window};
 
 const SIZE: u32 = 128;
 const SAMPLES: u32 = 64;
@@ -39,47 +39,20 @@ impl Cylinder {
 // ANCHOR_END: geometry
 
 // ANCHOR: frame
-/// The frame of a fibre at a hit. x is the tangent; x, y, z are right-handed.
-struct Frame {
-    x: Vec3,
-    y: Vec3,
-    z: Vec3,
-    /// The point of the axis beside the hit.
-    axis: Vec3,
-    radius: f32,
-}
-
-impl Frame {
-    fn new(fiber: &Cylinder, hit: Vec3) -> Self {
-        let x = fiber.tangent;
-        let (y, z) = x.any_orthonormal_pair();
-        let axis = fiber.point + x * (hit - fiber.point).dot(x);
-        Frame { x, y, z, axis, radius: fiber.radius }
-    }
-
-    fn to_local(&self, w: Vec3) -> Vec3 {
-        Vec3::new(w.dot(self.x), w.dot(self.y), w.dot(self.z))
-    }
-
-    fn to_world(&self, w: Vec3) -> Vec3 {
-        self.x * w.x + self.y * w.y + self.z * w.z
-    }
-
-    /// The offset h of a ray that enters at `hit`; `wo` points back along the ray.
-    fn offset(&self, hit: Vec3, wo: Vec3) -> f32 {
-        let across = |v: Vec3| v - self.x * v.dot(self.x);
-        let normal = across(hit - self.axis).normalize_or(self.y);
-        let wo = across(wo).normalize_or(normal);
-        self.x.dot(normal.cross(wo)).clamp(-1.0, 1.0)
-    }
-
-    /// A ray that leaves the fibre, from the side that faces `direction`.
-    fn leave(&self, direction: Vec3) -> Ray {
-        let out = (direction - self.x * direction.dot(self.x)).normalize_or(self.y);
-        Ray { origin: self.axis + out * (1.001 * self.radius), direction }
-    }
+/// The frame of a fibre at a hit.
+fn frame_at(fiber: &Cylinder, hit: Vec3) -> FiberFrame {
+    let center = fiber.point + fiber.tangent * (hit - fiber.point).dot(fiber.tangent);
+    FiberFrame::new(fiber.tangent, center, fiber.radius)
 }
 // ANCHOR_END: frame
+
+// ANCHOR: leave
+/// A ray that leaves a fibre, from the side that faces `direction`.
+fn leave(frame: &FiberFrame, direction: Vec3) -> Ray {
+    let origin = frame.center() + frame.outward(direction) * (1.001 * frame.radius());
+    Ray { origin, direction }
+}
+// ANCHOR_END: leave
 
 struct Scene<'a> {
     fibers: Vec<Cylinder>,
@@ -113,11 +86,11 @@ impl Scene<'_> {
                 break;
             };
             let point = ray.origin + ray.direction * t;
-            let frame = Frame::new(fiber, point);
+            let frame = frame_at(fiber, point);
             let wo = -ray.direction;
             let h = frame.offset(point, wo);
             let window = if depth == 0 {
-                Window::cell(h, (0.5 * PIXEL / fiber.radius).min(2.0), random.next())
+                Window::cell(h, 0.5 * frame.pixel_width(PIXEL), random.next())
             } else {
                 Window::near(h)
             };
@@ -126,7 +99,7 @@ impl Scene<'_> {
             // Next-event estimation. Light may come from anywhere: there is no cosine to test.
             let direction = random.direction();
             let (f, pdf) = hit.eval_pdf(frame.to_local(direction));
-            if !self.blocked(&frame.leave(direction)) {
+            if !self.blocked(&leave(&frame, direction)) {
                 let weight = power_heuristic(SKY_PDF, pdf) / SKY_PDF;
                 light += throughput * Vec3::from(f.total()) * (self.sky)(direction) * weight;
             }
@@ -135,7 +108,7 @@ impl Scene<'_> {
             let Some(sample) = hit.sample(std::array::from_fn(|_| random.next())) else { break };
             throughput *= Vec3::from(sample.weight);
             drawn = Some(sample.pdf);
-            ray = frame.leave(frame.to_world(sample.wi));
+            ray = leave(&frame, frame.to_world(sample.wi));
 
             // Russian roulette. White fur scatters often: do not limit the depth instead.
             if depth >= 3 {

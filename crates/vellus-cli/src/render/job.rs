@@ -115,7 +115,7 @@ impl<'a> Job<'a> {
         let interrupted = end == End::Interrupted;
         if samples == 0 {
             // All other goals need a sample.
-            return Err(interrupt.error("nothing was rendered yet, nothing is kept".to_owned()).into());
+            return Err(interrupt.error("rendering had not begun, no file was changed".to_owned()).into());
         }
         session.notes_mut().push(("vellus_seconds".to_owned(), format!("{seconds:.1}")));
         let checkpoint = session.checkpoint();
@@ -155,12 +155,15 @@ fn render(
 ) -> Result<End> {
     let bar = output::bar(1000, "[{wide_bar}] {percent}% {msg}");
     bar.enable_steady_tick(Duration::from_secs(1));
-    let mut kept = Instant::now();
+    let (mut kept, mut preview) = (Instant::now(), args.preview);
     let end = session.run(&*interrupt.stop, |pass| {
         bar.set_message(message(pass));
         bar.set_position((1000.0 * pass.goals.done(&pass.state)) as u64);
         if let Some(viewer) = &mut viewer {
             bar.suspend(|| viewer.show(&pass.checkpoint.film, &args.output));
+        }
+        if std::mem::take(&mut preview) {
+            bar.suspend(|| write_preview(&pass.checkpoint.film, &args.output));
         }
         if kept.elapsed() >= args.checkpoint {
             bar.suspend(|| keeper.keep(pass.checkpoint));
@@ -224,6 +227,15 @@ pub fn write_picture(picture: &Picture, film: &Film, denoiser: Option<&Denoiser>
     Ok(())
 }
 
+/// Writes the first, noisy picture as PNG beside the output.
+fn write_preview(film: &Film, output: &Path) {
+    let path = output.with_extension("png");
+    match Picture::new(&path).write(film, None) {
+        Ok(_) => note!("a first picture is in {} ({} sample per pixel)", path.display(), film.samples()),
+        Err(e) => note!("warning: no first picture: {e}"),
+    }
+}
+
 /// A live view of the pictures.
 pub struct Live(Option<Viewer>);
 
@@ -240,7 +252,7 @@ impl Live {
     fn show(&mut self, film: &Film, path: &Path) {
         let Some(viewer) = &mut self.0 else { return };
         if let Err(e) = viewer.show(film, &path.display().to_string()) {
-            note!("warning: the viewer at {} is gone ({e}): rendering continues without it", viewer.address());
+            note!("warning: the viewer at {} is gone ({e}): rendering goes on without it", viewer.address());
             self.0 = None;
         }
     }

@@ -1,6 +1,5 @@
 //! What the headers of pictures say about the command and the scene.
 
-use crate::fiber_args::Spec;
 use vellus_render::Notes;
 use vellus_scene::Scene;
 
@@ -16,9 +15,9 @@ pub fn fibers(scene: &Scene) -> Notes {
     for (i, look) in scene.looks.iter().enumerate() {
         let name: String =
             look.name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).take(40).collect();
-        let mut value = serde_json::to_string(&Spec::of(&look.fiber)).unwrap_or_default();
+        let mut value = serde_json::to_string(&look.fiber).unwrap_or_default();
         let varying = scene.strands.iter().filter(|s| s.look == i).flat_map(|s| s.varying.iter().map(|v| v.0));
-        let mut others: Vec<_> = look.textured.iter().map(|t| t.0).chain(varying).map(|p| p.key()).collect();
+        let mut others: Vec<_> = look.textured.iter().map(|t| t.0).chain(varying).map(|p| p.name()).collect();
         others.sort_unstable();
         others.dedup();
         if !others.is_empty() {

@@ -1,4 +1,4 @@
-//! A brown tabby that sits and faces +x, in the light of one large window.
+//! A sitting brown tabby that faces +x, in the light of one large window.
 
 use super::coat::{Coat, mix, smoothstep, to_segment};
 use super::props;
@@ -46,7 +46,7 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     for eye in [eye, mirrored(eye)] {
         let iris = props::glossy("iris", [0.42, 0.4, 0.08], 0.05);
         props::ellipsoid(&mut scene, eye, Vec3::splat(1.1), Quat::IDENTITY, iris);
-        // A pupil that stands out of the iris a little, toward where the cat looks.
+        // The pupil protrudes from the iris a little, in the direction of view.
         let gaze = Vec3::new(1.0, 0.05, 0.22 * eye.z.signum()).normalize();
         let turn = Quat::from_rotation_arc(Vec3::X, gaze);
         let pupil = props::glossy("pupil", [0.004; 3], 0.03);
@@ -69,7 +69,7 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     Ok(scene)
 }
 
-/// The profile of a wall, from its top down, and of the floor in front of it, round where they meet.
+/// The profile of a wall and the floor in front of it, from the top, with a rounded corner.
 fn room() -> Vec<Vec2> {
     const RADIUS: f32 = 30.0;
     let turn = |i: i32| {
@@ -95,7 +95,7 @@ pub(super) fn body() -> Body {
         .ellipsoid([7.6, 32.4, 0.0], [5.6, 5.1, 5.7], straight, 1.6, face, 0.8)
         .ellipsoid([11.6, 31.6, 0.0], [1.9, 1.5, 1.5], straight, 1.4, face, 0.4)
         .ellipsoid([11.4, 29.0, 0.0], [1.6, 1.2, 1.4], straight, 0.8, face, 0.5);
-    // The tail lies around the right hind leg to the front.
+    // The tail goes around the right hind leg to the front.
     let tail = [[-13.0, 4.5, 2.0], [-13.0, 2.2, 7.5], [-7.0, 1.8, 12.0], [0.0, 1.7, 13.2], [6.5, 1.7, 12.2]];
     for (i, pair) in tail.windows(2).enumerate() {
         let radius = |i: usize| 2.0 - 0.22 * i as f32;
@@ -118,8 +118,8 @@ pub(super) fn body() -> Body {
         .mirrored_z(first)
 }
 
-/// Agouti brown with dark stripes: rings on legs and tail, lines down the flanks, an M on the forehead; pale around
-/// the mouth.
+/// Agouti brown with dark stripes: rings on legs and tail, lines down the flanks, an M on the forehead. It is pale
+/// around the mouth.
 fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
     const DARK: [f32; 2] = [5.0, 0.5];
     const PALE: [f32; 2] = [0.004, 0.015];

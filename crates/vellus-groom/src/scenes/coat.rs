@@ -1,4 +1,4 @@
-//! Fur on a body, and the skin under it.
+//! Fur on a body, and its skin.
 
 use crate::body::Body;
 use crate::error::Error;
@@ -10,27 +10,28 @@ use glam::{Vec2, Vec3};
 use vellus::{Color, Fiber};
 use vellus_scene::{Look, Mesh, Parameter, Scene, Strands, Surface, Texture, Tint, Wrap};
 
-/// How many fewer strands a small scene has.
+/// Divisor of the number of strands in a small scene.
 pub(super) const FEWER: usize = 40;
-/// How much wider they are: not as much as they are fewer, as strands should still look like strands.
+/// Factor of the width of strands in a small scene. It is smaller than the divisor, so that strands still look like
+/// strands.
 const WIDER: f32 = 6.0;
-/// The skin's texture goes from no melanin to this much eumelanin and pheomelanin, as square roots.
+/// The largest eumelanin and pheomelanin of the texture of the skin, as square roots.
 const MOST: f32 = 8.0;
 
 /// A coat of fur.
 pub(super) struct Coat<'a> {
     pub body: &'a Body,
-    /// Width of the mesh's cells at full size.
+    /// Width of the cells of the mesh at full size.
     pub step: f32,
-    /// Over how much one part's coat goes over into the next one's.
+    /// Width of the transition between the coats of two parts.
     pub soft: f32,
     pub settings: GrowSettings,
     pub fiber: Fiber,
-    /// Concentrations of eumelanin and pheomelanin a hair without medulla would have to look so.
+    /// Concentrations of eumelanin and pheomelanin that give the colour in a hair without medulla.
     pub melanin: &'a (dyn Fn(Vec3, &Draw) -> [f32; 2] + Sync),
-    /// Spheres without fur: eyes, noses.
+    /// Spheres without fur, such as eyes and noses.
     pub bare: Vec<(Vec3, f32)>,
-    /// Brightness of the skin against fur of its colour.
+    /// Brightness of the skin relative to fur of the same colour.
     pub skin: f32,
 }
 
@@ -50,7 +51,7 @@ impl Coat<'_> {
         let average = Draw { guard: false, random: 0.5 };
         let uv = |p: Vec3| {
             let [eumelanin, pheomelanin] = (self.melanin)(p, &average);
-            // Within half a texel of the border, so that it does not repeat.
+            // Half a texel inside the border, so that the texture does not repeat.
             let to_texture = |c: f32| (c / MOST).sqrt().clamp(0.5 / 32.0, 31.5 / 32.0);
             Vec2::new(to_texture(eumelanin), to_texture(pheomelanin))
         };
@@ -65,7 +66,7 @@ impl Coat<'_> {
             let concentration = |x: usize| ((x as f32 + 0.5) / 32.0).powi(2) * MOST;
             let (eumelanin, pheomelanin) = (concentration(i % 32), concentration(31 - i / 32));
             let sigma = Color::Melanin { eumelanin, pheomelanin }.absorption(0.1).unwrap_or_default();
-            // Chiang et al. 2016, Eq. 9 the other way round, for a smooth hair.
+            // The inverse of Chiang et al. 2016, Eq. 9, for a smooth hair.
             sigma.map(|sigma| (-5.9 * sigma.sqrt()).exp())
         };
         let pixels = (0..32 * 32).map(texel).collect();
@@ -81,18 +82,18 @@ impl Coat<'_> {
 
     fn fur(&self, mesh: &Mesh, small: bool) -> Result<Strands, Error> {
         let coat = |site: &Site| self.body.coat(site.position, self.soft);
-        // Short fur is denser, so that it covers as well.
+        // Short fur is denser, so that coverage is the same.
         let density = |site: &Site| {
             let bare = self.bare.iter().any(|(center, radius)| site.position.distance(*center) < *radius);
             if bare { 0.0 } else { coat(site).1.max(0.1).powf(-0.8) }
         };
-        // Light passes less cortex the wider the medulla is: it takes more pigment for the same colour.
+        // With a wider medulla, light passes through less cortex. The same colour needs more pigment.
         let pigment = 1.0 / (1.0 - self.fiber.kappa);
         let color = |site: &Site, draw: &Draw| {
             let [eumelanin, pheomelanin] = (self.melanin)(site.position, draw);
             [eumelanin * pigment, pheomelanin * pigment, 0.0]
         };
-        // Animals stand on the ground, y = 0: fur does not go into that either.
+        // Animals stand on the ground y = 0, which fur must not enter either.
         let distance = |p: Vec3| self.body.distance(p).min(p.y);
         let white = self.fiber.sigma_ca == [0.0; 3] && self.fiber.sigma_ma == [0.0; 3];
         let maps = Maps {
@@ -106,7 +107,7 @@ impl Coat<'_> {
     }
 }
 
-/// The settings of the small scene.
+/// The settings of a small scene.
 fn shrunk(mut settings: GrowSettings, small: bool) -> GrowSettings {
     if small {
         settings.count /= FEWER;
@@ -116,13 +117,13 @@ fn shrunk(mut settings: GrowSettings, small: bool) -> GrowSettings {
     settings
 }
 
-/// 0 below `a`, 1 above `b`, smooth between.
+/// A smooth step: 0 below `a`, 1 above `b`.
 pub(super) fn smoothstep(a: f32, b: f32, x: f32) -> f32 {
     let t = ((x - a) / (b - a)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Between two colours.
+/// Interpolates between two colours.
 pub(super) fn mix(a: [f32; 2], b: [f32; 2], t: f32) -> [f32; 2] {
     [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]
 }

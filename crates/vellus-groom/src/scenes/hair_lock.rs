@@ -1,4 +1,4 @@
-//! A lock of hair that hangs from a small round patch and curls.
+//! A curling lock of hair that hangs from a small round patch.
 
 use super::props;
 use crate::error::Error;
@@ -22,7 +22,7 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
         radius: [0.005 * wider, 0.003 * wider],
         lift: [FRAC_PI_2, FRAC_PI_2],
         spread: 0.02,
-        // All are one clump, whose middle strand curls.
+        // All strands are one clump with a curling central strand.
         clump: Clump { strands: count, strength: 0.7, power: 0.3 },
         curl_radius: 1.9,
         curl_turns: 3.0,

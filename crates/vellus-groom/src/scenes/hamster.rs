@@ -1,4 +1,4 @@
-//! A golden hamster facing +x, in a studio whose backdrop goes from the floor around behind it to the top.
+//! A golden hamster that faces +x, in a studio with a curved backdrop from the floor to the ceiling.
 
 use super::coat::{Coat, mix, smoothstep, to_segment};
 use super::props;
@@ -36,7 +36,7 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
             noise: 0.05,
             ..GrowSettings::default()
         },
-        // As in the paper, the mouse stands in for the hamster.
+        // The paper uses the fibre of a mouse for the hamster.
         fiber: Fiber::preset(Species::Mouse),
         melanin: &melanin,
         bare: vec![(eye, 0.82), (mirrored(eye), 0.82), (nose, 0.36)],
@@ -64,7 +64,7 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     Ok(scene)
 }
 
-/// The backdrop's profile from top front over the back to the floor's front: it encompasses top, back and bottom.
+/// The profile of the backdrop, from the front of the ceiling over the back to the front of the floor.
 fn capsule() -> Vec<Vec2> {
     const RADIUS: f32 = 25.0;
     let turn = |i: i32| {
@@ -101,7 +101,7 @@ pub(super) fn body() -> Body {
         .mirrored_z(first)
 }
 
-/// Golden above, cream below, pale cheeks, bare-looking pink feet and ears.
+/// Golden above and cream below, with pale cheeks, and pink feet and ears that look bare.
 fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
     const CREAM: [f32; 2] = [0.0, 0.012];
     let golden = if draw.guard && draw.random < 0.6 { [0.25, 0.7] } else { [0.02, 0.4 + 0.25 * draw.random] };
@@ -112,7 +112,7 @@ fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
     let cheek = to_segment(side, [5.6, 4.2, 1.4], [3.2, 3.9, 3.4]);
     color = mix(color, CREAM, smoothstep(1.5, 0.9, cheek));
     color = mix(color, CREAM, smoothstep(6.1, 6.9, p.x) * smoothstep(5.6, 5.0, p.y));
-    // A darker stripe from behind the cheek to the shoulder, as golden hamsters have.
+    // Golden hamsters have a darker stripe from the cheek to the shoulder.
     let stripe = to_segment(side, [3.7, 5.5, 2.6], [1.3, 3.9, 4.0]);
     color = mix(color, [0.25, 0.9], 0.7 * smoothstep(0.75, 0.0, stripe));
     let ears = smoothstep(8.2, 8.7, p.y);

@@ -1,4 +1,4 @@
-//! Long hair on the head of a mannequin that faces +x, parted on one side.
+//! Long hair with a side parting, on the head of a mannequin that faces +x.
 
 use super::coat::FEWER;
 use super::props;
@@ -67,12 +67,12 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     Ok(scene)
 }
 
-/// Above a hairline that rises from the nape over the ears to the forehead.
+/// Hair grows above a hairline that rises from the nape over the ears to the forehead.
 fn scalp(p: Vec3) -> bool {
     p.y > -5.5 + 0.72 * (p.x + 9.0).max(0.0) && p.y > -6.0
 }
 
-/// Away from the parting, and backward in front of it.
+/// Hair is combed away from the parting, and backward in front of it.
 fn combed(p: Vec3) -> Vec3 {
     let parting = 2.2;
     let side = if p.z > parting { 1.0 } else { -1.0 };

@@ -1,5 +1,4 @@
-//! Built-in scenes: those of Yan17 Table 5 and a polar bear, made from nothing but this code. Lengths are
-//! centimetres.
+//! Built-in procedural scenes: those of Yan17 Table 5, and a polar bear. Lengths are in centimetres.
 
 mod cat;
 mod coat;
@@ -24,10 +23,11 @@ pub const SCENES: [(&str, &str); 6] = [
     ("polar-bear", "a polar bear cub in soft light, white by scattering alone: 300,000 strands of 16 segments"),
 ];
 
-/// A built-in scene; `None` if there is none of that name in [`SCENES`].
+/// A built-in scene; `None` if [`SCENES`] has none of this name.
 ///
-/// At full size strands and segments are as many as in Yan17 Table 5 (which has no polar bear). `small` has a
-/// fortieth of the strands (the lock a fifth, with a quarter of the segments) and wider ones, for tests and previews.
+/// At full size, the numbers of strands and segments are those of Yan17 Table 5, which has no polar bear. With `small`,
+/// there are 1/40 of the strands, and they are wider. The small lock has 1/5 of the strands and 1/4 of the segments.
+/// Small scenes are for tests and previews.
 pub fn scene(name: &str, small: bool) -> Option<Scene> {
     let make: fn(bool) -> Result<Scene, Error> = match name {
         "hair-lock" => hair_lock::scene,
@@ -38,7 +38,7 @@ pub fn scene(name: &str, small: bool) -> Option<Scene> {
         "polar-bear" => polar_bear::scene,
         _ => return None,
     };
-    // Their settings are constants, which tests run through.
+    // Settings are constants, and tests cover all of them.
     let scene = make(small).ok()?;
     Some(Scene { units: Some(Units::CENTIMETERS), ..scene })
 }

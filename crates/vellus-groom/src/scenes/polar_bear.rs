@@ -1,4 +1,4 @@
-//! A polar bear cub on its four legs, facing +x: nothing in its fur absorbs.
+//! A standing polar bear cub that faces +x. Its fur does not absorb light.
 
 use super::coat::Coat;
 use super::props;
@@ -35,11 +35,11 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
             noise: 0.06,
             ..GrowSettings::default()
         },
-        // Refractive index of Yan17 Fig. 6; the dog's medulla, whose fit hardly absorbs, scatters.
+        // The refractive index of Yan17 Fig. 6, and the medulla of the dog, whose fit has almost no absorption.
         fiber: Fiber { eta: 1.45, ..Fiber::preset(Species::Dog) }.without_absorption(),
         melanin: &|_, _| [0.0, 0.0],
         bare: [(eye, 1.25), (mirrored(eye), 1.25), (nose, 1.5)].into_iter().chain(lips()).collect(),
-        // A polar bear's is black, but no real one has so few hairs.
+        // The skin of polar bears is black, but real bears have more hair to cover it.
         skin: 0.4,
     }
     .add(&mut scene, small)?;
@@ -76,10 +76,10 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     Ok(scene)
 }
 
-/// Middle of the slit between upper and lower jaw.
+/// Centre of the gap between upper and lower jaw.
 const MOUTH: Vec3 = Vec3::new(43.2, 30.2, 0.0);
 
-/// Where the lips part the fur.
+/// Bare spheres along the lips: centres and radii.
 fn lips() -> impl Iterator<Item = (Vec3, f32)> {
     (0..13).flat_map(|i| {
         let (sin, cos) = (-0.6 + 0.2 * i as f32 - 0.6).sin_cos();

@@ -1,15 +1,15 @@
-//! What stands around: eyes, noses, grounds, lights.
+//! Objects in built-in scenes: eyes, noses, grounds and lights.
 
 use glam::{Mat4, Quat, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 use vellus_scene::{Light, Mesh, Scene, Surface, Tint};
 
-/// A dark, wet surface: eyes and noses.
+/// A dark, wet surface for eyes and noses.
 pub(super) fn glossy(name: &str, color: [f32; 3], roughness: f32) -> Surface {
     Surface { color: Tint { color, texture: None }, roughness, ior: 1.5, ..Surface::diffuse(name, color) }
 }
 
-/// Adds an ellipsoid with smooth normals; `turn` is from its frame to the world.
+/// Adds an ellipsoid with smooth normals. `turn` is the rotation from its own frame to world space.
 pub(super) fn ellipsoid(scene: &mut Scene, center: Vec3, radii: Vec3, turn: Quat, surface: Surface) {
     const AROUND: u32 = 48;
     const DOWN: u32 = 24;
@@ -44,7 +44,7 @@ pub(super) fn ellipsoid(scene: &mut Scene, center: Vec3, radii: Vec3, turn: Quat
     scene.surfaces.push(surface);
 }
 
-/// Adds a level square at y = 0, of half that width.
+/// Adds a horizontal square at y = 0 with this half width.
 pub(super) fn ground(scene: &mut Scene, half: f32, color: [f32; 3]) {
     let corner = |x: f32, z: f32| Vec3::new(x * half, 0.0, z * half);
     scene.meshes.push(Mesh {
@@ -59,8 +59,8 @@ pub(super) fn ground(scene: &mut Scene, half: f32, color: [f32; 3]) {
     scene.surfaces.push(Surface::diffuse("ground", color));
 }
 
-/// Adds a strip extruded to `half` to both sides of the plane through the y axis and `forward` (level): `profile` has
-/// distances along `forward` and heights, and the strip faces left of its course.
+/// Adds a profile, extruded by `half` to both sides of the plane of the y axis and the horizontal vector `forward`.
+/// `profile` has distances along `forward` and heights. The surface faces to the left of the profile.
 pub(super) fn strip(scene: &mut Scene, profile: &[Vec2], forward: Vec3, half: f32, color: [f32; 3]) {
     let side = Vec3::Y.cross(forward).normalize_or(Vec3::X) * half;
     let point = |p: &Vec2| p.x * forward + p.y * Vec3::Y;
@@ -85,7 +85,7 @@ pub(super) fn strip(scene: &mut Scene, profile: &[Vec2], forward: Vec3, half: f3
     scene.surfaces.push(Surface::diffuse("backdrop", color));
 }
 
-/// A rectangular light at `from` that faces `to`, of that width and height.
+/// A rectangular light at `from` that faces `to`, with this width and height.
 pub(super) fn window(from: Vec3, to: Vec3, size: Vec2, radiance: [f32; 3]) -> Light {
     let z = (from - to).normalize_or(Vec3::Y);
     let x = Vec3::Y.cross(z).normalize_or(Vec3::X);

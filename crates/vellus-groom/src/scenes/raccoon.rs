@@ -1,4 +1,4 @@
-//! A raccoon on its four legs, facing +x: a black mask, a ringed tail.
+//! A standing raccoon that faces +x, with a black mask and a ringed tail.
 
 use super::coat::{Coat, mix, smoothstep, to_segment};
 use super::{props, sky};
@@ -9,7 +9,7 @@ use glam::{Mat3, Quat, Vec3};
 use vellus::{Fiber, Species};
 use vellus_scene::{Camera, Light, Scene};
 
-/// The tail, from the rump to its tip, with radii.
+/// Points and radii of the tail, from the rump to its tip.
 const TAIL: [([f32; 3], f32); 6] = [
     ([-17.0, 21.0, 0.0], 2.6),
     ([-24.0, 20.5, 2.0], 3.0),
@@ -100,14 +100,14 @@ pub(super) fn body() -> Body {
         .mirrored_z(first)
 }
 
-/// Grey-brown with paler flanks; on the head a black mask between white bands; a tail of seven rings.
+/// Grey-brown with paler flanks, a black mask between white bands, and a tail with seven rings.
 fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
     const WHITE: [f32; 2] = [0.004, 0.006];
     const BLACK: [f32; 2] = [8.0, 0.0];
     const GREY: [f32; 2] = [0.35, 0.08];
     let salt = draw.random;
     let mut color = mix(GREY, [0.12, 0.06], smoothstep(19.0, 9.0, p.y));
-    // Guard hairs are banded in nature; here some are dark and some pale.
+    // Real guard hairs are banded. Here some are dark and some pale.
     if draw.guard {
         color = if salt < 0.55 { [4.0, 0.0] } else { [0.03, 0.02] };
     }
@@ -133,7 +133,7 @@ fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
         face = mix(face, WHITE, muzzle);
         let cheek = to_segment(side, [28.0, 23.2, 3.4], [23.0, 21.6, 7.0]);
         face = mix(face, WHITE, smoothstep(1.9, 1.2, cheek));
-        // Widest around the eye, narrower down the cheek.
+        // The mask is widest around the eye, and narrower down the cheek.
         let mask = to_segment(side, [29.6, 27.3, 2.2], [22.8, 24.2, 8.0]) + 0.16 * (29.0 - p.x).max(0.0);
         face = mix(face, BLACK, smoothstep(2.15, 1.75, mask));
         let blaze = to_segment(side, [34.0, 25.4, 0.0], [28.5, 31.0, 0.0]);
@@ -143,7 +143,7 @@ fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
     color
 }
 
-/// Distance beyond the tail's surface, and how far along it is, from 0 to 1.
+/// Distance from the surface of the tail, and the position along it, from 0 to 1.
 fn along_tail(p: Vec3) -> (f32, f32) {
     let (mut best, mut s) = (f32::INFINITY, 0.0);
     for (i, pair) in TAIL.windows(2).enumerate() {

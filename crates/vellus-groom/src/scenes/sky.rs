@@ -1,4 +1,4 @@
-//! A sky with a sun, made up.
+//! A procedural sky with a sun.
 
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
@@ -7,8 +7,8 @@ use vellus_scene::{Texture, Wrap};
 const WIDTH: usize = 256;
 const HEIGHT: usize = 128;
 
-/// A lat-long image of a clear sky: its middle is −z, its top +y, right of the middle +x. Radiance about 1 at the
-/// zenith; the sun gives about twice the irradiance of the sky.
+/// A lat-long image of a clear sky. The centre is −z, the top +y, and +x is right of the centre. The radiance is about
+/// 1 at the zenith. The sun has about twice the irradiance of the sky.
 pub(super) fn sky(sun: Vec3) -> Texture {
     let sun = sun.normalize_or(Vec3::Y);
     let pixels = (0..WIDTH * HEIGHT).map(|i| {
@@ -28,7 +28,7 @@ fn radiance(direction: Vec3, sun: Vec3) -> Vec3 {
     let sky = horizon.lerp(zenith, up.max(0.0).powf(0.45));
     let ground = ground.lerp(horizon, (1.0 + 12.0 * up).clamp(0.0, 1.0) * 0.5);
     let background = if up >= 0.0 { sky } else { ground };
-    // A disc blurred to two pixels, and a haze around it.
+    // A disc with a blur of two pixels, and a haze around it.
     let angle = direction.angle_between(sun).to_degrees();
     let disc = 1800.0 * (-(angle / 1.6).powi(2)).exp();
     let haze = 1.2 * (-angle / 12.0).exp();

@@ -54,7 +54,7 @@ pub use hit::Yan2015Hit;
 use paths::Paths;
 use std::sync::Arc;
 use vellus::parts::{Medulla, exp};
-use vellus::{Error, Fiber, Field, Lobe, Model, Tables, Window};
+use vellus::{Error, Fiber, Field, Lobe, Model, Parameter, Tables, Window};
 use wide::f32x8;
 
 /// Names of the eleven lobes and the diffuse lobe, in the order of [`Yan2015Hit::lobes`].
@@ -62,7 +62,8 @@ pub const LOBES: [&str; 12] =
     ["R", "TT", "TRT", "TrT", "TrRrT", "TttT", "TtrtT", "TttRttT", "TttTs", "TtrtTs", "TttRttTs", "diffuse"];
 
 /// The lobes of [`vellus::Lobes`] that the unscattered lobes add to. With η_m = η_c, TttT is TT and TttRttT is TRT.
-const NAMES: [Lobe; 8] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Rest, Lobe::Rest, Lobe::Tt, Lobe::Rest, Lobe::Trt];
+const NAMES: [Lobe; 8] =
+    [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Residual, Lobe::Residual, Lobe::Tt, Lobe::Residual, Lobe::Trt];
 /// The same for the scattered lobes.
 const SCATTERED: [Lobe; 3] = [Lobe::Tts, Lobe::Trts, Lobe::Trts];
 
@@ -99,12 +100,13 @@ impl Yan2015 {
 
     fn prepare(fiber: &Fiber, eta_m: f32, known: Option<&Arc<Escape>>) -> Result<Self, Error> {
         fiber.validate()?;
-        if !(1.0..=3.0).contains(&eta_m) {
+        let range = Parameter::Eta.range();
+        if !range.contains(eta_m) {
             return Err(Error::OutOfRange {
                 name: "eta_m".to_owned(),
                 // Converted by its decimal text, so that the message shows the same digits.
                 value: eta_m.to_string().parse().unwrap_or(f64::from(eta_m)),
-                range: "eta_m must be in [1, 3]",
+                range: format!("eta_m must be in {range}"),
             });
         }
         let tables = Tables::shipped();

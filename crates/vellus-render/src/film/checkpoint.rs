@@ -1,11 +1,21 @@
 //! Films as files: checkpoints, and sample ranges to merge.
 //!
-//! Layout, little endian: `VELLUSF3`; u32 width and height of the whole picture; u32 left column, top row, width,
-//! height of the part; u32 its layers, a bit each in the order of [`Layer::ALL`](crate::Layer::ALL); 32 bytes of the
-//! digest of what was rendered; u64 first sample, the one after the last, and the one after the last that was asked
-//! for; the names of the light groups; the notes, names and values alternating; the sums, row by row, u32 words as
-//! `sums.rs` describes; and 32 bytes of the digest (BLAKE3) of all bytes before. Names and notes are a u32 count of
-//! texts, each a u32 count of bytes of UTF-8.
+//! The format is little endian:
+//!
+//! | bytes | content |
+//! |---|---|
+//! | 8 | `VELLUSF3` |
+//! | 2 × u32 | width and height of the whole picture |
+//! | 4 × u32 | left column, top row, width and height of the film's area |
+//! | u32 | layers, one bit each in the order of [`Layer::ALL`](crate::Layer::ALL) |
+//! | 32 | identity of the picture |
+//! | 3 × u64 | first sample, end of the samples, end of the planned samples |
+//! | texts | names of the light groups |
+//! | texts | notes: names and values alternate |
+//! | u32 … | sums, row by row, as described in `sums.rs` |
+//! | 32 | BLAKE3 digest of all bytes before |
+//!
+//! Texts are a u32 count of texts; each is a u32 count of bytes, and that many bytes of UTF-8.
 
 use crate::error::Error;
 use crate::film::Film;
@@ -15,25 +25,26 @@ use vellus_io::Digest;
 
 const MAGIC: &[u8; 8] = b"VELLUSF3";
 
-/// Bytes of a digest.
+/// Bytes in a digest.
 const DIGEST: usize = 32;
 
-/// Samples a pixel can have: its coverage then still fits a sum.
+/// The largest number of samples a pixel: the sum of its coverage then still fits.
 pub const MAX_SAMPLES: u64 = (1 << 31) - 1;
 
-/// A film and which samples of what are in it.
+/// A film with the range of its samples and the identity of its picture: what is needed to continue or to merge it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checkpoint {
-    /// Equal for parts of the same picture: the digest of everything that can change one of its pixels.
+    /// The digest of everything that can change a pixel: equal for films of the same picture. See
+    /// [`Identity`](crate::session::Identity).
     pub identity: Digest,
-    /// Its samples.
+    /// The samples of each pixel that the film has.
     pub samples: Range<u64>,
-    /// The sample after the last that was asked for. `samples.end` is smaller where rendering was interrupted or
-    /// reached another goal before.
+    /// The end of the samples that were planned. `samples.end` is smaller if rendering was interrupted, or reached
+    /// another goal before.
     pub planned: u64,
-    /// What is written into the picture's file: names and values.
+    /// Text attributes for the picture's file: names and values.
     pub notes: Vec<(String, String)>,
-    /// Their sums.
+    /// The sums of the samples.
     pub film: Film,
 }
 
@@ -45,10 +56,10 @@ fn put_texts<'a>(bytes: &mut Vec<u8>, texts: impl ExactSizeIterator<Item = &'a s
     }
 }
 
-/// What is left of a file.
-struct Rest<'a>(&'a [u8]);
+/// The bytes of a file that are still to be read.
+struct Remaining<'a>(&'a [u8]);
 
-impl<'a> Rest<'a> {
+impl<'a> Remaining<'a> {
     fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
         let (bytes, rest) = self.0.split_at_checked(count).ok_or("it ends inside its header")?;
         self.0 = rest;
@@ -82,7 +93,7 @@ impl<'a> Rest<'a> {
 }
 
 impl Checkpoint {
-    /// The file's bytes.
+    /// The bytes of a file.
     pub fn to_bytes(&self) -> Vec<u8> {
         let film = &self.film;
         let mut bytes = Vec::with_capacity(4 * film.sums().len() + 4096);
@@ -121,7 +132,7 @@ impl Checkpoint {
         if Digest::of(content).0 != digest {
             return Err("it is damaged: its checksum does not match its content".to_owned());
         }
-        let mut rest = Rest(&content[MAGIC.len()..]);
+        let mut rest = Remaining(&content[MAGIC.len()..]);
         let whole = [rest.small()?, rest.small()?];
         let area = [rest.small()?, rest.small()?, rest.small()?, rest.small()?];
         let layers = rest.small()? as u32;
@@ -170,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_come_back() {
+    fn films_come_back() {
         assert_eq!(Checkpoint::from_bytes(&part().to_bytes()).unwrap(), part());
     }
 
@@ -205,7 +216,7 @@ mod tests {
         let notes = odd.windows(4).position(|b| b == b"vell").unwrap() - 8;
         odd[notes..notes + 4].copy_from_slice(&1u32.to_le_bytes());
         assert!(Checkpoint::from_bytes(&signed(odd)).is_err());
-        // Sizes, layers, samples, groups: all but the digest of what was rendered, which is at 36.
+        // Sizes, layers, samples and groups: everything but the identity, which is at 36.
         for lie in [8, 16, 24, 32, 72, 80, 92] {
             let mut huge = content.to_vec();
             huge[lie..lie + 4].fill(0xff);

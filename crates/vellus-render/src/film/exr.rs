@@ -7,7 +7,7 @@ use ::exr::prelude::*;
 use std::io::Cursor;
 use vellus_io::{Digest, DigestBuilder};
 
-/// What compositors read fastest.
+/// Compositors read this encoding fastest.
 const ENCODING: Encoding = Encoding {
     compression: Compression::ZIP16,
     blocks: ::exr::image::Blocks::ScanLines,
@@ -15,13 +15,17 @@ const ENCODING: Encoding = Encoding {
 };
 
 impl Film {
-    /// An OpenEXR file with these layers, as far as the film keeps them, the beauty as a denoiser left it (three values a pixel; layer
-    /// `denoised`), and notes. Features (albedo, normal, depth; of fibres alone:
-    /// tangent, root uv) are means over what the pixel sees of them; the variance is that of the pixel's mean brightness. A crop
-    /// is the data window of the whole picture.
+    /// The bytes of an OpenEXR file.
+    ///
+    /// It has those of the `layers` that the film keeps, in linear colours, and text attributes for `notes` (names and
+    /// values). `denoised` is the beauty after a denoiser, three values a pixel, and becomes the layer `denoised`.
+    ///
+    /// Albedo, normal, depth and motion are means over the covered part of the pixel, tangent and root coordinates over
+    /// the part that fibres cover. The variance is that of the pixel's mean brightness. The file of a film that covers
+    /// only a part of the picture has this part as its data window.
     ///
     /// # Errors
-    /// What the encoder says.
+    /// [`Error::Encode`] with what the encoder reports.
     pub fn to_exr(
         &self,
         layers: &[Layer],
@@ -32,7 +36,7 @@ impl Film {
         let (width, height) = (self.width(), self.height());
         let pixels = || (0..width * height).map(|i| (i % width, i / width));
         let mut channels = Vec::new();
-        // All channels of a layer have one type: programs read colours with mixed types badly.
+        // All channels of a layer have one type: many programs cannot read colours with mixed types.
         let mut push = |names: &[String], values: Vec<Vec<f32>>, exact: bool| {
             let half = pixel_type == PixelType::Half && !exact && fits_half(values.iter().flatten().copied());
             for (name, values) in names.iter().zip(values) {
@@ -68,7 +72,7 @@ impl Film {
         attributes.software_name = Some("vellus".into());
         let pixels = (PIXELS_NOTE.to_owned(), exr_digest(&channels).to_string());
         for (name, value) in notes.iter().chain([&pixels]) {
-            // UTF-8, as most programs have it; the encoder's own conversion would refuse all but Latin.
+            // UTF-8, as in most programs. The encoder's own conversion accepts only Latin letters.
             let value = AttributeValue::Text(Text::from_slice_unchecked(value.as_bytes()));
             attributes.other.insert(Text::from_slice_unchecked(name.as_bytes()), value);
         }
@@ -82,7 +86,7 @@ impl Film {
         Ok(bytes.into_inner())
     }
 
-    /// One channel of a layer as it is stored.
+    /// The value of a channel in the file.
     fn value(&self, x: usize, y: usize, layer: Layer, k: usize) -> f32 {
         let mean = self.mean(x, y, layer, k);
         let over = |cover: Layer| {
@@ -98,10 +102,10 @@ impl Film {
     }
 }
 
-/// The digest of all channels: their names, and their values as they are stored.
+/// The digest of all channels: names, types and stored values.
 fn exr_digest(channels: &AnyChannels<FlatSamples>) -> Digest {
     let digest = channels.list.iter().fold(DigestBuilder::new(), |builder, channel| {
-        // The type too: the bits of 1.0 are a whole number as well.
+        // The type too: the bits of 1.0 are also a whole number.
         let (kind, bytes): (&str, Vec<u8>) = match &channel.sample_data {
             FlatSamples::F16(values) => ("half", values.iter().flat_map(|v| v.to_le_bytes()).collect()),
             FlatSamples::F32(values) => ("float", values.iter().flat_map(|v| v.to_le_bytes()).collect()),
@@ -112,8 +116,8 @@ fn exr_digest(channels: &AnyChannels<FlatSamples>) -> Digest {
     digest.finish()
 }
 
-/// Can 16 bit hold these values? Above 65504 they cannot; where the largest is below 2⁻⁷, a value 128 times darker is
-/// already in the range of half floats that loses digits.
+/// Can 16 bits hold these values? Half floats end at 65504. If the largest value is below 2⁻⁷, a value 128 times darker
+/// is subnormal and loses digits.
 fn fits_half(values: impl Iterator<Item = f32>) -> bool {
     let largest = values.fold(0.0f32, |largest, v| largest.max(v.abs()));
     largest == 0.0 || (0.5f32.powi(7)..=65504.0).contains(&largest)
@@ -139,7 +143,7 @@ mod tests {
     use crate::film::{add, nearest};
 
     #[test]
-    fn the_type_of_a_channel_counts() {
+    fn the_digest_covers_the_type_of_a_channel() {
         let digest = |samples| exr_digest(&AnyChannels::sort([AnyChannel::new("N.Y", samples)].into_iter().collect()));
         let bits = FlatSamples::U32(vec![1f32.to_bits()]);
         assert_ne!(digest(FlatSamples::F32(vec![1.0])), digest(bits));
@@ -159,7 +163,7 @@ mod tests {
             for at in 0..bytes.len() {
                 let mut damaged = bytes.clone();
                 damaged[at] ^= 1 << (at % 8);
-                // What is not pixels may be damaged without notice; pixels that are accepted are the right ones.
+                // Damage outside of the pixels may pass unnoticed. Accepted pixels are undamaged.
                 if let Ok(found) = check_picture(&damaged) {
                     let digest = |notes: &[(String, String)]| notes.iter().find(|n| n.0 == PIXELS_NOTE).cloned();
                     assert_eq!(digest(&found), digest(&check_picture(&bytes).unwrap()));
@@ -172,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn light_that_16_bit_cannot_hold_is_stored_in_32() {
+    fn light_beyond_16_bits_is_stored_in_32() {
         assert!(fits_half([0.0; 3].into_iter()) && fits_half([0.5, -65504.0].into_iter()));
         assert!(!fits_half([65505.0].into_iter()) && !fits_half([1e-9, 1e-3].into_iter()));
         for light in [1e-9f32, 1e9] {
@@ -243,12 +247,12 @@ mod tests {
         assert_eq!(film.rgb(Layer::Beauty).unwrap()[13], mean(1, 1, Layer::Beauty, 1));
         assert!(film.rgb(Layer::Depth).is_none() && film.rgb(Layer::Lobes).is_none());
         assert_ne!(film.to_png(None, 0.0, &notes).unwrap(), film.to_png(Some(&denoised), 0.0, &notes).unwrap());
-        // 16 bit where it is enough: the strand's ids reach 4e7, all other values here are small.
+        // 16 bits where they are enough: the numbers of strands reach 4e7, all other values here are small.
         let bytes = film.to_exr(&Layer::ALL, None, PixelType::Half, &notes).unwrap();
         let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).unwrap();
         let kind = |name: &str| meta.headers[0].channels.list.iter().find(|c| c.name.eq(name)).unwrap().sample_type;
         assert_eq!((kind("R"), kind("Z"), kind("strand.id")), (SampleType::F16, SampleType::F32, SampleType::U32));
-        // Only what is asked for, of what there is.
+        // Only layers that are asked for and kept.
         let few = Film::new([8, 9], [4, 5, 3, 2], Layout::new(&[Layer::Depth], &[]));
         let bytes = few.to_exr(&[Layer::Beauty, Layer::Albedo], None, PixelType::Half, &[]).unwrap();
         let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).unwrap();

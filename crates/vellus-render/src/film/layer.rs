@@ -3,41 +3,42 @@
 use crate::error::Error;
 use std::str::FromStr;
 
-/// Layers of a picture, in the order of a pixel's channels.
+/// A layer of a picture. The order of the variants is that of a pixel's channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layer {
     /// RGB radiance.
     Beauty,
-    /// Share of the pixel that anything covers.
+    /// Share of the pixel that fibres or meshes cover.
     Alpha,
-    /// Square of the samples' brightness: the variance is its mean less the square of the mean's.
+    /// The square of the samples' brightness (mean of R, G and B). OpenEXR files store the variance of the pixel's mean
+    /// instead, and users call this layer `variance`.
     SecondMoment,
     /// Share of the pixel that fibres cover.
     Fibers,
-    /// The six lobes of the fibres seen directly, RGB each, in the order of [`vellus::Lobe`]; they sum to the fibres' part of
-    /// the beauty.
+    /// The light that each of the six lobes of the fibres seen directly scatters, RGB each, in the order of
+    /// [`vellus::Lobe`]. They sum to the fibres' part of the beauty.
     Lobes,
-    /// Energy that the fibre or surface seen scatters, RGB.
+    /// The share of light that the fibre or mesh scatters, RGB.
     Albedo,
-    /// Shading normal seen, world space.
+    /// Shading normal, world space.
     Normal,
-    /// Tangent of the fibre seen, toward the tip, world space.
+    /// Tangent of the fibre, toward the tip, world space.
     Tangent,
-    /// Distance from the eye.
+    /// Distance from the eye, in the scene's unit.
     Depth,
-    /// Texture coordinates at the root of the fibre seen.
+    /// Texture coordinates at the root of the fibre.
     RootUv,
-    /// Pixels that what is seen moves right and up while the shutter is open.
+    /// Motion while the shutter is open, in pixels to the right and up.
     Motion,
-    /// The beauty's part that came from each group of lights, RGB each; they sum to the beauty.
+    /// The light from each light group, RGB each. They sum to the beauty.
     Lights,
-    /// Number of the strand seen nearest to the eye, counted from 1 over all strands of the scene; 0 is none. It is no mean:
-    /// averaged ids would be those of other strands.
+    /// The number of the strand nearest to the eye, from 1 over all strands of the scene; 0 for none. It is not a mean:
+    /// averaged numbers would name other strands.
     Strand,
 }
 
 impl Layer {
-    /// All of them.
+    /// All layers, in order.
     pub const ALL: [Layer; 13] = [
         Layer::Beauty,
         Layer::Alpha,
@@ -54,7 +55,7 @@ impl Layer {
         Layer::Strand,
     ];
 
-    /// Number of channels, without those of the light groups, of which each scene has its own.
+    /// Its number of channels; 0 for [`Layer::Lights`], whose number depends on the scene.
     pub fn channels(self) -> usize {
         match self {
             Layer::Lights => 0,
@@ -65,7 +66,7 @@ impl Layer {
         }
     }
 
-    /// Is it kept whether asked for or not?
+    /// Does every film keep it?
     pub(crate) fn always(self) -> bool {
         matches!(self, Layer::Beauty | Layer::Alpha | Layer::SecondMoment | Layer::Fibers)
     }

@@ -1,10 +1,10 @@
-//! Which layers a film keeps, and where each is in a pixel.
+//! Which layers a film keeps, and where they are in a pixel.
 
 use crate::film::Layer;
 use crate::film::sums::Format;
 use std::ops::Range;
 
-/// A kept layer.
+/// A layer that a film keeps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Kept {
     /// The format of its sums.
@@ -16,20 +16,20 @@ pub(crate) struct Kept {
 }
 
 impl Kept {
-    /// Words of one of its channels within a pixel.
+    /// The words of one of its channels within a pixel.
     pub fn words(&self, channel: usize) -> Range<usize> {
         let start = self.word + channel * self.format.words();
         start..start + self.format.words()
     }
 
-    /// Words of all its channels within a pixel.
+    /// The words of all its channels within a pixel.
     pub fn all_words(&self) -> Range<usize> {
         self.word..self.word + self.width * self.format.words()
     }
 }
 
-/// Where the channels of each kept layer are. Beauty, alpha, square and fibers are always kept: noise, PNG and the means of other
-/// layers are made of them.
+/// The layers and channels of a film. Every film keeps beauty, alpha, the second moment and the fibres' coverage: noise,
+/// PNG files and the means of other layers are computed from them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layout {
     kept: [Option<Kept>; Layer::ALL.len()],
@@ -39,7 +39,7 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Of these layers; `groups` are the names of the light groups, if [`Layer::Lights`] is one of them.
+    /// The layout of these layers. `groups` are the names of the light groups, for [`Layer::Lights`].
     pub fn new(layers: &[Layer], groups: &[String]) -> Self {
         let groups = if layers.contains(&Layer::Lights) { groups.to_vec() } else { Vec::new() };
         let mut layout = Layout { kept: [None; Layer::ALL.len()], groups, channels: 0, words: 0 };
@@ -55,52 +55,52 @@ impl Layout {
         layout
     }
 
-    /// Channels of a layer.
+    /// The number of channels of a layer.
     fn width(&self, layer: Layer) -> usize {
         if layer == Layer::Lights { 3 * self.groups.len() } else { layer.channels() }
     }
 
-    /// A layer, if it is kept.
+    /// A layer, if the film keeps it.
     pub(crate) fn kept(&self, layer: Layer) -> Option<&Kept> {
         self.kept[layer as usize].as_ref()
     }
 
-    /// All kept layers, in the order of their words.
+    /// All layers of the film, in the order of their words.
     pub(crate) fn all_kept(&self) -> impl Iterator<Item = &Kept> {
         self.kept.iter().flatten()
     }
 
-    /// Where a layer's channels begin; `None` where it is not kept.
+    /// The first channel of a layer; `None` if the film does not keep it.
     pub fn start(&self, layer: Layer) -> Option<usize> {
         self.kept(layer).map(|kept| kept.channel)
     }
 
-    /// Where a layer's channels are; `None` where it is not kept.
+    /// The channels of a layer; `None` if the film does not keep it.
     pub fn range(&self, layer: Layer) -> Option<Range<usize>> {
         self.kept(layer).map(|kept| kept.channel..kept.channel + kept.width)
     }
 
-    /// Is it kept?
+    /// Does the film keep a layer?
     pub fn has(&self, layer: Layer) -> bool {
         self.kept(layer).is_some()
     }
 
-    /// Names of the light groups that are kept.
+    /// Names of the light groups, if the film keeps [`Layer::Lights`].
     pub fn groups(&self) -> &[String] {
         &self.groups
     }
 
-    /// All channels.
+    /// The number of all channels.
     pub fn channels(&self) -> usize {
         self.channels
     }
 
-    /// Words of 32 bits in a pixel.
+    /// Words of 32 bits a pixel.
     pub(crate) fn words(&self) -> usize {
         self.words
     }
 
-    /// Bytes a film takes for each pixel.
+    /// Bytes of a film for each pixel.
     pub fn bytes_per_pixel(&self) -> usize {
         4 * self.words
     }
@@ -110,7 +110,7 @@ impl Layout {
         (0..Layer::ALL.len()).filter(|&i| self.kept[i].is_some()).map(|i| 1 << i).sum()
     }
 
-    /// From [`Layout::bits`] and the names of groups.
+    /// The layout of [`Layout::bits`] and the names of the light groups.
     pub(crate) fn from_bits(bits: u32, groups: &[String]) -> Self {
         let layers: Vec<Layer> = Layer::ALL.into_iter().filter(|&l| bits >> l as usize & 1 == 1).collect();
         Layout::new(&layers, groups)
@@ -122,7 +122,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_what_is_asked_for_is_kept() {
+    fn only_the_chosen_layers_are_kept() {
         let groups = ["key".to_owned(), "rim".to_owned()];
         let all = Layout::new(&Layer::ALL, &groups);
         assert_eq!(all.channels(), Layer::ALL.iter().map(|l| l.channels()).sum::<usize>() + 6);
@@ -137,7 +137,7 @@ mod tests {
 
     #[test]
     fn a_channel_takes_at_most_twelve_bytes_on_average() {
-        // All but motion and lights is what `vellus render` keeps.
+        // `vellus render` keeps all layers but motion and lights.
         let usual: Vec<Layer> =
             Layer::ALL.into_iter().filter(|layer| !matches!(layer, Layer::Motion | Layer::Lights)).collect();
         let layout = Layout::new(&usual, &[]);

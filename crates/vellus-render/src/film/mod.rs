@@ -1,4 +1,4 @@
-//! What a picture is made of: exact sums of samples ([`crate::film::sums`]).
+//! Films: exact sums of samples ([`sums`]).
 
 pub mod checkpoint;
 mod exr;
@@ -13,79 +13,83 @@ pub use layer::Layer;
 use crate::film::layout::Layout;
 use sums::Format;
 
-/// A strand as a film keeps it: of two, the larger number is the one nearer to the eye.
+/// The number by which a film stores a strand: of two, the larger one is nearer to the eye.
 pub(crate) fn nearest(depth: f32, strand: u32) -> u64 {
-    // The bits of positive numbers are ordered as they are.
+    // The bits of positive numbers have the same order as the numbers.
     let near = 0x7fff_ffff - (depth.max(0.0).to_bits() & 0x7fff_ffff);
     u64::from(near) << 32 | u64::from(strand)
 }
 
-/// Sums of all samples so far.
+/// The sums of all samples so far, for each pixel and channel of a picture or a part of it.
+///
+/// Sums are whole numbers of small units. They do not depend on the order of the samples, so films of sample ranges
+/// merge with the same bits as one film. Pixels are counted from the upper left corner.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
-    /// Size of the whole picture, and the part of it that this is: left column, top row, width, height.
+    /// Width and height of the whole picture, and the area that this film covers: left column, top row, width, height.
     whole: [usize; 2],
     area: [usize; 4],
     layout: Layout,
-    /// Samples each pixel has.
+    /// Samples of each pixel.
     samples: u64,
     sums: Vec<u32>,
 }
 
 impl Film {
-    /// An empty one of an `area` (left column, top row, width, height) of a picture.
+    /// An empty film of an `area` of a picture of size `whole`: left column, top row, width and height, in pixels. Use
+    /// [`World::layout`](crate::World::layout) for the layout.
     pub fn new(whole: [usize; 2], area: [usize; 4], layout: Layout) -> Self {
         let sums = vec![0; area[2] * area[3] * layout.words()];
         Film { whole, area, layout, samples: 0, sums }
     }
 
-    /// Pixels a row.
+    /// Width in pixels.
     pub fn width(&self) -> usize {
         self.area[2]
     }
 
-    /// Rows.
+    /// Height in pixels.
     pub fn height(&self) -> usize {
         self.area[3]
     }
 
-    /// Size of the whole picture.
+    /// Width and height of the whole picture.
     pub fn whole(&self) -> [usize; 2] {
         self.whole
     }
 
-    /// The part of it that this is: left column, top row, width, height.
+    /// The area of the picture that this film covers: left column, top row, width, height.
     pub fn area(&self) -> [usize; 4] {
         self.area
     }
 
-    /// Which layers it has.
+    /// Its layers and channels.
     pub fn layout(&self) -> &Layout {
         &self.layout
     }
 
-    /// Samples each pixel has.
+    /// Samples of each pixel.
     pub fn samples(&self) -> u64 {
         self.samples
     }
 
-    /// With sums that were kept, row by row.
+    /// Sets the sums, row by row.
     pub(crate) fn with_sums(self, samples: u64, sums: Vec<u32>) -> Self {
         assert_eq!(sums.len(), self.sums.len(), "as many sums as the film has");
         Film { samples, sums, ..self }
     }
 
-    /// All sums.
+    /// All sums, row by row.
     pub(crate) fn sums(&self) -> &[u32] {
         &self.sums
     }
 
-    /// Notes that every pixel has that many samples more.
+    /// Counts more samples of every pixel.
     pub(crate) fn advance(&mut self, samples: u64) {
         self.samples += samples;
     }
 
-    /// Adds the sums of all pixels, row by row.
+    /// Adds sums of all pixels, row by row.
     pub(crate) fn add_rows(&mut self, rows: impl Iterator<Item = Vec<u32>>) {
         let length = self.width() * self.layout.words();
         for (sums, row) in self.sums.chunks_exact_mut(length).zip(rows) {
@@ -93,14 +97,17 @@ impl Film {
         }
     }
 
-    /// Adds what another film of the same size and layers has seen.
+    /// Adds the samples of another film of the same picture.
+    ///
+    /// # Panics
+    /// If the films do not fit: see [`Film::fits`].
     pub fn merge(&mut self, other: &Film) {
         assert!(self.fits(other), "films of different size or layers");
         self.samples = self.samples.saturating_add(other.samples);
         combine(&self.layout, &mut self.sums, &other.sums);
     }
 
-    /// Are they of the same size and layers?
+    /// Do both films have the same size, area and layers?
     pub fn fits(&self, other: &Film) -> bool {
         (self.whole, self.area, &self.layout) == (other.whole, other.area, &other.layout)
     }
@@ -109,7 +116,7 @@ impl Film {
         &self.sums[(y * self.width() + x) * self.layout.words()..][..self.layout.words()]
     }
 
-    /// The mean of one channel of a layer; 0 where the layer is not kept.
+    /// The mean of one channel of a layer over the samples of a pixel; 0 if the film does not keep the layer.
     pub fn mean(&self, x: usize, y: usize, layer: Layer, channel: usize) -> f64 {
         let sum = self.layout.kept(layer).map_or(0.0, |kept| {
             debug_assert!(channel < kept.width);
@@ -118,7 +125,7 @@ impl Film {
         sum / self.samples.max(1) as f64
     }
 
-    /// The strand nearest to the eye that the pixel saw: see [`Layer::Strand`].
+    /// The strand nearest to the eye in a pixel, from 1; 0 for none. See [`Layer::Strand`].
     pub fn strand(&self, x: usize, y: usize) -> u32 {
         self.layout.kept(Layer::Strand).map_or(0, |kept| sums::largest(&self.at(x, y)[kept.words(0)]) as u32)
     }
@@ -132,8 +139,8 @@ impl Film {
         (0..self.width() * self.height()).map(|i| (i % self.width(), i / self.width()))
     }
 
-    /// Noise of the whole picture: root mean square of the pixels' standard errors over its mean brightness. `None`
-    /// where it is not known: of fewer than two samples a pixel, or of a black picture.
+    /// The noise of the picture: the root mean square of the pixels' standard errors, divided by the mean brightness.
+    /// `None` with fewer than two samples a pixel, and for a black picture.
     pub fn noise(&self) -> Option<f64> {
         let n = (self.width() * self.height()) as f64;
         let mean = self.pixels().map(|(x, y)| self.brightness(x, y)).sum::<f64>() / n;
@@ -141,15 +148,15 @@ impl Film {
         (self.samples > 1 && mean > 0.0).then(|| square().sqrt() / mean)
     }
 
-    /// Standard error of a pixel's mean brightness; 0 of fewer than two samples.
+    /// The standard error of a pixel's mean brightness.
     pub fn error(&self, x: usize, y: usize) -> f64 {
         let n = self.samples.max(2) as f64;
         let square = self.mean(x, y, Layer::SecondMoment, 0);
         ((square - self.brightness(x, y).powi(2)).max(0.0) / (n - 1.0)).sqrt()
     }
 
-    /// Pixels that have a sum at the end of its range: what they show may be too dark. A sum of beauty ends at 9e18, of
-    /// lobes and depth at 5.6e14, of other layers at 2e9.
+    /// The number of pixels with a sum at the end of its range. They may be too dark in the picture. The range of beauty
+    /// and lights ends at 9e18, that of lobes and depth at 5.6e14, that of other layers at 2e9.
     pub fn full_pixels(&self) -> usize {
         let full = |pixel: &[u32]| {
             self.layout
@@ -160,7 +167,7 @@ impl Film {
     }
 }
 
-/// Adds pixels' sums to others.
+/// Adds the sums of `others` to `sums`.
 fn combine(layout: &Layout, sums: &mut [u32], others: &[u32]) {
     let stride = layout.words();
     for (sums, others) in sums.chunks_exact_mut(stride).zip(others.chunks_exact(stride)) {
@@ -172,11 +179,11 @@ fn combine(layout: &Layout, sums: &mut [u32], others: &[u32]) {
     }
 }
 
-/// Adds a sample to a pixel's sums: values of all channels but that of [`Layer::SecondMoment`], which is made of the beauty,
-/// and [`Layer::Strand`], which is `strand` as [`nearest`] gives it. False, and nothing added, where a value is not
-/// finite.
+/// Adds a sample to a pixel's sums. `values` are those of all channels; the sum of [`Layer::SecondMoment`] is computed
+/// from the beauty, and [`Layer::Strand`] is `strand`, made by [`nearest`]. If a value is not finite, it adds nothing
+/// and returns false.
 pub(crate) fn add(layout: &Layout, sums: &mut [u32], values: &[f32], strand: u64) -> bool {
-    // The largest magnitude, as bits: the processor compares eight of them at once.
+    // The largest magnitude, as bits: SIMD compares eight of them at once.
     let largest = values.iter().fold(0, |largest, v| largest.max(v.to_bits() & 0x7fff_ffff));
     if largest >= f32::INFINITY.to_bits() {
         return false;
@@ -187,7 +194,7 @@ pub(crate) fn add(layout: &Layout, sums: &mut [u32], values: &[f32], strand: u64
             Format::Largest => sums::add_largest(&mut sums[kept.words(0)], strand),
             Format::Bounded | Format::Part | Format::Light => {
                 let values = &values[kept.channel..][..kept.width];
-                // Lobes and tangents are 0 wherever no fibre is seen.
+                // Lobes and tangents are 0 wherever the pixel sees no fibre.
                 if values.iter().fold(0, |bits, v| bits | v.to_bits()) != 0 {
                     sums::add_values(&mut sums[kept.all_words()], kept.format, values);
                 }
@@ -214,7 +221,7 @@ mod tests {
             assert!(add(&layout, &mut films[1], &values(99 - i), strand(99 - i)));
         }
         assert_eq!(films[0], films[1]);
-        // sin is smallest at 11 among whole numbers up to 100.
+        // Among whole numbers up to 100, sin is smallest at 11.
         let [forward, backward] = &mut films;
         let kept = layout.kept(Layer::Strand).unwrap();
         assert_eq!(sums::largest(&forward[kept.words(0)]) as u32, 11);
@@ -223,7 +230,7 @@ mod tests {
         assert!(!add(&layout, forward, &bad, 0) && forward == backward);
     }
 
-    /// A film of one pixel whose samples have these brightnesses.
+    /// A film of one pixel with samples of these brightnesses.
     fn film(samples: &[f32]) -> Film {
         let layout = Layout::new(&[Layer::Depth], &[]);
         let mut film = Film::new([1, 1], [0, 0, 1, 1], layout.clone());
@@ -247,7 +254,7 @@ mod tests {
             let scale = 10f32.powi(exponent);
             let scaled: Vec<f32> = samples.iter().map(|x| x * scale).collect();
             let found = film(&scaled);
-            // Rounding of the samples to single precision, and of those of 1e-12 to half of 2⁻⁶⁴.
+            // Samples are rounded to single precision, those of 1e-12 to half of 2⁻⁶⁴.
             let noise = found.noise().unwrap();
             assert!((noise / exact - 1.0).abs() < 1e-5, "{scale}: {noise} {exact}");
             assert!((found.mean(0, 0, Layer::Beauty, 0) / f64::from(scale) - 1.0).abs() < 0.1);
@@ -260,16 +267,15 @@ mod tests {
     }
 
     #[test]
-    fn noise_is_unknown_of_one_sample_and_of_black() {
+    fn noise_of_one_sample_and_of_black_is_unknown() {
         assert_eq!(film(&[1.0]).noise(), None);
         assert_eq!(film(&[0.0, 0.0]).noise(), None);
-        // Equal samples have no variance, however small they are.
-        // What is left is rounding of the squares to double precision.
+        // Equal samples have no variance, however small they are: only the squares are rounded to double precision.
         assert!(film(&[1e-9, 1e-9]).noise().is_some_and(|noise| noise < 1e-7));
     }
 
     #[test]
-    fn what_exceeds_the_range_is_counted() {
+    fn pixels_beyond_the_range_are_counted() {
         assert_eq!(film(&[1e18; 2]).full_pixels(), 1);
         assert_eq!(film(&[1e14; 2]).full_pixels(), 0);
     }

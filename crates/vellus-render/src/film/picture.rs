@@ -21,10 +21,11 @@ pub const PIXELS_NOTE: &str = "vellus_pixels";
 /// Names and values of text attributes in a picture file.
 pub type Notes = Vec<(String, String)>;
 
-/// Notes of a picture that [`Film::to_exr`] or [`Film::to_png`] wrote, names and values.
+/// Checks the bytes of a file of [`Film::to_exr`](crate::Film::to_exr) or [`Film::to_png`](crate::Film::to_png), and
+/// returns its notes.
 ///
 /// # Errors
-/// What is wrong with the file: it cannot be decoded, or the digest of its pixels is not the one it carries.
+/// [`Error::Malformed`] if the file cannot be decoded, has no digest of its pixels, or has another one.
 pub fn check_picture(bytes: &[u8]) -> Result<Notes, Error> {
     let read = if bytes.starts_with(b"\x89PNG") { png_notes(bytes) } else { exr_notes(bytes) };
     let (notes, digest) = read.map_err(Error::Malformed)?;

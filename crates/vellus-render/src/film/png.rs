@@ -7,8 +7,8 @@ use std::io::Cursor;
 use vellus_io::Digest;
 
 impl Film {
-    /// Three channels of a layer, pixel by pixel, means over the whole pixel; none where the film does not keep it or has another
-    /// number of channels.
+    /// The means of the three channels of a layer, pixel by pixel and row by row. `None` if the film does not keep the
+    /// layer, or the layer does not have three channels.
     pub fn rgb(&self, layer: Layer) -> Option<Vec<f32>> {
         let kept = self.layout().range(layer).is_some_and(|range| range.len() == 3);
         let places =
@@ -16,7 +16,7 @@ impl Film {
         kept.then(|| places().map(|(x, y, c)| self.mean(x, y, layer, c) as f32).collect())
     }
 
-    /// Eight-bit sRGB pixels of the beauty times 2^`exposure`, what is brighter than white held there.
+    /// The beauty times 2^`exposure` as eight-bit sRGB, three bytes a pixel, row by row. Values are clamped to [0, 1].
     pub fn to_srgb(&self, exposure: f32) -> Vec<u8> {
         self.layer_to_srgb(Layer::Beauty, 0, exposure)
     }
@@ -26,18 +26,19 @@ impl Film {
         srgb(places.map(|(x, y, c)| self.mean(x, y, layer, first + c)), exposure)
     }
 
-    /// A PNG of three channels of a layer from the `first` on, shown as the beauty is.
+    /// The bytes of a PNG file of three channels of a layer, from its channel `first` on, times 2^`exposure`.
     ///
     /// # Errors
-    /// What the encoder says.
+    /// [`Error::Encode`] with what the encoder reports.
     pub fn layer_to_png(&self, layer: Layer, first: usize, exposure: f32) -> Result<Vec<u8>, Error> {
         self.encode_png(&self.layer_to_srgb(layer, first, exposure), &[])
     }
 
-    /// A PNG of [`Film::to_srgb`], or of the beauty as a denoiser left it, with notes.
+    /// The bytes of a PNG file of the beauty, or of `denoised` (three values a pixel), times 2^`exposure`, with text
+    /// chunks for `notes` (names and values).
     ///
     /// # Errors
-    /// What the encoder says.
+    /// [`Error::Encode`] with what the encoder reports.
     pub fn to_png(
         &self,
         denoised: Option<&[f32]>,
@@ -69,7 +70,7 @@ impl Film {
     }
 }
 
-/// Eight-bit sRGB of values times 2^`exposure`.
+/// Values times 2^`exposure` as eight-bit sRGB.
 fn srgb(values: impl Iterator<Item = f64>, exposure: f32) -> Vec<u8> {
     let scale = f64::from(exposure.exp2());
     let encode = |x: f64| {
@@ -86,7 +87,7 @@ pub(super) fn png_notes(bytes: &[u8]) -> Result<(Notes, Digest), String> {
     let size = reader.output_buffer_size().ok_or("it is too large")?;
     let mut pixels = vec![0; size];
     reader.next_frame(&mut pixels).map_err(|e| e.to_string())?;
-    // What follows the pixels may be cut off.
+    // The chunks after the pixels may be cut off.
     reader.finish().map_err(|e| e.to_string())?;
     let text = |chunk: &png::text_metadata::ITXtChunk| Some((chunk.keyword.clone(), chunk.get_text().ok()?));
     Ok((reader.info().utf8_text.iter().filter_map(text).collect(), Digest::of(&pixels)))

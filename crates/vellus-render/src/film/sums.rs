@@ -1,9 +1,8 @@
 //! Exact sums of a pixel's samples.
 //!
-//! A sum is a whole number of small units, so that addition does not depend on order: any thread may add any sample,
-//! and sample ranges that are rendered separately merge bit-identically. What a sum can hold, and how fine it is,
-//! depends on what it is a sum of ([`Format`]). A sum that reaches the end of its range stays there, and [`is_full`]
-//! tells.
+//! A sum is a whole number of small units, so its bits do not depend on the order of addition: any thread may add any
+//! sample, and sample ranges that are rendered separately merge with the same bits. The unit and the range of a sum
+//! depend on its [`Format`]. A sum that reaches the end of its range stays there, and [`is_full`] reports it.
 
 use crate::film::Layer;
 
@@ -12,14 +11,14 @@ use crate::film::Layer;
 pub(crate) enum Format {
     /// Shares, directions and coordinates: 64 bits in units of 2⁻³². Values of 1 fit 2³¹ times.
     Bounded,
-    /// Parts of the light, and distances: 96 bits in units of 2⁻⁴⁶ (1.4e-14). Values of 1e9 fit 560,000 times.
+    /// Light of one lobe, and distances: 96 bits in units of 2⁻⁴⁶ (1.4e-14). Values of 1e9 fit 560,000 times.
     Part,
-    /// Light that may be seen directly: 128 bits in units of 2⁻⁶⁴ (5e-20). Values of 1e9 fit 9e9 times.
+    /// Light that may come from a light directly: 128 bits in units of 2⁻⁶⁴ (5e-20). Values of 1e9 fit 9e9 times.
     Light,
-    /// Squares of the brightness: 256 bits. A square is that of the sum of three whole numbers of [`Format::Light`],
-    /// so that no bit is lost, and the variance of equal samples is 0.
+    /// Squares of the brightness: 256 bits. A square is that of the sum of three whole numbers of [`Format::Light`]: no
+    /// bit is lost, and the variance of equal samples is 0.
     Square,
-    /// The largest number of 64 bits, not a sum.
+    /// The largest of numbers of 64 bits, not a sum.
     Largest,
 }
 
@@ -49,7 +48,7 @@ impl Format {
         }
     }
 
-    /// Words of 32 bits that a sum takes.
+    /// Words of 32 bits in a sum.
     pub(crate) fn words(self) -> usize {
         match self {
             Format::Bounded | Format::Largest => 2,
@@ -60,8 +59,8 @@ impl Format {
     }
 }
 
-/// `value` as a whole number of units of 2^−`bits`, rounded to the nearest; values beyond 128 bits are held at the
-/// largest.
+/// `value` as a whole number of units of 2^−`bits`, rounded to nearest. Values beyond 128 bits become the largest
+/// number.
 #[inline]
 fn fixed(value: f32, bits: i32) -> i128 {
     let raw = value.to_bits();
@@ -90,7 +89,7 @@ fn store64(words: &mut [u32], value: u64) {
     (words[0], words[1]) = (value as u32, (value >> 32) as u32);
 }
 
-/// Adds the values of a layer to the sums of its channels, which follow each other.
+/// Adds the values of a layer to the sums of its channels, which are adjacent.
 pub(crate) fn add_values(words: &mut [u32], format: Format, values: &[f32]) {
     match format {
         Format::Bounded => {
@@ -102,7 +101,7 @@ pub(crate) fn add_values(words: &mut [u32], format: Format, values: &[f32]) {
         Format::Part => {
             let (words, _) = words.as_chunks_mut::<3>();
             for (words, &value) in words.iter_mut().zip(values).filter(|(_, value)| **value != 0.0) {
-                // Nearly all values: their units fit 64 bits.
+                // The units of nearly all values fit 64 bits.
                 if value.abs() < 65536.0 {
                     let units = f64::from(value) * (1u64 << PART_BITS) as f64;
                     add_units(words, units.round_ties_even() as i64);
@@ -127,7 +126,7 @@ fn add_units(words: &mut [u32; 3], units: i64) {
     let (low, carry) = (u64::from(a) | u64::from(b) << 32).overflowing_add(units as u64);
     let high = i64::from(c as i32) + (units >> 63) + i64::from(carry);
     *words = [low as u32, (low >> 32) as u32, high as u32];
-    // Out of the range of 96 bits, or at its lower end, which is not used.
+    // Beyond 96 bits, or at the lower end of the range, which is not used.
     if high != i64::from(high as i32) || (high == i64::from(i32::MIN) && low == 0) {
         store96(words, if high < 0 { -PART_MAX } else { PART_MAX });
     }
@@ -166,7 +165,7 @@ pub(crate) fn add_value(words: &mut [u32], format: Format, value: f32) {
     }
 }
 
-/// Adds the square of a sample's brightness, given its colour.
+/// Adds the square of the brightness of a sample.
 pub(crate) fn add_square(words: &mut [u32], rgb: &[f32]) {
     let sum = rgb.iter().fold(0i128, |sum, &x| sum.saturating_add(fixed(x, LIGHT_BITS)));
     if sum != 0 {
@@ -199,7 +198,7 @@ fn add256(words: &mut [u32], others: &[u32]) {
     }
 }
 
-/// Notes a number that may be the largest.
+/// Stores a number if it is the largest.
 pub(crate) fn add_largest(words: &mut [u32], number: u64) {
     store64(words, load64(words).max(number));
 }
@@ -215,7 +214,7 @@ pub(crate) fn combine(words: &mut [u32], format: Format, others: &[u32]) {
     }
 }
 
-/// The sum; of squares, that of the squared mean of three channels.
+/// The sum; for squares, the sum of the squared mean of three channels.
 pub(crate) fn value(words: &[u32], format: Format) -> f64 {
     match format {
         Format::Bounded => load64(words) as i64 as f64 * 0.5f64.powi(BOUNDED_BITS),
@@ -229,12 +228,12 @@ pub(crate) fn value(words: &[u32], format: Format) -> f64 {
     }
 }
 
-/// The largest number that was noted.
+/// The largest number that was added.
 pub(crate) fn largest(words: &[u32]) -> u64 {
     load64(words)
 }
 
-/// Is a sum at the end of its range, so that it may have lost something?
+/// Is a sum at the end of its range? It may have lost light.
 pub(crate) fn is_full(words: &[u32], format: Format) -> bool {
     match format {
         Format::Bounded => matches!(load64(words) as i64, i64::MIN | i64::MAX),
@@ -263,7 +262,7 @@ mod tests {
         let exact: f64 = values.iter().map(|&v| f64::from(v)).sum();
         for (format, bits) in SUMS.into_iter().zip([BOUNDED_BITS, PART_BITS, LIGHT_BITS]) {
             let found = value(&sum(format, &values), format);
-            // Half a unit for each of 1000 values, and f64's rounding of sums below 1e8.
+            // Half a unit for each of 1000 values, and the rounding of f64 for sums below 1e8.
             let bound = 500.0 * 0.5f64.powi(bits) + 1e8 * 1e-15;
             assert!((found - exact).abs() <= bound, "{format:?}: {found} {exact}");
         }
@@ -295,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn layers_are_added_as_single_values_are() {
+    fn layers_are_added_like_single_values() {
         let values: Vec<f32> = (0..400).map(|i| (i as f32 * 0.7).sin() * 3f32.powi(i % 31 - 15)).collect();
         for format in SUMS {
             let n = format.words();
@@ -333,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn full_sums_stay_full_and_tell() {
+    fn full_sums_stay_full_and_report_it() {
         for format in SUMS {
             let mut words = sum(format, &[f32::MAX, 1.0, f32::MAX]);
             assert!(is_full(&words, format), "{format:?}");

@@ -1,7 +1,7 @@
-//! All strands of a scene, for rays.
+//! All strands of a scene, prepared for rays.
 //!
-//! A leaf holds the chords of up to eight segments. A register tests them all against the ray, each as thick as the curve strays
-//! from its chord; few remain, and only those are entered exactly, from their control points.
+//! A leaf of the hierarchy holds the chords of up to eight segments. SIMD tests all of them against the ray, each with
+//! the curve's deviation from its chord as a margin. Only the few that pass are intersected exactly.
 
 use crate::geometry::bvh::{Bvh, EMPTY, NONE, WIDTH, join};
 use crate::geometry::memory;
@@ -12,40 +12,45 @@ use rayon::prelude::*;
 use vellus_scene::Strands;
 use wide::{f32x8, u32x8};
 
-/// Both ends of eight chords ([`Segment::chord`]); what is missing is infinitely far away.
+/// Both ends of eight chords ([`Segment::chord`]). Missing ones are infinitely far away.
 type Ends = [[f32x8; 3]; 2];
 
 /// Chords of up to eight segments.
 #[derive(Clone, Debug)]
 struct Block {
-    /// As the shutter opens.
+    /// When the shutter opens.
     ends: Ends,
-    /// Two margins of each ([`pack`]).
+    /// Two margins of each chord ([`pack`]).
     margins: u32x8,
-    /// First control point, counted over all strands of the scene.
+    /// The first control point of each segment, counted over all strands of the scene.
     first: [u32; WIDTH],
 }
 
-/// Strands and the hierarchy over their segments.
+/// Strands of hair and fur with a hierarchy over their segments: finds where rays enter them.
+///
+/// Curves are not tessellated. Segments of cubic bases are round tubes of varying radius, those of the linear basis round
+/// cones with balls at their ends.
 #[derive(Clone, Debug)]
 pub struct Curves {
     strands: Vec<Strands>,
-    /// Control points before each of `strands`.
+    /// The number of control points before each of `strands`.
     offsets: Vec<u32>,
     blocks: Vec<Block>,
-    /// Ends of the blocks' chords as the shutter closes, if anything moves.
+    /// The ends of the blocks' chords when the shutter closes, if anything moves.
     closed: Vec<Ends>,
     bvh: Bvh,
     segments: usize,
 }
 
-/// Radii by which an entry found by Newton's method, or rounded, may be off.
+/// The largest error of an entry, from Newton's method and rounding, in radii.
 const ROUNDING: f32 = 0.01;
 
-/// Two margins around a chord in one number, each rounded up to 16 bits. The first is its reach: radius and deviation together. The
-/// other is how far behind the ray's origin, along the ray, the chord may be at most where the ray is within reach of it, if an entry
-/// lies ahead. A ray enters against the surface's normal: the axis is then further along the ray than the entry, but for the radius times the
-/// taper, by which that normal is inclined; and the chord is as far from the axis as it deviates.
+/// Packs two margins around a chord into one number, each rounded up to 16 bits.
+///
+/// The first is its reach: radius plus deviation. The second limits how far behind the ray's origin the chord may be,
+/// along the ray and within reach of it, if an entry lies ahead. A ray enters against the surface's normal, so the axis is
+/// further along the ray than the entry, except for the radius times the taper, by which the normal is inclined. The
+/// chord is no further from the axis than its deviation.
 fn pack(reach: f32, before: f32) -> u32 {
     let upper = |x: f32| (x.to_bits() + 0xffff) >> 16;
     upper(reach) << 16 | upper(before)
@@ -54,20 +59,23 @@ fn pack(reach: f32, before: f32) -> u32 {
 /// Where a ray enters a strand.
 #[derive(Clone, Copy, Debug)]
 pub struct CurveHit {
-    /// Which of the scene's strands.
+    /// Index of the set of strands in the scene.
     pub set: usize,
-    /// Which strand.
+    /// Index of the strand in the set.
     pub strand: usize,
-    /// First control point of the segment, in the set.
+    /// The first control point of the segment, in the set.
     pub point: usize,
     /// Distance along the ray, and parameter in the segment.
     pub entry: Entry,
-    /// The segment itself.
+    /// The segment, at the time of the ray.
     pub segment: Segment,
 }
 
 impl Curves {
-    /// Builds the hierarchy; `strands` must be valid.
+    /// Builds the hierarchy, on all cores.
+    ///
+    /// # Panics
+    /// Strands that [`Strands::validate`] refuses may panic.
     pub fn new(mut strands: Vec<Strands>) -> Self {
         for set in &mut strands {
             set.points = memory::moved(std::mem::take(&mut set.points));
@@ -132,7 +140,7 @@ impl Curves {
             let open = self.segment(first, 0.0).1;
             let radius = open.largest_radius();
             if moves {
-                // How a strand tapers between two times is not bounded by how it does at both.
+                // The taper between two times is not bounded by the tapers at both.
                 let reach = radius + open.stray().max(self.segment(first, 1.0).1.stray());
                 return pack(reach, reach);
             }
@@ -142,7 +150,7 @@ impl Curves {
         Block { ends: self.ends(first, 0.0), margins: u32x8::new(margins), first: *first }
     }
 
-    /// The set and the segment that begins at that control point.
+    /// The set and the segment that begin at a control point.
     #[inline]
     fn segment(&self, first: u32, time: f32) -> (usize, Segment) {
         let (set, points) = self.points(first);
@@ -156,7 +164,7 @@ impl Curves {
         (set, Segment::new(basis, &now[..points.len()]))
     }
 
-    /// The set and the control points of the segment that begins there.
+    /// The set and the control points of the segment that begins at a control point.
     #[inline]
     fn points(&self, first: u32) -> (usize, &[Vec4]) {
         let set = self.offsets.partition_point(|&offset| offset <= first) - 1;
@@ -176,7 +184,7 @@ impl Curves {
         self.segments
     }
 
-    /// Bytes of control points and hierarchy.
+    /// Bytes in memory: control points and hierarchy.
     pub fn bytes(&self) -> usize {
         let moved = |s: &Strands| s.moved.as_ref().map_or(0, |moved| size_of_val(&moved[..]));
         let strands = |s: &Strands| size_of_val(&s.points[..]) + size_of_val(&s.starts[..]) + moved(s);
@@ -186,7 +194,7 @@ impl Curves {
             + self.bvh.bytes()
     }
 
-    /// The first strand a ray enters.
+    /// The nearest point at which a ray enters a strand from outside.
     pub fn intersect(&self, ray: &Ray) -> Option<CurveHit> {
         let mut best: Option<(u32, Entry)> = None;
         let enter = |first: u32, ray: &mut Ray, best: &mut Option<(u32, Entry)>| {
@@ -218,7 +226,7 @@ impl Curves {
         })
     }
 
-    /// How far the fibre's axis moves at a hit while the shutter is open.
+    /// The motion of the fibre's axis at a hit while the shutter is open.
     pub fn movement(&self, hit: &CurveHit) -> Vec3 {
         let first = self.offsets[hit.set] + hit.point as u32;
         let [open, closed] = [0.0, 1.0].map(|time| self.segment(first, time).1.at(hit.entry.u).xyz());
@@ -230,7 +238,7 @@ impl Curves {
         !self.closed.is_empty()
     }
 
-    /// Does anything lie on the ray before its limit?
+    /// Does a ray enter a strand within its length?
     pub fn occluded(&self, ray: &Ray) -> bool {
         let frame = RayFrame::new(ray);
         let mut waiting = Waiting::default();
@@ -249,7 +257,7 @@ impl Curves {
         found || !clear(waiting)
     }
 
-    /// The segments of a leaf that a ray comes near to. Their control points are on the way from memory.
+    /// The segments of a leaf near the ray. Their control points are being prefetched.
     #[inline(always)]
     fn near(&self, leaf: u32, frame: &RayFrame, t_max: f32) -> Waiting<'_> {
         let block = &self.blocks[leaf as usize];
@@ -268,8 +276,8 @@ impl Curves {
     }
 }
 
-/// The strand a control point belongs to, from where each starts. It is looked for from where it would be if all had as many: of most
-/// grooms they do, and to halve the range again and again would wait for memory at each step.
+/// The strand of a control point, given where each strand starts. The search begins where the strand would be if all
+/// strands had equally many points. In most grooms they have, while a binary search would wait for memory at each step.
 fn strand_of(starts: &[u32], point: u32) -> usize {
     let strands = starts.len() - 1;
     let guess = (u64::from(point) * strands as u64 / u64::from(starts[strands]).max(1)) as usize;
@@ -286,8 +294,8 @@ fn strand_of(starts: &[u32], point: u32) -> usize {
     low + starts[low..=high].partition_point(|&start| start <= point) - 1
 }
 
-/// Segments of a leaf that are still to be entered. They wait until the next leaf has been looked at: meanwhile
-/// their control points arrive.
+/// Segments of a leaf that are still to be intersected. They wait until the next leaf has been tested: meanwhile their
+/// control points arrive from memory.
 #[derive(Clone, Copy, Default)]
 struct Waiting<'a> {
     first: &'a [u32],
@@ -295,7 +303,7 @@ struct Waiting<'a> {
 }
 
 impl Waiting<'_> {
-    /// Visits them while `visit` asks for more; false where it did not.
+    /// Visits them while `visit` returns true; returns false if it did not.
     #[inline(always)]
     fn all(self, mut visit: impl FnMut(u32) -> bool) -> bool {
         let mut mask = self.mask;
@@ -309,13 +317,13 @@ impl Waiting<'_> {
     }
 }
 
-/// The ends on their way from where they were to where they will be.
+/// The ends of the chords at a time.
 fn between(open: &Ends, closed: &Ends, time: f32) -> Ends {
     let (early, late) = (f32x8::splat(1.0 - time), f32x8::splat(time));
     std::array::from_fn(|end| std::array::from_fn(|k| open[end][k].mul_add(early, closed[end][k] * late)))
 }
 
-/// A ray's origin, a frame with the ray as its third axis, and its time.
+/// A ray's origin and time, and a frame whose third axis is the ray.
 struct RayFrame {
     time: f32,
     origin: [f32x8; 3],
@@ -332,7 +340,7 @@ impl RayFrame {
 }
 
 impl Block {
-    /// The lanes whose chord comes within reach of the ray between its origin and `limit`.
+    /// The lanes whose chord comes within reach of the ray between its origin and `t_max`.
     #[inline(always)]
     fn near(&self, frame: &RayFrame, t_max: f32, ends: &Ends) -> u32 {
         let place = |end: &[f32x8; 3]| -> [f32x8; 3] {
@@ -343,7 +351,7 @@ impl Block {
         let (x, y) = (b[0] - a[0], b[1] - a[1]);
         let reach: f32x8 = bytemuck::cast(self.margins & u32x8::splat(0xffff_0000));
         let back: f32x8 = bytemuck::cast(self.margins << 16u32);
-        // Where the chord, seen along the ray, comes closest, and how far from there it is within reach.
+        // Seen along the ray: where the chord comes closest, and how far from there it is within reach.
         let inverse = f32x8::ONE / x.mul_add(x, y * y).fast_max(f32x8::splat(f32::MIN_POSITIVE));
         let s = (-(a[0].mul_add(x, a[1] * y)) * inverse).fast_max(f32x8::ZERO).fast_min(f32x8::ONE);
         let (px, py) = (s.mul_add(x, a[0]), s.mul_add(y, a[1]));
@@ -354,7 +362,7 @@ impl Block {
         }
         let around = (room.fast_max(f32x8::ZERO) * inverse).sqrt();
         let (from, to) = ((s - around).fast_max(f32x8::ZERO), (s + around).fast_min(f32x8::ONE));
-        // The distances of that piece.
+        // The distances of that piece of the chord along the ray.
         let rise = b[2] - a[2];
         let (near, far) = (from.mul_add(rise, a[2]), to.mul_add(rise, a[2]));
         let ahead = (near.fast_max(far) + back).simd_ge(f32x8::ZERO);
@@ -397,7 +405,7 @@ mod tests {
         }
     }
 
-    /// Strands of one length, of many, and with none; every point.
+    /// Strands of one length, of many lengths, and empty ones; every point.
     #[test]
     fn points_belong_to_their_strands() {
         let lengths: [fn(usize) -> u32; 4] =
@@ -415,7 +423,7 @@ mod tests {
         }
     }
 
-    /// Where a ray first enters any segment: all are tried.
+    /// Where a ray first enters any segment, by trying all of them.
     fn first_of_all(sets: &[Strands], ray: &Ray) -> Option<f32> {
         let mut ray = *ray;
         let mut first = None;
@@ -433,8 +441,8 @@ mod tests {
         first
     }
 
-    /// The hierarchy finds what going through all segments finds; three sets, every basis, radii that change little and much,
-    /// rays from afar and from the strands themselves.
+    /// The hierarchy finds the same entries as a loop over all segments: three sets, every basis, radii that change little
+    /// and much, rays from far away and from the strands themselves.
     #[test]
     fn hierarchy_finds_the_first_of_all() {
         for basis in [Basis::Linear, Basis::BSpline, Basis::CatmullRom, Basis::Bezier] {
@@ -477,7 +485,7 @@ mod tests {
         }
     }
 
-    /// At any time, strands that move are where strands would be that stand there.
+    /// At any time, moving strands are hit like static strands in the same place.
     #[test]
     fn moving_strands_are_where_they_are() {
         for basis in [Basis::Linear, Basis::BSpline, Basis::CatmullRom, Basis::Bezier] {

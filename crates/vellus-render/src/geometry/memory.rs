@@ -1,10 +1,8 @@
-//! Large arrays that are read at random: on pages of two megabytes, where the system gives them when asked.
-//!
-//! A ray through four million segments touches a hundred places in 300 MB. With pages of four kilobytes every one of
-//! them misses the processor's table of pages too; on large ones bounce rays are a fifth to a quarter faster.
+//! Large arrays with random access, on pages of 2 MB where the operating system provides them. Rays through large scenes
+//! then miss the processor's table of pages less often. Measured: `docs/notes/2026-11-rendering.md`, "Large pages".
 #![allow(unsafe_code, reason = "advice to the system, which changes no memory")]
 
-/// An empty vector with room for so many, on large pages where it is long enough to have any.
+/// An empty vector with a capacity, on large pages if it is long enough.
 pub fn with_capacity<T>(capacity: usize) -> Vec<T> {
     let vector = Vec::with_capacity(capacity);
     #[cfg(target_os = "linux")]
@@ -19,7 +17,7 @@ pub fn moved<T: Copy>(values: Vec<T>) -> Vec<T> {
     large
 }
 
-/// Asks for large pages in what a vector has reserved and not yet touched. That it may be refused is no matter.
+/// Asks for large pages for the capacity of a vector, which is reserved but not yet touched. The system may refuse.
 #[cfg(target_os = "linux")]
 fn advise<T>(vector: &Vec<T>) {
     use rustix::mm::{Advice, madvise};
@@ -28,12 +26,12 @@ fn advise<T>(vector: &Vec<T>) {
     let end = (vector.as_ptr().addr() + vector.capacity() * size_of::<T>()) / PAGE * PAGE;
     if start < end {
         let first = vector.as_ptr().with_addr(start).cast_mut().cast();
-        // SAFETY: the range lies inside the vector's allocation, and this advice leaves what is in memory as it is.
+        // SAFETY: the range lies inside the vector's allocation, and this advice does not change memory.
         let _ = unsafe { madvise(first, end - start, Advice::LinuxHugepage) };
     }
 }
 
-/// Has the processor fetch what will be read soon.
+/// Prefetches a value that will be read soon.
 #[inline(always)]
 pub fn fetch<T>(value: &T) {
     #[cfg(target_arch = "x86_64")]
@@ -41,7 +39,7 @@ pub fn fetch<T>(value: &T) {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
         let first = std::ptr::from_ref(value).cast::<i8>();
         for line in (0..size_of::<T>()).step_by(64) {
-            // SAFETY: it lies inside of what the reference points to, and nothing is read.
+            // SAFETY: the address lies inside the referenced value, and nothing is read.
             unsafe { _mm_prefetch::<_MM_HINT_T0>(first.add(line)) };
         }
     }
@@ -51,7 +49,7 @@ pub fn fetch<T>(value: &T) {
 mod tests {
     use super::*;
 
-    /// More than a page, and none: what is stored is what is read.
+    /// Values stay the same, on more than one page and on none.
     #[test]
     fn values_stay() {
         for count in [0, 3, 3_000_000] {

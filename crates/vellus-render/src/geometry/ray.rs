@@ -2,33 +2,33 @@
 
 use glam::Vec3;
 
-/// A ray, from its origin up to a distance.
+/// A ray from its origin up to a distance.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
-    /// Where it starts.
+    /// Its origin.
     pub origin: Vec3,
-    /// Where it goes, unit length.
+    /// Its direction, unit length.
     pub direction: Vec3,
-    /// How far it is asked for; infinity is everywhere.
+    /// Its length: only hits at smaller distances count. It may be infinite.
     pub t_max: f32,
-    /// When: 0 as the shutter opens, 1 as it closes.
+    /// Its time in [0, 1]: the shutter opens at 0 and closes at 1.
     pub time: f32,
 }
 
 impl Ray {
-    /// A ray without end, as the shutter opens.
+    /// An infinite ray at time 0.
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
         Ray { origin, direction, t_max: f32::INFINITY, time: 0.0 }
     }
 
-    /// The point at that distance.
+    /// The point at a distance.
     pub fn at(&self, t: f32) -> Vec3 {
         self.origin + self.direction * t
     }
 }
 
-/// Two directions across `n` that make with it a right-handed frame (Duff et al. 2017, Building an Orthonormal
-/// Basis, Revisited).
+/// Two unit vectors that complete the unit vector `n` to a right-handed orthonormal basis (Duff et al. 2017, Building an
+/// Orthonormal Basis, Revisited).
 pub fn orthonormal_basis(n: Vec3) -> (Vec3, Vec3) {
     let sign = 1f32.copysign(n.z);
     let a = -1.0 / (sign + n.z);

@@ -1,7 +1,7 @@
-//! One segment of a strand, and where a ray enters it.
+//! One segment of a strand, and its intersection with a ray.
 //!
-//! A curved segment is the surface swept by a disk of the curve's radius across its tangent: it stays a curve. A linear
-//! one is the hull of the balls at both ends, so that neighbours join without a gap.
+//! A curved segment is the surface that a disk sweeps along the curve, perpendicular to its tangent and with the curve's
+//! radius. A linear segment is the hull of the balls at both ends, so neighbours join without a gap.
 
 use crate::geometry::bvh::Bounds;
 use crate::geometry::ray::Ray;
@@ -9,16 +9,16 @@ use crate::geometry::swept;
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use vellus_scene::Basis;
 
-/// A cubic in Bézier form: x, y, z, radius. A linear segment has its ends first and last.
+/// A cubic in Bézier form: x, y, z and radius. The first and the last point of a linear segment are its ends.
 #[derive(Clone, Copy, Debug)]
 pub struct Segment {
     /// Control points.
     pub points: [Vec4; 4],
-    /// Straight, with a ball at either end.
+    /// Is it straight, with a ball at each end?
     pub linear: bool,
 }
 
-/// Where a ray enters a segment.
+/// The point at which a ray enters a segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Entry {
     /// Distance along the ray.
@@ -28,7 +28,7 @@ pub struct Entry {
 }
 
 impl Segment {
-    /// From the control points the basis asks for: two, or four.
+    /// The segment of a basis and its control points: two for [`Basis::Linear`], else four.
     pub fn new(basis: Basis, p: &[Vec4]) -> Self {
         let linear = basis == Basis::Linear;
         let points = match basis {
@@ -42,7 +42,7 @@ impl Segment {
             ],
             Basis::CatmullRom => [p[1], p[1] + (p[2] - p[0]) / 6.0, p[2] + (p[1] - p[3]) / 6.0, p[2]],
         };
-        // An interpolating spline may overshoot below 0.
+        // The radius of an interpolating spline may overshoot below 0.
         Segment { points: points.map(|p| Vec4::new(p.x, p.y, p.z, p.w.max(0.0))), linear }
     }
 
@@ -53,7 +53,7 @@ impl Segment {
         a * (v * v * v) + b * (3.0 * v * v * u) + c * (3.0 * v * u * u) + d * (u * u * u)
     }
 
-    /// Their derivative.
+    /// The derivative of [`Segment::at`] by `u`.
     pub fn slope(&self, u: f32) -> Vec4 {
         let v = 1.0 - u;
         let [a, b, c, d] = self.points;
@@ -62,36 +62,37 @@ impl Segment {
 
     /// The unit tangent, toward the tip.
     pub fn tangent(&self, u: f32) -> Vec3 {
-        // Where control points coincide, the chord.
+        // If control points coincide, the chord.
         let chord = (self.points[3] - self.points[0]).xyz();
         self.slope(u).xyz().normalize_or(chord.normalize_or(Vec3::X))
     }
 
-    /// Radius of the fattest point, at most.
+    /// An upper bound of the radius.
     pub fn largest_radius(&self) -> f32 {
         self.points.iter().fold(0.0, |r, p| r.max(p.w))
     }
 
-    /// The chord, moved halfway to where a curve bent to one side strays most from it: it then strays half as far.
+    /// The chord, shifted halfway to the point of the curve that is furthest away, if it bends to one side: this halves the
+    /// deviation.
     pub fn chord(&self) -> [Vec3; 2] {
         let [a, _, _, d] = self.points.map(Vec4Swizzles::xyz);
         let shift = self.shift();
         [a + shift, d + shift]
     }
 
-    /// Half of what the middle is off the line between the ends.
+    /// Half of the offset of the middle from the line between the ends.
     fn shift(&self) -> Vec3 {
         let [x, y] = self.offsets();
         (x + y) * (3.0 / 16.0)
     }
 
-    /// The inner control points from the thirds of the line between the ends.
+    /// The offsets of the inner control points from the thirds of the line between the ends.
     fn offsets(&self) -> [Vec3; 2] {
         let [a, b, c, d] = self.points.map(Vec4Swizzles::xyz);
         [b - a.lerp(d, 1.0 / 3.0), c - a.lerp(d, 2.0 / 3.0)]
     }
 
-    /// The largest distance from the curve to its chord, at most: that of its halves' control points.
+    /// An upper bound of the distance from the curve to its chord: that of the control points of both halves.
     pub fn deviation(&self) -> f32 {
         let [a, d] = self.chord();
         let chord = d - a;
@@ -106,15 +107,15 @@ impl Segment {
         }
     }
 
-    /// As [`Segment::deviation`], but to the chord's point of the same parameter: linear in the control points, so that where they
-    /// move in straight lines, no time between has a larger one than both ends.
+    /// As [`Segment::deviation`], but to the chord's point of the same parameter. It is linear in the control points: if
+    /// these move in straight lines, it is never larger than at both ends of the motion.
     pub fn stray(&self) -> f32 {
         let ([x, y], shift) = (self.offsets(), self.shift());
         let apart = [-shift, x - shift, y - shift, -shift];
         if self.linear { 0.0 } else { halves(apart).into_iter().map(Vec3::length).fold(0.0, f32::max) }
     }
 
-    /// How much the radius changes over the length, at most; 1 where that is not known to be less.
+    /// An upper bound of the change of the radius per length; 1 if no smaller bound is known.
     pub fn taper(&self) -> f32 {
         let [a, b, c, d] = self.points;
         let along = (d - a).xyz().normalize_or_zero();
@@ -124,7 +125,7 @@ impl Segment {
         if change < length { change / length } else { 1.0 }
     }
 
-    /// A box around it: of the hull of its control points.
+    /// A bounding box: that of its control points and the largest radius.
     pub fn bounds(&self) -> Bounds {
         let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         for p in self.points.map(Vec4Swizzles::xyz) {
@@ -134,18 +135,18 @@ impl Segment {
         (low - r, high + r)
     }
 
-    /// Where the ray enters it first, from outside and before its limit.
+    /// Where a ray first enters it from outside, within its length.
     pub fn intersect(&self, ray: &Ray) -> Option<Entry> {
         if self.linear { self.enter_cone(ray) } else { swept::enter(&self.points, ray) }
     }
 
-    /// The hull of two balls: the cone that touches both, or one of them.
+    /// Intersects the hull of two balls: the cone that touches both, or one of the balls.
     fn enter_cone(&self, ray: &Ray) -> Option<Entry> {
         let (a, b) = (self.points[0], self.points[3]);
         let (axis, rise) = ((b - a).xyz(), b.w - a.w);
         let from = ray.origin - a.xyz();
         let d = ray.direction;
-        // From the point of the ray nearest to the first end: distances of many radii would cost all digits.
+        // Start from the point of the ray nearest to the first end: distances of many radii would lose all digits.
         let start = -from.dot(d);
         let from = from + d * start;
         let (length2, along) = (axis.length_squared(), axis.dot(d));
@@ -185,7 +186,7 @@ impl Segment {
     }
 }
 
-/// Control points of both halves of a cubic.
+/// The control points of both halves of a cubic (de Casteljau).
 fn halves([a, b, c, d]: [Vec3; 4]) -> [Vec3; 7] {
     let (ab, bc, cd) = (a.midpoint(b), b.midpoint(c), c.midpoint(d));
     let (abc, bcd) = (ab.midpoint(bc), bc.midpoint(cd));
@@ -204,7 +205,7 @@ mod tests {
         Vec3::new(noise(i, k), noise(i, k + 1), noise(i, k + 2)) * 2.0 - 1.0
     }
 
-    /// A curve as hair has it: bent, tapered.
+    /// A curve like that of hair: bent and tapered.
     fn curve(i: usize, bend: f32, linear: bool) -> Segment {
         let basis = if linear { Basis::Linear } else { Basis::Bezier };
         let step = vector(i, 1).normalize();
@@ -217,7 +218,7 @@ mod tests {
         Segment::new(basis, if linear { &points[..2] } else { &points })
     }
 
-    /// The first of many small steps of the ray that is inside: closer to the curve than its radius there.
+    /// Marches along the ray in small steps, to the first that is closer to the curve than its radius there.
     fn march(segment: &Segment, ray: &Ray) -> Option<f32> {
         let inside = |p: Vec3| {
             (0..=400).any(|k| {
@@ -229,8 +230,8 @@ mod tests {
         (0..2500).map(|k| 0.002 * k as f32).find(|&t| inside(ray.at(t)))
     }
 
-    /// Against marching along the ray, which sees balls where the surface is of disks: they differ where the ends are
-    /// (a curved segment has none), and by the square of the taper.
+    /// Compares with marching along the ray, which intersects balls instead of disks. They differ at the ends, where a
+    /// curved segment is open, and by the square of the taper.
     #[test]
     fn entries_are_where_marching_finds_them() {
         for (linear, bend) in [(true, 0.0), (false, 0.05), (false, 0.4), (false, 0.9)] {

@@ -1,24 +1,26 @@
-//! Where a ray enters the surface that a disk sweeps along a cubic: Newton's method on the curve's parameter, with a cone in place of
-//! the curve (as Reshetov and Luebke 2018, Phantom Ray-Hair Intersector), from as many starts as the curve's bend asks for.
+//! Where a ray enters the surface that a disk sweeps along a cubic: Newton's method on the curve's parameter, with a cone
+//! as the local model of the curve (after Reshetov and Luebke 2018, Phantom Ray-Hair Intersector). The number of starting
+//! points depends on the bend of the curve.
 //!
-//! All is seen along the ray: with it as third axis and its origin as origin, half of the products are of zeros.
+//! Coordinates have the ray's origin as their origin and the ray as their third axis: half of the products are then zero.
 
 use crate::geometry::ray::{Ray, orthonormal_basis};
 use crate::geometry::segment::Entry;
 use glam::{Vec4, Vec4Swizzles};
 
-/// A step this small is the last: over it the curve strays from its tangent's cone by half its square times length and
-/// turn of the piece. Fifteen radii long and turning by 0.2, as `pieces` allows, that is less than a thousandth of the radius.
+/// Newton's method ends with a step this small, in the curve's parameter. Over the step, the curve deviates from the cone
+/// by half the square of the step times the length and the turn of the piece. For a piece of fifteen radii that turns by
+/// 0.2, the most that `pieces` allows, this is less than a thousandth of the radius.
 const CLOSE: f32 = 0.02;
 
-/// Where the ray enters the surface first, from outside and before its limit; `points` are Bézier's, with radii.
+/// Where the ray first enters the surface from outside, within its length. `points` are Bézier control points with radii.
 pub fn enter(points: &[Vec4; 4], ray: &Ray) -> Option<Entry> {
     let curve = Cubic::new(points, ray);
     let pieces = pieces(points);
     let mut best: Option<Entry> = None;
     for i in 0..pieces {
         let range = [i as f32 / pieces as f32, (i + 1) as f32 / pieces as f32];
-        // A piece's root that lies in another is found there again.
+        // A root outside of its piece is found again in the piece where it lies.
         if let Some(entry) = curve.newton(ray.t_max, range)
             && best.is_none_or(|b| entry.t < b.t)
         {
@@ -28,12 +30,12 @@ pub fn enter(points: &[Vec4; 4], ray: &Ray) -> Option<Entry> {
     best
 }
 
-/// So many that the tangent turns little in each.
+/// The number of pieces: enough for the tangent to turn little in each.
 fn pieces(points: &[Vec4; 4]) -> usize {
     let [a, b, c, d] = points.map(Vec4Swizzles::xyz);
     let (x, y, z) = (b - a, c - b, d - c);
     let (xx, yy, zz) = (x.length_squared(), y.length_squared(), z.length_squared());
-    // 1 − cos of the two turns of the control polygon: 8° and less is one piece.
+    // 1 − cos of the two turns of the control polygon. Up to 8° is one piece.
     let bend = 2.0 - (x.dot(y) * zz.sqrt() + y.dot(z) * xx.sqrt()) / (xx * yy * zz).sqrt().max(f32::MIN_POSITIVE);
     if bend < 0.02 {
         1
@@ -44,18 +46,18 @@ fn pieces(points: &[Vec4; 4]) -> usize {
     }
 }
 
-/// A cubic as the ray sees it: powers of the parameter of x, y, distance along the ray, and radius.
+/// A cubic in the coordinates of the ray: the coefficients of x, y, distance along the ray, and radius.
 struct Cubic {
     powers: [Vec4; 4],
 }
 
 /// A step of Newton's method.
 struct Step {
-    /// How far along the curve, in its parameter.
+    /// The step along the curve, in its parameter.
     step: f32,
     /// Distance along the ray.
     t: f32,
-    /// Does the ray meet the cone? If not, this is its closest approach, from where it may still meet the curve.
+    /// Does the ray hit the cone? If not, this is its closest approach, from where it may still hit the curve.
     meets: bool,
 }
 
@@ -84,7 +86,7 @@ impl Cubic {
     }
 
     fn newton(&self, t_max: f32, [low, high]: [f32; 2]) -> Option<Entry> {
-        // The ray's closest approach to the piece's chord is where to start.
+        // Start at the ray's closest approach to the piece's chord.
         let (a, b) = (self.at(low).xy(), self.at(high).xy());
         let chord = b - a;
         let s = -a.dot(chord) / chord.length_squared().max(f32::MIN_POSITIVE);
@@ -100,7 +102,7 @@ impl Cubic {
                 let inside = next >= low - 1e-4 && next <= high + 1e-4;
                 return (inside && t > 0.0 && t < t_max).then_some(Entry { t, u: next.clamp(0.0, 1.0) });
             }
-            // It may leave the piece a little and come back.
+            // The method may leave the piece a little and return.
             if (next < low - slack && u <= low - slack) || (next > high + slack && u >= high + slack) {
                 return None;
             }
@@ -110,13 +112,13 @@ impl Cubic {
     }
 }
 
-/// Where the ray enters the endless cone around a point's tangent; `None` if it goes along it.
+/// Where the ray enters the infinite cone around a point's tangent; `None` if it is nearly parallel to the cone.
 fn cone_step(point: Vec4, slope: Vec4) -> Option<Step> {
     let (p, s) = (point.xy(), slope.xy());
     let length2 = (s.length_squared() + slope.z * slope.z).max(f32::MIN_POSITIVE);
     let inverse = 1.0 / length2;
-    // Of the ray's point at the distance of `point` and t further on: its place along the axis is w₀ + w₁ t, in the curve's
-    // parameter; the square of its distance from the axis, less that of the radius there, is qa t² + 2 qb t + qc.
+    // Consider the ray's point at the distance of `point` plus t. Its position along the axis is w₀ + w₁ t, in the curve's
+    // parameter. The squared distance from the axis minus the squared radius there is qa t² + 2 qb t + qc.
     let (w0, w1) = (-p.dot(s) * inverse, slope.z * inverse);
     let (r0, r1) = (point.w + slope.w * w0, slope.w * w1);
     let qa = 1.0 - slope.z * w1 - r1 * r1;

@@ -1,4 +1,4 @@
-//! All triangles of a scene, for rays: eight to a register (Möller and Trumbore 1997).
+//! All triangles of a scene, prepared for rays: SIMD tests eight of them at once (Möller and Trumbore 1997).
 
 use crate::geometry::bvh::{Bounds, Bvh, EMPTY, NONE, WIDTH, join};
 use crate::geometry::ray::Ray;
@@ -8,44 +8,44 @@ use std::array::from_fn;
 use vellus_scene::Mesh;
 use wide::f32x8;
 
-/// A corner and two edges of eight triangles. Missing ones have no area.
+/// A corner and two edges of eight triangles. Missing triangles have no area.
 type Shape = [[f32x8; 3]; 3];
 
 /// Up to eight triangles.
 #[derive(Clone, Debug)]
 struct Block {
-    /// As the shutter opens.
+    /// When the shutter opens.
     shape: Shape,
-    /// Triangles, counted over all meshes.
+    /// The numbers of the triangles, counted over all meshes.
     index: [u32; WIDTH],
 }
 
-/// Meshes and the hierarchy over their triangles.
+/// Meshes with a hierarchy over their triangles: finds where rays hit them.
 #[derive(Clone, Debug)]
 pub struct Triangles {
     meshes: Vec<Mesh>,
-    /// Triangles before each of `meshes`.
+    /// The number of triangles before each of `meshes`.
     offsets: Vec<u32>,
     blocks: Vec<Block>,
-    /// Shapes of the blocks as the shutter closes, if anything moves.
+    /// Shapes of the blocks when the shutter closes, if anything moves.
     closed: Vec<Shape>,
     bvh: Bvh,
 }
 
-/// Where a ray meets a triangle.
+/// Where a ray hits a triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct TriangleHit {
-    /// Which of the scene's meshes.
+    /// Index of the mesh in the scene.
     pub mesh: usize,
     /// Distance along the ray.
     pub t: f32,
-    /// Unit normal of the plane, on the side the ray comes from.
+    /// Unit normal of the plane, on the side that the ray comes from.
     pub plane: Vec3,
-    /// Unit shading normal, on that side too.
+    /// Unit shading normal, on the same side.
     pub normal: Vec3,
     /// Texture coordinates.
     pub uv: Vec2,
-    /// How far the point moves while the shutter is open.
+    /// The motion of the point while the shutter is open.
     pub movement: Vec3,
 }
 
@@ -58,7 +58,10 @@ fn dot(a: [f32x8; 3], b: [f32x8; 3]) -> f32x8 {
 }
 
 impl Triangles {
-    /// Builds the hierarchy; `meshes` must be valid.
+    /// Builds the hierarchy, on all cores.
+    ///
+    /// # Panics
+    /// Meshes that [`Mesh::validate`] refuses may panic.
     pub fn new(meshes: Vec<Mesh>) -> Self {
         let mut offsets = vec![0u32];
         for mesh in &meshes {
@@ -85,7 +88,7 @@ impl Triangles {
         all
     }
 
-    /// The mesh and the triangle in it.
+    /// The mesh of a triangle, and its index in the mesh.
     fn place(&self, index: u32) -> (usize, usize) {
         let mesh = self.offsets.partition_point(|&offset| offset <= index) - 1;
         (mesh, (index - self.offsets[mesh]) as usize)
@@ -116,7 +119,7 @@ impl Triangles {
         !self.closed.is_empty()
     }
 
-    /// The first triangle on a ray, from either side.
+    /// The nearest triangle on a ray, from either side.
     pub fn intersect(&self, ray: &Ray) -> Option<TriangleHit> {
         let mut best: Option<(u32, f32, f32, f32)> = None;
         self.bvh.traverse(
@@ -140,7 +143,7 @@ impl Triangles {
         best.map(|(index, t, u, v)| self.hit(ray, index, t, u, v))
     }
 
-    /// Is there a triangle on the ray before its limit?
+    /// Does a ray hit a triangle within its length?
     pub fn occluded(&self, ray: &Ray) -> bool {
         let mut found = false;
         self.bvh.traverse(
@@ -175,7 +178,7 @@ impl Triangles {
             let n = if m.moved.is_some() { carried(n, self.corners(index, 0.0), corners) } else { n };
             n.normalize_or(plane)
         });
-        // A normal that would face away from the ray, at a silhouette, is the plane's.
+        // At a silhouette, a shading normal may face away from the ray: use that of the plane.
         let normal = smooth.map_or(plane, |n| if n.dot(plane) < 0.0 { -n } else { n });
         let normal = if normal.dot(ray.direction) < 0.0 { normal } else { plane };
         let uv = m.uv.as_ref().map_or(Vec2::new(u, v), |uv| {
@@ -190,12 +193,12 @@ impl Triangles {
     }
 }
 
-/// The normal of a triangle, as long as twice its area.
+/// The normal of a triangle, with twice its area as length.
 fn scaled_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
     (b - a).cross(c - a)
 }
 
-/// A normal that moves as its triangle does: what it is along the edges and across the plane stays.
+/// Transforms a normal with its triangle: its components along the edges and the plane's normal stay.
 fn carried(n: Vec3, from: [Vec3; 3], to: [Vec3; 3]) -> Vec3 {
     let frame = |corners: [Vec3; 3]| {
         let [a, b, c] = corners;
@@ -205,7 +208,7 @@ fn carried(n: Vec3, from: [Vec3; 3], to: [Vec3; 3]) -> Vec3 {
     to.transpose().inverse() * (from.transpose() * n)
 }
 
-/// The lanes a ray meets before `limit`, with distances and barycentric coordinates.
+/// The lanes that a ray hits before `t_max`, with distances and barycentric coordinates.
 #[inline]
 fn meet([corner, edges @ ..]: &Shape, ray: &Ray, t_max: f32) -> (u32, f32x8, f32x8, f32x8) {
     let (zero, one) = (f32x8::ZERO, f32x8::ONE);
@@ -219,7 +222,7 @@ fn meet([corner, edges @ ..]: &Shape, ray: &Ray, t_max: f32) -> (u32, f32x8, f32
     let q = cross(s, edges[0]);
     let v = dot(d, q) * inverse;
     let t = dot(edges[1], q) * inverse;
-    // Without area, the inverse is infinite and no comparison holds. Edges are a few roundings wide.
+    // Without area, the inverse is infinite and no comparison holds. Edges are a few rounding errors wide.
     let edge = f32x8::splat(-1e-6);
     let inside = u.simd_ge(edge) & v.simd_ge(edge) & (u + v).simd_le(f32x8::splat(1.000_001));
     let hit = inside & t.simd_gt(zero) & t.simd_lt(f32x8::splat(t_max)) & determinant.abs().simd_gt(zero);
@@ -230,7 +233,7 @@ fn meet([corner, edges @ ..]: &Shape, ray: &Ray, t_max: f32) -> (u32, f32x8, f32
 mod tests {
     use super::*;
 
-    /// A closed box from inside: every ray meets it where its planes are, no ray gets out.
+    /// From inside a closed box, every ray hits one of its planes, and none escapes.
     #[test]
     fn nothing_leaves_a_closed_box() {
         let positions: Vec<Vec3> =
@@ -252,13 +255,13 @@ mod tests {
         }
     }
 
-    /// At any time, a mesh that moves is where one would be that stands there, and so are its normals.
+    /// At any time, a moving mesh and its normals are those of a static mesh in the same place.
     #[test]
     fn moving_meshes_are_where_they_are() {
         let noise = |i: usize, k: u32| ((i as f32 * 12.9898 + k as f32 * 78.233).sin() * 43758.547).rem_euclid(1.0);
         let vector = |i: usize, k: u32| Vec3::new(noise(i, k), noise(i, k + 1), noise(i, k + 2));
         let positions: Vec<Vec3> = (0..300).map(|i| vector(i / 3, 1) + 0.2 * vector(i, 4)).collect();
-        // Turned and moved: what carries a normal is exact.
+        // For a rotation and a translation, the transform of normals is exact.
         let turn = Mat3::from_rotation_y(0.9) * Mat3::from_rotation_x(0.4);
         let moved: Vec<Vec3> = positions.iter().map(|&p| turn * p + Vec3::new(0.1, -0.2, 0.3)).collect();
         let triangles: Vec<[u32; 3]> = (0..100).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
@@ -286,7 +289,7 @@ mod tests {
                     (Some(a), Some(b)) => {
                         hits += 1;
                         assert!((a.t - b.t).abs() < 1e-4 && a.plane.abs_diff_eq(b.plane, 1e-3), "{a:?} {b:?}");
-                        // Between opening and closing a triangle shrinks, and its normals are its own.
+                        // Between opening and closing a triangle shrinks; its normals do not.
                         let (a, b) = (a.normal, b.normal);
                         assert!(normals.is_none() || a.abs_diff_eq(b, 2e-3), "{a} {b}");
                     }

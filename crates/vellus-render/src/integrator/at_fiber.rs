@@ -48,7 +48,7 @@ impl Place {
     }
 }
 
-/// A path at a fibre: adds light that reaches it, and returns the ray that leaves it with its density.
+/// Adds the light that reaches a fibre. Returns the scattered ray and its density, or `None` if the path ends.
 pub(super) fn at_fiber<M: Model>(
     path: &mut Path<'_>,
     fibers: &Fibers<M>,
@@ -68,10 +68,10 @@ pub(super) fn at_fiber<M: Model>(
         Mode::MultiScale => match path.spread {
             None => {
                 let pixel = geometry.view.pixel_width(path.settings.size, ray, hit.entry.t);
-                // Hits are spread over the pixel already: half of it more keeps the picture as sharp as its filter.
+                // Samples already spread over the pixel: another half of it keeps the picture as sharp as its filter.
                 Window::cell(h, 0.5 * frame.pixel_width(pixel), sampler.chance())
             }
-            // D15: the far field where the last scattering spread the path over all of the fibre's width.
+            // D15: the far field, if the last scattering event spread the path over the whole width of the fibre.
             Some(angle) if angle * hit.entry.t >= 2.0 * frame.radius() && largest(path.throughput) >= FAINT => {
                 Window::far()
             }
@@ -120,7 +120,7 @@ fn scatter_at(
     path.lights = lights as f32;
     for k in 0..lights {
         let u = if k == 0 { a } else { sampler.next() };
-        // Each in its own share of the lights.
+        // Stratified: each sample chooses from its own share of the lights.
         let pick = (u[0] + k as f32) / path.lights;
         let Some((which, light)) = geometry.lights.sample(frame.center(), [pick, u[1], u[2]]) else { continue };
         let (f, pdf) = scattering.eval_pdf(frame.to_local(light.direction));

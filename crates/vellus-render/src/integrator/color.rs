@@ -1,4 +1,4 @@
-//! Arithmetic of colours, and the weight of samples.
+//! Arithmetic of RGB colours, and the weights of samples.
 
 pub(super) type Rgb = [f32; 3];
 
@@ -14,7 +14,7 @@ pub(super) fn largest(a: Rgb) -> f32 {
     a[0].max(a[1]).max(a[2])
 }
 
-/// The weight of a sample among two techniques: power heuristic (Veach 1997).
+/// The multiple importance sampling weight of one of two techniques: power heuristic (Veach 1997).
 pub(super) fn weight(own: f32, other: f32) -> f32 {
     if own.is_infinite() {
         return 1.0;

@@ -7,7 +7,7 @@ use crate::light::Lights;
 use crate::shading::surface::Scatter;
 use glam::{Vec2, Vec3};
 use vellus::Fiber;
-use vellus_scene::{Basis, Look, Parameter, Strands, Surface, Texture, Values};
+use vellus_scene::{Basis, Look, Strands, Surface, Texture, Values};
 
 /// Strands, meshes, lights, camera, materials and textures, prepared for rays.
 pub struct Geometry {
@@ -35,17 +35,17 @@ impl Geometry {
         self.moves = self.curves.moves() || self.triangles.moves() || self.view.moves();
     }
 
-    /// Where the strand that was hit is rooted; 0 where its groom does not say.
+    /// Texture coordinates at the root of the strand that was hit; 0 if its groom has none.
     pub fn root_uv(&self, hit: &CurveHit) -> Vec2 {
         self.curves.strands()[hit.set].root_uv.as_ref().map_or(Vec2::ZERO, |uv| uv[hit.strand])
     }
 
-    /// The number of the strand that was hit, from 1 over all of the scene.
+    /// The number of the strand that was hit, from 1 over all strands of the scene.
     pub fn strand_number(&self, hit: &CurveHit) -> u32 {
         self.strands_before[hit.set] + hit.strand as u32 + 1
     }
 
-    /// The fibre at a hit, every value within its range.
+    /// The fibre at a hit. Every value is clamped to its range.
     pub fn fiber(&self, hit: &CurveHit) -> Fiber {
         let strands = &self.curves.strands()[hit.set];
         let look = &self.looks[strands.look];
@@ -53,7 +53,9 @@ impl Geometry {
         let uv = self.root_uv(hit);
         for (parameter, value) in &look.textured {
             let texel = self.textures[value.texture].at(uv);
-            set(&mut fiber, *parameter, std::array::from_fn(|c| texel[c] * value.scale[c]), true);
+            // A texture gives angles in degrees, as files do.
+            let product = std::array::from_fn(|c| parameter.unit().to_stored(texel[c] * value.scale[c]));
+            parameter.set_nearest(&mut fiber, product);
         }
         for (parameter, values) in &strands.varying {
             let value = match values {
@@ -61,12 +63,12 @@ impl Geometry {
                 Values::PerStrand(values) => values[hit.strand],
                 Values::PerPoint(values) => along(strands, values, hit),
             };
-            set(&mut fiber, *parameter, value, false);
+            parameter.set_nearest(&mut fiber, value);
         }
         fiber
     }
 
-    /// The scattering of a mesh.
+    /// How a mesh scatters at a hit, and what it emits.
     pub fn scatter(&self, hit: &TriangleHit) -> (Scatter, [f32; 3]) {
         let surface = &self.surfaces[self.triangles.meshes()[hit.mesh].surface];
         let texel = surface.color.texture.map_or([1.0; 3], |t| self.textures[t].at(hit.uv));
@@ -74,7 +76,8 @@ impl Geometry {
         (Scatter::new(color, surface.roughness, surface.metallic, surface.ior), surface.emission)
     }
 
-    /// How many pixels a point moves right and up while the shutter is open; `movement` is its own way in that time.
+    /// The motion of a point in the picture while the shutter is open, in pixels to the right and up. `movement` is its
+    /// motion in the world.
     pub fn motion(&self, size: [usize; 2], now: Vec3, movement: Vec3, time: f32) -> [f32; 2] {
         let open = self.view.seen(size, now - movement * time, 0.0);
         let closed = self.view.seen(size, now + movement * (1.0 - time), 1.0);
@@ -82,13 +85,7 @@ impl Geometry {
     }
 }
 
-/// Textures give angles in degrees, as files do.
-fn set(fiber: &mut Fiber, parameter: Parameter, value: [f32; 3], degrees: bool) {
-    let value = if degrees && parameter.is_angle() { value.map(f32::to_radians) } else { value };
-    parameter.set(fiber, value);
-}
-
-/// A value given at the control points, at the hit: linear between the two it lies between.
+/// A value per control point at a hit: interpolated linearly between the two control points around it.
 fn along(strands: &Strands, values: &[[f32; 3]], hit: &CurveHit) -> [f32; 3] {
     let (first, last) = match strands.basis {
         Basis::Linear => (hit.point, hit.point + 1),

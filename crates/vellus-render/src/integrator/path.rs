@@ -21,13 +21,13 @@ const ROULETTE: u32 = 2;
 /// Measured: `docs/notes/2026-11-rendering.md`, "Russian roulette".
 const SURVIVAL: f32 = 2.0;
 
-/// What a sample saw.
+/// What a path reports besides the values of its channels.
 pub(crate) struct Seen {
-    /// The strand, as [`nearest`] has it.
+    /// The strand that the camera sees, made by [`nearest`](crate::film::nearest); 0 for none.
     pub strand: u64,
     /// Rays traced.
     pub rays: u64,
-    /// Mean throughput lost to the largest depth.
+    /// The throughput of the path, if [`Settings::max_depth`] cut it off.
     pub cut: f32,
 }
 
@@ -60,26 +60,26 @@ impl<M: Model + Send> Trace for Fibers<M> {
     }
 }
 
-/// One sample being traced.
+/// A path while it is traced.
 pub(super) struct Path<'w> {
     pub(super) geometry: &'w Geometry,
     pub(super) settings: &'w Settings,
     pub(super) layout: &'w Layout,
-    /// Of the layout's channels.
+    /// The values of the layout's channels.
     pub(super) values: &'w mut [f32],
     pub(super) strand: u64,
     pub(super) throughput: Rgb,
-    /// Of the light that comes through the fibre seen first, the share that each lobe scattered.
+    /// The share of each lobe in the light that comes from the fibre seen by the camera.
     pub(super) lobes: Option<[Rgb; 6]>,
-    /// Angle over which the last scattering spread the path, radians; none for the camera's ray.
+    /// The angle over which the last scattering event spread the path, in radians; `None` for the camera's ray.
     pub(super) spread: Option<f32>,
-    /// Light samples that were taken there.
+    /// The number of light samples at the last scattering event.
     pub(super) lights: f32,
     pub(super) rays: u64,
 }
 
 impl Path<'_> {
-    /// Adds light that came from a group of lights.
+    /// Adds light from a light group.
     pub(super) fn add(&mut self, light: Rgb, group: usize) {
         for c in 0..3 {
             self.values[c] += light[c];
@@ -94,27 +94,28 @@ impl Path<'_> {
         }
     }
 
-    /// Sets a layer, if it is kept.
+    /// Sets a layer, if the film keeps it.
     pub(super) fn set(&mut self, layer: Layer, value: &[f32]) {
         if let Some(start) = self.layout.start(layer) {
             self.values[start..][..value.len()].copy_from_slice(value);
         }
     }
 
-    /// What lies on the way toward a light?
+    /// Does anything block a shadow ray?
     pub(super) fn blocked(&mut self, ray: &Ray) -> bool {
         self.rays += 1;
         self.geometry.curves.occluded(ray) || self.geometry.triangles.occluded(ray)
     }
 
-    /// Light from beyond the scene, or from a light's shape, found by a ray that was drawn with density `pdf`.
+    /// Adds the light that a ray found by itself. `pdf` is the density with which the ray was sampled; `None` for the camera's
+    /// ray.
     fn found(&mut self, (light, emission): (usize, Emission), pdf: Option<f32>) {
         let w = pdf.map_or(1.0, |pdf| weight(pdf, emission.pdf * self.lights));
         self.add(scale(times(self.throughput, emission.radiance), w), self.geometry.groups[light]);
     }
 }
 
-/// Distance up to which a shadow ray is asked: a little before the light itself.
+/// The length of a shadow ray: it ends a little before the light.
 pub(super) fn shadow_t_max(sample: &LightSample) -> f32 {
     sample.distance * 0.9999
 }
@@ -146,7 +147,7 @@ pub(crate) fn trace<M: Model>(
         lights: 1.0,
         rays: 0,
     };
-    // The density the ray was drawn with, if lights could have been sampled instead.
+    // The density with which the ray was sampled, if the lights could have been sampled instead.
     let mut pdf = None;
     let mut cut = 0.0;
     for depth in 0.. {
@@ -192,8 +193,8 @@ pub(crate) fn trace<M: Model>(
     Seen { strand: path.strand, rays: path.rays, cut }
 }
 
-/// The angle over which a direction was spread that was drawn with a density per solid angle: the width of a box with the variance of the
-/// cone that it would fill evenly.
+/// The angle over which a direction with this density per solid angle spreads: the width of a box with the same variance
+/// as a uniform cone of this density.
 fn spread(pdf: f32) -> f32 {
     (3.0 / (PI * pdf)).sqrt()
 }

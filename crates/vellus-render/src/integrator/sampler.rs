@@ -1,9 +1,9 @@
 //! Well-distributed random numbers: Owen-scrambled Sobol' points, padded four dimensions at a time (Burley 2020, Practical
 //! Hash-based Owen Scrambling; crate sobol_burley).
 //!
-//! They depend on the pixel, the sample's index and the seed only: any thread may take any sample.
+//! They depend only on the pixel, the sample's index and the seed: any thread may compute any sample.
 
-/// Numbers of one sample of one pixel.
+/// The numbers of one sample of one pixel.
 #[derive(Clone, Debug)]
 pub struct Sampler {
     index: u32,
@@ -21,7 +21,7 @@ fn hash(mut x: u32) -> u32 {
 }
 
 impl Sampler {
-    /// Sample `index` of a pixel. Beyond 65536 samples a new scrambling begins.
+    /// The numbers of sample `index` of a pixel. Every 65536 samples a new scrambling begins.
     pub fn new(pixel: [u32; 2], index: u64, seed: u32) -> Self {
         let block = (index >> 16) as u32;
         let seed = hash(pixel[0] ^ hash(pixel[1] ^ hash(seed ^ hash(block))));
@@ -33,11 +33,11 @@ impl Sampler {
     pub fn next(&mut self) -> [f32; 4] {
         let set = self.set;
         self.set += 1;
-        // Each set is scrambled anew: sets are padded, not one sequence of hundreds of dimensions.
+        // Each set has its own scrambling: sets are padded, instead of one sequence of hundreds of dimensions.
         sobol_burley::sample_4d(self.index, 0, hash(self.seed ^ set.wrapping_mul(0x9e37_79b9)))
     }
 
-    /// A number in [0, 1) that takes no dimension away: for chances whose outcomes need no stratification.
+    /// A number in [0, 1) that uses no dimension, for decisions that need no stratification.
     #[inline]
     pub fn chance(&self) -> f32 {
         (hash(self.seed ^ hash(self.index ^ self.set.wrapping_mul(0x85eb_ca6b))) >> 8) as f32 / (1u32 << 24) as f32
@@ -48,7 +48,7 @@ impl Sampler {
 mod tests {
     use super::*;
 
-    /// 256 samples put one number in each 256th of every dimension, in whatever set and pixel.
+    /// 256 samples put one number in each 256th of every dimension, for every set and pixel.
     #[test]
     fn samples_are_stratified() {
         for pixel in [[0, 0], [31, 7]] {
@@ -69,7 +69,7 @@ mod tests {
         assert!(first([0, 0], 0) != first([0, 1], 0) && first([0, 0], 0) != first([0, 0], 1 << 16));
     }
 
-    /// Chances fill [0, 1) evenly, whatever is the next of the numbers: 64 cells of them both hold what they should within five
+    /// Chances are uniform in [0, 1) and independent of the next number: the counts of 64 cells of both are within five
     /// standard deviations.
     #[test]
     fn chances_are_independent() {

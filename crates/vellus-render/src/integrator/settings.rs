@@ -2,32 +2,32 @@
 
 use crate::integrator::view::Filter;
 
-/// Which offsets a hit stands for.
+/// Over which part of a fibre's width its reflectance is averaged at a hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
-    /// Those the pixel sees where the camera sees a fibre; deeper, all where the path was spread over the whole width, else where it is
-    /// hit.
+    /// Where the camera sees a fibre, over the part of its width that the pixel sees. At later hits, over the whole width
+    /// if the last scattering event spread the path that far (departure D15 in PAPER.md), else the near field.
     MultiScale,
-    /// Where it is hit.
+    /// Near field: the offset at which the fibre is hit.
     Near,
-    /// The whole width, always.
+    /// Far field: always the whole width.
     Far,
 }
 
-/// How paths are traced.
+/// How paths are traced: everything but the scene that changes a picture.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Pixels a row, and rows, of the whole picture.
+    /// Width and height of the whole picture, in pixels.
     pub size: [usize; 2],
-    /// The part of it that is rendered: left column, top row, width, height. `None` is all of it.
+    /// The area that is rendered: left column, top row, width and height, in pixels. `None` is the whole picture.
     pub crop: Option<[usize; 4]>,
-    /// Near, far or between.
+    /// Near field, far field, or multi-scale.
     pub mode: Mode,
-    /// What a pixel's samples see.
+    /// The pixel filter.
     pub filter: Filter,
-    /// Another seed is another noise.
+    /// Seed of the random numbers: another seed gives another noise.
     pub seed: u32,
-    /// Scattering events after which a path is cut; `None` lets Russian roulette alone end it.
+    /// Cut paths after this many scattering events. `None`: only Russian roulette ends paths, without bias.
     pub max_depth: Option<u32>,
 }
 
@@ -37,7 +37,7 @@ impl Settings {
         Settings { size, crop: None, mode: Mode::MultiScale, filter: Filter::Tent, seed: 0, max_depth: None }
     }
 
-    /// Left column, top row, width and height of what is rendered.
+    /// The area that is rendered: left column, top row, width and height.
     pub fn area(&self) -> [usize; 4] {
         self.crop.unwrap_or([0, 0, self.size[0], self.size[1]])
     }

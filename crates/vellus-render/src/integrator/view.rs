@@ -1,22 +1,22 @@
-//! The camera in motion: rays through a pixel, and where a point is seen.
+//! The moving camera: rays through a pixel, and the pixel in which a point appears.
 
 use crate::geometry::ray::Ray;
 use crate::light::sampling::concentric;
 use glam::{Affine3A, Mat4, Quat, Vec2, Vec3};
 use vellus_scene::Camera;
 
-/// Which part of the picture a pixel's samples see.
+/// The pixel filter. Samples are drawn in proportion to it, so each sample belongs to one pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Filter {
-    /// The pixel itself, evenly.
+    /// A box of one pixel.
     Box,
-    /// Two pixels across, most at its middle: smoother edges, and no steps where fibres run nearly along rows or columns.
+    /// A tent of two pixels: smoother edges, and no steps where fibres run nearly along rows or columns.
     #[default]
     Tent,
 }
 
 impl Filter {
-    /// Pixels from its middle, for a number in [0, 1). Samples are drawn by the filter, so that pixels have none in common.
+    /// The offset of a sample from the middle of its pixel, in pixels, for a number in [0, 1).
     fn offset(self, u: f32) -> f32 {
         match self {
             Filter::Box => u - 0.5,
@@ -26,7 +26,7 @@ impl Filter {
     }
 }
 
-/// A camera made ready. Between opening and closing of the shutter it turns evenly and moves in a straight line.
+/// A camera prepared for rays. While the shutter is open it turns evenly and moves in a straight line.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct View {
     camera: Camera,
@@ -49,7 +49,7 @@ impl View {
         self.closed.is_some()
     }
 
-    /// From its frame to the world.
+    /// The transform from its frame to the world.
     fn frame(&self, time: f32) -> Affine3A {
         let (turn, place) = self.open;
         match self.closed {
@@ -60,8 +60,8 @@ impl View {
         }
     }
 
-    /// A ray through a place of a pixel's filter. `size` is that of the whole picture; `u` are two numbers for the filter and two
-    /// for the lens.
+    /// A ray through a point of a pixel's filter and a point of the lens. `size` is that of the whole picture; `u` are two
+    /// numbers for the filter and two for the lens, in [0, 1).
     pub(crate) fn ray(&self, size: [usize; 2], pixel: [usize; 2], filter: Filter, u: [f32; 4], time: f32) -> Ray {
         let [width, height] = size.map(|n| n as f32);
         let film_height = self.camera.film_height;
@@ -75,13 +75,13 @@ impl View {
         Ray { time, ..Ray::new(frame.transform_point3(lens), direction) }
     }
 
-    /// A pixel's width at a place on a camera ray, across the way the camera looks (Yan17 Eq. 27).
+    /// The width of a pixel at a distance along a camera ray, perpendicular to the view direction (Yan17 Eq. 27).
     pub(crate) fn pixel_width(&self, size: [usize; 2], ray: &Ray, t: f32) -> f32 {
         let forward = self.frame(ray.time).transform_vector3(-Vec3::Z);
         t * ray.direction.dot(forward) * self.camera.film_height / size[1] as f32
     }
 
-    /// A pixel's width at a point, across the way the camera looks; negative behind it.
+    /// The width of a pixel at a point, perpendicular to the view direction; negative behind the camera.
     pub(crate) fn pixel_widths(&self, size: [usize; 2], time: f32) -> impl Fn(Vec3) -> f32 + Sync {
         let frame = self.frame(time);
         let (eye, forward) = (Vec3::from(frame.translation), frame.transform_vector3(-Vec3::Z));
@@ -89,7 +89,7 @@ impl View {
         move |point| (point - eye).dot(forward) * slope
     }
 
-    /// Where a point is seen, in pixels from the upper left corner; `None` behind the camera.
+    /// Where a point appears, in pixels from the upper left corner; `None` behind the camera.
     pub(crate) fn seen(&self, size: [usize; 2], point: Vec3, time: f32) -> Option<Vec2> {
         let p = self.frame(time).inverse().transform_point3(point);
         let [width, height] = size.map(|n| n as f32);
@@ -102,7 +102,7 @@ impl View {
 mod tests {
     use super::*;
 
-    /// Filters are centred, and of the variance a box of one pixel and a tent of two have; nothing of a box is outside of its pixel.
+    /// Filters are centred, have the variance of a box of one pixel and of a tent of two, and do not reach further.
     #[test]
     fn filters_are_as_wide_as_they_say() {
         for (filter, reach, variance) in [(Filter::Box, 0.5, 1.0 / 12.0), (Filter::Tent, 1.0, 1.0 / 6.0)] {
@@ -114,7 +114,7 @@ mod tests {
         }
     }
 
-    /// A point on a ray is seen in the pixel of the ray, at any time, whatever the camera does.
+    /// A point on a ray appears in the pixel of the ray, at any time of a moving camera.
     #[test]
     fn points_are_seen_where_their_rays_come_from() {
         let mut camera = Camera::look_at(Vec3::new(1.0, 2.0, 5.0), Vec3::new(0.2, 0.1, 0.0), Vec3::Y, 0.6, 1.5);

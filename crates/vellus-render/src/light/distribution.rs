@@ -1,17 +1,17 @@
-//! To draw one of many by numbers that say how often.
+//! A piecewise-constant distribution in one dimension, with a guide table.
 
-/// PiecewiseConstant1D, each drawn in proportion to a number.
+/// A piecewise-constant density on [0, 1): one interval for each value, sampled in proportion to it.
 #[derive(Clone, Debug)]
 pub(crate) struct PiecewiseConstant1D {
-    /// Where each begins, and the end: from 0 to 1.
+    /// Where each interval begins, and the end: from 0 to 1.
     sums: Vec<f32>,
-    /// The interval in which each of as many equal steps begins: from there it is not far (Chen and Asau 1974, On Generating Random
-    /// Variates from an Empirical Distribution).
+    /// The interval in which each of as many equal steps begins: a search from there is short (Chen and Asau 1974, On
+    /// Generating Random Variates from an Empirical Distribution).
     guide: Vec<u32>,
 }
 
 impl PiecewiseConstant1D {
-    /// As wide as numbers that are not negative; equal ones where all are 0.
+    /// Intervals in proportion to values that are not negative; equal intervals if all are 0.
     pub fn new(values: impl ExactSizeIterator<Item = f32>) -> Self {
         let n = values.len();
         let mut sums = Vec::with_capacity(n + 1);
@@ -27,16 +27,16 @@ impl PiecewiseConstant1D {
         PiecewiseConstant1D { sums, guide }
     }
 
-    /// How wide one is.
+    /// The width of an interval: its probability.
     pub fn width(&self, i: usize) -> f32 {
         self.sums[i + 1] - self.sums[i]
     }
 
-    /// The interval a number in [0, 1) falls in, and where in it, [0, 1).
+    /// The interval that contains a number in [0, 1), and the position in it, in [0, 1).
     pub fn pick(&self, u: f32) -> (usize, f32) {
         let n = self.guide.len();
         let step = ((u * n as f32) as usize).min(n - 1);
-        // The step may be rounded up: from a little before.
+        // The step may be rounded up: begin one step before.
         let mut i = self.guide[step.saturating_sub(1)] as usize;
         while i + 1 < n && self.sums[i + 1] <= u {
             i += 1;
@@ -50,7 +50,8 @@ impl PiecewiseConstant1D {
 mod tests {
     use super::*;
 
-    /// The interval that halving finds: of even numbers, of a few large ones among many zeros, of one.
+    /// The guide table finds the same interval as binary search: for equal values, for a few large values among many zeros,
+    /// and for one value.
     #[test]
     fn guides_lead_to_the_interval() {
         let numbers: [fn(usize) -> f32; 4] =

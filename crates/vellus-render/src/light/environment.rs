@@ -11,21 +11,22 @@ use glam::{Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 use vellus_scene::{Ground, Texture};
 
-/// A lat-long image and its distribution: rows, and pixels within each, by excess brightness and solid angle.
+/// A latitude-longitude image and its distribution: rows, and pixels within each row, by excess brightness and solid
+/// angle.
 #[derive(Clone, Debug)]
 pub(super) struct Map {
     pub(super) texture: Texture,
-    /// Brightness above the average, averaged over the sphere; 0 where it is nowhere worth mentioning.
+    /// The brightness above the average, averaged over the sphere; 0 if it is below [`EVEN`].
     pub(super) excess: f32,
-    /// Rows, and the pixels of each.
+    /// The rows, and the pixels of each row.
     rows: PiecewiseConstant1D,
     columns: Vec<PiecewiseConstant1D>,
 }
 
-/// A sky whose excess is this small a share of its brightness is even.
+/// A sky whose excess is a smaller share of its brightness is not sampled.
 const EVEN: f32 = 1e-3;
 
-/// Cosine of the upper edge of a row of an image less that of the lower.
+/// The cosine of the upper edge of a row of an image minus that of the lower edge.
 pub(super) fn band(y: usize, h: usize) -> f32 {
     let edge = |y: usize| (y as f32 / h as f32 * PI).cos();
     edge(y) - edge(y + 1)
@@ -34,7 +35,8 @@ pub(super) fn band(y: usize, h: usize) -> f32 {
 impl Map {
     pub(super) fn new(texture: Texture) -> Self {
         let (w, h) = (texture.width, texture.height);
-        // Bilinear lookups reach half a pixel further: the largest of the neighbours, so that nothing bright is never sampled.
+        // Bilinear lookups reach half a pixel further. The largest of the neighbours makes sure that every bright point
+        // can be sampled.
         let average = |value: &dyn Fn(usize, usize) -> f32| {
             let row = |y: usize| f64::from(band(y, h)) * (0..w).map(|x| f64::from(value(x, y))).sum::<f64>();
             ((0..h).map(row).sum::<f64>() / (2.0 * w as f64)) as f32
@@ -55,7 +57,7 @@ impl Map {
         Map { texture, excess: if excess > EVEN * mean { excess } else { 0.0 }, rows, columns }
     }
 
-    /// The direction of a place in the image: its middle is −z, its top +y.
+    /// The direction of a point of the image: its middle is −z, its top +y.
     pub(super) fn direction(uv: Vec2) -> Vec3 {
         let (sin_theta, cos_theta) = ((1.0 - uv.y) * PI).sin_cos();
         let (sin, cos) = ((uv.x - 0.5) * TAU).sin_cos();
@@ -66,11 +68,11 @@ impl Map {
         Vec2::new(0.5 + d.x.atan2(-d.z) / TAU, 1.0 - d.x.hypot(d.z).atan2(d.y) / PI)
     }
 
-    /// A place in proportion to its excess brightness, and the density per solid angle.
+    /// A point of the image in proportion to its excess brightness, and its density per solid angle.
     pub(super) fn sample(&self, u: [f32; 2]) -> (Vec2, f32) {
         let (y, t) = self.rows.pick(u[1]);
         let (x, s) = self.columns[y].pick(u[0]);
-        // Uniform in the cosine: per solid angle, a texel's density is the same all over it, at the poles too.
+        // Uniform in the cosine: the density per solid angle is constant over a texel, at the poles too.
         let edge = |y: usize| (y as f32 / self.texture.height as f32 * PI).cos();
         let cos = edge(y) + t * (edge(y + 1) - edge(y));
         let uv = Vec2::new((x as f32 + s) / self.texture.width as f32, 1.0 - cos.clamp(-1.0, 1.0).acos() / PI);
@@ -86,8 +88,9 @@ impl Map {
     }
 }
 
-/// The direction from where a dome's image was taken to what a ray sees of it: a disk of ground, or the sphere about that place which
-/// meets the disk's edge. From below or beyond these the image is infinitely far away.
+/// The direction in a dome's image of what a ray sees. The image is projected to a disk of ground, and to the sphere about
+/// the point where it was taken that contains the disk's edge. For rays that start below the disk or outside of the
+/// sphere, the image is infinitely far away.
 pub(super) fn from_ground(ground: &Ground, up: Vec3, ray: &Ray) -> Vec3 {
     let taken = ground.origin + up * ground.height;
     let from = ray.origin - taken;

@@ -13,28 +13,28 @@ use glam::Vec3;
 use prepared::Prepared;
 use vellus_scene::{Light, Texture};
 
-/// A direction toward a light.
+/// A sampled direction toward a light.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSample {
     /// Unit length.
     pub direction: Vec3,
-    /// How far the light is; infinite for what is beyond the scene.
+    /// Distance to the light; infinite for domes and distant lights.
     pub distance: f32,
     /// RGB.
     pub radiance: [f32; 3],
-    /// Per solid angle, with the light's own probability in it. Infinite for a single direction, whose `radiance` is then
-    /// the irradiance over that probability.
+    /// Density per solid angle, times the probability of the light. Infinite for a light of a single direction, whose
+    /// `radiance` is the irradiance divided by that probability.
     pub pdf: f32,
 }
 
-/// Radiance a ray finds, and the density of sampling that direction.
+/// The radiance that a ray finds, and the density with which [`Lights::sample`] samples its direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Emission {
-    /// Distance at which it is.
+    /// Distance along the ray.
     pub t: f32,
     /// RGB.
     pub radiance: [f32; 3],
-    /// Per solid angle, with the light's own probability in it. 0 where lights are not sampled.
+    /// Density per solid angle, times the probability of the light; 0 if the light is not sampled.
     pub pdf: f32,
 }
 
@@ -42,13 +42,13 @@ pub struct Emission {
 #[derive(Clone, Debug)]
 pub struct Lights {
     lights: Vec<Prepared>,
-    /// Probability of each, all 0 where none is worth sampling; and to draw one.
+    /// The probability of each light; all are 0 if no light is sampled. And their distribution.
     shares: Vec<f32>,
     chances: PiecewiseConstant1D,
 }
 
 impl Lights {
-    /// Prepares them; `reach` is the radius of the scene, which what is beyond it lights.
+    /// Prepares lights. `reach` is the radius of the scene: domes and distant lights light a disk of this size.
     pub fn new(lights: &[Light], textures: &[Texture], reach: f32) -> Self {
         let lights: Vec<Prepared> = lights.iter().map(|light| prepared::prepare(light, textures)).collect();
         let powers: Vec<f32> = lights.iter().map(|light| light.power(reach)).collect();
@@ -58,8 +58,8 @@ impl Lights {
         Lights { lights, shares, chances }
     }
 
-    /// A direction from `point` toward one of them, and which that is. `None` where the light has nothing to send there, or
-    /// none is worth sampling.
+    /// Samples a light, and a direction from `point` toward it. Returns the light's index too. `None` if this light sends
+    /// nothing to the point, or no light is sampled.
     pub fn sample(&self, point: Vec3, u: [f32; 3]) -> Option<(usize, LightSample)> {
         if self.lights.is_empty() {
             return None;
@@ -76,7 +76,7 @@ impl Lights {
         (sample.pdf > 0.0).then_some((i, LightSample { pdf: sample.pdf * share, ..sample }))
     }
 
-    /// Of the lights of a shape that a ray meets before its limit, the nearest, and which that is.
+    /// The nearest light with a shape that a ray hits within its length, and its index.
     pub fn intersect(&self, ray: &Ray) -> Option<(usize, Emission)> {
         let mut best: Option<(usize, Emission)> = None;
         for (i, light) in self.lights.iter().enumerate() {
@@ -88,7 +88,8 @@ impl Lights {
         best
     }
 
-    /// What is beyond the scene along a ray: of each light, which it is, its radiance and density. The camera's rays see ground.
+    /// What a ray that escapes the scene finds, for each dome and distant light: its index, radiance and density. Only rays
+    /// of the camera see the ground of a dome.
     pub fn escaped<'a>(&'a self, ray: &'a Ray, camera: bool) -> impl Iterator<Item = (usize, Emission)> + 'a {
         self.lights.iter().zip(&self.shares).enumerate().filter_map(move |(i, (light, share))| {
             let emission = light.escaped(ray, camera)?;

@@ -52,7 +52,7 @@ pub(super) fn prepare(light: &Light, textures: &[Texture]) -> Prepared {
         let half = if disk { 1.0 } else { 0.5 };
         let (x, y) = (m.transform_vector3(Vec3::X) * half, m.transform_vector3(Vec3::Y) * half);
         let cross = x.cross(y);
-        // It shines toward −z of its own frame.
+        // It emits toward −z of its own frame.
         let away = m.transform_vector3(-Vec3::Z);
         let normal = cross.normalize_or(Vec3::Y) * if cross.dot(away) < 0.0 { -1.0 } else { 1.0 };
         let area = cross.length() * if disk { PI } else { 4.0 };
@@ -90,7 +90,8 @@ pub(super) fn prepare(light: &Light, textures: &[Texture]) -> Prepared {
 }
 
 impl Prepared {
-    /// Power it sends into a scene of that radius, roughly: what lights are chosen by. Of a sky, that of its excess.
+    /// A rough estimate of the power that it sends into a scene of this radius, by which lights are chosen. For a sky, that
+    /// of its excess.
     pub(super) fn power(&self, reach: f32) -> f32 {
         let disk = PI * reach * reach;
         match self {
@@ -148,8 +149,8 @@ impl Prepared {
                 Some(LightSample { direction, distance: t, radiance: *radiance, pdf: cone_pdf(cos) })
             }
             Prepared::Cylinder { center, axis, half_length, radius, radiance } => {
-                // Across the axis in proportion to the angle it is seen under, along the axis in proportion to length:
-                // unlike that of points on its surface, this density is finite where the surface is seen from the side.
+                // Uniform in the angle perpendicular to the axis, and in the length along it. Unlike a uniform density on
+                // the surface, this density is finite where the surface is seen edge-on.
                 let from = point - *center;
                 let (toward, distance, angle) = seen_across(from, *axis, *radius)?;
                 let (sin, cos) = ((2.0 * u[0] - 1.0) * angle).sin_cos();
@@ -178,7 +179,7 @@ impl Prepared {
                 if t <= 0.0 || t >= ray.t_max {
                     return None;
                 }
-                // Coordinates in a frame that need not be orthogonal.
+                // Coordinates in a frame that may be oblique.
                 let p = ray.at(t) - *center;
                 let (xx, xy, yy) = (x.dot(*x), x.dot(*y), y.dot(*y));
                 let (px, py) = (p.dot(*x), p.dot(*y));
@@ -199,7 +200,7 @@ impl Prepared {
                 let (t, sin2) = cylinder_entry(from, ray.direction, *axis, *radius)?;
                 let along = (from + ray.direction * t).dot(*axis);
                 let is_met = t < ray.t_max && along.abs() <= *half_length;
-                // As in `sample`, where the distance across the axis is t times the sine.
+                // As in `sample`: the distance perpendicular to the axis is t times the sine.
                 let pdf = t / (sin2 * 4.0 * angle * half_length);
                 is_met.then_some(Emission { t, radiance: *radiance, pdf })
             }
@@ -228,7 +229,7 @@ impl Prepared {
 
 fn textured(radiance: [f32; 3], texture: Option<&Texture>, a: f32, b: f32) -> [f32; 3] {
     let Some(texture) = texture else { return radiance };
-    // Half a texel inside: it does not repeat.
+    // Half a texel inside: the texture does not repeat.
     let hold = |x: f32, n: usize| (0.5 * x + 0.5).clamp(0.5 / n as f32, 1.0 - 0.5 / n as f32);
     let texel = texture.at(Vec2::new(hold(a, texture.width), hold(b, texture.height)));
     [0, 1, 2].map(|c| radiance[c] * texel[c])

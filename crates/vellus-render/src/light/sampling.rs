@@ -17,7 +17,7 @@ pub(super) fn uniform_cone(axis: Vec3, cos_max: f32, u: [f32; 2]) -> Vec3 {
     (x * (sin * c) + y * (sin * s) + axis * cos).normalize()
 }
 
-/// A point of the unit disk (Shirley and Chiu 1997).
+/// A point of the unit disk, uniformly distributed (Shirley and Chiu 1997).
 pub fn concentric(u: [f32; 2]) -> (f32, f32) {
     let (a, b) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
     if a == 0.0 && b == 0.0 {
@@ -27,7 +27,7 @@ pub fn concentric(u: [f32; 2]) -> (f32, f32) {
     (r * phi.cos(), r * phi.sin())
 }
 
-/// Cosine of the half angle a sphere is seen under; `None` from inside.
+/// The cosine of the half angle that a sphere subtends; `None` from inside.
 pub(super) fn cos_max(to: Vec3, radius: f32) -> Option<f32> {
     let sin2 = radius * radius / to.length_squared();
     (sin2 < 1.0).then(|| (1.0 - sin2).sqrt())
@@ -41,15 +41,16 @@ pub(super) fn sphere_entry(origin: Vec3, direction: Vec3, center: Vec3, radius: 
     (off2 <= radius * radius && t > 0.0).then_some(t)
 }
 
-/// How an endless cylinder is seen across its axis by a point, which lies `from` its centre: the direction and the
-/// distance from the axis to the point, and half the angle it is seen under. `None` from inside.
+/// An infinite cylinder, seen from the point at `from` relative to its centre: the direction and the distance from the
+/// axis to the point, and half of the angle that the cylinder subtends. `None` from inside.
 pub(super) fn seen_across(from: Vec3, axis: Vec3, radius: f32) -> Option<(Vec3, f32, f32)> {
     let off = from - axis * from.dot(axis);
     let distance = off.length();
     (distance > radius).then(|| (off / distance, distance, (radius / distance).asin()))
 }
 
-/// Where a ray that starts `from` its centre enters an endless cylinder, and the squared sine of its angle to the axis.
+/// Where a ray that starts at `from`, relative to its centre, enters an infinite cylinder; and the squared sine of the
+/// angle between ray and axis.
 pub(super) fn cylinder_entry(from: Vec3, direction: Vec3, axis: Vec3, radius: f32) -> Option<(f32, f32)> {
     let [off, across] = [from, direction].map(|v| v - axis * v.dot(axis));
     let sin2 = across.length_squared();

@@ -46,8 +46,8 @@ fn lights() -> (Vec<Light>, Vec<Texture>) {
     (lights, vec![texture(16, 8)])
 }
 
-/// Where lights are sampled, sampling toward them and shooting uniformly find the same light, each light alone and all
-/// together; and the density a ray reports is that of sampling it.
+/// Light samples and uniform rays find the same light, for each light alone and for all together. The density that a ray
+/// reports is that of its sample.
 #[test]
 fn sampling_finds_what_rays_find() {
     let (all, textures) = lights();
@@ -66,7 +66,7 @@ fn sampling_finds_what_rays_find() {
         let (mut sampled, mut shot) = ([0.0f64; 2], [0.0f64; 2]);
         let mut draw = |u: [f32; 4]| {
             if let Some((_, s)) = lights.sample(point, [u[0], u[1], u[2]]) {
-                // Only as far as nothing nearer is in the way.
+                // Only if no nearer light is in the way.
                 let open = seen(s.direction).iter().any(|e| (e.t - s.distance).abs() < 1e-3 || e.t == s.distance);
                 if open {
                     sampled[0] += f64::from(brightness(s.radiance) / s.pdf);
@@ -86,13 +86,13 @@ fn sampling_finds_what_rays_find() {
             draw(crate::integrator::sampler::Sampler::new([which as u32, index as u32 >> 16], index, 3).next());
         }
         let (a, b) = (sampled[0] / n as f64, shot[0] / n as f64);
-        // Uniform rays hit the smallest, 0.3 sr, 4800 times: 1.5 % one standard error at most.
+        // Uniform rays hit the smallest light, of 0.3 sr, 4800 times: one standard error is at most 1.5 %.
         assert!((a / b - 1.0).abs() < 0.03, "light {which}: sampled {a}, shot {b}");
     }
 }
 
-/// What a cylinder sends to a small plane: an integral over its surface, and the mean over samples. From the side,
-/// from beyond an end, from near by; from within the endless cylinder nothing of its outside is seen.
+/// The light of a cylinder on a small plane, from the mean over samples and from an integral over its surface: from the
+/// side, from beyond an end, and from nearby. A point inside the infinite cylinder sees nothing of its outside.
 #[test]
 fn a_cylinder_sends_what_its_surface_does() {
     let Light::Cylinder { center, half_axis, radius, .. } = tube() else { panic!() };
@@ -128,7 +128,7 @@ fn a_cylinder_sends_what_its_surface_does() {
         let count = f64::from(samples);
         let mean = sum / count;
         let error = ((squares / count - mean * mean) / count).sqrt();
-        // Five standard errors: a false alarm in 1.7 million. The grid's own error is below 1e-5 of it, single
+        // Five standard errors: one false alarm in 1.7 million. The grid's own error is below 1e-5 of it, single
         // precision's too.
         assert!((mean - expected).abs() < 5.0 * error + 3e-5 * expected, "{point}: {mean} {expected} ± {error}");
     }
@@ -139,8 +139,8 @@ fn a_cylinder_sends_what_its_surface_does() {
     }
 }
 
-/// An even sky is left to the directions that things scatter to, alone and beside a lamp; of another, what is darker than the
-/// average is.
+/// A sky of one colour is not sampled, alone and beside a lamp. Of other skies, the part that is darker than the average
+/// is not sampled.
 #[test]
 fn what_is_even_is_not_sampled() {
     let (all, textures) = lights();
@@ -166,13 +166,13 @@ fn what_is_even_is_not_sampled() {
     let average = mean(&|y, x| brightness(sun.pixels[y * 16 + x]));
     let sampled = |y, x| map.pdf(texel(y, x)) > 0.0;
     assert!((0..128).all(|i| sampled(i / 16, i % 16) || brightness(sun.pixels[i]) <= average));
-    // But next to the bright ones, whose light lookups spread.
+    // Except next to bright texels: lookups spread their light.
     assert_eq!((0..128).filter(|&i| !sampled(i / 16, i % 16)).count(), 9 * 8);
     assert!((4.0 * PI * mean(&|y, x| map.pdf(texel(y, x))) - 1.0).abs() < 1e-4);
 }
 
-/// From anywhere above the ground the camera sees on it what was there when the image was taken: a pattern painted on the
-/// ground, seen from the place of the image, comes back where it was painted. Light comes as ever.
+/// From anywhere above the ground, the camera sees a pattern of the ground where it was when the image was taken. The
+/// light from the dome does not change.
 #[test]
 fn ground_is_seen_where_it_was() {
     let pattern = |p: Vec2| [0.5 + 0.4 * (0.9 * p.x).sin(), 0.5 + 0.4 * (1.3 * p.y).cos(), 0.25];
@@ -205,7 +205,7 @@ fn ground_is_seen_where_it_was() {
         let expected = pattern(spot);
         // A texel spans 0.003 rad: at 4.5 from 1.6 above 0.04 of ground, where the pattern changes by 0.02 at most.
         assert!((0..2).all(|k| (found[k] - expected[k]).abs() < 0.02), "{spot}: {found:?} {expected:?}");
-        // Ground and sphere meet at the edge; upward is sky.
+        // Ground and sphere meet at the edge; above is the sky.
         let edge = origin + rotation * (Vec3::new(spot.x, 0.0, spot.y).normalize() * radius);
         let from = |to: Vec3| from_ground(&ground, up, &Ray::new(eye, (to - eye).normalize())).normalize();
         assert!(from(edge + 1e-3 * up).distance(from(edge - 1e-3 * up)) < 1e-3);

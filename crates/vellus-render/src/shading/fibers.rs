@@ -1,13 +1,13 @@
-//! The scattering of all strands, by one model.
+//! The reflectance model of each set of strands.
 
 use crate::geometry::curves::CurveHit;
 use crate::integrator::geometry::Geometry;
 use vellus::{Fiber, Model};
 use vellus_scene::{Error, Look, Strands};
 
-/// How the strands of a world scatter.
+/// The models of all strands of a scene.
 pub(crate) struct Fibers<M> {
-    /// Of each set of strands, the model of its look, and whether that is the model everywhere.
+    /// For each set of strands, the model of its look, and whether it is the same everywhere on the strands.
     sets: Vec<(M, bool)>,
 }
 
@@ -25,13 +25,13 @@ impl<M: Model> Fibers<M> {
         Ok(Fibers { sets: strands.iter().map(set).collect::<Result<_, _>>()? })
     }
 
-    /// The scattering of a fibre where a ray enters it; `made` keeps one that had to be made.
+    /// The model of a fibre at a hit. `made` stores one that varies along the strands.
     pub fn at<'a>(&'a self, geometry: &Geometry, hit: &CurveHit, made: &'a mut Option<M>) -> &'a M {
         let (model, same) = &self.sets[hit.set];
         if *same {
             return model;
         }
-        // Every value is held to its range where it is set.
+        // `Geometry::fiber` clamps every value to its range.
         let fiber = geometry.fiber(hit);
         made.insert(model.with_fiber(&fiber).unwrap_or_else(|e| unreachable!("a fibre out of range: {e}")))
     }

@@ -1,26 +1,26 @@
-//! What meshes scatter: a diffuse base under a rough dielectric coat, or rough metal.
+//! How meshes scatter: a diffuse base under a rough dielectric coat, or rough metal.
 //!
 //! The coat is a GGX microfacet surface (Walter et al. 2007) with Smith's joint shadowing, sampled by its visible
-//! normals (Heitz 2018). Reflectance is Schlick's; what it lets pass, in and out, lights the base. Directions point away from the
-//! surface, in a frame whose third axis is the normal.
+//! normals (Heitz 2018), with Schlick's reflectance. The light that the coat transmits, in and out, lights the base.
+//! Directions point away from the surface, in a frame whose third axis is the normal.
 
 use glam::Vec3;
 use std::f32::consts::PI;
 
-/// A surface at a point: its textures looked up.
+/// The scattering at a point of a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Scatter {
     color: [f32; 3],
     /// Reflectance at normal incidence.
     specular: [f32; 3],
-    /// Share of the base.
+    /// The weight of the base.
     diffuse: f32,
-    /// GGX' α.
+    /// α of GGX.
     alpha: f32,
 }
 
 impl Scatter {
-    /// From UsdPreviewSurface's parameters; see [`vellus_scene::Surface`].
+    /// The scattering of the parameters of UsdPreviewSurface: see [`vellus_scene::Surface`].
     pub fn new(color: [f32; 3], roughness: f32, metallic: f32, ior: f32) -> Self {
         let coat = ((ior - 1.0) / (ior + 1.0)).powi(2);
         Scatter {
@@ -40,7 +40,7 @@ impl Scatter {
         if self.has_coat() { self.specular.map(|s| s + (1.0 - s) * k) } else { [0.0; 3] }
     }
 
-    /// Probability of sampling the coat.
+    /// The probability of sampling the coat.
     fn coat_share(&self, cos_o: f32) -> f32 {
         let mean = |c: [f32; 3]| (c[0] + c[1] + c[2]) / 3.0;
         let coat = mean(self.fresnel(cos_o));
@@ -59,7 +59,7 @@ impl Scatter {
         0.5 * ((1.0 + self.alpha * self.alpha * tan2).sqrt() - 1.0)
     }
 
-    /// f·cos θᵢ and the density per solid angle of sampling `wi`.
+    /// f·cos θᵢ, and the density per solid angle with which [`Scatter::sample`] samples `wi`.
     pub fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> ([f32; 3], f32) {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return ([0.0; 3], 0.0);
@@ -82,7 +82,7 @@ impl Scatter {
         (f, pdf)
     }
 
-    /// Draws `wi`: direction, density, and f·cos θᵢ over it. `None` where it would go below the surface.
+    /// Samples `wi`. Returns it with its density and f·cos θᵢ divided by that; `None` if it goes below the surface.
     pub fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<(Vec3, f32, [f32; 3])> {
         if wo.z <= 0.0 {
             return None;
@@ -117,8 +117,8 @@ mod tests {
     use super::*;
     use crate::integrator::sampler::Sampler;
 
-    /// Sampled weights and uniform directions agree, no surface gives more than it gets, and densities integrate to 1 where
-    /// nothing is lost below the surface.
+    /// Sampled weights and uniform directions agree, no surface scatters more than it receives, and densities integrate to
+    /// 1 if no direction is lost below the surface.
     #[test]
     fn samples_agree_with_eval() {
         for (roughness, metallic, ior) in [(1.0, 0.0, 1.0), (0.4, 0.0, 1.5), (0.6, 1.0, 1.5), (0.3, 0.5, 1.3)] {

@@ -1,9 +1,9 @@
 //! Reads strands (UsdGeomBasisCurves).
 
 use crate::error::Error;
-use crate::read::context::Reader;
+use crate::read::context::{BoundLook, Reader};
 use crate::read::layout::Layout;
-use crate::read::look::{BoundLook, SHADER, channels, is_rgb, look};
+use crate::read::look::{SHADER, channels, look};
 use crate::read::motion::{Points, points};
 use crate::read::primvar::{Interpolation, Primvar, ancestors, inherited, primvar};
 use crate::read::xform::{Place, mean_scale};
@@ -176,7 +176,7 @@ type Varying = Vec<(Parameter, Values<[f32; 3]>)>;
 fn varying(reader: &mut Reader, prim: &str, layout: &Layout, bound: &BoundLook) -> Result<Varying, Error> {
     let mut varying = Vec::new();
     for parameter in Parameter::ALL {
-        let ours = format!("{PRIMVARS}{}", parameter.key());
+        let ours = format!("{PRIMVARS}{}", parameter.name());
         let theirs = bound.primvars.iter().find(|(p, _)| *p == parameter).map(|(_, name)| format!("primvars:{name}"));
         for name in std::iter::once(ours).chain(theirs) {
             let Some(values) = inherited(&reader.stage, prim, &name)? else { continue };
@@ -194,7 +194,7 @@ fn varying(reader: &mut Reader, prim: &str, layout: &Layout, bound: &BoundLook) 
     for path in ancestors(prim) {
         for name in reader.stage.properties(path)?.iter() {
             let key = name.as_str().strip_prefix(PRIMVARS).map(|key| key.strip_suffix(":indices").unwrap_or(key));
-            if key.is_some_and(|key| Parameter::from_key(key).is_none()) {
+            if key.is_some_and(|key| Parameter::from_name(key).is_none()) {
                 reader.warnings.add(path, format!("{} is not a parameter of {SHADER} and is ignored", name.as_str()));
             }
         }
@@ -204,15 +204,9 @@ fn varying(reader: &mut Reader, prim: &str, layout: &Layout, bound: &BoundLook) 
 
 /// The first value of a primvar that is outside the range of the parameter, and its index.
 fn outside(parameter: Parameter, primvar: &Primvar) -> Option<(usize, f32)> {
-    let [low, high] = parameter.range();
-    let used = match parameter {
-        Parameter::Melanin => 2,
-        parameter if is_rgb(parameter) => 3,
-        _ => 1,
-    };
     (0..primvar.values.len()).find_map(|i| {
-        let row = primvar.values.row(i).iter().take(used);
-        row.copied().find(|x| !(low..=high).contains(x)).map(|x| (i, x))
+        let row = primvar.values.row(i).iter().take(parameter.channels());
+        row.copied().find(|x| !parameter.range().contains(*x)).map(|x| (i, x))
     })
 }
 
@@ -227,10 +221,9 @@ fn warn_of_range(
     if !reader.held.insert((look, name.to_owned())) {
         return;
     }
-    let [low, high] = parameter.range();
-    let unit = if parameter.is_angle() { " degrees" } else { "" };
-    let nearest = value.clamp(low, high);
-    let what = format!("{name}[{i}] is {value}: the range is [{low}, {high}]{unit}, so it is clamped to {nearest}");
+    let (range, unit) = (parameter.range(), parameter.unit().suffix());
+    let nearest = range.nearest(value);
+    let what = format!("{name}[{i}] is {value}: the range is {range}{unit}, so it is clamped to {nearest}");
     let look = &reader.scene.looks[look].name;
     reader.warnings.add(prim, format!("{what}; other curves with the look {look} are clamped too"));
 }

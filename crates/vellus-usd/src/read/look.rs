@@ -1,29 +1,21 @@
-//! VellusFur: the fibre's shader, with inputs named as the parameters are ([`Parameter::key`]), angles in degrees.
+//! Reads VellusFur, the shader of a fibre. Its inputs have the names of the parameters ([`Parameter::name`]). Angles
+//! are in degrees.
 
 use crate::error::Error;
-use crate::read::context::Reader;
+use crate::read::context::{BoundLook, Reader};
 use crate::read::network::{Input, Shader, bound_material, input, surface_shader};
 use crate::read::uv_texture::uv_texture;
 use crate::stage::When;
-use vellus::{Color, Fiber, Species};
+use vellus::{Fiber, FiberBuilder, Species};
 use vellus_scene::{Look, Parameter, Value};
 
 /// `info:id` of the shader.
 pub(crate) const SHADER: &str = "VellusFur";
 
-/// The name of the look with [`crate::Options::fallback`]. A scene has it where a strand uses it.
+/// The name of the look with the fibre [`crate::Options::fallback`]. A scene has this look if a strand uses it.
 pub const FALLBACK_LOOK: &str = "fallback";
 
-/// A look, and the parameters that primvars of the curves give.
-#[derive(Clone, Debug)]
-pub(crate) struct BoundLook {
-    /// Index in the scene.
-    pub look: usize,
-    /// Names of the primvars, without `primvars:`.
-    pub primvars: Vec<(Parameter, String)>,
-}
-
-/// Three channels of a parameter from what a file gives: angles from degrees, numbers in all channels.
+/// Converts a value of a file to three channels: angles from degrees to radians, and a number to three equal channels.
 pub(crate) fn channels(parameter: Parameter, row: &[f32]) -> [f32; 3] {
     let unit = |x: f32| if parameter.is_angle() { f64::from(x).to_radians() as f32 } else { x };
     match (parameter, row) {
@@ -35,7 +27,7 @@ pub(crate) fn channels(parameter: Parameter, row: &[f32]) -> [f32; 3] {
     }
 }
 
-/// The look of a prim with curves.
+/// The look of a prim with curves. Reads it if it is new.
 pub(crate) fn look(reader: &mut Reader, prim: &str) -> Result<BoundLook, Error> {
     let material = bound_material(reader, prim)?;
     let shader = material.as_ref().map(|m| surface_shader(&reader.stage, m)).transpose()?.flatten();
@@ -60,16 +52,17 @@ pub(crate) fn look(reader: &mut Reader, prim: &str) -> Result<BoundLook, Error> 
 fn fur(reader: &mut Reader, material: &str, shader: &Shader) -> Result<(Look, Vec<(Parameter, String)>), Error> {
     let prim = shader.prim.as_str();
     let out_of_range = |error: vellus::Error| Error::prim(prim, error.to_string());
-    let mut fiber = Fiber::hair();
+    let mut base = Fiber::hair();
     if let Input::Value(at) = input(&reader.stage, prim, "inputs:preset")? {
         let preset = reader.stage.words(&at.prim, &at.name)?.and_then(|words| words.into_iter().next());
         let species: Species = preset.unwrap_or_default().parse().map_err(out_of_range)?;
-        fiber = Fiber::preset(species);
+        base = Fiber::preset(species);
     }
-    let mut color = None;
+    let mut fiber = FiberBuilder::new(base);
+    pigments(reader, prim, &mut fiber)?;
     let (mut textured, mut primvars) = (Vec::new(), Vec::new());
     for parameter in Parameter::ALL {
-        let name = format!("inputs:{}", parameter.key());
+        let name = format!("inputs:{}", parameter.name());
         let source = input(&reader.stage, prim, &name)?;
         // Beside a connection, the value of the input itself is what holds where nothing else gives one.
         let constant = match &source {
@@ -81,21 +74,17 @@ fn fur(reader: &mut Reader, material: &str, shader: &Shader) -> Result<(Look, Ve
             if numbers.len() != 1 {
                 return Err(Error::prim(prim, format!("{name} must be a number or a colour")));
             }
-            let is_color = matches!(parameter, Parameter::SigmaCa | Parameter::Reflectance | Parameter::Melanin);
-            if is_color && let Some(first) = color.replace(parameter) {
-                let what = format!("both inputs:{} and {name} give its colour: only one may", first.key());
-                return Err(Error::prim(prim, what));
-            }
-            set(&mut fiber, parameter, channels(parameter, numbers.row(0))).map_err(out_of_range)?;
+            fiber.set_value(parameter, channels(parameter, numbers.row(0)));
         }
         match source {
             Input::Unset | Input::Value(_) => {}
             Input::Shader(source) if source.id == "UsdUVTexture" => {
-                let (texture, scale) = uv_texture(reader, &source, !is_rgb(parameter))?;
+                let (texture, scale) = uv_texture(reader, &source, parameter.channels() == 1)?;
                 let scale = match (parameter, source.output.as_str()) {
                     // One channel is eumelanin alone.
                     (Parameter::Melanin, "r" | "g" | "b") => [scale[0], 0.0, 0.0],
-                    _ => channels(parameter, &scale),
+                    (Parameter::Melanin, _) => [scale[0], scale[1], 0.0],
+                    _ => scale,
                 };
                 textured.push((parameter, Value { texture, scale }));
             }
@@ -109,43 +98,38 @@ fn fur(reader: &mut Reader, material: &str, shader: &Shader) -> Result<(Look, Ve
                 primvars.push((parameter, varname));
             }
             Input::Shader(source) => {
-                reader.warnings.add(prim, format!("{name}: a {} is not supported and left out", source.id));
+                reader.warnings.add(prim, format!("{name}: a {} is not supported and is ignored", source.id));
             }
         }
     }
     for name in reader.stage.properties(prim)?.iter().map(|name| name.as_str()) {
-        let known = |key: &str| key == "preset" || Parameter::from_key(key).is_some();
+        let known = |key: &str| key == "preset" || Parameter::from_name(key).is_some() || PIGMENTS.contains(&key);
         if name.strip_prefix("inputs:").is_some_and(|key| !known(key)) {
-            reader.warnings.add(prim, format!("{name} is no parameter of {SHADER} and left out"));
+            reader.warnings.add(prim, format!("{name} is not a parameter of {SHADER} and is ignored"));
         }
     }
-    fiber.validate().map_err(out_of_range)?;
+    let fiber = fiber.build().map_err(out_of_range)?;
     Ok((Look { name: reader.name(material)?, fiber, textured }, primvars))
 }
 
-/// Has it three channels of its own?
-pub(crate) fn is_rgb(parameter: Parameter) -> bool {
-    use Parameter::{Melanin, Reflectance, SigmaCa, SigmaMa};
-    matches!(parameter, SigmaCa | SigmaMa | Reflectance | Melanin)
-}
+/// The channels of [`Parameter::Melanin`], which are constant inputs of their own in other shaders for hair.
+const PIGMENTS: [&str; 2] = ["eumelanin", "pheomelanin"];
 
-/// Sets a parameter to exactly that value; colours must be in their range, all others are checked at the end.
-fn set(fiber: &mut Fiber, parameter: Parameter, value: [f32; 3]) -> Result<(), vellus::Error> {
-    let x = value[0];
-    match parameter {
-        Parameter::Eta => fiber.eta = x,
-        Parameter::Kappa => fiber.kappa = x,
-        Parameter::Alpha => fiber.alpha = x,
-        Parameter::BetaM => fiber.beta_m = x,
-        Parameter::BetaN => fiber.beta_n = x,
-        Parameter::SigmaCa => fiber.sigma_ca = value,
-        Parameter::SigmaMs => fiber.sigma_ms = x,
-        Parameter::SigmaMa => fiber.sigma_ma = value,
-        Parameter::G => fiber.g = x,
-        Parameter::Layers => fiber.layers = x,
-        Parameter::Reflectance => *fiber = fiber.with_color(Color::Reflectance(value))?,
-        Parameter::Melanin => {
-            *fiber = fiber.with_color(Color::Melanin { eumelanin: x, pheomelanin: value[1] })?;
+/// Sets the concentrations of the pigments where an input gives one of them.
+fn pigments(reader: &mut Reader, prim: &str, fiber: &mut FiberBuilder) -> Result<(), Error> {
+    for pigment in PIGMENTS {
+        let name = format!("inputs:{pigment}");
+        match input(&reader.stage, prim, &name)? {
+            Input::Unset => {}
+            Input::Value(at) => {
+                let numbers = reader.stage.numbers(&at.prim, &at.name, When::Open)?.map(|n| n.values);
+                let numbers = numbers.unwrap_or_default();
+                fiber.set(pigment, &numbers).map_err(|error| Error::prim(prim, format!("inputs:{error}")))?;
+            }
+            Input::Shader(_) => {
+                let what = format!("{name}: a connection is not supported and is ignored; connect inputs:melanin");
+                reader.warnings.add(prim, what);
+            }
         }
     }
     Ok(())

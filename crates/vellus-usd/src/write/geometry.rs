@@ -1,6 +1,5 @@
 //! Writes strands, meshes, camera and lights.
 
-use crate::read::look::is_rgb;
 use crate::write::names::{Names, to_file, vellus_name};
 use crate::write::text::{Literal, Text, quoted};
 
@@ -52,9 +51,9 @@ pub(crate) fn strands<W: Write>(text: &mut Text<W>, strands: &Strands, names: &N
             Values::PerStrand(values) => (&values[..], "uniform"),
             Values::PerPoint(values) => (&values[..], "vertex"),
         };
-        let key = parameter.key();
+        let key = parameter.name();
         let in_file = values.iter().map(|value| to_file(*parameter, *value));
-        if is_rgb(*parameter) {
+        if parameter.channels() > 1 {
             text.array(&format!("float3[] primvars:vellus:{key}"), in_file, Some(interpolation))?;
         } else {
             text.array(&format!("float[] primvars:vellus:{key}"), in_file.map(|v| v[0]), Some(interpolation))?;

@@ -1,6 +1,6 @@
 //! Writes materials: VellusFur for strands, UsdPreviewSurface for meshes.
 
-use crate::read::look::{SHADER, is_rgb};
+use crate::read::look::SHADER;
 use crate::read::uv_texture::{WRAP_INPUTS, WRAPS};
 use crate::write::names::{Names, to_file, vellus_name};
 use crate::write::text::{Literal, Text};
@@ -18,47 +18,29 @@ pub(crate) fn look<W: Write>(text: &mut Text<W>, look: &Look, names: &Names) -> 
     text.open("Shader", "Fur", "")?;
     text.set("uniform token info:id", &format!("\"{SHADER}\""))?;
     for parameter in Parameter::ALL {
-        let name = format!("inputs:{}", parameter.key());
-        let kind = if is_rgb(parameter) { "color3f" } else { "float" };
-        if let Some(value) = constant(look, parameter) {
+        let name = format!("inputs:{}", parameter.name());
+        let kind = if parameter.channels() > 1 { "color3f" } else { "float" };
+        // The fibre stores the absorption, however its colour was given.
+        if let Some(value) = parameter.get(&look.fiber) {
             let value = to_file(parameter, value);
-            let value = if is_rgb(parameter) { value.text() } else { value[0].text() };
+            let value = if parameter.channels() > 1 { value.text() } else { value[0].text() };
             text.set(&format!("{kind} {name}"), &value)?;
         }
         if look.textured.iter().any(|(p, _)| *p == parameter) {
-            let output = if is_rgb(parameter) { "rgb" } else { "r" };
-            let shader = format!("<{path}/{}.outputs:{output}>", parameter.key());
+            let output = if parameter.channels() > 1 { "rgb" } else { "r" };
+            let shader = format!("<{path}/{}.outputs:{output}>", parameter.name());
             text.set(&format!("{kind} {name}.connect"), &shader)?;
         }
     }
     text.line("token outputs:surface")?;
     text.close()?;
     for (parameter, value) in &look.textured {
-        let output = if is_rgb(*parameter) { "float3 outputs:rgb" } else { "float outputs:r" };
-        let scale = to_file(*parameter, value.scale);
-        uv_texture(text, &path, parameter.key(), names, value.texture, scale, output)?;
+        let output = if parameter.channels() > 1 { "float3 outputs:rgb" } else { "float outputs:r" };
+        uv_texture(text, &path, parameter.name(), names, value.texture, value.scale, output)?;
     }
     coordinates(text, !look.textured.is_empty())?;
     text.close()?;
     Ok(path)
-}
-
-/// The constant value of a parameter. The fibre has the absorption, however its colour was specified.
-fn constant(look: &Look, parameter: Parameter) -> Option<[f32; 3]> {
-    let fiber = &look.fiber;
-    Some(match parameter {
-        Parameter::Eta => [fiber.eta; 3],
-        Parameter::Kappa => [fiber.kappa; 3],
-        Parameter::Alpha => [fiber.alpha; 3],
-        Parameter::BetaM => [fiber.beta_m; 3],
-        Parameter::BetaN => [fiber.beta_n; 3],
-        Parameter::SigmaCa => fiber.sigma_ca,
-        Parameter::SigmaMs => [fiber.sigma_ms; 3],
-        Parameter::SigmaMa => fiber.sigma_ma,
-        Parameter::G => [fiber.g; 3],
-        Parameter::Layers => [fiber.layers; 3],
-        Parameter::Reflectance | Parameter::Melanin => return None,
-    })
 }
 
 /// Writes a surface as a material. Returns its path.

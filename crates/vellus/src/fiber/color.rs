@@ -1,51 +1,46 @@
-//! Colour of a fibre: absorption given directly, as melanin, or as a wished reflectance.
+//! Colour of a fibre: as absorption, as melanin, or as the reflectance of many fibres.
 
-use crate::error::{Error, check};
+use crate::error::Error;
+use crate::fiber::parameter::Parameter;
 
 /// How the colour of the cortex is given.
 #[non_exhaustive]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Color {
-    /// σ_c,a itself, RGB, per fibre radius.
+    /// σ_c,a itself, RGB, per fibre radius, in [0, 1000].
     Absorption([f32; 3]),
-    /// Concentrations of the two pigments, each in [0, 100]; hair lies between 0 (white) and
-    /// 8 (black eumelanin).
+    /// Concentrations of the two pigments, each in [0, 100]. Hair lies between 0 (white) and 8 (black eumelanin).
     ///
-    /// σ = c_e (0.419, 0.697, 1.37) + c_p (0.187, 0.4, 1.05): the RGB constants of d'Eon et al.
-    /// 2011, An Energy-Conserving Hair Reflectance Model, as pbrt-v3/v4 and Mitsuba 3 use them.
+    /// σ = c_e (0.419, 0.697, 1.37) + c_p (0.187, 0.4, 1.05): the RGB constants of d'Eon et al. 2011, An
+    /// Energy-Conserving Hair Reflectance Model, as pbrt-v3/v4 and Mitsuba 3 use them.
     Melanin {
         /// Concentration of eumelanin, brown to black.
         eumelanin: f32,
         /// Concentration of pheomelanin, yellow to red.
         pheomelanin: f32,
     },
-    /// The colour that an *assembly* of such fibres should show, RGB in [0.001, 0.999], by the
-    /// fit of Chiang et al. 2016, A Practical and Controllable Hair and Fur Model for
-    /// Production Path Tracing, Eq. 9. It was made for hair without medulla.
+    /// The colour of an *assembly* of such fibres, RGB in [0.001, 0.999], by the fit of Chiang et al. 2016, A Practical
+    /// and Controllable Hair and Fur Model for Production Path Tracing, Eq. 9. The fit was made for hair without medulla.
     Reflectance([f32; 3]),
 }
 
 impl Color {
-    /// σ_c,a, RGB, per fibre radius; `beta_n` is the azimuthal roughness in radians.
+    /// σ_c,a, RGB, per fibre radius. `beta_n` is the azimuthal roughness in radians; only a reflectance depends on it.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] for a concentration, reflectance or roughness outside its range.
+    /// [`Error::OutOfRange`] for an absorption, concentration, reflectance or roughness out of range.
     pub fn absorption(self, beta_n: f32) -> Result<[f32; 3], Error> {
         const EUMELANIN: [f32; 3] = [0.419, 0.697, 1.37];
         const PHEOMELANIN: [f32; 3] = [0.187, 0.4, 1.05];
         match self {
-            Color::Absorption(sigma) => Ok(sigma),
+            Color::Absorption(sigma) => Parameter::SigmaCa.check(sigma).map(|()| sigma),
             Color::Melanin { eumelanin, pheomelanin } => {
-                let range = "a melanin concentration must be in [0, 100]";
-                check("eumelanin", eumelanin, 0.0, 100.0, range)?;
-                check("pheomelanin", pheomelanin, 0.0, 100.0, range)?;
+                Parameter::Melanin.check([eumelanin, pheomelanin, 0.0])?;
                 Ok(std::array::from_fn(|c| eumelanin * EUMELANIN[c] + pheomelanin * PHEOMELANIN[c]))
             }
             Color::Reflectance(color) => {
-                for value in color {
-                    check("reflectance", value, 0.001, 0.999, "a reflectance must be in [0.001, 0.999]")?;
-                }
-                check("beta_n", beta_n.to_degrees(), 0.0995, 90.0005, "a roughness must be in [0.1, 90] degrees")?;
+                Parameter::Reflectance.check(color)?;
+                Parameter::BetaN.check([beta_n; 3])?;
                 let b = f64::from(perceptual_roughness(beta_n));
                 let d = 5.969 + b * (-0.215 + b * (2.532 + b * (-10.73 + b * (5.574 + b * 0.245))));
                 Ok(color.map(|c| ((f64::from(c).ln() / d).powi(2)) as f32))
@@ -95,7 +90,7 @@ mod tests {
     #[test]
     fn bad_colours_are_named() {
         let e = Color::Reflectance([0.5, 1.2, 0.5]).absorption(0.1).unwrap_err().to_string();
-        assert!(e.contains("reflectance = 1.2") && e.contains("[0.001, 0.999]"), "{e}");
+        assert!(e.contains("reflectance.g = 1.2") && e.contains("[0.001, 0.999]"), "{e}");
         assert!(Color::Melanin { eumelanin: f32::NAN, pheomelanin: 0.0 }.absorption(0.1).is_err());
     }
 }

@@ -1,16 +1,24 @@
-//! The parameters of a fibre: Yan17 Table 1, with units, ranges and validation.
+//! A fibre: its parameters with names, units and ranges (Yan17 Table 1), its colour, and presets (Table 4).
 
+pub(crate) mod builder;
 pub(crate) mod color;
+pub(crate) mod parameter;
+#[cfg(feature = "serde")]
+mod serde;
 pub(crate) mod species;
 
-use crate::error::{Error, check};
+use crate::error::Error;
 use crate::fiber::color::Color;
+use crate::fiber::parameter::Parameter;
 use crate::fiber::species::Species;
 
-/// One fibre, described by the parameters of Yan17 Table 1.
+/// The parameters of one fibre (Yan17 Table 1).
 ///
-/// A plain struct: fill it as you like, from a preset or from scratch. [`Fiber::validate`] names
-/// what is out of range, and [`crate::Bcsdf::new`] calls it, so that no query ever fails.
+/// All fields are public. Fill them from a preset, from [`Fiber::hair`] or by hand, or by name with a
+/// [`FiberBuilder`](crate::FiberBuilder). [`Parameter`] has the name, unit and range of each field.
+/// [`Bcsdf::new`](crate::Bcsdf::new) validates a fibre, so that queries cannot fail.
+///
+/// With the feature `serde`, a fibre is a map of parameters by name, angles in degrees. Reading validates it.
 ///
 /// ```
 /// use vellus::{Fiber, Species};
@@ -23,40 +31,39 @@ use crate::fiber::species::Species;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[doc(alias = "Table 1")]
 pub struct Fiber {
-    /// η, refractive index of cortex and medulla. Range [1, 3]; keratin is near 1.55.
+    /// η, refractive index of cortex and medulla, in [1, 3]. Keratin is near 1.55.
     pub eta: f32,
-    /// κ, medullary index: radius of the medulla over that of the fibre. Range [0, 0.99];
-    /// 0 is a hair without medulla.
+    /// κ, medullary index: the radius of the medulla over that of the fibre, in [0, 0.99]. A hair without medulla has 0.
     pub kappa: f32,
-    /// α, tilt of the cuticle scales in radians. Range [−45°, 45°]. Positive scales open toward
-    /// the tip: the R highlight moves toward the root (D11).
+    /// α, tilt of the cuticle scales in radians, in [−45°, 45°]. Positive scales open toward the tip: the R highlight
+    /// moves toward the root (D11).
     pub alpha: f32,
-    /// β_m, longitudinal roughness: standard deviation in radians. Range [0.1°, 90°].
+    /// β_m, longitudinal roughness: a standard deviation in radians, in [0.1°, 90°].
     pub beta_m: f32,
-    /// β_n, azimuthal roughness: standard deviation in radians. Range [0.1°, 90°].
+    /// β_n, azimuthal roughness: a standard deviation in radians, in [0.1°, 90°].
     pub beta_n: f32,
-    /// σ_c,a, absorption in the cortex, RGB, per fibre radius (D1). Range [0, 1000].
+    /// σ_c,a, absorption in the cortex, RGB, per fibre radius (D1), in [0, 1000].
     pub sigma_ca: [f32; 3],
-    /// σ_m,s, scattering in the medulla, per fibre radius. Range [0, 1000]. Beyond an optical
-    /// radius σ_m,s κ/cos θ_t of 20 the shape of the scattered lobes stays that at 20.
+    /// σ_m,s, scattering in the medulla, per fibre radius, in [0, 1000]. Beyond an optical radius σ_m,s κ/cos θ_t of 20
+    /// the shape of the scattered lobes stays that at 20.
     pub sigma_ms: f32,
-    /// σ_m,a, absorption in the medulla, RGB, per fibre radius. Range [0, 1000].
+    /// σ_m,a, absorption in the medulla, RGB, per fibre radius, in [0, 1000].
     pub sigma_ma: [f32; 3],
-    /// g, Henyey–Greenstein anisotropy of the medulla. Range [0, 0.95].
+    /// g, Henyey–Greenstein anisotropy of the medulla, in [0, 0.95].
     pub g: f32,
-    /// l, layers of the cuticle. Range [0, 20]. 0.5 is nearly an ordinary dielectric interface,
-    /// 1 is one slab, 0 does not reflect.
+    /// l, layers of the cuticle, in [0, 20]. 0.5 is nearly one ordinary dielectric interface, 1 is one slab, and 0 does
+    /// not reflect.
     pub layers: f32,
 }
 
 impl Fiber {
-    /// The fit of Yan17 Table 4 for `species`. Absorption is grey, as the measurements are.
+    /// The fit of Yan17 Table 4 for a species. Its absorption is grey, as the measurements are.
     pub fn preset(species: Species) -> Self {
         species.fiber()
     }
 
-    /// A hair without medulla: η 1.55, α 2°, β_m and β_n 7°, one ordinary interface (l = 0.5),
-    /// no absorption. A start for [`Fiber::with_color`].
+    /// A hair without medulla and without absorption: η 1.55, α 2°, β_m and β_n 7°, one ordinary interface (l = 0.5).
+    /// Give it a colour with [`Fiber::with_color`].
     pub fn hair() -> Self {
         Fiber {
             eta: 1.55,
@@ -72,21 +79,22 @@ impl Fiber {
         }
     }
 
-    /// The same fibre with the cortex' absorption set, RGB, per fibre radius.
+    /// The same fibre with the given absorption of the cortex, RGB, per fibre radius, in [0, 1000]. The value is not
+    /// checked here.
     pub fn with_absorption(self, sigma_ca: [f32; 3]) -> Self {
         Fiber { sigma_ca, ..self }
     }
 
-    /// The same fibre with the cortex' absorption set from a colour.
+    /// The same fibre with the absorption of the cortex that gives it a colour.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] for a concentration or reflectance outside its range, or a
-    /// roughness β_n outside its own (a reflectance depends on it).
+    /// [`Error::OutOfRange`] for a concentration or reflectance out of range. Also for β_n out of range where the colour
+    /// is a reflectance, which depends on it.
     pub fn with_color(self, color: Color) -> Result<Self, Error> {
         Ok(Fiber { sigma_ca: color.absorption(self.beta_n)?, ..self })
     }
 
-    /// The same fibre that neither cortex nor medulla absorbs light in: white fur, furnace tests.
+    /// The same fibre without absorption in cortex and medulla: for white fur and furnace tests.
     pub fn without_absorption(self) -> Self {
         Fiber { sigma_ca: [0.0; 3], sigma_ma: [0.0; 3], ..self }
     }
@@ -94,24 +102,9 @@ impl Fiber {
     /// Checks every parameter.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] names the first parameter outside its range, or NaN. Angles are
-    /// reported in degrees.
+    /// [`Error::OutOfRange`] names the first parameter that is NaN or outside [`Parameter::range`]. It gives angles in
+    /// degrees.
     pub fn validate(&self) -> Result<(), Error> {
-        check("eta", self.eta, 1.0, 3.0, "eta must be in [1, 3]")?;
-        check("kappa", self.kappa, 0.0, 0.99, "kappa must be in [0, 0.99]")?;
-        // Half a millidegree of slack: radians of 0.1° and 90° as f32 may lie just outside.
-        let slack = 5e-4;
-        check("alpha", self.alpha.to_degrees(), -45.0 - slack, 45.0 + slack, "alpha must be in [-45, 45] degrees")?;
-        for (name, beta) in [("beta_m", self.beta_m), ("beta_n", self.beta_n)] {
-            check(name, beta.to_degrees(), 0.1 - slack, 90.0 + slack, "a roughness must be in [0.1, 90] degrees")?;
-        }
-        let sigma = |name: &str, value| check(name, value, 0.0, 1000.0, "must be in [0, 1000] per fibre radius");
-        for (c, channel) in ["r", "g", "b"].into_iter().enumerate() {
-            sigma(&format!("sigma_ca.{channel}"), self.sigma_ca[c])?;
-            sigma(&format!("sigma_ma.{channel}"), self.sigma_ma[c])?;
-        }
-        sigma("sigma_ms", self.sigma_ms)?;
-        check("g", self.g, 0.0, 0.95, "g must be in [0, 0.95]")?;
-        check("layers", self.layers, 0.0, 20.0, "layers must be in [0, 20]")
+        Parameter::ALL.into_iter().try_for_each(|parameter| parameter.get(self).map_or(Ok(()), |x| parameter.check(x)))
     }
 }

@@ -1,7 +1,7 @@
 //! Builds a hierarchy from the top down by the surface area heuristic over bins (Wald 2007, On Fast Construction of
 //! SAH-Based Bounding Volume Hierarchies).
 //!
-//! What a part costs is counted in leaves of eight, not in primitives: leaves become full, and fewer.
+//! The cost of a part is counted in leaves of eight, not in primitives: leaves become fuller, and fewer.
 
 use super::{Bounds, Bvh, EMPTY, LEAF, NONE, Node, WIDTH, half_area, join};
 use crate::geometry::memory;
@@ -10,13 +10,13 @@ use rayon::prelude::*;
 
 const BINS: usize = 16;
 
-/// Parts of this size and less are built by one thread.
+/// One thread builds parts of at most this many primitives.
 const TASK: usize = 1 << 14;
 
-/// Levels after which what is left is divided evenly: bins may take away one primitive at a time.
+/// Below this level parts are halved by count: in the worst case, bins remove one primitive at a time.
 const DEEPEST: usize = 60;
 
-/// What a traversal's stack must hold: seven siblings a level, of which even division of 2³² primitives adds eleven.
+/// The size of a traversal's stack: seven siblings a level, and halving 2³² primitives adds eleven levels.
 pub(super) const STACK: usize = 7 * (DEEPEST + 11) + 8;
 
 #[derive(Clone, Copy)]
@@ -31,7 +31,7 @@ impl Primitive {
         (self.low, self.high)
     }
 
-    /// Twice its middle.
+    /// Twice its center.
     fn center(&self) -> Vec3 {
         self.low + self.high
     }
@@ -47,13 +47,13 @@ struct Subtree {
     leaves: Vec<[u32; WIDTH]>,
 }
 
-/// The upper levels, which are built in parallel.
+/// The upper levels, built in parallel.
 enum Top {
     Below(Subtree, u32),
     Node(Vec<(Bounds, Top)>),
 }
 
-/// A hierarchy over so many primitives, and its leaves: primitives, [`NONE`] where there are fewer.
+/// Builds a hierarchy over `count` primitives. Returns the primitives of the leaves too, [`NONE`] for missing ones.
 pub(super) fn build(count: usize, bounds: impl Fn(usize) -> Bounds + Sync) -> (Bvh, Vec<[u32; WIDTH]>) {
     let mut primitives: Vec<Primitive> = (0..count)
         .into_par_iter()
@@ -106,7 +106,7 @@ impl Subtree {
         index as u32
     }
 
-    /// Takes in what was built in parallel.
+    /// Appends what was built in parallel.
     fn take(&mut self, top: Top) -> u32 {
         match top {
             Top::Below(tree, root) => {
@@ -129,7 +129,7 @@ impl Subtree {
     }
 }
 
-/// A node's parts: the largest is split until there are eight.
+/// The parts of a node: the one with the largest surface is split until there are eight.
 fn divide(part: Part<'_>, depth: usize) -> Vec<Part<'_>> {
     let mut parts = Vec::with_capacity(WIDTH);
     parts.push(part);
@@ -148,7 +148,7 @@ fn divide(part: Part<'_>, depth: usize) -> Vec<Part<'_>> {
     parts
 }
 
-/// Puts the primitives on the left of the cheapest plane first and counts them; `None` where all have the same middle.
+/// Moves the primitives left of the cheapest plane to the front, and counts them. `None` if all have the same center.
 fn split(primitives: &mut [Primitive]) -> Option<usize> {
     let (low, high) = primitives.iter().fold(EMPTY, |b, p| join(b, (p.center(), p.center())));
     let scale = (high - low).to_array().map(|size| if size > 0.0 { BINS as f32 / size } else { 0.0 });

@@ -1,8 +1,8 @@
-//! A bounding volume hierarchy of eight children a node, over leaves of up to eight primitives. One register holds a coordinate of
-//! all eight boxes.
+//! A bounding volume hierarchy with eight children a node, over leaves of up to eight primitives. One SIMD register holds
+//! a coordinate of all eight boxes.
 //!
-//! Where primitives move, boxes do: from one at the shutter's opening to one at its closing, in a straight line, as the
-//! primitives' points.
+//! If primitives move, so do the boxes: each has one box at the shutter's opening and one at its closing, and is
+//! interpolated between them.
 
 mod build;
 
@@ -13,19 +13,19 @@ use glam::Vec3;
 use rayon::prelude::*;
 use wide::f32x8;
 
-/// Primitives a leaf has room for.
+/// Primitives in a leaf, and children of a node.
 pub const WIDTH: usize = 8;
 
-/// In a leaf: no primitive.
+/// Stands for no primitive in a leaf.
 pub const NONE: u32 = u32::MAX;
 
-/// A child that is a leaf has this bit.
+/// The bit of children that are leaves.
 const LEAF: u32 = 1 << 31;
 
-/// The least and the largest corner of a box.
+/// The lower and the upper corner of a box.
 pub type Bounds = (Vec3, Vec3);
 
-/// Holds nothing. Not infinite: a ray that stands still along an axis would make that 0 · ∞.
+/// An empty box. It is finite: infinite corners would give 0 · ∞ for rays parallel to an axis.
 pub const EMPTY: Bounds = (Vec3::MAX, Vec3::MIN);
 
 /// The box around two boxes.
@@ -38,7 +38,7 @@ fn half_area((low, high): &Bounds) -> f32 {
     d.x * d.y + d.y * d.z + d.z * d.x
 }
 
-/// Eight boxes: least and largest coordinates, x, y, z.
+/// Eight boxes: lower and upper x, y and z.
 type Boxes = [[f32x8; 3]; 2];
 
 fn boxes(bounds: impl Iterator<Item = Bounds>) -> Boxes {
@@ -58,44 +58,44 @@ fn around(boxes: &Boxes) -> Bounds {
     (low.into(), high.into())
 }
 
-/// Eight boxes and what is in them.
+/// Eight boxes and their contents.
 #[derive(Clone, Copy, Debug)]
 struct Node {
     bounds: Boxes,
-    /// Index of a node, or of a leaf with [`LEAF`]; nothing where the box is empty.
+    /// Index of a node, or of a leaf with [`LEAF`]; meaningless if the box is empty.
     children: [u32; WIDTH],
 }
 
 impl Node {
-    /// Its children are still to be set.
+    /// A node without its children.
     fn new(bounds: impl Iterator<Item = Bounds>) -> Self {
         Node { bounds: boxes(bounds), children: [LEAF; WIDTH] }
     }
 }
 
-/// The hierarchy. Leaves are numbered; what is in them belongs to who built it.
+/// The hierarchy. It numbers the leaves; the caller of [`Bvh::build`] keeps their contents.
 #[derive(Clone, Debug)]
 pub struct Bvh {
     nodes: Vec<Node>,
-    /// Boxes of the nodes when the shutter closes, if anything moves; those of the nodes are when it opens.
+    /// The boxes of the nodes when the shutter closes, if anything moves. Those in the nodes are from its opening.
     closed: Vec<Boxes>,
     root: u32,
 }
 
 impl Bvh {
-    /// Builds it over boxes and returns the primitives of its leaves, [`NONE`] where there are fewer.
+    /// Builds a hierarchy over `count` boxes. Returns the primitives of the leaves too, [`NONE`] for missing ones.
     pub fn build(count: usize, bounds: impl Fn(usize) -> Bounds + Sync) -> (Self, Vec<[u32; WIDTH]>) {
         build::build(count, bounds)
     }
 
-    /// Sets the boxes of leaves when the shutter opens, and when it closes.
+    /// Sets the boxes of the leaves for the shutter's opening and closing.
     pub fn set_motion(&mut self, leaf: [&(dyn Fn(usize) -> Bounds + Sync); 2]) {
         let [open, closed] = leaf.map(|leaf| self.fitted(leaf));
         self.nodes.par_iter_mut().zip(open).for_each(|(node, boxes)| node.bounds = boxes);
         self.closed = memory::moved(closed);
     }
 
-    /// The boxes of all nodes over those of the leaves.
+    /// The boxes of all nodes, from those of the leaves.
     fn fitted(&self, leaf: &(dyn Fn(usize) -> Bounds + Sync)) -> Vec<Boxes> {
         let child = |node: &Node, lane: usize| {
             let full = node.bounds[0][0].to_array()[lane] <= node.bounds[1][0].to_array()[lane];
@@ -108,7 +108,7 @@ impl Bvh {
             }))
         };
         let mut all: Vec<Boxes> = self.nodes.par_iter().map(leaves).collect();
-        // A node's children come after it.
+        // Children come after their node.
         for i in (0..all.len()).rev() {
             for lane in 0..WIDTH {
                 if let Some(below) = child(&self.nodes[i], lane).filter(|child| child & LEAF == 0) {
@@ -128,9 +128,9 @@ impl Bvh {
         size_of_val(&self.nodes[..]) + size_of_val(&self.closed[..])
     }
 
-    /// Visits the leaves a ray may meet, near ones first. `leaf` gets the number of a leaf and the distance up to
-    /// which anything matters, and returns that distance, smaller if it found something; a negative one ends the
-    /// search.
+    /// Visits the leaves that a ray may hit, near ones first. `leaf` gets the number of a leaf and the distance up to which
+    /// hits count, and returns this distance, smaller if it found a hit. A negative distance ends the search. `soon` gets
+    /// the numbers of leaves that will be visited soon.
     #[inline]
     pub fn traverse(&self, ray: &Ray, soon: impl Fn(u32), leaf: impl FnMut(u32, f32) -> f32) {
         if self.closed.is_empty() {
@@ -144,7 +144,7 @@ impl Bvh {
     fn search<const MOVING: bool>(&self, ray: &Ray, soon: impl Fn(u32), mut leaf: impl FnMut(u32, f32) -> f32) {
         let splat = f32x8::splat;
         let d = ray.direction.to_array();
-        // A direction's zero becomes tiny: 0/0 never arises.
+        // A zero in the direction becomes tiny: this avoids 0/0.
         let inverse = d.map(|d| 1.0 / if d.abs() < 1e-20 { 1e-20f32.copysign(d) } else { d });
         let origin = ray.origin.to_array();
         let shift: [f32x8; 3] = std::array::from_fn(|k| splat(-origin[k] * inverse[k]));
@@ -180,11 +180,12 @@ impl Bvh {
                     enter = enter.fast_max(first);
                     leave = leave.fast_min(last);
                 }
-                // A few roundings of the slabs, as Ize 2013, Robust BVH Ray Traversal.
+                // Allows for rounding errors of the slabs (Ize 2013, Robust BVH Ray Traversal).
                 let hit = enter.simd_le(leave * splat(1.000_000_5));
                 let mut mask = hit.to_bitmask();
                 if mask != 0 {
-                    // As one number, so that they are compared and moved at once: distances are not negative, and ordered as their bits are.
+                    // Distance and child in one number are compared and moved at once. Distances are not negative, so their
+                    // bits have their order.
                     let distances = enter.to_array();
                     let mut next = || {
                         let i = mask.trailing_zeros() as usize & (WIDTH - 1);
@@ -192,7 +193,7 @@ impl Bvh {
                         (u64::from(distances[i].to_bits()) << 32 | u64::from(node.children[i]), mask != 0)
                     };
                     let (mut nearest, mut more) = next();
-                    // Mostly there is one.
+                    // Usually there is only one.
                     if !more {
                         current = nearest as u32;
                         continue;
@@ -203,7 +204,7 @@ impl Bvh {
                         let entry;
                         (entry, more) = next();
                         self.fetch(entry as u32, &soon);
-                        // Sorted as they come.
+                        // Insertion sort.
                         stack.push(entry.max(nearest));
                         nearest = entry.min(nearest);
                         let mut place = stack.len() - 1;
@@ -226,7 +227,7 @@ impl Bvh {
         }
     }
 
-    /// Has a child fetched that will be visited soon.
+    /// Prefetches a child that will be visited soon.
     #[inline(always)]
     fn fetch(&self, child: u32, soon: &impl Fn(u32)) {
         if child & LEAF == 0 {
@@ -241,7 +242,7 @@ impl Bvh {
 mod tests {
     use super::*;
 
-    /// Thousands of boxes in one place are found as well.
+    /// Thousands of coinciding boxes are all found.
     #[test]
     fn boxes_may_coincide() {
         let (bvh, leaves) = Bvh::build(5000, |_| (Vec3::ZERO, Vec3::ONE));
@@ -259,7 +260,7 @@ mod tests {
         assert!(seen * WIDTH >= 5000);
     }
 
-    /// Every leaf whose box a ray meets is visited, and each primitive is in one leaf.
+    /// Every leaf whose box a ray hits is visited, and each primitive is in exactly one leaf.
     #[test]
     fn traversal_finds_all_boxes() {
         let noise = |i: usize, k: u32| (i as f32 * 12.9898 + k as f32 * 78.233).sin().rem_euclid(1.0);
@@ -296,7 +297,7 @@ mod tests {
         }
     }
 
-    /// The same of boxes that move, at any time.
+    /// Moving boxes are found at any time.
     #[test]
     fn traversal_finds_moving_boxes() {
         let noise = |i: usize, k: u32| (i as f32 * 12.9898 + k as f32 * 78.233).sin().rem_euclid(1.0);

@@ -1,0 +1,427 @@
+//! The table of a fibre's parameters: names, units, ranges. Files, options, fits and messages all read it.
+
+use crate::error::{Error, shortest};
+use crate::fiber::Fiber;
+use crate::fiber::color::Color;
+use std::fmt;
+
+/// A parameter of a fibre (Yan17 Table 1), or one of the two other ways to give the colour of its cortex.
+///
+/// [`Fiber`] stores the first ten. [`Parameter::Reflectance`] and [`Parameter::Melanin`] set
+/// [`Fiber::sigma_ca`] ([`Color`]).
+///
+/// ```
+/// use vellus::{Fiber, Parameter, Species};
+/// let fox = Fiber::preset(Species::RedFox);
+/// for parameter in Parameter::ALL {
+///     if let Some(value) = parameter.get(&fox) {
+///         println!("{} = {} ({})", parameter.name(), value[0], parameter.description());
+///     }
+/// }
+/// assert_eq!(Parameter::Kappa.range().to_string(), "[0, 0.99]");
+/// ```
+#[non_exhaustive]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Parameter {
+    /// κ, [`Fiber::kappa`].
+    Kappa,
+    /// η, [`Fiber::eta`].
+    Eta,
+    /// α, [`Fiber::alpha`].
+    Alpha,
+    /// β_m, [`Fiber::beta_m`].
+    BetaM,
+    /// β_n, [`Fiber::beta_n`].
+    BetaN,
+    /// σ_c,a, RGB, [`Fiber::sigma_ca`].
+    SigmaCa,
+    /// σ_m,s, [`Fiber::sigma_ms`].
+    SigmaMs,
+    /// σ_m,a, RGB, [`Fiber::sigma_ma`].
+    SigmaMa,
+    /// g, [`Fiber::g`].
+    G,
+    /// l, [`Fiber::layers`].
+    Layers,
+    /// σ_c,a from the reflectance of an assembly of fibres, RGB ([`Color::Reflectance`]).
+    Reflectance,
+    /// σ_c,a from the concentrations of eumelanin and pheomelanin, in this order ([`Color::Melanin`]).
+    Melanin,
+}
+
+/// The unit of a parameter in files and options.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Unit {
+    /// A plain number.
+    One,
+    /// An angle in degrees. [`Fiber`] stores it in radians.
+    Degrees,
+    /// An absorption or scattering coefficient, per fibre radius (D1).
+    PerRadius,
+}
+
+impl Unit {
+    /// The unit after a number, in words: `" degrees"`, `" per fibre radius"` or nothing.
+    pub fn suffix(self) -> &'static str {
+        match self {
+            Unit::One => "",
+            Unit::Degrees => " degrees",
+            Unit::PerRadius => " per fibre radius",
+        }
+    }
+
+    /// The unit as a sign after a number in a table: `°` or nothing.
+    pub fn sign(self) -> &'static str {
+        if self == Unit::Degrees { "°" } else { "" }
+    }
+
+    /// A number of a file in the unit that [`Fiber`] stores: radians for an angle.
+    pub fn to_stored(self, x: f32) -> f32 {
+        if self == Unit::Degrees { x.to_radians() } else { x }
+    }
+
+    /// A number that [`Fiber`] stores in the unit of files: degrees for an angle.
+    pub fn from_stored(self, x: f32) -> f32 {
+        if self == Unit::Degrees { x.to_degrees() } else { x }
+    }
+}
+
+/// The values that a parameter may have: all numbers from `low` to `high`, both ends included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// The smallest value.
+    pub low: f64,
+    /// The largest value.
+    pub high: f64,
+}
+
+impl Range {
+    /// Is a value in the range? The ends are rounded to single precision first, so that `0.99_f32` is in [0, 0.99].
+    pub fn contains(&self, x: f32) -> bool {
+        (self.low as f32..=self.high as f32).contains(&x)
+    }
+
+    /// The value of the range that is nearest to `x`; the low end for NaN.
+    pub fn nearest(&self, x: f32) -> f32 {
+        let [low, high] = self.ends();
+        if x.is_nan() { low } else { x.clamp(low, high) }
+    }
+
+    /// Both ends in single precision.
+    pub fn ends(&self) -> [f32; 2] {
+        [self.low as f32, self.high as f32]
+    }
+}
+
+impl fmt::Display for Range {
+    /// As `[0, 0.99]`.
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "[{}, {}]", self.low, self.high)
+    }
+}
+
+/// What the table says of one parameter.
+struct Row {
+    parameter: Parameter,
+    name: &'static str,
+    symbol: &'static str,
+    unit: Unit,
+    range: Range,
+    channels: &'static [&'static str],
+    description: &'static str,
+}
+
+const NUMBER: &[&str] = &[""];
+const RGB: &[&str] = &["r", "g", "b"];
+const MELANIN: &[&str] = &["eumelanin", "pheomelanin"];
+
+const fn row(
+    (parameter, name, symbol): (Parameter, &'static str, &'static str),
+    (unit, [low, high]): (Unit, [f64; 2]),
+    channels: &'static [&'static str],
+    description: &'static str,
+) -> Row {
+    Row { parameter, name, symbol, unit, range: Range { low, high }, channels, description }
+}
+
+/// In the order of Yan17 Table 4. Colours come last: [`Color::Reflectance`] depends on β_n.
+#[rustfmt::skip]
+#[doc(alias = "Table 1")]
+const TABLE: [Row; 12] = [
+    row((Parameter::Kappa, "kappa", "κ"), (Unit::One, [0.0, 0.99]), NUMBER,
+        "radius of the medulla over that of the fibre; 0 is a hair without medulla"),
+    row((Parameter::Eta, "eta", "η"), (Unit::One, [1.0, 3.0]), NUMBER,
+        "refractive index of cortex and medulla"),
+    row((Parameter::Alpha, "alpha", "α"), (Unit::Degrees, [-45.0, 45.0]), NUMBER,
+        "tilt of the cuticle scales"),
+    row((Parameter::BetaM, "beta_m", "β_m"), (Unit::Degrees, [0.1, 90.0]), NUMBER,
+        "longitudinal roughness, a standard deviation"),
+    row((Parameter::BetaN, "beta_n", "β_n"), (Unit::Degrees, [0.1, 90.0]), NUMBER,
+        "azimuthal roughness, a standard deviation"),
+    row((Parameter::SigmaCa, "sigma_ca", "σ_ca"), (Unit::PerRadius, [0.0, 1000.0]), RGB,
+        "absorption in the cortex"),
+    row((Parameter::SigmaMs, "sigma_ms", "σ_ms"), (Unit::PerRadius, [0.0, 1000.0]), NUMBER,
+        "scattering in the medulla"),
+    row((Parameter::SigmaMa, "sigma_ma", "σ_ma"), (Unit::PerRadius, [0.0, 1000.0]), RGB,
+        "absorption in the medulla"),
+    row((Parameter::G, "g", "g"), (Unit::One, [0.0, 0.95]), NUMBER,
+        "anisotropy of the scattering in the medulla (Henyey–Greenstein)"),
+    row((Parameter::Layers, "layers", "l"), (Unit::One, [0.0, 20.0]), NUMBER,
+        "layers of the cuticle; 0.5 is nearly one dielectric interface"),
+    row((Parameter::Reflectance, "reflectance", "reflectance"), (Unit::One, [0.001, 0.999]), RGB,
+        "sigma_ca from the colour of many such fibres (Chiang et al. 2016)"),
+    row((Parameter::Melanin, "melanin", "melanin"), (Unit::One, [0.0, 100.0]), MELANIN,
+        "sigma_ca from the concentrations of eumelanin and pheomelanin (d'Eon et al. 2011)"),
+];
+
+impl Parameter {
+    /// All parameters: those that [`Fiber`] stores in the order of Yan17 Table 4, then the other two ways to give a
+    /// colour. To set several parameters in this order is right, because [`Parameter::Reflectance`] depends on β_n.
+    pub const ALL: [Parameter; 12] = {
+        let mut all = [Parameter::Kappa; 12];
+        let mut i = 0;
+        while i < 12 {
+            all[i] = TABLE[i].parameter;
+            i += 1;
+        }
+        all
+    };
+
+    fn row(self) -> &'static Row {
+        &TABLE[self as usize]
+    }
+
+    /// The name in files and options: `kappa`, `beta_m`, `sigma_ca`, …
+    pub fn name(self) -> &'static str {
+        self.row().name
+    }
+
+    /// The symbol in formulas and tables: `κ`, `β_m`, `σ_ca`, …
+    pub fn symbol(self) -> &'static str {
+        self.row().symbol
+    }
+
+    /// One line of explanation, without a full stop.
+    pub fn description(self) -> &'static str {
+        self.row().description
+    }
+
+    /// The unit in files and options. [`Fiber`] stores angles in radians.
+    pub fn unit(self) -> Unit {
+        self.row().unit
+    }
+
+    /// Is the parameter an angle, which files give in degrees and [`Fiber`] stores in radians?
+    pub fn is_angle(self) -> bool {
+        self.unit() == Unit::Degrees
+    }
+
+    /// The values allowed for each channel, in the unit of files ([`Parameter::unit`]).
+    pub fn range(self) -> Range {
+        self.row().range
+    }
+
+    /// The value without a preset, that of [`Fiber::hair`], as [`Parameter::get`] gives it.
+    pub fn default_value(self) -> Option<[f32; 3]> {
+        self.get(&Fiber::hair())
+    }
+
+    /// How many numbers a value has: 1, 2 (melanin) or 3 (RGB).
+    pub fn channels(self) -> usize {
+        self.row().channels.len()
+    }
+
+    /// Does the parameter give the colour of the cortex, σ_c,a? Only one of those that do may be given.
+    pub fn is_color(self) -> bool {
+        matches!(self, Parameter::SigmaCa | Parameter::Reflectance | Parameter::Melanin)
+    }
+
+    /// The name of a channel, counted from 0: `kappa`, `sigma_ca.r`, `eumelanin`. The name of the parameter where there
+    /// is no such channel.
+    pub fn channel_name(self, channel: usize) -> String {
+        match (self, self.row().channels.get(channel)) {
+            (_, None | Some(&"")) => self.name().to_owned(),
+            (Parameter::Melanin, Some(pigment)) => (*pigment).to_owned(),
+            (_, Some(color)) => format!("{}.{color}", self.name()),
+        }
+    }
+
+    /// The parameter of a name.
+    pub fn from_name(name: &str) -> Option<Parameter> {
+        Parameter::ALL.into_iter().find(|p| p.name() == name)
+    }
+
+    /// The parameter and the channel of a name as [`Parameter::channel_name`] gives it, and no channel for the name of
+    /// a parameter.
+    ///
+    /// ```
+    /// use vellus::Parameter;
+    /// assert_eq!(Parameter::parse("sigma_ca"), Some((Parameter::SigmaCa, None)));
+    /// assert_eq!(Parameter::parse("sigma_ca.g"), Some((Parameter::SigmaCa, Some(1))));
+    /// assert_eq!(Parameter::parse("pheomelanin"), Some((Parameter::Melanin, Some(1))));
+    /// ```
+    pub fn parse(name: &str) -> Option<(Parameter, Option<usize>)> {
+        if let Some(parameter) = Parameter::from_name(name) {
+            return Some((parameter, None));
+        }
+        Parameter::ALL.into_iter().find_map(|parameter| {
+            let channel = (0..parameter.channels()).find(|&c| parameter.channel_name(c) == name)?;
+            Some((parameter, Some(channel)))
+        })
+    }
+
+    /// The value of a fibre in its own units (radians), the same in all channels for a number. `None` for the two
+    /// parameters that a fibre does not store.
+    pub fn get(self, fiber: &Fiber) -> Option<[f32; 3]> {
+        Some(match self {
+            Parameter::Kappa => [fiber.kappa; 3],
+            Parameter::Eta => [fiber.eta; 3],
+            Parameter::Alpha => [fiber.alpha; 3],
+            Parameter::BetaM => [fiber.beta_m; 3],
+            Parameter::BetaN => [fiber.beta_n; 3],
+            Parameter::SigmaCa => fiber.sigma_ca,
+            Parameter::SigmaMs => [fiber.sigma_ms; 3],
+            Parameter::SigmaMa => fiber.sigma_ma,
+            Parameter::G => [fiber.g; 3],
+            Parameter::Layers => [fiber.layers; 3],
+            Parameter::Reflectance | Parameter::Melanin => return None,
+        })
+    }
+
+    /// Puts a value in a fibre's own units (radians) into a fibre. A number is taken from the first channel, melanin
+    /// from the first two.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for a value out of range. The fibre is then as before.
+    pub fn set(self, fiber: &mut Fiber, value: [f32; 3]) -> Result<(), Error> {
+        self.check(value)?;
+        self.store(fiber, value);
+        Ok(())
+    }
+
+    /// The same with the nearest value of the range. Values from textures, and between control points, may leave the
+    /// range.
+    pub fn set_nearest(self, fiber: &mut Fiber, value: [f32; 3]) {
+        let [low, high] = self.range().ends().map(|x| self.unit().to_stored(x));
+        self.store(fiber, value.map(|x| if x.is_nan() { low } else { x.clamp(low, high) }));
+    }
+
+    fn store(self, fiber: &mut Fiber, value: [f32; 3]) {
+        let [x, y, _] = value;
+        // A reflectance also depends on β_n. Where that is out of range, the colour stays, and validation names β_n.
+        let color = |fiber: &Fiber, color: Color| color.absorption(fiber.beta_n).unwrap_or(fiber.sigma_ca);
+        match self {
+            Parameter::Kappa => fiber.kappa = x,
+            Parameter::Eta => fiber.eta = x,
+            Parameter::Alpha => fiber.alpha = x,
+            Parameter::BetaM => fiber.beta_m = x,
+            Parameter::BetaN => fiber.beta_n = x,
+            Parameter::SigmaCa => fiber.sigma_ca = value,
+            Parameter::SigmaMs => fiber.sigma_ms = x,
+            Parameter::SigmaMa => fiber.sigma_ma = value,
+            Parameter::G => fiber.g = x,
+            Parameter::Layers => fiber.layers = x,
+            Parameter::Reflectance => fiber.sigma_ca = color(fiber, Color::Reflectance(value)),
+            Parameter::Melanin => {
+                fiber.sigma_ca = color(fiber, Color::Melanin { eumelanin: x, pheomelanin: y });
+            }
+        }
+    }
+
+    /// Checks a value in a fibre's own units (radians).
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] names the first channel out of range, its value and the range in the unit of files.
+    pub fn check(self, value: [f32; 3]) -> Result<(), Error> {
+        for (channel, x) in value.into_iter().take(self.channels()).enumerate() {
+            let x = self.unit().from_stored(x);
+            let is_inside = if self.is_angle() { self.contains_degrees(x) } else { self.range().contains(x) };
+            if !is_inside {
+                return Err(Error::OutOfRange {
+                    name: self.channel_name(channel),
+                    value: shortest(x),
+                    range: format!("it must be in {}{}", self.range(), self.unit().suffix()),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Is an angle in its range? With half a millidegree of slack: 0.1° and 90°, rounded to radians, may lie just
+    /// outside.
+    fn contains_degrees(self, x: f32) -> bool {
+        const SLACK: f32 = 5e-4;
+        let [low, high] = self.range().ends();
+        (low - SLACK..=high + SLACK).contains(&x)
+    }
+}
+
+impl fmt::Display for Parameter {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Species;
+
+    #[test]
+    fn the_table_has_the_order_of_the_enum_and_every_name_finds_its_parameter() {
+        for (i, parameter) in Parameter::ALL.into_iter().enumerate() {
+            assert_eq!(parameter as usize, i);
+            assert_eq!(Parameter::parse(parameter.name()), Some((parameter, None)));
+            assert!(parameter.range().low < parameter.range().high);
+            for channel in 0..parameter.channels() {
+                let name = parameter.channel_name(channel);
+                let expected = (parameter.channels() > 1).then_some(channel);
+                assert_eq!(Parameter::parse(&name), Some((parameter, expected)), "{name}");
+            }
+        }
+        assert_eq!((Parameter::parse("colour"), Parameter::parse("sigma_ca.a")), (None, None));
+        assert_eq!(Parameter::Melanin.channel_name(0), "eumelanin");
+    }
+
+    #[test]
+    fn what_is_set_is_what_one_gets() {
+        let fox = Fiber::preset(Species::RedFox).with_absorption([0.1, 0.2, 0.3]);
+        let mut copy = Fiber::hair();
+        for parameter in Parameter::ALL {
+            if let Some(value) = parameter.get(&fox) {
+                parameter.set(&mut copy, value).unwrap();
+                assert_eq!(parameter.get(&copy), Some(value));
+            }
+        }
+        assert_eq!(copy, fox);
+    }
+
+    #[test]
+    fn values_outside_a_range_become_its_ends() {
+        for parameter in Parameter::ALL {
+            let [low, high] = parameter.range().ends();
+            let unit = parameter.unit();
+            for (given, nearest) in [(low - 1e4, low), (high + 1e4, high), (f32::NAN, low), (f32::INFINITY, high)] {
+                let [mut fiber, mut expected] = [Fiber::hair(); 2];
+                parameter.set_nearest(&mut fiber, [unit.to_stored(given); 3]);
+                parameter.set(&mut expected, [unit.to_stored(nearest); 3]).unwrap();
+                assert_eq!((fiber, fiber.validate()), (expected, Ok(())), "{parameter:?}");
+                assert!(parameter.set(&mut fiber, [unit.to_stored(given); 3]).is_err(), "{parameter:?} {given}");
+                assert_eq!(fiber, expected, "a refused value changes nothing");
+            }
+        }
+    }
+
+    #[test]
+    fn a_value_out_of_range_is_named_with_the_range() {
+        let error = |p: Parameter, value: [f32; 3]| p.check(value).unwrap_err().to_string();
+        assert_eq!(error(Parameter::Kappa, [1.0; 3]), "kappa = 1 is out of range: it must be in [0, 0.99]");
+        assert_eq!(
+            error(Parameter::SigmaMa, [0.0, 0.0, -2.0]),
+            "sigma_ma.b = -2 is out of range: it must be in [0, 1000] per fibre radius"
+        );
+        assert!(error(Parameter::BetaM, [2.0; 3]).ends_with("it must be in [0.1, 90] degrees"));
+        assert!(error(Parameter::Melanin, [1.0, 101.0, 0.0]).starts_with("pheomelanin = 101"));
+    }
+}

@@ -1,0 +1,205 @@
+//! Fibres, colours, species and windows in files, by serde.
+
+use crate::error::{Error, shortest};
+use crate::fiber::Fiber;
+use crate::fiber::builder::{FiberBuilder, unknown};
+use crate::fiber::color::Color;
+use crate::fiber::parameter::{Parameter, Unit};
+use crate::fiber::species::Species;
+use crate::window::Window;
+use serde::de::{self, Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
+use serde::ser::{Serialize, SerializeMap, Serializer};
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// A number, or one for each channel.
+struct Numbers(Vec<f32>);
+
+impl<'de> Deserialize<'de> for Numbers {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct NumbersVisitor;
+
+        impl<'de> Visitor<'de> for NumbersVisitor {
+            type Value = Numbers;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a number or an array of numbers")
+            }
+
+            fn visit_f64<E: de::Error>(self, x: f64) -> Result<Numbers, E> {
+                Ok(Numbers(vec![x as f32]))
+            }
+
+            fn visit_i64<E: de::Error>(self, x: i64) -> Result<Numbers, E> {
+                Ok(Numbers(vec![x as f32]))
+            }
+
+            fn visit_u64<E: de::Error>(self, x: u64) -> Result<Numbers, E> {
+                Ok(Numbers(vec![x as f32]))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut values: A) -> Result<Numbers, A::Error> {
+                let mut numbers = Vec::new();
+                while let Some(x) = values.next_element()? {
+                    numbers.push(x);
+                }
+                Ok(Numbers(numbers))
+            }
+        }
+
+        deserializer.deserialize_any(NumbersVisitor)
+    }
+}
+
+/// A value in the units of files: one number where all channels are the same.
+struct InFile(Parameter, [f32; 3]);
+
+impl Serialize for InFile {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let InFile(parameter, value) = self;
+        let value = if parameter.is_angle() { value.map(degrees) } else { *value };
+        match (parameter.channels(), value) {
+            (2, [x, y, _]) => [x, y].serialize(serializer),
+            (3, [r, g, b]) if r != g || g != b => value.serialize(serializer),
+            (_, [x, ..]) => serializer.serialize_f32(x),
+        }
+    }
+}
+
+/// The shortest number of degrees, from four decimals on, that is read as this angle in radians: 5.48, not 5.4800005.
+/// Some angles lie between those of two adjacent numbers of degrees; they become one of the two.
+fn degrees(radians: f32) -> f32 {
+    let exact = Unit::Degrees.from_stored(radians);
+    let rounded = (4..8).map(|decimals| {
+        let scale = 10f64.powi(decimals);
+        ((shortest(exact) * scale).round() / scale) as f32
+    });
+    let adjacent = [exact, exact.next_down(), exact.next_up()];
+    rounded.chain(adjacent).find(|x| Unit::Degrees.to_stored(*x) == radians).unwrap_or(exact)
+}
+
+impl Serialize for Fiber {
+    /// A map of the parameters that a fibre stores, in the order of [`Parameter::ALL`].
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let stored: Vec<(Parameter, [f32; 3])> =
+            Parameter::ALL.into_iter().filter_map(|p| p.get(self).map(|value| (p, value))).collect();
+        let mut map = serializer.serialize_map(Some(stored.len()))?;
+        for (parameter, value) in stored {
+            map.serialize_entry(parameter.name(), &InFile(parameter, value))?;
+        }
+        map.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for Fiber {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        FiberBuilder::deserialize(deserializer)?.build().map_err(de::Error::custom)
+    }
+}
+
+impl<'de> Deserialize<'de> for FiberBuilder {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct MapVisitor;
+
+        impl<'de> Visitor<'de> for MapVisitor {
+            type Value = FiberBuilder;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a map of the parameters of a fibre")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<FiberBuilder, A::Error> {
+                let mut base = Fiber::hair();
+                let mut settings: Vec<(String, Numbers)> = Vec::new();
+                let mut has_preset = false;
+                while let Some(name) = map.next_key::<String>()? {
+                    if settings.iter().any(|(known, _)| *known == name) || (name == "preset" && has_preset) {
+                        return Err(de::Error::custom(format!("{name} is given twice")));
+                    }
+                    if name == "preset" {
+                        (base, has_preset) = (Fiber::preset(map.next_value()?), true);
+                    } else if Parameter::parse(&name).is_none() {
+                        return Err(de::Error::custom(unknown(&name)));
+                    } else {
+                        settings.push((name, map.next_value()?));
+                    }
+                }
+                // The preset may stand after the channels of a colour, which begin with its values.
+                let mut builder = FiberBuilder::new(base);
+                for (name, Numbers(numbers)) in &settings {
+                    builder.set(name, numbers).map_err(de::Error::custom)?;
+                }
+                Ok(builder)
+            }
+        }
+
+        deserializer.deserialize_map(MapVisitor)
+    }
+}
+
+/// A colour is a map of one parameter: `sigma_ca`, `reflectance` or `melanin` (or its pigments by name).
+impl Serialize for Color {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let (parameter, value) = match *self {
+            Color::Absorption(sigma) => (Parameter::SigmaCa, sigma),
+            Color::Melanin { eumelanin, pheomelanin } => (Parameter::Melanin, [eumelanin, pheomelanin, 0.0]),
+            Color::Reflectance(color) => (Parameter::Reflectance, color),
+        };
+        let mut map = serializer.serialize_map(Some(1))?;
+        map.serialize_entry(parameter.name(), &InFile(parameter, value))?;
+        map.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for Color {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let mut builder = FiberBuilder::default();
+        for (name, Numbers(numbers)) in BTreeMap::<String, Numbers>::deserialize(deserializer)? {
+            if Parameter::parse(&name).is_none_or(|(parameter, _)| !parameter.is_color()) {
+                let known = "sigma_ca, reflectance, melanin, eumelanin, pheomelanin";
+                return Err(de::Error::custom(Error::UnknownParameter { name, known: known.to_owned() }));
+            }
+            builder.set(&name, &numbers).map_err(de::Error::custom)?;
+        }
+        builder.build().map_err(de::Error::custom)?;
+        builder.color().map_err(de::Error::custom)?.ok_or_else(|| de::Error::custom("a colour is missing"))
+    }
+}
+
+/// A species is its name.
+impl Serialize for Species {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+impl<'de> Deserialize<'de> for Species {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        String::deserialize(deserializer)?.parse().map_err(de::Error::custom)
+    }
+}
+
+/// A window is its two ends: `[-0.5, 0.25]`.
+impl Serialize for Window {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.ends().serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Window {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let [low, high] = <[f32; 2]>::deserialize(deserializer)?;
+        for (name, value) in [("window[0]", low), ("window[1]", high)] {
+            if !(-1.0..=1.0).contains(&value) {
+                let (value, range) = (shortest(value), "an offset must be in [-1, 1]".to_owned());
+                return Err(de::Error::custom(Error::OutOfRange { name: name.to_owned(), value, range }));
+            }
+        }
+        if low > high {
+            return Err(de::Error::custom(format!(
+                "window = [{low}, {high}]: the first end must not be above the second"
+            )));
+        }
+        Ok(Window::range(low, high))
+    }
+}
