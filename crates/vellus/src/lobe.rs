@@ -4,14 +4,14 @@ use crate::choose::choose;
 use crate::simd::lanes::Lanes;
 use glam::Vec3;
 
-/// The lobes, in the order in which every array of them is.
+/// The six lobes, in the order of every array of lobes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Lobe {
-    /// Reflected by the cuticle.
+    /// Reflected by the cuticle, R.
     R,
-    /// Transmitted straight through.
+    /// Transmitted straight through, TT.
     Tt,
-    /// Reflected once inside.
+    /// Reflected once inside, TRT.
     Trt,
     /// Scattered by the medulla in its first pass, TTˢ.
     Tts,
@@ -22,7 +22,7 @@ pub enum Lobe {
 }
 
 impl Lobe {
-    /// All six, in order.
+    /// All six lobes, in order.
     pub const ALL: [Lobe; 6] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Tts, Lobe::Trts, Lobe::Residual];
 
     /// The lobe that `u` in [0, 1) falls to, given the probabilities of all six. A lobe without energy is never chosen.
@@ -37,7 +37,7 @@ impl Lobe {
     }
 }
 
-/// f·cos θᵢ of each lobe in RGB, indexed by [`Lobe`] as `usize`; `V` is `f32` or eight queries.
+/// f·cos θᵢ of each lobe, RGB, indexed by `Lobe as usize`. `V` is `f32`, or [`f32x8`](wide::f32x8) for eight queries.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lobes<V = f32>(pub [[V; 3]; 6]);
 
@@ -53,10 +53,9 @@ impl<V: Lanes> Lobes<V> {
 pub struct Sample {
     /// ω_i, unit length, in the fibre's frame.
     pub wi: Vec3,
-    /// Density per solid angle of drawing `wi`, whatever lobe and offset it came from: what
-    /// multiple importance sampling needs.
+    /// The density per solid angle of drawing `wi` from any lobe and offset, as multiple importance sampling needs it.
     pub pdf: f32,
-    /// f·cos θᵢ over the density of drawing `wi`, both of all lobes and of the whole window, RGB.
+    /// f·cos θᵢ over the density, RGB, both of all lobes and of the whole window.
     pub weight: [f32; 3],
     /// The lobe it was drawn from.
     pub lobe: Lobe,

@@ -1,4 +1,4 @@
-//! What every model of a fibre's scattering offers, so that one renderer, picture or test takes any of them.
+//! The interface of all models of a fibre's scattering, so that one renderer can use any of them.
 
 use crate::bcsdf::{Bcsdf, Hit};
 use crate::error::Error;
@@ -7,53 +7,53 @@ use crate::lobe::{Lobes, Sample};
 use crate::window::Window;
 use glam::Vec3;
 
-/// Which windows a model knows.
+/// The windows that a model supports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Field {
-    /// One offset at a time: of a wider window, only the offset in its middle is seen.
+    /// One offset at a time: of a wider window, the model uses only the offset in the middle.
     Near,
-    /// The average over the whole width, whatever the window is.
+    /// Only the average over the whole width: the window is ignored.
     Far,
     /// Any window.
     Any,
 }
 
-/// A model of the scattering of one fibre, ready for hits.
+/// A model of the scattering of one fibre.
 ///
-/// Static dispatch throughout: a renderer generic over `Model` is compiled for each as if it knew no other.
+/// Dispatch is static: a renderer that is generic over `Model` is compiled for each model.
 pub trait Model: Sync {
-    /// One hit of it.
+    /// One hit of the fibre.
     type Hit<'a>: Scattering
     where
         Self: 'a;
 
-    /// Prepares all that depends on ω_o and the window; see [`Bcsdf::at`].
+    /// Prepares everything that depends on ω_o and the window; see [`Bcsdf::at`].
     fn at(&self, wo: Vec3, window: Window) -> Self::Hit<'_>;
 
-    /// As [`Model::at`], but the hit is handed to `f`: faster where hits are too large to be moved.
+    /// As [`Model::at`], but passes the hit to `f`. This is faster if hits are large.
     #[inline]
     fn with_hit<R>(&self, wo: Vec3, window: Window, f: impl FnOnce(&Self::Hit<'_>) -> R) -> R {
         f(&self.at(wo, window))
     }
 
-    /// The windows it knows.
+    /// The windows that the model supports.
     fn field(&self) -> Field;
 
-    /// The same model of another fibre: what a renderer asks for at each hit where parameters vary along the fur.
+    /// The same model of another fibre. A renderer calls this at each hit if parameters vary along the fur.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] where [`Fiber::validate`] finds one.
+    /// [`Error::OutOfRange`] if a parameter is outside its range; see [`Fiber::validate`].
     fn with_fiber(&self, fiber: &Fiber) -> Result<Self, Error>
     where
         Self: Sized;
 }
 
-/// One hit of a fibre. The conventions are those of [the crate](crate): f·cos θᵢ, densities per solid angle.
+/// One hit of a fibre, with the conventions of [the crate](crate): f·cos θᵢ, and densities per solid angle.
 pub trait Scattering {
-    /// The energy each lobe carries, RGB: the integral of f·cos θᵢ over all ω_i.
+    /// The share of the light that each lobe carries, RGB: the integral of f·cos θᵢ over all ω_i.
     fn energy(&self) -> Lobes;
 
-    /// f(ω_o, ω_i)·cos θᵢ of each lobe, RGB.
+    /// f(ω_o, ω_i)·cos θᵢ of each lobe, RGB. `wi` is a unit vector.
     fn eval(&self, wi: Vec3) -> Lobes {
         self.eval_pdf(wi).0
     }
@@ -63,10 +63,10 @@ pub trait Scattering {
         self.eval_pdf(wi).1
     }
 
-    /// Both together.
+    /// [`Scattering::eval`] and [`Scattering::pdf`] together.
     fn eval_pdf(&self, wi: Vec3) -> (Lobes, f32);
 
-    /// Draws ω_i from five uniform numbers in [0, 1).
+    /// Draws ω_i from five uniform numbers in [0, 1), or nothing if the density underflows to 0.
     fn sample(&self, u: [f32; 5]) -> Option<Sample>;
 }
 

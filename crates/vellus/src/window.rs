@@ -1,36 +1,37 @@
-//! Over which part of the fibre's width a hit is averaged (Yan17 Eq. 26, 27).
+//! The part of the fibre's width that a hit is averaged over (Yan17 Eq. 26, 27).
 
-/// The range of azimuthal offsets a hit stands for.
+/// The range of azimuthal offsets that a hit is averaged over.
 ///
-/// The offset h ∈ [−1, 1] is the sine of the angle between ray and surface normal in the normal plane: −1 and
-/// 1 are the fibre's silhouettes.
+/// The offset h in [−1, 1] is the sine of the angle between ray and surface normal in the normal plane. −1 and 1 are the
+/// silhouettes of the fibre. Offsets are clamped to that range. NaN gives results without meaning, and builds with debug
+/// assertions panic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window([f32; 2]);
 
-/// What a window asks for.
+/// The kind of a window.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Kind {
-    /// One offset.
+    /// A single offset.
     Near(f32),
-    /// All between two.
+    /// All offsets between two.
     Range([f32; 2]),
 }
 
-/// Windows narrower than this, in radians of γ = asin h, are one offset. Exit azimuths then differ by at
-/// most 4e-5, a fortieth of the narrowest lobe allowed (0.1°), around the middle: (1/40)²/24 = 3e-5 of it.
+/// A window narrower than this, in radians of γ = asin h, counts as one offset. Exit azimuths then differ by at most
+/// 4e-5, a fortieth of the narrowest allowed lobe (0.1°), around the middle: an error of (1/40)²/24 = 3e-5.
 const NEAR: f32 = 1e-5;
 
 impl Window {
-    /// The near field at offset `h`. An intersection may round to just outside [−1, 1]: it is held to the
-    /// range.
+    /// The near field at the offset `h`.
     pub fn near(h: f32) -> Self {
         Window::range(h, h)
     }
 
-    /// What a pixel sees: `width` in fibre radii, centred on `h`, cut off at the silhouettes.
+    /// The window of a pixel: `width` fibre radii wide, centred on `h`, cut off at the silhouettes.
     ///
-    /// `width` is the pixel's footprint at the hit (its diameter) times the cosine between its direction and the
-    /// camera's look-at direction, over the fibre's radius. 0 is the near field, 4 or more the far field.
+    /// `width` ≥ 0 is the diameter of the pixel at the hit, times the cosine between its direction and the camera's
+    /// look-at direction, over the fibre's radius; see [`FiberFrame::pixel_width`](crate::FiberFrame::pixel_width). 0 is
+    /// the near field, 4 or more the far field.
     #[doc(alias = "Eq. 27")]
     pub fn pixel(h: f32, width: f32) -> Self {
         debug_assert!(width >= 0.0, "a pixel's width is {width}");
@@ -38,12 +39,12 @@ impl Window {
         Window::range(h - 0.5 * width, h + 0.5 * width)
     }
 
-    /// What a pixel sees, without bias (D16): `width` as for [`Window::pixel`], and `u` uniform in [0, 1).
+    /// The window of a pixel, without bias (D16). `width` is that of [`Window::pixel`], and `u` is uniform in [0, 1).
     ///
-    /// The fibre's width is divided into cells so wide, from a place that `u` chooses; the cell that `h` is in is the window. Hits that lie evenly
-    /// over the width then have the far field for their mean, whatever the width of the cells. Windows centred on their hits
-    /// (Yan17 Eq. 27) have not: cut off at the silhouettes, they see the middle more often than the edges. Of 2 or more, a fibre's whole
-    /// width, all of it is one cell.
+    /// The fibre's width is divided into cells of this width, shifted by `u`. The window is the cell that contains `h`.
+    /// Hits that are spread evenly over the width then average to the far field, for any width of the cells. Windows that
+    /// are centred on their hits (Yan17 Eq. 27) do not: cut off at the silhouettes, they cover the middle more often than
+    /// the edges. A `width` of 2 or more, the fibre's whole width, gives the far field.
     pub fn cell(h: f32, width: f32, u: f32) -> Self {
         debug_assert!(width >= 0.0 && (0.0..1.0).contains(&u), "a cell {width} wide, {u}");
         let h = h.clamp(-1.0, 1.0);
@@ -57,7 +58,7 @@ impl Window {
         Window::range(low, low + width)
     }
 
-    /// All offsets from `h1` to `h2`, in either order, each held to [−1, 1].
+    /// All offsets from `h1` to `h2`, in either order.
     #[doc(alias = "Eq. 26")]
     pub fn range(h1: f32, h2: f32) -> Self {
         debug_assert!(!h1.is_nan() && !h2.is_nan(), "a window from {h1} to {h2}");
@@ -65,7 +66,7 @@ impl Window {
         Window([h1.min(h2), h1.max(h2)])
     }
 
-    /// The whole width: the far field of Yan17 Sec. 5.1.
+    /// The whole width of the fibre: the far field of Yan17 Sec. 5.1.
     #[doc(alias = "Eq. 22")]
     pub fn far() -> Self {
         Window([-1.0, 1.0])
