@@ -8,8 +8,8 @@ pub const BAD_INPUT: u8 = 2;
 pub const MAY_PASS: u8 = 75;
 
 /// The exit codes, for `--help`.
-pub const HELP: &str = "Exit codes: 0 success; 2 bad input or wrong usage; 75 temporary failure, such as a full disk or too \
-                        many open files; 130, 143 and 129 stopped by SIGINT (Ctrl-C), SIGTERM or SIGHUP.";
+pub const HELP: &str = "Exit codes: 0 success; 2 bad input or wrong usage; 75 temporary failure, such as a full disk \
+                        or too many open files; 130, 143 and 129 stopped by SIGINT (Ctrl-C), SIGTERM or SIGHUP.";
 
 /// The error of work that a signal stopped.
 #[derive(Debug)]

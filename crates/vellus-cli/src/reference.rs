@@ -3,6 +3,7 @@
 use crate::fiber_args::Incidence;
 use crate::number::whole;
 use crate::output::{self, Format};
+use crate::terminal::Terminal;
 use anyhow::Result;
 use serde_json::json;
 use vellus::{Bcsdf, Lobe};
@@ -38,10 +39,8 @@ pub fn run(args: &Args) -> Result<()> {
     args.output.check()?;
     let bcsdf = Bcsdf::new(&fiber)?;
     let offsets = args.h.map_or(Offsets::Whole, Offsets::At);
-    let bar = output::progress(args.photons, "tracing");
-    let result =
-        energies(&fiber, args.incidence.theta_o.to_radians(), offsets, args.photons, args.seed, &|n| bar.inc(n))?;
-    bar.finish_and_clear();
+    let theta_o = args.incidence.theta_o.to_radians();
+    let result = energies(&fiber, theta_o, offsets, args.photons, args.seed, &Terminal::new())?;
     let model = vellus_models::energies(&bcsdf, args.incidence.theta_o, args.h);
     let add = |lobes: &[Lobe]| [0, 1, 2].map(|c| lobes.iter().map(|&l| model[l as usize][c]).sum::<f64>());
     // `rest` holds higher orders of both kinds, and is counted as unscattered.
@@ -49,7 +48,7 @@ pub fn run(args: &Args) -> Result<()> {
         Fate::R => Some(add(&[Lobe::R])),
         Fate::Tt => Some(add(&[Lobe::Tt])),
         Fate::Trt => Some(add(&[Lobe::Trt])),
-        Fate::Higher => Some(add(&[Lobe::Rest])),
+        Fate::Higher => Some(add(&[Lobe::Residual])),
         Fate::Scattered => Some(add(&[Lobe::Tts, Lobe::Trts])),
         Fate::Guided => None,
     };

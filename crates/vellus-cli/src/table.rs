@@ -4,10 +4,12 @@ use crate::interrupt::Interrupt;
 use crate::number::whole;
 use crate::output;
 use crate::say::{note, say};
+use crate::terminal::Terminal;
 use anyhow::{Context, Result, bail};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use vellus::{TableData, Tables};
+use vellus_io::Steps;
 use vellus_sim::build::{Quality, Slab, SlabKind};
 use vellus_sim::check::{ProfileError, TableKind, check_azimuthal, check_longitudinal, summary};
 
@@ -124,7 +126,8 @@ fn build(args: &Build) -> Result<()> {
     std::fs::create_dir_all(&work).with_context(|| format!("cannot create {}", work.display()))?;
     let slabs = quality.slabs();
     let interrupt = Interrupt::watch()?;
-    let bar = output::progress(slabs.len() as u64, "simulating");
+    let terminal = Terminal::new();
+    let steps = Steps::new(&terminal, slabs.len() as u64, "simulating");
     let mut results = Vec::new();
     for &slab in &slabs {
         if interrupt.is_set() {
@@ -141,12 +144,10 @@ fn build(args: &Build) -> Result<()> {
             }
         };
         results.push(result);
-        bar.inc(1);
+        steps.advance(1);
     }
-    bar.finish_and_clear();
-    let bar = output::progress(quality.assembly_steps() as u64, "compressing");
-    let data = quality.assemble(&results, &|| bar.inc(1));
-    bar.finish_and_clear();
+    let data = quality.assemble(&results, &terminal);
+    terminal.clear();
     let bytes = data.to_bytes()?;
     output::write(Some(&args.out), &bytes)?;
     // Only the pieces of this build; a folder that holds anything else stays.
@@ -198,15 +199,16 @@ fn info(file: Option<&Path>) -> Result<()> {
 
 fn check(args: &Check) -> Result<()> {
     let (data, _) = load(args.file.as_deref())?;
-    let bar = output::progress(2 * args.profiles, "simulating");
+    let terminal = Terminal::new();
+    let steps = Steps::new(&terminal, 2 * args.profiles, "simulating");
     let mut errors: Vec<ProfileError> = Vec::new();
     for index in 0..args.profiles {
         errors.push(check_azimuthal(&data, args.photons, args.seed, index));
-        bar.inc(1);
+        steps.advance(1);
         errors.extend(check_longitudinal(&data, args.photons, args.seed, index));
-        bar.inc(1);
+        steps.advance(1);
     }
-    bar.finish_and_clear();
+    terminal.clear();
     if args.all {
         let mut rows = vec![["", "τ", "g", "h or θ°", "L1 %", "noise %"].map(str::to_owned).to_vec()];
         for e in &errors {

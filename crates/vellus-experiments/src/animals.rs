@@ -8,32 +8,35 @@ use anyhow::{Context as _, Result};
 use vellus_plot::curves::{Axes, Curves};
 use vellus_render::Film;
 
-/// A scene of the paper and what is said of it.
+/// A scene of the paper and its claims.
 struct Animal {
     scene: &'static str,
     paper: &'static str,
-    /// The part of 1280 × 720 that is compared: the left upper corner.
+    /// Upper left corner of the compared part of the picture of 1280 × 720 pixels.
     corner: [usize; 2],
-    /// Which of ours the paper compares with 2015, and how many times as fast it finds that.
+    /// The method that the paper compares with the model of 2015, and the speedup that it reports.
     method: Method,
     claimed: f64,
     exposure: f32,
 }
 
 pub fn raccoon(context: &Context<'_>) -> Result<Outcome> {
-    let paper = "A raccoon under a sky, 1,024 samples a pixel; insets at 256 samples, and at equal quality: the multi-scale model \
+    let paper = "A raccoon under a sky, 1,024 samples a pixel; insets at 256 samples, and at equal quality: the \
+                 multi-scale model \
                  is more than 8 times as fast as that of 2015, the near field has significantly less noise than it.";
     run(context, &Animal { scene: "raccoon", paper, corner: [560, 250], method: MULTI, claimed: 8.0, exposure: 0.0 })
 }
 
 pub fn hamster(context: &Context<'_>) -> Result<Outcome> {
-    let paper = "A hamster in a studio, 1,024 samples a pixel: at equal quality our near field is 3.5 times as fast as the model of \
+    let paper = "A hamster in a studio, 1,024 samples a pixel: at equal quality our near field is 3.5 times as fast \
+                 as the model of \
                  2015; at equal time that shows more noise.";
     run(context, &Animal { scene: "hamster", paper, corner: [480, 240], method: NEAR, claimed: 3.5, exposure: 0.0 })
 }
 
 pub fn cat(context: &Context<'_>) -> Result<Outcome> {
-    let paper = "A cat in the light of one area light, noise-free at 256 samples a pixel: at equal quality multi-scale is 6 times as \
+    let paper = "A cat in the light of one area light, noise-free at 256 samples a pixel: at equal quality \
+                 multi-scale is 6 times as \
                  fast as the model of 2015; its picture and that of the far field are the same, in about the same time.";
     run(context, &Animal { scene: "cat", paper, corner: [600, 360], method: MULTI, claimed: 6.0, exposure: 0.0 })
 }
@@ -43,7 +46,7 @@ fn run(context: &Context<'_>, animal: &Animal) -> Result<Outcome> {
     let mut outcome = Outcome::new(animal.paper);
     let scene = vellus_groom::scene(animal.scene, quality == Quality::Smoke);
     let scene = scene.with_context(|| format!("there is no scene {}", animal.scene))?;
-    // All of it first.
+    // The whole picture first.
     let whole = quality.pick([64, 36], [640, 360], [1280, 720]);
     let mut shot = Shot::new(context, "whole", scene, whole, [0, 0, whole[0], whole[1]])?;
     let film = shot.render(MULTI, 0, quality.pick(2, 16, 1024))?;
@@ -91,8 +94,9 @@ fn run(context: &Context<'_>, animal: &Animal) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// What explains that it is less.
-const WHY: &str = "Here the model of 2015 is sampled as well as ours, and a query of it costs twice one of ours, not many times: most of \
+/// Why the speedup is smaller than in the paper.
+const WHY: &str = "Here the model of 2015 is sampled as well as ours, and a query of it costs twice one of ours, not \
+                   many times: most of \
                    the time goes to rays, most of the noise to which strand a ray meets and which light it sees, and \
                    those are the same for both.";
 

@@ -14,7 +14,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let mut outcome = Outcome::new(
         "Close up, the far field gives fur the look of flat ribbons; the near field shows cylinders and the medulla inside.",
     );
-    // Thick strands are a close-up of thin ones.
+    // The small scene has thick strands: they look like thin ones from nearby.
     let scene = vellus_groom::scene("cat", true).context("there is no scene cat")?;
     let eye = scene.camera.context("the cat has no camera")?.to_world.transform_point3(Vec3::ZERO);
     let fur = scene.strands.first().context("the cat has no fur")?;

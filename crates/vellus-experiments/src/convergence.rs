@@ -11,7 +11,8 @@ use vellus_plot::curves::{Axes, Curves};
 pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let quality = context.quality;
     let mut outcome = Outcome::new(
-        "On the central 32 × 32 pixels of the lock of hair, the near field converges twice as fast as the model of 2015, multi-scale an order \
+        "On the central 32 × 32 pixels of the lock of hair, the near field converges twice as fast as the model of \
+         2015, multi-scale an order \
          of magnitude faster; a frame takes half the time of 2015 with the near field, and less than it with the others.",
     );
     let scene = vellus_groom::scene("hair-lock", quality == Quality::Smoke).context("there is no scene hair-lock")?;

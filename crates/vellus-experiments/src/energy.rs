@@ -1,4 +1,4 @@
-//! Yan17 Table 3 and Sec. 4.3: how much light each model gives back, beside the whole fibre.
+//! Yan17 Table 3 and Sec. 4.3: energy of each model, beside the simulated fibre.
 
 use crate::context::Context;
 use crate::{Claim, Outcome, Quality, Table, Verdict};
@@ -17,7 +17,8 @@ const OFFSETS: usize = 400;
 /// Inclinations of the white furnaces, degrees.
 const FURNACE: [f64; 4] = [0.0, 60.0, 80.0, 88.0];
 
-/// Of one fibre at one inclination: the fibre, ours, the published model as Eq. 20 and as Table 3 has TTˢ, then the other models.
+/// Energies of one fibre at one inclination: simulated, ours, the published model with TTˢ as in Eq. 20 and as in
+/// Table 3, then the other models.
 struct Row {
     fiber: f64,
     error: f64,
@@ -90,7 +91,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
 }
 
 fn row(fiber: &Fiber, data: &TableData, theta_o: f64, photons: u64, others: &[ModelKind]) -> Result<Row> {
-    let reference = energies(fiber, theta_o.to_radians(), Offsets::Whole, photons, 1, &|_| ())?;
+    let reference = energies(fiber, theta_o.to_radians(), Offsets::Whole, photons, 1, &())?;
     let total = |lobes: [[f64; 3]; 6]| lobes.iter().map(|lobe| lobe[0]).sum::<f64>();
     let of = |kind: ModelKind| -> Result<[[f64; 3]; 6]> { Ok(model_energies(&kind.model(fiber)?, theta_o, None)) };
     let ours = of(ModelKind::Vellus)?;
@@ -111,7 +112,7 @@ fn row(fiber: &Fiber, data: &TableData, theta_o: f64, photons: u64, others: &[Mo
         ours: total(ours),
         eq20: eq20 / weights,
         table3: table3 / weights,
-        rest: ours[Lobe::Rest as usize][0],
+        rest: ours[Lobe::Residual as usize][0],
         others: others.iter().map(|&kind| of(kind).map(total)).collect::<Result<_>>()?,
     })
 }
@@ -149,7 +150,7 @@ fn claims(outcome: &mut Outcome, quality: Quality, rows: &[(Species, f64, Row)])
     }
 }
 
-/// What each model leaves of a white furnace: a red fox without absorption.
+/// White furnaces: the light that each model returns for a red fox without absorption.
 fn furnaces(context: &Context<'_>, data: &TableData, outcome: &mut Outcome) -> Result<()> {
     let fiber = Fiber::preset(Species::RedFox).without_absorption();
     let header: Vec<String> =
@@ -204,7 +205,8 @@ fn furnaces(context: &Context<'_>, data: &TableData, outcome: &mut Outcome) -> R
     Ok(())
 }
 
-/// The integral of the published model's f·cos θ over the sphere, by midpoints; at draft quality its segments are so many that they do not matter.
+/// The integral of the published model's f·cos θ over the sphere, by midpoints. At draft quality the error of its
+/// segments is negligible.
 fn furnace(
     published: &AsPrinted,
     theta_o: f64,

@@ -1,4 +1,4 @@
-//! A fibre's profile over cells of θ and φ: traced photon by photon, and of a model.
+//! A fibre's profile over cells of θ and φ: simulated, and of a model.
 
 use anyhow::Result;
 use rayon::prelude::*;
@@ -19,7 +19,7 @@ pub struct Errors {
     pub log: f64,
 }
 
-/// How far `values` are from `exact` ones.
+/// Errors of `values` against `exact` ones.
 pub fn errors(values: &[f64], exact: &[f64]) -> Errors {
     let largest = exact.iter().fold(0.0f64, |a, &x| a.max(x));
     let floor = largest * 10f64.powf(-DECADES);
@@ -34,7 +34,7 @@ pub fn errors(values: &[f64], exact: &[f64]) -> Errors {
     Errors { nrmse: root_mean(squares) / (largest - least), log: root_mean(logs) / (high - low) }
 }
 
-/// Cells over φ from 0° to 180° and over all θ, and how finely a model is averaged over each.
+/// Cells over φ from 0° to 180° and over all θ. A model is averaged over `within`² points of each cell.
 #[derive(Clone, Copy)]
 pub struct Grid {
     pub columns: usize,
@@ -43,7 +43,7 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// The whole fibre, photon by photon.
+    /// The profile of the simulated fibre.
     pub fn traced(&self, fiber: &Fiber, photons: u64, seed: u64) -> Result<Vec<f64>> {
         let middles = |n: usize, low: f64| (0..n).map(|i| low + PI * (i as f64 + 0.5) / n as f64).collect();
         let cells = Cells {
@@ -51,11 +51,11 @@ impl Grid {
             phi: middles(self.columns, 0.0),
             size: [PI / self.rows as f64, PI / self.columns as f64],
         };
-        let traced = profile(fiber, THETA_O.to_radians(), &cells, photons, seed, &|_| ())?;
+        let traced = profile(fiber, THETA_O.to_radians(), &cells, photons, seed, &())?;
         Ok(traced.into_iter().map(|rgb| rgb[0]).collect())
     }
 
-    /// A model over the whole width: in one hit where it can.
+    /// The profile of a model, averaged over the whole width.
     pub fn model(&self, fiber: &Fiber, kind: ModelKind) -> Result<Vec<f64>> {
         let middle = |i: usize, n: usize| 180.0 * (i as f64 + 0.5) / n as f64;
         let (rows, columns) = (self.rows * self.within, self.columns * self.within);
@@ -69,7 +69,7 @@ impl Grid {
         Ok(self.mean(|theta, phi| f64::from(values[row(theta) * columns + column(phi)][0])))
     }
 
-    /// Means over cells, by solid angle.
+    /// Means over the cells, weighted by solid angle.
     pub fn mean(&self, value: impl Fn(f64, f64) -> f64 + Sync) -> Vec<f64> {
         let n = self.within;
         (0..self.rows * self.columns)

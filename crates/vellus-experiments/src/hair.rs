@@ -12,7 +12,8 @@ const KAPPA: f32 = 0.15;
 pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let quality = context.quality;
     let mut outcome = Outcome::new(
-        "Human hair rendered multi-scale without a medulla and with one of κ = 0.15: the difference is clearly visible, the hair more diffuse, even \
+        "Human hair rendered multi-scale without a medulla and with one of κ = 0.15: the difference is clearly \
+         visible, the hair more diffuse, even \
          with so small a medulla.",
     );
     let size = quality.pick([24, 36], [320, 360], [640, 720]);
@@ -22,7 +23,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         let mut scene = vellus_groom::scene("hair", quality == Quality::Smoke).context("there is no scene hair")?;
         scene.looks.iter_mut().for_each(|look| look.fiber.kappa = kappa);
         let name = if kappa > 0.0 { "medulla" } else { "no-medulla" };
-        // The head in the middle of a wider picture.
+        // The head is in the middle of a wider picture.
         let whole = [16 * size[1] / 9, size[1]];
         let crop = [(whole[0] - size[0]) / 2, 0, size[0], size[1]];
         let mut shot = Shot::new(context, name, scene, whole, crop)?;

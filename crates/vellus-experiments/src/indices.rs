@@ -14,11 +14,12 @@ const KAPPA: f32 = 0.7;
 pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let quality = context.quality;
     let mut outcome = Outcome::new(
-        "A polar bear's fibre lit from behind: with an index of 1.45 for the cortex and of 1.0 for the medulla, the model of 2015 has dark \
-         edges at the interface, which a microscope does not show; ours, with 1.45 for both, has none. (The microscope's \
-         picture is not ours to show.)",
+        "A polar bear's fibre lit from behind: with an index of 1.45 for the cortex and of 1.0 for the medulla, the \
+         model of 2015 has dark \
+         edges at the interface, which a microscope does not show; ours, with 1.45 for both, has none. (We may not \
+         reproduce the microscope's picture.)",
     );
-    // Of no species of Table 4: white, with a wide medulla full of air.
+    // Not in Table 4: white, with a wide medulla full of air.
     let fiber = Fiber {
         eta: 1.45,
         kappa: KAPPA,
@@ -48,7 +49,8 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         outcome.pictures.push(if k > 0 { picture.beside() } else { picture });
         series.push((method.name.to_owned(), profile));
     }
-    // How deep a dark band is, with brighter places on both sides of it: 0 without one. The cuticle's own bright edge is left out.
+    // The depth of a dark band between two brighter places; 0 without such a band. The bright edge of the cuticle is
+    // left out.
     let band = |profile: &[(f64, f64)]| {
         let side: Vec<f64> = profile.iter().filter(|p| (0.0..0.95).contains(&p.0)).map(|p| p.1).collect();
         let largest = |part: &[f64]| part.iter().fold(0.0f64, |a, &b| a.max(b));

@@ -10,7 +10,8 @@ use vellus_render::Layer;
 pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let quality = context.quality;
     let mut outcome = Outcome::new(
-        "With one index of refraction five lobes are left: R, TT, TRT, and TTˢ and TRTˢ scattered by the medulla. A lock of hair shows them \
+        "With one index of refraction five lobes are left: R, TT, TRT, and TTˢ and TRTˢ scattered by the medulla. A \
+         lock of hair shows them \
          one by one, with all light between the hairs; each carries a significant part of it.",
     );
     let scene = vellus_groom::scene("hair-lock", quality == Quality::Smoke).context("there is no scene hair-lock")?;
@@ -19,9 +20,9 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let mut shot = shot.with_layers(&[Layer::Fibers, Layer::Lobes]);
     let film = shot.render(MULTI, 0, quality.pick(4, 48, 1024))?;
     let file = shot.save(&film, "lock", 0.0)?;
-    let caption = format!("All of it, multi-scale, {} samples", film.samples());
+    let caption = format!("All lobes, multi-scale, {} samples", film.samples());
     outcome.pictures.push(Picture::new(file, caption).also("lock.exr"));
-    // Each as bright as it is, and all on one scale.
+    // All lobes have the same exposure.
     let mut table = Table::new("lobes", "Share of the light that the camera sees from fibres", &["lobe", "share, %"]);
     let light = |layer: Layer, first: usize| -> f64 {
         let (width, height) = (film.width(), film.height());
@@ -49,7 +50,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         smallest,
         Verdict::of(smallest >= 1.0),
     ));
-    // Where a pixel sees nothing but fibres all of its light came by some lobe.
+    // If a pixel shows only fibres, each part of its light was scattered by one of the lobes.
     let (bright, missing) = (0..film.width() * film.height())
         .map(|i| (i % film.width(), i / film.width()))
         .filter(|&(x, y)| film.mean(x, y, Layer::Fibers, 0) == 1.0)

@@ -25,7 +25,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let data = TableData::from_bytes(Tables::SHIPPED)?;
     let picture = medulla::Picture::new(&data, Tables::SHIPPED.len(), photons, context.progress());
     let caption = "Light scattered by the medulla, simulated (grey) and from the tables (coloured): around the \
-     fibre (C^N, above) and along it (C^M, below), for a thin, a middling and a thick medulla, between the \
+     fibre (C^N, above) and along it (C^M, below), for a thin, a medium and a thick medulla, between the \
      tables' nodes.";
     outcome.pictures.push(context.draw(&picture, "profiles", caption)?);
 
@@ -99,7 +99,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     outcome.claims.push(
         Claim::new(
             "Densities are nowhere negative",
-            "not said; CP-ALS does not see to it",
+            "not stated; CP-ALS does not ensure it",
             format!("{negative} negative numbers in the tables"),
             negative as f64,
             Verdict::of(negative == 0),

@@ -14,10 +14,11 @@ use vellus_scene::{Basis, Camera, Light, Look, Scene, Strands};
 const RADIUS: f32 = 0.1;
 const FAR_AWAY: f32 = 100.0;
 
-/// Of the picture's width, the part that the fibre covers.
+/// The share of the picture's width that the fibre covers.
 const COVERED: f32 = 0.8;
 
-/// The fibre runs up through the picture. `light` is a direction and half angle (radians) of light beside a dim dome; towards the camera is +z.
+/// A vertical fibre, lit from the direction `light` with a half angle in radians, and by a dim dome. The camera is at
+/// +z.
 pub fn scene(fiber: Fiber, [width, height]: [usize; 2], light: Vec3, half_angle: f32, dome: f32) -> Scene {
     let points = (0..4).map(|i| Vec4::new(0.0, 20.0 * (i as f32 - 1.5), 0.0, RADIUS)).collect();
     let strands = Strands {
@@ -45,7 +46,7 @@ pub fn scene(fiber: Fiber, [width, height]: [usize; 2], light: Vec3, half_angle:
     }
 }
 
-/// What the microscope shows.
+/// The rendered fibre.
 pub struct Seen {
     pub film: Film,
     /// The picture's file.
@@ -54,7 +55,7 @@ pub struct Seen {
     pub profile: Vec<(f64, f64)>,
 }
 
-/// Renders it.
+/// Renders a fibre.
 pub fn render(
     context: &Context<'_>,
     name: &str,
@@ -76,7 +77,7 @@ pub fn render(
     Ok(Seen { film, file, profile })
 }
 
-/// Shows brightness over h of several methods: a table and a chart.
+/// Adds a table and a chart of the brightness over h of several methods.
 pub fn show(
     context: &Context<'_>,
     outcome: &mut Outcome,

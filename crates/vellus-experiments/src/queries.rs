@@ -1,4 +1,4 @@
-//! The model of 2015 as a baseline (Yan17 Sec. 7): what a query of each model costs.
+//! Time of a query of each model, and of the model of 2015 as a baseline (Yan17 Sec. 7).
 
 use crate::context::Context;
 use crate::{Claim, Outcome, Table, Verdict};
@@ -10,9 +10,9 @@ use vellus::{Bcsdf, Fiber, Model, Sample, Scattering, Species, Window};
 use vellus_models::{Chiang2016, DEon2011, KajiyaKay1989, Marschner2003, Yan2015, ZinkeWeber2007};
 use vellus_plot::bars::Bars;
 
-/// Different queries, so that no branch is foretold.
+/// Different queries, so that branches cannot be predicted.
 const QUERIES: usize = 1024;
-/// Light samples a prepared hit is asked for.
+/// Light samples evaluated per prepared hit.
 const EACH: usize = 16;
 
 /// What is timed.
@@ -43,7 +43,7 @@ fn queries() -> Vec<Query> {
         .collect()
 }
 
-/// Nanoseconds a query of each operation, once through all queries.
+/// Nanoseconds per query of each operation, for one pass through all queries.
 type Timer<'a> = Box<dyn Fn() -> [f64; 3] + 'a>;
 
 fn timer<'a, M: Model>(model: &'a M, queries: &'a [Query], window: fn(f32) -> Window) -> Timer<'a> {
@@ -111,7 +111,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let stage = context.stage(rounds, "timing");
     for round in 0..rounds {
         context.check_interrupted()?;
-        // In turns, so that what else the machine does meets all alike; the first round only warms up.
+        // The models alternate, so that other load of the machine affects all of them. The first round only warms up.
         for ((_, timer), times) in timers.iter().zip(&mut times) {
             let all = timer();
             if round > 0 {
@@ -123,7 +123,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let medians: Vec<[f64; 3]> = times.into_iter().map(|t| t.map(median)).collect();
     let header = ["model", OPERATIONS[0], OPERATIONS[1], OPERATIONS[2], "to ours, near"];
     let caption = format!(
-        "Nanoseconds a query, six lobes in RGB: medians of {} rounds of {QUERIES} queries in turns, one thread",
+        "Nanoseconds a query, six lobes in RGB: medians of {} rounds of {QUERIES} queries; models alternate; one thread",
         rounds - 1
     );
     let mut table = Table::new("queries", caption, &header);
@@ -189,6 +189,6 @@ fn claims(outcome: &mut Outcome, ns: &[[f64; 3]]) {
         "frames: faster (Fig. 15b)",
         measured,
         "The paper times frames, in which only what the camera sees takes a window; see the frame times. A query \
-         alone is what is told here.",
+         alone is reported here.",
     ));
 }

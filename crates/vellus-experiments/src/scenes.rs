@@ -1,4 +1,4 @@
-//! Yan17 Table 5: how large the scenes are.
+//! Yan17 Table 5: sizes of the scenes.
 
 use crate::context::Context;
 use crate::{Claim, Outcome, Quality, Table, Verdict};
@@ -16,7 +16,7 @@ const TABLE_5: [(&str, &str, usize, usize); 5] = [
     ("hair", "18", 53_000, 64),
 ];
 
-/// Of the strands, in the small scenes; the lock is built whole.
+/// Small scenes have one of this many strands. The lock is always built in full.
 const SHARE: usize = 40;
 
 pub fn run(context: &Context<'_>) -> Result<Outcome> {
@@ -97,9 +97,9 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     outcome.claims.push(counts);
     outcome.claims.push(Claim::not_judged(
         "Memory of strands and their hierarchy",
-        "not said",
+        "not stated",
         format!("at most {per_segment:.0} bytes a segment"),
-        "The paper does not tell its memory.",
+        "The paper does not report its memory.",
     ));
     Ok(outcome)
 }

@@ -73,7 +73,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         }
     }
     outcome.tables.push(table);
-    // It takes as long as all else together, at smoke quality.
+    // At smoke quality it would take as long as everything else.
     if context.quality != Quality::Smoke {
         outcome.pictures.push(averages(context)?);
     }
@@ -108,7 +108,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// What a far field averages (Yan17 Fig. 12a).
+/// The near fields that a far field averages (Yan17 Fig. 12a).
 fn averages(context: &Context<'_>) -> Result<Picture> {
     let fiber = Fiber::preset(Species::Raccoon);
     let picture = windows::Picture::new("raccoon", &fiber, 20.0, [-1.0, 1.0])?;
@@ -126,7 +126,7 @@ fn scattered(fiber: &Fiber, theta_o: f64) -> Result<[f64; 4]> {
         let at = |j: usize| (j as f64 + 0.5) / AZIMUTHS as f64 * TAU;
         (0..AZIMUTHS).into_par_iter().map(|j| lobes(at(j)).as_flattened().iter().sum()).collect()
     };
-    // One offset of the others, which are not looked at.
+    // One offset for the unscattered lobes, which are not used.
     let window = oracle.window(theta, all, 1, POINTS);
     let exact = profile(&|phi| {
         let n = window.azimuthal(phi);
@@ -150,7 +150,7 @@ fn scattered(fiber: &Fiber, theta_o: f64) -> Result<[f64; 4]> {
     Ok([paper[0], paper[1], paper[2], ours])
 }
 
-/// How many of the 2n segments lie within 3 β_p of an azimuth, on average over azimuths, lobes and fibres.
+/// The number of the 2n segments within 3 β_p of an azimuth, averaged over azimuths, lobes and fibres.
 fn integrations(species: &[Species]) -> Claim {
     let count = |fiber: &Fiber, n: usize| -> f64 {
         let [eta, beta] = [fiber.eta, fiber.beta_n].map(f64::from);
@@ -162,7 +162,7 @@ fn integrations(species: &[Species]) -> Claim {
             let p = f64::from(p);
             for i in 0..n {
                 let [a, b] = [i, i + 1].map(|i| exit(p, (i as f64 / n as f64).sqrt()));
-                // Of the whole circle, the share from which the segment is seen.
+                // The share of the circle from which the segment is seen.
                 sum += 2.0 * (((a - b).abs() + 6.0 * (p + 1.0).sqrt() * beta) / TAU).min(1.0);
             }
         }
@@ -189,7 +189,7 @@ fn appendix() -> (Table, Claim) {
     let single = |a: f32, x: f32| {
         -(-a * x).exp() * (a.powi(3) * x.powi(3) + 3.0 * a * a * x * x + 6.0 * a * x + 6.0) / a.powi(4)
     };
-    // By its series, whose terms fall faster than any power for these slopes.
+    // By its series: for these slopes, the terms fall faster than any power.
     let exact = |a: f64| {
         let (mut term, mut sum) = (1.0, 0.0);
         for k in 0..40 {

@@ -1,13 +1,14 @@
 //! A part of a picture, rendered by several methods: each method's converged picture, its error over the samples, its time.
 
-use crate::context::{Context, write};
+use crate::context::{Context, Interrupted};
 use crate::cpu_time;
 use anyhow::{Context as _, Result, anyhow};
 use std::ops::Range;
 use std::time::{Duration, Instant};
 use vellus_io::DigestBuilder;
 use vellus_models::ModelKind;
-use vellus_render::{Checkpoint, Error, Film, Filter, Layer, Mode, PICTURE_VERSION, Settings, World};
+use vellus_render::session::{End, Options, read_film, write_film};
+use vellus_render::{Error, Film, Filter, Layer, Mode, PICTURE_VERSION, Session, Settings, World};
 use vellus_scene::{Camera, Scene};
 
 /// How fibres scatter, and over what of their width.
@@ -38,11 +39,11 @@ pub const PUBLISHED: Method = Method {
     ..ours("2015, sampled as published", "yan2015-published", Mode::Near)
 };
 
-/// Checkpoints of long renderings are that far apart.
+/// The time between checkpoints of long renderings.
 const KEEP: Duration = Duration::from_secs(30);
 
-/// A pass takes about that long: Ctrl-C waits for no more.
-const PASS: f64 = 1.0;
+/// The time of one pass.
+const PASS: Duration = Duration::from_secs(1);
 
 /// Seeds of the two halves of a converged picture, and of what is measured.
 const REFERENCE: [u32; 2] = [101, 202];
@@ -138,17 +139,16 @@ impl<'c> Shot<'c> {
     fn add(&self, settings: &Settings, film: &mut Film, samples: Range<u64>) -> Result<f64> {
         let before = cpu_time().context("this system does not report processor time")?;
         match self.world.render(settings, film, samples, self.context.progress()) {
-            Err(Error::Cancelled) => self.context.check_interrupted()?,
+            Err(Error::Cancelled) => return Err(Interrupted.into()),
             result => result.map(drop)?,
         }
         Ok((cpu_time().unwrap_or_default() - before).as_secs_f64())
     }
 
-    /// A picture of so many samples, in passes, kept in the experiment's folder: where it was interrupted it goes on, and what is done is
-    /// read back.
+    /// A picture with so many samples a pixel. Its film is kept in the experiment's folder: a finished one is read back, an
+    /// interrupted one is continued.
     pub fn render(&mut self, method: Method, seed: u32, samples: u64) -> Result<Film> {
         self.choose(method)?;
-        let settings = self.settings(method, seed);
         let file = self.context.path(&format!("{}-{}-{seed}.film", self.name, method.key));
         let what = format!("{} {:?} {:?} {method:?} {seed} {:?}", self.name, self.size, self.crop, self.layers);
         let identity = DigestBuilder::new()
@@ -156,35 +156,36 @@ impl<'c> Shot<'c> {
             .field("what", what)
             .field("segments", (self.world.curves().segments() as u64).to_le_bytes())
             .finish();
-        let mut part = Checkpoint { identity, samples: 0..0, planned: samples, notes: Vec::new(), film: self.empty() };
+        let options = Options {
+            layers: self.layers.clone(),
+            exact: true,
+            pass: PASS,
+            identity,
+            ..Options::new(self.settings(method, seed), samples)
+        };
+        let mut session = Session::new(&self.world, options)?;
         if !self.context.again()
-            && let Some(kept) = vellus_io::read(&file).ok().and_then(|bytes| Checkpoint::from_bytes(&bytes).ok())
-            && kept.identity == part.identity
-            && kept.film.fits(&part.film)
-            && kept.samples.end <= samples
+            && let Ok(kept) = read_film(&file)
         {
-            part = Checkpoint { planned: samples, ..kept };
+            // A film of another picture is replaced.
+            session.resume(kept).ok();
         }
-        let stage = self.context.stage(samples, "rendering");
-        stage.set(part.samples.end);
-        let (mut kept, mut pass) = (Instant::now(), 1);
-        while part.samples.end < samples {
-            let next = part.samples.end..samples.min(part.samples.end + pass);
-            let start = Instant::now();
-            let added = self.add(&settings, &mut part.film, next.clone());
-            if added.is_ok() {
-                part.samples.end = next.end;
-            }
-            if part.samples.end == samples || added.is_err() || kept.elapsed() > KEEP {
-                write(&file, &part.to_bytes())?;
+        let before = session.film().samples();
+        let mut kept = Instant::now();
+        let end = session.run(self.context.progress(), |pass| -> Result<()> {
+            if kept.elapsed() > KEEP {
+                write_film(&file, pass.checkpoint)?;
                 kept = Instant::now();
             }
-            added?;
-            let each = start.elapsed().as_secs_f64() / (next.end - next.start) as f64;
-            pass = ((PASS / each) as u64).clamp(1, 4 * pass);
-            stage.set(part.samples.end);
+            Ok(())
+        })?;
+        if session.film().samples() > before {
+            write_film(&file, session.checkpoint())?;
         }
-        Ok(part.film)
+        if end == End::Interrupted {
+            return Err(Interrupted.into());
+        }
+        Ok(session.into_checkpoint().film)
     }
 
     /// Two halves of so many samples each, of two seeds that no other method has: their mean, and from their difference its variance.

@@ -100,7 +100,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
             .to_owned(),
     );
     outcome.notes.push(
-        "The measured profiles were not at hand. A simulated fibre is not a measured one, and here nothing is \
+        "The measured profiles were not available to us. A simulated fibre is not a measured one, and here nothing is \
          fitted: the parameters are those that the paper's model needs to look like real fibres. vellus fit of \
          the same simulations follows them to within 8 % with other parameters. 2017 to the letter has 8 and 5 \
          segments, as in its fits. Cells where the simulation has less than a thousandth of its maximum are left \
@@ -123,7 +123,7 @@ fn claims(outcome: &mut Outcome, all: &[[Errors; 3]]) {
             100.0 * range.0,
             100.0 * range.1
         ),
-        "The measurements were not at hand, and nothing is fitted here.",
+        "The measurements were not available to us, and nothing is fitted here.",
     ));
     let closer = |k: usize| all.iter().filter(|e| e[k].nrmse < e[2].nrmse).count();
     let closer_log = |k: usize| all.iter().filter(|e| e[k].log < e[2].log).count();

@@ -1,4 +1,4 @@
-//! How visible the difference of two pictures is on the fur.
+//! Visibility of the difference of two pictures on the fur.
 //!
 //! Colours are compared as a display shows them, pixel by pixel: ΔE*ab, the distance in CIE 1976 L*a*b*. The result is
 //! its root mean square, weighted by the share of each pixel that fibres cover.
@@ -26,7 +26,7 @@ pub struct Visible {
 }
 
 impl Visible {
-    /// Of two pictures, each given as two halves.
+    /// The difference of two pictures, each given as two halves.
     pub fn new(a: [&Film; 2], b: [&Film; 2]) -> Self {
         let (width, height) = (a[0].width(), a[0].height());
         let pixels: Vec<(f64, f64)> = (0..width * height)
@@ -43,7 +43,7 @@ impl Visible {
         Visible::of(&pixels)
     }
 
-    /// Of the pixels' weights and unbiased squares.
+    /// From the weights of the pixels and their unbiased squares.
     fn of(pixels: &[(f64, f64)]) -> Self {
         let all = pixels.iter().map(|(w, _)| w).sum::<f64>().max(f64::MIN_POSITIVE);
         let mean = pixels.iter().map(|(w, x)| w * x).sum::<f64>() / all;
@@ -52,15 +52,15 @@ impl Visible {
         Visible { delta: root(mean), range: [root(mean - DEVIATE * error), root(mean + DEVIATE * error)] }
     }
 
-    /// In words.
-    pub fn told(&self) -> String {
+    /// The difference in words.
+    pub fn text(&self) -> String {
         format!("ΔE*ab {:.2} ({:.2} to {:.2}) on the fur", self.delta, self.range[0], self.range[1])
     }
 
     /// The claim that the difference is visible.
     pub fn claim(&self, what: &str, more: &str) -> Claim {
         let expected = format!("root mean square of ΔE*ab on the fur's pixels above {NOTICEABLE}, just noticeable");
-        let measured = self.told() + more;
+        let measured = self.text() + more;
         let [low, high] = self.range;
         if low > NOTICEABLE || high < NOTICEABLE {
             Claim::new(what, expected, measured, self.delta, Verdict::of(low > NOTICEABLE))

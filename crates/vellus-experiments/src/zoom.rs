@@ -20,7 +20,8 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let mut outcome = Outcome::new(
         "The same lock seen from afar and close up, at 1,024 and 64 samples a pixel. From afar all three show the \
          same, far field and \
-         multi-scale with much less noise, in 1.5 times the time of the near field. Close up multi-scale shows what the near \
+         multi-scale with much less noise, in 1.5 times the time of the near field. Close up multi-scale shows what \
+         the near \
          field shows; the far field is flat. Zooming in does not flicker.",
     );
     let scene = || {
@@ -31,7 +32,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let counts = quality.pick([4, 2], [128, 16], [1024, 64]);
     let mut table = Table::new(
         "modes",
-        "Time, and error against each method's own converged picture; methods took turns",
+        "Time, and error against each method's own converged picture; the methods alternated",
         &["view", "method", "samples", "processor time, s", "RMSE", "relMSE"],
     );
     let mut shot = Shot::new(context, "afar", scene()?, size, [0, 0, size[0], size[1]])?;
@@ -86,14 +87,14 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         for (method, close) in [(MULTI, true), (FAR, false)] {
             let (name, other) = (method.name, comparison.converged(method)?);
             let (z, offset, spread) = difference(&other.film, &near.film);
-            // What noise alone makes of pixels: errors of heavy-tailed samples are underestimated.
+            // The same for noise alone: errors of heavy-tailed samples are underestimated.
             let noise = near.spread.max(other.spread);
             let visible = Visible::new(other.halves(), near.halves());
             let measured = format!(
                 "{}; brightness of the fur {:+.2} %, z = {z:.1}; pixels differ by {spread:.2} standard errors (root \
                  mean \
                  square), halves of one picture by {noise:.2}",
-                visible.told(),
+                visible.text(),
                 100.0 * offset
             );
             let what = format!("{view}: the {name} shows what the near field shows");

@@ -21,7 +21,7 @@ fn process() -> (f64, f64) {
 
 fn run(model: Forward, profile: &Profile) -> (Fit, f64, f64) {
     let (start, cpu) = (Instant::now(), process().0);
-    let result = fit(profile, model, &Options::default(), &false.into(), &|| {}).expect("the profile is valid");
+    let result = fit(profile, model, &Options::default(), &()).expect("the profile is valid");
     (result, start.elapsed().as_secs_f64(), process().0 - cpu)
 }
 
@@ -110,7 +110,7 @@ fn main() {
         let truth = Fiber::preset(species);
         let synthetic = Synthetic { step: [4.0, 4.0], ..Synthetic::default() };
         let start = Instant::now();
-        let profile = simulate::from_reference(&truth, &synthetic, photons, &|_| {}).expect("the preset is valid");
+        let profile = simulate::from_reference(&truth, &synthetic, photons, &()).expect("the preset is valid");
         let traced = start.elapsed().as_secs_f64();
         let (result, seconds, cpu) = run(Forward::default(), &profile);
         let values: Vec<String> = result

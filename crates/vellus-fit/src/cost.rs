@@ -1,4 +1,4 @@
-//! The log-ratio of a profile to what a fibre would be measured as (Yan17 Sec. 5.1, Validation).
+//! The residuals of a fit: log-ratios of predicted to measured values (Yan17 Sec. 5.1, Validation).
 
 use crate::forward::{Forward, Recent};
 use crate::parameters::assemble;
@@ -7,25 +7,24 @@ use crate::space::Space;
 use std::sync::atomic::{AtomicU64, Ordering};
 use vellus_models::Directions;
 
-/// Below it a model's value is taken for it: no logarithm of 0.
+/// The least value of a model. It keeps logarithms finite.
 const FLOOR: f32 = 1e-30;
 
-/// A profile, or a part of it, ready to be compared with.
+/// A profile, or a part of it, prepared for comparisons with a model.
 pub struct Cost<'a> {
     space: &'a Space,
     forward: Forward,
     recent: Recent,
     directions: Directions,
-    /// What is to be added to ln f·cos θ to make it what was measured, less what was measured; point by point, and channel by
-    /// channel.
+    /// The summand that turns ln(f·cos θ) into a residual, point by point and channel by channel.
     offsets: Vec<f64>,
     channels: usize,
-    /// Values of the model asked for.
+    /// How many values of the model were computed.
     pub evaluations: AtomicU64,
 }
 
 impl<'a> Cost<'a> {
-    /// Compares with the `chosen` points of a profile.
+    /// Compares with the points of a profile whose indices are `chosen`.
     pub fn new(profile: &Profile, chosen: &[usize], space: &'a Space, forward: Forward) -> Self {
         let points = || chosen.iter().map(|&i| &profile.points[i]);
         let offset = |p: &crate::profile::Point, c: usize| {
@@ -46,7 +45,8 @@ impl<'a> Cost<'a> {
         }
     }
 
-    /// ln (fitted/measured) of each value. Infinite where the model refuses the fibre, which within the bounds it does not.
+    /// ln(fitted/measured) of each value, point by point and channel by channel, for the variables `u`. All are infinite if
+    /// the model refuses the fibre, which does not happen within the bounds.
     pub fn residuals(&self, u: &[f64]) -> Vec<f64> {
         self.evaluations.fetch_add(self.directions.len() as u64, Ordering::Relaxed);
         let (specimen, theta_o, scale) = assemble(&self.space.parameters, &self.space.values(u));

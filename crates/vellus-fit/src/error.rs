@@ -1,11 +1,11 @@
-//! What can be wrong with a profile, or with what is asked of it.
+//! Errors of profiles and fits.
 
 use std::path::{Path, PathBuf};
 
-/// Bad input, with its place.
+/// Bad input, with the place where it is.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// A profile that cannot be read or fitted.
+    /// A file that cannot be read, or that is not a profile.
     #[error("{}: {what}", path.display())]
     File {
         /// The file.
@@ -13,23 +13,23 @@ pub enum Error {
         /// What is wrong with it.
         what: String,
     },
-    /// A line of a profile.
+    /// A bad line of a profile.
     #[error("{}, line {line}: {what}", path.display())]
     Line {
         /// The file.
         path: PathBuf,
-        /// Counted from 1.
+        /// The number of the line, counted from 1.
         line: u64,
         /// What is wrong with it.
         what: String,
     },
-    /// A parameter that is asked to be fixed, tied or freed.
+    /// A parameter that cannot be fixed, tied or freed as requested, or a bad option.
     #[error("{0}")]
     Parameter(String),
-    /// A profile or a fit that is impossible.
+    /// A profile that cannot be fitted, or a synthetic measurement that is impossible.
     #[error("{0}")]
     Profile(String),
-    /// A fibre out of range.
+    /// A parameter of a fibre out of range.
     #[error(transparent)]
     Fiber(#[from] vellus::Error),
 }

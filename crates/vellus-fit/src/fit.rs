@@ -1,81 +1,60 @@
-//! A fit: from many starts to the best minimum, and what is known of it.
+//! A fit: descents from many starts, the best minimum, and its statistics.
 
 use crate::cost::Cost;
 use crate::error::Error;
 use crate::forward::Forward;
 use crate::least_squares::{Difference, Minimum, Problem};
-use crate::outcome::{Estimate, Fit, Rival, State};
+use crate::options::Options;
+use crate::outcome::{Combination, Correlations, Estimate, Fit, Rival, Starts, State};
 use crate::parameters::{Kind, assemble};
 use crate::profile::Profile;
-use crate::space::{Requests, Source, Space};
+use crate::space::{Source, Space};
 use crate::starts::starts;
 use crate::statistics::{Place, Statistics, statistics};
 use crate::verdict::{explained, judge};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rayon::prelude::*;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
+use vellus::Parameter;
+use vellus_io::{Progress, Steps};
 use vellus_sim::medulla::SimRng;
 
-/// Points that the descents from all starts look at.
+/// How many points of the profile the first descents use.
 const SAMPLE: usize = 600;
 
-/// Distinct minima that are followed to the end on all points.
+/// How many distinct minima are refined on all points.
 const FOLLOWED: usize = 6;
 
-/// Variables closer than this share of their usual range are the same.
+/// Two variables are the same if they differ by less than this share of their usual range.
 const SAME: f64 = 0.02;
 
-/// A roughness below that share of the sampling step is not resolved, and not looked for.
+/// The smallest roughness that is fitted, as a share of the sampling step. Smaller ones are not resolved.
 const UNRESOLVED: f64 = 0.25;
 
-/// The median distance of neighbours.
+/// The median distance of adjacent values of a sorted axis.
 fn spacing(axis: &[f64]) -> f64 {
     let mut steps: Vec<f64> = axis.windows(2).map(|w| w[1] - w[0]).collect();
     steps.sort_by(f64::total_cmp);
     steps.get(steps.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// How a fit goes about it.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// Parameters fixed, tied, freed.
-    pub requests: Requests,
-    /// Descents begun: the presets, and the best of a space-filling design.
-    pub starts: usize,
-    /// Of that design.
-    pub seed: u64,
-    /// Huber's k: residuals above k times the noise count linearly, not squared. Infinity turns that off.
-    pub huber: f64,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        // 4: where the model cannot follow the data, the highlights are what is furthest off, and must not count for
-        // nothing: at 2.5 NRMSE of the whole fibre is up to 1.6 points worse.
-        Options { requests: Requests::default(), starts: 32, seed: 1, huber: 4.0 }
-    }
-}
-
-/// Fits `profile` with a model. `tick` is called as each start is finished; `stop`, once set, ends the fit with the best so far.
+/// Fits a model to a profile. `progress` gets a report after each start. A cancelled fit ends with the best so far, and
+/// [`Fit::interrupted`] is true.
 ///
 /// # Errors
-/// [`Error::Profile`] for a profile without enough in it, [`Error::Parameter`] for a request that makes no sense.
-pub fn fit(
-    profile: &Profile,
-    forward: Forward,
-    options: &Options,
-    stop: &AtomicBool,
-    tick: &(dyn Fn() + Sync),
-) -> Result<Fit, Error> {
+/// [`Error::Profile`] for a profile that has too few points or does not vary, [`Error::Parameter`] for a bad request.
+pub fn fit(profile: &Profile, forward: Forward, options: &Options, progress: &dyn Progress) -> Result<Fit, Error> {
     profile.validate()?;
     profile.check_varies()?;
     if options.starts == 0 {
-        return Err(Error::Parameter("starts = 0 is out of range: there must be at least 1".to_owned()));
+        return Err(Error::Parameter("starts = 0 is out of range: it must be at least 1".to_owned()));
     }
     let mut space = Space::new(forward, profile.channels, profile.theta_o, &options.requests)?;
-    for (kind, axis) in [(Kind::BetaM, profile.axis(|p| p.theta)), (Kind::BetaN, profile.axis(|p| p.phi))] {
-        space.resolve(kind, UNRESOLVED * spacing(&axis));
+    for (roughness, axis) in
+        [(Parameter::BetaM, profile.axis(|p| p.theta)), (Parameter::BetaN, profile.axis(|p| p.phi))]
+    {
+        space.resolve(Kind::Fiber(roughness, 0), UNRESOLVED * spacing(&axis));
     }
     let mut order: Vec<usize> = (0..profile.points.len()).collect();
     let all = Cost::new(profile, &order, &space, forward);
@@ -85,15 +64,18 @@ pub fn fit(
 
     let steps: Vec<f64> = space.leads.iter().map(|&lead| space.parameters[lead].step).collect();
     let (on_part, on_all) = (|u: &[f64]| part.residuals(u), |u: &[f64]| all.residuals(u));
-    let problem = |residuals| Problem { bounds: &space.bounds, steps: &steps, residuals, huber: options.huber, stop };
+    let problem =
+        |residuals| Problem { bounds: &space.bounds, steps: &steps, residuals, huber: options.huber, progress };
     let (rough, fine) = (problem(&on_part), problem(&on_all));
 
-    let begun = starts(&space, &part, profile.theta_o, options, stop);
+    let begun = starts(&space, &part, profile.theta_o, options, progress);
+    // The last step is what follows the descents.
+    let steps = Steps::new(progress, begun.len() as u64 + 1, "fitting");
     let mut minima: Vec<Minimum> = begun
         .par_iter()
         .map(|start| {
             let minimum = rough.minimise(start, Difference::Forward, 60);
-            tick();
+            steps.advance(1);
             minimum
         })
         .collect();
@@ -104,17 +86,18 @@ pub fn fit(
     let mut followed: Vec<Minimum> =
         distinct.par_iter().map(|m| fine.minimise(&m.u, Difference::Central, 200)).collect();
     rank(&fine, &mut followed);
-    let interrupted = stop.load(Ordering::Relaxed);
+    let interrupted = progress.is_cancelled();
     let Some(best) = followed.first() else {
-        return Err(Error::Profile("no descent came to an end".to_owned()));
+        return Err(Error::Profile("no descent ended".to_owned()));
     };
-    // A descent on a part of the points ends within a few standard errors of the same minimum on all of them.
+    // The minimum of a part of the points is within a few standard errors of that of all points.
     let statistics = statistics(&fine, &space, profile, best);
     let reached = ends.iter().filter(|u| similar(&space, &statistics, u, &best.u)).count();
     let rival = followed[1..].iter().find(|m| !similar(&space, &statistics, &m.u, &best.u)).map(|m| Rival {
         values: space.values(&m.u),
         chi2: 2.0 * (fine.loss(&m.residuals, best.noise) - fine.loss(&best.residuals, best.noise)),
     });
+    steps.advance(1);
     Ok(describe(
         profile,
         &space,
@@ -122,7 +105,7 @@ pub fn fit(
         best,
         &statistics,
         Outside {
-            starts: [begun.len(), finished, reached],
+            starts: Starts { begun: begun.len(), finished, ended_here: reached },
             rival,
             evaluations: part.evaluations.load(Ordering::Relaxed) + all.evaluations.load(Ordering::Relaxed),
             interrupted,
@@ -130,14 +113,14 @@ pub fn fit(
     ))
 }
 
-/// Sorts by the loss, all measured by the noise of the best.
+/// Sorts minima by their loss, with the noise of the best one for all.
 fn rank(problem: &Problem, minima: &mut [Minimum]) {
     let noise = minima.iter().map(|m| m.noise).fold(f64::INFINITY, f64::min);
     let key = |m: &Minimum| problem.loss(&m.residuals, noise);
     minima.sort_by(|a, b| key(a).total_cmp(&key(b)));
 }
 
-/// The best of those that are not the same.
+/// The best minima that differ from each other, at most [`FOLLOWED`].
 fn distinct<'m>(space: &Space, minima: &'m [Minimum]) -> Vec<&'m Minimum> {
     let mut kept: Vec<&Minimum> = Vec::new();
     for m in minima {
@@ -154,19 +137,19 @@ fn distinct<'m>(space: &Space, minima: &'m [Minimum]) -> Vec<&'m Minimum> {
     kept
 }
 
-/// Two minima whose variables differ by less than the data can tell, or than matters.
+/// Do two minima differ by less than the data can tell, or by less than matters?
 fn similar(space: &Space, statistics: &Statistics, a: &[f64], b: &[f64]) -> bool {
     (0..a.len()).all(|j| {
         let [low, high] = space.usual(j);
-        // A part of the points: errors are larger by the root of the share left out.
+        // Errors are larger where only a part of the points was used.
         let error = 10.0 * statistics.covariance[(j, j)].sqrt();
         (a[j] - b[j]).abs() <= error.max(3.0 * SAME * (high - low))
     })
 }
 
-/// What is known from outside the minimum.
+/// What describes the search rather than the minimum.
 struct Outside {
-    starts: [usize; 3],
+    starts: Starts,
     rival: Option<Rival>,
     evaluations: u64,
     interrupted: bool,
@@ -232,11 +215,14 @@ fn describe(
         theta_o,
         scale,
         estimates: (0..space.parameters.len()).map(estimate).collect(),
-        correlations: (
-            (0..columns).map(name).collect(),
-            (0..columns).map(|i| (0..columns).map(|j| correlation(i, j)).collect()).collect(),
-        ),
-        weakest: (statistics.weakest.iter().map(|&(j, x)| (name(j), x)).collect(), statistics.weakest_error),
+        correlations: Correlations {
+            names: (0..columns).map(name).collect(),
+            matrix: (0..columns).map(|i| (0..columns).map(|j| correlation(i, j)).collect()).collect(),
+        },
+        weakest: Combination {
+            shares: statistics.weakest.iter().map(|&(j, x)| (name(j), x)).collect(),
+            standard_error: statistics.weakest_error,
+        },
         fitted,
         nrmse,
         log_nrmse,
@@ -253,7 +239,8 @@ fn describe(
     }
 }
 
-/// RMS error over the measured range (Yan17 footnote 3), of the values and of their logarithms.
+/// The RMS error of fitted values over the measured range (Yan17 footnote 3), and the same of the logarithms. `fitted` has
+/// one RGB value for each point of the profile.
 pub fn errors(profile: &Profile, fitted: &[[f64; 3]]) -> (f64, f64) {
     let (mut squares, mut log_squares) = (0.0, 0.0);
     for (p, f) in profile.points.iter().zip(fitted) {

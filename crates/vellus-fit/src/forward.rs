@@ -1,28 +1,14 @@
-//! The forward model: what a fibre of given parameters would be measured as.
+//! The forward model: the measurement that a fibre with given parameters predicts.
 
 use crate::error::Error;
-use crate::parameters::Kind;
+use crate::parameters::{Curve, Kind, Parameter, habits};
+use crate::specimen::Specimen;
 use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
-use vellus::{Bcsdf, Fiber, Model};
+use vellus::{Bcsdf, Fiber, Model, Parameter as FiberParameter};
 use vellus_models::{AnyModel, Chiang2016, Directions, Marschner2003, ModelKind, Yan2015};
 
-/// A fibre, and what only some models know of it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Specimen {
-    /// What all models take their parameters from.
-    pub fiber: Fiber,
-    /// Refractive index of the medulla, of [`ModelKind::Yan2015`] alone; that of the cortex unless given.
-    pub eta_m: Option<f32>,
-}
-
-impl From<Fiber> for Specimen {
-    fn from(fiber: Fiber) -> Self {
-        Specimen { fiber, eta_m: None }
-    }
-}
-
-/// A model that profiles are fitted with: its far field (Yan17 Sec. 5.1), ours by default.
+/// A model that can be fitted to profiles: its far field (Yan17 Sec. 5.1). The default is [`ModelKind::Vellus`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Forward(ModelKind);
 
@@ -33,7 +19,7 @@ impl Default for Forward {
 }
 
 impl Forward {
-    /// Those there are.
+    /// All models that can be fitted.
     pub const ALL: [Forward; 4] = [
         Forward(ModelKind::Vellus),
         Forward(ModelKind::Yan2015),
@@ -41,7 +27,7 @@ impl Forward {
         Forward(ModelKind::Marschner2003),
     ];
 
-    /// The far field of a model.
+    /// The forward model of a kind of model.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a model that cannot be fitted.
@@ -52,25 +38,52 @@ impl Forward {
         })
     }
 
-    /// Which model.
+    /// The kind of model.
     pub fn kind(self) -> ModelKind {
         self.0
     }
 
-    /// Does the model depend on that parameter?
+    /// Does the model depend on a parameter?
     pub fn has(self, kind: Kind) -> bool {
+        use FiberParameter::{G, Kappa, Layers, SigmaMa, SigmaMs};
         match self.0 {
             ModelKind::Yan2015 => true,
             ModelKind::Vellus => kind != Kind::EtaM,
-            // Hair without medulla, its surface an ordinary interface.
-            _ => !matches!(kind, Kind::EtaM | Kind::Kappa | Kind::SigmaMs | Kind::SigmaMa(_) | Kind::G | Kind::Layers),
+            // Hair without medulla, with an ordinary interface as its surface.
+            _ => !matches!(kind, Kind::EtaM | Kind::Fiber(Kappa | SigmaMs | SigmaMa | G | Layers, _)),
         }
     }
 
-    /// f·cos θᵢ averaged over the fibre's width, RGB, in all `directions` for ω_o at `theta_o` degrees and φ = 0.
+    /// All parameters of the model for a profile with 1 or 3 channels, in the order of files.
+    pub fn parameters(self, channels: usize) -> Vec<Parameter> {
+        let mut all = Vec::new();
+        for parameter in FiberParameter::ALL {
+            let Some((usual, curve, step)) = habits(parameter) else { continue };
+            let (range, unit) = (parameter.range(), parameter.unit().sign());
+            for channel in 0..if parameter.channels() > 1 { channels } else { 1 } {
+                let name = if channels > 1 { parameter.channel_name(channel) } else { parameter.name().to_owned() };
+                let kind = Kind::Fiber(parameter, channel);
+                let (low, high) = (range.low, range.high);
+                all.push(Parameter { kind, name, unit, low, high, usual, curve, step });
+            }
+            if parameter == FiberParameter::Eta {
+                let (name, low, high) = ("eta_m".to_owned(), range.low, range.high);
+                all.push(Parameter { kind: Kind::EtaM, name, unit, low, high, usual, curve, step });
+            }
+        }
+        let (name, kind, usual) = ("theta_o".to_owned(), Kind::ThetaO, [-80.0, 80.0]);
+        all.push(Parameter { kind, name, unit: "°", low: -89.0, high: 89.0, usual, curve: Curve::Linear, step: 0.03 });
+        let (name, kind, curve) = ("scale".to_owned(), Kind::Scale, Curve::Log { offset: 0.0 });
+        all.push(Parameter { kind, name, unit: "", low: 1e-30, high: 1e30, usual: [0.1, 10.0], curve, step: 4e-3 });
+        all.retain(|p| self.has(p.kind));
+        all
+    }
+
+    /// f·cos θᵢ averaged over the width of the fibre, RGB, for ω_o at inclination `theta_o` (degrees) and φ = 0. `out` gets
+    /// one value for each of the `directions`.
     ///
     /// # Errors
-    /// [`Error::Fiber`] where a parameter is out of range.
+    /// [`Error::Fiber`] for a parameter out of range.
     pub fn values(
         self,
         specimen: &Specimen,
@@ -81,7 +94,7 @@ impl Forward {
         self.values_with(&Recent::default(), specimen, theta_o, directions, out)
     }
 
-    /// The same, again and again.
+    /// The same for many specimens: `recent` keeps what they share.
     pub(crate) fn values_with(
         self,
         recent: &Recent,
@@ -102,12 +115,13 @@ impl Forward {
     }
 }
 
-/// Models of Yan et al. 2015 that were asked for last. What of them depends on the indices and the layers alone takes as long to
-/// prepare as their far field; of a dozen variables, nine leave it as it is.
+/// The models of Yan et al. 2015 that were used last. A part of the model depends on the refractive indices and the
+/// layers only, and takes as long to prepare as the far field takes to evaluate. Nine of the dozen variables of a fit do
+/// not change that part.
 #[derive(Debug, Default)]
 pub(crate) struct Recent(Mutex<VecDeque<([f32; 3], Yan2015)>>);
 
-/// As many as two threads' difference quotients need.
+/// How many models are kept: as many as the difference quotients of two threads need.
 const KEPT: usize = 8;
 
 impl Recent {
@@ -116,7 +130,7 @@ impl Recent {
         let known = |models: &VecDeque<([f32; 3], Yan2015)>| {
             models.iter().find(|(k, _)| *k == key).map(|(_, model)| model.clone())
         };
-        // A thread that panicked left the list whole.
+        // The list is complete even if a thread panicked.
         let lock = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(model) = known(&lock()) {
             return model.with_fiber(fiber);

@@ -7,7 +7,7 @@
 
 use crate::matrix::{Matrix, solve};
 use rayon::prelude::*;
-use std::sync::atomic::{AtomicBool, Ordering};
+use vellus_io::Progress;
 
 /// What is minimised.
 pub struct Problem<'a> {
@@ -19,8 +19,8 @@ pub struct Problem<'a> {
     pub residuals: &'a (dyn Fn(&[f64]) -> Vec<f64> + Sync),
     /// Huber's k: residuals above k times the noise count linearly. Infinity: plain least squares.
     pub huber: f64,
-    /// Set from outside: leave at the best so far.
-    pub stop: &'a AtomicBool,
+    /// A descent that is cancelled ends at the best variables so far.
+    pub progress: &'a dyn Progress,
 }
 
 /// How difference quotients are taken.
@@ -130,7 +130,7 @@ impl Problem<'_> {
         let (mut damping, mut growth) = (1e-2, 2.0);
         let mut converged = false;
         let mut iterations = 0;
-        while iterations < most && !converged && !self.stop.load(Ordering::Relaxed) {
+        while iterations < most && !converged && !self.progress.is_cancelled() {
             iterations += 1;
             let noise = noise(&residuals);
             let loss = self.loss(&residuals, noise);
@@ -142,7 +142,7 @@ impl Problem<'_> {
                 let next: Vec<f64> =
                     (0..u.len()).map(|j| (u[j] + step[j]).clamp(self.bounds[j][0], self.bounds[j][1])).collect();
                 let length = (0..u.len()).fold(0.0f64, |m, j| m.max((next[j] - u[j]).abs() / self.steps[j]));
-                if length < 1e-3 || self.stop.load(Ordering::Relaxed) {
+                if length < 1e-3 || self.progress.is_cancelled() {
                     converged = length < 1e-3;
                     break;
                 }
@@ -229,8 +229,7 @@ mod tests {
         start: &[f64],
     ) -> Minimum {
         let steps = vec![1e-6; bounds.len()];
-        let stop = AtomicBool::new(false);
-        Problem { bounds, steps: &steps, residuals, huber, stop: &stop }.minimise(start, Difference::Central, 400)
+        Problem { bounds, steps: &steps, residuals, huber, progress: &() }.minimise(start, Difference::Central, 400)
     }
 
     /// Rosenbrock's valley: its minimum (1, 1) inside, and cut off by a bound, where x₁ = x₀² remains.

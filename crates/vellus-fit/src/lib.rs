@@ -1,9 +1,9 @@
-//! From a measured reflectance profile of a single fibre to the parameters of the fur model, with their errors
+//! Fits the parameters of a fur model, with their standard errors, to the measured reflectance profile of one fibre
 //! (Yan17 Sec. 5.1, Validation).
 //!
 //! - [`read()`]: profiles as gantries write them; [`simulate`]: synthetic ones.
 //! - [`fit()`]: bounded least squares on the log-ratio of fitted to measured values, from many starts.
-//! - [`Forward`]: the model fitted, ours or one of three earlier ones.
+//! - [`Forward`]: the model that is fitted, Yan et al. 2017 or one of three earlier models.
 //!
 //! ```
 //! use vellus_fit::{Forward, Options, Synthetic, fit, simulate};
@@ -13,7 +13,7 @@
 //! let synthetic = Synthetic { step: [8.0, 4.0], ..Synthetic::default() };
 //! let profile = simulate::from_model(Forward::default(), &truth.into(), &synthetic)?;
 //! let options = Options { starts: 8, ..Options::default() };
-//! let result = fit(&profile, Forward::default(), &options, &false.into(), &|| {})?;
+//! let result = fit(&profile, Forward::default(), &options, &())?;
 //! assert!(result.nrmse < 0.02 && (result.specimen.fiber.eta - truth.eta).abs() < 0.02);
 //! # Ok(()) }
 //! ```
@@ -25,24 +25,29 @@ mod forward;
 mod image;
 pub mod least_squares;
 pub mod matrix;
+mod options;
 mod outcome;
 pub mod parameters;
 mod profile;
 mod read;
 pub mod simulate;
 pub mod space;
+mod specimen;
 mod starts;
 mod statistics;
 mod verdict;
 mod write;
 
 pub use error::Error;
-pub use fit::{Options, errors, fit};
-pub use forward::{Forward, Specimen};
-pub use outcome::{Estimate, Fit, Rival, State};
+pub use fit::{errors, fit};
+pub use forward::Forward;
+pub use options::Options;
+pub use outcome::{Combination, Correlations, Estimate, Fit, Rival, Starts, State};
+pub use parameters::Name;
 pub use profile::{FEWEST, LARGEST, Point, Profile, Quantity};
 pub use read::{Angles, Axis, Reading, read};
 pub use simulate::Synthetic;
 pub use space::Requests;
+pub use specimen::Specimen;
 pub use verdict::{Explained, FALSE_ALARM, NOISE_LIKE, NoFit};
 pub use write::{csv, gantry_text};

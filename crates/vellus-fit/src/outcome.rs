@@ -1,6 +1,6 @@
-//! What a fit found.
+//! The result of a fit.
 
-use crate::forward::Specimen;
+use crate::specimen::Specimen;
 use crate::verdict::{Explained, NoFit};
 use vellus_models::ModelKind;
 
@@ -11,81 +11,111 @@ pub enum State {
     Fitted,
     /// Fitted, and at an end of its range.
     AtBound,
-    /// Held at a given value.
+    /// Fixed at a given value.
     Fixed,
     /// Has the value of the parameter named.
     Tied(String),
 }
 
-/// One parameter's value and what is known of it.
+/// The value of one parameter, with its standard error.
 #[derive(Clone, Debug)]
 pub struct Estimate {
-    /// As in files.
+    /// The name in files.
     pub name: String,
-    /// `°` or nothing.
+    /// `°` for an angle, or nothing.
     pub unit: &'static str,
     /// The value, angles in degrees.
     pub value: f64,
-    /// Its standard error, one-sided at an end of its range; none where it was not fitted, or the data says nothing of it.
+    /// The standard error, one-sided at an end of the range. `None` for a parameter that was not fitted, or that the data
+    /// says nothing about.
     pub error: Option<f64>,
     /// How it was treated.
     pub state: State,
-    /// Does the data say what it is? False at an end of its range, and where the standard error is above a tenth of the range
-    /// in which fibres usually are (in the variable it is fitted in).
+    /// Does the data determine the value? Not at an end of the range, and not if the standard error is above a tenth of the
+    /// range in which fibres usually are (in the variable that is fitted).
     pub determined: bool,
 }
 
 /// A minimum other than the best.
 #[derive(Clone, Debug)]
 pub struct Rival {
-    /// Its parameters.
+    /// The values of its parameters, as many as [`Fit::estimates`].
     pub values: Vec<f64>,
-    /// By how much the χ² of the log-ratios is worse. Below 9 (three standard errors) the data cannot tell them apart.
+    /// How much larger its χ² of the log-ratios is. Below 9 (three standard errors) the data cannot tell them apart.
     pub chi2: f64,
 }
 
-/// What came out.
+/// How many descents a fit began, and what became of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Starts {
+    /// Descents begun.
+    pub begun: usize,
+    /// Descents that converged.
+    pub finished: usize,
+    /// Descents that ended in the best minimum.
+    pub ended_here: usize,
+}
+
+/// Correlations of the fitted parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Correlations {
+    /// The name of each fitted parameter. Tied parameters have one name.
+    pub names: Vec<String>,
+    /// The correlation of each two, in [−1, 1], row by row: as many rows and columns as there are names. The diagonal is 1.
+    pub matrix: Vec<Vec<f64>>,
+}
+
+/// A linear combination of parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Combination {
+    /// Names of parameters and their shares, the largest share first. The shares are a unit vector in units of the usual
+    /// ranges; small ones are left out.
+    pub shares: Vec<(String, f64)>,
+    /// The standard error along that vector, in units of the usual ranges: 0.01 is one percent of them.
+    pub standard_error: f64,
+}
+
+/// The result of a fit.
 #[derive(Clone, Debug)]
 pub struct Fit {
     /// The model that was fitted.
     pub model: ModelKind,
-    /// The fibre.
+    /// The fitted fibre.
     pub specimen: Specimen,
     /// Inclination of the fixed direction, degrees.
     pub theta_o: f64,
-    /// What the model's values are multiplied with.
+    /// The factor on the values of the model.
     pub scale: f64,
-    /// All parameters.
+    /// All parameters of the model, in the order of files.
     pub estimates: Vec<Estimate>,
-    /// Names of the variables fitted, and the correlation of each two.
-    pub correlations: (Vec<String>, Vec<Vec<f64>>),
-    /// The combination of parameters that the data says least about: names and shares, and its standard error over
-    /// their usual ranges.
-    pub weakest: (Vec<(String, f64)>, f64),
-    /// What the model says for each point, in the unit of the profile.
+    /// The correlations of the fitted parameters.
+    pub correlations: Correlations,
+    /// The combination of parameters that the data determines least.
+    pub weakest: Combination,
+    /// The value of the model for each point, in the unit of the profile.
     pub fitted: Vec<[f64; 3]>,
     /// RMS error over the range of the measured values (Yan17 footnote 3).
     pub nrmse: f64,
-    /// The same of the logarithms, which is what is minimised.
+    /// The same for the logarithms, which the fit minimises.
     pub log_nrmse: f64,
-    /// How much better it is than a constant.
+    /// How much better the fit is than a constant.
     pub explained: Explained,
-    /// Why it says nothing about the fibre, if so.
+    /// Why the fit says nothing about the fibre, if it does not.
     pub no_fit: Option<NoFit>,
-    /// Standard deviation of the log-ratios, outliers left out.
+    /// Robust standard deviation of the log-ratios.
     pub noise: f64,
-    /// Values further off than Huber's k times the noise.
+    /// How many values are off by more than Huber's k times the noise.
     pub outliers: usize,
     /// Correlation of neighbouring residuals, over φ and over θ.
     pub neighbours: [f64; 2],
-    /// What the standard errors were widened by because of it.
+    /// The factor by which that correlation widens the standard errors.
     pub widened: f64,
-    /// Descents begun and finished, and how many of them ended in this minimum.
-    pub starts: [usize; 3],
+    /// How many descents there were.
+    pub starts: Starts,
     /// The next best minimum found.
     pub rival: Option<Rival>,
-    /// Values of the model that were needed.
+    /// How many values of the model were computed.
     pub evaluations: u64,
-    /// Stopped before it was done: the best so far.
+    /// The fit was cancelled: this is the best result so far.
     pub interrupted: bool,
 }

@@ -1,24 +1,29 @@
-//! The parameters of a fit: their names, ranges, and the variables they are fitted in.
+//! The parameters of a fit: their names and ranges, and the variables that a fit moves them in.
 
-use crate::forward::{Forward, Specimen};
+use crate::error::Error;
+use crate::specimen::Specimen;
+use std::fmt;
+use std::str::FromStr;
 use vellus::Fiber;
+use vellus::Parameter as FiberParameter;
 
-/// The variable u a parameter x is fitted in. Errors are nearly symmetric in it, and a step means as much anywhere.
+/// The variable u that a parameter x is fitted in. Errors are nearly symmetric in u, and a step means about the same
+/// everywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Curve {
     /// u = x.
     Linear,
-    /// u = ln(x + offset): logarithmic, but 0 can be reached.
+    /// u = ln(x + offset): logarithmic, but x = 0 can be reached.
     Log {
-        /// Below it the variable is nearly linear.
+        /// u is nearly linear below the offset.
         offset: f64,
     },
-    /// u = −ln(1 − x): the width of the forward peak is some 1 − g.
+    /// u = −ln(1 − x), for g: the forward peak is about 1 − g wide.
     Peak,
 }
 
 impl Curve {
-    /// u of x.
+    /// The variable u of a value x.
     pub fn variable(self, x: f64) -> f64 {
         match self {
             Curve::Linear => x,
@@ -27,7 +32,7 @@ impl Curve {
         }
     }
 
-    /// x of u.
+    /// The value x of a variable u.
     pub fn value(self, u: f64) -> f64 {
         match self {
             Curve::Linear => u,
@@ -36,7 +41,7 @@ impl Curve {
         }
     }
 
-    /// dx/du at x.
+    /// The derivative dx/du at x.
     pub fn slope(self, x: f64) -> f64 {
         match self {
             Curve::Linear => 1.0,
@@ -46,116 +51,151 @@ impl Curve {
     }
 }
 
-/// What is fitted.
+/// What one number of a fit is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// η
-    Eta,
-    /// η_m of Yan et al. 2015; η is then the cortex'.
+    /// A parameter of the fibre and its channel: 0 for a number, and for all channels of a colour in a grey profile.
+    Fiber(FiberParameter, usize),
+    /// η_m of Yan et al. 2015. η is then the refractive index of the cortex alone.
     EtaM,
-    /// κ
-    Kappa,
-    /// α
-    Alpha,
-    /// β_m
-    BetaM,
-    /// β_n
-    BetaN,
-    /// σ_c,a of one channel, or of all of a grey profile.
-    SigmaCa(usize),
-    /// σ_m,s
-    SigmaMs,
-    /// σ_m,a of one channel, or of all of a grey profile.
-    SigmaMa(usize),
-    /// g
-    G,
-    /// l
-    Layers,
-    /// Inclination of the fixed direction: as the profile states it unless it is freed.
+    /// Inclination of the fixed direction. It has the value of the profile unless it is freed.
     ThetaO,
-    /// What the model's values are multiplied with: a measurement's unit is arbitrary.
+    /// The factor on the values of the model. The unit of a measurement is arbitrary.
     Scale,
 }
 
-/// One parameter, with the name, unit and range it has in files; angles in degrees.
+/// The name of a parameter in [`Requests`](crate::Requests): as in files, such as `eta`, `sigma_ca`, `sigma_ca.r`,
+/// `eta_m`, `theta_o` or `scale`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Name {
+    /// A parameter of the fibre, and the channel if only one is meant.
+    Fiber(FiberParameter, Option<usize>),
+    /// η_m of Yan et al. 2015.
+    EtaM,
+    /// Inclination of the fixed direction.
+    ThetaO,
+    /// The factor on the values of the model.
+    Scale,
+}
+
+impl Name {
+    /// Does the name mean a parameter of a profile with 1 or 3 channels?
+    pub(crate) fn means(self, kind: Kind, channels: usize) -> bool {
+        match (self, kind) {
+            (Name::Fiber(name, None), Kind::Fiber(parameter, _)) => name == parameter,
+            (Name::Fiber(name, Some(channel)), Kind::Fiber(parameter, c)) => {
+                name == parameter && channel == c && channels > 1
+            }
+            (Name::EtaM, Kind::EtaM) | (Name::ThetaO, Kind::ThetaO) | (Name::Scale, Kind::Scale) => true,
+            _ => false,
+        }
+    }
+}
+
+impl FromStr for Name {
+    type Err = Error;
+
+    /// # Errors
+    /// [`Error::Parameter`] for a name that no parameter has. It lists those there are.
+    fn from_str(name: &str) -> Result<Self, Error> {
+        match name {
+            "eta_m" => Ok(Name::EtaM),
+            "theta_o" => Ok(Name::ThetaO),
+            "scale" => Ok(Name::Scale),
+            _ => match FiberParameter::parse(name).filter(|(parameter, _)| is_fitted(*parameter)) {
+                Some((parameter, channel)) => Ok(Name::Fiber(parameter, channel)),
+                None => {
+                    let known = FiberParameter::ALL.into_iter().filter(|p| is_fitted(*p)).map(FiberParameter::name);
+                    let known: Vec<&str> = known.chain(["eta_m", "theta_o", "scale"]).collect();
+                    let what = format!("unknown parameter '{name}': those of fits are {}", known.join(", "));
+                    Err(Error::Parameter(what))
+                }
+            },
+        }
+    }
+}
+
+impl fmt::Display for Name {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Name::Fiber(parameter, None) => f.write_str(parameter.name()),
+            Name::Fiber(parameter, Some(channel)) => f.write_str(&parameter.channel_name(*channel)),
+            Name::EtaM => f.write_str("eta_m"),
+            Name::ThetaO => f.write_str("theta_o"),
+            Name::Scale => f.write_str("scale"),
+        }
+    }
+}
+
+/// Reflectance and melanin are other ways to give the absorption that is fitted.
+fn is_fitted(parameter: FiberParameter) -> bool {
+    parameter.default_value().is_some()
+}
+
+/// One number of a fit, with the name, unit and range that it has in files. Angles are in degrees.
 #[derive(Clone, Debug)]
 pub struct Parameter {
-    /// Which.
+    /// What it is.
     pub kind: Kind,
-    /// As in files, with the channel where there is one: `sigma_ca.r`.
+    /// The name in files, with the channel of a colour in an RGB profile: `sigma_ca.r`.
     pub name: String,
-    /// `°` or nothing.
+    /// `°` for an angle, or nothing.
     pub unit: &'static str,
-    /// Smallest value allowed.
+    /// The smallest value allowed.
     pub low: f64,
-    /// Largest value allowed.
+    /// The largest value allowed.
     pub high: f64,
-    /// Where fibres usually are: starts are drawn from it, and an error is large when it is much of it.
+    /// The range in which fibres usually are. Starts are drawn from it, and a standard error is judged by it.
     pub usual: [f64; 2],
-    /// The variable it is fitted in.
+    /// The variable that it is fitted in.
     pub curve: Curve,
-    /// Half the distance of the two points of a difference quotient, in that variable: large against what single precision
-    /// leaves of the model's values (1e-6 of them), small against the scale on which lobes move.
+    /// Half the distance of the two points of a difference quotient, in that variable. It is large against the rounding
+    /// errors of the model (relative errors of 1e-6 in single precision), and small against the widths of lobes.
     pub step: f64,
 }
 
-/// Light passes two radii at most: what it loses is linear in σ up to about that, and errors then symmetric in σ itself.
+/// The offset of [`Curve::Log`] for absorption and scattering, per fibre radius. Light passes two radii at most. Up to
+/// about this offset the loss of light is linear in σ, so that errors are symmetric in σ itself.
 const LITTLE: f64 = 0.3;
 
-/// All parameters that a model of a profile with 1 or 3 channels has, in the order of files.
-pub fn parameters(model: Forward, channels: usize) -> Vec<Parameter> {
+/// What a fit needs to know of a parameter of the fibre besides its range: the usual range, the variable, the step.
+pub(crate) fn habits(parameter: FiberParameter) -> Option<([f64; 2], Curve, f64)> {
     let log = |offset| Curve::Log { offset };
-    let mut all = Vec::new();
-    let mut add = |kind, name: &str, unit, [low, high]: [f64; 2], usual, curve, step| {
-        if model.has(kind) {
-            all.push(Parameter { kind, name: name.to_owned(), unit, low, high, usual, curve, step });
-        }
-    };
-    let colored = |name: &str, c: usize| match channels {
-        1 => name.to_owned(),
-        _ => format!("{name}.{}", ["r", "g", "b"][c]),
-    };
-    add(Kind::Kappa, "kappa", "", [0.0, 0.99], [0.2, 0.95], Curve::Linear, 2e-3);
-    add(Kind::Eta, "eta", "", [1.0, 3.0], [1.15, 1.75], Curve::Linear, 2e-3);
-    add(Kind::EtaM, "eta_m", "", [1.0, 3.0], [1.15, 1.75], Curve::Linear, 2e-3);
-    add(Kind::Alpha, "alpha", "°", [-45.0, 45.0], [0.0, 6.0], Curve::Linear, 0.03);
-    add(Kind::BetaM, "beta_m", "°", [0.1, 90.0], [2.0, 15.0], log(0.0), 4e-3);
-    add(Kind::BetaN, "beta_n", "°", [0.1, 90.0], [1.0, 25.0], log(0.0), 4e-3);
-    for c in 0..channels {
-        add(Kind::SigmaCa(c), &colored("sigma_ca", c), "", [0.0, 1000.0], [0.0, 2.0], log(LITTLE), 4e-3);
-    }
-    add(Kind::SigmaMs, "sigma_ms", "", [0.0, 1000.0], [0.3, 6.0], log(LITTLE), 4e-3);
-    for c in 0..channels {
-        add(Kind::SigmaMa(c), &colored("sigma_ma", c), "", [0.0, 1000.0], [0.0, 1.0], log(LITTLE), 4e-3);
-    }
-    add(Kind::G, "g", "", [0.0, 0.95], [0.0, 0.85], Curve::Peak, 4e-3);
-    add(Kind::Layers, "layers", "", [0.0, 20.0], [0.3, 3.0], log(0.05), 4e-3);
-    add(Kind::ThetaO, "theta_o", "°", [-89.0, 89.0], [-80.0, 80.0], Curve::Linear, 0.03);
-    add(Kind::Scale, "scale", "", [1e-30, 1e30], [0.1, 10.0], log(0.0), 4e-3);
-    all
+    Some(match parameter {
+        FiberParameter::Kappa => ([0.2, 0.95], Curve::Linear, 2e-3),
+        FiberParameter::Eta => ([1.15, 1.75], Curve::Linear, 2e-3),
+        FiberParameter::Alpha => ([0.0, 6.0], Curve::Linear, 0.03),
+        FiberParameter::BetaM => ([2.0, 15.0], log(0.0), 4e-3),
+        FiberParameter::BetaN => ([1.0, 25.0], log(0.0), 4e-3),
+        FiberParameter::SigmaCa => ([0.0, 2.0], log(LITTLE), 4e-3),
+        FiberParameter::SigmaMs => ([0.3, 6.0], log(LITTLE), 4e-3),
+        FiberParameter::SigmaMa => ([0.0, 1.0], log(LITTLE), 4e-3),
+        FiberParameter::G => ([0.0, 0.85], Curve::Peak, 4e-3),
+        FiberParameter::Layers => ([0.3, 3.0], log(0.05), 4e-3),
+        _ => return None,
+    })
 }
 
-/// What parameter values say: the fibre, the inclination of ω_o in degrees, the scale.
+/// The fibre, the inclination of ω_o in degrees and the scale that values of `parameters` describe.
 pub(crate) fn assemble(parameters: &[Parameter], values: &[f64]) -> (Specimen, f64, f64) {
     // What a model does not have is that of a hair without medulla.
     let mut fiber = Fiber::hair();
     let mut eta_m = None;
     let (mut theta_o, mut scale) = (0.0, 1.0);
     for (p, &x) in parameters.iter().zip(values) {
-        // A number just beyond its range for rounding is held to it.
+        // Rounding may move a value just out of range.
         let v = x.clamp(p.low, p.high);
         match p.kind {
-            Kind::Eta => fiber.eta = v as f32,
+            Kind::Fiber(parameter, channel) => {
+                let stored = if parameter.is_angle() { v.to_radians() } else { v } as f32;
+                let mut value = parameter.get(&fiber).unwrap_or_default();
+                value[channel..].fill(stored);
+                // Degrees in range may round to radians just out of range, which only `set` allows for.
+                if parameter.set(&mut fiber, value).is_err() {
+                    parameter.set_nearest(&mut fiber, value);
+                }
+            }
             Kind::EtaM => eta_m = Some(v as f32),
-            Kind::Kappa => fiber.kappa = v as f32,
-            Kind::Alpha => fiber.alpha = v.to_radians() as f32,
-            Kind::BetaM => fiber.beta_m = v.to_radians() as f32,
-            Kind::BetaN => fiber.beta_n = v.to_radians() as f32,
-            Kind::SigmaCa(c) => fiber.sigma_ca[c..].fill(v as f32),
-            Kind::SigmaMs => fiber.sigma_ms = v as f32,
-            Kind::SigmaMa(c) => fiber.sigma_ma[c..].fill(v as f32),
-            Kind::G => fiber.g = v as f32,
-            Kind::Layers => fiber.layers = v as f32,
             Kind::ThetaO => theta_o = v,
             Kind::Scale => scale = v,
         }
@@ -163,22 +203,15 @@ pub(crate) fn assemble(parameters: &[Parameter], values: &[f64]) -> (Specimen, f
     (Specimen { fiber, eta_m }, theta_o, scale)
 }
 
-/// The values that say that.
+/// The values of `parameters` for a fibre, the inclination of ω_o in degrees and a scale.
 pub(crate) fn values_of(parameters: &[Parameter], fiber: &Fiber, theta_o: f64, scale: f64) -> Vec<f64> {
-    let degrees = |x: f32| f64::from(x).to_degrees();
     let value = |kind| match kind {
-        Kind::Eta => fiber.eta.into(),
-        // Starts are presets, whose medulla has the cortex' index.
+        Kind::Fiber(parameter, channel) => {
+            let stored = f64::from(parameter.get(fiber).unwrap_or_default()[channel]);
+            if parameter.is_angle() { stored.to_degrees() } else { stored }
+        }
+        // Starts are presets, whose medulla has the index of the cortex.
         Kind::EtaM => fiber.eta.into(),
-        Kind::Kappa => fiber.kappa.into(),
-        Kind::Alpha => degrees(fiber.alpha),
-        Kind::BetaM => degrees(fiber.beta_m),
-        Kind::BetaN => degrees(fiber.beta_n),
-        Kind::SigmaCa(c) => fiber.sigma_ca[c].into(),
-        Kind::SigmaMs => fiber.sigma_ms.into(),
-        Kind::SigmaMa(c) => fiber.sigma_ma[c].into(),
-        Kind::G => fiber.g.into(),
-        Kind::Layers => fiber.layers.into(),
         Kind::ThetaO => theta_o,
         Kind::Scale => scale,
     };

@@ -1,4 +1,4 @@
-//! What a goniometer measures of one fibre.
+//! The measurement of one fibre by a goniometer.
 
 use crate::error::Error;
 use crate::least_squares::LEAST_NOISE;
@@ -23,13 +23,13 @@ impl Quantity {
         }
     }
 
-    /// The one of that name.
+    /// The quantity of a name.
     pub fn parse(name: &str) -> Option<Self> {
         [Quantity::FCos, Quantity::F].into_iter().find(|q| q.name() == name)
     }
 }
 
-/// One direction and what was measured there.
+/// One direction and its measured value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
     /// θ of the direction that moves, degrees.
@@ -49,9 +49,9 @@ pub struct Profile {
     pub quantity: Quantity,
     /// 1 (grey) or 3 (RGB).
     pub channels: usize,
-    /// What was measured.
+    /// The measured points.
     pub points: Vec<Point>,
-    /// θ and φ that could not be measured, degrees.
+    /// Directions without a value: θ and φ in degrees.
     pub missing: Vec<[f64; 2]>,
 }
 
@@ -67,7 +67,7 @@ const CONSTANT: f64 = LEAST_NOISE;
 pub const FEWEST: usize = 36;
 
 impl Profile {
-    /// Checks that there is something to fit.
+    /// Checks that the profile has values in range.
     ///
     /// # Errors
     /// [`Error::Profile`] says what is missing or out of range.
@@ -130,7 +130,7 @@ impl Profile {
         Ok(())
     }
 
-    /// The different values of one coordinate, sorted.
+    /// The distinct values of one coordinate, sorted.
     pub fn axis(&self, coordinate: impl Fn(&Point) -> f64) -> Vec<f64> {
         let mut values: Vec<f64> = self.points.iter().map(coordinate).collect();
         values.sort_by(f64::total_cmp);
@@ -138,7 +138,7 @@ impl Profile {
         values
     }
 
-    /// Largest over smallest of all values, logarithm.
+    /// The logarithm of the ratio of the largest to the smallest value.
     pub fn log_range(&self) -> f64 {
         let [low, high] = self.range();
         (high / low).ln()
@@ -151,7 +151,7 @@ impl Profile {
     }
 }
 
-/// What is wrong with a direction, degrees.
+/// Checks a direction in degrees. The error says what is out of range.
 pub(crate) fn check_angles(theta: f64, phi: f64) -> Result<(), String> {
     if theta.is_nan() || theta.abs() >= 90.0 {
         return Err(format!("theta = {theta} is out of range: it must be in (-90, 90) degrees"));

@@ -1,16 +1,18 @@
-//! Synthetic measurements: of the model itself, or of the whole fibre traced photon by photon, which is not the model.
+//! Synthetic measurements: of a model, or of a whole fibre traced photon by photon, which uses no model.
 
 use crate::error::Error;
-use crate::forward::{Forward, Specimen};
+use crate::forward::Forward;
 use crate::profile::{Point, Profile, Quantity, check_angles};
+use crate::specimen::Specimen;
 use rand::{Rng, SeedableRng};
 use std::f64::consts::TAU;
 use vellus::Fiber;
+use vellus_io::Progress;
 use vellus_models::Directions;
 use vellus_sim::medulla::SimRng;
 use vellus_sim::profile::{Cells, profile};
 
-/// A gantry: where it stands, how finely it samples, how well it measures.
+/// A simulated gantry: its angles, its sampling, its noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Synthetic {
     /// Inclination of the fixed direction, degrees.
@@ -23,13 +25,13 @@ pub struct Synthetic {
     pub step: [f64; 2],
     /// Standard deviation of the logarithm of each value: 0.02 for noise of 2 %.
     pub noise: f64,
-    /// Share of the directions that cannot be measured, in patches, as where an arm is in the way.
+    /// Share of the directions that are missing, in [0, 0.9]. They come in patches, as if an arm hid the light.
     pub gaps: f64,
-    /// What the values are multiplied with: the unit of a gantry is its own.
+    /// The factor on the values. The unit of a gantry is arbitrary.
     pub scale: f64,
     /// 1 (grey: the red channel of the fibre) or 3.
     pub channels: usize,
-    /// Of noise, gaps and photons.
+    /// The seed of noise, gaps and photons.
     pub seed: u64,
 }
 
@@ -78,7 +80,7 @@ impl Synthetic {
         Ok(axes)
     }
 
-    /// Measures values given row by row over θ.
+    /// Adds noise and gaps to values that are given row by row over θ.
     fn measure(&self, [thetas, phis]: &[Vec<f64>; 2], values: &[[f64; 3]]) -> Profile {
         let mut rng = SimRng::seed_from_u64(self.seed);
         let mut unit = move || (rng.next_u64() >> 11) as f64 * (0.5f64).powi(53);
@@ -116,10 +118,10 @@ impl Synthetic {
     }
 }
 
-/// Measures the far field of a model.
+/// A measurement of the far field of a model.
 ///
 /// # Errors
-/// [`Error::Fiber`] for a fibre out of range, [`Error::Profile`] for a gantry that makes no sense.
+/// [`Error::Fiber`] for a fibre out of range, [`Error::Profile`] for a gantry out of range.
 pub fn from_model(model: Forward, specimen: &Specimen, synthetic: &Synthetic) -> Result<Profile, Error> {
     let axes = synthetic.axes()?;
     let angles: Vec<_> = axes[0].iter().flat_map(|&theta| axes[1].iter().map(move |&phi| [theta, phi])).collect();
@@ -129,8 +131,8 @@ pub fn from_model(model: Forward, specimen: &Specimen, synthetic: &Synthetic) ->
     Ok(synthetic.measure(&axes, &values))
 }
 
-/// Measures the whole fibre, traced with `photons` photons: its cuticle rough, its scales tilted. A direction stands for a cell
-/// as large as the steps. `tick` is called with the photons done.
+/// A measurement of a whole fibre with a rough cuticle and tilted scales, traced with `photons` photons. A direction stands
+/// for a cell as large as the steps. `progress` gets reports, but does not stop the simulation.
 ///
 /// # Errors
 /// As [`from_model`].
@@ -138,11 +140,11 @@ pub fn from_reference(
     fiber: &Fiber,
     synthetic: &Synthetic,
     photons: u64,
-    tick: &(dyn Fn(u64) + Sync),
+    progress: &dyn Progress,
 ) -> Result<Profile, Error> {
     let axes = synthetic.axes()?;
     let [theta, phi] = [0, 1].map(|i: usize| axes[i].iter().map(|x| x.to_radians()).collect());
     let cells = Cells { theta, phi, size: synthetic.step.map(f64::to_radians) };
-    let values = profile(fiber, synthetic.theta_o.to_radians(), &cells, photons, synthetic.seed, tick)?;
+    let values = profile(fiber, synthetic.theta_o.to_radians(), &cells, photons, synthetic.seed, progress)?;
     Ok(synthetic.measure(&axes, &values))
 }

@@ -1,56 +1,57 @@
-//! The variables a fit moves in: what of the parameters is free, fixed or tied.
+//! The variables of a fit: the parameters that are neither fixed nor tied to others.
 
 use crate::error::Error;
 use crate::forward::Forward;
-use crate::parameters::{Kind, Parameter, parameters};
+use crate::parameters::{Kind, Name, Parameter};
 
 /// Where the value of a parameter comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Source {
-    /// Fitted: the number of its variable. Tied parameters share one.
+    /// The number of the variable that it is fitted by. Tied parameters share one.
     Free(usize),
-    /// Given.
+    /// A given value.
     Fixed(f64),
 }
 
-/// What is asked of the parameters, by name. A colour's name without channel means each of its channels.
+/// Parameters that are treated in another way than usual. The name of a colour without a channel means all of its
+/// channels.
 #[derive(Clone, Debug, Default)]
 pub struct Requests {
-    /// Held at a value, or at one for each channel.
-    pub fix: Vec<(String, Vec<f64>)>,
-    /// The first has the value of the second.
-    pub tie: Vec<(String, String)>,
-    /// Fitted, though it usually is not.
-    pub free: Vec<String>,
+    /// Parameters with a fixed value, or one for each channel. Angles in degrees.
+    pub fix: Vec<(Name, Vec<f64>)>,
+    /// Pairs of parameters: the first gets the value of the second.
+    pub tie: Vec<(Name, Name)>,
+    /// Parameters that are fitted, although they usually are not.
+    pub free: Vec<Name>,
 }
 
-/// The parameters of one fit, and the variables it moves in.
+/// The parameters and the variables of one fit.
 #[derive(Clone, Debug)]
 pub struct Space {
-    /// The model they are of.
+    /// The model.
     pub model: Forward,
     /// All parameters.
     pub parameters: Vec<Parameter>,
     /// Where the value of each comes from.
     pub sources: Vec<Source>,
-    /// The parameter each variable is named after.
+    /// The parameter that each variable is named after.
     pub leads: Vec<usize>,
-    /// Ends of each variable's range.
+    /// The smallest and the largest value of each variable.
     pub bounds: Vec<[f64; 2]>,
 }
 
 impl Space {
-    /// The space of a model of a profile of `channels`, lit or seen from `theta_o`.
+    /// The parameters of a model for a profile with 1 or 3 channels, whose fixed direction is at `theta_o` degrees.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for a name that is not known, a value out of range, or requests that contradict each other.
+    /// [`Error::Parameter`] for a parameter that the model does not have, a value out of range, or requests that contradict
+    /// each other.
     pub fn new(model: Forward, channels: usize, theta_o: f64, requests: &Requests) -> Result<Self, Error> {
-        let parameters = parameters(model, channels);
+        let parameters = model.parameters(channels);
         let mut given: Vec<Option<f64>> = vec![None; parameters.len()];
-        let find = |name: &str| -> Result<Vec<usize>, Error> {
-            let found: Vec<usize> = (0..parameters.len())
-                .filter(|&i| parameters[i].name == name || parameters[i].name.split('.').next() == Some(name))
-                .collect();
+        let find = |name: Name| -> Result<Vec<usize>, Error> {
+            let found: Vec<usize> =
+                (0..parameters.len()).filter(|&i| name.means(parameters[i].kind, channels)).collect();
             if found.is_empty() {
                 let known: Vec<&str> = parameters.iter().map(|p| p.name.as_str()).collect();
                 return Err(Error::Parameter(format!(
@@ -66,11 +67,11 @@ impl Space {
                 given[i] = Some(theta_o);
             }
         }
-        for name in &requests.free {
+        for &name in &requests.free {
             find(name)?.into_iter().for_each(|i| given[i] = None);
         }
         for (name, values) in &requests.fix {
-            let places = find(name)?;
+            let places = find(*name)?;
             if values.len() != 1 && values.len() != places.len() {
                 let count =
                     if places.len() == 1 { "one value".to_owned() } else { format!("one value or {}", places.len()) };
@@ -88,7 +89,7 @@ impl Space {
                 given[i] = Some(x);
             }
         }
-        // Ties as a forest: each parameter follows to the one it takes its value from.
+        // Ties are a forest: each parameter points to the one that gives its value.
         let mut follows: Vec<usize> = (0..parameters.len()).collect();
         let root = |follows: &[usize], mut i: usize| {
             while follows[i] != i {
@@ -97,9 +98,9 @@ impl Space {
             i
         };
         for (name, leader) in &requests.tie {
-            let (names, leaders) = (find(name)?, find(leader)?);
+            let (names, leaders) = (find(*name)?, find(*leader)?);
             if leaders.len() != 1 && leaders.len() != names.len() {
-                return Err(Error::Parameter(format!("{name} and {leader} have not the same number of channels")));
+                return Err(Error::Parameter(format!("{name} and {leader} have different numbers of channels")));
             }
             for (k, &i) in names.iter().enumerate() {
                 let leader = leaders[if leaders.len() == 1 { 0 } else { k }];
@@ -148,12 +149,12 @@ impl Space {
         Ok(Space { model, parameters, sources, leads, bounds })
     }
 
-    /// The parameter a variable is named after.
+    /// The parameter that a variable is named after.
     pub fn lead(&self, column: usize) -> &Parameter {
         &self.parameters[self.leads[column]]
     }
 
-    /// Values of all parameters at variables `u`.
+    /// The values of all parameters for the variables `u`.
     pub fn values(&self, u: &[f64]) -> Vec<f64> {
         let value = |source: &Source| match *source {
             Source::Fixed(x) => x,
@@ -165,7 +166,7 @@ impl Space {
         self.sources.iter().map(value).collect()
     }
 
-    /// Variables nearest to those values: a tied group takes its leader's.
+    /// The variables of parameter values, clamped to the bounds. A tied group takes the value of its leader.
     pub fn variables(&self, values: &[f64]) -> Vec<f64> {
         let variable = |(column, &lead): (usize, &usize)| {
             let [low, high] = self.bounds[column];
@@ -174,7 +175,7 @@ impl Space {
         self.leads.iter().enumerate().map(variable).collect()
     }
 
-    /// The variable of a kind of parameter, if it is fitted.
+    /// The number of the variable of a parameter, if the parameter is fitted.
     pub fn column_of(&self, kind: Kind) -> Option<usize> {
         let i = self.parameters.iter().position(|p| p.kind == kind)?;
         match self.sources[i] {
@@ -183,7 +184,7 @@ impl Space {
         }
     }
 
-    /// Keeps a parameter, if it is fitted, at or above a value.
+    /// Raises the lower bound of a parameter to `least`, if the parameter is fitted.
     pub fn resolve(&mut self, kind: Kind, least: f64) {
         if let Some(column) = self.column_of(kind) {
             let lead = &self.parameters[self.leads[column]];
@@ -192,7 +193,7 @@ impl Space {
         }
     }
 
-    /// The usual range of a variable.
+    /// The usual range of a variable, within its bounds.
     pub fn usual(&self, column: usize) -> [f64; 2] {
         let lead = self.lead(column);
         let [low, high] = self.bounds[column];

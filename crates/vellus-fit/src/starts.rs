@@ -1,23 +1,23 @@
-//! Where descents start: the presets, and the best of a space-filling design.
+//! The starts of descents: the presets, and the best points of a space-filling design.
 
 use crate::cost::Cost;
-use crate::fit::Options;
 use crate::least_squares::noise;
+use crate::options::Options;
 use crate::parameters::{Kind, values_of};
 use crate::space::Space;
 use rayon::prelude::*;
-use std::sync::atomic::{AtomicBool, Ordering};
 use vellus::{Fiber, Species};
+use vellus_io::Progress;
 
-/// Points of the design tried for each that is kept.
+/// How many points of the design are tried for each that is kept.
 const TRIED: usize = 16;
 
-/// Points there are in a scrambled sequence.
+/// The length of a scrambled sequence.
 const MOST: usize = 1 << 16;
 
-/// As many starts as asked, or the presets alone once `stop` is set. The scale of each is that which brings its median log-ratio
-/// to 0.
-pub fn starts(space: &Space, cost: &Cost, theta_o: f64, options: &Options, stop: &AtomicBool) -> Vec<Vec<f64>> {
+/// The variables of `options.starts` starts; the presets alone if the fit is cancelled. The scale of each start brings its
+/// median log-ratio to 0.
+pub fn starts(space: &Space, cost: &Cost, theta_o: f64, options: &Options, progress: &dyn Progress) -> Vec<Vec<f64>> {
     let (count, seed) = (options.starts, options.seed);
     let scale = space.column_of(Kind::Scale);
     let scaled = |mut u: Vec<f64>| -> (f64, Vec<f64>) {
@@ -50,7 +50,7 @@ pub fn starts(space: &Space, cost: &Cost, theta_o: f64, options: &Options, stop:
     };
     let mut drawn: Vec<(f64, Vec<f64>)> = (0..(rest * TRIED).min(MOST))
         .into_par_iter()
-        .filter_map(|i| (!stop.load(Ordering::Relaxed)).then(|| scaled(design(i))))
+        .filter_map(|i| (!progress.is_cancelled()).then(|| scaled(design(i))))
         .collect();
     drawn.sort_by(|a, b| a.0.total_cmp(&b.0));
     drawn.truncate(rest);

@@ -1,4 +1,4 @@
-//! Does a fit follow the measurements, or would a constant do as well?
+//! Whether a fit follows the measurements better than a constant does.
 
 use crate::least_squares::Problem;
 use crate::profile::Profile;
@@ -15,7 +15,7 @@ const QUANTILE: f64 = 3.0902;
 pub enum NoFit {
     /// A constant follows the measurements as well as the model does.
     Noise,
-    /// The model follows less than half of the variation, and what it leaves is not noise.
+    /// The model follows less than half of the variation, and the residuals are not noise.
     NotFollowed,
     /// The measurements determine no parameter of the fibre.
     Undetermined,
@@ -24,9 +24,11 @@ pub enum NoFit {
 impl fmt::Display for NoFit {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(match self {
-            NoFit::Noise => "the model follows the measurements no better than a constant does: they are noise to it",
+            NoFit::Noise => {
+                "the model follows the measurements no better than a constant does: the measurements look like noise"
+            }
             NoFit::NotFollowed => {
-                "the model follows less than half of the variation of the measurements, and what it leaves is not noise"
+                "the model follows less than half of the variation of the measurements, and the residuals are not noise"
             }
             NoFit::Undetermined => "the measurements determine no parameter of the fibre",
         })

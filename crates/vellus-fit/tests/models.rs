@@ -16,7 +16,7 @@ fn forward(kind: ModelKind) -> Forward {
 }
 
 fn fitted(model: Forward, profile: &Profile, options: &Options) -> Fit {
-    fit(profile, model, options, &false.into(), &|| {}).unwrap()
+    fit(profile, model, options, &()).unwrap()
 }
 
 fn quick() -> Options {
@@ -106,7 +106,7 @@ fn the_medullas_index_can_be_tied_to_the_cortex() {
     let specimen = Specimen::from(Fiber { sigma_ca: [0.35; 3], ..Fiber::preset(Species::Rabbit) });
     let model = forward(ModelKind::Yan2015);
     let profile = simulate::from_model(model, &specimen, &gantry(3)).unwrap();
-    let requests = Requests { tie: vec![("eta_m".to_owned(), "eta".to_owned())], ..Requests::default() };
+    let requests = Requests { tie: vec![("eta_m".parse().unwrap(), "eta".parse().unwrap())], ..Requests::default() };
     let result = fitted(model, &profile, &Options { requests, ..quick() });
     assert_eq!(result.specimen.eta_m, Some(result.specimen.fiber.eta));
     assert!((result.specimen.fiber.eta - specimen.fiber.eta).abs() < 0.02 && result.nrmse < 0.025);
@@ -119,7 +119,7 @@ fn models_and_parameters_that_cannot_be_fitted_are_refused() {
     for (kind, name) in
         [(ModelKind::Chiang2016, "kappa"), (ModelKind::Marschner2003, "g"), (ModelKind::Vellus, "eta_m")]
     {
-        let requests = Requests { fix: vec![(name.to_owned(), vec![0.5])], ..Requests::default() };
+        let requests = Requests { fix: vec![(name.parse().unwrap(), vec![0.5])], ..Requests::default() };
         let message = Space::new(forward(kind), 1, -30.0, &requests).unwrap_err().to_string();
         assert!([name, kind.name(), "beta_m"].iter().all(|part| message.contains(part)), "{message}");
     }

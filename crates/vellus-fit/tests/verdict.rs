@@ -24,7 +24,7 @@ fn made(mut value: impl FnMut(f64, f64) -> f64) -> Profile {
 
 fn fitted(profile: &Profile, kind: ModelKind) -> Fit {
     let options = Options { starts: 8, ..Options::default() };
-    fit(profile, Forward::new(kind).unwrap(), &options, &false.into(), &|| {}).unwrap()
+    fit(profile, Forward::new(kind).unwrap(), &options, &()).unwrap()
 }
 
 /// Of 10 profiles of pure noise none passes. The test's rate is 1e-3, so that ten have at most a chance of 1 % to fail.
@@ -68,7 +68,7 @@ fn measurements_that_determine_nothing_are_no_fit() {
 fn constants_and_values_beyond_any_unit_are_refused() {
     let refused = |profile: &Profile, parts: &[&str]| {
         let options = Options { starts: 1, ..Options::default() };
-        let message = fit(profile, Forward::default(), &options, &false.into(), &|| {}).unwrap_err().to_string();
+        let message = fit(profile, Forward::default(), &options, &()).unwrap_err().to_string();
         assert!(parts.iter().all(|part| message.contains(part)), "{message}");
     };
     refused(&made(|_, _| 0.3), &["all measurements are the same", "3e-1"]);

@@ -25,6 +25,6 @@ mod write;
 
 pub use digest::{Digest, DigestBuilder};
 pub use progress::{Progress, Steps};
-pub use read::{MAX_FILE_BYTES, MAX_STREAM_BYTES, excerpt, open, read, read_at_most, read_to_string};
+pub use read::{MAX_FILE_BYTES, MAX_STREAM_BYTES, excerpt, open, open_file, read, read_at_most, read_to_string};
 pub use sources::Sources;
 pub use write::{folder, writable, write, write_with};

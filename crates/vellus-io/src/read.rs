@@ -55,6 +55,21 @@ pub fn open(path: &Path) -> Result<File> {
     Ok(file)
 }
 
+/// Opens a regular file, for formats that are read more than once: a pipe can be read only once, and opening it again
+/// would wait for another writer.
+///
+/// # Errors
+/// As [`open()`], and [`ErrorKind::InvalidInput`] for pipes and sockets.
+pub fn open_file(path: &Path) -> Result<File> {
+    let metadata = std::fs::metadata(path)?;
+    check_kind(&metadata)?;
+    if !metadata.is_file() {
+        let what = "it is a pipe or a socket, but this format is read more than once: a regular file is expected";
+        return Err(Error::new(ErrorKind::InvalidInput, what));
+    }
+    File::open(path)
+}
+
 /// Reads a UTF-8 text file of at most `max` bytes.
 ///
 /// # Errors
@@ -137,6 +152,7 @@ mod tests {
         std::io::Write::write_all(&mut writer, b"12345").unwrap();
         drop(writer);
         let path = format!("/proc/self/fd/{}", std::os::fd::AsRawFd::as_raw_fd(&reader));
+        assert_eq!(open_file(Path::new(&path)).unwrap_err().kind(), ErrorKind::InvalidInput);
         assert_eq!(read_at_most(Path::new(&path), 4).unwrap_err().kind(), ErrorKind::FileTooLarge);
     }
 }

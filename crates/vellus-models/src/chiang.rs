@@ -21,7 +21,8 @@ use std::f32::consts::PI;
 use vellus::{Error, Fiber, Field, Lobe, Model, Window};
 use wide::f32x8;
 
-const NAMES: [Lobe; 8] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Rest, Lobe::Rest, Lobe::Rest, Lobe::Rest, Lobe::Rest];
+const NAMES: [Lobe; 8] =
+    [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Residual, Lobe::Residual, Lobe::Residual, Lobe::Residual, Lobe::Residual];
 
 /// β_m and β_n of a [`Fiber`], standard deviations in radians, from the perceptual roughnesses of the paper in [0, 1].
 ///

@@ -131,7 +131,7 @@ impl KajiyaKay1989Hit<'_> {
         let diffuse = o.cos_i * (FRAC_1_PI * FRAC_1_PI);
         let mut lobes = Lobes([[0.0; 3]; 6]);
         lobes.0[Lobe::R as usize] = model.specular.map(|k| k * specular);
-        lobes.0[Lobe::Rest as usize] = model.diffuse.map(|k| k * diffuse);
+        lobes.0[Lobe::Residual as usize] = model.diffuse.map(|k| k * diffuse);
         let cone = self.longitudinal.eval(o).to_array()[0] * (0.5 * FRAC_1_PI);
         (lobes, self.probability * cone + (1.0 - self.probability) * diffuse)
     }
@@ -141,7 +141,7 @@ impl Scattering for KajiyaKay1989Hit<'_> {
     fn energy(&self) -> Lobes {
         let mut lobes = Lobes([[0.0; 3]; 6]);
         lobes.0[Lobe::R as usize] = self.model.specular.map(|k| k * self.share);
-        lobes.0[Lobe::Rest as usize] = self.model.diffuse;
+        lobes.0[Lobe::Residual as usize] = self.model.diffuse;
         lobes
     }
 
@@ -161,7 +161,7 @@ impl Scattering for KajiyaKay1989Hit<'_> {
         let outgoing = Outgoing { sin_i, cos_i, theta_i: sin_i.atan2(cos_i), phi: TAU * u[3] };
         let (lobes, pdf) = self.eval_outgoing(&outgoing);
         let weight = weight(lobes.total(), pdf);
-        let lobe = if specular { Lobe::R } else { Lobe::Rest };
+        let lobe = if specular { Lobe::R } else { Lobe::Residual };
         Sample::new(direction(&self.frame, &outgoing), pdf, weight, lobe)
     }
 }

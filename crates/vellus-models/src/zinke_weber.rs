@@ -19,7 +19,8 @@ use glam::Vec3;
 use vellus::{Error, Fiber, Field, Lobe, Model, Window};
 use wide::f32x8;
 
-const NAMES: [Lobe; 8] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Rest, Lobe::Rest, Lobe::Rest, Lobe::Rest, Lobe::Rest];
+const NAMES: [Lobe; 8] =
+    [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Residual, Lobe::Residual, Lobe::Residual, Lobe::Residual, Lobe::Residual];
 
 /// The model of one fibre.
 #[derive(Clone, Debug)]

@@ -1,11 +1,11 @@
-//! Where the light goes, of every model: in a white furnace, and with absorption.
+//! Energy of every model: in a white furnace, and with absorption.
 
 use std::f64::consts::{PI, TAU};
 use vellus::{Fiber, Field, Model, Scattering, Species, Window};
 use vellus_models::ModelKind;
 use vellus_testing::{Uniform, direction, full_fiber};
 
-/// Integral of f·cos θᵢ over the sphere by midpoints in θᵢ and φ.
+/// The integral of f·cos θᵢ over the sphere, by the midpoint rule in θᵢ and φ.
 fn integrate(hit: &impl Scattering) -> [f64; 3] {
     let (n_theta, n_phi) = (600, 360);
     let mut total = [0.0; 3];
@@ -19,7 +19,7 @@ fn integrate(hit: &impl Scattering) -> [f64; 3] {
     total.map(|t| t * PI / n_theta as f64 * TAU / n_phi as f64)
 }
 
-/// Mean of what leaves a fibre without absorption, over offsets.
+/// The mean energy that leaves a fibre without absorption, over offsets.
 fn furnace(kind: ModelKind, fiber: &Fiber, theta_o: f64) -> f64 {
     let model = kind.model(&fiber.without_absorption()).unwrap();
     let n = if model.field() == Field::Far { 1 } else { 400 };
@@ -32,7 +32,7 @@ fn furnace(kind: ModelKind, fiber: &Fiber, theta_o: f64) -> f64 {
     sum
 }
 
-/// The energies that a model states are its integrals, so that the furnaces below need none.
+/// The energies of a model are its integrals, so the furnace tests below need no integration.
 #[test]
 fn integral_of_eval_is_the_energy() {
     for &kind in ModelKind::ALL {
@@ -51,9 +51,9 @@ fn integral_of_eval_is_the_energy() {
     }
 }
 
-/// What each model leaves of the light of a white furnace, over all offsets, as it is defined: ours and Chiang's all of
-/// it. The others lack higher orders (0.1 to 0.2 %), what Gaussians reach beyond ±90° at grazing incidence, or more:
-/// Marschner's caustics take out more than they put back, and Kajiya and Kay do not normalise.
+/// The fraction of light that each model returns in a white furnace, over all offsets. Vellus and Chiang et al. return
+/// all of it. Others lose higher orders (0.1 to 0.2 %) and the parts of Gaussians beyond ±90° at grazing incidence.
+/// Marschner et al. also lose light at caustics, and Kajiya and Kay do not normalise.
 #[test]
 fn furnaces_are_as_white_as_defined() {
     let expected = [
@@ -75,9 +75,8 @@ fn furnaces_are_as_white_as_defined() {
     }
 }
 
-/// Where colour varies along the fur, a fibre is the one that would be made afresh. D'Eon's lies between tables: TT is
-/// exact for paths two radii long, and paths of up to three passes are off by an eighth of (2·2·Δσ)², Δσ = 0.03 + 0.15
-/// σ, where half of them is left.
+/// `with_fiber` gives the same fibre as `new`. d'Eon et al. interpolate between tables: TT is exact for paths two radii
+/// long. Paths of up to three passes have an error of (2·2·Δσ)²/8, Δσ = 0.03 + 0.15 σ, at a transmittance of one half.
 #[test]
 fn another_fiber_is_the_same_model() {
     for &kind in ModelKind::ALL {
@@ -109,7 +108,7 @@ fn another_fiber_is_the_same_model() {
     }
 }
 
-/// Nothing is infinite, NaN or negative, whatever the fibre and wherever the light.
+/// No result is infinite, NaN or negative, for any fibre and any direction.
 #[test]
 fn edges_are_finite() {
     let mut random = Uniform(21);

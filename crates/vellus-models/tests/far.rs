@@ -1,9 +1,9 @@
-//! Far fields of near-field models against sums over very many offsets.
+//! Compares far fields of near-field models with sums over very many offsets.
 
 use vellus::{Fiber, Model, Scattering, Species, Window};
 use vellus_models::{AnyModel, Directions, ModelKind, Yan2015};
 
-/// The mean over 6,000 offsets, equidistant in γ: of directions one by one, through the model's own `eval`.
+/// The mean over 6,000 offsets, equidistant in γ, by `eval` of the model in each direction.
 fn slow(model: &AnyModel, theta_o: f64, directions: &Directions) -> Vec<[f64; 3]> {
     let n = 6_000;
     let (sin, cos) = theta_o.to_radians().sin_cos();
@@ -21,7 +21,7 @@ fn slow(model: &AnyModel, theta_o: f64, directions: &Directions) -> Vec<[f64; 3]
     sums
 }
 
-/// Largest relative error in any direction and channel. Many share their θ, or their φ.
+/// The largest relative error in any direction and channel. Many directions have the same θ or φ.
 fn worst(model: &AnyModel, theta_o: f64) -> f64 {
     let angles: Vec<[f64; 2]> =
         (0..40).map(|i| [f64::from(i % 5) * 13.0 - 12.0, f64::from(i / 5) * 41.0 - 17.0 + f64::from(i % 2)]).collect();
@@ -33,8 +33,8 @@ fn worst(model: &AnyModel, theta_o: f64) -> f64 {
     pairs.fold(0.0, |most, (fast, slow)| (f64::from(*fast) / slow - 1.0).abs().max(most))
 }
 
-/// Lobes sampled as densely as `Around::exits` says ripple by 3e-4 of theirs at most. Scattered lobes are piecewise
-/// linear over h″ between the nodes of their table, and Gauss's rule for smooth functions takes them to 1.4e-3.
+/// With the sampling density of `Azimuthal::exits`, lobes have a ripple of at most 3e-4. Scattered lobes are piecewise
+/// linear in h″ between the nodes of their table, so Gauss–Legendre quadrature has an error of 1.4e-3.
 #[test]
 fn far_fields_match_very_many_offsets() {
     for species in [Species::RedFox, Species::Human] {
@@ -46,7 +46,7 @@ fn far_fields_match_very_many_offsets() {
                 let off = worst(&kind.model(&fiber).unwrap(), theta_o);
                 assert!(off < tolerance, "{kind} of {species}, β_n {beta_n}°: {off}");
             }
-            // Total reflection off the medulla, and none.
+            // With and without total reflection off the medulla.
             for factor in [0.92, 1.15] {
                 let model = AnyModel::Yan2015(Yan2015::with_eta_m(&fiber, factor * fiber.eta).unwrap());
                 let off = worst(&model, theta_o);

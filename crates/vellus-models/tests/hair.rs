@@ -60,7 +60,7 @@ fn deon_is_the_near_field_integrated() {
         let ours = hit.eval(direction(theta_i, phi_o + phi)).0;
         let exact = deon(&fiber, theta_o, theta_i, phi);
         let peak = deon(&fiber, theta_o, -theta_o, phi).into_iter().fold(0.0, f64::max);
-        for (p, lobe) in [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Rest].into_iter().enumerate() {
+        for (p, lobe) in [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Residual].into_iter().enumerate() {
             // Linear over φ (1/72 of a narrow lobe's peak) and over 3° of θ_d; f32 along the fibre.
             let error = (f64::from(ours[lobe as usize][1]) - exact[p]).abs();
             assert!(error < 0.015 * exact[p] + 2e-3 * peak + 1e-9, "{theta_o} {theta_i} {phi} {p}: {ours:?} {exact:?}");

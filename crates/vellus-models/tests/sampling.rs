@@ -1,4 +1,4 @@
-//! Of every model: sampling draws what pdf says, pdf integrates to 1, weights are f/pdf.
+//! For every model: samples follow the pdf, the pdf integrates to 1, and weights are f/pdf.
 
 use vellus::{Fiber, Model, Scattering, Species, Window};
 use vellus_models::{AnyModel, ModelKind, Yan2015};

@@ -1,4 +1,4 @@
-//! Yan et al. 2015 in its limits, and against Monte Carlo of the whole fibre.
+//! Limits of the model of Yan et al. 2015, and a comparison with the simulation of whole fibres.
 
 use vellus::{Bcsdf, Fiber, Lobe, Model, Scattering, Species, Window};
 use vellus_models::yan2015::LOBES;
@@ -102,7 +102,7 @@ fn two_indices_lose_what_the_eleven_leave_out() {
     }
 }
 
-/// A fibre that shares the tables of another is the same as one made anew.
+/// A fibre that shares the tables of another is the same as one with its own tables.
 #[test]
 fn sharing_tables_changes_nothing() {
     let first = Yan2015::with_eta_m(&full_fiber(), 1.4).unwrap();
@@ -114,14 +114,14 @@ fn sharing_tables_changes_nothing() {
     assert!(Yan2015::with_eta_m(&fiber, 0.9).unwrap_err().to_string().contains("eta_m = 0.9"));
 }
 
-/// Where the fibre absorbs, the light that is held back and goes on to be absorbed brings the model closer to the
-/// simulated fibre than that of 2017, which lets all scattered light leave at once; it stays too bright.
+/// In an absorbing fibre, this model is closer to the simulated fibre than the model of 2017, where all scattered light
+/// leaves at once. It is still too bright.
 #[test]
 fn holding_back_scattered_light_is_closer_to_the_fibre() {
     for species in [Species::Bobcat, Species::Cat, Species::Deer, Species::RedFox] {
         let fiber = Fiber::preset(species);
         let (old, new) = (Yan2015::new(&fiber).unwrap(), Bcsdf::new(&fiber).unwrap());
-        let reference = energies(&fiber, 0.0, Offsets::Whole, 1 << 16, 5, &|_| {}).unwrap();
+        let reference = energies(&fiber, 0.0, Offsets::Whole, 1 << 16, 5, &()).unwrap();
         let truth = reference.total[0][1];
         let n = 200;
         let mean =

@@ -1,4 +1,4 @@
-//! Other models than ours in pictures.
+//! Pictures with other reflectance models.
 
 use glam::{Mat3, Vec3, Vec4};
 use vellus::{Bcsdf, Fiber, Model, Scattering, Window};
@@ -24,7 +24,7 @@ fn fiber() -> Fiber {
     }
 }
 
-/// One straight fibre that fills the picture from edge to edge in white light: what is seen is its albedo, over all offsets.
+/// One straight fibre that fills the picture from edge to edge, in white light: the picture is its albedo over all offsets.
 fn scene(varying: bool) -> Scene {
     let points = (0..4).map(|i| Vec4::new(0.0, 20.0 * (i as f32 - 1.5), 0.0, 0.1)).collect();
     let values = Values::PerPoint(vec![fiber().sigma_ca; 4]);
@@ -38,13 +38,13 @@ fn scene(varying: bool) -> Scene {
         look: 0,
         varying: if varying { vec![(Parameter::SigmaCa, values)] } else { vec![] },
     };
-    // Another colour, which what varies replaces.
+    // Another colour, which the varying parameter replaces.
     let look = Fiber { sigma_ca: if varying { [0.4, 0.01, 0.2] } else { fiber().sigma_ca }, ..fiber() };
     Scene {
         strands: vec![strands],
         looks: vec![Look::constant("fur", look)],
         lights: vec![Light::Dome { radiance: [1.0; 3], texture: None, rotation: Mat3::IDENTITY, ground: None }],
-        // So far and narrow that all rays are alike, and that all of them hit.
+        // So far away and narrow that all rays are parallel, and all of them hit.
         camera: Some(Camera::look_at(Vec3::new(0.0, 0.0, 100.0), Vec3::ZERO, Vec3::Y, 0.19 / 100.0, 1.0)),
         ..Scene::default()
     }
@@ -63,7 +63,7 @@ fn picture(world: &World) -> ([f64; 3], f64) {
     ([mean(0), mean(1), mean(2)], error)
 }
 
-/// The albedo of what the picture shows: offsets up to 0.95, straight from the side.
+/// The albedo over the offsets in the picture: up to 0.95, at normal incidence.
 fn albedo<M: Model>(model: &M) -> [f64; 3] {
     let n = 400;
     let mut sum = [0.0; 3];

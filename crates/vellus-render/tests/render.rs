@@ -1,4 +1,4 @@
-//! What pictures must be, whatever they show.
+//! Properties of pictures.
 
 use glam::{Mat3, Mat4, Vec3, Vec4};
 use std::sync::atomic::AtomicBool;
@@ -63,13 +63,13 @@ fn render(world: &World, settings: &Settings, samples: u64) -> Film {
     film
 }
 
-/// Mean of a layer's channel over the picture.
+/// The mean of a channel over the picture.
 fn mean(film: &Film, layer: Layer, channel: usize) -> f64 {
     let (w, h) = (film.width(), film.height());
     (0..w * h).map(|i| film.mean(i % w, i / w, layer, channel)).sum::<f64>() / (w * h) as f64
 }
 
-/// White fibres, much scattered in, in white light cannot be seen: one, and a clump of a thousand.
+/// A white furnace: white fibres in white light are invisible, for one fibre and for a clump of a thousand.
 #[test]
 #[ignore = "slow: six pictures of 1,024 pixels with 256 samples"]
 fn furnace_is_white() {
@@ -96,7 +96,7 @@ fn lobe_layers_sum_to_beauty() {
         let film = render(&world, &settings(24, mode), 8);
         for i in 0..24 * 24 {
             let at = |layer, channel| film.mean(i % 24, i / 24, layer, channel);
-            // Beauty is the lobes and, where nothing is covered, the dome.
+            // Beauty is the sum of the lobes and, where nothing covers the pixel, the dome.
             let background = 1.0 - at(Layer::Alpha, 0);
             for c in 0..3 {
                 let lobes: f64 = (0..6).map(|p| at(Layer::Lobes, 3 * p + c)).sum();
@@ -110,7 +110,7 @@ fn lobe_layers_sum_to_beauty() {
     }
 }
 
-/// From a moonless night to a sun: the picture is that of ordinary light, scaled, and its noise is the same. Distances
+/// From a moonless night to a sun, the picture scales with the light, and its noise is the same. Distances
 /// are right from millimetres to a hundred kilometres.
 #[test]
 fn pictures_scale_with_light_and_size() {
@@ -132,10 +132,10 @@ fn pictures_scale_with_light_and_size() {
     let expected = render(&World::new(scene(1.0)).unwrap(), &settings, 16);
     let noise = expected.noise().unwrap();
     for exponent in [-36, -30, -10, 10, 30, 36] {
-        // Powers of two, so that scaling rounds nothing.
+        // Powers of two: scaling does not round.
         let light = 2f32.powi(exponent);
         let film = render(&World::new(scene(light)).unwrap(), &settings, 16);
-        // Squares of the rounding of 16 samples to units of 2⁻⁶⁴ are far below this.
+        // The squares of the rounding errors of 16 samples to units of 2⁻⁶⁴ are far below this.
         assert!((film.noise().unwrap() / noise - 1.0).abs() < 1e-6, "{exponent}: {:?} {noise}", film.noise());
         for i in 0..16 * 16 {
             let at = |film: &Film| film.mean(i % 16, i / 16, Layer::Beauty, 1);
@@ -146,7 +146,7 @@ fn pictures_scale_with_light_and_size() {
     }
 }
 
-/// Lights of every kind and a mesh that glows, two lights in one group, one very bright: groups still sum to the
+/// Lights of every kind and a mesh that emits, two lights in one group, one very bright: groups sum to the
 /// beauty, and each is the picture lit by that group alone.
 #[test]
 fn light_groups_sum_to_beauty() {
@@ -180,7 +180,7 @@ fn light_groups_sum_to_beauty() {
         for (i, c) in (0..24 * 24).flat_map(|i| (0..3).map(move |c| (i, c))) {
             let at = |layer, channel| film.mean(i % 24, i / 24, layer, channel);
             let (sum, beauty) = ((0..5).map(|g| at(Layer::Lights, 3 * g + c)).sum::<f64>(), at(Layer::Beauty, c));
-            // Sums of some hundred floats.
+            // Sums of a few hundred floats.
             assert!((sum - beauty).abs() < 1e-5 * beauty.max(1.0), "pixel {i}: {sum} {beauty}");
             brightest = brightest.max(beauty);
         }
@@ -190,9 +190,9 @@ fn light_groups_sum_to_beauty() {
     let Some(Light::Sphere { radiance, .. }) = scene.lights.last_mut() else { panic!() };
     *radiance = [3e4, 1e4, 7e4];
     let (_, brightest) = sums_to_beauty(&scene, 4);
-    // Seen directly, and nothing is held back.
+    // Seen directly, without clamping.
     assert!((brightest / 7e4 - 1.0).abs() < 1e-5, "{brightest}");
-    // The group of two alone: the others are dark, and as much in the way.
+    // The group of two lights alone: the others are dark, and block as much.
     for light in &mut scene.lights[2..] {
         if let Light::Rect { radiance, .. } | Light::Disk { radiance, .. } | Light::Sphere { radiance, .. } = light {
             *radiance = [0.0; 3];
@@ -202,12 +202,12 @@ fn light_groups_sum_to_beauty() {
     let alone = render(&World::new(scene).unwrap(), &settings, 64);
     for c in 0..3 {
         let (part, alone) = (mean(&film, Layer::Lights, c), mean(&alone, Layer::Beauty, c));
-        // 64 samples of 576 pixels whose brightness varies by about as much as it is: 0.5 % each.
+        // 64 samples of 576 pixels with a relative standard deviation of about 1: 0.5 % each.
         assert!((part / alone - 1.0).abs() < 0.02, "channel {c}: {part} {alone}");
     }
 }
 
-/// Each pixel's strand is the nearest its samples saw, and root uv is of the strands alone.
+/// The strand of a pixel is the nearest one of its samples, and root coordinates come from strands only.
 #[test]
 fn strands_are_told_apart() {
     let mut scene = clump(1, 0.02, fiber());
@@ -219,7 +219,7 @@ fn strands_are_told_apart() {
         root_uv: Some(vec![uv.into(), uv.into()]),
         ..scene.strands[0].clone()
     };
-    // Two strands left, two right; the first behind the left ones.
+    // Two strands on the left, two on the right; the first is behind those on the left.
     scene.strands = vec![
         Strands {
             points: points(-0.5, -1.0).to_vec(),
@@ -249,7 +249,7 @@ fn strands_are_told_apart() {
     }
 }
 
-/// The same to the last bit for any number of threads and any division of the samples.
+/// The film has the same bits for any number of threads and any division of the samples.
 #[test]
 fn threads_and_ranges_do_not_change_the_image() {
     let world = World::new(clump(200, 0.006, fiber())).unwrap();
@@ -294,7 +294,7 @@ fn what_does_not_fit_is_refused() {
     assert!(world.set_camera(camera).is_ok());
 }
 
-/// A part of a picture is that part of the picture.
+/// A crop has the same bits as that part of the whole picture.
 #[test]
 fn crops_are_cut_from_the_whole() {
     let world = World::new(clump(200, 0.006, fiber())).unwrap();
@@ -310,7 +310,7 @@ fn crops_are_cut_from_the_whole() {
     }
 }
 
-/// Where a pixel covers many fibres, all three modes show the same.
+/// If a pixel covers many fibres, all three modes agree.
 #[test]
 fn modes_agree_from_afar() {
     let world = World::new(clump(400, 0.004, fiber())).unwrap();
@@ -324,12 +324,12 @@ fn modes_agree_from_afar() {
         let brightness = |film: &Film| (0..3).map(|c| mean(film, Layer::Beauty, c)).sum::<f64>() / 3.0;
         let (a, b, e) = (brightness(other), brightness(&near), error(other, &near));
         println!("{name}: {a} near {b} ± {e}");
-        // The far field of fibres seen through gaps of their like is not quite theirs: what is hidden depends on h.
+        // The far field is not exact for fibres behind other fibres: which offsets h are hidden is not uniform.
         assert!((a - b).abs() < max_abs_z(2, 0.001) * e + 0.003 * b, "{name}: {a} near {b} ± {e}");
     }
 }
 
-/// Ten times the size of everything is the same picture, but for rounding.
+/// A scene ten times as large gives the same picture, except for rounding.
 #[test]
 fn fibre_scale_does_not_matter() {
     let scene = clump(300, 0.006, fiber());
@@ -342,12 +342,12 @@ fn fibre_scale_does_not_matter() {
     let (a, b) = (render(&small, &settings, 64), render(&large, &settings, 64));
     for c in 0..3 {
         let (a, b) = (mean(&a, Layer::Beauty, c), mean(&b, Layer::Beauty, c));
-        // Paths are the same until rounding sends one to another fibre.
+        // Paths are the same until rounding makes one hit another fibre.
         assert!((a / b - 1.0).abs() < 0.01, "channel {c}: {a} {b}");
     }
 }
 
-/// A diffuse floor under a rectangular light, against the integral over the light.
+/// A diffuse floor under a rectangular light, compared with the integral over the light.
 #[test]
 fn floor_is_lit_as_it_should() {
     let corners =
@@ -385,7 +385,7 @@ fn floor_is_lit_as_it_should() {
     }
 }
 
-/// A picture of what moves is the mean of pictures of what stands: strands, a mesh and the camera, each in its own way.
+/// A picture with motion blur is the mean of static pictures: strands, a mesh and the camera move, each differently.
 #[test]
 fn motion_blur_is_the_mean_of_moments() {
     let mut scene = clump(60, 0.02, fiber());
@@ -443,7 +443,7 @@ fn motion_blur_is_the_mean_of_moments() {
     println!("worst {worst:.2} of what is allowed");
 }
 
-/// A wall that moves to the right and up does so by as many pixels as the lens says.
+/// The motion layer of a wall that moves to the right and up has the number of pixels that the lens implies.
 #[test]
 fn motion_is_told_in_pixels() {
     let mut scene = clump(1, 0.001, fiber());

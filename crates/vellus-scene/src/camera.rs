@@ -19,6 +19,8 @@ pub struct Camera {
     /// The same transform when the shutter closes. `None` if the camera does not move.
     pub moved: Option<Mat4>,
     /// Width of the film over the focal length: 2 tan(a/2), where a is the horizontal angle of view. In (0, 10⁴].
+    ///
+    /// Framing and files use it. The renderer fits the height, and computes the width from the size of the picture.
     pub film_width: f32,
     /// Height of the film over the focal length, in (0, 10⁴].
     pub film_height: f32,

@@ -5,6 +5,7 @@ use crate::medulla::{azimuthal, longitudinal, longitudinal_borders, stream};
 use ndarray::Array2;
 use rayon::prelude::*;
 use vellus::{FactorTable, TableData, grid};
+use vellus_io::{Progress, Steps};
 
 /// Resolution and effort of the tables.
 #[derive(Clone, Debug, PartialEq)]
@@ -110,18 +111,15 @@ impl Quality {
             .collect()
     }
 
-    /// Number of calls of `tick` in [`Quality::assemble`].
-    pub fn assembly_steps(&self) -> usize {
-        3 * self.sweeps
-    }
-
-    /// Compresses the simulated slabs, which must be in the order of [`Quality::slabs`].
-    pub fn assemble(&self, slabs: &[Vec<f32>], tick: &(dyn Fn() + Sync)) -> TableData {
+    /// Compresses the simulated slabs, which must be in the order of [`Quality::slabs`]. `progress` gets reports, but does
+    /// not stop the work.
+    pub fn assemble(&self, slabs: &[Vec<f32>], progress: &dyn Progress) -> TableData {
+        let steps = Steps::new(progress, 3 * self.sweeps as u64, "compressing");
         let (azimuthal, longitudinal) = slabs.split_at(self.nodes[0]);
         let azimuthal = azimuthal.concat();
         let longitudinal = longitudinal.concat();
         let run = |(problem, rank, seed): (Problem, usize, u64)| {
-            compress(&problem, rank, self.sweeps, self.seed.wrapping_add(seed), &|| tick())
+            compress(&problem, rank, self.sweeps, self.seed.wrapping_add(seed), &steps)
         };
         let tables: Vec<FactorTable> = [
             (self.azimuthal_problem(&azimuthal), self.ranks[0], 1),

@@ -11,6 +11,7 @@ use crate::medulla::stream;
 use ndarray::{Array2, ArrayView2, Axis, s};
 use rand::Rng;
 use vellus::FactorTable;
+use vellus_io::Steps;
 
 /// A table to compress: profiles over three parameters. Each row of `values` is a profile, and the third parameter
 /// varies fastest.
@@ -53,9 +54,9 @@ fn descend_rows(f: &mut Array2<f32>, m: &Array2<f32>, gram: impl Fn(usize) -> Ar
     }
 }
 
-/// Compresses a table to `rank` components in `sweeps` sweeps. `tick` is called after each sweep. The result depends on
+/// Compresses a table to `rank` components in `sweeps` sweeps. It advances `steps` after each sweep. The result depends on
 /// `seed` only.
-pub fn compress(problem: &Problem, rank: usize, sweeps: usize, seed: u64, tick: &dyn Fn()) -> FactorTable {
+pub fn compress(problem: &Problem, rank: usize, sweeps: usize, seed: u64, steps: &Steps) -> FactorTable {
     let [n0, n1, n2] = problem.nodes;
     let outgoing = problem.values.ncols();
     let third = |row: usize| problem.weights.row(row % n2);
@@ -129,7 +130,7 @@ pub fn compress(problem: &Problem, rank: usize, sweeps: usize, seed: u64, tick: 
                 factors[0].column_mut(r).map_inplace(|x| *x *= norm);
             }
         }
-        tick();
+        steps.advance(1);
     }
     // Angles without values get those of their neighbours, because interpolation may use them.
     let seen: Vec<bool> = problem.weights.axis_iter(Axis(1)).map(|w| w.iter().any(|&w| w > 0.0)).collect();

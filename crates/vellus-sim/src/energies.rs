@@ -6,6 +6,7 @@ use crate::medulla::{stream, uniform2};
 use crate::tracer::{CHUNK, Surface, Tracer};
 use rayon::prelude::*;
 use vellus::{Error, Fiber};
+use vellus_io::{Progress, Steps};
 
 pub use crate::tracer::Fate;
 
@@ -33,8 +34,8 @@ pub enum Offsets {
 
 /// Energies of light that arrives at inclination `theta_o` (radians, |θ_o| < 90°), from `photons` ≥ 2 photons.
 ///
-/// The result depends on the seed, but not on the number of threads. `tick` is called with the number of photons after
-/// each batch.
+/// The result depends on the seed, but not on the number of threads. `progress` gets reports, but does not
+/// stop the simulation.
 ///
 /// # Errors
 /// [`Error::OutOfRange`] if [`Fiber::validate`] returns it, or if `theta_o`, an offset or `photons` is out of range.
@@ -44,7 +45,7 @@ pub fn energies(
     offsets: Offsets,
     photons: u64,
     seed: u64,
-    tick: &(dyn Fn(u64) + Sync),
+    progress: &dyn Progress,
 ) -> Result<Energies, Error> {
     fiber.validate()?;
     let out_of_range = |name: &str, value: f64, range: &str| Error::OutOfRange {
@@ -63,6 +64,7 @@ pub fn energies(
     if photons < 2 {
         return Err(out_of_range("photons", photons as f64, "photons must be at least 2"));
     }
+    let steps = Steps::new(progress, photons, "tracing");
     let tracer = Tracer::new(fiber, Surface::SMOOTH);
     let sums: Vec<Sums> = (0..photons.div_ceil(CHUNK))
         .into_par_iter()
@@ -83,7 +85,7 @@ pub fn energies(
                 });
                 sums.add(&photon);
             }
-            tick(count);
+            steps.advance(count);
             sums
         })
         .collect();

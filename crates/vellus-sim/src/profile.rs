@@ -5,6 +5,7 @@ use crate::tracer::{CHUNK, Fate, Surface, Tracer};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 use vellus::{Error, Fiber};
+use vellus_io::{Progress, Steps};
 
 /// A grid of cells over θ and φ, in radians.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,8 +24,8 @@ const BATCH: u64 = 64;
 /// Energy per solid angle that leaves into each cell, RGB, row by row over θ.
 ///
 /// This is f·cos θᵢ of the far field, averaged over each cell. The photons arrive at inclination `theta_o` (radians)
-/// over the whole width of the fibre. The result depends on the seed, but not on the number of threads. `tick` is
-/// called with the number of photons after each batch.
+/// over the whole width of the fibre. The result depends on the seed, but not on the number of threads. `progress`
+/// gets reports, but does not stop the simulation.
 ///
 /// # Errors
 /// [`Error::OutOfRange`] if [`Fiber::validate`] returns it.
@@ -34,10 +35,11 @@ pub fn profile(
     cells: &Cells,
     photons: u64,
     seed: u64,
-    tick: &(dyn Fn(u64) + Sync),
+    progress: &dyn Progress,
 ) -> Result<Vec<[f64; 3]>, Error> {
     fiber.validate()?;
     let tracer = Tracer::new(fiber, Surface::of(fiber));
+    let steps = Steps::new(progress, photons, "tracing");
     let chunks = photons.div_ceil(CHUNK);
     let mut sums = vec![[0.0; 3]; cells.theta.len() * cells.phi.len()];
     for first in (0..chunks).step_by(BATCH as usize) {
@@ -56,7 +58,7 @@ pub fn profile(
                         }
                     });
                 }
-                tick(count);
+                steps.advance(count);
                 sums
             })
             .collect();

@@ -23,7 +23,7 @@ fn rough_fibres_lose_no_light() {
     for species in [Species::Human, Species::Springbok] {
         let fiber = Fiber::preset(species).without_absorption();
         let cells = sphere(5.0);
-        let values = profile(&fiber, 0.5, &cells, 60_000, 7, &|_| ()).unwrap();
+        let values = profile(&fiber, 0.5, &cells, 60_000, 7, &()).unwrap();
         let total: f64 = energies(&cells, &values).iter().sum();
         // Roulette is the only noise: it affects photons inside after 100 hits, with a factor of 1/0.9 for each further
         // hit. If all photons were affected, this were √(0.1/60000) per hit. A few in a hundred are.
@@ -38,7 +38,7 @@ fn a_highlight_has_the_shift_and_width_of_r() {
     let fiber = Fiber { kappa: 0.0, ..Fiber::preset(Species::Deer) }.with_absorption([1000.0; 3]);
     let cells = sphere(1.0);
     let photons = 400_000;
-    let values = profile(&fiber, -30f64.to_radians(), &cells, photons, 3, &|_| ()).unwrap();
+    let values = profile(&fiber, -30f64.to_radians(), &cells, photons, 3, &()).unwrap();
     let energies = energies(&cells, &values);
     let columns = cells.phi.len();
     let (mut sum, mut first, mut second) = (0.0, 0.0, 0.0);
@@ -64,7 +64,7 @@ fn a_highlight_has_the_shift_and_width_of_r() {
 fn profiles_are_symmetric_and_repeatable() {
     let fiber = Fiber::preset(Species::Mouse);
     let cells = sphere(10.0);
-    let run = || profile(&fiber, 0.3, &cells, 40_000, 5, &|_| ()).unwrap();
+    let run = || profile(&fiber, 0.3, &cells, 40_000, 5, &()).unwrap();
     let values = run();
     let columns = cells.phi.len();
     for (i, v) in values.iter().enumerate() {

@@ -67,7 +67,7 @@ fn threads_do_not_change_the_tables() {
 fn smoke_build_makes_usable_tables() {
     let quality = Quality::smoke();
     let slabs: Vec<_> = quality.slabs().into_iter().map(|slab| quality.simulate(slab)).collect();
-    let data = quality.assemble(&slabs, &|| ());
+    let data = quality.assemble(&slabs, &());
     let data = TableData::from_bytes(&data.to_bytes().unwrap()).unwrap();
     let errors: Vec<_> = (0..8).flat_map(|i| check_longitudinal(&data, 200_000, 1, i)).collect();
     let errors: Vec<_> = errors.into_iter().chain((0..8).map(|i| check_azimuthal(&data, 200_000, 1, i))).collect();
@@ -114,7 +114,7 @@ fn energies_match_fibre_reference() {
         let bcsdf = Bcsdf::new(&fiber).unwrap();
         for degrees in [0.0f64, 30.0, 60.0] {
             let theta = degrees.to_radians();
-            let reference = energies(&fiber, theta, Offsets::Whole, photons, 9, &|_| ()).unwrap();
+            let reference = energies(&fiber, theta, Offsets::Whole, photons, 9, &()).unwrap();
             let wo = glam::Vec3::new(theta.sin() as f32, theta.cos() as f32, 0.0);
             let (mut model, n) = ([0.0f64; 3], 20_000);
             for i in 0..n {
@@ -140,12 +140,12 @@ fn energies_match_fibre_reference() {
 #[test]
 fn reference_conserves_energy() {
     let fiber = Fiber { g: 0.3, ..Fiber::preset(Species::Human).without_absorption() };
-    let e = energies(&fiber, 0.5, Offsets::Whole, 100_000, 4, &|_| ()).unwrap();
+    let e = energies(&fiber, 0.5, Offsets::Whole, 100_000, 4, &()).unwrap();
     let total = e.total[0][1] + e.mean[Fate::Guided as usize][1];
     // Roulette below 1e-3 of the energy is the only noise: at most 1e-3·√(1e-3/1e5).
     assert!((total - 1.0).abs() < 1e-4, "{total}");
     let again = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    assert_eq!(again.install(|| energies(&fiber, 0.5, Offsets::Whole, 100_000, 4, &|_| ()).unwrap()), e);
+    assert_eq!(again.install(|| energies(&fiber, 0.5, Offsets::Whole, 100_000, 4, &()).unwrap()), e);
 }
 
 /// Absorption of scattered light: the mean path ⟨L⟩ is more accurate than the fixed path κ of the paper (D7).
@@ -162,7 +162,7 @@ fn mean_path_beats_the_fixed_path() {
         ..Fiber::preset(Species::Cat)
     };
     let h = 0.2;
-    let reference = energies(&fiber, 0.0, Offsets::At(h), 400_000, 6, &|_| ()).unwrap();
+    let reference = energies(&fiber, 0.0, Offsets::At(h), 400_000, 6, &()).unwrap();
     let exact = reference.mean[Fate::Scattered as usize][0];
     let bcsdf = Bcsdf::new(&fiber).unwrap();
     let ours = f64::from(bcsdf.at(glam::Vec3::Y, Window::near(h as f32)).energy().0[3][0]);

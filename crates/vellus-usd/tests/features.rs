@@ -243,7 +243,7 @@ fn fibres_come_from_presets_inputs_and_interfaces() {
     let fibers: Vec<_> = scene.strands.iter().map(|s| scene.looks[s.look].fiber).collect();
     assert_eq!(fibers, [fox, Fiber::hair().with_color(color).unwrap(), Fiber::preset(Species::Cat)]);
     let said = said(&warnings);
-    assert!(said.contains("/aFur/Shader: inputs:unknown is no parameter"), "{said}");
+    assert!(said.contains("/aFur/Shader: inputs:unknown is not a parameter"), "{said}");
     assert!(said.contains("/cFur: it has no VellusFur shader"), "{said}");
 
     let error = |inputs: &str| read_text(&(curve("a") + &fur("a", inputs)), &options).unwrap_err().to_string();

@@ -308,7 +308,7 @@ fn sizes_are_bounded() {
     let table = [
         (curves("(1e20,0,0)", ""), "/c: strand 0, point 1 is (1e20, 0.0, 0.0): it must be finite and within ±1e9"),
         (curves("(1,0,0)", &scale("(1e12, 1e12, 1e12)")), "/c: strand 0, point 0 has the width 1000000000000.0"),
-        (curves("(1,0,0)", &scale("(0, 0, 0)")), "/c: its transform flattens strands"),
+        (curves("(1,0,0)", &scale("(0, 0, 0)")), "/c: its transform flattens the strands"),
         (curves("(1,0,0)", "").replace("[1, 1]", "[1, 1e30]"), "/c: widths[1] is 1e30: it must be in [0, 2e9]"),
         (
             format!("{} def Camera \"k\" {{ float fStop = 1e-30 float focusDistance = 1 }}", curves("(1,0,0)", "")),
@@ -366,5 +366,20 @@ fn devices_are_refused() {
             // A layer is opened under the name that its link leads to, which says nothing of its format.
             assert!(read(&top, &Options::default()).is_err());
         }
+    }
+}
+
+/// Stages are read more than once. A second opening of a pipe would wait forever.
+#[cfg(target_os = "linux")]
+#[test]
+fn pipes_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let (pipe, _writer) = std::io::pipe().unwrap();
+    for extension in ["usda", "usdc", "usdz"] {
+        let path = folder.path().join(format!("a.{extension}"));
+        let target = format!("/proc/self/fd/{}", std::os::fd::AsRawFd::as_raw_fd(&pipe));
+        std::os::unix::fs::symlink(target, &path).unwrap();
+        let error = vellus_usd::read(&path, &Options::default()).unwrap_err().to_string();
+        assert!(error.contains("a regular file is expected"), "{error}");
     }
 }

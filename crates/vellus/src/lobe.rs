@@ -17,13 +17,13 @@ pub enum Lobe {
     Tts,
     /// Scattered by the medulla in its second pass, TRTˢ.
     Trts,
-    /// All higher orders (D6).
-    Rest,
+    /// The residual lobe: all higher orders (D6). Its key in files is `rest`.
+    Residual,
 }
 
 impl Lobe {
     /// All six, in order.
-    pub const ALL: [Lobe; 6] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Tts, Lobe::Trts, Lobe::Rest];
+    pub const ALL: [Lobe; 6] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Tts, Lobe::Trts, Lobe::Residual];
 
     /// The lobe that `u` in [0, 1) falls to, given the probabilities of all six. A lobe without energy is never chosen.
     #[inline(always)]

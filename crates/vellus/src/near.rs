@@ -215,7 +215,7 @@ impl<V: Lanes> NearHit<'_, V> {
             }
             Lobe::Tts => scattered(1),
             Lobe::Trts => scattered(2),
-            Lobe::Rest => (unscattered(3), TAU * u[2]),
+            Lobe::Residual => (unscattered(3), TAU * u[2]),
         };
         (sin_i, cos_i.max(0.0), phi)
     }

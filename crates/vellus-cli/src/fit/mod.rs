@@ -5,9 +5,10 @@ mod simulate;
 use crate::interrupt::Interrupt;
 use crate::output;
 use crate::say::note;
+use crate::terminal::Terminal;
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
-use vellus_fit::{Angles, Axis, Forward, Options, Quantity, Reading, Requests};
+use vellus_fit::{Angles, Axis, Forward, Name, Options, Quantity, Reading, Requests};
 use vellus_models::ModelKind;
 use vellus_plot::fit::{Summary, write_report};
 
@@ -119,6 +120,11 @@ fn pair<'a>(option: &str, text: &'a str) -> Result<(&'a str, &'a str)> {
     Ok((name.trim(), value.trim()))
 }
 
+/// The parameter that an option names.
+fn named(option: &str, name: &str) -> Result<Name> {
+    name.trim().parse().with_context(|| format!("in --{option}"))
+}
+
 impl Args {
     fn forward(&self) -> Result<Forward> {
         Ok(Forward::new(self.model.parse::<ModelKind>()?)?)
@@ -145,16 +151,19 @@ impl Args {
     }
 
     fn options(&self) -> Result<Options> {
-        let mut requests = Requests { free: self.free.clone(), ..Requests::default() };
+        let mut requests = Requests {
+            free: self.free.iter().map(|name| named("free", name)).collect::<Result<_>>()?,
+            ..Requests::default()
+        };
         for text in &self.fix {
             let (name, values) = pair("fix", text)?;
             let number =
                 |x: &str| x.trim().parse::<f64>().with_context(|| format!("--fix {text}: '{x}' is not a number"));
-            requests.fix.push((name.to_owned(), values.split(',').map(number).collect::<Result<_>>()?));
+            requests.fix.push((named("fix", name)?, values.split(',').map(number).collect::<Result<_>>()?));
         }
         for text in &self.tie {
             let (name, leader) = pair("tie", text)?;
-            requests.tie.push((name.to_owned(), leader.to_owned()));
+            requests.tie.push((named("tie", name)?, named("tie", leader)?));
         }
         let default = Options::default();
         let huber = self.huber.unwrap_or(default.huber);
@@ -190,9 +199,9 @@ pub fn run(args: &Args) -> Result<()> {
     }
     let options = args.options()?;
     let profile = vellus_fit::read(path, &reading)?;
-    let bar = output::progress(options.starts as u64, "fitting");
-    let fit = vellus_fit::fit(&profile, forward, &options, &interrupt.stop, &|| bar.inc(1));
-    bar.finish_and_clear();
+    let terminal = Terminal::with_interrupt(&interrupt);
+    let fit = vellus_fit::fit(&profile, forward, &options, &terminal);
+    terminal.clear();
     let fit = fit.with_context(|| format!("cannot fit {}", path.display()))?;
     let summary = Summary { path, profile: &profile, fit: &fit };
     if let Some(folder) = &args.report {
@@ -218,7 +227,7 @@ pub fn run(args: &Args) -> Result<()> {
     if fit.interrupted {
         let place =
             if written.is_empty() { "is printed above".to_owned() } else { format!("is in {}", written.join(" and ")) };
-        let (begun, finished) = (options.starts, fit.starts[1]);
+        let (begun, finished) = (options.starts, fit.starts.finished);
         bail!(interrupt.error(format!(
             "the best fit after {finished} of {begun} starts {place}; the same command starts from the beginning"
         )));

@@ -3,6 +3,7 @@
 use crate::fiber_args::FiberArgs;
 use crate::output;
 use crate::say::say;
+use crate::terminal::Terminal;
 use anyhow::{Context, Result, bail};
 use vellus_fit::{Specimen, Synthetic, csv, gantry_text, simulate};
 use vellus_models::ModelKind;
@@ -106,9 +107,7 @@ pub fn run(args: &super::Args) -> Result<()> {
         }
         From::Reference => {
             let photons = given.photons.unwrap_or(PHOTONS);
-            let bar = output::progress(photons, "tracing");
-            let profile = simulate::from_reference(&fiber, &synthetic, photons, &|n| bar.inc(n))?;
-            bar.finish_and_clear();
+            let profile = simulate::from_reference(&fiber, &synthetic, photons, &Terminal::new())?;
             (profile, format!("the whole fibre, {photons} photons"))
         }
     };

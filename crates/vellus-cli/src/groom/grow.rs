@@ -19,10 +19,11 @@ const COLOR: [f32; 3] = [0.35, 0.16, 0.06];
 
 /// Grow fur on a mesh.
 ///
-/// Default: 100,000 strands of a brown dog's fur, with guard hairs. Their length is in proportion to the mesh. Everything
-/// else in the file of the mesh (lights, camera, other meshes and strands) is kept.
+/// Default: 100,000 strands of a brown dog's fur, with guard hairs. Their length is in
+/// proportion to the mesh. Everything else in the file of the mesh (lights, camera, other meshes
+/// and strands) is kept.
 ///
-/// A settings file has groups of strands. They have the names of the options (with _ for -) and `fiber`:
+/// A settings file has groups of strands, with the names of the options (_ for -) and `fiber`:
 ///
 ///     [[group]]
 ///     name = "undercoat"

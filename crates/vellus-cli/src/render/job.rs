@@ -115,7 +115,7 @@ impl<'a> Job<'a> {
         let interrupted = end == End::Interrupted;
         if samples == 0 {
             // All other goals need a sample.
-            return Err(interrupt.error("nothing was rendered yet, nothing is kept".to_owned()).into());
+            return Err(interrupt.error("rendering had not begun, no file was changed".to_owned()).into());
         }
         session.notes_mut().push(("vellus_seconds".to_owned(), format!("{seconds:.1}")));
         let checkpoint = session.checkpoint();

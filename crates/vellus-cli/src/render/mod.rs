@@ -63,7 +63,13 @@ pub struct Args {
     samples: Option<Range<u64>>,
     /// Render the frames A to B of a USD file's animation, or every S-th of them: `fur.exr` becomes `fur.0001.exr` and so
     /// on. --time and --noise apply to each frame; --resume skips finished frames.
-    #[arg(long, value_parser = parse::frames, allow_hyphen_values = true, value_name = "A-B[xS]", conflicts_with_all = ["samples", "frame"])]
+    #[arg(
+        long,
+        value_parser = parse::frames,
+        allow_hyphen_values = true,
+        value_name = "A-B[xS]",
+        conflicts_with_all = ["samples", "frame"]
+    )]
     frames: Option<Frames>,
     /// Over which part of a fibre's width its reflectance is averaged. Only the model `vellus` knows all three; the other
     /// models are near or far field models, and ignore this option.
@@ -154,6 +160,8 @@ pub fn run(args: &Args) -> Result<()> {
     if args.denoise {
         Denoiser::load()?;
     }
+    // Before files are written: a signal would leave temporary ones.
+    let interrupt = Interrupt::watch()?;
     output::check_extension(&args.output, &["exr", "png"])?;
     output::writable(&args.output)?;
     let viewer = args.tev.as_deref().map(Live::connect).transpose()?;
@@ -162,7 +170,6 @@ pub fn run(args: &Args) -> Result<()> {
         pool = pool.num_threads(threads);
     }
     let pool = pool.build().context("cannot start threads")?;
-    let interrupt = Interrupt::watch()?;
     pool.install(|| frames::run(args, &interrupt, viewer))
 }
 

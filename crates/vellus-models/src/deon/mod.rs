@@ -26,7 +26,7 @@ use glam::Vec3;
 use vellus::parts::{Frame, Outgoing, Polar, wrap};
 use vellus::{Error, Fiber, Field, Lobe, Lobes, Model, Sample, Scattering, Window};
 
-const LOBES: [Lobe; 4] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Rest];
+const LOBES: [Lobe; 4] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Residual];
 
 /// The model of one fibre.
 #[derive(Clone, Debug)]

@@ -62,7 +62,8 @@ pub const LOBES: [&str; 12] =
     ["R", "TT", "TRT", "TrT", "TrRrT", "TttT", "TtrtT", "TttRttT", "TttTs", "TtrtTs", "TttRttTs", "diffuse"];
 
 /// The lobes of [`vellus::Lobes`] that the unscattered lobes add to. With η_m = η_c, TttT is TT and TttRttT is TRT.
-const NAMES: [Lobe; 8] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Rest, Lobe::Rest, Lobe::Tt, Lobe::Rest, Lobe::Trt];
+const NAMES: [Lobe; 8] =
+    [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Residual, Lobe::Residual, Lobe::Tt, Lobe::Residual, Lobe::Trt];
 /// The same for the scattered lobes.
 const SCATTERED: [Lobe; 3] = [Lobe::Tts, Lobe::Trts, Lobe::Trts];
 

@@ -5,6 +5,7 @@ use super::summary::{Summary, error, remark, value};
 use crate::html::{self, escaped};
 use crate::{Result, failure, save};
 use std::path::Path;
+use vellus_fit::Correlations;
 
 /// Writes `index.html`, `profile.png`, `slices.png` and `profile.csv` to a folder. `origin` says in the last line of
 /// the page how the fit was made, such as the command.
@@ -60,7 +61,7 @@ fn page(summary: &Summary, origin: &str) -> String {
         .iter()
         .map(|(name, what)| row(&[cell(name), format!("<td class=\"text\">{}</td>", escaped(what))]))
         .collect();
-    let (names, matrix) = &fit.correlations;
+    let Correlations { names, matrix } = &fit.correlations;
     let head: String = names.iter().map(|n| format!("<th>{}</th>", escaped(n))).collect();
     let correlations: String = names
         .iter()

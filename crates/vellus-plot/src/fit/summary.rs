@@ -3,7 +3,7 @@
 use crate::text;
 use serde_json::{Map, Value, json};
 use std::path::Path;
-use vellus_fit::{Estimate, Fit, NOISE_LIKE, Profile, State};
+use vellus_fit::{Estimate, Fit, NOISE_LIKE, Profile, Starts, State};
 
 /// A difference in χ² of three standard errors.
 const SIGNIFICANT: f64 = 9.0;
@@ -127,7 +127,8 @@ impl Summary<'_> {
         if fit.widened > NOISE_LIKE {
             warnings.push(format!(
                 "the model does not follow the data to within its noise: neighbouring residuals correlate by {:.2} \
-                 over φ and {:.2} over θ; standard errors are {:.1} times as large for it, and say nothing about what a \
+                 over φ and {:.2} over θ; standard errors are {:.1} times as large for it, and say nothing about what \
+                 a \
                  better model would find",
                 fit.neighbours[0], fit.neighbours[1], fit.widened
             ));
@@ -139,7 +140,7 @@ impl Summary<'_> {
     pub fn lines(&self) -> Vec<(String, String)> {
         let (fit, profile) = (self.fit, self.profile);
         let [low, high] = profile.range();
-        let [begun, finished, same] = fit.starts;
+        let Starts { begun, finished, ended_here: same } = fit.starts;
         let outliers = match fit.outliers {
             0 => String::new(),
             n => format!("; {n} of them counted for less"),
@@ -177,9 +178,9 @@ impl Summary<'_> {
                 "least determined".to_owned(),
                 format!(
                     "{}{}",
-                    fit.weakest.0.iter().map(|(name, x)| format!("{x:+.2} {name}")).collect::<Vec<_>>().join(" "),
-                    if fit.weakest.1 < 1.0 {
-                        format!(", to {} of their usual ranges", percent(fit.weakest.1))
+                    fit.weakest.shares.iter().map(|(name, x)| format!("{x:+.2} {name}")).collect::<Vec<_>>().join(" "),
+                    if fit.weakest.standard_error < 1.0 {
+                        format!(", to {} of their usual ranges", percent(fit.weakest.standard_error))
                     } else {
                         ": not at all".to_owned()
                     }
@@ -253,7 +254,7 @@ impl Summary<'_> {
         let values = |values: &[f64]| -> Map<String, Value> {
             fit.estimates.iter().zip(values).map(|(e, x)| (e.name.clone(), json!(x))).collect()
         };
-        let weakest: Map<String, Value> = fit.weakest.0.iter().map(|(name, x)| (name.clone(), json!(x))).collect();
+        let weakest: Map<String, Value> = fit.weakest.shares.iter().map(|(name, x)| (name.clone(), json!(x))).collect();
         json!({
             "vellus_version": env!("CARGO_PKG_VERSION"),
             "model": fit.model.name(),
@@ -261,7 +262,7 @@ impl Summary<'_> {
             "profile": {"file": self.path, "points": profile.points.len(), "missing": profile.missing.len(),
                 "channels": profile.channels, "quantity": profile.quantity.name(), "range": profile.range()},
             "parameters": parameters,
-            "correlations": {"names": fit.correlations.0, "matrix": fit.correlations.1},
+            "correlations": {"names": fit.correlations.names, "matrix": fit.correlations.matrix},
             "nrmse": fit.nrmse,
             "log_nrmse": fit.log_nrmse,
             "explained": fit.explained.share,
@@ -271,8 +272,8 @@ impl Summary<'_> {
             "outliers": fit.outliers,
             "neighbour_correlation": {"phi": fit.neighbours[0], "theta": fit.neighbours[1]},
             "errors_widened_by": fit.widened,
-            "least_determined": {"direction": weakest, "standard_error": fit.weakest.1},
-            "starts": {"begun": fit.starts[0], "finished": fit.starts[1], "ended_here": fit.starts[2]},
+            "least_determined": {"direction": weakest, "standard_error": fit.weakest.standard_error},
+            "starts": {"begun": fit.starts.begun, "finished": fit.starts.finished, "ended_here": fit.starts.ended_here},
             "rival": fit.rival.as_ref().map(|r| json!({"chi2": r.chi2, "parameters": values(&r.values)})),
             "evaluations": fit.evaluations,
             "warnings": self.warnings(),

@@ -160,10 +160,11 @@ fn complete(trial: &Trial, job: &Job) -> bool {
     if job.film { trial.at("k.film").exists() } else { job.pictures.iter().all(|name| trial.at(name).exists()) }
 }
 
-/// The message of an interrupted run names what is kept.
+/// The message of an interrupted run names what is kept, or says that all files are as before.
 fn named(trial: &mut Trial, stderr: &str) {
     let kept = ["k.checkpoint", "k.film"].iter().any(|name| trial.at(name).exists());
-    if kept && !["k.checkpoint", "k.film"].iter().any(|name| stderr.contains(name)) {
+    let unchanged = stderr.contains("no file was changed");
+    if kept && !unchanged && !["k.checkpoint", "k.film"].iter().any(|name| stderr.contains(name)) {
         trial.finding("the message of an interrupted run does not name what is kept", stderr);
     }
 }

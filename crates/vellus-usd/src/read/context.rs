@@ -2,13 +2,21 @@
 
 use crate::error::Error;
 use crate::image::{self, Encoding, Image};
-use crate::read::look::BoundLook;
 use crate::read::options::Options;
 use crate::stage::Stage;
 use crate::warning::Warnings;
 use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
-use vellus_scene::{Scene, Texture, Units, Wrap};
+use vellus_scene::{Parameter, Scene, Texture, Units, Wrap};
+
+/// The look of a material, and the parameters that its shader reads from primvars.
+#[derive(Clone, Debug)]
+pub(crate) struct BoundLook {
+    /// Index in the scene.
+    pub look: usize,
+    /// Names of the primvars, without `primvars:`.
+    pub primvars: Vec<(Parameter, String)>,
+}
 
 /// The state of reading a stage.
 pub(crate) struct Reader<'a> {

@@ -1,9 +1,9 @@
 //! Reads strands (UsdGeomBasisCurves).
 
 use crate::error::Error;
-use crate::read::context::Reader;
+use crate::read::context::{BoundLook, Reader};
 use crate::read::layout::Layout;
-use crate::read::look::{BoundLook, SHADER, channels, look};
+use crate::read::look::{SHADER, channels, look};
 use crate::read::motion::{Points, points};
 use crate::read::primvar::{Interpolation, Primvar, ancestors, inherited, primvar};
 use crate::read::xform::{Place, mean_scale};

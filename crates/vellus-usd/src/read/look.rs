@@ -1,7 +1,8 @@
-//! VellusFur: the fibre's shader, with inputs named as the parameters are ([`Parameter::name`]), angles in degrees.
+//! Reads VellusFur, the shader of a fibre. Its inputs have the names of the parameters ([`Parameter::name`]). Angles
+//! are in degrees.
 
 use crate::error::Error;
-use crate::read::context::Reader;
+use crate::read::context::{BoundLook, Reader};
 use crate::read::network::{Input, Shader, bound_material, input, surface_shader};
 use crate::read::uv_texture::uv_texture;
 use crate::stage::When;
@@ -11,19 +12,10 @@ use vellus_scene::{Look, Parameter, Value};
 /// `info:id` of the shader.
 pub(crate) const SHADER: &str = "VellusFur";
 
-/// The name of the look with [`crate::Options::fallback`]. A scene has it where a strand uses it.
+/// The name of the look with the fibre [`crate::Options::fallback`]. A scene has this look if a strand uses it.
 pub const FALLBACK_LOOK: &str = "fallback";
 
-/// A look, and the parameters that primvars of the curves give.
-#[derive(Clone, Debug)]
-pub(crate) struct BoundLook {
-    /// Index in the scene.
-    pub look: usize,
-    /// Names of the primvars, without `primvars:`.
-    pub primvars: Vec<(Parameter, String)>,
-}
-
-/// Three channels of a parameter from what a file gives: angles from degrees, numbers in all channels.
+/// Converts a value of a file to three channels: angles from degrees to radians, and a number to three equal channels.
 pub(crate) fn channels(parameter: Parameter, row: &[f32]) -> [f32; 3] {
     let unit = |x: f32| if parameter.is_angle() { f64::from(x).to_radians() as f32 } else { x };
     match (parameter, row) {
@@ -35,7 +27,7 @@ pub(crate) fn channels(parameter: Parameter, row: &[f32]) -> [f32; 3] {
     }
 }
 
-/// The look of a prim with curves.
+/// The look of a prim with curves. Reads it if it is new.
 pub(crate) fn look(reader: &mut Reader, prim: &str) -> Result<BoundLook, Error> {
     let material = bound_material(reader, prim)?;
     let shader = material.as_ref().map(|m| surface_shader(&reader.stage, m)).transpose()?.flatten();
@@ -106,14 +98,14 @@ fn fur(reader: &mut Reader, material: &str, shader: &Shader) -> Result<(Look, Ve
                 primvars.push((parameter, varname));
             }
             Input::Shader(source) => {
-                reader.warnings.add(prim, format!("{name}: a {} is not supported and left out", source.id));
+                reader.warnings.add(prim, format!("{name}: a {} is not supported and is ignored", source.id));
             }
         }
     }
     for name in reader.stage.properties(prim)?.iter().map(|name| name.as_str()) {
         let known = |key: &str| key == "preset" || Parameter::from_name(key).is_some() || PIGMENTS.contains(&key);
         if name.strip_prefix("inputs:").is_some_and(|key| !known(key)) {
-            reader.warnings.add(prim, format!("{name} is no parameter of {SHADER} and left out"));
+            reader.warnings.add(prim, format!("{name} is not a parameter of {SHADER} and is ignored"));
         }
     }
     let fiber = fiber.build().map_err(out_of_range)?;
@@ -135,7 +127,7 @@ fn pigments(reader: &mut Reader, prim: &str, fiber: &mut FiberBuilder) -> Result
                 fiber.set(pigment, &numbers).map_err(|error| Error::prim(prim, format!("inputs:{error}")))?;
             }
             Input::Shader(_) => {
-                let what = format!("{name}: a connection is not supported and left out; connect inputs:melanin");
+                let what = format!("{name}: a connection is not supported and is ignored; connect inputs:melanin");
                 reader.warnings.add(prim, what);
             }
         }

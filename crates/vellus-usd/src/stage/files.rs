@@ -67,12 +67,13 @@ impl Files {
     pub fn read(&self, path: &str) -> Result<Vec<u8>> {
         let Some((package, inner)) = ar::split_package_relative_path_outer(path) else {
             let path = Path::new(path);
+            vellus_io::open_file(path)?;
             let bytes = vellus_io::read_at_most(path, MAX_BYTES)?;
             self.note(path, Digest::of(&bytes), bytes.len() as u64)?;
             return Ok(bytes);
         };
         let package = Path::new(&package);
-        let mut file = vellus_io::open(package)?;
+        let mut file = vellus_io::open_file(package)?;
         let length = file.metadata()?.len();
         self.package(package)?.read(&mut file, length, &inner)
     }
@@ -82,7 +83,7 @@ impl Files {
         if let Some(package) = self.packages.borrow().get(path) {
             return Ok(package.clone());
         }
-        let mut file = vellus_io::open(path)?;
+        let mut file = vellus_io::open_file(path)?;
         let length = file.metadata()?.len();
         let package = Rc::new(Package::open(&mut file, length)?);
         file.rewind()?;

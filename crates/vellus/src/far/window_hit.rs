@@ -186,7 +186,7 @@ impl<'b> WindowHit<'b> {
             }
             Lobe::Tts => scattered(0),
             Lobe::Trts => scattered(1),
-            Lobe::Rest => (unscattered(3), TAU * u[3]),
+            Lobe::Residual => (unscattered(3), TAU * u[3]),
         };
         (lobe, sin_i, cos_i.max(0.0), phi)
     }
