@@ -139,7 +139,7 @@ fn what_is_wrong_is_named_with_file_and_line() {
     refused("a.dat", b"70 40 0.1\n", &known, &["unknown format", ".txt, .csv, .npy or .exr"]);
     for (text, parts) in [
         ("theta,phi\n10,20\n", &["line 1", "theta, phi", "value or r, g, b"][..]),
-        ("theta,phi,r,g\n10,20,1,2\n", &["line 1", "needed are"]),
+        ("theta,phi,r,g\n10,20,1,2\n", &["line 1", "expected theta"]),
         ("theta,phi,value\n10,20,0.1\n10,20,NaN\n", &["line 3", "value = 'NaN'"]),
         ("# a note\ntheta,phi,value\n10,20,0.1\n95,20,0.1\n", &["line 4", "theta = 95"]),
         ("theta,phi,value\n10,20\n", &["line 2", "2 columns", "expected 3"]),
