@@ -48,7 +48,8 @@ fn curves(lobes: impl Fn(f64) -> [f64; 6] + Sync) -> Curves {
 }
 
 impl Picture {
-    /// Of the fibre called `name`, for ω_o at `theta_o` degrees and the window from `low` to `high`, both in [−1, 1].
+    /// Computes the lobes of the fibre called `name`, for ω_o at `theta_o` degrees and the window from `low` to
+    /// `high`, both in [−1, 1].
     ///
     /// # Errors
     /// [`Error::Window`] unless `low` is below `high`; a parameter of the fibre out of its range.
