@@ -57,7 +57,7 @@ fn page(found: &[Outcome]) -> String {
         "<p>L.-Q. Yan, H. W. Jensen, R. Ramamoorthi 2017, <i>An Efficient and Practical Near and Far Field Fur \
          Reflectance Model</i>: its figures and tables reproduced with vellus {version}, and its claims \
          measured.</p>\n{warnings}<nav>{links}</nav>\n\
-         <h2>What holds</h2>\n<p>{}</p>\n<div class=\"wide\"><table class=\"claims\">\n\
+         <h2>Claims</h2>\n<p>{}</p>\n<div class=\"wide\"><table class=\"claims\">\n\
          <tr><th></th><th>claim</th><th>expected</th><th>measured here</th><th></th></tr>\n\
          {summary}</table></div>\n{sections}",
         counts.join(" · ")

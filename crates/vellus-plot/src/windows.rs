@@ -90,7 +90,7 @@ impl Picture {
         let error = 100.0 * distance / self.exact[p].iter().sum::<f64>();
         let all = || self.near.iter().flat_map(|near| &near[p]).chain(&self.average[p]);
         let highest = all().fold(largest, |a, &x| a.max(x));
-        // Paths beside the medulla scatter no light: zeros are left out.
+        // Paths that miss the medulla scatter no light. Zeros are left out.
         let least = all().filter(|x| **x > 0.0).fold(largest, |a, &x| a.min(0.7 * x));
         let floor = least.max(largest * 10f64.powf(-DECADES));
         // 1, 2 and 5 are labelled where there are few powers of ten.

@@ -49,7 +49,7 @@ impl Attack for Disk {
     }
 
     fn left_out(&self) -> Option<&'static str> {
-        self.no_mount.then_some("a small disk of its own: this user may not mount one")
+        self.no_mount.then_some("a small separate disk: this user may not mount one")
     }
 }
 
