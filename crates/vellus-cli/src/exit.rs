@@ -1,6 +1,6 @@
 //! Exit codes and error messages.
 
-use std::io::{self, ErrorKind};
+use std::io;
 
 /// Bad input or wrong usage.
 pub const BAD_INPUT: u8 = 2;
@@ -33,7 +33,8 @@ pub fn report(error: &anyhow::Error) -> (u8, String) {
     if let Some(interrupted) = error.chain().find_map(|cause| cause.downcast_ref::<Interrupted>()) {
         return (u8::try_from(128 + interrupted.signal).unwrap_or(u8::MAX), interrupted.to_string());
     }
-    let io = |cause: &(dyn std::error::Error + 'static)| cause.downcast_ref::<io::Error>().is_some_and(may_pass);
+    let io =
+        |cause: &(dyn std::error::Error + 'static)| cause.downcast_ref::<io::Error>().is_some_and(vellus_io::may_pass);
     let code = if error.chain().any(io) { MAY_PASS } else { BAD_INPUT };
     (code, shortened(format!("error: {error:#}")))
 }
@@ -48,41 +49,11 @@ fn shortened(message: String) -> String {
     }
 }
 
-/// Whether the same operation may succeed later.
-pub fn may_pass(error: &io::Error) -> bool {
-    match error.kind() {
-        ErrorKind::StorageFull
-        | ErrorKind::QuotaExceeded
-        | ErrorKind::OutOfMemory
-        | ErrorKind::StaleNetworkFileHandle
-        | ErrorKind::TimedOut
-        | ErrorKind::BrokenPipe
-        // No more threads or processes.
-        | ErrorKind::WouldBlock => true,
-        // The system reports a write beyond `ulimit -f`. Our readers use the same kind for files that are too large.
-        ErrorKind::FileTooLarge => error.raw_os_error().is_some(),
-        _ => code_may_pass(error),
-    }
-}
-
-/// Error codes for which the standard library has no kind.
-#[cfg(unix)]
-fn code_may_pass(error: &io::Error) -> bool {
-    use rustix::io::Errno;
-    let passing = [Errno::MFILE, Errno::NFILE];
-    error.raw_os_error().is_some_and(|code| passing.iter().any(|errno| errno.raw_os_error() == code))
-}
-
-#[cfg(not(unix))]
-fn code_may_pass(error: &io::Error) -> bool {
-    const ERROR_TOO_MANY_OPEN_FILES: i32 = 4;
-    error.raw_os_error() == Some(ERROR_TOO_MANY_OPEN_FILES)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use anyhow::{Context, anyhow};
+    use std::io::ErrorKind;
 
     #[test]
     fn messages_have_an_end() {
@@ -102,16 +73,5 @@ mod tests {
         let interrupted: anyhow::Result<()> = Err(Interrupted { signal: 15, kept: "all is in a.film".into() }.into());
         let error = interrupted.context("frame 3").unwrap_err();
         assert_eq!(report(&error), (143, "interrupted: all is in a.film".to_owned()));
-    }
-
-    #[cfg(target_os = "linux")]
-    #[test]
-    fn codes_of_the_system_are_known() {
-        // ENFILE, EMFILE, EFBIG, ENOSPC, EDQUOT, ENOMEM, EAGAIN; ENOENT, EIO, EACCES, EISDIR, EINVAL.
-        for (codes, passes) in [(&[23, 24, 27, 28, 122, 12, 11][..], true), (&[2, 5, 13, 21, 22], false)] {
-            for &code in codes {
-                assert_eq!(may_pass(&io::Error::from_raw_os_error(code)), passes, "{code}");
-            }
-        }
     }
 }

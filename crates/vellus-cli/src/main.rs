@@ -14,7 +14,6 @@ mod model_args;
 mod number;
 mod output;
 mod plot;
-mod query;
 mod reference;
 mod render;
 mod say;
@@ -43,16 +42,15 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// List the fibre presets, or show one.
+    /// List the presets and the parameters of fibres, or show one fibre.
     #[command(subcommand)]
     Fiber(fiber::Command),
     /// Evaluate the model for one query, or for a CSV file of queries.
     Eval(eval::Args),
-    /// Energy of each lobe: in closed form, and integrated over the sphere.
+    /// Compute the energy of each lobe: in closed form, and integrated over the sphere.
     Energy(energy::Args),
-    /// Plot lobes, profiles, medulla tables or energies as PNG and SVG.
-    #[command(subcommand)]
-    Plot(plot::Command),
+    /// Plot lobes, profiles, energies, errors or medulla tables as PNG and SVG.
+    Plot(plot::Args),
     /// Build, describe or check medulla tables.
     #[command(subcommand)]
     Table(table::Command),
@@ -73,7 +71,7 @@ enum Command {
     Experiment(experiment::Args),
     /// Merge films of sample ranges that `render --samples` wrote.
     Merge(render::MergeArgs),
-    /// Simulate the whole fibre (Monte Carlo), and compare its energies with the model's.
+    /// Simulate a whole fibre with photons, and compare its energies with those of the model.
     Reference(reference::Args),
 }
 
@@ -81,11 +79,10 @@ enum Command {
 fn missing_instructions() -> Option<&'static str> {
     #[cfg(target_arch = "x86_64")]
     {
-        let has = |there: bool, needed: bool| there || !needed;
-        if !has(is_x86_feature_detected!("avx2"), cfg!(target_feature = "avx2")) {
+        if cfg!(target_feature = "avx2") && !is_x86_feature_detected!("avx2") {
             return Some("AVX2");
         }
-        if !has(is_x86_feature_detected!("fma"), cfg!(target_feature = "fma")) {
+        if cfg!(target_feature = "fma") && !is_x86_feature_detected!("fma") {
             return Some("FMA");
         }
     }
@@ -146,7 +143,7 @@ fn run(command: Option<Command>) -> Result<()> {
         Some(Command::Fiber(command)) => fiber::run(&command),
         Some(Command::Eval(args)) => eval::run(&args),
         Some(Command::Energy(args)) => energy::run(&args),
-        Some(Command::Plot(command)) => plot::run(&command),
+        Some(Command::Plot(args)) => plot::run(&args),
         Some(Command::Table(command)) => table::run(&command),
         Some(Command::Render(args)) => render::run(&args),
         Some(Command::Scene(args)) => scene::run(&args),

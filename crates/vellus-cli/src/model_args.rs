@@ -8,41 +8,43 @@ use vellus_render::World;
 use vellus_render_models::Method;
 use vellus_scene::Scene;
 
-/// The options of a model.
 #[derive(clap::Args, Clone)]
 pub struct ModelArgs {
-    /// The reflectance model: vellus (ours), yan2015, chiang2016, deon2011, zinke-weber2007, marschner2003 or
-    /// kajiya-kay1989.
+    /// Reflectance model: vellus, yan2015, chiang2016, deon2011, zinke-weber2007, marschner2003 or kajiya-kay1989.
     #[arg(long, default_value = "vellus", value_name = "NAME")]
-    pub model: String,
-    /// Refractive index of the medulla, for yan2015 only. Default: that of the cortex.
+    pub model: ModelKind,
+    /// Refractive index of the medulla, only for yan2015. Default: the index of the cortex.
     #[arg(long, value_name = "INDEX")]
     pub eta_m: Option<f32>,
 }
 
+/// Checks that a model has a refractive index of the medulla, if one is given.
+pub fn check_eta_m(kind: ModelKind, eta_m: Option<f32>) -> Result<()> {
+    if eta_m.is_some() && kind != ModelKind::Yan2015 {
+        bail!("--eta-m: {kind} has one refractive index; only yan2015 takes two");
+    }
+    Ok(())
+}
+
 impl ModelArgs {
     /// A part of file names: `fox` or `fox-marschner2003`.
-    pub fn file(&self, fiber: &str) -> Result<String> {
-        let kind: ModelKind = self.model.parse()?;
-        Ok(if kind == ModelKind::Vellus { fiber.to_owned() } else { format!("{fiber}-{kind}") })
+    pub fn file(&self, fiber: &str) -> String {
+        if self.model == ModelKind::Vellus { fiber.to_owned() } else { format!("{fiber}-{}", self.model) }
     }
 
-    /// The model.
+    /// The kind of model.
     pub fn kind(&self) -> Result<ModelKind> {
-        let kind: ModelKind = self.model.parse()?;
-        if self.eta_m.is_some() && kind != ModelKind::Yan2015 {
-            bail!("--eta-m: {kind} has one refractive index; only yan2015 takes two");
-        }
-        Ok(kind)
+        check_eta_m(self.model, self.eta_m)?;
+        Ok(self.model)
     }
 
     /// Checks the model and the index before long work.
     pub fn check(&self) -> Result<()> {
-        // Any fibre will do: the allowed range of the index is the same for all.
+        // The allowed range of the index does not depend on the fibre.
         self.load("", &Fiber::hair()).map(|_| ())
     }
 
-    /// Its name with options: `yan2015, η_m 1.4`.
+    /// The name with options: `yan2015, η_m 1.4`.
     pub fn name(&self) -> Result<String> {
         let kind = self.kind()?;
         Ok(self.eta_m.map_or_else(|| kind.to_string(), |eta_m| format!("{kind}, η_m {eta_m}")))
@@ -57,7 +59,7 @@ impl ModelArgs {
         })
     }
 
-    /// A scene ready for rays, its strands scattering by this model.
+    /// A scene ready to render. Its strands scatter light by this model.
     pub fn world(&self, scene: Scene) -> Result<World> {
         Ok(self.method()?.world(scene)?)
     }

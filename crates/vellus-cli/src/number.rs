@@ -1,7 +1,17 @@
-//! Parsers of numbers on the command line. Their messages name the allowed range.
+//! Parsers of values on the command line. Their messages name what is allowed.
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use std::error::Error;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
+
+/// Parses one of `names`. The help lists them.
+pub fn choice<T>(names: &'static [&'static str]) -> impl TypedValueParser<Value = T>
+where
+    T: FromStr<Err: Into<Box<dyn Error + Send + Sync>>> + Clone + Send + Sync + 'static,
+{
+    PossibleValuesParser::new(names).try_map(|name| name.parse::<T>().map_err(Into::into))
+}
 
 /// Parses a whole number in a range.
 pub fn whole<T: TryFrom<u64>>(range: RangeInclusive<u64>) -> impl Fn(&str) -> Result<T, String> + Clone {

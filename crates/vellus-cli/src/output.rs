@@ -1,28 +1,17 @@
 //! Results: to standard output or to files.
 
+use crate::number::choice;
 use crate::say;
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
-
-/// The format of a result.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Format {
-    /// Aligned columns, for people.
-    Table,
-    /// Comma-separated values with a header.
-    Csv,
-    /// One JSON object.
-    Json,
-    /// One JSON object per line.
-    Jsonl,
-}
+use vellus_plot::text::Format;
 
 /// The options of a result.
 #[derive(clap::Args)]
 pub struct OutputArgs {
-    /// Format of the result.
-    #[arg(long, value_enum, default_value_t = Format::Table)]
-    pub format: Format,
+    /// Format of the result. jsonl has one JSON object per line.
+    #[arg(long, value_parser = choice::<Format>(&Format::NAMES), default_value = "table", value_name = "FORMAT")]
+    format: Format,
     /// File to write. Default: standard output.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -34,14 +23,13 @@ impl OutputArgs {
         self.out.as_deref().map_or(Ok(()), writable)
     }
 
-    /// Writes the result.
-    pub fn write(&self, bytes: &[u8]) -> Result<()> {
-        write(self.out.as_deref(), bytes)
+    /// Writes the result that `text` returns for the format.
+    pub fn write(&self, text: impl FnOnce(Format) -> String) -> Result<()> {
+        write(self.out.as_deref(), text(self.format).as_bytes())
     }
 }
 
 pub use vellus_experiments::cpu_time;
-pub use vellus_plot::text::{align, number};
 
 /// Writes `bytes` to `path`, or to standard output without one. A regular file is replaced as a whole or not at all:
 /// see [`vellus_io::write()`].

@@ -50,4 +50,4 @@ pub use simulate::Synthetic;
 pub use space::Requests;
 pub use specimen::Specimen;
 pub use verdict::{Explained, FALSE_ALARM, NOISE_LIKE, NoFit};
-pub use write::{csv, gantry_text};
+pub use write::{Writer, csv, gantry_text, writer};

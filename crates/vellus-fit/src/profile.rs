@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::least_squares::LEAST_NOISE;
+use std::str::FromStr;
 
 /// What the numbers of a profile are proportional to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -23,9 +24,16 @@ impl Quantity {
         }
     }
 
-    /// The quantity of a name.
-    pub fn parse(name: &str) -> Option<Self> {
-        [Quantity::FCos, Quantity::F].into_iter().find(|q| q.name() == name)
+    /// The names of all quantities.
+    pub const NAMES: [&str; 2] = ["f-cos", "f"];
+}
+
+impl FromStr for Quantity {
+    type Err = Error;
+
+    fn from_str(name: &str) -> Result<Self, Error> {
+        let found = [Quantity::FCos, Quantity::F].into_iter().find(|q| q.name() == name);
+        found.ok_or_else(|| Error::Parameter(format!("expected {}", Quantity::NAMES.join(" or "))))
     }
 }
 

@@ -4,6 +4,7 @@ use crate::error::Error;
 use crate::image;
 use crate::profile::{Point, Profile, Quantity, check_angles};
 use std::path::Path;
+use std::str::FromStr;
 
 /// The coordinates of a file's angles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,6 +17,9 @@ pub enum Angles {
 }
 
 impl Angles {
+    /// The names used on the command line and in files.
+    pub const NAMES: [&str; 2] = ["fiber", "gantry"];
+
     /// Converts a file's angles to θ and φ of the fibre.
     fn convert(self, theta: f64, phi: f64) -> [f64; 2] {
         match self {
@@ -36,6 +40,18 @@ impl Angles {
     }
 }
 
+impl FromStr for Angles {
+    type Err = Error;
+
+    fn from_str(name: &str) -> Result<Self, Error> {
+        match name {
+            "fiber" => Ok(Angles::Fiber),
+            "gantry" => Ok(Angles::Gantry),
+            _ => Err(Error::Parameter(format!("expected {}", Angles::NAMES.join(" or ")))),
+        }
+    }
+}
+
 /// Angles of the centres of the first and the last row or column of an image, degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axis {
@@ -45,6 +61,20 @@ pub struct Axis {
     pub last: f64,
 }
 
+impl FromStr for Axis {
+    type Err = Error;
+
+    /// Parses FIRST:LAST.
+    fn from_str(text: &str) -> Result<Self, Error> {
+        let wrong = |what: String| Error::Parameter(what);
+        let number = |x: &str| x.trim().parse::<f64>().map_err(|_| wrong(format!("'{x}' is not a number")));
+        let (first, last) =
+            text.split_once(':').ok_or_else(|| wrong("expected FIRST:LAST, such as 10:50".to_owned()))?;
+        Ok(Axis { first: number(first)?, last: number(last)? })
+    }
+}
+
+/// What is known of a file beside what is in it. Text and CSV may say it themselves: `# theta_o = -30`,
 /// What the caller knows about a file. Text and CSV files may state it in comments: `# theta_o = -30`, `# angles =
 /// fiber`, `# quantity = f-cos`.
 #[derive(Clone, Copy, Debug, Default)]
@@ -114,14 +144,8 @@ fn header(path: &Path, text: &str) -> Result<Reading, Error> {
             |expected: &str| Error::line(path, i as u64 + 1, format!("{name} = '{value}': expected {expected}"));
         match name {
             "theta_o" => known.theta_o = Some(value.parse().map_err(|_| wrong("degrees"))?),
-            "angles" => {
-                known.angles = Some(match value {
-                    "fiber" => Angles::Fiber,
-                    "gantry" => Angles::Gantry,
-                    _ => return Err(wrong("fiber or gantry")),
-                });
-            }
-            "quantity" => known.quantity = Some(Quantity::parse(value).ok_or_else(|| wrong("f-cos or f"))?),
+            "angles" => known.angles = Some(value.parse().map_err(|_| wrong("fiber or gantry"))?),
+            "quantity" => known.quantity = Some(value.parse().map_err(|_| wrong("f-cos or f"))?),
             _ => {}
         }
     }

@@ -6,6 +6,7 @@ use crate::profile::{Point, Profile, Quantity, check_angles};
 use crate::specimen::Specimen;
 use rand::{Rng, SeedableRng};
 use std::f64::consts::TAU;
+use std::fmt;
 use vellus::Fiber;
 use vellus_io::Progress;
 use vellus_models::Directions;
@@ -63,6 +64,9 @@ impl Synthetic {
                 return Err(wrong(format!("{name} = {x} is out of range: it must be in [{low}, {high}]")));
             }
         }
+        if !(self.scale > 0.0 && self.scale.is_finite()) {
+            return Err(wrong(format!("scale = {} is out of range: it must be above 0", self.scale)));
+        }
         let axis = |name: &str, [first, last]: [f64; 2], step: f64| {
             if !(step > 0.0 && last > first && (last - first) / step <= 4000.0) {
                 return Err(wrong(format!("{name} from {first} to {last} in steps of {step} is no range of angles")));
@@ -115,6 +119,40 @@ impl Synthetic {
             }
         }
         Profile { theta_o: self.theta_o, quantity: Quantity::FCos, channels: self.channels, points, missing }
+    }
+}
+
+/// What a synthetic measurement measures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Source {
+    /// The far field of a model.
+    Model(Forward, Specimen),
+    /// A whole fibre, traced with this number of photons. See [`from_reference`].
+    Reference(Fiber, u64),
+}
+
+impl Source {
+    /// Measures with a simulated gantry. `progress` gets reports, but does not stop the simulation.
+    ///
+    /// # Errors
+    /// As [`from_model`] and [`from_reference`].
+    pub fn measure(&self, gantry: &Synthetic, progress: &dyn Progress) -> Result<Profile, Error> {
+        match self {
+            Source::Model(model, specimen) => from_model(*model, specimen, gantry),
+            Source::Reference(fiber, photons) => from_reference(fiber, gantry, *photons, progress),
+        }
+    }
+}
+
+impl fmt::Display for Source {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Source::Model(model, Specimen { eta_m: Some(eta_m), .. }) => {
+                write!(f, "the far field of {}, eta_m {eta_m}", model.kind())
+            }
+            Source::Model(model, _) => write!(f, "the far field of {}", model.kind()),
+            Source::Reference(_, photons) => write!(f, "the whole fibre, {photons} photons"),
+        }
     }
 }
 

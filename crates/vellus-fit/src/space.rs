@@ -25,6 +25,44 @@ pub struct Requests {
     pub free: Vec<Name>,
 }
 
+impl Requests {
+    /// Adds a request to fix a parameter: `eta=1.55` or `sigma_ca=0.1,0.2,0.4`.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for an unknown parameter, or for text that is not NAME=VALUE.
+    pub fn add_fix(&mut self, text: &str) -> Result<(), Error> {
+        let (name, values) = pair(text, "NAME=VALUE")?;
+        let number = |x: &str| x.trim().parse::<f64>().map_err(|_| Error::Parameter(format!("'{x}' is not a number")));
+        self.fix.push((name, values.split(',').map(number).collect::<Result<_, _>>()?));
+        Ok(())
+    }
+
+    /// Adds a request to tie a parameter to another: `beta_n=beta_m`.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for an unknown parameter, or for text that is not NAME=NAME.
+    pub fn add_tie(&mut self, text: &str) -> Result<(), Error> {
+        let (name, leader) = pair(text, "NAME=NAME")?;
+        self.tie.push((name, leader.parse()?));
+        Ok(())
+    }
+
+    /// Adds a request to fit a parameter that usually is fixed.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for an unknown parameter.
+    pub fn add_free(&mut self, name: &str) -> Result<(), Error> {
+        self.free.push(name.trim().parse()?);
+        Ok(())
+    }
+}
+
+/// Splits `NAME=…`.
+fn pair<'a>(text: &'a str, expected: &str) -> Result<(Name, &'a str), Error> {
+    let (name, value) = text.split_once('=').ok_or_else(|| Error::Parameter(format!("expected {expected}")))?;
+    Ok((name.trim().parse()?, value.trim()))
+}
+
 /// The parameters and the variables of one fit.
 #[derive(Clone, Debug)]
 pub struct Space {

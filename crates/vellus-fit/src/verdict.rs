@@ -15,7 +15,7 @@ const QUANTILE: f64 = 3.0902;
 pub enum NoFit {
     /// A constant follows the measurements as well as the model does.
     Noise,
-    /// The model follows less than half of the variation, and the residuals are not noise.
+    /// The model explains less than a quarter of the constant's loss, and the residuals are not noise.
     NotFollowed,
     /// The measurements determine no parameter of the fibre.
     Undetermined,
@@ -28,14 +28,14 @@ impl fmt::Display for NoFit {
                 "the model follows the measurements no better than a constant does: the measurements look like noise"
             }
             NoFit::NotFollowed => {
-                "the model follows less than half of the variation of the measurements, and the residuals are not noise"
+                "the model explains less than a quarter of the loss of a constant, and the residuals are not noise"
             }
             NoFit::Undetermined => "the measurements determine no parameter of the fibre",
         })
     }
 }
 
-/// A model that follows less than this share of the variation is not a model of it.
+/// A model that removes less than this share of the constant's loss does not follow the measurements.
 const LEAST: f64 = 0.25;
 
 /// Residuals are not noise if they widen the standard errors by more than this factor. Chance correlations of 554

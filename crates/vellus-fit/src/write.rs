@@ -1,6 +1,8 @@
 //! Writes profiles as text and CSV.
 
+use crate::error::Error;
 use crate::profile::{Point, Profile};
+use std::path::Path;
 
 /// The values as they are written to a file, with seven digits.
 fn cells(p: &Point, channels: usize) -> impl Iterator<Item = String> + '_ {
@@ -11,6 +13,21 @@ fn cells(p: &Point, channels: usize) -> impl Iterator<Item = String> + '_ {
 fn header(profile: &Profile, angles: &str, notes: &[String]) -> String {
     let notes: String = notes.iter().map(|note| format!("# {note}\n")).collect();
     format!("{notes}# theta_o = {}\n# quantity = {}\n# angles = {angles}\n", profile.theta_o, profile.quantity.name())
+}
+
+/// Writes a profile as text, with notes as comments.
+pub type Writer = fn(&Profile, &[String]) -> String;
+
+/// The writer for a file name: [`gantry_text`] for `.txt`, [`csv`] for `.csv`.
+///
+/// # Errors
+/// [`Error::File`] for other names.
+pub fn writer(path: &Path) -> Result<Writer, Error> {
+    match path.extension().and_then(|e| e.to_str()) {
+        Some("txt") => Ok(gantry_text),
+        Some("csv") => Ok(csv),
+        _ => Err(Error::file(path, "the measurement's name must end in .txt or .csv")),
+    }
 }
 
 /// Removes the rounding error of a subtraction of angles.

@@ -17,6 +17,7 @@
 //! ```
 
 mod digest;
+mod errors;
 mod progress;
 mod read;
 mod sources;
@@ -24,6 +25,7 @@ mod target;
 mod write;
 
 pub use digest::{Digest, DigestBuilder};
+pub use errors::may_pass;
 pub use progress::{Progress, Steps};
 pub use read::{MAX_FILE_BYTES, MAX_STREAM_BYTES, excerpt, open, open_file, read, read_at_most, read_to_string};
 pub use sources::Sources;

@@ -33,6 +33,12 @@ pub enum Error {
         /// Its upper end.
         high: f64,
     },
+    /// A query out of range, or a line that is no query.
+    #[error("{0}")]
+    Query(String),
+    /// A broken CSV file.
+    #[error(transparent)]
+    Csv(#[from] csv::Error),
     /// A fibre or table out of range.
     #[error(transparent)]
     Fiber(#[from] vellus::Error),

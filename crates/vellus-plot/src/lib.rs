@@ -16,6 +16,8 @@
 //! | [`curves`], [`bars`] | general charts |
 //! | [`fit`] | a fitted profile compared with the measured one, and a report |
 //!
+//! [`query`] reads queries of the model, and [`text`] writes results as tables, CSV and JSON.
+//!
 //! ```no_run
 //! use vellus::{Fiber, Species};
 //! use vellus_models::ModelKind;
@@ -41,6 +43,7 @@ pub mod medulla;
 pub mod models;
 mod named;
 pub mod profile;
+pub mod query;
 pub mod sheet;
 mod smooth;
 pub mod text;

@@ -53,6 +53,15 @@ impl Quality {
         }
     }
 
+    /// The quality of a name: `shipping` or `smoke`.
+    pub fn named(name: &str) -> Option<Self> {
+        match name {
+            "shipping" => Some(Quality::shipping()),
+            "smoke" => Some(Quality::smoke()),
+            _ => None,
+        }
+    }
+
     /// All pieces of the simulation. They are independent of each other and reproducible.
     pub fn slabs(&self) -> Vec<Slab> {
         let kinds = [SlabKind::Azimuthal, SlabKind::Longitudinal];

@@ -6,6 +6,7 @@ use rand::Rng;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 use vellus::{TableData, grid};
+use vellus_io::{Progress, Steps};
 use vellus_reference::exact::{Profile, mean_path};
 
 /// Number of azimuths of a comparison. Each longitudinal half has half as many steps in θᵢ.
@@ -131,6 +132,20 @@ pub fn check_longitudinal(tables: &TableData, photons: u64, seed: u64, index: u6
             mean_path: None,
         }
     })
+}
+
+/// Compares `profiles` random profiles of each table with simulations of `photons` photons. `progress` gets reports, but
+/// does not stop the work.
+pub fn check(tables: &TableData, profiles: u64, photons: u64, seed: u64, progress: &dyn Progress) -> Vec<ProfileError> {
+    let steps = Steps::new(progress, 2 * profiles, "simulating");
+    let mut errors = Vec::new();
+    for index in 0..profiles {
+        errors.push(check_azimuthal(tables, photons, seed, index));
+        steps.advance(1);
+        errors.extend(check_longitudinal(tables, photons, seed, index));
+        steps.advance(1);
+    }
+    errors
 }
 
 /// Mean, 95th percentile and maximum of values.

@@ -3,6 +3,7 @@
 //! - [`medulla`]: light in a purely scattering cylinder. The tables of the medulla come from it.
 //! - [`compress`]: compresses the simulated profiles into short sums of products.
 //! - [`build`]: simulates and compresses all profiles of a table file.
+//! - [`resume`]: the same, and continues after an interruption.
 //! - [`check`]: compares a table with new simulations.
 //! - [`mod@energies`]: energies of the paths through a whole fibre, as a reference for the model.
 //! - [`mod@profile`]: the far field of a whole fibre with a rough cuticle, as a gonioreflectometer measures it.
@@ -25,4 +26,5 @@ pub mod compress;
 pub mod energies;
 pub mod medulla;
 pub mod profile;
+pub mod resume;
 mod tracer;

@@ -1,169 +1,113 @@
-//! `vellus fit`: a measured profile to the parameters of a fibre, and synthetic measurements.
+//! `vellus fit`: fits a fibre to a measured profile, or writes a synthetic measurement.
 
 mod simulate;
 
 use crate::interrupt::Interrupt;
+use crate::number::choice;
 use crate::output;
 use crate::say::note;
 use crate::terminal::Terminal;
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
-use vellus_fit::{Angles, Axis, Forward, Name, Options, Quantity, Reading, Requests};
+use vellus_fit::{Angles, Axis, Forward, Options, Quantity, Reading, Requests};
 use vellus_models::ModelKind;
 use vellus_plot::fit::{Summary, write_report};
 
-/// Fit a fibre's parameters to its measured profile (Yan17 Sec. 5.1), or write a synthetic measurement.
+/// Fit the parameters of a fibre to its measured profile (Yan17 Sec. 5.1), or write a synthetic measurement.
 ///
-/// PROFILE is light scattered by one fibre, averaged over its width, while one of camera and light is fixed and the other moves: lines
-/// `phi theta value` or `phi theta r g b` (.txt, in the gantry's coordinates of Yan et al. 2015; `?` for missing), CSV with columns
-/// theta, phi and value or r, g, b, or an image (.npy, .exr) with rows over theta and columns over phi. Its unit is arbitrary.
-/// Ctrl-C leaves the best so far, marked as such.
+/// PROFILE contains the light that one fibre scatters, averaged over its width. One of camera and light is fixed, the
+/// other moves. A .txt file has lines `phi theta value` or `phi theta r g b`, in the coordinates of the gantry of Yan et
+/// al. 2015, with `?` for missing values. A .csv file has columns theta, phi, and value or r, g, b. An image (.npy, .exr)
+/// has rows over theta and columns over phi. The unit of the values is arbitrary.
 ///
-/// Where the model explains the measurements no better than a constant does (an F-test at a false-alarm rate of 0.1
-/// %), or less than half of their variation and the residuals are not noise, or where no parameter of the fibre is
-/// determined, there is no fit: exit code 2, and no fibre is written.
-///
-/// --model chiang2016, marschner2003 or yan2015 fits an earlier model in place of ours. Parameters that it does not have are left out.
+/// vellus writes no fibre, and the exit code is 2, in three cases: the model is no better than a constant (F-test at
+/// 0.1 %); the model explains less than a quarter of the constant's loss, and the residuals are not noise; or the
+/// measurements determine no parameter of the fibre. Ctrl-C stops the fit and writes the best result so far, marked as
+/// interrupted.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The measured profile: .txt, .csv, .npy or .exr.
+    /// Measured profile: .txt, .csv, .npy or .exr.
     #[arg(required_unless_present = "simulate", conflicts_with = "simulate")]
     profile: Option<PathBuf>,
-    /// The model to fit, or to measure synthetically: vellus (ours), yan2015 (with a refractive index of the medulla, eta_m), chiang2016,
-    /// marschner2003 (both without medulla); or without the years.
+    /// Model to fit, or to measure: vellus, yan2015, chiang2016 or marschner2003. Only yan2015 has the parameter eta_m. The
+    /// last two have no medulla.
     #[arg(long, default_value = "vellus", value_name = "NAME")]
-    model: String,
-    /// Where to write the fibre (.toml), or the synthetic measurement (.txt or .csv).
+    model: ModelKind,
+    /// File to write: the fibre (.toml), or the synthetic measurement (.txt, .csv).
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Folder for a report: index.html with pictures of the measured and the fitted profile and their ratio, and profile.csv.
+    /// Folder for a report with pictures: index.html and profile.csv.
     #[arg(long, value_name = "DIR", conflicts_with = "simulate")]
     report: Option<PathBuf>,
-    /// How the result is written to standard output.
-    #[arg(long, value_enum, default_value_t = Format::Table)]
-    format: Format,
-    /// Inclination of the direction that is fixed, degrees; the file may say it: `# theta_o = -30`.
-    #[arg(long, allow_negative_numbers = true, value_name = "DEG")]
+    /// Format of the result on standard output.
+    #[arg(long, value_parser = choice::<String>(&["table", "json"]), default_value = "table", value_name = "FORMAT")]
+    format: String,
+    /// Inclination of the fixed direction, degrees. A file can contain it: `# theta_o = -30`.
+    #[arg(long, value_name = "DEG")]
     theta_o: Option<f64>,
-    /// What the file's angles mean: those of the fibre, or of the gantry of Yan et al. 2015 (theta is 90° less its theta, phi its phi
-    /// less 90°). Without it: the gantry's in .txt, the fibre's otherwise.
-    #[arg(long, value_enum, conflicts_with = "simulate")]
-    angles: Option<AnglesArg>,
-    /// What the values are proportional to: f·cos θ (a fixed camera and a light that moves, or a moving detector that sees the whole
-    /// fibre) or f (a moving camera's radiance). Without it: what the file says, or f-cos.
-    #[arg(long, value_enum, conflicts_with = "simulate")]
-    quantity: Option<QuantityArg>,
-    /// θ of the first and last row of an image, or of a synthetic measurement, degrees.
-    #[arg(long, value_parser = range, allow_hyphen_values = true, value_name = "FIRST:LAST")]
-    theta: Option<[f64; 2]>,
-    /// φ of the first and last column, degrees.
-    #[arg(long, value_parser = range, allow_hyphen_values = true, value_name = "FIRST:LAST")]
-    phi: Option<[f64; 2]>,
-    /// Hold a parameter: eta=1.55, or sigma_ca=0.1,0.2,0.4 of an RGB profile; scale=1 for an absolute measurement. May be repeated.
+    /// Angles of the file: those of the fibre, or of the gantry (theta = 90° - its theta, phi = its phi - 90°). Default:
+    /// gantry for .txt, fiber for others.
+    #[arg(long, value_parser = choice::<Angles>(&Angles::NAMES), value_name = "ANGLES", conflicts_with = "simulate")]
+    angles: Option<Angles>,
+    /// What the values are proportional to: f·cos θ (fixed camera, or a moving detector that sees the whole fibre), or f
+    /// (radiance at a moving camera). Default: what the file says, or f-cos.
+    #[arg(long, value_parser = choice::<Quantity>(&Quantity::NAMES), value_name = "QUANTITY", conflicts_with = "simulate")]
+    quantity: Option<Quantity>,
+    /// θ of the first and the last row of an image or of a synthetic measurement, degrees.
+    #[arg(long, allow_hyphen_values = true, value_name = "FIRST:LAST")]
+    theta: Option<Axis>,
+    /// φ of the first and the last column, degrees.
+    #[arg(long, allow_hyphen_values = true, value_name = "FIRST:LAST")]
+    phi: Option<Axis>,
+    /// Fix a parameter: eta=1.55, sigma_ca=0.1,0.2,0.4 (RGB), or scale=1 for an absolute measurement. May be repeated.
     #[arg(long, value_name = "NAME=VALUE", conflicts_with = "simulate")]
     fix: Vec<String>,
-    /// Give the first parameter the value of the second: beta_n=beta_m, sigma_ma.r=sigma_ma.g. May be repeated.
+    /// Give the first parameter the value of the second: beta_n=beta_m. May be repeated.
     #[arg(long, value_name = "NAME=NAME", conflicts_with = "simulate")]
     tie: Vec<String>,
-    /// Fit what usually is not: theta_o. May be repeated.
+    /// Fit a parameter that usually is fixed: theta_o. May be repeated.
     #[arg(long, value_name = "NAME", conflicts_with = "simulate")]
     free: Vec<String>,
-    /// Descents begun: from the presets, and from the best of a space-filling design.
+    /// Number of starts of the search [default: 32].
     #[arg(long, value_name = "N", conflicts_with = "simulate", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     starts: Option<u32>,
-    /// Residuals above that many times the noise count linearly, not squared (Huber's loss); inf for plain least squares.
+    /// Huber's loss: residuals above K times the noise count linearly. inf is plain least squares [default: 4].
     #[arg(long, value_name = "K", conflicts_with = "simulate")]
     huber: Option<f64>,
-    /// Accept what is no fit: of measurements that a constant follows as well, or that the model does not follow. The
-    /// fibre and the report are marked NO FIT.
+    /// Write the fibre also if the model does not fit. The fibre and the report are marked NO FIT.
     #[arg(long, conflicts_with = "simulate")]
     allow_bad_fit: bool,
-    /// Seed of starts, or of noise, gaps and photons.
+    /// Seed of the starts, or of noise, gaps and photons.
     #[arg(long, default_value_t = 1)]
     seed: u64,
     #[command(flatten)]
     synthetic: simulate::Gantry,
 }
 
-/// How a result is written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum Format {
-    /// For people.
-    Table,
-    /// One object.
-    Json,
-}
-
-/// [`Angles`] on the command line.
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-enum AnglesArg {
-    Fiber,
-    Gantry,
-}
-
-/// [`Quantity`] on the command line.
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-enum QuantityArg {
-    FCos,
-    F,
-}
-
-fn range(text: &str) -> Result<[f64; 2]> {
-    let (first, last) = text.split_once(':').context("expected FIRST:LAST, such as 10:50")?;
-    let number = |x: &str| x.trim().parse::<f64>().with_context(|| format!("'{x}' is not a number"));
-    Ok([number(first)?, number(last)?])
-}
-
-/// NAME=… of an option.
-fn pair<'a>(option: &str, text: &'a str) -> Result<(&'a str, &'a str)> {
-    let (name, value) = text.split_once('=').with_context(|| format!("--{option} {text}: expected NAME=…"))?;
-    Ok((name.trim(), value.trim()))
-}
-
-/// The parameter that an option names.
-fn named(option: &str, name: &str) -> Result<Name> {
-    name.trim().parse().with_context(|| format!("in --{option}"))
-}
-
 impl Args {
     fn forward(&self) -> Result<Forward> {
-        Ok(Forward::new(self.model.parse::<ModelKind>()?)?)
+        Ok(Forward::new(self.model)?)
     }
 
     fn reading(&self) -> Result<Reading> {
         let axes = match (self.theta, self.phi) {
-            (Some(theta), Some(phi)) => Some([theta, phi].map(|[first, last]| Axis { first, last })),
+            (Some(theta), Some(phi)) => Some([theta, phi]),
             (None, None) => None,
-            _ => bail!("--theta and --phi belong together"),
+            _ => bail!("--theta and --phi must be given together"),
         };
-        Ok(Reading {
-            theta_o: self.theta_o,
-            angles: self.angles.map(|a| match a {
-                AnglesArg::Fiber => Angles::Fiber,
-                AnglesArg::Gantry => Angles::Gantry,
-            }),
-            quantity: self.quantity.map(|q| match q {
-                QuantityArg::FCos => Quantity::FCos,
-                QuantityArg::F => Quantity::F,
-            }),
-            axes,
-        })
+        Ok(Reading { theta_o: self.theta_o, angles: self.angles, quantity: self.quantity, axes })
     }
 
     fn options(&self) -> Result<Options> {
-        let mut requests = Requests {
-            free: self.free.iter().map(|name| named("free", name)).collect::<Result<_>>()?,
-            ..Requests::default()
-        };
+        let mut requests = Requests::default();
+        for name in &self.free {
+            requests.add_free(name).with_context(|| format!("in --free {name}"))?;
+        }
         for text in &self.fix {
-            let (name, values) = pair("fix", text)?;
-            let number =
-                |x: &str| x.trim().parse::<f64>().with_context(|| format!("--fix {text}: '{x}' is not a number"));
-            requests.fix.push((named("fix", name)?, values.split(',').map(number).collect::<Result<_>>()?));
+            requests.add_fix(text).with_context(|| format!("in --fix {text}"))?;
         }
         for text in &self.tie {
-            let (name, leader) = pair("tie", text)?;
-            requests.tie.push((named("tie", name)?, named("tie", leader)?));
+            requests.add_tie(text).with_context(|| format!("in --tie {text}"))?;
         }
         let default = Options::default();
         let huber = self.huber.unwrap_or(default.huber);
@@ -172,27 +116,44 @@ impl Args {
         }
         Ok(Options { requests, starts: self.starts.map_or(default.starts, |n| n as usize), seed: self.seed, huber })
     }
+
+    /// The page of the report.
+    fn page(&self) -> Option<PathBuf> {
+        self.report.as_ref().map(|folder| folder.join("index.html"))
+    }
+
+    /// Checks that the results can be written.
+    fn check_files(&self) -> Result<()> {
+        if let Some(out) = &self.out {
+            output::check_extension(out, &["toml"])?;
+            output::writable(out)?;
+        }
+        if let Some(folder) = self.report.as_ref().filter(|folder| folder.exists() && !folder.is_dir()) {
+            bail!("cannot write {}: it is not a folder", folder.display());
+        }
+        self.page().map_or(Ok(()), |page| output::writable(&page))
+    }
+
+    /// The message if there is no fit: what, why, and what to do.
+    fn refusal(&self, path: &Path, why: &str) -> String {
+        let out = self.out.iter().map(|out| format!("; {} was not written", out.display()));
+        let page = self.page().into_iter().map(|page| format!("; {} shows the differences", page.display()));
+        let kept: String = out.chain(page).collect();
+        format!(
+            "{}: {why}{kept}. Check the columns of the file, --angles, --quantity and --theta-o, or try another --model. \
+             --allow-bad-fit accepts the fit",
+            path.display()
+        )
+    }
 }
 
-/// Runs it.
 pub fn run(args: &Args) -> Result<()> {
     let Some(path) = &args.profile else {
         return simulate::run(args);
     };
     let forward = args.forward()?;
     let interrupt = Interrupt::watch()?;
-    if let Some(out) = &args.out {
-        if out.extension().is_none_or(|e| e != "toml") {
-            bail!("{}: the fibre's name must end in .toml", out.display());
-        }
-        output::writable(out)?;
-    }
-    if let Some(folder) = &args.report {
-        if folder.exists() && !folder.is_dir() {
-            bail!("cannot write {}: it is not a folder", folder.display());
-        }
-        output::writable(&folder.join("index.html"))?;
-    }
+    args.check_files()?;
     let reading = args.reading()?;
     if reading.axes.is_some() && path.extension().is_some_and(|e| e == "txt" || e == "csv") {
         bail!("--theta and --phi are the angles of an image: {} has its own", path.display());
@@ -208,22 +169,22 @@ pub fn run(args: &Args) -> Result<()> {
         let command = std::env::args().collect::<Vec<_>>().join(" ");
         write_report(&summary, folder, &command)?;
     }
-    // Of an interrupted fit it is not known what more starts would have found.
+    // More starts might have improved an interrupted fit, so it is not refused.
     if let Some(why) = summary.no_fit().filter(|_| !fit.interrupted && !args.allow_bad_fit) {
-        bail!(refusal(args, path, &why));
+        bail!(args.refusal(path, &why));
     }
     if let Some(out) = &args.out {
         output::write(Some(out), summary.toml(&toml::to_string(&fit.specimen.fiber)?).as_bytes())?;
     }
-    let text = match args.format {
-        Format::Table => summary.table(),
-        Format::Json => format!("{}\n", serde_json::to_string_pretty(&summary.json())?),
+    let text = match args.format.as_str() {
+        "json" => format!("{}\n", serde_json::to_string_pretty(&summary.json())?),
+        _ => summary.table(),
     };
     output::write(None, text.as_bytes())?;
     for warning in summary.warnings() {
         note!("warning: {warning}");
     }
-    let written: Vec<String> = written(args).iter().map(|path| path.display().to_string()).collect();
+    let written: Vec<String> = args.out.iter().cloned().chain(args.page()).map(|p| p.display().to_string()).collect();
     if fit.interrupted {
         let place =
             if written.is_empty() { "is printed above".to_owned() } else { format!("is in {}", written.join(" and ")) };
@@ -236,24 +197,4 @@ pub fn run(args: &Args) -> Result<()> {
         note!("wrote {path}");
     }
     Ok(())
-}
-
-/// The files that a fit is kept in.
-fn written(args: &Args) -> Vec<PathBuf> {
-    args.out.iter().cloned().chain(args.report.iter().map(|folder| folder.join("index.html"))).collect()
-}
-
-/// The message where there is no fit: what, why, what to do.
-fn refusal(args: &Args, path: &Path, why: &str) -> String {
-    let kept = args.out.as_ref().map_or(String::new(), |out| format!("; {} was not written", out.display()));
-    let report = args
-        .report
-        .as_ref()
-        .map_or(String::new(), |folder| format!("; {} shows where they differ", folder.join("index.html").display()));
-    format!(
-        "{}: {why}{kept}{report}. Check the columns of the file, --angles, --quantity and --theta-o, try another \
-         --model; \
-         --allow-bad-fit accepts it",
-        path.display()
-    )
 }

@@ -1,0 +1,40 @@
+//! The presets and the parameters of a fibre.
+
+use super::align;
+use vellus::{Fiber, Parameter, Species};
+
+/// The first channel of a parameter in the unit of files, if the fibre stores it.
+fn value(parameter: Parameter, fiber: &Fiber) -> Option<f32> {
+    parameter.get(fiber).map(|value| parameter.unit().from_stored(value[0]))
+}
+
+/// A table of the presets. All presets are grey, so one channel is enough.
+pub fn presets() -> String {
+    let stored = || Parameter::ALL.into_iter().filter(|p| p.default_value().is_some());
+    let header = stored().map(|p| format!("{}{}", p.symbol(), p.unit().sign()));
+    let mut rows = vec![std::iter::once(String::new()).chain(header).collect::<Vec<_>>()];
+    for species in Species::ALL {
+        let fiber = Fiber::preset(species);
+        let values = stored().filter_map(|p| value(p, &fiber)).map(|x| format!("{x:.2}"));
+        rows.push(std::iter::once(species.to_string()).chain(values).collect());
+    }
+    align(&rows)
+}
+
+/// All parameters: name, meaning, range, unit, number of channels, and the value without a preset.
+pub fn parameters() -> String {
+    let hair = Fiber::hair();
+    let mut text = String::new();
+    for p in Parameter::ALL {
+        let default =
+            value(p, &hair).map_or(String::new(), |x| format!("; without a preset {:.2}{}", x, p.unit().sign()));
+        let channels = match p.channels() {
+            1 => "",
+            2 => "; one number or two",
+            _ => "; one number or three",
+        };
+        text += &format!("{:12} {}\n", p.name(), p.description());
+        text += &format!("{:12} in {}{}{channels}{default}\n", "", p.range(), p.unit().suffix());
+    }
+    text
+}
