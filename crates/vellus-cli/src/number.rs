@@ -1,5 +1,6 @@
-//! Parsers of numbers on the command line. Their messages name the allowed range.
+//! Parsers of numbers and names on the command line. Their messages name the allowed range.
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
@@ -16,6 +17,14 @@ pub fn whole<T: TryFrom<u64>>(range: RangeInclusive<u64>) -> impl Fn(&str) -> Re
 pub fn finite<T: Copy + FromStr + Into<f64>>(text: &str, is_good: fn(T) -> bool, range: &str) -> Result<T, String> {
     let number = text.trim().parse().ok().filter(|&number: &T| number.into().is_finite() && is_good(number));
     number.ok_or_else(|| format!("it must be a finite number{range}"))
+}
+
+/// Parses one of several names.
+pub fn one_of<T>(names: impl IntoIterator<Item = &'static str>) -> impl TypedValueParser<Value = T>
+where
+    T: FromStr<Err: std::error::Error + Send + Sync + 'static> + Clone + Send + Sync + 'static,
+{
+    PossibleValuesParser::new(names).try_map(|name| name.parse())
 }
 
 #[cfg(test)]

@@ -117,7 +117,7 @@ fn help_tells_the_default_fibre_of_each_command() {
         (&["eval"][..], "[default: red-fox]"),
         (&["plot", "lobes"], "[default: red-fox]"),
         (&["render"], "Built-in scenes have their own"),
-        (&["groom", "grow"], "[default: a dog's, brown]"),
+        (&["groom", "grow"], "[default: a brown dog]"),
     ] {
         let help = vellus(folder.path(), &[command, &["--help"]].concat()).output().unwrap().stdout;
         let help = String::from_utf8(help).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");

@@ -1,16 +1,16 @@
 //! `vellus groom grow`: grows fur on a mesh.
 
-use super::fur::Fur;
 use crate::fiber_args::{FiberArgs, Overrides};
 use crate::number::whole;
 use crate::output;
-use crate::render::load_usd;
+use crate::render::{explain, report};
 use crate::say::{note, say};
-use anyhow::{Context, Result, bail};
+use anyhow::Result;
 use glam::Vec3;
 use std::path::{Path, PathBuf};
-use vellus_groom::{Coat, Ground, Group, absorption_of_color, plant, read_groups, read_obj};
-use vellus_scene::{Look, Mesh, Scene, Strands, Surface, Texture, Tint};
+use vellus_groom::{Coat, Ground, Group, absorption_of_color, plant, read_groups};
+use vellus_open::{choose_meshes, open_mesh};
+use vellus_scene::{Look, Scene, Strands, Texture, Tint};
 
 /// The default fibre. Its medulla does not absorb, so that it can have any colour.
 const FIBER: &str = "dog";
@@ -63,13 +63,13 @@ pub struct Args {
     #[command(flatten)]
     overrides: Overrides,
     #[command(flatten, next_help_heading = "Fur")]
-    fur: Fur,
+    fur: Group,
 }
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
     output::check_extension(&args.output, &["usda"])?;
-    let options = Group::from(args.fur.clone());
+    let options = args.fur.clone();
     let groups = match &args.settings {
         Some(path) => read_groups(path)?.into_iter().map(|group| options.clone().or(group)).collect(),
         None => vec![options],
@@ -81,8 +81,8 @@ pub fn run(args: &Args) -> Result<()> {
         group.settings(&Ground { area, groups: groups.len(), up: Vec3::Y, seed: args.seed })?;
     }
     output::writable(&args.output)?;
-    let mut scene = load(&args.mesh)?;
-    let chosen = choose(&scene, &args.on)?;
+    let mut scene = report(open_mesh(&args.mesh))?.scene;
+    let chosen = choose_meshes(&scene, &args.on).map_err(explain)?;
     let coats: Vec<Coat> = groups.into_iter().map(|group| coat(args, group)).collect::<Result<_>>()?;
     let skin = coats.iter().find_map(|coat| coat.color.clone());
     let grown = plant(&mut scene, &chosen, coats, args.seed)?;
@@ -127,25 +127,6 @@ fn is_obj(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj"))
 }
 
-fn load(path: &Path) -> Result<Scene> {
-    if !is_obj(path) {
-        // Strands without widths in the file are no error: they are left out.
-        let mut scene = load_usd(path, &vellus_usd::Options { default_width: Some(0.0), ..Default::default() })?.scene;
-        scene.strands.retain(|strands| {
-            let has_width = strands.points.iter().any(|p| p.w > 0.0);
-            if !has_width {
-                note!("warning: {}: left out, it has no widths", strands.name);
-            }
-            has_width
-        });
-        return Ok(scene);
-    }
-    let bytes = vellus_io::read_at_most(path, vellus_groom::MAX_FILE_BYTES)
-        .with_context(|| format!("cannot read {}", path.display()))?;
-    let meshes = read_obj(&bytes, &path.display().to_string())?;
-    Ok(Scene { meshes, surfaces: vec![Surface::diffuse("skin", [0.18; 3])], ..Scene::default() })
-}
-
 /// The fibre of a group: from the command line, else from the settings file, else a brown one.
 fn look(args: &Args, group: &Group) -> Result<Look> {
     let given = args.fiber.as_ref().or(group.fiber.as_ref());
@@ -156,25 +137,4 @@ fn look(args: &Args, group: &Group) -> Result<Look> {
         fiber.sigma_ca = absorption_of_color(&fiber, COLOR)?;
     }
     Ok(Look::constant(fiber_args.name(), fiber))
-}
-
-/// Indices of the meshes to grow on.
-fn choose(scene: &Scene, wanted: &[String]) -> Result<Vec<usize>> {
-    let names = || scene.meshes.iter().map(|mesh| mesh.name.as_str()).collect::<Vec<_>>().join(", ");
-    if wanted.is_empty() {
-        return match scene.meshes.len() {
-            0 => bail!("there is no mesh to grow on"),
-            1 => Ok(vec![0]),
-            n => bail!("there are {n} meshes: choose with --on from {}", names()),
-        };
-    }
-    let find = |name: &String| {
-        let is_it = |mesh: &Mesh| mesh.name == *name || mesh.name.ends_with(&format!("/{name}"));
-        let index = scene.meshes.iter().position(is_it);
-        index.with_context(|| format!("there is no mesh '{name}' (there are: {})", names()))
-    };
-    let mut chosen: Vec<usize> = wanted.iter().map(find).collect::<Result<_>>()?;
-    chosen.sort_unstable();
-    chosen.dedup();
-    Ok(chosen)
 }

@@ -2,7 +2,6 @@
 
 use super::Args;
 use super::keep::Keeper;
-use super::notes;
 use crate::interrupt::Interrupt;
 use crate::output;
 use crate::say::{note, say};
@@ -11,7 +10,9 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 use vellus_io::Digest;
 use vellus_render::denoise::Denoiser;
-use vellus_render::session::{End, IDENTITY_NOTE, Identity, Options, Pass, Picture, end_notes, write_film};
+use vellus_render::session::{
+    End, IDENTITY_NOTE, Identity, Options, Pass, Picture, end_notes, fiber_notes, write_film,
+};
 use vellus_render::tev::Viewer;
 use vellus_render::{Film, PixelType, Session, Settings, World, widen};
 use vellus_scene::Scene;
@@ -41,9 +42,9 @@ impl Loaded {
     /// Reads or grows the scene.
     pub fn new(args: &Args) -> Result<Self> {
         let start = Instant::now();
-        let (scene, sources) = args.input.load_with_sources()?;
-        let identity = args.identity(sources.digest())?;
-        Ok(Loaded { scene, identity, seconds: start.elapsed().as_secs_f64() })
+        let opened = args.input.open()?;
+        let identity = args.identity(opened.sources.digest())?;
+        Ok(Loaded { scene: opened.scene, identity, seconds: start.elapsed().as_secs_f64() })
     }
 }
 
@@ -58,8 +59,8 @@ impl<'a> Job<'a> {
         widen(&mut scene, args.size, args.min_pixel_width);
         let mut all_notes = vec![
             ("vellus_version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
-            ("vellus_command".to_owned(), notes::command()),
-            ("vellus_scene".to_owned(), args.input.name()),
+            ("vellus_command".to_owned(), typed_command()),
+            ("vellus_scene".to_owned(), args.input.scene.display().to_string()),
             ("vellus_model".to_owned(), args.model.name()?),
             ("vellus_mode".to_owned(), args.settings().mode.name().to_owned()),
             ("vellus_filter".to_owned(), args.settings().filter.name().to_owned()),
@@ -67,7 +68,7 @@ impl<'a> Job<'a> {
             ("vellus_seed".to_owned(), args.seed.to_string()),
             (IDENTITY_NOTE.to_owned(), identity.to_string()),
         ];
-        all_notes.extend(notes::fibers(&scene));
+        all_notes.extend(fiber_notes(&scene));
         let world = args.model.world(scene)?;
         let segments = world.curves().segments();
         let megabytes = world.curves().bytes() as f64 * 1e-6;
@@ -77,7 +78,7 @@ impl<'a> Job<'a> {
         let options = args.options(identity, all_notes);
         let picture = Picture {
             path: args.output.clone(),
-            layers: args.layers.0.clone(),
+            layers: args.layers.clone(),
             pixel_type: args.pixel_type(),
             exposure: args.exposure,
             notes: Vec::new(),
@@ -143,6 +144,12 @@ impl<'a> Job<'a> {
         }
         Ok(())
     }
+}
+
+/// This command, as it was typed.
+pub fn typed_command() -> String {
+    let arguments = std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned());
+    std::iter::once("vellus".to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")
 }
 
 /// Runs the session with a bar, checkpoints and a live view.
@@ -264,8 +271,8 @@ impl Args {
         Settings {
             size: self.size,
             crop: self.crop,
-            mode: self.mode.into(),
-            filter: self.filter.into(),
+            mode: self.mode,
+            filter: self.filter,
             seed: self.seed,
             max_depth: self.max_depth,
         }
@@ -276,18 +283,19 @@ impl Args {
         let model = self.model.kind()?.to_string();
         let identity = Identity {
             settings: &self.settings(),
-            layers: &self.layers.0,
+            layers: &self.layers,
             model: &model,
             eta_m: self.model.eta_m,
             min_pixel_width: self.min_pixel_width,
         };
-        Ok(self.input.add_to(identity.digest(sources))?.finish())
+        let builder = identity.digest(sources);
+        Ok(vellus_open::identify(builder, &self.input.scene, &self.input.options()?).finish())
     }
 
     fn options(&self, identity: Digest, notes: vellus_render::Notes) -> Options {
         Options {
             settings: self.settings(),
-            layers: self.layers.0.clone(),
+            layers: self.layers.clone(),
             samples: self.samples.clone().unwrap_or(0..self.spp),
             exact: self.samples.is_some(),
             noise: self.noise,
