@@ -22,9 +22,10 @@ pub fn finite<T: Copy + FromStr + Into<f64>>(text: &str, is_good: fn(T) -> bool,
 /// Parses one of several names.
 pub fn one_of<T>(names: impl IntoIterator<Item = &'static str>) -> impl TypedValueParser<Value = T>
 where
-    T: FromStr<Err: std::error::Error + Send + Sync + 'static> + Clone + Send + Sync + 'static,
+    T: FromStr<Err: Into<Box<dyn std::error::Error + Send + Sync>>> + Clone + Send + Sync + 'static,
 {
-    PossibleValuesParser::new(names).try_map(|name| name.parse())
+    PossibleValuesParser::new(names)
+        .try_map(|name| name.parse().map_err(Into::<Box<dyn std::error::Error + Send + Sync>>::into))
 }
 
 #[cfg(test)]

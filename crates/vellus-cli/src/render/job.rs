@@ -14,7 +14,7 @@ use vellus_render::session::{
     End, IDENTITY_NOTE, Identity, Options, Pass, Picture, end_notes, fiber_notes, write_film,
 };
 use vellus_render::tev::Viewer;
-use vellus_render::{Film, PixelType, Session, Settings, World, widen};
+use vellus_render::{Film, PixelType, Session, Settings, World, prepare};
 use vellus_scene::Scene;
 
 /// The longest pass: Ctrl-C, checkpoints and the bar wait for its end.
@@ -54,9 +54,7 @@ impl<'a> Job<'a> {
         let start = Instant::now();
         let denoiser = args.denoise.then(Denoiser::load).transpose()?;
         let Loaded { mut scene, identity, seconds } = loaded;
-        let [width, height] = args.size.map(|n| n as f32);
-        scene.camera = scene.camera.or_else(|| scene.framing(width / height));
-        widen(&mut scene, args.size, args.min_pixel_width);
+        prepare(&mut scene, args.size, args.min_pixel_width);
         let mut all_notes = vec![
             ("vellus_version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
             ("vellus_command".to_owned(), typed_command()),
