@@ -18,7 +18,7 @@ mod mesh;
 
 pub use digest::identify;
 pub use error::{Error, Warning};
-pub use mesh::{choose_meshes, open_mesh};
+pub use mesh::{choose_meshes, open_coat, open_mesh};
 
 use std::path::Path;
 use vellus::{Fiber, Species};

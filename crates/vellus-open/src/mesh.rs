@@ -1,9 +1,10 @@
-//! Scenes with a mesh to grow on.
+//! Meshes to grow on, and the images of what grows.
 
 use crate::{Error, Opened, Warning, read};
 use std::path::Path;
+use vellus_groom::{Coat, Group};
 use vellus_io::Sources;
-use vellus_scene::{Mesh, Scene, Surface};
+use vellus_scene::{Look, Mesh, Scene, Surface, Texture};
 
 /// The reflectance of a mesh whose file has no colours.
 const SKIN: [f32; 3] = [0.18; 3];
@@ -58,4 +59,20 @@ pub fn choose_meshes(scene: &Scene, names: &[String]) -> Result<Vec<usize>, Erro
     chosen.sort_unstable();
     chosen.dedup();
     Ok(chosen)
+}
+
+/// A group of strands with its fibre, its images, and what a user should know about these images.
+///
+/// # Errors
+/// [`Error::Usd`] if an image cannot be read or is invalid.
+pub fn open_coat(group: Group, look: Look) -> Result<(Coat, Vec<Warning>), Error> {
+    let mut warnings = Vec::new();
+    let mut keep = |(image, warning): (Texture, Option<vellus_usd::Warning>)| {
+        warnings.extend(warning.map(Warning::Usd));
+        image
+    };
+    let density = group.density_map.as_deref().map(vellus_usd::load_map).transpose()?.map(&mut keep);
+    let length = group.length_map.as_deref().map(vellus_usd::load_map).transpose()?.map(&mut keep);
+    let color = group.color.as_deref().map(vellus_usd::load_texture).transpose()?.map(&mut keep);
+    Ok((Coat { look, density, length, color, group }, warnings))
 }

@@ -9,8 +9,8 @@ use anyhow::Result;
 use glam::Vec3;
 use std::path::{Path, PathBuf};
 use vellus_groom::{Coat, Ground, Group, absorption_of_color, plant, read_groups};
-use vellus_open::{choose_meshes, open_mesh};
-use vellus_scene::{Look, Scene, Strands, Texture, Tint};
+use vellus_open::{choose_meshes, open_coat, open_mesh};
+use vellus_scene::{Look, Scene, Strands, Tint};
 
 /// The default fibre. Its medulla does not absorb, so that it can have any colour.
 const FIBER: &str = "dog";
@@ -20,22 +20,15 @@ const COLOR: [f32; 3] = [0.35, 0.16, 0.06];
 /// Grow fur on a mesh.
 ///
 /// Default: 100,000 strands of a brown dog's fur, with guard hairs. Their length is in
-/// proportion to the mesh. Everything else in the file of the mesh (lights, camera, other meshes
-/// and strands) is kept.
+/// proportion to the mesh. Lights, camera, other meshes and strands of the file are kept.
 ///
 /// A settings file has groups of strands, with the names of the options (_ for -) and `fiber`:
 ///
 ///     [[group]]
 ///     name = "undercoat"
 ///     density = 400
-///     length = 1.2
-///     clump = 40
-///
 ///     [[group]]
 ///     name = "guard"
-///     density = 40
-///     length = 2.5
-///     width = 0.012
 ///     fiber = "raccoon"
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment, allow_negative_numbers = true)]
@@ -105,22 +98,12 @@ pub fn run(args: &Args) -> Result<()> {
     Ok(())
 }
 
-/// A group with its fibre and images.
+/// A group with its fibre and images. Warnings are printed.
 fn coat(args: &Args, group: Group) -> Result<Coat> {
-    let load_map = |path: &Option<PathBuf>| path.as_deref().map(vellus_usd::load_map).transpose();
-    Ok(Coat {
-        look: look(args, &group)?,
-        density: load_map(&group.density_map)?.map(print_warning),
-        length: load_map(&group.length_map)?.map(print_warning),
-        color: group.color.as_deref().map(vellus_usd::load_texture).transpose()?.map(print_warning),
-        group,
-    })
-}
-
-/// The image; its warning is printed.
-fn print_warning((image, warning): (Texture, Option<vellus_usd::Warning>)) -> Texture {
-    warning.iter().for_each(|warning| note!("warning: {warning}"));
-    image
+    let look = look(args, &group)?;
+    let (coat, warnings) = open_coat(group, look)?;
+    warnings.iter().for_each(|warning| note!("warning: {warning}"));
+    Ok(coat)
 }
 
 fn is_obj(path: &Path) -> bool {
