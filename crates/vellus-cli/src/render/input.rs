@@ -15,7 +15,7 @@ pub struct Input {
     /// A built-in scene (`vellus scene` lists them), a USD file (.usda, .usdc, .usdz), or strands as .hair or .tfx.
     #[arg(default_value = "raccoon", value_name = "SCENE|FILE")]
     pub scene: PathBuf,
-    /// Render the small version of a built-in scene.
+    /// Use the small version of a built-in scene.
     #[arg(long)]
     small: bool,
     /// Fibre of strands whose file defines none: a preset (see `vellus fiber list`), or a TOML or JSON file

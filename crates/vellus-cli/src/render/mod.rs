@@ -67,11 +67,11 @@ pub struct Args {
     /// and --noise apply to each frame. --resume skips finished frames.
     #[arg(long, allow_hyphen_values = true, value_name = "A-B[xS]", conflicts_with_all = ["samples", "frame"])]
     frames: Option<Frames>,
-    /// Over which part of a fibre's width its reflectance is averaged: the part that the pixel sees (multiscale), none
-    /// (near field) or all (far field). Models other than `vellus` ignore this option.
+    /// Where a fibre's reflectance is averaged over its width: multiscale averages the part that the pixel sees, far the
+    /// whole width, near takes the point that is hit. Only the model `vellus` uses this option.
     #[arg(long, value_parser = one_of::<Mode>(Mode::ALL.map(Mode::name)), default_value = "multiscale")]
     mode: Mode,
-    /// Pixel filter: a box is one pixel wide and suits denoisers, a tent is two pixels wide and makes smoother edges.
+    /// Pixel filter: a box is one pixel wide and suits denoisers. A tent is two pixels wide and makes smoother edges.
     #[arg(long, value_parser = one_of::<Filter>(Filter::ALL.map(Filter::name)), default_value = "tent")]
     filter: Filter,
     /// Cut paths after this many scattering events, and report how much light that costs [default: no limit].
@@ -99,7 +99,7 @@ pub struct Args {
     )]
     layers: Layers,
     /// Also write the denoised beauty: as the layer `denoised`, and as the PNG. This needs Intel Open Image Denoise 2:
-    /// install it, or set VELLUS_OIDN to the path of its library.
+    /// install it, or set VELLUS_OIDN to the path of its library. The layers albedo and normal guide it.
     #[arg(long, conflicts_with = "samples")]
     denoise: bool,
     /// Store colours in 32 bits instead of 16.
