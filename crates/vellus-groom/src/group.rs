@@ -66,7 +66,8 @@ pub struct Group {
     #[cfg_attr(feature = "clap", arg(long))]
     pub basis: Option<String>,
     /// Direction that strands lie in, projected onto the surface [default: down]. 0,0,0: they stand upright.
-    #[cfg_attr(feature = "clap", arg(long, value_name = "X,Y,Z", value_parser = argument::vector, allow_hyphen_values = true))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "X,Y,Z", value_parser = argument::vector))]
+    #[cfg_attr(feature = "clap", arg(allow_hyphen_values = true))]
     pub comb: Option<[f32; 3]>,
     /// Angle between strand and surface at the root, degrees; [-90, 90] [default: 50].
     #[cfg_attr(feature = "clap", arg(long, value_name = "DEG"))]

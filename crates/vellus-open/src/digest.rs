@@ -8,7 +8,8 @@ use vellus_io::DigestBuilder;
 /// Adds everything that identifies a scene to a digest, except for the bytes of its files: see
 /// [`Opened::sources`](crate::Opened::sources).
 ///
-/// Two scenes with the same digest and the same sources are equal. The digest does not depend on where files are stored.
+/// Two scenes with the same digest and the same sources are equal. The digest does not depend on where files
+/// are stored.
 pub fn identify(builder: DigestBuilder, scene: impl AsRef<Path>, options: &Options) -> DigestBuilder {
     let scene = scene.as_ref();
     // The content of its files identifies a scene, its name a built-in one.

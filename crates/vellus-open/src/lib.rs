@@ -1,5 +1,5 @@
-//! Opens a scene of hair and fur by its name: a built-in scene, a USD file (.usda, .usdc, .usdz), or strands as .hair or
-//! .tfx.
+//! Opens a scene of hair and fur by its name: a built-in scene, a USD file (.usda, .usdc, .usdz), or strands as .hair
+//! or .tfx.
 //!
 //! ```
 //! use vellus_open::{Options, open};
@@ -31,10 +31,11 @@ use vellus_usd::FALLBACK_LOOK;
 pub struct Options {
     /// Open the small version of a built-in scene.
     pub small: bool,
-    /// Name and fibre of strands whose file defines none. `None` is the preset `red-fox`. Built-in scenes have their own.
+    /// Name and fibre of strands whose file defines none. `None` is the preset `red-fox`. Built-in scenes have their
+    /// own.
     pub fiber: Option<(String, Fiber)>,
-    /// Width (diameter) of strands whose file defines none, in the unit of the file; in [0, 2·10⁹]. `None`: such strands
-    /// are an error.
+    /// Width (diameter) of strands whose file defines none, in the unit of the file; in [0, 2·10⁹]. `None`: such
+    /// strands are an error.
     pub width: Option<f32>,
     /// Keep only this share of the strands, in (0, 1], and widen them so that they cover as much.
     pub strands: Option<f32>,

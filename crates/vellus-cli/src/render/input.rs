@@ -2,7 +2,6 @@
 
 use super::parse;
 use crate::fiber_args::{FiberArgs, Overrides};
-use crate::number::finite;
 use crate::say::note;
 use anyhow::{Result, anyhow};
 use std::path::PathBuf;
@@ -34,7 +33,7 @@ pub struct Input {
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
     /// Time code of a USD file.
-    #[arg(long, value_name = "TIME", value_parser = |text: &str| finite::<f64>(text, |_| true, ""), allow_hyphen_values = true)]
+    #[arg(long, value_name = "TIME", value_parser = parse::time_code, allow_hyphen_values = true)]
     pub frame: Option<f64>,
 }
 
@@ -87,7 +86,8 @@ pub fn report(opened: Result<Opened, Error>) -> Result<Opened> {
 pub fn explain(error: Error) -> anyhow::Error {
     match error {
         Error::BuiltIn(scene) => anyhow!(
-            "--fiber, --set, --width, --camera, --frame and --frames are for files: the built-in scene {scene} has its own"
+            "--fiber, --set, --width, --camera, --frame and --frames are for files: the built-in scene {scene} has its \
+             own"
         ),
         Error::NotUsd(file) => {
             anyhow!("--frame, --frames and --camera are for USD files: {} has neither", file.display())

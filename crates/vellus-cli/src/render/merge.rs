@@ -24,7 +24,7 @@ pub struct MergeArgs {
     #[arg(short, long, default_value = "out/render.exr", value_name = "FILE")]
     output: PathBuf,
     /// Make the PNG brighter by this many stops.
-    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::exposure, value_name = "STOPS")]
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::exposure, value_name = "N")]
     exposure: f32,
     /// Layers of the OpenEXR file, with the names of `vellus render --layers` [default: all that were rendered].
     #[arg(long, value_parser = Layer::list, value_name = "LAYERS")]

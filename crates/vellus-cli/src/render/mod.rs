@@ -63,12 +63,12 @@ pub struct Args {
     /// Render only samples A to B of each pixel, B excluded, and write a film for `vellus merge`.
     #[arg(long, value_parser = parse::range, allow_hyphen_values = true, value_name = "A..B", conflicts_with = "spp")]
     samples: Option<Range<u64>>,
-    /// Render the frames A to B of a USD file, or every S-th of them: `fur.exr` becomes `fur.0001.exr` and so on. --time
-    /// and --noise apply to each frame. --resume skips finished frames.
+    /// Render the frames A to B of a USD file, or every S-th of them: `fur.exr` becomes `fur.0001.exr` and so on.
+    /// --time and --noise apply to each frame. --resume skips finished frames.
     #[arg(long, allow_hyphen_values = true, value_name = "A-B[xS]", conflicts_with_all = ["samples", "frame"])]
     frames: Option<Frames>,
-    /// Where a fibre's reflectance is averaged over its width: multiscale averages the part that the pixel sees, far the
-    /// whole width, near takes the point that is hit. Only the model `vellus` uses this option.
+    /// Over which part of a fibre's width its reflectance is averaged: what the pixel sees (multiscale), the point that
+    /// is hit (near), or the whole width (far). Only the model `vellus` uses this option.
     #[arg(long, value_parser = one_of::<Mode>(Mode::ALL.map(Mode::name)), default_value = "multiscale")]
     mode: Mode,
     /// Pixel filter: a box is one pixel wide and suits denoisers. A tent is two pixels wide and makes smoother edges.
@@ -88,7 +88,7 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = whole::<usize>(1..=max_threads()))]
     threads: Option<usize>,
     /// Make the PNG brighter by this many stops.
-    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::exposure, value_name = "STOPS")]
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::exposure, value_name = "N")]
     exposure: f32,
     /// Layers of the OpenEXR file, separated by commas. `all` adds `motion` and `lights`.
     #[arg(

@@ -11,6 +11,11 @@ pub fn positive<T: Copy + FromStr + Into<f64>>(text: &str) -> Result<T, String> 
     finite(text, |x: T| x.into() > 0.0, " above 0")
 }
 
+/// A time code.
+pub fn time_code(text: &str) -> Result<f64, String> {
+    finite(text, |_| true, "")
+}
+
 /// A share in percent.
 pub fn share(text: &str) -> Result<f32, String> {
     let percent = text.strip_suffix('%').unwrap_or(text).parse().unwrap_or(f32::NAN);
