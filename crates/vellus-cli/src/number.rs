@@ -5,14 +5,6 @@ use std::error::Error;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
-/// Parses one of `names`. The help lists them.
-pub fn choice<T>(names: &'static [&'static str]) -> impl TypedValueParser<Value = T>
-where
-    T: FromStr<Err: Into<Box<dyn Error + Send + Sync>>> + Clone + Send + Sync + 'static,
-{
-    PossibleValuesParser::new(names).try_map(|name| name.parse::<T>().map_err(Into::into))
-}
-
 /// Parses a whole number in a range.
 pub fn whole<T: TryFrom<u64>>(range: RangeInclusive<u64>) -> impl Fn(&str) -> Result<T, String> + Clone {
     move |text| {
@@ -26,6 +18,14 @@ pub fn whole<T: TryFrom<u64>>(range: RangeInclusive<u64>) -> impl Fn(&str) -> Re
 pub fn finite<T: Copy + FromStr + Into<f64>>(text: &str, is_good: fn(T) -> bool, range: &str) -> Result<T, String> {
     let number = text.trim().parse().ok().filter(|&number: &T| number.into().is_finite() && is_good(number));
     number.ok_or_else(|| format!("it must be a finite number{range}"))
+}
+
+/// Parses one of several names. The help lists them.
+pub fn one_of<T>(names: impl IntoIterator<Item = &'static str>) -> impl TypedValueParser<Value = T>
+where
+    T: FromStr<Err: Into<Box<dyn Error + Send + Sync>>> + Clone + Send + Sync + 'static,
+{
+    PossibleValuesParser::new(names).try_map(|name| name.parse::<T>().map_err(Into::into))
 }
 
 #[cfg(test)]

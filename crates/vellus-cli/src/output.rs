@@ -1,6 +1,6 @@
 //! Results: to standard output or to files.
 
-use crate::number::choice;
+use crate::number::one_of;
 use crate::say;
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use vellus_plot::text::Format;
 #[derive(clap::Args)]
 pub struct OutputArgs {
     /// Format of the result. jsonl has one JSON object per line.
-    #[arg(long, value_parser = choice::<Format>(&Format::NAMES), default_value = "table", value_name = "FORMAT")]
+    #[arg(long, value_parser = one_of::<Format>(Format::NAMES), default_value = "table", value_name = "FORMAT")]
     format: Format,
     /// File to write. Default: standard output.
     #[arg(long, value_name = "FILE")]

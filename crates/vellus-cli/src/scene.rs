@@ -1,7 +1,6 @@
 //! `vellus scene`: lists the built-in scenes, and writes them.
 
 use crate::output;
-use crate::render::is_built_in;
 use crate::say::say;
 use anyhow::{Result, anyhow};
 use std::path::PathBuf;
@@ -28,12 +27,10 @@ pub fn run(args: &Args) -> Result<()> {
         say!("\nRender a scene: vellus render NAME. Write it as USD: vellus scene NAME -o FILE.usda");
         return Ok(());
     };
-    let unknown = || {
-        let names: Vec<_> = vellus_groom::SCENES.iter().map(|(name, _)| *name).collect();
-        anyhow!("there is no scene '{name}' (known: {})", names.join(", "))
-    };
+    let names = vellus_groom::SCENES.map(|(name, _)| name);
+    let unknown = || anyhow!("there is no scene '{name}' (known: {})", names.join(", "));
     // Check everything before growing strands.
-    if !is_built_in(name) {
+    if !names.contains(&name.as_str()) {
         return Err(unknown());
     }
     output::check_extension(&args.output, &["usda"])?;

@@ -1,7 +1,7 @@
 //! `vellus table`: builds, describes and checks the tables of the medulla.
 
 use crate::interrupt::Interrupt;
-use crate::number::{choice, whole};
+use crate::number::{one_of, whole};
 use crate::output;
 use crate::say::{note, say};
 use crate::terminal::Terminal;
@@ -35,7 +35,7 @@ pub struct Build {
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Quality: shipping is that of the tables that vellus contains, smoke is a fast test.
-    #[arg(long, value_parser = choice::<String>(&["shipping", "smoke"]), default_value = "shipping", value_name = "NAME")]
+    #[arg(long, value_parser = one_of::<String>(["shipping", "smoke"]), default_value = "shipping", value_name = "NAME")]
     quality: String,
     /// Photons per profile. Default: depends on the quality.
     #[arg(long, value_parser = whole::<u64>(PHOTONS), value_name = "N")]

@@ -42,7 +42,7 @@ mod zoom;
 
 pub use context::Interrupted;
 pub use cpu_time::cpu_time;
-pub use list::{EXPERIMENTS, Experiment};
+pub use list::{EXPERIMENTS, Experiment, find};
 pub use outcome::{Claim, Outcome, Picture, Table, Verdict};
 pub use quality::Quality;
 pub use report::write_report;

@@ -5,7 +5,7 @@ use crate::{
     Outcome, animals, closeup, convergence, energy, hair, indices, lobes, medulla_tables, queries, scenes, segments,
     species, zoom,
 };
-use anyhow::Result;
+use anyhow::{Result, bail};
 
 /// An experiment.
 pub struct Experiment {
@@ -45,3 +45,18 @@ pub const EXPERIMENTS: &[Experiment] = &[
     experiment("hamster", "Fig. 16", "Hamster: equal samples, time and quality", animals::hamster),
     experiment("cat", "Fig. 17", "Cat: equal samples, time and quality", animals::cat),
 ];
+
+/// The experiments of these names, in the order of [`EXPERIMENTS`]. The name `all` stands for all of them.
+///
+/// # Errors
+/// There is no experiment of a name.
+pub fn find(names: &[String]) -> Result<Vec<&'static Experiment>> {
+    for name in names {
+        if name != "all" && !EXPERIMENTS.iter().any(|e| e.name == name) {
+            let known: Vec<_> = EXPERIMENTS.iter().map(|e| e.name).collect();
+            bail!("there is no experiment '{name}' (known: {}, all)", known.join(", "));
+        }
+    }
+    let chosen = |e: &&Experiment| names.iter().any(|name| name == "all" || name == e.name);
+    Ok(EXPERIMENTS.iter().filter(chosen).collect())
+}

@@ -222,6 +222,15 @@ impl Outcome {
         }
     }
 
+    /// How many claims hold, and how long the experiment took.
+    pub fn summary(&self) -> String {
+        let count = |verdict: Verdict| self.claims.iter().filter(|c| c.verdict == verdict).count();
+        let counts = Verdict::ALL.into_iter().map(|v| (v, count(v))).filter(|(_, n)| *n > 0);
+        let mut parts: Vec<String> = counts.map(|(verdict, n)| verdict.count(n)).collect();
+        parts.push(format!("{:.1} s", self.seconds));
+        parts.join(", ")
+    }
+
     /// Reads a finished outcome, if there is one.
     pub fn read(folder: &Path) -> Option<Self> {
         serde_json::from_slice(&vellus_io::read_at_most(&folder.join(FILE), MOST_BYTES).ok()?).ok()

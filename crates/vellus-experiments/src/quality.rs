@@ -1,6 +1,8 @@
 //! How much work an experiment puts in.
 
+use anyhow::{Error, bail};
 use serde::{Deserialize, Serialize};
+use std::str::FromStr;
 
 /// How much work an experiment puts in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -16,6 +18,9 @@ pub enum Quality {
 }
 
 impl Quality {
+    /// All qualities, from the lowest to the highest.
+    pub const ALL: [Quality; 3] = [Quality::Smoke, Quality::Draft, Quality::Paper];
+
     /// One of three values: for smoke, draft and paper.
     pub(crate) fn pick<T>(self, smoke: T, draft: T, paper: T) -> T {
         match self {
@@ -28,5 +33,17 @@ impl Quality {
     /// Its name in files and on the command line.
     pub fn name(self) -> &'static str {
         self.pick("smoke", "draft", "paper")
+    }
+}
+
+impl FromStr for Quality {
+    type Err = Error;
+
+    /// Reads [`Quality::name`].
+    fn from_str(name: &str) -> Result<Self, Error> {
+        let Some(quality) = Quality::ALL.into_iter().find(|quality| quality.name() == name) else {
+            bail!("there is no quality '{name}' (known: {})", Quality::ALL.map(Quality::name).join(", "));
+        };
+        Ok(quality)
     }
 }

@@ -1,5 +1,7 @@
 //! Groups of strands as a settings file describes them, and their defaults.
 
+#[cfg(feature = "clap")]
+use crate::argument;
 use crate::{Clump, Error, GrowSettings};
 use glam::Vec3;
 use serde::Deserialize;
@@ -18,64 +20,96 @@ const MAX_SETTINGS_BYTES: u64 = 16 << 20;
 
 /// A group of strands. Values that are not given have defaults, see [`Group::settings`]. Lengths are in the unit of the
 /// mesh, angles in degrees.
+///
+/// With the feature `clap`, the fields are also options of a command line. Their documentation is then the help text.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(deny_unknown_fields)]
 pub struct Group {
-    /// Its name in the scene; default `fur`.
+    /// Name of the strands in the scene [default: fur].
+    #[cfg_attr(feature = "clap", arg(long))]
     pub name: Option<String>,
     /// The fibre: a preset or a file.
+    #[cfg_attr(feature = "clap", arg(skip))]
     pub fiber: Option<PathBuf>,
-    /// Strands per unit of area; above 0.
+    /// Strands per square unit of the mesh; above 0.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", conflicts_with = "count"))]
     pub density: Option<f32>,
-    /// Strands in all, unless there is a density; default 100,000, divided by the number of groups.
+    /// Strands in all [default: 100000].
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = argument::whole(1..=u32::MAX as usize)))]
     pub count: Option<usize>,
-    /// Image that multiplies the density.
+    /// Image that multiplies the density, at the uv of the mesh; only its first channel, without colour conversion.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "IMAGE"))]
     pub density_map: Option<PathBuf>,
-    /// Length; above 0; default in proportion to the mesh.
+    /// Length of a strand, in units of the mesh; above 0 [default: in proportion to the mesh].
+    #[cfg_attr(feature = "clap", arg(long, value_name = "L"))]
     pub length: Option<f32>,
-    /// Random variation of the length, as a share of it; [0, 1); default 0.25.
+    /// Random variation of the length, as a share of it; [0, 1) [default: 0.25].
+    #[cfg_attr(feature = "clap", arg(long, value_name = "X"))]
     pub length_variation: Option<f32>,
-    /// Image that multiplies the length. Nothing grows where it is 0.
+    /// Image that multiplies the length, at the uv of the mesh; nothing grows where it is 0.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "IMAGE"))]
     pub length_map: Option<PathBuf>,
-    /// Diameter at the root; 0 or more; default such that the strands cover the mesh.
+    /// Width (diameter) at the root, in units of the mesh; 0 or more [default: such that strands cover the mesh].
+    #[cfg_attr(feature = "clap", arg(long, value_name = "W"))]
     pub width: Option<f32>,
-    /// Random variation of the width, as a share of it; [0, 1); default 0.15.
+    /// Random variation of the width, as a share of it; [0, 1) [default: 0.15].
+    #[cfg_attr(feature = "clap", arg(long, value_name = "X"))]
     pub width_variation: Option<f32>,
-    /// Share of the width that is lost toward the tip; [0, 1]; default 0.75.
+    /// Share of the width that is lost toward the tip; [0, 1] [default: 0.75].
+    #[cfg_attr(feature = "clap", arg(long, value_name = "X"))]
     pub taper: Option<f32>,
-    /// Segments of a strand; [1, 65536]; default 12.
+    /// Segments of a strand; [1, 65536] [default: 12].
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = argument::whole(1..=65_536)))]
     pub segments: Option<usize>,
-    /// `linear`, `bspline` or `catmull-rom`, the default.
+    /// Kind of curve: linear, bspline or catmull-rom [default: catmull-rom].
+    #[cfg_attr(feature = "clap", arg(long))]
     pub basis: Option<String>,
-    /// The direction that strands lie in, projected onto the surface; default down. 0, 0, 0: they stand upright.
+    /// Direction that strands lie in, projected onto the surface [default: down]. 0,0,0: they stand upright.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "X,Y,Z", value_parser = argument::vector))]
+    #[cfg_attr(feature = "clap", arg(allow_hyphen_values = true))]
     pub comb: Option<[f32; 3]>,
-    /// Angle between strand and surface at the root; [-90, 90]; default 50.
+    /// Angle between strand and surface at the root, degrees; [-90, 90] [default: 50].
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DEG"))]
     pub lift: Option<f32>,
-    /// How much smaller that angle is at the tip; [-180, 180]; default 30.
+    /// How much smaller this angle is at the tip, degrees; [-180, 180] [default: 30].
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DEG"))]
     pub bend: Option<f32>,
-    /// Standard deviation of the direction; [0, 90]; default 9.
+    /// Random variation of the direction (standard deviation), degrees; [0, 90] [default: 9].
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DEG"))]
     pub spread: Option<f32>,
-    /// How strongly strands hang down toward their tips; 0 or more; default 0.15.
+    /// How strongly strands hang down toward their tips; 0 or more; 1 is 45° for a level strand [default: 0.15].
+    #[cfg_attr(feature = "clap", arg(long, value_name = "X"))]
     pub gravity: Option<f32>,
-    /// Strands in a clump; below 2: no clumps; default 30.
+    /// Strands in a clump; below 2: no clumps [default: 30].
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = argument::whole(0..=u32::MAX as usize)))]
     pub clump: Option<usize>,
-    /// How far the tips of a clump come together; [0, 1]; default 0.5.
+    /// How far the tips of a clump come together; [0, 1] [default: 0.5].
+    #[cfg_attr(feature = "clap", arg(long, value_name = "X"))]
     pub clump_strength: Option<f32>,
-    /// Whether clumps close near the root (below 1) or near the tip (above 1); above 0; default 1.4.
+    /// Whether clumps close near the root (below 1) or near the tip (above 1); above 0 [default: 1.4].
+    #[cfg_attr(feature = "clap", arg(long, value_name = "X"))]
     pub clump_shape: Option<f32>,
-    /// Radius of curls, as a share of the length; 0 or more; default 0.
+    /// Radius of curls, as a share of the length; 0 or more [default: 0].
+    #[cfg_attr(feature = "clap", arg(long, value_name = "X"))]
     pub curl: Option<f32>,
-    /// Turns of a curl from root to tip; negative: the other way round; default 2.
+    /// Turns of a curl from root to tip; negative: the other way round [default: 2].
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub curl_turns: Option<f32>,
-    /// How far tips deviate, as a share of the length; 0 or more; default 0.05.
+    /// Waviness: how far tips deviate, as a share of the length; 0 or more [default: 0.05].
+    #[cfg_attr(feature = "clap", arg(long, value_name = "X"))]
     pub noise: Option<f32>,
-    /// Share of guard hairs; [0, 1]; default 0.15, or 0 if there are several groups.
+    /// Share of guard hairs; [0, 1] [default: 0.15, or 0 with several groups].
+    #[cfg_attr(feature = "clap", arg(long, value_name = "X"))]
     pub guard_share: Option<f32>,
-    /// Length of guard hairs relative to the others; above 0; default 1.4.
+    /// Length of guard hairs relative to the others; above 0 [default: 1.4].
+    #[cfg_attr(feature = "clap", arg(long, value_name = "X"))]
     pub guard_length: Option<f32>,
-    /// Width of guard hairs relative to the others; above 0; default 1.4.
+    /// Width of guard hairs relative to the others; above 0 [default: 1.4].
+    #[cfg_attr(feature = "clap", arg(long, value_name = "X"))]
     pub guard_width: Option<f32>,
-    /// Image of the colour of the strands.
+    /// Image of the colour of the strands, at the uv of the mesh.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "IMAGE"))]
     pub color: Option<PathBuf>,
 }
 

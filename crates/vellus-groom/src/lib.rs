@@ -30,7 +30,11 @@
 //! assert_eq!((fur.len(), fur.segments()), (500, 500 * settings.segments));
 //! # Ok(()) }
 //! ```
+//!
+//! The feature `clap` makes the fields of [`Group`] options of a command line.
 
+#[cfg(feature = "clap")]
+mod argument;
 mod body;
 mod bytes;
 mod clumps;

@@ -79,5 +79,5 @@ pub use integrator::settings::{Mode, Settings};
 pub use integrator::view::Filter;
 pub use render::Statistics;
 pub use session::Session;
-pub use widen::widen;
+pub use widen::{prepare, widen};
 pub use world::World;

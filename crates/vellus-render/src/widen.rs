@@ -5,6 +5,14 @@ use glam::Vec4Swizzles;
 use rayon::prelude::*;
 use vellus_scene::Scene;
 
+/// Prepares a scene for a picture: a scene without a camera gets one that shows everything, and strands become at least
+/// `pixels` wide, see [`widen()`].
+pub fn prepare(scene: &mut Scene, size: [usize; 2], pixels: f32) {
+    let [width, height] = size.map(|n| n as f32);
+    scene.camera = scene.camera.or_else(|| scene.framing(width / height));
+    widen(scene, size, pixels);
+}
+
 /// Makes strands at least `pixels` wide as the scene's camera sees them in a picture of `size`, at every control point:
 /// where the shutter opens or where it closes, whichever asks for more. Points behind the camera, and scenes without a
 /// camera, do not change.

@@ -3,7 +3,7 @@
 mod simulate;
 
 use crate::interrupt::Interrupt;
-use crate::number::choice;
+use crate::number::one_of;
 use crate::output;
 use crate::say::note;
 use crate::terminal::Terminal;
@@ -40,18 +40,18 @@ pub struct Args {
     #[arg(long, value_name = "DIR", conflicts_with = "simulate")]
     report: Option<PathBuf>,
     /// Format of the result on standard output.
-    #[arg(long, value_parser = choice::<String>(&["table", "json"]), default_value = "table", value_name = "FORMAT")]
+    #[arg(long, value_parser = one_of::<String>(["table", "json"]), default_value = "table", value_name = "FORMAT")]
     format: String,
     /// Inclination of the fixed direction, degrees. A file can contain it: `# theta_o = -30`.
     #[arg(long, value_name = "DEG")]
     theta_o: Option<f64>,
     /// Angles of the file: those of the fibre, or of the gantry (theta = 90° - its theta, phi = its phi - 90°). Default:
     /// gantry for .txt, fiber for others.
-    #[arg(long, value_parser = choice::<Angles>(&Angles::NAMES), value_name = "ANGLES", conflicts_with = "simulate")]
+    #[arg(long, value_parser = one_of::<Angles>(Angles::NAMES), value_name = "ANGLES", conflicts_with = "simulate")]
     angles: Option<Angles>,
     /// What the values are proportional to: f·cos θ (fixed camera, or a moving detector that sees the whole fibre), or f
     /// (radiance at a moving camera). Default: what the file says, or f-cos.
-    #[arg(long, value_parser = choice::<Quantity>(&Quantity::NAMES), value_name = "QUANTITY", conflicts_with = "simulate")]
+    #[arg(long, value_parser = one_of::<Quantity>(Quantity::NAMES), value_name = "QUANTITY", conflicts_with = "simulate")]
     quantity: Option<Quantity>,
     /// θ of the first and the last row of an image or of a synthetic measurement, degrees.
     #[arg(long, allow_hyphen_values = true, value_name = "FIRST:LAST")]

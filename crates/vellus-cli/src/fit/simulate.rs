@@ -2,7 +2,7 @@
 
 use crate::fiber_args::FiberArgs;
 use crate::model_args::check_eta_m;
-use crate::number::choice;
+use crate::number::one_of;
 use crate::output;
 use crate::say::say;
 use crate::terminal::Terminal;
@@ -24,7 +24,7 @@ pub struct Gantry {
     #[arg(long, value_name = "INDEX", conflicts_with = "profile")]
     eta_m: Option<f32>,
     /// What to measure: the far field of the model, or a whole fibre with a rough cuticle, simulated with photons.
-    #[arg(long, value_parser = choice::<String>(&["model", "reference"]), default_value = "model", value_name = "WHAT",
+    #[arg(long, value_parser = one_of::<String>(["model", "reference"]), default_value = "model", value_name = "WHAT",
           conflicts_with = "profile")]
     from: String,
     /// Number of photons for --from reference [default: 4000000].

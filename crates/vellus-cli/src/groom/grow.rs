@@ -1,16 +1,16 @@
 //! `vellus groom grow`: grows fur on a mesh.
 
-use super::fur::Fur;
 use crate::fiber_args::{FiberArgs, Overrides};
 use crate::number::whole;
 use crate::output;
-use crate::render::load_usd;
+use crate::render::{explain, report};
 use crate::say::{note, say};
-use anyhow::{Context, Result, bail};
+use anyhow::Result;
 use glam::Vec3;
 use std::path::{Path, PathBuf};
-use vellus_groom::{Coat, Ground, Group, absorption_of_color, plant, read_groups, read_obj};
-use vellus_scene::{Look, Mesh, Scene, Strands, Surface, Texture, Tint};
+use vellus_groom::{Coat, Ground, Group, absorption_of_color, plant, read_groups};
+use vellus_open::{choose_meshes, open_coat, open_mesh};
+use vellus_scene::{Look, Scene, Strands, Tint};
 
 /// The default fibre. Its medulla does not absorb, so that it can have any colour.
 const FIBER: &str = "dog";
@@ -20,22 +20,15 @@ const COLOR: [f32; 3] = [0.35, 0.16, 0.06];
 /// Grow fur on a mesh.
 ///
 /// Default: 100,000 strands of a brown dog's fur, with guard hairs. Their length is in
-/// proportion to the mesh. Everything else in the file of the mesh (lights, camera, other meshes
-/// and strands) is kept.
+/// proportion to the mesh. Lights, camera, other meshes and strands of the file are kept.
 ///
 /// A settings file has groups of strands, with the names of the options (_ for -) and `fiber`:
 ///
 ///     [[group]]
 ///     name = "undercoat"
 ///     density = 400
-///     length = 1.2
-///     clump = 40
-///
 ///     [[group]]
 ///     name = "guard"
-///     density = 40
-///     length = 2.5
-///     width = 0.012
 ///     fiber = "raccoon"
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment, allow_negative_numbers = true)]
@@ -63,13 +56,13 @@ pub struct Args {
     #[command(flatten)]
     overrides: Overrides,
     #[command(flatten, next_help_heading = "Fur")]
-    fur: Fur,
+    fur: Group,
 }
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
     output::check_extension(&args.output, &["usda"])?;
-    let options = Group::from(args.fur.clone());
+    let options = args.fur.clone();
     let groups = match &args.settings {
         Some(path) => read_groups(path)?.into_iter().map(|group| options.clone().or(group)).collect(),
         None => vec![options],
@@ -81,8 +74,8 @@ pub fn run(args: &Args) -> Result<()> {
         group.settings(&Ground { area, groups: groups.len(), up: Vec3::Y, seed: args.seed })?;
     }
     output::writable(&args.output)?;
-    let mut scene = load(&args.mesh)?;
-    let chosen = choose(&scene, &args.on)?;
+    let mut scene = report(open_mesh(&args.mesh))?.scene;
+    let chosen = choose_meshes(&scene, &args.on).map_err(explain)?;
     let coats: Vec<Coat> = groups.into_iter().map(|group| coat(args, group)).collect::<Result<_>>()?;
     let skin = coats.iter().find_map(|coat| coat.color.clone());
     let grown = plant(&mut scene, &chosen, coats, args.seed)?;
@@ -105,45 +98,16 @@ pub fn run(args: &Args) -> Result<()> {
     Ok(())
 }
 
-/// A group with its fibre and images.
+/// A group with its fibre and images. Warnings are printed.
 fn coat(args: &Args, group: Group) -> Result<Coat> {
-    let load_map = |path: &Option<PathBuf>| path.as_deref().map(vellus_usd::load_map).transpose();
-    Ok(Coat {
-        look: look(args, &group)?,
-        density: load_map(&group.density_map)?.map(print_warning),
-        length: load_map(&group.length_map)?.map(print_warning),
-        color: group.color.as_deref().map(vellus_usd::load_texture).transpose()?.map(print_warning),
-        group,
-    })
-}
-
-/// The image; its warning is printed.
-fn print_warning((image, warning): (Texture, Option<vellus_usd::Warning>)) -> Texture {
-    warning.iter().for_each(|warning| note!("warning: {warning}"));
-    image
+    let look = look(args, &group)?;
+    let (coat, warnings) = open_coat(group, look)?;
+    warnings.iter().for_each(|warning| note!("warning: {warning}"));
+    Ok(coat)
 }
 
 fn is_obj(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj"))
-}
-
-fn load(path: &Path) -> Result<Scene> {
-    if !is_obj(path) {
-        // Strands without widths in the file are no error: they are left out.
-        let mut scene = load_usd(path, &vellus_usd::Options { default_width: Some(0.0), ..Default::default() })?.scene;
-        scene.strands.retain(|strands| {
-            let has_width = strands.points.iter().any(|p| p.w > 0.0);
-            if !has_width {
-                note!("warning: {}: left out, it has no widths", strands.name);
-            }
-            has_width
-        });
-        return Ok(scene);
-    }
-    let bytes = vellus_io::read_at_most(path, vellus_groom::MAX_FILE_BYTES)
-        .with_context(|| format!("cannot read {}", path.display()))?;
-    let meshes = read_obj(&bytes, &path.display().to_string())?;
-    Ok(Scene { meshes, surfaces: vec![Surface::diffuse("skin", [0.18; 3])], ..Scene::default() })
 }
 
 /// The fibre of a group: from the command line, else from the settings file, else a brown one.
@@ -156,25 +120,4 @@ fn look(args: &Args, group: &Group) -> Result<Look> {
         fiber.sigma_ca = absorption_of_color(&fiber, COLOR)?;
     }
     Ok(Look::constant(fiber_args.name(), fiber))
-}
-
-/// Indices of the meshes to grow on.
-fn choose(scene: &Scene, wanted: &[String]) -> Result<Vec<usize>> {
-    let names = || scene.meshes.iter().map(|mesh| mesh.name.as_str()).collect::<Vec<_>>().join(", ");
-    if wanted.is_empty() {
-        return match scene.meshes.len() {
-            0 => bail!("there is no mesh to grow on"),
-            1 => Ok(vec![0]),
-            n => bail!("there are {n} meshes: choose with --on from {}", names()),
-        };
-    }
-    let find = |name: &String| {
-        let is_it = |mesh: &Mesh| mesh.name == *name || mesh.name.ends_with(&format!("/{name}"));
-        let index = scene.meshes.iter().position(is_it);
-        index.with_context(|| format!("there is no mesh '{name}' (there are: {})", names()))
-    };
-    let mut chosen: Vec<usize> = wanted.iter().map(find).collect::<Result<_>>()?;
-    chosen.sort_unstable();
-    chosen.dedup();
-    Ok(chosen)
 }

@@ -1,6 +1,5 @@
 //! `vellus groom`: describes, converts and grows hair and fur.
 
-mod fur;
 mod grow;
 
 use crate::output;
@@ -34,7 +33,9 @@ pub enum Command {
 /// Runs the command.
 pub fn run(command: &Command) -> Result<()> {
     match command {
-        Command::Info { input } => output::write(None, vellus_groom::describe(&input.load_to_measure()?).as_bytes()),
+        Command::Info { input } => {
+            output::write(None, vellus_groom::describe(&input.open_to_measure()?.scene).as_bytes())
+        }
         Command::Convert { input, output, pieces } => convert(input, output, usize::from(*pieces)),
         Command::Grow(args) => grow::run(args),
     }
@@ -42,9 +43,9 @@ pub fn run(command: &Command) -> Result<()> {
 
 fn convert(input: &Input, path: &Path, pieces: usize) -> Result<()> {
     output::check_extension(path, &["usda", "hair"])?;
-    input.check()?;
+    input.options()?;
     output::writable(path)?;
-    let scene = input.load()?;
+    let scene = input.open()?.scene;
     if path.extension().is_none_or(|e| e != "hair") {
         vellus_usd::write(&scene, path)?;
         say!("wrote {}", path.display());

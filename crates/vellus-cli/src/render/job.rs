@@ -2,7 +2,6 @@
 
 use super::Args;
 use super::keep::Keeper;
-use super::notes;
 use crate::interrupt::Interrupt;
 use crate::output;
 use crate::say::{note, say};
@@ -11,9 +10,11 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 use vellus_io::Digest;
 use vellus_render::denoise::Denoiser;
-use vellus_render::session::{End, IDENTITY_NOTE, Identity, Options, Pass, Picture, end_notes, write_film};
+use vellus_render::session::{
+    End, IDENTITY_NOTE, Identity, Options, Pass, Picture, end_notes, fiber_notes, write_film,
+};
 use vellus_render::tev::Viewer;
-use vellus_render::{Film, PixelType, Session, Settings, World, widen};
+use vellus_render::{Film, PixelType, Session, Settings, World, prepare};
 use vellus_scene::Scene;
 
 /// The longest pass: Ctrl-C, checkpoints and the bar wait for its end.
@@ -41,9 +42,9 @@ impl Loaded {
     /// Reads or grows the scene.
     pub fn new(args: &Args) -> Result<Self> {
         let start = Instant::now();
-        let (scene, sources) = args.input.load_with_sources()?;
-        let identity = args.identity(sources.digest())?;
-        Ok(Loaded { scene, identity, seconds: start.elapsed().as_secs_f64() })
+        let opened = args.input.open()?;
+        let identity = args.identity(opened.sources.digest())?;
+        Ok(Loaded { scene: opened.scene, identity, seconds: start.elapsed().as_secs_f64() })
     }
 }
 
@@ -53,13 +54,11 @@ impl<'a> Job<'a> {
         let start = Instant::now();
         let denoiser = args.denoise.then(Denoiser::load).transpose()?;
         let Loaded { mut scene, identity, seconds } = loaded;
-        let [width, height] = args.size.map(|n| n as f32);
-        scene.camera = scene.camera.or_else(|| scene.framing(width / height));
-        widen(&mut scene, args.size, args.min_pixel_width);
+        prepare(&mut scene, args.size, args.min_pixel_width);
         let mut all_notes = vec![
             ("vellus_version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
-            ("vellus_command".to_owned(), notes::command()),
-            ("vellus_scene".to_owned(), args.input.name()),
+            ("vellus_command".to_owned(), typed_command()),
+            ("vellus_scene".to_owned(), args.input.scene.display().to_string()),
             ("vellus_model".to_owned(), args.model.name()?),
             ("vellus_mode".to_owned(), args.settings().mode.name().to_owned()),
             ("vellus_filter".to_owned(), args.settings().filter.name().to_owned()),
@@ -67,7 +66,7 @@ impl<'a> Job<'a> {
             ("vellus_seed".to_owned(), args.seed.to_string()),
             (IDENTITY_NOTE.to_owned(), identity.to_string()),
         ];
-        all_notes.extend(notes::fibers(&scene));
+        all_notes.extend(fiber_notes(&scene));
         let world = args.model.world(scene)?;
         let segments = world.curves().segments();
         let megabytes = world.curves().bytes() as f64 * 1e-6;
@@ -77,8 +76,8 @@ impl<'a> Job<'a> {
         let options = args.options(identity, all_notes);
         let picture = Picture {
             path: args.output.clone(),
-            layers: args.layers.0.clone(),
-            pixel_type: args.pixel_type(),
+            layers: args.layers.clone(),
+            pixel_type: if args.float { PixelType::Float } else { PixelType::Half },
             exposure: args.exposure,
             notes: Vec::new(),
         };
@@ -143,6 +142,12 @@ impl<'a> Job<'a> {
         }
         Ok(())
     }
+}
+
+/// This command, as it was typed.
+pub fn typed_command() -> String {
+    let arguments = std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned());
+    std::iter::once("vellus".to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")
 }
 
 /// Runs the session with a bar, checkpoints and a live view.
@@ -264,8 +269,8 @@ impl Args {
         Settings {
             size: self.size,
             crop: self.crop,
-            mode: self.mode.into(),
-            filter: self.filter.into(),
+            mode: self.mode,
+            filter: self.filter,
             seed: self.seed,
             max_depth: self.max_depth,
         }
@@ -276,18 +281,19 @@ impl Args {
         let model = self.model.kind()?.to_string();
         let identity = Identity {
             settings: &self.settings(),
-            layers: &self.layers.0,
+            layers: &self.layers,
             model: &model,
             eta_m: self.model.eta_m,
             min_pixel_width: self.min_pixel_width,
         };
-        Ok(self.input.add_to(identity.digest(sources))?.finish())
+        let builder = identity.digest(sources);
+        Ok(vellus_open::identify(builder, &self.input.scene, &self.input.options()?).finish())
     }
 
     fn options(&self, identity: Digest, notes: vellus_render::Notes) -> Options {
         Options {
             settings: self.settings(),
-            layers: self.layers.0.clone(),
+            layers: self.layers.clone(),
             samples: self.samples.clone().unwrap_or(0..self.spp),
             exact: self.samples.is_some(),
             noise: self.noise,
@@ -296,11 +302,6 @@ impl Args {
             identity,
             notes,
         }
-    }
-
-    /// How colours are stored.
-    fn pixel_type(&self) -> PixelType {
-        if self.float { PixelType::Float } else { PixelType::Half }
     }
 }
 
@@ -323,60 +324,38 @@ mod tests {
         args: Args,
     }
 
-    fn of(options: &[&str]) -> Digest {
-        let args = Command::parse_from(["vellus"].iter().chain(options)).args;
+    /// The identity of `vellus render` with these options.
+    fn of(options: &str) -> Digest {
+        let args = Command::parse_from(["vellus"].into_iter().chain(options.split_whitespace())).args;
         args.identity(Sources::new().digest()).unwrap()
     }
 
     #[test]
     fn every_option_that_changes_a_pixel_changes_the_identity() {
-        let all: [&[&str]; 18] = [
-            &[],
-            &["cat"],
-            &["--small"],
-            &["--size", "640x960"],
-            &["--crop", "0,0,8,8"],
-            &["--mode", "near"],
-            &["--filter", "box"],
-            &["--seed", "1"],
-            &["--max-depth", "9"],
-            &["--min-pixel-width", "0.5"],
-            &["--model", "yan2015"],
-            &["--model", "yan2015", "--eta-m", "1.5"],
-            &["--layers", "beauty"],
-            &["--strands", "50%"],
-            &["x.usda", "--width", "0.5"],
-            &["x.usda", "--camera", "a"],
-            &["x.usda", "--frame", "2"],
-            &["x.usda", "--set", "kappa=0.5"],
-        ];
+        let all = "|cat|--small|--size 640x960|--crop 0,0,8,8|--mode near|--filter box|--seed 1|--max-depth 9|\
+            --min-pixel-width 0.5|--model yan2015|--model yan2015 --eta-m 1.5|--layers beauty|--strands 50%|\
+            x.usda --width 0.5|x.usda --camera a|x.usda --frame 2|x.usda --set kappa=0.5";
         let mut seen = HashMap::new();
-        for options in all {
-            assert_eq!(seen.insert(of(options), options), None, "{options:?}");
+        for options in all.split('|') {
+            assert_eq!(seen.insert(of(options), options), None, "{options}");
         }
+        assert_eq!(seen.len(), 18);
     }
 
     #[test]
     fn what_changes_no_pixel_does_not_change_the_identity() {
-        let same: [&[&str]; 7] = [
-            &["--spp", "7"],
-            &["--samples", "3..9"],
-            &["--threads", "1"],
-            &["-o", "elsewhere/x.exr"],
-            &["--exposure", "2"],
-            &["--noise", "0.1", "--time", "9s", "--float"],
-            &["--resume", "--checkpoint", "1s"],
-        ];
-        for options in same {
-            assert_eq!(of(options), of(&[]), "{options:?}");
+        let same = "--spp 7|--samples 3..9|--threads 1|-o elsewhere/x.exr|--exposure 2|--noise 0.1 --time 9s --float|\
+            --resume --checkpoint 1s";
+        for options in same.split('|') {
+            assert_eq!(of(options), of(""), "{options}");
         }
-        assert_eq!(of(&["a/x.usda"]), of(&["./a/../b/x.usda"]));
+        assert_eq!(of("a/x.usda"), of("./a/../b/x.usda"));
     }
 
-    /// The digest is written into films, so it must be the same on every machine and in every release. It changes with
+    /// Films contain the digest. It must be the same on every machine and in every release. It changes with
     /// [`PICTURE_VERSION`], the shipped tables and the fields of the digest, and with nothing else.
     #[test]
     fn the_identity_is_the_same_everywhere() {
-        assert_eq!((PICTURE_VERSION, of(&["cat", "--small"]).short().as_str()), (1, "2687decfdbf32395"));
+        assert_eq!((PICTURE_VERSION, of("cat --small").short().as_str()), (1, "2687decfdbf32395"));
     }
 }

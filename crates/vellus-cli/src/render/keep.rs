@@ -57,8 +57,8 @@ impl Keeper {
         Ok(())
     }
 
-    /// Writes a checkpoint; false if that fails. The last checkpoint then stays, and rendering continues. A warning says
-    /// so once.
+    /// Writes a checkpoint; false if that fails. The last checkpoint then stays, and rendering continues. A
+    /// warning is printed once.
     pub fn keep(&mut self, checkpoint: &Checkpoint) -> bool {
         let result = self.store.save(checkpoint);
         if let Err(e) = result {

@@ -1,8 +1,7 @@
 //! `vellus merge`: films of sample ranges become one picture.
 
-use super::job::{warn_of_full_pixels, write_picture};
-use super::notes;
-use super::parse::{self, Layers};
+use super::job::{typed_command, warn_of_full_pixels, write_picture};
+use super::{Layers, parse};
 use crate::output;
 use crate::say::note;
 use anyhow::{Result, bail};
@@ -25,10 +24,10 @@ pub struct MergeArgs {
     #[arg(short, long, default_value = "out/render.exr", value_name = "FILE")]
     output: PathBuf,
     /// Make the PNG brighter by this many stops.
-    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::exposure, value_name = "STOPS")]
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::exposure, value_name = "N")]
     exposure: f32,
     /// Layers of the OpenEXR file, with the names of `vellus render --layers` [default: all that were rendered].
-    #[arg(long, value_parser = parse::layers, value_name = "LAYERS")]
+    #[arg(long, value_parser = Layer::list, value_name = "LAYERS")]
     layers: Option<Layers>,
     /// Merge films even if samples are missing between them, before the first, or after a film whose rendering was
     /// interrupted: for previews.
@@ -62,10 +61,10 @@ pub fn merge(args: &MergeArgs) -> Result<()> {
     warn_of_full_pixels(&merged.film);
     let mut notes = merged.notes;
     notes.push((SAMPLES_NOTE.to_owned(), merged.film.samples().to_string()));
-    notes.push(("vellus_merged".to_owned(), notes::command()));
+    notes.push(("vellus_merged".to_owned(), typed_command()));
     let picture = Picture {
         path: args.output.clone(),
-        layers: args.layers.as_ref().map_or(Layer::ALL.to_vec(), |layers| layers.0.clone()),
+        layers: args.layers.as_ref().map_or_else(|| Layer::ALL.to_vec(), Clone::clone),
         pixel_type: if args.float { PixelType::Float } else { PixelType::Half },
         exposure: args.exposure,
         notes,

@@ -5,24 +5,26 @@ mod input;
 mod job;
 mod keep;
 mod merge;
-mod notes;
 mod parse;
 
 use crate::interrupt::Interrupt;
 use crate::model_args::ModelArgs;
-use crate::number::whole;
+use crate::number::{one_of, whole};
 use crate::output;
 use anyhow::{Context, Result, bail};
 use job::Live;
-use parse::{Frames, Layers};
 use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Duration;
 use vellus_render::denoise::Denoiser;
-use vellus_render::{Filter, MAX_SAMPLES, Mode};
+use vellus_render::session::Frames;
+use vellus_render::{Filter, Layer, MAX_SAMPLES, Mode};
 
-pub use input::{Input, is_built_in, load_usd};
+pub use input::{Input, explain, report};
 pub use merge::{MergeArgs, merge};
+
+/// A list of layers. The name keeps the parser from reading one layer for each argument.
+type Layers = Vec<Layer>;
 
 /// The largest number of threads. Many more than there are processors start slowly and render no faster.
 fn max_threads() -> u64 {
@@ -39,7 +41,7 @@ pub struct Args {
     input: Input,
     #[command(flatten)]
     model: ModelArgs,
-    /// Picture to write: OpenEXR with layers, and a PNG preview beside it. With the extension `.png`, only the PNG is written.
+    /// Picture to write: OpenEXR with layers, and a PNG beside it. With the extension `.png`, only the PNG is written.
     #[arg(short, long, default_value = "out/render.exr", value_name = "FILE")]
     output: PathBuf,
     /// Width and height in pixels.
@@ -54,54 +56,44 @@ pub struct Args {
     /// Stop after rendering this long, e.g. 60s, 5m, 2h.
     #[arg(long, value_parser = parse::duration, allow_hyphen_values = true, value_name = "TIME")]
     time: Option<Duration>,
-    /// Stop when the estimated noise of the picture is this low, e.g. 0.01: the root mean square of the pixels' standard
-    /// errors, divided by the mean brightness.
-    #[arg(long, value_name = "X", value_parser = parse::noise, allow_hyphen_values = true)]
+    /// Stop when the estimated noise is this low, e.g. 0.01: the root mean square of the pixels' standard errors,
+    /// divided by the mean brightness.
+    #[arg(long, value_name = "X", value_parser = parse::positive::<f64>, allow_hyphen_values = true)]
     noise: Option<f64>,
     /// Render only samples A to B of each pixel, B excluded, and write a film for `vellus merge`.
     #[arg(long, value_parser = parse::range, allow_hyphen_values = true, value_name = "A..B", conflicts_with = "spp")]
     samples: Option<Range<u64>>,
-    /// Render the frames A to B of a USD file's animation, or every S-th of them: `fur.exr` becomes `fur.0001.exr` and so
-    /// on. --time and --noise apply to each frame; --resume skips finished frames.
-    #[arg(
-        long,
-        value_parser = parse::frames,
-        allow_hyphen_values = true,
-        value_name = "A-B[xS]",
-        conflicts_with_all = ["samples", "frame"]
-    )]
+    /// Render the frames A to B of a USD file, or every S-th of them: `fur.exr` becomes `fur.0001.exr` and so on.
+    /// --time and --noise apply to each frame. --resume skips finished frames.
+    #[arg(long, allow_hyphen_values = true, value_name = "A-B[xS]", conflicts_with_all = ["samples", "frame"])]
     frames: Option<Frames>,
-    /// Over which part of a fibre's width its reflectance is averaged. Only the model `vellus` knows all three; the other
-    /// models are near or far field models, and ignore this option.
-    #[arg(long, value_enum, default_value_t = ModeArg::Multiscale)]
-    mode: ModeArg,
-    /// Pixel filter.
-    #[arg(long, value_enum, default_value_t = FilterArg::Tent)]
-    filter: FilterArg,
-    /// Cut paths after this many scattering events, and report how much light that costs. Without it, only Russian
-    /// roulette ends paths.
+    /// Over which part of a fibre's width its reflectance is averaged: what the pixel sees (multiscale), the point that
+    /// is hit (near), or the whole width (far). Only the model `vellus` uses this option.
+    #[arg(long, value_parser = one_of::<Mode>(Mode::ALL.map(Mode::name)), default_value = "multiscale")]
+    mode: Mode,
+    /// Pixel filter: a box is one pixel wide and suits denoisers. A tent is two pixels wide and makes smoother edges.
+    #[arg(long, value_parser = one_of::<Filter>(Filter::ALL.map(Filter::name)), default_value = "tent")]
+    filter: Filter,
+    /// Cut paths after this many scattering events, and report how much light that costs [default: no limit].
     #[arg(long, value_name = "N", value_parser = whole::<u32>(0..=u32::MAX.into()))]
     max_depth: Option<u32>,
-    /// Make strands at least this many pixels wide, as the camera sees them when the shutter opens and closes. This biases
-    /// coverage and colour: fur looks denser. 0.5 to 1 reduces noise and flicker of single thin strands far away; dense
-    /// fur becomes thicker without becoming smoother. 0 is off.
+    /// Make strands at least this many pixels wide. 0.5 to 1 reduces noise and flicker of thin strands far away, but
+    /// dense fur looks denser. 0 is off.
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::pixels, value_name = "X")]
     min_pixel_width: f32,
-    /// Seed of the random numbers: another seed gives another noise.
+    /// Seed of the random numbers.
     #[arg(long, default_value_t = 0, value_parser = whole::<u32>(0..=u32::MAX.into()), value_name = "N")]
     seed: u32,
-    /// Number of threads [default: as many as the processor has]. At most four times that number, or 256. It does not
-    /// change the picture.
+    /// Number of threads [default: that of the processor]. It does not change the picture.
     #[arg(long, value_name = "N", value_parser = whole::<usize>(1..=max_threads()))]
     threads: Option<usize>,
-    /// Make the PNG brighter by this many stops. The OpenEXR file does not change.
-    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::exposure, value_name = "STOPS")]
+    /// Make the PNG brighter by this many stops.
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::exposure, value_name = "N")]
     exposure: f32,
-    /// Layers of the OpenEXR file, separated by commas. `all` adds `motion` and `lights`, one layer for each light or light
-    /// group. Fewer layers make checkpoints smaller and use less memory.
+    /// Layers of the OpenEXR file, separated by commas. `all` adds `motion` and `lights`.
     #[arg(
         long,
-        value_parser = parse::layers,
+        value_parser = Layer::list,
         default_value = "beauty,alpha,variance,fibers,lobes,albedo,normal,tangent,depth,uv,id",
         value_name = "LAYERS"
     )]
@@ -116,32 +108,12 @@ pub struct Args {
     /// Continue from the checkpoint beside the output, if there is one of the same picture.
     #[arg(long)]
     resume: bool,
-    /// Write a checkpoint this often. At most this much work is lost if the program is killed.
+    /// Write a checkpoint this often.
     #[arg(long, value_parser = parse::duration, allow_hyphen_values = true, default_value = "60s", value_name = "TIME")]
     checkpoint: Duration,
-    /// Show the picture while it is rendered, in the viewer tev, which must be running at this address [default port: 14158].
+    /// Show the picture while it is rendered, in the viewer tev at this address [default port: 14158].
     #[arg(long, value_name = "HOST[:PORT]")]
     tev: Option<String>,
-}
-
-/// [`Mode`] on the command line.
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-enum ModeArg {
-    /// The part that the pixel sees: near field, far field, and everything between.
-    Multiscale,
-    /// The offset at which the fibre is hit.
-    Near,
-    /// Always the whole width.
-    Far,
-}
-
-/// [`Filter`] on the command line.
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-enum FilterArg {
-    /// One pixel wide, constant: sharper, a little less noise, and what denoisers expect.
-    Box,
-    /// Two pixels wide, with its peak in the middle: smoother edges.
-    Tent,
 }
 
 /// Checks the options, and renders.
@@ -153,9 +125,9 @@ pub fn run(args: &Args) -> Result<()> {
     }
     let mut input = args.input.clone();
     if let Some(frames) = args.frames {
-        input.set_frame(f64::from(frames.first));
+        input.frame = Some(f64::from(frames.first()));
     }
-    input.check()?;
+    input.options()?;
     args.model.check()?;
     if args.denoise {
         Denoiser::load()?;
@@ -171,23 +143,4 @@ pub fn run(args: &Args) -> Result<()> {
     }
     let pool = pool.build().context("cannot start threads")?;
     pool.install(|| frames::run(args, &interrupt, viewer))
-}
-
-impl From<FilterArg> for Filter {
-    fn from(filter: FilterArg) -> Filter {
-        match filter {
-            FilterArg::Box => Filter::Box,
-            FilterArg::Tent => Filter::Tent,
-        }
-    }
-}
-
-impl From<ModeArg> for Mode {
-    fn from(mode: ModeArg) -> Mode {
-        match mode {
-            ModeArg::Multiscale => Mode::MultiScale,
-            ModeArg::Near => Mode::Near,
-            ModeArg::Far => Mode::Far,
-        }
-    }
 }

@@ -113,6 +113,19 @@ impl Layer {
     }
 }
 
+impl Layer {
+    /// Reads names of layers, separated by commas, or `all`.
+    ///
+    /// # Errors
+    /// [`Error::Settings`] if there is no such layer.
+    pub fn list(names: &str) -> Result<Vec<Layer>, Error> {
+        if names == "all" {
+            return Ok(Layer::ALL.to_vec());
+        }
+        names.split(',').map(|name| name.trim().parse()).collect()
+    }
+}
+
 impl FromStr for Layer {
     type Err = Error;
 
@@ -120,7 +133,21 @@ impl FromStr for Layer {
     fn from_str(name: &str) -> Result<Self, Error> {
         Layer::ALL.into_iter().find(|layer| layer.name() == name).ok_or_else(|| {
             let known = Layer::ALL.map(Layer::name).join(", ");
-            Error::Settings(format!("unknown layer '{name}': known are {known}"))
+            Error::Settings(format!("unknown layer '{name}': known are {known}, all"))
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_layer_has_its_name() {
+        let list = |names: &str| Layer::list(names).map_err(|e| e.to_string());
+        assert_eq!(list("depth,id"), Ok(vec![Layer::Depth, Layer::Strand]));
+        assert_eq!(list("uv, lights"), Ok(vec![Layer::RootUv, Layer::Lights]));
+        assert_eq!(list(&Layer::ALL.map(Layer::name).join(",")), list("all"));
+        assert!(list("beauty,depht").unwrap_err().contains("'depht'"));
     }
 }

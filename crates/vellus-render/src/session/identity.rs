@@ -1,7 +1,8 @@
 //! A digest that tells pictures apart.
 
-use crate::{Filter, Layer, Mode, PICTURE_VERSION, Settings};
-use vellus::{Fiber, Tables};
+use crate::{Error, Filter, Layer, Mode, PICTURE_VERSION, Settings};
+use std::str::FromStr;
+use vellus::Tables;
 use vellus_io::{Digest, DigestBuilder};
 
 /// The note with the identity of a picture, in its files and checkpoints.
@@ -70,21 +71,14 @@ impl Identity<'_> {
 }
 
 /// The bytes of a value that is set, or none.
-pub fn optional<const N: usize>(bytes: Option<[u8; N]>) -> Vec<u8> {
+fn optional<const N: usize>(bytes: Option<[u8; N]>) -> Vec<u8> {
     bytes.map_or_else(Vec::new, |bytes| bytes.to_vec())
 }
 
-/// Adds all parameters of a fibre to a digest.
-pub fn add_fiber(builder: DigestBuilder, fiber: &Fiber) -> DigestBuilder {
-    // Without `..`: a parameter that is added later must be added here.
-    let Fiber { eta, kappa, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers } = *fiber;
-    let [scalars, colors] =
-        [&[eta, kappa, alpha, beta_m, beta_n, sigma_ms, g, layers][..], &[sigma_ca, sigma_ma].concat()]
-            .map(|numbers| numbers.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>());
-    builder.field("fiber", scalars).field("fiber absorption", colors)
-}
-
 impl Mode {
+    /// All modes.
+    pub const ALL: [Mode; 3] = [Mode::MultiScale, Mode::Near, Mode::Far];
+
     /// Its name in notes and on command lines.
     pub fn name(self) -> &'static str {
         match self {
@@ -95,12 +89,39 @@ impl Mode {
     }
 }
 
+impl FromStr for Mode {
+    type Err = Error;
+
+    /// Reads [`Mode::name`].
+    fn from_str(name: &str) -> Result<Self, Error> {
+        Mode::ALL.into_iter().find(|mode| mode.name() == name).ok_or_else(|| {
+            let known = Mode::ALL.map(Mode::name).join(", ");
+            Error::Settings(format!("unknown mode '{name}': known are {known}"))
+        })
+    }
+}
+
 impl Filter {
+    /// All filters.
+    pub const ALL: [Filter; 2] = [Filter::Box, Filter::Tent];
+
     /// Its name in notes and on command lines.
     pub fn name(self) -> &'static str {
         match self {
             Filter::Box => "box",
             Filter::Tent => "tent",
         }
+    }
+}
+
+impl FromStr for Filter {
+    type Err = Error;
+
+    /// Reads [`Filter::name`].
+    fn from_str(name: &str) -> Result<Self, Error> {
+        Filter::ALL.into_iter().find(|filter| filter.name() == name).ok_or_else(|| {
+            let known = Filter::ALL.map(Filter::name).join(", ");
+            Error::Settings(format!("unknown filter '{name}': known are {known}"))
+        })
     }
 }

@@ -5,16 +5,20 @@
 //! that were rendered separately, and [`Identity`] tells pictures apart. The command `vellus render` is built of these
 //! parts.
 
+mod frames;
 mod goals;
 mod identity;
 mod merge;
+mod notes;
 mod picture;
 mod store;
 
+pub use frames::Frames;
 pub use goals::{End, Goals, State};
-pub use identity::{IDENTITY_NOTE, Identity, add_fiber, optional};
+pub use identity::{IDENTITY_NOTE, Identity};
 pub use merge::{Merge, Merged};
-pub use picture::{Picture, SAMPLES_NOTE, end_notes, is_finished, numbered};
+pub use notes::fiber_notes;
+pub use picture::{Picture, SAMPLES_NOTE, end_notes, is_finished};
 pub use store::{Found, Rescue, Store, read_film, write_film};
 
 use crate::error::Error;

@@ -99,24 +99,3 @@ pub fn is_finished(path: &Path, identity: Digest, goals: &Goals) -> bool {
         || by(End::Time) && goals.time.is_some();
     same && samples(&png) == samples(&picture) && reached
 }
-
-/// The file of one frame of an animation: `fur.exr` of frame 7 is `fur.0007.exr`.
-pub fn numbered(path: &Path, frame: i32) -> PathBuf {
-    let part = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
-    let sign = if frame < 0 { "-" } else { "" };
-    let number = frame.unsigned_abs();
-    path.with_file_name(format!("{}.{sign}{number:04}.{}", part(path.file_stem()), part(path.extension())))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn frames_are_numbered_before_the_extension() {
-        let name = |path: &str, frame| numbered(Path::new(path), frame).to_string_lossy().into_owned();
-        assert_eq!(name("out/fur.exr", 7), "out/fur.0007.exr");
-        assert_eq!(name("fur.v2.png", 12345), "fur.v2.12345.png");
-        assert_eq!(name("fur.exr", -3), "fur.-0003.exr");
-    }
-}

@@ -1,16 +1,10 @@
-//! What the headers of pictures say about the command and the scene.
+//! Notes about a scene, for the headers of pictures.
 
-use vellus_render::Notes;
+use crate::film::picture::Notes;
 use vellus_scene::Scene;
 
-/// This command, as it was typed.
-pub fn command() -> String {
-    let arguments = std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned());
-    std::iter::once("vellus".to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")
-}
-
-/// The fibres of a scene: one note for each look, in the form that `--fiber FILE.json` reads.
-pub fn fibers(scene: &Scene) -> Notes {
+/// The fibres of a scene: one note for each look, with its parameters as JSON.
+pub fn fiber_notes(scene: &Scene) -> Notes {
     let mut notes = Vec::new();
     for (i, look) in scene.looks.iter().enumerate() {
         let name: String =

@@ -1,0 +1,44 @@
+//! What tells scenes apart.
+
+use crate::{Format, Options};
+use std::path::Path;
+use vellus::Fiber;
+use vellus_io::DigestBuilder;
+
+/// Adds everything that identifies a scene to a digest, except for the bytes of its files: see
+/// [`Opened::sources`](crate::Opened::sources).
+///
+/// Two scenes with the same digest and the same sources are equal. The digest does not depend on where files
+/// are stored.
+pub fn identify(builder: DigestBuilder, scene: impl AsRef<Path>, options: &Options) -> DigestBuilder {
+    let scene = scene.as_ref();
+    // The content of its files identifies a scene, its name a built-in one.
+    let built_in = match Format::of(scene) {
+        Ok(Format::BuiltIn(name)) => Some(name),
+        _ => None,
+    };
+    let builder = builder
+        .field("scene", built_in.unwrap_or(""))
+        .field("small", [u8::from(options.small)])
+        .field("width", optional(options.width.map(f32::to_le_bytes)))
+        .field("strands", optional(options.strands.map(f32::to_le_bytes)))
+        .field("camera", options.camera.as_deref().unwrap_or(""))
+        .field("frame", optional(options.frame.map(f64::to_le_bytes)));
+    // A built-in scene has its own fibres.
+    if built_in.is_some() { builder } else { add_fiber(builder, &options.fiber().1) }
+}
+
+/// The bytes of a value that is set, or none.
+fn optional<const N: usize>(bytes: Option<[u8; N]>) -> Vec<u8> {
+    bytes.map_or_else(Vec::new, |bytes| bytes.to_vec())
+}
+
+/// Adds all parameters of a fibre to a digest.
+fn add_fiber(builder: DigestBuilder, fiber: &Fiber) -> DigestBuilder {
+    // Without `..`: a parameter that is added later must be added here.
+    let Fiber { eta, kappa, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers } = *fiber;
+    let [scalars, colors] =
+        [&[eta, kappa, alpha, beta_m, beta_n, sigma_ms, g, layers][..], &[sigma_ca, sigma_ma].concat()]
+            .map(|numbers| numbers.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>());
+    builder.field("fiber", scalars).field("fiber absorption", colors)
+}

@@ -1,0 +1,85 @@
+//! Errors and warnings.
+
+use std::fmt;
+use std::path::PathBuf;
+
+/// Why a scene cannot be opened.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The name is neither that of a built-in scene nor that of a file of a supported format.
+    #[error(
+        "{}: neither a built-in scene ({}) nor a .usda, .usdc, .usdz, .hair or .tfx file",
+        .0.display(),
+        vellus_groom::SCENES.map(|(name, _)| name).join(", ")
+    )]
+    Unknown(PathBuf),
+    /// An option that is only for files is set for a built-in scene.
+    #[error("a fibre, a width, a camera and a frame are for files: the built-in scene {0} has its own")]
+    BuiltIn(String),
+    /// A camera or a frame is set for a file that is not USD.
+    #[error("a camera and a frame are for USD files: {} has neither", .0.display())]
+    NotUsd(PathBuf),
+    /// A file cannot be read.
+    #[error("cannot read {}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system reports.
+        source: std::io::Error,
+    },
+    /// A file of strands or polygons is invalid.
+    #[error(transparent)]
+    Strands(#[from] vellus_groom::Error),
+    /// A USD file is invalid.
+    #[error(transparent)]
+    Usd(#[from] vellus_usd::Error),
+    /// The scene has no mesh.
+    #[error("there is no mesh to grow on")]
+    NoMesh,
+    /// The scene has several meshes, and none was chosen.
+    #[error("there are {count} meshes: choose from {known}")]
+    SeveralMeshes {
+        /// Their number.
+        count: usize,
+        /// Their names.
+        known: String,
+    },
+    /// The scene has no mesh of this name.
+    #[error("there is no mesh '{name}' (there are: {known})")]
+    UnknownMesh {
+        /// The name.
+        name: String,
+        /// The names of all meshes.
+        known: String,
+    },
+}
+
+/// What a user should know about a scene that was opened.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Warning {
+    /// A USD file has something that is not supported.
+    Usd(vellus_usd::Warning),
+    /// [`Options::fiber`](crate::Options::fiber) is set, but the file does not use it.
+    UnusedFiber {
+        /// The file.
+        file: PathBuf,
+        /// Which fibres its strands have.
+        why: String,
+    },
+    /// These strands have no widths and were left out.
+    NoWidths(String),
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Warning::Usd(warning) => warning.fmt(f),
+            Warning::UnusedFiber { file, why } => {
+                write!(f, "the given fibre changes nothing in {}: {why}", file.display())
+            }
+            Warning::NoWidths(strands) => write!(f, "{strands}: left out, it has no widths"),
+        }
+    }
+}

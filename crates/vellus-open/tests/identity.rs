@@ -1,0 +1,46 @@
+//! The digest that tells pictures apart: of the settings of the path tracer and of the scene.
+
+use vellus::{Fiber, Species};
+use vellus_io::{Digest, Sources};
+use vellus_open::{Options, identify};
+use vellus_render::session::Identity;
+use vellus_render::{Layer, Settings};
+
+/// The identity of a picture of a scene, with the defaults of the command `vellus render`.
+fn identity(scene: &str, options: &Options) -> Digest {
+    let settings = Settings::new([960, 640]);
+    let layers: Vec<Layer> =
+        Layer::ALL.into_iter().filter(|layer| !matches!(layer, Layer::Motion | Layer::Lights)).collect();
+    let identity =
+        Identity { settings: &settings, layers: &layers, model: "vellus", eta_m: None, min_pixel_width: 0.0 };
+    identify(identity.digest(Sources::new().digest()), scene, options).finish()
+}
+
+/// The same value as that of the command.
+#[test]
+fn the_identity_is_the_same_everywhere() {
+    assert_eq!(identity("cat", &Options { small: true, ..Options::default() }).short(), "2687decfdbf32395");
+}
+
+#[test]
+fn every_option_changes_the_identity() {
+    let fox = Fiber::preset(Species::RedFox);
+    let new = Options::default;
+    let all = [
+        new(),
+        Options { width: Some(0.5), ..new() },
+        Options { strands: Some(0.5), ..new() },
+        Options { camera: Some("a".to_owned()), ..new() },
+        Options { frame: Some(2.0), ..new() },
+        Options { fiber: Some(("red-fox".to_owned(), Fiber { kappa: 0.5, ..fox })), ..new() },
+    ];
+    let digests = all.each_ref().map(|options| identity("x.usda", options));
+    for (i, digest) in digests.iter().enumerate() {
+        assert!(!digests[..i].contains(digest), "{:?}", all[i]);
+    }
+    // The name of a fibre and the place of a file change no pixel.
+    let named = Options { fiber: Some(("fox".to_owned(), fox)), ..new() };
+    assert_eq!(identity("x.usda", &named), digests[0]);
+    assert_eq!(identity("elsewhere/y.usda", &new()), digests[0]);
+    assert_ne!(identity("cat", &new()), identity("raccoon", &new()));
+}
