@@ -1,12 +1,12 @@
-//! What the fuzz targets share.
+//! Code that the fuzz targets share.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::{Mutex, OnceLock};
 use vellus_usd::{Options, read};
 
-/// Lets panics that a reader catches pass: libFuzzer's hook would end the program before they are caught. Those that no
-/// one catches still end it. Where they come from is said once.
+/// Lets panics pass that a reader catches: libFuzzer's hook would end the program first. An uncaught panic still ends
+/// it. The place of each panic is printed once.
 pub fn init() {
     static PLACES: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
     std::panic::set_hook(Box::new(|panic| {
@@ -17,7 +17,7 @@ pub fn init() {
     }));
 }
 
-/// A file of that name with these bytes, in memory where there is such a folder.
+/// A file with this name and these bytes, in memory if there is such a folder.
 pub fn file(name: &str, bytes: &[u8]) -> PathBuf {
     static FOLDER: OnceLock<tempfile::TempDir> = OnceLock::new();
     let folder =
@@ -27,7 +27,7 @@ pub fn file(name: &str, bytes: &[u8]) -> PathBuf {
     path
 }
 
-/// Reads a stage: it comes back, and what comes is valid.
+/// Reads a stage. Reading must end, and its result must be valid.
 pub fn stage(name: &str, bytes: &[u8]) {
     let options = Options { default_width: Some(0.1), ..Options::default() };
     if let Ok(reading) = read(&file(name, bytes), &options) {

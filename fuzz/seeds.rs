@@ -1,4 +1,4 @@
-//! Small files of every kind, made by our own writers, for the fuzzer to start from: `corpus/TARGET/`.
+//! Writes small files of every kind to `corpus/TARGET/`, from which the fuzzer starts.
 
 use glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
 use std::error::Error;
@@ -22,10 +22,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (name, layers) in [("few", &[Layer::Depth][..]), ("all", &Layer::ALL)] {
         let film = Film::new([9, 8], [2, 3, 3, 2], Layout::new(layers, &["key".to_owned(), "rim".to_owned()]));
         let notes = vec![("vellus_command".to_owned(), "vellus render".to_owned())];
-        // Films without samples; the fuzzer fills them.
+        // Films without samples. The fuzzer fills them.
         let part = Part { identity: Digest::default(), samples: 0..0, planned: 0, notes, film };
         let bytes = part.to_bytes();
-        // Without its checksum, which the target adds.
+        // Without the checksum, which the target adds.
         save("film", &format!("{name}.film"), &bytes[..bytes.len() - 32])?;
     }
 
@@ -53,7 +53,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let text = std::fs::read(at("scene.usda"))?;
     let image = std::fs::read(at("scene-textures/coat.exr"))?;
     save("image", "coat.exr", &image)?;
-    // Textures stay behind: what a text or binary layer alone refers to is not there.
+    // Textures are not copied: a text or binary layer alone refers to missing files.
     let alone = Scene { textures: Vec::new(), ..scene };
     let alone = Scene {
         light_groups: Vec::new(),
@@ -80,7 +80,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// A .tfx file of 3 strands with 4 points and uv; there is no writer.
+/// A .tfx file of 3 strands with 4 points and uv. There is no writer for this format.
 fn tfx(version: f32) -> Vec<u8> {
     let (header, at, width) = if version < 4.0 { (296usize, 144, 3) } else { (160, 12, 4) };
     let mut bytes = vec![0; header];
@@ -95,7 +95,7 @@ fn tfx(version: f32) -> Vec<u8> {
     bytes
 }
 
-/// Something of everything.
+/// A scene with an object of every kind.
 fn scene() -> Scene {
     let strands = |basis, counts: &[u32]| {
         let mut starts = vec![0];

@@ -1,4 +1,4 @@
-"""Light a single strand scatters over its whole width when lit across: the same in all models, if they agree."""
+"""Light that one strand scatters over its width, lit perpendicular to its axis. Models that agree have one value."""
 
 import json
 import subprocess
@@ -9,7 +9,7 @@ import scene
 
 
 def exact():
-    """Fresnel, Beer and Snell, all inner reflections (Chiang et al. 2016): the sum of a geometric series."""
+    """Fresnel, Beer and Snell with all internal reflections (Chiang et al. 2016): the sum of a geometric series."""
     n = 20_000
     h = (np.arange(n) + 0.5) / n
     cos = np.sqrt(1 - h * h)
@@ -22,7 +22,7 @@ def exact():
 
 
 def ours(program):
-    """The closed form of our command."""
+    """The closed form in our command."""
     command = [program, "energy", "--fiber", "human", "--window", "far", "--format", "json"]
     for key, value in scene.our_fiber().items():
         command += ["--set", f"{key}={','.join(map(str, value)) if isinstance(value, tuple) else value}"]
@@ -31,7 +31,7 @@ def ours(program):
 
 
 def mitsuba(samples=1 << 20):
-    """The mean weight of its samples."""
+    """The mean weight of Mitsuba's samples."""
     import mitsuba as mi
 
     mi.set_variant("llvm_ad_rgb")

@@ -17,13 +17,13 @@ from measure import SMALL, Quality, rates, summary
 from renderers import Cycles, Peer, Vellus
 
 LLVM, SCALAR, CYCLES, NEAR, MULTI = "Mitsuba llvm", "Mitsuba scalar", "Cycles", "Vellus near", "Vellus multi-scale"
-# What is aimed at: ours near field over the peer, samples a processor second.
+# The goals: samples per processor second of our near field, relative to the peer.
 GOALS = {("10K", LLVM): 2.0, ("200K", LLVM): 1.6, ("10K", CYCLES): 3.0, ("200K", CYCLES): 3.0}
 GOAL_QUALITY, GOAL_FRAME = 6.0, 1.2
 
 
 class Table:
-    """Markdown, printed as it grows and written in the end."""
+    """Markdown. Prints each line as it is added, and writes the file at the end."""
 
     def __init__(self):
         self.text = ""
@@ -40,7 +40,7 @@ class Table:
 
 
 def goal(value, least=None, most=None):
-    """A figure and whether it is what is aimed at."""
+    """A number, its goal, and whether it meets the goal."""
     met = value >= least if least else value <= most
     return f"{value:.2f} ({'≥' if least else '≤'} {least or most}: {'yes' if met else '**no**'})"
 
@@ -63,7 +63,7 @@ def start(kind, out, program, ball):
 def speed(table, ball, renderers, spp, repeats):
     found = rates(renderers, spp, repeats)
     middle = {name: summary(values)[0] for name, values in found.items()}
-    table.line(f"## {ball} strands × {scene.BALLS[ball][1]}: {spp} samples a pixel, {repeats} repeats in turns")
+    table.line(f"## {ball} strands × {scene.BALLS[ball][1]}: {spp} samples per pixel, {repeats} alternating repeats")
     rows = []
     for r in renderers:
         spread = f"{100 * summary(found[r.name])[1]:.0f} %"
@@ -86,10 +86,10 @@ def quality(table, ball, renderers, spps, count, out):
     for name, q in found.items():
         for i, spp in enumerate(q.spps):
             rows.append([name, spp, f"{q.seconds[i]:.2f}", f"{q.mse[i] ** 0.5:.5f}", f"{q.relative[i]:.5f}"])
-    table.rows(["renderer", "samples a pixel", "cpu-s", "RMSE", "relMSE"], rows)
+    table.rows(["renderer", "samples per pixel", "cpu-s", "RMSE", "relMSE"], rows)
     rows = []
     for name, q in found.items():
-        # To the error of the peer's last row.
+        # The time to the error of the peer's last row.
         times = [q.seconds_to(peer.mse[-1]), q.seconds_to(peer.relative[-1], relative=True)]
         ratios = [peer.seconds[-1] / t for t in times]
         first = goal(ratios[0], least=GOAL_QUALITY) if name == MULTI else f"{ratios[0]:.2f}"
@@ -98,13 +98,13 @@ def quality(table, ball, renderers, spps, count, out):
     table.rows(head, rows)
     means = [name + "".join(f" {x:.4f}" for x in q.mean.mean((0, 1))) for name, q in found.items()]
     table.line(f"Mean RGB of the converged images: {', '.join(means)}.")
-    table.line(f"Their own error is {peer.own:.2f} of the last rows'; it is taken off.")
+    table.line(f"Their own error is {peer.own:.2f} of the error of the last rows; it is subtracted.")
     table.line()
     return {name: {"spp": q.spps, "cpu": q.seconds, "mse": q.mse, "relmse": q.relative} for name, q in found.items()}
 
 
 def strand(table, program):
-    table.line("## Albedo of one strand, lit and seen across")
+    table.line("## Albedo of one strand, lit perpendicular to its axis")
     values = {"exact": albedo.exact(), "Mitsuba": albedo.mitsuba(), "Vellus": albedo.ours(program)}
     table.rows(["", "R", "G", "B"], [[name, *(f"{x:.4f}" for x in rgb)] for name, rgb in values.items()])
 
@@ -112,7 +112,7 @@ def strand(table, program):
 def main():
     out, program, quick = Path(sys.argv[1]), Path(sys.argv[2]), "--quick" in sys.argv
     table, record, began = Table(), {}, time.time()
-    table.line("# Vellus beside its peers")
+    table.line("# Vellus compared with its peers")
     commit = subprocess.run(["git", "describe", "--always", "--dirty"], capture_output=True, text=True).stdout.strip()
     table.line()
     table.line(f"{machine()}; Vellus {commit}; {'quick' if quick else 'full'} run.")

@@ -1,4 +1,4 @@
-"""Blender Cycles from the bpy wheel, kept running: as mitsuba_worker.py.
+"""Blender Cycles from the bpy wheel as a long-running process, like mitsuba_worker.py.
 
 usage: cycles_worker.py SCENES BALL
 """
@@ -42,8 +42,8 @@ def add(name, data, look=None):
 
 def fur():
     data = np.load(f"{folder}/{ball}.npz")
-    # Blender's curves are Catmull-Rom splines through their points. A B-spline passes near its control points:
-    # through where it is at the ends of its segments.
+    # Blender's curves are Catmull-Rom splines through their points. A B-spline passes near its control points, so
+    # take the points of the B-spline at the ends of its segments.
     p = data["points"]
     points = ((p[:, :-2] + 4 * p[:, 1:-1] + p[:, 2:]) / 6).astype(np.float32)
     r = data["radii"]
@@ -99,7 +99,7 @@ def surroundings():
 def settings():
     made = bpy.context.scene
     made.render.engine = "CYCLES"
-    # With persistent data, repeated renders keep the first one's number of samples.
+    # With persistent data, repeated renders would keep the number of samples of the first one.
     made.render.use_persistent_data = False
     made.render.filter_size = 1.0
     made.render.image_settings.file_format = "OPEN_EXR"
@@ -137,7 +137,7 @@ bpy.ops.wm.read_factory_settings(use_empty=True)
 fur()
 surroundings()
 settings()
-# Every render builds everything anew: what one sample takes is taken off those of many.
+# Every render builds the scene again. Subtract the time of a render with one sample.
 build = render(1, 0, "close", scene.SIZE, "")
 worker.answer(ANSWER, load=build, memory=worker.memory())
 for request in worker.requests():

@@ -1,4 +1,4 @@
-"""Grows the furry balls and writes them for each renderer: NumPy, Mitsuba's text, USD."""
+"""Grows the furry balls and writes them for each renderer: NumPy, Mitsuba's text format, USD."""
 
 import sys
 from pathlib import Path
@@ -12,13 +12,13 @@ def grow(strands, segments, radius, seed=1234):
     """Control points of uniform cubic B-splines, and the radius at each: (strands, n, 3), (n)."""
     g = np.random.default_rng(seed)
     t = np.linspace(0, 1, segments + 1)[None, :, None]
-    # Roots on the unit sphere, one in each of as many rings of the same area.
+    # Roots on the unit sphere: one in each of n rings of equal area.
     z = 1 - 2 * (np.arange(strands) + g.random(strands)) / strands
     azimuth = 2 * np.pi * g.random(strands)
     s = np.sqrt(1 - z * z)
     root = np.stack([s * np.cos(azimuth), s * np.sin(azimuth), z], -1)
     length = 0.4 * (0.8 + 0.4 * g.random(strands))[:, None, None]
-    # Combed: a swirl about the axis, slow waves, gravity; mostly along the skin.
+    # Combed, mostly along the skin: a swirl around the axis, slow waves, gravity.
     swirl = np.stack([-root[:, 1], root[:, 0], 0 * z], -1)
     waves = np.sin(root @ (g.normal(size=(3, 3)) * 2.5) + g.random(3) * 2 * np.pi)
     comb = 0.55 * swirl + 0.45 * waves + np.array([0, 0, -0.55])
@@ -29,7 +29,7 @@ def grow(strands, segments, radius, seed=1234):
     # Curls.
     frequency = 3 * (4 + 3 * g.random(strands))[:, None, None]
     points = points + 0.012 * t * np.sin(frequency * t + 2 * np.pi * g.random((strands, 1, 3)))
-    # A further point at both ends: as many segments as there are intervals.
+    # One more point at both ends, so that there are as many segments as intervals.
     first, last = 2 * points[:, :1] - points[:, 1:2], 2 * points[:, -1:] - points[:, -2:-1]
     points = np.concatenate([first, points, last], 1).astype(np.float32)
     radii = radius * (1 - scene.TAPER * t[0, :, 0])
@@ -37,7 +37,7 @@ def grow(strands, segments, radius, seed=1234):
 
 
 def skin(rings=64, around=128):
-    """Vertices, which are normals too, and triangles of the unit sphere."""
+    """Vertices and triangles of the unit sphere. The vertices are also the normals."""
     theta, phi = np.linspace(0, np.pi, rings + 1), np.linspace(0, 2 * np.pi, around, endpoint=False)
     sin, cos = np.sin(theta)[:, None], np.cos(theta)[:, None]
     ring = np.stack([sin * np.cos(phi), sin * np.sin(phi), cos + 0 * phi], -1)
@@ -54,7 +54,7 @@ def skin(rings=64, around=128):
 
 
 def write_text(path, points, radii):
-    """Mitsuba's: x y z radius a line, an empty line between curves."""
+    """Mitsuba's format: `x y z radius` per line, and an empty line between curves."""
     rows = np.concatenate([points, np.broadcast_to(radii[None, :, None], points.shape[:2] + (1,))], -1)
     form = "%.7g %.7g %.7g %.7g\n" * len(radii) + "\n"
     with open(path, "w") as file:
@@ -63,7 +63,7 @@ def write_text(path, points, radii):
 
 
 def write_ply(path, vertices, faces):
-    """The skin, with normals."""
+    """Writes the skin, with normals."""
     rows = np.zeros(len(faces), [("count", "u1"), ("vertices", "<i4", 3)])
     rows["count"], rows["vertices"] = 3, faces
     head = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\n"
@@ -74,7 +74,7 @@ def write_ply(path, vertices, faces):
 
 
 def write_usd(path, points, radii):
-    """Curves with our shader, light, sky, skin and a camera for each view."""
+    """Writes curves with our shader, the light, the sky, the skin and a camera for each view."""
     from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade, Vt
 
     stage = Usd.Stage.CreateNew(str(path))

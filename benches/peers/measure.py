@@ -1,4 +1,4 @@
-"""What is measured: samples a processor second, and error against processor time."""
+"""The measurements: samples per processor second, and error over processor time."""
 
 from statistics import median
 
@@ -6,14 +6,14 @@ import numpy as np
 
 import scene
 
-# Fur thinner than a pixel: pixels four times as large in area.
+# Fur is thinner than a pixel: pixels have four times the area.
 SMALL = (scene.SIZE[0] // 2, scene.SIZE[1] // 2)
-# Two colours closer than that are equally dark.
+# Two colours closer than this are equally dark.
 DARK = 0.01
 
 
 def rates(renderers, spp, repeats):
-    """Thousand samples a processor second of each, all repeats, in turns."""
+    """Thousands of samples per processor second of each renderer, for all repeats. The renderers alternate."""
     samples = scene.SIZE[0] * scene.SIZE[1] * spp / 1000
     for renderer in renderers:
         renderer.warm(spp, "close")
@@ -25,16 +25,17 @@ def rates(renderers, spp, repeats):
 
 
 def summary(values):
-    """Median, and half the range relative to it."""
+    """Median, and half the range relative to the median."""
     middle = median(values)
     return middle, (max(values) - min(values)) / 2 / middle
 
 
 class Quality:
-    """Mean squared error over processor time of one renderer, against its own converged image.
+    """Mean squared error of one renderer over processor time, against its own converged image.
 
-    That image is the mean of `count` independent renders, which are themselves compared each with the mean of the
-    others. The variance of the mean is known from theirs, and taken off: what is left has no bias from their number.
+    The converged image is the mean of `count` independent renders. The error of each render is measured against the
+    mean of the others. The variance of that mean follows from theirs and is subtracted, so the result does not depend
+    on `count`.
     """
 
     def __init__(self, renderer, spps, count, path):
@@ -52,12 +53,12 @@ class Quality:
             few = [image(spp, 2000 + i) for i in range(3)]
             errors = [((run[1] - self.mean) ** 2 - variance, self.mean) for run in few]
             self.add(spp, [run[0] for run in few], errors)
-        # Each against the mean of the others, whose variance is a share 1/(count - 1) of its own.
+        # Against the mean of the others, whose variance is 1/(count - 1) of the variance of one.
         others = [(total - run[1]) / (count - 1) for run in runs]
         errors = [((run[1] - mean) ** 2 * (count - 1) / count, mean) for run, mean in zip(runs, others)]
         self.add(spps[-1], [run[0] for run in runs], errors)
         path.unlink()
-        # Error of the converged image, beside that of one of the renders it is the mean of.
+        # Error of the converged image, relative to the error of one of its renders.
         self.own = (1 / count) ** 0.5
 
     def add(self, spp, seconds, errors):
@@ -68,7 +69,7 @@ class Quality:
         self.relative.append(np.mean(relative))
 
     def seconds_to(self, error, relative=False):
-        """Processor seconds to that error: between measured numbers of samples, or beyond them, a power law."""
+        """Processor seconds to reach that error. Between and beyond the measured numbers of samples, a power law."""
         x, y = np.log(self.relative if relative else self.mse), np.log(self.seconds)
         order = np.argsort(x)
         x, y = x[order], y[order]

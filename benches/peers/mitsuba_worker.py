@@ -1,4 +1,4 @@
-"""Mitsuba 3, kept running: a request a line on standard input, an answer a line on what was standard output.
+"""Mitsuba 3 as a long-running process: reads one request per line from standard input, and writes one answer per line.
 
 usage: mitsuba_worker.py VARIANT SCENES BALL
 """
@@ -35,12 +35,12 @@ def load():
     return mi.load_dict(
         {
             "type": "scene",
-            # A depth of 1 is light that is seen directly.
+            # A depth of 1 is light that the camera sees directly.
             "integrator": {"type": "path", "max_depth": scene.BOUNCES + 1, "rr_depth": scene.ROULETTE},
             "sky": {"type": "constant", "radiance": rgb(scene.SKY)},
             "light": {"type": "rectangle", "to_world": place(scene.LIGHT_AT, [0, 0, 0]), "emitter": light},
             "skin": {"type": "ply", "filename": f"{folder}/skin.ply", "bsdf": skin},
-            # Its linear curves give hair no frame: B-splines only.
+            # Linear curves have no frame for hair in Mitsuba, so only B-splines work.
             "fur": {"type": "bsplinecurve", "filename": f"{folder}/{ball}.txt", "bsdf": hair},
         }
     )

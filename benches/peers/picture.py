@@ -1,4 +1,4 @@
-"""The same view by all renderers side by side, and what they differ by."""
+"""The same view by all renderers side by side, and their differences."""
 
 import numpy as np
 
@@ -6,13 +6,13 @@ import scene
 
 
 def shown(image):
-    """sRGB's curve."""
+    """The transfer curve of sRGB."""
     x = np.clip(image, 0, 1)
     return np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
 
 
 def smooth(image, radius=4):
-    """Mean over a square: single pixels are noise."""
+    """Mean over a square, because single pixels are noise."""
     padded = np.pad(image, ((radius, radius), (radius, radius), (0, 0)), mode="edge")
     for axis in (0, 1):
         width = 2 * radius + 1
@@ -21,13 +21,13 @@ def smooth(image, radius=4):
 
 
 def tint(ratio):
-    """Grey where it is 1, red above, blue below; full at 20 % off."""
+    """Grey at 1, red above, blue below; full colour at a difference of 20 %."""
     off = np.clip((ratio - 1) / 0.2, -1, 1)
     return np.stack([0.5 + 0.5 * off, 0.5 - 0.3 * abs(off), 0.5 - 0.5 * off], -1)
 
 
 def compare(renderers, spp, file):
-    """Writes the picture; a head and rows for the table."""
+    """Writes the picture. Returns the header and the rows of the table."""
     import mitsuba as mi
 
     images = []
@@ -36,7 +36,7 @@ def compare(renderers, spp, file):
         renderer.render(spp, 77, "close", scene.SIZE, path)
         images.append((renderer.name, np.load(path).astype(np.float64)))
     ours = next(image for name, image in images if name.startswith("Vellus"))
-    # Where the sky is seen, all agree: fur is what differs from it.
+    # All renderers show the same sky. Pixels that differ from it are fur.
     sky = np.array(scene.SKY)
     fur = np.abs(smooth(ours) - sky).max(-1) > 0.2
     rows, ratios = [], []

@@ -1,4 +1,4 @@
-"""The renderers, all with the same two methods: render and close."""
+"""The renderers. All have the methods `render` and `close`."""
 
 import json
 import re
@@ -12,7 +12,7 @@ HERE = Path(__file__).resolve().parent
 
 
 class Peer:
-    """A peer's process, kept running."""
+    """A peer in a long-running process."""
 
     def __init__(self, name, out, ball, script, *arguments):
         self.name = name
@@ -36,11 +36,11 @@ class Peer:
         return answer["cpu"]
 
     def warm(self, spp, view, size=scene.SIZE):
-        """Compiles what that needs."""
+        """Compiles what the view needs."""
         self.ask(spp, 0, view, size, None)
 
     def render(self, spp, seed, view, size=scene.SIZE, path=None):
-        """Processor seconds of that render."""
+        """Processor seconds of the render."""
         return self.ask(spp, seed, view, size, path)
 
     def close(self):
@@ -49,7 +49,7 @@ class Peer:
 
 
 class Cycles(Peer):
-    """Builds everything anew at each render: what the first sample takes longer than others is taken off."""
+    """Builds the scene again for each render. The extra time of the first sample is subtracted."""
 
     def warm(self, spp, view, size=scene.SIZE):
         pass
@@ -60,7 +60,7 @@ class Cycles(Peer):
 
 
 class Vellus:
-    """Our command; it says itself what rendering took."""
+    """Our command. It prints the time of rendering."""
 
     def __init__(self, name, out, ball, program, mode):
         self.name, self.program, self.mode = name, program, mode
@@ -76,7 +76,7 @@ class Vellus:
         command = [self.program, "render", self.file, "--camera", view, "--mode", self.mode]
         command += ["--max-depth", scene.BOUNCES, "--size", f"{size[0]}x{size[1]}", "--spp", spp, "--seed", seed]
         command += ["--filter", "box", "--layers", "beauty", "--float", "--output", picture]
-        # GNU time would do, but is not everywhere.
+        # GNU time measures this too, but is not installed everywhere.
         code = (
             "import resource, subprocess, sys\n"
             "subprocess.run(sys.argv[1:], check=True, stdout=sys.stderr)\n"
@@ -89,7 +89,7 @@ class Vellus:
             raise RuntimeError(f"{self.name}: {run.stderr}")
         total, memory = map(float, run.stdout.split())
         spent = float(re.search(r"([\d.]+) s of processor time", run.stderr)[1])
-        # With reading and writing files.
+        # Including reading and writing files.
         self.load, self.memory = total - spent, memory / 1000
         if path:
             save(picture, path)
@@ -101,7 +101,7 @@ class Vellus:
 
 
 def save(picture, path):
-    """OpenEXR to NumPy, RGB."""
+    """Reads OpenEXR to NumPy, RGB."""
     import mitsuba
     import numpy
 

@@ -1,4 +1,4 @@
-"""One command: installs the peers into target/peers, renders, writes table.md there. README.md tells more."""
+"""Installs the peers into target/peers, renders, and writes table.md there. README.md explains it."""
 
 import argparse
 import glob
@@ -14,7 +14,7 @@ OUT = ROOT / "target" / "peers"
 
 
 def python():
-    """The virtual environment's interpreter; installs what is missing."""
+    """The interpreter of the virtual environment. Installs missing packages."""
     if sys.version_info[:2] != (3, 11):
         sys.exit("bpy 5.0.1 is made for Python 3.11 only: run this with it")
     folder = OUT / "venv"
@@ -26,7 +26,7 @@ def python():
 
 
 def llvm():
-    """Mitsuba's vector variant needs LLVM's library, which its wheel has not: the newest there is."""
+    """The newest LLVM library on the system. Mitsuba's vector variant needs it, and its wheel does not contain it."""
     if "DRJIT_LIBLLVM_PATH" in os.environ:
         return os.environ["DRJIT_LIBLLVM_PATH"]
     found = glob.glob("/usr/lib/*/libLLVM.so.*") + glob.glob("/usr/lib/llvm-*/lib/libLLVM.so.*")

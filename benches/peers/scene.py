@@ -1,23 +1,23 @@
-"""The scene all renderers get: numbers only, so that it can be read by any interpreter."""
+"""The scene of all renderers: numbers only, so that any interpreter can read it."""
 
-# Strands, segments of each, radius at the root; it tapers to a tenth.
+# Number of strands, segments of each, radius at the root. The radius falls to a tenth at the tip.
 BALLS = {"10K": (10_000, 20, 0.004), "200K": (200_000, 20, 0.0013)}
 TAPER = 0.9
 
 SIZE = (320, 180)
 BOUNCES = 16
-# Scattering events before Russian roulette begins. (Ours begins after the third, and leaves √(2t) of a throughput t.)
+# Scattering events before Russian roulette begins. Ours begins after the third and reduces a throughput t to √(2t).
 ROULETTE = 5
 
 EYE, TARGET, UP = (0.0, -5.2, 1.0), (0.0, 0.0, -0.05), (0.0, 0.0, 1.0)
-# Vertical angles of view in degrees: fur that fills the picture, and the whole ball, its fur thinner than a pixel.
+# Vertical angles of view in degrees: fur fills the picture; the whole ball, with fur thinner than a pixel.
 VIEWS = {"close": 14.0, "whole": 34.0}
 
 SKY = (0.4, 0.45, 0.5)
 # A square of 2 x 2 that faces the origin.
 LIGHT_AT, LIGHT_RADIANCE = (3.0, -3.0, 4.0), (16.0, 15.0, 13.0)
 
-# A diffuse ball inside, a little smaller than the roots' unit sphere.
+# A diffuse ball inside, slightly smaller than the unit sphere of the roots.
 SKIN_RADIUS, SKIN_COLOR = 0.985, (0.25, 0.18, 0.13)
 
 # The peers' hair (Chiang et al. 2016): absorption per fibre radius, perceptual roughness, tilt in degrees.
@@ -25,7 +25,7 @@ ABSORPTION, ROUGHNESS, TILT, IOR = (0.10, 0.19, 0.40), 0.3, 2.0, 1.55
 
 
 def our_fiber():
-    """Our model with the peers' lobes as far as it has them: README.md, "The same hair". Angles in degrees."""
+    """Our model, with the lobes of the peers where it has them: README.md, "The same hair". Angles in degrees."""
     from math import degrees, pi, sqrt
 
     longitudinal = 0.726 * ROUGHNESS + 0.812 * ROUGHNESS**2 + 3.7 * ROUGHNESS**20

@@ -1,4 +1,4 @@
-"""What the peers' processes share: requests and answers as JSON lines, CPU time, memory."""
+"""Code that the peers' processes share: requests and answers as JSON lines, CPU time, memory."""
 
 import json
 import os
@@ -7,14 +7,14 @@ import sys
 
 
 def begin():
-    """Keeps standard output for answers; what libraries print goes to standard error."""
+    """Keeps standard output for answers. The output of libraries goes to standard error."""
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
     return answers
 
 
 def requests():
-    """Until standard input ends."""
+    """Requests, until standard input ends."""
     for line in sys.stdin:
         yield json.loads(line)
 
@@ -24,7 +24,7 @@ def answer(file, **values):
 
 
 class Clock:
-    """User and system time of all threads since it was made."""
+    """User and system time of all threads since this object was made."""
 
     def __init__(self):
         self.start = self.now()

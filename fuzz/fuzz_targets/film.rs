@@ -1,6 +1,6 @@
 #![no_main]
-//! Films: checkpoints, and sample ranges to merge. The checksum at the end is added here, or nothing behind it would
-//! be reached.
+//! Films: checkpoints and sample ranges to merge. This target adds the checksum at the end; without it no input would
+//! get past the check.
 
 use vellus_io::Digest;
 use vellus_render::{PixelType, Layer, Checkpoint};

@@ -203,7 +203,7 @@ fn pictures_are_written_in_both_formats() {
 
 /// The numbers beside the picture: ours fall below the paper's, and the fast path is as good as its oracle.
 #[test]
-fn errors_of_the_far_field_are_told() {
+fn errors_of_the_far_field_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("error.svg").to_str().unwrap().to_owned();
     let text = stdout(&["plot", "error", "--fiber", "bobcat", "--out", &out]);

@@ -8,36 +8,35 @@ use anyhow::{Context as _, Result};
 use vellus_plot::curves::{Axes, Curves};
 use vellus_render::Film;
 
-/// A scene of the paper and its claims.
+/// A scene of the paper with its claim.
 struct Animal {
     scene: &'static str,
     paper: &'static str,
     /// Upper left corner of the compared part of the picture of 1280 × 720 pixels.
     corner: [usize; 2],
-    /// The method that the paper compares with the model of 2015, and the speedup that it reports.
+    /// The method that the paper compares with the model of 2015, and the speedup that the paper reports.
     method: Method,
     claimed: f64,
     exposure: f32,
 }
 
 pub fn raccoon(context: &Context<'_>) -> Result<Outcome> {
-    let paper = "A raccoon under a sky, 1,024 samples a pixel; insets at 256 samples, and at equal quality: the \
-                 multi-scale model \
-                 is more than 8 times as fast as that of 2015, the near field has significantly less noise than it.";
+    let paper = "A raccoon under a sky, 1,024 samples per pixel. The insets compare 256 samples, and equal quality: \
+                 the multi-scale model is more than 8 times as fast as the model of 2015, and the near field has \
+                 significantly less noise.";
     run(context, &Animal { scene: "raccoon", paper, corner: [560, 250], method: MULTI, claimed: 8.0, exposure: 0.0 })
 }
 
 pub fn hamster(context: &Context<'_>) -> Result<Outcome> {
-    let paper = "A hamster in a studio, 1,024 samples a pixel: at equal quality our near field is 3.5 times as fast \
-                 as the model of \
-                 2015; at equal time that shows more noise.";
+    let paper = "A hamster in a studio, 1,024 samples per pixel. At equal quality our near field is 3.5 times as \
+                 fast as the model of 2015, which has more noise at equal time.";
     run(context, &Animal { scene: "hamster", paper, corner: [480, 240], method: NEAR, claimed: 3.5, exposure: 0.0 })
 }
 
 pub fn cat(context: &Context<'_>) -> Result<Outcome> {
-    let paper = "A cat in the light of one area light, noise-free at 256 samples a pixel: at equal quality \
-                 multi-scale is 6 times as \
-                 fast as the model of 2015; its picture and that of the far field are the same, in about the same time.";
+    let paper = "A cat in the light of one area light, free of noise at 256 samples per pixel. At equal quality \
+                 multi-scale is 6 times as fast as the model of 2015. Its picture equals that of the far field and \
+                 takes about the same time.";
     run(context, &Animal { scene: "cat", paper, corner: [600, 360], method: MULTI, claimed: 6.0, exposure: 0.0 })
 }
 
@@ -46,12 +45,12 @@ fn run(context: &Context<'_>, animal: &Animal) -> Result<Outcome> {
     let mut outcome = Outcome::new(animal.paper);
     let scene = vellus_groom::scene(animal.scene, quality == Quality::Smoke);
     let scene = scene.with_context(|| format!("there is no scene {}", animal.scene))?;
-    // The whole picture first.
+    // Render the whole picture first.
     let whole = quality.pick([64, 36], [640, 360], [1280, 720]);
     let mut shot = Shot::new(context, "whole", scene, whole, [0, 0, whole[0], whole[1]])?;
     let film = shot.render(MULTI, 0, quality.pick(2, 16, 1024))?;
     let file = shot.save(&film, "whole", animal.exposure)?;
-    let caption = format!("{}, multi-scale, {} samples a pixel", animal.scene, film.samples());
+    let caption = format!("{}, multi-scale, {} samples per pixel", animal.scene, film.samples());
     outcome.pictures.push(Picture::new(file, caption).also("whole.exr"));
 
     let [width, height] = quality.pick([12, 8], [80, 60], [160, 120]);
@@ -76,16 +75,15 @@ fn run(context: &Context<'_>, animal: &Animal) -> Result<Outcome> {
     let factor = speedup(points, old, |p| p.mse);
     let relative = speedup(points, old, |p| p.rel_mse);
     let (a, b) = (ratio(old, points, |p| p.mse), ratio(old, points, |p| p.time));
-    let what = format!("{}: {} beside Yan et al. 2015, speed at equal quality", animal.scene, animal.method.name);
-    let measured = format!(
-        "{factor:.2} × (relMSE: {relative:.2} ×); of that {a:.2} × by the noise of a sample, {b:.2} × by its time"
-    );
+    let what = format!("{}: {} against Yan et al. 2015, speed at equal quality", animal.scene, animal.method.name);
+    let measured =
+        format!("{factor:.2} × (relMSE: {relative:.2} ×); {a:.2} × from the noise of a sample, {b:.2} × from its time");
     let (expected, verdict) = (format!("{} ×", animal.claimed), Verdict::at_least(factor, animal.claimed));
     outcome.claims.push(Claim::new(what, expected, measured, factor, verdict).or_because(WHY));
     outcome.claims.push(comparison.beside_published(animal.scene, animal.method)?);
     let frame = 1.0 / ratio(&comparison.of(NEAR)?.points, &comparison.of(MULTI)?.points, |p| p.time);
     outcome.claims.push(Claim::new(
-        format!("{}: time of a multi-scale sample over one of the near field", animal.scene),
+        format!("{}: time of a multi-scale sample relative to the near field", animal.scene),
         "at most 1.15 (the paper: about 1.5)",
         format!("{frame:.3}"),
         frame,
@@ -95,10 +93,9 @@ fn run(context: &Context<'_>, animal: &Animal) -> Result<Outcome> {
 }
 
 /// Why the speedup is smaller than in the paper.
-const WHY: &str = "Here the model of 2015 is sampled as well as ours, and a query of it costs twice one of ours, not \
-                   many times: most of \
-                   the time goes to rays, most of the noise to which strand a ray meets and which light it sees, and \
-                   those are the same for both.";
+const WHY: &str = "Here the model of 2015 is sampled as well as ours, and a query of it costs only twice as much. \
+                   Most of the time goes to rays. Most of the noise comes from which strand a ray meets and which \
+                   light it sees. Both are the same for both models.";
 
 /// Pictures at equal samples, equal time and equal quality, and the converged pictures.
 fn insets(shot: &mut Shot<'_>, outcome: &mut Outcome, animal: &Animal, comparison: &Comparison) -> Result<()> {

@@ -1,4 +1,4 @@
-//! Yan17 Fig. 5: near against far field close up.
+//! Yan17 Fig. 5: near field against far field close up.
 
 use crate::context::Context;
 use crate::one_fiber;
@@ -12,13 +12,14 @@ use vellus_scene::Camera;
 pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let quality = context.quality;
     let mut outcome = Outcome::new(
-        "Close up, the far field gives fur the look of flat ribbons; the near field shows cylinders and the medulla inside.",
+        "Close up, the far field makes fur look like flat ribbons. The near field shows cylinders and the medulla \
+         inside.",
     );
-    // The small scene has thick strands: they look like thin ones from nearby.
+    // The strands of the small scene are thick: they look like thin strands at a shorter distance.
     let scene = vellus_groom::scene("cat", true).context("there is no scene cat")?;
     let eye = scene.camera.context("the cat has no camera")?.to_world.transform_point3(Vec3::ZERO);
     let fur = scene.strands.first().context("the cat has no fur")?;
-    // The strand nearest to the camera is seen in full.
+    // The strand nearest to the camera is fully visible.
     let nearest = (0..fur.len())
         .map(|i| fur.strand(i)[fur.strand(i).len() / 2].truncate())
         .min_by(|a, b| a.distance(eye).total_cmp(&b.distance(eye)))
@@ -51,7 +52,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let [near, multi, far] = spread;
     let claim = Claim::new(
         "Close up the far field is flat",
-        "brightness across a fibre varies by less than a tenth of what the near field's does",
+        "brightness across a fibre varies less than a tenth as much as in the near field",
         format!(
             "{:.1} % of the mean, near field {:.0} %, multi-scale {:.0} %",
             100.0 * far,

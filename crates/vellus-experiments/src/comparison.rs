@@ -55,7 +55,7 @@ impl Comparison {
         &self.converged
     }
 
-    /// What was measured of a method.
+    /// The measurements of a method.
     pub fn of(&self, method: Method) -> Result<&Measured> {
         let found = self.measured.iter().find(|measured| measured.method == method);
         found.with_context(|| format!("{} was not measured", method.name))
@@ -81,21 +81,22 @@ impl Comparison {
         Ok(table)
     }
 
-    /// Speed at equal quality beside the model of 2015 with its original sampling: this shows how much of the paper's
-    /// factor is due to sampling.
+    /// Speed at equal quality against the model of 2015 with its original sampling. This shows how much of the
+    /// paper's factor comes from sampling.
     pub fn beside_published(&self, scene: &str, method: Method) -> Result<Claim> {
         let (points, published) = (&self.of(method)?.points, &self.of(PUBLISHED)?.points);
         let [factor, relative] = [|p: &Point| p.mse, |p: &Point| p.rel_mse].map(|of| speedup(points, published, of));
         Ok(Claim::not_judged(
-            format!("{scene}: {} beside 2015 sampled as published, speed at equal quality", method.name),
-            "more than beside 2015 sampled as well as ours",
+            format!("{scene}: {} against 2015 sampled as published, speed at equal quality", method.name),
+            "more than against 2015 with our sampling",
             format!("{factor:.2} × (relMSE: {relative:.2} ×)"),
-            "Each sample is weighted by its lobe alone; the scattered lobes are sampled evenly over the sphere.",
+            "The weight of a sample includes its own lobe only. Scattered lobes are sampled uniformly over the sphere.",
         ))
     }
 }
 
-/// The method whose converged picture a method shares: sampling does not change what a model converges to.
+/// The method whose converged picture a method shares: sampling does not change the picture that a model converges
+/// to.
 fn target(method: Method) -> Method {
     if method == PUBLISHED { YAN2015 } else { method }
 }

@@ -16,7 +16,7 @@ pub(crate) struct Context<'a> {
     progress: &'a dyn Progress,
 }
 
-/// The error of an experiment that was stopped.
+/// The error of an interrupted experiment.
 #[derive(Clone, Copy, Debug)]
 pub struct Interrupted;
 
@@ -62,7 +62,7 @@ impl<'a> Context<'a> {
         Stage { progress: self.progress, len, what, done: Cell::new(0) }
     }
 
-    /// Where progress is reported to, and what stops the experiment.
+    /// Receives the progress and can cancel the experiment.
     pub fn progress(&self) -> &dyn Progress {
         self.progress
     }
@@ -89,19 +89,19 @@ pub(crate) struct Stage<'a> {
 }
 
 impl Stage<'_> {
-    /// `count` more steps are done.
+    /// Reports `count` more steps.
     pub fn advance(&self, count: u64) {
         self.set(self.done.get() + count);
     }
 
-    /// `done` steps are done.
+    /// Reports that `done` steps are done.
     pub fn set(&self, done: u64) {
         self.done.set(done.min(self.len));
         self.progress.report(self.done.get() as f64 / self.len.max(1) as f64, self.what);
     }
 }
 
-/// Writes a file as a whole or not at all.
+/// Writes a complete file or none.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     vellus_io::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
 }

@@ -12,8 +12,8 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let quality = context.quality;
     let mut outcome = Outcome::new(
         "On the central 32 × 32 pixels of the lock of hair, the near field converges twice as fast as the model of \
-         2015, multi-scale an order \
-         of magnitude faster; a frame takes half the time of 2015 with the near field, and less than it with the others.",
+         2015, and multi-scale an order of magnitude faster. A frame takes half the time of 2015 with the near \
+         field, and less time than 2015 with the other modes.",
     );
     let scene = vellus_groom::scene("hair-lock", quality == Quality::Smoke).context("there is no scene hair-lock")?;
     let side = quality.pick(8, 32, 32);
@@ -22,7 +22,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let comparison = Comparison::new(&mut shot, &METHODS, half, quality.pick(4, 256, 1024))?;
     outcome.tables.push(comparison.table()?);
     for (name, x, of) in [
-        ("over-samples", "samples a pixel", (|p: &Point| p.samples as f64) as fn(&Point) -> f64),
+        ("over-samples", "samples per pixel", (|p: &Point| p.samples as f64) as fn(&Point) -> f64),
         ("over-time", "processor time, s", |p: &Point| p.time),
     ] {
         let series = comparison.measured.iter();
@@ -44,12 +44,12 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         title: "Lock of hair: time of a sample".to_owned(),
         unit: "processor time of a sample, µs".to_owned(),
         groups: METHODS.iter().map(|m| m.name.to_owned()).collect(),
-        series: vec![("all of it, rays too".to_owned(), times)],
+        series: vec![("total, including rays".to_owned(), times)],
         digits: Some(2),
     };
-    outcome.pictures.push(context.draw(&bars, "times", "Processor time of one sample of a pixel, all of it")?);
+    outcome.pictures.push(context.draw(&bars, "times", "Total processor time of one sample of a pixel")?);
     let old = &comparison.of(YAN2015)?.points;
-    let why = "The model of 2015 is sampled here as well as ours, and most of a sample's time goes to rays.";
+    let why = "Here the model of 2015 is sampled as well as ours. Rays take most of the time of a sample.";
     for (method, claimed, expected) in [(NEAR, 2.0, "2 ×"), (MULTI, 10.0, "an order of magnitude: 10 ×")] {
         let points = &comparison.of(method)?.points;
         let factor = speedup(points, old, |p| p.mse);
@@ -73,7 +73,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
             factor,
             Verdict::at_least(factor, claimed),
         );
-        outcome.claims.push(claim.or_because("Rays take most of the time, and they are the same."));
+        outcome.claims.push(claim.or_because("Rays take most of the time, and both trace the same rays."));
     }
     Ok(outcome)
 }

@@ -1,4 +1,4 @@
-//! Yan17 Table 3 and Sec. 4.3: energy of each model, beside the simulated fibre.
+//! Yan17 Table 3 and Sec. 4.3: energy of each model, compared with the simulated fibre.
 
 use crate::context::Context;
 use crate::{Claim, Outcome, Quality, Table, Verdict};
@@ -31,9 +31,9 @@ struct Row {
 
 pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let mut outcome = Outcome::new(
-        "Scattered light leaves the fibre without reflection or refraction at the cuticle (Sec. 4.3); orders \
-         beyond TRT are ignored (Sec. 4.2); the longitudinal integral of M_p is always 1 (Sec. 6); Table 3 gives \
-         TTˢ the factor F, Eq. 20 the factor 1 − F.",
+        "Scattered light leaves the fibre without reflection or refraction at the cuticle (Sec. 4.3). Orders beyond \
+         TRT are ignored (Sec. 4.2). The longitudinal integral of M_p is always 1 (Sec. 6). TTˢ has the factor F in \
+         Table 3 and 1 − F in Eq. 20.",
     );
     let species: &[Species] = context.quality.pick(&[Species::RedFox], &Species::ALL, &Species::ALL);
     let inclinations: &[f64] = context.quality.pick(&[0.0], &[0.0, 60.0], &[0.0, 30.0, 60.0]);
@@ -63,7 +63,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let place = |kind: ModelKind| others.iter().position(|&k| k == kind).unwrap_or(0);
     let (yan, chiang) = (place(ModelKind::Yan2015), place(ModelKind::Chiang2016));
     let bars = Bars {
-        title: "Albedo at normal incidence: the whole fibre, photon by photon, and the models".to_owned(),
+        title: "Albedo at normal incidence: the simulated fibre and the models".to_owned(),
         unit: "share of the light that leaves".to_owned(),
         groups: normal().map(|(name, _, _)| name.to_string()).collect(),
         series: vec![
@@ -81,10 +81,10 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     claims(&mut outcome, context.quality, &rows);
     furnaces(context, &data, &mut outcome)?;
     outcome.notes.push(
-        "The whole fibre is a smooth cylinder with the same parameters, traced photon by photon: layered \
-         cuticle, absorbing cortex, scattering and absorbing medulla, total reflection. 2017 is the paper to the \
-         letter, its attenuations taken at θ_i = −θ_o. What a real fibre of these fitted parameters would do is \
-         not known: they were fitted with the model, not with the fibre."
+        "The whole fibre is a smooth cylinder with the same parameters, traced photon by photon: layered cuticle, \
+         absorbing cortex, scattering and absorbing medulla, total reflection. 2017 is the paper's model as printed, \
+         with its attenuations at θ_i = −θ_o. It is not known how a real fibre with these fitted parameters would \
+         look: the fits used the model, not the fibre."
             .to_owned(),
     );
     Ok(outcome)
@@ -100,7 +100,7 @@ fn row(fiber: &Fiber, data: &TableData, theta_o: f64, photons: u64, others: &[Mo
     for k in 0..OFFSETS {
         let gamma = ((k as f64 + 0.5) / OFFSETS as f64 - 0.5) * PI;
         let [r, tt, trt, tts, trts] = published.energy(theta_o.to_radians(), gamma.sin()).map(|a| a[0]);
-        // At the silhouette F is 1 and TTˢ is 0 either way.
+        // At the silhouette F is 1, and TTˢ is 0 with either factor.
         let swapped = if r < 1.0 { tts * r / (1.0 - r) } else { 0.0 };
         eq20 += gamma.cos() * (r + tt + trt + tts + trts);
         table3 += gamma.cos() * (r + tt + trt + swapped + trts);
@@ -128,25 +128,27 @@ fn claims(outcome: &mut Outcome, quality: Quality, rows: &[(Species, f64, Row)])
         let mean = rows.iter().map(|(_, _, r)| of(r) / r.fiber - 1.0).sum::<f64>() / rows.len() as f64;
         let measured =
             format!("{:+.0} % on average, {:+.0} % at worst ({name} at {theta_o}°)", 100.0 * mean, 100.0 * off);
-        // A tenth is what one would see.
+        // A viewer would notice a difference of a tenth.
         let verdict = Verdict::of(off.abs() <= 0.1);
-        outcome.claims.push(Claim::new(what, "the whole fibre's light, to a tenth", measured, off, verdict));
+        outcome.claims.push(Claim::new(what, "the light of the whole fibre, within a tenth", measured, off, verdict));
     };
-    brighter("Scattered light may leave unreflected: the model of 2017, to the letter (Eq. 20)", &|r| r.eq20);
-    brighter("Table 3 as printed, F in TTˢ", &|r| r.table3);
-    brighter("Ours, which lets scattered light leave unreflected too", &|r| r.ours);
+    brighter("Scattered light may leave unreflected: the model of 2017 as printed (Eq. 20)", &|r| r.eq20);
+    brighter("Table 3 as printed, with F in TTˢ", &|r| r.table3);
+    brighter("Ours, where scattered light also leaves unreflected", &|r| r.ours);
     if let Some((rest, name, theta_o)) = worst(&|r| r.rest) {
         let measured = format!("at most {:.2} % of the light ({name} at {theta_o}°)", 100.0 * rest);
         outcome.claims.push(Claim::not_judged(
             "Orders beyond TRT can be ignored",
             "ignored for simplicity",
             measured,
-            "The paper gives no bound. Ours keeps them in closed form (D6): it costs nothing, and white fur \
+            "The paper gives no bound. Our model keeps them in closed form (D6). This costs nothing, and white fur \
              stays white.",
         ));
     }
     if quality == Quality::Smoke {
-        outcome.notes.push("At smoke quality the whole fibre is known to a percent only.".to_owned());
+        outcome
+            .notes
+            .push("At smoke quality the simulation of the whole fibre has an error of about one percent.".to_owned());
     }
 }
 
@@ -156,8 +158,11 @@ fn furnaces(context: &Context<'_>, data: &TableData, outcome: &mut Outcome) -> R
     let header: Vec<String> =
         std::iter::once("model".to_owned()).chain(FURNACE.map(|theta| format!("θ_o {theta}°"))).collect();
     let header: Vec<&str> = header.iter().map(String::as_str).collect();
-    let mut table =
-        Table::new("furnace", "White furnace: what leaves a red fox without absorption, over its width", &header);
+    let mut table = Table::new(
+        "furnace",
+        "White furnace: the light that leaves a red fox without absorption, averaged over the width",
+        &header,
+    );
     let mut ours = 0.0f64;
     for &kind in ModelKind::ALL {
         context.check_interrupted()?;
@@ -169,11 +174,11 @@ fn furnaces(context: &Context<'_>, data: &TableData, outcome: &mut Outcome) -> R
         }
         table.row(std::iter::once(kind.name().to_owned()).chain(white.map(|x| format!("{x:.4}"))));
     }
-    // Cells over θ and φ, and segments: a red fox has no lobe narrower than 4.7° along and 17.6° around.
+    // Cells over θ and φ, and segments. No lobe of a red fox is narrower than 4.7° along and 17.6° around the fibre.
     let grid = context.quality.pick(([36, 24], [8, 5]), ([90, 48], [24, 12]), ([360, 144], [40, 20]));
     let published = AsPrinted::new(&fiber, data)?;
     let white = FURNACE.map(|theta_o| furnace(&published, theta_o.to_radians(), grid));
-    table.row(std::iter::once("2017, to the letter".to_owned()).chain(white.map(|x| format!("{x:.4}"))));
+    table.row(std::iter::once("2017, as printed".to_owned()).chain(white.map(|x| format!("{x:.4}"))));
     outcome.tables.push(table);
     let least = white.iter().fold(f64::INFINITY, |a: f64, &x| a.min(x));
     let most = white.iter().fold(0.0f64, |a, &x| a.max(x));
@@ -183,15 +188,14 @@ fn furnaces(context: &Context<'_>, data: &TableData, outcome: &mut Outcome) -> R
     outcome.claims.push(
         Claim::new(
             "The model of 2017 returns all light of a white furnace",
-            "all of it, to 1 %: M_p and D_p \
-         always integrate to 1 (Sec. 6)",
+            "all of it, to 1 %: M_p and D_p always integrate to 1 (Sec. 6)",
             measured,
             off,
             Verdict::of(off <= 0.01),
         )
         .because(
-            "Attenuations are taken at θ_d, another one for each θ_i: at grazing light R reflects what \
-             TTˢ lets in as well. Orders beyond TRT are lost.",
+            "Attenuations depend on θ_d, which differs for each θ_i: at grazing light R reflects light that TTˢ also \
+             lets in. Orders beyond TRT are lost.",
         ),
     );
     let measured = format!("1 to within {ours:.1e}");

@@ -15,7 +15,7 @@ pub const THETA_O: f64 = -30.0;
 pub struct Errors {
     /// Root mean square over the range (Yan17 footnote 3).
     pub nrmse: f64,
-    /// The same of the logarithms, where there is light to see.
+    /// The same for the logarithms, in cells with light.
     pub log: f64,
 }
 

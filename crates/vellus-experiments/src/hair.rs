@@ -12,13 +12,12 @@ const KAPPA: f32 = 0.15;
 pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let quality = context.quality;
     let mut outcome = Outcome::new(
-        "Human hair rendered multi-scale without a medulla and with one of κ = 0.15: the difference is clearly \
-         visible, the hair more diffuse, even \
-         with so small a medulla.",
+        "Human hair rendered multi-scale, without a medulla and with a medulla of κ = 0.15. The difference is \
+         clearly visible: the hair looks more diffuse, even with so small a medulla.",
     );
     let size = quality.pick([24, 36], [320, 360], [640, 720]);
     let mut films = Vec::new();
-    let mut table = Table::new("hair", "The same hair with and without medulla", &["κ", "mean", "samples", "noise"]);
+    let mut table = Table::new("hair", "The same hair with and without a medulla", &["κ", "mean", "samples", "noise"]);
     for kappa in [0.0, KAPPA] {
         let mut scene = vellus_groom::scene("hair", quality == Quality::Smoke).context("there is no scene hair")?;
         scene.looks.iter_mut().for_each(|look| look.fiber.kappa = kappa);

@@ -8,16 +8,15 @@ use anyhow::Result;
 use glam::Vec3;
 use vellus::Fiber;
 
-/// Share of the radius that is medulla.
+/// Radius of the medulla relative to the fibre's.
 const KAPPA: f32 = 0.7;
 
 pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let quality = context.quality;
     let mut outcome = Outcome::new(
-        "A polar bear's fibre lit from behind: with an index of 1.45 for the cortex and of 1.0 for the medulla, the \
-         model of 2015 has dark \
-         edges at the interface, which a microscope does not show; ours, with 1.45 for both, has none. (We may not \
-         reproduce the microscope's picture.)",
+        "A polar bear's fibre lit from behind. With an index of 1.45 for the cortex and 1.0 for the medulla, the \
+         model of 2015 has dark edges at the interface, which a microscope does not show. Our model, with 1.45 for \
+         both, has none. (We may not reproduce the picture of the microscope.)",
     );
     // Not in Table 4: white, with a wide medulla full of air.
     let fiber = Fiber {
@@ -40,7 +39,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let size = quality.pick([40, 8], [200, 60], [400, 120]);
     let mut series = Vec::new();
     for (k, (method, key)) in methods.into_iter().enumerate() {
-        // As wide as a microscope's condenser.
+        // The width of a microscope's condenser.
         let scene = one_fiber::scene(fiber, size, -Vec3::Z, 0.5, 0.02);
         let name = format!("fiber-{key}");
         let one_fiber::Seen { film, file, profile } =
@@ -49,8 +48,8 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         outcome.pictures.push(if k > 0 { picture.beside() } else { picture });
         series.push((method.name.to_owned(), profile));
     }
-    // The depth of a dark band between two brighter places; 0 without such a band. The bright edge of the cuticle is
-    // left out.
+    // The depth of a dark band between two brighter places; 0 if there is no such band. The bright edge of the
+    // cuticle is excluded.
     let band = |profile: &[(f64, f64)]| {
         let side: Vec<f64> = profile.iter().filter(|p| (0.0..0.95).contains(&p.0)).map(|p| p.1).collect();
         let largest = |part: &[f64]| part.iter().fold(0.0f64, |a, &b| a.max(b));
@@ -61,10 +60,10 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let bands: Vec<f64> = series.iter().map(|(_, profile)| band(profile)).collect();
     one_fiber::show(context, &mut outcome, "A polar bear's fibre lit from behind", series)?;
     let claim = Claim::new(
-        "Two indices make the medulla's edges dark, one does not",
+        "Two indices make the edges of the medulla dark, one index does not",
         "a dark band with two, at most a fifth as deep with one",
         format!(
-            "the band is darker than both its sides by {:.0} % (2015, two indices), {:.0} % (2015, one), {:.0} % (ours)",
+            "the band is darker than both sides by {:.0} % (2015, two indices), {:.0} % (2015, one), {:.0} % (ours)",
             100.0 * bands[0],
             100.0 * bands[1],
             100.0 * bands[2]

@@ -1,7 +1,7 @@
-//! The figures and tables of Yan, Jensen and Ramamoorthi 2017, reproduced, and their claims measured.
+//! Reproduces the figures and tables of Yan, Jensen and Ramamoorthi 2017, and measures the claims of the paper.
 //!
-//! [`EXPERIMENTS`] lists the experiments. [`run`] runs one and keeps its [`Outcome`] in a folder of its own;
-//! [`write_report`] makes one HTML page of all outcomes in a folder.
+//! [`EXPERIMENTS`] lists the experiments. [`run`] runs one and writes its [`Outcome`] to a folder; [`write_report`]
+//! makes one HTML page of all outcomes in a folder.
 //!
 //! ```no_run
 //! use vellus_experiments::{EXPERIMENTS, Quality, Settings, run, write_report};
@@ -58,13 +58,13 @@ use vellus_io::Progress;
 pub struct Settings {
     /// How much work to put in.
     pub quality: Quality,
-    /// The folder of all experiments. Each one writes to a folder in it that has its name.
+    /// The folder of all experiments. Each experiment writes to a subfolder with its name.
     pub folder: PathBuf,
-    /// Run also finished experiments, and ignore unfinished pictures of earlier runs.
+    /// Run finished experiments again, and ignore unfinished pictures of earlier runs.
     pub again: bool,
 }
 
-/// The outcome of an experiment, and whether it was there already.
+/// The outcome of an experiment, and which run finished it.
 #[derive(Clone, Debug)]
 pub enum Run {
     /// An earlier run had finished it, at this or a better quality, with the same version of this crate.
@@ -78,7 +78,7 @@ pub enum Run {
 /// Unfinished pictures are kept in the folder. The next run continues with them.
 ///
 /// # Errors
-/// [`Interrupted`] once `progress` cancels. Else why a file cannot be written, or why the experiment failed.
+/// [`Interrupted`] if `progress` cancels. Otherwise the reason why a file cannot be written or the experiment failed.
 pub fn run(experiment: &Experiment, settings: &Settings, progress: &dyn Progress) -> Result<Run> {
     let folder = settings.folder.join(experiment.name);
     let is_finished = |o: &Outcome| o.quality >= settings.quality && o.version == env!("CARGO_PKG_VERSION");
@@ -88,7 +88,7 @@ pub fn run(experiment: &Experiment, settings: &Settings, progress: &dyn Progress
     std::fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
     let context = Context::new(settings.quality, folder, settings.again, progress);
     let start = Instant::now();
-    // Whatever fails after an interruption fails because of it.
+    // An error after an interruption is a consequence of it.
     let mut found = (experiment.run)(&context).or_else(|e| context.check_interrupted().and(Err(e)))?;
     if settings.quality == Quality::Smoke {
         found.withhold_verdicts();
@@ -108,7 +108,7 @@ pub fn run(experiment: &Experiment, settings: &Settings, progress: &dyn Progress
     Ok(Run::Finished(outcome))
 }
 
-/// The name of the processor, or its architecture where the system does not tell the name.
+/// The name of the processor, or its architecture if the system does not report the name.
 fn processor() -> String {
     let known = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = known.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));

@@ -1,4 +1,4 @@
-//! Yan17 Fig. 8: the lock of hair, lobe by lobe.
+//! Yan17 Fig. 8: the lock of hair, one picture for each lobe.
 
 use crate::context::Context;
 use crate::shot::{MULTI, Shot, brightness};
@@ -10,9 +10,9 @@ use vellus_render::Layer;
 pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let quality = context.quality;
     let mut outcome = Outcome::new(
-        "With one index of refraction five lobes are left: R, TT, TRT, and TTˢ and TRTˢ scattered by the medulla. A \
-         lock of hair shows them \
-         one by one, with all light between the hairs; each carries a significant part of it.",
+        "With one index of refraction there are five lobes: R, TT, TRT, and TTˢ and TRTˢ, which the medulla \
+         scatters. Each picture shows one lobe of a lock of hair, with all light between the hairs. Each lobe \
+         carries a significant part of the light.",
     );
     let scene = vellus_groom::scene("hair-lock", quality == Quality::Smoke).context("there is no scene hair-lock")?;
     let size = quality.pick([32, 48], [240, 360], [480, 720]);
@@ -50,7 +50,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         smallest,
         Verdict::of(smallest >= 1.0),
     ));
-    // If a pixel shows only fibres, each part of its light was scattered by one of the lobes.
+    // If a pixel shows only fibres, one of the lobes scattered each part of its light.
     let (bright, missing) = (0..film.width() * film.height())
         .map(|i| (i % film.width(), i / film.width()))
         .filter(|&(x, y)| film.mean(x, y, Layer::Fibers, 0) == 1.0)
@@ -62,7 +62,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         .fold((0.0f64, 0.0f64), |(a, b), (x, y)| (a.max(x), b.max(y)));
     let off = missing / bright.max(1e-12);
     outcome.claims.push(Claim::new(
-        "The lobes sum to the picture where it shows nothing but hair",
+        "The lobes sum to the picture where it shows only hair",
         "within 1e-5 of the brightest pixel",
         format!("within {off:.1e}"),
         off,

@@ -1,4 +1,4 @@
-//! Yan17 Fig. 10, and the 150 KB: how well and how small the medulla's tables are.
+//! Yan17 Fig. 10 and the 150 KB: the accuracy and the size of the medulla's tables.
 
 use crate::context::Context;
 use crate::{Claim, Outcome, Table, Verdict};
@@ -11,22 +11,22 @@ use vellus_sim::check::{ProfileError, TableKind, check_azimuthal, check_longitud
 const GRID: [usize; 4] = [24, 16, 16, 720];
 const RANK: usize = 16;
 
-/// Mean L1 error that the tables are held to.
+/// The bound of the tables' mean L1 error.
 const BOUND: f64 = 0.03;
 
 const SEED: u64 = 7;
 
 pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let mut outcome = Outcome::new(
-        "Tensor decomposition of rank 16 compresses the simulated profiles C^M and C^N from more than 600 MB to \
-         150 KB, and the compressed profiles have good matches over a wide range of parameters.",
+        "Tensor decomposition of rank 16 compresses the simulated profiles C^M and C^N from more than 600 MB to 150 \
+         KB. The compressed profiles match well over a wide range of parameters.",
     );
     let photons = context.quality.pick(4_000, 400_000, 8_000_000);
     let data = TableData::from_bytes(Tables::SHIPPED)?;
     let picture = medulla::Picture::new(&data, Tables::SHIPPED.len(), photons, context.progress());
-    let caption = "Light scattered by the medulla, simulated (grey) and from the tables (coloured): around the \
-     fibre (C^N, above) and along it (C^M, below), for a thin, a medium and a thick medulla, between the \
-     tables' nodes.";
+    let caption = "Light scattered by the medulla, simulated (grey) and from the tables (coloured): around the fibre \
+                   (C^N, above) and along it (C^M, below), for a thin, a medium and a thick medulla, between the \
+                   nodes of the tables.";
     outcome.pictures.push(context.draw(&picture, "profiles", caption)?);
 
     let mut sizes = Table::new("sizes", "The tables", &["table", "rank", "τ", "g", "h or θ", "angles", "bytes"]);
@@ -68,7 +68,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let mut table = Table::new(
         "errors",
         caption,
-        &["table", "mean", "95th percentile", "worst", "noise of the simulation", "mean without it"],
+        &["table", "mean", "95th percentile", "worst", "noise of the simulation", "mean without noise"],
     );
     let mut worst = 0.0f64;
     for kind in TableKind::ALL {
@@ -85,7 +85,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         ("Compressed profiles match simulated ones", "good matches: taken as a mean L1 error of 3 %");
     let measured = format!("at most {:.1} % in any of the three tables", 100.0 * worst);
     outcome.claims.push(Claim::new(what, expected, measured, worst, Verdict::of(worst <= BOUND)).because(
-        "The mean over random parameters, the simulation's noise taken out; single profiles are in the table.",
+        "The mean over random parameters, without the noise of the simulation. The table has the single profiles.",
     ));
     let path = summary(errors.iter().filter_map(|e| e.mean_path).map(f64::abs).collect());
     let measured = format!("{:.2} % on average, {:.2} % at worst", 100.0 * path.mean, 100.0 * path.max);
@@ -93,7 +93,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         "Mean path of scattered light ⟨L⟩",
         "not in the paper (D7)",
         measured,
-        "The paper takes a fixed path κ in its place.",
+        "The paper uses a fixed path κ instead.",
     ));
     let negative = named.iter().flat_map(|(_, t)| t.factors.iter().flatten()).filter(|x| **x < 0.0).count();
     outcome.claims.push(
@@ -104,16 +104,14 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
             negative as f64,
             Verdict::of(negative == 0),
         )
-        .because(
-            "All factors are non-negative (D13), so that sampling is exact. It takes rank 40 for C^N in place of 16.",
-        ),
+        .because("All factors are non-negative (D13), so sampling is exact. C^N needs rank 40 instead of 16."),
     );
     let raw = 4.0 * GRID.iter().product::<usize>() as f64;
     let three = 3 * 4 * RANK * GRID.iter().sum::<usize>();
     outcome.notes.push(format!(
-        "The paper's grid, {} × {} × {} × {}, is {:.0} MB a table in single precision: the 600 MB must be of \
-         finer tables. Three tables of rank {RANK} on it (C^N, and C^M in two halves) are {:.0} KB \
-         in single precision, which may be the 150 KB.",
+        "The paper's grid, {} × {} × {} × {}, takes {:.0} MB per table in single precision: the 600 MB must be of \
+         finer tables. Three tables of rank {RANK} on it (C^N, and C^M in two halves) take {:.0} KB in single \
+         precision, which may be the 150 KB.",
         GRID[0],
         GRID[1],
         GRID[2],

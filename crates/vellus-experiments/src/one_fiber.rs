@@ -10,15 +10,15 @@ use vellus_plot::curves::{Axes, Curves};
 use vellus_render::Film;
 use vellus_scene::{Basis, Camera, Light, Look, Scene, Strands};
 
-/// Radius of the fibre; the camera is so far away that all its rays are parallel.
+/// Radius of the fibre. The camera is so far away that all rays are parallel.
 const RADIUS: f32 = 0.1;
 const FAR_AWAY: f32 = 100.0;
 
 /// The share of the picture's width that the fibre covers.
 const COVERED: f32 = 0.8;
 
-/// A vertical fibre, lit from the direction `light` with a half angle in radians, and by a dim dome. The camera is at
-/// +z.
+/// A vertical fibre, lit by a light of the given half angle (radians) from the direction `light` and by a dim dome.
+/// The camera is on the +z axis.
 pub fn scene(fiber: Fiber, [width, height]: [usize; 2], light: Vec3, half_angle: f32, dome: f32) -> Scene {
     let points = (0..4).map(|i| Vec4::new(0.0, 20.0 * (i as f32 - 1.5), 0.0, RADIUS)).collect();
     let strands = Strands {

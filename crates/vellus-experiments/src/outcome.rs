@@ -12,7 +12,7 @@ const FILE: &str = "result.json";
 /// The largest result that is read: 64 MiB. Results of paper quality have less than 1 MiB.
 const MOST_BYTES: u64 = 64 << 20;
 
-/// Everything that an experiment shows. [`run`](crate::run) fills in how it ran.
+/// The results of an experiment. [`run`](crate::run) fills in the time, the version and the machine.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Outcome {
     /// Its name on the command line.
@@ -21,17 +21,17 @@ pub struct Outcome {
     pub figure: String,
     /// What it shows.
     pub title: String,
-    /// What the paper says, in our words.
+    /// What the paper states, in our words.
     pub paper: String,
     /// Its pictures.
     pub pictures: Vec<Picture>,
     /// Its tables.
     pub tables: Vec<Table>,
-    /// What was claimed and what was measured.
+    /// The claims, and what was measured.
     pub claims: Vec<Claim>,
     /// Paragraphs that a reader needs to judge the numbers.
     pub notes: Vec<String>,
-    /// Duration of the last run. Time that earlier, interrupted runs took is not included.
+    /// Duration of the last run, without the time of earlier, interrupted runs.
     pub seconds: f64,
     /// How much work was put in.
     pub quality: Quality,
@@ -52,7 +52,7 @@ pub struct Picture {
     pub also: Vec<String>,
     /// The text below it.
     pub caption: String,
-    /// Is it in one row with the picture before it? Pictures of a row have the same width.
+    /// Whether it is in the same row as the picture before it. Pictures of a row have the same width.
     pub beside: bool,
 }
 
@@ -62,7 +62,7 @@ impl Picture {
         Picture { file: file.into(), also: Vec::new(), caption: caption.into(), beside: false }
     }
 
-    /// Puts it into the row of the picture before it.
+    /// Puts the picture into the row of the picture before it.
     pub fn beside(self) -> Self {
         Picture { beside: true, ..self }
     }
@@ -100,7 +100,7 @@ impl Table {
     }
 }
 
-/// A claim of the paper, or of ours, and what was measured.
+/// A claim of the paper, or our own, and what was measured.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Claim {
     /// The claim.
@@ -113,7 +113,7 @@ pub struct Claim {
     pub value: Option<f64>,
     /// Whether the claim holds.
     pub verdict: Verdict,
-    /// Why the claim is not judged; else a remark, or nothing.
+    /// Why the claim is not judged; otherwise a remark, or empty.
     pub why: String,
 }
 
@@ -157,24 +157,24 @@ impl Verdict {
         format!("{n} {name}")
     }
 
-    /// Holds or not.
+    /// `Holds` or `DoesNotHold`.
     pub fn of(holds: bool) -> Self {
         if holds { Verdict::Holds } else { Verdict::DoesNotHold }
     }
 
-    /// A ratio that should be at least `expected`: better from a tenth more on.
+    /// For a ratio that should be at least `expected`. It is better if it is at least a tenth larger.
     pub fn at_least(value: f64, expected: f64) -> Self {
         if value >= 1.1 * expected { Verdict::Better } else { Verdict::of(value >= expected) }
     }
 
-    /// A number that should be at most `expected`: better from a tenth less on.
+    /// For a number that should be at most `expected`. It is better if it is at least a tenth smaller.
     pub fn at_most(value: f64, expected: f64) -> Self {
         if value <= 0.9 * expected { Verdict::Better } else { Verdict::of(value <= expected) }
     }
 }
 
 impl Claim {
-    /// A claim that was judged by `value`.
+    /// A claim that `value` decides.
     pub fn new(
         what: impl Into<String>,
         expected: impl Into<String>,
@@ -197,24 +197,24 @@ impl Claim {
         Claim { what, expected, measured, value: None, verdict: Verdict::NotJudged, why }
     }
 
-    /// A remark beside the verdict where the claim does not hold.
+    /// Adds a remark if the claim does not hold.
     pub fn or_because(self, why: &str) -> Self {
         if self.verdict == Verdict::DoesNotHold { self.because(why) } else { self }
     }
 
-    /// A remark beside the verdict.
+    /// Adds a remark.
     pub fn because(self, why: impl Into<String>) -> Self {
         Claim { why: why.into(), ..self }
     }
 }
 
 impl Outcome {
-    /// Nothing found yet; what the paper says.
+    /// An outcome without results; `paper` is what the paper states.
     pub fn new(paper: impl Into<String>) -> Self {
         Outcome { paper: paper.into(), ..Outcome::default() }
     }
 
-    /// Takes all verdicts back: at smoke quality nothing is judged.
+    /// Removes all verdicts: nothing is judged at smoke quality.
     pub fn withhold_verdicts(&mut self) {
         for claim in &mut self.claims {
             (claim.verdict, claim.value) = (Verdict::NotAtThisQuality, None);
@@ -222,12 +222,12 @@ impl Outcome {
         }
     }
 
-    /// A finished one, if a file there is one.
+    /// Reads a finished outcome, if there is one.
     pub fn read(folder: &Path) -> Option<Self> {
         serde_json::from_slice(&vellus_io::read_at_most(&folder.join(FILE), MOST_BYTES).ok()?).ok()
     }
 
-    /// Writes its tables, and itself last.
+    /// Writes the tables, then the outcome.
     pub fn write(&self, folder: &Path) -> Result<()> {
         self.check(folder).with_context(|| format!("experiment {}", self.name))?;
         for table in &self.tables {
@@ -239,7 +239,7 @@ impl Outcome {
         write(&folder.join(FILE), &serde_json::to_vec_pretty(self)?)
     }
 
-    /// Nothing is shown that is not there, and no number is missing.
+    /// Checks that all pictures exist and all numbers are finite.
     fn check(&self, folder: &Path) -> Result<()> {
         let pictures = self.pictures.iter().flat_map(|p| std::iter::once(&p.file).chain(&p.also));
         for file in pictures {
@@ -261,7 +261,7 @@ impl Outcome {
                 bail!("'{}': the number measured is not finite", claim.what);
             }
             if claim.value.is_none() && claim.why.is_empty() {
-                bail!("'{}' is not judged, and nothing says why", claim.what);
+                bail!("'{}' is not judged, and gives no reason", claim.what);
             }
         }
         Ok(())

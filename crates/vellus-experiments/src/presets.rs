@@ -1,4 +1,4 @@
-//! Yan17 Table 4 beside the presets.
+//! Yan17 Table 4 against the presets.
 
 use crate::{Claim, Outcome, Table, Verdict};
 use anyhow::{Context, Result};
@@ -18,7 +18,7 @@ const PRINTED: [(&str, [&str; 10]); 10] = [
     ("l", ["0.47", "0.44", "0.45", "0.60", "2.36", "1.03", "2.00", "0.68", "0.46", "1.79"]),
 ];
 
-/// Adds a table of the presets, and the claim that they are those of the paper.
+/// Adds a table of the presets, and the claim that they equal the paper's.
 pub fn presets(outcome: &mut Outcome) -> Result<()> {
     let header: Vec<&str> = std::iter::once("parameter").chain(Species::ALL.iter().map(|s| s.name())).collect();
     let mut table = Table::new("presets", "The presets; angles in degrees (Table 4)", &header);

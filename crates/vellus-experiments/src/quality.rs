@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Quality {
-    /// Seconds for all experiments. Shows that everything runs, and judges no claim.
+    /// Seconds for all experiments. Checks that everything runs; no claim is judged.
     Smoke,
     /// About a quarter of an hour for all experiments on two cores.
     #[default]

@@ -10,12 +10,12 @@ use vellus::{Bcsdf, Fiber, Model, Sample, Scattering, Species, Window};
 use vellus_models::{Chiang2016, DEon2011, KajiyaKay1989, Marschner2003, Yan2015, ZinkeWeber2007};
 use vellus_plot::bars::Bars;
 
-/// Different queries, so that branches cannot be predicted.
+/// Different queries, so that the processor cannot predict branches.
 const QUERIES: usize = 1024;
 /// Light samples evaluated per prepared hit.
 const EACH: usize = 16;
 
-/// What is timed.
+/// The timed operations.
 const OPERATIONS: [&str; 3] = ["prepare, evaluate, pdf", "evaluate, pdf (prepared)", "prepare, sample"];
 
 struct Query {
@@ -26,7 +26,7 @@ struct Query {
 }
 
 fn queries() -> Vec<Query> {
-    // An R-sequence (Roberts): even coverage without a generator.
+    // An R-sequence (Roberts): even coverage without a random generator.
     let unit = |i: usize, k: i32| ((i as f64 + 0.5) * 1.103_0f64.powi(-k)).fract() as f32;
     let direction = |a: f32, b: f32| {
         let (sin, cos) = ((2.0 * a - 1.0) * 1.5).sin_cos();
@@ -83,9 +83,9 @@ fn median(mut values: Vec<f64>) -> f64 {
 
 pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let mut outcome = Outcome::new(
-        "The near field is evaluated twice as fast as Yan et al. 2015, whose paths are traced implicitly (frames \
-         of the hair lock, Fig. 15b); far field and multi-scale, which integrate, are slower than the near field \
-         and still faster than 2015.",
+        "The near field is evaluated twice as fast as Yan et al. 2015, whose paths are traced (frames of the hair \
+         lock, Fig. 15b). Far field and multi-scale, which integrate, are slower than the near field and still \
+         faster than 2015.",
     );
     let fiber = Fiber::preset(Species::RedFox).with_absorption([0.2, 0.4, 0.8]);
     let (ours, yan, split) = (Bcsdf::new(&fiber)?, Yan2015::new(&fiber)?, Yan2015::with_eta_m(&fiber, 1.3)?);
@@ -121,9 +121,10 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         stage.advance(1);
     }
     let medians: Vec<[f64; 3]> = times.into_iter().map(|t| t.map(median)).collect();
-    let header = ["model", OPERATIONS[0], OPERATIONS[1], OPERATIONS[2], "to ours, near"];
+    let header = ["model", OPERATIONS[0], OPERATIONS[1], OPERATIONS[2], "relative to ours, near"];
     let caption = format!(
-        "Nanoseconds a query, six lobes in RGB: medians of {} rounds of {QUERIES} queries; models alternate; one thread",
+        "Nanoseconds per query, six lobes in RGB: medians of {} rounds of {QUERIES} queries; models alternate; one \
+         thread",
         rounds - 1
     );
     let mut table = Table::new("queries", caption, &header);
@@ -133,7 +134,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     }
     outcome.tables.push(table);
     let bars = Bars {
-        title: "Nanoseconds a query, one thread".to_owned(),
+        title: "Nanoseconds per query, one thread".to_owned(),
         unit: "nanoseconds".to_owned(),
         groups: OPERATIONS.map(str::to_owned).to_vec(),
         series: (0..7).map(|k| (timers[k].0.to_owned(), medians[k].to_vec())).collect(),
@@ -142,17 +143,17 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     outcome.pictures.push(context.draw(
         &bars,
         "queries",
-        "What a query costs: near fields at one offset, ours over windows too.",
+        "Time of a query: near fields at one offset, ours also over windows.",
     )?);
     claims(&mut outcome, &medians);
     outcome.notes.push(
-        "How the model of 2015 was optimised here: its paths are in closed form in place of tracing; the eight \
-         unscattered lobes fill one register of eight; the scattered profiles come from our compressed tables, \
-         not from 620 MB, and are prepared once a hit for all three passes; the share that gets out comes from a \
-         small table; nothing is allocated in a query; sampling is exact but for one Fresnel factor, where that \
-         of 2015 is uniform around the fibre. All of that makes it faster, and less noisy, than what the paper \
-         compared with. Times are \
-         those of this program as it was compiled; cargo bench, which links it as a whole, has lower ones."
+        "How we optimised the model of 2015. Its paths are in closed form; they are not traced. The eight \
+         unscattered lobes fill one register of eight lanes. The scattered profiles come from our compressed tables, \
+         not from 620 MB, and are prepared once per hit for all three passes. The share of light that leaves comes \
+         from a small table. A query allocates no memory. Sampling is exact except for one Fresnel factor; the \
+         sampling of 2015 is uniform around the fibre. All this makes it faster, and less noisy, than the model in \
+         the paper's comparison. Times are those of this program as compiled; cargo bench reports lower ones, \
+         because it links everything as one unit."
             .to_owned(),
     );
     Ok(outcome)
@@ -162,7 +163,7 @@ fn claims(outcome: &mut Outcome, ns: &[[f64; 3]]) {
     let mut claim = |what: &str, expected: &str, ratio: f64, verdict: Verdict, why: &str| {
         let measured = format!("{ratio:.2} times the time of our near field's");
         outcome.claims.push(if cfg!(debug_assertions) {
-            Claim::not_judged(what, expected, measured, "It was timed in a build with checks.")
+            Claim::not_judged(what, expected, measured, "This build has debug assertions.")
         } else {
             Claim::new(what, expected, measured, ratio, verdict).because(why)
         });
@@ -173,14 +174,15 @@ fn claims(outcome: &mut Outcome, ns: &[[f64; 3]]) {
         "more; frames: 2 ×",
         one,
         Verdict::of(one > 1.0),
-        "Prepare, evaluate and pdf, with one refractive index, where half of its lobes are dark but computed.",
+        "Prepare, evaluate and pdf, with one refractive index. Half of its lobes are dark then, but are computed.",
     );
     claim(
-        "The baseline of 2015 is not crippled",
-        "no slower against ours than in the paper: frames 2 ×, rays and all, so queries more",
+        "The baseline of 2015 is well optimised",
+        "no slower relative to ours than in the paper: 2 × for frames, including rays, so more for queries",
         split,
         Verdict::of(split <= 2.2),
-        "With two refractive indices, all lobes lit; held to 2 and a tenth for what timing is worth.",
+        "With two refractive indices, where all lobes carry light. The bound is 2 and a tenth, for the error of \
+         timing.",
     );
     let far = ns[2][0] / ns[3][0];
     let measured = format!("{far:.2} times the time of a query of 2015");
@@ -188,7 +190,7 @@ fn claims(outcome: &mut Outcome, ns: &[[f64; 3]]) {
         "Our far field is still faster than the near field of 2015",
         "frames: faster (Fig. 15b)",
         measured,
-        "The paper times frames, in which only what the camera sees takes a window; see the frame times. A query \
-         alone is reported here.",
+        "The paper times frames, where only the hits that the camera sees use a window; see the frame times. This is \
+         the time of a query alone.",
     ));
 }

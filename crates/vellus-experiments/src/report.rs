@@ -1,4 +1,4 @@
-//! One static page of all that was found: index.html in the folder of the experiments.
+//! One static page of all results: index.html in the folder of the experiments.
 
 use crate::context::write;
 use crate::list::EXPERIMENTS;
@@ -10,7 +10,7 @@ use vellus_plot::html::{self, escaped};
 /// Writes `index.html` in the folder of all experiments, from the outcomes in it.
 ///
 /// # Errors
-/// Why the page cannot be written.
+/// If the page cannot be written.
 pub fn write_report(folder: &Path) -> Result<()> {
     let found: Vec<Outcome> = EXPERIMENTS.iter().filter_map(|e| Outcome::read(&folder.join(e.name))).collect();
     write(&folder.join("index.html"), page(&found).as_bytes())
@@ -38,7 +38,7 @@ fn page(found: &[Outcome]) -> String {
     let below: Vec<&str> = found.iter().filter(|o| o.quality != Quality::Paper).map(|o| o.name.as_str()).collect();
     if !below.is_empty() {
         let not_all = if below.len() == found.len() { "All of this is".to_owned() } else { below.join(", ") + ":" };
-        warnings.push(format!("{not_all} below paper quality; each section says at which."));
+        warnings.push(format!("{not_all} below paper quality; each section names its quality."));
     }
     let warnings = html::warnings(&warnings);
     let links: String =
@@ -57,7 +57,7 @@ fn page(found: &[Outcome]) -> String {
         "<p>L.-Q. Yan, H. W. Jensen, R. Ramamoorthi 2017, <i>An Efficient and Practical Near and Far Field Fur \
          Reflectance Model</i>: its figures and tables reproduced with vellus {version}, and its claims \
          measured.</p>\n{warnings}<nav>{links}</nav>\n\
-         <h2>What holds</h2>\n<p>{}</p>\n<div class=\"wide\"><table class=\"claims\">\n\
+         <h2>Claims</h2>\n<p>{}</p>\n<div class=\"wide\"><table class=\"claims\">\n\
          <tr><th></th><th>claim</th><th>expected</th><th>measured here</th><th></th></tr>\n\
          {summary}</table></div>\n{sections}",
         counts.join(" · ")
@@ -65,12 +65,12 @@ fn page(found: &[Outcome]) -> String {
     html::page("The paper, reproduced", &body)
 }
 
-/// "Fig. 11: The ten species".
+/// The heading of an outcome, "Fig. 11: The ten species".
 fn heading(outcome: &Outcome) -> String {
     format!("{}: {}", outcome.figure, outcome.title)
 }
 
-/// The cells of a claim; the reason only where the section tells it.
+/// The cells of a claim. The summary omits the reason; the section includes it.
 fn claim(claim: &Claim, whole: bool) -> String {
     let why = if whole && !claim.why.is_empty() {
         format!("<br><small>{}</small>", escaped(&claim.why))

@@ -6,7 +6,7 @@ use anyhow::{Context as _, Result};
 use vellus_groom::{bytes, measure, scene};
 use vellus_render::World;
 
-/// Scene, the paper's figure of it, its strands and segments a strand.
+/// Scene, the paper's figure, number of strands, segments per strand.
 #[doc(alias = "Table 5")]
 const TABLE_5: [(&str, &str, usize, usize); 5] = [
     ("hair-lock", "8", 1_000, 210),
@@ -16,14 +16,14 @@ const TABLE_5: [(&str, &str, usize, usize); 5] = [
     ("hair", "18", 53_000, 64),
 ];
 
-/// Small scenes have one of this many strands. The lock is always built in full.
+/// The small scene has one of this many strands. The lock is always complete.
 const SHARE: usize = 40;
 
 pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let mut outcome = Outcome::new(
-        "Table 5 lists five scenes of 1,000 to 580,000 strands with 9 to 210 line segments each, without their \
-         memory. The models were not published: ours are made by code, with the counts of the paper and looks of \
-         their own.",
+        "Table 5 lists five scenes of 1,000 to 580,000 strands with 9 to 210 line segments each. It does not state \
+         their memory. The models were not published: code builds ours, with the strand counts of the paper but \
+         other looks.",
     );
     let whole = context.quality == Quality::Paper;
     let header = [
@@ -36,14 +36,13 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         "segments in all",
         "strands, MB",
         "with hierarchy, MB",
-        "bytes a segment",
+        "bytes per segment",
         "median length, cm",
         "widths, µm",
     ];
     let mut table = Table::new(
         "scenes",
-        "The scenes as built here; where marked × the small one was built, whose strands are wider, and numbers \
-         are scaled up",
+        "The scenes as built here. × marks a small scene with wider strands; its numbers are scaled up",
         &header,
     );
     let (mut worst, mut per_segment) = (Vec::new(), 0.0f64);
@@ -92,13 +91,14 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         Verdict::of(worst.is_empty()),
     );
     if !whole {
-        counts = counts.because("Counted in small scenes, times 40; at paper quality in the whole ones.");
+        counts = counts
+            .because("Counted in small scenes and multiplied by 40; at paper quality, counted in the full scenes.");
     }
     outcome.claims.push(counts);
     outcome.claims.push(Claim::not_judged(
         "Memory of strands and their hierarchy",
         "not stated",
-        format!("at most {per_segment:.0} bytes a segment"),
+        format!("at most {per_segment:.0} bytes per segment"),
         "The paper does not report its memory.",
     ));
     Ok(outcome)

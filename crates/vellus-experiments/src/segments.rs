@@ -1,4 +1,4 @@
-//! Yan17 Sec. 5.1, Segmentation, and the Appendix: how many segments a far field takes.
+//! Yan17 Sec. 5.1, Segmentation, and the Appendix: how many segments a far field needs.
 
 use crate::context::Context;
 use crate::{Claim, Outcome, Picture, Quality, Table, Verdict};
@@ -15,18 +15,19 @@ use vellus_reference::exact::Exact;
 const AZIMUTHS: usize = 360;
 const POINTS: usize = 400;
 
-/// Segments of the scattered lobes: the paper's everywhere, in its fits, and as many as of the others.
+/// Segments of the scattered lobes in the paper's scheme: everywhere, in its fits, and as many as for the other
+/// lobes.
 const SCATTERED: [usize; 3] = [4, 5, 8];
 
 pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let mut outcome = Outcome::new(
-        "A far field is the sum of n segments on each side of h = 0, at h = √(i/n), each linear in h and \
-         integrated in closed form (Eq. 24, 25, Appendix). Five are said to be enough in most practical \
-         renderings, eight to be indistinguishable, four to be enough for the scattered lobes; a query is said \
-         to take 2 to 4 integrations.",
+        "A far field is the sum of n segments on each side of h = 0, at h = √(i/n). Each is linear in h and \
+         integrated in closed form (Eq. 24, 25, Appendix). The paper states that five are enough in most practical \
+         renderings, that eight are indistinguishable, that four are enough for the scattered lobes, and that a \
+         query takes 2 to 4 integrations.",
     );
     let species: &[Species] = context.quality.pick(&[Species::RedFox], &Species::ALL, &Species::ALL);
-    // 0.2 rad first: where the paper's segments were judged when ours were designed.
+    // 0.2 rad first: the inclination at which the paper's segments were judged when ours were designed.
     const ALL: [f64; 5] = [11.46, 0.0, 30.0, 60.0, 80.0];
     let inclinations: &[f64] = context.quality.pick(&ALL[..1], &ALL[..1], &ALL);
     let paths = context.quality.pick(2_000, PATHS, PATHS);
@@ -73,7 +74,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         }
     }
     outcome.tables.push(table);
-    // At smoke quality it would take as long as everything else.
+    // At smoke quality this would take as long as everything else.
     if context.quality != Quality::Smoke {
         outcome.pictures.push(averages(context)?);
     }
@@ -82,7 +83,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         let mean = rows.iter().map(|row| row[k]).sum::<f64>() / rows.len() as f64;
         (mean, rows.iter().map(|row| row[k]).fold(0.0, f64::max))
     };
-    // The column, the bound, and whether it is the mean's or the worst's.
+    // The column, the bound, and whether the bound is for the mean or the worst.
     let mut claim = |what: &str, expected: &str, k: usize, bound: f64, of_worst: bool| {
         let (mean, worst) = spread(k);
         let measured = format!("L1 error {:.2} % on average, {:.2} % at worst", 100.0 * mean, 100.0 * worst);
@@ -99,10 +100,9 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     outcome.tables.push(appendix);
     outcome.claims.push(broken);
     outcome.notes.push(
-        "Both schemes share our near field and its lobes, so that only the segments differ. Ours lie in γ_o, and \
-         in asin h″ inside the medulla, keep each segment's energy and mean azimuth, and have scattered lobes at \
-         Gauss points (D9, D14). Nobody defined \"enough\": the bounds are ours, and the numbers stand beside \
-         them."
+        "Both schemes share our near field and its lobes; only the segments differ. Our segments lie in γ_o, and in \
+         asin h″ inside the medulla. They keep each segment's energy and mean azimuth. Scattered lobes are evaluated \
+         at Gauss points (D9, D14). The paper does not define \"enough\": the bounds are ours."
             .to_owned(),
     );
     Ok(outcome)
@@ -112,8 +112,8 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
 fn averages(context: &Context<'_>) -> Result<Picture> {
     let fiber = Fiber::preset(Species::Raccoon);
     let picture = windows::Picture::new("raccoon", &fiber, 20.0, [-1.0, 1.0])?;
-    let caption = "What a far field averages (Fig. 12a): the near field at five offsets, its average as shipped, \
-     and by quadrature.";
+    let caption = "The near field at five offsets, and the far field that averages it (Fig. 12a): as shipped, and by \
+                   quadrature.";
     context.draw(&picture, "windows", caption)
 }
 
@@ -162,7 +162,7 @@ fn integrations(species: &[Species]) -> Claim {
             let p = f64::from(p);
             for i in 0..n {
                 let [a, b] = [i, i + 1].map(|i| exit(p, (i as f64 / n as f64).sqrt()));
-                // The share of the circle from which the segment is seen.
+                // The share of the circle on which the segment counts.
                 sum += 2.0 * (((a - b).abs() + 6.0 * (p + 1.0).sqrt() * beta) / TAU).min(1.0);
             }
         }
@@ -172,11 +172,11 @@ fn integrations(species: &[Species]) -> Claim {
         let counts = species.iter().map(|&s| count(&Fiber::preset(s), n));
         counts.sum::<f64>() / species.len() as f64
     });
-    let measured = format!("{five:.1} of 10 segments a lobe with n = 5, {eight:.1} of 16 with n = 8");
+    let measured = format!("{five:.1} of 10 segments per lobe with n = 5, {eight:.1} of 16 with n = 8");
     Claim::new("Segments within 3 β_p of a query", "2 to 4 on average", measured, five, Verdict::of(five <= 4.0))
         .because(
-            "For each of the three lobes, both sides together, mean over azimuths; the Gaussians are \
-         narrower than the segments.",
+            "For each of the three lobes, both sides together, averaged over azimuths. The Gaussians are narrower \
+             than the segments.",
         )
 }
 
@@ -189,7 +189,7 @@ fn appendix() -> (Table, Claim) {
     let single = |a: f32, x: f32| {
         -(-a * x).exp() * (a.powi(3) * x.powi(3) + 3.0 * a * a * x * x + 6.0 * a * x + 6.0) / a.powi(4)
     };
-    // By its series: for these slopes, the terms fall faster than any power.
+    // By its series: for these slopes the terms decrease faster than any power.
     let exact = |a: f64| {
         let (mut term, mut sum) = (1.0, 0.0);
         for k in 0..40 {
@@ -225,8 +225,8 @@ fn appendix() -> (Table, Claim) {
         Verdict::of(worst < 0.01),
     )
     .because(
-        "Such slopes are ordinary: light hair absorbs 0.01 a radius. The differences cancel; ours do \
-         not take them (D14).",
+        "Such slopes are common: light hair absorbs 0.01 per radius. The terms cancel. Our model does not use these \
+         differences (D14).",
     );
     (table, claim)
 }

@@ -1,4 +1,5 @@
-//! A part of a picture, rendered by several methods: each method's converged picture, its error over the samples, its time.
+//! Renders a part of a picture by several methods, and measures each method's error and time against its converged
+//! picture.
 
 use crate::context::{Context, Interrupted};
 use crate::cpu_time;
@@ -11,17 +12,17 @@ use vellus_render::session::{End, Options, read_film, write_film};
 use vellus_render::{Error, Film, Filter, Layer, Mode, PICTURE_VERSION, Session, Settings, World};
 use vellus_scene::{Camera, Scene};
 
-/// How fibres scatter, and over what of their width.
+/// A way to scatter light: the model, and the part of the width that it averages over.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Method {
     pub name: &'static str,
-    /// In file names.
+    /// The name in file names.
     pub key: &'static str,
     pub model: ModelKind,
     pub mode: Mode,
-    /// Of yan2015, where it is not that of the cortex.
+    /// For yan2015: the medulla's index, if it differs from the cortex'.
     pub eta_m: Option<f32>,
-    /// yan2015 sampled as it was in 2015.
+    /// For yan2015: sample as it was published in 2015.
     pub published: bool,
 }
 
@@ -45,11 +46,11 @@ const KEEP: Duration = Duration::from_secs(30);
 /// The time of one pass.
 const PASS: Duration = Duration::from_secs(1);
 
-/// Seeds of the two halves of a converged picture, and of what is measured.
+/// Seeds of the two halves of a converged picture, and of the measured pictures.
 const REFERENCE: [u32; 2] = [101, 202];
 const MEASURED: u32 = 7;
 
-/// A scene ready for rays, and which part of its picture is rendered.
+/// A scene ready for rays, and the part of its picture to render.
 pub struct Shot<'c> {
     context: &'c Context<'c>,
     name: String,
@@ -59,29 +60,31 @@ pub struct Shot<'c> {
     layers: Vec<Layer>,
 }
 
-/// A converged picture, and the variance of its mean: RGB, averaged over pixels and channels.
+/// A converged picture, and the variance of its mean in RGB, averaged over pixels and channels.
 pub struct Converged {
     pub film: Film,
     halves: [Film; 2],
     variance: f64,
-    /// Root mean square of the differences of its halves' pixels in their standard errors: 1 where those are known well.
+    /// Root mean square of the differences of the halves' pixels, in standard errors: 1 if the standard errors are
+    /// well estimated.
     pub spread: f64,
 }
 
-/// Of a picture with so many samples.
+/// A measurement of a picture with this many samples.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
     pub samples: u64,
     /// Processor time, seconds.
     pub time: f64,
-    /// Mean square of the difference to the converged picture, less what that picture's own noise puts there.
+    /// Mean square of the difference to the converged picture, minus the part that the converged picture's own noise
+    /// adds.
     pub mse: f64,
-    /// The same, of squares over those of the converged picture plus a hundredth of their mean.
+    /// The same, for squares relative to those of the converged picture plus a hundredth of their mean.
     pub rel_mse: f64,
 }
 
 impl Point {
-    /// Of nothing.
+    /// A measurement of no samples.
     pub fn none() -> Self {
         Point { samples: 0, time: 0.0, mse: 0.0, rel_mse: 0.0 }
     }
@@ -98,7 +101,7 @@ impl<'c> Shot<'c> {
         Ok(Shot { context, name: name.to_owned(), world, size, crop, layers: vec![Layer::Beauty] })
     }
 
-    /// Another part of the same scene; `name` tells its files apart.
+    /// Another part of the same scene; `name` identifies its files.
     pub fn aim(&mut self, name: &str, size: [usize; 2], crop: [usize; 4]) {
         (self.name, self.size, self.crop) = (name.to_owned(), size, crop);
     }
@@ -108,7 +111,7 @@ impl<'c> Shot<'c> {
         Ok(self.world.set_camera(camera)?)
     }
 
-    /// Keeps more layers.
+    /// Adds layers to the film.
     pub fn with_layers(self, layers: &[Layer]) -> Self {
         Shot { layers: layers.to_vec(), ..self }
     }
@@ -128,14 +131,14 @@ impl<'c> Shot<'c> {
         Film::new(self.size, self.crop, self.world.layout(&self.layers))
     }
 
-    /// Has the strands scatter by a method's model.
+    /// Sets the model of the strands.
     fn choose(&mut self, method: Method) -> Result<()> {
         let Method { model: kind, eta_m, published, .. } = method;
         vellus_render_models::Method { kind, eta_m, original_sampling: published }.apply(&mut self.world)?;
         Ok(())
     }
 
-    /// Adds samples; the processor time it took.
+    /// Adds samples and returns the processor time that they took.
     fn add(&self, settings: &Settings, film: &mut Film, samples: Range<u64>) -> Result<f64> {
         let before = cpu_time().context("this system does not report processor time")?;
         match self.world.render(settings, film, samples, self.context.progress()) {
@@ -145,8 +148,8 @@ impl<'c> Shot<'c> {
         Ok((cpu_time().unwrap_or_default() - before).as_secs_f64())
     }
 
-    /// A picture with so many samples a pixel. Its film is kept in the experiment's folder: a finished one is read back, an
-    /// interrupted one is continued.
+    /// Renders a picture with this many samples per pixel. The experiment's folder keeps its film: a finished film is
+    /// read, an interrupted one is continued.
     pub fn render(&mut self, method: Method, seed: u32, samples: u64) -> Result<Film> {
         self.choose(method)?;
         let file = self.context.path(&format!("{}-{}-{seed}.film", self.name, method.key));
@@ -167,7 +170,7 @@ impl<'c> Shot<'c> {
         if !self.context.again()
             && let Ok(kept) = read_film(&file)
         {
-            // A film of another picture is replaced.
+            // Replaces a film of another picture.
             session.resume(kept).ok();
         }
         let before = session.film().samples();
@@ -188,7 +191,8 @@ impl<'c> Shot<'c> {
         Ok(session.into_checkpoint().film)
     }
 
-    /// Two halves of so many samples each, of two seeds that no other method has: their mean, and from their difference its variance.
+    /// Renders two halves of `half` samples each, with two seeds that no other method uses. Returns their mean, and
+    /// the variance from their difference.
     pub fn converge(&mut self, method: Method, half: u64) -> Result<Converged> {
         let [first, second] = REFERENCE.map(|seed| own(method, seed));
         let halves = [self.render(method, first, half)?, self.render(method, second, half)?];
@@ -200,8 +204,8 @@ impl<'c> Shot<'c> {
         Ok(Converged { film, halves, variance, spread })
     }
 
-    /// Each method's error and time at 1, 2, 4, … `most` samples, and its last picture. Methods take turns, so that whatever else the machine does
-    /// meets them alike.
+    /// Each method's error and time at 1, 2, 4, … `most` samples, and its last picture. The methods alternate, so
+    /// that other load on the machine affects all of them alike.
     pub fn measure(&mut self, methods: &[(Method, &Converged)], most: u64) -> Result<Vec<(Vec<Point>, Film)>> {
         let mut found: Vec<(Vec<Point>, Film)> = methods.iter().map(|_| (Vec::new(), self.empty())).collect();
         let mut times = vec![0.0; methods.len()];
@@ -222,7 +226,7 @@ impl<'c> Shot<'c> {
         Ok(found)
     }
 
-    /// So many samples more, with a seed that no other method has; the processor time they took.
+    /// Adds this many samples, with a seed that no other method uses. Returns the processor time that they took.
     pub fn extend(&mut self, method: Method, film: &mut Film, samples: u64) -> Result<f64> {
         self.choose(method)?;
         let settings = self.settings(method, own(method, MEASURED));
@@ -234,7 +238,7 @@ impl<'c> Shot<'c> {
         film.layer_to_png(layer, first, exposure).map_err(|e| anyhow!("cannot encode PNG: {e}"))
     }
 
-    /// Writes a picture as NAME.png and NAME.exr; the PNG's name.
+    /// Writes a picture as NAME.png and NAME.exr and returns the name of the PNG.
     pub fn save(&self, film: &Film, name: &str, exposure: f32) -> Result<String> {
         let png = film.to_png(None, exposure, &[]).map_err(|e| anyhow!("cannot encode PNG: {e}"))?;
         let exr = film.to_exr(&self.layers, None, vellus_render::PixelType::Half, &[]);
@@ -244,7 +248,7 @@ impl<'c> Shot<'c> {
     }
 }
 
-/// A seed that no other method has, so that their noise is independent.
+/// A seed that no other method uses, so that noise is independent.
 fn own(method: Method, seed: u32) -> u32 {
     method.key.bytes().fold(seed, |seed, byte| seed.wrapping_mul(31).wrapping_add(byte.into()))
 }
@@ -254,9 +258,9 @@ pub fn brightness(film: &Film, x: usize, y: usize) -> f64 {
     (0..3).map(|c| film.mean(x, y, Layer::Beauty, c)).sum::<f64>() / 3.0
 }
 
-/// How far the fur of a picture is from that of another: of the means, in standard errors and as a share of the
-/// brightness; and the root mean square of the pixels' differences in their standard errors, of those that have light
-/// and noise. Each pixel counts by the share of it that fibres cover.
+/// The difference of the fur in two pictures: of the means, in standard errors and relative to the brightness, and
+/// the root mean square of the pixels' differences in their standard errors, for pixels that have light and noise.
+/// Each pixel is weighted by its share covered by fibres.
 pub fn difference(a: &Film, b: &Film) -> (f64, f64, f64) {
     let (width, height) = (b.width(), b.height());
     let (mut sum, mut all, mut variance, mut squares, mut count) = (0.0, 0.0, 0.0, 0.0, 0.0);
@@ -283,7 +287,7 @@ pub fn colors(film: &Film) -> Vec<f64> {
 }
 
 impl Converged {
-    /// Two pictures of independent seeds, of which it is the mean.
+    /// The two pictures with independent seeds whose mean the converged picture is.
     pub fn halves(&self) -> [&Film; 2] {
         [&self.halves[0], &self.halves[1]]
     }
@@ -295,7 +299,8 @@ impl Converged {
         let mse = a.iter().zip(&b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / n;
         let rel = |a: f64, b: f64| (a - b).powi(2) / (b * b + floor);
         let rel_mse = a.iter().zip(&b).map(|(a, b)| rel(*a, *b)).sum::<f64>() / n;
-        // The converged picture's variance lies where the measured one's does: of relative errors it is the same share.
+        // The variance of the converged picture is spread like the measured one: in relative errors it has the same
+        // share.
         let left = 1.0 - self.variance / mse.max(1e-300);
         Point { samples: film.samples(), time, mse: mse * left, rel_mse: rel_mse * left }
     }
@@ -307,8 +312,8 @@ impl Converged {
     }
 }
 
-/// How many times as long `b` takes for the error of `a`: of the last three points, the geometric mean, where error falls as one over
-/// time.
+/// The time that `b` takes to reach the error of `a`, relative to that of `a`: the geometric mean of the last three
+/// points, where the error falls as one over time.
 pub fn speedup(a: &[Point], b: &[Point], error: impl Fn(&Point) -> f64) -> f64 {
     let cost = |p: &Point| (error(p).max(1e-300) * p.time).ln();
     let last = a.len().min(b.len()).min(3);

@@ -30,16 +30,16 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
          than those of the model of 2015 for eight of the ten (Table 4, Fig. 11).",
     );
     let species: &[Species] = context.quality.pick(&[Species::RedFox], &Species::ALL, &Species::ALL);
-    // Cells, their subdivision, photons of each of two simulations.
+    // Cells, their subdivision, photons of each of the two simulations.
     let (size, within, photons) = context.quality.pick((10, 3, 20_000), (5, 5, 400_000), (3, 4, 8_000_000));
     let grid = Grid { columns: 180 / size, rows: 180 / size, within };
-    // Each of its values takes a hundred of the others'.
+    // Each of its values takes as long as a hundred of the others.
     let coarse = Grid { within: grid.within.min(3), ..grid };
     let data = TableData::from_bytes(Tables::SHIPPED)?;
     let header = [
         "fibre",
         "vellus",
-        "2017, to the letter",
+        "2017, as printed",
         "2015",
         "noise",
         "log: vellus",
@@ -48,9 +48,9 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         "fit: 2015",
         "fit: 2017",
     ];
-    let caption = "NRMSE of the models against the simulated fibre of the same parameters, %; noise of the \
-     simulation; the same of logarithms; and what the paper's fits to measured fibres have, which is not the \
-     same thing";
+    let caption = "NRMSE of the models against the simulated fibre with the same parameters, %; noise of the \
+                   simulation; the same for logarithms; and the NRMSE of the paper's fits to measured fibres, which \
+                   is another quantity";
     let mut table = Table::new("errors", caption, &header);
     let (mut fibers, mut all) = (Vec::new(), Vec::new());
     let stage = context.stage(species.len() as u64, "tracing fibres");
@@ -61,7 +61,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         let [a, b] = halves;
         let (a, b) = (a?, b?);
         let traced: Vec<f64> = a.iter().zip(&b).map(|(a, b)| 0.5 * (a + b)).collect();
-        // Two simulations are √2 further apart than each from the truth, and their mean is √2 closer to it.
+        // The difference of two simulations is √2 times the error of one, and their mean has 1/√2 of that error.
         let noise = 0.5 * errors(&a, &b).nrmse;
         let ours = grid.model(&fiber, ModelKind::Vellus)?;
         let yan2015 = grid.model(&fiber, ModelKind::Yan2015)?;
@@ -86,25 +86,24 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         fibers,
         cells: [grid.columns, grid.rows],
     };
-    let caption = "Left the whole fibre, traced photon by photon with a rough, tilted cuticle (the paper has \
-     measured fibres there), in the middle the model of 2015, right ours: the same parameters, Table 4's, \
-     nothing fitted.";
+    let caption = "Left: the whole fibre, traced photon by photon with a rough, tilted cuticle (the paper shows \
+                   measured fibres). Middle: the model of 2015. Right: ours. All have the parameters of Table 4; \
+                   nothing is fitted.";
     outcome.pictures.push(context.draw(&sheet, "profiles", caption)?);
     outcome.tables.push(table);
     claims(&mut outcome, &all);
     presets(&mut outcome)?;
     outcome.notes.push(
-        "What one sees: the simulated fibre's highlight is narrower along θ toward φ = 180°, where light grazes the \
-         cuticle, and it is darker toward the poles, where light that leaves along the fibre is mostly reflected back \
-         in. Both models have one width all around, and are too bright there."
+        "The highlight of the simulated fibre is narrower along θ toward φ = 180°, where light grazes the cuticle. \
+         It is darker toward the poles, because light that leaves along the fibre is mostly reflected back in. Both \
+         models have the same width all around, and are too bright there."
             .to_owned(),
     );
     outcome.notes.push(
-        "The measured profiles were not available to us. A simulated fibre is not a measured one, and here nothing is \
-         fitted: the parameters are those that the paper's model needs to look like real fibres. vellus fit of \
-         the same simulations follows them to within 8 % with other parameters. 2017 to the letter has 8 and 5 \
-         segments, as in its fits. Cells where the simulation has less than a thousandth of its maximum are left \
-         out of the logarithms."
+        "We do not have the measured profiles. A simulated fibre is not a measured one, and nothing is fitted here: \
+         the parameters are those with which the paper's model fits real fibres. vellus fit follows the same \
+         simulations to within 8 % with other parameters. 2017 as printed has 8 and 5 segments, as in the paper's \
+         fits. The logarithms leave out cells where the simulation is below a thousandth of its maximum."
             .to_owned(),
     );
     Ok(outcome)
@@ -118,12 +117,12 @@ fn claims(outcome: &mut Outcome, all: &[[Errors; 3]]) {
         "NRMSE of fits to measured fibres",
         "4.7 to 16.1 %",
         format!(
-            "2017 to the letter against simulated fibres, unfitted: {:.1} to {:.1} %, {letter:.1} % on average; \
-             ours {ours:.1} %",
+            "2017 as printed against simulated fibres, not fitted: {:.1} to {:.1} %, {letter:.1} % on average; ours \
+             {ours:.1} %",
             100.0 * range.0,
             100.0 * range.1
         ),
-        "The measurements were not available to us, and nothing is fitted here.",
+        "We do not have the measurements, and nothing is fitted here.",
     ));
     let closer = |k: usize| all.iter().filter(|e| e[k].nrmse < e[2].nrmse).count();
     let closer_log = |k: usize| all.iter().filter(|e| e[k].log < e[2].log).count();
@@ -131,20 +130,20 @@ fn claims(outcome: &mut Outcome, all: &[[Errors; 3]]) {
         "Closer to the fibre than the model of 2015",
         "8 of 10 species",
         format!(
-            "of {}: 2017 to the letter {} by NRMSE and {} by that of logarithms, ours {} and {}; 2015 has \
-             {yan:.1} % on average",
+            "of {}: 2017 as printed {} by NRMSE and {} by NRMSE of logarithms, ours {} and {}; 2015 has {yan:.1} % \
+             on average",
             all.len(),
             closer(1),
             closer_log(1),
             closer(0),
             closer_log(0)
         ),
-        "Against simulated fibres with the same parameters; the paper's are fits to measured ones, each model \
-         with its own parameters.",
+        "Against simulated fibres with the same parameters. The paper's numbers are fits to measured fibres, each \
+         model with its own parameters.",
     ));
     let (what, expected) = (
         "Our departures bring the model closer to the simulated fibre",
-        "a lower error of logarithms than 2017 to the letter",
+        "a lower error of logarithms than 2017 as printed",
     );
     let [ours, letter] = [0, 1].map(|k| mean(&|e| e[k].log));
     let measured = format!("{ours:.2} % against {letter:.2} %, on average");

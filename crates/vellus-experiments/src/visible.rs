@@ -1,11 +1,12 @@
-//! Visibility of the difference of two pictures on the fur.
+//! How visible the difference of two pictures is on the fur.
 //!
 //! Colours are compared as a display shows them, pixel by pixel: ΔE*ab, the distance in CIE 1976 L*a*b*. The result is
 //! its root mean square, weighted by the share of each pixel that fibres cover.
 //!
-//! Sampling noise is no difference. Each picture is therefore given as two halves of independent seeds. The product of
-//! the halves' differences, (A₁ − B₁)·(A₂ − B₂), has the mean |A − B|² without the variance that the square of one
-//! difference has. What remains is that the mean of a noisy L* is less than the L* of the mean: of both pictures alike.
+//! Sampling noise does not count as a difference. Each picture is therefore given as two halves with independent
+//! seeds. The product of the halves' differences, (A₁ − B₁)·(A₂ − B₂), has the mean |A − B|², without the variance of
+//! the square of one difference. One bias remains: the mean of a noisy L* is less than the L* of the mean. It is the
+//! same for both pictures.
 
 use crate::{Claim, Verdict};
 use vellus_render::{Film, Layer};
@@ -19,7 +20,7 @@ const DEVIATE: f64 = 3.29;
 /// Root mean square of ΔE*ab on the fur.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Visible {
-    /// Its estimate.
+    /// The estimate.
     pub delta: f64,
     /// The interval that contains it with a probability of 99.9 %.
     pub range: [f64; 2],
@@ -43,7 +44,7 @@ impl Visible {
         Visible::of(&pixels)
     }
 
-    /// From the weights of the pixels and their unbiased squares.
+    /// Computes it from the weights of the pixels and their unbiased squares.
     fn of(pixels: &[(f64, f64)]) -> Self {
         let all = pixels.iter().map(|(w, _)| w).sum::<f64>().max(f64::MIN_POSITIVE);
         let mean = pixels.iter().map(|(w, x)| w * x).sum::<f64>() / all;
@@ -65,7 +66,7 @@ impl Visible {
         if low > NOTICEABLE || high < NOTICEABLE {
             Claim::new(what, expected, measured, self.delta, Verdict::of(low > NOTICEABLE))
         } else {
-            Claim::not_judged(what, expected, measured, "The noise leaves it open: more samples would tell.")
+            Claim::not_judged(what, expected, measured, "The noise is too large to decide: more samples are needed.")
         }
     }
 }
@@ -79,8 +80,8 @@ fn color(film: &Film, x: usize, y: usize) -> [f64; 3] {
     [0, 1, 2].map(|c| film.mean(x, y, Layer::Beauty, c))
 }
 
-/// L*, a*, b* of linear sRGB, which a display holds to 0 to 1 (CIE 15:2004, Eq. 8.3 to 8.11; white is that of
-/// daylight, 6504 K).
+/// L*, a*, b* of linear sRGB, clamped to 0 to 1 as a display does (CIE 15:2004, Eq. 8.3 to 8.11; the white point is
+/// that of daylight, 6504 K).
 fn lab(rgb: [f64; 3]) -> [f64; 3] {
     // IEC 61966-2-1; each row is divided by its sum, the white point.
     const XYZ: [[f64; 3]; 3] = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]];
@@ -96,25 +97,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lab_is_that_of_the_standard() {
+    fn lab_matches_the_standard() {
         let close = |rgb: [f64; 3], expected: [f64; 3]| {
             let found = lab(rgb);
             assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 0.05), "{found:?} {expected:?}");
         };
         close([1.0; 3], [100.0, 0.0, 0.0]);
         close([0.0; 3], [0.0; 3]);
-        // Red as published for sRGB, to what the digits of the white point leave.
+        // Red as published for sRGB, within the digits of the white point.
         close([0.1842; 3], [50.0, 0.0, 0.0]);
         close([1.0, 0.0, 0.0], [53.24, 80.09, 67.20]);
         // A display shows no more than white.
         close([9.0, 9.0, 9.0], [100.0, 0.0, 0.0]);
     }
 
-    /// Halves of pictures that differ by noise alone: the square of one difference would be 2 σ², the product is 0
+    /// Halves of pictures that differ by noise only: the square of one difference would be 2 σ², the product is 0
     /// within its range.
     #[test]
     fn noise_is_no_difference() {
-        // Differences of two halves by a congruential generator: uniform of variance 1/12, times 20.
+        // Differences of two halves from a congruential generator: uniform with variance 1/12, times 20.
         let mut state = 1u64;
         let mut noise = move || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

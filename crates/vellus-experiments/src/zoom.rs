@@ -1,4 +1,4 @@
-//! Yan17 Fig. 12–13: near field, far field and multi-scale from afar and close up, and all between.
+//! Yan17 Fig. 12–13: near field, far field and multi-scale, from afar, close up and in between.
 
 use crate::comparison::Comparison;
 use crate::context::Context;
@@ -12,17 +12,16 @@ use vellus_scene::{Camera, Scene};
 
 const METHODS: [Method; 3] = [NEAR, FAR, MULTI];
 
-/// How much closer the close-up is: a pixel is a fifth of a hair's radius, at draft quality.
+/// How much closer the close-up is: at draft quality, a pixel is a fifth of a hair's radius.
 const CLOSE: f32 = 300.0;
 
 pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let quality = context.quality;
     let mut outcome = Outcome::new(
-        "The same lock seen from afar and close up, at 1,024 and 64 samples a pixel. From afar all three show the \
-         same, far field and \
-         multi-scale with much less noise, in 1.5 times the time of the near field. Close up multi-scale shows what \
-         the near \
-         field shows; the far field is flat. Zooming in does not flicker.",
+        "The same lock seen from afar and close up, at 1,024 and 64 samples per pixel. From afar all three methods \
+         give the same picture; far field and multi-scale have much less noise, in 1.5 times the time of the near \
+         field. Close up, multi-scale gives the picture of the near field; the far field is flat. Zooming in does \
+         not flicker.",
     );
     let scene = || {
         let scene = vellus_groom::scene("hair-lock", quality == Quality::Smoke);
@@ -32,7 +31,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let counts = quality.pick([4, 2], [128, 16], [1024, 64]);
     let mut table = Table::new(
         "modes",
-        "Time, and error against each method's own converged picture; the methods alternated",
+        "Time, and error against each method's own converged picture; the methods alternate",
         &["view", "method", "samples", "processor time, s", "RMSE", "relMSE"],
     );
     let mut shot = Shot::new(context, "afar", scene()?, size, [0, 0, size[0], size[1]])?;
@@ -77,7 +76,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
             let claim = Claim::new(
                 "From afar multi-scale has less noise than the near field at equal samples",
                 "significantly less",
-                format!("{noise:.2} × less of mean square"),
+                format!("{noise:.2} × less mean square error"),
                 noise,
                 Verdict::of(noise > 1.2),
             );
@@ -87,26 +86,25 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         for (method, close) in [(MULTI, true), (FAR, false)] {
             let (name, other) = (method.name, comparison.converged(method)?);
             let (z, offset, spread) = difference(&other.film, &near.film);
-            // The same for noise alone: errors of heavy-tailed samples are underestimated.
+            // The same for noise alone: heavy-tailed samples underestimate errors.
             let noise = near.spread.max(other.spread);
             let visible = Visible::new(other.halves(), near.halves());
             let measured = format!(
                 "{}; brightness of the fur {:+.2} %, z = {z:.1}; pixels differ by {spread:.2} standard errors (root \
-                 mean \
-                 square), halves of one picture by {noise:.2}",
+                 mean square), halves of one picture by {noise:.2}",
                 visible.text(),
                 100.0 * offset
             );
-            let what = format!("{view}: the {name} shows what the near field shows");
+            let what = format!("{view}: the {name} gives the picture of the near field");
             let same = z.abs() < 3.0 && spread < 1.1 * noise;
             let claim = if k == 0 || close {
                 let limit = "|z| < 3, pixels a tenth more than halves of one picture";
                 Claim::new(what, format!("within noise: {limit}"), measured, spread, Verdict::of(same))
             } else {
                 let more = format!("; brightness of the fur {:+.2} %", 100.0 * offset);
-                visible.claim("close: the far field is visibly not what the near field shows", &more)
+                visible.claim("close: the far field differs visibly from the near field", &more)
             };
-            let why = "What is hidden depends on the offsets that a far field averages.";
+            let why = "Which parts are hidden depends on the offsets that a far field averages.";
             outcome.claims.push(claim.or_because(why));
         }
     }
@@ -115,13 +113,15 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         (1, "close up", 1.15, "closer to the near field's than from afar; at most 1.15"),
     ] {
         let claim = Claim::new(
-            format!("Time of a multi-scale frame over one of the near field, {view}"),
+            format!("Time of a multi-scale frame relative to the near field, {view}"),
             expected,
             format!("{:.2}", frames[k]),
             frames[k],
             Verdict::at_most(frames[k], limit),
         );
-        outcome.claims.push(claim.or_because("Hits after the first cost more as far fields, and leave less noise."));
+        outcome
+            .claims
+            .push(claim.or_because("Hits after the first use the far field, which takes longer and has less noise."));
     }
     outcome.tables.push(table);
     sequence(context, &mut shot, &scene()?, &mut outcome)?;
@@ -141,7 +141,7 @@ fn zoomed(scene: &Scene, zoom: f32) -> Result<Camera> {
     Ok(Camera::look_at(eye, target, Vec3::Y, angle, aspect))
 }
 
-/// From afar to close up in even steps.
+/// Zooms from afar to close up in even steps.
 fn sequence(context: &Context<'_>, shot: &mut Shot<'_>, scene: &Scene, outcome: &mut Outcome) -> Result<()> {
     let quality = context.quality;
     let steps = quality.pick(2, 13, 49);
@@ -149,7 +149,7 @@ fn sequence(context: &Context<'_>, shot: &mut Shot<'_>, scene: &Scene, outcome: 
     let (mut films, mut worst) = (Vec::new(), (0.0f64, 0.0f64));
     let mut table = Table::new(
         "zoom",
-        "Multi-scale beside near field while zooming in",
+        "Multi-scale against the near field while zooming in",
         &["zoom", "near: mean", "multi-scale: mean", "difference, %", "its standard errors"],
     );
     let stage = context.stage(steps as u64, "zooming");
@@ -180,7 +180,7 @@ fn sequence(context: &Context<'_>, shot: &mut Shot<'_>, scene: &Scene, outcome: 
     context.write("zoom.png", &animated(&films).map_err(|e| anyhow!("cannot encode PNG: {e}"))?)?;
     outcome
         .pictures
-        .push(Picture::new("zoom.png", "Zooming in, multi-scale (an animation, where the viewer plays it)"));
+        .push(Picture::new("zoom.png", "Zooming in, multi-scale (an animation, if the viewer supports it)"));
     outcome.tables.push(table);
     let claim = Claim::new(
         "The multi-scale mode changes smoothly while zooming in: its brightness stays that of the near field",

@@ -1,12 +1,13 @@
-//! Fits synthetic measurements of the ten species and prints how it went: `cargo run --release -p vellus-fit --example
-//! ten_species [-- SEEDS PHOTONS]` (0 photons: the models alone). For each model and species, from the model itself (2 % noise, 10 % gaps);
-//! by our model, from the whole fibre, traced. Of both, how much of the variation each model explains.
+//! Fits synthetic measurements of the ten species and prints the results: `cargo run --release -p vellus-fit
+//! --example ten_species [-- SEEDS PHOTONS]` (0 photons: the models alone). It fits each model to measurements of the
+//! model itself (2 % noise, 10 % gaps), then our model to the traced whole fibre. For both, it prints how much of the
+//! variation each model explains.
 
 use std::time::Instant;
 use vellus::{Fiber, Species};
 use vellus_fit::{Fit, Forward, Options, Profile, Specimen, State, Synthetic, fit, simulate};
 
-/// User and system time of this process so far, seconds, and its largest memory, MB (Linux).
+/// User and system time of this process so far, seconds, and its peak memory, MB (Linux).
 fn process() -> (f64, f64) {
     let read = |path: &str| std::fs::read_to_string(path).unwrap_or_default();
     let stat = read("/proc/self/stat");
@@ -25,7 +26,7 @@ fn run(model: Forward, profile: &Profile) -> (Fit, f64, f64) {
     (result, start.elapsed().as_secs_f64(), process().0 - cpu)
 }
 
-/// How much of a profile's variation each model explains, and which of them are no fit.
+/// How much of a profile's variation each model explains, and which models do not fit.
 fn explained(profile: &Profile) -> String {
     let of = |model: &Forward| {
         let result = run(*model, profile).0;
@@ -35,14 +36,14 @@ fn explained(profile: &Profile) -> String {
     Forward::ALL.iter().map(of).collect::<Vec<_>>().join(", ")
 }
 
-/// A model's own measurements, fitted by it.
+/// Fits a model to its own measurements.
 fn own(model: Forward, seeds: u64) {
-    println!("{}, from itself: errors in standard errors; (brackets): not determined", model.kind());
+    println!("{}, fitted to itself: errors in standard errors; in brackets: not determined", model.kind());
     let (mut squares, mut count, mut worst) = (0.0, 0, 0.0f64);
     let (mut times, mut longest) = (0.0, [0.0f64; 2]);
     for (seed, species) in (1..=seeds).flat_map(|seed| Species::ALL.map(|species| (seed, species))) {
         let truth = Fiber::preset(species);
-        // The medulla's index, where the model has one, is not the cortex'.
+        // The index of the medulla differs from that of the cortex, if the model has it.
         let eta_m = truth.eta - 0.08;
         let synthetic = Synthetic { seed, scale: 37.0, ..Synthetic::default() };
         let specimen = Specimen { fiber: truth, eta_m: Some(eta_m) };

@@ -1,12 +1,12 @@
-//! Images of measurements: NPY and OpenEXR. NaN stands for what could not be measured.
+//! Images of measurements: NPY and OpenEXR. NaN stands for a missing value.
 
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// The most values of an image: 2²⁶, which are 512 MiB in double precision.
+/// The largest number of values in an image: 2²⁶, which are 512 MiB in double precision.
 const MOST: usize = 1 << 26;
 
-/// Values row by row, the channels of a pixel together.
+/// Values in row-major order; the channels of a pixel are adjacent.
 pub struct Pixels {
     pub width: usize,
     pub height: usize,
@@ -14,7 +14,7 @@ pub struct Pixels {
     pub values: Vec<f64>,
 }
 
-/// Of a header's sizes.
+/// Checks the sizes that a header states.
 fn checked(height: usize, width: usize, channels: usize) -> Result<usize, String> {
     let count = height.checked_mul(width).and_then(|n| n.checked_mul(channels));
     count
@@ -22,8 +22,8 @@ fn checked(height: usize, width: usize, channels: usize) -> Result<usize, String
         .ok_or_else(|| format!("it claims {height} × {width} × {channels} values: expected 1 to {MOST}"))
 }
 
-/// NumPy's format (NEP 1): a header in the syntax of Python, always the same three keys, and the values. No crate
-/// reads it here: those that can depend on a parser of Python.
+/// Reads NumPy's format (NEP 1): a header in Python syntax with three fixed keys, then the values. The available
+/// crates depend on a parser of Python, so this code reads the header itself.
 pub fn npy(bytes: &[u8]) -> Result<Pixels, String> {
     let rest = bytes.strip_prefix(b"\x93NUMPY").ok_or("byte 0: it is no NPY file: expected \\x93NUMPY")?;
     let (start, length) = match rest {
@@ -79,7 +79,7 @@ pub fn npy(bytes: &[u8]) -> Result<Pixels, String> {
     Ok(Pixels { width, height, channels, values })
 }
 
-/// R, G, B of the first layer that has them, or its only channel.
+/// Reads R, G, B of the first layer that has them, or the only channel of a layer.
 pub fn exr(bytes: &[u8]) -> Result<Pixels, String> {
     use exr::prelude::{ReadChannels, ReadLayers};
     let read = || {
@@ -101,14 +101,14 @@ pub fn exr(bytes: &[u8]) -> Result<Pixels, String> {
         let chosen = match (["R", "G", "B"].map(named), &list[..]) {
             ([Some(r), Some(g), Some(b)], _) => vec![r, g, b],
             (_, [only]) => vec![only],
-            _ => return Err("a layer with channels R, G, B or with one channel is needed".to_owned()),
+            _ => return Err("no layer has the channels R, G, B or exactly one channel".to_owned()),
         };
         let channels: Vec<Vec<f32>> = chosen.iter().map(|c| c.sample_data.values_as_f32().collect()).collect();
         let values =
             (0..size.area()).flat_map(|i| channels.iter().map(move |c| f64::from(c[i])).collect::<Vec<_>>()).collect();
         Ok(Pixels { width: size.width(), height: size.height(), channels: channels.len(), values })
     };
-    // The crate is fuzzed, but what it decodes comes from anywhere: a panic is a broken file.
+    // The decoder is fuzzed, but its input is untrusted: a panic counts as a broken file.
     let result: Result<Pixels, String> =
         catch_unwind(AssertUnwindSafe(read)).unwrap_or(Err("it cannot be decoded".to_owned()));
     result.map_err(|what| format!("broken OpenEXR image: {what}"))

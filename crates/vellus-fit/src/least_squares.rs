@@ -1,68 +1,67 @@
 //! Least squares between bounds: Levenberg–Marquardt with an active set and Huber's loss.
 //!
-//! No maintained crate has bounds, a robust loss and a stop from outside; the problems are small (a dozen variables,
-//! thousands of residuals), so that the model's values are all the cost.
-//! Nocedal and Wright 2006, *Numerical Optimization*, Sec. 10.3 and 16.7; damping after Nielsen 1999; Huber 1981,
-//! *Robust Statistics*, Sec. 7.
+//! Own code, because no maintained crate has bounds, a robust loss and cancellation. The problems are small (a dozen
+//! variables, thousands of residuals); evaluating the model takes nearly all of the time. Nocedal and Wright 2006,
+//! *Numerical Optimization*, Sec. 10.3 and 16.7; damping after Nielsen 1999; Huber 1981, *Robust Statistics*, Sec. 7.
 
 use crate::matrix::{Matrix, solve};
 use rayon::prelude::*;
 use vellus_io::Progress;
 
-/// What is minimised.
+/// A function to minimise.
 pub struct Problem<'a> {
-    /// Ends of each variable's range.
+    /// The bounds of each variable.
     pub bounds: &'a [[f64; 2]],
-    /// Half the distance of the two points of each difference quotient.
+    /// The step of each difference quotient. A central difference takes it to both sides.
     pub steps: &'a [f64],
-    /// Residuals at variables within the bounds.
+    /// The residuals for given variables, which lie within the bounds.
     pub residuals: &'a (dyn Fn(&[f64]) -> Vec<f64> + Sync),
-    /// Huber's k: residuals above k times the noise count linearly. Infinity: plain least squares.
+    /// Huber's k: residuals above k times the noise count linearly. Infinity gives plain least squares.
     pub huber: f64,
-    /// A descent that is cancelled ends at the best variables so far.
+    /// If this is cancelled, the descent ends and returns the best variables so far.
     pub progress: &'a dyn Progress,
 }
 
 /// How difference quotients are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Difference {
-    /// One more evaluation a variable: good enough far from the minimum.
+    /// One evaluation for each variable: accurate enough far from the minimum.
     Forward,
-    /// Two more.
+    /// Two evaluations for each variable.
     Central,
 }
 
-/// Where a descent ended.
+/// The result of a descent.
 #[derive(Clone, Debug)]
 pub struct Minimum {
     /// The variables.
     pub u: Vec<f64>,
-    /// Residuals there.
+    /// The residuals at these variables.
     pub residuals: Vec<f64>,
-    /// The noise that Huber's loss measures them by.
+    /// The scale of the noise in Huber's loss.
     pub noise: f64,
-    /// The loss over noise²: Σ r²/2 in units of the noise, outliers counting less.
+    /// The loss divided by noise²: Σ r²/2 in units of the noise, with less weight for outliers.
     pub loss: f64,
-    /// Steps taken.
+    /// The number of steps taken.
     pub iterations: usize,
-    /// Neither stopped nor out of steps.
+    /// False if the descent was cancelled or ran out of steps.
     pub converged: bool,
 }
 
-/// Single precision and the far field's quadrature leave that much of a log-ratio at best.
+/// The precision of a log-ratio that single precision and the quadrature of the far field allow.
 pub const LEAST_NOISE: f64 = 1e-4;
 
-/// The standard deviation of the residuals, from their median so that outliers do not count.
+/// The standard deviation of the residuals, from their median, so that outliers do not count.
 pub fn noise(residuals: &[f64]) -> f64 {
     let mut sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
     let middle = sizes.len() / 2;
     let median = if sizes.is_empty() { 0.0 } else { *sizes.select_nth_unstable_by(middle, f64::total_cmp).1 };
-    // The median of |r| of a normal distribution is 0.6745 of its standard deviation.
+    // The median of |r| of a normal distribution is 0.6745 standard deviations.
     (median / 0.6745).max(LEAST_NOISE)
 }
 
 impl Problem<'_> {
-    /// Huber's loss over noise².
+    /// Huber's loss, divided by noise².
     pub fn loss(&self, residuals: &[f64], noise: f64) -> f64 {
         let k = self.huber;
         let loss = |r: &f64| {
@@ -77,7 +76,7 @@ impl Problem<'_> {
         (self.huber * noise / residual.abs()).min(1.0)
     }
 
-    /// Derivatives of the residuals, variable by variable. Differences stay within the bounds.
+    /// Derivatives of the residuals by each variable. The difference quotients stay within the bounds.
     pub fn jacobian(&self, u: &[f64], residuals: &[f64], difference: Difference) -> Vec<Vec<f64>> {
         (0..u.len())
             .into_par_iter()
@@ -105,7 +104,7 @@ impl Problem<'_> {
             .collect()
     }
 
-    /// JᵀWJ and JᵀWr.
+    /// Computes JᵀWJ and JᵀWr.
     pub fn normal_equations(&self, jacobian: &[Vec<f64>], residuals: &[f64], noise: f64) -> (Matrix, Vec<f64>) {
         let n = jacobian.len();
         let weights: Vec<f64> = residuals.iter().map(|&r| self.weight(r, noise)).collect();
@@ -123,7 +122,7 @@ impl Problem<'_> {
         (a, g)
     }
 
-    /// Descends from `start`, which is first held to the bounds.
+    /// Descends from `start`, which is clamped to the bounds first.
     pub fn minimise(&self, start: &[f64], difference: Difference, most: usize) -> Minimum {
         let mut u: Vec<f64> = start.iter().zip(self.bounds).map(|(x, [low, high])| x.clamp(*low, *high)).collect();
         let mut residuals = (self.residuals)(&u);
@@ -136,7 +135,7 @@ impl Problem<'_> {
             let loss = self.loss(&residuals, noise);
             let jacobian = self.jacobian(&u, &residuals, difference);
             let (a, g) = self.normal_equations(&jacobian, &residuals, noise);
-            // Damping grows until a step descends.
+            // The damping grows until a step reduces the loss.
             loop {
                 let step = self.step(&a, &g, &u, damping);
                 let next: Vec<f64> =
@@ -150,10 +149,10 @@ impl Problem<'_> {
                 let (better, predicted) = (self.loss(&tried, noise), predicted(&a, &g, &step) / (noise * noise));
                 let gain = (loss - better) / predicted.max(f64::MIN_POSITIVE);
                 if better < loss {
-                    // Nielsen's rule: the better the prediction was, the less damping.
+                    // Nielsen's rule: the better the prediction was, the smaller the damping becomes.
                     damping = (damping * (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0)).max(1e-12);
                     growth = 2.0;
-                    // A hundredth of what one standard error of one variable changes the loss by.
+                    // Stop at a hundredth of the change of the loss for one standard error of one variable.
                     converged = loss - better < 5e-3 && damping < 1e-2 && length < 10.0;
                     (u, residuals) = (next, tried);
                     break;
@@ -171,14 +170,14 @@ impl Problem<'_> {
         Minimum { u, residuals, noise, loss, iterations, converged }
     }
 
-    /// The damped step. Variables that it would push through a bound end on it, and the others make the best of that.
+    /// The damped step. A variable that would cross a bound stops on it, and the step of the others is solved again.
     fn step(&self, a: &Matrix, g: &[f64], u: &[f64], damping: f64) -> Vec<f64> {
         let n = u.len();
         let mut held: Vec<Option<f64>> = (0..n)
             .map(|j| {
                 let [low, high] = self.bounds[j];
                 let outward = (u[j] <= low && g[j] > 0.0) || (u[j] >= high && g[j] < 0.0);
-                // A variable the data does not see at all stays where it is.
+                // A variable without influence on the residuals stays where it is.
                 (outward || a[(j, j)] <= 0.0).then_some(0.0)
             })
             .collect();
@@ -211,7 +210,7 @@ impl Problem<'_> {
     }
 }
 
-/// By how much the quadratic model falls along a step.
+/// The decrease that the quadratic model predicts for a step.
 fn predicted(a: &Matrix, g: &[f64], step: &[f64]) -> f64 {
     let n = step.len();
     let curved: f64 = (0..n).map(|i| (0..n).map(|j| step[i] * a[(i, j)] * step[j]).sum::<f64>()).sum();
@@ -232,7 +231,8 @@ mod tests {
         Problem { bounds, steps: &steps, residuals, huber, progress: &() }.minimise(start, Difference::Central, 400)
     }
 
-    /// Rosenbrock's valley: its minimum (1, 1) inside, and cut off by a bound, where x₁ = x₀² remains.
+    /// Rosenbrock's valley, with its minimum (1, 1) inside the bounds, and cut off by a bound, where x₁ = x₀²
+    /// remains.
     #[test]
     fn a_curved_valley_is_followed_to_its_end_or_to_a_bound() {
         let valley = |u: &[f64]| vec![1.0 - u[0], 10.0 * (u[1] - u[0] * u[0])];
@@ -242,16 +242,16 @@ mod tests {
         assert!(cut.u[0] == 0.5 && (cut.u[1] - 0.25).abs() < 1e-3, "{cut:?}");
     }
 
-    /// With correlated variables the best point between bounds is not the best point held to them: minimise
-    /// (x + y − 3)² + (x − y − 2)²/100 with x ≤ 1. At x = 1, y = (2 − 0.01)/(1.01).
+    /// With correlated variables the best point within bounds is not the clamped best point: minimise (x + y − 3)² +
+    /// (x − y − 2)²/100 with x ≤ 1. At x = 1, y = (2 − 0.01)/(1.01).
     #[test]
-    fn what_a_bound_holds_the_others_make_up_for() {
+    fn other_variables_adjust_to_a_bound() {
         let plane = |u: &[f64]| vec![u[0] + u[1] - 3.0, 0.1 * (u[0] - u[1] - 2.0)];
         let end = minimise(&[[-9.0, 1.0], [-9.0, 9.0]], f64::INFINITY, &plane, &[-3.0, -3.0]);
         assert!(end.u[0] == 1.0 && (end.u[1] - 1.99 / 1.01).abs() < 1e-5, "{end:?}");
     }
 
-    /// A mean of values of which one in ten is far off: Huber's stays within what its k allows, 2 k σ/10.
+    /// The mean of values of which one in ten is far off. Huber's estimate stays within 2 k σ/10.
     #[test]
     fn outliers_pull_no_more_than_linearly() {
         let data: Vec<f64> = (0..200).map(|i| if i % 10 == 0 { 50.0 } else { f64::from(i % 7 - 3) * 0.1 }).collect();
@@ -260,7 +260,7 @@ mod tests {
         assert!((plain - 5.0).abs() < 0.1 && robust.abs() < 0.1, "{plain} {robust}");
     }
 
-    /// A variable that nothing depends on stays where it is, and hinders nothing.
+    /// A variable without influence stays where it is and does not disturb the others.
     #[test]
     fn a_variable_without_influence_is_left_alone() {
         let one = |u: &[f64]| vec![u[0] - 2.0, 0.5 * (u[0] - 2.0)];

@@ -1,4 +1,4 @@
-//! Symmetric matrices of a dozen rows.
+//! Small symmetric matrices, of about a dozen rows.
 
 use std::ops::{Index, IndexMut};
 
@@ -10,12 +10,12 @@ pub struct Matrix {
 }
 
 impl Matrix {
-    /// All zero.
+    /// A matrix of zeros.
     pub fn zero(rows: usize) -> Self {
         Matrix { rows, values: vec![0.0; rows * rows] }
     }
 
-    /// Rows, and columns.
+    /// The number of rows, which is the number of columns.
     pub fn rows(&self) -> usize {
         self.rows
     }
@@ -34,7 +34,7 @@ impl IndexMut<(usize, usize)> for Matrix {
     }
 }
 
-/// x of A x = b by Cholesky's decomposition; nothing where A is not positive definite.
+/// Solves A x = b by Cholesky's decomposition; `None` if A is not positive definite.
 pub fn solve(a: &Matrix, b: &[f64]) -> Option<Vec<f64>> {
     let n = a.rows;
     let mut l = Matrix::zero(n);
@@ -42,7 +42,7 @@ pub fn solve(a: &Matrix, b: &[f64]) -> Option<Vec<f64>> {
         for j in 0..=i {
             let sum = a[(i, j)] - (0..j).map(|k| l[(i, k)] * l[(j, k)]).sum::<f64>();
             if i == j {
-                // What rounding leaves of a singular matrix is not a pivot.
+                // In a singular matrix only rounding error remains here: it is not a pivot.
                 if sum.is_nan() || sum <= 1e-14 * a[(i, i)] {
                     return None;
                 }
@@ -62,14 +62,14 @@ pub fn solve(a: &Matrix, b: &[f64]) -> Option<Vec<f64>> {
     Some(x)
 }
 
-/// Eigenvalues of a symmetric matrix, descending, and their unit eigenvectors as rows, by Jacobi's rotations
-/// (Golub and Van Loan 2013, Sec. 8.5): exact to the last digits, and quick at this size.
+/// Eigenvalues of a symmetric matrix in descending order, and their unit eigenvectors as rows, by Jacobi's rotations
+/// (Golub and Van Loan 2013, Sec. 8.5). The method is accurate to the last digits and fast at this size.
 pub fn eigen(matrix: &Matrix) -> (Vec<f64>, Vec<Vec<f64>>) {
     let n = matrix.rows;
     let mut a = matrix.clone();
     let mut v = Matrix::zero(n);
     (0..n).for_each(|i| v[(i, i)] = 1.0);
-    // Convergence is quadratic: ten sweeps are more than any such matrix needs.
+    // Convergence is quadratic: ten sweeps are more than such a matrix needs.
     for _ in 0..30 {
         let off: f64 = (0..n).flat_map(|i| (0..i).map(move |j| (i, j))).map(|ij| a[ij] * a[ij]).sum();
         let whole: f64 = (0..n).map(|i| a[(i, i)] * a[(i, i)]).sum();
@@ -108,7 +108,7 @@ pub fn eigen(matrix: &Matrix) -> (Vec<f64>, Vec<Vec<f64>>) {
 mod tests {
     use super::*;
 
-    /// Hilbert's matrix of 6 rows, condition 1.5e7, plus a little: symmetric, positive definite.
+    /// Hilbert's matrix of 6 rows (condition 1.5e7) with a small diagonal added: symmetric, positive definite.
     fn matrix() -> Matrix {
         let mut a = Matrix::zero(6);
         for i in 0..6 {
@@ -125,7 +125,7 @@ mod tests {
         let x = solve(&a, &b).unwrap();
         for i in 0..6 {
             let sum: f64 = (0..6).map(|j| a[(i, j)] * x[j]).sum();
-            // Condition 1.6e3 times rounding times |x| of some 1e3.
+            // The condition is 1.6e3; |x| is about 1e3.
             assert!((sum - b[i]).abs() < 1e-9, "{sum} {}", b[i]);
         }
         let mut singular = Matrix::zero(2);

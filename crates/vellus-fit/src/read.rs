@@ -1,4 +1,4 @@
-//! Profiles as gantries and programs write them.
+//! Reads profiles from the files of gantries and of programs.
 
 use crate::error::Error;
 use crate::image;
@@ -6,13 +6,13 @@ use crate::profile::{Point, Profile, Quantity, check_angles};
 use std::path::Path;
 use std::str::FromStr;
 
-/// What the angles of a file mean.
+/// The coordinates of a file's angles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Angles {
-    /// θ from the plane normal to the fibre; φ from the fixed direction's.
+    /// θ is measured from the plane normal to the fibre, φ from the azimuth of the fixed direction.
     Fiber,
-    /// As the measurements of Yan et al. 2015 have it: θ is 90° less what the file says, φ the file's less 90°. The file's
-    /// [40, 80] is θ from 50° to 10°, its [70, 290] is φ from −20° to 200°.
+    /// The coordinates of the measurements of Yan et al. 2015: θ is 90° minus the file's value, φ is the file's value
+    /// minus 90°. The range [40, 80] in the file is θ from 50° to 10°; [70, 290] is φ from −20° to 200°.
     Gantry,
 }
 
@@ -20,7 +20,7 @@ impl Angles {
     /// The names used on the command line and in files.
     pub const NAMES: [&str; 2] = ["fiber", "gantry"];
 
-    /// θ and φ of the fibre, from what a file says.
+    /// Converts a file's angles to θ and φ of the fibre.
     fn convert(self, theta: f64, phi: f64) -> [f64; 2] {
         match self {
             Angles::Fiber => [theta, phi],
@@ -28,7 +28,7 @@ impl Angles {
         }
     }
 
-    /// Checks angles as a file has them; the message has the file's numbers.
+    /// Converts a file's angles and checks them. The message quotes the numbers of the file.
     fn check(self, theta: f64, phi: f64) -> Result<[f64; 2], String> {
         let converted @ [t, p] = self.convert(theta, phi);
         check_angles(t, p).map(|()| converted).map_err(|what| match self {
@@ -52,12 +52,12 @@ impl FromStr for Angles {
     }
 }
 
-/// Angles of the first and the last row or column of an image, degrees: of their middles.
+/// Angles of the centres of the first and the last row or column of an image, degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axis {
-    /// Of the first.
+    /// The first row or column.
     pub first: f64,
-    /// Of the last.
+    /// The last row or column.
     pub last: f64,
 }
 
@@ -75,23 +75,24 @@ impl FromStr for Axis {
 }
 
 /// What is known of a file beside what is in it. Text and CSV may say it themselves: `# theta_o = -30`,
-/// `# angles = fiber`, `# quantity = f-cos`.
+/// What the caller knows about a file. Text and CSV files may state it in comments: `# theta_o = -30`, `# angles =
+/// fiber`, `# quantity = f-cos`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Reading {
     /// Inclination of the fixed direction, degrees.
     pub theta_o: Option<f64>,
-    /// What the angles mean. Otherwise the gantry's in text without header, the fibre's elsewhere.
+    /// The coordinates of the angles. Default: the gantry's for text without a header, the fibre's otherwise.
     pub angles: Option<Angles>,
-    /// What the values are proportional to. Otherwise f·cos θ.
+    /// What the values are proportional to. Default: f·cos θ.
     pub quantity: Option<Quantity>,
     /// θ of an image's rows and φ of its columns.
     pub axes: Option<[Axis; 2]>,
 }
 
-/// The largest file that is read: 1 GiB. The largest array that is accepted, 2²⁶ doubles, takes half of it.
+/// The largest file that is read: 1 GiB. The largest accepted array, 2²⁶ doubles, takes half of it.
 const MOST_BYTES: u64 = 1 << 30;
 
-/// Measurements, and what the file says of them.
+/// Measurements, and what the comments of the file state.
 struct Table {
     channels: usize,
     points: Vec<Point>,
@@ -99,11 +100,12 @@ struct Table {
     known: Reading,
 }
 
-/// Reads a profile: `.txt` (a line `phi theta value` or `phi theta r g b` each, `?` for missing), `.csv` (columns theta,
-/// phi, and value or r, g, b), `.npy` or `.exr` (rows over θ, columns over φ, NaN for missing). Values of 0 count as missing.
+/// Reads a profile. Formats: `.txt` with lines `phi theta value` or `phi theta r g b`, `?` for a missing value;
+/// `.csv` with the columns theta, phi, and value or r, g, b; `.npy` or `.exr` with rows over θ, columns over φ, NaN
+/// for a missing value. A value of 0 counts as missing.
 ///
 /// # Errors
-/// [`Error::Line`] or [`Error::File`] says what is wrong and where.
+/// [`Error::Line`] or [`Error::File`]: the problem and its place.
 pub fn read(path: &Path, reading: &Reading) -> Result<Profile, Error> {
     let bytes =
         vellus_io::read_at_most(path, MOST_BYTES).map_err(|e| Error::file(path, format!("cannot read it: {e}")))?;
@@ -132,7 +134,7 @@ pub fn read(path: &Path, reading: &Reading) -> Result<Profile, Error> {
     Ok(profile)
 }
 
-/// `# name = value` of the comments.
+/// Parses `# name = value` in a comment.
 fn header(path: &Path, text: &str) -> Result<Reading, Error> {
     let mut known = Reading::default();
     for (i, line) in text.lines().enumerate() {
@@ -150,13 +152,13 @@ fn header(path: &Path, text: &str) -> Result<Reading, Error> {
     Ok(known)
 }
 
-/// A number, or none for `?` and nothing.
+/// Parses a number; `None` for `?` and for an empty cell.
 fn number(name: &str, cell: &str) -> Result<Option<f64>, String> {
     match cell {
         "?" | "" => Ok(None),
         _ => match cell.parse::<f64>() {
             Ok(x) if x.is_finite() => Ok(Some(x)),
-            _ => Err(format!("{name} = '{cell}' is not a number (? is for what could not be measured)")),
+            _ => Err(format!("{name} = '{cell}' is not a number (write ? for a missing value)")),
         },
     }
 }
@@ -166,7 +168,7 @@ impl Table {
         Table { channels, points: Vec::new(), missing: Vec::new(), known }
     }
 
-    /// Takes in one measurement.
+    /// Adds one measurement.
     fn add(&mut self, [theta, phi]: [f64; 2], values: &[Option<f64>]) -> Result<(), String> {
         if let Some(x) = values.iter().flatten().find(|x| **x < 0.0) {
             return Err(format!("value = {x} is out of range: it must not be negative"));
@@ -215,7 +217,7 @@ fn lines(path: &Path, text: &str, reading: &Reading) -> Result<Table, Error> {
     Ok(table.unwrap_or_else(|| Table::new(1, known)))
 }
 
-/// What the CSV reader refuses, with the line.
+/// Converts an error of the CSV reader; the message names the line.
 fn csv_error(path: &Path, error: &csv::Error) -> Error {
     match (error.kind(), error.position()) {
         (csv::ErrorKind::UnequalLengths { expected_len, len, .. }, Some(position)) => {
@@ -241,7 +243,7 @@ fn columns(path: &Path, text: &str, reading: &Reading) -> Result<Table, Error> {
     };
     let (Some(theta), Some(phi), 1 | 3) = (theta, at("phi"), values.len()) else {
         let found: Vec<&str> = head.iter().collect();
-        return Err(Error::line(path, head_line, format!("the columns are {}: needed are {KNOWN}", found.join(", "))));
+        return Err(Error::line(path, head_line, format!("the columns are {}: expected {KNOWN}", found.join(", "))));
     };
     let mut table = Table::new(values.len(), known);
     for record in csv.records() {
@@ -264,7 +266,7 @@ fn pixels(path: &Path, image: Result<image::Pixels, String>, reading: &Reading) 
     let Some([theta, phi]) = reading.axes else {
         return Err(Error::file(
             path,
-            "an image does not say its angles: give --theta FIRST:LAST of its rows and --phi of its columns",
+            "an image does not state its angles: give --theta FIRST:LAST of its rows and --phi of its columns",
         ));
     };
     let angles = reading.angles.unwrap_or(Angles::Fiber);

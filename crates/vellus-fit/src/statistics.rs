@@ -1,4 +1,4 @@
-//! How well the data determines what was fitted.
+//! How well the data determine the fitted parameters.
 
 use crate::least_squares::{Difference, Minimum, Problem};
 use crate::matrix::{Matrix, eigen};
@@ -7,19 +7,19 @@ use crate::space::Space;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// A variable whose standard error is more than this share of its usual range is not determined.
+/// A variable is not determined if its standard error exceeds this share of its usual range.
 const VAGUE: f64 = 0.1;
 
-/// A variable whose standard error is that many times its usual range is unknown.
+/// A variable is unknown if its standard error is this many times its usual range.
 const UNKNOWN: f64 = 100.0;
 
-/// A variable on a bound is taken off it by this share of its usual range first, then by twice that, and so on.
+/// The first distance at which a variable on a bound is moved off it, in units of its usual range. It then doubles.
 const NEAREST: f64 = 1.0 / 64.0;
 
-/// But no farther than this.
+/// The largest such distance.
 const FARTHEST: f64 = 2.0;
 
-/// Components below this share of a direction's length are not worth naming.
+/// Components below this share of a direction's length are not reported.
 const NAMED: f64 = 0.25;
 
 /// Where a fitted variable ended.
@@ -33,32 +33,32 @@ pub enum Place {
     High,
 }
 
-/// Errors of all variables.
+/// The errors of all variables.
 #[derive(Clone, Debug)]
 pub struct Statistics {
-    /// Where each ended.
+    /// Where each variable ended.
     pub places: Vec<Place>,
     /// Covariance of the variables.
     pub covariance: Matrix,
-    /// The standard error of each; none where the data says nothing at all.
+    /// The standard error of each variable; `None` if the data do not constrain it at all.
     pub errors: Vec<Option<f64>>,
-    /// Is its standard error small against its usual range, and is it inside?
+    /// Whether the standard error is small against the usual range and the variable is inside its bounds.
     pub determined: Vec<bool>,
-    /// Would its standard error be small if the residuals were noise, wherever it is?
+    /// Whether the standard error would be small if the residuals were noise, wherever the variable ended.
     pub visible: Vec<bool>,
-    /// Correlation of residuals with their neighbours', over φ and over θ: near 0 where they are noise, near 1 where the model
-    /// cannot follow the data.
+    /// Correlation of neighbouring residuals, over φ and over θ: near 0 if they are noise, near 1 if the model cannot
+    /// follow the data.
     pub neighbours: [f64; 2],
-    /// What the standard errors were widened by for it.
+    /// The factor by which this correlation widened the standard errors.
     pub widened: f64,
-    /// The combination of variables the data says least about, the most important first, each with its share: a unit vector in
-    /// units of the usual ranges.
+    /// The combination of variables that the data constrain least: a unit vector in units of the usual ranges, as
+    /// variables with their components, the largest first.
     pub weakest: Vec<(usize, f64)>,
-    /// Standard error along it, in the same units.
+    /// The standard error along this direction, in the same units.
     pub weakest_error: f64,
 }
 
-/// Errors at a minimum.
+/// Computes the errors at a minimum.
 pub fn statistics(problem: &Problem, space: &Space, profile: &Profile, minimum: &Minimum) -> Statistics {
     let Minimum { u, residuals, noise, .. } = minimum;
     let n = u.len();
@@ -78,11 +78,11 @@ pub fn statistics(problem: &Problem, space: &Space, profile: &Profile, minimum: 
     let places: Vec<Place> = (0..n).map(place).collect();
 
     let neighbours = neighbour_correlation(problem, profile, residuals, *noise);
-    // Variance of the mean of values of which neighbours correlate by ρ (first order, each direction on its own).
+    // The variance of the mean of values whose neighbours correlate by ρ: to first order, each direction separately.
     let inflation: f64 = neighbours.iter().map(|r| r.clamp(0.0, 0.98)).map(|r| (1.0 + r) / (1.0 - r)).product();
     let variance = residual_variance(problem, residuals, *noise, n) * inflation;
 
-    // In units of the usual ranges, so that eigenvalues can be compared.
+    // In units of the usual ranges, so that eigenvalues are comparable.
     let mut scaled = Matrix::zero(n);
     for i in 0..n {
         for j in 0..=i {
@@ -137,7 +137,7 @@ pub fn statistics(problem: &Problem, space: &Space, profile: &Profile, minimum: 
     }
 }
 
-/// Covariance of the variables inside their bounds from JᵀJ, in units of the usual ranges.
+/// Covariance of the variables inside their bounds, from JᵀJ, in units of the usual ranges.
 fn inside_covariance(a: &Matrix, places: &[Place], variance: f64) -> Matrix {
     let free: Vec<usize> = (0..places.len()).filter(|&j| places[j] == Place::Inside).collect();
     let mut inside = Matrix::zero(free.len());
@@ -159,8 +159,8 @@ fn inside_covariance(a: &Matrix, places: &[Place], variance: f64) -> Matrix {
     covariance
 }
 
-/// One standard error off its bound for variable `b` by the curvature there, in units of the usual ranges; `inside` is the covariance
-/// of those that are not on theirs.
+/// The distance of one standard error from its bound for variable `b`, by the curvature there, in units of the usual
+/// ranges. `inside` is the covariance of the variables inside their bounds.
 fn straight(a: &Matrix, inside: &Matrix, b: usize, variance: f64) -> f64 {
     let n = a.rows();
     let follow = |i: usize| (0..n).map(|j| inside[(i, j)] * a[(j, b)]).sum::<f64>() / variance;
@@ -168,20 +168,20 @@ fn straight(a: &Matrix, inside: &Matrix, b: usize, variance: f64) -> f64 {
     if left > 0.0 { (variance / left).sqrt().min(FARTHEST) } else { FARTHEST }
 }
 
-/// How far off its bound a variable is to go.
+/// When to stop moving a variable off its bound.
 struct Reach {
-    /// Until the loss has risen by that, one standard error.
+    /// The loss must rise by this much, one standard error.
     rise: f64,
-    /// What it rises by, a unit of the variable, for its slope at the bound does not count: the minimum without the bound lies
-    /// beyond it, and errors are as wide as around that one.
+    /// The rise due to the slope of the loss at the bound, per unit of the variable, is not counted. The
+    /// unconstrained minimum lies beyond the bound, and errors are as wide as around that minimum.
     slope: f64,
-    /// But so far at least.
+    /// The smallest distance to move.
     least: f64,
 }
 
-/// How far variable `b` may be from its bound, and what the others do about it when they are fitted anew (profile likelihood), in
-/// units of the usual ranges. Derivatives at the bound alone would not do: valleys are curved, and the truth may be half a range
-/// away.
+/// How far variable `b` may be from its bound, and how the other variables follow when they are fitted again (profile
+/// likelihood), in units of the usual ranges. The derivatives at the bound are not enough: valleys are curved, and
+/// the true value may be half a range away.
 fn valley(problem: &Problem, minimum: &Minimum, b: usize, widths: &[f64], reach: Reach) -> Vec<f64> {
     let [low, high] = problem.bounds[b];
     let inward = if minimum.u[b] <= 0.5 * (low + high) { 1.0 } else { -1.0 };
@@ -210,7 +210,8 @@ fn valley(problem: &Problem, minimum: &Minimum, b: usize, widths: &[f64], reach:
     }
 }
 
-/// The residuals' variance as the parameters' errors see it (Huber 1981, Eq. 7.6.9): their own where none is an outlier.
+/// The variance of the residuals for the errors of the parameters (Huber 1981, Eq. 7.6.9). Without outliers it is the
+/// plain variance.
 fn residual_variance(problem: &Problem, residuals: &[f64], noise: f64, variables: usize) -> f64 {
     let (n, p) = (residuals.len() as f64, variables as f64);
     let (mut squares, mut inliers) = (0.0, 0.0);
@@ -224,7 +225,7 @@ fn residual_variance(problem: &Problem, residuals: &[f64], noise: f64, variables
     correction * correction * squares / (n - p).max(1.0) / (m * m)
 }
 
-/// Correlation of each residual with that of the next φ at the same θ, and of the next θ at the same φ.
+/// Correlation of each residual with the next one in φ at the same θ, and with the next one in θ at the same φ.
 fn neighbour_correlation(problem: &Problem, profile: &Profile, residuals: &[f64], noise: f64) -> [f64; 2] {
     let (thetas, phis) = (profile.axis(|p| p.theta), profile.axis(|p| p.phi));
     let cell = |theta: f64, phi: f64| {

@@ -4,10 +4,10 @@ use crate::least_squares::Problem;
 use crate::profile::Profile;
 use std::fmt;
 
-/// The chance that pure noise passes for a profile.
+/// The probability that pure noise passes for a profile.
 pub const FALSE_ALARM: f64 = 1e-3;
 
-/// The normal distribution exceeds this with the probability [`FALSE_ALARM`].
+/// A normal variable exceeds this value with the probability [`FALSE_ALARM`].
 const QUANTILE: f64 = 3.0902;
 
 /// Why a fit says nothing about the fibre.
@@ -38,12 +38,13 @@ impl fmt::Display for NoFit {
 /// A model that removes less than this share of the constant's loss does not follow the measurements.
 const LEAST: f64 = 0.25;
 
-/// Standard errors widened by more than this are of residuals that are not noise. Chance correlations of 554 residuals
-/// widen them by √((1 + ρ)/(1 − ρ)) over φ and over θ with ρ of 1/√554: 1.3 is three standard deviations of ρ in both.
+/// Residuals are not noise if they widen the standard errors by more than this factor. Chance correlations of 554
+/// residuals widen them by √((1 + ρ)/(1 − ρ)) over φ and over θ with ρ of 1/√554; 1.3 is three standard deviations of
+/// ρ in both.
 pub const NOISE_LIKE: f64 = 1.3;
 
-/// Judges a fit. `known` says of each fitted parameter of the fibre whether it would be determined if the residuals
-/// were noise.
+/// Judges a fit. `known` states for each fitted parameter of the fibre whether it would be determined if the
+/// residuals were noise.
 pub(crate) fn judge(explained: &Explained, widened: f64, known: &[bool]) -> Option<NoFit> {
     if explained.significance.is_nan() || explained.significance < QUANTILE {
         Some(NoFit::Noise)
@@ -59,15 +60,16 @@ pub(crate) fn judge(explained: &Explained, widened: f64, known: &[bool]) -> Opti
 /// How much better a fit is than a constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Explained {
-    /// Share of the constant's loss that the model removes: 1 for a perfect fit, 0 for one that is as bad as a
+    /// The share of the constant's loss that the model removes: 1 for a perfect fit, 0 for a fit as bad as a
     /// constant. Without outliers it is R² of the logarithms.
     pub share: f64,
-    /// The F-test of the model against a constant as a normal deviate. It is below 3.09 in all but one of 1000 profiles
-    /// of pure noise.
+    /// The F-test of the model against a constant, as a normal deviate. It is below 3.09 in all but one of 1000
+    /// profiles of pure noise.
     pub significance: f64,
 }
 
-/// Compares residuals with those of the best constant of each channel. `variables` were fitted.
+/// Compares the residuals with those of the best constant of each channel. `variables` is the number of fitted
+/// variables.
 pub fn explained(problem: &Problem, profile: &Profile, residuals: &[f64], noise: f64, variables: usize) -> Explained {
     let constant: f64 = (0..profile.channels)
         .map(|c| constant_loss(problem, profile.points.iter().map(|p| p.value[c].ln()).collect(), noise))
@@ -79,7 +81,7 @@ pub fn explained(problem: &Problem, profile: &Profile, residuals: &[f64], noise:
     Explained { share: 1.0 - fitted / constant, significance: deviate(ratio, more, left) }
 }
 
-/// The least loss of values that one constant is fitted to. The loss is convex: the weighted mean converges to its
+/// The smallest loss that a fitted constant leaves. The loss is convex, so the weighted mean converges to its
 /// minimum.
 fn constant_loss(problem: &Problem, mut values: Vec<f64>, noise: f64) -> f64 {
     for _ in 0..50 {
@@ -91,7 +93,7 @@ fn constant_loss(problem: &Problem, mut values: Vec<f64>, noise: f64) -> f64 {
     problem.loss(&values, noise)
 }
 
-/// The normal deviate of the same probability as a value of the F distribution (Paulson 1942).
+/// Converts a value of the F distribution to the normal deviate of the same probability (Paulson 1942).
 fn deviate(ratio: f64, more: f64, left: f64) -> f64 {
     let root = ratio.max(0.0).cbrt();
     let [a, b] = [more, left].map(|degrees| 2.0 / (9.0 * degrees));
@@ -102,9 +104,9 @@ fn deviate(ratio: f64, more: f64, left: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Upper quantiles of the F distribution, and of the normal distribution of the same probability.
+    /// Upper quantiles of the F distribution, and of the normal distribution at the same probability.
     #[test]
-    fn the_test_is_that_of_the_tables() {
+    fn f_test_matches_published_quantiles() {
         for (ratio, more, left, normal) in
             [(5.075, 10.0, 20.0, 3.0902), (2.959, 10.0, 1e9, 3.0902), (2.305, 5.0, 100.0, 1.6449)]
         {

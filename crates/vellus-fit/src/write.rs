@@ -1,15 +1,15 @@
-//! Profiles to text and CSV.
+//! Writes profiles as text and CSV.
 
 use crate::error::Error;
 use crate::profile::{Point, Profile};
 use std::path::Path;
 
-/// The values as a file has them: seven digits.
+/// The values as they are written to a file, with seven digits.
 fn cells(p: &Point, channels: usize) -> impl Iterator<Item = String> + '_ {
     p.value[..channels].iter().map(|x| format!("{x:.6e}"))
 }
 
-/// Notes of the header, and what a reader needs to know.
+/// The comments at the head of a file: the notes, then what a reader needs.
 fn header(profile: &Profile, angles: &str, notes: &[String]) -> String {
     let notes: String = notes.iter().map(|note| format!("# {note}\n")).collect();
     format!("{notes}# theta_o = {}\n# quantity = {}\n# angles = {angles}\n", profile.theta_o, profile.quantity.name())
@@ -30,13 +30,13 @@ pub fn writer(path: &Path) -> Result<Writer, Error> {
     }
 }
 
-/// Rounds off what subtracting angles adds.
+/// Removes the rounding error of a subtraction of angles.
 fn tidy(x: f64) -> f64 {
     (x * 1e9).round() / 1e9
 }
 
-/// In the text format of the measurements of Yan et al. 2015: `phi theta value` in the gantry's coordinates, `?` for what is
-/// missing. `notes` become comments at its head.
+/// Writes the text format of the measurements of Yan et al. 2015: `phi theta value` in the gantry's coordinates, `?`
+/// for a missing value. `notes` become comments at the head.
 pub fn gantry_text(profile: &Profile, notes: &[String]) -> String {
     let mut text = header(profile, "gantry", notes);
     let place = |theta: f64, phi: f64| format!("{} {}", tidy(phi + 90.0), tidy(90.0 - theta));
@@ -49,7 +49,7 @@ pub fn gantry_text(profile: &Profile, notes: &[String]) -> String {
     text
 }
 
-/// As CSV: theta, phi, and value or r, g, b. `notes` become comments at its head.
+/// Writes CSV with the columns theta, phi, and value or r, g, b. `notes` become comments at the head.
 pub fn csv(profile: &Profile, notes: &[String]) -> String {
     let names = if profile.channels == 1 { "value" } else { "r,g,b" };
     let mut text = header(profile, "fiber", notes) + &format!("theta,phi,{names}\n");

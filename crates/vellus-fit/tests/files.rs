@@ -1,4 +1,4 @@
-//! Profiles in files: all formats say the same, and what is wrong is named with its place.
+//! Profiles in files: all formats give the same profile, and an error names its place.
 
 use exr::prelude::{Image, SpecificChannels, WritableImage};
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ fn write(folder: &Path, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
     path
 }
 
-/// NumPy's format, version 1.
+/// Writes NumPy's format, version 1.
 fn npy(kind: &str, shape: &str, data: &[u8]) -> Vec<u8> {
     let mut head = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}");
     head += &" ".repeat(63 - (head.len() + 10) % 64);
@@ -19,7 +19,7 @@ fn npy(kind: &str, shape: &str, data: &[u8]) -> Vec<u8> {
     [b"\x93NUMPY\x01\x00".as_slice(), &(head.len() as u16).to_le_bytes(), head.as_bytes(), data].concat()
 }
 
-/// Sorted, and with values rounded as single precision has them.
+/// Sorts the points and rounds the values to single precision.
 fn same(a: &Profile, b: &Profile) {
     let sorted = |p: &Profile| {
         let mut points = p.points.clone();
@@ -37,7 +37,7 @@ fn same(a: &Profile, b: &Profile) {
 }
 
 #[test]
-fn all_formats_say_the_same() {
+fn all_formats_give_the_same_profile() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let fiber = Fiber::preset(Species::Cat).with_absorption([0.1, 0.3, 0.9]);
@@ -51,7 +51,7 @@ fn all_formats_say_the_same() {
         let plain = Reading::default();
         same(&read(&write(folder, "a.txt", gantry_text(&profile, &notes)), &plain).unwrap(), &profile);
         same(&read(&write(folder, "a.csv", csv(&profile, &notes)), &plain).unwrap(), &profile);
-        // As images: θ from 10 to 50, φ from −20 to 200, NaN where it is missing.
+        // As images: θ from 10 to 50, φ from −20 to 200, NaN for a missing value.
         let (rows, columns) = (6, 21);
         let mut pixels = vec![[f64::NAN; 3]; rows * columns];
         for p in &profile.points {
@@ -101,7 +101,7 @@ fn gantry_coordinates_are_those_of_the_published_measurements() {
 }
 
 #[test]
-fn what_is_wrong_is_named_with_file_and_line() {
+fn errors_name_the_file_and_the_line() {
     let folder = tempfile::tempdir().unwrap();
     let known = Reading { theta_o: Some(-30.0), ..Reading::default() };
     let refused = |name: &str, bytes: &[u8], reading: &Reading, parts: &[&str]| {
@@ -139,7 +139,7 @@ fn what_is_wrong_is_named_with_file_and_line() {
     refused("a.dat", b"70 40 0.1\n", &known, &["unknown format", ".txt, .csv, .npy or .exr"]);
     for (text, parts) in [
         ("theta,phi\n10,20\n", &["line 1", "theta, phi", "value or r, g, b"][..]),
-        ("theta,phi,r,g\n10,20,1,2\n", &["line 1", "needed are"]),
+        ("theta,phi,r,g\n10,20,1,2\n", &["line 1", "expected theta"]),
         ("theta,phi,value\n10,20,0.1\n10,20,NaN\n", &["line 3", "value = 'NaN'"]),
         ("# a note\ntheta,phi,value\n10,20,0.1\n95,20,0.1\n", &["line 4", "theta = 95"]),
         ("theta,phi,value\n10,20\n", &["line 2", "2 columns", "expected 3"]),
@@ -177,7 +177,7 @@ fn devices_and_huge_files_are_refused() {
         std::os::unix::fs::symlink("/dev/zero", &link).unwrap();
         let message = read(&link, &known).unwrap_err().to_string();
         assert!(message.contains(&format!("zero.{extension}: cannot read it: it is a device")), "{message}");
-        // Without a byte on the disk.
+        // A sparse file: it takes no space on the disk.
         let sparse = folder.path().join(format!("sparse.{extension}"));
         std::fs::File::create(&sparse).unwrap().set_len((1 << 30) + 1).unwrap();
         let message = read(&sparse, &known).unwrap_err().to_string();
@@ -185,9 +185,9 @@ fn devices_and_huge_files_are_refused() {
     }
 }
 
-/// No bytes make the reader of arrays panic.
+/// Damaged bytes never make the reader of arrays panic.
 #[test]
-fn garbled_arrays_are_errors() {
+fn damaged_arrays_are_errors() {
     let folder = tempfile::tempdir().unwrap();
     let axes = Some([Axis { first: 10.0, last: 50.0 }, Axis { first: -20.0, last: 200.0 }]);
     let reading = Reading { theta_o: Some(0.0), axes, ..Reading::default() };

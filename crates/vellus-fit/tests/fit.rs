@@ -1,4 +1,4 @@
-//! Fits of measurements of which the truth is known.
+//! Fits of measurements whose true parameters are known.
 
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
@@ -12,12 +12,12 @@ use vellus_models::Directions;
 use vellus_reference::exact::Exact;
 use vellus_testing::significance::{FALSE_ALARM, check_largest, check_scores, max_abs_z};
 
-/// A gantry with a quarter of the directions of the default one, of which the fits take a tenth of a second.
+/// A gantry with a quarter of the default directions. A fit of it takes a tenth of a second.
 fn gantry(seed: u64) -> Synthetic {
     Synthetic { step: [4.0, 4.0], seed, scale: 37.0, ..Synthetic::default() }
 }
 
-/// A measurement of our own model.
+/// Simulates a measurement of our own model.
 fn measured(fiber: &Fiber, gantry: &Synthetic) -> Result<Profile, Error> {
     simulate::from_model(Forward::default(), &Specimen::from(*fiber), gantry)
 }
@@ -51,7 +51,7 @@ fn truth(fiber: &Fiber, name: &str, scale: f64) -> f64 {
     f64::from(value)
 }
 
-/// Errors of what the data determines, in the standard errors reported.
+/// The errors of the determined parameters, in the reported standard errors.
 fn z_scores(result: &Fit, fiber: &Fiber, scale: f64) -> Vec<(String, f64)> {
     let fitted = |e: &&Estimate| e.determined && e.state == State::Fitted;
     let z = |e: &Estimate| (e.name.clone(), (e.value - truth(fiber, &e.name, scale)) / e.error.unwrap());
@@ -66,19 +66,20 @@ fn ten_species_are_recovered_within_their_errors() {
         let fiber = Fiber::preset(species);
         let result = fitted(&measured(&fiber, &gantry(seed)).unwrap(), &quick());
         assert_eq!(result.no_fit, None, "{species}");
-        // Noise of 2 % of the values is at most 2 % of their range beside what 0 to the lowest value adds; of logarithms, less.
+        // Noise of 2 % of the values is at most 2 % of their range; the added zero raises this. For logarithms it is
+        // less.
         assert!(result.nrmse <= 0.025 && result.log_nrmse <= 0.025, "{species}: {} {}", result.nrmse, result.log_nrmse);
         let z = z_scores(&result, &fiber, 37.0);
         scores.extend(z.into_iter().map(|(name, z)| (format!("{species}, seed {seed}: {name}"), z)));
     }
-    // Of 330 parameters.
+    // There are 330 parameters in all.
     assert!(scores.len() >= 210, "only {} are determined", scores.len());
     check_scores("ten species", &scores);
 }
 
-/// Errors reported are those of repeated measurements: the mean square of 40 × 11 errors in standard errors is 1.
+/// Reported errors match repeated measurements: the mean square of 40 × 11 errors in standard errors is 1.
 #[test]
-fn standard_errors_are_those_of_repeated_measurements() {
+fn standard_errors_match_repeated_measurements() {
     let fiber = Fiber { sigma_ca: [0.4; 3], kappa: 0.7, ..Fiber::preset(Species::Raccoon) };
     let mut scores = Vec::new();
     for seed in 0..40 {
@@ -89,8 +90,8 @@ fn standard_errors_are_those_of_repeated_measurements() {
     check_scores("raccoon", &scores);
 }
 
-/// The whole fibre is not the model: it lets scattered light leave through a rough cuticle. NRMSE stays within the 8 % that
-/// the paper has on average on real fibres; the deer is the worst of the ten.
+/// The whole fibre differs from the model: scattered light leaves it through a rough cuticle. NRMSE stays within the
+/// 8 % that the paper reports on average for real fibres. The deer is the worst of the ten.
 #[test]
 #[ignore = "slow: 800,000 photons and two fits"]
 fn whole_fibres_are_followed() {
@@ -102,8 +103,8 @@ fn whole_fibres_are_followed() {
     }
 }
 
-/// One direction in thirty off by a factor of 4, either way: glints, dust. With Huber's loss each pulls as one 4 times the noise
-/// off does; with least squares, each as one 70 times off.
+/// One direction in thirty is wrong by a factor of 4, up or down, as by glints and dust. With Huber's loss each
+/// counts like a residual of 4 times the noise; with least squares, like one of 70 times the noise.
 #[test]
 fn outliers_hardly_move_the_fit() {
     let fiber = Fiber::preset(Species::Rabbit);
@@ -121,12 +122,12 @@ fn outliers_hardly_move_the_fit() {
 }
 
 #[test]
-fn fixed_tied_and_freed_parameters_do_as_asked() {
+fn fixed_tied_and_freed_parameters_follow_the_requests() {
     let fiber = Fiber { sigma_ca: [0.2, 0.4, 0.8], sigma_ma: [0.1; 3], ..Fiber::preset(Species::Dog) };
     let fiber = Fiber { beta_n: fiber.beta_m, ..fiber };
     let synthetic = Synthetic { channels: 3, theta_o: -25.0, ..gantry(5) };
     let mut profile = measured(&fiber, &synthetic).unwrap();
-    // The gantry is said to stand 2° off.
+    // The gantry is 2° off.
     profile.theta_o = -27.0;
     let name = |x: &str| x.parse::<Name>().unwrap();
     let requests = Requests {
@@ -148,12 +149,12 @@ fn fixed_tied_and_freed_parameters_do_as_asked() {
     assert!((theta_o.value + 25.0).abs() < max_abs_z(1, FALSE_ALARM) * theta_o.error.unwrap(), "{theta_o:?}");
     let scores: Vec<_> = z_scores(&result, &fiber, 37.0).into_iter().filter(|(name, _)| name != "theta_o").collect();
     check_largest(&scores);
-    // Three fewer by ties, one by the value given, one more freed: of 16 and the scale.
+    // Three fewer by ties, one fewer by the fixed value, one more freed: of 16 and the scale.
     assert_eq!(result.correlations.names.len(), 11 + 4 - 1 - 3 + 1);
 }
 
 #[test]
-fn requests_that_make_no_sense_are_refused() {
+fn invalid_requests_are_refused() {
     let name = |x: &str| x.parse::<Name>().unwrap();
     let message = |requests: Requests| Space::new(Forward::default(), 3, -30.0, &requests).unwrap_err().to_string();
     let fix = |n: &str, v: &[f64]| Requests { fix: vec![(name(n), v.to_vec())], ..Requests::default() };
@@ -187,9 +188,9 @@ fn requests_that_make_no_sense_are_refused() {
     assert!(nothing.to_string().contains("nothing to fit"));
 }
 
-/// Nothing is known of a medulla that is not there.
+/// The data contain nothing about a medulla that does not exist.
 #[test]
-fn what_the_data_does_not_say_is_not_determined() {
+fn a_missing_medulla_is_not_determined() {
     let fiber = Fiber { kappa: 0.0, sigma_ca: [0.3; 3], ..Fiber::hair() };
     let requests = Requests { fix: vec![("kappa".parse().unwrap(), vec![0.0])], ..Requests::default() };
     let result = fitted(&measured(&fiber, &gantry(2)).unwrap(), &Options { requests, ..quick() });
@@ -202,11 +203,11 @@ fn what_the_data_does_not_say_is_not_determined() {
 }
 
 #[test]
-fn an_interrupted_fit_leaves_its_best_so_far() {
+fn an_interrupted_fit_returns_its_best_result() {
     let profile = measured(&Fiber::preset(Species::Cat), &gantry(1)).unwrap();
     let result = fit(&profile, Forward::default(), &Options::default(), &AtomicBool::new(true)).unwrap();
     assert!(result.interrupted && result.starts.finished == 0);
-    // The best preset, at least.
+    // At least the best preset.
     assert!(result.log_nrmse < 0.2 && result.specimen.fiber.validate().is_ok(), "{}", result.log_nrmse);
     assert!(!fitted(&profile, &Options { starts: 2, ..quick() }).interrupted);
 }
@@ -221,10 +222,10 @@ fn threads_do_not_change_the_fit() {
     assert!(with(1) == with(3));
 }
 
-/// The derivatives the fit goes by, difference quotients of the shipped far field in single precision, against those of the
-/// model in f64 by quadrature, with the same steps: what differs is rounding (1e-6 over a step of 4e-3), the far field's closed
-/// forms (within 1 % of the values, D9) and where they change their nodes. Within 5 % of the norm of each derivative over
-/// 40 directions; 3 % is the most there is, of η.
+/// The fit uses difference quotients of the shipped far field in single precision. They are compared with difference
+/// quotients, with the same steps, of the model in f64 by quadrature. The differences come from rounding (1e-6 over a
+/// step of 4e-3), from the closed forms of the far field (within 1 % of the values, D9) and from changes of their
+/// nodes. The bound is 5 % of the norm of each derivative over 40 directions; the largest found is 3 %, for η.
 #[test]
 fn difference_quotients_match_the_oracle() {
     let all = Forward::default().parameters(1);
@@ -285,7 +286,7 @@ fn variables_and_values_are_inverse() {
 }
 
 #[test]
-fn synthetic_measurements_are_as_noisy_and_patchy_as_asked() {
+fn synthetic_measurements_have_the_requested_noise_and_gaps() {
     let fiber = Fiber::preset(Species::Deer);
     let clean = measured(&fiber, &Synthetic { noise: 0.0, gaps: 0.0, ..gantry(1) }).unwrap();
     let noisy = measured(&fiber, &Synthetic { noise: 0.03, gaps: 0.25, ..gantry(1) }).unwrap();
@@ -294,7 +295,7 @@ fn synthetic_measurements_are_as_noisy_and_patchy_as_asked() {
     assert_eq!(noisy.missing.len(), (0.25 * count as f64).round() as usize);
     let at = |theta: f64, phi: f64| clean.points.iter().find(|p| p.theta == theta && p.phi == phi).unwrap().value[0];
     let square: f64 = noisy.points.iter().map(|p| (p.value[0] / at(p.theta, p.phi)).ln().powi(2)).sum();
-    // 462 values: a standard deviation is known to 1/√(2n) = 3.3 % of itself.
+    // Of 462 values, the relative error of a standard deviation is 1/√(2n) = 3.3 %.
     let rms = (square / noisy.points.len() as f64).sqrt();
     assert!((rms / 0.03 - 1.0).abs() < 0.1, "{rms}");
     for bad in [Synthetic { noise: -0.1, ..gantry(1) }, Synthetic { step: [0.0, 1.0], ..gantry(1) }] {

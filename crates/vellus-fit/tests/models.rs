@@ -6,7 +6,7 @@ use vellus_fit::{Fit, Forward, Options, Profile, Requests, Specimen, State, Synt
 use vellus_models::ModelKind;
 use vellus_testing::significance::check_scores;
 
-/// A quarter of the directions of the default gantry.
+/// A quarter of the default directions of the gantry.
 fn gantry(seed: u64) -> Synthetic {
     Synthetic { step: [4.0, 4.0], seed, scale: 37.0, ..Synthetic::default() }
 }
@@ -43,9 +43,9 @@ fn truth(specimen: &Specimen, name: &str) -> f64 {
     f64::from(value)
 }
 
-/// Measured of the model itself with 2 % of noise and 10 % of gaps, once with each seed: NRMSE as of our own model
-/// (`fit.rs`), the errors of what the data determines as large as their standard errors say, and no parameter that the
-/// model does not have.
+/// Measurements of the model itself with 2 % noise and 10 % gaps, one for each seed. NRMSE is as for our own model
+/// (`fit.rs`), the errors of the determined parameters are as large as their standard errors, and no parameter is
+/// reported that the model does not have.
 fn recovers(kind: ModelKind, seeds: u64, count: usize, least: usize) {
     let mut scores = Vec::new();
     let all = [Species::Cat, Species::Dog, Species::Rabbit, Species::Human];
@@ -66,7 +66,7 @@ fn recovers(kind: ModelKind, seeds: u64, count: usize, least: usize) {
     check_scores(kind.name(), &scores);
 }
 
-// η, α, β_m, β_n, σ_c,a, scale, and θ_o, which is given: of 8 × 4 × 6 fitted, all are determined.
+// η, α, β_m, β_n, σ_c,a and scale are fitted; θ_o is given. All 8 × 4 × 6 are determined.
 #[test]
 fn chiang2016_is_recovered_within_its_errors() {
     recovers(ModelKind::Chiang2016, 8, 7, 192);
@@ -78,18 +78,18 @@ fn marschner2003_is_recovered_within_its_errors() {
     recovers(ModelKind::Marschner2003, 8, 7, 192);
 }
 
-// Ours and η_m: of 2 × 48, those of a cortex that light hardly passes are not determined.
+// The parameters of our model and η_m. Of 2 × 48, those of a cortex that passes hardly any light are not determined.
 #[test]
 #[ignore = "slow: 8 fits"]
 fn yan2015_is_recovered_within_its_errors() {
     recovers(ModelKind::Yan2015, 2, 13, 72);
 }
 
-/// Of our own model's cat, most of it medulla, a model of hair without one misses what the medulla scatters: NRMSE is 7.7 % by Chiang et
-/// al. 2016 where it is 1.1 % by ours, of logarithms 7.5 % and 1.2 %, and the scatter 11 % where the noise is 2 %. Its
-/// residuals are no noise, and its standard errors are widened for it.
+/// The cat of our own model is mostly medulla. A hair model without a medulla misses the light that it scatters:
+/// NRMSE is 7.7 % with Chiang et al. 2016 and 1.1 % with ours, that of logarithms 7.5 % and 1.2 %; the scatter is 11
+/// % where the noise is 2 %. Its residuals are not noise, and its standard errors are widened.
 #[test]
-fn fur_with_a_medulla_is_not_followed_by_hair_without() {
+fn a_hair_model_does_not_follow_fur_with_a_medulla() {
     let fiber = Fiber::preset(Species::Cat);
     let profile = simulate::from_model(Forward::default(), &fiber.into(), &gantry(1)).unwrap();
     let [ours, chiang] =
@@ -100,7 +100,8 @@ fn fur_with_a_medulla_is_not_followed_by_hair_without() {
     assert!(ours.widened < 1.2 && chiang.widened > 2.0, "{} {}", ours.widened, chiang.widened);
 }
 
-/// A medulla with the cortex' index is our double cylinder without its inner interface; η_m can be held to η.
+/// A medulla with the index of the cortex gives our double cylinder without the inner interface; η_m can be tied to
+/// η.
 #[test]
 fn the_medullas_index_can_be_tied_to_the_cortex() {
     let specimen = Specimen::from(Fiber { sigma_ca: [0.35; 3], ..Fiber::preset(Species::Rabbit) });

@@ -1,4 +1,4 @@
-//! Measurements without a fibre in them are no fit; measurements of fibres are, by every model.
+//! Measurements without a fibre in them are not accepted as a fit; measurements of fibres are, with every model.
 
 use rand::{Rng, SeedableRng};
 use std::f64::consts::TAU;
@@ -15,7 +15,7 @@ fn measured(species: Species, synthetic: &Synthetic) -> Profile {
     simulate::from_model(Forward::default(), &Fiber::preset(species).into(), synthetic).unwrap()
 }
 
-/// The directions of a gantry, with values that a function of θ and φ gives.
+/// The directions of a gantry, with values of a function of θ and φ.
 fn made(mut value: impl FnMut(f64, f64) -> f64) -> Profile {
     let mut profile = measured(Species::Cat, &gantry());
     profile.points.iter_mut().for_each(|p| p.value = [value(p.theta, p.phi); 3]);
@@ -27,7 +27,8 @@ fn fitted(profile: &Profile, kind: ModelKind) -> Fit {
     fit(profile, Forward::new(kind).unwrap(), &options, &()).unwrap()
 }
 
-/// Of 10 profiles of pure noise none passes. The test's rate is 1e-3, so that ten have at most a chance of 1 % to fail.
+/// None of 10 profiles of pure noise passes. The rate of the test is 1e-3, so this test fails by chance at 1 % at
+/// most.
 #[test]
 fn noise_is_no_fit() {
     assert_eq!(FALSE_ALARM, 1e-3);
@@ -45,7 +46,7 @@ fn noise_is_no_fit() {
     }
 }
 
-/// A pattern that no fibre makes.
+/// A pattern that no fibre produces.
 #[test]
 fn patterns_that_the_model_does_not_follow_are_no_fit() {
     let waves = made(|theta, phi| 1.5 + (phi / 20.0).sin() * (theta / 5.0).sin());
@@ -56,7 +57,7 @@ fn patterns_that_the_model_does_not_follow_are_no_fit() {
     }
 }
 
-/// A real profile under noise of 100 % of each value: its presence is certain, its parameters are not.
+/// A real profile with noise of 100 % of each value: it is there for certain, but its parameters are not known.
 #[test]
 fn measurements_that_determine_nothing_are_no_fit() {
     let result = fitted(&measured(Species::Bobcat, &Synthetic { noise: 1.0, ..gantry() }), ModelKind::Vellus);
@@ -77,8 +78,8 @@ fn constants_and_values_beyond_any_unit_are_refused() {
     refused(&made(|_, _| 1e-39), &["out of range", "[1e-20, 1e20]"]);
 }
 
-/// Every model follows the profile of every fur by at least a third, and its own model's by more than 98 %. Hair
-/// without a medulla follows a red fox by 88 to 96 % and a raccoon by 70 %, measured with other seeds too.
+/// Every model explains at least a third of the profile of every fur, and more than 98 % of its own. A hair model
+/// without a medulla explains 88 to 96 % of a red fox and 70 % of a raccoon, also with other seeds.
 #[test]
 fn profiles_of_fibres_are_fits_by_all_models() {
     for species in [Species::RedFox, Species::Raccoon] {
@@ -94,7 +95,7 @@ fn profiles_of_fibres_are_fits_by_all_models() {
         let result = fitted(&measured(Species::Cat, &Synthetic { scale, ..gantry() }), ModelKind::Vellus);
         assert!(result.no_fit.is_none() && (result.scale / scale - 1.0).abs() < 0.1, "{} {}", scale, result.scale);
     }
-    // Noise of a third of each value is a poor measurement, and no reason to refuse it.
+    // Noise of a third of each value makes a poor measurement, which is accepted.
     let result = fitted(&measured(Species::Rabbit, &Synthetic { noise: 0.3, ..gantry() }), ModelKind::Vellus);
     assert_eq!(result.no_fit, None);
 }

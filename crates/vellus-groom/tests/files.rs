@@ -1,4 +1,4 @@
-//! Files of strands: what is written is read again, what is damaged is an error with its place, and nothing panics.
+//! Files of strands: written strands are read back, a damaged file gives an error with its place, and nothing panics.
 
 use glam::Vec4;
 use rand::{Rng, RngExt, SeedableRng};
@@ -40,7 +40,7 @@ fn hair_files_are_read_as_written() {
     let mut strands = strands();
     let bytes = write_hair(&strands).unwrap();
     assert_eq!(read_hair(&bytes, "test.hair", None).unwrap(), strands);
-    // Widths of the points prevail over one given for files without.
+    // Widths of points replace a width given for files without widths.
     assert_eq!(read_hair(&bytes, "test.hair", Some(9.0)).unwrap(), strands);
     strands.basis = Basis::CatmullRom;
     strands.starts = vec![0, 11];
@@ -59,7 +59,7 @@ fn widths_come_from_the_caller_or_the_default_of_a_hair_file() {
     assert_eq!(read_hair(&bytes, "test.hair", Some(0.5)).unwrap().points[3].w, 0.25);
     bytes[20..24].copy_from_slice(&3f32.to_le_bytes());
     assert_eq!(read_hair(&bytes, "test.hair", None).unwrap().points[3].w, 1.5);
-    // 0 is for strands that are only measured.
+    // A width of 0 is for strands that are only measured.
     assert_eq!(read_hair(&bytes, "test.hair", Some(0.0)).unwrap().points[3].w, 0.0);
     for width in [-1.0, f32::NAN, f32::INFINITY, 1e30] {
         assert!(matches!(read_hair(&bytes, "test.hair", Some(width)), Err(Error::Width(_))));
@@ -79,7 +79,7 @@ fn equal_strands_need_no_segment_counts() {
 }
 
 #[test]
-fn damage_is_named_with_its_place() {
+fn errors_name_the_place_of_the_damage() {
     let good = write_hair(&strands()).unwrap();
     type Damage = fn(&mut Vec<u8>);
     let damages: [(Damage, &str); 8] = [
@@ -120,8 +120,8 @@ fn tfx_files_of_both_versions_are_read() {
     assert!(read_tfx(&huge, "a.tfx", Some(0.1)).unwrap_err().to_string().contains("40000000 points of 16 bytes"));
 }
 
-/// Thousands of damaged files: each is read to valid strands or is an error; none panics or allocates by its
-/// promises.
+/// Thousands of damaged files. Each gives valid strands or an error; none panics, and none allocates memory by a
+/// false count.
 #[test]
 fn damaged_files_never_panic() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
@@ -131,7 +131,7 @@ fn damaged_files_never_panic() {
         let kind = round % 3;
         let mut bytes = files[kind].clone();
         for _ in 0..rng.random_range(1..5) {
-            // Headers are where the trouble is: half of the damage goes there.
+            // Headers are the critical part: half of the damage goes there.
             let end = if rng.random() { 160.min(bytes.len()) } else { bytes.len() };
             let at = rng.random_range(0..end.max(1));
             match rng.random_range(0..4) {
@@ -170,7 +170,7 @@ fn the_bear_is_read() {
     let bear = read_tfx(&bytes, "bear.tfx", Some(0.02)).unwrap();
     assert_eq!(bear.validate(), Ok(()));
     assert_eq!((bear.len(), bear.segments()), (48113, 3 * 48113));
-    // 48,113 strands of 4 points with two bytes of segments a strand, and widths.
+    // 48,113 strands of 4 points, two bytes of segment count per strand, and widths.
     let bytes = write_hair(&bear).unwrap();
     assert_eq!(bytes.len(), 128 + 48113 * (2 + 4 * 16));
     assert_eq!(read_hair(&bytes, "bear.tfx", None).unwrap(), bear);

@@ -1,5 +1,5 @@
-//! Growing: as many strands as asked for, on the surface, the same with any number of threads, where the density
-//! wants them.
+//! Growing: the requested number of strands, on the surface, distributed by the density, and the same for any number
+//! of threads.
 
 use glam::{Vec2, Vec3};
 use vellus_groom::{Clump, Error, GrowSettings, Maps, grow};
@@ -40,7 +40,7 @@ fn settings() -> GrowSettings {
 }
 
 #[test]
-fn strands_are_as_many_as_asked_for_and_begin_on_the_surface() {
+fn the_requested_number_of_strands_begins_on_the_surface() {
     for basis in [Basis::Linear, Basis::BSpline, Basis::CatmullRom] {
         let strands = grow(&square(), &GrowSettings { basis, ..settings() }, &Maps::default()).unwrap();
         assert_eq!(strands.validate(), Ok(()));
@@ -69,7 +69,8 @@ fn threads_do_not_change_the_fur() {
     assert_ne!(one.points, other.points);
 }
 
-/// Roots in each of 100 squares of 40 strands deviate less than by chance: σ of a Poisson count is √40 = 6.3.
+/// The number of roots in each of 100 squares of 40 strands varies less than by chance: σ of a Poisson count is √40 =
+/// 6.3.
 #[test]
 fn roots_are_spread_more_evenly_than_by_chance() {
     let strands = grow(&square(), &settings(), &Maps::default()).unwrap();
@@ -103,12 +104,12 @@ fn density_length_and_comb_are_followed() {
         assert!((length - 0.5 - 0.1 * root.z).abs() < 1e-4);
         dense += usize::from(root.x > 7.0);
     }
-    // 3 × 3 of 3 × 3 + 3 × 1 parts; triangles cut by the border and chance give or take 2 %.
+    // 3 × 3 of 3 × 3 + 3 × 1 parts. Triangles at the border and chance change this by at most 2 %.
     assert!((dense as f32 / 4000.0 - 0.75).abs() < 0.02, "{dense}");
 }
 
 #[test]
-fn clumps_draw_tips_together() {
+fn clumps_pull_tips_together() {
     let near = |strength: f32| {
         let clump = Clump { strands: 20, strength, power: 1.0 };
         let settings = GrowSettings { count: 1000, clump, spread: 0.3, ..settings() };
@@ -122,8 +123,9 @@ fn clumps_draw_tips_together() {
     assert!(drawn < 0.7 * loose, "{drawn} {loose}");
 }
 
-/// Five strands over a square of 10 × 10 are far apart: drawn to another, none is stretched by more than half, and
-/// waves, which are off, add nothing. Maps may give anything: it becomes strands that are finite, or an error.
+/// Five strands on a square of 10 × 10 are far apart. When a clump pulls them together, none is stretched by more
+/// than half, and waves, which are off, add nothing. Maps may return any value: the strands are finite, or there is
+/// an error.
 #[test]
 fn sparse_clumps_keep_lengths_and_nothing_is_nan() {
     let sparse = GrowSettings {
@@ -154,7 +156,7 @@ fn sparse_clumps_keep_lengths_and_nothing_is_nan() {
     }
 }
 
-/// Two triangles are all there is, but the density changes within them: stripes a tenth of the square wide, at 1 and 0.
+/// There are only two triangles, but the density changes within them: stripes a tenth of the square wide, at 1 and 0.
 #[test]
 fn density_is_followed_within_large_triangles() {
     let mut quad = square();
@@ -162,8 +164,8 @@ fn density_is_followed_within_large_triangles() {
     quad.triangles = vec![[0, 1, 2], [0, 2, 3]];
     quad.uv = None;
     let stripes = |site: &vellus_groom::Site| f32::from(site.position.x.rem_euclid(2.0) < 1.0);
-    // A border cuts 36 cells of 0.15, whose share of four probes within has a standard deviation of at most 1/4 ·
-    // √(4/4): 0.23 in all, and 0.7 for nine borders.
+    // A border cuts 36 cells of 0.15. The share of four probes in such a cell has a standard deviation of at most 1/4
+    // · √(4/4): 0.23 for one border, and 0.7 for nine.
     let area = vellus_groom::area(&quad, &stripes).unwrap();
     assert!((area - 50.0).abs() < 3.0 * 0.7, "{area}");
     let strands =
@@ -175,7 +177,7 @@ fn density_is_followed_within_large_triangles() {
         assert!(x.rem_euclid(2.0) < 1.0, "{x}");
         counts[(x / 2.0) as usize] += 1.0;
     }
-    // 4000 in each but for three standard deviations: of its two borders, √2 · 0.23 of 10, and of a Poisson count.
+    // 4000 in each, within three standard deviations: of its two borders, √2 · 0.23 of 10, and of a Poisson count.
     assert!(
         counts.iter().all(|n| (n / 4000.0 - 1.0).abs() < 3.0 * (0.0325f64.powi(2) + 1.0 / 4000.0).sqrt()),
         "{counts:?}"

@@ -1,7 +1,7 @@
-//! Cost of one query of each model on one core, six lobes and RGB: `cargo bench -p vellus-models`.
+//! Time of one query of each model on one core, six lobes and RGB: `cargo bench -p vellus-models`.
 //!
-//! Every iteration takes another hit and direction from a table. The fibre is a red fox with colour; near fields are
-//! hit at one offset, far fields over all of them.
+//! Every iteration takes another hit and direction from a table. The fibre is a red fox with colour. Near fields are
+//! hit at one offset, far fields over all offsets.
 
 use divan::{Bencher, black_box};
 use glam::Vec3;
@@ -10,7 +10,7 @@ use vellus_models::{Chiang2016, DEon2011, KajiyaKay1989, Marschner2003, Yan2015,
 
 const N: usize = 1024;
 
-/// A model that a fibre makes.
+/// A model that can be made from a fibre.
 trait Made: Model + Sized {
     fn made(fiber: &Fiber) -> Self;
 }
@@ -26,7 +26,7 @@ macro_rules! made {
 }
 made!(Bcsdf<'static>, Yan2015, Chiang2016, ZinkeWeber2007, DEon2011, Marschner2003, KajiyaKay1989);
 
-/// Yan et al. 2015 with indices that differ, so that all eleven lobes carry light.
+/// Yan et al. 2015 with two different indices, so that all eleven lobes carry light.
 struct Yan2015Split(Yan2015);
 
 impl Model for Yan2015Split {
@@ -60,7 +60,7 @@ struct Query {
 }
 
 fn queries() -> Vec<Query> {
-    // An R-sequence (Roberts): even coverage without a generator.
+    // An R-sequence (Roberts): even coverage without a random generator.
     let unit = |i: usize, k: u32| ((i as f64 + 0.5) * 1.103_0f64.powi(-(k as i32))).fract() as f32;
     let direction = |a: f32, b: f32| {
         let (sin, cos) = ((2.0 * a - 1.0) * 1.5).sin_cos();
@@ -90,7 +90,7 @@ fn each<M: Made>(bencher: Bencher, f: impl Fn(&M, &Query) -> f32 + Sync) {
     });
 }
 
-/// Sixteen light samples a hit.
+/// Sixteen light samples per hit.
 fn each_hit<M: Made>(bencher: Bencher, f: impl Fn(&M::Hit<'_>, &Query) -> f32) {
     let (model, queries) = (M::made(&fox()), queries());
     let hits: Vec<_> = queries.iter().take(64).map(|q| model.at(q.wo, Window::near(q.h))).collect();

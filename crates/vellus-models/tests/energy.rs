@@ -32,7 +32,7 @@ fn furnace(kind: ModelKind, fiber: &Fiber, theta_o: f64) -> f64 {
     sum
 }
 
-/// The energies of a model are its integrals, so the furnace tests below need no integration.
+/// Energies of a model equal its integrals, so the furnace tests below need no integration.
 #[test]
 fn integral_of_eval_is_the_energy() {
     for &kind in ModelKind::ALL {
@@ -123,7 +123,7 @@ fn edges_are_finite() {
             _ => (fiber.sigma_ca, fiber.sigma_ms) = ([1000.0; 3], 1000.0),
         }
         for &kind in ModelKind::ALL {
-            // A narrow lobe's table takes a fifth of a second.
+            // The table of a narrow lobe takes a fifth of a second.
             if kind == ModelKind::DEon2011 && k >= 24 {
                 continue;
             }

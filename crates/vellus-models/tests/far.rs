@@ -56,7 +56,7 @@ fn far_fields_match_very_many_offsets() {
     }
 }
 
-/// The ends of all ranges are finite.
+/// The limits of all ranges give finite results.
 #[test]
 fn far_fields_of_all_models_are_finite() {
     let directions = Directions::new(&[[-90.0, 10.0], [0.0, 0.0], [0.0, 180.0], [89.0, -360.0], [90.0, 77.0]]);

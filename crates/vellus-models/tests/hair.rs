@@ -1,4 +1,4 @@
-//! The hair models against each other, and against what their papers say.
+//! The hair models compared with each other, and with the statements of their papers.
 
 use std::f64::consts::{PI, TAU};
 use vellus::{Color, Fiber, Field, Lobe, Model, Scattering, Window};
@@ -68,9 +68,10 @@ fn deon_is_the_near_field_integrated() {
     }
 }
 
-/// With a nearly smooth surface d'Eon's lobes are Marschner's, away from the caustics (±20° here, all TRT lies between
-/// them) and from the edges of TT: but for Marschner's cubic, which is up to 2° from Φ and has its slope a few percent
-/// off, and his Fresnel factor, as ours with l = 0.5 is an ordinary interface only for each polarisation.
+/// With a nearly smooth surface d'Eon's lobes equal Marschner's, except near the caustics (±20° here; all of TRT lies
+/// between them) and near the edges of TT. Two differences remain. Marschner's cubic is up to 2° from Φ, and its
+/// slope is wrong by a few percent. His Fresnel factor differs from ours with l = 0.5, which is an ordinary interface
+/// only for each polarisation.
 #[test]
 fn marschner_is_deon_without_roughness() {
     let fiber = Fiber { beta_n: 0.6f32.to_radians(), beta_m: 5f32.to_radians(), ..hair() };
@@ -92,8 +93,8 @@ fn marschner_is_deon_without_roughness() {
     }
 }
 
-/// Without tilt Marschner's S is symmetric in the two directions, and so is M̂ N of d'Eon's. The near fields and Kajiya
-/// and Kay's are not.
+/// Without tilt, Marschner's S is symmetric in the two directions, and so is d'Eon's M̂ N. The near fields and Kajiya
+/// and Kay's model are not symmetric.
 #[test]
 fn reciprocity_where_it_holds() {
     let fiber = Fiber { alpha: 0.0, ..hair() };
@@ -113,7 +114,7 @@ fn reciprocity_where_it_holds() {
     }
 }
 
-/// The same fibre without medulla has the same R, TT and TRT in every model of refraction, on average over its width.
+/// The same fibre without medulla has the same R, TT and TRT in every model of refraction, averaged over its width.
 #[test]
 fn energies_agree_between_hair_models() {
     let fiber = Fiber { beta_m: 4f32.to_radians(), ..hair() };
@@ -134,9 +135,10 @@ fn energies_agree_between_hair_models() {
             (ModelKind::Yan2015, 1e-4),
             (ModelKind::Chiang2016, 1e-4),
             (ModelKind::ZinkeWeber2007, 1e-4),
-            // Attenuation at θ_d, which a tilt α moves by α/2 from θ_o: 2° more of incidence for R.
+            // Attenuation at θ_d, which differs from θ_o by α/2 under a tilt α: the incidence of R is 2° larger.
             (ModelKind::DEon2011, 5e-2),
-            // Its cubic, and its ordinary interface; TRT loses 0.4 of its light between two caustics so close.
+            // Its cubic and its ordinary interface. TRT is not compared: it loses 0.4 of its light between two
+            // caustics this close.
             (ModelKind::Marschner2003, 5e-2),
         ] {
             let theirs = mean(kind);
@@ -149,7 +151,7 @@ fn energies_agree_between_hair_models() {
     }
 }
 
-/// Scales open toward the tip, so that R leaves toward the root: θᵢ < 0 from θ_o = 0.
+/// Scales open toward the tip, so R leaves toward the root: θᵢ < 0 at θ_o = 0.
 #[test]
 fn the_highlight_tilts_toward_the_root() {
     let fiber = hair();
@@ -163,8 +165,8 @@ fn the_highlight_tilts_toward_the_root() {
     }
 }
 
-/// Their inversion from the perceptual roughness: σ_a = (ln C / (5.969 − 0.215 β + …))², where β_n is found again from
-/// the width of the lobe; and √v and s of their Eq. 7 and 8 at β = 0.3, by hand.
+/// The published inversion from the perceptual roughness: σ_a = (ln C / (5.969 − 0.215 β + …))², where the test
+/// recovers β_n from the width of the lobe; and √v and s of their Eq. 7 and 8 at β = 0.3, computed by hand.
 #[test]
 fn chiang_has_its_published_fits() {
     let [beta_m, beta_n] = chiang::roughness(0.3, 0.3);
@@ -181,7 +183,7 @@ fn chiang_has_its_published_fits() {
     }
 }
 
-/// Zinke and Weber lose what their Gaussians have beyond ±90°, and nothing else but the orders left out.
+/// Zinke and Weber lose the light of their Gaussians beyond ±90° and the higher orders, and no other light.
 #[test]
 fn zinke_weber_loses_what_lies_beyond_grazing() {
     let fiber = Fiber { alpha: 0.0, ..hair().without_absorption() };
@@ -189,6 +191,6 @@ fn zinke_weber_loses_what_lies_beyond_grazing() {
     let energy = |theta_o: f64| model.at(direction(theta_o, 0.0), Window::near(0.2)).energy().total()[0];
     let f = fresnel(1.55, 0.5, (1.0f64 - 0.04).sqrt());
     assert!((f64::from(energy(0.0)) - (1.0 - (1.0 - f) * f.powi(3))).abs() < 1e-5);
-    // Along the axis: half.
+    // Along the axis: half of the light.
     assert!((energy(PI / 2.0) - 0.5).abs() < 1e-3, "{}", energy(PI / 2.0));
 }

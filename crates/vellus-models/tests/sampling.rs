@@ -14,7 +14,8 @@ fn fibers() -> [Fiber; 3] {
     ]
 }
 
-/// Ours is tested in its own crate; that of 2015 also with two indices, lower and higher in the medulla.
+/// Our model is tested in its own crate. The model of 2015 is also tested with two indices, lower and higher in the
+/// medulla.
 fn models() -> impl Iterator<Item = (ModelKind, Fiber, AnyModel)> {
     let others = ModelKind::ALL.iter().filter(|kind| **kind != ModelKind::Vellus);
     let one = others.flat_map(|&kind| fibers().map(|fiber| (kind, fiber, kind.model(&fiber).unwrap())));
@@ -23,7 +24,7 @@ fn models() -> impl Iterator<Item = (ModelKind, Fiber, AnyModel)> {
         .into_iter()
         .zip([1.15, 1.8, 1.4])
         .map(move |(fiber, eta_m)| (kind, fiber, AnyModel::Yan2015(Yan2015::with_eta_m(&fiber, eta_m).unwrap())));
-    // Between shared tables.
+    // Interpolated between shared tables.
     let kind = ModelKind::DEon2011;
     let shared = kind.model(&full_fiber()).unwrap();
     let fiber = Fiber { sigma_ca: [0.45, 1.1, 0.06], ..full_fiber() };
@@ -31,7 +32,7 @@ fn models() -> impl Iterator<Item = (ModelKind, Fiber, AnyModel)> {
     one.chain(two).chain([(kind, fiber, between)])
 }
 
-/// That of 2015 sampled as it was then.
+/// The model of 2015 with its original sampling.
 fn published() -> impl Iterator<Item = (ModelKind, Fiber, AnyModel)> {
     let model = |fiber: Fiber| AnyModel::Yan2015(Yan2015::with_eta_m(&fiber, 1.4).unwrap().with_original_sampling());
     fibers().into_iter().map(move |fiber| (ModelKind::Yan2015, fiber, model(fiber)))
@@ -43,13 +44,13 @@ fn pdf_integrates_to_one() {
         for (theta_o, h) in [(0.7, -0.45), (-1.2, 0.8)] {
             let hit = model.at(direction(theta_o, 0.4), Window::near(h));
             let sum = integral([600, 360], |wi| hit.pdf(wi));
-            // Midpoints 0.3° and 1° apart, of lobes 2.3° wide and more.
+            // Midpoints 0.3° and 1° apart, for lobes at least 2.3° wide.
             assert!((sum - 1.0).abs() < 2e-3, "{kind} {fiber:?} {theta_o}: {sum}");
         }
     }
 }
 
-/// [`ChiSquared`], of lobes at least 2.3° wide in bands of 4° to 29°.
+/// [`ChiSquared`], for lobes at least 2.3° wide in bands of 4° to 29°.
 #[test]
 fn sample_histogram_matches_pdf() {
     let mut random = Uniform(7);
@@ -65,7 +66,7 @@ fn sample_histogram_matches_pdf() {
     }
 }
 
-/// f·cos θᵢ and pdf of a sample's direction are its weight times pdf, and its pdf.
+/// In the direction of a sample, f·cos θᵢ is its weight times its pdf, and the pdf is its pdf.
 #[test]
 fn weight_is_f_over_pdf() {
     let mut random = Uniform(8);
@@ -75,7 +76,7 @@ fn weight_is_f_over_pdf() {
             let hit = model.at(wo, Window::near(random.within(-1.0, 1.0) as f32));
             let s = hit.sample(random.numbers()).unwrap();
             assert!((s.wi.length() - 1.0).abs() < 1e-5 && s.pdf > 0.0, "{kind} {fiber:?} {s:?}");
-            // Near the poles the azimuth of the direction itself rounds; and Gaussians in θ have their pole there.
+            // Near the poles the azimuth of the direction is rounded, and Gaussians in θ have their pole there.
             if s.wi.x.abs() > 0.999 {
                 continue;
             }
@@ -89,7 +90,7 @@ fn weight_is_f_over_pdf() {
     }
 }
 
-/// Samples weighted by their lobe alone still find each lobe's energy.
+/// Samples weighted by their own lobe alone still give the energy of each lobe.
 #[test]
 fn published_sampling_finds_the_energy() {
     let mut random = Uniform(9);
@@ -110,7 +111,7 @@ fn published_sampling_finds_the_energy() {
         for (lobe, c) in (0..18).map(|i| (i / 3, i % 3)) {
             let (mean, exact) = (sums[lobe][c], f64::from(energy.0[lobe][c]));
             let error = ((squares[lobe][c] - mean * mean) / f64::from(n)).max(0.0).sqrt();
-            // The transmitted share is from a table: 2e-3 of it.
+            // The transmitted share comes from a table, with an error of 2e-3.
             assert!(
                 (mean - exact).abs() <= bound * error + 2e-3 * exact,
                 "{fiber:?} {lobe} {c}: {mean} {exact} ± {error}"

@@ -1,7 +1,8 @@
-//! 10,000 queries of each model give the bits that they gave before.
+//! 10,000 queries of each model give the same bits as before.
 //!
-//! A change of the code's structure must not change a bit. A change that is meant to alter results replaces the hashes
-//! and says why in CHANGELOG.md. The hashes hold for processors with AVX2 and FMA: other ones round differently.
+//! A change of the code's structure must not change a bit. A change that alters results on purpose replaces the
+//! hashes and gives the reason in CHANGELOG.md. The hashes hold for processors with AVX2 and FMA: others round
+//! differently.
 #![cfg(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma"))]
 
 use glam::Vec3;
@@ -30,10 +31,10 @@ fn queries_give_the_same_bits_as_before() {
     assert_eq!(hashes, expected);
 }
 
-/// The hash of all numbers that the queries of a model give.
+/// The hash of all results of a model's queries.
 fn hash(kind: ModelKind) -> String {
     let mut state = 17;
-    // In [0, 1): SplitMix64, whose numbers no library can change.
+    // In [0, 1), by SplitMix64 written out here, so that no library can change the numbers.
     let mut uniform = || {
         state = u64::wrapping_add(state, 0x9e37_79b9_7f4a_7c15);
         let z = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

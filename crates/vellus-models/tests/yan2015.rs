@@ -6,11 +6,11 @@ use vellus_models::{Yan2015, ZinkeWeber2007};
 use vellus_sim::energies::{Offsets, energies};
 use vellus_testing::{Uniform, direction, full_fiber};
 
-/// Without medulla it is the near field of Zinke and Weber, up to TRT.
+/// Without medulla it equals the near field of Zinke and Weber, up to TRT.
 #[test]
 fn no_medulla_is_hair() {
     let mut random = Uniform(31);
-    // Theirs has an ordinary interface.
+    // Their model has an ordinary interface.
     let fiber = Fiber { kappa: 0.0, layers: 0.5, ..full_fiber() };
     let (ours, theirs) = (Yan2015::new(&fiber).unwrap(), ZinkeWeber2007::new(&fiber).unwrap());
     for _ in 0..2000 {
@@ -27,7 +27,8 @@ fn no_medulla_is_hair() {
     }
 }
 
-/// With one index the unscattered lobes carry what ours do, and what its medulla scatters is TTˢ and TRTˢ.
+/// With one index the unscattered lobes have the same energies as ours, and the light that the medulla of our model
+/// scatters is TTˢ and TRTˢ.
 #[test]
 fn one_index_has_the_energies_of_2017() {
     let fiber = Fiber { beta_m: 0.05, ..full_fiber() }.without_absorption();
@@ -39,13 +40,13 @@ fn one_index_has_the_energies_of_2017() {
             let (a, b) = (a.0.map(|lobe| f64::from(lobe[1])), b.0.map(|lobe| f64::from(lobe[1])));
             // R, TT, TRT; at 0.9 rad TRT, 0.075 wide, is nine deviations from 90°.
             (0..3).for_each(|p| assert!((a[p] - b[p]).abs() < 1e-5, "{theta_o} {h} {p}: {a:?} {b:?}"));
-            // The diffuse lobe holds what does not get out at once.
+            // The diffuse lobe holds the light that does not leave at once.
             assert!((a[3] + a[4] + a[5] - b[3] - b[4]).abs() < 1e-5, "{theta_o} {h}: {a:?} {b:?}");
         }
     }
 }
 
-/// Eleven lobes and the diffuse one sum to the six, in value and in energy, and all exist where the indices differ.
+/// Eleven lobes and the diffuse one sum to the six, in value and in energy. All carry light if the indices differ.
 #[test]
 fn eleven_lobes_and_the_diffuse_one_sum_to_six() {
     let fiber = Fiber { sigma_ms: 0.6, kappa: 0.5, ..full_fiber() };
@@ -68,11 +69,10 @@ fn eleven_lobes_and_the_diffuse_one_sum_to_six() {
     assert!(dark.is_empty(), "{dark:?}");
 }
 
-/// With two indices too, what a hit says of its energy is its integral. What it loses are the paths left out, such as
-/// TRRT and, where the indices differ, TrRttT: 1.2 % of the light for a medulla of air, as in a polar bear (1.45 and
-/// 1).
+/// With two indices, too, the energy of a hit equals its integral. The omitted paths are lost, such as TRRT and, if
+/// the indices differ, TrRttT: 1.2 % of the light for a medulla of air, as in a polar bear (1.45 and 1).
 #[test]
-fn two_indices_lose_what_the_eleven_leave_out() {
+fn two_indices_lose_only_the_omitted_paths() {
     let fiber = Fiber { eta: 1.45, kappa: 0.7, sigma_ms: 0.9, beta_m: 0.1, ..full_fiber() }.without_absorption();
     let mean = |eta_m: f32| {
         let model = Yan2015::with_eta_m(&fiber, eta_m).unwrap();
@@ -102,7 +102,7 @@ fn two_indices_lose_what_the_eleven_leave_out() {
     }
 }
 
-/// A fibre that shares the tables of another is the same as one with its own tables.
+/// A fibre that shares the tables of another gives the same results as with its own tables.
 #[test]
 fn sharing_tables_changes_nothing() {
     let first = Yan2015::with_eta_m(&full_fiber(), 1.4).unwrap();
@@ -131,7 +131,7 @@ fn holding_back_scattered_light_is_closer_to_the_fibre() {
         let of_new = mean(&|h| f64::from(new.at(wo, Window::near(h)).energy().total()[1]));
         let scattered = |lobes: vellus::Lobes| f64::from(lobes.0[Lobe::Tts as usize][1]);
         let direct = mean(&|h| scattered(old.at(wo, Window::near(h)).energy()));
-        // 65,536 photons: a standard error of 0.001; the models differ by 0.03 and more.
+        // 65,536 photons: a standard error of 0.001. The models differ by at least 0.03.
         assert!(truth < of_old && of_old < of_new, "{species}: {truth} {of_old} {of_new}");
         assert!(of_old / truth < 1.4, "{species}: {truth} {of_old}");
         println!("{species}: simulated {truth:.3}, 2015 {of_old:.3} (at once {direct:.3}), 2017 {of_new:.3}");

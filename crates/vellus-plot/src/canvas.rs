@@ -15,13 +15,13 @@ pub trait Draw {
     /// Draws on a white area of that size.
     ///
     /// # Errors
-    /// Those of the drawing library, and of what the picture computes meanwhile.
+    /// Those of the drawing library, and of the picture's own computation.
     fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Result<()>
     where
         DB::ErrorType: 'static;
 }
 
-/// Colours of the six lobes: Tol's bright scheme, which colour-blind readers can tell apart.
+/// Colours of the six lobes: Tol's bright scheme, which colour-blind readers can distinguish.
 pub const LOBE_COLORS: [RGBColor; 6] = [
     RGBColor(0x44, 0x77, 0xaa),
     RGBColor(0x66, 0xcc, 0xee),

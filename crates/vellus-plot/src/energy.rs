@@ -23,7 +23,8 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Of a model, over the offset for ω_o at `theta_o` degrees, and averaged over the width for all inclinations.
+    /// Computes the energies of a model: over the offset for ω_o at `theta_o` degrees, and averaged over the width
+    /// for all inclinations.
     pub fn new(named: &Named, theta_o: f64) -> Self {
         let model = &named.model;
         let over_h = (-200..=200)
@@ -60,7 +61,7 @@ impl Draw for Picture {
     }
 }
 
-/// Draws the lobes stacked on each other. What is missing to 1 is absorbed.
+/// Draws the lobes stacked on each other. The gap up to 1 is absorbed.
 fn stack<DB: DrawingBackend>(
     area: &DrawingArea<DB, Shift>,
     points: &[(f64, Energies)],

@@ -13,7 +13,7 @@ use vellus::{Bcsdf, Fiber, TableData, Tables, Window};
 use vellus_models::direction;
 use vellus_reference::exact::Exact;
 
-/// Numbers of segments on each side of h = 0. Our scheme needs two: inside the medulla and beside it.
+/// Numbers of segments on each side of h = 0. Our scheme needs at least two: one inside the medulla and one outside.
 pub const SEGMENTS: [usize; 13] = [2, 3, 4, 5, 6, 7, 8, 10, 12, 16, 20, 24, 32];
 /// Segments on each side in the shipped model: their eight ends fill a register.
 pub const SHIPPED: usize = 7;
@@ -86,7 +86,7 @@ impl Errors {
 
 /// Errors of one fibre, or of several and their mean.
 pub struct Picture {
-    /// What the fibre or the fibres are called.
+    /// The name of the fibre or the fibres.
     pub name: String,
     /// Inclination of ω_o, degrees.
     pub theta_o: f64,

@@ -1,4 +1,4 @@
-//! What can go wrong with a picture or a report.
+//! Errors of pictures and reports.
 
 use plotters::drawing::DrawingAreaErrorKind;
 use std::io;
@@ -16,7 +16,7 @@ pub enum Error {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the operating system reports.
+        /// The error of the operating system.
         source: io::Error,
     },
     /// The drawing library failed.

@@ -29,7 +29,7 @@ pub fn page(title: &str, body: &str) -> String {
     )
 }
 
-/// Paragraphs that stand out; each warning is text.
+/// Highlighted paragraphs; each warning is text.
 pub fn warnings(warnings: &[String]) -> String {
     warnings.iter().map(|w| format!("<p class=\"warning\">{}</p>\n", escaped(w))).collect()
 }

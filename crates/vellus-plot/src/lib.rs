@@ -14,7 +14,7 @@
 //! | [`windows`] | the near field, its average over a window, and quadrature (Yan17 Fig. 12a) |
 //! | [`error`] | error of the far field over the number of segments |
 //! | [`curves`], [`bars`] | general charts |
-//! | [`fit`] | a fitted profile beside the measured one, and a report |
+//! | [`fit`] | a fitted profile compared with the measured one, and a report |
 //!
 //! [`query`] reads queries of the model, and [`text`] writes results as tables, CSV and JSON.
 //!

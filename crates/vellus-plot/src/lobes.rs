@@ -23,7 +23,8 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Of a model of `fiber`, for ω_o at `theta_o` degrees and the offset `h` in [−1, 1]; far-field models ignore `h`.
+    /// Computes the lobes of a model of `fiber`, for ω_o at `theta_o` degrees and the offset `h` in [−1, 1].
+    /// Far-field models ignore `h`.
     pub fn new(fiber: &Fiber, named: &Named, theta_o: f64, h: f64) -> Self {
         let hit = named.model.at(direction(theta_o, 0.0), Window::near(h as f32));
         let h = (named.model.field() != Field::Far).then_some(h);

@@ -23,7 +23,7 @@ pub const PHOTONS: RangeInclusive<u64> = 1000..=1_000_000_000;
 /// Bins over the circle; half as many over 180°.
 const BINS: usize = 360;
 
-/// A simulated curve and that of the tables, over degrees.
+/// A simulated curve and the curve of the tables, over degrees.
 struct Curve {
     label: String,
     simulated: Vec<(f64, f64)>,

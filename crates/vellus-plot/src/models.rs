@@ -29,7 +29,7 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Of models of the fibre called `name`, for ω_o at `theta_o` degrees.
+    /// Computes the curves of models of the fibre called `name`, for ω_o at `theta_o` degrees.
     pub fn new(name: &str, models: &[Named], theta_o: f64) -> Self {
         let curves = models.iter().map(|model| Curve::new(model, theta_o)).collect();
         Picture { title: format!("{name}: models over the fibre's whole width, light from θ_o = {theta_o}°"), curves }

@@ -2,10 +2,10 @@
 
 use vellus_models::{AnyModel, ModelKind};
 
-/// A model of a fibre, and what both are called.
+/// A model of a fibre, and the names of both.
 pub struct Named {
     fiber: String,
-    /// What distinguishes the model; nothing for ours.
+    /// Distinguishes the model; `None` for ours.
     variant: Option<String>,
     /// The model.
     pub model: AnyModel,
@@ -18,7 +18,7 @@ impl Named {
         Named { fiber: fiber.into(), variant, model }
     }
 
-    /// Adds what else distinguishes the model, such as `η_m 1.4`.
+    /// Adds another distinction of the model, such as `η_m 1.4`.
     #[must_use]
     pub fn with_detail(mut self, detail: &str) -> Self {
         self.variant = Some(match self.variant {

@@ -23,7 +23,7 @@ pub struct Panel {
 }
 
 impl Panel {
-    /// Of a model, for ω_o at `theta_o` degrees.
+    /// Computes the profile of a model, for ω_o at `theta_o` degrees.
     pub fn new(model: &Named, theta_o: f64) -> Self {
         let (columns, rows) = CELLS;
         let theta = |i: usize| (i as f64 + 0.5) / rows as f64 * 180.0 - 90.0;
@@ -40,7 +40,7 @@ impl Panel {
 pub struct Picture {
     /// At least one.
     pub panels: Vec<Panel>,
-    /// The inclination of ω_o they were computed for, degrees.
+    /// The inclination of ω_o, degrees.
     pub theta_o: f64,
 }
 

@@ -3,10 +3,10 @@
 use plotters::prelude::*;
 use plotters_backend::{BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingErrorKind};
 
-/// How many times larger, in each direction.
+/// The enlargement in each direction.
 pub const SCALE: u32 = 2;
 
-/// Draws everything `SCALE` times larger on the back end inside.
+/// Draws everything `SCALE` times larger on the inner back end.
 pub struct Enlarged<'a>(pub BitMapBackend<'a>);
 
 /// A style with the line widths enlarged.

@@ -48,7 +48,8 @@ fn curves(lobes: impl Fn(f64) -> [f64; 6] + Sync) -> Curves {
 }
 
 impl Picture {
-    /// Of the fibre called `name`, for ω_o at `theta_o` degrees and the window from `low` to `high`, both in [−1, 1].
+    /// Computes the lobes of the fibre called `name`, for ω_o at `theta_o` degrees and the window from `low` to
+    /// `high`, both in [−1, 1].
     ///
     /// # Errors
     /// [`Error::Window`] unless `low` is below `high`; a parameter of the fibre out of its range.
@@ -89,7 +90,7 @@ impl Picture {
         let error = 100.0 * distance / self.exact[p].iter().sum::<f64>();
         let all = || self.near.iter().flat_map(|near| &near[p]).chain(&self.average[p]);
         let highest = all().fold(largest, |a, &x| a.max(x));
-        // Paths beside the medulla scatter no light: zeros are left out.
+        // Paths that miss the medulla scatter no light. Zeros are left out.
         let least = all().filter(|x| **x > 0.0).fold(largest, |a, &x| a.min(0.7 * x));
         let floor = least.max(largest * 10f64.powf(-DECADES));
         // 1, 2 and 5 are labelled where there are few powers of ten.

@@ -49,7 +49,9 @@ impl Denoiser {
         // SAFETY: loading runs code of the library; it is the one that the user named or installed.
         let library = unsafe { Library::new(&path) }.map_err(|e| {
             let what = "denoising needs Intel Open Image Denoise 2: install it, or set VELLUS_OIDN to the path of";
-            Error::Denoise(format!("{what} {name}: {e}"))
+            // The cause names the file and the reason.
+            let cause = std::error::Error::source(&e).map_or_else(|| e.to_string(), ToString::to_string);
+            Error::Denoise(format!("{what} {name}: {cause}"))
         })?;
         let denoiser = Denoiser { library: Box::leak(Box::new(library)) };
         // Version 1 has this function under another name.

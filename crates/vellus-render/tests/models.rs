@@ -24,7 +24,8 @@ fn fiber() -> Fiber {
     }
 }
 
-/// One straight fibre that fills the picture from edge to edge, in white light: the picture is its albedo over all offsets.
+/// One straight fibre that fills the picture from edge to edge, in white light: the picture is its albedo over all
+/// offsets.
 fn scene(varying: bool) -> Scene {
     let points = (0..4).map(|i| Vec4::new(0.0, 20.0 * (i as f32 - 1.5), 0.0, 0.1)).collect();
     let values = Values::PerPoint(vec![fiber().sigma_ca; 4]);
@@ -38,13 +39,13 @@ fn scene(varying: bool) -> Scene {
         look: 0,
         varying: if varying { vec![(Parameter::SigmaCa, values)] } else { vec![] },
     };
-    // Another colour, which the varying parameter replaces.
+    // A colour that the varying parameter replaces.
     let look = Fiber { sigma_ca: if varying { [0.4, 0.01, 0.2] } else { fiber().sigma_ca }, ..fiber() };
     Scene {
         strands: vec![strands],
         looks: vec![Look::constant("fur", look)],
         lights: vec![Light::Dome { radiance: [1.0; 3], texture: None, rotation: Mat3::IDENTITY, ground: None }],
-        // So far away and narrow that all rays are parallel, and all of them hit.
+        // The camera is so far away and its view so narrow that all rays are parallel, and all of them hit.
         camera: Some(Camera::look_at(Vec3::new(0.0, 0.0, 100.0), Vec3::ZERO, Vec3::Y, 0.19 / 100.0, 1.0)),
         ..Scene::default()
     }
@@ -85,8 +86,9 @@ fn check<M: Model + Send + 'static>(name: &str, make: impl Fn(&Fiber) -> Result<
         let (seen, error) = picture(&world);
         println!("{name}: {seen:.4?} ± {error:.4}, albedo {expected:.4?}");
         for c in 0..3 {
-            // The film knows the error of the channels' mean. The brightest channel's is up to 1.5 times that.
-            // D'Eon's fibres lie between tables where they vary.
+            // The film knows the error of the channels' mean. The error of the brightest channel is up to 1.5 times
+            // that.
+            // D'Eon's varying fibres are interpolated between tables.
             let tolerance = 1.5 * bound * error + if varying && name == "deon2011" { 0.005 } else { 5e-4 };
             assert!((seen[c] - expected[c]).abs() < tolerance, "{name}: {seen:?} {expected:?} ± {error}");
         }
@@ -121,7 +123,7 @@ fn a_texture_gives_angles_in_degrees() {
     assert_eq!(picture(&World::new(textured(24.0, 0.5)).unwrap()), expected);
 }
 
-/// Sums and products of finite values may be infinite or NaN. The fibre has the nearest value in range then.
+/// Sums and products of finite values may be infinite or NaN. The fibre then gets the nearest value in range.
 #[test]
 fn no_finite_value_of_a_texture_or_a_point_breaks_a_render() {
     for (pixel, scale) in [(f32::MAX, 0.0), (f32::MAX, -9.0), (f32::MAX, f32::MAX)] {

@@ -110,8 +110,8 @@ fn lobe_layers_sum_to_beauty() {
     }
 }
 
-/// From a moonless night to a sun, the picture scales with the light, and its noise is the same. Distances
-/// are right from millimetres to a hundred kilometres.
+/// From a moonless night to the sun, the picture scales with the light, and its relative noise stays the same. Scenes
+/// from millimetres to a hundred kilometres give the right picture.
 #[test]
 fn pictures_scale_with_light_and_size() {
     let scene = |light: f32| {
@@ -146,8 +146,8 @@ fn pictures_scale_with_light_and_size() {
     }
 }
 
-/// Lights of every kind and a mesh that emits, two lights in one group, one very bright: groups sum to the
-/// beauty, and each is the picture lit by that group alone.
+/// Lights of every kind and a mesh that emits, two lights in one group, one very bright. The groups sum to the
+/// beauty, and each group equals the picture lit by that group alone.
 #[test]
 fn light_groups_sum_to_beauty() {
     let mut scene = clump(100, 0.01, fiber());
@@ -192,7 +192,7 @@ fn light_groups_sum_to_beauty() {
     let (_, brightest) = sums_to_beauty(&scene, 4);
     // Seen directly, without clamping.
     assert!((brightest / 7e4 - 1.0).abs() < 1e-5, "{brightest}");
-    // The group of two lights alone: the others are dark, and block as much.
+    // The group of two lights alone: the other lights are dark, and block as much light as before.
     for light in &mut scene.lights[2..] {
         if let Light::Rect { radiance, .. } | Light::Disk { radiance, .. } | Light::Sphere { radiance, .. } = light {
             *radiance = [0.0; 3];
@@ -209,7 +209,7 @@ fn light_groups_sum_to_beauty() {
 
 /// The strand of a pixel is the nearest one of its samples, and root coordinates come from strands only.
 #[test]
-fn strands_are_told_apart() {
+fn strands_are_distinguished() {
     let mut scene = clump(1, 0.02, fiber());
     let points = |x: f32, z: f32| [Vec4::new(x, -2.0, z, 0.2), Vec4::new(x, 2.0, z, 0.2)];
     let set = |x: f32, z: f32, uv: [f32; 2]| Strands {
@@ -268,7 +268,7 @@ fn threads_and_ranges_do_not_change_the_image() {
     assert_eq!(merged, whole);
 }
 
-/// A film of another picture, a cancelled call and an invalid camera are errors, and change nothing.
+/// A film of another picture, a cancelled call and an invalid camera give errors and change nothing.
 #[test]
 fn what_does_not_fit_is_refused() {
     let mut world = World::new(clump(20, 0.006, fiber())).unwrap();
@@ -281,7 +281,7 @@ fn what_does_not_fit_is_refused() {
     };
     other(Settings { size: [9, 8], ..settings });
     other(Settings { crop: Some([0, 0, 8, 4]), ..settings });
-    let groups = ["none of this scene".to_owned()];
+    let groups = ["not in this scene".to_owned()];
     let layout = vellus_render::Layout::new(&[Layer::Lights], &groups);
     let mut film = Film::new(settings.size, settings.area(), layout);
     assert!(matches!(world.render(&settings, &mut film, 0..1, &()), Err(Error::OtherFilm(_))));
@@ -349,7 +349,7 @@ fn fibre_scale_does_not_matter() {
 
 /// A diffuse floor under a rectangular light, compared with the integral over the light.
 #[test]
-fn floor_is_lit_as_it_should() {
+fn a_floor_is_lit_as_by_the_integral() {
     let corners =
         [Vec3::new(-5.0, 0.0, -5.0), Vec3::new(5.0, 0.0, -5.0), Vec3::new(5.0, 0.0, 5.0), Vec3::new(-5.0, 0.0, 5.0)];
     let floor = Mesh {
@@ -385,7 +385,7 @@ fn floor_is_lit_as_it_should() {
     }
 }
 
-/// A picture with motion blur is the mean of static pictures: strands, a mesh and the camera move, each differently.
+/// A picture with motion blur is the mean of static pictures. Strands, a mesh and the camera move, each differently.
 #[test]
 fn motion_blur_is_the_mean_of_moments() {
     let mut scene = clump(60, 0.02, fiber());
@@ -440,12 +440,12 @@ fn motion_blur_is_the_mean_of_moments() {
         worst = worst.max(light / expected);
         assert!(light < expected && cover < 0.03, "block {block}: {light} of {expected}, cover {cover}");
     }
-    println!("worst {worst:.2} of what is allowed");
+    println!("worst: {worst:.2} of the tolerance");
 }
 
 /// The motion layer of a wall that moves to the right and up has the number of pixels that the lens implies.
 #[test]
-fn motion_is_told_in_pixels() {
+fn motion_is_in_pixels() {
     let mut scene = clump(1, 0.001, fiber());
     scene.camera = Some(Camera::look_at(3.0 * Vec3::Z, Vec3::ZERO, Vec3::Y, 0.3, 1.0));
     let wall = vec![Vec3::new(-9.0, -9.0, 1.0), Vec3::new(9.0, -9.0, 1.0), Vec3::new(0.0, 9.0, 1.0)];

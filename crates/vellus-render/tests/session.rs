@@ -63,7 +63,7 @@ fn a_cancelled_session_continues_to_the_same_film() {
     session.resume(checkpoint).unwrap();
     session.run(&(), |_| Ok::<(), Error>(())).unwrap();
     assert_eq!(*session.film(), expected(&world, 9));
-    // A goal that is reached already renders nothing.
+    // A goal that is already reached renders nothing.
     let mut again = Session::new(&world, Options::new(settings(), 4)).unwrap();
     again.resume(session.into_checkpoint()).unwrap();
     assert_eq!(again.run(&(), |_| Ok::<(), Error>(())).unwrap(), End::Samples);
@@ -165,7 +165,7 @@ fn pictures_and_checkpoints_are_kept_in_files() {
     assert_eq!(read_film(store.path()).unwrap(), film);
     store.remove();
     assert!(!store.path().exists());
-    // A folder that is gone: the film is rescued elsewhere, found, and removed with the picture.
+    // The folder is gone: the film is saved elsewhere, found there, and removed with the picture.
     let mut lost = Store::beside(&folder.path().join("gone/fox.exr"));
     std::fs::write(folder.path().join("gone"), "no folder").unwrap();
     assert!(write_film(lost.path(), &film).is_err());
@@ -179,7 +179,7 @@ fn pictures_and_checkpoints_are_kept_in_files() {
     let written = picture.write(&film.film, None).unwrap();
     assert_eq!(written, [output.clone(), output.with_extension("png")]);
     let bytes: u64 = written.iter().map(|path| std::fs::metadata(path).unwrap().len()).sum();
-    // Besides pixels, headers take about a thousand bytes each.
+    // Besides the pixels, headers take about a thousand bytes each.
     assert!(bytes <= picture.max_bytes(64, film.film.layout()) + 4000);
     let goals = |samples, time| Goals { samples, noise: None, time };
     let day = Some(std::time::Duration::from_secs(86400));

@@ -1,4 +1,4 @@
-//! One run of the command under limits.
+//! Runs the command once, under limits.
 
 use crate::trial::Stop;
 use rustix::process::{Pid, Signal, kill_process};
@@ -11,30 +11,31 @@ use std::process::{Child, Command, Stdio};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Address space of a child, KiB. The largest honest case needs some 300 MB of it, thread stacks and arenas included.
+/// Address space of a child, KiB. The largest valid case needs about 300 MB of it, including thread stacks and
+/// arenas.
 const MEMORY_KB: u64 = 2 << 20;
-/// Processor time of a child, seconds, over all its threads. The slowest honest case takes about 3, twice that where
+/// Processor time of a child in seconds, over all threads. The slowest valid case takes about 3, and twice that if
 /// cores are shared.
 pub const CPU_SECONDS: u64 = 10;
-/// Wall-clock time of a child, for those that wait for something that never comes.
+/// Wall-clock time of a child, for a child that waits forever.
 const WALL: Duration = Duration::from_secs(60);
-/// Bytes kept of each of standard output and standard error.
+/// Bytes kept of standard output and of standard error.
 const KEPT: u64 = 1 << 20;
 
-/// Where a standard stream of the child leads.
+/// The destination of a standard stream of the child.
 #[derive(Clone, PartialEq)]
 pub enum Sink {
-    /// To this program, which reads all of it.
+    /// A pipe to this program, which reads everything.
     Read,
-    /// To a pipe that no one reads.
+    /// A pipe that nobody reads.
     ClosedPipe,
-    /// Nowhere: the child starts without the stream.
+    /// None: the child starts without the stream.
     Closed,
-    /// To a file or device.
+    /// A file or device.
     File(PathBuf),
 }
 
-/// A run to make.
+/// A run of the command.
 pub struct Call {
     pub args: Vec<OsString>,
     pub folder: PathBuf,
@@ -49,19 +50,19 @@ pub struct Call {
     pub signal: Option<(Duration, Signal)>,
 }
 
-/// What came of it.
+/// The result of a run.
 pub struct Outcome {
     pub code: Option<i32>,
-    /// The signal that ended it.
+    /// The signal that ended the child.
     pub signal: Option<i32>,
-    /// The signal of [`Call::signal`] was sent while it ran.
+    /// Whether the signal of [`Call::signal`] was sent while the child ran.
     pub signalled: bool,
-    /// It was killed because it took longer than the limit.
+    /// Whether the child was killed because it took longer than the limit.
     pub timed_out: bool,
-    /// Processor time when it was last looked at, to about 10 ms; 0 where the system does not tell.
+    /// Processor time at the last measurement, within about 10 ms; 0 if the system does not report it.
     pub cpu: Duration,
     pub peak_kb: u64,
-    /// The most threads that it had.
+    /// The largest number of threads that the child had.
     pub threads: u64,
     pub stdout: String,
     pub stderr: String,
@@ -80,7 +81,7 @@ impl Call {
         self
     }
 
-    /// The script that sets the limits and then becomes the command.
+    /// The shell script that sets the limits and then becomes the command.
     fn script(&self) -> String {
         let mut script = format!("ulimit -c 0; ulimit -v {MEMORY_KB}; ulimit -S -t {}; ", self.cpu_seconds);
         if let Some(blocks) = self.file_blocks {
@@ -98,7 +99,7 @@ impl Call {
         script
     }
 
-    /// The line that does the same in a shell.
+    /// The shell line that does the same.
     pub fn line(&self, vellus: &Path) -> String {
         let quote = |s: &OsStr| match s.to_str() {
             Some(s) if !s.is_empty() && s.bytes().all(|b| b.is_ascii_alphanumeric() || b"-_./=,:%+".contains(&b)) => {
@@ -134,11 +135,11 @@ impl Call {
         }
     }
 
-    /// Makes the run. It ends when the time of the whole program is over.
+    /// Runs the command. The run ends when the time of the whole program is over.
     pub fn run(&self, vellus: &Path, deadline: Instant) -> Result<Outcome, Stop> {
         let mut command = Command::new("/bin/sh");
         command.arg("-c").arg(self.script()).arg(vellus).args(&self.args).current_dir(&self.folder);
-        // Scratch files stay in the case's folder, and two threads are all that a case may keep busy.
+        // Temporary files stay in the case's folder, and a case may use two threads.
         command.env("TMPDIR", self.folder.join("tmp")).env("RAYON_NUM_THREADS", "2").env("RUST_BACKTRACE", "0");
         command.stdin(Stdio::null()).stdout(stream(&self.stdout)?).stderr(stream(&self.stderr)?);
         let mut child = command.spawn()?;
@@ -183,7 +184,7 @@ impl Call {
     }
 }
 
-/// Ends a child that was started here.
+/// Ends a child that this program started.
 fn end(child: &mut Child) -> std::io::Result<()> {
     child.kill()?;
     child.wait().map(drop)
@@ -192,7 +193,7 @@ fn end(child: &mut Child) -> std::io::Result<()> {
 fn stream(sink: &Sink) -> std::io::Result<Stdio> {
     Ok(match sink {
         Sink::Read => Stdio::piped(),
-        // The reading end is dropped at once.
+        // Drop the reading end at once.
         Sink::ClosedPipe => Stdio::from(std::io::pipe()?.1),
         Sink::Closed => Stdio::null(),
         Sink::File(path) => Stdio::from(File::options().write(true).open(path)?),
@@ -204,7 +205,7 @@ fn reader(stream: Option<impl Read + Send + 'static>) -> Option<JoinHandle<Vec<u
     Some(std::thread::spawn(move || {
         let mut bytes = Vec::new();
         stream.by_ref().take(KEPT).read_to_end(&mut bytes).ok();
-        // The rest is read, so that the child does not wait, and thrown away.
+        // Read and drop the rest, so that the child does not wait.
         std::io::copy(&mut stream, &mut std::io::sink()).ok();
         bytes
     }))
@@ -215,20 +216,20 @@ fn join(reader: Option<JoinHandle<Vec<u8>>>) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-/// What a child costs.
+/// The resources that a child used.
 #[derive(Default)]
 struct Usage {
     cpu: Duration,
-    /// The most memory that was resident, KiB.
+    /// The peak resident memory, KiB.
     peak_kb: u64,
     threads: u64,
 }
 
-/// What a child has cost so far. Linux tells.
+/// The resources that a child has used so far, as Linux reports them.
 fn usage(pid: Pid) -> Option<Usage> {
     let file = |name: &str| std::fs::read_to_string(format!("/proc/{}/{name}", pid.as_raw_nonzero())).ok();
     let stat = file("stat")?;
-    // The name, in parentheses, may have blanks. Behind it utime and stime are the words 12 and 13, in 1/100 s.
+    // The name, in parentheses, may contain spaces. After it, utime and stime are the words 12 and 13, in 1/100 s.
     let mut words = stat.rsplit_once(')')?.1.split_whitespace().skip(11);
     let mut ticks = || words.next()?.parse::<u64>().ok();
     let cpu = Duration::from_millis(10 * (ticks()? + ticks()?));
@@ -264,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn ends_are_told_apart() {
+    fn ways_to_end_are_distinguished() {
         let outcome = run(&call("echo out; echo err >&2; exit 75"));
         assert_eq!((outcome.code, outcome.signal), (Some(75), None));
         assert_eq!((outcome.stdout.as_str(), outcome.stderr.as_str()), ("out\n", "err\n"));

@@ -1,4 +1,4 @@
-//! Attacks the command `vellus` the way a hostile user does, and says what it did wrong: `cargo xtask torture`.
+//! Attacks the command `vellus` like a hostile user and reports its failures: `cargo xtask torture`.
 
 #[cfg(unix)]
 mod attacks;
@@ -24,5 +24,5 @@ fn main() -> std::process::ExitCode {
 
 #[cfg(not(unix))]
 fn main() {
-    eprintln!("signals and limits of processes are those of Unix: nothing is tried here");
+    eprintln!("the attacks need Unix signals and process limits: no attack runs here");
 }

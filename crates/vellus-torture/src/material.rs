@@ -1,4 +1,4 @@
-//! Small inputs of every kind, made here or by the command itself.
+//! Small inputs of every kind, made here or by the command.
 
 use crate::trial::Stop;
 use anyhow::Context;
@@ -6,7 +6,7 @@ use std::io::Cursor;
 use std::path::Path;
 use vellus::Tables;
 
-/// Strands that lean further each frame, a skin, lights, a camera, two kinds of shaders and primvars.
+/// Strands that lean further in each frame, a skin, lights, a camera, two kinds of shaders, and primvars.
 pub const LEANING: &str = r#"#usda 1.0
 (
     startTimeCode = 1
@@ -75,7 +75,7 @@ def Camera "camera" {
 }
 "#;
 
-/// One set of straight strands, as a .hair file has.
+/// One set of straight strands, which a .hair file can hold.
 pub const STRAIGHT: &str = r#"#usda 1.0
 def BasisCurves "fur" {
     uniform token type = "linear"
@@ -85,7 +85,7 @@ def BasisCurves "fur" {
 }
 "#;
 
-/// [`LEANING`] under an image of the sky, which is `IMAGE`.
+/// [`LEANING`] with an image as sky.
 pub fn lit_by(image: &str) -> String {
     let dome = format!("float inputs:intensity = 0.5\n    asset inputs:texture:file = @{image}@");
     LEANING.replacen("float inputs:intensity = 0.5", &dome, 1)
@@ -124,7 +124,7 @@ comb = [0.0, -1.0, 0.0]
 fiber = "raccoon"
 "#;
 
-/// A fibre as a file.
+/// A fibre file.
 pub const FIBER_TOML: &str =
     "preset = \"cat\"\nkappa = 0.6\neta = 1.5\nbeta_m = 9.0\nsigma_ca = [0.1, 0.2, 0.4]\ng = 0.3\n";
 
@@ -190,7 +190,7 @@ pub fn hdr() -> Vec<u8> {
     [header, &[2, 2, 0, 8, 136, 128, 136, 64, 3, 0, 0, 0, 133, 0, 136, 129]].concat()
 }
 
-/// The tables that are shipped.
+/// The shipped tables.
 pub fn tables() -> &'static [u8] {
     Tables::SHIPPED
 }

@@ -1,9 +1,9 @@
-//! Damage to bytes, and changes to texts and binary formats that keep most of their structure.
+//! Damage to bytes, and changes to texts and binary formats that keep most of the structure.
 
 use crate::dice::Dice;
 use std::ops::Range;
 
-/// Words of 32 bits that readers get wrong: small, large, almost negative, and floats at the edges.
+/// 32-bit words that readers handle wrongly: small, large, almost negative, and floats at the limits.
 const WORDS: [u32; 16] = [
     0,
     1,
@@ -23,7 +23,7 @@ const WORDS: [u32; 16] = [
     0xbf80_0000,
 ];
 
-/// What a text can have where a number is expected.
+/// Text in place of a number.
 const NUMBERS: [&str; 24] = [
     "nan",
     "inf",
@@ -89,7 +89,7 @@ pub fn flip_bits(bytes: &mut [u8], dice: &mut Dice) {
     }
 }
 
-/// Damage as by a bad disk or an interrupted copy.
+/// Damage like that of a bad disk or an interrupted copy.
 pub fn damage(bytes: &mut Vec<u8>, dice: &mut Dice) -> &'static str {
     let length = bytes.len();
     if length < 16 {
@@ -128,7 +128,7 @@ pub fn damage(bytes: &mut Vec<u8>, dice: &mut Dice) -> &'static str {
     }
 }
 
-/// A change to a binary file that a reader has to notice or bear.
+/// Changes a binary file. A reader must detect or tolerate it.
 pub fn binary(bytes: &mut Vec<u8>, dice: &mut Dice) {
     for _ in 0..*dice.pick(&[1, 1, 2, 3, 8]) {
         match dice.number(0..6) {
@@ -144,7 +144,7 @@ pub fn binary(bytes: &mut Vec<u8>, dice: &mut Dice) {
     }
 }
 
-/// A change to a text that a parser has to notice or bear.
+/// Changes a text. A parser must detect or tolerate it.
 pub fn text(text: &str, dice: &mut Dice) -> Vec<u8> {
     let mut text = text.to_owned();
     for _ in 0..*dice.pick(&[1, 1, 2, 3, 8]) {
@@ -208,7 +208,7 @@ fn change_text(text: &mut String, dice: &mut Dice) {
     }
 }
 
-/// Where a character begins.
+/// The start of a random character.
 fn boundary(text: &str, dice: &mut Dice) -> usize {
     let mut at = dice.number(0..text.len() + 1);
     while !text.is_char_boundary(at) {
@@ -234,7 +234,7 @@ fn tokens(text: &str, is: impl Fn(char) -> bool) -> Vec<Range<usize>> {
     runs
 }
 
-/// Overwrites 4 or 8 bytes, mostly where fields are aligned, more often near the beginning, where headers are.
+/// Overwrites 4 or 8 bytes, mostly at aligned positions, and more often near the beginning, where headers are.
 fn word(bytes: &mut [u8], dice: &mut Dice) {
     if bytes.len() < 8 {
         return;
@@ -251,7 +251,7 @@ fn word(bytes: &mut [u8], dice: &mut Dice) {
     }
 }
 
-/// A range that is not empty, short ones more often.
+/// A non-empty range, more often a short one.
 fn span(length: usize, dice: &mut Dice) -> Range<usize> {
     let most = (length as f64).powf(dice.unit()) as usize;
     let start = dice.number(0..length);
@@ -263,7 +263,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn changes_depend_on_the_seed_alone() {
+    fn changes_depend_only_on_the_seed() {
         let changed = |seed| {
             let mut bytes = b"some bytes that are long enough".to_vec();
             binary(&mut bytes, &mut Dice::new(seed, "test", 3));

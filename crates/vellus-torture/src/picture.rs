@@ -1,5 +1,5 @@
-//! What a picture shows: its channels to the last bit. Files may differ where pictures do not: the order of an OpenEXR
-//! file's attributes is random.
+//! The content of a picture: its channels to the last bit. Files of equal pictures may differ, because the order of
+//! an OpenEXR file's attributes is random.
 
 use exr::prelude::{ReadChannels, ReadLayers, read};
 use std::io::BufReader;
@@ -10,19 +10,19 @@ use std::path::Path;
 pub struct Picture(Vec<(String, Vec<u32>)>);
 
 impl Picture {
-    /// Reads a PNG or OpenEXR file. The message says what is wrong with it.
+    /// Reads a PNG or OpenEXR file. The message describes the problem.
     pub fn read(path: &Path) -> Result<Picture, String> {
         let read = || if path.extension().is_some_and(|e| e == "png") { png(path) } else { exr(path) };
-        // Readers of other projects may panic where a file is damaged.
+        // Third-party readers may panic on a damaged file.
         std::panic::catch_unwind(read).unwrap_or_else(|_| Err("its reader panics".to_owned()))
     }
 
-    /// Are all values finite?
+    /// Whether all values are finite.
     pub fn is_finite(&self) -> bool {
         self.0.iter().flat_map(|(_, values)| values).all(|bits| f32::from_bits(*bits).is_finite())
     }
 
-    /// Where two differ first, and by what.
+    /// The first difference of two pictures.
     pub fn difference(&self, other: &Picture) -> Option<String> {
         let names = |p: &Picture| p.0.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
         if names(self) != names(other) {
@@ -57,10 +57,10 @@ fn png(path: &Path) -> Result<Picture, String> {
     let mut reader = png::Decoder::new(BufReader::new(file)).read_info().map_err(|e| e.to_string())?;
     let mut bytes = vec![0; reader.output_buffer_size().ok_or("too large")?];
     reader.next_frame(&mut bytes).map_err(|e| e.to_string())?;
-    // What follows the pixels must be whole too.
+    // The data after the pixels must be complete too.
     reader.finish().map_err(|e| e.to_string())?;
     let size = reader.info().size();
     let name = format!("{}x{} {:?}", size.0, size.1, reader.output_color_type());
-    // Small whole numbers: as floats they print as such.
+    // Small whole numbers, which print the same as floats.
     Ok(Picture(vec![(name, bytes.into_iter().map(|b| f32::from(b).to_bits()).collect())]))
 }

@@ -1,4 +1,4 @@
-//! The attacks in turn until the time is over, and a table of what they found.
+//! Runs the attacks in turn until the time is over, and prints a table of the findings.
 
 use crate::attacks::{self, Attack};
 use crate::dice::Dice;
@@ -10,36 +10,36 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-/// The table's columns: MB is the most memory that a child had.
+/// The columns of the table. MB is the peak memory of a child.
 const HEADER: &str = "attack       inputs  kills      s       MB  findings";
-/// Findings of one kind whose files are kept.
+/// The number of findings of one kind whose files are kept.
 const EXAMPLES: usize = 3;
-/// Larger files of a case are not kept, bytes.
+/// Larger files of a case are not kept; in bytes.
 const LARGEST_KEPT: u64 = 16 << 20;
 
-/// Attack the command `vellus` with kills, full disks, damaged files and nonsense.
+/// Attack the command `vellus` with signals, full disks, damaged files and invalid input.
 ///
-/// Each case depends on the seed, the attack and its number alone, but for the moments at which signals arrive. Exit
-/// code 1: something was found. Children are limited to 2 GiB of address space, 10 s of processor time and 60 s.
+/// Each case depends only on the seed, the attack and its number, except for the times of signals. Exit code 1: there
+/// are findings. A child is limited to 2 GiB of address space, 10 s of processor time and 60 s.
 #[derive(Parser)]
 #[command(name = "cargo xtask torture")]
 struct Cli {
     /// Seed of all choices.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// How long, e.g. 60s, 10m.
+    /// Duration, e.g. 60s, 10m.
     #[arg(long, default_value = "60s", value_parser = duration, value_name = "TIME")]
     time: Duration,
-    /// One attack alone: kill, ranges, damage, disk, files, nonsense or fibres.
+    /// Run only this attack: kill, ranges, damage, disk, files, nonsense or fibres.
     #[arg(long, value_name = "NAME")]
     only: Option<String>,
-    /// One case of that attack alone.
+    /// Run only this case of that attack.
     #[arg(long, value_name = "N", requires = "only")]
     case: Option<u64>,
-    /// Where to keep the files of what is found.
+    /// Where to keep the files of findings.
     #[arg(long, default_value = "target/torture", value_name = "DIR")]
     keep: PathBuf,
-    /// The command; without it the one built beside this program.
+    /// The command. Default: the one built beside this program.
     #[arg(long, value_name = "PATH")]
     vellus: Option<PathBuf>,
 }
@@ -56,7 +56,7 @@ fn duration(text: &str) -> Result<Duration, String> {
     if (0.0..1e6).contains(&seconds) { Ok(Duration::from_secs_f64(seconds)) } else { Err("e.g. 60s or 10m".to_owned()) }
 }
 
-/// What an attack did.
+/// The results of an attack.
 struct Score {
     attack: Box<dyn Attack>,
     spent: Duration,
@@ -67,7 +67,7 @@ struct Score {
     findings: BTreeMap<String, (u64, Vec<u64>, String)>,
 }
 
-/// Runs it.
+/// Runs the program.
 pub fn main() -> ExitCode {
     match run(&Cli::parse()) {
         Ok(true) => ExitCode::SUCCESS,
@@ -79,7 +79,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Attacks. Was nothing found?
+/// Runs the attacks. True if there are no findings.
 fn run(cli: &Cli) -> Result<bool> {
     let beside = std::env::current_exe()?.with_file_name("vellus");
     let vellus = cli.vellus.clone().unwrap_or(beside);
@@ -92,17 +92,17 @@ fn run(cli: &Cli) -> Result<bool> {
         }
         scores.retain(|score| score.attack.name() == only);
     }
-    // In memory where there is such a folder: what is tried there need not outlast the machine.
+    // In memory if there is such a folder: the files need not survive a crash.
     let mut work = tempfile::Builder::new();
     work.prefix("vellus-torture-");
     let work = work.tempdir_in("/dev/shm").or_else(|_| work.tempdir())?;
     let began = Instant::now();
-    // Panics of what is attacked in this process are findings, not messages.
+    // Panics of the library in this process are findings, not messages.
     std::panic::set_hook(Box::new(|_| {}));
     eprintln!("{HEADER}");
     let count = scores.len();
     for (i, score) in scores.iter_mut().enumerate() {
-        // An equal share of what is left for each that is left.
+        // The remaining time is divided equally among the remaining attacks.
         let left = cli.time.saturating_sub(began.elapsed());
         let bench = Bench { vellus: vellus.clone(), deadline: Instant::now() + left / (count - i) as u32 };
         cases(cli, &bench, score, work.path())?;
@@ -113,7 +113,7 @@ fn run(cli: &Cli) -> Result<bool> {
     Ok(scores.iter().all(|score| score.findings.is_empty()))
 }
 
-/// Cases of one attack until its time is over.
+/// Runs cases of one attack until its time is over.
 fn cases(cli: &Cli, bench: &Bench, score: &mut Score, work: &Path) -> Result<()> {
     let began = Instant::now();
     for case in cli.case.unwrap_or(0).. {
@@ -126,7 +126,7 @@ fn cases(cli: &Cli, bench: &Bench, score: &mut Score, work: &Path) -> Result<()>
     Ok(())
 }
 
-/// One case. Is the time over?
+/// Runs one case. True if the time is over.
 fn attempt(cli: &Cli, bench: &Bench, score: &mut Score, work: &Path, case: u64) -> Result<bool> {
     let name = score.attack.name();
     let folder = work.join(format!("{name}-{case}"));
@@ -180,7 +180,7 @@ fn copy(from: &Path, to: &Path) -> std::io::Result<()> {
         } else if kind.is_file() && entry.metadata()?.len() <= LARGEST_KEPT {
             std::fs::copy(entry.path(), target)?;
         } else if kind.is_symlink() {
-            // There may be one from another time.
+            // One may exist from an earlier run.
             std::fs::remove_file(&target).ok();
             std::os::unix::fs::symlink(std::fs::read_link(entry.path())?, target)?;
         }

@@ -1,4 +1,4 @@
-//! One case of an attack: its folder, what was run there, and what was found.
+//! One case of an attack: its folder, its runs and its findings.
 
 use crate::child::{CPU_SECONDS, Call, Outcome, Sink};
 use crate::dice::Dice;
@@ -10,7 +10,7 @@ use std::time::Instant;
 pub enum Stop {
     /// The time of the whole program is over.
     TimeIsOver,
-    /// This program or the machine failed, not the command that is attacked.
+    /// This program or the machine failed, not the attacked command.
     Broken(String),
 }
 
@@ -26,11 +26,11 @@ impl From<anyhow::Error> for Stop {
     }
 }
 
-/// Something that the command must not do.
+/// A failure of the command.
 pub struct Finding {
-    /// The same for all findings with the same cause, as far as one can tell.
+    /// The same for all findings with the same cause, as far as the program can know.
     pub kind: String,
-    /// More about this one.
+    /// Details of this finding.
     pub detail: String,
 }
 
@@ -38,7 +38,7 @@ pub struct Finding {
 pub struct Bench {
     /// The command.
     pub vellus: PathBuf,
-    /// When all is over.
+    /// The end of the program's time.
     pub deadline: Instant,
 }
 
@@ -50,23 +50,23 @@ pub struct Trial<'b> {
     pub folder: PathBuf,
     /// Inputs tried.
     pub tried: u64,
-    /// Signals survived.
+    /// Signals sent while the command ran.
     pub kills: u64,
-    /// The most memory that a child had resident, KiB.
+    /// Peak resident memory of a child, KiB.
     pub peak_kb: u64,
     pub findings: Vec<Finding>,
-    /// What was run, as lines for a shell.
+    /// The runs, as shell lines.
     pub script: String,
 }
 
 impl<'b> Trial<'b> {
-    /// A case in a folder that exists.
+    /// A case in an existing folder.
     pub fn new(bench: &'b Bench, dice: Dice, folder: PathBuf) -> Result<Self, Stop> {
         std::fs::create_dir_all(folder.join("tmp"))?;
         Ok(Trial { bench, dice, folder, tried: 0, kills: 0, peak_kb: 0, findings: Vec::new(), script: String::new() })
     }
 
-    /// A call of the command in the case's folder, with arguments separated by blanks.
+    /// A call of the command in the case's folder, with arguments separated by spaces.
     pub fn vellus(&self, args: &str) -> Call {
         let call = Call {
             args: Vec::new(),
@@ -86,7 +86,7 @@ impl<'b> Trial<'b> {
         self.folder.join(name)
     }
 
-    /// Runs it and writes down the line.
+    /// Runs a call and records its line.
     pub fn run(&mut self, call: &Call) -> Result<Outcome, Stop> {
         writeln!(self.script, "{}", call.line(Path::new("vellus"))).ok();
         let outcome = call.run(&self.bench.vellus, self.bench.deadline)?;
@@ -95,7 +95,7 @@ impl<'b> Trial<'b> {
         Ok(outcome)
     }
 
-    /// Runs what must succeed for the attack to make sense. What it does wrong is a finding all the same.
+    /// Runs a call that must succeed before the attack starts. A failure is a finding too.
     pub fn prepare(&mut self, call: &Call) -> Result<bool, Stop> {
         let outcome = self.run(call)?;
         let good = outcome.code == Some(0);
@@ -106,14 +106,14 @@ impl<'b> Trial<'b> {
         Ok(good)
     }
 
-    /// Writes down what was found.
+    /// Records a finding.
     pub fn finding(&mut self, kind: impl Into<String>, detail: impl Into<String>) {
         let (kind, detail) = (kind.into(), detail.into());
         writeln!(self.script, "# FINDING: {kind}\n#   {}", detail.replace('\n', "\n#   ")).ok();
         self.findings.push(Finding { kind, detail });
     }
 
-    /// Checks that it ended by itself, in time, without a panic, and with one of these exit codes.
+    /// Checks that the command ended by itself, in time, without a panic, and with one of these exit codes.
     pub fn ended_with(&mut self, outcome: &Outcome, codes: &[i32], what: &str) -> bool {
         let good = !outcome.panicked() && outcome.code.is_some_and(|code| codes.contains(&code));
         if !good {
@@ -128,12 +128,12 @@ impl<'b> Trial<'b> {
 }
 
 impl Outcome {
-    /// Did it panic, whatever became of that?
+    /// Whether it panicked, whatever its exit code.
     pub fn panicked(&self) -> bool {
         self.code == Some(101) || self.stderr.contains("panicked")
     }
 
-    /// How it ended, the same for all with the same cause.
+    /// How it ended: the same text for all runs with the same cause.
     pub fn short(&self) -> String {
         if self.panicked() {
             let place = self.stderr.lines().find_map(|line| line.split_once("panicked at ").map(|(_, place)| place));
@@ -149,7 +149,7 @@ impl Outcome {
         }
     }
 
-    /// How it ended, and what it cost.
+    /// How it ended, and the resources that it used.
     pub fn summary(&self) -> String {
         let (cpu, mb) = (self.cpu.as_secs_f64(), self.peak_kb / 1024);
         let message = self.stderr.lines().last().unwrap_or("");

@@ -1,4 +1,4 @@
-//! Curves as Blender 5.0 exports them.
+//! Curves as exported by Blender 5.0.
 
 mod common;
 
@@ -30,8 +30,8 @@ fn samples_have_their_strands_in_both_forms() {
     }
 }
 
-/// The exporter left the handles of these unset: where they happen to be numbers the file is read, where they are not
-/// it is refused.
+/// The exporter left the handles of these unset. If they happen to be numbers the file is read, otherwise it is
+/// refused.
 #[test]
 fn bezier_samples_have_their_knots_or_are_refused() {
     for form in ["usda", "usdc"] {
@@ -40,7 +40,7 @@ fn bezier_samples_have_their_knots_or_are_refused() {
             Ok((scene, _)) => {
                 let strands = &scene.strands[0];
                 assert_eq!((strands.basis, strands.len(), strands.segments()), (Basis::Bezier, STRANDS, STRANDS * 20));
-                // Widths are given at the 21 knots; between them they are linear.
+                // Widths are given at the 21 knots, and are linear between them.
                 let radii: Vec<f32> = strands.strand(0)[..4].iter().map(|p| p.w).collect();
                 assert!(radii[0] == 0.004 && (radii[1] - 0.00394).abs() < 1e-8 && (radii[3] - 0.00382).abs() < 1e-8);
             }
@@ -71,7 +71,7 @@ fn pinned_curves_pass_through_their_end_points() {
 }
 
 #[test]
-fn particles_need_a_width_and_come_with_their_sphere() {
+fn particles_need_a_width_and_include_their_sphere() {
     let Some(file) = sample("blender/particles50.usda") else { return };
     let error = read(&file, &Options::default()).unwrap_err().to_string();
     assert!(error.contains("/root/Sphere/hair") && error.contains("--width"), "{error}");
@@ -91,7 +91,7 @@ fn particles_need_a_width_and_come_with_their_sphere() {
 }
 
 #[test]
-fn nurbs_are_named_where_nothing_is_left() {
+fn nurbs_are_named_if_nothing_else_is_left() {
     for form in ["usda", "usdc"] {
         let Some(file) = sample(&format!("blender/fur50_nurbs.{form}")) else { return };
         let error = read(&file, &Options::default()).unwrap_err().to_string();

@@ -1,4 +1,4 @@
-//! One schema, or one of its attributes, at a time.
+//! Tests of single schemas and attributes.
 
 mod common;
 
@@ -99,7 +99,7 @@ fn every_kind_of_width_and_basis() {
     float[] widths = [9] (interpolation = \"constant\")");
     assert_eq!(radii(&strands), [0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 2.0]);
     assert_eq!(strands.strand(1)[0].truncate(), Vec3::new(-1.0, 1.0, 0.0));
-    // Linear, with the basis of before; indexed.
+    // Linear, with a basis that remains from a cubic type; indexed.
     let strands =
         two("uniform token type = \"linear\" uniform token basis = \"bezier\" uniform token wrap = \"pinned\"
     float[] primvars:widths = [2, 4] (interpolation = \"vertex\")
@@ -155,7 +155,7 @@ fn roots_and_parameters_come_from_primvars() {
 }
 
 #[test]
-fn hidden_and_unsupported_prims_are_left_out_once_said() {
+fn hidden_and_unsupported_prims_are_skipped_with_one_warning() {
     let curve = format!("{{ {FOUR} }}");
     let with = |attribute: &str| format!("{{ {FOUR}\n {attribute} }}");
     let (scene, warnings) = scene(&format!(
@@ -257,7 +257,7 @@ fn fibres_come_from_presets_inputs_and_interfaces() {
     assert!(error("float2 inputs:melanin = (1, 2) color3f inputs:sigma_ca = (1, 1, 1)").contains("only one may"));
     assert!(error("float inputs:g.connect = </aFur/Shader.inputs:g>").contains("in a circle"));
 
-    // The pigments of melanin by the names that other renderers have for them.
+    // The pigments of melanin, under the names that other renderers use.
     let pigments = "float inputs:eumelanin = 1.3 float inputs:pheomelanin = 0.2";
     let (scene, warnings) = read_text(&(curve("a") + &fur("a", pigments)), &options).unwrap();
     let brown = vellus::Color::Melanin { eumelanin: 1.3, pheomelanin: 0.2 };
@@ -266,7 +266,7 @@ fn fibres_come_from_presets_inputs_and_interfaces() {
     assert!(error("float inputs:eumelanin = 1 color3f inputs:sigma_ca = (1, 1, 1)").contains("only one may"));
 }
 
-/// The renderer multiplies a texture by its scale and converts the product, so that a scale must stay as it is.
+/// The renderer multiplies a texture by its scale and converts the product, so the scale must remain as it is.
 #[test]
 fn the_scale_of_a_textured_angle_is_a_plain_factor() {
     let folder = tempfile::tempdir().unwrap();
@@ -509,7 +509,7 @@ def Xform \"rig\" {
 }
 
 #[test]
-fn units_are_kept_and_what_a_camera_cannot_do_is_said() {
+fn units_are_kept_and_unsupported_camera_settings_warn() {
     let with = |metadata: &str| {
         let body =
             format!("( {metadata} )\ndef BasisCurves \"b\" {{ {FOUR} }}\ndef Camera \"c\" {{ float exposure = 1 }}");
@@ -525,9 +525,9 @@ fn units_are_kept_and_what_a_camera_cannot_do_is_said() {
     }
 }
 
-/// Where nothing says which frame, a shutter cannot move anything, and it is said.
+/// Without a frame a shutter cannot move anything, and a warning reports this.
 #[test]
-fn motion_without_a_frame_is_told() {
+fn motion_without_a_frame_warns() {
     let body = "
 def BasisCurves \"b\" {
     uniform token type = \"linear\"
@@ -542,10 +542,10 @@ def Camera \"c\" { double shutter:close = 1 }";
     assert!(scene.strands[0].moved.is_some() && !said(&warnings).contains("no startTimeCode"));
 }
 
-/// Samples in time go before the value without time that stands beside them, and that of a stage before samples of what
-/// it refers to: with or without a frame, and nothing that moves stands still.
+/// Time samples take precedence over the default value beside them, and the time samples of a stage over those of its
+/// references, with or without a frame. Whatever moves keeps moving.
 #[test]
-fn samples_go_before_the_default() {
+fn time_samples_take_precedence_over_the_default() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("stage.usda");
     let save = |strong: &str, metadata: &str| {
@@ -578,8 +578,9 @@ fn samples_go_before_the_default() {
     assert_eq!(read(None), (Vec3::new(7.0, 0.0, 20.0), Some(Vec3::new(7.0, 0.0, 30.0))));
 }
 
-/// A material is bound by the nearest prim that binds one, to it or to a collection it is in, for final pictures before
-/// any purpose, and by those further up only where they say that they are stronger.
+/// A material is bound by the nearest prim that binds one to the curves or to a collection with them. A binding for
+/// final pictures takes precedence over one for all purposes. Prims further up take precedence only if they are
+/// marked as stronger.
 #[test]
 fn materials_are_bound_by_collections() {
     let fur = |name: &str, g: f32| {
@@ -589,7 +590,7 @@ fn materials_are_bound_by_collections() {
         )
     };
     let furs = [("A", 0.1), ("B", 0.2), ("C", 0.3), ("D", 0.4)].map(|(name, g)| fur(name, g)).concat();
-    // The values of g of the three curves, by the bindings of the world, their parent and the last of them.
+    // The values of g of the three curves, for bindings on the world, on their parent and on the last curve.
     let read = |world: &str, parent: &str, last: &str| {
         let curve = |name: &str, more: &str| format!("def BasisCurves \"{name}\" {{ {FOUR}\n {more} }}\n");
         let body = format!(
@@ -606,10 +607,10 @@ fn materials_are_bound_by_collections() {
     let collection = "rel collection:some:includes = [</world/coat/two>, </world/coat/three>]
         rel material:binding:collection:some = [</world.collection:some>, </A>]\n";
     assert_eq!(read(collection, "", "").0, [none, 0.1, 0.1]);
-    // Excluded; what the prim itself binds is nearer.
+    // An excluded member; a binding on the prim itself is nearer.
     let without = format!("{collection} rel collection:some:excludes = </world/coat/two>");
     assert_eq!(read(&without, "", "rel material:binding = </B>").0, [none, none, 0.2]);
-    // On the same prim collections go first, the first of them; without members below what it includes.
+    // On one prim, collections take precedence, the first of them first; one without the members below its includes.
     let both = format!(
         "{collection} rel material:binding = </B>
         uniform token collection:all:expansionRule = \"explicitOnly\" rel collection:all:includes = </world/coat>
@@ -619,12 +620,12 @@ fn materials_are_bound_by_collections() {
     let stronger = "rel material:binding = </B> ( bindMaterialAs = \"strongerThanDescendants\" )";
     assert_eq!(read(stronger, "rel material:binding = </C>", "rel material:binding = </D>").0, [0.2; 3]);
     assert_eq!(read("rel material:binding = </B>", "rel material:binding = </C>", "").0, [0.3; 3]);
-    // For final pictures, from however far.
+    // A binding for final pictures, at any distance.
     let full = "rel collection:some:includes = </world/coat/two>
         rel material:binding:collection:full:some = [</world.collection:some>, </A>]
         rel material:binding:collection:preview:some = [</world.collection:some>, </D>]";
     assert_eq!(read(full, "rel material:binding = </C>", "rel material:binding:full = </B>").0, [0.3, 0.1, 0.2]);
-    // One collection in another, and what is not one.
+    // A collection inside another, and targets that are no collections.
     let chained = "rel collection:some:includes = </world/coat/two>
         rel collection:more:includes = [</world.collection:some>, </world/coat/three>]
         rel material:binding:collection:x = [</world.collection:more>, </A>]
@@ -648,8 +649,8 @@ fn materials_are_bound_by_collections() {
     assert!(error.contains("more than 200 collections"), "{error}");
 }
 
-/// Velocities are per second, from the sample before the shutter opens, or from the frame where there is none; they go
-/// before later samples, which may be of other points.
+/// Velocities are per second, from the sample before the shutter opens, or from the frame if there is none. They take
+/// precedence over later samples, which may have other points.
 #[test]
 fn velocities_move_curves_and_meshes() {
     let read = |points: &str, more: &str, frame| {
@@ -672,12 +673,12 @@ def Camera \"eye\" {{ double shutter:open = -0.25 double shutter:close = 0.5 }}"
     };
     let expect = |found: (Vec3, Vec3, String), x: [f32; 2]| {
         let at = |x: f32| Vec3::new(x, 1.0, 9.0);
-        // Coordinates near 9 to single precision, twice.
+        // Coordinates near 9 in single precision, twice.
         assert!(found.0.abs_diff_eq(at(x[0]), 4e-6) && found.1.abs_diff_eq(at(x[1]), 4e-6), "{found:?}, not {x:?}");
         assert_eq!(found.2, "");
     };
     let still = " = [(0,0,0), (0,1,0)]";
-    // 50 a second are 2 a frame.
+    // 50 per second are 2 per frame.
     expect(read(still, "vector3f[] velocities = [(0,0,0), (50,0,0)]", 2.0), [-0.5, 1.0]);
     let accelerations = "vector3f[] velocities = [(0,0,0), (50,0,0)] vector3f[] accelerations = [(0,0,0), (2500,0,0)]";
     // ½ · 4 t² in frames.
@@ -688,7 +689,7 @@ def Camera \"eye\" {{ double shutter:open = -0.25 double shutter:close = 0.5 }}"
     expect(read(sampled, fast, 2.75), [10.0, 11.5]);
     // From the new sample on, with its points.
     expect(read(sampled, fast, 3.25), [8.0, 8.75]);
-    // What does not fit is said, and the samples are what there is.
+    // Velocities that do not match give a warning, and the samples are used.
     let two = ".timeSamples = { 1: [(0,0,0), (7,1,0)], 3: [(0,0,0), (9,1,0)] }";
     for wrong in ["velocities = [(1,0,0)]", "velocities.timeSamples = { 2: [(0,0,0), (50,0,0)] }"] {
         let (open, close, said) = read(two, &format!("vector3f[] {wrong}"), 1.25);
@@ -697,9 +698,9 @@ def Camera \"eye\" {{ double shutter:open = -0.25 double shutter:close = 0.5 }}"
     }
 }
 
-/// Once for each primvar and material, with value, range and what is done.
+/// One warning for each primvar and material, with the value, the range and the result.
 #[test]
-fn primvars_outside_their_range_and_unknown_ones_are_said() {
+fn primvars_outside_their_range_and_unknown_ones_warn() {
     let curves = |name: &str, more: &str| {
         format!(
             "def BasisCurves \"{name}\" {{ uniform token type = \"linear\" int[] curveVertexCounts = [2]

@@ -1,4 +1,4 @@
-//! Broken files are one clear error: never a panic, never a giant allocation.
+//! Broken files give one clear error: no panic, no giant allocation.
 
 mod common;
 
@@ -14,7 +14,7 @@ fn error_of(body: &str) -> String {
 }
 
 #[test]
-fn errors_name_the_prim_what_is_wrong_and_what_is_allowed() {
+fn errors_name_the_prim_the_problem_and_the_allowed_values() {
     let curves = |attributes: &str| format!("def BasisCurves \"c\" {{ {attributes} }}");
     let linear = "uniform token type = \"linear\" ";
     let points = "point3f[] points = [(0,0,0), (1,0,0)] ";
@@ -143,7 +143,7 @@ fn errors_name_the_prim_what_is_wrong_and_what_is_allowed() {
     read_text(&curves(&whole), &Options::default()).unwrap();
 }
 
-/// As a fuzzer found: with a name like that, looking for the parent of a prim never ends.
+/// Found by a fuzzer: with such a name, the search for the parent of a prim never ended.
 #[test]
 fn names_are_checked_in_binary_layers_too() {
     let folder = tempfile::tempdir().unwrap();
@@ -176,7 +176,7 @@ fn missing_files_and_other_kinds_are_named() {
     assert!(read(folder.path(), &Options::default()).is_err());
 }
 
-/// As deep as we let layers be, on the small stack of a test's thread.
+/// Layers as deep as the limit, on the small stack of a test's thread.
 #[test]
 fn deep_layers_are_read() {
     let body = "def Xform \"a\" {".repeat(490)
@@ -186,7 +186,7 @@ fn deep_layers_are_read() {
     assert_eq!(read_text(&body, &Options::default()).unwrap().0.strands.len(), 1);
 }
 
-/// Reads a file that has been cut off or changed: whatever comes, it must come back.
+/// Reads a file that was cut off or changed. Reading must end, with any result.
 fn survives(file: &Path, bytes: &[u8], what: &str) {
     std::fs::write(file, bytes).unwrap();
     let result =
@@ -197,7 +197,7 @@ fn survives(file: &Path, bytes: &[u8], what: &str) {
 const ROUNDS: usize = 100;
 
 #[test]
-fn cut_off_and_garbled_files_come_back() {
+fn reading_cut_off_and_damaged_files_ends() {
     let folder = tempfile::tempdir().unwrap();
     for name in ["fur50_catmull_rom.usda", "fur50_catmull_rom.usdc", "particles50.usda"] {
         let Some(original) = sample(&format!("blender/{name}")) else { return };
@@ -205,7 +205,7 @@ fn cut_off_and_garbled_files_come_back() {
         let file = folder.path().join(name);
         for i in 0..ROUNDS {
             survives(&file, &bytes[..i * bytes.len() / ROUNDS], &format!("{name} cut off at {i}/{ROUNDS}"));
-            // The tables of a binary file are at its end, what points to them at its start.
+            // The tables of a binary file are at its end, and the offsets of the tables at its start.
             let mut garbled = bytes.clone();
             let from_end = i % 2 == 0;
             for k in 0..3 {
@@ -218,9 +218,9 @@ fn cut_off_and_garbled_files_come_back() {
     }
 }
 
-/// The same of what the fuzzer starts from: a stage with a texture as text, binary and package, and the texture.
+/// The same for the seeds of the fuzzer: a stage with a texture as text, binary and package, and the texture.
 #[test]
-fn damaged_stages_and_textures_come_back() {
+fn reading_damaged_stages_and_textures_ends() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let mut image = Vec::new();
@@ -264,9 +264,9 @@ def Xform \"x\" ( references = </c> ) {}";
     }
 }
 
-/// The line and the column of what cannot be parsed, in the layer that holds it.
+/// Parse errors state the line, the column and the layer.
 #[test]
-fn parse_errors_have_a_place() {
+fn parse_errors_name_their_place() {
     let error = error_of("def Xform \"a\" {\n    float x = = 3\n}");
     assert!(error.contains("stage.usda: line 3, column 15: ") && error.contains("found '= 3'"), "{error}");
     let error = error_of(&format!("def Xform \"a\" {{\n    float x = \u{1}{}\n}}", "z".repeat(500)));
@@ -280,7 +280,7 @@ fn parse_errors_have_a_place() {
     assert!(error.contains("bad.usda: line 3, column 11: "), "{error}");
 }
 
-/// What Pixar's library reads: a byte order mark, and numbers without a digit before or after the point.
+/// Pixar's library reads a byte order mark, and numbers without a digit before or after the point. So do we.
 #[test]
 fn byte_order_marks_and_short_numbers_are_read() {
     let folder = tempfile::tempdir().unwrap();
@@ -294,7 +294,7 @@ fn byte_order_marks_and_short_numbers_are_read() {
     assert_eq!(points, [[0.5, -0.25, 1.0, 0.25], [1.0, 0.5, 2.0, 0.5]]);
 }
 
-/// Sizes that overflow later on are refused where they are read.
+/// Sizes that would overflow later are refused when they are read.
 #[test]
 fn sizes_are_bounded() {
     let curves = |points: &str, more: &str| {
@@ -328,7 +328,7 @@ fn sizes_are_bounded() {
 }
 
 #[test]
-fn curves_with_handles_that_are_not_numbers_say_how_to_export_them() {
+fn errors_of_unset_handles_explain_the_export() {
     let error = error_of(
         "def BasisCurves \"c\" { int[] curveVertexCounts = [4] float[] widths = [1]
         point3f[] points = [(0,0,0), (nan,0,0), (1,0,0), (2,0,0)] }",
@@ -336,12 +336,12 @@ fn curves_with_handles_that_are_not_numbers_say_how_to_export_them() {
     assert!(error.contains("points[1]") && error.contains("re-export the curves as Catmull-Rom"), "{error}");
 }
 
-/// A package whose directory does not hold is refused before it is read.
+/// A package with an invalid directory is refused before it is read.
 #[test]
-fn blanks_are_no_package() {
+fn zeros_are_not_a_package() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.usdz");
-    // More than is ever read, and without any blocks on the disk.
+    // Larger than the limit. The file is sparse and takes no space on the disk.
     std::fs::File::create(&path).unwrap().set_len(32 << 30).unwrap();
     let error = read(&path, &Options::default()).unwrap_err().to_string();
     assert!(error.contains("no zip archive"), "{error}");
@@ -363,7 +363,7 @@ fn devices_are_refused() {
             std::fs::write(&top, format!("#usda 1.0\n( subLayers = [@{name}@] )")).unwrap();
             let error = read(&path, &Options::default()).unwrap_err().to_string();
             assert!(error.contains("it is a device"), "{error}");
-            // A layer is opened under the name that its link leads to, which says nothing of its format.
+            // A layer is opened under the target of its link, whose name does not show the format.
             assert!(read(&top, &Options::default()).is_err());
         }
     }

@@ -1,4 +1,5 @@
-//! The panic hook hears of no panic that becomes an error. Alone in its program, as there is one hook for all of it.
+//! The panic hook is not called for a panic that becomes an error. This test is a program of its own, because all
+//! threads share one hook.
 
 use std::panic::{catch_unwind, set_hook};
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -1,4 +1,4 @@
-//! What is written reads back as it was, by us and by Pixar's library.
+//! A written scene reads back unchanged, with our reader and with Pixar's library.
 
 mod common;
 
@@ -12,7 +12,7 @@ use vellus_scene::{
 };
 use vellus_usd::{Options, write};
 
-/// Numbers without pattern, the same each time.
+/// Numbers without a pattern, the same in each run.
 fn noise(i: usize) -> f32 {
     let x = (i as u32).wrapping_mul(2_654_435_761).rotate_left(13).wrapping_mul(0x9e37_79b9);
     (x >> 8) as f32 / (1 << 24) as f32
@@ -35,7 +35,7 @@ fn strands(name: &str, basis: Basis, counts: &[u32], look: usize) -> Strands {
     Strands { name: name.to_owned(), basis, starts, points, moved: None, root_uv: None, look, varying: Vec::new() }
 }
 
-/// Everything a scene can have, with nothing at its default.
+/// A scene with every feature, and no value at its default.
 fn scene() -> Scene {
     let pose = |t: f32| Mat4::from_rotation_translation(Quat::from_rotation_y(t), Vec3::new(t, 2.0, -3.5));
     let mut fox = strands("fox fur 'é'", Basis::BSpline, &[4, 7, 5], 0);
@@ -90,7 +90,7 @@ fn scene() -> Scene {
             },
             Surface::diffuse("chalk", [0.8, 0.7, 0.6]),
         ],
-        // In the order that reading comes upon them: lights, meshes, strands come in the order they are written in.
+        // In the order of reading: lights, meshes and strands are read in the order in which they are written.
         textures: vec![
             texture("b.exr", 3, 2),
             texture("roots.exr", 1, 4),
@@ -132,7 +132,7 @@ fn scene() -> Scene {
     }
 }
 
-/// Reading takes textures in the order in which lights, meshes and strands use them; so is this.
+/// Reading collects textures in the order in which lights, meshes and strands use them. This function reorders them.
 fn in_order_of_use(mut scene: Scene) -> Scene {
     let order = [2, 3, 0, 1];
     let new = |old: usize| order.iter().position(|&o| o == old).unwrap();
@@ -147,8 +147,7 @@ fn in_order_of_use(mut scene: Scene) -> Scene {
     scene
 }
 
-/// Degrees and radians, and quotients, may differ in their last bit: where two numbers do, the second becomes the
-/// first.
+/// Degrees and radians, and quotients, may differ in the last bit. If two numbers do, the second becomes the first.
 fn forgive(a: f32, b: &mut f32) {
     if (a - *b).abs() <= 1.5e-7 * a.abs() {
         *b = a;
@@ -182,7 +181,7 @@ fn forgive_last_bits(expected: &Scene, found: &mut Scene) {
 }
 
 #[test]
-fn what_is_written_reads_back_equal() {
+fn written_scenes_read_back_equal() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("all.usda");
     let expected = in_order_of_use(scene());
@@ -194,11 +193,11 @@ fn what_is_written_reads_back_equal() {
     assert_eq!(found.looks, expected.looks);
     assert_eq!(found, expected);
 
-    // Nothing is left but the stage and its textures.
+    // Only the stage and its textures remain.
     let mut files: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|f| f.unwrap().file_name()).collect();
     files.sort();
     assert_eq!(files, ["all-textures", "all.usda"]);
-    // Between opening and closing half the movement.
+    // Half the movement between opening and closing.
     let (half, _) = read(&file, &Options { shutter: Some([0.0, 0.5]), ..Options::default() }).unwrap();
     let (a, b, c) = (&expected.strands[0], &half.strands[0], 5);
     let middle = 0.5 * (a.points[c].truncate() + a.moved.as_ref().unwrap()[c]);
@@ -210,7 +209,7 @@ fn what_is_written_reads_back_equal() {
 }
 
 #[test]
-fn what_cannot_be_written_is_an_error_and_leaves_the_old_file() {
+fn a_failed_write_is_an_error_and_keeps_the_old_file() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("old.usda");
     std::fs::write(&file, "old").unwrap();
@@ -273,7 +272,7 @@ assert UsdUtils.CreateNewUsdzPackage(sys.argv[1], sys.argv[3])
     assert!(run.status.success() && err.is_empty(), "{out}{err}");
     let count = |kind| out.trim().split(',').filter(|k| *k == kind).count();
     assert_eq!((count("BasisCurves"), count("Mesh"), count("Camera"), count("Material")), (4, 2, 1, 4));
-    // What Pixar's library makes of it is the same to us, in binary and with the textures in a package.
+    // The result of Pixar's library reads the same, in binary and with the textures in a package.
     let (text, _) = read(&file, &Options::default()).unwrap();
     for other in [binary, package] {
         assert_eq!(read(&other, &Options::default()).unwrap().0, text, "{}", other.display());

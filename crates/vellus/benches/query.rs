@@ -1,7 +1,7 @@
-//! Cost of one query of the model, six lobes and RGB, on one core: `cargo bench -p vellus`.
+//! Time of one query of the model, six lobes and RGB, on one core: `cargo bench -p vellus`.
 //!
-//! Every iteration takes another hit and direction from a table, so that branches and caches see a
-//! renderer's variety. `batch` times are for eight queries.
+//! Every iteration takes another hit and direction from a table, so that branches and caches behave as in a renderer.
+//! `batch` times are for eight queries.
 
 use divan::{Bencher, black_box};
 use glam::Vec3;
@@ -18,7 +18,7 @@ struct Query {
 }
 
 fn queries() -> Vec<Query> {
-    // An R-sequence (Roberts): even coverage without a generator.
+    // An R-sequence (Roberts): even coverage without a random generator.
     let unit = |i: usize, k: u32| ((i as f64 + 0.5) * 1.103_0f64.powi(-(k as i32))).fract() as f32;
     let direction = |a: f32, b: f32| {
         let (sin, cos) = ((2.0 * a - 1.0) * 1.5).sin_cos();
@@ -127,7 +127,7 @@ fn each_window(bencher: Bencher, bcsdf: &Bcsdf, window: impl Fn(&Query) -> Windo
     let mut i = 0;
     bencher.bench_local(|| {
         i = (i + 1) % N;
-        // Sixteen light samples a hit.
+        // Sixteen light samples per hit.
         f(black_box(&hits[i / 16]), black_box(&queries[i]))
     });
 }
@@ -183,7 +183,7 @@ fn pixel_eval(bencher: Bencher) {
     each_window(bencher, &fur(), pixel, |hit, q| hit.eval(q.wi).total()[0]);
 }
 
-/// The window that the renderer takes (D16).
+/// The window that the renderer uses (D16).
 fn cell(q: &Query) -> Window {
     Window::cell(q.h, 0.5, q.u[4])
 }
@@ -288,6 +288,6 @@ fn batch_eval_and_pdf(bencher: Bencher) {
 }
 
 fn main() {
-    // Whole rounds of the queries a sample: anything less would time cold caches and branches.
+    // Each sample takes whole rounds of the queries. Fewer queries would time cold caches and branches.
     divan::Divan::from_args().sample_size(N as u32).sample_count(200).main();
 }

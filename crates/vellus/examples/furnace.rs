@@ -1,4 +1,4 @@
-//! A white furnace: a fibre without absorption, lit evenly from everywhere, sends back all light.
+//! A white furnace: a fibre without absorption, lit evenly from all directions, returns all light.
 //!
 //! `cargo run --release -p vellus --example furnace` prints the energy of each species, by uniform sampling of the
 //! sphere and by the model's own sampling.

@@ -15,8 +15,8 @@ use wide::f32x8;
 
 /// The reflectance model of one fibre.
 ///
-/// Making one costs about as much as a query and allocates nothing. A renderer may therefore make one for each hit
-/// where the parameters vary along the fur.
+/// Making one takes about as long as a query and allocates nothing. A renderer may make one for each hit if the
+/// parameters vary along the fur.
 #[derive(Clone, Debug)]
 pub struct Bcsdf<'t>(Prepared<'t>);
 
@@ -40,8 +40,8 @@ impl<'t> Bcsdf<'t> {
         Ok(Bcsdf(Prepared::new(fiber, tables)))
     }
 
-    /// The same fibre, with as many segments for each window as the most difficult fibres take. Windows are then closer
-    /// to quadrature, and take up to three times as long.
+    /// The same fibre, with as many segments for each window as the most difficult fibres use. Windows are then
+    /// closer to quadrature, and take up to three times as long.
     ///
     /// Fits need this. Which fibres count as difficult is a threshold, and at that threshold the model's values jump by
     /// the error of the segments (D9).
@@ -110,7 +110,7 @@ impl<'t> Bcsdf<'t> {
     }
 }
 
-/// Are all eight vectors of unit length, as [`is_unit`] has it?
+/// Whether all eight vectors have unit length, by [`is_unit`].
 fn are_unit(w: [f32x8; 3]) -> bool {
     let [x, y, z] = w.map(f32x8::to_array);
     (0..8).all(|i| is_unit(Vec3::new(x[i], y[i], z[i])))
@@ -150,8 +150,8 @@ impl<'b> Deref for Stored<'b> {
 }
 
 impl Hit<'_> {
-    /// A, the share of the light that each lobe carries, RGB, in [0, 1], averaged over the window. It is the integral of
-    /// f·cos θᵢ over all ω_i.
+    /// A, the share of the light that each lobe carries, RGB, in [0, 1], averaged over the window. It is the integral
+    /// of f·cos θᵢ over all ω_i.
     #[doc(alias = "Table 3")]
     pub fn energy(&self) -> Lobes {
         match &self.0 {
@@ -170,8 +170,8 @@ impl Hit<'_> {
 
     /// f(ω_o, ω_i)·cos θᵢ of each lobe, RGB, averaged over the window.
     ///
-    /// `wi` points away from the fibre, toward the light. It must be a unit vector, as for [`Bcsdf::at`]. Light reaches a
-    /// fibre from the whole sphere, so no hemisphere is excluded.
+    /// `wi` points away from the fibre, toward the light. It must be a unit vector, as for [`Bcsdf::at`]. Light
+    /// reaches a fibre from the whole sphere, so no hemisphere is excluded.
     #[doc(alias = "Eq. 12")]
     #[inline]
     pub fn eval(&self, wi: Vec3) -> Lobes {
@@ -223,9 +223,9 @@ impl Hit<'_> {
 
     /// Draws ω_i, or nothing if the density of the drawn direction underflows to 0: such a sample has no weight.
     ///
-    /// `u`: five uniform numbers in [0, 1): one for the lobe, two for the longitudinal lobe, one for the azimuth, and one
-    /// for the offset in the window. The near field ignores the last, so that a renderer draws five for any window;
-    /// [`NearHit::sample`] takes the other four.
+    /// `u`: five uniform numbers in [0, 1): one for the lobe, two for the longitudinal lobe, one for the azimuth, and
+    /// one for the offset in the window. The near field ignores the last, so that a renderer draws five for any
+    /// window; [`NearHit::sample`] takes the other four.
     ///
     /// In the near field no channel of the weight is above 1. In a window the weight is nearly constant, but the points
     /// of the scattered lobes are scaled to the energy of each channel separately: weights up to 1.5 were found.
@@ -251,7 +251,7 @@ impl Hit<'_> {
 mod tests {
     use super::*;
 
-    /// Renderers keep hits in arrays: one in the near field does not pay for a window.
+    /// Renderers keep hits in arrays. A near-field hit must not be as large as a window.
     #[test]
     fn a_near_hit_is_small_and_a_window_is_stored_elsewhere() {
         let [hit, near, window] = [size_of::<Hit>(), size_of::<NearHit>(), size_of::<WindowHit>()];

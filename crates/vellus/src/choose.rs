@@ -1,35 +1,36 @@
-//! Choosing one of several items in proportion to their weights.
+//! Chooses one of several items in proportion to their weights.
 
 use std::ops::ControlFlow;
 
-/// One of several weighted items.
+/// A chosen item.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice<T> {
     /// The item.
     pub item: T,
     /// Its weight, above 0.
     pub weight: f32,
-    /// The part of the target that is left at this item: in [0, `weight`), and more only by rounding.
+    /// The target minus the weights before this item: in [0, `weight`), and beyond only by rounding.
     pub rest: f32,
 }
 
 impl<T> Choice<T> {
-    /// [`Choice::rest`] over the weight: if the target is uniform, this is a new uniform number. It is in [0, 1), and
-    /// more only by rounding.
+    /// [`Choice::rest`] over the weight. If the target is uniform, this is a new uniform number. It is in [0, 1), and
+    /// beyond only by rounding.
     #[inline(always)]
     pub fn fraction(&self) -> f32 {
         self.rest / self.weight
     }
 }
 
-/// The item that `target`, in [0, sum of all weights), falls to, in the order of the items. None if no weight is above 0.
+/// The item that `target`, in [0, sum of all weights), selects, in the order of the items. `None` if no weight is
+/// above 0.
 ///
-/// An item without weight is never chosen. A target that rounding leaves beyond the sum falls to the last item with a
-/// weight.
+/// An item without weight is never chosen. If rounding puts the target beyond the sum, the last item with a weight is
+/// chosen.
 #[inline(always)]
 pub fn choose<T>(items: impl IntoIterator<Item = (T, f32)>, target: f32) -> Option<Choice<T>> {
     let (mut rest, mut chosen) = (target, None);
-    // A closure instead of a loop: nested iterators are then compiled to nested loops.
+    // A closure instead of a loop: the compiler then turns nested iterators into nested loops.
     let _ = items.into_iter().try_for_each(|(item, weight)| {
         if weight > 0.0 {
             chosen = Some(Choice { item, weight, rest });

@@ -9,27 +9,27 @@ pub enum Error {
     OutOfRange {
         /// The name of the parameter or coordinate, with the channel of a colour: `sigma_ca.r`.
         name: String,
-        /// The value given; angles in degrees.
+        /// The value; angles in degrees.
         value: f64,
-        /// The values allowed, in words: `it must be in [0, 0.99]`.
+        /// The allowed values in words: `it must be in [0, 0.99]`.
         range: String,
     },
-    /// A name that no parameter has.
+    /// An unknown name of a parameter.
     #[error("unknown parameter '{name}': known are {known}")]
     UnknownParameter {
-        /// The name given.
+        /// The name.
         name: String,
-        /// All names known.
+        /// All known names.
         known: String,
     },
-    /// A value with another number of channels than its parameter has.
+    /// A value with the wrong number of channels.
     #[error("{name} takes {expected}, not {found}")]
     Channels {
         /// The name of the parameter.
         name: String,
-        /// The numbers allowed, in words: `one number or three`.
+        /// The allowed numbers in words: `one number or three`.
         expected: &'static str,
-        /// How many numbers were given.
+        /// The number of values.
         found: usize,
     },
     /// More than one way to give the colour of a fibre.
@@ -37,23 +37,23 @@ pub enum Error {
     ColorTwice {
         /// The parameter that was given first.
         first: &'static str,
-        /// The other one.
+        /// The other parameter.
         second: &'static str,
     },
     /// A species without a preset.
     #[error("unknown preset '{name}': known are {known}")]
     UnknownPreset {
-        /// The name given.
+        /// The name.
         name: String,
         /// All known names.
         known: String,
     },
-    /// A broken table file, or tables that contradict themselves. The text says how.
+    /// A broken table file, or tables that contradict each other. The text states the problem.
     #[error("broken medulla table: {0}")]
     Table(String),
 }
 
-/// The f64 that prints as the f32 does: 1.2, not 1.2000000476837158.
+/// The f64 with the decimal digits of the f32: 1.2, not 1.2000000476837158.
 pub(crate) fn shortest(value: f32) -> f64 {
     value.to_string().parse().unwrap_or(f64::from(value))
 }

@@ -25,7 +25,8 @@ impl Lobe {
     /// All six lobes, in order.
     pub const ALL: [Lobe; 6] = [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Tts, Lobe::Trts, Lobe::Residual];
 
-    /// The lobe that `u` in [0, 1) falls to, given the probabilities of all six. A lobe without energy is never chosen.
+    /// The lobe that `u` in [0, 1) selects, given the probabilities of all six. A lobe without energy is never
+    /// chosen.
     #[inline(always)]
     pub(crate) fn choose(probability: [f32; 6], u: f32) -> Lobe {
         choose(Lobe::ALL.into_iter().zip(probability), u).map_or(Lobe::R, |choice| choice.item)
@@ -53,9 +54,10 @@ impl<V: Lanes> Lobes<V> {
 pub struct Sample {
     /// ω_i, unit length, in the fibre's frame.
     pub wi: Vec3,
-    /// The density per solid angle of drawing `wi` from any lobe and offset, as multiple importance sampling needs it.
+    /// The density per solid angle of drawing `wi` from any lobe and offset, as needed for multiple importance
+    /// sampling.
     pub pdf: f32,
-    /// f·cos θᵢ over the density, RGB, both of all lobes and of the whole window.
+    /// f·cos θᵢ over the density, RGB. Both include all lobes and the whole window.
     pub weight: [f32; 3],
     /// The lobe it was drawn from.
     pub lobe: Lobe,

@@ -17,14 +17,14 @@ use wide::f32x8;
 struct Scattered {
     azimuth: Azimuth,
     inclination: Inclination,
-    /// False where the path misses the medulla.
+    /// False if the path misses the medulla.
     exists: bool,
-    /// True where the path meets the medulla and no part of C^N is mirrored.
+    /// True if the path meets the medulla and no part of C^N is mirrored.
     plain: bool,
 }
 
 impl Scattered {
-    /// The densities of TTˢ and TRTˢ where a part of C^N is mirrored. Not inlined, because few paths are that close to
+    /// The densities of TTˢ and TRTˢ if a part of C^N is mirrored. Not inlined, because few paths are that close to
     /// the axis.
     #[cold]
     #[inline(never)]
@@ -37,8 +37,8 @@ impl Scattered {
     }
 }
 
-/// One near-field hit of a fibre (`V` is `f32`), or eight hits (`V` is [`f32x8`]): everything that depends on ω_o and h,
-/// prepared once for all its queries.
+/// One near-field hit of a fibre (`V` is `f32`), or eight hits (`V` is [`f32x8`]). It holds everything that depends
+/// on ω_o and h, prepared once for all queries.
 ///
 /// [`Bcsdf::at8`](crate::Bcsdf::at8) makes eight of them.
 #[derive(Clone, Copy, Debug)]
@@ -186,14 +186,14 @@ struct Drawn<V: Lanes> {
 }
 
 impl<V: Lanes> NearHit<'_, V> {
-    /// The lobe that `u` in [0, 1) falls to.
+    /// The lobe that `u` in [0, 1) selects.
     #[inline(always)]
     fn choose_lobe(&self, lane: usize, u: f32) -> Lobe {
         Lobe::choose(self.probability.map(|p| p.lane(lane)), u)
     }
 
-    /// Draws sin θᵢ, cos θᵢ and φ from one lobe. `u`: two uniform numbers for the longitudinal lobe, one
-    /// for the azimuth.
+    /// Draws sin θᵢ, cos θᵢ and φ from one lobe. `u`: two uniform numbers for the longitudinal lobe, and one for the
+    /// azimuth.
     #[inline(always)]
     fn draw(&self, lane: usize, lobe: Lobe, u: [f32; 3]) -> (f32, f32, f32) {
         let prepared = self.prepared;
@@ -201,7 +201,7 @@ impl<V: Lanes> NearHit<'_, V> {
         let scattered = |p: usize| {
             let s = &self.scattered.as_ref()[lane];
             if !s.exists {
-                // Not drawn by `sample`: the lobe carries no energy. R stands in.
+                // `sample` never selects this lobe, because it carries no energy. R takes its place.
                 return (unscattered(0), 0.0);
             }
             let relative = prepared.medulla.sample_azimuth(&s.azimuth, u[2]);
@@ -220,28 +220,28 @@ impl<V: Lanes> NearHit<'_, V> {
         (sin_i, cos_i.max(0.0), phi)
     }
 
-    /// The direction of a drawn sample, and the density and weight of all lobes together.
+    /// The direction of a sample, with the density and weight of all lobes together.
     #[inline(always)]
     fn complete(&self, sin_i: V, cos_i: V, phi: V, (sin_phi, cos_phi): (V, V)) -> Drawn<V> {
         let wi = self.frame.direction(sin_i, cos_i, (sin_phi, cos_phi));
         let [theta_i, _] = V::atan2_pair([sin_i, V::splat(0.0)], [cos_i, V::splat(1.0)]);
         let d = self.densities(&Outgoing { sin_i, cos_i, theta_i, phi });
         let pdf = self.density(&d);
-        // 0/0 where the density underflows: the weight is then 0.
+        // 0/0 if the density underflows: the weight is then 0.
         let inverse = V::splat(1.0) / pdf.max(V::splat(f32::MIN_POSITIVE));
         Drawn { wi, pdf, weight: self.total(&d).map(|f| f * inverse) }
     }
 }
 
 impl NearHit<'_, f32x8> {
-    /// f·cos θᵢ of each lobe and the density per solid angle of eight hits, each with a direction of its own. `wi`: the
-    /// x, y and z of eight unit vectors.
+    /// f·cos θᵢ of each lobe and the density per solid angle, for eight hits with one direction each. `wi`: the x, y
+    /// and z of eight unit vectors.
     #[inline]
     pub fn eval_pdf8(&self, wi: [f32x8; 3]) -> (Lobes<f32x8>, f32x8) {
         self.query(wi)
     }
 
-    /// Draws a direction for each of the eight hits, as [`NearHit::sample`]. `u`: the four uniform numbers of eight
+    /// Draws a direction for each of the eight hits, like [`NearHit::sample`]. `u`: the four uniform numbers of eight
     /// samples.
     pub fn sample8(&self, u: [f32x8; 4]) -> [Option<Sample>; 8] {
         let u = u.map(f32x8::to_array);
@@ -265,7 +265,7 @@ impl NearHit<'_, f32x8> {
 }
 
 impl NearHit<'_, f32> {
-    /// The same hit eight times.
+    /// The same hit in all eight lanes.
     pub(crate) fn repeated(&self) -> NearHit<'_, f32x8> {
         let splat = f32x8::splat;
         let [scattered] = self.scattered;

@@ -7,7 +7,7 @@ use crate::fiber::Fiber;
 use crate::medulla::Medulla;
 use crate::medulla::tables::Tables;
 
-/// Everything about a fibre that all of its hits need.
+/// Everything about a fibre that all its hits need.
 #[derive(Clone, Debug)]
 pub(crate) struct Prepared<'t> {
     pub fiber: Fiber,

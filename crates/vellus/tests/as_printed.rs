@@ -1,4 +1,4 @@
-//! The paper's far field: its segments against quadrature and beside ours, and its model over a window.
+//! The paper's far field: its segments compared with quadrature and with ours, and its model over a window.
 
 use std::f64::consts::{PI, TAU};
 use vellus::{Fiber, Species};
@@ -6,7 +6,7 @@ use vellus_reference::as_printed::AsPrinted;
 use vellus_reference::exact::Exact;
 use vellus_testing::{Uniform, full_fiber, table_data};
 
-/// N(φ) over so many azimuths of the first channel of R + TT + TRT, and of TTˢ + TRTˢ.
+/// N(φ) at this many azimuths, first channel, of R + TT + TRT and of TTˢ + TRTˢ.
 fn profiles<const N: usize>(azimuths: usize, lobes: impl Fn(f64) -> [[f64; 3]; N]) -> [Vec<f64>; 2] {
     let all: Vec<[f64; 2]> = (0..azimuths)
         .map(|k| lobes((k as f64 + 0.5) / azimuths as f64 * TAU - PI))
@@ -15,12 +15,12 @@ fn profiles<const N: usize>(azimuths: usize, lobes: impl Fn(f64) -> [[f64; 3]; N
     [0, 1].map(|i| all.iter().map(|n| n[i]).collect())
 }
 
-/// Relative L1 distance.
+/// The relative L1 distance.
 fn l1(value: &[f64], exact: &[f64]) -> f64 {
     value.iter().zip(exact).map(|(a, b)| (a - b).abs()).sum::<f64>() / exact.iter().sum::<f64>()
 }
 
-/// Smallest, mean and largest.
+/// The smallest, mean and largest value.
 fn spread(x: &[f64]) -> [f64; 3] {
     let [least, sum, most] = x.iter().fold([f64::MAX, 0.0, 0.0], |[a, b, c], &x| [x.min(a), b + x, x.max(c)]);
     [least, sum / x.len() as f64, most]
@@ -45,9 +45,9 @@ fn gauss(n: usize) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// D9: the far field of the ten presets by the paper's segments, ours, and, for the scattered lobes, as many Gauss points
-/// in asin h″. θ_o = 0.2 rad is where the paper's were measured when ours were designed: 10 to 62 % with five on a
-/// side, 5 to 35 % with eight.
+/// D9: the far field of the ten presets by the paper's segments, by ours, and, for the scattered lobes, by as many
+/// Gauss points in asin h″. The paper's segments were measured at θ_o = 0.2 rad when ours were designed: 10 to 62 %
+/// with five on a side, 5 to 35 % with eight.
 #[test]
 #[ignore = "slow: quadrature with 20,000 points"]
 fn published_segments_are_coarser_than_ours() {
@@ -95,15 +95,15 @@ fn published_segments_are_coarser_than_ours() {
     }
     let [paper5, paper8, ..] = &table[0];
     let within = |x: &[f64], least: f64, most: f64| x.iter().all(|e| (least..most).contains(e));
-    // As measured then, to the percent.
+    // The errors measured then, to the percent.
     assert!(within(paper5, 0.095, 0.625) && within(paper8, 0.045, 0.355));
     for [paper5, paper8, ours5, ours8, paper_s4, paper_s8, gauss4, gauss8] in &table {
         for k in 0..paper5.len() {
             assert!(5.0 * ours5[k] < paper5[k] && 10.0 * ours8[k] < paper8[k]);
-            // Five times smaller, or below 0.1 %: the paper's eight segments are within 0.3 % for the mouse.
+            // At least five times smaller, or below 0.1 %: for the mouse the paper's eight segments are within 0.3 %.
             assert!(5.0 * gauss4[k] < paper_s4[k] && 5.0 * gauss8[k] < paper_s8[k].max(0.005));
         }
-        // On average ten times smaller, at worst twenty.
+        // At least ten times smaller on average, and twenty times at worst.
         let mean = |errors: &[f64]| errors.iter().sum::<f64>() / errors.len() as f64;
         let worst = |errors: &[f64]| errors.iter().fold(0.0f64, |a, &b| a.max(b));
         for (paper, gauss) in [(paper_s4, gauss4), (paper_s8, gauss8)] {
@@ -115,7 +115,7 @@ fn published_segments_are_coarser_than_ours() {
 /// N(φ) of TTˢ + TRTˢ in the far field from `n` Gauss points in asin h″ on each side of 0.
 fn gauss_points(fiber: &Fiber, oracle: &Exact, theta_o: f64, n: usize) -> Vec<f64> {
     let [eta, kappa] = [fiber.eta, fiber.kappa].map(f64::from);
-    // Where the medulla ends, unless beyond the silhouette.
+    // The edge of the medulla, unless it is beyond the silhouette.
     let edge = kappa * (eta * eta - theta_o.sin().powi(2)).sqrt() / theta_o.cos();
     let last = (1.0 / edge).min(1.0).asin();
     let hits: Vec<_> = gauss(n)
@@ -132,8 +132,9 @@ fn gauss_points(fiber: &Fiber, oracle: &Exact, theta_o: f64, n: usize) -> Vec<f6
     scattered
 }
 
-/// With many segments what is linear between nodes no longer matters. The unscattered lobes converge in proportion to
-/// 1/n, for γ has a vertical tangent at the silhouette: 400 leave an eightieth of the 62 % of five.
+/// With many segments, the linear interpolation between nodes no longer matters. The error of the unscattered lobes
+/// falls as 1/n, because γ has a vertical tangent at the silhouette: with 400 segments it is an eightieth of the 62 %
+/// with five.
 #[test]
 fn published_segments_converge() {
     for species in Species::ALL {
@@ -146,13 +147,14 @@ fn published_segments_converge() {
                 [profiles(72, |phi| exact.azimuthal(phi)), profiles(72, |phi| segments.azimuthal(phi))];
             let errors = [0, 1].map(|i| l1(&value[i], &exact[i]));
             println!("{species} {range:?}: {errors:.4?}");
-            // The scattered ones in proportion to 1/n too, √ at the medulla's edge: 4 % · 4/100; TTˢ of 400 midpoints is 1e-4.
+            // The scattered lobes also converge as 1/n, with a square root at the medulla's edge: 4 % · 4/100. TTˢ of
+            // 400 midpoints has 1e-4.
             assert!(errors[0] < 0.01 && errors[1] < 0.005, "{species} {range:?}: {errors:?}");
         }
     }
 }
 
-/// The published model over a window, by many segments, against the mean of its near field over it.
+/// The published model over a window, by many segments, against the mean of its near field over the window.
 #[test]
 #[ignore = "slow: windows by quadrature"]
 fn published_windows_are_the_mean_of_the_near_field() {
@@ -189,7 +191,7 @@ fn published_windows_are_the_mean_of_the_near_field() {
     }
 }
 
-/// A window of next to no width is the near field: of the model and of the published one.
+/// A very narrow window equals the near field, for the model and for the published model.
 #[test]
 fn narrow_published_windows_are_the_near_field() {
     let mut random = Uniform(21);
@@ -209,8 +211,9 @@ fn narrow_published_windows_are_the_near_field() {
             ];
             for (value, exact) in pairs {
                 for (a, b) in value.as_flattened().iter().zip(exact.as_flattened()) {
-                    // dγ/dh ≤ 7.1, dΦ/dh ≤ 43: 4e-6 either way, 5e-4 of the narrowest lobe (0.5°), whose square counts where
-                    // lobes have light; s_m has a square root at the medulla's edge, a linear table its kinks.
+                    // dγ/dh ≤ 7.1 and dΦ/dh ≤ 43: 4e-6 either way, 5e-4 of the narrowest lobe (0.5°), and the square
+                    // of this where lobes have light. s_m has a square root at the medulla's edge, and a linear table
+                    // has kinks.
                     assert!((a - b).abs() <= 1e-4 * b + 1e-9, "{fiber:?} θ_o {theta_o} h {h} φ {phi}: {a} {b}");
                 }
             }

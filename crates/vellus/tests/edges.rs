@@ -44,7 +44,7 @@ fn edges_are_finite() {
                 }
                 for k in 0..40 {
                     let mut u = random.numbers();
-                    // The ends of the unit interval too.
+                    // Include the ends of the unit interval.
                     if k < 4 {
                         u[k] = 0.0
                     } else if k < 8 {
@@ -80,14 +80,14 @@ fn symmetric_in_h_and_phi() {
             let a = bcsdf.at(wo, window).eval(direction(theta_i, phi));
             let b = bcsdf.at(wo, mirrored).eval(direction(theta_i, -phi));
             for (x, y) in a.0.iter().flatten().zip(b.0.iter().flatten()) {
-                // Mirrored angles round alike but for the last bit of φ, 2e-7/β_n of the value.
+                // Mirrored angles round alike, except for the last bit of φ: 2e-7/β_n of the value.
                 assert!((x - y).abs() <= 1e-4 * x.abs() + 1e-6, "θ_o {theta_o} {window:?} φ {phi}: {a:?} {b:?}");
             }
         }
     }
 }
 
-/// At h = 0 the medulla scatters as much to one side as to the other, and C^N does not jump where h changes its sign.
+/// At h = 0 the medulla scatters equally to both sides, and C^N has no jump where h changes its sign.
 #[test]
 fn scattering_is_symmetric_at_the_axis() {
     let mut random = Uniform(17);
@@ -103,7 +103,8 @@ fn scattering_is_symmetric_at_the_axis() {
             let b = bcsdf.at(wo, Window::near(other)).eval(direction(theta_i, mirrored));
             for p in [Lobe::Tts as usize, Lobe::Trts as usize] {
                 for (x, y) in a.0[p].into_iter().zip(b.0[p]) {
-                    // A half-degree step of a table changes by up to a third: 4e-6 of the azimuth is 2e-4.
+                    // A half-degree step of a table changes by at most a third: an error of 4e-6 in the azimuth gives
+                    // 2e-4.
                     assert!((x - y).abs() <= 5e-4 * x.abs() + 1e-6, "{fiber:?} h {h} {other}: {a:?} {b:?}");
                 }
             }
@@ -111,7 +112,7 @@ fn scattering_is_symmetric_at_the_axis() {
     }
 }
 
-/// Without medulla the model is hair, to the bit, whatever the medulla's other parameters are.
+/// Without medulla the model equals the hair model to the bit, for any other parameters of the medulla.
 #[test]
 fn no_medulla_is_hair() {
     let hair = Fiber { kappa: 0.0, sigma_ms: 0.0, sigma_ma: [0.0; 3], g: 0.0, ..full_fiber() };
@@ -130,7 +131,7 @@ fn no_medulla_is_hair() {
     }
 }
 
-/// A medulla that shrinks to nothing tends to the hair.
+/// With a shrinking medulla the model tends to the hair model.
 #[test]
 fn small_medulla_tends_to_hair() {
     let hair = Bcsdf::new(&Fiber { kappa: 0.0, ..full_fiber() }).unwrap();
@@ -141,10 +142,10 @@ fn small_medulla_tends_to_hair() {
     for kappa in [1e-2, 1e-4, 1e-6] {
         let fiber = Fiber { kappa, ..full_fiber() };
         let f = Bcsdf::new(&fiber).unwrap().at(wo, window).eval(wi).total()[1];
-        // |h′| = 0.13 > κ: the path misses the medulla altogether.
+        // |h′| = 0.13 > κ: the path misses the medulla.
         assert!((f / f0 - 1.0).abs() < 1e-5, "κ {kappa}: {f} {f0}");
     }
-    // Through the middle the scattered fraction is 2κσ.
+    // On the axis the scattered fraction is 2κσ.
     let energy = Bcsdf::new(&Fiber { kappa: 1e-4, ..full_fiber() }).unwrap().at(wo, Window::near(0.0)).energy();
     assert!(energy.0[3][1] > 0.0 && energy.0[3][1] < 1e-3);
 }
@@ -159,7 +160,7 @@ fn tilt_moves_the_highlight_toward_the_root() {
     assert!(r(-5f64.to_radians()) > 1.5 * r(5f64.to_radians()));
 }
 
-/// Mirror reflection leaves at −2γ: the normal has azimuth φ_o − γ_o.
+/// A mirror reflection leaves at −2γ: the normal has the azimuth φ_o − γ_o.
 #[test]
 fn reflection_leaves_on_the_side_of_the_normal() {
     let bcsdf = Bcsdf::new(&full_fiber()).unwrap();
@@ -174,8 +175,8 @@ fn thin_medulla_scatters_once() {
     let fiber = Fiber { sigma_ms: 1e-4, g: 0.5, eta: 1.0, kappa: 0.9, ..full_fiber() };
     let bcsdf = Bcsdf::new(&fiber).unwrap();
     let hit = bcsdf.at(direction(0.0, 0.0), Window::near(0.0));
-    // Forward against backward in the normal plane: ((1+g)/(1−g))³ of the phase function; the separable
-    // M·N form keeps the order of magnitude, the azimuthal marginal alone is checked closely.
+    // Forward against backward in the normal plane: ((1+g)/(1−g))³ for the phase function. The separable form M·N
+    // only has the same order of magnitude, so only the azimuthal marginal is checked closely.
     let azimuthal = |phi: f64| {
         let n = 400;
         (0..n)
@@ -203,7 +204,7 @@ fn thin_medulla_scatters_once() {
     let scale = f64::from(hit.energy().0[3][1]);
     for phi in [0.0, 0.8, 1.6, 2.4, 3.0] {
         let (ours, exact) = (azimuthal(phi) / scale, marginal(-phi.cos()));
-        // The compression's own error: 3 % of a profile on average, up to twice that at one angle.
+        // The error of the compression: 3 % of a profile on average, up to twice that at one angle.
         assert!((ours / exact - 1.0).abs() < 0.06, "φ {phi}: {ours} {exact}");
     }
 }

@@ -1,4 +1,4 @@
-//! Where all the light goes: the lobes' energies, and the white furnace.
+//! Energies of the lobes, and the white furnace.
 
 use std::f64::consts::{PI, TAU};
 use vellus::{Bcsdf, Fiber, Hit, Species, Window};
@@ -6,7 +6,7 @@ use vellus_reference::as_printed::AsPrinted;
 use vellus_reference::exact::Exact;
 use vellus_testing::{direction, full_fiber, table_data};
 
-/// Every combination of the grid, without absorption.
+/// A grid of all parameters, without absorption.
 fn lossless_grid() -> impl Iterator<Item = (Fiber, f64, f64)> {
     let mut cases = Vec::new();
     for kappa in [0.0, 0.15, 0.5, 0.8, 0.98] {
@@ -39,23 +39,23 @@ fn lobes_sum_to_one_without_absorption() {
         }
         let bcsdf = Bcsdf::new(&fiber).unwrap();
         let fast = bcsdf.at(direction(theta_o, 0.3), Window::near(h as f32)).energy().total();
-        // Single precision: six terms of at most eight roundings each, 6·8·6e-8 = 3e-6; and exp.
+        // Single precision: six terms of at most eight roundings each, 6·8·6e-8 = 3e-6, and exp.
         assert!((fast[1] - 1.0).abs() < 5e-6, "{fiber:?} {theta_o} {h}: {fast:?}");
     }
 }
 
-/// D6: the published model loses what R, TT, TRT, TTˢ, TRTˢ do not hold: (1 − F) F² T².
+/// D6: the published model loses the light beyond R, TT, TRT, TTˢ, TRTˢ: (1 − F) F² T².
 #[test]
 fn the_published_lobes_lack_the_higher_orders() {
     let fiber = Fiber { layers: 3.0, sigma_ms: 0.2, ..full_fiber().without_absorption() };
     let (theta, h) = (0.0, 0.9);
     let published: f64 = AsPrinted::new(&fiber, table_data()).unwrap().energy(theta, h).iter().map(|a| a[0]).sum();
     let rest = Exact::new(&fiber, table_data()).unwrap().at(theta, h).energy()[5][0];
-    // At θ = 0 the two agree in everything else.
+    // At θ = 0 the two models agree in everything else.
     assert!(rest > 0.02 && (published + rest - 1.0).abs() < 1e-9, "{published} {rest}");
 }
 
-/// D4: with Table 3's F in place of 1 − F, TTˢ would lose most of its light.
+/// D4: with F of Table 3 instead of 1 − F, TTˢ would lose most of its light.
 #[test]
 fn tts_enters_through_the_cuticle_not_by_reflection() {
     let fiber = Fiber { sigma_ms: 20.0, ..full_fiber().without_absorption() };
@@ -108,7 +108,7 @@ fn furnace_is_white() {
     check_furnace(&Species::ALL);
 }
 
-/// With absorption too, each lobe's integral is its A.
+/// With absorption, too, the integral of each lobe is its A.
 #[test]
 fn integral_of_eval_is_the_energy() {
     let bcsdf = Bcsdf::new(&full_fiber()).unwrap();

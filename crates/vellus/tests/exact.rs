@@ -7,12 +7,12 @@ use wide::f32x8;
 
 /// Tolerance of one lobe's density, relative to itself plus a floor.
 ///
-/// A Gaussian's exponent x²/2β² errs by xδ/β² for an angle error δ, that is relatively by up to
-/// (x/β)(δ/β). δ ≤ 1e-6 (two arc functions of 3e-7, their sums and the rounded input); the narrowest width
-/// drawn is β_m/2 = 0.25° = 4.4e-3, R's azimuth 8.7e-3; so (x/β)·2.3e-4, 1.4e-3 at six widths. Beyond, the
-/// density is below 1e-8 of its peak (at most 1/(2π β_m β_n/2) = 4e3): the floor 1e-4 holds it.
-/// Tables interpolate half-degree steps between values that vary by up to a third a step:
-/// δ/step·⅓ = 4e-5, and half a dozen roundings of weights.
+/// The exponent x²/2β² of a Gaussian has the error xδ/β² for an angle error δ. The relative error is at most
+/// (x/β)(δ/β). δ ≤ 1e-6 (two arc functions with 3e-7 each, their sums, and the rounded input). The narrowest width
+/// drawn is β_m/2 = 0.25° = 4.4e-3, and R's azimuth has 8.7e-3. This gives (x/β)·2.3e-4: 1.4e-3 at six widths. Beyond
+/// that the density is below 1e-8 of its peak (at most 1/(2π β_m β_n/2) = 4e3), within the floor of 1e-4. Tables
+/// interpolate half-degree steps between values that differ by at most a third per step: δ/step·⅓ = 4e-5, and half a
+/// dozen roundings of weights.
 fn close(fast: f32, exact: f64) -> bool {
     (f64::from(fast) - exact).abs() <= 2e-3 * exact + 1e-4
 }
@@ -29,12 +29,12 @@ fn fast_matches_f64_oracle() {
             let (theta_o, phi_o) = (random.within(-1.5, 1.5), random.within(-3.1, 3.1));
             let h = random.within(-1.0, 1.0);
             let hit = bcsdf.at(direction(theta_o, phi_o), Window::near(h as f32));
-            // The oracle gets the very numbers the fast path got.
+            // The oracle gets the same numbers as the fast path.
             let exact = oracle.at(f64::from(direction(theta_o, phi_o).x).asin(), f64::from(h as f32));
             for (p, (a, b)) in hit.energy().0.iter().zip(exact.energy()).enumerate() {
                 for c in 0..3 {
-                    // T has an exponent of at most 2·(5 + 25)·20/cos, whose rounding is 1e-7 of it;
-                    // it is worth anything only while below 20.
+                    // T has an exponent of at most 2·(5 + 25)·20/cos, with a relative rounding error of 1e-7. T
+                    // matters only where the exponent is below 20.
                     let error = (f64::from(a[c]) - b[c]).abs();
                     assert!(
                         error < 1e-5 * b[c] + 3e-6,
@@ -44,7 +44,7 @@ fn fast_matches_f64_oracle() {
                 }
             }
             for k in 0..60 {
-                // Half of the queries where the light goes, half anywhere.
+                // Half of the queries where the fibre scatters most light, half anywhere.
                 let wi = if k % 2 == 0 {
                     hit.sample(random.numbers()).unwrap().wi
                 } else {
@@ -71,7 +71,7 @@ fn fast_matches_f64_oracle() {
 }
 
 #[test]
-fn eight_at_once_are_the_same_as_one_by_one() {
+fn eight_hits_at_once_match_single_hits() {
     let mut random = Uniform(2);
     for _ in 0..200 {
         let fiber = random.fiber();
@@ -88,12 +88,12 @@ fn eight_at_once_are_the_same_as_one_by_one() {
             let hit = bcsdf.at(wo[i], Window::near(h[i]));
             let sample = hit.sample([u[i][0], u[i][1], u[i][2], u[i][3], 0.5]).unwrap();
             assert_eq!(sample.lobe, samples[i].lobe, "{fiber:?}");
-            // What is left of u inside a rare component of a table magnifies the last bit of the weights: such a
-            // direction may differ, and need only be as likely as it says.
+            // Inside a rare component of a table, the rest of u magnifies the last bit of the weights. Such a
+            // direction may differ; it only needs a consistent density.
             let tabulated = matches!(sample.lobe, vellus::Lobe::Tts | vellus::Lobe::Trts);
             assert!(tabulated || (sample.wi - samples[i].wi).length() < 1e-5, "{sample:?} {:?}", samples[i]);
             let (f, likely) = hit.eval_pdf(samples[i].wi);
-            // As in tests/sampling.rs: the same direction through `eval`.
+            // The same direction through `eval`, as in tests/sampling.rs.
             assert!(
                 (samples[i].pdf / likely - 1.0).abs() < 3e-3 + 1e-4 / likely,
                 "{fiber:?} {:?} {likely}",
@@ -115,7 +115,7 @@ fn eight_at_once_are_the_same_as_one_by_one() {
 
 /// `Hit::eval_pdf8` and `Hit::sample8`: eight queries of one hit, in the near field and over windows.
 #[test]
-fn eight_queries_of_one_hit_are_the_same_as_one_by_one() {
+fn eight_queries_of_one_hit_match_single_queries() {
     let mut random = Uniform(21);
     for k in 0..400 {
         let fiber = random.fiber();
@@ -128,7 +128,7 @@ fn eight_queries_of_one_hit_are_the_same_as_one_by_one() {
         for (sample, u) in samples.into_iter().zip(u) {
             let (many, one) = (sample.unwrap(), hit.sample(u).unwrap());
             assert_eq!(many.lobe, one.lobe);
-            // Single precision of other arc functions: 1e-6 of the angles, see `close`.
+            // Single precision with other arc functions: 1e-6 of the angles, see `close`.
             let tolerance = 3e-3 * one.pdf + 1e-4;
             // As above: in the near field the azimuth of a rare component may differ.
             if matches!(one.lobe, Lobe::Tts | Lobe::Trts) && k % 3 == 0 {
@@ -136,7 +136,7 @@ fn eight_queries_of_one_hit_are_the_same_as_one_by_one() {
             }
             assert!((many.wi - one.wi).length() < 1e-5 && (many.pdf - one.pdf).abs() < tolerance, "{many:?} {one:?}");
         }
-        // Half of the directions where the light goes, half anywhere.
+        // Half of the directions where the fibre scatters most light, half anywhere.
         let wi: [_; 8] = std::array::from_fn(|i| match samples[i] {
             Some(sample) if i < 4 => sample.wi,
             _ => direction(random.within(-1.5, 1.5), random.within(-3.0, 3.0)),
@@ -144,7 +144,7 @@ fn eight_queries_of_one_hit_are_the_same_as_one_by_one() {
         let (lobes, pdf) = hit.eval_pdf8([0, 1, 2].map(|k| f32x8::new(wi.map(|w| w[k]))));
         for i in 0..8 {
             let (one, one_pdf) = hit.eval_pdf(wi[i]);
-            // As above: other orders of the same operations.
+            // As above: the same operations in another order.
             let same = |a: f32, b: f32| (a - b).abs() <= 1e-5 * b.abs() + 1e-6;
             assert!(same(pdf.to_array()[i], one_pdf), "{window:?} {fiber:?} {} {one_pdf}", pdf.to_array()[i]);
             for (p, c) in (0..18).map(|i| (i / 3, i % 3)) {

@@ -1,4 +1,4 @@
-//! Sampling draws what pdf says, tilt and all else non-zero.
+//! Samples follow the pdf, with tilt and all other parameters non-zero.
 
 use std::f64::consts::TAU;
 use vellus::{Bcsdf, Fiber, Lobe, Species, Window};
@@ -7,7 +7,7 @@ use vellus_testing::sphere::{ChiSquared, integral};
 use vellus_testing::{Uniform, direction, full_fiber};
 
 fn fibers() -> Vec<Fiber> {
-    // The second has a peak so sharp that a window spreads its light over azimuths, the third takes more segments.
+    // The second has a peak so sharp that a window spreads its light over azimuths. The third takes more segments.
     let mut fibers = vec![
         full_fiber(),
         Fiber { g: 0.93, sigma_ms: 0.3, layers: 3.0, ..full_fiber() },
@@ -32,7 +32,7 @@ fn pdf_integrates_to_one() {
 fn check_histograms(fibers: &[Fiber], samples: usize) {
     let hits = [
         (0.35f64, Window::near(0.3)),
-        // Where a part of C^N is mirrored.
+        // Offsets where a part of C^N is mirrored.
         (-0.2, Window::near(0.001)),
         (-1.2, Window::near(-0.8)),
         (0.35, Window::far()),
@@ -62,8 +62,8 @@ fn sample_histogram_matches_pdf() {
     check_histograms(&fibers(), 2_000_000);
 }
 
-/// The sampler's weight is the near-field total for a grey fibre, and never above the sum of the
-/// lobes' largest channels for a coloured one.
+/// For a grey fibre the weight of a sample is the near-field total. For a coloured one it is at most the sum of the
+/// lobes' largest channels.
 #[test]
 fn weight_is_the_near_field_total() {
     let mut random = Uniform(4);
@@ -90,14 +90,14 @@ fn weight_is_the_near_field_total() {
                 }
             }
             let (f, pdf) = hit.eval_pdf(s.wi);
-            // The same direction through eval: δ = 1e-6 in both angles, see tests/exact.rs.
+            // The same direction through `eval`: δ = 1e-6 in both angles, see tests/exact.rs.
             assert!((pdf / s.pdf - 1.0).abs() < 3e-3 + 1e-4 / s.pdf, "{fiber:?} {s:?} {pdf}");
             assert!((f.total()[1] - s.weight[1] * s.pdf).abs() <= 3e-3 * f.total()[1] + 1e-4, "{fiber:?} {s:?}");
         }
     }
 }
 
-/// Every lobe's own energy is found by sampling it.
+/// Sampling finds the energy of each lobe.
 #[test]
 fn lobe_probabilities_follow_the_energies() {
     let bcsdf = Bcsdf::new(&full_fiber()).unwrap();
@@ -116,7 +116,7 @@ fn lobe_probabilities_follow_the_energies() {
     }
 }
 
-/// Mean and standard error of a sum of samples.
+/// The mean and the standard error of a sum of samples.
 #[derive(Clone, Copy, Default)]
 struct Estimate {
     sum: f64,
@@ -204,8 +204,9 @@ fn windows_are_unbiased_against_the_near_field() {
     windows_are_unbiased(10_500_000);
 }
 
-/// Weights of windows are nearly constant: one in a hundred is more than a fiftieth above the sum of the lobes' largest channels, and never by
-/// half. (By that because the few points of the scattered lobes are scaled to each channel's energy by itself.)
+/// Weights of windows are nearly constant. One in a hundred exceeds the sum of the lobes' largest channels by more
+/// than a fiftieth, and none by half. Half is the bound because the few points of the scattered lobes are scaled to
+/// each channel's energy separately.
 #[test]
 fn window_weights_are_bounded() {
     let mut random = Uniform(14);

@@ -1,4 +1,4 @@
-//! Fibres, colours, species and windows are what they were after a round trip, and bad ones are refused.
+//! Fibres, colours, species and windows survive a round trip, and invalid ones are refused.
 
 use vellus::{Color, Fiber, FiberBuilder, Species, Window};
 
@@ -7,7 +7,7 @@ fn fiber(json: &str) -> Result<Fiber, String> {
 }
 
 #[test]
-fn presets_come_back_bit_for_bit_and_as_short_as_they_were_printed() {
+fn presets_round_trip_exactly_with_short_numbers() {
     for species in Species::ALL {
         let preset = Fiber::preset(species);
         let json = serde_json::to_string(&preset).unwrap();
@@ -23,10 +23,10 @@ fn presets_come_back_bit_for_bit_and_as_short_as_they_were_printed() {
     );
 }
 
-/// Not every angle in radians has a number of degrees in single precision: the nearest differ by one unit in the last
-/// place.
+/// Not every angle in radians has a number of degrees in single precision. The nearest differs by one unit in the
+/// last place.
 #[test]
-fn angles_come_back_to_the_last_bit_but_one() {
+fn angles_round_trip_within_one_unit_in_the_last_place() {
     for i in 0..10_000 {
         let given = Fiber { alpha: 0.7 * (i as f32 * 0.37).sin(), ..Fiber::hair() };
         let read: Fiber = fiber(&serde_json::to_string(&given).unwrap()).unwrap();
@@ -37,7 +37,7 @@ fn angles_come_back_to_the_last_bit_but_one() {
 }
 
 #[test]
-fn what_a_file_does_not_give_comes_from_its_preset() {
+fn missing_parameters_come_from_the_preset() {
     let cat = Fiber::preset(Species::Cat);
     assert_eq!(fiber(r#"{"kappa": 0, "sigma_ma.g": 1, "preset": "cat"}"#), {
         Ok(Fiber { kappa: 0.0, sigma_ma: [cat.sigma_ma[0], 1.0, cat.sigma_ma[2]], ..cat })
@@ -70,7 +70,7 @@ fn bad_fibres_are_refused() {
 }
 
 #[test]
-fn colours_species_and_windows_come_back() {
+fn colours_species_and_windows_round_trip() {
     for (color, json) in [
         (Color::Absorption([0.1, 0.2, 0.3]), r#"{"sigma_ca":[0.1,0.2,0.3]}"#),
         (Color::Reflectance([0.5; 3]), r#"{"reflectance":0.5}"#),

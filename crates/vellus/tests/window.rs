@@ -1,4 +1,4 @@
-//! Far field and multi-scale mode: the average over a window of offsets, against quadrature of the near field.
+//! Far field and multi-scale mode: the average over a window of offsets, compared with quadrature of the near field.
 
 use std::f64::consts::{PI, TAU};
 use vellus::{Bcsdf, Fiber, Species, Window};
@@ -12,7 +12,7 @@ fn azimuths() -> impl Iterator<Item = f64> {
     (0..AZIMUTHS).map(|k| (k as f64 + 0.5) / AZIMUTHS as f64 * TAU - PI)
 }
 
-/// Distances of two profiles over their azimuths, and the integrals of the second.
+/// Distances of two profiles over their azimuths, and the integral of the second.
 #[derive(Default)]
 struct L1 {
     distance: f64,
@@ -30,8 +30,8 @@ impl L1 {
     }
 }
 
-/// The ten presets at four inclinations: as shipped and with five segments, R + TT + TRT against 20,000 points in γ;
-/// TTˢ + TRTˢ against 400 in asin h″; each lobe's energy.
+/// The ten presets at four inclinations, as shipped and with five segments: R + TT + TRT against 20,000 points in γ,
+/// TTˢ + TRTˢ against 400 in asin h″, and the energy of each lobe.
 #[test]
 #[ignore = "slow: quadrature with 20,000 points"]
 fn far_field_matches_quadrature() {
@@ -67,7 +67,7 @@ fn far_field_matches_quadrature() {
     println!("shipped {:.4} {:.4}", mean(&shipped), worst(&shipped));
     println!("five    {:.4} {:.4}", mean(&five), worst(&five));
     println!("points  {:.4} {:.4}", mean(&scattered), worst(&scattered));
-    // What README and PAPER.md (D9) say. Quadrature with four times the points differs by less than 1e-5.
+    // The numbers in README and PAPER.md (D9). Quadrature with four times the points differs by less than 1e-5.
     let within = |value: f64, documented: f64| value < documented + 1e-5;
     assert!(within(mean(&shipped), 0.0025) && within(worst(&shipped), 0.012));
     assert!(within(mean(&five), 0.006) && within(worst(&five), 0.022));
@@ -99,7 +99,7 @@ fn sharp_medulla_matches_quadrature() {
     }
 }
 
-/// Relative L1 of the far field's R + TT + TRT against a fine grid of azimuths, of the worst channel.
+/// Relative L1 error of the far field's R + TT + TRT against a fine grid of azimuths, for the worst channel.
 fn unscattered_error(fiber: &Fiber, theta_o: f64) -> f64 {
     let (bcsdf, oracle) = (Bcsdf::new(fiber).unwrap(), Exact::new(fiber, table_data()).unwrap());
     let n = ((TAU * 10.0 / f64::from(fiber.beta_n)) as usize).max(720);
@@ -116,8 +116,8 @@ fn unscattered_error(fiber: &Fiber, theta_o: f64) -> f64 {
 }
 
 /// Fibres far from the presets, found by `examples/worst_case`: narrow lobes, η near 1, and a medulla's edge inside
-/// the fibre. The bounds are what was measured (0.09, 2.7 and 0.6 %), rounded up; before windows of such fibres took
-/// more segments the errors were 5 to 82 %.
+/// the fibre. The bounds are the measured errors (0.09, 2.7 and 0.6 %), rounded up. Without more segments for windows
+/// of such fibres the errors are 5 to 82 %.
 #[test]
 fn difficult_fibers_take_more_segments() {
     let narrow = Fiber { beta_n: 0.65f32.to_radians(), kappa: 0.7, eta: 1.18, ..Fiber::hair() };
@@ -148,8 +148,8 @@ fn difficult_fibers_take_more_segments() {
     }
 }
 
-/// A thin medulla whose forward peak is as sharp as can be, at grazing light, where the offset moves the peak by 90°.
-/// Before light was spread over the azimuths of the offsets it stands for, the error was 24 to 30 %.
+/// A thin medulla with the sharpest forward peak, at grazing light, where the offset moves the peak by 90°. Unless
+/// each point's light is spread over the azimuths of its offsets, the error is 24 to 30 %.
 #[test]
 fn grazing_light_in_a_sharp_medulla_matches_quadrature() {
     let sharp = Fiber { kappa: 0.8, eta: 1.05, sigma_ms: 0.075, g: 0.95, ..Fiber::hair() };
@@ -169,7 +169,7 @@ fn grazing_light_in_a_sharp_medulla_matches_quadrature() {
     }
 }
 
-/// The convolution of collected light is the sum of Gaussians.
+/// The convolution on the grid equals the sum of Gaussians.
 #[test]
 fn grid_of_azimuths_is_the_sum_over_offsets() {
     for beta in [2.0f32, 11.0, 60.0] {
@@ -183,14 +183,14 @@ fn grid_of_azimuths_is_the_sum_over_offsets() {
             let exact = window.azimuthal(TAU * k as f64 / n as f64 - PI);
             (0..3).for_each(|p| (0..3).for_each(|c| l1.add(grid[k][p][c], exact[p][c])));
         }
-        // Ten steps a standard deviation: see `unscattered_grid`.
+        // Ten steps per standard deviation: see `unscattered_grid`.
         assert!(l1.relative() < 1e-4, "β {beta}°: {}", l1.relative());
     }
 }
 
-/// The pieces of a window that the fast path puts segments on, each with its side: the sides of h = 0, of which a
-/// symmetric window needs one, and for fibres that need more, those divided at the medulla's edge and in the middle of
-/// the longest until there are three.
+/// The pieces of a window on which the fast path puts segments, each with its side. These are the two sides of h = 0;
+/// a symmetric window needs only one. For fibres that need more, the sides are divided at the medulla's edge, and
+/// then the longest piece in its middle until there are three.
 fn pieces([h1, h2]: [f64; 2], edge: f64, more: bool) -> Vec<(usize, [f64; 2])> {
     let symmetric = h1 == -h2;
     let mut pieces: Vec<(usize, [f64; 2])> = [[h1.max(0.0), h2], [(-h2).max(0.0), -h1]]
@@ -211,7 +211,7 @@ fn pieces([h1, h2]: [f64; 2], edge: f64, more: bool) -> Vec<(usize, [f64; 2])> {
     pieces
 }
 
-/// The fast path against the same segments in f64, with every parameter non-zero, colour and window too.
+/// The fast path against the same segments in f64, with every parameter non-zero, including colour and window.
 #[test]
 fn fast_segments_match_their_oracle() {
     for (beta, fiber) in
@@ -221,12 +221,13 @@ fn fast_segments_match_their_oracle() {
         for theta_o in [-0.9, 0.3, 1.3] {
             for window in [[-1.0, 1.0], [-0.3, 0.7], [0.2, 0.5], [-0.99, -0.6]] {
                 let hit = bcsdf.at(direction(theta_o, 0.4), Window::range(window[0] as f32, window[1] as f32));
-                // Below 0.02 rad the lobes are narrower than a segment's azimuths.
+                // Below 0.02 rad the lobes are narrower than the azimuths of a segment.
                 let eta = f64::from(fiber.eta);
                 let eta_prime = (eta * eta - f64::sin(theta_o).powi(2)).sqrt() / f64::cos(theta_o);
                 let pieces = pieces(window, f64::from(fiber.kappa) * eta_prime, fiber.beta_n < 0.02);
                 let total: f64 = pieces.iter().map(|(_, [low, high])| high - low).sum();
-                // Each piece's average counts by its width. Pieces of the left side are mirrored, h → −h and φ → −φ.
+                // The average of each piece is weighted by its width. Pieces of the left side are mirrored, h → −h
+                // and φ → −φ.
                 let mut parts = Vec::new();
                 for (side, [low, high]) in pieces {
                     let share = (high - low) / total;
@@ -250,7 +251,7 @@ fn fast_segments_match_their_oracle() {
                         (0..3).for_each(|c| l1.add(fast.0[p][c].into(), slow[p][c]));
                     }
                 }
-                // Bells, 1.6e-3 and up to 1.7e-2 of a tilted segment; rounding of Φ, 1e-6/β.
+                // Bells: 1.6e-3, and up to 1.7e-2 for a tilted segment. Rounding of Φ: 1e-6/β.
                 let tolerance = 4e-3;
                 assert!(l1.relative() < tolerance, "β {beta}° θ {theta_o} {window:?}: {}", l1.relative());
             }
@@ -258,7 +259,7 @@ fn fast_segments_match_their_oracle() {
     }
 }
 
-/// A window of no width is the near field, one from −1 to 1 the far field.
+/// A window without width equals the near field, and one from −1 to 1 the far field.
 #[test]
 fn window_has_both_limits() {
     let mut random = Uniform(11);
@@ -266,7 +267,7 @@ fn window_has_both_limits() {
         let fiber = random.fiber();
         let bcsdf = Bcsdf::new(&fiber).unwrap();
         let wo = direction(random.within(-1.4, 1.4), random.within(-3.0, 3.0));
-        // Not so close to the silhouette that 1e-4 of the offset is many degrees.
+        // Not close to the silhouette, where 1e-4 of the offset is many degrees.
         let h = random.within(-0.99, 0.99) as f32;
         let near = bcsdf.at(wo, Window::near(h));
         for width in [0.0, 1e-6, 1e-5] {
@@ -274,7 +275,7 @@ fn window_has_both_limits() {
             for _ in 0..20 {
                 let wi = near.sample(random.numbers()).unwrap().wi;
                 let ((a, p), (b, q)) = (near.eval_pdf(wi), hit.eval_pdf(wi));
-                // 1e-3 as asked, and the single precision of both, see tests/exact.rs.
+                // The bound of 1e-3, and the single precision of both, see tests/exact.rs.
                 for (x, y) in a.total().into_iter().zip(b.total()).chain([(p, q)]) {
                     assert!((x - y).abs() <= 3e-3 * x + 1e-4, "{fiber:?} h {h} width {width}: {x} {y}");
                 }
@@ -286,13 +287,14 @@ fn window_has_both_limits() {
     }
 }
 
-/// Hits all over the width have the far field's energy for their mean where each stands for a cell, whatever its width; where each stands for
-/// a window around it (Yan17 Eq. 27) they have not: of human hair R loses 16 % and TTˢ gains 20 % where the window is as wide as the fibre.
+/// If each hit stands for a cell, the mean energy of hits over the whole width is that of the far field, for any
+/// width of the cells. If each hit stands for a window around it (Yan17 Eq. 27), it is not: for human hair R loses 16
+/// % and TTˢ gains 20 % where the window is as wide as the fibre.
 #[test]
 fn cells_have_the_far_field_for_their_mean() {
     let bcsdf = Bcsdf::new(&Fiber::preset(Species::Human).with_absorption([0.3, 0.8, 2.0])).unwrap();
     let wo = direction(0.3, 0.0);
-    // R is brightest at the edges, all else in the middle: lobe by lobe.
+    // Lobe by lobe: R is brightest at the edges, the others in the middle.
     let energy = |window: Window| bcsdf.at(wo, window).energy().0.map(|lobe| f64::from(lobe[1]));
     let far = energy(Window::far());
     let (hits, shifts) = (400, 9);
@@ -311,7 +313,8 @@ fn cells_have_the_far_field_for_their_mean() {
         }
         println!("width {width}: cells {cells:.4?}, around {around:.4?}, far {far:.4?}");
         for p in 0..6 {
-            // Hits at 400 places: a cell's share is off by up to 1/400 of the width at either end; energies are means over 7 segments.
+            // 400 hits: the share of a cell has an error of up to 1/400 of the width at either end. Energies are
+            // means over 7 segments.
             assert!((cells[p] - far[p]).abs() < 0.01 * far[p] + 1e-4, "lobe {p}, width {width}: {cells:?} {far:?}");
         }
         if width == 1.0 {
@@ -321,8 +324,8 @@ fn cells_have_the_far_field_for_their_mean() {
     assert_eq!(Window::cell(0.3, 0.0, 0.5), Window::near(0.3));
 }
 
-/// Of a window far from the light's path only rounding errors are left. They must not make a weight: without a bound
-/// for each span this one is 5e18.
+/// Far from the light's path, only rounding errors of a window are left. They must not become a weight: without a
+/// bound for each span this weight is 5e18.
 #[test]
 fn a_sample_far_out_in_a_tail_has_a_bounded_weight() {
     let fiber = Fiber {
@@ -341,11 +344,11 @@ fn a_sample_far_out_in_a_tail_has_a_bounded_weight() {
     let wo = glam::Vec3::new(0.49523565, 0.111536756, 0.86156905);
     let hit = bcsdf.at(wo, Window::range(-1.0, -0.29856557));
     let (f, pdf) = hit.eval_pdf(glam::Vec3::new(-0.6726947, -0.68112254, 0.289057));
-    // The largest of a span's channels is in the pdf: no channel is above it but for the lobes' probabilities.
+    // The pdf contains the largest channel of each span. A channel exceeds it only by the probabilities of the lobes.
     assert!(f.total().iter().all(|f| *f <= 1.5 * pdf), "{f:?} {pdf}");
 }
 
-/// Whatever the fibre and the window, nothing is negative, NaN or brighter than white, and the error is bounded.
+/// For any fibre and window, nothing is negative, NaN or brighter than white, and the error is bounded.
 fn check_any_fibre_and_window(count: i32) {
     let mut random = Uniform(12);
     let mut errors = Vec::new();
@@ -353,7 +356,7 @@ fn check_any_fibre_and_window(count: i32) {
         let fiber = random.fiber();
         let bcsdf = Bcsdf::new(&fiber).unwrap();
         let theta_o = random.within(-1.55, 1.55);
-        // From 1e-6 to 2, and every other one the far field.
+        // From 1e-6 to 2; every other one is the far field.
         let narrow = 1e-6 * 2e6f64.powf(random.next());
         let width = if k % 2 == 0 { 4.0 } else { narrow };
         let middle = random.within(-1.0, 1.0);
@@ -371,7 +374,7 @@ fn check_any_fibre_and_window(count: i32) {
         }
         let s = hit.sample(random.numbers()).unwrap();
         assert!(s.pdf.is_finite() && s.pdf > 0.0 && s.weight.iter().all(|w| (0.0..bound).contains(w)), "{s:?}");
-        // Quadrature of a hundredth of them.
+        // Quadrature for a hundredth of the cases.
         if (k % 100 == 0 || k % 100 == 51) && width > 1e-3 {
             let oracle = Exact::new(&fiber, table_data()).unwrap();
             let [h1, h2] = window.ends().map(f64::from);

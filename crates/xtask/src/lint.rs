@@ -1,4 +1,4 @@
-//! Everything that is checked without running the code.
+//! All checks that do not run the code.
 
 use crate::run::{Outcome, Report, cargo, run, succeeds};
 use crate::{manifests, paper, text, tools};

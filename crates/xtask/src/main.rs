@@ -1,4 +1,4 @@
-//! `cargo xtask check`, `test`, `package`, `torture`: everything that CI runs, and nothing that CI alone can run.
+//! `cargo xtask check`, `test`, `package`, `torture`: all steps of CI, which run locally as well.
 
 mod lint;
 mod manifests;
@@ -22,7 +22,7 @@ usage: cargo xtask check | lint | test | package | paper | torture
   paper    PAPER.md only: every symbol that it names exists, and it lists every departure that the code cites
   torture  kills, full disks, damaged files and nonsense against the release build; --help lists its options";
 
-/// The torture of `cargo xtask test`: the same inputs each time.
+/// The torture run of `cargo xtask test` has the same inputs each time.
 const TORTURE: [&str; 4] = ["--time", "60s", "--seed", "1"];
 
 fn main() -> ExitCode {

@@ -1,4 +1,4 @@
-//! What crates.io needs of every package.
+//! The requirements of crates.io for every package.
 
 use crate::run::{Outcome, Report, cargo, output};
 use serde_json::Value;

@@ -1,11 +1,11 @@
-//! PAPER.md against the code: every `file::symbol` it names exists in one file, and every departure D1, D2, … that a
-//! comment in the code cites has its row, and every row is cited somewhere.
+//! Compares PAPER.md with the code: every `file::symbol` that it names exists in one file, every departure D1, D2, …
+//! that a comment cites has a row, and every row is cited.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Checks it; the message lists everything that is wrong.
+/// Checks PAPER.md. The message lists all problems.
 pub fn check(root: &Path) -> Result<(), String> {
     let paper = read(&root.join("PAPER.md"))?;
     let mut sources = Vec::new();
@@ -62,7 +62,7 @@ fn references(text: &str) -> Vec<(String, String)> {
         .collect()
 }
 
-/// Does the source define an item, field or variant of that name?
+/// Whether the source defines an item, field or variant of that name.
 fn defines(text: &str, symbol: &str) -> bool {
     let keywords = ["fn ", "struct ", "enum ", "trait ", "const ", "mod ", "type "];
     keywords.iter().any(|k| word_after(text, k, symbol)) || word_after(text, "pub ", symbol)

@@ -6,7 +6,7 @@ use std::process::Command;
 
 const AARCH64: &str = "aarch64-unknown-linux-gnu";
 
-/// All of them.
+/// Runs all of these checks.
 pub fn all(root: &Path, report: &mut Report) -> Result<(), String> {
     report.attempt("vellus without AVX2", || without_avx2(root))?;
     report.attempt("vellus on aarch64", || aarch64(root))?;
@@ -41,8 +41,8 @@ fn aarch64(root: &Path) -> Result<Outcome, String> {
     Ok(Outcome::Passed)
 }
 
-/// Compiles the workspace with the compiler that `rust-version` names. Where the compiler in use is that one, every
-/// other step has done so.
+/// Compiles the workspace with the compiler that `rust-version` names. Passes at once if that is the compiler in use,
+/// because every other step used it.
 fn oldest_compiler(root: &Path) -> Result<Outcome, String> {
     let manifest = std::fs::read_to_string(root.join("Cargo.toml")).map_err(|e| format!("Cargo.toml: {e}"))?;
     let oldest = manifest

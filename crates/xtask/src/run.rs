@@ -12,7 +12,7 @@ pub enum Outcome {
     Skipped(String),
 }
 
-/// The steps so far.
+/// The steps that have run so far.
 #[derive(Default)]
 pub struct Report {
     steps: Vec<(String, Duration, Outcome)>,

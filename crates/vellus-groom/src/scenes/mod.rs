@@ -66,6 +66,7 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "slow: five scenes"]
     fn small_scenes_have_a_fortieth_of_the_strands() {
         let expected = [
             ("raccoon", 6500, 22),
@@ -88,6 +89,7 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "slow: five scenes and the distances of their points"]
     fn fur_grows_on_bodies_and_stays_outside() {
         type Make = fn() -> Body;
         let bodies: [(&str, Make); 5] = [
@@ -122,6 +124,7 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "slow: four scenes"]
     fn eyes_and_noses_are_bare() {
         for name in ["raccoon", "hamster", "cat", "polar-bear"] {
             let scene = scene(name, true).unwrap();

@@ -7,11 +7,11 @@ use crate::{Result, failure, save};
 use std::path::Path;
 use vellus_fit::Correlations;
 
-/// Writes `index.html`, `profile.png`, `slices.png` and `profile.csv` to a folder. `origin` says in the last line of
-/// the page how the fit was made, such as the command.
+/// Writes `index.html`, `profile.png`, `slices.png` and `profile.csv` to a folder. `origin` is the last line of the
+/// page: how the fit was made, such as the command.
 ///
 /// # Errors
-/// [`Error::Write`](crate::Error::Write), and what can go wrong with the pictures.
+/// [`Error::Write`](crate::Error::Write), and the errors of the pictures.
 pub fn write_report(summary: &Summary, folder: &Path, origin: &str) -> Result<()> {
     save(&Profiles(summary), &[folder.join("profile.png")])?;
     save(&Slices(summary), &[folder.join("slices.png")])?;

@@ -74,14 +74,15 @@ fn percent(x: f64) -> String {
 }
 
 impl Summary<'_> {
-    /// How much the fit explains. It can explain less than a constant does: not every model has constant profiles.
+    /// The share that the fit explains. It can explain less than a constant does: not every model has constant
+    /// profiles.
     fn explained(&self) -> String {
         let share = self.fit.explained.share;
         let much = if share > 0.0 { percent(share) } else { "nothing".to_owned() };
         format!("{much} of the variation of the logarithms")
     }
 
-    /// Why the fit says nothing about the fibre, if so.
+    /// Why the fit says nothing about the fibre, if it does not.
     pub fn no_fit(&self) -> Option<String> {
         let fit = self.fit;
         fit.no_fit.map(|why| format!("no fit: {why} (it explains {}, NRMSE {})", self.explained(), percent(fit.nrmse)))
@@ -136,7 +137,7 @@ impl Summary<'_> {
         warnings
     }
 
-    /// Names and values of what was fitted and how well.
+    /// Names and values of the fit's settings and its quality.
     pub fn lines(&self) -> Vec<(String, String)> {
         let (fit, profile) = (self.fit, self.profile);
         let [low, high] = profile.range();
@@ -189,7 +190,7 @@ impl Summary<'_> {
         ]
     }
 
-    /// A table for people.
+    /// A table for readers.
     pub fn table(&self) -> String {
         let mut rows = vec![["", "value", "± 1 s.e.", ""].map(str::to_owned).to_vec()];
         for e in &self.fit.estimates {
@@ -232,7 +233,7 @@ impl Summary<'_> {
         text
     }
 
-    /// The result for programs.
+    /// The result as JSON.
     pub fn json(&self) -> Value {
         let (fit, profile) = (self.fit, self.profile);
         let parameters: Map<String, Value> = fit

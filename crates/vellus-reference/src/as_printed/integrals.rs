@@ -70,9 +70,10 @@ const SHORT: f64 = 16.0;
 
 /// H₀ to H₃ over [0, 1], for λ ≥ 0 and `bb` = b² ≥ 0, to 1e-13.
 ///
-/// Where λ + b² ≤ 16 the recurrence starts with 0 for H₁₀₀. What that leaves out falls at least as the product
-/// of 16/k over every other k from 99 down to 5, to 1e-20. Rounding adds at most three units a step, those of the early steps
-/// damped alike: 1e-14. Elsewhere the integral over [0, ∞) less the one over [1, ∞), at most a 300th of it.
+/// Where λ + b² ≤ 16 the recurrence starts with 0 for H₁₀₀. The error of this start is at most the product of 16/k
+/// over every other k from 99 down to 5: 1e-20. Rounding adds at most three units per step, and the errors of early
+/// steps are damped alike: 1e-14. Elsewhere the integral over [1, ∞), at most a 300th of the result, is subtracted
+/// from the one over [0, ∞).
 fn moments(lambda: f64, bb: f64) -> [f64; 4] {
     let end = (-lambda - 0.5 * bb).exp();
     if lambda + bb <= SHORT {
@@ -99,9 +100,9 @@ fn moments(lambda: f64, bb: f64) -> [f64; 4] {
 
 /// H₀ to H₃ over [0, ∞), where λ + b² > 16.
 ///
-/// From λ = 1.5 b on by the quotients H_k/H_{k−1} = k/(λ + b² H_{k+1}/H_k), a continued fraction; begun with 0 at
-/// k = 200 it is off by exp(−2·1.5·√200) = 4e-19. Below, from the normal distribution upward, where the differences
-/// lose at most a digit.
+/// From λ = 1.5 b on, by the quotients H_k/H_{k−1} = k/(λ + b² H_{k+1}/H_k), a continued fraction. Started with 0 at
+/// k = 200, its error is exp(−2·1.5·√200) = 4e-19. Below, from the normal distribution upward, where the differences
+/// lose at most one digit.
 fn endless(lambda: f64, bb: f64) -> [f64; 4] {
     let b = bb.sqrt();
     if lambda >= 1.5 * b {
@@ -159,8 +160,8 @@ mod tests {
         [vec![f], vec![f, g], vec![f, g, d]]
     }
 
-    /// Slopes of the Gaussian's centre and of the absorption from 0 and 1e-8 to 1000, both signs, wherever a query can
-    /// be. The integrand is nowhere negative: its integral is that of its magnitude.
+    /// Slopes of the Gaussian's centre and of the absorption from 0 and 1e-8 to 1000, with both signs: all that a
+    /// query can have. The integrand is nowhere negative, so its integral is that of its magnitude.
     #[test]
     fn gaussians_match_quadrature() {
         let mut worst = 0.0f64;

@@ -67,7 +67,7 @@ impl<'t> AsPrinted<'t> {
         }
     }
 
-    /// Q, the scattered fraction of one pass. It is 0 beside the medulla, where s_m is 0.
+    /// Q, the scattered fraction of one pass. It is 0 for a path that misses the medulla, where s_m is 0.
     fn scattered_fraction(&self, theta_d: f64, node: &Node) -> f64 {
         -(-2.0 * node.s_m * f64::from(self.fiber.sigma_ms) / theta_d.cos()).exp_m1()
     }

@@ -1,8 +1,8 @@
-//! The model in f64: slow and obvious, and written independently of the fast code that it checks.
+//! The model in f64: slow and simple, and written independently of the fast code that it checks.
 //!
-//! The formulas are those of the paper with the departures listed in PAPER.md. None of the fast path's rearrangements
-//! are used: angles instead of sines, and the tables are interpolated and normalised for each query. Use this module
-//! in tests, and where a number must be right rather than quick.
+//! The formulas are those of the paper with the departures listed in PAPER.md. No rearrangement of the fast path is
+//! used: this code has angles instead of sines, and it interpolates and normalises the tables for each query. Use
+//! this module in tests, and where accuracy matters more than speed.
 //!
 //! Directions have the conventions of `vellus`: inclinations θ in radians from the normal plane, azimuths
 //! φ = φ_i − φ_o in radians, offsets h in [−1, 1]. Arrays of lobes are in the order R, TT, TRT, TTˢ, TRTˢ, rest.

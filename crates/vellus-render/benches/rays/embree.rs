@@ -1,5 +1,5 @@
-//! Intel Embree 4, loaded at run time: the yardstick. `VELLUS_EMBREE` names its library, e.g. that of the Python wheel
-//! `embreex`.
+//! Intel Embree 4, loaded at run time, for comparison. `VELLUS_EMBREE` names its library, e.g. that of the Python
+//! wheel `embreex`.
 #![allow(unsafe_code, reason = "a C library")]
 
 use libloading::{Library, Symbol};
@@ -9,7 +9,7 @@ use vellus_scene::{Basis, Strands};
 
 type Handle = *mut c_void;
 
-/// `RTCRayHit`, with room for what later versions add.
+/// `RTCRayHit`, with room for fields of later versions.
 #[repr(C, align(16))]
 struct RayHit {
     origin: [f32; 3],
@@ -49,18 +49,18 @@ impl RayHit {
     }
 }
 
-/// Strands in a scene of Embree's.
+/// Strands in an Embree scene.
 pub struct Embree {
-    /// Never unloaded: its threads live on.
+    /// Never unloaded, because Embree's threads continue to run.
     library: &'static Library,
     scene: Handle,
-    /// Shared with Embree, which reads sixteen bytes past their end.
+    /// Shared with Embree, which reads sixteen bytes past the end.
     _points: Vec<[f32; 4]>,
     _segments: Vec<u32>,
 }
 
 impl Embree {
-    /// `None`, and why, where the library is missing.
+    /// The error is the reason why the library cannot be used.
     pub fn new(strands: &Strands) -> Result<Self, String> {
         let path = std::env::var("VELLUS_EMBREE").unwrap_or_else(|_| "libembree4.so.4".to_owned());
         let mut points: Vec<[f32; 4]> = strands.points.iter().map(|p| p.to_array()).collect();
@@ -72,7 +72,7 @@ impl Embree {
         }
         let kind: u32 = if strands.basis == Basis::Linear { 16 } else { 32 };
         let count = segments.len();
-        // A sentinel beyond the end, as for the points.
+        // A sentinel after the end, as for the points.
         segments.push(0);
         // SAFETY: signatures are those of embree4/rtcore.h; the buffers outlive the scene and do not move.
         unsafe {
@@ -102,7 +102,7 @@ impl Embree {
         }
     }
 
-    /// Asks it for the distance of the first hit of each ray.
+    /// Computes the distance of the first hit of each ray.
     pub fn intersect(&self) -> impl Fn(&Ray) -> Option<f32> {
         // SAFETY: as above.
         let f: Symbol<unsafe extern "C" fn(Handle, *mut RayHit, *const c_void)> =
@@ -115,7 +115,7 @@ impl Embree {
         }
     }
 
-    /// Asks it whether anything is on a ray.
+    /// Tests whether each ray hits anything.
     pub fn occluded(&self) -> impl Fn(&Ray) -> bool {
         // SAFETY: as above; an RTCRay is the first part of an RTCRayHit.
         let f: Symbol<unsafe extern "C" fn(Handle, *mut RayHit, *const c_void)> =

@@ -1,10 +1,11 @@
-//! Rays a second through fur, one thread: `cargo bench -p vellus-render --bench rays -- [STRANDS …] [linear|bspline]`.
+//! Rays per second through fur, one thread: `cargo bench -p vellus-render --bench rays -- [STRANDS …]
+//! [linear|bspline]`.
 //!
-//! With `--features embree`, beside Embree on the same segments.
+//! With `--features embree`, compares with Embree on the same segments.
 //!
-//! A furry ball of radius 1, cubic B-splines of 20 segments. Primary rays come from a camera, bounce rays go from where
-//! those enter in any direction. Time is the thread's own on the processor; passes take turns, and of the ratios of
-//! five the median counts.
+//! The scene is a furry ball of radius 1 with cubic B-splines of 20 segments. Primary rays come from a camera. Bounce
+//! rays start where primary rays enter, in random directions. Times are processor times of the thread. The passes
+//! alternate, and the ratio is the median of five.
 
 #[cfg(feature = "embree")]
 mod embree;
@@ -60,14 +61,14 @@ fn ball(count: usize, basis: Basis, radius: f32) -> Strands {
     }
 }
 
-/// Millions of rays a second of this thread's processor time, in one pass.
+/// Millions of rays per second of this thread's processor time, in one pass.
 fn rate(rays: &[Ray], f: impl Fn(&Ray) -> bool) -> f64 {
     let start = time(ClockId::ThreadCPUTime);
     std::hint::black_box(rays.iter().filter(|ray| f(ray)).count());
     rays.len() as f64 / (time(ClockId::ThreadCPUTime) - start) * 1e-6
 }
 
-/// Seconds.
+/// Processor time of this thread, seconds.
 fn time(clock: ClockId) -> f64 {
     let time = clock_gettime(clock);
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
@@ -84,7 +85,7 @@ fn main() {
     for count in counts {
         let radius = if count > 50_000 { 0.0013 } else { 0.004 };
         for (name, basis) in [("linear", Basis::Linear), ("bspline", Basis::BSpline)] {
-            // Those named, or both.
+            // The named bases, or both.
             let others = std::env::args().any(|a| a == "linear" || a == "bspline");
             if others && std::env::args().all(|a| a != name) {
                 continue;
@@ -102,7 +103,7 @@ fn main() {
             let eye = Vec3::new(0.0, -12.0, 0.0);
             let primary: Vec<Ray> = (0..200_000)
                 .map(|i| {
-                    // Row by row, as a camera has them.
+                    // Row by row, as from a camera.
                     let (x, y) = ((i % 500) as f32 / 250.0 - 1.0, (i / 500) as f32 / 200.0 - 1.0);
                     Ray::new(eye, (Vec3::new(1.4 * x, 0.0, 1.4 * y) - eye).normalize())
                 })
@@ -133,7 +134,7 @@ fn main() {
     }
 }
 
-/// What we are measured against.
+/// The other ray tracer.
 #[cfg(not(feature = "embree"))]
 struct Yardstick;
 
@@ -148,7 +149,7 @@ impl Yardstick {
     }
 }
 
-/// What we are measured against.
+/// The other ray tracer.
 #[cfg(feature = "embree")]
 struct Yardstick(Result<embree::Embree, String>);
 
@@ -162,7 +163,7 @@ impl Yardstick {
         Yardstick(embree)
     }
 
-    /// Both figures, the ratio, and the share of rays on which both agree.
+    /// Both rates, their ratio, and the share of rays with the same result.
     fn beside(&self, curves: &Curves, name: &str, rays: &[Ray], ours: impl Fn() -> f64) -> String {
         let embree = match &self.0 {
             Ok(embree) => embree,

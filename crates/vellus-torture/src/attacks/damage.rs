@@ -1,4 +1,4 @@
-//! Films, checkpoints and finished frames with damage: refused or ignored, never taken for whole.
+//! Damaged films, checkpoints and finished frames: they must be refused or ignored, and never accepted.
 
 use super::{Attack, picture};
 use crate::material::LEANING;
@@ -9,12 +9,12 @@ use std::path::Path;
 use std::time::{Duration, SystemTime};
 
 const SCENE: &str = "hair-lock --small --size 16x12 --layers beauty,alpha";
-/// Samples of the picture that is gone on with.
+/// Samples of the picture that is resumed.
 const GOAL: &str = "--spp 600";
 const FRAMES: &str = "render lean.usda --size 16x12 --spp 4 --frames 1-2 --float --resume -o f.exr";
 const FRAME_FILES: [&str; 4] = ["f.0001.exr", "f.0001.png", "f.0002.exr", "f.0002.png"];
 
-/// Whole files, and the pictures they stand for.
+/// Undamaged files, and their pictures.
 struct Whole {
     film: Vec<u8>,
     merged: Picture,
@@ -53,7 +53,7 @@ fn prepare(trial: &mut Trial) -> Result<Option<Whole>, Stop> {
         format!("render {SCENE} --samples 0..4 -o a.exr"),
         "merge a.film --float -o merged.exr".to_owned(),
         format!("render {SCENE} {GOAL} --float -o whole.exr"),
-        // Ends by time, and leaves a checkpoint.
+        // Ends by time and leaves a checkpoint.
         format!("render {SCENE} {GOAL} --time 0.01s --float -o c.exr"),
         FRAMES.to_owned(),
     ];
@@ -71,7 +71,7 @@ fn prepare(trial: &mut Trial) -> Result<Option<Whole>, Stop> {
     }
     let checkpoint = trial.at("c.checkpoint");
     if !checkpoint.exists() {
-        trial.finding("no checkpoint after an end by --time", "");
+        trial.finding("no checkpoint after --time ended the run", "");
         return Ok(None);
     }
     Ok(Some(Whole {
@@ -83,14 +83,14 @@ fn prepare(trial: &mut Trial) -> Result<Option<Whole>, Stop> {
     }))
 }
 
-/// The scene of the frames, as old as that of all cases.
+/// Writes the scene of the frames, with the modification time that it has in all cases.
 fn scene(trial: &Trial) -> Result<(), Stop> {
     std::fs::write(trial.at("lean.usda"), LEANING)?;
     let file = std::fs::File::options().write(true).open(trial.at("lean.usda"))?;
     Ok(file.set_modified(SystemTime::UNIX_EPOCH + Duration::from_secs(1_700_000_000))?)
 }
 
-/// Writes a damaged copy. The text says what was done.
+/// Writes a damaged copy. The text describes the damage.
 fn damaged(trial: &mut Trial, whole: &[u8], path: &Path) -> Result<&'static str, Stop> {
     let mut bytes = whole.to_vec();
     let mut kind = "";
@@ -101,7 +101,7 @@ fn damaged(trial: &mut Trial, whole: &[u8], path: &Path) -> Result<&'static str,
     Ok(kind)
 }
 
-/// Exit code 0 stands for the right pixels.
+/// Exit code 0 requires the right pixels.
 fn right(trial: &mut Trial, path: &Path, expected: &Picture, what: &str, damage: &str) {
     match Picture::read(path) {
         Err(e) => {
@@ -137,7 +137,7 @@ fn checkpoint(trial: &mut Trial, whole: &Whole) -> Result<(), Stop> {
     Ok(())
 }
 
-/// One finished file of an animation is damaged. It is rendered once more, or the run is refused.
+/// Damages one finished file of an animation. It must be rendered again, or the run must be refused.
 fn frame(trial: &mut Trial, whole: &Whole) -> Result<(), Stop> {
     scene(trial)?;
     for (name, (bytes, _)) in FRAME_FILES.iter().zip(&whole.frames) {

@@ -1,4 +1,4 @@
-//! Disks without room: a limit on the size of files, and a small disk of its own where this program may mount one.
+//! Full disks: a limit on the size of files, and a small disk if this program may mount one.
 
 use super::{Attack, places, same, temporary_files};
 use crate::picture::Picture;
@@ -6,14 +6,14 @@ use crate::trial::{Stop, Trial};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Some 40 KB of pictures and 60 KB of checkpoint.
+/// About 40 KB of pictures and 60 KB of checkpoint.
 const SCENE: &str = "hair-lock --small --size 48x32 --spp 200 --float --layers beauty,alpha,variance";
 
 #[derive(Default)]
 pub struct Disk {
     /// The picture, and one with another seed.
     pictures: Option<[[Picture; 2]; 2]>,
-    /// Mounting was refused.
+    /// Whether mounting was refused.
     no_mount: bool,
 }
 
@@ -34,7 +34,7 @@ impl Attack for Disk {
             _ => {
                 let disk = trial.at("disk");
                 std::fs::create_dir_all(&disk)?;
-                // The command asks for room for two films of 147 KB and the pictures, 50 KB.
+                // The command asks for space for two films of 147 KB and the pictures, 50 KB.
                 let kilobytes = trial.dice.number(370..800);
                 let mounted = if self.no_mount { None } else { Mount::new(&disk, kilobytes)? };
                 match mounted {
@@ -49,7 +49,7 @@ impl Attack for Disk {
     }
 
     fn left_out(&self) -> Option<&'static str> {
-        self.no_mount.then_some("a small disk of its own: this user may not mount one")
+        self.no_mount.then_some("a small separate disk: this user may not mount one")
     }
 }
 
@@ -68,7 +68,7 @@ fn prepare(trial: &mut Trial) -> Result<Option<[[Picture; 2]; 2]>, Stop> {
     Ok(found.try_into().ok())
 }
 
-/// Files may not grow beyond some size.
+/// Runs with a limit on the size of files.
 fn limited(trial: &mut Trial, pictures: &[[Picture; 2]; 2]) -> Result<(), Stop> {
     let folder = trial.at("out");
     std::fs::create_dir_all(&folder)?;
@@ -78,12 +78,12 @@ fn limited(trial: &mut Trial, pictures: &[[Picture; 2]; 2]) -> Result<(), Stop> 
     resumed(trial, &folder, pictures, "after a limit on file sizes")
 }
 
-/// A disk with little room, some of it taken.
+/// Runs on a disk with little space, partly filled.
 fn full(trial: &mut Trial, pictures: &[[Picture; 2]; 2], mount: &Mount, kilobytes: usize) -> Result<(), Stop> {
     let before = older(trial, &mount.0)?;
     let filler = mount.0.join("filler");
     let taken = trial.dice.number(0..kilobytes);
-    // Where there is no room for all of it the disk is full: that is what it is for.
+    // The disk may become full while this file is written. That is intended.
     let fill = format!("head -c {} /dev/zero > \"$0\" 2> /dev/null", taken << 10);
     let mut filling = Command::new("/bin/sh");
     let later = trial.dice.chance(0.7);
@@ -106,7 +106,7 @@ fn full(trial: &mut Trial, pictures: &[[Picture; 2]; 2], mount: &Mount, kilobyte
     resumed(trial, &mount.0, pictures, &format!("after {what}"))
 }
 
-/// Sometimes there is a picture with another seed already.
+/// In some cases a picture with another seed already exists.
 fn older(trial: &mut Trial, folder: &Path) -> Result<bool, Stop> {
     let there = trial.dice.chance(0.5);
     Ok(there && trial.prepare(&render(trial, folder).arg("--seed").arg("1"))?)
@@ -117,7 +117,7 @@ fn render(trial: &Trial, folder: &Path) -> crate::child::Call {
     trial.vellus("render --checkpoint 0s -o").arg(folder.join("p.exr")).args(SCENE)
 }
 
-/// Renders where there may be no room: what there was is intact, or what is new is whole.
+/// Renders with too little space. The old files must be intact, or the new ones complete.
 fn attempt(
     trial: &mut Trial,
     folder: &Path,
@@ -157,7 +157,7 @@ fn attempt(
     Ok(())
 }
 
-/// With room again the picture is completed.
+/// With enough space again, the picture must be completed.
 fn resumed(trial: &mut Trial, folder: &Path, pictures: &[[Picture; 2]; 2], what: &str) -> Result<(), Stop> {
     let outcome = trial.run(&render(trial, folder).arg("--resume"))?;
     let what = format!("--resume {what}");

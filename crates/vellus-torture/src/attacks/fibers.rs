@@ -8,17 +8,17 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use vellus::{Bcsdf, Fiber, Lobe, Window};
 use wide::f32x8;
 
-/// How far a near field's weight may exceed 1: a dozen roundings of numbers near 1, 12·6e-8, rounded up.
+/// How much a near-field weight may exceed 1: a dozen roundings of numbers near 1, 12·6e-8, rounded up.
 const WEIGHT: f32 = 1e-6;
-/// How far a near field's energy may exceed 1, or miss it without absorption: six terms of at most eight roundings
-/// each, 6·8·6e-8 = 3e-6, and those of the exponentials.
+/// How much a near-field energy may exceed 1, or fall below 1 without absorption: six terms of at most eight
+/// roundings each, 6·8·6e-8 = 3e-6, and the roundings of the exponentials.
 const ENERGY: f32 = 5e-6;
-/// The same of a window, whose energies are sums over up to 64 Gauss points.
+/// The same bound for a window, whose energies are sums over up to 64 Gauss points.
 const WINDOW_ENERGY: f32 = 1e-4;
-/// Weights of windows: each channel of the scattered lobes is scaled to its energy by itself.
+/// The bound for weights of windows: each channel of the scattered lobes is scaled to its energy separately.
 const WINDOW_WEIGHT: f32 = 1.5;
 
-/// Fibres of one case.
+/// Fibres in one case.
 const FIBERS: usize = 200;
 
 pub struct Fibers;
@@ -45,7 +45,7 @@ impl Attack for Fibers {
     }
 }
 
-/// Where a fibre is looked at.
+/// One query: where the fibre is hit and in which directions.
 #[derive(Debug)]
 struct Hits {
     wo: [Vec3; 8],
@@ -67,7 +67,7 @@ impl Hits {
     }
 }
 
-/// A number in [0, 1), its ends now and then.
+/// A number in [0, 1), sometimes one of its ends.
 fn uniform(dice: &mut Dice) -> f32 {
     let largest = 1.0 - f32::EPSILON / 2.0;
     match dice.number(0..20) {
@@ -78,7 +78,7 @@ fn uniform(dice: &mut Dice) -> f32 {
     }
 }
 
-/// A unit vector, along the axis or close to it now and then.
+/// A unit vector, sometimes along the axis or close to it.
 fn direction(dice: &mut Dice) -> Vec3 {
     let theta = match dice.number(0..10) {
         0 => *dice.pick(&[-1.0, 1.0]) * std::f64::consts::FRAC_PI_2,
@@ -90,7 +90,7 @@ fn direction(dice: &mut Dice) -> Vec3 {
     Vec3::new(theta.sin() as f32, (theta.cos() * phi.cos()) as f32, (theta.cos() * phi.sin()) as f32)
 }
 
-/// An offset in [−1, 1], close to the silhouettes and the middle more often.
+/// An offset in [−1, 1], more often close to the silhouettes and the middle.
 fn offset(dice: &mut Dice) -> f32 {
     let sign = *dice.pick(&[-1.0f32, 1.0]);
     match dice.number(0..10) {
@@ -102,7 +102,7 @@ fn offset(dice: &mut Dice) -> f32 {
     }
 }
 
-/// A fibre of the whole valid space, its edges and the presets more often.
+/// A fibre of the whole valid space, more often at its limits or near a preset.
 fn fiber(dice: &mut Dice) -> Fiber {
     fn value(dice: &mut Dice, lo: f64, hi: f64) -> f32 {
         match dice.number(0..8) {
@@ -139,7 +139,7 @@ fn fiber(dice: &mut Dice) -> Fiber {
         fiber = fiber.without_absorption();
     }
     if dice.chance(0.3) {
-        // As most are: hair, or one colour.
+        // Like most fibres: hair, or one colour.
         fiber.eta = 1.55;
         fiber.sigma_ca = [fiber.sigma_ca[0]; 3];
         fiber.sigma_ma = [fiber.sigma_ma[0]; 3];
@@ -147,7 +147,7 @@ fn fiber(dice: &mut Dice) -> Fiber {
     fiber
 }
 
-/// What is wrong, and the numbers.
+/// A failure, and its numbers.
 type Wrong = (String, String);
 
 fn wrong<T>(kind: &str, detail: impl std::fmt::Debug) -> Result<T, Wrong> {
@@ -168,7 +168,7 @@ fn check(fiber: &Fiber, hits: &Hits) -> Result<(), Wrong> {
             Window::range(hits.h[i], hits.h[(i + 1) % 8]),
             Window::far(),
         ];
-        // All of the first, one of the others: windows take longer.
+        // The near field of every hit, and one of the four other windows, which take longer.
         for (k, window) in windows.into_iter().enumerate() {
             if k == 0 || k == 1 + i % 4 {
                 one(&bcsdf, fiber, hits, i, window, k == 0)?;
@@ -178,7 +178,7 @@ fn check(fiber: &Fiber, hits: &Hits) -> Result<(), Wrong> {
     eight(&bcsdf, hits)
 }
 
-/// One hit: energy, evaluation, density, sampling.
+/// Checks one hit: energy, evaluation, density, sampling.
 fn one(bcsdf: &Bcsdf, fiber: &Fiber, hits: &Hits, i: usize, window: Window, near: bool) -> Result<(), Wrong> {
     let hit = bcsdf.at(hits.wo[i], window);
     let field = if near { "near field" } else { "window" };
@@ -189,7 +189,7 @@ fn one(bcsdf: &Bcsdf, fiber: &Fiber, hits: &Hits, i: usize, window: Window, near
         return wrong(&format!("{field}: an energy is negative or not finite"), (i, window, energy));
     }
     if total.iter().any(|x| *x > 1.0 + tolerance) {
-        return wrong(&format!("{field}: more light leaves than comes"), (i, window, total));
+        return wrong(&format!("{field}: more light leaves than arrives"), (i, window, total));
     }
     if *fiber == fiber.without_absorption() && total.iter().any(|x| (x - 1.0).abs() > tolerance) {
         return wrong(&format!("{field}: a white fibre is not white"), (i, window, total));
@@ -211,7 +211,7 @@ fn one(bcsdf: &Bcsdf, fiber: &Fiber, hits: &Hits, i: usize, window: Window, near
         }
         let bound = if near { 1.0 + WEIGHT } else { WINDOW_WEIGHT };
         if s.weight.iter().any(|w| *w > bound) {
-            // Rare: numbers so close to the ends of [0, 1) are drawn once in ten million times.
+            // Rare: numbers so close to the ends of [0, 1) occur once in ten million draws.
             let end = hits.u[k].iter().any(|u| *u < 1e-7 || *u > 1.0 - 1e-7);
             let where_ = if end { " at an end of the unit interval" } else { "" };
             return wrong(&format!("{field}: a weight is too large{where_}"), (i, window, hits.u[k], s));
@@ -227,7 +227,7 @@ fn one(bcsdf: &Bcsdf, fiber: &Fiber, hits: &Hits, i: usize, window: Window, near
     Ok(())
 }
 
-/// Eight queries at once give what each gives by itself.
+/// Eight queries at once must give the results of eight single queries.
 fn eight(bcsdf: &Bcsdf, hits: &Hits) -> Result<(), Wrong> {
     let lanes = |v: [Vec3; 8]| [0, 1, 2].map(|k| f32x8::new(v.map(|v| v[k])));
     let hit = bcsdf.at8(lanes(hits.wo), f32x8::new(hits.h));
@@ -235,7 +235,7 @@ fn eight(bcsdf: &Bcsdf, hits: &Hits) -> Result<(), Wrong> {
     let samples = hit.sample8([0, 1, 2, 3].map(|k| f32x8::new(hits.u.map(|u| u[k]))));
     for i in 0..8 {
         let one = bcsdf.at(hits.wo[i], Window::near(hits.h[i]));
-        // What the tests of the crate ask for: other orders of the same operations.
+        // The tolerances of the crate's tests: the same operations in another order.
         let same = |a: f32, b: f32| (a - b).abs() <= 1e-5 * b.abs() + 1e-9;
         let (f, likely) = one.eval_pdf(hits.wi[i]);
         if !same(pdf.to_array()[i], likely) {

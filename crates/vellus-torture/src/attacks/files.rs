@@ -1,4 +1,4 @@
-//! Changed input files of every kind, and what is no file behind their names.
+//! Changed input files of every kind, and special files under their names.
 
 use super::Attack;
 use super::places::make_fifo;
@@ -12,16 +12,16 @@ use png::{BitDepth, ColorType};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Files of other programs to start from, where they are there: beside the repository.
+/// Sample files of other programs, if they exist beside the repository.
 const ASSETS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/assets");
-/// Larger ones take too long.
+/// Larger files take too long.
 const LARGEST_ASSET: u64 = 4 << 20;
 
 /// A file to change.
 struct Seed {
     bytes: Vec<u8>,
     extension: String,
-    /// It is changed as a text.
+    /// Whether it is changed as text.
     text: bool,
 }
 
@@ -55,7 +55,7 @@ impl Attack for Files {
     }
 }
 
-/// Files from here, from the command itself and from other programs.
+/// Files from this program, from the command and from other programs.
 fn seeds(trial: &mut Trial) -> Result<Vec<Seed>, Stop> {
     let mut seeds = Vec::new();
     let mut add = |extension: &str, bytes: Vec<u8>| {
@@ -116,7 +116,7 @@ fn assets() -> Vec<PathBuf> {
         path.extension().is_some_and(|e| ["usda", "usdc", "usdz", "hair", "tfx", "obj"].iter().any(|known| e == *known))
     };
     let mut paths: Vec<_> = small.map(|file| file.path()).filter(known).collect();
-    // The order of a folder's entries is not the same everywhere.
+    // The order of a folder's entries differs between systems.
     paths.sort();
     paths
 }
@@ -127,7 +127,7 @@ fn changed(seed: &Seed, seeds: &[Seed], dice: &mut Dice) -> Vec<u8> {
     }
     let mut bytes = seed.bytes.clone();
     if dice.chance(0.05) {
-        // The end of a file of another kind.
+        // Append the end of a file of another kind.
         let other = &dice.pick(seeds).bytes;
         bytes.truncate(dice.number(0..bytes.len()));
         bytes.extend(&other[dice.number(0..other.len())..]);
@@ -137,7 +137,7 @@ fn changed(seed: &Seed, seeds: &[Seed], dice: &mut Dice) -> Vec<u8> {
     bytes
 }
 
-/// Commands that read a file of that kind.
+/// Commands that read a file of this kind.
 fn commands(extension: &str) -> &'static [&'static str] {
     const SCENE: &[&str] = &[
         "groom info FILE",
@@ -171,10 +171,10 @@ fn commands(extension: &str) -> &'static [&'static str] {
     }
 }
 
-/// Gives the file to a command that reads such files.
+/// Passes the file to a command that reads such files.
 fn use_it(trial: &mut Trial, name: &str, what: &str) -> Result<(), Stop> {
     let extension = Path::new(name).extension().and_then(|e| e.to_str()).unwrap_or("").to_owned();
-    // Pictures are profiles as well.
+    // Pictures are valid profiles as well.
     let kind = if extension == "exr" && trial.dice.chance(0.25) { "npy" } else { &extension };
     let line = trial.dice.pick(commands(kind)).replace("FILE", name);
     std::fs::write(trial.at("lean.usda"), material::LEANING)?;
@@ -185,7 +185,7 @@ fn use_it(trial: &mut Trial, name: &str, what: &str) -> Result<(), Stop> {
 }
 
 fn judge(trial: &mut Trial, outcome: &Outcome, what: &str) {
-    // Memory is limited here: with more of it a huge file may be read.
+    // Memory is limited here. With more memory a huge file may be read.
     let codes: &[i32] = if outcome.stderr.contains("memory") { &[0, 2, 75] } else { &[0, 2] };
     if !trial.ended_with(outcome, codes, what) {
         return;
@@ -193,13 +193,13 @@ fn judge(trial: &mut Trial, outcome: &Outcome, what: &str) {
     if outcome.code == Some(2) && !outcome.stderr.contains("error") {
         trial.finding(format!("{what}: refused without an error message"), outcome.stderr.clone());
     }
-    // Echoed bytes can change what a terminal shows.
+    // Echoed control characters can change what a terminal shows.
     if outcome.stderr.chars().any(|c| c.is_control() && c != '\n' && c != '\t') {
         trial.finding("control characters of a file are echoed", format!("{:.600}", format!("{:?}", outcome.stderr)));
     }
     if outcome.stderr.len() > 16 << 10 {
         let detail = format!("{} bytes of messages", outcome.stderr.len());
-        trial.finding(format!("{what}: messages without end"), detail);
+        trial.finding(format!("{what}: messages that are too long"), detail);
     }
     let out = trial.at("out.exr");
     if outcome.code == Some(0) && out.exists() {
@@ -213,7 +213,7 @@ fn judge(trial: &mut Trial, outcome: &Outcome, what: &str) {
     }
 }
 
-/// A device, a folder, a pipe, a link to itself, a huge file behind the name of a file.
+/// Puts a device, a folder, a pipe, a link to itself or a huge file at the name of a file.
 fn special(trial: &mut Trial, extension: &str) -> Result<(), Stop> {
     let name = format!("special.{extension}");
     let path = trial.at(&name);
@@ -231,7 +231,7 @@ fn special(trial: &mut Trial, extension: &str) -> Result<(), Stop> {
             "a link to itself"
         }
         5 => {
-            // Holes take no room on the disk.
+            // A sparse file takes no space on the disk.
             std::fs::File::create(&path)?.set_len(6 << 30)?;
             "a file of 6 GiB of zeros"
         }
@@ -249,7 +249,7 @@ fn special(trial: &mut Trial, extension: &str) -> Result<(), Stop> {
     };
     let result = use_it(trial, &name, &format!("{what} as .{extension}"));
     if let Some(mut writer) = writer {
-        // It waits for a reader, where there was none.
+        // The writer waits for a reader if the command did not open the pipe.
         writer.kill()?;
         writer.wait()?;
     }
@@ -265,12 +265,12 @@ fn device(path: &Path, target: &'static str) -> Result<&'static str, Stop> {
 }
 
 fn feeder(pipe: &Path, source: &str) -> Result<std::process::Child, Stop> {
-    // `exec` alone opens the pipe in the shell, which is then the only process to end.
+    // `exec` alone opens the pipe in the shell, so only one process has to be ended.
     let script = format!("exec > \"$0\"; exec {source}");
     Ok(Command::new("/bin/sh").arg("-c").arg(script).arg(pipe).stdout(Stdio::null()).stderr(Stdio::null()).spawn()?)
 }
 
-/// Few lines that stand for many prims.
+/// A few lines that expand to many prims.
 fn fan_out(trial: &mut Trial) -> Result<(), Stop> {
     let levels = *trial.dice.pick(&[3, 7, 12]);
     std::fs::write(trial.at("fan.usda"), material::fan_out(levels))?;
@@ -279,7 +279,7 @@ fn fan_out(trial: &mut Trial) -> Result<(), Stop> {
     Ok(())
 }
 
-/// Brackets within brackets.
+/// Deeply nested brackets.
 fn nested(trial: &mut Trial) -> Result<(), Stop> {
     let depth = *trial.dice.pick(&[100, 10_000, 1_000_000]);
     let (name, text) = match trial.dice.number(0..5) {

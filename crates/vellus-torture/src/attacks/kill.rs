@@ -1,4 +1,4 @@
-//! Signals at random moments. What is resumed must end with the same pixels as a run that no one disturbed.
+//! Signals at random moments. A resumed run must end with the same pixels as an undisturbed run.
 
 use super::{Attack, picture, same, temporary_files};
 use crate::material::{LEANING, STRAIGHT};
@@ -7,10 +7,10 @@ use crate::trial::{Stop, Trial};
 use rustix::process::Signal;
 use std::time::{Duration, Instant};
 
-/// A render to disturb: a few tenths of a second of one core.
+/// A render to interrupt: a few tenths of a second on one core.
 struct Job {
     args: &'static str,
-    /// Pictures that it leaves; of a film, the one that is merged from it.
+    /// The pictures that it writes; for a film, the picture merged from it.
     pictures: &'static [&'static str],
     film: bool,
 }
@@ -32,7 +32,7 @@ const JOBS: [Job; 6] = [
     Job { args: "cat --small --size 24x16 --spp 200 --layers all", pictures: &["k.exr", "k.png"], film: false },
 ];
 
-/// What an undisturbed run left.
+/// The result of an undisturbed run.
 struct Undisturbed {
     pictures: Vec<Picture>,
     took: Duration,
@@ -49,7 +49,7 @@ impl Attack for Kill {
     }
 
     fn case(&mut self, trial: &mut Trial) -> Result<(), Stop> {
-        // The last grows a scene for a second, in which there is nothing to disturb.
+        // The last one grows a scene for a second first, and nothing can be interrupted there.
         let which = if trial.dice.chance(0.05) { JOBS.len() - 1 } else { trial.dice.number(0..JOBS.len() - 1) };
         let job = &JOBS[which];
         std::fs::write(trial.at("lean.usda"), LEANING)?;
@@ -65,7 +65,7 @@ impl Attack for Kill {
     }
 }
 
-/// The film's picture, where the job is one of films.
+/// Merges the film to a picture, if the job renders a film.
 fn merge(trial: &mut Trial, job: &Job) -> Result<bool, Stop> {
     Ok(!job.film || trial.prepare(&trial.vellus("merge k.film --allow-gaps --float -o merged.exr"))?)
 }
@@ -122,7 +122,7 @@ fn disturb(trial: &mut Trial, job: &Job, expected: &Undisturbed) -> Result<(), S
         }
         trial.kills += 1;
         if signal != Signal::KILL {
-            // Without a word it was ended before it watched for signals. There was nothing to keep.
+            // A run without a message ended before it watched for signals. It had nothing to keep.
             let early = outcome.signal == Some(signal.as_raw()) && outcome.stderr.is_empty();
             let code = 128 + signal.as_raw();
             if !early && trial.ended_with(&outcome, &[code], &format!("after {}", name(signal))) {
@@ -132,7 +132,7 @@ fn disturb(trial: &mut Trial, job: &Job, expected: &Undisturbed) -> Result<(), S
                 trial.finding(format!("a temporary file is left after {}", name(signal)), "");
             }
         }
-        // A killed program cannot clean up; these would hide what the next signal leaves.
+        // A killed program cannot clean up. Its temporary files would hide those that the next signal leaves.
         for path in temporary_files(&trial.folder)? {
             std::fs::remove_file(path)?;
         }
@@ -141,10 +141,10 @@ fn disturb(trial: &mut Trial, job: &Job, expected: &Undisturbed) -> Result<(), S
                 picture(trial, &trial.at(name), "half a file is left after a signal");
             }
         }
-        // An interrupted run of --samples leaves its checkpoint. Its samples do not begin at 0: that is a gap.
+        // An interrupted run of --samples leaves its checkpoint. Its samples do not start at 0, which is a gap.
         if job.film && trial.at("k.checkpoint").exists() {
             let outcome = trial.run(&trial.vellus("merge k.checkpoint --allow-gaps --float -o part.exr"))?;
-            trial.ended_with(&outcome, &[0], "merge of what an interrupted run left");
+            trial.ended_with(&outcome, &[0], "merge of the checkpoint of an interrupted run");
         }
     }
     if merge(trial, job)? {
@@ -155,17 +155,17 @@ fn disturb(trial: &mut Trial, job: &Job, expected: &Undisturbed) -> Result<(), S
     Ok(())
 }
 
-/// Are all outputs there? A signal that comes when all is done changes nothing.
+/// Whether all outputs exist. A signal after the end of the work changes nothing.
 fn complete(trial: &Trial, job: &Job) -> bool {
     if job.film { trial.at("k.film").exists() } else { job.pictures.iter().all(|name| trial.at(name).exists()) }
 }
 
-/// The message of an interrupted run names what is kept, or says that all files are as before.
+/// The message of an interrupted run must name the kept files, or state that no file was changed.
 fn named(trial: &mut Trial, stderr: &str) {
     let kept = ["k.checkpoint", "k.film"].iter().any(|name| trial.at(name).exists());
     let unchanged = stderr.contains("no file was changed");
     if kept && !unchanged && !["k.checkpoint", "k.film"].iter().any(|name| stderr.contains(name)) {
-        trial.finding("the message of an interrupted run does not name what is kept", stderr);
+        trial.finding("the message of an interrupted run does not name the kept files", stderr);
     }
 }
 

@@ -18,7 +18,7 @@ pub trait Attack {
     /// Its name on the command line.
     fn name(&self) -> &'static str;
 
-    /// Makes one case, with choices of the trial's dice alone.
+    /// Runs one case. All choices come from the trial's dice.
     fn case(&mut self, trial: &mut Trial) -> Result<(), Stop>;
 
     /// What it could not do on this machine.
@@ -27,7 +27,7 @@ pub trait Attack {
     }
 }
 
-/// All of them.
+/// All attacks.
 pub fn all() -> Vec<Box<dyn Attack>> {
     vec![
         Box::new(kill::Kill::default()),
@@ -40,7 +40,7 @@ pub fn all() -> Vec<Box<dyn Attack>> {
     ]
 }
 
-/// Reads a picture that must be there and whole.
+/// Reads a picture that must exist and be complete.
 fn picture(trial: &mut Trial, path: &Path, what: &str) -> Option<Picture> {
     match Picture::read(path) {
         Ok(picture) => Some(picture),
@@ -53,7 +53,7 @@ fn picture(trial: &mut Trial, path: &Path, what: &str) -> Option<Picture> {
     }
 }
 
-/// A picture must be the one that an undisturbed run makes.
+/// Compares a picture with that of an undisturbed run.
 fn same(trial: &mut Trial, path: &Path, expected: &Picture, what: &str) {
     if let Some(found) = picture(trial, path, what)
         && let Some(difference) = found.difference(expected)

@@ -1,4 +1,4 @@
-//! Commands with random options and values: done or refused, soon, and with a message.
+//! Commands with random options and values. Each must succeed, or be refused quickly with a message.
 
 use super::Attack;
 use crate::child::{Call, Outcome, Sink};
@@ -10,19 +10,19 @@ use std::ffi::OsString;
 use std::os::unix::ffi::OsStringExt;
 use std::time::Duration;
 
-/// Processor time within which nonsense is refused, seconds. Reading the arguments takes a hundredth of it.
+/// Processor time within which invalid input must be refused, seconds. Parsing the arguments takes a hundredth of it.
 const REFUSED_WITHIN: f64 = 2.0;
-/// Long work is ended after so long: it was accepted.
+/// A run that lasts this long was accepted. It is then ended.
 const ACCEPTED_AFTER: Duration = Duration::from_secs(1);
-/// Processor time in which the largest of the scenes tried is grown, seconds: three times what it takes on a core of
-/// its own.
+/// Processor time to grow the largest scene of this attack, seconds: three times the time on an idle core.
 const GROWN_WITHIN: u64 = 30;
-/// The largest machines have about as many cores; each thread costs some MB of address space.
+/// More threads than this are an error: large machines have about this many cores, and each thread takes some MB of
+/// address space.
 const MOST_THREADS: u64 = 1100;
-/// A message longer than this, in bytes, is no message.
+/// The largest acceptable length of a message, bytes.
 const LONGEST_MESSAGE: usize = 4096;
 
-/// Values that are wrong nearly everywhere. None is an absolute path: what is written stays in the case's folder.
+/// Values that are wrong for nearly every option. None is an absolute path: output stays in the case's folder.
 const VALUES: [&str; 68] = [
     "",
     " ",
@@ -94,7 +94,7 @@ const VALUES: [&str; 68] = [
     "all",
 ];
 
-/// Numbers, for options that take one.
+/// Numbers, for options that take a number.
 const NUMBERS: [&str; 20] = [
     "nan",
     "inf",
@@ -118,7 +118,7 @@ const NUMBERS: [&str; 20] = [
     "18446744073709551616",
 ];
 
-/// Values that are nearly right, for options whose value has a form.
+/// Values that are nearly right, for options with a structured value.
 const FORMS: [(&str, &[&str]); 6] = [
     ("A-B", &["-2147483648-2147483647", "1-9999999999", "5-1", "1-2x0", "1-2", "1--1", "2147483647-2147483647", "0-0"]),
     ("A..B", &["1..0", "0..1", "0..18446744073709551615", "18446744073709551614..18446744073709551615", "..", "-1..2"]),
@@ -134,7 +134,7 @@ const FORMS: [(&str, &[&str]); 6] = [
     (":", &["-1:1", "1:-1", "nan:nan", "0:0", "-2:2", "far", "near", "1e-30:2e-30", "-90:90"]),
 ];
 
-/// Names that mean something somewhere.
+/// Names that are valid for some option.
 const WORDS: [&str; 14] = [
     "cat",
     "raccoon",
@@ -152,7 +152,7 @@ const WORDS: [&str; 14] = [
     "table",
 ];
 
-/// Options that legitimately make a run long.
+/// Options that can make a run long.
 const LONG: [&str; 12] = [
     "--spp",
     "--photons",
@@ -168,17 +168,17 @@ const LONG: [&str; 12] = [
     "--quality",
 ];
 
-/// Options whose numbers stand for memory, threads or files.
+/// Options whose numbers set memory, threads or files.
 const COSTLY: [&str; 9] =
     ["--frames", "--threads", "--size", "--samples", "--segments", "--count", "--crop", "--pieces", "--step"];
 
 /// Options that are not tried: one connects to other machines, one renders for 75 seconds in any case.
 const LEFT_OUT: [&str; 3] = ["--tev", "--help", "--version"];
 
-/// A subcommand and what it takes.
+/// A subcommand and its options.
 struct Subcommand {
     path: String,
-    /// Options, and how the help calls their values.
+    /// Options, with the names of their values in the help.
     options: Vec<(String, String)>,
 }
 
@@ -199,7 +199,7 @@ impl Attack for Nonsense {
         std::fs::write(trial.at("lean.usda"), material::LEANING)?;
         std::fs::write(trial.at("mesh.obj"), material::MESH)?;
         std::fs::write(trial.at("profile.csv"), material::profile())?;
-        // Several commands share a folder, which costs more to make than most of them.
+        // Several commands share a folder, which takes longer to create than most commands run.
         for _ in 0..8 {
             trial.tried += 1;
             let call = command(trial, &self.subcommands);
@@ -209,7 +209,7 @@ impl Attack for Nonsense {
     }
 }
 
-/// All subcommands below one, from its help.
+/// Finds all subcommands of a command from its help.
 fn discover(trial: &mut Trial, path: &str, found: &mut Vec<Subcommand>) -> Result<(), Stop> {
     let help = trial.run(&trial.vellus(path).arg("--help"))?;
     trial.ended_with(&help, &[0], "--help");
@@ -223,7 +223,7 @@ fn discover(trial: &mut Trial, path: &str, found: &mut Vec<Subcommand>) -> Resul
         }
         let mut words = line.split_whitespace();
         let Some(first) = words.next() else { continue };
-        // Names are indented by two blanks; what is said about them further.
+        // Names are indented by two spaces; explanations by more.
         if in_commands && line.starts_with("  ") && !line.starts_with("   ") && first != "help" {
             children.push(first.to_owned());
         } else if first.starts_with('-') {
@@ -245,7 +245,7 @@ fn discover(trial: &mut Trial, path: &str, found: &mut Vec<Subcommand>) -> Resul
     Ok(())
 }
 
-/// Arguments that make a subcommand cheap.
+/// Arguments that make a subcommand quick.
 fn cheap(path: &str, dice: &mut Dice) -> &'static str {
     let lines: &[&str] = match path {
         "render" => &[
@@ -277,7 +277,7 @@ fn command(trial: &mut Trial, subcommands: &[Subcommand]) -> Call {
     let subcommand = render.filter(|_| trial.dice.chance(0.25)).unwrap_or_else(|| trial.dice.pick(subcommands));
     let mut line = cheap(&subcommand.path, &mut trial.dice);
     if subcommand.path == "render" && trial.dice.chance(0.05) {
-        // Large: what is wrong is told before it is grown.
+        // A large scene: the error must come before it is grown.
         line = "raccoon --size 8x8 --spp 1 --output o.png";
     }
     let mut args: Vec<OsString> = line.split_whitespace().map(OsString::from).collect();
@@ -295,7 +295,7 @@ fn command(trial: &mut Trial, subcommands: &[Subcommand]) -> Call {
             (*trial.dice.pick(&costly)).clone()
         };
         if let Some(at) = args.iter().position(|arg| *arg == *option) {
-            // Given twice it would be refused for that alone.
+            // A repeated option would be refused for that reason alone.
             args.drain(at..(at + 2).min(args.len()));
         }
         if form.is_empty() && trial.dice.chance(0.9) {
@@ -304,7 +304,7 @@ fn command(trial: &mut Trial, subcommands: &[Subcommand]) -> Call {
         }
         let given = formed(&form, &mut trial.dice);
         if trial.dice.chance(0.7) {
-            // With `=` also what begins with a dash is a value.
+            // With `=`, a value may also start with a dash.
             let mut joined = OsString::from(option + "=");
             joined.push(given);
             args.push(joined);
@@ -330,7 +330,7 @@ fn command(trial: &mut Trial, subcommands: &[Subcommand]) -> Call {
     call
 }
 
-/// A value that fits what the help calls it, more or less.
+/// A value that roughly fits the name of the value in the help.
 fn formed(form: &str, dice: &mut Dice) -> OsString {
     let forms = FORMS.iter().find(|(part, _)| form.contains(part));
     match (forms, dice.number(0..10)) {
@@ -349,7 +349,7 @@ fn value(dice: &mut Dice) -> OsString {
     }
 }
 
-/// May it go on for long, and be right? `experiment` and `table` do with hardly any argument.
+/// Whether a call may run long and still be correct, as `experiment` and `table` do with nearly any argument.
 fn may_be_long(call: &Call) -> bool {
     let first = call.args.first().and_then(|arg| arg.to_str()).unwrap_or("");
     let long = |arg: &OsString| LONG.iter().any(|option| arg.to_string_lossy().starts_with(option));
@@ -373,27 +373,27 @@ fn try_it(trial: &mut Trial, mut call: Call) -> Result<(), Stop> {
     if outcome.threads > MOST_THREADS {
         trial.finding(format!("{what}: too many threads"), format!("{} or more", outcome.threads));
     }
-    // 75: a picture that no disk has room for, threads that the system does not give.
+    // Exit code 75: no space for a picture on the disk, or no threads from the system.
     if trial.ended_with(&outcome, &[0, 2, 75], &what) && outcome.code == Some(2) && call.stderr == Sink::Read {
         message(trial, &outcome, &what);
     }
     Ok(())
 }
 
-/// What a refusal must be like.
+/// Checks the message of a refusal.
 fn message(trial: &mut Trial, outcome: &Outcome, what: &str) {
     let text = &outcome.stderr;
-    // A command that needs a subcommand lists them.
+    // A command without a required subcommand lists the subcommands.
     if !text.contains("error: ") && !text.contains("Usage: ") {
         trial.finding(format!("{what}: refused without an error message"), text.clone());
     }
-    // Usage errors repeat the argument, however long it is: one such line may be as long as the arguments are.
+    // Usage errors repeat the argument: one such line may be as long as the arguments.
     let errors: Vec<&str> = text.lines().filter(|line| line.starts_with("error: ")).collect();
     if errors.len() > 1 {
         trial.finding(format!("{what}: more than one error message"), text.clone());
     }
     if text.lines().map(|line| line.len().min(200)).sum::<usize>() > LONGEST_MESSAGE {
-        trial.finding(format!("{what}: a message without end"), format!("{} bytes", text.len()));
+        trial.finding(format!("{what}: a message that is too long"), format!("{} bytes", text.len()));
     }
     let cpu = outcome.cpu.as_secs_f64();
     if cpu > REFUSED_WITHIN {

@@ -1,4 +1,4 @@
-//! Outputs to places that are not plain files, standard streams that are full or closed, and file modes.
+//! Outputs to special files, standard streams that are full or closed, and file modes.
 
 use super::picture;
 use crate::child::{Call, Outcome, Sink};
@@ -8,7 +8,7 @@ use std::os::unix::fs::{FileTypeExt, MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Commands whose result goes to standard output.
+/// Commands that print their result to standard output.
 const TALKING: [&str; 7] = [
     "scene",
     "fiber list",
@@ -39,7 +39,7 @@ pub fn case(trial: &mut Trial) -> Result<(), Stop> {
     }
 }
 
-/// Standard output is full, closed or read by no one.
+/// Standard output is full, closed, or read by nobody.
 fn streams(trial: &mut Trial) -> Result<(), Stop> {
     let talks = trial.dice.chance(0.5);
     let line = *if talks { trial.dice.pick(&TALKING) } else { trial.dice.pick(&WRITING) };
@@ -50,7 +50,7 @@ fn streams(trial: &mut Trial) -> Result<(), Stop> {
         1 => (Sink::ClosedPipe, "a closed pipe"),
         _ => (Sink::Closed, "closed"),
     };
-    // What has no room fails; what has no reader need not.
+    // A full device is an error; a missing reader need not be.
     let codes: &[i32] = match (talks, name) {
         (true, "full") => &[75],
         _ => &[0, 2, 75],
@@ -68,7 +68,7 @@ fn streams(trial: &mut Trial) -> Result<(), Stop> {
     Ok(())
 }
 
-/// A command that writes one file, whose name is the last argument.
+/// A command that writes one file. Its name is the last argument.
 fn writer(trial: &mut Trial) -> (Call, &'static str) {
     let lines = [
         ("render hair-lock --small --size 8x6 --spp 1 -o", "png"),
@@ -81,7 +81,7 @@ fn writer(trial: &mut Trial) -> (Call, &'static str) {
     (trial.vellus(line), extension)
 }
 
-/// A full device: this program's own, or behind a link, so that one in /dev is never replaced.
+/// Output to a full device: this program's own, or one behind a link, so that a device in /dev is never replaced.
 fn device(trial: &mut Trial) -> Result<(), Stop> {
     let own = trial.at("full-device");
     let made = rustix::fs::mknodat(
@@ -96,7 +96,7 @@ fn device(trial: &mut Trial) -> Result<(), Stop> {
     if made.is_ok() && trial.dice.chance(0.5) {
         std::fs::rename(&own, trial.at(&name))?;
     } else {
-        // Those who may not make a device may not replace one in /dev either.
+        // A user who may not create a device may not replace one in /dev either.
         let target = if made.is_ok() { own } else { PathBuf::from("/dev/full") };
         std::os::unix::fs::symlink(target, trial.at(&name))?;
     }
@@ -109,7 +109,7 @@ fn device(trial: &mut Trial) -> Result<(), Stop> {
     Ok(())
 }
 
-/// A link to a file: the file is written, the link stays.
+/// Output to a link to a file: the file must be written, and the link must remain.
 fn link(trial: &mut Trial) -> Result<(), Stop> {
     let (call, extension) = writer(trial);
     let (name, target) = (format!("link.{extension}"), format!("elsewhere/target.{extension}"));
@@ -130,7 +130,7 @@ fn link(trial: &mut Trial) -> Result<(), Stop> {
     Ok(())
 }
 
-/// A pipe with a name: its reader gets all.
+/// Output to a named pipe: its reader must get everything.
 fn fifo(trial: &mut Trial) -> Result<(), Stop> {
     let (call, extension) = writer(trial);
     let name = format!("pipe.{extension}");
@@ -140,26 +140,26 @@ fn fifo(trial: &mut Trial) -> Result<(), Stop> {
     let outcome = trial.run(&call.arg(&name))?;
     let still = std::fs::symlink_metadata(&path).is_ok_and(|m| m.file_type().is_fifo());
     if !still {
-        trial.finding("output replaces a pipe with a name", name.clone());
+        trial.finding("output replaces a named pipe", name.clone());
     }
     if outcome.code != Some(0) || !still {
         // The reader may still wait for a writer.
         reader.kill()?;
     }
     let read = reader.wait_with_output()?.stdout;
-    if trial.ended_with(&outcome, &[0], "output to a pipe with a name") && still && read.is_empty() {
-        trial.finding("the reader of a pipe with a name gets nothing", name);
+    if trial.ended_with(&outcome, &[0], "output to a named pipe") && still && read.is_empty() {
+        trial.finding("the reader of a named pipe gets nothing", name);
     }
     Ok(())
 }
 
-/// Makes a pipe with a name.
+/// Creates a named pipe.
 pub fn make_fifo(path: &Path) -> Result<(), Stop> {
     let made = rustix::fs::mknodat(rustix::fs::CWD, path, FileType::Fifo, Mode::from_raw_mode(0o600), 0);
     Ok(made.map_err(std::io::Error::from)?)
 }
 
-/// The mode of a file that is replaced stays.
+/// A file that is replaced must keep its mode.
 fn mode(trial: &mut Trial) -> Result<(), Stop> {
     let (call, extension) = writer(trial);
     let name = format!("kept.{extension}");
@@ -167,10 +167,10 @@ fn mode(trial: &mut Trial) -> Result<(), Stop> {
     std::fs::write(trial.at(&name), "old")?;
     std::fs::set_permissions(trial.at(&name), std::fs::Permissions::from_mode(mode))?;
     let outcome = trial.run(&call.arg(&name))?;
-    written_with(trial, &outcome, &name, mode, "the mode of a file that is replaced changes")
+    written_with(trial, &outcome, &name, mode, "the mode of a replaced file changes")
 }
 
-/// The mode of a new file is what the umask leaves.
+/// A new file must have the mode that the umask allows.
 fn umask(trial: &mut Trial) -> Result<(), Stop> {
     let (mut call, extension) = writer(trial);
     let name = format!("new.{extension}");

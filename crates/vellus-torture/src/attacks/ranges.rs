@@ -1,4 +1,5 @@
-//! A picture in parts: any division makes the same pixels, and what does not belong together is refused.
+//! A picture in parts: every division must give the same pixels, and parts that do not belong together must be
+//! refused.
 
 use super::{Attack, picture, same};
 use crate::material::{LEANING, lit_by, png};
@@ -6,7 +7,7 @@ use crate::picture::Picture;
 use crate::trial::{Stop, Trial};
 use ::png::{BitDepth, ColorType};
 
-/// Samples of the whole picture.
+/// Samples of the complete picture.
 const SAMPLES: usize = 24;
 
 const SCENES: [&str; 4] = [
@@ -42,7 +43,7 @@ impl Attack for Ranges {
     }
 }
 
-/// Scenes in the case's folder, and the same in another.
+/// Writes the scenes to the case's folder, and copies of them to another.
 fn inputs(trial: &Trial) -> Result<(), Stop> {
     std::fs::create_dir_all(trial.at("copy"))?;
     for folder in [trial.folder.clone(), trial.at("copy")] {
@@ -54,7 +55,7 @@ fn inputs(trial: &Trial) -> Result<(), Stop> {
 }
 
 fn divide(trial: &mut Trial, scene: &str, whole: &Picture) -> Result<(), Stop> {
-    // Cuts between 0 and all.
+    // Cuts between 0 and the number of samples.
     let mut cuts: Vec<usize> = (1..SAMPLES).collect();
     trial.dice.shuffle(&mut cuts);
     cuts.truncate(trial.dice.number(1..6));
@@ -62,7 +63,7 @@ fn divide(trial: &mut Trial, scene: &str, whole: &Picture) -> Result<(), Stop> {
     cuts.sort_unstable();
     let (mut films, mut respelled) = (Vec::new(), false);
     for (i, ends) in cuts.windows(2).enumerate() {
-        // The same file by another path, and by its copy.
+        // The same file by another path, and a copy of it.
         let spelled = match trial.dice.number(0..8) {
             _ if scene.starts_with("hair-lock") => scene.to_owned(),
             0 => format!("./{scene}"),
@@ -118,7 +119,7 @@ fn divide(trial: &mut Trial, scene: &str, whole: &Picture) -> Result<(), Stop> {
     }
 }
 
-/// Samples of a scene as a film.
+/// Renders samples of a scene to a film.
 fn render(
     trial: &mut Trial,
     scene: &str,
@@ -152,7 +153,7 @@ fn refused(trial: &mut Trial, films: &[String], what: &str) -> Result<(), Stop> 
     Ok(())
 }
 
-/// A part of a picture with one other option.
+/// Merges a part of a picture with another option.
 fn foreign(trial: &mut Trial, scene: &str, mut films: Vec<String>) -> Result<(), Stop> {
     let more: &[&str] = match trial.dice.number(0..4) {
         0 => &["--seed", "99"],
@@ -166,10 +167,10 @@ fn foreign(trial: &mut Trial, scene: &str, mut films: Vec<String>) -> Result<(),
     refused(trial, &films, &format!("merge with a part of another {}", &more[0][2..]))
 }
 
-/// A part of the same files after one of them changed.
+/// Merges a part of the same files after a change of one file.
 fn changed(trial: &mut Trial, scene: &str, mut films: Vec<String>) -> Result<(), Stop> {
     let what = if scene.starts_with("lit") {
-        // Only the texture.
+        // Only the texture changes.
         std::fs::write(trial.at("sky.png"), png(ColorType::Rgb, BitDepth::Eight, 200)?)?;
         "merge with a part rendered after a texture changed"
     } else if scene.starts_with("lean") {

@@ -1,16 +1,16 @@
-//! What several tests need.
+//! Code that several tests share.
 #![allow(dead_code, reason = "not every test needs all of it")]
 
 use std::path::{Path, PathBuf};
 use vellus_scene::Scene;
 use vellus_usd::{Error, Options, Warning};
 
-/// The scene and the warnings of a file.
+/// Reads the scene and the warnings of a file.
 pub fn read(file: &Path, options: &Options) -> Result<(Scene, Vec<Warning>), Error> {
     vellus_usd::read(file, options).map(|reading| (reading.scene, reading.warnings))
 }
 
-/// A stage of one layer.
+/// Reads a stage of one layer.
 pub fn read_text(body: &str, options: &Options) -> Result<(Scene, Vec<Warning>), Error> {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("stage.usda");
@@ -18,16 +18,16 @@ pub fn read_text(body: &str, options: &Options) -> Result<(Scene, Vec<Warning>),
     read(&file, options)
 }
 
-/// Options with a width for curves that have none.
+/// Options with a width for curves without one.
 pub fn with_width(width: f32) -> Options {
     Options { default_width: Some(width), ..Options::default() }
 }
 
-/// Sample data, which is not part of the project: `None`, said once, where it is absent.
+/// Sample data, which is not part of the project. If it is missing, prints that and returns `None`.
 pub fn sample(name: &str) -> Option<PathBuf> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/assets").join(name);
     if !file.exists() {
-        eprintln!("skipped: the sample {name} is not there");
+        eprintln!("skipped: the sample {name} is missing");
         return None;
     }
     Some(file)

@@ -5,9 +5,9 @@
 //! cargo run --release -p vellus --example worst_case -- far-scattered --fibers 5000
 //! ```
 //!
-//! Each quantity is measured at random points of the parameter space. The best of these, by the error relative to the
-//! lobes concerned and by the error relative to all light, are where climbs start. What comes out is measured again
-//! with a finer integration, and once more with a still finer one, to show that the integration has converged.
+//! Each quantity is measured at random points of the parameter space. The best of these points, by the error relative
+//! to the lobes concerned and by the error relative to all light, are the starts of climbs. The results are measured
+//! again with a finer integration, and with a still finer one, to show that the integration has converged.
 //!
 //! Options: `--fibers N` random points, `--starts N` climbs for each kind of error, `--steps N` of each climb, `--seed
 //! N`. A part of the space: `--eta LOW:HIGH`, `--beta-n LOW:HIGH` and `--theta-o LOW:HIGH` in degrees, `--g LOW:HIGH`,
@@ -24,7 +24,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 use vellus::{Fiber, Species, TableData, Tables, grid};
 
-/// What is searched.
+/// The quantities to search.
 struct Quantity {
     name: &'static str,
     what: &'static str,
@@ -87,7 +87,7 @@ struct Options {
     limits: Limits,
 }
 
-/// One number of an error.
+/// A number of an error.
 type Measure = fn(&Error) -> f64;
 
 /// Reads a whole number.
@@ -138,7 +138,7 @@ fn percent(values: [f64; 4]) -> String {
 fn search(tables: &TableData, quantity: &Quantity, options: &Options) {
     let start = Instant::now();
     let case = |x: &Point| Case::at(x, quantity.offsets, options.limits.grey);
-    // Outside the limits nothing is wrong.
+    // Points outside the limits have no error.
     let measure = |x: &Point, effort| {
         let case = case(x);
         if options.limits.hold(&case) { (quantity.error)(tables, &case, effort) } else { Error::default() }
@@ -204,7 +204,7 @@ fn tables_at_the_axis(tables: &TableData) {
     println!("  worst at τ {:.4}, g {:.4}", worst.1, worst.2);
 }
 
-/// The far field of the ten presets at four inclinations, grey as measured and with the cortex of three colours.
+/// The far field of the ten presets at four inclinations, grey as measured, and with three colours of the cortex.
 fn presets(tables: &TableData) {
     println!("presets: far field at θ_o = 0°, 30°, 60°, 80°, L1 of R + TT + TRT, and of TTs + TRTs");
     for colour in [None, Some([0.2, 0.4, 0.8]), Some([0.5, 1.0, 3.0])] {

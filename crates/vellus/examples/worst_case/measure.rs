@@ -6,12 +6,12 @@ use std::f64::consts::{PI, TAU};
 use vellus::{Bcsdf, Hit, TableData, Window};
 use vellus_reference::exact::{Exact, Profile};
 
-/// How finely the f64 model is integrated.
+/// The resolution of the integration of the f64 model.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
-    /// Offsets of the lobes that are not scattered.
+    /// Offsets of the unscattered lobes.
     pub paths: usize,
-    /// Azimuths for a standard deviation of the narrowest lobe.
+    /// Azimuths per standard deviation of the narrowest lobe.
     pub per_sigma: f64,
     /// Offsets of the scattered lobes.
     pub points: usize,
@@ -20,13 +20,13 @@ pub struct Effort {
 impl Effort {
     /// For the search.
     pub const SEARCH: Effort = Effort { paths: 8000, per_sigma: 4.0, points: 96 };
-    /// For the numbers that are printed.
+    /// For the printed numbers.
     pub const FINAL: Effort = Effort { paths: 40_000, per_sigma: 10.0, points: 400 };
-    /// To see that those have converged.
+    /// To show that the printed numbers have converged.
     pub const CHECK: Effort = Effort { paths: 160_000, per_sigma: 20.0, points: 1600 };
 }
 
-/// The error of some lobes, of the worst of the three channels.
+/// The error of some lobes, for the worst of the three channels.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Error {
     /// Relative to the light of those lobes.
@@ -35,14 +35,14 @@ pub struct Error {
     pub of_all: f64,
 }
 
-/// Lobes with a smaller share of all light than this are not asked for their relative error.
+/// The relative error of lobes with a smaller share of all light than this is not measured.
 pub const LEAST_SHARE: f64 = 0.01;
 
-/// A channel of which less than this of the incident light leaves the fibre is black, and is not asked.
+/// A channel is black, and not measured, if less than this share of the incident light leaves the fibre.
 pub const BLACK: f64 = 0.01;
 
 impl Error {
-    /// From the error, the light of the lobes and of all lobes, of one channel.
+    /// From the error, the light of the lobes and the light of all lobes, in one channel.
     fn new(error: f64, light: f64, all: f64) -> Error {
         if all < BLACK {
             return Error::default();
@@ -61,14 +61,14 @@ fn direction(theta: f64, phi: f64) -> Vec3 {
     Vec3::new(theta.sin() as f32, (theta.cos() * phi.cos()) as f32, (theta.cos() * phi.sin()) as f32)
 }
 
-/// Runs `f` with the fast path's hit and the f64 model of a case.
+/// Runs `f` with the hit of the fast path and the f64 model of a case.
 fn with<R>(tables: &TableData, case: &Case, f: impl FnOnce(&Hit, &Exact) -> R) -> Option<R> {
     let bcsdf = Bcsdf::new(&case.fiber).ok()?;
     let oracle = Exact::new(&case.fiber, tables).ok()?;
     Some(bcsdf.with_hit(direction(case.theta_o, 0.0), case.window(), |hit| f(hit, &oracle)))
 }
 
-/// L1 distance of profiles of the lobes in `lobes`, against `exact` at equidistant azimuths from −π.
+/// L1 distance of the profiles of `lobes` from `exact`, at equidistant azimuths from −π.
 fn distance(hit: &Hit, lobes: std::ops::Range<usize>, azimuths: usize, exact: impl Fn(usize, usize) -> f64) -> Error {
     let (mut error, mut light) = ([0.0; 3], [0.0; 3]);
     let step = TAU / azimuths as f64;
@@ -152,7 +152,7 @@ pub fn near(tables: &TableData, case: &Case, directions: usize) -> Error {
     };
     let wo = direction(case.theta_o, 0.0);
     let hit = bcsdf.at(wo, Window::near(case.window[0] as f32));
-    // The f64 model gets the very numbers that the fast path gets.
+    // The f64 model gets the same numbers as the fast path.
     let inclination = |w: Vec3| f64::from(w.x).atan2(f64::from(w.y).hypot(w.z.into()));
     let exact = oracle.at(inclination(wo), case.window[0]);
     let mut random = crate::search::Random::new(1);
@@ -181,8 +181,8 @@ pub fn near(tables: &TableData, case: &Case, directions: usize) -> Error {
     worst
 }
 
-/// C^N at h″ = 0, where it is symmetric in the azimuth: how much light would have to move for that, relative to all of
-/// it, and the median over azimuths of the ratio of the larger to the smaller of two mirrored values.
+/// C^N at h″ = 0, where it should be symmetric in the azimuth: the share of the light that would have to move for
+/// symmetry, and the median over azimuths of the ratio of the larger to the smaller of two mirrored values.
 pub fn asymmetry(tables: &TableData, tau: f64, g: f64) -> [f64; 2] {
     let profile = Profile::azimuthal(tables, tau, g, 0.0);
     let n = 720;

@@ -1,8 +1,8 @@
-//! Random search, and a climb from its best points.
+//! Random search, and climbs from the best points.
 
 use crate::space::{DIMENSIONS, Point};
 
-/// A small generator (SplitMix64).
+/// A small random number generator (SplitMix64).
 pub struct Random(u64);
 
 impl Random {
@@ -29,8 +29,8 @@ impl Random {
     }
 }
 
-/// Climbs from `start` in so many `steps`: random moves of about a third of the coordinates, whose length grows where
-/// they succeed and shrinks where they fail (a (1 + 1) evolution strategy).
+/// Climbs from `start` in `steps` steps: random moves of about a third of the coordinates. Their length grows after a
+/// success and shrinks after a failure (a (1 + 1) evolution strategy).
 pub fn climb(start: Point, value: f64, steps: usize, random: &mut Random, f: impl Fn(&Point) -> f64) -> (Point, f64) {
     let (mut best, mut most, mut length) = (start, value, 0.1f64);
     for _ in 0..steps {
@@ -38,7 +38,7 @@ pub fn climb(start: Point, value: f64, steps: usize, random: &mut Random, f: imp
         let certain = (random.uniform() * DIMENSIONS as f64) as usize;
         for (k, x) in next.iter_mut().enumerate() {
             if k == certain || random.uniform() < 0.3 {
-                // What leaves the cube is reflected.
+                // Moves out of the cube are reflected.
                 let moved = (*x + length * random.normal()).abs() % 2.0;
                 *x = if moved > 1.0 { 2.0 - moved } else { moved };
             }

@@ -1,4 +1,4 @@
-//! The space that is searched: every valid fibre, inclination, offset and window, as points of a unit cube.
+//! The searched space: every valid fibre, inclination, offset and window, as points of a unit cube.
 
 use vellus::{Fiber, Window};
 
@@ -8,7 +8,7 @@ pub const DIMENSIONS: usize = 17;
 /// A point of the unit cube.
 pub type Point = [f64; DIMENSIONS];
 
-/// What one query is about.
+/// One query.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
     pub fiber: Fiber,
@@ -26,7 +26,7 @@ pub struct Limits {
     pub beta_n: [f64; 2],
     pub g: [f64; 2],
     pub theta_o: [f64; 2],
-    /// Is absorption the same in all channels?
+    /// Whether absorption is the same in all channels.
     pub grey: bool,
 }
 
@@ -35,7 +35,7 @@ impl Limits {
     pub const NONE: Limits =
         Limits { eta: [1.0, 3.0], beta_n: [0.0, 91.0], g: [0.0, 1.0], theta_o: [0.0, 90.0], grey: false };
 
-    /// Is the case in this part?
+    /// Whether the case is in this part.
     pub fn hold(&self, case: &Case) -> bool {
         let within = |value: f64, [low, high]: [f64; 2]| low <= value && value <= high;
         within(case.fiber.eta.into(), self.eta)
@@ -45,12 +45,12 @@ impl Limits {
     }
 }
 
-/// Which offsets a hit stands for.
+/// The offsets that a hit represents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Offsets {
     /// The whole width.
     Far,
-    /// Any window. One in four begins at the axis and is half the width.
+    /// Any window. One in four starts at the axis and is half of the width.
     Window,
     /// One offset: the middle of `window`.
     Near,
@@ -71,7 +71,7 @@ impl Case {
     pub fn at(x: &Point, offsets: Offsets, grey: bool) -> Case {
         let channels = |k: usize| [0, 1, 2].map(|c| sigma(x[if grey { k } else { k + c }]));
         let fiber = Fiber {
-            // Quadratic and cubic where small values are the difficult ones.
+            // Quadratic and cubic where small values are difficult.
             eta: (1.0 + 2.0 * x[0] * x[0]) as f32,
             kappa: (0.99 * x[1]) as f32,
             alpha: ((90.0 * x[2] - 45.0) as f32).to_radians(),
@@ -80,7 +80,7 @@ impl Case {
             sigma_ca: channels(5),
             sigma_ms: sigma(x[8]),
             sigma_ma: channels(9),
-            // Uniform in ln(1 − g), as the tables are.
+            // Uniform in ln(1 − g), like the tables.
             g: (1.0 - 0.05f64.powf(x[12])).min(0.95) as f32,
             layers: (20.0 * x[13].powi(3)) as f32,
         };
@@ -100,7 +100,7 @@ impl Case {
         Case { fiber, theta_o, window: window.map(|h| f64::from(h as f32)) }
     }
 
-    /// The window that the fast path gets.
+    /// The window for the fast path.
     pub fn window(&self) -> Window {
         Window::range(self.window[0] as f32, self.window[1] as f32)
     }

@@ -6,16 +6,16 @@ use crate::simd::lanes::{Lanes, Quad};
 use crate::simd::special;
 use std::f32::consts::{PI, TAU};
 
-/// Widths of the lobes, prepared once a fibre.
+/// Widths of the lobes, prepared once per fibre.
 #[derive(Clone, Debug)]
 pub(crate) struct Azimuthal {
     pub sigma: [f32; 3],
     pub inverse_sigma: [f32; 3],
-    /// −1/(2σ²), and 0 for the rest: its every image is 1.
+    /// −1/(2σ²), and 0 for the rest, whose images are all 1.
     exponent: [f32; 4],
-    /// 1/(σ√2π), and 1/2π over the number of images summed.
+    /// 1/(σ√2π); for the rest, 1/2π over the number of images summed.
     norm: [f32; 4],
-    /// Pairs of further images of the Gaussian that are summed: 0, 1 or 2.
+    /// Pairs of further images of the Gaussian in the sum: 0, 1 or 2.
     images: u8,
 }
 
@@ -24,9 +24,9 @@ impl Azimuthal {
     #[doc(alias = "Eq. 16")]
     pub fn new(fiber: &Fiber) -> Self {
         let sigma = [1.0f32, 2.0, 3.0].map(|k| fiber.beta_n * k.sqrt());
-        // What lies beyond the last image summed: nothing over e^(−16.3), one rounding, of the peak for 0
-        // images (|d| ≥ π, σ ≤ 0.55), and e^(−23) for 1 (|d| ≥ 3π, σ ≤ 1.39). With 2 images and the
-        // widest lobe allowed (σ = 2.72, |d| ≥ 5π) it is e^(−16).
+        // The omitted images are at most e^(−16.3) of the peak, one rounding, for 0 pairs (|d| ≥ π, σ ≤ 0.55), and
+        // e^(−23) for 1 (|d| ≥ 3π, σ ≤ 1.39). With 2 pairs and the widest allowed lobe (σ = 2.72, |d| ≥ 5π) they are
+        // e^(−16).
         let widest = sigma[2];
         let images = if widest < 0.55 {
             0
@@ -46,7 +46,7 @@ impl Azimuthal {
         }
     }
 
-    /// D_p(φ) of R, TT, TRT, rest around their centres; densities per radian.
+    /// D_p(φ) of R, TT, TRT and the rest around their centres, densities per radian.
     #[doc(alias = "Eq. 7")]
     #[inline(always)]
     pub fn eval<V: Lanes>(&self, centres: V::Quad, phi: V) -> V::Quad {
@@ -62,15 +62,15 @@ impl Azimuthal {
         sum * V::Quad::constant(self.norm)
     }
 
-    /// Draws φ of lobe `p`; any turn of the circle.
+    /// Draws φ of lobe `p`, on any turn of the circle.
     pub fn sample(&self, centre: f32, p: usize, u: f32) -> f32 {
         centre + self.sigma[p] * special::normal_quantile(u)
     }
 }
 
-/// 1.5·2²³: adding and subtracting it rounds to an integer. Angles here are a few turns at most.
+/// 1.5·2²³: adding and subtracting it rounds to an integer. Angles here are at most a few turns.
 const ROUND: f32 = 12_582_912.0;
-/// 2π in two parts, the first exact in a product with a small integer.
+/// 2π in two parts. The product of the first with a small integer is exact.
 const TAU_HI: f32 = 6.281_25;
 const TAU_LO: f32 = 1.935_307_2e-3;
 
@@ -92,7 +92,7 @@ fn wrap_quad<V: Lanes>(x: V::Quad) -> V::Quad {
 mod tests {
     use super::*;
 
-    /// dφ/du · D(φ) = 1 for lobes too narrow for a second image, by finite differences.
+    /// dφ/du · D(φ) = 1 for lobes too narrow for a second image, tested by finite differences.
     #[test]
     fn pdf_is_jacobian_of_sample() {
         let lobes = Azimuthal::new(&Fiber { beta_n: 0.2, ..Fiber::hair() });
@@ -103,14 +103,15 @@ mod tests {
                 let slope =
                     (lobes.sample(centres[p], p, u + step) - lobes.sample(centres[p], p, u - step)) / (2.0 * step);
                 let density = lobes.eval::<f32>(Quad::new(centres), lobes.sample(centres[p], p, u)).array()[p];
-                // Central differences err by x‴/x′·step²/6, and x‴/x′ < 6/u² at the distance u from either end.
+                // Central differences have the error x‴/x′·step²/6, and x‴/x′ < 6/u² at the distance u from either
+                // end.
                 let tolerance = 1e-3 + (step / u.min(1.0 - u)).powi(2);
                 assert!((slope * density - 1.0).abs() < tolerance, "lobe {p} u {u}: {}", slope * density);
             }
         }
     }
 
-    /// However wide the lobe is, it integrates to 1 on the circle.
+    /// A lobe of any width integrates to 1 on the circle.
     #[test]
     fn wrapped_lobes_integrate_to_one() {
         for degrees in [0.1f32, 5.0, 17.5, 18.5, 45.0, 47.0, 90.0] {
@@ -123,7 +124,7 @@ mod tests {
                 (0..4).for_each(|p| sum[p] += f64::from(values[p] * TAU) / f64::from(n));
             }
             for p in 0..4 {
-                // What the images leave out, and the rounding of φ, 1.2e-7, against the width.
+                // The omitted images, and the rounding of φ, 1.2e-7, relative to the width.
                 let tolerance = 2e-6 + 1.2e-7 / degrees.to_radians();
                 assert!((sum[p] - 1.0).abs() < f64::from(tolerance), "β_n {degrees}° lobe {p}: {}", sum[p]);
             }

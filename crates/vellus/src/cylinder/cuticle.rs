@@ -2,10 +2,9 @@
 
 use crate::simd::lanes::Lanes;
 
-/// What the cuticle reflects and lets through; the two sum to 1.
+/// The fractions that the cuticle reflects and transmits. They sum to 1.
 ///
-/// Both are computed, neither by subtraction: at grazing incidence 1 − F is what the
-/// transmitted lobes live on.
+/// Both are computed, neither by subtraction: at grazing incidence the transmitted lobes need an accurate 1 − F.
 #[derive(Clone, Copy, Debug)]
 pub struct Fresnel<V> {
     /// F, the reflected fraction.
@@ -17,11 +16,11 @@ pub struct Fresnel<V> {
 /// F(η, cos, l): unpolarised reflectance of `layers` cuticle slabs over a dielectric of
 /// relative index `eta` ≥ 1, at an angle of incidence with cosine `cos` in [0, 1].
 ///
-/// Per polarisation a slab reflects 2r/(1 + r), r being the single interface; φ₁ is the mean of
-/// both, and F = l φ₁ / (1 + (l − 1) φ₁). So l = 0.5 is nearly an ordinary interface and l = 1
+/// For each polarisation a slab reflects 2r/(1 + r), where r is the reflectance of a single interface. φ₁ is the mean
+/// of both polarisations, and F = l φ₁ / (1 + (l − 1) φ₁). So l = 0.5 is nearly an ordinary interface, and l = 1 is
 /// one slab.
 ///
-/// D3: `cos` is the true 3-D incidence, cos θ_o · cos γ_o, with η; not the paper's (η′, γ).
+/// D3: `cos` is the true 3-D incidence, cos θ_o · cos γ_o, with η, not the paper's (η′, γ).
 #[doc(alias = "Eq. 13")]
 #[inline]
 pub fn fresnel<V: Lanes>(eta: f32, layers: f32, cos: V) -> Fresnel<V> {
@@ -36,11 +35,11 @@ pub(crate) fn refracted_cos2<V: Lanes>(eta: f32, cos2: V) -> V {
     (V::splat(1.0) - (V::splat(1.0) - cos2) * V::splat(1.0 / (eta * eta))).max(V::splat(0.0))
 }
 
-/// Two numbers in the proportion F : (1 − F), free of divisions.
+/// Two numbers in the ratio F : (1 − F), without divisions.
 ///
-/// With r = (a − b)²/(a + b)² a slab reflects 2r/(1+r) = (a − b)²/(a² + b²) and lets 2ab/(a² + b²)
-/// through; a, b are cos, η cos_t for one polarisation and η cos, cos_t for the other. In
-/// F = l φ₁/((1 − φ₁) + l φ₁) the denominators cancel, and no difference loses digits.
+/// With r = (a − b)²/(a + b)² a slab reflects 2r/(1+r) = (a − b)²/(a² + b²) and transmits 2ab/(a² + b²). a and b are
+/// cos and η cos_t for one polarisation, η cos and cos_t for the other. In F = l φ₁/((1 − φ₁) + l φ₁) the
+/// denominators cancel, and no difference loses digits.
 #[inline(always)]
 pub(crate) fn parts<V: Lanes>(eta: f32, layers: f32, cos: V, cos_t: V) -> [V; 2] {
     let eta = V::splat(eta);
@@ -49,6 +48,6 @@ pub(crate) fn parts<V: Lanes>(eta: f32, layers: f32, cos: V, cos_t: V) -> [V; 2]
     let (s, p) = (a * a + b * b, c * c + d * d);
     let reflected = (a - b) * (a - b) * p + (c - d) * (c - d) * s;
     let through = a * b * p + c * d * s;
-    // The floor decides for transmission where nothing reflects: l = 0 at grazing incidence.
+    // The floor gives full transmission where nothing reflects: l = 0 at grazing incidence.
     [V::splat(0.5 * layers) * reflected, through.max(V::splat(1e-30))]
 }

@@ -3,10 +3,10 @@
 use crate::simd::lanes::Lanes;
 use wide::f32x8;
 
-/// Is this a unit vector, to single precision? False for NaN.
+/// Whether this is a unit vector in single precision. False for NaN.
 ///
-/// A normalised vector has the squared length 1 within 4e-7. Renderers rotate vectors between frames, a few rounding
-/// errors each; 1e-3 is far above that, and far below what an omitted normalisation leaves.
+/// A normalised vector has the squared length 1 within 4e-7. Renderers rotate vectors between frames, which adds a
+/// few rounding errors. 1e-3 is far above these, and far below the error of a missing normalisation.
 pub(crate) fn is_unit(w: glam::Vec3) -> bool {
     (w.length_squared() - 1.0).abs() < 1e-3
 }
@@ -17,31 +17,31 @@ pub fn direction(theta: f64, phi: f64) -> glam::Vec3 {
     glam::Vec3::new(sin_theta as f32, (cos_theta * cos_phi) as f32, (cos_theta * sin_phi) as f32)
 }
 
-/// Inclination of a direction.
+/// The inclination of a direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Polar<V> {
-    /// sin θ, held to [−1, 1].
+    /// sin θ, clamped to [−1, 1].
     pub sin: V,
     /// cos θ ≥ 0.
     pub cos: V,
 }
 
 impl<V: Lanes> Polar<V> {
-    /// Of a unit vector.
+    /// The inclination of a unit vector.
     #[inline(always)]
     pub fn new([x, y, z]: [V; 3]) -> Self {
         Polar { sin: x.max(V::splat(-1.0)).min(V::splat(1.0)), cos: (y * y + z * z).sqrt() }
     }
 }
 
-/// The azimuth of ω_o, from which all others are measured: cos φ_o and sin φ_o.
+/// The azimuth of ω_o, from which all others are measured, as cos φ_o and sin φ_o.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame<V> {
     cos: V,
     sin: V,
 }
 
-/// ω_i as the lobes want it.
+/// ω_i in the form that the lobes use.
 #[derive(Clone, Copy, Debug)]
 pub struct Outgoing<V> {
     /// sin θᵢ
@@ -55,7 +55,7 @@ pub struct Outgoing<V> {
 }
 
 impl Frame<f32> {
-    /// The same frame eight times.
+    /// The same frame in all eight lanes.
     pub(crate) fn repeated(&self) -> Frame<f32x8> {
         Frame { cos: f32x8::splat(self.cos), sin: f32x8::splat(self.sin) }
     }
@@ -72,7 +72,7 @@ impl<V: Lanes> Frame<V> {
         }
     }
 
-    /// A direction as seen from ω_o.
+    /// A direction relative to ω_o.
     #[inline(always)]
     pub fn outgoing(&self, [x, y, z]: [V; 3]) -> Outgoing<V> {
         let (c, s) = (self.cos, self.sin);
@@ -81,7 +81,7 @@ impl<V: Lanes> Frame<V> {
         Outgoing { sin_i: x, cos_i, theta_i, phi }
     }
 
-    /// The direction at an inclination and an azimuth from ω_o.
+    /// The direction at an inclination and an azimuth relative to ω_o.
     #[inline(always)]
     pub fn direction(&self, sin_i: V, cos_i: V, (sin_phi, cos_phi): (V, V)) -> [V; 3] {
         let (c, s) = (self.cos, self.sin);

@@ -5,14 +5,14 @@
 //!
 //! M̂(θᵢ) = exp(sin θ_c sin θᵢ/v) I₀(cos θ_c cos θᵢ/v) / (2 v sinh(1/v)),  ∫ M̂ cos θᵢ dθᵢ = 1.
 //!
-//! Sampling after d'Eon, Marschner and Hanika 2013, Importance Sampling for Physically-Based
-//! Hair Fiber Models: draw a direction of the spherical Gaussian, keep its inclination.
+//! Sampling follows d'Eon, Marschner and Hanika 2013, Importance Sampling for Physically-Based Hair Fiber Models: it
+//! draws a direction of the spherical Gaussian and keeps its inclination.
 
 use crate::fiber::Fiber;
 use crate::simd::lanes::{Lanes, Quad};
 use wide::{f32x4, f32x8};
 
-/// Shift and width of the four lobes, prepared once a fibre: R, TT, TRT, rest.
+/// Shift and width of the four lobes R, TT, TRT and rest, prepared once per fibre.
 #[derive(Clone, Debug)]
 pub(crate) struct Longitudinal {
     sin_alpha: [f32; 4],
@@ -25,7 +25,7 @@ pub(crate) struct Longitudinal {
     floor: [f32; 4],
 }
 
-/// sin θ_c and |cos θ_c| of the four lobes. A centre past the pole folds back: I₀ is even.
+/// sin θ_c and |cos θ_c| of the four lobes. A centre beyond the pole folds back, because I₀ is even.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Centres<V: Lanes> {
     sin: V::Quad,
@@ -41,7 +41,7 @@ impl<V: Lanes> Centres<V> {
 }
 
 impl Centres<f32> {
-    /// The same centres eight times.
+    /// The same centres in all eight lanes.
     pub fn repeated(&self) -> Centres<f32x8> {
         let quad = |x: f32x4| Quad::new(x.to_array().map(f32x8::splat));
         Centres { sin: quad(self.sin), cos: quad(self.cos) }
@@ -49,7 +49,7 @@ impl Centres<f32> {
 }
 
 impl Longitudinal {
-    /// α_p and β_p of Table 2; the rest is shifted as TRT and 2β_m wide.
+    /// α_p and β_p of Table 2. The rest has the shift of TRT and the width 2β_m.
     #[doc(alias = "Table 2")]
     pub fn new(fiber: &Fiber) -> Self {
         let shift = [1.0, -0.5, -1.5, -1.5].map(|k| k * f64::from(fiber.alpha));
@@ -64,7 +64,7 @@ impl Longitudinal {
         }
     }
 
-    /// θ_c = −θ_o − α_p. D11: minus, as x runs from root to tip and scales open toward the tip.
+    /// θ_c = −θ_o − α_p. D11: the sign is minus because x runs from root to tip and scales open toward the tip.
     #[inline(always)]
     pub fn centres<V: Lanes>(&self, sin_o: V, cos_o: V) -> Centres<V> {
         let (s, c) = (V::Quad::constant(self.sin_alpha), V::Quad::constant(self.cos_alpha));
@@ -72,12 +72,12 @@ impl Longitudinal {
         Centres { sin: -(sin_o * c + cos_o * s), cos: (cos_o * c - sin_o * s).abs() }
     }
 
-    /// M̂ₚ(θᵢ) of the four lobes, densities with respect to sin θᵢ.
+    /// M̂ₚ(θᵢ) of the four lobes, densities in sin θᵢ.
     #[doc(alias = "Eq. 5")]
     #[inline(always)]
     pub fn eval<V: Lanes>(&self, centres: &Centres<V>, sin_i: V, cos_i: V) -> V::Quad {
-        // In log form: (sin sin + cos cos − 1)/v = −|Δ|²/2v, the chord between the two unit
-        // vectors, which keeps its precision where v = 3e-6.
+        // In log form: (sin sin + cos cos − 1)/v = −|Δ|²/2v, where Δ is the chord between the two unit vectors. It
+        // stays precise for v = 3e-6.
         let inv_v = V::Quad::constant(self.inv_v);
         let (sin_i, cos_i) = (V::Quad::splat(sin_i), V::Quad::splat(cos_i));
         let (ds, dc) = (sin_i - centres.sin, cos_i - centres.cos);
@@ -86,7 +86,7 @@ impl Longitudinal {
         exponent.exp() * x.bessel_i0e() * V::Quad::constant(self.norm)
     }
 
-    /// Draws (sin θᵢ, cos θᵢ) of lobe `p`, whose centre has that sine and cosine, from two uniform numbers.
+    /// Draws (sin θᵢ, cos θᵢ) of lobe `p` from two uniform numbers, given the sine and cosine of its centre.
     #[inline]
     pub fn sample(&self, centre: (f32, f32), p: usize, u: [f32; 2]) -> (f32, f32) {
         let direction = self.sample_direction(centre, p, u);
@@ -96,8 +96,8 @@ impl Longitudinal {
     /// Draws a direction (along the fibre, and two across) of the spherical Gaussian itself.
     #[inline]
     fn sample_direction(&self, (s, c): (f32, f32), p: usize, u: [f32; 2]) -> [f32; 3] {
-        // 1 − cos of the angle from the lobe's centre, itself the sampled quantity: small v
-        // would lose it in the cosine.
+        // 1 − cos of the angle from the lobe's centre. This is the sampled quantity itself: for small v the cosine
+        // would lose it.
         let drop = (-self.v[p] * (u[0] + (1.0 - u[0]) * self.floor[p]).max(f32::MIN_POSITIVE).ln()).clamp(0.0, 2.0);
         let (cos, sin) = (1.0 - drop, (drop * (2.0 - drop)).sqrt());
         let (sin_psi, cos_psi) = (std::f32::consts::TAU * u[1]).sin_cos();
@@ -113,8 +113,8 @@ mod tests {
         Longitudinal::new(&Fiber { alpha: 0.1, beta_m: 0.2, ..Fiber::hair() })
     }
 
-    /// The spherical Gaussian's density, exp((cos − 1)/v)·norm/2π, times the area that a small cell of the unit
-    /// square is mapped to, is the cell's: finite differences of the sampler itself.
+    /// The density of the spherical Gaussian, exp((cos − 1)/v)·norm/2π, times the area to which a small cell of the
+    /// unit square is mapped, equals the area of the cell. Tested by finite differences of the sampler.
     #[test]
     fn pdf_is_jacobian_of_sample() {
         let lobes = lobes();
@@ -131,13 +131,13 @@ mod tests {
                 let cos = f64::from(centre.0) * w[0] + f64::from(centre.1) * w[1];
                 let pdf =
                     ((cos - 1.0) * f64::from(lobes.inv_v[p])).exp() * f64::from(lobes.norm[p]) / std::f64::consts::TAU;
-                // Central differences: (step/u)²/3 of the logarithm in u₀ ≥ 0.03 from the ends, and (2π step)²/6.
+                // Central differences of the logarithm: (step/u)²/3 for u₀ ≥ 0.03 from the ends, and (2π step)²/6.
                 assert!((area * pdf - 1.0).abs() < 2e-3, "lobe {p} {u:?}: {}", area * pdf);
             }
         }
     }
 
-    /// What `eval` returns is that density integrated around the fibre.
+    /// `eval` returns this density integrated around the fibre.
     #[test]
     fn lobe_is_the_spherical_gaussian_around_the_fibre() {
         let lobes = lobes();

@@ -1,11 +1,11 @@
-//! Path geometry in the fibre and the energy each lobe carries: everything that depends on ω_o
-//! and h only (Yan17 Table 3, Sec. 4.2–4.3).
+//! The geometry of the path in the fibre, and the energy of each lobe: everything that depends only on ω_o and h
+//! (Yan17 Table 3, Sec. 4.2–4.3).
 
 use crate::cylinder::cuticle::{Fresnel, parts, refracted_cos2};
 use crate::fiber::Fiber;
 use crate::simd::lanes::{Lanes, Quad};
 
-/// How the light runs through one fibre once it has entered at offset h, lengths in radii.
+/// The path of light that entered the fibre at offset h. Lengths are in fibre radii.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Path<V> {
     /// 1/η′.
@@ -16,14 +16,14 @@ pub(crate) struct Path<V> {
     pub gamma_o: V,
     /// γ_t = asin h′.
     pub gamma_t: V,
-    /// asin h″, the angle of the path's offset in the medulla; ±90° where it misses it.
+    /// asin h″, the angle of the path's offset in the medulla; ±90° if the path misses it.
     pub gamma_m: V,
     /// θ_o.
     pub theta_o: V,
-    /// Half the path inside the cortex and half of that inside the medulla, in the normal plane.
+    /// Half of the path inside the cortex and half of the path inside the medulla, in the normal plane.
     pub s_c: V,
     pub s_m: V,
-    /// 1/cos θ_t: how much longer the inclined path is.
+    /// 1/cos θ_t: the length of the inclined path relative to its projection.
     pub elongation: V,
     /// 1/cos θ_o, at most 1e12.
     pub inverse_cos_o: V,
@@ -31,16 +31,16 @@ pub(crate) struct Path<V> {
 }
 
 impl<V: Lanes> Path<V> {
-    /// D2: elongation and η′ from θ_o, not from the half angle θ_d of the paper: the true path
-    /// inside the fibre, and independent of ω_i.
+    /// D2: the elongation and η′ use θ_o, not the paper's half angle θ_d. This is the true path inside the fibre, and
+    /// it does not depend on ω_i.
     #[inline(always)]
     pub fn new(fiber: &Fiber, sin_o: V, cos_o: V, h: V) -> Self {
         let (zero, one) = (V::splat(0.0), V::splat(1.0));
         let eta = fiber.eta;
-        // Roots and quotients go four at a time: they are what a processor is slowest at.
+        // Roots and quotients, the slowest operations, are computed four at a time.
         let sin_t = sin_o * V::splat(1.0 / eta);
         let cos2 = cos_o * cos_o;
-        // 1/η′ = cos θ_o/√(η² − sin²θ_o), written so that neither η → 1 nor grazing light cancels.
+        // 1/η′ = cos θ_o/√(η² − sin²θ_o), in a form without cancellation for η → 1 and for grazing light.
         let excess = V::splat((eta - 1.0) * (eta + 1.0)) + cos2;
         let cos2_gamma_o = ((one - h) * (one + h)).max(zero);
         let roots = V::Quad::new([
@@ -65,7 +65,7 @@ impl<V: Lanes> Path<V> {
             one,
         ]);
         let [cos_gamma_t, s_m, ..] = roots.sqrt().array();
-        // asin h″ has cosine s_m/κ.
+        // The cosine of asin h″ is s_m/κ.
         let y = V::Quad::new([h, h_inside, h_inside, sin_o]);
         let x = V::Quad::new([cos_gamma_o, cos_gamma_t, s_m, cos_o]);
         let [gamma_o, gamma_t, gamma_m, theta_o] = y.atan2(x).array();
@@ -90,8 +90,8 @@ impl<V: Lanes> Path<V> {
         exit_azimuth(p, self.gamma_o, self.gamma_t)
     }
 
-    /// Φˢₚ(h), the azimuth opposite to the light's travel in its p-th pass (p = 1, 2): where
-    /// the tables' φ = 0, straight back, points.
+    /// Φˢₚ(h), the azimuth opposite to the direction of the light in its p-th pass (p = 1, 2). It is φ = 0 of the
+    /// tables, straight back.
     #[doc(alias = "Eq. 21")]
     #[inline(always)]
     pub fn scattered_azimuth(&self, p: u8) -> V {
@@ -99,8 +99,8 @@ impl<V: Lanes> Path<V> {
         self.gamma_t - self.gamma_o + V::splat(q) * (V::splat(std::f32::consts::PI) + V::splat(2.0) * self.gamma_t)
     }
 
-    /// A(h) of the six lobes in RGB and a spare, in the order of [`crate::Lobe`]; `mean_path` is
-    /// ⟨L⟩ of the light scattered in this pass (used where there is any).
+    /// A(h) of the six lobes in RGB and a spare channel, in the order of [`crate::Lobe`]. `mean_path` is ⟨L⟩ of the
+    /// light scattered in this pass, if any.
     #[doc(alias = "Table 3")]
     #[inline(always)]
     pub fn attenuation(&self, fiber: &Fiber, mean_path: V) -> [V::Quad; 6] {
@@ -112,12 +112,12 @@ impl<V: Lanes> Path<V> {
         let sigma_ms = V::splat(fiber.sigma_ms);
         let kappa = V::splat(fiber.kappa);
         let minus = -self.elongation;
-        // One pass, T. In the spare lane nothing absorbs: what is not scattered.
+        // One pass, T. Nothing absorbs in the spare channel: it is the unscattered fraction.
         let two = V::splat(2.0) * minus;
         let unscattered = two * self.s_m * sigma_ms;
         let pass = quad(two * self.s_c) * sigma_ca + quad(two * self.s_m) * sigma_ma + quad(unscattered);
-        // Entry through the cortex, and D7: absorption after scattering over the mean scattered
-        // path ⟨L⟩ instead of the paper's fixed κ.
+        // Entry through the cortex. D7: absorption after scattering over the mean scattered path ⟨L⟩, not the paper's
+        // fixed κ.
         let escape = quad((self.s_c + one - kappa) * minus) * sigma_ca + quad(kappa * mean_path * minus) * sigma_ma;
         let (pass, escape) = (pass.exp(), escape.exp());
         // D5: Q, the scattered fraction of one pass, is explicit; the distributions are densities.
@@ -128,8 +128,8 @@ impl<V: Lanes> Path<V> {
         let a_tt = t * t * pass;
         // D4: (1 − F) as in Yan17 Eq. 20; Table 3 prints F.
         let a_tts = t * escape * quad(q);
-        // D6: all higher orders in closed form, after (1−F)/(1−F T) ≤ 1, whose denominator is
-        // formed without cancellation. The two geometric series start from TRT and TRTˢ.
+        // D6: all higher orders in closed form, with (1−F)/(1−F T) ≤ 1, whose denominator is computed without
+        // cancellation. The two geometric series start after TRT and TRTˢ.
         let denominator = (t + f * (quad(one) - pass)).max(quad(V::splat(1e-20)));
         let series = again * again * (t / denominator);
         let rest = (t * pass + escape * quad(q)) * series;
@@ -142,7 +142,7 @@ pub(crate) fn inverse_eta(eta: f32, cos_o: f32) -> f32 {
     cos_o / ((eta - 1.0) * (eta + 1.0) + cos_o * cos_o).max(1e-20).sqrt()
 }
 
-/// Φₚ of a path that enters at γ_o and runs on at γ_t.
+/// Φₚ of a path that enters at γ_o and continues at γ_t.
 #[doc(alias = "Eq. 15")]
 #[inline(always)]
 pub(crate) fn exit_azimuth<V: Lanes>(p: u8, gamma_o: V, gamma_t: V) -> V {
@@ -159,10 +159,10 @@ pub(crate) fn angles<V: Lanes>(h: V, inverse_eta: V) -> [V; 2] {
     V::atan2_pair([h, h_inside], [cos(h), cos(h_inside)])
 }
 
-/// The probability with which sampling chooses each lobe, given their A(h).
+/// The probability of each lobe in sampling, given A(h) of all lobes.
 ///
-/// By the largest channel: then no channel of a sample's weight exceeds the sum of these, and that sum
-/// is at most 1.
+/// It is proportional to the largest channel. No channel of a sample's weight then exceeds the sum of the largest
+/// channels, which is at most 1.
 #[inline(always)]
 pub(crate) fn lobe_probabilities<V: Lanes>(attenuation: &[V::Quad; 6]) -> [V; 6] {
     let mut probability = [V::splat(0.0); 6];
@@ -180,6 +180,6 @@ pub(crate) fn lobe_probabilities<V: Lanes>(attenuation: &[V::Quad; 6]) -> [V; 6]
 #[inline(always)]
 fn unscattered_complement<V: Lanes>(x: V, exp_x: V) -> V {
     let series = -x * (V::splat(1.0) + x * (V::splat(0.5) + x * V::splat(1.0 / 6.0)));
-    // At |x| = 0.02 the series is exact to x³/24 = 3e-7 and the difference to 6e-8/0.02 = 3e-6.
+    // At |x| = 0.02 the series has an error of x³/24 = 3e-7, and the difference one of 6e-8/0.02 = 3e-6.
     (-x).select_lt(V::splat(0.02), series, V::splat(1.0) - exp_x)
 }

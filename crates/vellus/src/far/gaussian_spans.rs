@@ -1,27 +1,27 @@
 //! Integrals of a Gaussian times a line over the segments of a window, in closed form and stable for
 //! every slope (Yan17 Eq. 24 and Appendix).
 //!
-//! Along a segment, x ∈ [−1, 1], the exit azimuth moves by ±b around the segment's middle, at distance u of
-//! the azimuth asked for, both in units of the lobe's standard deviation. What is needed is
+//! Along a segment, x ∈ [−1, 1], the exit azimuth moves by ±b around the middle of the segment. The middle is at the
+//! distance u from the azimuth of the query. Both are in units of the lobe's standard deviation. Needed are
 //!
 //! J₀ = ½ ∫ g(u − bx) dx,  J₁ = ½ ∫ 3x/b g(u − bx) dx,  g(u) = exp(−u²/2)/√2π.
 //!
-//! The Appendix' form of the same integral divides differences of error functions by powers of b: in single
-//! precision it has no correct digit below b = 0.01, and such slopes are ordinary (R, TT, TRT of a wide lobe;
-//! TRT near its caustic). Here small slopes take the series of e^(ubx − b²x²/2) around b = 0.
+//! The Appendix' form of this integral divides differences of error functions by powers of b. In single precision it
+//! has no correct digit below b = 0.01, and such slopes are common (R, TT, TRT of a wide lobe; TRT near its caustic).
+//! For small slopes this module uses the series of e^(ubx − b²x²/2) around b = 0.
 
 use crate::simd::special;
 use wide::f32x8;
 
 /// Below this half length, in standard deviations, the series is used.
 ///
-/// Both forms are exact to 5e-5 of the segment's own integral there. The series' first missing terms are
-/// (ub)⁸/9!, 7e-5 at the largest |u| = 5.75 that is ever asked for, and b⁶/336, 7e-7. The closed form of
-/// J₁ loses a factor u/b to cancellation: 5.75/0.25 · 1.5e-6.
+/// Both forms are accurate to 5e-5 of the segment's own integral there. The first omitted terms of the series are
+/// (ub)⁸/9!, 7e-5 at the largest |u| = 5.75 of any query, and b⁶/336, 7e-7. The closed form of J₁ loses a factor u/b
+/// to cancellation: 5.75/0.25 · 1.5e-6.
 const SERIES: f32 = 0.25;
 
-/// Azimuths further than this from every node, in standard deviations, are 0: further than the
-/// sampler draws (5.3), and 4e-8 of the light, where the paper's 3 leave out 2.7e-3.
+/// The result is 0 at azimuths further than this from every node, in standard deviations. The sampler draws up to
+/// 5.3. This omits 4e-8 of the light; the paper's limit of 3 omits 2.7e-3.
 pub(crate) const REACH: f32 = 5.5;
 
 const INV_SQRT_TAU: f32 = 0.398_942_3;
@@ -39,17 +39,17 @@ enum Form {
 pub(crate) struct Chain {
     /// The nodes' exit azimuths, in standard deviations.
     nodes: f32x8,
-    /// Middle and half length of the segments; the eighth lane is none.
+    /// Middle and half length of the segments. The eighth lane has none.
     middle: f32x8,
     half: f32x8,
-    /// 1/`half`, and 1 where the series is used.
+    /// 1/`half`, and 1 if the series is used.
     inverse: f32x8,
-    /// Beyond this distance from 0 all is 0.
+    /// Beyond this distance from 0 the result is 0.
     reach: f32,
     form: Form,
 }
 
-/// Lane i + 1 in lane i; the last stays.
+/// Lane i + 1 in lane i; the last lane stays.
 #[inline(always)]
 fn next(x: f32x8) -> f32x8 {
     let a = x.to_array();
@@ -57,7 +57,7 @@ fn next(x: f32x8) -> f32x8 {
 }
 
 impl Chain {
-    /// None: reaches nothing.
+    /// No segments.
     pub const NONE: Chain = Chain {
         nodes: f32x8::ZERO,
         middle: f32x8::ZERO,
@@ -74,7 +74,7 @@ impl Chain {
         let after = next(nodes);
         let half = (after - nodes) * constant(0.5);
         let short = half.abs().simd_lt(constant(SERIES));
-        // All but the last lane.
+        // All lanes except the last.
         const ALL: u32 = 0x7f;
         let form = match short.to_bitmask() & ALL {
             ALL => Form::Series,
@@ -91,15 +91,15 @@ impl Chain {
         }
     }
 
-    /// The largest distance of the mean from the middle for which the light is nowhere negative: |b|/3, where the linear
-    /// density is 0 at one end; and for a short segment, whose light the mean only moves aside, 0.15,
-    /// where it is 0 at 6.7 standard deviations, out of reach.
+    /// The largest distance of the mean from the middle for which the light is nowhere negative. It is |b|/3, where
+    /// the linear density is 0 at one end. For a short segment the mean only shifts the light, and it is 0.15, where
+    /// the light is 0 at 6.7 standard deviations, out of reach.
     #[inline(always)]
     pub fn mean_limit(&self) -> f32x8 {
         (self.half.abs() * f32x8::splat(1.0 / 3.0)).fast_max(f32x8::splat(0.15))
     }
 
-    /// Variances of the segments' uniform spans.
+    /// Variances of the uniform spans of the segments.
     pub fn variance(&self) -> f32x8 {
         self.half * self.half * f32x8::splat(1.0 / 3.0)
     }
@@ -109,18 +109,18 @@ impl Chain {
         self.middle
     }
 
-    /// Middle and half length of one.
+    /// Middle and half length of one segment.
     pub fn span(&self, lane: usize) -> [f32; 2] {
         [self.middle.to_array()[lane], self.half.to_array()[lane].abs()]
     }
 
-    /// The largest distance from 0 at which anything is left.
+    /// The largest distance from 0 with a result other than 0.
     pub fn reach(&self) -> f32 {
         self.reach
     }
 
-    /// J₀ and J₁ of the segments at azimuth `d`, in standard deviations: what energies and first moments about
-    /// the middles are multiplied with.
+    /// J₀ and J₁ of the segments at azimuth `d`, in standard deviations: the factors of the energies and of the first
+    /// moments about the middles.
     #[inline(always)]
     pub fn integrals(&self, d: f32) -> [f32x8; 2] {
         match self.form {
@@ -161,8 +161,8 @@ impl Chain {
         let d = constant(d);
         let u = d - self.nodes;
         let bell = special::exp(u * u * constant(-0.5));
-        // The normal distribution function is [u ≥ 0] − sign(u)·tail: differences of tails on one side of
-        // the bell keep their digits.
+        // The normal distribution function is [u ≥ 0] − sign(u)·tail. Differences of tails on one side of the bell
+        // keep their digits.
         let tail = (bell * special::mills(u.abs())).copysign(-u);
         let side = u.simd_lt(f32x8::ZERO).select(f32x8::ZERO, f32x8::ONE);
         let mass = (side - next(side)) + (tail - next(tail));
@@ -173,11 +173,12 @@ impl Chain {
     }
 }
 
-/// Spans of exit azimuths, each taken as a Gaussian of the same energy, mean and variance: for lobes so wide that
-/// no span is longer, half length in standard deviations, than [`Bells::LONGEST`].
+/// Spans of exit azimuths, each as a Gaussian with the same energy, mean and variance. For lobes so wide that no half
+/// length, in standard deviations, exceeds [`Bells::LONGEST`].
 ///
-/// A uniform span of variance V has fourth cumulant −1.2 V², put in by the Hermite polynomial He₄; the sixth, which
-/// is left out, is 16/63 b⁶; with the square of the fourth, 1.6e-3 of the span's light where b is longest.
+/// A uniform span of variance V has the fourth cumulant −1.2 V², which the Hermite polynomial He₄ adds. The omitted
+/// sixth cumulant is 16/63 b⁶. Together with the square of the fourth, the error is 1.6e-3 of the span's light for
+/// the longest b.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bells {
     middle: f32x8,
@@ -185,21 +186,21 @@ pub(crate) struct Bells {
     inverse: f32x8,
     /// The fourth cumulant over 24, in the bell's own standard deviations.
     kurtosis: f32x8,
-    /// Beyond this distance from 0 all is 0.
+    /// Beyond this distance from 0 the result is 0.
     reach: f32,
 }
 
 impl Bells {
-    /// The largest half length b of a span, whose V is b²/3.
+    /// The largest half length b of a span. Its V is b²/3.
     pub const LONGEST: f32 = 0.9;
 
-    /// Are spans of these variances short enough?
+    /// Whether spans with these variances are short enough.
     #[inline(always)]
     pub fn suit(variance: f32x8) -> bool {
         largest(variance) <= Bells::LONGEST * Bells::LONGEST / 3.0
     }
 
-    /// From the spans' middles and variances, in standard deviations of the lobe.
+    /// From the middles and variances of the spans, in standard deviations of the lobe.
     #[inline(always)]
     pub fn new(middle: f32x8, variance: f32x8) -> Self {
         let constant = f32x8::splat;
@@ -214,18 +215,18 @@ impl Bells {
         }
     }
 
-    /// Middle and half length of one.
+    /// Middle and half length of one span.
     pub fn span(&self, lane: usize) -> [f32; 2] {
         let inverse = self.inverse.to_array()[lane];
         [self.middle.to_array()[lane], (3.0 * (1.0 / (inverse * inverse) - 1.0)).max(0.0).sqrt()]
     }
 
-    /// The largest distance from 0 at which anything is left.
+    /// The largest distance from 0 with a result other than 0.
     pub fn reach(&self) -> f32 {
         self.reach
     }
 
-    /// What energies and first moments about the middles are multiplied with, at azimuth `d`.
+    /// The factors of the energies and of the first moments about the middles, at azimuth `d`.
     #[inline(always)]
     pub fn integrals(&self, d: f32x8) -> [f32x8; 2] {
         let constant = f32x8::splat;
@@ -246,7 +247,7 @@ fn largest(x: f32x8) -> f32 {
 mod tests {
     use super::*;
 
-    /// ½ ∫ xᵏ g(u − bx) dx and ½ ∫ |x|ᵏ g, by 5-point Gauss–Legendre panels no longer than a fifth of either scale.
+    /// ½ ∫ xᵏ g(u − bx) dx and ½ ∫ |x|ᵏ g, by 5-point Gauss–Legendre panels at most a fifth of either scale long.
     fn quadrature(u: f64, b: f64) -> [f64; 3] {
         const X: [f64; 5] =
             [-0.906_179_845_938_664, -0.538_469_310_105_683_1, 0.0, 0.538_469_310_105_683_1, 0.906_179_845_938_664];
@@ -271,7 +272,8 @@ mod tests {
         sums
     }
 
-    /// Slopes from 1e-8 to 1e3, both signs, wherever a query can be: relative to the integral of |integrand|.
+    /// Slopes from 1e-8 to 1e3 with both signs, in the range of queries. Errors are relative to the integral of
+    /// |integrand|.
     #[test]
     fn closed_forms_match_quadrature() {
         let mut worst = [0.0f64; 2];
@@ -307,7 +309,7 @@ mod tests {
         println!("largest relative errors of J0, J1: {worst:?}");
     }
 
-    /// Bells against the exact integrals of the longest spans they stand for, tilted as far as may be.
+    /// Bells compared with the exact integrals of the longest spans that they replace, with the largest tilt.
     #[test]
     fn bells_are_close_to_the_spans() {
         let b = Bells::LONGEST;
@@ -322,15 +324,15 @@ mod tests {
                 error += (j0 - e0 + tilt * (j1 * f64::from(b) / 3.0 - e1)).abs();
                 total += e0 + tilt * e1;
             }
-            // The sixth cumulant, 16/63 b⁶ = 0.135, over 720 v³ times the mean of |He₆| = 10.4: 9.6e-4; half the square of
-            // the fourth over 24, 6.6e-6, times that of |He₈|, 93: 6e-4. Tilted, the third cumulant, 0.4 b³/3, over
-            // 6 v^1.5 times the mean of |He₃|, 1.5: 1.7e-2.
+            // The sixth cumulant, 16/63 b⁶ = 0.135, over 720 v³ times the mean of |He₆| = 10.4: 9.6e-4. Half the
+            // square of the fourth over 24, 6.6e-6, times that of |He₈|, 93: 6e-4. With tilt, the third cumulant, 0.4
+            // b³/3, over 6 v^1.5 times the mean of |He₃|, 1.5: 1.7e-2.
             assert!(error / total < 1.6e-3 + 1.7e-2 * f64::abs(tilt), "tilt {tilt}: {}", error / total);
         }
     }
 
-    /// D14: why the Appendix is not used, even with its misprints mended (erf for exp, no √π in the second
-    /// term): its ∫ x² e^(−ax² + bx + c) dx for a segment of half length 0.01 is 4 % wrong in single precision.
+    /// D14: why the Appendix is not used, even with its misprints corrected (erf for exp, no √π in the second term).
+    /// Its ∫ x² e^(−ax² + bx + c) dx for a segment of half length 0.01 has an error of 4 % in single precision.
     #[test]
     fn the_appendix_cancels() {
         let (u, s) = (0.7f32, 0.01f32);

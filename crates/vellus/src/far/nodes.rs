@@ -1,9 +1,9 @@
-//! Where the width of a fibre is divided and sampled for the integrals over a window.
+//! Divides the width of a fibre, and chooses its sample points, for the integrals over a window.
 //!
-//! D9: in the angle γ_o, not in the offset h as the paper does (its h_i = √(i/n)). Then Φ_R is exactly
-//! linear and the rise of F at the silhouette is spread out. Inside the medulla the angle is that of the
-//! medulla, asin h″: A(h) has the kink of s_m = κ √(1 − h″²) at its edge, and is smooth in asin h″. Either way
-//! h = r sin ψ, with r = 1 or the medulla's edge κη′.
+//! D9: the division is in the angle γ_o, not in the offset h as in the paper (h_i = √(i/n)). Φ_R is then exactly
+//! linear, and the rise of F at the silhouette is spread out. Inside the medulla the angle is that of the medulla,
+//! asin h″: A(h) has the kink of s_m = κ √(1 − h″²) at its edge, and is smooth in asin h″. In both cases h = r sin ψ,
+//! with r = 1 or the medulla's edge κη′.
 
 use crate::simd::special;
 use arrayvec::ArrayVec;
@@ -13,32 +13,32 @@ use wide::f32x8;
 /// Segments of a half window: their eight ends fill a register.
 pub(crate) const SEGMENTS: usize = 7;
 
-/// Pieces that a window is divided into at most. Each is a chain of [`SEGMENTS`] on one side of the axis.
+/// The largest number of pieces of a window. Each is a chain of [`SEGMENTS`] on one side of the axis.
 pub(crate) const PIECES: usize = 3;
 
 /// A part of a window on one side of the axis.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece {
-    /// 0 where the offsets are ≥ 0, 1 where they are mirrored.
+    /// 0 if the offsets are ≥ 0, 1 if they are mirrored.
     pub side: usize,
     /// Offsets ≥ 0.
     pub range: [f32; 2],
     pub nodes: Nodes,
 }
 
-/// Divides the pieces of a window until there are [`PIECES`] of them: at the medulla's edge, or the longest one in the
-/// middle, measured in γ.
+/// Divides the pieces of a window until there are [`PIECES`] of them: at the medulla's edge, or the longest one in
+/// its middle, measured in γ.
 #[inline(never)]
 pub(crate) fn divide(pieces: &mut ArrayVec<Piece, PIECES>, edge: Option<f32>) {
     while !pieces.is_full() {
         let (mut longest, mut cut) = (-1.0, None);
         for (i, Piece { range: [low, high], .. }) in pieces.iter().enumerate() {
             let (middle, length) = match edge {
-                // No piece is longer than that.
+                // No piece is longer than this.
                 Some(edge) if *low < edge && edge < *high => (edge, FRAC_PI_2 + 1.0),
                 _ => (high.asin().midpoint(low.asin()).sin(), high.asin() - low.asin()),
             };
-            // Nothing may be left between ends that are very close.
+            // Two ends that are very close leave no piece between them.
             if length > longest && *low < middle && middle < *high {
                 (longest, cut) = (length, Some((i, middle)));
             }
@@ -51,8 +51,8 @@ pub(crate) fn divide(pieces: &mut ArrayVec<Piece, PIECES>, edge: Option<f32>) {
     }
 }
 
-/// ψ runs over [0, π/2] as t(3 − t)/2 does for t from 0 to 1: nodes equidistant in t come closer, by
-/// half, toward the silhouette and the medulla's edge.
+/// ψ runs over [0, π/2] as t(3 − t)/2 for t from 0 to 1: the distance of nodes equidistant in t falls to one half
+/// toward the silhouette and toward the medulla's edge.
 #[inline(always)]
 fn angle(t: f32x8) -> f32x8 {
     t * (f32x8::splat(3.0) - t) * f32x8::splat(0.5 * FRAC_PI_2)
@@ -64,7 +64,7 @@ fn slope(t: f32x8) -> f32x8 {
     (f32x8::splat(1.5) - t) * f32x8::splat(FRAC_PI_2)
 }
 
-/// The t at which sin ψ(t) is that, in [0, 1]. Most ends are 0 or 1, and nothing can start before they are known.
+/// The t in [0, 1] at which sin ψ(t) has the given value. Most ends are 0 or 1, and later work waits for them.
 #[inline(always)]
 fn position(sin: f32) -> f32 {
     match sin {
@@ -86,24 +86,25 @@ pub(crate) struct Side {
 }
 
 impl Side {
-    /// Is it at most 2° long, measured in asin h″ or γ?
+    /// Whether it is at most 2° long, measured in asin h″ or γ.
     pub fn is_narrow(&self) -> bool {
         // ψ is at most ¾ π t.
         self.last - self.first < 0.015
     }
 
-    /// Of two that begin at the axis: what they share, and what one of them has more.
+    /// For two ranges that begin at the axis: their common part, and the part that only one of them has.
     pub fn overlap(&self, other: &Side) -> (Side, Option<Side>) {
         let (short, long) = if self.last < other.last { (self, other) } else { (other, self) };
         (*short, (short.last < long.last).then_some(Side { first: short.last, ..*long }))
     }
 
-    /// Of two that begin at the axis.
+    /// For two ranges that begin at the axis.
     pub fn longer_than(&self, other: &Side) -> bool {
         self.last > other.last
     }
 
-    /// Offsets and their dh at positions in ψ over the whole range, from 0 to 1, each with its share of it.
+    /// Offsets and their dh at positions in ψ over the whole range, from 0 to 1. Each position has its share of the
+    /// range.
     #[inline(always)]
     pub fn points(&self, position: f32x8, share: f32x8) -> (f32x8, f32x8) {
         let [first, last] = [self.first, self.last].map(|t| 0.5 * FRAC_PI_2 * t * (3.0 - t));
@@ -119,11 +120,11 @@ impl Side {
 pub(crate) struct Nodes {
     /// Offsets of the ends of the segments.
     pub ends: f32x8,
-    /// Offsets of the two Gauss points of each segment; the eighth lane is not one.
+    /// Offsets of the two Gauss points of each segment. The eighth lane has none.
     pub gauss: [f32x8; 2],
-    /// dh of the Gauss points: they sum to the window's width. 0 in the eighth lane.
+    /// dh of the Gauss points. Their sum is the width of the window. 0 in the eighth lane.
     pub weights: [f32x8; 2],
-    /// Where the medulla is in the window.
+    /// The part of the window inside the medulla.
     pub medulla: Option<Side>,
 }
 
@@ -135,8 +136,8 @@ fn offset(t: f32x8, radius: f32x8) -> (f32x8, f32x8) {
 }
 
 impl Nodes {
-    /// Divides [`low`, `high`] ⊂ [0, 1]. `medulla` is the offset h = κη′ of the medulla's edge, where there
-    /// is a medulla; it may lie beyond the silhouette.
+    /// Divides [`low`, `high`] ⊂ [0, 1]. `medulla` is the offset h = κη′ of the medulla's edge, if there is a
+    /// medulla. It may be beyond the silhouette.
     #[inline(always)]
     pub fn new(low: f32, high: f32, medulla: Option<f32>) -> Self {
         let edge = medulla.filter(|&edge| edge < 1.0);
@@ -144,11 +145,11 @@ impl Nodes {
         let (below, beyond) = (low < radius, edge.is_some() && high > radius);
         let outer =
             Side { first: position(if beyond { low.max(radius) } else { low }), last: position(high), radius: 1.0 };
-        // The first node is always this side's.
+        // The first node always belongs to this side.
         let inner =
             if below { Side { first: position(low / radius), last: position(high / radius), radius } } else { outer };
-        // Segments on each side in proportion to t over the whole window; but two at least inside, where ψ may run over the
-        // whole quarter circle, and one outside.
+        // The number of segments on each side is proportional to t over the whole window, with at least two inside,
+        // where ψ may cover the whole quarter circle, and one outside.
         let count = match (below, beyond) {
             (true, true) => {
                 let start = position(low);
@@ -171,7 +172,7 @@ impl Nodes {
         };
         let within = index.simd_lt(split);
         let (ends, _) = at(index, index.simd_le(split));
-        // Two-point Gauss–Legendre: ½ ± 1/(2√3) of the way, half the weight each.
+        // Two-point Gauss–Legendre: at ½ ± 1/(2√3) of the segment, with half the weight each.
         let live = index.simd_lt(splat(SEGMENTS as f32)).select(splat(0.5), f32x8::ZERO);
         let [(first, rate_first), (last, rate_last)] =
             [0.211_324_87f32, 0.788_675_1].map(|x| at(index + splat(x), within));
@@ -183,7 +184,7 @@ impl Nodes {
         }
     }
 
-    /// The width as the weights measure it: what averages over the window divide by.
+    /// The width as the sum of the weights: averages over the window divide by it.
     pub fn width(&self) -> f32 {
         (self.weights[0] + self.weights[1]).reduce_add()
     }

@@ -1,13 +1,13 @@
 //! TTˢ and TRTˢ averaged over a window, from Gauss points in asin h″ (Yan17 Eq. 25).
 //!
-//! The paper takes A(h) C^N as a cubic times an exponential between nodes. At four nodes a side that is 5.6 % off on
-//! average over the presets, Gauss points 0.3 %; at eight 1.7 % and 0.1 %.
+//! The paper represents A(h) C^N between nodes as a cubic times an exponential. With four nodes a side its average
+//! error over the presets is 5.6 %; that of Gauss points is 0.3 %. With eight they are 1.7 % and 0.1 %.
 //!
-//! The offset moves the forward peak of C^N around the fibre, by up to 90°. How many points it takes depends on how far
-//! that is in widths of the peak. Where light is scattered widely or often, three points of TTˢ and one of TRTˢ are
-//! enough. Else there are five and three. Where the peak is narrower than their distance, the light of each point is
-//! spread over the azimuths of the offsets it stands for: C^N is looked up once, and evaluated at up to eight of these
-//! azimuths. A thin medulla needs no more, as the shape of its C^N hardly depends on the offset.
+//! The offset moves the forward peak of C^N around the fibre, by up to 90°. The number of points depends on this
+//! motion relative to the width of the peak. If light is scattered widely or often, three points of TTˢ and one of
+//! TRTˢ are enough. Otherwise there are five and three. If the peak is narrower than their distance, the light of
+//! each point is spread over the azimuths of its offsets: C^N is looked up once, and evaluated at up to eight of
+//! these azimuths. A thin medulla needs no more, because the shape of its C^N hardly depends on the offset.
 
 use crate::choose::choose;
 use crate::cylinder::azimuthal::wrap;
@@ -23,7 +23,7 @@ use arrayvec::ArrayVec;
 use std::f32::consts::PI;
 use wide::{f32x4, f32x8};
 
-/// Positions on [0, 1] and their shares, Gauss–Legendre, of TTˢ and then of TRTˢ.
+/// Gauss–Legendre positions on [0, 1] and their weights, of TTˢ and then of TRTˢ.
 #[derive(Clone, Copy)]
 struct Rule {
     position: f32x8,
@@ -35,30 +35,30 @@ const FEW: Rule = Rule {
     position: f32x8::new([0.11270166, 0.5, 0.88729835, 0.5, 0.11270166, 0.5, 0.88729835, 0.5]),
     share: f32x8::new([0.2777778, 0.44444445, 0.2777778, 1.0, 0.2777778, 0.44444445, 0.2777778, 1.0]),
 };
-/// Five and three.
+/// Five points of TTˢ and three of TRTˢ.
 const SOME: Rule = Rule {
     position: f32x8::new([0.046910077, 0.23076534, 0.5, 0.76923466, 0.95308995, 0.11270166, 0.5, 0.88729835]),
     share: f32x8::new([0.11846344, 0.23931433, 0.28444445, 0.23931433, 0.11846344, 0.2777778, 0.44444445, 0.2777778]),
 };
-/// Where the cells of those begin: shares that are summed up.
+/// The starts of their cells: cumulative weights.
 const CELLS: f32x8 = f32x8::new([0.0, 0.11846344, 0.35777777, 0.6422222, 0.88153654, 0.0, 0.2777778, 0.7222222]);
 
-/// Groups of eight points at most.
+/// The largest number of groups of eight points.
 const GROUPS: usize = 2;
 
-/// Azimuths that the light of a point is spread over at most.
+/// The largest number of azimuths over which the light of a point is spread.
 const MOST: usize = 8;
 
-/// What [`FEW`] are enough for: the distance of the first and the last exit azimuth in widths of the peak, and the
-/// energy of TRTˢ over that of TTˢ.
+/// The limits for [`FEW`]: the distance of the first and the last exit azimuth in widths of the peak, and the energy
+/// of TRTˢ over that of TTˢ.
 const FEW_SPAN: f32 = 2.6;
 const FEW_SECOND: f32 = 0.1;
 
-/// The lanes of TTˢ; the others are of TRTˢ.
+/// The lanes of TTˢ. The others are lanes of TRTˢ.
 const FIRST_OF_FEW: f32x8 = f32x8::new([1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0]);
 const FIRST: f32x8 = f32x8::new([1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
 
-/// Φˢ of one of the azimuths that the light of a path is spread over, and its share of the light.
+/// Φˢ of one azimuth over which the light of a path is spread, and its share of the light.
 #[derive(Clone, Copy, Debug)]
 struct Exit {
     azimuth: f32x8,
@@ -72,17 +72,17 @@ struct Group {
     weights: [Weights<AZIMUTHAL>; 8],
     /// The share of C^N that is mirrored, see [`crate::medulla::Azimuth`].
     turned: f32x8,
-    /// Φˢ, where the light is not spread.
+    /// Φˢ, if the light is not spread.
     exit: f32x8,
-    /// Where in [`Points::exits`] the azimuths begin that it is spread over, and how many there are.
+    /// The start of the azimuths in [`Points::exits`] over which it is spread, and their number.
     spread: [u8; 2],
-    /// 1, and −1 where φ is mirrored.
+    /// 1, or −1 if φ is mirrored.
     mirror: f32x8,
-    /// The same paths stand for the mirrored half as well.
+    /// Whether the same paths also represent the mirrored half.
     twice: bool,
-    /// Is any of `turned` above 0?
+    /// Whether any of `turned` is above 0.
     turns: bool,
-    /// What each path stands for of the energy of TTˢ and of TRTˢ.
+    /// The share of each path in the energy of TTˢ and of TRTˢ.
     energy: [Channels; 2],
 }
 
@@ -91,11 +91,11 @@ struct Group {
 pub(crate) struct Points {
     groups: ArrayVec<Group, GROUPS>,
     exits: ArrayVec<Exit, { GROUPS * MOST }>,
-    /// Is there no group whose light is spread, and none whose C^N is partly mirrored?
+    /// Whether no group has spread light or a partly mirrored C^N.
     plain: bool,
 }
 
-/// What all groups of a hit share.
+/// Data that all groups of a hit share.
 #[derive(Clone, Copy)]
 struct Query<'a, 'b> {
     prepared: &'a Prepared<'b>,
@@ -104,13 +104,13 @@ struct Query<'a, 'b> {
 }
 
 impl Query<'_, '_> {
-    /// Paths at offsets h.
+    /// Traces paths at offsets h.
     #[inline(always)]
     fn paths(&self, h: f32x8) -> Path<f32x8> {
         Path::new(&self.prepared.fiber, f32x8::splat(self.polar.sin), f32x8::splat(self.polar.cos), h)
     }
 
-    /// The energies of TTˢ and TRTˢ of paths of width `dh`, each in the lanes of its own.
+    /// The energies of TTˢ and TRTˢ of paths of width `dh`, each in its own lanes.
     #[inline(always)]
     fn energy(&self, path: &Path<f32x8>, dh: f32x8, first: f32x8) -> [Channels; 2] {
         let a = attenuation(self.prepared, path, Some(self.through));
@@ -123,7 +123,7 @@ impl Query<'_, '_> {
     }
 }
 
-/// Φˢ of TTˢ in its lanes, of TRTˢ in the others.
+/// Φˢ of TTˢ in its lanes, and of TRTˢ in the others.
 #[inline(always)]
 fn exits(path: &Path<f32x8>, first: f32x8) -> f32x8 {
     first.simd_gt(f32x8::ZERO).select(path.scattered_azimuth(1), path.scattered_azimuth(2))
@@ -141,8 +141,8 @@ impl Group {
         energy: [[f32x8::ZERO; 4]; 2],
     };
 
-    /// Prepares [`FEW`] points where the group lies, it being large; `sides` is what the lower and the upper four
-    /// lanes are of.
+    /// Prepares [`FEW`] points in place, because a group is large. `sides` states which half the lower and the upper
+    /// four lanes belong to.
     #[inline(always)]
     fn prepare_few(&mut self, query: &Query, sides: [Option<Side>; 2]) {
         let lower = f32x8::new([1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0]).simd_gt(f32x8::ZERO);
@@ -157,7 +157,7 @@ impl Group {
         self.mirror = lower.select(f32x8::ONE, -f32x8::ONE);
     }
 
-    /// Prepares [`SOME`] points of one side where the group lies. `width` is that of the peak of C^N.
+    /// Prepares [`SOME`] points of one side in place. `width` is that of the peak of C^N.
     fn prepare_some(
         &mut self,
         query: &Query,
@@ -171,7 +171,7 @@ impl Group {
         self.look_up(query, &path, side.is_narrow());
         self.mirror = f32x8::splat(mirror);
         self.exit = exits(&path, FIRST);
-        // The azimuths that a cell spans, from what lies between its neighbours: 0.28 of the side, or 0.44 of TRTˢ,
+        // The azimuths that a cell spans, from those between its neighbours: 0.28 of the side, or 0.44 for TRTˢ,
         // where the points are at least 0.24 and 0.39 of it apart.
         let e = self.exit.to_array();
         let gaps = [e[1] - e[0], e[2] - e[1], e[3] - e[2], e[4] - e[3], e[6] - e[5], e[7] - e[6]];
@@ -197,14 +197,14 @@ impl Group {
         self.spread = [start as u8, count as u8];
     }
 
-    /// Looks up C^N of the paths. In a `narrow` window it is that of the near field; in a wider one the part close to
-    /// the axis, where a share is mirrored, does not matter.
+    /// Looks up C^N of the paths. In a `narrow` window the lookup is that of the near field. In a wider window the
+    /// part close to the axis, where a share is mirrored, does not matter.
     #[inline(always)]
     fn look_up(&mut self, query: &Query, path: &Path<f32x8>, narrow: bool) {
         let angles = path.gamma_m.to_array();
         let mut turned = [0.0; 8];
         for i in 0..8 {
-            // The far field's two halves are the same.
+            // The two halves of the far field are the same.
             if i >= 4 && angles[i] == angles[i - 4] {
                 self.weights[i] = self.weights[i - 4];
                 turned[i] = turned[i - 4];
@@ -232,7 +232,7 @@ impl Group {
         m * medulla.azimuthal8([0, 1, 2, 3, 4, 5, 6, 7].map(|i| &self.weights[i]), relative)
     }
 
-    /// The same at φ, of light that is spread over azimuths, and with what is mirrored.
+    /// The same at φ, for light that is spread over azimuths, and including the mirrored share.
     #[inline(always)]
     fn spread_density(&self, medulla: &Medulla, exits: &[Exit], phi: f32x8, m: [f32; 2]) -> f32x8 {
         let one = [Exit { azimuth: self.exit, share: f32x8::ONE }];
@@ -250,19 +250,19 @@ impl Group {
         sum
     }
 
-    /// How many halves it stands for.
+    /// The number of halves that it represents.
     fn times(&self) -> f32 {
         if self.twice { 2.0 } else { 1.0 }
     }
 }
 
 impl Points {
-    /// None.
+    /// No points.
     pub fn none() -> Self {
         Points { groups: ArrayVec::new_const(), exits: ArrayVec::new_const(), plain: true }
     }
 
-    /// Prepares them so that they sum to the `energy` of TTˢ and TRTˢ found already.
+    /// Prepares the points so that they sum to the given `energy` of TTˢ and TRTˢ.
     #[inline(always)]
     pub fn prepare(
         &mut self,
@@ -283,7 +283,7 @@ impl Points {
             self.groups.push(Group::NONE);
             if let Some(group) = self.groups.last_mut() {
                 group.prepare_few(&query, sides);
-                // Points at 0.11 and 0.89 of a side.
+                // The points are at 0.11 and 0.89 of a side.
                 let e = group.exit.to_array();
                 let span = (e[2] - e[0]).abs().max((e[6] - e[4]).abs());
                 enough = span < FEW_SPAN * width;
@@ -307,7 +307,8 @@ impl Points {
     #[inline(never)]
     fn prepare_some(&mut self, query: &Query, sides: [Option<Side>; 2], width: f32) {
         self.groups.clear();
-        // Sides that both begin at the axis: what they share, once for both, and what one of them has more.
+        // For sides that both begin at the axis: the common part once for both, and the part that only one of them
+        // has.
         let pieces = match sides {
             [Some(a), Some(b)] => {
                 let (shared, rest) = a.overlap(&b);
@@ -326,8 +327,8 @@ impl Points {
         }
     }
 
-    /// Draws φ of TTˢ (0) or TRTˢ (1) from what [`Points::eval`] gives the density of, and the azimuth from straight back.
-    /// `u`: the path, and the azimuth.
+    /// Draws φ of TTˢ (0) or TRTˢ (1) with the density of [`Points::eval`], and the azimuth from straight back. `u`:
+    /// the path, and the azimuth.
     pub fn draw(&self, medulla: &Medulla, q: usize, u: [f32; 2]) -> [f32; 2] {
         let energy = |group: &Group| group.energy[q][3].to_array();
         let total: f32 = self.groups.iter().map(|group| group.times() * energy(group).iter().sum::<f32>()).sum();
@@ -342,7 +343,7 @@ impl Points {
             (true, false) => (-1.0, 2.0 * t - 1.0),
             (false, _) => (1.0, t),
         };
-        // The azimuth among those that the path's light is spread over.
+        // One of the azimuths over which the path's light is spread.
         let exits =
             self.exits_of(group).iter().map(|exit| (exit.azimuth.to_array()[lane], exit.share.to_array()[lane]));
         let exit = choose(exits, t).map_or(group.exit.to_array()[lane], |choice| choice.item);
@@ -350,7 +351,7 @@ impl Points {
         [flip * group.mirror.to_array()[lane] * (relative + exit), wrap(relative)]
     }
 
-    /// The azimuths that a group's light is spread over, if it is.
+    /// The azimuths over which a group's light is spread, if it is spread.
     fn exits_of(&self, group: &Group) -> &[Exit] {
         let [start, count] = group.spread.map(usize::from);
         &self.exits[start..start + count]

@@ -1,10 +1,10 @@
 //! R, TT, TRT of one half of the fibre's width, offsets ≥ 0, by segments (Yan17 Sec. 5.1).
 //!
-//! A segment's light leaves over a range of azimuths, spread by the lobe's Gaussian. Its density over that
-//! range is taken as linear, with the segment's energy and mean azimuth both exact (two-point
-//! Gauss–Legendre in the angle): the linear density also takes up how Φ curves along the segment, which the
-//! paper's linear Φ and linear factors of A(h) do not. The mean is that of the largest channel: all channels of a segment's
-//! light are spread alike, so that a sample's weight is that of its segment wherever it goes.
+//! The light of a segment leaves over a range of azimuths, spread by the lobe's Gaussian. Its density over that range
+//! is taken as linear, with the exact energy and mean azimuth of the segment (two-point Gauss–Legendre in the angle).
+//! The linear density also represents the curvature of Φ along the segment; the paper's linear Φ and linear factors
+//! of A(h) do not. The mean is that of the largest channel. All channels of a segment's light are spread alike, so
+//! the weight of a sample depends only on its segment.
 
 use crate::choose::choose;
 use crate::cylinder::azimuthal::wrap;
@@ -20,12 +20,12 @@ use crate::simd::special;
 use std::f32::consts::{PI, TAU};
 use wide::{f32x4, f32x8};
 
-/// Does a window of this fibre take more segments than one chain a side?
+/// Whether a window of this fibre takes more segments than one chain per side.
 ///
-/// Where the lobes are narrower than a segment's azimuths, its density shows. Near η = 1 light turns aside only close
-/// to the silhouette, within √(η² − 1) of it. Where the fibre or its medulla absorbs much in one channel, light of
-/// that channel leaves close to the silhouette or to the medulla's edge. The limits are such that no preset, and no
-/// hair coloured by up to 8 parts of eumelanin, takes more.
+/// If the lobes are narrower than a segment's azimuths, the density of the segment is visible. Near η = 1 light turns
+/// aside only close to the silhouette, within √(η² − 1) of it. If the fibre or its medulla absorbs much in one
+/// channel, light of that channel leaves close to the silhouette or to the medulla's edge. The limits are such that
+/// no preset, and no hair coloured by up to 8 parts of eumelanin, takes more segments.
 pub(crate) fn needs_more(fiber: &Fiber) -> bool {
     let absorbs = |sigma: [f32; 3], most: f32| sigma.into_iter().any(|sigma| sigma > most);
     fiber.beta_n < 0.02
@@ -34,17 +34,17 @@ pub(crate) fn needs_more(fiber: &Fiber) -> bool {
         || absorbs(fiber.sigma_ma.map(|sigma| sigma * fiber.kappa), 1.0)
 }
 
-/// RGB and the largest of them, which is what is sampled, eight of each.
+/// RGB and the largest channel, which sampling uses, eight of each.
 pub(crate) type Channels = [f32x8; 4];
 
-/// τ of the hit put into the tables.
+/// The table for the τ of the hit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Through {
     pub pass: Pass,
     pub mean_paths: MeanPaths,
 }
 
-/// Energy over σ, and how far its mean is from the middle in standard deviations, of eight spans of azimuth.
+/// Energy over σ, and the distance of its mean from the middle in standard deviations, of eight spans of azimuth.
 #[derive(Clone, Copy, Debug)]
 struct Spans {
     energy: Channels,
@@ -54,24 +54,24 @@ struct Spans {
 impl Spans {
     const NONE: Spans = Spans { energy: [f32x8::ZERO; 4], mean: f32x8::ZERO };
 
-    /// Energies times what belongs to them and to their means.
+    /// The light of the spans, energy · max(J₀ + mean · J₁, 0) in each channel.
     #[inline(always)]
     fn light(&self, [j0, j1]: [f32x8; 2]) -> Channels {
-        // Far from a span both terms are rounding errors of either sign. A negative density would cancel what other
-        // spans give the pdf but not what they give one channel, and the weight of a sample would have no bound.
+        // Far from a span both terms are rounding errors of either sign. A negative density would cancel the pdf of
+        // other spans but not their light in a channel, and the weight of a sample would have no bound.
         let density = self.mean.mul_add(j1, j0).max(f32x8::ZERO);
         self.energy.map(|energy| energy * density)
     }
 }
 
-/// How the spans of a lobe are spread by its Gaussian.
+/// How the Gaussian of a lobe spreads its spans.
 #[derive(Clone, Copy, Debug)]
 enum Spread {
-    /// Seven segments, exactly.
+    /// Exactly, over seven segments.
     Chain(Chain),
-    /// A lobe so wide that Gaussians do.
+    /// By Gaussians, for a wide lobe.
     Bells(Bells),
-    /// Taken together with TT: its segments two by two in the lower four lanes, those of TRT in the upper.
+    /// Together with TT: its segments two by two in the lower four lanes, those of TRT in the upper.
     WithTt,
 }
 
@@ -85,7 +85,7 @@ impl Spread {
         }
     }
 
-    /// The largest distance from the lobe's centre at which anything is left, in standard deviations.
+    /// The largest distance from the lobe's centre with a result other than 0, in standard deviations.
     fn reach(&self) -> f32 {
         match self {
             Spread::Chain(chain) => chain.reach(),
@@ -100,15 +100,15 @@ impl Spread {
 struct Lobe {
     spread: Spread,
     spans: Spans,
-    /// Turns of the circle, either way, from which its tails come round.
+    /// The number of turns of the circle, in either direction, from which its tails contribute.
     turns: i32,
 }
 
 impl Lobe {
     const NONE: Lobe = Lobe { spread: Spread::Chain(Chain::NONE), spans: Spans::NONE, turns: 0 };
 
-    /// Takes the segments of TT and TRT two by two, where both lobes are wide enough for bells, given the energies and
-    /// positions of their Gauss points. Mean and variance of a span are those of its light as it is sampled.
+    /// Combines the segments of TT and TRT two by two if both lobes are wide enough for bells, given the energies and
+    /// positions of their Gauss points. The mean and variance of a span are those of its light as it is sampled.
     #[inline(always)]
     fn pack(&mut self, shares: &impl Fn(usize, usize) -> [f32x8; 2], points: &[[f32x8; 2]; 3]) -> bool {
         let (tt, trt) = (&points[1], &points[2]);
@@ -134,11 +134,11 @@ impl Lobe {
 /// R, TT, TRT of one half of a window.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Half {
-    /// The azimuths R, TT, TRT are measured from, in the first three lanes.
+    /// The azimuths from which R, TT, TRT are measured, in the first three lanes.
     centres: f32x8,
     lobes: [Lobe; 3],
-    /// φ is taken with the first `count` of these signs: + for the offsets ≥ 0, − for those ≤ 0, which are mirrored,
-    /// (h, φ) → (−h, −φ).
+    /// φ is multiplied by the first `count` of these signs: + for the offsets ≥ 0, − for those ≤ 0, which are
+    /// mirrored, (h, φ) → (−h, −φ).
     signs: [f32; 2],
     count: usize,
 }
@@ -173,7 +173,7 @@ fn across(channels: [f32x4; 4]) -> f32x4 {
     (a + b) + (c + d)
 }
 
-/// A(h) of a register of paths, with the largest channel, by which lobes and offsets are sampled, in place of the spare one.
+/// A(h) of a register of paths. The spare channel holds the largest channel, by which lobes and offsets are sampled.
 #[inline(always)]
 pub(crate) fn attenuation(prepared: &Prepared, path: &Path<f32x8>, through: Option<&Through>) -> [Channels; 6] {
     let mean_paths = match through {
@@ -197,13 +197,13 @@ fn pairs(a: f32x8, b: f32x8) -> f32x8 {
         + f32x8::new([a[1], a[3], a[5], a[7], b[1], b[3], b[5], b[7]])
 }
 
-/// Moves the ends of a chain to where a linear density over the first and the last segment can have the mean of their
-/// light. Near η = 1 the azimuth runs away in the last of them, where there is hardly any light.
+/// Moves the ends of a chain so that a linear density over the first and the last segment can have the mean of their
+/// light. Near η = 1 the azimuth changes very fast in the last segment, where there is hardly any light.
 fn shorten(ends: f32x8, shares: [f32x8; 2], points: &[f32x8; 2]) -> f32x8 {
     let energy = (shares[0] + shares[1]).fast_max(f32x8::splat(f32::MIN_POSITIVE));
     let means = ((shares[0] * points[0] + shares[1] * points[1]) / energy).to_array();
     let mut ends = ends.to_array();
-    // From the node next to an end, which is shared, to the mean and to the end. The mean of what falls to 0 is at a
+    // From the shared node next to an end to the mean, and to the end. A density that falls to 0 has its mean at a
     // third.
     for (node, end, mean) in [(6, 7, means[6]), (1, 0, means[0])] {
         let (to_mean, to_end) = (mean - ends[node], ends[end] - ends[node]);
@@ -215,11 +215,11 @@ fn shorten(ends: f32x8, shares: [f32x8; 2], points: &[f32x8; 2]) -> f32x8 {
 }
 
 impl Half {
-    /// Nothing.
+    /// An empty half.
     pub const NONE: Half = Half { centres: f32x8::ZERO, lobes: [Lobe::NONE; 3], signs: [0.0; 2], count: 0 };
 
-    /// Prepares it where it lies, it being large; the energies of the six lobes, RGB and the largest. `scale` is 1
-    /// over the width of the whole window.
+    /// Prepares it in place, because it is large. Returns the energies of the six lobes, RGB and the largest channel.
+    /// `scale` is 1 over the width of the whole window.
     #[inline(always)]
     pub fn prepare(
         &mut self,
@@ -246,7 +246,7 @@ impl Half {
             energy[p] = sum(shares);
         }
         let [gamma_o, gamma_t] = angles(nodes.ends, paths[0].inverse_eta);
-        // Of each lobe: its segments' ends and Gauss points in standard deviations from its centre.
+        // For each lobe: the ends and Gauss points of its segments in standard deviations from its centre.
         let (mut ends, mut points) = ([f32x8::ZERO; 3], [[f32x8::ZERO; 2]; 3]);
         let mut centres = [0.0; 8];
         for p in 0..3 {
@@ -290,7 +290,7 @@ impl Half {
             self.lobes[2].spread = Spread::WithTt;
         }
         for (p, lobe) in self.lobes.iter_mut().enumerate() {
-            // TRT's tails, where it is taken together with TT, are the longer ones.
+            // If TRT is combined with TT, its tails are the longer ones.
             let sigma = prepared.azimuthal.sigma[if p == 1 && packed { 2 } else { p }];
             lobe.turns = ((lobe.spread.reach() * sigma + PI) * (1.0 / TAU)) as i32;
         }
@@ -328,19 +328,19 @@ impl Half {
                 _ => n[p] = sum(light),
             }
         }
-        // What rounding leaves below 0 is 0.
+        // Negative rounding errors become 0.
         n.map(|n| n.max(f32x4::ZERO))
     }
 }
 
-/// A number in [−1, 1] with density (1 + s x)/2, |s| ≤ 1, from a uniform one.
+/// Maps a uniform number to [−1, 1] with the density (1 + s x)/2, |s| ≤ 1.
 fn sloping(s: f32, u: f32) -> f32 {
     let x = 4.0 * u - 2.0 + s;
     x / (1.0 + (1.0 + s * x).max(0.0).sqrt())
 }
 
 impl Half {
-    /// The spans of R, TT or TRT, and the energy with which each is sampled.
+    /// The spans of R, TT or TRT, and the sampling energy of each.
     #[inline(always)]
     fn spans(&self, p: usize) -> (&Lobe, [f32; 8]) {
         let (lobe, lanes) = match (&self.lobes[1].spread, p) {
@@ -355,7 +355,8 @@ impl Half {
     }
 }
 
-/// Draws φ from what [`Half::eval`] gives the density of, of R, TT or TRT. `u`: which span, and where in it; and the Gaussian.
+/// Draws φ of R, TT or TRT with the density of [`Half::eval`]. `u`: one number for the span and the place in it, one
+/// for the Gaussian.
 #[inline(always)]
 pub(crate) fn draw(halves: &[Half], p: usize, sigma: f32, u: [f32; 2]) -> f32 {
     let total: f32 = halves.iter().map(|half| half.count as f32 * half.spans(p).1.iter().sum::<f32>()).sum();
@@ -369,7 +370,7 @@ pub(crate) fn draw(halves: &[Half], p: usize, sigma: f32, u: [f32; 2]) -> f32 {
     let Some(choice) = choose(spans, u[0] * total) else { return 0.0 };
     let ((half, lobe, sign, lane), t) = (choice.item, choice.fraction().min(1.0));
     let [middle, length] = lobe.spread.span(lane);
-    // What of the mean of a short span is more than a line has moves it aside.
+    // If a linear density cannot have this mean, the rest of the mean shifts the span.
     let mean = lobe.spans.mean.to_array()[lane];
     let slope = (3.0 * mean / length.max(1e-6)).clamp(-1.0, 1.0);
     let aside = mean - slope * length * (1.0 / 3.0);

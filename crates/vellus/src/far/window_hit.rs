@@ -15,7 +15,7 @@ use glam::Vec3;
 use std::f32::consts::TAU;
 use wide::{f32x4, f32x8};
 
-/// All that depends on ω_o and the window.
+/// Everything that depends on ω_o and the window.
 #[derive(Clone, Debug)]
 pub(crate) struct WindowHit<'b> {
     prepared: &'b Prepared<'b>,
@@ -26,7 +26,7 @@ pub(crate) struct WindowHit<'b> {
     inclination: Inclination,
     /// A of the six lobes, RGB and the largest channel, averaged over the window.
     energy: [f32x4; 6],
-    /// 1 over the sum of what is sampled, the largest channels.
+    /// 1 over the sum of the largest channels, which sampling uses.
     inverse: f32,
     halves: ArrayVec<Half, PIECES>,
     points: Points,
@@ -50,7 +50,7 @@ impl<'b> WindowHit<'b> {
         }
     }
 
-    /// Prepares what is large where it lies.
+    /// Prepares large parts in place.
     #[inline(never)]
     pub fn prepare(&mut self) {
         let prepared = self.prepared;
@@ -67,7 +67,7 @@ impl<'b> WindowHit<'b> {
         let [low, high] = self.range;
         let symmetric = low == -high;
         let signs: [&[f32]; 2] = [if symmetric { &[1.0, -1.0] } else { &[1.0] }, &[-1.0]];
-        // Offsets ≥ 0 and ≤ 0, the latter mirrored.
+        // The offsets ≥ 0, and the offsets ≤ 0, which are mirrored.
         let sides = [[low.max(0.0), high], if symmetric { [0.0; 2] } else { [(-high).max(0.0), -low] }];
         let mut pieces: ArrayVec<Piece, PIECES> = ArrayVec::new();
         let mut whole = [None; 2];
@@ -109,7 +109,7 @@ impl<'b> WindowHit<'b> {
         self.energy.map(|e| e.to_array()[3] * self.inverse)
     }
 
-    /// f·cos θᵢ of the six lobes, RGB, and the largest channel, in proportion to which they are sampled.
+    /// f·cos θᵢ of the six lobes, RGB, and the largest channel, to which sampling is proportional.
     #[inline(always)]
     fn lobes(&self, o: &Outgoing<f32>) -> [f32x4; 6] {
         let prepared = self.prepared;
@@ -151,7 +151,7 @@ impl<'b> WindowHit<'b> {
         (Lobes(lobes.map(|[r, g, b, _]| [r, g, b])), pdf * f32x8::splat(self.inverse))
     }
 
-    /// As [`WindowHit::lobes`], of eight directions.
+    /// [`WindowHit::lobes`] of eight directions.
     fn lobes8(&self, o: &Outgoing<f32x8>) -> [[f32x8; 4]; 6] {
         let medulla = &self.prepared.medulla;
         let m =
@@ -168,7 +168,7 @@ impl<'b> WindowHit<'b> {
         lobes.map(|lobe| lobe.map(f32x8::new))
     }
 
-    /// Draws a lobe and from it sin θᵢ, cos θᵢ and φ. `u`: as for [`crate::Hit::sample`].
+    /// Draws a lobe, and sin θᵢ, cos θᵢ and φ from it. `u`: as for [`crate::Hit::sample`].
     #[inline(always)]
     fn draw(&self, u: [f32; 5]) -> (Lobe, f32, f32, f32) {
         let prepared = self.prepared;
@@ -198,7 +198,7 @@ impl<'b> WindowHit<'b> {
         let lobes = self.lobes(&Outgoing { sin_i, cos_i, theta_i: sin_i.atan2(cos_i), phi });
         let total = sum(&lobes);
         let pdf = total.to_array()[3] * self.inverse;
-        // 0/0 where the density underflows: the weight is then 0.
+        // 0/0 if the density underflows: the weight is then 0.
         Sample::new(wi, pdf, rgb(total * f32x4::splat(1.0 / pdf.max(f32::MIN_POSITIVE))), lobe)
     }
 

@@ -1,11 +1,11 @@
-//! A fibre from values by name, as files and options give them.
+//! Builds a fibre from named values, as files and options contain them.
 
 use crate::error::Error;
 use crate::fiber::Fiber;
 use crate::fiber::color::Color;
 use crate::fiber::parameter::Parameter;
 
-/// Values of parameters by name, and the fibre that has what they do not give.
+/// Named values of parameters, and a base fibre for the parameters without a value.
 ///
 /// Values may come in any order: the builder converts a colour at the end, when β_n is known, and refuses a second
 /// colour. Later values of the same parameter replace earlier ones.
@@ -31,12 +31,12 @@ use crate::fiber::parameter::Parameter;
 #[derive(Clone, Debug, PartialEq)]
 pub struct FiberBuilder {
     base: Fiber,
-    /// In the units of a fibre, by the number of the parameter.
+    /// In the units of a fibre, indexed by parameter.
     values: [Option<[f32; 3]>; Parameter::ALL.len()],
 }
 
 impl FiberBuilder {
-    /// Without values: builds `base`.
+    /// A builder without values. It builds `base`.
     pub fn new(base: Fiber) -> Self {
         FiberBuilder { base, values: [None; Parameter::ALL.len()] }
     }
@@ -71,12 +71,12 @@ impl FiberBuilder {
         Ok(())
     }
 
-    /// Sets a parameter to a value in the units of a fibre (radians), as [`Parameter::set`] takes it.
+    /// Sets a parameter to a value in the units of a fibre (radians), in the form of [`Parameter::set`].
     pub fn set_value(&mut self, parameter: Parameter, value: [f32; 3]) {
         self.values[parameter as usize] = Some(value);
     }
 
-    /// The colour that was given, if any.
+    /// The colour, if one was given.
     ///
     /// # Errors
     /// [`Error::ColorTwice`] for a second colour.
@@ -94,7 +94,7 @@ impl FiberBuilder {
         }))
     }
 
-    /// The fibre.
+    /// Builds the fibre.
     ///
     /// # Errors
     /// [`Error::ColorTwice`] for a second colour, [`Error::OutOfRange`] for a value out of range.
@@ -119,7 +119,7 @@ impl Default for FiberBuilder {
     }
 }
 
-/// The error for a name that no parameter has.
+/// The error for an unknown name.
 pub(super) fn unknown(name: &str) -> Error {
     let mut known: Vec<String> = Vec::new();
     for parameter in Parameter::ALL {

@@ -1,9 +1,9 @@
-//! Colour of a fibre: as absorption, as melanin, or as the reflectance of many fibres.
+//! The colour of a fibre: as absorption, as melanin, or as the reflectance of many fibres.
 
 use crate::error::Error;
 use crate::fiber::parameter::Parameter;
 
-/// How the colour of the cortex is given.
+/// A way to give the colour of the cortex.
 #[non_exhaustive]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Color {
@@ -12,15 +12,16 @@ pub enum Color {
     /// Concentrations of the two pigments, each in [0, 100]. Hair lies between 0 (white) and 8 (black eumelanin).
     ///
     /// σ = c_e (0.419, 0.697, 1.37) + c_p (0.187, 0.4, 1.05): the RGB constants of d'Eon et al. 2011, An
-    /// Energy-Conserving Hair Reflectance Model, as pbrt-v3/v4 and Mitsuba 3 use them.
+    /// Energy-Conserving Hair Reflectance Model, which pbrt-v3/v4 and Mitsuba 3 also use.
     Melanin {
         /// Concentration of eumelanin, brown to black.
         eumelanin: f32,
         /// Concentration of pheomelanin, yellow to red.
         pheomelanin: f32,
     },
-    /// The colour of an *assembly* of such fibres, RGB in [0.001, 0.999], by the fit of Chiang et al. 2016, A Practical
-    /// and Controllable Hair and Fur Model for Production Path Tracing, Eq. 9. The fit was made for hair without medulla.
+    /// The colour of an *assembly* of such fibres, RGB in [0.001, 0.999], by the fit of Chiang et al. 2016, A
+    /// Practical and Controllable Hair and Fur Model for Production Path Tracing, Eq. 9. The fit is for hair without
+    /// medulla.
     Reflectance([f32; 3]),
 }
 
@@ -49,13 +50,13 @@ impl Color {
     }
 }
 
-/// Chiang's azimuthal roughness in [0, 1] whose logistic has standard deviation `beta_n`:
-/// π s/√3 = β_n with s = √(π/8) (0.265 β + 1.194 β² + 5.372 β²²) (Chiang et al. 2016, Eq. 8, with
-/// the factor of pbrt). Wider lobes than theirs are held at 1.
+/// Chiang's azimuthal roughness in [0, 1] for which the logistic has the standard deviation `beta_n`: π s/√3 = β_n
+/// with s = √(π/8) (0.265 β + 1.194 β² + 5.372 β²²) (Chiang et al. 2016, Eq. 8, with the factor of pbrt). Wider lobes
+/// than theirs get 1.
 fn perceptual_roughness(beta_n: f32) -> f32 {
     let s = beta_n * 3f32.sqrt() / std::f32::consts::PI / (std::f32::consts::PI / 8.0).sqrt();
     let (mut lo, mut hi) = (0.0f32, 1.0f32);
-    // Monotone in β; 30 halvings reach the last bit.
+    // Monotone in β: 30 bisections reach the last bit.
     for _ in 0..30 {
         let b = 0.5 * (lo + hi);
         if 0.265 * b + 1.194 * b * b + 5.372 * b.powi(22) < s { lo = b } else { hi = b }

@@ -33,7 +33,8 @@ use crate::fiber::species::Species;
 pub struct Fiber {
     /// η, refractive index of cortex and medulla, in [1, 3]. Keratin is near 1.55.
     pub eta: f32,
-    /// κ, medullary index: the radius of the medulla over that of the fibre, in [0, 0.99]. A hair without medulla has 0.
+    /// κ, medullary index: the radius of the medulla over that of the fibre, in [0, 0.99]. Hair without medulla has
+    /// 0.
     pub kappa: f32,
     /// α, tilt of the cuticle scales in radians, in [−45°, 45°]. Positive scales open toward the tip: the R highlight
     /// moves toward the root (D11).
@@ -57,7 +58,7 @@ pub struct Fiber {
 }
 
 impl Fiber {
-    /// The fit of Yan17 Table 4 for a species. Its absorption is grey, as the measurements are.
+    /// The fit of Yan17 Table 4 for a species. Its absorption is grey, like the measurements.
     pub fn preset(species: Species) -> Self {
         species.fiber()
     }
@@ -88,8 +89,8 @@ impl Fiber {
     /// The same fibre with the absorption of the cortex that gives it a colour.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] for a concentration or reflectance out of range. Also for β_n out of range where the colour
-    /// is a reflectance, which depends on it.
+    /// [`Error::OutOfRange`] for a concentration or reflectance out of range. A reflectance depends on β_n, so this
+    /// error also occurs for β_n out of range.
     pub fn with_color(self, color: Color) -> Result<Self, Error> {
         Ok(Fiber { sigma_ca: color.absorption(self.beta_n)?, ..self })
     }

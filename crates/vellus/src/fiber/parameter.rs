@@ -97,12 +97,13 @@ pub struct Range {
 }
 
 impl Range {
-    /// Is a value in the range? The ends are rounded to single precision first, so that `0.99_f32` is in [0, 0.99].
+    /// Whether a value is in the range. The ends are rounded to single precision first, so that `0.99_f32` is in [0,
+    /// 0.99].
     pub fn contains(&self, x: f32) -> bool {
         (self.low as f32..=self.high as f32).contains(&x)
     }
 
-    /// The value of the range that is nearest to `x`; the low end for NaN.
+    /// The value of the range nearest to `x`; the low end for NaN.
     pub fn nearest(&self, x: f32) -> f32 {
         let [low, high] = self.ends();
         if x.is_nan() { low } else { x.clamp(low, high) }
@@ -121,7 +122,7 @@ impl fmt::Display for Range {
     }
 }
 
-/// What the table says of one parameter.
+/// The row of a parameter in the table.
 struct Row {
     parameter: Parameter,
     name: &'static str,
@@ -176,8 +177,8 @@ const TABLE: [Row; 12] = [
 ];
 
 impl Parameter {
-    /// All parameters: those that [`Fiber`] stores in the order of Yan17 Table 4, then the other two ways to give a
-    /// colour. To set several parameters in this order is right, because [`Parameter::Reflectance`] depends on β_n.
+    /// All parameters: those that [`Fiber`] stores, in the order of Yan17 Table 4, then the other two ways to give a
+    /// colour. Several parameters can be set in this order, because [`Parameter::Reflectance`] depends on β_n.
     pub const ALL: [Parameter; 12] = {
         let mut all = [Parameter::Kappa; 12];
         let mut i = 0;
@@ -212,7 +213,7 @@ impl Parameter {
         self.row().unit
     }
 
-    /// Is the parameter an angle, which files give in degrees and [`Fiber`] stores in radians?
+    /// Whether the parameter is an angle, which is in degrees in files and in radians in [`Fiber`].
     pub fn is_angle(self) -> bool {
         self.unit() == Unit::Degrees
     }
@@ -222,7 +223,7 @@ impl Parameter {
         self.row().range
     }
 
-    /// The value without a preset, that of [`Fiber::hair`], as [`Parameter::get`] gives it.
+    /// The value in [`Fiber::hair`], in the form of [`Parameter::get`].
     pub fn default_value(self) -> Option<[f32; 3]> {
         self.get(&Fiber::hair())
     }
@@ -232,13 +233,13 @@ impl Parameter {
         self.row().channels.len()
     }
 
-    /// Does the parameter give the colour of the cortex, σ_c,a? Only one of those that do may be given.
+    /// Whether the parameter gives the colour of the cortex, σ_c,a. Only one such parameter may be given.
     pub fn is_color(self) -> bool {
         matches!(self, Parameter::SigmaCa | Parameter::Reflectance | Parameter::Melanin)
     }
 
-    /// The name of a channel, counted from 0: `kappa`, `sigma_ca.r`, `eumelanin`. The name of the parameter where there
-    /// is no such channel.
+    /// The name of a channel, counted from 0: `kappa`, `sigma_ca.r`, `eumelanin`. For a channel that does not exist,
+    /// the name of the parameter.
     pub fn channel_name(self, channel: usize) -> String {
         match (self, self.row().channels.get(channel)) {
             (_, None | Some(&"")) => self.name().to_owned(),
@@ -247,13 +248,13 @@ impl Parameter {
         }
     }
 
-    /// The parameter of a name.
+    /// The parameter with this name.
     pub fn from_name(name: &str) -> Option<Parameter> {
         Parameter::ALL.into_iter().find(|p| p.name() == name)
     }
 
-    /// The parameter and the channel of a name as [`Parameter::channel_name`] gives it, and no channel for the name of
-    /// a parameter.
+    /// The parameter and the channel of a name from [`Parameter::channel_name`]. For the name of a parameter the
+    /// channel is `None`.
     ///
     /// ```
     /// use vellus::Parameter;
@@ -271,8 +272,8 @@ impl Parameter {
         })
     }
 
-    /// The value of a fibre in its own units (radians), the same in all channels for a number. `None` for the two
-    /// parameters that a fibre does not store.
+    /// The value in a fibre, in the fibre's units (radians). A single number is repeated in all channels. `None` for
+    /// the two parameters that a fibre does not store.
     pub fn get(self, fiber: &Fiber) -> Option<[f32; 3]> {
         Some(match self {
             Parameter::Kappa => [fiber.kappa; 3],
@@ -289,19 +290,18 @@ impl Parameter {
         })
     }
 
-    /// Puts a value in a fibre's own units (radians) into a fibre. A number is taken from the first channel, melanin
-    /// from the first two.
+    /// Sets the value in a fibre, in the fibre's units (radians). A single number comes from the first channel,
+    /// melanin from the first two.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] for a value out of range. The fibre is then as before.
+    /// [`Error::OutOfRange`] for a value out of range. The fibre then stays unchanged.
     pub fn set(self, fiber: &mut Fiber, value: [f32; 3]) -> Result<(), Error> {
         self.check(value)?;
         self.store(fiber, value);
         Ok(())
     }
 
-    /// The same with the nearest value of the range. Values from textures, and between control points, may leave the
-    /// range.
+    /// The same, clamped to the range. Values from textures, and values between control points, may be out of range.
     pub fn set_nearest(self, fiber: &mut Fiber, value: [f32; 3]) {
         let [low, high] = self.range().ends().map(|x| self.unit().to_stored(x));
         self.store(fiber, value.map(|x| if x.is_nan() { low } else { x.clamp(low, high) }));
@@ -309,7 +309,8 @@ impl Parameter {
 
     fn store(self, fiber: &mut Fiber, value: [f32; 3]) {
         let [x, y, _] = value;
-        // A reflectance also depends on β_n. Where that is out of range, the colour stays, and validation names β_n.
+        // A reflectance also depends on β_n. If β_n is out of range, the colour stays unchanged, and validation names
+        // β_n.
         let color = |fiber: &Fiber, color: Color| color.absorption(fiber.beta_n).unwrap_or(fiber.sigma_ca);
         match self {
             Parameter::Kappa => fiber.kappa = x,
@@ -329,7 +330,7 @@ impl Parameter {
         }
     }
 
-    /// Checks a value in a fibre's own units (radians).
+    /// Checks a value in the fibre's units (radians).
     ///
     /// # Errors
     /// [`Error::OutOfRange`] names the first channel out of range, its value and the range in the unit of files.
@@ -348,8 +349,8 @@ impl Parameter {
         Ok(())
     }
 
-    /// Is an angle in its range? With half a millidegree of slack: 0.1° and 90°, rounded to radians, may lie just
-    /// outside.
+    /// Whether an angle is in its range, with a tolerance of half a millidegree: 0.1° and 90°, rounded to radians,
+    /// may lie just outside.
     fn contains_degrees(self, x: f32) -> bool {
         const SLACK: f32 = 5e-4;
         let [low, high] = self.range().ends();

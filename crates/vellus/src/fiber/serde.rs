@@ -1,4 +1,4 @@
-//! Fibres, colours, species and windows in files, by serde.
+//! Fibres, colours, species and windows in files, through serde.
 
 use crate::error::{Error, shortest};
 use crate::fiber::Fiber;
@@ -66,8 +66,8 @@ impl Serialize for InFile {
     }
 }
 
-/// The shortest number of degrees, from four decimals on, that is read as this angle in radians: 5.48, not 5.4800005.
-/// Some angles lie between those of two adjacent numbers of degrees; they become one of the two.
+/// The shortest number of degrees, with at least four decimals, that reads as this angle in radians: 5.48, not
+/// 5.4800005. Some angles lie between the angles of two adjacent numbers of degrees; they become one of the two.
 fn degrees(radians: f32) -> f32 {
     let exact = Unit::Degrees.from_stored(radians);
     let rounded = (4..8).map(|decimals| {
@@ -124,7 +124,7 @@ impl<'de> Deserialize<'de> for FiberBuilder {
                         settings.push((name, map.next_value()?));
                     }
                 }
-                // The preset may stand after the channels of a colour, which begin with its values.
+                // The preset may follow the channels of a colour, which start with the preset's values.
                 let mut builder = FiberBuilder::new(base);
                 for (name, Numbers(numbers)) in &settings {
                     builder.set(name, numbers).map_err(de::Error::custom)?;

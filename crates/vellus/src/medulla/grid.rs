@@ -1,15 +1,15 @@
-//! Where the nodes of the medulla tables lie. The simulation places them, the query finds them.
+//! The positions of the nodes of the medulla tables. The simulation and the query share them.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Largest optical radius τ of the tables. Above it the scattered lobes keep their shape: all
-/// light then leaves within a few mean free paths of where it entered.
+/// Largest optical radius τ of the tables. Above it the scattered lobes keep their shape: all light then leaves
+/// within a few mean free paths of its entry.
 pub const TAU_MAX: f64 = 20.0;
 
 /// Largest anisotropy of the tables.
 pub const G_MAX: f64 = 0.95;
 
-/// Largest inclination with a node of its own; beyond it the forward lobe moves on rigidly.
+/// Largest inclination of a node. Beyond it the forward lobe only shifts.
 pub const THETA_MAX: f64 = 85.0 * PI / 180.0;
 
 /// Exponential spacing in τ: with 24 nodes the first step is 0.015 and the last 4.6.
@@ -48,14 +48,15 @@ pub fn offset_at(position: f64) -> f64 {
     (position * FRAC_PI_2).sin()
 }
 
-/// Below this angle asin h″ a part of C^N is mirrored, 1 over it in single precision: see [`mirrored_share`].
+/// Below this angle asin h″ a part of C^N is mirrored. The second constant is 1 over it in single precision. See
+/// [`mirrored_share`].
 pub(crate) const MIRROR_REACH: f64 = PI / 360.0;
 pub(crate) const MIRROR_REACH_INVERSE: f32 = (1.0 / MIRROR_REACH) as f32;
 
 /// The share of C^N that is mirrored, φ → −φ, at an offset h″ ≥ 0.
 ///
-/// C^N is symmetric at h″ = 0. The compressed tables are so only to a few hundredths. Half of the profile is mirrored
-/// there, and less up to 0.5°: then C^N is symmetric and does not jump where h″ changes its sign.
+/// C^N is symmetric at h″ = 0, but the compressed tables are symmetric only to a few hundredths. Half of the profile
+/// is mirrored at h″ = 0, and less up to 0.5°. C^N is then symmetric and continuous where h″ changes its sign.
 pub fn mirrored_share(h: f64) -> f64 {
     let x = (h.clamp(0.0, 1.0).asin() / MIRROR_REACH).min(1.0);
     0.5 * (1.0 - x) * (1.0 - x)
@@ -81,15 +82,15 @@ pub struct OutgoingAxis {
 }
 
 impl OutgoingAxis {
-    /// Exit azimuth over the whole circle, first and last node being the same direction.
+    /// The exit azimuth over the whole circle. The first and the last node are the same direction.
     pub const AZIMUTH: OutgoingAxis = OutgoingAxis { first: 0.0, last: TAU };
     /// θᵢ of the backward half.
     pub const BACKWARD: OutgoingAxis = OutgoingAxis { first: -FRAC_PI_2, last: FRAC_PI_2 };
-    /// D13: δ = θᵢ + θ_o of the forward half: its peak stays at δ = 0 whatever θ_o is, which is what
-    /// makes the table low-rank there.
+    /// D13: δ = θᵢ + θ_o of the forward half. Its peak stays at δ = 0 for every θ_o, so the table has a low rank
+    /// there.
     pub const FORWARD: OutgoingAxis = OutgoingAxis { first: -FRAC_PI_2, last: PI };
 
-    /// Distance between neighbours of `nodes` nodes.
+    /// The distance between neighbouring nodes, for `nodes` nodes.
     pub fn step(&self, nodes: usize) -> f64 {
         (self.last - self.first) / (nodes - 1) as f64
     }

@@ -1,11 +1,11 @@
-//! A compressed table: every profile is a mixture of the same few densities over the outgoing
-//! angle, its weights a product of one factor a parameter (Yan17 Eq. 17–18, with non-negative factors).
+//! A compressed table. Every profile is a mixture of the same few densities over the outgoing angle. Its weights are
+//! products of one factor per parameter (Yan17 Eq. 17–18, with non-negative factors).
 //!
-//! Non-negativity is what makes the tables practical: a profile is never negative, it is normalised by
-//! one sum over the weights, and it is sampled exactly by choosing a component and inverting that.
+//! Because the factors are non-negative, a profile is never negative, one sum over the weights normalises it, and it
+//! can be sampled exactly: choose a component, then invert it.
 //!
-//! A component B_r is piecewise linear in the angle δ. It is measured with weight cos(δ − s), for
-//! a shift s chosen at the query: the azimuthal table uses no weight, the longitudinal ones cos θᵢ.
+//! A component B_r is piecewise linear in the angle δ. It is integrated with the weight cos(δ − s), for a shift s
+//! that the query chooses. The azimuthal table uses no weight, the longitudinal ones use cos θᵢ.
 
 use crate::choose as weighted;
 use wide::f32x8;
@@ -18,11 +18,11 @@ pub(crate) struct Between {
 }
 
 impl Between {
-    /// Position `x` on nodes 0 … `nodes − 1`, held to that range. NaN is held to 0.
+    /// Position `x` on nodes 0 … `nodes − 1`, clamped to that range. NaN becomes 0.
     #[inline(always)]
     pub fn new(x: f32, nodes: usize) -> Self {
         let x = if x > 0.0 { x.min((nodes - 1) as f32) } else { 0.0 };
-        // Below 2³¹ by the line above; the cast through i32 is one instruction.
+        // Below 2³¹ by the previous line. The cast through i32 is one instruction.
         let index = (x as i32 as usize).min(nodes - 2);
         Between { index, t: x - index as f32 }
     }
@@ -31,12 +31,12 @@ impl Between {
 /// `C` registers of eight components.
 pub(crate) type Weights<const C: usize> = [f32x8; C];
 
-/// One value a node and component, node by node.
+/// One value for each node and component, in node order.
 #[derive(Clone, Debug)]
 pub(crate) struct Rows<const C: usize>(Vec<[f32x8; C]>);
 
 impl<const C: usize> Rows<C> {
-    /// From `rank` ≤ 8·C values a node; the missing components are 0.
+    /// From `rank` ≤ 8·C values per node. The missing components are 0.
     pub fn new(values: &[f32], rank: usize) -> Self {
         Rows(
             values
@@ -108,7 +108,7 @@ pub(crate) fn product<const C: usize>(a: &Weights<C>, b: &Weights<C>) -> Weights
     out
 }
 
-/// The factor that makes Σ w_r z_r = 1; 0 where that sum is.
+/// The factor that makes Σ w_r z_r = 1; 0 if that sum is 0.
 #[inline(always)]
 pub(crate) fn normaliser<const C: usize>(w: &Weights<C>, z: &Weights<C>) -> f32 {
     let mut sum = f32x8::ZERO;
@@ -119,7 +119,7 @@ pub(crate) fn normaliser<const C: usize>(w: &Weights<C>, z: &Weights<C>) -> f32 
     if sum > 0.0 { 1.0 / sum } else { 0.0 }
 }
 
-/// Draws a component with probability w_r z_r / Σ, and what is left of `u` as a new uniform number.
+/// Draws a component with probability w_r z_r / Σ, and returns the rest of `u` as a new uniform number.
 pub(crate) fn choose<const C: usize>(w: &Weights<C>, z: &Weights<C>, u: f32) -> (usize, f32) {
     let products = product(w, z);
     let mut sums = [0.0; C];
@@ -129,7 +129,7 @@ pub(crate) fn choose<const C: usize>(w: &Weights<C>, z: &Weights<C>, u: f32) -> 
         total += *sum;
     }
     let mut rest = u * total;
-    // Whatever rounding leaves over falls to the last block, and component, that has any weight.
+    // If rounding leaves a rest, it goes to the last block, and component, with a weight.
     let mut block = 0;
     for (c, &sum) in sums.iter().enumerate() {
         if sum > 0.0 {
@@ -162,13 +162,13 @@ pub(crate) struct Densities<const C: usize> {
     columns: [Vec<f32>; 2],
     /// Z_r(s) on nodes every [`SHIFT_STEP`] from one below s = 0 to one above s = 90°.
     integrals: Rows<C>,
-    /// Without cos weight: plain densities, `columns[0]` their cumulative integrals.
+    /// Without the cosine weight: plain densities, with `columns[0]` as their cumulative integrals.
     weighted: bool,
 }
 
 impl<const C: usize> Densities<C> {
-    /// From `rank` values a node at δ = `first` + j·`step`; components are scaled to integral 1
-    /// where `weighted` is false.
+    /// From `rank` values per node at δ = `first` + j·`step`. If `weighted` is false, components are scaled to
+    /// integral 1.
     pub fn new(values: &[f32], rank: usize, first: f64, step: f64, weighted: bool) -> Self {
         let nodes = values.len() / rank;
         let mut scaled = vec![0.0f32; values.len()];
@@ -181,7 +181,7 @@ impl<const C: usize> Densities<C> {
                 let x = first + j as f64 * step;
                 let (f0, slope) = (b(j), (b(j + 1) - b(j)) / step);
                 if weighted {
-                    // ∫ (f0 + slope (δ − x)) cos δ dδ, and with sin, over one interval.
+                    // ∫ (f0 + slope (δ − x)) cos δ dδ over one interval, and the same with sin.
                     let (s0, c0) = x.sin_cos();
                     let (s1, c1) = (x + step).sin_cos();
                     sums[0] += f0 * (s1 - s0) + slope * (step * s1 + c1 - c0);
@@ -234,7 +234,7 @@ impl<const C: usize> Densities<C> {
         self.values.dot(w, self.between(delta))
     }
 
-    /// Σ_r w_r B_r(δ) of eight mixtures, one δ each.
+    /// Σ_r w_r B_r(δ) of eight mixtures, with one δ each.
     #[inline(always)]
     pub fn eval8(&self, weights: [&Weights<C>; 8], delta: f32x8) -> f32x8 {
         let splat = f32x8::splat;
@@ -246,7 +246,7 @@ impl<const C: usize> Densities<C> {
         let index = whole.to_array();
         let mut sums = [f32x8::ZERO; 8];
         for i in 0..8 {
-            // NaN, of which nothing is promised but that it does not panic, ends at `last`.
+            // NaN ends at `last`. The result is undefined, but there is no panic.
             let [a, b] = self.values.pair(Between { index: (index[i] as usize).min(last), t: t[i] });
             let (mut low, mut high) = (f32x8::ZERO, f32x8::ZERO);
             for c in 0..C {
@@ -259,9 +259,9 @@ impl<const C: usize> Densities<C> {
         ((a + b) + (c + d)) + ((e + f) + (g + h))
     }
 
-    /// Z_r(s) = ∫ B_r(δ) cos(δ − s) dδ over the half circle where the cosine is positive, for s in
-    /// [0°, 90°]: cubic interpolation of its table, whose error for the sharpest component
-    /// (0.04 wide) is (0.5°/0.04)⁴·3/128 = 5e-5 of its height.
+    /// Z_r(s) = ∫ B_r(δ) cos(δ − s) dδ over the half circle where the cosine is positive, for s in [0°, 90°]. Cubic
+    /// interpolation of a table; the error for the sharpest component (0.04 wide) is (0.5°/0.04)⁴·3/128 = 5e-5 of its
+    /// height.
     #[inline(always)]
     pub fn integrals(&self, shift: f32) -> Weights<C> {
         let x = (shift * (1.0 / SHIFT_STEP) as f32).min(180.0);
@@ -282,7 +282,7 @@ impl<const C: usize> Densities<C> {
         out
     }
 
-    /// Z_r(s) itself: whole intervals from the moments, the two at the ends in closed form.
+    /// Z_r(s) directly: whole intervals from the moments, the two end intervals in closed form.
     fn integral(&self, r: usize, shift: f32) -> f32 {
         let nodes = self.values.nodes();
         let [low, high] = self.ends(shift);
@@ -296,7 +296,7 @@ impl<const C: usize> Densities<C> {
         self.values.0[j][r / 8].to_array()[r % 8]
     }
 
-    /// Where the half circle around `shift` begins and ends.
+    /// The ends of the half circle around `shift`.
     fn ends(&self, shift: f32) -> [End; 2] {
         use std::f32::consts::FRAC_PI_2;
         let last = self.values.nodes() - 1;
@@ -304,9 +304,8 @@ impl<const C: usize> Densities<C> {
         let high = ((shift + FRAC_PI_2 - self.first) * self.inv_step).clamp(0.0, last as f32);
         let (from, to) = (low.ceil(), high.floor());
         let end = |node: usize, beyond: usize, width: f32| {
-            // From the end, where the cosine is sin 0, to the node at distance d: with B linear,
-            // ∫₀ᵈ B sin t dt = B_node d²/6·2 + B_end d²/6 to order d⁴, and B_end itself lies the
-            // fraction d/step of the way to the node beyond.
+            // From the end, where the cosine is sin 0, to the node at distance d. With linear B, ∫₀ᵈ B sin t dt =
+            // B_node d²/6·2 + B_end d²/6 to order d⁴. B_end lies at the fraction d/step of the way to the next node.
             let d = width * self.step;
             let at_end = d * d / 6.0;
             End { node, beyond, width, inner: 2.0 * at_end + at_end * (1.0 - width), outer: at_end * width }
@@ -315,9 +314,9 @@ impl<const C: usize> Densities<C> {
         [end(from_node, from_node.saturating_sub(1), from - low), end(to_node, (to_node + 1).min(last), high - to)]
     }
 
-    /// Inverts the cumulative density of component `r` under the weight cos(δ − s): the δ below
-    /// which the fraction `u` of it lies. Inside an interval the weighted density is taken as
-    /// linear; its second derivative bounds the error of the density by step²/8 = 1e-5.
+    /// Inverts the cumulative density of component `r` under the weight cos(δ − s): returns the δ with the fraction
+    /// `u` of the density below it. Within an interval the weighted density is taken as linear; its second derivative
+    /// bounds the error of the density by step²/8 = 1e-5.
     pub fn invert(&self, r: usize, u: f32, shift: f32) -> f32 {
         let (sin, cos) = shift.sin_cos();
         let nodes = self.values.nodes();
@@ -336,7 +335,7 @@ impl<const C: usize> Densities<C> {
         let part = |end: End| end.inner * value(end.node) + end.outer * value(end.beyond);
         let (start, end) = (cumulative(low.node) - part(low), cumulative(high.node) + part(high));
         let target = start + u * (end - start);
-        // The last node at or below the target, by halving without branches: which way it goes is a coin toss.
+        // The last node at or below the target, by bisection without branches, which the processor could not predict.
         let (mut a, mut size) = (low.node, high.node + 1 - low.node);
         while size > 1 {
             let half = size / 2;
@@ -347,7 +346,7 @@ impl<const C: usize> Densities<C> {
             let weight = if self.weighted { (node(j) - shift).cos().max(0.0) } else { 1.0 };
             value(j) * weight
         };
-        // (position, cumulative, density) on both sides; at the ends the cosine makes it 0.
+        // (position, cumulative, density) on both sides. At the ends the cosine makes the density 0.
         let at = |j: usize| (node(j), cumulative(j), density(j));
         let (below, above) = if target < cumulative(a) {
             ((node(a) - low.width * self.step, start, 0.0), at(a))
@@ -358,15 +357,15 @@ impl<const C: usize> Densities<C> {
         };
         let ((x0, m0, f0), (x1, m1, f1)) = (below, above);
         let t = if m1 > m0 { ((target - m0) / (m1 - m0)).clamp(0.0, 1.0) } else { u };
-        // Root of the quadratic cumulative, in the form that never cancels.
+        // Root of the quadratic cumulative, in the form without cancellation.
         let root = (f0 * f0 + t * (f1 * f1 - f0 * f0)).max(0.0).sqrt();
         let x = if f0 + root > 0.0 { t * (f0 + f1) / (f0 + root) } else { t };
         x0 + x.clamp(0.0, 1.0) * (x1 - x0)
     }
 }
 
-/// One end of the half circle: the last node inside, the next one beyond, the distance from the node to
-/// the end in steps, and the factors of both values in the integral between node and end.
+/// One end of the half circle: the last node inside, the next one beyond, the distance from the node to the end in
+/// steps, and the factors of both values in the integral between node and end.
 #[derive(Clone, Copy)]
 struct End {
     node: usize,
@@ -401,13 +400,13 @@ mod tests {
                     })
                     .sum();
                 let ours = f64::from(fast[r / 8].to_array()[r % 8]);
-                // The interpolation's 5e-5 of the height, which is 1.
+                // The interpolation error, 5e-5 of the height, which is 1.
                 assert!((ours - exact).abs() < 6e-5, "{degrees}° component {r}: {ours} {exact}");
             }
         }
     }
 
-    /// dδ/du · B_r(δ) cos(δ − s)/Z_r(s) = 1 for every component that has any weight, by finite differences.
+    /// dδ/du · B_r(δ) cos(δ − s)/Z_r(s) = 1 for every component with a weight, tested by finite differences.
     #[test]
     fn pdf_is_jacobian_of_sample() {
         let densities = &Tables::shipped().forward.densities;
@@ -421,10 +420,10 @@ mod tests {
                 let (mut worst, mut count) = (0.0f32, 0);
                 for k in 1..40 {
                     let u = k as f32 / 40.0;
-                    // Wide enough that single precision resolves it, narrow enough to see the density.
+                    // Wide enough for single precision, and narrow enough to resolve the density.
                     let step = 2e-3;
                     let (a, b) = (densities.invert(r, u - step, shift), densities.invert(r, u + step, shift));
-                    // The mean of the density over [a, b], which is what the difference sees.
+                    // The difference measures the mean of the density over [a, b].
                     let n = ((b - a) / 5e-4).ceil().max(16.0) as usize;
                     let mut unit = [wide::f32x8::ZERO; FORWARD];
                     let mut lanes = [0.0; 8];
@@ -437,8 +436,8 @@ mod tests {
                     worst = worst.max((mean * (b - a) / (2.0 * step * total) - 1.0).abs());
                     count += 1;
                 }
-                // Angles near π resolve 2.4e-7, of a difference of at least 2·step·Z/1: 2.4e-7/(4e-3·1e-3) at
-                // the smallest Z tested; 0.5 % for all but those.
+                // Angles near π have a resolution of 2.4e-7, in a difference of at least 2·step·Z/1:
+                // 2.4e-7/(4e-3·1e-3) at the smallest Z tested, and 0.5 % for all others.
                 let tolerance = 5e-3 + 2.5e-7 / (2.0 * 2e-3 * total);
                 assert!(worst < tolerance, "{degrees}° component {r}, Z {total}: {worst} of {count}");
             }

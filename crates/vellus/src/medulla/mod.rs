@@ -15,7 +15,7 @@ use std::f32::consts::{PI, TAU};
 use wide::bytemuck::cast;
 use wide::{f32x8, i32x8, u32x8};
 
-/// The tables with g, and for the longitudinal ones τ, put in: one a fibre.
+/// The tables with g inserted, and in the longitudinal ones also τ; prepared once per fibre.
 #[derive(Clone, Debug)]
 pub struct Medulla<'t> {
     tables: &'t Tables,
@@ -35,24 +35,24 @@ pub struct Medulla<'t> {
 #[derive(Clone, Copy, Debug)]
 pub struct Azimuth {
     pub(crate) weights: Weights<AZIMUTHAL>,
-    /// What makes it integrate to 1.
+    /// The factor that makes it integrate to 1.
     pub(crate) scale: f32,
-    /// −1 where h″ < 0: the profile is mirrored, (h, φ) → (−h, −φ).
+    /// −1 if h″ < 0: the profile is mirrored, (h, φ) → (−h, −φ).
     mirror: f32,
-    /// The share of the profile that is mirrored, half of it at h″ = 0: see [`grid::mirrored_share`].
+    /// The share of the profile that is mirrored, one half at h″ = 0: see [`grid::mirrored_share`].
     pub(crate) turned: f32,
 }
 
-/// C^M of one θ_o, the weights of its components: the same for every offset.
+/// C^M for one θ_o, as the weights of its components. It is the same for every offset.
 #[derive(Clone, Copy, Debug)]
 pub struct Inclination {
     pub(crate) backward: Weights<BACKWARD>,
     pub(crate) forward: Weights<FORWARD>,
-    /// What makes each of the two integrate to 1.
+    /// The factors that make each half integrate to 1.
     pub(crate) scale: [f32; 2],
     /// |θ_o|: the shift of the forward lobe.
     pub(crate) theta: f32,
-    /// −1 where θ_o < 0: (θ_o, θᵢ) → (−θ_o, −θᵢ).
+    /// −1 if θ_o < 0: (θ_o, θᵢ) → (−θ_o, −θᵢ).
     mirror: f32,
 }
 
@@ -75,7 +75,7 @@ impl Inclination {
 /// ⟨L⟩ at the nodes of h″.
 pub(crate) type MeanPaths = [f32x8; OFFSETS / 8];
 
-/// τ of one elongation put into the azimuthal table.
+/// The azimuthal table for the τ of one elongation.
 #[derive(Clone, Copy, Debug)]
 pub struct Pass {
     weights: Weights<AZIMUTHAL>,
@@ -83,17 +83,17 @@ pub struct Pass {
 }
 
 impl<'t> Medulla<'t> {
-    /// The tables it was made with.
+    /// The tables that it was made with.
     pub(crate) fn tables(&self) -> &'t Tables {
         self.tables
     }
 
-    /// Puts a fibre's g, and σ_m,s κ, into the tables.
+    /// Inserts a fibre's g and σ_m,s κ into the tables.
     pub fn new(fiber: &Fiber, tables: &'t Tables) -> Self {
         let optical_radius = fiber.sigma_ms * fiber.kappa;
         let g_position = grid::g_position(f64::from(fiber.g)) as f32;
-        // D12: C^M is simulated with inclined rays, so that its τ is σ_ms κ; only C^N, simulated in
-        // the normal plane, needs the elongation 1/cos θ_t.
+        // D12: C^M is simulated with inclined rays, so its τ is σ_ms κ. C^N is simulated in the normal plane, so it
+        // needs the elongation 1/cos θ_t.
         let tau_position = grid::tau_position(f64::from(optical_radius)) as f32;
         let g_rows = &tables.azimuthal.factors[1];
         Medulla {
@@ -108,19 +108,19 @@ impl<'t> Medulla<'t> {
         }
     }
 
-    /// Is there anything that scatters?
+    /// Whether the medulla scatters.
     pub fn exists(&self) -> bool {
         self.optical_radius > 0.0
     }
 
-    /// The half width of the forward peak of C^N, radians: about 1 − g where light is scattered once, and more where
-    /// it is scattered more often.
+    /// The half width of the forward peak of C^N, radians. It is about 1 − g for single scattering, and larger for
+    /// multiple scattering.
     pub(crate) fn peak_width(&self) -> f32 {
         (1.0 - self.anisotropy) * 0.7f32.mul_add(self.optical_radius, 1.0).min(8.0)
     }
 
-    /// Is C^N smooth, as a function of the offset too? By trial: up to g = 0.7, and up to 0.85 from an optical radius
-    /// of 2.
+    /// Whether C^N is smooth, also as a function of the offset. Found by experiment: up to g = 0.7, and up to 0.85
+    /// for an optical radius of at least 2.
     pub(crate) fn is_smooth(&self) -> bool {
         self.anisotropy <= 0.7 || (self.anisotropy <= 0.85 && self.optical_radius > 2.0)
     }
@@ -142,7 +142,7 @@ impl<'t> Medulla<'t> {
         a + tau.t * (b - a)
     }
 
-    /// Where on the axis of τ, in [0, 1], light of that elongation is: [`grid::tau_position`] in single
+    /// The position, in [0, 1], on the axis of τ for light with this elongation: [`grid::tau_position`] in single
     /// precision. 1 + kτ rounds at 6e-8, 1e-8 of the axis.
     #[inline(always)]
     pub fn tau_position<V: Lanes>(&self, elongation: V) -> V {
@@ -150,7 +150,7 @@ impl<'t> Medulla<'t> {
         (V::splat(1.0) + V::splat(scale) * elongation).ln() * V::splat(1.0 / grid::TAU_GROWTH as f32)
     }
 
-    /// Puts τ, as [`Medulla::tau_position`] gives it, into the azimuthal table.
+    /// Inserts τ, as [`Medulla::tau_position`] returns it, into the azimuthal table.
     #[inline(always)]
     pub fn pass(&self, tau: f32) -> Pass {
         let rows = &self.tables.azimuthal.factors[0];
@@ -158,7 +158,7 @@ impl<'t> Medulla<'t> {
         Pass { weights: product(&rows.at(tau), &self.azimuthal), tau }
     }
 
-    /// Prepares C^N for a path: `angle` is asin h″ with its sign.
+    /// Prepares C^N for a path. `angle` is asin h″ with its sign.
     #[inline(always)]
     pub fn azimuth(&self, pass: &Pass, angle: f32) -> Azimuth {
         let weights = product(&self.tables.azimuthal.factors[2].at(self.offset(angle)), &pass.weights);
@@ -193,7 +193,7 @@ impl<'t> Medulla<'t> {
     pub(crate) fn mean_paths_at(&self, paths: &MeanPaths, angle: f32x8) -> f32x8 {
         let last = self.tables.mean_path_nodes[2] - 2;
         let x = angle.abs() * f32x8::splat(std::f32::consts::FRAC_2_PI * (last + 1) as f32);
-        // NaN, of which nothing is promised, may end at any node.
+        // NaN may end at any node. The result is undefined.
         let node = x.fast_min(f32x8::splat(last as f32)).fast_trunc_int();
         let t = x - f32x8::from_i32x8(node);
         let (low, high) = (lookup(paths, node), lookup(paths, node + i32x8::ONE));
@@ -223,7 +223,7 @@ impl<'t> Medulla<'t> {
         }
     }
 
-    /// C^N at azimuth `phi` from straight back, in [−π, π]; a density per radian.
+    /// C^N at azimuth `phi` from straight back, in [−π, π]: a density per radian.
     #[doc(alias = "Eq. 10")]
     #[inline(always)]
     pub fn azimuthal(&self, s: &Azimuth, phi: f32) -> f32 {
@@ -231,21 +231,21 @@ impl<'t> Medulla<'t> {
         if s.turned > 0.0 { value + s.turned * (self.azimuthal_plain(s, -phi) - value) } else { value }
     }
 
-    /// [`Medulla::azimuthal`] without the share that is mirrored.
+    /// [`Medulla::azimuthal`] without the mirrored share.
     #[inline(always)]
     pub(crate) fn azimuthal_plain(&self, s: &Azimuth, phi: f32) -> f32 {
         let phi = phi * s.mirror;
         s.scale * self.tables.azimuthal.densities.eval(&s.weights, if phi < 0.0 { phi + TAU } else { phi })
     }
 
-    /// [`Medulla::azimuthal`], neither scaled nor mirrored, of eight paths with h″ ≥ 0.
+    /// [`Medulla::azimuthal`] of eight paths with h″ ≥ 0, neither scaled nor mirrored.
     #[inline(always)]
     pub(crate) fn azimuthal8(&self, weights: [&Weights<AZIMUTHAL>; 8], phi: f32x8) -> f32x8 {
         let turned = phi.simd_lt(f32x8::ZERO).select(phi + f32x8::splat(TAU), phi);
         self.tables.azimuthal.densities.eval8(weights, turned)
     }
 
-    /// C^M of the backward and the forward half at θᵢ; densities in sin θᵢ.
+    /// C^M of the backward and the forward half at θᵢ, densities in sin θᵢ.
     #[doc(alias = "Eq. 19")]
     #[inline(always)]
     pub fn longitudinal(&self, s: &Inclination, theta_i: f32) -> [f32; 2] {
@@ -256,17 +256,17 @@ impl<'t> Medulla<'t> {
         ]
     }
 
-    /// Draws an azimuth from straight back, in [−2π, 2π], from C^N. D10: exact sampling from the tables.
+    /// Draws an azimuth from straight back, in [−2π, 2π], from C^N. D10: sampling from the tables is exact.
     pub fn sample_azimuth(&self, s: &Azimuth, u: f32) -> f32 {
         s.mirror * self.sample_profile(&s.weights, s.turned, u)
     }
 
-    /// Draws an azimuth, in [−2π, 2π], from the C^N of those weights, of a path with h″ ≥ 0. The share `turned` of it
-    /// is mirrored.
+    /// Draws an azimuth, in [−2π, 2π], from C^N with these weights, for a path with h″ ≥ 0. The share `turned` is
+    /// mirrored.
     pub(crate) fn sample_profile(&self, weights: &Weights<AZIMUTHAL>, turned: f32, u: f32) -> f32 {
         let (r, u) = choose(weights, &[f32x8::ONE; AZIMUTHAL], u);
         let invert = |u: f32| self.tables.azimuthal.densities.invert(r, u, 0.0);
-        // What is left of `u` decides, and is stretched again.
+        // The rest of `u` decides, and is scaled to [0, 1) again.
         if u < turned {
             -invert(u / turned)
         } else if turned > 0.0 {
@@ -276,8 +276,8 @@ impl<'t> Medulla<'t> {
         }
     }
 
-    /// Draws θᵢ from C^M for an azimuth `phi` in [−π, π] from straight back: a half in proportion
-    /// to the interpolation weight, then a component, then the angle.
+    /// Draws θᵢ from C^M for an azimuth `phi` in [−π, π] from straight back: first a half, in proportion to the
+    /// interpolation weight, then a component, then the angle.
     pub fn sample_inclination(&self, s: &Inclination, phi: f32, u: [f32; 2]) -> f32 {
         let forward = phi.abs() / PI;
         let theta = if u[0] < forward {
@@ -294,7 +294,7 @@ impl<'t> Medulla<'t> {
     }
 }
 
-/// The weights of a mixture with τ and g put in.
+/// The weights of a mixture for given τ and g.
 fn collapse<const C: usize>(mixture: &Mixture<C>, tau: f32, g: f32) -> Weights<C> {
     let [tau_rows, g_rows, _] = &mixture.factors;
     product(&tau_rows.at(on(tau, tau_rows.nodes())), &g_rows.at(on(g, g_rows.nodes())))
@@ -313,7 +313,7 @@ fn lookup(values: &[f32x8; OFFSETS / 8], index: i32x8) -> f32x8 {
     cast(found)
 }
 
-/// Position in [0, 1] on an axis of that many nodes.
+/// A position in [0, 1] on an axis with this number of nodes.
 #[inline(always)]
 fn on(position: f32, nodes: usize) -> Between {
     Between::new(position * (nodes - 1) as f32, nodes)

@@ -12,12 +12,12 @@ use std::sync::OnceLock;
 
 const MAGIC: &[u8; 8] = b"VELLUSM1";
 
-/// Registers of eight components each mixture has room for.
+/// Registers of eight components that a mixture can hold.
 pub(crate) const AZIMUTHAL: usize = 5;
 pub(crate) const BACKWARD: usize = 2;
 pub(crate) const FORWARD: usize = 4;
 
-/// Nodes of h″ there is room for, a multiple of eight.
+/// The largest number of nodes of h″, a multiple of eight.
 pub(crate) const OFFSETS: usize = 16;
 
 /// One compressed profile table: `rank` products of four factors.
@@ -35,7 +35,7 @@ impl FactorTable {
     }
 }
 
-/// What a table file holds, as plain numbers: for those who build or inspect tables.
+/// The contents of a table file as plain numbers, for code that builds or inspects tables.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TableData {
     /// C^N over (τ, g, h″, φ).
@@ -46,7 +46,7 @@ pub struct TableData {
     pub forward: FactorTable,
     /// ⟨L⟩ over (τ, g, h″), h fastest, in radii of the medulla.
     pub mean_path: Vec<f32>,
-    /// Nodes of the mean path; over τ and h″ those of `azimuthal`.
+    /// Nodes of the mean path. Those over τ and h″ are the nodes of `azimuthal`.
     pub mean_path_nodes: [usize; 3],
 }
 
@@ -59,11 +59,11 @@ impl TableData {
         ]
     }
 
-    /// The file's bytes.
+    /// Encodes the tables as the bytes of a file.
     ///
     /// # Errors
-    /// [`Error::Table`] where the data would not be readable again: too high a rank, sizes that do not
-    /// fit, a negative or non-finite value, or one above the range of a half float.
+    /// [`Error::Table`] if the data could not be read again: too high a rank, sizes that do not match, a negative or
+    /// non-finite value, or a value above the range of a half float.
     #[cfg(feature = "unstable")]
     pub fn to_bytes(&self) -> Result<Vec<u8>, Error> {
         self.validate()?;
@@ -84,10 +84,10 @@ impl TableData {
         Ok(header)
     }
 
-    /// Reads a file's bytes.
+    /// Reads the bytes of a file.
     ///
     /// # Errors
-    /// [`Error::Table`] says what is wrong with them.
+    /// [`Error::Table`] states the problem.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
         let broken = |what: &str| Error::Table(what.to_owned());
         let header = 8 + 4 * (15 + 3 + 1);
@@ -130,7 +130,7 @@ impl TableData {
     /// Checks ranks, sizes, shared nodes and values.
     ///
     /// # Errors
-    /// [`Error::Table`] says what is wrong.
+    /// [`Error::Table`] states the problem.
     pub fn validate(&self) -> Result<(), Error> {
         for (name, table, limit) in self.mixtures() {
             if table.rank == 0 || table.rank > limit {
@@ -153,7 +153,7 @@ impl TableData {
                 "{nodes} nodes of the offset are more than the {OFFSETS} there is room for"
             )));
         }
-        // A query looks each position up once for all tables.
+        // A query computes each position once for all tables.
         let [azimuthal, backward, forward] =
             self.mixtures().map(|(_, table, _)| [0, 1, 2].map(|mode| table.nodes(mode)));
         let [path_tau, _, path_h] = self.mean_path_nodes;
@@ -169,7 +169,7 @@ impl TableData {
     }
 }
 
-/// A mixture ready for queries.
+/// A mixture prepared for queries.
 #[derive(Clone, Debug)]
 pub(crate) struct Mixture<const C: usize> {
     /// Factors over τ, g and h″ or θ.
@@ -195,7 +195,7 @@ pub struct Tables {
     pub(crate) backward: Mixture<BACKWARD>,
     pub(crate) forward: Mixture<FORWARD>,
     pub(crate) mean_path: Vec<f32>,
-    /// The same, a row of all h″ for each τ and g.
+    /// The same, with a row of all h″ for each τ and g.
     pub(crate) mean_path_rows: Rows<{ OFFSETS / 8 }>,
     pub(crate) mean_path_nodes: [usize; 3],
 }
@@ -216,12 +216,12 @@ impl Tables {
     /// Decodes the bytes of a table file.
     ///
     /// # Errors
-    /// [`Error::Table`] if the bytes are not a whole and undamaged table file.
+    /// [`Error::Table`] if the bytes are not a complete and undamaged table file.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
         TableData::from_bytes(bytes).map(|data| Tables::decode(&data))
     }
 
-    /// Decodes tables from their numbers.
+    /// Prepares tables from their numbers.
     ///
     /// # Errors
     /// As [`TableData::validate`].
@@ -231,7 +231,7 @@ impl Tables {
         Ok(Tables::decode(data))
     }
 
-    /// Valid data only.
+    /// The data must be valid.
     fn decode(data: &TableData) -> Self {
         Tables {
             azimuthal: Mixture::new(&data.azimuthal, OutgoingAxis::AZIMUTH, false),

@@ -1,5 +1,5 @@
-//! How much of the light that the medulla scatters passes something that depends on its inclination, such as an
-//! interface: ∫ C^M(θᵢ) w(θᵢ) cos θᵢ dθᵢ, for a w chosen once.
+//! The share of the medulla's scattered light that passes something that depends on inclination, such as an
+//! interface: ∫ C^M(θᵢ) w(θᵢ) cos θᵢ dθᵢ, for a fixed w.
 
 use crate::medulla::grid::OutgoingAxis;
 use crate::medulla::mixture::{Between, Rows, Weights};
@@ -8,12 +8,12 @@ use crate::medulla::{Azimuth, Inclination};
 use std::f32::consts::{FRAC_PI_2, PI};
 use wide::f32x8;
 
-/// Nodes of |θ_o|, half a degree apart: the sharpest component, 0.04 wide, is then interpolated to 0.2 %.
+/// Nodes of |θ_o|, half a degree apart. The sharpest component, 0.04 wide, is then interpolated within 0.2 %.
 const SHIFTS: usize = 181;
 /// Azimuths over which the components of C^N are averaged.
 const AZIMUTHS: usize = 720;
 
-/// The components' integrals under one weight w, made once; that of any mixture is then a short sum.
+/// The integrals of the components under one weight w, computed once. The integral of a mixture is then a short sum.
 #[derive(Clone, Debug)]
 pub struct Weighting {
     backward: Weights<BACKWARD>,
@@ -60,7 +60,7 @@ impl Weighting {
         [s.scale[0] * sum.reduce_add(), s.scale[1] * forward]
     }
 
-    /// The mean of |φ|/π under C^N: the share of the light that takes the forward half of C^M.
+    /// The mean of |φ|/π under C^N: the share of the light in the forward half of C^M.
     #[inline]
     pub fn forward_share(&self, s: &Azimuth) -> f32 {
         let mut sum = f32x8::ZERO;
@@ -75,7 +75,7 @@ mod tests {
     use crate::fiber::Fiber;
     use crate::medulla::Medulla;
 
-    /// Against quadrature of what the medulla answers, for a cone and a smooth weight inside it.
+    /// Compared with quadrature of the medulla's lookups, for a cone and a smooth weight inside it.
     #[test]
     fn weightings_match_quadrature() {
         let fiber = Fiber { kappa: 0.7, sigma_ms: 1.9, g: 0.8, ..Fiber::hair() };
@@ -98,7 +98,8 @@ mod tests {
                 (0..2).for_each(|i| exact[i] += value[i] * weight(theta) * theta.cos() * PI / m as f32);
             }
             let ours = weighting.halves(&inclination);
-            // 0.2 % of the interpolation over θ_o, at the sharpest; and of the half-degree nodes under 400 points.
+            // 0.2 % from the interpolation over θ_o for the sharpest component, and the error of the half-degree
+            // nodes against 400 points.
             (0..2).for_each(|i| assert!((ours[i] - exact[i]).abs() < 2e-3, "{theta_o}: {ours:?} {exact:?}"));
         }
         let azimuth = medulla.azimuth(&medulla.pass(medulla.tau_position(1.1f32)), 0.5);

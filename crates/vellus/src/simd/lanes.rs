@@ -1,8 +1,8 @@
-//! One source for one query and for eight: the model is written over [`Lanes`], which is `f32`
-//! or eight queries side by side in an `f32x8`.
+//! One source for one query and for eight. The model is generic over [`Lanes`], which is `f32`, or an `f32x8` with
+//! eight queries side by side.
 //!
-//! What there is four of (the lobes with a Gaussian along the fibre, the colour channels and a
-//! spare) is a [`Quad`]: for one query one register of four, for eight queries four registers.
+//! Quantities that come in fours (the lobes with a Gaussian along the fibre, or the colour channels and a spare) are
+//! a [`Quad`]: one register of four for one query, four registers for eight queries.
 
 use crate::simd::special;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -14,7 +14,7 @@ mod sealed {
     impl Sealed for wide::f32x8 {}
 }
 
-/// A number, or eight of them: `f32` and [`wide::f32x8`], no others.
+/// A number, or eight: only `f32` and [`wide::f32x8`].
 pub trait Lanes:
     sealed::Sealed
     + Copy
@@ -24,7 +24,7 @@ pub trait Lanes:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// Four of them.
+    /// Four of these.
     #[doc(hidden)]
     type Quad: Quad<Self>;
     /// One `T` for each lane.
@@ -37,7 +37,7 @@ pub trait Lanes:
     fn lane(self, i: usize) -> f32;
     /// The first lanes of `values`.
     fn from_lanes(values: &[f32; 8]) -> Self;
-    /// One `T` a lane.
+    /// One `T` for each lane.
     #[doc(hidden)]
     fn per_lane<T: Copy>(f: impl FnMut(usize) -> T) -> Self::PerLane<T>;
     /// Square root.
@@ -46,17 +46,17 @@ pub trait Lanes:
     fn ln(self) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
-    /// The smaller of the two, neither being NaN.
+    /// The smaller of two numbers, neither of which is NaN.
     fn min(self, other: Self) -> Self;
-    /// The larger of the two, neither being NaN.
+    /// The larger of two numbers, neither of which is NaN.
     fn max(self, other: Self) -> Self;
-    /// `x` where `self < limit`, else `y`.
+    /// `x` if `self < limit`, else `y`.
     fn select_lt(self, limit: Self, x: Self, y: Self) -> Self;
     /// atan2(y, x) of two pairs.
     fn atan2_pair(y: [Self; 2], x: [Self; 2]) -> [Self; 2];
 }
 
-/// Four numbers of type `V`, computed with together.
+/// Four numbers of type `V` that are computed together.
 #[doc(hidden)]
 pub trait Quad<V>:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>

@@ -1,4 +1,4 @@
-//! One number or eight: the arithmetic that all of the model is generic over.
+//! Arithmetic of one number or eight. The whole model is generic over it.
 
 pub(crate) mod lanes;
 pub(crate) mod special;

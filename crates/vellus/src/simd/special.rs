@@ -1,5 +1,5 @@
-//! Special functions in single precision, eight at a time, each with a stated error bound that
-//! the tests hold against 50-digit values.
+//! Special functions in single precision, eight at a time. Each has a stated error bound, which the tests check with
+//! 50-digit values.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use wide::{f32x4, f32x8, u32x4, u32x8};
@@ -20,11 +20,11 @@ pub trait Register:
     fn abs(self) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;
-    /// The magnitude of `self` with that sign.
+    /// The magnitude of `self` with the given sign.
     fn copysign(self, sign: Self) -> Self;
-    /// `x` where `self < limit`, else `y`.
+    /// `x` if `self < limit`, else `y`.
     fn select_lt(self, limit: Self, x: Self, y: Self) -> Self;
-    /// Is any lane of `self` below that of `limit`?
+    /// Whether any lane of `self` is below that of `limit`.
     fn any_lt(self, limit: Self) -> bool;
     /// 2ⁿ for n in the low bits of the mantissa.
     fn power_of_two(self) -> Self;
@@ -79,8 +79,8 @@ macro_rules! register {
 register!(f32x4, u32x4);
 register!(f32x8, u32x8);
 
-/// A polynomial, coefficients from the highest power down, by Estrin's scheme: half the latency of
-/// Horner's, and a query is one long chain of dependent operations.
+/// A polynomial, with coefficients from the highest power down, by Estrin's scheme. Its latency is half of Horner's,
+/// and a query is one long chain of dependent operations.
 #[inline(always)]
 pub fn polynomial<R: Register, const N: usize>(x: R, coefficients: [f32; N]) -> R {
     const { assert!(N >= 2 && N <= 8) }
@@ -95,13 +95,13 @@ pub fn polynomial<R: Register, const N: usize>(x: R, coefficients: [f32; N]) -> 
     if N > 4 { quad(4).mul_add(x2 * x2, quad(0)) } else { quad(0) }
 }
 
-/// eˣ for x ≤ 88, relative error ≤ 2e-7 plus |x|·6e-8 of argument rounding; below −64 it is
-/// held at e⁻⁶⁴ ≈ 1.6e-28: a far tail is a tiny number, whose products with weights and other tails are no
-/// subnormals either. Those would make a query a third slower.
+/// eˣ for x ≤ 88, with a relative error ≤ 2e-7 plus |x|·6e-8 from rounding the argument. Below −64 it is e⁻⁶⁴ ≈
+/// 1.6e-28: a far tail is a tiny number whose products with weights and other tails are not subnormal. Subnormal
+/// numbers would make a query a third slower.
 #[inline(always)]
 pub fn exp<R: Register>(x: R) -> R {
     const LOG2_E: f32 = std::f32::consts::LOG2_E;
-    // 1.5·2²³: adding it rounds to an integer and leaves that integer in the low mantissa bits.
+    // 1.5·2²³: adding it rounds to an integer and puts that integer into the low mantissa bits.
     const ROUND: f32 = 12_582_912.0;
     // ln 2 in two parts, the first with few enough bits that n·LN2_HI is exact.
     const LN2_HI: f32 = 0.693_359_4;
@@ -119,7 +119,7 @@ pub fn exp<R: Register>(x: R) -> R {
 /// and rounding. Minimax fits of I₀(√z) up to x = 5 and of
 /// √x e⁻ˣ I₀(x) in 1/x beyond (our own, by Chebyshev interpolation).
 ///
-/// The often copied asymptotic series of log I₀ with 1/(8x) inside the ½ is 0.6 % off; see the test.
+/// The frequently copied asymptotic series of log I₀ with 1/(8x) inside the ½ has an error of 0.6 %; see the test.
 #[inline(always)]
 pub fn bessel_i0e<R: Register>(x: R) -> R {
     let split = R::splat(5.0);
@@ -185,8 +185,8 @@ pub fn atan2<R: Register>(y: R, x: R) -> R {
     angle.copysign(y)
 }
 
-/// sin x and cos x of x in [0, π/2], absolute error ≤ 1.5e-7. The polynomials, odd and even, fitted here, are 5e-9 and
-/// 4e-10 off; what is added to x, 0.57 at most, carries three roundings of 6e-8 each, the sum half of one.
+/// sin x and cos x of x in [0, π/2], absolute error ≤ 1.5e-7. The odd and even polynomials, our own fits, have errors
+/// of 5e-9 and 4e-10. The term added to x, at most 0.57, has three roundings of 6e-8 each, and the sum half of one.
 #[inline(always)]
 pub fn sin_cos_quarter<R: Register>(x: R) -> (R, R) {
     let z = x * x;
@@ -195,8 +195,8 @@ pub fn sin_cos_quarter<R: Register>(x: R) -> (R, R) {
     ((odd * z).mul_add(x, x), (even * z).mul_add(z, z.mul_add(R::splat(-0.5), R::splat(1.0))))
 }
 
-/// The standard normal quantile Φ⁻¹(u) for 0 ≤ u < 1, absolute error ≤ 3e-6 for |Φ⁻¹| ≤ 5;
-/// u is held to [6e-8, 1 − 6e-8], that is to ±5.3.
+/// The standard normal quantile Φ⁻¹(u) for 0 ≤ u < 1, absolute error ≤ 3e-6 for |Φ⁻¹| ≤ 5. u is clamped to [6e-8, 1 −
+/// 6e-8], which is ±5.3.
 ///
 /// Φ⁻¹(u) = √2 erf⁻¹(2u − 1), with Giles' single-precision polynomials
 /// (M. Giles 2010, Approximating the erfinv function, GPU Computing Gems).
@@ -313,7 +313,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// The asymptotic series of log I₀ as most renderers have it puts 1/(8x) inside the ½.
+    /// The common form of the asymptotic series of log I₀ has 1/(8x) inside the ½.
     #[test]
     fn the_copied_log_i0_is_wrong_and_ours_is_not() {
         let x = 12.0f64;
@@ -359,7 +359,7 @@ pub(crate) mod tests {
     fn normal_quantile_matches_high_precision() {
         for (u, expected) in QUANTILES {
             let value = f64::from(normal_quantile(u));
-            // u itself is known to 6e-8 near 1, which the slope of the quantile, 1/pdf, turns into this.
+            // Near 1, u itself has an error of 6e-8. The slope of the quantile, 1/pdf, turns it into this.
             let slope = (0.5 * expected * expected).exp() * std::f64::consts::TAU.sqrt();
             let tolerance = 3e-6 + 1.2e-7 * f64::from(u) * slope;
             assert!((value - expected).abs() < tolerance, "{u}: {value} {expected}");
