@@ -35,8 +35,8 @@ pub struct Build {
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Quality: shipping is that of the tables that vellus contains, smoke is a fast test.
-    #[arg(long, value_parser = one_of::<String>(["shipping", "smoke"]), default_value = "shipping", value_name = "NAME")]
-    quality: String,
+    #[arg(long, value_parser = one_of::<Quality>(Quality::NAMES), default_value = "shipping", value_name = "NAME")]
+    quality: Quality,
     /// Photons per profile. Default: depends on the quality.
     #[arg(long, value_parser = whole::<u64>(PHOTONS), value_name = "N")]
     photons: Option<u64>,
@@ -93,7 +93,7 @@ pub fn load(file: Option<&Path>) -> Result<(TableData, usize)> {
 }
 
 fn build(args: &Build) -> Result<()> {
-    let mut quality = Quality::named(&args.quality).context("--quality: unknown quality")?;
+    let mut quality = args.quality.clone();
     quality.photons = args.photons.unwrap_or(quality.photons);
     quality.seed = args.seed.unwrap_or(quality.seed);
     output::writable(&args.out)?;

@@ -238,3 +238,26 @@ impl Space {
         lead.usual.map(|x| lead.curve.variable(x).clamp(low, high))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn requests_are_read_from_text() {
+        let mut requests = Requests::default();
+        requests.add_fix("sigma_ca = 0.1, 0.2,0.4").unwrap();
+        requests.add_tie("sigma_ma.r=scale").unwrap();
+        requests.add_free(" theta_o").unwrap();
+        assert_eq!(requests.fix[0].1, [0.1, 0.2, 0.4]);
+        assert_eq!((requests.tie[0].1, requests.free[0]), (Name::Scale, Name::ThetaO));
+        for (error, part) in [
+            (requests.add_fix("eta").unwrap_err(), "expected NAME=VALUE"),
+            (requests.add_fix("eta=x").unwrap_err(), "'x' is not a number"),
+            (requests.add_tie("eta").unwrap_err(), "expected NAME=NAME"),
+            (requests.add_free("colour").unwrap_err(), "unknown parameter 'colour'"),
+        ] {
+            assert!(error.to_string().contains(part), "{error}");
+        }
+    }
+}

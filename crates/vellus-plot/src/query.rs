@@ -208,3 +208,33 @@ fn columns(header: &csv::StringRecord) -> Result<(Vec<&'static str>, Vec<usize>)
     }
     Ok((names, columns))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_have_any_order() {
+        let text = "# a comment\nphi, h, theta_i, theta_o\n180, 0.1, -10, 10\n";
+        let expected = Query { theta_o: 10.0, offsets: Offsets::Near(0.1), theta_i: -10.0, phi: 180.0 };
+        assert_eq!(read_csv(text.as_bytes()).unwrap(), [expected]);
+        let text = "h_hi,h_lo,theta_o,theta_i,phi\n1,-1,10,-10,180\n";
+        assert_eq!(read_csv(text.as_bytes()).unwrap(), [expected.over(Offsets::parse("far", 0.0).unwrap())]);
+    }
+
+    #[test]
+    fn errors_name_the_line_and_the_range() {
+        for (text, part) in [
+            ("theta_o,h,theta_i,phi\n0,0,0,0\n0,0,x,0\n", "line 3: theta_i = 'x' is not a number"),
+            ("theta_o,h,theta_i,phi\n0,2,0,0\n", "line 2: h = 2 is out of range: h must be in [-1, 1]"),
+            ("theta_o,h_lo,h_hi,theta_i,phi\n0,1,0,0,0\n", "line 2: h_lo = 1 is above h_hi = 0"),
+            ("theta_o,h,h_lo,theta_i,phi\n", "line 1: both h and h_lo"),
+            ("theta_o,h,theta_i\n", "line 1: no column 'phi'"),
+            ("theta_o,h,theta_i,phi,x\n", "line 1: unknown column 'x'"),
+            ("theta_o,h,theta_i,phi\n", "no queries"),
+        ] {
+            let error = read_csv(text.as_bytes()).unwrap_err().to_string();
+            assert!(error.contains(part), "{error}");
+        }
+    }
+}

@@ -4,6 +4,7 @@ use crate::compress::{Problem, compress};
 use crate::medulla::{azimuthal, longitudinal, longitudinal_borders, stream};
 use ndarray::Array2;
 use rayon::prelude::*;
+use std::str::FromStr;
 use vellus::{FactorTable, TableData, grid};
 use vellus_io::{Progress, Steps};
 
@@ -27,6 +28,9 @@ pub struct Quality {
 }
 
 impl Quality {
+    /// The names that [`str::parse`] knows.
+    pub const NAMES: [&str; 2] = ["shipping", "smoke"];
+
     /// The quality of the tables that `vellus` contains.
     pub fn shipping() -> Self {
         Quality {
@@ -50,15 +54,6 @@ impl Quality {
             sweeps: 60,
             path_stride: 3,
             seed: 2017,
-        }
-    }
-
-    /// The quality of a name: `shipping` or `smoke`.
-    pub fn named(name: &str) -> Option<Self> {
-        match name {
-            "shipping" => Some(Quality::shipping()),
-            "smoke" => Some(Quality::smoke()),
-            _ => None,
         }
     }
 
@@ -211,6 +206,18 @@ impl Quality {
                 let floor = [0.03, 0.1][half];
                 ((borders[k + 1] - borders[k]) / step).max(floor) as f32
             }),
+        }
+    }
+}
+
+impl FromStr for Quality {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        match name {
+            "shipping" => Ok(Quality::shipping()),
+            "smoke" => Ok(Quality::smoke()),
+            _ => Err(format!("expected {}", Quality::NAMES.join(" or "))),
         }
     }
 }
