@@ -16,8 +16,8 @@ pub struct Args {
     /// Names of experiments, or `all`. Without a name, or with `list`: list all experiments.
     #[arg(value_name = "NAME")]
     names: Vec<String>,
-    /// How much work to put in: smoke takes seconds and judges no claim, draft takes a quarter of an hour on two cores,
-    /// paper takes hours.
+    /// How much work to put in: smoke takes seconds and judges no claim, draft takes a quarter of an hour on two
+    /// cores, paper takes hours.
     #[arg(long, value_parser = one_of::<Quality>(Quality::ALL.map(Quality::name)), default_value = "draft")]
     quality: Quality,
     /// Folder to write to. Each experiment gets its own folder in it.

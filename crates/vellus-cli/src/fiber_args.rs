@@ -17,8 +17,8 @@ pub struct FiberArgs {
 
 #[derive(clap::Args, Clone, Default)]
 pub struct Overrides {
-    /// Set a parameter of the fibre, such as kappa=0.5 or sigma_ca=0.1,0.2,0.4. May be repeated. `vellus fiber parameters`
-    /// lists the names, units and ranges.
+    /// Set a parameter of the fibre, such as kappa=0.5 or sigma_ca=0.1,0.2,0.4. May be repeated. `vellus fiber
+    /// parameters` lists the names, units and ranges.
     #[arg(long = "set", value_name = "NAME=VALUE", allow_hyphen_values = true)]
     pub set: Vec<String>,
 }

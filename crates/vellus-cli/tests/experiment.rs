@@ -112,8 +112,8 @@ fn results_are_whole_told_and_kept() {
     assert!(NAMES.iter().all(|name| page.contains(&format!("<h2 id=\"{name}\">"))));
 }
 
-/// Where an experiment was stopped before its end, pictures that were finished are read back; those that are missing or broken are rendered
-/// again, to the last bit.
+/// Where an experiment was stopped before its end, pictures that were finished are read back; those that are missing or
+/// broken are rendered again, to the last bit.
 #[test]
 fn finished_pictures_are_not_rendered_again() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,5 @@
-//! `vellus fit` as its users meet it: a synthetic measurement, its fit, the report, and one clear message for bad input.
+//! `vellus fit` as its users meet it: a synthetic measurement, its fit, the report, and one clear message for bad
+//! input.
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};

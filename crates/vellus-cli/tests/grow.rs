@@ -84,9 +84,9 @@ fn a_mesh_alone_gets_a_coat_in_proportion_to_it() {
     assert!((high - low).max_element() < 2.0 * (2.0 + 0.6), "{measures:?}");
 }
 
-/// Strands come as the density has them: exactly in all, and in each octant as 1/8 of them, where the standard deviation of
-/// drawing each apart would be √(n · 1/8 · 7/8); roots are placed more evenly than that. The sphere of 48 × 24 faces lacks
-/// less than a percent of its area.
+/// Strands come as the density has them: exactly in all, and in each octant as 1/8 of them, where the standard
+/// deviation of drawing each apart would be √(n · 1/8 · 7/8); roots are placed more evenly than that. The sphere of 48
+/// × 24 faces lacks less than a percent of its area.
 #[test]
 fn density_times_area_is_what_grows() {
     let folder = tempfile::tempdir().unwrap();
@@ -119,8 +119,8 @@ fn density_times_area_is_what_grows() {
     assert_ne!(bytes("a.usda"), bytes("c.usda"));
 }
 
-/// The map's left half is 51/255 and its right half 204/255 (they repeat, and are mixed over half a pixel at their borders,
-/// which is even): a quarter as many in one half of the sphere as in the other.
+/// The map's left half is 51/255 and its right half 204/255 (they repeat, and are mixed over half a pixel at their
+/// borders, which is even): a quarter as many in one half of the sphere as in the other.
 #[test]
 fn maps_and_colours_are_looked_up_at_the_uv() {
     let folder = tempfile::tempdir().unwrap();

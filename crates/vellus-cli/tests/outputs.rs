@@ -151,8 +151,8 @@ fn text(bytes: &mut &[u8]) -> String {
     String::from_utf8(take(bytes, end + 1)[..end].to_vec()).unwrap()
 }
 
-/// A viewer that takes packets apart as tev does sees, in the end, the picture that is written; one that is not there is an
-/// error, one that goes away is not.
+/// A viewer that takes packets apart as tev does sees, in the end, the picture that is written; one that is not there
+/// is an error, one that goes away is not.
 #[test]
 fn a_viewer_sees_the_picture() {
     let folder = tempfile::tempdir().unwrap();
@@ -304,7 +304,8 @@ fn a_full_disk_costs_what_is_after_the_last_checkpoint() {
     assert!(run(path, &args("100", &["--resume"])).contains("continuing from"));
 }
 
-/// Where the folder is gone in the end, all samples are kept elsewhere, and become the picture by the command that is told.
+/// Where the folder is gone in the end, all samples are kept elsewhere, and become the picture by the command that is
+/// told.
 #[test]
 fn what_cannot_be_written_is_kept_elsewhere() {
     let folder = tempfile::tempdir().unwrap();

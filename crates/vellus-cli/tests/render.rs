@@ -9,7 +9,8 @@ fn with<'a>(more: &[&'a str]) -> Vec<&'a str> {
     [&["render", "cat", "--small", "--size", "48x32"], more].concat()
 }
 
-/// Ranges rendered apart, by different numbers of threads, and a run that went on from a checkpoint make the pixels of one run.
+/// Ranges rendered apart, by different numbers of threads, and a run that went on from a checkpoint make the pixels of
+/// one run.
 #[test]
 fn parts_and_resumed_runs_are_the_same_picture() {
     let folder = tempfile::tempdir().unwrap();
@@ -168,8 +169,8 @@ fn bad_requests_are_refused_before_work() {
     assert!(!path.join("out").join("render.exr").exists());
 }
 
-/// A denoised picture is closer to one of many samples than the noisy one it is made of, whose channels stay as they are. Without the
-/// library there is one message, before anything is rendered.
+/// A denoised picture is closer to one of many samples than the noisy one it is made of, whose channels stay as they
+/// are. Without the library there is one message, before anything is rendered.
 #[test]
 fn denoising_takes_noise_away() {
     let folder = tempfile::tempdir().unwrap();
@@ -237,7 +238,8 @@ fn depth_is_told_and_grooms_come_back() {
     run(folder.path(), &["render", "lock.hair", "--size", "16x16", "--spp", "1", "-o", "lock.png"]);
 }
 
-/// A least width covers more, through a camera of the scene's and one of ours, is told, and is another picture; without it nothing changes.
+/// A least width covers more, through a camera of the scene's and one of ours, is told, and is another picture; without
+/// it nothing changes.
 #[test]
 fn least_widths_cover_more_and_are_told() {
     let folder = tempfile::tempdir().unwrap();
@@ -260,8 +262,9 @@ fn least_widths_cover_more_and_are_told() {
         let (thin, wide) = (picture(&[], "thin.exr"), picture(&["--min-pixel-width", "1"], "wide.exr"));
         assert_eq!((thin.note("vellus_min_pixel_width"), wide.note("vellus_min_pixel_width")), ("0", "1"));
         assert!(thin.same(&picture(&["--min-pixel-width", "0"], "same.exr")));
-        // Two strands are a pixel wide over 0.9 of 32 rows, or over 32 / (4 · 15.29 / 50), and √(1 + 0.3²) as long as that; of the 16
-        // samples each of their pixels has, some 8 find them: 4 σ of the sum. Before, they were a 300th as wide.
+        // Two strands are a pixel wide over 0.9 of 32 rows, or over 32 / (4 · 15.29 / 50), and √(1 + 0.3²) as long as
+        // that; of the 16 samples each of their pixels has, some 8 find them: 4 σ of the sum. Before, they were
+        // a 300th as wide.
         let rows = if scene == "framed.usda" { 28.8 } else { 26.2 };
         let expected = 2.0 * rows * 1.09f64.sqrt();
         let tolerance = 4.0 * (expected * 0.25 / 16.0 * 2.0).sqrt();

@@ -45,8 +45,8 @@ impl<'a> Cost<'a> {
         }
     }
 
-    /// ln(fitted/measured) of each value, point by point and channel by channel, for the variables `u`. All are infinite if
-    /// the model refuses the fibre, which does not happen within the bounds.
+    /// ln(fitted/measured) of each value, point by point and channel by channel, for the variables `u`. All are
+    /// infinite if the model refuses the fibre, which does not happen within the bounds.
     pub fn residuals(&self, u: &[f64]) -> Vec<f64> {
         self.evaluations.fetch_add(self.directions.len() as u64, Ordering::Relaxed);
         let (specimen, theta_o, scale) = assemble(&self.space.parameters, &self.space.values(u));

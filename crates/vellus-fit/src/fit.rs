@@ -239,8 +239,8 @@ fn describe(
     }
 }
 
-/// The RMS error of fitted values over the measured range (Yan17 footnote 3), and the same of the logarithms. `fitted` has
-/// one RGB value for each point of the profile.
+/// The RMS error of fitted values over the measured range (Yan17 footnote 3), and the same of the logarithms. `fitted`
+/// has one RGB value for each point of the profile.
 pub fn errors(profile: &Profile, fitted: &[[f64; 3]]) -> (f64, f64) {
     let (mut squares, mut log_squares) = (0.0, 0.0);
     for (p, f) in profile.points.iter().zip(fitted) {

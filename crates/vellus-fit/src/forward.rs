@@ -79,8 +79,8 @@ impl Forward {
         all
     }
 
-    /// f·cos θᵢ averaged over the width of the fibre, RGB, for ω_o at inclination `theta_o` (degrees) and φ = 0. `out` gets
-    /// one value for each of the `directions`.
+    /// f·cos θᵢ averaged over the width of the fibre, RGB, for ω_o at inclination `theta_o` (degrees) and φ = 0. `out`
+    /// gets one value for each of the `directions`.
     ///
     /// # Errors
     /// [`Error::Fiber`] for a parameter out of range.
@@ -116,8 +116,8 @@ impl Forward {
 }
 
 /// The models of Yan et al. 2015 that were used last. A part of the model depends on the refractive indices and the
-/// layers only, and takes as long to prepare as the far field takes to evaluate. Nine of the dozen variables of a fit do
-/// not change that part.
+/// layers only, and takes as long to prepare as the far field takes to evaluate. Nine of the dozen variables of a fit
+/// do not change that part.
 #[derive(Debug, Default)]
 pub(crate) struct Recent(Mutex<VecDeque<([f32; 3], Yan2015)>>);
 

@@ -11,8 +11,8 @@ pub struct Options {
     pub starts: usize,
     /// The seed of that design.
     pub seed: u64,
-    /// Huber's k, at least 1: residuals above k times the noise count linearly instead of squared. Infinity is plain least
-    /// squares.
+    /// Huber's k, at least 1: residuals above k times the noise count linearly instead of squared. Infinity is plain
+    /// least squares.
     pub huber: f64,
 }
 

@@ -26,13 +26,13 @@ pub struct Estimate {
     pub unit: &'static str,
     /// The value, angles in degrees.
     pub value: f64,
-    /// The standard error, one-sided at an end of the range. `None` for a parameter that was not fitted, or that the data
-    /// says nothing about.
+    /// The standard error, one-sided at an end of the range. `None` for a parameter that was not fitted, or that the
+    /// data says nothing about.
     pub error: Option<f64>,
     /// How it was treated.
     pub state: State,
-    /// Does the data determine the value? Not at an end of the range, and not if the standard error is above a tenth of the
-    /// range in which fibres usually are (in the variable that is fitted).
+    /// Does the data determine the value? Not at an end of the range, and not if the standard error is above a tenth
+    /// of the range in which fibres usually are (in the variable that is fitted).
     pub determined: bool,
 }
 
@@ -61,15 +61,16 @@ pub struct Starts {
 pub struct Correlations {
     /// The name of each fitted parameter. Tied parameters have one name.
     pub names: Vec<String>,
-    /// The correlation of each two, in [−1, 1], row by row: as many rows and columns as there are names. The diagonal is 1.
+    /// The correlation of each two, in [−1, 1], row by row: as many rows and columns as there are names. The diagonal
+    /// is 1.
     pub matrix: Vec<Vec<f64>>,
 }
 
 /// A linear combination of parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Combination {
-    /// Names of parameters and their shares, the largest share first. The shares are a unit vector in units of the usual
-    /// ranges; small ones are left out.
+    /// Names of parameters and their shares, the largest share first. The shares are a unit vector in units of the
+    /// usual ranges; small ones are left out.
     pub shares: Vec<(String, f64)>,
     /// The standard error along that vector, in units of the usual ranges: 0.01 is one percent of them.
     pub standard_error: f64,

@@ -149,8 +149,9 @@ pub struct Parameter {
     pub usual: [f64; 2],
     /// The variable that it is fitted in.
     pub curve: Curve,
-    /// Half the distance of the two points of a difference quotient, in that variable. It is large against the rounding
-    /// errors of the model (relative errors of 1e-6 in single precision), and small against the widths of lobes.
+    /// Half the distance of the two points of a difference quotient, in that variable. It is large against the
+    /// rounding errors of the model (relative errors of 1e-6 in single precision), and small against the widths of
+    /// lobes.
     pub step: f64,
 }
 

@@ -169,8 +169,8 @@ pub fn from_model(model: Forward, specimen: &Specimen, synthetic: &Synthetic) ->
     Ok(synthetic.measure(&axes, &values))
 }
 
-/// A measurement of a whole fibre with a rough cuticle and tilted scales, traced with `photons` photons. A direction stands
-/// for a cell as large as the steps. `progress` gets reports, but does not stop the simulation.
+/// A measurement of a whole fibre with a rough cuticle and tilted scales, traced with `photons` photons. A direction
+/// stands for a cell as large as the steps. `progress` gets reports, but does not stop the simulation.
 ///
 /// # Errors
 /// As [`from_model`].

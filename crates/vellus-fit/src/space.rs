@@ -82,8 +82,8 @@ impl Space {
     /// The parameters of a model for a profile with 1 or 3 channels, whose fixed direction is at `theta_o` degrees.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for a parameter that the model does not have, a value out of range, or requests that contradict
-    /// each other.
+    /// [`Error::Parameter`] for a parameter that the model does not have, a value out of range, or requests that
+    /// contradict each other.
     pub fn new(model: Forward, channels: usize, theta_o: f64, requests: &Requests) -> Result<Self, Error> {
         let parameters = model.parameters(channels);
         let mut given: Vec<Option<f64>> = vec![None; parameters.len()];

@@ -7,8 +7,8 @@ use vellus::Fiber;
 pub struct Specimen {
     /// The fibre. Models take from it the parameters that they have.
     pub fiber: Fiber,
-    /// Refractive index of the medulla, in [1, 3], for [`ModelKind::Yan2015`](vellus_models::ModelKind::Yan2015). Without
-    /// it, the medulla has the index of the cortex.
+    /// Refractive index of the medulla, in [1, 3], for [`ModelKind::Yan2015`](vellus_models::ModelKind::Yan2015).
+    /// Without it, the medulla has the index of the cortex.
     pub eta_m: Option<f32>,
 }
 

@@ -15,8 +15,8 @@ const TRIED: usize = 16;
 /// The length of a scrambled sequence.
 const MOST: usize = 1 << 16;
 
-/// The variables of `options.starts` starts; the presets alone if the fit is cancelled. The scale of each start brings its
-/// median log-ratio to 0.
+/// The variables of `options.starts` starts; the presets alone if the fit is cancelled. The scale of each start brings
+/// its median log-ratio to 0.
 pub fn starts(space: &Space, cost: &Cost, theta_o: f64, options: &Options, progress: &dyn Progress) -> Vec<Vec<f64>> {
     let (count, seed) = (options.starts, options.seed);
     let scale = space.column_of(Kind::Scale);

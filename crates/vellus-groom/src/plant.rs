@@ -45,8 +45,8 @@ impl Coat {
     }
 }
 
-/// Grows coats on some meshes of a scene, given by their indices. The looks and textures of the coats become part of the
-/// scene; the strands are returned. They are the same for the same `seed`.
+/// Grows coats on some meshes of a scene, given by their indices. The looks and textures of the coats become part of
+/// the scene; the strands are returned. They are the same for the same `seed`.
 ///
 /// # Errors
 /// A value of a group out of its range; [`GroupError::NoUv`]; a mesh without area.

@@ -37,7 +37,8 @@ pub struct GrowSettings {
     pub lift: [f32; 2],
     /// Standard deviation of the direction between strands; not negative.
     pub spread: f32,
-    /// Strength of gravity: length of the downward vector that is added to the unit direction at the tip; not negative.
+    /// Strength of gravity: length of the downward vector that is added to the unit direction at the tip; not
+    /// negative.
     pub gravity: f32,
     /// The up direction, against gravity. Any length except 0.
     pub up: Vec3,
@@ -49,8 +50,8 @@ pub struct GrowSettings {
     pub curl_turns: f32,
     /// Waviness: deviation at the tip relative to the length; not negative.
     pub noise: f32,
-    /// Minimum distance of the tip from the body, if [`Maps::distance`] is set. It is 0 at the root and grows linearly;
-    /// not negative.
+    /// Minimum distance of the tip from the body, if [`Maps::distance`] is set. It is 0 at the root and grows
+    /// linearly; not negative.
     pub clearance: f32,
 }
 

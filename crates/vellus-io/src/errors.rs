@@ -2,7 +2,8 @@
 
 use std::io::{self, ErrorKind};
 
-/// Whether the same operation may succeed later: after a full disk, or with too many open files, but not for a missing file.
+/// Whether the same operation may succeed later: after a full disk, or with too many open files, but not for a missing
+/// file.
 pub fn may_pass(error: &io::Error) -> bool {
     match error.kind() {
         ErrorKind::StorageFull
@@ -13,7 +14,8 @@ pub fn may_pass(error: &io::Error) -> bool {
         | ErrorKind::BrokenPipe
         // No more threads or processes.
         | ErrorKind::WouldBlock => true,
-        // The system reports a write beyond `ulimit -f`. The readers of this crate use the same kind for files that are too large.
+        // The system reports a write beyond `ulimit -f`. The readers of this crate use the same kind for files that are
+        // too large.
         ErrorKind::FileTooLarge => error.raw_os_error().is_some(),
         _ => code_may_pass(error),
     }

@@ -33,7 +33,8 @@ pub struct Denoiser {
 }
 
 impl Denoiser {
-    /// Loads the library that the environment variable `VELLUS_OIDN` names, or else version 2 from the system's folders.
+    /// Loads the library that the environment variable `VELLUS_OIDN` names, or else version 2 from the system's
+    /// folders.
     ///
     /// # Errors
     /// [`Error::Denoise`] if there is no such library.
@@ -65,8 +66,8 @@ impl Denoiser {
             .map_err(|e| Error::Denoise(format!("not Intel Open Image Denoise 2: {e}")))
     }
 
-    /// The beauty without noise, three values a pixel, row by row. The layers albedo and normal guide the denoiser if the
-    /// film has them. In fur these are noisy too: they are denoised first.
+    /// The beauty without noise, three values a pixel, row by row. The layers albedo and normal guide the denoiser if
+    /// the film has them. In fur these are noisy too: they are denoised first.
     ///
     /// # Errors
     /// [`Error::Denoise`] with what the library reports.

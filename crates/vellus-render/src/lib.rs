@@ -4,9 +4,9 @@
 //! does so in passes until a goal is reached, with progress, cancellation and checkpoints ([`session`]). A film becomes
 //! an OpenEXR or a PNG file with [`Film::to_exr`] and [`Film::to_png`].
 //!
-//! Curves are not tessellated: [`Curves`] intersects round tubes of varying radius, with motion blur. A fibre scatters by
-//! [`vellus::Bcsdf`] or any other [`vellus::Model`]. A picture has the same bits for any number of threads, and for any
-//! division of its samples into ranges.
+//! Curves are not tessellated: [`Curves`] intersects round tubes of varying radius, with motion blur. A fibre scatters
+//! by [`vellus::Bcsdf`] or any other [`vellus::Model`]. A picture has the same bits for any number of threads, and for
+//! any division of its samples into ranges.
 //!
 //! ```
 //! use glam::{Vec3, Vec4};

@@ -15,8 +15,8 @@ pub struct Statistics {
     pub rays: u64,
     /// Samples that were left out because a value was not finite.
     pub rejected: u64,
-    /// Throughput of the paths that [`Settings::max_depth`] cut off, in millionths of a sample. Whole numbers: their sum
-    /// does not depend on the order.
+    /// Throughput of the paths that [`Settings::max_depth`] cut off, in millionths of a sample. Whole numbers: their
+    /// sum does not depend on the order.
     cut: u64,
 }
 

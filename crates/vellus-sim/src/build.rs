@@ -115,8 +115,8 @@ impl Quality {
             .collect()
     }
 
-    /// Compresses the simulated slabs, which must be in the order of [`Quality::slabs`]. `progress` gets reports, but does
-    /// not stop the work.
+    /// Compresses the simulated slabs, which must be in the order of [`Quality::slabs`]. `progress` gets reports, but
+    /// does not stop the work.
     pub fn assemble(&self, slabs: &[Vec<f32>], progress: &dyn Progress) -> TableData {
         let steps = Steps::new(progress, 3 * self.sweeps as u64, "compressing");
         let (azimuthal, longitudinal) = slabs.split_at(self.nodes[0]);

@@ -134,8 +134,8 @@ pub fn check_longitudinal(tables: &TableData, photons: u64, seed: u64, index: u6
     })
 }
 
-/// Compares `profiles` random profiles of each table with simulations of `photons` photons. `progress` gets reports, but
-/// does not stop the work.
+/// Compares `profiles` random profiles of each table with simulations of `photons` photons. `progress` gets reports,
+/// but does not stop the work.
 pub fn check(tables: &TableData, profiles: u64, photons: u64, seed: u64, progress: &dyn Progress) -> Vec<ProfileError> {
     let steps = Steps::new(progress, 2 * profiles, "simulating");
     let mut errors = Vec::new();

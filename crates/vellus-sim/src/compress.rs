@@ -54,8 +54,8 @@ fn descend_rows(f: &mut Array2<f32>, m: &Array2<f32>, gram: impl Fn(usize) -> Ar
     }
 }
 
-/// Compresses a table to `rank` components in `sweeps` sweeps. It advances `steps` after each sweep. The result depends on
-/// `seed` only.
+/// Compresses a table to `rank` components in `sweeps` sweeps. It advances `steps` after each sweep. The result depends
+/// on `seed` only.
 pub fn compress(problem: &Problem, rank: usize, sweeps: usize, seed: u64, steps: &Steps) -> FactorTable {
     let [n0, n1, n2] = problem.nodes;
     let outgoing = problem.values.ncols();

@@ -100,8 +100,8 @@ fn shipped_tables_match_simulation() {
     }
 }
 
-/// R, TT and TRT of the model match those of the whole fibre: within 1 %, or the noise of the simulation, for ten presets
-/// and three inclinations.
+/// R, TT and TRT of the model match those of the whole fibre: within 1 %, or the noise of the simulation, for ten
+/// presets and three inclinations.
 #[test]
 #[ignore = "slow: 10 million photons"]
 fn energies_match_fibre_reference() {

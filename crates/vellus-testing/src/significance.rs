@@ -41,7 +41,8 @@ pub fn max_abs_z(count: usize, false_alarm: f64) -> f64 {
 
 /// The bound on a mean of which `samples` samples in [0, 1] were all zero, for `count` such tests.
 ///
-/// With a mean of m, at least a share m of all samples is not zero, so none of n is with a probability of at most e^(−mn).
+/// With a mean of m, at least a share m of all samples is not zero, so none of n is with a probability of at most
+/// e^(−mn).
 pub fn max_unseen_mean(samples: usize, count: usize, false_alarm: f64) -> f64 {
     -per_test(count, false_alarm).ln() / samples as f64
 }

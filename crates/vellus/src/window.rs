@@ -2,9 +2,9 @@
 
 /// The range of azimuthal offsets that a hit is averaged over.
 ///
-/// The offset h in [−1, 1] is the sine of the angle between ray and surface normal in the normal plane. −1 and 1 are the
-/// silhouettes of the fibre. Offsets are clamped to that range. NaN gives results without meaning, and builds with debug
-/// assertions panic.
+/// The offset h in [−1, 1] is the sine of the angle between ray and surface normal in the normal plane. −1 and 1 are
+/// the silhouettes of the fibre. Offsets are clamped to that range. NaN gives results without meaning, and builds with
+/// debug assertions panic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window([f32; 2]);
 
@@ -30,8 +30,8 @@ impl Window {
     /// The window of a pixel: `width` fibre radii wide, centred on `h`, cut off at the silhouettes.
     ///
     /// `width` ≥ 0 is the diameter of the pixel at the hit, times the cosine between its direction and the camera's
-    /// look-at direction, over the fibre's radius; see [`FiberFrame::pixel_width`](crate::FiberFrame::pixel_width). 0 is
-    /// the near field, 4 or more the far field.
+    /// look-at direction, over the fibre's radius; see [`FiberFrame::pixel_width`](crate::FiberFrame::pixel_width). 0
+    /// is the near field, 4 or more the far field.
     #[doc(alias = "Eq. 27")]
     pub fn pixel(h: f32, width: f32) -> Self {
         debug_assert!(width >= 0.0, "a pixel's width is {width}");
@@ -42,9 +42,9 @@ impl Window {
     /// The window of a pixel, without bias (D16). `width` is that of [`Window::pixel`], and `u` is uniform in [0, 1).
     ///
     /// The fibre's width is divided into cells of this width, shifted by `u`. The window is the cell that contains `h`.
-    /// Hits that are spread evenly over the width then average to the far field, for any width of the cells. Windows that
-    /// are centred on their hits (Yan17 Eq. 27) do not: cut off at the silhouettes, they cover the middle more often than
-    /// the edges. A `width` of 2 or more, the fibre's whole width, gives the far field.
+    /// Hits that are spread evenly over the width then average to the far field, for any width of the cells. Windows
+    /// that are centred on their hits (Yan17 Eq. 27) do not: cut off at the silhouettes, they cover the middle more
+    /// often than the edges. A `width` of 2 or more, the fibre's whole width, gives the far field.
     pub fn cell(h: f32, width: f32, u: f32) -> Self {
         debug_assert!(width >= 0.0 && (0.0..1.0).contains(&u), "a cell {width} wide, {u}");
         let h = h.clamp(-1.0, 1.0);

@@ -16,9 +16,9 @@ use vellus_plot::fit::{Summary, write_report};
 /// Fit the parameters of a fibre to its measured profile (Yan17 Sec. 5.1), or write a synthetic measurement.
 ///
 /// PROFILE contains the light that one fibre scatters, averaged over its width. One of camera and light is fixed, the
-/// other moves. A .txt file has lines `phi theta value` or `phi theta r g b`, in the coordinates of the gantry of Yan et
-/// al. 2015, with `?` for missing values. A .csv file has columns theta, phi, and value or r, g, b. An image (.npy, .exr)
-/// has rows over theta and columns over phi. The unit of the values is arbitrary.
+/// other moves. A .txt file has lines `phi theta value` or `phi theta r g b`, in the coordinates of the gantry of Yan
+/// et al. 2015, with `?` for missing values. A .csv file has columns theta, phi, and value or r, g, b. An image (.npy,
+/// .exr) has rows over theta and columns over phi. The unit of the values is arbitrary.
 ///
 /// vellus writes no fibre, and the exit code is 2, in three cases: the model is no better than a constant (F-test at
 /// 0.1 %); the model explains less than a quarter of the constant's loss, and the residuals are not noise; or the
@@ -29,8 +29,8 @@ pub struct Args {
     /// Measured profile: .txt, .csv, .npy or .exr.
     #[arg(required_unless_present = "simulate", conflicts_with = "simulate")]
     profile: Option<PathBuf>,
-    /// Model to fit, or to measure: vellus, yan2015, chiang2016 or marschner2003. Only yan2015 has the parameter eta_m. The
-    /// last two have no medulla.
+    /// Model to fit, or to measure: vellus, yan2015, chiang2016 or marschner2003. Only yan2015 has the parameter
+    /// eta_m. The last two have no medulla.
     #[arg(long, default_value = "vellus", value_name = "NAME")]
     model: ModelKind,
     /// File to write: the fibre (.toml), or the synthetic measurement (.txt, .csv).
@@ -45,12 +45,12 @@ pub struct Args {
     /// Inclination of the fixed direction, degrees. A file can contain it: `# theta_o = -30`.
     #[arg(long, value_name = "DEG")]
     theta_o: Option<f64>,
-    /// Angles of the file: those of the fibre, or of the gantry (theta = 90° - its theta, phi = its phi - 90°). Default:
-    /// gantry for .txt, fiber for others.
+    /// Angles of the file: those of the fibre, or of the gantry (theta = 90° - its theta, phi = its phi - 90°).
+    /// Default: gantry for .txt, fiber for others.
     #[arg(long, value_parser = one_of::<Angles>(Angles::NAMES), value_name = "ANGLES", conflicts_with = "simulate")]
     angles: Option<Angles>,
-    /// What the values are proportional to: f·cos θ (fixed camera, or a moving detector that sees the whole fibre), or f
-    /// (radiance at a moving camera). Default: what the file says, or f-cos.
+    /// What the values are proportional to: f·cos θ (fixed camera, or a moving detector that sees the whole fibre), or
+    /// f (radiance at a moving camera). Default: what the file says, or f-cos.
     #[arg(long, value_parser = one_of::<Quantity>(Quantity::NAMES), value_name = "QUANTITY", conflicts_with = "simulate")]
     quantity: Option<Quantity>,
     /// θ of the first and the last row of an image or of a synthetic measurement, degrees.

@@ -67,8 +67,8 @@ pub struct Args {
     /// --time and --noise apply to each frame. --resume skips finished frames.
     #[arg(long, allow_hyphen_values = true, value_name = "A-B[xS]", conflicts_with_all = ["samples", "frame"])]
     frames: Option<Frames>,
-    /// Over which part of a fibre's width its reflectance is averaged: what the pixel sees (multiscale), the point that
-    /// is hit (near), or the whole width (far). Only the model `vellus` uses this option.
+    /// Over which part of a fibre's width its reflectance is averaged: what the pixel sees (multiscale), the point
+    /// that is hit (near), or the whole width (far). Only the model `vellus` uses this option.
     #[arg(long, value_parser = one_of::<Mode>(Mode::ALL.map(Mode::name)), default_value = "multiscale")]
     mode: Mode,
     /// Pixel filter: a box is one pixel wide and suits denoisers. A tent is two pixels wide and makes smoother edges.

@@ -19,8 +19,8 @@ pub struct PrintedWindow<'p, 't> {
 impl<'t> AsPrinted<'t> {
     /// Averages over the offsets from `h1` to `h2` > `h1` within [−1, 1]. `theta_o` is in radians.
     ///
-    /// `unscattered` and `scattered` are the numbers of segments on each side of h = 0, at least 1. The paper takes 5 or
-    /// 8 for R, TT, TRT, and 4 or 5 for TTˢ, TRTˢ.
+    /// `unscattered` and `scattered` are the numbers of segments on each side of h = 0, at least 1. The paper takes 5
+    /// or 8 for R, TT, TRT, and 4 or 5 for TTˢ, TRTˢ.
     #[doc(alias = "Eq. 26")]
     pub fn window(
         &self,

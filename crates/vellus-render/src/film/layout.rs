@@ -28,8 +28,8 @@ impl Kept {
     }
 }
 
-/// The layers and channels of a film. Every film keeps beauty, alpha, the second moment and the fibres' coverage: noise,
-/// PNG files and the means of other layers are computed from them.
+/// The layers and channels of a film. Every film keeps beauty, alpha, the second moment and the fibres' coverage:
+/// noise, PNG files and the means of other layers are computed from them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layout {
     kept: [Option<Kept>; Layer::ALL.len()],

@@ -28,8 +28,8 @@ struct Block {
 
 /// Strands of hair and fur with a hierarchy over their segments: finds where rays enter them.
 ///
-/// Curves are not tessellated. Segments of cubic bases are round tubes of varying radius, those of the linear basis round
-/// cones with balls at their ends.
+/// Curves are not tessellated. Segments of cubic bases are round tubes of varying radius, those of the linear basis
+/// round cones with balls at their ends.
 #[derive(Clone, Debug)]
 pub struct Curves {
     strands: Vec<Strands>,
@@ -48,8 +48,8 @@ const ROUNDING: f32 = 0.01;
 /// Packs two margins around a chord into one number, each rounded up to 16 bits.
 ///
 /// The first is its reach: radius plus deviation. The second limits how far behind the ray's origin the chord may be,
-/// along the ray and within reach of it, if an entry lies ahead. A ray enters against the surface's normal, so the axis is
-/// further along the ray than the entry, except for the radius times the taper, by which the normal is inclined. The
+/// along the ray and within reach of it, if an entry lies ahead. A ray enters against the surface's normal, so the axis
+/// is further along the ray than the entry, except for the radius times the taper, by which the normal is inclined. The
 /// chord is no further from the axis than its deviation.
 fn pack(reach: f32, before: f32) -> u32 {
     let upper = |x: f32| (x.to_bits() + 0xffff) >> 16;
@@ -441,8 +441,8 @@ mod tests {
         first
     }
 
-    /// The hierarchy finds the same entries as a loop over all segments: three sets, every basis, radii that change little
-    /// and much, rays from far away and from the strands themselves.
+    /// The hierarchy finds the same entries as a loop over all segments: three sets, every basis, radii that change
+    /// little and much, rays from far away and from the strands themselves.
     #[test]
     fn hierarchy_finds_the_first_of_all() {
         for basis in [Basis::Linear, Basis::BSpline, Basis::CatmullRom, Basis::Bezier] {

@@ -1,5 +1,6 @@
-//! Large arrays with random access, on pages of 2 MB where the operating system provides them. Rays through large scenes
-//! then miss the processor's table of pages less often. Measured: `docs/notes/2026-11-rendering.md`, "Large pages".
+//! Large arrays with random access, on pages of 2 MB where the operating system provides them. Rays through large
+//! scenes then miss the processor's table of pages less often. Measured: `docs/notes/2026-11-rendering.md`, "Large
+//! pages".
 #![allow(unsafe_code, reason = "advice to the system, which changes no memory")]
 
 /// An empty vector with a capacity, on large pages if it is long enough.

@@ -27,8 +27,8 @@ impl Ray {
     }
 }
 
-/// Two unit vectors that complete the unit vector `n` to a right-handed orthonormal basis (Duff et al. 2017, Building an
-/// Orthonormal Basis, Revisited).
+/// Two unit vectors that complete the unit vector `n` to a right-handed orthonormal basis (Duff et al. 2017, Building
+/// an Orthonormal Basis, Revisited).
 pub fn orthonormal_basis(n: Vec3) -> (Vec3, Vec3) {
     let sign = 1f32.copysign(n.z);
     let a = -1.0 / (sign + n.z);

@@ -1,7 +1,7 @@
 //! One segment of a strand, and its intersection with a ray.
 //!
-//! A curved segment is the surface that a disk sweeps along the curve, perpendicular to its tangent and with the curve's
-//! radius. A linear segment is the hull of the balls at both ends, so neighbours join without a gap.
+//! A curved segment is the surface that a disk sweeps along the curve, perpendicular to its tangent and with the
+//! curve's radius. A linear segment is the hull of the balls at both ends, so neighbours join without a gap.
 
 use crate::geometry::bvh::Bounds;
 use crate::geometry::ray::Ray;
@@ -72,8 +72,8 @@ impl Segment {
         self.points.iter().fold(0.0, |r, p| r.max(p.w))
     }
 
-    /// The chord, shifted halfway to the point of the curve that is furthest away, if it bends to one side: this halves the
-    /// deviation.
+    /// The chord, shifted halfway to the point of the curve that is furthest away, if it bends to one side: this halves
+    /// the deviation.
     pub fn chord(&self) -> [Vec3; 2] {
         let [a, _, _, d] = self.points.map(Vec4Swizzles::xyz);
         let shift = self.shift();
@@ -107,8 +107,8 @@ impl Segment {
         }
     }
 
-    /// As [`Segment::deviation`], but to the chord's point of the same parameter. It is linear in the control points: if
-    /// these move in straight lines, it is never larger than at both ends of the motion.
+    /// As [`Segment::deviation`], but to the chord's point of the same parameter. It is linear in the control points:
+    /// if these move in straight lines, it is never larger than at both ends of the motion.
     pub fn stray(&self) -> f32 {
         let ([x, y], shift) = (self.offsets(), self.shift());
         let apart = [-shift, x - shift, y - shift, -shift];

@@ -1,19 +1,21 @@
-//! Where a ray enters the surface that a disk sweeps along a cubic: Newton's method on the curve's parameter, with a cone
-//! as the local model of the curve (after Reshetov and Luebke 2018, Phantom Ray-Hair Intersector). The number of starting
-//! points depends on the bend of the curve.
+//! Where a ray enters the surface that a disk sweeps along a cubic: Newton's method on the curve's parameter, with a
+//! cone as the local model of the curve (after Reshetov and Luebke 2018, Phantom Ray-Hair Intersector). The number of
+//! starting points depends on the bend of the curve.
 //!
-//! Coordinates have the ray's origin as their origin and the ray as their third axis: half of the products are then zero.
+//! Coordinates have the ray's origin as their origin and the ray as their third axis: half of the products are then
+//! zero.
 
 use crate::geometry::ray::{Ray, orthonormal_basis};
 use crate::geometry::segment::Entry;
 use glam::{Vec4, Vec4Swizzles};
 
-/// Newton's method ends with a step this small, in the curve's parameter. Over the step, the curve deviates from the cone
-/// by half the square of the step times the length and the turn of the piece. For a piece of fifteen radii that turns by
-/// 0.2, the most that `pieces` allows, this is less than a thousandth of the radius.
+/// Newton's method ends with a step this small, in the curve's parameter. Over the step, the curve deviates from the
+/// cone by half the square of the step times the length and the turn of the piece. For a piece of fifteen radii that
+/// turns by 0.2, the most that `pieces` allows, this is less than a thousandth of the radius.
 const CLOSE: f32 = 0.02;
 
-/// Where the ray first enters the surface from outside, within its length. `points` are Bézier control points with radii.
+/// Where the ray first enters the surface from outside, within its length. `points` are Bézier control points with
+/// radii.
 pub fn enter(points: &[Vec4; 4], ray: &Ray) -> Option<Entry> {
     let curve = Cubic::new(points, ray);
     let pieces = pieces(points);
@@ -117,8 +119,8 @@ fn cone_step(point: Vec4, slope: Vec4) -> Option<Step> {
     let (p, s) = (point.xy(), slope.xy());
     let length2 = (s.length_squared() + slope.z * slope.z).max(f32::MIN_POSITIVE);
     let inverse = 1.0 / length2;
-    // Consider the ray's point at the distance of `point` plus t. Its position along the axis is w₀ + w₁ t, in the curve's
-    // parameter. The squared distance from the axis minus the squared radius there is qa t² + 2 qb t + qc.
+    // Consider the ray's point at the distance of `point` plus t. Its position along the axis is w₀ + w₁ t, in the
+    // curve's parameter. The squared distance from the axis minus the squared radius there is qa t² + 2 qb t + qc.
     let (w0, w1) = (-p.dot(s) * inverse, slope.z * inverse);
     let (r0, r1) = (point.w + slope.w * w0, slope.w * w1);
     let qa = 1.0 - slope.z * w1 - r1 * r1;

@@ -8,8 +8,8 @@ use crate::geometry::ray::{Ray, orthonormal_basis};
 use crate::geometry::triangles::TriangleHit;
 use glam::Vec3;
 
-/// Adds the light that a mesh emits and that reaches it. Returns the scattered ray and its density, or `None` if the path
-/// ends.
+/// Adds the light that a mesh emits and that reaches it. Returns the scattered ray and its density, or `None` if the
+/// path ends.
 pub(super) fn at_surface(
     path: &mut Path<'_>,
     sampler: &mut Sampler,

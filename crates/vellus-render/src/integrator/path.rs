@@ -107,8 +107,8 @@ impl Path<'_> {
         self.geometry.curves.occluded(ray) || self.geometry.triangles.occluded(ray)
     }
 
-    /// Adds the light that a ray found by itself. `pdf` is the density with which the ray was sampled; `None` for the camera's
-    /// ray.
+    /// Adds the light that a ray found by itself. `pdf` is the density with which the ray was sampled; `None` for the
+    /// camera's ray.
     fn found(&mut self, (light, emission): (usize, Emission), pdf: Option<f32>) {
         let w = pdf.map_or(1.0, |pdf| weight(pdf, emission.pdf * self.lights));
         self.add(scale(times(self.throughput, emission.radiance), w), self.geometry.groups[light]);
@@ -193,8 +193,8 @@ pub(crate) fn trace<M: Model>(
     Seen { strand: path.strand, rays: path.rays, cut }
 }
 
-/// The angle over which a direction with this density per solid angle spreads: the width of a box with the same variance
-/// as a uniform cone of this density.
+/// The angle over which a direction with this density per solid angle spreads: the width of a box with the same
+/// variance as a uniform cone of this density.
 fn spread(pdf: f32) -> f32 {
     (3.0 / (PI * pdf)).sqrt()
 }

@@ -1,5 +1,5 @@
-//! Well-distributed random numbers: Owen-scrambled Sobol' points, padded four dimensions at a time (Burley 2020, Practical
-//! Hash-based Owen Scrambling; crate sobol_burley).
+//! Well-distributed random numbers: Owen-scrambled Sobol' points, padded four dimensions at a time (Burley 2020,
+//! Practical Hash-based Owen Scrambling; crate sobol_burley).
 //!
 //! They depend only on the pixel, the sample's index and the seed: any thread may compute any sample.
 

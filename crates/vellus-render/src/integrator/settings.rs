@@ -5,8 +5,9 @@ use crate::integrator::view::Filter;
 /// Over which part of a fibre's width its reflectance is averaged at a hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
-    /// Where the camera sees a fibre, over the part of its width that the pixel sees. At later hits, over the whole width
-    /// if the last scattering event spread the path that far (departure D15 in PAPER.md), else the near field.
+    /// Where the camera sees a fibre, over the part of its width that the pixel sees. At later hits, over the whole
+    /// width if the last scattering event spread the path that far (departure D15 in PAPER.md), else the near
+    /// field.
     MultiScale,
     /// Near field: the offset at which the fibre is hit.
     Near,

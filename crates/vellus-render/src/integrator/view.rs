@@ -60,8 +60,8 @@ impl View {
         }
     }
 
-    /// A ray through a point of a pixel's filter and a point of the lens. `size` is that of the whole picture; `u` are two
-    /// numbers for the filter and two for the lens, in [0, 1).
+    /// A ray through a point of a pixel's filter and a point of the lens. `size` is that of the whole picture; `u` are
+    /// two numbers for the filter and two for the lens, in [0, 1).
     pub(crate) fn ray(&self, size: [usize; 2], pixel: [usize; 2], filter: Filter, u: [f32; 4], time: f32) -> Ray {
         let [width, height] = size.map(|n| n as f32);
         let film_height = self.camera.film_height;

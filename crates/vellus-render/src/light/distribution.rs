@@ -50,8 +50,8 @@ impl PiecewiseConstant1D {
 mod tests {
     use super::*;
 
-    /// The guide table finds the same interval as binary search: for equal values, for a few large values among many zeros,
-    /// and for one value.
+    /// The guide table finds the same interval as binary search: for equal values, for a few large values among many
+    /// zeros, and for one value.
     #[test]
     fn guides_lead_to_the_interval() {
         let numbers: [fn(usize) -> f32; 4] =

@@ -88,9 +88,9 @@ impl Map {
     }
 }
 
-/// The direction in a dome's image of what a ray sees. The image is projected to a disk of ground, and to the sphere about
-/// the point where it was taken that contains the disk's edge. For rays that start below the disk or outside of the
-/// sphere, the image is infinitely far away.
+/// The direction in a dome's image of what a ray sees. The image is projected to a disk of ground, and to the sphere
+/// about the point where it was taken that contains the disk's edge. For rays that start below the disk or outside of
+/// the sphere, the image is infinitely far away.
 pub(super) fn from_ground(ground: &Ground, up: Vec3, ray: &Ray) -> Vec3 {
     let taken = ground.origin + up * ground.height;
     let from = ray.origin - taken;

@@ -58,8 +58,8 @@ impl Lights {
         Lights { lights, shares, chances }
     }
 
-    /// Samples a light, and a direction from `point` toward it. Returns the light's index too. `None` if this light sends
-    /// nothing to the point, or no light is sampled.
+    /// Samples a light, and a direction from `point` toward it. Returns the light's index too. `None` if this light
+    /// sends nothing to the point, or no light is sampled.
     pub fn sample(&self, point: Vec3, u: [f32; 3]) -> Option<(usize, LightSample)> {
         if self.lights.is_empty() {
             return None;
@@ -88,8 +88,8 @@ impl Lights {
         best
     }
 
-    /// What a ray that escapes the scene finds, for each dome and distant light: its index, radiance and density. Only rays
-    /// of the camera see the ground of a dome.
+    /// What a ray that escapes the scene finds, for each dome and distant light: its index, radiance and density. Only
+    /// rays of the camera see the ground of a dome.
     pub fn escaped<'a>(&'a self, ray: &'a Ray, camera: bool) -> impl Iterator<Item = (usize, Emission)> + 'a {
         self.lights.iter().zip(&self.shares).enumerate().filter_map(move |(i, (light, share))| {
             let emission = light.escaped(ray, camera)?;

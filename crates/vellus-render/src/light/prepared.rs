@@ -90,8 +90,8 @@ pub(super) fn prepare(light: &Light, textures: &[Texture]) -> Prepared {
 }
 
 impl Prepared {
-    /// A rough estimate of the power that it sends into a scene of this radius, by which lights are chosen. For a sky, that
-    /// of its excess.
+    /// A rough estimate of the power that it sends into a scene of this radius, by which lights are chosen. For a sky,
+    /// that of its excess.
     pub(super) fn power(&self, reach: f32) -> f32 {
         let disk = PI * reach * reach;
         match self {
@@ -149,8 +149,8 @@ impl Prepared {
                 Some(LightSample { direction, distance: t, radiance: *radiance, pdf: cone_pdf(cos) })
             }
             Prepared::Cylinder { center, axis, half_length, radius, radiance } => {
-                // Uniform in the angle perpendicular to the axis, and in the length along it. Unlike a uniform density on
-                // the surface, this density is finite where the surface is seen edge-on.
+                // Uniform in the angle perpendicular to the axis, and in the length along it. Unlike a uniform density
+                // on the surface, this density is finite where the surface is seen edge-on.
                 let from = point - *center;
                 let (toward, distance, angle) = seen_across(from, *axis, *radius)?;
                 let (sin, cos) = ((2.0 * u[0] - 1.0) * angle).sin_cos();

@@ -46,8 +46,8 @@ fn lights() -> (Vec<Light>, Vec<Texture>) {
     (lights, vec![texture(16, 8)])
 }
 
-/// Light samples and uniform rays find the same light, for each light alone and for all together. The density that a ray
-/// reports is that of its sample.
+/// Light samples and uniform rays find the same light, for each light alone and for all together. The density that a
+/// ray reports is that of its sample.
 #[test]
 fn sampling_finds_what_rays_find() {
     let (all, textures) = lights();
@@ -139,8 +139,8 @@ fn a_cylinder_sends_what_its_surface_does() {
     }
 }
 
-/// A sky of one colour is not sampled, alone and beside a lamp. Of other skies, the part that is darker than the average
-/// is not sampled.
+/// A sky of one colour is not sampled, alone and beside a lamp. Of other skies, the part that is darker than the
+/// average is not sampled.
 #[test]
 fn what_is_even_is_not_sampled() {
     let (all, textures) = lights();

@@ -1,9 +1,9 @@
 //! Render sessions: passes until a goal is reached, with progress, cancellation, checkpoints and resumption.
 //!
 //! A [`Session`] renders one picture, or a range of its samples, into a [`Checkpoint`]. It writes no file and prints
-//! nothing by itself. [`Store`] keeps checkpoints, [`Picture`] writes OpenEXR and PNG files, [`Merge`] adds sample ranges
-//! that were rendered separately, and [`Identity`] tells pictures apart. The command `vellus render` is built of these
-//! parts.
+//! nothing by itself. [`Store`] keeps checkpoints, [`Picture`] writes OpenEXR and PNG files, [`Merge`] adds sample
+//! ranges that were rendered separately, and [`Identity`] tells pictures apart. The command `vellus render` is built of
+//! these parts.
 
 mod frames;
 mod goals;
@@ -40,8 +40,8 @@ pub struct Options {
     pub layers: Vec<Layer>,
     /// The samples of each pixel, within [0, [`MAX_SAMPLES`]].
     pub samples: Range<u64>,
-    /// Refuse to resume from a checkpoint with samples beyond [`Options::samples`]: for ranges that will be merged with
-    /// others.
+    /// Refuse to resume from a checkpoint with samples beyond [`Options::samples`]: for ranges that will be merged
+    /// with others.
     pub exact: bool,
     /// End when the picture's noise is this low: see [`Film::noise`]. Above 0.
     pub noise: Option<f64>,
@@ -192,8 +192,8 @@ impl<'w> Session<'w> {
         Ok(())
     }
 
-    /// Renders passes until a goal is reached or `progress` cancels, and returns which. The samples of a cancelled pass are
-    /// discarded, those of earlier passes stay.
+    /// Renders passes until a goal is reached or `progress` cancels, and returns which. The samples of a cancelled pass
+    /// are discarded, those of earlier passes stay.
     ///
     /// After each pass the share of the work that is done is reported to `progress`, and `on_pass` is called: it may
     /// show the picture or write a checkpoint.

@@ -38,8 +38,8 @@ impl Picture {
 
     /// Writes the files, and returns their paths. The PNG is written last: where it is, the picture is complete.
     ///
-    /// `denoised` is the beauty after a denoiser, three values a pixel: it becomes the layer `denoised` and what the PNG
-    /// shows.
+    /// `denoised` is the beauty after a denoiser, three values a pixel: it becomes the layer `denoised` and what the
+    /// PNG shows.
     ///
     /// # Errors
     /// [`Error::Encode`] or [`Error::Write`].

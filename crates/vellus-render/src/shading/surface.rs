@@ -117,8 +117,8 @@ mod tests {
     use super::*;
     use crate::integrator::sampler::Sampler;
 
-    /// Sampled weights and uniform directions agree, no surface scatters more than it receives, and densities integrate to
-    /// 1 if no direction is lost below the surface.
+    /// Sampled weights and uniform directions agree, no surface scatters more than it receives, and densities integrate
+    /// to 1 if no direction is lost below the surface.
     #[test]
     fn samples_agree_with_eval() {
         for (roughness, metallic, ior) in [(1.0, 0.0, 1.0), (0.4, 0.0, 1.5), (0.6, 1.0, 1.5), (0.3, 0.5, 1.3)] {

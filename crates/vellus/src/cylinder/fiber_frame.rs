@@ -34,8 +34,8 @@ use glam::Vec3;
 /// # The sign of h
 /// h is the sine of the angle from the surface normal to ω_o, about the tangent. On the side of the fibre that
 /// ω_o × tangent points to, h is positive.
-/// - pbrt-v4 has the same sign, for x along the fibre from root to tip: azimuths are atan2(z, y), and
-///   h = 2v − 1 grows toward +y where ω_o is along z.
+/// - pbrt-v4 has the same sign, for x along the fibre from root to tip: azimuths are atan2(z, y), and h = 2v − 1 grows
+///   toward +y where ω_o is along z.
 /// - Mitsuba 3's `hair` has its y axis along the fibre, and azimuths atan2(z, x), which turn about −y. Its h has the
 ///   opposite sign where y points from root to tip. Azimuths change their sign with it, so the model is the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,8 +50,8 @@ impl FiberFrame {
     /// `tangent`: a unit vector along the fibre, from root to tip. `center`: the point of the axis next to the hit.
     /// `radius`: that of the fibre there, in the same unit, above 0.
     ///
-    /// The two axes across the fibre are arbitrary, and are the same for the same tangent (Duff et al. 2017, *Building an
-    /// Orthonormal Basis, Revisited*).
+    /// The two axes across the fibre are arbitrary, and are the same for the same tangent (Duff et al. 2017, *Building
+    /// an Orthonormal Basis, Revisited*).
     #[inline]
     pub fn new(tangent: Vec3, center: Vec3, radius: f32) -> Self {
         debug_assert!(is_unit(tangent), "the tangent is not a unit vector: {tangent}");
@@ -106,7 +106,8 @@ impl FiberFrame {
     }
 
     /// h in [−1, 1]: the sine of the angle from the surface normal at `position` to `wo`, about the tangent.
-    /// `position` is the hit on the surface and `wo` a unit vector toward where the path came from, both in world space.
+    /// `position` is the hit on the surface and `wo` a unit vector toward where the path came from, both in world
+    /// space.
     #[inline]
     pub fn offset(&self, position: Vec3, wo: Vec3) -> f32 {
         let n = self.outward(position - self.center);

@@ -45,15 +45,15 @@ pub struct Fiber {
     pub beta_n: f32,
     /// σ_c,a, absorption in the cortex, RGB, per fibre radius (D1), in [0, 1000].
     pub sigma_ca: [f32; 3],
-    /// σ_m,s, scattering in the medulla, per fibre radius, in [0, 1000]. Beyond an optical radius σ_m,s κ/cos θ_t of 20
-    /// the shape of the scattered lobes stays that at 20.
+    /// σ_m,s, scattering in the medulla, per fibre radius, in [0, 1000]. Beyond an optical radius σ_m,s κ/cos θ_t of
+    /// 20 the shape of the scattered lobes stays that at 20.
     pub sigma_ms: f32,
     /// σ_m,a, absorption in the medulla, RGB, per fibre radius, in [0, 1000].
     pub sigma_ma: [f32; 3],
     /// g, Henyey–Greenstein anisotropy of the medulla, in [0, 0.95].
     pub g: f32,
-    /// l, layers of the cuticle, in [0, 20]. 0.5 is nearly one ordinary dielectric interface, 1 is one slab, and 0 does
-    /// not reflect.
+    /// l, layers of the cuticle, in [0, 20]. 0.5 is nearly one ordinary dielectric interface, 1 is one slab, and 0
+    /// does not reflect.
     pub layers: f32,
 }
 

@@ -1,5 +1,5 @@
-//! A bounding volume hierarchy with eight children a node, over leaves of up to eight primitives. One SIMD register holds
-//! a coordinate of all eight boxes.
+//! A bounding volume hierarchy with eight children a node, over leaves of up to eight primitives. One SIMD register
+//! holds a coordinate of all eight boxes.
 //!
 //! If primitives move, so do the boxes: each has one box at the shutter's opening and one at its closing, and is
 //! interpolated between them.
@@ -128,9 +128,9 @@ impl Bvh {
         size_of_val(&self.nodes[..]) + size_of_val(&self.closed[..])
     }
 
-    /// Visits the leaves that a ray may hit, near ones first. `leaf` gets the number of a leaf and the distance up to which
-    /// hits count, and returns this distance, smaller if it found a hit. A negative distance ends the search. `soon` gets
-    /// the numbers of leaves that will be visited soon.
+    /// Visits the leaves that a ray may hit, near ones first. `leaf` gets the number of a leaf and the distance up to
+    /// which hits count, and returns this distance, smaller if it found a hit. A negative distance ends the search.
+    /// `soon` gets the numbers of leaves that will be visited soon.
     #[inline]
     pub fn traverse(&self, ray: &Ray, soon: impl Fn(u32), leaf: impl FnMut(u32, f32) -> f32) {
         if self.closed.is_empty() {
@@ -184,8 +184,8 @@ impl Bvh {
                 let hit = enter.simd_le(leave * splat(1.000_000_5));
                 let mut mask = hit.to_bitmask();
                 if mask != 0 {
-                    // Distance and child in one number are compared and moved at once. Distances are not negative, so their
-                    // bits have their order.
+                    // Distance and child in one number are compared and moved at once. Distances are not negative, so
+                    // their bits have their order.
                     let distances = enter.to_array();
                     let mut next = || {
                         let i = mask.trailing_zeros() as usize & (WIDTH - 1);
