@@ -18,7 +18,7 @@ fn header(profile: &Profile, angles: &str, notes: &[String]) -> String {
 /// Writes a profile as text, with notes as comments.
 pub type Writer = fn(&Profile, &[String]) -> String;
 
-/// The writer for a file name: [`gantry_text`] for `.txt`, [`csv`] for `.csv`.
+/// The writer for a file name: [`gantry_text`] for `.txt`, [`csv()`] for `.csv`.
 ///
 /// # Errors
 /// [`Error::File`] for other names.

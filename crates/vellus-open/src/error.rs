@@ -61,7 +61,7 @@ pub enum Error {
 pub enum Warning {
     /// A USD file has something that is not supported.
     Usd(vellus_usd::Warning),
-    /// [`Options::fiber`](crate::Options::fiber) is set, but the file does not use it.
+    /// A fibre is set in the [`Options`](crate::Options), but the file does not use it.
     UnusedFiber {
         /// The file.
         file: PathBuf,

@@ -170,7 +170,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     scene.bcsdf = Bcsdf::new(&fox)?;
     scene.sky = |w| Vec3::splat(0.1) + Vec3::splat(3.0 * w.x.max(0.0).powi(8));
     let mut file = std::fs::File::create("fox.ppm")?;
-    write!(file, "P6 {SIZE} {SIZE} 255\n")?;
+    writeln!(file, "P6 {SIZE} {SIZE} 255")?;
     for pixel in render(&scene) {
         file.write_all(&pixel.to_array().map(|c| (255.0 * c.min(1.0).powf(1.0 / 2.2)) as u8))?;
     }
