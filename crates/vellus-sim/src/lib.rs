@@ -14,7 +14,7 @@
 //! # fn main() -> Result<(), vellus::Error> {
 //! // 10,000 photons over the whole width of a fibre, at an inclination of 30°.
 //! let fiber = Fiber::preset(Species::RedFox);
-//! let energies = energies(&fiber, 30f64.to_radians(), Offsets::Whole, 10_000, 1, &|_| ())?;
+//! let energies = energies(&fiber, 30f64.to_radians(), Offsets::Whole, 10_000, 1, &())?;
 //! let r = energies.mean[Fate::R as usize];
 //! assert!(r.iter().all(|x| (0.01..0.2).contains(x)), "{r:?}");
 //! # Ok(()) }
