@@ -1,4 +1,4 @@
-//! The command as its users meet it: answers, formats, and one clear message for bad input.
+//! Results, formats and error messages of the command.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -82,7 +82,7 @@ fn broken_files_are_named_with_their_line() {
     refused(&["eval", "--fiber", &fiber], &["fur.json", "kappa = 2"]);
     let table = write(folder.path(), "bad.vellus", "VELLUSM1 and no more");
     refused(&["table", "info", &table], &["bad.vellus", "header"]);
-    // Nothing but the inputs.
+    // Only the inputs.
     let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
     assert_eq!(left.len(), 4, "{left:?}");
 }
@@ -201,7 +201,8 @@ fn pictures_are_written_in_both_formats() {
     }
 }
 
-/// The numbers beside the picture: ours fall below the paper's, and the fast path is as good as its oracle.
+/// The numbers beside the picture: our errors are below the paper's, and the fast version is as accurate as the f64
+/// version.
 #[test]
 fn errors_of_the_far_field_are_reported() {
     let folder = tempfile::tempdir().unwrap();
@@ -213,18 +214,18 @@ fn errors_of_the_far_field_are_reported() {
     };
     let (seven, shipped) = (numbers("7 "), numbers("7, as shipped"));
     let [paper, ours] = seven[..] else { panic!("{text}") };
-    // Percent; single precision and bells within 0.1.
+    // Percent. Single precision and Gaussians for wide lobes add up to 0.1.
     assert!(paper > 10.0 && ours < 1.0 && (shipped[0] - ours).abs() < 0.1, "{text}");
 }
 
-/// A build that was interrupted goes on from its pieces; the result is the same, and they are gone.
+/// An interrupted build continues from its pieces. The result is the same, and the pieces are removed.
 #[test]
 fn a_table_build_resumes() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let build = |out: &str| stdout(&["table", "build", "--quality", "smoke", "--photons", "1000", "--out", out]);
     build(&path("a.vellus"));
-    // The pieces of an earlier run, as it left them: one whole, one cut off in the middle.
+    // The pieces of an earlier run: one complete, one cut off in the middle.
     let work = folder.path().join("b.vellus.work");
     std::fs::create_dir(&work).unwrap();
     std::fs::write(work.join("azimuthal-00-10x7x8x12x180-1000-2017.f32"), b"too short").unwrap();

@@ -1,4 +1,4 @@
-//! What `vellus experiment` writes, at the quality that only shows that it runs.
+//! What `vellus experiment` writes at smoke quality, which only tests that it runs.
 
 #[allow(dead_code, reason = "shared with tests of pictures")]
 mod common;
@@ -7,7 +7,7 @@ use common::{refused, run, vellus};
 use serde_json::Value;
 use std::path::Path;
 
-/// All of them.
+/// The names of all experiments.
 const NAMES: [&str; 15] = [
     "medulla-tables",
     "species",
@@ -26,7 +26,7 @@ const NAMES: [&str; 15] = [
     "cat",
 ];
 
-/// What is said of every claim at smoke quality.
+/// The verdict on every claim at smoke quality.
 const NO_VERDICT: &str = "not judged at this quality";
 
 fn smoke<'a>(names: &[&'a str], more: &[&'a str]) -> Vec<&'a str> {
@@ -41,10 +41,10 @@ fn text<'a>(value: &'a Value, key: &str) -> &'a str {
     value[key].as_str().unwrap_or_else(|| panic!("{key} of {value}"))
 }
 
-/// Every experiment leaves a result that parses, tables without a number missing, pictures that are there and claims
-/// that are not judged and say why not; the page tells of all of them; a second run does nothing.
+/// Every experiment writes a result that parses, complete tables, pictures, and claims that are not judged and say why.
+/// The page lists all experiments. A second run does nothing.
 #[test]
-fn results_are_whole_told_and_kept() {
+fn results_are_complete_reported_and_kept() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     run(path, &smoke(&["all"], &[]));
@@ -77,7 +77,7 @@ fn results_are_whole_told_and_kept() {
         for table in found["tables"].as_array().unwrap() {
             let rows = table["rows"].as_array().unwrap();
             let mut csv = csv::Reader::from_path(place.join(format!("{}.csv", text(table, "name")))).unwrap();
-            // The reader refuses rows of different lengths.
+            // The CSV reader refuses rows of different lengths.
             let records: Vec<_> = csv.records().map(Result::unwrap).collect();
             assert_eq!(records.len(), rows.len(), "{name}");
             for cell in records.iter().flatten() {
@@ -93,12 +93,12 @@ fn results_are_whole_told_and_kept() {
     let said = run(path, &smoke(&["all"], &[]));
     assert_eq!(NAMES.map(changed), before);
     assert_eq!(said.matches("is there").count(), NAMES.len(), "{said}");
-    // A better quality is not written over; what is there says which it is.
+    // A result of a better quality is not overwritten. A result states its quality.
     let file = path.join("found/scenes/result.json");
     let better = std::fs::read_to_string(&file).unwrap().replace("\"quality\": \"smoke\"", "\"quality\": \"paper\"");
     std::fs::write(&file, better).unwrap();
     assert!(run(path, &smoke(&["scenes"], &[])).contains("is there, at paper quality"));
-    // What another version found, or what is half-written, is not enough, and --again asks for more.
+    // Results of other versions and incomplete results do not count. --again runs finished experiments again.
     let file = path.join("found/queries/result.json");
     let other = std::fs::read_to_string(&file).unwrap().replace(env!("CARGO_PKG_VERSION"), "0.0.0");
     for content in [&other, &other[..100]] {
@@ -107,13 +107,13 @@ fn results_are_whole_told_and_kept() {
         assert_eq!(text(&result(path, "queries"), "version"), env!("CARGO_PKG_VERSION"));
     }
     assert!(!run(path, &smoke(&["queries"], &["--again"])).contains("is there"));
-    // The page still has all.
+    // The page still lists all experiments.
     let page = std::fs::read_to_string(path.join("found/index.html")).unwrap();
     assert!(NAMES.iter().all(|name| page.contains(&format!("<h2 id=\"{name}\">"))));
 }
 
-/// Where an experiment was stopped before its end, pictures that were finished are read back; those that are missing or
-/// broken are rendered again, to the last bit.
+/// After an interruption, finished pictures are read. Missing and damaged ones are rendered again and are
+/// bit-identical.
 #[test]
 fn finished_pictures_are_not_rendered_again() {
     let folder = tempfile::tempdir().unwrap();
@@ -137,7 +137,7 @@ fn finished_pictures_are_not_rendered_again() {
     assert_eq!(text(&result(path, "zoom"), "quality"), "smoke");
 }
 
-/// Ctrl-C in the middle leaves the page of what is finished, says where it is, and exits as interrupted.
+/// Ctrl-C writes the page of the finished experiments, names it, and exits with the code of the signal.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_experiment_names_what_it_kept() {
@@ -148,7 +148,7 @@ fn an_interrupted_experiment_names_what_it_kept() {
         .stderr(std::process::Stdio::piped())
         .spawn()
         .unwrap();
-    // At paper quality it takes minutes; signals are watched before it begins.
+    // At paper quality it takes minutes. Signals are watched before it begins.
     std::thread::sleep(std::time::Duration::from_secs(2));
     assert!(std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
     let output = child.wait_with_output().unwrap();

@@ -1,4 +1,4 @@
-//! Which fibre strands get from --fiber and --set, and what is said where they change nothing.
+//! The fibres that --fiber and --set give to strands, and the warnings when they change nothing.
 
 use std::path::Path;
 use std::process::Command;
@@ -11,7 +11,7 @@ fn vellus(folder: &Path, args: &[&str]) -> Command {
     command
 }
 
-/// What it says on standard error; it must succeed.
+/// Runs a command that must succeed. Returns its standard error.
 fn run(folder: &Path, args: &[&str]) -> String {
     let output = vellus(folder, args).output().unwrap();
     let errors = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -19,7 +19,7 @@ fn run(folder: &Path, args: &[&str]) -> String {
     errors
 }
 
-/// A curve; `material` binds one or nothing.
+/// A curve. `material` binds a material or is empty.
 fn scene(material: &str) -> String {
     format!(
         "#usda 1.0
@@ -42,7 +42,7 @@ def Material \"Pelt\" {{
     )
 }
 
-/// Are they the same but for the last bits of angles, which files have in degrees?
+/// Whether two fibres are equal up to the last bits of angles, which files store in degrees.
 fn same(a: Fiber, b: Fiber) -> bool {
     let angles = |f: Fiber| [f.alpha, f.beta_m, f.beta_n];
     let rest = |f: Fiber| Fiber { alpha: 0.0, beta_m: 0.0, beta_n: 0.0, ..f };
@@ -95,17 +95,17 @@ fn grown_fur_has_the_fibre_that_is_given() {
         run(path, &[&["groom", "grow", "leaf.obj", "-o", "out.usda"], more].concat());
         fiber(&path.join("out.usda"))
     };
-    // The default of other commands is a fibre like any other.
+    // The default fibre of other commands can be named like any other.
     assert!(is_preset(grow(&["--count", "9", "--fiber", "red-fox"]), Species::RedFox));
     assert!(is_preset(grow(&["--count", "9", "--fiber", "dog"]), Species::Dog));
     let brown = grow(&["--count", "9"]);
     assert_eq!(brown.kappa, Fiber::preset(Species::Dog).kappa);
     assert!(brown.sigma_ca[0] < brown.sigma_ca[1] && brown.sigma_ca[1] < brown.sigma_ca[2], "{brown:?}");
-    // Overrides change the default, and only what they name.
+    // Overrides change only the parameters that they name.
     let thin = grow(&["--count", "9", "--set", "beta_m=3"]);
     assert!(same(Fiber { beta_m: brown.beta_m, ..thin }, brown) && (thin.beta_m - 3f32.to_radians()).abs() < 1e-6);
     assert_eq!(grow(&["--count", "9", "--set", "sigma_ca=0.25"]).sigma_ca, [0.25; 3]);
-    // Options go before the settings file.
+    // Options have priority over the settings file.
     assert!(is_preset(grow(&["--settings", "cat.toml"]), Species::Cat));
     assert!(is_preset(grow(&["--settings", "cat.toml", "--fiber", "red-fox"]), Species::RedFox));
 }
@@ -127,7 +127,7 @@ fn help_tells_the_default_fibre_of_each_command() {
     }
 }
 
-/// Names of files are bytes; what is printed of them is text. Only USD has no names but text.
+/// File names are bytes. Messages print them as text. Only USD needs names that are text.
 #[cfg(target_os = "linux")]
 #[test]
 fn names_of_files_need_not_be_utf8() {

@@ -1,5 +1,4 @@
-//! `vellus fit` as its users meet it: a synthetic measurement, its fit, the report, and one clear message for bad
-//! input.
+//! `vellus fit`: a synthetic measurement, its fit, the report, and error messages.
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -38,12 +37,12 @@ fn a_measurement_is_fitted_reported_and_read_back() {
     let output = run(folder, &["fox.txt", "--starts", "12", "--out", "fox.toml", "--report", "report"]);
     let table = String::from_utf8(output.stdout).unwrap();
     assert!(table.contains("beta_m") && table.contains("NRMSE: 1."), "{table}");
-    // The cortex of a red fox is a seventh of it: little is known of what it absorbs.
+    // The cortex of a red fox is a seventh of the fibre, so its absorption is poorly determined.
     let warnings = String::from_utf8(output.stderr).unwrap();
     assert!(warnings.contains("does not determine") && warnings.contains("sigma_ca"), "{warnings}");
     let toml = std::fs::read_to_string(folder.join("fox.toml")).unwrap();
     assert!(toml.contains("# NRMSE") && toml.contains("± ") && toml.contains("# warning: "), "{toml}");
-    // Any command takes it for a fibre.
+    // Other commands read the result as a fibre.
     let shown = Command::new(env!("CARGO_BIN_EXE_vellus"))
         .args(["fiber", "show", "--format", "json"])
         .arg(folder.join("fox.toml"))
@@ -102,7 +101,7 @@ fn other_models_are_measured_fitted_and_named() {
     let page = std::fs::read_to_string(folder.join("report/index.html")).unwrap();
     assert!(page.contains("Fit of dog.txt by yan2015") && page.contains("<td>eta_m</td>"));
 
-    // Hair without medulla: the fit says so, and is a fibre file like any other.
+    // Hair without a medulla: the fit reports it, and its result is a fibre file.
     let output = run(folder, &["dog.txt", "--model", "chiang", "--starts", "4", "--out", "hair.toml"]);
     let table = String::from_utf8(output.stdout).unwrap();
     assert!(table.contains("model: chiang2016") && !table.contains("kappa"), "{table}");
@@ -168,15 +167,15 @@ fn bad_input_is_one_message() {
     }
 }
 
-/// Values that have nothing to do with a fibre, over the directions of a gantry.
+/// Values that no fibre has, over the directions of a gantry.
 fn values(mut value: impl FnMut(i32, i32) -> f64) -> String {
     let rows = (40..=80).step_by(4).flat_map(|theta| (70..=290).step_by(10).map(move |phi| (theta, phi)));
     rows.map(|(theta, phi)| format!("{phi} {theta} {:e}\n", value(theta, phi))).collect()
 }
 
-/// Exit code 2, and no fibre; the report shows why, and whoever wants the fibre nevertheless gets it marked.
+/// Exit code 2 and no fibre. The report shows why. --allow-bad-fit writes the fibre with a mark.
 #[test]
-fn what_is_no_fit_is_refused() {
+fn bad_fits_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let mut state = 1u64;
@@ -206,7 +205,7 @@ fn what_is_no_fit_is_refused() {
     assert!(std::fs::read_to_string(folder.join("x.toml")).unwrap().starts_with("# NO FIT"));
 }
 
-/// Ctrl-C in the middle of a fit that would take minutes leaves the best so far, marked as such.
+/// Ctrl-C during a long fit writes the best fibre so far, marked as interrupted.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_fit_leaves_its_best() {
@@ -218,7 +217,7 @@ fn an_interrupted_fit_leaves_its_best() {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    // The handler is there before anything else is done.
+    // The signal handler is installed first.
     std::thread::sleep(Duration::from_secs(2));
     let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(sent.success());

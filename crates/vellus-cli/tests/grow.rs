@@ -1,4 +1,4 @@
-//! `vellus groom grow` as its users meet it.
+//! `vellus groom grow`.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -22,7 +22,7 @@ fn refused(folder: &Path, args: &[&str], parts: &[&str]) {
     }
 }
 
-/// A sphere of radius 2 around (1, 0, 0), in quads but for the poles, with uv.
+/// A sphere of radius 2 around (1, 0, 0) with uv: quads, and triangles at the poles.
 fn sphere(name: &str) -> String {
     use std::fmt::Write;
     let (around, down) = (48, 24);
@@ -84,9 +84,9 @@ fn a_mesh_alone_gets_a_coat_in_proportion_to_it() {
     assert!((high - low).max_element() < 2.0 * (2.0 + 0.6), "{measures:?}");
 }
 
-/// Strands come as the density has them: exactly in all, and in each octant as 1/8 of them, where the standard
-/// deviation of drawing each apart would be √(n · 1/8 · 7/8); roots are placed more evenly than that. The sphere of 48
-/// × 24 faces lacks less than a percent of its area.
+/// The number of strands follows the density: exactly in total, and 1/8 of it in each octant. The standard deviation of
+/// independent draws would be √(n · 1/8 · 7/8), and roots are placed more evenly. The sphere of 48 × 24 faces lacks
+/// less than a percent of its area.
 #[test]
 fn density_times_area_is_what_grows() {
     let folder = tempfile::tempdir().unwrap();
@@ -108,10 +108,10 @@ fn density_times_area_is_what_grows() {
         let count = roots.iter().filter(is_in).count() as f64;
         assert!((count - n / 8.0).abs() < 4.0 * (n * 7.0 / 64.0).sqrt(), "{count} in octant {octant} of {n}");
     }
-    // Chords of 7.5° lie up to 2 (1 − cos 3.75°)² inside; both ways, half a percent.
+    // Chords of 7.5° lie up to 2 (1 − cos 3.75°)² inside: half a percent in both directions.
     assert!(roots.iter().all(|r| (r.length() / 2.0 - 1.0).abs() < 5e-3));
     assert!(strands.points.iter().all(|p| p.is_finite() && p.w > 0.0));
-    // The very same again, and another with another seed.
+    // The same seed gives the same fur, another seed gives other fur.
     grow("b.usda", &["--density", "160", "--seed", "7"]);
     let bytes = |name: &str| std::fs::read(path.join(name)).unwrap();
     assert_eq!(bytes("a.usda"), bytes("b.usda"));
@@ -119,8 +119,8 @@ fn density_times_area_is_what_grows() {
     assert_ne!(bytes("a.usda"), bytes("c.usda"));
 }
 
-/// The map's left half is 51/255 and its right half 204/255 (they repeat, and are mixed over half a pixel at their
-/// borders, which is even): a quarter as many in one half of the sphere as in the other.
+/// The map's left half is 51/255 and its right half 204/255. They repeat and blend evenly over half a pixel at their
+/// borders. One half of the sphere gets a quarter as many strands as the other.
 #[test]
 fn maps_and_colours_are_looked_up_at_the_uv() {
     let folder = tempfile::tempdir().unwrap();
@@ -148,11 +148,11 @@ fn maps_and_colours_are_looked_up_at_the_uv() {
 
     run(path, &[&args[..], &["--length-map", "length.png", "--length", "0.5"]].concat());
     let bald = read(path, "a.usda");
-    // Only the first of four pixels and half of its neighbours grow anything.
+    // Only the first of four pixels and half of its neighbours grow fur.
     let is_bald = |uv: &glam::Vec2| uv.x > 0.3751 && uv.x < 0.8749;
     assert!(!bald.strands[0].root_uv.as_ref().unwrap().iter().any(is_bald));
     let lengths = vellus_groom::measure(&bald.strands[0]).unwrap().lengths;
-    // Guard hairs are 1.4 times longer, all are varied by a quarter, and waves add a little.
+    // Guard hairs are 1.4 times longer, lengths vary by a quarter, and waves add a little.
     assert!(lengths[0] > 0.0 && lengths[2] < 0.5 * 1.4 * 1.25 * 1.1, "{lengths:?}");
 }
 
@@ -176,7 +176,7 @@ fn settings_files_have_groups_and_options_go_before_them() {
     assert_eq!(scene.looks[guard.look].fiber, vellus::Fiber::preset(vellus::Species::Raccoon));
     let measures = vellus_groom::measure(guard).unwrap();
     assert!((measures.widths[1] - 0.02).abs() < 0.0031 && measures.lengths[2] <= 0.9 * 1.2501, "{measures:?}");
-    // Grown on what was grown before: meshes of USD, units and what is there already are kept.
+    // Fur on a file that has fur: meshes of USD, units and the earlier fur are kept.
     let usd = std::fs::read_to_string(path.join("a.usda"))
         .unwrap()
         .replace("upAxis = \"Y\"", "metersPerUnit = 1\n    upAxis = \"Z\"")

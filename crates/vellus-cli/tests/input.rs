@@ -1,4 +1,4 @@
-//! What the command says of files that it reads.
+//! Messages about files that the command reads.
 
 #[allow(dead_code, reason = "not every test needs all of it")]
 mod common;
@@ -29,7 +29,7 @@ fn strands_without_widths_are_measured_but_not_rendered() {
     refused(folder.path(), &["groom", "info", "guides.tfx", "--width", "1e30"], &["the width", "[0, 2e9]"]);
 }
 
-/// They never end.
+/// Devices never end.
 #[cfg(unix)]
 #[test]
 fn devices_are_not_read() {

@@ -3,10 +3,10 @@
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-/// Reading the shipped tables and starting on a busy machine take less; growing the smallest scene takes more.
+/// Starting and reading the shipped tables on a busy machine take less. Growing the smallest scene takes more.
 const LIMIT: Duration = Duration::from_secs(2);
 
-/// Commands, and a part of the message.
+/// Commands, and a part of their message.
 const COMMANDS: &str = "
 render nonsense | neither a built-in scene
 render --frame 3 | the built-in scene raccoon has its own
@@ -117,7 +117,7 @@ fn bad_input_is_refused_before_any_work() {
     std::fs::write(folder.path().join("ball.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     for line in COMMANDS.lines().filter(|line| !line.is_empty()) {
         let (command, part) = line.split_once(" | ").unwrap();
-        // `/dev/zero` is a file that is missing where there are no devices.
+        // `/dev/zero` does not exist on systems without devices.
         if cfg!(not(unix)) && command.contains("/dev/zero") {
             continue;
         }
@@ -131,7 +131,7 @@ fn bad_input_is_refused_before_any_work() {
         assert_eq!(output.status.code(), Some(2), "{command}: {message}");
         assert!(output.stdout.is_empty(), "{command}");
         assert!(message.starts_with("error: ") && message.contains(part), "{command}: '{part}' is not in: {message}");
-        // The parser of the command line adds usage to its messages.
+        // clap adds the usage to its messages.
         assert!(message.lines().count() == 1 || message.contains("--help"), "{command}: {message}");
         assert!(seconds < LIMIT, "{command}: {seconds:?}");
     }

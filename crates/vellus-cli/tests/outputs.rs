@@ -1,4 +1,4 @@
-//! What `vellus render` writes, when it stops, and what is left when something goes wrong.
+//! What `vellus render` writes, when it stops, and what it keeps after a failure.
 
 mod common;
 
@@ -11,7 +11,7 @@ fn lock<'a>(more: &[&'a str]) -> Vec<&'a str> {
     [&["render", "hair-lock", "--small", "--size", "48x32"], more].concat()
 }
 
-/// Only the layers asked for; with `all` one for each light, which sum to the beauty; ids are strands'.
+/// A picture has only the requested layers. With `all`, there is one for each light, and these sum to the beauty.
 #[test]
 fn layers_are_those_asked_for() {
     let folder = tempfile::tempdir().unwrap();
@@ -30,7 +30,7 @@ fn layers_are_those_asked_for() {
         let sum: f32 = lights.iter().map(|(_, values)| values[i]).sum();
         assert!((sum - b).abs() < 1e-5 * b.max(1.0), "pixel {i}: {sum} {b}");
     }
-    // What else a picture says of itself.
+    // Other notes of a picture.
     for (note, part) in [
         ("vellus_version", env!("CARGO_PKG_VERSION")),
         ("vellus_command", "vellus render hair-lock --small"),
@@ -42,7 +42,7 @@ fn layers_are_those_asked_for() {
     ] {
         assert!(all.note(note).contains(part), "{note}: {}", all.note(note));
     }
-    // Films know their layers: pictures of them have no others.
+    // A picture of a film has the layers of the film.
     run(path, &lock(&["--samples", "0..2", "--layers", "beauty,id", "-o", "few.exr"]));
     run(path, &["merge", "few.film", "-o", "merged.exr"]);
     let merged = Picture::read(&path.join("merged.exr"));
@@ -80,7 +80,7 @@ fn frames_are_rendered_and_those_done_left_out() {
     assert!(!frame(1).same(&frame(2)) && !frame(2).same(&frame(3)) && !frame(3).same(&frame(4)));
     render(&["--spp", "2", "--frame", "3", "-o", "third.exr"]);
     assert!(frame(3).same(&Picture::read(&path.join("third.exr"))));
-    // One is missing, one is of another seed: these are rendered.
+    // One frame is missing and one has another seed: both are rendered.
     let first = std::fs::metadata(path.join("lean.0001.exr")).unwrap().modified().unwrap();
     std::fs::remove_file(path.join("lean.0002.png")).unwrap();
     render(&["--spp", "2", "--frames", "3-3", "--seed", "9", "-o", "lean.exr"]);
@@ -90,7 +90,7 @@ fn frames_are_rendered_and_those_done_left_out() {
     }
     assert_eq!(std::fs::metadata(path.join("lean.0001.exr")).unwrap().modified().unwrap(), first);
     assert!(frame(3).same(&Picture::read(&path.join("third.exr"))));
-    // Damage of a finished frame is noticed, of the picture and of the PNG beside it.
+    // A damaged finished frame is rendered again, and so is a damaged PNG.
     for (n, extension) in [(1, "exr"), (4, "png")] {
         let file = path.join(format!("lean.000{n}.{extension}"));
         let mut bytes = std::fs::read(&file).unwrap();
@@ -102,32 +102,32 @@ fn frames_are_rendered_and_those_done_left_out() {
     for (n, there) in [(1, false), (2, true), (3, true), (4, false)] {
         assert_eq!(said.contains(&format!("frame {n}: lean.000{n}.exr is finished")), there, "{said}");
     }
-    // More samples than those there have.
+    // More samples than the finished frames have.
     let said = render(&["--frames", "1-4x3", "--spp", "4", "--resume", "-o", "lean.exr"]);
     assert!(!said.contains("is finished") && said.contains("frame 4 (2 of 2)"), "{said}");
     refused(path, &lock(&["--frames", "1-2"]), &["--frames are for files"]);
     refused(path, &["render", "lean.usda", "--frames", "4-1"], &["A-B", "1-48"]);
 }
 
-/// Noise falls below the goal, and not far; time ends a run that has no other end.
+/// Noise ends just below its goal. A time limit ends a run without other goals.
 #[test]
 fn goals_end_a_run() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     run(path, &lock(&["--spp", "100000", "--noise", "0.05", "-o", "noise.exr"]));
     let noise: f64 = Picture::read(&path.join("noise.exr")).note("vellus_noise").parse().unwrap();
-    // The samples needed are foretold from those there are.
+    // The number of samples is estimated from the noise so far.
     assert!((0.04..=0.05).contains(&noise), "{noise}");
     let start = Instant::now();
     run(path, &lock(&["--spp", "1000000000", "--time", "1s", "-o", "time.exr"]));
     let time = Picture::read(&path.join("time.exr"));
     let seconds: f64 = time.note("vellus_seconds").parse().unwrap();
     assert!(time.note("vellus_ended_by") == "time" && start.elapsed() >= Duration::from_millis(900));
-    // A machine may be busy with other things.
+    // The machine may be busy.
     assert!((0.9..5.0).contains(&seconds), "{seconds}");
 }
 
-/// Reads a packet: its kind and what is in it.
+/// Reads a packet: its kind and its content.
 fn packet(stream: &mut impl Read) -> Option<(u8, Vec<u8>)> {
     let mut length = [0; 4];
     stream.read_exact(&mut length).ok()?;
@@ -151,8 +151,8 @@ fn text(bytes: &mut &[u8]) -> String {
     String::from_utf8(take(bytes, end + 1)[..end].to_vec()).unwrap()
 }
 
-/// A viewer that takes packets apart as tev does sees, in the end, the picture that is written; one that is not there
-/// is an error, one that goes away is not.
+/// A viewer that parses packets as tev does gets the picture that is written. A missing viewer is an error, one that
+/// closes is not.
 #[test]
 fn a_viewer_sees_the_picture() {
     let folder = tempfile::tempdir().unwrap();
@@ -203,10 +203,10 @@ fn a_viewer_sees_the_picture() {
             assert_eq!(image[4 * i + c], expected, "{name} of {x}, {y}");
         }
     }
-    // Now nobody listens.
+    // The viewer no longer listens.
     refused(&path, &lock(&["--tev", &address, "-o", "none.exr"]), &["--tev", &address, "start tev first"]);
     assert!(!path.join("none.exr").exists());
-    // A picture larger than what sockets hold, and a viewer that closes at once.
+    // A picture larger than a socket's buffer, and a viewer that closes at once.
     let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
     let closing = std::thread::spawn(move || drop(listener.accept().unwrap()));
@@ -226,12 +226,12 @@ fn wait_until(done: impl Fn() -> bool) {
     }
 }
 
-/// Killed hard in the middle, and gone on with, it is the picture of one run to the last bit.
+/// A run that was killed and resumed gives the same bits as one run.
 #[test]
 fn a_killed_run_loses_what_is_after_its_checkpoint() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    // One thread, about a second: however many there are, it is killed before its end.
+    // One thread takes about a second, so it is killed before its end.
     let args = |name| {
         let often = ["--threads", "1", "--checkpoint", "0.05s"];
         lock(&[&["--spp", "600", "--layers", "all", "--float", "-o", name][..], &often].concat())
@@ -251,9 +251,9 @@ fn a_killed_run_loses_what_is_after_its_checkpoint() {
     run(path, &args("whole.exr"));
     let (killed, whole) = (Picture::read(&path.join("killed.exr")), Picture::read(&path.join("whole.exr")));
     assert!(killed.same(&whole) && killed.note("vellus_samples") == "600");
-    // What the kills left behind are temporary files; a finished run removes its checkpoint.
+    // Kills leave temporary files. A finished run removes its checkpoint.
     assert!(!checkpoint.exists());
-    // A part of a picture goes on too.
+    // A sample range is resumed too.
     let part = |name: &'static str, more: &[&'static str]| {
         let args = lock(&["--samples", "7..407", "--threads", "1", "--checkpoint", "0.05s", "-o", name]);
         [&args[..], more].concat()
@@ -272,7 +272,7 @@ fn a_killed_run_loses_what_is_after_its_checkpoint() {
     assert!(Picture::read(&path.join("part.exr")).same(&Picture::read(&path.join("once.exr"))));
 }
 
-/// Where no file can grow beyond some size, as on a full disk, the last checkpoint stays, and the end is one message.
+/// With a limit on file sizes, as on a full disk, the last checkpoint stays, and there is one message.
 #[cfg(unix)]
 #[test]
 fn a_full_disk_costs_what_is_after_the_last_checkpoint() {
@@ -282,7 +282,7 @@ fn a_full_disk_costs_what_is_after_the_last_checkpoint() {
     let args = |spp: &'static str, more: &[&'static str]| {
         [&lock(&["--checkpoint", "0s", "-o", "full.exr"])[..], &["--spp", spp], more].concat()
     };
-    // A checkpoint of some samples.
+    // A checkpoint with some samples.
     run(path, &args("100", &["--noise", "1e9"]));
     let before = std::fs::read(&checkpoint).unwrap();
     std::fs::remove_file(path.join("full.exr")).unwrap();
@@ -304,8 +304,8 @@ fn a_full_disk_costs_what_is_after_the_last_checkpoint() {
     assert!(run(path, &args("100", &["--resume"])).contains("continuing from"));
 }
 
-/// Where the folder is gone in the end, all samples are kept elsewhere, and become the picture by the command that is
-/// told.
+/// If the folder is removed before the end, all samples are saved elsewhere, and the command in the message makes the
+/// picture of them.
 #[test]
 fn what_cannot_be_written_is_kept_elsewhere() {
     let folder = tempfile::tempdir().unwrap();
@@ -324,8 +324,8 @@ fn what_cannot_be_written_is_kept_elsewhere() {
     run(path, &lock(&["--spp", "300", "-o", "b.exr"]));
     let b = Picture::read(&path.join("b.exr"));
     assert!(Picture::read(&path.join("a.exr")).same(&b));
-    // With --resume nothing is rendered again, although the checkpoint has fewer samples; the saved film is not needed
-    // any more.
+    // With --resume nothing is rendered again, although the checkpoint has fewer samples. The saved film is then no
+    // longer needed.
     std::fs::remove_file(path.join("gone")).unwrap();
     std::fs::rename(path.join("old"), path.join("gone")).unwrap();
     let resumed =
@@ -336,10 +336,10 @@ fn what_cannot_be_written_is_kept_elsewhere() {
     assert_eq!(std::fs::read_dir(path.join("spare")).unwrap().count(), 0);
 }
 
-/// SIGINT, SIGTERM and SIGHUP have exit codes of their own, and leave a picture and a checkpoint that they name.
+/// SIGINT, SIGTERM and SIGHUP have their own exit codes. The picture and the checkpoint are kept and named.
 #[cfg(unix)]
 #[test]
-fn an_interrupted_run_says_what_it_kept() {
+fn an_interrupted_run_reports_what_it_kept() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     for (signal, code) in [("INT", 130), ("TERM", 143), ("HUP", 129)] {
@@ -354,7 +354,7 @@ fn an_interrupted_run_says_what_it_kept() {
         let named = format!("{signal}.checkpoint");
         ended_by(&output, code, &args, &["interrupted:", "samples a pixel are in", &name, &named, "--resume"]);
         assert!(path.join(&name).exists() && checkpoint.exists());
-        // It is complete as far as it goes, but not what was asked for.
+        // The checkpoint is valid, but has fewer samples than requested.
         refused(path, &["merge", &named], &["samples are missing", &named, "--allow-gaps"]);
         assert!(run(path, &["merge", "--allow-gaps", &named]).contains("samples are missing"));
     }

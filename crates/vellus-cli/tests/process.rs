@@ -1,4 +1,4 @@
-//! How the command ends: exit codes, signals, and outputs that are closed or full.
+//! Exit codes, signals, and outputs that are closed or full.
 #![cfg(target_os = "linux")]
 
 use std::fs::OpenOptions;
@@ -14,7 +14,7 @@ fn vellus(folder: &Path, args: &[&str]) -> Command {
     command
 }
 
-/// A script of the shell, in which `"$@"` is the command.
+/// Runs a shell script in which `"$@"` is the command.
 fn shell(folder: &Path, script: &str, args: &[&str]) -> Command {
     let mut command = Command::new("sh");
     command.args(["-c", script, "sh", env!("CARGO_BIN_EXE_vellus")]).args(args);
@@ -22,7 +22,7 @@ fn shell(folder: &Path, script: &str, args: &[&str]) -> Command {
     command
 }
 
-/// Checks the exit code; what standard error has.
+/// Checks the exit code. Returns standard error.
 fn ends(output: &Output, code: i32) -> String {
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(code), "{message}");
@@ -30,7 +30,7 @@ fn ends(output: &Output, code: i32) -> String {
     message
 }
 
-/// What prints to standard output, the last one beside writing a file.
+/// Commands that print to standard output. The last one also writes a file.
 const PRINTING: [&[&str]; 7] = [
     &["scene"],
     &["fiber", "list"],
@@ -87,7 +87,7 @@ fn dev_stdout_is_a_name_of_standard_output() {
         let piped = vellus(folder.path(), &[&args[..], &["--out", name]].concat()).output().unwrap();
         assert_eq!(ends(&piped, 0), "");
         assert_eq!(piped.stdout, plain, "{name}");
-        // In a file, it comes between what others write there.
+        // In a file, the lines come between those of other programs.
         for redirection in ["> all.txt", ">> all.txt"] {
             std::fs::remove_file(folder.path().join("all.txt")).ok();
             let script = format!("(echo before; \"$@\"; echo after) {redirection}");
@@ -96,7 +96,7 @@ fn dev_stdout_is_a_name_of_standard_output() {
             assert_eq!(all, [b"before\n", &plain[..], b"after\n"].concat(), "{name} {redirection}");
         }
     }
-    // A name with the extension that is needed, and a table that must be kept clear of messages.
+    // A name with the required extension, and a table that must not contain messages.
     std::os::unix::fs::symlink("/dev/stdout", folder.path().join("out.svg")).unwrap();
     let svg = vellus(folder.path(), &["plot", "lobes", "--out", "out.svg"]).output().unwrap();
     assert!(svg.stdout.starts_with(b"<svg") && ends(&svg, 0).is_empty());
@@ -133,7 +133,7 @@ fn a_file_size_limit_is_a_condition_that_may_pass() {
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "no temporary file is left");
 }
 
-/// A build of some seconds, with default signals, and one piece of it finished.
+/// A build of some seconds with default signals, after one piece is finished.
 fn build(folder: &Path, photons: &str) -> Child {
     let args = ["table", "build", "--quality", "smoke", "--photons", photons, "--out", "a.vellus"];
     let script = "exec env --default-signal=INT,TERM,HUP \"$@\"";
@@ -168,11 +168,11 @@ fn wait_until_watched(child: &Child) {
     }
 }
 
-/// Without a signal the builds would take several times longer than one piece does.
+/// Without a signal, the builds would take several times longer than one piece.
 #[test]
 fn a_signal_ends_the_program_with_its_own_code_and_names_what_is_kept() {
     let folder = tempfile::tempdir().unwrap();
-    // Some senders repeat it at once: that does not end the program before it has kept what it has.
+    // Some senders repeat a signal at once. The repetition must not end the program before it saves its results.
     for (signals, code) in
         [(&["INT"][..], 130), (&["TERM"], 143), (&["HUP"], 129), (&["TERM", "TERM"], 143), (&["HUP", "HUP"], 129)]
     {

@@ -1,4 +1,4 @@
-//! The renderer as its users meet it.
+//! `vellus render` and `vellus merge`.
 
 mod common;
 
@@ -9,8 +9,7 @@ fn with<'a>(more: &[&'a str]) -> Vec<&'a str> {
     [&["render", "cat", "--small", "--size", "48x32"], more].concat()
 }
 
-/// Ranges rendered apart, by different numbers of threads, and a run that went on from a checkpoint make the pixels of
-/// one run.
+/// Sample ranges that are rendered separately, with any number of threads, and resumed runs give the pixels of one run.
 #[test]
 fn parts_and_resumed_runs_are_the_same_picture() {
     let folder = tempfile::tempdir().unwrap();
@@ -21,7 +20,7 @@ fn parts_and_resumed_runs_are_the_same_picture() {
     run(folder.path(), &["merge", "b.film", "a.film", "-o", "merged.exr"]);
     let merged = at("merged.exr");
     assert!(at("whole.exr").same(&merged) && merged.note("vellus_samples") == "6", "{:?}", merged.names());
-    // No time at all: after the first pass a checkpoint is left.
+    // The goal is reached after the first pass, which leaves a checkpoint.
     run(folder.path(), &with(&["--spp", "6", "--noise", "1e9", "-o", "two.exr"]));
     assert!(!folder.path().join("whole.checkpoint").exists());
     let stopped = run(folder.path(), &with(&["--spp", "20", "--noise", "1e9", "-o", "noisy.exr"]));
@@ -35,7 +34,7 @@ fn parts_and_resumed_runs_are_the_same_picture() {
     refused(folder.path(), &["merge", "a.film", "a.film"], &["have samples in common"]);
 }
 
-/// Films that do not make one whole picture are refused by name: gaps, overlaps, damage. A gap can be allowed.
+/// Gaps, overlaps and damaged films are refused by name. Gaps can be allowed.
 #[test]
 fn merge_refuses_what_does_not_fit() {
     let folder = tempfile::tempdir().unwrap();
@@ -57,9 +56,9 @@ fn merge_refuses_what_does_not_fit() {
     refused(path, &["merge", "a.film", "damaged.film"], &["damaged.film: it is damaged"]);
 }
 
-/// Films know what they were rendered from by content: a copy of a scene elsewhere is the same scene, whatever the
-/// path and the times of its files; a changed texture, sublayer or reference is another scene. A checkpoint is
-/// continued only with the same content.
+/// Films identify their scene by content. A copy of a scene in another place is the same scene, whatever its paths and
+/// file times. A changed texture, sublayer or reference makes another scene. A checkpoint continues only with the same
+/// content.
 #[test]
 fn a_picture_is_known_by_the_content_of_its_files() {
     let folder = tempfile::tempdir().unwrap();
@@ -124,9 +123,9 @@ fn a_picture_is_known_by_the_content_of_its_files() {
     run(path, &[&args[..], &["--resume"]].concat());
 }
 
-/// Another model is another picture: it is named in the file, and its films are not added to those of ours.
+/// A picture names its model, and films of different models do not merge.
 #[test]
-fn models_are_told_apart() {
+fn models_are_distinguished() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     run(path, &with(&["--samples", "0..1", "-o", "ours.exr"]));
@@ -169,8 +168,8 @@ fn bad_requests_are_refused_before_work() {
     assert!(!path.join("out").join("render.exr").exists());
 }
 
-/// A denoised picture is closer to one of many samples than the noisy one it is made of, whose channels stay as they
-/// are. Without the library there is one message, before anything is rendered.
+/// A denoised picture is closer to a converged one than the noisy picture is. The noisy channels stay unchanged.
+/// Without the library, there is one message before anything is rendered.
 #[test]
 fn denoising_takes_noise_away() {
     let folder = tempfile::tempdir().unwrap();
@@ -201,7 +200,7 @@ fn denoising_takes_noise_away() {
     }
 }
 
-/// A built-in scene written as USD is the same picture when it is read again, but for what text rounds.
+/// A built-in scene that is written as USD and read again gives the same picture, up to the rounding of text.
 #[test]
 fn scenes_come_back_from_usd() {
     let folder = tempfile::tempdir().unwrap();
@@ -217,13 +216,13 @@ fn scenes_come_back_from_usd() {
     };
     let (a, b) = (picture(&["cat", "--small"], "a.png"), picture(&["cat.usda"], "b.png"));
     let difference = a.iter().zip(&b).map(|(a, b)| f64::from(a.abs_diff(*b))).sum::<f64>() / a.len() as f64;
-    // A level is a 255th; a path that rounding sends elsewhere differs by its noise.
+    // A level is 1/255. Where rounding changes a path, pixels differ by their noise.
     assert!(difference < 1.0, "{difference}");
 }
 
-/// What a largest depth cuts is told, and strands go out to a file and come back as the same picture's.
+/// The light that --max-depth cuts is reported. A groom that is written and read again gives the same picture.
 #[test]
-fn depth_is_told_and_grooms_come_back() {
+fn depth_is_written_and_grooms_are_read_back() {
     let folder = tempfile::tempdir().unwrap();
     let cut = run(folder.path(), &with(&["--spp", "2", "--max-depth", "2", "-o", "cut.png"]));
     assert!(cut.contains("paths cut after 2 events"), "{cut}");
@@ -238,10 +237,10 @@ fn depth_is_told_and_grooms_come_back() {
     run(folder.path(), &["render", "lock.hair", "--size", "16x16", "--spp", "1", "-o", "lock.png"]);
 }
 
-/// A least width covers more, through a camera of the scene's and one of ours, is told, and is another picture; without
-/// it nothing changes.
+/// A minimum width increases coverage, with the scene's camera and with ours. It is reported, and changes the identity.
+/// Without it nothing changes.
 #[test]
-fn least_widths_cover_more_and_are_told() {
+fn minimum_widths_cover_more_and_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let curve = "#usda 1.0\ndef BasisCurves \"c\" { uniform token type = \"linear\" int[] curveVertexCounts = [2, 2]

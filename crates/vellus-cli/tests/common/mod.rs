@@ -1,4 +1,4 @@
-//! Running the command and reading what it wrote.
+//! Runs the command and reads its output.
 
 use exr::prelude::*;
 use std::path::Path;
@@ -15,7 +15,7 @@ pub fn vellus(folder: &Path, args: &[&str]) -> Output {
     command(folder, args).output().unwrap()
 }
 
-/// What it says on standard error; it must succeed.
+/// Runs a command that must succeed. Returns its standard error.
 pub fn run(folder: &Path, args: &[&str]) -> String {
     let output = vellus(folder, args);
     let errors = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -23,7 +23,7 @@ pub fn run(folder: &Path, args: &[&str]) -> String {
     errors
 }
 
-/// It must fail with exit code 2, and say all of `parts`.
+/// Runs a command that must fail with exit code 2 and a message that contains all of `parts`.
 pub fn refused(folder: &Path, args: &[&str], parts: &[&str]) {
     refused_by(&vellus(folder, args), args, parts);
 }
@@ -32,7 +32,7 @@ pub fn refused_by(output: &Output, args: &[&str], parts: &[&str]) {
     ended_by(output, 2, args, parts);
 }
 
-/// It must have failed with an exit code, and say all of `parts`.
+/// Checks an exit code, and that the message contains all of `parts`.
 pub fn ended_by(output: &Output, code: i32, args: &[&str], parts: &[&str]) {
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(code), "{args:?}: {message}");
@@ -69,7 +69,7 @@ impl Picture {
         self.notes.iter().find(|(n, _)| n == name).map_or("", |(_, value)| value)
     }
 
-    /// Are all channels the same to the last bit?
+    /// Whether all channels are bit-identical.
     pub fn same(&self, other: &Picture) -> bool {
         let bits = |p: &Picture| -> Vec<(String, Vec<u32>)> {
             p.channels.iter().map(|(n, v)| (n.clone(), v.iter().map(|x| x.to_bits()).collect())).collect()
