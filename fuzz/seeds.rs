@@ -5,7 +5,7 @@ use std::error::Error;
 use std::io::Cursor;
 use std::path::Path;
 use vellus_io::Digest;
-use vellus_render::{Film, Layer, Layout, Part};
+use vellus_render::{Checkpoint, Film, Layer, Layout};
 use vellus_scene::*;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let film = Film::new([9, 8], [2, 3, 3, 2], Layout::new(layers, &["key".to_owned(), "rim".to_owned()]));
         let notes = vec![("vellus_command".to_owned(), "vellus render".to_owned())];
         // Films without samples. The fuzzer fills them.
-        let part = Part { identity: Digest::default(), samples: 0..0, planned: 0, notes, film };
+        let part = Checkpoint { identity: Digest::default(), samples: 0..0, planned: 0, notes, film };
         let bytes = part.to_bytes();
         // Without the checksum, which the target adds.
         save("film", &format!("{name}.film"), &bytes[..bytes.len() - 32])?;
