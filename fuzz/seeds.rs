@@ -143,7 +143,13 @@ fn scene() -> Scene {
             color: Tint { color: [0.5; 3], texture: Some(0) },
             ..Surface::diffuse("skin", [0.5; 3])
         }],
-        textures: vec![Texture { name: "coat".to_owned(), width: 2, height: 2, pixels: vec![[0.1, 0.2, 0.3]; 4], wrap: Default::default() }],
+        textures: vec![Texture {
+            name: "coat".to_owned(),
+            width: 2,
+            height: 2,
+            pixels: vec![[0.1, 0.2, 0.3]; 4],
+            wrap: Default::default(),
+        }],
         lights: vec![
             Light::Dome {
                 radiance: [1.0; 3],

@@ -3,7 +3,7 @@
 //! get past the check.
 
 use vellus_io::Digest;
-use vellus_render::{PixelType, Layer, Checkpoint};
+use vellus_render::{Checkpoint, Layer, PixelType};
 
 libfuzzer_sys::fuzz_target!(|content: &[u8]| {
     let bytes = [content, &Digest::of(content).0].concat();
