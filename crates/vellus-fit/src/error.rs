@@ -10,7 +10,7 @@ pub enum Error {
     File {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The problem.
         what: String,
     },
     /// A bad line of a profile.
@@ -20,7 +20,7 @@ pub enum Error {
         path: PathBuf,
         /// The number of the line, counted from 1.
         line: u64,
-        /// What is wrong with it.
+        /// The problem.
         what: String,
     },
     /// A parameter that cannot be fixed, tied or freed as requested, or a bad option.

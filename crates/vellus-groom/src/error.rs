@@ -10,7 +10,7 @@ pub enum Error {
         file: String,
         /// Offset of the problem in bytes.
         offset: usize,
-        /// What is wrong, and what is expected.
+        /// The problem, and what is expected.
         what: String,
     },
     /// Neither the file nor the caller sets the width of the strands.
@@ -52,7 +52,7 @@ pub enum Error {
         file: String,
         /// Line of the problem, from 1.
         line: usize,
-        /// What is wrong, and what is expected.
+        /// The problem, and what is expected.
         what: String,
     },
     /// The mesh or the resulting strands are not valid.

@@ -113,7 +113,7 @@ pub struct Group {
     pub color: Option<PathBuf>,
 }
 
-/// What is wrong with a group, or with a settings file.
+/// An invalid group or settings file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GroupError {
@@ -130,7 +130,7 @@ pub enum GroupError {
     Settings {
         /// The group.
         group: String,
-        /// What is wrong.
+        /// The problem.
         source: Error,
     },
     /// A settings file that cannot be read.
@@ -146,7 +146,7 @@ pub enum GroupError {
     Parse {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The problem.
         source: toml::de::Error,
     },
     /// A settings file without groups.

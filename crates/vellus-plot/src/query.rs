@@ -154,7 +154,7 @@ impl Query {
 /// Lines that start with `#` are comments.
 ///
 /// # Errors
-/// [`Error::Query`] or [`Error::Csv`] names the line and what is wrong with it.
+/// [`Error::Query`] or [`Error::Csv`] names the line and the problem.
 pub fn read_csv(reader: impl std::io::Read) -> Result<Vec<Query>> {
     let mut csv = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(reader);
     let header = csv.headers()?.clone();

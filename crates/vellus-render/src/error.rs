@@ -53,7 +53,7 @@ pub enum Error {
     Film {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The problem.
         what: String,
     },
     /// Films that cannot be merged.

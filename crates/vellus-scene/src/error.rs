@@ -8,7 +8,7 @@ pub enum Error {
     Invalid {
         /// The name of the strands, mesh, light or other object with the problem.
         place: String,
-        /// What is wrong, and which values are allowed.
+        /// The problem, and the allowed values.
         what: String,
     },
     /// A parameter of a fibre is out of range.

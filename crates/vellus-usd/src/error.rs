@@ -11,7 +11,7 @@ pub enum Error {
     File {
         /// The file with the problem.
         file: PathBuf,
-        /// What is wrong.
+        /// The problem.
         what: String,
     },
     /// A file cannot be written.
@@ -27,7 +27,7 @@ pub enum Error {
     Prim {
         /// The path of the prim in the stage.
         prim: String,
-        /// What is wrong, and which values are allowed.
+        /// The problem, and the allowed values.
         what: String,
     },
     /// The stage has no visible strand and no visible mesh.

@@ -118,7 +118,7 @@ impl Checkpoint {
     /// Reads the bytes of a file that [`Checkpoint::to_bytes`] wrote.
     ///
     /// # Errors
-    /// [`Error::Malformed`] says what is wrong with them.
+    /// [`Error::Malformed`] describes the problem.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
         Checkpoint::parse(bytes).map_err(Error::Malformed)
     }

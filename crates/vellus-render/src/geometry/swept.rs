@@ -22,7 +22,7 @@ pub fn enter(points: &[Vec4; 4], ray: &Ray) -> Option<Entry> {
     let mut best: Option<Entry> = None;
     for i in 0..pieces {
         let range = [i as f32 / pieces as f32, (i + 1) as f32 / pieces as f32];
-        // A root outside of its piece is found again in the piece where it lies.
+        // A root outside of its piece is found again in its own piece.
         if let Some(entry) = curve.newton(ray.t_max, range)
             && best.is_none_or(|b| entry.t < b.t)
         {
