@@ -28,7 +28,8 @@ pub enum Command {
 pub fn run(command: &Command) -> Result<()> {
     let text = match command {
         Command::List => format!(
-            "{}\nFits of Yan17 Table 4. σ per fibre radius, grey. --fiber also reads files; --set changes a parameter.\n",
+            "{}\nFits of Yan17 Table 4. σ per fibre radius, grey. --fiber also reads files; --set changes a \
+             parameter.\n",
             text::presets()
         ),
         Command::Parameters => format!(

@@ -51,7 +51,12 @@ pub struct Args {
     angles: Option<Angles>,
     /// What the values are proportional to: f·cos θ (fixed camera, or a moving detector that sees the whole fibre), or
     /// f (radiance at a moving camera). Default: what the file says, or f-cos.
-    #[arg(long, value_parser = one_of::<Quantity>(Quantity::NAMES), value_name = "QUANTITY", conflicts_with = "simulate")]
+    #[arg(
+        long,
+        value_parser = one_of::<Quantity>(Quantity::NAMES),
+        value_name = "QUANTITY",
+        conflicts_with = "simulate"
+    )]
     quantity: Option<Quantity>,
     /// θ of the first and the last row of an image or of a synthetic measurement, degrees.
     #[arg(long, allow_hyphen_values = true, value_name = "FIRST:LAST")]
@@ -69,7 +74,12 @@ pub struct Args {
     #[arg(long, value_name = "NAME", conflicts_with = "simulate")]
     free: Vec<String>,
     /// Number of starts of the search [default: 32].
-    #[arg(long, value_name = "N", conflicts_with = "simulate", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[arg(
+        long,
+        value_name = "N",
+        conflicts_with = "simulate",
+        value_parser = clap::value_parser!(u32).range(1..=10_000)
+    )]
     starts: Option<u32>,
     /// Huber's loss: residuals above K times the noise count linearly. inf is plain least squares [default: 4].
     #[arg(long, value_name = "K", conflicts_with = "simulate")]
@@ -140,7 +150,8 @@ impl Args {
         let page = self.page().into_iter().map(|page| format!("; {} shows the differences", page.display()));
         let kept: String = out.chain(page).collect();
         format!(
-            "{}: {why}{kept}. Check the columns of the file, --angles, --quantity and --theta-o, or try another --model. \
+            "{}: {why}{kept}. Check the columns of the file, --angles, --quantity and --theta-o, or try another \
+             --model. \
              --allow-bad-fit accepts the fit",
             path.display()
         )

@@ -49,7 +49,8 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
         if given != expected || primvar.values.lanes != lanes {
             let kind = primvar.interpolation;
             let what = format!(
-                "{name} has {given} values, but with {kind:?} interpolation there must be {expected}, of {lanes} numbers each"
+                "{name} has {given} values, but with {kind:?} interpolation there must be {expected}, of {lanes} \
+                 numbers each"
             );
             return Err(Error::prim(prim, what));
         }

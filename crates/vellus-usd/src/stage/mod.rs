@@ -148,7 +148,8 @@ impl Stage {
                 }
                 sites += prim.prim_index().graph()?.all_nodes().count();
                 if sites > max_sites {
-                    let what = "each prim, and each reference, payload, inherit and variant of it and its ancestors, is a site";
+                    let what = "each prim, and each reference, payload, inherit and variant of it and its ancestors, \
+                                is a site";
                     return Err(Failure(format!("the stage has more than {max_sites} sites: {what}")));
                 }
                 rest.extend(prim.children()?.into_iter().rev());
