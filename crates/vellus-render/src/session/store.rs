@@ -9,8 +9,8 @@ use vellus_io::Digest;
 
 /// Where the samples of a picture are kept between runs.
 ///
-/// The checkpoint has the name of the picture, with the extension `.checkpoint`. Samples that cannot be written there are
-/// rescued: see [`Store::rescue`].
+/// The checkpoint has the name of the picture, with the extension `.checkpoint`. Samples that cannot be written there
+/// are rescued: see [`Store::rescue`].
 #[derive(Debug)]
 pub struct Store {
     path: PathBuf,
