@@ -3,6 +3,7 @@
 //! - [`medulla`]: light in a purely scattering cylinder. The tables of the medulla come from it.
 //! - [`compress`]: compresses the simulated profiles into short sums of products.
 //! - [`build`]: simulates and compresses all profiles of a table file.
+//! - [`exits`]: where light that the medulla scattered leaves it, the second table of the model.
 //! - [`resume`]: the same, and continues after an interruption.
 //! - [`check`]: compares a table with new simulations.
 //! - [`mod@energies`]: energies of the paths through a whole fibre, as a reference for the model.
@@ -24,6 +25,7 @@ pub mod build;
 pub mod check;
 pub mod compress;
 pub mod energies;
+pub mod exits;
 pub mod medulla;
 pub mod profile;
 pub mod resume;

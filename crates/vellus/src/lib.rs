@@ -40,6 +40,7 @@ mod bcsdf;
 mod choose;
 mod cylinder;
 mod error;
+pub(crate) mod exit;
 mod far;
 mod fiber;
 mod lobe;

@@ -9,7 +9,7 @@
 use crate::choose::choose;
 use crate::cylinder::azimuthal::wrap;
 use crate::cylinder::frame::Polar;
-use crate::cylinder::path::{Path, angles, exit_azimuth};
+use crate::cylinder::path::{COMPONENTS, Path, angles, exit_azimuth};
 use crate::far::gaussian_spans::{Bells, Chain};
 use crate::far::nodes::Nodes;
 use crate::fiber::Fiber;
@@ -175,14 +175,19 @@ fn across(channels: [f32x4; 4]) -> f32x4 {
 
 /// A(h) of a register of paths. The spare channel holds the largest channel, by which lobes and offsets are sampled.
 #[inline(always)]
-pub(crate) fn attenuation(prepared: &Prepared, path: &Path<f32x8>, through: Option<&Through>) -> [Channels; 6] {
+pub(crate) fn attenuation(
+    prepared: &Prepared,
+    path: &Path<f32x8>,
+    through: Option<&Through>,
+) -> [Channels; COMPONENTS] {
+    let reflection = prepared.reflection.as_ref();
     let mean_paths = match through {
-        Some(through) => prepared.medulla.mean_paths_at(&through.mean_paths, path.gamma_m),
-        None => f32x8::ZERO,
+        Some(through) if reflection.is_none() => prepared.medulla.mean_paths_at(&through.mean_paths, path.gamma_m),
+        _ => f32x8::ZERO,
     };
-    let a = path.attenuation(&prepared.fiber, mean_paths);
-    let mut out = [[f32x8::ZERO; 4]; 6];
-    for p in 0..6 {
+    let a = path.attenuation(&prepared.fiber, mean_paths, reflection);
+    let mut out = [[f32x8::ZERO; 4]; COMPONENTS];
+    for p in 0..COMPONENTS {
         let [r, g, b, _] = a[p].array();
         out[p] = [r, g, b, r.fast_max(g).fast_max(b)];
     }
@@ -218,7 +223,7 @@ impl Half {
     /// An empty half.
     pub const NONE: Half = Half { centres: f32x8::ZERO, lobes: [Lobe::NONE; 3], signs: [0.0; 2], count: 0 };
 
-    /// Prepares it in place, because it is large. Returns the energies of the six lobes, RGB and the largest channel.
+    /// Prepares it in place, because it is large. Returns the energies of the components, RGB and the largest channel.
     /// `scale` is 1 over the width of the whole window.
     #[inline(always)]
     pub fn prepare(
@@ -229,7 +234,7 @@ impl Half {
         nodes: &Nodes,
         signs: &[f32],
         scale: f32,
-    ) -> [f32x4; 6] {
+    ) -> [f32x4; COMPONENTS] {
         self.count = signs.len();
         self.signs[..signs.len()].copy_from_slice(signs);
         let splat = f32x8::splat;
@@ -237,8 +242,8 @@ impl Half {
         let paths = nodes.gauss.map(|h| Path::new(&prepared.fiber, sin, cos, h));
         let a = [attenuation(prepared, &paths[0], through), attenuation(prepared, &paths[1], through)];
         let weights = nodes.weights.map(|w| w * splat(scale));
-        let mut energy = [f32x4::ZERO; 6];
-        for p in 0..6 {
+        let mut energy = [f32x4::ZERO; COMPONENTS];
+        for p in 0..COMPONENTS {
             let mut shares = [f32x8::ZERO; 4];
             for c in 0..4 {
                 shares[c] = weights[0] * a[0][p][c] + weights[1] * a[1][p][c];
