@@ -127,7 +127,7 @@ fn each_window(bencher: Bencher, bcsdf: &Bcsdf, window: impl Fn(&Query) -> Windo
     let mut i = 0;
     bencher.bench_local(|| {
         i = (i + 1) % N;
-        // Sixteen light samples per hit.
+        // Each hit has sixteen light samples.
         f(black_box(&hits[i / 16]), black_box(&queries[i]))
     });
 }
@@ -288,6 +288,6 @@ fn batch_eval_and_pdf(bencher: Bencher) {
 }
 
 fn main() {
-    // Each sample takes whole rounds of the queries. Fewer queries would time cold caches and branches.
+    // Each sample runs all queries. Fewer queries would measure cold caches and branch predictors.
     divan::Divan::from_args().sample_size(N as u32).sample_count(200).main();
 }

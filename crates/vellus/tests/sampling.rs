@@ -7,7 +7,8 @@ use vellus_testing::sphere::{ChiSquared, integral};
 use vellus_testing::{Uniform, direction, full_fiber};
 
 fn fibers() -> Vec<Fiber> {
-    // The second has a peak so sharp that a window spreads its light over azimuths. The third takes more segments.
+    // The second fibre has a peak so sharp that a window spreads its light over azimuths. The third needs more
+    // segments.
     let mut fibers = vec![
         full_fiber(),
         Fiber { g: 0.93, sigma_ms: 0.3, layers: 3.0, ..full_fiber() },
@@ -28,7 +29,7 @@ fn pdf_integrates_to_one() {
     }
 }
 
-/// A χ² test of each fibre, at five hits.
+/// A χ² test for each fibre, at five hits.
 fn check_histograms(fibers: &[Fiber], samples: usize) {
     let hits = [
         (0.35f64, Window::near(0.3)),
@@ -204,9 +205,9 @@ fn windows_are_unbiased_against_the_near_field() {
     windows_are_unbiased(10_500_000);
 }
 
-/// Weights of windows are nearly constant. One in a hundred exceeds the sum of the lobes' largest channels by more
-/// than a fiftieth, and none by half. Half is the bound because the few points of the scattered lobes are scaled to
-/// each channel's energy separately.
+/// Weights of windows are nearly constant. One in a hundred exceeds the sum of the lobes' largest channels by more than
+/// 2 %, and none by more than 50 %. They can be larger because the few points of the scattered lobes are scaled to the
+/// energy of each channel separately.
 #[test]
 fn window_weights_are_bounded() {
     let mut random = Uniform(14);

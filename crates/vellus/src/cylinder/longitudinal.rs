@@ -96,8 +96,8 @@ impl Longitudinal {
     /// Draws a direction (along the fibre, and two across) of the spherical Gaussian itself.
     #[inline]
     fn sample_direction(&self, (s, c): (f32, f32), p: usize, u: [f32; 2]) -> [f32; 3] {
-        // 1 − cos of the angle from the lobe's centre. This is the sampled quantity itself: for small v the cosine
-        // would lose it.
+        // 1 − cos of the angle from the lobe's centre. It is sampled directly, because for small v the cosine would
+        // lose its digits.
         let drop = (-self.v[p] * (u[0] + (1.0 - u[0]) * self.floor[p]).max(f32::MIN_POSITIVE).ln()).clamp(0.0, 2.0);
         let (cos, sin) = (1.0 - drop, (drop * (2.0 - drop)).sqrt());
         let (sin_psi, cos_psi) = (std::f32::consts::TAU * u[1]).sin_cos();

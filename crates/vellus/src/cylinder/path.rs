@@ -14,9 +14,9 @@ pub(crate) struct Path<V> {
     pub h_inside: V,
     /// γ_o = asin h.
     pub gamma_o: V,
-    /// γ_t = asin h′.
+    /// γ_t = asin h′, the angle of the refracted path.
     pub gamma_t: V,
-    /// asin h″, the angle of the path's offset in the medulla; ±90° if the path misses it.
+    /// asin h″, the angle of the path's offset in the medulla. ±90° if the path misses the medulla.
     pub gamma_m: V,
     /// θ_o.
     pub theta_o: V,
@@ -37,7 +37,7 @@ impl<V: Lanes> Path<V> {
     pub fn new(fiber: &Fiber, sin_o: V, cos_o: V, h: V) -> Self {
         let (zero, one) = (V::splat(0.0), V::splat(1.0));
         let eta = fiber.eta;
-        // Roots and quotients, the slowest operations, are computed four at a time.
+        // Square roots and divisions are the slowest operations. They are computed four at a time.
         let sin_t = sin_o * V::splat(1.0 / eta);
         let cos2 = cos_o * cos_o;
         // 1/η′ = cos θ_o/√(η² − sin²θ_o), in a form without cancellation for η → 1 and for grazing light.
@@ -99,8 +99,8 @@ impl<V: Lanes> Path<V> {
         self.gamma_t - self.gamma_o + V::splat(q) * (V::splat(std::f32::consts::PI) + V::splat(2.0) * self.gamma_t)
     }
 
-    /// A(h) of the six lobes in RGB and a spare channel, in the order of [`crate::Lobe`]. `mean_path` is ⟨L⟩ of the
-    /// light scattered in this pass, if any.
+    /// A(h) of the six lobes, in the order of [`crate::Lobe`]. Each has RGB and a spare channel. `mean_path` is ⟨L⟩ of
+    /// the light that the medulla scatters.
     #[doc(alias = "Table 3")]
     #[inline(always)]
     pub fn attenuation(&self, fiber: &Fiber, mean_path: V) -> [V::Quad; 6] {
@@ -112,15 +112,15 @@ impl<V: Lanes> Path<V> {
         let sigma_ms = V::splat(fiber.sigma_ms);
         let kappa = V::splat(fiber.kappa);
         let minus = -self.elongation;
-        // One pass, T. Nothing absorbs in the spare channel: it is the unscattered fraction.
+        // T of one pass. There is no absorption in the spare channel, so it is the unscattered fraction.
         let two = V::splat(2.0) * minus;
         let unscattered = two * self.s_m * sigma_ms;
         let pass = quad(two * self.s_c) * sigma_ca + quad(two * self.s_m) * sigma_ma + quad(unscattered);
-        // Entry through the cortex. D7: absorption after scattering over the mean scattered path ⟨L⟩, not the paper's
-        // fixed κ.
+        // Light enters through the cortex. D7: after scattering, it is absorbed along the mean scattered path ⟨L⟩, not
+        // along the fixed path κ of the paper.
         let escape = quad((self.s_c + one - kappa) * minus) * sigma_ca + quad(kappa * mean_path * minus) * sigma_ma;
         let (pass, escape) = (pass.exp(), escape.exp());
-        // D5: Q, the scattered fraction of one pass, is explicit; the distributions are densities.
+        // D5: Q, the scattered fraction of one pass, is a separate factor, because the distributions are densities.
         let q = unscattered_complement(unscattered, pass.array()[3]);
 
         let (f, t) = (quad(f), quad(t));
@@ -180,6 +180,6 @@ pub(crate) fn lobe_probabilities<V: Lanes>(attenuation: &[V::Quad; 6]) -> [V; 6]
 #[inline(always)]
 fn unscattered_complement<V: Lanes>(x: V, exp_x: V) -> V {
     let series = -x * (V::splat(1.0) + x * (V::splat(0.5) + x * V::splat(1.0 / 6.0)));
-    // At |x| = 0.02 the series has an error of x³/24 = 3e-7, and the difference one of 6e-8/0.02 = 3e-6.
+    // At |x| = 0.02 the relative error is x³/24 = 3e-7 for the series, and 6e-8/0.02 = 3e-6 for the difference.
     (-x).select_lt(V::splat(0.02), series, V::splat(1.0) - exp_x)
 }

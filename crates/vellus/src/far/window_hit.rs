@@ -26,7 +26,7 @@ pub(crate) struct WindowHit<'b> {
     inclination: Inclination,
     /// A of the six lobes, RGB and the largest channel, averaged over the window.
     energy: [f32x4; 6],
-    /// 1 over the sum of the largest channels, which sampling uses.
+    /// The inverse of the sum of the largest channels. Sampling uses it.
     inverse: f32,
     halves: ArrayVec<Half, PIECES>,
     points: Points,
@@ -109,7 +109,7 @@ impl<'b> WindowHit<'b> {
         self.energy.map(|e| e.to_array()[3] * self.inverse)
     }
 
-    /// f·cos θᵢ of the six lobes, RGB, and the largest channel, to which sampling is proportional.
+    /// f·cos θᵢ of the six lobes, RGB, and the largest channel. Sampling is proportional to the largest channel.
     #[inline(always)]
     fn lobes(&self, o: &Outgoing<f32>) -> [f32x4; 6] {
         let prepared = self.prepared;

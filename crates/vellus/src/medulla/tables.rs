@@ -59,7 +59,7 @@ impl TableData {
         ]
     }
 
-    /// Encodes the tables as the bytes of a file.
+    /// Encodes the tables in the format of a file.
     ///
     /// # Errors
     /// [`Error::Table`] if the data could not be read again: too high a rank, sizes that do not match, a negative or
@@ -161,7 +161,7 @@ impl TableData {
             return Err(Error::Table("the tables do not share their nodes".to_owned()));
         }
         let all = self.mixtures().into_iter().flat_map(|(_, t, _)| t.factors.iter().flatten());
-        // As half floats they stay finite up to 65504.
+        // Half floats are finite up to 65504.
         match all.chain(&self.mean_path).find(|x| !(0.0..=65504.0).contains(*x)) {
             Some(x) => Err(Error::Table(format!("value {x} is outside [0, 65504]"))),
             None => Ok(()),
