@@ -64,7 +64,7 @@ fn fur(reader: &mut Reader, material: &str, shader: &Shader) -> Result<(Look, Ve
     for parameter in Parameter::ALL {
         let name = format!("inputs:{}", parameter.name());
         let source = input(&reader.stage, prim, &name)?;
-        // Beside a connection, the value of the input itself is what holds where nothing else gives one.
+        // If an input has a connection and a value, the value applies where the connection gives none.
         let constant = match &source {
             Input::Unset => None,
             Input::Value(at) => reader.stage.numbers(&at.prim, &at.name, When::Open)?,

@@ -5,9 +5,9 @@ use crate::{FOUR, said, scene};
 use vellus::Fiber;
 use vellus_usd::Options;
 
-/// A material is bound by the nearest prim that binds one to the curves or to a collection with them. A binding for
-/// final pictures takes precedence over one for all purposes. Prims further up take precedence only if they are
-/// marked as stronger.
+/// The nearest prim with a binding applies. It may bind a material to the curves or to a collection with them. A
+/// binding for final pictures takes precedence over one for all purposes. Prims further up take precedence only if they
+/// are marked as stronger.
 #[test]
 fn materials_are_bound_by_collections() {
     let fur = |name: &str, g: f32| {
@@ -34,10 +34,11 @@ fn materials_are_bound_by_collections() {
     let collection = "rel collection:some:includes = [</world/coat/two>, </world/coat/three>]
         rel material:binding:collection:some = [</world.collection:some>, </A>]\n";
     assert_eq!(read(collection, "", "").0, [none, 0.1, 0.1]);
-    // An excluded member; a binding on the prim itself is nearer.
+    // An excluded member, and a binding on the prim itself, which is nearer.
     let without = format!("{collection} rel collection:some:excludes = </world/coat/two>");
     assert_eq!(read(&without, "", "rel material:binding = </B>").0, [none, none, 0.2]);
-    // On one prim, collections take precedence, the first of them first; one without the members below its includes.
+    // On one prim, the first collection takes precedence, then other collections, then the direct binding. The second
+    // collection does not include the prims below its target.
     let both = format!(
         "{collection} rel material:binding = </B>
         uniform token collection:all:expansionRule = \"explicitOnly\" rel collection:all:includes = </world/coat>
@@ -47,12 +48,12 @@ fn materials_are_bound_by_collections() {
     let stronger = "rel material:binding = </B> ( bindMaterialAs = \"strongerThanDescendants\" )";
     assert_eq!(read(stronger, "rel material:binding = </C>", "rel material:binding = </D>").0, [0.2; 3]);
     assert_eq!(read("rel material:binding = </B>", "rel material:binding = </C>", "").0, [0.3; 3]);
-    // A binding for final pictures, at any distance.
+    // Bindings for final pictures apply at any distance.
     let full = "rel collection:some:includes = </world/coat/two>
         rel material:binding:collection:full:some = [</world.collection:some>, </A>]
         rel material:binding:collection:preview:some = [</world.collection:some>, </D>]";
     assert_eq!(read(full, "rel material:binding = </C>", "rel material:binding:full = </B>").0, [0.3, 0.1, 0.2]);
-    // A collection inside another, and targets that are no collections.
+    // A collection inside another one, and targets that are not collections.
     let chained = "rel collection:some:includes = </world/coat/two>
         rel collection:more:includes = [</world.collection:some>, </world/coat/three>]
         rel material:binding:collection:x = [</world.collection:more>, </A>]

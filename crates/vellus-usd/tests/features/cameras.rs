@@ -30,13 +30,13 @@ def Xform \"rig\" {
     let camera = scene.camera.unwrap();
     assert_eq!((camera.film_width, camera.film_height, camera.lens_radius, camera.moved), (2.0, 1.0, 0.0, None));
     assert_eq!(scene.strands[0].moved, Some(vec![Vec3::ZERO, Vec3::new(1.0, 1.0, 0.0)]));
-    // Its parent's scale and movement.
+    // The mesh has the scale and the motion of its parent.
     assert_eq!(scene.meshes[0].positions[1], Vec3::new(2.0, 0.0, 2.0));
     assert_eq!(scene.meshes[0].moved.as_ref().unwrap()[1], Vec3::new(2.0, 4.0, 2.0));
     let by_name = |name: &str, frame| Options { camera: Some(name.to_owned()), frame, ..Options::default() };
     let (scene, _) = read_text(body, &by_name("long", Some(1.5))).unwrap();
     let camera = scene.camera.unwrap();
-    // 80 tenths of a unit at f/2.
+    // A focal length of 80 tenths of a unit at f/2 is a lens of radius 2.
     assert_eq!((camera.lens_radius, camera.focus_distance), (2.0, 3.0));
     assert_eq!(camera.to_world.w_axis.truncate(), Vec3::new(0.0, 4.0, 2.0));
     assert_eq!(camera.to_world.x_axis.x, 1.0);

@@ -27,7 +27,7 @@ fn every_kind_of_width_and_basis() {
     assert_eq!((strands.basis, radii(&strands)), (Basis::BSpline, vec![0.25; 9]));
     let strands = two(&format!("{bspline} float[] widths = [2, 4] (interpolation = \"uniform\")"));
     assert_eq!(radii(&strands), [[1.0; 4].as_slice(), &[2.0; 5]].concat());
-    // Knots: 2 and 3; 4 and 5 where it is pinned.
+    // The two strands have 2 and 3 knots. Pinned curves have 4 and 5.
     let strands = two(&format!("{bspline} float[] widths = [2, 4, 2, 4, 6] (interpolation = \"varying\")"));
     assert_eq!(radii(&strands), [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0, 4.0]);
     let strands = two("uniform token basis = \"catmullRom\" uniform token wrap = \"pinned\"
@@ -35,7 +35,7 @@ fn every_kind_of_width_and_basis() {
     float[] widths = [9] (interpolation = \"constant\")");
     assert_eq!(radii(&strands), [0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 2.0]);
     assert_eq!(strands.strand(1)[0].truncate(), Vec3::new(-1.0, 1.0, 0.0));
-    // Linear, with a basis that remains from a cubic type; indexed.
+    // A linear curve with a basis that remains from a cubic type. Its widths are indexed.
     let strands =
         two("uniform token type = \"linear\" uniform token basis = \"bezier\" uniform token wrap = \"pinned\"
     float[] primvars:widths = [2, 4] (interpolation = \"vertex\")

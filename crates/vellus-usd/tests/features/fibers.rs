@@ -50,7 +50,7 @@ fn fibres_come_from_presets_inputs_and_interfaces() {
     assert!(error("float2 inputs:melanin = (1, 2) color3f inputs:sigma_ca = (1, 1, 1)").contains("only one may"));
     assert!(error("float inputs:g.connect = </aFur/Shader.inputs:g>").contains("in a circle"));
 
-    // The pigments of melanin, under the names that other renderers use.
+    // The pigments of melanin, with the names that other renderers use.
     let pigments = "float inputs:eumelanin = 1.3 float inputs:pheomelanin = 0.2";
     let (scene, warnings) = read_text(&(curve("a") + &fur("a", pigments)), &options).unwrap();
     let brown = vellus::Color::Melanin { eumelanin: 1.3, pheomelanin: 0.2 };
@@ -59,7 +59,8 @@ fn fibres_come_from_presets_inputs_and_interfaces() {
     assert!(error("float inputs:eumelanin = 1 color3f inputs:sigma_ca = (1, 1, 1)").contains("only one may"));
 }
 
-/// The renderer multiplies a texture by its scale and converts the product, so the scale must remain as it is.
+/// The renderer multiplies a texture by its scale and then converts the product to radians. The reader must not convert
+/// the scale.
 #[test]
 fn the_scale_of_a_textured_angle_is_a_plain_factor() {
     let folder = tempfile::tempdir().unwrap();

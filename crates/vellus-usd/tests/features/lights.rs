@@ -33,7 +33,7 @@ def PortalLight \"portal\" {{ }}"
     );
     let [rect, disk, sphere, sun, parallel, sky, sky1, tube] = &scene.lights[..] else { panic!() };
     assert_eq!(scene.light_groups[1..5], ["key-2", "sphere", "sun", "parallel"]);
-    // 6 · 2 over an area of 2 · 2 · 3.
+    // The intensity 6 times 2 for the exposure, over an area of 2 · 2 · 3.
     let Light::Rect { radiance, to_world, .. } = rect else { panic!() };
     assert_eq!((*radiance, to_world.x_axis.x, to_world.y_axis.y), ([1.0, 0.5, 0.0], 4.0, 3.0));
     let Light::Disk { radiance, to_world } = disk else { panic!() };
@@ -42,10 +42,10 @@ def PortalLight \"portal\" {{ }}"
     assert!(*radius == 1.0 && (radiance[0] * 4.0 * std::f32::consts::PI - 1.0).abs() < 1e-6);
     let Light::Cylinder { half_axis, radius, radiance, .. } = tube else { panic!() };
     assert_eq!((*half_axis, *radius), (Vec3::new(3.0, 0.0, 0.0), 0.5));
-    // The side of a cylinder: 2 π times 0.5 times 6.
+    // The lateral area of the cylinder is 2 π times 0.5 times 6.
     assert!((radiance[0] * 6.0 * std::f32::consts::PI - 1.0).abs() < 1e-6);
     let Light::Distant { direction, half_angle, irradiance } = sun else { panic!() };
-    // Light goes along −z, turned to +y; π sin² 30° of the sky's 2.
+    // The light travels along −z, which the rotation turns to +y. The irradiance is π sin² 30° times the radiance of 2.
     assert!(direction.abs_diff_eq(-Vec3::Y, 1e-6) && (half_angle.to_degrees() - 30.0).abs() < 1e-5);
     assert!((irradiance[0] - 0.5 * std::f32::consts::PI).abs() < 1e-6);
     let Light::Distant { half_angle, irradiance, .. } = parallel else { panic!() };
@@ -56,7 +56,7 @@ def PortalLight \"portal\" {{ }}"
     };
     let Light::Dome { ground: Some(ground), .. } = sky else { panic!() };
     assert_eq!((ground.origin, ground.height, ground.radius), (Vec3::new(1.0, 2.0, 3.0), 3.0, 40.0));
-    // The pole and the middle of the image.
+    // The directions of the pole and of the middle of the image.
     assert_eq!(axes(sky), (Vec3::Y, Vec3::Z));
     let (pole, middle) = axes(sky1);
     assert!(pole.abs_diff_eq(Vec3::Z, 1e-6) && middle.abs_diff_eq(-Vec3::Y, 1e-6));

@@ -46,7 +46,7 @@ fn polygons_become_triangles_with_their_corners() {
     normal3f[] normals = [(0.6,0.8,0), (0,0,1), (0,0,1), (0,1,0), (1,0,0)]";
     let (scene, _) = quad(mirror);
     assert_eq!(scene.meshes[0].triangles[0], [0, 2, 1]);
-    // Stretched along x, a slope turns its normal away from x.
+    // If a slope is stretched along x, its normal turns away from x.
     let expected = Vec3::new(-0.3, 0.8, 0.0).normalize();
     assert!(scene.meshes[0].normals.as_ref().unwrap()[0][0].abs_diff_eq(expected, 1e-6));
 }

@@ -5,7 +5,7 @@ use crate::said;
 use glam::Vec3;
 use vellus_usd::Options;
 
-/// Without a frame a shutter cannot move anything, and a warning reports this.
+/// Without a frame there is no motion blur, and a warning reports this.
 #[test]
 fn motion_without_a_frame_warns() {
     let body = "
@@ -22,8 +22,8 @@ def Camera \"c\" { double shutter:close = 1 }";
     assert!(scene.strands[0].moved.is_some() && !said(&warnings).contains("no startTimeCode"));
 }
 
-/// Time samples take precedence over the default value beside them, and the time samples of a stage over those of its
-/// references, with or without a frame. Whatever moves keeps moving.
+/// Time samples take precedence over the default value in the same layer. Values of a stage take precedence over the
+/// time samples of its references. Both hold with and without a frame.
 #[test]
 fn time_samples_take_precedence_over_the_default() {
     let folder = tempfile::tempdir().unwrap();
@@ -58,8 +58,8 @@ fn time_samples_take_precedence_over_the_default() {
     assert_eq!(read(None), (Vec3::new(7.0, 0.0, 20.0), Some(Vec3::new(7.0, 0.0, 30.0))));
 }
 
-/// Velocities are per second, from the sample before the shutter opens, or from the frame if there is none. They take
-/// precedence over later samples, which may have other points.
+/// Velocities are per second. They start at the last sample before the shutter opens, or at the frame if there are no
+/// samples. They take precedence over later samples, which may have other points.
 #[test]
 fn velocities_move_curves_and_meshes() {
     let read = |points: &str, more: &str, frame| {
@@ -82,21 +82,21 @@ def Camera \"eye\" {{ double shutter:open = -0.25 double shutter:close = 0.5 }}"
     };
     let expect = |found: (Vec3, Vec3, String), x: [f32; 2]| {
         let at = |x: f32| Vec3::new(x, 1.0, 9.0);
-        // Coordinates near 9 in single precision, twice.
+        // The tolerance is two roundings of coordinates near 9 in single precision.
         assert!(found.0.abs_diff_eq(at(x[0]), 4e-6) && found.1.abs_diff_eq(at(x[1]), 4e-6), "{found:?}, not {x:?}");
         assert_eq!(found.2, "");
     };
     let still = " = [(0,0,0), (0,1,0)]";
-    // 50 per second are 2 per frame.
+    // 50 units per second are 2 units per frame.
     expect(read(still, "vector3f[] velocities = [(0,0,0), (50,0,0)]", 2.0), [-0.5, 1.0]);
     let accelerations = "vector3f[] velocities = [(0,0,0), (50,0,0)] vector3f[] accelerations = [(0,0,0), (2500,0,0)]";
-    // ½ · 4 t² in frames.
+    // The acceleration adds ½ · 4 t², with t in frames.
     expect(read(still, accelerations, 2.0), [-0.5 + 0.125, 1.0 + 0.5]);
     let sampled = ".timeSamples = { 1: [(0,0,0), (7,1,0)], 3: [(0,0,0), (8,1,0), (9,1,0)] }";
     let fast = "vector3f[] velocities.timeSamples = { 1: [(0,0,0), (50,0,0)], 3: [(0,0,0), (25,0,0), (0,0,0)] }";
     expect(read(sampled, fast, 1.25), [7.0, 8.5]);
     expect(read(sampled, fast, 2.75), [10.0, 11.5]);
-    // From the new sample on, with its points.
+    // After the second sample, its points and velocities apply.
     expect(read(sampled, fast, 3.25), [8.0, 8.75]);
     // Velocities that do not match give a warning, and the samples are used.
     let two = ".timeSamples = { 1: [(0,0,0), (7,1,0)], 3: [(0,0,0), (9,1,0)] }";

@@ -40,7 +40,7 @@ fn roots_and_parameters_come_from_primvars() {
     assert_eq!(scene.looks[0].fiber, Fiber::hair());
 }
 
-/// One warning for each primvar and material, with the value, the range and the result.
+/// There is one warning for each primvar and material. It has the value, the range and the result.
 #[test]
 fn primvars_outside_their_range_and_unknown_ones_warn() {
     let curves = |name: &str, more: &str| {

@@ -27,7 +27,8 @@ fn transforms_multiply_down_to_the_points_and_widths() {
     ));
     assert_eq!(said(&warnings), "");
     let ends = |i: usize| (scene.strands[i].points[0], scene.strands[i].points[3]);
-    // (0,0,0) turns about (0,5,0) to (5,5,0); doubled, turned to (−10,10,0), moved to (0,10,0).
+    // The inner rotation about (0,5,0) moves (0,0,0) to (5,5,0). The outer transform scales it to (10,10,0), rotates it
+    // to (−10,10,0) and moves it to (0,10,0).
     let (root, tip) = ends(0);
     assert!(
         root.abs_diff_eq(glam::vec4(0.0, 10.0, 0.0, 0.2), 1e-5)
