@@ -118,6 +118,10 @@ fn parse(text: &str, format: FileFormat) -> Result<FiberBuilder> {
 /// Sets a parameter: `NAME=VALUE` or `NAME=R,G,B`.
 fn set(builder: &mut FiberBuilder, setting: &str) -> Result<()> {
     let Some((name, value)) = setting.split_once('=') else { bail!("expected NAME=VALUE") };
+    if name.trim() == "exit" {
+        builder.set_exit(value.trim().parse()?);
+        return Ok(());
+    }
     let number = |x: &str| x.trim().parse::<f32>().with_context(|| format!("'{x}' is not a number"));
     let numbers = value.split(',').map(number).collect::<Result<Vec<f32>>>()?;
     Ok(builder.set(name.trim(), &numbers)?)
