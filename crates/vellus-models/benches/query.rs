@@ -10,7 +10,7 @@ use vellus_models::{Chiang2016, DEon2011, KajiyaKay1989, Marschner2003, Yan2015,
 
 const N: usize = 1024;
 
-/// A model that can be made from a fibre.
+/// A model that can be created from a fibre.
 trait Made: Model + Sized {
     fn made(fiber: &Fiber) -> Self;
 }
@@ -90,7 +90,7 @@ fn each<M: Made>(bencher: Bencher, f: impl Fn(&M, &Query) -> f32 + Sync) {
     });
 }
 
-/// Sixteen light samples per hit.
+/// Each hit has sixteen light samples.
 fn each_hit<M: Made>(bencher: Bencher, f: impl Fn(&M::Hit<'_>, &Query) -> f32) {
     let (model, queries) = (M::made(&fox()), queries());
     let hits: Vec<_> = queries.iter().take(64).map(|q| model.at(q.wo, Window::near(q.h))).collect();
