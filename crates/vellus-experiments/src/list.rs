@@ -48,7 +48,8 @@ pub const EXPERIMENTS: &[Experiment] = &[
 
 /// The experiments with these names, in the order of [`EXPERIMENTS`]. The name `all` means all of them.
 ///
-/// # Errors If there is no experiment with one of the names.
+/// # Errors
+/// If there is no experiment with one of the names.
 pub fn find(names: &[String]) -> Result<Vec<&'static Experiment>> {
     for name in names {
         if name != "all" && !EXPERIMENTS.iter().any(|e| e.name == name) {

@@ -258,9 +258,9 @@ pub fn brightness(film: &Film, x: usize, y: usize) -> f64 {
     (0..3).map(|c| film.mean(x, y, Layer::Beauty, c)).sum::<f64>() / 3.0
 }
 
-/// Compares the fur in two pictures. Returns the difference of the means in standard errors, the same difference
-/// relative to the brightness, and the root mean square of the differences of pixels in their standard errors. Only
-/// pixels with light and noise count. Each pixel is weighted by the share that fibres cover.
+/// Compares the fur in two pictures. Returns three numbers: the difference of the means in standard errors, the same
+/// difference relative to the brightness, and the root mean square of the pixels' differences in their standard errors.
+/// Only pixels with light and noise count. Each pixel is weighted by the share that fibres cover.
 pub fn difference(a: &Film, b: &Film) -> (f64, f64, f64) {
     let (width, height) = (b.width(), b.height());
     let (mut sum, mut all, mut variance, mut squares, mut count) = (0.0, 0.0, 0.0, 0.0, 0.0);
@@ -312,8 +312,8 @@ impl Converged {
     }
 }
 
-/// The time that `b` takes to reach the error of `a`, relative to that of `a`: the geometric mean of the last three
-/// points, where the error falls as one over time.
+/// The time that `b` takes to reach the error of `a`, relative to the time of `a`. It is the geometric mean of the last
+/// three points, where the error is proportional to one over time.
 pub fn speedup(a: &[Point], b: &[Point], error: impl Fn(&Point) -> f64) -> f64 {
     let cost = |p: &Point| (error(p).max(1e-300) * p.time).ln();
     let last = a.len().min(b.len()).min(3);

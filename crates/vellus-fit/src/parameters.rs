@@ -57,7 +57,7 @@ pub enum Kind {
     /// A parameter of the fibre, and its channel. The channel is 0 for a scalar. In a grey profile, channel 0 stands
     /// for all channels of a colour.
     Fiber(FiberParameter, usize),
-    /// η_m of Yan et al. 2015. η is then the refractive index of the cortex alone.
+    /// η_m of Yan et al. 2015. η is then the refractive index of the cortex only.
     EtaM,
     /// Inclination of the fixed direction. It is fixed to the value of the profile unless it is freed.
     ThetaO,
@@ -96,7 +96,8 @@ impl Name {
 impl FromStr for Name {
     type Err = Error;
 
-    /// # Errors [`Error::Parameter`] for an unknown name. The message lists all names.
+    /// # Errors
+    /// [`Error::Parameter`] for an unknown name. The message lists all names.
     fn from_str(name: &str) -> Result<Self, Error> {
         match name {
             "eta_m" => Ok(Name::EtaM),

@@ -160,7 +160,7 @@ impl Profile {
     }
 }
 
-/// Checks a direction in degrees. The error says what is out of range.
+/// Checks a direction in degrees. The error names the angle that is out of range.
 pub(crate) fn check_angles(theta: f64, phi: f64) -> Result<(), String> {
     if theta.is_nan() || theta.abs() >= 90.0 {
         return Err(format!("theta = {theta} is out of range: it must be in (-90, 90) degrees"));

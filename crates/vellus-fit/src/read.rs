@@ -103,7 +103,8 @@ struct Table {
 /// `.csv` with the columns theta, phi, and value or r, g, b; `.npy` or `.exr` with rows over θ, columns over φ, NaN
 /// for a missing value. A value of 0 counts as missing.
 ///
-/// # Errors [`Error::Line`] or [`Error::File`]. The message states the problem and its place.
+/// # Errors
+/// [`Error::Line`] or [`Error::File`]. The message states the problem and its place.
 pub fn read(path: &Path, reading: &Reading) -> Result<Profile, Error> {
     let bytes =
         vellus_io::read_at_most(path, MOST_BYTES).map_err(|e| Error::file(path, format!("cannot read it: {e}")))?;

@@ -181,9 +181,9 @@ struct Reach {
     least: f64,
 }
 
-/// How far variable `b` may be from its bound, and how the other variables follow when they are fitted again (profile
-/// likelihood), in units of the usual ranges. The derivatives at the bound are not enough: valleys are curved, and
-/// the true value may be half a range away.
+/// One standard error of variable `b` from its bound, as a vector of all variables in units of the usual ranges. The
+/// other variables are fitted again at each distance (profile likelihood). The derivatives at the bound are not enough,
+/// because valleys are curved, and the true value may be half a range away.
 fn valley(problem: &Problem, minimum: &Minimum, b: usize, widths: &[f64], reach: Reach) -> Vec<f64> {
     let [low, high] = problem.bounds[b];
     let inward = if minimum.u[b] <= 0.5 * (low + high) { 1.0 } else { -1.0 };

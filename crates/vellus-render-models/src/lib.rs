@@ -72,7 +72,8 @@ impl Method {
 
     /// Sets this model for all strands of a world.
     ///
-    /// # Errors As [`World::set_model`]. The world is then unchanged.
+    /// # Errors
+    /// As [`World::set_model`]. The world is then unchanged.
     pub fn apply(&self, world: &mut World) -> Result<(), vellus_scene::Error> {
         with_constructor!(self, make => world.set_model(make))
     }

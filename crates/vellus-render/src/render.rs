@@ -43,7 +43,8 @@ impl World {
     /// This checks `progress` for cancellation at every pixel, but reports nothing to it. A [`Session`](crate::Session)
     /// reports progress.
     ///
-    /// # Errors [`Error::OtherFilm`] if the size, area or layers of the film do not match `settings` and this scene.
+    /// # Errors
+    /// [`Error::OtherFilm`] if the size, area or layers of the film do not match `settings` and this scene.
     /// [`Error::Cancelled`] if `progress` stopped it. The film then does not change.
     pub fn render(
         &self,

@@ -103,7 +103,8 @@ impl Viewer {
 
     /// Shows a film under a name. A new name opens a new image.
     ///
-    /// # Errors What the operating system reports if the viewer is gone. The connection cannot be used again.
+    /// # Errors
+    /// What the operating system reports if the viewer is gone. The connection cannot be used again.
     pub fn show(&mut self, film: &Film, name: &str) -> Result<()> {
         if self.shown != name {
             self.stream.write_all(&create(name, film.whole()))?;

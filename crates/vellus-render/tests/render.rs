@@ -192,7 +192,7 @@ fn light_groups_sum_to_beauty() {
     let (_, brightest) = sums_to_beauty(&scene, 4);
     // The camera sees this light directly, and its radiance is not clamped.
     assert!((brightest / 7e4 - 1.0).abs() < 1e-5, "{brightest}");
-    // The group of two lights alone: the other lights are dark, and block as much light as before.
+    // Only the group of two lights. The other lights are dark, but block as much light as before.
     for light in &mut scene.lights[2..] {
         if let Light::Rect { radiance, .. } | Light::Disk { radiance, .. } | Light::Sphere { radiance, .. } = light {
             *radiance = [0.0; 3];

@@ -227,8 +227,9 @@ impl Hit<'_> {
     /// one for the offset in the window. The near field ignores the last, so that a renderer draws five for any
     /// window; [`NearHit::sample`] takes the other four.
     ///
-    /// In the near field no channel of the weight is above 1. In a window the weight is nearly constant, but the points
-    /// of the scattered lobes are scaled to the energy of each channel separately: weights up to 1.5 were found.
+    /// In the near field no channel of the weight is above 1. In a window the weight is nearly constant, but weights up
+    /// to 1.5 were found. The reason is that the points of the scattered lobes are scaled to the energy of each channel
+    /// separately.
     #[doc(alias = "Sec. 6")]
     #[inline]
     pub fn sample(&self, u: [f32; 5]) -> Option<Sample> {

@@ -138,8 +138,8 @@ impl Estimate {
 
 /// A window's value is the mean of its near fields, for lights from 1° to the whole sphere.
 ///
-/// Three estimates must agree: light samples weighted with the window's value, direction samples weighted with the near
-/// field's, and both combined by the balance heuristic over the window's density.
+/// Three estimates must agree. The first uses light samples with the window's value, the second direction samples with
+/// the near field's value. The third combines both by the balance heuristic with the window's density.
 fn windows_are_unbiased(n: u32) {
     // Two windows, four lights, three comparisons. At a rate of 0.05 the bound is 3.07 standard errors.
     let bound = max_abs_z(2 * 4 * 3, 0.05);

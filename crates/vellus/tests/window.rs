@@ -74,8 +74,8 @@ fn far_field_matches_quadrature() {
     assert!(within(worst(&scattered), 0.0052));
 }
 
-/// A thin medulla with a sharp forward peak, where TTˢ and TRTˢ need the most points, in windows across the axis, on
-/// one side of it and beyond the medulla's edge.
+/// A thin medulla with a sharp forward peak, where TTˢ and TRTˢ need the most points. Windows are across the axis, on
+/// one side of it, and beyond the medulla's edge.
 #[test]
 fn sharp_medulla_matches_quadrature() {
     let windows = [[-1.0, 1.0], [-0.3, 0.7], [-0.9, 0.05], [-0.8, 0.9], [0.1, 0.9]];

@@ -133,7 +133,7 @@ impl Yan2015 {
     /// The same model with the sampling of the paper (Yan17 Sec. 6, for both models).
     ///
     /// It selects a lobe in proportion to its energy. Unscattered lobes are sampled from their Gaussians, the scattered
-    /// lobes and the diffuse lobe uniformly over the sphere. The weight is that of the selected lobe alone. Use it to
+    /// lobes and the diffuse lobe uniformly over the sphere. The weight is that of the selected lobe only. Use it to
     /// measure the benefit of exact sampling.
     #[must_use]
     pub fn with_original_sampling(self) -> Self {

@@ -2,7 +2,7 @@
 //! (1 − F)², F^(p−1), s_c, s_m, γ_i, γ_t and D^s linear in h.
 //!
 //! The caller chooses the near field that gives the values at the nodes: the paper's, or the exact one. The exact near
-//! field shows the effect of the segments alone (D9).
+//! field shows the effect of the segments only (D9).
 
 use super::integrals::{Line, mean};
 use std::f64::consts::{PI, TAU};

@@ -99,7 +99,8 @@ impl Film {
 
     /// Adds the samples of another film of the same picture.
     ///
-    /// # Panics Panics unless [`Film::fits`] returns true.
+    /// # Panics
+    /// Panics unless [`Film::fits`] returns true.
     pub fn merge(&mut self, other: &Film) {
         assert!(self.fits(other), "films of different size or layers");
         self.samples = self.samples.saturating_add(other.samples);

@@ -74,7 +74,8 @@ pub struct CurveHit {
 impl Curves {
     /// Builds the hierarchy, on all cores.
     ///
-    /// # Panics May panic if [`Strands::validate`] returns an error.
+    /// # Panics
+    /// May panic if [`Strands::validate`] returns an error.
     pub fn new(mut strands: Vec<Strands>) -> Self {
         for set in &mut strands {
             set.points = memory::moved(std::mem::take(&mut set.points));

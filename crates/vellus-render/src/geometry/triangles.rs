@@ -60,7 +60,8 @@ fn dot(a: [f32x8; 3], b: [f32x8; 3]) -> f32x8 {
 impl Triangles {
     /// Builds the hierarchy, on all cores.
     ///
-    /// # Panics May panic if [`Mesh::validate`] returns an error.
+    /// # Panics
+    /// May panic if [`Mesh::validate`] returns an error.
     pub fn new(meshes: Vec<Mesh>) -> Self {
         let mut offsets = vec![0u32];
         for mesh in &meshes {

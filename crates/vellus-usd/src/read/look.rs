@@ -85,7 +85,7 @@ fn fur(reader: &mut Reader, material: &str, shader: &Shader) -> Result<(Look, Ve
             Input::Shader(source) if source.id == "UsdUVTexture" => {
                 let (texture, scale) = uv_texture(reader, &source, parameter.channels() == 1)?;
                 let scale = match (parameter, source.output.as_str()) {
-                    // One channel is eumelanin alone.
+                    // One channel only gives eumelanin.
                     (Parameter::Melanin, "r" | "g" | "b") => [scale[0], 0.0, 0.0],
                     (Parameter::Melanin, _) => [scale[0], scale[1], 0.0],
                     _ => scale,

@@ -113,8 +113,9 @@ mod tests {
         Longitudinal::new(&Fiber { alpha: 0.1, beta_m: 0.2, ..Fiber::hair() })
     }
 
-    /// The density of the spherical Gaussian, exp((cos − 1)/v)·norm/2π, times the area to which a small cell of the
-    /// unit square is mapped, equals the area of the cell. Tested by finite differences of the sampler.
+    /// The sampler maps a small cell of the unit square to an area on the sphere. This area times the density of the
+    /// spherical Gaussian, exp((cos − 1)/v)·norm/2π, equals the area of the cell. Tested by finite differences of the
+    /// sampler.
     #[test]
     fn pdf_is_jacobian_of_sample() {
         let lobes = lobes();

@@ -50,8 +50,8 @@ const GROUPS: usize = 2;
 /// The largest number of azimuths over which the light of a point is spread.
 const MOST: usize = 8;
 
-/// The upper limits for [`FEW`]: the distance between the first and the last exit azimuth, in widths of the peak, and
-/// the ratio of the energies of TRTˢ and TTˢ.
+/// The upper limits for [`FEW`]. The first is for the distance between the first and the last exit azimuth, in widths
+/// of the peak. The second is for the ratio of the energies of TRTˢ and TTˢ.
 const FEW_SPAN: f32 = 2.6;
 const FEW_SECOND: f32 = 0.1;
 

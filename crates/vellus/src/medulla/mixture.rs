@@ -1,8 +1,8 @@
 //! A compressed table. Every profile is a mixture of the same few densities over the outgoing angle. Its weights are
 //! products of one factor per parameter (Yan17 Eq. 17–18, with non-negative factors).
 //!
-//! Because the factors are non-negative, a profile is never negative, one sum over the weights normalises it, and it
-//! can be sampled exactly: choose a component, then invert it.
+//! The factors are non-negative, so a profile is never negative, and one sum over the weights normalises it. Sampling
+//! is exact: it chooses a component, and then inverts it.
 //!
 //! A component B_r is piecewise linear in the angle δ. It is integrated with the weight cos(δ − s), for a shift s
 //! that the query chooses. The azimuthal table uses no weight, the longitudinal ones use cos θᵢ.
@@ -365,8 +365,8 @@ impl<const C: usize> Densities<C> {
     }
 }
 
-/// One end of the half circle. It has the last node inside, the next node outside, the distance from the first to the
-/// end in steps, and the factors of both nodes' values in the integral up to the end.
+/// One end of the half circle. `node` is the last node inside. The fields also hold the next node, the distance from
+/// the last node to the end in steps, and the factors of both nodes' values in the integral up to the end.
 #[derive(Clone, Copy)]
 struct End {
     node: usize,

@@ -234,11 +234,11 @@ pub fn normal_quantile(u: f32) -> f32 {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+mod tests {
     //! Expected values: mpmath with 50 digits, rounded to double.
     use super::*;
 
-    pub(crate) const I0E: [(f64, f64); 14] = [
+    const I0E: [(f64, f64); 14] = [
         (0.0, 1.0),
         (0.001, 0.9990007495835156),
         (0.1, 0.9071009257823011),
