@@ -75,7 +75,7 @@ enum Command {
     Reference(reference::Args),
 }
 
-/// An instruction set that the processor lacks, although this program was compiled for it (`.cargo/config.toml`).
+/// An instruction set that this program was compiled for (`.cargo/config.toml`), but the processor does not have.
 fn missing_instructions() -> Option<&'static str> {
     #[cfg(target_arch = "x86_64")]
     {
@@ -118,7 +118,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Reads the command line. Every option accepts negative numbers, so that the error message can name the allowed range.
+/// Reads the command line. Every option accepts negative numbers: the error message can then name the allowed range.
 fn parse() -> Result<Cli, clap::Error> {
     fn with_negative_numbers(command: clap::Command) -> clap::Command {
         command.allow_negative_numbers(true).mut_subcommands(with_negative_numbers)

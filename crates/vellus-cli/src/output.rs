@@ -1,4 +1,4 @@
-//! Writes results to standard output or to files.
+//! Results: to standard output or to files.
 
 use crate::number::one_of;
 use crate::say;
@@ -31,8 +31,8 @@ impl OutputArgs {
 
 pub use vellus_experiments::cpu_time;
 
-/// Writes `bytes` to `path`, or to standard output if it is `None`. A regular file is replaced completely or not at
-/// all, see [`vellus_io::write()`].
+/// Writes `bytes` to `path`, or to standard output without one. A regular file is replaced as a whole or not at all:
+/// see [`vellus_io::write()`].
 pub fn write(path: Option<&Path>, bytes: &[u8]) -> Result<()> {
     let Some(path) = path else {
         return say::standard_output(bytes).context("cannot write to standard output");

@@ -1,4 +1,4 @@
-//! Meshes to grow strands on, and the images of groups of strands.
+//! Meshes to grow on, and the images of what grows.
 
 use crate::{Error, Opened, Warning, read};
 use std::path::Path;
@@ -11,7 +11,7 @@ const SKIN: [f32; 3] = [0.18; 3];
 
 /// Opens a scene with meshes: a USD file or an .obj file.
 ///
-/// Strands without widths are omitted, and a warning names them. The meshes of an .obj file get the surface `skin`.
+/// Strands without widths are left out, and a warning names them. The meshes of an .obj file get the surface `skin`.
 ///
 /// # Errors
 /// [`Error::Read`], [`Error::Strands`] or [`Error::Usd`] if the file cannot be read or is invalid.
@@ -36,8 +36,8 @@ pub fn open_mesh(path: impl AsRef<Path>) -> Result<Opened, Error> {
     Ok(Opened { scene, sources, warnings })
 }
 
-/// The indices of meshes with these names or ends of their paths. They are in ascending order and without duplicates.
-/// Without names, the scene must have exactly one mesh.
+/// The indices of meshes by their names, or by the ends of their paths; in order, each once. Without names, the scene
+/// must have exactly one mesh.
 ///
 /// # Errors
 /// [`Error::NoMesh`], [`Error::SeveralMeshes`], [`Error::UnknownMesh`].
@@ -61,7 +61,7 @@ pub fn choose_meshes(scene: &Scene, names: &[String]) -> Result<Vec<usize>, Erro
     Ok(chosen)
 }
 
-/// Reads the images of a group of strands. Returns the group with its fibre and images, and warnings about the images.
+/// A group of strands with its fibre, its images, and what a user should know about these images.
 ///
 /// # Errors
 /// [`Error::Usd`] if an image cannot be read or is invalid.

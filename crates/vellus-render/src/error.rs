@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-/// Errors of rendering a scene and of storing its picture.
+/// What can go wrong while a scene is rendered and its picture is stored.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -48,7 +48,7 @@ pub enum Error {
         /// What the operating system reports.
         source: std::io::Error,
     },
-    /// A film in a file is not in the format of this version, or does not match the others.
+    /// A film in a file is not what this version writes, or does not fit the others.
     #[error("{}: {what}", path.display())]
     Film {
         /// The file.

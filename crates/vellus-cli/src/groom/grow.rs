@@ -86,7 +86,7 @@ pub fn run(args: &Args) -> Result<()> {
         scene = Scene { strands: grown, looks, textures, units, ..Scene::default() };
     } else {
         scene.strands.extend(grown);
-        // An .obj file has no colours, so its skin gets the colour of the fur.
+        // An .obj file has no colours: its skin gets the colour of the fur.
         if let (true, Some(image), [surface]) = (is_obj(&args.mesh), skin, &mut scene.surfaces[..]) {
             surface.color = Tint { color: [0.5; 3], texture: Some(scene.textures.len()) };
             scene.textures.push(image);
@@ -110,7 +110,7 @@ fn is_obj(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj"))
 }
 
-/// The fibre of a group, from the command line or the settings file. The default is a brown fibre.
+/// The fibre of a group: from the command line, else from the settings file, else a brown one.
 fn look(args: &Args, group: &Group) -> Result<Look> {
     let given = args.fiber.as_ref().or(group.fiber.as_ref());
     let fiber = given.cloned().unwrap_or_else(|| FIBER.into());
