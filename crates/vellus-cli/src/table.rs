@@ -119,7 +119,7 @@ fn build(args: &Build) -> Result<()> {
     let bytes = result?.to_bytes()?;
     output::write(Some(&args.out), &bytes)?;
     resume::remove_slabs(&quality, &work);
-    // Not to standard output: --out may be /dev/stdout.
+    // This does not go to standard output, because --out may be /dev/stdout.
     note!("wrote {}: {} bytes", args.out.display(), bytes.len());
     Ok(())
 }

@@ -53,10 +53,10 @@ use std::path::PathBuf;
 use std::time::Instant;
 use vellus_io::Progress;
 
-/// How experiments run.
+/// Settings of a run.
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// How much work to put in.
+    /// The amount of work.
     pub quality: Quality,
     /// The folder of all experiments. Each experiment writes to a subfolder with its name.
     pub folder: PathBuf,
@@ -64,7 +64,7 @@ pub struct Settings {
     pub again: bool,
 }
 
-/// The outcome of an experiment, and which run finished it.
+/// The outcome of an experiment, and whether this run finished it.
 #[derive(Clone, Debug)]
 pub enum Run {
     /// An earlier run had finished it, at this or a better quality, with the same version of this crate.

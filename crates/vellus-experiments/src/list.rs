@@ -46,10 +46,10 @@ pub const EXPERIMENTS: &[Experiment] = &[
     experiment("cat", "Fig. 17", "Cat: equal samples, time and quality", animals::cat),
 ];
 
-/// The experiments of these names, in the order of [`EXPERIMENTS`]. The name `all` stands for all of them.
+/// The experiments with these names, in the order of [`EXPERIMENTS`]. The name `all` means all of them.
 ///
 /// # Errors
-/// There is no experiment of a name.
+/// If there is no experiment with one of the names.
 pub fn find(names: &[String]) -> Result<Vec<&'static Experiment>> {
     for name in names {
         if name != "all" && !EXPERIMENTS.iter().any(|e| e.name == name) {

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::PathBuf;
 
-/// Why a scene cannot be opened.
+/// The reason why a scene cannot be opened.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -55,7 +55,7 @@ pub enum Error {
     },
 }
 
-/// What a user should know about a scene that was opened.
+/// A warning about a scene that was opened.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Warning {
@@ -65,10 +65,10 @@ pub enum Warning {
     UnusedFiber {
         /// The file.
         file: PathBuf,
-        /// Which fibres its strands have.
+        /// The fibres that its strands have instead.
         why: String,
     },
-    /// These strands have no widths and were left out.
+    /// These strands have no widths and were omitted.
     NoWidths(String),
 }
 

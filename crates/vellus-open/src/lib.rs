@@ -26,7 +26,7 @@ use vellus_io::Sources;
 use vellus_scene::{Look, Scene};
 use vellus_usd::FALLBACK_LOOK;
 
-/// How a scene is opened.
+/// Options for opening a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// Open the small version of a built-in scene.
@@ -34,8 +34,8 @@ pub struct Options {
     /// Name and fibre of strands whose file defines none. `None` is the preset `red-fox`. Built-in scenes have their
     /// own.
     pub fiber: Option<(String, Fiber)>,
-    /// Width (diameter) of strands whose file defines none, in the unit of the file; in [0, 2·10⁹]. `None`: such
-    /// strands are an error.
+    /// Width (diameter) of strands whose file defines none, in the unit of the file; in [0, 2·10⁹]. If it is `None`,
+    /// such strands are an error.
     pub width: Option<f32>,
     /// Keep only this share of the strands, in (0, 1], and widen them so that they cover as much.
     pub strands: Option<f32>,
@@ -60,7 +60,7 @@ pub struct Opened {
     pub scene: Scene,
     /// The files that it was read from; none for a built-in scene.
     pub sources: Sources,
-    /// What a user should know.
+    /// Warnings about the scene.
     pub warnings: Vec<Warning>,
 }
 
@@ -125,7 +125,7 @@ pub fn open(scene: impl AsRef<Path>, options: &Options) -> Result<Opened, Error>
     Ok(opened)
 }
 
-/// Opens a scene to measure it: strands without widths get the width 0 instead of being an error.
+/// Opens a scene to measure it. Strands without widths get the width 0 instead of an error.
 ///
 /// # Errors
 /// As [`open`].

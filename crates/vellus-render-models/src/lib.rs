@@ -1,8 +1,8 @@
 //! Renders scenes with any of the reflectance models of [`vellus_models`].
 //!
 //! The path tracer of [`vellus_render`] is generic over the model, so that its inner loops are compiled for each one.
-//! This crate holds these copies: it is the only one that names all models and the path tracer, and crates that depend
-//! on it do not compile them again.
+//! This crate contains these copies. No other crate names all models and the path tracer, so crates that depend on this
+//! one do not compile them again.
 
 use vellus::{Bcsdf, Fiber};
 use vellus_models::{
@@ -16,9 +16,9 @@ use vellus_scene::Scene;
 pub struct Method {
     /// The model.
     pub kind: ModelKind,
-    /// Refractive index of the medulla, for [`ModelKind::Yan2015`] alone; without it, that of the cortex.
+    /// Refractive index of the medulla, only for [`ModelKind::Yan2015`]. The default is that of the cortex.
     pub eta_m: Option<f32>,
-    /// Sample [`ModelKind::Yan2015`] as its authors did: see [`Yan2015::with_original_sampling`].
+    /// Sample [`ModelKind::Yan2015`] as in the paper: see [`Yan2015::with_original_sampling`].
     pub original_sampling: bool,
 }
 
@@ -62,7 +62,7 @@ impl Method {
         }
     }
 
-    /// A scene ready for rays, its strands scattering by this model.
+    /// Prepares a scene for rays, with this model for its strands.
     ///
     /// # Errors
     /// As [`World::with_model`].
@@ -70,10 +70,10 @@ impl Method {
         with_constructor!(self, make => World::with_model(scene, make))
     }
 
-    /// Gives all strands of a world this model.
+    /// Sets this model for all strands of a world.
     ///
     /// # Errors
-    /// As [`World::set_model`]; the world is then unchanged.
+    /// As [`World::set_model`]. The world is then unchanged.
     pub fn apply(&self, world: &mut World) -> Result<(), vellus_scene::Error> {
         with_constructor!(self, make => world.set_model(make))
     }

@@ -9,19 +9,19 @@ pub enum Error {
     /// The scene is invalid, or a reflectance model refuses one of its fibres.
     #[error(transparent)]
     Scene(#[from] vellus_scene::Error),
-    /// Settings that no picture can have. The text names the setting and its range.
+    /// A setting is out of range. The text names the setting and its range.
     #[error("{0}")]
     Settings(String),
-    /// A film has another size, another area or other layers than the picture that is rendered into it.
+    /// The size, area or layers of a film do not match the picture that is rendered into it.
     #[error("the film is of another picture: {0}")]
     OtherFilm(String),
-    /// A checkpoint is of another picture, or of other samples than the session renders.
+    /// A checkpoint is of another picture, or of samples that the session does not render.
     #[error("{0}")]
     OtherCheckpoint(String),
-    /// Rendering was cancelled. The film is as it was before the call.
+    /// Rendering was cancelled. The film did not change.
     #[error("rendering was cancelled")]
     Cancelled,
-    /// The bytes of a checkpoint or of a picture are not what this version writes.
+    /// The bytes of a checkpoint or of a picture are not in the format of this version.
     #[error("{0}")]
     Malformed(String),
     /// An encoder of pictures failed.

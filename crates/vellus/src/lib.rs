@@ -1,5 +1,5 @@
 //! The fur reflectance model of Yan, Jensen and Ramamoorthi 2017, *An Efficient and Practical Near and Far Field Fur
-//! Reflectance Model* ("Yan17" below): near field, far field, and windows between them.
+//! Reflectance Model* ("Yan17" below). It has a near field, a far field, and windows between them.
 //!
 //! ```
 //! use vellus::{Bcsdf, Fiber, Species, Window};

@@ -25,8 +25,8 @@ struct Scattered {
 }
 
 impl Scattered {
-    /// The densities of TTˢ and TRTˢ if a part of C^N is mirrored. Not inlined, because few paths are that close to
-    /// the axis.
+    /// The densities of TTˢ and TRTˢ if a part of C^N is mirrored. This is not inlined, because few paths are so close
+    /// to the axis.
     #[cold]
     #[inline(never)]
     fn mirrored(&self, medulla: &Medulla, theta_i: f32, phi: [f32; 2]) -> [f32; 2] {
@@ -211,7 +211,7 @@ impl<V: Lanes> NearHit<'_, V> {
         let scattered = |p: usize| {
             let s = &self.scattered.as_ref()[lane];
             if !s.exists {
-                // `sample` never selects this lobe, because it carries no energy. R takes its place.
+                // `sample` never selects this lobe, because it carries no energy. The result is that of R.
                 return (unscattered(0), 0.0);
             }
             let relative = prepared.medulla.sample_azimuth(&s.azimuth, u[2]);
@@ -327,7 +327,7 @@ impl NearHit<'_, f32> {
         self.query(wi.to_array())
     }
 
-    /// Draws ω_i, or nothing if the density of the drawn direction underflows to 0.
+    /// Draws ω_i. `None` if the density of the drawn direction underflows to 0.
     ///
     /// `u`: four uniform numbers in [0, 1): one for the lobe, two for the longitudinal lobe, one for the azimuth.
     /// ([`Hit::sample`](crate::Hit::sample) takes a fifth, for the offset in its window.) No channel of the weight is

@@ -1,5 +1,5 @@
-//! Parts of the model for use in other fibre models: directions in the fibre's frame, the tables of the medulla, and
-//! special functions in single precision, eight at a time.
+//! Parts of the model for use in other fibre models. They are directions in the fibre's frame, the tables of the
+//! medulla, and special functions in single precision, eight at a time.
 
 pub use crate::choose::{Choice, choose};
 pub use crate::cylinder::azimuthal::wrap;

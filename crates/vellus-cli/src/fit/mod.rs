@@ -144,7 +144,7 @@ impl Args {
         self.page().map_or(Ok(()), |page| output::writable(&page))
     }
 
-    /// The message if there is no fit: what, why, and what to do.
+    /// The message if there is no fit. It states the problem, the reason, and what to do.
     fn refusal(&self, path: &Path, why: &str) -> String {
         let out = self.out.iter().map(|out| format!("; {} was not written", out.display()));
         let page = self.page().into_iter().map(|page| format!("; {} shows the differences", page.display()));

@@ -15,9 +15,9 @@ pub(crate) struct Path<V> {
     pub h_inside: V,
     /// γ_o = asin h.
     pub gamma_o: V,
-    /// γ_t = asin h′.
+    /// γ_t = asin h′, the angle of the refracted path.
     pub gamma_t: V,
-    /// asin h″, the angle of the path's offset in the medulla; ±90° if the path misses it.
+    /// asin h″, the angle of the path's offset in the medulla. ±90° if the path misses the medulla.
     pub gamma_m: V,
     /// θ_o.
     pub theta_o: V,
@@ -46,7 +46,7 @@ impl<V: Lanes> Path<V> {
     pub fn new(fiber: &Fiber, sin_o: V, cos_o: V, h: V) -> Self {
         let (zero, one) = (V::splat(0.0), V::splat(1.0));
         let eta = fiber.eta;
-        // Roots and quotients, the slowest operations, are computed four at a time.
+        // Square roots and divisions are the slowest operations. They are computed four at a time.
         let sin_t = sin_o * V::splat(1.0 / eta);
         let cos2 = cos_o * cos_o;
         // 1/η′ = cos θ_o/√(η² − sin²θ_o), in a form without cancellation for η → 1 and for grazing light.
@@ -122,7 +122,7 @@ impl<V: Lanes> Path<V> {
         let sigma_ms = V::splat(fiber.sigma_ms);
         let kappa = V::splat(fiber.kappa);
         let minus = -self.elongation;
-        // One pass, T. Nothing absorbs in the spare channel: it is the unscattered fraction.
+        // T of one pass. There is no absorption in the spare channel, so it is the unscattered fraction.
         let two = V::splat(2.0) * minus;
         let unscattered = two * self.s_m * sigma_ms;
         let pass = quad(two * self.s_c) * sigma_ca + quad(two * self.s_m) * sigma_ma + quad(unscattered);
@@ -211,6 +211,6 @@ pub(crate) fn probabilities<V: Lanes>(attenuation: &[V::Quad; COMPONENTS]) -> [V
 #[inline(always)]
 fn unscattered_complement<V: Lanes>(x: V, exp_x: V) -> V {
     let series = -x * (V::splat(1.0) + x * (V::splat(0.5) + x * V::splat(1.0 / 6.0)));
-    // At |x| = 0.02 the series has an error of x³/24 = 3e-7, and the difference one of 6e-8/0.02 = 3e-6.
+    // At |x| = 0.02 the relative error is x³/24 = 3e-7 for the series, and 6e-8/0.02 = 3e-6 for the difference.
     (-x).select_lt(V::splat(0.02), series, V::splat(1.0) - exp_x)
 }

@@ -119,7 +119,7 @@ impl<'b> WindowHit<'b> {
         self.lobe_energies().map(|e| e.to_array()[3] * self.inverse)
     }
 
-    /// f·cos θᵢ of the six lobes, RGB, and the largest channel, to which sampling is proportional.
+    /// f·cos θᵢ of the six lobes, RGB, and the largest channel. Sampling is proportional to the largest channel.
     #[inline(always)]
     fn lobes(&self, o: &Outgoing<f32>) -> [f32x4; 6] {
         let prepared = self.prepared;

@@ -1,4 +1,4 @@
-//! Arithmetic of one number or eight. The whole model is generic over it.
+//! Arithmetic with one number or eight. The whole model is generic over it.
 
 pub(crate) mod lanes;
 pub(crate) mod special;
