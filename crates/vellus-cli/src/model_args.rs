@@ -44,12 +44,6 @@ impl ModelArgs {
         self.load("", &Fiber::hair()).map(|_| ())
     }
 
-    /// The name with options: `yan2015, η_m 1.4`.
-    pub fn name(&self) -> Result<String> {
-        let kind = self.kind()?;
-        Ok(self.eta_m.map_or_else(|| kind.to_string(), |eta_m| format!("{kind}, η_m {eta_m}")))
-    }
-
     /// The model of a fibre called `name`.
     pub fn load(&self, name: &str, fiber: &Fiber) -> Result<Named> {
         let named = Named::new(name, self.kind()?, self.method()?.model(fiber)?);

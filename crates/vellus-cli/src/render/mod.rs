@@ -3,16 +3,16 @@
 mod frames;
 mod input;
 mod job;
-mod keep;
 mod merge;
 mod parse;
+mod screen;
 
 use crate::interrupt::Interrupt;
 use crate::model_args::ModelArgs;
 use crate::number::{one_of, whole};
 use crate::output;
 use anyhow::{Context, Result, bail};
-use job::Live;
+use screen::Live;
 use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Duration;
