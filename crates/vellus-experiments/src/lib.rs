@@ -19,7 +19,6 @@ mod closeup;
 mod comparison;
 mod context;
 mod convergence;
-mod cpu_time;
 mod energy;
 mod grid;
 mod hair;
@@ -41,7 +40,6 @@ mod visible;
 mod zoom;
 
 pub use context::Interrupted;
-pub use cpu_time::cpu_time;
 pub use list::{EXPERIMENTS, Experiment, find};
 pub use outcome::{Claim, Outcome, Picture, Table, Verdict};
 pub use quality::Quality;

@@ -46,10 +46,8 @@ fn scene() -> Scene {
 /// Prints what a job does. A viewer or a farm shows the same events in its own way.
 fn print(event: &Event) {
     match event {
-        Event::Resumed(samples) => println!("continuing from {samples} samples a pixel"),
-        Event::Pass(pass) => println!("{:.0} %", 100.0 * pass.goals.done(&pass.state)),
-        Event::Wrote(path) => println!("wrote {}", path.display()),
-        _ => {}
+        Event::Pass(pass) => println!("{:.0} %: {pass}", 100.0 * pass.goals.done(&pass.state)),
+        other => println!("{other}"),
     }
 }
 

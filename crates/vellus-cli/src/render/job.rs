@@ -43,7 +43,7 @@ pub fn run(args: &Args, loaded: Loaded, interrupt: &Interrupt, pictures: u64, vi
     let denoiser = args.denoise.then(Denoiser::load).transpose()?;
     let (world, job) = prepare_job(args, loaded)?;
     let job = Job { denoiser: denoiser.map(|denoiser| Box::new(denoiser) as Box<dyn Denoise>), pictures, ..job };
-    let mut screen = Screen::new(&args.output, args.max_depth, viewer);
+    let mut screen = Screen::new(&args.output, viewer);
     let outcome = job.run(&world, &*interrupt.stop, |event| {
         if matches!(event, Event::Started(_)) {
             interrupt.set_immediate(false);

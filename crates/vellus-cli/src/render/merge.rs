@@ -1,14 +1,14 @@
 //! `vellus merge`: films of sample ranges become one picture.
 
 use super::job::typed_command;
-use super::screen::{print, warn_of_full_pixels};
+use super::screen::print;
 use super::{Layers, parse};
 use crate::output;
 use crate::say::note;
 use anyhow::{Result, bail};
 use std::path::PathBuf;
 use vellus_render::denoise::Denoiser;
-use vellus_render::session::{Denoise, Merge, Picture, SAMPLES_NOTE, read_film};
+use vellus_render::session::{Denoise, Event, Merge, Picture, SAMPLES_NOTE, read_film};
 use vellus_render::{Layer, PixelType};
 
 /// Merge films that `vellus render --samples` rendered separately.
@@ -59,7 +59,9 @@ pub fn merge(args: &MergeArgs) -> Result<()> {
         }
         note!("warning: {missing}");
     }
-    warn_of_full_pixels(&merged.film);
+    if let full @ 1.. = merged.film.full_pixels() {
+        print(Event::FullPixels(full));
+    }
     let mut notes = merged.notes;
     notes.push((SAMPLES_NOTE.to_owned(), merged.film.samples().to_string()));
     notes.push(("vellus_merged".to_owned(), typed_command()));

@@ -2,11 +2,13 @@
 
 use super::{Pass, Session};
 use crate::error::Error;
-use crate::film::checkpoint::Checkpoint;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// What [`Job::run`](super::Job::run) reports, in the order in which it can happen. No event ends the job.
+///
+/// Its text is for users: a line for a log or a terminal. The texts of problems begin with `warning: `.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum Event<'a> {
@@ -43,12 +45,32 @@ pub enum Event<'a> {
         /// How long this run rendered.
         time: Duration,
     },
+    /// So many samples were not finite. They are left out.
+    Rejected(u64),
+    /// So many pixels have sums at the end of their range: see [`Film::full_pixels`](crate::Film::full_pixels).
+    FullPixels(usize),
+    /// [`Settings::max_depth`](crate::Settings::max_depth) cut off paths.
+    Cut {
+        /// The greatest depth.
+        depth: u32,
+        /// The throughput that is lost, as a share of that of all paths.
+        share: f64,
+    },
+    /// The processor time that rendering took, if the system reports it.
+    CpuTime {
+        /// Processor time of all threads of this program.
+        time: Duration,
+        /// Samples of all pixels of this run.
+        samples: u64,
+    },
     /// The film is written: see [`Job::film`](super::Job::film).
-    WroteFilm {
-        /// The file.
-        path: &'a Path,
-        /// Its content. It ends before [`Checkpoint::planned`] if another goal than the samples was reached.
-        film: &'a Checkpoint,
+    WroteFilm(&'a Path),
+    /// The film has fewer samples than were planned: another goal was reached.
+    IncompleteFilm {
+        /// The samples of the film.
+        samples: Range<u64>,
+        /// The samples that were planned.
+        planned: Range<u64>,
     },
     /// The denoiser fails: the picture is written without a denoised beauty.
     DenoiserFailed(Error),

@@ -7,7 +7,7 @@ use crate::film::checkpoint::Checkpoint;
 use crate::world::World;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
-use vellus_io::Progress;
+use vellus_io::{Progress, cpu_time};
 
 /// Everything that is done for one picture. A job
 ///
@@ -40,9 +40,8 @@ use vellus_io::Progress;
 ///
 /// // An `AtomicBool` in place of `()` could stop it.
 /// let outcome = job.run(&world, &(), |event| match event {
-///     Event::Resumed(samples) => eprintln!("continuing from {samples} samples a pixel"),
-///     Event::Pass(pass) => eprintln!("{:.0} %", 100.0 * pass.goals.done(&pass.state)),
-///     _ => {}
+///     Event::Pass(pass) => eprintln!("{:.0} %: {pass}", 100.0 * pass.goals.done(&pass.state)),
+///     other => eprintln!("{other}"),
 /// })?;
 /// assert_eq!((outcome.end, outcome.checkpoint.film.samples()), (End::Samples, 4));
 /// assert_eq!(outcome.files, [folder.join("fur.exr"), folder.join("fur.png")]);
@@ -126,10 +125,16 @@ impl Job {
             keeper.resume(&mut session, &mut report)?;
         }
         report(Event::Started(&session));
-        let start = Instant::now();
+        let before = session.film().samples();
+        let (start, cpu) = (Instant::now(), cpu_time());
         let end = self.render(&mut session, &mut keeper, progress, &mut report)?;
         let time = start.elapsed();
         report(Event::Rendered { session: &session, time });
+        self.report_statistics(&session, &mut report);
+        if let (Some(from), Some(to)) = (cpu, cpu_time()) {
+            let samples = (session.film().samples() - before) * session.film().pixel_count();
+            report(Event::CpuTime { time: to - from, samples });
+        }
         let mut checkpoint = session.into_checkpoint();
         if checkpoint.film.samples() == 0 {
             // Only an interruption ends a job without samples.
@@ -178,6 +183,21 @@ impl Job {
         }
     }
 
+    /// Reports samples that were left out, full pixels, and paths that were cut off.
+    fn report_statistics(&self, session: &Session, report: &mut dyn FnMut(Event<'_>)) {
+        let (film, statistics) = (session.film(), session.statistics());
+        if statistics.rejected > 0 {
+            report(Event::Rejected(statistics.rejected));
+        }
+        if let full @ 1.. = film.full_pixels() {
+            report(Event::FullPixels(full));
+        }
+        if let Some(depth) = self.options.settings.max_depth {
+            let share = statistics.cut() / (film.samples().max(1) * film.pixel_count()) as f64;
+            report(Event::Cut { depth, share });
+        }
+    }
+
     /// Writes the film and the picture, and keeps or removes the checkpoint.
     fn write(
         mut self,
@@ -190,7 +210,11 @@ impl Job {
         if self.film && !interrupted {
             let path = self.picture.path.with_extension("film");
             write_film(&path, &checkpoint).map_err(|error| keeper.rescue(&checkpoint, error))?;
-            report(Event::WroteFilm { path: &path, film: &checkpoint });
+            report(Event::WroteFilm(&path));
+            let Checkpoint { samples, planned, .. } = &checkpoint;
+            if samples.end < *planned {
+                report(Event::IncompleteFilm { samples: samples.clone(), planned: samples.start..*planned });
+            }
         }
         let complete = end == End::Samples || (!interrupted && self.any_end_completes);
         let kept = if complete { None } else { keeper.keep(&checkpoint, report) };

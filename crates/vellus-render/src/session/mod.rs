@@ -17,6 +17,7 @@ mod merge;
 mod notes;
 mod picture;
 mod store;
+mod text;
 
 pub use event::Event;
 pub use frames::Frames;
