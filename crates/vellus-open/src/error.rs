@@ -31,6 +31,9 @@ pub enum Error {
     /// A file of strands or polygons is invalid.
     #[error(transparent)]
     Strands(#[from] vellus_groom::Error),
+    /// A value of a group of strands is out of its range, or a mesh cannot grow it.
+    #[error(transparent)]
+    Group(#[from] vellus_groom::GroupError),
     /// A USD file is invalid.
     #[error(transparent)]
     Usd(#[from] vellus_usd::Error),

@@ -1,5 +1,5 @@
 //! Opens a scene of hair and fur by its name: a built-in scene, a USD file (.usda, .usdc, .usdz), or strands as .hair
-//! or .tfx.
+//! or .tfx. A fibre is read by its name too: see [`FiberSource`].
 //!
 //! ```
 //! use vellus_open::{Options, open};
@@ -14,14 +14,18 @@
 
 mod digest;
 mod error;
+mod fiber;
+mod grow;
 mod mesh;
 
 pub use digest::identify;
 pub use error::{Error, Warning};
+pub use fiber::{FiberError, FiberFormat, FiberSource, SettingError};
+pub use grow::{Grown, Growth};
 pub use mesh::{choose_meshes, open_coat, open_mesh};
 
 use std::path::Path;
-use vellus::{Fiber, Species};
+use vellus::Fiber;
 use vellus_io::Sources;
 use vellus_scene::{Look, Scene};
 use vellus_usd::FALLBACK_LOOK;
@@ -48,8 +52,7 @@ pub struct Options {
 impl Options {
     /// Name and fibre of strands whose file defines none.
     fn fiber(&self) -> (String, Fiber) {
-        let default = Species::RedFox;
-        self.fiber.clone().unwrap_or_else(|| (default.name().to_owned(), Fiber::preset(default)))
+        self.fiber.clone().unwrap_or_else(|| (fiber::DEFAULT.name().to_owned(), Fiber::preset(fiber::DEFAULT)))
     }
 }
 
