@@ -40,7 +40,7 @@ mod visible;
 mod zoom;
 
 pub use context::Interrupted;
-pub use list::{EXPERIMENTS, Experiment, find};
+pub use list::{EXPERIMENTS, Experiment, find, listing};
 pub use outcome::{Claim, Outcome, Picture, Table, Verdict};
 pub use quality::Quality;
 pub use report::write_report;

@@ -37,6 +37,25 @@ pub enum Error {
     /// A USD file is invalid.
     #[error(transparent)]
     Usd(#[from] vellus_usd::Error),
+    /// A file cannot be written.
+    #[error("cannot write {}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system reports.
+        source: std::io::Error,
+    },
+    /// A .hair file cannot hold these strands.
+    #[error("{}: {what}", path.display())]
+    Unwritable {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        what: String,
+    },
+    /// A .hair file cannot hold so many sets of strands.
+    #[error("a .hair file holds one set of strands, but the scene has {0}")]
+    SeveralStrands(usize),
     /// The scene has no mesh.
     #[error("there is no mesh to grow on")]
     NoMesh,

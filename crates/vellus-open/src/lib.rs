@@ -17,12 +17,14 @@ mod error;
 mod fiber;
 mod grow;
 mod mesh;
+mod write;
 
 pub use digest::identify;
 pub use error::{Error, Warning};
 pub use fiber::{FiberError, FiberFormat, FiberSource, SettingError};
 pub use grow::{Grown, Growth};
 pub use mesh::{choose_meshes, open_coat, open_mesh};
+pub use write::write;
 
 use std::path::Path;
 use vellus::Fiber;

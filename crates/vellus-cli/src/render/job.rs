@@ -1,7 +1,7 @@
 //! One picture: its job, and how it ended.
 
 use super::Args;
-use super::screen::{Live, Screen};
+use super::screen::Screen;
 use crate::interrupt::Interrupt;
 use crate::say::note;
 use anyhow::{Result, anyhow};
@@ -11,6 +11,7 @@ use vellus_render::denoise::Denoiser;
 use vellus_render::session::{
     Denoise, End, Event, Identity, Job, Options, Outcome, Picture, Rescue, Store, fiber_notes,
 };
+use vellus_render::tev::Viewer;
 use vellus_render::{Error, Notes, PixelType, Settings, World, prepare};
 use vellus_scene::Scene;
 
@@ -39,7 +40,13 @@ impl Loaded {
 ///
 /// # Errors
 /// [`Interrupted`](crate::exit::Interrupted) if a signal stopped it; the message says what was kept.
-pub fn run(args: &Args, loaded: Loaded, interrupt: &Interrupt, pictures: u64, viewer: Option<&mut Live>) -> Result<()> {
+pub fn run(
+    args: &Args,
+    loaded: Loaded,
+    interrupt: &Interrupt,
+    pictures: u64,
+    viewer: &mut Option<Viewer>,
+) -> Result<()> {
     let denoiser = args.denoise.then(Denoiser::load).transpose()?;
     let (world, job) = prepare_job(args, loaded)?;
     let job = Job { denoiser: denoiser.map(|denoiser| Box::new(denoiser) as Box<dyn Denoise>), pictures, ..job };

@@ -12,7 +12,6 @@ use crate::model_args::ModelArgs;
 use crate::number::{one_of, whole};
 use crate::output;
 use anyhow::{Context, Result, bail};
-use screen::Live;
 use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -136,7 +135,7 @@ pub fn run(args: &Args) -> Result<()> {
     let interrupt = Interrupt::watch()?;
     output::check_extension(&args.output, &["exr", "png"])?;
     output::writable(&args.output)?;
-    let viewer = args.tev.as_deref().map(Live::connect).transpose()?;
+    let viewer = args.tev.as_deref().map(screen::connect).transpose()?;
     let mut pool = rayon::ThreadPoolBuilder::new();
     if let Some(threads) = args.threads {
         pool = pool.num_threads(threads);

@@ -2,24 +2,28 @@
 
 use crate::output;
 use crate::say::{note, say};
-use anyhow::{Result, bail};
+use anyhow::{Result, anyhow};
 use indicatif::ProgressBar;
 use std::path::Path;
 use std::time::Duration;
-use vellus_render::Film;
 use vellus_render::session::{Event, Pass};
 use vellus_render::tev::Viewer;
+
+/// Connects to tev.
+pub fn connect(address: &str) -> Result<Viewer> {
+    Viewer::connect(address).map_err(|e| anyhow!("--tev {address}: no viewer answers there ({e}); start tev first"))
+}
 
 /// The messages and the bar of one job.
 pub struct Screen<'a> {
     bar: ProgressBar,
-    viewer: Option<&'a mut Live>,
+    viewer: &'a mut Option<Viewer>,
     output: &'a Path,
 }
 
 impl<'a> Screen<'a> {
-    /// `output` is the name of the picture in the viewer.
-    pub fn new(output: &'a Path, viewer: Option<&'a mut Live>) -> Self {
+    /// `output` is the name of the picture in the viewer. A viewer that is gone is reported once, and removed.
+    pub fn new(output: &'a Path, viewer: &'a mut Option<Viewer>) -> Self {
         Screen { bar: ProgressBar::hidden(), viewer, output }
     }
 
@@ -42,8 +46,11 @@ impl<'a> Screen<'a> {
     fn show_pass(&mut self, pass: &Pass) {
         self.bar.set_message(pass.to_string());
         self.bar.set_position((1000.0 * pass.goals.done(&pass.state)) as u64);
-        if let Some(viewer) = &mut self.viewer {
-            self.bar.suspend(|| viewer.show(&pass.checkpoint.film, self.output));
+        let Some(viewer) = self.viewer else { return };
+        if let Err(e) = viewer.show(&pass.checkpoint.film, &self.output.display().to_string()) {
+            let address = viewer.address();
+            self.bar.suspend(|| note!("warning: the viewer at {address} is gone ({e}): rendering goes on without it"));
+            *self.viewer = None;
         }
     }
 }
@@ -59,27 +66,5 @@ pub fn print(event: Event) {
     match event {
         Event::WroteFilm(_) | Event::Wrote(_) => say!("{event}"),
         event => note!("{event}"),
-    }
-}
-
-/// A live view of the pictures.
-pub struct Live(Option<Viewer>);
-
-impl Live {
-    /// Connects to tev.
-    pub fn connect(address: &str) -> Result<Self> {
-        match Viewer::connect(address) {
-            Ok(viewer) => Ok(Live(Some(viewer))),
-            Err(e) => bail!("--tev {address}: no viewer answers there ({e}); start tev first"),
-        }
-    }
-
-    /// Shows a film under the name of its file. A viewer that is gone is reported once.
-    fn show(&mut self, film: &Film, path: &Path) {
-        let Some(viewer) = &mut self.0 else { return };
-        if let Err(e) = viewer.show(film, &path.display().to_string()) {
-            note!("warning: the viewer at {} is gone ({e}): rendering goes on without it", viewer.address());
-            self.0 = None;
-        }
     }
 }
