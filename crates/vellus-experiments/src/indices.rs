@@ -6,7 +6,7 @@ use crate::shot::{Method, NEAR, YAN2015};
 use crate::{Claim, Outcome, Picture, Verdict};
 use anyhow::Result;
 use glam::Vec3;
-use vellus::Fiber;
+use vellus::{Exit, Fiber};
 
 /// Radius of the medulla relative to the fibre's.
 const KAPPA: f32 = 0.7;
@@ -30,6 +30,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         sigma_ms: 0.8,
         g: 0.5,
         layers: 0.5,
+        exit: Exit::Open,
     };
     let methods: [(Method, &str); 3] = [
         (Method { name: "2015, indices 1.45 and 1.0", key: "two", eta_m: Some(1.0), ..YAN2015 }, "two"),

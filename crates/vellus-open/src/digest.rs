@@ -2,7 +2,7 @@
 
 use crate::{Format, Options};
 use std::path::Path;
-use vellus::Fiber;
+use vellus::{Exit, Fiber};
 use vellus_io::DigestBuilder;
 
 /// Adds everything that identifies a scene to a digest, except for the bytes of its files: see
@@ -36,9 +36,11 @@ fn optional<const N: usize>(bytes: Option<[u8; N]>) -> Vec<u8> {
 /// Adds all parameters of a fibre to a digest.
 fn add_fiber(builder: DigestBuilder, fiber: &Fiber) -> DigestBuilder {
     // Without `..`: a parameter that is added later must be added here.
-    let Fiber { eta, kappa, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers } = *fiber;
+    let Fiber { eta, kappa, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers, exit } = *fiber;
     let [scalars, colors] =
         [&[eta, kappa, alpha, beta_m, beta_n, sigma_ms, g, layers][..], &[sigma_ca, sigma_ma].concat()]
             .map(|numbers| numbers.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>());
-    builder.field("fiber", scalars).field("fiber absorption", colors)
+    let builder = builder.field("fiber", scalars).field("fiber absorption", colors);
+    // The digests of older films stay valid.
+    if exit == Exit::Open { builder } else { builder.field("exit", exit.name()) }
 }

@@ -28,7 +28,8 @@ pub(crate) const DEFAULT: Species = Species::RedFox;
 pub struct FiberSource {
     /// The name of a preset, or a file with the extension `toml` or `json`.
     pub path: PathBuf,
-    /// Parameters as `NAME=VALUE` or `NAME=R,G,B`. They replace those of the preset or the file.
+    /// Parameters as `NAME=VALUE` or `NAME=R,G,B`, and `exit=NAME` with the name of an [`Exit`](vellus::Exit). They
+    /// replace those of the preset or the file.
     pub set: Vec<String>,
 }
 
@@ -124,9 +125,13 @@ fn read(path: &Path, format: FiberFormat) -> Result<FiberBuilder, FiberError> {
     builder.map_err(|source| FiberError::File { path: path.to_owned(), source })
 }
 
-/// Sets a parameter: `NAME=VALUE` or `NAME=R,G,B`.
+/// Sets a parameter: `NAME=VALUE` or `NAME=R,G,B`. `exit=NAME` sets how scattered light leaves the fibre.
 fn set(builder: &mut FiberBuilder, setting: &str) -> Result<(), SettingError> {
     let (name, value) = setting.split_once('=').ok_or(SettingError::Syntax)?;
+    if name.trim() == "exit" {
+        builder.set_exit(value.trim().parse()?);
+        return Ok(());
+    }
     let number = |x: &str| x.trim().parse().map_err(|source| SettingError::Number { text: x.to_owned(), source });
     let numbers = value.split(',').map(number).collect::<Result<Vec<f32>, _>>()?;
     Ok(builder.set(name.trim(), &numbers)?)

@@ -8,7 +8,7 @@ pub mod significance;
 pub mod sphere;
 
 pub use vellus::direction;
-use vellus::{Fiber, TableData, Tables};
+use vellus::{Exit, Fiber, TableData, Tables};
 
 /// The tables that `vellus` contains, in the form that the double-precision references take.
 pub fn table_data() -> &'static TableData {
@@ -29,6 +29,7 @@ pub fn full_fiber() -> Fiber {
         sigma_ma: [0.05, 0.1, 0.2],
         g: 0.4,
         layers: 0.7,
+        exit: Exit::Open,
     }
 }
 
@@ -72,6 +73,7 @@ impl Uniform {
             sigma_ma,
             g: self.within(0.0, 0.95) as f32,
             layers: self.within(0.05, 3.0) as f32,
+            exit: Exit::Open,
         }
     }
 }

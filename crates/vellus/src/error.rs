@@ -48,6 +48,14 @@ pub enum Error {
         /// All known names.
         known: String,
     },
+    /// An unknown way for scattered light to leave a fibre.
+    #[error("unknown exit '{name}': known are {known}")]
+    UnknownExit {
+        /// The name.
+        name: String,
+        /// All known names.
+        known: String,
+    },
     /// A broken table file, or tables that contradict each other. The text states the problem.
     #[error("broken medulla table: {0}")]
     Table(String),

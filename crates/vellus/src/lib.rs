@@ -60,6 +60,7 @@ pub use error::Error;
 pub use fiber::Fiber;
 pub use fiber::builder::FiberBuilder;
 pub use fiber::color::Color;
+pub use fiber::exit::Exit;
 pub use fiber::parameter::{Parameter, Range, Unit};
 pub use fiber::species::Species;
 pub use lobe::{Lobe, Lobes, Sample};

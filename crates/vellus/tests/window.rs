@@ -339,6 +339,7 @@ fn a_sample_far_out_in_a_tail_has_a_bounded_weight() {
         sigma_ma: [0.0, 2.196484, 2.101408],
         g: 0.28365356,
         layers: 0.5829595,
+        exit: vellus::Exit::Open,
     };
     let bcsdf = Bcsdf::new(&fiber).unwrap();
     let wo = glam::Vec3::new(0.49523565, 0.111536756, 0.86156905);

@@ -5,7 +5,7 @@ use crate::dice::Dice;
 use crate::trial::{Stop, Trial};
 use glam::Vec3;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use vellus::{Bcsdf, Fiber, Lobe, Window};
+use vellus::{Bcsdf, Exit, Fiber, Lobe, Window};
 use wide::f32x8;
 
 /// How much a near-field weight may exceed 1: a dozen roundings of numbers near 1, 12·6e-8, rounded up.
@@ -133,6 +133,7 @@ fn fiber(dice: &mut Dice) -> Fiber {
         sigma_ms: sigma(dice),
         sigma_ma: std::array::from_fn(|_| sigma(dice)),
         g: value(dice, 0.0, 0.95),
+        exit: if dice.chance(0.5) { Exit::Open } else { Exit::Reflecting },
         layers: if dice.chance(0.5) { value(dice, 0.0, 20.0) } else { value(dice, 0.0, 2.0) },
     };
     if dice.chance(0.4) {

@@ -59,6 +59,10 @@ fn fur(reader: &mut Reader, material: &str, shader: &Shader) -> Result<(Look, Ve
         base = Fiber::preset(species);
     }
     let mut fiber = FiberBuilder::new(base);
+    if let Input::Value(at) = input(&reader.stage, prim, "inputs:exit")? {
+        let exit = reader.stage.words(&at.prim, &at.name)?.and_then(|words| words.into_iter().next());
+        fiber.set_exit(exit.unwrap_or_default().parse().map_err(out_of_range)?);
+    }
     pigments(reader, prim, &mut fiber)?;
     let (mut textured, mut primvars) = (Vec::new(), Vec::new());
     for parameter in Parameter::ALL {
@@ -103,7 +107,9 @@ fn fur(reader: &mut Reader, material: &str, shader: &Shader) -> Result<(Look, Ve
         }
     }
     for name in reader.stage.properties(prim)?.iter().map(|name| name.as_str()) {
-        let known = |key: &str| key == "preset" || Parameter::from_name(key).is_some() || PIGMENTS.contains(&key);
+        let known = |key: &str| {
+            ["preset", "exit"].contains(&key) || Parameter::from_name(key).is_some() || PIGMENTS.contains(&key)
+        };
         if name.strip_prefix("inputs:").is_some_and(|key| !known(key)) {
             reader.warnings.add(prim, format!("{name} is not a parameter of {SHADER} and is ignored"));
         }

@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::fiber::Fiber;
 use crate::fiber::color::Color;
+use crate::fiber::exit::Exit;
 use crate::fiber::parameter::Parameter;
 
 /// Named values of parameters, and a base fibre for the parameters without a value.
@@ -11,7 +12,7 @@ use crate::fiber::parameter::Parameter;
 /// colour. Later values of the same parameter replace earlier ones.
 ///
 /// With the feature `serde`, a builder is read from a map: parameters by name, and `preset`, the name of a
-/// [`Species`](crate::Species) ([`Fiber::hair`] without one). Unknown names are errors. Ranges are only checked by
+/// [`Species`](crate::Species) ([`Fiber::hair`] without one). `exit` is the name of an [`Exit`]. Unknown names are errors. Ranges are only checked by
 /// [`FiberBuilder::build`].
 ///
 /// ```
@@ -33,12 +34,13 @@ pub struct FiberBuilder {
     base: Fiber,
     /// In the units of a fibre, indexed by parameter.
     values: [Option<[f32; 3]>; Parameter::ALL.len()],
+    exit: Option<Exit>,
 }
 
 impl FiberBuilder {
     /// A builder without values. It builds `base`.
     pub fn new(base: Fiber) -> Self {
-        FiberBuilder { base, values: [None; Parameter::ALL.len()] }
+        FiberBuilder { base, values: [None; Parameter::ALL.len()], exit: None }
     }
 
     /// Sets a parameter by its name ([`Parameter::parse`]) to numbers in the units of files: angles in degrees. One
@@ -76,6 +78,11 @@ impl FiberBuilder {
         self.values[parameter as usize] = Some(value);
     }
 
+    /// Sets how scattered light leaves the fibre.
+    pub fn set_exit(&mut self, exit: Exit) {
+        self.exit = Some(exit);
+    }
+
     /// The colour, if one was given.
     ///
     /// # Errors
@@ -100,7 +107,7 @@ impl FiberBuilder {
     /// [`Error::ColorTwice`] for a second colour, [`Error::OutOfRange`] for a value out of range.
     pub fn build(&self) -> Result<Fiber, Error> {
         self.color()?;
-        let mut fiber = self.base;
+        let mut fiber = Fiber { exit: self.exit.unwrap_or(self.base.exit), ..self.base };
         self.given().try_for_each(|(parameter, value)| parameter.set(&mut fiber, value))?;
         fiber.validate()?;
         Ok(fiber)

@@ -2,6 +2,7 @@
 
 pub(crate) mod builder;
 pub(crate) mod color;
+pub(crate) mod exit;
 pub(crate) mod parameter;
 #[cfg(feature = "serde")]
 mod serde;
@@ -9,6 +10,7 @@ pub(crate) mod species;
 
 use crate::error::Error;
 use crate::fiber::color::Color;
+use crate::fiber::exit::Exit;
 use crate::fiber::parameter::Parameter;
 use crate::fiber::species::Species;
 
@@ -55,6 +57,8 @@ pub struct Fiber {
     /// l, layers of the cuticle, in [0, 20]. 0.5 is nearly one ordinary dielectric interface, 1 is one slab, and 0
     /// does not reflect.
     pub layers: f32,
+    /// How light that the medulla scattered leaves the fibre.
+    pub exit: Exit,
 }
 
 impl Fiber {
@@ -77,6 +81,7 @@ impl Fiber {
             sigma_ma: [0.0; 3],
             g: 0.0,
             layers: 0.5,
+            exit: Exit::Open,
         }
     }
 
@@ -93,6 +98,11 @@ impl Fiber {
     /// error also occurs for β_n out of range.
     pub fn with_color(self, color: Color) -> Result<Self, Error> {
         Ok(Fiber { sigma_ca: color.absorption(self.beta_n)?, ..self })
+    }
+
+    /// The same fibre with another way for scattered light to leave it.
+    pub fn with_exit(self, exit: Exit) -> Self {
+        Fiber { exit, ..self }
     }
 
     /// The same fibre without absorption in cortex and medulla: for white fur and furnace tests.

@@ -4,6 +4,7 @@ use crate::error::{Error, shortest};
 use crate::fiber::Fiber;
 use crate::fiber::builder::{FiberBuilder, unknown};
 use crate::fiber::color::Color;
+use crate::fiber::exit::Exit;
 use crate::fiber::parameter::{Parameter, Unit};
 use crate::fiber::species::Species;
 use crate::window::Window;
@@ -79,13 +80,18 @@ fn degrees(radians: f32) -> f32 {
 }
 
 impl Serialize for Fiber {
-    /// A map of the parameters that a fibre stores, in the order of [`Parameter::ALL`].
+    /// A map of the parameters that a fibre stores, in the order of [`Parameter::ALL`], and `exit` if it is not
+    /// [`Exit::Open`].
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let stored: Vec<(Parameter, [f32; 3])> =
             Parameter::ALL.into_iter().filter_map(|p| p.get(self).map(|value| (p, value))).collect();
-        let mut map = serializer.serialize_map(Some(stored.len()))?;
+        let exit = (self.exit != Exit::default()).then_some(self.exit);
+        let mut map = serializer.serialize_map(Some(stored.len() + usize::from(exit.is_some())))?;
         for (parameter, value) in stored {
             map.serialize_entry(parameter.name(), &InFile(parameter, value))?;
+        }
+        if let Some(exit) = exit {
+            map.serialize_entry("exit", exit.name())?;
         }
         map.end()
     }
@@ -112,12 +118,18 @@ impl<'de> Deserialize<'de> for FiberBuilder {
                 let mut base = Fiber::hair();
                 let mut settings: Vec<(String, Numbers)> = Vec::new();
                 let mut has_preset = false;
+                let mut exit: Option<Exit> = None;
                 while let Some(name) = map.next_key::<String>()? {
-                    if settings.iter().any(|(known, _)| *known == name) || (name == "preset" && has_preset) {
+                    if settings.iter().any(|(known, _)| *known == name)
+                        || (name == "preset" && has_preset)
+                        || (name == "exit" && exit.is_some())
+                    {
                         return Err(de::Error::custom(format!("{name} is given twice")));
                     }
                     if name == "preset" {
                         (base, has_preset) = (Fiber::preset(map.next_value()?), true);
+                    } else if name == "exit" {
+                        exit = Some(map.next_value::<String>()?.parse().map_err(de::Error::custom)?);
                     } else if Parameter::parse(&name).is_none() {
                         return Err(de::Error::custom(unknown(&name)));
                     } else {
@@ -128,6 +140,9 @@ impl<'de> Deserialize<'de> for FiberBuilder {
                 let mut builder = FiberBuilder::new(base);
                 for (name, Numbers(numbers)) in &settings {
                     builder.set(name, numbers).map_err(de::Error::custom)?;
+                }
+                if let Some(exit) = exit {
+                    builder.set_exit(exit);
                 }
                 Ok(builder)
             }

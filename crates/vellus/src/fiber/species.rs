@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::fiber::Fiber;
+use crate::fiber::exit::Exit;
 use std::fmt;
 use std::str::FromStr;
 
@@ -69,6 +70,7 @@ impl Species {
             sigma_ma: [sigma_ma; 3],
             g,
             layers,
+            exit: Exit::Open,
         }
     }
 }
