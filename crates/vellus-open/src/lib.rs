@@ -1,5 +1,8 @@
 //! Opens a scene of hair and fur by its name: a built-in scene, a USD file (.usda, .usdc, .usdz), or strands as .hair
-//! or .tfx. A fibre is read by its name too: see [`FiberSource`].
+//! or .tfx.
+//!
+//! [`FiberSource`] reads a fibre by its name, [`Growth`] grows fur on the meshes of a file, and [`write()`] writes a
+//! scene.
 //!
 //! ```
 //! use vellus_open::{Options, open};
