@@ -189,3 +189,53 @@ pub enum SettingError {
     #[error(transparent)]
     Parameter(#[from] vellus::Error),
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An error and its causes.
+    fn chain(error: &dyn Error) -> String {
+        let cause = error.source().map(|cause| format!(": {}", chain(cause)));
+        format!("{error}{}", cause.unwrap_or_default())
+    }
+
+    #[test]
+    fn errors_name_the_file_or_the_setting() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).unwrap();
+            path
+        };
+        let refused = |path: PathBuf, set: &[&str], parts: &[&str]| {
+            let source = FiberSource { path, set: set.iter().map(|s| (*s).to_owned()).collect() };
+            let text = chain(&source.read().unwrap_err());
+            assert!(parts.iter().all(|part| text.contains(part)), "{text}");
+        };
+        let wrong = file("wrong.toml", "kappa = 2.0");
+        refused(wrong.clone(), &[], &["in ", "wrong.toml: kappa = 2"]);
+        refused(wrong, &["eta=1.4"], &["wrong.toml: kappa = 2"]);
+        refused(file("typo.json", "{\"kapa\": 0.2}"), &[], &["typo.json", "kapa"]);
+        refused("missing.json".into(), &[], &["cannot read missing.json"]);
+        refused("unicorn".into(), &[], &["unknown preset 'unicorn'"]);
+        refused("cat".into(), &["kappa"], &["in kappa: expected NAME=VALUE"]);
+        refused("cat".into(), &["kappa=x"], &["in kappa=x: 'x' is not a number: invalid float"]);
+        refused("cat".into(), &["kappa=2", "eta=1.4"], &["in kappa=2 eta=1.4: kappa = 2"]);
+    }
+
+    #[test]
+    fn both_formats_are_read_as_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let fiber = Fiber::preset(Species::Raccoon);
+        for name in FiberFormat::NAMES {
+            let path = folder.path().join(format!("raccoon.{name}"));
+            std::fs::write(&path, name.parse::<FiberFormat>().unwrap().write(&fiber).unwrap()).unwrap();
+            let source = FiberSource { path, set: Vec::new() };
+            let read = source.read().unwrap();
+            assert_eq!((source.name(), read.kappa, read.g), ("raccoon".to_owned(), fiber.kappa, fiber.g));
+            // Angles are in degrees in a file.
+            assert!((read.alpha - fiber.alpha).abs() < 1e-6 && !source.sets_color());
+        }
+    }
+}

@@ -21,3 +21,22 @@ pub fn write(scene: &Scene, path: impl AsRef<Path>, pieces: usize) -> Result<(),
     let bytes = bytes.map_err(|error| Error::Unwritable { path: path.to_owned(), what: error.to_string() })?;
     vellus_io::write(path, &bytes).map_err(|source| Error::Write { path: path.to_owned(), source })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Options, open};
+
+    #[test]
+    fn strands_are_read_as_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("lock.hair");
+        let mut scene = open("hair-lock", &Options { small: true, ..Options::default() }).unwrap().scene;
+        write(&scene, &path, 2).unwrap();
+        let read = open(&path, &Options::default()).unwrap().scene;
+        assert_eq!(read.strands[0].len(), scene.strands[0].len());
+        scene.strands.push(scene.strands[0].clone());
+        assert!(matches!(write(&scene, &path, 2), Err(Error::SeveralStrands(2))));
+        assert!(matches!(write(&read, folder.path().join("lock.hair/a.hair"), 1), Err(Error::Write { .. })));
+    }
+}
