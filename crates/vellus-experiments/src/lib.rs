@@ -19,7 +19,6 @@ mod closeup;
 mod comparison;
 mod context;
 mod convergence;
-mod cpu_time;
 mod energy;
 mod grid;
 mod hair;
@@ -41,8 +40,7 @@ mod visible;
 mod zoom;
 
 pub use context::Interrupted;
-pub use cpu_time::cpu_time;
-pub use list::{EXPERIMENTS, Experiment, find};
+pub use list::{EXPERIMENTS, Experiment, find, listing};
 pub use outcome::{Claim, Outcome, Picture, Table, Verdict};
 pub use quality::Quality;
 pub use report::write_report;

@@ -60,3 +60,10 @@ pub fn find(names: &[String]) -> Result<Vec<&'static Experiment>> {
     let chosen = |e: &&Experiment| names.iter().any(|name| name == "all" || name == e.name);
     Ok(EXPERIMENTS.iter().filter(chosen).collect())
 }
+
+/// All experiments as a table: name, figure and title.
+pub fn listing() -> String {
+    let width = |of: fn(&Experiment) -> &str| EXPERIMENTS.iter().map(|e| of(e).chars().count()).max().unwrap_or(0);
+    let (first, second) = (width(|e| e.name), width(|e| e.figure));
+    EXPERIMENTS.iter().map(|e| format!("  {:first$}  {:second$}  {}\n", e.name, e.figure, e.title)).collect()
+}

@@ -2,11 +2,10 @@
 //! picture.
 
 use crate::context::{Context, Interrupted};
-use crate::cpu_time;
 use anyhow::{Context as _, Result, anyhow};
 use std::ops::Range;
 use std::time::{Duration, Instant};
-use vellus_io::DigestBuilder;
+use vellus_io::{DigestBuilder, cpu_time};
 use vellus_models::ModelKind;
 use vellus_render::session::{End, Options, read_film, write_film};
 use vellus_render::{Error, Film, Filter, Layer, Mode, PICTURE_VERSION, Session, Settings, World};

@@ -1,6 +1,9 @@
 //! Opens a scene of hair and fur by its name: a built-in scene, a USD file (.usda, .usdc, .usdz), or strands as .hair
 //! or .tfx.
 //!
+//! [`FiberSource`] reads a fibre by its name, [`Growth`] grows fur on the meshes of a file, and [`write()`] writes a
+//! scene.
+//!
 //! ```
 //! use vellus_open::{Options, open};
 //! # fn main() -> Result<(), vellus_open::Error> {
@@ -14,14 +17,20 @@
 
 mod digest;
 mod error;
+mod fiber;
+mod grow;
 mod mesh;
+mod write;
 
 pub use digest::identify;
 pub use error::{Error, Warning};
+pub use fiber::{FiberError, FiberFormat, FiberSource, SettingError};
+pub use grow::{Grown, Growth};
 pub use mesh::{choose_meshes, open_coat, open_mesh};
+pub use write::write;
 
 use std::path::Path;
-use vellus::{Fiber, Species};
+use vellus::Fiber;
 use vellus_io::Sources;
 use vellus_scene::{Look, Scene};
 use vellus_usd::FALLBACK_LOOK;
@@ -48,8 +57,7 @@ pub struct Options {
 impl Options {
     /// Name and fibre of strands whose file defines none.
     fn fiber(&self) -> (String, Fiber) {
-        let default = Species::RedFox;
-        self.fiber.clone().unwrap_or_else(|| (default.name().to_owned(), Fiber::preset(default)))
+        self.fiber.clone().unwrap_or_else(|| (fiber::DEFAULT.name().to_owned(), Fiber::preset(fiber::DEFAULT)))
     }
 }
 

@@ -51,6 +51,17 @@ macro_rules! with_constructor {
 }
 
 impl Method {
+    /// A model with this refractive index of the medulla, or with that of the cortex.
+    ///
+    /// # Errors
+    /// [`Error::OneIndex`] if there is an index and the model is not [`ModelKind::Yan2015`].
+    pub fn new(kind: ModelKind, eta_m: Option<f32>) -> Result<Self, Error> {
+        if eta_m.is_some() && kind != ModelKind::Yan2015 {
+            return Err(Error::OneIndex(kind));
+        }
+        Ok(Method { eta_m, ..kind.into() })
+    }
+
     /// The model of one fibre.
     ///
     /// # Errors

@@ -29,4 +29,7 @@ pub mod exits;
 pub mod medulla;
 pub mod profile;
 pub mod resume;
+mod table_file;
 mod tracer;
+
+pub use table_file::{ReadError, read_tables};

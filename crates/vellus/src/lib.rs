@@ -72,6 +72,7 @@ pub use medulla::tables::Tables;
 pub use medulla::tables::{FactorTable, TableData};
 pub use model::{Field, Model, Scattering};
 pub use near::NearHit;
+pub use simd::instructions::missing_instructions;
 pub use simd::lanes::Lanes;
 pub use window::Window;
 

@@ -7,10 +7,11 @@ use crate::number::one_of;
 use crate::output;
 use crate::say::note;
 use crate::terminal::Terminal;
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Error, Result, bail};
 use std::path::{Path, PathBuf};
 use vellus_fit::{Angles, Axis, Forward, Options, Quantity, Reading, Requests};
 use vellus_models::ModelKind;
+use vellus_open::FiberFormat;
 use vellus_plot::fit::{Summary, write_report};
 
 /// Fit the parameters of a fibre to its measured profile (Yan17 Sec. 5.1), or write a synthetic measurement.
@@ -185,7 +186,8 @@ pub fn run(args: &Args) -> Result<()> {
         bail!(args.refusal(path, &why));
     }
     if let Some(out) = &args.out {
-        output::write(Some(out), summary.toml(&toml::to_string(&fit.specimen.fiber)?).as_bytes())?;
+        let toml = FiberFormat::Toml.write(&fit.specimen.fiber).map_err(Error::from_boxed)?;
+        output::write(Some(out), summary.toml(&toml).as_bytes())?;
     }
     let text = match args.format.as_str() {
         "json" => format!("{}\n", serde_json::to_string_pretty(&summary.json())?),

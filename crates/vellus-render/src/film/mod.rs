@@ -155,6 +155,11 @@ impl Film {
         ((square - self.brightness(x, y).powi(2)).max(0.0) / (n - 1.0)).sqrt()
     }
 
+    /// The number of pixels of the area.
+    pub(crate) fn pixel_count(&self) -> u64 {
+        self.width() as u64 * self.height() as u64
+    }
+
     /// The number of pixels with a sum at the end of its range. They may be too dark in the picture. The range of
     /// beauty and lights ends at 9e18, that of lobes and depth at 5.6e14, that of other layers at 2e9.
     pub fn full_pixels(&self) -> usize {
