@@ -136,8 +136,8 @@ impl<V: Lanes> Path<V> {
             }
             Some(reflection) => {
                 let chord = self.s_m * V::splat(1.0 / fiber.kappa.max(f32::MIN_POSITIVE));
-                let escape = quad(self.s_c * minus) * sigma_ca + reflection.ln_escape(chord, self.sin2_t);
-                (pass.exp(), escape.exp())
+                let [escape, ln_kept] = reflection.escape(chord, self.sin2_t);
+                (pass.exp(), escape * (quad(self.s_c * minus) * sigma_ca + ln_kept).exp())
             }
         };
         // D5: Q, the scattered fraction of one pass, is explicit; the distributions are densities.

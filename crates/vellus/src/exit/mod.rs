@@ -26,31 +26,33 @@ use crate::simd::lanes::{Lanes, Quad};
 use crate::simd::special::exp;
 use wide::f32x8;
 
+/// Coefficients of [`table::monomials`], RGB and a spare channel.
+type Polynomial = [[f32; 4]; ENTRIES];
+
 /// The exit of scattered light from one fibre.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reflection {
-    /// The logarithm of the share of scattered light that leaves, a polynomial in the entry: coefficients of
-    /// [`table::monomials`], RGB and a spare channel.
-    escape: [[f32; 4]; ENTRIES],
+    /// The share of scattered light that leaves, without absorption in the medulla on the first path: a polynomial in
+    /// the entry.
+    escape: Polynomial,
+    /// The logarithm of what that absorption leaves. It falls too fast for a polynomial.
+    ln_kept: Polynomial,
     /// The share of it that leaves when it first meets the cuticle.
     first: [f32; 4],
 }
 
 /// Node values to coefficients of [`table::monomials`]: the inverse of their matrix at [`table::NODES`].
 #[rustfmt::skip]
-const COEFFICIENTS: [[f32; ENTRIES]; ENTRIES] = [
-    [ 1.0,  0.0,  0.0,  0.0,  0.0,  0.0,  0.0,  0.0],
-    [-3.0,  4.0, -1.0,  0.0,  0.0,  0.0,  0.0,  0.0],
-    [-3.0,  0.0,  0.0,  4.0,  0.0, -1.0,  0.0,  0.0],
-    [ 2.0, -4.0,  2.0,  0.0,  0.0,  0.0,  0.0,  0.0],
-    [ 5.0, -4.0, -1.0, -4.0,  4.0, -1.0,  4.0, -3.0],
-    [ 2.0,  0.0,  0.0, -4.0,  0.0,  2.0,  0.0,  0.0],
-    [-2.0,  4.0, -2.0,  0.0,  0.0,  2.0, -4.0,  2.0],
-    [-2.0,  0.0,  2.0,  4.0, -4.0, -2.0,  0.0,  2.0],
+const COEFFICIENTS: [f32x8; ENTRIES] = [
+    f32x8::new([ 1.0,  0.0,  0.0,  0.0,  0.0,  0.0,  0.0,  0.0]),
+    f32x8::new([-3.0,  4.0, -1.0,  0.0,  0.0,  0.0,  0.0,  0.0]),
+    f32x8::new([-3.0,  0.0,  0.0,  4.0,  0.0, -1.0,  0.0,  0.0]),
+    f32x8::new([ 2.0, -4.0,  2.0,  0.0,  0.0,  0.0,  0.0,  0.0]),
+    f32x8::new([ 5.0, -4.0, -1.0, -4.0,  4.0, -1.0,  4.0, -3.0]),
+    f32x8::new([ 2.0,  0.0,  0.0, -4.0,  0.0,  2.0,  0.0,  0.0]),
+    f32x8::new([-2.0,  4.0, -2.0,  0.0,  0.0,  2.0, -4.0,  2.0]),
+    f32x8::new([-2.0,  0.0,  2.0,  4.0, -4.0, -2.0,  0.0,  2.0]),
 ];
-
-/// A smaller share of the light does not count.
-const LEAST: f32 = 1e-30;
 
 /// How typical the nodes of the entry are, for the mean share of first exits: chords are long for most offsets, and
 /// θ_t is small for most fibres.
@@ -113,15 +115,16 @@ impl<'a> Chain<'a> {
         Chain { table, rows: table.rows(tau, fiber.g), through, cortex, scattered, again, forward, all_scattered }
     }
 
-    /// The share of scattered light that leaves, and the part of it that leaves at the first encounter, at the nodes
-    /// of the entry. `cortex` is σ_ca, and `medulla` is σ_ma κ.
+    /// At the nodes of the entry: the share of scattered light that leaves and the share that leaves at the first
+    /// encounter, without absorption on the first path, and the logarithm of what that absorption leaves. `cortex` is
+    /// σ_ca, and `medulla` is σ_ma κ.
     #[inline(always)]
-    fn escape(&self, cortex: f32, medulla: f32) -> [f32x8; 2] {
+    fn escape(&self, cortex: f32, medulla: f32) -> [f32x8; 3] {
         let (splat, one) = (f32x8::splat, f32x8::ONE);
         let zero = [f32x8::ZERO; REGISTERS];
-        let (mut chord_keeps, mut kept_first, mut kept) = ([one; REGISTERS], one, 1.0);
+        let (mut chord_keeps, mut ln_kept, mut kept) = ([one; REGISTERS], f32x8::ZERO, 1.0);
         if medulla > 0.0 {
-            kept_first = table::kept(&self.rows, medulla);
+            ln_kept = table::ln_kept(&self.rows, medulla);
             let mut less = zero;
             for r in 0..REGISTERS {
                 chord_keeps[r] = exp(self.table.geometry.chord[r] * splat(-medulla));
@@ -129,7 +132,7 @@ impl<'a> Chain<'a> {
             }
             // The medulla passes diffuse light with the true σ_ms. What the chain does not pass as unscattered must
             // carry the rest.
-            let scattered = (kept_first * DIFFUSE).reduce_add().clamp(0.0, 1.0) * self.all_scattered;
+            let scattered = (exp(ln_kept) * DIFFUSE).reduce_add().clamp(0.0, 1.0) * self.all_scattered;
             kept = ((scattered + sum(&less)) / sum(&self.again)).clamp(0.0, 1.0);
         }
         // V = leaves + stays x.
@@ -161,8 +164,7 @@ impl<'a> Chain<'a> {
             all = self.rows[state].mul_add(splat(value[state]), all);
             at_first = self.rows[state].mul_add(splat(first[state]), at_first);
         }
-        let limited = |x: f32x8| x.fast_max(f32x8::ZERO).fast_min(one) * kept_first;
-        [limited(all), limited(at_first)]
+        [all, at_first, ln_kept]
     }
 }
 
@@ -170,38 +172,43 @@ impl Reflection {
     /// The medulla must scatter.
     pub fn new(fiber: &Fiber, table: &ExitTable) -> Self {
         let chain = Chain::new(fiber, table);
-        let mut reflection = Reflection { escape: [[0.0; 4]; ENTRIES], first: [0.0; 4] };
+        let none = [[0.0; 4]; ENTRIES];
+        let mut reflection = Reflection { escape: none, ln_kept: none, first: [0.0; 4] };
         for channel in 0..3 {
             let [cortex, medulla] = [fiber.sigma_ca[channel], fiber.sigma_ma[channel]];
             // Grey fibres are common, and the channels are the slow part.
             if channel > 0 && [cortex, medulla] == [fiber.sigma_ca[channel - 1], fiber.sigma_ma[channel - 1]] {
-                reflection.escape.iter_mut().for_each(|e| e[channel] = e[channel - 1]);
+                let polynomials = [&mut reflection.escape, &mut reflection.ln_kept];
+                polynomials.into_iter().flatten().for_each(|e| e[channel] = e[channel - 1]);
                 reflection.first[channel] = reflection.first[channel - 1];
                 continue;
             }
-            let [all, first] = chain.escape(cortex, medulla * fiber.kappa);
-            let [total, at_first] = [all, first].map(|x| (x * TYPICAL).reduce_add());
+            let [all, first, ln_kept] = chain.escape(cortex, medulla * fiber.kappa);
+            let [total, at_first] = [all, first].map(|x| (x * exp(ln_kept) * TYPICAL).reduce_add());
             reflection.first[channel] = (at_first / total.max(f32::MIN_POSITIVE)).min(1.0);
-            let nodes = all.fast_max(f32x8::splat(LEAST)).ln().to_array();
-            for (e, row) in reflection.escape.iter_mut().zip(COEFFICIENTS) {
-                e[channel] = row.iter().zip(nodes).map(|(k, node)| k * node).sum();
+            for (polynomial, nodes) in [(&mut reflection.escape, all), (&mut reflection.ln_kept, ln_kept)] {
+                for (coefficient, row) in polynomial.iter_mut().zip(COEFFICIENTS) {
+                    coefficient[channel] = (row * nodes).reduce_add();
+                }
             }
         }
         reflection
     }
 
-    /// The logarithm of the share of scattered light that leaves, for the chord √(1 − h″²) and sin²θ_t of its entry.
+    /// The share of scattered light that leaves, and the logarithm of a further factor, for the chord √(1 − h″²) and
+    /// sin²θ_t of its entry.
     #[inline(always)]
-    pub fn ln_escape<V: Lanes>(&self, chord: V, sin2: V) -> V::Quad {
-        let e = self.escape.map(V::Quad::constant);
+    pub fn escape<V: Lanes>(&self, chord: V, sin2: V) -> [V::Quad; 2] {
         let c = V::Quad::splat(chord);
         let y = V::Quad::splat(sin2 * V::splat(1.0 / MAX_SIN2 as f32));
-        let straight = e[0] + c * (e[1] + c * e[3]);
-        let inclined = e[2] + c * (e[4] + c * e[6]) + y * (e[5] + c * e[7]);
-        let all = straight + y * inclined;
+        let at = |polynomial: &Polynomial| {
+            let e = polynomial.map(V::Quad::constant);
+            let straight = e[0] + c * (e[1] + c * e[3]);
+            straight + y * (e[2] + c * (e[4] + c * e[6]) + y * (e[5] + c * e[7]))
+        };
         // Polynomials overshoot.
-        let zero = V::Quad::constant([0.0; 4]);
-        zero - (zero - all).max(zero)
+        let [zero, one] = [0.0, 1.0].map(|x| V::Quad::constant([x; 4]));
+        [one - (one - at(&self.escape).max(zero)).max(zero), zero - (zero - at(&self.ln_kept)).max(zero)]
     }
 
     /// The share of escaping light that leaves when it first meets the cuticle.
@@ -221,7 +228,7 @@ mod tests {
         for (i, [c, y]) in NODES.into_iter().enumerate() {
             let basis = monomials(c, y);
             for k in 0..ENTRIES {
-                let value: f64 = (0..ENTRIES).map(|m| basis[m] * f64::from(COEFFICIENTS[m][k])).sum();
+                let value: f64 = (0..ENTRIES).map(|m| basis[m] * f64::from(COEFFICIENTS[m].to_array()[k])).sum();
                 assert!((value - f64::from(u8::from(i == k))).abs() < 1e-12, "{i} {k}: {value}");
             }
         }

@@ -9,7 +9,6 @@ use crate::exit::cone::Cone;
 use crate::exit::states::{Geometry, STATES};
 use crate::medulla::grid;
 use crate::medulla::mixture::Between;
-use crate::simd::special::exp;
 use half::f16;
 use std::sync::OnceLock;
 use wide::f32x8;
@@ -149,12 +148,12 @@ impl ExitTable {
     }
 }
 
-/// What absorption in the medulla leaves of the light of each entry. `a` is σ_ma κ.
+/// The logarithm of what absorption in the medulla leaves of the light of each entry. `a` is σ_ma κ.
 #[inline(always)]
-pub(crate) fn kept(rows: &[f32x8; ROWS], a: f32) -> f32x8 {
+pub(crate) fn ln_kept(rows: &[f32x8; ROWS], a: f32) -> f32x8 {
     let at = Between::new(absorption_position(a), ABSORPTIONS);
     let [low, high] = [rows[STATES + at.index], rows[STATES + at.index + 1]];
-    exp((high - low).mul_add(f32x8::splat(at.t), low) * f32x8::splat(-a))
+    (high - low).mul_add(f32x8::splat(at.t), low) * f32x8::splat(-a)
 }
 
 #[cfg(test)]
