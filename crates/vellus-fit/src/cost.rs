@@ -49,7 +49,7 @@ impl<'a> Cost<'a> {
     /// infinite if the model refuses the fibre, which does not happen within the bounds.
     pub fn residuals(&self, u: &[f64]) -> Vec<f64> {
         self.evaluations.fetch_add(self.directions.len() as u64, Ordering::Relaxed);
-        let (specimen, theta_o, scale) = assemble(&self.space.parameters, &self.space.values(u));
+        let (specimen, theta_o, scale) = assemble(self.space.exit, &self.space.parameters, &self.space.values(u));
         let mut values = vec![[0.0; 3]; self.directions.len()];
         if self.forward.values_with(&self.recent, &specimen, theta_o, &self.directions, &mut values).is_err() {
             return vec![f64::INFINITY; self.offsets.len()];

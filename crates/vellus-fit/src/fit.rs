@@ -50,7 +50,8 @@ pub fn fit(profile: &Profile, forward: Forward, options: &Options, progress: &dy
     if options.starts == 0 {
         return Err(Error::Parameter("starts = 0 is out of range: it must be at least 1".to_owned()));
     }
-    let mut space = Space::new(forward, profile.channels, profile.theta_o, &options.requests)?;
+    let mut space =
+        Space::new(forward, profile.channels, profile.theta_o, &options.requests)?.with_exit(options.exit)?;
     for (roughness, axis) in
         [(Parameter::BetaM, profile.axis(|p| p.theta)), (Parameter::BetaN, profile.axis(|p| p.phi))]
     {
@@ -164,7 +165,7 @@ fn describe(
     outside: Outside,
 ) -> Fit {
     let values = space.values(&best.u);
-    let (specimen, theta_o, scale) = assemble(&space.parameters, &values);
+    let (specimen, theta_o, scale) = assemble(space.exit, &space.parameters, &values);
     let name = |column: usize| space.lead(column).name.clone();
     let estimate = |i: usize| {
         let p = &space.parameters[i];

@@ -30,6 +30,7 @@ mod outcome;
 pub mod parameters;
 mod profile;
 mod read;
+mod refit;
 pub mod simulate;
 pub mod space;
 mod specimen;
@@ -46,6 +47,7 @@ pub use outcome::{Combination, Correlations, Estimate, Fit, Rival, Starts, State
 pub use parameters::Name;
 pub use profile::{FEWEST, LARGEST, Point, Profile, Quantity};
 pub use read::{Angles, Axis, Reading, read};
+pub use refit::{Refit, refit};
 pub use simulate::Synthetic;
 pub use space::Requests;
 pub use specimen::Specimen;

@@ -1,6 +1,7 @@
 //! The options of a fit.
 
 use crate::space::Requests;
+use vellus::Exit;
 
 /// The options of [`fit`](crate::fit()).
 #[derive(Clone, Debug)]
@@ -14,13 +15,16 @@ pub struct Options {
     /// Huber's k, at least 1: the loss is linear instead of quadratic for residuals above k times the noise. Infinity
     /// gives plain least squares.
     pub huber: f64,
+    /// How scattered light leaves the fitted fibre. Only [`ModelKind::Vellus`](vellus_models::ModelKind::Vellus) has
+    /// [`Exit::Reflecting`].
+    pub exit: Exit,
 }
 
 impl Default for Options {
-    /// 32 starts, the seed 1, and k = 4.
+    /// 32 starts, the seed 1, k = 4, and the open exit.
     fn default() -> Self {
         // If the model cannot match the data, the highlights have the largest residuals. They must keep some weight:
         // with k = 2.5 the NRMSE of whole fibres is up to 1.6 percentage points worse.
-        Options { requests: Requests::default(), starts: 32, seed: 1, huber: 4.0 }
+        Options { requests: Requests::default(), starts: 32, seed: 1, huber: 4.0, exit: Exit::Open }
     }
 }

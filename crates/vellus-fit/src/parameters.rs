@@ -4,8 +4,8 @@ use crate::error::Error;
 use crate::specimen::Specimen;
 use std::fmt;
 use std::str::FromStr;
-use vellus::Fiber;
 use vellus::Parameter as FiberParameter;
+use vellus::{Exit, Fiber};
 
 /// The variable u that a fit uses for a parameter x. Errors are nearly symmetric in u, and a step of u has about the
 /// same effect everywhere.
@@ -179,9 +179,9 @@ pub(crate) fn habits(parameter: FiberParameter) -> Option<([f64; 2], Curve, f64)
 }
 
 /// Converts the values of `parameters` to a fibre, the inclination of ω_o in degrees, and the scale.
-pub(crate) fn assemble(parameters: &[Parameter], values: &[f64]) -> (Specimen, f64, f64) {
+pub(crate) fn assemble(exit: Exit, parameters: &[Parameter], values: &[f64]) -> (Specimen, f64, f64) {
     // Parameters that the model does not have keep the values of a hair without medulla.
-    let mut fiber = Fiber::hair();
+    let mut fiber = Fiber::hair().with_exit(exit);
     let mut eta_m = None;
     let (mut theta_o, mut scale) = (0.0, 1.0);
     for (p, &x) in parameters.iter().zip(values) {

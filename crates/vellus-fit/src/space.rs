@@ -3,6 +3,8 @@
 use crate::error::Error;
 use crate::forward::Forward;
 use crate::parameters::{Kind, Name, Parameter};
+use vellus::Exit;
+use vellus_models::ModelKind;
 
 /// Where the value of a parameter comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,6 +69,8 @@ fn pair<'a>(text: &'a str, expected: &str) -> Result<(Name, &'a str), Error> {
 pub struct Space {
     /// The model.
     pub model: Forward,
+    /// How scattered light leaves the fibre.
+    pub exit: Exit,
     /// All parameters.
     pub parameters: Vec<Parameter>,
     /// Where the value of each comes from.
@@ -183,7 +187,19 @@ impl Space {
         if leads.is_empty() {
             return Err(Error::Parameter("every parameter is fixed: there is nothing to fit".to_owned()));
         }
-        Ok(Space { model, parameters, sources, leads, bounds })
+        Ok(Space { model, exit: Exit::Open, parameters, sources, leads, bounds })
+    }
+
+    /// The same parameters for a fibre that scattered light leaves in another way.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for [`Exit::Reflecting`] and a model that does not have it.
+    pub fn with_exit(self, exit: Exit) -> Result<Self, Error> {
+        if exit == Exit::Reflecting && self.model.kind() != ModelKind::Vellus {
+            let model = self.model.kind();
+            return Err(Error::Parameter(format!("{model} has no exit '{exit}': only {} has", ModelKind::Vellus)));
+        }
+        Ok(Space { exit, ..self })
     }
 
     /// The parameter that a variable is named after.

@@ -9,6 +9,7 @@ use crate::say::note;
 use crate::terminal::Terminal;
 use anyhow::{Context, Error, Result, bail};
 use std::path::{Path, PathBuf};
+use vellus::Exit;
 use vellus_fit::{Angles, Axis, Forward, Options, Quantity, Reading, Requests};
 use vellus_models::ModelKind;
 use vellus_open::FiberFormat;
@@ -34,6 +35,16 @@ pub struct Args {
     /// eta_m. The last two have no medulla.
     #[arg(long, default_value = "vellus", value_name = "NAME")]
     model: ModelKind,
+    /// How scattered light leaves the fitted fibre: open (the cuticle does not reflect it, as in the paper), or
+    /// reflecting (as in a simulated fibre). Only vellus has both. The written fibre contains it.
+    #[arg(
+        long,
+        value_parser = one_of::<Exit>(Exit::ALL.map(Exit::name)),
+        default_value = "open",
+        value_name = "EXIT",
+        conflicts_with = "simulate"
+    )]
+    exit: Exit,
     /// File to write: the fibre (.toml), or the synthetic measurement (.txt, .csv).
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -125,7 +136,7 @@ impl Args {
         if huber.is_nan() || huber < 1.0 {
             bail!("--huber {huber} is out of range: it must be at least 1");
         }
-        Ok(Options { requests, starts: self.starts.map_or(default.starts, |n| n as usize), seed: self.seed, huber })
+        Ok(Options { requests, starts: self.starts.map_or(default.starts, |n| n as usize), seed: self.seed, huber, exit: self.exit })
     }
 
     /// The page of the report.

@@ -113,7 +113,7 @@ impl Draw for Profiles<'_> {
             "{what} in the measurement's unit{averaged}, θ_o = {:.1}°; by {}: NRMSE {:.2} %, of logarithms {:.2} %; \
              grey: missing",
             fit.theta_o,
-            fit.model,
+            self.0.model(),
             100.0 * fit.nrmse,
             100.0 * fit.log_nrmse
         );
@@ -218,7 +218,7 @@ impl Draw for Slices<'_> {
     where
         DB::ErrorType: 'static,
     {
-        let area = titled(area, &format!("points: measured; curves: fitted by {}", self.0.fit.model), 21.0)?;
+        let area = titled(area, &format!("points: measured; curves: fitted by {}", self.0.model()), 21.0)?;
         for (over_phi, place) in [true, false].into_iter().zip(area.split_evenly((2, 1))) {
             self.panel(&place, over_phi)?;
         }

@@ -42,7 +42,7 @@ fn page(summary: &Summary, origin: &str) -> String {
     let name = summary.path.file_name().map_or(String::new(), |n| n.to_string_lossy().into_owned());
     let title = format!(
         "Fit of {name} by {}{}{}",
-        fit.model,
+        summary.model(),
         if fit.interrupted { " (interrupted: the best so far)" } else { "" },
         if fit.no_fit.is_some() { " (no fit)" } else { "" }
     );

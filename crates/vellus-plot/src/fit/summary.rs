@@ -3,7 +3,9 @@
 use crate::text;
 use serde_json::{Map, Value, json};
 use std::path::Path;
+use vellus::Exit;
 use vellus_fit::{Estimate, Fit, NOISE_LIKE, Profile, Starts, State};
+use vellus_models::ModelKind;
 
 /// A difference in χ² of three standard errors.
 const SIGNIFICANT: f64 = 9.0;
@@ -82,6 +84,17 @@ impl Summary<'_> {
         format!("{much} of the variation of the logarithms")
     }
 
+    /// How scattered light leaves the fitted fibre, for a model that has more than one way.
+    fn exit(&self) -> Option<Exit> {
+        (self.fit.model == ModelKind::Vellus).then_some(self.fit.specimen.fiber.exit)
+    }
+
+    /// The model, and how scattered light leaves the fibre.
+    pub(super) fn model(&self) -> String {
+        let exit = self.exit().map(|exit| format!(", {exit} exit"));
+        format!("{}{}", self.fit.model, exit.unwrap_or_default())
+    }
+
     /// The reason why the fit says nothing about the fibre, or `None` if it does.
     pub fn no_fit(&self) -> Option<String> {
         let fit = self.fit;
@@ -147,7 +160,7 @@ impl Summary<'_> {
             n => format!("; {n} of them counted for less"),
         };
         vec![
-            ("model".to_owned(), fit.model.to_string()),
+            ("model".to_owned(), self.model()),
             (
                 "profile".to_owned(),
                 format!(
@@ -227,7 +240,13 @@ impl Summary<'_> {
             let name = line.split_once(" = ").map_or("", |(name, _)| name);
             let of = |e: &&Estimate| e.name.split('.').next() == Some(name);
             let notes: Vec<String> = self.fit.estimates.iter().filter(of).map(note).collect();
-            let notes = if notes.is_empty() { format!("{} has none", self.fit.model) } else { notes.join("; ") };
+            let notes = if name == "exit" {
+                "given".to_owned()
+            } else if notes.is_empty() {
+                format!("{} has none", self.fit.model)
+            } else {
+                notes.join("; ")
+            };
             text += &format!("{line}  # {notes}\n");
         }
         text
@@ -259,6 +278,7 @@ impl Summary<'_> {
         json!({
             "vellus_version": env!("CARGO_PKG_VERSION"),
             "model": fit.model.name(),
+            "exit": self.exit().map(Exit::name),
             "interrupted": fit.interrupted,
             "profile": {"file": self.path, "points": profile.points.len(), "missing": profile.missing.len(),
                 "channels": profile.channels, "quantity": profile.quantity.name(), "range": profile.range()},

@@ -1,0 +1,134 @@
+//! Fits a fibre to the far field of another fibre that scattered light leaves in a different way.
+//!
+//! Yan17 Table 4 was fitted to measurements with the open exit. The same numbers give a darker fibre with the reflecting
+//! exit. The measurements are not public, so the far field of the published fibre takes their place.
+
+use crate::cost::Cost;
+use crate::error::Error;
+use crate::fit::errors;
+use crate::forward::Forward;
+use crate::least_squares::{Difference, Minimum, Problem};
+use crate::parameters::{Name, assemble, values_of};
+use crate::profile::Profile;
+use crate::simulate::{Synthetic, from_model};
+use crate::space::{Requests, Space};
+use rayon::prelude::*;
+use vellus::{Bcsdf, Exit, Fiber, Parameter};
+use vellus_io::Progress;
+use vellus_models::energies;
+
+/// The inclinations of ω_o whose profiles are fitted, degrees.
+pub const INCLINATIONS: [f64; 3] = [0.0, 30.0, 60.0];
+
+/// The parameters that are fitted. The others describe the cuticle and its highlight, and keep their values.
+const FITTED: [Parameter; 5] =
+    [Parameter::Kappa, Parameter::SigmaCa, Parameter::SigmaMs, Parameter::SigmaMa, Parameter::G];
+
+/// The residual of the logarithm of an albedo counts as much as this share of the residuals of its profile.
+const ALBEDO: f64 = 1.0;
+
+/// Factors on the three σ and values of g of the starts.
+const STARTS: ([f64; 3], [f32; 3]) = ([1.0, 0.5, 0.1], [0.1, 0.4, 0.7]);
+
+/// The result of [`refit`].
+#[derive(Clone, Debug)]
+pub struct Refit {
+    /// The fitted fibre.
+    pub fiber: Fiber,
+    /// For each of [`INCLINATIONS`], the NRMSE of its profile, as in [`Fit::nrmse`](crate::Fit::nrmse).
+    pub nrmse: [f64; 3],
+    /// For each of [`INCLINATIONS`], the RMS of the log-ratios of its profile.
+    pub log_ratio: [f64; 3],
+    /// For each of [`INCLINATIONS`], the total albedo of the target and of the fitted fibre.
+    pub albedo: [[f64; 2]; 3],
+}
+
+/// The total albedo of a fibre for ω_o at `theta` degrees, averaged over its width. The first channel.
+fn albedo(fiber: &Fiber, theta: f64) -> Result<f64, Error> {
+    let model = Bcsdf::new(fiber)?;
+    Ok(energies(&model, theta, None).iter().map(|lobe| lobe[0]).sum())
+}
+
+/// Fits a fibre with the given exit to the far field of `target`. The profiles are absolute and cover the sphere in
+/// steps of 8° and 6°, at three inclinations. κ, g and the three σ are fitted. The refractive index and the cuticle
+/// stay.
+///
+/// # Errors
+/// [`Error::Fiber`] for a fibre out of range. [`Error::Parameter`] for a fibre whose parameters no fit has.
+pub fn refit(target: &Fiber, exit: Exit, progress: &dyn Progress) -> Result<Refit, Error> {
+    let forward = Forward::default();
+    let mut requests = Requests::default();
+    for p in forward.parameters(1) {
+        let crate::parameters::Kind::Fiber(parameter, _) = p.kind else { continue };
+        if !FITTED.contains(&parameter) {
+            requests.fix.push((Name::Fiber(parameter, None), vec![values_of(&[p], target, 0.0, 1.0)[0]]));
+        }
+    }
+    requests.fix.push((Name::Scale, vec![1.0]));
+    let mut profiles: Vec<(Profile, Space, f64)> = Vec::new();
+    for theta_o in INCLINATIONS {
+        let gantry = Synthetic {
+            theta_o,
+            theta: [-80.0, 80.0],
+            phi: [0.0, 180.0],
+            step: [8.0, 6.0],
+            noise: 0.0,
+            gaps: 0.0,
+            ..Synthetic::default()
+        };
+        let profile = from_model(forward, &(*target).into(), &gantry)?;
+        let space = Space::new(forward, 1, theta_o, &requests)?.with_exit(exit)?;
+        profiles.push((profile, space, albedo(target, theta_o)?));
+    }
+    let all = |profile: &Profile| (0..profile.points.len()).collect::<Vec<_>>();
+    let costs: Vec<Cost> = profiles.iter().map(|(p, space, _)| Cost::new(p, &all(p), space, forward)).collect();
+    let space = &profiles[0].1;
+    let fiber_at = |u: &[f64]| assemble(exit, &space.parameters, &space.values(u)).0.fiber;
+    let residuals = |u: &[f64]| -> Vec<f64> {
+        let fiber = fiber_at(u);
+        let parts = costs.iter().zip(&profiles).map(|(cost, (profile, space, target))| {
+            let mut part = cost.residuals(u);
+            let weight = (ALBEDO * profile.points.len() as f64).sqrt();
+            let theta_o = space.values(u)[space.parameters.len() - 2];
+            part.push(albedo(&fiber, theta_o).map_or(f64::INFINITY, |a| weight * (a / target).ln()));
+            part
+        });
+        parts.flatten().collect()
+    };
+    let steps: Vec<f64> = space.leads.iter().map(|&lead| space.parameters[lead].step).collect();
+    let problem =
+        Problem { bounds: &space.bounds, steps: &steps, residuals: &residuals, huber: f64::INFINITY, progress };
+    let starts: Vec<Fiber> = STARTS
+        .0
+        .into_iter()
+        .flat_map(|factor| STARTS.1.map(|g| (factor, g)))
+        .map(|(factor, g)| {
+            let less = |sigma: [f32; 3]| sigma.map(|s| s * factor as f32);
+            Fiber { sigma_ca: less(target.sigma_ca), sigma_ma: less(target.sigma_ma), g, ..*target }
+        })
+        .collect();
+    let minima: Vec<Minimum> = starts
+        .par_iter()
+        .map(|start| {
+            let u = space.variables(&values_of(&space.parameters, start, 0.0, 1.0));
+            problem.minimise(&u, Difference::Central, 100)
+        })
+        .collect();
+    let loss = |m: &Minimum| m.residuals.iter().map(|r| r * r).sum::<f64>();
+    let best = minima.iter().min_by(|a, b| loss(a).total_cmp(&loss(b)));
+    let Some(best) = best else { return Err(Error::Profile("no descent ended".to_owned())) };
+    let fiber = fiber_at(&best.u);
+    let mut result = Refit { fiber, nrmse: [0.0; 3], log_ratio: [0.0; 3], albedo: [[0.0; 2]; 3] };
+    let mut rest = best.residuals.as_slice();
+    for (i, (profile, _, target)) in profiles.iter().enumerate() {
+        let (part, next) = rest.split_at(profile.points.len() + 1);
+        rest = next;
+        let fitted: Vec<[f64; 3]> =
+            profile.points.iter().zip(part).map(|(p, r)| p.value.map(|value| value * r.exp())).collect();
+        result.nrmse[i] = errors(profile, &fitted).0;
+        let squares: f64 = part[..profile.points.len()].iter().map(|r| r * r).sum();
+        result.log_ratio[i] = (squares / profile.points.len() as f64).sqrt();
+        result.albedo[i] = [*target, albedo(&fiber, INCLINATIONS[i])?];
+    }
+    Ok(result)
+}
