@@ -24,11 +24,21 @@ pub const INCLINATIONS: [f64; 3] = [0.0, 30.0, 60.0];
 const FITTED: [Parameter; 5] =
     [Parameter::Kappa, Parameter::SigmaCa, Parameter::SigmaMs, Parameter::SigmaMa, Parameter::G];
 
-/// The residual of the logarithm of an albedo counts as much as this share of the residuals of its profile.
-const ALBEDO: f64 = 1.0;
+/// The residual of a brightness counts as much as this share of the residuals of a profile.
+const BRIGHTNESS: f64 = 1.0;
+
+/// Absorptions of the cortex with which the fibres must have the same brightness, too.
+const PIGMENTS: [f32; 3] = [0.1, 0.4, 1.2];
+
+/// The share of light that a thick coat of fibres with this albedo reflects, if they scatter light evenly: that of a
+/// half space in the two-flux approximation. It is more sensitive to a high albedo than the albedo itself.
+fn brightness(albedo: f64) -> f64 {
+    let s = (1.0 - albedo.min(1.0)).sqrt();
+    (1.0 - s) / (1.0 + s)
+}
 
 /// Factors on the three σ and values of g of the starts.
-const STARTS: ([f64; 3], [f32; 3]) = ([1.0, 0.5, 0.1], [0.1, 0.4, 0.7]);
+const STARTS: ([f64; 2], [f32; 2]) = ([1.0, 0.3], [0.2, 0.6]);
 
 /// The result of [`refit`].
 #[derive(Clone, Debug)]
@@ -65,7 +75,7 @@ pub fn refit(target: &Fiber, exit: Exit, progress: &dyn Progress) -> Result<Refi
         }
     }
     requests.fix.push((Name::Scale, vec![1.0]));
-    let mut profiles: Vec<(Profile, Space, f64)> = Vec::new();
+    let mut profiles: Vec<(Profile, Space, Vec<f64>)> = Vec::new();
     for theta_o in INCLINATIONS {
         let gantry = Synthetic {
             theta_o,
@@ -78,7 +88,10 @@ pub fn refit(target: &Fiber, exit: Exit, progress: &dyn Progress) -> Result<Refi
         };
         let profile = from_model(forward, &(*target).into(), &gantry)?;
         let space = Space::new(forward, 1, theta_o, &requests)?.with_exit(exit)?;
-        profiles.push((profile, space, albedo(target, theta_o)?));
+        let pigments = PIGMENTS.map(|x| target.with_absorption([x; 3]));
+        let fibers = std::iter::once(*target).chain(pigments);
+        let albedos = fibers.map(|f| albedo(&f, theta_o)).collect::<Result<Vec<f64>, _>>()?;
+        profiles.push((profile, space, albedos));
     }
     let all = |profile: &Profile| (0..profile.points.len()).collect::<Vec<_>>();
     let costs: Vec<Cost> = profiles.iter().map(|(p, space, _)| Cost::new(p, &all(p), space, forward)).collect();
@@ -86,11 +99,16 @@ pub fn refit(target: &Fiber, exit: Exit, progress: &dyn Progress) -> Result<Refi
     let fiber_at = |u: &[f64]| assemble(exit, &space.parameters, &space.values(u)).0.fiber;
     let residuals = |u: &[f64]| -> Vec<f64> {
         let fiber = fiber_at(u);
-        let parts = costs.iter().zip(&profiles).map(|(cost, (profile, space, target))| {
+        let parts = costs.iter().zip(&profiles).map(|(cost, (profile, _, target))| {
             let mut part = cost.residuals(u);
-            let weight = (ALBEDO * profile.points.len() as f64).sqrt();
-            let theta_o = space.values(u)[space.parameters.len() - 2];
-            part.push(albedo(&fiber, theta_o).map_or(f64::INFINITY, |a| weight * (a / target).ln()));
+            let weight = (BRIGHTNESS * profile.points.len() as f64).sqrt();
+            let ratio = |fiber: &Fiber, target: f64| {
+                albedo(fiber, profile.theta_o).map_or(f64::INFINITY, |a| weight * (brightness(a) / target).ln())
+            };
+            part.push(ratio(&fiber, brightness(target[0])));
+            for (pigment, target) in PIGMENTS.into_iter().zip(&target[1..]) {
+                part.push(ratio(&fiber.with_absorption([pigment; 3]), brightness(*target)));
+            }
             part
         });
         parts.flatten().collect()
@@ -121,14 +139,14 @@ pub fn refit(target: &Fiber, exit: Exit, progress: &dyn Progress) -> Result<Refi
     let mut result = Refit { fiber, nrmse: [0.0; 3], log_ratio: [0.0; 3], albedo: [[0.0; 2]; 3] };
     let mut rest = best.residuals.as_slice();
     for (i, (profile, _, target)) in profiles.iter().enumerate() {
-        let (part, next) = rest.split_at(profile.points.len() + 1);
+        let (part, next) = rest.split_at(profile.points.len() + 1 + PIGMENTS.len());
         rest = next;
         let fitted: Vec<[f64; 3]> =
             profile.points.iter().zip(part).map(|(p, r)| p.value.map(|value| value * r.exp())).collect();
         result.nrmse[i] = errors(profile, &fitted).0;
         let squares: f64 = part[..profile.points.len()].iter().map(|r| r * r).sum();
         result.log_ratio[i] = (squares / profile.points.len() as f64).sqrt();
-        result.albedo[i] = [*target, albedo(&fiber, INCLINATIONS[i])?];
+        result.albedo[i] = [target[0], albedo(&fiber, INCLINATIONS[i])?];
     }
     Ok(result)
 }
