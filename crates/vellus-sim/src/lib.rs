@@ -6,6 +6,8 @@
 //! - [`resume`]: the same, and continues after an interruption.
 //! - [`check`]: compares a table with new simulations.
 //! - [`mod@energies`]: energies of the paths through a whole fibre, as a reference for the model.
+//! - [`mod@exits`]: the light that the medulla of a whole fibre scattered, at its first and at later encounters with the
+//!   cuticle.
 //! - [`mod@profile`]: the far field of a whole fibre with a rough cuticle, as a gonioreflectometer measures it.
 //!
 //! ```
@@ -24,6 +26,7 @@ pub mod build;
 pub mod check;
 pub mod compress;
 pub mod energies;
+pub mod exits;
 pub mod medulla;
 pub mod profile;
 pub mod resume;
