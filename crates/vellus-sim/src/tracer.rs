@@ -226,7 +226,12 @@ impl Tracer {
             // After total reflection by a smooth cuticle, a path that misses the medulla repeats forever. The fibre
             // guides what the cortex does not absorb.
             if exit.f >= 1.0 && missed && self.surface == Surface::SMOOTH {
-                record(Fate::Guided, encounter, d, [0, 1, 2].map(|c| if self.sigma_ca[c] == 0.0 { energy[c] } else { 0.0 }));
+                record(
+                    Fate::Guided,
+                    encounter,
+                    d,
+                    [0, 1, 2].map(|c| if self.sigma_ca[c] == 0.0 { energy[c] } else { 0.0 }),
+                );
                 return;
             }
             let left = energy[0].max(energy[1]).max(energy[2]);

@@ -1,7 +1,7 @@
 //! The near field: a fibre hit at one offset, or eight such hits.
 
 use crate::cylinder::azimuthal::wrap;
-use crate::cylinder::frame::{Frame, Outgoing, Polar, is_unit};
+use crate::cylinder::frame::{Frame, Outgoing, Polar, inside, is_unit};
 use crate::cylinder::longitudinal::Centres;
 use crate::cylinder::path::{Path, lobe_probabilities};
 use crate::lobe::{Lobe, Lobes, Sample};
@@ -28,8 +28,7 @@ impl Scattered {
     /// the axis.
     #[cold]
     #[inline(never)]
-    fn mirrored(&self, medulla: &Medulla, theta_i: f32, phi: [f32; 2]) -> [f32; 2] {
-        let [backward, forward] = medulla.longitudinal(&self.inclination, theta_i);
+    fn mirrored(&self, medulla: &Medulla, [backward, forward]: [f32; 2], phi: [f32; 2]) -> [f32; 2] {
         phi.map(|phi| {
             let m = backward + (forward - backward) * (phi.abs() * (1.0 / PI));
             m * medulla.azimuthal(&self.azimuth, phi)
@@ -77,7 +76,7 @@ impl<'b, V: Lanes> NearHit<'b, V> {
                     let azimuth = prepared.medulla.azimuth(&pass, angle);
                     Scattered {
                         azimuth,
-                        inclination: prepared.medulla.inclination(path.theta_o.lane(i)),
+                        inclination: prepared.medulla.inclination(path.theta.lane(i)),
                         exists: true,
                         plain: azimuth.turned == 0.0,
                     }
@@ -110,6 +109,12 @@ impl<'b, V: Lanes> NearHit<'b, V> {
         self.probability
     }
 
+    /// A direction in the form that the lobes use.
+    #[inline(always)]
+    fn outgoing(&self, wi: [V; 3]) -> Outgoing<V> {
+        self.frame.refracted(wi, self.prepared.medulla.inverse_eta())
+    }
+
     /// The densities of the six lobes over solid angle.
     #[inline(always)]
     fn densities(&self, o: &Outgoing<V>) -> [V; 6] {
@@ -122,13 +127,14 @@ impl<'b, V: Lanes> NearHit<'b, V> {
             let mut lanes = [[0.0f32; 8]; 2];
             let medulla = &self.prepared.medulla;
             for (i, s) in self.scattered.as_ref().iter().enumerate() {
-                if !s.plain {
-                    if s.exists {
-                        [lanes[0][i], lanes[1][i]] = s.mirrored(medulla, o.theta_i.lane(i), phi.map(|phi| phi.lane(i)));
-                    }
+                if !s.exists {
                     continue;
                 }
-                let [backward, forward] = medulla.longitudinal(&s.inclination, o.theta_i.lane(i));
+                let [backward, forward] = medulla.leaving(&s.inclination, o.theta_i.lane(i), o.sin_i.lane(i));
+                if !s.plain {
+                    [lanes[0][i], lanes[1][i]] = s.mirrored(medulla, [backward, forward], phi.map(|phi| phi.lane(i)));
+                    continue;
+                }
                 for p in 0..2 {
                     let phi = phi[p].lane(i);
                     let m = backward + (forward - backward) * (phi.abs() * (1.0 / PI));
@@ -173,7 +179,7 @@ impl<'b, V: Lanes> NearHit<'b, V> {
     /// f·cos θᵢ of each lobe and pdf(ω_i).
     #[inline(always)]
     fn query(&self, wi: [V; 3]) -> (Lobes<V>, V) {
-        let d = self.densities(&self.frame.outgoing(wi));
+        let d = self.densities(&self.outgoing(wi));
         (self.lobes(&d), self.density(&d))
     }
 }
@@ -206,7 +212,7 @@ impl<V: Lanes> NearHit<'_, V> {
             }
             let relative = prepared.medulla.sample_azimuth(&s.azimuth, u[2]);
             let theta = prepared.medulla.sample_inclination(&s.inclination, wrap(relative), [u[0], u[1]]);
-            (theta.sin_cos(), relative + self.scattered_exit[p - 1].lane(lane))
+            (prepared.medulla.refracted(theta), relative + self.scattered_exit[p - 1].lane(lane))
         };
         let ((sin_i, cos_i), phi) = match lobe {
             Lobe::R | Lobe::Tt | Lobe::Trt => {
@@ -224,7 +230,8 @@ impl<V: Lanes> NearHit<'_, V> {
     #[inline(always)]
     fn complete(&self, sin_i: V, cos_i: V, phi: V, (sin_phi, cos_phi): (V, V)) -> Drawn<V> {
         let wi = self.frame.direction(sin_i, cos_i, (sin_phi, cos_phi));
-        let [theta_i, _] = V::atan2_pair([sin_i, V::splat(0.0)], [cos_i, V::splat(1.0)]);
+        let (sin, cos) = inside(sin_i, cos_i, self.prepared.medulla.inverse_eta());
+        let [theta_i, _] = V::atan2_pair([sin, V::splat(0.0)], [cos, V::splat(1.0)]);
         let d = self.densities(&Outgoing { sin_i, cos_i, theta_i, phi });
         let pdf = self.density(&d);
         // 0/0 if the density underflows: the weight is then 0.
@@ -286,7 +293,7 @@ impl NearHit<'_, f32> {
     #[inline]
     pub fn eval(&self, wi: Vec3) -> Lobes {
         debug_assert!(is_unit(wi), "wi is not a unit vector: {wi}");
-        self.lobes(&self.densities(&self.frame.outgoing(wi.to_array())))
+        self.lobes(&self.densities(&self.outgoing(wi.to_array())))
     }
 
     /// N(φ) of each lobe, RGB.
@@ -303,7 +310,7 @@ impl NearHit<'_, f32> {
     #[inline]
     pub fn pdf(&self, wi: Vec3) -> f32 {
         debug_assert!(is_unit(wi), "wi is not a unit vector: {wi}");
-        self.density(&self.densities(&self.frame.outgoing(wi.to_array())))
+        self.density(&self.densities(&self.outgoing(wi.to_array())))
     }
 
     /// [`NearHit::eval`] and [`NearHit::pdf`] together.

@@ -48,10 +48,18 @@ pub struct Outgoing<V> {
     pub sin_i: V,
     /// cos θᵢ
     pub cos_i: V,
-    /// θᵢ
+    /// θᵢ, or θ′ inside the fibre if it was refracted.
     pub theta_i: V,
     /// φ_i − φ_o
     pub phi: V,
+}
+
+/// sin θ′ and cos θ′ inside a fibre with 1/η = `inverse_eta`, or the same sine and cosine for `None`.
+#[inline(always)]
+pub(crate) fn inside<V: Lanes>(sin: V, cos: V, inverse_eta: Option<f32>) -> (V, V) {
+    let Some(inverse_eta) = inverse_eta else { return (sin, cos) };
+    let (sin, one) = (sin * V::splat(inverse_eta), V::splat(1.0));
+    (sin, ((one - sin) * (one + sin)).max(V::splat(0.0)).sqrt())
 }
 
 impl Frame<f32> {
@@ -74,10 +82,18 @@ impl<V: Lanes> Frame<V> {
 
     /// A direction relative to ω_o.
     #[inline(always)]
-    pub fn outgoing(&self, [x, y, z]: [V; 3]) -> Outgoing<V> {
+    pub fn outgoing(&self, wi: [V; 3]) -> Outgoing<V> {
+        self.refracted(wi, None)
+    }
+
+    /// A direction relative to ω_o, with its inclination inside a fibre of index η. `inverse_eta` is 1/η, or `None` for
+    /// the inclination outside.
+    #[inline(always)]
+    pub(crate) fn refracted(&self, [x, y, z]: [V; 3], inverse_eta: Option<f32>) -> Outgoing<V> {
         let (c, s) = (self.cos, self.sin);
         let cos_i = (y * y + z * z).sqrt();
-        let [phi, theta_i] = V::atan2_pair([z * c - y * s, x], [y * c + z * s, cos_i]);
+        let (sin, cos) = inside(x, cos_i, inverse_eta);
+        let [phi, theta_i] = V::atan2_pair([z * c - y * s, sin], [y * c + z * s, cos]);
         Outgoing { sin_i: x, cos_i, theta_i, phi }
     }
 

@@ -1,5 +1,6 @@
 //! The light scattered by the medulla: C^N, C^M and ⟨L⟩ looked up in the compressed tables.
 
+pub(crate) mod cone;
 #[cfg_attr(not(feature = "unstable"), allow(dead_code, reason = "the tables' makers need all of the grid"))]
 pub mod grid;
 pub(crate) mod mixture;
@@ -8,6 +9,8 @@ pub(crate) mod tables;
 pub(crate) mod weighting;
 
 use crate::fiber::Fiber;
+use crate::fiber::exit::Exit;
+use crate::medulla::cone::{Cone, Cones};
 use crate::medulla::mixture::{Between, Weights, choose, normaliser, product};
 use crate::medulla::tables::{AZIMUTHAL, BACKWARD, FORWARD, Mixture, OFFSETS, Tables};
 use crate::simd::lanes::Lanes;
@@ -25,6 +28,8 @@ pub struct Medulla<'t> {
     g: Between,
     /// The integrals of the backward components, the same for every hit.
     backward_integrals: Weights<BACKWARD>,
+    /// How scattered light leaves through a cuticle that reflects.
+    cone: Option<(Cone, &'t Cones)>,
     /// σ_ms κ
     optical_radius: f32,
     /// g itself.
@@ -50,7 +55,7 @@ pub struct Inclination {
     pub(crate) forward: Weights<FORWARD>,
     /// The factors that make each half integrate to 1.
     pub(crate) scale: [f32; 2],
-    /// |θ_o|: the shift of the forward lobe.
+    /// The shift of the forward lobe: |θ_o|, or |θ_t| if the cuticle refracts scattered light.
     pub(crate) theta: f32,
     /// −1 if θ_o < 0: (θ_o, θᵢ) → (−θ_o, −θᵢ).
     mirror: f32,
@@ -96,13 +101,19 @@ impl<'t> Medulla<'t> {
         // needs the elongation 1/cos θ_t.
         let tau_position = grid::tau_position(f64::from(optical_radius)) as f32;
         let g_rows = &tables.azimuthal.factors[1];
+        let reflects = fiber.exit == Exit::Reflecting && optical_radius > 0.0;
+        let cone = reflects.then(|| (Cone::new(fiber), tables.cones()));
         Medulla {
             tables,
             azimuthal: g_rows.at(on(g_position, g_rows.nodes())),
             backward: collapse(&tables.backward, tau_position, g_position),
             forward: collapse(&tables.forward, tau_position, g_position),
             g: on(g_position, tables.mean_path_nodes[1]),
-            backward_integrals: tables.backward.densities.integrals(0.0),
+            backward_integrals: match &cone {
+                Some((cone, cones)) => cone.backward(cones),
+                None => tables.backward.densities.integrals(0.0),
+            },
+            cone,
             optical_radius,
             anisotropy: fiber.g,
         }
@@ -205,7 +216,23 @@ impl<'t> Medulla<'t> {
         on(angle.abs() * std::f32::consts::FRAC_2_PI, self.tables.azimuthal.factors[2].nodes())
     }
 
-    /// Prepares C^M for θ_o with its sign.
+    /// 1/η if the cuticle refracts scattered light.
+    #[inline(always)]
+    pub(crate) fn inverse_eta(&self) -> Option<f32> {
+        self.cone.as_ref().map(|(cone, _)| cone.inverse_eta)
+    }
+
+    /// The integrals of the forward components, for the inclination `shift` ≥ 0.
+    #[inline(always)]
+    fn forward_integrals(&self, shift: f32) -> Weights<FORWARD> {
+        match &self.cone {
+            Some((cone, cones)) => cone.forward(cones, shift),
+            None => self.tables.forward.densities.integrals(shift),
+        }
+    }
+
+    /// Prepares C^M for the inclination at which light enters, with its sign: θ_o, or θ_t if the cuticle refracts
+    /// scattered light.
     #[inline(always)]
     pub fn inclination(&self, theta: f32) -> Inclination {
         let Tables { backward, forward, .. } = self.tables;
@@ -214,13 +241,12 @@ impl<'t> Medulla<'t> {
         let position = on(shift * (1.0 / grid::THETA_MAX as f32), theta_rows.nodes());
         let w_b = product(&backward.factors[2].at(position), &self.backward);
         let w_f = product(&theta_rows.at(position), &self.forward);
-        Inclination {
-            backward: w_b,
-            forward: w_f,
-            scale: [normaliser(&w_b, &self.backward_integrals), normaliser(&w_f, &forward.densities.integrals(shift))],
-            theta: shift,
-            mirror: 1f32.copysign(theta),
+        let mut scale = [normaliser(&w_b, &self.backward_integrals), normaliser(&w_f, &self.forward_integrals(shift))];
+        if let Some((cone, _)) = &self.cone {
+            // D18: a density in sin θᵢ = η sin θ′.
+            scale = scale.map(|scale| scale * cone.inverse_eta);
         }
+        Inclination { backward: w_b, forward: w_f, scale, theta: shift, mirror: 1f32.copysign(theta) }
     }
 
     /// C^N at azimuth `phi` from straight back, in [−π, π]: a density per radian.
@@ -256,6 +282,29 @@ impl<'t> Medulla<'t> {
         ]
     }
 
+    /// The density in sin θᵢ of light that leaves the fibre, of the backward and the forward half. `theta` is θᵢ, or θ′ if
+    /// the cuticle refracts scattered light.
+    #[inline(always)]
+    pub(crate) fn leaving(&self, s: &Inclination, theta: f32, sin_i: f32) -> [f32; 2] {
+        let density = self.longitudinal(s, theta);
+        match &self.cone {
+            Some((cone, _)) => density.map(|density| density * cone.transmittance(sin_i)),
+            None => density,
+        }
+    }
+
+    /// sin θᵢ and cos θᵢ of light for which [`Medulla::sample_inclination`] drew `theta`.
+    #[inline(always)]
+    pub(crate) fn refracted(&self, theta: f32) -> (f32, f32) {
+        match &self.cone {
+            Some((cone, _)) => {
+                let sin = (cone.eta * theta.sin()).clamp(-1.0, 1.0);
+                (sin, ((1.0 - sin) * (1.0 + sin)).sqrt())
+            }
+            None => theta.sin_cos(),
+        }
+    }
+
     /// Draws an azimuth from straight back, in [−2π, 2π], from C^N. D10: sampling from the tables is exact.
     pub fn sample_azimuth(&self, s: &Azimuth, u: f32) -> f32 {
         s.mirror * self.sample_profile(&s.weights, s.turned, u)
@@ -276,19 +325,26 @@ impl<'t> Medulla<'t> {
         }
     }
 
-    /// Draws θᵢ from C^M for an azimuth `phi` in [−π, π] from straight back: first a half, in proportion to the
+    /// Draws θᵢ, or θ′ if the cuticle refracts scattered light, from C^M for an azimuth `phi` in [−π, π] from straight back: first a half, in proportion to the
     /// interpolation weight, then a component, then the angle.
     pub fn sample_inclination(&self, s: &Inclination, phi: f32, u: [f32; 2]) -> f32 {
         let forward = phi.abs() / PI;
         let theta = if u[0] < forward {
             let densities = &self.tables.forward.densities;
-            let (r, _) = choose(&s.forward, &densities.integrals(s.theta), u[0] / forward);
-            densities.invert(r, u[1], s.theta) - s.theta
+            let (r, _) = choose(&s.forward, &self.forward_integrals(s.theta), u[0] / forward);
+            let delta = match &self.cone {
+                Some((cone, cones)) => cones.forward.invert(densities, cone, r, u[1], s.theta),
+                None => densities.invert(r, u[1], s.theta),
+            };
+            delta - s.theta
         } else {
             let densities = &self.tables.backward.densities;
             let u0 = (u[0] - forward) / (1.0 - forward).max(f32::MIN_POSITIVE);
             let (r, _) = choose(&s.backward, &self.backward_integrals, u0);
-            densities.invert(r, u[1], 0.0)
+            match &self.cone {
+                Some((cone, cones)) => cones.backward.invert(densities, cone, r, u[1], 0.0),
+                None => densities.invert(r, u[1], 0.0),
+            }
         };
         theta * s.mirror
     }
