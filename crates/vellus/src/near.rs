@@ -1,7 +1,7 @@
 //! The near field: a fibre hit at one offset, or eight such hits.
 
 use crate::cylinder::azimuthal::wrap;
-use crate::cylinder::frame::{Frame, Outgoing, Polar, inside, is_unit};
+use crate::cylinder::frame::{Frame, Outgoing, Polar, is_unit};
 use crate::cylinder::longitudinal::Centres;
 use crate::cylinder::path::{Path, lobe_probabilities};
 use crate::lobe::{Lobe, Lobes, Sample};
@@ -28,7 +28,8 @@ impl Scattered {
     /// the axis.
     #[cold]
     #[inline(never)]
-    fn mirrored(&self, medulla: &Medulla, [backward, forward]: [f32; 2], phi: [f32; 2]) -> [f32; 2] {
+    fn mirrored(&self, medulla: &Medulla, [theta_i, transmittance]: [f32; 2], phi: [f32; 2]) -> [f32; 2] {
+        let [backward, forward] = medulla.leaving(&self.inclination, theta_i, transmittance);
         phi.map(|phi| {
             let m = backward + (forward - backward) * (phi.abs() * (1.0 / PI));
             m * medulla.azimuthal(&self.azimuth, phi)
@@ -112,7 +113,7 @@ impl<'b, V: Lanes> NearHit<'b, V> {
     /// A direction in the form that the lobes use.
     #[inline(always)]
     fn outgoing(&self, wi: [V; 3]) -> Outgoing<V> {
-        self.frame.refracted(wi, self.prepared.medulla.inverse_eta())
+        self.frame.refracted(wi, &self.prepared.medulla.refraction)
     }
 
     /// The densities of the six lobes over solid angle.
@@ -126,15 +127,17 @@ impl<'b, V: Lanes> NearHit<'b, V> {
             let phi = [wrap(o.phi - self.scattered_exit[0]), wrap(o.phi - self.scattered_exit[1])];
             let mut lanes = [[0.0f32; 8]; 2];
             let medulla = &self.prepared.medulla;
+            let transmittance = medulla.transmittance(o.sin_i);
             for (i, s) in self.scattered.as_ref().iter().enumerate() {
-                if !s.exists {
-                    continue;
-                }
-                let [backward, forward] = medulla.leaving(&s.inclination, o.theta_i.lane(i), o.sin_i.lane(i));
+                let (theta_i, transmittance) = (o.theta_i.lane(i), transmittance.lane(i));
                 if !s.plain {
-                    [lanes[0][i], lanes[1][i]] = s.mirrored(medulla, [backward, forward], phi.map(|phi| phi.lane(i)));
+                    if s.exists {
+                        let phi = phi.map(|phi| phi.lane(i));
+                        [lanes[0][i], lanes[1][i]] = s.mirrored(medulla, [theta_i, transmittance], phi);
+                    }
                     continue;
                 }
+                let [backward, forward] = medulla.leaving(&s.inclination, theta_i, transmittance);
                 for p in 0..2 {
                     let phi = phi[p].lane(i);
                     let m = backward + (forward - backward) * (phi.abs() * (1.0 / PI));
@@ -230,7 +233,7 @@ impl<V: Lanes> NearHit<'_, V> {
     #[inline(always)]
     fn complete(&self, sin_i: V, cos_i: V, phi: V, (sin_phi, cos_phi): (V, V)) -> Drawn<V> {
         let wi = self.frame.direction(sin_i, cos_i, (sin_phi, cos_phi));
-        let (sin, cos) = inside(sin_i, cos_i, self.prepared.medulla.inverse_eta());
+        let (sin, cos) = self.prepared.medulla.refraction.inside(sin_i, cos_i * cos_i);
         let [theta_i, _] = V::atan2_pair([sin, V::splat(0.0)], [cos, V::splat(1.0)]);
         let d = self.densities(&Outgoing { sin_i, cos_i, theta_i, phi });
         let pdf = self.density(&d);

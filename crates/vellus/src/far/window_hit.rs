@@ -1,6 +1,6 @@
 //! A hit averaged over a window of offsets: the far field and the multi-scale mode (Yan17 Sec. 5).
 
-use crate::cylinder::frame::{Frame, Outgoing, Polar, inside};
+use crate::cylinder::frame::{Frame, Outgoing, Polar};
 use crate::cylinder::longitudinal::Centres;
 use crate::cylinder::path::inverse_eta;
 use crate::far::nodes::{Nodes, PIECES, Piece, divide};
@@ -58,7 +58,7 @@ impl<'b> WindowHit<'b> {
         let polar = Polar::new(self.wo);
         let edge = (fiber.kappa > 0.0).then(|| fiber.kappa / inverse_eta(fiber.eta, polar.cos));
         let through = prepared.medulla.exists().then(|| {
-            let (sin, cos) = inside(polar.sin, polar.cos, prepared.medulla.inverse_eta());
+            let (sin, cos) = prepared.medulla.refraction.inside(polar.sin, polar.cos * polar.cos);
             self.inclination = prepared.medulla.inclination(sin.atan2(cos));
             let sin_t = polar.sin / fiber.eta;
             let elongation = 1.0 / ((1.0 - sin_t) * (1.0 + sin_t)).max(1e-12).sqrt();
@@ -113,7 +113,13 @@ impl<'b> WindowHit<'b> {
     /// A direction in the form that the lobes use.
     #[inline(always)]
     fn outgoing<V: Lanes>(&self, frame: &Frame<V>, wi: [V; 3]) -> Outgoing<V> {
-        frame.refracted(wi, self.prepared.medulla.inverse_eta())
+        frame.refracted(wi, &self.prepared.medulla.refraction)
+    }
+
+    /// The density in sin θᵢ of light that leaves, of the backward and the forward half.
+    #[inline(always)]
+    fn scattered(&self, theta_i: f32, transmittance: f32) -> [f32; 2] {
+        self.prepared.medulla.leaving(&self.inclination, theta_i, transmittance)
     }
 
     /// f·cos θᵢ of the six lobes, RGB, and the largest channel, to which sampling is proportional.
@@ -122,7 +128,7 @@ impl<'b> WindowHit<'b> {
         let prepared = self.prepared;
         let m = prepared.longitudinal.eval(&self.centres, o.sin_i, o.cos_i).to_array();
         let medulla = &prepared.medulla;
-        let c_m = if medulla.exists() { medulla.leaving(&self.inclination, o.theta_i, o.sin_i) } else { [0.0; 2] };
+        let c_m = if medulla.exists() { self.scattered(o.theta_i, medulla.transmittance(o.sin_i)) } else { [0.0; 2] };
         self.around(o.phi, m, c_m)
     }
 
@@ -163,11 +169,11 @@ impl<'b> WindowHit<'b> {
         let medulla = &self.prepared.medulla;
         let m =
             self.prepared.longitudinal.eval(&self.centres.repeated(), o.sin_i, o.cos_i).array().map(f32x8::to_array);
-        let (sin_i, theta_i, phi) = (o.sin_i.to_array(), o.theta_i.to_array(), o.phi.to_array());
+        let transmittance = medulla.transmittance(o.sin_i).to_array();
+        let (theta_i, phi) = (o.theta_i.to_array(), o.phi.to_array());
         let mut lobes = [[[0.0; 8]; 4]; 6];
         for i in 0..8 {
-            let c_m =
-                if medulla.exists() { medulla.leaving(&self.inclination, theta_i[i], sin_i[i]) } else { [0.0; 2] };
+            let c_m = if medulla.exists() { self.scattered(theta_i[i], transmittance[i]) } else { [0.0; 2] };
             let one = self.around(phi[i], m.map(|m| m[i]), c_m).map(f32x4::to_array);
             for p in 0..6 {
                 (0..4).for_each(|c| lobes[p][c][i] = one[p][c]);
@@ -203,7 +209,7 @@ impl<'b> WindowHit<'b> {
     pub fn sample(&self, u: [f32; 5]) -> Option<Sample> {
         let (lobe, sin_i, cos_i, phi) = self.draw(u);
         let wi = Vec3::from_array(self.frame.direction(sin_i, cos_i, phi.sin_cos()));
-        let (sin, cos) = inside(sin_i, cos_i, self.prepared.medulla.inverse_eta());
+        let (sin, cos) = self.prepared.medulla.refraction.inside(sin_i, cos_i * cos_i);
         let lobes = self.lobes(&Outgoing { sin_i, cos_i, theta_i: sin.atan2(cos), phi });
         let total = sum(&lobes);
         let pdf = total.to_array()[3] * self.inverse;

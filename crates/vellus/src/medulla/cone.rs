@@ -61,13 +61,6 @@ impl Cone {
         }
     }
 
-    /// T(s), at least 0.
-    #[inline(always)]
-    pub fn transmittance(&self, sin_i: f32) -> f32 {
-        let square = sin_i * sin_i;
-        (1.0 - self.loss * square * square).max(0.0)
-    }
-
     /// Z of all backward components.
     pub fn backward(&self, cones: &Cones) -> Weights<BACKWARD> {
         let Between { index, t } = self.position;

@@ -8,6 +8,7 @@ pub(crate) mod tables;
 #[cfg(feature = "unstable")]
 pub(crate) mod weighting;
 
+use crate::cylinder::frame::Refraction;
 use crate::fiber::Fiber;
 use crate::fiber::exit::Exit;
 use crate::medulla::cone::{Cone, Cones};
@@ -28,6 +29,10 @@ pub struct Medulla<'t> {
     g: Between,
     /// The integrals of the backward components, the same for every hit.
     backward_integrals: Weights<BACKWARD>,
+    /// How the cuticle refracts scattered light.
+    pub(crate) refraction: Refraction,
+    /// b of its transmittance T(s) = 1 − b s⁴, in [0, 1].
+    loss: f32,
     /// How scattered light leaves through a cuticle that reflects.
     cone: Option<(Cone, &'t Cones)>,
     /// σ_ms κ
@@ -113,6 +118,8 @@ impl<'t> Medulla<'t> {
                 Some((cone, cones)) => cone.backward(cones),
                 None => tables.backward.densities.integrals(0.0),
             },
+            refraction: cone.map_or(Refraction::NONE, |(cone, _)| Refraction::new(cone.inverse_eta)),
+            loss: cone.map_or(0.0, |(cone, _)| cone.loss),
             cone,
             optical_radius,
             anisotropy: fiber.g,
@@ -216,12 +223,6 @@ impl<'t> Medulla<'t> {
         on(angle.abs() * std::f32::consts::FRAC_2_PI, self.tables.azimuthal.factors[2].nodes())
     }
 
-    /// 1/η if the cuticle refracts scattered light.
-    #[inline(always)]
-    pub(crate) fn inverse_eta(&self) -> Option<f32> {
-        self.cone.as_ref().map(|(cone, _)| cone.inverse_eta)
-    }
-
     /// The integrals of the forward components, for the inclination `shift` ≥ 0.
     #[inline(always)]
     fn forward_integrals(&self, shift: f32) -> Weights<FORWARD> {
@@ -275,22 +276,29 @@ impl<'t> Medulla<'t> {
     #[doc(alias = "Eq. 19")]
     #[inline(always)]
     pub fn longitudinal(&self, s: &Inclination, theta_i: f32) -> [f32; 2] {
-        let theta_i = theta_i * s.mirror;
+        self.leaving(s, theta_i, 1.0)
+    }
+
+    /// [`Medulla::longitudinal`] of light that leaves the fibre with this [`Medulla::transmittance`]. `theta` is θᵢ, or θ′
+    /// inside the fibre if the cuticle refracts scattered light.
+    #[inline(always)]
+    pub(crate) fn leaving(&self, s: &Inclination, theta: f32, transmittance: f32) -> [f32; 2] {
+        let theta = theta * s.mirror;
         [
-            s.scale[0] * self.tables.backward.densities.eval(&s.backward, theta_i),
-            s.scale[1] * self.tables.forward.densities.eval(&s.forward, theta_i + s.theta),
+            s.scale[0] * transmittance * self.tables.backward.densities.eval(&s.backward, theta),
+            s.scale[1] * transmittance * self.tables.forward.densities.eval(&s.forward, theta + s.theta),
         ]
     }
 
-    /// The density in sin θᵢ of light that leaves the fibre, of the backward and the forward half. `theta` is θᵢ, or θ′ if
-    /// the cuticle refracts scattered light.
+    /// T(sin θᵢ), at least 0: the factor of C^M for light that leaves the fibre. It is 1 if the cuticle does not reflect
+    /// scattered light.
     #[inline(always)]
-    pub(crate) fn leaving(&self, s: &Inclination, theta: f32, sin_i: f32) -> [f32; 2] {
-        let density = self.longitudinal(s, theta);
-        match &self.cone {
-            Some((cone, _)) => density.map(|density| density * cone.transmittance(sin_i)),
-            None => density,
+    pub(crate) fn transmittance<V: Lanes>(&self, sin_i: V) -> V {
+        if self.loss == 0.0 {
+            return V::splat(1.0);
         }
+        let square = sin_i * sin_i;
+        (V::splat(1.0) - V::splat(self.loss) * (square * square)).max(V::splat(0.0))
     }
 
     /// sin θᵢ and cos θᵢ of light for which [`Medulla::sample_inclination`] drew `theta`.
