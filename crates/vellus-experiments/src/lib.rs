@@ -21,6 +21,7 @@ mod context;
 mod convergence;
 mod cpu_time;
 mod energy;
+mod exit;
 mod grid;
 mod hair;
 mod indices;
