@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use std::sync::{Mutex, OnceLock};
 use vellus_usd::{Options, read};
 
-/// Lets panics pass that a reader catches: libFuzzer's hook would end the program first. An uncaught panic still ends
-/// it. The place of each panic is printed once.
+/// Replaces libFuzzer's panic hook, which would end the program even if a reader catches the panic. An uncaught panic
+/// still ends the program. The place of each panic is printed once.
 pub fn init() {
     static PLACES: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
     std::panic::set_hook(Box::new(|panic| {

@@ -1,6 +1,6 @@
 #![no_main]
-//! Films: checkpoints and sample ranges to merge. This target adds the checksum at the end; without it no input would
-//! get past the check.
+//! Films: checkpoints and sample ranges to merge. This target adds the checksum at the end, because otherwise no input
+//! would pass the check.
 
 use vellus_io::Digest;
 use vellus_render::{Checkpoint, Layer, PixelType};

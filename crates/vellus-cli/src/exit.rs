@@ -16,7 +16,7 @@ pub const HELP: &str = "Exit codes: 0 success; 2 bad input or wrong usage; 75 te
 pub struct Interrupted {
     /// The number of the signal.
     pub signal: i32,
-    /// Which results were kept, where, and how to continue.
+    /// The results that were kept, their place, and how to continue.
     pub kept: String,
 }
 

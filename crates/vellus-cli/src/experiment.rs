@@ -7,8 +7,7 @@ use crate::say::note;
 use crate::terminal::Terminal;
 use anyhow::{Result, bail};
 use std::path::PathBuf;
-use vellus_experiments::{EXPERIMENTS, Experiment, Interrupted, Quality, Run, Settings};
-use vellus_experiments::{find, run as run_one, write_report};
+use vellus_experiments::{Interrupted, Quality, Run, Settings, find, listing, run as run_one, write_report};
 
 /// Experiments, quality and folder.
 #[derive(clap::Args)]
@@ -31,7 +30,11 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
     if args.names.is_empty() || args.names.iter().any(|name| name == "list") {
-        return output::write(None, listing().as_bytes());
+        return output::write(
+            None,
+            format!("{}\nvellus experiment NAME… runs some of them, vellus experiment all runs all.\n", listing())
+                .as_bytes(),
+        );
     }
     let chosen = find(&args.names)?;
     let (folder, page) = (&args.out, args.out.join("index.html"));
@@ -74,13 +77,4 @@ pub fn run(args: &Args) -> Result<()> {
         bail!("{} of {} experiments failed: {}", failed.len(), chosen.len(), failed.join(", "));
     }
     Ok(())
-}
-
-/// All experiments as a table.
-fn listing() -> String {
-    let width = |of: fn(&Experiment) -> &str| EXPERIMENTS.iter().map(|e| of(e).chars().count()).max().unwrap_or(0);
-    let (first, second) = (width(|e| e.name), width(|e| e.figure));
-    let row = |e: &Experiment| format!("  {:first$}  {:second$}  {}\n", e.name, e.figure, e.title);
-    let rows: String = EXPERIMENTS.iter().map(row).collect();
-    format!("{rows}\nvellus experiment NAME… runs some of them, vellus experiment all runs all.\n")
 }

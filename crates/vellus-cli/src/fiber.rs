@@ -1,9 +1,11 @@
 //! `vellus fiber`: the presets of Yan17 Table 4, and the parameters of a fibre.
 
-use crate::fiber_args::{FiberArgs, FileFormat};
+use crate::fiber_args::FiberArgs;
+use crate::number::one_of;
 use crate::output;
-use anyhow::Result;
+use anyhow::{Error, Result};
 use std::path::PathBuf;
+use vellus_open::FiberFormat;
 use vellus_plot::text;
 
 #[derive(clap::Subcommand)]
@@ -20,8 +22,8 @@ pub enum Command {
         #[arg(long = "set", value_name = "NAME=VALUE", allow_hyphen_values = true)]
         set: Vec<String>,
         /// Format of the output.
-        #[arg(long, value_enum, default_value_t = FileFormat::Toml)]
-        format: FileFormat,
+        #[arg(long, value_parser = one_of::<FiberFormat>(FiberFormat::NAMES), default_value = "toml")]
+        format: FiberFormat,
     },
 }
 
@@ -39,10 +41,7 @@ pub fn run(command: &Command) -> Result<()> {
         ),
         Command::Show { name, set, format } => {
             let fiber = FiberArgs::new(name, set).load()?;
-            match format {
-                FileFormat::Toml => toml::to_string(&fiber)?,
-                FileFormat::Json => serde_json::to_string_pretty(&fiber)? + "\n",
-            }
+            format.write(&fiber).map_err(Error::from_boxed)?
         }
     };
     output::write(None, text.as_bytes())

@@ -1,9 +1,9 @@
 //! A fibre on the command line: a preset or a file, and changes of parameters.
 
-use anyhow::{Context, Result, bail};
-use clap::ValueEnum;
-use std::path::{Path, PathBuf};
-use vellus::{Fiber, FiberBuilder, Parameter, Species};
+use anyhow::{Error, Result};
+use std::path::PathBuf;
+use vellus::Fiber;
+use vellus_open::{FiberError, FiberSource};
 use vellus_plot::query::Query;
 
 #[derive(clap::Args, Clone)]
@@ -41,19 +41,6 @@ impl Incidence {
     }
 }
 
-/// The formats of files of fibres. They are also the extensions.
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub enum FileFormat {
-    Toml,
-    Json,
-}
-
-/// The largest file of a fibre: 1 MiB.
-const MAX_FIBER_BYTES: u64 = 1 << 20;
-
-/// The default preset.
-const DEFAULT: &str = "red-fox";
-
 impl FiberArgs {
     /// A preset or a file, and changes.
     pub fn new(fiber: impl Into<PathBuf>, set: &[String]) -> Self {
@@ -65,64 +52,24 @@ impl FiberArgs {
         self.fiber.is_some() || !self.overrides.set.is_empty()
     }
 
-    fn path(&self) -> &Path {
-        self.fiber.as_deref().unwrap_or(Path::new(DEFAULT))
+    /// The fibre as the user describes it.
+    pub fn source(&self) -> FiberSource {
+        let path = self.fiber.clone().unwrap_or_else(|| FiberSource::default().path);
+        FiberSource { path, set: self.overrides.set.clone() }
     }
 
     /// The fibre, with all parameters in range.
     pub fn load(&self) -> Result<Fiber> {
-        let path = self.path();
-        let in_file = || format!("in {}", path.display());
-        let extension = path.extension().and_then(|e| e.to_str());
-        let base = match extension.and_then(|e| FileFormat::from_str(e, false).ok()) {
-            Some(format) => {
-                let text = vellus_io::read_to_string(path, MAX_FIBER_BYTES);
-                let text = text.with_context(|| format!("cannot read {}", path.display()))?;
-                parse(&text, format).with_context(in_file)?
+        self.source().read().map_err(|error| match error {
+            FiberError::Settings { settings, source } => {
+                Error::from(source).context(format!("in --set {}", settings.join(" --set ")))
             }
-            None => FiberBuilder::new(Fiber::preset(path.display().to_string().parse::<Species>()?)),
-        };
-        let mut builder = base.clone();
-        for setting in &self.overrides.set {
-            set(&mut builder, setting).with_context(|| format!("in --set {setting}"))?;
-        }
-        // If the file is wrong without the changes, too, the message names the file.
-        builder.build().with_context(|| match base.build() {
-            Ok(_) => format!("in --set {}", self.overrides.set.join(" --set ")),
-            Err(_) => in_file(),
+            other => other.into(),
         })
     }
 
     /// A short name for titles and file names.
     pub fn name(&self) -> String {
-        self.path().file_stem().map_or_else(|| "fiber".to_owned(), |stem| stem.to_string_lossy().into_owned())
+        self.source().name()
     }
-}
-
-impl Overrides {
-    /// Whether one of them sets the colour of the fibre.
-    pub fn give_color(&self) -> bool {
-        let names = self.set.iter().filter_map(|setting| setting.split_once('='));
-        let mut parameters = names.filter_map(|(name, _)| Parameter::parse(name.trim()));
-        parameters.any(|(parameter, _)| parameter.is_color())
-    }
-}
-
-fn parse(text: &str, format: FileFormat) -> Result<FiberBuilder> {
-    Ok(match format {
-        FileFormat::Toml => toml::from_str(text)?,
-        FileFormat::Json => serde_json::from_str(text)?,
-    })
-}
-
-/// Sets a parameter: `NAME=VALUE` or `NAME=R,G,B`.
-fn set(builder: &mut FiberBuilder, setting: &str) -> Result<()> {
-    let Some((name, value)) = setting.split_once('=') else { bail!("expected NAME=VALUE") };
-    if name.trim() == "exit" {
-        builder.set_exit(value.trim().parse()?);
-        return Ok(());
-    }
-    let number = |x: &str| x.trim().parse::<f32>().with_context(|| format!("'{x}' is not a number"));
-    let numbers = value.split(',').map(number).collect::<Result<Vec<f32>>>()?;
-    Ok(builder.set(name.trim(), &numbers)?)
 }

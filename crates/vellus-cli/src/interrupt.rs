@@ -1,4 +1,4 @@
-//! Signals that stop long work: it keeps its results.
+//! Signals that stop long work. The work then keeps its results.
 
 use crate::exit::Interrupted;
 use crate::say::error_line;
@@ -25,7 +25,7 @@ impl Interrupt {
         Ok(interrupt)
     }
 
-    /// While this is true, the first signal ends the program at once: for times when there are no results to keep.
+    /// If this is true, the first signal ends the program at once. Use it while there are no results to keep.
     pub fn set_immediate(&self, immediate: bool) {
         self.immediate.store(immediate, Ordering::Relaxed);
     }
@@ -44,7 +44,7 @@ impl Interrupt {
     fn register(&self) -> std::io::Result<()> {
         use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
         use std::time::{Duration, Instant};
-        /// Signals within this time count as one: `timeout` sends two, and so does a closing terminal.
+        /// Signals within this time count as one, because `timeout` and a closing terminal send two.
         const REPEATED: Duration = Duration::from_millis(500);
 
         let watched = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|&signal| !is_ignored(signal));
@@ -85,7 +85,7 @@ impl Interrupt {
     }
 }
 
-/// Whether a signal was ignored when the program started. Only Linux tells this without unsafe code.
+/// Whether a signal was ignored when the program started. Only Linux reports this without unsafe code.
 #[cfg(unix)]
 fn is_ignored(signal: i32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -95,7 +95,7 @@ fn is_ignored(signal: i32) -> bool {
 
 /// Makes writes beyond the limit of `ulimit -f` fail with an error. By default, the system kills the program.
 pub fn survive_file_size_limit() {
-    // If this fails, the default stays.
+    // If this fails, the default behaviour remains.
     #[cfg(unix)]
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default()).ok();
 }

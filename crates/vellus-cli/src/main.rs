@@ -75,22 +75,8 @@ enum Command {
     Reference(reference::Args),
 }
 
-/// An instruction set that this program was compiled for (`.cargo/config.toml`), but the processor does not have.
-fn missing_instructions() -> Option<&'static str> {
-    #[cfg(target_arch = "x86_64")]
-    {
-        if cfg!(target_feature = "avx2") && !is_x86_feature_detected!("avx2") {
-            return Some("AVX2");
-        }
-        if cfg!(target_feature = "fma") && !is_x86_feature_detected!("fma") {
-            return Some("FMA");
-        }
-    }
-    None
-}
-
 fn main() -> ExitCode {
-    if let Some(missing) = missing_instructions() {
+    if let Some(missing) = vellus::missing_instructions() {
         note!(
             "error: this program needs a processor with {missing}, and this one has none: delete the lines about it in \
              .cargo/config.toml and compile again"

@@ -1,6 +1,6 @@
 //! A reflectance model on the command line.
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result};
 use vellus::Fiber;
 use vellus_models::ModelKind;
 use vellus_plot::Named;
@@ -18,24 +18,10 @@ pub struct ModelArgs {
     pub eta_m: Option<f32>,
 }
 
-/// Checks that a model has a refractive index of the medulla, if one is given.
-pub fn check_eta_m(kind: ModelKind, eta_m: Option<f32>) -> Result<()> {
-    if eta_m.is_some() && kind != ModelKind::Yan2015 {
-        bail!("--eta-m: {kind} has one refractive index; only yan2015 takes two");
-    }
-    Ok(())
-}
-
 impl ModelArgs {
     /// A part of file names: `fox` or `fox-marschner2003`.
     pub fn file(&self, fiber: &str) -> String {
         if self.model == ModelKind::Vellus { fiber.to_owned() } else { format!("{fiber}-{}", self.model) }
-    }
-
-    /// The kind of model.
-    pub fn kind(&self) -> Result<ModelKind> {
-        check_eta_m(self.model, self.eta_m)?;
-        Ok(self.model)
     }
 
     /// Checks the model and the index before long work.
@@ -44,15 +30,9 @@ impl ModelArgs {
         self.load("", &Fiber::hair()).map(|_| ())
     }
 
-    /// The name with options: `yan2015, η_m 1.4`.
-    pub fn name(&self) -> Result<String> {
-        let kind = self.kind()?;
-        Ok(self.eta_m.map_or_else(|| kind.to_string(), |eta_m| format!("{kind}, η_m {eta_m}")))
-    }
-
     /// The model of a fibre called `name`.
     pub fn load(&self, name: &str, fiber: &Fiber) -> Result<Named> {
-        let named = Named::new(name, self.kind()?, self.method()?.model(fiber)?);
+        let named = Named::new(name, self.model, self.method()?.model(fiber)?);
         Ok(match self.eta_m {
             Some(eta_m) => named.with_detail(&format!("η_m {eta_m}")),
             None => named,
@@ -65,6 +45,6 @@ impl ModelArgs {
     }
 
     fn method(&self) -> Result<Method> {
-        Ok(Method { eta_m: self.eta_m, ..self.kind()?.into() })
+        Method::new(self.model, self.eta_m).context("--eta-m")
     }
 }

@@ -1,4 +1,4 @@
-//! Parsers of values on the command line. Their messages name what is allowed.
+//! Parsers of values on the command line. Their messages name the allowed values.
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use std::error::Error;

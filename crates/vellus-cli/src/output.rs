@@ -29,8 +29,6 @@ impl OutputArgs {
     }
 }
 
-pub use vellus_experiments::cpu_time;
-
 /// Writes `bytes` to `path`, or to standard output without one. A regular file is replaced as a whole or not at all:
 /// see [`vellus_io::write()`].
 pub fn write(path: Option<&Path>, bytes: &[u8]) -> Result<()> {

@@ -5,7 +5,6 @@ use crate::model_args::ModelArgs;
 use crate::number::whole;
 use crate::output;
 use crate::say::say;
-use crate::table;
 use crate::terminal::Terminal;
 use anyhow::{Result, bail};
 use std::path::{Path, PathBuf};
@@ -13,6 +12,7 @@ use vellus::Species;
 use vellus_models::ModelKind;
 use vellus_plot::query::{Offsets, Query};
 use vellus_plot::{Draw, check_names, energy, error, lobes, medulla, models, profile, save, windows};
+use vellus_sim::read_tables;
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -115,7 +115,7 @@ pub fn run(args: &Args) -> Result<()> {
             args.save(&profile::Picture { panels, theta_o }, &format!("{}-profile", model.file(&fiber.name())))
         }
         Picture::Medulla { table, photons } => {
-            let (data, bytes) = table::load(table.as_deref())?;
+            let (data, bytes) = read_tables(table.as_deref())?;
             args.save(&medulla::Picture::new(&data, bytes, *photons, &Terminal::new()), "medulla")
         }
         Picture::Energy { incidence, model } => {

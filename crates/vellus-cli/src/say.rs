@@ -7,13 +7,13 @@ use std::sync::OnceLock;
 /// The first error of writing to standard output.
 static FAILURE: OnceLock<Error> = OnceLock::new();
 
-/// Writes a line to standard output. If that fails, the work continues, and the program ends with an error: see
-/// [`check`]. A closed pipe is no error: its reader has quit.
+/// Writes a line to standard output. If that fails, the work continues, and the program ends with an error, see
+/// [`check`]. A closed pipe is not an error, because its reader has quit.
 macro_rules! say {
     ($($arguments:tt)*) => { $crate::say::line(format_args!($($arguments)*)) };
 }
 
-/// Writes a line to standard error. Errors are ignored: there is nowhere to report them.
+/// Writes a line to standard error. Errors are ignored, because they cannot be reported anywhere.
 macro_rules! note {
     ($($arguments:tt)*) => { $crate::say::error_line(format_args!($($arguments)*)) };
 }
@@ -32,7 +32,7 @@ pub fn error_line(text: Arguments) {
     std::io::stderr().write_all(format!("{text}\n").as_bytes()).ok();
 }
 
-/// Writes to standard output and flushes it. A closed pipe is no error.
+/// Writes to standard output and flushes it. A closed pipe is not an error.
 pub fn standard_output(bytes: &[u8]) -> Result<()> {
     let mut out = std::io::stdout().lock();
     match out.write_all(bytes).and_then(|()| out.flush()) {

@@ -5,16 +5,12 @@ use crate::number::{one_of, whole};
 use crate::output;
 use crate::say::{note, say};
 use crate::terminal::Terminal;
-use anyhow::{Context, Result, bail};
-use std::ops::RangeInclusive;
-use std::path::{Path, PathBuf};
-use vellus::{TableData, Tables};
+use anyhow::{Result, bail};
+use std::path::PathBuf;
+use vellus_plot::medulla::PHOTONS;
 use vellus_plot::text;
 use vellus_sim::build::Quality;
-use vellus_sim::{check, resume};
-
-/// Allowed numbers of photons per simulated profile.
-const PHOTONS: RangeInclusive<u64> = 1000..=1_000_000_000;
+use vellus_sim::{check, read_tables, resume};
 
 #[derive(clap::Subcommand)]
 pub enum Command {
@@ -70,26 +66,12 @@ pub fn run(command: &Command) -> Result<()> {
     match command {
         Command::Build(args) => build(args),
         Command::Info { file } => {
-            let (data, bytes) = load(file.as_deref())?;
+            let (data, bytes) = read_tables(file.as_deref())?;
             say!("{}{bytes} bytes in all; half floats; every factor is non-negative", text::table_info(&data));
             Ok(())
         }
         Command::Check(args) => check(args),
     }
-}
-
-/// The largest table file that is read: 1 GiB. The shipped tables are smaller than 1 MiB.
-const MAX_TABLE_BYTES: u64 = 1 << 30;
-
-/// Reads a table file, or the shipped tables, and their size in bytes.
-pub fn load(file: Option<&Path>) -> Result<(TableData, usize)> {
-    let Some(path) = file else {
-        let data = TableData::from_bytes(Tables::SHIPPED).context("the shipped tables")?;
-        return Ok((data, Tables::SHIPPED.len()));
-    };
-    let place = path.display().to_string();
-    let bytes = vellus_io::read_at_most(path, MAX_TABLE_BYTES).with_context(|| format!("cannot read {place}"))?;
-    Ok((TableData::from_bytes(&bytes).context(place)?, bytes.len()))
 }
 
 fn build(args: &Build) -> Result<()> {
@@ -102,11 +84,7 @@ fn build(args: &Build) -> Result<()> {
         None if args.out.metadata().is_ok_and(|m| !m.is_file()) => {
             bail!("{} is not a regular file: give a folder for finished pieces with --work", args.out.display())
         }
-        None => {
-            let mut name = args.out.as_os_str().to_owned();
-            name.push(".work");
-            PathBuf::from(name)
-        }
+        None => resume::work_folder(&args.out),
     };
     let interrupt = Interrupt::watch()?;
     let terminal = Terminal::with_interrupt(&interrupt);
@@ -119,13 +97,13 @@ fn build(args: &Build) -> Result<()> {
     let bytes = result?.to_bytes()?;
     output::write(Some(&args.out), &bytes)?;
     resume::remove_slabs(&quality, &work);
-    // Not to standard output: --out may be /dev/stdout.
+    // This does not go to standard output, because --out may be /dev/stdout.
     note!("wrote {}: {} bytes", args.out.display(), bytes.len());
     Ok(())
 }
 
 fn check(args: &Check) -> Result<()> {
-    let (data, _) = load(args.file.as_deref())?;
+    let (data, _) = read_tables(args.file.as_deref())?;
     let errors = check::check(&data, args.profiles, args.photons, args.seed, &Terminal::new());
     if args.all {
         say!("{}", text::profile_errors(&errors));

@@ -15,7 +15,7 @@ pub struct Terminal {
 }
 
 impl Terminal {
-    /// For work that ends on its own.
+    /// For work that signals do not stop.
     pub fn new() -> Self {
         Terminal { bar: output::progress(STEPS, ""), interrupt: None }
     }

@@ -82,7 +82,7 @@ fn broken_files_are_named_with_their_line() {
     refused(&["eval", "--fiber", &fiber], &["fur.json", "kappa = 2"]);
     let table = write(folder.path(), "bad.vellus", "VELLUSM1 and no more");
     refused(&["table", "info", &table], &["bad.vellus", "header"]);
-    // Only the inputs.
+    // The folder only contains the inputs.
     let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
     assert_eq!(left.len(), 4, "{left:?}");
 }
@@ -100,7 +100,7 @@ fn windows_are_evaluated() {
 }
 
 #[test]
-fn one_query_in_every_format_says_the_same() {
+fn a_query_has_the_same_result_in_every_format() {
     let flags = [
         "eval",
         "--fiber",
@@ -201,8 +201,8 @@ fn pictures_are_written_in_both_formats() {
     }
 }
 
-/// The numbers beside the picture: our errors are below the paper's, and the fast version is as accurate as the f64
-/// version.
+/// The command prints the numbers of the picture. Our errors are below the paper's, and the fast version is as accurate
+/// as the f64 version.
 #[test]
 fn errors_of_the_far_field_are_reported() {
     let folder = tempfile::tempdir().unwrap();
@@ -214,7 +214,7 @@ fn errors_of_the_far_field_are_reported() {
     };
     let (seven, shipped) = (numbers("7 "), numbers("7, as shipped"));
     let [paper, ours] = seven[..] else { panic!("{text}") };
-    // Percent. Single precision and Gaussians for wide lobes add up to 0.1.
+    // Errors are in percent. Single precision and Gaussians for wide lobes add at most 0.1.
     assert!(paper > 10.0 && ours < 1.0 && (shipped[0] - ours).abs() < 0.1, "{text}");
 }
 
@@ -225,7 +225,7 @@ fn a_table_build_resumes() {
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let build = |out: &str| stdout(&["table", "build", "--quality", "smoke", "--photons", "1000", "--out", out]);
     build(&path("a.vellus"));
-    // The pieces of an earlier run: one complete, one cut off in the middle.
+    // The pieces of an earlier run. One is complete, and one is truncated.
     let work = folder.path().join("b.vellus.work");
     std::fs::create_dir(&work).unwrap();
     std::fs::write(work.join("azimuthal-00-10x7x8x12x180-1000-2017.f32"), b"too short").unwrap();

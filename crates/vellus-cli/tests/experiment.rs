@@ -149,7 +149,7 @@ fn an_interrupted_experiment_names_what_it_kept() {
         .stderr(std::process::Stdio::piped())
         .spawn()
         .unwrap();
-    // At paper quality it takes minutes. Signals are watched before it begins.
+    // At paper quality the experiment takes minutes. The signal handler is installed before it starts.
     std::thread::sleep(std::time::Duration::from_secs(2));
     assert!(std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
     let output = child.wait_with_output().unwrap();

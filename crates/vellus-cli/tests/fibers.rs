@@ -61,7 +61,7 @@ fn fiber(path: &Path) -> Fiber {
 }
 
 #[test]
-fn a_warning_says_that_the_materials_of_the_file_win() {
+fn a_warning_says_that_materials_of_the_file_take_precedence() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     std::fs::write(path.join("bound.usda"), scene("rel material:binding = </Pelt>")).unwrap();
@@ -111,7 +111,7 @@ fn grown_fur_has_the_fibre_that_is_given() {
 }
 
 #[test]
-fn help_tells_the_default_fibre_of_each_command() {
+fn help_states_the_default_fibre_of_each_command() {
     let folder = tempfile::tempdir().unwrap();
     for (command, default) in [
         (&["eval"][..], "[default: red-fox]"),
@@ -127,7 +127,7 @@ fn help_tells_the_default_fibre_of_each_command() {
     }
 }
 
-/// File names are bytes. Messages print them as text. Only USD needs names that are text.
+/// File names are bytes. Messages print them as text. Only USD requires names that are text.
 #[cfg(target_os = "linux")]
 #[test]
 fn names_of_files_need_not_be_utf8() {

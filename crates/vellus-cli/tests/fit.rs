@@ -37,7 +37,7 @@ fn a_measurement_is_fitted_reported_and_read_back() {
     let output = run(folder, &["fox.txt", "--starts", "12", "--out", "fox.toml", "--report", "report"]);
     let table = String::from_utf8(output.stdout).unwrap();
     assert!(table.contains("beta_m") && table.contains("NRMSE: 1."), "{table}");
-    // The cortex of a red fox is a seventh of the fibre, so its absorption is poorly determined.
+    // The cortex of a red fox is only a seventh of the fibre, so its absorption is poorly determined.
     let warnings = String::from_utf8(output.stderr).unwrap();
     assert!(warnings.contains("does not determine") && warnings.contains("sigma_ca"), "{warnings}");
     let toml = std::fs::read_to_string(folder.join("fox.toml")).unwrap();
@@ -101,7 +101,7 @@ fn other_models_are_measured_fitted_and_named() {
     let page = std::fs::read_to_string(folder.join("report/index.html")).unwrap();
     assert!(page.contains("Fit of dog.txt by yan2015") && page.contains("<td>eta_m</td>"));
 
-    // Hair without a medulla: the fit reports it, and its result is a fibre file.
+    // A model of hair without a medulla. The fit reports its name, and writes a fibre file.
     let output = run(folder, &["dog.txt", "--model", "chiang", "--starts", "4", "--out", "hair.toml"]);
     let table = String::from_utf8(output.stdout).unwrap();
     assert!(table.contains("model: chiang2016") && !table.contains("kappa"), "{table}");
@@ -167,7 +167,7 @@ fn bad_input_is_one_message() {
     }
 }
 
-/// Values that no fibre has, over the directions of a gantry.
+/// Values that no fibre can have, over the directions of a gantry.
 fn values(mut value: impl FnMut(i32, i32) -> f64) -> String {
     let rows = (40..=80).step_by(4).flat_map(|theta| (70..=290).step_by(10).map(move |phi| (theta, phi)));
     rows.map(|(theta, phi)| format!("{phi} {theta} {:e}\n", value(theta, phi))).collect()

@@ -78,17 +78,17 @@ fn a_mesh_alone_gets_a_coat_in_proportion_to_it() {
     let scene = read(path, "out/groom.usda");
     assert_eq!((scene.meshes.len(), scene.meshes[0].name.as_str()), (1, "ball"));
     let measures = vellus_groom::measure(&scene.strands[0]).unwrap();
-    // 0.035 √(16π) = 0.25, spread by a quarter.
+    // The default length is 0.035 √(16π) = 0.25, with a variation of a quarter.
     assert!((measures.lengths[1] - 0.25).abs() < 0.02, "{measures:?}");
     let (low, high) = measures.bounds;
     assert!((high - low).max_element() < 2.0 * (2.0 + 0.6), "{measures:?}");
 }
 
-/// The number of strands follows the density: exactly in total, and 1/8 of it in each octant. The standard deviation of
-/// independent draws would be √(n · 1/8 · 7/8), and roots are placed more evenly. The sphere of 48 × 24 faces lacks
-/// less than a percent of its area.
+/// The total number of strands is exactly the density times the area. Each octant has 1/8 of it. The standard deviation
+/// of independent draws would be √(n · 1/8 · 7/8), and roots are placed more evenly. The area of the sphere of 48 × 24
+/// faces is too small by less than a percent.
 #[test]
-fn density_times_area_is_what_grows() {
+fn the_number_of_strands_is_density_times_area() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     std::fs::write(path.join("ball.obj"), sphere("ball")).unwrap();
@@ -108,7 +108,7 @@ fn density_times_area_is_what_grows() {
         let count = roots.iter().filter(is_in).count() as f64;
         assert!((count - n / 8.0).abs() < 4.0 * (n * 7.0 / 64.0).sqrt(), "{count} in octant {octant} of {n}");
     }
-    // Chords of 7.5° lie up to 2 (1 − cos 3.75°)² inside: half a percent in both directions.
+    // Chords of 7.5° are inside the sphere by up to 2 (1 − cos 3.75°)², so the tolerance is half a percent.
     assert!(roots.iter().all(|r| (r.length() / 2.0 - 1.0).abs() < 5e-3));
     assert!(strands.points.iter().all(|p| p.is_finite() && p.w > 0.0));
     // The same seed gives the same fur, another seed gives other fur.
@@ -133,13 +133,14 @@ fn maps_and_colours_are_looked_up_at_the_uv() {
     run(path, &[&args[..], &["--density-map", "density.png", "--color", "color.png"]].concat());
     let scene = read(path, "a.usda");
     let strands = &scene.strands[0];
-    // u grows from +z by +x: right halves are where x < 0. The mean density is a half of 400.
+    // u increases from +z toward +x, so the right half is at x < 0. The mean density is a half of 400.
     let n = strands.len() as f64;
     let half = 0.5 * 400.0 * 16.0 * std::f64::consts::PI;
     assert!((n / half - 1.0).abs() < 0.015, "{n} against {half}");
     let uv = strands.root_uv.as_ref().unwrap();
     let dense = uv.iter().filter(|uv| uv.x > 0.5).count() as f64 / n;
-    // Bilinear between the pixels' centres: the mean over the right half is 0.8 − 0.6 · 1/8 · 2 = 0.65 of 1.
+    // With bilinear interpolation between pixel centres, the mean over the right half is 0.8 − 0.6 · 1/8 · 2 = 0.65 of
+    // 1.
     assert!((dense - 0.65).abs() < 4.0 * (0.65 * 0.35 / n).sqrt() + 0.005, "{dense}");
     let [(vellus_scene::Parameter::SigmaCa, value)] = scene.looks[0].textured[..] else { panic!("{:?}", scene.looks) };
     let dye = &scene.textures[value.texture];
@@ -157,7 +158,7 @@ fn maps_and_colours_are_looked_up_at_the_uv() {
 }
 
 #[test]
-fn settings_files_have_groups_and_options_go_before_them() {
+fn settings_files_have_groups_and_options_override_them() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     std::fs::write(path.join("ball.obj"), sphere("ball") + &sphere("eye").replace("f ", "#")).unwrap();
@@ -176,7 +177,7 @@ fn settings_files_have_groups_and_options_go_before_them() {
     assert_eq!(scene.looks[guard.look].fiber, vellus::Fiber::preset(vellus::Species::Raccoon));
     let measures = vellus_groom::measure(guard).unwrap();
     assert!((measures.widths[1] - 0.02).abs() < 0.0031 && measures.lengths[2] <= 0.9 * 1.2501, "{measures:?}");
-    // Fur on a file that has fur: meshes of USD, units and the earlier fur are kept.
+    // The input already has fur. Its meshes, units and fur are kept.
     let usd = std::fs::read_to_string(path.join("a.usda"))
         .unwrap()
         .replace("upAxis = \"Y\"", "metersPerUnit = 1\n    upAxis = \"Z\"")

@@ -29,7 +29,7 @@ fn strands_without_widths_are_measured_but_not_rendered() {
     refused(folder.path(), &["groom", "info", "guides.tfx", "--width", "1e30"], &["the width", "[0, 2e9]"]);
 }
 
-/// Devices never end.
+/// Devices have no end.
 #[cfg(unix)]
 #[test]
 fn devices_are_not_read() {

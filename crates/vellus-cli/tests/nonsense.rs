@@ -1,9 +1,10 @@
-//! Bad input is refused before any work: with exit code 2, one message, and no file.
+//! Bad input is rejected before any work, with exit code 2, one message, and no file.
 
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-/// Starting and reading the shipped tables on a busy machine take less. Growing the smallest scene takes more.
+/// To start and to read the shipped tables takes less time, even on a busy machine. To grow the smallest scene takes
+/// more.
 const LIMIT: Duration = Duration::from_secs(2);
 
 /// Commands, and a part of their message.

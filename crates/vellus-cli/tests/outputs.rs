@@ -1,4 +1,4 @@
-//! What `vellus render` writes, when it stops, and what it keeps after a failure.
+//! The files that `vellus render` writes, the goals that end it, and the files that it keeps after a failure.
 
 mod common;
 
@@ -13,7 +13,7 @@ fn lock<'a>(more: &[&'a str]) -> Vec<&'a str> {
 
 /// A picture has only the requested layers. With `all`, there is one for each light, and these sum to the beauty.
 #[test]
-fn layers_are_those_asked_for() {
+fn pictures_have_the_requested_layers() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     run(path, &lock(&["--spp", "2", "--layers", "id,beauty", "-o", "few.exr"]));
@@ -70,7 +70,7 @@ def Camera \"camera\" {
 ";
 
 #[test]
-fn frames_are_rendered_and_those_done_left_out() {
+fn frames_are_rendered_and_finished_frames_are_skipped() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     std::fs::write(path.join("lean.usda"), LEANING).unwrap();
@@ -123,7 +123,7 @@ fn goals_end_a_run() {
     let time = Picture::read(&path.join("time.exr"));
     let seconds: f64 = time.note("vellus_seconds").parse().unwrap();
     assert!(time.note("vellus_ended_by") == "time" && start.elapsed() >= Duration::from_millis(900));
-    // The machine may be busy.
+    // The upper bound is large, because the machine may be busy.
     assert!((0.9..5.0).contains(&seconds), "{seconds}");
 }
 
@@ -151,7 +151,7 @@ fn text(bytes: &mut &[u8]) -> String {
     String::from_utf8(take(bytes, end + 1)[..end].to_vec()).unwrap()
 }
 
-/// A viewer that parses packets as tev does gets the picture that is written. A missing viewer is an error, one that
+/// A viewer that parses packets like tev gets the picture that is written. A missing viewer is an error. A viewer that
 /// closes is not.
 #[test]
 fn a_viewer_sees_the_picture() {
@@ -228,7 +228,7 @@ fn wait_until(done: impl Fn() -> bool) {
 
 /// A run that was killed and resumed gives the same bits as one run.
 #[test]
-fn a_killed_run_loses_what_is_after_its_checkpoint() {
+fn a_killed_run_only_loses_samples_after_its_checkpoint() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     // One thread takes about a second, so it is killed before its end.
@@ -275,7 +275,7 @@ fn a_killed_run_loses_what_is_after_its_checkpoint() {
 /// With a limit on file sizes, as on a full disk, the last checkpoint stays, and there is one message.
 #[cfg(unix)]
 #[test]
-fn a_full_disk_costs_what_is_after_the_last_checkpoint() {
+fn a_full_disk_only_loses_samples_after_the_last_checkpoint() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let checkpoint = path.join("full.checkpoint");
@@ -286,7 +286,7 @@ fn a_full_disk_costs_what_is_after_the_last_checkpoint() {
     run(path, &args("100", &["--noise", "1e9"]));
     let before = std::fs::read(&checkpoint).unwrap();
     std::fs::remove_file(path.join("full.exr")).unwrap();
-    // Files of at most 16 or 32 KB: enough for the probe. A film is 650.
+    // The limit is 16 or 32 KB, depending on the shell. This is enough for the probe, but not for a film of 650 KB.
     let script = format!("ulimit -f 32; exec {} \"$@\"", env!("CARGO_BIN_EXE_vellus"));
     let limited = args("100", &["--resume"]);
     let output =
@@ -304,10 +304,10 @@ fn a_full_disk_costs_what_is_after_the_last_checkpoint() {
     assert!(run(path, &args("100", &["--resume"])).contains("continuing from"));
 }
 
-/// If the folder is removed before the end, all samples are saved elsewhere, and the command in the message makes the
-/// picture of them.
+/// If the folder is removed before the end, all samples are saved in another place. The command in the message makes
+/// the picture from them.
 #[test]
-fn what_cannot_be_written_is_kept_elsewhere() {
+fn samples_that_cannot_be_written_are_saved_in_another_place() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     std::fs::create_dir(path.join("spare")).unwrap();
@@ -361,7 +361,7 @@ fn an_interrupted_run_reports_what_it_kept() {
 }
 
 #[test]
-fn a_picture_that_does_not_fit_the_disk_is_not_begun() {
+fn a_picture_too_large_for_the_disk_is_not_started() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["render", "hair-lock", "--small", "--size", "32768x32768", "-o", "huge.exr"];
     if fs4::available_space(folder.path()).unwrap() > 600_000_000_000 {

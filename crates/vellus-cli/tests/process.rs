@@ -87,7 +87,7 @@ fn dev_stdout_is_a_name_of_standard_output() {
         let piped = vellus(folder.path(), &[&args[..], &["--out", name]].concat()).output().unwrap();
         assert_eq!(ends(&piped, 0), "");
         assert_eq!(piped.stdout, plain, "{name}");
-        // In a file, the lines come between those of other programs.
+        // In a file, the lines are between those of other programs.
         for redirection in ["> all.txt", ">> all.txt"] {
             std::fs::remove_file(folder.path().join("all.txt")).ok();
             let script = format!("(echo before; \"$@\"; echo after) {redirection}");
@@ -126,7 +126,7 @@ fn files_follow_the_umask() {
 #[test]
 fn a_file_size_limit_is_a_condition_that_may_pass() {
     let folder = tempfile::tempdir().unwrap();
-    // A limit of 8 or 16 KB: the probe fits, the picture does not.
+    // The limit is 8 or 16 KB. The probe fits, but the picture does not.
     let output = shell(folder.path(), "ulimit -f 16; exec \"$@\"", &["plot", "profile", "--out", "a.png"]).output();
     let message = ends(&output.unwrap(), 75);
     assert!(message.contains("cannot write a.png: File too large"), "{message}");

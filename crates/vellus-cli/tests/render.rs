@@ -36,7 +36,7 @@ fn parts_and_resumed_runs_are_the_same_picture() {
 
 /// Gaps, overlaps and damaged films are refused by name. Gaps can be allowed.
 #[test]
-fn merge_refuses_what_does_not_fit() {
+fn merge_rejects_films_that_do_not_fit() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     for (range, name) in [("0..2", "a.exr"), ("2..4", "b.exr"), ("3..6", "c.exr"), ("5..6", "d.exr")] {
@@ -171,7 +171,7 @@ fn bad_requests_are_refused_before_work() {
 /// A denoised picture is closer to a converged one than the noisy picture is. The noisy channels stay unchanged.
 /// Without the library, there is one message before anything is rendered.
 #[test]
-fn denoising_takes_noise_away() {
+fn denoising_reduces_noise() {
     let folder = tempfile::tempdir().unwrap();
     let scene = ["render", "cat", "--small", "--size", "96x64", "--layers", "beauty,albedo,normal", "--float"];
     let with = |more: &[&'static str]| [&scene[..], more].concat();
@@ -216,13 +216,13 @@ fn scenes_come_back_from_usd() {
     };
     let (a, b) = (picture(&["cat", "--small"], "a.png"), picture(&["cat.usda"], "b.png"));
     let difference = a.iter().zip(&b).map(|(a, b)| f64::from(a.abs_diff(*b))).sum::<f64>() / a.len() as f64;
-    // A level is 1/255. Where rounding changes a path, pixels differ by their noise.
+    // The difference is in levels of 1/255. If rounding changes a path, pixels differ by their noise.
     assert!(difference < 1.0, "{difference}");
 }
 
 /// The light that --max-depth cuts is reported. A groom that is written and read again gives the same picture.
 #[test]
-fn depth_is_written_and_grooms_are_read_back() {
+fn cut_light_is_reported_and_grooms_are_read_back() {
     let folder = tempfile::tempdir().unwrap();
     let cut = run(folder.path(), &with(&["--spp", "2", "--max-depth", "2", "-o", "cut.png"]));
     assert!(cut.contains("paths cut after 2 events"), "{cut}");
@@ -237,8 +237,8 @@ fn depth_is_written_and_grooms_are_read_back() {
     run(folder.path(), &["render", "lock.hair", "--size", "16x16", "--spp", "1", "-o", "lock.png"]);
 }
 
-/// A minimum width increases coverage, with the scene's camera and with ours. It is reported, and changes the identity.
-/// Without it nothing changes.
+/// A minimum width increases coverage, with the scene's camera and with the default camera. The picture reports it, and
+/// its identity changes. Without a minimum width nothing changes.
 #[test]
 fn minimum_widths_cover_more_and_are_reported() {
     let folder = tempfile::tempdir().unwrap();
@@ -261,9 +261,9 @@ fn minimum_widths_cover_more_and_are_reported() {
         let (thin, wide) = (picture(&[], "thin.exr"), picture(&["--min-pixel-width", "1"], "wide.exr"));
         assert_eq!((thin.note("vellus_min_pixel_width"), wide.note("vellus_min_pixel_width")), ("0", "1"));
         assert!(thin.same(&picture(&["--min-pixel-width", "0"], "same.exr")));
-        // Two strands are a pixel wide over 0.9 of 32 rows, or over 32 / (4 · 15.29 / 50), and √(1 + 0.3²) as long as
-        // that; of the 16 samples each of their pixels has, some 8 find them: 4 σ of the sum. Before, they were
-        // a 300th as wide.
+        // Two strands are a pixel wide. They cover 0.9 of 32 rows, or 32 / (4 · 15.29 / 50) rows, and are √(1 + 0.3²)
+        // times as long as that. About 8 of the 16 samples of their pixels hit them, and the tolerance is 4 σ of the
+        // sum. Without the minimum, their width is 1/300 of a pixel.
         let rows = if scene == "framed.usda" { 28.8 } else { 26.2 };
         let expected = 2.0 * rows * 1.09f64.sqrt();
         let tolerance = 4.0 * (expected * 0.25 / 16.0 * 2.0).sqrt();

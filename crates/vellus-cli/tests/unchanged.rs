@@ -1,7 +1,7 @@
 //! Pictures of the built-in scenes have the pixels that they had before.
 //!
-//! A change of the code's structure must not change a bit. A change that is meant to alter pictures replaces the hashes
-//! and says why in CHANGELOG.md. The hashes hold for processors with AVX2 and FMA: other ones round differently.
+//! A change of the code's structure must not change a bit. A change that alters pictures on purpose replaces the hashes
+//! and gives the reason in CHANGELOG.md. The hashes are for processors with AVX2 and FMA. Others round differently.
 #![cfg(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma"))]
 
 #[allow(dead_code, reason = "each test uses a part of it")]

@@ -12,7 +12,7 @@ use vellus_render::Film;
 struct Animal {
     scene: &'static str,
     paper: &'static str,
-    /// Upper left corner of the compared part of the picture of 1280 × 720 pixels.
+    /// Upper left corner of the part that is compared, in a picture of 1280 × 720 pixels.
     corner: [usize; 2],
     /// The method that the paper compares with the model of 2015, and the speedup that the paper reports.
     method: Method,

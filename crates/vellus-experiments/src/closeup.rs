@@ -15,7 +15,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         "Close up, the far field makes fur look like flat ribbons. The near field shows cylinders and the medulla \
          inside.",
     );
-    // The strands of the small scene are thick: they look like thin strands at a shorter distance.
+    // The strands of the small scene are thick, so they look like thin strands at a shorter distance.
     let scene = vellus_groom::scene("cat", true).context("there is no scene cat")?;
     let eye = scene.camera.context("the cat has no camera")?.to_world.transform_point3(Vec3::ZERO);
     let fur = scene.strands.first().context("the cat has no fur")?;

@@ -95,8 +95,7 @@ impl Comparison {
     }
 }
 
-/// The method whose converged picture a method shares: sampling does not change the picture that a model converges
-/// to.
+/// The method with the same converged picture. Sampling does not change the picture that a model converges to.
 fn target(method: Method) -> Method {
     if method == PUBLISHED { YAN2015 } else { method }
 }

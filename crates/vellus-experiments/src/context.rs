@@ -1,4 +1,4 @@
-//! What an experiment runs with: quality, folder and progress.
+//! The context of an experiment: its quality, folder and progress.
 
 use crate::{Picture, Quality};
 use anyhow::{Context as _, Result};
@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use vellus_io::Progress;
 use vellus_plot::{Draw, save};
 
-/// What an experiment runs with.
+/// The context of an experiment.
 pub(crate) struct Context<'a> {
-    /// How much work to put in.
+    /// The amount of work.
     pub quality: Quality,
     folder: PathBuf,
     again: bool,
@@ -101,7 +101,7 @@ impl Stage<'_> {
     }
 }
 
-/// Writes a complete file or none.
+/// Writes a complete file, or no file if there is an error.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     vellus_io::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
 }

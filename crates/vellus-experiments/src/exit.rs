@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use vellus::{Bcsdf, Exit, Fiber, Hit, Lobe, Species, Window};
 use vellus_models::direction;
 use vellus_plot::sheet::{DECADES, Sheet};
-use vellus_sim::exits::{Exits, exits};
+use vellus_sim::scattered::{self, Scattered};
 
 /// Cells of θ and φ: 10° × 15°.
 const CELLS: [usize; 2] = [18, 24];
@@ -67,7 +67,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
             context.check_interrupted()?;
             // Flat scales: the simulated cuticle is smooth.
             let fiber = Fiber { alpha: 0.0, ..Fiber::preset(name) };
-            let traced = exits(&fiber, theta_o.to_radians(), CELLS, photons, 1, context.progress())?;
+            let traced = scattered::scattered(&fiber, theta_o.to_radians(), CELLS, photons, 1, context.progress())?;
             let (row, profiles) = compare(&fiber, theta_o, &traced)?;
             let energies = [row.traced[0] + row.traced[1], row.traced[0], row.open].map(|e| format!("{e:.4}"));
             let errors = [row.today, row.scaled, row.both, row.first, row.later].map(|e| format!("{:.1}", 100.0 * e));
@@ -127,11 +127,11 @@ fn claims(outcome: &mut Outcome, rows: &[Row]) {
 }
 
 /// Errors of the shapes, and the profiles of the picture over φ from 0° to 180°, per solid angle.
-fn compare(fiber: &Fiber, theta_o: f64, traced: &Exits) -> Result<(Row, Vec<Vec<f64>>)> {
+fn compare(fiber: &Fiber, theta_o: f64, traced: &Scattered) -> Result<(Row, Vec<Vec<f64>>)> {
     let of = |cells: &[[f64; 3]]| symmetric(cells.iter().map(|rgb| rgb[0]).collect());
     let (first, later) = (of(&traced.first), of(&traced.later));
     let all = add(&first, &later);
-    let [open, refracted] = Exit::ALL.map(|exit| scattered(&fiber.with_exit(exit), theta_o));
+    let [open, refracted] = Exit::ALL.map(|exit| model(&fiber.with_exit(exit), theta_o));
     let (open, refracted) = (open?, refracted?);
     let (sum_first, sum_later) = (sum(&first), sum(&later));
     let (new_first, new_later) = (scale(&refracted, sum_first), scale(&diffuse(), sum_later));
@@ -153,7 +153,7 @@ fn compare(fiber: &Fiber, theta_o: f64, traced: &Exits) -> Result<(Row, Vec<Vec<
 }
 
 /// TTˢ + TRTˢ of the far field in each cell.
-fn scattered(fiber: &Fiber, theta_o: f64) -> Result<Vec<f64>> {
+fn model(fiber: &Fiber, theta_o: f64) -> Result<Vec<f64>> {
     let bcsdf = Bcsdf::new(fiber)?;
     let hit = bcsdf.at(direction(theta_o, 0.0), Window::far());
     let cells: Vec<f64> = (0..CELLS[0] * CELLS[1]).into_par_iter().map(|i| cell(&hit, i)).collect();

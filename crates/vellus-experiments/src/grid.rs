@@ -1,4 +1,4 @@
-//! A fibre's profile over cells of θ and φ: simulated, and of a model.
+//! Profiles of a fibre over cells of θ and φ, by simulation and by a model.
 
 use anyhow::Result;
 use rayon::prelude::*;
@@ -11,15 +11,15 @@ use vellus_sim::profile::{Cells, profile};
 /// θ_o, degrees.
 pub const THETA_O: f64 = -30.0;
 
-/// Errors of a profile against another.
+/// Errors of a profile relative to another one.
 pub struct Errors {
-    /// Root mean square over the range (Yan17 footnote 3).
+    /// Root mean square divided by the range (Yan17 footnote 3).
     pub nrmse: f64,
     /// The same for the logarithms, in cells with light.
     pub log: f64,
 }
 
-/// Errors of `values` against `exact` ones.
+/// Errors of `values` relative to `exact`.
 pub fn errors(values: &[f64], exact: &[f64]) -> Errors {
     let largest = exact.iter().fold(0.0f64, |a, &x| a.max(x));
     let floor = largest * 10f64.powf(-DECADES);

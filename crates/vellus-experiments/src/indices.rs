@@ -18,7 +18,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
          model of 2015 has dark edges at the interface, which a microscope does not show. Our model, with 1.45 for \
          both, has none. (We may not reproduce the picture of the microscope.)",
     );
-    // Not in Table 4: white, with a wide medulla full of air.
+    // The polar bear is not in Table 4. Its fibre is white, with a wide medulla full of air.
     let fiber = Fiber {
         eta: 1.45,
         kappa: KAPPA,

@@ -19,7 +19,6 @@ mod closeup;
 mod comparison;
 mod context;
 mod convergence;
-mod cpu_time;
 mod energy;
 mod exit;
 mod grid;
@@ -42,8 +41,7 @@ mod visible;
 mod zoom;
 
 pub use context::Interrupted;
-pub use cpu_time::cpu_time;
-pub use list::{EXPERIMENTS, Experiment, find};
+pub use list::{EXPERIMENTS, Experiment, find, listing};
 pub use outcome::{Claim, Outcome, Picture, Table, Verdict};
 pub use quality::Quality;
 pub use report::write_report;
@@ -54,10 +52,10 @@ use std::path::PathBuf;
 use std::time::Instant;
 use vellus_io::Progress;
 
-/// How experiments run.
+/// Settings of a run.
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// How much work to put in.
+    /// The amount of work.
     pub quality: Quality,
     /// The folder of all experiments. Each experiment writes to a subfolder with its name.
     pub folder: PathBuf,
@@ -65,7 +63,7 @@ pub struct Settings {
     pub again: bool,
 }
 
-/// The outcome of an experiment, and which run finished it.
+/// The outcome of an experiment, and whether this run finished it.
 #[derive(Clone, Debug)]
 pub enum Run {
     /// An earlier run had finished it, at this or a better quality, with the same version of this crate.

@@ -47,10 +47,10 @@ pub const EXPERIMENTS: &[Experiment] = &[
     experiment("cat", "Fig. 17", "Cat: equal samples, time and quality", animals::cat),
 ];
 
-/// The experiments of these names, in the order of [`EXPERIMENTS`]. The name `all` stands for all of them.
+/// The experiments with these names, in the order of [`EXPERIMENTS`]. The name `all` means all of them.
 ///
 /// # Errors
-/// There is no experiment of a name.
+/// If there is no experiment with one of the names.
 pub fn find(names: &[String]) -> Result<Vec<&'static Experiment>> {
     for name in names {
         if name != "all" && !EXPERIMENTS.iter().any(|e| e.name == name) {
@@ -60,4 +60,11 @@ pub fn find(names: &[String]) -> Result<Vec<&'static Experiment>> {
     }
     let chosen = |e: &&Experiment| names.iter().any(|name| name == "all" || name == e.name);
     Ok(EXPERIMENTS.iter().filter(chosen).collect())
+}
+
+/// All experiments as a table: name, figure and title.
+pub fn listing() -> String {
+    let width = |of: fn(&Experiment) -> &str| EXPERIMENTS.iter().map(|e| of(e).chars().count()).max().unwrap_or(0);
+    let (first, second) = (width(|e| e.name), width(|e| e.figure));
+    EXPERIMENTS.iter().map(|e| format!("  {:first$}  {:second$}  {}\n", e.name, e.figure, e.title)).collect()
 }

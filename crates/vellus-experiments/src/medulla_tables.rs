@@ -1,4 +1,4 @@
-//! Yan17 Fig. 10 and the 150 KB: the accuracy and the size of the medulla's tables.
+//! Yan17 Fig. 10, and the claim of 150 KB: the accuracy and the size of the medulla's tables.
 
 use crate::context::Context;
 use crate::{Claim, Outcome, Table, Verdict};
@@ -74,7 +74,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     for kind in TableKind::ALL {
         let of = |f: fn(&ProfileError) -> f64| summary(errors.iter().filter(|e| e.kind == kind).map(f).collect());
         let (l1, noise) = (of(|e| e.l1), of(|e| e.noise));
-        // Independent of each other.
+        // The two errors are independent.
         let without = (l1.mean * l1.mean - noise.mean * noise.mean).max(0.0).sqrt();
         worst = worst.max(without);
         let cells = [l1.mean, l1.p95, l1.max, noise.mean, without].map(|x| format!("{:.2}", 100.0 * x));

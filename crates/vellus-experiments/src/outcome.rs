@@ -33,7 +33,7 @@ pub struct Outcome {
     pub notes: Vec<String>,
     /// Duration of the last run, without the time of earlier, interrupted runs.
     pub seconds: f64,
-    /// How much work was put in.
+    /// The amount of work.
     pub quality: Quality,
     /// The version of this crate.
     pub version: String,
@@ -113,7 +113,7 @@ pub struct Claim {
     pub value: Option<f64>,
     /// Whether the claim holds.
     pub verdict: Verdict,
-    /// Why the claim is not judged; otherwise a remark, or empty.
+    /// Why the claim is not judged. Otherwise a remark, or empty.
     pub why: String,
 }
 
@@ -129,7 +129,7 @@ pub enum Verdict {
     /// It does not hold.
     #[serde(rename = "does not hold")]
     DoesNotHold,
-    /// It cannot be judged; [`Claim::why`] says why.
+    /// It cannot be judged. [`Claim::why`] is the reason.
     #[serde(rename = "not judged")]
     NotJudged,
     /// The quality is too low to judge claims.
@@ -214,7 +214,7 @@ impl Outcome {
         Outcome { paper: paper.into(), ..Outcome::default() }
     }
 
-    /// Removes all verdicts: nothing is judged at smoke quality.
+    /// Removes all verdicts, because nothing is judged at smoke quality.
     pub fn withhold_verdicts(&mut self) {
         for claim in &mut self.claims {
             (claim.verdict, claim.value) = (Verdict::NotAtThisQuality, None);

@@ -1,10 +1,10 @@
-//! How much work an experiment puts in.
+//! The quality of an experiment.
 
 use anyhow::{Error, bail};
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
-/// How much work an experiment puts in.
+/// The quality of an experiment, which determines its amount of work.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Quality {
@@ -21,7 +21,7 @@ impl Quality {
     /// All qualities, from the lowest to the highest.
     pub const ALL: [Quality; 3] = [Quality::Smoke, Quality::Draft, Quality::Paper];
 
-    /// One of three values: for smoke, draft and paper.
+    /// Selects one of three values, for smoke, draft and paper.
     pub(crate) fn pick<T>(self, smoke: T, draft: T, paper: T) -> T {
         match self {
             Quality::Smoke => smoke,

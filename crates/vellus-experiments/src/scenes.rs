@@ -16,7 +16,7 @@ const TABLE_5: [(&str, &str, usize, usize); 5] = [
     ("hair", "18", 53_000, 64),
 ];
 
-/// The small scene has one of this many strands. The lock is always complete.
+/// A small scene has one of this number of strands. The lock always has all strands.
 const SHARE: usize = 40;
 
 pub fn run(context: &Context<'_>) -> Result<Outcome> {

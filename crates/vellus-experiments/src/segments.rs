@@ -15,8 +15,8 @@ use vellus_reference::exact::Exact;
 const AZIMUTHS: usize = 360;
 const POINTS: usize = 400;
 
-/// Segments of the scattered lobes in the paper's scheme: everywhere, in its fits, and as many as for the other
-/// lobes.
+/// Segments of the scattered lobes in the paper's scheme: the usual number, the number for fits, and the same number as
+/// for the other lobes.
 const SCATTERED: [usize; 3] = [4, 5, 8];
 
 pub fn run(context: &Context<'_>) -> Result<Outcome> {
@@ -27,7 +27,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
          query takes 2 to 4 integrations.",
     );
     let species: &[Species] = context.quality.pick(&[Species::RedFox], &Species::ALL, &Species::ALL);
-    // 0.2 rad first: the inclination at which the paper's segments were judged when ours were designed.
+    // The first inclination is 0.2 rad. The paper's segments were measured there when ours were designed.
     const ALL: [f64; 5] = [11.46, 0.0, 30.0, 60.0, 80.0];
     let inclinations: &[f64] = context.quality.pick(&ALL[..1], &ALL[..1], &ALL);
     let paths = context.quality.pick(2_000, PATHS, PATHS);
@@ -83,7 +83,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         let mean = rows.iter().map(|row| row[k]).sum::<f64>() / rows.len() as f64;
         (mean, rows.iter().map(|row| row[k]).fold(0.0, f64::max))
     };
-    // The column, the bound, and whether the bound is for the mean or the worst.
+    // `k` is the column, and `bound` is for the largest error if `of_worst` is true, otherwise for the mean.
     let mut claim = |what: &str, expected: &str, k: usize, bound: f64, of_worst: bool| {
         let (mean, worst) = spread(k);
         let measured = format!("L1 error {:.2} % on average, {:.2} % at worst", 100.0 * mean, 100.0 * worst);
@@ -117,7 +117,7 @@ fn averages(context: &Context<'_>) -> Result<Picture> {
     context.draw(&picture, "windows", caption)
 }
 
-/// Relative L1 errors of TTˢ + TRTˢ: the paper's by number of segments, and ours.
+/// Relative L1 errors of TTˢ + TRTˢ: of the paper's scheme for each number of segments, and of ours.
 fn scattered(fiber: &Fiber, theta_o: f64) -> Result<[f64; 4]> {
     let tables = TableData::from_bytes(Tables::SHIPPED)?;
     let oracle = Exact::new(fiber, &tables)?;
@@ -162,7 +162,7 @@ fn integrations(species: &[Species]) -> Claim {
             let p = f64::from(p);
             for i in 0..n {
                 let [a, b] = [i, i + 1].map(|i| exit(p, (i as f64 / n as f64).sqrt()));
-                // The share of the circle on which the segment counts.
+                // The share of the circle on which the segment contributes.
                 sum += 2.0 * (((a - b).abs() + 6.0 * (p + 1.0).sqrt() * beta) / TAU).min(1.0);
             }
         }
@@ -189,7 +189,7 @@ fn appendix() -> (Table, Claim) {
     let single = |a: f32, x: f32| {
         -(-a * x).exp() * (a.powi(3) * x.powi(3) + 3.0 * a * a * x * x + 6.0 * a * x + 6.0) / a.powi(4)
     };
-    // By its series: for these slopes the terms decrease faster than any power.
+    // The exact value, by a series whose terms decrease fast for these slopes.
     let exact = |a: f64| {
         let (mut term, mut sum) = (1.0, 0.0);
         for k in 0..40 {

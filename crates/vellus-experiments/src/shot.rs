@@ -2,17 +2,16 @@
 //! picture.
 
 use crate::context::{Context, Interrupted};
-use crate::cpu_time;
 use anyhow::{Context as _, Result, anyhow};
 use std::ops::Range;
 use std::time::{Duration, Instant};
-use vellus_io::DigestBuilder;
+use vellus_io::{DigestBuilder, cpu_time};
 use vellus_models::ModelKind;
 use vellus_render::session::{End, Options, read_film, write_film};
 use vellus_render::{Error, Film, Filter, Layer, Mode, PICTURE_VERSION, Session, Settings, World};
 use vellus_scene::{Camera, Scene};
 
-/// A way to scatter light: the model, and the part of the width that it averages over.
+/// A method to compute the scattering: the model, and the part of the width that it averages over.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Method {
     pub name: &'static str,
@@ -50,7 +49,7 @@ const PASS: Duration = Duration::from_secs(1);
 const REFERENCE: [u32; 2] = [101, 202];
 const MEASURED: u32 = 7;
 
-/// A scene ready for rays, and the part of its picture to render.
+/// A scene prepared for rays, and the part of its picture to render.
 pub struct Shot<'c> {
     context: &'c Context<'c>,
     name: String,
@@ -65,8 +64,8 @@ pub struct Converged {
     pub film: Film,
     halves: [Film; 2],
     variance: f64,
-    /// Root mean square of the differences of the halves' pixels, in standard errors: 1 if the standard errors are
-    /// well estimated.
+    /// Root mean square of the differences between pixels of the two halves, divided by their standard errors. It is 1
+    /// if the standard errors are correct.
     pub spread: f64,
 }
 
@@ -76,10 +75,10 @@ pub struct Point {
     pub samples: u64,
     /// Processor time, seconds.
     pub time: f64,
-    /// Mean square of the difference to the converged picture, minus the part that the converged picture's own noise
-    /// adds.
+    /// Mean square of the difference from the converged picture, minus the part from the noise of the converged
+    /// picture.
     pub mse: f64,
-    /// The same, for squares relative to those of the converged picture plus a hundredth of their mean.
+    /// The same, with each square divided by the square of the converged picture plus a hundredth of the mean square.
     pub rel_mse: f64,
 }
 
@@ -101,12 +100,12 @@ impl<'c> Shot<'c> {
         Ok(Shot { context, name: name.to_owned(), world, size, crop, layers: vec![Layer::Beauty] })
     }
 
-    /// Another part of the same scene; `name` identifies its files.
+    /// Selects another part of the same scene. `name` identifies its files.
     pub fn aim(&mut self, name: &str, size: [usize; 2], crop: [usize; 4]) {
         (self.name, self.size, self.crop) = (name.to_owned(), size, crop);
     }
 
-    /// Another view of the same scene.
+    /// Replaces the camera of the scene.
     pub fn set_camera(&mut self, camera: Camera) -> Result<()> {
         Ok(self.world.set_camera(camera)?)
     }
@@ -148,8 +147,8 @@ impl<'c> Shot<'c> {
         Ok((cpu_time().unwrap_or_default() - before).as_secs_f64())
     }
 
-    /// Renders a picture with this many samples per pixel. The experiment's folder keeps its film: a finished film is
-    /// read, an interrupted one is continued.
+    /// Renders a picture with this many samples per pixel. The experiment's folder keeps its film. A finished film is
+    /// read, and an interrupted one is continued.
     pub fn render(&mut self, method: Method, seed: u32, samples: u64) -> Result<Film> {
         self.choose(method)?;
         let file = self.context.path(&format!("{}-{}-{seed}.film", self.name, method.key));
@@ -258,9 +257,9 @@ pub fn brightness(film: &Film, x: usize, y: usize) -> f64 {
     (0..3).map(|c| film.mean(x, y, Layer::Beauty, c)).sum::<f64>() / 3.0
 }
 
-/// The difference of the fur in two pictures: of the means, in standard errors and relative to the brightness, and
-/// the root mean square of the pixels' differences in their standard errors, for pixels that have light and noise.
-/// Each pixel is weighted by its share covered by fibres.
+/// Compares the fur in two pictures. Returns three numbers: the difference of the means in standard errors, the same
+/// difference relative to the brightness, and the root mean square of the pixels' differences in their standard errors.
+/// Only pixels with light and noise count. Each pixel is weighted by the share that fibres cover.
 pub fn difference(a: &Film, b: &Film) -> (f64, f64, f64) {
     let (width, height) = (b.width(), b.height());
     let (mut sum, mut all, mut variance, mut squares, mut count) = (0.0, 0.0, 0.0, 0.0, 0.0);
@@ -287,7 +286,7 @@ pub fn colors(film: &Film) -> Vec<f64> {
 }
 
 impl Converged {
-    /// The two pictures with independent seeds whose mean the converged picture is.
+    /// The two pictures with independent seeds. Their mean is the converged picture.
     pub fn halves(&self) -> [&Film; 2] {
         [&self.halves[0], &self.halves[1]]
     }
@@ -299,8 +298,8 @@ impl Converged {
         let mse = a.iter().zip(&b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / n;
         let rel = |a: f64, b: f64| (a - b).powi(2) / (b * b + floor);
         let rel_mse = a.iter().zip(&b).map(|(a, b)| rel(*a, *b)).sum::<f64>() / n;
-        // The variance of the converged picture is spread like the measured one: in relative errors it has the same
-        // share.
+        // The variance of the converged picture is distributed like that of the measured one, so its share of the
+        // relative error is the same.
         let left = 1.0 - self.variance / mse.max(1e-300);
         Point { samples: film.samples(), time, mse: mse * left, rel_mse: rel_mse * left }
     }
@@ -312,8 +311,8 @@ impl Converged {
     }
 }
 
-/// The time that `b` takes to reach the error of `a`, relative to that of `a`: the geometric mean of the last three
-/// points, where the error falls as one over time.
+/// The time that `b` takes to reach the error of `a`, relative to the time of `a`. It is the geometric mean of the last
+/// three points, where the error is proportional to one over time.
 pub fn speedup(a: &[Point], b: &[Point], error: impl Fn(&Point) -> f64) -> f64 {
     let cost = |p: &Point| (error(p).max(1e-300) * p.time).ln();
     let last = a.len().min(b.len()).min(3);

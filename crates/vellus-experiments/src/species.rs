@@ -33,7 +33,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     // Cells, their subdivision, photons of each of the two simulations.
     let (size, within, photons) = context.quality.pick((10, 3, 20_000), (5, 5, 400_000), (3, 4, 8_000_000));
     let grid = Grid { columns: 180 / size, rows: 180 / size, within };
-    // Each of its values takes as long as a hundred of the others.
+    // One of its values takes as long as a hundred values of the others.
     let coarse = Grid { within: grid.within.min(3), ..grid };
     let data = TableData::from_bytes(Tables::SHIPPED)?;
     let header = [

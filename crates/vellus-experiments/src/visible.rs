@@ -1,4 +1,4 @@
-//! How visible the difference of two pictures is on the fur.
+//! The visibility of the difference between two pictures of fur.
 //!
 //! Colours are compared as a display shows them, pixel by pixel: ΔE*ab, the distance in CIE 1976 L*a*b*. The result is
 //! its root mean square, weighted by the share of each pixel that fibres cover.
@@ -44,7 +44,7 @@ impl Visible {
         Visible::of(&pixels)
     }
 
-    /// Computes it from the weights of the pixels and their unbiased squares.
+    /// Computes the result from pairs of a pixel's weight and its unbiased square.
     fn of(pixels: &[(f64, f64)]) -> Self {
         let all = pixels.iter().map(|(w, _)| w).sum::<f64>().max(f64::MIN_POSITIVE);
         let mean = pixels.iter().map(|(w, x)| w * x).sum::<f64>() / all;
@@ -104,15 +104,15 @@ mod tests {
         };
         close([1.0; 3], [100.0, 0.0, 0.0]);
         close([0.0; 3], [0.0; 3]);
-        // Red as published for sRGB, within the digits of the white point.
+        // Red has the published values of sRGB, within the digits of the white point.
         close([0.1842; 3], [50.0, 0.0, 0.0]);
         close([1.0, 0.0, 0.0], [53.24, 80.09, 67.20]);
-        // A display shows no more than white.
+        // A display clamps to white.
         close([9.0, 9.0, 9.0], [100.0, 0.0, 0.0]);
     }
 
-    /// Halves of pictures that differ by noise only: the square of one difference would be 2 σ², the product is 0
-    /// within its range.
+    /// The halves of two pictures differ by noise only. The square of one difference would be 2 σ², but the product is
+    /// 0 within its range.
     #[test]
     fn noise_is_no_difference() {
         // Differences of two halves from a congruential generator: uniform with variance 1/12, times 20.

@@ -12,7 +12,7 @@ use vellus_scene::{Camera, Scene};
 
 const METHODS: [Method; 3] = [NEAR, FAR, MULTI];
 
-/// How much closer the close-up is: at draft quality, a pixel is a fifth of a hair's radius.
+/// The magnification of the close-up. At draft quality, a pixel is then a fifth of a hair's radius.
 const CLOSE: f32 = 300.0;
 
 pub fn run(context: &Context<'_>) -> Result<Outcome> {
@@ -86,7 +86,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         for (method, close) in [(MULTI, true), (FAR, false)] {
             let (name, other) = (method.name, comparison.converged(method)?);
             let (z, offset, spread) = difference(&other.film, &near.film);
-            // The same for noise alone: heavy-tailed samples underestimate errors.
+            // The same ratio for noise only, because heavy-tailed samples underestimate errors.
             let noise = near.spread.max(other.spread);
             let visible = Visible::new(other.halves(), near.halves());
             let measured = format!(

@@ -10,13 +10,13 @@ use vellus_models::Directions;
 /// The least value of a model. It keeps logarithms finite.
 const FLOOR: f32 = 1e-30;
 
-/// A profile, or a part of it, prepared for comparisons with a model.
+/// A profile or a part of it, prepared for comparisons with a model.
 pub struct Cost<'a> {
     space: &'a Space,
     forward: Forward,
     recent: Recent,
     directions: Directions,
-    /// The summand that turns ln(f·cos θ) into a residual, point by point and channel by channel.
+    /// For each point and channel, the number to add to ln(f·cos θ) to get a residual.
     offsets: Vec<f64>,
     channels: usize,
     /// How many values of the model were computed.

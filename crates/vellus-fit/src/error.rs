@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-/// Bad input, with the place where it is.
+/// Bad input. The message names its place.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file that cannot be read, or that is not a profile.

@@ -20,16 +20,16 @@ use vellus::Parameter;
 use vellus_io::{Progress, Steps};
 use vellus_sim::medulla::SimRng;
 
-/// How many points of the profile the first descents use.
+/// The number of points of the profile that the first descents use.
 const SAMPLE: usize = 600;
 
-/// How many distinct minima are refined on all points.
+/// The largest number of distinct minima that are refined on all points.
 const FOLLOWED: usize = 6;
 
-/// Two variables are the same if they differ by less than this share of their usual range.
+/// Two values of a variable count as equal if they differ by less than this share of its usual range.
 const SAME: f64 = 0.02;
 
-/// The smallest roughness that is fitted, as a share of the sampling step. Smaller ones are not resolved.
+/// The smallest roughness that is fitted, as a share of the sampling step. The samples do not resolve smaller ones.
 const UNRESOLVED: f64 = 0.25;
 
 /// The median distance of adjacent values of a sorted axis.
@@ -39,8 +39,8 @@ fn spacing(axis: &[f64]) -> f64 {
     steps.get(steps.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// Fits a model to a profile. `progress` gets a report after each start. A cancelled fit ends with the best so far, and
-/// [`Fit::interrupted`] is true.
+/// Fits a model to a profile. `progress` gets a report after each descent. A cancelled fit returns the best result so
+/// far, and [`Fit::interrupted`] is true.
 ///
 /// # Errors
 /// [`Error::Profile`] for a profile that has too few points or does not vary, [`Error::Parameter`] for a bad request.
@@ -69,7 +69,7 @@ pub fn fit(profile: &Profile, forward: Forward, options: &Options, progress: &dy
     let (rough, fine) = (problem(&on_part), problem(&on_all));
 
     let begun = starts(&space, &part, profile.theta_o, options, progress);
-    // The last step is what follows the descents.
+    // The last step stands for the work after the descents.
     let steps = Steps::new(progress, begun.len() as u64 + 1, "fitting");
     let mut minima: Vec<Minimum> = begun
         .par_iter()
@@ -90,7 +90,7 @@ pub fn fit(profile: &Profile, forward: Forward, options: &Options, progress: &dy
     let Some(best) = followed.first() else {
         return Err(Error::Profile("no descent ended".to_owned()));
     };
-    // The minimum of a part of the points is within a few standard errors of that of all points.
+    // The minimum for a part of the points is within a few standard errors of the minimum for all points.
     let statistics = statistics(&fine, &space, profile, best);
     let reached = ends.iter().filter(|u| similar(&space, &statistics, u, &best.u)).count();
     let rival = followed[1..].iter().find(|m| !similar(&space, &statistics, &m.u, &best.u)).map(|m| Rival {
@@ -113,14 +113,14 @@ pub fn fit(profile: &Profile, forward: Forward, options: &Options, progress: &dy
     ))
 }
 
-/// Sorts minima by their loss, with the noise of the best one for all.
+/// Sorts minima by their loss. All losses use the smallest noise of any minimum.
 fn rank(problem: &Problem, minima: &mut [Minimum]) {
     let noise = minima.iter().map(|m| m.noise).fold(f64::INFINITY, f64::min);
     let key = |m: &Minimum| problem.loss(&m.residuals, noise);
     minima.sort_by(|a, b| key(a).total_cmp(&key(b)));
 }
 
-/// The best minima that differ from each other, at most [`FOLLOWED`].
+/// The best minima that differ from each other. At most [`FOLLOWED`].
 fn distinct<'m>(space: &Space, minima: &'m [Minimum]) -> Vec<&'m Minimum> {
     let mut kept: Vec<&Minimum> = Vec::new();
     for m in minima {
@@ -137,17 +137,17 @@ fn distinct<'m>(space: &Space, minima: &'m [Minimum]) -> Vec<&'m Minimum> {
     kept
 }
 
-/// Do two minima differ by less than the data can tell, or by less than matters?
+/// Whether two minima are the same within the precision of the data, or within a small share of the usual ranges.
 fn similar(space: &Space, statistics: &Statistics, a: &[f64], b: &[f64]) -> bool {
     (0..a.len()).all(|j| {
         let [low, high] = space.usual(j);
-        // Errors are larger where only a part of the points was used.
+        // A minimum for only a part of the points has larger errors.
         let error = 10.0 * statistics.covariance[(j, j)].sqrt();
         (a[j] - b[j]).abs() <= error.max(3.0 * SAME * (high - low))
     })
 }
 
-/// What describes the search rather than the minimum.
+/// Results of the search that do not describe the best minimum itself.
 struct Outside {
     starts: Starts,
     rival: Option<Rival>,
@@ -239,8 +239,8 @@ fn describe(
     }
 }
 
-/// The RMS error of fitted values over the measured range (Yan17 footnote 3), and the same of the logarithms. `fitted`
-/// has one RGB value for each point of the profile.
+/// The RMS error of fitted values, divided by the range of the measured values (Yan17 footnote 3), and the same for
+/// their logarithms. `fitted` has one RGB value for each point of the profile.
 pub fn errors(profile: &Profile, fitted: &[[f64; 3]]) -> (f64, f64) {
     let (mut squares, mut log_squares) = (0.0, 0.0);
     for (p, f) in profile.points.iter().zip(fitted) {

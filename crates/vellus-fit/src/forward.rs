@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 use vellus::{Bcsdf, Fiber, Model, Parameter as FiberParameter};
 use vellus_models::{AnyModel, Chiang2016, Directions, Marschner2003, ModelKind, Yan2015};
 
-/// A model that can be fitted to profiles: its far field (Yan17 Sec. 5.1). The default is [`ModelKind::Vellus`].
+/// A model whose far field can be fitted to profiles (Yan17 Sec. 5.1). The default is [`ModelKind::Vellus`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Forward(ModelKind);
 
@@ -43,13 +43,13 @@ impl Forward {
         self.0
     }
 
-    /// Does the model depend on a parameter?
+    /// Whether the model depends on a parameter.
     pub fn has(self, kind: Kind) -> bool {
         use FiberParameter::{G, Kappa, Layers, SigmaMa, SigmaMs};
         match self.0 {
             ModelKind::Yan2015 => true,
             ModelKind::Vellus => kind != Kind::EtaM,
-            // Hair without medulla, with an ordinary interface as its surface.
+            // Models of hair have no medulla, and their surface is an ordinary interface.
             _ => !matches!(kind, Kind::EtaM | Kind::Fiber(Kappa | SigmaMs | SigmaMa | G | Layers, _)),
         }
     }
@@ -79,8 +79,8 @@ impl Forward {
         all
     }
 
-    /// f·cos θᵢ averaged over the width of the fibre, RGB, for ω_o at inclination `theta_o` (degrees) and φ = 0. `out`
-    /// gets one value for each of the `directions`.
+    /// Computes f·cos θᵢ, RGB, averaged over the width of the fibre. ω_o has the inclination `theta_o` (degrees) and
+    /// the azimuth 0. `out` gets one value for each of the `directions`, and must have their number of elements.
     ///
     /// # Errors
     /// [`Error::Fiber`] for a parameter out of range.
@@ -94,7 +94,7 @@ impl Forward {
         self.values_with(&Recent::default(), specimen, theta_o, directions, out)
     }
 
-    /// The same for many specimens: `recent` keeps what they share.
+    /// The same for many specimens. `recent` keeps data that they share.
     pub(crate) fn values_with(
         self,
         recent: &Recent,
@@ -115,9 +115,9 @@ impl Forward {
     }
 }
 
-/// The models of Yan et al. 2015 that were used last. A part of the model depends on the refractive indices and the
-/// layers only, and takes as long to prepare as the far field takes to evaluate. Nine of the dozen variables of a fit
-/// do not change that part.
+/// The models of Yan et al. 2015 that were used last. A part of the model depends only on the refractive indices and
+/// the layers. Preparing it takes as long as evaluating the far field. Nine of the dozen variables of a fit do not
+/// change that part.
 #[derive(Debug, Default)]
 pub(crate) struct Recent(Mutex<VecDeque<([f32; 3], Yan2015)>>);
 

@@ -1,7 +1,7 @@
 //! Fits the parameters of a fur model, with their standard errors, to the measured reflectance profile of one fibre
 //! (Yan17 Sec. 5.1, Validation).
 //!
-//! - [`read()`]: profiles as gantries write them; [`simulate`]: synthetic ones.
+//! - [`read()`]: reads measured profiles from files. [`simulate`]: makes synthetic profiles.
 //! - [`fit()`]: bounded least squares on the log-ratio of fitted to measured values, from many starts.
 //! - [`Forward`]: the model that is fitted, Yan et al. 2017 or one of three earlier models.
 //!

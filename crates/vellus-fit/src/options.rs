@@ -7,19 +7,19 @@ use crate::space::Requests;
 pub struct Options {
     /// Parameters that are fixed, tied or freed.
     pub requests: Requests,
-    /// How many descents to begin, at least 1: from the presets, and from the best points of a space-filling design.
+    /// The number of descents, at least 1. They start at the presets and at the best points of a space-filling design.
     pub starts: usize,
-    /// The seed of that design.
+    /// The random seed of that design.
     pub seed: u64,
-    /// Huber's k, at least 1: residuals above k times the noise count linearly instead of squared. Infinity is plain
-    /// least squares.
+    /// Huber's k, at least 1: the loss is linear instead of quadratic for residuals above k times the noise. Infinity
+    /// gives plain least squares.
     pub huber: f64,
 }
 
 impl Default for Options {
     /// 32 starts, the seed 1, and k = 4.
     fn default() -> Self {
-        // Where the model cannot follow the data, the highlights have the largest residuals, and must keep some weight:
+        // If the model cannot match the data, the highlights have the largest residuals. They must keep some weight:
         // with k = 2.5 the NRMSE of whole fibres is up to 1.6 percentage points worse.
         Options { requests: Requests::default(), starts: 32, seed: 1, huber: 4.0 }
     }

@@ -13,7 +13,7 @@ pub enum State {
     AtBound,
     /// Fixed at a given value.
     Fixed,
-    /// Has the value of the parameter named.
+    /// Tied to the parameter with this name, and equal to it.
     Tied(String),
 }
 
@@ -26,29 +26,30 @@ pub struct Estimate {
     pub unit: &'static str,
     /// The value, angles in degrees.
     pub value: f64,
-    /// The standard error, one-sided at an end of the range. `None` for a parameter that was not fitted, or that the
-    /// data says nothing about.
+    /// The standard error. It is one-sided at an end of the range. `None` for a parameter that was not fitted, or that
+    /// the data do not constrain.
     pub error: Option<f64>,
     /// How it was treated.
     pub state: State,
-    /// Does the data determine the value? Not at an end of the range, and not if the standard error is above a tenth
-    /// of the range in which fibres usually are (in the variable that is fitted).
+    /// Whether the data determine the value. False at an end of the range, and if the standard error exceeds a tenth of
+    /// the usual range of fibres. Both are measured in the variable of the fit, such as the logarithm of a roughness.
     pub determined: bool,
 }
 
 /// A minimum other than the best.
 #[derive(Clone, Debug)]
 pub struct Rival {
-    /// The values of its parameters, as many as [`Fit::estimates`].
+    /// The values of all parameters, in the order of [`Fit::estimates`].
     pub values: Vec<f64>,
-    /// How much larger its χ² of the log-ratios is. Below 9 (three standard errors) the data cannot tell them apart.
+    /// The χ² of its log-ratios minus that of the best minimum. Below 9 (three standard errors), the data cannot
+    /// distinguish the two.
     pub chi2: f64,
 }
 
-/// How many descents a fit began, and what became of them.
+/// The numbers of descents of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Starts {
-    /// Descents begun.
+    /// Descents that were started.
     pub begun: usize,
     /// Descents that converged.
     pub finished: usize,
@@ -61,18 +62,18 @@ pub struct Starts {
 pub struct Correlations {
     /// The name of each fitted parameter. Tied parameters have one name.
     pub names: Vec<String>,
-    /// The correlation of each two, in [−1, 1], row by row: as many rows and columns as there are names. The diagonal
-    /// is 1.
+    /// The correlation matrix, row by row. It has one row and one column for each name. Elements are in [−1, 1], and
+    /// the diagonal is 1.
     pub matrix: Vec<Vec<f64>>,
 }
 
 /// A linear combination of parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Combination {
-    /// Names of parameters and their shares, the largest share first. The shares are a unit vector in units of the
-    /// usual ranges; small ones are left out.
+    /// Names of parameters and their shares, the largest share first. The shares are the components of a unit vector,
+    /// in units of the usual ranges. Small ones are omitted.
     pub shares: Vec<(String, f64)>,
-    /// The standard error along that vector, in units of the usual ranges: 0.01 is one percent of them.
+    /// The standard error along that vector, in units of the usual ranges. 0.01 is one percent of them.
     pub standard_error: f64,
 }
 
@@ -91,32 +92,32 @@ pub struct Fit {
     pub estimates: Vec<Estimate>,
     /// The correlations of the fitted parameters.
     pub correlations: Correlations,
-    /// The combination of parameters that the data determines least.
+    /// The combination of parameters that the data constrain least.
     pub weakest: Combination,
     /// The value of the model for each point, in the unit of the profile.
     pub fitted: Vec<[f64; 3]>,
-    /// RMS error over the range of the measured values (Yan17 footnote 3).
+    /// RMS error divided by the range of the measured values (Yan17 footnote 3).
     pub nrmse: f64,
     /// The same for the logarithms, which the fit minimises.
     pub log_nrmse: f64,
-    /// How much better the fit is than a constant.
+    /// Comparison of the fit with a constant.
     pub explained: Explained,
-    /// Why the fit says nothing about the fibre, if it does not.
+    /// The reason why the fit says nothing about the fibre, or `None` if it does.
     pub no_fit: Option<NoFit>,
     /// Robust standard deviation of the log-ratios.
     pub noise: f64,
-    /// How many values are off by more than Huber's k times the noise.
+    /// The number of values whose residual exceeds Huber's k times the noise.
     pub outliers: usize,
     /// Correlation of neighbouring residuals, over φ and over θ.
     pub neighbours: [f64; 2],
     /// The factor by which that correlation widens the standard errors.
     pub widened: f64,
-    /// How many descents there were.
+    /// The numbers of descents.
     pub starts: Starts,
-    /// The next best minimum found.
+    /// The second-best distinct minimum, if one was found.
     pub rival: Option<Rival>,
-    /// How many values of the model were computed.
+    /// The number of model values that were computed.
     pub evaluations: u64,
-    /// The fit was cancelled: this is the best result so far.
+    /// Whether the fit was cancelled. The result is then the best one found until then.
     pub interrupted: bool,
 }

@@ -1,4 +1,4 @@
-//! The parameters of a fit: their names and ranges, and the variables that a fit moves them in.
+//! The parameters of a fit: their names, ranges and variables.
 
 use crate::error::Error;
 use crate::specimen::Specimen;
@@ -7,8 +7,8 @@ use std::str::FromStr;
 use vellus::Fiber;
 use vellus::Parameter as FiberParameter;
 
-/// The variable u that a parameter x is fitted in. Errors are nearly symmetric in u, and a step means about the same
-/// everywhere.
+/// The variable u that a fit uses for a parameter x. Errors are nearly symmetric in u, and a step of u has about the
+/// same effect everywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Curve {
     /// u = x.
@@ -18,7 +18,7 @@ pub enum Curve {
         /// u is nearly linear below the offset.
         offset: f64,
     },
-    /// u = −ln(1 − x), for g: the forward peak is about 1 − g wide.
+    /// u = −ln(1 − x), for g. The width of the forward peak is about 1 − g.
     Peak,
 }
 
@@ -51,24 +51,25 @@ impl Curve {
     }
 }
 
-/// What one number of a fit is.
+/// The meaning of one number of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// A parameter of the fibre and its channel: 0 for a number, and for all channels of a colour in a grey profile.
+    /// A parameter of the fibre, and its channel. The channel is 0 for a scalar. In a grey profile, channel 0 stands
+    /// for all channels of a colour.
     Fiber(FiberParameter, usize),
-    /// η_m of Yan et al. 2015. η is then the refractive index of the cortex alone.
+    /// η_m of Yan et al. 2015. η is then the refractive index of the cortex only.
     EtaM,
-    /// Inclination of the fixed direction. It has the value of the profile unless it is freed.
+    /// Inclination of the fixed direction. It is fixed to the value of the profile unless it is freed.
     ThetaO,
-    /// The factor on the values of the model. The unit of a measurement is arbitrary.
+    /// The factor on the values of the model, because the unit of a measurement is arbitrary.
     Scale,
 }
 
-/// The name of a parameter in [`Requests`](crate::Requests): as in files, such as `eta`, `sigma_ca`, `sigma_ca.r`,
-/// `eta_m`, `theta_o` or `scale`.
+/// The name of a parameter in [`Requests`](crate::Requests), the same as in files: `eta`, `sigma_ca`, `sigma_ca.r`,
+/// `eta_m`, `theta_o`, `scale` and so on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Name {
-    /// A parameter of the fibre, and the channel if only one is meant.
+    /// A parameter of the fibre. `None` means all of its channels.
     Fiber(FiberParameter, Option<usize>),
     /// η_m of Yan et al. 2015.
     EtaM,
@@ -79,7 +80,7 @@ pub enum Name {
 }
 
 impl Name {
-    /// Does the name mean a parameter of a profile with 1 or 3 channels?
+    /// Whether the name means this parameter. `channels` is the number of channels of the profile, 1 or 3.
     pub(crate) fn means(self, kind: Kind, channels: usize) -> bool {
         match (self, kind) {
             (Name::Fiber(name, None), Kind::Fiber(parameter, _)) => name == parameter,
@@ -96,7 +97,7 @@ impl FromStr for Name {
     type Err = Error;
 
     /// # Errors
-    /// [`Error::Parameter`] for a name that no parameter has. It lists those there are.
+    /// [`Error::Parameter`] for an unknown name. The message lists all names.
     fn from_str(name: &str) -> Result<Self, Error> {
         match name {
             "eta_m" => Ok(Name::EtaM),
@@ -127,39 +128,39 @@ impl fmt::Display for Name {
     }
 }
 
-/// Reflectance and melanin are other ways to give the absorption that is fitted.
+/// Reflectance and melanin are not fitted: they are other ways to give the absorption, which is.
 fn is_fitted(parameter: FiberParameter) -> bool {
     parameter.default_value().is_some()
 }
 
-/// One number of a fit, with the name, unit and range that it has in files. Angles are in degrees.
+/// One number of a fit, with its name, unit and range in files. Angles are in degrees.
 #[derive(Clone, Debug)]
 pub struct Parameter {
     /// What it is.
     pub kind: Kind,
     /// The name in files, with the channel of a colour in an RGB profile: `sigma_ca.r`.
     pub name: String,
-    /// `°` for an angle, or nothing.
+    /// `°` for an angle, otherwise empty.
     pub unit: &'static str,
     /// The smallest value allowed.
     pub low: f64,
     /// The largest value allowed.
     pub high: f64,
-    /// The range in which fibres usually are. Starts are drawn from it, and a standard error is judged by it.
+    /// The usual range for fibres. Starts are drawn from it, and standard errors are compared with it.
     pub usual: [f64; 2],
-    /// The variable that it is fitted in.
+    /// The variable that the fit uses.
     pub curve: Curve,
-    /// Half the distance of the two points of a difference quotient, in that variable. It is large against the
-    /// rounding errors of the model (relative errors of 1e-6 in single precision), and small against the widths of
+    /// Half of the distance between the two points of a difference quotient, in that variable. It is much larger than
+    /// the rounding errors of the model (1e-6 relative, in single precision), and much smaller than the widths of
     /// lobes.
     pub step: f64,
 }
 
-/// The offset of [`Curve::Log`] for absorption and scattering, per fibre radius. Light passes two radii at most. Up to
-/// about this offset the loss of light is linear in σ, so that errors are symmetric in σ itself.
+/// The offset of [`Curve::Log`] for absorption and scattering, per fibre radius. Light passes through at most two
+/// radii. The loss of light is linear in σ up to about this value, so errors are symmetric in σ itself.
 const LITTLE: f64 = 0.3;
 
-/// What a fit needs to know of a parameter of the fibre besides its range: the usual range, the variable, the step.
+/// The usual range, the variable and the step of a parameter of the fibre. `None` if the parameter is not fitted.
 pub(crate) fn habits(parameter: FiberParameter) -> Option<([f64; 2], Curve, f64)> {
     let log = |offset| Curve::Log { offset };
     Some(match parameter {
@@ -177,9 +178,9 @@ pub(crate) fn habits(parameter: FiberParameter) -> Option<([f64; 2], Curve, f64)
     })
 }
 
-/// The fibre, the inclination of ω_o in degrees and the scale that values of `parameters` describe.
+/// Converts the values of `parameters` to a fibre, the inclination of ω_o in degrees, and the scale.
 pub(crate) fn assemble(parameters: &[Parameter], values: &[f64]) -> (Specimen, f64, f64) {
-    // What a model does not have is that of a hair without medulla.
+    // Parameters that the model does not have keep the values of a hair without medulla.
     let mut fiber = Fiber::hair();
     let mut eta_m = None;
     let (mut theta_o, mut scale) = (0.0, 1.0);
@@ -191,7 +192,8 @@ pub(crate) fn assemble(parameters: &[Parameter], values: &[f64]) -> (Specimen, f
                 let stored = if parameter.is_angle() { v.to_radians() } else { v } as f32;
                 let mut value = parameter.get(&fiber).unwrap_or_default();
                 value[channel..].fill(stored);
-                // Degrees in range may round to radians just out of range, which only `set` allows for.
+                // Degrees in range may round to radians just out of range. `set` accepts these, but `set_nearest` would
+                // change them.
                 if parameter.set(&mut fiber, value).is_err() {
                     parameter.set_nearest(&mut fiber, value);
                 }
@@ -211,7 +213,7 @@ pub(crate) fn values_of(parameters: &[Parameter], fiber: &Fiber, theta_o: f64, s
             let stored = f64::from(parameter.get(fiber).unwrap_or_default()[channel]);
             if parameter.is_angle() { stored.to_degrees() } else { stored }
         }
-        // Starts are presets, whose medulla has the index of the cortex.
+        // Starts are presets, and their medulla has the refractive index of the cortex.
         Kind::EtaM => fiber.eta.into(),
         Kind::ThetaO => theta_o,
         Kind::Scale => scale,

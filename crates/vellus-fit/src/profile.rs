@@ -7,11 +7,11 @@ use std::str::FromStr;
 /// What the numbers of a profile are proportional to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quantity {
-    /// f·cos θ: the fibre's radiance at a fixed camera while the light moves (the gantry of Yan et al. 2015), or
-    /// the power that reaches a moving detector that sees the whole fibre.
+    /// f·cos θ. A fixed camera measures this as radiance while the light moves, as the gantry of Yan et al. 2015 does.
+    /// A moving detector that sees the whole fibre measures it as power.
     #[default]
     FCos,
-    /// f: the fibre's radiance seen by a camera that moves, the light being fixed.
+    /// f. A moving camera measures this as radiance while the light is fixed.
     F,
 }
 
@@ -42,20 +42,21 @@ impl FromStr for Quantity {
 pub struct Point {
     /// θ of the direction that moves, degrees.
     pub theta: f64,
-    /// φ of the direction that moves less that of the fixed one, degrees: 0 is backward, 180 straight through.
+    /// φ of the direction that moves minus φ of the fixed direction, degrees. 0 is backward, and 180 is straight
+    /// through.
     pub phi: f64,
-    /// Above 0, in any unit; of a grey profile the first alone counts.
+    /// The measured RGB value, above 0, in any unit. Grey profiles only use the first channel.
     pub value: [f64; 3],
 }
 
-/// Light scattered by one fibre, averaged over its width, for one fixed direction and many others.
+/// Light scattered by one fibre, averaged over its width, between one fixed direction and many other directions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
-    /// Inclination of the fixed direction, degrees: ω_o of the model.
+    /// Inclination of the fixed direction, in (−90, 90) degrees. This direction is ω_o of the model.
     pub theta_o: f64,
     /// What the values are proportional to.
     pub quantity: Quantity,
-    /// 1 (grey) or 3 (RGB).
+    /// Number of channels: 1 (grey) or 3 (RGB).
     pub channels: usize,
     /// The measured points.
     pub points: Vec<Point>,
@@ -63,15 +64,15 @@ pub struct Profile {
     pub missing: Vec<[f64; 2]>,
 }
 
-/// Range of a profile's largest value. The scale is fitted between 1e-30 and 1e30: this leaves ten powers of ten for
-/// the model's values.
+/// The allowed range of the largest value of a profile. The scale is fitted in [1e-30, 1e30]. This leaves a factor of
+/// 1e10 for the values of the model.
 pub const LARGEST: [f64; 2] = [1e-20, 1e20];
 
-/// Values whose logarithms scatter by less than this are a constant: it is what single precision and the far field's
-/// quadrature leave.
+/// Values are constant if the standard deviation of their logarithms is below this. Single precision and the quadrature
+/// of the far field cause errors of this size.
 const CONSTANT: f64 = LEAST_NOISE;
 
-/// Fewest directions worth a fit: three for each of a dozen parameters.
+/// The smallest number of directions for a fit: three for each of a dozen parameters.
 pub const FEWEST: usize = 36;
 
 impl Profile {
@@ -159,7 +160,7 @@ impl Profile {
     }
 }
 
-/// Checks a direction in degrees. The error says what is out of range.
+/// Checks a direction in degrees. The error names the angle that is out of range.
 pub(crate) fn check_angles(theta: f64, phi: f64) -> Result<(), String> {
     if theta.is_nan() || theta.abs() >= 90.0 {
         return Err(format!("theta = {theta} is out of range: it must be in (-90, 90) degrees"));

@@ -74,7 +74,6 @@ impl FromStr for Axis {
     }
 }
 
-/// What is known of a file beside what is in it. Text and CSV may say it themselves: `# theta_o = -30`,
 /// What the caller knows about a file. Text and CSV files may state it in comments: `# theta_o = -30`, `# angles =
 /// fiber`, `# quantity = f-cos`.
 #[derive(Clone, Copy, Debug, Default)]
@@ -105,7 +104,7 @@ struct Table {
 /// for a missing value. A value of 0 counts as missing.
 ///
 /// # Errors
-/// [`Error::Line`] or [`Error::File`]: the problem and its place.
+/// [`Error::Line`] or [`Error::File`]. The message states the problem and its place.
 pub fn read(path: &Path, reading: &Reading) -> Result<Profile, Error> {
     let bytes =
         vellus_io::read_at_most(path, MOST_BYTES).map_err(|e| Error::file(path, format!("cannot read it: {e}")))?;

@@ -1,4 +1,4 @@
-//! Synthetic measurements: of a model, or of a whole fibre traced photon by photon, which uses no model.
+//! Synthetic measurements of a model, or of a whole fibre that is traced photon by photon, without a model.
 
 use crate::error::Error;
 use crate::forward::Forward;
@@ -13,7 +13,7 @@ use vellus_models::Directions;
 use vellus_sim::medulla::SimRng;
 use vellus_sim::profile::{Cells, profile};
 
-/// A simulated gantry: its angles, its sampling, its noise.
+/// A simulated gantry: its angles, sampling and noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Synthetic {
     /// Inclination of the fixed direction, degrees.
@@ -24,20 +24,20 @@ pub struct Synthetic {
     pub phi: [f64; 2],
     /// Steps over θ and φ, degrees.
     pub step: [f64; 2],
-    /// Standard deviation of the logarithm of each value: 0.02 for noise of 2 %.
+    /// Standard deviation of the logarithm of each value. 0.02 is noise of 2 %.
     pub noise: f64,
-    /// Share of the directions that are missing, in [0, 0.9]. They come in patches, as if an arm hid the light.
+    /// Share of missing directions, in [0, 0.9]. They form patches, as if an arm of the gantry hid the light.
     pub gaps: f64,
-    /// The factor on the values. The unit of a gantry is arbitrary.
+    /// The factor on the values, because the unit of a gantry is arbitrary.
     pub scale: f64,
-    /// 1 (grey: the red channel of the fibre) or 3.
+    /// Number of channels: 1 (grey, the red channel of the fibre) or 3 (RGB).
     pub channels: usize,
-    /// The seed of noise, gaps and photons.
+    /// The random seed of noise, gaps and photons.
     pub seed: u64,
 }
 
 impl Default for Synthetic {
-    /// The range of the measurements of Yan et al. 2015, every 2°, with 2 % of noise and 10 % of gaps.
+    /// The range of the measurements of Yan et al. 2015 in steps of 2°, with 2 % of noise and 10 % of gaps.
     fn default() -> Self {
         Synthetic {
             theta_o: -30.0,
@@ -84,13 +84,13 @@ impl Synthetic {
         Ok(axes)
     }
 
-    /// Adds noise and gaps to values that are given row by row over θ.
+    /// Adds noise and gaps. `values` are row by row, with θ constant along a row.
     fn measure(&self, [thetas, phis]: &[Vec<f64>; 2], values: &[[f64; 3]]) -> Profile {
         let mut rng = SimRng::seed_from_u64(self.seed);
         let mut unit = move || (rng.next_u64() >> 11) as f64 * (0.5f64).powi(53);
         let (rows, columns) = (thetas.len(), phis.len());
         let mut hidden = vec![false; rows * columns];
-        // Patches of up to a sixth of each side.
+        // Hides patches of up to a sixth of each side.
         let goal = (self.gaps * hidden.len() as f64).round() as usize;
         let mut count = 0;
         while count < goal {
@@ -122,7 +122,7 @@ impl Synthetic {
     }
 }
 
-/// What a synthetic measurement measures.
+/// The object of a synthetic measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Source {
     /// The far field of a model.
@@ -156,7 +156,7 @@ impl fmt::Display for Source {
     }
 }
 
-/// A measurement of the far field of a model.
+/// Measures the far field of a model.
 ///
 /// # Errors
 /// [`Error::Fiber`] for a fibre out of range, [`Error::Profile`] for a gantry out of range.
@@ -169,8 +169,9 @@ pub fn from_model(model: Forward, specimen: &Specimen, synthetic: &Synthetic) ->
     Ok(synthetic.measure(&axes, &values))
 }
 
-/// A measurement of a whole fibre with a rough cuticle and tilted scales, traced with `photons` photons. A direction
-/// stands for a cell as large as the steps. `progress` gets reports, but does not stop the simulation.
+/// Measures a whole fibre with a rough cuticle and tilted scales, traced with `photons` photons. The value of a
+/// direction is the average over a cell of the size of the steps. `progress` gets reports, but does not stop the
+/// simulation.
 ///
 /// # Errors
 /// As [`from_model`].

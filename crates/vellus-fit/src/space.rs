@@ -7,21 +7,20 @@ use crate::parameters::{Kind, Name, Parameter};
 /// Where the value of a parameter comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Source {
-    /// The number of the variable that it is fitted by. Tied parameters share one.
+    /// The index of its variable in the fit. Tied parameters share a variable.
     Free(usize),
     /// A given value.
     Fixed(f64),
 }
 
-/// Parameters that are treated in another way than usual. The name of a colour without a channel means all of its
-/// channels.
+/// Parameters that are not treated in the usual way. The name of a colour without a channel means all of its channels.
 #[derive(Clone, Debug, Default)]
 pub struct Requests {
-    /// Parameters with a fixed value, or one for each channel. Angles in degrees.
+    /// Parameters with fixed values: one value, or one for each channel. Angles are in degrees.
     pub fix: Vec<(Name, Vec<f64>)>,
     /// Pairs of parameters: the first gets the value of the second.
     pub tie: Vec<(Name, Name)>,
-    /// Parameters that are fitted, although they usually are not.
+    /// Parameters to fit that are usually fixed.
     pub free: Vec<Name>,
 }
 
@@ -72,7 +71,7 @@ pub struct Space {
     pub parameters: Vec<Parameter>,
     /// Where the value of each comes from.
     pub sources: Vec<Source>,
-    /// The parameter that each variable is named after.
+    /// For each variable, the index of the parameter that it is named after.
     pub leads: Vec<usize>,
     /// The smallest and the largest value of each variable.
     pub bounds: Vec<[f64; 2]>,
@@ -127,7 +126,7 @@ impl Space {
                 given[i] = Some(x);
             }
         }
-        // Ties are a forest: each parameter points to the one that gives its value.
+        // Ties form a forest: each parameter points to the one that gives its value.
         let mut follows: Vec<usize> = (0..parameters.len()).collect();
         let root = |follows: &[usize], mut i: usize| {
             while follows[i] != i {
@@ -192,7 +191,7 @@ impl Space {
         &self.parameters[self.leads[column]]
     }
 
-    /// The values of all parameters for the variables `u`.
+    /// Converts the variables `u` to the values of all parameters.
     pub fn values(&self, u: &[f64]) -> Vec<f64> {
         let value = |source: &Source| match *source {
             Source::Fixed(x) => x,
@@ -204,7 +203,8 @@ impl Space {
         self.sources.iter().map(value).collect()
     }
 
-    /// The variables of parameter values, clamped to the bounds. A tied group takes the value of its leader.
+    /// Converts the values of all parameters to variables, clamped to the bounds. A tied group has the value of its
+    /// leader.
     pub fn variables(&self, values: &[f64]) -> Vec<f64> {
         let variable = |(column, &lead): (usize, &usize)| {
             let [low, high] = self.bounds[column];
@@ -213,7 +213,7 @@ impl Space {
         self.leads.iter().enumerate().map(variable).collect()
     }
 
-    /// The number of the variable of a parameter, if the parameter is fitted.
+    /// The index of the variable of a parameter, if the parameter is fitted.
     pub fn column_of(&self, kind: Kind) -> Option<usize> {
         let i = self.parameters.iter().position(|p| p.kind == kind)?;
         match self.sources[i] {

@@ -2,10 +2,10 @@
 
 use vellus::Fiber;
 
-/// A fibre, and the one parameter that only Yan et al. 2015 have.
+/// A fibre, and the one parameter that only the model of Yan et al. 2015 has.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Specimen {
-    /// The fibre. Models take from it the parameters that they have.
+    /// The fibre. A model ignores the parameters that it does not have.
     pub fiber: Fiber,
     /// Refractive index of the medulla, in [1, 3], for [`ModelKind::Yan2015`](vellus_models::ModelKind::Yan2015).
     /// Without it, the medulla has the index of the cortex.

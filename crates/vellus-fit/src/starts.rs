@@ -9,14 +9,14 @@ use rayon::prelude::*;
 use vellus::{Fiber, Species};
 use vellus_io::Progress;
 
-/// How many points of the design are tried for each that is kept.
+/// How many points of the design are tried for each point that is kept.
 const TRIED: usize = 16;
 
 /// The length of a scrambled sequence.
 const MOST: usize = 1 << 16;
 
-/// The variables of `options.starts` starts; the presets alone if the fit is cancelled. The scale of each start brings
-/// its median log-ratio to 0.
+/// The variables of `options.starts` starts. If the fit is cancelled, only the presets. The scale of each start makes
+/// its median log-ratio 0.
 pub fn starts(space: &Space, cost: &Cost, theta_o: f64, options: &Options, progress: &dyn Progress) -> Vec<Vec<f64>> {
     let (count, seed) = (options.starts, options.seed);
     let scale = space.column_of(Kind::Scale);

@@ -13,7 +13,8 @@ const VAGUE: f64 = 0.1;
 /// A variable is unknown if its standard error is this many times its usual range.
 const UNKNOWN: f64 = 100.0;
 
-/// The first distance at which a variable on a bound is moved off it, in units of its usual range. It then doubles.
+/// The first distance, in units of the usual range, by which a variable is moved off its bound. The distance then
+/// doubles.
 const NEAREST: f64 = 1.0 / 64.0;
 
 /// The largest such distance.
@@ -44,15 +45,15 @@ pub struct Statistics {
     pub errors: Vec<Option<f64>>,
     /// Whether the standard error is small against the usual range and the variable is inside its bounds.
     pub determined: Vec<bool>,
-    /// Whether the standard error would be small if the residuals were noise, wherever the variable ended.
+    /// Whether the standard error would be small if the residuals were noise. This also holds for variables on a bound.
     pub visible: Vec<bool>,
-    /// Correlation of neighbouring residuals, over φ and over θ: near 0 if they are noise, near 1 if the model cannot
-    /// follow the data.
+    /// Correlation of neighbouring residuals, over φ and over θ. It is near 0 if they are noise, and near 1 if the
+    /// model cannot match the data.
     pub neighbours: [f64; 2],
     /// The factor by which this correlation widened the standard errors.
     pub widened: f64,
-    /// The combination of variables that the data constrain least: a unit vector in units of the usual ranges, as
-    /// variables with their components, the largest first.
+    /// The combination of variables that the data constrain least. It is a unit vector in units of the usual ranges, as
+    /// pairs of a variable and its component, the largest component first.
     pub weakest: Vec<(usize, f64)>,
     /// The standard error along this direction, in the same units.
     pub weakest_error: f64,
@@ -78,7 +79,8 @@ pub fn statistics(problem: &Problem, space: &Space, profile: &Profile, minimum: 
     let places: Vec<Place> = (0..n).map(place).collect();
 
     let neighbours = neighbour_correlation(problem, profile, residuals, *noise);
-    // The variance of the mean of values whose neighbours correlate by ρ: to first order, each direction separately.
+    // If neighbours correlate by ρ, the variance of a mean grows by (1 + ρ)/(1 − ρ), to first order. θ and φ are
+    // treated separately.
     let inflation: f64 = neighbours.iter().map(|r| r.clamp(0.0, 0.98)).map(|r| (1.0 + r) / (1.0 - r)).product();
     let variance = residual_variance(problem, residuals, *noise, n) * inflation;
 
@@ -159,8 +161,8 @@ fn inside_covariance(a: &Matrix, places: &[Place], variance: f64) -> Matrix {
     covariance
 }
 
-/// The distance of one standard error from its bound for variable `b`, by the curvature there, in units of the usual
-/// ranges. `inside` is the covariance of the variables inside their bounds.
+/// One standard error of variable `b`, as its distance from the bound, in units of the usual ranges. It follows from
+/// the curvature at the bound. `inside` is the covariance of the variables inside their bounds.
 fn straight(a: &Matrix, inside: &Matrix, b: usize, variance: f64) -> f64 {
     let n = a.rows();
     let follow = |i: usize| (0..n).map(|j| inside[(i, j)] * a[(j, b)]).sum::<f64>() / variance;
@@ -172,16 +174,16 @@ fn straight(a: &Matrix, inside: &Matrix, b: usize, variance: f64) -> f64 {
 struct Reach {
     /// The loss must rise by this much, one standard error.
     rise: f64,
-    /// The rise due to the slope of the loss at the bound, per unit of the variable, is not counted. The
+    /// The slope of the loss at the bound, per unit of the variable. The rise that it causes is not counted: the
     /// unconstrained minimum lies beyond the bound, and errors are as wide as around that minimum.
     slope: f64,
     /// The smallest distance to move.
     least: f64,
 }
 
-/// How far variable `b` may be from its bound, and how the other variables follow when they are fitted again (profile
-/// likelihood), in units of the usual ranges. The derivatives at the bound are not enough: valleys are curved, and
-/// the true value may be half a range away.
+/// One standard error of variable `b` from its bound, as a vector of all variables in units of the usual ranges. The
+/// other variables are fitted again at each distance (profile likelihood). The derivatives at the bound are not enough,
+/// because valleys are curved, and the true value may be half a range away.
 fn valley(problem: &Problem, minimum: &Minimum, b: usize, widths: &[f64], reach: Reach) -> Vec<f64> {
     let [low, high] = problem.bounds[b];
     let inward = if minimum.u[b] <= 0.5 * (low + high) { 1.0 } else { -1.0 };

@@ -38,9 +38,9 @@ impl fmt::Display for NoFit {
 /// A model that removes less than this share of the constant's loss does not follow the measurements.
 const LEAST: f64 = 0.25;
 
-/// Residuals are not noise if they widen the standard errors by more than this factor. Chance correlations of 554
-/// residuals widen them by √((1 + ρ)/(1 − ρ)) over φ and over θ with ρ of 1/√554; 1.3 is three standard deviations of
-/// ρ in both.
+/// Residuals are not noise if they widen the standard errors by more than this factor. A correlation ρ widens them by
+/// √((1 + ρ)/(1 − ρ)), over φ and over θ. By chance, ρ of 554 residuals has a standard deviation of 1/√554. 1.3 is the
+/// factor for three standard deviations in both.
 pub const NOISE_LIKE: f64 = 1.3;
 
 /// Judges a fit. `known` states for each fitted parameter of the fibre whether it would be determined if the

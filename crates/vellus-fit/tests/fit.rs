@@ -12,7 +12,7 @@ use vellus_models::Directions;
 use vellus_reference::exact::Exact;
 use vellus_testing::significance::{FALSE_ALARM, check_largest, check_scores, max_abs_z};
 
-/// A gantry with a quarter of the default directions. A fit of it takes a tenth of a second.
+/// A gantry with a quarter of the default directions. A fit then takes a tenth of a second.
 fn gantry(seed: u64) -> Synthetic {
     Synthetic { step: [4.0, 4.0], seed, scale: 37.0, ..Synthetic::default() }
 }
@@ -51,7 +51,7 @@ fn truth(fiber: &Fiber, name: &str, scale: f64) -> f64 {
     f64::from(value)
 }
 
-/// The errors of the determined parameters, in the reported standard errors.
+/// The errors of the determined parameters, divided by the reported standard errors.
 fn z_scores(result: &Fit, fiber: &Fiber, scale: f64) -> Vec<(String, f64)> {
     let fitted = |e: &&Estimate| e.determined && e.state == State::Fitted;
     let z = |e: &Estimate| (e.name.clone(), (e.value - truth(fiber, &e.name, scale)) / e.error.unwrap());
@@ -66,8 +66,8 @@ fn ten_species_are_recovered_within_their_errors() {
         let fiber = Fiber::preset(species);
         let result = fitted(&measured(&fiber, &gantry(seed)).unwrap(), &quick());
         assert_eq!(result.no_fit, None, "{species}");
-        // Noise of 2 % of the values is at most 2 % of their range; the added zero raises this. For logarithms it is
-        // less.
+        // Noise of 2 % of the values is at most 2 % of the largest value. The range is a little smaller, so the bound
+        // is 2.5 %. The error of the logarithms is smaller.
         assert!(result.nrmse <= 0.025 && result.log_nrmse <= 0.025, "{species}: {} {}", result.nrmse, result.log_nrmse);
         let z = z_scores(&result, &fiber, 37.0);
         scores.extend(z.into_iter().map(|(name, z)| (format!("{species}, seed {seed}: {name}"), z)));
@@ -77,7 +77,8 @@ fn ten_species_are_recovered_within_their_errors() {
     check_scores("ten species", &scores);
 }
 
-/// Reported errors match repeated measurements: the mean square of 40 × 11 errors in standard errors is 1.
+/// Reported errors match repeated measurements: the mean square of 40 × 11 errors, each divided by its standard error,
+/// is 1.
 #[test]
 fn standard_errors_match_repeated_measurements() {
     let fiber = Fiber { sigma_ca: [0.4; 3], kappa: 0.7, ..Fiber::preset(Species::Raccoon) };
@@ -90,8 +91,8 @@ fn standard_errors_match_repeated_measurements() {
     check_scores("raccoon", &scores);
 }
 
-/// The whole fibre differs from the model: scattered light leaves it through a rough cuticle. NRMSE stays within the
-/// 8 % that the paper reports on average for real fibres. The deer is the worst of the ten.
+/// The whole fibre differs from the model, because scattered light leaves it through a rough cuticle. NRMSE stays
+/// within the 8 % that the paper reports on average for real fibres. The deer is the worst of the ten.
 #[test]
 #[ignore = "slow: 800,000 photons and two fits"]
 fn whole_fibres_are_followed() {
@@ -103,8 +104,8 @@ fn whole_fibres_are_followed() {
     }
 }
 
-/// One direction in thirty is wrong by a factor of 4, up or down, as by glints and dust. With Huber's loss each
-/// counts like a residual of 4 times the noise; with least squares, like one of 70 times the noise.
+/// One direction in thirty is wrong by a factor of 4, up or down, as with glints and dust. With Huber's loss each
+/// counts like a residual of 4 times the noise. With least squares, each counts like one of 70 times the noise.
 #[test]
 fn outliers_hardly_move_the_fit() {
     let fiber = Fiber::preset(Species::Rabbit);
@@ -149,7 +150,8 @@ fn fixed_tied_and_freed_parameters_follow_the_requests() {
     assert!((theta_o.value + 25.0).abs() < max_abs_z(1, FALSE_ALARM) * theta_o.error.unwrap(), "{theta_o:?}");
     let scores: Vec<_> = z_scores(&result, &fiber, 37.0).into_iter().filter(|(name, _)| name != "theta_o").collect();
     check_largest(&scores);
-    // Three fewer by ties, one fewer by the fixed value, one more freed: of 16 and the scale.
+    // An RGB fit has 11 + 4 free parameters, with the scale. Ties remove three, the fixed value removes one, and θ_o is
+    // added.
     assert_eq!(result.correlations.names.len(), 11 + 4 - 1 - 3 + 1);
 }
 
@@ -188,7 +190,7 @@ fn invalid_requests_are_refused() {
     assert!(nothing.to_string().contains("nothing to fit"));
 }
 
-/// The data contain nothing about a medulla that does not exist.
+/// The data do not contain information about a medulla that does not exist.
 #[test]
 fn a_missing_medulla_is_not_determined() {
     let fiber = Fiber { kappa: 0.0, sigma_ca: [0.3; 3], ..Fiber::hair() };
@@ -222,10 +224,11 @@ fn threads_do_not_change_the_fit() {
     assert!(with(1) == with(3));
 }
 
-/// The fit uses difference quotients of the shipped far field in single precision. They are compared with difference
-/// quotients, with the same steps, of the model in f64 by quadrature. The differences come from rounding (1e-6 over a
-/// step of 4e-3), from the closed forms of the far field (within 1 % of the values, D9) and from changes of their
-/// nodes. The bound is 5 % of the norm of each derivative over 40 directions; the largest found is 3 %, for η.
+/// The fit uses difference quotients of the shipped far field in single precision. This test compares them with
+/// difference quotients of the f64 model by quadrature, with the same steps. The differences come from rounding (1e-6
+/// over a step of 4e-3), from the closed forms of the far field (within 1 % of the values, D9) and from changes of
+/// their nodes. The bound is 5 % of the norm of each derivative over 40 directions. The largest difference found is 3
+/// %, for η.
 #[test]
 fn difference_quotients_match_the_oracle() {
     let all = Forward::default().parameters(1);
@@ -295,7 +298,7 @@ fn synthetic_measurements_have_the_requested_noise_and_gaps() {
     assert_eq!(noisy.missing.len(), (0.25 * count as f64).round() as usize);
     let at = |theta: f64, phi: f64| clean.points.iter().find(|p| p.theta == theta && p.phi == phi).unwrap().value[0];
     let square: f64 = noisy.points.iter().map(|p| (p.value[0] / at(p.theta, p.phi)).ln().powi(2)).sum();
-    // Of 462 values, the relative error of a standard deviation is 1/√(2n) = 3.3 %.
+    // For n = 462 values, the relative error of a standard deviation is 1/√(2n) = 3.3 %.
     let rms = (square / noisy.points.len() as f64).sqrt();
     assert!((rms / 0.03 - 1.0).abs() < 0.1, "{rms}");
     for bad in [Synthetic { noise: -0.1, ..gantry(1) }, Synthetic { step: [0.0, 1.0], ..gantry(1) }] {

@@ -1,4 +1,4 @@
-//! Fits by models other than ours.
+//! Fits of models other than our own.
 
 use vellus::{Fiber, Species};
 use vellus_fit::space::Space;
@@ -43,9 +43,9 @@ fn truth(specimen: &Specimen, name: &str) -> f64 {
     f64::from(value)
 }
 
-/// Measurements of the model itself with 2 % noise and 10 % gaps, one for each seed. NRMSE is as for our own model
-/// (`fit.rs`), the errors of the determined parameters are as large as their standard errors, and no parameter is
-/// reported that the model does not have.
+/// Fits measurements of the model itself with 2 % noise and 10 % gaps, one for each seed. NRMSE is as for our own model
+/// (`fit.rs`). The errors of the determined parameters match their standard errors. The fit only reports parameters
+/// that the model has.
 fn recovers(kind: ModelKind, seeds: u64, count: usize, least: usize) {
     let mut scores = Vec::new();
     let all = [Species::Cat, Species::Dog, Species::Rabbit, Species::Human];
@@ -78,16 +78,18 @@ fn marschner2003_is_recovered_within_its_errors() {
     recovers(ModelKind::Marschner2003, 8, 7, 192);
 }
 
-// The parameters of our model and η_m. Of 2 × 48, those of a cortex that passes hardly any light are not determined.
+// The parameters are those of our model and η_m. Some of the 2 × 48 values are not determined, because their cortex
+// transmits hardly any light.
 #[test]
 #[ignore = "slow: 8 fits"]
 fn yan2015_is_recovered_within_its_errors() {
     recovers(ModelKind::Yan2015, 2, 13, 72);
 }
 
-/// The cat of our own model is mostly medulla. A hair model without a medulla misses the light that it scatters:
-/// NRMSE is 7.7 % with Chiang et al. 2016 and 1.1 % with ours, that of logarithms 7.5 % and 1.2 %; the scatter is 11
-/// % where the noise is 2 %. Its residuals are not noise, and its standard errors are widened.
+/// The cat of our own model is mostly medulla. A hair model without a medulla lacks the light that the medulla
+/// scatters. NRMSE is 7.7 % with Chiang et al. 2016 and 1.1 % with ours; for logarithms it is 7.5 % and 1.2 %. The
+/// residuals of the hair model scatter by 11 %, but the noise is 2 %. They are not noise, so the standard errors are
+/// widened.
 #[test]
 fn a_hair_model_does_not_follow_fur_with_a_medulla() {
     let fiber = Fiber::preset(Species::Cat);

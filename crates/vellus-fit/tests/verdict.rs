@@ -1,4 +1,4 @@
-//! Measurements without a fibre in them are not accepted as a fit; measurements of fibres are, with every model.
+//! A fit rejects measurements that do not show a fibre. It accepts measurements of fibres, with every model.
 
 use rand::{Rng, SeedableRng};
 use std::f64::consts::TAU;
@@ -27,15 +27,15 @@ fn fitted(profile: &Profile, kind: ModelKind) -> Fit {
     fit(profile, Forward::new(kind).unwrap(), &options, &()).unwrap()
 }
 
-/// None of 10 profiles of pure noise passes. The rate of the test is 1e-3, so this test fails by chance at 1 % at
-/// most.
+/// None of 10 profiles of pure noise passes. A profile of noise passes with a probability of 1e-3, so this test would
+/// fail for at most 1 % of all seeds.
 #[test]
 fn noise_is_no_fit() {
     assert_eq!(FALSE_ALARM, 1e-3);
     for seed in 0..10 {
         let mut rng = SimRng::seed_from_u64(seed);
         let mut unit = move || ((rng.next_u64() >> 11) as f64 + 0.5) * (0.5f64).powi(53);
-        // Uniform values, and those of a lamp that flickers by 1 % and by 30 %.
+        // Uniform values, and the values of a lamp that flickers by 1 % and by 30 %.
         let mut normal = |sigma: f64| (sigma * (-2.0 * unit().ln()).sqrt() * (TAU * unit()).cos()).exp();
         let profiles = [made(|_, _| normal(0.01)), made(|_, _| normal(0.3)), made(|_, _| unit())];
         for (k, profile) in profiles.iter().enumerate() {
@@ -57,7 +57,7 @@ fn patterns_that_the_model_does_not_follow_are_no_fit() {
     }
 }
 
-/// A real profile with noise of 100 % of each value: it is there for certain, but its parameters are not known.
+/// A real profile with noise of 100 % of each value. The profile is significant, but does not determine the parameters.
 #[test]
 fn measurements_that_determine_nothing_are_no_fit() {
     let result = fitted(&measured(Species::Bobcat, &Synthetic { noise: 1.0, ..gantry() }), ModelKind::Vellus);
@@ -78,8 +78,8 @@ fn constants_and_values_beyond_any_unit_are_refused() {
     refused(&made(|_, _| 1e-39), &["out of range", "[1e-20, 1e20]"]);
 }
 
-/// Every model explains at least a third of the profile of every fur, and more than 98 % of its own. A hair model
-/// without a medulla explains 88 to 96 % of a red fox and 70 % of a raccoon, also with other seeds.
+/// Every model explains at least a third of the profile of every fur, and more than 98 % of its own profiles. A hair
+/// model without a medulla explains 88 to 96 % of a red fox and 70 % of a raccoon, also with other seeds.
 #[test]
 fn profiles_of_fibres_are_fits_by_all_models() {
     for species in [Species::RedFox, Species::Raccoon] {
@@ -95,7 +95,7 @@ fn profiles_of_fibres_are_fits_by_all_models() {
         let result = fitted(&measured(Species::Cat, &Synthetic { scale, ..gantry() }), ModelKind::Vellus);
         assert!(result.no_fit.is_none() && (result.scale / scale - 1.0).abs() < 0.1, "{} {}", scale, result.scale);
     }
-    // Noise of a third of each value makes a poor measurement, which is accepted.
+    // A measurement with noise of a third of each value is poor, but is accepted.
     let result = fitted(&measured(Species::Rabbit, &Synthetic { noise: 0.3, ..gantry() }), ModelKind::Vellus);
     assert_eq!(result.no_fit, None);
 }

@@ -56,7 +56,7 @@ impl Film {
         }
     }
 
-    /// Draws a triangle of positions, normals and uv; those that reach behind the camera in parts.
+    /// Draws a triangle from positions, normals and uv. Triangles that reach behind the camera are divided.
     fn triangle(&mut self, [a, b, c]: [Corner; 3], depth: usize, color: &dyn Fn(Vec3, Vec2) -> [f32; 3]) {
         let [p, q, r] = [a, b, c].map(|corner| self.project(corner.0));
         if p.z.min(q.z).min(r.z) <= 1.0 {
@@ -80,7 +80,7 @@ impl Film {
                 let u = 1.0 - v - w;
                 if u >= 0.0 && v >= 0.0 && w >= 0.0 {
                     let n = (u * a.1 + v * b.1 + w * c.1).normalize_or_zero();
-                    // Depth is linear along the screen in its inverse.
+                    // The inverse of the depth is linear on the screen.
                     let depth = 1.0 / (u / p.z + v / q.z + w / r.z);
                     self.put(x as f32, y as f32, depth, color(n, u * a.2 + v * b.2 + w * c.2));
                 }
@@ -110,7 +110,8 @@ impl Film {
                 let steps = (b - a).truncate().length().ceil().max(1.0);
                 for j in 0..steps as usize {
                     let p = a.lerp(b, j as f32 / steps);
-                    // A strand narrower than a pixel covers it by chance; a wider one is several pixels wide.
+                    // A strand narrower than a pixel covers it with a probability. A wider strand covers several
+                    // pixels.
                     let width = 2.0 * pair[0].w / p.z * self.scale;
                     let chance = (i * 7919 + k * 104_729 + j * 31) as u32;
                     if width < 1.0 && (chance.wrapping_mul(0x9e37_79b9) >> 8) as f32 / (1 << 24) as f32 > width {
@@ -152,7 +153,7 @@ fn main() {
         scale: HEIGHT as f32 / camera.film_height,
         light: (Vec3::Y - 0.6 * view - 0.5 * right).normalize(),
     };
-    // What a camera inside a backdrop would not see through is seen from its back here: leave out faces turned away.
+    // Omit faces that face away: the camera of the preview may be behind a backdrop.
     for mesh in &scene.meshes {
         let mut mesh = mesh.clone();
         if mesh.name == "backdrop" {
@@ -163,7 +164,7 @@ fn main() {
     for strands in &scene.strands {
         film.strands(&flatten(strands, 2), &scene.looks[strands.look].fiber);
     }
-    // Twice two pixels to one, and a gamma of 2.2.
+    // Average 2 × 2 pixels, and apply a gamma of 2.2.
     let (w, h) = (width / 2, HEIGHT / 2);
     let bytes: Vec<u8> = (0..w * h)
         .flat_map(|i| {

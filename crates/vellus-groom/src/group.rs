@@ -12,7 +12,7 @@ use vellus_scene::Basis;
 const COUNT: f64 = 100_000.0;
 /// Default length, as a share of the square root of the area.
 const LENGTH: f64 = 0.035;
-/// Default width: strands laid side by side cover the area this many times.
+/// Default width: it lets strands that lie side by side cover the area this many times.
 const COVER: f64 = 1.6;
 
 /// The largest settings file: 16 MiB.

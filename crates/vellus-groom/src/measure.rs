@@ -11,7 +11,7 @@ const STEPS: usize = 4;
 /// Bounds, widths and lengths of strands. They are those of the curves, not of the control points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measures {
-    /// Smallest and largest coordinates, with radii.
+    /// Smallest and largest coordinates, including the radii.
     pub bounds: (Vec3, Vec3),
     /// Smallest and largest width (diameter).
     pub widths: [f32; 2],
@@ -60,8 +60,8 @@ mod tests {
     use super::*;
     use glam::Vec4;
 
-    /// A quarter circle of radius 1 as a Bézier curve; it departs from the circle by 3e-4, and four chords of 22.5° are
-    /// shorter than their arcs by (π/8)²/24 = 0.64 %.
+    /// A quarter circle of radius 1 as a Bézier curve. Its distance from the circle is at most 3e-4. Four chords of
+    /// 22.5° are shorter than their arcs by (π/8)²/24 = 0.64 %.
     #[test]
     fn curves_are_measured_not_their_control_points() {
         let k = 0.552_284_8;

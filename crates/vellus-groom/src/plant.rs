@@ -67,7 +67,7 @@ pub fn plant(scene: &mut Scene, meshes: &[usize], coats: Vec<Coat>, seed: u64) -
         let look = scene.looks.len();
         let mut planted = 0.0;
         for (k, mesh) in chosen.iter().enumerate() {
-            // Rounded sums, so that the shares of all meshes add up to the count.
+            // Running sums are rounded, so that the numbers for all meshes add up to the count.
             let up_to = |area: f64| (area / ground.area * whole.count as f64).round() as usize;
             let count = up_to(planted + areas[k]) - up_to(planted);
             planted += areas[k];
@@ -94,8 +94,8 @@ pub fn plant(scene: &mut Scene, meshes: &[usize], coats: Vec<Coat>, seed: u64) -
     Ok(grown)
 }
 
-/// The absorption of the cortex, RGB per radius, that gives fur of this fibre roughly a colour (a reflectance). The
-/// wider the medulla, the less cortex light passes: it must absorb more.
+/// The absorption of the cortex, RGB per radius, that gives fur of this fibre roughly a colour (a reflectance). With a
+/// wider medulla, light passes through less cortex, so the cortex must absorb more.
 ///
 /// # Errors
 /// A parameter of the fibre out of its range.

@@ -102,7 +102,7 @@ mod tests {
     use crate::body::Flow;
     use glam::Quat;
 
-    /// A sphere's area and volume come out, so that triangles close it and all face outward.
+    /// The area and the volume of a sphere are correct, so its triangles close it and all face outward.
     #[test]
     fn a_sphere_is_closed_and_faces_outward() {
         let body = Body::default().ellipsoid([1.0, 2.0, 3.0], [2.0; 3], Quat::IDENTITY, 0.0, Flow::Along(Vec3::X), 1.0);
@@ -115,7 +115,7 @@ mod tests {
             area += 0.5 * (b - a).cross(c - a).length();
             volume += a.dot(b.cross(c)) / 6.0;
         }
-        // Chords of a tenth of a unit on a radius of 2: an error of order (0.1/2)²/4.
+        // Chords of a tenth of a unit on a radius of 2 give an error of order (0.1/2)²/4.
         assert!((area / (16.0 * std::f32::consts::PI) - 1.0).abs() < 2e-3, "{area}");
         assert!((volume / (32.0 / 3.0 * std::f32::consts::PI) - 1.0).abs() < 2e-3, "{volume}");
     }

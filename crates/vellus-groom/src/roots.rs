@@ -131,7 +131,8 @@ impl<'a> Roots<'a> {
             }
             (u, v) = (rng.random(), rng.random());
         }
-        // If most of the cell has a low density: a point with a high density, and never one with density 0.
+        // If most of the cell has a low density, this returns a point with a high density. It never returns a point
+        // with density 0.
         let probes = probes(index).map(|(u, v)| self.site(cell, u, v));
         probes.into_iter().max_by(|a, b| self.density(a).total_cmp(&self.density(b))).unwrap_or(probes[0])
     }

@@ -120,8 +120,8 @@ fn tfx_files_of_both_versions_are_read() {
     assert!(read_tfx(&huge, "a.tfx", Some(0.1)).unwrap_err().to_string().contains("40000000 points of 16 bytes"));
 }
 
-/// Thousands of damaged files. Each gives valid strands or an error; none panics, and none allocates memory by a
-/// false count.
+/// Thousands of damaged files. Each gives valid strands or an error. No reader panics, or allocates memory for a wrong
+/// count.
 #[test]
 fn damaged_files_never_panic() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);

@@ -1,4 +1,4 @@
-//! Growing: the requested number of strands, on the surface, distributed by the density, and the same for any number
+//! Growth: strands have the requested number, lie on the surface, follow the density, and do not depend on the number
 //! of threads.
 
 use glam::{Vec2, Vec3};
@@ -69,8 +69,8 @@ fn threads_do_not_change_the_fur() {
     assert_ne!(one.points, other.points);
 }
 
-/// The number of roots in each of 100 squares of 40 strands varies less than by chance: σ of a Poisson count is √40 =
-/// 6.3.
+/// 100 squares have 40 roots each on average. Their number of roots varies less than by chance, where σ of the Poisson
+/// distribution is √40 = 6.3.
 #[test]
 fn roots_are_spread_more_evenly_than_by_chance() {
     let strands = grow(&square(), &settings(), &Maps::default()).unwrap();
@@ -104,7 +104,7 @@ fn density_length_and_comb_are_followed() {
         assert!((length - 0.5 - 0.1 * root.z).abs() < 1e-4);
         dense += usize::from(root.x > 7.0);
     }
-    // 3 × 3 of 3 × 3 + 3 × 1 parts. Triangles at the border and chance change this by at most 2 %.
+    // The expected share is 9 of 9 + 3 parts. Triangles at the border and chance change this by at most 2 %.
     assert!((dense as f32 / 4000.0 - 0.75).abs() < 0.02, "{dense}");
 }
 
@@ -123,9 +123,8 @@ fn clumps_pull_tips_together() {
     assert!(drawn < 0.7 * loose, "{drawn} {loose}");
 }
 
-/// Five strands on a square of 10 × 10 are far apart. When a clump pulls them together, none is stretched by more
-/// than half, and waves, which are off, add nothing. Maps may return any value: the strands are finite, or there is
-/// an error.
+/// Five strands on a square of 10 × 10 are far apart. A clump stretches none of them by more than half. Waves are off.
+/// Maps may return any value, and the result is finite strands or an error.
 #[test]
 fn sparse_clumps_keep_lengths_and_nothing_is_nan() {
     let sparse = GrowSettings {
@@ -156,7 +155,8 @@ fn sparse_clumps_keep_lengths_and_nothing_is_nan() {
     }
 }
 
-/// There are only two triangles, but the density changes within them: stripes a tenth of the square wide, at 1 and 0.
+/// There are only two triangles, but the density changes within them. It has stripes of 1 and 0, each a tenth of the
+/// square wide.
 #[test]
 fn density_is_followed_within_large_triangles() {
     let mut quad = square();
@@ -164,8 +164,8 @@ fn density_is_followed_within_large_triangles() {
     quad.triangles = vec![[0, 1, 2], [0, 2, 3]];
     quad.uv = None;
     let stripes = |site: &vellus_groom::Site| f32::from(site.position.x.rem_euclid(2.0) < 1.0);
-    // A border cuts 36 cells of 0.15. The share of four probes in such a cell has a standard deviation of at most 1/4
-    // · √(4/4): 0.23 for one border, and 0.7 for nine.
+    // A border intersects 36 cells of area 0.15. The share of four probes in such a cell has a standard deviation of at
+    // most 1/4 · √(4/4). This gives 0.23 for one border, and 0.7 for nine.
     let area = vellus_groom::area(&quad, &stripes).unwrap();
     assert!((area - 50.0).abs() < 3.0 * 0.7, "{area}");
     let strands =
@@ -177,7 +177,8 @@ fn density_is_followed_within_large_triangles() {
         assert!(x.rem_euclid(2.0) < 1.0, "{x}");
         counts[(x / 2.0) as usize] += 1.0;
     }
-    // 4000 in each, within three standard deviations: of its two borders, √2 · 0.23 of 10, and of a Poisson count.
+    // Each stripe has 4000 strands, within three standard deviations. They come from its two borders, √2 · 0.23 of 10,
+    // and from the Poisson distribution.
     assert!(
         counts.iter().all(|n| (n / 4000.0 - 1.0).abs() < 3.0 * (0.0325f64.powi(2) + 1.0 / 4000.0).sqrt()),
         "{counts:?}"

@@ -12,7 +12,7 @@ pub fn may_pass(error: &io::Error) -> bool {
         | ErrorKind::StaleNetworkFileHandle
         | ErrorKind::TimedOut
         | ErrorKind::BrokenPipe
-        // No more threads or processes.
+        // The system cannot create more threads or processes.
         | ErrorKind::WouldBlock => true,
         // The system reports a write beyond `ulimit -f`. The readers of this crate use the same kind for files that are
         // too large.

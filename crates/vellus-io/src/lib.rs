@@ -16,6 +16,7 @@
 //! # Ok(()) }
 //! ```
 
+mod cpu_time;
 mod digest;
 mod errors;
 mod progress;
@@ -24,6 +25,7 @@ mod sources;
 mod target;
 mod write;
 
+pub use cpu_time::cpu_time;
 pub use digest::{Digest, DigestBuilder};
 pub use errors::may_pass;
 pub use progress::{Progress, Steps};

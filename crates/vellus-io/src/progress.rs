@@ -3,14 +3,14 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-/// How long work talks to its caller: it reports how much is done, and asks whether to stop.
+/// The connection between long work and its caller. The work reports its progress, and checks whether it should stop.
 ///
-/// Renderers, fits, simulations and builders of tables take a `&dyn Progress`. They know nothing of terminals and
-/// signals; an application implements the trait with what it has. Both methods do nothing by default, so that an
-/// implementation needs only what it cares about. All threads of the work may call them at the same time.
+/// Renderers, fits, simulations and builders of tables take a `&dyn Progress`. They do not use terminals or signals. An
+/// application implements the trait for these. By default, both methods do nothing, so an implementation may leave one
+/// out. All threads of the work may call them at the same time.
 ///
-/// There are two ready implementations: `()` ignores reports and never stops the work, and an [`AtomicBool`] stops it
-/// once the flag is true.
+/// There are two implementations: `()` ignores reports and never stops the work, and an [`AtomicBool`] stops it once
+/// the flag is true.
 ///
 /// ```
 /// use std::sync::atomic::AtomicBool;
@@ -34,16 +34,16 @@ use std::sync::{Mutex, PoisonError};
 /// assert_eq!(sum(&[1, 2, 3], &AtomicBool::new(true)), None);
 /// ```
 pub trait Progress: Sync {
-    /// A share `done` of the work is finished, in [0, 1]; `what` names the current stage in a word or two, such as
-    /// "fitting".
+    /// Receives a report. `done` is the share of the work that is finished, in [0, 1]. `what` names the current stage
+    /// in a word or two, such as "fitting".
     ///
-    /// Reports arrive often, at least once per unit of work that takes a second. The first report of a stage may have
-    /// a smaller share than the last one of the stage before: each stage starts from 0.
+    /// Reports arrive often, at least once per unit of work that takes a second. Each stage starts from 0, so its first
+    /// report may have a smaller share than the last report of the previous stage.
     fn report(&self, done: f64, what: &str) {
         let _ = (done, what);
     }
 
-    /// Should the work stop? What then happens to unfinished results is documented by each function.
+    /// Whether the work should stop. The documentation of each function states what then happens to unfinished results.
     fn is_cancelled(&self) -> bool {
         false
     }
@@ -76,7 +76,7 @@ impl<'a> Steps<'a> {
 
     /// Reports that `count` more steps are done. Shares never decrease, and never exceed 1.
     pub fn advance(&self, count: u64) {
-        // The lock is kept while reporting: two threads would else report in the wrong order.
+        // The lock is held during the report. Otherwise two threads could report in the wrong order.
         let mut done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
         *done = done.saturating_add(count).min(self.total);
         let share = if self.total == 0 { 1.0 } else { *done as f64 / self.total as f64 };

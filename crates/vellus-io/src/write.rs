@@ -12,7 +12,7 @@ const PROBE_BYTES: usize = 4096;
 /// Writes a file.
 ///
 /// A regular or new file is written under a temporary name in the same folder, synchronised with the disk and renamed.
-/// A failure leaves the previous file. Missing folders are created. Symbolic links are followed and stay; the target of
+/// A failure leaves the previous file. Missing folders are created. Symbolic links are followed and stay. The target of
 /// a dangling link is created. A device, a pipe or a file descriptor such as `/dev/stdout` is written directly.
 ///
 /// An existing file keeps its mode, and its owner and group if the system permits that. It loses access control lists
@@ -113,7 +113,7 @@ fn temporary(path: &Path, old: Option<&std::fs::Metadata>) -> Result<NamedTempFi
         options.open(path).inspect_err(|error| code = error.raw_os_error())
     };
     let file = tempfile::Builder::new().prefix(".vellus-").make_in(folder, open);
-    // The error of the operating system, without the temporary name.
+    // Returns the error of the operating system without the temporary name.
     file.map_err(|error| code.map_or(error, Error::from_raw_os_error))
 }
 

@@ -7,10 +7,11 @@ use divan::{Bencher, black_box};
 use glam::Vec3;
 use vellus::{Bcsdf, Fiber, Model, Scattering, Species, Window};
 use vellus_models::{Chiang2016, DEon2011, KajiyaKay1989, Marschner2003, Yan2015, ZinkeWeber2007};
+use vellus_testing::{Query, queries};
 
 const N: usize = 1024;
 
-/// A model that can be made from a fibre.
+/// A model that can be created from a fibre.
 trait Made: Model + Sized {
     fn made(fiber: &Fiber) -> Self;
 }
@@ -52,37 +53,12 @@ impl Made for Yan2015Split {
     }
 }
 
-struct Query {
-    wo: Vec3,
-    wi: Vec3,
-    h: f32,
-    u: [f32; 5],
-}
-
-fn queries() -> Vec<Query> {
-    // An R-sequence (Roberts): even coverage without a random generator.
-    let unit = |i: usize, k: u32| ((i as f64 + 0.5) * 1.103_0f64.powi(-(k as i32))).fract() as f32;
-    let direction = |a: f32, b: f32| {
-        let (sin, cos) = ((2.0 * a - 1.0) * 1.5).sin_cos();
-        let (z, y) = (b * std::f32::consts::TAU).sin_cos();
-        Vec3::new(sin, cos * y, cos * z)
-    };
-    (0..N)
-        .map(|i| Query {
-            wo: direction(unit(i, 1), unit(i, 2)),
-            wi: direction(unit(i, 3), unit(i, 4)),
-            h: 2.0 * unit(i, 5) - 1.0,
-            u: [unit(i, 6), unit(i, 7), unit(i, 8), unit(i, 9), unit(i, 10)],
-        })
-        .collect()
-}
-
 fn fox() -> Fiber {
     Fiber::preset(Species::RedFox).with_absorption([0.2, 0.4, 0.8])
 }
 
 fn each<M: Made>(bencher: Bencher, f: impl Fn(&M, &Query) -> f32 + Sync) {
-    let (model, queries) = (M::made(&fox()), queries());
+    let (model, queries) = (M::made(&fox()), queries(N));
     let mut i = 0;
     bencher.bench_local(|| {
         i = (i + 1) % N;
@@ -90,9 +66,9 @@ fn each<M: Made>(bencher: Bencher, f: impl Fn(&M, &Query) -> f32 + Sync) {
     });
 }
 
-/// Sixteen light samples per hit.
+/// Each hit has sixteen light samples.
 fn each_hit<M: Made>(bencher: Bencher, f: impl Fn(&M::Hit<'_>, &Query) -> f32) {
-    let (model, queries) = (M::made(&fox()), queries());
+    let (model, queries) = (M::made(&fox()), queries(N));
     let hits: Vec<_> = queries.iter().take(64).map(|q| model.at(q.wo, Window::near(q.h))).collect();
     let mut i = 0;
     bencher.bench_local(|| {
@@ -106,55 +82,38 @@ fn eval_pdf(hit: &impl Scattering, q: &Query) -> f32 {
     f.total()[0] + pdf
 }
 
-#[divan::bench(
-    types = [
-        Bcsdf<'static>,
-        Yan2015,
-        Yan2015Split,
-        Chiang2016,
-        ZinkeWeber2007,
-        DEon2011,
-        Marschner2003,
-        KajiyaKay1989,
-    ],
-    sample_count = 100, sample_size = 1024,
-)]
-fn eval_and_pdf<M: Made>(bencher: Bencher) {
-    each_hit::<M>(bencher, |hit, q| eval_pdf(hit, q));
+/// Defines benchmarks with one run for each model.
+macro_rules! for_each_model {
+    ($(fn $name:ident<M>($bencher:ident) $body:block)*) => {
+        $(#[divan::bench(
+            types = [
+                Bcsdf<'static>,
+                Yan2015,
+                Yan2015Split,
+                Chiang2016,
+                ZinkeWeber2007,
+                DEon2011,
+                Marschner2003,
+                KajiyaKay1989,
+            ],
+            sample_count = 100, sample_size = 1024,
+        )]
+        fn $name<M: Made>($bencher: Bencher) $body)*
+    };
 }
 
-#[divan::bench(
-    types = [
-        Bcsdf<'static>,
-        Yan2015,
-        Yan2015Split,
-        Chiang2016,
-        ZinkeWeber2007,
-        DEon2011,
-        Marschner2003,
-        KajiyaKay1989,
-    ],
-    sample_count = 100, sample_size = 1024,
-)]
-fn prepare_eval_and_pdf<M: Made>(bencher: Bencher) {
-    each::<M>(bencher, |model, q| eval_pdf(&model.at(q.wo, Window::near(q.h)), q));
-}
+for_each_model! {
+    fn eval_and_pdf<M>(bencher) {
+        each_hit::<M>(bencher, |hit, q| eval_pdf(hit, q));
+    }
 
-#[divan::bench(
-    types = [
-        Bcsdf<'static>,
-        Yan2015,
-        Yan2015Split,
-        Chiang2016,
-        ZinkeWeber2007,
-        DEon2011,
-        Marschner2003,
-        KajiyaKay1989,
-    ],
-    sample_count = 100, sample_size = 1024,
-)]
-fn prepare_and_sample<M: Made>(bencher: Bencher) {
-    each::<M>(bencher, |model, q| model.at(q.wo, Window::near(q.h)).sample(q.u).map_or(0.0, |s| s.weight[0]));
+    fn prepare_eval_and_pdf<M>(bencher) {
+        each::<M>(bencher, |model, q| eval_pdf(&model.at(q.wo, Window::near(q.h)), q));
+    }
+
+    fn prepare_and_sample<M>(bencher) {
+        each::<M>(bencher, |model, q| model.at(q.wo, Window::near(q.h)).sample(q.u).map_or(0.0, |s| s.weight[0]));
+    }
 }
 
 #[divan::bench(

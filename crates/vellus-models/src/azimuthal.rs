@@ -10,8 +10,8 @@ pub trait Azimuthal: Copy {
     fn eval(&self, phi: f32) -> f32x8;
     /// Samples φ of one lobe, in radians, modulo 2π.
     fn sample(&self, lane: usize, u: f32) -> f32;
-    /// The centre of each lobe, divided by the spacing at which copies of the lobe add up to a constant within 3e-4. 0
-    /// for uniform lobes.
+    /// The centre of each lobe, divided by a spacing. Copies of the lobe at this spacing add up to a constant within
+    /// 3e-4. 0 for uniform lobes.
     fn exits(&self) -> [f32; 8];
 }
 
@@ -35,7 +35,8 @@ pub struct GaussiansAt<'m> {
 impl Gaussians {
     pub fn new(sigma: [Option<f32>; 8]) -> Self {
         let widest = sigma.iter().flatten().fold(0.0f32, |a, &s| a.max(s));
-        // Ignored images are at least (2·images + 1)π away: e⁻¹² of the peak at 0.64, 1.9 and 3.2 rad.
+        // Omitted images are at least (2·images + 1)π away. For widths of 0.64, 1.9 and 3.2 rad they are e⁻¹² of the
+        // peak.
         let images = if widest < 0.64 {
             0
         } else if widest < 1.9 {
@@ -93,7 +94,7 @@ pub struct Logistics {
     uniform: [bool; 8],
     /// 1/2π in uniform lanes, 0 in others.
     floor: f32x8,
-    /// The factor of the integral 1; 0 in uniform lanes.
+    /// The factor that makes the integral 1. It is 0 in uniform lanes.
     norm: f32x8,
 }
 

@@ -5,7 +5,7 @@
 //! scatters all light. Longitudinal lobes are the energy-conserving spherical Gaussians of d'Eon et al. 2011 with v,
 //! v/4, 4v and 4v. Azimuthal lobes are trimmed logistics with one width. The residual lobe is uniform in azimuth.
 //!
-//! It uses these parameters of a [`Fiber`]: η, σ_c,a (per radius), β_m (√v), β_n (the standard deviation of the
+//! The model uses these parameters of a [`Fiber`]: η, σ_c,a (per radius), β_m (√v), β_n (the standard deviation of the
 //! logistic, πs/√3) and α. The angle of the scales is α/2, so R shifts by α, TT by −α/2 and TRT by −2α. There is no
 //! medulla and no layered cuticle: κ, σ_m, g and l are ignored. For artistic controls, see [`roughness`] and
 //! [`vellus::Color::Reflectance`].

@@ -7,15 +7,15 @@ use vellus::{Field, Model, Scattering, Window};
 /// Midpoints of the average over the width.
 const OFFSETS: i32 = 20_000;
 
-/// Energies of a model's six lobes, RGB, for ω_o at `theta_o` degrees: at the offset `h` in [−1, 1], or averaged over
-/// the whole width.
+/// Energies of a model's six lobes, RGB, for ω_o at `theta_o` degrees. They are for the offset `h` in [−1, 1], or
+/// averaged over the whole width if it is `None`.
 ///
 /// A model of the far field has the same energies at every offset.
 pub fn energies(model: &impl Model, theta_o: f64, h: Option<f64>) -> [[f64; 3]; 6] {
     let offsets: Vec<f64> = match h {
         Some(h) => vec![h],
         None if model.field() == Field::Far => vec![0.0],
-        // Midpoints in asin h: they are dense at the edge, where Fresnel reflection rises.
+        // Midpoints in asin h, which are dense at the edge, where Fresnel reflection rises.
         None => (0..OFFSETS).map(|i| ((f64::from(i) + 0.5) / f64::from(OFFSETS) - 0.5) * PI).collect(),
     };
     let (mut sum, mut total) = ([[0.0; 3]; 6], 0.0);

@@ -1,5 +1,7 @@
 //! Errors of models.
 
+use crate::ModelKind;
+
 /// An unknown model or an invalid fibre.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Error {
@@ -11,6 +13,9 @@ pub enum Error {
         /// All known names.
         known: String,
     },
+    /// A refractive index of the medulla is given for a model that has none.
+    #[error("{0} has one refractive index; only yan2015 takes two")]
+    OneIndex(ModelKind),
     /// A parameter of the fibre is out of range.
     #[error(transparent)]
     Fiber(#[from] vellus::Error),

@@ -3,9 +3,9 @@
 //! f(θ, φ) = ½ ∫ f(h, θ, φ) dh is computed by quadrature over the offset. Every model here has the form Σ_k M_k(θᵢ)
 //! N_k(φ; h). Only N_k depends on the offset, so the average is computed once for each φ, for any number of θᵢ.
 //!
-//! The integrand is not smooth at offsets where the medulla begins or where total reflection off it begins. For each
-//! such edge b, the substitution h = b sin t makes all terms smooth, and Gauss–Legendre quadrature converges quickly.
-//! The number of points depends on the widths of the lobes and on how fast the exit azimuths change.
+//! The integrand is not smooth at the offset where rays start to miss the medulla, and where total reflection off it
+//! starts. For each such edge b, the substitution h = b sin t makes all terms smooth, and Gauss–Legendre quadrature
+//! converges quickly. The number of points depends on the widths of the lobes and on how fast the exit azimuths change.
 
 use crate::azimuthal::Azimuthal;
 use crate::factored::{Factored, largest_channel};
@@ -62,7 +62,7 @@ impl Directions {
     }
 }
 
-/// The unit vector with inclination `theta` and azimuth `phi`, degrees; x runs from root to tip, φ = 0 is +y.
+/// The unit vector with inclination `theta` and azimuth `phi`, in degrees. x runs from root to tip, and φ = 0 is +y.
 pub fn direction(theta: f64, phi: f64) -> Vec3 {
     vellus::direction(theta.to_radians(), phi.to_radians())
 }
@@ -121,8 +121,8 @@ impl<L: Longitudinal, A: Azimuthal> Separable for Factored<L, A> {
 /// Number of points in [−1, 1] at which a panel is probed to find the size of its quadrature rule.
 const LOOKS: usize = 24;
 
-/// The average over h of hits `at` offsets, in all directions. `edges` are ascending offsets in (0, 1) at which the
-/// integrand is not smooth; it is not smooth at −`edges` either.
+/// The average over h in all directions. `at` creates the hit at an offset. `edges` are ascending offsets in (0, 1) at
+/// which the integrand is not smooth. It is not smooth at −`edges` either.
 pub(crate) fn average<H: Separable>(
     at: impl Fn(f32) -> H,
     edges: &[f32],

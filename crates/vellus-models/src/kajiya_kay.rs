@@ -4,8 +4,8 @@
 //! cone, both uniform in azimuth. With the conventions of [`vellus`], f·cos θᵢ = k_d cos θᵢ/π² + k_s cosⁿ(θᵢ +
 //! θ_o)/2πZ. Z = ∫ cosⁿ⁺¹ makes k_d and k_s the albedos at normal incidence.
 //!
-//! The model has no refraction. n is 1/β_m². k_s is the far-field energy of R of the `vellus` model at normal
-//! incidence, and k_d that of all other lobes, so brightness and colour match.
+//! The model has no refraction. n is 1/β_m². k_s is the far-field energy of R in the `vellus` model at normal
+//! incidence. k_d is the energy of all other lobes, so brightness and colour match.
 //!
 //! Limits: no forward scattering (TT), no secondary highlight, no shift of highlights. The specular part is not
 //! normalised: at grazing incidence, about cos θ_o of its light remains. The model is not reciprocal.

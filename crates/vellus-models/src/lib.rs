@@ -11,9 +11,9 @@
 //! | [`Marschner2003`] | far | R, TT, TRT | R, TT, TRT |
 //! | [`KajiyaKay1989`] | far | specular, diffuse | R, residual |
 //!
-//! All models follow the conventions of [`vellus`]: directions are in the frame of the fibre with x from root to tip,
-//! values are f·cos θᵢ, densities are per solid angle, offset and attenuation belong to ω_o, and lengths are in fibre
-//! radii. Each module names its paper, the parameters that it uses, and the limits of the model.
+//! All models follow the conventions of [`vellus`]. Directions are in the frame of the fibre with x from root to tip,
+//! and lengths are in fibre radii. Values are f·cos θᵢ, and densities are per solid angle. Offset and attenuation
+//! belong to ω_o. Each module names its paper, the parameters that it uses, and the limits of the model.
 //! [`AnyModel::far_field`] averages a model over the width of the fibre, in many directions at once.
 //!
 //! ```

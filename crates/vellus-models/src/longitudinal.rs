@@ -16,8 +16,8 @@ pub trait Longitudinal: Copy {
 ///
 /// M̂(θᵢ) = exp(sin θ_c sin θᵢ/v) I₀(cos θ_c cos θᵢ/v) / (2v sinh(1/v)). Its integral over sin θᵢ is 1.
 ///
-/// `vellus` has the same lobe for its own four lobes. The code is not shared: this one has other register widths, and
-/// its results differ in the last bit.
+/// `vellus` has the same lobe for its own four lobes. The code is not shared, because this one has other register
+/// widths, and its results differ in the last bit.
 #[derive(Clone, Debug)]
 pub struct Spherical {
     sin_alpha: f32x8,

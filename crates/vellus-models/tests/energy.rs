@@ -32,7 +32,7 @@ fn furnace(kind: ModelKind, fiber: &Fiber, theta_o: f64) -> f64 {
     sum
 }
 
-/// Energies of a model equal its integrals, so the furnace tests below need no integration.
+/// The energies of a model equal its integrals, so the furnace tests below need no integration.
 #[test]
 fn integral_of_eval_is_the_energy() {
     for &kind in ModelKind::ALL {
@@ -43,7 +43,8 @@ fn integral_of_eval_is_the_energy() {
                 let (integral, energy) = (integrate(&hit), hit.energy().total());
                 for c in 0..3 {
                     let error = integral[c] / f64::from(energy[c]) - 1.0;
-                    // Midpoints 0.3° and 1° apart; energies that depend on θ_d are averaged at some points of a lobe.
+                    // Midpoints are 0.3° and 1° apart. Energies that depend on θ_d are averages over some points of a
+                    // lobe.
                     assert!(error.abs() < 5e-3, "{kind} {fiber:?} θ {theta_o} h {h} channel {c}: {error}");
                 }
             }
@@ -69,7 +70,7 @@ fn furnaces_are_as_white_as_defined() {
     assert_eq!(expected.len(), ModelKind::ALL.len());
     for (kind, expected) in expected {
         let white = [0.0, 60.0, 80.0, 88.0].map(|theta_o| furnace(kind, &fox, theta_o));
-        // Half a unit of the last digit, and as much for the tables.
+        // The tolerance is half a unit of the last digit, and as much for the tables.
         let close = white.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-3);
         assert!(close, "{kind}: {white:.4?} {expected:?}");
     }

@@ -61,17 +61,18 @@ fn deon_is_the_near_field_integrated() {
         let exact = deon(&fiber, theta_o, theta_i, phi);
         let peak = deon(&fiber, theta_o, -theta_o, phi).into_iter().fold(0.0, f64::max);
         for (p, lobe) in [Lobe::R, Lobe::Tt, Lobe::Trt, Lobe::Residual].into_iter().enumerate() {
-            // Linear over φ (1/72 of a narrow lobe's peak) and over 3° of θ_d; f32 along the fibre.
+            // Interpolation is linear over φ (an error of 1/72 of a narrow lobe's peak) and over 3° of θ_d. The
+            // longitudinal part is in f32.
             let error = (f64::from(ours[lobe as usize][1]) - exact[p]).abs();
             assert!(error < 0.015 * exact[p] + 2e-3 * peak + 1e-9, "{theta_o} {theta_i} {phi} {p}: {ours:?} {exact:?}");
         }
     }
 }
 
-/// With a nearly smooth surface d'Eon's lobes equal Marschner's, except near the caustics (±20° here; all of TRT lies
-/// between them) and near the edges of TT. Two differences remain. Marschner's cubic is up to 2° from Φ, and its
-/// slope is wrong by a few percent. His Fresnel factor differs from ours with l = 0.5, which is an ordinary interface
-/// only for each polarisation.
+/// With a nearly smooth surface, d'Eon's lobes equal Marschner's, except near the caustics and near the edges of TT.
+/// The caustics are at ±20° here, and all of TRT is between them. Two differences remain. Marschner's cubic is up to 2°
+/// from Φ, and its slope is wrong by a few percent. His Fresnel factor differs from ours with l = 0.5, which is an
+/// ordinary interface only for each polarisation.
 #[test]
 fn marschner_is_deon_without_roughness() {
     let fiber = Fiber { beta_n: 0.6f32.to_radians(), beta_m: 5f32.to_radians(), ..hair() };
@@ -135,10 +136,11 @@ fn energies_agree_between_hair_models() {
             (ModelKind::Yan2015, 1e-4),
             (ModelKind::Chiang2016, 1e-4),
             (ModelKind::ZinkeWeber2007, 1e-4),
-            // Attenuation at θ_d, which differs from θ_o by α/2 under a tilt α: the incidence of R is 2° larger.
+            // Attenuation is computed at θ_d, which differs from θ_o by α/2 for a tilt α. The angle of incidence of R
+            // is 2° larger.
             (ModelKind::DEon2011, 5e-2),
-            // Its cubic and its ordinary interface. TRT is not compared: it loses 0.4 of its light between two
-            // caustics this close.
+            // The errors are those of its cubic and its ordinary interface. TRT is not compared, because it loses 0.4
+            // of its light between such close caustics.
             (ModelKind::Marschner2003, 5e-2),
         ] {
             let theirs = mean(kind);
@@ -165,8 +167,9 @@ fn the_highlight_tilts_toward_the_root() {
     }
 }
 
-/// The published inversion from the perceptual roughness: σ_a = (ln C / (5.969 − 0.215 β + …))², where the test
-/// recovers β_n from the width of the lobe; and √v and s of their Eq. 7 and 8 at β = 0.3, computed by hand.
+/// Compares with the published inversion from the perceptual roughness, σ_a = (ln C / (5.969 − 0.215 β + …))², where
+/// the test recovers β_n from the width of the lobe. Also compares √v and s of their Eq. 7 and 8 at β = 0.3, computed
+/// by hand.
 #[test]
 fn chiang_has_its_published_fits() {
     let [beta_m, beta_n] = chiang::roughness(0.3, 0.3);
@@ -185,12 +188,12 @@ fn chiang_has_its_published_fits() {
 
 /// Zinke and Weber lose the light of their Gaussians beyond ±90° and the higher orders, and no other light.
 #[test]
-fn zinke_weber_loses_what_lies_beyond_grazing() {
+fn zinke_weber_loses_the_light_beyond_grazing() {
     let fiber = Fiber { alpha: 0.0, ..hair().without_absorption() };
     let model = ModelKind::ZinkeWeber2007.model(&fiber).unwrap();
     let energy = |theta_o: f64| model.at(direction(theta_o, 0.0), Window::near(0.2)).energy().total()[0];
     let f = fresnel(1.55, 0.5, (1.0f64 - 0.04).sqrt());
     assert!((f64::from(energy(0.0)) - (1.0 - (1.0 - f) * f.powi(3))).abs() < 1e-5);
-    // Along the axis: half of the light.
+    // Along the axis, half of the light is lost.
     assert!((energy(PI / 2.0) - 0.5).abs() < 1e-3, "{}", energy(PI / 2.0));
 }

@@ -24,7 +24,7 @@ fn models() -> impl Iterator<Item = (ModelKind, Fiber, AnyModel)> {
         .into_iter()
         .zip([1.15, 1.8, 1.4])
         .map(move |(fiber, eta_m)| (kind, fiber, AnyModel::Yan2015(Yan2015::with_eta_m(&fiber, eta_m).unwrap())));
-    // Interpolated between shared tables.
+    // This model interpolates between shared tables.
     let kind = ModelKind::DEon2011;
     let shared = kind.model(&full_fiber()).unwrap();
     let fiber = Fiber { sigma_ca: [0.45, 1.1, 0.06], ..full_fiber() };
@@ -44,7 +44,7 @@ fn pdf_integrates_to_one() {
         for (theta_o, h) in [(0.7, -0.45), (-1.2, 0.8)] {
             let hit = model.at(direction(theta_o, 0.4), Window::near(h));
             let sum = integral([600, 360], |wi| hit.pdf(wi));
-            // Midpoints 0.3° and 1° apart, for lobes at least 2.3° wide.
+            // Midpoints are 0.3° and 1° apart, and lobes are at least 2.3° wide.
             assert!((sum - 1.0).abs() < 2e-3, "{kind} {fiber:?} {theta_o}: {sum}");
         }
     }
@@ -90,7 +90,7 @@ fn weight_is_f_over_pdf() {
     }
 }
 
-/// Samples weighted by their own lobe alone still give the energy of each lobe.
+/// Samples whose weights only include their own lobe also give the energy of each lobe.
 #[test]
 fn published_sampling_finds_the_energy() {
     let mut random = Uniform(9);

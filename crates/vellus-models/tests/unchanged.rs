@@ -1,8 +1,7 @@
 //! 10,000 queries of each model give the same bits as before.
 //!
-//! A change of the code's structure must not change a bit. A change that alters results on purpose replaces the
-//! hashes and gives the reason in CHANGELOG.md. The hashes hold for processors with AVX2 and FMA: others round
-//! differently.
+//! A change of the code's structure must not change a bit. A change that alters results on purpose replaces the hashes
+//! and gives the reason in CHANGELOG.md. The hashes are for processors with AVX2 and FMA. Others round differently.
 #![cfg(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma"))]
 
 use glam::Vec3;
@@ -34,7 +33,7 @@ fn queries_give_the_same_bits_as_before() {
 /// The hash of all results of a model's queries.
 fn hash(kind: ModelKind) -> String {
     let mut state = 17;
-    // In [0, 1), by SplitMix64 written out here, so that no library can change the numbers.
+    // Uniform in [0, 1), by SplitMix64. The code is here, so that no library can change the numbers.
     let mut uniform = || {
         state = u64::wrapping_add(state, 0x9e37_79b9_7f4a_7c15);
         let z = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -76,6 +75,6 @@ fn lobes(lobes: &Lobes, push: &mut impl FnMut(f32)) {
 fn direction(u: [f32; 2]) -> Vec3 {
     let (x, phi) = (2.0 * u[0] - 1.0, std::f32::consts::TAU * u[1]);
     let cos_theta = (1.0 - x * x).sqrt();
-    // The sine of the standard library differs between systems; that of `libm` does not.
+    // The sine of the standard library differs between systems. That of `libm` does not.
     Vec3::new(x, cos_theta * libm::cosf(phi), cos_theta * libm::sinf(phi))
 }

@@ -19,7 +19,8 @@ fn no_medulla_is_hair() {
         let (a, b) = (ours.at(wo, window).eval(wi), theirs.at(wo, window).eval(wi));
         for p in 0..3 {
             for c in 0..3 {
-                // Their TRRT is so wide that they sum one more image of all lobes: e⁻¹² of the peak.
+                // Their TRRT is so wide that they sum one more image of all lobes. This changes values by e⁻¹² of the
+                // peak.
                 assert!((a.0[p][c] - b.0[p][c]).abs() <= 2e-5 * b.0[p][c] + 1e-5, "{a:?} {b:?}");
             }
         }
@@ -38,7 +39,7 @@ fn one_index_has_the_energies_of_2017() {
             let wo = direction(theta_o, 1.0);
             let (a, b) = (old.at(wo, Window::near(h)).energy(), new.at(wo, Window::near(h)).energy());
             let (a, b) = (a.0.map(|lobe| f64::from(lobe[1])), b.0.map(|lobe| f64::from(lobe[1])));
-            // R, TT, TRT; at 0.9 rad TRT, 0.075 wide, is nine deviations from 90°.
+            // R, TT and TRT. At 0.9 rad, TRT is 0.075 wide, and nine standard deviations from 90°.
             (0..3).for_each(|p| assert!((a[p] - b[p]).abs() < 1e-5, "{theta_o} {h} {p}: {a:?} {b:?}"));
             // The diffuse lobe holds the light that does not leave at once.
             assert!((a[3] + a[4] + a[5] - b[3] - b[4]).abs() < 1e-5, "{theta_o} {h}: {a:?} {b:?}");
@@ -80,7 +81,7 @@ fn two_indices_lose_only_the_omitted_paths() {
         (-200..200).map(|k| f64::from(of(k)) / 400.0).sum::<f64>()
     };
     for (eta_m, lost) in [(1.45, 0.0031), (1.4, 0.0063), (1.0, 0.0125), (1.7, 0.0046)] {
-        // One unit of the last digit.
+        // The tolerance is one unit of the last digit.
         assert!((1.0 - mean(eta_m) - lost).abs() < 1e-4, "{eta_m}: {}", 1.0 - mean(eta_m));
     }
     for (eta_m, theta_o, h) in [(1.1, 0.3, 0.2), (1.7, -0.9, -0.5), (1.0, 0.5, 0.35)] {
@@ -97,7 +98,7 @@ fn two_indices_lose_only_the_omitted_paths() {
         }
         sum *= std::f64::consts::PI * std::f64::consts::TAU / f64::from(n * m);
         let energy = f64::from(hit.energy().total()[1]);
-        // Midpoints, and the half-degree nodes of the integrals over the cone.
+        // The errors are those of the midpoints, and of the half-degree nodes of the integrals over the cone.
         assert!((sum / energy - 1.0).abs() < 3e-3, "{eta_m} {theta_o} {h}: {sum} {energy}");
     }
 }
@@ -117,7 +118,7 @@ fn sharing_tables_changes_nothing() {
 /// In an absorbing fibre, this model is closer to the simulated fibre than the model of 2017, where all scattered light
 /// leaves at once. It is still too bright.
 #[test]
-fn holding_back_scattered_light_is_closer_to_the_fibre() {
+fn internal_reflection_of_scattered_light_is_closer_to_the_fibre() {
     for species in [Species::Bobcat, Species::Cat, Species::Deer, Species::RedFox] {
         let fiber = Fiber::preset(species);
         let (old, new) = (Yan2015::new(&fiber).unwrap(), Bcsdf::new(&fiber).unwrap());
@@ -131,7 +132,7 @@ fn holding_back_scattered_light_is_closer_to_the_fibre() {
         let of_new = mean(&|h| f64::from(new.at(wo, Window::near(h)).energy().total()[1]));
         let scattered = |lobes: vellus::Lobes| f64::from(lobes.0[Lobe::Tts as usize][1]);
         let direct = mean(&|h| scattered(old.at(wo, Window::near(h)).energy()));
-        // 65,536 photons: a standard error of 0.001. The models differ by at least 0.03.
+        // 65,536 photons have a standard error of 0.001. The models differ by at least 0.03.
         assert!(truth < of_old && of_old < of_new, "{species}: {truth} {of_old} {of_new}");
         assert!(of_old / truth < 1.4, "{species}: {truth} {of_old}");
         println!("{species}: simulated {truth:.3}, 2015 {of_old:.3} (at once {direct:.3}), 2017 {of_new:.3}");

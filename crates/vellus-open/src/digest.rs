@@ -1,4 +1,4 @@
-//! What tells scenes apart.
+//! The identity of scenes.
 
 use crate::{Format, Options};
 use std::path::Path;
@@ -12,7 +12,7 @@ use vellus_io::DigestBuilder;
 /// are stored.
 pub fn identify(builder: DigestBuilder, scene: impl AsRef<Path>, options: &Options) -> DigestBuilder {
     let scene = scene.as_ref();
-    // The content of its files identifies a scene, its name a built-in one.
+    // The name identifies a built-in scene. The content of its files identifies any other scene.
     let built_in = match Format::of(scene) {
         Ok(Format::BuiltIn(name)) => Some(name),
         _ => None,
@@ -28,14 +28,14 @@ pub fn identify(builder: DigestBuilder, scene: impl AsRef<Path>, options: &Optio
     if built_in.is_some() { builder } else { add_fiber(builder, &options.fiber().1) }
 }
 
-/// The bytes of a value that is set, or none.
+/// The bytes of a value, or no bytes if it is not set.
 fn optional<const N: usize>(bytes: Option<[u8; N]>) -> Vec<u8> {
     bytes.map_or_else(Vec::new, |bytes| bytes.to_vec())
 }
 
 /// Adds all parameters of a fibre to a digest.
 fn add_fiber(builder: DigestBuilder, fiber: &Fiber) -> DigestBuilder {
-    // Without `..`: a parameter that is added later must be added here.
+    // There is no `..` here, so a parameter that is added later must be added here.
     let Fiber { eta, kappa, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers, exit } = *fiber;
     let [scalars, colors] =
         [&[eta, kappa, alpha, beta_m, beta_n, sigma_ms, g, layers][..], &[sigma_ca, sigma_ma].concat()]

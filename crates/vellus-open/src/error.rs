@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::PathBuf;
 
-/// Why a scene cannot be opened.
+/// The reason why a scene cannot be opened.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -31,9 +31,31 @@ pub enum Error {
     /// A file of strands or polygons is invalid.
     #[error(transparent)]
     Strands(#[from] vellus_groom::Error),
+    /// A value of a group of strands is out of its range, or a mesh cannot grow it.
+    #[error(transparent)]
+    Group(#[from] vellus_groom::GroupError),
     /// A USD file is invalid.
     #[error(transparent)]
     Usd(#[from] vellus_usd::Error),
+    /// A file cannot be written.
+    #[error("cannot write {}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system reports.
+        source: std::io::Error,
+    },
+    /// A .hair file cannot hold these strands.
+    #[error("{}: {what}", path.display())]
+    Unwritable {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        what: String,
+    },
+    /// A .hair file cannot hold so many sets of strands.
+    #[error("a .hair file holds one set of strands, but the scene has {0}")]
+    SeveralStrands(usize),
     /// The scene has no mesh.
     #[error("there is no mesh to grow on")]
     NoMesh,
@@ -55,7 +77,7 @@ pub enum Error {
     },
 }
 
-/// What a user should know about a scene that was opened.
+/// A warning about a scene that was opened.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Warning {
@@ -65,10 +87,10 @@ pub enum Warning {
     UnusedFiber {
         /// The file.
         file: PathBuf,
-        /// Which fibres its strands have.
+        /// The fibres that its strands have instead.
         why: String,
     },
-    /// These strands have no widths and were left out.
+    /// These strands have no widths and were omitted.
     NoWidths(String),
 }
 

@@ -1,6 +1,9 @@
 //! Opens a scene of hair and fur by its name: a built-in scene, a USD file (.usda, .usdc, .usdz), or strands as .hair
 //! or .tfx.
 //!
+//! [`FiberSource`] reads a fibre by its name, [`Growth`] grows fur on the meshes of a file, and [`write()`] writes a
+//! scene.
+//!
 //! ```
 //! use vellus_open::{Options, open};
 //! # fn main() -> Result<(), vellus_open::Error> {
@@ -14,19 +17,25 @@
 
 mod digest;
 mod error;
+mod fiber;
+mod grow;
 mod mesh;
+mod write;
 
 pub use digest::identify;
 pub use error::{Error, Warning};
+pub use fiber::{FiberError, FiberFormat, FiberSource, SettingError};
+pub use grow::{Grown, Growth};
 pub use mesh::{choose_meshes, open_coat, open_mesh};
+pub use write::write;
 
 use std::path::Path;
-use vellus::{Fiber, Species};
+use vellus::Fiber;
 use vellus_io::Sources;
 use vellus_scene::{Look, Scene};
 use vellus_usd::FALLBACK_LOOK;
 
-/// How a scene is opened.
+/// Options for opening a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// Open the small version of a built-in scene.
@@ -34,8 +43,8 @@ pub struct Options {
     /// Name and fibre of strands whose file defines none. `None` is the preset `red-fox`. Built-in scenes have their
     /// own.
     pub fiber: Option<(String, Fiber)>,
-    /// Width (diameter) of strands whose file defines none, in the unit of the file; in [0, 2·10⁹]. `None`: such
-    /// strands are an error.
+    /// Width (diameter) of strands whose file defines none, in the unit of the file; in [0, 2·10⁹]. If it is `None`,
+    /// such strands are an error.
     pub width: Option<f32>,
     /// Keep only this share of the strands, in (0, 1], and widen them so that they cover as much.
     pub strands: Option<f32>,
@@ -48,8 +57,7 @@ pub struct Options {
 impl Options {
     /// Name and fibre of strands whose file defines none.
     fn fiber(&self) -> (String, Fiber) {
-        let default = Species::RedFox;
-        self.fiber.clone().unwrap_or_else(|| (default.name().to_owned(), Fiber::preset(default)))
+        self.fiber.clone().unwrap_or_else(|| (fiber::DEFAULT.name().to_owned(), Fiber::preset(fiber::DEFAULT)))
     }
 }
 
@@ -60,7 +68,7 @@ pub struct Opened {
     pub scene: Scene,
     /// The files that it was read from; none for a built-in scene.
     pub sources: Sources,
-    /// What a user should know.
+    /// Warnings about the scene.
     pub warnings: Vec<Warning>,
 }
 
@@ -125,7 +133,7 @@ pub fn open(scene: impl AsRef<Path>, options: &Options) -> Result<Opened, Error>
     Ok(opened)
 }
 
-/// Opens a scene to measure it: strands without widths get the width 0 instead of being an error.
+/// Opens a scene to measure it. Strands without widths get the width 0 instead of an error.
 ///
 /// # Errors
 /// As [`open`].

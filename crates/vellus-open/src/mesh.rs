@@ -17,7 +17,7 @@ const SKIN: [f32; 3] = [0.18; 3];
 /// [`Error::Read`], [`Error::Strands`] or [`Error::Usd`] if the file cannot be read or is invalid.
 pub fn open_mesh(path: impl AsRef<Path>) -> Result<Opened, Error> {
     let path = path.as_ref();
-    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("obj")) {
+    if is_obj(path) {
         let mut sources = Sources::new();
         let meshes = vellus_groom::read_obj(&read(path, ".obj", &mut sources)?, &path.display().to_string())?;
         let scene = Scene { meshes, surfaces: vec![Surface::diffuse("skin", SKIN)], ..Scene::default() };
@@ -34,6 +34,11 @@ pub fn open_mesh(path: impl AsRef<Path>) -> Result<Opened, Error> {
         has_width
     });
     Ok(Opened { scene, sources, warnings })
+}
+
+/// Whether a file has the extension of Wavefront's format.
+pub(crate) fn is_obj(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("obj"))
 }
 
 /// The indices of meshes by their names, or by the ends of their paths; in order, each once. Without names, the scene

@@ -1,4 +1,4 @@
-//! The digest that tells pictures apart: of the settings of the path tracer and of the scene.
+//! The identity of pictures: the digest of the settings of the path tracer and of the scene.
 
 use vellus::{Fiber, Species};
 use vellus_io::{Digest, Sources};
@@ -38,7 +38,7 @@ fn every_option_changes_the_identity() {
     for (i, digest) in digests.iter().enumerate() {
         assert!(!digests[..i].contains(digest), "{:?}", all[i]);
     }
-    // The name of a fibre and the place of a file change no pixel.
+    // The name of a fibre and the location of a file do not change pixels.
     let named = Options { fiber: Some(("fox".to_owned(), fox)), ..new() };
     assert_eq!(identity("x.usda", &named), digests[0]);
     assert_eq!(identity("elsewhere/y.usda", &new()), digests[0]);

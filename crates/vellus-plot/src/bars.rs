@@ -16,7 +16,7 @@ pub struct Bars {
     pub groups: Vec<String>,
     /// Name and one height for each group.
     pub series: Vec<(String, Vec<f64>)>,
-    /// Decimals of the numbers above the bars; without it, the bars have no numbers.
+    /// Decimals of the numbers above the bars. `None` for bars without numbers.
     pub digits: Option<usize>,
 }
 
@@ -29,7 +29,7 @@ impl Draw for Bars {
     where
         DB::ErrorType: 'static,
     {
-        // The first series is black to stand out; a single one need not.
+        // The first of several series is black, so that it stands out.
         let first = if self.series.len() == 1 { LOBE_COLORS[0] } else { BLACK };
         let colors: Vec<RGBColor> =
             [first].into_iter().chain(LOBE_COLORS).chain([RGBColor(150, 150, 150)]).take(self.series.len()).collect();

@@ -1,4 +1,4 @@
-//! Drawing to PNG and SVG with one description, and with a font of the library.
+//! Draws the same picture as PNG or SVG, with a font that the library contains.
 
 use crate::smooth::{Enlarged, SCALE, average};
 use crate::{Error, Result, failure};

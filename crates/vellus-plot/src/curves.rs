@@ -11,7 +11,7 @@ use plotters::prelude::*;
 pub enum Axes {
     /// Linear; y starts at 0.
     Linear,
-    /// Logarithmic; values that are not positive are left out.
+    /// Logarithmic. Values that are not positive are omitted.
     Logarithmic,
 }
 

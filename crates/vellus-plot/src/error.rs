@@ -30,11 +30,11 @@ const OURS: RGBColor = LOBE_COLORS[0];
 
 /// Relative L1 errors of the far field of one fibre, for R + TT + TRT.
 pub struct Errors {
-    /// Of the paper's scheme, one for each of [`SEGMENTS`].
+    /// Errors of the paper's scheme, one for each of [`SEGMENTS`].
     pub paper: Vec<f64>,
-    /// Of our scheme, one for each of [`SEGMENTS`].
+    /// Errors of our scheme, one for each of [`SEGMENTS`].
     pub ours: Vec<f64>,
-    /// Of the model as shipped.
+    /// The error of the shipped model.
     pub shipped: f64,
 }
 

@@ -33,7 +33,7 @@ pub enum Error {
         /// Its upper end.
         high: f64,
     },
-    /// A query out of range, or a line that is no query.
+    /// A query out of range, or a line that is not a query.
     #[error("{0}")]
     Query(String),
     /// A broken CSV file.
@@ -47,7 +47,7 @@ pub enum Error {
     Fit(#[from] vellus_fit::Error),
 }
 
-/// With [`Error`].
+/// A result with [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl<E: std::error::Error + Send + Sync> From<DrawingAreaErrorKind<E>> for Error {

@@ -1,4 +1,4 @@
-//! One static HTML page: it loads nothing from elsewhere.
+//! Static HTML pages that load nothing from other places.
 
 /// The style of all pages.
 const STYLE: &str = "body{font:16px/1.5 sans-serif;max-width:1300px;margin:2em auto;padding:0 1em;color:#222}\

@@ -1,6 +1,6 @@
 //! Plots and reports of hair and fur reflectance, as PNG, SVG and HTML.
 //!
-//! Each module has one picture. Its constructor computes the curves from a fibre or a model; [`save`] draws it. The
+//! Each module has one picture. Its constructor computes the curves from a fibre or a model. [`save`] draws it. The
 //! font is part of the library, so that a picture looks the same on every system.
 //!
 //! | module | picture |

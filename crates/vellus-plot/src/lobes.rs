@@ -1,4 +1,4 @@
-//! The azimuthal lobes of one hit: how much light of each lobe leaves in which direction around the fibre.
+//! The azimuthal lobes of one hit: the light of each lobe over the azimuth around the fibre.
 
 use crate::Named;
 use crate::Result;
@@ -8,13 +8,13 @@ use plotters::prelude::*;
 use vellus::{Fiber, Field, Model, Scattering, Window};
 use vellus_models::direction;
 
-/// Azimuths sampled: half a degree, the tables' resolution.
+/// The number of azimuths. They are half a degree apart, the resolution of the tables.
 const AZIMUTHS: usize = 720;
 
 /// The lobes of one hit, integrated over θ_i.
 pub struct Picture {
     title: String,
-    /// The offset; a far field has none.
+    /// The offset. `None` for a far field.
     h: Option<f64>,
     /// N(φ) of each lobe, per radian, mean of the channels.
     values: [Vec<f64>; 6],

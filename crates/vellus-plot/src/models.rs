@@ -85,7 +85,7 @@ where
         .light_line_style(WHITE)
         .draw()?;
     for (points, style) in curves {
-        // Points below the panel are left out.
+        // Points below the panel are omitted.
         for run in points.split(|(_, y)| *y < floor) {
             chart.draw_series(LineSeries::new(run.to_vec(), *style))?;
         }
@@ -104,7 +104,7 @@ impl Draw for Picture {
     {
         let area = titled(area, &self.title, 28.0)?;
         let colors = LOBE_COLORS.into_iter().chain([BLACK]).cycle();
-        // Earlier curves are wider, so that they show behind later ones.
+        // Earlier curves are wider, so that they are visible behind later ones.
         let styles: Vec<ShapeStyle> = colors
             .take(self.curves.len())
             .enumerate()

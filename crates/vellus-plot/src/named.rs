@@ -33,7 +33,7 @@ impl Named {
         self.variant.as_ref().map_or_else(|| self.fiber.clone(), |variant| format!("{}, {variant}", self.fiber))
     }
 
-    /// The model alone: `vellus` or `marschner2003`.
+    /// The name of the model: `vellus` or `marschner2003`.
     pub fn model_name(&self) -> &str {
         self.variant.as_deref().unwrap_or(ModelKind::Vellus.name())
     }

@@ -99,7 +99,7 @@ where
     for row in 0..rows {
         let shades: Vec<usize> = (0..columns).map(|c| shade(panel.values[row * columns + c])).collect();
         let (y0, y1) = (row as f64 / rows as f64 * 180.0 - 90.0, (row + 1) as f64 / rows as f64 * 180.0 - 90.0);
-        // Neighbours of the same shade become one rectangle: the file is ten times smaller.
+        // Neighbours with the same shade become one rectangle. This makes the file ten times smaller.
         let mut start = 0;
         while start < columns {
             let run = shades[start..].iter().take_while(|&&s| s == shades[start]).count();

@@ -9,7 +9,7 @@ use vellus_models::direction;
 pub struct Query {
     /// Inclination of ω_o, in [−90, 90].
     pub theta_o: f64,
-    /// Where the fibre is hit.
+    /// The offset or the window of offsets.
     pub offsets: Offsets,
     /// Inclination of ω_i, in [−90, 90].
     pub theta_i: f64,
@@ -17,7 +17,7 @@ pub struct Query {
     pub phi: f64,
 }
 
-/// Where the fibre is hit. Offsets are in [−1, 1].
+/// The offset at which the ray hits the fibre, or a window of offsets, in [−1, 1].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Offsets {
     /// At one offset.
@@ -84,7 +84,7 @@ impl Offsets {
         }
     }
 
-    /// The window as CSV files have it: names and values of the columns.
+    /// The window as columns of a CSV file: names and values.
     pub fn columns(self) -> Vec<(&'static str, f64)> {
         match self {
             Offsets::Near(h) => vec![("h", h)],
@@ -141,7 +141,7 @@ impl Query {
         Answer { lobes, pdf }
     }
 
-    /// The query as CSV files have it: names and values of the columns.
+    /// The query as columns of a CSV file: names and values.
     pub fn columns(&self) -> Vec<(&'static str, f64)> {
         let mut all = vec![("theta_o", self.theta_o)];
         all.extend(self.offsets.columns());

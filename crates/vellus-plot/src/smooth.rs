@@ -1,4 +1,4 @@
-//! Anti-aliasing: a back end that draws at twice the size; its pixels are then averaged.
+//! Anti-aliasing: a back end that draws at twice the size. Its pixels are then averaged.
 
 use plotters::prelude::*;
 use plotters_backend::{BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingErrorKind};
@@ -65,7 +65,7 @@ impl<'a> DrawingBackend for Enlarged<'a> {
     }
 
     fn draw_rect<S: BackendStyle>(&mut self, a: BackendCoord, b: BackendCoord, s: &S, fill: bool) -> Outcome<'a> {
-        // A filled rectangle covers its last pixel whole.
+        // A filled rectangle covers its last pixel completely.
         let b = if fill { (point(b).0 + SCALE as i32 - 1, point(b).1 + SCALE as i32 - 1) } else { point(b) };
         self.0.draw_rect(point(a), b, &style(s), fill)
     }

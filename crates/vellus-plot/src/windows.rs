@@ -11,7 +11,7 @@ use vellus::{Bcsdf, Fiber, TableData, Tables, Window};
 use vellus_models::direction;
 use vellus_reference::exact::Exact;
 
-/// Azimuths sampled: half a degree, the tables' resolution.
+/// The number of azimuths. They are half a degree apart, the resolution of the tables.
 const AZIMUTHS: usize = 720;
 /// Offsets of the quadrature: of R, TT, TRT and the rest, and of the scattered lobes.
 const PATHS: usize = 20_000;
@@ -90,10 +90,10 @@ impl Picture {
         let error = 100.0 * distance / self.exact[p].iter().sum::<f64>();
         let all = || self.near.iter().flat_map(|near| &near[p]).chain(&self.average[p]);
         let highest = all().fold(largest, |a, &x| a.max(x));
-        // Paths that miss the medulla scatter no light. Zeros are left out.
+        // Paths that miss the medulla scatter no light. Zeros are omitted.
         let least = all().filter(|x| **x > 0.0).fold(largest, |a, &x| a.min(0.7 * x));
         let floor = least.max(largest * 10f64.powf(-DECADES));
-        // 1, 2 and 5 are labelled where there are few powers of ten.
+        // If there are few powers of ten, 1, 2 and 5 of each have labels.
         let steps: &[f64] = if highest > 50.0 * floor { &[1.0] } else { &[1.0, 2.0, 5.0] };
         let labels = (floor.log10().floor() as i32..=highest.log10().ceil() as i32)
             .flat_map(|power| steps.iter().map(move |step| step * 10f64.powi(power)))
@@ -121,7 +121,7 @@ impl Picture {
         for (values, style) in near.chain(averages) {
             let points: Vec<_> =
                 (0..=AZIMUTHS).map(|j| (360.0 * j as f64 / AZIMUTHS as f64, values[j % AZIMUTHS])).collect();
-            // Points below the panel are left out.
+            // Points below the panel are omitted.
             for run in points.split(|(_, y)| *y < floor) {
                 chart.draw_series(LineSeries::new(run.to_vec(), style))?;
             }

@@ -1,4 +1,5 @@
-//! Slow implementations in f64 that check the fast code of `vellus`, and that measure what it changed.
+//! Slow implementations in f64. They check the fast code of `vellus`, and measure the effect of its departures from the
+//! paper.
 //!
 //! - [`exact`] is the model of `vellus` itself: the paper with the departures listed in PAPER.md, without
 //!   approximations other than quadrature.

@@ -1,8 +1,8 @@
 //! Renders scenes with any of the reflectance models of [`vellus_models`].
 //!
 //! The path tracer of [`vellus_render`] is generic over the model, so that its inner loops are compiled for each one.
-//! This crate holds these copies: it is the only one that names all models and the path tracer, and crates that depend
-//! on it do not compile them again.
+//! This crate contains these copies. No other crate names all models and the path tracer, so crates that depend on this
+//! one do not compile them again.
 
 use vellus::{Bcsdf, Fiber};
 use vellus_models::{
@@ -16,9 +16,9 @@ use vellus_scene::Scene;
 pub struct Method {
     /// The model.
     pub kind: ModelKind,
-    /// Refractive index of the medulla, for [`ModelKind::Yan2015`] alone; without it, that of the cortex.
+    /// Refractive index of the medulla, only for [`ModelKind::Yan2015`]. The default is that of the cortex.
     pub eta_m: Option<f32>,
-    /// Sample [`ModelKind::Yan2015`] as its authors did: see [`Yan2015::with_original_sampling`].
+    /// Sample [`ModelKind::Yan2015`] as in the paper: see [`Yan2015::with_original_sampling`].
     pub original_sampling: bool,
 }
 
@@ -51,6 +51,17 @@ macro_rules! with_constructor {
 }
 
 impl Method {
+    /// A model with this refractive index of the medulla, or with that of the cortex.
+    ///
+    /// # Errors
+    /// [`Error::OneIndex`] if there is an index and the model is not [`ModelKind::Yan2015`].
+    pub fn new(kind: ModelKind, eta_m: Option<f32>) -> Result<Self, Error> {
+        if eta_m.is_some() && kind != ModelKind::Yan2015 {
+            return Err(Error::OneIndex(kind));
+        }
+        Ok(Method { eta_m, ..kind.into() })
+    }
+
     /// The model of one fibre.
     ///
     /// # Errors
@@ -62,7 +73,7 @@ impl Method {
         }
     }
 
-    /// A scene ready for rays, its strands scattering by this model.
+    /// Prepares a scene for rays, with this model for its strands.
     ///
     /// # Errors
     /// As [`World::with_model`].
@@ -70,10 +81,10 @@ impl Method {
         with_constructor!(self, make => World::with_model(scene, make))
     }
 
-    /// Gives all strands of a world this model.
+    /// Sets this model for all strands of a world.
     ///
     /// # Errors
-    /// As [`World::set_model`]; the world is then unchanged.
+    /// As [`World::set_model`]. The world is then unchanged.
     pub fn apply(&self, world: &mut World) -> Result<(), vellus_scene::Error> {
         with_constructor!(self, make => world.set_model(make))
     }

@@ -1,4 +1,4 @@
-//! A groom becomes a PNG: the shortest way through the libraries.
+//! Renders a groom to a PNG with as little code as possible.
 //!
 //! `cargo run -p vellus-render --example groom_to_png -- [GROOM.hair|GROOM.tfx [OUTPUT.png]]`
 //!
@@ -10,7 +10,7 @@ use vellus_render::session::Picture;
 use vellus_render::{Film, Layer, Settings, World};
 use vellus_scene::{Look, Scene};
 
-/// Reads strands, and gives them one fibre. Lights and a camera are optional: [`World::new`] adds a white dome, and a
+/// Reads strands, and gives them one fibre. Lights and a camera are optional. [`World::new`] adds a white dome, and a
 /// camera that sees everything.
 fn load(path: &str) -> Result<Scene, Box<dyn std::error::Error>> {
     let bytes = vellus_io::read_at_most(Path::new(path), vellus_groom::MAX_FILE_BYTES)?;

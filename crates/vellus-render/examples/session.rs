@@ -1,4 +1,4 @@
-//! A render session: progress, cancellation, a checkpoint, resumption, and the picture as OpenEXR and PNG.
+//! A render job: progress, cancellation, a checkpoint, resumption, and the picture as OpenEXR and PNG.
 //!
 //! `cargo run -p vellus-render --example session -- [OUTPUT.exr]`
 
@@ -6,26 +6,10 @@ use glam::Vec3;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use vellus::{Fiber, Species};
-use vellus_io::{Progress, Sources};
-use vellus_render::session::{End, Identity, Options, Picture, Session, Store, end_notes};
-use vellus_render::{Error, Layer, Settings, World};
+use vellus_io::Sources;
+use vellus_render::session::{End, Event, Identity, Job, Options, Picture};
+use vellus_render::{Layer, Settings, World};
 use vellus_scene::{Basis, Camera, Light, Look, Scene, Strands};
-
-/// Prints the progress, and stops the work when it is told to. A viewer or a farm implements the same two methods.
-#[derive(Default)]
-struct Console {
-    stop: AtomicBool,
-}
-
-impl Progress for Console {
-    fn report(&self, done: f64, what: &str) {
-        println!("{what}: {:.0} %", 100.0 * done);
-    }
-
-    fn is_cancelled(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
-    }
-}
 
 /// Five hundred bent strands on a disk, under a lamp.
 fn scene() -> Scene {
@@ -59,6 +43,14 @@ fn scene() -> Scene {
     }
 }
 
+/// Prints what a job does. A viewer or a farm shows the same events in its own way.
+fn print(event: &Event) {
+    match event {
+        Event::Pass(pass) => println!("{:.0} %: {pass}", 100.0 * pass.goals.done(&pass.state)),
+        other => println!("{other}"),
+    }
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let output = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "out/session.exr".to_owned()));
     let world = World::new(scene())?;
@@ -66,34 +58,28 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let layers = vec![Layer::Beauty, Layer::Alpha, Layer::Normal];
     // This scene is read from no files. An application adds what identifies its scene.
     let identity =
-        Identity { settings: &settings, layers: &layers, model: "vellus", eta_m: None, min_pixel_width: 0.0 }
-            .digest(Sources::new().digest())
-            .field("scene", "five hundred strands")
-            .finish();
-    let options = Options { layers: layers.clone(), identity, noise: Some(0.02), ..Options::new(settings, 64) };
+        Identity { settings: &settings, layers: &layers, model: "vellus", eta_m: None, min_pixel_width: 0.0 };
+    let digest = identity.digest(Sources::new().digest()).field("scene", "five hundred strands").finish();
+    let notes = identity.notes(digest);
+    let options =
+        Options { layers: layers.clone(), identity: digest, noise: Some(0.02), notes, ..Options::new(settings, 64) };
+    let job = || Job {
+        resume: true,
+        ..Job::new(options.clone(), Picture { layers: layers.clone(), ..Picture::new(&output) })
+    };
 
-    // The first run is cancelled after a few samples.
-    let mut store = Store::beside(&output);
-    let console = Console::default();
-    let mut session = Session::new(&world, options.clone())?;
-    let end = session.run(&console, |pass| {
-        console.stop.store(pass.state.samples >= 4, Ordering::Relaxed);
-        store.save(pass.checkpoint)
+    // The first run is cancelled after a few samples. It writes a picture, and keeps a checkpoint.
+    let stop = AtomicBool::new(false);
+    let outcome = job().run(&world, &stop, |event| {
+        if let Event::Pass(pass) = &event {
+            stop.store(pass.state.samples >= 4, Ordering::Relaxed);
+        }
+        print(&event);
     })?;
-    assert_eq!(end, End::Interrupted);
-    println!("cancelled with {} samples a pixel", session.film().samples());
+    assert_eq!(outcome.end, End::Interrupted);
+    println!("cancelled with {} samples a pixel", outcome.checkpoint.film.samples());
 
     // The second run continues from the checkpoint.
-    let mut session = Session::new(&world, options)?;
-    if let Some(kept) = store.find(identity, &(0..u64::MAX))?.checkpoint {
-        session.resume(kept)?;
-    }
-    println!("continuing from {} samples a pixel", session.film().samples());
-    let end = session.run(&Console::default(), |_| Ok::<(), Error>(()))?;
-    let picture = Picture { layers, notes: end_notes(session.film(), end), ..Picture::new(&output) };
-    for path in picture.write(session.film(), None)? {
-        println!("wrote {}", path.display());
-    }
-    store.remove();
+    job().run(&world, &(), |event| print(&event))?;
     Ok(())
 }

@@ -1,4 +1,5 @@
-//! Intel Open Image Denoise 2. It is loaded at run time where it is installed: nothing is compiled or shipped with it.
+//! Intel Open Image Denoise 2. It is loaded at run time if it is installed. It is neither compiled nor shipped with
+//! this crate.
 #![allow(unsafe_code, reason = "a C library")]
 
 use crate::error::Error;
@@ -28,13 +29,13 @@ fn failed(what: &str) -> Error {
 /// The loaded library.
 #[derive(Debug)]
 pub struct Denoiser {
-    /// Never unloaded: its threads do not end.
+    /// The library is never unloaded, because its threads do not end.
     library: &'static Library,
 }
 
 impl Denoiser {
-    /// Loads the library that the environment variable `VELLUS_OIDN` names, or else version 2 from the system's
-    /// folders.
+    /// Loads the library that the environment variable `VELLUS_OIDN` names. If it is not set, loads version 2 from the
+    /// folders of the system.
     ///
     /// # Errors
     /// [`Error::Denoise`] if there is no such library.
@@ -66,8 +67,8 @@ impl Denoiser {
             .map_err(|e| Error::Denoise(format!("not Intel Open Image Denoise 2: {e}")))
     }
 
-    /// The beauty without noise, three values a pixel, row by row. The layers albedo and normal guide the denoiser if
-    /// the film has them. In fur these are noisy too: they are denoised first.
+    /// The denoised beauty, three values per pixel, row by row. The layers albedo and normal guide the denoiser if the
+    /// film has them. They are denoised first, because they are noisy in fur, too.
     ///
     /// # Errors
     /// [`Error::Denoise`] with what the library reports.

@@ -1,5 +1,6 @@
 //! Errors.
 
+use crate::session::Rescue;
 use std::path::PathBuf;
 
 /// What can go wrong while a scene is rendered and its picture is stored.
@@ -9,19 +10,19 @@ pub enum Error {
     /// The scene is invalid, or a reflectance model refuses one of its fibres.
     #[error(transparent)]
     Scene(#[from] vellus_scene::Error),
-    /// Settings that no picture can have. The text names the setting and its range.
+    /// A setting is out of range. The text names the setting and its range.
     #[error("{0}")]
     Settings(String),
-    /// A film has another size, another area or other layers than the picture that is rendered into it.
+    /// The size, area or layers of a film do not match the picture that is rendered into it.
     #[error("the film is of another picture: {0}")]
     OtherFilm(String),
-    /// A checkpoint is of another picture, or of other samples than the session renders.
+    /// A checkpoint is of another picture, or of samples that the session does not render.
     #[error("{0}")]
     OtherCheckpoint(String),
-    /// Rendering was cancelled. The film is as it was before the call.
+    /// Rendering was cancelled. The film did not change.
     #[error("rendering was cancelled")]
     Cancelled,
-    /// The bytes of a checkpoint or of a picture are not what this version writes.
+    /// The bytes of a checkpoint or of a picture are not in the format of this version.
     #[error("{0}")]
     Malformed(String),
     /// An encoder of pictures failed.
@@ -48,6 +49,18 @@ pub enum Error {
         /// What the operating system reports.
         source: std::io::Error,
     },
+    /// A film or a picture could not be written. Its samples are where `rescue` says.
+    #[error("the picture is not written{}", rescued(rescue, *samples))]
+    NotWritten {
+        /// Where the samples are.
+        rescue: Rescue,
+        /// Samples a pixel.
+        samples: u64,
+        /// Whether these are all samples that were planned.
+        complete: bool,
+        /// Why it could not be written.
+        source: Box<Error>,
+    },
     /// A film in a file is not what this version writes, or does not fit the others.
     #[error("{}: {what}", path.display())]
     Film {
@@ -62,4 +75,13 @@ pub enum Error {
     /// Intel Open Image Denoise is missing, or it failed.
     #[error("{0}")]
     Denoise(String),
+}
+
+/// Says where the samples of a picture are that could not be written.
+fn rescued(rescue: &Rescue, samples: u64) -> String {
+    match rescue {
+        Rescue::Saved(path) => format!("; all {samples} samples a pixel are kept in {}", path.display()),
+        Rescue::LastCheckpoint(path) => format!("; {} has the samples of the last checkpoint", path.display()),
+        Rescue::Lost => ", and the samples could not be saved anywhere".to_owned(),
+    }
 }

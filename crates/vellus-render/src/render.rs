@@ -13,10 +13,10 @@ use vellus_io::Progress;
 pub struct Statistics {
     /// Rays traced, shadow rays included.
     pub rays: u64,
-    /// Samples that were left out because a value was not finite.
+    /// Samples that were omitted because a value was not finite.
     pub rejected: u64,
-    /// Throughput of the paths that [`Settings::max_depth`] cut off, in millionths of a sample. Whole numbers: their
-    /// sum does not depend on the order.
+    /// Throughput of the paths that [`Settings::max_depth`] cut off, in millionths of a sample. The sum of integers
+    /// does not depend on the order.
     cut: u64,
 }
 
@@ -37,15 +37,15 @@ impl AddAssign for Statistics {
 }
 
 impl World {
-    /// Adds a range of samples of every pixel to a film. Sample i of a pixel is the same for every range that contains
-    /// i: neither the number of threads nor the division into ranges changes a picture.
+    /// Adds a range of samples of every pixel to a film. Sample i of a pixel is the same in every range that contains
+    /// i. Neither the number of threads nor the division into ranges changes a picture.
     ///
-    /// `progress` is asked at every pixel whether to stop; nothing is reported to it. A [`Session`](crate::Session)
+    /// This checks `progress` for cancellation at every pixel, but reports nothing to it. A [`Session`](crate::Session)
     /// reports progress.
     ///
     /// # Errors
-    /// [`Error::OtherFilm`] if the film has another size, area or other layers than `settings` and this scene have.
-    /// [`Error::Cancelled`] if `progress` stopped it. The film is then as before.
+    /// [`Error::OtherFilm`] if the size, area or layers of the film do not match `settings` and this scene.
+    /// [`Error::Cancelled`] if `progress` stopped it. The film then does not change.
     pub fn render(
         &self,
         settings: &Settings,

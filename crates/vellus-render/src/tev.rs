@@ -1,4 +1,4 @@
-//! Live view: films shown in the viewer [tev](https://github.com/Tom94/tev) while they are rendered.
+//! Live view: shows films in the viewer [tev](https://github.com/Tom94/tev) while they are rendered.
 //!
 //! tev listens on a TCP port. A packet is its length in bytes as `u32`, this field included, its kind as a byte, and
 //! the fields of its kind. Numbers are little endian, texts end with a zero byte, and lists carry no count.
@@ -11,7 +11,7 @@ use std::time::Duration;
 /// The port that tev listens on by default.
 const PORT: u16 = 14158;
 
-/// Kinds of packets: a new, empty image; pixels of an image, with an offset and a stride for each channel.
+/// Kinds of packets: a new, empty image, and pixels of an image with an offset and a stride for each channel.
 const CREATE_IMAGE: u8 = 4;
 const UPDATE_IMAGE: u8 = 6;
 
@@ -46,7 +46,7 @@ fn numbers(bytes: &mut Vec<u8>, numbers: impl IntoIterator<Item = usize>) {
     numbers.into_iter().for_each(|n| bytes.extend((n as i32).to_le_bytes()));
 }
 
-/// An empty image of that name, brought to the front.
+/// The packet for an empty image with this name, which the viewer shows in front.
 fn create(name: &str, [width, height]: [usize; 2]) -> Vec<u8> {
     packet(CREATE_IMAGE, |bytes| {
         bytes.push(1);
@@ -104,13 +104,13 @@ impl Viewer {
     /// Shows a film under a name. A new name opens a new image.
     ///
     /// # Errors
-    /// What the operating system reports if the viewer is gone. It stays so: connect to it again.
+    /// What the operating system reports if the viewer is gone. The connection cannot be used again.
     pub fn show(&mut self, film: &Film, name: &str) -> Result<()> {
         if self.shown != name {
             self.stream.write_all(&create(name, film.whole()))?;
             name.clone_into(&mut self.shown);
         }
-        // Packets of a few megabytes.
+        // Packets have a few megabytes.
         let rows = (1 << 18) / film.width() + 1;
         for first in (0..film.height()).step_by(rows) {
             self.stream.write_all(&update(name, film, first..(first + rows).min(film.height())))?;

@@ -5,7 +5,7 @@ use glam::Vec4Swizzles;
 use rayon::prelude::*;
 use vellus_scene::Scene;
 
-/// Prepares a scene for a picture: a scene without a camera gets one that shows everything, and strands become at least
+/// Prepares a scene for a picture. A scene without a camera gets one that shows everything. Strands become at least
 /// `pixels` wide, see [`widen()`].
 pub fn prepare(scene: &mut Scene, size: [usize; 2], pixels: f32) {
     let [width, height] = size.map(|n| n as f32);
@@ -13,12 +13,12 @@ pub fn prepare(scene: &mut Scene, size: [usize; 2], pixels: f32) {
     widen(scene, size, pixels);
 }
 
-/// Makes strands at least `pixels` wide as the scene's camera sees them in a picture of `size`, at every control point:
-/// where the shutter opens or where it closes, whichever asks for more. Points behind the camera, and scenes without a
-/// camera, do not change.
+/// Makes strands at least `pixels` wide in a picture of `size` by the scene's camera. Each control point gets the
+/// larger of the radii for the opening and for the closing of the shutter. Points behind the camera, and scenes without
+/// a camera, do not change.
 ///
-/// This biases the coverage of thin fur, for every ray: it looks denser. In return, strands thinner than a pixel make
-/// less noise and flicker. `pixels` is at least 0; 0 changes nothing.
+/// This biases the coverage of thin fur for every ray, so fur looks denser. In return, strands thinner than a pixel
+/// have less noise and flicker. `pixels` is at least 0, and 0 changes nothing.
 pub fn widen(scene: &mut Scene, size: [usize; 2], pixels: f32) {
     let Some(camera) = scene.camera else { return };
     let view = View::new(camera);
@@ -33,7 +33,7 @@ pub fn widen(scene: &mut Scene, size: [usize; 2], pixels: f32) {
             let start = point.xyz();
             let end = moved.and_then(|moved| moved.get(i)).copied().unwrap_or(start);
             let least = open(start).max(close(end));
-            // Invalid radii stay as they are: validation refuses them later.
+            // Invalid radii do not change, and validation rejects them later.
             if (0.0..least).contains(&point.w) {
                 point.w = least;
             }
@@ -47,9 +47,9 @@ mod tests {
     use glam::{Mat4, Vec3, Vec4};
     use vellus_scene::{Basis, Camera, Strands};
 
-    /// Wherever the camera sees a strand, it is as wide as asked for, or as it was.
+    /// Wherever the camera sees a strand, it has the requested width or its own.
     #[test]
-    fn strands_are_as_wide_as_asked_for_at_both_ends_of_the_shutter() {
+    fn strands_have_the_requested_width_at_both_ends_of_the_shutter() {
         let mut camera = Camera::look_at(Vec3::new(1.0, 2.0, 5.0), Vec3::new(0.2, 0.1, 0.0), Vec3::Y, 0.6, 1.5);
         camera.moved = Some(Mat4::from_rotation_y(0.3) * Mat4::from_translation(Vec3::Z) * camera.to_world);
         let place = |i: usize, k: f32| Vec3::new((i as f32 * k).sin(), (i as f32).cos(), (i as f32 * 0.37).sin() * 8.0);
@@ -75,12 +75,13 @@ mod tests {
             let moved = before.strands[0].moved.as_ref().unwrap()[i];
             let frames = [(was.xyz(), 0.0, camera.to_world), (moved, 1.0, camera.moved.unwrap())];
             assert_eq!(was.xyz(), is.xyz());
-            // Beside the camera pictures are of thousands of pixels, which single precision does not tell apart.
+            // Points at the side of the camera are thousands of pixels outside the picture, where single precision does
+            // not resolve a pixel.
             if frames.iter().any(|(point, _, frame)| frame.inverse().transform_point3(*point).z.abs() < 0.5) {
                 near += 1;
                 continue;
             }
-            // The width of a pixel from where a point and one beside it are seen.
+            // The width of a pixel, from the positions of a point and of a neighbouring point in the picture.
             let step = 1e-2;
             let pixel = |(point, time, frame): (Vec3, f32, Mat4)| {
                 let seen = view.seen(size, point, time)?;
@@ -91,7 +92,8 @@ mod tests {
             match least {
                 None => behind += usize::from(was == is),
                 Some(pixel) if was.w >= 0.5 * pixels * pixel => kept += usize::from(was == is),
-                // Coordinates of up to some thousand pixels to 2⁻²⁴ of them, their difference at least 0.3.
+                // Coordinates are up to some thousand pixels, with an error of 2⁻²⁴ of them. Their difference is at
+                // least 0.3.
                 Some(pixel) => {
                     assert!((is.w / (0.5 * pixels * pixel) - 1.0).abs() < 1e-2, "{i}: {is} {pixel}");
                     raised += 1;
@@ -100,7 +102,7 @@ mod tests {
         }
         assert_eq!(kept + raised + behind + near, 400);
         assert!(kept > 20 && raised > 100 && behind > 20 && near < 100, "{kept} {raised} {behind} {near}");
-        // Nothing is asked for, and nobody looks.
+        // No width is requested, and then there is no camera.
         let mut none = before.clone();
         widen(&mut none, size, 0.0);
         assert_eq!(none, before);
@@ -111,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_radius_is_still_refused() {
+    fn invalid_radii_are_still_errors() {
         let strands = Strands {
             name: "fur".to_owned(),
             basis: Basis::Linear,

@@ -24,7 +24,7 @@ pub struct World {
 }
 
 impl std::fmt::Debug for World {
-    /// Counts instead of arrays.
+    /// Prints counts instead of arrays.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let (segments, meshes) = (self.curves().segments(), self.triangles().meshes().len());
         f.debug_struct("World").field("segments", &segments).field("meshes", &meshes).finish_non_exhaustive()
@@ -32,10 +32,10 @@ impl std::fmt::Debug for World {
 }
 
 impl World {
-    /// Prepares a scene whose fibres scatter by [`Bcsdf`].
+    /// Prepares a scene with [`Bcsdf`] as the reflectance model of its fibres.
     ///
-    /// A scene without lights gets a white dome of radiance 1. A scene without a camera is seen as
-    /// [`Scene::framing`] frames it for pictures of 3:2.
+    /// A scene without lights gets a white dome of radiance 1. A scene without a camera gets [`Scene::framing`] for
+    /// pictures of 3:2.
     ///
     /// # Errors
     /// [`vellus_scene::Error`] if [`Scene::validate`] finds the scene invalid, if it has neither strands nor meshes,
@@ -44,7 +44,7 @@ impl World {
         World::with_model(scene, Bcsdf::new)
     }
 
-    /// Prepares a scene whose fibres scatter by another reflectance model.
+    /// Prepares a scene with another reflectance model for its fibres.
     ///
     /// `make` builds the model of each look's fibre. Where parameters vary along the strands, [`Model::with_fiber`]
     /// adapts it at each hit. A model that knows only one [`Field`](vellus::Field) ignores
@@ -131,7 +131,7 @@ impl World {
     }
 }
 
-/// Which lights are added to which channels of [`Layer::Lights`].
+/// The light groups of [`Layer::Lights`], and the group of each light.
 struct LightGroups {
     names: Vec<String>,
     of_lights: Vec<usize>,
@@ -139,8 +139,8 @@ struct LightGroups {
 }
 
 impl LightGroups {
-    /// Lights with the same group name share a group. What meshes emit is a group `emission`, and the dome of a scene
-    /// without lights a group `dome`.
+    /// Lights with the same group name share a group. The emission of meshes is the group `emission`. The dome of a
+    /// scene without lights is the group `dome`.
     fn new(scene: &Scene) -> Self {
         let mut names: Vec<String> = Vec::new();
         let mut group = |name: &str| {

@@ -25,7 +25,7 @@ fn fiber() -> Fiber {
     }
 }
 
-/// One straight fibre that fills the picture from edge to edge, in white light: the picture is its albedo over all
+/// One straight fibre that fills the picture from edge to edge, in white light. The picture shows its albedo over all
 /// offsets.
 fn scene(varying: bool) -> Scene {
     let points = (0..4).map(|i| Vec4::new(0.0, 20.0 * (i as f32 - 1.5), 0.0, 0.1)).collect();
@@ -46,7 +46,7 @@ fn scene(varying: bool) -> Scene {
         strands: vec![strands],
         looks: vec![Look::constant("fur", look)],
         lights: vec![Light::Dome { radiance: [1.0; 3], texture: None, rotation: Mat3::IDENTITY, ground: None }],
-        // The camera is so far away and its view so narrow that all rays are parallel, and all of them hit.
+        // The camera is far away and its angle of view is narrow, so all rays are nearly parallel and hit the fibre.
         camera: Some(Camera::look_at(Vec3::new(0.0, 0.0, 100.0), Vec3::ZERO, Vec3::Y, 0.19 / 100.0, 1.0)),
         ..Scene::default()
     }
@@ -79,7 +79,7 @@ fn albedo<M: Model>(model: &M) -> [f64; 3] {
 
 fn check<M: Model + Send + 'static>(name: &str, make: impl Fn(&Fiber) -> Result<M, vellus::Error>) {
     let expected = albedo(&make(&fiber()).unwrap());
-    // Seven models, each constant and varying, in three channels.
+    // There are seven models, each constant and varying, with three channels.
     let bound = max_abs_z(7 * 2 * 3, 0.01);
     for varying in [false, true] {
         let mut world = World::new(scene(varying)).unwrap();

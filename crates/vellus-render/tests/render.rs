@@ -146,8 +146,8 @@ fn pictures_scale_with_light_and_size() {
     }
 }
 
-/// Lights of every kind and a mesh that emits, two lights in one group, one very bright. The groups sum to the
-/// beauty, and each group equals the picture lit by that group alone.
+/// The scene has lights of every kind and a mesh that emits. Two lights share a group, and one light is very bright.
+/// The sum of the groups is the beauty. Each group equals the picture with only the lights of that group.
 #[test]
 fn light_groups_sum_to_beauty() {
     let mut scene = clump(100, 0.01, fiber());
@@ -190,9 +190,9 @@ fn light_groups_sum_to_beauty() {
     let Some(Light::Sphere { radiance, .. }) = scene.lights.last_mut() else { panic!() };
     *radiance = [3e4, 1e4, 7e4];
     let (_, brightest) = sums_to_beauty(&scene, 4);
-    // Seen directly, without clamping.
+    // The camera sees this light directly, and its radiance is not clamped.
     assert!((brightest / 7e4 - 1.0).abs() < 1e-5, "{brightest}");
-    // The group of two lights alone: the other lights are dark, and block as much light as before.
+    // Only the group of two lights. The other lights are dark, but block as much light as before.
     for light in &mut scene.lights[2..] {
         if let Light::Rect { radiance, .. } | Light::Disk { radiance, .. } | Light::Sphere { radiance, .. } = light {
             *radiance = [0.0; 3];
@@ -202,7 +202,7 @@ fn light_groups_sum_to_beauty() {
     let alone = render(&World::new(scene).unwrap(), &settings, 64);
     for c in 0..3 {
         let (part, alone) = (mean(&film, Layer::Lights, c), mean(&alone, Layer::Beauty, c));
-        // 64 samples of 576 pixels with a relative standard deviation of about 1: 0.5 % each.
+        // 64 samples of 576 pixels with a relative standard deviation of about 1 have an error of 0.5 %.
         assert!((part / alone - 1.0).abs() < 0.02, "channel {c}: {part} {alone}");
     }
 }
@@ -219,7 +219,7 @@ fn strands_are_distinguished() {
         root_uv: Some(vec![uv.into(), uv.into()]),
         ..scene.strands[0].clone()
     };
-    // Two strands on the left, two on the right; the first is behind those on the left.
+    // Two strands are on the left, and two on the right. The first strand is behind those on the left.
     scene.strands = vec![
         Strands {
             points: points(-0.5, -1.0).to_vec(),
@@ -238,7 +238,7 @@ fn strands_are_distinguished() {
     for id in [2, 3, 4, 5] {
         assert!(row.contains(&id), "{row:?}");
     }
-    // The first is behind the two before it.
+    // The first strand is hidden by two others.
     let seen: Vec<u32> = row.iter().copied().filter(|&id| id > 0).collect();
     assert!(seen.is_sorted() && seen[0] == 2, "{row:?}");
     for (x, uv) in [(8, [0.25, 0.75]), (32, [0.5, 0.125])] {
@@ -270,7 +270,7 @@ fn threads_and_ranges_do_not_change_the_image() {
 
 /// A film of another picture, a cancelled call and an invalid camera give errors and change nothing.
 #[test]
-fn what_does_not_fit_is_refused() {
+fn films_and_cameras_that_do_not_fit_are_errors() {
     let mut world = World::new(clump(20, 0.006, fiber())).unwrap();
     let settings = settings(8, Mode::Near);
     let whole = render(&world, &settings, 2);
@@ -349,7 +349,7 @@ fn fibre_scale_does_not_matter() {
 
 /// A diffuse floor under a rectangular light, compared with the integral over the light.
 #[test]
-fn a_floor_is_lit_as_by_the_integral() {
+fn light_on_a_floor_is_the_integral_over_the_light() {
     let corners =
         [Vec3::new(-5.0, 0.0, -5.0), Vec3::new(5.0, 0.0, -5.0), Vec3::new(5.0, 0.0, 5.0), Vec3::new(-5.0, 0.0, 5.0)];
     let floor = Mesh {
@@ -425,7 +425,8 @@ fn motion_blur_is_the_mean_of_moments() {
         camera.moved = None;
         moments.merge(&render(&World::new(still).unwrap(), &settings, 16));
     }
-    // Blocks of 4 × 4 pixels: the noise, and 0.004 because 24 moments sample the path of an edge coarsely.
+    // The tolerance for blocks of 4 × 4 pixels is the noise, plus 0.004, because 24 moments sample the path of an edge
+    // coarsely.
     let bound = max_abs_z(36, 0.01);
     let mut worst = 0f64;
     for block in 0..36 {
@@ -460,7 +461,7 @@ fn motion_is_in_pixels() {
     });
     scene.surfaces.push(Surface::diffuse("wall", [0.5; 3]));
     let film = render(&World::new(scene).unwrap(), &settings(16, Mode::Near), 4);
-    // Two units away, 16 pixels cover 4 tan 0.15.
+    // At a distance of two units, 16 pixels cover 4 tan 0.15.
     let pixels = 16.0 / (4.0 * 0.15f64.tan());
     for (k, way) in [(0, 0.03), (1, 0.01)] {
         assert!((film.mean(8, 8, Layer::Motion, k) - way * pixels).abs() < 1e-4, "{k}");

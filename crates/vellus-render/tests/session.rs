@@ -1,38 +1,14 @@
 //! Sessions: goals, cancellation, resumption, merging and files.
 
-use glam::{Vec3, Vec4};
+mod common;
+
+use common::{settings, world};
 use std::sync::atomic::{AtomicBool, Ordering};
-use vellus::{Fiber, Species};
 use vellus_io::Digest;
 use vellus_render::session::{
     End, Goals, IDENTITY_NOTE, Merge, Options, Picture, Rescue, Store, end_notes, is_finished, read_film, write_film,
 };
 use vellus_render::{Checkpoint, Error, Film, Layer, Session, Settings, World};
-use vellus_scene::{Basis, Camera, Look, Scene, Strands};
-
-fn world() -> World {
-    let strands = Strands {
-        name: "fur".to_owned(),
-        basis: Basis::Linear,
-        starts: vec![0, 2],
-        points: vec![Vec4::new(-0.5, 0.0, 0.0, 0.1), Vec4::new(0.5, 0.1, 0.0, 0.1)],
-        moved: None,
-        root_uv: None,
-        look: 0,
-        varying: vec![],
-    };
-    let scene = Scene {
-        strands: vec![strands],
-        looks: vec![Look::constant("fox", Fiber::preset(Species::RedFox))],
-        camera: Some(Camera::look_at(Vec3::Z * 3.0, Vec3::ZERO, Vec3::Y, 0.5, 1.0)),
-        ..Scene::default()
-    };
-    World::new(scene).unwrap()
-}
-
-fn settings() -> Settings {
-    Settings::new([8, 8])
-}
 
 /// All samples at once.
 fn expected(world: &World, samples: u64) -> Film {

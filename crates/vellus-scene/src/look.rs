@@ -1,10 +1,10 @@
-//! What a kind of fibre looks like: constant parameters, and parameters that a texture gives at the root of a strand.
+//! The look of a kind of fibre: its constant parameters, and parameters from textures at the roots of strands.
 
 use crate::error::{Error, invalid};
 use vellus::{Fiber, Parameter};
 
-/// A texture that gives a parameter: its RGB value at the root's uv times `scale`, in the units of files (angles in
-/// degrees). A number is taken from red. A product out of range becomes the nearest value in range.
+/// A texture for a parameter. The value is the RGB of the texture at the root's uv, times `scale`, in the units of
+/// files (angles in degrees). Scalars use red. Values out of range become the nearest value in range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Value {
     /// Index of the texture in [`Scene::textures`](crate::Scene::textures).
@@ -13,19 +13,19 @@ pub struct Value {
     pub scale: [f32; 3],
 }
 
-/// A kind of fibre.
+/// The look of a kind of fibre.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Look {
     /// The name in messages.
     pub name: String,
     /// The fibre. Textures, and [`Strands::varying`](crate::Strands::varying), replace some of its parameters.
     pub fiber: Fiber,
-    /// The parameters that a texture gives. They are set in this order.
+    /// Parameters from textures. They are set in this order.
     pub textured: Vec<(Parameter, Value)>,
 }
 
 impl Look {
-    /// A fibre that is the same everywhere.
+    /// A look without textures.
     pub fn constant(name: impl Into<String>, fiber: Fiber) -> Self {
         Look { name: name.into(), fiber, textured: Vec::new() }
     }

@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_named() {
+    fn messages_name_the_object_and_the_problem() {
         assert_eq!(scene().validate(), Ok(()));
         assert_eq!(scene().strands[0].segments(), 3);
         type Break = fn(&mut Scene);

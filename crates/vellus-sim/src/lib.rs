@@ -3,12 +3,13 @@
 //! - [`medulla`]: light in a purely scattering cylinder. The tables of the medulla come from it.
 //! - [`compress`]: compresses the simulated profiles into short sums of products.
 //! - [`build`]: simulates and compresses all profiles of a table file.
+//! - [`exits`]: where light that the medulla scattered leaves it, the second table of the model.
 //! - [`resume`]: the same, and continues after an interruption.
 //! - [`check`]: compares a table with new simulations.
 //! - [`mod@energies`]: energies of the paths through a whole fibre, as a reference for the model.
-//! - [`mod@exits`]: the light that the medulla of a whole fibre scattered, at its first and at later encounters with the
-//!   cuticle.
 //! - [`mod@profile`]: the far field of a whole fibre with a rough cuticle, as a gonioreflectometer measures it.
+//! - [`mod@scattered`]: the light that the medulla of a whole fibre scattered, at its first and at later encounters with
+//!   the cuticle.
 //!
 //! ```
 //! use vellus::{Fiber, Species};
@@ -30,4 +31,8 @@ pub mod exits;
 pub mod medulla;
 pub mod profile;
 pub mod resume;
+pub mod scattered;
+mod table_file;
 mod tracer;
+
+pub use table_file::{ReadError, read_tables};

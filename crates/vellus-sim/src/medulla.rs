@@ -67,10 +67,20 @@ fn exit_distance(p: Vec3, d: Vec3) -> f32 {
     (-b + (b * b - a * c).sqrt()) / a
 }
 
-/// Light that leaves the medulla: its direction, and the length of its path inside, in radii.
+/// Light that leaves the medulla: its direction, the last point where it was scattered, and the length of its path
+/// inside, in radii.
 pub(crate) struct Exit {
     pub direction: Vec3,
+    pub from: Vec3,
     pub path: f32,
+}
+
+impl Exit {
+    /// h″, the distance of the ray from the axis in the normal plane, in [0, 1].
+    pub fn offset(&self) -> f32 {
+        let ([_, py, pz], [_, dy, dz]) = (self.from, self.direction);
+        ((py * dz - pz * dy).abs() / dy.hypot(dz).max(1e-20)).min(1.0)
+    }
 }
 
 /// Traces one photon that is forced to scatter.
@@ -100,7 +110,7 @@ pub(crate) fn trace(tau: f32, g: f32, h: f32, (sin, cos): (f32, f32), rng: &mut 
         // The comparison of optical depths also works for tau = 0.
         if free >= tau * out {
             path += out;
-            return (Exit { direction: d, path }, weight);
+            return (Exit { direction: d, from: p, path }, weight);
         }
         let s = free / tau;
         p = [0.0, p[1] + s * d[1], p[2] + s * d[2]];

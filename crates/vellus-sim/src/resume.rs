@@ -59,6 +59,13 @@ pub fn build(quality: &Quality, folder: &Path, progress: &dyn Progress) -> Resul
     Ok(quality.assemble(&results, progress))
 }
 
+/// The usual folder for the slabs of a table file: its name with `.work` added.
+pub fn work_folder(file: &Path) -> PathBuf {
+    let mut name = file.as_os_str().to_owned();
+    name.push(".work");
+    name.into()
+}
+
 /// Removes the slabs of `quality` from `folder`, and the folder if it is then empty. Other files stay.
 pub fn remove_slabs(quality: &Quality, folder: &Path) {
     for slab in quality.slabs() {

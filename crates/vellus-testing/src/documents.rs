@@ -1,4 +1,4 @@
-//! README and the pages of the book whose Rust examples `cargo test --doc` compiles and runs.
+//! README and the pages of the book with Rust examples. `cargo test --doc` compiles and runs these.
 //!
 //! The programs in `docs/book/listings` are examples of this crate: see its manifest.
 

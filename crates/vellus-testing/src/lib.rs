@@ -1,12 +1,15 @@
-//! Shared test code: directions, a random number generator, random fibres, and statistical tests.
+//! Shared test code: directions, a random number generator, random fibres, statistical tests, and queries for
+//! benchmarks.
 //!
 //! Only integration tests, benchmarks and examples can use this crate. A unit test inside `vellus` would see two copies
 //! of `vellus`: the one under test and the one that this crate depends on.
 
 mod documents;
+mod query;
 pub mod significance;
 pub mod sphere;
 
+pub use query::{Query, queries};
 pub use vellus::direction;
 use vellus::{Exit, Fiber, TableData, Tables};
 

@@ -17,7 +17,7 @@ pub fn two_sided(x: f64) -> f64 {
     (0..=steps).map(|i| weight(i) * density(x + h * f64::from(i))).sum::<f64>() * h / 3.0
 }
 
-/// The value that a normal deviate exceeds in absolute value with this probability, by bisection of [`two_sided`].
+/// The value that the absolute value of a normal deviate exceeds with this probability, by bisection of [`two_sided`].
 fn two_sided_quantile(probability: f64) -> f64 {
     let (mut low, mut high) = (0.0, 12.0);
     for _ in 0..60 {
@@ -34,15 +34,15 @@ fn per_test(count: usize, false_alarm: f64) -> f64 {
 
 /// The bound on |z| for `count` normal deviates that correct code exceeds with a probability of at most `false_alarm`.
 ///
-/// The bound also holds where the deviates are correlated (Šidák 1967).
+/// The bound also holds if the deviates are correlated (Šidák 1967).
 pub fn max_abs_z(count: usize, false_alarm: f64) -> f64 {
     two_sided_quantile(per_test(count, false_alarm))
 }
 
-/// The bound on a mean of which `samples` samples in [0, 1] were all zero, for `count` such tests.
+/// The bound on a mean if `samples` samples in [0, 1] were all zero, for `count` such tests.
 ///
-/// With a mean of m, at least a share m of all samples is not zero, so none of n is with a probability of at most
-/// e^(−mn).
+/// If the mean is m, at least a share m of all samples is not zero. All of n samples are then zero with a probability
+/// of at most e^(−mn).
 pub fn max_unseen_mean(samples: usize, count: usize, false_alarm: f64) -> f64 {
     -per_test(count, false_alarm).ln() / samples as f64
 }

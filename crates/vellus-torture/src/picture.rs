@@ -1,4 +1,4 @@
-//! The content of a picture: its channels to the last bit. Files of equal pictures may differ, because the order of
+//! The content of a picture: the exact bits of its channels. Files of equal pictures may differ, because the order of
 //! an OpenEXR file's attributes is random.
 
 use exr::prelude::{ReadChannels, ReadLayers, read};

@@ -92,7 +92,7 @@ fn run(cli: &Cli) -> Result<bool> {
         }
         scores.retain(|score| score.attack.name() == only);
     }
-    // In memory if there is such a folder: the files need not survive a crash.
+    // A folder in memory if there is one, because the files need not survive a crash.
     let mut work = tempfile::Builder::new();
     work.prefix("vellus-torture-");
     let work = work.tempdir_in("/dev/shm").or_else(|_| work.tempdir())?;

@@ -34,7 +34,7 @@ pub struct Finding {
     pub detail: String,
 }
 
-/// What all cases share.
+/// The data that all cases share.
 pub struct Bench {
     /// The command.
     pub vellus: PathBuf,

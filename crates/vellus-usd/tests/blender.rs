@@ -30,8 +30,8 @@ fn samples_have_their_strands_in_both_forms() {
     }
 }
 
-/// The exporter left the handles of these unset. If they happen to be numbers the file is read, otherwise it is
-/// refused.
+/// The exporter left the handles of these curves unset. If the handles happen to be finite, the file is read. Otherwise
+/// it is an error.
 #[test]
 fn bezier_samples_have_their_knots_or_are_refused() {
     for form in ["usda", "usdc"] {
@@ -64,7 +64,7 @@ fn pinned_curves_pass_through_their_end_points() {
         let (control, points) = (cubic.strands[0].strand(i), poly.strands[0].strand(i));
         // Uniform Catmull–Rom begins at the second control point and ends at the last but one.
         assert_eq!(control[1..control.len() - 1], *points);
-        // Straight into the first segment, as the phantom point is mirrored.
+        // The curve starts in the direction of the second point, because the phantom point is mirrored.
         let (phantom, first, second) = (control[0].truncate(), points[0].truncate(), points[1].truncate());
         assert!((phantom + second - 2.0 * first).length() < 1e-6);
     }
@@ -77,7 +77,7 @@ fn particles_need_a_width_and_include_their_sphere() {
     assert!(error.contains("/root/Sphere/hair") && error.contains("--width"), "{error}");
     let (scene, warnings) = read(&file, &with_width(0.02)).unwrap();
     assert_eq!(warnings, []);
-    // Pinned, but linear: no phantom points.
+    // The curves are pinned, but linear, so there are no phantom points.
     assert_eq!((scene.strands[0].basis, scene.strands[0].len()), (Basis::Linear, STRANDS));
     assert!(scene.strands[0].points.iter().all(|p| p.w == 0.01));
     let mesh = &scene.meshes[0];

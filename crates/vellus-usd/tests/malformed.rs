@@ -1,4 +1,4 @@
-//! Broken files give one clear error: no panic, no giant allocation.
+//! Broken files give one clear error, without a panic or a huge allocation.
 
 mod common;
 

@@ -90,7 +90,8 @@ fn scene() -> Scene {
             },
             Surface::diffuse("chalk", [0.8, 0.7, 0.6]),
         ],
-        // In the order of reading: lights, meshes and strands are read in the order in which they are written.
+        // In the order in which they are read. Lights, meshes and strands are read in the order in which they are
+        // written.
         textures: vec![
             texture("b.exr", 3, 2),
             texture("roots.exr", 1, 4),
@@ -147,7 +148,8 @@ fn in_order_of_use(mut scene: Scene) -> Scene {
     scene
 }
 
-/// Degrees and radians, and quotients, may differ in the last bit. If two numbers do, the second becomes the first.
+/// Conversions of angles, and quotients, may change the last bit. If two numbers only differ in it, the second becomes
+/// the first.
 fn forgive(a: f32, b: &mut f32) {
     if (a - *b).abs() <= 1.5e-7 * a.abs() {
         *b = a;
@@ -197,7 +199,7 @@ fn written_scenes_read_back_equal() {
     let mut files: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|f| f.unwrap().file_name()).collect();
     files.sort();
     assert_eq!(files, ["all-textures", "all.usda"]);
-    // Half the movement between opening and closing.
+    // Half of the motion while the shutter is open.
     let (half, _) = read(&file, &Options { shutter: Some([0.0, 0.5]), ..Options::default() }).unwrap();
     let (a, b, c) = (&expected.strands[0], &half.strands[0], 5);
     let middle = 0.5 * (a.points[c].truncate() + a.moved.as_ref().unwrap()[c]);

@@ -1,4 +1,4 @@
-//! The list of files that a scene was read from.
+//! Tests of the list of files that a scene was read from.
 
 mod common;
 
@@ -81,7 +81,7 @@ fn copies_have_equal_sources_and_changed_files_do_not() {
     let mut digests = BTreeSet::from([expected]);
     for i in 0..files.len() {
         let mut changed = files.clone();
-        // Even bytes after the end of a layer or an image count.
+        // Bytes after the end of a layer or an image change the digest, too.
         changed[i].1.extend(b"\n#");
         assert!(digests.insert(digest(there.path(), &changed)), "{}", files[i].0);
     }

@@ -4,36 +4,11 @@
 //! `batch` times are for eight queries.
 
 use divan::{Bencher, black_box};
-use glam::Vec3;
 use vellus::{Bcsdf, Fiber, Hit, Species, Window};
+use vellus_testing::{Query, queries};
 use wide::f32x8;
 
 const N: usize = 1024;
-
-struct Query {
-    wo: Vec3,
-    wi: Vec3,
-    h: f32,
-    u: [f32; 5],
-}
-
-fn queries() -> Vec<Query> {
-    // An R-sequence (Roberts): even coverage without a random generator.
-    let unit = |i: usize, k: u32| ((i as f64 + 0.5) * 1.103_0f64.powi(-(k as i32))).fract() as f32;
-    let direction = |a: f32, b: f32| {
-        let (sin, cos) = ((2.0 * a - 1.0) * 1.5).sin_cos();
-        let (z, y) = (b * std::f32::consts::TAU).sin_cos();
-        Vec3::new(sin, cos * y, cos * z)
-    };
-    (0..N)
-        .map(|i| Query {
-            wo: direction(unit(i, 1), unit(i, 2)),
-            wi: direction(unit(i, 3), unit(i, 4)),
-            h: 2.0 * unit(i, 5) - 1.0,
-            u: [unit(i, 6), unit(i, 7), unit(i, 8), unit(i, 9), unit(i, 10)],
-        })
-        .collect()
-}
 
 fn fur() -> Bcsdf<'static> {
     let fiber = Fiber::preset(Species::RedFox).with_absorption([0.2, 0.4, 0.8]);
@@ -45,7 +20,7 @@ fn hair() -> Bcsdf<'static> {
 }
 
 fn each(bencher: Bencher, f: impl Fn(&Query) -> f32 + Sync) {
-    let queries = queries();
+    let queries = queries(N);
     let mut i = 0;
     bencher.bench_local(|| {
         i = (i + 1) % N;
@@ -55,7 +30,7 @@ fn each(bencher: Bencher, f: impl Fn(&Query) -> f32 + Sync) {
 
 fn each_hit(bencher: Bencher, f: impl Fn(&Hit, &Query) -> f32) {
     let bcsdf = fur();
-    let queries = queries();
+    let queries = queries(N);
     let hits: Vec<_> = queries.iter().map(|q| bcsdf.at(q.wo, Window::near(q.h))).collect();
     let mut i = 0;
     bencher.bench_local(|| {
@@ -122,12 +97,12 @@ fn prepare_and_sample(bencher: Bencher) {
 }
 
 fn each_window(bencher: Bencher, bcsdf: &Bcsdf, window: impl Fn(&Query) -> Window, f: impl Fn(&Hit, &Query) -> f32) {
-    let queries = queries();
+    let queries = queries(N);
     let hits: Vec<_> = queries.iter().take(64).map(|q| bcsdf.at(q.wo, window(q))).collect();
     let mut i = 0;
     bencher.bench_local(|| {
         i = (i + 1) % N;
-        // Sixteen light samples per hit.
+        // Each hit has sixteen light samples.
         f(black_box(&hits[i / 16]), black_box(&queries[i]))
     });
 }
@@ -225,7 +200,7 @@ fn near_eval_hair(bencher: Bencher) {
 type Batch = ([f32x8; 3], f32x8, [f32x8; 3], [f32x8; 4]);
 
 fn batches() -> Vec<Batch> {
-    let queries = queries();
+    let queries = queries(N);
     let lanes = |i: usize, f: &dyn Fn(&Query) -> f32| f32x8::new(std::array::from_fn(|j| f(&queries[8 * i + j])));
     (0..N / 8)
         .map(|i| {
@@ -288,6 +263,6 @@ fn batch_eval_and_pdf(bencher: Bencher) {
 }
 
 fn main() {
-    // Each sample takes whole rounds of the queries. Fewer queries would time cold caches and branches.
+    // Each sample runs all queries. Fewer queries would measure cold caches and branch predictors.
     divan::Divan::from_args().sample_size(N as u32).sample_count(200).main();
 }

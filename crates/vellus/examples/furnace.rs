@@ -10,12 +10,12 @@ use vellus::{Bcsdf, Error, Fiber, Species, Window};
 /// Samples along each axis of a grid of random numbers.
 const N: usize = 48;
 
-/// Number `k` of sample `i` in [0, 1): an additive recurrence, which is more even than random numbers.
+/// Number `k` of sample `i` in [0, 1), by an additive recurrence. Its numbers are more even than random ones.
 fn uniform(i: usize, k: i32) -> f32 {
     ((i as f64 + 0.5) * 1.103_f64.powi(-k)).fract() as f32
 }
 
-/// The energy by uniform directions, and by the model's sampling.
+/// The energy, estimated with uniform directions and with the model's sampling.
 fn furnace(fiber: &Fiber, window: Window) -> Result<[f32; 2], Error> {
     let bcsdf = Bcsdf::new(&fiber.without_absorption())?;
     let wo = Vec3::new(0.3, 0.8, 0.5).normalize();

@@ -4,7 +4,7 @@ use vellus::glam::Vec3;
 use vellus::{Bcsdf, Error, Fiber, Lobe, Species, Window};
 
 fn main() -> Result<(), Error> {
-    // The fur of a red fox, with a brownish absorption per fibre radius.
+    // The fur of a red fox, with a brown absorption per fibre radius.
     let fiber = Fiber::preset(Species::RedFox).with_absorption([0.2, 0.4, 0.8]);
     let bcsdf = Bcsdf::new(&fiber)?;
 

@@ -82,7 +82,7 @@ fn radiance(strands: &[Strand], bcsdf: &Bcsdf, mut origin: Vec3, mut ray: Vec3, 
         let center = strand.root + strand.axis * (position - strand.root).dot(strand.axis);
         let frame = FiberFrame::new(strand.axis, center, RADIUS);
         let hit = bcsdf.at(frame.to_local(-ray), Window::near(frame.offset(position, -ray)));
-        // The model includes the way through the fibre: rays leave from the side that they go to.
+        // The model includes the path through the fibre, so rays leave from the side that they point to.
         let leave = |direction: Vec3| center + 1.01 * RADIUS * frame.outward(direction);
         if intersect(strands, leave(light), light).is_none() {
             sum += 5.0 * throughput * Vec3::from(hit.eval(frame.to_local(light)).total());

@@ -15,8 +15,8 @@ use wide::f32x8;
 
 /// The reflectance model of one fibre.
 ///
-/// Making one takes about as long as a query and allocates nothing. A renderer may make one for each hit if the
-/// parameters vary along the fur.
+/// [`Bcsdf::new`] takes about as long as a query and allocates nothing. If the parameters vary along the fur, a
+/// renderer may create a model for each hit.
 #[derive(Clone, Debug)]
 pub struct Bcsdf<'t>(Prepared<'t>);
 
@@ -40,11 +40,11 @@ impl<'t> Bcsdf<'t> {
         Ok(Bcsdf(Prepared::new(fiber, tables)))
     }
 
-    /// The same fibre, with as many segments for each window as the most difficult fibres use. Windows are then
-    /// closer to quadrature, and take up to three times as long.
+    /// The same fibre, but each window uses as many segments as the windows of the most difficult fibres. Its results
+    /// are then more accurate, and take up to three times as long.
     ///
-    /// Fits need this. Which fibres count as difficult is a threshold, and at that threshold the model's values jump by
-    /// the error of the segments (D9).
+    /// Fits need this. Otherwise the model changes the number of segments at a threshold of the parameters, where its
+    /// values jump by the error of the segments (D9).
     #[must_use]
     pub fn with_fine_windows(self) -> Self {
         Bcsdf(Prepared { fine: true, ..self.0 })
@@ -221,14 +221,15 @@ impl Hit<'_> {
         }
     }
 
-    /// Draws ω_i, or nothing if the density of the drawn direction underflows to 0: such a sample has no weight.
+    /// Draws ω_i. `None` if the density of the drawn direction underflows to 0.
     ///
     /// `u`: five uniform numbers in [0, 1): one for the lobe, two for the longitudinal lobe, one for the azimuth, and
     /// one for the offset in the window. The near field ignores the last, so that a renderer draws five for any
     /// window; [`NearHit::sample`] takes the other four.
     ///
-    /// In the near field no channel of the weight is above 1. In a window the weight is nearly constant, but the points
-    /// of the scattered lobes are scaled to the energy of each channel separately: weights up to 1.5 were found.
+    /// In the near field no channel of the weight is above 1. In a window the weight is nearly constant, but weights up
+    /// to 1.5 were found. The reason is that the points of the scattered lobes are scaled to the energy of each channel
+    /// separately.
     #[doc(alias = "Sec. 6")]
     #[inline]
     pub fn sample(&self, u: [f32; 5]) -> Option<Sample> {

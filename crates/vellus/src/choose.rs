@@ -9,21 +9,21 @@ pub struct Choice<T> {
     pub item: T,
     /// Its weight, above 0.
     pub weight: f32,
-    /// The target minus the weights before this item: in [0, `weight`), and beyond only by rounding.
+    /// The target minus the weights before this item. It is in [0, `weight`), or just outside by rounding.
     pub rest: f32,
 }
 
 impl<T> Choice<T> {
-    /// [`Choice::rest`] over the weight. If the target is uniform, this is a new uniform number. It is in [0, 1), and
-    /// beyond only by rounding.
+    /// [`Choice::rest`] divided by the weight. If the target is uniform, this is a new uniform number. It is in [0, 1),
+    /// or just outside by rounding.
     #[inline(always)]
     pub fn fraction(&self) -> f32 {
         self.rest / self.weight
     }
 }
 
-/// The item that `target`, in [0, sum of all weights), selects, in the order of the items. `None` if no weight is
-/// above 0.
+/// Selects an item. `target` is in [0, sum of all weights), which the weights divide in the order of the items. `None`
+/// if no weight is above 0.
 ///
 /// An item without weight is never chosen. If rounding puts the target beyond the sum, the last item with a weight is
 /// chosen.

@@ -1,5 +1,5 @@
 //! The fur reflectance model of Yan, Jensen and Ramamoorthi 2017, *An Efficient and Practical Near and Far Field Fur
-//! Reflectance Model* ("Yan17" below): near field, far field, and windows between them.
+//! Reflectance Model* ("Yan17" below). It has a near field, a far field, and windows between them.
 //!
 //! ```
 //! use vellus::{Bcsdf, Fiber, Species, Window};
@@ -40,6 +40,7 @@ mod bcsdf;
 mod choose;
 mod cylinder;
 mod error;
+pub(crate) mod exit;
 mod far;
 mod fiber;
 mod lobe;
@@ -71,6 +72,7 @@ pub use medulla::tables::Tables;
 pub use medulla::tables::{FactorTable, TableData};
 pub use model::{Field, Model, Scattering};
 pub use near::NearHit;
+pub use simd::instructions::missing_instructions;
 pub use simd::lanes::Lanes;
 pub use window::Window;
 

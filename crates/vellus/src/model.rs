@@ -10,9 +10,9 @@ use glam::Vec3;
 /// The windows that a model supports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Field {
-    /// One offset at a time: of a wider window, the model uses only the offset in the middle.
+    /// One offset at a time. In a wider window, the model only uses the offset in the middle.
     Near,
-    /// Only the average over the whole width: the window is ignored.
+    /// Only the average over the whole width. The window is ignored.
     Far,
     /// Any window.
     Any,

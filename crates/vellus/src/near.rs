@@ -3,7 +3,8 @@
 use crate::cylinder::azimuthal::wrap;
 use crate::cylinder::frame::{Frame, Outgoing, Polar, is_unit};
 use crate::cylinder::longitudinal::Centres;
-use crate::cylinder::path::{Path, lobe_probabilities};
+use crate::cylinder::path::{COMPONENTS, DIFFUSE, Path, probabilities};
+use crate::exit::diffuse;
 use crate::lobe::{Lobe, Lobes, Sample};
 use crate::medulla::{Azimuth, Inclination, Medulla};
 use crate::prepared::Prepared;
@@ -24,8 +25,8 @@ struct Scattered {
 }
 
 impl Scattered {
-    /// The densities of TTˢ and TRTˢ if a part of C^N is mirrored. Not inlined, because few paths are that close to
-    /// the axis.
+    /// The densities of TTˢ and TRTˢ if a part of C^N is mirrored. This is not inlined, because few paths are so close
+    /// to the axis.
     #[cold]
     #[inline(never)]
     fn mirrored(&self, medulla: &Medulla, [theta_i, transmittance]: [f32; 2], phi: [f32; 2]) -> [f32; 2] {
@@ -50,10 +51,10 @@ pub struct NearHit<'b, V: Lanes = f32> {
     exit: V::Quad,
     /// Φˢ of TTˢ, TRTˢ.
     scattered_exit: [V; 2],
-    /// A(h), RGB and a spare.
-    attenuation: [V::Quad; 6],
-    /// Probability of each lobe.
-    probability: [V; 6],
+    /// A(h) of each component, RGB and a spare.
+    attenuation: [V::Quad; COMPONENTS],
+    /// Probability of each component.
+    probability: [V; COMPONENTS],
     scattered: V::PerLane<Scattered>,
 }
 
@@ -73,7 +74,9 @@ impl<'b, V: Lanes> NearHit<'b, V> {
                 if exists && path.h_inside.lane(i).abs() < fiber.kappa {
                     let pass = prepared.medulla.pass(tau.lane(i));
                     let angle = path.gamma_m.lane(i);
-                    paths[i] = prepared.medulla.mean_path_of(&pass, angle);
+                    if prepared.reflection.is_none() {
+                        paths[i] = prepared.medulla.mean_path_of(&pass, angle);
+                    }
                     let azimuth = prepared.medulla.azimuth(&pass, angle);
                     Scattered {
                         azimuth,
@@ -86,7 +89,7 @@ impl<'b, V: Lanes> NearHit<'b, V> {
                 }
             },
         );
-        let attenuation = path.attenuation(fiber, V::from_lanes(&paths));
+        let attenuation = path.attenuation(fiber, V::from_lanes(&paths), prepared.reflection.as_ref());
         NearHit {
             prepared,
             frame: Frame::new(wo, cos, path.inverse_cos_o),
@@ -94,7 +97,7 @@ impl<'b, V: Lanes> NearHit<'b, V> {
             exit: V::Quad::new([path.exit_azimuth(0), path.exit_azimuth(1), path.exit_azimuth(2), zero]),
             scattered_exit: [path.scattered_azimuth(1), path.scattered_azimuth(2)],
             attenuation,
-            probability: lobe_probabilities(&attenuation),
+            probability: probabilities(&attenuation),
             scattered,
         }
     }
@@ -102,12 +105,14 @@ impl<'b, V: Lanes> NearHit<'b, V> {
     /// A(h), the share of the light that each lobe carries, RGB, in [0, 1]: the integral of f·cos θᵢ over all ω_i.
     #[doc(alias = "Table 3")]
     pub fn energy(&self) -> Lobes<V> {
-        self.lobes(&[V::splat(1.0); 6])
+        self.lobes(&[V::splat(1.0); COMPONENTS])
     }
 
     /// The probability with which sampling chooses each lobe, in the order of [`Lobe`].
     pub fn lobe_probabilities(&self) -> [V; 6] {
-        self.probability
+        let mut lobes: [V; 6] = std::array::from_fn(|p| self.probability[p]);
+        lobes[Lobe::Residual as usize] = lobes[Lobe::Residual as usize] + self.probability[DIFFUSE];
+        lobes
     }
 
     /// A direction in the form that the lobes use.
@@ -116,13 +121,14 @@ impl<'b, V: Lanes> NearHit<'b, V> {
         self.frame.refracted(wi, &self.prepared.medulla.refraction)
     }
 
-    /// The densities of the six lobes over solid angle.
+    /// The densities of the components over solid angle.
     #[inline(always)]
-    fn densities(&self, o: &Outgoing<V>) -> [V; 6] {
+    fn densities(&self, o: &Outgoing<V>) -> [V; COMPONENTS] {
         let m = self.prepared.longitudinal.eval(&self.centres, o.sin_i, o.cos_i);
         let n = self.prepared.azimuthal.eval(self.exit, o.phi);
         let [r, tt, trt, rest] = (m * n).array();
-        let mut d = [r, tt, trt, V::splat(0.0), V::splat(0.0), rest];
+        let zero = V::splat(0.0);
+        let mut d = [r, tt, trt, zero, zero, rest, diffuse::density(o.cos_i)];
         if self.prepared.medulla.exists() {
             let phi = [wrap(o.phi - self.scattered_exit[0]), wrap(o.phi - self.scattered_exit[1])];
             let mut lanes = [[0.0f32; 8]; 2];
@@ -151,17 +157,21 @@ impl<'b, V: Lanes> NearHit<'b, V> {
     }
 
     #[inline(always)]
-    fn lobes(&self, densities: &[V; 6]) -> Lobes<V> {
+    fn lobes(&self, densities: &[V; COMPONENTS]) -> Lobes<V> {
         let mut lobes = [[densities[0]; 3]; 6];
-        for ((lobe, a), d) in lobes.iter_mut().zip(&self.attenuation).zip(densities) {
-            let [r, g, b, _] = (*a * V::Quad::splat(*d)).array();
+        for (p, lobe) in lobes.iter_mut().enumerate() {
+            let mut light = self.attenuation[p] * V::Quad::splat(densities[p]);
+            if p == Lobe::Residual as usize {
+                light = light + self.attenuation[DIFFUSE] * V::Quad::splat(densities[DIFFUSE]);
+            }
+            let [r, g, b, _] = light.array();
             *lobe = [r, g, b];
         }
         Lobes(lobes)
     }
 
     #[inline(always)]
-    fn total(&self, densities: &[V; 6]) -> [V; 3] {
+    fn total(&self, densities: &[V; COMPONENTS]) -> [V; 3] {
         let mut sum = V::Quad::splat(V::splat(0.0));
         for (a, d) in self.attenuation.iter().zip(densities) {
             sum = sum + *a * V::Quad::splat(*d);
@@ -171,7 +181,7 @@ impl<'b, V: Lanes> NearHit<'b, V> {
     }
 
     #[inline(always)]
-    fn density(&self, densities: &[V; 6]) -> V {
+    fn density(&self, densities: &[V; COMPONENTS]) -> V {
         let mut sum = V::splat(0.0);
         for (p, d) in self.probability.iter().zip(densities) {
             sum = sum + *p * *d;
@@ -198,7 +208,7 @@ impl<V: Lanes> NearHit<'_, V> {
     /// The lobe that `u` in [0, 1) selects.
     #[inline(always)]
     fn choose_lobe(&self, lane: usize, u: f32) -> Lobe {
-        Lobe::choose(self.probability.map(|p| p.lane(lane)), u)
+        Lobe::choose(self.lobe_probabilities().map(|p| p.lane(lane)), u)
     }
 
     /// Draws sin θᵢ, cos θᵢ and φ from one lobe. `u`: two uniform numbers for the longitudinal lobe, and one for the
@@ -210,7 +220,7 @@ impl<V: Lanes> NearHit<'_, V> {
         let scattered = |p: usize| {
             let s = &self.scattered.as_ref()[lane];
             if !s.exists {
-                // `sample` never selects this lobe, because it carries no energy. R takes its place.
+                // `sample` never selects this lobe, because it carries no energy. The result is that of R.
                 return (unscattered(0), 0.0);
             }
             let relative = prepared.medulla.sample_azimuth(&s.azimuth, u[2]);
@@ -224,7 +234,11 @@ impl<V: Lanes> NearHit<'_, V> {
             }
             Lobe::Tts => scattered(1),
             Lobe::Trts => scattered(2),
-            Lobe::Residual => (unscattered(3), TAU * u[2]),
+            Lobe::Residual => {
+                let parts = [DIFFUSE, Lobe::Residual as usize].map(|p| self.probability[p].lane(lane));
+                let (is_diffuse, u2) = diffuse::choose(parts, u[2]);
+                (if is_diffuse { diffuse::sample([u[0], u[1]]) } else { unscattered(3) }, TAU * u2)
+            }
         };
         (sin_i, cos_i.max(0.0), phi)
     }
@@ -306,7 +320,7 @@ impl NearHit<'_, f32> {
         let [tts, trts] = self
             .scattered_exit
             .map(|exit| if s.exists { self.prepared.medulla.azimuthal(&s.azimuth, wrap(phi - exit)) } else { 0.0 });
-        self.lobes(&[r, tt, trt, tts, trts, rest])
+        self.lobes(&[r, tt, trt, tts, trts, rest, 1.0 / TAU])
     }
 
     /// The density per solid angle with which [`NearHit::sample`] draws `wi`, a unit vector.
@@ -323,7 +337,7 @@ impl NearHit<'_, f32> {
         self.query(wi.to_array())
     }
 
-    /// Draws ω_i, or nothing if the density of the drawn direction underflows to 0.
+    /// Draws ω_i. `None` if the density of the drawn direction underflows to 0.
     ///
     /// `u`: four uniform numbers in [0, 1): one for the lobe, two for the longitudinal lobe, one for the azimuth.
     /// ([`Hit::sample`](crate::Hit::sample) takes a fifth, for the offset in its window.) No channel of the weight is

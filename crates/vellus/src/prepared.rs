@@ -2,8 +2,11 @@
 
 use crate::cylinder::azimuthal::Azimuthal;
 use crate::cylinder::longitudinal::Longitudinal;
+use crate::exit::Reflection;
+use crate::exit::table::ExitTable;
 use crate::far::segments;
 use crate::fiber::Fiber;
+use crate::fiber::exit::Exit;
 use crate::medulla::Medulla;
 use crate::medulla::tables::Tables;
 
@@ -14,6 +17,8 @@ pub(crate) struct Prepared<'t> {
     pub longitudinal: Longitudinal,
     pub azimuthal: Azimuthal,
     pub medulla: Medulla<'t>,
+    /// The exit of scattered light, if the cuticle reflects it.
+    pub reflection: Option<Reflection>,
     /// True if a window takes more segments than usual.
     pub fine: bool,
 }
@@ -21,11 +26,14 @@ pub(crate) struct Prepared<'t> {
 impl<'t> Prepared<'t> {
     /// The fibre must be valid.
     pub fn new(fiber: &Fiber, tables: &'t Tables) -> Self {
+        let medulla = Medulla::new(fiber, tables);
+        let reflects = fiber.exit == Exit::Reflecting && medulla.exists();
         Prepared {
             fiber: *fiber,
             longitudinal: Longitudinal::new(fiber),
             azimuthal: Azimuthal::new(fiber),
-            medulla: Medulla::new(fiber, tables),
+            medulla,
+            reflection: reflects.then(|| Reflection::new(fiber, ExitTable::shipped())),
             fine: segments::needs_more(fiber),
         }
     }

@@ -30,8 +30,8 @@ impl Window {
     /// The window of a pixel: `width` fibre radii wide, centred on `h`, cut off at the silhouettes.
     ///
     /// `width` ≥ 0 is the diameter of the pixel at the hit, times the cosine between its direction and the camera's
-    /// look-at direction, over the fibre's radius; see [`FiberFrame::pixel_width`](crate::FiberFrame::pixel_width). 0
-    /// is the near field, 4 or more the far field.
+    /// look-at direction, divided by the fibre's radius. [`FiberFrame::pixel_width`](crate::FiberFrame::pixel_width)
+    /// computes it. 0 is the near field, 4 or more the far field.
     #[doc(alias = "Eq. 27")]
     pub fn pixel(h: f32, width: f32) -> Self {
         debug_assert!(width >= 0.0, "a pixel's width is {width}");

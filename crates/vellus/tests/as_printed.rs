@@ -1,4 +1,5 @@
-//! The paper's far field: its segments compared with quadrature and with ours, and its model over a window.
+//! The paper's far field. Its segments are compared with quadrature and with ours, and its window with the mean of its
+//! near field.
 
 use std::f64::consts::{PI, TAU};
 use vellus::{Fiber, Species};
@@ -45,9 +46,9 @@ fn gauss(n: usize) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// D9: the far field of the ten presets by the paper's segments, by ours, and, for the scattered lobes, by as many
-/// Gauss points in asin h″. The paper's segments were measured at θ_o = 0.2 rad when ours were designed: 10 to 62 %
-/// with five on a side, 5 to 35 % with eight.
+/// D9: the far field of the ten presets, with the paper's segments and with ours. For the scattered lobes, also with
+/// the same number of Gauss points in asin h″. When our segments were designed, the errors of the paper's segments at
+/// θ_o = 0.2 rad were 10 to 62 % with five on each side, and 5 to 35 % with eight.
 #[test]
 #[ignore = "slow: quadrature with 20,000 points"]
 fn published_segments_are_coarser_than_ours() {
@@ -95,15 +96,16 @@ fn published_segments_are_coarser_than_ours() {
     }
     let [paper5, paper8, ..] = &table[0];
     let within = |x: &[f64], least: f64, most: f64| x.iter().all(|e| (least..most).contains(e));
-    // The errors measured then, to the percent.
+    // The errors that were measured then, rounded to percent.
     assert!(within(paper5, 0.095, 0.625) && within(paper8, 0.045, 0.355));
     for [paper5, paper8, ours5, ours8, paper_s4, paper_s8, gauss4, gauss8] in &table {
         for k in 0..paper5.len() {
             assert!(5.0 * ours5[k] < paper5[k] && 10.0 * ours8[k] < paper8[k]);
-            // At least five times smaller, or below 0.1 %: for the mouse the paper's eight segments are within 0.3 %.
+            // Errors are at least five times smaller, or below 0.1 %. For the mouse, the error of the paper's eight
+            // segments is only 0.3 %.
             assert!(5.0 * gauss4[k] < paper_s4[k] && 5.0 * gauss8[k] < paper_s8[k].max(0.005));
         }
-        // At least ten times smaller on average, and twenty times at worst.
+        // The mean error is at least ten times smaller, and the largest error twenty times.
         let mean = |errors: &[f64]| errors.iter().sum::<f64>() / errors.len() as f64;
         let worst = |errors: &[f64]| errors.iter().fold(0.0f64, |a, &b| a.max(b));
         for (paper, gauss) in [(paper_s4, gauss4), (paper_s8, gauss8)] {
@@ -154,7 +156,7 @@ fn published_segments_converge() {
     }
 }
 
-/// The published model over a window, by many segments, against the mean of its near field over the window.
+/// Compares the published model over a window, with many segments, with the mean of its near field over the window.
 #[test]
 #[ignore = "slow: windows by quadrature"]
 fn published_windows_are_the_mean_of_the_near_field() {
@@ -211,9 +213,9 @@ fn narrow_published_windows_are_the_near_field() {
             ];
             for (value, exact) in pairs {
                 for (a, b) in value.as_flattened().iter().zip(exact.as_flattened()) {
-                    // dγ/dh ≤ 7.1 and dΦ/dh ≤ 43: 4e-6 either way, 5e-4 of the narrowest lobe (0.5°), and the square
-                    // of this where lobes have light. s_m has a square root at the medulla's edge, and a linear table
-                    // has kinks.
+                    // dγ/dh ≤ 7.1 and dΦ/dh ≤ 43, so azimuths differ by 4e-6. This is 5e-4 of the narrowest lobe
+                    // (0.5°), and has an effect of second order where lobes have light. s_m has a square root at the
+                    // medulla's edge, and a linear table has kinks.
                     assert!((a - b).abs() <= 1e-4 * b + 1e-9, "{fiber:?} θ_o {theta_o} h {h} φ {phi}: {a} {b}");
                 }
             }

@@ -98,7 +98,7 @@ fn scattering_is_symmetric_at_the_axis() {
         let (theta_i, phi) = (random.within(-1.5, 1.5), random.within(0.05, 3.1));
         for (h, other) in [(0.0, 0.0), (1e-6, 1e-6), (1e-6, -1e-6)] {
             let a = bcsdf.at(wo, Window::near(h)).eval(direction(theta_i, phi));
-            // The mirrored direction at the same offset; or the same direction at the mirrored one.
+            // The mirrored direction at the same offset, or the same direction at the mirrored offset.
             let mirrored = if h == other { -phi } else { phi };
             let b = bcsdf.at(wo, Window::near(other)).eval(direction(theta_i, mirrored));
             for p in [Lobe::Tts as usize, Lobe::Trts as usize] {
@@ -175,8 +175,8 @@ fn thin_medulla_scatters_once() {
     let fiber = Fiber { sigma_ms: 1e-4, g: 0.5, eta: 1.0, kappa: 0.9, ..full_fiber() };
     let bcsdf = Bcsdf::new(&fiber).unwrap();
     let hit = bcsdf.at(direction(0.0, 0.0), Window::near(0.0));
-    // Forward against backward in the normal plane: ((1+g)/(1−g))³ for the phase function. The separable form M·N
-    // only has the same order of magnitude, so only the azimuthal marginal is checked closely.
+    // In the normal plane, the ratio of forward to backward scattering is ((1+g)/(1−g))³ for the phase function. The
+    // separable form M·N only has the same order of magnitude, so only the azimuthal marginal has a tight bound.
     let azimuthal = |phi: f64| {
         let n = 400;
         (0..n)

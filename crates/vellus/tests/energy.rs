@@ -64,7 +64,7 @@ fn tts_enters_through_the_cuticle_not_by_reflection() {
     assert!(f < 0.1 && (energy[3][0] - (1.0 - f)).abs() < 1e-3, "F {f}, TTs {}", energy[3][0]);
 }
 
-/// Integral of f·cos θᵢ over the sphere, by midpoints in sin-free coordinates θᵢ and φ.
+/// Integral of f·cos θᵢ over the sphere, by the midpoint rule in θᵢ and φ.
 fn integrate(hit: &Hit, n_theta: usize, n_phi: usize) -> [f64; 3] {
     let mut total = [0.0; 3];
     for i in 0..n_theta {

@@ -1,4 +1,4 @@
-//! The fast f32 path against the slow f64 one.
+//! Compares the fast f32 path with the slow f64 one.
 
 use vellus::{Bcsdf, Fiber, Lobe, Species, Window};
 use vellus_reference::exact::Exact;
@@ -7,12 +7,12 @@ use wide::f32x8;
 
 /// Tolerance of one lobe's density, relative to itself plus a floor.
 ///
-/// The exponent x²/2β² of a Gaussian has the error xδ/β² for an angle error δ. The relative error is at most
+/// For an angle error δ, the exponent x²/2β² of a Gaussian has the error xδ/β². The relative error is at most
 /// (x/β)(δ/β). δ ≤ 1e-6 (two arc functions with 3e-7 each, their sums, and the rounded input). The narrowest width
-/// drawn is β_m/2 = 0.25° = 4.4e-3, and R's azimuth has 8.7e-3. This gives (x/β)·2.3e-4: 1.4e-3 at six widths. Beyond
-/// that the density is below 1e-8 of its peak (at most 1/(2π β_m β_n/2) = 4e3), within the floor of 1e-4. Tables
-/// interpolate half-degree steps between values that differ by at most a third per step: δ/step·⅓ = 4e-5, and half a
-/// dozen roundings of weights.
+/// drawn is β_m/2 = 0.25° = 4.4e-3, and R's azimuth has 8.7e-3. This gives (x/β)·2.3e-4, which is 1.4e-3 at six widths.
+/// Beyond that, the density is below 1e-8 of its peak (at most 1/(2π β_m β_n/2) = 4e3), which is within the floor of
+/// 1e-4. Tables interpolate half-degree steps between values that differ by at most a third per step. Their error is
+/// δ/step·⅓ = 4e-5, and half a dozen roundings of weights.
 fn close(fast: f32, exact: f64) -> bool {
     (f64::from(fast) - exact).abs() <= 2e-3 * exact + 1e-4
 }
@@ -44,7 +44,7 @@ fn fast_matches_f64_oracle() {
                 }
             }
             for k in 0..60 {
-                // Half of the queries where the fibre scatters most light, half anywhere.
+                // Half of the directions are where the fibre scatters most light, the other half anywhere.
                 let wi = if k % 2 == 0 {
                     hit.sample(random.numbers()).unwrap().wi
                 } else {
@@ -88,8 +88,8 @@ fn eight_hits_at_once_match_single_hits() {
             let hit = bcsdf.at(wo[i], Window::near(h[i]));
             let sample = hit.sample([u[i][0], u[i][1], u[i][2], u[i][3], 0.5]).unwrap();
             assert_eq!(sample.lobe, samples[i].lobe, "{fiber:?}");
-            // Inside a rare component of a table, the rest of u magnifies the last bit of the weights. Such a
-            // direction may differ; it only needs a consistent density.
+            // Inside a rare component of a table, the rest of u magnifies the last bit of the weights. Such a direction
+            // may differ, but its density must be consistent.
             let tabulated = matches!(sample.lobe, vellus::Lobe::Tts | vellus::Lobe::Trts);
             assert!(tabulated || (sample.wi - samples[i].wi).length() < 1e-5, "{sample:?} {:?}", samples[i]);
             let (f, likely) = hit.eval_pdf(samples[i].wi);
@@ -128,7 +128,7 @@ fn eight_queries_of_one_hit_match_single_queries() {
         for (sample, u) in samples.into_iter().zip(u) {
             let (many, one) = (sample.unwrap(), hit.sample(u).unwrap());
             assert_eq!(many.lobe, one.lobe);
-            // Single precision with other arc functions: 1e-6 of the angles, see `close`.
+            // Single precision with other arc functions gives angles that differ by 1e-6, see `close`.
             let tolerance = 3e-3 * one.pdf + 1e-4;
             // As above: in the near field the azimuth of a rare component may differ.
             if matches!(one.lobe, Lobe::Tts | Lobe::Trts) && k % 3 == 0 {
@@ -136,7 +136,7 @@ fn eight_queries_of_one_hit_match_single_queries() {
             }
             assert!((many.wi - one.wi).length() < 1e-5 && (many.pdf - one.pdf).abs() < tolerance, "{many:?} {one:?}");
         }
-        // Half of the directions where the fibre scatters most light, half anywhere.
+        // Half of the directions are where the fibre scatters most light, the other half anywhere.
         let wi: [_; 8] = std::array::from_fn(|i| match samples[i] {
             Some(sample) if i < 4 => sample.wi,
             _ => direction(random.within(-1.5, 1.5), random.within(-3.0, 3.0)),

@@ -7,7 +7,8 @@ use vellus_testing::sphere::{ChiSquared, integral};
 use vellus_testing::{Uniform, direction, full_fiber};
 
 fn fibers() -> Vec<Fiber> {
-    // The second has a peak so sharp that a window spreads its light over azimuths. The third takes more segments.
+    // The second fibre has a peak so sharp that a window spreads its light over azimuths. The third needs more
+    // segments.
     let mut fibers = vec![
         full_fiber(),
         Fiber { g: 0.93, sigma_ms: 0.3, layers: 3.0, ..full_fiber() },
@@ -28,7 +29,7 @@ fn pdf_integrates_to_one() {
     }
 }
 
-/// A χ² test of each fibre, at five hits.
+/// A χ² test for each fibre, at five hits.
 fn check_histograms(fibers: &[Fiber], samples: usize) {
     let hits = [
         (0.35f64, Window::near(0.3)),
@@ -137,8 +138,8 @@ impl Estimate {
 
 /// A window's value is the mean of its near fields, for lights from 1° to the whole sphere.
 ///
-/// Three estimates must agree: light samples weighted with the window's value, direction samples weighted with the near
-/// field's, and both combined by the balance heuristic over the window's density.
+/// Three estimates must agree. The first uses light samples with the window's value, the second direction samples with
+/// the near field's value. The third combines both by the balance heuristic with the window's density.
 fn windows_are_unbiased(n: u32) {
     // Two windows, four lights, three comparisons. At a rate of 0.05 the bound is 3.07 standard errors.
     let bound = max_abs_z(2 * 4 * 3, 0.05);
@@ -204,9 +205,9 @@ fn windows_are_unbiased_against_the_near_field() {
     windows_are_unbiased(10_500_000);
 }
 
-/// Weights of windows are nearly constant. One in a hundred exceeds the sum of the lobes' largest channels by more
-/// than a fiftieth, and none by half. Half is the bound because the few points of the scattered lobes are scaled to
-/// each channel's energy separately.
+/// Weights of windows are nearly constant. One in a hundred exceeds the sum of the lobes' largest channels by more than
+/// 2 %, and none by more than 50 %. They can be larger because the few points of the scattered lobes are scaled to the
+/// energy of each channel separately.
 #[test]
 fn window_weights_are_bounded() {
     let mut random = Uniform(14);

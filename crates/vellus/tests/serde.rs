@@ -23,8 +23,8 @@ fn presets_round_trip_exactly_with_short_numbers() {
     );
 }
 
-/// Not every angle in radians has a number of degrees in single precision. The nearest differs by one unit in the
-/// last place.
+/// Some angles in radians have no exact number of degrees in single precision. The nearest one differs by one unit in
+/// the last place.
 #[test]
 fn angles_round_trip_within_one_unit_in_the_last_place() {
     for i in 0..10_000 {

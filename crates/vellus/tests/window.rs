@@ -12,7 +12,7 @@ fn azimuths() -> impl Iterator<Item = f64> {
     (0..AZIMUTHS).map(|k| (k as f64 + 0.5) / AZIMUTHS as f64 * TAU - PI)
 }
 
-/// Distances of two profiles over their azimuths, and the integral of the second.
+/// The L1 distance of two profiles over their azimuths, and the integral of the second.
 #[derive(Default)]
 struct L1 {
     distance: f64,
@@ -30,8 +30,8 @@ impl L1 {
     }
 }
 
-/// The ten presets at four inclinations, as shipped and with five segments: R + TT + TRT against 20,000 points in γ,
-/// TTˢ + TRTˢ against 400 in asin h″, and the energy of each lobe.
+/// The ten presets at four inclinations, as shipped and with five segments. R + TT + TRT are compared with 20,000
+/// points in γ, TTˢ + TRTˢ with 400 points in asin h″. The energy of each lobe is compared, too.
 #[test]
 #[ignore = "slow: quadrature with 20,000 points"]
 fn far_field_matches_quadrature() {
@@ -74,8 +74,8 @@ fn far_field_matches_quadrature() {
     assert!(within(worst(&scattered), 0.0052));
 }
 
-/// A thin medulla with a sharp forward peak, where TTˢ and TRTˢ need the most points, in windows across the axis, on
-/// one side of it and beyond the medulla's edge.
+/// A thin medulla with a sharp forward peak, where TTˢ and TRTˢ need the most points. Windows are across the axis, on
+/// one side of it, and beyond the medulla's edge.
 #[test]
 fn sharp_medulla_matches_quadrature() {
     let windows = [[-1.0, 1.0], [-0.3, 0.7], [-0.9, 0.05], [-0.8, 0.9], [0.1, 0.9]];
@@ -99,7 +99,7 @@ fn sharp_medulla_matches_quadrature() {
     }
 }
 
-/// Relative L1 error of the far field's R + TT + TRT against a fine grid of azimuths, for the worst channel.
+/// Relative L1 error of R + TT + TRT in the far field, compared with a fine grid of azimuths, for the worst channel.
 fn unscattered_error(fiber: &Fiber, theta_o: f64) -> f64 {
     let (bcsdf, oracle) = (Bcsdf::new(fiber).unwrap(), Exact::new(fiber, table_data()).unwrap());
     let n = ((TAU * 10.0 / f64::from(fiber.beta_n)) as usize).max(720);
@@ -188,9 +188,9 @@ fn grid_of_azimuths_is_the_sum_over_offsets() {
     }
 }
 
-/// The pieces of a window on which the fast path puts segments, each with its side. These are the two sides of h = 0;
-/// a symmetric window needs only one. For fibres that need more, the sides are divided at the medulla's edge, and
-/// then the longest piece in its middle until there are three.
+/// The pieces of a window that the fast path divides into segments, each with its side. They are the two sides of h =
+/// 0, but a symmetric window needs only one. For fibres that need more, the sides are divided at the medulla's edge.
+/// Then the longest piece is divided in its middle until there are three.
 fn pieces([h1, h2]: [f64; 2], edge: f64, more: bool) -> Vec<(usize, [f64; 2])> {
     let symmetric = h1 == -h2;
     let mut pieces: Vec<(usize, [f64; 2])> = [[h1.max(0.0), h2], [(-h2).max(0.0), -h1]]
@@ -211,7 +211,7 @@ fn pieces([h1, h2]: [f64; 2], edge: f64, more: bool) -> Vec<(usize, [f64; 2])> {
     pieces
 }
 
-/// The fast path against the same segments in f64, with every parameter non-zero, including colour and window.
+/// Compares the fast path with the same segments in f64. No parameter is 0, and colour and window vary.
 #[test]
 fn fast_segments_match_their_oracle() {
     for (beta, fiber) in
@@ -251,7 +251,7 @@ fn fast_segments_match_their_oracle() {
                         (0..3).for_each(|c| l1.add(fast.0[p][c].into(), slow[p][c]));
                     }
                 }
-                // Bells: 1.6e-3, and up to 1.7e-2 for a tilted segment. Rounding of Φ: 1e-6/β.
+                // Bells have an error of 1.6e-3, and up to 1.7e-2 for a tilted segment. The rounding of Φ gives 1e-6/β.
                 let tolerance = 4e-3;
                 assert!(l1.relative() < tolerance, "β {beta}° θ {theta_o} {window:?}: {}", l1.relative());
             }
@@ -275,7 +275,7 @@ fn window_has_both_limits() {
             for _ in 0..20 {
                 let wi = near.sample(random.numbers()).unwrap().wi;
                 let ((a, p), (b, q)) = (near.eval_pdf(wi), hit.eval_pdf(wi));
-                // The bound of 1e-3, and the single precision of both, see tests/exact.rs.
+                // The bound is 1e-3, plus single precision of both sides, see tests/exact.rs.
                 for (x, y) in a.total().into_iter().zip(b.total()).chain([(p, q)]) {
                     assert!((x - y).abs() <= 3e-3 * x + 1e-4, "{fiber:?} h {h} width {width}: {x} {y}");
                 }
@@ -287,14 +287,14 @@ fn window_has_both_limits() {
     }
 }
 
-/// If each hit stands for a cell, the mean energy of hits over the whole width is that of the far field, for any
-/// width of the cells. If each hit stands for a window around it (Yan17 Eq. 27), it is not: for human hair R loses 16
-/// % and TTˢ gains 20 % where the window is as wide as the fibre.
+/// If each hit stands for a cell, the mean energy of hits over the whole width equals that of the far field, for any
+/// width of the cells. If each hit stands for a window around it (Yan17 Eq. 27), the means differ. If the window is as
+/// wide as the fibre, human hair loses 16 % of R and gains 20 % of TTˢ.
 #[test]
-fn cells_have_the_far_field_for_their_mean() {
+fn cells_average_to_the_far_field() {
     let bcsdf = Bcsdf::new(&Fiber::preset(Species::Human).with_absorption([0.3, 0.8, 2.0])).unwrap();
     let wo = direction(0.3, 0.0);
-    // Lobe by lobe: R is brightest at the edges, the others in the middle.
+    // Each lobe separately, because R is brightest at the edges and the others in the middle.
     let energy = |window: Window| bcsdf.at(wo, window).energy().0.map(|lobe| f64::from(lobe[1]));
     let far = energy(Window::far());
     let (hits, shifts) = (400, 9);
@@ -313,7 +313,7 @@ fn cells_have_the_far_field_for_their_mean() {
         }
         println!("width {width}: cells {cells:.4?}, around {around:.4?}, far {far:.4?}");
         for p in 0..6 {
-            // 400 hits: the share of a cell has an error of up to 1/400 of the width at either end. Energies are
+            // With 400 hits, the share of a cell has an error of up to 1/400 of the width at either end. Energies are
             // means over 7 segments.
             assert!((cells[p] - far[p]).abs() < 0.01 * far[p] + 1e-4, "lobe {p}, width {width}: {cells:?} {far:?}");
         }
@@ -324,8 +324,8 @@ fn cells_have_the_far_field_for_their_mean() {
     assert_eq!(Window::cell(0.3, 0.0, 0.5), Window::near(0.3));
 }
 
-/// Far from the light's path, only rounding errors of a window are left. They must not become a weight: without a
-/// bound for each span this weight is 5e18.
+/// Far from all light of a window, only rounding errors remain. They must not become a weight. Without a bound for each
+/// span, this weight is 5e18.
 #[test]
 fn a_sample_far_out_in_a_tail_has_a_bounded_weight() {
     let fiber = Fiber {
@@ -357,7 +357,7 @@ fn check_any_fibre_and_window(count: i32) {
         let fiber = random.fiber();
         let bcsdf = Bcsdf::new(&fiber).unwrap();
         let theta_o = random.within(-1.55, 1.55);
-        // From 1e-6 to 2; every other one is the far field.
+        // Widths from 1e-6 to 2. Every other window is the far field.
         let narrow = 1e-6 * 2e6f64.powf(random.next());
         let width = if k % 2 == 0 { 4.0 } else { narrow };
         let middle = random.within(-1.0, 1.0);

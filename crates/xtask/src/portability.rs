@@ -41,7 +41,7 @@ fn aarch64(root: &Path) -> Result<Outcome, String> {
     Ok(Outcome::Passed)
 }
 
-/// Compiles the workspace with the compiler that `rust-version` names. Passes at once if that is the compiler in use,
+/// Compiles the workspace with the compiler that `rust-version` names. Passes at once if this is the compiler in use,
 /// because every other step used it.
 fn oldest_compiler(root: &Path) -> Result<Outcome, String> {
     let manifest = std::fs::read_to_string(root.join("Cargo.toml")).map_err(|e| format!("Cargo.toml: {e}"))?;

@@ -1,4 +1,4 @@
-//! Running commands, and reporting what each step did and how long it took.
+//! Runs commands, and reports the result and the time of each step.
 
 use std::path::Path;
 use std::process::Command;

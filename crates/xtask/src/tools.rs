@@ -1,7 +1,8 @@
 //! Tools that are not part of the Rust toolchain: typos, cargo-deny, mdBook.
 //!
-//! A tool in the search path is used as it is. A missing one is installed into `target/tools`. If that fails, the step
-//! is skipped by name. An installation takes 61 (mdBook), 118 (typos) and 101 seconds (cargo-deny) of processor time.
+//! A tool in the search path is used. A missing tool is installed into `target/tools`. If that fails, the step is
+//! skipped, and the report names it. An installation takes 61 (mdBook), 118 (typos) and 101 seconds (cargo-deny) of
+//! processor time.
 
 use crate::run::{Outcome, run, succeeds};
 use std::path::{Path, PathBuf};

@@ -7,10 +7,11 @@ use crate::number::one_of;
 use crate::output;
 use crate::say::note;
 use crate::terminal::Terminal;
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Error, Result, bail};
 use std::path::{Path, PathBuf};
 use vellus_fit::{Angles, Axis, Forward, Options, Quantity, Reading, Requests};
 use vellus_models::ModelKind;
+use vellus_open::FiberFormat;
 use vellus_plot::fit::{Summary, write_report};
 
 /// Fit the parameters of a fibre to its measured profile (Yan17 Sec. 5.1), or write a synthetic measurement.
@@ -144,7 +145,7 @@ impl Args {
         self.page().map_or(Ok(()), |page| output::writable(&page))
     }
 
-    /// The message if there is no fit: what, why, and what to do.
+    /// The message if there is no fit. It states the problem, the reason, and what to do.
     fn refusal(&self, path: &Path, why: &str) -> String {
         let out = self.out.iter().map(|out| format!("; {} was not written", out.display()));
         let page = self.page().into_iter().map(|page| format!("; {} shows the differences", page.display()));
@@ -185,7 +186,8 @@ pub fn run(args: &Args) -> Result<()> {
         bail!(args.refusal(path, &why));
     }
     if let Some(out) = &args.out {
-        output::write(Some(out), summary.toml(&toml::to_string(&fit.specimen.fiber)?).as_bytes())?;
+        let toml = FiberFormat::Toml.write(&fit.specimen.fiber).map_err(Error::from_boxed)?;
+        output::write(Some(out), summary.toml(&toml).as_bytes())?;
     }
     let text = match args.format.as_str() {
         "json" => format!("{}\n", serde_json::to_string_pretty(&summary.json())?),

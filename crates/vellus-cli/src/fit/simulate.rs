@@ -1,7 +1,6 @@
 //! `vellus fit --simulate`: writes a synthetic measurement.
 
 use crate::fiber_args::FiberArgs;
-use crate::model_args::check_eta_m;
 use crate::number::one_of;
 use crate::output;
 use crate::say::say;
@@ -10,6 +9,7 @@ use anyhow::{Context, Result, bail};
 use vellus_fit::simulate::Source;
 use vellus_fit::{Specimen, Synthetic, writer};
 use vellus_models::ModelKind;
+use vellus_render_models::Method;
 
 /// The options of a synthetic measurement.
 #[derive(clap::Args)]
@@ -62,7 +62,7 @@ pub fn run(args: &super::Args) -> Result<()> {
     let write = writer(out)?;
     let forward = args.forward()?;
     let kind = forward.kind();
-    check_eta_m(kind, given.eta_m)?;
+    Method::new(kind, given.eta_m).context("--eta-m")?;
     let (source, step) = if given.from == "model" {
         if given.photons.is_some() {
             bail!("--photons is only for --from reference");

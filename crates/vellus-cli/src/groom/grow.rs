@@ -3,14 +3,13 @@
 use crate::fiber_args::{FiberArgs, Overrides};
 use crate::number::whole;
 use crate::output;
-use crate::render::{explain, report};
+use crate::render::explain;
 use crate::say::{note, say};
 use anyhow::Result;
-use glam::Vec3;
-use std::path::{Path, PathBuf};
-use vellus_groom::{Coat, Ground, Group, absorption_of_color, plant, read_groups};
-use vellus_open::{choose_meshes, open_coat, open_mesh};
-use vellus_scene::{Look, Scene, Strands, Tint};
+use std::path::PathBuf;
+use vellus_groom::{Group, absorption_of_color, read_groups};
+use vellus_open::{Grown, Growth};
+use vellus_scene::Look;
 
 /// The default fibre. Its medulla does not absorb, so that it can have any colour.
 const FIBER: &str = "dog";
@@ -67,47 +66,18 @@ pub fn run(args: &Args) -> Result<()> {
         Some(path) => read_groups(path)?.into_iter().map(|group| options.clone().or(group)).collect(),
         None => vec![options],
     };
-    // Check everything that does not need the mesh before reading it. The area matters only for the number of strands.
-    for group in &groups {
-        look(args, group)?;
-        let area = group.density.filter(|density| *density > 0.0).map_or(1.0, |density| 1000.0 / f64::from(density));
-        group.settings(&Ground { area, groups: groups.len(), up: Vec3::Y, seed: args.seed })?;
-    }
+    let groups = groups.into_iter().map(|group| Ok((group.clone(), look(args, &group)?))).collect::<Result<_>>()?;
+    let Args { seed, strands_only, .. } = *args;
+    let growth = Growth { groups, meshes: args.on.clone(), seed, strands_only };
+    // Before the mesh is read.
+    growth.check()?;
     output::writable(&args.output)?;
-    let mut scene = report(open_mesh(&args.mesh))?.scene;
-    let chosen = choose_meshes(&scene, &args.on).map_err(explain)?;
-    let coats: Vec<Coat> = groups.into_iter().map(|group| coat(args, group)).collect::<Result<_>>()?;
-    let skin = coats.iter().find_map(|coat| coat.color.clone());
-    let grown = plant(&mut scene, &chosen, coats, args.seed)?;
-    let (strands, segments): (usize, usize) =
-        (grown.iter().map(Strands::len).sum(), grown.iter().map(Strands::segments).sum());
-    if args.strands_only {
-        let Scene { looks, textures, units, .. } = scene;
-        scene = Scene { strands: grown, looks, textures, units, ..Scene::default() };
-    } else {
-        scene.strands.extend(grown);
-        // An .obj file has no colours: its skin gets the colour of the fur.
-        if let (true, Some(image), [surface]) = (is_obj(&args.mesh), skin, &mut scene.surfaces[..]) {
-            surface.color = Tint { color: [0.5; 3], texture: Some(scene.textures.len()) };
-            scene.textures.push(image);
-        }
-    }
-    vellus_usd::write(&scene, &args.output)?;
+    let grown = growth.grow(&args.mesh, |warning| note!("warning: {warning}")).map_err(explain)?;
+    vellus_usd::write(&grown.scene, &args.output)?;
+    let Grown { strands, segments, .. } = grown;
     let output = args.output.display();
     say!("{strands} strands, {segments} segments\nwrote {output}\nNext: vellus render {output}");
     Ok(())
-}
-
-/// A group with its fibre and images. Warnings are printed.
-fn coat(args: &Args, group: Group) -> Result<Coat> {
-    let look = look(args, &group)?;
-    let (coat, warnings) = open_coat(group, look)?;
-    warnings.iter().for_each(|warning| note!("warning: {warning}"));
-    Ok(coat)
-}
-
-fn is_obj(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj"))
 }
 
 /// The fibre of a group: from the command line, else from the settings file, else a brown one.
@@ -116,7 +86,7 @@ fn look(args: &Args, group: &Group) -> Result<Look> {
     let fiber = given.cloned().unwrap_or_else(|| FIBER.into());
     let fiber_args = FiberArgs { fiber: Some(fiber), overrides: args.overrides.clone() };
     let mut fiber = fiber_args.load()?;
-    if given.is_none() && !args.overrides.give_color() {
+    if given.is_none() && !fiber_args.source().sets_color() {
         fiber.sigma_ca = absorption_of_color(&fiber, COLOR)?;
     }
     Ok(Look::constant(fiber_args.name(), fiber))

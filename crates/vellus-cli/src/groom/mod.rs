@@ -5,7 +5,7 @@ mod grow;
 use crate::output;
 use crate::render::Input;
 use crate::say::say;
-use anyhow::{Result, anyhow, bail};
+use anyhow::Result;
 use std::path::{Path, PathBuf};
 
 /// The subcommands.
@@ -45,18 +45,7 @@ fn convert(input: &Input, path: &Path, pieces: usize) -> Result<()> {
     output::check_extension(path, &["usda", "hair"])?;
     input.options()?;
     output::writable(path)?;
-    let scene = input.open()?.scene;
-    if path.extension().is_none_or(|e| e != "hair") {
-        vellus_usd::write(&scene, path)?;
-        say!("wrote {}", path.display());
-        return Ok(());
-    }
-    let [strands] = &scene.strands[..] else {
-        bail!("a .hair file holds one set of strands, but the scene has {}", scene.strands.len());
-    };
-    let strands = vellus_groom::flatten(strands, pieces);
-    let bytes = vellus_groom::write_hair(&strands).map_err(|e| anyhow!("{}: {e}", path.display()))?;
-    output::write(Some(path), &bytes)?;
+    vellus_open::write(&input.open()?.scene, path, pieces)?;
     say!("wrote {}", path.display());
     Ok(())
 }

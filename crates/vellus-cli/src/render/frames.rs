@@ -1,17 +1,18 @@
 //! The pictures of an animation.
 
 use super::Args;
-use super::job::{Job, Live, Loaded};
+use super::job::{self, Loaded};
 use crate::interrupt::Interrupt;
 use crate::say::note;
 use anyhow::{Context, Result};
 use vellus_render::session::{Frames, Goals, is_finished};
+use vellus_render::tev::Viewer;
 
 /// Renders one picture, or all frames of `--frames`. With `--resume`, frames that are finished are left out.
-pub fn run(args: &Args, interrupt: &Interrupt, mut viewer: Option<Live>) -> Result<()> {
+pub fn run(args: &Args, interrupt: &Interrupt, mut viewer: Option<Viewer>) -> Result<()> {
     let Some(frames) = args.frames else {
         interrupt.set_immediate(true);
-        return Job::new(args, Loaded::new(args)?, interrupt, 1)?.run(viewer.as_mut());
+        return job::run(args, Loaded::new(args)?, interrupt, 1, &mut viewer);
     };
     let total = frames.count();
     for (frame, left) in frames.iter().zip((1..=total).rev()) {
@@ -27,7 +28,7 @@ pub fn run(args: &Args, interrupt: &Interrupt, mut viewer: Option<Live>) -> Resu
                 return Ok(());
             }
             note!("frame {frame} ({} of {total})", total - left + 1);
-            Job::new(&one, loaded, interrupt, left)?.run(viewer.as_mut())
+            job::run(&one, loaded, interrupt, left, &mut viewer)
         };
         render().with_context(|| format!("frame {frame}"))?;
         if interrupt.is_set() && left > 1 {

@@ -69,7 +69,7 @@ impl Input {
 }
 
 /// The scene or the error, in terms of options; warnings are printed.
-pub fn report(opened: Result<Opened, Error>) -> Result<Opened> {
+fn report(opened: Result<Opened, Error>) -> Result<Opened> {
     let opened = opened.map_err(explain)?;
     for warning in &opened.warnings {
         match warning {

@@ -1,13 +1,14 @@
 //! `vellus merge`: films of sample ranges become one picture.
 
-use super::job::{typed_command, warn_of_full_pixels, write_picture};
+use super::job::typed_command;
+use super::screen::print;
 use super::{Layers, parse};
 use crate::output;
 use crate::say::note;
 use anyhow::{Result, bail};
 use std::path::PathBuf;
 use vellus_render::denoise::Denoiser;
-use vellus_render::session::{Merge, Picture, SAMPLES_NOTE, read_film};
+use vellus_render::session::{Denoise, Event, Merge, Picture, SAMPLES_NOTE, read_film};
 use vellus_render::{Layer, PixelType};
 
 /// Merge films that `vellus render --samples` rendered separately.
@@ -58,7 +59,9 @@ pub fn merge(args: &MergeArgs) -> Result<()> {
         }
         note!("warning: {missing}");
     }
-    warn_of_full_pixels(&merged.film);
+    if let full @ 1.. = merged.film.full_pixels() {
+        print(Event::FullPixels(full));
+    }
     let mut notes = merged.notes;
     notes.push((SAMPLES_NOTE.to_owned(), merged.film.samples().to_string()));
     notes.push(("vellus_merged".to_owned(), typed_command()));
@@ -69,5 +72,7 @@ pub fn merge(args: &MergeArgs) -> Result<()> {
         exposure: args.exposure,
         notes,
     };
-    Ok(write_picture(&picture, &merged.film, denoiser.as_ref())?)
+    let denoiser = denoiser.as_ref().map(|denoiser| denoiser as &dyn Denoise);
+    picture.write_denoised(&merged.film, denoiser, print)?;
+    Ok(())
 }

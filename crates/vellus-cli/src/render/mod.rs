@@ -3,16 +3,15 @@
 mod frames;
 mod input;
 mod job;
-mod keep;
 mod merge;
 mod parse;
+mod screen;
 
 use crate::interrupt::Interrupt;
 use crate::model_args::ModelArgs;
 use crate::number::{one_of, whole};
 use crate::output;
 use anyhow::{Context, Result, bail};
-use job::Live;
 use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -20,7 +19,7 @@ use vellus_render::denoise::Denoiser;
 use vellus_render::session::Frames;
 use vellus_render::{Filter, Layer, MAX_SAMPLES, Mode};
 
-pub use input::{Input, explain, report};
+pub use input::{Input, explain};
 pub use merge::{MergeArgs, merge};
 
 /// A list of layers. The name keeps the parser from reading one layer for each argument.
@@ -136,7 +135,7 @@ pub fn run(args: &Args) -> Result<()> {
     let interrupt = Interrupt::watch()?;
     output::check_extension(&args.output, &["exr", "png"])?;
     output::writable(&args.output)?;
-    let viewer = args.tev.as_deref().map(Live::connect).transpose()?;
+    let viewer = args.tev.as_deref().map(screen::connect).transpose()?;
     let mut pool = rayon::ThreadPoolBuilder::new();
     if let Some(threads) = args.threads {
         pool = pool.num_threads(threads);

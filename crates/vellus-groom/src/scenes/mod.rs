@@ -107,8 +107,8 @@ mod tests {
                 points.windows(2).map(|p| p[0].truncate().distance(p[1].truncate())).sum::<f32>()
             };
             let longest = (0..fur.len()).map(length).fold(0.0, f32::max);
-            // Triangles are chords of a body: roots lie a little inside. A millimetre for the large, less for the
-            // hamster.
+            // Triangles are chords of a body, so roots are slightly inside: up to a millimetre for large bodies, less
+            // for the hamster.
             let near = (0.02 * longest).min(0.1);
             let off = |i: usize| body.distance(fur.strand(i)[1].truncate()).abs() > near;
             let off = (0..fur.len()).filter(|&i| off(i)).count();

@@ -30,7 +30,7 @@ impl Shared {
         let sigma = sigma.min(node(NODES - 1));
         let k = ((sigma / 0.18).ln_1p() / 0.15) as usize;
         let k = k.min(NODES - 2);
-        // Exact for the centre of TT, whose path is two radii long, and close for longer paths.
+        // This is exact for the centre of TT, whose path is two radii long, and nearly exact for longer paths.
         let left = |sigma: f32| (-2.0 * sigma).exp();
         let (a, b) = (left(node(k)), left(node(k + 1)));
         let t = ((a - left(sigma)) / (a - b)).clamp(0.0, 1.0);

@@ -11,8 +11,8 @@
 //! The lobes are R, TT, TRT and TRRT, and TRRT is the residual lobe. The model uses these parameters of a [`Fiber`]: η,
 //! σ_c,a, α, β_m and β_n (shifts and widths of Yan17 Table 2). κ, σ_m, g and l are ignored.
 //!
-//! Limits: below β_n = 0.3° the table is too coarse. The missing orders have (1 − F) F³ T³ of the light. Attenuation
-//! belongs to θ_d, which varies over a lobe, so energy is conserved to second order in β_m only. For α = 0, M̂ N is
+//! Limits: below β_n = 0.3° the table is too coarse. The missing orders have (1 − F) F³ T³ of the light. Attenuation is
+//! computed at θ_d, which varies over a lobe, so energy is only conserved to second order in β_m. For α = 0, M̂ N is
 //! symmetric in the directions.
 
 mod azimuths;

@@ -44,7 +44,7 @@ impl Cubic {
         let discriminant = half * half + third * third * third;
         let mut roots = [f64::NAN; 3];
         if discriminant >= 0.0 {
-            // The root without cancellation first.
+            // Compute the root without cancellation first.
             let u = (half.abs() + discriminant.sqrt()).cbrt() * -half.signum();
             roots[0] = if u == 0.0 { 0.0 } else { u - third / u };
         } else {
@@ -192,7 +192,7 @@ mod tests {
         }
     }
 
-    /// The cubic stands for Φ: within 2° for hair, as the paper's figure has it, at normal incidence.
+    /// The cubic approximates Φ within 2° for hair at normal incidence, as in the paper's figure.
     #[test]
     fn cubic_stands_for_the_exit_azimuth() {
         let section = Section::new(1.55, 0.0);

@@ -134,7 +134,7 @@ impl Yan2015 {
     /// The same model with the sampling of the paper (Yan17 Sec. 6, for both models).
     ///
     /// It selects a lobe in proportion to its energy. Unscattered lobes are sampled from their Gaussians, the scattered
-    /// lobes and the diffuse lobe uniformly over the sphere. The weight is that of the selected lobe alone. Use it to
+    /// lobes and the diffuse lobe uniformly over the sphere. The weight is that of the selected lobe only. Use it to
     /// measure the benefit of exact sampling.
     #[must_use]
     pub fn with_original_sampling(self) -> Self {
@@ -165,8 +165,8 @@ impl Yan2015 {
         let inclination = self.medulla.inclination(m.sin_m.asin());
         let mean_path = self.medulla.mean_path_of(&pass, m.angle);
         let [cone, through] = escape.shares(&inclination, &azimuth);
-        // The way out through medulla and cortex; and one further pass: in through the cortex, through the medulla, and
-        // out.
+        // The path out, through medulla and cortex, and one further pass: in through the cortex, through the medulla,
+        // and out again.
         let (cortex, medulla) = ((1.0 - fiber.kappa) * m.elongation, fiber.kappa * mean_path * m.elongation);
         let (ca, ma) = (fiber.sigma_ca, fiber.sigma_ma);
         let out = |c: usize, legs: f32| -(legs * cortex * ca[c] + medulla * ma[c]);
@@ -207,7 +207,7 @@ impl Model for Yan2015 {
                 probability[4] = s.diffuse.iter().fold(0.0, |a: f32, &b| a.max(b));
                 return s;
             }
-            // Inside the cone, but reflected back: sampled as diffuse directly.
+            // Light inside the cone that is reflected back. It is sampled from the diffuse lobe directly.
             probability[4] = sum * (cone - s.through).max(0.0);
             diffuse_probability = probability[4] + sum * (1.0 - cone);
             s

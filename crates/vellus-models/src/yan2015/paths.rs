@@ -70,8 +70,8 @@ impl Paths {
         let through = 1.0 - r;
         let elongation = eta_m / along_m;
 
-        // All exponentials in one register: the cortex from cuticle to medulla, one pass of the medulla, and σ_m,s
-        // alone.
+        // One register holds all exponentials: the cortex from cuticle to medulla, one pass of the medulla, and σ_m,s
+        // only.
         let cortex = (entry.cos_gamma_t - kappa * cos_1) * entry.elongation;
         let medulla = 2.0 * kappa * cos_2 * elongation;
         let (ca, ma, ms) = (fiber.sigma_ca, fiber.sigma_ma, fiber.sigma_ms);

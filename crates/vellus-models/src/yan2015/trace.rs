@@ -42,7 +42,7 @@ fn trace(fiber: &Fiber, eta_m: f64, theta_o: f64, h: f64, events: &str) -> Optio
     let (ca, ma) = (f64::from(fiber.sigma_ca[0]), f64::from(fiber.sigma_ma[0] + fiber.sigma_ms));
     let cos_gamma = (1.0 - h * h).sqrt();
     let mut ray = Ray { p: [cos_gamma, -h], d: [-theta_o.sin(), -theta_o.cos(), 0.0], energy: 1.0 };
-    // 0 outside, 1 in the cortex, 2 in the medulla.
+    // 0 is outside, 1 is in the cortex, 2 is in the medulla.
     let mut place = 0;
     for (i, event) in events.chars().enumerate() {
         if i > 0 {
@@ -113,7 +113,7 @@ fn closed_forms_are_the_traced_paths() {
                     let at = format!("{name} η {eta_c} {eta_m} θ {theta_o} h {h}");
                     match trace(&fiber, eta_m.into(), theta_o, h, name) {
                         Some(ray) if exists => {
-                            // Twenty rounding errors of 6e-8, of cosines as small as 0.1.
+                            // The tolerance is twenty rounding errors of 6e-8, for cosines as small as 0.1.
                             assert!(
                                 (ours - ray.energy).abs() < 2e-5 * ray.energy + 1e-8,
                                 "{at}: {ours} {}",
@@ -150,6 +150,6 @@ fn closed_forms_are_the_traced_paths() {
             }
         }
     }
-    // R and two to five other paths at each of 84 hits, and most passes.
+    // There are R and two to five other paths at each of 84 hits, and most passes.
     assert!(compared > 250 && total > 100, "{compared} {total}");
 }

@@ -76,7 +76,7 @@ fn diverging(t: f64) -> RGBColor {
     RGBColor(mix(end[0]), mix(end[1]), mix(end[2]))
 }
 
-/// Labels of a logarithmic axis: the fewer powers of ten it spans, the more labels it has.
+/// Labels of a logarithmic axis. An axis with fewer powers of ten has more labels for each.
 fn key_points(low: f64, high: f64) -> Vec<f64> {
     let steps: &[f64] = match high / low {
         ..12.0 => &[1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0],
@@ -122,7 +122,8 @@ impl Draw for Profiles<'_> {
         let (low, high) = (measured().fold(f64::INFINITY, f64::min), measured().fold(f64::NEG_INFINITY, f64::max));
         let mut off: Vec<f64> = cells.iter().filter_map(|c| Some((c.fitted - c.measured?).abs())).collect();
         off.sort_by(f64::total_cmp);
-        // The largest hundredth may be outliers. At least a factor of 1.05: else noise would look like structure.
+        // The largest hundredth may be outliers. The range is at least a factor of 1.05, because noise would otherwise
+        // look like structure.
         let span = off[(off.len() - 1) * 99 / 100].max(1.05f64.log10());
         let light = |x: f64| ViridisRGB.get_color(((x - low) / (high - low).max(1e-9)).clamp(0.0, 1.0));
         let scale = [low, high].map(|x| 10f64.powf(x));

@@ -8,7 +8,7 @@ use std::path::Path;
 use vellus_fit::Correlations;
 
 /// Writes `index.html`, `profile.png`, `slices.png` and `profile.csv` to a folder. `origin` is the last line of the
-/// page: how the fit was made, such as the command.
+/// page. It describes how the fit was made, such as the command.
 ///
 /// # Errors
 /// [`Error::Write`](crate::Error::Write), and the errors of the pictures.

@@ -74,15 +74,15 @@ fn percent(x: f64) -> String {
 }
 
 impl Summary<'_> {
-    /// The share that the fit explains. It can explain less than a constant does: not every model has constant
-    /// profiles.
+    /// The share that the fit explains. It can be less than that of a constant, because not every model can give
+    /// constant profiles.
     fn explained(&self) -> String {
         let share = self.fit.explained.share;
         let much = if share > 0.0 { percent(share) } else { "nothing".to_owned() };
         format!("{much} of the variation of the logarithms")
     }
 
-    /// Why the fit says nothing about the fibre, if it does not.
+    /// The reason why the fit says nothing about the fibre, or `None` if it does.
     pub fn no_fit(&self) -> Option<String> {
         let fit = self.fit;
         fit.no_fit.map(|why| format!("no fit: {why} (it explains {}, NRMSE {})", self.explained(), percent(fit.nrmse)))
@@ -219,7 +219,7 @@ impl Summary<'_> {
         for warning in self.warnings() {
             text += &format!("# warning: {warning}\n");
         }
-        // The index of the medulla belongs to a model, not to a fibre file: it becomes a comment.
+        // The refractive index of the medulla belongs to a model, not to a fibre file. It becomes a comment.
         for e in self.fit.estimates.iter().filter(|e| e.name == "eta_m") {
             text += &format!("# {} = {}  # {}\n", e.name, text::number(e.value), note(e));
         }

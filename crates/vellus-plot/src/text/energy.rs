@@ -10,11 +10,11 @@ use vellus_models::direction;
 /// Energies of the six lobes of one hit, RGB.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Energy {
-    /// In closed form.
+    /// Energies in closed form.
     pub closed_form: [[f64; 3]; 6],
-    /// The sum of these.
+    /// The sum of the energies in closed form.
     pub closed_form_total: [f64; 3],
-    /// The integral of f·cos θ_i over the sphere.
+    /// Energies as integrals of f·cos θ_i over the sphere.
     pub integral: [[f64; 3]; 6],
 }
 

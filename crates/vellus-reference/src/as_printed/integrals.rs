@@ -1,13 +1,13 @@
 //! ∫ Q₁·exp(Q₂) and ∫ C·exp(L) over a segment, for every slope (Yan17 Appendix).
 //!
 //! The antiderivatives of the Appendix divide differences of nearly equal numbers by powers of the slope, up to the
-//! fourth. This module divides the segment, x ∈ [−1, 1], where its exponential is largest, at an end or between. With
-//! the distance z from there, scaled to [0, 1], each side needs only
+//! fourth. This module divides the segment, x ∈ [−1, 1], at the maximum of its exponential, which may be at an end. Let
+//! z be the distance from the maximum, scaled to [0, 1]. Each side then only needs
 //!
-//! H_k = ∫ zᵏ exp(−λz − b²z²/2) dz,  λ ≥ 0, k ≤ 3,
+//! H_k = ∫ zᵏ exp(−λz − b²z²/2) dz,  λ ≥ 0, k ≤ 3.
 //!
-//! and integration by parts couples three of them: k H_{k−1} = exp(−λ − b²/2) + λ H_k + b² H_{k+1}. All terms are
-//! positive, so nothing cancels when k goes down (D14).
+//! Integration by parts gives a recurrence: k H_{k−1} = exp(−λ − b²/2) + λ H_k + b² H_{k+1}. All terms are positive, so
+//! nothing cancels for decreasing k (D14).
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -19,7 +19,7 @@ pub(crate) struct Line {
 }
 
 impl Line {
-    /// From its values at both ends.
+    /// The line with the given values at both ends.
     pub fn between(first: f64, last: f64) -> Self {
         Line { middle: 0.5 * (first + last), half: 0.5 * (last - first) }
     }
@@ -29,12 +29,12 @@ impl Line {
     }
 }
 
-/// ½ ∫ Π `factors` · exp(−`depth` − `distance`²/2) dx over x ∈ [−1, 1]: the mean over the segment of up to three
-/// factors, none of them negative on it, and an exponential of a line and of the square of another.
+/// ½ ∫ Π `factors` · exp(−`depth` − `distance`²/2) dx over x ∈ [−1, 1]. This is the mean over the segment. There are up
+/// to three factors, and none is negative on the segment.
 ///
 /// With a constant `distance` this is C·exp(L) of Eq. 25, otherwise Q₁·exp(Q₂) of Eq. 24. The relative error is at most
-/// 1e-12 for slopes up to 1000: that of [`moments`], plus the slope times 1e-16 from rounding the largest exponent, and
-/// the same again from locating it.
+/// 1e-12 for slopes up to 1000. It is the sum of the error of [`moments`], the slope times 1e-16 from rounding the
+/// largest exponent, and as much from the position of the maximum.
 #[doc(alias = "Appendix")]
 pub(crate) fn mean(factors: &[Line], depth: Line, distance: Line) -> f64 {
     // The exponent's slope at x is `slope` − b²x.
@@ -47,7 +47,7 @@ pub(crate) fn mean(factors: &[Line], depth: Line, distance: Line) -> f64 {
     }
     let side = |direction: f64| {
         let length = 1.0 - direction * peak;
-        // 0 where the peak is between the ends.
+        // The slope at the peak: 0 if the peak is between the ends.
         let fall = if peak.abs() < 1.0 { 0.0 } else { direction * (b * b * peak - slope) };
         if length <= 0.0 {
             return 0.0;
@@ -70,10 +70,10 @@ const SHORT: f64 = 16.0;
 
 /// H₀ to H₃ over [0, 1], for λ ≥ 0 and `bb` = b² ≥ 0, to 1e-13.
 ///
-/// Where λ + b² ≤ 16 the recurrence starts with 0 for H₁₀₀. The error of this start is at most the product of 16/k
-/// over every other k from 99 down to 5: 1e-20. Rounding adds at most three units per step, and the errors of early
-/// steps are damped alike: 1e-14. Elsewhere the integral over [1, ∞), at most a 300th of the result, is subtracted
-/// from the one over [0, ∞).
+/// Where λ + b² ≤ 16 the recurrence starts with 0 for H₁₀₀. The error of this start is at most 1e-20, the product of
+/// 16/k over every other k from 99 down to 5. Rounding adds at most three units in the last place per step. The errors
+/// of early steps are damped in the same way, so the sum is 1e-14. Otherwise, the integral over [1, ∞) is subtracted
+/// from the integral over [0, ∞). It is at most 1/300 of the result.
 fn moments(lambda: f64, bb: f64) -> [f64; 4] {
     let end = (-lambda - 0.5 * bb).exp();
     if lambda + bb <= SHORT {
@@ -100,9 +100,9 @@ fn moments(lambda: f64, bb: f64) -> [f64; 4] {
 
 /// H₀ to H₃ over [0, ∞), where λ + b² > 16.
 ///
-/// From λ = 1.5 b on, by the quotients H_k/H_{k−1} = k/(λ + b² H_{k+1}/H_k), a continued fraction. Started with 0 at
-/// k = 200, its error is exp(−2·1.5·√200) = 4e-19. Below, from the normal distribution upward, where the differences
-/// lose at most one digit.
+/// For λ ≥ 1.5 b, this uses the continued fraction H_k/H_{k−1} = k/(λ + b² H_{k+1}/H_k). It starts with 0 at k = 200,
+/// which gives an error of exp(−2·1.5·√200) = 4e-19. For smaller λ, it starts with the normal distribution and
+/// increases k. The differences then lose at most one digit.
 fn endless(lambda: f64, bb: f64) -> [f64; 4] {
     let b = bb.sqrt();
     if lambda >= 1.5 * b {
@@ -128,7 +128,7 @@ fn endless(lambda: f64, bb: f64) -> [f64; 4] {
 mod tests {
     use super::*;
 
-    /// The mean by 5-point Gauss–Legendre panels, a twentieth of the shortest scale long.
+    /// The mean by 5-point Gauss–Legendre panels. Their length is a twentieth of the shortest scale.
     fn quadrature(factors: &[Line], depth: Line, distance: Line) -> f64 {
         const X: [f64; 5] =
             [-0.906_179_845_938_664, -0.538_469_310_105_683_1, 0.0, 0.538_469_310_105_683_1, 0.906_179_845_938_664];
@@ -154,14 +154,14 @@ mod tests {
     const SLOPES: [f64; 17] =
         [0.0, 1e-8, 1e-6, 1e-4, 1e-3, 0.01, 0.05, 0.2, 0.7, 1.5, 2.9, 4.1, 8.0, 30.0, 100.0, 300.0, 1000.0];
 
-    /// The products of R, TT and TRT, TTˢ and TRTˢ, one factor vanishing at an end.
+    /// The factors of R, of TT and TRT, and of TTˢ and TRTˢ. One factor is 0 at an end.
     fn factors() -> [Vec<Line>; 3] {
         let [f, g, d] = [(0.05, 1.0), (0.9, 0.0), (0.3, 0.1)].map(|(a, b)| Line::between(a, b));
         [vec![f], vec![f, g], vec![f, g, d]]
     }
 
-    /// Slopes of the Gaussian's centre and of the absorption from 0 and 1e-8 to 1000, with both signs: all that a
-    /// query can have. The integrand is nowhere negative, so its integral is that of its magnitude.
+    /// Slopes of the Gaussian's centre and of the absorption: 0, and 1e-8 to 1000 with both signs. These are all slopes
+    /// that a query can have. The integrand is nowhere negative, so the integral is also that of its magnitude.
     #[test]
     fn gaussians_match_quadrature() {
         let mut worst = 0.0f64;
@@ -183,7 +183,7 @@ mod tests {
         println!("largest relative error: {worst:.1e}");
     }
 
-    /// Slopes as above, in the other form.
+    /// The same slopes with a constant distance.
     #[test]
     fn exponentials_match_quadrature() {
         let mut worst = 0.0f64;

@@ -1,12 +1,17 @@
 //! The model of Yan, Jensen and Ramamoorthi 2017 with the formulas as printed, in f64. It shows what the departures of
 //! `vellus` change; see PAPER.md.
 //!
-//! The paper's formulas are: Gaussians in θ over cos²θ (Eq. 5, 12); the half angle θ_d in η′ and in the attenuation
-//! (Eq. 3, 14); the two-dimensional Fresnel factor F(η′, γ); T_b with its fixed path κ (Sec. 4.3); the sign +α_p; five
-//! lobes; and averages over a window by segments at h = √(i/n) (Sec. 5).
+//! The formulas that differ from those of `vellus` are:
+//! - Gaussians in θ divided by cos²θ (Eq. 5, 12).
+//! - The half angle θ_d in η′ and in the attenuation (Eq. 3, 14).
+//! - The two-dimensional Fresnel factor F(η′, γ).
+//! - T_b with its fixed path κ (Sec. 4.3).
+//! - The sign +α_p.
+//! - Five lobes instead of six.
+//! - Averages over a window by segments at h = √(i/n) (Sec. 5).
 //!
-//! The paper contradicts itself in two places. This module follows Eq. 20 rather than Table 3 (D4), and takes the
-//! tables to hold the scattered *energy*, which is Q times a density (D5).
+//! The paper contradicts itself in two places. This module follows Eq. 20 rather than Table 3 (D4). It interprets the
+//! tables as the scattered *energy*, which is Q times a density (D5).
 //!
 //! Arrays of lobes are in the order R, TT, TRT, TTˢ, TRTˢ.
 

@@ -1,4 +1,4 @@
-//! The exact near field averaged over a window by the paper's segments. It shows the effect of the segments alone.
+//! The exact near field averaged over a window by the paper's segments. It shows the effect of the segments only.
 
 use super::segments::{Medium, Node, Segments, offsets};
 use crate::exact::hit::scattered;
@@ -14,9 +14,9 @@ pub struct PrintedSegments<'e, 't> {
 }
 
 impl<'t> Exact<'t> {
-    /// Divides the offsets from `h1` to `h2` > `h1` within [−1, 1] as the paper does: at h = √(i/n), with n segments on
-    /// each side of h = 0, `unscattered` of them for R, TT, TRT and `scattered` for TTˢ, TRTˢ. Both are at least 1.
-    /// `theta_o` is in radians.
+    /// Divides the offsets from `h1` to `h2` > `h1` within [−1, 1] as the paper does, at h = √(i/n), with n segments on
+    /// each side of h = 0. n is `unscattered` for R, TT, TRT and `scattered` for TTˢ, TRTˢ, both at least 1. `theta_o`
+    /// is in radians.
     pub fn printed_segments(
         &self,
         theta_o: f64,

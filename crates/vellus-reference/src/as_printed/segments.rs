@@ -1,14 +1,14 @@
 //! The paper's integral over the offsets by segments (Yan17 Sec. 5.1, 5.2): nodes at h = √(i/n), and between them
 //! (1 − F)², F^(p−1), s_c, s_m, γ_i, γ_t and D^s linear in h.
 //!
-//! The values at the nodes come from a near field of the caller's choice: the paper's, or the exact one, which shows
-//! the effect of the segments alone (D9).
+//! The caller chooses the near field that gives the values at the nodes: the paper's, or the exact one. The exact near
+//! field shows the effect of the segments only (D9).
 
 use super::integrals::{Line, mean};
 use std::f64::consts::{PI, TAU};
 
-/// Gaussians further than this from a segment's azimuths, in standard deviations, are left out. They hold 1e-15 of
-/// the light; the paper's limit of 3 leaves out 2.7e-3.
+/// Gaussians further than this from a segment's azimuths, in standard deviations, are omitted. They hold 1e-15 of the
+/// light. The paper's limit of 3 omits 2.7e-3.
 const REACH: f64 = 8.0;
 
 /// The quantities that are linear in h between nodes.
@@ -18,7 +18,7 @@ pub(crate) struct Node {
     pub h: f64,
     /// F.
     pub reflected: f64,
-    /// Half the paths through cortex and medulla.
+    /// Half of the path in the cortex, and half of the path in the medulla.
     pub s_c: f64,
     pub s_m: f64,
     /// Angles of incidence and refraction in the normal plane.
@@ -29,7 +29,7 @@ pub(crate) struct Node {
 /// The quantities that are the same at all offsets.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Medium {
-    /// σ_ca, and σ_ma + σ_ms, over the cosine of the inclination inside; RGB.
+    /// σ_ca, and σ_ma + σ_ms, both divided by the cosine of the inclination inside the fibre. RGB.
     pub cortex: [f64; 3],
     pub medulla: [f64; 3],
     /// β_n.

@@ -1,4 +1,4 @@
-//! Functions of numbers alone, in f64.
+//! Formulas in f64 that depend on numbers only.
 
 use std::f64::consts::{PI, TAU};
 
@@ -15,8 +15,8 @@ pub fn fresnel(eta: f64, layers: f64, cos: f64) -> f64 {
     layers * phi / (1.0 + (layers - 1.0) * phi)
 }
 
-/// M̂(θᵢ), the longitudinal lobe of d'Eon et al. 2011 (D8) with the centre `theta_c` (radians) and the variance
-/// `v` > 0: a density in sin θᵢ. Computed in log form, so that no `v` overflows.
+/// M̂(θᵢ), the longitudinal lobe of d'Eon et al. 2011 (D8), with the centre `theta_c` (radians) and the variance `v` >
+/// 0. It is a density in sin θᵢ. The log form does not overflow for any `v`.
 pub fn longitudinal(theta_c: f64, v: f64, theta_i: f64) -> f64 {
     let x = (theta_c.cos() * theta_i.cos() / v).abs();
     let log = (theta_c.sin() * theta_i.sin() - 1.0) / v + x;
@@ -25,7 +25,7 @@ pub fn longitudinal(theta_c: f64, v: f64, theta_i: f64) -> f64 {
 
 /// e⁻ˣ I₀(x), the scaled modified Bessel function, for x ≥ 0. The relative error is below 1e-14.
 ///
-/// It sums the power series for x < 30, and the asymptotic series above, whose terms fall below 1e-17 there.
+/// It sums the power series for x < 30. Above, it sums the asymptotic series, whose terms fall below 1e-17.
 pub fn bessel_i0e(x: f64) -> f64 {
     if x < 30.0 {
         let (mut term, mut sum, mut k) = (1.0, 1.0, 1.0);
@@ -54,7 +54,7 @@ pub fn wrapped_gaussian(d: f64, sigma: f64) -> f64 {
     sum / (sigma * TAU.sqrt())
 }
 
-/// The same angle in [−π, π).
+/// Wraps an angle to [−π, π).
 pub(crate) fn wrap(x: f64) -> f64 {
     (x + PI).rem_euclid(TAU) - PI
 }

@@ -1,13 +1,13 @@
-//! R, TT, TRT over a window at many equidistant azimuths: the light of all offsets is summed on a fine grid of
-//! azimuths, and the grid is convolved with each lobe's Gaussian.
+//! R, TT, TRT over a window, at many equidistant azimuths. This module sums the light of all offsets on a fine grid of
+//! azimuths, and convolves the grid with each lobe's Gaussian.
 //!
 //! [`super::ExactWindow`] adds one Gaussian for each offset and azimuth. A lobe of 0.1° needs 30,000 azimuths and as
-//! many offsets: 3·10⁹ Gaussians. This module makes one pass over the offsets and one convolution.
+//! many offsets: 3·10⁹ Gaussians. This module needs one pass over the offsets and one convolution.
 
 use super::{Exact, wrapped_gaussian};
 use std::f64::consts::{PI, TAU};
 
-/// The Gaussian is cut off at this many standard deviations, which leaves out 2.6e-12 of the light.
+/// The Gaussian is cut off at this number of standard deviations. This omits 2.6e-12 of the light.
 const REACH: f64 = 7.0;
 
 impl Exact<'_> {
@@ -15,9 +15,9 @@ impl Exact<'_> {
     /// φ = 2πk/n − π for k = 0 … n − 1, where n is `azimuths`. `theta_o` is in radians.
     ///
     /// It takes `paths` offsets, equidistant in γ = asin h. The light of each is split between the two azimuths of the
-    /// grid next to its exit azimuth. That keeps the mean and adds a variance of δ²/6 on average, where δ is the step
-    /// of the grid; the Gaussian is made narrower by the same variance. With eight steps per standard deviation the
-    /// error is below 1e-4 of the light.
+    /// grid next to its exit azimuth. This keeps the mean, and adds a variance of δ²/6 on average, where δ is the step
+    /// of the grid. The Gaussian is narrower by this variance. With eight steps per standard deviation the error is
+    /// below 1e-4 of the light.
     pub fn unscattered_grid(
         &self,
         theta_o: f64,
@@ -44,11 +44,11 @@ impl Exact<'_> {
         let mut spread = vec![[[0.0; 3]; 3]; azimuths];
         for p in 0..3 {
             let sigma = (self.sigma(p).powi(2) - step * step / 6.0).max(1e-3 * step * step).sqrt();
-            // Wrapped where the lobe is wider than the circle.
+            // The Gaussian is wrapped if the lobe is wider than the circle.
             let reach = ((REACH * sigma / step).ceil() as usize).min(azimuths / 2);
             let taps: Vec<f64> =
                 (0..=2 * reach).map(|j| wrapped_gaussian((j as f64 - reach as f64) * step, sigma)).collect();
-            // Both ends of the kernel are the same azimuth where it covers the whole circle.
+            // If the kernel covers the whole circle, both of its ends are the same azimuth.
             let taps = &taps[..if 2 * reach == azimuths { 2 * reach } else { 2 * reach + 1 }];
             for c in 0..3 {
                 // Unrolled: azimuth k is at k + reach, and its neighbours follow without a break.

@@ -19,8 +19,8 @@ pub struct ExactPath<'e, 't> {
 }
 
 impl<'t> Exact<'t> {
-    /// Follows the ray at the inclination `theta_o` (radians, |θ_o| < π/2) and the offset `h` in [−1, 1]. The profiles
-    /// of the scattered lobes are not looked up: use [`Exact::at`] for those.
+    /// Traces the ray with the inclination `theta_o` (radians, |θ_o| < π/2) and the offset `h` in [−1, 1]. This does
+    /// not look up the profiles of the scattered lobes. [`Exact::at`] does.
     pub fn path(&self, theta_o: f64, h: f64) -> ExactPath<'_, 't> {
         let o = self;
         let h_inside = h / o.eta_prime(theta_o);
@@ -69,7 +69,7 @@ impl ExactPath<'_, '_> {
         2.0 * p as f64 * self.gamma_t - 2.0 * self.gamma_o + p as f64 * PI
     }
 
-    /// Φˢₚ, the azimuth opposite to the travel of the light in its p-th pass, p = 1, 2.
+    /// Φˢₚ, the azimuth opposite to the direction of the light in its p-th pass (p = 1, 2).
     fn scattered_exit(&self, p: usize) -> f64 {
         (self.gamma_t - self.gamma_o) + (p as f64 - 1.0) * (PI + 2.0 * self.gamma_t)
     }

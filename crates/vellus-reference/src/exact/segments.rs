@@ -1,5 +1,5 @@
-//! R, TT, TRT over a window by segments, as the fast path does it, for any number of segments. It checks the fast
-//! path, and shows how the error falls with the number of segments.
+//! R, TT, TRT over a window, with the segments of the fast path, but for any number of segments. This checks the fast
+//! path, and shows how the error depends on the number of segments.
 
 use super::formulas::wrap;
 use super::{Exact, ExactPath};
@@ -132,8 +132,8 @@ impl ExactSegments {
     }
 }
 
-/// ½ ∫ g(u − bx) dx and ½ ∫ x/b g(u − bx) dx over [−1, 1], with g the standard normal density: in closed form, or
-/// for short segments by its expansion to b⁴.
+/// ½ ∫ g(u − bx) dx and ½ ∫ x/b g(u − bx) dx over [−1, 1], where g is the standard normal density. The result is a
+/// closed form, or for short segments an expansion to b⁴.
 fn moments(u: f64, b: f64) -> [f64; 2] {
     let g = |u: f64| (-0.5 * u * u).exp() / TAU.sqrt();
     if b.abs() < 0.02 {

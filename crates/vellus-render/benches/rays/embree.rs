@@ -51,7 +51,7 @@ impl RayHit {
 
 /// Strands in an Embree scene.
 pub struct Embree {
-    /// Never unloaded, because Embree's threads continue to run.
+    /// The library is never unloaded, because Embree's threads continue to run.
     library: &'static Library,
     scene: Handle,
     /// Shared with Embree, which reads sixteen bytes past the end.
@@ -72,7 +72,7 @@ impl Embree {
         }
         let kind: u32 = if strands.basis == Basis::Linear { 16 } else { 32 };
         let count = segments.len();
-        // A sentinel after the end, as for the points.
+        // Padding after the end, as for the points.
         segments.push(0);
         // SAFETY: signatures are those of embree4/rtcore.h; the buffers outlive the scene and do not move.
         unsafe {

@@ -85,7 +85,7 @@ fn main() {
     for count in counts {
         let radius = if count > 50_000 { 0.0013 } else { 0.004 };
         for (name, basis) in [("linear", Basis::Linear), ("bspline", Basis::BSpline)] {
-            // The named bases, or both.
+            // The bases from the command line, or both.
             let others = std::env::args().any(|a| a == "linear" || a == "bspline");
             if others && std::env::args().all(|a| a != name) {
                 continue;
@@ -103,7 +103,7 @@ fn main() {
             let eye = Vec3::new(0.0, -12.0, 0.0);
             let primary: Vec<Ray> = (0..200_000)
                 .map(|i| {
-                    // Row by row, as from a camera.
+                    // Rays are in the order of a camera, row by row.
                     let (x, y) = ((i % 500) as f32 / 250.0 - 1.0, (i / 500) as f32 / 200.0 - 1.0);
                     Ray::new(eye, (Vec3::new(1.4 * x, 0.0, 1.4 * y) - eye).normalize())
                 })
@@ -163,7 +163,7 @@ impl Yardstick {
         Yardstick(embree)
     }
 
-    /// Both rates, their ratio, and the share of rays with the same result.
+    /// Returns both rates, their ratio, and the share of rays with the same result.
     fn beside(&self, curves: &Curves, name: &str, rays: &[Ray], ours: impl Fn() -> f64) -> String {
         let embree = match &self.0 {
             Ok(embree) => embree,

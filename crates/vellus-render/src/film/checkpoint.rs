@@ -15,7 +15,7 @@
 //! | u32 … | sums, row by row, as described in `sums.rs` |
 //! | 32 | BLAKE3 digest of all bytes before |
 //!
-//! Texts are a u32 count of texts; each is a u32 count of bytes, and that many bytes of UTF-8.
+//! Texts start with their number, a u32. Each text is its number of bytes, a u32, followed by these bytes in UTF-8.
 
 use crate::error::Error;
 use crate::film::Film;
@@ -28,19 +28,19 @@ const MAGIC: &[u8; 8] = b"VELLUSF3";
 /// Bytes in a digest.
 const DIGEST: usize = 32;
 
-/// The largest number of samples a pixel: the sum of its coverage then still fits.
+/// The largest number of samples per pixel for which the sum of the coverage cannot overflow.
 pub const MAX_SAMPLES: u64 = (1 << 31) - 1;
 
-/// A film with the range of its samples and the identity of its picture: what is needed to continue or to merge it.
+/// A film with the range of its samples and the identity of its picture. This is enough to continue or merge it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checkpoint {
-    /// The digest of everything that can change a pixel: equal for films of the same picture. See
+    /// The digest of everything that can change a pixel. Films of the same picture have the same digest. See
     /// [`Identity`](crate::session::Identity).
     pub identity: Digest,
-    /// The samples of each pixel that the film has.
+    /// The range of samples of each pixel in the film.
     pub samples: Range<u64>,
-    /// The end of the samples that were planned. `samples.end` is smaller if rendering was interrupted, or reached
-    /// another goal before.
+    /// The end of the planned samples. `samples.end` is smaller if rendering was interrupted, or reached another goal
+    /// first.
     pub planned: u64,
     /// Text attributes for the picture's file: names and values.
     pub notes: Vec<(String, String)>,
@@ -216,7 +216,7 @@ mod tests {
         let notes = odd.windows(4).position(|b| b == b"vell").unwrap() - 8;
         odd[notes..notes + 4].copy_from_slice(&1u32.to_le_bytes());
         assert!(Checkpoint::from_bytes(&signed(odd)).is_err());
-        // Sizes, layers, samples and groups: everything but the identity, which is at 36.
+        // The offsets of sizes, layers, samples and groups. The identity at 36 is not among them.
         for lie in [8, 16, 24, 32, 72, 80, 92] {
             let mut huge = content.to_vec();
             huge[lie..lie + 4].fill(0xff);

@@ -17,12 +17,12 @@ const ENCODING: Encoding = Encoding {
 impl Film {
     /// The bytes of an OpenEXR file.
     ///
-    /// It has those of the `layers` that the film keeps, in linear colours, and text attributes for `notes` (names and
-    /// values). `denoised` is the beauty after a denoiser, three values a pixel, and becomes the layer `denoised`.
+    /// It has the `layers` that the film keeps, with linear colours, and text attributes for `notes` (names and
+    /// values). `denoised` is the beauty after a denoiser, three values per pixel. It becomes the layer `denoised`.
     ///
-    /// Albedo, normal, depth and motion are means over the covered part of the pixel, tangent and root coordinates over
-    /// the part that fibres cover. The variance is that of the pixel's mean brightness. The file of a film that covers
-    /// only a part of the picture has this part as its data window.
+    /// Albedo, normal, depth and motion are means over the covered part of the pixel. Tangent and root coordinates are
+    /// means over the part that fibres cover. The variance is that of the pixel's mean brightness. If a film covers
+    /// only a part of the picture, the data window is this part.
     ///
     /// # Errors
     /// [`Error::Encode`] with what the encoder reports.
@@ -105,7 +105,7 @@ impl Film {
 /// The digest of all channels: names, types and stored values.
 fn exr_digest(channels: &AnyChannels<FlatSamples>) -> Digest {
     let digest = channels.list.iter().fold(DigestBuilder::new(), |builder, channel| {
-        // The type too: the bits of 1.0 are also a whole number.
+        // The digest includes the type, because the bits of 1.0 are also an integer.
         let (kind, bytes): (&str, Vec<u8>) = match &channel.sample_data {
             FlatSamples::F16(values) => ("half", values.iter().flat_map(|v| v.to_le_bytes()).collect()),
             FlatSamples::F32(values) => ("float", values.iter().flat_map(|v| v.to_le_bytes()).collect()),
@@ -116,8 +116,8 @@ fn exr_digest(channels: &AnyChannels<FlatSamples>) -> Digest {
     digest.finish()
 }
 
-/// Can 16 bits hold these values? Half floats end at 65504. If the largest value is below 2⁻⁷, a value 128 times darker
-/// is subnormal and loses digits.
+/// Whether 16 bits can hold these values. The largest half float is 65504. If the largest value is below 2⁻⁷, a value
+/// 128 times darker is subnormal and loses digits.
 fn fits_half(values: impl Iterator<Item = f32>) -> bool {
     let largest = values.fold(0.0f32, |largest, v| largest.max(v.abs()));
     largest == 0.0 || (0.5f32.powi(7)..=65504.0).contains(&largest)
@@ -247,12 +247,12 @@ mod tests {
         assert_eq!(film.rgb(Layer::Beauty).unwrap()[13], mean(1, 1, Layer::Beauty, 1));
         assert!(film.rgb(Layer::Depth).is_none() && film.rgb(Layer::Lobes).is_none());
         assert_ne!(film.to_png(None, 0.0, &notes).unwrap(), film.to_png(Some(&denoised), 0.0, &notes).unwrap());
-        // 16 bits where they are enough: the numbers of strands reach 4e7, all other values here are small.
+        // Layers have 16 bits if that is enough. The numbers of strands reach 4e7, and all other values here are small.
         let bytes = film.to_exr(&Layer::ALL, None, PixelType::Half, &notes).unwrap();
         let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).unwrap();
         let kind = |name: &str| meta.headers[0].channels.list.iter().find(|c| c.name.eq(name)).unwrap().sample_type;
         assert_eq!((kind("R"), kind("Z"), kind("strand.id")), (SampleType::F16, SampleType::F32, SampleType::U32));
-        // Only layers that are asked for and kept.
+        // The file only has layers that are requested and kept.
         let few = Film::new([8, 9], [4, 5, 3, 2], Layout::new(&[Layer::Depth], &[]));
         let bytes = few.to_exr(&[Layer::Beauty, Layer::Albedo], None, PixelType::Half, &[]).unwrap();
         let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).unwrap();

@@ -15,8 +15,8 @@ pub enum Layer {
     SecondMoment,
     /// Share of the pixel that fibres cover.
     Fibers,
-    /// The light that each of the six lobes of the fibres seen directly scatters, RGB each, in the order of
-    /// [`vellus::Lobe`]. They sum to the fibres' part of the beauty.
+    /// The light that each of the six lobes scatters, for fibres that the camera sees. RGB for each lobe, in the order
+    /// of [`vellus::Lobe`]. Their sum is the fibres' part of the beauty.
     Lobes,
     /// The share of light that the fibre or mesh scatters, RGB.
     Albedo,
@@ -24,16 +24,16 @@ pub enum Layer {
     Normal,
     /// Tangent of the fibre, toward the tip, world space.
     Tangent,
-    /// Distance from the eye, in the scene's unit.
+    /// Distance from the camera, in scene units.
     Depth,
     /// Texture coordinates at the root of the fibre.
     RootUv,
     /// Motion while the shutter is open, in pixels to the right and up.
     Motion,
-    /// The light from each light group, RGB each. They sum to the beauty.
+    /// The light from each light group, RGB for each group. Their sum is the beauty.
     Lights,
-    /// The number of the strand nearest to the eye, from 1 over all strands of the scene; 0 for none. It is not a mean:
-    /// averaged numbers would name other strands.
+    /// The number of the strand nearest to the camera, counted from 1 over all strands of the scene. 0 if there is
+    /// none. This is not a mean, because averaged numbers would be those of other strands.
     Strand,
 }
 
@@ -66,12 +66,12 @@ impl Layer {
         }
     }
 
-    /// Does every film keep it?
+    /// Whether every film keeps the layer.
     pub(crate) fn always(self) -> bool {
         matches!(self, Layer::Beauty | Layer::Alpha | Layer::SecondMoment | Layer::Fibers)
     }
 
-    /// The name by which a user asks for the layer, such as `uv`. [`Layer::from_str`] reads it.
+    /// The name of the layer in options, such as `uv`. [`Layer::from_str`] parses it.
     pub fn name(self) -> &'static str {
         match self {
             Layer::Beauty => "beauty",

@@ -80,7 +80,7 @@ impl Layout {
         self.kept(layer).map(|kept| kept.channel..kept.channel + kept.width)
     }
 
-    /// Does the film keep a layer?
+    /// Whether the film keeps a layer.
     pub fn has(&self, layer: Layer) -> bool {
         self.kept(layer).is_some()
     }
@@ -95,7 +95,7 @@ impl Layout {
         self.channels
     }
 
-    /// Words of 32 bits a pixel.
+    /// Number of 32-bit words per pixel.
     pub(crate) fn words(&self) -> usize {
         self.words
     }

@@ -13,7 +13,7 @@ pub use layer::Layer;
 use crate::film::layout::Layout;
 use sums::Format;
 
-/// The number by which a film stores a strand: of two, the larger one is nearer to the eye.
+/// The number for a strand in a film. Of two numbers, the larger one is of the strand nearer to the camera.
 pub(crate) fn nearest(depth: f32, strand: u32) -> u64 {
     // The bits of positive numbers have the same order as the numbers.
     let near = 0x7fff_ffff - (depth.max(0.0).to_bits() & 0x7fff_ffff);
@@ -100,14 +100,14 @@ impl Film {
     /// Adds the samples of another film of the same picture.
     ///
     /// # Panics
-    /// If the films do not fit: see [`Film::fits`].
+    /// Panics unless [`Film::fits`] returns true.
     pub fn merge(&mut self, other: &Film) {
         assert!(self.fits(other), "films of different size or layers");
         self.samples = self.samples.saturating_add(other.samples);
         combine(&self.layout, &mut self.sums, &other.sums);
     }
 
-    /// Do both films have the same size, area and layers?
+    /// Whether both films have the same size, area and layers.
     pub fn fits(&self, other: &Film) -> bool {
         (self.whole, self.area, &self.layout) == (other.whole, other.area, &other.layout)
     }
@@ -125,7 +125,7 @@ impl Film {
         sum / self.samples.max(1) as f64
     }
 
-    /// The strand nearest to the eye in a pixel, from 1; 0 for none. See [`Layer::Strand`].
+    /// The strand nearest to the camera in a pixel, counted from 1. 0 if there is none. See [`Layer::Strand`].
     pub fn strand(&self, x: usize, y: usize) -> u32 {
         self.layout.kept(Layer::Strand).map_or(0, |kept| sums::largest(&self.at(x, y)[kept.words(0)]) as u32)
     }
@@ -153,6 +153,11 @@ impl Film {
         let n = self.samples.max(2) as f64;
         let square = self.mean(x, y, Layer::SecondMoment, 0);
         ((square - self.brightness(x, y).powi(2)).max(0.0) / (n - 1.0)).sqrt()
+    }
+
+    /// The number of pixels of the area.
+    pub(crate) fn pixel_count(&self) -> u64 {
+        self.width() as u64 * self.height() as u64
     }
 
     /// The number of pixels with a sum at the end of its range. They may be too dark in the picture. The range of
@@ -254,7 +259,8 @@ mod tests {
             let scale = 10f32.powi(exponent);
             let scaled: Vec<f32> = samples.iter().map(|x| x * scale).collect();
             let found = film(&scaled);
-            // Samples are rounded to single precision, those of 1e-12 to half of 2⁻⁶⁴.
+            // Samples are rounded to single precision. Samples of 1e-12 are rounded to units of 2⁻⁶⁴, with an error of
+            // half a unit.
             let noise = found.noise().unwrap();
             assert!((noise / exact - 1.0).abs() < 1e-5, "{scale}: {noise} {exact}");
             assert!((found.mean(0, 0, Layer::Beauty, 0) / f64::from(scale) - 1.0).abs() < 0.1);

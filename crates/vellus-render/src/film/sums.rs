@@ -1,7 +1,7 @@
 //! Exact sums of a pixel's samples.
 //!
-//! A sum is a whole number of small units, so its bits do not depend on the order of addition: any thread may add any
-//! sample, and sample ranges that are rendered separately merge with the same bits. The unit and the range of a sum
+//! A sum is an integer in small units, so its bits do not depend on the order of addition. Any thread may add any
+//! sample, and sample ranges that are rendered separately merge to the same bits. The unit and the range of a sum
 //! depend on its [`Format`]. A sum that reaches the end of its range stays there, and [`is_full`] reports it.
 
 use crate::film::Layer;
@@ -15,10 +15,10 @@ pub(crate) enum Format {
     Part,
     /// Light that may come from a light directly: 128 bits in units of 2⁻⁶⁴ (5e-20). Values of 1e9 fit 9e9 times.
     Light,
-    /// Squares of the brightness: 256 bits. A square is that of the sum of three whole numbers of [`Format::Light`]: no
-    /// bit is lost, and the variance of equal samples is 0.
+    /// Squares of the brightness: 256 bits. The brightness is the sum of three integers of [`Format::Light`], and its
+    /// square is exact. The variance of equal samples is therefore 0.
     Square,
-    /// The largest of numbers of 64 bits, not a sum.
+    /// The maximum of 64-bit numbers instead of a sum.
     Largest,
 }
 
@@ -214,7 +214,7 @@ pub(crate) fn combine(words: &mut [u32], format: Format, others: &[u32]) {
     }
 }
 
-/// The sum; for squares, the sum of the squared mean of three channels.
+/// The sum as a floating-point number. For squares, the brightness is the mean of the three channels.
 pub(crate) fn value(words: &[u32], format: Format) -> f64 {
     match format {
         Format::Bounded => load64(words) as i64 as f64 * 0.5f64.powi(BOUNDED_BITS),
@@ -233,7 +233,7 @@ pub(crate) fn largest(words: &[u32]) -> u64 {
     load64(words)
 }
 
-/// Is a sum at the end of its range? It may have lost light.
+/// Whether a sum is at the end of its range. It may then be too small.
 pub(crate) fn is_full(words: &[u32], format: Format) -> bool {
     match format {
         Format::Bounded => matches!(load64(words) as i64, i64::MIN | i64::MAX),
@@ -262,7 +262,7 @@ mod tests {
         let exact: f64 = values.iter().map(|&v| f64::from(v)).sum();
         for (format, bits) in SUMS.into_iter().zip([BOUNDED_BITS, PART_BITS, LIGHT_BITS]) {
             let found = value(&sum(format, &values), format);
-            // Half a unit for each of 1000 values, and the rounding of f64 for sums below 1e8.
+            // An error of half a unit for each of 1000 values, and of f64 rounding for sums below 1e8.
             let bound = 500.0 * 0.5f64.powi(bits) + 1e8 * 1e-15;
             assert!((found - exact).abs() <= bound, "{format:?}: {found} {exact}");
         }

@@ -1,7 +1,7 @@
 //! All strands of a scene, prepared for rays.
 //!
-//! A leaf of the hierarchy holds the chords of up to eight segments. SIMD tests all of them against the ray, each with
-//! the curve's deviation from its chord as a margin. Only the few that pass are intersected exactly.
+//! A leaf of the hierarchy holds the chords of up to eight segments. SIMD tests all of them against the ray. The margin
+//! of each test is the curve's deviation from its chord. Only the few segments that pass are intersected exactly.
 
 use crate::geometry::bvh::{Bvh, EMPTY, NONE, WIDTH, join};
 use crate::geometry::memory;
@@ -26,14 +26,14 @@ struct Block {
     first: [u32; WIDTH],
 }
 
-/// Strands of hair and fur with a hierarchy over their segments: finds where rays enter them.
+/// Strands of hair and fur with a hierarchy over their segments. It finds where rays enter them.
 ///
-/// Curves are not tessellated. Segments of cubic bases are round tubes of varying radius, those of the linear basis
-/// round cones with balls at their ends.
+/// Curves are not tessellated. Segments of cubic bases are round tubes of varying radius. Segments of the linear basis
+/// are round cones with balls at their ends.
 #[derive(Clone, Debug)]
 pub struct Curves {
     strands: Vec<Strands>,
-    /// The number of control points before each of `strands`.
+    /// The number of control points before each set of `strands`.
     offsets: Vec<u32>,
     blocks: Vec<Block>,
     /// The ends of the blocks' chords when the shutter closes, if anything moves.
@@ -45,12 +45,12 @@ pub struct Curves {
 /// The largest error of an entry, from Newton's method and rounding, in radii.
 const ROUNDING: f32 = 0.01;
 
-/// Packs two margins around a chord into one number, each rounded up to 16 bits.
+/// Packs two margins of a chord into one number, each rounded up to 16 bits.
 ///
-/// The first is its reach: radius plus deviation. The second limits how far behind the ray's origin the chord may be,
-/// along the ray and within reach of it, if an entry lies ahead. A ray enters against the surface's normal, so the axis
-/// is further along the ray than the entry, except for the radius times the taper, by which the normal is inclined. The
-/// chord is no further from the axis than its deviation.
+/// The first margin is the reach: the radius plus the deviation. The second margin is how far behind the ray's origin
+/// the chord may be if the ray enters the segment ahead of its origin. A ray enters a surface against its normal, so
+/// the axis is further along the ray than the entry. A taper inclines the normal, so the axis may be nearer by the
+/// radius times the taper. The distance between chord and axis is at most the deviation.
 fn pack(reach: f32, before: f32) -> u32 {
     let upper = |x: f32| (x.to_bits() + 0xffff) >> 16;
     upper(reach) << 16 | upper(before)
@@ -63,9 +63,9 @@ pub struct CurveHit {
     pub set: usize,
     /// Index of the strand in the set.
     pub strand: usize,
-    /// The first control point of the segment, in the set.
+    /// Index of the first control point of the segment in the set.
     pub point: usize,
-    /// Distance along the ray, and parameter in the segment.
+    /// Distance along the ray, and parameter along the segment.
     pub entry: Entry,
     /// The segment, at the time of the ray.
     pub segment: Segment,
@@ -75,7 +75,7 @@ impl Curves {
     /// Builds the hierarchy, on all cores.
     ///
     /// # Panics
-    /// Strands that [`Strands::validate`] refuses may panic.
+    /// May panic if [`Strands::validate`] returns an error.
     pub fn new(mut strands: Vec<Strands>) -> Self {
         for set in &mut strands {
             set.points = memory::moved(std::mem::take(&mut set.points));
@@ -140,7 +140,7 @@ impl Curves {
             let open = self.segment(first, 0.0).1;
             let radius = open.largest_radius();
             if moves {
-                // The taper between two times is not bounded by the tapers at both.
+                // The tapers at opening and closing do not bound the taper between these times.
                 let reach = radius + open.stray().max(self.segment(first, 1.0).1.stray());
                 return pack(reach, reach);
             }
@@ -150,7 +150,7 @@ impl Curves {
         Block { ends: self.ends(first, 0.0), margins: u32x8::new(margins), first: *first }
     }
 
-    /// The set and the segment that begin at a control point.
+    /// The set and the segment that start at a control point.
     #[inline]
     fn segment(&self, first: u32, time: f32) -> (usize, Segment) {
         let (set, points) = self.points(first);
@@ -164,7 +164,7 @@ impl Curves {
         (set, Segment::new(basis, &now[..points.len()]))
     }
 
-    /// The set and the control points of the segment that begins at a control point.
+    /// The set and the control points of the segment that starts at a control point.
     #[inline]
     fn points(&self, first: u32) -> (usize, &[Vec4]) {
         let set = self.offsets.partition_point(|&offset| offset <= first) - 1;
@@ -233,12 +233,12 @@ impl Curves {
         closed - open
     }
 
-    /// Does anything move?
+    /// Whether anything moves.
     pub fn moves(&self) -> bool {
         !self.closed.is_empty()
     }
 
-    /// Does a ray enter a strand within its length?
+    /// Whether a ray enters a strand within the ray's length.
     pub fn occluded(&self, ray: &Ray) -> bool {
         let frame = RayFrame::new(ray);
         let mut waiting = Waiting::default();
@@ -276,8 +276,9 @@ impl Curves {
     }
 }
 
-/// The strand of a control point, given where each strand starts. The search begins where the strand would be if all
-/// strands had equally many points. In most grooms they have, while a binary search would wait for memory at each step.
+/// The strand of a control point. `starts` is the first control point of each strand. The search starts at the strand
+/// that is correct if all strands have the same number of points, as in most grooms. A binary search would wait for
+/// memory at each step.
 fn strand_of(starts: &[u32], point: u32) -> usize {
     let strands = starts.len() - 1;
     let guess = (u64::from(point) * strands as u64 / u64::from(starts[strands]).max(1)) as usize;
@@ -294,8 +295,8 @@ fn strand_of(starts: &[u32], point: u32) -> usize {
     low + starts[low..=high].partition_point(|&start| start <= point) - 1
 }
 
-/// Segments of a leaf that are still to be intersected. They wait until the next leaf has been tested: meanwhile their
-/// control points arrive from memory.
+/// Segments of a leaf that must be intersected. They wait until the next leaf has been tested, while their control
+/// points are prefetched.
 #[derive(Clone, Copy, Default)]
 struct Waiting<'a> {
     first: &'a [u32],
@@ -303,7 +304,7 @@ struct Waiting<'a> {
 }
 
 impl Waiting<'_> {
-    /// Visits them while `visit` returns true; returns false if it did not.
+    /// Visits the segments until `visit` returns false. Returns whether it visited all.
     #[inline(always)]
     fn all(self, mut visit: impl FnMut(u32) -> bool) -> bool {
         let mut mask = self.mask;
@@ -317,7 +318,7 @@ impl Waiting<'_> {
     }
 }
 
-/// The ends of the chords at a time.
+/// The ends of the chords at the given time.
 fn between(open: &Ends, closed: &Ends, time: f32) -> Ends {
     let (early, late) = (f32x8::splat(1.0 - time), f32x8::splat(time));
     std::array::from_fn(|end| std::array::from_fn(|k| open[end][k].mul_add(early, closed[end][k] * late)))
@@ -340,7 +341,7 @@ impl RayFrame {
 }
 
 impl Block {
-    /// The lanes whose chord comes within reach of the ray between its origin and `t_max`.
+    /// A bit mask of the lanes whose chord is within reach of the ray between its origin and `t_max`.
     #[inline(always)]
     fn near(&self, frame: &RayFrame, t_max: f32, ends: &Ends) -> u32 {
         let place = |end: &[f32x8; 3]| -> [f32x8; 3] {
@@ -351,7 +352,8 @@ impl Block {
         let (x, y) = (b[0] - a[0], b[1] - a[1]);
         let reach: f32x8 = bytemuck::cast(self.margins & u32x8::splat(0xffff_0000));
         let back: f32x8 = bytemuck::cast(self.margins << 16u32);
-        // Seen along the ray: where the chord comes closest, and how far from there it is within reach.
+        // In the plane perpendicular to the ray: the point of the chord closest to the ray, and the length of chord
+        // within reach on both sides of it.
         let inverse = f32x8::ONE / x.mul_add(x, y * y).fast_max(f32x8::splat(f32::MIN_POSITIVE));
         let s = (-(a[0].mul_add(x, a[1] * y)) * inverse).fast_max(f32x8::ZERO).fast_min(f32x8::ONE);
         let (px, py) = (s.mul_add(x, a[0]), s.mul_add(y, a[1]));
@@ -362,7 +364,7 @@ impl Block {
         }
         let around = (room.fast_max(f32x8::ZERO) * inverse).sqrt();
         let (from, to) = ((s - around).fast_max(f32x8::ZERO), (s + around).fast_min(f32x8::ONE));
-        // The distances of that piece of the chord along the ray.
+        // The range of distances along the ray of this piece of the chord.
         let rise = b[2] - a[2];
         let (near, far) = (from.mul_add(rise, a[2]), to.mul_add(rise, a[2]));
         let ahead = (near.fast_max(far) + back).simd_ge(f32x8::ZERO);
@@ -405,7 +407,7 @@ mod tests {
         }
     }
 
-    /// Strands of one length, of many lengths, and empty ones; every point.
+    /// Tests every point of strands with equal lengths, different lengths and no points.
     #[test]
     fn points_belong_to_their_strands() {
         let lengths: [fn(usize) -> u32; 4] =
@@ -423,7 +425,7 @@ mod tests {
         }
     }
 
-    /// Where a ray first enters any segment, by trying all of them.
+    /// The first entry of a ray into any segment, by a loop over all segments.
     fn first_of_all(sets: &[Strands], ray: &Ray) -> Option<f32> {
         let mut ray = *ray;
         let mut first = None;
@@ -441,8 +443,8 @@ mod tests {
         first
     }
 
-    /// The hierarchy finds the same entries as a loop over all segments: three sets, every basis, radii that change
-    /// little and much, rays from far away and from the strands themselves.
+    /// The hierarchy finds the same entries as a loop over all segments. There are three sets, every basis, radii that
+    /// change little and much, and rays from far away and from the strands themselves.
     #[test]
     fn hierarchy_finds_the_first_of_all() {
         for basis in [Basis::Linear, Basis::BSpline, Basis::CatmullRom, Basis::Bezier] {
@@ -487,7 +489,7 @@ mod tests {
 
     /// At any time, moving strands are hit like static strands in the same place.
     #[test]
-    fn moving_strands_are_where_they_are() {
+    fn moving_strands_are_hit_like_static_ones() {
         for basis in [Basis::Linear, Basis::BSpline, Basis::CatmullRom, Basis::Bezier] {
             let still = strands(basis, 80, 7);
             let way = |i: usize| 0.2 * Vec3::new(noise(i / 7, 11), noise(i, 12), noise(i / 3, 13));

@@ -1,6 +1,5 @@
-//! Large arrays with random access, on pages of 2 MB where the operating system provides them. Rays through large
-//! scenes then miss the processor's table of pages less often. Measured: `docs/notes/2026-11-rendering.md`, "Large
-//! pages".
+//! Large arrays with random access, on pages of 2 MB if the operating system provides them. This reduces TLB misses of
+//! rays through large scenes. Measured: `docs/notes/2026-11-rendering.md`, "Large pages".
 #![allow(unsafe_code, reason = "advice to the system, which changes no memory")]
 
 /// An empty vector with a capacity, on large pages if it is long enough.
@@ -18,7 +17,8 @@ pub fn moved<T: Copy>(values: Vec<T>) -> Vec<T> {
     large
 }
 
-/// Asks for large pages for the capacity of a vector, which is reserved but not yet touched. The system may refuse.
+/// Requests large pages for the capacity of a vector. The memory must be reserved but not yet touched. The system may
+/// ignore the request.
 #[cfg(target_os = "linux")]
 fn advise<T>(vector: &Vec<T>) {
     use rustix::mm::{Advice, madvise};
@@ -50,7 +50,7 @@ pub fn fetch<T>(value: &T) {
 mod tests {
     use super::*;
 
-    /// Values stay the same, on more than one page and on none.
+    /// Values stay the same for vectors with several large pages, and for vectors without.
     #[test]
     fn values_stay() {
         for count in [0, 3, 3_000_000] {

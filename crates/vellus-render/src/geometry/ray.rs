@@ -2,14 +2,14 @@
 
 use glam::Vec3;
 
-/// A ray from its origin up to a distance.
+/// A ray from its origin to a largest distance.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
     /// Its origin.
     pub origin: Vec3,
     /// Its direction, unit length.
     pub direction: Vec3,
-    /// Its length: only hits at smaller distances count. It may be infinite.
+    /// The largest distance of a hit. It may be infinite.
     pub t_max: f32,
     /// Its time in [0, 1]: the shutter opens at 0 and closes at 1.
     pub time: f32,

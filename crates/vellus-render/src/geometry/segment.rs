@@ -1,7 +1,8 @@
 //! One segment of a strand, and its intersection with a ray.
 //!
-//! A curved segment is the surface that a disk sweeps along the curve, perpendicular to its tangent and with the
-//! curve's radius. A linear segment is the hull of the balls at both ends, so neighbours join without a gap.
+//! A curved segment is the surface of a disk that is swept along the curve. The disk is perpendicular to the tangent
+//! and has the curve's radius. A linear segment is the convex hull of the balls at both ends, so neighbours join
+//! without a gap.
 
 use crate::geometry::bvh::Bounds;
 use crate::geometry::ray::Ray;
@@ -9,12 +10,13 @@ use crate::geometry::swept;
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use vellus_scene::Basis;
 
-/// A cubic in Bézier form: x, y, z and radius. The first and the last point of a linear segment are its ends.
+/// A segment as a cubic Bézier curve of x, y, z and radius. For a linear segment, the first and the last point are its
+/// ends.
 #[derive(Clone, Copy, Debug)]
 pub struct Segment {
     /// Control points.
     pub points: [Vec4; 4],
-    /// Is it straight, with a ball at each end?
+    /// Whether the segment is linear, with a ball at each end.
     pub linear: bool,
 }
 
@@ -28,7 +30,7 @@ pub struct Entry {
 }
 
 impl Segment {
-    /// The segment of a basis and its control points: two for [`Basis::Linear`], else four.
+    /// The segment with the given control points: two for [`Basis::Linear`], otherwise four.
     pub fn new(basis: Basis, p: &[Vec4]) -> Self {
         let linear = basis == Basis::Linear;
         let points = match basis {
@@ -62,7 +64,7 @@ impl Segment {
 
     /// The unit tangent, toward the tip.
     pub fn tangent(&self, u: f32) -> Vec3 {
-        // If control points coincide, the chord.
+        // The chord replaces the tangent if control points coincide.
         let chord = (self.points[3] - self.points[0]).xyz();
         self.slope(u).xyz().normalize_or(chord.normalize_or(Vec3::X))
     }
@@ -72,27 +74,28 @@ impl Segment {
         self.points.iter().fold(0.0, |r, p| r.max(p.w))
     }
 
-    /// The chord, shifted halfway to the point of the curve that is furthest away, if it bends to one side: this halves
-    /// the deviation.
+    /// The chord, shifted by half of the curve's offset in the middle. This halves the deviation of a curve that bends
+    /// to one side.
     pub fn chord(&self) -> [Vec3; 2] {
         let [a, _, _, d] = self.points.map(Vec4Swizzles::xyz);
         let shift = self.shift();
         [a + shift, d + shift]
     }
 
-    /// Half of the offset of the middle from the line between the ends.
+    /// Half of the offset of the curve's middle from the middle of the line between the ends.
     fn shift(&self) -> Vec3 {
         let [x, y] = self.offsets();
         (x + y) * (3.0 / 16.0)
     }
 
-    /// The offsets of the inner control points from the thirds of the line between the ends.
+    /// The offsets of the inner control points from the points at thirds of the line between the ends.
     fn offsets(&self) -> [Vec3; 2] {
         let [a, b, c, d] = self.points.map(Vec4Swizzles::xyz);
         [b - a.lerp(d, 1.0 / 3.0), c - a.lerp(d, 2.0 / 3.0)]
     }
 
-    /// An upper bound of the distance from the curve to its chord: that of the control points of both halves.
+    /// An upper bound of the distance from the curve to its chord: the largest distance of the control points of both
+    /// halves.
     pub fn deviation(&self) -> f32 {
         let [a, d] = self.chord();
         let chord = d - a;
@@ -107,8 +110,9 @@ impl Segment {
         }
     }
 
-    /// As [`Segment::deviation`], but to the chord's point of the same parameter. It is linear in the control points:
-    /// if these move in straight lines, it is never larger than at both ends of the motion.
+    /// An upper bound of the distance from a point of the curve to the chord's point with the same parameter. It is a
+    /// convex function of the control points. If these move in straight lines, it is largest at the start or the end of
+    /// the motion.
     pub fn stray(&self) -> f32 {
         let ([x, y], shift) = (self.offsets(), self.shift());
         let apart = [-shift, x - shift, y - shift, -shift];
@@ -135,7 +139,7 @@ impl Segment {
         (low - r, high + r)
     }
 
-    /// Where a ray first enters it from outside, within its length.
+    /// The first entry of a ray from outside, within the ray's length.
     pub fn intersect(&self, ray: &Ray) -> Option<Entry> {
         if self.linear { self.enter_cone(ray) } else { swept::enter(&self.points, ray) }
     }
@@ -146,12 +150,13 @@ impl Segment {
         let (axis, rise) = ((b - a).xyz(), b.w - a.w);
         let from = ray.origin - a.xyz();
         let d = ray.direction;
-        // Start from the point of the ray nearest to the first end: distances of many radii would lose all digits.
+        // Start at the point of the ray nearest to the first end. Distances of many radii would lose all digits.
         let start = -from.dot(d);
         let from = from + d * start;
         let (length2, along) = (axis.length_squared(), axis.dot(d));
-        // Points at which the ball of parameter u is touched: q·axis − u (length² − rise²) + r₀ rise = 0 with
-        // |q − u axis| = r₀ + u rise, q from the first end; eliminating u leaves a quadratic in the ray's distance.
+        // q is a point relative to the first end, where the surface touches the ball of parameter u. It satisfies
+        // q·axis − u (length² − rise²) + r₀ rise = 0 and |q − u axis| = r₀ + u rise. Eliminating u gives a quadratic in
+        // the ray's distance.
         let slant = length2 - rise * rise;
         let mut best: Option<Entry> = None;
         let mut offer = |t: f32, u: f32| {
@@ -205,7 +210,7 @@ mod tests {
         Vec3::new(noise(i, k), noise(i, k + 1), noise(i, k + 2)) * 2.0 - 1.0
     }
 
-    /// A curve like that of hair: bent and tapered.
+    /// A bent and tapered curve, like a hair.
     fn curve(i: usize, bend: f32, linear: bool) -> Segment {
         let basis = if linear { Basis::Linear } else { Basis::Bezier };
         let step = vector(i, 1).normalize();
@@ -218,7 +223,7 @@ mod tests {
         Segment::new(basis, if linear { &points[..2] } else { &points })
     }
 
-    /// Marches along the ray in small steps, to the first that is closer to the curve than its radius there.
+    /// Marches along the ray in small steps, to the first point that is closer to the curve than the radius there.
     fn march(segment: &Segment, ray: &Ray) -> Option<f32> {
         let inside = |p: Vec3| {
             (0..=400).any(|k| {
@@ -230,8 +235,8 @@ mod tests {
         (0..2500).map(|k| 0.002 * k as f32).find(|&t| inside(ray.at(t)))
     }
 
-    /// Compares with marching along the ray, which intersects balls instead of disks. They differ at the ends, where a
-    /// curved segment is open, and by the square of the taper.
+    /// Compares with marching along the ray, which intersects balls instead of disks. The results differ at the ends,
+    /// where a curved segment is open, and by the square of the taper.
     #[test]
     #[ignore = "slow: marching along 2,400 rays"]
     fn entries_are_where_marching_finds_them() {

@@ -1,28 +1,27 @@
-//! Where a ray enters the surface that a disk sweeps along a cubic: Newton's method on the curve's parameter, with a
-//! cone as the local model of the curve (after Reshetov and Luebke 2018, Phantom Ray-Hair Intersector). The number of
-//! starting points depends on the bend of the curve.
+//! Intersects a ray with the surface of a disk that is swept along a cubic. This uses Newton's method on the curve's
+//! parameter, with a cone as the local model of the curve (after Reshetov and Luebke 2018, Phantom Ray-Hair
+//! Intersector). The number of starting points depends on the bend of the curve.
 //!
-//! Coordinates have the ray's origin as their origin and the ray as their third axis: half of the products are then
+//! The origin of the coordinates is the ray's origin, and their third axis is the ray. Half of the products are then
 //! zero.
 
 use crate::geometry::ray::{Ray, orthonormal_basis};
 use crate::geometry::segment::Entry;
 use glam::{Vec4, Vec4Swizzles};
 
-/// Newton's method ends with a step this small, in the curve's parameter. Over the step, the curve deviates from the
-/// cone by half the square of the step times the length and the turn of the piece. For a piece of fifteen radii that
-/// turns by 0.2, the most that `pieces` allows, this is less than a thousandth of the radius.
+/// Newton's method ends when a step in the curve's parameter is this small. Over this step, the curve deviates from the
+/// cone by half of the square of the step, times the length and the turn of the piece. A piece turns by at most 0.2
+/// (see `pieces`). For a piece that is fifteen radii long, the deviation is less than a thousandth of the radius.
 const CLOSE: f32 = 0.02;
 
-/// Where the ray first enters the surface from outside, within its length. `points` are Bézier control points with
-/// radii.
+/// The first entry of a ray from outside, within the ray's length. `points` are Bézier control points with radii.
 pub fn enter(points: &[Vec4; 4], ray: &Ray) -> Option<Entry> {
     let curve = Cubic::new(points, ray);
     let pieces = pieces(points);
     let mut best: Option<Entry> = None;
     for i in 0..pieces {
         let range = [i as f32 / pieces as f32, (i + 1) as f32 / pieces as f32];
-        // A root outside of its piece is found again in its own piece.
+        // A root outside of this piece is found in the piece that it belongs to.
         if let Some(entry) = curve.newton(ray.t_max, range)
             && best.is_none_or(|b| entry.t < b.t)
         {
@@ -32,7 +31,7 @@ pub fn enter(points: &[Vec4; 4], ray: &Ray) -> Option<Entry> {
     best
 }
 
-/// The number of pieces: enough for the tangent to turn little in each.
+/// The number of pieces, such that the tangent turns little in each.
 fn pieces(points: &[Vec4; 4]) -> usize {
     let [a, b, c, d] = points.map(Vec4Swizzles::xyz);
     let (x, y, z) = (b - a, c - b, d - c);
@@ -59,7 +58,7 @@ struct Step {
     step: f32,
     /// Distance along the ray.
     t: f32,
-    /// Does the ray hit the cone? If not, this is its closest approach, from where it may still hit the curve.
+    /// Whether the ray hits the cone. If not, this is the closest approach, and the ray may still hit the curve.
     meets: bool,
 }
 
@@ -114,7 +113,8 @@ impl Cubic {
     }
 }
 
-/// Where the ray enters the infinite cone around a point's tangent; `None` if it is nearly parallel to the cone.
+/// The entry of the ray into the infinite cone around the tangent at a point. `None` if the ray is nearly parallel to
+/// the cone.
 fn cone_step(point: Vec4, slope: Vec4) -> Option<Step> {
     let (p, s) = (point.xy(), slope.xy());
     let length2 = (s.length_squared() + slope.z * slope.z).max(f32::MIN_POSITIVE);

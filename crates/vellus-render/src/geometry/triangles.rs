@@ -20,7 +20,7 @@ struct Block {
     index: [u32; WIDTH],
 }
 
-/// Meshes with a hierarchy over their triangles: finds where rays hit them.
+/// Meshes with a hierarchy over their triangles. It finds where rays hit them.
 #[derive(Clone, Debug)]
 pub struct Triangles {
     meshes: Vec<Mesh>,
@@ -61,7 +61,7 @@ impl Triangles {
     /// Builds the hierarchy, on all cores.
     ///
     /// # Panics
-    /// Meshes that [`Mesh::validate`] refuses may panic.
+    /// May panic if [`Mesh::validate`] returns an error.
     pub fn new(meshes: Vec<Mesh>) -> Self {
         let mut offsets = vec![0u32];
         for mesh in &meshes {
@@ -114,12 +114,12 @@ impl Triangles {
         &self.meshes
     }
 
-    /// Does anything move?
+    /// Whether anything moves.
     pub fn moves(&self) -> bool {
         !self.closed.is_empty()
     }
 
-    /// The nearest triangle on a ray, from either side.
+    /// The nearest hit of a ray on either side of a triangle.
     pub fn intersect(&self, ray: &Ray) -> Option<TriangleHit> {
         let mut best: Option<(u32, f32, f32, f32)> = None;
         self.bvh.traverse(
@@ -143,7 +143,7 @@ impl Triangles {
         best.map(|(index, t, u, v)| self.hit(ray, index, t, u, v))
     }
 
-    /// Does a ray hit a triangle within its length?
+    /// Whether a ray hits a triangle within the ray's length.
     pub fn occluded(&self, ray: &Ray) -> bool {
         let mut found = false;
         self.bvh.traverse(
@@ -178,7 +178,7 @@ impl Triangles {
             let n = if m.moved.is_some() { carried(n, self.corners(index, 0.0), corners) } else { n };
             n.normalize_or(plane)
         });
-        // At a silhouette, a shading normal may face away from the ray: use that of the plane.
+        // At a silhouette, a shading normal may face away from the ray. The normal of the plane then replaces it.
         let normal = smooth.map_or(plane, |n| if n.dot(plane) < 0.0 { -n } else { n });
         let normal = if normal.dot(ray.direction) < 0.0 { normal } else { plane };
         let uv = m.uv.as_ref().map_or(Vec2::new(u, v), |uv| {
@@ -198,7 +198,7 @@ fn scaled_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
     (b - a).cross(c - a)
 }
 
-/// Transforms a normal with its triangle: its components along the edges and the plane's normal stay.
+/// Transforms a normal with its triangle. Its components along the edges and the plane's normal stay the same.
 fn carried(n: Vec3, from: [Vec3; 3], to: [Vec3; 3]) -> Vec3 {
     let frame = |corners: [Vec3; 3]| {
         let [a, b, c] = corners;
@@ -208,7 +208,7 @@ fn carried(n: Vec3, from: [Vec3; 3], to: [Vec3; 3]) -> Vec3 {
     to.transpose().inverse() * (from.transpose() * n)
 }
 
-/// The lanes that a ray hits before `t_max`, with distances and barycentric coordinates.
+/// A bit mask of the triangles that a ray hits before `t_max`, their distances, and their barycentric coordinates.
 #[inline]
 fn meet([corner, edges @ ..]: &Shape, ray: &Ray, t_max: f32) -> (u32, f32x8, f32x8, f32x8) {
     let (zero, one) = (f32x8::ZERO, f32x8::ONE);
@@ -222,7 +222,8 @@ fn meet([corner, edges @ ..]: &Shape, ray: &Ray, t_max: f32) -> (u32, f32x8, f32
     let q = cross(s, edges[0]);
     let v = dot(d, q) * inverse;
     let t = dot(edges[1], q) * inverse;
-    // Without area, the inverse is infinite and no comparison holds. Edges are a few rounding errors wide.
+    // For triangles without area, the inverse is infinite and no comparison is true. Edges are a few rounding errors
+    // wide.
     let edge = f32x8::splat(-1e-6);
     let inside = u.simd_ge(edge) & v.simd_ge(edge) & (u + v).simd_le(f32x8::splat(1.000_001));
     let hit = inside & t.simd_gt(zero) & t.simd_lt(f32x8::splat(t_max)) & determinant.abs().simd_gt(zero);
@@ -235,7 +236,7 @@ mod tests {
 
     /// From inside a closed box, every ray hits one of its planes, and none escapes.
     #[test]
-    fn nothing_leaves_a_closed_box() {
+    fn no_ray_leaves_a_closed_box() {
         let positions: Vec<Vec3> =
             (0..8).map(|i| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2 & 1) as f32)).collect();
         let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
@@ -257,7 +258,7 @@ mod tests {
 
     /// At any time, a moving mesh and its normals are those of a static mesh in the same place.
     #[test]
-    fn moving_meshes_are_where_they_are() {
+    fn moving_meshes_are_hit_like_static_ones() {
         let noise = |i: usize, k: u32| ((i as f32 * 12.9898 + k as f32 * 78.233).sin() * 43758.547).rem_euclid(1.0);
         let vector = |i: usize, k: u32| Vec3::new(noise(i, k), noise(i, k + 1), noise(i, k + 2));
         let positions: Vec<Vec3> = (0..300).map(|i| vector(i / 3, 1) + 0.2 * vector(i, 4)).collect();

@@ -1,7 +1,7 @@
 //! A path at a fibre.
 //!
-//! Light reaches a fibre from the whole sphere: no direction is excluded when lights are sampled. A fibre's BCSDF
-//! includes what happens inside the fibre, so a path enters where the ray does, and leaves from the side it goes to.
+//! Light reaches a fibre from the whole sphere, so light sampling excludes no direction. The BCSDF includes the paths
+//! inside the fibre. A path enters where the ray hits the fibre, and leaves from the side that faces its new direction.
 
 use super::color::{Rgb, largest, scale, times, weight};
 use super::path::{Path, shadow_t_max};
@@ -15,17 +15,17 @@ use glam::{Vec3, Vec4Swizzles};
 use std::f32::consts::PI;
 use vellus::{FiberFrame, Field, Lobes, Model, Scattering, Window};
 
-/// Shadow rays whose light would add at least this fraction of what a fibre that scatters evenly in all directions
-/// adds are always traced, fainter ones with proportional probability. The first number is for fibres that the camera
+/// A shadow ray is always traced if its contribution is at least this fraction of the contribution of an isotropic
+/// fibre. Fainter shadow rays are traced with proportional probability. The first number is for fibres that the camera
 /// sees, the second for all others. Measured: `docs/notes/2026-11-rendering.md`, "Shadow rays".
 const SHADOW_RAY_THRESHOLD: [f32; 2] = [0.25, 1.0];
 
-/// Light samples at a fibre that the camera sees; all other hits take one.
-/// Measured: `docs/notes/2026-11-rendering.md`, "Light samples".
+/// The number of light samples at a fibre that the camera sees. All other hits use one. Measured:
+/// `docs/notes/2026-11-rendering.md`, "Light samples".
 const FIRST_LIGHTS: u32 = 2;
 
-/// A path whose throughput is below this takes the near field: its far field would cost three times as much for
-/// little of the noise. Measured: `docs/notes/2026-11-rendering.md`, "Faint paths".
+/// A path with a lower throughput uses the near field. The far field would take three times as long and hardly reduce
+/// the noise. Measured: `docs/notes/2026-11-rendering.md`, "Faint paths".
 const FAINT: f32 = 0.3;
 
 /// A fibre's frame at a hit, and the time of the ray.
@@ -68,7 +68,8 @@ pub(super) fn at_fiber<M: Model>(
         Mode::MultiScale => match path.spread {
             None => {
                 let pixel = geometry.view.pixel_width(path.settings.size, ray, hit.entry.t);
-                // Samples already spread over the pixel: another half of it keeps the picture as sharp as its filter.
+                // Samples are already spread over the pixel. A cell of half a pixel keeps the picture as sharp as its
+                // filter.
                 Window::cell(h, 0.5 * frame.pixel_width(pixel), sampler.chance())
             }
             // D15: the far field, if the last scattering event spread the path over the whole width of the fibre.
@@ -120,7 +121,7 @@ fn scatter_at(
     path.lights = lights as f32;
     for k in 0..lights {
         let u = if k == 0 { a } else { sampler.next() };
-        // Stratified: each sample chooses from its own share of the lights.
+        // Stratified sampling: each sample has its own interval of the distribution of lights.
         let pick = (u[0] + k as f32) / path.lights;
         let Some((which, light)) = geometry.lights.sample(frame.center(), [pick, u[1], u[2]]) else { continue };
         let (f, pdf) = scattering.eval_pdf(frame.to_local(light.direction));
@@ -148,7 +149,7 @@ fn scatter_at(
     Some((place.leave(frame.to_world(sample.wi), f32::INFINITY), sample.pdf))
 }
 
-/// Each lobe's share of the total.
+/// The share of each lobe in the total.
 fn shares(lobes: &Lobes) -> [Rgb; 6] {
     let total = lobes.total();
     lobes.0.map(|lobe| std::array::from_fn(|c| if total[c] > 0.0 { lobe[c] / total[c] } else { 0.0 }))

@@ -8,8 +8,8 @@ use crate::geometry::ray::{Ray, orthonormal_basis};
 use crate::geometry::triangles::TriangleHit;
 use glam::Vec3;
 
-/// Adds the light that a mesh emits and that reaches it. Returns the scattered ray and its density, or `None` if the
-/// path ends.
+/// Adds the light that a mesh emits, and the light that reaches it. Returns the scattered ray and its density, or
+/// `None` if the path ends.
 pub(super) fn at_surface(
     path: &mut Path<'_>,
     sampler: &mut Sampler,
@@ -23,7 +23,7 @@ pub(super) fn at_surface(
     let (x, y) = orthonormal_basis(hit.normal);
     let local = |w: Vec3| Vec3::new(w.dot(x), w.dot(y), w.dot(hit.normal));
     let point = ray.at(hit.t);
-    // Off the plane by a few rounding errors of the largest coordinate.
+    // Moves the origin off the plane by a few rounding errors of the largest coordinate.
     let start = point + hit.plane * (2e-5 * point.abs().max_element().max(hit.t * 0.1));
     let wo = local(-ray.direction);
     let [a, b] = [sampler.next(), sampler.next()];

@@ -1,4 +1,4 @@
-//! What paths need of a scene, without the scattering of its fibres.
+//! The parts of a scene that paths use, except for the scattering models of fibres.
 
 use crate::geometry::curves::{CurveHit, Curves};
 use crate::geometry::triangles::{TriangleHit, Triangles};
@@ -15,7 +15,7 @@ pub struct Geometry {
     pub triangles: Triangles,
     pub lights: Lights,
     pub view: View,
-    /// Does anything move while the shutter is open?
+    /// Whether anything moves while the shutter is open.
     pub moves: bool,
     /// The group of each light.
     pub groups: Vec<usize>,
@@ -29,13 +29,13 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// Looks at the scene through another camera.
+    /// Replaces the camera.
     pub fn set_view(&mut self, view: View) {
         self.view = view;
         self.moves = self.curves.moves() || self.triangles.moves() || self.view.moves();
     }
 
-    /// Texture coordinates at the root of the strand that was hit; 0 if its groom has none.
+    /// Texture coordinates at the root of the strand that was hit. 0 if the strands have none.
     pub fn root_uv(&self, hit: &CurveHit) -> Vec2 {
         self.curves.strands()[hit.set].root_uv.as_ref().map_or(Vec2::ZERO, |uv| uv[hit.strand])
     }
@@ -53,7 +53,7 @@ impl Geometry {
         let uv = self.root_uv(hit);
         for (parameter, value) in &look.textured {
             let texel = self.textures[value.texture].at(uv);
-            // A texture gives angles in degrees, as files do.
+            // Textures have angles in degrees, like files.
             let product = std::array::from_fn(|c| parameter.unit().to_stored(texel[c] * value.scale[c]));
             parameter.set_nearest(&mut fiber, product);
         }
@@ -68,7 +68,7 @@ impl Geometry {
         fiber
     }
 
-    /// How a mesh scatters at a hit, and what it emits.
+    /// The scattering of a mesh at a hit, and its emission.
     pub fn scatter(&self, hit: &TriangleHit) -> (Scatter, [f32; 3]) {
         let surface = &self.surfaces[self.triangles.meshes()[hit.mesh].surface];
         let texel = surface.color.texture.map_or([1.0; 3], |t| self.textures[t].at(hit.uv));

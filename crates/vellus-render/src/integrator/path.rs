@@ -14,14 +14,14 @@ use crate::shading::fibers::Fibers;
 use std::f32::consts::PI;
 use vellus::Model;
 
-/// Scattering events before Russian roulette begins.
+/// The number of scattering events without Russian roulette.
 const ROULETTE: u32 = 2;
 
 /// A path survives with probability √(`SURVIVAL` × throughput).
 /// Measured: `docs/notes/2026-11-rendering.md`, "Russian roulette".
 const SURVIVAL: f32 = 2.0;
 
-/// What a path reports besides the values of its channels.
+/// The result of a path, besides the values of its channels.
 pub(crate) struct Seen {
     /// The strand that the camera sees, made by [`nearest`](crate::film::nearest); 0 for none.
     pub strand: u64,
@@ -31,8 +31,8 @@ pub(crate) struct Seen {
     pub cut: f32,
 }
 
-/// Traces samples through a scene whose fibres scatter by some model. Rust compiles it for each model, and the choice
-/// between models costs one indirect call a sample.
+/// Traces samples through a scene with one scattering model. The code is compiled for each model, and the choice of a
+/// model costs one indirect call per sample.
 pub(crate) trait Trace: Send + Sync {
     /// Traces sample `index` of a pixel. It overwrites `values`, one for each channel of the layout.
     fn trace(
@@ -71,7 +71,7 @@ pub(super) struct Path<'w> {
     pub(super) throughput: Rgb,
     /// The share of each lobe in the light that comes from the fibre seen by the camera.
     pub(super) lobes: Option<[Rgb; 6]>,
-    /// The angle over which the last scattering event spread the path, in radians; `None` for the camera's ray.
+    /// The angle over which the last scattering event spread the path, in radians. `None` for camera rays.
     pub(super) spread: Option<f32>,
     /// The number of light samples at the last scattering event.
     pub(super) lights: f32,
@@ -101,21 +101,21 @@ impl Path<'_> {
         }
     }
 
-    /// Does anything block a shadow ray?
+    /// Whether anything blocks a shadow ray.
     pub(super) fn blocked(&mut self, ray: &Ray) -> bool {
         self.rays += 1;
         self.geometry.curves.occluded(ray) || self.geometry.triangles.occluded(ray)
     }
 
-    /// Adds the light that a ray found by itself. `pdf` is the density with which the ray was sampled; `None` for the
-    /// camera's ray.
+    /// Adds the light of an emitter that a ray hit. `pdf` is the density with which the ray was sampled. `None` for
+    /// camera rays.
     fn found(&mut self, (light, emission): (usize, Emission), pdf: Option<f32>) {
         let w = pdf.map_or(1.0, |pdf| weight(pdf, emission.pdf * self.lights));
         self.add(scale(times(self.throughput, emission.radiance), w), self.geometry.groups[light]);
     }
 }
 
-/// The length of a shadow ray: it ends a little before the light.
+/// The length of a shadow ray, which ends a little before the light.
 pub(super) fn shadow_t_max(sample: &LightSample) -> f32 {
     sample.distance * 0.9999
 }
@@ -147,7 +147,7 @@ pub(crate) fn trace<M: Model>(
         lights: 1.0,
         rays: 0,
     };
-    // The density with which the ray was sampled, if the lights could have been sampled instead.
+    // The density with which the ray was sampled, if light sampling was possible, too.
     let mut pdf = None;
     let mut cut = 0.0;
     for depth in 0.. {

@@ -1,7 +1,7 @@
 //! Well-distributed random numbers: Owen-scrambled Sobol' points, padded four dimensions at a time (Burley 2020,
 //! Practical Hash-based Owen Scrambling; crate sobol_burley).
 //!
-//! They depend only on the pixel, the sample's index and the seed: any thread may compute any sample.
+//! They depend only on the pixel, the index of the sample and the seed. Any thread may compute any sample.
 
 /// The numbers of one sample of one pixel.
 #[derive(Clone, Debug)]
@@ -12,7 +12,7 @@ pub struct Sampler {
 }
 
 fn hash(mut x: u32) -> u32 {
-    // Wellons' lowbias32.
+    // The hash lowbias32 by Chris Wellons.
     x ^= x >> 16;
     x = x.wrapping_mul(0x7feb_352d);
     x ^= x >> 15;
@@ -21,7 +21,7 @@ fn hash(mut x: u32) -> u32 {
 }
 
 impl Sampler {
-    /// The numbers of sample `index` of a pixel. Every 65536 samples a new scrambling begins.
+    /// The numbers of sample `index` of a pixel. The scrambling changes every 65536 samples.
     pub fn new(pixel: [u32; 2], index: u64, seed: u32) -> Self {
         let block = (index >> 16) as u32;
         let seed = hash(pixel[0] ^ hash(pixel[1] ^ hash(seed ^ hash(block))));
@@ -48,7 +48,7 @@ impl Sampler {
 mod tests {
     use super::*;
 
-    /// 256 samples put one number in each 256th of every dimension, for every set and pixel.
+    /// In every dimension, 256 samples have one number in each of 256 equal intervals, for every set and pixel.
     #[test]
     fn samples_are_stratified() {
         for pixel in [[0, 0], [31, 7]] {

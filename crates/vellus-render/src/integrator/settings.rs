@@ -1,21 +1,20 @@
-//! How paths are traced.
+//! Settings of the path tracer.
 
 use crate::integrator::view::Filter;
 
-/// Over which part of a fibre's width its reflectance is averaged at a hit.
+/// The part of a fibre's width over which its reflectance is averaged at a hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
-    /// Where the camera sees a fibre, over the part of its width that the pixel sees. At later hits, over the whole
-    /// width if the last scattering event spread the path that far (departure D15 in PAPER.md), else the near
-    /// field.
+    /// If the camera sees the fibre, the part of its width in the pixel. At later hits, the whole width if the last
+    /// scattering event spread the path that far (departure D15 in PAPER.md), otherwise the near field.
     MultiScale,
-    /// Near field: the offset at which the fibre is hit.
+    /// Near field: only the offset at which the ray hits the fibre.
     Near,
     /// Far field: always the whole width.
     Far,
 }
 
-/// How paths are traced: everything but the scene that changes a picture.
+/// Everything that changes a picture, except the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
     /// Width and height of the whole picture, in pixels.
@@ -26,14 +25,15 @@ pub struct Settings {
     pub mode: Mode,
     /// The pixel filter.
     pub filter: Filter,
-    /// Seed of the random numbers: another seed gives another noise.
+    /// Seed of the random numbers. Another seed gives different noise.
     pub seed: u32,
-    /// Cut paths after this many scattering events. `None`: only Russian roulette ends paths, without bias.
+    /// The largest number of scattering events of a path. If it is `None`, only Russian roulette ends paths, without
+    /// bias.
     pub max_depth: Option<u32>,
 }
 
 impl Settings {
-    /// A whole picture of a size: multi-scale, with the tent filter, seed 0 and no limit of depth.
+    /// A whole picture of this size: multi-scale, with the tent filter, seed 0 and no limit of depth.
     pub fn new(size: [usize; 2]) -> Self {
         Settings { size, crop: None, mode: Mode::MultiScale, filter: Filter::Tent, seed: 0, max_depth: None }
     }

@@ -10,7 +10,8 @@ use vellus_scene::Camera;
 pub enum Filter {
     /// A box of one pixel.
     Box,
-    /// A tent of two pixels: smoother edges, and no steps where fibres run nearly along rows or columns.
+    /// A tent of two pixels. It gives smoother edges than a box, without steps for fibres that are nearly parallel to
+    /// rows or columns.
     #[default]
     Tent,
 }
@@ -26,7 +27,7 @@ impl Filter {
     }
 }
 
-/// A camera prepared for rays. While the shutter is open it turns evenly and moves in a straight line.
+/// A camera prepared for rays. While the shutter is open, it rotates uniformly and moves in a straight line.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct View {
     camera: Camera,
@@ -44,7 +45,7 @@ impl View {
         View { camera, open: rigid(camera.to_world), closed: camera.moved.map(rigid) }
     }
 
-    /// Does it move?
+    /// Whether the camera moves.
     pub(crate) fn moves(&self) -> bool {
         self.closed.is_some()
     }
@@ -89,7 +90,7 @@ impl View {
         move |point| (point - eye).dot(forward) * slope
     }
 
-    /// Where a point appears, in pixels from the upper left corner; `None` behind the camera.
+    /// The position of a point in the picture, in pixels from the upper left corner. `None` behind the camera.
     pub(crate) fn seen(&self, size: [usize; 2], point: Vec3, time: f32) -> Option<Vec2> {
         let p = self.frame(time).inverse().transform_point3(point);
         let [width, height] = size.map(|n| n as f32);
@@ -102,9 +103,9 @@ impl View {
 mod tests {
     use super::*;
 
-    /// Filters are centred, have the variance of a box of one pixel and of a tent of two, and do not reach further.
+    /// Filters are centred. They have the variance and the support of a box of one pixel, and of a tent of two pixels.
     #[test]
-    fn filters_are_as_wide_as_they_say() {
+    fn filters_have_their_variance_and_support() {
         for (filter, reach, variance) in [(Filter::Box, 0.5, 1.0 / 12.0), (Filter::Tent, 1.0, 1.0 / 6.0)] {
             const N: usize = 10_000;
             let all: Vec<f32> = (0..N).map(|i| filter.offset((i as f32 + 0.5) / N as f32)).collect();
@@ -114,9 +115,9 @@ mod tests {
         }
     }
 
-    /// A point on a ray appears in the pixel of the ray, at any time of a moving camera.
+    /// A point on a ray appears in the pixel of the ray, at any time, with a moving camera.
     #[test]
-    fn points_are_seen_where_their_rays_come_from() {
+    fn points_on_a_ray_appear_in_its_pixel() {
         let mut camera = Camera::look_at(Vec3::new(1.0, 2.0, 5.0), Vec3::new(0.2, 0.1, 0.0), Vec3::Y, 0.6, 1.5);
         camera.moved = Some(Mat4::from_rotation_y(0.8) * Mat4::from_translation(Vec3::X) * camera.to_world);
         let view = View::new(camera);

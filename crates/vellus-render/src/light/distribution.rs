@@ -3,15 +3,16 @@
 /// A piecewise-constant density on [0, 1): one interval for each value, sampled in proportion to it.
 #[derive(Clone, Debug)]
 pub(crate) struct PiecewiseConstant1D {
-    /// Where each interval begins, and the end: from 0 to 1.
+    /// The start of each interval, and the end of the last one. From 0 to 1.
     sums: Vec<f32>,
-    /// The interval in which each of as many equal steps begins: a search from there is short (Chen and Asau 1974, On
-    /// Generating Random Variates from an Empirical Distribution).
+    /// A guide table: [0, 1) is divided into as many equal steps as there are intervals. For each step, this is the
+    /// interval in which it starts. A search from there is short (Chen and Asau 1974, On Generating Random Variates
+    /// from an Empirical Distribution).
     guide: Vec<u32>,
 }
 
 impl PiecewiseConstant1D {
-    /// Intervals in proportion to values that are not negative; equal intervals if all are 0.
+    /// Intervals in proportion to values, which must not be negative. Intervals are equal if all values are 0.
     pub fn new(values: impl ExactSizeIterator<Item = f32>) -> Self {
         let n = values.len();
         let mut sums = Vec::with_capacity(n + 1);
@@ -36,7 +37,7 @@ impl PiecewiseConstant1D {
     pub fn pick(&self, u: f32) -> (usize, f32) {
         let n = self.guide.len();
         let step = ((u * n as f32) as usize).min(n - 1);
-        // The step may be rounded up: begin one step before.
+        // The step may be rounded up, so start one step before.
         let mut i = self.guide[step.saturating_sub(1)] as usize;
         while i + 1 < n && self.sums[i + 1] <= u {
             i += 1;

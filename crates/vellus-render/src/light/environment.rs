@@ -1,8 +1,8 @@
 //! Environment maps.
 //!
-//! A map is sampled only where it is brighter than its average, in proportion to the excess. The directions that
-//! surfaces and fibres scatter to find the rest as well (Karlík et al. 2019, MIS Compensation: Optimizing Sampling
-//! Techniques in Multiple Importance Sampling). A map of one colour is not sampled at all.
+//! A map is only sampled where it is brighter than its average, in proportion to the difference. BSDF sampling finds
+//! the rest (Karlík et al. 2019, MIS Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling). A
+//! map of one colour is not sampled at all.
 
 use super::brightness;
 use super::distribution::PiecewiseConstant1D;
@@ -16,14 +16,14 @@ use vellus_scene::{Ground, Texture};
 #[derive(Clone, Debug)]
 pub(super) struct Map {
     pub(super) texture: Texture,
-    /// The brightness above the average, averaged over the sphere; 0 if it is below [`EVEN`].
+    /// The brightness above the average, averaged over the sphere. 0 if its share of the average is at most [`EVEN`].
     pub(super) excess: f32,
     /// The rows, and the pixels of each row.
     rows: PiecewiseConstant1D,
     columns: Vec<PiecewiseConstant1D>,
 }
 
-/// A sky whose excess is a smaller share of its brightness is not sampled.
+/// A sky is not sampled if its excess is at most this share of its average brightness.
 const EVEN: f32 = 1e-3;
 
 /// The cosine of the upper edge of a row of an image minus that of the lower edge.
@@ -35,8 +35,8 @@ pub(super) fn band(y: usize, h: usize) -> f32 {
 impl Map {
     pub(super) fn new(texture: Texture) -> Self {
         let (w, h) = (texture.width, texture.height);
-        // Bilinear lookups reach half a pixel further. The largest of the neighbours makes sure that every bright point
-        // can be sampled.
+        // Bilinear lookups spread the light of a pixel over its neighbours. The maximum over the neighbours ensures
+        // that every bright point can be sampled.
         let average = |value: &dyn Fn(usize, usize) -> f32| {
             let row = |y: usize| f64::from(band(y, h)) * (0..w).map(|x| f64::from(value(x, y))).sum::<f64>();
             ((0..h).map(row).sum::<f64>() / (2.0 * w as f64)) as f32
@@ -57,7 +57,7 @@ impl Map {
         Map { texture, excess: if excess > EVEN * mean { excess } else { 0.0 }, rows, columns }
     }
 
-    /// The direction of a point of the image: its middle is −z, its top +y.
+    /// The direction of a point of the image. The middle is −z, and the top is +y.
     pub(super) fn direction(uv: Vec2) -> Vec3 {
         let (sin_theta, cos_theta) = ((1.0 - uv.y) * PI).sin_cos();
         let (sin, cos) = ((uv.x - 0.5) * TAU).sin_cos();
@@ -88,9 +88,9 @@ impl Map {
     }
 }
 
-/// The direction in a dome's image of what a ray sees. The image is projected to a disk of ground, and to the sphere
-/// about the point where it was taken that contains the disk's edge. For rays that start below the disk or outside of
-/// the sphere, the image is infinitely far away.
+/// The direction in a dome's image that a ray sees. The image is projected onto a disk of ground and onto a sphere. The
+/// centre of the sphere is the point where the image was taken, and the sphere contains the edge of the disk. For rays
+/// that start below the disk or outside the sphere, the image is infinitely far away.
 pub(super) fn from_ground(ground: &Ground, up: Vec3, ray: &Ray) -> Vec3 {
     let taken = ground.origin + up * ground.height;
     let from = ray.origin - taken;

@@ -1,4 +1,4 @@
-//! Lights: where they are, what they emit, and how they are sampled.
+//! Lights: their intersection with rays, their emission, and their sampling.
 
 mod distribution;
 mod environment;
@@ -42,13 +42,13 @@ pub struct Emission {
 #[derive(Clone, Debug)]
 pub struct Lights {
     lights: Vec<Prepared>,
-    /// The probability of each light; all are 0 if no light is sampled. And their distribution.
+    /// The probability of each light, and their distribution. All are 0 if no light is sampled.
     shares: Vec<f32>,
     chances: PiecewiseConstant1D,
 }
 
 impl Lights {
-    /// Prepares lights. `reach` is the radius of the scene: domes and distant lights light a disk of this size.
+    /// Prepares lights. `reach` is the radius of the scene. Domes and distant lights illuminate a disk of this radius.
     pub fn new(lights: &[Light], textures: &[Texture], reach: f32) -> Self {
         let lights: Vec<Prepared> = lights.iter().map(|light| prepared::prepare(light, textures)).collect();
         let powers: Vec<f32> = lights.iter().map(|light| light.power(reach)).collect();
@@ -88,8 +88,8 @@ impl Lights {
         best
     }
 
-    /// What a ray that escapes the scene finds, for each dome and distant light: its index, radiance and density. Only
-    /// rays of the camera see the ground of a dome.
+    /// The light that a ray finds if it leaves the scene: the index, radiance and density of each dome and distant
+    /// light. Only camera rays see the ground of a dome.
     pub fn escaped<'a>(&'a self, ray: &'a Ray, camera: bool) -> impl Iterator<Item = (usize, Emission)> + 'a {
         self.lights.iter().zip(&self.shares).enumerate().filter_map(move |(i, (light, share))| {
             let emission = light.escaped(ray, camera)?;

@@ -90,8 +90,8 @@ pub(super) fn prepare(light: &Light, textures: &[Texture]) -> Prepared {
 }
 
 impl Prepared {
-    /// A rough estimate of the power that it sends into a scene of this radius, by which lights are chosen. For a sky,
-    /// that of its excess.
+    /// A rough estimate of the power that the light sends into a scene of this radius. Lights are chosen in proportion
+    /// to it. For a sky, the power of its excess.
     pub(super) fn power(&self, reach: f32) -> f32 {
         let disk = PI * reach * reach;
         match self {
@@ -200,7 +200,7 @@ impl Prepared {
                 let (t, sin2) = cylinder_entry(from, ray.direction, *axis, *radius)?;
                 let along = (from + ray.direction * t).dot(*axis);
                 let is_met = t < ray.t_max && along.abs() <= *half_length;
-                // As in `sample`: the distance perpendicular to the axis is t times the sine.
+                // The density is that of `sample`. The distance perpendicular to the axis is t times the sine.
                 let pdf = t / (sin2 * 4.0 * angle * half_length);
                 is_met.then_some(Emission { t, radiance: *radiance, pdf })
             }
@@ -229,7 +229,7 @@ impl Prepared {
 
 fn textured(radiance: [f32; 3], texture: Option<&Texture>, a: f32, b: f32) -> [f32; 3] {
     let Some(texture) = texture else { return radiance };
-    // Half a texel inside: the texture does not repeat.
+    // Stays half a texel inside, because the texture must not repeat.
     let hold = |x: f32, n: usize| (0.5 * x + 0.5).clamp(0.5 / n as f32, 1.0 - 0.5 / n as f32);
     let texel = texture.at(Vec2::new(hold(a, texture.width), hold(b, texture.height)));
     [0, 1, 2].map(|c| radiance[c] * texel[c])

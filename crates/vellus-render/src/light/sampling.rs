@@ -4,7 +4,7 @@ use crate::geometry::ray::orthonormal_basis;
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
 
-/// 1 over the solid angle of a cone.
+/// The inverse of the solid angle of a cone.
 pub(super) fn cone_pdf(cos: f32) -> f32 {
     1.0 / (TAU * (1.0 - cos).max(1e-12))
 }
@@ -27,7 +27,7 @@ pub fn concentric(u: [f32; 2]) -> (f32, f32) {
     (r * phi.cos(), r * phi.sin())
 }
 
-/// The cosine of the half angle that a sphere subtends; `None` from inside.
+/// The cosine of the half angle that a sphere subtends. `None` from inside the sphere.
 pub(super) fn cos_max(to: Vec3, radius: f32) -> Option<f32> {
     let sin2 = radius * radius / to.length_squared();
     (sin2 < 1.0).then(|| (1.0 - sin2).sqrt())
@@ -41,16 +41,16 @@ pub(super) fn sphere_entry(origin: Vec3, direction: Vec3, center: Vec3, radius: 
     (off2 <= radius * radius && t > 0.0).then_some(t)
 }
 
-/// An infinite cylinder, seen from the point at `from` relative to its centre: the direction and the distance from the
-/// axis to the point, and half of the angle that the cylinder subtends. `None` from inside.
+/// The view of an infinite cylinder from a point. `from` is the point relative to the centre. Returns the direction and
+/// the distance from the axis to the point, and half of the angle that the cylinder subtends. `None` from inside.
 pub(super) fn seen_across(from: Vec3, axis: Vec3, radius: f32) -> Option<(Vec3, f32, f32)> {
     let off = from - axis * from.dot(axis);
     let distance = off.length();
     (distance > radius).then(|| (off / distance, distance, (radius / distance).asin()))
 }
 
-/// Where a ray that starts at `from`, relative to its centre, enters an infinite cylinder; and the squared sine of the
-/// angle between ray and axis.
+/// The distance at which a ray enters an infinite cylinder, and the squared sine of the angle between ray and axis.
+/// `from` is the ray's origin relative to the centre.
 pub(super) fn cylinder_entry(from: Vec3, direction: Vec3, axis: Vec3, radius: f32) -> Option<(f32, f32)> {
     let [off, across] = [from, direction].map(|v| v - axis * v.dot(axis));
     let sin2 = across.length_squared();

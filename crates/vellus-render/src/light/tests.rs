@@ -66,7 +66,7 @@ fn sampling_finds_what_rays_find() {
         let (mut sampled, mut shot) = ([0.0f64; 2], [0.0f64; 2]);
         let mut draw = |u: [f32; 4]| {
             if let Some((_, s)) = lights.sample(point, [u[0], u[1], u[2]]) {
-                // Only if no nearer light is in the way.
+                // Only if no nearer light blocks it.
                 let open = seen(s.direction).iter().any(|e| (e.t - s.distance).abs() < 1e-3 || e.t == s.distance);
                 if open {
                     sampled[0] += f64::from(brightness(s.radiance) / s.pdf);
@@ -91,10 +91,10 @@ fn sampling_finds_what_rays_find() {
     }
 }
 
-/// The light of a cylinder on a small plane, from the mean over samples and from an integral over its surface: from the
-/// side, from beyond an end, and from nearby. A point inside the infinite cylinder sees nothing of its outside.
+/// The light of a cylinder on a small plane, by the mean over samples and by an integral over its surface. The plane is
+/// at the side, beyond an end, and nearby. From inside the infinite cylinder, its outside is not visible.
 #[test]
-fn a_cylinder_sends_what_its_surface_does() {
+fn light_of_a_cylinder_is_the_integral_over_its_surface() {
     let Light::Cylinder { center, half_axis, radius, .. } = tube() else { panic!() };
     let lights = Lights::new(&[tube()], &[], 1.0);
     let (axis, half) = (half_axis.normalize().as_dvec3(), f64::from(half_axis.length()));
@@ -128,8 +128,8 @@ fn a_cylinder_sends_what_its_surface_does() {
         let count = f64::from(samples);
         let mean = sum / count;
         let error = ((squares / count - mean * mean) / count).sqrt();
-        // Five standard errors: one false alarm in 1.7 million. The grid's own error is below 1e-5 of it, single
-        // precision's too.
+        // Five standard errors give one false alarm in 1.7 million. The relative errors of the grid and of single
+        // precision are below 1e-5.
         assert!((mean - expected).abs() < 5.0 * error + 3e-5 * expected, "{point}: {mean} {expected} ± {error}");
     }
     for inside in [at(0.3, 0.5), at(4.0, 0.9)] {
@@ -139,10 +139,10 @@ fn a_cylinder_sends_what_its_surface_does() {
     }
 }
 
-/// A sky of one colour is not sampled, alone and beside a lamp. Of other skies, the part that is darker than the
-/// average is not sampled.
+/// A sky of one colour is not sampled, with or without a lamp. In other skies, the part that is darker than the average
+/// is not sampled.
 #[test]
-fn what_is_even_is_not_sampled() {
+fn uniform_skies_are_not_sampled() {
     let (all, textures) = lights();
     let even = Texture { pixels: vec![[0.3, 0.7, 0.1]; 128], ..textures[0].clone() };
     let dome = |texture| Light::Dome { radiance: [0.5, 1.0, 2.0], texture, rotation: Mat3::IDENTITY, ground: None };
@@ -166,12 +166,12 @@ fn what_is_even_is_not_sampled() {
     let average = mean(&|y, x| brightness(sun.pixels[y * 16 + x]));
     let sampled = |y, x| map.pdf(texel(y, x)) > 0.0;
     assert!((0..128).all(|i| sampled(i / 16, i % 16) || brightness(sun.pixels[i]) <= average));
-    // Except next to bright texels: lookups spread their light.
+    // Texels next to bright ones are sampled, because lookups spread the light.
     assert_eq!((0..128).filter(|&i| !sampled(i / 16, i % 16)).count(), 9 * 8);
     assert!((4.0 * PI * mean(&|y, x| map.pdf(texel(y, x))) - 1.0).abs() < 1e-4);
 }
 
-/// From anywhere above the ground, the camera sees a pattern of the ground where it was when the image was taken. The
+/// From any point above the ground, the camera sees a pattern on the ground where it was when the image was taken. The
 /// light from the dome does not change.
 #[test]
 fn ground_is_seen_where_it_was() {
@@ -203,9 +203,10 @@ fn ground_is_seen_where_it_was() {
         let eye = origin + rotation * Vec3::new(4.0 * c - 2.0, 0.3 + 3.0 * d, 1.5);
         let found = seen(&Ray::new(eye, (target - eye).normalize()), true);
         let expected = pattern(spot);
-        // A texel spans 0.003 rad: at 4.5 from 1.6 above 0.04 of ground, where the pattern changes by 0.02 at most.
+        // A texel spans 0.003 rad. At a distance of 4.5 from a height of 1.6, this is 0.04 of ground, where the pattern
+        // changes by at most 0.02.
         assert!((0..2).all(|k| (found[k] - expected[k]).abs() < 0.02), "{spot}: {found:?} {expected:?}");
-        // Ground and sphere meet at the edge; above is the sky.
+        // Ground and sphere meet at the edge, with the sky above.
         let edge = origin + rotation * (Vec3::new(spot.x, 0.0, spot.y).normalize() * radius);
         let from = |to: Vec3| from_ground(&ground, up, &Ray::new(eye, (to - eye).normalize())).normalize();
         assert!(from(edge + 1e-3 * up).distance(from(edge - 1e-3 * up)) < 1e-3);

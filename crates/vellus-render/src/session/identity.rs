@@ -1,5 +1,6 @@
 //! A digest that tells pictures apart.
 
+use crate::film::picture::Notes;
 use crate::{Error, Filter, Layer, Mode, PICTURE_VERSION, Settings};
 use std::str::FromStr;
 use vellus::Tables;
@@ -67,6 +68,20 @@ impl Identity<'_> {
             .field("min pixel width", self.min_pixel_width.to_le_bytes())
             .field("layers", layers)
             .field("sources", sources.0)
+    }
+
+    /// The notes of a picture with these settings. `digest` is its whole identity.
+    pub fn notes(&self, digest: Digest) -> Notes {
+        let model = self.eta_m.map_or_else(|| self.model.to_owned(), |eta_m| format!("{}, η_m {eta_m}", self.model));
+        let notes = [
+            ("vellus_model", model),
+            ("vellus_mode", self.settings.mode.name().to_owned()),
+            ("vellus_filter", self.settings.filter.name().to_owned()),
+            ("vellus_min_pixel_width", self.min_pixel_width.to_string()),
+            ("vellus_seed", self.settings.seed.to_string()),
+            (IDENTITY_NOTE, digest.to_string()),
+        ];
+        notes.map(|(name, value)| (name.to_owned(), value)).to_vec()
     }
 }
 

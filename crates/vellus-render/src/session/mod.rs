@@ -1,24 +1,32 @@
 //! Render sessions: passes until a goal is reached, with progress, cancellation, checkpoints and resumption.
 //!
-//! A [`Session`] renders one picture, or a range of its samples, into a [`Checkpoint`]. It writes no file and prints
-//! nothing by itself. [`Store`] keeps checkpoints, [`Picture`] writes OpenEXR and PNG files, [`Merge`] adds sample
-//! ranges that were rendered separately, and [`Identity`] tells pictures apart. The command `vellus render` is built of
-//! these parts.
+//! A [`Job`] does everything for one picture: it resumes, renders, writes checkpoints, and writes the picture. It
+//! reports each [`Event`] and prints nothing. The command `vellus render` runs one job for each picture.
+//!
+//! A job is built of smaller parts, which can be used without it. A [`Session`] renders one picture, or a range of its
+//! samples, into a [`Checkpoint`] and writes no file. [`Store`] keeps checkpoints. [`Picture`] writes OpenEXR and PNG
+//! files. [`Merge`] adds sample ranges that were rendered separately. [`Identity`] tells pictures apart.
 
+mod event;
 mod frames;
 mod goals;
 mod identity;
+mod job;
+mod keeper;
 mod merge;
 mod notes;
 mod picture;
 mod store;
+mod text;
 
+pub use event::Event;
 pub use frames::Frames;
 pub use goals::{End, Goals, State};
 pub use identity::{IDENTITY_NOTE, Identity};
+pub use job::{Job, Outcome};
 pub use merge::{Merge, Merged};
 pub use notes::fiber_notes;
-pub use picture::{Picture, SAMPLES_NOTE, end_notes, is_finished};
+pub use picture::{Denoise, Picture, SAMPLES_NOTE, end_notes, is_finished};
 pub use store::{Found, Rescue, Store, read_film, write_film};
 
 use crate::error::Error;

@@ -1,5 +1,6 @@
 //! Pictures as files.
 
+use super::event::Event;
 use super::goals::{End, Goals};
 use super::identity::IDENTITY_NOTE;
 use super::store::write;
@@ -22,6 +23,22 @@ pub struct Picture {
     pub exposure: f32,
     /// Text attributes in the header of both files: names and values.
     pub notes: Notes,
+}
+
+/// Removes noise from pictures. With the feature `denoise`, the type `Denoiser` does so.
+pub trait Denoise: std::fmt::Debug {
+    /// The beauty of a film without noise, three values a pixel, row by row.
+    ///
+    /// # Errors
+    /// [`Error::Denoise`].
+    fn clean(&self, film: &Film) -> Result<Vec<f32>, Error>;
+}
+
+#[cfg(feature = "denoise")]
+impl Denoise for crate::denoise::Denoiser {
+    fn clean(&self, film: &Film) -> Result<Vec<f32>, Error> {
+        self.clean(film)
+    }
 }
 
 impl Picture {
@@ -53,6 +70,27 @@ impl Picture {
         write(&png, &film.to_png(denoised, self.exposure, &self.notes)?)?;
         written.push(png);
         Ok(written)
+    }
+
+    /// Writes the files with a denoised beauty, and reports each of them. If the denoiser fails, that is reported, and
+    /// the files are written without it.
+    ///
+    /// # Errors
+    /// As [`Picture::write`].
+    pub fn write_denoised(
+        &self,
+        film: &Film,
+        denoiser: Option<&dyn Denoise>,
+        mut report: impl FnMut(Event<'_>),
+    ) -> Result<Vec<PathBuf>, Error> {
+        let denoised = denoiser.map(|denoiser| denoiser.clean(film)).transpose();
+        let denoised = denoised.unwrap_or_else(|error| {
+            report(Event::DenoiserFailed(error));
+            None
+        });
+        let files = self.write(film, denoised.as_deref())?;
+        files.iter().for_each(|file| report(Event::Wrote(file)));
+        Ok(files)
     }
 
     /// The most bytes that the files of a picture with so many pixels take. Noise hardly compresses.

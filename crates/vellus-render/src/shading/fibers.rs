@@ -25,7 +25,7 @@ impl<M: Model> Fibers<M> {
         Ok(Fibers { sets: strands.iter().map(set).collect::<Result<_, _>>()? })
     }
 
-    /// The model of a fibre at a hit. `made` stores one that varies along the strands.
+    /// The model of a fibre at a hit. `made` stores the model if parameters vary along the strands.
     pub fn at<'a>(&'a self, geometry: &Geometry, hit: &CurveHit, made: &'a mut Option<M>) -> &'a M {
         let (model, same) = &self.sets[hit.set];
         if *same {

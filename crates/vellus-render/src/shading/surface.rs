@@ -1,8 +1,8 @@
 //! How meshes scatter: a diffuse base under a rough dielectric coat, or rough metal.
 //!
 //! The coat is a GGX microfacet surface (Walter et al. 2007) with Smith's joint shadowing, sampled by its visible
-//! normals (Heitz 2018), with Schlick's reflectance. The light that the coat transmits, in and out, lights the base.
-//! Directions point away from the surface, in a frame whose third axis is the normal.
+//! normals (Heitz 2018), with Schlick's reflectance. The coat attenuates the light to and from the base by its
+//! transmittance. Directions point away from the surface, in a frame whose third axis is the normal.
 
 use glam::Vec3;
 use std::f32::consts::PI;
@@ -20,7 +20,7 @@ pub struct Scatter {
 }
 
 impl Scatter {
-    /// The scattering of the parameters of UsdPreviewSurface: see [`vellus_scene::Surface`].
+    /// Creates the scattering from parameters of UsdPreviewSurface: see [`vellus_scene::Surface`].
     pub fn new(color: [f32; 3], roughness: f32, metallic: f32, ior: f32) -> Self {
         let coat = ((ior - 1.0) / (ior + 1.0)).powi(2);
         Scatter {
@@ -82,7 +82,8 @@ impl Scatter {
         (f, pdf)
     }
 
-    /// Samples `wi`. Returns it with its density and f·cos θᵢ divided by that; `None` if it goes below the surface.
+    /// Samples `wi`. Returns it with its density, and f·cos θᵢ divided by the density. `None` if it is below the
+    /// surface.
     pub fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<(Vec3, f32, [f32; 3])> {
         if wo.z <= 0.0 {
             return None;
@@ -117,8 +118,8 @@ mod tests {
     use super::*;
     use crate::integrator::sampler::Sampler;
 
-    /// Sampled weights and uniform directions agree, no surface scatters more than it receives, and densities integrate
-    /// to 1 if no direction is lost below the surface.
+    /// Sampled weights and uniform directions agree. No surface scatters more than it receives. Densities integrate to
+    /// 1 if no direction is lost below the surface.
     #[test]
     fn samples_agree_with_eval() {
         for (roughness, metallic, ior) in [(1.0, 0.0, 1.0), (0.4, 0.0, 1.5), (0.6, 1.0, 1.5), (0.3, 0.5, 1.3)] {
@@ -140,7 +141,7 @@ mod tests {
                     pdf += f64::from(p * 2.0 * PI) / n as f64;
                 }
                 for c in 0..3 {
-                    // Uniform directions of the sharpest lobe, α = 0.09: some 1 % noise.
+                    // Uniform directions have about 1 % of noise for the sharpest lobe, α = 0.09.
                     assert!((drawn[c] - uniform[c]).abs() < 0.02, "{drawn:?} {uniform:?}");
                     assert!(drawn[c] <= 1.0, "{drawn:?}");
                 }

@@ -1,4 +1,4 @@
-//! Damaged films, checkpoints and finished frames: they must be refused or ignored, and never accepted.
+//! Damaged films, checkpoints and finished frames. The command must reject or ignore them.
 
 use super::{Attack, picture};
 use crate::material::LEANING;
@@ -53,7 +53,7 @@ fn prepare(trial: &mut Trial) -> Result<Option<Whole>, Stop> {
         format!("render {SCENE} --samples 0..4 -o a.exr"),
         "merge a.film --float -o merged.exr".to_owned(),
         format!("render {SCENE} {GOAL} --float -o whole.exr"),
-        // Ends by time and leaves a checkpoint.
+        // Ends when the time is over, and leaves a checkpoint.
         format!("render {SCENE} {GOAL} --time 0.01s --float -o c.exr"),
         FRAMES.to_owned(),
     ];

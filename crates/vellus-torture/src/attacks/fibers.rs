@@ -8,9 +8,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use vellus::{Bcsdf, Exit, Fiber, Lobe, Window};
 use wide::f32x8;
 
-/// How much a near-field weight may exceed 1: a dozen roundings of numbers near 1, 12·6e-8, rounded up.
+/// The amount by which a near-field weight may exceed 1: a dozen roundings of numbers near 1, 12·6e-8, rounded up.
 const WEIGHT: f32 = 1e-6;
-/// How much a near-field energy may exceed 1, or fall below 1 without absorption: six terms of at most eight
+/// The amount by which a near-field energy may exceed 1, or be below 1 without absorption: six terms of at most eight
 /// roundings each, 6·8·6e-8 = 3e-6, and the roundings of the exponentials.
 const ENERGY: f32 = 5e-6;
 /// The same bound for a window, whose energies are sums over up to 64 Gauss points.
@@ -45,7 +45,7 @@ impl Attack for Fibers {
     }
 }
 
-/// One query: where the fibre is hit and in which directions.
+/// Queries: the offsets and directions of hits.
 #[derive(Debug)]
 struct Hits {
     wo: [Vec3; 8],
@@ -140,7 +140,7 @@ fn fiber(dice: &mut Dice) -> Fiber {
         fiber = fiber.without_absorption();
     }
     if dice.chance(0.3) {
-        // Like most fibres: hair, or one colour.
+        // Most fibres are hair, or have one colour.
         fiber.eta = 1.55;
         fiber.sigma_ca = [fiber.sigma_ca[0]; 3];
         fiber.sigma_ma = [fiber.sigma_ma[0]; 3];

@@ -22,7 +22,7 @@ const MOST_THREADS: u64 = 1100;
 /// The largest acceptable length of a message, bytes.
 const LONGEST_MESSAGE: usize = 4096;
 
-/// Values that are wrong for nearly every option. None is an absolute path: output stays in the case's folder.
+/// Values that are wrong for nearly every option. None is an absolute path, so output stays in the case's folder.
 const VALUES: [&str; 68] = [
     "",
     " ",
@@ -172,7 +172,7 @@ const LONG: [&str; 12] = [
 const COSTLY: [&str; 9] =
     ["--frames", "--threads", "--size", "--samples", "--segments", "--count", "--crop", "--pieces", "--step"];
 
-/// Options that are not tried: one connects to other machines, one renders for 75 seconds in any case.
+/// Options that are not tried. `--tev` connects to other machines. The others only print text.
 const LEFT_OUT: [&str; 3] = ["--tev", "--help", "--version"];
 
 /// A subcommand and its options.
@@ -277,7 +277,7 @@ fn command(trial: &mut Trial, subcommands: &[Subcommand]) -> Call {
     let subcommand = render.filter(|_| trial.dice.chance(0.25)).unwrap_or_else(|| trial.dice.pick(subcommands));
     let mut line = cheap(&subcommand.path, &mut trial.dice);
     if subcommand.path == "render" && trial.dice.chance(0.05) {
-        // A large scene: the error must come before it is grown.
+        // The scene is large, so the error must come before it is grown.
         line = "raccoon --size 8x8 --spp 1 --output o.png";
     }
     let mut args: Vec<OsString> = line.split_whitespace().map(OsString::from).collect();
@@ -387,7 +387,7 @@ fn message(trial: &mut Trial, outcome: &Outcome, what: &str) {
     if !text.contains("error: ") && !text.contains("Usage: ") {
         trial.finding(format!("{what}: refused without an error message"), text.clone());
     }
-    // Usage errors repeat the argument: one such line may be as long as the arguments.
+    // Usage errors repeat the argument, so one such line may be as long as the arguments.
     let errors: Vec<&str> = text.lines().filter(|line| line.starts_with("error: ")).collect();
     if errors.len() > 1 {
         trial.finding(format!("{what}: more than one error message"), text.clone());

@@ -81,7 +81,8 @@ fn writer(trial: &mut Trial) -> (Call, &'static str) {
     (trial.vellus(line), extension)
 }
 
-/// Output to a full device: this program's own, or one behind a link, so that a device in /dev is never replaced.
+/// Output to a full device. It is a device of this program, or one behind a link, so that a device in /dev is never
+/// replaced.
 fn device(trial: &mut Trial) -> Result<(), Stop> {
     let own = trial.at("full-device");
     let made = rustix::fs::mknodat(
@@ -96,7 +97,7 @@ fn device(trial: &mut Trial) -> Result<(), Stop> {
     if made.is_ok() && trial.dice.chance(0.5) {
         std::fs::rename(&own, trial.at(&name))?;
     } else {
-        // A user who may not create a device may not replace one in /dev either.
+        // A user without permission to create a device cannot replace one in /dev either.
         let target = if made.is_ok() { own } else { PathBuf::from("/dev/full") };
         std::os::unix::fs::symlink(target, trial.at(&name))?;
     }

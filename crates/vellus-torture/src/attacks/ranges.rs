@@ -1,5 +1,4 @@
-//! A picture in parts: every division must give the same pixels, and parts that do not belong together must be
-//! refused.
+//! A picture in parts. Every division must give the same pixels, and parts of different pictures must be an error.
 
 use super::{Attack, picture, same};
 use crate::material::{LEANING, lit_by, png};

@@ -109,8 +109,8 @@ impl Layout {
 
     /// Converts values at the points or knots of the file to values at control points.
     ///
-    /// Values that are linear between knots stay linear: the control point nearest to a knot of a cubic curve gets the
-    /// value of the knot, and Bézier handles get the value at a third of the way.
+    /// Values that are linear between knots stay linear. The control point nearest to a knot of a cubic curve gets the
+    /// value of the knot. Bézier handles get the value at a third of the way.
     pub fn points<const N: usize>(&self, values: &[[f32; N]], at_knots: bool) -> Vec<[f32; N]> {
         let mix = |a: [f32; N], b: [f32; N], t: f32| std::array::from_fn(|c| a[c] + t * (b[c] - a[c]));
         let mut points = Vec::with_capacity(self.total + self.phantoms() * self.counts.len());

@@ -68,7 +68,7 @@ fn fur(reader: &mut Reader, material: &str, shader: &Shader) -> Result<(Look, Ve
     for parameter in Parameter::ALL {
         let name = format!("inputs:{}", parameter.name());
         let source = input(&reader.stage, prim, &name)?;
-        // Beside a connection, the value of the input itself is what holds where nothing else gives one.
+        // If an input has a connection and a value, the value applies where the connection gives none.
         let constant = match &source {
             Input::Unset => None,
             Input::Value(at) => reader.stage.numbers(&at.prim, &at.name, When::Open)?,
@@ -85,7 +85,7 @@ fn fur(reader: &mut Reader, material: &str, shader: &Shader) -> Result<(Look, Ve
             Input::Shader(source) if source.id == "UsdUVTexture" => {
                 let (texture, scale) = uv_texture(reader, &source, parameter.channels() == 1)?;
                 let scale = match (parameter, source.output.as_str()) {
-                    // One channel is eumelanin alone.
+                    // One channel only gives eumelanin.
                     (Parameter::Melanin, "r" | "g" | "b") => [scale[0], 0.0, 0.0],
                     (Parameter::Melanin, _) => [scale[0], scale[1], 0.0],
                     _ => scale,

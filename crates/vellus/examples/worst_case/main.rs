@@ -5,9 +5,9 @@
 //! cargo run --release -p vellus --example worst_case -- far-scattered --fibers 5000
 //! ```
 //!
-//! Each quantity is measured at random points of the parameter space. The best of these points, by the error relative
-//! to the lobes concerned and by the error relative to all light, are the starts of climbs. The results are measured
-//! again with a finer integration, and with a still finer one, to show that the integration has converged.
+//! The program measures each quantity at random points of the parameter space. It then climbs from the points with the
+//! largest errors. There are two kinds of error: relative to the lobes concerned, and relative to all light. The
+//! results are measured again with two finer integrations, to show that the integration has converged.
 //!
 //! Options: `--fibers N` random points, `--starts N` climbs for each kind of error, `--steps N` of each climb, `--seed
 //! N`. A part of the space: `--eta LOW:HIGH`, `--beta-n LOW:HIGH` and `--theta-o LOW:HIGH` in degrees, `--g LOW:HIGH`,
@@ -87,7 +87,7 @@ struct Options {
     limits: Limits,
 }
 
-/// A number of an error.
+/// Selects a number of an error.
 type Measure = fn(&Error) -> f64;
 
 /// Reads a whole number.

@@ -99,7 +99,7 @@ pub fn unscattered(tables: &TableData, case: &Case, effort: Effort) -> Error {
 pub fn scattered(tables: &TableData, case: &Case, effort: Effort) -> Error {
     const AZIMUTHS: usize = 720;
     let measured = with(tables, case, |hit, oracle| {
-        // Both halves of the whole width are the same, mirrored.
+        // The two halves of the whole width are mirror images.
         let far = case.window == [-1.0, 1.0];
         let window = oracle.window(case.theta_o, if far { [0.0, 1.0] } else { case.window }, 0, effort.points);
         let sum = |phi: f64| {
@@ -119,7 +119,7 @@ pub fn scattered(tables: &TableData, case: &Case, effort: Effort) -> Error {
     measured.unwrap_or_default()
 }
 
-/// The energy of each lobe; the worst of the six.
+/// The error of the energy of a lobe, for the worst of the six lobes.
 pub fn energy(tables: &TableData, case: &Case, effort: Effort) -> Error {
     let measured = with(tables, case, |hit, oracle| {
         let [first, last] = case.window.map(f64::asin);
@@ -144,8 +144,9 @@ pub fn energy(tables: &TableData, case: &Case, effort: Effort) -> Error {
     measured.unwrap_or_default()
 }
 
-/// Single precision in the near field: the largest error of f·cos θᵢ, all lobes together, relative to its largest
-/// value, over directions that the fibre scatters to. `of_all` is that of the lobes' energies, relative to all light.
+/// The error from single precision in the near field. `relative` is the largest error of f·cos θᵢ of all lobes
+/// together, relative to its largest value, over directions that the fibre scatters to. `of_all` is the error of the
+/// energies of the lobes, relative to all light.
 pub fn near(tables: &TableData, case: &Case, directions: usize) -> Error {
     let (Ok(bcsdf), Ok(oracle)) = (Bcsdf::new(&case.fiber), Exact::new(&case.fiber, tables)) else {
         return Error::default();
@@ -181,8 +182,9 @@ pub fn near(tables: &TableData, case: &Case, directions: usize) -> Error {
     worst
 }
 
-/// C^N at h″ = 0, where it should be symmetric in the azimuth: the share of the light that would have to move for
-/// symmetry, and the median over azimuths of the ratio of the larger to the smaller of two mirrored values.
+/// The asymmetry of C^N at h″ = 0, where it should be symmetric in the azimuth. The first number is the share of the
+/// light that would have to move to make it symmetric. The second is the median over azimuths of the ratio of the
+/// larger to the smaller of two mirrored values.
 pub fn asymmetry(tables: &TableData, tau: f64, g: f64) -> [f64; 2] {
     let profile = Profile::azimuthal(tables, tau, g, 0.0);
     let n = 720;

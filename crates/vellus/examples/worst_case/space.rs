@@ -18,7 +18,7 @@ pub struct Case {
     pub window: [f64; 2],
 }
 
-/// A part of the space, by the parameters that matter most.
+/// A part of the space, given by ranges of the parameters that matter most.
 #[derive(Clone, Debug)]
 pub struct Limits {
     /// Lowest and highest η, β_n in degrees, g, and |θ_o| in degrees.
@@ -35,7 +35,7 @@ impl Limits {
     pub const NONE: Limits =
         Limits { eta: [1.0, 3.0], beta_n: [0.0, 91.0], g: [0.0, 1.0], theta_o: [0.0, 90.0], grey: false };
 
-    /// Whether the case is in this part.
+    /// Whether the case is inside these limits.
     pub fn hold(&self, case: &Case) -> bool {
         let within = |value: f64, [low, high]: [f64; 2]| low <= value && value <= high;
         within(case.fiber.eta.into(), self.eta)
@@ -50,7 +50,7 @@ impl Limits {
 pub enum Offsets {
     /// The whole width.
     Far,
-    /// Any window. One in four starts at the axis and is half of the width.
+    /// Any window. One in four is a half of the width that starts at the axis.
     Window,
     /// One offset: the middle of `window`.
     Near,
@@ -61,7 +61,7 @@ fn roughness(x: f64) -> f32 {
     ((0.1 * 900f64.powf(x)).clamp(0.1, 90.0) as f32).to_radians()
 }
 
-/// σ: 0 for a tenth of the axis, then uniform in its logarithm from 0.001 to 1000.
+/// σ is 0 for a tenth of the axis. For the rest it is uniform in its logarithm from 0.001 to 1000.
 fn sigma(x: f64) -> f32 {
     if x < 0.1 { 0.0 } else { 10f64.powf(-3.0 + 6.0 * (x - 0.1) / 0.9).min(1000.0) as f32 }
 }
@@ -71,7 +71,7 @@ impl Case {
     pub fn at(x: &Point, offsets: Offsets, grey: bool) -> Case {
         let channels = |k: usize| [0, 1, 2].map(|c| sigma(x[if grey { k } else { k + c }]));
         let fiber = Fiber {
-            // Quadratic and cubic where small values are difficult.
+            // Quadratic and cubic in x, because small values are difficult.
             eta: (1.0 + 2.0 * x[0] * x[0]) as f32,
             kappa: (0.99 * x[1]) as f32,
             alpha: ((90.0 * x[2] - 45.0) as f32).to_radians(),
@@ -92,7 +92,8 @@ impl Case {
             Offsets::Window if a < 0.125 => [0.0, 1.0],
             Offsets::Window if a < 0.25 => [-1.0, 0.0],
             Offsets::Window => {
-                // The middle, and a width uniform in its logarithm from 0.002 to 2.
+                // The middle of the window, and half of its width. The width is uniform in its logarithm from 0.002 to
+                // 2.
                 let (middle, half) = (2.0 * (a - 0.25) / 0.75 - 1.0, 0.001 * 1000f64.powf(b));
                 [(middle - half).max(-1.0), (middle + half).min(1.0)]
             }

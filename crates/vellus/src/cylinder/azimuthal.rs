@@ -11,11 +11,11 @@ use std::f32::consts::{PI, TAU};
 pub(crate) struct Azimuthal {
     pub sigma: [f32; 3],
     pub inverse_sigma: [f32; 3],
-    /// −1/(2σ²), and 0 for the rest, whose images are all 1.
+    /// −1/(2σ²). It is 0 for the rest, so that all its images are 1.
     exponent: [f32; 4],
-    /// 1/(σ√2π); for the rest, 1/2π over the number of images summed.
+    /// 1/(σ√2π). For the rest it is 1/2π divided by the number of images in the sum.
     norm: [f32; 4],
-    /// Pairs of further images of the Gaussian in the sum: 0, 1 or 2.
+    /// The number of pairs of additional images of the Gaussian in the sum: 0, 1 or 2.
     images: u8,
 }
 
@@ -46,7 +46,7 @@ impl Azimuthal {
         }
     }
 
-    /// D_p(φ) of R, TT, TRT and the rest around their centres, densities per radian.
+    /// D_p(φ) of R, TT, TRT and the rest around their centres. These are densities per radian.
     #[doc(alias = "Eq. 7")]
     #[inline(always)]
     pub fn eval<V: Lanes>(&self, centres: V::Quad, phi: V) -> V::Quad {
@@ -74,7 +74,7 @@ const ROUND: f32 = 12_582_912.0;
 const TAU_HI: f32 = 6.281_25;
 const TAU_LO: f32 = 1.935_307_2e-3;
 
-/// The same angle in [−π, π].
+/// Wraps an angle to [−π, π].
 #[inline(always)]
 pub fn wrap<V: Lanes>(x: V) -> V {
     let turns = x * V::splat(1.0 / TAU) + V::splat(ROUND) - V::splat(ROUND);

@@ -4,7 +4,7 @@ use crate::simd::lanes::Lanes;
 
 /// The fractions that the cuticle reflects and transmits. They sum to 1.
 ///
-/// Both are computed, neither by subtraction: at grazing incidence the transmitted lobes need an accurate 1 − F.
+/// Neither is computed as 1 minus the other: at grazing incidence the transmitted lobes need an accurate 1 − F.
 #[derive(Clone, Copy, Debug)]
 pub struct Fresnel<V> {
     /// F, the reflected fraction.
@@ -35,7 +35,7 @@ pub(crate) fn refracted_cos2<V: Lanes>(eta: f32, cos2: V) -> V {
     (V::splat(1.0) - (V::splat(1.0) - cos2) * V::splat(1.0 / (eta * eta))).max(V::splat(0.0))
 }
 
-/// Two numbers in the ratio F : (1 − F), without divisions.
+/// Two numbers with the ratio F : (1 − F), computed without divisions.
 ///
 /// With r = (a − b)²/(a + b)² a slab reflects 2r/(1+r) = (a − b)²/(a² + b²) and transmits 2ab/(a² + b²). a and b are
 /// cos and η cos_t for one polarisation, η cos and cos_t for the other. In F = l φ₁/((1 − φ₁) + l φ₁) the
@@ -48,6 +48,6 @@ pub(crate) fn parts<V: Lanes>(eta: f32, layers: f32, cos: V, cos_t: V) -> [V; 2]
     let (s, p) = (a * a + b * b, c * c + d * d);
     let reflected = (a - b) * (a - b) * p + (c - d) * (c - d) * s;
     let through = a * b * p + c * d * s;
-    // The floor gives full transmission where nothing reflects: l = 0 at grazing incidence.
+    // The lower bound gives full transmission for l = 0 at grazing incidence, where both numbers would be 0.
     [V::splat(0.5 * layers) * reflected, through.max(V::splat(1e-30))]
 }

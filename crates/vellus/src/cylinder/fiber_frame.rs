@@ -1,4 +1,4 @@
-//! The frame of a fibre at a hit: from a renderer's space to the model's directions and offsets.
+//! The frame of a fibre at a hit. It converts a renderer's directions and positions to those of the model.
 
 use crate::cylinder::frame::is_unit;
 use glam::Vec3;
@@ -94,7 +94,8 @@ impl FiberFrame {
         self.tangent * w.x + self.across[0] * w.y + self.across[1] * w.z
     }
 
-    /// The component of a world direction across the fibre, of unit length; an arbitrary one for a direction along it.
+    /// The component of a world direction perpendicular to the fibre, with unit length. If the direction is along the
+    /// fibre, an arbitrary perpendicular vector.
     #[inline]
     pub fn outward(&self, w: Vec3) -> Vec3 {
         self.across_or(w, self.across[0])

@@ -96,8 +96,8 @@ impl Longitudinal {
     /// Draws a direction (along the fibre, and two across) of the spherical Gaussian itself.
     #[inline]
     fn sample_direction(&self, (s, c): (f32, f32), p: usize, u: [f32; 2]) -> [f32; 3] {
-        // 1 − cos of the angle from the lobe's centre. This is the sampled quantity itself: for small v the cosine
-        // would lose it.
+        // 1 − cos of the angle from the lobe's centre. It is sampled directly, because for small v the cosine would
+        // lose its digits.
         let drop = (-self.v[p] * (u[0] + (1.0 - u[0]) * self.floor[p]).max(f32::MIN_POSITIVE).ln()).clamp(0.0, 2.0);
         let (cos, sin) = (1.0 - drop, (drop * (2.0 - drop)).sqrt());
         let (sin_psi, cos_psi) = (std::f32::consts::TAU * u[1]).sin_cos();
@@ -113,8 +113,9 @@ mod tests {
         Longitudinal::new(&Fiber { alpha: 0.1, beta_m: 0.2, ..Fiber::hair() })
     }
 
-    /// The density of the spherical Gaussian, exp((cos − 1)/v)·norm/2π, times the area to which a small cell of the
-    /// unit square is mapped, equals the area of the cell. Tested by finite differences of the sampler.
+    /// The sampler maps a small cell of the unit square to an area on the sphere. This area times the density of the
+    /// spherical Gaussian, exp((cos − 1)/v)·norm/2π, equals the area of the cell. Tested by finite differences of the
+    /// sampler.
     #[test]
     fn pdf_is_jacobian_of_sample() {
         let lobes = lobes();

@@ -2,6 +2,7 @@
 //! (Yan17 Table 3, Sec. 4.2–4.3).
 
 use crate::cylinder::cuticle::{Fresnel, parts, refracted_cos2};
+use crate::exit::Reflection;
 use crate::fiber::Fiber;
 use crate::fiber::exit::Exit;
 use crate::simd::lanes::{Lanes, Quad};
@@ -15,9 +16,9 @@ pub(crate) struct Path<V> {
     pub h_inside: V,
     /// γ_o = asin h.
     pub gamma_o: V,
-    /// γ_t = asin h′.
+    /// γ_t = asin h′, the angle of the refracted path.
     pub gamma_t: V,
-    /// asin h″, the angle of the path's offset in the medulla; ±90° if the path misses it.
+    /// asin h″, the angle of the path's offset in the medulla. ±90° if the path misses the medulla.
     pub gamma_m: V,
     /// The inclination at which C^M is looked up: θ_o, or θ_t if the cuticle refracts scattered light (D18).
     pub theta: V,
@@ -29,7 +30,15 @@ pub(crate) struct Path<V> {
     /// 1/cos θ_o, at most 1e12.
     pub inverse_cos_o: V,
     pub fresnel: Fresnel<V>,
+    /// sin²θ_t.
+    sin2_t: V,
 }
+
+/// The components of light that leaves the fibre: the six lobes, and [`DIFFUSE`].
+pub(crate) const COMPONENTS: usize = 7;
+
+/// The second part of the residual lobe: scattered light that the cuticle reflected before it left.
+pub(crate) const DIFFUSE: usize = 6;
 
 impl<V: Lanes> Path<V> {
     /// D2: the elongation and η′ use θ_o, not the paper's half angle θ_d. This is the true path inside the fibre, and
@@ -38,7 +47,7 @@ impl<V: Lanes> Path<V> {
     pub fn new(fiber: &Fiber, sin_o: V, cos_o: V, h: V) -> Self {
         let (zero, one) = (V::splat(0.0), V::splat(1.0));
         let eta = fiber.eta;
-        // Roots and quotients, the slowest operations, are computed four at a time.
+        // Square roots and divisions are the slowest operations. They are computed four at a time.
         let sin_t = sin_o * V::splat(1.0 / eta);
         let cos2 = cos_o * cos_o;
         // 1/η′ = cos θ_o/√(η² − sin²θ_o), in a form without cancellation for η → 1 and for grazing light.
@@ -86,6 +95,7 @@ impl<V: Lanes> Path<V> {
             elongation,
             inverse_cos_o,
             fresnel: Fresnel { reflected: back * fresnel, transmitted: through * fresnel },
+            sin2_t: sin_t * sin_t,
         }
     }
 
@@ -104,11 +114,11 @@ impl<V: Lanes> Path<V> {
         self.gamma_t - self.gamma_o + V::splat(q) * (V::splat(std::f32::consts::PI) + V::splat(2.0) * self.gamma_t)
     }
 
-    /// A(h) of the six lobes in RGB and a spare channel, in the order of [`crate::Lobe`]. `mean_path` is ⟨L⟩ of the
-    /// light scattered in this pass, if any.
+    /// A(h) of the components in RGB and a spare channel: the lobes in the order of [`crate::Lobe`], then [`DIFFUSE`].
+    /// `mean_path` is ⟨L⟩ of the light scattered in this pass, if any. A `reflection` replaces it.
     #[doc(alias = "Table 3")]
     #[inline(always)]
-    pub fn attenuation(&self, fiber: &Fiber, mean_path: V) -> [V::Quad; 6] {
+    pub fn attenuation(&self, fiber: &Fiber, mean_path: V, reflection: Option<&Reflection>) -> [V::Quad; COMPONENTS] {
         let one = V::splat(1.0);
         let quad = V::Quad::splat;
         let rgb = |c: [f32; 3]| V::Quad::constant([c[0], c[1], c[2], 0.0]);
@@ -117,14 +127,24 @@ impl<V: Lanes> Path<V> {
         let sigma_ms = V::splat(fiber.sigma_ms);
         let kappa = V::splat(fiber.kappa);
         let minus = -self.elongation;
-        // One pass, T. Nothing absorbs in the spare channel: it is the unscattered fraction.
+        // T of one pass. There is no absorption in the spare channel, so it is the unscattered fraction.
         let two = V::splat(2.0) * minus;
         let unscattered = two * self.s_m * sigma_ms;
         let pass = quad(two * self.s_c) * sigma_ca + quad(two * self.s_m) * sigma_ma + quad(unscattered);
         // Entry through the cortex. D7: absorption after scattering over the mean scattered path ⟨L⟩, not the paper's
-        // fixed κ.
-        let escape = quad((self.s_c + one - kappa) * minus) * sigma_ca + quad(kappa * mean_path * minus) * sigma_ma;
-        let (pass, escape) = (pass.exp(), escape.exp());
+        // fixed κ. D17: or the share of scattered light that leaves.
+        let (pass, escape) = match reflection {
+            None => {
+                let escape =
+                    quad((self.s_c + one - kappa) * minus) * sigma_ca + quad(kappa * mean_path * minus) * sigma_ma;
+                (pass.exp(), escape.exp())
+            }
+            Some(reflection) => {
+                let chord = self.s_m * V::splat(1.0 / fiber.kappa.max(f32::MIN_POSITIVE));
+                let [escape, ln_kept] = reflection.escape(chord, self.sin2_t);
+                (pass.exp(), escape * (quad(self.s_c * minus) * sigma_ca + ln_kept).exp())
+            }
+        };
         // D5: Q, the scattered fraction of one pass, is explicit; the distributions are densities.
         let q = unscattered_complement(unscattered, pass.array()[3]);
 
@@ -137,8 +157,19 @@ impl<V: Lanes> Path<V> {
         // cancellation. The two geometric series start after TRT and TRTˢ.
         let denominator = (t + f * (quad(one) - pass)).max(quad(V::splat(1e-20)));
         let series = again * again * (t / denominator);
-        let rest = (t * pass + escape * quad(q)) * series;
-        [f, a_tt, a_tt * again, a_tts, a_tts * again, rest]
+        match reflection {
+            None => {
+                let rest = (t * pass + escape * quad(q)) * series;
+                [f, a_tt, a_tt * again, a_tts, a_tts * again, rest, quad(V::splat(0.0))]
+            }
+            // Light that the cuticle reflected after it was scattered, and light scattered in later passes, is diffuse.
+            Some(reflection) => {
+                let first = reflection.first::<V>();
+                let (a_trts, later) = (a_tts * again, quad(one) - first);
+                let diffuse = (a_tts + a_trts) * later + escape * quad(q) * series;
+                [f, a_tt, a_tt * again, a_tts * first, a_trts * first, t * pass * series, diffuse]
+            }
+        }
     }
 }
 
@@ -164,13 +195,13 @@ pub(crate) fn angles<V: Lanes>(h: V, inverse_eta: V) -> [V; 2] {
     V::atan2_pair([h, h_inside], [cos(h), cos(h_inside)])
 }
 
-/// The probability of each lobe in sampling, given A(h) of all lobes.
+/// The probability of each component in sampling, given A(h) of all components.
 ///
 /// It is proportional to the largest channel. No channel of a sample's weight then exceeds the sum of the largest
 /// channels, which is at most 1.
 #[inline(always)]
-pub(crate) fn lobe_probabilities<V: Lanes>(attenuation: &[V::Quad; 6]) -> [V; 6] {
-    let mut probability = [V::splat(0.0); 6];
+pub(crate) fn probabilities<V: Lanes>(attenuation: &[V::Quad; COMPONENTS]) -> [V; COMPONENTS] {
+    let mut probability = [V::splat(0.0); COMPONENTS];
     let mut sum = V::splat(f32::MIN_POSITIVE);
     for (p, a) in probability.iter_mut().zip(attenuation) {
         let [r, g, b, _] = a.array();
@@ -185,6 +216,6 @@ pub(crate) fn lobe_probabilities<V: Lanes>(attenuation: &[V::Quad; 6]) -> [V; 6]
 #[inline(always)]
 fn unscattered_complement<V: Lanes>(x: V, exp_x: V) -> V {
     let series = -x * (V::splat(1.0) + x * (V::splat(0.5) + x * V::splat(1.0 / 6.0)));
-    // At |x| = 0.02 the series has an error of x³/24 = 3e-7, and the difference one of 6e-8/0.02 = 3e-6.
+    // At |x| = 0.02 the relative error is x³/24 = 3e-7 for the series, and 6e-8/0.02 = 3e-6 for the difference.
     (-x).select_lt(V::splat(0.02), series, V::splat(1.0) - exp_x)
 }

@@ -2,7 +2,7 @@
 //! every slope (Yan17 Eq. 24 and Appendix).
 //!
 //! Along a segment, x ∈ [−1, 1], the exit azimuth moves by ±b around the middle of the segment. The middle is at the
-//! distance u from the azimuth of the query. Both are in units of the lobe's standard deviation. Needed are
+//! distance u from the azimuth of the query. Both are in units of the lobe's standard deviation. The integrals are
 //!
 //! J₀ = ½ ∫ g(u − bx) dx,  J₁ = ½ ∫ 3x/b g(u − bx) dx,  g(u) = exp(−u²/2)/√2π.
 //!
@@ -20,8 +20,8 @@ use wide::f32x8;
 /// to cancellation: 5.75/0.25 · 1.5e-6.
 const SERIES: f32 = 0.25;
 
-/// The result is 0 at azimuths further than this from every node, in standard deviations. The sampler draws up to
-/// 5.3. This omits 4e-8 of the light; the paper's limit of 3 omits 2.7e-3.
+/// The result is 0 at azimuths further than this from every node, in standard deviations. This omits 4e-8 of the light.
+/// The paper's limit of 3 omits 2.7e-3. The sampler draws at most 5.3.
 pub(crate) const REACH: f32 = 5.5;
 
 const INV_SQRT_TAU: f32 = 0.398_942_3;
@@ -39,17 +39,17 @@ enum Form {
 pub(crate) struct Chain {
     /// The nodes' exit azimuths, in standard deviations.
     nodes: f32x8,
-    /// Middle and half length of the segments. The eighth lane has none.
+    /// Middle and half length of the segments. The eighth lane is unused.
     middle: f32x8,
     half: f32x8,
-    /// 1/`half`, and 1 if the series is used.
+    /// 1/`half`, or 1 if the series is used.
     inverse: f32x8,
     /// Beyond this distance from 0 the result is 0.
     reach: f32,
     form: Form,
 }
 
-/// Lane i + 1 in lane i; the last lane stays.
+/// Shifts the lanes: lane i gets lane i + 1. The last lane stays.
 #[inline(always)]
 fn next(x: f32x8) -> f32x8 {
     let a = x.to_array();
@@ -67,7 +67,7 @@ impl Chain {
         form: Form::Series,
     };
 
-    /// From the nodes' exit azimuths, in standard deviations.
+    /// Creates a chain from the exit azimuths of its nodes, in standard deviations.
     #[inline(always)]
     pub fn new(nodes: f32x8) -> Self {
         let constant = f32x8::splat;
@@ -91,9 +91,9 @@ impl Chain {
         }
     }
 
-    /// The largest distance of the mean from the middle for which the light is nowhere negative. It is |b|/3, where
-    /// the linear density is 0 at one end. For a short segment the mean only shifts the light, and it is 0.15, where
-    /// the light is 0 at 6.7 standard deviations, out of reach.
+    /// The largest distance of the mean from the middle for which the light is nowhere negative. It is |b|/3: the
+    /// linear density is then 0 at one end. For a short segment the mean only shifts the light, and the limit is 0.15:
+    /// the light is then 0 at 6.7 standard deviations, which is beyond [`REACH`].
     #[inline(always)]
     pub fn mean_limit(&self) -> f32x8 {
         (self.half.abs() * f32x8::splat(1.0 / 3.0)).fast_max(f32x8::splat(0.15))
@@ -173,8 +173,8 @@ impl Chain {
     }
 }
 
-/// Spans of exit azimuths, each as a Gaussian with the same energy, mean and variance. For lobes so wide that no half
-/// length, in standard deviations, exceeds [`Bells::LONGEST`].
+/// Spans of exit azimuths, each replaced by a Gaussian with the same energy, mean and variance. The lobe must be so
+/// wide that no half length, in standard deviations, exceeds [`Bells::LONGEST`].
 ///
 /// A uniform span of variance V has the fourth cumulant −1.2 V², which the Hermite polynomial He₄ adds. The omitted
 /// sixth cumulant is 16/63 b⁶. Together with the square of the fourth, the error is 1.6e-3 of the span's light for
@@ -194,13 +194,13 @@ impl Bells {
     /// The largest half length b of a span. Its V is b²/3.
     pub const LONGEST: f32 = 0.9;
 
-    /// Whether spans with these variances are short enough.
+    /// Whether spans with these variances are short enough for bells.
     #[inline(always)]
     pub fn suit(variance: f32x8) -> bool {
         largest(variance) <= Bells::LONGEST * Bells::LONGEST / 3.0
     }
 
-    /// From the middles and variances of the spans, in standard deviations of the lobe.
+    /// Creates bells from the middles and variances of the spans, in standard deviations of the lobe.
     #[inline(always)]
     pub fn new(middle: f32x8, variance: f32x8) -> Self {
         let constant = f32x8::splat;
@@ -280,7 +280,7 @@ mod tests {
         for sign in [1.0, -1.0] {
             for step in 0..=110 {
                 let b = sign * 10f64.powf(-8.0 + 0.1 * f64::from(step)) as f32;
-                // Segment 0 of the chain around 0, and the chain's last, shifted there.
+                // Segment 0 of the chain, which is around 0, and the last segment, shifted to 0.
                 let mut nodes = [-b, b, 3.0 * b, 5.0 * b, 7.0 * b, 9.0 * b, 11.0 * b, 13.0 * b];
                 for lane in [0, 6] {
                     if lane == 6 {
@@ -289,7 +289,7 @@ mod tests {
                     let chain = Chain::new(f32x8::new(nodes));
                     let (middle, half) = (chain.middle.to_array()[lane], chain.half.to_array()[lane]);
                     for k in -115..=115 {
-                        // Up to the reach beyond either end.
+                        // Azimuths up to the reach beyond either end.
                         let d = middle + (0.05 * k as f32) * (1.0 + half.abs() / REACH);
                         let distance = (d - middle).abs() - half.abs();
                         if distance > REACH {

@@ -1,16 +1,16 @@
-//! Divides the width of a fibre, and chooses its sample points, for the integrals over a window.
+//! Divides the width of a fibre into segments, and chooses sample points, for the integrals over a window.
 //!
-//! D9: the division is in the angle γ_o, not in the offset h as in the paper (h_i = √(i/n)). Φ_R is then exactly
-//! linear, and the rise of F at the silhouette is spread out. Inside the medulla the angle is that of the medulla,
-//! asin h″: A(h) has the kink of s_m = κ √(1 − h″²) at its edge, and is smooth in asin h″. In both cases h = r sin ψ,
-//! with r = 1 or the medulla's edge κη′.
+//! D9: the paper divides the offset h (h_i = √(i/n)). This module divides the angle γ_o. Φ_R is then exactly linear,
+//! and the rise of F at the silhouette is spread out. Inside the medulla it divides asin h″ instead. The reason is that
+//! A(h) has a kink at the edge of the medulla, from s_m = κ √(1 − h″²), but is smooth in asin h″. In both cases h = r
+//! sin ψ, with r = 1 or the medulla's edge κη′.
 
 use crate::simd::special;
 use arrayvec::ArrayVec;
 use std::f32::consts::FRAC_PI_2;
 use wide::f32x8;
 
-/// Segments of a half window: their eight ends fill a register.
+/// The number of segments of a half window. Their eight ends fill a register.
 pub(crate) const SEGMENTS: usize = 7;
 
 /// The largest number of pieces of a window. Each is a chain of [`SEGMENTS`] on one side of the axis.
@@ -26,19 +26,19 @@ pub(crate) struct Piece {
     pub nodes: Nodes,
 }
 
-/// Divides the pieces of a window until there are [`PIECES`] of them: at the medulla's edge, or the longest one in
-/// its middle, measured in γ.
+/// Divides the pieces of a window until there are [`PIECES`] of them. A piece that contains the medulla's edge is
+/// divided there. Otherwise the longest piece is divided in its middle. Lengths and middles are those of γ.
 #[inline(never)]
 pub(crate) fn divide(pieces: &mut ArrayVec<Piece, PIECES>, edge: Option<f32>) {
     while !pieces.is_full() {
         let (mut longest, mut cut) = (-1.0, None);
         for (i, Piece { range: [low, high], .. }) in pieces.iter().enumerate() {
             let (middle, length) = match edge {
-                // No piece is longer than this.
+                // This length is larger than that of any piece.
                 Some(edge) if *low < edge && edge < *high => (edge, FRAC_PI_2 + 1.0),
                 _ => (high.asin().midpoint(low.asin()).sin(), high.asin() - low.asin()),
             };
-            // Two ends that are very close leave no piece between them.
+            // A piece with very close ends cannot be divided.
             if length > longest && *low < middle && middle < *high {
                 (longest, cut) = (length, Some((i, middle)));
             }
@@ -51,8 +51,8 @@ pub(crate) fn divide(pieces: &mut ArrayVec<Piece, PIECES>, edge: Option<f32>) {
     }
 }
 
-/// ψ runs over [0, π/2] as t(3 − t)/2 for t from 0 to 1: the distance of nodes equidistant in t falls to one half
-/// toward the silhouette and toward the medulla's edge.
+/// ψ = π/2 · t(3 − t)/2 for t from 0 to 1. Nodes that are equidistant in t become denser toward the silhouette and
+/// toward the medulla's edge: their distance falls to one half.
 #[inline(always)]
 fn angle(t: f32x8) -> f32x8 {
     t * (f32x8::splat(3.0) - t) * f32x8::splat(0.5 * FRAC_PI_2)
@@ -64,7 +64,8 @@ fn slope(t: f32x8) -> f32x8 {
     (f32x8::splat(1.5) - t) * f32x8::splat(FRAC_PI_2)
 }
 
-/// The t in [0, 1] at which sin ψ(t) has the given value. Most ends are 0 or 1, and later work waits for them.
+/// The t in [0, 1] at which sin ψ(t) has the given value. Most ends are 0 or 1. They have a fast path, because later
+/// work depends on the result.
 #[inline(always)]
 fn position(sin: f32) -> f32 {
     match sin {
@@ -92,19 +93,19 @@ impl Side {
         self.last - self.first < 0.015
     }
 
-    /// For two ranges that begin at the axis: their common part, and the part that only one of them has.
+    /// The common part of two ranges that begin at the axis, and the part that only the longer one has.
     pub fn overlap(&self, other: &Side) -> (Side, Option<Side>) {
         let (short, long) = if self.last < other.last { (self, other) } else { (other, self) };
         (*short, (short.last < long.last).then_some(Side { first: short.last, ..*long }))
     }
 
-    /// For two ranges that begin at the axis.
+    /// Whether this range is longer. Both ranges must begin at the axis.
     pub fn longer_than(&self, other: &Side) -> bool {
         self.last > other.last
     }
 
-    /// Offsets and their dh at positions in ψ over the whole range, from 0 to 1. Each position has its share of the
-    /// range.
+    /// Offsets h, and the width dh of each. `position` is relative to the range of ψ, in [0, 1], and `share` is the
+    /// share of the range that a position represents.
     #[inline(always)]
     pub fn points(&self, position: f32x8, share: f32x8) -> (f32x8, f32x8) {
         let [first, last] = [self.first, self.last].map(|t| 0.5 * FRAC_PI_2 * t * (3.0 - t));
@@ -115,12 +116,12 @@ impl Side {
     }
 }
 
-/// The division of a half window, offsets ≥ 0.
+/// The division of a half window with offsets ≥ 0.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Nodes {
     /// Offsets of the ends of the segments.
     pub ends: f32x8,
-    /// Offsets of the two Gauss points of each segment. The eighth lane has none.
+    /// Offsets of the two Gauss points of each segment. The eighth lane is unused.
     pub gauss: [f32x8; 2],
     /// dh of the Gauss points. Their sum is the width of the window. 0 in the eighth lane.
     pub weights: [f32x8; 2],
@@ -148,8 +149,8 @@ impl Nodes {
         // The first node always belongs to this side.
         let inner =
             if below { Side { first: position(low / radius), last: position(high / radius), radius } } else { outer };
-        // The number of segments on each side is proportional to t over the whole window, with at least two inside,
-        // where ψ may cover the whole quarter circle, and one outside.
+        // The number of segments on each side is proportional to its share of t. There are at least two inside, where ψ
+        // may cover the whole quarter circle, and at least one outside.
         let count = match (below, beyond) {
             (true, true) => {
                 let start = position(low);
@@ -184,7 +185,7 @@ impl Nodes {
         }
     }
 
-    /// The width as the sum of the weights: averages over the window divide by it.
+    /// The width of the window, as the sum of the weights. Averages divide by this sum.
     pub fn width(&self) -> f32 {
         (self.weights[0] + self.weights[1]).reduce_add()
     }

@@ -1,13 +1,14 @@
 //! TTˢ and TRTˢ averaged over a window, from Gauss points in asin h″ (Yan17 Eq. 25).
 //!
-//! The paper represents A(h) C^N between nodes as a cubic times an exponential. With four nodes a side its average
-//! error over the presets is 5.6 %; that of Gauss points is 0.3 %. With eight they are 1.7 % and 0.1 %.
+//! The paper represents A(h) C^N between nodes as a cubic times an exponential. With four nodes on each side, its
+//! average error over the presets is 5.6 %, and that of Gauss points is 0.3 %. With eight nodes the errors are 1.7 %
+//! and 0.1 %.
 //!
-//! The offset moves the forward peak of C^N around the fibre, by up to 90°. The number of points depends on this
-//! motion relative to the width of the peak. If light is scattered widely or often, three points of TTˢ and one of
-//! TRTˢ are enough. Otherwise there are five and three. If the peak is narrower than their distance, the light of
-//! each point is spread over the azimuths of its offsets: C^N is looked up once, and evaluated at up to eight of
-//! these azimuths. A thin medulla needs no more, because the shape of its C^N hardly depends on the offset.
+//! The offset moves the forward peak of C^N around the fibre, by up to 90°. The number of points depends on this motion
+//! relative to the width of the peak. If the peak is wide, three points of TTˢ and one of TRTˢ are enough. Otherwise
+//! there are five and three. If the peak is narrower than their distance, the light of each point is spread over the
+//! azimuths of its offsets: C^N is looked up once, and evaluated at up to eight of these azimuths. This is enough for a
+//! thin medulla, because the shape of its C^N hardly depends on the offset.
 
 use crate::choose::choose;
 use crate::cylinder::azimuthal::wrap;
@@ -40,7 +41,7 @@ const SOME: Rule = Rule {
     position: f32x8::new([0.046910077, 0.23076534, 0.5, 0.76923466, 0.95308995, 0.11270166, 0.5, 0.88729835]),
     share: f32x8::new([0.11846344, 0.23931433, 0.28444445, 0.23931433, 0.11846344, 0.2777778, 0.44444445, 0.2777778]),
 };
-/// The starts of their cells: cumulative weights.
+/// Where the cells of these points start: the cumulative weights.
 const CELLS: f32x8 = f32x8::new([0.0, 0.11846344, 0.35777777, 0.6422222, 0.88153654, 0.0, 0.2777778, 0.7222222]);
 
 /// The largest number of groups of eight points.
@@ -49,8 +50,8 @@ const GROUPS: usize = 2;
 /// The largest number of azimuths over which the light of a point is spread.
 const MOST: usize = 8;
 
-/// The limits for [`FEW`]: the distance of the first and the last exit azimuth in widths of the peak, and the energy
-/// of TRTˢ over that of TTˢ.
+/// The upper limits for [`FEW`]. The first is for the distance between the first and the last exit azimuth, in widths
+/// of the peak. The second is for the ratio of the energies of TRTˢ and TTˢ.
 const FEW_SPAN: f32 = 2.6;
 const FEW_SECOND: f32 = 0.1;
 
@@ -78,7 +79,7 @@ struct Group {
     spread: [u8; 2],
     /// 1, or −1 if φ is mirrored.
     mirror: f32x8,
-    /// Whether the same paths also represent the mirrored half.
+    /// True if the same paths also represent the mirrored half.
     twice: bool,
     /// Whether any of `turned` is above 0.
     turns: bool,
@@ -171,8 +172,8 @@ impl Group {
         self.look_up(query, &path, side.is_narrow());
         self.mirror = f32x8::splat(mirror);
         self.exit = exits(&path, FIRST);
-        // The azimuths that a cell spans, from those between its neighbours: 0.28 of the side, or 0.44 for TRTˢ,
-        // where the points are at least 0.24 and 0.39 of it apart.
+        // The widest gap between neighbouring points estimates the azimuths that a cell spans. A cell covers at most
+        // 0.28 of the side, or 0.44 for TRTˢ. The widest gaps cover at least 0.24 and 0.39.
         let e = self.exit.to_array();
         let gaps = [e[1] - e[0], e[2] - e[1], e[3] - e[2], e[4] - e[3], e[6] - e[5], e[7] - e[6]];
         let widest = gaps.into_iter().fold(0.0, |most: f32, gap| most.max(gap.abs()));
@@ -197,14 +198,14 @@ impl Group {
         self.spread = [start as u8, count as u8];
     }
 
-    /// Looks up C^N of the paths. In a `narrow` window the lookup is that of the near field. In a wider window the
-    /// part close to the axis, where a share is mirrored, does not matter.
+    /// Looks up C^N of the paths. In a `narrow` window the lookup is that of the near field. In a wider window nothing
+    /// is mirrored, because offsets so close to the axis hardly contribute.
     #[inline(always)]
     fn look_up(&mut self, query: &Query, path: &Path<f32x8>, narrow: bool) {
         let angles = path.gamma_m.to_array();
         let mut turned = [0.0; 8];
         for i in 0..8 {
-            // The two halves of the far field are the same.
+            // The two halves of the far field have the same paths.
             if i >= 4 && angles[i] == angles[i - 4] {
                 self.weights[i] = self.weights[i - 4];
                 turned[i] = turned[i - 4];
@@ -224,7 +225,7 @@ impl Group {
 }
 
 impl Group {
-    /// C^M times C^N, not mirrored, at azimuths from straight back.
+    /// C^M times C^N without the mirrored share. `relative` is the azimuth from straight back.
     #[inline(always)]
     fn density(&self, medulla: &Medulla, relative: f32x8, m: [f32; 2]) -> f32x8 {
         let relative = wrap(relative);
@@ -232,7 +233,7 @@ impl Group {
         m * medulla.azimuthal8([0, 1, 2, 3, 4, 5, 6, 7].map(|i| &self.weights[i]), relative)
     }
 
-    /// The same at φ, for light that is spread over azimuths, and including the mirrored share.
+    /// The same at the azimuth φ. This includes the mirrored share, and light that is spread over azimuths.
     #[inline(always)]
     fn spread_density(&self, medulla: &Medulla, exits: &[Exit], phi: f32x8, m: [f32; 2]) -> f32x8 {
         let one = [Exit { azimuth: self.exit, share: f32x8::ONE }];
@@ -250,7 +251,7 @@ impl Group {
         sum
     }
 
-    /// The number of halves that it represents.
+    /// The number of halves that the group represents.
     fn times(&self) -> f32 {
         if self.twice { 2.0 } else { 1.0 }
     }
@@ -283,7 +284,7 @@ impl Points {
             self.groups.push(Group::NONE);
             if let Some(group) = self.groups.last_mut() {
                 group.prepare_few(&query, sides);
-                // The points are at 0.11 and 0.89 of a side.
+                // The first and the last point are at 0.11 and 0.89 of a side.
                 let e = group.exit.to_array();
                 let span = (e[2] - e[0]).abs().max((e[6] - e[4]).abs());
                 enough = span < FEW_SPAN * width;
@@ -307,8 +308,8 @@ impl Points {
     #[inline(never)]
     fn prepare_some(&mut self, query: &Query, sides: [Option<Side>; 2], width: f32) {
         self.groups.clear();
-        // For sides that both begin at the axis: the common part once for both, and the part that only one of them
-        // has.
+        // If both sides begin at the axis, one group represents their common part, and another the part that only one
+        // of them has.
         let pieces = match sides {
             [Some(a), Some(b)] => {
                 let (shared, rest) = a.overlap(&b);
@@ -327,8 +328,8 @@ impl Points {
         }
     }
 
-    /// Draws φ of TTˢ (0) or TRTˢ (1) with the density of [`Points::eval`], and the azimuth from straight back. `u`:
-    /// the path, and the azimuth.
+    /// Draws φ of TTˢ (`q` = 0) or TRTˢ (`q` = 1) with the density of [`Points::eval`]. Also returns the azimuth from
+    /// straight back. The first number of `u` selects the path, and the second the azimuth.
     pub fn draw(&self, medulla: &Medulla, q: usize, u: [f32; 2]) -> [f32; 2] {
         let energy = |group: &Group| group.energy[q][3].to_array();
         let total: f32 = self.groups.iter().map(|group| group.times() * energy(group).iter().sum::<f32>()).sum();
@@ -343,7 +344,7 @@ impl Points {
             (true, false) => (-1.0, 2.0 * t - 1.0),
             (false, _) => (1.0, t),
         };
-        // One of the azimuths over which the path's light is spread.
+        // Select one of the azimuths over which the path's light is spread.
         let exits =
             self.exits_of(group).iter().map(|exit| (exit.azimuth.to_array()[lane], exit.share.to_array()[lane]));
         let exit = choose(exits, t).map_or(group.exit.to_array()[lane], |choice| choice.item);
@@ -357,7 +358,7 @@ impl Points {
         &self.exits[start..start + count]
     }
 
-    /// TTˢ and TRTˢ at φ, densities over solid angle; `m`: C^M of the backward and the forward half.
+    /// TTˢ and TRTˢ at φ, as densities over solid angle. `m` is C^M of the backward and the forward half.
     #[inline(always)]
     pub fn eval(&self, medulla: &Medulla, phi: f32, m: [f32; 2]) -> [f32x4; 2] {
         if self.plain {

@@ -1,15 +1,15 @@
-//! R, TT, TRT of one half of the fibre's width, offsets ≥ 0, by segments (Yan17 Sec. 5.1).
+//! R, TT, TRT of one half of the fibre's width (offsets ≥ 0), integrated by segments (Yan17 Sec. 5.1).
 //!
-//! The light of a segment leaves over a range of azimuths, spread by the lobe's Gaussian. Its density over that range
-//! is taken as linear, with the exact energy and mean azimuth of the segment (two-point Gauss–Legendre in the angle).
-//! The linear density also represents the curvature of Φ along the segment; the paper's linear Φ and linear factors
-//! of A(h) do not. The mean is that of the largest channel. All channels of a segment's light are spread alike, so
-//! the weight of a sample depends only on its segment.
+//! The light of a segment leaves over a range of azimuths, and the lobe's Gaussian spreads it further. This module
+//! approximates the density over that range as linear, with the energy and the mean azimuth of the segment (two-point
+//! Gauss–Legendre in the angle). The linear density also represents the curvature of Φ along the segment. The paper's
+//! linear Φ and linear factors of A(h) do not. The mean is that of the largest channel. All channels of a segment have
+//! the same distribution, so the weight of a sample depends only on its segment.
 
 use crate::choose::choose;
 use crate::cylinder::azimuthal::wrap;
 use crate::cylinder::frame::Polar;
-use crate::cylinder::path::{Path, angles, exit_azimuth};
+use crate::cylinder::path::{COMPONENTS, Path, angles, exit_azimuth};
 use crate::far::gaussian_spans::{Bells, Chain};
 use crate::far::nodes::Nodes;
 use crate::fiber::Fiber;
@@ -20,12 +20,12 @@ use crate::simd::special;
 use std::f32::consts::{PI, TAU};
 use wide::{f32x4, f32x8};
 
-/// Whether a window of this fibre takes more segments than one chain per side.
+/// Whether a window of this fibre needs more segments than one chain per side.
 ///
-/// If the lobes are narrower than a segment's azimuths, the density of the segment is visible. Near η = 1 light turns
-/// aside only close to the silhouette, within √(η² − 1) of it. If the fibre or its medulla absorbs much in one
-/// channel, light of that channel leaves close to the silhouette or to the medulla's edge. The limits are such that
-/// no preset, and no hair coloured by up to 8 parts of eumelanin, takes more segments.
+/// There are three reasons. If the lobes are narrower than the azimuths of a segment, the shape of the segment's
+/// density is visible. Near η = 1, light only changes its direction close to the silhouette, within √(η² − 1) of it. If
+/// the fibre or its medulla absorbs much in one channel, light of that channel only leaves close to the silhouette or
+/// to the medulla's edge. No preset, and no hair with a eumelanin concentration of up to 8, exceeds the limits.
 pub(crate) fn needs_more(fiber: &Fiber) -> bool {
     let absorbs = |sigma: [f32; 3], most: f32| sigma.into_iter().any(|sigma| sigma > most);
     fiber.beta_n < 0.02
@@ -57,8 +57,8 @@ impl Spans {
     /// The light of the spans, energy · max(J₀ + mean · J₁, 0) in each channel.
     #[inline(always)]
     fn light(&self, [j0, j1]: [f32x8; 2]) -> Channels {
-        // Far from a span both terms are rounding errors of either sign. A negative density would cancel the pdf of
-        // other spans but not their light in a channel, and the weight of a sample would have no bound.
+        // Far from a span both terms are rounding errors of either sign. A negative density would reduce the pdf of
+        // other spans, but not their light in a channel. The weight of a sample would then have no bound.
         let density = self.mean.mul_add(j1, j0).max(f32x8::ZERO);
         self.energy.map(|energy| energy * density)
     }
@@ -67,11 +67,11 @@ impl Spans {
 /// How the Gaussian of a lobe spreads its spans.
 #[derive(Clone, Copy, Debug)]
 enum Spread {
-    /// Exactly, over seven segments.
+    /// Exact integrals over seven segments.
     Chain(Chain),
-    /// By Gaussians, for a wide lobe.
+    /// Gaussians instead of spans, for a wide lobe.
     Bells(Bells),
-    /// Together with TT: its segments two by two in the lower four lanes, those of TRT in the upper.
+    /// TRT shares the bells of TT. Pairs of segments of TT are in the lower four lanes, those of TRT in the upper four.
     WithTt,
 }
 
@@ -107,8 +107,9 @@ struct Lobe {
 impl Lobe {
     const NONE: Lobe = Lobe { spread: Spread::Chain(Chain::NONE), spans: Spans::NONE, turns: 0 };
 
-    /// Combines the segments of TT and TRT two by two if both lobes are wide enough for bells, given the energies and
-    /// positions of their Gauss points. The mean and variance of a span are those of its light as it is sampled.
+    /// Combines pairs of segments of TT and TRT into bells, if both lobes are wide enough. `shares` and `points` are
+    /// the energies and positions of the Gauss points. The mean and variance of a span are those of the channel that
+    /// sampling uses.
     #[inline(always)]
     fn pack(&mut self, shares: &impl Fn(usize, usize) -> [f32x8; 2], points: &[[f32x8; 2]; 3]) -> bool {
         let (tt, trt) = (&points[1], &points[2]);
@@ -173,16 +174,21 @@ fn across(channels: [f32x4; 4]) -> f32x4 {
     (a + b) + (c + d)
 }
 
-/// A(h) of a register of paths. The spare channel holds the largest channel, by which lobes and offsets are sampled.
+/// A(h) of a register of paths. The spare channel gets the maximum of RGB. Sampling of lobes and offsets uses it.
 #[inline(always)]
-pub(crate) fn attenuation(prepared: &Prepared, path: &Path<f32x8>, through: Option<&Through>) -> [Channels; 6] {
+pub(crate) fn attenuation(
+    prepared: &Prepared,
+    path: &Path<f32x8>,
+    through: Option<&Through>,
+) -> [Channels; COMPONENTS] {
+    let reflection = prepared.reflection.as_ref();
     let mean_paths = match through {
-        Some(through) => prepared.medulla.mean_paths_at(&through.mean_paths, path.gamma_m),
-        None => f32x8::ZERO,
+        Some(through) if reflection.is_none() => prepared.medulla.mean_paths_at(&through.mean_paths, path.gamma_m),
+        _ => f32x8::ZERO,
     };
-    let a = path.attenuation(&prepared.fiber, mean_paths);
-    let mut out = [[f32x8::ZERO; 4]; 6];
-    for p in 0..6 {
+    let a = path.attenuation(&prepared.fiber, mean_paths, reflection);
+    let mut out = [[f32x8::ZERO; 4]; COMPONENTS];
+    for p in 0..COMPONENTS {
         let [r, g, b, _] = a[p].array();
         out[p] = [r, g, b, r.fast_max(g).fast_max(b)];
     }
@@ -197,14 +203,14 @@ fn pairs(a: f32x8, b: f32x8) -> f32x8 {
         + f32x8::new([a[1], a[3], a[5], a[7], b[1], b[3], b[5], b[7]])
 }
 
-/// Moves the ends of a chain so that a linear density over the first and the last segment can have the mean of their
-/// light. Near η = 1 the azimuth changes very fast in the last segment, where there is hardly any light.
+/// Shortens the first and the last segment of a chain, so that a linear density over them can have the mean of their
+/// light. Near η = 1 the azimuth changes very fast in the last segment, and most of its range has hardly any light.
 fn shorten(ends: f32x8, shares: [f32x8; 2], points: &[f32x8; 2]) -> f32x8 {
     let energy = (shares[0] + shares[1]).fast_max(f32x8::splat(f32::MIN_POSITIVE));
     let means = ((shares[0] * points[0] + shares[1] * points[1]) / energy).to_array();
     let mut ends = ends.to_array();
-    // From the shared node next to an end to the mean, and to the end. A density that falls to 0 has its mean at a
-    // third.
+    // Distances from the node next to the end: to the mean, and to the end. A linear density that falls to 0 at the end
+    // has its mean at a third.
     for (node, end, mean) in [(6, 7, means[6]), (1, 0, means[0])] {
         let (to_mean, to_end) = (mean - ends[node], ends[end] - ends[node]);
         if to_mean * to_end > 0.0 && 3.0 * to_mean.abs() < to_end.abs() {
@@ -218,7 +224,7 @@ impl Half {
     /// An empty half.
     pub const NONE: Half = Half { centres: f32x8::ZERO, lobes: [Lobe::NONE; 3], signs: [0.0; 2], count: 0 };
 
-    /// Prepares it in place, because it is large. Returns the energies of the six lobes, RGB and the largest channel.
+    /// Prepares it in place, because it is large. Returns the energies of the components, RGB and the largest channel.
     /// `scale` is 1 over the width of the whole window.
     #[inline(always)]
     pub fn prepare(
@@ -229,7 +235,7 @@ impl Half {
         nodes: &Nodes,
         signs: &[f32],
         scale: f32,
-    ) -> [f32x4; 6] {
+    ) -> [f32x4; COMPONENTS] {
         self.count = signs.len();
         self.signs[..signs.len()].copy_from_slice(signs);
         let splat = f32x8::splat;
@@ -237,8 +243,8 @@ impl Half {
         let paths = nodes.gauss.map(|h| Path::new(&prepared.fiber, sin, cos, h));
         let a = [attenuation(prepared, &paths[0], through), attenuation(prepared, &paths[1], through)];
         let weights = nodes.weights.map(|w| w * splat(scale));
-        let mut energy = [f32x4::ZERO; 6];
-        for p in 0..6 {
+        let mut energy = [f32x4::ZERO; COMPONENTS];
+        for p in 0..COMPONENTS {
             let mut shares = [f32x8::ZERO; 4];
             for c in 0..4 {
                 shares[c] = weights[0] * a[0][p][c] + weights[1] * a[1][p][c];
@@ -246,7 +252,7 @@ impl Half {
             energy[p] = sum(shares);
         }
         let [gamma_o, gamma_t] = angles(nodes.ends, paths[0].inverse_eta);
-        // For each lobe: the ends and Gauss points of its segments in standard deviations from its centre.
+        // For each lobe, the ends and the Gauss points of its segments, in standard deviations from its centre.
         let (mut ends, mut points) = ([f32x8::ZERO; 3], [[f32x8::ZERO; 2]; 3]);
         let mut centres = [0.0; 8];
         for p in 0..3 {
@@ -290,7 +296,7 @@ impl Half {
             self.lobes[2].spread = Spread::WithTt;
         }
         for (p, lobe) in self.lobes.iter_mut().enumerate() {
-            // If TRT is combined with TT, its tails are the longer ones.
+            // If TRT is combined with TT, TRT has the longer tails.
             let sigma = prepared.azimuthal.sigma[if p == 1 && packed { 2 } else { p }];
             lobe.turns = ((lobe.spread.reach() * sigma + PI) * (1.0 / TAU)) as i32;
         }
@@ -370,7 +376,7 @@ pub(crate) fn draw(halves: &[Half], p: usize, sigma: f32, u: [f32; 2]) -> f32 {
     let Some(choice) = choose(spans, u[0] * total) else { return 0.0 };
     let ((half, lobe, sign, lane), t) = (choice.item, choice.fraction().min(1.0));
     let [middle, length] = lobe.spread.span(lane);
-    // If a linear density cannot have this mean, the rest of the mean shifts the span.
+    // If a linear density cannot have this mean, the remaining difference shifts the span.
     let mean = lobe.spans.mean.to_array()[lane];
     let slope = (3.0 * mean / length.max(1e-6)).clamp(-1.0, 1.0);
     let aside = mean - slope * length * (1.0 / 3.0);

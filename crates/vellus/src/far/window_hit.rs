@@ -2,7 +2,8 @@
 
 use crate::cylinder::frame::{Frame, Outgoing, Polar};
 use crate::cylinder::longitudinal::Centres;
-use crate::cylinder::path::inverse_eta;
+use crate::cylinder::path::{COMPONENTS, DIFFUSE, inverse_eta};
+use crate::exit::diffuse;
 use crate::far::nodes::{Nodes, PIECES, Piece, divide};
 use crate::far::points::Points;
 use crate::far::segments::{self, Half, Through};
@@ -24,8 +25,8 @@ pub(crate) struct WindowHit<'b> {
     frame: Frame<f32>,
     centres: Centres<f32>,
     inclination: Inclination,
-    /// A of the six lobes, RGB and the largest channel, averaged over the window.
-    energy: [f32x4; 6],
+    /// A of the components, RGB and the largest channel, averaged over the window.
+    energy: [f32x4; COMPONENTS],
     /// 1 over the sum of the largest channels, which sampling uses.
     inverse: f32,
     halves: ArrayVec<Half, PIECES>,
@@ -43,7 +44,7 @@ impl<'b> WindowHit<'b> {
             frame: Frame::new(wo, polar.cos, 1.0 / polar.cos.max(1e-12)),
             centres: prepared.longitudinal.centres(polar.sin, polar.cos),
             inclination: Inclination::NONE,
-            energy: [f32x4::ZERO; 6],
+            energy: [f32x4::ZERO; COMPONENTS],
             inverse: 0.0,
             halves: ArrayVec::new(),
             points: Points::none(),
@@ -89,13 +90,13 @@ impl<'b> WindowHit<'b> {
             self.halves.push(Half::NONE);
             if let Some(half) = self.halves.last_mut() {
                 let energy = half.prepare(prepared, polar, through.as_ref(), nodes, signs[*side], scale);
-                (0..6).for_each(|p| self.energy[p] += energy[p]);
+                (0..COMPONENTS).for_each(|p| self.energy[p] += energy[p]);
             }
         }
         if symmetric {
             self.energy = self.energy.map(|e| e + e);
         }
-        self.inverse = 1.0 / sum(&self.energy).to_array()[3].max(f32::MIN_POSITIVE);
+        self.inverse = 1.0 / sum(&self.lobe_energies()).to_array()[3].max(f32::MIN_POSITIVE);
         if let Some(through) = &through {
             let both = [whole[0], whole[usize::from(!symmetric)]];
             self.points.prepare(prepared, polar, through, both, [self.energy[3], self.energy[4]]);
@@ -103,11 +104,20 @@ impl<'b> WindowHit<'b> {
     }
 
     pub fn energy(&self) -> Lobes {
-        Lobes(self.energy.map(rgb))
+        Lobes(self.lobe_energies().map(rgb))
+    }
+
+    /// A of the six lobes.
+    #[inline(always)]
+    fn lobe_energies(&self) -> [f32x4; 6] {
+        let mut lobes = [f32x4::ZERO; 6];
+        (0..6).for_each(|p| lobes[p] = self.energy[p]);
+        lobes[Lobe::Residual as usize] += self.energy[DIFFUSE];
+        lobes
     }
 
     pub fn lobe_probabilities(&self) -> [f32; 6] {
-        self.energy.map(|e| e.to_array()[3] * self.inverse)
+        self.lobe_energies().map(|e| e.to_array()[3] * self.inverse)
     }
 
     /// A direction in the form that the lobes use.
@@ -122,23 +132,23 @@ impl<'b> WindowHit<'b> {
         self.prepared.medulla.leaving(&self.inclination, theta_i, transmittance)
     }
 
-    /// f·cos θᵢ of the six lobes, RGB, and the largest channel, to which sampling is proportional.
+    /// f·cos θᵢ of the six lobes, RGB, and the largest channel. Sampling is proportional to the largest channel.
     #[inline(always)]
     fn lobes(&self, o: &Outgoing<f32>) -> [f32x4; 6] {
         let prepared = self.prepared;
         let m = prepared.longitudinal.eval(&self.centres, o.sin_i, o.cos_i).to_array();
         let medulla = &prepared.medulla;
         let c_m = if medulla.exists() { self.scattered(o.theta_i, medulla.transmittance(o.sin_i)) } else { [0.0; 2] };
-        self.around(o.phi, m, c_m)
+        self.around(o.phi, m, c_m, diffuse::longitudinal(o.cos_i))
     }
 
     pub fn azimuthal(&self, phi: f32) -> Lobes {
-        Lobes(self.around(phi, [1.0; 4], [1.0; 2]).map(rgb))
+        Lobes(self.around(phi, [1.0; 4], [1.0; 2], 1.0).map(rgb))
     }
 
     /// The six lobes at azimuth φ, given their longitudinal parts.
     #[inline(always)]
-    fn around(&self, phi: f32, m: [f32; 4], c_m: [f32; 2]) -> [f32x4; 6] {
+    fn around(&self, phi: f32, m: [f32; 4], c_m: [f32; 2], m_diffuse: f32) -> [f32x4; 6] {
         let prepared = self.prepared;
         let mut n = [f32x4::ZERO; 3];
         for half in &self.halves {
@@ -148,7 +158,8 @@ impl<'b> WindowHit<'b> {
         let [r, tt, trt] = n;
         let [tts, trts] = self.points.eval(&prepared.medulla, phi, c_m);
         let times = |n: f32x4, m: f32| n * f32x4::splat(m);
-        [times(r, m[0]), times(tt, m[1]), times(trt, m[2]), tts, trts, times(self.energy[5], m[3] / TAU)]
+        let rest = times(self.energy[5], m[3] / TAU) + times(self.energy[DIFFUSE], m_diffuse / TAU);
+        [times(r, m[0]), times(tt, m[1]), times(trt, m[2]), tts, trts, rest]
     }
 
     #[inline]
@@ -170,11 +181,11 @@ impl<'b> WindowHit<'b> {
         let m =
             self.prepared.longitudinal.eval(&self.centres.repeated(), o.sin_i, o.cos_i).array().map(f32x8::to_array);
         let transmittance = medulla.transmittance(o.sin_i).to_array();
-        let (theta_i, phi) = (o.theta_i.to_array(), o.phi.to_array());
+        let (theta_i, phi, cos_i) = (o.theta_i.to_array(), o.phi.to_array(), o.cos_i.to_array());
         let mut lobes = [[[0.0; 8]; 4]; 6];
         for i in 0..8 {
             let c_m = if medulla.exists() { self.scattered(theta_i[i], transmittance[i]) } else { [0.0; 2] };
-            let one = self.around(phi[i], m.map(|m| m[i]), c_m).map(f32x4::to_array);
+            let one = self.around(phi[i], m.map(|m| m[i]), c_m, diffuse::longitudinal(cos_i[i])).map(f32x4::to_array);
             for p in 0..6 {
                 (0..4).for_each(|c| lobes[p][c][i] = one[p][c]);
             }
@@ -200,7 +211,11 @@ impl<'b> WindowHit<'b> {
             }
             Lobe::Tts => scattered(0),
             Lobe::Trts => scattered(1),
-            Lobe::Residual => (unscattered(3), TAU * u[3]),
+            Lobe::Residual => {
+                let parts = [DIFFUSE, Lobe::Residual as usize].map(|p| self.energy[p].to_array()[3]);
+                let (is_diffuse, u3) = diffuse::choose(parts, u[3]);
+                (if is_diffuse { diffuse::sample([u[1], u[2]]) } else { unscattered(3) }, TAU * u3)
+            }
         };
         (lobe, sin_i, cos_i.max(0.0), phi)
     }

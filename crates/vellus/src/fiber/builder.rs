@@ -44,7 +44,7 @@ impl FiberBuilder {
     }
 
     /// Sets a parameter by its name ([`Parameter::parse`]) to numbers in the units of files: angles in degrees. One
-    /// number sets all channels of an RGB parameter, and eumelanin alone for melanin.
+    /// number sets all channels of an RGB parameter. For melanin it sets only eumelanin.
     ///
     /// # Errors
     /// [`Error::UnknownParameter`] or [`Error::Channels`]. Ranges are checked by [`FiberBuilder::build`].

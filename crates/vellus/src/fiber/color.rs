@@ -56,7 +56,7 @@ impl Color {
 fn perceptual_roughness(beta_n: f32) -> f32 {
     let s = beta_n * 3f32.sqrt() / std::f32::consts::PI / (std::f32::consts::PI / 8.0).sqrt();
     let (mut lo, mut hi) = (0.0f32, 1.0f32);
-    // Monotone in β: 30 bisections reach the last bit.
+    // The polynomial is monotone in β, and 30 bisections reach the last bit.
     for _ in 0..30 {
         let b = 0.5 * (lo + hi);
         if 0.265 * b + 1.194 * b * b + 5.372 * b.powi(22) < s { lo = b } else { hi = b }

@@ -349,8 +349,8 @@ impl Parameter {
         Ok(())
     }
 
-    /// Whether an angle is in its range, with a tolerance of half a millidegree: 0.1° and 90°, rounded to radians,
-    /// may lie just outside.
+    /// Whether an angle is in its range, with a tolerance of half a millidegree. Rounded to radians, 0.1° and 90° may
+    /// be just outside.
     fn contains_degrees(self, x: f32) -> bool {
         const SLACK: f32 = 5e-4;
         let [low, high] = self.range().ends();
@@ -386,7 +386,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_set_is_what_one_gets() {
+    fn get_returns_the_value_that_was_set() {
         let fox = Fiber::preset(Species::RedFox).with_absorption([0.1, 0.2, 0.3]);
         let mut copy = Fiber::hair();
         for parameter in Parameter::ALL {

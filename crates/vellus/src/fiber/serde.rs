@@ -67,8 +67,8 @@ impl Serialize for InFile {
     }
 }
 
-/// The shortest number of degrees, with at least four decimals, that reads as this angle in radians: 5.48, not
-/// 5.4800005. Some angles lie between the angles of two adjacent numbers of degrees; they become one of the two.
+/// The shortest number of degrees, with at least four decimals, that converts to this angle in radians: 5.48, not
+/// 5.4800005. No number of degrees in single precision converts to some angles. They become one of the two nearest.
 fn degrees(radians: f32) -> f32 {
     let exact = Unit::Degrees.from_stored(radians);
     let rounded = (4..8).map(|decimals| {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Largest optical radius τ of the tables. Above it the scattered lobes keep their shape: all light then leaves
+/// Largest optical radius τ of the tables. Above it the scattered lobes keep their shape, because all light leaves
 /// within a few mean free paths of its entry.
 pub const TAU_MAX: f64 = 20.0;
 
@@ -48,8 +48,8 @@ pub fn offset_at(position: f64) -> f64 {
     (position * FRAC_PI_2).sin()
 }
 
-/// Below this angle asin h″ a part of C^N is mirrored. The second constant is 1 over it in single precision. See
-/// [`mirrored_share`].
+/// Below this angle asin h″ a part of C^N is mirrored, see [`mirrored_share`]. The second constant is its inverse in
+/// single precision.
 pub(crate) const MIRROR_REACH: f64 = PI / 360.0;
 pub(crate) const MIRROR_REACH_INVERSE: f32 = (1.0 / MIRROR_REACH) as f32;
 
@@ -86,8 +86,7 @@ impl OutgoingAxis {
     pub const AZIMUTH: OutgoingAxis = OutgoingAxis { first: 0.0, last: TAU };
     /// θᵢ of the backward half.
     pub const BACKWARD: OutgoingAxis = OutgoingAxis { first: -FRAC_PI_2, last: FRAC_PI_2 };
-    /// D13: δ = θᵢ + θ_o of the forward half. Its peak stays at δ = 0 for every θ_o, so the table has a low rank
-    /// there.
+    /// D13: δ = θᵢ + θ_o of the forward half. Its peak is at δ = 0 for every θ_o, so the table has a low rank.
     pub const FORWARD: OutgoingAxis = OutgoingAxis { first: -FRAC_PI_2, last: PI };
 
     /// The distance between neighbouring nodes, for `nodes` nodes.

@@ -1,8 +1,8 @@
 //! A compressed table. Every profile is a mixture of the same few densities over the outgoing angle. Its weights are
 //! products of one factor per parameter (Yan17 Eq. 17–18, with non-negative factors).
 //!
-//! Because the factors are non-negative, a profile is never negative, one sum over the weights normalises it, and it
-//! can be sampled exactly: choose a component, then invert it.
+//! The factors are non-negative, so a profile is never negative, and one sum over the weights normalises it. Sampling
+//! is exact: it chooses a component, and then inverts it.
 //!
 //! A component B_r is piecewise linear in the angle δ. It is integrated with the weight cos(δ − s), for a shift s
 //! that the query chooses. The azimuthal table uses no weight, the longitudinal ones use cos θᵢ.
@@ -36,7 +36,7 @@ pub(crate) type Weights<const C: usize> = [f32x8; C];
 pub(crate) struct Rows<const C: usize>(Vec<[f32x8; C]>);
 
 impl<const C: usize> Rows<C> {
-    /// From `rank` ≤ 8·C values per node. The missing components are 0.
+    /// Creates rows from `rank` ≤ 8·C values per node. The missing components are 0.
     pub fn new(values: &[f32], rank: usize) -> Self {
         Rows(
             values
@@ -108,7 +108,7 @@ pub(crate) fn product<const C: usize>(a: &Weights<C>, b: &Weights<C>) -> Weights
     out
 }
 
-/// The factor that makes Σ w_r z_r = 1; 0 if that sum is 0.
+/// The factor that normalises Σ w_r z_r to 1. It is 0 if the sum is 0.
 #[inline(always)]
 pub(crate) fn normaliser<const C: usize>(w: &Weights<C>, z: &Weights<C>) -> f32 {
     let mut sum = f32x8::ZERO;
@@ -129,7 +129,7 @@ pub(crate) fn choose<const C: usize>(w: &Weights<C>, z: &Weights<C>, u: f32) -> 
         total += *sum;
     }
     let mut rest = u * total;
-    // If rounding leaves a rest, it goes to the last block, and component, with a weight.
+    // If rounding leaves a rest, the last block and component with a weight is chosen.
     let mut block = 0;
     for (c, &sum) in sums.iter().enumerate() {
         if sum > 0.0 {
@@ -167,8 +167,8 @@ pub(crate) struct Densities<const C: usize> {
 }
 
 impl<const C: usize> Densities<C> {
-    /// From `rank` values per node at δ = `first` + j·`step`. If `weighted` is false, components are scaled to
-    /// integral 1.
+    /// Creates densities from `rank` values per node. Node j is at δ = `first` + j·`step`. If `weighted` is false,
+    /// components are scaled to integral 1.
     pub fn new(values: &[f32], rank: usize, first: f64, step: f64, weighted: bool) -> Self {
         let nodes = values.len() / rank;
         let mut scaled = vec![0.0f32; values.len()];
@@ -282,7 +282,7 @@ impl<const C: usize> Densities<C> {
         let index = whole.to_array();
         let mut sums = [f32x8::ZERO; 8];
         for i in 0..8 {
-            // NaN ends at `last`. The result is undefined, but there is no panic.
+            // NaN becomes `last`. The result is then undefined, but there is no panic.
             let [a, b] = self.values.pair(Between { index: (index[i] as usize).min(last), t: t[i] });
             let (mut low, mut high) = (f32x8::ZERO, f32x8::ZERO);
             for c in 0..C {
@@ -372,7 +372,8 @@ impl<const C: usize> Densities<C> {
         let part = |end: End| end.inner * value(end.node) + end.outer * value(end.beyond);
         let (start, end) = (cumulative(low.node) - part(low), cumulative(high.node) + part(high));
         let target = start + u * (end - start);
-        // The last node at or below the target, by bisection without branches, which the processor could not predict.
+        // Finds the last node at or below the target by bisection. It has no branches, because the processor could not
+        // predict them.
         let (mut a, mut size) = (low.node, high.node + 1 - low.node);
         while size > 1 {
             let half = size / 2;
@@ -383,7 +384,7 @@ impl<const C: usize> Densities<C> {
             let weight = if self.weighted { (node(j) - shift).cos().max(0.0) } else { 1.0 };
             value(j) * weight
         };
-        // (position, cumulative, density) on both sides. At the ends the cosine makes the density 0.
+        // Position, cumulative integral and density on both sides. The density is 0 at the ends, because the cosine is.
         let at = |j: usize| (node(j), cumulative(j), density(j));
         let (below, above) = if target < cumulative(a) {
             ((node(a) - low.width * self.step, start, 0.0), at(a))
@@ -401,8 +402,8 @@ impl<const C: usize> Densities<C> {
     }
 }
 
-/// One end of the half circle: the last node inside, the next one beyond, the distance from the node to the end in
-/// steps, and the factors of both values in the integral between node and end.
+/// One end of the half circle. `node` is the last node inside. The fields also hold the next node, the distance from
+/// the last node to the end in steps, and the factors of both nodes' values in the integral up to the end.
 #[derive(Clone, Copy)]
 struct End {
     node: usize,
@@ -416,7 +417,7 @@ struct End {
 mod tests {
     use crate::medulla::tables::{FORWARD, Tables};
 
-    /// Z_r against the midpoint rule, for every shift and component, of the forward table.
+    /// Compares Z_r of the forward table with the midpoint rule, for every shift and component.
     #[test]
     fn integrals_match_quadrature() {
         let densities = &Tables::shipped().forward.densities;
@@ -473,8 +474,9 @@ mod tests {
                     worst = worst.max((mean * (b - a) / (2.0 * step * total) - 1.0).abs());
                     count += 1;
                 }
-                // Angles near π have a resolution of 2.4e-7, in a difference of at least 2·step·Z/1:
-                // 2.4e-7/(4e-3·1e-3) at the smallest Z tested, and 0.5 % for all others.
+                // Angles near π have a resolution of 2.4e-7. Their difference is at least 2·step·Z, because densities
+                // are at most 1. This is an error of 2.4e-7/(4e-3·1e-3) for the smallest Z of the test. 0.5 % is for
+                // all other errors.
                 let tolerance = 5e-3 + 2.5e-7 / (2.0 * 2e-3 * total);
                 assert!(worst < tolerance, "{degrees}° component {r}, Z {total}: {worst} of {count}");
             }

@@ -19,7 +19,7 @@ use std::f32::consts::{PI, TAU};
 use wide::bytemuck::cast;
 use wide::{f32x8, i32x8, u32x8};
 
-/// The tables with g inserted, and in the longitudinal ones also τ; prepared once per fibre.
+/// The tables for the g of one fibre. The longitudinal tables are also for its τ. Prepared once per fibre.
 #[derive(Clone, Debug)]
 pub struct Medulla<'t> {
     tables: &'t Tables,
@@ -41,7 +41,7 @@ pub struct Medulla<'t> {
     anisotropy: f32,
 }
 
-/// C^N of one path through the medulla, the weights of its components.
+/// C^N of one path through the medulla, as the weights of its components.
 #[derive(Clone, Copy, Debug)]
 pub struct Azimuth {
     pub(crate) weights: Weights<AZIMUTHAL>,
@@ -98,7 +98,7 @@ impl<'t> Medulla<'t> {
         self.tables
     }
 
-    /// Inserts a fibre's g and σ_m,s κ into the tables.
+    /// Interpolates the tables at a fibre's g and σ_m,s κ.
     pub fn new(fiber: &Fiber, tables: &'t Tables) -> Self {
         let optical_radius = fiber.sigma_ms * fiber.kappa;
         let g_position = grid::g_position(f64::from(fiber.g)) as f32;
@@ -137,7 +137,7 @@ impl<'t> Medulla<'t> {
         (1.0 - self.anisotropy) * 0.7f32.mul_add(self.optical_radius, 1.0).min(8.0)
     }
 
-    /// Whether C^N is smooth, also as a function of the offset. Found by experiment: up to g = 0.7, and up to 0.85
+    /// Whether C^N is smooth in the azimuth and in the offset. By experiment, it is up to g = 0.7, and up to g = 0.85
     /// for an optical radius of at least 2.
     pub(crate) fn is_smooth(&self) -> bool {
         self.anisotropy <= 0.7 || (self.anisotropy <= 0.85 && self.optical_radius > 2.0)
@@ -168,7 +168,7 @@ impl<'t> Medulla<'t> {
         (V::splat(1.0) + V::splat(scale) * elongation).ln() * V::splat(1.0 / grid::TAU_GROWTH as f32)
     }
 
-    /// Inserts τ, as [`Medulla::tau_position`] returns it, into the azimuthal table.
+    /// Interpolates the azimuthal table at `tau`, a position from [`Medulla::tau_position`].
     #[inline(always)]
     pub fn pass(&self, tau: f32) -> Pass {
         let rows = &self.tables.azimuthal.factors[0];
@@ -211,7 +211,7 @@ impl<'t> Medulla<'t> {
     pub(crate) fn mean_paths_at(&self, paths: &MeanPaths, angle: f32x8) -> f32x8 {
         let last = self.tables.mean_path_nodes[2] - 2;
         let x = angle.abs() * f32x8::splat(std::f32::consts::FRAC_2_PI * (last + 1) as f32);
-        // NaN may end at any node. The result is undefined.
+        // NaN may become any node. The result is then undefined.
         let node = x.fast_min(f32x8::splat(last as f32)).fast_trunc_int();
         let t = x - f32x8::from_i32x8(node);
         let (low, high) = (lookup(paths, node), lookup(paths, node + i32x8::ONE));
@@ -323,7 +323,7 @@ impl<'t> Medulla<'t> {
     pub(crate) fn sample_profile(&self, weights: &Weights<AZIMUTHAL>, turned: f32, u: f32) -> f32 {
         let (r, u) = choose(weights, &[f32x8::ONE; AZIMUTHAL], u);
         let invert = |u: f32| self.tables.azimuthal.densities.invert(r, u, 0.0);
-        // The rest of `u` decides, and is scaled to [0, 1) again.
+        // The rest of `u` decides whether to mirror, and is then scaled to [0, 1).
         if u < turned {
             -invert(u / turned)
         } else if turned > 0.0 {

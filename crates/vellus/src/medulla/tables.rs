@@ -1,8 +1,12 @@
 //! The table file: the medulla's scattering profiles as non-negative rank-one sums, in half floats.
 //!
-//! Layout, little endian: `VELLUSM1`; for each of azimuthal, backward, forward five u32 (rank, nodes
-//! of τ, g, h or θ, outgoing angle); three u32 (nodes of the mean path in τ, g, h); the CRC-32 of the rest;
-//! then half floats: each mixture's four factor matrices row by row, and the mean path, h fastest.
+//! Layout, little endian:
+//! 1. `VELLUSM1`.
+//! 2. For each of azimuthal, backward and forward, five u32: the rank, and the numbers of nodes of τ, g, h or θ, and
+//!    outgoing angle.
+//! 3. Three u32: the numbers of nodes of the mean path in τ, g and h.
+//! 4. The CRC-32 of the rest.
+//! 5. Half floats: the four factor matrices of each mixture row by row, then the mean path, with h fastest.
 
 use crate::error::Error;
 use crate::medulla::cone::Cones;
@@ -60,11 +64,11 @@ impl TableData {
         ]
     }
 
-    /// Encodes the tables as the bytes of a file.
+    /// Encodes the tables in the format of a file.
     ///
     /// # Errors
-    /// [`Error::Table`] if the data could not be read again: too high a rank, sizes that do not match, a negative or
-    /// non-finite value, or a value above the range of a half float.
+    /// [`Error::Table`] if the data are not valid. The rank may be too large, or sizes do not match, or a value is
+    /// negative, not finite, or above the range of a half float.
     #[cfg(feature = "unstable")]
     pub fn to_bytes(&self) -> Result<Vec<u8>, Error> {
         self.validate()?;
@@ -162,7 +166,7 @@ impl TableData {
             return Err(Error::Table("the tables do not share their nodes".to_owned()));
         }
         let all = self.mixtures().into_iter().flat_map(|(_, t, _)| t.factors.iter().flatten());
-        // As half floats they stay finite up to 65504.
+        // Half floats are finite up to 65504.
         match all.chain(&self.mean_path).find(|x| !(0.0..=65504.0).contains(*x)) {
             Some(x) => Err(Error::Table(format!("value {x} is outside [0, 65504]"))),
             None => Ok(()),

@@ -1,5 +1,5 @@
-//! The share of the medulla's scattered light that passes something that depends on inclination, such as an
-//! interface: ∫ C^M(θᵢ) w(θᵢ) cos θᵢ dθᵢ, for a fixed w.
+//! The share of the medulla's scattered light that remains after a weight w that depends on the inclination, such as
+//! the transmittance of an interface: ∫ C^M(θᵢ) w(θᵢ) cos θᵢ dθᵢ, for a fixed w.
 
 use crate::medulla::grid::OutgoingAxis;
 use crate::medulla::mixture::{Between, Rows, Weights};
@@ -23,7 +23,8 @@ pub struct Weighting {
 }
 
 impl Weighting {
-    /// From a quadrature rule: nodes θᵢ, radians, and weights w(θᵢ) cos θᵢ dθᵢ, symmetric about 0.
+    /// Computes the integrals by a quadrature rule: pairs of a node θᵢ (radians) and a weight w(θᵢ) cos θᵢ dθᵢ,
+    /// symmetric about 0.
     pub fn new(tables: &Tables, rule: &[(f32, f32)]) -> Self {
         let mut backward = [f32x8::ZERO; BACKWARD];
         for &(theta, weight) in rule {
@@ -98,8 +99,8 @@ mod tests {
                 (0..2).for_each(|i| exact[i] += value[i] * weight(theta) * theta.cos() * PI / m as f32);
             }
             let ours = weighting.halves(&inclination);
-            // 0.2 % from the interpolation over θ_o for the sharpest component, and the error of the half-degree
-            // nodes against 400 points.
+            // Interpolation over θ_o has an error of 0.2 % for the sharpest component. The half-degree nodes and the
+            // 400 points differ too.
             (0..2).for_each(|i| assert!((ours[i] - exact[i]).abs() < 2e-3, "{theta_o}: {ours:?} {exact:?}"));
         }
         let azimuth = medulla.azimuth(&medulla.pass(medulla.tau_position(1.1f32)), 0.5);

@@ -1,8 +1,8 @@
-//! One source for one query and for eight. The model is generic over [`Lanes`], which is `f32`, or an `f32x8` with
-//! eight queries side by side.
+//! The same source code evaluates one query or eight. The model is generic over [`Lanes`], which is `f32` for one
+//! query, or `f32x8` for eight.
 //!
-//! Quantities that come in fours (the lobes with a Gaussian along the fibre, or the colour channels and a spare) are
-//! a [`Quad`]: one register of four for one query, four registers for eight queries.
+//! Some quantities come in fours: the lobes with a Gaussian along the fibre, and the colour channels with a spare. They
+//! are stored in a [`Quad`], which is one register of four numbers for one query, and four registers for eight queries.
 
 use crate::simd::special;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -14,7 +14,7 @@ mod sealed {
     impl Sealed for wide::f32x8 {}
 }
 
-/// A number, or eight: only `f32` and [`wide::f32x8`].
+/// One number or eight. Only `f32` and [`wide::f32x8`] implement it.
 pub trait Lanes:
     sealed::Sealed
     + Copy
@@ -24,7 +24,7 @@ pub trait Lanes:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// Four of these.
+    /// Four numbers of this type.
     #[doc(hidden)]
     type Quad: Quad<Self>;
     /// One `T` for each lane.

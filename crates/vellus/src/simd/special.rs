@@ -12,9 +12,9 @@ pub trait Register:
     fn splat(x: f32) -> Self;
     /// self·factor + term.
     fn mul_add(self, factor: Self, term: Self) -> Self;
-    /// The larger of the two, neither being NaN.
+    /// The larger of two numbers, neither of which is NaN.
     fn max(self, other: Self) -> Self;
-    /// The smaller of the two, neither being NaN.
+    /// The smaller of two numbers, neither of which is NaN.
     fn min(self, other: Self) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
@@ -95,9 +95,9 @@ pub fn polynomial<R: Register, const N: usize>(x: R, coefficients: [f32; N]) -> 
     if N > 4 { quad(4).mul_add(x2 * x2, quad(0)) } else { quad(0) }
 }
 
-/// eˣ for x ≤ 88, with a relative error ≤ 2e-7 plus |x|·6e-8 from rounding the argument. Below −64 it is e⁻⁶⁴ ≈
-/// 1.6e-28: a far tail is a tiny number whose products with weights and other tails are not subnormal. Subnormal
-/// numbers would make a query a third slower.
+/// eˣ for x ≤ 88, with a relative error ≤ 2e-7 plus |x|·6e-8 from rounding the argument. Below −64 the result is e⁻⁶⁴ ≈
+/// 1.6e-28. Products of such tails with weights and other tails are then not subnormal. Subnormal numbers would make a
+/// query slower by a third.
 #[inline(always)]
 pub fn exp<R: Register>(x: R) -> R {
     const LOG2_E: f32 = std::f32::consts::LOG2_E;
@@ -115,9 +115,8 @@ pub fn exp<R: Register>(x: R) -> R {
     p * k.power_of_two()
 }
 
-/// e⁻ˣ I₀(x) for x ≥ 0, relative error ≤ 1.2e-6: 3e-7 of the fits, 5e-7 of exp(−5)
-/// and rounding. Minimax fits of I₀(√z) up to x = 5 and of
-/// √x e⁻ˣ I₀(x) in 1/x beyond (our own, by Chebyshev interpolation).
+/// e⁻ˣ I₀(x) for x ≥ 0, with a relative error ≤ 1.2e-6: 3e-7 from the fits, 5e-7 from exp(−5), and rounding. The fits
+/// are our own, nearly minimax, by Chebyshev interpolation: of I₀(√z) up to x = 5, and of √x e⁻ˣ I₀(x) in 1/x beyond.
 ///
 /// The frequently copied asymptotic series of log I₀ with 1/(8x) inside the ½ has an error of 0.6 %; see the test.
 #[inline(always)]
@@ -140,8 +139,8 @@ pub fn bessel_i0e<R: Register>(x: R) -> R {
     x.select_lt(split, p * exp(-near), large)
 }
 
-/// The tail of the normal distribution over its bell: (1 − Φ(u))·e^(u²/2) for u ≥ 0, which is Mills' ratio over √2π;
-/// relative error ≤ 6e-7: 2.3e-7 of the fit (our own, minimax in t = 1/(1 + 3u/8)) and rounding.
+/// (1 − Φ(u))·e^(u²/2) for u ≥ 0, where Φ is the normal distribution function. This is Mills' ratio divided by √2π. The
+/// relative error is ≤ 6e-7: 2.3e-7 from the fit (our own, minimax in t = 1/(1 + 3u/8)), and rounding.
 #[inline(always)]
 pub fn mills<R: Register>(u: R) -> R {
     let t = R::splat(1.0) / u.mul_add(R::splat(0.375), R::splat(1.0));
@@ -172,7 +171,7 @@ pub fn atan2<R: Register>(y: R, x: R) -> R {
     let (ax, ay) = (x.abs(), y.abs());
     let hi = ax.max(ay);
     let lo = ax.min(ay);
-    // Beyond tan(π/8) the angle is π/4 + atan((lo − hi)/(lo + hi)); one division serves both cases.
+    // Beyond tan(π/8) the angle is π/4 + atan((lo − hi)/(lo + hi)). Both cases share one division.
     let knee = hi * R::splat(0.414_213_57);
     let numerator = knee.select_lt(lo, lo - hi, lo);
     let denominator = knee.select_lt(lo, lo + hi, hi).max(R::splat(f32::MIN_POSITIVE));
@@ -185,8 +184,9 @@ pub fn atan2<R: Register>(y: R, x: R) -> R {
     angle.copysign(y)
 }
 
-/// sin x and cos x of x in [0, π/2], absolute error ≤ 1.5e-7. The odd and even polynomials, our own fits, have errors
-/// of 5e-9 and 4e-10. The term added to x, at most 0.57, has three roundings of 6e-8 each, and the sum half of one.
+/// sin x and cos x for x in [0, π/2], with an absolute error ≤ 1.5e-7. The odd and even polynomials are our own fits,
+/// with errors of 5e-9 and 4e-10. The term added to x is at most 0.57 and has three roundings of 6e-8 each. The sum
+/// adds half a rounding.
 #[inline(always)]
 pub fn sin_cos_quarter<R: Register>(x: R) -> (R, R) {
     let z = x * x;
@@ -234,11 +234,11 @@ pub fn normal_quantile(u: f32) -> f32 {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+mod tests {
     //! Expected values: mpmath with 50 digits, rounded to double.
     use super::*;
 
-    pub(crate) const I0E: [(f64, f64); 14] = [
+    const I0E: [(f64, f64); 14] = [
         (0.0, 1.0),
         (0.001, 0.9990007495835156),
         (0.1, 0.9071009257823011),
@@ -359,7 +359,7 @@ pub(crate) mod tests {
     fn normal_quantile_matches_high_precision() {
         for (u, expected) in QUANTILES {
             let value = f64::from(normal_quantile(u));
-            // Near 1, u itself has an error of 6e-8. The slope of the quantile, 1/pdf, turns it into this.
+            // Near 1, u itself has an error of 6e-8. The slope of the quantile, 1/pdf, multiplies this error.
             let slope = (0.5 * expected * expected).exp() * std::f64::consts::TAU.sqrt();
             let tolerance = 3e-6 + 1.2e-7 * f64::from(u) * slope;
             assert!((value - expected).abs() < tolerance, "{u}: {value} {expected}");

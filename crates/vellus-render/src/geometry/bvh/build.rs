@@ -1,7 +1,7 @@
 //! Builds a hierarchy from the top down by the surface area heuristic over bins (Wald 2007, On Fast Construction of
 //! SAH-Based Bounding Volume Hierarchies).
 //!
-//! The cost of a part is counted in leaves of eight, not in primitives: leaves become fuller, and fewer.
+//! The cost of a part counts leaves of eight instead of primitives. This gives fewer and fuller leaves.
 
 use super::{Bounds, Bvh, EMPTY, LEAF, NONE, Node, WIDTH, half_area, join};
 use crate::geometry::memory;
@@ -13,10 +13,12 @@ const BINS: usize = 16;
 /// One thread builds parts of at most this many primitives.
 const TASK: usize = 1 << 14;
 
-/// Below this level parts are halved by count: in the worst case, bins remove one primitive at a time.
+/// Below this level, parts are split into halves of equal count. In the worst case, bins would remove only one
+/// primitive at a time.
 const DEEPEST: usize = 60;
 
-/// The size of a traversal's stack: seven siblings a level, and halving 2³² primitives adds eleven levels.
+/// The size of a traversal's stack. Each level adds seven siblings. Splitting 2³² primitives into halves adds eleven
+/// levels.
 pub(super) const STACK: usize = 7 * (DEEPEST + 11) + 8;
 
 #[derive(Clone, Copy)]
@@ -40,7 +42,7 @@ impl Primitive {
 /// A part of a node, and the box around it.
 type Part<'a> = (&'a mut [Primitive], Bounds);
 
-/// Nodes, each before those below it, and leaves.
+/// Nodes and leaves. Each node is before its children.
 #[derive(Default)]
 struct Subtree {
     nodes: Vec<Node>,
@@ -53,7 +55,8 @@ enum Top {
     Node(Vec<(Bounds, Top)>),
 }
 
-/// Builds a hierarchy over `count` primitives. Returns the primitives of the leaves too, [`NONE`] for missing ones.
+/// Builds a hierarchy over `count` primitives. Also returns the primitives of each leaf, with [`NONE`] for missing
+/// ones.
 pub(super) fn build(count: usize, bounds: impl Fn(usize) -> Bounds + Sync) -> (Bvh, Vec<[u32; WIDTH]>) {
     let mut primitives: Vec<Primitive> = (0..count)
         .into_par_iter()
@@ -106,7 +109,7 @@ impl Subtree {
         index as u32
     }
 
-    /// Appends what was built in parallel.
+    /// Appends the subtrees that were built in parallel.
     fn take(&mut self, top: Top) -> u32 {
         match top {
             Top::Below(tree, root) => {
@@ -129,7 +132,7 @@ impl Subtree {
     }
 }
 
-/// The parts of a node: the one with the largest surface is split until there are eight.
+/// The parts of a node. The part with the largest surface is split until there are eight.
 fn divide(part: Part<'_>, depth: usize) -> Vec<Part<'_>> {
     let mut parts = Vec::with_capacity(WIDTH);
     parts.push(part);

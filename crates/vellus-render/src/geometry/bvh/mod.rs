@@ -1,8 +1,8 @@
-//! A bounding volume hierarchy with eight children a node, over leaves of up to eight primitives. One SIMD register
+//! A bounding volume hierarchy with eight children per node and up to eight primitives per leaf. One SIMD register
 //! holds a coordinate of all eight boxes.
 //!
-//! If primitives move, so do the boxes: each has one box at the shutter's opening and one at its closing, and is
-//! interpolated between them.
+//! If primitives move, each box has one state when the shutter opens and one when it closes. It is interpolated between
+//! them.
 
 mod build;
 
@@ -16,7 +16,7 @@ use wide::f32x8;
 /// Primitives in a leaf, and children of a node.
 pub const WIDTH: usize = 8;
 
-/// Stands for no primitive in a leaf.
+/// Marks a missing primitive in a leaf.
 pub const NONE: u32 = u32::MAX;
 
 /// The bit of children that are leaves.
@@ -51,7 +51,7 @@ fn boxes(bounds: impl Iterator<Item = Bounds>) -> Boxes {
     all.map(|corner| corner.map(f32x8::new))
 }
 
-/// The box around eight.
+/// The box around eight boxes.
 fn around(boxes: &Boxes) -> Bounds {
     let low = boxes[0].map(|x| x.to_array().into_iter().fold(f32::MAX, f32::min));
     let high = boxes[1].map(|x| x.to_array().into_iter().fold(f32::MIN, f32::max));
@@ -73,17 +73,17 @@ impl Node {
     }
 }
 
-/// The hierarchy. It numbers the leaves; the caller of [`Bvh::build`] keeps their contents.
+/// The hierarchy. It only has the indices of leaves. The caller of [`Bvh::build`] stores their contents.
 #[derive(Clone, Debug)]
 pub struct Bvh {
     nodes: Vec<Node>,
-    /// The boxes of the nodes when the shutter closes, if anything moves. Those in the nodes are from its opening.
+    /// The boxes of the nodes when the shutter closes, if anything moves. The nodes contain the boxes when it opens.
     closed: Vec<Boxes>,
     root: u32,
 }
 
 impl Bvh {
-    /// Builds a hierarchy over `count` boxes. Returns the primitives of the leaves too, [`NONE`] for missing ones.
+    /// Builds a hierarchy over `count` boxes. Also returns the primitives of each leaf, with [`NONE`] for missing ones.
     pub fn build(count: usize, bounds: impl Fn(usize) -> Bounds + Sync) -> (Self, Vec<[u32; WIDTH]>) {
         build::build(count, bounds)
     }
@@ -128,9 +128,9 @@ impl Bvh {
         size_of_val(&self.nodes[..]) + size_of_val(&self.closed[..])
     }
 
-    /// Visits the leaves that a ray may hit, near ones first. `leaf` gets the number of a leaf and the distance up to
-    /// which hits count, and returns this distance, smaller if it found a hit. A negative distance ends the search.
-    /// `soon` gets the numbers of leaves that will be visited soon.
+    /// Visits the leaves that a ray may hit, near leaves first. `leaf` gets the index of a leaf and the largest
+    /// distance of a hit. It returns the distance of a nearer hit, or the same distance. A negative distance ends the
+    /// search. `soon` gets the indices of leaves that will be visited soon, for prefetching.
     #[inline]
     pub fn traverse(&self, ray: &Ray, soon: impl Fn(u32), leaf: impl FnMut(u32, f32) -> f32) {
         if self.closed.is_empty() {
@@ -144,7 +144,7 @@ impl Bvh {
     fn search<const MOVING: bool>(&self, ray: &Ray, soon: impl Fn(u32), mut leaf: impl FnMut(u32, f32) -> f32) {
         let splat = f32x8::splat;
         let d = ray.direction.to_array();
-        // A zero in the direction becomes tiny: this avoids 0/0.
+        // Replaces 0 in the direction by a tiny number, which avoids 0/0.
         let inverse = d.map(|d| 1.0 / if d.abs() < 1e-20 { 1e-20f32.copysign(d) } else { d });
         let origin = ray.origin.to_array();
         let shift: [f32x8; 3] = std::array::from_fn(|k| splat(-origin[k] * inverse[k]));
@@ -184,8 +184,8 @@ impl Bvh {
                 let hit = enter.simd_le(leave * splat(1.000_000_5));
                 let mut mask = hit.to_bitmask();
                 if mask != 0 {
-                    // Distance and child in one number are compared and moved at once. Distances are not negative, so
-                    // their bits have their order.
+                    // Distance and child are packed into one number, to compare and move both at once. Distances are
+                    // not negative, so their bits have the same order.
                     let distances = enter.to_array();
                     let mut next = || {
                         let i = mask.trailing_zeros() as usize & (WIDTH - 1);
@@ -193,7 +193,7 @@ impl Bvh {
                         (u64::from(distances[i].to_bits()) << 32 | u64::from(node.children[i]), mask != 0)
                     };
                     let (mut nearest, mut more) = next();
-                    // Usually there is only one.
+                    // Usually there is only one hit.
                     if !more {
                         current = nearest as u32;
                         continue;
@@ -242,7 +242,7 @@ impl Bvh {
 mod tests {
     use super::*;
 
-    /// Thousands of coinciding boxes are all found.
+    /// Thousands of equal boxes are all found.
     #[test]
     fn boxes_may_coincide() {
         let (bvh, leaves) = Bvh::build(5000, |_| (Vec3::ZERO, Vec3::ONE));

@@ -1,0 +1,65 @@
+//! Lights of UsdLux.
+
+use crate::{FOUR, said, scene};
+use glam::{Mat3, Vec3};
+use vellus_scene::Light;
+
+#[test]
+fn lights_have_the_radiance_of_usdlux() {
+    let (scene, warnings) = scene(&format!(
+        "( upAxis = \"Z\" )
+def BasisCurves \"b\" {{ {FOUR} }}
+def RectLight \"rect\" {{ float inputs:width = 2 float inputs:height = 3 float inputs:intensity = 6 float inputs:exposure = 1
+    bool inputs:normalize = 1 color3f inputs:color = (1, 0.5, 0)
+    float3 xformOp:scale = (2, 1, 1) uniform token[] xformOpOrder = [\"xformOp:scale\"] }}
+def DiskLight \"disk\" {{ token vellus:lightGroup = \"key-2\" float intensity = 3 float inputs:shaping:cone:angle = 30 }}
+def SphereLight \"sphere\" {{ float inputs:radius = 0.5 bool inputs:normalize = 1
+    float3 xformOp:scale = (2, 2, 2) uniform token[] xformOpOrder = [\"xformOp:scale\"] }}
+def DistantLight \"sun\" {{ float inputs:angle = 60 float inputs:intensity = 2
+    float xformOp:rotateX = 90 uniform token[] xformOpOrder = [\"xformOp:rotateX\"] }}
+def DistantLight \"parallel\" {{ float inputs:angle = 0 float inputs:intensity = 2 }}
+def DomeLight \"sky\" {{ float vellus:groundHeight = 1.5 float vellus:groundRadius = 20
+    double3 xformOp:translate = (1, 2, 3) float3 xformOp:scale = (2, 2, 2)
+    uniform token[] xformOpOrder = [\"xformOp:translate\", \"xformOp:scale\"] }}
+def DomeLight_1 \"sky1\" {{ }}
+def CylinderLight \"tube\" {{ float inputs:radius = 0.25 float inputs:length = 3 bool inputs:normalize = 1
+    float3 xformOp:scale = (2, 2, 2) uniform token[] xformOpOrder = [\"xformOp:scale\"] }}
+def PortalLight \"portal\" {{ }}"
+    ));
+    let said = said(&warnings);
+    assert!(
+        said.contains("/disk: the shaping") && said.contains("/portal: PortalLight is not") && warnings.len() == 2,
+        "{said}"
+    );
+    let [rect, disk, sphere, sun, parallel, sky, sky1, tube] = &scene.lights[..] else { panic!() };
+    assert_eq!(scene.light_groups[1..5], ["key-2", "sphere", "sun", "parallel"]);
+    // The intensity 6 times 2 for the exposure, over an area of 2 · 2 · 3.
+    let Light::Rect { radiance, to_world, .. } = rect else { panic!() };
+    assert_eq!((*radiance, to_world.x_axis.x, to_world.y_axis.y), ([1.0, 0.5, 0.0], 4.0, 3.0));
+    let Light::Disk { radiance, to_world } = disk else { panic!() };
+    assert_eq!((*radiance, to_world.x_axis.x), ([3.0; 3], 0.5));
+    let Light::Sphere { radius, radiance, .. } = sphere else { panic!() };
+    assert!(*radius == 1.0 && (radiance[0] * 4.0 * std::f32::consts::PI - 1.0).abs() < 1e-6);
+    let Light::Cylinder { half_axis, radius, radiance, .. } = tube else { panic!() };
+    assert_eq!((*half_axis, *radius), (Vec3::new(3.0, 0.0, 0.0), 0.5));
+    // The lateral area of the cylinder is 2 π times 0.5 times 6.
+    assert!((radiance[0] * 6.0 * std::f32::consts::PI - 1.0).abs() < 1e-6);
+    let Light::Distant { direction, half_angle, irradiance } = sun else { panic!() };
+    // The light travels along −z, which the rotation turns to +y. The irradiance is π sin² 30° times the radiance of 2.
+    assert!(direction.abs_diff_eq(-Vec3::Y, 1e-6) && (half_angle.to_degrees() - 30.0).abs() < 1e-5);
+    assert!((irradiance[0] - 0.5 * std::f32::consts::PI).abs() < 1e-6);
+    let Light::Distant { half_angle, irradiance, .. } = parallel else { panic!() };
+    assert_eq!((*half_angle, *irradiance), (0.0, [2.0; 3]));
+    let axes = |light: &Light| match light {
+        Light::Dome { rotation, .. } => (*rotation * Vec3::Y, *rotation * Vec3::NEG_Z),
+        _ => panic!(),
+    };
+    let Light::Dome { ground: Some(ground), .. } = sky else { panic!() };
+    assert_eq!((ground.origin, ground.height, ground.radius), (Vec3::new(1.0, 2.0, 3.0), 3.0, 40.0));
+    // The directions of the pole and of the middle of the image.
+    assert_eq!(axes(sky), (Vec3::Y, Vec3::Z));
+    let (pole, middle) = axes(sky1);
+    assert!(pole.abs_diff_eq(Vec3::Z, 1e-6) && middle.abs_diff_eq(-Vec3::Y, 1e-6));
+    let Light::Dome { rotation, .. } = sky1 else { panic!() };
+    assert!((*rotation * rotation.transpose()).abs_diff_eq(Mat3::IDENTITY, 1e-6));
+}

@@ -1,0 +1,112 @@
+//! Meshes and their surfaces.
+
+use crate::common::read;
+use crate::{said, scene};
+use glam::{Vec2, Vec3};
+use vellus_scene::Wrap;
+use vellus_usd::Options;
+
+#[test]
+fn polygons_become_triangles_with_their_corners() {
+    let quad = |attributes: &str| {
+        let body = format!(
+            "def Mesh \"m\" {{
+    int[] faceVertexCounts = [4, 3]
+    int[] faceVertexIndices = [0, 1, 2, 3, 0, 2, 4]
+    point3f[] points = [(0,0,0), (1,0,0), (1,1,0), (0,1,0), (0,0,1)]
+    {attributes}
+}}"
+        );
+        scene(&body)
+    };
+    let (scene, warnings) = quad(
+        "uniform token subdivisionScheme = \"none\"
+    normal3f[] normals = [(0,0,1), (0,0,1), (0,0,1), (0,1,0), (1,0,0)] (interpolation = \"vertex\")
+    texCoord2f[] primvars:st = [(0,0), (1,0)] (interpolation = \"faceVarying\")
+    int[] primvars:st:indices = [0, 0, 0, 1, 0, 0, 1]
+    color3f[] primvars:displayColor = [(0.1, 0.2, 0.3)]",
+    );
+    assert_eq!(said(&warnings), "");
+    let mesh = &scene.meshes[0];
+    assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [0, 2, 4]]);
+    assert_eq!(mesh.normals.as_ref().unwrap()[1], [Vec3::Z, Vec3::Z, Vec3::Y]);
+    assert_eq!(mesh.uv.as_ref().unwrap()[1..], [[Vec2::ZERO, Vec2::ZERO, Vec2::X]; 2]);
+    assert_eq!(scene.surfaces[mesh.surface].color.color, [0.1, 0.2, 0.3]);
+    let (scene, warnings) = quad(
+        "uniform token orientation = \"leftHanded\" int[] holeIndices = [1]
+    def GeomSubset \"part\" { rel material:binding = </none> int[] indices = [0] }",
+    );
+    assert_eq!(scene.meshes[0].triangles, [[0, 2, 1], [0, 3, 2]]);
+    let said = said(&warnings);
+    assert!(
+        said.contains("/m: subdivision is not supported") && said.contains("/m/part: a mesh has one material"),
+        "{said}"
+    );
+    let mirror = "float3 xformOp:scale = (-2, 1, 1) uniform token[] xformOpOrder = [\"xformOp:scale\"]
+    normal3f[] normals = [(0.6,0.8,0), (0,0,1), (0,0,1), (0,1,0), (1,0,0)]";
+    let (scene, _) = quad(mirror);
+    assert_eq!(scene.meshes[0].triangles[0], [0, 2, 1]);
+    // If a slope is stretched along x, its normal turns away from x.
+    let expected = Vec3::new(-0.3, 0.8, 0.0).normalize();
+    assert!(scene.meshes[0].normals.as_ref().unwrap()[0][0].abs_diff_eq(expected, 1e-6));
+}
+
+#[test]
+fn surfaces_read_preview_surfaces_and_their_textures() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut encoder = png::Encoder::new(std::fs::File::create(folder.path().join("hide.png")).unwrap(), 1, 1);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.write_header().unwrap().write_image_data(&[255, 51, 0]).unwrap();
+    let stage = |file: &str, output: &str| {
+        let body = format!(
+            "#usda 1.0
+def Mesh \"m\" {{
+    int[] faceVertexCounts = [3] int[] faceVertexIndices = [0, 1, 2]
+    point3f[] points = [(0,0,0), (1,0,0), (1,1,0)]
+    uniform token subdivisionScheme = \"none\"
+    rel material:binding = </Hide>
+}}
+def Material \"Hide\" {{
+    token inputs:wrap = \"clamp\"
+    token outputs:surface.connect = </Hide/Graph.outputs:out>
+    def NodeGraph \"Graph\" {{
+        token outputs:out.connect = </Hide/Graph/Surface.outputs:surface>
+        def Shader \"Surface\" {{
+            uniform token info:id = \"UsdPreviewSurface\"
+            color3f inputs:diffuseColor.connect = </Hide/Graph/Image.outputs:{output}>
+            color3f inputs:emissiveColor = (0, 1, 2)
+            float inputs:roughness = 0.25
+            float inputs:metallic = 1
+            float inputs:opacity = 0.5
+            token outputs:surface
+        }}
+        def Shader \"Image\" {{
+            uniform token info:id = \"UsdUVTexture\"
+            asset inputs:file = @{file}@
+            token inputs:sourceColorSpace = \"raw\"
+            float4 inputs:scale = (0.5, 0.25, 1, 1)
+            token inputs:wrapS = \"mirror\"
+            token inputs:wrapT.connect = </Hide.inputs:wrap>
+        }}
+    }}
+}}"
+        );
+        let path = folder.path().join("stage.usda");
+        std::fs::write(&path, body).unwrap();
+        read(&path, &Options::default())
+    };
+    let (scene, warnings) = stage("./hide.png", "rgb").unwrap();
+    let surface = &scene.surfaces[0];
+    assert_eq!((surface.color.color, surface.color.texture), ([0.5, 0.25, 1.0], Some(0)));
+    assert_eq!((surface.emission, surface.roughness, surface.metallic, surface.ior), ([0.0, 1.0, 2.0], 0.25, 1.0, 1.5));
+    assert_eq!((scene.textures[0].name.as_str(), scene.textures[0].pixels[0]), ("hide.png", [1.0, 0.2, 0.0]));
+    assert_eq!(scene.textures[0].wrap, [Wrap::Mirror, Wrap::Clamp]);
+    assert!(said(&warnings).contains("inputs:opacity is not supported"));
+    let (scene, _) = stage("hide.png", "g").unwrap();
+    assert_eq!((scene.surfaces[0].color.color, scene.textures[0].pixels[0]), ([0.25; 3], [0.2; 3]));
+    let error = stage("./none.png", "rgb").unwrap_err().to_string();
+    assert!(error.contains("/Hide/Graph/Image") && error.contains("./none.png does not exist"), "{error}");
+    std::fs::write(folder.path().join("text.png"), "no image").unwrap();
+    let error = stage("./text.png", "rgb").unwrap_err().to_string();
+    assert!(error.contains("text.png: it is no PNG"), "{error}");
+}

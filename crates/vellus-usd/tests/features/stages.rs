@@ -1,0 +1,64 @@
+//! Composition of stages, and prims that are skipped.
+
+use crate::common::read;
+use crate::{FOUR, said, scene};
+use vellus_usd::Options;
+
+#[test]
+fn hidden_and_unsupported_prims_are_skipped_with_one_warning() {
+    let curve = format!("{{ {FOUR} }}");
+    let with = |attribute: &str| format!("{{ {FOUR}\n {attribute} }}");
+    let (scene, warnings) = scene(&format!(
+        "def BasisCurves \"shown\" {curve}
+def BasisCurves \"inactive\" ( active = false ) {curve}
+def BasisCurves \"invisible\" {}
+def Xform \"guides\" {{ token purpose = \"guide\"
+    def BasisCurves \"guide\" {curve}
+    def BasisCurves \"seen\" {} }}
+def Xform \"hidden\" {{ token visibility = \"invisible\"
+    def BasisCurves \"below\" {} }}
+over \"nothing\" {{ def BasisCurves \"undefined\" {curve} }}
+class \"_class\" {{ def BasisCurves \"abstract\" {curve} }}
+def BasisCurves \"ring\" {}
+def Sphere \"ball\" {{}}
+def Sphere \"ball2\" {{}}
+def PointInstancer \"many\" {{ def BasisCurves \"prototype\" {curve} }}",
+        with("token visibility = \"invisible\""),
+        with("token purpose = \"render\""),
+        with("token visibility = \"inherited\""),
+        with("uniform token wrap = \"periodic\""),
+    ));
+    let names: Vec<_> = scene.strands.iter().map(|s| s.name.as_str()).collect();
+    assert_eq!(names, ["/shown", "/guides/seen"]);
+    let said = said(&warnings);
+    assert!(said.contains("/ring: periodic curves are not supported"), "{said}");
+    assert!(said.contains("/ball, /ball2: Sphere is not supported"), "{said}");
+    assert!(said.contains("/many: PointInstancer is not supported"), "{said}");
+    assert_eq!(warnings.len(), 3);
+}
+
+#[test]
+fn references_sublayers_and_instances_compose() {
+    let folder = tempfile::tempdir().unwrap();
+    let save = |name: &str, body: &str| std::fs::write(folder.path().join(name), format!("#usda 1.0\n{body}")).unwrap();
+    save("fur.usda", &format!("( defaultPrim = \"Fur\" )\ndef Xform \"Fur\" {{ def BasisCurves \"c\" {{ {FOUR} }} }}"));
+    save("under.usda", "over \"one\" { over \"c\" { point3f[] points = [(5,0,0), (6,0,0), (7,0,0), (8,0,0)] } }");
+    let place = |name: &str, x: f32, meta: &str| {
+        format!(
+            "def Xform \"{name}\" ( {meta} prepend references = @./fur.usda@ ) {{
+    double3 xformOp:translate = ({x}, 0, 0) uniform token[] xformOpOrder = [\"xformOp:translate\"] }}\n"
+        )
+    };
+    let body = format!(
+        "( subLayers = [@./under.usda@] )\n{}{}{}",
+        place("one", 0.0, ""),
+        place("two", 10.0, "instanceable = true"),
+        place("three", 20.0, "instanceable = true")
+    );
+    save("stage.usda", &body);
+    let (scene, warnings) = read(&folder.path().join("stage.usda"), &Options::default()).unwrap();
+    assert_eq!(said(&warnings), "");
+    let roots: Vec<f32> = scene.strands.iter().map(|s| s.points[0].x).collect();
+    assert_eq!(roots, [5.0, 10.0, 20.0]);
+    assert_eq!(scene.looks.len(), 1);
+}

@@ -1,0 +1,177 @@
+//! The table of first exits: where light that the medulla scattered leaves it, and the length of its path.
+//!
+//! Layout, little endian: `VELLUSX1`; two u32 (nodes of τ and of g); the CRC-32 of the rest; then half floats. For each τ and g,
+//! g fastest, there are [`ROWS`] rows of [`ENTRIES`] values: the probability of each state, then the effective paths
+//! ([`absorption_at`]) in radii of the medulla.
+
+use crate::error::Error;
+use crate::exit::cone::Cone;
+use crate::exit::states::{Geometry, STATES};
+use crate::medulla::grid;
+use crate::medulla::mixture::Between;
+use half::f16;
+use std::sync::OnceLock;
+use wide::f32x8;
+
+const MAGIC: &[u8; 8] = b"VELLUSX1";
+
+/// Nodes of the entry: (c, y) with c = √(1 − h″²) and y = sin²θ_t / [`MAX_SIN2`], on the corners and in the middle of
+/// the sides of the unit square.
+pub const ENTRIES: usize = 8;
+
+/// c and y of the nodes.
+pub const NODES: [[f64; 2]; ENTRIES] =
+    [[0.0, 0.0], [0.5, 0.0], [1.0, 0.0], [0.0, 0.5], [1.0, 0.5], [0.0, 1.0], [0.5, 1.0], [1.0, 1.0]];
+
+/// sin²θ_t of the last node.
+pub const MAX_SIN2: f64 = 0.9;
+
+/// Absorptions a for which the table has an effective path L(a), with e^(−a L(a)) the mean of e^(−a path).
+pub const ABSORPTIONS: usize = 6;
+
+/// Rows for each τ and g.
+pub const ROWS: usize = STATES + ABSORPTIONS;
+
+/// The absorption, per radius of the medulla, of a node of the effective path.
+pub fn absorption_at(node: usize) -> f64 {
+    (3f64.powi(node as i32) - 1.0) / 4.0
+}
+
+/// The position of an absorption among the nodes. For an exponential distribution of paths, linear interpolation of
+/// L(a) at this position is exact to 1 %.
+#[inline(always)]
+fn absorption_position(a: f32) -> f32 {
+    (1.0 + 4.0 * a).ln() * (1.0 / 1.098_612_3)
+}
+
+/// 1, c, y, c², cy, y², c²y, cy²: the polynomials that the nodes determine.
+pub fn monomials(c: f64, y: f64) -> [f64; ENTRIES] {
+    [1.0, c, y, c * c, c * y, y * y, c * c * y, c * y * y]
+}
+
+/// The contents of the file as plain numbers, for code that builds or inspects it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExitData {
+    /// Nodes of τ and of g.
+    pub nodes: [usize; 2],
+    /// [`ROWS`] × [`ENTRIES`] values for each τ and g, g fastest.
+    pub values: Vec<f32>,
+}
+
+impl ExitData {
+    /// The bytes of the file.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let rest: Vec<u8> = self.values.iter().flat_map(|x| f16::from_f32(*x).to_le_bytes()).collect();
+        let numbers = [self.nodes[0] as u32, self.nodes[1] as u32, crc32fast::hash(&rest)];
+        MAGIC.iter().copied().chain(numbers.into_iter().flat_map(u32::to_le_bytes)).chain(rest).collect()
+    }
+
+    /// Reads the bytes of a file.
+    ///
+    /// # Errors
+    /// [`Error::Table`] if they are not a complete and undamaged file.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
+        let fail = |what: &str| Err(Error::Table(format!("first exits: {what}")));
+        let Some((head, rest)) = bytes.split_first_chunk::<20>() else { return fail("the file is too short") };
+        if head[..8] != *MAGIC {
+            return fail("it does not begin with VELLUSX1");
+        }
+        let number = |i: usize| u32::from_le_bytes([head[i], head[i + 1], head[i + 2], head[i + 3]]);
+        let nodes = [number(8) as usize, number(12) as usize];
+        if nodes.iter().any(|n| !(2..=1024).contains(n)) || rest.len() != nodes[0] * nodes[1] * ROWS * ENTRIES * 2 {
+            return fail("its size does not match its nodes");
+        }
+        if crc32fast::hash(rest) != number(16) {
+            return fail("its checksum does not match");
+        }
+        let values: Vec<f32> = rest.chunks_exact(2).map(|x| f16::from_le_bytes([x[0], x[1]]).to_f32()).collect();
+        if values.iter().any(|x| !x.is_finite()) {
+            return fail("a value is not finite");
+        }
+        Ok(ExitData { nodes, values })
+    }
+}
+
+/// The bytes of the table that ships with this crate.
+pub const SHIPPED: &[u8] = include_bytes!("../../data/exit.vellus");
+
+/// The table, decoded.
+#[derive(Clone, Debug)]
+pub(crate) struct ExitTable {
+    nodes: [usize; 2],
+    rows: Vec<[f32x8; ROWS]>,
+    pub cone: Cone,
+    pub geometry: Geometry,
+}
+
+impl ExitTable {
+    /// The table that ships with this crate, decoded on first use.
+    pub fn shipped() -> &'static ExitTable {
+        static TABLE: OnceLock<ExitTable> = OnceLock::new();
+        TABLE.get_or_init(|| match ExitData::from_bytes(SHIPPED) {
+            Ok(data) => ExitTable::new(&data),
+            Err(e) => unreachable!("the embedded table is tested: {e}"),
+        })
+    }
+
+    /// The data must be valid.
+    pub fn new(data: &ExitData) -> Self {
+        let rows = data.values.chunks_exact(ROWS * ENTRIES).map(|values| {
+            let mut rows = [f32x8::ZERO; ROWS];
+            for (row, values) in rows.iter_mut().zip(values.chunks_exact(ENTRIES)) {
+                *row = f32x8::new(std::array::from_fn(|i| values[i]));
+            }
+            // Half floats round. All light must leave.
+            let sum = rows[..STATES].iter().fold(f32x8::ZERO, |sum, row| sum + *row);
+            rows[..STATES].iter_mut().for_each(|row| *row /= sum);
+            rows
+        });
+        ExitTable { nodes: data.nodes, rows: rows.collect(), cone: Cone::new(), geometry: Geometry::new() }
+    }
+
+    /// The rows at an optical radius τ and an anisotropy g.
+    #[inline(always)]
+    pub fn rows(&self, tau: f32, g: f32) -> [f32x8; ROWS] {
+        let on = |position: f64, nodes: usize| Between::new(position as f32 * (nodes - 1) as f32, nodes);
+        let [taus, gs] = self.nodes;
+        let tau = on(grid::tau_position(f64::from(tau)), taus);
+        let g = on(grid::g_position(f64::from(g)), gs);
+        let at = |i: usize, j: usize| &self.rows[(tau.index + i) * gs + g.index + j];
+        let [a, b, c, d] = [at(0, 0), at(0, 1), at(1, 0), at(1, 1)];
+        let weights = [(1.0 - tau.t) * (1.0 - g.t), (1.0 - tau.t) * g.t, tau.t * (1.0 - g.t), tau.t * g.t];
+        let [wa, wb, wc, wd] = weights.map(f32x8::splat);
+        let mut rows = [f32x8::ZERO; ROWS];
+        for r in 0..ROWS {
+            rows[r] = a[r].mul_add(wa, b[r].mul_add(wb, c[r].mul_add(wc, d[r] * wd)));
+        }
+        rows
+    }
+}
+
+/// The logarithm of what absorption in the medulla leaves of the light of each entry. `a` is σ_ma κ.
+#[inline(always)]
+pub(crate) fn ln_kept(rows: &[f32x8; ROWS], a: f32) -> f32x8 {
+    let at = Between::new(absorption_position(a), ABSORPTIONS);
+    let [low, high] = [rows[STATES + at.index], rows[STATES + at.index + 1]];
+    (high - low).mul_add(f32x8::splat(at.t), low) * f32x8::splat(-a)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn damaged_files_are_refused() {
+        let bytes = SHIPPED;
+        let data = ExitData::from_bytes(bytes).unwrap();
+        assert_eq!(data.to_bytes(), bytes);
+        assert!(bytes.len() <= 60_000);
+        for at in [0, 9, 13, 17, 20, bytes.len() - 1] {
+            let mut damaged = bytes.to_vec();
+            damaged[at] ^= 1;
+            assert!(ExitData::from_bytes(&damaged).is_err(), "{at}");
+        }
+        assert!(ExitData::from_bytes(&bytes[..bytes.len() - 1]).is_err());
+        assert!(ExitData::from_bytes(&bytes[..19]).is_err());
+    }
+}
