@@ -43,7 +43,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     );
     let species: &[Species] = context.quality.pick(&[Species::RedFox], &Species::ALL, &Species::ALL);
     let inclinations: &[f64] = context.quality.pick(&[SHOWN], &[0.0, 30.0, 60.0, 75.0], &[0.0, 30.0, 60.0, 75.0]);
-    let photons = context.quality.pick(20_000, 500_000, 10_000_000);
+    let photons = context.quality.pick(20_000, 1_500_000, 10_000_000);
     let header = [
         "fibre",
         "θ_o",

@@ -224,8 +224,8 @@ impl<V: Lanes> NearHit<'_, V> {
                 return (unscattered(0), 0.0);
             }
             let relative = prepared.medulla.sample_azimuth(&s.azimuth, u[2]);
-            let theta = prepared.medulla.sample_inclination(&s.inclination, wrap(relative), [u[0], u[1]]);
-            (prepared.medulla.refracted(theta), relative + self.scattered_exit[p - 1].lane(lane))
+            let inclination = prepared.medulla.sample_leaving(&s.inclination, wrap(relative), [u[0], u[1]]);
+            (inclination, relative + self.scattered_exit[p - 1].lane(lane))
         };
         let ((sin_i, cos_i), phi) = match lobe {
             Lobe::R | Lobe::Tt | Lobe::Trt => {

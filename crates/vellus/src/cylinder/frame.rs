@@ -102,12 +102,10 @@ impl<V: Lanes> Frame<V> {
     }
 
     /// A direction relative to ω_o.
+    #[cfg(feature = "unstable")]
     #[inline(always)]
-    pub fn outgoing(&self, [x, y, z]: [V; 3]) -> Outgoing<V> {
-        let (c, s) = (self.cos, self.sin);
-        let cos_i = (y * y + z * z).sqrt();
-        let [phi, theta_i] = V::atan2_pair([z * c - y * s, x], [y * c + z * s, cos_i]);
-        Outgoing { sin_i: x, cos_i, theta_i, phi }
+    pub fn outgoing(&self, wi: [V; 3]) -> Outgoing<V> {
+        self.refracted(wi, &Refraction::NONE)
     }
 
     /// A direction relative to ω_o, with its inclination inside the fibre.

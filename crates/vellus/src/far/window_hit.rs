@@ -201,8 +201,7 @@ impl<'b> WindowHit<'b> {
         let unscattered = |p: usize| prepared.longitudinal.sample(self.centres.lane(p, 0), p, [u[1], u[2]]);
         let scattered = |q: usize| {
             let [phi, relative] = self.points.draw(&prepared.medulla, q, [u[4], u[3]]);
-            let theta = prepared.medulla.sample_inclination(&self.inclination, relative, [u[1], u[2]]);
-            (prepared.medulla.refracted(theta), phi)
+            (prepared.medulla.sample_leaving(&self.inclination, relative, [u[1], u[2]]), phi)
         };
         let ((sin_i, cos_i), phi) = match lobe {
             Lobe::R | Lobe::Tt | Lobe::Trt => {

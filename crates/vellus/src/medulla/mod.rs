@@ -223,15 +223,6 @@ impl<'t> Medulla<'t> {
         on(angle.abs() * std::f32::consts::FRAC_2_PI, self.tables.azimuthal.factors[2].nodes())
     }
 
-    /// The integrals of the forward components, for the inclination `shift` ≥ 0.
-    #[inline(always)]
-    fn forward_integrals(&self, shift: f32) -> Weights<FORWARD> {
-        match &self.cone {
-            Some((cone, cones)) => cone.forward(cones, shift),
-            None => self.tables.forward.densities.integrals(shift),
-        }
-    }
-
     /// Prepares C^M for the inclination at which light enters, with its sign: θ_o, or θ_t if the cuticle refracts
     /// scattered light.
     #[inline(always)]
@@ -242,11 +233,13 @@ impl<'t> Medulla<'t> {
         let position = on(shift * (1.0 / grid::THETA_MAX as f32), theta_rows.nodes());
         let w_b = product(&backward.factors[2].at(position), &self.backward);
         let w_f = product(&theta_rows.at(position), &self.forward);
-        let mut scale = [normaliser(&w_b, &self.backward_integrals), normaliser(&w_f, &self.forward_integrals(shift))];
-        if let Some((cone, _)) = &self.cone {
-            // D18: a density in sin θᵢ = η sin θ′.
-            scale = scale.map(|scale| scale * cone.inverse_eta);
-        }
+        // D18: with refraction, a density in sin θᵢ = η sin θ′.
+        let (integrals, factor) = match &self.cone {
+            Some((cone, cones)) => (cone.forward(cones, shift), cone.inverse_eta),
+            None => (forward.densities.integrals(shift), 1.0),
+        };
+        let scale = [normaliser(&w_b, &self.backward_integrals), normaliser(&w_f, &integrals)];
+        let scale = scale.map(|scale| scale * factor);
         Inclination { backward: w_b, forward: w_f, scale, theta: shift, mirror: 1f32.copysign(theta) }
     }
 
@@ -301,18 +294,6 @@ impl<'t> Medulla<'t> {
         (V::splat(1.0) - V::splat(self.loss) * (square * square)).max(V::splat(0.0))
     }
 
-    /// sin θᵢ and cos θᵢ of light for which [`Medulla::sample_inclination`] drew `theta`.
-    #[inline(always)]
-    pub(crate) fn refracted(&self, theta: f32) -> (f32, f32) {
-        match &self.cone {
-            Some((cone, _)) => {
-                let sin = (cone.eta * theta.sin()).clamp(-1.0, 1.0);
-                (sin, ((1.0 - sin) * (1.0 + sin)).sqrt())
-            }
-            None => theta.sin_cos(),
-        }
-    }
-
     /// Draws an azimuth from straight back, in [−2π, 2π], from C^N. D10: sampling from the tables is exact.
     pub fn sample_azimuth(&self, s: &Azimuth, u: f32) -> f32 {
         s.mirror * self.sample_profile(&s.weights, s.turned, u)
@@ -333,28 +314,47 @@ impl<'t> Medulla<'t> {
         }
     }
 
-    /// Draws θᵢ, or θ′ if the cuticle refracts scattered light, from C^M for an azimuth `phi` in [−π, π] from straight back: first a half, in proportion to the
+    /// Draws sin θᵢ and cos θᵢ of light that leaves the fibre, as [`Medulla::sample_inclination`] draws θᵢ.
+    #[inline(always)]
+    pub(crate) fn sample_leaving(&self, s: &Inclination, phi: f32, u: [f32; 2]) -> (f32, f32) {
+        match &self.cone {
+            Some((cone, cones)) => self.sample_refracted(cone, cones, s, phi, u),
+            None => self.sample_inclination(s, phi, u).sin_cos(),
+        }
+    }
+
+    /// Draws θᵢ from C^M for an azimuth `phi` in [−π, π] from straight back: first a half, in proportion to the
     /// interpolation weight, then a component, then the angle.
     pub fn sample_inclination(&self, s: &Inclination, phi: f32, u: [f32; 2]) -> f32 {
         let forward = phi.abs() / PI;
         let theta = if u[0] < forward {
             let densities = &self.tables.forward.densities;
-            let (r, _) = choose(&s.forward, &self.forward_integrals(s.theta), u[0] / forward);
-            let delta = match &self.cone {
-                Some((cone, cones)) => cones.forward.invert(densities, cone, r, u[1], s.theta),
-                None => densities.invert(r, u[1], s.theta),
-            };
-            delta - s.theta
+            let (r, _) = choose(&s.forward, &densities.integrals(s.theta), u[0] / forward);
+            densities.invert(r, u[1], s.theta) - s.theta
         } else {
             let densities = &self.tables.backward.densities;
             let u0 = (u[0] - forward) / (1.0 - forward).max(f32::MIN_POSITIVE);
             let (r, _) = choose(&s.backward, &self.backward_integrals, u0);
-            match &self.cone {
-                Some((cone, cones)) => cones.backward.invert(densities, cone, r, u[1], 0.0),
-                None => densities.invert(r, u[1], 0.0),
-            }
+            densities.invert(r, u[1], 0.0)
         };
         theta * s.mirror
+    }
+
+    /// The same for light that the cuticle refracts: draws θ′ inside the escape cone, and returns sin θᵢ = η sin θ′ and
+    /// cos θᵢ.
+    #[inline(never)]
+    fn sample_refracted(&self, cone: &Cone, cones: &Cones, s: &Inclination, phi: f32, u: [f32; 2]) -> (f32, f32) {
+        let forward = phi.abs() / PI;
+        let theta = if u[0] < forward {
+            let (r, _) = choose(&s.forward, &cone.forward(cones, s.theta), u[0] / forward);
+            cones.forward.invert(&self.tables.forward.densities, cone, r, u[1], s.theta) - s.theta
+        } else {
+            let u0 = (u[0] - forward) / (1.0 - forward).max(f32::MIN_POSITIVE);
+            let (r, _) = choose(&s.backward, &self.backward_integrals, u0);
+            cones.backward.invert(&self.tables.backward.densities, cone, r, u[1], 0.0)
+        };
+        let sin = (cone.eta * theta.sin() * s.mirror).clamp(-1.0, 1.0);
+        (sin, ((1.0 - sin) * (1.0 + sin)).sqrt())
     }
 }
 
