@@ -14,7 +14,7 @@ pub enum Exit {
     #[default]
     Open,
     /// The cuticle reflects scattered light from inside, in part totally. This light crosses the cortex and the
-    /// medulla again, where it is absorbed or scattered, until it leaves (D17, D18, D19).
+    /// medulla again, where it is absorbed or scattered, until it leaves (D17).
     Reflecting,
 }
 
