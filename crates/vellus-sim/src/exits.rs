@@ -1,9 +1,9 @@
 //! The table of first exits: in which state light that the medulla scattered leaves it, and how much of it absorption
 //! leaves, by τ, g, and the entry.
 //!
-//! For each τ and g, photons enter at random offsets and inclinations. A least-squares fit over the entry then gives the
-//! probability of each state as a polynomial. The probabilities sum to exactly 1, because the polynomials contain the
-//! constant.
+//! For each τ and g, photons enter at random offsets and inclinations. A least-squares fit over the entry then gives
+//! the probability of each state as a polynomial. The probabilities sum to exactly 1, because the polynomials contain
+//! the constant.
 
 use crate::medulla::{SimRng, stream, trace, uniform2};
 use rayon::prelude::*;

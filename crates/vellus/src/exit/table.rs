@@ -1,8 +1,8 @@
 //! The table of first exits: where light that the medulla scattered leaves it, and the length of its path.
 //!
-//! Layout, little endian: `VELLUSX1`; two u32 (nodes of τ and of g); the CRC-32 of the rest; then half floats. For each τ and g,
-//! g fastest, there are [`ROWS`] rows of [`ENTRIES`] values: the probability of each state, then the effective paths
-//! ([`absorption_at`]) in radii of the medulla.
+//! Layout, little endian: `VELLUSX1`; two u32 (nodes of τ and of g); the CRC-32 of the rest; then half floats. For each
+//! τ and g, g fastest, there are [`ROWS`] rows of [`ENTRIES`] values: the probability of each state, then the effective
+//! paths ([`absorption_at`]) in radii of the medulla.
 
 use crate::error::Error;
 use crate::exit::cone::Cone;
