@@ -29,7 +29,7 @@ pub fn line(text: Arguments) {
 
 /// Implements [`note!`].
 pub fn error_line(text: Arguments) {
-    std::io::stderr().write_all(format!("{text}\n").as_bytes()).ok();
+    std::io::stderr().write_all(format!("{}\n", vellus_io::visible(&text.to_string())).as_bytes()).ok();
 }
 
 /// Writes to standard output and flushes it. A closed pipe is not an error.

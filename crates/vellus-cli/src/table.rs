@@ -30,6 +30,9 @@ pub struct Build {
     /// Table file to write.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
+    /// Simulate the table of first exits too, and write it to this file.
+    #[arg(long, value_name = "FILE")]
+    exits: Option<PathBuf>,
     /// Quality: shipping is that of the tables that vellus contains, smoke is a fast test.
     #[arg(long, value_parser = one_of::<Quality>(Quality::NAMES), default_value = "shipping", value_name = "NAME")]
     quality: Quality,
@@ -99,6 +102,10 @@ fn build(args: &Build) -> Result<()> {
     resume::remove_slabs(&quality, &work);
     // This does not go to standard output, because --out may be /dev/stdout.
     note!("wrote {}: {} bytes", args.out.display(), bytes.len());
+    if let Some(path) = &args.exits {
+        output::write(Some(path), &quality.exits.build(quality.seed, &terminal).to_bytes())?;
+        terminal.clear();
+    }
     Ok(())
 }
 

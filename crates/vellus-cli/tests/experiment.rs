@@ -8,11 +8,12 @@ use serde_json::Value;
 use std::path::Path;
 
 /// The names of all experiments.
-const NAMES: [&str; 15] = [
+const NAMES: [&str; 16] = [
     "medulla-tables",
     "species",
     "segment-error",
     "energy",
+    "exit",
     "queries",
     "scenes",
     "closeup",

@@ -20,6 +20,7 @@ mod comparison;
 mod context;
 mod convergence;
 mod energy;
+mod exit;
 mod grid;
 mod hair;
 mod indices;

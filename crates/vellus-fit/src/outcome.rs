@@ -31,8 +31,9 @@ pub struct Estimate {
     pub error: Option<f64>,
     /// How it was treated.
     pub state: State,
-    /// Whether the data determine the value. False at an end of the range, and if the standard error exceeds a tenth of
-    /// the usual range of fibres. Both are measured in the variable of the fit, such as the logarithm of a roughness.
+    /// Whether the data determine the value. False at an end of the range, and if the standard error exceeds a tenth
+    /// of the usual range of fibres. Both are measured in the variable of the fit, such as the logarithm of a
+    /// roughness.
     pub determined: bool,
 }
 

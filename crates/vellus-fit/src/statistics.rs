@@ -45,15 +45,16 @@ pub struct Statistics {
     pub errors: Vec<Option<f64>>,
     /// Whether the standard error is small against the usual range and the variable is inside its bounds.
     pub determined: Vec<bool>,
-    /// Whether the standard error would be small if the residuals were noise. This also holds for variables on a bound.
+    /// Whether the standard error would be small if the residuals were noise. This also holds for variables on a
+    /// bound.
     pub visible: Vec<bool>,
     /// Correlation of neighbouring residuals, over φ and over θ. It is near 0 if they are noise, and near 1 if the
     /// model cannot match the data.
     pub neighbours: [f64; 2],
     /// The factor by which this correlation widened the standard errors.
     pub widened: f64,
-    /// The combination of variables that the data constrain least. It is a unit vector in units of the usual ranges, as
-    /// pairs of a variable and its component, the largest component first.
+    /// The combination of variables that the data constrain least. It is a unit vector in units of the usual ranges,
+    /// as pairs of a variable and its component, the largest component first.
     pub weakest: Vec<(usize, f64)>,
     /// The standard error along this direction, in the same units.
     pub weakest_error: f64,

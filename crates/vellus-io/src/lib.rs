@@ -19,16 +19,20 @@
 mod cpu_time;
 mod digest;
 mod errors;
+mod lines;
 mod progress;
 mod read;
 mod sources;
 mod target;
+mod visible;
 mod write;
 
 pub use cpu_time::cpu_time;
 pub use digest::{Digest, DigestBuilder};
 pub use errors::may_pass;
+pub use lines::BoundedLines;
 pub use progress::{Progress, Steps};
 pub use read::{MAX_FILE_BYTES, MAX_STREAM_BYTES, excerpt, open, open_file, read, read_at_most, read_to_string};
 pub use sources::Sources;
+pub use visible::visible;
 pub use write::{folder, writable, write, write_with};

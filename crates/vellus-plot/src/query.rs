@@ -2,6 +2,7 @@
 
 use crate::{Error, Result};
 use vellus::{Bcsdf, Lobes, Window};
+use vellus_io::BoundedLines;
 use vellus_models::direction;
 
 /// One query of the model. Angles are in degrees.
@@ -150,13 +151,18 @@ impl Query {
     }
 }
 
+/// The longest line of a file of queries.
+const MAX_LINE_BYTES: usize = 1 << 20;
+
 /// Reads queries from CSV. The header has theta_o, theta_i, phi, and either h or both h_lo and h_hi, in any order.
 /// Lines that start with `#` are comments.
 ///
 /// # Errors
 /// [`Error::Query`] or [`Error::Csv`] names the line and the problem.
 pub fn read_csv(reader: impl std::io::Read) -> Result<Vec<Query>> {
-    let mut csv = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(reader);
+    let mut builder = csv::ReaderBuilder::new();
+    builder.trim(csv::Trim::All).comment(Some(b'#'));
+    let mut csv = builder.from_reader(BoundedLines::new(reader, MAX_LINE_BYTES));
     let header = csv.headers()?.clone();
     let (names, columns) = columns(&header)?;
     let mut queries = Vec::new();

@@ -1,6 +1,7 @@
 //! Builds the tables of the medulla: simulates profiles in pieces, and compresses them to [`TableData`].
 
 use crate::compress::{Problem, compress};
+use crate::exits::ExitQuality;
 use crate::medulla::{azimuthal, longitudinal, longitudinal_borders, stream};
 use ndarray::Array2;
 use rayon::prelude::*;
@@ -25,6 +26,8 @@ pub struct Quality {
     pub path_stride: usize,
     /// Seed of all random numbers.
     pub seed: u64,
+    /// Resolution and effort of the table of first exits.
+    pub exits: ExitQuality,
 }
 
 impl Quality {
@@ -41,6 +44,7 @@ impl Quality {
             sweeps: 2000,
             path_stride: 3,
             seed: 2017,
+            exits: ExitQuality::shipping(),
         }
     }
 
@@ -54,6 +58,7 @@ impl Quality {
             sweeps: 60,
             path_stride: 3,
             seed: 2017,
+            exits: ExitQuality::smoke(),
         }
     }
 

@@ -1,9 +1,9 @@
 //! The table of first exits: in which state light that the medulla scattered leaves it, and how much of it absorption
 //! leaves, by τ, g, and the entry.
 //!
-//! For each τ and g, photons enter at random offsets and inclinations. A least-squares fit over the entry then gives the
-//! probability of each state as a polynomial. The probabilities sum to exactly 1, because the polynomials contain the
-//! constant.
+//! For each τ and g, photons enter at random offsets and inclinations. A least-squares fit over the entry then gives
+//! the probability of each state as a polynomial. The probabilities sum to exactly 1, because the polynomials contain
+//! the constant.
 
 use crate::medulla::{SimRng, stream, trace, uniform2};
 use rayon::prelude::*;
@@ -18,31 +18,29 @@ pub struct ExitQuality {
     pub nodes: [usize; 2],
     /// Photons for each τ and g.
     pub photons: u64,
-    /// Seed of all random numbers.
-    pub seed: u64,
 }
 
 impl ExitQuality {
     /// The quality of the table that `vellus` contains.
     pub fn shipping() -> Self {
-        ExitQuality { nodes: [13, 8], photons: 1_000_000, seed: 2017 }
+        ExitQuality { nodes: [13, 8], photons: 1_000_000 }
     }
 
     /// A coarse quality, fast enough for tests.
     pub fn smoke() -> Self {
-        ExitQuality { nodes: [5, 4], photons: 20_000, seed: 2017 }
+        ExitQuality { nodes: [5, 4], photons: 20_000 }
     }
 
-    /// Simulates the table on all threads. The result does not depend on the number of threads. `progress` gets
+    /// Simulates the table on all threads. The result depends on the seed, but not on the number of threads. `progress` gets
     /// reports, but does not stop the work.
-    pub fn build(&self, progress: &dyn Progress) -> ExitData {
+    pub fn build(&self, seed: u64, progress: &dyn Progress) -> ExitData {
         let [taus, gs] = self.nodes;
         let steps = Steps::new(progress, (taus * gs) as u64, "simulating first exits");
         let position = |i: usize, n: usize| i as f64 / (n - 1) as f64;
         let values = (0..taus * gs).into_par_iter().flat_map_iter(|i| {
             let tau = grid::tau_at(position(i / gs, taus));
             let g = grid::g_at(position(i % gs, gs));
-            let rows = first_exits(tau, g, self.photons, &mut stream(self.seed, (7 << 32) + i as u64));
+            let rows = first_exits(tau, g, self.photons, &mut stream(seed, (7 << 32) + i as u64));
             steps.advance(1);
             rows.into_iter().flatten().map(|x| x as f32)
         });

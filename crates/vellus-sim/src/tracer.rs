@@ -168,7 +168,7 @@ impl Tracer {
         self.meet(d, smooth, entering)
     }
 
-    /// Traces one photon. `record` gets the fate, direction and energy (RGB) of all light that leaves.
+    /// Traces one photon. `record` gets all light that leaves: its fate, direction and energy (RGB).
     pub(crate) fn photon(
         &self,
         theta_o: f64,
@@ -176,18 +176,31 @@ impl Tracer {
         rng: &mut SimRng,
         record: &mut impl FnMut(Fate, [f64; 3], [f64; 3]),
     ) {
+        self.encounters(theta_o, h, rng, &mut |fate, _, direction, energy| record(fate, direction, energy));
+    }
+
+    /// As [`Tracer::photon`]. `record` also gets how often the light met the cuticle after it was first scattered,
+    /// with the encounter at which it leaves: 1 or more for [`Fate::Scattered`], 0 for light that was not scattered.
+    pub(crate) fn encounters(
+        &self,
+        theta_o: f64,
+        h: f64,
+        rng: &mut SimRng,
+        record: &mut impl FnMut(Fate, u32, [f64; 3], [f64; 3]),
+    ) {
         // The photon travels along azimuth π. The normal at the hit has azimuth −γ.
         let mut p = [(1.0 - h * h).max(0.0).sqrt(), -h];
         let arriving = [-theta_o.sin(), -theta_o.cos(), 0.0];
         // The first hit splits the energy: R is exact, and the rest enters the fibre.
         let entry = self.cuticle(p, arriving, true, rng);
-        record(Fate::R, entry.reflected, [entry.f; 3]);
+        record(Fate::R, 0, entry.reflected, [entry.f; 3]);
         let start = 1.0 - entry.f;
         if start <= 0.0 {
             return;
         }
         let (mut energy, mut d) = ([start; 3], entry.refracted);
         let mut scattered = false;
+        let mut encounter = 0;
         let mut pass = 1;
         loop {
             // Travels to the cuticle, with scattering in the medulla.
@@ -198,6 +211,7 @@ impl Tracer {
                 }
             };
             let exit = self.cuticle(p, d, false, rng);
+            encounter += u32::from(scattered);
             // Each hit splits the energy: one part leaves and is recorded, the other stays inside.
             let fate = match (scattered, pass) {
                 (true, _) => Fate::Scattered,
@@ -206,13 +220,18 @@ impl Tracer {
                 (false, _) => Fate::Higher,
             };
             if exit.f < 1.0 {
-                record(fate, exit.refracted, energy.map(|e| e * (1.0 - exit.f)));
+                record(fate, encounter, exit.refracted, energy.map(|e| e * (1.0 - exit.f)));
             }
             energy = energy.map(|e| e * exit.f);
             // After total reflection by a smooth cuticle, a path that misses the medulla repeats forever. The fibre
             // guides what the cortex does not absorb.
             if exit.f >= 1.0 && missed && self.surface == Surface::SMOOTH {
-                record(Fate::Guided, d, [0, 1, 2].map(|c| if self.sigma_ca[c] == 0.0 { energy[c] } else { 0.0 }));
+                record(
+                    Fate::Guided,
+                    encounter,
+                    d,
+                    [0, 1, 2].map(|c| if self.sigma_ca[c] == 0.0 { energy[c] } else { 0.0 }),
+                );
                 return;
             }
             let left = energy[0].max(energy[1]).max(energy[2]);

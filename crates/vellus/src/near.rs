@@ -29,8 +29,8 @@ impl Scattered {
     /// to the axis.
     #[cold]
     #[inline(never)]
-    fn mirrored(&self, medulla: &Medulla, theta_i: f32, phi: [f32; 2]) -> [f32; 2] {
-        let [backward, forward] = medulla.longitudinal(&self.inclination, theta_i);
+    fn mirrored(&self, medulla: &Medulla, [theta_i, transmittance]: [f32; 2], phi: [f32; 2]) -> [f32; 2] {
+        let [backward, forward] = medulla.leaving(&self.inclination, theta_i, transmittance);
         phi.map(|phi| {
             let m = backward + (forward - backward) * (phi.abs() * (1.0 / PI));
             m * medulla.azimuthal(&self.azimuth, phi)
@@ -80,7 +80,7 @@ impl<'b, V: Lanes> NearHit<'b, V> {
                     let azimuth = prepared.medulla.azimuth(&pass, angle);
                     Scattered {
                         azimuth,
-                        inclination: prepared.medulla.inclination(path.theta_o.lane(i)),
+                        inclination: prepared.medulla.inclination(path.theta.lane(i)),
                         exists: true,
                         plain: azimuth.turned == 0.0,
                     }
@@ -115,6 +115,12 @@ impl<'b, V: Lanes> NearHit<'b, V> {
         lobes
     }
 
+    /// A direction in the form that the lobes use.
+    #[inline(always)]
+    fn outgoing(&self, wi: [V; 3]) -> Outgoing<V> {
+        self.frame.refracted(wi, &self.prepared.medulla.refraction)
+    }
+
     /// The densities of the components over solid angle.
     #[inline(always)]
     fn densities(&self, o: &Outgoing<V>) -> [V; COMPONENTS] {
@@ -127,14 +133,17 @@ impl<'b, V: Lanes> NearHit<'b, V> {
             let phi = [wrap(o.phi - self.scattered_exit[0]), wrap(o.phi - self.scattered_exit[1])];
             let mut lanes = [[0.0f32; 8]; 2];
             let medulla = &self.prepared.medulla;
+            let transmittance = medulla.transmittance(o.sin_i);
             for (i, s) in self.scattered.as_ref().iter().enumerate() {
+                let (theta_i, transmittance) = (o.theta_i.lane(i), transmittance.lane(i));
                 if !s.plain {
                     if s.exists {
-                        [lanes[0][i], lanes[1][i]] = s.mirrored(medulla, o.theta_i.lane(i), phi.map(|phi| phi.lane(i)));
+                        let phi = phi.map(|phi| phi.lane(i));
+                        [lanes[0][i], lanes[1][i]] = s.mirrored(medulla, [theta_i, transmittance], phi);
                     }
                     continue;
                 }
-                let [backward, forward] = medulla.longitudinal(&s.inclination, o.theta_i.lane(i));
+                let [backward, forward] = medulla.leaving(&s.inclination, theta_i, transmittance);
                 for p in 0..2 {
                     let phi = phi[p].lane(i);
                     let m = backward + (forward - backward) * (phi.abs() * (1.0 / PI));
@@ -183,7 +192,7 @@ impl<'b, V: Lanes> NearHit<'b, V> {
     /// f·cos θᵢ of each lobe and pdf(ω_i).
     #[inline(always)]
     fn query(&self, wi: [V; 3]) -> (Lobes<V>, V) {
-        let d = self.densities(&self.frame.outgoing(wi));
+        let d = self.densities(&self.outgoing(wi));
         (self.lobes(&d), self.density(&d))
     }
 }
@@ -215,8 +224,8 @@ impl<V: Lanes> NearHit<'_, V> {
                 return (unscattered(0), 0.0);
             }
             let relative = prepared.medulla.sample_azimuth(&s.azimuth, u[2]);
-            let theta = prepared.medulla.sample_inclination(&s.inclination, wrap(relative), [u[0], u[1]]);
-            (theta.sin_cos(), relative + self.scattered_exit[p - 1].lane(lane))
+            let inclination = prepared.medulla.sample_leaving(&s.inclination, wrap(relative), [u[0], u[1]]);
+            (inclination, relative + self.scattered_exit[p - 1].lane(lane))
         };
         let ((sin_i, cos_i), phi) = match lobe {
             Lobe::R | Lobe::Tt | Lobe::Trt => {
@@ -238,7 +247,8 @@ impl<V: Lanes> NearHit<'_, V> {
     #[inline(always)]
     fn complete(&self, sin_i: V, cos_i: V, phi: V, (sin_phi, cos_phi): (V, V)) -> Drawn<V> {
         let wi = self.frame.direction(sin_i, cos_i, (sin_phi, cos_phi));
-        let [theta_i, _] = V::atan2_pair([sin_i, V::splat(0.0)], [cos_i, V::splat(1.0)]);
+        let (sin, cos) = self.prepared.medulla.refraction.inside(sin_i, cos_i * cos_i);
+        let [theta_i, _] = V::atan2_pair([sin, V::splat(0.0)], [cos, V::splat(1.0)]);
         let d = self.densities(&Outgoing { sin_i, cos_i, theta_i, phi });
         let pdf = self.density(&d);
         // 0/0 if the density underflows: the weight is then 0.
@@ -300,7 +310,7 @@ impl NearHit<'_, f32> {
     #[inline]
     pub fn eval(&self, wi: Vec3) -> Lobes {
         debug_assert!(is_unit(wi), "wi is not a unit vector: {wi}");
-        self.lobes(&self.densities(&self.frame.outgoing(wi.to_array())))
+        self.lobes(&self.densities(&self.outgoing(wi.to_array())))
     }
 
     /// N(φ) of each lobe, RGB.
@@ -317,7 +327,7 @@ impl NearHit<'_, f32> {
     #[inline]
     pub fn pdf(&self, wi: Vec3) -> f32 {
         debug_assert!(is_unit(wi), "wi is not a unit vector: {wi}");
-        self.density(&self.densities(&self.frame.outgoing(wi.to_array())))
+        self.density(&self.densities(&self.outgoing(wi.to_array())))
     }
 
     /// [`NearHit::eval`] and [`NearHit::pdf`] together.

@@ -54,7 +54,7 @@ pub use hit::Yan2015Hit;
 use paths::Paths;
 use std::sync::Arc;
 use vellus::parts::{Medulla, exp};
-use vellus::{Error, Fiber, Field, Lobe, Model, Parameter, Tables, Window};
+use vellus::{Error, Exit, Fiber, Field, Lobe, Model, Parameter, Tables, Window};
 use wide::f32x8;
 
 /// Names of the eleven lobes and the diffuse lobe, in the order of [`Yan2015Hit::lobes`].
@@ -110,7 +110,8 @@ impl Yan2015 {
             });
         }
         let tables = Tables::shipped();
-        let medulla = Medulla::new(fiber, tables);
+        // This model has its own interfaces.
+        let medulla = Medulla::new(&fiber.with_exit(Exit::Open), tables);
         let interfaces = Interfaces { eta_c: fiber.eta, eta_m, layers: fiber.layers };
         let escape = medulla.exists().then(|| match known {
             Some(escape) if escape.interfaces == interfaces => Arc::clone(escape),

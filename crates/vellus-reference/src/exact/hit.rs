@@ -1,5 +1,6 @@
 //! One hit of the fibre at one offset (Yan17 Eq. 12).
 
+use super::inclination::Inclination;
 use super::{ExactPath, Profile};
 use std::f64::consts::{PI, TAU};
 
@@ -8,13 +9,7 @@ use std::f64::consts::{PI, TAU};
 pub struct ExactHit<'e, 't> {
     pub(super) path: ExactPath<'e, 't>,
     pub(super) azimuthal: Profile,
-    pub(super) longitudinal: [Profile; 2],
-}
-
-/// C^M of the backward and the forward half at θᵢ.
-pub(super) fn halves(profiles: &[Profile; 2], theta_o: f64, theta_i: f64) -> [f64; 2] {
-    let tilt = if theta_o < 0.0 { -1.0 } else { 1.0 };
-    [profiles[0].eval(tilt * theta_i), profiles[1].eval(tilt * theta_i)]
+    pub(super) longitudinal: Inclination,
 }
 
 /// C^N at the azimuth `relative` from straight back, times C^M interpolated between its two halves there.
@@ -35,7 +30,7 @@ impl ExactHit<'_, '_> {
         let path = &self.path;
         let m = path.exact.longitudinal(path.theta_o, theta_i);
         let n = path.unscattered(phi);
-        let halves = halves(&self.longitudinal, path.theta_o, theta_i);
+        let halves = self.longitudinal.eval(theta_i);
         let s = |p| scattered(&self.azimuthal, path.relative(p, phi), halves);
         [m[0] * n[0], m[1] * n[1], m[2] * n[2], s(1), s(2), m[3] / TAU]
     }

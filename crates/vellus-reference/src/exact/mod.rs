@@ -22,6 +22,7 @@
 mod formulas;
 mod grid_of_azimuths;
 pub(crate) mod hit;
+mod inclination;
 mod path;
 mod profile;
 mod segments;
@@ -34,7 +35,7 @@ pub use profile::{Profile, mean_path};
 pub use segments::ExactSegments;
 pub use window::ExactWindow;
 
-use vellus::{Error, Fiber, TableData};
+use vellus::{Error, Exit, Fiber, TableData};
 
 /// The model of one fibre.
 #[derive(Clone, Debug)]
@@ -50,6 +51,7 @@ pub struct Exact<'t> {
     pub(crate) sigma_ma: [f64; 3],
     pub(crate) g: f64,
     pub(crate) layers: f64,
+    pub(crate) exit: Exit,
 }
 
 impl<'t> Exact<'t> {
@@ -74,6 +76,7 @@ impl<'t> Exact<'t> {
             sigma_ma: rgb(fiber.sigma_ma),
             g: fiber.g.into(),
             layers: fiber.layers.into(),
+            exit: fiber.exit,
         })
     }
 
@@ -98,7 +101,7 @@ impl<'t> Exact<'t> {
         ExactHit {
             path: self.path(theta_o, h),
             azimuthal: self.azimuthal_profile(theta_o, h),
-            longitudinal: self.longitudinal_profiles(theta_o),
+            longitudinal: self.inclination(theta_o),
         }
     }
 
@@ -106,11 +109,6 @@ impl<'t> Exact<'t> {
     pub(crate) fn azimuthal_profile(&self, theta_o: f64, h: f64) -> Profile {
         let tau = self.sigma_ms * self.kappa * self.elongation(theta_o);
         Profile::azimuthal(self.tables, tau, self.g, self.medulla_offset(theta_o, h).abs())
-    }
-
-    /// C^M of the backward and the forward half. D12: τ without the elongation.
-    pub(crate) fn longitudinal_profiles(&self, theta_o: f64) -> [Profile; 2] {
-        Profile::longitudinal(self.tables, self.sigma_ms * self.kappa, self.g, theta_o.abs())
     }
 
     /// Standard deviation of the azimuth of R, TT, TRT.

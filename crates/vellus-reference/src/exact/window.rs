@@ -1,6 +1,7 @@
 //! The average over a window of offsets by the midpoint rule (Yan17 Eq. 11, 22, 26).
 
-use super::hit::{halves, scattered};
+use super::hit::scattered;
+use super::inclination::Inclination;
 use super::{Exact, ExactPath, Profile};
 use std::f64::consts::TAU;
 
@@ -12,7 +13,7 @@ pub struct ExactWindow<'e, 't> {
     paths: Vec<(ExactPath<'e, 't>, f64)>,
     /// Paths over the medulla, their share and profile.
     points: Vec<(ExactPath<'e, 't>, f64, Profile)>,
-    longitudinal: [Profile; 2],
+    longitudinal: Inclination,
 }
 
 impl<'t> Exact<'t> {
@@ -39,7 +40,7 @@ impl<'t> Exact<'t> {
             points: midpoints(h1.max(-r), h2.min(r), r.max(1e-9), if scatters { points } else { 0 })
                 .map(|(h, w)| (self.path(theta_o, h), w, self.azimuthal_profile(theta_o, h)))
                 .collect(),
-            longitudinal: self.longitudinal_profiles(theta_o),
+            longitudinal: self.inclination(theta_o),
         }
     }
 }
@@ -68,7 +69,7 @@ impl ExactWindow<'_, '_> {
     pub fn eval(&self, theta_i: f64, phi: f64) -> [[f64; 3]; 6] {
         let Some((first, _)) = self.paths.first() else { return [[0.0; 3]; 6] };
         let m = first.exact.longitudinal(self.theta_o, theta_i);
-        self.sum(phi, m, halves(&self.longitudinal, self.theta_o, theta_i))
+        self.sum(phi, m, self.longitudinal.eval(theta_i))
     }
 
     fn sum(&self, phi: f64, m: [f64; 4], halves: [f64; 2]) -> [[f64; 3]; 6] {

@@ -48,10 +48,39 @@ pub struct Outgoing<V> {
     pub sin_i: V,
     /// cos θᵢ
     pub cos_i: V,
-    /// θᵢ
+    /// θᵢ, or θ′ inside the fibre if it was refracted.
     pub theta_i: V,
     /// φ_i − φ_o
     pub phi: V,
+}
+
+/// How an inclination changes where light enters a fibre.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Refraction {
+    inverse_eta: f32,
+    /// 1 − 1/η²
+    excess: f32,
+}
+
+impl Refraction {
+    /// No refraction.
+    pub const NONE: Refraction = Refraction { inverse_eta: 1.0, excess: 0.0 };
+
+    /// From 1/η.
+    pub fn new(inverse_eta: f32) -> Self {
+        Refraction { inverse_eta, excess: (1.0 - inverse_eta) * (1.0 + inverse_eta) }
+    }
+
+    /// sin θ′ and cos θ′ inside the fibre, from sin θ and cos²θ outside.
+    ///
+    /// Without refraction this is sin θ and √cos²θ, to the last bit and without a branch.
+    #[inline(always)]
+    pub fn inside<V: Lanes>(&self, sin: V, cos2: V) -> (V, V) {
+        if self.excess == 0.0 {
+            return (sin, cos2.sqrt());
+        }
+        (sin * V::splat(self.inverse_eta), (cos2 + sin * sin * V::splat(self.excess)).sqrt())
+    }
 }
 
 impl Frame<f32> {
@@ -73,12 +102,20 @@ impl<V: Lanes> Frame<V> {
     }
 
     /// A direction relative to ω_o.
+    #[cfg(feature = "unstable")]
     #[inline(always)]
-    pub fn outgoing(&self, [x, y, z]: [V; 3]) -> Outgoing<V> {
+    pub fn outgoing(&self, wi: [V; 3]) -> Outgoing<V> {
+        self.refracted(wi, &Refraction::NONE)
+    }
+
+    /// A direction relative to ω_o, with its inclination inside the fibre.
+    #[inline(always)]
+    pub(crate) fn refracted(&self, [x, y, z]: [V; 3], refraction: &Refraction) -> Outgoing<V> {
         let (c, s) = (self.cos, self.sin);
-        let cos_i = (y * y + z * z).sqrt();
-        let [phi, theta_i] = V::atan2_pair([z * c - y * s, x], [y * c + z * s, cos_i]);
-        Outgoing { sin_i: x, cos_i, theta_i, phi }
+        let cos2 = y * y + z * z;
+        let (sin, cos) = refraction.inside(x, cos2);
+        let [phi, theta_i] = V::atan2_pair([z * c - y * s, sin], [y * c + z * s, cos]);
+        Outgoing { sin_i: x, cos_i: cos2.sqrt(), theta_i, phi }
     }
 
     /// The direction at an inclination and an azimuth relative to ω_o.

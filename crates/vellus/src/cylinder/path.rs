@@ -4,6 +4,7 @@
 use crate::cylinder::cuticle::{Fresnel, parts, refracted_cos2};
 use crate::exit::Reflection;
 use crate::fiber::Fiber;
+use crate::fiber::exit::Exit;
 use crate::simd::lanes::{Lanes, Quad};
 
 /// The path of light that entered the fibre at offset h. Lengths are in fibre radii.
@@ -19,8 +20,8 @@ pub(crate) struct Path<V> {
     pub gamma_t: V,
     /// asin h″, the angle of the path's offset in the medulla. ±90° if the path misses the medulla.
     pub gamma_m: V,
-    /// θ_o.
-    pub theta_o: V,
+    /// The inclination at which C^M is looked up: θ_o, or θ_t if the cuticle refracts scattered light (D18).
+    pub theta: V,
     /// Half of the path inside the cortex and half of the path inside the medulla, in the normal plane.
     pub s_c: V,
     pub s_m: V,
@@ -75,16 +76,20 @@ impl<V: Lanes> Path<V> {
         ]);
         let [cos_gamma_t, s_m, ..] = roots.sqrt().array();
         // The cosine of asin h″ is s_m/κ.
-        let y = V::Quad::new([h, h_inside, h_inside, sin_o]);
-        let x = V::Quad::new([cos_gamma_o, cos_gamma_t, s_m, cos_o]);
-        let [gamma_o, gamma_t, gamma_m, theta_o] = y.atan2(x).array();
+        let (sin, cos) = match fiber.exit {
+            Exit::Open => (sin_o, cos_o),
+            Exit::Reflecting => (sin_t, cos_t),
+        };
+        let y = V::Quad::new([h, h_inside, h_inside, sin]);
+        let x = V::Quad::new([cos_gamma_o, cos_gamma_t, s_m, cos]);
+        let [gamma_o, gamma_t, gamma_m, theta] = y.atan2(x).array();
         Path {
             inverse_eta,
             h_inside,
             gamma_o,
             gamma_t,
             gamma_m,
-            theta_o,
+            theta,
             s_c: (cos_gamma_t - s_m).max(zero),
             s_m,
             elongation,

@@ -1,5 +1,5 @@
-//! The distribution of scattered light that the cuticle reflected before it left: even in azimuth, and ∝ cos² θᵢ over
-//! θᵢ, as diffuse light leaves a cylinder.
+//! D17: the distribution of scattered light that the cuticle reflected before it left: even in azimuth, and ∝ cos² θᵢ
+//! over θᵢ, as diffuse light leaves a cylinder.
 
 use crate::simd::lanes::Lanes;
 use std::f32::consts::{PI, TAU};

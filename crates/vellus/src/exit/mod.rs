@@ -41,17 +41,17 @@ pub(crate) struct Reflection {
     first: [f32; 4],
 }
 
-/// Node values to coefficients of [`table::monomials`]: the inverse of their matrix at [`table::NODES`].
+/// Coefficients of [`table::monomials`] for a value of 1 at each of [`table::NODES`] and 0 at the others.
 #[rustfmt::skip]
 const COEFFICIENTS: [f32x8; ENTRIES] = [
-    f32x8::new([ 1.0,  0.0,  0.0,  0.0,  0.0,  0.0,  0.0,  0.0]),
-    f32x8::new([-3.0,  4.0, -1.0,  0.0,  0.0,  0.0,  0.0,  0.0]),
-    f32x8::new([-3.0,  0.0,  0.0,  4.0,  0.0, -1.0,  0.0,  0.0]),
-    f32x8::new([ 2.0, -4.0,  2.0,  0.0,  0.0,  0.0,  0.0,  0.0]),
-    f32x8::new([ 5.0, -4.0, -1.0, -4.0,  4.0, -1.0,  4.0, -3.0]),
-    f32x8::new([ 2.0,  0.0,  0.0, -4.0,  0.0,  2.0,  0.0,  0.0]),
-    f32x8::new([-2.0,  4.0, -2.0,  0.0,  0.0,  2.0, -4.0,  2.0]),
-    f32x8::new([-2.0,  0.0,  2.0,  4.0, -4.0, -2.0,  0.0,  2.0]),
+    f32x8::new([ 1.0, -3.0, -3.0,  2.0,  5.0,  2.0, -2.0, -2.0]),
+    f32x8::new([ 0.0,  4.0,  0.0, -4.0, -4.0,  0.0,  4.0,  0.0]),
+    f32x8::new([ 0.0, -1.0,  0.0,  2.0, -1.0,  0.0, -2.0,  2.0]),
+    f32x8::new([ 0.0,  0.0,  4.0,  0.0, -4.0, -4.0,  0.0,  4.0]),
+    f32x8::new([ 0.0,  0.0,  0.0,  0.0,  4.0,  0.0,  0.0, -4.0]),
+    f32x8::new([ 0.0,  0.0, -1.0,  0.0, -1.0,  2.0,  2.0, -2.0]),
+    f32x8::new([ 0.0,  0.0,  0.0,  0.0,  4.0,  0.0, -4.0,  0.0]),
+    f32x8::new([ 0.0,  0.0,  0.0,  0.0, -3.0,  0.0,  2.0,  2.0]),
 ];
 
 /// How typical the nodes of the entry are, for the mean share of first exits: chords are long for most offsets, and
@@ -187,9 +187,11 @@ impl Reflection {
             let [total, at_first] = [all, first].map(|x| (x * exp(ln_kept) * TYPICAL).reduce_add());
             reflection.first[channel] = (at_first / total.max(f32::MIN_POSITIVE)).min(1.0);
             for (polynomial, nodes) in [(&mut reflection.escape, all), (&mut reflection.ln_kept, ln_kept)] {
-                for (coefficient, row) in polynomial.iter_mut().zip(COEFFICIENTS) {
-                    coefficient[channel] = (row * nodes).reduce_add();
+                let mut sum = f32x8::ZERO;
+                for (node, coefficients) in nodes.to_array().into_iter().zip(COEFFICIENTS) {
+                    sum = coefficients.mul_add(f32x8::splat(node), sum);
                 }
+                polynomial.iter_mut().zip(sum.to_array()).for_each(|(e, x)| e[channel] = x);
             }
         }
         reflection
@@ -228,7 +230,7 @@ mod tests {
         for (i, [c, y]) in NODES.into_iter().enumerate() {
             let basis = monomials(c, y);
             for k in 0..ENTRIES {
-                let value: f64 = (0..ENTRIES).map(|m| basis[m] * f64::from(COEFFICIENTS[m].to_array()[k])).sum();
+                let value: f64 = (0..ENTRIES).map(|m| basis[m] * f64::from(COEFFICIENTS[k].to_array()[m])).sum();
                 assert!((value - f64::from(u8::from(i == k))).abs() < 1e-12, "{i} {k}: {value}");
             }
         }

@@ -1,8 +1,8 @@
 //! The table of first exits: where light that the medulla scattered leaves it, and the length of its path.
 //!
-//! Layout, little endian: `VELLUSX1`; two u32 (nodes of τ and of g); the CRC-32 of the rest; then half floats. For each τ and g,
-//! g fastest, there are [`ROWS`] rows of [`ENTRIES`] values: the probability of each state, then the effective paths
-//! ([`absorption_at`]) in radii of the medulla.
+//! Layout, little endian: `VELLUSX1`; two u32 (nodes of τ and of g); the CRC-32 of the rest; then half floats. For each
+//! τ and g, g fastest, there are [`ROWS`] rows of [`ENTRIES`] values: the probability of each state, then the effective
+//! paths ([`absorption_at`]) in radii of the medulla.
 
 use crate::error::Error;
 use crate::exit::cone::Cone;
@@ -95,6 +95,9 @@ impl ExitData {
 /// The bytes of the table that ships with this crate.
 pub const SHIPPED: &[u8] = include_bytes!("../../data/exit.vellus");
 
+/// 1/ln(1 − [`grid::G_MAX`]).
+const LN_G_INVERSE: f32 = -0.333_808_2;
+
 /// The table, decoded.
 #[derive(Clone, Debug)]
 pub(crate) struct ExitTable {
@@ -132,10 +135,11 @@ impl ExitTable {
     /// The rows at an optical radius τ and an anisotropy g.
     #[inline(always)]
     pub fn rows(&self, tau: f32, g: f32) -> [f32x8; ROWS] {
-        let on = |position: f64, nodes: usize| Between::new(position as f32 * (nodes - 1) as f32, nodes);
+        let on = |position: f32, nodes: usize| Between::new(position * (nodes - 1) as f32, nodes);
         let [taus, gs] = self.nodes;
-        let tau = on(grid::tau_position(f64::from(tau)), taus);
-        let g = on(grid::g_position(f64::from(g)), gs);
+        // The positions of `grid` in single precision.
+        let tau = on((1.0 + grid::TAU_SCALE as f32 * tau).ln() * (1.0 / grid::TAU_GROWTH as f32), taus);
+        let g = on((1.0 - g).ln() * LN_G_INVERSE, gs);
         let at = |i: usize, j: usize| &self.rows[(tau.index + i) * gs + g.index + j];
         let [a, b, c, d] = [at(0, 0), at(0, 1), at(1, 0), at(1, 1)];
         let weights = [(1.0 - tau.t) * (1.0 - g.t), (1.0 - tau.t) * g.t, tau.t * (1.0 - g.t), tau.t * g.t];

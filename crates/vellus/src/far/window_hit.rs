@@ -10,7 +10,7 @@ use crate::far::segments::{self, Half, Through};
 use crate::lobe::{Lobe, Lobes, Sample};
 use crate::medulla::Inclination;
 use crate::prepared::Prepared;
-use crate::simd::lanes::Quad;
+use crate::simd::lanes::{Lanes, Quad};
 use arrayvec::ArrayVec;
 use glam::Vec3;
 use std::f32::consts::TAU;
@@ -59,7 +59,8 @@ impl<'b> WindowHit<'b> {
         let polar = Polar::new(self.wo);
         let edge = (fiber.kappa > 0.0).then(|| fiber.kappa / inverse_eta(fiber.eta, polar.cos));
         let through = prepared.medulla.exists().then(|| {
-            self.inclination = prepared.medulla.inclination(polar.sin.atan2(polar.cos));
+            let (sin, cos) = prepared.medulla.refraction.inside(polar.sin, polar.cos * polar.cos);
+            self.inclination = prepared.medulla.inclination(sin.atan2(cos));
             let sin_t = polar.sin / fiber.eta;
             let elongation = 1.0 / ((1.0 - sin_t) * (1.0 + sin_t)).max(1e-12).sqrt();
             let pass = prepared.medulla.pass(prepared.medulla.tau_position(elongation));
@@ -119,13 +120,25 @@ impl<'b> WindowHit<'b> {
         self.lobe_energies().map(|e| e.to_array()[3] * self.inverse)
     }
 
+    /// A direction in the form that the lobes use.
+    #[inline(always)]
+    fn outgoing<V: Lanes>(&self, frame: &Frame<V>, wi: [V; 3]) -> Outgoing<V> {
+        frame.refracted(wi, &self.prepared.medulla.refraction)
+    }
+
+    /// The density in sin θᵢ of light that leaves, of the backward and the forward half.
+    #[inline(always)]
+    fn scattered(&self, theta_i: f32, transmittance: f32) -> [f32; 2] {
+        self.prepared.medulla.leaving(&self.inclination, theta_i, transmittance)
+    }
+
     /// f·cos θᵢ of the six lobes, RGB, and the largest channel. Sampling is proportional to the largest channel.
     #[inline(always)]
     fn lobes(&self, o: &Outgoing<f32>) -> [f32x4; 6] {
         let prepared = self.prepared;
         let m = prepared.longitudinal.eval(&self.centres, o.sin_i, o.cos_i).to_array();
         let medulla = &prepared.medulla;
-        let c_m = if medulla.exists() { medulla.longitudinal(&self.inclination, o.theta_i) } else { [0.0; 2] };
+        let c_m = if medulla.exists() { self.scattered(o.theta_i, medulla.transmittance(o.sin_i)) } else { [0.0; 2] };
         self.around(o.phi, m, c_m, diffuse::longitudinal(o.cos_i))
     }
 
@@ -151,13 +164,13 @@ impl<'b> WindowHit<'b> {
 
     #[inline]
     pub fn eval_pdf(&self, wi: Vec3) -> (Lobes, f32) {
-        let lobes = self.lobes(&self.frame.outgoing(wi.to_array()));
+        let lobes = self.lobes(&self.outgoing(&self.frame, wi.to_array()));
         (Lobes(lobes.map(rgb)), sum(&lobes).to_array()[3] * self.inverse)
     }
 
     /// f·cos θᵢ of each lobe and the density of eight directions.
     pub fn eval_pdf8(&self, wi: [f32x8; 3]) -> (Lobes<f32x8>, f32x8) {
-        let lobes = self.lobes8(&self.frame.repeated().outgoing(wi));
+        let lobes = self.lobes8(&self.outgoing(&self.frame.repeated(), wi));
         let pdf = lobes.iter().fold(f32x8::ZERO, |sum, lobe| sum + lobe[3]);
         (Lobes(lobes.map(|[r, g, b, _]| [r, g, b])), pdf * f32x8::splat(self.inverse))
     }
@@ -167,10 +180,11 @@ impl<'b> WindowHit<'b> {
         let medulla = &self.prepared.medulla;
         let m =
             self.prepared.longitudinal.eval(&self.centres.repeated(), o.sin_i, o.cos_i).array().map(f32x8::to_array);
+        let transmittance = medulla.transmittance(o.sin_i).to_array();
         let (theta_i, phi, cos_i) = (o.theta_i.to_array(), o.phi.to_array(), o.cos_i.to_array());
         let mut lobes = [[[0.0; 8]; 4]; 6];
         for i in 0..8 {
-            let c_m = if medulla.exists() { medulla.longitudinal(&self.inclination, theta_i[i]) } else { [0.0; 2] };
+            let c_m = if medulla.exists() { self.scattered(theta_i[i], transmittance[i]) } else { [0.0; 2] };
             let one = self.around(phi[i], m.map(|m| m[i]), c_m, diffuse::longitudinal(cos_i[i])).map(f32x4::to_array);
             for p in 0..6 {
                 (0..4).for_each(|c| lobes[p][c][i] = one[p][c]);
@@ -187,8 +201,7 @@ impl<'b> WindowHit<'b> {
         let unscattered = |p: usize| prepared.longitudinal.sample(self.centres.lane(p, 0), p, [u[1], u[2]]);
         let scattered = |q: usize| {
             let [phi, relative] = self.points.draw(&prepared.medulla, q, [u[4], u[3]]);
-            let theta = prepared.medulla.sample_inclination(&self.inclination, relative, [u[1], u[2]]);
-            (theta.sin_cos(), phi)
+            (prepared.medulla.sample_leaving(&self.inclination, relative, [u[1], u[2]]), phi)
         };
         let ((sin_i, cos_i), phi) = match lobe {
             Lobe::R | Lobe::Tt | Lobe::Trt => {
@@ -210,7 +223,8 @@ impl<'b> WindowHit<'b> {
     pub fn sample(&self, u: [f32; 5]) -> Option<Sample> {
         let (lobe, sin_i, cos_i, phi) = self.draw(u);
         let wi = Vec3::from_array(self.frame.direction(sin_i, cos_i, phi.sin_cos()));
-        let lobes = self.lobes(&Outgoing { sin_i, cos_i, theta_i: sin_i.atan2(cos_i), phi });
+        let (sin, cos) = self.prepared.medulla.refraction.inside(sin_i, cos_i * cos_i);
+        let lobes = self.lobes(&Outgoing { sin_i, cos_i, theta_i: sin.atan2(cos), phi });
         let total = sum(&lobes);
         let pdf = total.to_array()[3] * self.inverse;
         // 0/0 if the density underflows: the weight is then 0.

@@ -12,8 +12,8 @@ use crate::fiber::parameter::Parameter;
 /// colour. Later values of the same parameter replace earlier ones.
 ///
 /// With the feature `serde`, a builder is read from a map: parameters by name, and `preset`, the name of a
-/// [`Species`](crate::Species) ([`Fiber::hair`] without one). `exit` is the name of an [`Exit`]. Unknown names are errors. Ranges are only checked by
-/// [`FiberBuilder::build`].
+/// [`Species`](crate::Species) ([`Fiber::hair`] without one). `exit` is the name of an [`Exit`]. Unknown names are
+/// errors. Ranges are only checked by [`FiberBuilder::build`].
 ///
 /// ```
 /// use vellus::{Fiber, FiberBuilder, Species};

@@ -9,12 +9,12 @@ use std::str::FromStr;
 /// [`Exit::Open`] is the paper's model. A simulated fibre behaves as [`Exit::Reflecting`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Exit {
-    /// The cuticle does not reflect scattered light (Yan17 Sec. 4.3). The model then reflects up to 1.5 × the light of a
-    /// simulated fibre.
+    /// The cuticle does not reflect scattered light (Yan17 Sec. 4.3). The model then reflects up to 1.5 × the light of
+    /// a simulated fibre.
     #[default]
     Open,
     /// The cuticle reflects scattered light from inside, in part totally. This light crosses the cortex and the
-    /// medulla again, where it is absorbed or scattered, until it leaves (D17, D18, D19).
+    /// medulla again, where it is absorbed or scattered, until it leaves (D17).
     Reflecting,
 }
 

@@ -222,8 +222,44 @@ impl<const C: usize> Densities<C> {
         Between::new((delta - self.first) * self.inv_step, self.values.nodes())
     }
 
+    /// The number of nodes of δ.
+    pub fn nodes(&self) -> usize {
+        self.values.nodes()
+    }
+
+    /// δ of a node.
+    pub fn node(&self, j: usize) -> f32 {
+        self.first + j as f32 * self.step
+    }
+
+    /// δ of a node in double precision.
+    pub fn exact_node(&self, j: usize) -> f64 {
+        f64::from(self.first) + j as f64 * f64::from(self.step)
+    }
+
+    /// Angles clamped to the range of the nodes.
+    pub fn range(&self, ends: [f32; 2]) -> [f32; 2] {
+        ends.map(|delta| delta.clamp(self.first, self.node(self.nodes() - 1)))
+    }
+
+    /// The first node at or above an angle in the range of the nodes.
+    pub fn above(&self, delta: f32) -> usize {
+        (((delta - self.first) * self.inv_step).ceil() as usize).min(self.nodes() - 1)
+    }
+
+    /// The last node at or below an angle in the range of the nodes.
+    pub fn below(&self, delta: f32) -> usize {
+        (((delta - self.first) * self.inv_step) as usize).min(self.nodes() - 1)
+    }
+
+    /// B_r(δ) of one component.
+    pub fn component(&self, r: usize, delta: f32) -> f32 {
+        let Between { index, t } = self.between(delta);
+        let [a, b] = [index, index + 1].map(|j| self.value(r, j));
+        a + t * (b - a)
+    }
+
     /// B_r(δ) of all components.
-    #[cfg(feature = "unstable")]
     pub fn row(&self, delta: f32) -> Weights<C> {
         self.values.at(self.between(delta))
     }
@@ -292,7 +328,8 @@ impl<const C: usize> Densities<C> {
         (shift.cos() * c + shift.sin() * s + part(low) + part(high)).max(0.0)
     }
 
-    fn value(&self, r: usize, j: usize) -> f32 {
+    /// B_r at a node.
+    pub fn value(&self, r: usize, j: usize) -> f32 {
         self.values.0[j][r / 8].to_array()[r % 8]
     }
 

@@ -1,5 +1,6 @@
 //! The light scattered by the medulla: C^N, C^M and ⟨L⟩ looked up in the compressed tables.
 
+pub(crate) mod cone;
 #[cfg_attr(not(feature = "unstable"), allow(dead_code, reason = "the tables' makers need all of the grid"))]
 pub mod grid;
 pub(crate) mod mixture;
@@ -7,7 +8,10 @@ pub(crate) mod tables;
 #[cfg(feature = "unstable")]
 pub(crate) mod weighting;
 
+use crate::cylinder::frame::Refraction;
 use crate::fiber::Fiber;
+use crate::fiber::exit::Exit;
+use crate::medulla::cone::{Cone, Cones};
 use crate::medulla::mixture::{Between, Weights, choose, normaliser, product};
 use crate::medulla::tables::{AZIMUTHAL, BACKWARD, FORWARD, Mixture, OFFSETS, Tables};
 use crate::simd::lanes::Lanes;
@@ -25,6 +29,12 @@ pub struct Medulla<'t> {
     g: Between,
     /// The integrals of the backward components, the same for every hit.
     backward_integrals: Weights<BACKWARD>,
+    /// How the cuticle refracts scattered light.
+    pub(crate) refraction: Refraction,
+    /// b of its transmittance T(s) = 1 − b s⁴, in [0, 1].
+    loss: f32,
+    /// How scattered light leaves through a cuticle that reflects.
+    cone: Option<(Cone, &'t Cones)>,
     /// σ_ms κ
     optical_radius: f32,
     /// g itself.
@@ -50,7 +60,7 @@ pub struct Inclination {
     pub(crate) forward: Weights<FORWARD>,
     /// The factors that make each half integrate to 1.
     pub(crate) scale: [f32; 2],
-    /// |θ_o|: the shift of the forward lobe.
+    /// The shift of the forward lobe: |θ_o|, or |θ_t| if the cuticle refracts scattered light.
     pub(crate) theta: f32,
     /// −1 if θ_o < 0: (θ_o, θᵢ) → (−θ_o, −θᵢ).
     mirror: f32,
@@ -96,13 +106,21 @@ impl<'t> Medulla<'t> {
         // needs the elongation 1/cos θ_t.
         let tau_position = grid::tau_position(f64::from(optical_radius)) as f32;
         let g_rows = &tables.azimuthal.factors[1];
+        let reflects = fiber.exit == Exit::Reflecting && optical_radius > 0.0;
+        let cone = reflects.then(|| (Cone::new(fiber), tables.cones()));
         Medulla {
             tables,
             azimuthal: g_rows.at(on(g_position, g_rows.nodes())),
             backward: collapse(&tables.backward, tau_position, g_position),
             forward: collapse(&tables.forward, tau_position, g_position),
             g: on(g_position, tables.mean_path_nodes[1]),
-            backward_integrals: tables.backward.densities.integrals(0.0),
+            backward_integrals: match &cone {
+                Some((cone, cones)) => cone.backward(cones),
+                None => tables.backward.densities.integrals(0.0),
+            },
+            refraction: cone.map_or(Refraction::NONE, |(cone, _)| Refraction::new(cone.inverse_eta)),
+            loss: cone.map_or(0.0, |(cone, _)| cone.loss),
+            cone,
             optical_radius,
             anisotropy: fiber.g,
         }
@@ -205,7 +223,8 @@ impl<'t> Medulla<'t> {
         on(angle.abs() * std::f32::consts::FRAC_2_PI, self.tables.azimuthal.factors[2].nodes())
     }
 
-    /// Prepares C^M for θ_o with its sign.
+    /// Prepares C^M for the inclination at which light enters, with its sign: θ_o, or θ_t if the cuticle refracts
+    /// scattered light.
     #[inline(always)]
     pub fn inclination(&self, theta: f32) -> Inclination {
         let Tables { backward, forward, .. } = self.tables;
@@ -214,13 +233,14 @@ impl<'t> Medulla<'t> {
         let position = on(shift * (1.0 / grid::THETA_MAX as f32), theta_rows.nodes());
         let w_b = product(&backward.factors[2].at(position), &self.backward);
         let w_f = product(&theta_rows.at(position), &self.forward);
-        Inclination {
-            backward: w_b,
-            forward: w_f,
-            scale: [normaliser(&w_b, &self.backward_integrals), normaliser(&w_f, &forward.densities.integrals(shift))],
-            theta: shift,
-            mirror: 1f32.copysign(theta),
-        }
+        // D18: with refraction, a density in sin θᵢ = η sin θ′.
+        let (integrals, factor) = match &self.cone {
+            Some((cone, cones)) => (cone.forward(cones, shift), cone.inverse_eta),
+            None => (forward.densities.integrals(shift), 1.0),
+        };
+        let scale = [normaliser(&w_b, &self.backward_integrals), normaliser(&w_f, &integrals)];
+        let scale = scale.map(|scale| scale * factor);
+        Inclination { backward: w_b, forward: w_f, scale, theta: shift, mirror: 1f32.copysign(theta) }
     }
 
     /// C^N at azimuth `phi` from straight back, in [−π, π]: a density per radian.
@@ -249,11 +269,29 @@ impl<'t> Medulla<'t> {
     #[doc(alias = "Eq. 19")]
     #[inline(always)]
     pub fn longitudinal(&self, s: &Inclination, theta_i: f32) -> [f32; 2] {
-        let theta_i = theta_i * s.mirror;
+        self.leaving(s, theta_i, 1.0)
+    }
+
+    /// [`Medulla::longitudinal`] of light that leaves the fibre with this [`Medulla::transmittance`]. `theta` is θᵢ, or θ′
+    /// inside the fibre if the cuticle refracts scattered light.
+    #[inline(always)]
+    pub(crate) fn leaving(&self, s: &Inclination, theta: f32, transmittance: f32) -> [f32; 2] {
+        let theta = theta * s.mirror;
         [
-            s.scale[0] * self.tables.backward.densities.eval(&s.backward, theta_i),
-            s.scale[1] * self.tables.forward.densities.eval(&s.forward, theta_i + s.theta),
+            s.scale[0] * transmittance * self.tables.backward.densities.eval(&s.backward, theta),
+            s.scale[1] * transmittance * self.tables.forward.densities.eval(&s.forward, theta + s.theta),
         ]
+    }
+
+    /// T(sin θᵢ), at least 0: the factor of C^M for light that leaves the fibre. It is 1 if the cuticle does not reflect
+    /// scattered light.
+    #[inline(always)]
+    pub(crate) fn transmittance<V: Lanes>(&self, sin_i: V) -> V {
+        if self.loss == 0.0 {
+            return V::splat(1.0);
+        }
+        let square = sin_i * sin_i;
+        (V::splat(1.0) - V::splat(self.loss) * (square * square)).max(V::splat(0.0))
     }
 
     /// Draws an azimuth from straight back, in [−2π, 2π], from C^N. D10: sampling from the tables is exact.
@@ -276,6 +314,15 @@ impl<'t> Medulla<'t> {
         }
     }
 
+    /// Draws sin θᵢ and cos θᵢ of light that leaves the fibre, as [`Medulla::sample_inclination`] draws θᵢ.
+    #[inline(always)]
+    pub(crate) fn sample_leaving(&self, s: &Inclination, phi: f32, u: [f32; 2]) -> (f32, f32) {
+        match &self.cone {
+            Some((cone, cones)) => self.sample_refracted(cone, cones, s, phi, u),
+            None => self.sample_inclination(s, phi, u).sin_cos(),
+        }
+    }
+
     /// Draws θᵢ from C^M for an azimuth `phi` in [−π, π] from straight back: first a half, in proportion to the
     /// interpolation weight, then a component, then the angle.
     pub fn sample_inclination(&self, s: &Inclination, phi: f32, u: [f32; 2]) -> f32 {
@@ -291,6 +338,23 @@ impl<'t> Medulla<'t> {
             densities.invert(r, u[1], 0.0)
         };
         theta * s.mirror
+    }
+
+    /// The same for light that the cuticle refracts: draws θ′ inside the escape cone, and returns sin θᵢ = η sin θ′ and
+    /// cos θᵢ.
+    #[inline(never)]
+    fn sample_refracted(&self, cone: &Cone, cones: &Cones, s: &Inclination, phi: f32, u: [f32; 2]) -> (f32, f32) {
+        let forward = phi.abs() / PI;
+        let theta = if u[0] < forward {
+            let (r, _) = choose(&s.forward, &cone.forward(cones, s.theta), u[0] / forward);
+            cones.forward.invert(&self.tables.forward.densities, cone, r, u[1], s.theta) - s.theta
+        } else {
+            let u0 = (u[0] - forward) / (1.0 - forward).max(f32::MIN_POSITIVE);
+            let (r, _) = choose(&s.backward, &self.backward_integrals, u0);
+            cones.backward.invert(&self.tables.backward.densities, cone, r, u[1], 0.0)
+        };
+        let sin = (cone.eta * theta.sin() * s.mirror).clamp(-1.0, 1.0);
+        (sin, ((1.0 - sin) * (1.0 + sin)).sqrt())
     }
 }
 

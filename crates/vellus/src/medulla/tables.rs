@@ -9,6 +9,7 @@
 //! 5. Half floats: the four factor matrices of each mixture row by row, then the mean path, with h fastest.
 
 use crate::error::Error;
+use crate::medulla::cone::Cones;
 use crate::medulla::grid::OutgoingAxis;
 use crate::medulla::mixture::{Densities, Rows};
 use half::f16;
@@ -202,6 +203,8 @@ pub struct Tables {
     /// The same, with a row of all h″ for each τ and g.
     pub(crate) mean_path_rows: Rows<{ OFFSETS / 8 }>,
     pub(crate) mean_path_nodes: [usize; 3],
+    /// For fibres with [`Exit::Reflecting`](crate::Exit::Reflecting), made on first use.
+    cones: OnceLock<Cones>,
 }
 
 impl Tables {
@@ -244,6 +247,12 @@ impl Tables {
             mean_path: data.mean_path.clone(),
             mean_path_rows: Rows::new(&data.mean_path, data.mean_path_nodes[2]),
             mean_path_nodes: data.mean_path_nodes,
+            cones: OnceLock::new(),
         }
+    }
+
+    /// The integrals of C^M over escape cones.
+    pub(crate) fn cones(&self) -> &Cones {
+        self.cones.get_or_init(|| Cones::new(&self.backward, &self.forward))
     }
 }
