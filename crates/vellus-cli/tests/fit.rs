@@ -63,6 +63,21 @@ fn a_measurement_is_fitted_reported_and_read_back() {
 }
 
 #[test]
+fn the_exit_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    run(folder, &["--simulate", "raccoon-reflecting", "--step", "8", "--out", "raccoon.txt"]);
+    let args = ["raccoon.txt", "--exit", "reflecting", "--starts", "4", "--format", "json", "--out", "raccoon.toml"];
+    let json: serde_json::Value = serde_json::from_slice(&run(folder, &args).stdout).unwrap();
+    assert_eq!(json["exit"], "reflecting");
+    let toml = std::fs::read_to_string(folder.join("raccoon.toml")).unwrap();
+    assert!(toml.contains("exit = \"reflecting\"  # given\n"), "{toml}");
+    assert!(toml.contains("# model: vellus, reflecting exit\n"), "{toml}");
+    let parts = ["yan2015 has no exit 'reflecting'"];
+    refused(folder, &["raccoon.txt", "--exit", "reflecting", "--model", "yan2015"], &parts);
+}
+
+#[test]
 fn programs_get_json() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();

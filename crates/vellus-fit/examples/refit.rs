@@ -9,7 +9,7 @@ fn main() {
     let only = std::env::args().nth(1);
     for species in Species::ALL.into_iter().filter(|s| only.as_ref().is_none_or(|o| o == s.name())) {
         let published = Fiber::preset(species);
-        let Refit { fiber: f, nrmse, log_ratio, albedo } =
+        let Refit { fiber: f, nrmse, nrmse_at, log_ratio, albedo } =
             refit(&published, Exit::Reflecting, &()).expect("the preset is valid");
         let row = |f: &Fiber| {
             format!(
@@ -25,6 +25,13 @@ fn main() {
         };
         println!("{:<10} published {}", species.name(), row(&published));
         println!("{:<10} refit     {}", "", row(&f));
-        println!("{:<10} NRMSE {:.2?} % log {:.3?} albedo {:.3?}", "", nrmse.map(|x| 100.0 * x), log_ratio, albedo);
+        println!(
+            "{:<10} NRMSE {:.2} % {:.2?} log {:.3?} albedo {:.3?}",
+            "",
+            100.0 * nrmse,
+            nrmse_at.map(|x| 100.0 * x),
+            log_ratio,
+            albedo
+        );
     }
 }

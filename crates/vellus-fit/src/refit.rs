@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::fit::errors;
 use crate::forward::Forward;
 use crate::least_squares::{Difference, Minimum, Problem};
-use crate::parameters::{Name, assemble, values_of};
+use crate::parameters::{Kind, Name, assemble, values_of};
 use crate::profile::Profile;
 use crate::simulate::{Synthetic, from_model};
 use crate::space::{Requests, Space};
@@ -23,6 +23,17 @@ pub const INCLINATIONS: [f64; 3] = [0.0, 30.0, 60.0];
 /// The parameters that are fitted. The others describe the cuticle and its highlight, and keep their values.
 const FITTED: [Parameter; 5] =
     [Parameter::Kappa, Parameter::SigmaCa, Parameter::SigmaMs, Parameter::SigmaMa, Parameter::G];
+
+/// The largest values that count as those of a fibre.
+const LARGEST: [(Parameter, f64); 3] = [(Parameter::Kappa, 0.95), (Parameter::SigmaMs, 6.0), (Parameter::G, 0.9)];
+
+/// The weight of each point of a profile. A residual is a log-ratio times √value, which lies between a log-ratio, for
+/// which dark directions count as much as bright ones, and a difference, for which only highlights count.
+fn weights(profile: &Profile) -> Vec<f64> {
+    let values = || profile.points.iter().map(|p| p.value[0]);
+    let mean = values().sum::<f64>() / profile.points.len() as f64;
+    values().map(|value| (value / mean).sqrt()).collect()
+}
 
 /// The residual of a brightness counts as much as this share of the residuals of a profile.
 const BRIGHTNESS: f64 = 1.0;
@@ -45,8 +56,10 @@ const STARTS: ([f64; 2], [f32; 2]) = ([1.0, 0.3], [0.2, 0.6]);
 pub struct Refit {
     /// The fitted fibre.
     pub fiber: Fiber,
-    /// For each of [`INCLINATIONS`], the NRMSE of its profile, as in [`Fit::nrmse`](crate::Fit::nrmse).
-    pub nrmse: [f64; 3],
+    /// The NRMSE of all profiles together, as in [`Fit::nrmse`](crate::Fit::nrmse).
+    pub nrmse: f64,
+    /// For each of [`INCLINATIONS`], the NRMSE of its profile.
+    pub nrmse_at: [f64; 3],
     /// For each of [`INCLINATIONS`], the RMS of the log-ratios of its profile.
     pub log_ratio: [f64; 3],
     /// For each of [`INCLINATIONS`], the total albedo of the target and of the fitted fibre.
@@ -59,9 +72,11 @@ fn albedo(fiber: &Fiber, theta: f64) -> Result<f64, Error> {
     Ok(energies(&model, theta, None).iter().map(|lobe| lobe[0]).sum())
 }
 
-/// Fits a fibre with the given exit to the far field of `target`. The profiles are absolute and cover the sphere in
-/// steps of 8° and 6°, at three inclinations. κ, g and the three σ are fitted. The refractive index and the cuticle
-/// stay.
+/// Fits a fibre with the given exit to the far field of `target`. Only the first channel of absorption counts.
+///
+/// The profiles are absolute and cover the sphere in steps of 8° and 6°, at three inclinations. The brightness of a
+/// thick coat must match, too, for the fibre itself and for other absorptions of the cortex. κ, g and the three σ are
+/// fitted. The refractive index, the cuticle and the roughness keep their values.
 ///
 /// # Errors
 /// [`Error::Fiber`] for a fibre out of range. [`Error::Parameter`] for a fibre whose parameters no fit has.
@@ -69,7 +84,7 @@ pub fn refit(target: &Fiber, exit: Exit, progress: &dyn Progress) -> Result<Refi
     let forward = Forward::default();
     let mut requests = Requests::default();
     for p in forward.parameters(1) {
-        let crate::parameters::Kind::Fiber(parameter, _) = p.kind else { continue };
+        let Kind::Fiber(parameter, _) = p.kind else { continue };
         if !FITTED.contains(&parameter) {
             requests.fix.push((Name::Fiber(parameter, None), vec![values_of(&[p], target, 0.0, 1.0)[0]]));
         }
@@ -87,7 +102,13 @@ pub fn refit(target: &Fiber, exit: Exit, progress: &dyn Progress) -> Result<Refi
             ..Synthetic::default()
         };
         let profile = from_model(forward, &(*target).into(), &gantry)?;
-        let space = Space::new(forward, 1, theta_o, &requests)?.with_exit(exit)?;
+        let mut space = Space::new(forward, 1, theta_o, &requests)?.with_exit(exit)?;
+        for (parameter, largest) in LARGEST {
+            if let Some(column) = space.column_of(Kind::Fiber(parameter, 0)) {
+                let curve = space.lead(column).curve;
+                space.bounds[column][1] = curve.variable(largest);
+            }
+        }
         let pigments = PIGMENTS.map(|x| target.with_absorption([x; 3]));
         let fibers = std::iter::once(*target).chain(pigments);
         let albedos = fibers.map(|f| albedo(&f, theta_o)).collect::<Result<Vec<f64>, _>>()?;
@@ -97,10 +118,12 @@ pub fn refit(target: &Fiber, exit: Exit, progress: &dyn Progress) -> Result<Refi
     let costs: Vec<Cost> = profiles.iter().map(|(p, space, _)| Cost::new(p, &all(p), space, forward)).collect();
     let space = &profiles[0].1;
     let fiber_at = |u: &[f64]| assemble(exit, &space.parameters, &space.values(u)).0.fiber;
+    let weights: Vec<Vec<f64>> = profiles.iter().map(|(profile, _, _)| weights(profile)).collect();
     let residuals = |u: &[f64]| -> Vec<f64> {
         let fiber = fiber_at(u);
-        let parts = costs.iter().zip(&profiles).map(|(cost, (profile, _, target))| {
+        let parts = costs.iter().zip(&profiles).zip(&weights).map(|((cost, (profile, _, target)), weights)| {
             let mut part = cost.residuals(u);
+            part.iter_mut().zip(weights).for_each(|(residual, weight)| *residual *= weight);
             let weight = (BRIGHTNESS * profile.points.len() as f64).sqrt();
             let ratio = |fiber: &Fiber, target: f64| {
                 albedo(fiber, profile.theta_o).map_or(f64::INFINITY, |a| weight * (brightness(a) / target).ln())
@@ -136,17 +159,20 @@ pub fn refit(target: &Fiber, exit: Exit, progress: &dyn Progress) -> Result<Refi
     let best = minima.iter().min_by(|a, b| loss(a).total_cmp(&loss(b)));
     let Some(best) = best else { return Err(Error::Profile("no descent ended".to_owned())) };
     let fiber = fiber_at(&best.u);
-    let mut result = Refit { fiber, nrmse: [0.0; 3], log_ratio: [0.0; 3], albedo: [[0.0; 2]; 3] };
-    let mut rest = best.residuals.as_slice();
-    for (i, (profile, _, target)) in profiles.iter().enumerate() {
-        let (part, next) = rest.split_at(profile.points.len() + 1 + PIGMENTS.len());
-        rest = next;
+    let mut result = Refit { fiber, nrmse: 0.0, nrmse_at: [0.0; 3], log_ratio: [0.0; 3], albedo: [[0.0; 2]; 3] };
+    let (mut all_points, mut all_fitted) = (Vec::new(), Vec::new());
+    for (i, ((profile, _, target), cost)) in profiles.iter().zip(&costs).enumerate() {
+        let part = cost.residuals(&best.u);
         let fitted: Vec<[f64; 3]> =
-            profile.points.iter().zip(part).map(|(p, r)| p.value.map(|value| value * r.exp())).collect();
-        result.nrmse[i] = errors(profile, &fitted).0;
-        let squares: f64 = part[..profile.points.len()].iter().map(|r| r * r).sum();
+            profile.points.iter().zip(&part).map(|(p, r)| p.value.map(|value| value * r.exp())).collect();
+        result.nrmse_at[i] = errors(profile, &fitted).0;
+        all_points.extend(&profile.points);
+        all_fitted.extend(fitted);
+        let squares: f64 = part.iter().map(|r| r * r).sum();
         result.log_ratio[i] = (squares / profile.points.len() as f64).sqrt();
         result.albedo[i] = [target[0], albedo(&fiber, INCLINATIONS[i])?];
     }
+    let together = Profile { points: all_points, ..profiles[0].0.clone() };
+    result.nrmse = errors(&together, &all_fitted).0;
     Ok(result)
 }

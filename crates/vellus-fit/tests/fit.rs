@@ -2,13 +2,13 @@
 
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
-use vellus::{Fiber, Species, TableData, Tables};
+use vellus::{Exit, Fiber, Species, TableData, Tables};
 use vellus_fit::parameters::{Curve, Kind};
 use vellus_fit::space::Space;
 use vellus_fit::{
     Error, Estimate, Fit, Forward, Name, Options, Profile, Requests, Specimen, State, Synthetic, fit, simulate,
 };
-use vellus_models::Directions;
+use vellus_models::{Directions, ModelKind};
 use vellus_reference::exact::Exact;
 use vellus_testing::significance::{FALSE_ALARM, check_largest, check_scores, max_abs_z};
 
@@ -49,6 +49,23 @@ fn truth(fiber: &Fiber, name: &str, scale: f64) -> f64 {
         _ => return scale,
     };
     f64::from(value)
+}
+
+/// A fibre with the reflecting exit is found again. With the open exit, the fit finds another fibre.
+#[test]
+fn the_exit_is_kept() {
+    let fiber = Fiber::preset(Species::Raccoon).with_exit(Exit::Reflecting);
+    let profile = measured(&fiber, &gantry(3)).unwrap();
+    let [open, reflecting] = Exit::ALL.map(|exit| fitted(&profile, &Options { exit, ..quick() }));
+    assert_eq!([&open, &reflecting].map(|fit| fit.specimen.fiber.exit), Exit::ALL);
+    for (name, z) in z_scores(&reflecting, &fiber, 37.0) {
+        assert!(z.abs() < 4.0, "{name}: {z} standard errors");
+    }
+    assert!(reflecting.nrmse < open.nrmse, "{} {}", reflecting.nrmse, open.nrmse);
+    let yan2015 = Forward::new(ModelKind::Yan2015).unwrap();
+    let options = Options { exit: Exit::Reflecting, ..quick() };
+    let error = fit(&profile, yan2015, &options, &()).unwrap_err().to_string();
+    assert_eq!(error, "yan2015 has no exit 'reflecting': only vellus has");
 }
 
 /// The errors of the determined parameters, divided by the reported standard errors.

@@ -50,7 +50,7 @@ impl FiberSource {
         let extension = path.extension().and_then(|extension| extension.to_str());
         let base = match extension.and_then(|extension| extension.parse::<FiberFormat>().ok()) {
             Some(format) => read(path, format)?,
-            None => FiberBuilder::new(Fiber::preset(path.display().to_string().parse()?)),
+            None => FiberBuilder::new(Fiber::named(&path.display().to_string())?),
         };
         let mut builder = base.clone();
         for setting in &self.set {

@@ -136,7 +136,13 @@ impl Args {
         if huber.is_nan() || huber < 1.0 {
             bail!("--huber {huber} is out of range: it must be at least 1");
         }
-        Ok(Options { requests, starts: self.starts.map_or(default.starts, |n| n as usize), seed: self.seed, huber, exit: self.exit })
+        Ok(Options {
+            requests,
+            starts: self.starts.map_or(default.starts, |n| n as usize),
+            seed: self.seed,
+            huber,
+            exit: self.exit,
+        })
     }
 
     /// The page of the report.

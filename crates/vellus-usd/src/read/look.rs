@@ -6,7 +6,7 @@ use crate::read::context::{BoundLook, Reader};
 use crate::read::network::{Input, Shader, bound_material, input, surface_shader};
 use crate::read::uv_texture::uv_texture;
 use crate::stage::When;
-use vellus::{Fiber, FiberBuilder, Species};
+use vellus::{Fiber, FiberBuilder};
 use vellus_scene::{Look, Parameter, Value};
 
 /// `info:id` of the shader.
@@ -55,8 +55,7 @@ fn fur(reader: &mut Reader, material: &str, shader: &Shader) -> Result<(Look, Ve
     let mut base = Fiber::hair();
     if let Input::Value(at) = input(&reader.stage, prim, "inputs:preset")? {
         let preset = reader.stage.words(&at.prim, &at.name)?.and_then(|words| words.into_iter().next());
-        let species: Species = preset.unwrap_or_default().parse().map_err(out_of_range)?;
-        base = Fiber::preset(species);
+        base = Fiber::named(&preset.unwrap_or_default()).map_err(out_of_range)?;
     }
     let mut fiber = FiberBuilder::new(base);
     if let Input::Value(at) = input(&reader.stage, prim, "inputs:exit")? {

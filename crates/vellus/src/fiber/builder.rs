@@ -11,8 +11,8 @@ use crate::fiber::parameter::Parameter;
 /// Values may come in any order: the builder converts a colour at the end, when β_n is known, and refuses a second
 /// colour. Later values of the same parameter replace earlier ones.
 ///
-/// With the feature `serde`, a builder is read from a map: parameters by name, and `preset`, the name of a
-/// [`Species`](crate::Species) ([`Fiber::hair`] without one). `exit` is the name of an [`Exit`]. Unknown names are
+/// With the feature `serde`, a builder is read from a map: parameters by name, and `preset`, a name of
+/// [`Fiber::named`] ([`Fiber::hair`] without one). `exit` is the name of an [`Exit`]. Unknown names are
 /// errors. Ranges are only checked by [`FiberBuilder::build`].
 ///
 /// ```

@@ -67,6 +67,21 @@ impl Fiber {
         species.fiber()
     }
 
+    /// The same species for [`Exit::Reflecting`]: κ, g, and absorption and scattering are fitted to the far field of
+    /// [`Fiber::preset`] at three inclinations, and to the brightness of coats with other absorption of the cortex.
+    pub fn fitted(species: Species) -> Self {
+        species.fitted()
+    }
+
+    /// A preset by its name in files and options: `red-fox` is [`Fiber::preset`], and `red-fox-reflecting` is
+    /// [`Fiber::fitted`].
+    ///
+    /// # Errors
+    /// [`Error::UnknownPreset`].
+    pub fn named(name: &str) -> Result<Self, Error> {
+        Species::named(name)
+    }
+
     /// A hair without medulla and without absorption: η 1.55, α 2°, β_m and β_n 7°, one ordinary interface (l = 0.5).
     /// Give it a colour with [`Fiber::with_color`].
     pub fn hair() -> Self {

@@ -127,7 +127,8 @@ impl<'de> Deserialize<'de> for FiberBuilder {
                         return Err(de::Error::custom(format!("{name} is given twice")));
                     }
                     if name == "preset" {
-                        (base, has_preset) = (Fiber::preset(map.next_value()?), true);
+                        let preset = map.next_value::<String>()?;
+                        (base, has_preset) = (Fiber::named(&preset).map_err(de::Error::custom)?, true);
                     } else if name == "exit" {
                         exit = Some(map.next_value::<String>()?.parse().map_err(de::Error::custom)?);
                     } else if Parameter::parse(&name).is_none() {
