@@ -37,6 +37,6 @@ pub fn run(args: &Args) -> Result<()> {
     let offsets = h.map_or(Offsets::Whole, Offsets::At);
     let simulated = energies(&fiber, theta_o.to_radians(), offsets, photons, seed, &Terminal::new())?;
     let model = vellus_models::energies(&bcsdf, theta_o, h);
-    let result = Reference { theta_o, h, photons, seed, simulated, model };
+    let result = Reference { theta_o, h, photons, seed, exit: fiber.exit, simulated, model };
     output.write(|format| text::reference(&result, format))
 }

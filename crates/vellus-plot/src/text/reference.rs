@@ -2,7 +2,7 @@
 
 use super::{Format, align, header, number};
 use serde_json::{Map, json};
-use vellus::Lobe;
+use vellus::{Exit, Lobe};
 use vellus_sim::energies::{Energies, Fate};
 
 /// A simulation of the whole fibre, and the model.
@@ -16,6 +16,8 @@ pub struct Reference {
     pub photons: u64,
     /// Seed of the simulation.
     pub seed: u64,
+    /// How scattered light leaves the model's fibre.
+    pub exit: Exit,
     /// Energies of the simulation.
     pub simulated: Energies,
     /// Energies of the model's lobes, see [`vellus_models::energies`].
@@ -29,13 +31,16 @@ impl Reference {
     fn lines(&self) -> Vec<Line> {
         let model =
             |lobes: &[Lobe]| Some([0, 1, 2].map(|c| lobes.iter().map(|&l| self.model[l as usize][c]).sum::<f64>()));
-        // `rest` contains higher orders of both kinds. It counts as unscattered.
+        // `rest` contains higher orders of both kinds. It counts as unscattered, unless the cuticle reflects scattered
+        // light: it then consists mostly of that light.
         let model_of = |fate: Fate| match fate {
             Fate::R => model(&[Lobe::R]),
             Fate::Tt => model(&[Lobe::Tt]),
             Fate::Trt => model(&[Lobe::Trt]),
-            Fate::Higher => model(&[Lobe::Residual]),
-            Fate::Scattered => model(&[Lobe::Tts, Lobe::Trts]),
+            Fate::Higher if self.exit == Exit::Open => model(&[Lobe::Residual]),
+            Fate::Scattered if self.exit == Exit::Open => model(&[Lobe::Tts, Lobe::Trts]),
+            Fate::Scattered => model(&[Lobe::Tts, Lobe::Trts, Lobe::Residual]),
+            Fate::Higher => None,
             Fate::Guided => None,
         };
         let simulated = &self.simulated;

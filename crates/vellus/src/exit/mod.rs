@@ -115,26 +115,34 @@ impl<'a> Chain<'a> {
         Chain { table, rows: table.rows(tau, fiber.g), through, cortex, scattered, again, forward, all_scattered }
     }
 
-    /// At the nodes of the entry: the share of scattered light that leaves and the share that leaves at the first
-    /// encounter, without absorption on the first path, and the logarithm of what that absorption leaves. `cortex` is
-    /// σ_ca, and `medulla` is σ_ma κ.
+    /// The effect of absorption in the medulla. `medulla` is σ_ma κ.
     #[inline(always)]
-    fn escape(&self, cortex: f32, medulla: f32) -> [f32x8; 3] {
+    fn absorption(&self, medulla: f32) -> Absorption {
+        let (splat, one) = (f32x8::splat, f32x8::ONE);
+        if medulla == 0.0 {
+            return Absorption { chord_keeps: [one; REGISTERS], ln_kept: f32x8::ZERO, kept_first: one, kept: 1.0 };
+        }
+        let ln_kept = table::ln_kept(&self.rows, medulla);
+        let kept_first = exp(ln_kept);
+        let (mut chord_keeps, mut less) = ([one; REGISTERS], [f32x8::ZERO; REGISTERS]);
+        for r in 0..REGISTERS {
+            chord_keeps[r] = exp(self.table.geometry.chord[r] * splat(-medulla));
+            less[r] = self.forward[r] * chord_keeps[r];
+        }
+        // The medulla passes diffuse light with the true σ_ms. What the chain does not pass as unscattered must carry
+        // the rest.
+        let scattered = (kept_first * DIFFUSE).reduce_add().clamp(0.0, 1.0) * self.all_scattered;
+        let kept = ((scattered + sum(&less)) / sum(&self.again)).clamp(0.0, 1.0);
+        Absorption { chord_keeps, ln_kept, kept_first, kept }
+    }
+
+    /// At the nodes of the entry: the share of scattered light that leaves, and the share that leaves at the first
+    /// encounter, both without absorption on the first path. `cortex` is σ_ca.
+    #[inline(always)]
+    fn escape(&self, cortex: f32, medulla: &Absorption) -> [f32x8; 2] {
         let (splat, one) = (f32x8::splat, f32x8::ONE);
         let zero = [f32x8::ZERO; REGISTERS];
-        let (mut chord_keeps, mut ln_kept, mut kept) = ([one; REGISTERS], f32x8::ZERO, 1.0);
-        if medulla > 0.0 {
-            ln_kept = table::ln_kept(&self.rows, medulla);
-            let mut less = zero;
-            for r in 0..REGISTERS {
-                chord_keeps[r] = exp(self.table.geometry.chord[r] * splat(-medulla));
-                less[r] = self.forward[r] * chord_keeps[r];
-            }
-            // The medulla passes diffuse light with the true σ_ms. What the chain does not pass as unscattered must
-            // carry the rest.
-            let scattered = (exp(ln_kept) * DIFFUSE).reduce_add().clamp(0.0, 1.0) * self.all_scattered;
-            kept = ((scattered + sum(&less)) / sum(&self.again)).clamp(0.0, 1.0);
-        }
+        let kept = medulla.kept;
         // V = leaves + stays x.
         let (mut leaves, mut stays, mut at_once) = (zero, zero, zero);
         let (mut numerator, mut denominator) = (zero, zero);
@@ -144,7 +152,7 @@ impl<'a> Chain<'a> {
             let returns = (one - t) * c * c;
             // 1 − (1 − T) c² and the losses in the medulla, as sums of positive terms.
             let lost = t + (one - t) * (one - c * c);
-            let absorbed = (one - scattered) * (one - chord_keeps[r]);
+            let absorbed = (one - scattered) * (one - medulla.chord_keeps[r]);
             let inverse = one / (lost + returns * (scattered + absorbed)).fast_max(splat(1e-20));
             at_once[r] = t * c;
             leaves[r] = at_once[r] * inverse;
@@ -159,13 +167,42 @@ impl<'a> Chain<'a> {
             value[8 * r..8 * r + 8].copy_from_slice(&v.to_array());
             first[8 * r..8 * r + 8].copy_from_slice(&at_once[r].to_array());
         }
-        let (mut all, mut at_first) = (f32x8::ZERO, f32x8::ZERO);
-        for state in 0..STATES {
-            all = self.rows[state].mul_add(splat(value[state]), all);
-            at_first = self.rows[state].mul_add(splat(first[state]), at_first);
-        }
-        [all, at_first, ln_kept]
+        [value, first].map(|values| self.first_exits(&values))
     }
+
+    /// The mean of a number for each state over first exits, at the nodes of the entry.
+    #[inline(always)]
+    fn first_exits(&self, values: &[f32; STATES]) -> f32x8 {
+        // Several sums, because each addition waits for the one before.
+        let mut sums = [f32x8::ZERO; 4];
+        for state in 0..STATES {
+            sums[state % 4] = self.rows[state].mul_add(f32x8::splat(values[state]), sums[state % 4]);
+        }
+        (sums[0] + sums[1]) + (sums[2] + sums[3])
+    }
+}
+
+/// Absorption in the medulla, in one channel.
+#[derive(Clone, Copy)]
+struct Absorption {
+    /// What it leaves of light that crosses the medulla unscattered, for each state.
+    chord_keeps: Vector,
+    /// What it leaves on the first path, by the entry, and the logarithm of it.
+    kept_first: f32x8,
+    ln_kept: f32x8,
+    /// What it leaves of light that the chain has as scattered again.
+    kept: f32,
+}
+
+/// The coefficients of the polynomial with these values at the nodes.
+#[inline(always)]
+fn coefficients(nodes: f32x8) -> [f32; ENTRIES] {
+    let nodes = nodes.to_array();
+    let mut sums = [f32x8::ZERO; 2];
+    for node in 0..ENTRIES {
+        sums[node % 2] = COEFFICIENTS[node].mul_add(f32x8::splat(nodes[node]), sums[node % 2]);
+    }
+    (sums[0] + sums[1]).to_array()
 }
 
 impl Reflection {
@@ -174,25 +211,29 @@ impl Reflection {
         let chain = Chain::new(fiber, table);
         let none = [[0.0; 4]; ENTRIES];
         let mut reflection = Reflection { escape: none, ln_kept: none, first: [0.0; 4] };
+        let mut absorption = chain.absorption(fiber.sigma_ma[0] * fiber.kappa);
         for channel in 0..3 {
-            let [cortex, medulla] = [fiber.sigma_ca[channel], fiber.sigma_ma[channel]];
-            // Grey fibres are common, and the channels are the slow part.
-            if channel > 0 && [cortex, medulla] == [fiber.sigma_ca[channel - 1], fiber.sigma_ma[channel - 1]] {
-                let polynomials = [&mut reflection.escape, &mut reflection.ln_kept];
-                polynomials.into_iter().flatten().for_each(|e| e[channel] = e[channel - 1]);
+            // Often channels are alike, and this is the slow part.
+            let same = |sigma: &[f32; 3]| channel > 0 && sigma[channel] == sigma[channel - 1];
+            if same(&fiber.sigma_ma) {
+                reflection.ln_kept.iter_mut().for_each(|e| e[channel] = e[channel - 1]);
+            } else {
+                if channel > 0 {
+                    absorption = chain.absorption(fiber.sigma_ma[channel] * fiber.kappa);
+                }
+                let ln_kept = coefficients(absorption.ln_kept);
+                reflection.ln_kept.iter_mut().zip(ln_kept).for_each(|(e, x)| e[channel] = x);
+            }
+            if same(&fiber.sigma_ca) && same(&fiber.sigma_ma) {
+                reflection.escape.iter_mut().for_each(|e| e[channel] = e[channel - 1]);
                 reflection.first[channel] = reflection.first[channel - 1];
                 continue;
             }
-            let [all, first, ln_kept] = chain.escape(cortex, medulla * fiber.kappa);
-            let [total, at_first] = [all, first].map(|x| (x * exp(ln_kept) * TYPICAL).reduce_add());
+            let [all, first] = chain.escape(fiber.sigma_ca[channel], &absorption);
+            let weight = absorption.kept_first * TYPICAL;
+            let [total, at_first] = [all, first].map(|x| (x * weight).reduce_add());
             reflection.first[channel] = (at_first / total.max(f32::MIN_POSITIVE)).min(1.0);
-            for (polynomial, nodes) in [(&mut reflection.escape, all), (&mut reflection.ln_kept, ln_kept)] {
-                let mut sum = f32x8::ZERO;
-                for (node, coefficients) in nodes.to_array().into_iter().zip(COEFFICIENTS) {
-                    sum = coefficients.mul_add(f32x8::splat(node), sum);
-                }
-                polynomial.iter_mut().zip(sum.to_array()).for_each(|(e, x)| e[channel] = x);
-            }
+            reflection.escape.iter_mut().zip(coefficients(all)).for_each(|(e, x)| e[channel] = x);
         }
         reflection
     }
