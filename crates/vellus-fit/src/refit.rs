@@ -39,7 +39,7 @@ fn weights(profile: &Profile) -> Vec<f64> {
 const BRIGHTNESS: f64 = 1.0;
 
 /// Absorptions of the cortex with which the fibres must have the same brightness, too.
-const PIGMENTS: [f32; 3] = [0.1, 0.4, 1.2];
+const PIGMENTS: [f32; 4] = [0.0, 0.1, 0.4, 1.2];
 
 /// The share of light that a thick coat of fibres with this albedo reflects, if they scatter light evenly: that of a
 /// half space in the two-flux approximation. It is more sensitive to a high albedo than the albedo itself.
