@@ -19,6 +19,7 @@
 //! # Ok(()) }
 //! ```
 
+mod exit;
 mod formulas;
 mod grid_of_azimuths;
 pub(crate) mod hit;
@@ -27,6 +28,7 @@ mod profile;
 mod segments;
 mod window;
 
+pub use exit::ExactExit;
 pub use formulas::{bessel_i0e, fresnel, longitudinal, wrapped_gaussian};
 pub use hit::ExactHit;
 pub use path::ExactPath;
@@ -50,6 +52,8 @@ pub struct Exact<'t> {
     pub(crate) sigma_ma: [f64; 3],
     pub(crate) g: f64,
     pub(crate) layers: f64,
+    /// D17. `None` if all scattered light leaves.
+    pub(crate) exit: Option<ExactExit>,
 }
 
 impl<'t> Exact<'t> {
@@ -57,7 +61,7 @@ impl<'t> Exact<'t> {
     ///
     /// # Errors
     /// [`Error::OutOfRange`] if a parameter is outside its range (see [`Fiber::validate`]); [`Error::Table`] if the
-    /// tables contradict themselves.
+    /// tables contradict themselves, or the table of first exits is damaged.
     pub fn new(fiber: &Fiber, tables: &'t TableData) -> Result<Self, Error> {
         fiber.validate()?;
         tables.validate()?;
@@ -74,6 +78,7 @@ impl<'t> Exact<'t> {
             sigma_ma: rgb(fiber.sigma_ma),
             g: fiber.g.into(),
             layers: fiber.layers.into(),
+            exit: ExactExit::new(fiber)?,
         })
     }
 
@@ -116,6 +121,14 @@ impl<'t> Exact<'t> {
     /// Standard deviation of the azimuth of R, TT, TRT.
     pub(crate) fn sigma(&self, p: usize) -> f64 {
         (p as f64 + 1.0).sqrt() * self.beta_n
+    }
+
+    /// The share of scattered light that leaves, RGB, and the part of it that leaves when it first meets the cuticle.
+    /// All scattered light is of the second kind, and E contains its losses, if the exit is open.
+    pub(crate) fn escape(&self, theta_o: f64, h: f64) -> Option<[[f64; 3]; 2]> {
+        let exit = self.exit.as_ref()?;
+        let theta_t = (theta_o.sin() / self.eta).asin();
+        Some([exit.escape(self.medulla_offset(theta_o, h), theta_t), exit.first()])
     }
 
     /// M̂ₚ(θᵢ) of R, TT, TRT and the rest.
