@@ -23,6 +23,8 @@ pub struct ExactExit {
     polynomials: [[[f64; ENTRIES]; 2]; 3],
     /// The share of escaping light that leaves when it first meets the cuticle, RGB.
     first: [f64; 3],
+    /// The mean of that share over the channels, weighted by the squares of their light.
+    common: f64,
 }
 
 /// Means over one state, weighted by cos²θ′.
@@ -185,7 +187,8 @@ impl ExactExit {
         let tau = f64::from(fiber.sigma_ms) * kappa;
         let states: Vec<State> = (0..STATES).map(|state| State::new(eta, kappa, layers, state)).collect();
         let rows = rows(&data, tau, g);
-        let mut exit = ExactExit { polynomials: [[[0.0; ENTRIES]; 2]; 3], first: [0.0; 3] };
+        let mut exit = ExactExit { polynomials: [[[0.0; ENTRIES]; 2]; 3], first: [0.0; 3], common: 0.0 };
+        let mut totals = [0.0; 3];
         for channel in 0..3 {
             let medulla = f64::from(fiber.sigma_ma[channel]) * kappa;
             let kept = ln_kept(&rows, medulla);
@@ -197,9 +200,15 @@ impl ExactExit {
             };
             let [all, first] = [value, at_once].map(|value| mean(&value));
             let typical = |x: &[f64; ENTRIES]| (0..ENTRIES).map(|k| x[k] * kept[k].exp() * TYPICAL[k]).sum::<f64>();
-            exit.first[channel] = (typical(&first) / typical(&all).max(f64::MIN_POSITIVE)).min(1.0);
+            // The probabilities of rare states are polynomials, which may be below 0.
+            let total = typical(&all);
+            exit.first[channel] = (typical(&first) / total.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+            totals[channel] = total;
             exit.polynomials[channel] = [polynomial(all), polynomial(kept)];
         }
+        let squares = totals.map(|x| x * x);
+        let light: f64 = squares.iter().sum();
+        exit.common = squares.iter().zip(exit.first).map(|(x, first)| x * first).sum::<f64>() / light.max(1e-300);
         Ok(Some(exit))
     }
 
@@ -216,6 +225,11 @@ impl ExactExit {
     /// The share of escaping light that leaves when it first meets the cuticle, RGB.
     pub fn first(&self) -> [f64; 3] {
         self.first
+    }
+
+    /// The mean of [`ExactExit::first`] over the channels, weighted by the squares of their light.
+    pub fn common(&self) -> f64 {
+        self.common
     }
 }
 

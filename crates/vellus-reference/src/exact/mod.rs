@@ -123,12 +123,18 @@ impl<'t> Exact<'t> {
         (p as f64 + 1.0).sqrt() * self.beta_n
     }
 
-    /// The share of scattered light that leaves, RGB, and the part of it that leaves when it first meets the cuticle.
-    /// All scattered light is of the second kind, and E contains its losses, if the exit is open.
+    /// The share of scattered light that leaves, and the part of it that leaves when it first meets the cuticle, RGB.
+    /// `None` if the exit is open.
     pub(crate) fn escape(&self, theta_o: f64, h: f64) -> Option<[[f64; 3]; 2]> {
         let exit = self.exit.as_ref()?;
         let theta_t = (theta_o.sin() / self.eta).asin();
-        Some([exit.escape(self.medulla_offset(theta_o, h), theta_t), exit.first()])
+        let escape = exit.escape(self.medulla_offset(theta_o, h), theta_t);
+        // In each part, no channel has more light than the same share of the channel with the most light in all.
+        let most = escape.into_iter().fold(0.0, f64::max);
+        let share = exit.common();
+        let first =
+            [0, 1, 2].map(|c| (escape[c] * exit.first()[c]).max(escape[c] - (1.0 - share) * most).min(share * most));
+        Some([escape, first])
     }
 
     /// M̂ₚ(θᵢ) of R, TT, TRT and the rest.

@@ -41,7 +41,7 @@ impl<'t> Exact<'t> {
             let t = (-2.0 * (s_c * ca + s_m * (ma + o.sigma_ms)) / cos_t).exp();
             let (e, first) = match reflecting {
                 None => ((-(o.kappa * path * ma + (1.0 - o.kappa) * ca) / cos_t).exp(), 1.0),
-                Some([escape, first]) => (escape[c], first[c]),
+                Some([escape, first]) => (escape[c], if escape[c] > 0.0 { first[c] / escape[c] } else { 1.0 }),
             };
             scattered[c] = q * e;
             let tts = (1.0 - f) * (-s_c * ca / cos_t).exp() * q * e;
