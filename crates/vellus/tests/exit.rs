@@ -53,8 +53,8 @@ fn statistics(x: &mut [f64]) -> [f64; 3] {
 /// Energies of the near field against quadrature over each state and a direct solution of the chain.
 ///
 /// The fast path interpolates the transmittances of states between nodes, and takes the mean over a state before the
-/// layers. A state's error is 0.002 on average, of both signs, and 0.08 at most (`cone.rs`). The light of a query is in many
-/// states, unless g is near 1. So an error of 1e-4 is expected, and rarely 0.01.
+/// layers. A state's error is 0.002 on average, of both signs, and 0.08 at most (`cone.rs`). The light of a query is in
+/// many states, unless g is near 1. So an error of 1e-4 is expected, and rarely 0.01.
 #[test]
 fn energies_match_the_oracle() {
     let mut random = Uniform(31);
