@@ -125,6 +125,6 @@ fn the_table_matches_simulations_between_its_nodes() {
     }
     let [errors, distances] = [errors, worst].map(statistics);
     println!("probability {errors:.4?}, light in a wrong state {distances:.4?}");
-    assert!(errors[0] < 0.004 && errors[2] < 0.06, "{errors:?}");
-    assert!(distances[0] < 0.05 && distances[2] < 0.15, "{distances:?}");
+    assert!(errors[0] < 0.002 && errors[2] < 0.04, "{errors:?}");
+    assert!(distances[0] < 0.025 && distances[2] < 0.1, "{distances:?}");
 }
