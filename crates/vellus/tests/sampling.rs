@@ -1,7 +1,7 @@
 //! Samples follow the pdf, with tilt and all other parameters non-zero.
 
 use std::f64::consts::TAU;
-use vellus::{Bcsdf, Fiber, Lobe, Species, Window};
+use vellus::{Bcsdf, Exit, Fiber, Lobe, Species, Window};
 use vellus_testing::significance::max_abs_z;
 use vellus_testing::sphere::{ChiSquared, integral};
 use vellus_testing::{Uniform, direction, full_fiber};
@@ -69,7 +69,7 @@ fn sample_histogram_matches_pdf() {
 fn weight_is_the_near_field_total() {
     let mut random = Uniform(4);
     for _ in 0..2000 {
-        let mut fiber = random.fiber();
+        let mut fiber = random.fiber().with_exit(if random.next() < 0.5 { Exit::Open } else { Exit::Reflecting });
         let grey = random.next() < 0.5;
         if grey {
             fiber.sigma_ca = [fiber.sigma_ca[0]; 3];
@@ -79,8 +79,12 @@ fn weight_is_the_near_field_total() {
         let wo = direction(random.within(-1.55, 1.55), random.within(-3.0, 3.0));
         let hit = bcsdf.at(wo, Window::near(random.within(-1.0, 1.0) as f32));
         let energy = hit.energy();
-        let bound: f32 = energy.0.iter().map(|a| a[0].max(a[1]).max(a[2])).sum();
+        let mut bound: f32 = energy.0.iter().map(|a| a[0].max(a[1]).max(a[2])).sum();
         assert!(bound <= 1.0 + 1e-5, "{fiber:?} {bound}");
+        if fiber.exit == Exit::Reflecting && !grey {
+            // The residual lobe has two parts, which may have their largest channels apart.
+            bound = 1.0;
+        }
         for _ in 0..20 {
             let s = hit.sample(random.numbers()).unwrap();
             assert!((s.wi.length() - 1.0).abs() < 1e-5 && s.pdf > 0.0, "{fiber:?} {s:?}");

@@ -26,7 +26,7 @@ pub use window::PrintedWindow;
 use crate::exact::{Exact, fresnel, wrapped_gaussian};
 use segments::{Medium, Node};
 use std::f64::consts::{PI, TAU};
-use vellus::{Error, Fiber, TableData};
+use vellus::{Error, Exit, Fiber, TableData};
 
 /// The published model of one fibre: at one offset, or averaged over a [`window`](AsPrinted::window) of offsets.
 #[derive(Clone, Debug)]
@@ -41,7 +41,9 @@ impl<'t> AsPrinted<'t> {
     /// # Errors
     /// As [`Exact::new`].
     pub fn new(fiber: &Fiber, tables: &'t TableData) -> Result<Self, Error> {
-        Ok(AsPrinted { fiber: *fiber, exact: Exact::new(fiber, tables)? })
+        // In the paper, all scattered light leaves.
+        let fiber = fiber.with_exit(Exit::Open);
+        Ok(AsPrinted { fiber, exact: Exact::new(&fiber, tables)? })
     }
 
     /// F, the paths and the angles at offset `h`.

@@ -1,5 +1,6 @@
 //! One hit of the fibre at one offset (Yan17 Eq. 12).
 
+use super::exit::diffuse;
 use super::inclination::Inclination;
 use super::{ExactPath, Profile};
 use std::f64::consts::{PI, TAU};
@@ -25,7 +26,7 @@ impl ExactHit<'_, '_> {
     }
 
     /// The six lobes at inclination θᵢ and azimuth φ = φ_i − φ_o (radians), each a density over solid angle that
-    /// integrates to 1.
+    /// integrates to 1. The last one is that of light that the medulla did not scatter.
     pub fn densities(&self, theta_i: f64, phi: f64) -> [f64; 6] {
         let path = &self.path;
         let m = path.exact.longitudinal(path.theta_o, theta_i);
@@ -41,12 +42,11 @@ impl ExactHit<'_, '_> {
         let n = path.unscattered(phi);
         let s = |p| scattered(&self.azimuthal, path.relative(p, phi), [1.0; 2]);
         let d = [n[0], n[1], n[2], s(1), s(2), 1.0 / TAU];
-        std::array::from_fn(|p| path.attenuation[p].map(|a| a * d[p]))
+        path.lobes(d, 1.0 / TAU)
     }
 
     /// f·cos θᵢ of the six lobes at inclination θᵢ and azimuth φ = φ_i − φ_o (radians), RGB.
     pub fn eval(&self, theta_i: f64, phi: f64) -> [[f64; 3]; 6] {
-        let d = self.densities(theta_i, phi);
-        std::array::from_fn(|p| self.path.attenuation[p].map(|a| a * d[p]))
+        self.path.lobes(self.densities(theta_i, phi), diffuse(theta_i))
     }
 }

@@ -2,7 +2,6 @@
 
 use super::{Exact, Profile, fresnel};
 use std::f64::consts::PI;
-use vellus::Exit;
 
 /// Points of the quadrature over sin θᵢ.
 const POINTS: usize = 4000;
@@ -52,7 +51,7 @@ impl Exact<'_> {
     pub(crate) fn inclination(&self, theta_o: f64) -> Inclination {
         let tilt = if theta_o < 0.0 { -1.0 } else { 1.0 };
         let profiles = |theta: f64| Profile::longitudinal(self.tables, self.sigma_ms * self.kappa, self.g, theta);
-        if self.exit == Exit::Open || self.kappa * self.sigma_ms == 0.0 {
+        if self.exit.is_none() {
             return Inclination { tilt, profiles: profiles(theta_o.abs()), refraction: None };
         }
         let profiles = profiles((theta_o.abs().sin() / self.eta).asin());

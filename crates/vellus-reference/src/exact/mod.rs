@@ -19,6 +19,7 @@
 //! # Ok(()) }
 //! ```
 
+mod exit;
 mod formulas;
 mod grid_of_azimuths;
 pub(crate) mod hit;
@@ -28,6 +29,7 @@ mod profile;
 mod segments;
 mod window;
 
+pub use exit::ExactExit;
 pub use formulas::{bessel_i0e, fresnel, longitudinal, wrapped_gaussian};
 pub use hit::ExactHit;
 pub use path::ExactPath;
@@ -35,7 +37,7 @@ pub use profile::{Profile, mean_path};
 pub use segments::ExactSegments;
 pub use window::ExactWindow;
 
-use vellus::{Error, Exit, Fiber, TableData};
+use vellus::{Error, Fiber, TableData};
 
 /// The model of one fibre.
 #[derive(Clone, Debug)]
@@ -51,7 +53,8 @@ pub struct Exact<'t> {
     pub(crate) sigma_ma: [f64; 3],
     pub(crate) g: f64,
     pub(crate) layers: f64,
-    pub(crate) exit: Exit,
+    /// D17. `None` if all scattered light leaves.
+    pub(crate) exit: Option<ExactExit>,
 }
 
 impl<'t> Exact<'t> {
@@ -59,7 +62,7 @@ impl<'t> Exact<'t> {
     ///
     /// # Errors
     /// [`Error::OutOfRange`] if a parameter is outside its range (see [`Fiber::validate`]); [`Error::Table`] if the
-    /// tables contradict themselves.
+    /// tables contradict themselves, or the table of first exits is damaged.
     pub fn new(fiber: &Fiber, tables: &'t TableData) -> Result<Self, Error> {
         fiber.validate()?;
         tables.validate()?;
@@ -76,7 +79,7 @@ impl<'t> Exact<'t> {
             sigma_ma: rgb(fiber.sigma_ma),
             g: fiber.g.into(),
             layers: fiber.layers.into(),
-            exit: fiber.exit,
+            exit: ExactExit::new(fiber)?,
         })
     }
 
@@ -114,6 +117,20 @@ impl<'t> Exact<'t> {
     /// Standard deviation of the azimuth of R, TT, TRT.
     pub(crate) fn sigma(&self, p: usize) -> f64 {
         (p as f64 + 1.0).sqrt() * self.beta_n
+    }
+
+    /// The share of scattered light that leaves, and the part of it that leaves when it first meets the cuticle, RGB.
+    /// `None` if the exit is open.
+    pub(crate) fn escape(&self, theta_o: f64, h: f64) -> Option<[[f64; 3]; 2]> {
+        let exit = self.exit.as_ref()?;
+        let theta_t = (theta_o.sin() / self.eta).asin();
+        let escape = exit.escape(self.medulla_offset(theta_o, h), theta_t);
+        // In each part, no channel has more light than the same share of the channel with the most light in all.
+        let most = escape.into_iter().fold(0.0, f64::max);
+        let share = exit.common();
+        let first =
+            [0, 1, 2].map(|c| (escape[c] * exit.first()[c]).max(escape[c] - (1.0 - share) * most).min(share * most));
+        Some([escape, first])
     }
 
     /// M̂ₚ(θᵢ) of R, TT, TRT and the rest.

@@ -16,6 +16,8 @@ pub struct ExactPath<'e, 't> {
     /// Q·E, RGB.
     pub(crate) scattered: [f64; 3],
     pub(crate) attenuation: [[f64; 3]; 6],
+    /// The part of the last lobe that is scattered light which the cuticle reflected, RGB (D17).
+    pub(crate) diffuse: [f64; 3],
 }
 
 impl<'t> Exact<'t> {
@@ -32,11 +34,15 @@ impl<'t> Exact<'t> {
         let q = 1.0 - (-2.0 * s_m * o.sigma_ms / cos_t).exp();
 
         let path = mean_path(o.tables, o.sigma_ms * o.kappa / cos_t, o.g, o.medulla_offset(theta_o, h).abs());
-        let (mut attenuation, mut scattered) = ([[0.0; 3]; 6], [0.0; 3]);
+        let reflecting = o.escape(theta_o, h);
+        let (mut attenuation, mut scattered, mut diffuse) = ([[0.0; 3]; 6], [0.0; 3], [0.0; 3]);
         for c in 0..3 {
             let (ca, ma) = (o.sigma_ca[c], o.sigma_ma[c]);
             let t = (-2.0 * (s_c * ca + s_m * (ma + o.sigma_ms)) / cos_t).exp();
-            let e = (-(o.kappa * path * ma + (1.0 - o.kappa) * ca) / cos_t).exp();
+            let (e, first) = match reflecting {
+                None => ((-(o.kappa * path * ma + (1.0 - o.kappa) * ca) / cos_t).exp(), 1.0),
+                Some([escape, first]) => (escape[c], if escape[c] > 0.0 { first[c] / escape[c] } else { 1.0 }),
+            };
             scattered[c] = q * e;
             let tts = (1.0 - f) * (-s_c * ca / cos_t).exp() * q * e;
             let trts = (1.0 - f) * f * (-(3.0 * s_c * ca + 2.0 * s_m * (ma + o.sigma_ms)) / cos_t).exp() * q * e;
@@ -47,13 +53,17 @@ impl<'t> Exact<'t> {
                     f,
                     (1.0 - f).powi(2) * t,
                     (1.0 - f).powi(2) * f * t * t,
-                    tts,
-                    trts,
+                    tts * first,
+                    trts * first,
                     (1.0 - f).powi(2) * f * f * t.powi(3) * higher + trts * f * t * higher,
                 ])
                 .for_each(|(a, value)| a[c] = value);
+            if reflecting.is_some() {
+                diffuse[c] = (tts + trts) * (1.0 - first) + trts * f * t * higher;
+                attenuation[5][c] += (tts + trts) * (1.0 - first);
+            }
         }
-        ExactPath { exact: self, theta_o, gamma_o, gamma_t, s_c, s_m, scattered, attenuation }
+        ExactPath { exact: self, theta_o, gamma_o, gamma_t, s_c, s_m, scattered, attenuation, diffuse }
     }
 }
 
@@ -62,6 +72,13 @@ impl ExactPath<'_, '_> {
     #[doc(alias = "Table 3")]
     pub fn energy(&self) -> [[f64; 3]; 6] {
         self.attenuation
+    }
+
+    /// The light of each lobe, RGB, from the densities of the lobes and that of the diffuse light.
+    pub(crate) fn lobes(&self, densities: [f64; 6], diffuse: f64) -> [[f64; 3]; 6] {
+        let mut light: [[f64; 3]; 6] = std::array::from_fn(|p| self.attenuation[p].map(|a| a * densities[p]));
+        (0..3).for_each(|c| light[5][c] += self.diffuse[c] * (diffuse - densities[5]));
+        light
     }
 
     /// Φₚ, the exit azimuth of R, TT, TRT (p = 0, 1, 2), not wrapped.

@@ -1,5 +1,6 @@
 //! The average over a window of offsets by the midpoint rule (Yan17 Eq. 11, 22, 26).
 
+use super::exit::diffuse;
 use super::hit::scattered;
 use super::inclination::Inclination;
 use super::{Exact, ExactPath, Profile};
@@ -62,23 +63,24 @@ impl ExactWindow<'_, '_> {
     /// N(φ) of the six lobes, RGB, per radian: the light that leaves at the azimuth φ = φ_i − φ_o at any inclination.
     #[doc(alias = "Eq. 11")]
     pub fn azimuthal(&self, phi: f64) -> [[f64; 3]; 6] {
-        self.sum(phi, [1.0; 4], [1.0; 2])
+        self.sum(phi, [1.0; 4], [1.0; 2], 1.0 / TAU)
     }
 
     /// f·cos θᵢ of the six lobes at inclination θᵢ and azimuth φ = φ_i − φ_o (radians), RGB. All 0 without `paths`.
     pub fn eval(&self, theta_i: f64, phi: f64) -> [[f64; 3]; 6] {
         let Some((first, _)) = self.paths.first() else { return [[0.0; 3]; 6] };
         let m = first.exact.longitudinal(self.theta_o, theta_i);
-        self.sum(phi, m, self.longitudinal.eval(theta_i))
+        self.sum(phi, m, self.longitudinal.eval(theta_i), diffuse(theta_i))
     }
 
-    fn sum(&self, phi: f64, m: [f64; 4], halves: [f64; 2]) -> [[f64; 3]; 6] {
+    fn sum(&self, phi: f64, m: [f64; 4], halves: [f64; 2], diffuse: f64) -> [[f64; 3]; 6] {
         let mut sum = [[0.0; 3]; 6];
         let mut add = |p: usize, a: &[f64; 3], density: f64| (0..3).for_each(|c| sum[p][c] += a[c] * density);
         for (path, w) in &self.paths {
             let n = path.unscattered(phi);
             (0..3).for_each(|p| add(p, &path.attenuation[p], w * m[p] * n[p]));
             add(5, &path.attenuation[5], w * m[3] / TAU);
+            add(5, &path.diffuse, w * (diffuse - m[3] / TAU));
         }
         for (path, w, profile) in &self.points {
             for p in [1, 2] {

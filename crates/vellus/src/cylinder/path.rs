@@ -164,10 +164,11 @@ impl<V: Lanes> Path<V> {
             }
             // Light that the cuticle reflected after it was scattered, and light scattered in later passes, is diffuse.
             Some(reflection) => {
-                let first = reflection.first::<V>();
-                let (a_trts, later) = (a_tts * again, quad(one) - first);
-                let diffuse = (a_tts + a_trts) * later + escape * quad(q) * series;
-                [f, a_tt, a_tt * again, a_tts * first, a_trts * first, t * pass * series, diffuse]
+                let [first, late] = reflection.divide::<V>(escape);
+                let entered = t * quad(q);
+                let (a_tts, a_late) = (entered * first, entered * late);
+                let diffuse = a_late + a_late * again + escape * quad(q) * series;
+                [f, a_tt, a_tt * again, a_tts, a_tts * again, t * pass * series, diffuse]
             }
         }
     }

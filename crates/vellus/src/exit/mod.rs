@@ -39,6 +39,8 @@ pub(crate) struct Reflection {
     ln_kept: Polynomial,
     /// The share of it that leaves when it first meets the cuticle.
     first: [f32; 4],
+    /// The mean of that share over the channels, weighted by the squares of their light.
+    common: f32,
 }
 
 /// Coefficients of [`table::monomials`] for a value of 1 at each of [`table::NODES`] and 0 at the others.
@@ -210,7 +212,8 @@ impl Reflection {
     pub fn new(fiber: &Fiber, table: &ExitTable) -> Self {
         let chain = Chain::new(fiber, table);
         let none = [[0.0; 4]; ENTRIES];
-        let mut reflection = Reflection { escape: none, ln_kept: none, first: [0.0; 4] };
+        let mut reflection = Reflection { escape: none, ln_kept: none, first: [0.0; 4], common: 0.0 };
+        let mut totals = [0.0f32; 3];
         let mut absorption = chain.absorption(fiber.sigma_ma[0] * fiber.kappa);
         for channel in 0..3 {
             // Often channels are alike, and this is the slow part.
@@ -227,14 +230,20 @@ impl Reflection {
             if same(&fiber.sigma_ca) && same(&fiber.sigma_ma) {
                 reflection.escape.iter_mut().for_each(|e| e[channel] = e[channel - 1]);
                 reflection.first[channel] = reflection.first[channel - 1];
+                totals[channel] = totals[channel - 1];
                 continue;
             }
             let [all, first] = chain.escape(fiber.sigma_ca[channel], &absorption);
             let weight = absorption.kept_first * TYPICAL;
             let [total, at_first] = [all, first].map(|x| (x * weight).reduce_add());
-            reflection.first[channel] = (at_first / total.max(f32::MIN_POSITIVE)).min(1.0);
+            // The probabilities of rare states are polynomials, which may be below 0.
+            reflection.first[channel] = (at_first / total.max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
+            totals[channel] = total;
             reflection.escape.iter_mut().zip(coefficients(all)).for_each(|(e, x)| e[channel] = x);
         }
+        // Squares favour the channel with the most light, and two channels of equal light cause no jump.
+        let sum = |weight: &dyn Fn(usize) -> f32| (0..3).map(|c| weight(c) * totals[c] * totals[c]).sum::<f32>();
+        reflection.common = sum(&|c| reflection.first[c]) / sum(&|_| 1.0).max(f32::MIN_POSITIVE);
         reflection
     }
 
@@ -254,10 +263,19 @@ impl Reflection {
         [one - (one - at(&self.escape).max(zero)).max(zero), zero - (zero - at(&self.ln_kept)).max(zero)]
     }
 
-    /// The share of escaping light that leaves when it first meets the cuticle.
+    /// Divides escaping light into the part that leaves when it first meets the cuticle, and the rest.
+    ///
+    /// In each part, no channel has more light than the same share of the channel with the most light in all. Without
+    /// this the largest channels of the components could sum to 1.08, and a sample's weight could exceed 1.
     #[inline(always)]
-    pub fn first<V: Lanes>(&self) -> V::Quad {
-        V::Quad::constant(self.first)
+    pub fn divide<V: Lanes>(&self, escape: V::Quad) -> [V::Quad; 2] {
+        let [r, g, b, _] = escape.array();
+        let most = V::Quad::splat(r.max(g).max(b));
+        let [share, zero] = [[self.common; 4], [0.0; 4]].map(V::Quad::constant);
+        let limit = most * share;
+        let first = (escape * V::Quad::constant(self.first)).max(escape - (most - limit));
+        let first = limit - (limit - first).max(zero);
+        [first, (escape - first).max(zero)]
     }
 }
 

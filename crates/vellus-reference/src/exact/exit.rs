@@ -1,0 +1,276 @@
+//! D17: the share of scattered light that leaves the fibre, for [`vellus::Exit::Reflecting`].
+//!
+//! Light that left the medulla is in one of the states of [`vellus::parts::cell`]. V, the share of it that leaves the
+//! fibre, is the solution of V = A + B (U V + (1 − U) G x) with x = Σ ψ V. This module takes all means over a state by
+//! quadrature, and solves the 24 equations by Gaussian elimination.
+
+use super::formulas::fresnel;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use vellus::parts::{ABSORPTIONS, ENTRIES, ExitData, MAX_SIN2, NODES, ROWS, STATES, absorption_at, cell, monomials};
+use vellus::{Error, Fiber, grid};
+
+/// Midpoints over each side of a cell.
+const POINTS: usize = 64;
+
+/// The share of first exits depends little on the entry. The model takes its mean with these weights of the nodes.
+const TYPICAL: [f64; ENTRIES] = [0.05, 0.2, 0.4, 0.03, 0.3, 0.0, 0.01, 0.01];
+
+/// The exit of scattered light.
+#[derive(Clone, Debug)]
+pub struct ExactExit {
+    /// Coefficients of [`monomials`], RGB: the share that leaves, and the logarithm of what absorption on the first
+    /// path leaves.
+    polynomials: [[[f64; ENTRIES]; 2]; 3],
+    /// The share of escaping light that leaves when it first meets the cuticle, RGB.
+    first: [f64; 3],
+    /// The mean of that share over the channels, weighted by the squares of their light.
+    common: f64,
+}
+
+/// Means over one state, weighted by cos²θ′.
+struct State {
+    /// The share of diffuse light.
+    weight: f64,
+    /// The length of the chord through the medulla, in radii of the medulla.
+    chord: f64,
+    /// The length of the path from the medulla to the cuticle, in fibre radii.
+    cortex: f64,
+    /// The transmittance of the cuticle.
+    through: f64,
+}
+
+/// `n` midpoints from `a` to `b`.
+fn midpoints([a, b]: [f64; 2], n: usize) -> impl Iterator<Item = f64> {
+    (0..n).map(move |i| a + (b - a) * (i as f64 + 0.5) / n as f64)
+}
+
+/// The mean transmittance of the cuticle for the light of one state.
+///
+/// Light with cos θ′ cos γ below the critical cosine is totally reflected. Near the critical angle the reflectance
+/// rises with a square root, so the points are dense there.
+fn transmittance(eta: f64, kappa: f64, layers: f64, state: usize) -> f64 {
+    let [[a, b], offsets] = cell(state);
+    let critical = (1.0 - 1.0 / (eta * eta)).max(0.0).sqrt();
+    let all: f64 = midpoints([a, b], POINTS).map(|theta| theta.cos().powi(2)).sum::<f64>() * (b - a) / POINTS as f64;
+    let mut sum = 0.0;
+    for h in midpoints(offsets, POINTS) {
+        let cos_gamma = (1.0 - (kappa * h).powi(2)).sqrt();
+        let last = (critical / cos_gamma).min(1.0).acos().min(b);
+        if last <= a {
+            continue;
+        }
+        for s in midpoints([0.0, 1.0], POINTS) {
+            let theta = last - (last - a) * s * s;
+            let slope = 2.0 * s * (last - a);
+            // The reflectance is the same from both sides of the cuticle. The angle outside follows from Snell's law.
+            let cos = theta.cos() * cos_gamma;
+            let outside = (1.0 - eta * eta * (1.0 - cos * cos)).max(0.0).sqrt();
+            sum += (1.0 - fresnel(eta, layers, outside)) * theta.cos().powi(2) * slope;
+        }
+    }
+    sum / (POINTS * POINTS) as f64 / all
+}
+
+impl State {
+    fn new(eta: f64, kappa: f64, layers: f64, state: usize) -> Self {
+        let [inclinations, offsets] = cell(state);
+        let mean = |range: [f64; 2], weight: fn(f64) -> f64, value: fn(f64) -> f64| {
+            let points = || midpoints(range, 1000);
+            points().map(|x| weight(x) * value(x)).sum::<f64>() / points().map(weight).sum::<f64>()
+        };
+        let squared_cosine = |theta: f64| theta.cos().powi(2);
+        let elongation = mean(inclinations, squared_cosine, |theta| 1.0 / theta.cos());
+        let half_chord = mean(offsets, |_| 1.0, |h| (1.0 - h * h).sqrt());
+        // The cortex is measured at the middle of the offsets.
+        let middle = 0.5 * (offsets[0] + offsets[1]);
+        let cos_gamma = (1.0 - (kappa * middle).powi(2)).sqrt();
+        let share: f64 = midpoints(inclinations, 1000).map(squared_cosine).sum::<f64>() / 1000.0;
+        State {
+            weight: share * (inclinations[1] - inclinations[0]) / (0.25 * PI) * (offsets[1] - offsets[0]),
+            chord: 2.0 * half_chord * elongation,
+            cortex: (cos_gamma - kappa * half_chord).max(0.0) * elongation,
+            through: transmittance(eta, kappa, layers, state),
+        }
+    }
+}
+
+/// The rows of the table at τ and g, by bilinear interpolation. The probabilities of the states sum to 1 at each node.
+fn rows(data: &ExitData, tau: f64, g: f64) -> [[f64; ENTRIES]; ROWS] {
+    let on = |position: f64, nodes: usize| {
+        let x = position.clamp(0.0, 1.0) * (nodes - 1) as f64;
+        let i = (x as usize).min(nodes - 2);
+        (i, x - i as f64)
+    };
+    let [taus, gs] = data.nodes;
+    let ((i, s), (j, t)) = (on(grid::tau_position(tau), taus), on(grid::g_position(g), gs));
+    let mut sum = [[0.0; ENTRIES]; ROWS];
+    for (node, weight) in [
+        (i * gs + j, (1.0 - s) * (1.0 - t)),
+        (i * gs + j + 1, (1.0 - s) * t),
+        ((i + 1) * gs + j, s * (1.0 - t)),
+        ((i + 1) * gs + j + 1, s * t),
+    ] {
+        let value = |row: usize, entry: usize| f64::from(data.values[(node * ROWS + row) * ENTRIES + entry]);
+        for entry in 0..ENTRIES {
+            let all: f64 = (0..STATES).map(|row| value(row, entry)).sum();
+            for (row, out) in sum.iter_mut().enumerate() {
+                out[entry] += weight * value(row, entry) / if row < STATES { all } else { 1.0 };
+            }
+        }
+    }
+    sum
+}
+
+/// ln E[e^(−a path)] at each node of the entry. The effective path is linear in ln(1 + 4a) between its nodes.
+fn ln_kept(rows: &[[f64; ENTRIES]; ROWS], a: f64) -> [f64; ENTRIES] {
+    let position = |a: f64| (1.0 + 4.0 * a).ln();
+    let node = (0..ABSORPTIONS - 2).rev().find(|&k| absorption_at(k) <= a).unwrap_or(0);
+    let [low, high] = [node, node + 1].map(|k| position(absorption_at(k)));
+    let t = ((position(a) - low) / (high - low)).min(1.0);
+    std::array::from_fn(|entry| -a * ((1.0 - t) * rows[STATES + node][entry] + t * rows[STATES + node + 1][entry]))
+}
+
+/// Solves a linear system by Gaussian elimination with pivots.
+fn solve<const N: usize>(mut a: [[f64; N]; N], mut b: [f64; N]) -> [f64; N] {
+    for i in 0..N {
+        let pivot = (i..N).fold(i, |best, k| if a[k][i].abs() > a[best][i].abs() { k } else { best });
+        a.swap(i, pivot);
+        b.swap(i, pivot);
+        for k in i + 1..N {
+            let factor = a[k][i] / a[i][i];
+            for j in i..N {
+                a[k][j] -= factor * a[i][j];
+            }
+            b[k] -= factor * b[i];
+        }
+    }
+    for i in (0..N).rev() {
+        let known: f64 = (i + 1..N).map(|j| a[i][j] * b[j]).sum();
+        b[i] = (b[i] - known) / a[i][i];
+    }
+    b
+}
+
+/// The coefficients of the polynomial with these values at the nodes.
+fn polynomial(values: [f64; ENTRIES]) -> [f64; ENTRIES] {
+    solve(NODES.map(|[c, y]| monomials(c, y)), values)
+}
+
+fn at(polynomial: &[f64; ENTRIES], c: f64, y: f64) -> f64 {
+    monomials(c, y).iter().zip(polynomial).map(|(m, p)| m * p).sum()
+}
+
+/// The mean of a polynomial over diffuse light: h″ is uniform, and θ has the density ∝ cos²θ.
+fn diffuse_mean(polynomial: &[f64; ENTRIES]) -> f64 {
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for h in midpoints([0.0, 1.0], 200) {
+        for theta in midpoints([0.0, FRAC_PI_2], 200) {
+            let weight = theta.cos().powi(2);
+            sum += weight * at(polynomial, (1.0 - h * h).sqrt(), theta.sin().powi(2) / MAX_SIN2);
+            weights += weight;
+        }
+    }
+    sum / weights
+}
+
+impl ExactExit {
+    /// `None` if all scattered light leaves: the exit is open, or the medulla does not scatter.
+    ///
+    /// # Errors
+    /// [`Error::Table`] if the table of first exits is damaged.
+    pub fn new(fiber: &Fiber) -> Result<Option<Self>, Error> {
+        if fiber.exit == vellus::Exit::Open || fiber.kappa * fiber.sigma_ms == 0.0 {
+            return Ok(None);
+        }
+        let data = ExitData::from_bytes(vellus::parts::SHIPPED_EXITS)?;
+        let [eta, kappa, layers, g] = [fiber.eta, fiber.kappa, fiber.layers, fiber.g].map(f64::from);
+        let tau = f64::from(fiber.sigma_ms) * kappa;
+        let states: Vec<State> = (0..STATES).map(|state| State::new(eta, kappa, layers, state)).collect();
+        let rows = rows(&data, tau, g);
+        let mut exit = ExactExit { polynomials: [[[0.0; ENTRIES]; 2]; 3], first: [0.0; 3], common: 0.0 };
+        let mut totals = [0.0; 3];
+        for channel in 0..3 {
+            let medulla = f64::from(fiber.sigma_ma[channel]) * kappa;
+            let kept = ln_kept(&rows, medulla);
+            let again = scattered_again(&states, &kept, tau, g, medulla);
+            let [value, at_once] =
+                leaving(&states, tau * (1.0 - g), f64::from(fiber.sigma_ca[channel]), medulla, again);
+            let mean = |value: &[f64; STATES]| -> [f64; ENTRIES] {
+                std::array::from_fn(|entry| (0..STATES).map(|state| rows[state][entry] * value[state]).sum())
+            };
+            let [all, first] = [value, at_once].map(|value| mean(&value));
+            let typical = |x: &[f64; ENTRIES]| (0..ENTRIES).map(|k| x[k] * kept[k].exp() * TYPICAL[k]).sum::<f64>();
+            // The probabilities of rare states are polynomials, which may be below 0.
+            let total = typical(&all);
+            exit.first[channel] = (typical(&first) / total.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+            totals[channel] = total;
+            exit.polynomials[channel] = [polynomial(all), polynomial(kept)];
+        }
+        let squares = totals.map(|x| x * x);
+        let light: f64 = squares.iter().sum();
+        exit.common = squares.iter().zip(exit.first).map(|(x, first)| x * first).sum::<f64>() / light.max(1e-300);
+        Ok(Some(exit))
+    }
+
+    /// The share of scattered light that leaves, RGB, for the offset in the medulla h″ and the inclination θ_t of the
+    /// light that enters.
+    pub fn escape(&self, h: f64, theta_t: f64) -> [f64; 3] {
+        let (c, y) = ((1.0 - h * h).max(0.0).sqrt(), theta_t.sin().powi(2) / MAX_SIN2);
+        [0, 1, 2].map(|channel| {
+            let [all, kept] = &self.polynomials[channel];
+            at(all, c, y).clamp(0.0, 1.0) * at(kept, c, y).min(0.0).exp()
+        })
+    }
+
+    /// The share of escaping light that leaves when it first meets the cuticle, RGB.
+    pub fn first(&self) -> [f64; 3] {
+        self.first
+    }
+
+    /// The mean of [`ExactExit::first`] over the channels, weighted by the squares of their light.
+    pub fn common(&self) -> f64 {
+        self.common
+    }
+}
+
+/// The density over solid angle of light that leaves later: ∝ cos²θᵢ over θᵢ, and even in azimuth.
+pub(super) fn diffuse(theta_i: f64) -> f64 {
+    2.0 * theta_i.cos() / PI / TAU
+}
+
+/// G, what absorption in the medulla leaves of light that the chain scatters.
+///
+/// The chain passes more light as unscattered than the medulla does, because it has (1 − g) σ_ms. G is such that
+/// diffuse light loses the right share in the medulla.
+fn scattered_again(states: &[State], ln_kept: &[f64; ENTRIES], tau: f64, g: f64, medulla: f64) -> f64 {
+    if medulla == 0.0 {
+        return 1.0;
+    }
+    let mean = diffuse_mean(&polynomial(ln_kept.map(f64::exp))).clamp(0.0, 1.0);
+    let (mut light, mut all) = (0.0, 0.0);
+    for state in states {
+        let [true_pass, pass] = [tau, tau * (1.0 - g)].map(|tau| (-tau * state.chord).exp());
+        let scattered = -(-tau * state.chord).exp_m1();
+        light += state.weight * (scattered * mean + (true_pass - pass) * (-medulla * state.chord).exp());
+        all += state.weight * -(-tau * (1.0 - g) * state.chord).exp_m1();
+    }
+    (light / all).clamp(0.0, 1.0)
+}
+
+/// V, the share of the light in each state that leaves, and the part of it that leaves at once. `tau` is the optical
+/// radius of isotropic scattering, `cortex` is σ_ca, and `medulla` is σ_ma κ.
+fn leaving(states: &[State], tau: f64, cortex: f64, medulla: f64, again: f64) -> [[f64; STATES]; 2] {
+    let scattered: Vec<f64> = states.iter().map(|s| -(-tau * s.chord).exp_m1()).collect();
+    let all: f64 = states.iter().zip(&scattered).map(|(s, scattered)| s.weight * scattered).sum();
+    let (mut matrix, mut once) = ([[0.0; STATES]; STATES], [0.0; STATES]);
+    for (i, state) in states.iter().enumerate() {
+        let c = (-cortex * state.cortex).exp();
+        let reflected = (1.0 - state.through) * c * c;
+        once[i] = state.through * c;
+        for (j, other) in states.iter().enumerate() {
+            matrix[i][j] = -reflected * scattered[i] * again * other.weight * scattered[j] / all;
+        }
+        matrix[i][i] += 1.0 - reflected * (-(tau + medulla) * state.chord).exp();
+    }
+    [solve(matrix, once), once]
+}
