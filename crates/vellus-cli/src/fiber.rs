@@ -29,19 +29,10 @@ pub enum Command {
 
 pub fn run(command: &Command) -> Result<()> {
     let text = match command {
-        Command::List => format!(
-            "{}\nFits of Yan17 Table 4. σ per fibre radius, grey. --fiber also reads files; --set changes a \
-             parameter.\n",
-            text::presets()
-        ),
-        Command::Parameters => format!(
-            "{}\nThe colour is one of sigma_ca, reflectance and melanin. Single channels are sigma_ca.r, sigma_ma.b,\n\
-             eumelanin, pheomelanin and so on.\n",
-            text::parameters()
-        ),
+        Command::List => text::presets(),
+        Command::Parameters => text::parameters(),
         Command::Show { name, set, format } => {
-            let fiber = FiberArgs::new(name, set).load()?;
-            format.write(&fiber).map_err(Error::from_boxed)?
+            format.write(&FiberArgs::new(name, set).load()?).map_err(Error::from_boxed)?
         }
     };
     output::write(None, text.as_bytes())

@@ -53,6 +53,14 @@ impl Default for Synthetic {
     }
 }
 
+impl fmt::Display for Synthetic {
+    /// Noise, gaps, scale and seed in words, for the head of a file.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Synthetic { noise, gaps, scale, seed, .. } = self;
+        write!(f, "noise {noise}, gaps {gaps}, scale {scale}, seed {seed}")
+    }
+}
+
 impl Synthetic {
     /// θ and φ of the rows and columns.
     fn axes(&self) -> Result<[Vec<f64>; 2], Error> {

@@ -107,10 +107,6 @@ pub struct Args {
 }
 
 impl Args {
-    fn forward(&self) -> Result<Forward> {
-        Ok(Forward::new(self.model)?)
-    }
-
     fn reading(&self) -> Result<Reading> {
         let axes = match (self.theta, self.phi) {
             (Some(theta), Some(phi)) => Some([theta, phi]),
@@ -180,7 +176,7 @@ pub fn run(args: &Args) -> Result<()> {
     let Some(path) = &args.profile else {
         return simulate::run(args);
     };
-    let forward = args.forward()?;
+    let forward = Forward::new(args.model)?;
     let interrupt = Interrupt::watch()?;
     args.check_files()?;
     let reading = args.reading()?;

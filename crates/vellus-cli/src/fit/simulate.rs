@@ -7,7 +7,7 @@ use crate::say::say;
 use crate::terminal::Terminal;
 use anyhow::{Context, Result, bail};
 use vellus_fit::simulate::Source;
-use vellus_fit::{Specimen, Synthetic, writer};
+use vellus_fit::{Forward, Specimen, Synthetic, writer};
 use vellus_models::ModelKind;
 use vellus_render_models::Method;
 
@@ -60,7 +60,7 @@ pub fn run(args: &super::Args) -> Result<()> {
     let fiber = fiber_args.load()?;
     let out = args.out.as_ref().context("--simulate needs --out FILE, .txt or .csv")?;
     let write = writer(out)?;
-    let forward = args.forward()?;
+    let forward = Forward::new(args.model)?;
     let kind = forward.kind();
     Method::new(kind, given.eta_m).context("--eta-m")?;
     let (source, step) = if given.from == "model" {
@@ -87,11 +87,7 @@ pub fn run(args: &super::Args) -> Result<()> {
     };
     output::writable(out)?;
     let profile = source.measure(&gantry, &Terminal::new())?;
-    let Synthetic { noise, gaps, scale, seed, .. } = gantry;
-    let notes = [
-        format!("synthetic measurement of {}: {source}", fiber_args.name()),
-        format!("noise {noise}, gaps {gaps}, scale {scale}, seed {seed}"),
-    ];
+    let notes = [format!("synthetic measurement of {}: {source}", fiber_args.name()), gantry.to_string()];
     output::write(Some(out), write(&profile, &notes).as_bytes())?;
     say!("wrote {}: {} directions, {} missing", out.display(), profile.points.len(), profile.missing.len());
     Ok(())

@@ -19,7 +19,9 @@ pub fn presets() -> String {
         let values = stored().filter_map(|p| value(p, &fiber)).map(|x| format!("{x:.2}"));
         rows.push(std::iter::once(name).chain(values).collect());
     }
-    align(&rows)
+    let notes = "Fits of Yan17 Table 4, and fits to them with reflecting exits. σ per fibre radius, grey. --fiber also reads \
+                 files; --set changes a parameter.";
+    format!("{}\n{notes}\n", align(&rows))
 }
 
 /// All parameters: name, meaning, range, unit, number of channels, and the value without a preset.
@@ -37,5 +39,6 @@ pub fn parameters() -> String {
         text += &format!("{:12} {}\n", p.name(), p.description());
         text += &format!("{:12} in {}{}{channels}{default}\n", "", p.range(), p.unit().suffix());
     }
-    text
+    text + "\nThe colour is one of sigma_ca, reflectance and melanin. Single channels are sigma_ca.r, sigma_ma.b,\n\
+            eumelanin, pheomelanin and so on.\n"
 }
