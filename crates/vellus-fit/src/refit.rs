@@ -1,7 +1,7 @@
 //! Fits a fibre to the far field of another fibre that scattered light leaves in a different way.
 //!
-//! Yan17 Table 4 was fitted to measurements with the open exit. The same numbers give a darker fibre with the reflecting
-//! exit. The measurements are not public, so the far field of the published fibre takes their place.
+//! Yan17 Table 4 was fitted to measurements with the open exit. The same numbers give a darker fibre with the
+//! reflecting exit. The measurements are not public, so the far field of the published fibre takes their place.
 
 use crate::cost::Cost;
 use crate::error::Error;

@@ -31,8 +31,8 @@ impl ExitQuality {
         ExitQuality { nodes: [5, 4], photons: 20_000 }
     }
 
-    /// Simulates the table on all threads. The result depends on the seed, but not on the number of threads. `progress` gets
-    /// reports, but does not stop the work.
+    /// Simulates the table on all threads. The result depends on the seed, but not on the number of threads. `progress`
+    /// gets reports, but does not stop the work.
     pub fn build(&self, seed: u64, progress: &dyn Progress) -> ExitData {
         let [taus, gs] = self.nodes;
         let steps = Steps::new(progress, (taus * gs) as u64, "simulating first exits");

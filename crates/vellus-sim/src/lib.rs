@@ -8,8 +8,8 @@
 //! - [`check`]: compares a table with new simulations.
 //! - [`mod@energies`]: energies of the paths through a whole fibre, as a reference for the model.
 //! - [`mod@profile`]: the far field of a whole fibre with a rough cuticle, as a gonioreflectometer measures it.
-//! - [`mod@scattered`]: the light that the medulla of a whole fibre scattered, at its first and at later encounters with
-//!   the cuticle.
+//! - [`mod@scattered`]: the light that the medulla of a whole fibre scattered, at its first and at later encounters
+//!   with the cuticle.
 //!
 //! ```
 //! use vellus::{Fiber, Species};

@@ -22,12 +22,12 @@
 //! - **BasisCurves**: linear, B-spline, Catmull–Rom and Bézier, nonperiodic or pinned. Widths (diameters) may have any
 //!   interpolation. The uv of the roots come from `primvars:st`, `uv` or `surface_uv_coordinate` (Blender).
 //! - **VellusFur**, the shader of a fibre: `info:id = "VellusFur"`, connected to `outputs:vellus:surface` or
-//!   `outputs:surface` of the material. `inputs:preset` is a name of [`vellus::Fiber::named`]. Every [`vellus_scene::Parameter`]
-//!   has an input named by its key. Angles are in degrees. An input may be connected to a UsdUVTexture, which is
-//!   sampled at the uv of the root, or to a UsdPrimvarReader. `primvars:vellus:KEY` on curves, of any interpolation,
-//!   overrides the shader. A constant input outside its range ([`vellus_scene::Parameter::range`]) is an error. A
-//!   primvar outside the range gives a warning and is clamped. Values of textures and values between points are clamped
-//!   without a warning.
+//!   `outputs:surface` of the material. `inputs:preset` is a name of [`vellus::Fiber::named`]. Every
+//!   [`vellus_scene::Parameter`] has an input named by its key. Angles are in degrees. An input may be connected to a
+//!   UsdUVTexture, which is sampled at the uv of the root, or to a UsdPrimvarReader. `primvars:vellus:KEY` on curves,
+//!   of any interpolation, overrides the shader. A constant input outside its range
+//!   ([`vellus_scene::Parameter::range`]) is an error. A primvar outside the range gives a warning and is clamped.
+//!   Values of textures and values between points are clamped without a warning.
 //! - **Mesh** as polygons, **UsdPreviewSurface** (diffuseColor as a constant or a texture, emissiveColor, roughness,
 //!   metallic, ior), **Camera**, **DomeLight**, **DistantLight**, **RectLight**, **DiskLight**, **SphereLight** and
 //!   **CylinderLight**. `vellus:lightGroup` names the group of a light; without it the group has the name of the prim.

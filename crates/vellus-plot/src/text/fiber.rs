@@ -8,7 +8,8 @@ fn value(parameter: Parameter, fiber: &Fiber) -> Option<f32> {
     parameter.get(fiber).map(|value| parameter.unit().from_stored(value[0]))
 }
 
-/// A table of the presets: Yan17 Table 4, and the same species for the reflecting exit. All presets are grey, so one channel is enough.
+/// A table of the presets: Yan17 Table 4, and the same species for the reflecting exit. All presets are grey, so one
+/// channel is enough.
 pub fn presets() -> String {
     let stored = || Parameter::ALL.into_iter().filter(|p| p.default_value().is_some());
     let header = stored().map(|p| format!("{}{}", p.symbol(), p.unit().sign()));

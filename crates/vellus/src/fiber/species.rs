@@ -42,8 +42,8 @@ const TABLE_4: [(Species, &str, [f32; 10]); 10] = [
 
 /// κ, σ_ca, σ_ms, σ_ma, g of the same species with [`Exit::Reflecting`]. The other parameters are those of Table 4.
 ///
-/// `vellus_fit::refit` fitted them to the far field of Table 4's fibre with [`Exit::Open`], because the measurements are
-/// not public. `cargo run --release -p vellus-fit --example refit` makes this table.
+/// `vellus_fit::refit` fitted them to the far field of Table 4's fibre with [`Exit::Open`], because the measurements
+/// are not public. `cargo run --release -p vellus-fit --example refit` makes this table.
 #[rustfmt::skip]
 const FITTED: [[f32; 5]; 10] = [
     [0.950, 0.530, 1.603, 0.066, 0.611], // bobcat

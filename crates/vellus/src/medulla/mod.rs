@@ -272,8 +272,8 @@ impl<'t> Medulla<'t> {
         self.leaving(s, theta_i, 1.0)
     }
 
-    /// [`Medulla::longitudinal`] of light that leaves the fibre with this [`Medulla::transmittance`]. `theta` is θᵢ, or θ′
-    /// inside the fibre if the cuticle refracts scattered light.
+    /// [`Medulla::longitudinal`] of light that leaves the fibre with this [`Medulla::transmittance`]. `theta` is θᵢ, or
+    /// θ′ inside the fibre if the cuticle refracts scattered light.
     #[inline(always)]
     pub(crate) fn leaving(&self, s: &Inclination, theta: f32, transmittance: f32) -> [f32; 2] {
         let theta = theta * s.mirror;
@@ -283,8 +283,8 @@ impl<'t> Medulla<'t> {
         ]
     }
 
-    /// T(sin θᵢ), at least 0: the factor of C^M for light that leaves the fibre. It is 1 if the cuticle does not reflect
-    /// scattered light.
+    /// T(sin θᵢ), at least 0: the factor of C^M for light that leaves the fibre. It is 1 if the cuticle does not
+    /// reflect scattered light.
     #[inline(always)]
     pub(crate) fn transmittance<V: Lanes>(&self, sin_i: V) -> V {
         if self.loss == 0.0 {
