@@ -18,7 +18,7 @@ use vellus_io::Progress;
 use vellus_models::energies;
 
 /// The inclinations of ω_o whose profiles are fitted, degrees.
-pub const INCLINATIONS: [f64; 3] = [0.0, 30.0, 60.0];
+const INCLINATIONS: [f64; 3] = [0.0, 30.0, 60.0];
 
 /// The parameters that are fitted. The others describe the cuticle and its highlight, and keep their values.
 const FITTED: [Parameter; 5] =
@@ -58,11 +58,11 @@ pub struct Refit {
     pub fiber: Fiber,
     /// The NRMSE of all profiles together, as in [`Fit::nrmse`](crate::Fit::nrmse).
     pub nrmse: f64,
-    /// For each of [`INCLINATIONS`], the NRMSE of its profile.
+    /// For θ_o = 0°, 30° and 60°, the NRMSE of its profile.
     pub nrmse_at: [f64; 3],
-    /// For each of [`INCLINATIONS`], the RMS of the log-ratios of its profile.
+    /// For θ_o = 0°, 30° and 60°, the RMS of the log-ratios of its profile.
     pub log_ratio: [f64; 3],
-    /// For each of [`INCLINATIONS`], the total albedo of the target and of the fitted fibre.
+    /// For θ_o = 0°, 30° and 60°, the total albedo of the target and of the fitted fibre.
     pub albedo: [[f64; 2]; 3],
 }
 
