@@ -156,7 +156,7 @@ fn a_shown_fiber_reads_back() {
     }
     let brown = write(folder.path(), "brown.toml", "eumelanin = 1.3\n");
     assert!(stdout(&["fiber", "show", &brown]).contains("sigma_ca = [0.5"));
-    assert_eq!(stdout(&["fiber", "list"]).lines().filter(|l| l.contains("0.")).count(), 10);
+    assert_eq!(stdout(&["fiber", "list"]).lines().filter(|l| l.contains("0.")).count(), 20);
 }
 
 #[test]

@@ -211,7 +211,7 @@ fn bad_fits_are_refused() {
     assert!(output.status.code() == Some(2) && !folder.join("x.toml").exists());
     assert!(String::from_utf8_lossy(&output.stderr).contains("report/index.html shows"));
     let page = || std::fs::read_to_string(folder.join("report/index.html")).unwrap();
-    assert!(page().contains("Fit of noise.txt by vellus (no fit)"));
+    assert!(page().contains("Fit of noise.txt by vellus, open exit (no fit)"));
 
     let output = run(folder, &[&with("noise.txt")[..], &["--allow-bad-fit", "--format", "json"]].concat());
     let value: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
