@@ -170,7 +170,7 @@ pub enum FiberError {
     },
 }
 
-/// What is wrong with a setting of a fibre.
+/// Why a setting of a fibre is refused.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SettingError {

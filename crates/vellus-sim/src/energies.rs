@@ -3,7 +3,7 @@
 //! [`mod@crate::profile`] has a rough cuticle with tilted scales.
 
 use crate::medulla::{stream, uniform2};
-use crate::tracer::{CHUNK, Surface, Tracer};
+use crate::tracer::{CHUNK, Surface, Tracer, check, out_of_range};
 use rayon::prelude::*;
 use vellus::{Error, Fiber};
 use vellus_io::{Progress, Steps};
@@ -47,15 +47,7 @@ pub fn energies(
     seed: u64,
     progress: &dyn Progress,
 ) -> Result<Energies, Error> {
-    fiber.validate()?;
-    let out_of_range = |name: &str, value: f64, range: &str| Error::OutOfRange {
-        name: name.to_owned(),
-        value,
-        range: range.to_owned(),
-    };
-    if theta_o.is_nan() || theta_o.abs() >= std::f64::consts::FRAC_PI_2 {
-        return Err(out_of_range("theta_o", theta_o.to_degrees(), "theta_o must be in (-90, 90) degrees"));
-    }
+    check(fiber, theta_o)?;
     if let Offsets::At(h) = offsets
         && !(-1.0..=1.0).contains(&h)
     {

@@ -2,7 +2,7 @@
 //! cuticle after scattering, and at later ones.
 
 use crate::medulla::{stream, uniform2};
-use crate::tracer::{CHUNK, Fate, Surface, Tracer};
+use crate::tracer::{CHUNK, Fate, Surface, Tracer, check, out_of_range};
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 use vellus::{Error, Fiber};
@@ -38,15 +38,7 @@ pub fn scattered(
     seed: u64,
     progress: &dyn Progress,
 ) -> Result<Scattered, Error> {
-    fiber.validate()?;
-    let out_of_range = |name: &str, value: f64, range: &str| Error::OutOfRange {
-        name: name.to_owned(),
-        value,
-        range: range.to_owned(),
-    };
-    if theta_o.is_nan() || theta_o.abs() >= std::f64::consts::FRAC_PI_2 {
-        return Err(out_of_range("theta_o", theta_o.to_degrees(), "theta_o must be in (-90, 90) degrees"));
-    }
+    check(fiber, theta_o)?;
     if cells.contains(&0) {
         return Err(out_of_range("cells", 0.0, "cells must be at least 1 over theta and over phi"));
     }

@@ -8,8 +8,8 @@
 //! without reflection, while here most of it is totally reflected inside many times.
 
 use crate::medulla::{SimRng, Vec3, scatter, uniform2};
-use std::f64::consts::TAU;
-use vellus::Fiber;
+use std::f64::consts::{FRAC_PI_2, TAU};
+use vellus::{Error, Fiber};
 use vellus_reference::exact::fresnel;
 
 /// Photons of one random stream. This is the unit of work of a thread.
@@ -82,6 +82,20 @@ impl Surface {
         let (sin_a, cos_a) = (self.around * radius * sin).sin_cos();
         [sin_l, cos_l * (cos_a * p[0] - sin_a * p[1]), cos_l * (cos_a * p[1] + sin_a * p[0])]
     }
+}
+
+/// The error for a number out of range.
+pub(crate) fn out_of_range(name: &str, value: f64, range: &str) -> Error {
+    Error::OutOfRange { name: name.to_owned(), value, range: range.to_owned() }
+}
+
+/// Checks a fibre, and the inclination of its light in radians.
+pub(crate) fn check(fiber: &Fiber, theta_o: f64) -> Result<(), Error> {
+    fiber.validate()?;
+    if theta_o.is_nan() || theta_o.abs() >= FRAC_PI_2 {
+        return Err(out_of_range("theta_o", theta_o.to_degrees(), "theta_o must be in (-90, 90) degrees"));
+    }
+    Ok(())
 }
 
 /// A fibre in f64.
