@@ -2,9 +2,9 @@
 
 use super::props;
 use crate::error::Error;
-use crate::scenes::Preset;
 use crate::grow::grow;
 use crate::roots::Site;
+use crate::scenes::Preset;
 use crate::settings::{Clump, Draw, GrowSettings, Maps};
 use glam::{Mat3, Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, TAU};
