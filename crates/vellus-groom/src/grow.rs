@@ -191,8 +191,8 @@ impl Wave {
     fn new(settings: &GrowSettings, length: f32, random: &mut impl FnMut() -> f32) -> Self {
         Wave {
             curl: settings.curl_radius * (0.7 + 0.6 * random()),
-            turns: settings.curl_turns * (0.85 + 0.3 * random()),
-            phase: TAU * random(),
+            turns: settings.curl_turns * (1.0 + settings.curl_variation * (0.3 * random() - 0.15)),
+            phase: settings.curl_variation * TAU * random(),
             noise: settings.noise * length,
             // 0.5 to 1.5 waves.
             frequency: [0.5 + random(), 0.5 + random()],

@@ -11,7 +11,6 @@ use crate::error::Error;
 use crate::scenes::Preset;
 use crate::settings::{Clump, Draw, GrowSettings};
 use glam::{Mat3, Quat, Vec2, Vec3};
-use std::f32::consts::FRAC_PI_2;
 use vellus::Species;
 use vellus_scene::{Camera, Light, Scene};
 
@@ -21,7 +20,7 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     let nose = body.project(Vec3::new(15.0, 31.0, 0.0)) - Vec3::new(0.1, 0.0, 0.0);
     let mirrored = |p: Vec3| Vec3::new(p.x, p.y, -p.z);
     let lips = curve(&MOUTH, |p| body.project(p));
-    let bare = [(eye, 1.14), (mirrored(eye), 1.14), (nose, 0.5)];
+    let bare = [(eye, 1.1), (mirrored(eye), 1.1), (nose, 0.5)];
     let lip = |p: &Vec3| [(*p, 0.13), (mirrored(*p), 0.13)];
     let mut scene = Scene::default();
     Coat {
@@ -54,10 +53,10 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     let eye = Eye {
         center: eye,
         radius: 1.1,
-        gaze: Vec3::new(1.0, 0.03, 0.2),
-        opening: [1.0, 0.62, 0.5],
+        gaze: Vec3::new(1.0, 0.03, 0.32),
+        opening: [1.12, 0.66, 0.54],
         tilt: 0.22,
-        iris: [0.36, 0.33, 0.07],
+        iris: [0.25, 0.25, 0.07],
         iris_radius: 0.95,
         pupil: [0.3, 0.55],
         lid: [0.02, 0.015, 0.012],
@@ -82,7 +81,13 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     props::ellipsoid(&mut scene, nose, Vec3::new(0.35, 0.38, 0.6), Quat::IDENTITY, pink);
     let target = Vec3::new(0.5, 20.0, 1.5);
     let view = Vec3::new(0.87, 0.12, 0.48).normalize();
-    props::strip(&mut scene, &room(), (view - view.y * Vec3::Y).normalize(), 600.0, [0.42, 0.36, 0.31]);
+    props::strip(
+        &mut scene,
+        &props::room(90.0, 30.0),
+        (view - view.y * Vec3::Y).normalize(),
+        600.0,
+        [0.42, 0.36, 0.31],
+    );
     scene.lights.push(props::window(Vec3::new(60.0, 85.0, 75.0), target, Vec2::splat(70.0), [26.0, 24.3, 21.5]));
     scene.lights.push(Light::Dome {
         radiance: [0.4, 0.45, 0.52],
@@ -98,19 +103,6 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
 /// The right half of the mouth, from under the nose to its corner.
 const MOUTH: [[f32; 3]; 6] =
     [[14.0, 30.6, 0.0], [13.7, 29.9, 0.0], [13.3, 29.5, 0.5], [12.7, 29.3, 1.2], [12.0, 29.4, 1.9], [11.2, 29.8, 2.4]];
-
-/// The profile of a wall and the floor in front of it, from the top, with a rounded corner.
-fn room() -> Vec<Vec2> {
-    const RADIUS: f32 = 30.0;
-    let turn = |i: i32| {
-        let (sin, cos) = (FRAC_PI_2 * i as f32 / 16.0).sin_cos();
-        Vec2::new(-90.0 - RADIUS * cos, RADIUS * (1.0 - sin))
-    };
-    let mut profile = vec![Vec2::new(-90.0 - RADIUS, 300.0)];
-    profile.extend((0..=16).map(turn));
-    profile.push(Vec2::new(400.0, 0.0));
-    profile
-}
 
 pub(super) fn body() -> Body {
     let back = Flow::Along(Vec3::new(-0.7, -1.0, 0.0));

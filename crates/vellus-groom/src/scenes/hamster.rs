@@ -76,8 +76,8 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
         count: [4, 4],
         direction: Vec3::new(0.1, 0.0, 1.0),
         length: 3.0,
-        radius: 0.006,
-        melanin: [0.02, 0.02],
+        radius: 0.009,
+        melanin: [0.3, 0.3],
     }
     .add(&mut scene, |p| body.project(p));
     let paw = props::glossy("toe", [0.62, 0.36, 0.31], 0.5);
@@ -144,14 +144,14 @@ pub(super) fn body() -> Body {
 /// Golden above and cream below, with pale cheeks, and pink feet and ears that look bare.
 fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
     const CREAM: [f32; 2] = [0.0, 0.012];
-    let golden = if draw.guard && draw.random < 0.6 { [0.25, 0.7] } else { [0.02, 0.4 + 0.25 * draw.random] };
+    let golden = if draw.guard && draw.random < 0.4 { [0.2, 0.6] } else { [0.01, 0.3 + 0.2 * draw.random] };
     let side = Vec3::new(p.x, p.y, p.z.abs());
     // The border between flank and belly rises toward the chest.
     let border = 2.9 + 0.15 * (p.x + 2.0).max(0.0) + 0.25 * (1.7 * p.x).sin() + 0.35 * noise(1.1 * p);
     let mut color = mix(CREAM, golden, smoothstep(border - 0.7, border + 0.8, p.y));
     // The back is darker than the flanks.
     let back = smoothstep(5.6, 8.2, p.y + 0.5 * noise(0.9 * p)) * f32::from(p.x < 3.5);
-    color = mix(color, [0.16, 0.75], 0.55 * back);
+    color = mix(color, [0.08, 0.6], 0.5 * back);
     let cheek = to_segment(side, [5.6, 4.2, 1.4], [3.2, 3.9, 3.4]);
     color = mix(color, CREAM, smoothstep(1.5, 0.9, cheek));
     color = mix(color, CREAM, smoothstep(6.1, 6.9, p.x) * smoothstep(5.6, 5.0, p.y));

@@ -3,6 +3,7 @@
 mod cat;
 mod coat;
 mod eyes;
+mod glow;
 mod hair_lock;
 mod hamster;
 mod human;

@@ -85,7 +85,10 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
             }
         }
     }
-    props::ground(&mut scene, 20_000.0, [0.62, 0.65, 0.7]);
+    let view = Vec3::new(0.76, 0.12, 0.64).normalize();
+    // A bank of snow rises behind the bear.
+    let forward = (view - view.y * Vec3::Y).normalize();
+    props::strip(&mut scene, &props::room(110.0, 190.0), forward, 1200.0, [0.62, 0.66, 0.72]);
     let target = Vec3::new(8.0, 21.0, 0.0);
     scene.lights.push(props::window(Vec3::new(70.0, 150.0, 110.0), target, Vec2::splat(130.0), [6.0, 5.85, 5.6]));
     scene.lights.push(Light::Dome {
@@ -94,7 +97,7 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
         rotation: Mat3::IDENTITY,
         ground: None,
     });
-    let eye = target + 190.0 * Vec3::new(0.76, 0.12, 0.64).normalize();
+    let eye = target + 190.0 * view;
     scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 19f32.to_radians(), 1.5));
     Ok(scene)
 }

@@ -94,7 +94,7 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     }
     let wet = props::glossy("nose", [0.012; 3], 0.3);
     props::ellipsoid(&mut scene, nose, Vec3::new(0.9, 0.8, 1.15), Quat::IDENTITY, wet);
-    props::ground(&mut scene, 20_000.0, [0.3, 0.27, 0.2]);
+    props::ground(&mut scene, 20_000.0, [0.25, 0.24, 0.15]);
     scene.lights.push(Light::Dome {
         radiance: [1.0; 3],
         texture: Some(scene.textures.len()),
@@ -104,7 +104,11 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     scene.textures.push(sky::sky(Vec3::new(0.75, 0.8, 0.35)));
     let target = Vec3::new(-3.5, 15.5, 3.0);
     let eye = target + 150.0 * Vec3::new(0.76, 0.1, 0.65).normalize();
-    scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 20.5f32.to_radians(), 1.5));
+    let camera = Camera::look_at(eye, target, Vec3::Y, 20.5f32.to_radians(), 1.5);
+    // The head is in focus, and the horizon is soft.
+    let head = Vec3::new(28.0, 26.0, 3.0);
+    let focus_distance = (head - eye).dot((target - eye).normalize());
+    scene.camera = Some(Camera { lens_radius: 0.7, focus_distance, ..camera });
     Ok(scene)
 }
 
@@ -145,16 +149,16 @@ pub(super) fn body() -> Body {
 fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
     const WHITE: [f32; 2] = [0.004, 0.006];
     const BLACK: [f32; 2] = [8.0, 0.0];
-    const GREY: [f32; 2] = [0.35, 0.08];
+    const GREY: [f32; 2] = [0.3, 0.035];
     let salt = draw.random;
-    let mut color = mix(GREY, [0.12, 0.06], smoothstep(19.0, 9.0, p.y));
+    let mut color = mix(GREY, [0.1, 0.03], smoothstep(19.0, 9.0, p.y));
     // Real guard hairs are banded. Here some are dark and some pale.
     if draw.guard {
         color = if salt < 0.55 { [4.0, 0.0] } else { [0.03, 0.02] };
     }
     // The coat is uneven, and dark along the back.
-    color = mix(color, [0.9, 0.2], 0.35 * (noise(0.35 * p) + 0.3).clamp(0.0, 1.0));
-    color = mix(color, [1.6, 0.1], 0.5 * smoothstep(23.0, 28.0, p.y) * f32::from(p.x < 16.0));
+    color = mix(color, [0.9, 0.05], 0.3 * (noise(0.35 * p) + 0.3).clamp(0.0, 1.0));
+    color = mix(color, [1.6, 0.02], 0.4 * smoothstep(23.0, 28.0, p.y) * f32::from(p.x < 16.0));
     let side = Vec3::new(p.x, p.y, p.z.abs());
     let feet = smoothstep(6.5, 3.0, p.y) * f32::from(p.x > -20.0);
     color = mix(color, [3.5, 0.2], feet);
