@@ -39,11 +39,11 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     scene.looks.push(Look::constant("hair", preset(Species::Human)));
     scene.meshes.push(mesh);
     scene.surfaces.push(Surface::diffuse("patch", [0.02; 3]));
-    let target = Vec3::new(0.0, -11.8, 0.0);
+    let target = Vec3::new(0.0, -12.6, 0.0);
     scene.lights.push(props::window(Vec3::new(30.0, 15.0, 40.0), target, Vec2::splat(25.0), [24.0, 23.0, 21.5]));
-    scene.lights.push(props::window(Vec3::new(-35.0, 0.0, -30.0), target, Vec2::splat(25.0), [22.0, 23.0, 24.5]));
+    scene.lights.push(props::window(Vec3::new(-46.0, 0.0, -30.0), target, Vec2::splat(25.0), [22.0, 23.0, 24.5]));
     glow(&mut scene, Vec3::NEG_Z, 0.3, Vec3::new(0.17, 0.18, 0.21), Vec3::new(0.05, 0.053, 0.063));
-    scene.camera = Some(Camera::look_at(Vec3::new(0.0, -11.8, 90.0), target, Vec3::Y, 16f32.to_radians(), 1.5));
+    scene.camera = Some(Camera::look_at(Vec3::new(0.0, -12.6, 90.0), target, Vec3::Y, 15.4f32.to_radians(), 1.5));
     Ok(scene)
 }
 

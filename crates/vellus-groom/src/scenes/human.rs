@@ -1,7 +1,7 @@
-//! Long hair with a side parting, on the head of a mannequin that faces +x.
+//! Hair with a side parting, on the head of a mannequin that faces +x.
 
-use super::coat::FEWER;
 use super::glow::glow;
+use super::hairstyle::Hairstyle;
 use super::props;
 use crate::body::{Body, Flow};
 use crate::error::Error;
@@ -9,37 +9,19 @@ use crate::grow::grow;
 use crate::polygonize::polygonize;
 use crate::roots::Site;
 use crate::scenes::Preset;
-use crate::settings::{Clump, Draw, GrowSettings, Maps};
+use crate::settings::{Draw, Maps};
 use glam::{Quat, Vec2, Vec3};
 use vellus::Species;
 use vellus_scene::{Camera, Look, Parameter, Scene, Surface, Tint};
 
-pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
+pub(super) fn scene(style: &Hairstyle, small: bool, preset: Preset) -> Result<Scene, Error> {
     let body = body();
     let mut scene = Scene::default();
     let mesh = polygonize(&body, if small { 0.6 } else { 0.36 }, "head", &|_| Vec2::ZERO);
-    let thinned = if small { FEWER } else { 1 };
-    let wider = if small { 8.0 } else { 1.0 };
-    let settings = GrowSettings {
-        name: "hair".to_owned(),
-        count: 53_000 / thinned,
-        segments: 64,
-        length: 38.0,
-        length_variation: 0.07,
-        radius: [0.004 * wider, 0.0025 * wider],
-        lift: [0.3, -0.1],
-        spread: 0.12,
-        gravity: 9.0,
-        clump: Clump { strands: 240 / if small { 10 } else { 1 }, strength: 0.72, power: 0.7 },
-        curl_radius: 1.2,
-        curl_turns: 3.2,
-        curl_variation: 0.16,
-        noise: 0.012,
-        clearance: 0.35,
-        ..GrowSettings::default()
-    };
+    let settings = style.settings(small);
     let distance = |p: Vec3| body.distance(p);
-    let color = |_: &Site, draw: &Draw| [0.7 + 0.4 * draw.random, 0.12 + 0.15 * draw.random, 0.0];
+    let [light, more] = style.melanin;
+    let color = |_: &Site, draw: &Draw| [light[0] + more[0] * draw.random, light[1] + more[1] * draw.random, 0.0];
     let maps = Maps {
         density: &|site| f32::from(scalp(site.position)),
         comb: &|site| combed(site.position),
@@ -56,14 +38,15 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
         ior: 1.4,
         ..Surface::diffuse("mannequin", [0.0; 3])
     });
-    let target = Vec3::new(-1.0, -10.0, 0.0);
+    let [height, field] = style.framing;
+    let target = Vec3::new(-1.0, height, 0.0);
     scene.lights.push(props::window(Vec3::new(60.0, 60.0, 70.0), target, Vec2::splat(50.0), [20.0, 19.2, 18.0]));
     scene.lights.push(props::window(Vec3::new(-90.0, 50.0, 30.0), target, Vec2::splat(45.0), [18.0, 18.6, 20.0]));
     let view = Vec3::new(0.6, 0.06, 0.8).normalize();
     let behind = (0.1 * Vec3::NEG_Y - view).normalize();
     glow(&mut scene, behind, 0.4, Vec3::new(0.5, 0.52, 0.56), Vec3::new(0.16, 0.17, 0.2));
     let eye = target + 190.0 * view;
-    scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 15.5f32.to_radians(), 1.5));
+    scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, field.to_radians(), 1.5));
     Ok(scene)
 }
 
@@ -76,7 +59,7 @@ fn scalp(p: Vec3) -> bool {
 fn combed(p: Vec3) -> Vec3 {
     let parting = 2.2;
     let side = if p.z > parting { 1.0 } else { -1.0 };
-    Vec3::new(-0.4 - 0.22 * p.x.max(0.0), -0.5, 1.3 * side)
+    Vec3::new(-0.4 - 0.36 * p.x.max(0.0), -0.5, 1.3 * side)
 }
 
 pub(super) fn body() -> Body {
@@ -95,8 +78,8 @@ pub(super) fn body() -> Body {
         .ellipsoid([9.0, -0.6, 3.3], [1.5, 1.0, 1.8], straight, 1.4, none, 1.0)
         .carved()
         // Closed eyes: the upper lid overlaps the lower lid.
-        .ellipsoid([7.0, -0.75, 3.1], [1.25, 0.95, 1.5], straight, 0.25, none, 1.0)
-        .ellipsoid([7.05, -0.35, 3.1], [1.35, 0.75, 1.6], straight, 0.12, none, 1.0)
+        .ellipsoid([6.8, -0.75, 3.1], [1.25, 0.95, 1.5], straight, 0.5, none, 1.0)
+        .ellipsoid([6.75, -0.35, 3.1], [1.4, 0.75, 1.65], straight, 0.12, none, 1.0)
         // Brow, cheek bone and the wing of the nose.
         .cone([8.6, 1.1, 1.6], 0.5, [7.2, 1.0, 4.8], 0.4, 0.9, 1.0)
         .ellipsoid([6.0, -3.2, 4.0], [1.6, 1.2, 1.5], straight, 1.6, none, 1.0)

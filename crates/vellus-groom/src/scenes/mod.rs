@@ -1,10 +1,11 @@
-//! Built-in procedural scenes: those of Yan17 Table 5, and a polar bear. Lengths are in centimetres.
+//! Built-in procedural scenes: those of Yan17 Table 5, a polar bear, and more hairstyles. Lengths are in centimetres.
 
 mod cat;
 mod coat;
 mod eyes;
 mod glow;
 mod hair_lock;
+mod hairstyle;
 mod hamster;
 mod human;
 mod noise;
@@ -17,16 +18,19 @@ mod tube;
 mod whiskers;
 
 use crate::error::Error;
+use hairstyle::Hairstyle;
 use vellus::{Fiber, Species};
 use vellus_scene::{Scene, Units};
 
 /// Names and descriptions of the built-in scenes.
-pub const SCENES: [(&str, &str); 6] = [
+pub const SCENES: [(&str, &str); 8] = [
     ("hair-lock", "a curling lock of brown human hair: 1,000 strands of 210 segments"),
     ("raccoon", "a raccoon under a sunny sky: 260,000 strands of 22 segments"),
     ("hamster", "a golden hamster in a studio: 580,000 strands of 15 segments"),
     ("cat", "a sitting brown tabby in the light of a window: 267,000 strands of 9 segments"),
-    ("hair", "long human hair: 53,000 strands of 64 segments"),
+    ("hair", "long human hair in waves: 53,000 strands of 64 segments"),
+    ("hair-bob", "straight black human hair to the chin: 53,000 strands of 32 segments"),
+    ("hair-curls", "dense dark human curls: 53,000 strands of 48 segments"),
     ("polar-bear", "a polar bear cub in soft light, white by scattering alone: 300,000 strands of 16 segments"),
 ];
 
@@ -35,7 +39,7 @@ type Preset = fn(Species) -> Fiber;
 
 /// A built-in scene with the fibres of [`Fiber::preset`]; `None` if [`SCENES`] has none of this name.
 ///
-/// At full size, the numbers of strands and segments are those of Yan17 Table 5, which has no polar bear. With `small`,
+/// At full size, the numbers of strands and segments are those of Yan17 Table 5, which has neither the polar bear nor `hair-bob` and `hair-curls`. With `small`,
 /// there are 1/40 of the strands, and they are wider. The small lock has 1/5 of the strands and 1/4 of the segments.
 /// Small scenes are for tests and previews.
 pub fn scene(name: &str, small: bool) -> Option<Scene> {
@@ -53,7 +57,9 @@ fn with_preset(name: &str, small: bool, preset: Preset) -> Option<Scene> {
         "raccoon" => raccoon::scene,
         "hamster" => hamster::scene,
         "cat" => cat::scene,
-        "hair" => human::scene,
+        "hair" => |small, preset| human::scene(&Hairstyle::waves(), small, preset),
+        "hair-bob" => |small, preset| human::scene(&Hairstyle::bob(), small, preset),
+        "hair-curls" => |small, preset| human::scene(&Hairstyle::curls(), small, preset),
         "polar-bear" => polar_bear::scene,
         _ => return None,
     };

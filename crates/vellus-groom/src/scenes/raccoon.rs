@@ -28,10 +28,10 @@ const TAIL: [([f32; 3], f32); 6] = [
 pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     let body = body();
     let eye = body.project(Vec3::new(29.0, 27.6, 3.1)) - Vec3::new(0.3, 0.0, 0.12);
-    let nose = Vec3::new(34.9, 24.4, 0.0);
+    let nose = Vec3::new(34.5, 24.4, 0.0);
     let mirrored = |p: Vec3| Vec3::new(p.x, p.y, -p.z);
     let lips = curve(&MOUTH, |p| body.project(p));
-    let bare = [(eye, 1.06), (mirrored(eye), 1.06), (nose, 1.25)];
+    let bare = [(eye, 0.86), (mirrored(eye), 0.86), (nose, 1.1)];
     let lip = |p: &Vec3| [(*p, 0.14), (mirrored(*p), 0.14)];
     let mut scene = Scene::default();
     Coat {
@@ -63,9 +63,9 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
 
     let eye = Eye {
         center: eye,
-        radius: 1.0,
-        gaze: Vec3::new(1.0, 0.05, 0.45),
-        opening: [1.05, 0.72, 0.62],
+        radius: 0.82,
+        gaze: Vec3::new(1.0, 0.08, 0.85),
+        opening: [1.15, 0.8, 0.7],
         tilt: 0.18,
         iris: [0.03, 0.014, 0.007],
         iris_radius: 1.0,
@@ -92,8 +92,8 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     for (tip, length) in [(Vec3::new(16.6, 0.5, 5.35), 1.35), (Vec3::new(-10.4, 0.5, 6.7), 1.35)] {
         Toes { tip, count: 5, radii: Vec3::new(length, 0.36, 0.3), spacing: 1.05, fan: 0.17 }.add(&mut scene, &hand);
     }
-    let wet = props::glossy("nose", [0.012; 3], 0.3);
-    props::ellipsoid(&mut scene, nose, Vec3::new(0.9, 0.8, 1.15), Quat::IDENTITY, wet);
+    let wet = props::glossy("nose", [0.012; 3], 0.42);
+    props::ellipsoid(&mut scene, nose, Vec3::new(0.75, 0.7, 0.95), Quat::IDENTITY, wet);
     props::ground(&mut scene, 20_000.0, [0.25, 0.24, 0.15]);
     scene.lights.push(Light::Dome {
         radiance: [1.0; 3],

@@ -1,0 +1,86 @@
+//! Hairstyles of the mannequin.
+
+use super::coat::FEWER;
+use crate::settings::{Clump, GrowSettings};
+
+/// A hairstyle: the settings of its strands at full size, and its colour.
+pub(super) struct Hairstyle {
+    settings: GrowSettings,
+    /// Eumelanin and pheomelanin of the lightest strands, and how much more the darkest have.
+    pub melanin: [[f32; 2]; 2],
+    /// The height of the middle of the picture, and the vertical field of view in degrees.
+    pub framing: [f32; 2],
+}
+
+impl Hairstyle {
+    /// Long hair in waves.
+    pub fn waves() -> Self {
+        let settings = GrowSettings {
+            name: "hair".to_owned(),
+            count: 53_000,
+            segments: 64,
+            length: 38.0,
+            length_variation: 0.07,
+            radius: [0.004, 0.0025],
+            lift: [0.3, -0.1],
+            spread: 0.12,
+            gravity: 9.0,
+            clump: Clump { strands: 240, strength: 0.72, power: 0.7 },
+            curl_radius: 1.2,
+            curl_turns: 3.2,
+            curl_variation: 0.16,
+            noise: 0.012,
+            clearance: 0.35,
+            ..GrowSettings::default()
+        };
+        Hairstyle { settings, melanin: [[0.7, 0.12], [0.4, 0.15]], framing: [-10.0, 15.5] }
+    }
+
+    /// Black hair to the chin, straight, with even tips.
+    pub fn bob() -> Self {
+        let Hairstyle { settings, .. } = Hairstyle::waves();
+        let settings = GrowSettings {
+            segments: 32,
+            length: 22.0,
+            length_variation: 0.02,
+            radius: [0.005, 0.004],
+            spread: 0.05,
+            clump: Clump { strands: 120, strength: 0.3, power: 1.2 },
+            curl_radius: 0.0,
+            noise: 0.006,
+            ..settings
+        };
+        Hairstyle { settings, melanin: [[4.0, 0.1], [2.0, 0.1]], framing: [-5.0, 11.5] }
+    }
+
+    /// Dense dark curls that stand away from the head.
+    pub fn curls() -> Self {
+        let Hairstyle { settings, .. } = Hairstyle::waves();
+        let settings = GrowSettings {
+            segments: 48,
+            length: 13.0,
+            length_variation: 0.2,
+            lift: [1.1, 0.5],
+            spread: 0.3,
+            gravity: 0.9,
+            clump: Clump { strands: 110, strength: 0.85, power: 0.35 },
+            curl_radius: 0.65,
+            curl_turns: 5.5,
+            curl_variation: 1.0,
+            noise: 0.05,
+            ..settings
+        };
+        Hairstyle { settings, melanin: [[1.6, 0.3], [1.0, 0.2]], framing: [-0.5, 12.5] }
+    }
+
+    /// The settings of its strands.
+    pub fn settings(&self, small: bool) -> GrowSettings {
+        let mut settings = self.settings.clone();
+        if small {
+            settings.count /= FEWER;
+            settings.radius = settings.radius.map(|r| r * 8.0);
+            settings.clump.strands /= 10;
+        }
+        settings
+    }
+}
