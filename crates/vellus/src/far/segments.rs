@@ -42,6 +42,8 @@ pub(crate) type Channels = [f32x8; 4];
 pub(crate) struct Through {
     pub pass: Pass,
     pub mean_paths: MeanPaths,
+    /// [`crate::medulla::Inclination::leaving`].
+    pub leaving: [f32; 2],
 }
 
 /// Energy over σ, and the distance of its mean from the middle in standard deviations, of eight spans of azimuth.

@@ -10,7 +10,7 @@
 
 use crate::cylinder::cuticle::{parts, refracted_cos2};
 use crate::fiber::Fiber;
-use crate::medulla::mixture::{Between, Densities, Weights};
+use crate::medulla::mixture::{self, Between, Densities, Weights};
 use crate::medulla::tables::{BACKWARD, FORWARD, Mixture};
 use std::f32::consts::FRAC_PI_2;
 use wide::f32x8;
@@ -259,26 +259,7 @@ impl<const C: usize> Half<C> {
             (delta, sum + 0.5 * (inner + outer) * (delta - node), outer)
         };
         let (start, stop) = (end(low, at(from)), end(high, at(to)));
-        let target = start.1 + u * (stop.1 - start.1);
-        // The last node at or below the target, by bisection without branches.
-        let (mut a, mut size) = (from, to + 1 - from);
-        while size > 1 {
-            let step = size / 2;
-            a = if cumulative(a + step) <= target { a + step } else { a };
-            size -= step;
-        }
-        let ((x0, m0, f0), (x1, m1, f1)) = if target < cumulative(a) {
-            (start, at(a))
-        } else if a == to {
-            (at(a), stop)
-        } else {
-            (at(a), at(a + 1))
-        };
-        let t = if m1 > m0 { ((target - m0) / (m1 - m0)).clamp(0.0, 1.0) } else { u };
-        // Root of the quadratic cumulative, in the form without cancellation.
-        let root = (f0 * f0 + t * (f1 * f1 - f0 * f0)).max(0.0).sqrt();
-        let x = if f0 + root > 0.0 { t * (f0 + f1) / (f0 + root) } else { t };
-        x0 + x.clamp(0.0, 1.0) * (x1 - x0)
+        mixture::invert([from, to], [start, stop], u, at, cumulative)
     }
 }
 
