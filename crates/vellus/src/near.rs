@@ -79,18 +79,14 @@ impl<'b, V: Lanes> NearHit<'b, V> {
                     }
                     let inclination = prepared.medulla.inclination(path.theta.lane(i));
                     let azimuth = prepared.medulla.azimuth_leaving(&pass, angle, inclination.leaving);
-                    Scattered {
-                        azimuth,
-                        inclination,
-                        exists: true,
-                        plain: azimuth.turned == 0.0,
-                    }
+                    Scattered { azimuth, inclination, exists: true, plain: azimuth.turned == 0.0 }
                 } else {
                     Scattered { azimuth: Azimuth::NONE, inclination: Inclination::NONE, exists: false, plain: false }
                 }
             },
         );
-        let attenuation = path.attenuation(fiber, V::from_lanes(&paths), prepared.reflection.as_ref());
+        let entry = prepared.reflection.as_ref().map(|reflection| reflection.at(path.sin2_t));
+        let attenuation = path.attenuation(fiber, V::from_lanes(&paths), entry.as_ref());
         NearHit {
             prepared,
             frame: Frame::new(wo, cos, path.inverse_cos_o),

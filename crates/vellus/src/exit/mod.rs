@@ -30,7 +30,7 @@ use crate::exit::table::{ENTRIES, ExitTable, MAX_SIN2, ROWS};
 use crate::fiber::Fiber;
 use crate::simd::lanes::{Lanes, Quad};
 use crate::simd::special::exp;
-use wide::f32x8;
+use wide::{f32x4, f32x8};
 
 /// Coefficients of [`table::monomials`], RGB and a spare channel.
 type Polynomial = [[f32; 4]; ENTRIES];
@@ -263,17 +263,43 @@ impl Reflection {
         reflection
     }
 
-    /// The share of scattered light that leaves, and the logarithm of a further factor, for the chord √(1 − h″²) and
-    /// sin²θ_t of its entry.
+    /// The exit of light with this sin²θ_t.
     #[inline(always)]
-    pub fn escape<V: Lanes>(&self, chord: V, sin2: V) -> [V::Quad; 2] {
-        let c = V::Quad::splat(chord);
+    pub fn at<V: Lanes>(&self, sin2: V) -> Entry<V> {
         let y = V::Quad::splat(sin2 * V::splat(1.0 / MAX_SIN2 as f32));
         let at = |polynomial: &Polynomial| {
             let e = polynomial.map(V::Quad::constant);
-            let straight = e[0] + c * (e[1] + c * e[3]);
-            straight + y * (e[2] + c * (e[4] + c * e[6]) + y * (e[5] + c * e[7]))
+            [e[5].mul_add(y, e[2]).mul_add(y, e[0]), e[7].mul_add(y, e[4]).mul_add(y, e[1]), e[6].mul_add(y, e[3])]
         };
+        Entry { escape: at(&self.escape), ln_kept: at(&self.ln_kept), first: self.first, common: self.common }
+    }
+}
+
+/// The exit of light with one inclination: quadratic polynomials in the chord of the entry.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Entry<V: Lanes> {
+    escape: [V::Quad; 3],
+    ln_kept: [V::Quad; 3],
+    first: [f32; 4],
+    common: f32,
+}
+
+impl Entry<f32> {
+    /// The same inclination in all lanes.
+    #[inline(always)]
+    pub fn repeated(&self) -> Entry<f32x8> {
+        let all = |quads: [f32x4; 3]| quads.map(|quad| Quad::constant(quad.to_array()));
+        Entry { escape: all(self.escape), ln_kept: all(self.ln_kept), first: self.first, common: self.common }
+    }
+}
+
+impl<V: Lanes> Entry<V> {
+    /// The share of scattered light that leaves, and the logarithm of a further factor, for the chord √(1 − h″²) of the
+    /// entry.
+    #[inline(always)]
+    pub fn escape(&self, chord: V) -> [V::Quad; 2] {
+        let c = V::Quad::splat(chord);
+        let at = |e: &[V::Quad; 3]| e[2].mul_add(c, e[1]).mul_add(c, e[0]);
         // Polynomials overshoot.
         let [zero, one] = [0.0, 1.0].map(|x| V::Quad::constant([x; 4]));
         [one - (one - at(&self.escape).max(zero)).max(zero), zero - (zero - at(&self.ln_kept)).max(zero)]
@@ -284,7 +310,7 @@ impl Reflection {
     /// In each part, no channel has more light than the same share of the channel with the most light in all. Without
     /// this the largest channels of the components could sum to 1.08, and a sample's weight could exceed 1.
     #[inline(always)]
-    pub fn divide<V: Lanes>(&self, escape: V::Quad) -> [V::Quad; 2] {
+    pub fn divide(&self, escape: V::Quad) -> [V::Quad; 2] {
         let [r, g, b, _] = escape.array();
         let most = V::Quad::splat(r.max(g).max(b));
         let [share, zero] = [[self.common; 4], [0.0; 4]].map(V::Quad::constant);

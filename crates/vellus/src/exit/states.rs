@@ -60,6 +60,7 @@ impl Geometry {
             let share = weight / (0.25 * std::f64::consts::PI * OFFSETS as f64);
             [share, (b.sin() - a.sin()) / weight, half_chord, (0.5 * (low + high)).powi(2)]
         });
+        let entries: [[f64; ENTRIES]; STATES] = std::array::from_fn(mean_monomials);
         let vector = |f: &dyn Fn(&[f64; 4]) -> f64| pack(|state| f(&all[state]) as f32);
         Geometry {
             weight: vector(&|x| x[0]),
@@ -67,7 +68,7 @@ impl Geometry {
             half_chord: vector(&|x| x[2]),
             chord: vector(&|x| 2.0 * x[1] * x[2]),
             square: vector(&|x| x[3]),
-            monomials: std::array::from_fn(|m| pack(|state| mean_monomials(state)[m] as f32)),
+            monomials: std::array::from_fn(|m| pack(|state| entries[state][m] as f32)),
         }
     }
 }
