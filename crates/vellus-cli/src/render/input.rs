@@ -1,11 +1,11 @@
 //! The scene on the command line.
 
-use super::parse;
 use crate::fiber_args::{FiberArgs, Overrides};
 use crate::say::note;
 use anyhow::{Result, anyhow};
 use std::path::PathBuf;
 use vellus::Fiber;
+use vellus_io::parse;
 use vellus_open::{Error, Opened, Options, Warning};
 
 /// Which scene.
@@ -33,7 +33,7 @@ pub struct Input {
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
     /// Time code of a USD file.
-    #[arg(long, value_name = "TIME", value_parser = parse::time_code, allow_hyphen_values = true)]
+    #[arg(long, value_name = "TIME", value_parser = parse::real, allow_hyphen_values = true)]
     pub frame: Option<f64>,
 }
 
