@@ -15,6 +15,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Duration;
 use vellus_io::parse;
+use vellus_open::Staging;
 use vellus_render::denoise::Denoiser;
 use vellus_render::session::Frames;
 use vellus_render::{Filter, Layer, MAX_SAMPLES, Mode};
@@ -38,6 +39,8 @@ pub struct Args {
     pub preview: bool,
     #[command(flatten)]
     input: Input,
+    #[command(flatten)]
+    staging: Staging,
     #[command(flatten)]
     model: ModelArgs,
     /// Picture to write: OpenEXR with layers, and a PNG beside it. With the extension `.png`, only the PNG is written.
@@ -126,7 +129,7 @@ pub fn run(args: &Args) -> Result<()> {
     if let Some(frames) = args.frames {
         input.frame = Some(f64::from(frames.first()));
     }
-    input.options()?;
+    input.options(Some(args.staging()))?;
     args.model.check()?;
     if args.denoise {
         Denoiser::load()?;
