@@ -27,7 +27,7 @@ pub struct View {
 impl Default for View {
     /// Three quarters from the front, and a little above.
     fn default() -> Self {
-        View { yaw: 35.0, pitch: 10.0, zoom: 1.0 }
+        View { yaw: 35.0, pitch: 15.0, zoom: 1.0 }
     }
 }
 
@@ -153,7 +153,7 @@ mod tests {
 
     #[test]
     fn views_are_read_within_their_ranges() {
-        assert_eq!("35, 10".parse(), Ok(View::default()));
+        assert_eq!("35, 15".parse(), Ok(View::default()));
         assert_eq!("-90,0,2.5".parse(), Ok(View { yaw: -90.0, pitch: 0.0, zoom: 2.5 }));
         for bad in ["", "1", "1,2,3,4", "361,0", "0,90", "0,0,0", "0,0,nan", "nan,0", "a,b"] {
             assert!(bad.parse::<View>().unwrap_err().starts_with("a view is YAW,PITCH"), "{bad}");

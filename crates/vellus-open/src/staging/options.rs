@@ -26,7 +26,7 @@ pub struct Staging {
     #[cfg_attr(feature = "clap", arg(skip))]
     pub aspect: f32,
     /// Look from here, and frame the subject: degrees to the subject's left from its front, degrees upward, and a
-    /// magnification. It replaces the camera of the scene [default for files without a camera: 35,10].
+    /// magnification. It replaces the camera of the scene [default for files without a camera: 35,15].
     #[cfg_attr(feature = "clap", arg(long, allow_hyphen_values = true, value_name = "YAW,PITCH[,ZOOM]"))]
     pub view: Option<View>,
     /// Lights instead of those of the scene: studio (key, fill and rim light), sun, sky (overcast), or a lat-long image

@@ -6,11 +6,11 @@ use std::f32::consts::{FRAC_PI_2, PI};
 use vellus_scene::{Camera, Light, Mesh, Scene, Surface, Texture, Wrap};
 
 /// The reflectance of the cyclorama.
-const CYCLORAMA: [f32; 3] = [0.32; 3];
-/// Distance of the wall behind the subject, and radius of the bend between ground and wall, relative to the size of the
-/// subject.
-const WALL: f32 = 4.5;
-const BEND: f32 = 3.0;
+const CYCLORAMA: [f32; 3] = [0.1; 3];
+/// Distance of the wall behind the subject, and horizontal length of the bend between ground and wall, relative to the
+/// size of the subject.
+const WALL: f32 = 5.0;
+const BEND: f32 = 4.6;
 /// Straight pieces of the bend.
 const PIECES: usize = 48;
 /// The ground is so far below the subject, relative to its size. It must not coincide with a ground of the file.
@@ -29,11 +29,12 @@ struct Panel {
     radiance: f32,
 }
 
-/// A large key light at the left, a weaker and larger fill light at the right, and a rim light behind the subject.
+/// A large key light at the left, a weaker and larger fill light at the right, and a rim light high behind the subject.
+/// The plane of the rim light meets the wall above the picture: below the plane, it lights the wall evenly.
 const PANELS: [Panel; 3] = [
-    Panel { group: "key", toward: Vec3::new(-0.75, 0.75, 0.7), distance: 3.2, size: 2.0, radiance: 5.5 },
-    Panel { group: "fill", toward: Vec3::new(0.9, 0.35, 0.75), distance: 3.4, size: 2.6, radiance: 0.9 },
-    Panel { group: "rim", toward: Vec3::new(0.45, 0.8, -0.85), distance: 2.9, size: 1.4, radiance: 8.0 },
+    Panel { group: "key", toward: Vec3::new(-0.75, 0.7, 0.75), distance: 3.2, size: 2.0, radiance: 8.0 },
+    Panel { group: "fill", toward: Vec3::new(0.9, 0.35, 0.75), distance: 3.4, size: 2.6, radiance: 1.4 },
+    Panel { group: "rim", toward: Vec3::new(0.25, 0.9, -0.36), distance: 4.2, size: 2.0, radiance: 8.0 },
 ];
 /// The radiance of the dome that lightens shadows.
 const AMBIENT: f32 = 0.12;
@@ -139,16 +140,12 @@ impl Studio {
         let depth = distance.max(height) + WALL * self.reach;
         let half = depth * camera.film_width + 6.0 * self.reach;
         let top = height + depth * camera.film_height + 6.0 * self.reach;
+        let bend = bend().map(|(p, n)| (p * BEND * self.reach + Vec2::new((WALL - BEND) * self.reach, 0.0), n));
+        let wall = bend[PIECES].0;
+        let start = [(Vec2::new(-(distance + depth), 0.0), Vec2::Y)];
+        let end = [(Vec2::new(wall.x, top.max(wall.y + self.reach)), Vec2::NEG_X)];
         // Distances behind the subject and heights over the ground, from the front to the top of the wall.
-        let (wall, bend) = (WALL * self.reach, BEND * self.reach);
-        let front = -(distance + depth);
-        let arc = (0..=PIECES).map(|i| {
-            let (sin, cos) = (FRAC_PI_2 * i as f32 / PIECES as f32).sin_cos();
-            (Vec2::new(wall - bend + bend * sin, bend * (1.0 - cos)), Vec2::new(-sin, cos))
-        });
-        let start = [(Vec2::new(front, 0.0), Vec2::Y)];
-        let end = [(Vec2::new(wall, top.max(2.0 * bend)), Vec2::NEG_X)];
-        let profile: Vec<(Vec2, Vec2)> = start.into_iter().chain(arc).chain(end).collect();
+        let profile: Vec<(Vec2, Vec2)> = start.into_iter().chain(bend).chain(end).collect();
         let middle = self.middle - self.up * self.middle.dot(self.up);
         let at =
             |p: Vec2, side: f32| middle - self.back * p.x + self.up * (self.ground + p.y) + self.right * (side * half);
@@ -170,6 +167,20 @@ impl Studio {
         });
         scene.surfaces.push(Surface::diffuse("cyclorama", CYCLORAMA));
     }
+}
+
+/// Points and normals of the bend from the ground, at (0, 0), to the wall, at x = 1. The curvature begins and ends at 0:
+/// a circular arc would have visible edges.
+fn bend() -> [(Vec2, Vec2); PIECES + 1] {
+    let angle = |t: f32| FRAC_PI_2 * t * t * (3.0 - 2.0 * t);
+    let mut points = [(Vec2::ZERO, Vec2::Y); PIECES + 1];
+    for i in 1..=PIECES {
+        let along = Vec2::from_angle(angle((i as f32 - 0.5) / PIECES as f32));
+        let (sin, cos) = angle(i as f32 / PIECES as f32).sin_cos();
+        points[i] = (points[i - 1].0 + along, Vec2::new(-sin, cos));
+    }
+    let length = points[PIECES].0.x;
+    points.map(|(p, normal)| (p / length, normal))
 }
 
 /// The CIE standard overcast sky: (1 + 2 sin θ) / 3 at the elevation θ. The ground is dark: the cyclorama reflects.

@@ -4,8 +4,9 @@ use crate::error::Error;
 use crate::film::{Film, Layer};
 use crate::{Settings, World};
 
-/// The luminance that a picture has on average after metering, as the mean of logarithms. A grey card reflects as much.
-const TARGET: f64 = 0.18;
+/// The luminance that a picture has on average after metering, as the mean of logarithms. It is a little less than that
+/// of a grey card, because the studio's background is darker.
+const TARGET: f64 = 0.16;
 
 /// Metering keeps at least this share of the pixels below white.
 const BELOW_WHITE: f64 = 0.98;
@@ -36,7 +37,7 @@ impl Film {
 
     /// The exposure that suits the film, in stops: a multiple of a quarter in [-100, 100].
     ///
-    /// The mean of the logarithms of the luminance becomes 0.18, as that of a grey card. Pixels count as far as objects
+    /// The mean of the logarithms of the luminance becomes 0.16, a little less than that of a grey card. Pixels count as far as objects
     /// cover them, and black pixels do not count. The exposure is up to one stop lower, to keep 98 % of these pixels
     /// below white. `None` if all pixels are black or empty.
     pub fn metered(&self) -> Option<f32> {

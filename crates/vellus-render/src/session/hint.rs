@@ -63,7 +63,7 @@ impl fmt::Display for Hint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("hint: ")?;
         match self {
-            Hint::Empty => f.write_str("the picture is empty because the camera looks away: try --view 35,10"),
+            Hint::Empty => f.write_str("the picture is empty because the camera looks away: try --view 35,15"),
             Hint::NoLight => f.write_str("the picture is black because no light emits anything: try --light studio"),
             Hint::Dark(stops) => {
                 write!(f, "the picture is nearly black because its lights are weak: try --exposure {stops}")
