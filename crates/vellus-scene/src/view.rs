@@ -129,7 +129,7 @@ fn ends(strands: &Strands) -> impl Iterator<Item = (Vec3, Vec3)> + '_ {
 mod tests {
     use super::*;
     use crate::{Basis, Mesh, Units};
-    use glam::Vec4;
+    use glam::{Vec3Swizzles, Vec4};
 
     /// Straight strands from roots to tips.
     fn groom(strands: &[(Vec3, Vec3)]) -> Scene {

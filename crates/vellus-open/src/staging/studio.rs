@@ -11,8 +11,9 @@ const CYCLORAMA: [f32; 3] = [0.1; 3];
 /// size of the subject.
 const WALL: f32 = 5.0;
 const BEND: f32 = 4.6;
-/// Straight pieces of the bend.
+/// Straight pieces of the bend, and columns of the cyclorama. Long, thin triangles would be imprecise.
 const PIECES: usize = 48;
+const COLUMNS: usize = 32;
 /// The ground is so far below the subject, relative to its size. It must not coincide with a ground of the file.
 const GAP: f32 = 1e-3;
 
@@ -149,11 +150,14 @@ impl Studio {
         let middle = self.middle - self.up * self.middle.dot(self.up);
         let at =
             |p: Vec2, side: f32| middle - self.back * p.x + self.up * (self.ground + p.y) + self.right * (side * half);
-        let positions = profile.iter().flat_map(|(p, _)| [at(*p, -1.0), at(*p, 1.0)]).collect();
-        let quad = |i: u32| [[2 * i, 2 * i + 1, 2 * i + 3], [2 * i, 2 * i + 3, 2 * i + 2]];
-        let triangles: Vec<[u32; 3]> = (0..profile.len() as u32 - 1).flat_map(quad).collect();
+        let side = |i: usize| 2.0 * i as f32 / COLUMNS as f32 - 1.0;
+        let positions = profile.iter().flat_map(|(p, _)| (0..=COLUMNS).map(|i| at(*p, side(i)))).collect();
+        let row = COLUMNS as u32 + 1;
+        let quad = |a: u32| [[a, a + 1, a + row + 1], [a, a + row + 1, a + row]];
+        let starts = (0..profile.len() as u32 - 1).flat_map(|k| (0..COLUMNS as u32).map(move |i| k * row + i));
+        let triangles: Vec<[u32; 3]> = starts.flat_map(quad).collect();
         let normal = |vertex: u32| {
-            let (_, n) = profile[vertex as usize / 2];
+            let (_, n) = profile[(vertex / row) as usize];
             self.up * n.y - self.back * n.x
         };
         scene.meshes.push(Mesh {
