@@ -42,6 +42,10 @@ enum Picture {
     Profile {
         #[command(flatten)]
         incidence: Incidence,
+        /// Show only the directions that were measured (Yan17 Fig. 11): θ_i 10° to 50°, φ -20° to 200°. The light was
+        /// at --theta-o -30.
+        #[arg(long)]
+        measured: bool,
         #[command(flatten)]
         model: ModelArgs,
     },
@@ -107,10 +111,12 @@ pub fn run(args: &Args) -> Result<()> {
             let picture = lobes::Picture::new(&loaded, &model.load(&fiber.name(), &loaded)?, *theta_o, *h);
             args.save(&picture, &format!("{}-lobes", model.file(&fiber.name())))
         }
-        Picture::Profile { incidence, model } => {
+        Picture::Profile { incidence, measured, model } => {
             let (fiber, theta_o) = incidence.checked()?;
-            let panel =
-                |f: &FiberArgs| -> Result<_> { Ok(profile::Panel::new(&model.load(&f.name(), &f.load()?)?, theta_o)) };
+            let area = if *measured { profile::Area::MEASURED } else { profile::Area::SPHERE };
+            let panel = |f: &FiberArgs| -> Result<_> {
+                Ok(profile::Panel::new(&model.load(&f.name(), &f.load()?)?, theta_o, area))
+            };
             let panels = each(fiber).iter().map(panel).collect::<Result<Vec<_>>>()?;
             args.save(&profile::Picture { panels, theta_o }, &format!("{}-profile", model.file(&fiber.name())))
         }
