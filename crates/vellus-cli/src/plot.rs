@@ -2,13 +2,13 @@
 
 use crate::fiber_args::{FiberArgs, Incidence};
 use crate::model_args::ModelArgs;
-use crate::number::whole;
 use crate::output;
 use crate::say::say;
 use crate::terminal::Terminal;
-use anyhow::{Result, bail};
+use anyhow::{Context, Result};
 use std::path::{Path, PathBuf};
 use vellus::Species;
+use vellus_io::parse;
 use vellus_models::ModelKind;
 use vellus_plot::query::{Offsets, Query};
 use vellus_plot::{Draw, check_names, energy, error, lobes, medulla, models, profile, save, windows};
@@ -55,7 +55,7 @@ enum Picture {
         #[arg(long, value_name = "FILE")]
         table: Option<PathBuf>,
         /// Photons per simulated profile.
-        #[arg(long, default_value_t = 400_000, value_parser = whole::<u64>(medulla::PHOTONS), value_name = "N")]
+        #[arg(long, default_value_t = 400_000, value_parser = parse::whole::<u64>(medulla::PHOTONS), value_name = "N")]
         photons: u64,
     },
     /// Energies of the lobes over the offset and over the inclination.
@@ -132,21 +132,13 @@ pub fn run(args: &Args) -> Result<()> {
         Picture::Models { incidence, models } => {
             let (fiber, theta_o) = incidence.checked()?;
             let loaded = fiber.load()?;
-            let kinds = if models.iter().any(|name| name == "all") {
-                ModelKind::ALL.to_vec()
-            } else {
-                models.iter().map(|name| name.parse()).collect::<Result<_, _>>()?
-            };
             let load = |model: ModelKind| ModelArgs { model, eta_m: None }.load(&fiber.name(), &loaded);
-            let models = kinds.into_iter().map(load).collect::<Result<Vec<_>>>()?;
+            let models = ModelKind::list(models)?.into_iter().map(load).collect::<Result<Vec<_>>>()?;
             args.save(&models::Picture::new(&fiber.name(), &models, theta_o), &format!("{}-models", fiber.name()))
         }
         Picture::Windows { incidence, window } => {
             let (fiber, theta_o) = incidence.checked()?;
-            let range = match Offsets::parse(window, 0.0)? {
-                Offsets::Range(low, high) if low < high => [low, high],
-                other => bail!("--window: {other} has no width; expected far or LO:HI, such as -0.5:0.25"),
-            };
+            let range = Offsets::parse_window(window).context("--window")?;
             let picture = windows::Picture::new(&fiber.name(), &fiber.load()?, theta_o, range)?;
             args.save(&picture, &format!("{}-windows", fiber.name()))
         }

@@ -101,6 +101,28 @@ impl Summary<'_> {
         fit.no_fit.map(|why| format!("no fit: {why} (it explains {}, NRMSE {})", self.explained(), percent(fit.nrmse)))
     }
 
+    /// The message if there is no fit: what is wrong, why (`why`), and what to do. `out` is the file that was not
+    /// written, and `page` is the report.
+    pub fn refusal(&self, why: &str, out: Option<&Path>, page: Option<&Path>) -> String {
+        let out = out.map(|out| format!("; {} was not written", out.display())).unwrap_or_default();
+        let page = page.map(|page| format!("; {} shows the differences", page.display())).unwrap_or_default();
+        format!(
+            "{}: {why}{out}{page}. Check the columns of the file, --angles, --quantity and --theta-o, or try another \
+             --model. --allow-bad-fit accepts the fit",
+            self.path.display()
+        )
+    }
+
+    /// The message of an interrupted fit of so many starts: the `written` files contain the best fit so far.
+    pub fn interruption(&self, written: &[String], starts: usize) -> String {
+        let place = match written {
+            [] => "is printed above".to_owned(),
+            files => format!("is in {}", files.join(" and ")),
+        };
+        let finished = self.fit.starts.finished;
+        format!("the best fit after {finished} of {starts} starts {place}; the same command starts from the beginning")
+    }
+
     /// Warnings, one sentence each.
     pub fn warnings(&self) -> Vec<String> {
         let fit = self.fit;
