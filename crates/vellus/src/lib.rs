@@ -38,6 +38,7 @@
 
 mod bcsdf;
 mod choose;
+mod coat;
 mod cylinder;
 mod error;
 pub(crate) mod exit;

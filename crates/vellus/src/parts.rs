@@ -2,6 +2,7 @@
 //! medulla, and special functions in single precision, eight at a time.
 
 pub use crate::choose::{Choice, choose};
+pub use crate::coat::moments::{INCLINATIONS as COAT_INCLINATIONS, Moments, Shape};
 pub use crate::cylinder::azimuthal::wrap;
 pub use crate::cylinder::frame::{Frame, Outgoing, Polar};
 pub use crate::exit::states::{INCLINATIONS, OFFSETS, STATES, cell, state};

@@ -1,0 +1,2 @@
+//! The colour of a dense coat of fibres.
+pub mod moments;
