@@ -43,7 +43,7 @@ pub fn cat(context: &Context<'_>) -> Result<Outcome> {
 fn run(context: &Context<'_>, animal: &Animal) -> Result<Outcome> {
     let quality = context.quality;
     let mut outcome = Outcome::new(animal.paper);
-    let scene = vellus_groom::scene(animal.scene, quality == Quality::Smoke);
+    let scene = vellus_groom::published_scene(animal.scene, quality == Quality::Smoke);
     let scene = scene.with_context(|| format!("there is no scene {}", animal.scene))?;
     // Render the whole picture first.
     let whole = quality.pick([64, 36], [640, 360], [1280, 720]);

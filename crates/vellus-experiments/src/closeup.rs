@@ -16,7 +16,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
          inside.",
     );
     // The strands of the small scene are thick, so they look like thin strands at a shorter distance.
-    let scene = vellus_groom::scene("cat", true).context("there is no scene cat")?;
+    let scene = vellus_groom::published_scene("cat", true).context("there is no scene cat")?;
     let eye = scene.camera.context("the cat has no camera")?.to_world.transform_point3(Vec3::ZERO);
     let fur = scene.strands.first().context("the cat has no fur")?;
     // The strand nearest to the camera is fully visible.
@@ -40,7 +40,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let mut series = Vec::new();
     let mut spread = [0.0; 3];
     for (k, method) in [NEAR, MULTI, FAR].into_iter().enumerate() {
-        let scene = one_fiber::scene(Fiber::preset(Species::Raccoon), size, light, 0.1, 0.05);
+        let scene = one_fiber::scene(Fiber::published(Species::Raccoon), size, light, 0.1, 0.05);
         let name = format!("fiber-{}", method.key);
         let profile = one_fiber::render(context, &name, scene, size, method, quality.pick(4, 512, 8192))?.profile;
         let n = profile.len() as f64;

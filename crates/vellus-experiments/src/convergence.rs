@@ -15,7 +15,8 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
          2015, and multi-scale an order of magnitude faster. A frame takes half the time of 2015 with the near \
          field, and less time than 2015 with the other modes.",
     );
-    let scene = vellus_groom::scene("hair-lock", quality == Quality::Smoke).context("there is no scene hair-lock")?;
+    let scene =
+        vellus_groom::published_scene("hair-lock", quality == Quality::Smoke).context("there is no scene hair-lock")?;
     let side = quality.pick(8, 32, 32);
     let mut shot = Shot::new(context, "patch", scene, [1280, 720], [560, 344, side, side])?;
     let half = quality.pick(8, 1024, 16384);

@@ -48,7 +48,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     for &theta_o in inclinations {
         for &name in species {
             context.check_interrupted()?;
-            let fiber = Fiber::preset(name);
+            let fiber = Fiber::published(name);
             let row = row(&fiber, &data, theta_o, photons, &others)?;
             let numbers = [row.fiber, row.error, row.ours, row.eq20, row.table3];
             let cells = numbers.into_iter().chain(row.others.iter().copied()).map(|x| format!("{x:.4}"));
@@ -154,7 +154,7 @@ fn claims(outcome: &mut Outcome, quality: Quality, rows: &[(Species, f64, Row)])
 
 /// White furnaces: the light that each model returns for a red fox without absorption.
 fn furnaces(context: &Context<'_>, data: &TableData, outcome: &mut Outcome) -> Result<()> {
-    let fiber = Fiber::preset(Species::RedFox).without_absorption();
+    let fiber = Fiber::published(Species::RedFox).without_absorption();
     let header: Vec<String> =
         std::iter::once("model".to_owned()).chain(FURNACE.map(|theta| format!("θ_o {theta}°"))).collect();
     let header: Vec<&str> = header.iter().map(String::as_str).collect();

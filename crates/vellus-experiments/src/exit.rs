@@ -71,7 +71,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         for &name in species {
             context.check_interrupted()?;
             // Flat scales: the simulated cuticle is smooth.
-            let fiber = Fiber { alpha: 0.0, ..Fiber::preset(name) };
+            let fiber = Fiber { alpha: 0.0, ..Fiber::published(name) };
             let traced = scattered::scattered(&fiber, theta_o.to_radians(), CELLS, photons, 1, context.progress())?;
             let (row, profiles) = compare(&fiber, theta_o, &traced)?;
             let energies = [row.traced[0] + row.traced[1], row.traced[0], row.open].map(|e| format!("{e:.4}"));

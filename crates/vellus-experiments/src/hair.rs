@@ -19,7 +19,8 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let mut films = Vec::new();
     let mut table = Table::new("hair", "The same hair with and without a medulla", &["κ", "mean", "samples", "noise"]);
     for kappa in [0.0, KAPPA] {
-        let mut scene = vellus_groom::scene("hair", quality == Quality::Smoke).context("there is no scene hair")?;
+        let mut scene =
+            vellus_groom::published_scene("hair", quality == Quality::Smoke).context("there is no scene hair")?;
         scene.looks.iter_mut().for_each(|look| look.fiber.kappa = kappa);
         let name = if kappa > 0.0 { "medulla" } else { "no-medulla" };
         // The head is in the middle of a wider picture.

@@ -14,7 +14,8 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
          scatters. Each picture shows one lobe of a lock of hair, with all light between the hairs. Each lobe \
          carries a significant part of the light.",
     );
-    let scene = vellus_groom::scene("hair-lock", quality == Quality::Smoke).context("there is no scene hair-lock")?;
+    let scene =
+        vellus_groom::published_scene("hair-lock", quality == Quality::Smoke).context("there is no scene hair-lock")?;
     let size = quality.pick([32, 48], [240, 360], [480, 720]);
     let shot = Shot::new(context, "lock", scene, size, [0, 0, size[0], size[1]])?;
     let mut shot = shot.with_layers(&[Layer::Fibers, Layer::Lobes]);

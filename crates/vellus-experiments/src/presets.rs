@@ -26,7 +26,7 @@ pub fn presets(outcome: &mut Outcome) -> Result<()> {
     for (k, (parameter, printed)) in PRINTED.iter().enumerate() {
         let mut cells = vec![(*parameter).to_owned()];
         for (species, printed) in Species::ALL.into_iter().zip(printed) {
-            let f = Fiber::preset(species);
+            let f = Fiber::published(species);
             let degrees = [f.alpha, f.beta_m, f.beta_n].map(f32::to_degrees);
             let all = [
                 f.kappa,

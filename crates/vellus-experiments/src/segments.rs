@@ -55,7 +55,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         let mut fibers = Vec::new();
         for &name in species {
             context.check_interrupted()?;
-            let fiber = Fiber::preset(name);
+            let fiber = Fiber::published(name);
             let errors = Errors::new(&fiber, theta_o, paths)?;
             let [four, _, eight, shipped] = scattered(&fiber, theta_o)?;
             let of = |values: &[f64], n: usize| SEGMENTS.iter().position(|&s| s == n).map_or(0.0, |k| values[k]);
@@ -110,7 +110,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
 
 /// The near fields that a far field averages (Yan17 Fig. 12a).
 fn averages(context: &Context<'_>) -> Result<Picture> {
-    let fiber = Fiber::preset(Species::Raccoon);
+    let fiber = Fiber::published(Species::Raccoon);
     let picture = windows::Picture::new("raccoon", &fiber, 20.0, [-1.0, 1.0])?;
     let caption = "The near field at five offsets, and the far field that averages it (Fig. 12a): as shipped, and by \
                    quadrature.";
@@ -169,7 +169,7 @@ fn integrations(species: &[Species]) -> Claim {
         sum / 3.0
     };
     let [five, eight] = [5, 8].map(|n| {
-        let counts = species.iter().map(|&s| count(&Fiber::preset(s), n));
+        let counts = species.iter().map(|&s| count(&Fiber::published(s), n));
         counts.sum::<f64>() / species.len() as f64
     });
     let measured = format!("{five:.1} of 10 segments per lobe with n = 5, {eight:.1} of 16 with n = 8");

@@ -56,7 +56,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let stage = context.stage(species.len() as u64, "tracing fibres");
     for &name in species {
         context.check_interrupted()?;
-        let fiber = Fiber::preset(name);
+        let fiber = Fiber::published(name);
         let halves = [1, 2].map(|seed| grid.traced(&fiber, photons, seed));
         let [a, b] = halves;
         let (a, b) = (a?, b?);

@@ -24,7 +24,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
          not flicker.",
     );
     let scene = || {
-        let scene = vellus_groom::scene("hair-lock", quality == Quality::Smoke);
+        let scene = vellus_groom::published_scene("hair-lock", quality == Quality::Smoke);
         scene.context("there is no scene hair-lock")
     };
     let size = quality.pick([24, 16], [96, 64], [240, 160]);

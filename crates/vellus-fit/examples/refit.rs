@@ -8,7 +8,7 @@ use vellus_fit::{Refit, refit};
 fn main() {
     let only = std::env::args().nth(1);
     for species in Species::ALL.into_iter().filter(|s| only.as_ref().is_none_or(|o| o == s.name())) {
-        let published = Fiber::preset(species);
+        let published = Fiber::published(species);
         let Refit { fiber: f, nrmse, nrmse_at, log_ratio, albedo } =
             refit(&published, Exit::Reflecting, &()).expect("the preset is valid");
         let row = |f: &Fiber| {

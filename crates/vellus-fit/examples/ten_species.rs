@@ -108,7 +108,7 @@ fn main() {
     }
     println!("\nfrom the whole fibre, {photons} photons");
     for species in Species::ALL.into_iter().filter(|_| photons > 0) {
-        let truth = Fiber::preset(species);
+        let truth = Fiber::published(species);
         let synthetic = Synthetic { step: [4.0, 4.0], ..Synthetic::default() };
         let start = Instant::now();
         let profile = simulate::from_reference(&truth, &synthetic, photons, &()).expect("the preset is valid");

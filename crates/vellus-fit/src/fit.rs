@@ -50,8 +50,11 @@ pub fn fit(profile: &Profile, forward: Forward, options: &Options, progress: &dy
     if options.starts == 0 {
         return Err(Error::Parameter("starts = 0 is out of range: it must be at least 1".to_owned()));
     }
-    let mut space =
-        Space::new(forward, profile.channels, profile.theta_o, &options.requests)?.with_exit(options.exit)?;
+    let space = Space::new(forward, profile.channels, profile.theta_o, &options.requests)?;
+    let mut space = match options.exit {
+        Some(exit) => space.with_exit(exit)?,
+        None => space,
+    };
     for (roughness, axis) in
         [(Parameter::BetaM, profile.axis(|p| p.theta)), (Parameter::BetaN, profile.axis(|p| p.phi))]
     {

@@ -15,16 +15,17 @@ pub struct Options {
     /// Huber's k, at least 1: the loss is linear instead of quadratic for residuals above k times the noise. Infinity
     /// gives plain least squares.
     pub huber: f64,
-    /// How scattered light leaves the fitted fibre. Only [`ModelKind::Vellus`](vellus_models::ModelKind::Vellus) has
-    /// [`Exit::Reflecting`].
-    pub exit: Exit,
+    /// How scattered light leaves the fitted fibre. `None` is [`Exit::Reflecting`] for
+    /// [`ModelKind::Vellus`](vellus_models::ModelKind::Vellus), and [`Exit::Open`] for the other models, which have
+    /// nothing else.
+    pub exit: Option<Exit>,
 }
 
 impl Default for Options {
-    /// 32 starts, the seed 1, k = 4, and the open exit.
+    /// 32 starts, the seed 1, k = 4, and the exit of the model.
     fn default() -> Self {
         // If the model cannot match the data, the highlights have the largest residuals. They must keep some weight:
         // with k = 2.5 the NRMSE of whole fibres is up to 1.6 percentage points worse.
-        Options { requests: Requests::default(), starts: 32, seed: 1, huber: 4.0, exit: Exit::Open }
+        Options { requests: Requests::default(), starts: 32, seed: 1, huber: 4.0, exit: None }
     }
 }

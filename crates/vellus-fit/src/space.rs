@@ -187,7 +187,8 @@ impl Space {
         if leads.is_empty() {
             return Err(Error::Parameter("every parameter is fixed: there is nothing to fit".to_owned()));
         }
-        Ok(Space { model, exit: Exit::Open, parameters, sources, leads, bounds })
+        let exit = if model.kind() == ModelKind::Vellus { Exit::default() } else { Exit::Open };
+        Ok(Space { model, exit, parameters, sources, leads, bounds })
     }
 
     /// The same parameters for a fibre that scattered light leaves in another way.

@@ -6,7 +6,7 @@ use crate::options::Options;
 use crate::parameters::{Kind, values_of};
 use crate::space::Space;
 use rayon::prelude::*;
-use vellus::{Fiber, Species};
+use vellus::{Exit, Fiber, Species};
 use vellus_io::Progress;
 
 /// How many points of the design are tried for each point that is kept.
@@ -33,9 +33,13 @@ pub fn starts(space: &Space, cost: &Cost, theta_o: f64, options: &Options, progr
         }
         (noise(&residuals), u)
     };
+    let base = match space.exit {
+        Exit::Open => Fiber::published,
+        Exit::Reflecting => Fiber::preset,
+    };
     let preset = |fiber: &Fiber| space.variables(&values_of(&space.parameters, fiber, theta_o, 1.0));
     let mut presets: Vec<(f64, Vec<f64>)> =
-        Species::ALL.par_iter().map(|&species| scaled(preset(&Fiber::preset(species)))).collect();
+        Species::ALL.par_iter().map(|&species| scaled(preset(&base(species)))).collect();
     presets.sort_by(|a, b| a.0.total_cmp(&b.0));
     presets.truncate(count);
     let rest = count - presets.len();

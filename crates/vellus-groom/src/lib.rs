@@ -70,7 +70,7 @@ pub use obj::read_obj;
 pub use patch::reference_coat;
 pub use plant::{Coat, absorption_of_color, plant};
 pub use roots::Site;
-pub use scenes::{SCENES, scene};
+pub use scenes::{SCENES, published_scene, scene};
 pub use settings::{Clump, ColorMap, Draw, GrowSettings, Maps};
 pub use tfx::read_tfx;
 pub use thin::thin;

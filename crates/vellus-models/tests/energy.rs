@@ -66,7 +66,7 @@ fn furnaces_are_as_white_as_defined() {
         (ModelKind::Marschner2003, [0.962, 0.963, 0.832, 0.933]),
         (ModelKind::KajiyaKay1989, [1.0, 0.958, 0.932, 0.924]),
     ];
-    let fox = Fiber::preset(Species::RedFox);
+    let fox = Fiber::published(Species::RedFox);
     assert_eq!(expected.len(), ModelKind::ALL.len());
     for (kind, expected) in expected {
         let white = [0.0, 60.0, 80.0, 88.0].map(|theta_o| furnace(kind, &fox, theta_o));

@@ -38,7 +38,7 @@ fn worst(model: &AnyModel, theta_o: f64) -> f64 {
 #[test]
 fn far_fields_match_very_many_offsets() {
     for species in [Species::RedFox, Species::Human] {
-        let preset = Fiber::preset(species);
+        let preset = Fiber::published(species);
         for (beta_n, theta_o) in [(preset.beta_n.to_degrees(), -30.0), (1.5, 65.0), (40.0, 10.0)] {
             let fiber = Fiber { sigma_ca: [0.1, 0.4, 1.2], beta_n: beta_n.to_radians(), ..preset };
             for kind in [ModelKind::Chiang2016, ModelKind::ZinkeWeber2007, ModelKind::Yan2015] {
@@ -62,7 +62,7 @@ fn far_fields_of_all_models_are_finite() {
     let directions = Directions::new(&[[-90.0, 10.0], [0.0, 0.0], [0.0, 180.0], [89.0, -360.0], [90.0, 77.0]]);
     for &kind in ModelKind::ALL {
         for kappa in [0.0, 0.3, 0.99] {
-            let fiber = Fiber { kappa, eta: 1.3, sigma_ca: [0.5; 3], ..Fiber::preset(Species::Dog) };
+            let fiber = Fiber { kappa, eta: 1.3, sigma_ca: [0.5; 3], ..Fiber::published(Species::Dog) };
             let model = kind.model(&fiber).unwrap();
             for theta_o in [-90.0, 0.0, 60.0] {
                 let mut out = vec![[-1.0; 3]; directions.len()];

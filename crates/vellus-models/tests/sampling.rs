@@ -10,7 +10,7 @@ fn fibers() -> [Fiber; 3] {
     [
         full_fiber(),
         Fiber { g: 0.9, sigma_ms: 0.4, eta: 1.35, beta_n: 0.45, ..full_fiber() },
-        Fiber::preset(Species::Deer).with_absorption([0.05, 0.4, 0.9]),
+        Fiber::published(Species::Deer).with_absorption([0.05, 0.4, 0.9]),
     ]
 }
 

@@ -43,7 +43,7 @@ fn hash(kind: ModelKind) -> String {
     let mut bytes = Vec::new();
     let mut push = |x: f32| bytes.extend(x.to_le_bytes());
     for i in 0..QUERIES / SHARED {
-        let preset = Fiber::preset(Species::ALL[i % Species::ALL.len()]);
+        let preset = Fiber::published(Species::ALL[i % Species::ALL.len()]);
         let fiber = preset.with_absorption([uniform(), uniform() * 3.0, uniform() * 0.1]);
         let model = kind.model(&fiber).unwrap();
         for _ in 0..SHARED {

@@ -120,7 +120,7 @@ fn sharing_tables_changes_nothing() {
 #[test]
 fn internal_reflection_of_scattered_light_is_closer_to_the_fibre() {
     for species in [Species::Bobcat, Species::Cat, Species::Deer, Species::RedFox] {
-        let fiber = Fiber::preset(species);
+        let fiber = Fiber::published(species);
         let (old, new) = (Yan2015::new(&fiber).unwrap(), Bcsdf::new(&fiber).unwrap());
         let reference = energies(&fiber, 0.0, Offsets::Whole, 1 << 16, 5, &()).unwrap();
         let truth = reference.total[0][1];

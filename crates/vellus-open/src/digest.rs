@@ -2,7 +2,7 @@
 
 use crate::{Format, Options};
 use std::path::Path;
-use vellus::{Exit, Fiber};
+use vellus::Fiber;
 use vellus_io::DigestBuilder;
 
 /// Adds everything that identifies a scene to a digest, except for the bytes of its files: see
@@ -40,7 +40,5 @@ fn add_fiber(builder: DigestBuilder, fiber: &Fiber) -> DigestBuilder {
     let [scalars, colors] =
         [&[eta, kappa, alpha, beta_m, beta_n, sigma_ms, g, layers][..], &[sigma_ca, sigma_ma].concat()]
             .map(|numbers| numbers.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>());
-    let builder = builder.field("fiber", scalars).field("fiber absorption", colors);
-    // The digests of older films stay valid.
-    if exit == Exit::Open { builder } else { builder.field("exit", exit.name()) }
+    builder.field("fiber", scalars).field("fiber absorption", colors).field("exit", exit.name())
 }

@@ -33,7 +33,7 @@ fn errors(fiber: &Fiber, theta_o: f64, offsets: Offsets, window: Window, photons
 fn totals_of_presets_match_the_tracer() {
     let mut all = [vec![], vec![]];
     for species in Species::ALL {
-        let fiber = Fiber::preset(species);
+        let fiber = Fiber::published(species);
         let mut line = format!("{:10}", species.name());
         for (k, degrees) in [0.0f64, 30.0, 60.0, 75.0].into_iter().enumerate() {
             let theta = degrees.to_radians();
@@ -82,7 +82,7 @@ fn totals_of_random_fibres_match_the_tracer() {
 fn near_fields_of_presets_match_the_tracer() {
     let mut all = [vec![], vec![]];
     for species in Species::ALL {
-        let fiber = Fiber::preset(species);
+        let fiber = Fiber::published(species);
         let mut line = format!("{:10}", species.name());
         for degrees in [0.0f64, 30.0, 60.0, 75.0] {
             for h in [0.0, 0.3, 0.6, 0.9] {

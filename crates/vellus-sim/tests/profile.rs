@@ -21,7 +21,7 @@ fn energies(cells: &Cells, values: &[[f64; 3]]) -> Vec<f64> {
 #[test]
 fn rough_fibres_lose_no_light() {
     for species in [Species::Human, Species::Springbok] {
-        let fiber = Fiber::preset(species).without_absorption();
+        let fiber = Fiber::published(species).without_absorption();
         let cells = sphere(5.0);
         let values = profile(&fiber, 0.5, &cells, 60_000, 7, &()).unwrap();
         let total: f64 = energies(&cells, &values).iter().sum();
@@ -35,7 +35,7 @@ fn rough_fibres_lose_no_light() {
 /// width of the lobe R: θᵢ = −θ_o − α, β_m.
 #[test]
 fn a_highlight_has_the_shift_and_width_of_r() {
-    let fiber = Fiber { kappa: 0.0, ..Fiber::preset(Species::Deer) }.with_absorption([1000.0; 3]);
+    let fiber = Fiber { kappa: 0.0, ..Fiber::published(Species::Deer) }.with_absorption([1000.0; 3]);
     let cells = sphere(1.0);
     let photons = 400_000;
     let values = profile(&fiber, -30f64.to_radians(), &cells, photons, 3, &()).unwrap();
@@ -62,7 +62,7 @@ fn a_highlight_has_the_shift_and_width_of_r() {
 /// The profile is symmetric in φ, and the same for any number of threads.
 #[test]
 fn profiles_are_symmetric_and_repeatable() {
-    let fiber = Fiber::preset(Species::Mouse);
+    let fiber = Fiber::published(Species::Mouse);
     let cells = sphere(10.0);
     let run = || profile(&fiber, 0.3, &cells, 40_000, 5, &()).unwrap();
     let values = run();

@@ -77,7 +77,7 @@ fn smoke_build_makes_usable_tables() {
         assert!(l1.mean < 0.1, "{}: {l1:?}", kind.name());
     }
     let tables = Tables::new(&data).unwrap();
-    let bcsdf = Bcsdf::with_tables(&Fiber::preset(Species::Cat), &tables).unwrap();
+    let bcsdf = Bcsdf::with_tables(&Fiber::published(Species::Cat), &tables).unwrap();
     let f = bcsdf.at(glam::Vec3::Y, Window::near(0.1)).eval(-glam::Vec3::Y).total();
     assert!(f[0] > 0.0 && f[0].is_finite());
 }
@@ -110,7 +110,7 @@ fn energies_match_fibre_reference() {
     let (count, false_alarm) = (Species::ALL.len() * 3 * 3, 0.01);
     let bound = max_abs_z(count, false_alarm);
     for species in Species::ALL {
-        let fiber = Fiber::preset(species);
+        let fiber = Fiber::published(species);
         let bcsdf = Bcsdf::new(&fiber).unwrap();
         for degrees in [0.0f64, 30.0, 60.0] {
             let theta = degrees.to_radians();
@@ -139,7 +139,7 @@ fn energies_match_fibre_reference() {
 /// The simulation of whole fibres conserves energy: without absorption, all light leaves or is guided.
 #[test]
 fn reference_conserves_energy() {
-    let fiber = Fiber { g: 0.3, ..Fiber::preset(Species::Human).without_absorption() };
+    let fiber = Fiber { g: 0.3, ..Fiber::published(Species::Human).without_absorption() };
     let e = energies(&fiber, 0.5, Offsets::Whole, 100_000, 4, &()).unwrap();
     let total = e.total[0][1] + e.mean[Fate::Guided as usize][1];
     // Roulette below 1e-3 of the energy is the only noise: at most 1e-3·√(1e-3/1e5).
@@ -159,7 +159,7 @@ fn mean_path_beats_the_fixed_path() {
         sigma_ma: [0.3; 3],
         sigma_ms: 3.0,
         g: 0.5,
-        ..Fiber::preset(Species::Cat)
+        ..Fiber::published(Species::Cat)
     };
     let h = 0.2;
     let reference = energies(&fiber, 0.0, Offsets::At(h), 400_000, 6, &()).unwrap();

@@ -57,7 +57,7 @@ fn published_segments_are_coarser_than_ours() {
     let mut table: [[Vec<f64>; 8]; 2] = Default::default();
     for theta_o in [0.2, 0.0, 30f64.to_radians(), 60f64.to_radians(), 80f64.to_radians()] {
         for species in Species::ALL {
-            let fiber = Fiber::preset(species);
+            let fiber = Fiber::published(species);
             let oracle = Exact::new(&fiber, table_data()).unwrap();
             let window = oracle.window(theta_o, [-1.0, 1.0], 10_000, 400);
             let [unscattered, scattered] = profiles(360, |phi| window.azimuthal(phi));
@@ -140,7 +140,7 @@ fn gauss_points(fiber: &Fiber, oracle: &Exact, theta_o: f64, n: usize) -> Vec<f6
 #[test]
 fn published_segments_converge() {
     for species in Species::ALL {
-        let fiber = Fiber { sigma_ca: [0.3; 3], ..Fiber::preset(species) };
+        let fiber = Fiber { sigma_ca: [0.3; 3], ..Fiber::published(species) };
         let oracle = Exact::new(&fiber, table_data()).unwrap();
         for (theta_o, range) in [(0.5, [-1.0, 1.0]), (-0.9, [-0.2, 0.85])] {
             let exact = oracle.window(theta_o, range, 10_000, 400);

@@ -86,7 +86,7 @@ fn integrate(hit: &Hit, n_theta: usize, n_phi: usize) -> [f64; 3] {
 /// The narrowest lobe is 1° wide (TT of human hair, along the fibre), so midpoints 0.15° and 0.5° apart resolve it.
 fn check_furnace(species: &[Species]) {
     for &species in species {
-        let bcsdf = Bcsdf::new(&Fiber::preset(species).without_absorption()).unwrap();
+        let bcsdf = Bcsdf::new(&Fiber::published(species).without_absorption()).unwrap();
         for theta_o in [0.0f64, -30.0, 60.0, 80.0, 85.0] {
             for window in [Window::near(0.1), Window::near(-0.62), Window::far(), Window::pixel(0.5, 0.8)] {
                 let hit = bcsdf.at(direction(theta_o.to_radians(), 1.1), window);

@@ -25,7 +25,7 @@ struct Tolerance {
 
 /// Compares energies and values of the presets and of random fibres.
 fn check_against_oracle(exit: Exit, scattered: &Tolerance, random: &mut Uniform) {
-    let mut fibers: Vec<Fiber> = Species::ALL.map(Fiber::preset).to_vec();
+    let mut fibers: Vec<Fiber> = Species::ALL.map(Fiber::published).to_vec();
     fibers.extend((0..300).map(|_| random.fiber()));
     for fiber in fibers.into_iter().map(|fiber| fiber.with_exit(exit)) {
         let bcsdf = Bcsdf::new(&fiber).unwrap();

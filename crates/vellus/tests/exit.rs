@@ -113,7 +113,7 @@ fn energies_of_windows_match_the_oracle() {
 #[test]
 fn the_residual_lobe_of_windows_matches_the_oracle() {
     let mut random = Uniform(33);
-    for fiber in Species::ALL.map(Fiber::preset) {
+    for fiber in Species::ALL.map(Fiber::published) {
         let fiber = fiber.with_exit(Exit::Reflecting).with_absorption([0.05, 0.3, 1.0]);
         let (bcsdf, oracle) = (Bcsdf::new(&fiber).unwrap(), Exact::new(&fiber, table_data()).unwrap());
         for window in [Window::far(), Window::pixel(0.3, 0.5)] {
@@ -155,7 +155,7 @@ fn energies_sum_to_one_without_absorption() {
 
 #[test]
 fn furnace_is_white() {
-    for fiber in [full_fiber(), Fiber { kappa: 0.97, eta: 1.2, ..full_fiber() }, Fiber::preset(Species::RedFox)] {
+    for fiber in [full_fiber(), Fiber { kappa: 0.97, eta: 1.2, ..full_fiber() }, Fiber::published(Species::RedFox)] {
         let bcsdf = Bcsdf::new(&fiber.with_exit(Exit::Reflecting).without_absorption()).unwrap();
         for theta_o in [0.0, -1.2] {
             for window in [Window::near(0.1), Window::near(-0.62), Window::far(), Window::pixel(0.5, 0.8)] {
@@ -255,7 +255,7 @@ fn fibers() -> [Fiber; 3] {
     [
         full_fiber(),
         Fiber { g: 0.93, sigma_ms: 0.3, layers: 3.0, ..full_fiber() },
-        Fiber::preset(Species::RedFox).with_absorption([0.05, 0.4, 0.9]),
+        Fiber::published(Species::RedFox).with_absorption([0.05, 0.4, 0.9]),
     ]
     .map(|fiber| fiber.with_exit(Exit::Reflecting))
 }

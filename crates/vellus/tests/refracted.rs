@@ -33,7 +33,7 @@ fn limits() -> Vec<Fiber> {
 fn fast_matches_f64_oracle() {
     let mut random = Uniform(31);
     let mut fibers = limits();
-    fibers.extend(Species::ALL.map(|species| Fiber::preset(species).with_exit(Exit::Reflecting)));
+    fibers.extend(Species::ALL.map(|species| Fiber::published(species).with_exit(Exit::Reflecting)));
     fibers.extend((0..200).map(|_| random.fiber().with_exit(Exit::Reflecting)));
     let (mut worst, mut count) = ((0.0f64, 0.0, 0.0), 0);
     for fiber in fibers {
@@ -77,7 +77,8 @@ fn fast_matches_f64_oracle() {
 /// The windows' few points against the mean of the near field. See tests/window.rs for their error.
 #[test]
 fn windows_are_the_mean_of_the_near_field() {
-    for fiber in [Species::RedFox, Species::Bobcat].map(|species| Fiber::preset(species).with_exit(Exit::Reflecting)) {
+    for fiber in [Species::RedFox, Species::Bobcat].map(|species| Fiber::published(species).with_exit(Exit::Reflecting))
+    {
         let bcsdf = Bcsdf::new(&fiber).unwrap();
         for theta_o in [-0.3, 1.2] {
             let wo = direction(theta_o, 0.0);

@@ -14,7 +14,7 @@ fn fibers() -> Vec<Fiber> {
         Fiber { g: 0.93, sigma_ms: 0.3, layers: 3.0, ..full_fiber() },
         Fiber { eta: 1.1, kappa: 0.5, sigma_ma: [3.0, 0.1, 0.1], ..full_fiber() },
     ];
-    fibers.extend(Species::ALL.map(|s| Fiber::preset(s).with_absorption([0.05, 0.4, 0.9])));
+    fibers.extend(Species::ALL.map(|s| Fiber::published(s).with_absorption([0.05, 0.4, 0.9])));
     fibers
 }
 
@@ -151,7 +151,7 @@ fn windows_are_unbiased(n: u32) {
     let radii = [0.5f64, 5.0, 30.0, 180.0].map(f64::to_radians);
     for (fiber, window, towards) in [
         (full_fiber(), Window::far(), (-0.3, 2.6)),
-        (Fiber::preset(Species::RedFox).with_absorption([0.2, 0.4, 0.8]), Window::pixel(-0.3, 0.9), (-0.4, -2.2)),
+        (Fiber::published(Species::RedFox).with_absorption([0.2, 0.4, 0.8]), Window::pixel(-0.3, 0.9), (-0.4, -2.2)),
     ] {
         let bcsdf = Bcsdf::new(&fiber).unwrap();
         let hit = bcsdf.at(direction(0.35, 0.0), window);

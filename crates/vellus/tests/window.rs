@@ -37,7 +37,7 @@ impl L1 {
 fn far_field_matches_quadrature() {
     let (mut shipped, mut five, mut scattered) = (Vec::new(), Vec::new(), Vec::new());
     for species in Species::ALL {
-        let fiber = Fiber::preset(species);
+        let fiber = Fiber::published(species);
         let (bcsdf, oracle) = (Bcsdf::new(&fiber).unwrap(), Exact::new(&fiber, table_data()).unwrap());
         for degrees in [0.0f64, 30.0, 60.0, 80.0] {
             let theta_o = degrees.to_radians();
@@ -292,7 +292,7 @@ fn window_has_both_limits() {
 /// wide as the fibre, human hair loses 16 % of R and gains 20 % of TTˢ.
 #[test]
 fn cells_average_to_the_far_field() {
-    let bcsdf = Bcsdf::new(&Fiber::preset(Species::Human).with_absorption([0.3, 0.8, 2.0])).unwrap();
+    let bcsdf = Bcsdf::new(&Fiber::published(Species::Human).with_absorption([0.3, 0.8, 2.0])).unwrap();
     let wo = direction(0.3, 0.0);
     // Each lobe separately, because R is brightest at the edges and the others in the middle.
     let energy = |window: Window| bcsdf.at(wo, window).energy().0.map(|lobe| f64::from(lobe[1]));

@@ -35,16 +35,15 @@ pub struct Args {
     /// eta_m. The last two have no medulla.
     #[arg(long, default_value = "vellus", value_name = "NAME")]
     model: ModelKind,
-    /// How scattered light leaves the fitted fibre: open (the cuticle does not reflect it, as in the paper), or
-    /// reflecting (as in a simulated fibre). Only vellus has both. The written fibre contains it.
+    /// How scattered light leaves the fitted fibre: reflecting (as in a simulated fibre), or open (the cuticle does
+    /// not reflect it, as in the paper). Only vellus has both. The written fibre contains it. Default: reflecting.
     #[arg(
         long,
         value_parser = one_of::<Exit>(Exit::ALL.map(Exit::name)),
-        default_value = "open",
         value_name = "EXIT",
         conflicts_with = "simulate"
     )]
-    exit: Exit,
+    exit: Option<Exit>,
     /// File to write: the fibre (.toml), or the synthetic measurement (.txt, .csv).
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,

@@ -4,13 +4,14 @@ use super::coat::{Coat, mix, smoothstep, to_segment};
 use super::props;
 use crate::body::{Body, Flow};
 use crate::error::Error;
+use crate::scenes::Preset;
 use crate::settings::{Clump, Draw, GrowSettings};
 use glam::{Mat3, Quat, Vec2, Vec3};
 use std::f32::consts::FRAC_PI_2;
-use vellus::{Fiber, Species};
+use vellus::Species;
 use vellus_scene::{Camera, Light, Scene};
 
-pub(super) fn scene(small: bool) -> Result<Scene, Error> {
+pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     let body = body();
     let eye = body.project(Vec3::new(12.5, 33.0, 2.5)) - Vec3::new(0.62, 0.0, 0.2);
     let nose = body.project(Vec3::new(15.0, 31.0, 0.0)) - Vec3::new(0.1, 0.0, 0.0);
@@ -36,7 +37,7 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
             noise: 0.04,
             ..GrowSettings::default()
         },
-        fiber: Fiber::preset(Species::Cat),
+        fiber: preset(Species::Cat),
         melanin: &melanin,
         bare: vec![(eye, 1.12), (mirrored(eye), 1.12), (nose, 0.5)],
         skin: 0.5,

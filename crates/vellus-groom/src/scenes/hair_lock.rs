@@ -4,13 +4,14 @@ use super::props;
 use crate::error::Error;
 use crate::grow::grow;
 use crate::roots::Site;
+use crate::scenes::Preset;
 use crate::settings::{Clump, Draw, GrowSettings, Maps};
 use glam::{Mat3, Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, TAU};
-use vellus::{Fiber, Species};
+use vellus::Species;
 use vellus_scene::{Camera, Light, Look, Mesh, Parameter, Scene, Surface};
 
-pub(super) fn scene(small: bool) -> Result<Scene, Error> {
+pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     let mesh = patch(1.8);
     let (count, segments, wider) = if small { (200, 52, 2.0) } else { (1000, 210, 1.0) };
     let settings = GrowSettings {
@@ -33,7 +34,7 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
     let color = |_: &Site, draw: &Draw| [0.5 + 0.3 * draw.random, 0.2 + 0.15 * draw.random, 0.0];
     let maps = Maps { color: Some((Parameter::Melanin, &color)), ..Maps::default() };
     let mut scene = Scene { strands: vec![grow(&mesh, &settings, &maps)?], ..Scene::default() };
-    scene.looks.push(Look::constant("hair", Fiber::preset(Species::Human)));
+    scene.looks.push(Look::constant("hair", preset(Species::Human)));
     scene.meshes.push(mesh);
     scene.surfaces.push(Surface::diffuse("patch", [0.02; 3]));
     let target = Vec3::new(0.0, -12.0, 0.0);

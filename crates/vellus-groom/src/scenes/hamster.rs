@@ -4,13 +4,14 @@ use super::coat::{Coat, mix, smoothstep, to_segment};
 use super::props;
 use crate::body::{Body, Flow};
 use crate::error::Error;
+use crate::scenes::Preset;
 use crate::settings::{Clump, Draw, GrowSettings};
 use glam::{Quat, Vec2, Vec3};
 use std::f32::consts::PI;
-use vellus::{Fiber, Species};
+use vellus::Species;
 use vellus_scene::{Camera, Scene};
 
-pub(super) fn scene(small: bool) -> Result<Scene, Error> {
+pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     let body = body();
     let eye = body.project(Vec3::new(5.2, 6.5, 2.3)) + Vec3::new(0.06, 0.02, 0.06);
     let nose = body.project(Vec3::new(8.0, 5.1, 0.0)) - Vec3::new(0.1, 0.0, 0.0);
@@ -37,7 +38,7 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
             ..GrowSettings::default()
         },
         // The paper uses the fibre of a mouse for the hamster.
-        fiber: Fiber::preset(Species::Mouse),
+        fiber: preset(Species::Mouse),
         melanin: &melanin,
         bare: vec![(eye, 0.82), (mirrored(eye), 0.82), (nose, 0.36)],
         skin: 0.6,

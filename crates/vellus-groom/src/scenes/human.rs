@@ -7,12 +7,13 @@ use crate::error::Error;
 use crate::grow::grow;
 use crate::polygonize::polygonize;
 use crate::roots::Site;
+use crate::scenes::Preset;
 use crate::settings::{Clump, Draw, GrowSettings, Maps};
 use glam::{Mat3, Quat, Vec2, Vec3};
-use vellus::{Fiber, Species};
+use vellus::Species;
 use vellus_scene::{Camera, Light, Look, Parameter, Scene, Surface, Tint};
 
-pub(super) fn scene(small: bool) -> Result<Scene, Error> {
+pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     let body = body();
     let mut scene = Scene::default();
     let mesh = polygonize(&body, if small { 0.7 } else { 0.45 }, "head", &|_| Vec2::ZERO);
@@ -45,7 +46,7 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
         ..Maps::default()
     };
     scene.strands.push(grow(&mesh, &settings, &maps)?);
-    scene.looks.push(Look::constant("hair", Fiber::preset(Species::Human)));
+    scene.looks.push(Look::constant("hair", preset(Species::Human)));
     scene.meshes.push(mesh);
     scene.surfaces.push(Surface {
         color: Tint { color: [0.32, 0.3, 0.28], texture: None },

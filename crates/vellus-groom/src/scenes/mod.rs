@@ -11,6 +11,7 @@ mod raccoon;
 mod sky;
 
 use crate::error::Error;
+use vellus::{Fiber, Species};
 use vellus_scene::{Scene, Units};
 
 /// Names and descriptions of the built-in scenes.
@@ -23,13 +24,25 @@ pub const SCENES: [(&str, &str); 6] = [
     ("polar-bear", "a polar bear cub in soft light, white by scattering alone: 300,000 strands of 16 segments"),
 ];
 
-/// A built-in scene; `None` if [`SCENES`] has none of this name.
+/// Gives the fibre of a species.
+type Preset = fn(Species) -> Fiber;
+
+/// A built-in scene with the fibres of [`Fiber::preset`]; `None` if [`SCENES`] has none of this name.
 ///
 /// At full size, the numbers of strands and segments are those of Yan17 Table 5, which has no polar bear. With `small`,
 /// there are 1/40 of the strands, and they are wider. The small lock has 1/5 of the strands and 1/4 of the segments.
 /// Small scenes are for tests and previews.
 pub fn scene(name: &str, small: bool) -> Option<Scene> {
-    let make: fn(bool) -> Result<Scene, Error> = match name {
+    with_preset(name, small, Fiber::preset)
+}
+
+/// The same scene as [`scene()`] with the fibres of [`Fiber::published`], for experiments of the paper.
+pub fn published_scene(name: &str, small: bool) -> Option<Scene> {
+    with_preset(name, small, Fiber::published)
+}
+
+fn with_preset(name: &str, small: bool, preset: Preset) -> Option<Scene> {
+    let make: fn(bool, Preset) -> Result<Scene, Error> = match name {
         "hair-lock" => hair_lock::scene,
         "raccoon" => raccoon::scene,
         "hamster" => hamster::scene,
@@ -39,7 +52,7 @@ pub fn scene(name: &str, small: bool) -> Option<Scene> {
         _ => return None,
     };
     // Settings are constants, and tests cover all of them.
-    let scene = make(small).ok()?;
+    let scene = make(small, preset).ok()?;
     Some(Scene { units: Some(Units::CENTIMETERS), ..scene })
 }
 

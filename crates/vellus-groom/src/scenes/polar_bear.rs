@@ -4,12 +4,13 @@ use super::coat::Coat;
 use super::props;
 use crate::body::{Body, Flow};
 use crate::error::Error;
+use crate::scenes::Preset;
 use crate::settings::{Clump, GrowSettings};
 use glam::{Mat3, Quat, Vec2, Vec3};
 use vellus::{Fiber, Species};
 use vellus_scene::{Camera, Light, Scene};
 
-pub(super) fn scene(small: bool) -> Result<Scene, Error> {
+pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     let body = body();
     let eye = body.project(Vec3::new(39.2, 36.6, 3.4)) - Vec3::new(0.1, 0.0, 0.05);
     let nose = body.project(Vec3::new(49.0, 32.6, 0.0)) - Vec3::new(0.5, 0.0, 0.0);
@@ -36,7 +37,7 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
             ..GrowSettings::default()
         },
         // The refractive index of Yan17 Fig. 6, and the medulla of the dog, whose fit has almost no absorption.
-        fiber: Fiber { eta: 1.45, ..Fiber::preset(Species::Dog) }.without_absorption(),
+        fiber: Fiber { eta: 1.45, ..preset(Species::Dog) }.without_absorption(),
         melanin: &|_, _| [0.0, 0.0],
         bare: [(eye, 1.25), (mirrored(eye), 1.25), (nose, 1.5)].into_iter().chain(lips()).collect(),
         // The skin of polar bears is black, but real bears have more hair to cover it.

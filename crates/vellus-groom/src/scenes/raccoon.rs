@@ -4,9 +4,10 @@ use super::coat::{Coat, mix, smoothstep, to_segment};
 use super::{props, sky};
 use crate::body::{Body, Flow};
 use crate::error::Error;
+use crate::scenes::Preset;
 use crate::settings::{Clump, Draw, GrowSettings};
 use glam::{Mat3, Quat, Vec3};
-use vellus::{Fiber, Species};
+use vellus::Species;
 use vellus_scene::{Camera, Light, Scene};
 
 /// Points and radii of the tail, from the rump to its tip.
@@ -19,7 +20,7 @@ const TAIL: [([f32; 3], f32); 6] = [
     ([-44.0, 7.5, 23.0], 1.7),
 ];
 
-pub(super) fn scene(small: bool) -> Result<Scene, Error> {
+pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     let body = body();
     let eye = body.project(Vec3::new(29.0, 27.6, 3.1)) - Vec3::new(0.3, 0.0, 0.12);
     let nose = Vec3::new(34.9, 24.4, 0.0);
@@ -45,7 +46,7 @@ pub(super) fn scene(small: bool) -> Result<Scene, Error> {
             noise: 0.07,
             ..GrowSettings::default()
         },
-        fiber: Fiber::preset(Species::Raccoon),
+        fiber: preset(Species::Raccoon),
         melanin: &melanin,
         bare: vec![(eye, 1.15), (mirrored(eye), 1.15), (nose, 1.25)],
         skin: 0.5,

@@ -8,20 +8,19 @@ fn value(parameter: Parameter, fiber: &Fiber) -> Option<f32> {
     parameter.get(fiber).map(|value| parameter.unit().from_stored(value[0]))
 }
 
-/// A table of the presets: Yan17 Table 4, and the same species for the reflecting exit. All presets are grey, so one
-/// channel is enough.
+/// A table of the presets, and of the fibres of Yan17 Table 4. All are grey, so one channel is enough.
 pub fn presets() -> String {
     let stored = || Parameter::ALL.into_iter().filter(|p| p.default_value().is_some());
     let header = stored().map(|p| format!("{}{}", p.symbol(), p.unit().sign()));
     let mut rows = vec![std::iter::once(String::new()).chain(header).collect::<Vec<_>>()];
-    let published = Species::ALL.map(|species| (species.to_string(), Fiber::preset(species)));
-    let fitted = Species::ALL.map(|species| (format!("{species}-reflecting"), Fiber::fitted(species)));
-    for (name, fiber) in published.into_iter().chain(fitted) {
+    let presets = Species::ALL.map(|species| (species.to_string(), Fiber::preset(species)));
+    let published = Species::ALL.map(|species| (format!("{species}-published"), Fiber::published(species)));
+    for (name, fiber) in presets.into_iter().chain(published) {
         let values = stored().filter_map(|p| value(p, &fiber)).map(|x| format!("{x:.2}"));
         rows.push(std::iter::once(name).chain(values).collect());
     }
-    let notes = "Fits of Yan17 Table 4, and fits to them with reflecting exits. σ per fibre radius, grey. --fiber also reads \
-                 files; --set changes a parameter.";
+    let notes = "The published fibres are Yan17 Table 4, for exit=open. The others are fitted to them with exit=reflecting. \
+                 σ per fibre radius, grey. --fiber also reads files; --set changes a parameter.";
     format!("{}\n{notes}\n", align(&rows))
 }
 

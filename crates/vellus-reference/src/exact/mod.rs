@@ -12,7 +12,7 @@
 //! use vellus_reference::exact::Exact;
 //! # fn main() -> Result<(), vellus::Error> {
 //! let tables = TableData::from_bytes(Tables::SHIPPED)?;
-//! let fiber = Fiber::preset(Species::RedFox);
+//! let fiber = Fiber::published(Species::RedFox);
 //! let exact = Exact::new(&fiber, &tables)?;
 //! let f = exact.at(0.2, 0.3).eval(-0.1, 2.5); // f·cos θᵢ of the six lobes, RGB
 //! assert!(f.iter().flatten().all(|x| *x >= 0.0));

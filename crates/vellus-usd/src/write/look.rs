@@ -5,7 +5,6 @@ use crate::read::uv_texture::{WRAP_INPUTS, WRAPS};
 use crate::write::names::{Names, to_file, vellus_name};
 use crate::write::text::{Literal, Text};
 use std::io::{self, Write};
-use vellus::Exit;
 use vellus_scene::{Look, Parameter, Surface};
 
 /// Writes a look as a material. Returns its path.
@@ -18,9 +17,7 @@ pub(crate) fn look<W: Write>(text: &mut Text<W>, look: &Look, names: &Names) -> 
     text.set("token outputs:vellus:surface.connect", &format!("<{path}/Fur.outputs:surface>"))?;
     text.open("Shader", "Fur", "")?;
     text.set("uniform token info:id", &format!("\"{SHADER}\""))?;
-    if look.fiber.exit != Exit::default() {
-        text.set("token inputs:exit", &format!("\"{}\"", look.fiber.exit))?;
-    }
+    text.set("token inputs:exit", &format!("\"{}\"", look.fiber.exit))?;
     for parameter in Parameter::ALL {
         let name = format!("inputs:{}", parameter.name());
         let kind = if parameter.channels() > 1 { "color3f" } else { "float" };

@@ -210,7 +210,7 @@ fn presets(tables: &TableData) {
     for colour in [None, Some([0.2, 0.4, 0.8]), Some([0.5, 1.0, 3.0])] {
         let (mut unscattered, mut scattered) = (Vec::new(), Vec::new());
         for species in Species::ALL {
-            let fiber = Fiber::preset(species);
+            let fiber = Fiber::published(species);
             let fiber = colour.map_or(fiber, |colour| fiber.with_absorption(colour));
             for degrees in [0.0f64, 30.0, 60.0, 80.0] {
                 let case = Case { fiber, theta_o: degrees.to_radians(), window: [-1.0, 1.0] };

@@ -6,15 +6,15 @@ use std::str::FromStr;
 
 /// How light that the medulla scattered leaves the fibre.
 ///
-/// [`Exit::Open`] is the paper's model. A simulated fibre behaves as [`Exit::Reflecting`].
+/// A simulated fibre behaves as [`Exit::Reflecting`], the default. [`Exit::Open`] is the paper's model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Exit {
     /// The cuticle does not reflect scattered light (Yan17 Sec. 4.3). The model then reflects up to 1.5 × the light of
     /// a simulated fibre.
-    #[default]
     Open,
     /// The cuticle reflects scattered light from inside, in part totally. This light crosses the cortex and the
     /// medulla again, where it is absorbed or scattered, until it leaves (D17).
+    #[default]
     Reflecting,
 }
 

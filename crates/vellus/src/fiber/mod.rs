@@ -62,19 +62,23 @@ pub struct Fiber {
 }
 
 impl Fiber {
-    /// The fit of Yan17 Table 4 for a species. Its absorption is grey, like the measurements.
+    /// The fibre of a species, with [`Exit::Reflecting`]. Its absorption is grey, like the measurements.
+    ///
+    /// The measurements are not public. κ, g, and absorption and scattering are fitted to the far field of
+    /// [`Fiber::published`] at three inclinations, and to the brightness of coats with other absorption of the cortex.
+    /// The other parameters are those of [`Fiber::published`].
     pub fn preset(species: Species) -> Self {
-        species.fiber()
-    }
-
-    /// The same species for [`Exit::Reflecting`]: κ, g, and absorption and scattering are fitted to the far field of
-    /// [`Fiber::preset`] at three inclinations, and to the brightness of coats with other absorption of the cortex.
-    pub fn fitted(species: Species) -> Self {
         species.fitted()
     }
 
-    /// A preset by its name in files and options: `red-fox` is [`Fiber::preset`], and `red-fox-reflecting` is
-    /// [`Fiber::fitted`].
+    /// The fit of Yan17 Table 4 for a species: for the paper's model, [`Exit::Open`], and for earlier models.
+    #[doc(alias = "Table 4")]
+    pub fn published(species: Species) -> Self {
+        species.published()
+    }
+
+    /// A preset by its name in files and options: `red-fox` is [`Fiber::preset`], and `red-fox-published` is
+    /// [`Fiber::published`].
     ///
     /// # Errors
     /// [`Error::UnknownPreset`].
@@ -96,7 +100,7 @@ impl Fiber {
             sigma_ma: [0.0; 3],
             g: 0.0,
             layers: 0.5,
-            exit: Exit::Open,
+            exit: Exit::default(),
         }
     }
 

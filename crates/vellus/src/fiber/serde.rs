@@ -80,19 +80,15 @@ fn degrees(radians: f32) -> f32 {
 }
 
 impl Serialize for Fiber {
-    /// A map of the parameters that a fibre stores, in the order of [`Parameter::ALL`], and `exit` if it is not
-    /// [`Exit::Open`].
+    /// A map of the parameters that a fibre stores, in the order of [`Parameter::ALL`], and `exit`.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let stored: Vec<(Parameter, [f32; 3])> =
             Parameter::ALL.into_iter().filter_map(|p| p.get(self).map(|value| (p, value))).collect();
-        let exit = (self.exit != Exit::default()).then_some(self.exit);
-        let mut map = serializer.serialize_map(Some(stored.len() + usize::from(exit.is_some())))?;
+        let mut map = serializer.serialize_map(Some(stored.len() + 1))?;
         for (parameter, value) in stored {
             map.serialize_entry(parameter.name(), &InFile(parameter, value))?;
         }
-        if let Some(exit) = exit {
-            map.serialize_entry("exit", exit.name())?;
-        }
+        map.serialize_entry("exit", self.exit.name())?;
         map.end()
     }
 }

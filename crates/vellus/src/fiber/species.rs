@@ -58,8 +58,8 @@ const FITTED: [[f32; 5]; 10] = [
     [0.404, 0.399, 2.695, 0.000, 0.255], // human
 ];
 
-/// The end of the name of a preset for [`Exit::Reflecting`].
-const REFLECTING: &str = "reflecting";
+/// The end of the name of a preset of Table 4.
+const PUBLISHED: &str = "published";
 
 /// A name without spaces and hyphens, in lower case.
 fn plain(name: &str) -> String {
@@ -83,24 +83,26 @@ impl Species {
         TABLE_4[self as usize].1
     }
 
+    /// [`Fiber::preset`].
     pub(crate) fn fitted(self) -> Fiber {
         let [kappa, sigma_ca, sigma_ms, sigma_ma, g] = FITTED[self as usize];
         let (sigma_ca, sigma_ma, exit) = ([sigma_ca; 3], [sigma_ma; 3], Exit::Reflecting);
-        Fiber { kappa, sigma_ca, sigma_ms, sigma_ma, g, exit, ..self.fiber() }
+        Fiber { kappa, sigma_ca, sigma_ms, sigma_ma, g, exit, ..self.published() }
     }
 
-    /// The fibre of a preset: [`Fiber::preset`] for `red-fox`, [`Fiber::fitted`] for `red-fox-reflecting`.
+    /// The fibre of a preset: [`Fiber::preset`] for `red-fox`, [`Fiber::published`] for `red-fox-published`.
     pub(crate) fn named(name: &str) -> Result<Fiber, Error> {
         let species = |plain: &str| plain.parse::<Species>().ok();
-        let found = species(name).map(Species::fiber);
-        let fitted = || plain(name).strip_suffix(REFLECTING).and_then(species).map(Species::fitted);
-        found.or_else(fitted).ok_or_else(|| Error::UnknownPreset {
+        let found = species(name).map(Species::fitted);
+        let published = || plain(name).strip_suffix(PUBLISHED).and_then(species).map(Species::published);
+        found.or_else(published).ok_or_else(|| Error::UnknownPreset {
             name: name.to_owned(),
-            known: format!("{}, and each with -{REFLECTING}", Species::ALL.map(Species::name).join(", ")),
+            known: format!("{}, and each with -{PUBLISHED}", Species::ALL.map(Species::name).join(", ")),
         })
     }
 
-    pub(crate) fn fiber(self) -> Fiber {
+    /// [`Fiber::published`].
+    pub(crate) fn published(self) -> Fiber {
         let [kappa, eta, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers] = TABLE_4[self as usize].2;
         Fiber {
             eta,
@@ -144,14 +146,14 @@ mod tests {
     fn table_order_is_the_enum_order_and_every_preset_is_valid() {
         for (i, species) in Species::ALL.into_iter().enumerate() {
             assert_eq!(species as usize, i);
-            species.fiber().validate().unwrap();
+            species.published().validate().unwrap();
             species.fitted().validate().unwrap();
             assert_eq!(species.name().parse::<Species>().unwrap(), species);
         }
-        assert_eq!(Species::named("red_fox"), Ok(Species::RedFox.fiber()));
-        assert_eq!(Species::named("Red Fox reflecting"), Ok(Species::RedFox.fitted()));
-        let unknown = Species::named("reflecting").unwrap_err().to_string();
-        assert!(unknown.contains("springbok") && unknown.contains("-reflecting"), "{unknown}");
+        assert_eq!(Species::named("red_fox"), Ok(Species::RedFox.fitted()));
+        assert_eq!(Species::named("Red Fox published"), Ok(Species::RedFox.published()));
+        let unknown = Species::named("published").unwrap_err().to_string();
+        assert!(unknown.contains("springbok") && unknown.contains("-published"), "{unknown}");
         assert_eq!("Red Fox".parse::<Species>().unwrap(), Species::RedFox);
         let unknown = "unicorn".parse::<Species>().unwrap_err().to_string();
         assert!(unknown.contains("unicorn") && unknown.contains("springbok"), "{unknown}");
