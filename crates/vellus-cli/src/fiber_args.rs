@@ -1,5 +1,6 @@
 //! A fibre on the command line: a preset or a file, and changes of parameters.
 
+use crate::say::note;
 use anyhow::{Error, Result};
 use std::path::PathBuf;
 use vellus::Fiber;
@@ -60,12 +61,17 @@ impl FiberArgs {
 
     /// The fibre, with all parameters in range.
     pub fn load(&self) -> Result<Fiber> {
-        self.source().read().map_err(|error| match error {
+        let read = self.source().read_color().map_err(|error| match error {
             FiberError::Settings { settings, source } => {
                 Error::from(source).context(format!("in --set {}", settings.join(" --set ")))
             }
             other => other.into(),
-        })
+        });
+        let (fiber, out_of_reach) = read?;
+        if let Some(color) = out_of_reach {
+            note!("warning: {color}");
+        }
+        Ok(fiber)
     }
 
     /// A short name for titles and file names.

@@ -39,10 +39,11 @@ fn fiber(index: u64) -> Fiber {
         g: r.between(0.0, 0.85),
         layers: r.between(0.4, 2.5),
         exit,
+        medulla_pigment: 0.3,
     };
     if r.next() < 0.25 {
         let species = Species::ALL[(r.next() * 10.0) as usize];
-        f = if exit == Exit::Open { Fiber::preset(species) } else { Fiber::fitted(species) };
+        f = if exit == Exit::Open { Fiber::published(species) } else { Fiber::preset(species) };
     }
     let split = [0.0, 0.3, 1.0][(r.next() * 3.0) as usize];
     let sigma = std::array::from_fn(|c| {
@@ -68,11 +69,15 @@ fn main() {
         let f = fiber(i);
         world.set_model(|_| Bcsdf::new(&f)).unwrap();
         let size = [24, 24];
-        let settings = Settings { size, crop: None, mode: Mode::Near, filter: Filter::Box, seed: i as u32, max_depth: None };
+        let settings =
+            Settings { size, crop: None, mode: Mode::Near, filter: Filter::Box, seed: i as u32, max_depth: None };
         let mut film = Film::new(size, settings.area(), world.layout(&[Layer::Beauty]));
         world.render(&settings, &mut film, 0..samples, &()).unwrap();
         let mean = |c: usize, o: usize| {
-            let all: Vec<f64> = (0..576).filter(|i| (i / 24 + i % 24) % 2 == o).map(|i| film.mean(i % 24, i / 24, Layer::Beauty, c)).collect();
+            let all: Vec<f64> = (0..576)
+                .filter(|i| (i / 24 + i % 24) % 2 == o)
+                .map(|i| film.mean(i % 24, i / 24, Layer::Beauty, c))
+                .collect();
             all.iter().sum::<f64>() / all.len() as f64
         };
         let c: Vec<f64> = (0..3).map(|c| 0.5 * (mean(c, 0) + mean(c, 1))).collect();
@@ -81,9 +86,27 @@ fn main() {
         writeln!(
             file,
             "{i},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{:.5},{:.5},{:.5},{:.5},{:.5},{:.5},{:.2}",
-            f.eta, f.kappa, f.alpha, f.beta_m, f.beta_n, f.sigma_ms, f.g, f.layers, f.exit == Exit::Reflecting,
-            f.sigma_ca[0], f.sigma_ca[1], f.sigma_ca[2], f.sigma_ma[1] / f.sigma_ca[1], 0,
-            c[0], c[1], c[2], d[0], d[1], d[2], start.elapsed().as_secs_f64()
+            f.eta,
+            f.kappa,
+            f.alpha,
+            f.beta_m,
+            f.beta_n,
+            f.sigma_ms,
+            f.g,
+            f.layers,
+            f.exit == Exit::Reflecting,
+            f.sigma_ca[0],
+            f.sigma_ca[1],
+            f.sigma_ca[2],
+            f.sigma_ma[1] / f.sigma_ca[1],
+            0,
+            c[0],
+            c[1],
+            c[2],
+            d[0],
+            d[1],
+            d[2],
+            start.elapsed().as_secs_f64()
         )
         .unwrap();
     }

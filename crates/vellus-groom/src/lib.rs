@@ -68,7 +68,7 @@ pub use hair::{read_hair, write_hair};
 pub use measure::{Measures, bytes, measure};
 pub use obj::read_obj;
 pub use patch::reference_coat;
-pub use plant::{Coat, absorption_of_color, plant};
+pub use plant::{Coat, plant};
 pub use roots::Site;
 pub use scenes::{SCENES, published_scene, scene};
 pub use settings::{Clump, ColorMap, Draw, GrowSettings, Maps};

@@ -5,7 +5,7 @@ use std::io;
 use std::num::ParseFloatError;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use vellus::{Fiber, FiberBuilder, Parameter, Species};
+use vellus::{Fiber, FiberBuilder, OutOfReach, Parameter, Species};
 
 /// The largest file of a fibre: 1 MiB.
 const MAX_FIBER_BYTES: u64 = 1 << 20;
@@ -46,6 +46,14 @@ impl FiberSource {
     /// # Errors
     /// [`FiberError`] names the file or the parameter.
     pub fn read(&self) -> Result<Fiber, FiberError> {
+        self.read_color().map(|(fiber, _)| fiber)
+    }
+
+    /// The fibre, with all parameters in range, and the reflectance that it was given, if that is out of reach.
+    ///
+    /// # Errors
+    /// As [`FiberSource::read`].
+    pub fn read_color(&self) -> Result<(Fiber, Option<OutOfReach>), FiberError> {
         let path = &self.path;
         let extension = path.extension().and_then(|extension| extension.to_str());
         let base = match extension.and_then(|extension| extension.parse::<FiberFormat>().ok()) {
@@ -58,7 +66,8 @@ impl FiberSource {
                 .map_err(|source| FiberError::Settings { settings: vec![setting.clone()], source })?;
         }
         // If the file is wrong without the settings, too, the error names the file.
-        builder.build().map_err(|error| match base.build() {
+        let built = builder.build().and_then(|fiber| Ok((fiber, builder.out_of_reach()?)));
+        built.map_err(|error| match base.build() {
             Ok(_) => FiberError::Settings { settings: self.set.clone(), source: error.into() },
             Err(_) => FiberError::File { path: path.clone(), source: error.into() },
         })

@@ -7,11 +7,12 @@ use crate::render::explain;
 use crate::say::{note, say};
 use anyhow::Result;
 use std::path::PathBuf;
-use vellus_groom::{Group, absorption_of_color, read_groups};
+use vellus::Color;
+use vellus_groom::{Group, read_groups};
 use vellus_open::{Grown, Growth};
 use vellus_scene::Look;
 
-/// The default fibre. Its medulla does not absorb, so that it can have any colour.
+/// The default fibre.
 const FIBER: &str = "dog";
 /// The colour of the default fibre, as a reflectance. Presets are grey, as the fits of the paper.
 const COLOR: [f32; 3] = [0.35, 0.16, 0.06];
@@ -87,7 +88,7 @@ fn look(args: &Args, group: &Group) -> Result<Look> {
     let fiber_args = FiberArgs { fiber: Some(fiber), overrides: args.overrides.clone() };
     let mut fiber = fiber_args.load()?;
     if given.is_none() && !fiber_args.source().sets_color() {
-        fiber.sigma_ca = absorption_of_color(&fiber, COLOR)?;
+        fiber = fiber.with_color(Color::Reflectance(COLOR))?;
     }
     Ok(Look::constant(fiber_args.name(), fiber))
 }
