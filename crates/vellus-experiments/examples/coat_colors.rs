@@ -1,114 +1,127 @@
-//! Measures the colours of coats of random fibres, for the fit in `crates/vellus/src/coat`.
+//! The colours of coats: renders coats of random fibres, fits [`vellus::parts::Curve`] to them, and checks how well a
+//! requested colour is reached.
+//!
+//! ```sh
+//! cargo run --release -p vellus-experiments --example coat_colors -- fit out/coats.csv
+//! cargo run --release -p vellus-experiments --example coat_colors -- check out/check.csv
+//! ```
+//!
+//! `fit` prints the numbers in `crates/vellus/src/coat/curve.rs`. The files keep finished coats, so that a run that was
+//! interrupted continues. A number after the file is the number of coats; it is 600 for `fit` and 200 for `check`.
 
+use anyhow::{Context, Result, bail};
 use rayon::prelude::*;
-use std::io::Write;
-use std::sync::Mutex;
-use vellus::{Bcsdf, Exit, Fiber, Species};
-use vellus_render::{Film, Filter, Layer, Mode, Settings, World};
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use vellus::parts::{CURVE_NUMBERS, Curve, Moments, Shape};
+use vellus::{CoatColors, Color, Fiber};
+use vellus_experiments::coat::{Coat, delta_e2000, random_color, random_fiber};
+use vellus_fit::least_squares::{Difference, Problem};
 
-struct Random(u64);
-impl Random {
-    fn next(&mut self) -> f32 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 40) as f32 / (1u64 << 24) as f32
-    }
-    fn between(&mut self, a: f32, b: f32) -> f32 {
-        a + (b - a) * self.next()
-    }
-    fn log(&mut self, a: f32, b: f32) -> f32 {
-        (self.between(a.ln(), b.ln())).exp()
+/// Samples of each of the 576 pixels.
+const SAMPLES: u64 = 16;
+/// The fibres of `check` begin here, so that `fit` has not seen them.
+const FIRST_CHECKED: u64 = 100_000;
+/// Darker channels are noise.
+const DARKEST: f64 = 5e-4;
+/// Where the fit starts: the theory of isotropic scattering, roughly.
+const START: [f64; CURVE_NUMBERS] = [1.0, 2.0, 2.0, 2.0, 2.0, 2.0, 10.0, 1.0, 0.0, 0.0, 0.5, 0.0, 0.0];
+
+fn main() -> Result<()> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let usage = "usage: coat_colors fit|check FILE [COATS]";
+    let [task, file, rest @ ..] = &arguments[..] else { bail!(usage) };
+    let count = rest.first().map(|text| text.parse::<usize>()).transpose().context(usage)?;
+    match task.as_str() {
+        "fit" => fit(&PathBuf::from(file), count.unwrap_or(600)),
+        "check" => check(&PathBuf::from(file), count.unwrap_or(200)),
+        _ => bail!(usage),
     }
 }
 
-fn fiber(index: u64) -> Fiber {
-    let mut r = Random(index.wrapping_mul(0x1234_5678_9abc_def1));
-    let exit = if r.next() < 0.75 { Exit::Reflecting } else { Exit::Open };
-    let kappa = if r.next() < 0.15 { 0.0 } else { r.between(0.2, 0.96) };
-    let mut f = Fiber {
-        eta: r.between(1.2, 1.75),
-        kappa,
-        alpha: r.between(0.0, 5f32.to_radians()),
-        beta_m: r.log(2.0, 20.0).to_radians(),
-        beta_n: r.log(1.3, 30.0).to_radians(),
-        sigma_ca: [0.0; 3],
-        sigma_ms: r.log(0.3, 8.0),
-        sigma_ma: [0.0; 3],
-        g: r.between(0.0, 0.85),
-        layers: r.between(0.4, 2.5),
-        exit,
-        medulla_pigment: 0.3,
+/// The rows of a file, after those that are missing up to `count` were made and written.
+fn rows(path: &Path, count: usize, mut make: impl FnMut(u64) -> Result<Vec<f64>>) -> Result<Vec<Vec<f64>>> {
+    let text = if path.exists() { std::fs::read_to_string(path)? } else { String::new() };
+    let numbers = |line: &str| line.split(',').map(str::parse).collect::<Result<Vec<f64>, _>>();
+    let mut rows: Vec<Vec<f64>> = text.lines().map(numbers).collect::<Result<_, _>>().context("a damaged file")?;
+    let mut text = text;
+    for number in rows.len()..count {
+        let row = make(number as u64)?;
+        let fields: Vec<String> = row.iter().map(|x| format!("{x:.6}")).collect();
+        writeln!(text, "{}", fields.join(","))?;
+        vellus_io::write(path, text.as_bytes())?;
+        rows.push(row);
+    }
+    rows.truncate(count);
+    Ok(rows)
+}
+
+/// Renders coats and fits the curve to their colours. The residuals are differences of cube roots, which are
+/// proportional to differences of lightness.
+fn fit(path: &Path, count: usize) -> Result<()> {
+    let mut coat = Coat::new()?;
+    let rows = rows(path, count, |number| {
+        let measured = coat.measure(&random_fiber(number), SAMPLES, number as u32)?;
+        Ok([&measured.color[..], &[measured.error]].concat())
+    })?;
+    let points: Vec<(Moments, f64)> = rows
+        .par_iter()
+        .enumerate()
+        .flat_map_iter(|(i, row)| {
+            let fiber = random_fiber(i as u64);
+            let moments = Shape::new(&fiber).moments(fiber.sigma_ca, fiber.sigma_ma);
+            moments.into_iter().zip(row.clone()).filter(|(_, color)| *color > DARKEST)
+        })
+        .collect();
+    let curve = |u: &[f64]| Curve { numbers: std::array::from_fn(|i| u[i] as f32) };
+    let residuals = |u: &[f64]| -> Vec<f64> {
+        let curve = curve(u);
+        points.iter().map(|(moments, color)| f64::from(curve.color(moments)).cbrt() - color.cbrt()).collect()
     };
-    if r.next() < 0.25 {
-        let species = Species::ALL[(r.next() * 10.0) as usize];
-        f = if exit == Exit::Open { Fiber::published(species) } else { Fiber::preset(species) };
-    }
-    let split = [0.0, 0.3, 1.0][(r.next() * 3.0) as usize];
-    let sigma = std::array::from_fn(|c| {
-        let p = (c as f32 + r.next()) / 3.0;
-        (0.003f32.ln() + p * (30f32 / 0.003).ln()).exp()
-    });
-    f.sigma_ca = sigma;
-    f.sigma_ma = sigma.map(|s| s * split);
-    f
+    let bounds = [[-10.0, 100.0]; CURVE_NUMBERS];
+    let steps = START.map(|x| 1e-3 * f64::max(1.0, x));
+    let problem =
+        Problem { bounds: &bounds, steps: &steps, residuals: &residuals, huber: f64::INFINITY, progress: &() };
+    let best = problem.minimise(&START, Difference::Central, 500);
+    let mut errors: Vec<f64> = best.residuals.iter().map(|r| 116.0 * r.abs()).collect();
+    errors.sort_by(f64::total_cmp);
+    println!("{:.4?}", best.u);
+    let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+    let [worst, most] = [errors.len() - 1, errors.len() * 9 / 10].map(|i| errors[i]);
+    println!("{} colours: error of L* {mean:.2} on average, 90 % below {most:.2}, at most {worst:.2}", errors.len());
+    Ok(())
 }
 
-fn main() {
-    let mut args = std::env::args().skip(1);
-    let out = args.next().unwrap();
-    let first: u64 = args.next().unwrap().parse().unwrap();
-    let count: u64 = args.next().unwrap().parse().unwrap();
-    let samples: u64 = args.next().map_or(16, |x| x.parse().unwrap());
-    let mut world = World::new(vellus_groom::reference_coat(Fiber::hair()).unwrap()).unwrap();
-    let file = std::fs::OpenOptions::new().append(true).create(true).open(out).unwrap();
-    let file = Mutex::new(file);
-    for i in first..first + count {
-        let start = std::time::Instant::now();
-        let f = fiber(i);
-        world.set_model(|_| Bcsdf::new(&f)).unwrap();
-        let size = [24, 24];
-        let settings =
-            Settings { size, crop: None, mode: Mode::Near, filter: Filter::Box, seed: i as u32, max_depth: None };
-        let mut film = Film::new(size, settings.area(), world.layout(&[Layer::Beauty]));
-        world.render(&settings, &mut film, 0..samples, &()).unwrap();
-        let mean = |c: usize, o: usize| {
-            let all: Vec<f64> = (0..576)
-                .filter(|i| (i / 24 + i % 24) % 2 == o)
-                .map(|i| film.mean(i % 24, i / 24, Layer::Beauty, c))
-                .collect();
-            all.iter().sum::<f64>() / all.len() as f64
-        };
-        let c: Vec<f64> = (0..3).map(|c| 0.5 * (mean(c, 0) + mean(c, 1))).collect();
-        let d: Vec<f64> = (0..3).map(|c| 0.5 * (mean(c, 0) - mean(c, 1)).abs()).collect();
-        let mut file = file.lock().unwrap();
-        writeln!(
-            file,
-            "{i},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{:.5},{:.5},{:.5},{:.5},{:.5},{:.5},{:.2}",
-            f.eta,
-            f.kappa,
-            f.alpha,
-            f.beta_m,
-            f.beta_n,
-            f.sigma_ms,
-            f.g,
-            f.layers,
-            f.exit == Exit::Reflecting,
-            f.sigma_ca[0],
-            f.sigma_ca[1],
-            f.sigma_ca[2],
-            f.sigma_ma[1] / f.sigma_ca[1],
-            0,
-            c[0],
-            c[1],
-            c[2],
-            d[0],
-            d[1],
-            d[2],
-            start.elapsed().as_secs_f64()
-        )
-        .unwrap();
+/// Renders coats of random fibres with random colours within their reach, and the same with the inversion of Chiang et
+/// al. 2016.
+fn check(path: &Path, count: usize) -> Result<()> {
+    let mut coat = Coat::new()?;
+    let request = |number: u64| -> Result<(Fiber, [f32; 3])> {
+        let fiber = random_fiber(FIRST_CHECKED + number);
+        let colors = CoatColors::new(&fiber)?;
+        let reachable = |seed: u64| Some(random_color(1000 * number + seed)).filter(|c| colors.nearest(*c).is_none());
+        Ok((fiber, (0..1000).find_map(reachable).context("no colour is in reach")?))
+    };
+    let rows = rows(path, count, |number| {
+        let (fiber, color) = request(number)?;
+        let mut measure =
+            |color| Ok::<_, anyhow::Error>(coat.measure(&fiber.with_color(color)?, SAMPLES, number as u32)?);
+        let (ours, theirs) = (measure(Color::Reflectance(color))?, measure(Color::HairReflectance(color))?);
+        Ok([&ours.color[..], &[ours.error], &theirs.color].concat())
+    })?;
+    let mut errors = [Vec::new(), Vec::new()];
+    for (number, row) in rows.iter().enumerate() {
+        let (fiber, color) = request(number as u64)?;
+        let error = |row: &[f64]| delta_e2000(color.map(f64::from), [row[0], row[1], row[2]]);
+        let both = [error(&row[..3]), error(&row[4..])];
+        println!("{number:4} {both:6.2?} {color:.3?} {:.3?} κ {:.2} {:?}", &row[..3], fiber.kappa, fiber.exit);
+        errors.iter_mut().zip(both).for_each(|(all, error)| all.push(error));
     }
-    let _ = [0].par_iter();
+    for (name, mut errors) in ["reflectance", "hair_reflectance"].into_iter().zip(errors) {
+        errors.sort_by(f64::total_cmp);
+        let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+        let [worst, most] = [errors.len() - 1, errors.len() * 9 / 10].map(|i| errors[i]);
+        println!("{name}: ΔE2000 {mean:.2} on average, 90 % below {most:.2}, at most {worst:.2}");
+    }
+    Ok(())
 }
