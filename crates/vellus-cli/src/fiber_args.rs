@@ -1,10 +1,10 @@
 //! A fibre on the command line: a preset or a file, and changes of parameters.
 
 use crate::say::note;
-use anyhow::{Error, Result};
+use anyhow::Result;
 use std::path::PathBuf;
 use vellus::Fiber;
-use vellus_open::{FiberError, FiberSource};
+use vellus_open::FiberSource;
 use vellus_plot::query::Query;
 
 #[derive(clap::Args, Clone)]
@@ -61,13 +61,7 @@ impl FiberArgs {
 
     /// The fibre, with all parameters in range.
     pub fn load(&self) -> Result<Fiber> {
-        let read = self.source().read_color().map_err(|error| match error {
-            FiberError::Settings { settings, source } => {
-                Error::from(source).context(format!("in --set {}", settings.join(" --set ")))
-            }
-            other => other.into(),
-        });
-        let (fiber, out_of_reach) = read?;
+        let (fiber, out_of_reach) = self.source().read_color().map_err(|error| error.of_option("--set "))?;
         if let Some(color) = out_of_reach {
             note!("warning: {color}");
         }

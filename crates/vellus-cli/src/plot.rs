@@ -126,13 +126,8 @@ pub fn run(args: &Args) -> Result<()> {
         Picture::Models { incidence, models } => {
             let (fiber, theta_o) = incidence.checked()?;
             let loaded = fiber.load()?;
-            let kinds = if models.iter().any(|name| name == "all") {
-                ModelKind::ALL.to_vec()
-            } else {
-                models.iter().map(|name| name.parse()).collect::<Result<_, _>>()?
-            };
             let load = |model: ModelKind| ModelArgs { model, eta_m: None }.load(&fiber.name(), &loaded);
-            let models = kinds.into_iter().map(load).collect::<Result<Vec<_>>>()?;
+            let models = ModelKind::list(models)?.into_iter().map(load).collect::<Result<Vec<_>>>()?;
             args.save(&models::Picture::new(&fiber.name(), &models, theta_o), &format!("{}-models", fiber.name()))
         }
         Picture::Windows { incidence, window } => {

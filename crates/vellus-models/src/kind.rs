@@ -152,6 +152,19 @@ impl fmt::Display for ModelKind {
     }
 }
 
+impl ModelKind {
+    /// The models with these names. `all` means all models.
+    ///
+    /// # Errors
+    /// [`Error::UnknownModel`] for the first unknown name.
+    pub fn list(names: &[String]) -> Result<Vec<Self>, Error> {
+        if names.iter().any(|name| name == "all") {
+            return Ok(ModelKind::ALL.to_vec());
+        }
+        names.iter().map(|name| name.parse()).collect()
+    }
+}
+
 impl FromStr for ModelKind {
     type Err = Error;
 

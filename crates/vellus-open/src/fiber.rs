@@ -62,13 +62,16 @@ impl FiberSource {
         };
         let mut builder = base.clone();
         for setting in &self.set {
-            set(&mut builder, setting)
-                .map_err(|source| FiberError::Settings { settings: vec![setting.clone()], source })?;
+            set(&mut builder, setting).map_err(|source| FiberError::Settings {
+                option: "",
+                settings: vec![setting.clone()],
+                source,
+            })?;
         }
         // If the file is wrong without the settings, too, the error names the file.
         let built = builder.build().and_then(|fiber| Ok((fiber, builder.out_of_reach()?)));
         built.map_err(|error| match base.build() {
-            Ok(_) => FiberError::Settings { settings: self.set.clone(), source: error.into() },
+            Ok(_) => FiberError::Settings { option: "", settings: self.set.clone(), source: error.into() },
             Err(_) => FiberError::File { path: path.clone(), source: error.into() },
         })
     }
@@ -170,13 +173,25 @@ pub enum FiberError {
         source: Box<dyn Error + Send + Sync>,
     },
     /// A setting is wrong, or all of them together.
-    #[error("in {}", settings.join(" "))]
+    #[error("in {}", settings.iter().map(|setting| format!("{option}{setting}")).collect::<Vec<_>>().join(" "))]
     Settings {
+        /// The option with its space, such as `--set `, or nothing. It precedes each setting in the message.
+        option: &'static str,
         /// One or all of [`FiberSource::set`].
         settings: Vec<String>,
         /// The problem.
         source: SettingError,
     },
+}
+
+impl FiberError {
+    /// The same error, for settings from an option of a command line.
+    pub fn of_option(self, option: &'static str) -> Self {
+        match self {
+            FiberError::Settings { settings, source, .. } => FiberError::Settings { option, settings, source },
+            other => other,
+        }
+    }
 }
 
 /// Why a setting of a fibre is refused.

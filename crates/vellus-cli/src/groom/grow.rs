@@ -12,11 +12,6 @@ use vellus_groom::{Group, read_groups};
 use vellus_open::{Grown, Growth};
 use vellus_scene::Look;
 
-/// The default fibre.
-const FIBER: &str = "dog";
-/// The colour of the default fibre, as a reflectance. Presets are grey, as the fits of the paper.
-const COLOR: [f32; 3] = [0.35, 0.16, 0.06];
-
 /// Grow fur on a mesh.
 ///
 /// Default: 100,000 strands of a brown dog's fur, with guard hairs. Their length is in
@@ -84,11 +79,12 @@ pub fn run(args: &Args) -> Result<()> {
 /// The fibre of a group: from the command line, else from the settings file, else a brown one.
 fn look(args: &Args, group: &Group) -> Result<Look> {
     let given = args.fiber.as_ref().or(group.fiber.as_ref());
-    let fiber = given.cloned().unwrap_or_else(|| FIBER.into());
+    // Presets are grey, as the fits of the paper.
+    let fiber = given.cloned().unwrap_or_else(|| "dog".into());
     let fiber_args = FiberArgs { fiber: Some(fiber), overrides: args.overrides.clone() };
     let mut fiber = fiber_args.load()?;
     if given.is_none() && !fiber_args.source().sets_color() {
-        fiber = fiber.with_color(Color::Reflectance(COLOR))?;
+        fiber = fiber.with_color(Color::Reflectance([0.35, 0.16, 0.06]))?;
     }
     Ok(Look::constant(fiber_args.name(), fiber))
 }

@@ -2,9 +2,11 @@
 
 mod difference;
 mod random;
+mod sheet;
 
 pub use difference::delta_e2000;
 pub use random::{random_color, random_fiber};
+pub use sheet::{Axis, Sheet};
 
 use anyhow::Result;
 use vellus::{Bcsdf, Fiber};
