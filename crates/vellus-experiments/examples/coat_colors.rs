@@ -6,7 +6,7 @@
 //! cargo run --release -p vellus-experiments --example coat_colors -- check out/check.csv
 //! ```
 //!
-//! `fit` prints the numbers in `crates/vellus/src/coat/curve.rs`. The files keep finished coats, so that a run that was
+//! `presets` measures the ten presets and hair with one colour. `fit` prints the numbers in `crates/vellus/src/coat/curve.rs`. The files keep finished coats, so that a run that was
 //! interrupted continues. A number after the file is the number of coats; it is 600 for `fit` and 200 for `check`.
 
 use anyhow::{Context, Result, bail};
@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use vellus::parts::{CURVE_NUMBERS, Curve, Moments, Shape};
-use vellus::{CoatColors, Color, Fiber};
+use vellus::{CoatColors, Color, Fiber, Species};
 use vellus_experiments::coat::{Coat, delta_e2000, random_color, random_fiber};
 use vellus_fit::least_squares::{Difference, Problem};
 
@@ -29,7 +29,10 @@ const START: [f64; CURVE_NUMBERS] = [1.0, 2.0, 2.0, 2.0, 2.0, 2.0, 10.0, 1.0, 0.
 
 fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let usage = "usage: coat_colors fit|check FILE [COATS]";
+    if arguments == ["presets"] {
+        return presets();
+    }
+    let usage = "usage: coat_colors presets, or coat_colors fit|check FILE [COATS]";
     let [task, file, rest @ ..] = &arguments[..] else { bail!(usage) };
     let count = rest.first().map(|text| text.parse::<usize>()).transpose().context(usage)?;
     match task.as_str() {
@@ -122,6 +125,24 @@ fn check(path: &Path, count: usize) -> Result<()> {
         let mean = errors.iter().sum::<f64>() / errors.len() as f64;
         let [worst, most] = [errors.len() - 1, errors.len() * 9 / 10].map(|i| errors[i]);
         println!("{name}: ΔE2000 {mean:.2} on average, 90 % below {most:.2}, at most {worst:.2}");
+    }
+    Ok(())
+}
+
+/// Prints the colours of coats of the presets, and of hair, for an orange request.
+fn presets() -> Result<()> {
+    let orange = [0.8, 0.16, 0.03];
+    let mut coat = Coat::new()?;
+    let presets = Species::ALL.map(|species| (species.name(), Fiber::preset(species)));
+    println!("| fibre | `hair_reflectance` | ΔE | `reflectance` | ΔE |\n|---|---|---|---|---|");
+    for (name, fiber) in presets.into_iter().chain([("hair", Fiber::hair())]) {
+        let mut row = format!("| {name} |");
+        for color in [Color::HairReflectance(orange), Color::Reflectance(orange)] {
+            let [r, g, b] = coat.measure(&fiber.with_color(color)?, SAMPLES, 1)?.color;
+            let error = delta_e2000(orange.map(f64::from), [r, g, b]);
+            write!(row, " {r:.2} {g:.2} {b:.2} | {error:.1} |")?;
+        }
+        println!("{row}");
     }
     Ok(())
 }
