@@ -3,7 +3,7 @@
 use anyhow::{Error, Result};
 use std::path::PathBuf;
 use vellus::Fiber;
-use vellus_open::{FiberError, FiberSource};
+use vellus_open::{FiberError, FiberSource, Recolor};
 use vellus_plot::query::Query;
 
 #[derive(clap::Args, Clone)]
@@ -60,16 +60,26 @@ impl FiberArgs {
 
     /// The fibre, with all parameters in range.
     pub fn load(&self) -> Result<Fiber> {
-        self.source().read().map_err(|error| match error {
-            FiberError::Settings { settings, source } => {
-                Error::from(source).context(format!("in --set {}", settings.join(" --set ")))
-            }
-            other => other.into(),
-        })
+        self.source().read().map_err(explain)
+    }
+
+    /// The same for the fibres that a scene has.
+    pub fn recolor(&self) -> Result<Recolor> {
+        Recolor::new(self.fiber.clone(), self.overrides.set.clone()).map_err(explain)
     }
 
     /// A short name for titles and file names.
     pub fn name(&self) -> String {
         self.source().name()
+    }
+}
+
+/// Names the option that an error is about.
+pub fn explain(error: FiberError) -> Error {
+    match error {
+        FiberError::Settings { settings, source } => {
+            Error::from(source).context(format!("in --set {}", settings.join(" --set ")))
+        }
+        other => other.into(),
     }
 }
