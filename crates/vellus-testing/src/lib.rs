@@ -67,7 +67,7 @@ impl Uniform {
     /// A direction for query number `k` of a hit. Half of the directions are where the fibre scatters most light, the
     /// other half anywhere.
     pub fn outgoing(&mut self, hit: &Hit<'_>, k: usize) -> Vec3 {
-        if k % 2 == 0 {
+        if k.is_multiple_of(2) {
             hit.sample(self.numbers()).expect("the fibre scatters light").wi
         } else {
             direction(self.within(-1.55, 1.55), self.within(-3.1, 3.1))

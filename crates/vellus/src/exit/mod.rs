@@ -121,7 +121,7 @@ impl<'a> Chain<'a> {
         let ones = [one; REGISTERS];
         if medulla == 0.0 {
             let kept_first = Kept { ln: [0.0; ENTRIES], at_nodes: one };
-            return Absorption { chord_keeps: ones, kept_first, leaving: ones, kept: ones };
+            return Absorption { chord_keeps: ones, kept_first, leaving: ones, inverse: one, kept: ones };
         }
         let geometry = &self.table.geometry;
         let ln_kept = table::ln_kept(&self.rows, medulla);
@@ -139,7 +139,9 @@ impl<'a> Chain<'a> {
             let rest = self.excess[r].mul_add(leaving[r] * leaving[r] - chord_keeps[r], chord_keeps[r]);
             kept[r] = rest.fast_max(f32x8::ZERO).fast_min(one);
         }
-        Absorption { chord_keeps, kept_first: Kept { ln, at_nodes: exp(ln_kept) }, leaving, kept }
+        let kept_first = Kept { ln, at_nodes: exp(ln_kept) };
+        let inverse = one / self.first_exits(&leaving).fast_max(splat(f32::MIN_POSITIVE));
+        Absorption { chord_keeps, kept_first, leaving, inverse, kept }
     }
 
     /// At the nodes of the entry: the share of scattered light that leaves, and the share that leaves at the first
@@ -172,10 +174,9 @@ impl<'a> Chain<'a> {
             value[r] = stays[r].mul_add(splat(x), leaves[r]) * medulla.leaving[r];
             at_once[r] *= medulla.leaving[r];
         }
-        // The probabilities of states without absorption, times what it leaves.
-        let all = self.first_exits(&medulla.leaving).fast_max(splat(f32::MIN_POSITIVE));
         // The probabilities of rare states may be below 0, and the sum of all too.
-        [value, at_once].map(|values| (self.first_exits(&values) / all).fast_max(f32x8::ZERO).fast_min(one))
+        let mean = |values: &Vector| (self.first_exits(values) * medulla.inverse).fast_max(f32x8::ZERO).fast_min(one);
+        [mean(&value), mean(&at_once)]
     }
 
     /// The mean of a number for each state over first exits, at the nodes of the entry.
@@ -209,6 +210,8 @@ struct Absorption {
     /// √k, where k is what it leaves of scattered light that entered in each state. By reciprocity, this is also what
     /// it leaves of diffuse light that leaves in this state.
     leaving: Vector,
+    /// 1 over the mean of √k over first exits, at the nodes of the entry.
+    inverse: f32x8,
     /// What it leaves of light in each state that the chain has as scattered again.
     kept: Vector,
 }

@@ -343,6 +343,12 @@ impl<const C: usize> Densities<C> {
         self.integrals.dot(w, Between::new(shift.mul_add((1.0 / SHIFT_STEP) as f32, 1.0), self.integrals.nodes()))
     }
 
+    /// Σ_r w_r Z_r(0).
+    #[inline(always)]
+    pub fn total_at_0(&self, w: &Weights<C>) -> f32 {
+        dot(w, self.integrals.row(1))
+    }
+
     /// Z_r(s) directly: whole intervals from the moments, the two end intervals in closed form.
     fn integral(&self, r: usize, shift: f32) -> f32 {
         let nodes = self.values.nodes();

@@ -59,9 +59,10 @@ pub struct Azimuth {
 pub struct Inclination {
     pub(crate) backward: Weights<BACKWARD>,
     pub(crate) forward: Weights<FORWARD>,
-    /// The factors that make each half integrate to 1, or to `leaving`.
+    /// The factors that make each half integrate to `leaving`.
     pub(crate) scale: [f32; 2],
-    /// The share of each half that leaves the fibre. It is 1 if the cuticle does not reflect scattered light.
+    /// The shares of the halves that leave the fibre, up to a common factor. They are 1 if the cuticle does not reflect
+    /// scattered light.
     pub(crate) leaving: [f32; 2],
     /// The shift of the forward lobe: |θ_o|, or |θ_t| if the cuticle refracts scattered light.
     pub(crate) theta: f32,
@@ -250,10 +251,10 @@ impl<'t> Medulla<'t> {
         let (scale, leaving) = match &self.cone {
             // D18: with refraction, a density in sin θᵢ = η sin θ′.
             Some((cone, cones)) => {
-                let all = [backward.densities.total(&w_b, 0.0), forward.densities.total(&w_f, shift)];
-                let all = all.map(|sum| if sum > 0.0 { 1.0 / sum } else { 0.0 });
+                let [all_b, all_f] = [backward.densities.total_at_0(&w_b), forward.densities.total(&w_f, shift)];
                 let leaving = [dot(&w_b, &self.backward_integrals), dot(&w_f, &cone.forward(cones, shift))];
-                (all.map(|scale| scale * cone.inverse_eta), [all[0] * leaving[0], all[1] * leaving[1]])
+                // The halves are divided by their totals. The common factor of both totals has no effect.
+                ([all_f, all_b].map(|scale| scale * cone.inverse_eta), [all_f * leaving[0], all_b * leaving[1]])
             }
             None => {
                 let integrals = forward.densities.integrals(shift);
