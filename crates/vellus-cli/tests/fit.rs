@@ -33,10 +33,13 @@ fn refused(folder: &Path, args: &[&str], parts: &[&str]) {
 fn a_measurement_is_fitted_reported_and_read_back() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    run(folder, &["--simulate", "red-fox", "--step", "5", "--out", "fox.txt"]);
-    let output = run(folder, &["fox.txt", "--starts", "12", "--out", "fox.toml", "--report", "report"]);
+    run(folder, &["--simulate", "red-fox-published", "--step", "5", "--out", "fox.txt"]);
+    let output =
+        run(folder, &["fox.txt", "--exit", "open", "--starts", "12", "--out", "fox.toml", "--report", "report"]);
     let table = String::from_utf8(output.stdout).unwrap();
     assert!(table.contains("beta_m") && table.contains("NRMSE: 1."), "{table}");
+    let eta = table.lines().find(|line| line.starts_with("eta ")).unwrap();
+    assert!(table.lines().next().unwrap().contains("simulated") && eta.trim_end().ends_with("1.49"), "{table}");
     // The cortex of a red fox is only a seventh of the fibre, so its absorption is poorly determined.
     let warnings = String::from_utf8(output.stderr).unwrap();
     assert!(warnings.contains("does not determine") && warnings.contains("sigma_ca"), "{warnings}");
@@ -66,8 +69,8 @@ fn a_measurement_is_fitted_reported_and_read_back() {
 fn the_exit_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    run(folder, &["--simulate", "raccoon-reflecting", "--step", "8", "--out", "raccoon.txt"]);
-    let args = ["raccoon.txt", "--exit", "reflecting", "--starts", "4", "--format", "json", "--out", "raccoon.toml"];
+    run(folder, &["--simulate", "raccoon", "--step", "8", "--out", "raccoon.txt"]);
+    let args = ["raccoon.txt", "--starts", "4", "--format", "json", "--out", "raccoon.toml"];
     let json: serde_json::Value = serde_json::from_slice(&run(folder, &args).stdout).unwrap();
     assert_eq!(json["exit"], "reflecting");
     let toml = std::fs::read_to_string(folder.join("raccoon.toml")).unwrap();
@@ -211,7 +214,7 @@ fn bad_fits_are_refused() {
     assert!(output.status.code() == Some(2) && !folder.join("x.toml").exists());
     assert!(String::from_utf8_lossy(&output.stderr).contains("report/index.html shows"));
     let page = || std::fs::read_to_string(folder.join("report/index.html")).unwrap();
-    assert!(page().contains("Fit of noise.txt by vellus, open exit (no fit)"));
+    assert!(page().contains("Fit of noise.txt by vellus, reflecting exit (no fit)"));
 
     let output = run(folder, &[&with("noise.txt")[..], &["--allow-bad-fit", "--format", "json"]].concat());
     let value: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();

@@ -46,6 +46,7 @@ mod grow;
 mod hair;
 mod measure;
 mod obj;
+mod patch;
 mod plant;
 mod polygonize;
 mod roots;
@@ -58,7 +59,7 @@ mod thin;
 /// so the caller has to check the limit.
 pub const MAX_FILE_BYTES: u64 = 16 << 30;
 
-pub use describe::describe;
+pub use describe::{describe, suggested_width};
 pub use error::Error;
 pub use flatten::flatten;
 pub use group::{Ground, Group, GroupError, read_groups};
@@ -66,7 +67,8 @@ pub use grow::{area, grow};
 pub use hair::{read_hair, write_hair};
 pub use measure::{Measures, bytes, measure};
 pub use obj::read_obj;
-pub use plant::{Coat, absorption_of_color, plant};
+pub use patch::reference_coat;
+pub use plant::{Coat, plant};
 pub use roots::Site;
 pub use scenes::{SCENES, published_scene, scene};
 pub use settings::{Clump, ColorMap, Draw, GrowSettings, Maps};

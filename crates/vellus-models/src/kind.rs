@@ -146,6 +146,19 @@ impl AnyModel {
     }
 }
 
+impl ModelKind {
+    /// Models by their names, or all models if one of the names is `all`.
+    ///
+    /// # Errors
+    /// [`Error::UnknownModel`] for the first unknown name.
+    pub fn list(names: &[String]) -> Result<Vec<ModelKind>, Error> {
+        if names.iter().any(|name| name == "all") {
+            return Ok(ModelKind::ALL.to_vec());
+        }
+        names.iter().map(|name| name.parse()).collect()
+    }
+}
+
 impl fmt::Display for ModelKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())

@@ -1,6 +1,6 @@
 //! The identity of scenes.
 
-use crate::{Format, Options};
+use crate::{Format, Options, Recolor};
 use std::path::Path;
 use vellus::Fiber;
 use vellus_io::DigestBuilder;
@@ -24,6 +24,15 @@ pub fn identify(builder: DigestBuilder, scene: impl AsRef<Path>, options: &Optio
         .field("strands", optional(options.strands.map(f32::to_le_bytes)))
         .field("camera", options.camera.as_deref().unwrap_or(""))
         .field("frame", optional(options.frame.map(f64::to_le_bytes)));
+    let builder = match &options.staging {
+        Some(staging) => staging.identify(builder, built_in.is_some()),
+        None => builder,
+    };
+    let builder = match &options.recolor {
+        Some(Recolor { fiber: Some((_, fiber)), .. }) => add_fiber(builder.field("recolor", "fiber"), fiber),
+        Some(Recolor { fiber: None, set }) => builder.field("recolor", set.join("\n")),
+        None => builder,
+    };
     // A built-in scene has its own fibres.
     if built_in.is_some() { builder } else { add_fiber(builder, &options.fiber().1) }
 }
@@ -36,9 +45,12 @@ fn optional<const N: usize>(bytes: Option<[u8; N]>) -> Vec<u8> {
 /// Adds all parameters of a fibre to a digest.
 fn add_fiber(builder: DigestBuilder, fiber: &Fiber) -> DigestBuilder {
     // There is no `..` here, so a parameter that is added later must be added here.
-    let Fiber { eta, kappa, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers, exit } = *fiber;
-    let [scalars, colors] =
-        [&[eta, kappa, alpha, beta_m, beta_n, sigma_ms, g, layers][..], &[sigma_ca, sigma_ma].concat()]
-            .map(|numbers| numbers.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>());
+    let Fiber { eta, kappa, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers, exit, medulla_pigment } =
+        *fiber;
+    let [scalars, colors] = [
+        &[eta, kappa, alpha, beta_m, beta_n, sigma_ms, g, layers, medulla_pigment][..],
+        &[sigma_ca, sigma_ma].concat(),
+    ]
+    .map(|numbers| numbers.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>());
     builder.field("fiber", scalars).field("fiber absorption", colors).field("exit", exit.name())
 }

@@ -13,6 +13,7 @@
 //! | [`models`] | several models of one fibre |
 //! | [`windows`] | the near field, its average over a window, and quadrature (Yan17 Fig. 12a) |
 //! | [`error`] | error of the far field over the number of segments |
+//! | [`contact`] | small pictures in rows and columns |
 //! | [`curves`], [`bars`] | general charts |
 //! | [`fit`] | a fitted profile compared with the measured one, and a report |
 //!
@@ -25,13 +26,14 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let fiber = Fiber::preset(Species::RedFox);
 //! let model = Named::new("red-fox", ModelKind::Vellus, ModelKind::Vellus.model(&fiber)?);
-//! let picture = profile::Picture { panels: vec![profile::Panel::new(&model, 0.0)], theta_o: 0.0 };
+//! let picture = profile::Picture { panels: vec![profile::Panel::new(&model, 0.0, profile::Area::SPHERE)], theta_o: 0.0 };
 //! save(&picture, &["red-fox.png".into()])?;
 //! # Ok(()) }
 //! ```
 
 pub mod bars;
 pub mod canvas;
+pub mod contact;
 pub mod curves;
 pub mod energy;
 pub mod error;

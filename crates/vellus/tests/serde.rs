@@ -9,7 +9,8 @@ fn fiber(json: &str) -> Result<Fiber, String> {
 #[test]
 fn presets_round_trip_exactly_with_short_numbers() {
     for species in Species::ALL {
-        let preset = Fiber::published(species);
+        let preset = Fiber::preset(species);
+        assert_eq!(fiber(&format!("{{\"preset\": \"{species}-published\"}}")), Ok(Fiber::published(species)));
         let json = serde_json::to_string(&preset).unwrap();
         assert_eq!(fiber(&json), Ok(preset), "{json}");
         assert_eq!(toml::from_str(&toml::to_string(&preset).unwrap()), Ok(preset));
@@ -19,7 +20,7 @@ fn presets_round_trip_exactly_with_short_numbers() {
     assert_eq!(
         fox,
         r#"{"kappa":0.86,"eta":1.49,"alpha":2.64,"beta_m":9.45,"beta_n":17.63,"sigma_ca":[0.1,0.2,0.3],"#.to_owned()
-            + r#""sigma_ms":3.15,"sigma_ma":0.21,"g":0.79,"layers":0.68}"#
+            + r#""sigma_ms":3.15,"sigma_ma":0.21,"g":0.79,"layers":0.68,"exit":"open"}"#
     );
 }
 
@@ -38,7 +39,7 @@ fn angles_round_trip_within_one_unit_in_the_last_place() {
 
 #[test]
 fn missing_parameters_come_from_the_preset() {
-    let cat = Fiber::published(Species::Cat);
+    let cat = Fiber::preset(Species::Cat);
     assert_eq!(fiber(r#"{"kappa": 0, "sigma_ma.g": 1, "preset": "cat"}"#), {
         Ok(Fiber { kappa: 0.0, sigma_ma: [cat.sigma_ma[0], 1.0, cat.sigma_ma[2]], ..cat })
     });
