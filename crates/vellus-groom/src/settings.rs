@@ -153,7 +153,7 @@ pub struct Maps<'a> {
     /// Factor of the length.
     pub length: &'a (dyn Fn(&Site) -> f32 + Sync),
     /// Direction of strands, of any length. It is projected onto the surface. Strands are upright where the projection
-    /// is 0.
+    /// is 0, and stand up gradually where its angle to the normal is below 20°.
     pub comb: &'a (dyn Fn(&Site) -> Vec3 + Sync),
     /// A parameter of the fibre for each strand, usually a colour.
     pub color: Option<(Parameter, ColorMap<'a>)>,
