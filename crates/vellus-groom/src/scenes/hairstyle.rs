@@ -70,7 +70,7 @@ impl Hairstyle {
             noise: 0.05,
             ..settings
         };
-        Hairstyle { settings, melanin: [[1.6, 0.3], [1.0, 0.2]], framing: [-0.5, 12.5] }
+        Hairstyle { settings, melanin: [[1.6, 0.3], [1.0, 0.2]], framing: [1.5, 14.0] }
     }
 
     /// The settings of its strands.
