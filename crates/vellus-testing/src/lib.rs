@@ -34,6 +34,7 @@ pub fn full_fiber() -> Fiber {
         g: 0.4,
         layers: 0.7,
         exit: Exit::Open,
+        medulla_pigment: 0.3,
     }
 }
 
@@ -94,6 +95,7 @@ impl Uniform {
             g: self.within(0.0, 0.95) as f32,
             layers: self.within(0.05, 3.0) as f32,
             exit: Exit::Open,
+            medulla_pigment: 0.3,
         }
     }
 }

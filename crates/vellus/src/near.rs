@@ -323,6 +323,30 @@ impl NearHit<'_, f32> {
         self.lobes(&[r, tt, trt, tts, trts, rest, 1.0 / TAU])
     }
 
+    /// The mean of cos φ over each lobe.
+    pub(crate) fn mean_cosines(&self) -> [f32; 6] {
+        let sigma = self.prepared.azimuthal.sigma;
+        let exit = self.exit.to_array();
+        let specular = |p: usize| exit[p].cos() * (-0.5 * sigma[p] * sigma[p]).exp();
+        let [s] = &self.scattered;
+        let scattered = |exit: f32| {
+            if !s.exists {
+                return 0.0;
+            }
+            // The light that a medulla scatters has no narrow peaks, except forward.
+            const POINTS: u8 = 32;
+            let mut sums = [0.0; 2];
+            for i in 0..POINTS {
+                let phi = TAU * (f32::from(i) + 0.5) / f32::from(POINTS) - PI;
+                let density = self.prepared.medulla.azimuthal(&s.azimuth, phi);
+                sums = [sums[0] + density, sums[1] + density * (phi + exit).cos()];
+            }
+            sums[1] / sums[0].max(f32::MIN_POSITIVE)
+        };
+        let [tts, trts] = self.scattered_exit.map(scattered);
+        [specular(0), specular(1), specular(2), tts, trts, 0.0]
+    }
+
     /// The density per solid angle with which [`NearHit::sample`] draws `wi`, a unit vector.
     #[inline]
     pub fn pdf(&self, wi: Vec3) -> f32 {

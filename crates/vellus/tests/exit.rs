@@ -31,6 +31,7 @@ fn extreme_fiber(random: &mut Uniform) -> Fiber {
         g: pick(0.0, 0.95, 0.5),
         layers: pick(0.0, 20.0, 1.0),
         exit: Exit::Reflecting,
+        medulla_pigment: 0.3,
         ..full_fiber()
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::fiber::Fiber;
+use crate::fiber::MEDULLA_PIGMENT;
 use crate::fiber::exit::Exit;
 use std::fmt;
 use std::str::FromStr;
@@ -116,6 +117,7 @@ impl Species {
             g,
             layers,
             exit: Exit::Open,
+            medulla_pigment: MEDULLA_PIGMENT,
         }
     }
 }
