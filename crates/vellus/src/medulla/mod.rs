@@ -193,9 +193,14 @@ impl<'t> Medulla<'t> {
     pub(crate) fn azimuth_leaving(&self, pass: &Pass, angle: f32, [backward, forward]: [f32; 2]) -> Azimuth {
         let densities = &self.tables.azimuthal.densities;
         let weights = product(&self.tables.azimuthal.factors[2].at(self.offset(angle)), &pass.weights);
-        let mut shares = *densities.forward();
-        shares.iter_mut().for_each(|z| *z = z.mul_add(f32x8::splat(forward - backward), f32x8::splat(backward)));
-        let scale = normaliser(&weights, &shares);
+        let (backward, more) = (f32x8::splat(backward), f32x8::splat(forward - backward));
+        let shares = densities.forward();
+        let mut sum = f32x8::ZERO;
+        for c in 0..AZIMUTHAL {
+            sum = weights[c].mul_add(shares[c].mul_add(more, backward), sum);
+        }
+        let sum = sum.reduce_add();
+        let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
         let x = (angle.abs() * grid::MIRROR_REACH_INVERSE).min(1.0);
         Azimuth { weights, scale, mirror: 1f32.copysign(angle), turned: 0.5 * (1.0 - x) * (1.0 - x) }
     }
