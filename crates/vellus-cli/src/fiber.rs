@@ -3,8 +3,11 @@
 use crate::fiber_args::FiberArgs;
 use crate::number::one_of;
 use crate::output;
+use crate::say::note;
+use crate::terminal::Terminal;
 use anyhow::{Error, Result};
 use std::path::PathBuf;
+use vellus_experiments::coat::Sheet;
 use vellus_open::FiberFormat;
 use vellus_plot::text;
 
@@ -25,6 +28,8 @@ pub enum Command {
         #[arg(long, value_parser = one_of::<FiberFormat>(FiberFormat::NAMES), default_value = "toml")]
         format: FiberFormat,
     },
+    /// Draw coats of fur in white light over two parameters, as one picture.
+    Sheet(Sheet),
 }
 
 pub fn run(command: &Command) -> Result<()> {
@@ -33,6 +38,10 @@ pub fn run(command: &Command) -> Result<()> {
         Command::Parameters => text::parameters(),
         Command::Show { name, set, format } => {
             format.write(&FiberArgs::new(name, set).load()?).map_err(Error::from_boxed)?
+        }
+        Command::Sheet(sheet) => {
+            sheet.save(&Terminal::new(), |warning| note!("warning: {warning}"))?;
+            format!("wrote {}\n", sheet.output.display())
         }
     };
     output::write(None, text.as_bytes())

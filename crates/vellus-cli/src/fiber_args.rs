@@ -1,9 +1,10 @@
 //! A fibre on the command line: a preset or a file, and changes of parameters.
 
-use anyhow::{Error, Result};
+use crate::say::note;
+use anyhow::Result;
 use std::path::PathBuf;
 use vellus::Fiber;
-use vellus_open::{FiberError, FiberSource, Recolor};
+use vellus_open::{FiberSource, Recolor};
 use vellus_plot::query::Query;
 
 #[derive(clap::Args, Clone)]
@@ -60,26 +61,20 @@ impl FiberArgs {
 
     /// The fibre, with all parameters in range.
     pub fn load(&self) -> Result<Fiber> {
-        self.source().read().map_err(explain)
+        let (fiber, out_of_reach) = self.source().read_color().map_err(|error| error.of_option("--set "))?;
+        if let Some(color) = out_of_reach {
+            note!("warning: {color}");
+        }
+        Ok(fiber)
     }
 
     /// The same for the fibres that a scene has.
     pub fn recolor(&self) -> Result<Recolor> {
-        Recolor::new(self.fiber.clone(), self.overrides.set.clone()).map_err(explain)
+        Recolor::new(self.fiber.clone(), self.overrides.set.clone()).map_err(|error| error.of_option("--set ").into())
     }
 
     /// A short name for titles and file names.
     pub fn name(&self) -> String {
         self.source().name()
-    }
-}
-
-/// Names the option that an error is about.
-pub fn explain(error: FiberError) -> Error {
-    match error {
-        FiberError::Settings { settings, source } => {
-            Error::from(source).context(format!("in --set {}", settings.join(" --set ")))
-        }
-        other => other.into(),
     }
 }

@@ -16,6 +16,7 @@
 
 mod animals;
 mod closeup;
+pub mod coat;
 mod comparison;
 mod context;
 mod convergence;

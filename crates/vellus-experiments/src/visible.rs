@@ -82,7 +82,7 @@ fn color(film: &Film, x: usize, y: usize) -> [f64; 3] {
 
 /// L*, a*, b* of linear sRGB, clamped to 0 to 1 as a display does (CIE 15:2004, Eq. 8.3 to 8.11; the white point is
 /// that of daylight, 6504 K).
-fn lab(rgb: [f64; 3]) -> [f64; 3] {
+pub(crate) fn lab(rgb: [f64; 3]) -> [f64; 3] {
     // IEC 61966-2-1; each row is divided by its sum, the white point.
     const XYZ: [[f64; 3]; 3] = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]];
     let [x, y, z] = XYZ.map(|row| {

@@ -128,9 +128,9 @@ impl fmt::Display for Name {
     }
 }
 
-/// Reflectance and melanin are not fitted: they are other ways to give the absorption, which is.
+/// Other ways to give the absorption are not fitted, because the absorption is.
 fn is_fitted(parameter: FiberParameter) -> bool {
-    parameter.default_value().is_some()
+    habits(parameter).is_some()
 }
 
 /// One number of a fit, with its name, unit and range in files. Angles are in degrees.

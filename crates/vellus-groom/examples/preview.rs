@@ -3,7 +3,7 @@
 
 use glam::{Vec2, Vec3};
 use std::time::Instant;
-use vellus::{Color, Fiber};
+use vellus::Fiber;
 use vellus_groom::{flatten, scene};
 use vellus_scene::{Mesh, Parameter, Scene, Strands, Values};
 
@@ -89,15 +89,16 @@ impl Film {
     }
 
     fn strands(&mut self, strands: &Strands, fiber: &Fiber) {
-        let melanin = strands.varying.iter().find_map(|(parameter, values)| match (parameter, values) {
-            (Parameter::Melanin, Values::PerStrand(values)) => Some(values),
+        let absorption = strands.varying.iter().find_map(|(parameter, values)| match (parameter, values) {
+            (Parameter::SigmaCa | Parameter::Melanin, Values::PerStrand(values)) => Some((*parameter, values)),
             _ => None,
         });
         for i in 0..strands.len() {
-            let sigma = melanin.map_or(fiber.sigma_ca, |melanin| {
-                let [eumelanin, pheomelanin, _] = melanin[i];
-                Color::Melanin { eumelanin, pheomelanin }.absorption(0.1).unwrap_or_default()
-            });
+            let mut fiber = *fiber;
+            if let Some((parameter, values)) = absorption {
+                parameter.set_nearest(&mut fiber, values[i]);
+            }
+            let sigma = fiber.sigma_ca;
             let albedo = sigma.map(|sigma| 0.85 * (-5.9 * (sigma * (1.0 - fiber.kappa)).sqrt()).exp());
             let points = strands.strand(i);
             for (k, pair) in points.windows(2).enumerate() {

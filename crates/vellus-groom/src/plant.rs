@@ -3,15 +3,11 @@
 use crate::{Ground, Group, GroupError, GrowSettings, Maps, Site, area, grow};
 use glam::Vec3;
 use std::path::Path;
-use vellus::{Color, Fiber};
 use vellus_scene::{Look, Mesh, Parameter, Scene, Strands, Texture, Value};
 
 /// Bits by which the seeds of groups and of meshes are shifted, so that all are different.
 const GROUP_BITS: usize = 32;
 const MESH_BITS: usize = 40;
-
-/// The largest absorption of a coloured fibre, per radius.
-const MAX_ABSORPTION: f32 = 1000.0;
 
 /// A group of strands with its fibre and its images.
 #[derive(Clone, Debug)]
@@ -83,24 +79,11 @@ pub fn plant(scene: &mut Scene, meshes: &[usize], coats: Vec<Coat>, seed: u64) -
             grown.push(Strands { look, ..grow(mesh, &settings, &maps)? });
         }
         if let Some(image) = &coat.color {
-            let absorption = |&color: &[f32; 3]| absorption_of_color(&coat.look.fiber, color);
-            let pixels = image.pixels.iter().map(absorption).collect::<Result<_, _>>()?;
             let value = Value { texture: scene.textures.len(), scale: [1.0; 3] };
-            coat.look.textured.push((Parameter::SigmaCa, value));
-            scene.textures.push(Texture { pixels, ..image.clone() });
+            coat.look.textured.push((Parameter::Reflectance, value));
+            scene.textures.push(image.clone());
         }
         scene.looks.push(coat.look);
     }
     Ok(grown)
-}
-
-/// The absorption of the cortex, RGB per radius, that gives fur of this fibre roughly a colour (a reflectance). With a
-/// wider medulla, light passes through less cortex, so the cortex must absorb more.
-///
-/// # Errors
-/// A parameter of the fibre out of its range.
-pub fn absorption_of_color(fiber: &Fiber, color: [f32; 3]) -> Result<[f32; 3], vellus::Error> {
-    let inside = color.map(|c| c.clamp(0.001, 0.999));
-    let sigma = Color::Reflectance(inside).absorption(fiber.beta_n)?;
-    Ok(sigma.map(|sigma| (sigma / (1.0 - fiber.kappa)).min(MAX_ABSORPTION)))
 }

@@ -8,7 +8,7 @@
 //! The model uses these parameters of a [`Fiber`]: η, σ_c,a (per radius), β_m (√v), β_n (the standard deviation of the
 //! logistic, πs/√3) and α. The angle of the scales is α/2, so R shifts by α, TT by −α/2 and TRT by −2α. There is no
 //! medulla and no layered cuticle: κ, σ_m, g and l are ignored. For artistic controls, see [`roughness`] and
-//! [`vellus::Color::Reflectance`].
+//! [`vellus::Color::HairReflectance`].
 //!
 //! Limits: all lobes have the same azimuthal width. The model is not reciprocal.
 

@@ -178,7 +178,8 @@ fn chiang_has_its_published_fits() {
     for b in [0.1f64, 0.3, 0.6] {
         let [_, beta_n] = chiang::roughness(0.3, b as f32);
         let d = 5.969 - 0.215 * b + 2.532 * b.powi(2) - 10.73 * b.powi(3) + 5.574 * b.powi(4) + 0.245 * b.powi(5);
-        let sigma = Color::Reflectance([0.2, 0.5, 0.8]).absorption(beta_n).unwrap();
+        let colored = Fiber { beta_n, ..hair() }.with_color(Color::HairReflectance([0.2, 0.5, 0.8])).unwrap();
+        let sigma = colored.sigma_ca;
         for (s, c) in sigma.into_iter().zip([0.2f64, 0.5, 0.8]) {
             let expected = (c.ln() / d).powi(2);
             assert!((f64::from(s) / expected - 1.0).abs() < 1e-3, "{b} {c}: {s} {expected}");

@@ -5,7 +5,7 @@ use std::io;
 use std::num::ParseFloatError;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use vellus::{Fiber, FiberBuilder, Parameter, Species};
+use vellus::{Fiber, FiberBuilder, OutOfReach, Parameter, Species};
 
 /// The largest file of a fibre: 1 MiB.
 const MAX_FIBER_BYTES: u64 = 1 << 20;
@@ -46,6 +46,14 @@ impl FiberSource {
     /// # Errors
     /// [`FiberError`] names the file or the parameter.
     pub fn read(&self) -> Result<Fiber, FiberError> {
+        self.read_color().map(|(fiber, _)| fiber)
+    }
+
+    /// The fibre, with all parameters in range, and the reflectance that it was given, if that is out of reach.
+    ///
+    /// # Errors
+    /// As [`FiberSource::read`].
+    pub fn read_color(&self) -> Result<(Fiber, Option<OutOfReach>), FiberError> {
         let path = &self.path;
         let extension = path.extension().and_then(|extension| extension.to_str());
         let base = match extension.and_then(|extension| extension.parse::<FiberFormat>().ok()) {
@@ -54,12 +62,16 @@ impl FiberSource {
         };
         let mut builder = base.clone();
         for setting in &self.set {
-            set(&mut builder, setting)
-                .map_err(|source| FiberError::Settings { settings: vec![setting.clone()], source })?;
+            set(&mut builder, setting).map_err(|source| FiberError::Settings {
+                option: "",
+                settings: vec![setting.clone()],
+                source,
+            })?;
         }
         // If the file is wrong without the settings, too, the error names the file.
-        builder.build().map_err(|error| match base.build() {
-            Ok(_) => FiberError::Settings { settings: self.set.clone(), source: error.into() },
+        let built = builder.build().and_then(|fiber| Ok((fiber, builder.out_of_reach()?)));
+        built.map_err(|error| match base.build() {
+            Ok(_) => FiberError::Settings { option: "", settings: self.set.clone(), source: error.into() },
             Err(_) => FiberError::File { path: path.clone(), source: error.into() },
         })
     }
@@ -161,13 +173,25 @@ pub enum FiberError {
         source: Box<dyn Error + Send + Sync>,
     },
     /// A setting is wrong, or all of them together.
-    #[error("in {}", settings.join(" "))]
+    #[error("in {}", settings.iter().map(|setting| format!("{option}{setting}")).collect::<Vec<_>>().join(" "))]
     Settings {
+        /// The option with its space, such as `--set `, or nothing. It precedes each setting in the message.
+        option: &'static str,
         /// One or all of [`FiberSource::set`].
         settings: Vec<String>,
         /// The problem.
         source: SettingError,
     },
+}
+
+impl FiberError {
+    /// The same error, for settings from an option of a command line.
+    pub fn of_option(self, option: &'static str) -> Self {
+        match self {
+            FiberError::Settings { settings, source, .. } => FiberError::Settings { option, settings, source },
+            other => other,
+        }
+    }
 }
 
 /// Why a setting of a fibre is refused.

@@ -52,7 +52,7 @@ impl Recolor {
         }
         for look in &mut scene.looks {
             let mut builder = FiberBuilder::new(look.fiber);
-            let wrong = |source| FiberError::Settings { settings: self.set.clone(), source };
+            let wrong = |source| FiberError::Settings { option: "", settings: self.set.clone(), source };
             self.set.iter().try_for_each(|setting| set(&mut builder, setting)).map_err(wrong)?;
             look.fiber = builder.build().map_err(|error| wrong(error.into()))?;
             look.textured.retain(|(parameter, _)| !self.replaces(*parameter));

@@ -13,6 +13,7 @@
 //! | [`models`] | several models of one fibre |
 //! | [`windows`] | the near field, its average over a window, and quadrature (Yan17 Fig. 12a) |
 //! | [`error`] | error of the far field over the number of segments |
+//! | [`contact`] | small pictures in rows and columns |
 //! | [`curves`], [`bars`] | general charts |
 //! | [`fit`] | a fitted profile compared with the measured one, and a report |
 //!
@@ -32,6 +33,7 @@
 
 pub mod bars;
 pub mod canvas;
+pub mod contact;
 pub mod curves;
 pub mod energy;
 pub mod error;

@@ -9,6 +9,7 @@ use crate::integrator::path::Trace;
 use crate::integrator::view::View;
 use crate::light::Lights;
 use crate::light::background::Background;
+use crate::shading::colors;
 use crate::shading::fibers::Fibers;
 use vellus::{Bcsdf, Fiber, Model};
 use vellus_scene::{Camera, Error, Light, Scene};
@@ -70,6 +71,7 @@ impl World {
         let lights = if scene.lights.is_empty() { vec![white] } else { scene.lights };
         let strands_before = scene.strands.iter().scan(0, |n, s| Some(std::mem::replace(n, *n + s.len() as u32)));
         let strands_before = strands_before.collect();
+        let colors = scene.strands.iter().map(|strands| colors::table(strands, &scene.looks[strands.look])).collect();
         let lights = Lights::new(&lights, &scene.unseen_lights, &scene.textures, radius);
         let (curves, triangles, view) = (Curves::new(scene.strands), Triangles::new(scene.meshes), View::new(camera));
         let geometry = Geometry {
@@ -83,6 +85,7 @@ impl World {
             emission_group: groups.of_emission,
             strands_before,
             looks: scene.looks,
+            colors,
             surfaces: scene.surfaces,
             textures: scene.textures,
         };

@@ -22,6 +22,7 @@ fn fiber() -> Fiber {
         g: 0.4,
         layers: 1.5,
         exit: vellus::Exit::Open,
+        medulla_pigment: 0.3,
     }
 }
 

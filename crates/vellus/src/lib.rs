@@ -38,6 +38,7 @@
 
 mod bcsdf;
 mod choose;
+mod coat;
 mod cylinder;
 mod error;
 pub(crate) mod exit;
@@ -54,12 +55,13 @@ mod simd;
 mod window;
 
 pub use bcsdf::{Bcsdf, Hit};
+pub use coat::CoatColors;
 pub use cylinder::cuticle::{Fresnel, fresnel};
 pub use cylinder::fiber_frame::FiberFrame;
 pub use cylinder::frame::direction;
 pub use error::Error;
 pub use fiber::Fiber;
-pub use fiber::builder::FiberBuilder;
+pub use fiber::builder::{FiberBuilder, OutOfReach};
 pub use fiber::color::Color;
 pub use fiber::exit::Exit;
 pub use fiber::parameter::{Parameter, Range, Unit};

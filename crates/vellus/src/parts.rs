@@ -2,6 +2,8 @@
 //! medulla, and special functions in single precision, eight at a time.
 
 pub use crate::choose::{Choice, choose};
+pub use crate::coat::moments::{Moments, Shape};
+pub use crate::coat::{Curve, NUMBERS as CURVE_NUMBERS};
 pub use crate::cylinder::azimuthal::wrap;
 pub use crate::cylinder::frame::{Frame, Outgoing, Polar};
 pub use crate::exit::states::{INCLINATIONS, OFFSETS, STATES, cell, state};

@@ -340,6 +340,7 @@ fn a_sample_far_out_in_a_tail_has_a_bounded_weight() {
         g: 0.28365356,
         layers: 0.5829595,
         exit: vellus::Exit::Open,
+        medulla_pigment: 0.3,
     };
     let bcsdf = Bcsdf::new(&fiber).unwrap();
     let wo = glam::Vec3::new(0.49523565, 0.111536756, 0.86156905);

@@ -6,15 +6,11 @@ use crate::render::explain;
 use crate::say::{note, say};
 use anyhow::Result;
 use std::path::PathBuf;
-use vellus_groom::{Group, absorption_of_color, read_groups};
+use vellus::Color;
+use vellus_groom::{Group, read_groups};
 use vellus_io::parse;
 use vellus_open::{Grown, Growth};
 use vellus_scene::Look;
-
-/// The default fibre. Its medulla does not absorb, so that it can have any colour.
-const FIBER: &str = "dog";
-/// The colour of the default fibre, as a reflectance. Presets are grey, as the fits of the paper.
-const COLOR: [f32; 3] = [0.35, 0.16, 0.06];
 
 /// Grow fur on a mesh.
 ///
@@ -83,11 +79,12 @@ pub fn run(args: &Args) -> Result<()> {
 /// The fibre of a group: from the command line, else from the settings file, else a brown one.
 fn look(args: &Args, group: &Group) -> Result<Look> {
     let given = args.fiber.as_ref().or(group.fiber.as_ref());
-    let fiber = given.cloned().unwrap_or_else(|| FIBER.into());
+    // Presets are grey, as the fits of the paper.
+    let fiber = given.cloned().unwrap_or_else(|| "dog".into());
     let fiber_args = FiberArgs { fiber: Some(fiber), overrides: args.overrides.clone() };
     let mut fiber = fiber_args.load()?;
     if given.is_none() && !fiber_args.source().sets_color() {
-        fiber.sigma_ca = absorption_of_color(&fiber, COLOR)?;
+        fiber = fiber.with_color(Color::Reflectance([0.35, 0.16, 0.06]))?;
     }
     Ok(Look::constant(fiber_args.name(), fiber))
 }

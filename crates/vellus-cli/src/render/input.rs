@@ -1,6 +1,6 @@
 //! The scene on the command line.
 
-use crate::fiber_args::{self, FiberArgs, Overrides};
+use crate::fiber_args::{FiberArgs, Overrides};
 use crate::say::note;
 use anyhow::{Result, anyhow, bail};
 use std::path::PathBuf;
@@ -93,7 +93,7 @@ pub fn explain(error: Error) -> anyhow::Error {
         Error::BuiltIn(scene) => {
             anyhow!("--width, --camera, --frame and --frames are for files: the built-in scene {scene} has its own")
         }
-        Error::Fiber(error) => fiber_args::explain(error),
+        Error::Fiber(error) => error.of_option("--set ").into(),
         Error::NotUsd(file) => {
             anyhow!("--frame, --frames and --camera are for USD files: {} has neither", file.display())
         }

@@ -65,7 +65,7 @@ impl Coat<'_> {
         let texel = |i: usize| {
             let concentration = |x: usize| ((x as f32 + 0.5) / 32.0).powi(2) * MOST;
             let (eumelanin, pheomelanin) = (concentration(i % 32), concentration(31 - i / 32));
-            let sigma = Color::Melanin { eumelanin, pheomelanin }.absorption(0.1).unwrap_or_default();
+            let sigma = absorption(eumelanin, pheomelanin);
             // The inverse of Chiang et al. 2016, Eq. 9, for a smooth hair.
             sigma.map(|sigma| (-5.9 * sigma.sqrt()).exp())
         };
@@ -91,7 +91,7 @@ impl Coat<'_> {
         let pigment = 1.0 / (1.0 - self.fiber.kappa);
         let color = |site: &Site, draw: &Draw| {
             let [eumelanin, pheomelanin] = (self.melanin)(site.position, draw);
-            [eumelanin * pigment, pheomelanin * pigment, 0.0]
+            absorption(eumelanin * pigment, pheomelanin * pigment)
         };
         // Animals stand on the ground y = 0, which fur must not enter either.
         let distance = |p: Vec3| self.body.distance(p).min(p.y);
@@ -100,11 +100,17 @@ impl Coat<'_> {
             density: &density,
             length: &|site| coat(site).1,
             comb: &|site| coat(site).0,
-            color: if white { None } else { Some((Parameter::Melanin, &color)) },
+            color: if white { None } else { Some((Parameter::SigmaCa, &color)) },
             distance: Some(&distance),
         };
         grow(mesh, &shrunk(self.settings.clone(), small), &maps)
     }
+}
+
+/// The absorption of two concentrations in the cortex, RGB. The medulla keeps its own.
+fn absorption(eumelanin: f32, pheomelanin: f32) -> [f32; 3] {
+    let pigmented = Fiber::hair().with_color(Color::Melanin { eumelanin, pheomelanin });
+    pigmented.map(|fiber| fiber.sigma_ca).unwrap_or_default()
 }
 
 /// The settings of a small scene.

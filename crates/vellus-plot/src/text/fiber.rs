@@ -10,7 +10,9 @@ fn value(parameter: Parameter, fiber: &Fiber) -> Option<f32> {
 
 /// A table of the presets, and of the fibres of Yan17 Table 4. All are grey, so one channel is enough.
 pub fn presets() -> String {
-    let stored = || Parameter::ALL.into_iter().filter(|p| p.default_value().is_some());
+    // All presets have the same pigment in the medulla.
+    let is_shown = |p: &Parameter| p.default_value().is_some() && *p != Parameter::MedullaPigment;
+    let stored = || Parameter::ALL.into_iter().filter(is_shown);
     let header = stored().map(|p| format!("{}{}", p.symbol(), p.unit().sign()));
     let mut rows = vec![std::iter::once(String::new()).chain(header).collect::<Vec<_>>()];
     let presets = Species::ALL.map(|species| (species.to_string(), Fiber::preset(species)));
@@ -36,9 +38,9 @@ pub fn parameters() -> String {
             2 => "; one number or two",
             _ => "; one number or three",
         };
-        text += &format!("{:12} {}\n", p.name(), p.description());
-        text += &format!("{:12} in {}{}{channels}{default}\n", "", p.range(), p.unit().suffix());
+        text += &format!("{:16} {}\n", p.name(), p.description());
+        text += &format!("{:16} in {}{}{channels}{default}\n", "", p.range(), p.unit().suffix());
     }
-    text + "\nThe colour is one of sigma_ca, reflectance and melanin. Single channels are sigma_ca.r, sigma_ma.b,\n\
-            eumelanin, pheomelanin and so on.\n"
+    text + "\nThe colour is one of sigma_ca, reflectance, melanin and hair_reflectance. Single channels are sigma_ca.r,\n\
+            sigma_ma.b, eumelanin, pheomelanin and so on.\n"
 }

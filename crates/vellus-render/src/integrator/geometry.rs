@@ -5,9 +5,10 @@ use crate::geometry::triangles::{TriangleHit, Triangles};
 use crate::integrator::view::View;
 use crate::light::Lights;
 use crate::light::background::Background;
+use crate::shading::colors;
 use crate::shading::surface::Scatter;
 use glam::{Vec2, Vec3};
-use vellus::Fiber;
+use vellus::{CoatColors, Fiber};
 use vellus_scene::{Basis, Look, Strands, Surface, Texture, Values};
 
 /// Strands, meshes, lights, camera, materials and textures, prepared for rays.
@@ -26,6 +27,8 @@ pub struct Geometry {
     /// The number of strands in the sets before each set.
     pub strands_before: Vec<u32>,
     pub looks: Vec<Look>,
+    /// For each set of strands, the table of its colours, if it needs one.
+    pub colors: Vec<Option<CoatColors>>,
     pub surfaces: Vec<Surface>,
     pub textures: Vec<Texture>,
 }
@@ -52,12 +55,13 @@ impl Geometry {
         let strands = &self.curves.strands()[hit.set];
         let look = &self.looks[strands.look];
         let mut fiber = look.fiber;
+        let table = self.colors[hit.set].as_ref();
         let uv = self.root_uv(hit);
         for (parameter, value) in &look.textured {
             let texel = self.textures[value.texture].at(uv);
             // Textures have angles in degrees, like files.
             let product = std::array::from_fn(|c| parameter.unit().to_stored(texel[c] * value.scale[c]));
-            parameter.set_nearest(&mut fiber, product);
+            colors::set(&mut fiber, *parameter, product, table);
         }
         for (parameter, values) in &strands.varying {
             let value = match values {
@@ -65,7 +69,7 @@ impl Geometry {
                 Values::PerStrand(values) => values[hit.strand],
                 Values::PerPoint(values) => along(strands, values, hit),
             };
-            parameter.set_nearest(&mut fiber, value);
+            colors::set(&mut fiber, *parameter, value, table);
         }
         fiber
     }

@@ -113,6 +113,9 @@ fn fur(reader: &mut Reader, material: &str, shader: &Shader) -> Result<(Look, Ve
             reader.warnings.add(prim, format!("{name} is not a parameter of {SHADER} and is ignored"));
         }
     }
+    if let Some(color) = fiber.out_of_reach().map_err(out_of_range)? {
+        reader.warnings.add(prim, color.to_string());
+    }
     let fiber = fiber.build().map_err(out_of_range)?;
     Ok((Look { name: reader.name(material)?, fiber, textured }, primvars))
 }

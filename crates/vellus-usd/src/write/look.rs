@@ -22,7 +22,9 @@ pub(crate) fn look<W: Write>(text: &mut Text<W>, look: &Look, names: &Names) -> 
         let name = format!("inputs:{}", parameter.name());
         let kind = if parameter.channels() > 1 { "color3f" } else { "float" };
         // The fibre stores the absorption, however its colour was given.
-        if let Some(value) = parameter.get(&look.fiber) {
+        let is_default =
+            parameter == Parameter::MedullaPigment && parameter.get(&look.fiber) == parameter.default_value();
+        if let Some(value) = parameter.get(&look.fiber).filter(|_| !is_default) {
             let value = to_file(parameter, value);
             let value = if parameter.channels() > 1 { value.text() } else { value[0].text() };
             text.set(&format!("{kind} {name}"), &value)?;

@@ -1,15 +1,17 @@
 //! Builds a fibre from named values, as files and options contain them.
 
+use crate::coat::CoatColors;
 use crate::error::Error;
 use crate::fiber::Fiber;
 use crate::fiber::color::Color;
 use crate::fiber::exit::Exit;
 use crate::fiber::parameter::Parameter;
+use std::fmt;
 
 /// Named values of parameters, and a base fibre for the parameters without a value.
 ///
-/// Values may come in any order: the builder converts a colour at the end, when β_n is known, and refuses a second
-/// colour. Later values of the same parameter replace earlier ones.
+/// Values may come in any order: the builder converts a colour at the end, when all others are known, and refuses a
+/// second colour. Later values of the same parameter replace earlier ones.
 ///
 /// With the feature `serde`, a builder is read from a map: parameters by name, and `preset`, a name of
 /// [`Fiber::named`] ([`Fiber::hair`] without one). `exit` is the name of an [`Exit`]. Unknown names are
@@ -96,12 +98,23 @@ impl FiberBuilder {
         let [eumelanin, pheomelanin, _] = value;
         Ok(Some(match first {
             Parameter::Reflectance => Color::Reflectance(value),
+            Parameter::HairReflectance => Color::HairReflectance(value),
             Parameter::Melanin => Color::Melanin { eumelanin, pheomelanin },
             _ => Color::Absorption(value),
         }))
     }
 
-    /// Builds the fibre.
+    /// The request and the nearest colour of a coat of these fibres, if a reflectance was given that no pigment reaches.
+    ///
+    /// # Errors
+    /// As [`FiberBuilder::build`].
+    pub fn out_of_reach(&self) -> Result<Option<OutOfReach>, Error> {
+        let Some(Color::Reflectance(requested)) = self.color()? else { return Ok(None) };
+        let nearest = CoatColors::new(&self.build()?)?.nearest(requested);
+        Ok(nearest.map(|nearest| OutOfReach { requested, nearest }))
+    }
+
+    /// Builds the fibre. A reflectance out of reach gives the nearest colour.
     ///
     /// # Errors
     /// [`Error::ColorTwice`] for a second colour, [`Error::OutOfRange`] for a value out of range.
@@ -116,6 +129,23 @@ impl FiberBuilder {
     /// The values that were given, in the order of [`Parameter::ALL`].
     fn given(&self) -> impl Iterator<Item = (Parameter, [f32; 3])> {
         Parameter::ALL.into_iter().filter_map(|p| self.values[p as usize].map(|value| (p, value)))
+    }
+}
+
+/// A colour that a coat of fibres cannot have, because the cuticle reflects light before pigment can absorb it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OutOfReach {
+    /// The requested reflectance.
+    pub requested: [f32; 3],
+    /// The nearest reflectance that pigment gives.
+    pub nearest: [f32; 3],
+}
+
+impl fmt::Display for OutOfReach {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [[r, g, b], [x, y, z]] = [self.requested, self.nearest];
+        write!(f, "no pigment gives this fibre the reflectance {r}, {g}, {b}: ")?;
+        write!(f, "the nearest is {x:.3}, {y:.3}, {z:.3}, because the cuticle reflects the rest")
     }
 }
 

@@ -59,7 +59,13 @@ pub struct Fiber {
     pub layers: f32,
     /// How light that the medulla scattered leaves the fibre.
     pub exit: Exit,
+    /// Absorption in the medulla over that in the cortex, in [0, 10], for a colour that is given as a reflectance or as
+    /// melanin. The scattering of light does not depend on it.
+    pub medulla_pigment: f32,
 }
+
+/// The default of [`Fiber::medulla_pigment`]: the median of σ_m,a / σ_c,a of the ten presets is 0.30.
+const MEDULLA_PIGMENT: f32 = 0.3;
 
 impl Fiber {
     /// The fibre of a species, with [`Exit::Reflecting`]. Its absorption is grey, like the measurements.
@@ -101,6 +107,7 @@ impl Fiber {
             g: 0.0,
             layers: 0.5,
             exit: Exit::default(),
+            medulla_pigment: MEDULLA_PIGMENT,
         }
     }
 
@@ -110,13 +117,18 @@ impl Fiber {
         Fiber { sigma_ca, ..self }
     }
 
-    /// The same fibre with the absorption of the cortex that gives it a colour.
+    /// The same fibre with a colour.
+    ///
+    /// An absorption and [`Color::HairReflectance`] set σ_c,a only. Melanin and a reflectance set σ_m,a, too
+    /// ([`Fiber::medulla_pigment`]). A reflectance out of reach gives the nearest colour: see [`CoatColors::nearest`].
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] for a concentration or reflectance out of range. A reflectance depends on β_n, so this
-    /// error also occurs for β_n out of range.
+    /// [`Error::OutOfRange`] for an absorption, concentration or reflectance out of range. A reflectance depends on the
+    /// other parameters of the fibre, so this error also occurs for one of these.
+    ///
+    /// [`CoatColors::nearest`]: crate::CoatColors::nearest
     pub fn with_color(self, color: Color) -> Result<Self, Error> {
-        Ok(Fiber { sigma_ca: color.absorption(self.beta_n)?, ..self })
+        color.apply(self)
     }
 
     /// The same fibre with another way for scattered light to leave it.

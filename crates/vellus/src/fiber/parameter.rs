@@ -5,10 +5,9 @@ use crate::fiber::Fiber;
 use crate::fiber::color::Color;
 use std::fmt;
 
-/// A parameter of a fibre (Yan17 Table 1), or one of the two other ways to give the colour of its cortex.
+/// A parameter of a fibre (Yan17 Table 1), or another way to give its colour.
 ///
-/// [`Fiber`] stores the first ten. [`Parameter::Reflectance`] and [`Parameter::Melanin`] set
-/// [`Fiber::sigma_ca`] ([`Color`]).
+/// [`Fiber`] stores all but the last three, which are other ways to give its colour ([`Color`]).
 ///
 /// ```
 /// use vellus::{Fiber, Parameter, Species};
@@ -43,10 +42,14 @@ pub enum Parameter {
     G,
     /// l, [`Fiber::layers`].
     Layers,
-    /// σ_c,a from the reflectance of an assembly of fibres, RGB ([`Color::Reflectance`]).
+    /// Absorption in the medulla over that in the cortex, for colours, [`Fiber::medulla_pigment`].
+    MedullaPigment,
+    /// Absorption from the colour of a coat, RGB ([`Color::Reflectance`]).
     Reflectance,
-    /// σ_c,a from the concentrations of eumelanin and pheomelanin, in this order ([`Color::Melanin`]).
+    /// Absorption from the concentrations of eumelanin and pheomelanin, in this order ([`Color::Melanin`]).
     Melanin,
+    /// σ_c,a from the colour of hair without medulla, RGB ([`Color::HairReflectance`]).
+    HairReflectance,
 }
 
 /// The unit of a parameter in files and options.
@@ -146,10 +149,10 @@ const fn row(
     Row { parameter, name, symbol, unit, range: Range { low, high }, channels, description }
 }
 
-/// In the order of Yan17 Table 4. Colours come last: [`Color::Reflectance`] depends on β_n.
+/// In the order of Yan17 Table 4. Colours come last: [`Color::Reflectance`] depends on all others.
 #[rustfmt::skip]
 #[doc(alias = "Table 1")]
-const TABLE: [Row; 12] = [
+const TABLE: [Row; 14] = [
     row((Parameter::Kappa, "kappa", "κ"), (Unit::One, [0.0, 0.99]), NUMBER,
         "radius of the medulla over that of the fibre; 0 is a hair without medulla"),
     row((Parameter::Eta, "eta", "η"), (Unit::One, [1.0, 3.0]), NUMBER,
@@ -170,19 +173,23 @@ const TABLE: [Row; 12] = [
         "anisotropy of the scattering in the medulla (Henyey–Greenstein)"),
     row((Parameter::Layers, "layers", "l"), (Unit::One, [0.0, 20.0]), NUMBER,
         "layers of the cuticle; 0.5 is nearly one dielectric interface"),
+    row((Parameter::MedullaPigment, "medulla_pigment", "medulla_pigment"), (Unit::One, [0.0, 10.0]), NUMBER,
+        "sigma_ma over sigma_ca for a colour given as reflectance or melanin"),
     row((Parameter::Reflectance, "reflectance", "reflectance"), (Unit::One, [0.001, 0.999]), RGB,
-        "sigma_ca from the colour of many such fibres (Chiang et al. 2016)"),
+        "sigma_ca and sigma_ma from the colour of a dense coat in white light"),
     row((Parameter::Melanin, "melanin", "melanin"), (Unit::One, [0.0, 100.0]), MELANIN,
-        "sigma_ca from the concentrations of eumelanin and pheomelanin (d'Eon et al. 2011)"),
+        "sigma_ca and sigma_ma from concentrations of eumelanin and pheomelanin (d'Eon et al. 2011)"),
+    row((Parameter::HairReflectance, "hair_reflectance", "hair_reflectance"), (Unit::One, [0.001, 0.999]), RGB,
+        "sigma_ca from the colour of hair without medulla (Chiang et al. 2016)"),
 ];
 
 impl Parameter {
-    /// All parameters: those that [`Fiber`] stores, in the order of Yan17 Table 4, then the other two ways to give a
-    /// colour. Several parameters can be set in this order, because [`Parameter::Reflectance`] depends on β_n.
-    pub const ALL: [Parameter; 12] = {
-        let mut all = [Parameter::Kappa; 12];
+    /// All parameters: those that [`Fiber`] stores, in the order of Yan17 Table 4, then the other ways to give a
+    /// colour. Several parameters can be set in this order, because [`Parameter::Reflectance`] depends on the others.
+    pub const ALL: [Parameter; 14] = {
+        let mut all = [Parameter::Kappa; 14];
         let mut i = 0;
-        while i < 12 {
+        while i < 14 {
             all[i] = TABLE[i].parameter;
             i += 1;
         }
@@ -233,9 +240,10 @@ impl Parameter {
         self.row().channels.len()
     }
 
-    /// Whether the parameter gives the colour of the cortex, σ_c,a. Only one such parameter may be given.
+    /// Whether the parameter gives the colour of the fibre. Only one such parameter may be given.
     pub fn is_color(self) -> bool {
-        matches!(self, Parameter::SigmaCa | Parameter::Reflectance | Parameter::Melanin)
+        use Parameter::{HairReflectance, Melanin, Reflectance, SigmaCa};
+        matches!(self, SigmaCa | Reflectance | Melanin | HairReflectance)
     }
 
     /// The name of a channel, counted from 0: `kappa`, `sigma_ca.r`, `eumelanin`. For a channel that does not exist,
@@ -273,7 +281,7 @@ impl Parameter {
     }
 
     /// The value in a fibre, in the fibre's units (radians). A single number is repeated in all channels. `None` for
-    /// the two parameters that a fibre does not store.
+    /// the three parameters that a fibre does not store.
     pub fn get(self, fiber: &Fiber) -> Option<[f32; 3]> {
         Some(match self {
             Parameter::Kappa => [fiber.kappa; 3],
@@ -286,7 +294,8 @@ impl Parameter {
             Parameter::SigmaMa => fiber.sigma_ma,
             Parameter::G => [fiber.g; 3],
             Parameter::Layers => [fiber.layers; 3],
-            Parameter::Reflectance | Parameter::Melanin => return None,
+            Parameter::MedullaPigment => [fiber.medulla_pigment; 3],
+            Parameter::Reflectance | Parameter::Melanin | Parameter::HairReflectance => return None,
         })
     }
 
@@ -309,9 +318,8 @@ impl Parameter {
 
     fn store(self, fiber: &mut Fiber, value: [f32; 3]) {
         let [x, y, _] = value;
-        // A reflectance also depends on β_n. If β_n is out of range, the colour stays unchanged, and validation names
-        // β_n.
-        let color = |fiber: &Fiber, color: Color| color.absorption(fiber.beta_n).unwrap_or(fiber.sigma_ca);
+        // If another parameter is out of range, the colour stays unchanged, and validation names that parameter.
+        let color = |fiber: &Fiber, color: Color| color.apply(*fiber).unwrap_or(*fiber);
         match self {
             Parameter::Kappa => fiber.kappa = x,
             Parameter::Eta => fiber.eta = x,
@@ -323,10 +331,10 @@ impl Parameter {
             Parameter::SigmaMa => fiber.sigma_ma = value,
             Parameter::G => fiber.g = x,
             Parameter::Layers => fiber.layers = x,
-            Parameter::Reflectance => fiber.sigma_ca = color(fiber, Color::Reflectance(value)),
-            Parameter::Melanin => {
-                fiber.sigma_ca = color(fiber, Color::Melanin { eumelanin: x, pheomelanin: y });
-            }
+            Parameter::MedullaPigment => fiber.medulla_pigment = x,
+            Parameter::Reflectance => *fiber = color(fiber, Color::Reflectance(value)),
+            Parameter::Melanin => *fiber = color(fiber, Color::Melanin { eumelanin: x, pheomelanin: y }),
+            Parameter::HairReflectance => *fiber = color(fiber, Color::HairReflectance(value)),
         }
     }
 

@@ -82,8 +82,10 @@ fn degrees(radians: f32) -> f32 {
 impl Serialize for Fiber {
     /// A map of the parameters that a fibre stores, in the order of [`Parameter::ALL`], and `exit`.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let stored: Vec<(Parameter, [f32; 3])> =
-            Parameter::ALL.into_iter().filter_map(|p| p.get(self).map(|value| (p, value))).collect();
+        let stored = Parameter::ALL.into_iter().filter_map(|p| p.get(self).map(|value| (p, value)));
+        // The scattering does not depend on it, so it is written only if it was given.
+        let given = |(p, value): &(Parameter, _)| *p != Parameter::MedullaPigment || p.default_value() != Some(*value);
+        let stored: Vec<_> = stored.filter(given).collect();
         let mut map = serializer.serialize_map(Some(stored.len() + 1))?;
         for (parameter, value) in stored {
             map.serialize_entry(parameter.name(), &InFile(parameter, value))?;
@@ -149,14 +151,11 @@ impl<'de> Deserialize<'de> for FiberBuilder {
     }
 }
 
-/// A colour is a map of one parameter: `sigma_ca`, `reflectance` or `melanin` (or its pigments by name).
+/// A colour is a map of one parameter: `sigma_ca`, `reflectance`, `melanin` (or its pigments by name)
+/// or `hair_reflectance`.
 impl Serialize for Color {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let (parameter, value) = match *self {
-            Color::Absorption(sigma) => (Parameter::SigmaCa, sigma),
-            Color::Melanin { eumelanin, pheomelanin } => (Parameter::Melanin, [eumelanin, pheomelanin, 0.0]),
-            Color::Reflectance(color) => (Parameter::Reflectance, color),
-        };
+        let (parameter, value) = self.parameter();
         let mut map = serializer.serialize_map(Some(1))?;
         map.serialize_entry(parameter.name(), &InFile(parameter, value))?;
         map.end()
@@ -168,7 +167,7 @@ impl<'de> Deserialize<'de> for Color {
         let mut builder = FiberBuilder::default();
         for (name, Numbers(numbers)) in BTreeMap::<String, Numbers>::deserialize(deserializer)? {
             if Parameter::parse(&name).is_none_or(|(parameter, _)| !parameter.is_color()) {
-                let known = "sigma_ca, reflectance, melanin, eumelanin, pheomelanin";
+                let known = "sigma_ca, reflectance, melanin, eumelanin, pheomelanin, hair_reflectance";
                 return Err(de::Error::custom(Error::UnknownParameter { name, known: known.to_owned() }));
             }
             builder.set(&name, &numbers).map_err(de::Error::custom)?;

@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::fiber::Fiber;
+use crate::fiber::MEDULLA_PIGMENT;
 use crate::fiber::exit::Exit;
 use std::fmt;
 use std::str::FromStr;
@@ -46,16 +47,16 @@ const TABLE_4: [(Species, &str, [f32; 10]); 10] = [
 /// are not public. `cargo run --release -p vellus-fit --example refit` makes this table.
 #[rustfmt::skip]
 const FITTED: [[f32; 5]; 10] = [
-    [0.950, 0.530, 1.603, 0.066, 0.611], // bobcat
-    [0.930, 0.056, 2.152, 0.077, 0.683], // cat
-    [0.950, 0.910, 2.169, 0.034, 0.462], // deer
-    [0.869, 0.007, 1.775, 0.000, 0.244], // dog
-    [0.765, 0.035, 1.113, 0.028, 0.494], // mouse
-    [0.881, 0.183, 0.789, 0.049, 0.194], // rabbit
-    [0.696, 0.230, 1.841, 0.124, 0.020], // raccoon
-    [0.923, 0.336, 2.067, 0.111, 0.811], // red-fox
-    [0.893, 0.285, 2.078, 0.210, 0.103], // springbok
-    [0.404, 0.399, 2.695, 0.000, 0.255], // human
+    [0.950, 0.523, 1.539, 0.067, 0.556], // bobcat
+    [0.931, 0.056, 2.148, 0.077, 0.671], // cat
+    [0.950, 0.896, 2.152, 0.035, 0.439], // deer
+    [0.870, 0.007, 1.775, 0.000, 0.227], // dog
+    [0.764, 0.035, 1.111, 0.028, 0.473], // mouse
+    [0.881, 0.183, 0.788, 0.049, 0.179], // rabbit
+    [0.696, 0.231, 1.838, 0.125, 0.011], // raccoon
+    [0.925, 0.332, 2.056, 0.111, 0.799], // red-fox
+    [0.897, 0.284, 2.058, 0.211, 0.075], // springbok
+    [0.403, 0.399, 2.701, 0.000, 0.247], // human
 ];
 
 /// The end of the name of a preset of Table 4.
@@ -116,6 +117,7 @@ impl Species {
             g,
             layers,
             exit: Exit::Open,
+            medulla_pigment: MEDULLA_PIGMENT,
         }
     }
 }
