@@ -147,7 +147,7 @@ fn bad_requests_are_refused_before_work() {
     std::fs::write(path.join("broken.film"), b"VELLUSF3 cut").unwrap();
     std::fs::write(path.join("file"), b"").unwrap();
     refused(path, &["render", "unicorn"], &["unicorn", "raccoon", ".usda"]);
-    refused(path, &["render", "cat", "--fiber", "dog"], &["--fiber", "built-in scene cat has its own"]);
+    refused(path, &["render", "cat", "--width", "1"], &["--width", "built-in scene cat has its own"]);
     refused(path, &["render", "missing.hair"], &["cannot read missing.hair"]);
     refused(path, &["render", "broken.hair"], &["broken.hair"]);
     refused(path, &with(&["--model", "phong"]), &["unknown model 'phong'", "yan2015"]);
@@ -237,7 +237,7 @@ fn cut_light_is_reported_and_grooms_are_read_back() {
     run(folder.path(), &["render", "lock.hair", "--size", "16x16", "--spp", "1", "-o", "lock.png"]);
 }
 
-/// A minimum width increases coverage, with the scene's camera and with the default camera. The picture reports it, and
+/// A minimum width increases coverage, with the scene's camera and with a view. The picture reports it, and
 /// its identity changes. Without a minimum width nothing changes.
 #[test]
 fn minimum_widths_cover_more_and_are_reported() {
@@ -251,7 +251,10 @@ fn minimum_widths_cover_more_and_are_reported() {
     std::fs::write(path.join("seen.usda"), format!("{curve}\n{camera}")).unwrap();
     for scene in ["framed.usda", "seen.usda"] {
         let picture = |width: &[&str], name: &str| {
-            run(path, &[&["render", scene, "--size", "48x32", "--spp", "16", "--float", "-o", name], width].concat());
+            // The strands lean toward +x, so the front is −x: this view is from +z.
+            let view: &[&str] = if scene == "framed.usda" { &["--view", "90,8.53"] } else { &[] };
+            let render = ["render", scene, "--size", "48x32", "--spp", "16", "--float", "-o", name];
+            run(path, &[&render[..], view, width].concat());
             Picture::read(&path.join(name))
         };
         let cover = |picture: &Picture| {

@@ -239,7 +239,10 @@ fn asset(name: &str) -> Option<PathBuf> {
 fn real_grooms_are_staged_without_usd() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    std::fs::write(path.join("head.obj"), "v -9 0 0\nv 9 0 0\nv 0 9 0\nf 1 2 3\n").unwrap();
+    // An octahedron within the hair.
+    let head = "v 60 3 5\nv -50 3 5\nv 5 60 5\nv 5 -52 5\nv 5 3 60\nv 5 3 -50\n\
+        f 5 1 3\nf 1 6 3\nf 6 2 3\nf 2 5 3\nf 1 5 4\nf 6 1 4\nf 2 6 4\nf 5 2 4\n";
+    std::fs::write(path.join("head.obj"), head).unwrap();
     let bear = ("tressfx/bear.tfx", &[][..], "at the front, -z");
     let hair = ("tressfx/TestHair1.tfx", &["--body", "head.obj"][..], "at the front, +z");
     let blender = ("blender/fur50_catmull_rom.usdc", &[][..], "at the front, -y");

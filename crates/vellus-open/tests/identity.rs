@@ -2,7 +2,7 @@
 
 use vellus::{Fiber, Species};
 use vellus_io::{Digest, Sources};
-use vellus_open::{Options, identify};
+use vellus_open::{Backdrop, Lighting, Options, Recolor, Staging, identify};
 use vellus_render::session::Identity;
 use vellus_render::{Layer, Settings};
 
@@ -26,6 +26,7 @@ fn the_identity_is_the_same_everywhere() {
 fn every_option_changes_the_identity() {
     let fox = Fiber::preset(Species::RedFox);
     let new = Options::default;
+    let staged = |staging| Options { staging: Some(staging), ..new() };
     let all = [
         new(),
         Options { width: Some(0.5), ..new() },
@@ -33,6 +34,14 @@ fn every_option_changes_the_identity() {
         Options { camera: Some("a".to_owned()), ..new() },
         Options { frame: Some(2.0), ..new() },
         Options { fiber: Some(("red-fox".to_owned(), Fiber { kappa: 0.5, ..fox })), ..new() },
+        Options { recolor: Some(Recolor::new(Some("dog".into()), Vec::new()).unwrap()), ..new() },
+        Options { recolor: Some(Recolor::new(None, vec!["kappa=0.5".to_owned()]).unwrap()), ..new() },
+        staged(Staging::new(1.5)),
+        staged(Staging { view: Some("1,2".parse().unwrap()), ..Staging::new(1.5) }),
+        staged(Staging { light: Some(Lighting::Sun), ..Staging::new(1.5) }),
+        staged(Staging { background: Some(Backdrop::Transparent), ..Staging::new(1.5) }),
+        staged(Staging { background: Some(Backdrop::Color([0.5; 3])), ..Staging::new(1.5) }),
+        staged(Staging { body: Some("body.obj".into()), ..Staging::new(1.5) }),
     ];
     let digests = all.each_ref().map(|options| identity("x.usda", options));
     for (i, digest) in digests.iter().enumerate() {
@@ -43,4 +52,6 @@ fn every_option_changes_the_identity() {
     assert_eq!(identity("x.usda", &named), digests[0]);
     assert_eq!(identity("elsewhere/y.usda", &new()), digests[0]);
     assert_ne!(identity("cat", &new()), identity("raccoon", &new()));
+    // A built-in scene without options is not staged.
+    assert_eq!(identity("cat", &staged(Staging::new(1.5))), identity("cat", &new()));
 }

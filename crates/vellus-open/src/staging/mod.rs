@@ -7,12 +7,13 @@ pub use options::{Backdrop, Lighting, Staging};
 
 use crate::mesh::is_obj;
 use crate::{Error, Opened, Warning, open_mesh, read};
+use glam::Vec3;
 use std::path::Path;
 use studio::Studio;
 use vellus_io::Sources;
 use vellus_scene::{Scene, Tint, View};
 
-/// Meshes that are so many times larger than the strands are a set. It needs no ground.
+/// Meshes that are so many times larger than the strands are a set, which has its own ground.
 const SET: f32 = 3.0;
 
 /// The reflectance of a grey card, and the background where the camera sees past the ground.
@@ -78,9 +79,9 @@ pub(crate) fn stage(opened: &mut Opened, staging: &Staging, built_in: bool) -> R
 }
 
 /// One line about what was added to a file without a camera or lights.
-fn describe(camera: Option<(View, glam::Vec3)>, light: Option<Lighting>) -> String {
-    let axes = [(glam::Vec3::X, "x"), (glam::Vec3::Y, "y"), (glam::Vec3::Z, "z")];
-    let axis = |v: glam::Vec3| axes.iter().find(|(a, _)| a.dot(v).abs() > 0.5).map_or("z", |(_, name)| name);
+fn describe(camera: Option<(View, Vec3)>, light: Option<Lighting>) -> String {
+    let axes = [(Vec3::X, "x"), (Vec3::Y, "y"), (Vec3::Z, "z")];
+    let axis = |v: Vec3| axes.iter().find(|(a, _)| a.dot(v).abs() > 0.5).map_or("z", |(_, name)| name);
     let camera = camera.map(|(View { yaw, pitch, .. }, front)| {
         let sign = if front.element_sum() < 0.0 { '-' } else { '+' };
         format!("no camera: it looks from {yaw},{pitch} at the front, {sign}{} (--view)", axis(front))
@@ -115,13 +116,16 @@ fn remove_ground(scene: &mut Scene) {
     meshes.retain(|mesh| !matches!(surfaces[mesh.surface].name.as_str(), "ground" | "backdrop"));
 }
 
-/// Whether the scene has meshes that are much larger than its strands: a ground or a room.
+/// Whether the scene has a ground or a room: meshes that are much larger than its strands in both horizontal directions.
+/// A body is large in one of them at most.
 fn has_set(scene: &Scene) -> bool {
-    let strands = Scene { strands: scene.strands.clone(), ..Scene::default() };
-    let meshes = Scene { meshes: scene.meshes.clone(), ..Scene::default() };
-    let size = |scene: Scene| scene.bounds().map_or(0.0, |(low, high)| (high - low).length());
-    let strands = size(strands);
-    strands > 0.0 && size(meshes) > SET * strands
+    let Some((low, high)) = scene.bounds().filter(|_| !scene.strands.is_empty()) else { return false };
+    let vertices = || scene.meshes.iter().flat_map(|mesh| &mesh.positions).copied();
+    let Some(size) = vertices().reduce(Vec3::max).zip(vertices().reduce(Vec3::min)).map(|(a, b)| a - b) else {
+        return false;
+    };
+    let depth = if scene.up() == Vec3::Z { size.y } else { size.z };
+    size.x.min(depth) > SET * (high - low).length()
 }
 
 /// Reads an image, and adds it to the sources by `name`.

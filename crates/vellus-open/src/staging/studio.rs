@@ -50,6 +50,8 @@ pub(super) struct Studio {
     middle: Vec3,
     /// Half the diagonal of the subject's bounds.
     reach: f32,
+    /// The same for strands and meshes together.
+    extent: f32,
     /// Height of the ground along `up`.
     ground: f32,
     right: Vec3,
@@ -64,12 +66,14 @@ impl Studio {
         let up = scene.up();
         let (low, high) = scene.bounds().unwrap_or((Vec3::ZERO, Vec3::ONE));
         let reach = (0.5 * (high - low).length()).max(f32::MIN_POSITIVE);
-        let vertices = scene.meshes.iter().flat_map(|mesh| &mesh.positions);
-        let lowest = vertices.map(|p| p.dot(up)).fold(low.dot(up), f32::min);
+        let vertices = || scene.meshes.iter().flat_map(|mesh| &mesh.positions).copied();
+        let (all_low, all_high) = (vertices().fold(low, Vec3::min), vertices().fold(high, Vec3::max));
+        let extent = reach.max(0.5 * (all_high - all_low).length());
         // The right side of the picture is horizontal also for a camera that looks down.
         let right = camera.to_world.x_axis.truncate();
         let right = (right - up * right.dot(up)).normalize_or(up.any_orthonormal_vector());
-        Studio { middle: 0.5 * (low + high), reach, ground: lowest - GAP * reach, right, up, back: right.cross(up) }
+        let ground = all_low.dot(up) - GAP * reach;
+        Studio { middle: 0.5 * (low + high), reach, extent, ground, right, up, back: right.cross(up) }
     }
 
     /// Adds lights to a scene without lights. The camera does not see them. An image is left to [`Studio::image`].
@@ -138,13 +142,13 @@ impl Studio {
             return;
         }
         let distance = (eye - self.middle).dot(self.back).max(0.0);
-        let depth = distance.max(height) + WALL * self.reach;
-        let half = depth * camera.film_width + 6.0 * self.reach;
-        let top = height + depth * camera.film_height + 6.0 * self.reach;
-        let bend = bend().map(|(p, n)| (p * BEND * self.reach + Vec2::new((WALL - BEND) * self.reach, 0.0), n));
+        let depth = distance.max(height) + WALL * self.extent;
+        let half = depth * camera.film_width + 6.0 * self.extent;
+        let top = height + depth * camera.film_height + 6.0 * self.extent;
+        let bend = bend().map(|(p, n)| (p * BEND * self.extent + Vec2::new((WALL - BEND) * self.extent, 0.0), n));
         let wall = bend[PIECES].0;
         let start = [(Vec2::new(-(distance + depth), 0.0), Vec2::Y)];
-        let end = [(Vec2::new(wall.x, top.max(wall.y + self.reach)), Vec2::NEG_X)];
+        let end = [(Vec2::new(wall.x, top.max(wall.y + self.extent)), Vec2::NEG_X)];
         // Distances behind the subject and heights over the ground, from the front to the top of the wall.
         let profile: Vec<(Vec2, Vec2)> = start.into_iter().chain(bend).chain(end).collect();
         let middle = self.middle - self.up * self.middle.dot(self.up);
