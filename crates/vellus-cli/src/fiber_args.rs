@@ -4,7 +4,7 @@ use crate::say::note;
 use anyhow::Result;
 use std::path::PathBuf;
 use vellus::Fiber;
-use vellus_open::FiberSource;
+use vellus_open::{FiberSource, Recolor};
 use vellus_plot::query::Query;
 
 #[derive(clap::Args, Clone)]
@@ -66,6 +66,11 @@ impl FiberArgs {
             note!("warning: {color}");
         }
         Ok(fiber)
+    }
+
+    /// The same for the fibres that a scene has.
+    pub fn recolor(&self) -> Result<Recolor> {
+        Recolor::new(self.fiber.clone(), self.overrides.set.clone()).map_err(|error| error.of_option("--set ").into())
     }
 
     /// A short name for titles and file names.

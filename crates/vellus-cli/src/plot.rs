@@ -2,13 +2,13 @@
 
 use crate::fiber_args::{FiberArgs, Incidence};
 use crate::model_args::ModelArgs;
-use crate::number::whole;
 use crate::output;
 use crate::say::say;
 use crate::terminal::Terminal;
-use anyhow::{Result, bail};
+use anyhow::{Context, Result};
 use std::path::{Path, PathBuf};
 use vellus::Species;
+use vellus_io::parse;
 use vellus_models::ModelKind;
 use vellus_plot::query::{Offsets, Query};
 use vellus_plot::{Draw, check_names, energy, error, lobes, medulla, models, profile, save, windows};
@@ -42,6 +42,10 @@ enum Picture {
     Profile {
         #[command(flatten)]
         incidence: Incidence,
+        /// Show only the directions that were measured (Yan17 Fig. 11): θ_i 10° to 50°, φ -20° to 200°. The light was
+        /// at --theta-o -30.
+        #[arg(long)]
+        measured: bool,
         #[command(flatten)]
         model: ModelArgs,
     },
@@ -51,7 +55,7 @@ enum Picture {
         #[arg(long, value_name = "FILE")]
         table: Option<PathBuf>,
         /// Photons per simulated profile.
-        #[arg(long, default_value_t = 400_000, value_parser = whole::<u64>(medulla::PHOTONS), value_name = "N")]
+        #[arg(long, default_value_t = 400_000, value_parser = parse::whole::<u64>(medulla::PHOTONS), value_name = "N")]
         photons: u64,
     },
     /// Energies of the lobes over the offset and over the inclination.
@@ -107,10 +111,12 @@ pub fn run(args: &Args) -> Result<()> {
             let picture = lobes::Picture::new(&loaded, &model.load(&fiber.name(), &loaded)?, *theta_o, *h);
             args.save(&picture, &format!("{}-lobes", model.file(&fiber.name())))
         }
-        Picture::Profile { incidence, model } => {
+        Picture::Profile { incidence, measured, model } => {
             let (fiber, theta_o) = incidence.checked()?;
-            let panel =
-                |f: &FiberArgs| -> Result<_> { Ok(profile::Panel::new(&model.load(&f.name(), &f.load()?)?, theta_o)) };
+            let area = if *measured { profile::Area::MEASURED } else { profile::Area::SPHERE };
+            let panel = |f: &FiberArgs| -> Result<_> {
+                Ok(profile::Panel::new(&model.load(&f.name(), &f.load()?)?, theta_o, area))
+            };
             let panels = each(fiber).iter().map(panel).collect::<Result<Vec<_>>>()?;
             args.save(&profile::Picture { panels, theta_o }, &format!("{}-profile", model.file(&fiber.name())))
         }
@@ -132,10 +138,7 @@ pub fn run(args: &Args) -> Result<()> {
         }
         Picture::Windows { incidence, window } => {
             let (fiber, theta_o) = incidence.checked()?;
-            let range = match Offsets::parse(window, 0.0)? {
-                Offsets::Range(low, high) if low < high => [low, high],
-                other => bail!("--window: {other} has no width; expected far or LO:HI, such as -0.5:0.25"),
-            };
+            let range = Offsets::parse_window(window).context("--window")?;
             let picture = windows::Picture::new(&fiber.name(), &fiber.load()?, theta_o, range)?;
             args.save(&picture, &format!("{}-windows", fiber.name()))
         }

@@ -1,11 +1,11 @@
 //! `vellus reference`: simulates the whole fibre and compares it with the model.
 
 use crate::fiber_args::Incidence;
-use crate::number::whole;
 use crate::output::OutputArgs;
 use crate::terminal::Terminal;
 use anyhow::Result;
 use vellus::Bcsdf;
+use vellus_io::parse;
 use vellus_plot::text::{self, Reference};
 use vellus_sim::energies::{Offsets, energies};
 
@@ -20,10 +20,10 @@ pub struct Args {
     #[arg(long)]
     h: Option<f64>,
     /// Number of photons.
-    #[arg(long, default_value_t = 1_000_000, value_parser = whole::<u64>(2..=MAX_PHOTONS), value_name = "N")]
+    #[arg(long, default_value_t = 1_000_000, value_parser = parse::whole::<u64>(2..=MAX_PHOTONS), value_name = "N")]
     photons: u64,
     /// Seed. The same seed gives the same result, with any number of threads.
-    #[arg(long, default_value_t = 1, value_parser = whole::<u64>(0..=u64::MAX), value_name = "N")]
+    #[arg(long, default_value_t = 1, value_parser = parse::whole::<u64>(0..=u64::MAX), value_name = "N")]
     seed: u64,
     #[command(flatten)]
     output: OutputArgs,

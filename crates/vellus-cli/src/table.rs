@@ -1,12 +1,13 @@
 //! `vellus table`: builds, describes and checks the tables of the medulla.
 
 use crate::interrupt::Interrupt;
-use crate::number::{one_of, whole};
+use crate::number::one_of;
 use crate::output;
 use crate::say::{note, say};
 use crate::terminal::Terminal;
 use anyhow::{Result, bail};
 use std::path::PathBuf;
+use vellus_io::parse;
 use vellus_plot::medulla::PHOTONS;
 use vellus_plot::text;
 use vellus_sim::build::Quality;
@@ -37,10 +38,10 @@ pub struct Build {
     #[arg(long, value_parser = one_of::<Quality>(Quality::NAMES), default_value = "shipping", value_name = "NAME")]
     quality: Quality,
     /// Photons per profile. Default: depends on the quality.
-    #[arg(long, value_parser = whole::<u64>(PHOTONS), value_name = "N")]
+    #[arg(long, value_parser = parse::whole::<u64>(PHOTONS), value_name = "N")]
     photons: Option<u64>,
     /// Seed. The same seed gives the same file, with any number of threads.
-    #[arg(long, value_parser = whole::<u64>(0..=u64::MAX), value_name = "N")]
+    #[arg(long, value_parser = parse::whole::<u64>(0..=u64::MAX), value_name = "N")]
     seed: Option<u64>,
     /// Folder for finished pieces, from which an interrupted build continues. Default: FILE.work.
     #[arg(long, value_name = "DIR")]
@@ -52,13 +53,13 @@ pub struct Check {
     /// Table file. Default: the tables that vellus contains.
     file: Option<PathBuf>,
     /// Random profiles of each table.
-    #[arg(long, default_value_t = 40, value_parser = whole::<u64>(1..=1_000_000), value_name = "N")]
+    #[arg(long, default_value_t = 40, value_parser = parse::whole::<u64>(1..=1_000_000), value_name = "N")]
     profiles: u64,
     /// Photons per simulated profile. Errors of 0.6 % need 32000000.
-    #[arg(long, default_value_t = 4_000_000, value_parser = whole::<u64>(PHOTONS), value_name = "N")]
+    #[arg(long, default_value_t = 4_000_000, value_parser = parse::whole::<u64>(PHOTONS), value_name = "N")]
     photons: u64,
     /// Seed of the parameters and of the photons.
-    #[arg(long, default_value_t = 7, value_parser = whole::<u64>(0..=u64::MAX), value_name = "N")]
+    #[arg(long, default_value_t = 7, value_parser = parse::whole::<u64>(0..=u64::MAX), value_name = "N")]
     seed: u64,
     /// List every profile.
     #[arg(long)]

@@ -72,9 +72,14 @@ fn a_warning_says_that_materials_of_the_file_take_precedence() {
     };
     for given in [&["--fiber", "dog"][..], &["--set", "kappa=0.1"], &["--fiber", "red-fox"]] {
         let (said, fiber) = convert("bound.usda", given);
-        assert!(said.contains("--fiber and --set change nothing in bound.usda") && said.contains("Pelt"), "{said}");
-        assert!(is_preset(fiber, Species::Cat), "{fiber:?}");
+        assert!(said.contains("bound.usda: --fiber and --set are ignored") && said.contains("Pelt"), "{said}");
+        assert!(said.contains("--override") && is_preset(fiber, Species::Cat), "{said} {fiber:?}");
     }
+    // With --override, a fibre replaces that of the file, and a parameter alone keeps the others.
+    let (said, fiber) = convert("bound.usda", &["--override", "--fiber", "dog"]);
+    assert!(said.is_empty() && is_preset(fiber, Species::Dog), "{said} {fiber:?}");
+    let (_, fiber) = convert("bound.usda", &["--override", "--set", "kappa=0.1"]);
+    assert!(same(fiber, Fiber { kappa: 0.1, ..Fiber::preset(Species::Cat) }), "{fiber:?}");
     for (file, given, species) in [
         ("bound.usda", &[][..], Species::Cat),
         ("free.usda", &["--fiber", "dog"], Species::Dog),
@@ -116,7 +121,7 @@ fn help_states_the_default_fibre_of_each_command() {
     for (command, default) in [
         (&["eval"][..], "[default: red-fox]"),
         (&["plot", "lobes"], "[default: red-fox]"),
-        (&["render"], "Built-in scenes have their own"),
+        (&["render"], "It replaces the fibres of a built-in scene"),
         (&["groom", "grow"], "[default: a brown dog]"),
     ] {
         let help = vellus(folder.path(), &[command, &["--help"]].concat()).output().unwrap().stdout;

@@ -38,6 +38,8 @@ fn a_measurement_is_fitted_reported_and_read_back() {
         run(folder, &["fox.txt", "--exit", "open", "--starts", "12", "--out", "fox.toml", "--report", "report"]);
     let table = String::from_utf8(output.stdout).unwrap();
     assert!(table.contains("beta_m") && table.contains("NRMSE: 1."), "{table}");
+    let eta = table.lines().find(|line| line.starts_with("eta ")).unwrap();
+    assert!(table.lines().next().unwrap().contains("simulated") && eta.trim_end().ends_with("1.49"), "{table}");
     // The cortex of a red fox is only a seventh of the fibre, so its absorption is poorly determined.
     let warnings = String::from_utf8(output.stderr).unwrap();
     assert!(warnings.contains("does not determine") && warnings.contains("sigma_ca"), "{warnings}");

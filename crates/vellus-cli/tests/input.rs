@@ -3,7 +3,7 @@
 #[allow(dead_code, reason = "not every test needs all of it")]
 mod common;
 
-use common::{refused, vellus};
+use common::{refused, run, vellus};
 
 /// A .tfx file of two strands with two points each, from (0, 0, 0) to (3, 0, 0) and from (0, 1, 0) to (3, 1, 0).
 fn tfx() -> Vec<u8> {
@@ -18,14 +18,21 @@ fn tfx() -> Vec<u8> {
 }
 
 #[test]
-fn strands_without_widths_are_measured_but_not_rendered() {
+fn strands_without_widths_are_measured_and_rendered_with_a_suggested_width() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("guides.tfx"), tfx()).unwrap();
     let output = vellus(folder.path(), &["groom", "info", "guides.tfx"]);
     let text = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success() && text.contains("(0, 0, 0) to (3.00000, 1.00000, 0)"), "{text}");
-    assert!(text.contains("--width, 0.001 for example"), "{text}");
-    refused(folder.path(), &["render", "guides.tfx", "-o", "a.png"], &["guides.tfx has no widths", "--width"]);
+    // Six times the width of a hair for this size: two guide strands cover little.
+    assert!(text.contains("--width, 0.006 for example"), "{text}");
+    let said = run(folder.path(), &["render", "guides.tfx", "-o", "a.png", "--size", "9x6", "--spp", "1"]);
+    assert!(said.contains("warning: guides.tfx has no widths: it is rendered with --width 0.006"), "{said}");
+    refused(
+        folder.path(),
+        &["groom", "convert", "guides.tfx", "-o", "a.usda"],
+        &["guides.tfx has no widths", "--width"],
+    );
     refused(folder.path(), &["groom", "info", "guides.tfx", "--width", "1e30"], &["the width", "[0, 2e9]"]);
 }
 

@@ -12,9 +12,23 @@ const COMMANDS: &str = "
 render nonsense | neither a built-in scene
 render --frame 3 | the built-in scene raccoon has its own
 render --frames 1-2 | the built-in scene raccoon has its own
-render --fiber cat | the built-in scene raccoon has its own
-render cat --fiber red-fox | the built-in scene cat has its own
-render cat --set kappa=0.5 | the built-in scene cat has its own
+render --fiber unicorn | unknown preset 'unicorn'
+render cat --set kapa=0.5 | in --set kapa=0.5: unknown parameter 'kapa'
+render cat --set kappa=2 | in --set kappa=2: kappa = 2
+render cat --override | --override needs --fiber or --set
+render x.usda --override | --override needs --fiber or --set
+render cat --view 1 | a view is YAW,PITCH
+render cat --view 0,90 | pitch in [-89, 89]
+render cat --view 0,0,nan | zoom in [0.01, 100]
+render x.usda --view 0,0 --camera c | --camera and --view exclude each other
+render cat --light moon | it must be studio, sun, sky
+render cat --light x.hdr | cannot read x.hdr
+render cat --background blue | #RRGGBB
+render cat --background #12345 | #RRGGBB
+render cat --background x.png | cannot read x.png
+render cat --body x.obj | cannot read x.obj
+render cat --body x.hair | --body x.hair: it must be a .obj
+render ball.obj --camera c | for USD files
 render cat --width 1 | the built-in scene cat has its own
 render cat --model yan2015 --eta-m 99 | eta_m = 99 is out of range: eta_m must be in [1, 3]
 render cat --model yan2015 --eta-m nan | eta_m = NaN

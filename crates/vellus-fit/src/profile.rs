@@ -62,6 +62,9 @@ pub struct Profile {
     pub points: Vec<Point>,
     /// Directions without a value: θ and φ in degrees.
     pub missing: Vec<[f64; 2]>,
+    /// What was simulated, if this is a synthetic measurement: names and values of parameters, as in
+    /// [`Estimate`](crate::Estimate). A fit does not use them.
+    pub simulated: Vec<(String, f64)>,
 }
 
 /// The allowed range of the largest value of a profile. The scale is fitted in [1e-30, 1e30]. This leaves a factor of

@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::image;
 use crate::profile::{Point, Profile, Quantity, check_angles};
+use crate::write::SIMULATED;
 use std::path::Path;
 use std::str::FromStr;
 
@@ -75,7 +76,8 @@ impl FromStr for Axis {
 }
 
 /// What the caller knows about a file. Text and CSV files may state it in comments: `# theta_o = -30`, `# angles =
-/// fiber`, `# quantity = f-cos`.
+/// fiber`, `# quantity = f-cos`. A synthetic measurement has the parameters that were simulated: `# simulated kappa =
+/// 0.88`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Reading {
     /// Inclination of the fixed direction, degrees.
@@ -97,6 +99,7 @@ struct Table {
     points: Vec<Point>,
     missing: Vec<[f64; 2]>,
     known: Reading,
+    simulated: Vec<(String, f64)>,
 }
 
 /// Reads a profile. Formats: `.txt` with lines `phi theta value` or `phi theta r g b`, `?` for a missing value;
@@ -128,14 +131,15 @@ pub fn read(path: &Path, reading: &Reading) -> Result<Profile, Error> {
         channels: table.channels,
         points: table.points,
         missing: table.missing,
+        simulated: table.simulated,
     };
     profile.validate().map_err(|e| Error::file(path, e))?;
     Ok(profile)
 }
 
-/// Parses `# name = value` in a comment.
-fn header(path: &Path, text: &str) -> Result<Reading, Error> {
-    let mut known = Reading::default();
+/// Parses `# name = value` in a comment: what a reader needs, and the parameters that were simulated.
+fn header(path: &Path, text: &str) -> Result<(Reading, Vec<(String, f64)>), Error> {
+    let (mut known, mut simulated) = (Reading::default(), Vec::new());
     for (i, line) in text.lines().enumerate() {
         let Some((name, value)) = line.trim().strip_prefix('#').and_then(|rest| rest.split_once('=')) else { continue };
         let (name, value) = (name.trim(), value.trim());
@@ -145,10 +149,14 @@ fn header(path: &Path, text: &str) -> Result<Reading, Error> {
             "theta_o" => known.theta_o = Some(value.parse().map_err(|_| wrong("degrees"))?),
             "angles" => known.angles = Some(value.parse().map_err(|_| wrong("fiber or gantry"))?),
             "quantity" => known.quantity = Some(value.parse().map_err(|_| wrong("f-cos or f"))?),
-            _ => {}
+            _ => {
+                if let Some(parameter) = name.strip_prefix(SIMULATED) {
+                    simulated.push((parameter.to_owned(), value.parse().map_err(|_| wrong("a number"))?));
+                }
+            }
         }
     }
-    Ok(known)
+    Ok((known, simulated))
 }
 
 /// Parses a number; `None` for `?` and for an empty cell.
@@ -164,7 +172,7 @@ fn number(name: &str, cell: &str) -> Result<Option<f64>, String> {
 
 impl Table {
     fn new(channels: usize, known: Reading) -> Self {
-        Table { channels, points: Vec::new(), missing: Vec::new(), known }
+        Table { channels, points: Vec::new(), missing: Vec::new(), known, simulated: Vec::new() }
     }
 
     /// Adds one measurement.
@@ -186,7 +194,7 @@ impl Table {
 }
 
 fn lines(path: &Path, text: &str, reading: &Reading) -> Result<Table, Error> {
-    let known = header(path, text)?;
+    let (known, simulated) = header(path, text)?;
     let angles = reading.angles.or(known.angles).unwrap_or(Angles::Gantry);
     let mut table: Option<Table> = None;
     for (i, line) in text.lines().enumerate() {
@@ -213,7 +221,7 @@ fn lines(path: &Path, text: &str, reading: &Reading) -> Result<Table, Error> {
         let values = cells[2..].iter().map(|c| number("value", c)).collect::<Result<Vec<_>, _>>().map_err(wrong)?;
         table.add(direction, &values).map_err(wrong)?;
     }
-    Ok(table.unwrap_or_else(|| Table::new(1, known)))
+    Ok(Table { simulated, ..table.unwrap_or_else(|| Table::new(1, known)) })
 }
 
 /// Converts an error of the CSV reader; the message names the line.
@@ -229,7 +237,7 @@ fn csv_error(path: &Path, error: &csv::Error) -> Error {
 
 fn columns(path: &Path, text: &str, reading: &Reading) -> Result<Table, Error> {
     const KNOWN: &str = "theta, phi, and value or r, g, b";
-    let known = header(path, text)?;
+    let (known, simulated) = header(path, text)?;
     let angles = reading.angles.or(known.angles).unwrap_or(Angles::Fiber);
     let mut csv = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
     let head = csv.headers().map_err(|e| csv_error(path, &e))?.clone();
@@ -244,7 +252,7 @@ fn columns(path: &Path, text: &str, reading: &Reading) -> Result<Table, Error> {
         let found: Vec<&str> = head.iter().collect();
         return Err(Error::line(path, head_line, format!("the columns are {}: expected {KNOWN}", found.join(", "))));
     };
-    let mut table = Table::new(values.len(), known);
+    let mut table = Table { simulated, ..Table::new(values.len(), known) };
     for record in csv.records() {
         let record = record.map_err(|e| csv_error(path, &e))?;
         let line = record.position().map_or(0, csv::Position::line);

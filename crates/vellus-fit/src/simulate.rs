@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::forward::Forward;
+use crate::parameters::{Kind, Parameter, values_of};
 use crate::profile::{Point, Profile, Quantity, check_angles};
 use crate::specimen::Specimen;
 use rand::{Rng, SeedableRng};
@@ -126,7 +127,14 @@ impl Synthetic {
                 points.push(Point { theta, phi, value });
             }
         }
-        Profile { theta_o: self.theta_o, quantity: Quantity::FCos, channels: self.channels, points, missing }
+        Profile {
+            theta_o: self.theta_o,
+            quantity: Quantity::FCos,
+            channels: self.channels,
+            points,
+            missing,
+            simulated: Vec::new(),
+        }
     }
 }
 
@@ -174,7 +182,25 @@ pub fn from_model(model: Forward, specimen: &Specimen, synthetic: &Synthetic) ->
     let mut values = vec![[0.0f32; 3]; angles.len()];
     model.values(specimen, synthetic.theta_o, &Directions::new(&angles), &mut values)?;
     let values: Vec<[f64; 3]> = values.iter().map(|v| v.map(f64::from)).collect();
-    Ok(synthetic.measure(&axes, &values))
+    Ok(Profile { simulated: truth(model, specimen, synthetic), ..synthetic.measure(&axes, &values) })
+}
+
+/// The names and values of a model's parameters.
+fn truth(model: Forward, specimen: &Specimen, synthetic: &Synthetic) -> Vec<(String, f64)> {
+    let parameters = model.parameters(synthetic.channels);
+    let values = values_of(&parameters, &specimen.fiber, synthetic.theta_o, synthetic.scale);
+    let value = |(p, x): (Parameter, f64)| match (p.kind, specimen.eta_m) {
+        (Kind::EtaM, Some(eta_m)) => (p.name, f64::from(eta_m)),
+        // A fibre stores f32. Its shortest digits are those that were given.
+        (Kind::Fiber(..), _) => (p.name, rounded(x)),
+        _ => (p.name, x),
+    };
+    parameters.into_iter().zip(values).map(value).collect()
+}
+
+/// A value that was stored as f32, with the digits that an f32 has.
+fn rounded(x: f64) -> f64 {
+    format!("{x:.6e}").parse().unwrap_or(x)
 }
 
 /// Measures a whole fibre with a rough cuticle and tilted scales, traced with `photons` photons. The value of a
@@ -193,5 +219,6 @@ pub fn from_reference(
     let [theta, phi] = [0, 1].map(|i: usize| axes[i].iter().map(|x| x.to_radians()).collect());
     let cells = Cells { theta, phi, size: synthetic.step.map(f64::to_radians) };
     let values = profile(fiber, synthetic.theta_o.to_radians(), &cells, photons, synthetic.seed, progress)?;
-    Ok(synthetic.measure(&axes, &values))
+    let simulated = truth(Forward::default(), &(*fiber).into(), synthetic);
+    Ok(Profile { simulated, ..synthetic.measure(&axes, &values) })
 }

@@ -4,6 +4,9 @@ use crate::error::Error;
 use crate::profile::{Point, Profile};
 use std::path::Path;
 
+/// The start of a comment with a parameter that was simulated.
+pub(crate) const SIMULATED: &str = "simulated ";
+
 /// The values as they are written to a file, with seven digits.
 fn cells(p: &Point, channels: usize) -> impl Iterator<Item = String> + '_ {
     p.value[..channels].iter().map(|x| format!("{x:.6e}"))
@@ -12,7 +15,12 @@ fn cells(p: &Point, channels: usize) -> impl Iterator<Item = String> + '_ {
 /// The comments at the head of a file: the notes, then what a reader needs.
 fn header(profile: &Profile, angles: &str, notes: &[String]) -> String {
     let notes: String = notes.iter().map(|note| format!("# {note}\n")).collect();
-    format!("{notes}# theta_o = {}\n# quantity = {}\n# angles = {angles}\n", profile.theta_o, profile.quantity.name())
+    let simulated: String = profile.simulated.iter().map(|(name, x)| format!("# {SIMULATED}{name} = {x}\n")).collect();
+    format!(
+        "{notes}{simulated}# theta_o = {}\n# quantity = {}\n# angles = {angles}\n",
+        profile.theta_o,
+        profile.quantity.name()
+    )
 }
 
 /// Writes a profile as text, with notes as comments.

@@ -27,6 +27,7 @@ fn same(a: &Profile, b: &Profile) {
         points
     };
     assert_eq!((a.channels, a.theta_o, a.missing.len()), (b.channels, b.theta_o, b.missing.len()));
+    assert!(a.simulated.is_empty() || a.simulated == b.simulated, "{a:?}");
     for (a, b) in sorted(a).iter().zip(&sorted(b)) {
         assert!((a.theta - b.theta).abs() < 1e-9 && (a.phi - b.phi).abs() < 1e-9, "{a:?} {b:?}");
         for c in 0..3 {
@@ -49,7 +50,9 @@ fn all_formats_give_the_same_profile() {
         }
         let notes = ["a note".to_owned()];
         let plain = Reading::default();
-        same(&read(&write(folder, "a.txt", gantry_text(&profile, &notes)), &plain).unwrap(), &profile);
+        let text = read(&write(folder, "a.txt", gantry_text(&profile, &notes)), &plain).unwrap();
+        assert_eq!(text.simulated[0], ("kappa".to_owned(), 0.93));
+        same(&text, &profile);
         same(&read(&write(folder, "a.csv", csv(&profile, &notes)), &plain).unwrap(), &profile);
         // As images: θ from 10 to 50, φ from −20 to 200, NaN for a missing value.
         let (rows, columns) = (6, 21);

@@ -98,7 +98,12 @@ impl Body {
 
     /// Signed distance to the surface, negative inside. It is exact near round parts, and an estimate near ellipsoids.
     pub fn distance(&self, p: Vec3) -> f32 {
-        self.parts.iter().fold(f32::INFINITY, |d, part| part.join(d, part.solid.distance(p)))
+        self.parts.iter().fold(f32::INFINITY, |d, part| {
+            // Distant parts do not change the distance. Their bounding sphere is faster to compute.
+            let own = if part.blend >= 0.0 { d } else { -d };
+            let is_far = part.solid.beyond(p) >= own + part.blend.abs();
+            if is_far { d } else { part.join(d, part.solid.distance(p)) }
+        })
     }
 
     /// The gradient of the distance: the outward normal on the surface.
@@ -174,6 +179,14 @@ impl Solid {
                 let t = (across.dot(along) / along.length_squared().max(1e-12)).clamp(0.0, 1.0);
                 (across - t * along).length() - (ra + t * (rb - ra))
             }
+        }
+    }
+
+    /// A lower bound of the distance, from a bounding sphere.
+    fn beyond(&self, p: Vec3) -> f32 {
+        match *self {
+            Solid::Ellipsoid { center, radii, .. } => p.distance(center) - radii.max_element(),
+            Solid::Cone { a, b, ra, rb } => p.distance(0.5 * (a + b)) - 0.5 * a.distance(b) - ra.max(rb),
         }
     }
 

@@ -26,9 +26,22 @@ fn units(units: Units) -> String {
     format!("{name}, {} up", if units.z_up { "z" } else { "y" })
 }
 
-/// A width with one digit: that of a human hair (80 µm) if the groom has the size of a head with hair (0.24 m).
-fn suggested_width(size: glam::Vec3) -> f32 {
-    let width = f64::from(size.max_element()) / 3000.0;
+/// A width for strands without widths, with one digit.
+///
+/// The strands cover about as much as a coat: the sum of their lengths times the width is 0.7 times half the surface of
+/// their bounds. The width is at least that of a human hair (80 µm) if the strands have the size of a head with hair
+/// (0.24 m), and at most six times as much: a few guide strands cannot cover a body.
+pub fn suggested_width(strands: &Strands) -> f32 {
+    let Some(measures) = measure(strands) else { return 1.0 };
+    let size = (measures.bounds.1 - measures.bounds.0).as_dvec3();
+    let mut total = 0.0;
+    for i in 0..strands.len() {
+        let points = strands.strand(i);
+        total += points.windows(2).map(|p| p[0].truncate().distance(p[1].truncate())).map(f64::from).sum::<f64>();
+    }
+    let cover = 0.7 * (size.x * size.y + size.y * size.z + size.z * size.x) / total.max(f64::MIN_POSITIVE);
+    let hair = size.max_element() / 3000.0;
+    let width = cover.clamp(hair, 6.0 * hair);
     if width > 0.0 { format!("{width:.0e}").parse().unwrap_or(1.0) } else { 1.0 }
 }
 
@@ -61,7 +74,7 @@ fn one(strands: &Strands) -> String {
         rows.push((
             "widths",
             match measures.widths {
-                [_, 0.0] => format!("none: give one with --width, {} for example", suggested_width(high - low)),
+                [_, 0.0] => format!("none: give one with --width, {} for example", suggested_width(strands)),
                 _ => format!("{thinnest} to {thickest}"),
             },
         ));
@@ -82,7 +95,7 @@ fn one(strands: &Strands) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{Vec3, Vec4};
+    use glam::Vec4;
     use vellus_scene::Basis;
 
     #[test]
@@ -97,10 +110,24 @@ mod tests {
             look: 0,
             varying: Vec::new(),
         };
-        let text = describe(&Scene { strands: vec![strands], ..Scene::default() });
+        let text = describe(&Scene { strands: vec![strands.clone()], ..Scene::default() });
         assert!(text.contains("(0, 0, 0) to (0, 0.240000, 0.100000)"), "{text}");
-        assert!(text.contains("none: give one with --width, 0.00008 for example"), "{text}");
-        assert_eq!(suggested_width(Vec3::ZERO), 1.0);
-        assert_eq!(suggested_width(Vec3::splat(1e9)), 3e5);
+        // One strand is a guide.
+        assert!(text.contains("none: give one with --width, 0.0005 for example"), "{text}");
+        // 100,000 straight strands of 0.24 around a head of this size.
+        let ring = |i: usize| {
+            let (sin, cos) = (i as f32).sin_cos();
+            [0.0, 0.24].map(|y| Vec4::new(0.1 * sin, y, 0.1 * cos, 0.0))
+        };
+        let dense = Strands {
+            starts: (0..=100_000).map(|i| 2 * i).collect(),
+            points: (0..100_000).flat_map(ring).collect(),
+            ..strands.clone()
+        };
+        assert_eq!(suggested_width(&dense), 8e-5);
+        let none = Strands { starts: vec![0], points: Vec::new(), ..strands.clone() };
+        assert_eq!(suggested_width(&none), 1.0);
+        let huge = strands.points.iter().map(|p| *p * 4e9).collect();
+        assert_eq!(suggested_width(&Strands { points: huge, ..strands }), 2e6);
     }
 }

@@ -340,6 +340,7 @@ impl Group {
             },
             curl_radius: length * not_negative("curl", self.curl, 0.0)?,
             curl_turns: checked("curl_turns", self.curl_turns, 2.0, |_| true, "finite")?,
+            curl_variation: 1.0,
             noise: not_negative("noise", self.noise, 0.05)?,
             clearance: 0.0,
         };

@@ -9,11 +9,14 @@ use glam::{Quat, Vec3, Vec4};
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
-use std::f32::consts::{FRAC_PI_2, TAU};
+use std::f32::consts::{FRAC_PI_2, PI, TAU};
 use vellus_scene::{Basis, Mesh, Strands, Values};
 
 /// Number of strands whose spacing determines the resolution of the mean density.
 const FINEST: usize = 1 << 20;
+
+/// Strands are combed fully if the sine of the angle between comb and surface normal is at least this.
+const COMBED: f32 = 0.35;
 
 /// Grows strands on a mesh.
 ///
@@ -112,15 +115,21 @@ impl Grower<'_> {
 
         let n = site.normal;
         let comb = (self.maps.comb)(&site);
-        let laid = (comb - comb.dot(n) * n).normalize_or_zero();
+        let along = comb - comb.dot(n) * n;
+        let laid = along.normalize_or_zero();
+        // Where the comb is nearly perpendicular to the surface, strands would lie away from one point, and leave it
+        // bald. There they stand up, and their direction varies more.
+        let combed = smoothstep(along.length() / (COMBED * comb.length()).max(f32::MIN_POSITIVE));
         // The deviation of this strand in azimuth and elevation (Box–Muller).
         let (r, phi) = (settings.spread * (-2.0 * (1.0 - random()).ln()).sqrt(), TAU * random());
         // Uncombed strands are upright, and deviate by the same angle in any direction.
         let (laid, lift) = if laid == Vec3::ZERO {
             (Quat::from_axis_angle(n, phi) * n.any_orthonormal_vector(), [FRAC_PI_2 - r; 2])
         } else {
-            let sideways = Quat::from_axis_angle(n, r * phi.cos()) * laid;
-            (sideways, settings.lift.map(|angle| angle + r * phi.sin()))
+            let turn = (r * phi.cos() / combed.max(0.1)).clamp(-PI, PI);
+            let sideways = Quat::from_axis_angle(n, turn) * laid;
+            let upright = |angle: f32| FRAC_PI_2 + combed * (angle - FRAC_PI_2);
+            (sideways, settings.lift.map(|angle| upright(angle) + r * phi.sin()))
         };
         let wave = Wave::new(settings, length, &mut random);
 
@@ -162,6 +171,12 @@ impl Grower<'_> {
     }
 }
 
+/// A smooth step from 0 to 1 over [0, 1].
+fn smoothstep(x: f32) -> f32 {
+    let x = x.clamp(0.0, 1.0);
+    x * x * (3.0 - 2.0 * x)
+}
+
 /// Displacement of a strand by curls and waves, perpendicular to it.
 struct Wave {
     curl: f32,
@@ -176,8 +191,8 @@ impl Wave {
     fn new(settings: &GrowSettings, length: f32, random: &mut impl FnMut() -> f32) -> Self {
         Wave {
             curl: settings.curl_radius * (0.7 + 0.6 * random()),
-            turns: settings.curl_turns * (0.85 + 0.3 * random()),
-            phase: TAU * random(),
+            turns: settings.curl_turns * (1.0 + settings.curl_variation * (0.3 * random() - 0.15)),
+            phase: settings.curl_variation * TAU * random(),
             noise: settings.noise * length,
             // 0.5 to 1.5 waves.
             frequency: [0.5 + random(), 0.5 + random()],

@@ -59,7 +59,7 @@ mod thin;
 /// so the caller has to check the limit.
 pub const MAX_FILE_BYTES: u64 = 16 << 30;
 
-pub use describe::describe;
+pub use describe::{describe, suggested_width};
 pub use error::Error;
 pub use flatten::flatten;
 pub use group::{Ground, Group, GroupError, read_groups};

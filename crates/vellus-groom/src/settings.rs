@@ -48,6 +48,9 @@ pub struct GrowSettings {
     pub curl_radius: f32,
     /// Number of turns of the helix.
     pub curl_turns: f32,
+    /// How much the phases and turns of curls vary between strands, in [0, 1]. At 0, neighbours curl together. At 1,
+    /// they curl independently.
+    pub curl_variation: f32,
     /// Waviness: deviation at the tip relative to the length; not negative.
     pub noise: f32,
     /// Minimum distance of the tip from the body, if [`Maps::distance`] is set. It is 0 at the root and grows
@@ -87,6 +90,7 @@ impl Default for GrowSettings {
             clump: Clump { strands: 0, strength: 0.5, power: 1.0 },
             curl_radius: 0.0,
             curl_turns: 0.0,
+            curl_variation: 1.0,
             noise: 0.02,
             clearance: 0.0,
         }
@@ -132,6 +136,7 @@ impl GrowSettings {
         positive("clump.power", self.clump.power)?;
         not_negative("curl_radius", self.curl_radius)?;
         check("curl_turns", self.curl_turns, true, "it must be finite")?;
+        fraction("curl_variation", self.curl_variation)?;
         not_negative("noise", self.noise)?;
         not_negative("clearance", self.clearance)
     }

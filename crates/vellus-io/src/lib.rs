@@ -20,6 +20,7 @@ mod cpu_time;
 mod digest;
 mod errors;
 mod lines;
+pub mod parse;
 mod progress;
 mod read;
 mod sources;

@@ -146,22 +146,22 @@ impl AnyModel {
     }
 }
 
-impl fmt::Display for ModelKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
 impl ModelKind {
-    /// The models with these names. `all` means all models.
+    /// Models by their names, or all models if one of the names is `all`.
     ///
     /// # Errors
     /// [`Error::UnknownModel`] for the first unknown name.
-    pub fn list(names: &[String]) -> Result<Vec<Self>, Error> {
+    pub fn list(names: &[String]) -> Result<Vec<ModelKind>, Error> {
         if names.iter().any(|name| name == "all") {
             return Ok(ModelKind::ALL.to_vec());
         }
         names.iter().map(|name| name.parse()).collect()
+    }
+}
+
+impl fmt::Display for ModelKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
     }
 }
 

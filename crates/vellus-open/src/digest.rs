@@ -1,6 +1,6 @@
 //! The identity of scenes.
 
-use crate::{Format, Options};
+use crate::{Format, Options, Recolor};
 use std::path::Path;
 use vellus::Fiber;
 use vellus_io::DigestBuilder;
@@ -24,6 +24,15 @@ pub fn identify(builder: DigestBuilder, scene: impl AsRef<Path>, options: &Optio
         .field("strands", optional(options.strands.map(f32::to_le_bytes)))
         .field("camera", options.camera.as_deref().unwrap_or(""))
         .field("frame", optional(options.frame.map(f64::to_le_bytes)));
+    let builder = match &options.staging {
+        Some(staging) => staging.identify(builder, built_in.is_some()),
+        None => builder,
+    };
+    let builder = match &options.recolor {
+        Some(Recolor { fiber: Some((_, fiber)), .. }) => add_fiber(builder.field("recolor", "fiber"), fiber),
+        Some(Recolor { fiber: None, set }) => builder.field("recolor", set.join("\n")),
+        None => builder,
+    };
     // A built-in scene has its own fibres.
     if built_in.is_some() { builder } else { add_fiber(builder, &options.fiber().1) }
 }

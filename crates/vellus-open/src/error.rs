@@ -1,7 +1,8 @@
 //! Errors and warnings.
 
+use crate::FiberError;
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The reason why a scene cannot be opened.
 #[derive(Debug, thiserror::Error)]
@@ -9,14 +10,23 @@ use std::path::PathBuf;
 pub enum Error {
     /// The name is neither that of a built-in scene nor that of a file of a supported format.
     #[error(
-        "{}: neither a built-in scene ({}) nor a .usda, .usdc, .usdz, .hair or .tfx file",
+        "{}: neither a built-in scene ({}) nor a .usda, .usdc, .usdz, .hair, .tfx or .obj file",
         .0.display(),
         vellus_groom::SCENES.map(|(name, _)| name).join(", ")
     )]
     Unknown(PathBuf),
     /// An option that is only for files is set for a built-in scene.
-    #[error("a fibre, a width, a camera and a frame are for files: the built-in scene {0} has its own")]
+    #[error("a width, a camera and a frame are for files: the built-in scene {0} has its own")]
     BuiltIn(String),
+    /// A camera of the file and a view are set.
+    #[error("--camera and --view exclude each other: each sets the camera")]
+    TwoCameras,
+    /// The body is not a file of a supported format.
+    #[error("--body {}: it must be a .obj, .usda, .usdc or .usdz file", .0.display())]
+    Body(PathBuf),
+    /// A fibre cannot be changed.
+    #[error(transparent)]
+    Fiber(#[from] FiberError),
     /// A camera or a frame is set for a file that is not USD.
     #[error("a camera and a frame are for USD files: {} has neither", .0.display())]
     NotUsd(PathBuf),
@@ -78,20 +88,38 @@ pub enum Error {
 }
 
 /// A warning about a scene that was opened.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Warning {
     /// A USD file has something that is not supported.
     Usd(vellus_usd::Warning),
-    /// A fibre is set in the [`Options`](crate::Options), but the file does not use it.
+    /// A fibre is set in the [`Options`](crate::Options), but strands of the file do not use it.
     UnusedFiber {
         /// The file.
         file: PathBuf,
-        /// The fibres that its strands have instead.
+        /// Why not.
         why: String,
+    },
+    /// These strands had no widths and got a suggested one.
+    SuggestedWidth {
+        /// Their name.
+        strands: String,
+        /// The width.
+        width: f32,
     },
     /// These strands have no widths and were omitted.
     NoWidths(String),
+}
+
+impl Warning {
+    /// A fibre does not apply to a file with its `own` fibres; without any, the file has no strands.
+    pub(crate) fn unused_fiber(file: &Path, own: &[&str]) -> Self {
+        let why = match own {
+            [] => "it has no strands".to_owned(),
+            own => format!("strands have fibres of their own materials ({}); --override replaces them", own.join(", ")),
+        };
+        Warning::UnusedFiber { file: file.to_owned(), why }
+    }
 }
 
 impl fmt::Display for Warning {
@@ -99,7 +127,10 @@ impl fmt::Display for Warning {
         match self {
             Warning::Usd(warning) => warning.fmt(f),
             Warning::UnusedFiber { file, why } => {
-                write!(f, "the given fibre changes nothing in {}: {why}", file.display())
+                write!(f, "{}: --fiber and --set are ignored: {why}", file.display())
+            }
+            Warning::SuggestedWidth { strands, width } => {
+                write!(f, "{strands} has no widths: it is rendered with --width {width}")
             }
             Warning::NoWidths(strands) => write!(f, "{strands}: left out, it has no widths"),
         }

@@ -138,7 +138,7 @@ fn read(path: &Path, format: FiberFormat) -> Result<FiberBuilder, FiberError> {
 }
 
 /// Sets a parameter: `NAME=VALUE` or `NAME=R,G,B`. `exit=NAME` sets how scattered light leaves the fibre.
-fn set(builder: &mut FiberBuilder, setting: &str) -> Result<(), SettingError> {
+pub(crate) fn set(builder: &mut FiberBuilder, setting: &str) -> Result<(), SettingError> {
     let (name, value) = setting.split_once('=').ok_or(SettingError::Syntax)?;
     if name.trim() == "exit" {
         builder.set_exit(value.trim().parse()?);

@@ -1,5 +1,7 @@
-//! Opens a scene of hair and fur by its name: a built-in scene, a USD file (.usda, .usdc, .usdz), or strands as .hair
-//! or .tfx.
+//! Opens a scene of hair and fur by its name: a built-in scene, a USD file (.usda, .usdc, .usdz), strands as .hair or
+//! .tfx, or meshes as .obj.
+//!
+//! [`Staging`] adds a camera, lights and a background to a file without them, and [`Recolor`] changes its fibres.
 //!
 //! [`FiberSource`] reads a fibre by its name, [`Growth`] grows fur on the meshes of a file, and [`write()`] writes a
 //! scene.
@@ -20,6 +22,8 @@ mod error;
 mod fiber;
 mod grow;
 mod mesh;
+mod recolor;
+mod staging;
 mod write;
 
 pub use digest::identify;
@@ -27,6 +31,8 @@ pub use error::{Error, Warning};
 pub use fiber::{FiberError, FiberFormat, FiberSource, SettingError};
 pub use grow::{Grown, Growth};
 pub use mesh::{choose_meshes, open_coat, open_mesh};
+pub use recolor::Recolor;
+pub use staging::{Backdrop, Lighting, Staging};
 pub use write::write;
 
 use std::path::Path;
@@ -41,10 +47,13 @@ pub struct Options {
     /// Open the small version of a built-in scene.
     pub small: bool,
     /// Name and fibre of strands whose file defines none. `None` is the preset `red-fox`. Built-in scenes have their
-    /// own.
+    /// own: see [`Options::recolor`].
     pub fiber: Option<(String, Fiber)>,
+    /// A change of all fibres, those of the file or of the built-in scene included.
+    pub recolor: Option<Recolor>,
     /// Width (diameter) of strands whose file defines none, in the unit of the file; in [0, 2·10⁹]. If it is `None`,
-    /// such strands are an error.
+    /// such strands are an error, unless [`Options::staging`] is set: they then get
+    /// [`vellus_groom::suggested_width`], and a warning.
     pub width: Option<f32>,
     /// Keep only this share of the strands, in (0, 1], and widen them so that they cover as much.
     pub strands: Option<f32>,
@@ -52,6 +61,8 @@ pub struct Options {
     pub camera: Option<String>,
     /// Time code of a USD file. `None` is its startTimeCode.
     pub frame: Option<f64>,
+    /// Prepares the scene for a picture. `None` leaves it as it is in the file.
+    pub staging: Option<Staging>,
 }
 
 impl Options {
@@ -62,7 +73,7 @@ impl Options {
 }
 
 /// A scene that was opened.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Opened {
     /// The scene.
     pub scene: Scene,
@@ -70,6 +81,10 @@ pub struct Opened {
     pub sources: Sources,
     /// Warnings about the scene.
     pub warnings: Vec<Warning>,
+    /// What [`Options::staging`] added to a file without a camera or lights, in one line.
+    pub staged: Option<String>,
+    /// Whether the lights are those of [`Options::staging`]. The exposure should be set from the picture.
+    pub is_metered: bool,
 }
 
 /// The format of a scene, from its name.
@@ -83,6 +98,8 @@ pub enum Format {
     Hair,
     /// Strands in the format of TressFX.
     Tfx,
+    /// Meshes in Wavefront's format.
+    Obj,
 }
 
 impl Format {
@@ -98,25 +115,32 @@ impl Format {
         match scene.extension().and_then(|extension| extension.to_str()) {
             Some("hair") => Ok(Format::Hair),
             Some("tfx") => Ok(Format::Tfx),
+            _ if mesh::is_obj(scene) => Ok(Format::Obj),
             Some("usda" | "usdc" | "usdz" | "usd") => Ok(Format::Usd),
             _ => Err(Error::Unknown(scene.to_owned())),
         }
     }
 }
 
-/// Checks that a scene may have these options, without reading a file.
+/// Checks that a scene may have these options, without reading a file. Files that options name must exist.
 ///
 /// # Errors
-/// [`Error::Unknown`], [`Error::BuiltIn`], [`Error::NotUsd`].
+/// [`Error::Unknown`], [`Error::BuiltIn`], [`Error::NotUsd`], [`Error::TwoCameras`]. [`Error::Body`] or [`Error::Read`] for
+/// the files of [`Options::staging`].
 pub fn check(scene: impl AsRef<Path>, options: &Options) -> Result<Format, Error> {
     let scene = scene.as_ref();
     let seen = options.camera.is_some() || options.frame.is_some();
+    let viewed = options.staging.as_ref().is_some_and(|staging| staging.view.is_some());
+    if options.camera.is_some() && viewed {
+        return Err(Error::TwoCameras);
+    }
     let format = Format::of(scene)?;
+    options.staging.as_ref().map_or(Ok(()), Staging::check)?;
     match format {
         Format::BuiltIn(name) if seen || options.fiber.is_some() || options.width.is_some() => {
             Err(Error::BuiltIn(name.to_owned()))
         }
-        Format::Hair | Format::Tfx if seen => Err(Error::NotUsd(scene.to_owned())),
+        Format::Hair | Format::Tfx | Format::Obj if seen => Err(Error::NotUsd(scene.to_owned())),
         _ => Ok(format),
     }
 }
@@ -125,8 +149,19 @@ pub fn check(scene: impl AsRef<Path>, options: &Options) -> Result<Format, Error
 ///
 /// # Errors
 /// Those of [`check`]. [`Error::Read`], [`Error::Strands`] or [`Error::Usd`] if the file cannot be read or is invalid.
+/// [`Error::Fiber`] if [`Options::recolor`] is wrong for a fibre of the scene.
 pub fn open(scene: impl AsRef<Path>, options: &Options) -> Result<Opened, Error> {
     let mut opened = open_all(scene.as_ref(), options)?;
+    if let Some(recolor) = &options.recolor {
+        recolor.apply(&mut opened.scene)?;
+    }
+    if let Some(staging) = &options.staging {
+        let built_in = matches!(Format::of(&scene)?, Format::BuiltIn(_));
+        opened.warnings.extend(suggest_widths(&mut opened.scene));
+        if !built_in || *staging != Staging::new(staging.aspect) {
+            staging::stage(&mut opened, staging, built_in)?;
+        }
+    }
     if let Some(share) = options.strands {
         opened.scene.strands.iter_mut().for_each(|strands| *strands = vellus_groom::thin(strands, share));
     }
@@ -143,21 +178,47 @@ pub fn open_to_measure(scene: impl AsRef<Path>, options: &Options) -> Result<Ope
     open(scene, &Options { width, ..options.clone() })
 }
 
+/// Gives strands without widths a width that suits their size.
+fn suggest_widths(scene: &mut Scene) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    for strands in scene.strands.iter_mut().filter(|s| !s.points.is_empty() && s.points.iter().all(|p| p.w == 0.0)) {
+        let width = vellus_groom::suggested_width(strands);
+        strands.points.iter_mut().for_each(|point| point.w = 0.5 * width);
+        warnings.push(Warning::SuggestedWidth { strands: strands.name.clone(), width });
+    }
+    warnings
+}
+
 fn open_all(path: &Path, options: &Options) -> Result<Opened, Error> {
     let file = path.display().to_string();
+    // Strands without widths get the width 0 first.
+    let missing = options.width.or(options.staging.as_ref().map(|_| 0.0));
     let mut sources = Sources::new();
     let strands = match check(path, options)? {
         Format::BuiltIn(name) => {
             let scene = vellus_groom::scene(name, options.small).ok_or_else(|| Error::Unknown(path.to_owned()))?;
-            return Ok(Opened { scene, sources, warnings: Vec::new() });
+            return Ok(Opened { scene, sources, ..Opened::default() });
         }
-        Format::Usd => return open_usd(path, options),
-        Format::Hair => vellus_groom::read_hair(&read(path, ".hair", &mut sources)?, &file, options.width)?,
-        Format::Tfx => vellus_groom::read_tfx(&read(path, ".tfx", &mut sources)?, &file, options.width)?,
+        Format::Usd => return open_usd(path, options, missing),
+        Format::Hair => {
+            let bytes = read(path, ".hair", &mut sources)?;
+            match vellus_groom::read_hair(&bytes, &file, options.width) {
+                Err(vellus_groom::Error::NoWidth { .. }) if missing.is_some() => {
+                    vellus_groom::read_hair(&bytes, &file, missing)?
+                }
+                strands => strands?,
+            }
+        }
+        Format::Tfx => vellus_groom::read_tfx(&read(path, ".tfx", &mut sources)?, &file, missing)?,
+        Format::Obj => {
+            let mut opened = open_mesh(path)?;
+            opened.warnings.extend(options.fiber.is_some().then(|| Warning::unused_fiber(path, &[])));
+            return Ok(opened);
+        }
     };
     let (name, fiber) = options.fiber();
     let scene = Scene { strands: vec![strands], looks: vec![Look::constant(name, fiber)], ..Scene::default() };
-    Ok(Opened { scene, sources, warnings: Vec::new() })
+    Ok(Opened { scene, sources, ..Opened::default() })
 }
 
 /// Reads a file, and adds it to `sources` by `name`.
@@ -168,9 +229,9 @@ fn read(path: &Path, name: &str, sources: &mut Sources) -> Result<Vec<u8>, Error
     Ok(bytes)
 }
 
-fn open_usd(path: &Path, options: &Options) -> Result<Opened, Error> {
+fn open_usd(path: &Path, options: &Options, width: Option<f32>) -> Result<Opened, Error> {
     let reader = vellus_usd::Options {
-        default_width: options.width,
+        default_width: width,
         frame: options.frame,
         camera: options.camera.clone(),
         shutter: None,
@@ -178,16 +239,11 @@ fn open_usd(path: &Path, options: &Options) -> Result<Opened, Error> {
     };
     let vellus_usd::Reading { scene, warnings, sources } = vellus_usd::read(path, &reader)?;
     let mut warnings: Vec<Warning> = warnings.into_iter().map(Warning::Usd).collect();
-    if options.fiber.is_some() && !scene.looks.iter().any(|look| look.name == FALLBACK_LOOK) {
-        let names: Vec<&str> = scene.looks.iter().map(|look| look.name.as_str()).collect();
-        let why = if names.is_empty() {
-            "it has no strands".to_owned()
-        } else {
-            format!("its strands have the fibres of its own materials: {}", names.join(", "))
-        };
-        warnings.push(Warning::UnusedFiber { file: path.to_owned(), why });
+    let own: Vec<&str> = scene.looks.iter().map(|look| look.name.as_str()).filter(|n| *n != FALLBACK_LOOK).collect();
+    if options.fiber.is_some() && (!own.is_empty() || scene.strands.is_empty()) {
+        warnings.push(Warning::unused_fiber(path, &own));
     }
-    Ok(Opened { scene, sources, warnings })
+    Ok(Opened { scene, sources, warnings, ..Opened::default() })
 }
 
 #[cfg(test)]
@@ -202,6 +258,10 @@ mod tests {
         assert!(matches!(check("missing.tfx", &framed), Err(Error::NotUsd(_))));
         assert!(matches!(check("missing.usda", &framed), Ok(Format::Usd)));
         assert!(matches!(check("missing.hair", &wide), Ok(Format::Hair)));
+        let mut seen = Staging::new(1.5);
+        seen.view = Some(Default::default());
+        let seen = Options { camera: Some("a".to_owned()), staging: Some(seen), ..Options::default() };
+        assert!(matches!(check("missing.usda", &seen), Err(Error::TwoCameras)));
         assert!(check("unicorn", &wide).unwrap_err().to_string().contains("raccoon"));
         assert!(matches!(open("missing.hair", &wide), Err(Error::Read { .. })));
     }

@@ -21,7 +21,7 @@ pub fn open_mesh(path: impl AsRef<Path>) -> Result<Opened, Error> {
         let mut sources = Sources::new();
         let meshes = vellus_groom::read_obj(&read(path, ".obj", &mut sources)?, &path.display().to_string())?;
         let scene = Scene { meshes, surfaces: vec![Surface::diffuse("skin", SKIN)], ..Scene::default() };
-        return Ok(Opened { scene, sources, warnings: Vec::new() });
+        return Ok(Opened { scene, sources, ..Opened::default() });
     }
     let options = vellus_usd::Options { default_width: Some(0.0), ..Default::default() };
     let vellus_usd::Reading { mut scene, warnings, sources } = vellus_usd::read(path, &options)?;
@@ -33,7 +33,7 @@ pub fn open_mesh(path: impl AsRef<Path>) -> Result<Opened, Error> {
         }
         has_width
     });
-    Ok(Opened { scene, sources, warnings })
+    Ok(Opened { scene, sources, warnings, ..Opened::default() })
 }
 
 /// Whether a file has the extension of Wavefront's format.

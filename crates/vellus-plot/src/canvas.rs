@@ -39,6 +39,15 @@ pub fn font(size: f64) -> TextStyle<'static> {
     ("sans-serif", size).into_font().color(&BLACK)
 }
 
+/// The labels of a logarithmic axis from `low` to `high`: powers of ten. If there are few, also 2 and 5 times each.
+pub fn log_labels(low: f64, high: f64) -> Vec<f64> {
+    let steps: &[f64] = if high > 75.0 * low { &[1.0] } else { &[1.0, 2.0, 5.0] };
+    (low.log10().floor() as i32..=high.log10().ceil() as i32)
+        .flat_map(|power| steps.iter().map(move |step| step * 10f64.powi(power)))
+        .filter(|y| (low..high).contains(y))
+        .collect()
+}
+
 /// Writes a title at the top, and returns the area below it.
 ///
 /// # Errors

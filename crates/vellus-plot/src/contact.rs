@@ -11,6 +11,7 @@ const GAP: u32 = 4;
 const LABEL: u32 = 24;
 
 /// Pictures of the same size in rows and columns.
+#[derive(Clone, Debug)]
 pub struct Contact {
     /// The title.
     pub title: String,

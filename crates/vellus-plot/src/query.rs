@@ -85,6 +85,17 @@ impl Offsets {
         }
     }
 
+    /// Reads `far` or `LO:HI` with LO < HI: the ends of a window.
+    ///
+    /// # Errors
+    /// [`Error::Query`] for other text, and as [`Offsets::range`].
+    pub fn parse_window(text: &str) -> Result<[f64; 2]> {
+        match Offsets::parse(text, 0.0)? {
+            Offsets::Range(low, high) if low < high => Ok([low, high]),
+            other => wrong(format!("{other} has no width; expected far or LO:HI, such as -0.5:0.25")),
+        }
+    }
+
     /// The window as columns of a CSV file: names and values.
     pub fn columns(self) -> Vec<(&'static str, f64)> {
         match self {

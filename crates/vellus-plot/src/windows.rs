@@ -1,7 +1,7 @@
 //! The near field at five offsets of a window, its average as shipped, and the average by quadrature (Yan17
 //! Fig. 12a).
 
-use crate::canvas::{Draw, LOBE_COLORS, LOBE_LABELS, Mark, font, legend, titled};
+use crate::canvas::{Draw, LOBE_COLORS, LOBE_LABELS, Mark, font, legend, log_labels, titled};
 use crate::{Error, Result};
 use plotters::coord::Shift;
 use plotters::coord::combinators::BindKeyPoints;
@@ -93,18 +93,15 @@ impl Picture {
         // Paths that miss the medulla scatter no light. Zeros are omitted.
         let least = all().filter(|x| **x > 0.0).fold(largest, |a, &x| a.min(0.7 * x));
         let floor = least.max(largest * 10f64.powf(-DECADES));
-        // If there are few powers of ten, 1, 2 and 5 of each have labels.
-        let steps: &[f64] = if highest > 50.0 * floor { &[1.0] } else { &[1.0, 2.0, 5.0] };
-        let labels = (floor.log10().floor() as i32..=highest.log10().ceil() as i32)
-            .flat_map(|power| steps.iter().map(move |step| step * 10f64.powi(power)))
-            .filter(|y| (floor..1.5 * highest).contains(y))
-            .collect();
         let mut chart = ChartBuilder::on(area)
             .margin(12)
             .caption(format!("{name}: averages differ by {error:.2} %"), font(22.0))
             .x_label_area_size(50)
             .y_label_area_size(78)
-            .build_cartesian_2d(0.0..360.0, (floor..1.5 * highest).log_scale().with_key_points(labels))?;
+            .build_cartesian_2d(
+                0.0..360.0,
+                (floor..1.5 * highest).log_scale().with_key_points(log_labels(floor, 1.5 * highest)),
+            )?;
         chart
             .configure_mesh()
             .x_desc("φ, degrees")

@@ -8,6 +8,7 @@ use crate::integrator::geometry::Geometry;
 use crate::integrator::path::Trace;
 use crate::integrator::view::View;
 use crate::light::Lights;
+use crate::light::background::Background;
 use crate::shading::colors;
 use crate::shading::fibers::Fibers;
 use vellus::{Bcsdf, Fiber, Model};
@@ -71,13 +72,14 @@ impl World {
         let strands_before = scene.strands.iter().scan(0, |n, s| Some(std::mem::replace(n, *n + s.len() as u32)));
         let strands_before = strands_before.collect();
         let colors = scene.strands.iter().map(|strands| colors::table(strands, &scene.looks[strands.look])).collect();
-        let lights = Lights::new(&lights, &scene.textures, radius);
+        let lights = Lights::new(&lights, &scene.unseen_lights, &scene.textures, radius);
         let (curves, triangles, view) = (Curves::new(scene.strands), Triangles::new(scene.meshes), View::new(camera));
         let geometry = Geometry {
             moves: curves.moves() || triangles.moves() || view.moves(),
             curves,
             triangles,
             lights,
+            background: scene.background.map(|tint| Background { tint, group: groups.of_background }),
             view,
             groups: groups.of_lights,
             emission_group: groups.of_emission,
@@ -112,6 +114,11 @@ impl World {
         Ok(())
     }
 
+    /// Multiplies the emission of all lights by a positive factor. Surfaces that emit light do not change.
+    pub fn scale_lights(&mut self, factor: f32) {
+        self.geometry.lights.scale(factor);
+    }
+
     /// The names of the light groups, in the order of the channels of [`Layer::Lights`].
     pub fn group_names(&self) -> &[String] {
         &self.group_names
@@ -139,11 +146,12 @@ struct LightGroups {
     names: Vec<String>,
     of_lights: Vec<usize>,
     of_emission: usize,
+    of_background: usize,
 }
 
 impl LightGroups {
     /// Lights with the same group name share a group. The emission of meshes is the group `emission`. The dome of a
-    /// scene without lights is the group `dome`.
+    /// scene without lights is the group `dome`. What the camera sees behind all objects is the group `background`.
     fn new(scene: &Scene) -> Self {
         let mut names: Vec<String> = Vec::new();
         let mut group = |name: &str| {
@@ -157,6 +165,7 @@ impl LightGroups {
         let of_lights = of_scene.iter().map(|name| group(name)).collect();
         let glows = scene.surfaces.iter().any(|s| s.emission.iter().any(|&e| e > 0.0));
         let of_emission = if glows { group("emission") } else { 0 };
-        LightGroups { names, of_lights, of_emission }
+        let of_background = scene.background.map_or(0, |_| group("background"));
+        LightGroups { names, of_lights, of_emission, of_background }
     }
 }

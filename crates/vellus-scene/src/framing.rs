@@ -10,6 +10,10 @@ const ANGLE: f32 = 30.0;
 /// Fraction of the width and height of the picture that stays empty, for both sides together.
 const MARGIN: f32 = 0.1;
 
+/// Vertices of meshes are framed within this distance from the middle of the strands, relative to the half diagonal of
+/// the strands' bounds.
+const NEARBY: f32 = 1.1;
+
 /// Slope of the view direction: the camera is a little above the front.
 const RISE: f32 = 0.15;
 
@@ -19,12 +23,19 @@ impl Scene {
     /// It looks from the front and a little above. It is as near as possible, so that a picture of this `aspect` (width
     /// over height) shows everything with a margin of a tenth, also while it moves. `None` if the scene is empty.
     pub fn framing(&self, aspect: f32) -> Option<Camera> {
+        let up = self.up();
+        let front = if up == Vec3::Z { -Vec3::Y } else { Vec3::Z };
+        self.framing_along((front + RISE * up).normalize(), aspect)
+    }
+
+    /// As [`Scene::framing`], from another direction: `back` is the unit vector toward the camera.
+    ///
+    /// Meshes beside strands are framed too, as far as they are near the strands: the head under hair, but not the
+    /// feet.
+    pub fn framing_along(&self, back: Vec3, aspect: f32) -> Option<Camera> {
         let (low, high) = self.bounds()?;
         let (middle, reach) = (0.5 * (low + high), 0.5 * (high - low).length());
-        let z_up = self.units.is_some_and(|units| units.z_up);
-        let (front, up) = if z_up { (-Vec3::Y, Vec3::Z) } else { (Vec3::Z, Vec3::Y) };
-        let back = (front + RISE * up).normalize();
-        let right = up.cross(back).normalize();
+        let right = self.up().cross(back).normalize();
         let above = back.cross(right);
         // k is the tangent of half the angle to fill. With the camera at e, a sphere of radius r around p is left of
         // the plane through the right border if p·x + k p·z + r √(1 + k²) ≤ e·x + k e·z. The other borders are similar.
@@ -32,7 +43,7 @@ impl Scene {
         let slopes = [half * aspect, half];
         let mut beyond = [[f32::NEG_INFINITY; 2]; 2];
         let mut nearest = f32::NEG_INFINITY;
-        self.visit(|point, radius| {
+        self.visit(middle, NEARBY * reach, |point, radius| {
             let p = point - middle;
             let depth = p.dot(back);
             nearest = nearest.max(depth + radius);
@@ -49,20 +60,20 @@ impl Scene {
         let least = nearest + reach.max(f32::MIN_POSITIVE);
         let distance = distance(0).max(distance(1)).max(least);
         let across = middle + right * side[0] + above * side[1];
-        Some(Camera::look_at(across + back * distance, across, up, ANGLE.to_radians(), aspect))
+        Some(Camera::look_at(across + back * distance, across, self.up(), ANGLE.to_radians(), aspect))
     }
 
-    /// Visits all positions and radii to frame, when the shutter opens and when it closes.
-    fn visit(&self, mut see: impl FnMut(Vec3, f32)) {
+    /// Visits all positions and radii to frame, when the shutter opens and when it closes. Beside strands, only the
+    /// vertices of meshes within `reach` of `middle` are visited.
+    fn visit(&self, middle: Vec3, reach: f32, mut see: impl FnMut(Vec3, f32)) {
         for strands in &self.strands {
             strands.points.iter().for_each(|p| see(p.xyz(), p.w));
             let moved = strands.moved.iter().flatten();
             moved.zip(&strands.points).for_each(|(p, point)| see(*p, point.w));
         }
-        if self.strands.iter().all(|strands| strands.points.is_empty()) {
-            let meshes = self.meshes.iter();
-            meshes.flat_map(|m| m.positions.iter().chain(m.moved.iter().flatten())).for_each(|p| see(*p, 0.0));
-        }
+        let no_strands = self.strands.iter().all(|strands| strands.points.is_empty());
+        let vertices = self.meshes.iter().flat_map(|m| m.positions.iter().chain(m.moved.iter().flatten()));
+        vertices.filter(|p| no_strands || p.distance(middle) <= reach).for_each(|p| see(*p, 0.0));
     }
 }
 
@@ -106,7 +117,7 @@ mod tests {
         assert_eq!(camera.validate(), Ok(()));
         let to_camera = camera.to_world.inverse();
         let mut range = [[f32::INFINITY, f32::NEG_INFINITY]; 2];
-        scene.visit(|point, radius| {
+        scene.visit(Vec3::ZERO, 0.0, |point, radius| {
             let p = to_camera.transform_point3(point);
             assert!(p.z < 0.0, "{p} is behind the camera");
             let film = [camera.film_width, camera.film_height];

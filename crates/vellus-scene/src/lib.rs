@@ -41,6 +41,7 @@ mod scene;
 mod strands;
 mod texture;
 mod units;
+mod view;
 
 pub use camera::Camera;
 pub use error::Error;
@@ -52,3 +53,4 @@ pub use strands::{Basis, MAX_COORDINATE, Strands, Values};
 pub use texture::{Texture, Wrap};
 pub use units::Units;
 pub use vellus::Parameter;
+pub use view::View;

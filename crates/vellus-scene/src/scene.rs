@@ -4,7 +4,7 @@ use crate::camera::Camera;
 use crate::error::{Error, invalid};
 use crate::light::Light;
 use crate::look::Look;
-use crate::mesh::{Mesh, Surface};
+use crate::mesh::{Mesh, Surface, Tint};
 use crate::strands::Strands;
 use crate::texture::Texture;
 use crate::units::Units;
@@ -28,6 +28,10 @@ pub struct Scene {
     /// The group of each light. The renderer can write the light of each group as a separate layer. Names have 1 to 64
     /// letters, digits, `_` or `-`. If the list is empty, each light is a group.
     pub light_groups: Vec<String>,
+    /// Indices of lights that the camera does not see directly. They illuminate the scene all the same.
+    pub unseen_lights: Vec<usize>,
+    /// What the camera sees where there is no object. If it is `None`, it sees the domes and distant lights there.
+    pub background: Option<Tint>,
     /// The camera. If it is `None`, the renderer uses [`Scene::framing`].
     pub camera: Option<Camera>,
     /// The unit of length and the up axis, if known.
@@ -102,6 +106,18 @@ impl Scene {
             let (groups, lights) = (self.light_groups.len(), self.lights.len());
             return Err(invalid("lights", format!("there are {groups} groups for {lights} lights")));
         }
+        if let Some(index) = self.unseen_lights.iter().find(|&&index| index >= self.lights.len()) {
+            let count = self.lights.len();
+            return Err(invalid("lights", format!("light {index} is not visible, but there are {count} lights")));
+        }
+        if let Some(Tint { color, texture }) = self.background {
+            if !color.iter().all(|c| c.is_finite() && *c >= 0.0) {
+                return Err(invalid("background", format!("its colour is {color:?}: no channel may be negative")));
+            }
+            if texture.is_some_and(|index| index >= self.textures.len()) {
+                return Err(invalid("background", "the texture does not exist"));
+            }
+        }
         self.textures.iter().try_for_each(Texture::validate)?;
         self.units.iter().try_for_each(Units::validate)?;
         self.camera.iter().try_for_each(Camera::validate)
@@ -143,7 +159,7 @@ mod tests {
         assert_eq!(scene().validate(), Ok(()));
         assert_eq!(scene().strands[0].segments(), 3);
         type Break = fn(&mut Scene);
-        let broken: [(Break, &str); 11] = [
+        let broken: [(Break, &str); 13] = [
             (|s| s.strands[0].look = 1, "fur: the look does not exist"),
             (|s| s.strands[0].starts[1] = 1, "fur: strand 0 has 1 points"),
             (|s| s.strands[0].starts[1] = 9, "strand 0 ends at point 9, but there are 5 points"),
@@ -154,6 +170,8 @@ mod tests {
             (|s| textured(s, 1, 0.5), "white: kappa has the texture 1, but the scene has 0"),
             (|s| textured(s, 0, f32::INFINITY), "white: kappa has a texture with the scale [0.0, 0.0, inf]"),
             (|s| s.light_groups = vec!["key".to_owned()], "lights: there are 1 groups for 0 lights"),
+            (|s| s.unseen_lights = vec![2], "lights: light 2 is not visible, but there are 0 lights"),
+            (|s| s.background = Some(Tint { color: [-1.0; 3], texture: None }), "background: its colour is"),
             (|s| s.light_groups = vec!["key.left".to_owned()], "'key.left': a light group's name"),
         ];
         for (change, message) in broken {

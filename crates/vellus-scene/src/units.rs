@@ -3,7 +3,7 @@
 use crate::error::{Error, invalid};
 
 /// The unit of length and the up axis of a file. Writers store them. Rendering does not depend on them, except that
-/// [`crate::Scene::framing`] uses the up axis.
+/// [`crate::Scene::framing`] and [`crate::Scene::front`] use the up axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Units {
     /// Length of a unit in metres; positive.

@@ -72,9 +72,9 @@ fn totals_of_random_fibres_match_the_tracer() {
     }
     let [open, reflecting] = all.map(statistics);
     println!("open {open:.4?}, reflecting {reflecting:.4?}");
-    // The two worst have η ≥ 2 and σ_m,a κ ≥ 2.4, where short paths leave in other states than long ones. The chain
-    // and the table know only the mean over paths.
-    assert!(reflecting[0] <= 0.01 && reflecting[1] <= 0.03 && reflecting[2] <= 0.07);
+    // The worst absorb much in the medulla, or have η ≥ 2. The chain knows only how absorption favours states, and not
+    // how it favours pairs of an entry and an exit.
+    assert!(reflecting[0] <= 0.01 && reflecting[1] <= 0.03 && reflecting[2] <= 0.06);
 }
 
 #[test]

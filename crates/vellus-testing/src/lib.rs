@@ -9,9 +9,10 @@ mod query;
 pub mod significance;
 pub mod sphere;
 
+use glam::Vec3;
 pub use query::{Query, queries};
 pub use vellus::direction;
-use vellus::{Exit, Fiber, TableData, Tables};
+use vellus::{Exit, Fiber, Hit, TableData, Tables};
 
 /// The tables that `vellus` contains, in the form that the double-precision references take.
 pub fn table_data() -> &'static TableData {
@@ -37,6 +38,12 @@ pub fn full_fiber() -> Fiber {
     }
 }
 
+/// The inclination and the azimuth of a direction, radians: the inverse of [`direction`].
+pub fn angles(direction: Vec3) -> [f64; 2] {
+    let [x, y, z] = direction.to_array().map(f64::from);
+    [x.atan2(y.hypot(z)), z.atan2(y)]
+}
+
 /// A small deterministic random number generator (SplitMix64). The number is its seed.
 pub struct Uniform(pub u64);
 
@@ -55,6 +62,16 @@ impl Uniform {
     pub fn numbers<const N: usize>(&mut self) -> [f32; N] {
         // Rounding to f32 can give 1, which is outside a sampler's range.
         std::array::from_fn(|_| (self.next() as f32).min(1.0 - f32::EPSILON / 2.0))
+    }
+
+    /// A direction for query number `k` of a hit. Half of the directions are where the fibre scatters most light, the
+    /// other half anywhere.
+    pub fn outgoing(&mut self, hit: &Hit<'_>, k: usize) -> Vec3 {
+        if k.is_multiple_of(2) {
+            hit.sample(self.numbers()).expect("the fibre scatters light").wi
+        } else {
+            direction(self.within(-1.55, 1.55), self.within(-3.1, 3.1))
+        }
     }
 
     /// The next number, uniform in [lo, hi).

@@ -32,7 +32,9 @@
 //!   metallic, ior), **Camera**, **DomeLight**, **DistantLight**, **RectLight**, **DiskLight**, **SphereLight** and
 //!   **CylinderLight**. `vellus:lightGroup` names the group of a light; without it the group has the name of the prim.
 //!   `vellus:groundHeight` and `vellus:groundRadius` project the image of a dome onto the ground
-//!   ([`vellus_scene::Ground`]).
+//!   ([`vellus_scene::Ground`]). A light is invisible to the camera if one of these is false or 0:
+//!   `primvars:ri:attributes:visibility:camera` (RenderMan), `primvars:arnold:camera` (Arnold),
+//!   `karma:light:renderlightgeo` (Karma), `visibleInPrimaryRay` (NVIDIA RTX). UsdLux has no such attribute.
 //! - Materials that are bound directly or by collections. Collections list included and excluded prims; membership
 //!   expressions are not evaluated.
 //! - Composition, instances, transforms, visibility, purpose, time samples, velocities and accelerations.

@@ -120,6 +120,8 @@ fn scene() -> Scene {
                 radiance: [1.0, 2.0, 3.0],
             },
         ],
+        background: None,
+        unseen_lights: vec![0, 3],
         light_groups: ["sky", "sun", "key", "key", "lamp-2", "tube"].map(str::to_owned).to_vec(),
         camera: Some(Camera {
             to_world: pose(0.2),

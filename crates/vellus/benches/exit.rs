@@ -23,28 +23,26 @@ fn constructor_grey(bencher: Bencher, exit: Exit) {
     bencher.bench_local(|| Bcsdf::new(black_box(&fiber)));
 }
 
-#[divan::bench(args = Exit::ALL)]
-fn prepare(bencher: Bencher, exit: Exit) {
+/// Prepares a hit in a window for each query.
+fn prepare_each(bencher: Bencher, exit: Exit, window: fn(f32) -> Window) {
     let bcsdf = Bcsdf::new(&fur(exit)).expect("the fibre is valid");
     let queries = queries(N);
     let mut i = 0;
     bencher.bench_local(|| {
         i = (i + 1) % N;
         let q = black_box(&queries[i]);
-        bcsdf.with_hit(q.wo, Window::near(q.h), |hit| black_box(hit).lobe_probabilities()[0])
+        bcsdf.with_hit(q.wo, window(q.h), |hit| black_box(hit).lobe_probabilities()[0])
     });
 }
 
 #[divan::bench(args = Exit::ALL)]
+fn prepare(bencher: Bencher, exit: Exit) {
+    prepare_each(bencher, exit, Window::near);
+}
+
+#[divan::bench(args = Exit::ALL)]
 fn far_prepare(bencher: Bencher, exit: Exit) {
-    let bcsdf = Bcsdf::new(&fur(exit)).expect("the fibre is valid");
-    let queries = queries(N);
-    let mut i = 0;
-    bencher.bench_local(|| {
-        i = (i + 1) % N;
-        let q = black_box(&queries[i]);
-        bcsdf.with_hit(q.wo, Window::far(), |hit| black_box(hit).lobe_probabilities()[0])
-    });
+    prepare_each(bencher, exit, |_| Window::far());
 }
 
 /// Hits in a window, 64 of them, with sixteen queries each.

@@ -77,19 +77,16 @@ impl<'b, V: Lanes> NearHit<'b, V> {
                     if prepared.reflection.is_none() {
                         paths[i] = prepared.medulla.mean_path_of(&pass, angle);
                     }
-                    let azimuth = prepared.medulla.azimuth(&pass, angle);
-                    Scattered {
-                        azimuth,
-                        inclination: prepared.medulla.inclination(path.theta.lane(i)),
-                        exists: true,
-                        plain: azimuth.turned == 0.0,
-                    }
+                    let inclination = prepared.medulla.inclination(path.theta.lane(i));
+                    let azimuth = prepared.medulla.azimuth_leaving(&pass, angle, inclination.leaving);
+                    Scattered { azimuth, inclination, exists: true, plain: azimuth.turned == 0.0 }
                 } else {
                     Scattered { azimuth: Azimuth::NONE, inclination: Inclination::NONE, exists: false, plain: false }
                 }
             },
         );
-        let attenuation = path.attenuation(fiber, V::from_lanes(&paths), prepared.reflection.as_ref());
+        let entry = prepared.reflection.as_ref().map(|reflection| reflection.at(path.sin2_t));
+        let attenuation = path.attenuation(fiber, V::from_lanes(&paths), entry.as_ref());
         NearHit {
             prepared,
             frame: Frame::new(wo, cos, path.inverse_cos_o),
@@ -223,9 +220,9 @@ impl<V: Lanes> NearHit<'_, V> {
                 // `sample` never selects this lobe, because it carries no energy. The result is that of R.
                 return (unscattered(0), 0.0);
             }
-            let relative = prepared.medulla.sample_azimuth(&s.azimuth, u[2]);
-            let inclination = prepared.medulla.sample_leaving(&s.inclination, wrap(relative), [u[0], u[1]]);
-            (inclination, relative + self.scattered_exit[p - 1].lane(lane))
+            let Azimuth { weights, turned, mirror, .. } = &s.azimuth;
+            let (inclination, relative) = prepared.medulla.sample_leaving(weights, *turned, &s.inclination, u);
+            (inclination, mirror * relative + self.scattered_exit[p - 1].lane(lane))
         };
         let ((sin_i, cos_i), phi) = match lobe {
             Lobe::R | Lobe::Tt | Lobe::Trt => {
@@ -317,9 +314,12 @@ impl NearHit<'_, f32> {
     pub(crate) fn azimuthal_lobes(&self, phi: f32) -> Lobes {
         let [r, tt, trt, rest] = self.prepared.azimuthal.eval(self.exit, phi).to_array();
         let [s] = &self.scattered;
-        let [tts, trts] = self
-            .scattered_exit
-            .map(|exit| if s.exists { self.prepared.medulla.azimuthal(&s.azimuth, wrap(phi - exit)) } else { 0.0 });
+        let [tts, trts] = self.scattered_exit.map(|exit| {
+            let phi = wrap(phi - exit);
+            let [backward, forward] = s.inclination.leaving;
+            let leaving = backward + (forward - backward) * (phi.abs() * (1.0 / PI));
+            if s.exists { leaving * self.prepared.medulla.azimuthal(&s.azimuth, phi) } else { 0.0 }
+        });
         self.lobes(&[r, tt, trt, tts, trts, rest, 1.0 / TAU])
     }
 

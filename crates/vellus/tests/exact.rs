@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use vellus::{Bcsdf, Exit, Fiber, Lobe, Species, Window};
 use vellus_reference::exact::Exact;
-use vellus_testing::{Uniform, direction, table_data};
+use vellus_testing::{Uniform, angles, direction, table_data};
 use wide::f32x8;
 
 /// Tolerance of one lobe's density, relative to itself plus a floor.
@@ -51,14 +51,8 @@ fn check_against_oracle(exit: Exit, scattered: &Tolerance, random: &mut Uniform)
                 }
             }
             for k in 0..60 {
-                // Half of the directions are where the fibre scatters most light, the other half anywhere.
-                let wi = if k % 2 == 0 {
-                    hit.sample(random.numbers()).unwrap().wi
-                } else {
-                    direction(random.within(-1.55, 1.55), random.within(-3.1, 3.1))
-                };
-                let (theta_i, phi_i) =
-                    (f64::from(wi.x).atan2(f64::from(wi.y).hypot(wi.z.into())), f64::from(wi.z).atan2(wi.y.into()));
+                let wi = random.outgoing(&hit, k);
+                let [theta_i, phi_i] = angles(wi);
                 let expected = exact.eval(theta_i, phi_i - phi_o);
                 let (energy, exact_energy) = (hit.energy(), exact.energy());
                 for (p, value) in hit.eval(wi).0.iter().enumerate() {

@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 use vellus::{Bcsdf, Exit, Fiber, Lobe, Species, Window};
 use vellus_reference::exact::Exact;
 use vellus_testing::sphere::{ChiSquared, integral};
-use vellus_testing::{Uniform, direction, full_fiber, table_data};
+use vellus_testing::{Uniform, angles, direction, full_fiber, table_data};
 
 const SCATTERED: [usize; 2] = [Lobe::Tts as usize, Lobe::Trts as usize];
 
@@ -45,13 +45,8 @@ fn fast_matches_f64_oracle() {
             let hit = bcsdf.at(direction(theta_o, 0.0), Window::near(h));
             let exact = oracle.at(f64::from(direction(theta_o, 0.0).x).asin(), f64::from(h));
             for k in 0..40 {
-                let wi = if k % 2 == 0 {
-                    hit.sample(random.numbers()).unwrap().wi
-                } else {
-                    direction(random.within(-1.55, 1.55), random.within(-3.1, 3.1))
-                };
-                let (theta_i, phi_i) =
-                    (f64::from(wi.x).atan2(f64::from(wi.y).hypot(wi.z.into())), f64::from(wi.z).atan2(wi.y.into()));
+                let wi = random.outgoing(&hit, k);
+                let [theta_i, phi_i] = angles(wi);
                 let (values, energy, expected) = (hit.eval(wi), hit.energy(), exact.densities(theta_i, phi_i));
                 for p in SCATTERED {
                     let (a, b) = (f64::from(values.0[p][1] / energy.0[p][1]), expected[p]);

@@ -8,7 +8,7 @@ use crate::output;
 use crate::say::note;
 use crate::terminal::Terminal;
 use anyhow::{Context, Error, Result, bail};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use vellus::Exit;
 use vellus_fit::{Angles, Axis, Forward, Options, Quantity, Reading, Requests};
 use vellus_models::ModelKind;
@@ -156,19 +156,6 @@ impl Args {
         }
         self.page().map_or(Ok(()), |page| output::writable(&page))
     }
-
-    /// The message if there is no fit. It states the problem, the reason, and what to do.
-    fn refusal(&self, path: &Path, why: &str) -> String {
-        let out = self.out.iter().map(|out| format!("; {} was not written", out.display()));
-        let page = self.page().into_iter().map(|page| format!("; {} shows the differences", page.display()));
-        let kept: String = out.chain(page).collect();
-        format!(
-            "{}: {why}{kept}. Check the columns of the file, --angles, --quantity and --theta-o, or try another \
-             --model. \
-             --allow-bad-fit accepts the fit",
-            path.display()
-        )
-    }
 }
 
 pub fn run(args: &Args) -> Result<()> {
@@ -195,7 +182,7 @@ pub fn run(args: &Args) -> Result<()> {
     }
     // More starts might have improved an interrupted fit, so it is not refused.
     if let Some(why) = summary.no_fit().filter(|_| !fit.interrupted && !args.allow_bad_fit) {
-        bail!(args.refusal(path, &why));
+        bail!(summary.refusal(&why, args.out.as_deref(), args.page().as_deref()));
     }
     if let Some(out) = &args.out {
         let toml = FiberFormat::Toml.write(&fit.specimen.fiber).map_err(Error::from_boxed)?;
@@ -211,12 +198,7 @@ pub fn run(args: &Args) -> Result<()> {
     }
     let written: Vec<String> = args.out.iter().cloned().chain(args.page()).map(|p| p.display().to_string()).collect();
     if fit.interrupted {
-        let place =
-            if written.is_empty() { "is printed above".to_owned() } else { format!("is in {}", written.join(" and ")) };
-        let (begun, finished) = (options.starts, fit.starts.finished);
-        bail!(interrupt.error(format!(
-            "the best fit after {finished} of {begun} starts {place}; the same command starts from the beginning"
-        )));
+        bail!(interrupt.error(summary.interruption(&written, options.starts)));
     }
     for path in written {
         note!("wrote {path}");

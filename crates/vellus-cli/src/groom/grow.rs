@@ -1,7 +1,6 @@
 //! `vellus groom grow`: grows fur on a mesh.
 
 use crate::fiber_args::{FiberArgs, Overrides};
-use crate::number::whole;
 use crate::output;
 use crate::render::explain;
 use crate::say::{note, say};
@@ -9,6 +8,7 @@ use anyhow::Result;
 use std::path::PathBuf;
 use vellus::Color;
 use vellus_groom::{Group, read_groups};
+use vellus_io::parse;
 use vellus_open::{Grown, Growth};
 use vellus_scene::Look;
 
@@ -40,7 +40,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     settings: Option<PathBuf>,
     /// Seed of the random numbers.
-    #[arg(long, default_value_t = 1, value_name = "N", value_parser = whole::<u64>(0..=u64::MAX))]
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = parse::whole::<u64>(0..=u64::MAX))]
     seed: u64,
     /// Write only the strands, without the rest of the scene.
     #[arg(long)]

@@ -43,9 +43,9 @@ pub fn run(command: &Command) -> Result<()> {
 
 fn convert(input: &Input, path: &Path, pieces: usize) -> Result<()> {
     output::check_extension(path, &["usda", "hair"])?;
-    input.options()?;
+    input.options(None)?;
     output::writable(path)?;
-    vellus_open::write(&input.open()?.scene, path, pieces)?;
+    vellus_open::write(&input.open(None)?.scene, path, pieces)?;
     say!("wrote {}", path.display());
     Ok(())
 }

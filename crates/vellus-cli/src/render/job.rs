@@ -7,9 +7,10 @@ use crate::say::note;
 use anyhow::{Result, anyhow};
 use std::time::{Duration, Instant};
 use vellus_io::Digest;
+use vellus_open::{Backdrop, Staging};
 use vellus_render::denoise::Denoiser;
 use vellus_render::session::{
-    Denoise, End, Event, Identity, Job, Options, Outcome, Picture, Rescue, Store, fiber_notes,
+    BACKGROUND_NOTE, Denoise, End, Event, Identity, Job, Options, Outcome, Picture, Rescue, Store, fiber_notes,
 };
 use vellus_render::tev::Viewer;
 use vellus_render::{Error, Notes, PixelType, Settings, World, prepare};
@@ -23,15 +24,18 @@ pub struct Loaded {
     scene: Scene,
     pub identity: Digest,
     seconds: f64,
+    is_metered: bool,
 }
 
 impl Loaded {
     /// Reads or grows the scene.
     pub fn new(args: &Args) -> Result<Self> {
         let start = Instant::now();
-        let opened = args.input.open()?;
+        let opened = args.input.open(Some(args.staging()))?;
         let identity = args.digest(opened.sources.digest())?;
-        Ok(Loaded { scene: opened.scene, identity, seconds: start.elapsed().as_secs_f64() })
+        // The frames of an animation have the same exposure.
+        let is_metered = opened.is_metered && args.input.frame.is_none();
+        Ok(Loaded { scene: opened.scene, identity, seconds: start.elapsed().as_secs_f64(), is_metered })
     }
 }
 
@@ -75,7 +79,7 @@ pub fn run(
 /// Prepares a scene for rays, and the job of its picture.
 fn prepare_job(args: &Args, loaded: Loaded) -> Result<(World, Job)> {
     let start = Instant::now();
-    let Loaded { mut scene, identity, seconds } = loaded;
+    let Loaded { mut scene, identity, seconds, is_metered } = loaded;
     prepare(&mut scene, args.size, args.min_pixel_width);
     let settings = args.settings();
     let mut notes = vec![
@@ -85,7 +89,14 @@ fn prepare_job(args: &Args, loaded: Loaded) -> Result<(World, Job)> {
     ];
     notes.extend(args.identity(&settings).notes(identity));
     notes.extend(fiber_notes(&scene));
-    let world = args.model.world(scene)?;
+    if args.staging.background == Some(Backdrop::Transparent) {
+        notes.push((BACKGROUND_NOTE.to_owned(), "transparent".to_owned()));
+    }
+    let mut world = args.model.world(scene)?;
+    if let (true, Some(stops)) = (is_metered, world.metered(&settings)?) {
+        world.scale_lights(stops.exp2());
+        notes.push(("vellus_light_stops".to_owned(), stops.to_string()));
+    }
     let segments = world.curves().segments();
     let megabytes = world.curves().bytes() as f64 * 1e-6;
     let seconds = seconds + start.elapsed().as_secs_f64();
@@ -137,6 +148,11 @@ impl Args {
         }
     }
 
+    /// How the scene is staged.
+    pub fn staging(&self) -> Staging {
+        Staging { aspect: self.size[0] as f32 / self.size[1] as f32, ..self.staging.clone() }
+    }
+
     /// Everything but the scene that can change a pixel.
     fn identity<'a>(&'a self, settings: &'a Settings) -> Identity<'a> {
         Identity {
@@ -151,7 +167,7 @@ impl Args {
     /// What tells this picture from others. `sources` is the digest of the files that the scene was read from.
     fn digest(&self, sources: Digest) -> Result<Digest> {
         let builder = self.identity(&self.settings()).digest(sources);
-        Ok(vellus_open::identify(builder, &self.input.scene, &self.input.options()?).finish())
+        Ok(vellus_open::identify(builder, &self.input.scene, &self.input.options(Some(self.staging()))?).finish())
     }
 
     fn job(&self, settings: Settings, identity: Digest, notes: Notes) -> Job {
@@ -208,12 +224,14 @@ mod tests {
     fn every_option_that_changes_a_pixel_changes_the_identity() {
         let all = "|cat|--small|--size 640x960|--crop 0,0,8,8|--mode near|--filter box|--seed 1|--max-depth 9|\
             --min-pixel-width 0.5|--model yan2015|--model yan2015 --eta-m 1.5|--layers beauty|--strands 50%|\
-            x.usda --width 0.5|x.usda --camera a|x.usda --frame 2|x.usda --set kappa=0.5";
+            x.usda --width 0.5|x.usda --camera a|x.usda --frame 2|x.usda --set kappa=0.5|\
+            x.usda --set kappa=0.5 --override|x.usda --view 1,2|x.usda --light sun|x.usda --background black|\
+            x.usda --background transparent|cat --view 1,2|cat --set kappa=0.5|cat --fiber dog|cat --light studio";
         let mut seen = HashMap::new();
         for options in all.split('|') {
             assert_eq!(seen.insert(of(options), options), None, "{options}");
         }
-        assert_eq!(seen.len(), 18);
+        assert_eq!(seen.len(), 27);
     }
 
     #[test]

@@ -4,17 +4,18 @@ mod frames;
 mod input;
 mod job;
 mod merge;
-mod parse;
 mod screen;
 
 use crate::interrupt::Interrupt;
 use crate::model_args::ModelArgs;
-use crate::number::{one_of, whole};
+use crate::number::one_of;
 use crate::output;
 use anyhow::{Context, Result, bail};
 use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Duration;
+use vellus_io::parse;
+use vellus_open::Staging;
 use vellus_render::denoise::Denoiser;
 use vellus_render::session::Frames;
 use vellus_render::{Filter, Layer, MAX_SAMPLES, Mode};
@@ -39,6 +40,8 @@ pub struct Args {
     #[command(flatten)]
     input: Input,
     #[command(flatten)]
+    staging: Staging,
+    #[command(flatten)]
     model: ModelArgs,
     /// Picture to write: OpenEXR with layers, and a PNG beside it. With the extension `.png`, only the PNG is written.
     #[arg(short, long, default_value = "out/render.exr", value_name = "FILE")]
@@ -50,7 +53,7 @@ pub struct Args {
     #[arg(long, value_parser = parse::crop, allow_hyphen_values = true, value_name = "X,Y,W,H")]
     crop: Option<[usize; 4]>,
     /// Samples a pixel.
-    #[arg(long, default_value_t = 64, value_parser = whole::<u64>(1..=MAX_SAMPLES), value_name = "N")]
+    #[arg(long, default_value_t = 64, value_parser = parse::whole::<u64>(1..=MAX_SAMPLES), value_name = "N")]
     spp: u64,
     /// Stop after rendering this long, e.g. 60s, 5m, 2h.
     #[arg(long, value_parser = parse::duration, allow_hyphen_values = true, value_name = "TIME")]
@@ -60,7 +63,7 @@ pub struct Args {
     #[arg(long, value_name = "X", value_parser = parse::positive::<f64>, allow_hyphen_values = true)]
     noise: Option<f64>,
     /// Render only samples A to B of each pixel, B excluded, and write a film for `vellus merge`.
-    #[arg(long, value_parser = parse::range, allow_hyphen_values = true, value_name = "A..B", conflicts_with = "spp")]
+    #[arg(long, value_parser = parse::samples(MAX_SAMPLES), allow_hyphen_values = true, value_name = "A..B", conflicts_with = "spp")]
     samples: Option<Range<u64>>,
     /// Render the frames A to B of a USD file, or every S-th of them: `fur.exr` becomes `fur.0001.exr` and so on.
     /// --time and --noise apply to each frame. --resume skips finished frames.
@@ -74,17 +77,17 @@ pub struct Args {
     #[arg(long, value_parser = one_of::<Filter>(Filter::ALL.map(Filter::name)), default_value = "tent")]
     filter: Filter,
     /// Cut paths after this many scattering events, and report how much light that costs [default: no limit].
-    #[arg(long, value_name = "N", value_parser = whole::<u32>(0..=u32::MAX.into()))]
+    #[arg(long, value_name = "N", value_parser = parse::whole::<u32>(0..=u32::MAX.into()))]
     max_depth: Option<u32>,
     /// Make strands at least this many pixels wide. 0.5 to 1 reduces noise and flicker of thin strands far away, but
     /// dense fur looks denser. 0 is off.
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::pixels, value_name = "X")]
     min_pixel_width: f32,
     /// Seed of the random numbers.
-    #[arg(long, default_value_t = 0, value_parser = whole::<u32>(0..=u32::MAX.into()), value_name = "N")]
+    #[arg(long, default_value_t = 0, value_parser = parse::whole::<u32>(0..=u32::MAX.into()), value_name = "N")]
     seed: u32,
     /// Number of threads [default: that of the processor]. It does not change the picture.
-    #[arg(long, value_name = "N", value_parser = whole::<usize>(1..=max_threads()))]
+    #[arg(long, value_name = "N", value_parser = parse::whole::<usize>(1..=max_threads()))]
     threads: Option<usize>,
     /// Make the PNG brighter by this many stops.
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::exposure, value_name = "N")]
@@ -126,7 +129,7 @@ pub fn run(args: &Args) -> Result<()> {
     if let Some(frames) = args.frames {
         input.frame = Some(f64::from(frames.first()));
     }
-    input.options()?;
+    input.options(Some(args.staging()))?;
     args.model.check()?;
     if args.denoise {
         Denoiser::load()?;

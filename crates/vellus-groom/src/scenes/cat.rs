@@ -1,13 +1,16 @@
 //! A sitting brown tabby that faces +x, in the light of one large window.
 
 use super::coat::{Coat, mix, smoothstep, to_segment};
+use super::eyes::Eye;
+use super::noise::noise;
 use super::props;
+use super::tube::{curve, tube};
+use super::whiskers::Whiskers;
 use crate::body::{Body, Flow};
 use crate::error::Error;
 use crate::scenes::Preset;
 use crate::settings::{Clump, Draw, GrowSettings};
 use glam::{Mat3, Quat, Vec2, Vec3};
-use std::f32::consts::FRAC_PI_2;
 use vellus::Species;
 use vellus_scene::{Camera, Light, Scene};
 
@@ -16,6 +19,9 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     let eye = body.project(Vec3::new(12.5, 33.0, 2.5)) - Vec3::new(0.62, 0.0, 0.2);
     let nose = body.project(Vec3::new(15.0, 31.0, 0.0)) - Vec3::new(0.1, 0.0, 0.0);
     let mirrored = |p: Vec3| Vec3::new(p.x, p.y, -p.z);
+    let lips = curve(&MOUTH, |p| body.project(p));
+    let bare = [(eye, 1.1), (mirrored(eye), 1.1), (nose, 0.5)];
+    let lip = |p: &Vec3| [(*p, 0.13), (mirrored(*p), 0.13)];
     let mut scene = Scene::default();
     Coat {
         body: &body,
@@ -39,25 +45,49 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
         },
         fiber: preset(Species::Cat),
         melanin: &melanin,
-        bare: vec![(eye, 1.12), (mirrored(eye), 1.12), (nose, 0.5)],
+        bare: bare.into_iter().chain(lips.iter().flat_map(lip)).collect(),
         skin: 0.5,
     }
     .add(&mut scene, small)?;
 
-    for eye in [eye, mirrored(eye)] {
-        let iris = props::glossy("iris", [0.42, 0.4, 0.08], 0.05);
-        props::ellipsoid(&mut scene, eye, Vec3::splat(1.1), Quat::IDENTITY, iris);
-        // The pupil protrudes from the iris a little, in the direction of view.
-        let gaze = Vec3::new(1.0, 0.05, 0.22 * eye.z.signum()).normalize();
-        let turn = Quat::from_rotation_arc(Vec3::X, gaze);
-        let pupil = props::glossy("pupil", [0.004; 3], 0.03);
-        props::ellipsoid(&mut scene, eye + 0.62 * gaze, Vec3::new(0.53, 0.75, 0.3), turn, pupil);
+    let eye = Eye {
+        center: eye,
+        radius: 1.1,
+        gaze: Vec3::new(1.0, 0.03, 0.32),
+        opening: [1.12, 0.66, 0.54],
+        tilt: 0.22,
+        iris: [0.25, 0.25, 0.07],
+        iris_radius: 0.95,
+        pupil: [0.3, 0.55],
+        lid: [0.02, 0.015, 0.012],
+    };
+    eye.add(&mut scene);
+    eye.mirrored().add(&mut scene);
+    let skin = props::glossy("mouth", [0.03, 0.018, 0.016], 0.5);
+    for side in [lips.clone(), lips.into_iter().map(mirrored).collect()] {
+        tube(&mut scene, &side, 0.09, skin.clone());
     }
+    Whiskers {
+        pad: Vec3::new(13.0, 30.45, 1.9),
+        spacing: [0.42, 0.5],
+        count: [3, 4],
+        direction: Vec3::new(0.15, -0.02, 1.0),
+        length: 7.0,
+        radius: 0.016,
+        melanin: [0.0, 0.003],
+    }
+    .add(&mut scene, |p| body.project(p));
     let pink = props::glossy("nose", [0.4, 0.16, 0.13], 0.4);
     props::ellipsoid(&mut scene, nose, Vec3::new(0.35, 0.38, 0.6), Quat::IDENTITY, pink);
-    let target = Vec3::new(0.0, 19.5, 1.5);
-    let view = Vec3::new(0.8, 0.14, 0.55).normalize();
-    props::strip(&mut scene, &room(), (view - view.y * Vec3::Y).normalize(), 600.0, [0.42, 0.36, 0.31]);
+    let target = Vec3::new(0.5, 20.0, 1.5);
+    let view = Vec3::new(0.87, 0.12, 0.48).normalize();
+    props::strip(
+        &mut scene,
+        &props::room(90.0, 30.0),
+        (view - view.y * Vec3::Y).normalize(),
+        600.0,
+        [0.42, 0.36, 0.31],
+    );
     scene.lights.push(props::window(Vec3::new(60.0, 85.0, 75.0), target, Vec2::splat(70.0), [26.0, 24.3, 21.5]));
     scene.lights.push(Light::Dome {
         radiance: [0.4, 0.45, 0.52],
@@ -66,32 +96,23 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
         ground: None,
     });
     let eye = target + 150.0 * view;
-    scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 19.5f32.to_radians(), 1.5));
+    scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 18.5f32.to_radians(), 1.5));
     Ok(scene)
 }
 
-/// The profile of a wall and the floor in front of it, from the top, with a rounded corner.
-fn room() -> Vec<Vec2> {
-    const RADIUS: f32 = 30.0;
-    let turn = |i: i32| {
-        let (sin, cos) = (FRAC_PI_2 * i as f32 / 16.0).sin_cos();
-        Vec2::new(-90.0 - RADIUS * cos, RADIUS * (1.0 - sin))
-    };
-    let mut profile = vec![Vec2::new(-90.0 - RADIUS, 300.0)];
-    profile.extend((0..=16).map(turn));
-    profile.push(Vec2::new(400.0, 0.0));
-    profile
-}
+/// The right half of the mouth, from under the nose to its corner.
+const MOUTH: [[f32; 3]; 6] =
+    [[14.0, 30.6, 0.0], [13.7, 29.9, 0.0], [13.3, 29.5, 0.5], [12.7, 29.3, 1.2], [12.0, 29.4, 1.9], [11.2, 29.8, 2.4]];
 
 pub(super) fn body() -> Body {
     let back = Flow::Along(Vec3::new(-0.7, -1.0, 0.0));
     let face = Flow::AwayFrom(Vec3::new(14.5, 30.8, 0.0));
     let straight = Quat::IDENTITY;
     let mut body = Body::default()
-        .cone([-6.0, 8.5, 0.0], 8.2, [2.5, 20.0, 0.0], 5.6, 2.0, 1.9)
+        .cone([-6.0, 8.5, 0.0], 8.2, [2.5, 20.0, 0.0], 5.6, 2.0, 2.2)
         .flowing(back)
-        .ellipsoid([4.0, 18.0, 0.0], [5.0, 8.0, 5.4], straight, 3.0, Flow::Along(Vec3::new(0.2, -1.0, 0.0)), 2.0)
-        .cone([3.5, 23.0, 0.0], 4.6, [6.0, 29.0, 0.0], 4.0, 2.5, 1.5)
+        .ellipsoid([4.0, 18.0, 0.0], [5.0, 8.0, 5.4], straight, 3.0, Flow::Along(Vec3::new(0.35, -1.0, 0.0)), 2.6)
+        .cone([3.5, 23.0, 0.0], 4.6, [6.0, 29.0, 0.0], 4.2, 2.5, 2.0)
         .flowing(back)
         .ellipsoid([7.6, 32.4, 0.0], [5.6, 5.1, 5.7], straight, 1.6, face, 0.8)
         .ellipsoid([11.6, 31.6, 0.0], [1.9, 1.5, 1.5], straight, 1.4, face, 0.4)
@@ -110,7 +131,7 @@ pub(super) fn body() -> Body {
         .cone([4.5, 20.0, 3.0], 3.0, [8.3, 3.0, 3.2], 1.8, 2.0, 0.9)
         .ellipsoid([9.6, 1.5, 3.2], [2.7, 1.5, 1.9], straight, 1.0, Flow::Along(Vec3::X), 0.5)
         .cone([-1.0, 1.7, 6.6], 1.8, [6.4, 1.4, 6.9], 1.4, 1.5, 0.5)
-        .ellipsoid([9.2, 30.4, 3.2], [2.7, 2.3, 2.7], straight, 1.6, face, 1.2)
+        .ellipsoid([9.2, 30.4, 3.2], [2.9, 2.5, 2.9], straight, 1.6, face, 1.5)
         .ellipsoid([12.2, 30.3, 1.1], [1.5, 1.15, 1.25], straight, 0.7, face, 0.35)
         .ellipsoid([6.4, 36.4, 3.7], [0.8, 2.7, 2.5], ear, 1.0, up, 0.4)
         .cone([6.3, 37.4, 4.3], 1.2, [6.1, 39.5, 5.2], 0.35, 1.4, 0.35)
@@ -127,7 +148,13 @@ fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
     let side = Vec3::new(p.x, p.y, p.z.abs());
     let mut color = if draw.guard && draw.random < 0.5 { [1.0, 0.6] } else { [0.06, 0.28 + 0.14 * draw.random] };
     let wobble = 0.9 * (0.5 * p.y + 0.9 * side.z).sin() + 0.6 * (0.7 * p.x + 0.5 * p.z).sin();
-    let stripe = |phase: f32, width: f32| smoothstep(width, width - 0.25, 1.0 - phase.cos());
+    // Stripes are broken in places, and the coat between them is uneven.
+    let patchy = noise(0.33 * p + Vec3::splat(7.0)) + 0.5 * noise(0.8 * p);
+    let stripe = |phase: f32, width: f32| {
+        let width = width * (1.0 + 0.45 * patchy);
+        smoothstep(width, width - 0.3, 1.0 - phase.cos())
+    };
+    color = mix(color, [0.03, 0.16], 0.45 * (0.5 + patchy).clamp(0.0, 1.0));
     if p.y > 27.5 || p.x > 9.5 && p.y > 26.0 {
         // The head.
         let forehead = smoothstep(34.6, 35.4, p.y) * smoothstep(38.4, 37.0, p.y);

@@ -1,15 +1,16 @@
 //! A curling lock of hair that hangs from a small round patch.
 
+use super::glow::glow;
 use super::props;
 use crate::error::Error;
 use crate::grow::grow;
 use crate::roots::Site;
 use crate::scenes::Preset;
 use crate::settings::{Clump, Draw, GrowSettings, Maps};
-use glam::{Mat3, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, TAU};
 use vellus::Species;
-use vellus_scene::{Camera, Light, Look, Mesh, Parameter, Scene, Surface};
+use vellus_scene::{Camera, Look, Mesh, Parameter, Scene, Surface};
 
 pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     let mesh = patch(1.8);
@@ -19,14 +20,15 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
         count,
         segments,
         length: 22.0,
-        length_variation: 0.06,
+        length_variation: 0.12,
         radius: [0.005 * wider, 0.003 * wider],
         lift: [FRAC_PI_2, FRAC_PI_2],
         spread: 0.02,
-        // All strands are one clump with a curling central strand.
-        clump: Clump { strands: count, strength: 0.7, power: 0.3 },
+        // Several thin locks curl together.
+        clump: Clump { strands: count / 8, strength: 0.78, power: 0.45 },
         curl_radius: 1.9,
         curl_turns: 3.0,
+        curl_variation: 0.12,
         noise: 0.02,
         seed: 4,
         ..GrowSettings::default()
@@ -37,16 +39,11 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     scene.looks.push(Look::constant("hair", preset(Species::Human)));
     scene.meshes.push(mesh);
     scene.surfaces.push(Surface::diffuse("patch", [0.02; 3]));
-    let target = Vec3::new(0.0, -12.0, 0.0);
+    let target = Vec3::new(0.0, -11.8, 0.0);
     scene.lights.push(props::window(Vec3::new(30.0, 15.0, 40.0), target, Vec2::splat(25.0), [24.0, 23.0, 21.5]));
     scene.lights.push(props::window(Vec3::new(-35.0, 0.0, -30.0), target, Vec2::splat(25.0), [22.0, 23.0, 24.5]));
-    scene.lights.push(Light::Dome {
-        radiance: [0.08, 0.085, 0.1],
-        texture: None,
-        rotation: Mat3::IDENTITY,
-        ground: None,
-    });
-    scene.camera = Some(Camera::look_at(Vec3::new(0.0, -12.0, 90.0), target, Vec3::Y, 14f32.to_radians(), 1.5));
+    glow(&mut scene, Vec3::NEG_Z, 0.3, Vec3::new(0.17, 0.18, 0.21), Vec3::new(0.05, 0.053, 0.063));
+    scene.camera = Some(Camera::look_at(Vec3::new(0.0, -11.8, 90.0), target, Vec3::Y, 16f32.to_radians(), 1.5));
     Ok(scene)
 }
 

@@ -1,7 +1,12 @@
 //! A golden hamster that faces +x, in a studio with a curved backdrop from the floor to the ceiling.
 
 use super::coat::{Coat, mix, smoothstep, to_segment};
+use super::eyes::Eye;
+use super::noise::noise;
 use super::props;
+use super::toes::Toes;
+use super::tube::{curve, tube};
+use super::whiskers::Whiskers;
 use crate::body::{Body, Flow};
 use crate::error::Error;
 use crate::scenes::Preset;
@@ -16,6 +21,9 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     let eye = body.project(Vec3::new(5.2, 6.5, 2.3)) + Vec3::new(0.06, 0.02, 0.06);
     let nose = body.project(Vec3::new(8.0, 5.1, 0.0)) - Vec3::new(0.1, 0.0, 0.0);
     let mirrored = |p: Vec3| Vec3::new(p.x, p.y, -p.z);
+    let lips = curve(&MOUTH, |p| body.project(p));
+    let bare = [(eye, 0.64), (mirrored(eye), 0.64), (nose, 0.32)];
+    let lip = |p: &Vec3| [(*p, 0.07), (mirrored(*p), 0.07)];
     let mut scene = Scene::default();
     Coat {
         body: &body,
@@ -40,13 +48,41 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
         // The paper uses the fibre of a mouse for the hamster.
         fiber: preset(Species::Mouse),
         melanin: &melanin,
-        bare: vec![(eye, 0.82), (mirrored(eye), 0.82), (nose, 0.36)],
+        bare: bare.into_iter().chain(lips.iter().flat_map(lip)).collect(),
         skin: 0.6,
     }
     .add(&mut scene, small)?;
 
-    for eye in [eye, mirrored(eye)] {
-        props::ellipsoid(&mut scene, eye, Vec3::splat(0.64), Quat::IDENTITY, props::glossy("eye", [0.006; 3], 0.03));
+    let eye = Eye {
+        center: eye,
+        radius: 0.6,
+        gaze: Vec3::new(0.75, 0.12, 0.75),
+        opening: [1.15, 0.95, 0.85],
+        tilt: 0.1,
+        iris: [0.012, 0.006, 0.004],
+        iris_radius: 1.4,
+        pupil: [0.7, 0.7],
+        lid: [0.05, 0.03, 0.025],
+    };
+    eye.add(&mut scene);
+    eye.mirrored().add(&mut scene);
+    let skin = props::glossy("mouth", [0.3, 0.12, 0.1], 0.5);
+    for side in [lips.clone(), lips.into_iter().map(mirrored).collect()] {
+        tube(&mut scene, &side, 0.045, skin.clone());
+    }
+    Whiskers {
+        pad: Vec3::new(7.2, 4.75, 0.8),
+        spacing: [0.2, 0.24],
+        count: [4, 4],
+        direction: Vec3::new(0.1, 0.0, 1.0),
+        length: 3.0,
+        radius: 0.009,
+        melanin: [0.3, 0.3],
+    }
+    .add(&mut scene, |p| body.project(p));
+    let paw = props::glossy("toe", [0.62, 0.36, 0.31], 0.5);
+    for (tip, length) in [(Vec3::new(5.75, 0.17, 2.0), 0.34), (Vec3::new(1.55, 0.17, 3.5), 0.4)] {
+        Toes { tip, count: 4, radii: Vec3::new(length, 0.13, 0.11), spacing: 1.1, fan: 0.22 }.add(&mut scene, &paw);
     }
     let pink = props::glossy("nose", [0.55, 0.25, 0.22], 0.4);
     props::ellipsoid(&mut scene, nose, Vec3::new(0.25, 0.24, 0.34), Quat::IDENTITY, pink);
@@ -64,6 +100,9 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 14f32.to_radians(), 1.5));
     Ok(scene)
 }
+
+/// The right half of the mouth, from under the nose to its corner.
+const MOUTH: [[f32; 3]; 5] = [[7.6, 4.7, 0.0], [7.4, 4.3, 0.0], [7.2, 4.12, 0.22], [6.8, 4.05, 0.5], [6.3, 4.1, 0.75]];
 
 /// The profile of the backdrop, from the front of the ceiling over the back to the front of the floor.
 fn capsule() -> Vec<Vec2> {
@@ -86,8 +125,8 @@ pub(super) fn body() -> Body {
     let straight = Quat::IDENTITY;
     let body = Body::default()
         .ellipsoid([-2.2, 4.2, 0.0], [4.3, 4.0, 4.3], straight, 1.0, back, 1.1)
-        .ellipsoid([0.5, 4.3, 0.0], [4.4, 3.9, 3.9], straight, 2.0, back, 1.0)
-        .ellipsoid([3.6, 5.3, 0.0], [3.1, 2.8, 2.9], straight, 1.6, face, 0.65)
+        .ellipsoid([0.5, 4.3, 0.0], [4.4, 3.9, 3.9], straight, 2.0, back, 1.15)
+        .ellipsoid([3.6, 5.3, 0.0], [3.1, 2.8, 2.9], straight, 1.6, face, 0.75)
         .ellipsoid([6.1, 4.8, 0.0], [1.55, 1.15, 1.25], straight, 1.2, face, 0.3);
     let first = body.len();
     let up = Flow::Along(Vec3::Y);
@@ -105,11 +144,14 @@ pub(super) fn body() -> Body {
 /// Golden above and cream below, with pale cheeks, and pink feet and ears that look bare.
 fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
     const CREAM: [f32; 2] = [0.0, 0.012];
-    let golden = if draw.guard && draw.random < 0.6 { [0.25, 0.7] } else { [0.02, 0.4 + 0.25 * draw.random] };
+    let golden = if draw.guard && draw.random < 0.4 { [0.2, 0.6] } else { [0.01, 0.3 + 0.2 * draw.random] };
     let side = Vec3::new(p.x, p.y, p.z.abs());
     // The border between flank and belly rises toward the chest.
-    let border = 2.9 + 0.15 * (p.x + 2.0).max(0.0) + 0.25 * (1.7 * p.x).sin();
-    let mut color = mix(CREAM, golden, smoothstep(border - 0.5, border + 0.5, p.y));
+    let border = 2.9 + 0.15 * (p.x + 2.0).max(0.0) + 0.25 * (1.7 * p.x).sin() + 0.35 * noise(1.1 * p);
+    let mut color = mix(CREAM, golden, smoothstep(border - 0.7, border + 0.8, p.y));
+    // The back is darker than the flanks.
+    let back = smoothstep(5.6, 8.2, p.y + 0.5 * noise(0.9 * p)) * f32::from(p.x < 3.5);
+    color = mix(color, [0.08, 0.6], 0.5 * back);
     let cheek = to_segment(side, [5.6, 4.2, 1.4], [3.2, 3.9, 3.4]);
     color = mix(color, CREAM, smoothstep(1.5, 0.9, cheek));
     color = mix(color, CREAM, smoothstep(6.1, 6.9, p.x) * smoothstep(5.6, 5.0, p.y));

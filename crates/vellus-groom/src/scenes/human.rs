@@ -1,6 +1,7 @@
 //! Long hair with a side parting, on the head of a mannequin that faces +x.
 
 use super::coat::FEWER;
+use super::glow::glow;
 use super::props;
 use crate::body::{Body, Flow};
 use crate::error::Error;
@@ -9,14 +10,14 @@ use crate::polygonize::polygonize;
 use crate::roots::Site;
 use crate::scenes::Preset;
 use crate::settings::{Clump, Draw, GrowSettings, Maps};
-use glam::{Mat3, Quat, Vec2, Vec3};
+use glam::{Quat, Vec2, Vec3};
 use vellus::Species;
-use vellus_scene::{Camera, Light, Look, Parameter, Scene, Surface, Tint};
+use vellus_scene::{Camera, Look, Parameter, Scene, Surface, Tint};
 
 pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     let body = body();
     let mut scene = Scene::default();
-    let mesh = polygonize(&body, if small { 0.7 } else { 0.45 }, "head", &|_| Vec2::ZERO);
+    let mesh = polygonize(&body, if small { 0.6 } else { 0.36 }, "head", &|_| Vec2::ZERO);
     let thinned = if small { FEWER } else { 1 };
     let wider = if small { 8.0 } else { 1.0 };
     let settings = GrowSettings {
@@ -24,15 +25,16 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
         count: 53_000 / thinned,
         segments: 64,
         length: 38.0,
-        length_variation: 0.12,
+        length_variation: 0.07,
         radius: [0.004 * wider, 0.0025 * wider],
         lift: [0.3, -0.1],
         spread: 0.12,
         gravity: 9.0,
-        clump: Clump { strands: 160 / if small { 10 } else { 1 }, strength: 0.88, power: 0.6 },
-        curl_radius: 1.1,
-        curl_turns: 3.0,
-        noise: 0.008,
+        clump: Clump { strands: 240 / if small { 10 } else { 1 }, strength: 0.72, power: 0.7 },
+        curl_radius: 1.2,
+        curl_turns: 3.2,
+        curl_variation: 0.16,
+        noise: 0.012,
         clearance: 0.35,
         ..GrowSettings::default()
     };
@@ -49,21 +51,18 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     scene.looks.push(Look::constant("hair", preset(Species::Human)));
     scene.meshes.push(mesh);
     scene.surfaces.push(Surface {
-        color: Tint { color: [0.32, 0.3, 0.28], texture: None },
-        roughness: 0.45,
+        color: Tint { color: [0.07, 0.066, 0.064], texture: None },
+        roughness: 0.5,
         ior: 1.4,
         ..Surface::diffuse("mannequin", [0.0; 3])
     });
     let target = Vec3::new(-1.0, -10.0, 0.0);
     scene.lights.push(props::window(Vec3::new(60.0, 60.0, 70.0), target, Vec2::splat(50.0), [20.0, 19.2, 18.0]));
     scene.lights.push(props::window(Vec3::new(-90.0, 50.0, 30.0), target, Vec2::splat(45.0), [18.0, 18.6, 20.0]));
-    scene.lights.push(Light::Dome {
-        radiance: [0.25, 0.27, 0.3],
-        texture: None,
-        rotation: Mat3::IDENTITY,
-        ground: None,
-    });
-    let eye = target + 190.0 * Vec3::new(0.6, 0.06, 0.8).normalize();
+    let view = Vec3::new(0.6, 0.06, 0.8).normalize();
+    let behind = (0.1 * Vec3::NEG_Y - view).normalize();
+    glow(&mut scene, behind, 0.4, Vec3::new(0.5, 0.52, 0.56), Vec3::new(0.16, 0.17, 0.2));
+    let eye = target + 190.0 * view;
     scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 15.5f32.to_radians(), 1.5));
     Ok(scene)
 }
@@ -88,16 +87,22 @@ pub(super) fn body() -> Body {
         .ellipsoid([3.4, -4.0, 0.0], [5.6, 7.6, 5.5], straight, 3.0, none, 1.0)
         .ellipsoid([7.0, -9.6, 0.0], [1.8, 1.6, 2.2], straight, 2.5, none, 1.0)
         .cone([8.6, -0.2, 0.0], 0.6, [10.6, -3.6, 0.0], 0.85, 1.4, 1.0)
-        .ellipsoid([8.4, -6.1, 0.0], [1.0, 0.5, 1.8], straight, 0.6, none, 1.0)
-        .ellipsoid([8.3, -7.1, 0.0], [1.0, 0.6, 1.6], straight, 0.5, none, 1.0)
         .cone([-1.5, -8.0, 0.0], 5.0, [-2.5, -19.0, 0.0], 5.4, 3.0, 1.0)
         .ellipsoid([-2.5, -34.0, 0.0], [8.0, 14.0, 14.0], straight, 4.0, none, 1.0);
     let first = body.len();
     body.cone([-2.5, -21.5, 3.0], 4.0, [-2.5, -25.0, 15.0], 4.8, 4.0, 1.0)
         .cone([-2.5, -25.0, 16.0], 4.6, [-2.5, -45.0, 18.0], 4.0, 3.0, 1.0)
-        .ellipsoid([8.9, -0.4, 3.1], [1.4, 1.0, 1.9], straight, 1.2, none, 1.0)
+        .ellipsoid([9.0, -0.6, 3.3], [1.5, 1.0, 1.8], straight, 1.4, none, 1.0)
         .carved()
-        .ellipsoid([7.2, -0.6, 3.1], [1.15, 1.1, 1.25], straight, 0.4, none, 1.0)
+        // Closed eyes: the upper lid overlaps the lower lid.
+        .ellipsoid([7.0, -0.75, 3.1], [1.25, 0.95, 1.5], straight, 0.25, none, 1.0)
+        .ellipsoid([7.05, -0.35, 3.1], [1.35, 0.75, 1.6], straight, 0.12, none, 1.0)
+        // Brow, cheek bone and the wing of the nose.
+        .cone([8.6, 1.1, 1.6], 0.5, [7.2, 1.0, 4.8], 0.4, 0.9, 1.0)
+        .ellipsoid([6.0, -3.2, 4.0], [1.6, 1.2, 1.5], straight, 1.6, none, 1.0)
+        .ellipsoid([9.3, -3.9, 0.75], [0.75, 0.5, 0.5], straight, 0.4, none, 1.0)
+        .cone([8.75, -6.0, 0.0], 0.38, [7.9, -6.35, 1.75], 0.22, 0.25, 1.0)
+        .cone([8.65, -6.85, 0.0], 0.45, [7.8, -6.5, 1.7], 0.22, 0.25, 1.0)
         .ellipsoid([-0.2, -1.8, 7.0], [1.7, 2.9, 0.8], straight, 0.8, none, 1.0)
         .mirrored_z(first)
 }

@@ -2,13 +2,19 @@
 
 mod cat;
 mod coat;
+mod eyes;
+mod glow;
 mod hair_lock;
 mod hamster;
 mod human;
+mod noise;
 mod polar_bear;
 mod props;
 mod raccoon;
 mod sky;
+mod toes;
+mod tube;
+mod whiskers;
 
 use crate::error::Error;
 use vellus::{Fiber, Species};

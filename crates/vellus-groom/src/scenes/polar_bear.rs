@@ -1,7 +1,9 @@
 //! A standing polar bear cub that faces +x. Its fur does not absorb light.
 
 use super::coat::Coat;
+use super::eyes::Eye;
 use super::props;
+use super::whiskers::Whiskers;
 use crate::body::{Body, Flow};
 use crate::error::Error;
 use crate::scenes::Preset;
@@ -39,15 +41,35 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
         // The refractive index of Yan17 Fig. 6, and the medulla of the dog, whose fit has almost no absorption.
         fiber: Fiber { eta: 1.45, ..preset(Species::Dog) }.without_absorption(),
         melanin: &|_, _| [0.0, 0.0],
-        bare: [(eye, 1.25), (mirrored(eye), 1.25), (nose, 1.5)].into_iter().chain(lips()).collect(),
+        bare: [(eye, 1.0), (mirrored(eye), 1.0), (nose, 1.5)].into_iter().chain(lips()).collect(),
         // The skin of polar bears is black, but real bears have more hair to cover it.
         skin: 0.4,
     }
     .add(&mut scene, small)?;
 
-    for eye in [eye, mirrored(eye)] {
-        props::ellipsoid(&mut scene, eye, Vec3::splat(0.95), Quat::IDENTITY, props::glossy("eye", [0.008; 3], 0.04));
+    let eye = Eye {
+        center: eye,
+        radius: 0.95,
+        gaze: Vec3::new(1.0, 0.05, 0.4),
+        opening: [1.0, 0.68, 0.6],
+        tilt: 0.15,
+        iris: [0.035, 0.018, 0.01],
+        iris_radius: 1.0,
+        pupil: [0.5, 0.5],
+        lid: [0.012; 3],
+    };
+    eye.add(&mut scene);
+    eye.mirrored().add(&mut scene);
+    Whiskers {
+        pad: Vec3::new(45.0, 31.6, 2.4),
+        spacing: [0.5, 0.6],
+        count: [2, 4],
+        direction: Vec3::new(0.1, -0.15, 1.0),
+        length: 3.5,
+        radius: 0.014,
+        melanin: [0.0; 2],
     }
+    .add(&mut scene, |p| body.project(p));
     let wet = props::glossy("nose", [0.012; 3], 0.35);
     props::ellipsoid(&mut scene, nose, Vec3::new(1.2, 1.1, 1.6), Quat::IDENTITY, wet);
     let skin = props::glossy("mouth", [0.02, 0.018, 0.018], 0.5);
@@ -63,7 +85,10 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
             }
         }
     }
-    props::ground(&mut scene, 20_000.0, [0.62, 0.65, 0.7]);
+    let view = Vec3::new(0.76, 0.12, 0.64).normalize();
+    // A bank of snow rises behind the bear.
+    let forward = (view - view.y * Vec3::Y).normalize();
+    props::strip(&mut scene, &props::room(110.0, 190.0), forward, 1200.0, [0.62, 0.66, 0.72]);
     let target = Vec3::new(8.0, 21.0, 0.0);
     scene.lights.push(props::window(Vec3::new(70.0, 150.0, 110.0), target, Vec2::splat(130.0), [6.0, 5.85, 5.6]));
     scene.lights.push(Light::Dome {
@@ -72,7 +97,7 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
         rotation: Mat3::IDENTITY,
         ground: None,
     });
-    let eye = target + 190.0 * Vec3::new(0.76, 0.12, 0.64).normalize();
+    let eye = target + 190.0 * view;
     scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 19f32.to_radians(), 1.5));
     Ok(scene)
 }

@@ -1,7 +1,7 @@
 //! Objects in built-in scenes: eyes, noses, grounds and lights.
 
 use glam::{Mat4, Quat, Vec2, Vec3};
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::{FRAC_PI_2, PI, TAU};
 use vellus_scene::{Light, Mesh, Scene, Surface, Tint};
 
 /// A dark, wet surface for eyes and noses.
@@ -57,6 +57,19 @@ pub(super) fn ground(scene: &mut Scene, half: f32, color: [f32; 3]) {
         surface: scene.surfaces.len(),
     });
     scene.surfaces.push(Surface::diffuse("ground", color));
+}
+
+/// The profile of a wall and the floor in front of it, from the top, with a rounded corner. The wall is `far` plus
+/// `radius` behind the origin.
+pub(super) fn room(far: f32, radius: f32) -> Vec<Vec2> {
+    let turn = |i: i32| {
+        let (sin, cos) = (FRAC_PI_2 * i as f32 / 16.0).sin_cos();
+        Vec2::new(-far - radius * cos, radius * (1.0 - sin))
+    };
+    let mut profile = vec![Vec2::new(-far - radius, radius + 270.0)];
+    profile.extend((0..=16).map(turn));
+    profile.push(Vec2::new(400.0, 0.0));
+    profile
 }
 
 /// Adds a profile, extruded by `half` to both sides of the plane of the y axis and the horizontal vector `forward`.

@@ -1,6 +1,11 @@
 //! A standing raccoon that faces +x, with a black mask and a ringed tail.
 
 use super::coat::{Coat, mix, smoothstep, to_segment};
+use super::eyes::Eye;
+use super::noise::noise;
+use super::toes::Toes;
+use super::tube::{curve, tube};
+use super::whiskers::Whiskers;
 use super::{props, sky};
 use crate::body::{Body, Flow};
 use crate::error::Error;
@@ -25,6 +30,9 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     let eye = body.project(Vec3::new(29.0, 27.6, 3.1)) - Vec3::new(0.3, 0.0, 0.12);
     let nose = Vec3::new(34.9, 24.4, 0.0);
     let mirrored = |p: Vec3| Vec3::new(p.x, p.y, -p.z);
+    let lips = curve(&MOUTH, |p| body.project(p));
+    let bare = [(eye, 1.06), (mirrored(eye), 1.06), (nose, 1.25)];
+    let lip = |p: &Vec3| [(*p, 0.14), (mirrored(*p), 0.14)];
     let mut scene = Scene::default();
     Coat {
         body: &body,
@@ -48,17 +56,45 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
         },
         fiber: preset(Species::Raccoon),
         melanin: &melanin,
-        bare: vec![(eye, 1.15), (mirrored(eye), 1.15), (nose, 1.25)],
+        bare: bare.into_iter().chain(lips.iter().flat_map(lip)).collect(),
         skin: 0.5,
     }
     .add(&mut scene, small)?;
 
-    for eye in [eye, mirrored(eye)] {
-        props::ellipsoid(&mut scene, eye, Vec3::splat(1.0), Quat::IDENTITY, props::glossy("eye", [0.004; 3], 0.03));
+    let eye = Eye {
+        center: eye,
+        radius: 1.0,
+        gaze: Vec3::new(1.0, 0.05, 0.45),
+        opening: [1.05, 0.72, 0.62],
+        tilt: 0.18,
+        iris: [0.03, 0.014, 0.007],
+        iris_radius: 1.0,
+        pupil: [0.5, 0.5],
+        lid: [0.012; 3],
+    };
+    eye.add(&mut scene);
+    eye.mirrored().add(&mut scene);
+    let skin = props::glossy("mouth", [0.012, 0.01, 0.01], 0.5);
+    for side in [lips.clone(), lips.into_iter().map(mirrored).collect()] {
+        tube(&mut scene, &side, 0.11, skin.clone());
+    }
+    Whiskers {
+        pad: Vec3::new(32.2, 23.8, 1.4),
+        spacing: [0.4, 0.55],
+        count: [3, 4],
+        direction: Vec3::new(0.05, -0.1, 1.0),
+        length: 7.0,
+        radius: 0.016,
+        melanin: [0.0, 0.003],
+    }
+    .add(&mut scene, |p| body.project(p));
+    let hand = props::glossy("toe", [0.02, 0.017, 0.016], 0.5);
+    for (tip, length) in [(Vec3::new(16.6, 0.5, 5.35), 1.35), (Vec3::new(-10.4, 0.5, 6.7), 1.35)] {
+        Toes { tip, count: 5, radii: Vec3::new(length, 0.36, 0.3), spacing: 1.05, fan: 0.17 }.add(&mut scene, &hand);
     }
     let wet = props::glossy("nose", [0.012; 3], 0.3);
     props::ellipsoid(&mut scene, nose, Vec3::new(0.9, 0.8, 1.15), Quat::IDENTITY, wet);
-    props::ground(&mut scene, 20_000.0, [0.3, 0.27, 0.2]);
+    props::ground(&mut scene, 20_000.0, [0.25, 0.24, 0.15]);
     scene.lights.push(Light::Dome {
         radiance: [1.0; 3],
         texture: Some(scene.textures.len()),
@@ -68,9 +104,17 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     scene.textures.push(sky::sky(Vec3::new(0.75, 0.8, 0.35)));
     let target = Vec3::new(-3.5, 15.5, 3.0);
     let eye = target + 150.0 * Vec3::new(0.76, 0.1, 0.65).normalize();
-    scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 20.5f32.to_radians(), 1.5));
+    let camera = Camera::look_at(eye, target, Vec3::Y, 20.5f32.to_radians(), 1.5);
+    // The head is in focus, and the horizon is soft.
+    let head = Vec3::new(28.0, 26.0, 3.0);
+    let focus_distance = (head - eye).dot((target - eye).normalize());
+    scene.camera = Some(Camera { lens_radius: 0.7, focus_distance, ..camera });
     Ok(scene)
 }
+
+/// The right half of the mouth, from under the nose to its corner.
+const MOUTH: [[f32; 3]; 5] =
+    [[34.2, 23.4, 0.0], [33.4, 22.9, 0.35], [32.2, 22.8, 1.0], [30.6, 22.9, 1.8], [29.0, 23.2, 2.5]];
 
 pub(super) fn body() -> Body {
     let back = Flow::Along(Vec3::new(-1.0, -0.35, 0.0));
@@ -105,13 +149,16 @@ pub(super) fn body() -> Body {
 fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
     const WHITE: [f32; 2] = [0.004, 0.006];
     const BLACK: [f32; 2] = [8.0, 0.0];
-    const GREY: [f32; 2] = [0.35, 0.08];
+    const GREY: [f32; 2] = [0.3, 0.035];
     let salt = draw.random;
-    let mut color = mix(GREY, [0.12, 0.06], smoothstep(19.0, 9.0, p.y));
+    let mut color = mix(GREY, [0.1, 0.03], smoothstep(19.0, 9.0, p.y));
     // Real guard hairs are banded. Here some are dark and some pale.
     if draw.guard {
         color = if salt < 0.55 { [4.0, 0.0] } else { [0.03, 0.02] };
     }
+    // The coat is uneven, and dark along the back.
+    color = mix(color, [0.9, 0.05], 0.3 * (noise(0.35 * p) + 0.3).clamp(0.0, 1.0));
+    color = mix(color, [1.6, 0.02], 0.4 * smoothstep(23.0, 28.0, p.y) * f32::from(p.x < 16.0));
     let side = Vec3::new(p.x, p.y, p.z.abs());
     let feet = smoothstep(6.5, 3.0, p.y) * f32::from(p.x > -20.0);
     color = mix(color, [3.5, 0.2], feet);

@@ -1,14 +1,16 @@
 //! A procedural sky with a sun.
 
+use super::coat::smoothstep;
+use super::noise::noise;
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
 use vellus_scene::{Texture, Wrap};
 
-const WIDTH: usize = 256;
-const HEIGHT: usize = 128;
+const WIDTH: usize = 512;
+const HEIGHT: usize = 256;
 
 /// A lat-long image of a clear sky. The centre is −z, the top +y, and +x is right of the centre. The radiance is about
-/// 1 at the zenith. The sun has about twice the irradiance of the sky.
+/// 1 at the zenith. Woods stand along the horizon. The sun has about twice the irradiance of the sky.
 pub(super) fn sky(sun: Vec3) -> Texture {
     let sun = sun.normalize_or(Vec3::Y);
     let pixels = (0..WIDTH * HEIGHT).map(|i| {
@@ -27,10 +29,21 @@ fn radiance(direction: Vec3, sun: Vec3) -> Vec3 {
     let up = direction.y;
     let sky = horizon.lerp(zenith, up.max(0.0).powf(0.45));
     let ground = ground.lerp(horizon, (1.0 + 12.0 * up).clamp(0.0, 1.0) * 0.5);
-    let background = if up >= 0.0 { sky } else { ground };
-    // A disc with a blur of two pixels, and a haze around it.
+    let background = woods(direction, if up >= 0.0 { sky } else { ground });
+    // A disc with a blur of four pixels, and a haze around it.
     let angle = direction.angle_between(sun).to_degrees();
     let disc = 1800.0 * (-(angle / 1.6).powi(2)).exp();
     let haze = 1.2 * (-angle / 12.0).exp();
     background + (disc + haze) * Vec3::new(1.0, 0.9, 0.74)
+}
+
+/// Distant trees in front of `background`, out of focus.
+fn woods(direction: Vec3, background: Vec3) -> Vec3 {
+    let flat = Vec3::new(direction.x, 0.0, direction.z).normalize_or(Vec3::X);
+    let height = 0.085 + 0.035 * noise(5.0 * flat) + 0.02 * noise(17.0 * flat);
+    let shade = 0.75 + 0.35 * noise(Vec3::new(20.0 * flat.x, 40.0 * direction.y, 20.0 * flat.z));
+    // Haze makes the foot of the woods paler.
+    let leaves =
+        shade * Vec3::new(0.12, 0.17, 0.06).lerp(Vec3::new(0.3, 0.34, 0.26), smoothstep(0.06, 0.0, direction.y));
+    background.lerp(leaves, smoothstep(height + 0.02, height - 0.02, direction.y) * f32::from(direction.y > -0.02))
 }

@@ -48,12 +48,15 @@ fn page(summary: &Summary, origin: &str) -> String {
     );
     let row = |cells: &[String]| format!("<tr>{}</tr>\n", cells.concat());
     let cell = |text: &str| format!("<td>{}</td>", escaped(text));
+    let synthetic = !summary.profile.simulated.is_empty();
+    let heading = if synthetic { "<th>simulated</th>" } else { "" };
     let parameters: String = fit
         .estimates
         .iter()
         .map(|e| {
             let remark = format!("<td class=\"text\">{}</td>", escaped(&remark(e)));
-            row(&[cell(&e.name), cell(&value(e)), cell(&error(e)), remark])
+            let simulated = if synthetic { cell(&summary.simulated_text(e)) } else { String::new() };
+            row(&[cell(&e.name), cell(&value(e)), cell(&error(e)), simulated, remark])
         })
         .collect();
     let lines: String = summary
@@ -72,7 +75,7 @@ fn page(summary: &Summary, origin: &str) -> String {
         })
         .collect();
     let body = format!(
-        "{}<table>\n<tr><th>parameter</th><th>value</th><th>± 1 s.e.</th><th></th></tr>\n{parameters}</table>\n\
+        "{}<table>\n<tr><th>parameter</th><th>value</th><th>± 1 s.e.</th>{heading}<th></th></tr>\n{parameters}</table>\n\
          <table>\n{lines}</table>\n<h2>Profiles</h2>\n\
          <p><img src=\"profile.png\" alt=\"measured, fitted, ratio\"></p>\n\
          <h2>Slices</h2>\n<p><img src=\"slices.png\" alt=\"slices over φ and over θ\"></p>\n\

@@ -101,6 +101,28 @@ impl Summary<'_> {
         fit.no_fit.map(|why| format!("no fit: {why} (it explains {}, NRMSE {})", self.explained(), percent(fit.nrmse)))
     }
 
+    /// The message if there is no fit: what is wrong, why (`why`), and what to do. `out` is the file that was not
+    /// written, and `page` is the report.
+    pub fn refusal(&self, why: &str, out: Option<&Path>, page: Option<&Path>) -> String {
+        let out = out.map(|out| format!("; {} was not written", out.display())).unwrap_or_default();
+        let page = page.map(|page| format!("; {} shows the differences", page.display())).unwrap_or_default();
+        format!(
+            "{}: {why}{out}{page}. Check the columns of the file, --angles, --quantity and --theta-o, or try another \
+             --model. --allow-bad-fit accepts the fit",
+            self.path.display()
+        )
+    }
+
+    /// The message of an interrupted fit of so many starts: the `written` files contain the best fit so far.
+    pub fn interruption(&self, written: &[String], starts: usize) -> String {
+        let place = match written {
+            [] => "is printed above".to_owned(),
+            files => format!("is in {}", files.join(" and ")),
+        };
+        let finished = self.fit.starts.finished;
+        format!("the best fit after {finished} of {starts} starts {place}; the same command starts from the beginning")
+    }
+
     /// Warnings, one sentence each.
     pub fn warnings(&self) -> Vec<String> {
         let fit = self.fit;
@@ -119,7 +141,8 @@ impl Summary<'_> {
         let vague = names(&|e| e.state == State::Fitted && !e.determined);
         if !vague.is_empty() {
             warnings.push(format!(
-                "the data does not determine {vague}: the standard error is above a tenth of the usual range"
+                "the data does not determine {vague}: other values fit nearly as well, because the standard error is \
+                 above a tenth of the usual range"
             ));
         }
         let at_bound = names(&|e| e.state == State::AtBound);
@@ -203,11 +226,24 @@ impl Summary<'_> {
         ]
     }
 
+    /// The value that was simulated, if the profile is a synthetic measurement.
+    fn simulated(&self, e: &Estimate) -> Option<f64> {
+        self.profile.simulated.iter().find(|(name, _)| *name == e.name).map(|(_, x)| *x)
+    }
+
+    /// The same as text, in the unit of the parameter.
+    pub(super) fn simulated_text(&self, e: &Estimate) -> String {
+        self.simulated(e).map_or(String::new(), |x| significant(x) + e.unit)
+    }
+
     /// A table for readers.
     pub fn table(&self) -> String {
-        let mut rows = vec![["", "value", "± 1 s.e.", ""].map(str::to_owned).to_vec()];
+        let mut rows = vec![["", "value", "± 1 s.e.", "simulated", ""].map(str::to_owned).to_vec()];
         for e in &self.fit.estimates {
-            rows.push(vec![e.name.clone(), value(e), error(e), remark(e)]);
+            rows.push(vec![e.name.clone(), value(e), error(e), self.simulated_text(e), remark(e)]);
+        }
+        if self.profile.simulated.is_empty() {
+            rows.iter_mut().for_each(|row| drop(row.remove(3)));
         }
         let mut text = text::align(&rows);
         text.push('\n');
@@ -267,7 +303,7 @@ impl Summary<'_> {
                 };
                 let unit = if e.unit.is_empty() { Value::Null } else { json!("degrees") };
                 let body = json!({"value": e.value, "standard_error": e.error, "unit": unit, "state": state,
-                    "tied_to": tied_to, "determined": e.determined});
+                    "tied_to": tied_to, "determined": e.determined, "simulated": self.simulated(e)});
                 (e.name.clone(), body)
             })
             .collect();

@@ -1,11 +1,12 @@
 //! D17: the share of scattered light that leaves the fibre, for [`vellus::Exit::Reflecting`].
 //!
 //! Light that left the medulla is in one of the states of [`vellus::parts::cell`]. V, the share of it that leaves the
-//! fibre, is the solution of V = A + B (U V + (1 − U) G x) with x = Σ ψ V. This module takes all means over a state by
+//! fibre, is the solution of V = A + B (U V + (1 − U) G x) with x = Σ ψ V, where A is the light that leaves at once, and
+//! B the light that returns to the medulla. This module takes all means over a state by
 //! quadrature, and solves the 24 equations by Gaussian elimination.
 
 use super::formulas::fresnel;
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{PI, TAU};
 use vellus::parts::{ABSORPTIONS, ENTRIES, ExitData, MAX_SIN2, NODES, ROWS, STATES, absorption_at, cell, monomials};
 use vellus::{Error, Fiber, grid};
 
@@ -37,6 +38,8 @@ struct State {
     cortex: f64,
     /// The transmittance of the cuticle.
     through: f64,
+    /// [`monomials`] of the entry.
+    entry: [f64; ENTRIES],
 }
 
 /// `n` midpoints from `a` to `b`.
@@ -90,8 +93,23 @@ impl State {
             chord: 2.0 * half_chord * elongation,
             cortex: (cos_gamma - kappa * half_chord).max(0.0) * elongation,
             through: transmittance(eta, kappa, layers, state),
+            entry: mean_entry([inclinations, offsets]),
         }
     }
+}
+
+/// The means of [`monomials`] over light in a cell that enters the medulla.
+fn mean_entry([inclinations, offsets]: [[f64; 2]; 2]) -> [f64; ENTRIES] {
+    let (mut sums, mut weights) = ([0.0; ENTRIES], 0.0);
+    for h in midpoints(offsets, POINTS) {
+        for theta in midpoints(inclinations, POINTS) {
+            let weight = theta.cos().powi(2);
+            let values = monomials((1.0 - h * h).sqrt(), theta.sin().powi(2) / MAX_SIN2);
+            sums.iter_mut().zip(values).for_each(|(sum, x)| *sum += weight * x);
+            weights += weight;
+        }
+    }
+    sums.map(|sum| sum / weights)
 }
 
 /// The rows of the table at τ and g, by bilinear interpolation. The probabilities of the states sum to 1 at each node.
@@ -160,19 +178,6 @@ fn at(polynomial: &[f64; ENTRIES], c: f64, y: f64) -> f64 {
     monomials(c, y).iter().zip(polynomial).map(|(m, p)| m * p).sum()
 }
 
-/// The mean of a polynomial over diffuse light: h″ is uniform, and θ has the density ∝ cos²θ.
-fn diffuse_mean(polynomial: &[f64; ENTRIES]) -> f64 {
-    let (mut sum, mut weights) = (0.0, 0.0);
-    for h in midpoints([0.0, 1.0], 200) {
-        for theta in midpoints([0.0, FRAC_PI_2], 200) {
-            let weight = theta.cos().powi(2);
-            sum += weight * at(polynomial, (1.0 - h * h).sqrt(), theta.sin().powi(2) / MAX_SIN2);
-            weights += weight;
-        }
-    }
-    sum / weights
-}
-
 impl ExactExit {
     /// `None` if all scattered light leaves: the exit is open, or the medulla does not scatter.
     ///
@@ -192,11 +197,16 @@ impl ExactExit {
         for channel in 0..3 {
             let medulla = f64::from(fiber.sigma_ma[channel]) * kappa;
             let kept = ln_kept(&rows, medulla);
-            let again = scattered_again(&states, &kept, tau, g, medulla);
-            let [value, at_once] =
-                leaving(&states, tau * (1.0 - g), f64::from(fiber.sigma_ca[channel]), medulla, again);
+            let absorption = Absorption::new(&states, polynomial(kept), tau, g, medulla);
+            let [value, at_once] = leaving(&states, tau * (1.0 - g), f64::from(fiber.sigma_ca[channel]), &absorption);
+            // The probability of each state, times the factor √k of absorption.
             let mean = |value: &[f64; STATES]| -> [f64; ENTRIES] {
-                std::array::from_fn(|entry| (0..STATES).map(|state| rows[state][entry] * value[state]).sum())
+                std::array::from_fn(|entry| {
+                    let light = |state: usize| rows[state][entry] * absorption.root[state];
+                    let sum: f64 = (0..STATES).map(|state| light(state) * value[state]).sum();
+                    // The probabilities of rare states may be below 0, and the sum of all too.
+                    (sum / (0..STATES).map(light).sum::<f64>().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
+                })
             };
             let [all, first] = [value, at_once].map(|value| mean(&value));
             let typical = |x: &[f64; ENTRIES]| (0..ENTRIES).map(|k| x[k] * kept[k].exp() * TYPICAL[k]).sum::<f64>();
@@ -238,39 +248,54 @@ pub(super) fn diffuse(theta_i: f64) -> f64 {
     2.0 * theta_i.cos() / PI / TAU
 }
 
-/// G, what absorption in the medulla leaves of light that the chain scatters.
-///
-/// The chain passes more light as unscattered than the medulla does, because it has (1 − g) σ_ms. G is such that
-/// diffuse light loses the right share in the medulla.
-fn scattered_again(states: &[State], ln_kept: &[f64; ENTRIES], tau: f64, g: f64, medulla: f64) -> f64 {
-    if medulla == 0.0 {
-        return 1.0;
+/// The effect of absorption in the medulla on light in each state.
+struct Absorption {
+    /// What remains of light that crosses the medulla unscattered.
+    chord: [f64; STATES],
+    /// √k. Absorption leaves k of scattered light that entered in a state. The probability to leave in this state has
+    /// the factor √k.
+    root: [f64; STATES],
+    /// G, what remains of light that the chain has as scattered.
+    scattered: [f64; STATES],
+}
+
+impl Absorption {
+    /// `ln_kept` is the polynomial of ln k in the entry, and `medulla` is σ_ma κ.
+    fn new(states: &[State], ln_kept: [f64; ENTRIES], tau: f64, g: f64, medulla: f64) -> Self {
+        let mut all = Absorption { chord: [1.0; STATES], root: [1.0; STATES], scattered: [1.0; STATES] };
+        if medulla == 0.0 {
+            return all;
+        }
+        for (i, state) in states.iter().enumerate() {
+            let mean: f64 = state.entry.iter().zip(ln_kept).map(|(x, k)| x * k).sum();
+            let kept = mean.min(0.0).exp();
+            all.root[i] = kept.sqrt();
+            all.chord[i] = (-medulla * state.chord).exp();
+            // The chain has (1 − g) σ_ms. So it passes more light as unscattered than the medulla does. The rest must
+            // carry what the medulla leaves of all light.
+            let [scattered, isotropic] = [tau, tau * (1.0 - g)].map(|tau| -(-tau * state.chord).exp_m1());
+            let light = scattered * kept + (isotropic - scattered) * all.chord[i];
+            all.scattered[i] = (light / isotropic).clamp(0.0, 1.0);
+        }
+        all
     }
-    let mean = diffuse_mean(&polynomial(ln_kept.map(f64::exp))).clamp(0.0, 1.0);
-    let (mut light, mut all) = (0.0, 0.0);
-    for state in states {
-        let [true_pass, pass] = [tau, tau * (1.0 - g)].map(|tau| (-tau * state.chord).exp());
-        let scattered = -(-tau * state.chord).exp_m1();
-        light += state.weight * (scattered * mean + (true_pass - pass) * (-medulla * state.chord).exp());
-        all += state.weight * -(-tau * (1.0 - g) * state.chord).exp_m1();
-    }
-    (light / all).clamp(0.0, 1.0)
 }
 
 /// V, the share of the light in each state that leaves, and the part of it that leaves at once. `tau` is the optical
-/// radius of isotropic scattering, `cortex` is σ_ca, and `medulla` is σ_ma κ.
-fn leaving(states: &[State], tau: f64, cortex: f64, medulla: f64, again: f64) -> [[f64; STATES]; 2] {
+/// radius of isotropic scattering, and `cortex` is σ_ca.
+fn leaving(states: &[State], tau: f64, cortex: f64, absorption: &Absorption) -> [[f64; STATES]; 2] {
     let scattered: Vec<f64> = states.iter().map(|s| -(-tau * s.chord).exp_m1()).collect();
-    let all: f64 = states.iter().zip(&scattered).map(|(s, scattered)| s.weight * scattered).sum();
+    // ψ, not normalised.
+    let again: Vec<f64> = (0..states.len()).map(|j| states[j].weight * scattered[j] * absorption.root[j]).collect();
+    let all: f64 = again.iter().sum();
     let (mut matrix, mut once) = ([[0.0; STATES]; STATES], [0.0; STATES]);
     for (i, state) in states.iter().enumerate() {
         let c = (-cortex * state.cortex).exp();
         let reflected = (1.0 - state.through) * c * c;
         once[i] = state.through * c;
-        for (j, other) in states.iter().enumerate() {
-            matrix[i][j] = -reflected * scattered[i] * again * other.weight * scattered[j] / all;
-        }
-        matrix[i][i] += 1.0 - reflected * (-(tau + medulla) * state.chord).exp();
+        let row = reflected * scattered[i] * absorption.scattered[i] / all.max(f64::MIN_POSITIVE);
+        (0..STATES).for_each(|j| matrix[i][j] = -row * again[j]);
+        matrix[i][i] += 1.0 - reflected * (-tau * state.chord).exp() * absorption.chord[i];
     }
     [solve(matrix, once), once]
 }

@@ -9,6 +9,7 @@ use std::f64::consts::{PI, TAU};
 #[derive(Clone, Debug)]
 pub struct ExactHit<'e, 't> {
     pub(super) path: ExactPath<'e, 't>,
+    /// C^N, divided so that its product with C^M integrates to 1.
     pub(super) azimuthal: Profile,
     pub(super) longitudinal: Inclination,
 }
@@ -40,7 +41,7 @@ impl ExactHit<'_, '_> {
     pub fn azimuthal(&self, phi: f64) -> [[f64; 3]; 6] {
         let path = &self.path;
         let n = path.unscattered(phi);
-        let s = |p| scattered(&self.azimuthal, path.relative(p, phi), [1.0; 2]);
+        let s = |p| scattered(&self.azimuthal, path.relative(p, phi), self.longitudinal.leaving());
         let d = [n[0], n[1], n[2], s(1), s(2), 1.0 / TAU];
         path.lobes(d, 1.0 / TAU)
     }

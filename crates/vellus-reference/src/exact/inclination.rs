@@ -13,6 +13,8 @@ pub(crate) struct Inclination {
     tilt: f64,
     profiles: [Profile; 2],
     refraction: Option<Refraction>,
+    /// The share of each half that leaves the fibre.
+    leaving: [f64; 2],
 }
 
 /// D18: how the cuticle refracts scattered light.
@@ -21,12 +23,10 @@ struct Refraction {
     eta: f64,
     /// b of the transmittance T(s) = 1 − b s⁴.
     loss: f64,
-    /// Z, the share of each half that leaves.
-    share: [f64; 2],
 }
 
 impl Refraction {
-    /// C^M(θ′) T(sin θᵢ)/η at sin θᵢ, before it is divided by Z.
+    /// C^M(θ′) T(sin θᵢ)/η at sin θᵢ.
     fn eval(&self, profile: &Profile, sin_i: f64) -> f64 {
         let inside = (sin_i / self.eta).clamp(-1.0, 1.0).asin();
         profile.eval(inside) * (1.0 - self.loss * sin_i.powi(4)).max(0.0) / self.eta
@@ -34,14 +34,17 @@ impl Refraction {
 }
 
 impl Inclination {
-    /// Densities in sin θᵢ of the backward and the forward half.
+    /// The shares of the backward and the forward half that leave the fibre.
+    pub fn leaving(&self) -> [f64; 2] {
+        self.leaving
+    }
+
+    /// Densities in sin θᵢ of the backward and the forward half. They integrate to the shares that leave.
     pub fn eval(&self, theta_i: f64) -> [f64; 2] {
         let theta_i = self.tilt * theta_i;
         [0, 1].map(|half| match &self.refraction {
             None => self.profiles[half].eval(theta_i),
-            Some(refraction) => {
-                refraction.eval(&self.profiles[half], theta_i.sin()) / refraction.share[half].max(f64::MIN_POSITIVE)
-            }
+            Some(refraction) => refraction.eval(&self.profiles[half], theta_i.sin()),
         })
     }
 }
@@ -52,19 +55,20 @@ impl Exact<'_> {
         let tilt = if theta_o < 0.0 { -1.0 } else { 1.0 };
         let profiles = |theta: f64| Profile::longitudinal(self.tables, self.sigma_ms * self.kappa, self.g, theta);
         if self.exit.is_none() {
-            return Inclination { tilt, profiles: profiles(theta_o.abs()), refraction: None };
+            return Inclination { tilt, profiles: profiles(theta_o.abs()), refraction: None, leaving: [1.0; 2] };
         }
         let profiles = profiles((theta_o.abs().sin() / self.eta).asin());
-        let mut refraction = Refraction { eta: self.eta, loss: self.loss(), share: [0.0; 2] };
+        let refraction = Refraction { eta: self.eta, loss: self.loss() };
+        let mut leaving = [0.0; 2];
         // Midpoint rule in t with sin θᵢ = sin t, dense near grazing.
         let step = PI / POINTS as f64;
         for k in 0..POINTS {
             let t = (k as f64 + 0.5) * step - 0.5 * PI;
-            for (share, profile) in refraction.share.iter_mut().zip(&profiles) {
-                *share += Refraction { share: [0.0; 2], ..refraction }.eval(profile, t.sin()) * t.cos() * step;
+            for (leaving, profile) in leaving.iter_mut().zip(&profiles) {
+                *leaving += refraction.eval(profile, t.sin()) * t.cos() * step;
             }
         }
-        Inclination { tilt, profiles, refraction: Some(refraction) }
+        Inclination { tilt, profiles, refraction: Some(refraction), leaving }
     }
 
     /// b: the least-squares fit of c (1 − b s⁴) over s = sin θᵢ in [0, 1] to the transmittance at four Gauss points,

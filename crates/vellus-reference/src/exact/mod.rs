@@ -101,11 +101,9 @@ impl<'t> Exact<'t> {
     /// Prepares the hit of a ray at the inclination `theta_o` (radians, |θ_o| < π/2) and the offset `h` in [−1, 1].
     #[doc(alias = "Eq. 12")]
     pub fn at(&self, theta_o: f64, h: f64) -> ExactHit<'_, 't> {
-        ExactHit {
-            path: self.path(theta_o, h),
-            azimuthal: self.azimuthal_profile(theta_o, h),
-            longitudinal: self.inclination(theta_o),
-        }
+        let longitudinal = self.inclination(theta_o);
+        let azimuthal = self.azimuthal_profile(theta_o, h).over_leaving(longitudinal.leaving());
+        ExactHit { path: self.path(theta_o, h), azimuthal, longitudinal }
     }
 
     /// C^N of the path at `h`.
@@ -119,17 +117,20 @@ impl<'t> Exact<'t> {
         (p as f64 + 1.0).sqrt() * self.beta_n
     }
 
-    /// The share of scattered light that leaves, and the part of it that leaves when it first meets the cuticle, RGB.
-    /// `None` if the exit is open.
-    pub(crate) fn escape(&self, theta_o: f64, h: f64) -> Option<[[f64; 3]; 2]> {
+    /// The share of scattered light that leaves, and the fraction of it that leaves when it first meets the cuticle,
+    /// RGB. `entry` is the light that enters the medulla. `None` if the exit is open.
+    pub(crate) fn escape(&self, theta_o: f64, h: f64, entry: [f64; 3]) -> Option<[[f64; 3]; 2]> {
         let exit = self.exit.as_ref()?;
         let theta_t = (theta_o.sin() / self.eta).asin();
         let escape = exit.escape(self.medulla_offset(theta_o, h), theta_t);
         // In each part, no channel has more light than the same share of the channel with the most light in all.
-        let most = escape.into_iter().fold(0.0, f64::max);
+        let light = [0, 1, 2].map(|c| escape[c] * entry[c]);
+        let most = light.into_iter().fold(0.0, f64::max);
         let share = exit.common();
-        let first =
-            [0, 1, 2].map(|c| (escape[c] * exit.first()[c]).max(escape[c] - (1.0 - share) * most).min(share * most));
+        let first = [0, 1, 2].map(|c| {
+            let first = (light[c] * exit.first()[c]).max(light[c] - (1.0 - share) * most).min(share * most);
+            if light[c] > 0.0 { first / light[c] } else { 1.0 }
+        });
         Some([escape, first])
     }
 

@@ -34,17 +34,18 @@ impl<'t> Exact<'t> {
         let q = 1.0 - (-2.0 * s_m * o.sigma_ms / cos_t).exp();
 
         let path = mean_path(o.tables, o.sigma_ms * o.kappa / cos_t, o.g, o.medulla_offset(theta_o, h).abs());
-        let reflecting = o.escape(theta_o, h);
+        let entry = o.sigma_ca.map(|ca| (-s_c * ca / cos_t).exp());
+        let reflecting = o.escape(theta_o, h, entry);
         let (mut attenuation, mut scattered, mut diffuse) = ([[0.0; 3]; 6], [0.0; 3], [0.0; 3]);
         for c in 0..3 {
             let (ca, ma) = (o.sigma_ca[c], o.sigma_ma[c]);
             let t = (-2.0 * (s_c * ca + s_m * (ma + o.sigma_ms)) / cos_t).exp();
             let (e, first) = match reflecting {
                 None => ((-(o.kappa * path * ma + (1.0 - o.kappa) * ca) / cos_t).exp(), 1.0),
-                Some([escape, first]) => (escape[c], if escape[c] > 0.0 { first[c] / escape[c] } else { 1.0 }),
+                Some([escape, first]) => (escape[c], first[c]),
             };
             scattered[c] = q * e;
-            let tts = (1.0 - f) * (-s_c * ca / cos_t).exp() * q * e;
+            let tts = (1.0 - f) * entry[c] * q * e;
             let trts = (1.0 - f) * f * (-(3.0 * s_c * ca + 2.0 * s_m * (ma + o.sigma_ms)) / cos_t).exp() * q * e;
             let higher = if f * t < 1.0 { 1.0 / (1.0 - f * t) } else { 0.0 };
             attenuation

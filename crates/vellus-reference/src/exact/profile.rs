@@ -1,6 +1,6 @@
 //! The medulla's tables, interpolated in f64.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 use vellus::grid::{self, OutgoingAxis};
 use vellus::{FactorTable, TableData};
 
@@ -85,15 +85,30 @@ impl Profile {
             .map(|row| row.iter().zip(&weights).map(|(b, w)| f64::from(*b) * w).sum())
             .collect();
         let mut profile = Profile { axis, shift, values };
-        // Midpoint rule, 16 points an interval.
-        let intervals = 16 * (profile.values.len() - 1);
-        let step = (axis.last - axis.first) / intervals as f64;
-        let integral: f64 = (0..intervals)
-            .map(|k| axis.first + (k as f64 + 0.5) * step - shift)
-            .map(|x| profile.eval(x) * measure(x) * step)
-            .sum();
+        let integral = profile.integral(measure);
         profile.values.iter_mut().for_each(|x| *x /= integral);
         profile
+    }
+
+    /// The integral with a weight, by the midpoint rule with 16 points an interval.
+    fn integral(&self, weight: impl Fn(f64) -> f64) -> f64 {
+        let intervals = 16 * (self.values.len() - 1);
+        let step = (self.axis.last - self.axis.first) / intervals as f64;
+        (0..intervals)
+            .map(|k| self.axis.first + (k as f64 + 0.5) * step - self.shift)
+            .map(|x| self.eval(x) * weight(x) * step)
+            .sum()
+    }
+
+    /// C^N divided by the light that leaves. `leaving` are the shares of the backward and the forward half of C^M that
+    /// leave the fibre. The weight of the forward half is |φ|/π, for φ in [−π, π] from straight back.
+    pub(crate) fn over_leaving(mut self, [back, front]: [f64; 2]) -> Self {
+        let all = self.integral(|phi| {
+            let weight = 1.0 - (phi / PI - 1.0).abs();
+            (1.0 - weight) * back + weight * front
+        });
+        self.values.iter_mut().for_each(|x| *x /= all.max(f64::MIN_POSITIVE));
+        self
     }
 
     /// The density at an angle in radians, within the range of its axis.

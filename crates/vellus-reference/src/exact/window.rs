@@ -12,7 +12,7 @@ pub struct ExactWindow<'e, 't> {
     theta_o: f64,
     /// Paths over the window, and the share of its width that each represents.
     paths: Vec<(ExactPath<'e, 't>, f64)>,
-    /// Paths over the medulla, their share and profile.
+    /// Paths over the medulla, their share, and C^N, divided so that its product with C^M integrates to 1.
     points: Vec<(ExactPath<'e, 't>, f64, Profile)>,
     longitudinal: Inclination,
 }
@@ -35,13 +35,15 @@ impl<'t> Exact<'t> {
         };
         let r = (self.kappa * self.eta_prime(theta_o)).min(1.0);
         let scatters = self.kappa * self.sigma_ms > 0.0 && h1.max(-r) < h2.min(r);
+        let longitudinal = self.inclination(theta_o);
+        let leaving = longitudinal.leaving();
         ExactWindow {
             theta_o,
             paths: midpoints(h1, h2, 1.0, paths).map(|(h, w)| (self.path(theta_o, h), w)).collect(),
             points: midpoints(h1.max(-r), h2.min(r), r.max(1e-9), if scatters { points } else { 0 })
-                .map(|(h, w)| (self.path(theta_o, h), w, self.azimuthal_profile(theta_o, h)))
+                .map(|(h, w)| (self.path(theta_o, h), w, self.azimuthal_profile(theta_o, h).over_leaving(leaving)))
                 .collect(),
-            longitudinal: self.inclination(theta_o),
+            longitudinal,
         }
     }
 }
@@ -63,7 +65,7 @@ impl ExactWindow<'_, '_> {
     /// N(φ) of the six lobes, RGB, per radian: the light that leaves at the azimuth φ = φ_i − φ_o at any inclination.
     #[doc(alias = "Eq. 11")]
     pub fn azimuthal(&self, phi: f64) -> [[f64; 3]; 6] {
-        self.sum(phi, [1.0; 4], [1.0; 2], 1.0 / TAU)
+        self.sum(phi, [1.0; 4], self.longitudinal.leaving(), 1.0 / TAU)
     }
 
     /// f·cos θᵢ of the six lobes at inclination θᵢ and azimuth φ = φ_i − φ_o (radians), RGB. All 0 without `paths`.

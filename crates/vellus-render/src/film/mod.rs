@@ -4,6 +4,7 @@ pub mod checkpoint;
 mod exr;
 mod layer;
 pub mod layout;
+mod meter;
 pub mod picture;
 mod png;
 mod sums;

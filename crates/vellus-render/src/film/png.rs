@@ -31,7 +31,7 @@ impl Film {
     /// # Errors
     /// [`Error::Encode`] with what the encoder reports.
     pub fn layer_to_png(&self, layer: Layer, first: usize, exposure: f32) -> Result<Vec<u8>, Error> {
-        self.encode_png(&self.layer_to_srgb(layer, first, exposure), &[])
+        self.encode_png(&self.layer_to_srgb(layer, first, exposure), png::ColorType::Rgb, &[])
     }
 
     /// The bytes of a PNG file of the beauty, or of `denoised` (three values a pixel), times 2^`exposure`, with text
@@ -49,14 +49,39 @@ impl Film {
             Some(denoised) => srgb(denoised.iter().map(|&v| f64::from(v)), exposure),
             None => self.to_srgb(exposure),
         };
-        self.encode_png(&pixels, notes)
+        self.encode_png(&pixels, png::ColorType::Rgb, notes)
     }
 
-    fn encode_png(&self, pixels: &[u8], notes: &[(String, String)]) -> Result<Vec<u8>, Error> {
+    /// As [`Film::to_png`], with an alpha channel: the share of each pixel that objects cover. The colours are those of
+    /// the objects, as PNG requires: the beauty divided by alpha. The background must be black.
+    ///
+    /// # Errors
+    /// [`Error::Encode`] with what the encoder reports.
+    pub fn to_transparent_png(
+        &self,
+        denoised: Option<&[f32]>,
+        exposure: f32,
+        notes: &[(String, String)],
+    ) -> Result<Vec<u8>, Error> {
+        let mut pixels = Vec::with_capacity(4 * self.width() * self.height());
+        for (i, (x, y)) in (0..self.height()).flat_map(|y| (0..self.width()).map(move |x| (x, y))).enumerate() {
+            let alpha = self.mean(x, y, Layer::Alpha, 0).clamp(0.0, 1.0);
+            let beauty = |c: usize| match denoised {
+                Some(denoised) => f64::from(denoised[3 * i + c]),
+                None => self.mean(x, y, Layer::Beauty, c),
+            };
+            let color = [0, 1, 2].map(|c| if alpha > 0.0 { beauty(c) / alpha } else { 0.0 });
+            pixels.extend(srgb(color.into_iter(), exposure));
+            pixels.push((255.0 * alpha).round() as u8);
+        }
+        self.encode_png(&pixels, png::ColorType::Rgba, notes)
+    }
+
+    fn encode_png(&self, pixels: &[u8], color: png::ColorType, notes: &[(String, String)]) -> Result<Vec<u8>, Error> {
         let failed = |e: png::EncodingError| Error::Encode { format: "PNG", what: e.to_string() };
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.width() as u32, self.height() as u32);
-        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_color(color);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
         let digest = (PIXELS_NOTE.to_owned(), Digest::of(pixels).to_string());

@@ -4,6 +4,7 @@ use crate::geometry::curves::{CurveHit, Curves};
 use crate::geometry::triangles::{TriangleHit, Triangles};
 use crate::integrator::view::View;
 use crate::light::Lights;
+use crate::light::background::Background;
 use crate::shading::colors;
 use crate::shading::surface::Scatter;
 use glam::{Vec2, Vec3};
@@ -15,6 +16,7 @@ pub struct Geometry {
     pub curves: Curves,
     pub triangles: Triangles,
     pub lights: Lights,
+    pub background: Option<Background>,
     pub view: View,
     /// Whether anything moves while the shutter is open.
     pub moves: bool,

@@ -155,11 +155,17 @@ pub(crate) fn trace<M: Model>(
         let triangle = geometry.triangles.intersect(&ray);
         let curve = geometry.curves.intersect(&Ray { t_max: triangle.map_or(ray.t_max, |hit| hit.t), ..ray });
         let t = curve.map(|hit| hit.entry.t).or(triangle.map(|hit| hit.t));
-        if let Some(emission) = geometry.lights.intersect(&Ray { t_max: t.unwrap_or(f32::INFINITY), ..ray }) {
+        let open = Ray { t_max: t.unwrap_or(f32::INFINITY), ..ray };
+        if let Some(emission) = geometry.lights.intersect(&open, depth == 0) {
             path.found(emission, pdf);
             break;
         }
         let Some(t) = t else {
+            if let (0, Some(background)) = (depth, &geometry.background) {
+                let uv = geometry.view.place(settings.size, pixel, settings.filter, u);
+                path.add(background.at(&geometry.textures, settings.size, uv), background.group);
+                break;
+            }
             for emission in geometry.lights.escaped(&ray, depth == 0) {
                 path.found(emission, pdf);
             }

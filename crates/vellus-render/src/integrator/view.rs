@@ -61,6 +61,13 @@ impl View {
         }
     }
 
+    /// The point of the picture through which [`View::ray`] sends a ray: u from the left edge to the right one, v from
+    /// the bottom to the top, in [0, 1] for most points of the filter.
+    pub(crate) fn place(&self, size: [usize; 2], pixel: [usize; 2], filter: Filter, u: [f32; 4]) -> Vec2 {
+        let [x, y] = [0, 1].map(|k| (pixel[k] as f32 + 0.5 + filter.offset(u[k])) / size[k] as f32);
+        Vec2::new(x, 1.0 - y)
+    }
+
     /// A ray through a point of a pixel's filter and a point of the lens. `size` is that of the whole picture; `u` are
     /// two numbers for the filter and two for the lens, in [0, 1).
     pub(crate) fn ray(&self, size: [usize; 2], pixel: [usize; 2], filter: Filter, u: [f32; 4], time: f32) -> Ray {

@@ -1,5 +1,6 @@
 //! Lights: their intersection with rays, their emission, and their sampling.
 
+pub mod background;
 mod distribution;
 mod environment;
 mod prepared;
@@ -45,17 +46,31 @@ pub struct Lights {
     /// The probability of each light, and their distribution. All are 0 if no light is sampled.
     shares: Vec<f32>,
     chances: PiecewiseConstant1D,
+    /// Whether the camera sees each light directly.
+    visible: Vec<bool>,
 }
 
 impl Lights {
-    /// Prepares lights. `reach` is the radius of the scene. Domes and distant lights illuminate a disk of this radius.
-    pub fn new(lights: &[Light], textures: &[Texture], reach: f32) -> Self {
+    /// Prepares lights. `unseen` are the indices of lights that the camera does not see directly. `reach` is the radius
+    /// of the scene. Domes and distant lights illuminate a disk of this radius.
+    pub fn new(lights: &[Light], unseen: &[usize], textures: &[Texture], reach: f32) -> Self {
         let lights: Vec<Prepared> = lights.iter().map(|light| prepared::prepare(light, textures)).collect();
         let powers: Vec<f32> = lights.iter().map(|light| light.power(reach)).collect();
         let any = powers.iter().any(|&power| power > 0.0);
         let chances = PiecewiseConstant1D::new(powers.into_iter());
         let shares = (0..lights.len()).map(|i| if any { chances.width(i) } else { 0.0 }).collect();
-        Lights { lights, shares, chances }
+        let visible = (0..lights.len()).map(|i| !unseen.contains(&i)).collect();
+        Lights { lights, shares, chances, visible }
+    }
+
+    /// Multiplies the emission of all lights by a positive factor.
+    pub fn scale(&mut self, factor: f32) {
+        self.lights.iter_mut().for_each(|light| light.scale(factor));
+    }
+
+    /// Whether no light emits anything.
+    pub fn is_black(&self) -> bool {
+        self.lights.iter().all(Prepared::is_black)
     }
 
     /// Samples a light, and a direction from `point` toward it. Returns the light's index too. `None` if this light
@@ -76,10 +91,14 @@ impl Lights {
         (sample.pdf > 0.0).then_some((i, LightSample { pdf: sample.pdf * share, ..sample }))
     }
 
-    /// The nearest light with a shape that a ray hits within its length, and its index.
-    pub fn intersect(&self, ray: &Ray) -> Option<(usize, Emission)> {
+    /// The nearest light with a shape that a ray hits within its length, and its index. Camera rays pass through lights
+    /// that the camera does not see.
+    pub fn intersect(&self, ray: &Ray, camera: bool) -> Option<(usize, Emission)> {
         let mut best: Option<(usize, Emission)> = None;
         for (i, light) in self.lights.iter().enumerate() {
+            if camera && !self.visible[i] {
+                continue;
+            }
             let t_max = best.map_or(ray.t_max, |(_, b)| b.t);
             if let Some(emission) = light.intersect(&Ray { t_max, ..*ray }) {
                 best = Some((i, Emission { pdf: emission.pdf * self.shares[i], ..emission }));
@@ -89,10 +108,10 @@ impl Lights {
     }
 
     /// The light that a ray finds if it leaves the scene: the index, radiance and density of each dome and distant
-    /// light. Only camera rays see the ground of a dome.
+    /// light. Only camera rays see the ground of a dome. They do not see lights that are invisible to the camera.
     pub fn escaped<'a>(&'a self, ray: &'a Ray, camera: bool) -> impl Iterator<Item = (usize, Emission)> + 'a {
         self.lights.iter().zip(&self.shares).enumerate().filter_map(move |(i, (light, share))| {
-            let emission = light.escaped(ray, camera)?;
+            let emission = light.escaped(ray, camera).filter(|_| !camera || self.visible[i])?;
             Some((i, Emission { pdf: emission.pdf * share, ..emission }))
         })
     }

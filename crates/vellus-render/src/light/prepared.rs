@@ -90,6 +90,36 @@ pub(super) fn prepare(light: &Light, textures: &[Texture]) -> Prepared {
 }
 
 impl Prepared {
+    /// Multiplies the emission by a factor.
+    pub(super) fn scale(&mut self, factor: f32) {
+        self.radiance_mut().iter_mut().for_each(|channel| *channel *= factor);
+    }
+
+    /// Whether it emits nothing.
+    pub(super) fn is_black(&self) -> bool {
+        brightness(self.radiance()) <= 0.0
+    }
+
+    fn radiance(&self) -> [f32; 3] {
+        match self {
+            Prepared::Dome { radiance, .. }
+            | Prepared::Distant { radiance, .. }
+            | Prepared::Flat { radiance, .. }
+            | Prepared::Sphere { radiance, .. }
+            | Prepared::Cylinder { radiance, .. } => *radiance,
+        }
+    }
+
+    fn radiance_mut(&mut self) -> &mut [f32; 3] {
+        match self {
+            Prepared::Dome { radiance, .. }
+            | Prepared::Distant { radiance, .. }
+            | Prepared::Flat { radiance, .. }
+            | Prepared::Sphere { radiance, .. }
+            | Prepared::Cylinder { radiance, .. } => radiance,
+        }
+    }
+
     /// A rough estimate of the power that the light sends into a scene of this radius. Lights are chosen in proportion
     /// to it. For a sky, the power of its excess.
     pub(super) fn power(&self, reach: f32) -> f32 {

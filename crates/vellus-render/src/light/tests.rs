@@ -53,11 +53,11 @@ fn sampling_finds_what_rays_find() {
     let (all, textures) = lights();
     let sets = all.iter().map(|light| vec![light.clone()]).chain([all.clone()]);
     for (which, set) in sets.enumerate() {
-        let lights = Lights::new(&set, &textures, 1.0);
+        let lights = Lights::new(&set, &[], &textures, 1.0);
         let point = Vec3::new(0.1, 0.2, -0.3);
         let seen = |direction: Vec3| {
             let ray = Ray::new(point, direction);
-            match lights.intersect(&ray) {
+            match lights.intersect(&ray, false) {
                 Some((_, emission)) => vec![emission],
                 None => lights.escaped(&ray, false).map(|(_, emission)| emission).collect(),
             }
@@ -96,7 +96,7 @@ fn sampling_finds_what_rays_find() {
 #[test]
 fn light_of_a_cylinder_is_the_integral_over_its_surface() {
     let Light::Cylinder { center, half_axis, radius, .. } = tube() else { panic!() };
-    let lights = Lights::new(&[tube()], &[], 1.0);
+    let lights = Lights::new(&[tube()], &[], &[], 1.0);
     let (axis, half) = (half_axis.normalize().as_dvec3(), f64::from(half_axis.length()));
     let (x, y) = { axis.any_orthonormal_pair() };
     let at = |along: f64, off: f64| center.as_dvec3() + axis * (along * half) + x * (off * f64::from(radius));
@@ -135,7 +135,7 @@ fn light_of_a_cylinder_is_the_integral_over_its_surface() {
     for inside in [at(0.3, 0.5), at(4.0, 0.9)] {
         assert!(lights.sample(inside.as_vec3(), [0.3, 0.6, 0.5]).is_none());
         let ray = Ray::new(inside.as_vec3(), (center - inside.as_vec3() + Vec3::new(0.1, 0.0, 0.0)).normalize());
-        assert!(lights.intersect(&ray).is_none());
+        assert!(lights.intersect(&ray, false).is_none());
     }
 }
 
@@ -148,10 +148,10 @@ fn uniform_skies_are_not_sampled() {
     let dome = |texture| Light::Dome { radiance: [0.5, 1.0, 2.0], texture, rotation: Mat3::IDENTITY, ground: None };
     let up = Ray::new(Vec3::ZERO, Vec3::Y);
     for sky in [dome(None), dome(Some(0))] {
-        let alone = Lights::new(std::slice::from_ref(&sky), std::slice::from_ref(&even), 1.0);
+        let alone = Lights::new(std::slice::from_ref(&sky), &[], std::slice::from_ref(&even), 1.0);
         assert!(alone.sample(Vec3::ZERO, [0.4, 0.2, 0.7]).is_none());
         assert!(alone.escaped(&up, false).all(|(_, e)| e.pdf == 0.0 && e.radiance[1] > 0.0));
-        let lamp = Lights::new(&[sky, all[4].clone()], std::slice::from_ref(&even), 1.0);
+        let lamp = Lights::new(&[sky, all[4].clone()], &[], std::slice::from_ref(&even), 1.0);
         assert!((0..9).all(|i| lamp.sample(Vec3::ZERO, [0.4, 0.2, i as f32 / 9.0]).is_some_and(|(i, _)| i == 1)));
     }
     let bright = |i: usize| {
@@ -194,7 +194,7 @@ fn ground_is_seen_where_it_was() {
     };
     let ground = Ground { origin, height, radius };
     let dome = Light::Dome { radiance: [1.0, 1.0, 2.0], texture: Some(0), rotation, ground: Some(ground) };
-    let lights = Lights::new(&[dome], &[image], 1.0);
+    let lights = Lights::new(&[dome], &[], &[image], 1.0);
     let seen = |ray: &Ray, camera: bool| lights.escaped(ray, camera).next().unwrap().1.radiance;
     for i in 0..2000 {
         let [a, b, c, d] = crate::integrator::sampler::Sampler::new([1, 2], i, 3).next();
@@ -215,4 +215,18 @@ fn ground_is_seen_where_it_was() {
         let ray = Ray::new(eye, (target - eye).normalize());
         assert_eq!(seen(&ray, false), seen(&Ray::new(Vec3::splat(100.0), ray.direction), true));
     }
+}
+
+#[test]
+fn the_camera_passes_through_lights_that_it_does_not_see() {
+    let ball = |z, radiance| Light::Sphere { center: Vec3::new(0.0, 0.0, z), radius: 1.0, radiance: [radiance; 3] };
+    let sky = Light::Dome { radiance: [5.0; 3], texture: None, rotation: Mat3::IDENTITY, ground: None };
+    let mut lights = Lights::new(&[ball(3.0, 1.0), ball(6.0, 2.0), sky], &[0, 2], &[], 1.0);
+    let ray = Ray::new(Vec3::ZERO, Vec3::Z);
+    let hit = |lights: &Lights, camera| lights.intersect(&ray, camera).map(|(i, e)| (i, e.radiance[0]));
+    assert_eq!((hit(&lights, true), hit(&lights, false)), (Some((1, 2.0)), Some((0, 1.0))));
+    assert_eq!((lights.escaped(&ray, true).count(), lights.escaped(&ray, false).count()), (0, 1));
+    lights.scale(4.0);
+    assert_eq!(hit(&lights, true), Some((1, 8.0)));
+    assert!(!lights.is_black() && Lights::new(&[ball(1.0, 0.0)], &[], &[], 1.0).is_black());
 }

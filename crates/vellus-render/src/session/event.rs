@@ -1,6 +1,6 @@
 //! What a job reports while it runs.
 
-use super::{Pass, Session};
+use super::{Hint, Pass, Session};
 use crate::error::Error;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -76,4 +76,6 @@ pub enum Event<'a> {
     DenoiserFailed(Error),
     /// A file of the picture is written.
     Wrote(&'a Path),
+    /// The picture shows nothing, and why.
+    Hint(Hint),
 }

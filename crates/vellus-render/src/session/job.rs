@@ -1,7 +1,7 @@
 //! One picture from its checkpoint to its files.
 
 use super::keeper::Keeper;
-use super::{Denoise, End, Event, Options, Pass, Picture, Session, end_notes, write_film};
+use super::{Denoise, End, Event, Hint, Options, Pass, Picture, Session, end_notes, write_film};
 use crate::error::Error;
 use crate::film::checkpoint::Checkpoint;
 use crate::world::World;
@@ -141,7 +141,7 @@ impl Job {
             return Ok(Outcome { end, checkpoint, files: Vec::new(), kept: None });
         }
         checkpoint.notes.push(("vellus_seconds".to_owned(), format!("{:.1}", time.as_secs_f64())));
-        self.write(checkpoint, end, &mut keeper, &mut report)
+        self.write(world, checkpoint, end, &mut keeper, &mut report)
     }
 
     fn check_space(&self, world: &World, keeper: &Keeper) -> Result<(), Error> {
@@ -201,6 +201,7 @@ impl Job {
     /// Writes the film and the picture, and keeps or removes the checkpoint.
     fn write(
         mut self,
+        world: &World,
         checkpoint: Checkpoint,
         end: End,
         keeper: &mut Keeper,
@@ -220,10 +221,13 @@ impl Job {
         let kept = if complete { None } else { keeper.keep(&checkpoint, report) };
         self.picture.notes.extend_from_slice(&checkpoint.notes);
         self.picture.notes.extend(end_notes(&checkpoint.film, end));
-        let files = self.picture.write_denoised(&checkpoint.film, self.denoiser.as_deref(), report);
+        let files = self.picture.write_denoised(&checkpoint.film, self.denoiser.as_deref(), &mut *report);
         let files = files.map_err(|error| keeper.rescue(&checkpoint, error))?;
         if complete {
             keeper.remove();
+        }
+        if let Some(hint) = Hint::new(world, &checkpoint.film, self.picture.exposure) {
+            report(Event::Hint(hint));
         }
         Ok(Outcome { end, checkpoint, files, kept })
     }

@@ -10,6 +10,7 @@
 mod event;
 mod frames;
 mod goals;
+mod hint;
 mod identity;
 mod job;
 mod keeper;
@@ -22,11 +23,12 @@ mod text;
 pub use event::Event;
 pub use frames::Frames;
 pub use goals::{End, Goals, State};
+pub use hint::Hint;
 pub use identity::{IDENTITY_NOTE, Identity};
 pub use job::{Job, Outcome};
 pub use merge::{Merge, Merged};
 pub use notes::fiber_notes;
-pub use picture::{Denoise, Picture, SAMPLES_NOTE, end_notes, is_finished};
+pub use picture::{BACKGROUND_NOTE, Denoise, Picture, SAMPLES_NOTE, end_notes, is_finished};
 pub use store::{Found, Rescue, Store, read_film, write_film};
 
 use crate::error::Error;

@@ -21,7 +21,8 @@ pub struct Picture {
     pub pixel_type: PixelType,
     /// Stops by which the PNG is brighter.
     pub exposure: f32,
-    /// Text attributes in the header of both files: names and values.
+    /// Text attributes in the header of both files: names and values. If [`BACKGROUND_NOTE`] is `transparent`, the PNG
+    /// has an alpha channel.
     pub notes: Notes,
 }
 
@@ -67,7 +68,9 @@ impl Picture {
             write(&self.path, &film.to_exr(&self.layers, denoised, self.pixel_type, &self.notes)?)?;
             written.push(self.path.clone());
         }
-        write(&png, &film.to_png(denoised, self.exposure, &self.notes)?)?;
+        let transparent = self.notes.iter().any(|(name, value)| name == BACKGROUND_NOTE && value == "transparent");
+        let encode = if transparent { Film::to_transparent_png } else { Film::to_png };
+        write(&png, &encode(film, denoised, self.exposure, &self.notes)?)?;
         written.push(png);
         Ok(written)
     }
@@ -99,7 +102,7 @@ impl Picture {
         let channels = 3 + self.layers.iter().filter_map(|l| layout.range(*l)).map(|r| r.len()).sum::<usize>();
         // A few channels always have 32 bits.
         let exr = if self.pixel_type == PixelType::Float { 4 * channels } else { 2 * channels + 10 };
-        pixels * (3 + if self.path.extension().is_some_and(|e| e == "exr") { exr as u64 } else { 0 })
+        pixels * (4 + if self.path.extension().is_some_and(|e| e == "exr") { exr as u64 } else { 0 })
     }
 }
 
@@ -115,6 +118,9 @@ pub fn end_notes(film: &Film, end: End) -> Notes {
 
 /// The note with the number of samples a pixel.
 pub const SAMPLES_NOTE: &str = "vellus_samples";
+
+/// The note with the background. `transparent` gives the PNG an alpha channel.
+pub const BACKGROUND_NOTE: &str = "vellus_background";
 
 /// The note with [`End::name`].
 const END_NOTE: &str = "vellus_ended_by";

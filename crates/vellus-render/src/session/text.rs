@@ -50,6 +50,7 @@ impl fmt::Display for Event<'_> {
             Event::IncompleteFilm { samples, planned } => {
                 write!(f, "warning: it has samples {samples:?} of {planned:?}")
             }
+            Event::Hint(hint) => hint.fmt(f),
             Event::DenoiserFailed(error) => write!(f, "warning: cannot denoise: {error}"),
         }
     }

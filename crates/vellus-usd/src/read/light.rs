@@ -113,9 +113,30 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
         }
     };
     let group = group(reader, prim)?;
+    if !seen(&reader.stage, prim)? {
+        reader.scene.unseen_lights.push(reader.scene.lights.len());
+    }
     reader.scene.lights.push(light);
     reader.scene.light_groups.push(group);
     Ok(())
+}
+
+/// Attributes that hide a light from the camera if they are false or 0: those of RenderMan, of Arnold, of Karma and of
+/// NVIDIA RTX. UsdLux itself has no such attribute.
+const SEEN: [&str; 4] =
+    [SEEN_BY_RENDERMAN, "primvars:arnold:camera", "karma:light:renderlightgeo", "visibleInPrimaryRay"];
+
+/// The attribute of RenderMan: an int, which may be inherited as a primvar. Vellus reads it from the light alone.
+pub(crate) const SEEN_BY_RENDERMAN: &str = "primvars:ri:attributes:visibility:camera";
+
+/// Whether the camera sees a light directly: the first of [`SEEN`] that the light has, otherwise true.
+fn seen(stage: &Stage, prim: &str) -> Result<bool, Error> {
+    for name in SEEN {
+        if let Some(seen) = stage.flag(prim, name)? {
+            return Ok(seen);
+        }
+    }
+    Ok(true)
 }
 
 /// The light group: `vellus:lightGroup`, or the name of the prim.

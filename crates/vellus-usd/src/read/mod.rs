@@ -4,7 +4,7 @@ mod camera;
 mod context;
 mod curves;
 mod layout;
-mod light;
+pub(crate) mod light;
 pub(crate) mod look;
 mod mesh;
 mod motion;

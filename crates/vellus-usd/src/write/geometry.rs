@@ -1,5 +1,6 @@
 //! Writes strands, meshes, camera and lights.
 
+use crate::read::light::SEEN_BY_RENDERMAN;
 use crate::write::names::{Names, to_file, vellus_name};
 use crate::write::text::{Literal, Text, quoted};
 
@@ -125,7 +126,13 @@ pub(crate) fn camera<W: Write>(text: &mut Text<W>, camera: &Camera, moves: bool)
     text.close()
 }
 
-pub(crate) fn light<W: Write>(text: &mut Text<W>, light: &Light, group: &str, names: &Names) -> io::Result<()> {
+pub(crate) fn light<W: Write>(
+    text: &mut Text<W>,
+    light: &Light,
+    group: &str,
+    seen: bool,
+    names: &Names,
+) -> io::Result<()> {
     let (kind, color, texture) = match light {
         Light::Dome { radiance, texture, .. } => ("DomeLight", radiance, *texture),
         Light::Distant { irradiance, .. } => ("DistantLight", irradiance, None),
@@ -139,6 +146,9 @@ pub(crate) fn light<W: Write>(text: &mut Text<W>, light: &Light, group: &str, na
     text.set("color3f inputs:color", &color.text())?;
     text.set("float inputs:intensity", "1")?;
     text.set("token vellus:lightGroup", &quoted(group))?;
+    if !seen {
+        text.set(&format!("int {SEEN_BY_RENDERMAN}"), "0")?;
+    }
     if let Some(texture) = texture {
         text.set("asset inputs:texture:file", &format!("@{}@", names.textures[texture]))?;
     }

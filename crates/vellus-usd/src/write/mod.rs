@@ -22,6 +22,7 @@ use vellus_scene::Scene;
 /// - the last bit of angles and of the lens radius may differ;
 /// - textures of lights have the wrap mode repeat;
 /// - textures have the names of their files, and quotes, backslashes and control characters in names are replaced;
+/// - [`Scene::background`] is missing: USD has no place for it;
 /// - light groups are those of [`Scene::light_group_names`];
 /// - looks, surfaces and textures are in the order of their first use, and unused ones are missing.
 ///
@@ -108,8 +109,8 @@ fn stage<W: Write>(scene: &Scene, mut names: Names, mut text: Text<W>) -> io::Re
     if let Some(item) = &scene.camera {
         camera(&mut text, item, moves)?;
     }
-    for (item, group) in scene.lights.iter().zip(scene.light_group_names()) {
-        light(&mut text, item, &group, &names)?;
+    for (i, (item, group)) in scene.lights.iter().zip(scene.light_group_names()).enumerate() {
+        light(&mut text, item, &group, !scene.unseen_lights.contains(&i), &names)?;
     }
     for item in &scene.meshes {
         mesh(&mut text, item, &names)?;

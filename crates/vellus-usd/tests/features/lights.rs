@@ -63,3 +63,20 @@ def PortalLight \"portal\" {{ }}"
     let Light::Dome { rotation, .. } = sky1 else { panic!() };
     assert!((*rotation * rotation.transpose()).abs_diff_eq(Mat3::IDENTITY, 1e-6));
 }
+
+/// UsdLux has no attribute for this, so those of four renderers count. The first one that a light has decides.
+#[test]
+fn lights_are_invisible_to_the_camera() {
+    let (scene, warnings) = scene(&format!(
+        "( )
+def BasisCurves \"b\" {{ {FOUR} }}
+def RectLight \"renderman\" {{ int primvars:ri:attributes:visibility:camera = 0 }}
+def RectLight \"arnold\" {{ float primvars:arnold:camera = 0 }}
+def RectLight \"karma\" {{ bool karma:light:renderlightgeo = 0 }}
+def RectLight \"rtx\" {{ bool visibleInPrimaryRay = 0 }}
+def RectLight \"both\" {{ int primvars:ri:attributes:visibility:camera = 1 float primvars:arnold:camera = 0 }}
+def RectLight \"none\" {{ }}
+def DomeLight \"sky\" {{ float primvars:arnold:camera = 0 }}"
+    ));
+    assert_eq!((scene.unseen_lights, warnings.len()), (vec![0, 1, 2, 3, 6], 0));
+}

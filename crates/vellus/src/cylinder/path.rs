@@ -2,7 +2,7 @@
 //! (Yan17 Table 3, Sec. 4.2–4.3).
 
 use crate::cylinder::cuticle::{Fresnel, parts, refracted_cos2};
-use crate::exit::Reflection;
+use crate::exit::Entry;
 use crate::fiber::Fiber;
 use crate::fiber::exit::Exit;
 use crate::simd::lanes::{Lanes, Quad};
@@ -31,7 +31,7 @@ pub(crate) struct Path<V> {
     pub inverse_cos_o: V,
     pub fresnel: Fresnel<V>,
     /// sin²θ_t.
-    sin2_t: V,
+    pub sin2_t: V,
 }
 
 /// The components of light that leaves the fibre: the six lobes, and [`DIFFUSE`].
@@ -115,10 +115,10 @@ impl<V: Lanes> Path<V> {
     }
 
     /// A(h) of the components in RGB and a spare channel: the lobes in the order of [`crate::Lobe`], then [`DIFFUSE`].
-    /// `mean_path` is ⟨L⟩ of the light scattered in this pass, if any. A `reflection` replaces it.
+    /// `mean_path` is ⟨L⟩ of the light scattered in this pass, if any. An `entry` replaces it.
     #[doc(alias = "Table 3")]
     #[inline(always)]
-    pub fn attenuation(&self, fiber: &Fiber, mean_path: V, reflection: Option<&Reflection>) -> [V::Quad; COMPONENTS] {
+    pub fn attenuation(&self, fiber: &Fiber, mean_path: V, entry: Option<&Entry<V>>) -> [V::Quad; COMPONENTS] {
         let one = V::splat(1.0);
         let quad = V::Quad::splat;
         let rgb = |c: [f32; 3]| V::Quad::constant([c[0], c[1], c[2], 0.0]);
@@ -133,15 +133,15 @@ impl<V: Lanes> Path<V> {
         let pass = quad(two * self.s_c) * sigma_ca + quad(two * self.s_m) * sigma_ma + quad(unscattered);
         // Entry through the cortex. D7: absorption after scattering over the mean scattered path ⟨L⟩, not the paper's
         // fixed κ. D17: or the share of scattered light that leaves.
-        let (pass, escape) = match reflection {
+        let (pass, escape) = match entry {
             None => {
                 let escape =
                     quad((self.s_c + one - kappa) * minus) * sigma_ca + quad(kappa * mean_path * minus) * sigma_ma;
                 (pass.exp(), escape.exp())
             }
-            Some(reflection) => {
+            Some(entry) => {
                 let chord = self.s_m * V::splat(1.0 / fiber.kappa.max(f32::MIN_POSITIVE));
-                let [escape, ln_kept] = reflection.escape(chord, self.sin2_t);
+                let [escape, ln_kept] = entry.escape(chord);
                 (pass.exp(), escape * (quad(self.s_c * minus) * sigma_ca + ln_kept).exp())
             }
         };
@@ -157,14 +157,14 @@ impl<V: Lanes> Path<V> {
         // cancellation. The two geometric series start after TRT and TRTˢ.
         let denominator = (t + f * (quad(one) - pass)).max(quad(V::splat(1e-20)));
         let series = again * again * (t / denominator);
-        match reflection {
+        match entry {
             None => {
                 let rest = (t * pass + escape * quad(q)) * series;
                 [f, a_tt, a_tt * again, a_tts, a_tts * again, rest, quad(V::splat(0.0))]
             }
             // Light that the cuticle reflected after it was scattered, and light scattered in later passes, is diffuse.
-            Some(reflection) => {
-                let [first, late] = reflection.divide::<V>(escape);
+            Some(entry) => {
+                let [first, late] = entry.divide(escape);
                 let entered = t * quad(q);
                 let (a_tts, a_late) = (entered * first, entered * late);
                 let diffuse = a_late + a_late * again + escape * quad(q) * series;

@@ -3,16 +3,22 @@
 //! Scattered light that meets the cuticle from inside is partly reflected, crosses the cortex and the medulla again,
 //! and may be scattered again. V is the share of light in a [state](states) that leaves in the end. The medulla
 //! passes light of state i without scattering with the probability Uᵢ. Otherwise it forgets where the light came
-//! from, and by reciprocity the light leaves in state j with a probability ψⱼ ∝ wⱼ (1 − Uⱼ), where wⱼ is the share of
-//! diffuse light. Scattering by g is replaced by isotropic scattering with (1 − g) σ_ms (similarity). With the
+//! from, and by reciprocity the light leaves in state j with a probability ψⱼ ∝ wⱼ (1 − Uⱼ) √kⱼ, where wⱼ is the share
+//! of diffuse light. Scattering by g is replaced by isotropic scattering with (1 − g) σ_ms (similarity). With the
 //! transmittance T of the cuticle and the transmittance c of the cortex,
 //!
 //! V = T c + (1 − T) c² (U V + (1 − U) G x), x = Σ ψ V.
 //!
-//! G is what absorption in the medulla leaves of scattered light. This is a linear equation for the number x.
+//! Gᵢ is what absorption in the medulla leaves of scattered light that entered in state i. This is a linear equation
+//! for the number x.
 //!
 //! Only the first exit from the medulla remembers where the light entered. Its distribution over states is a table
-//! over τ, g, and the entry.
+//! over τ, g, and the entry, for a medulla that does not absorb.
+//!
+//! Absorption favours states with short paths. If it leaves kᵢ of light that enters in state i, it leaves kᵢ of diffuse
+//! light that leaves in state i, by reciprocity. A path is long because of its entry, or because of its exit. So the
+//! probability to leave in state j has the factor √kⱼ. This exponent is empirical: 0 and 1 have larger errors against
+//! photon tracing, of opposite sign.
 
 pub(crate) mod cone;
 pub(crate) mod diffuse;
@@ -24,7 +30,7 @@ use crate::exit::table::{ENTRIES, ExitTable, MAX_SIN2, ROWS};
 use crate::fiber::Fiber;
 use crate::simd::lanes::{Lanes, Quad};
 use crate::simd::special::exp;
-use wide::f32x8;
+use wide::{f32x4, f32x8};
 
 /// Coefficients of [`table::monomials`], RGB and a spare channel.
 type Polynomial = [[f32; 4]; ENTRIES];
@@ -60,8 +66,13 @@ const COEFFICIENTS: [f32x8; ENTRIES] = [
 /// θ_t is small for most fibres.
 const TYPICAL: f32x8 = f32x8::new([0.05, 0.2, 0.4, 0.03, 0.3, 0.0, 0.01, 0.01]);
 
-/// The mean over diffuse light of a polynomial with these node values: h″ is uniform, and θ has the density ∝ cos² θ.
-const DIFFUSE: f32x8 = f32x8::new([-0.069499, 0.343002, 0.201806, 0.105976, 0.387851, -0.059338, 0.131924, -0.041721]);
+/// 1 − e⁻ˣ. It loses its digits below 0.01, where its series is exact to 4e-8.
+#[inline(always)]
+fn complement(x: f32x8) -> f32x8 {
+    let one = f32x8::ONE;
+    let series = x * (one - x * (f32x8::splat(0.5) - x * f32x8::splat(1.0 / 6.0)));
+    x.simd_lt(f32x8::splat(0.01)).select(series, one - exp(-x)).fast_max(f32x8::splat(1e-30))
+}
 
 #[inline(always)]
 fn sum(x: &Vector) -> f32 {
@@ -80,13 +91,8 @@ struct Chain<'a> {
     cortex: Vector,
     /// 1 − U.
     scattered: Vector,
-    /// ψ, not normalised.
-    again: Vector,
-    /// The diffuse light that the medulla passes forward by scattering, and that the chain has as scattered: the part
-    /// of each state that is unscattered with σ_ms less the part with (1 − g) σ_ms, at most 0.
-    forward: Vector,
-    /// The share of diffuse light that the medulla scatters.
-    all_scattered: f32,
+    /// The share of light that the medulla scatters, over the share that it scatters isotropically.
+    excess: Vector,
 }
 
 impl<'a> Chain<'a> {
@@ -97,45 +103,45 @@ impl<'a> Chain<'a> {
         let tau = fiber.sigma_ms * fiber.kappa;
         let through = table.cone.transmittance(fiber.kappa, fiber.eta, fiber.layers);
         let zero = [f32x8::ZERO; REGISTERS];
-        let (mut cortex, mut scattered, mut again, mut forward) = (zero, zero, zero, zero);
-        let mut all_scattered = f32x8::ZERO;
+        let (mut cortex, mut scattered, mut excess) = (zero, zero, zero);
         for r in 0..REGISTERS {
             let cos_gamma = (one - splat(fiber.kappa * fiber.kappa) * geometry.square[r]).sqrt();
             let length = cos_gamma - splat(fiber.kappa) * geometry.half_chord[r];
             cortex[r] = length.fast_max(f32x8::ZERO) * geometry.elongation[r];
-            let depth = splat(tau * (1.0 - fiber.g)) * geometry.chord[r];
-            // 1 − e⁻ˣ loses its digits below 0.01, where its series is exact to 4e-8.
-            let series = depth * (one - depth * (splat(0.5) - depth * splat(1.0 / 6.0)));
-            let complement = one - exp(-depth);
-            scattered[r] = depth.simd_lt(splat(0.01)).select(series, complement).fast_max(splat(1e-30));
-            again[r] = geometry.weight[r] * scattered[r];
-            let unscattered = exp(geometry.chord[r] * splat(-tau));
-            forward[r] = geometry.weight[r] * (unscattered - (one - scattered[r]));
-            all_scattered += geometry.weight[r] * (one - unscattered);
+            scattered[r] = complement(splat(tau * (1.0 - fiber.g)) * geometry.chord[r]);
+            excess[r] = complement(splat(tau) * geometry.chord[r]) / scattered[r];
         }
-        let all_scattered = all_scattered.reduce_add();
-        Chain { table, rows: table.rows(tau, fiber.g), through, cortex, scattered, again, forward, all_scattered }
+        Chain { table, rows: table.rows(tau, fiber.g), through, cortex, scattered, excess }
     }
 
     /// The effect of absorption in the medulla. `medulla` is σ_ma κ.
     #[inline(always)]
     fn absorption(&self, medulla: f32) -> Absorption {
         let (splat, one) = (f32x8::splat, f32x8::ONE);
+        let ones = [one; REGISTERS];
         if medulla == 0.0 {
-            return Absorption { chord_keeps: [one; REGISTERS], ln_kept: f32x8::ZERO, kept_first: one, kept: 1.0 };
+            let kept_first = Kept { ln: [0.0; ENTRIES], at_nodes: one };
+            return Absorption { chord_keeps: ones, kept_first, leaving: ones, inverse: one, kept: ones };
         }
+        let geometry = &self.table.geometry;
         let ln_kept = table::ln_kept(&self.rows, medulla);
-        let kept_first = exp(ln_kept);
-        let (mut chord_keeps, mut less) = ([one; REGISTERS], [f32x8::ZERO; REGISTERS]);
+        let ln = coefficients(ln_kept);
+        let (mut chord_keeps, mut leaving, mut kept) = (ones, ones, ones);
         for r in 0..REGISTERS {
-            chord_keeps[r] = exp(self.table.geometry.chord[r] * splat(-medulla));
-            less[r] = self.forward[r] * chord_keeps[r];
+            chord_keeps[r] = exp(geometry.chord[r] * splat(-medulla));
+            let mut sum = splat(ln[0]);
+            for m in 1..ENTRIES {
+                sum = geometry.monomials[m][r].mul_add(splat(ln[m]), sum);
+            }
+            leaving[r] = exp(sum.fast_min(f32x8::ZERO) * splat(0.5));
+            // The medulla passes light with the true σ_ms. What the chain does not pass as unscattered must carry the
+            // rest.
+            let rest = self.excess[r].mul_add(leaving[r] * leaving[r] - chord_keeps[r], chord_keeps[r]);
+            kept[r] = rest.fast_max(f32x8::ZERO).fast_min(one);
         }
-        // The medulla passes diffuse light with the true σ_ms. What the chain does not pass as unscattered must carry
-        // the rest.
-        let scattered = (kept_first * DIFFUSE).reduce_add().clamp(0.0, 1.0) * self.all_scattered;
-        let kept = ((scattered + sum(&less)) / sum(&self.again)).clamp(0.0, 1.0);
-        Absorption { chord_keeps, ln_kept, kept_first, kept }
+        let kept_first = Kept { ln, at_nodes: exp(ln_kept) };
+        let inverse = one / self.first_exits(&leaving).fast_max(splat(f32::MIN_POSITIVE));
+        Absorption { chord_keeps, kept_first, leaving, inverse, kept }
     }
 
     /// At the nodes of the entry: the share of scattered light that leaves, and the share that leaves at the first
@@ -144,13 +150,12 @@ impl<'a> Chain<'a> {
     fn escape(&self, cortex: f32, medulla: &Absorption) -> [f32x8; 2] {
         let (splat, one) = (f32x8::splat, f32x8::ONE);
         let zero = [f32x8::ZERO; REGISTERS];
-        let kept = medulla.kept;
         // V = leaves + stays x.
         let (mut leaves, mut stays, mut at_once) = (zero, zero, zero);
         let (mut numerator, mut denominator) = (zero, zero);
         for r in 0..REGISTERS {
             let c = exp(self.cortex[r] * splat(-cortex));
-            let (t, scattered) = (self.through[r], self.scattered[r]);
+            let (t, scattered, kept) = (self.through[r], self.scattered[r], medulla.kept[r]);
             let returns = (one - t) * c * c;
             // 1 − (1 − T) c² and the losses in the medulla, as sums of positive terms.
             let lost = t + (one - t) * (one - c * c);
@@ -158,30 +163,42 @@ impl<'a> Chain<'a> {
             let inverse = one / (lost + returns * (scattered + absorbed)).fast_max(splat(1e-20));
             at_once[r] = t * c;
             leaves[r] = at_once[r] * inverse;
-            stays[r] = returns * scattered * splat(kept) * inverse;
-            numerator[r] = self.again[r] * leaves[r];
-            denominator[r] = self.again[r] * inverse * (lost + returns * (absorbed + scattered * splat(1.0 - kept)));
+            stays[r] = returns * scattered * kept * inverse;
+            let again = self.table.geometry.weight[r] * scattered * medulla.leaving[r];
+            numerator[r] = again * leaves[r];
+            denominator[r] = again * inverse * (lost + returns * (absorbed + scattered * (one - kept)));
         }
         let x = sum(&numerator) / sum(&denominator).max(f32::MIN_POSITIVE);
-        let (mut value, mut first) = ([0.0f32; STATES], [0.0f32; STATES]);
+        let mut value = leaves;
         for r in 0..REGISTERS {
-            let v = stays[r].mul_add(splat(x), leaves[r]);
-            value[8 * r..8 * r + 8].copy_from_slice(&v.to_array());
-            first[8 * r..8 * r + 8].copy_from_slice(&at_once[r].to_array());
+            value[r] = stays[r].mul_add(splat(x), leaves[r]) * medulla.leaving[r];
+            at_once[r] *= medulla.leaving[r];
         }
-        [value, first].map(|values| self.first_exits(&values))
+        // The probabilities of rare states may be below 0, and the sum of all too.
+        let mean = |values: &Vector| (self.first_exits(values) * medulla.inverse).fast_max(f32x8::ZERO).fast_min(one);
+        [mean(&value), mean(&at_once)]
     }
 
     /// The mean of a number for each state over first exits, at the nodes of the entry.
     #[inline(always)]
-    fn first_exits(&self, values: &[f32; STATES]) -> f32x8 {
+    fn first_exits(&self, values: &Vector) -> f32x8 {
+        let values: [[f32; 8]; REGISTERS] = values.map(f32x8::to_array);
         // Several sums, because each addition waits for the one before.
         let mut sums = [f32x8::ZERO; 4];
         for state in 0..STATES {
-            sums[state % 4] = self.rows[state].mul_add(f32x8::splat(values[state]), sums[state % 4]);
+            sums[state % 4] = self.rows[state].mul_add(f32x8::splat(values[state / 8][state % 8]), sums[state % 4]);
         }
         (sums[0] + sums[1]) + (sums[2] + sums[3])
     }
+}
+
+/// What absorption in the medulla leaves on the first path.
+#[derive(Clone, Copy)]
+struct Kept {
+    /// Its logarithm: a polynomial in the entry.
+    ln: [f32; ENTRIES],
+    /// Its value at the nodes of the entry.
+    at_nodes: f32x8,
 }
 
 /// Absorption in the medulla, in one channel.
@@ -189,11 +206,14 @@ impl<'a> Chain<'a> {
 struct Absorption {
     /// What it leaves of light that crosses the medulla unscattered, for each state.
     chord_keeps: Vector,
-    /// What it leaves on the first path, by the entry, and the logarithm of it.
-    kept_first: f32x8,
-    ln_kept: f32x8,
-    /// What it leaves of light that the chain has as scattered again.
-    kept: f32,
+    kept_first: Kept,
+    /// √k, where k is what it leaves of scattered light that entered in each state. By reciprocity, this is also what
+    /// it leaves of diffuse light that leaves in this state.
+    leaving: Vector,
+    /// 1 over the mean of √k over first exits, at the nodes of the entry.
+    inverse: f32x8,
+    /// What it leaves of light in each state that the chain has as scattered again.
+    kept: Vector,
 }
 
 /// The coefficients of the polynomial with these values at the nodes.
@@ -224,8 +244,7 @@ impl Reflection {
                 if channel > 0 {
                     absorption = chain.absorption(fiber.sigma_ma[channel] * fiber.kappa);
                 }
-                let ln_kept = coefficients(absorption.ln_kept);
-                reflection.ln_kept.iter_mut().zip(ln_kept).for_each(|(e, x)| e[channel] = x);
+                reflection.ln_kept.iter_mut().zip(absorption.kept_first.ln).for_each(|(e, x)| e[channel] = x);
             }
             if same(&fiber.sigma_ca) && same(&fiber.sigma_ma) {
                 reflection.escape.iter_mut().for_each(|e| e[channel] = e[channel - 1]);
@@ -234,7 +253,7 @@ impl Reflection {
                 continue;
             }
             let [all, first] = chain.escape(fiber.sigma_ca[channel], &absorption);
-            let weight = absorption.kept_first * TYPICAL;
+            let weight = absorption.kept_first.at_nodes * TYPICAL;
             let [total, at_first] = [all, first].map(|x| (x * weight).reduce_add());
             // The probabilities of rare states are polynomials, which may be below 0.
             reflection.first[channel] = (at_first / total.max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
@@ -247,17 +266,43 @@ impl Reflection {
         reflection
     }
 
-    /// The share of scattered light that leaves, and the logarithm of a further factor, for the chord √(1 − h″²) and
-    /// sin²θ_t of its entry.
+    /// The exit of light with this sin²θ_t.
     #[inline(always)]
-    pub fn escape<V: Lanes>(&self, chord: V, sin2: V) -> [V::Quad; 2] {
-        let c = V::Quad::splat(chord);
+    pub fn at<V: Lanes>(&self, sin2: V) -> Entry<V> {
         let y = V::Quad::splat(sin2 * V::splat(1.0 / MAX_SIN2 as f32));
         let at = |polynomial: &Polynomial| {
             let e = polynomial.map(V::Quad::constant);
-            let straight = e[0] + c * (e[1] + c * e[3]);
-            straight + y * (e[2] + c * (e[4] + c * e[6]) + y * (e[5] + c * e[7]))
+            [e[5].mul_add(y, e[2]).mul_add(y, e[0]), e[7].mul_add(y, e[4]).mul_add(y, e[1]), e[6].mul_add(y, e[3])]
         };
+        Entry { escape: at(&self.escape), ln_kept: at(&self.ln_kept), first: self.first, common: self.common }
+    }
+}
+
+/// The exit of light with one inclination: quadratic polynomials in the chord of the entry.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Entry<V: Lanes> {
+    escape: [V::Quad; 3],
+    ln_kept: [V::Quad; 3],
+    first: [f32; 4],
+    common: f32,
+}
+
+impl Entry<f32> {
+    /// The same inclination in all lanes.
+    #[inline(always)]
+    pub fn repeated(&self) -> Entry<f32x8> {
+        let all = |quads: [f32x4; 3]| quads.map(|quad| Quad::constant(quad.to_array()));
+        Entry { escape: all(self.escape), ln_kept: all(self.ln_kept), first: self.first, common: self.common }
+    }
+}
+
+impl<V: Lanes> Entry<V> {
+    /// The share of scattered light that leaves, and the logarithm of a further factor, for the chord √(1 − h″²) of the
+    /// entry.
+    #[inline(always)]
+    pub fn escape(&self, chord: V) -> [V::Quad; 2] {
+        let c = V::Quad::splat(chord);
+        let at = |e: &[V::Quad; 3]| e[2].mul_add(c, e[1]).mul_add(c, e[0]);
         // Polynomials overshoot.
         let [zero, one] = [0.0, 1.0].map(|x| V::Quad::constant([x; 4]));
         [one - (one - at(&self.escape).max(zero)).max(zero), zero - (zero - at(&self.ln_kept)).max(zero)]
@@ -268,7 +313,7 @@ impl Reflection {
     /// In each part, no channel has more light than the same share of the channel with the most light in all. Without
     /// this the largest channels of the components could sum to 1.08, and a sample's weight could exceed 1.
     #[inline(always)]
-    pub fn divide<V: Lanes>(&self, escape: V::Quad) -> [V::Quad; 2] {
+    pub fn divide(&self, escape: V::Quad) -> [V::Quad; 2] {
         let [r, g, b, _] = escape.array();
         let most = V::Quad::splat(r.max(g).max(b));
         let [share, zero] = [[self.common; 4], [0.0; 4]].map(V::Quad::constant);

@@ -3,6 +3,7 @@
 //! Light that the medulla scattered meets the cuticle at sin γ = κ h″ ≤ κ, so it meets the medulla again after a
 //! reflection. It is described by |θ′| and |h″|, its offset in radii of the medulla.
 
+use crate::exit::table::{ENTRIES, MAX_SIN2, monomials};
 use std::f64::consts::FRAC_PI_2;
 use wide::f32x8;
 
@@ -43,6 +44,8 @@ pub(crate) struct Geometry {
     pub chord: Vector,
     /// h″² in the middle of the cell.
     pub square: Vector,
+    /// [`monomials`] of the entry in this state.
+    pub monomials: [Vector; ENTRIES],
 }
 
 impl Geometry {
@@ -57,6 +60,7 @@ impl Geometry {
             let share = weight / (0.25 * std::f64::consts::PI * OFFSETS as f64);
             [share, (b.sin() - a.sin()) / weight, half_chord, (0.5 * (low + high)).powi(2)]
         });
+        let entries: [[f64; ENTRIES]; STATES] = std::array::from_fn(mean_monomials);
         let vector = |f: &dyn Fn(&[f64; 4]) -> f64| pack(|state| f(&all[state]) as f32);
         Geometry {
             weight: vector(&|x| x[0]),
@@ -64,8 +68,25 @@ impl Geometry {
             half_chord: vector(&|x| x[2]),
             chord: vector(&|x| 2.0 * x[1] * x[2]),
             square: vector(&|x| x[3]),
+            monomials: std::array::from_fn(|m| pack(|state| entries[state][m] as f32)),
         }
     }
+}
+
+/// The means of [`monomials`] over a state.
+fn mean_monomials(state: usize) -> [f64; ENTRIES] {
+    const POINTS: usize = 16;
+    let [theta, h] = cell(state);
+    let at = |[a, b]: [f64; 2], k: usize| a + (b - a) * (k as f64 + 0.5) / POINTS as f64;
+    let (mut sums, mut weights) = ([0.0; ENTRIES], 0.0);
+    for k in 0..POINTS * POINTS {
+        let (theta, h) = (at(theta, k / POINTS), at(h, k % POINTS));
+        let weight = theta.cos().powi(2);
+        let values = monomials((1.0 - h * h).sqrt(), theta.sin().powi(2) / MAX_SIN2);
+        sums.iter_mut().zip(values).for_each(|(sum, x)| *sum += weight * x);
+        weights += weight;
+    }
+    sums.map(|sum| sum / weights)
 }
 
 /// A number for each state.

@@ -16,9 +16,9 @@ use crate::cylinder::frame::Polar;
 use crate::cylinder::path::Path;
 use crate::far::nodes::Side;
 use crate::far::segments::{Channels, Through, attenuation, sum};
-use crate::medulla::Medulla;
 use crate::medulla::mixture::Weights;
 use crate::medulla::tables::AZIMUTHAL;
+use crate::medulla::{Inclination, Medulla};
 use crate::prepared::Prepared;
 use arrayvec::ArrayVec;
 use std::f32::consts::PI;
@@ -211,7 +211,8 @@ impl Group {
                 turned[i] = turned[i - 4];
                 continue;
             }
-            let azimuth = query.prepared.medulla.azimuth(&query.through.pass, angles[i]);
+            let Through { pass, leaving, .. } = query.through;
+            let azimuth = query.prepared.medulla.azimuth_leaving(pass, angles[i], *leaving);
             for c in 0..AZIMUTHAL {
                 self.weights[i][c] = azimuth.weights[c] * f32x8::splat(azimuth.scale);
             }
@@ -328,16 +329,16 @@ impl Points {
         }
     }
 
-    /// Draws φ of TTˢ (`q` = 0) or TRTˢ (`q` = 1) with the density of [`Points::eval`]. Also returns the azimuth from
-    /// straight back. The first number of `u` selects the path, and the second the azimuth.
-    pub fn draw(&self, medulla: &Medulla, q: usize, u: [f32; 2]) -> [f32; 2] {
+    /// Draws sin θᵢ, cos θᵢ and φ of TTˢ (`q` = 0) or TRTˢ (`q` = 1) with the density of [`Points::eval`]. The first
+    /// number of `u` selects the path, the next two θᵢ, and the last the azimuth.
+    pub fn draw(&self, medulla: &Medulla, inclination: &Inclination, q: usize, u: [f32; 4]) -> ((f32, f32), f32) {
         let energy = |group: &Group| group.energy[q][3].to_array();
         let total: f32 = self.groups.iter().map(|group| group.times() * energy(group).iter().sum::<f32>()).sum();
         let paths = self.groups.iter().flat_map(|group| {
             let lanes = energy(group).into_iter().enumerate();
             lanes.map(move |(lane, energy)| ((group, lane), energy * group.times()))
         });
-        let Some(choice) = choose(paths, u[0] * total) else { return [0.0; 2] };
+        let Some(choice) = choose(paths, u[0] * total) else { return ((0.0, 1.0), 0.0) };
         let ((group, lane), t) = (choice.item, choice.fraction());
         let (flip, t) = match (group.twice, t < 0.5) {
             (true, true) => (1.0, 2.0 * t),
@@ -348,8 +349,9 @@ impl Points {
         let exits =
             self.exits_of(group).iter().map(|exit| (exit.azimuth.to_array()[lane], exit.share.to_array()[lane]));
         let exit = choose(exits, t).map_or(group.exit.to_array()[lane], |choice| choice.item);
-        let relative = medulla.sample_profile(&group.weights[lane], group.turned.to_array()[lane], u[1]);
-        [flip * group.mirror.to_array()[lane] * (relative + exit), wrap(relative)]
+        let turned = group.turned.to_array()[lane];
+        let (theta, relative) = medulla.sample_leaving(&group.weights[lane], turned, inclination, [u[1], u[2], u[3]]);
+        (theta, flip * group.mirror.to_array()[lane] * (relative + exit))
     }
 
     /// The azimuths over which a group's light is spread, if it is spread.

@@ -10,6 +10,7 @@ use crate::choose::choose;
 use crate::cylinder::azimuthal::wrap;
 use crate::cylinder::frame::Polar;
 use crate::cylinder::path::{COMPONENTS, Path, angles, exit_azimuth};
+use crate::exit::Entry;
 use crate::far::gaussian_spans::{Bells, Chain};
 use crate::far::nodes::Nodes;
 use crate::fiber::Fiber;
@@ -42,6 +43,10 @@ pub(crate) type Channels = [f32x8; 4];
 pub(crate) struct Through {
     pub pass: Pass,
     pub mean_paths: MeanPaths,
+    /// The exit of scattered light, if the cuticle reflects it.
+    pub entry: Option<Entry<f32x8>>,
+    /// [`crate::medulla::Inclination::leaving`].
+    pub leaving: [f32; 2],
 }
 
 /// Energy over σ, and the distance of its mean from the middle in standard deviations, of eight spans of azimuth.
@@ -181,12 +186,12 @@ pub(crate) fn attenuation(
     path: &Path<f32x8>,
     through: Option<&Through>,
 ) -> [Channels; COMPONENTS] {
-    let reflection = prepared.reflection.as_ref();
+    let entry = through.and_then(|through| through.entry.as_ref());
     let mean_paths = match through {
-        Some(through) if reflection.is_none() => prepared.medulla.mean_paths_at(&through.mean_paths, path.gamma_m),
+        Some(through) if entry.is_none() => prepared.medulla.mean_paths_at(&through.mean_paths, path.gamma_m),
         _ => f32x8::ZERO,
     };
-    let a = path.attenuation(&prepared.fiber, mean_paths, reflection);
+    let a = path.attenuation(&prepared.fiber, mean_paths, entry);
     let mut out = [[f32x8::ZERO; 4]; COMPONENTS];
     for p in 0..COMPONENTS {
         let [r, g, b, _] = a[p].array();

@@ -64,7 +64,9 @@ impl<'b> WindowHit<'b> {
             let sin_t = polar.sin / fiber.eta;
             let elongation = 1.0 / ((1.0 - sin_t) * (1.0 + sin_t)).max(1e-12).sqrt();
             let pass = prepared.medulla.pass(prepared.medulla.tau_position(elongation));
-            Through { pass, mean_paths: prepared.medulla.mean_paths(&pass) }
+            let mean_paths = prepared.medulla.mean_paths(&pass);
+            let entry = prepared.reflection.as_ref().map(|reflection| reflection.at(sin_t * sin_t).repeated());
+            Through { pass, mean_paths, entry, leaving: self.inclination.leaving }
         });
         let [low, high] = self.range;
         let symmetric = low == -high;
@@ -143,7 +145,7 @@ impl<'b> WindowHit<'b> {
     }
 
     pub fn azimuthal(&self, phi: f32) -> Lobes {
-        Lobes(self.around(phi, [1.0; 4], [1.0; 2], 1.0).map(rgb))
+        Lobes(self.around(phi, [1.0; 4], self.inclination.leaving, 1.0).map(rgb))
     }
 
     /// The six lobes at azimuth φ, given their longitudinal parts.
@@ -199,10 +201,7 @@ impl<'b> WindowHit<'b> {
         let prepared = self.prepared;
         let lobe = Lobe::choose(self.lobe_probabilities(), u[0]);
         let unscattered = |p: usize| prepared.longitudinal.sample(self.centres.lane(p, 0), p, [u[1], u[2]]);
-        let scattered = |q: usize| {
-            let [phi, relative] = self.points.draw(&prepared.medulla, q, [u[4], u[3]]);
-            (prepared.medulla.sample_leaving(&self.inclination, relative, [u[1], u[2]]), phi)
-        };
+        let scattered = |q: usize| self.points.draw(&prepared.medulla, &self.inclination, q, [u[4], u[1], u[2], u[3]]);
         let ((sin_i, cos_i), phi) = match lobe {
             Lobe::R | Lobe::Tt | Lobe::Trt => {
                 let p = lobe as usize;

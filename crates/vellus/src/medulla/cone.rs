@@ -1,16 +1,17 @@
 //! D18: the inclination of scattered light that leaves through the cuticle at its first encounter.
 //!
 //! Light enters the medulla at θ_t = asin(sin θ_o/η), leaves it at θ′, and leaves the fibre at sin θᵢ = η sin θ′. Only
-//! light inside the escape cone, |sin θ′| < 1/η, can leave. Its density in s = sin θᵢ is C^M(θ_t, θ′) T(s)/(η Z), where
-//! Z normalises it. T(s) = 1 − b s⁴ is the transmittance of the cuticle relative to that at s = 0, averaged over the
-//! offsets at which light leaves.
+//! light inside the escape cone, |sin θ′| < 1/η, can leave. Its density in s = sin θᵢ and φ is ∝ C^N(φ) C^M(θ_t, θ′, φ)
+//! T(s). T(s) = 1 − b s⁴ is the transmittance of the cuticle relative to that at s = 0, averaged over the offsets at
+//! which light leaves. The two halves of C^M leave in the shares Z = ∫ C^M T(s) cos θ′ dθ′. With the weight w = |φ|/π of
+//! the forward half, the whole density integrates to ∫ C^N ((1 − w) Z₀ + w Z₁) dφ.
 //!
 //! A component of C^M is linear between its nodes, and T(η sin θ′) cos θ′ is a sum of cos θ′, cos 3θ′ and cos 5θ′. So
 //! six columns of cumulative integrals are enough to integrate and to invert a component under T, for any η, b and θ_t.
 
 use crate::cylinder::cuticle::{parts, refracted_cos2};
 use crate::fiber::Fiber;
-use crate::medulla::mixture::{Between, Densities, Weights};
+use crate::medulla::mixture::{self, Between, Densities, Weights};
 use crate::medulla::tables::{BACKWARD, FORWARD, Mixture};
 use std::f32::consts::FRAC_PI_2;
 use wide::f32x8;
@@ -77,8 +78,14 @@ impl Cone {
     pub fn forward(&self, cones: &Cones, shift: f32) -> Weights<FORWARD> {
         let Between { index, t } = self.position;
         let along = Between::new(shift * self.inverse_half * (SHIFTS - 1) as f32, SHIFTS);
-        let corner = |i: usize, j: usize| &cones.forward.integrals[(index + i) * SHIFTS + along.index + j];
-        let corners = [corner(0, 0), corner(0, 1), corner(1, 0), corner(1, 1)];
+        let start = index * SHIFTS + along.index;
+        let integrals = &cones.forward.integrals;
+        let ([a, b], [c, d]) =
+            match (integrals[start..].first_chunk::<2>(), integrals[start + SHIFTS..].first_chunk::<2>()) {
+                (Some(low), Some(high)) => (low, high),
+                _ => unreachable!("Between leaves room for two nodes"),
+            };
+        let corners = [a, b, c, d];
         let shares = [(1.0 - t) * (1.0 - along.t), (1.0 - t) * along.t, t * (1.0 - along.t), t * along.t];
         let mut sum = [f32x8::ZERO; FORWARD];
         for ([whole, lost], share) in corners.into_iter().zip(shares) {
@@ -259,26 +266,7 @@ impl<const C: usize> Half<C> {
             (delta, sum + 0.5 * (inner + outer) * (delta - node), outer)
         };
         let (start, stop) = (end(low, at(from)), end(high, at(to)));
-        let target = start.1 + u * (stop.1 - start.1);
-        // The last node at or below the target, by bisection without branches.
-        let (mut a, mut size) = (from, to + 1 - from);
-        while size > 1 {
-            let step = size / 2;
-            a = if cumulative(a + step) <= target { a + step } else { a };
-            size -= step;
-        }
-        let ((x0, m0, f0), (x1, m1, f1)) = if target < cumulative(a) {
-            (start, at(a))
-        } else if a == to {
-            (at(a), stop)
-        } else {
-            (at(a), at(a + 1))
-        };
-        let t = if m1 > m0 { ((target - m0) / (m1 - m0)).clamp(0.0, 1.0) } else { u };
-        // Root of the quadratic cumulative, in the form without cancellation.
-        let root = (f0 * f0 + t * (f1 * f1 - f0 * f0)).max(0.0).sqrt();
-        let x = if f0 + root > 0.0 { t * (f0 + f1) / (f0 + root) } else { t };
-        x0 + x.clamp(0.0, 1.0) * (x1 - x0)
+        mixture::invert([from, to], [start, stop], u, at, cumulative)
     }
 }
 

@@ -8,11 +8,12 @@ pub(crate) mod tables;
 #[cfg(feature = "unstable")]
 pub(crate) mod weighting;
 
+use crate::cylinder::azimuthal::wrap;
 use crate::cylinder::frame::Refraction;
 use crate::fiber::Fiber;
 use crate::fiber::exit::Exit;
 use crate::medulla::cone::{Cone, Cones};
-use crate::medulla::mixture::{Between, Weights, choose, normaliser, product};
+use crate::medulla::mixture::{Between, Weights, choose, dot, normaliser, product};
 use crate::medulla::tables::{AZIMUTHAL, BACKWARD, FORWARD, Mixture, OFFSETS, Tables};
 use crate::simd::lanes::Lanes;
 use std::f32::consts::{PI, TAU};
@@ -45,10 +46,10 @@ pub struct Medulla<'t> {
 #[derive(Clone, Copy, Debug)]
 pub struct Azimuth {
     pub(crate) weights: Weights<AZIMUTHAL>,
-    /// The factor that makes it integrate to 1.
+    /// The factor that makes it integrate to 1, or its product with C^M of the light that leaves.
     pub(crate) scale: f32,
     /// −1 if h″ < 0: the profile is mirrored, (h, φ) → (−h, −φ).
-    mirror: f32,
+    pub(crate) mirror: f32,
     /// The share of the profile that is mirrored, one half at h″ = 0: see [`grid::mirrored_share`].
     pub(crate) turned: f32,
 }
@@ -58,8 +59,11 @@ pub struct Azimuth {
 pub struct Inclination {
     pub(crate) backward: Weights<BACKWARD>,
     pub(crate) forward: Weights<FORWARD>,
-    /// The factors that make each half integrate to 1.
+    /// The factors that make each half integrate to `leaving`.
     pub(crate) scale: [f32; 2],
+    /// The shares of the halves that leave the fibre, up to a common factor. They are 1 if the cuticle does not reflect
+    /// scattered light.
+    pub(crate) leaving: [f32; 2],
     /// The shift of the forward lobe: |θ_o|, or |θ_t| if the cuticle refracts scattered light.
     pub(crate) theta: f32,
     /// −1 if θ_o < 0: (θ_o, θᵢ) → (−θ_o, −θᵢ).
@@ -77,6 +81,7 @@ impl Inclination {
         backward: [f32x8::ZERO; BACKWARD],
         forward: [f32x8::ZERO; FORWARD],
         scale: [0.0; 2],
+        leaving: [1.0; 2],
         theta: 0.0,
         mirror: 1.0,
     };
@@ -179,8 +184,23 @@ impl<'t> Medulla<'t> {
     /// Prepares C^N for a path. `angle` is asin h″ with its sign.
     #[inline(always)]
     pub fn azimuth(&self, pass: &Pass, angle: f32) -> Azimuth {
+        self.azimuth_leaving(pass, angle, [1.0; 2])
+    }
+
+    /// The same for light of which only a part leaves the fibre: [`Inclination::leaving`]. The product of C^N and C^M is
+    /// then normalised, and its azimuths are those of the light that leaves.
+    #[inline(always)]
+    pub(crate) fn azimuth_leaving(&self, pass: &Pass, angle: f32, [backward, forward]: [f32; 2]) -> Azimuth {
+        let densities = &self.tables.azimuthal.densities;
         let weights = product(&self.tables.azimuthal.factors[2].at(self.offset(angle)), &pass.weights);
-        let scale = normaliser(&weights, &[f32x8::ONE; AZIMUTHAL]);
+        let (backward, more) = (f32x8::splat(backward), f32x8::splat(forward - backward));
+        let shares = densities.forward();
+        let mut sum = f32x8::ZERO;
+        for c in 0..AZIMUTHAL {
+            sum = weights[c].mul_add(shares[c].mul_add(more, backward), sum);
+        }
+        let sum = sum.reduce_add();
+        let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
         let x = (angle.abs() * grid::MIRROR_REACH_INVERSE).min(1.0);
         Azimuth { weights, scale, mirror: 1f32.copysign(angle), turned: 0.5 * (1.0 - x) * (1.0 - x) }
     }
@@ -233,14 +253,20 @@ impl<'t> Medulla<'t> {
         let position = on(shift * (1.0 / grid::THETA_MAX as f32), theta_rows.nodes());
         let w_b = product(&backward.factors[2].at(position), &self.backward);
         let w_f = product(&theta_rows.at(position), &self.forward);
-        // D18: with refraction, a density in sin θᵢ = η sin θ′.
-        let (integrals, factor) = match &self.cone {
-            Some((cone, cones)) => (cone.forward(cones, shift), cone.inverse_eta),
-            None => (forward.densities.integrals(shift), 1.0),
+        let (scale, leaving) = match &self.cone {
+            // D18: with refraction, a density in sin θᵢ = η sin θ′.
+            Some((cone, cones)) => {
+                let [all_b, all_f] = [backward.densities.total_at_0(&w_b), forward.densities.total(&w_f, shift)];
+                let leaving = [dot(&w_b, &self.backward_integrals), dot(&w_f, &cone.forward(cones, shift))];
+                // The halves are divided by their totals. The common factor of both totals has no effect.
+                ([all_f, all_b].map(|scale| scale * cone.inverse_eta), [all_f * leaving[0], all_b * leaving[1]])
+            }
+            None => {
+                let integrals = forward.densities.integrals(shift);
+                ([normaliser(&w_b, &self.backward_integrals), normaliser(&w_f, &integrals)], [1.0; 2])
+            }
         };
-        let scale = [normaliser(&w_b, &self.backward_integrals), normaliser(&w_f, &integrals)];
-        let scale = scale.map(|scale| scale * factor);
-        Inclination { backward: w_b, forward: w_f, scale, theta: shift, mirror: 1f32.copysign(theta) }
+        Inclination { backward: w_b, forward: w_f, scale, leaving, theta: shift, mirror: 1f32.copysign(theta) }
     }
 
     /// C^N at azimuth `phi` from straight back, in [−π, π]: a density per radian.
@@ -301,25 +327,27 @@ impl<'t> Medulla<'t> {
 
     /// Draws an azimuth, in [−2π, 2π], from C^N with these weights, for a path with h″ ≥ 0. The share `turned` is
     /// mirrored.
-    pub(crate) fn sample_profile(&self, weights: &Weights<AZIMUTHAL>, turned: f32, u: f32) -> f32 {
+    fn sample_profile(&self, weights: &Weights<AZIMUTHAL>, turned: f32, u: f32) -> f32 {
         let (r, u) = choose(weights, &[f32x8::ONE; AZIMUTHAL], u);
-        let invert = |u: f32| self.tables.azimuthal.densities.invert(r, u, 0.0);
-        // The rest of `u` decides whether to mirror, and is then scaled to [0, 1).
-        if u < turned {
-            -invert(u / turned)
-        } else if turned > 0.0 {
-            invert((u - turned) / (1.0 - turned))
-        } else {
-            invert(u)
-        }
+        mirrored(turned, u, |u| self.tables.azimuthal.densities.invert(r, u, 0.0))
     }
 
-    /// Draws sin θᵢ and cos θᵢ of light that leaves the fibre, as [`Medulla::sample_inclination`] draws θᵢ.
+    /// Draws sin θᵢ and cos θᵢ of light that leaves the fibre, and its azimuth from straight back, in [−2π, 2π], for a
+    /// path with h″ ≥ 0. `weights` and `turned`: see [`Azimuth`]. `u`: two numbers for θᵢ, and one for the azimuth.
     #[inline(always)]
-    pub(crate) fn sample_leaving(&self, s: &Inclination, phi: f32, u: [f32; 2]) -> (f32, f32) {
+    pub(crate) fn sample_leaving(
+        &self,
+        weights: &Weights<AZIMUTHAL>,
+        turned: f32,
+        s: &Inclination,
+        u: [f32; 3],
+    ) -> ((f32, f32), f32) {
         match &self.cone {
-            Some((cone, cones)) => self.sample_refracted(cone, cones, s, phi, u),
-            None => self.sample_inclination(s, phi, u).sin_cos(),
+            Some((cone, cones)) => self.sample_refracted((cone, cones), weights, turned, s, u),
+            None => {
+                let phi = self.sample_profile(weights, turned, u[2]);
+                (self.sample_inclination(s, wrap(phi), [u[0], u[1]]).sin_cos(), phi)
+            }
         }
     }
 
@@ -340,21 +368,48 @@ impl<'t> Medulla<'t> {
         theta * s.mirror
     }
 
-    /// The same for light that the cuticle refracts: draws θ′ inside the escape cone, and returns sin θᵢ = η sin θ′ and
-    /// cos θᵢ.
+    /// [`Medulla::sample_leaving`] of light that the cuticle refracts.
+    ///
+    /// It first draws a half of C^M in proportion to its light that leaves. Then it draws the azimuth under the weight
+    /// of that half, and θ′ inside the escape cone. sin θᵢ = η sin θ′.
     #[inline(never)]
-    fn sample_refracted(&self, cone: &Cone, cones: &Cones, s: &Inclination, phi: f32, u: [f32; 2]) -> (f32, f32) {
-        let forward = phi.abs() / PI;
-        let theta = if u[0] < forward {
-            let (r, _) = choose(&s.forward, &cone.forward(cones, s.theta), u[0] / forward);
-            cones.forward.invert(&self.tables.forward.densities, cone, r, u[1], s.theta) - s.theta
+    fn sample_refracted(
+        &self,
+        (cone, cones): (&Cone, &Cones),
+        weights: &Weights<AZIMUTHAL>,
+        turned: f32,
+        s: &Inclination,
+        u: [f32; 3],
+    ) -> ((f32, f32), f32) {
+        let Tables { azimuthal, backward, forward, .. } = self.tables;
+        let shares = [azimuthal.densities.backward(), *azimuthal.densities.forward()];
+        let [back, ahead] = [0, 1].map(|half| dot(weights, &shares[half]) * s.leaving[half]);
+        let share = ahead / (back + ahead).max(f32::MIN_POSITIVE);
+        let is_forward = u[0] < share;
+        let (r, u2) = choose(weights, &shares[usize::from(is_forward)], u[2]);
+        let phi = mirrored(turned, u2, |u| azimuthal.densities.invert_half(r, u, is_forward));
+        let theta = if is_forward {
+            let (r, _) = choose(&s.forward, &cone.forward(cones, s.theta), u[0] / share);
+            cones.forward.invert(&forward.densities, cone, r, u[1], s.theta) - s.theta
         } else {
-            let u0 = (u[0] - forward) / (1.0 - forward).max(f32::MIN_POSITIVE);
+            let u0 = (u[0] - share) / (1.0 - share).max(f32::MIN_POSITIVE);
             let (r, _) = choose(&s.backward, &self.backward_integrals, u0);
-            cones.backward.invert(&self.tables.backward.densities, cone, r, u[1], 0.0)
+            cones.backward.invert(&backward.densities, cone, r, u[1], 0.0)
         };
         let sin = (cone.eta * theta.sin() * s.mirror).clamp(-1.0, 1.0);
-        (sin, ((1.0 - sin) * (1.0 + sin)).sqrt())
+        ((sin, ((1.0 - sin) * (1.0 + sin)).sqrt()), phi)
+    }
+}
+
+/// An azimuth from an inverted cumulative density, of which the share `turned` is mirrored. `u` decides whether to
+/// mirror, and its rest is then scaled to [0, 1).
+fn mirrored(turned: f32, u: f32, invert: impl Fn(f32) -> f32) -> f32 {
+    if u < turned {
+        -invert(u / turned)
+    } else if turned > 0.0 {
+        invert((u - turned) / (1.0 - turned))
+    } else {
+        invert(u)
     }
 }
 

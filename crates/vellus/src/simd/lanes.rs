@@ -68,6 +68,8 @@ pub trait Quad<V>:
     fn abs(self) -> Self;
     fn sqrt(self) -> Self;
     fn max(self, other: Self) -> Self;
+    /// self · factor + other.
+    fn mul_add(self, factor: Self, other: Self) -> Self;
     fn exp(self) -> Self;
     fn bessel_i0e(self) -> Self;
     fn atan2(self, x: Self) -> Self;
@@ -152,6 +154,10 @@ impl Quad<f32> for f32x4 {
     #[inline(always)]
     fn max(self, other: Self) -> Self {
         self.fast_max(other)
+    }
+    #[inline(always)]
+    fn mul_add(self, factor: Self, other: Self) -> Self {
+        f32x4::mul_add(self, factor, other)
     }
     #[inline(always)]
     fn exp(self) -> Self {
@@ -274,6 +280,11 @@ impl Quad<f32x8> for Four {
     fn max(self, other: Self) -> Self {
         let (a, b) = (self.0, other.0);
         Four([a[0].fast_max(b[0]), a[1].fast_max(b[1]), a[2].fast_max(b[2]), a[3].fast_max(b[3])])
+    }
+    #[inline(always)]
+    fn mul_add(self, factor: Self, other: Self) -> Self {
+        let (a, b, c) = (self.0, factor.0, other.0);
+        Four([a[0].mul_add(b[0], c[0]), a[1].mul_add(b[1], c[1]), a[2].mul_add(b[2], c[2]), a[3].mul_add(b[3], c[3])])
     }
     #[inline(always)]
     fn sqrt(self) -> Self {

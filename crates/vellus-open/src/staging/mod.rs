@@ -1,0 +1,138 @@
+//! Staging: camera, lights and background for files without them.
+
+mod options;
+mod studio;
+
+pub use options::{Backdrop, Lighting, Staging};
+
+use crate::mesh::is_obj;
+use crate::{Error, Opened, Warning, open_mesh, read};
+use std::path::Path;
+use studio::Studio;
+use vellus_io::Sources;
+use vellus_scene::{Scene, Tint, View};
+
+/// Meshes that are so many times larger than the strands are a set. It needs no ground.
+const SET: f32 = 3.0;
+
+/// The reflectance of a grey card, and the background where the camera sees past the ground.
+const GREY: [f32; 3] = [0.18; 3];
+
+/// Adds a body, a camera, lights and a background to a scene that was opened.
+///
+/// # Errors
+/// [`Error::Read`], [`Error::Strands`] or [`Error::Usd`] if the body or an image cannot be read or is invalid.
+pub(crate) fn stage(opened: &mut Opened, staging: &Staging, built_in: bool) -> Result<(), Error> {
+    if let Some(body) = &staging.body {
+        add_body(opened, body)?;
+    }
+    let scene = &mut opened.scene;
+    if built_in && staging.background.is_some() {
+        remove_ground(scene);
+    }
+    let is_lit = !scene.lights.is_empty() || scene.surfaces.iter().any(|s| s.emission.iter().any(|&e| e > 0.0));
+    let light = staging.light.clone().or((!is_lit).then_some(Lighting::Studio));
+    let (up, front) = (scene.up(), scene.front());
+    let camera = scene.camera.filter(|_| staging.view.is_none());
+    let view = staging.view.unwrap_or_default();
+    let framed = scene.framing_along(view.toward_camera(front, up), staging.aspect).map(|mut camera| {
+        camera.film_width /= view.zoom;
+        camera.film_height /= view.zoom;
+        camera
+    });
+    let Some(camera) = camera.or(framed) else { return Ok(()) };
+    let had_camera = scene.camera.is_some();
+    scene.camera = Some(camera);
+    if let Some(light) = &light {
+        scene.lights.clear();
+        scene.light_groups.clear();
+        scene.unseen_lights.clear();
+        let studio = Studio::new(scene, &camera);
+        studio.light(scene, light);
+        if let Lighting::Image(path) = light {
+            let image = load(path, "light", &mut opened.sources, &mut opened.warnings)?;
+            studio.image(&mut opened.scene, image);
+        } else if staging.background.is_none() {
+            scene.background = Some(Tint { color: GREY, texture: None });
+            if !has_set(scene) {
+                studio.add_cyclorama(scene, &camera);
+            }
+        }
+        opened.is_metered = true;
+    }
+    match &staging.background {
+        Some(Backdrop::Color(color)) => opened.scene.background = Some(Tint { color: *color, texture: None }),
+        Some(Backdrop::Transparent) => opened.scene.background = Some(Tint { color: [0.0; 3], texture: None }),
+        Some(Backdrop::Image(path)) => {
+            let image = load(path, "background", &mut opened.sources, &mut opened.warnings)?;
+            let texture = Some(opened.scene.textures.len());
+            opened.scene.textures.push(image);
+            opened.scene.background = Some(Tint { color: [1.0; 3], texture });
+        }
+        None => {}
+    }
+    if !built_in && (!had_camera || !is_lit) {
+        opened.staged = Some(describe((!had_camera).then_some((view, front)), light.filter(|_| !is_lit)));
+    }
+    Ok(())
+}
+
+/// One line about what was added to a file without a camera or lights.
+fn describe(camera: Option<(View, glam::Vec3)>, light: Option<Lighting>) -> String {
+    let axes = [(glam::Vec3::X, "x"), (glam::Vec3::Y, "y"), (glam::Vec3::Z, "z")];
+    let axis = |v: glam::Vec3| axes.iter().find(|(a, _)| a.dot(v).abs() > 0.5).map_or("z", |(_, name)| name);
+    let camera = camera.map(|(View { yaw, pitch, .. }, front)| {
+        let sign = if front.element_sum() < 0.0 { '-' } else { '+' };
+        format!("no camera: it looks from {yaw},{pitch} at the front, {sign}{} (--view)", axis(front))
+    });
+    let light = light.map(|light| format!("no lights: the light is {light} (--light)"));
+    format!("the file has {}", camera.into_iter().chain(light).collect::<Vec<_>>().join(", and "))
+}
+
+/// Adds the meshes of a file to a scene, with their surfaces. Everything else in the file is left out.
+fn add_body(opened: &mut Opened, path: &Path) -> Result<(), Error> {
+    let body = open_mesh(path)?;
+    let scene = &mut opened.scene;
+    let (surfaces, textures) = (scene.surfaces.len(), scene.textures.len());
+    scene.meshes.extend(body.scene.meshes.into_iter().map(|mut mesh| {
+        mesh.surface += surfaces;
+        mesh
+    }));
+    scene.surfaces.extend(body.scene.surfaces.into_iter().map(|mut surface| {
+        surface.color.texture = surface.color.texture.map(|index| index + textures);
+        surface
+    }));
+    scene.textures.extend(body.scene.textures);
+    // A USD file brings warnings about its strands and lights, too.
+    opened.warnings.extend(body.warnings.into_iter().filter(|_| is_obj(path)));
+    body.sources.iter().for_each(|(name, digest)| opened.sources.add_digest(&format!("body/{name}"), digest));
+    Ok(())
+}
+
+/// Removes the ground and the backdrop of a built-in scene.
+fn remove_ground(scene: &mut Scene) {
+    let Scene { meshes, surfaces, .. } = scene;
+    meshes.retain(|mesh| !matches!(surfaces[mesh.surface].name.as_str(), "ground" | "backdrop"));
+}
+
+/// Whether the scene has meshes that are much larger than its strands: a ground or a room.
+fn has_set(scene: &Scene) -> bool {
+    let strands = Scene { strands: scene.strands.clone(), ..Scene::default() };
+    let meshes = Scene { meshes: scene.meshes.clone(), ..Scene::default() };
+    let size = |scene: Scene| scene.bounds().map_or(0.0, |(low, high)| (high - low).length());
+    let strands = size(strands);
+    strands > 0.0 && size(meshes) > SET * strands
+}
+
+/// Reads an image, and adds it to the sources by `name`.
+fn load(
+    path: &Path,
+    name: &str,
+    sources: &mut Sources,
+    warnings: &mut Vec<Warning>,
+) -> Result<vellus_scene::Texture, Error> {
+    read(path, name, sources)?;
+    let (image, warning) = vellus_usd::load_texture(path)?;
+    warnings.extend(warning.map(Warning::Usd));
+    Ok(image)
+}
