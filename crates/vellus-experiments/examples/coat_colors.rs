@@ -15,7 +15,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use vellus::parts::{CURVE_NUMBERS, Curve, Moments, Shape};
 use vellus::{CoatColors, Color, Fiber, Species};
-use vellus_experiments::coat::{Coat, delta_e2000, random_color, random_fiber};
+use vellus_experiments::coat::{Coat, Measured, delta_e2000, random_color, random_fiber};
 use vellus_fit::least_squares::{Difference, Problem};
 
 /// Samples of each of the 576 pixels.
@@ -108,7 +108,7 @@ fn check(path: &Path, count: usize) -> Result<()> {
     let rows = rows(path, count, |number| {
         let (fiber, color) = request(number)?;
         let mut measure =
-            |color| Ok::<_, anyhow::Error>(coat.measure(&fiber.with_color(color)?, SAMPLES, number as u32)?);
+            |color| -> Result<Measured> { coat.measure(&fiber.with_color(color)?, SAMPLES, number as u32) };
         let (ours, theirs) = (measure(Color::Reflectance(color))?, measure(Color::HairReflectance(color))?);
         Ok([&ours.color[..], &[ours.error], &theirs.color].concat())
     })?;

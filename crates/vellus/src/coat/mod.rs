@@ -31,8 +31,8 @@ const TOLERANCE: f32 = 1e-4;
 
 /// Converts between the absorption of a fibre and the colour of a dense coat of such fibres, each channel by itself.
 ///
-/// The coat is `vellus_groom::reference_coat`: bent fur, seen from above in white light. The table of a fibre takes about
-/// 0.1 ms to make, and a conversion takes some ten nanoseconds. It depends on all parameters of the fibre except its
+/// The coat is `vellus_groom::reference_coat`: bent fur, seen from above in white light. The table of a fibre takes some
+/// evaluations of the model to make, and a conversion is a search in it. It depends on all parameters of the fibre except its
 /// absorption. Absorption in the cortex σ_c,a comes with σ_m,a = [`Fiber::medulla_pigment`] σ_c,a in the medulla.
 ///
 /// ```
