@@ -6,8 +6,9 @@
 //! cargo run --release -p vellus-experiments --example coat_colors -- check out/check.csv
 //! ```
 //!
-//! `presets` measures the ten presets and hair with one colour. `fit` prints the numbers in `crates/vellus/src/coat/curve.rs`. The files keep finished coats, so that a run that was
-//! interrupted continues. A number after the file is the number of coats; it is 600 for `fit` and 200 for `check`.
+//! `presets` measures the ten presets and hair with one colour. `fit` prints the numbers in
+//! `crates/vellus/src/coat/curve.rs`. The files keep finished coats, so that a run that was interrupted continues. A
+//! number after the file is the number of coats; it is 600 for `fit` and 200 for `check`.
 
 use anyhow::{Context, Result, bail};
 use rayon::prelude::*;

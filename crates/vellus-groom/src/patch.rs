@@ -19,8 +19,8 @@ const STRANDS: usize = 60_000;
 /// 0.0006 units. They lie in one direction with a standard deviation of 20°, and rise from the skin by 50° at the root
 /// and 20° at the tip. Fibres fill about 6 % of the space of the coat and cover the skin 13 times, so that the skin is
 /// hardly seen. A white dome of radiance 1 lights the coat from all sides. The camera looks straight down at the middle
-/// 0.5 × 0.5 units, from 20 units. Without absorption the picture is white, with radiance 1 everywhere. The colour of the
-/// coat is the mean radiance of the picture.
+/// 0.5 × 0.5 units, from 20 units. Without absorption the picture is white, with radiance 1 everywhere. The colour of
+/// the coat is the mean radiance of the picture.
 ///
 /// # Errors
 /// None in practice: the settings are valid.

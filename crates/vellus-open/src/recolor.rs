@@ -25,7 +25,8 @@ pub struct Recolor {
 }
 
 impl Recolor {
-    /// `fiber` replaces all fibres: see [`FiberSource::path`]. `set` then replaces parameters: see [`FiberSource::set`].
+    /// `fiber` replaces all fibres: see [`FiberSource::path`]. `set` then replaces parameters: see
+    /// [`FiberSource::set`].
     ///
     /// # Errors
     /// [`FiberError`] if the fibre cannot be read, or a setting is wrong for it (without a fibre: for the preset

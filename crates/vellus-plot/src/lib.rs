@@ -26,7 +26,8 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let fiber = Fiber::preset(Species::RedFox);
 //! let model = Named::new("red-fox", ModelKind::Vellus, ModelKind::Vellus.model(&fiber)?);
-//! let picture = profile::Picture { panels: vec![profile::Panel::new(&model, 0.0, profile::Area::SPHERE)], theta_o: 0.0 };
+//! let panel = profile::Panel::new(&model, 0.0, profile::Area::SPHERE);
+//! let picture = profile::Picture { panels: vec![panel], theta_o: 0.0 };
 //! save(&picture, &["red-fox.png".into()])?;
 //! # Ok(()) }
 //! ```

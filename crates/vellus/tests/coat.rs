@@ -1,5 +1,5 @@
-//! The colours of coats: the inversion, its reach, and its extremes. `vellus-experiments/tests/coat.rs` compares it with
-//! renderings.
+//! The colours of coats: the inversion, its reach, and its extremes. `vellus-experiments/tests/coat.rs` compares it
+//! with renderings.
 
 use vellus::{CoatColors, Color, Exit, Fiber, FiberBuilder, Species};
 use vellus_testing::Uniform;

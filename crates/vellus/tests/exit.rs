@@ -195,8 +195,8 @@ fn no_fibre_gains_light() {
     println!("at most {most}");
 }
 
-/// How much light the channels 1 and 2 have above channel 0. `fiber` gets more absorption in the cortex in channel 1, and
-/// in the medulla in channel 2.
+/// How much light the channels 1 and 2 have above channel 0. `fiber` gets more absorption in the cortex in channel 1,
+/// and in the medulla in channel 2.
 fn rise(mut fiber: Fiber, window: Window, random: &mut Uniform) -> f64 {
     let factor = 1.0 + random.next() as f32;
     let [ca, ma] = [fiber.sigma_ca[0].min(400.0), fiber.sigma_ma[0].min(400.0)];

@@ -23,7 +23,8 @@ pub struct Input {
     fiber: Option<PathBuf>,
     #[command(flatten)]
     overrides: Overrides,
-    /// --fiber and --set replace the fibres of the file's own materials, too. --set alone keeps their other parameters.
+    /// --fiber and --set replace the fibres of the file's own materials, too. --set alone keeps their other
+    /// parameters.
     #[arg(long = "override")]
     replace: bool,
     /// Width (diameter) of strands whose file defines none, in the unit of the file. `vellus groom info` suggests one,

@@ -27,10 +27,10 @@ impl Random {
 /// The absorptions of the cortex of random fibres.
 const ABSORPTION: [f32; 2] = [0.003, 30.0];
 
-/// A random fibre. A quarter are presets or published fibres. The others have η in 1.2 to 1.75, κ of 0 or 0.2 to 0.96, α
-/// to 5°, β_m 2° to 20°, β_n 1.3° to 30°, σ_m,s 0.3 to 8, g to 0.85 and l 0.4 to 2.5. Three quarters have reflecting
-/// exits. The absorption of the cortex is 0.003 to 30, a third of the range for each channel, and that of the medulla is
-/// 0, 0.3 or 1 times as much.
+/// A random fibre. A quarter are presets or published fibres. The others have η in 1.2 to 1.75, κ of 0 or 0.2 to 0.96,
+/// α to 5°, β_m 2° to 20°, β_n 1.3° to 30°, σ_m,s 0.3 to 8, g to 0.85 and l 0.4 to 2.5. Three quarters have reflecting
+/// exits. The absorption of the cortex is 0.003 to 30, a third of the range for each channel, and that of the medulla
+/// is 0, 0.3 or 1 times as much.
 pub fn random_fiber(number: u64) -> Fiber {
     let mut random = Random(number.wrapping_mul(0x1234_5678_9abc_def1));
     let exit = if random.unit() < 0.75 { Exit::Reflecting } else { Exit::Open };

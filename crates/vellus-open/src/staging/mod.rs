@@ -116,8 +116,8 @@ fn remove_ground(scene: &mut Scene) {
     meshes.retain(|mesh| !matches!(surfaces[mesh.surface].name.as_str(), "ground" | "backdrop"));
 }
 
-/// Whether the scene has a ground or a room: meshes that are much larger than its strands in both horizontal directions.
-/// A body is large in one of them at most.
+/// Whether the scene has a ground or a room: meshes that are much larger than its strands in both horizontal
+/// directions. A body is large in one of them at most.
 fn has_set(scene: &Scene) -> bool {
     let Some((low, high)) = scene.bounds().filter(|_| !scene.strands.is_empty()) else { return false };
     let vertices = || scene.meshes.iter().flat_map(|mesh| &mesh.positions).copied();

@@ -29,8 +29,8 @@ pub struct Staging {
     /// magnification. It replaces the camera of the scene [default for files without a camera: 35,15].
     #[cfg_attr(feature = "clap", arg(long, allow_hyphen_values = true, value_name = "YAW,PITCH[,ZOOM]"))]
     pub view: Option<View>,
-    /// Lights instead of those of the scene: studio (key, fill and rim light), sun, sky (overcast), or a lat-long image
-    /// (.png, .hdr, .exr) [default for files without lights: studio].
+    /// Lights instead of those of the scene: studio (key, fill and rim light), sun, sky (overcast), or a lat-long
+    /// image (.png, .hdr, .exr) [default for files without lights: studio].
     #[cfg_attr(feature = "clap", arg(long, value_name = "studio|sun|sky|IMAGE"))]
     pub light: Option<Lighting>,
     /// What is behind the scene: black, white, grey, #RRGGBB, transparent, or an image that fills the picture. It

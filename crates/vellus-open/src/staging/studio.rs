@@ -177,8 +177,8 @@ impl Studio {
     }
 }
 
-/// Points and normals of the bend from the ground, at (0, 0), to the wall, at x = 1. The curvature begins and ends at 0:
-/// a circular arc would have visible edges.
+/// Points and normals of the bend from the ground, at (0, 0), to the wall, at x = 1. The curvature begins and ends at
+/// 0: a circular arc would have visible edges.
 fn bend() -> [(Vec2, Vec2); PIECES + 1] {
     let angle = |t: f32| FRAC_PI_2 * t * t * (3.0 - 2.0 * t);
     let mut points = [(Vec2::ZERO, Vec2::Y); PIECES + 1];

@@ -1,8 +1,8 @@
 //! D17: the share of scattered light that leaves the fibre, for [`vellus::Exit::Reflecting`].
 //!
 //! Light that left the medulla is in one of the states of [`vellus::parts::cell`]. V, the share of it that leaves the
-//! fibre, is the solution of V = A + B (U V + (1 − U) G x) with x = Σ ψ V, where A is the light that leaves at once, and
-//! B the light that returns to the medulla. This module takes all means over a state by
+//! fibre, is the solution of V = A + B (U V + (1 − U) G x) with x = Σ ψ V, where A is the light that leaves at once,
+//! and B the light that returns to the medulla. This module takes all means over a state by
 //! quadrature, and solves the 24 equations by Gaussian elimination.
 
 use super::formulas::fresnel;

@@ -37,9 +37,9 @@ impl Film {
 
     /// The exposure that suits the film, in stops: a multiple of a quarter in [-100, 100].
     ///
-    /// The mean of the logarithms of the luminance becomes 0.16, a little less than that of a grey card. Pixels count as far as objects
-    /// cover them, and black pixels do not count. The exposure is up to one stop lower, to keep 98 % of these pixels
-    /// below white. `None` if all pixels are black or empty.
+    /// The mean of the logarithms of the luminance becomes 0.16, a little less than that of a grey card. Pixels count
+    /// as far as objects cover them, and black pixels do not count. The exposure is up to one stop lower, to keep
+    /// 98 % of these pixels below white. `None` if all pixels are black or empty.
     pub fn metered(&self) -> Option<f32> {
         let mut lit: Vec<(f64, f64)> = self.luminances().filter(|&(y, weight)| y > 0.0 && weight > 0.0).collect();
         let total: f64 = lit.iter().map(|(_, weight)| weight).sum();

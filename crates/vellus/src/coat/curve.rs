@@ -5,8 +5,8 @@ use crate::coat::moments::Moments;
 /// How many numbers a curve has.
 pub const NUMBERS: usize = 13;
 
-/// The fitted form R = ((1 − s)/(1 + c s))ᵉ with s = (L/(L + K))ʰ, e = e₀ + e₁ g + e₂ g⁴ and h = h₀ + h₁ g + h₂ g⁴. g is
-/// the mean cosine of all scattered light. The terms with g⁴ are 0 for g < 0.
+/// The fitted form R = ((1 − s)/(1 + c s))ᵉ with s = (L/(L + K))ʰ, e = e₀ + e₁ g + e₂ g⁴ and h = h₀ + h₁ g + h₂ g⁴. g
+/// is the mean cosine of all scattered light. The terms with g⁴ are 0 for g < 0.
 ///
 /// The theory of isotropic scattering has e = 1, h = 1/2. Without absorption R is 1 exactly.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -31,9 +31,10 @@ const TOLERANCE: f32 = 1e-4;
 
 /// Converts between the absorption of a fibre and the colour of a dense coat of such fibres, each channel by itself.
 ///
-/// The coat is `vellus_groom::reference_coat`: bent fur, seen from above in white light. The table of a fibre takes some
-/// evaluations of the model to make, and a conversion is a search in it. It depends on all parameters of the fibre except its
-/// absorption. Absorption in the cortex σ_c,a comes with σ_m,a = [`Fiber::medulla_pigment`] σ_c,a in the medulla.
+/// The coat is `vellus_groom::reference_coat`: bent fur, seen from above in white light. The table of a fibre takes
+/// some evaluations of the model to make, and a conversion is a search in it. It depends on all parameters of the fibre
+/// except its absorption. Absorption in the cortex σ_c,a comes with σ_m,a = [`Fiber::medulla_pigment`] σ_c,a in the
+/// medulla.
 ///
 /// ```
 /// use vellus::{CoatColors, Fiber, Species};
@@ -101,8 +102,8 @@ impl CoatColors {
         self.colors[i] + (at - i as f32).min(1.0) * (self.colors[i + 1] - self.colors[i])
     }
 
-    /// The darkest and the brightest colour that pigment can give to the coat. Light that the cuticle reflects makes the
-    /// darkest one.
+    /// The darkest and the brightest colour that pigment can give to the coat. Light that the cuticle reflects makes
+    /// the darkest one.
     pub fn range(&self) -> [f32; 2] {
         [self.colors[NODES - 1], self.colors[0]]
     }
@@ -126,8 +127,8 @@ impl Fiber {
         Ok(Shape::new(self).moments(self.sigma_ca, self.sigma_ma).map(|moments| SHIPPED.color(&moments)))
     }
 
-    /// The same fibre with pigment: absorption `sigma_ca` in the cortex, and [`Fiber::medulla_pigment`] times as much in
-    /// the medulla, at most 1000. RGB, per fibre radius. The values are not checked here.
+    /// The same fibre with pigment: absorption `sigma_ca` in the cortex, and [`Fiber::medulla_pigment`] times as much
+    /// in the medulla, at most 1000. RGB, per fibre radius. The values are not checked here.
     pub fn with_pigment(self, sigma_ca: [f32; 3]) -> Self {
         let [_, most] = Parameter::SigmaMa.range().ends();
         Fiber { sigma_ca, sigma_ma: sigma_ca.map(|sigma| (self.medulla_pigment * sigma).min(most)), ..self }

@@ -11,8 +11,8 @@ use wide::f32x8;
 /// gave the best fit, and several together gave no better one.
 const THETA: f32 = 0.733;
 
-/// For each lobe: the share of light A in the lobe, and A times the mean cosine of the angle ψ by which its light turns.
-/// Both are averaged over the width of the fibre.
+/// For each lobe: the share of light A in the lobe, and A times the mean cosine of the angle ψ by which its light
+/// turns. Both are averaged over the width of the fibre.
 pub type Moments = [[f32; 2]; 6];
 
 /// The directions of the lobes of a fibre. They do not depend on absorption.

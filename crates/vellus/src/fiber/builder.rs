@@ -104,7 +104,8 @@ impl FiberBuilder {
         }))
     }
 
-    /// The request and the nearest colour of a coat of these fibres, if a reflectance was given that no pigment reaches.
+    /// The request and the nearest colour of a coat of these fibres, if a reflectance was given that no pigment
+    /// reaches.
     ///
     /// # Errors
     /// As [`FiberBuilder::build`].

@@ -59,8 +59,8 @@ pub struct Fiber {
     pub layers: f32,
     /// How light that the medulla scattered leaves the fibre.
     pub exit: Exit,
-    /// Absorption in the medulla over that in the cortex, in [0, 10], for a colour that is given as a reflectance or as
-    /// melanin. The scattering of light does not depend on it.
+    /// Absorption in the medulla over that in the cortex, in [0, 10], for a colour that is given as a reflectance or
+    /// as melanin. The scattering of light does not depend on it.
     pub medulla_pigment: f32,
 }
 

@@ -3,8 +3,8 @@
 //! Light enters the medulla at θ_t = asin(sin θ_o/η), leaves it at θ′, and leaves the fibre at sin θᵢ = η sin θ′. Only
 //! light inside the escape cone, |sin θ′| < 1/η, can leave. Its density in s = sin θᵢ and φ is ∝ C^N(φ) C^M(θ_t, θ′, φ)
 //! T(s). T(s) = 1 − b s⁴ is the transmittance of the cuticle relative to that at s = 0, averaged over the offsets at
-//! which light leaves. The two halves of C^M leave in the shares Z = ∫ C^M T(s) cos θ′ dθ′. With the weight w = |φ|/π of
-//! the forward half, the whole density integrates to ∫ C^N ((1 − w) Z₀ + w Z₁) dφ.
+//! which light leaves. The two halves of C^M leave in the shares Z = ∫ C^M T(s) cos θ′ dθ′. With the weight w = |φ|/π
+//! of the forward half, the whole density integrates to ∫ C^N ((1 − w) Z₀ + w Z₁) dφ.
 //!
 //! A component of C^M is linear between its nodes, and T(η sin θ′) cos θ′ is a sum of cos θ′, cos 3θ′ and cos 5θ′. So
 //! six columns of cumulative integrals are enough to integrate and to invert a component under T, for any η, b and θ_t.

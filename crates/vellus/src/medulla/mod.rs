@@ -61,8 +61,8 @@ pub struct Inclination {
     pub(crate) forward: Weights<FORWARD>,
     /// The factors that make each half integrate to `leaving`.
     pub(crate) scale: [f32; 2],
-    /// The shares of the halves that leave the fibre, up to a common factor. They are 1 if the cuticle does not reflect
-    /// scattered light.
+    /// The shares of the halves that leave the fibre, up to a common factor. They are 1 if the cuticle does not
+    /// reflect scattered light.
     pub(crate) leaving: [f32; 2],
     /// The shift of the forward lobe: |θ_o|, or |θ_t| if the cuticle refracts scattered light.
     pub(crate) theta: f32,
@@ -187,8 +187,8 @@ impl<'t> Medulla<'t> {
         self.azimuth_leaving(pass, angle, [1.0; 2])
     }
 
-    /// The same for light of which only a part leaves the fibre: [`Inclination::leaving`]. The product of C^N and C^M is
-    /// then normalised, and its azimuths are those of the light that leaves.
+    /// The same for light of which only a part leaves the fibre: [`Inclination::leaving`]. The product of C^N and C^M
+    /// is then normalised, and its azimuths are those of the light that leaves.
     #[inline(always)]
     pub(crate) fn azimuth_leaving(&self, pass: &Pass, angle: f32, [backward, forward]: [f32; 2]) -> Azimuth {
         let densities = &self.tables.azimuthal.densities;
