@@ -122,7 +122,6 @@ fn scene() -> Scene {
         ],
         background: None,
         unseen_lights: vec![0, 3],
-        background: None,
         light_groups: ["sky", "sun", "key", "key", "lamp-2", "tube"].map(str::to_owned).to_vec(),
         camera: Some(Camera {
             to_world: pose(0.2),
