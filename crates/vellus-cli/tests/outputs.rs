@@ -38,7 +38,7 @@ fn pictures_have_the_requested_layers() {
         ("vellus_ended_by", "samples"),
         ("vellus_scene", "hair-lock"),
         ("vellus_mode", "multiscale"),
-        ("vellus_fiber_hair", "\"kappa\":0.404"),
+        ("vellus_fiber_hair", "\"eta\":1.2,"),
     ] {
         assert!(all.note(note).contains(part), "{note}: {}", all.note(note));
     }
