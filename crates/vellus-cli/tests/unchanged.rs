@@ -14,12 +14,12 @@ use common::{Picture, run};
 fn scenes_have_the_same_pixels_as_before() {
     let folder = tempfile::tempdir().unwrap();
     let expected = [
-        ("hair-lock", "d533a7e8114bf2da"),
-        ("raccoon", "290597f39ddc3a43"),
-        ("hamster", "696bbed959008100"),
-        ("cat", "b54a55fa484a85cd"),
-        ("hair", "dff8cbbf68e2b7a3"),
-        ("polar-bear", "0c5deb54c765b2eb"),
+        ("hair-lock", "1818e4bfadeffd30"),
+        ("raccoon", "7036d4bcb195494d"),
+        ("hamster", "8828884545beb9a9"),
+        ("cat", "b9e93cd05d1002b5"),
+        ("hair", "ba837fa3311870f8"),
+        ("polar-bear", "4c20631619219057"),
     ];
     let hashes = expected.map(|(scene, _)| {
         run(folder.path(), &["render", scene, "--size", "64x48", "--spp", "4", "-o", "picture.exr"]);

@@ -119,9 +119,8 @@ fn standard_errors_match_repeated_measurements() {
     check_scores("raccoon", &scores);
 }
 
-/// With the open exit, the whole fibre differs from the model, because its cuticle reflects scattered light. NRMSE
-/// stays within the 8 % that the paper reports on average for real fibres. The deer is the worst of the ten. With the
-/// reflecting exit, NRMSE is smaller.
+/// The whole fibre differs from the model, because its cuticle is rough. NRMSE stays within the 8 % that the paper
+/// reports on average for real fibres, with both exits. The deer is the worst of the ten.
 #[test]
 #[ignore = "slow: 800,000 photons and two fits"]
 fn whole_fibres_are_followed() {
@@ -129,8 +128,9 @@ fn whole_fibres_are_followed() {
         let synthetic = Synthetic { step: [4.0, 5.0], noise: 0.02, ..Synthetic::default() };
         let profile = simulate::from_reference(&Fiber::published(species), &synthetic, 400_000, &()).unwrap();
         let [open, reflecting] = Exit::ALL.map(|exit| fitted(&profile, &Options { exit: Some(exit), ..quick() }));
-        assert!(open.nrmse <= 0.08 && open.log_nrmse <= 0.08, "{species}: {} {}", open.nrmse, open.log_nrmse);
-        assert!(reflecting.nrmse < open.nrmse, "{species}: {} {}", reflecting.nrmse, open.nrmse);
+        for fit in [open, reflecting] {
+            assert!(fit.nrmse <= 0.08 && fit.log_nrmse <= 0.08, "{species}: {} {}", fit.nrmse, fit.log_nrmse);
+        }
     }
 }
 
