@@ -424,7 +424,7 @@ fn motion_blur_is_the_mean_of_moments() {
         camera.to_world = Mat4::from_translation(Vec3::new(0.15 * time, 0.0, 0.0)) * camera.to_world;
         camera.moved = None;
         // With the same random numbers at each moment, the error of the mean would be larger than its estimate.
-        let settings = Settings { seed: 2 + k as u32, ..settings.clone() };
+        let settings = Settings { seed: 2 + k as u32, ..settings };
         moments.merge(&render(&World::new(still).unwrap(), &settings, 16));
     }
     // The tolerance for blocks of 4 × 4 pixels is the noise, plus 0.004, because 24 moments sample the path of an edge
