@@ -22,10 +22,10 @@ pub struct Options {
 }
 
 impl Default for Options {
-    /// 32 starts, the seed 1, k = 4, and the exit of the model.
+    /// 64 starts, the seed 1, k = 4, and the exit of the model.
     fn default() -> Self {
         // If the model cannot match the data, the highlights have the largest residuals. They must keep some weight:
         // with k = 2.5 the NRMSE of whole fibres is up to 1.6 percentage points worse.
-        Options { requests: Requests::default(), starts: 32, seed: 1, huber: 4.0, exit: None }
+        Options { requests: Requests::default(), starts: 64, seed: 1, huber: 4.0, exit: None }
     }
 }

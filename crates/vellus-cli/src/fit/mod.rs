@@ -84,7 +84,7 @@ pub struct Args {
     /// Fit a parameter that usually is fixed: theta_o. May be repeated.
     #[arg(long, value_name = "NAME", conflicts_with = "simulate")]
     free: Vec<String>,
-    /// Number of starts of the search [default: 32].
+    /// Number of starts of the search [default: 64].
     #[arg(
         long,
         value_name = "N",
