@@ -163,6 +163,8 @@ fn scene() -> Scene {
             Light::Sphere { center: Vec3::Y, radius: 0.5, radiance: [5.0; 3] },
             Light::Cylinder { center: Vec3::Y, half_axis: Vec3::X, radius: 0.5, radiance: [6.0; 3] },
         ],
+        background: None,
+        unseen_lights: vec![0, 3],
         light_groups: ["sky", "sun", "key", "key", "lamp", "tube"].map(str::to_owned).to_vec(),
         camera: Some(Camera::look_at(Vec3::splat(9.0), Vec3::ZERO, Vec3::Y, 0.5, 1.5)),
         units: Some(Units { meters_per_unit: 1.0, z_up: true }),
