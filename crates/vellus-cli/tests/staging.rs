@@ -122,7 +122,8 @@ fn views_and_lights_replace_those_of_the_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let own = "def DistantLight \"sun\" { float inputs:intensity = 2 float inputs:angle = 60 }
-def Camera \"camera\" { double3 xformOp:translate = (0.7, 0.5, 6) uniform token[] xformOpOrder = [\"xformOp:translate\"] }";
+def Camera \"camera\" { double3 xformOp:translate = (0.7, 0.5, 6)
+    uniform token[] xformOpOrder = [\"xformOp:translate\"] }";
     std::fs::write(path.join("own.usda"), tuft(own)).unwrap();
     let said = render(path, "own.usda", "own.png", &[]);
     assert!(!said.contains("the file has no"), "{said}");
@@ -200,7 +201,8 @@ fn hints_name_the_cause_of_black_white_and_empty_pictures() {
     let white = "def DomeLight \"sky\" { float inputs:intensity = 40 }";
     let said = hint(white, &[]);
     assert!(said.contains("nearly white") && said.contains("--"), "{said}");
-    let away = "def Camera \"c\" { double3 xformOp:translate = (0, 0, -9) uniform token[] xformOpOrder = [\"xformOp:translate\"] }";
+    let away = "def Camera \"c\" { double3 xformOp:translate = (0, 0, -9)
+        uniform token[] xformOpOrder = [\"xformOp:translate\"] }";
     assert!(hint(&(sun("2") + away), &[]).contains("the camera looks away: try --view"));
 }
 

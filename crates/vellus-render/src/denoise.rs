@@ -50,8 +50,8 @@ impl Denoiser {
         let path = std::env::var_os("VELLUS_OIDN").unwrap_or_else(|| name.into());
         // SAFETY: loading runs code of the library; it is the one that the user named or installed.
         let library = unsafe { Library::new(&path) }.map_err(|e| {
-            let what = "denoising needs Intel Open Image Denoise 2: install it (for example with `pip install pyoidn`), \
-                        and set VELLUS_OIDN to the path of";
+            let what = "denoising needs Intel Open Image Denoise 2: install it (for example with `pip install \
+                        pyoidn`), and set VELLUS_OIDN to the path of";
             // The cause names the file and the reason.
             let cause = std::error::Error::source(&e).map_or_else(|| e.to_string(), ToString::to_string);
             Error::Denoise(format!("{what} {name}: {cause}"))

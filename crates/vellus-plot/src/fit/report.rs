@@ -75,7 +75,8 @@ fn page(summary: &Summary, origin: &str) -> String {
         })
         .collect();
     let body = format!(
-        "{}<table>\n<tr><th>parameter</th><th>value</th><th>± 1 s.e.</th>{heading}<th></th></tr>\n{parameters}</table>\n\
+        "{}<table>\n<tr><th>parameter</th><th>value</th><th>± 1 s.e.</th>{heading}<th></th></tr>\n\
+         {parameters}</table>\n\
          <table>\n{lines}</table>\n<h2>Profiles</h2>\n\
          <p><img src=\"profile.png\" alt=\"measured, fitted, ratio\"></p>\n\
          <h2>Slices</h2>\n<p><img src=\"slices.png\" alt=\"slices over φ and over θ\"></p>\n\

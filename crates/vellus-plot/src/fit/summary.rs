@@ -101,7 +101,7 @@ impl Summary<'_> {
         fit.no_fit.map(|why| format!("no fit: {why} (it explains {}, NRMSE {})", self.explained(), percent(fit.nrmse)))
     }
 
-    /// The message if there is no fit: what is wrong, why (`why`), and what to do. `out` is the file that was not
+    /// The message if there is no fit: the file, the reason (`why`), and the options that may help. `out` is the file that was not
     /// written, and `page` is the report.
     pub fn refusal(&self, why: &str, out: Option<&Path>, page: Option<&Path>) -> String {
         let out = out.map(|out| format!("; {} was not written", out.display())).unwrap_or_default();

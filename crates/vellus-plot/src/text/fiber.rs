@@ -21,8 +21,8 @@ pub fn presets() -> String {
         let values = stored().filter_map(|p| value(p, &fiber)).map(|x| format!("{x:.2}"));
         rows.push(std::iter::once(name).chain(values).collect());
     }
-    let notes = "The published fibres are Yan17 Table 4, for exit=open. The others are fitted to them with exit=reflecting. \
-                 σ per fibre radius, grey. --fiber also reads files; --set changes a parameter.";
+    let notes = "The published fibres are Yan17 Table 4, for exit=open. The others are fitted to them with \
+                 exit=reflecting. σ per fibre radius, grey. --fiber also reads files; --set changes a parameter.";
     format!("{}\n{notes}\n", align(&rows))
 }
 
@@ -41,6 +41,6 @@ pub fn parameters() -> String {
         text += &format!("{:16} {}\n", p.name(), p.description());
         text += &format!("{:16} in {}{}{channels}{default}\n", "", p.range(), p.unit().suffix());
     }
-    text + "\nThe colour is one of sigma_ca, reflectance, melanin and hair_reflectance. Single channels are sigma_ca.r,\n\
-            sigma_ma.b, eumelanin, pheomelanin and so on.\n"
+    text + "\nThe colour is one of sigma_ca, reflectance, melanin and hair_reflectance. Single channels are \
+            sigma_ca.r,\nsigma_ma.b, eumelanin, pheomelanin and so on.\n"
 }
