@@ -101,8 +101,8 @@ impl Summary<'_> {
         fit.no_fit.map(|why| format!("no fit: {why} (it explains {}, NRMSE {})", self.explained(), percent(fit.nrmse)))
     }
 
-    /// The message if there is no fit: the file, the reason (`why`), and the options that may help. `out` is the file that was not
-    /// written, and `page` is the report.
+    /// The message if there is no fit: the file, the reason (`why`), and the options that may help. `out` is the file
+    /// that was not written, and `page` is the report.
     pub fn refusal(&self, why: &str, out: Option<&Path>, page: Option<&Path>) -> String {
         let out = out.map(|out| format!("; {} was not written", out.display())).unwrap_or_default();
         let page = page.map(|page| format!("; {} shows the differences", page.display())).unwrap_or_default();
