@@ -17,6 +17,10 @@ pub fn all(root: &Path, report: &mut Report) -> Result<(), String> {
         let all = ["clippy", "--quiet", "--workspace", "--all-targets", "--all-features"];
         cargo(root, &[&all[..], &["--", "-D", "warnings"]].concat())
     })?;
+    // Other renderers use the core without features, and see its warnings.
+    report.step("clippy of the core without features", || {
+        cargo(root, &["clippy", "--quiet", "--package", "vellus", "--", "-D", "warnings"])
+    })?;
     report.step("rustdoc", || doc(root))?;
     report.attempt("spelling", || tools::typos(root))?;
     report.attempt("licences, bans and sources of dependencies", || tools::deny(root))?;

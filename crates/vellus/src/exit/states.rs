@@ -20,6 +20,7 @@ pub(crate) const REGISTERS: usize = STATES / 8;
 pub(crate) type Vector = [f32x8; REGISTERS];
 
 /// The state of light at the inclination θ′, radians, and the offset h″ in radii of the medulla. Signs are ignored.
+#[cfg(any(test, feature = "unstable"))]
 pub fn state(theta: f64, h: f64) -> usize {
     let cell = |x: f64, n: usize| ((x * n as f64) as usize).min(n - 1);
     cell(theta.abs() / FRAC_PI_2, INCLINATIONS) * OFFSETS + cell(h.abs(), OFFSETS)

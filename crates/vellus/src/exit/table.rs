@@ -20,6 +20,7 @@ const MAGIC: &[u8; 8] = b"VELLUSX1";
 pub const ENTRIES: usize = 8;
 
 /// c and y of the nodes.
+#[cfg(any(test, feature = "unstable"))]
 pub const NODES: [[f64; 2]; ENTRIES] =
     [[0.0, 0.0], [0.5, 0.0], [1.0, 0.0], [0.0, 0.5], [1.0, 0.5], [0.0, 1.0], [0.5, 1.0], [1.0, 1.0]];
 
@@ -33,6 +34,7 @@ pub const ABSORPTIONS: usize = 6;
 pub const ROWS: usize = STATES + ABSORPTIONS;
 
 /// The absorption, per radius of the medulla, of a node of the effective path.
+#[cfg(any(test, feature = "unstable"))]
 pub fn absorption_at(node: usize) -> f64 {
     (3f64.powi(node as i32) - 1.0) / 4.0
 }
@@ -60,6 +62,7 @@ pub struct ExitData {
 
 impl ExitData {
     /// The bytes of the file.
+    #[cfg(any(test, feature = "unstable"))]
     pub fn to_bytes(&self) -> Vec<u8> {
         let rest: Vec<u8> = self.values.iter().flat_map(|x| f16::from_f32(*x).to_le_bytes()).collect();
         let numbers = [self.nodes[0] as u32, self.nodes[1] as u32, crc32fast::hash(&rest)];

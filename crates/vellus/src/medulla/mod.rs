@@ -183,6 +183,7 @@ impl<'t> Medulla<'t> {
 
     /// Prepares C^N for a path. `angle` is asin h″ with its sign.
     #[inline(always)]
+    #[cfg(any(test, feature = "unstable"))]
     pub fn azimuth(&self, pass: &Pass, angle: f32) -> Azimuth {
         self.azimuth_leaving(pass, angle, [1.0; 2])
     }
@@ -294,6 +295,7 @@ impl<'t> Medulla<'t> {
     /// C^M of the backward and the forward half at θᵢ, densities in sin θᵢ.
     #[doc(alias = "Eq. 19")]
     #[inline(always)]
+    #[cfg(any(test, feature = "unstable"))]
     pub fn longitudinal(&self, s: &Inclination, theta_i: f32) -> [f32; 2] {
         self.leaving(s, theta_i, 1.0)
     }
@@ -321,6 +323,7 @@ impl<'t> Medulla<'t> {
     }
 
     /// Draws an azimuth from straight back, in [−2π, 2π], from C^N. D10: sampling from the tables is exact.
+    #[cfg(any(test, feature = "unstable"))]
     pub fn sample_azimuth(&self, s: &Azimuth, u: f32) -> f32 {
         s.mirror * self.sample_profile(&s.weights, s.turned, u)
     }
