@@ -3,6 +3,7 @@
 
 use crate::error::Error;
 use crate::read::context::{BoundLook, Reader};
+use crate::read::materialx;
 use crate::read::network::{Input, Shader, bound_material, input, surface_shader};
 use crate::read::uv_texture::uv_texture;
 use crate::stage::When;
@@ -33,6 +34,14 @@ pub(crate) fn look(reader: &mut Reader, prim: &str) -> Result<BoundLook, Error> 
     let shader = material.as_ref().map(|m| surface_shader(&reader.stage, m)).transpose()?.flatten();
     let shader = shader.filter(|shader| shader.id == SHADER);
     if let (Some(material), None) = (&material, &shader) {
+        if let Some(known) = reader.looks.get(material) {
+            return Ok(known.clone());
+        }
+        if let Some(bsdf) = materialx::hair_bsdf(reader, material)? {
+            let fiber = materialx::fiber(reader, &bsdf)?;
+            let look = Look::constant(reader.name(material)?, fiber);
+            return Ok(add(reader, material.clone(), look, Vec::new()));
+        }
         reader.warnings.add(material, format!("it has no {SHADER} shader: curves with it get the fallback fibre"));
     }
     let key = shader.as_ref().and(material).unwrap_or_default();
@@ -43,10 +52,14 @@ pub(crate) fn look(reader: &mut Reader, prim: &str) -> Result<BoundLook, Error> 
         Some(shader) => fur(reader, &key, &shader)?,
         None => (Look::constant(FALLBACK_LOOK, reader.options.fallback), Vec::new()),
     };
+    Ok(add(reader, key, look, primvars))
+}
+
+fn add(reader: &mut Reader, key: String, look: Look, primvars: Vec<(Parameter, String)>) -> BoundLook {
     reader.scene.looks.push(look);
     let bound = BoundLook { look: reader.scene.looks.len() - 1, primvars };
     reader.looks.insert(key, bound.clone());
-    Ok(bound)
+    bound
 }
 
 fn fur(reader: &mut Reader, material: &str, shader: &Shader) -> Result<(Look, Vec<(Parameter, String)>), Error> {

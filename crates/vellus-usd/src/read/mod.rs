@@ -6,6 +6,7 @@ mod curves;
 mod layout;
 pub(crate) mod light;
 pub(crate) mod look;
+mod materialx;
 mod mesh;
 mod motion;
 mod network;

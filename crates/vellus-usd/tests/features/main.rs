@@ -7,6 +7,7 @@ mod common;
 mod curves;
 mod fibers;
 mod lights;
+mod materialx;
 mod meshes;
 mod motion;
 mod primvars;

@@ -1,0 +1,85 @@
+//! Hair nodes of MaterialX.
+
+use crate::common::read_text;
+use crate::{FOUR, said};
+use std::path::Path;
+use vellus::{Bcsdf, Fiber, Vec3, Window};
+use vellus_usd::Options;
+
+fn near(x: f32, expected: f32) {
+    // The reference numbers have six digits.
+    assert!((x - expected).abs() < 1e-5, "{x} {expected}");
+}
+
+/// A material with a hair node and other shaders. `inputs` are those of the hair node.
+fn hair(inputs: &str, nodes: &str) -> String {
+    format!(
+        "def BasisCurves \"c\" {{ {FOUR}\n rel material:binding = </m> }}
+def Material \"m\" {{
+    token outputs:mtlx:surface.connect = </m/hair.outputs:out>
+    def Shader \"hair\" {{
+        uniform token info:id = \"ND_chiang_hair_bsdf\"
+        {inputs}
+        token outputs:out
+    }}
+    {nodes}
+}}\n"
+    )
+}
+
+#[test]
+fn a_network_that_openusd_wrote_gives_its_fibre() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/chiang.usda");
+    let reading = vellus_usd::read(&file, &Options::default()).unwrap();
+    let fiber = reading.scene.looks[0].fiber;
+    assert_eq!((fiber.eta, fiber.kappa), (1.5, 0.0));
+    // 0.726·0.3 + 0.812·0.09 + 3.7·0.3²⁰ = 0.29088.
+    near(fiber.beta_m, 0.29088);
+    // s = 0.265·0.4 + 1.194·0.16 + 5.372·0.4²² = 0.29704; π √(π/8) s / √6 = 0.238738.
+    near(fiber.beta_n, 0.238738);
+    near(fiber.alpha.to_degrees(), 3.6);
+    // ln 2 · (0.75·(0.419, 0.697, 1.37) + 0.25·(0.187, 0.4, 1.05))
+    [0.250225, 0.431657, 0.894160].into_iter().zip(fiber.sigma_ca).for_each(|(e, x)| near(x, e));
+    let said = said(&reading.warnings);
+    assert!(said.contains("not mapped: tint_R, roughness of TT"), "{said}");
+    assert_eq!(reading.warnings.len(), 1, "{said}");
+}
+
+#[test]
+fn the_tilt_moves_r_towards_the_root() {
+    let body = hair("float inputs:cuticle_angle = 0.51 vector3f inputs:absorption_coefficient = (90, 90, 90)", "");
+    let (scene, _) = read_text(&body, &Options::default()).unwrap();
+    let bcsdf = Bcsdf::new(&scene.looks[0].fiber).unwrap();
+    let at = |degrees: f32| Vec3::new(degrees.to_radians().sin(), 0.0, degrees.to_radians().cos());
+    let hit = bcsdf.at(at(20.0), Window::near(0.0));
+    let r = |degrees: f32| hit.eval(at(degrees)).0[0][0];
+    // MaterialX: θi = −θo − 2·1.8°.
+    assert!(r(-23.6) > 1.1 * r(-20.0) && r(-20.0) > r(-16.4));
+}
+
+#[test]
+fn vellus_inputs_precede_and_what_is_unknown_is_named() {
+    let image = "def Shader \"i\" { uniform token info:id = \"ND_image_float\" float outputs:out }";
+    let body = hair("float inputs:ior.connect = </m/i.outputs:out>", image);
+    let (scene, warnings) = read_text(&body, &Options::default()).unwrap();
+    assert_eq!(scene.looks[0].fiber.eta, 1.55);
+    assert!(said(&warnings).contains("inputs:ior: a ND_image_float is not mapped"), "{}", said(&warnings));
+
+    let fur = "def Shader \"f\" { uniform token info:id = \"VellusFur\" token outputs:out }
+    token outputs:surface.connect = </m/f.outputs:out>";
+    let (scene, warnings) = read_text(&hair("", fur), &Options::default()).unwrap();
+    assert_eq!((scene.looks[0].fiber, warnings.len()), (Fiber::hair(), 0));
+}
+
+#[test]
+fn bad_networks_are_refused_with_one_message() {
+    let error = |inputs: &str| read_text(&hair(inputs, ""), &Options::default()).unwrap_err().to_string();
+    assert!(error("float inputs:ior = nan").contains("/m/hair: inputs:ior must have 1 finite number"));
+    assert!(error("float inputs:ior = 9").contains("/m/hair: eta = 9 is out of range"));
+    assert!(error("string inputs:ior = \"glass\"").contains("inputs:ior"));
+    assert!(error("float2 inputs:roughness_R = (-1, 0.1)").contains("must not be negative"));
+    assert!(error("float inputs:ior.connect = </m/hair.inputs:ior>").contains("in a circle"));
+    let missing = hair("", "").replace("</m/hair.outputs:out>", "</m/gone.outputs:out>");
+    let (_, warnings) = read_text(&missing, &Options::default()).unwrap();
+    assert!(said(&warnings).contains("/m: it has no VellusFur shader"), "{}", said(&warnings));
+}
