@@ -37,12 +37,14 @@ pub(crate) fn fiber(reader: &mut Reader, bsdf: &Shader) -> Result<Fiber, Error> 
     let prim = bsdf.prim.as_str();
     let ior = numbers::<1>(reader, prim, "ior", [1.55])?;
     let cuticle = numbers::<1>(reader, prim, "cuticle_angle", [0.5])?;
-    let [variance, _] = roughness(reader, prim, "roughness_R", [0.1, 0.2])?;
-    let [_, scale] = roughness(reader, prim, "roughness_TT", [0.1, 0.2])?;
+    let [variance, _] = roughness(reader, prim, "roughness_R", [0.1, 0.1])?;
+    let [_, scale] = roughness(reader, prim, "roughness_TT", [0.05, 0.05])?;
     let absorption = absorption(reader, prim)?;
     if variance < 0.0 || scale < 0.0 {
         return Err(Error::prim(prim, "the roughness must not be negative"));
     }
+    // MaterialX's GLSL limits both to this range.
+    let [variance, scale] = [variance, scale].map(|x| x.clamp(0.001, 1.0));
     let mut builder = FiberBuilder::new(Fiber { kappa: 0.0, ..reader.options.fallback });
     builder.set_value(Parameter::Eta, [ior[0] as f32; 3]);
     builder.set_value(Parameter::BetaM, [variance.sqrt() as f32; 3]);

@@ -2,8 +2,9 @@
 
 use crate::common::read_text;
 use crate::{FOUR, said};
+use glam::Vec3;
 use std::path::Path;
-use vellus::{Bcsdf, Fiber, Vec3, Window};
+use vellus::{Bcsdf, Fiber, Window};
 use vellus_usd::Options;
 
 fn near(x: f32, expected: f32) {
@@ -47,12 +48,12 @@ fn a_network_that_openusd_wrote_gives_its_fibre() {
 
 #[test]
 fn the_tilt_moves_r_towards_the_root() {
-    let body = hair("float inputs:cuticle_angle = 0.51 vector3f inputs:absorption_coefficient = (90, 90, 90)", "");
+    let body = hair("float inputs:cuticle_angle = 0.51 float2 inputs:roughness_R = (0.0025, 0.1)", "");
     let (scene, _) = read_text(&body, &Options::default()).unwrap();
     let bcsdf = Bcsdf::new(&scene.looks[0].fiber).unwrap();
     let at = |degrees: f32| Vec3::new(degrees.to_radians().sin(), 0.0, degrees.to_radians().cos());
     let hit = bcsdf.at(at(20.0), Window::near(0.0));
-    let r = |degrees: f32| hit.eval(at(degrees)).0[0][0];
+    let r = |degrees: f32| hit.eval(at(degrees)).0[0][0] / degrees.to_radians().cos();
     // MaterialX: θi = −θo − 2·1.8°.
     assert!(r(-23.6) > 1.1 * r(-20.0) && r(-20.0) > r(-16.4));
 }
@@ -62,7 +63,11 @@ fn vellus_inputs_precede_and_what_is_unknown_is_named() {
     let image = "def Shader \"i\" { uniform token info:id = \"ND_image_float\" float outputs:out }";
     let body = hair("float inputs:ior.connect = </m/i.outputs:out>", image);
     let (scene, warnings) = read_text(&body, &Options::default()).unwrap();
-    assert_eq!(scene.looks[0].fiber.eta, 1.55);
+    let fiber = scene.looks[0].fiber;
+    assert_eq!((fiber.eta, fiber.alpha, fiber.sigma_ca), (1.55, 0.0, [0.0; 3]));
+    // The defaults of the node: √0.1, and π √(π/8) · 0.05 / √6.
+    near(fiber.beta_m, 0.316228);
+    near(fiber.beta_n, 0.0401862);
     assert!(said(&warnings).contains("inputs:ior: a ND_image_float is not mapped"), "{}", said(&warnings));
 
     let fur = "def Shader \"f\" { uniform token info:id = \"VellusFur\" token outputs:out }
