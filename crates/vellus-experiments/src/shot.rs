@@ -123,6 +123,7 @@ impl<'c> Shot<'c> {
             filter: Filter::Tent,
             seed,
             max_depth: None,
+            clamp_indirect: None,
         }
     }
 

@@ -145,6 +145,7 @@ impl Args {
             filter: self.filter,
             seed: self.seed,
             max_depth: self.max_depth,
+            clamp_indirect: self.clamp_indirect,
         }
     }
 
