@@ -22,6 +22,7 @@ mod error;
 mod fiber;
 mod grow;
 mod mesh;
+mod reach;
 mod recolor;
 mod staging;
 mod write;
@@ -155,6 +156,7 @@ pub fn open(scene: impl AsRef<Path>, options: &Options) -> Result<Opened, Error>
     if let Some(recolor) = &options.recolor {
         recolor.apply(&mut opened.scene)?;
     }
+    opened.warnings.extend(reach::out_of_reach(&opened.scene));
     if let Some(staging) = &options.staging {
         let built_in = matches!(Format::of(&scene)?, Format::BuiltIn(_));
         opened.warnings.extend(suggest_widths(&mut opened.scene));

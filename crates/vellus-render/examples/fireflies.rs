@@ -53,7 +53,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
         }
         let ([all, indirect], noise) = (count, variance(&a, &b));
-        println!("{name:12} {all:9.1} {indirect:9.1} {details:8} {noise:14.2e} {seconds:8.1} {:7.2} %", 100.0 * removed);
+        println!(
+            "{name:12} {all:9.1} {indirect:9.1} {details:8} {noise:14.2e} {seconds:8.1} {:7.2} %",
+            100.0 * removed
+        );
     }
     Ok(())
 }

@@ -49,7 +49,15 @@ fn clump(count: usize, radius: f32, fiber: Fiber) -> Scene {
 }
 
 fn settings(size: usize, mode: Mode) -> Settings {
-    Settings { size: [size, size], crop: None, mode, filter: Filter::Tent, seed: 1, max_depth: None, clamp_indirect: None }
+    Settings {
+        size: [size, size],
+        crop: None,
+        mode,
+        filter: Filter::Tent,
+        seed: 1,
+        max_depth: None,
+        clamp_indirect: None,
+    }
 }
 
 fn empty(world: &World, settings: &Settings) -> Film {
