@@ -1,5 +1,6 @@
 //! Yan17 Fig. 18: hair with and without a medulla.
 
+use crate::beside::{Input, slider};
 use crate::context::Context;
 use crate::shot::{MULTI, Shot, colors, difference};
 use crate::visible::Visible;
@@ -45,10 +46,16 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         films.push((film, halves));
     }
     outcome.tables.push(table);
+    let caption = "The same hair and the same light, multi-scale.".to_owned();
+    let labels = ["no medulla".to_owned(), format!("medulla, κ = {KAPPA}")];
     let [(without, a), (with, b)] = films.as_slice() else { bail!("two pictures are compared") };
+    let [left, right] = labels;
+    let sides = [Input::new(without, left), Input::new(with, right)];
+    outcome.sliders.push(slider(context, "beside", caption, sides, 0.0)?);
     let (_, offset, _) = difference(with, without);
     let visible = Visible::new([&b[0], &b[1]], [&a[0], &a[1]]);
-    let more = format!("; brightness of the fur {:+.1} %", 100.0 * offset);
-    outcome.claims.push(visible.claim("A medulla of κ = 0.15 makes a visible difference", &more));
+    let more = format!("Brightness of the hair {:+.1} %", 100.0 * offset);
+    let what = "A medulla of κ = 0.15 makes a visible difference";
+    outcome.claims.push(visible.claim(what, "clearly visible", &more));
     Ok(outcome)
 }

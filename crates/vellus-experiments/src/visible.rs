@@ -1,141 +1,127 @@
-//! The visibility of the difference between two pictures of fur.
+//! The visibility of the difference between two pictures of fur: the mean of [`flip`] on the fur, where each pixel counts
+//! by the share that fibres cover.
 //!
-//! Colours are compared as a display shows them, pixel by pixel: ΔE*ab, the distance in CIE 1976 L*a*b*. The result is
-//! its root mean square, weighted by the share of each pixel that fibres cover.
-//!
-//! Sampling noise does not count as a difference. Each picture is therefore given as two halves with independent
-//! seeds. The product of the halves' differences, (A₁ − B₁)·(A₂ − B₂), has the mean |A − B|², without the variance of
-//! the square of one difference. One bias remains: the mean of a noisy L* is less than the L* of the mean. It is the
-//! same for both pictures.
+//! Sampling noise increases ꟻLIP. Each picture is therefore given as two halves with independent seeds, whose difference
+//! shows how much. For exponents below 1, |s + n|^q ≤ |s|^q + |n|^q. So what two pictures with noise differ by, minus
+//! what their noise alone would give, is a lower bound of what the pictures without noise differ by, on average.
 
+use crate::flip::{PIXELS_PER_DEGREE, Shown, flip};
 use crate::{Claim, Verdict};
 use vellus_render::{Film, Layer};
 
-/// A difference that is just noticeable: ΔE*ab of 2.3 (Mahy, Van Eycken and Oosterlinck 1994).
-pub const NOTICEABLE: f64 = 2.3;
+/// ꟻLIP of a difference that is just noticeable: that of two even greys, L* = 50, whose ΔE*ab is 2.3 (Mahy, Van Eycken
+/// and Oosterlinck 1994).
+pub const NOTICEABLE: f64 = 0.10;
 
-/// The normal distribution exceeds this in absolute value with a probability of 0.1 %.
-const DEVIATE: f64 = 3.29;
+/// Of two pictures with independent noise, the difference of the means of their halves has half the variance of the
+/// difference of two halves of one picture. ꟻLIP grows with the power 0.7 of the difference, so this is 2^(−0.35).
+const MEANS: f64 = 0.785;
 
-/// Root mean square of ΔE*ab on the fur.
+/// Mean ꟻLIP on the fur.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Visible {
-    /// The estimate.
-    pub delta: f64,
-    /// The interval that contains it with a probability of 99.9 %.
-    pub range: [f64; 2],
+    /// The value of the two pictures.
+    pub flip: f64,
+    /// The part of it that noise explains, at most.
+    pub noise: f64,
 }
 
 impl Visible {
     /// The difference of two pictures, each given as two halves.
     pub fn new(a: [&Film; 2], b: [&Film; 2]) -> Self {
-        let (width, height) = (a[0].width(), a[0].height());
-        let pixels: Vec<(f64, f64)> = (0..width * height)
-            .map(|i| (i % width, i / width))
-            .map(|(x, y)| {
-                let difference = |half: usize| {
-                    let [p, q] = [a, b].map(|films| lab(color(films[half], x, y)));
-                    std::array::from_fn(|c| p[c] - q[c])
-                };
-                let ([p, q], covered): ([[f64; 3]; 2], f64) = ([0, 1].map(difference), coverage(&[a, b], x, y));
-                (covered, p.iter().zip(&q).map(|(p, q)| p * q).sum())
-            })
-            .collect();
-        Visible::of(&pixels)
-    }
-
-    /// Computes the result from pairs of a pixel's weight and its unbiased square.
-    fn of(pixels: &[(f64, f64)]) -> Self {
-        let all = pixels.iter().map(|(w, _)| w).sum::<f64>().max(f64::MIN_POSITIVE);
-        let mean = pixels.iter().map(|(w, x)| w * x).sum::<f64>() / all;
-        let error = pixels.iter().map(|(w, x)| (w * (x - mean)).powi(2)).sum::<f64>().sqrt() / all;
-        let root = |x: f64| x.max(0.0).sqrt();
-        Visible { delta: root(mean), range: [root(mean - DEVIATE * error), root(mean + DEVIATE * error)] }
+        let weights = fur(&[a, b].concat());
+        let of = |p: &[&Film], q: &[&Film]| mean(&flip(&shown(p, 0.0), &shown(q, 0.0), PIXELS_PER_DEGREE), &weights);
+        let halves = [a, b].map(|[first, second]| of(&[first], &[second]));
+        Visible { flip: of(&a, &b), noise: MEANS * 0.5 * (halves[0] + halves[1]) }
     }
 
     /// The difference in words.
     pub fn text(&self) -> String {
-        format!("ΔE*ab {:.2} ({:.2} to {:.2}) on the fur", self.delta, self.range[0], self.range[1])
+        format!("FLIP {:.3} on the fur, of which noise explains at most {:.3}", self.flip, self.noise)
     }
 
-    /// The claim that the difference is visible.
-    pub fn claim(&self, what: &str, more: &str) -> Claim {
-        let expected = format!("root mean square of ΔE*ab on the fur's pixels above {NOTICEABLE}, just noticeable");
-        let measured = self.text() + more;
-        let [low, high] = self.range;
-        if low > NOTICEABLE || high < NOTICEABLE {
-            Claim::new(what, expected, measured, self.delta, Verdict::of(low > NOTICEABLE))
+    /// The claim that the difference is visible. `paper` is what the paper says, and `more` another number.
+    pub fn claim(&self, what: &str, paper: &str, more: &str) -> Claim {
+        let measured = format!("FLIP {:.2}", self.flip);
+        let claim = if self.flip - self.noise > NOTICEABLE || self.flip < NOTICEABLE {
+            Claim::new(what, measured, self.flip, Verdict::of(self.flip > NOTICEABLE))
         } else {
-            Claim::not_judged(what, expected, measured, "The noise is too large to decide: more samples are needed.")
-        }
+            Claim::not_judged(what, measured, "The noise is too large to decide: more samples are needed.")
+        };
+        let ours = format!("bound: {NOTICEABLE:.2} on the fur, just noticeable");
+        claim.paper(paper).ours(ours).more(format!("Noise explains at most {:.3}. {more}.", self.noise))
     }
 }
 
-/// Mean share of a pixel that fibres cover.
-fn coverage(pictures: &[[&Film; 2]; 2], x: usize, y: usize) -> f64 {
-    pictures.as_flattened().iter().map(|film| film.mean(x, y, Layer::Fibers, 0)).sum::<f64>() / 4.0
+/// The mean of films as a display shows it, times 2^`exposure`.
+pub fn shown(films: &[&Film], exposure: f32) -> Shown {
+    let gain = f64::from(exposure).exp2() / films.len().max(1) as f64;
+    let size = films.first().map_or([0, 0], |film| [film.width(), film.height()]);
+    Shown::new(size, |x, y| [0, 1, 2].map(|c| gain * films.iter().map(|f| f.mean(x, y, Layer::Beauty, c)).sum::<f64>()))
 }
 
-fn color(film: &Film, x: usize, y: usize) -> [f64; 3] {
-    [0, 1, 2].map(|c| film.mean(x, y, Layer::Beauty, c))
+/// The mean share of each pixel that fibres cover, row by row.
+pub fn fur(films: &[&Film]) -> Vec<f64> {
+    let [width, height] = films.first().map_or([0, 0], |film| [film.width(), film.height()]);
+    let count = films.len().max(1) as f64;
+    let share = |i: usize| films.iter().map(|f| f.mean(i % width, i / width, Layer::Fibers, 0)).sum::<f64>() / count;
+    (0..width * height).map(share).collect()
 }
 
-/// L*, a*, b* of linear sRGB, clamped to 0 to 1 as a display does (CIE 15:2004, Eq. 8.3 to 8.11; the white point is
-/// that of daylight, 6504 K).
-pub(crate) fn lab(rgb: [f64; 3]) -> [f64; 3] {
-    // IEC 61966-2-1; each row is divided by its sum, the white point.
-    const XYZ: [[f64; 3]; 3] = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]];
-    let [x, y, z] = XYZ.map(|row| {
-        let t = row.iter().zip(rgb).map(|(m, v)| m * v.clamp(0.0, 1.0)).sum::<f64>() / row.iter().sum::<f64>();
-        if t > (6.0f64 / 29.0).powi(3) { t.cbrt() } else { t * (29.0f64 / 6.0).powi(2) / 3.0 + 4.0 / 29.0 }
-    });
-    [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+/// The mean of values with these weights; 0 if all weights are 0.
+pub fn mean(values: &[f64], weights: &[f64]) -> f64 {
+    let all: f64 = weights.iter().sum();
+    if all > 0.0 { values.iter().zip(weights).map(|(x, w)| x * w).sum::<f64>() / all } else { 0.0 }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// The bound is the value of the just noticeable difference that it is derived from.
     #[test]
-    fn lab_matches_the_standard() {
-        let close = |rgb: [f64; 3], expected: [f64; 3]| {
-            let found = lab(rgb);
-            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 0.05), "{found:?} {expected:?}");
-        };
-        close([1.0; 3], [100.0, 0.0, 0.0]);
-        close([0.0; 3], [0.0; 3]);
-        // Red has the published values of sRGB, within the digits of the white point.
-        close([0.1842; 3], [50.0, 0.0, 0.0]);
-        close([1.0, 0.0, 0.0], [53.24, 80.09, 67.20]);
-        // A display clamps to white.
-        close([9.0, 9.0, 9.0], [100.0, 0.0, 0.0]);
+    fn the_bound_is_a_just_noticeable_difference() {
+        // L* of 50 and 52.3 as linear light.
+        let grey = |l: f64| Shown::new([9, 9], |_, _| [((l + 16.0) / 116.0f64).powi(3); 3]);
+        let found = flip(&grey(50.0), &grey(52.3), PIXELS_PER_DEGREE);
+        assert!(found.iter().all(|x| (x - NOTICEABLE).abs() < 0.005), "{}", found[0]);
     }
 
-    /// The halves of two pictures differ by noise only. The square of one difference would be 2 σ², but the product is
-    /// 0 within its range.
+    /// Only fur counts.
     #[test]
-    fn noise_is_no_difference() {
-        // Differences of two halves from a congruential generator: uniform with variance 1/12, times 20.
+    fn pixels_without_fur_do_not_count() {
+        assert_eq!(mean(&[0.2, 0.9, 0.4], &[1.0, 0.0, 0.5]), (0.2 + 0.2) / 1.5);
+        assert_eq!(mean(&[0.5], &[0.0]), 0.0);
+    }
+
+    #[test]
+    fn noise_never_decides() {
+        let verdict = |flip: f64, noise: f64| Visible { flip, noise }.claim("a", "b", "c").verdict;
+        assert_eq!(verdict(0.3, 0.05), Verdict::Holds);
+        assert_eq!(verdict(0.3, 0.25), Verdict::NotJudged);
+        assert_eq!(verdict(0.08, 0.07), Verdict::DoesNotHold);
+    }
+
+    /// Two pictures of the same grey with independent noise: what they differ by is what noise explains, within a tenth.
+    #[test]
+    fn noise_is_explained_by_the_halves() {
         let mut state = 1u64;
-        let mut noise = move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            20.0 * ((state >> 11) as f64 * 0.5f64.powi(53) - 0.5)
+        let mut noisy = |deviation: f64| -> Vec<f64> {
+            let mut uniform = || {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                (state >> 11) as f64 * 0.5f64.powi(53) - 0.5
+            };
+            // The variance of a uniform number is 1/12.
+            (0..64 * 64).map(|_| 0.3 + deviation * 12f64.sqrt() * uniform()).collect()
         };
-        let pixels = |difference: f64, noise: &mut dyn FnMut() -> f64| -> Vec<(f64, f64)> {
-            (0..20_000).map(|_| (1.0, (difference + noise()) * (difference + noise()))).collect()
-        };
-        let same = Visible::of(&pixels(0.0, &mut noise));
-        assert!(same.range[0] == 0.0 && same.range[1] < NOTICEABLE, "{same:?}");
-        assert_eq!(same.claim("", "").verdict, Verdict::DoesNotHold);
-        let other = Visible::of(&pixels(4.0, &mut noise));
-        assert!(other.range[0] < 4.0 && 4.0 < other.range[1], "{other:?}");
-        assert_eq!(other.claim("", "").verdict, Verdict::Holds);
-    }
-
-    #[test]
-    fn a_difference_within_its_noise_is_not_judged() {
-        let found = Visible::of(&[(1.0, 0.0), (1.0, 12.0), (0.0, 1e9)]);
-        assert!(found.range[0] < NOTICEABLE && NOTICEABLE < found.range[1], "{found:?}");
-        assert_eq!(found.claim("", "").verdict, Verdict::NotJudged);
+        let halves: [Vec<f64>; 4] = std::array::from_fn(|_| noisy(0.05));
+        let grey = |v: &dyn Fn(usize) -> f64| Shown::new([64, 64], |x, y| [v(y * 64 + x); 3]);
+        let of = |a: &Shown, b: &Shown| mean(&flip(a, b, PIXELS_PER_DEGREE), &[1.0; 64 * 64]);
+        let half = |k: usize| grey(&|i| halves[k][i]);
+        let both = |k: usize| grey(&|i| 0.5 * (halves[k][i] + halves[k + 1][i]));
+        let noise = MEANS * 0.5 * (of(&half(0), &half(1)) + of(&half(2), &half(3)));
+        let found = of(&both(0), &both(2));
+        // Features have another exponent, so that noise explains a little more than there is.
+        assert!(found < 1.02 * noise && found > 0.8 * noise, "{found} {noise}");
     }
 }
