@@ -188,7 +188,7 @@ fn claims(outcome: &mut Outcome, ns: &[[f64; 3]]) {
     let far = ns[2][0] / ns[3][0];
     let claim = Claim::not_judged(
         "A query of our far field is still faster than one of the model of 2015",
-        format!("{far:.2} × the time of 2015"),
+        format!("{far:.2} × that time"),
         "The paper times frames, where only the hits that the camera sees use a window; see the frame times. This is \
          the time of a query alone.",
     );

@@ -2,8 +2,10 @@
 
 use crate::context::write;
 use crate::list::EXPERIMENTS;
+use crate::visible::NOTICEABLE;
 use crate::{Claim, NOTHING, Outcome, Picture, Quality, Slider, Table, Verdict};
 use anyhow::Result;
+use std::cmp::Reverse;
 use std::path::Path;
 use vellus_plot::html::{self, escaped};
 
@@ -35,9 +37,10 @@ const LONG: usize = 12;
 const SCALE: &str = "0<span class=\"bar\"></span>0.5 and more<span class=\"empty\"></span>no fur";
 
 fn page(found: &[Outcome]) -> String {
-    // Pictures first: experiments without a slider come later, in the order of the list.
+    // Pictures first, the largest ones before the others. Experiments without a slider keep the order of the list.
     let mut found: Vec<&Outcome> = found.iter().collect();
-    found.sort_by_key(|outcome| outcome.sliders.is_empty());
+    let area = |outcome: &Outcome| outcome.sliders.first().map_or(0, |slider| slider.size[0] * slider.size[1]);
+    found.sort_by_key(|outcome| Reverse(area(outcome)));
     let claims = || found.iter().flat_map(|o| &o.claims);
     let counts: String = Verdict::ALL
         .into_iter()
@@ -63,7 +66,7 @@ fn page(found: &[Outcome]) -> String {
     below(Quality::Draft, "Pictures are small and have noise.", &mut warnings);
     let warnings = html::warnings(&warnings);
     let links: String =
-        found.iter().map(|o| format!("<a href=\"#{}\">{}</a>\n", escaped(&o.name), escaped(&heading(o)))).collect();
+        found.iter().map(|o| format!("<a href=\"#{}\">{}</a>\n", escaped(&o.name), escaped(&short(o)))).collect();
     let summary: String = found.iter().flat_map(|o| o.claims.iter().map(|c| claim(c, Some(o)))).collect();
     let sections: String = found.iter().map(|outcome| section(outcome)).collect();
     let version = env!("CARGO_PKG_VERSION");
@@ -71,15 +74,19 @@ fn page(found: &[Outcome]) -> String {
         "<header><p>L.-Q. Yan, H. W. Jensen, R. Ramamoorthi 2017, <i>An Efficient and Practical Near and Far Field \
          Fur Reflectance Model</i>: its figures and tables reproduced with vellus {version}, and its claims \
          measured.</p>\n<p>{counts}</p></header>\n{warnings}<nav>{links}<a href=\"#claims\">All claims</a></nav>\n\
+         <p>Pictures of a pair are on top of each other: move the divider with the pointer or the arrow keys. The \
+         yellow frame marks the place where the fur differs most, which is enlarged. Maps show FLIP, the difference \
+         that a viewer sees when the pictures alternate, on the fur only: {SCALE}. On average, {NOTICEABLE:.2} is \
+         just noticeable.</p>\n\
          {sections}<h2 id=\"claims\">All claims</h2>\n{}",
         table_of_claims(&summary)
     );
     html::page_with("The paper, reproduced", STYLE, &body, SCRIPT)
 }
 
-/// The heading of an outcome, "Fig. 11: The ten species".
-fn heading(outcome: &Outcome) -> String {
-    format!("{}: {}", outcome.figure, outcome.title)
+/// The name of an outcome in lists, "Fig. 11: species".
+fn short(outcome: &Outcome) -> String {
+    format!("{}: {}", outcome.figure, outcome.name)
 }
 
 /// A table with these rows: the claims of the paper and ours have columns of their own.
@@ -95,15 +102,12 @@ fn table_of_claims(rows: &str) -> String {
 fn claim(claim: &Claim, origin: Option<&Outcome>) -> String {
     let mut what = escaped(&claim.what);
     if let Some(outcome) = origin {
-        what += &format!(
-            " <small><a href=\"#{}\">{}: {}</a></small>",
-            escaped(&outcome.name),
-            escaped(&outcome.name),
-            escaped(&outcome.figure)
-        );
+        what += &format!(" <small><a href=\"#{}\">{}</a></small>", escaped(&outcome.name), escaped(&short(outcome)));
     } else {
+        // The top of the page says once why nothing is judged at smoke quality.
+        let why = if claim.verdict == Verdict::NotAtSmokeQuality { "" } else { claim.why.as_str() };
         let rest: Vec<String> =
-            [&claim.more, &claim.why].iter().filter(|t| !t.is_empty()).map(|t| sentence(&escaped(t))).collect();
+            [claim.more.as_str(), why].iter().filter(|t| !t.is_empty()).map(|t| sentence(&escaped(t))).collect();
         if !rest.is_empty() {
             what += &format!("<details><summary>Details</summary><small>{}</small></details>", rest.join(" "));
         }
@@ -118,9 +122,11 @@ fn claim(claim: &Claim, origin: Option<&Outcome>) -> String {
     format!("<tr{class}><td>{what}</td>{}<td class=\"v v{number}\">{verdict}</td></tr>\n", cells.concat())
 }
 
-/// The text with a full stop.
+/// The text as a sentence: a capital letter and a full stop.
 fn sentence(text: &str) -> String {
-    if text.ends_with('.') { text.to_owned() } else { format!("{text}.") }
+    let stop = if text.ends_with('.') { "" } else { "." };
+    let (first, rest) = text.split_at(text.chars().next().map_or(0, char::len_utf8));
+    format!("{}{rest}{stop}", first.to_ascii_uppercase())
 }
 
 fn section(outcome: &Outcome) -> String {
@@ -190,15 +196,14 @@ fn slider(name: &str, slider: &Slider) -> String {
         .collect();
     let (first, second) = (escaped(&left.label), escaped(&right.label));
     format!(
-        "<div class=\"pair\">\n<div class=\"both\">\n\
-         <div class=\"stage{squares}\" style=\"--w:{:.0}px;--ratio:{width}/{height}\">{}{}\n\
+        "<div class=\"pair{squares}\">\n<div class=\"both\">\n\
+         <div class=\"stage\" style=\"--w:{:.0}px;--ratio:{width}/{height}\">{}{}\n\
          <input type=\"range\" min=\"0\" max=\"100\" value=\"50\" data-left=\"{first}\" \
          aria-label=\"Divider: {first} on the left, {second} on the right\">\n\
          <span class=\"line\"></span><span class=\"part\" style=\"{place}\"></span>\
          <span class=\"tag l\">{first}</span><span class=\"tag r\">{second}</span></div>\n\
-         <div class=\"maps\">\n{maps}<p><small>{SCALE}</small></p></div>\n</div>\n\
-         <p><small>{} Move the divider with the pointer or the arrow keys. The yellow frame is enlarged below: the \
-         place where the fur differs most.</small></p>\n<div class=\"zooms{squares}\">\n{zooms}</div>\n</div>\n",
+         <div class=\"maps\">\n{maps}</div>\n</div>\n\
+         <p>{}</p>\n<div class=\"zooms\">\n{zooms}</div>\n</div>\n",
         scale * width,
         image(&left.file, &left.label, &size),
         image(&right.file, &right.label, &size),
@@ -244,3 +249,6 @@ fn table(name: &str, table: &Table) -> String {
         cells(&table.header, "th")
     )
 }
+
+#[cfg(test)]
+mod tests;
