@@ -59,8 +59,8 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         .fold((0.0f64, 0.0f64), |(a, b), (x, y)| (a.max(x), b.max(y)));
     let off = missing / bright.max(1e-12);
     let what = "The lobes sum to the picture where it shows only hair";
-    let claim = Claim::new(what, format!("off by {:.5} %", 100.0 * off), off, Verdict::of(off <= 1e-5));
-    outcome.claims.push(claim.ours("0.001 % of the brightest pixel"));
+    let claim = Claim::new(what, format!("off by {off:.0e}"), off, Verdict::of(off <= 1e-5));
+    outcome.claims.push(claim.ours("bound: 1e-5 of the brightest pixel"));
     outcome.tables.push(table);
     Ok(outcome)
 }

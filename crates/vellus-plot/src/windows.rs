@@ -18,8 +18,8 @@ const AZIMUTHS: usize = 720;
 const PATHS: usize = 20_000;
 const POINTS: usize = 400;
 /// The scattered lobes are shown as local parabolas over this many azimuths on each side: 6°. The tables have the noise
-/// of the photons that they were made of, in steps of half a degree, about 1 % of a value. The lobes have no structure
-/// that is so narrow.
+/// of the photons that they were made of, in steps of half a degree: 0.3 to 0.5 % of a value, root mean square. The
+/// lobes have no structure that is so narrow.
 const BESIDE: usize = 12;
 /// Decades shown at most below the window's largest value.
 const DECADES: f64 = 3.5;
@@ -225,7 +225,7 @@ mod tests {
     use crate::canvas;
     use vellus::Species;
 
-    /// A band of 3° stays within 1 % of its height, and noise of one photon's kind becomes 0.3 times as large.
+    /// Shapes as wide as those of the lobes stay, and independent noise becomes 0.3 times as large.
     #[test]
     fn noise_is_left_out_and_shapes_stay() {
         let angle = |j: usize| (360.0 * j as f64 / AZIMUTHS as f64).to_radians();
