@@ -258,7 +258,7 @@ mod tests {
             let folder = std::env::temp_dir().join(format!("vellus-windows-{dark}-{}", std::process::id()));
             std::fs::create_dir_all(&folder).unwrap();
             let file = folder.join("windows.svg");
-            canvas::save(&picture, &[file.clone()]).unwrap();
+            canvas::save(&picture, std::slice::from_ref(&file)).unwrap();
             let svg = std::fs::read_to_string(&file).unwrap();
             std::fs::remove_dir_all(&folder).unwrap();
             let lines = |color: RGBColor| {
