@@ -28,7 +28,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         let whole = [16 * size[1] / 9, size[1]];
         let crop = [(whole[0] - size[0]) / 2, 0, size[0], size[1]];
         let mut shot = Shot::new(context, name, scene, whole, crop)?;
-        let half = quality.pick(2, 64, 512);
+        let half = quality.pick(2, 32, 512);
         let halves = [shot.render(MULTI, 0, half)?, shot.render(MULTI, 1, half)?];
         let mut film = halves[0].clone();
         film.merge(&halves[1]);
