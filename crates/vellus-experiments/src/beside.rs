@@ -65,7 +65,7 @@ pub fn slider(
     }
     if maps.is_empty() {
         let map = between(left.film, right.film);
-        maps.push((format!("FLIP between the two: {:.3}", mean(&map, &weights)), map));
+        maps.push((format!("FLIP between the two, noise included: {:.3}", mean(&map, &weights)), map));
     }
     let total: Vec<f64> =
         (0..width * height).map(|i| weights[i] * maps.iter().map(|(_, map)| map[i]).sum::<f64>()).collect();

@@ -1,7 +1,7 @@
 //! A picture rendered by several methods, each compared with its own converged picture.
 
 use crate::shot::{Converged, FAR, MULTI, Method, NEAR, PUBLISHED, Point, Shot, YAN2015, speedup};
-use crate::{Claim, Table};
+use crate::{Claim, Table, Verdict};
 use anyhow::{Context as _, Result};
 use vellus_render::Film;
 
@@ -94,6 +94,15 @@ impl Comparison {
         );
         Ok(claim.more(format!("By relative error {relative:.2} ×.")))
     }
+}
+
+/// Our claim of the time of a multi-scale sample relative to the near field. `view` is "From afar" or the like.
+pub fn our_time(view: &str, time: f64) -> Claim {
+    let what = format!("{view} multi-scale takes hardly more time than the near field");
+    let claim = Claim::new(what, format!("{time:.2} × the time"), time, Verdict::at_most(time, 1.15));
+    claim
+        .ours("at most 1.15 ×")
+        .or_because("Hits after the first use the far field, which takes longer and has less noise.")
 }
 
 /// The method with the same converged picture. Sampling does not change the picture that a model converges to.
