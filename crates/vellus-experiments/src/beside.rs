@@ -24,7 +24,7 @@ const PLACES: usize = 16;
 /// Enlarged parts are at least this wide, in pixels.
 const WIDE: usize = 320;
 
-/// A picture of a slider: its label, and the picture that it converges to, if the difference is to be that from its own.
+/// A picture of a slider: its label, and the picture that it converges to if it is compared with that one.
 pub struct Input<'f> {
     pub film: &'f Film,
     pub label: String,

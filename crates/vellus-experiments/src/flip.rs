@@ -1,8 +1,8 @@
-//! ꟻLIP: how visible the difference between two pictures is when a viewer alternates between them (Andersson et al. 2020,
-//! "FLIP: A Difference Evaluator for Alternating Images", pictures of low dynamic range).
+//! FLIP: how visible the difference between two pictures is when a viewer alternates between them (Andersson et al.
+//! 2020, "FLIP: A Difference Evaluator for Alternating Images", pictures of low dynamic range).
 //!
-//! The value of a pixel is 0 if the pictures look the same there, and at most 1. The colours are first blurred as the eye
-//! blurs them at the distance of the viewer. Edges and points that only one picture has increase the value.
+//! The value of a pixel is 0 if the pictures look the same there, and at most 1. The colours are first blurred as the
+//! eye blurs them at the distance of the viewer. Edges and points that only one picture has increase the value.
 
 use std::f64::consts::PI;
 

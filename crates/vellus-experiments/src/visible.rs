@@ -1,24 +1,24 @@
-//! The visibility of the difference between two pictures of fur: the mean of [`flip`] on the fur, where each pixel counts
-//! by the share that fibres cover.
+//! The visibility of the difference between two pictures of fur: the mean of [`flip`] on the fur, where each pixel
+//! counts by the share that fibres cover.
 //!
-//! Sampling noise increases ꟻLIP. Each picture is therefore given as two halves with independent seeds, whose difference
-//! shows how much. Difference and noise are independent, so their squares add. ꟻLIP grows with the power 0.7 of a
-//! difference. So F^(2/0.7) without noise is that of the pictures, minus that of the noise. This is done in each block of
-//! the picture, because noise and difference vary over it.
+//! Sampling noise increases FLIP. Each picture is therefore given as two halves with independent seeds, whose
+//! difference shows how much. Difference and noise are independent, so their squares add. FLIP grows with the power
+//! 0.7 of a difference. So F^(2/0.7) without noise is that of the pictures, minus that of the noise. This is done in
+//! each block of the picture, because noise and difference vary over it.
 
 use crate::flip::{PIXELS_PER_DEGREE, Shown, flip};
 use crate::{Claim, Verdict};
 use vellus_render::{Film, Layer};
 
-/// ꟻLIP of a difference that is just noticeable: that of two even greys, L* = 50, whose ΔE*ab is 2.3 (Mahy, Van Eycken
+/// FLIP of a difference that is just noticeable: that of two even greys, L* = 50, whose ΔE*ab is 2.3 (Mahy, Van Eycken
 /// and Oosterlinck 1994).
 pub const NOTICEABLE: f64 = 0.10;
 
 /// Of two pictures with independent noise, the difference of the means of their halves has half the variance of the
-/// difference of two halves of one picture. ꟻLIP grows with the power 0.7 of the difference, so this is 2^(−0.35).
+/// difference of two halves of one picture. FLIP grows with the power 0.7 of the difference, so this is 2^(−0.35).
 const MEANS: f64 = 0.785;
 
-/// The power of ꟻLIP that adds for independent differences: 2/0.7.
+/// The power of FLIP that adds for independent differences: 2/0.7.
 const ADDS: f64 = 2.0 / 0.7;
 
 /// The side of a block, in pixels.
@@ -27,7 +27,7 @@ const BLOCK: usize = 16;
 /// The value without noise is known to a tenth (measured by a test).
 const KNOWN: f64 = 0.1;
 
-/// Mean ꟻLIP on the fur.
+/// Mean FLIP on the fur.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Visible {
     /// An estimate of the value without noise.

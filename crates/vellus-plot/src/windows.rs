@@ -148,8 +148,7 @@ impl Picture {
             .axis_desc_style(font(18.0))
             .light_line_style(WHITE)
             .draw()?;
-        // The averages are behind the others, and of two that agree both are visible: the one as shipped is a wide band,
-        // the quadrature has dashes.
+        // Two averages that agree are both visible: the one as shipped is a wide band, the quadrature has dashes.
         let points = |values: &[f64]| -> Vec<(f64, f64)> {
             (0..=AZIMUTHS).map(|j| (360.0 * j as f64 / AZIMUTHS as f64, values[j % AZIMUTHS])).collect()
         };
