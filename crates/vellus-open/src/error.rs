@@ -143,7 +143,8 @@ impl fmt::Display for Warning {
             }
             Warning::OutOfReach { strands, share, range: [low, high] } => write!(
                 f,
-                "{strands}: no pigment gives {:.2} % of the reflectances: the nearest in [{low:.3}, {high:.3}] are used",
+                "{strands}: no pigment gives {:.2} % of the reflectances: the nearest in [{low:.3}, {high:.3}] are \
+                 used",
                 100.0 * share
             ),
             Warning::NoWidths(strands) => write!(f, "{strands}: left out, it has no widths"),

@@ -30,7 +30,8 @@ pub fn page_with(title: &str, style: &str, body: &str, script: &str) -> String {
     let title = escaped(title);
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\">\
-         <meta name=\"viewport\" content=\"width=device-width\"><title>{title}</title><style>{STYLE}{style}</style></head>\n\
+         <meta name=\"viewport\" content=\"width=device-width\"><title>{title}</title>\
+         <style>{STYLE}{style}</style></head>\n\
          <body>\n<h1>{title}</h1>\n{body}{script}</body>\n</html>\n"
     )
 }

@@ -102,7 +102,8 @@ impl Picture {
         let exact = oracle.window(theta_o.to_radians(), [low, high], PATHS, POINTS);
         Ok(Picture {
             title: format!(
-                "{name}: near field and its average over h {low} to {high}, θ_o = {theta_o}°; TTˢ and TRTˢ without the tables' noise"
+                "{name}: near field and its average over h {low} to {high}, θ_o = {theta_o}°; TTˢ and TRTˢ without \
+                 the tables' noise"
             ),
             offsets,
             near: offsets.iter().map(|&h| over(Window::near(h as f32))).collect(),

@@ -11,8 +11,8 @@
 //! sees: for example a gap between dark hairs that one of 64 rays finds.
 //!
 //! It also prints the mean relative variance of the noise and the time, so that pictures can be compared at equal time.
-//! The environment variable `CLAMP` limits indirect light, like `vellus render --clamp-indirect`. The last column is the
-//! change of the mean that this limit causes.
+//! The environment variable `CLAMP` limits indirect light, like `vellus render --clamp-indirect`. The last column is
+//! the light that this limit removes.
 
 use std::time::Instant;
 use vellus_groom::{SCENES, scene};

@@ -229,7 +229,8 @@ fn pictures(name: &str, pictures: &[Picture]) -> String {
             })
             .collect();
         text += &format!(
-            "<figure><a href=\"{file}\"><img src=\"{file}\" alt=\"{caption}\"></a><figcaption>{caption}{also}</figcaption></figure>\n"
+            "<figure><a href=\"{file}\"><img src=\"{file}\" alt=\"{caption}\"></a>\
+             <figcaption>{caption}{also}</figcaption></figure>\n"
         );
     }
     if pictures.is_empty() { text } else { text + "</div>\n" }

@@ -174,7 +174,8 @@ impl Summary<'_> {
             match e.state {
                 State::Fitted if !e.determined => warnings.push(vague(e)),
                 State::AtBound => warnings.push(format!(
-                    "{} ended at the end of its range, {}: the data asks for a value beyond it, or does not determine it",
+                    "{} ended at the end of its range, {}: the data asks for a value beyond it, or does not \
+                     determine it",
                     e.name,
                     value(e)
                 )),
