@@ -28,7 +28,7 @@ const NAMES: [&str; 16] = [
 ];
 
 /// The verdict on every claim at smoke quality.
-const NO_VERDICT: &str = "not judged at this quality";
+const NO_VERDICT: &str = "not judged at smoke quality";
 
 fn smoke<'a>(names: &[&'a str], more: &[&'a str]) -> Vec<&'a str> {
     [&["experiment", "--quality", "smoke", "--out", "found"], names, more].concat()
@@ -40,6 +40,16 @@ fn result(folder: &Path, name: &str) -> Value {
 
 fn text<'a>(value: &'a Value, key: &str) -> &'a str {
     value[key].as_str().unwrap_or_else(|| panic!("{key} of {value}"))
+}
+
+/// A claim is a short sentence without a full stop, and what was measured has exactly one number.
+fn one_sentence_and_one_number(what: &str, measured: &str) {
+    let words = what.split_whitespace().count();
+    assert!((4..=20).contains(&words) && !what.contains([';', ':']) && !what.ends_with('.'), "{what}");
+    assert!(what.starts_with(char::is_uppercase), "{what}");
+    let numbers = measured.split_whitespace().filter(|word| word.parse::<f64>().is_ok()).count();
+    assert_eq!(numbers, 1, "{what}: {measured}");
+    assert!(measured.split_whitespace().count() <= 8, "{what}: {measured}");
 }
 
 /// Every experiment writes a result that parses, complete tables, pictures, and claims that are not judged and say why.
@@ -59,9 +69,20 @@ fn results_are_complete_reported_and_kept() {
         assert!(!claims.is_empty(), "{name} claims nothing");
         for claim in claims {
             assert_eq!((text(claim, "verdict"), claim["value"].is_null()), (NO_VERDICT, true), "{name}: {claim}");
-            let keys = ["what", "expected", "measured", "why"];
+            let keys = ["what", "paper", "ours", "measured", "why"];
             assert!(keys.iter().all(|key| !text(claim, key).is_empty()), "{name}: {claim}");
+            one_sentence_and_one_number(text(claim, "what"), text(claim, "measured"));
         }
+        for slider in found["sliders"].as_array().unwrap() {
+            let [sides, maps] = ["sides", "maps"].map(|key| slider[key].as_array().unwrap());
+            assert!(sides.len() == 2 && !maps.is_empty(), "{name}");
+            for file in sides.iter().chain(maps).flat_map(|side| [text(side, "file"), text(side, "zoom")]) {
+                assert!(std::fs::read(place.join(file)).unwrap().starts_with(b"\x89PNG"), "{name}: {file}");
+                assert!(page.contains(&format!("src=\"{name}/{file}\"")), "{name}: {file}");
+            }
+        }
+        let compared = ["closeup", "indices", "zoom", "hair", "raccoon", "hamster", "cat"].contains(&name);
+        assert_eq!(compared, !found["sliders"].as_array().unwrap().is_empty(), "{name}");
         for picture in found["pictures"].as_array().unwrap() {
             assert!(std::fs::read(place.join(text(picture, "file"))).unwrap().starts_with(b"\x89PNG"), "{name}");
             for also in picture["also"].as_array().unwrap() {

@@ -62,6 +62,7 @@ render x.usda --set kappa | NAME=VALUE
 render x.usda | x.usda
 render x.hair --camera c | for USD files
 render x.tfx | cannot read x.tfx
+render cat --clamp-indirect 0 | a radiance is above 0
 render cat --max-depth -1 | whole number in [0, 4294967295]
 render cat --min-pixel-width -1 | [0, 100] pixels
 render cat --seed 5000000000 | whole number in [0, 4294967295]

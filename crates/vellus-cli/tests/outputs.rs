@@ -109,6 +109,23 @@ fn frames_are_rendered_and_finished_frames_are_skipped() {
     refused(path, &["render", "lean.usda", "--frames", "4-1"], &["A-B", "1-48"]);
 }
 
+/// The frames of an animation without lights have the exposure of the first frame, however they are rendered.
+#[test]
+fn frames_without_lights_have_one_exposure() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let (groom, _) = LEANING.split_once("def Camera").unwrap();
+    std::fs::write(path.join("lean.usda"), groom).unwrap();
+    let render = |more: &[&str]| run(path, &[&["render", "lean.usda", "--size", "24x16", "--spp", "2"], more].concat());
+    let frame = |name: &str| Picture::read(&path.join(name));
+    let said = render(&["--frames", "1-4x3", "-o", "lean.exr"]);
+    assert_eq!(said.matches("the file has no camera").count(), 2, "{said}");
+    render(&["--frame", "4", "-o", "fourth.exr"]);
+    render(&["-o", "first.exr"]);
+    assert!(frame("lean.0004.exr").same(&frame("fourth.exr")) && frame("lean.0001.exr").same(&frame("first.exr")));
+    assert!(!frame("first.exr").same(&frame("fourth.exr")));
+}
+
 /// Noise ends just below its goal. A time limit ends a run without other goals.
 #[test]
 fn goals_end_a_run() {

@@ -1,5 +1,6 @@
 //! Yan17 Fig. 18: hair with and without a medulla.
 
+use crate::beside::{Input, slider};
 use crate::context::Context;
 use crate::shot::{MULTI, Shot, colors, difference};
 use crate::visible::Visible;
@@ -27,7 +28,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         let whole = [16 * size[1] / 9, size[1]];
         let crop = [(whole[0] - size[0]) / 2, 0, size[0], size[1]];
         let mut shot = Shot::new(context, name, scene, whole, crop)?;
-        let half = quality.pick(2, 16, 512);
+        let half = quality.pick(2, 32, 512);
         let halves = [shot.render(MULTI, 0, half)?, shot.render(MULTI, 1, half)?];
         let mut film = halves[0].clone();
         film.merge(&halves[1]);
@@ -45,10 +46,16 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         films.push((film, halves));
     }
     outcome.tables.push(table);
+    let caption = "The same hair and the same light, multi-scale.".to_owned();
+    let labels = ["no medulla".to_owned(), format!("medulla, κ = {KAPPA}")];
     let [(without, a), (with, b)] = films.as_slice() else { bail!("two pictures are compared") };
+    let [left, right] = labels;
+    let sides = [Input::new(without, left), Input::new(with, right)];
+    outcome.sliders.push(slider(context, "beside", caption, sides, 0.0)?);
     let (_, offset, _) = difference(with, without);
     let visible = Visible::new([&b[0], &b[1]], [&a[0], &a[1]]);
-    let more = format!("; brightness of the fur {:+.1} %", 100.0 * offset);
-    outcome.claims.push(visible.claim("A medulla of κ = 0.15 makes a visible difference", &more));
+    let more = format!("Brightness of the hair {:+.1} %", 100.0 * offset);
+    let what = "A medulla of κ = 0.15 makes a visible difference";
+    outcome.claims.push(visible.claim(what, "clearly visible", &more));
     Ok(outcome)
 }

@@ -15,6 +15,7 @@
 //! ```
 
 mod animals;
+mod beside;
 mod closeup;
 pub mod coat;
 mod comparison;
@@ -22,6 +23,7 @@ mod context;
 mod convergence;
 mod energy;
 mod exit;
+pub mod flip;
 mod grid;
 mod hair;
 mod indices;
@@ -43,7 +45,7 @@ mod zoom;
 
 pub use context::Interrupted;
 pub use list::{EXPERIMENTS, Experiment, find, listing};
-pub use outcome::{Claim, Outcome, Picture, Table, Verdict};
+pub use outcome::{Claim, NOTHING, Outcome, Picture, Side, Slider, Table, Verdict};
 pub use quality::Quality;
 pub use report::write_report;
 

@@ -42,15 +42,11 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         table.row([lobe.key().to_owned(), format!("{share:.2}")]);
     }
     let smallest = lobes[..5].iter().map(|l| 100.0 * l / all).fold(f64::MAX, f64::min);
-    let expected = "at least 1 % of the light (our bound for significant)";
-    let measured = format!("at least {smallest:.1} %; higher orders {:.1} %", 100.0 * lobes[5] / all);
-    outcome.claims.push(Claim::new(
-        "Each of the five lobes carries a significant part of the light",
-        expected,
-        measured,
-        smallest,
-        Verdict::of(smallest >= 1.0),
-    ));
+    let what = "Each of the five lobes carries a significant part of the light";
+    let claim = Claim::new(what, format!("{smallest:.1} % at least"), smallest, Verdict::of(smallest >= 1.0))
+        .paper("significant")
+        .ours("bound: 1 % of the light");
+    outcome.claims.push(claim.more(format!("Higher orders carry {:.1} %.", 100.0 * lobes[5] / all)));
     // If a pixel shows only fibres, one of the lobes scattered each part of its light.
     let (bright, missing) = (0..film.width() * film.height())
         .map(|i| (i % film.width(), i / film.width()))
@@ -62,13 +58,9 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         })
         .fold((0.0f64, 0.0f64), |(a, b), (x, y)| (a.max(x), b.max(y)));
     let off = missing / bright.max(1e-12);
-    outcome.claims.push(Claim::new(
-        "The lobes sum to the picture where it shows only hair",
-        "within 1e-5 of the brightest pixel",
-        format!("within {off:.1e}"),
-        off,
-        Verdict::of(off <= 1e-5),
-    ));
+    let what = "The lobes sum to the picture where it shows only hair";
+    let claim = Claim::new(what, format!("off by {off:.0e}"), off, Verdict::of(off <= 1e-5));
+    outcome.claims.push(claim.ours("bound: 1e-5 of the brightest pixel"));
     outcome.tables.push(table);
     Ok(outcome)
 }

@@ -46,6 +46,9 @@ pub fn scene(fiber: Fiber, [width, height]: [usize; 2], light: Vec3, half_angle:
     }
 }
 
+/// Exposure of the pictures.
+pub const EXPOSURE: f32 = -0.5;
+
 /// The rendered fibre.
 pub struct Seen {
     pub film: Film,
@@ -66,7 +69,7 @@ pub fn render(
 ) -> Result<Seen> {
     let mut shot = Shot::new(context, name, scene, size, [0, 0, size[0], size[1]])?;
     let film = shot.render(method, 0, samples)?;
-    let file = shot.save(&film, name, -0.5)?;
+    let file = shot.save(&film, name, EXPOSURE)?;
     let profile = (0..size[0])
         .map(|x| {
             let h = (2.0 * (x as f64 + 0.5) / size[0] as f64 - 1.0) / f64::from(COVERED);

@@ -23,7 +23,9 @@ pub struct Outcome {
     pub title: String,
     /// What the paper states, in our words.
     pub paper: String,
-    /// Its pictures.
+    /// Pairs of pictures to compare.
+    pub sliders: Vec<Slider>,
+    /// Its other pictures.
     pub pictures: Vec<Picture>,
     /// Its tables.
     pub tables: Vec<Table>,
@@ -74,6 +76,32 @@ impl Picture {
     }
 }
 
+/// Two pictures of the same view, one on top of the other, with a divider that the reader moves.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Slider {
+    /// The text below it.
+    pub caption: String,
+    /// Width and height of the pictures in pixels.
+    pub size: [usize; 2],
+    /// The left and the right picture.
+    pub sides: [Side; 2],
+    /// Pictures of the difference.
+    pub maps: Vec<Side>,
+    /// Left, top, width and height of the enlarged part, in pixels.
+    pub zoom: [usize; 4],
+}
+
+/// A picture of a [`Slider`].
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Side {
+    /// The PNG of the whole picture.
+    pub file: String,
+    /// The PNG of the enlarged part.
+    pub zoom: String,
+    /// What it shows.
+    pub label: String,
+}
+
 /// A table. It is also written as CSV.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Table {
@@ -103,12 +131,16 @@ impl Table {
 /// A claim of the paper, or our own, and what was measured.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Claim {
-    /// The claim.
+    /// The claim: one sentence.
     pub what: String,
-    /// The value that it claims.
-    pub expected: String,
-    /// The value that was measured.
+    /// What the paper claims, or [`NOTHING`].
+    pub paper: String,
+    /// What we claim, or our bound for a word of the paper, or [`NOTHING`].
+    pub ours: String,
+    /// The number that was measured, with its unit.
     pub measured: String,
+    /// Other numbers, or empty.
+    pub more: String,
     /// The number that decides, if there is one.
     pub value: Option<f64>,
     /// Whether the claim holds.
@@ -116,6 +148,9 @@ pub struct Claim {
     /// Why the claim is not judged. Otherwise a remark, or empty.
     pub why: String,
 }
+
+/// Stands for a claim that is not made.
+pub const NOTHING: &str = "–";
 
 /// Whether a claim holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -132,19 +167,19 @@ pub enum Verdict {
     /// It cannot be judged. [`Claim::why`] is the reason.
     #[serde(rename = "not judged")]
     NotJudged,
-    /// The quality is too low to judge claims.
-    #[serde(rename = "not judged at this quality")]
-    NotAtThisQuality,
+    /// Smoke quality is too low to judge claims.
+    #[serde(rename = "not judged at smoke quality")]
+    NotAtSmokeQuality,
 }
 
 impl Verdict {
     /// All verdicts, in the order of summaries.
     pub const ALL: [Verdict; 5] =
-        [Verdict::Holds, Verdict::Better, Verdict::DoesNotHold, Verdict::NotJudged, Verdict::NotAtThisQuality];
+        [Verdict::Holds, Verdict::Better, Verdict::DoesNotHold, Verdict::NotJudged, Verdict::NotAtSmokeQuality];
 
     /// The verdict in words.
     pub fn name(self) -> &'static str {
-        ["holds", "better", "does not hold", "not judged", "not judged at this quality"][self as usize]
+        ["holds", "better", "does not hold", "not judged", "not judged at smoke quality"][self as usize]
     }
 
     /// A count in words: "3 hold", "1 does not hold".
@@ -174,27 +209,31 @@ impl Verdict {
 }
 
 impl Claim {
-    /// A claim that `value` decides.
-    pub fn new(
-        what: impl Into<String>,
-        expected: impl Into<String>,
-        measured: impl Into<String>,
-        value: f64,
-        verdict: Verdict,
-    ) -> Self {
-        let (what, expected, measured) = (what.into(), expected.into(), measured.into());
-        Claim { what, expected, measured, value: Some(value), verdict, why: String::new() }
+    /// A claim that `value` decides. `measured` is the same number for readers.
+    pub fn new(what: impl Into<String>, measured: impl Into<String>, value: f64, verdict: Verdict) -> Self {
+        Claim { value: Some(value), verdict, ..Claim::not_judged(what, measured, "") }
     }
 
     /// A claim that cannot be judged here, or not at this quality, and why.
-    pub fn not_judged(
-        what: impl Into<String>,
-        expected: impl Into<String>,
-        measured: impl Into<String>,
-        why: impl Into<String>,
-    ) -> Self {
-        let (what, expected, measured, why) = (what.into(), expected.into(), measured.into(), why.into());
-        Claim { what, expected, measured, value: None, verdict: Verdict::NotJudged, why }
+    pub fn not_judged(what: impl Into<String>, measured: impl Into<String>, why: impl Into<String>) -> Self {
+        let (what, measured, why) = (what.into(), measured.into(), why.into());
+        let (paper, ours) = (NOTHING.to_owned(), NOTHING.to_owned());
+        Claim { what, paper, ours, measured, more: String::new(), value: None, verdict: Verdict::NotJudged, why }
+    }
+
+    /// Adds what the paper claims.
+    pub fn paper(self, paper: impl Into<String>) -> Self {
+        Claim { paper: paper.into(), ..self }
+    }
+
+    /// Adds what we claim, or our bound for a word of the paper.
+    pub fn ours(self, ours: impl Into<String>) -> Self {
+        Claim { ours: ours.into(), ..self }
+    }
+
+    /// Adds other numbers.
+    pub fn more(self, more: impl Into<String>) -> Self {
+        Claim { more: more.into(), ..self }
     }
 
     /// Adds a remark if the claim does not hold.
@@ -217,7 +256,7 @@ impl Outcome {
     /// Removes all verdicts, because nothing is judged at smoke quality.
     pub fn withhold_verdicts(&mut self) {
         for claim in &mut self.claims {
-            (claim.verdict, claim.value) = (Verdict::NotAtThisQuality, None);
+            (claim.verdict, claim.value) = (Verdict::NotAtSmokeQuality, None);
             claim.why = "A smoke test shows that the experiment runs. It is too short to judge by.".to_owned();
         }
     }
@@ -251,7 +290,8 @@ impl Outcome {
     /// Checks that all pictures exist and all numbers are finite.
     fn check(&self, folder: &Path) -> Result<()> {
         let pictures = self.pictures.iter().flat_map(|p| std::iter::once(&p.file).chain(&p.also));
-        for file in pictures {
+        let sides = self.sliders.iter().flat_map(|s| s.sides.iter().chain(&s.maps));
+        for file in pictures.chain(sides.flat_map(|side| [&side.file, &side.zoom])) {
             if !folder.join(file).is_file() {
                 bail!("{file} was not written");
             }

@@ -50,10 +50,11 @@ pub fn presets(outcome: &mut Outcome) -> Result<()> {
         table.row(cells);
     }
     outcome.tables.push(table);
-    let measured = if off.is_empty() { "the same, all hundred".to_owned() } else { off.join(", ") };
-    let claim =
-        Claim::new("The presets are Table 4", "its numbers", measured, off.len() as f64, Verdict::of(off.is_empty()))
-            .because("σ is per fibre radius: the caption's unit circle, not the printed diameter⁻¹ (D1).");
+    let (what, measured) = ("The published presets have the numbers of Table 4", format!("{} differ", off.len()));
+    let claim = Claim::new(what, measured, off.len() as f64, Verdict::of(off.is_empty()))
+        .paper("100 numbers")
+        .more(off.join(", "))
+        .because("σ is per fibre radius: the caption's unit circle, not the printed diameter⁻¹ (D1).");
     outcome.claims.push(claim);
     Ok(())
 }

@@ -82,24 +82,17 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
         stage.advance(1);
     }
     outcome.tables.push(table);
-    let measured = if worst.is_empty() { format!("the same, all {}", built.len()) } else { worst.join("; ") };
-    let mut counts = Claim::new(
-        "Strands and segments of the scenes",
-        "those of Table 5",
-        measured,
-        worst.len() as f64,
-        Verdict::of(worst.is_empty()),
-    );
+    let what = "Our scenes have as many strands and segments as those of the paper";
+    let measured = format!("{} scenes differ", worst.len());
+    let mut counts = Claim::new(what, measured, worst.len() as f64, Verdict::of(worst.is_empty()))
+        .paper("the numbers of Table 5")
+        .more(worst.join("; "));
     if !whole {
         counts = counts
             .because("Counted in small scenes and multiplied by 40; at paper quality, counted in the full scenes.");
     }
     outcome.claims.push(counts);
-    outcome.claims.push(Claim::not_judged(
-        "Memory of strands and their hierarchy",
-        "not stated",
-        format!("at most {per_segment:.0} bytes per segment"),
-        "The paper does not report its memory.",
-    ));
+    let (what, why) = ("Strands and their hierarchy need little memory", "The paper does not report its memory.");
+    outcome.claims.push(Claim::not_judged(what, format!("{per_segment:.0} bytes per segment at most"), why));
     Ok(outcome)
 }

@@ -25,6 +25,14 @@ pub struct Method {
     pub published: bool,
 }
 
+impl Method {
+    /// The name at the start of a sentence.
+    pub fn sentence(&self) -> String {
+        let article = if self.model == ModelKind::Vellus { "Our " } else { "" };
+        format!("{article}{}", self.name)
+    }
+}
+
 const fn ours(name: &'static str, key: &'static str, mode: Mode) -> Method {
     Method { name, key, model: ModelKind::Vellus, mode, eta_m: None, published: false }
 }
@@ -123,6 +131,7 @@ impl<'c> Shot<'c> {
             filter: Filter::Tent,
             seed,
             max_depth: None,
+            clamp_indirect: None,
         }
     }
 

@@ -65,6 +65,15 @@ pub fn pixels(text: &str) -> Result<f32, String> {
     width.ok_or_else(|| "a width is in [0, 100] pixels".to_owned())
 }
 
+/// A radiance above 0, at most 1e30.
+///
+/// # Errors
+/// A message for any other text.
+pub fn radiance(text: &str) -> Result<f32, String> {
+    let radiance = text.parse().ok().filter(|&radiance| radiance > 0.0 && radiance <= 1e30);
+    radiance.ok_or_else(|| "a radiance is above 0 and at most 1e30".to_owned())
+}
+
 /// A fixed count of numbers between separators. `None` for any other text.
 pub fn numbers<T: FromStr, const N: usize>(text: &str, separator: &str) -> Option<[T; N]> {
     let numbers: Option<Vec<T>> = text.split(separator).map(|number| number.trim().parse().ok()).collect();
@@ -142,5 +151,7 @@ mod tests {
         assert_eq!((samples(9)("2..9"), duration("2m")), (Ok(2..9), Ok(Duration::from_secs(120))));
         assert!(size("0x9").is_err() && crop("0,0,0,1").is_err() && samples(9)("2..10").is_err());
         assert!(duration("2y").is_err() && share("0%").is_err() && pixels("101").is_err());
+        assert_eq!(radiance("0.5"), Ok(0.5));
+        assert!(["0", "-1", "inf", "NaN", "2e30", "x"].iter().all(|text| radiance(text).is_err()));
     }
 }

@@ -107,6 +107,15 @@ pub enum Warning {
         /// The width.
         width: f32,
     },
+    /// A reflectance varies over these strands, and no pigment gives some of its colours.
+    OutOfReach {
+        /// Their name.
+        strands: String,
+        /// The share of these colours, from 0 to 1.
+        share: f32,
+        /// The darkest and the brightest colour that pigment gives.
+        range: [f32; 2],
+    },
     /// These strands have no widths and were omitted.
     NoWidths(String),
 }
@@ -132,6 +141,12 @@ impl fmt::Display for Warning {
             Warning::SuggestedWidth { strands, width } => {
                 write!(f, "{strands} has no widths: it is rendered with --width {width}")
             }
+            Warning::OutOfReach { strands, share, range: [low, high] } => write!(
+                f,
+                "{strands}: no pigment gives {:.2} % of the reflectances: the nearest in [{low:.3}, {high:.3}] are \
+                 used",
+                100.0 * share
+            ),
             Warning::NoWidths(strands) => write!(f, "{strands}: left out, it has no widths"),
         }
     }

@@ -22,6 +22,7 @@ mod error;
 mod fiber;
 mod grow;
 mod mesh;
+mod reach;
 mod recolor;
 mod staging;
 mod write;
@@ -38,7 +39,7 @@ pub use write::write;
 use std::path::Path;
 use vellus::Fiber;
 use vellus_io::Sources;
-use vellus_scene::{Look, Scene};
+use vellus_scene::{Look, Scene, Strands};
 use vellus_usd::FALLBACK_LOOK;
 
 /// Options for opening a scene.
@@ -155,11 +156,13 @@ pub fn open(scene: impl AsRef<Path>, options: &Options) -> Result<Opened, Error>
     if let Some(recolor) = &options.recolor {
         recolor.apply(&mut opened.scene)?;
     }
+    opened.warnings.extend(reach::out_of_reach(&opened.scene));
     if let Some(staging) = &options.staging {
         let built_in = matches!(Format::of(&scene)?, Format::BuiltIn(_));
-        opened.warnings.extend(suggest_widths(&mut opened.scene));
+        let still = still(scene.as_ref(), options, staging, &opened.scene)?;
+        opened.warnings.extend(suggest_widths(&mut opened.scene, still.as_ref()));
         if !built_in || *staging != Staging::new(staging.aspect) {
-            staging::stage(&mut opened, staging, built_in)?;
+            staging::stage(&mut opened, staging, built_in, still)?;
         }
     }
     if let Some(share) = options.strands {
@@ -178,11 +181,27 @@ pub fn open_to_measure(scene: impl AsRef<Path>, options: &Options) -> Result<Ope
     open(scene, &Options { width, ..options.clone() })
 }
 
-/// Gives strands without widths a width that suits their size.
-fn suggest_widths(scene: &mut Scene) -> Vec<Warning> {
+/// The first frame of an animation whose frame `scene` has no widths, camera or lights of its own. All frames get those
+/// of the first one, so that they do not flicker.
+fn still(path: &Path, options: &Options, staging: &Staging, scene: &Scene) -> Result<Option<Scene>, Error> {
+    if options.frame.is_none() || !(staging.is_needed(scene) || scene.strands.iter().any(has_no_width)) {
+        return Ok(None);
+    }
+    let mut still = open_all(path, &Options { frame: None, ..options.clone() })?.scene;
+    suggest_widths(&mut still, None);
+    Ok(Some(still))
+}
+
+fn has_no_width(strands: &Strands) -> bool {
+    !strands.points.is_empty() && strands.points.iter().all(|point| point.w == 0.0)
+}
+
+/// Gives strands without widths a width that suits their size in `still`, or without it their size here.
+fn suggest_widths(scene: &mut Scene, still: Option<&Scene>) -> Vec<Warning> {
     let mut warnings = Vec::new();
-    for strands in scene.strands.iter_mut().filter(|s| !s.points.is_empty() && s.points.iter().all(|p| p.w == 0.0)) {
-        let width = vellus_groom::suggested_width(strands);
+    for strands in scene.strands.iter_mut().filter(|strands| has_no_width(strands)) {
+        let first = still.and_then(|still| still.strands.iter().find(|first| first.name == strands.name));
+        let width = vellus_groom::suggested_width(first.unwrap_or(strands));
         strands.points.iter_mut().for_each(|point| point.w = 0.5 * width);
         warnings.push(Warning::SuggestedWidth { strands: strands.name.clone(), width });
     }
@@ -249,6 +268,41 @@ fn open_usd(path: &Path, options: &Options, width: Option<f32>) -> Result<Opened
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A groom without widths, camera and lights, which moves away: all frames have the widths, camera, lights and
+    /// backdrop of the first one.
+    #[test]
+    fn frames_are_staged_alike() {
+        const MOVING: &str = "#usda 1.0
+(
+    startTimeCode = 1
+)
+def BasisCurves \"hair\" {
+    uniform token type = \"linear\"
+    int[] curveVertexCounts = [2, 2]
+    point3f[] points.timeSamples = {
+        1: [(0, 0, 0), (0, 1, 0), (1, 0, 0), (1, 1, 0)],
+        4: [(0, 5, 0), (0, 9, 0), (3, 5, 0), (3, 9, 0)],
+    }
+}
+";
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("moving.usda");
+        std::fs::write(&path, MOVING).unwrap();
+        let at = |frame: Option<f64>, staging: Staging| {
+            let options = Options { frame, staging: Some(staging), ..Options::default() };
+            open(&path, &options).unwrap()
+        };
+        let turned = Staging { view: Some("80,10".parse().unwrap()), ..Staging::new(1.5) };
+        for staging in [Staging::new(1.5), turned] {
+            let [first, last] = [None, Some(4.0)].map(|frame| at(frame, staging.clone()));
+            assert_ne!(first.scene.strands[0].points, last.scene.strands[0].points);
+            assert_eq!(first.scene.strands[0].points[0].w, last.scene.strands[0].points[0].w);
+            assert_eq!((&first.warnings, &first.staged), (&last.warnings, &last.staged));
+            let staged = |opened: &Opened| Scene { strands: vec![], ..opened.scene.clone() };
+            assert!(first.is_metered && staged(&first) == staged(&last));
+        }
+    }
 
     #[test]
     fn options_that_do_not_fit_are_refused_before_reading() {

@@ -71,6 +71,8 @@ where
 pub enum Mark {
     /// A short line.
     Line(ShapeStyle),
+    /// A short line of dashes with gaps of these lengths.
+    Dashes(ShapeStyle, [u32; 2]),
     /// A dot.
     Circle(ShapeStyle),
     /// No symbol.
@@ -103,6 +105,12 @@ where
     for ((text, mark), (space, length)) in entries.iter().zip(widths) {
         match mark {
             Mark::Line(style) => top.draw(&PathElement::new([(x, y), (x + MARK - 10, y)], *style))?,
+            Mark::Dashes(style, [dash, gap]) => {
+                for start in (x..x + MARK - 10).step_by((dash + gap) as usize) {
+                    let end = (start + *dash as i32).min(x + MARK - 10);
+                    top.draw(&PathElement::new([(start, y), (end, y)], *style))?;
+                }
+            }
             Mark::Circle(style) => top.draw(&Circle::new((x + MARK - 20, y), 7, *style))?,
             Mark::Nothing => {}
         }

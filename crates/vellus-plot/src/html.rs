@@ -16,16 +16,23 @@ const STYLE: &str = "body{font:16px/1.5 sans-serif;max-width:1300px;margin:2em a
 
 /// Escapes text for HTML, also inside of attributes.
 pub fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;").replace('\'', "&#39;")
 }
 
 /// A page. `title` is text, `body` is HTML.
 pub fn page(title: &str, body: &str) -> String {
+    page_with(title, "", body, "")
+}
+
+/// A page with more CSS and with a script at its end. `title` is text, `body` is HTML.
+pub fn page_with(title: &str, style: &str, body: &str, script: &str) -> String {
+    let script = if script.is_empty() { String::new() } else { format!("<script>\n{script}</script>\n") };
     let title = escaped(title);
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\">\
-         <meta name=\"viewport\" content=\"width=device-width\"><title>{title}</title><style>{STYLE}</style></head>\n\
-         <body>\n<h1>{title}</h1>\n{body}</body>\n</html>\n"
+         <meta name=\"viewport\" content=\"width=device-width\"><title>{title}</title>\
+         <style>{STYLE}{style}</style></head>\n\
+         <body>\n<h1>{title}</h1>\n{body}{script}</body>\n</html>\n"
     )
 }
 

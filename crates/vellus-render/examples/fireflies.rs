@@ -3,8 +3,16 @@
 //! `cargo run --release -p vellus-render --example fireflies -- [SAMPLES [WIDTH [SCENE...]]]`
 //!
 //! It renders each picture with two seeds. A pixel that stands out with both seeds is a detail of the scene, such as a
-//! highlight in an eye. One that stands out with one seed only is a firefly. It also prints the mean relative variance
-//! of the noise and the time, so that pictures can be compared at equal time.
+//! highlight in an eye. One that stands out with one seed only is a firefly. The count is that of one picture.
+//!
+//! It then says where fireflies come from. A path's camera ray and its direct light are the same if paths end after one
+//! scattering event. So the indirect light of a picture is known. A firefly is due to indirect light if it does not
+//! stand out with the indirect light of the other seed. The rest are due to direct light or to what the camera ray
+//! sees: for example a gap between dark hairs that one of 64 rays finds.
+//!
+//! It also prints the mean relative variance of the noise and the time, so that pictures can be compared at equal time.
+//! The environment variable `CLAMP` limits indirect light, like `vellus render --clamp-indirect`. The last column is
+//! the light that this limit removes.
 
 use std::time::Instant;
 use vellus_groom::{SCENES, scene};
@@ -18,23 +26,37 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let samples = arguments.first().map_or(Ok(64), |text| text.parse())?;
     let width = arguments.get(1).map_or(Ok(160), |text| text.parse())?;
     let named = |name: &str| arguments.len() < 3 || arguments[2..].iter().any(|given| given == name);
-    println!("{:12} {:>9} {:>8} {:>13} {:>9}", "scene", "fireflies", "details", "rel. variance", "seconds");
+    let clamp_indirect = std::env::var("CLAMP").ok().map(|text| text.parse::<f32>()).transpose()?;
+    println!("scene        fireflies  indirect  details  rel. variance  seconds  removed");
     for (name, _) in SCENES.iter().filter(|(name, _)| named(name)) {
         let world = World::new(scene(name, false).ok_or("the scene is missing")?)?;
-        let start = Instant::now();
-        let films = [1, 2].map(|seed| {
-            let settings = Settings { seed, ..Settings::new([width, width * 3 / 4]) };
+        let render = |seed: u32, max_depth: Option<u32>| {
+            let settings = Settings { seed, max_depth, clamp_indirect, ..Settings::new([width, width * 3 / 4]) };
             let mut film = Film::new(settings.size, settings.area(), world.layout(&[Layer::Beauty]));
-            world.render(&settings, &mut film, 0..samples, &()).map(|_| film)
-        });
+            let statistics = world.render(&settings, &mut film, 0..samples, &())?;
+            Ok::<_, vellus_render::Error>((luminance(&film), statistics.removed()))
+        };
+        let start = Instant::now();
+        let [(a, removed), (b, _)] = [render(1, None)?, render(2, None)?];
         let seconds = start.elapsed().as_secs_f64() / 2.0;
-        let [a, b] = films;
-        let [a, b] = [luminance(&a?), luminance(&b?)];
-        let [first, second] = [&a, &b].map(|picture| bright(picture, width));
-        let both = first.iter().zip(&second).filter(|(a, b)| **a && **b).count();
-        let any = first.iter().chain(&second).filter(|bright| **bright).count();
-        let fireflies = (any as f64 - 2.0 * both as f64) / 2.0;
-        println!("{name:12} {fireflies:9.1} {both:8} {:13.2e} {seconds:9.1}", variance(&a, &b));
+        let [direct_a, direct_b] = [render(1, Some(1))?.0, render(2, Some(1))?.0];
+        let [bright_a, bright_b] = [&a, &b].map(|picture| bright(picture, width));
+        let details = bright_a.iter().zip(&bright_b).filter(|(a, b)| **a && **b).count();
+        let mut count = [0.0; 2];
+        for (picture, own, direct, other, other_direct, other_bright) in
+            [(&a, &bright_a, &direct_a, &b, &direct_b, &bright_b), (&b, &bright_b, &direct_b, &a, &direct_a, &bright_a)]
+        {
+            for i in (0..picture.len()).filter(|&i| own[i] && !other_bright[i]) {
+                let replaced = direct[i] + other[i] - other_direct[i];
+                count[0] += 0.5;
+                count[1] += if replaced > FACTOR * around(picture, width, i) { 0.0 } else { 0.5 };
+            }
+        }
+        let ([all, indirect], noise) = (count, variance(&a, &b));
+        println!(
+            "{name:12} {all:9.1} {indirect:9.1} {details:8} {noise:14.2e} {seconds:8.1} {:7.2} %",
+            100.0 * removed
+        );
     }
     Ok(())
 }
@@ -52,17 +74,19 @@ fn luminance(film: &Film) -> Vec<f64> {
 
 /// Whether each pixel stands out from its neighbours.
 fn bright(picture: &[f64], width: usize) -> Vec<bool> {
+    (0..picture.len()).map(|i| picture[i] > FACTOR * around(picture, width, i)).collect()
+}
+
+/// The median of the neighbours of a pixel.
+fn around(picture: &[f64], width: usize, i: usize) -> f64 {
     let height = picture.len() / width;
-    let stands_out = |i: usize| {
-        let (x, y) = (i % width, i / width);
-        let near = |at: usize, n: usize| at.saturating_sub(1)..=(at + 1).min(n - 1);
-        let all = near(y, height).flat_map(|v| near(x, width).map(move |u| v * width + u));
-        let mut neighbours: Vec<f64> = all.filter(|&j| j != i).map(|j| picture[j]).collect();
-        neighbours.sort_by(f64::total_cmp);
-        let n = neighbours.len();
-        picture[i] > FACTOR * 0.5 * (neighbours[(n - 1) / 2] + neighbours[n / 2])
-    };
-    (0..picture.len()).map(stands_out).collect()
+    let (x, y) = (i % width, i / width);
+    let near = |at: usize, n: usize| at.saturating_sub(1)..=(at + 1).min(n - 1);
+    let all = near(y, height).flat_map(|v| near(x, width).map(move |u| v * width + u));
+    let mut neighbours: Vec<f64> = all.filter(|&j| j != i).map(|j| picture[j]).collect();
+    neighbours.sort_by(f64::total_cmp);
+    let n = neighbours.len();
+    0.5 * (neighbours[(n - 1) / 2] + neighbours[n / 2])
 }
 
 /// The variance of a pixel, relative to the square of the mean of both pictures plus a hundredth of the mean square.

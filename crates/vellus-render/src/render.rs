@@ -18,6 +18,10 @@ pub struct Statistics {
     /// Throughput of the paths that [`Settings::max_depth`] cut off, in millionths of a sample. The sum of integers
     /// does not depend on the order.
     cut: u64,
+    /// The light that [`Settings::clamp_indirect`] removed, and the light that it left: sums over samples and channels.
+    /// Both are 0 without that limit.
+    removed: f64,
+    left: f64,
 }
 
 impl Statistics {
@@ -26,6 +30,11 @@ impl Statistics {
     pub fn cut(&self) -> f64 {
         self.cut as f64 * 1e-6
     }
+
+    /// The share of the light that [`Settings::clamp_indirect`] removed, from 0 to 1.
+    pub fn removed(&self) -> f64 {
+        if self.removed > 0.0 { self.removed / (self.removed + self.left) } else { 0.0 }
+    }
 }
 
 impl AddAssign for Statistics {
@@ -33,6 +42,8 @@ impl AddAssign for Statistics {
         self.rays += other.rays;
         self.rejected += other.rejected;
         self.cut += other.cut;
+        self.removed += other.removed;
+        self.left += other.left;
     }
 }
 
@@ -73,6 +84,10 @@ impl World {
                         let seen = self.fibers.trace(&self.geometry, settings, layout, pixel, index, &mut values);
                         statistics.rays += seen.rays;
                         cut += f64::from(seen.cut);
+                        if settings.clamp_indirect.is_some() {
+                            statistics.removed += f64::from(seen.removed);
+                            statistics.left += values[..3].iter().map(|&x| f64::from(x)).sum::<f64>();
+                        }
                         statistics.rejected += u64::from(!add(layout, sums, &values, seen.strand));
                     }
                 }

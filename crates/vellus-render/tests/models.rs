@@ -54,8 +54,15 @@ fn scene(varying: bool) -> Scene {
 }
 
 fn picture(world: &World) -> ([f64; 3], f64) {
-    let settings =
-        Settings { size: [SIZE; 2], crop: None, mode: Mode::Near, filter: Filter::Tent, seed: 3, max_depth: None };
+    let settings = Settings {
+        size: [SIZE; 2],
+        crop: None,
+        mode: Mode::Near,
+        filter: Filter::Tent,
+        seed: 3,
+        max_depth: None,
+        clamp_indirect: None,
+    };
     let mut film = Film::new(settings.size, settings.area(), world.layout(&[Layer::Lobes]));
     let statistics = world.render(&settings, &mut film, 0..64, &()).unwrap();
     assert_eq!(statistics.rejected, 0);

@@ -49,7 +49,15 @@ fn clump(count: usize, radius: f32, fiber: Fiber) -> Scene {
 }
 
 fn settings(size: usize, mode: Mode) -> Settings {
-    Settings { size: [size, size], crop: None, mode, filter: Filter::Tent, seed: 1, max_depth: None }
+    Settings {
+        size: [size, size],
+        crop: None,
+        mode,
+        filter: Filter::Tent,
+        seed: 1,
+        max_depth: None,
+        clamp_indirect: None,
+    }
 }
 
 fn empty(world: &World, settings: &Settings) -> Film {
@@ -67,6 +75,34 @@ fn render(world: &World, settings: &Settings, samples: u64) -> Film {
 fn mean(film: &Film, layer: Layer, channel: usize) -> f64 {
     let (w, h) = (film.width(), film.height());
     (0..w * h).map(|i| film.mean(i % w, i / w, layer, channel)).sum::<f64>() / (w * h) as f64
+}
+
+/// Clamped indirect light: paths are the same, so the picture loses just the light that is reported, and no channel of
+/// a pixel becomes brighter. A limit that no light reaches changes nothing.
+#[test]
+fn clamped_light_is_reported() {
+    let mut scene = clump(300, 0.006, Fiber { kappa: 0.2, ..fiber() }.without_absorption());
+    let to_sun = Vec3::new(-1.0, 0.5, 0.2).normalize();
+    scene.lights.push(Light::Distant { direction: to_sun, half_angle: 0.05, irradiance: [3.0, 2.0, 1.0] });
+    let world = World::new(scene).unwrap();
+    let clamped = |limit: f32| {
+        let settings = Settings { clamp_indirect: Some(limit), ..settings(24, Mode::MultiScale) };
+        let mut film = empty(&world, &settings);
+        let statistics = world.render(&settings, &mut film, 0..16, &()).unwrap();
+        (film, statistics.removed())
+    };
+    let (whole, without) = (render(&world, &settings(24, Mode::MultiScale), 16), clamped(1e30));
+    assert_eq!(without.1, 0.0);
+    let (less, removed) = clamped(0.5);
+    let light = |film: &Film| (0..3).map(|c| mean(film, Layer::Beauty, c)).sum::<f64>();
+    assert_eq!(light(&whole), light(&without.0));
+    assert!(removed > 0.005 && removed < 0.5, "{removed}");
+    // The film rounds each sample to 24 bits.
+    assert!((1.0 - light(&less) / light(&whole) - removed).abs() < 1e-5, "{removed}");
+    for (i, c) in (0..24 * 24).flat_map(|i| (0..3).map(move |c| (i, c))) {
+        let [less, whole] = [&less, &whole].map(|film| film.mean(i % 24, i / 24, Layer::Beauty, c));
+        assert!(less <= whole * (1.0 + 1e-6), "pixel {i}, channel {c}: {less} {whole}");
+    }
 }
 
 /// A white furnace: white fibres in white light are invisible, for one fibre and for a clump of a thousand.

@@ -12,22 +12,31 @@ use vellus_render::tev::Viewer;
 pub fn run(args: &Args, interrupt: &Interrupt, mut viewer: Option<Viewer>) -> Result<()> {
     let Some(frames) = args.frames else {
         interrupt.set_immediate(true);
-        return job::run(args, Loaded::new(args)?, interrupt, 1, &mut viewer);
+        let mut loaded = Loaded::new(args)?;
+        if args.input.frame.is_some() {
+            loaded.stops = loaded.first_stops(args)?;
+        }
+        return job::run(args, loaded, interrupt, 1, &mut viewer);
     };
     let total = frames.count();
+    let mut stops = None;
     for (frame, left) in frames.iter().zip((1..=total).rev()) {
         let mut one = args.clone();
         one.input.frame = Some(f64::from(frame));
         one.output = Frames::file(&args.output, frame);
         let mut render = || -> Result<()> {
             interrupt.set_immediate(true);
-            let loaded = Loaded::new(&one)?;
+            let mut loaded = Loaded::new(&one)?;
             let goals = Goals { samples: args.spp, noise: args.noise, time: args.time };
             if args.resume && is_finished(&one.output, loaded.identity, &goals) {
                 note!("frame {frame}: {} is finished", one.output.display());
                 return Ok(());
             }
             note!("frame {frame} ({} of {total})", total - left + 1);
+            if stops.is_none() {
+                stops = loaded.first_stops(args)?;
+            }
+            loaded.stops = stops;
             job::run(&one, loaded, interrupt, left, &mut viewer)
         };
         render().with_context(|| format!("frame {frame}"))?;

@@ -74,6 +74,11 @@ impl Input {
         report(vellus_open::open(&self.scene, &self.options(staging)?))
     }
 
+    /// Opens the scene again, without printing its warnings.
+    pub fn open_quietly(&self, staging: Staging) -> Result<Opened> {
+        vellus_open::open(&self.scene, &self.options(Some(staging))?).map_err(explain)
+    }
+
     /// Opens the scene for measurements: strands without widths get the width 0.
     pub fn open_to_measure(&self) -> Result<Opened> {
         report(vellus_open::open_to_measure(&self.scene, &self.options(None)?))

@@ -25,6 +25,8 @@ pub struct Loaded {
     pub identity: Digest,
     seconds: f64,
     is_metered: bool,
+    /// The exposure, if it is known already.
+    pub stops: Option<f32>,
 }
 
 impl Loaded {
@@ -33,9 +35,20 @@ impl Loaded {
         let start = Instant::now();
         let opened = args.input.open(Some(args.staging()))?;
         let identity = args.digest(opened.sources.digest())?;
-        // The frames of an animation have the same exposure.
-        let is_metered = opened.is_metered && args.input.frame.is_none();
-        Ok(Loaded { scene: opened.scene, identity, seconds: start.elapsed().as_secs_f64(), is_metered })
+        let seconds = start.elapsed().as_secs_f64();
+        Ok(Loaded { scene: opened.scene, identity, seconds, is_metered: opened.is_metered, stops: None })
+    }
+
+    /// The exposure of all frames of an animation: that of its first frame. `None` if this frame needs none.
+    pub fn first_stops(&self, args: &Args) -> Result<Option<f32>> {
+        if !self.is_metered {
+            return Ok(None);
+        }
+        let mut first = args.clone();
+        first.input.frame = None;
+        let mut scene = first.input.open_quietly(first.staging())?.scene;
+        prepare(&mut scene, args.size, args.min_pixel_width);
+        Ok(args.model.world(scene)?.metered(&args.settings())?)
     }
 }
 
@@ -79,7 +92,7 @@ pub fn run(
 /// Prepares a scene for rays, and the job of its picture.
 fn prepare_job(args: &Args, loaded: Loaded) -> Result<(World, Job)> {
     let start = Instant::now();
-    let Loaded { mut scene, identity, seconds, is_metered } = loaded;
+    let Loaded { mut scene, identity, seconds, is_metered, stops } = loaded;
     prepare(&mut scene, args.size, args.min_pixel_width);
     let settings = args.settings();
     let mut notes = vec![
@@ -93,7 +106,8 @@ fn prepare_job(args: &Args, loaded: Loaded) -> Result<(World, Job)> {
         notes.push((BACKGROUND_NOTE.to_owned(), "transparent".to_owned()));
     }
     let mut world = args.model.world(scene)?;
-    if let (true, Some(stops)) = (is_metered, world.metered(&settings)?) {
+    let stops = if is_metered && stops.is_none() { world.metered(&settings)? } else { stops };
+    if let Some(stops) = stops {
         world.scale_lights(stops.exp2());
         notes.push(("vellus_light_stops".to_owned(), stops.to_string()));
     }
@@ -145,6 +159,7 @@ impl Args {
             filter: self.filter,
             seed: self.seed,
             max_depth: self.max_depth,
+            clamp_indirect: self.clamp_indirect,
         }
     }
 

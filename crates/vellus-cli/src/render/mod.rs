@@ -85,6 +85,11 @@ pub struct Args {
     /// Cut paths after this many scattering events, and report how much light that costs [default: no limit].
     #[arg(long, value_name = "N", value_parser = parse::whole::<u32>(0..=u32::MAX.into()))]
     max_depth: Option<u32>,
+    /// Limit indirect light: the radiance that one scattering event after the first may add to a sample. Removes
+    /// fireflies, darkens the picture, and reports by how much. Start with the brightness of white fur in the picture
+    /// [default: no limit].
+    #[arg(long, value_name = "RADIANCE", allow_hyphen_values = true, value_parser = parse::radiance)]
+    clamp_indirect: Option<f32>,
     /// Make strands at least this many pixels wide. 0.5 to 1 reduces noise and flicker of thin strands far away, but
     /// dense fur looks denser. 0 is off.
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::pixels, value_name = "X")]

@@ -1,6 +1,6 @@
 //! The difference of two colours as people see it.
 
-use crate::visible::lab;
+use crate::flip::lab;
 
 /// CIEDE2000 of two colours in linear sRGB (Sharma, Wu and Dalal 2005, The CIEDE2000 Color-Difference Formula). White
 /// is 1, 1, 1. About 1 is just visible side by side.

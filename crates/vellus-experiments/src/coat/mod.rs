@@ -44,7 +44,15 @@ impl Coat {
     /// A parameter of the fibre out of range.
     pub fn render(&mut self, fiber: &Fiber, size: [usize; 2], samples: u64, seed: u32) -> Result<Film> {
         self.0.set_model(|_| Bcsdf::new(fiber))?;
-        let settings = Settings { size, crop: None, mode: Mode::Near, filter: Filter::Box, seed, max_depth: None };
+        let settings = Settings {
+            size,
+            crop: None,
+            mode: Mode::Near,
+            filter: Filter::Box,
+            seed,
+            max_depth: None,
+            clamp_indirect: None,
+        };
         let mut film = Film::new(size, settings.area(), self.0.layout(&[Layer::Beauty]));
         self.0.render(&settings, &mut film, 0..samples, &())?;
         Ok(film)

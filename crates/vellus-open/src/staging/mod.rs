@@ -19,36 +19,43 @@ const SET: f32 = 3.0;
 /// The reflectance of a grey card, and the background where the camera sees past the ground.
 const GREY: [f32; 3] = [0.18; 3];
 
-/// Adds a body, a camera, lights and a background to a scene that was opened.
+/// Adds a body, a camera, lights and a background to a scene that was opened. The bounds of `still`, or of the scene
+/// itself, place camera and lights.
 ///
 /// # Errors
 /// [`Error::Read`], [`Error::Strands`] or [`Error::Usd`] if the body or an image cannot be read or is invalid.
-pub(crate) fn stage(opened: &mut Opened, staging: &Staging, built_in: bool) -> Result<(), Error> {
+pub(crate) fn stage(opened: &mut Opened, staging: &Staging, built_in: bool, still: Option<Scene>) -> Result<(), Error> {
+    let mut still = still.map(|scene| Opened { scene, ..Opened::default() });
     if let Some(body) = &staging.body {
         add_body(opened, body)?;
+        still.as_mut().map_or(Ok(()), |still| add_body(still, body))?;
     }
     let scene = &mut opened.scene;
+    // The still keeps its own camera, which may move, so lights and backdrop are placed for its view.
+    let still = still.map(|still| still.scene);
     if built_in && staging.background.is_some() {
         remove_ground(scene);
     }
-    let is_lit = !scene.lights.is_empty() || scene.surfaces.iter().any(|s| s.emission.iter().any(|&e| e > 0.0));
+    let is_lit = is_lit(scene);
     let light = staging.light.clone().or((!is_lit).then_some(Lighting::Studio));
-    let (up, front) = (scene.up(), scene.front());
+    let subject = still.as_ref().unwrap_or(scene);
+    let (up, front) = (subject.up(), subject.front());
     let camera = scene.camera.filter(|_| staging.view.is_none());
     let view = staging.view.unwrap_or_default();
-    let framed = scene.framing_along(view.toward_camera(front, up), staging.aspect).map(|mut camera| {
+    let framed = subject.framing_along(view.toward_camera(front, up), staging.aspect).map(|mut camera| {
         camera.film_width /= view.zoom;
         camera.film_height /= view.zoom;
         camera
     });
     let Some(camera) = camera.or(framed) else { return Ok(()) };
     let had_camera = scene.camera.is_some();
+    let studio =
+        Studio::new(subject, &subject.camera.filter(|_| had_camera && staging.view.is_none()).unwrap_or(camera));
     scene.camera = Some(camera);
     if let Some(light) = &light {
         scene.lights.clear();
         scene.light_groups.clear();
         scene.unseen_lights.clear();
-        let studio = Studio::new(scene, &camera);
         studio.light(scene, light);
         if let Lighting::Image(path) = light {
             let image = load(path, "light", &mut opened.sources, &mut opened.warnings)?;
@@ -76,6 +83,18 @@ pub(crate) fn stage(opened: &mut Opened, staging: &Staging, built_in: bool) -> R
         opened.staged = Some(describe((!had_camera).then_some((view, front)), light.filter(|_| !is_lit)));
     }
     Ok(())
+}
+
+/// Whether lights or meshes emit light.
+fn is_lit(scene: &Scene) -> bool {
+    !scene.lights.is_empty() || scene.surfaces.iter().any(|s| s.emission.iter().any(|&e| e > 0.0))
+}
+
+impl Staging {
+    /// Whether a scene from a file gets a camera or lights.
+    pub(crate) fn is_needed(&self, scene: &Scene) -> bool {
+        scene.camera.is_none() || self.view.is_some() || self.light.is_some() || !is_lit(scene)
+    }
 }
 
 /// One line about what was added to a file without a camera or lights.

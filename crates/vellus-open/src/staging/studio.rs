@@ -233,7 +233,7 @@ mod tests {
     }
 
     fn staged(mut opened: Opened, staging: &Staging) -> Opened {
-        stage(&mut opened, staging, false).unwrap();
+        stage(&mut opened, staging, false, None).unwrap();
         assert_eq!(opened.scene.validate(), Ok(()));
         opened
     }

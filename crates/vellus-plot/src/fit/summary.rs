@@ -71,6 +71,45 @@ fn note(e: &Estimate) -> String {
     error.into_iter().chain(remark).collect::<Vec<_>>().join(", ")
 }
 
+/// The values that fit nearly as well as that of a parameter that the data does not determine.
+fn vague(e: &Estimate) -> String {
+    // Only angles can be negative.
+    let least = if e.unit.is_empty() { 0.0 } else { f64::NEG_INFINITY };
+    let range = e.error.filter(|error| error.is_finite()).map(|error| {
+        let [low, high] = [(e.value - error).max(least), e.value + error].map(|x| significant(rounded(x, error)));
+        format!("values from {low} to {high}{} fit", e.unit)
+    });
+    let others = range.unwrap_or_else(|| "other values fit".to_owned());
+    format!("the data does not determine {}: {others} nearly as well as {}", e.name, value(e))
+}
+
+/// A number without the digits below a tenth of its error.
+fn rounded(x: f64, error: f64) -> f64 {
+    let step = 10f64.powf(error.max(1e-9).log10().floor() - 1.0);
+    (x / step).round() * step
+}
+
+/// The change of parameters that the data sees least: its share of each, and its standard error in usual ranges.
+fn least_certain(shares: &[(String, f64)], error: f64) -> String {
+    let first = shares.first().map_or(1.0, |(_, x)| *x);
+    let names = |same: bool| {
+        let chosen = shares.iter().filter(|(_, x)| (x * first > 0.0) == same);
+        chosen.map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(" and ")
+    };
+    let (with, against) = (names(true), names(false));
+    let change = match (shares.len(), against.is_empty()) {
+        (0, _) => return "nothing was fitted".to_owned(),
+        (1, _) => with,
+        (_, true) => format!("more {with} together"),
+        (_, false) => format!("more {with} with less {against}"),
+    };
+    if error < 1.0 {
+        format!("{change}: the profile stays nearly the same over {:.0} % of the usual ranges", 100.0 * error)
+    } else {
+        format!("{change}: the profile stays the same over all of the usual ranges")
+    }
+}
+
 fn percent(x: f64) -> String {
     format!("{:.2} %", 100.0 * x)
 }
@@ -131,23 +170,17 @@ impl Summary<'_> {
             warnings.push("interrupted: this is the best so far, and may be far from the best there is".to_owned());
         }
         warnings.extend(self.no_fit());
-        let names = |found: &dyn Fn(&&Estimate) -> bool| {
-            let named = |e: &Estimate| match error(e) {
-                error if error.is_empty() => format!("{} ({})", e.name, value(e)),
-                error => format!("{} ({} ± {error})", e.name, value(e)),
-            };
-            fit.estimates.iter().filter(found).map(named).collect::<Vec<_>>().join(", ")
-        };
-        let vague = names(&|e| e.state == State::Fitted && !e.determined);
-        if !vague.is_empty() {
-            warnings.push(format!(
-                "the data does not determine {vague}: other values fit nearly as well, because the standard error is \
-                 above a tenth of the usual range"
-            ));
-        }
-        let at_bound = names(&|e| e.state == State::AtBound);
-        if !at_bound.is_empty() {
-            warnings.push(format!("at the end of its range: {at_bound}"));
+        for e in &fit.estimates {
+            match e.state {
+                State::Fitted if !e.determined => warnings.push(vague(e)),
+                State::AtBound => warnings.push(format!(
+                    "{} ended at the end of its range, {}: the data asks for a value beyond it, or does not \
+                     determine it",
+                    e.name,
+                    value(e)
+                )),
+                _ => {}
+            }
         }
         if let Some(rival) = &fit.rival
             && rival.chi2 < SIGNIFICANT
@@ -211,18 +244,7 @@ impl Summary<'_> {
                     }
                 ),
             ),
-            (
-                "least determined".to_owned(),
-                format!(
-                    "{}{}",
-                    fit.weakest.shares.iter().map(|(name, x)| format!("{x:+.2} {name}")).collect::<Vec<_>>().join(" "),
-                    if fit.weakest.standard_error < 1.0 {
-                        format!(", to {} of their usual ranges", percent(fit.weakest.standard_error))
-                    } else {
-                        ": not at all".to_owned()
-                    }
-                ),
-            ),
+            ("least certain".to_owned(), least_certain(&fit.weakest.shares, fit.weakest.standard_error)),
         ]
     }
 
@@ -335,5 +357,35 @@ impl Summary<'_> {
             "evaluations": fit.evaluations,
             "warnings": self.warnings(),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn estimate(name: &str, value: f64, error: Option<f64>, unit: &'static str) -> Estimate {
+        Estimate { name: name.to_owned(), unit, value, error, state: State::Fitted, determined: false }
+    }
+
+    #[test]
+    fn what_is_not_determined_is_said_in_plain_words() {
+        let found = vague(&estimate("sigma_ca", 0.33, Some(0.32), ""));
+        assert_eq!(found, "the data does not determine sigma_ca: values from 0.01 to 0.65 fit nearly as well as 0.33");
+        // An absorption is not negative, but an angle may be.
+        assert!(vague(&estimate("sigma_ca", 0.1, Some(0.4), "")).contains("from 0 to 0.5 fit"));
+        assert!(vague(&estimate("alpha", 1.0, Some(4.0), "°")).contains("from -3 to 5° fit"));
+        assert!(vague(&estimate("g", 0.5, None, "")).contains(": other values fit nearly as well as 0.5"));
+    }
+
+    #[test]
+    fn the_least_certain_change_is_said_in_plain_words() {
+        let shares = |x: &[(&str, f64)]| x.iter().map(|(name, x)| ((*name).to_owned(), *x)).collect::<Vec<_>>();
+        let found = least_certain(&shares(&[("sigma_ca", -0.7), ("sigma_ma", 0.6), ("g", -0.2)]), 0.343);
+        let expected = "more sigma_ca and g with less sigma_ma: the profile stays nearly the same over 34 % of the \
+                        usual ranges";
+        assert_eq!(found, expected);
+        assert!(least_certain(&shares(&[("eta", 1.0)]), 2.0).starts_with("eta: the profile stays the same over all"));
+        assert!(least_certain(&shares(&[("a", 1.0), ("b", 1.0)]), 0.1).starts_with("more a and b together: "));
     }
 }

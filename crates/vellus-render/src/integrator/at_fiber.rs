@@ -26,7 +26,7 @@ const FIRST_LIGHTS: u32 = 2;
 
 /// A path with a lower throughput uses the near field. The far field would take three times as long and hardly reduce
 /// the noise. Measured: `docs/notes/2026-11-rendering.md`, "Faint paths".
-const FAINT: f32 = 0.3;
+const FAINT: f32 = 0.1;
 
 /// A fibre's frame at a hit, and the time of the ray.
 struct Place {
@@ -136,7 +136,8 @@ fn scatter_at(
             if apart {
                 path.lobes = Some(shares(&f));
             }
-            path.add(scale(times(times(path.throughput, total), light.radiance), w), geometry.groups[which]);
+            let light = scale(times(times(path.throughput, total), light.radiance), w);
+            path.add(light, geometry.groups[which], depth + 1);
             path.lobes = lobes;
         }
     }

@@ -19,7 +19,7 @@ pub(super) fn at_surface(
 ) -> Option<(Ray, f32)> {
     let geometry = path.geometry;
     let (scatter, emission) = geometry.scatter(hit);
-    path.add(times(path.throughput, emission), geometry.emission_group);
+    path.add(times(path.throughput, emission), geometry.emission_group, depth);
     let (x, y) = orthonormal_basis(hit.normal);
     let local = |w: Vec3| Vec3::new(w.dot(x), w.dot(y), w.dot(hit.normal));
     let point = ray.at(hit.t);
@@ -40,7 +40,8 @@ pub(super) fn at_surface(
         if largest(f) > 0.0 && light.direction.dot(hit.plane) > 0.0 && !path.blocked(&shadow) {
             let given = if light.pdf.is_infinite() { 1.0 } else { 1.0 / light.pdf };
             let w = weight(light.pdf, pdf) * given;
-            path.add(scale(times(times(path.throughput, f), light.radiance), w), geometry.groups[which]);
+            let light = scale(times(times(path.throughput, f), light.radiance), w);
+            path.add(light, geometry.groups[which], depth + 1);
         }
     }
     let (wi, pdf, f) = scatter.sample(wo, [b[0], b[1], b[2]])?;

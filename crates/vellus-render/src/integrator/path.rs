@@ -29,6 +29,8 @@ pub(crate) struct Seen {
     pub rays: u64,
     /// The throughput of the path, if [`Settings::max_depth`] cut it off.
     pub cut: f32,
+    /// The light that [`Settings::clamp_indirect`] removed: the sum of the three channels.
+    pub removed: f32,
 }
 
 /// Traces samples through a scene with one scattering model. The code is compiled for each model, and the choice of a
@@ -76,11 +78,14 @@ pub(super) struct Path<'w> {
     /// The number of light samples at the last scattering event.
     pub(super) lights: f32,
     pub(super) rays: u64,
+    /// The light that [`Settings::clamp_indirect`] removed: the sum of the three channels.
+    pub(super) removed: f32,
 }
 
 impl Path<'_> {
-    /// Adds light from a light group.
-    pub(super) fn add(&mut self, light: Rgb, group: usize) {
+    /// Adds light from a light group. It reached the camera after `events` scattering events.
+    pub(super) fn add(&mut self, light: Rgb, group: usize, events: u32) {
+        let light = self.clamp(light, events);
         for c in 0..3 {
             self.values[c] += light[c];
         }
@@ -91,6 +96,18 @@ impl Path<'_> {
             for (p, lobe) in lobes.iter().enumerate() {
                 (0..3).for_each(|c| self.values[start + 3 * p + c] += light[c] * lobe[c]);
             }
+        }
+    }
+
+    /// Limits indirect light to [`Settings::clamp_indirect`].
+    fn clamp(&mut self, light: Rgb, events: u32) -> Rgb {
+        match self.settings.clamp_indirect {
+            Some(limit) if events > 1 && largest(light) > limit => {
+                let clamped = scale(light, limit / largest(light));
+                self.removed += light.iter().sum::<f32>() - clamped.iter().sum::<f32>();
+                clamped
+            }
+            _ => light,
         }
     }
 
@@ -107,11 +124,11 @@ impl Path<'_> {
         self.geometry.curves.occluded(ray) || self.geometry.triangles.occluded(ray)
     }
 
-    /// Adds the light of an emitter that a ray hit. `pdf` is the density with which the ray was sampled. `None` for
-    /// camera rays.
-    fn found(&mut self, (light, emission): (usize, Emission), pdf: Option<f32>) {
+    /// Adds the light of an emitter that a ray hit after `events` scattering events. `pdf` is the density with which
+    /// the ray was sampled. `None` for camera rays.
+    fn found(&mut self, (light, emission): (usize, Emission), pdf: Option<f32>, events: u32) {
         let w = pdf.map_or(1.0, |pdf| weight(pdf, emission.pdf * self.lights));
-        self.add(scale(times(self.throughput, emission.radiance), w), self.geometry.groups[light]);
+        self.add(scale(times(self.throughput, emission.radiance), w), self.geometry.groups[light], events);
     }
 }
 
@@ -146,6 +163,7 @@ pub(crate) fn trace<M: Model>(
         spread: None,
         lights: 1.0,
         rays: 0,
+        removed: 0.0,
     };
     // The density with which the ray was sampled, if light sampling was possible, too.
     let mut pdf = None;
@@ -157,17 +175,17 @@ pub(crate) fn trace<M: Model>(
         let t = curve.map(|hit| hit.entry.t).or(triangle.map(|hit| hit.t));
         let open = Ray { t_max: t.unwrap_or(f32::INFINITY), ..ray };
         if let Some(emission) = geometry.lights.intersect(&open, depth == 0) {
-            path.found(emission, pdf);
+            path.found(emission, pdf, depth);
             break;
         }
         let Some(t) = t else {
             if let (0, Some(background)) = (depth, &geometry.background) {
                 let uv = geometry.view.place(settings.size, pixel, settings.filter, u);
-                path.add(background.at(&geometry.textures, settings.size, uv), background.group);
+                path.add(background.at(&geometry.textures, settings.size, uv), background.group, depth);
                 break;
             }
             for emission in geometry.lights.escaped(&ray, depth == 0) {
-                path.found(emission, pdf);
+                path.found(emission, pdf, depth);
             }
             break;
         };
@@ -196,7 +214,7 @@ pub(crate) fn trace<M: Model>(
             path.throughput = scale(path.throughput, 1.0 / survive);
         }
     }
-    Seen { strand: path.strand, rays: path.rays, cut }
+    Seen { strand: path.strand, rays: path.rays, cut, removed: path.removed }
 }
 
 /// The angle over which a direction with this density per solid angle spreads: the width of a box with the same

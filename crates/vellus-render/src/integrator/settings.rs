@@ -30,12 +30,24 @@ pub struct Settings {
     /// The largest number of scattering events of a path. If it is `None`, only Russian roulette ends paths, without
     /// bias.
     pub max_depth: Option<u32>,
+    /// The brightest indirect light: what one scattering event after the first may add to a sample, as the radiance of
+    /// its largest channel, above 0. Brighter light is scaled down to it, which removes fireflies and darkens the
+    /// picture. If it is `None`, there is no limit and no bias.
+    pub clamp_indirect: Option<f32>,
 }
 
 impl Settings {
-    /// A whole picture of this size: multi-scale, with the tent filter, seed 0 and no limit of depth.
+    /// A whole picture of this size: multi-scale, with the tent filter, seed 0 and no limits of depth and brightness.
     pub fn new(size: [usize; 2]) -> Self {
-        Settings { size, crop: None, mode: Mode::MultiScale, filter: Filter::Tent, seed: 0, max_depth: None }
+        Settings {
+            size,
+            crop: None,
+            mode: Mode::MultiScale,
+            filter: Filter::Tent,
+            seed: 0,
+            max_depth: None,
+            clamp_indirect: None,
+        }
     }
 
     /// The area that is rendered: left column, top row, width and height.

@@ -56,6 +56,13 @@ pub enum Event<'a> {
         /// The throughput that is lost, as a share of that of all paths.
         share: f64,
     },
+    /// [`Settings::clamp_indirect`](crate::Settings::clamp_indirect) limited indirect light.
+    Clamped {
+        /// The limit.
+        limit: f32,
+        /// The light that was removed, as a share of all light.
+        share: f64,
+    },
     /// The processor time that rendering took, if the system reports it.
     CpuTime {
         /// Processor time of all threads of this program.

@@ -52,7 +52,7 @@ impl Identity<'_> {
     /// a field for every option of the reader that changes the scene.
     pub fn digest(&self, sources: Digest) -> DigestBuilder {
         let numbers = |numbers: &[usize]| numbers.iter().flat_map(|&n| (n as u64).to_le_bytes()).collect::<Vec<u8>>();
-        let Settings { size, crop, mode, filter, seed, max_depth } = self.settings;
+        let Settings { size, crop, mode, filter, seed, max_depth, clamp_indirect } = self.settings;
         let layers: Vec<u8> = Layer::ALL.map(|layer| u8::from(self.layers.contains(&layer))).to_vec();
         DigestBuilder::new()
             .field("picture version", PICTURE_VERSION.to_le_bytes())
@@ -65,6 +65,7 @@ impl Identity<'_> {
             .field("filter", filter.name())
             .field("seed", seed.to_le_bytes())
             .field("max depth", optional(max_depth.map(u32::to_le_bytes)))
+            .field("clamp indirect", optional(clamp_indirect.map(f32::to_le_bytes)))
             .field("min pixel width", self.min_pixel_width.to_le_bytes())
             .field("layers", layers)
             .field("sources", sources.0)

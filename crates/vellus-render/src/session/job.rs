@@ -183,7 +183,7 @@ impl Job {
         }
     }
 
-    /// Reports samples that were left out, full pixels, and paths that were cut off.
+    /// Reports samples that were left out, full pixels, paths that were cut off, and light that was clamped.
     fn report_statistics(&self, session: &Session, report: &mut dyn FnMut(Event<'_>)) {
         let (film, statistics) = (session.film(), session.statistics());
         if statistics.rejected > 0 {
@@ -195,6 +195,9 @@ impl Job {
         if let Some(depth) = self.options.settings.max_depth {
             let share = statistics.cut() / (film.samples().max(1) * film.pixel_count()) as f64;
             report(Event::Cut { depth, share });
+        }
+        if let Some(limit) = self.options.settings.clamp_indirect {
+            report(Event::Clamped { limit, share: statistics.removed() });
         }
     }
 

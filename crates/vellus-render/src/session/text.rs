@@ -41,6 +41,9 @@ impl fmt::Display for Event<'_> {
                 "paths cut after {depth} events had {:.3} % of a sample's throughput left on average",
                 100.0 * share
             ),
+            Event::Clamped { limit, share } => {
+                write!(f, "the limit of {limit} for indirect light removed {:.2} % of the light", 100.0 * share)
+            }
             Event::CpuTime { time, samples } => {
                 let seconds = time.as_secs_f64();
                 let rate = *samples as f64 * 1e-3 / seconds.max(1e-9);
