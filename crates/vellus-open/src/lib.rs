@@ -255,10 +255,12 @@ fn open_usd(path: &Path, options: &Options, width: Option<f32>) -> Result<Opened
         camera: options.camera.clone(),
         shutter: None,
         fallback: options.fiber().1,
+        network_base: options.fiber.as_ref().map_or_else(Fiber::hair, |(_, fiber)| *fiber),
     };
-    let vellus_usd::Reading { scene, warnings, sources } = vellus_usd::read(path, &reader)?;
+    let vellus_usd::Reading { scene, warnings, networks, sources } = vellus_usd::read(path, &reader)?;
     let mut warnings: Vec<Warning> = warnings.into_iter().map(Warning::Usd).collect();
-    let own: Vec<&str> = scene.looks.iter().map(|look| look.name.as_str()).filter(|n| *n != FALLBACK_LOOK).collect();
+    let is_own = |name: &&str| *name != FALLBACK_LOOK && !networks.iter().any(|network| network == name);
+    let own: Vec<&str> = scene.looks.iter().map(|look| look.name.as_str()).filter(is_own).collect();
     if options.fiber.is_some() && (!own.is_empty() || scene.strands.is_empty()) {
         warnings.push(Warning::unused_fiber(path, &own));
     }

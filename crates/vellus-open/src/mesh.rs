@@ -24,7 +24,7 @@ pub fn open_mesh(path: impl AsRef<Path>) -> Result<Opened, Error> {
         return Ok(Opened { scene, sources, ..Opened::default() });
     }
     let options = vellus_usd::Options { default_width: Some(0.0), ..Default::default() };
-    let vellus_usd::Reading { mut scene, warnings, sources } = vellus_usd::read(path, &options)?;
+    let vellus_usd::Reading { mut scene, warnings, sources, .. } = vellus_usd::read(path, &options)?;
     let mut warnings: Vec<Warning> = warnings.into_iter().map(Warning::Usd).collect();
     scene.strands.retain(|strands| {
         let has_width = strands.points.iter().any(|p| p.w > 0.0);

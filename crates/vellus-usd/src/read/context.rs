@@ -26,6 +26,8 @@ pub(crate) struct Reader<'a> {
     pub warnings: Warnings,
     /// Looks by the path of the material. Curves without a material have the empty path.
     pub looks: HashMap<String, BoundLook>,
+    /// The names of looks that are shading networks of other programs.
+    pub networks: Vec<String>,
     /// Surfaces by the path of the material, or of the mesh if it has no material.
     pub surfaces: HashMap<String, usize>,
     /// Looks and primvars with a warning that a value is out of range.
@@ -42,6 +44,7 @@ impl<'a> Reader<'a> {
             scene: Scene { units: Some(units), ..Scene::default() },
             warnings: Warnings::default(),
             looks: HashMap::new(),
+            networks: Vec::new(),
             surfaces: HashMap::new(),
             held: HashSet::new(),
             textures: HashMap::new(),

@@ -40,6 +40,7 @@ pub(crate) fn look(reader: &mut Reader, prim: &str) -> Result<BoundLook, Error> 
         if let Some(bsdf) = materialx::hair_bsdf(reader, material)? {
             let fiber = materialx::fiber(reader, &bsdf)?;
             let look = Look::constant(reader.name(material)?, fiber);
+            reader.networks.push(look.name.clone());
             return Ok(add(reader, material.clone(), look, Vec::new()));
         }
         reader.warnings.add(material, format!("it has no {SHADER} shader: curves with it get the fallback fibre"));

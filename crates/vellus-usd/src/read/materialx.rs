@@ -32,7 +32,7 @@ pub(crate) fn hair_bsdf(reader: &mut Reader, material: &str) -> Result<Option<Sh
 
 /// The fibre of a node `ND_chiang_hair_bsdf`. A warning reports what was mapped.
 ///
-/// The fallback gives the parameters that MaterialX lacks, but no medulla: the node has none.
+/// [`Options::network_base`](crate::Options::network_base) gives the parameters that MaterialX lacks.
 pub(crate) fn fiber(reader: &mut Reader, bsdf: &Shader) -> Result<Fiber, Error> {
     let prim = bsdf.prim.as_str();
     let ior = numbers::<1>(reader, prim, "ior", [1.55])?;
@@ -45,7 +45,7 @@ pub(crate) fn fiber(reader: &mut Reader, bsdf: &Shader) -> Result<Fiber, Error> 
     }
     // MaterialX's GLSL limits both to this range.
     let [variance, scale] = [variance, scale].map(|x| x.clamp(0.001, 1.0));
-    let mut builder = FiberBuilder::new(Fiber { kappa: 0.0, ..reader.options.fallback });
+    let mut builder = FiberBuilder::new(reader.options.network_base);
     builder.set_value(Parameter::Eta, [ior[0] as f32; 3]);
     builder.set_value(Parameter::BetaM, [variance.sqrt() as f32; 3]);
     builder.set_value(Parameter::BetaN, [azimuthal(scale) as f32; 3]);
@@ -60,7 +60,9 @@ pub(crate) fn fiber(reader: &mut Reader, bsdf: &Shader) -> Result<Fiber, Error> 
     }
     lost.extend(["roughness of TT and TRT along the fibre", "azimuthal roughness of R and TRT"]);
     let what = format!(
-        "{BSDF} is read as a fibre without medulla: absorption, ior, roughness, cuticle_angle; not mapped: {}",
+        "{BSDF} is read as a fibre: absorption, ior, roughness and cuticle_angle. kappa = {} and the parameters of the \
+         medulla are from --fiber, or from hair without it. Not mapped: {}",
+        fiber.kappa,
         lost.join(", ")
     );
     reader.warnings.add(prim, what);

@@ -47,14 +47,14 @@ pub fn read(file: &Path, options: &Options) -> Result<Reading, Error> {
     let units = stage.units().map_err(|what| Error::file(file, what))?;
     let mut reader = Reader::new(stage, options, units);
     read_prims(&mut reader, file, &paths)?;
-    let Reader { stage, scene, warnings, .. } = reader;
+    let Reader { stage, scene, warnings, networks, .. } = reader;
     if scene.strands.is_empty() && scene.meshes.is_empty() {
         let skipped: Vec<String> = warnings.0.iter().map(ToString::to_string).collect();
         let skipped = if skipped.is_empty() { String::new() } else { format!(" ({})", skipped.join("; ")) };
         return Err(Error::Empty { file: file.to_owned(), skipped });
     }
     scene.validate()?;
-    Ok(Reading { scene, warnings: warnings.0, sources: stage.sources() })
+    Ok(Reading { scene, warnings: warnings.0, networks, sources: stage.sources() })
 }
 
 fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<(), Error> {

@@ -22,12 +22,22 @@ pub struct Options {
     pub shutter: Option<[f64; 2]>,
     /// The fibre of curves whose material has no VellusFur shader.
     pub fallback: Fiber,
+    /// The fibre whose parameters complete a shading network of another program: the medulla and the cuticle's layers.
+    pub network_base: Fiber,
 }
 
 impl Default for Options {
-    /// Requires widths and uses the first camera. Curves without a VellusFur shader get [`Fiber::hair`].
+    /// Requires widths and uses the first camera. Curves without a VellusFur shader get [`Fiber::hair`], which also
+    /// completes shading networks.
     fn default() -> Self {
-        Options { default_width: None, frame: None, camera: None, shutter: None, fallback: Fiber::hair() }
+        Options {
+            default_width: None,
+            frame: None,
+            camera: None,
+            shutter: None,
+            fallback: Fiber::hair(),
+            network_base: Fiber::hair(),
+        }
     }
 }
 
@@ -38,6 +48,8 @@ pub struct Reading {
     pub scene: Scene,
     /// What the file has that is not supported.
     pub warnings: Vec<Warning>,
+    /// The names of looks that are shading networks of other programs. [`Options::network_base`] completed them.
+    pub networks: Vec<String>,
     /// All files that were read: layers and textures. A package (.usdz) counts as one file.
     pub sources: Sources,
 }

@@ -46,6 +46,19 @@ fn a_network_that_openusd_wrote_gives_its_fibre() {
     assert_eq!(reading.warnings.len(), 1, "{said}");
 }
 
+/// The network has no medulla and no layers: they come from the base. The network's absorption replaces that of the base.
+#[test]
+fn the_base_completes_a_network() {
+    let options = Options { network_base: Fiber::preset(vellus::Species::Cat), ..Options::default() };
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/chiang.usda");
+    let reading = vellus_usd::read(&file, &options).unwrap();
+    let (fiber, base) = (reading.scene.looks[0].fiber, options.network_base);
+    assert_eq!((fiber.kappa, fiber.g, fiber.layers), (base.kappa, base.g, base.layers));
+    assert_eq!((fiber.sigma_ms, fiber.sigma_ma), (base.sigma_ms, base.sigma_ma));
+    assert_eq!(fiber.eta, 1.5);
+    assert_eq!(reading.networks, [reading.scene.looks[0].name.clone()]);
+}
+
 #[test]
 fn the_tilt_moves_r_towards_the_root() {
     let body = hair("float inputs:cuticle_angle = 0.51 float2 inputs:roughness_R = (0.0025, 0.1)", "");
