@@ -42,7 +42,7 @@ fn a_network_that_openusd_wrote_gives_its_fibre() {
     // ln 2 · (0.75·(0.419, 0.697, 1.37) + 0.25·(0.187, 0.4, 1.05))
     [0.250225, 0.431657, 0.894160].into_iter().zip(fiber.sigma_ca).for_each(|(e, x)| near(x, e));
     let said = said(&reading.warnings);
-    assert!(said.contains("not mapped: tint_R, roughness of TT"), "{said}");
+    assert!(said.contains("Not mapped: tint_R, roughness of TT"), "{said}");
     assert_eq!(reading.warnings.len(), 1, "{said}");
 }
 
