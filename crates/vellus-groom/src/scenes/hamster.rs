@@ -23,7 +23,7 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     let mirrored = |p: Vec3| Vec3::new(p.x, p.y, -p.z);
     let lips = curve(&MOUTH, |p| body.project(p));
     let bare = [(eye, 0.64), (mirrored(eye), 0.64), (nose, 0.32)];
-    let lip = |p: &Vec3| [(*p, 0.07), (mirrored(*p), 0.07)];
+    let lip = |p: &Vec3| [(*p, 0.1), (mirrored(*p), 0.1)];
     let mut scene = Scene::default();
     Coat {
         body: &body,
@@ -68,7 +68,7 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     eye.mirrored().add(&mut scene);
     let skin = props::glossy("mouth", [0.3, 0.12, 0.1], 0.5);
     for side in [lips.clone(), lips.into_iter().map(mirrored).collect()] {
-        tube(&mut scene, &side, 0.045, skin.clone());
+        tube(&mut scene, &side, 0.06, skin.clone());
     }
     Whiskers {
         pad: Vec3::new(5.9, 6.8, 0.8),
@@ -81,7 +81,7 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     }
     .add(&mut scene, |p| body.project(p));
     let paw = props::glossy("toe", [0.62, 0.36, 0.31], 0.5);
-    for (tip, length) in [(Vec3::new(5.0, 4.0, 1.2), 0.28), (Vec3::new(2.75, 0.17, 3.35), 0.38)] {
+    for (tip, length) in [(Vec3::new(5.75, 3.98, 1.4), 0.3), (Vec3::new(2.75, 0.17, 3.35), 0.38)] {
         Toes { tip, count: 4, radii: Vec3::new(length, 0.13, 0.11), spacing: 1.1, fan: 0.22 }.add(&mut scene, &paw);
     }
     let pink = props::glossy("nose", [0.55, 0.25, 0.22], 0.4);
@@ -90,8 +90,9 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     let forward = Vec3::new(0.7, 0.0, 0.72).normalize();
     props::strip(&mut scene, &capsule(), forward, 150.0, [0.78, 0.77, 0.75]);
     let center = Vec3::new(1.0, 4.0, 0.0);
-    for (across, along, radiance) in [(-22.0, 12.0, 16.0), (0.0, 48.0, 17.0), (24.0, 4.0, 15.0)] {
-        let from = along * forward + across * forward.cross(Vec3::Y) + 44.0 * Vec3::Y;
+    // The light in front is low, for the belly.
+    for (across, along, up, radiance) in [(-22.0, 12.0, 44.0, 16.0), (0.0, 54.0, 32.0, 18.0), (24.0, 4.0, 44.0, 15.0)] {
+        let from = along * forward + across * forward.cross(Vec3::Y) + up * Vec3::Y;
         let color = [radiance, 0.97 * radiance, 0.92 * radiance];
         scene.lights.push(props::window(from, center, Vec2::new(14.0, 14.0), color));
     }
@@ -126,8 +127,8 @@ pub(super) fn body() -> Body {
     // The chest rises toward the head.
     let upright = Quat::from_rotation_z(0.6);
     let body = Body::default()
-        .ellipsoid([-2.2, 3.9, 0.0], [4.3, 3.9, 4.2], straight, 1.0, back, 1.1)
-        .ellipsoid([0.6, 4.7, 0.0], [4.4, 3.7, 3.7], upright, 1.6, back, 1.1)
+        .ellipsoid([-2.2, 4.2, 0.0], [4.3, 4.2, 4.2], straight, 1.0, back, 1.1)
+        .ellipsoid([0.6, 4.7, 0.0], [4.3, 3.6, 3.7], upright, 1.6, back, 0.95)
         .ellipsoid([3.3, 7.6, 0.0], [2.6, 2.3, 2.4], straight, 0.9, face, 0.65)
         .ellipsoid([5.2, 7.0, 0.0], [1.45, 0.95, 1.05], Quat::from_rotation_z(-0.15), 1.1, face, 0.3);
     let first = body.len();
@@ -138,8 +139,8 @@ pub(super) fn body() -> Body {
         .ellipsoid([1.9, 9.75, 1.8], [0.3, 0.85, 0.85], ear, 0.3, up, 0.14)
         .ellipsoid([2.25, 9.85, 1.97], [0.32, 0.62, 0.6], ear, 0.15, up, 0.1)
         .carved()
-        .cone([2.3, 4.8, 2.3], 0.95, [4.2, 4.0, 1.7], 0.5, 0.5, 0.35)
-        .cone([4.2, 4.0, 1.7], 0.45, [4.85, 4.15, 1.2], 0.3, 0.2, 0.08)
+        .cone([2.3, 4.8, 2.4], 0.95, [4.7, 4.0, 1.9], 0.5, 0.4, 0.35)
+        .cone([4.7, 4.0, 1.9], 0.42, [5.5, 4.1, 1.45], 0.3, 0.2, 0.08)
         .ellipsoid([-1.0, 2.4, 2.7], [2.7, 2.3, 2.0], straight, 1.0, back, 0.9)
         .cone([0.6, 0.55, 3.0], 0.6, [2.5, 0.36, 3.3], 0.36, 0.5, 0.1)
         .mirrored_z(first)
@@ -147,8 +148,8 @@ pub(super) fn body() -> Body {
 
 /// Golden above and cream below, with pale cheeks, and pink feet and ears that look bare.
 fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
-    const CREAM: [f32; 2] = [0.0, 0.012];
-    let golden = if draw.guard && draw.random < 0.4 { [0.14, 0.6] } else { [0.01, 0.3 + 0.2 * draw.random] };
+    const CREAM: [f32; 2] = [0.0, 0.007];
+    let golden = if draw.guard && draw.random < 0.4 { [0.1, 0.6] } else { [0.0, 0.24 + 0.22 * draw.random] };
     let side = Vec3::new(p.x, p.y, p.z.abs());
     let patchy = noise(1.1 * p);
     // The height above a plane from the rump to the throat. The colour changes gradually across it.
@@ -162,11 +163,11 @@ fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
     gold *= 1.0 - smoothstep(5.9, 6.5, p.x) * smoothstep(7.6, 7.0, p.y);
     // The back is darker than the flanks.
     let back = smoothstep(1.6, 4.2, above) * smoothstep(3.2, 1.2, p.x);
-    let golden = mix(golden, [0.06, 0.62], 0.5 * back);
+    let golden = mix(golden, [0.04, 0.65], 0.5 * back);
     // Golden hamsters have a darker stripe from the cheek to the shoulder.
     let stripe = to_segment(side, [2.0, 6.7, 2.4], [0.6, 5.2, 3.6]);
     let golden = mix(golden, [0.25, 0.9], 0.5 * smoothstep(0.8, 0.0, stripe));
     let color = mix(CREAM, golden, gold);
     let ears = smoothstep(1.05, 0.75, side.distance(Vec3::new(1.9, 9.95, 1.9)));
-    mix(color, [0.16, 0.22], ears)
+    mix(color, [0.09, 0.14], ears)
 }
