@@ -16,7 +16,7 @@ use vellus_scene::{Camera, Light, Scene};
 
 pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     let body = body();
-    let eye = body.project(Vec3::new(12.5, 33.0, 2.5)) - Vec3::new(0.62, 0.0, 0.2);
+    let eye = body.project(Vec3::new(12.5, 33.0, 2.5)) - Vec3::new(0.68, 0.0, 0.23);
     let nose = body.project(Vec3::new(15.0, 31.0, 0.0)) - Vec3::new(0.1, 0.0, 0.0);
     let mirrored = |p: Vec3| Vec3::new(p.x, p.y, -p.z);
     let lips = curve(&MOUTH, |p| body.project(p));
@@ -31,16 +31,16 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
             name: "cat".to_owned(),
             count: 267_000,
             segments: 9,
-            length: 1.0,
-            length_variation: 0.25,
+            length: 0.9,
+            length_variation: 0.32,
             radius: [0.005, 0.0012],
-            guard_share: 0.2,
-            guard_scale: [1.3, 1.3],
+            guard_share: 0.15,
+            guard_scale: [1.6, 1.45],
             lift: [0.55, 0.2],
             spread: 0.14,
             gravity: 0.1,
             clump: Clump { strands: 20, strength: 0.5, power: 1.5 },
-            noise: 0.04,
+            noise: 0.055,
             ..GrowSettings::default()
         },
         fiber: preset(Species::Cat),
@@ -54,12 +54,12 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
         center: eye,
         radius: 1.1,
         gaze: Vec3::new(1.0, 0.03, 0.32),
-        opening: [1.12, 0.66, 0.54],
-        tilt: 0.22,
-        iris: [0.25, 0.25, 0.07],
-        iris_radius: 0.95,
-        pupil: [0.3, 0.55],
-        lid: [0.02, 0.015, 0.012],
+        opening: [1.1, 0.5, 0.56],
+        tilt: 0.24,
+        iris: [0.2, 0.16, 0.035],
+        iris_radius: 1.2,
+        pupil: [0.4, 0.66],
+        lid: [0.022, 0.015, 0.011],
     };
     eye.add(&mut scene);
     eye.mirrored().add(&mut scene);
@@ -111,11 +111,11 @@ pub(super) fn body() -> Body {
     let mut body = Body::default()
         .cone([-6.0, 8.5, 0.0], 8.2, [2.5, 20.0, 0.0], 5.6, 2.0, 2.2)
         .flowing(back)
-        .ellipsoid([4.0, 18.0, 0.0], [5.0, 8.0, 5.4], straight, 3.0, Flow::Along(Vec3::new(0.35, -1.0, 0.0)), 2.6)
+        .ellipsoid([4.0, 18.0, 0.0], [5.0, 8.0, 5.4], straight, 3.0, Flow::Along(Vec3::new(0.35, -1.0, 0.0)), 3.5)
         .cone([3.5, 23.0, 0.0], 4.6, [6.0, 29.0, 0.0], 4.2, 2.5, 2.0)
         .flowing(back)
-        .ellipsoid([7.6, 32.4, 0.0], [5.6, 5.1, 5.7], straight, 1.6, face, 0.8)
-        .ellipsoid([11.6, 31.6, 0.0], [1.9, 1.5, 1.5], straight, 1.4, face, 0.4)
+        .ellipsoid([7.6, 32.4, 0.0], [5.6, 5.1, 5.7], straight, 1.6, face, 0.7)
+        .ellipsoid([11.6, 31.6, 0.0], [1.9, 1.5, 1.5], straight, 1.4, face, 0.35)
         .ellipsoid([11.4, 29.0, 0.0], [1.6, 1.2, 1.4], straight, 0.8, face, 0.5);
     // The tail goes around the right hind leg to the front.
     let tail = [[-13.0, 4.5, 2.0], [-13.0, 2.2, 7.5], [-7.0, 1.8, 12.0], [0.0, 1.7, 13.2], [6.5, 1.7, 12.2]];
@@ -127,11 +127,11 @@ pub(super) fn body() -> Body {
     let down = Flow::Along(Vec3::new(-0.3, -1.0, 0.0));
     let up = Flow::Along(Vec3::Y);
     let ear = Quat::from_rotation_x(0.28);
-    body.ellipsoid([-3.0, 6.5, 5.2], [8.0, 6.4, 3.8], straight, 2.5, down, 1.6)
+    body.ellipsoid([-3.0, 6.5, 5.2], [8.0, 6.4, 3.8], straight, 2.5, down, 1.9)
         .cone([4.5, 20.0, 3.0], 3.0, [8.3, 3.0, 3.2], 1.8, 2.0, 0.9)
         .ellipsoid([9.6, 1.5, 3.2], [2.7, 1.5, 1.9], straight, 1.0, Flow::Along(Vec3::X), 0.5)
         .cone([-1.0, 1.7, 6.6], 1.8, [6.4, 1.4, 6.9], 1.4, 1.5, 0.5)
-        .ellipsoid([9.2, 30.4, 3.2], [2.9, 2.5, 2.9], straight, 1.6, face, 1.5)
+        .ellipsoid([9.2, 30.4, 3.2], [2.9, 2.5, 2.9], straight, 1.6, face, 1.7)
         .ellipsoid([12.2, 30.3, 1.1], [1.5, 1.15, 1.25], straight, 0.7, face, 0.35)
         .ellipsoid([6.4, 36.4, 3.7], [0.8, 2.7, 2.5], ear, 1.0, up, 0.4)
         .cone([6.3, 37.4, 4.3], 1.2, [6.1, 39.5, 5.2], 0.35, 1.4, 0.35)
@@ -143,28 +143,34 @@ pub(super) fn body() -> Body {
 /// Agouti brown with dark stripes: rings on legs and tail, lines down the flanks, an M on the forehead. It is pale
 /// around the mouth.
 fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
-    const DARK: [f32; 2] = [5.0, 0.5];
+    const DARK: [f32; 2] = [4.0, 0.5];
     const PALE: [f32; 2] = [0.004, 0.015];
     let side = Vec3::new(p.x, p.y, p.z.abs());
-    let mut color = if draw.guard && draw.random < 0.5 { [1.0, 0.6] } else { [0.06, 0.28 + 0.14 * draw.random] };
+    // The undercoat is pale. Most guard hairs are darker.
+    let mut color = if draw.guard && draw.random < 0.6 { [0.8, 0.6] } else { [0.04, 0.18 + 0.2 * draw.random] };
     let wobble = 0.9 * (0.5 * p.y + 0.9 * side.z).sin() + 0.6 * (0.7 * p.x + 0.5 * p.z).sin();
     // Stripes are broken in places, and the coat between them is uneven.
+    // A few hairs in stripes have the colour of the coat between them.
+    let dyed = if draw.random > 0.88 { 0.15 } else { 0.95 };
     let patchy = noise(0.33 * p + Vec3::splat(7.0)) + 0.5 * noise(0.8 * p);
     let stripe = |phase: f32, width: f32| {
         let width = width * (1.0 + 0.45 * patchy);
-        smoothstep(width, width - 0.3, 1.0 - phase.cos())
+        smoothstep(width + 0.1, width - 0.45, 1.0 - phase.cos())
     };
     color = mix(color, [0.03, 0.16], 0.45 * (0.5 + patchy).clamp(0.0, 1.0));
     if p.y > 27.5 || p.x > 9.5 && p.y > 26.0 {
         // The head.
-        let forehead = smoothstep(34.6, 35.4, p.y) * smoothstep(38.4, 37.0, p.y);
+        let forehead = smoothstep(34.6, 35.4, p.y) * smoothstep(38.4, 37.0, p.y) * smoothstep(2.9, 2.3, side.z);
         let lines = stripe(3.0 * p.z, 0.7) * forehead;
         let cheek =
             stripe(2.4 * (p.y - 0.25 * p.x) + 0.6, 0.6) * smoothstep(3.6, 4.2, side.z) * smoothstep(34.5, 33.5, p.y);
-        color = mix(color, DARK, 0.95 * lines.max(cheek));
+        color = mix(color, DARK, dyed * lines.max(cheek));
         color = mix(color, PALE, smoothstep(2.7, 1.8, to_segment(side, [13.5, 29.8, 0.0], [12.0, 28.8, 2.4])));
-        color = mix(color, PALE, smoothstep(1.9, 1.5, side.distance(Vec3::new(11.9, 33.0, 2.5))));
-        color = mix(color, DARK, smoothstep(1.35, 1.2, side.distance(Vec3::new(11.8, 33.0, 2.5))));
+        // Pale spots above and below the eyes, and a dark line from the outer corner.
+        let eye = side - Vec3::new(11.9, 33.0, 2.5);
+        color = mix(color, PALE, 0.6 * smoothstep(2.1, 1.3, eye.length()) * smoothstep(0.4, 1.0, eye.y.abs()));
+        let corner = to_segment(side, [11.7, 33.1, 3.3], [9.6, 32.3, 5.0]);
+        color = mix(color, DARK, dyed * smoothstep(0.45, 0.15, corner));
         return mix(color, [0.35, 0.15], smoothstep(38.0, 38.8, p.y));
     }
     let tail = p.y < 6.5 && (p.z > 9.3 || p.x < -12.8);
@@ -184,5 +190,5 @@ fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
     color = mix(color, PALE, 0.6 * paws);
     color =
         mix(color, [0.02, 0.12], 0.8 * smoothstep(4.5, 7.5, p.x) * smoothstep(4.0, 2.0, side.z) * f32::from(!front));
-    mix(color, DARK, 0.92 * dark * (1.0 - paws))
+    mix(color, DARK, dyed * dark * (1.0 - paws))
 }
