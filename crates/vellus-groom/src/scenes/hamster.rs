@@ -124,17 +124,17 @@ pub(super) fn body() -> Body {
     let face = Flow::AwayFrom(Vec3::new(8.0, 4.9, 0.0));
     let straight = Quat::IDENTITY;
     let body = Body::default()
-        .ellipsoid([-2.2, 4.2, 0.0], [4.3, 4.0, 4.3], straight, 1.0, back, 1.1)
-        .ellipsoid([0.5, 4.3, 0.0], [4.4, 3.9, 3.9], straight, 2.0, back, 1.15)
+        .ellipsoid([-2.0, 3.7, 0.0], [4.2, 3.7, 4.3], straight, 1.0, back, 1.1)
+        .ellipsoid([0.6, 3.7, 0.0], [4.3, 3.7, 4.0], straight, 2.0, back, 1.15)
         .ellipsoid([3.6, 5.3, 0.0], [3.1, 2.8, 2.9], straight, 1.6, face, 0.75)
         .ellipsoid([6.1, 4.8, 0.0], [1.55, 1.15, 1.25], straight, 1.2, face, 0.3);
     let first = body.len();
     let up = Flow::Along(Vec3::Y);
-    body.ellipsoid([4.4, 4.3, 1.6], [2.0, 1.7, 1.7], straight, 1.0, face, 0.6)
+    body.ellipsoid([4.4, 4.0, 1.9], [2.1, 1.8, 1.8], straight, 1.0, face, 0.6)
         .ellipsoid([2.3, 8.3, 2.2], [0.35, 1.25, 1.05], Quat::from_rotation_x(0.4), 0.4, up, 0.18)
         .ellipsoid([2.75, 8.4, 2.3], [0.4, 0.95, 0.75], Quat::from_rotation_x(0.4), 0.2, up, 0.12)
         .carved()
-        .cone([3.4, 2.4, 1.7], 0.9, [4.9, 0.55, 1.9], 0.42, 0.5, 0.2)
+        .cone([3.6, 1.7, 1.7], 0.9, [4.9, 0.55, 1.9], 0.42, 0.5, 0.2)
         .cone([4.9, 0.42, 1.9], 0.4, [5.7, 0.3, 2.0], 0.26, 0.2, 0.08)
         .ellipsoid([-2.0, 2.6, 2.6], [2.6, 2.5, 1.9], straight, 1.2, back, 0.9)
         .cone([-0.6, 0.6, 3.2], 0.6, [1.4, 0.35, 3.5], 0.3, 0.4, 0.1)
@@ -144,7 +144,7 @@ pub(super) fn body() -> Body {
 /// Golden above and cream below, with pale cheeks, and pink feet and ears that look bare.
 fn melanin(p: Vec3, draw: &Draw) -> [f32; 2] {
     const CREAM: [f32; 2] = [0.0, 0.012];
-    let golden = if draw.guard && draw.random < 0.4 { [0.2, 0.6] } else { [0.01, 0.3 + 0.2 * draw.random] };
+    let golden = if draw.guard && draw.random < 0.4 { [0.2, 0.6] } else { [0.0, 0.17 + 0.12 * draw.random] };
     let side = Vec3::new(p.x, p.y, p.z.abs());
     // The border between flank and belly rises toward the chest.
     let border = 2.9 + 0.15 * (p.x + 2.0).max(0.0) + 0.25 * (1.7 * p.x).sin() + 0.35 * noise(1.1 * p);
