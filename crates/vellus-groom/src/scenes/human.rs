@@ -19,7 +19,16 @@ pub(super) fn scene(style: &Hairstyle, small: bool, preset: Preset) -> Result<Sc
     let mut scene = Scene::default();
     let mesh = polygonize(&body, if small { 0.6 } else { 0.36 }, "head", &|_| Vec2::ZERO);
     let settings = style.settings(small);
-    let distance = |p: Vec3| body.distance(p);
+    // Hair falls beside the face, not over it.
+    let face = Body::default().ellipsoid(
+        [9.5, -5.0, 0.0],
+        [6.0, 8.5, 5.0],
+        Quat::IDENTITY,
+        1.0,
+        Flow::Along(Vec3::NEG_Y),
+        1.0,
+    );
+    let distance = |p: Vec3| body.distance(p).min(face.distance(p));
     let [light, more] = style.melanin;
     let color = |_: &Site, draw: &Draw| [light[0] + more[0] * draw.random, light[1] + more[1] * draw.random, 0.0];
     let maps = Maps {
@@ -33,7 +42,7 @@ pub(super) fn scene(style: &Hairstyle, small: bool, preset: Preset) -> Result<Sc
     scene.looks.push(Look::constant("hair", preset(Species::Human)));
     scene.meshes.push(mesh);
     scene.surfaces.push(Surface {
-        color: Tint { color: [0.07, 0.066, 0.064], texture: None },
+        color: Tint { color: [0.2, 0.155, 0.13], texture: None },
         roughness: 0.5,
         ior: 1.4,
         ..Surface::diffuse("mannequin", [0.0; 3])

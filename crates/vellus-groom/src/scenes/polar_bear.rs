@@ -90,9 +90,9 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     let forward = (view - view.y * Vec3::Y).normalize();
     props::strip(&mut scene, &props::room(110.0, 190.0), forward, 1200.0, [0.62, 0.66, 0.72]);
     let target = Vec3::new(8.0, 21.0, 0.0);
-    scene.lights.push(props::window(Vec3::new(70.0, 150.0, 110.0), target, Vec2::splat(130.0), [6.0, 5.85, 5.6]));
+    scene.lights.push(props::window(Vec3::new(70.0, 150.0, 110.0), target, Vec2::splat(130.0), [8.6, 8.1, 7.3]));
     scene.lights.push(Light::Dome {
-        radiance: [0.5, 0.57, 0.67],
+        radiance: [0.3, 0.36, 0.46],
         texture: None,
         rotation: Mat3::IDENTITY,
         ground: None,
