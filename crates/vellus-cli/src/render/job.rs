@@ -241,12 +241,13 @@ mod tests {
             --min-pixel-width 0.5|--model yan2015|--model yan2015 --eta-m 1.5|--layers beauty|--strands 50%|\
             x.usda --width 0.5|x.usda --camera a|x.usda --frame 2|x.usda --set kappa=0.5|\
             x.usda --set kappa=0.5 --override|x.usda --view 1,2|x.usda --light sun|x.usda --background black|\
-            x.usda --background transparent|cat --view 1,2|cat --set kappa=0.5|cat --fiber dog|cat --light studio";
+            x.usda --background transparent|cat --view 1,2|x.usda --clamp-indirect 2|\
+            cat --set kappa=0.5|cat --fiber dog|cat --light studio";
         let mut seen = HashMap::new();
         for options in all.split('|') {
             assert_eq!(seen.insert(of(options), options), None, "{options}");
         }
-        assert_eq!(seen.len(), 27);
+        assert_eq!(seen.len(), 28);
     }
 
     #[test]
@@ -263,6 +264,6 @@ mod tests {
     /// [`PICTURE_VERSION`], the shipped tables and the fields of the digest, and with nothing else.
     #[test]
     fn the_identity_is_the_same_everywhere() {
-        assert_eq!((PICTURE_VERSION, of("cat --small").short().as_str()), (2, "a124894ed355f172"));
+        assert_eq!((PICTURE_VERSION, of("cat --small").short().as_str()), (3, "4481437450a46eda"));
     }
 }

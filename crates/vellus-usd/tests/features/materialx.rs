@@ -46,7 +46,8 @@ fn a_network_that_openusd_wrote_gives_its_fibre() {
     assert_eq!(reading.warnings.len(), 1, "{said}");
 }
 
-/// The network has no medulla and no layers: they come from the base. The network's absorption replaces that of the base.
+/// The network has no medulla and no layers: they come from the base. The network's absorption replaces that of the
+/// base.
 #[test]
 fn the_base_completes_a_network() {
     let options = Options { network_base: Fiber::preset(vellus::Species::Cat), ..Options::default() };
