@@ -58,7 +58,10 @@ impl Denoiser {
         })?;
         let denoiser = Denoiser { library: Box::leak(Box::new(library)) };
         // Version 1 has this function under another name.
-        denoiser.find::<SetBool>(c"oidnSetFilterBool")?;
+        denoiser.find::<SetBool>(c"oidnSetFilterBool").map_err(|_| {
+            let path = path.to_string_lossy();
+            Error::Denoise(format!("{path} is not Intel Open Image Denoise 2: `pip install pyoidn` installs it"))
+        })?;
         Ok(denoiser)
     }
 
