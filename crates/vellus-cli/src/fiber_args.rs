@@ -9,7 +9,7 @@ use vellus_plot::query::Query;
 
 #[derive(clap::Args, Clone)]
 pub struct FiberArgs {
-    /// Preset (see `vellus fiber list`), or TOML or JSON file [default: red-fox].
+    /// Preset (see `vellus fiber list`), TOML or JSON file, or MaterialX material (FILE.mtlx#NAME) [default: red-fox].
     #[arg(long, value_name = "NAME|FILE")]
     pub fiber: Option<PathBuf>,
     #[command(flatten)]
@@ -61,10 +61,8 @@ impl FiberArgs {
 
     /// The fibre, with all parameters in range.
     pub fn load(&self) -> Result<Fiber> {
-        let (fiber, out_of_reach) = self.source().read_color().map_err(|error| error.of_option("--set "))?;
-        if let Some(color) = out_of_reach {
-            note!("warning: {color}");
-        }
+        let (fiber, warnings) = self.source().read_with_warnings().map_err(|error| error.of_option("--set "))?;
+        warnings.iter().for_each(|warning| note!("warning: {warning}"));
         Ok(fiber)
     }
 

@@ -5,7 +5,7 @@ use std::io;
 use std::num::ParseFloatError;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use vellus::{Fiber, FiberBuilder, OutOfReach, Parameter, Species};
+use vellus::{Fiber, FiberBuilder, Parameter, Species};
 
 /// The largest file of a fibre: 1 MiB.
 const MAX_FIBER_BYTES: u64 = 1 << 20;
@@ -26,7 +26,8 @@ pub(crate) const DEFAULT: Species = Species::RedFox;
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FiberSource {
-    /// The name of a preset, or a file with the extension `toml` or `json`.
+    /// The name of a preset, a file with the extension `toml` or `json`, or a material of a MaterialX document:
+    /// `FILE.mtlx`, or `FILE.mtlx#NAME` if the document has several.
     pub path: PathBuf,
     /// Parameters as `NAME=VALUE` or `NAME=R,G,B`, and `exit=NAME` with the name of an [`Exit`](vellus::Exit). They
     /// replace those of the preset or the file.
@@ -46,19 +47,29 @@ impl FiberSource {
     /// # Errors
     /// [`FiberError`] names the file or the parameter.
     pub fn read(&self) -> Result<Fiber, FiberError> {
-        self.read_color().map(|(fiber, _)| fiber)
+        self.read_with_warnings().map(|(fiber, _)| fiber)
     }
 
-    /// The fibre, with all parameters in range, and the reflectance that it was given, if that is out of reach.
+    /// The fibre, with all parameters in range, and warnings: a reflectance that is out of reach, and what was mapped
+    /// of a material.
     ///
     /// # Errors
     /// As [`FiberSource::read`].
-    pub fn read_color(&self) -> Result<(Fiber, Option<OutOfReach>), FiberError> {
+    pub fn read_with_warnings(&self) -> Result<(Fiber, Vec<String>), FiberError> {
         let path = &self.path;
+        let mut warnings = Vec::new();
         let extension = path.extension().and_then(|extension| extension.to_str());
         let base = match extension.and_then(|extension| extension.parse::<FiberFormat>().ok()) {
             Some(format) => read(path, format)?,
-            None => FiberBuilder::new(Fiber::named(&path.display().to_string())?),
+            None => match material(path) {
+                Some((file, name)) => {
+                    let mapped = vellus_usd::read_material(&file, name.as_deref(), &Fiber::hair());
+                    let (fiber, mapped) = mapped.map_err(FiberError::Material)?;
+                    warnings.extend(mapped.iter().map(ToString::to_string));
+                    FiberBuilder::new(fiber)
+                }
+                None => FiberBuilder::new(Fiber::named(&path.display().to_string())?),
+            },
         };
         let mut builder = base.clone();
         for setting in &self.set {
@@ -70,10 +81,12 @@ impl FiberSource {
         }
         // If the file is wrong without the settings, too, the error names the file.
         let built = builder.build().and_then(|fiber| Ok((fiber, builder.out_of_reach()?)));
-        built.map_err(|error| match base.build() {
+        let (fiber, color) = built.map_err(|error| match base.build() {
             Ok(_) => FiberError::Settings { option: "", settings: self.set.clone(), source: error.into() },
             Err(_) => FiberError::File { path: path.clone(), source: error.into() },
-        })
+        })?;
+        warnings.extend(color.map(|color| color.to_string()));
+        Ok((fiber, warnings))
     }
 
     /// A short name for titles and file names: that of the preset, or of the file without its extension.
@@ -127,6 +140,14 @@ impl FromStr for FiberFormat {
     }
 }
 
+/// The document and the name of the material, of `FILE.mtlx` or `FILE.mtlx#NAME`.
+fn material(path: &Path) -> Option<(PathBuf, Option<String>)> {
+    let text = path.to_str()?;
+    let (file, name) = text.rsplit_once('#').map_or((text, None), |(file, name)| (file, Some(name.to_owned())));
+    let is_document = Path::new(file).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mtlx"));
+    is_document.then(|| (file.into(), name))
+}
+
 fn read(path: &Path, format: FiberFormat) -> Result<FiberBuilder, FiberError> {
     let text = vellus_io::read_to_string(path, MAX_FIBER_BYTES);
     let text = text.map_err(|source| FiberError::Read { path: path.to_owned(), source })?;
@@ -164,6 +185,9 @@ pub enum FiberError {
         /// What the operating system reports.
         source: io::Error,
     },
+    /// A material of a MaterialX document cannot be read as a fibre.
+    #[error(transparent)]
+    Material(vellus_usd::Error),
     /// A file is not a valid fibre.
     #[error("in {}", path.display())]
     File {

@@ -91,6 +91,16 @@ pub fn lit_by(image: &str) -> String {
     LEANING.replacen("float inputs:intensity = 0.5", &dome, 1)
 }
 
+/// A document of MaterialX, and a stage with the networks of other programs.
+pub const MATERIALX: &str = include_str!("../../vellus-usd/tests/data/hair.mtlx");
+pub const NETWORKS: &str = include_str!("../../vellus-usd/tests/data/programs.usda");
+
+/// The leaning strands, bound to the material Plain of a document.
+pub fn bound_to(document: &str) -> String {
+    let strands = LEANING.replacen("</world/coat>", "</plain>", 1);
+    format!("{strands}\ndef \"plain\" ( references = @{document}@</MaterialX/Materials/Plain> ) {{ }}\n")
+}
+
 /// A tetrahedron with uv and normals.
 pub const MESH: &str = "o body
 v 0 0 0

@@ -28,6 +28,10 @@
 //!   of any interpolation, overrides the shader. A constant input outside its range
 //!   ([`vellus_scene::Parameter::range`]) is an error. A primvar outside the range gives a warning and is clamped.
 //!   Values of textures and values between points are clamped without a warning.
+//! - Shaders of other programs for hair: `ND_chiang_hair_bsdf` (MaterialX), `arnold:standard_hair`, `kma_hair` and
+//!   `kma_fur` (Karma), `PxrMarschnerHair` (RenderMan), and the colour of UsdPreviewSurface on curves. A warning
+//!   reports what was mapped. [`Options::network_base`] gives the parameters that they lack. A layer may be a MaterialX
+//!   document (.mtlx): its materials are children of `/MaterialX/Materials`.
 //! - **Mesh** as polygons, **UsdPreviewSurface** (diffuseColor as a constant or a texture, emissiveColor, roughness,
 //!   metallic, ior), **Camera**, **DomeLight**, **DistantLight**, **RectLight**, **DiskLight**, **SphereLight** and
 //!   **CylinderLight**. `vellus:lightGroup` names the group of a light; without it the group has the name of the prim.
@@ -62,6 +66,6 @@ pub use error::Error;
 pub use guard::quiet_caught_panics;
 pub use image::{load_map, load_texture};
 pub use read::look::FALLBACK_LOOK;
-pub use read::{Options, Reading, read};
+pub use read::{Options, Reading, read, read_material};
 pub use warning::Warning;
 pub use write::write;

@@ -17,8 +17,8 @@ pub struct Input {
     /// Use the small version of a built-in scene.
     #[arg(long)]
     small: bool,
-    /// Fibre of strands whose file defines none: a preset (see `vellus fiber list`), or a TOML or JSON file
-    /// [default: red-fox]. It replaces the fibres of a built-in scene.
+    /// Fibre of strands whose file defines none: a preset (see `vellus fiber list`), a TOML or JSON file, or a
+    /// MaterialX material (FILE.mtlx#NAME) [default: red-fox]. It replaces the fibres of a built-in scene.
     #[arg(long, value_name = "NAME|FILE")]
     fiber: Option<PathBuf>,
     #[command(flatten)]

@@ -109,10 +109,8 @@ impl Sheet {
                 rows.apply(row, &mut source);
                 columns.apply(column, &mut source);
                 let name = format!("{}={row}, {}={column}", rows.name, columns.name);
-                let (fiber, out_of_reach) = source.read_color().with_context(|| name.clone())?;
-                if let Some(color) = out_of_reach {
-                    warn(&format!("{name}: {color}"));
-                }
+                let (fiber, warnings) = source.read_with_warnings().with_context(|| name.clone())?;
+                warnings.iter().for_each(|warning| warn(&format!("{name}: {warning}")));
                 fibers.push(fiber);
             }
         }

@@ -59,7 +59,7 @@ impl Attack for Files {
 fn seeds(trial: &mut Trial) -> Result<Vec<Seed>, Stop> {
     let mut seeds = Vec::new();
     let mut add = |extension: &str, bytes: Vec<u8>| {
-        let text = ["usda", "obj", "csv", "txt", "json", "toml"].contains(&extension);
+        let text = ["usda", "obj", "csv", "txt", "json", "toml", "mtlx"].contains(&extension);
         seeds.push(Seed { bytes, extension: extension.to_owned(), text });
     };
     std::fs::write(trial.at("lean.usda"), material::LEANING)?;
@@ -96,6 +96,8 @@ fn seeds(trial: &mut Trial) -> Result<Vec<Seed>, Stop> {
     add("toml", material::FIBER_TOML.into());
     add("toml", material::SETTINGS.into());
     add("json", material::FIBER_JSON.into());
+    add("mtlx", material::MATERIALX.into());
+    add("usda", material::NETWORKS.into());
     add("vellus", material::tables().into());
     for (color, depth) in [(ColorType::GrayscaleAlpha, BitDepth::Sixteen), (ColorType::Rgb, BitDepth::Eight)] {
         add("png", material::png(color, depth, 77)?);
@@ -164,6 +166,7 @@ fn commands(extension: &str) -> &'static [&'static str] {
         "json" => {
             &["fiber show FILE", "eval --fiber FILE", "render lean.usda --size 4x4 --spp 1 --fiber FILE -o out.exr"]
         }
+        "mtlx" => &["fiber show FILE#Plain", "fiber show FILE", "render bound.usda --size 4x4 --spp 1 -o out.exr"],
         "toml" => {
             &["fiber show FILE", "groom grow mesh.obj --settings FILE --count 6 -o out.usda", "eval --fiber FILE"]
         }
@@ -179,6 +182,7 @@ fn use_it(trial: &mut Trial, name: &str, what: &str) -> Result<(), Stop> {
     let line = trial.dice.pick(commands(kind)).replace("FILE", name);
     std::fs::write(trial.at("lean.usda"), material::LEANING)?;
     std::fs::write(trial.at("sky.usda"), material::lit_by(name))?;
+    std::fs::write(trial.at("bound.usda"), material::bound_to(name))?;
     let outcome = trial.run(&trial.vellus(&line))?;
     judge(trial, &outcome, what);
     Ok(())

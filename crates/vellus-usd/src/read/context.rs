@@ -18,6 +18,18 @@ pub(crate) struct BoundLook {
     pub primvars: Vec<(Parameter, String)>,
 }
 
+/// A file of a texture, and how it is read.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct TextureSource {
+    /// The path that [`Stage::asset`] resolved.
+    pub file: String,
+    pub encoding: Encoding,
+    /// The channel that all three channels of the texture become.
+    pub channel: Option<usize>,
+    /// The wrap modes along u and v.
+    pub wrap: [Wrap; 2],
+}
+
 /// The state of reading a stage.
 pub(crate) struct Reader<'a> {
     pub stage: Stage,
@@ -32,7 +44,7 @@ pub(crate) struct Reader<'a> {
     pub surfaces: HashMap<String, usize>,
     /// Looks and primvars with a warning that a value is out of range.
     pub held: HashSet<(usize, String)>,
-    textures: HashMap<(String, Encoding, Option<usize>, [Wrap; 2]), usize>,
+    textures: HashMap<TextureSource, usize>,
 }
 
 impl<'a> Reader<'a> {
@@ -51,34 +63,32 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Loads the texture file that a prim refers to, and returns its index in the scene. With a `channel`, all three
-    /// channels of the texture become that channel.
-    pub fn texture(
-        &mut self,
-        prim: &str,
-        file: String,
-        encoding: Encoding,
-        channel: Option<usize>,
-        wrap: [Wrap; 2],
-    ) -> Result<usize, Error> {
-        let key = (file, encoding, channel, wrap);
-        if let Some(&index) = self.textures.get(&key) {
+    /// Loads the texture that a prim refers to, and returns its index in the scene.
+    pub fn texture(&mut self, prim: &str, source: TextureSource) -> Result<usize, Error> {
+        if let Some(&index) = self.textures.get(&source) {
             return Ok(index);
         }
-        let bytes = self.stage.asset_bytes(&key.0)?;
+        let texture = self.load_texture(prim, &source)?;
+        self.scene.textures.push(texture);
+        self.textures.insert(source, self.scene.textures.len() - 1);
+        Ok(self.scene.textures.len() - 1)
+    }
+
+    /// Loads the texture that a prim refers to, without adding it to the scene.
+    pub fn load_texture(&mut self, prim: &str, source: &TextureSource) -> Result<Texture, Error> {
+        let TextureSource { file, encoding, channel, wrap } = source;
+        let bytes = self.stage.asset_bytes(file)?;
         // The part in brackets is the file inside the package.
-        let name = PathBuf::from(key.0.trim_end_matches(']').replace('[', "/"));
-        let Image { texture, warning } = image::decode(&name, &bytes, encoding)?;
+        let name = PathBuf::from(file.trim_end_matches(']').replace('[', "/"));
+        let Image { texture, warning } = image::decode(&name, &bytes, *encoding)?;
         if let Some(what) = warning {
             self.warnings.add(prim, what);
         }
-        let mut texture = Texture { wrap, ..texture };
-        if let Some(channel) = channel {
+        let mut texture = Texture { wrap: *wrap, ..texture };
+        if let Some(channel) = *channel {
             texture.pixels.iter_mut().for_each(|pixel| *pixel = [pixel[channel]; 3]);
         }
-        self.scene.textures.push(texture);
-        self.textures.insert(key, self.scene.textures.len() - 1);
-        Ok(self.scene.textures.len() - 1)
+        Ok(texture)
     }
 
     /// The name of a prim in later messages: `vellus:name` if it has one, otherwise its path.

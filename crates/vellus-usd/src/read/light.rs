@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::image::Encoding;
-use crate::read::context::Reader;
+use crate::read::context::{Reader, TextureSource};
 use crate::read::xform::{Place, mean_scale, rigid};
 use crate::stage::{Stage, When};
 use glam::{DMat3, DMat4, DVec3};
@@ -154,7 +154,9 @@ fn light_texture(reader: &mut Reader, prim: &str) -> Result<Option<usize>, Error
         Some(file) => Some(file),
         None => reader.stage.asset(prim, "texture:file")?,
     };
-    file.map(|file| reader.texture(prim, file, Encoding::Auto, None, [Wrap::Repeat; 2])).transpose()
+    let Some(file) = file else { return Ok(None) };
+    let source = TextureSource { file, encoding: Encoding::Auto, channel: None, wrap: [Wrap::Repeat; 2] };
+    reader.texture(prim, source).map(Some)
 }
 
 /// Reads a dome light. The pole of a DomeLight is +y of its frame, whatever the up axis is. The middle of its image is

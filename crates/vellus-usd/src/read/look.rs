@@ -3,8 +3,8 @@
 
 use crate::error::Error;
 use crate::read::context::{BoundLook, Reader};
-use crate::read::materialx;
 use crate::read::network::{Input, Shader, bound_material, input, surface_shader};
+use crate::read::shading;
 use crate::read::uv_texture::uv_texture;
 use crate::stage::When;
 use vellus::{Fiber, FiberBuilder};
@@ -37,10 +37,7 @@ pub(crate) fn look(reader: &mut Reader, prim: &str) -> Result<BoundLook, Error> 
         if let Some(known) = reader.looks.get(material) {
             return Ok(known.clone());
         }
-        if let Some(bsdf) = materialx::hair_bsdf(reader, material)? {
-            let fiber = materialx::fiber(reader, &bsdf)?;
-            let look = Look::constant(reader.name(material)?, fiber);
-            reader.networks.push(look.name.clone());
+        if let Some(look) = shading::look(reader, material)? {
             return Ok(add(reader, material.clone(), look, Vec::new()));
         }
         reader.warnings.add(material, format!("it has no {SHADER} shader: curves with it get the fallback fibre"));

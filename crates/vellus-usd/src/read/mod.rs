@@ -6,12 +6,12 @@ mod curves;
 mod layout;
 pub(crate) mod light;
 pub(crate) mod look;
-mod materialx;
 mod mesh;
 mod motion;
 mod network;
 mod options;
 mod primvar;
+mod shading;
 mod surface;
 pub(crate) mod uv_texture;
 mod xform;
@@ -22,8 +22,11 @@ use crate::error::Error;
 use crate::read::context::Reader;
 use crate::read::network::bound_material;
 use crate::read::xform::{Place, places};
-use crate::stage::Stage;
+use crate::stage::{MATERIALS, Stage};
+use crate::warning::Warning;
 use std::path::Path;
+use vellus::Fiber;
+use vellus_scene::Units;
 
 /// Reads a file (.usda, .usdc, .usdz) and the files that it refers to.
 ///
@@ -55,6 +58,39 @@ pub fn read(file: &Path, options: &Options) -> Result<Reading, Error> {
     }
     scene.validate()?;
     Ok(Reading { scene, warnings: warnings.0, networks, sources: stage.sources() })
+}
+
+/// Reads a material of a MaterialX document (.mtlx) as a fibre. `name` may be `None` if the document has one material.
+///
+/// `base` gives the parameters that MaterialX lacks. The warnings report what was mapped. A fibre alone has no images:
+/// parameters with images keep the values of `base`, and a warning names them.
+///
+/// # Errors
+/// [`Error::File`] if the document is missing or broken, or does not have this one material. [`Error::Prim`] if an
+/// input is out of range.
+pub fn read_material(file: &Path, name: Option<&str>, base: &Fiber) -> Result<(Fiber, Vec<Warning>), Error> {
+    let options = Options { network_base: *base, ..Options::default() };
+    let stage = Stage::open(file, None)?;
+    let materials = stage.children(MATERIALS).map_err(|what| Error::file(file, what))?;
+    let known = materials.join(", ");
+    let material = match (name, &materials[..]) {
+        (None, [only]) => only,
+        (None, _) => return Err(Error::file(file, format!("it has several materials: choose one of {known}"))),
+        (Some(name), all) => match all.iter().find(|material| *material == name) {
+            Some(material) => material,
+            None => return Err(Error::file(file, format!("it has no material {name}: known are {known}"))),
+        },
+    };
+    let mut reader = Reader::new(stage, &options, Units::CENTIMETERS);
+    let found = shading::look(&mut reader, &format!("{MATERIALS}/{material}"))?;
+    let look = found.ok_or_else(|| Error::file(file, format!("the material {material} has no shader of fibres")))?;
+    if !look.textured.is_empty() {
+        let names: Vec<&str> = look.textured.iter().map(|(parameter, _)| parameter.name()).collect();
+        let what =
+            format!("a fibre has no images, so those of {} are ignored: bind the material to curves", names.join(", "));
+        reader.warnings.add(&look.name, what);
+    }
+    Ok((look.fiber, reader.warnings.0))
 }
 
 fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<(), Error> {

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::image::Encoding;
-use crate::read::context::Reader;
+use crate::read::context::{Reader, TextureSource};
 use crate::read::network::{Input, Shader, input};
 use crate::stage::{Stage, When};
 use vellus_scene::Wrap;
@@ -27,6 +27,16 @@ fn wrap(stage: &Stage, prim: &str, name: &str) -> Result<Wrap, Error> {
 
 /// The index of the texture in the scene, and its scale. `is_number` means that only the first channel is used.
 pub(crate) fn uv_texture(reader: &mut Reader, shader: &Shader, is_number: bool) -> Result<(usize, [f32; 3]), Error> {
+    let (source, scale) = texture_source(reader, shader, is_number)?;
+    Ok((reader.texture(&shader.prim, source)?, scale))
+}
+
+/// What the shader reads, and its scale. `is_number` means that only the first channel is used.
+pub(crate) fn texture_source(
+    reader: &mut Reader,
+    shader: &Shader,
+    is_number: bool,
+) -> Result<(TextureSource, [f32; 3]), Error> {
     let prim = shader.prim.as_str();
     let stage = &reader.stage;
     let file = match input(stage, prim, "inputs:file")? {
@@ -70,6 +80,5 @@ pub(crate) fn uv_texture(reader: &mut Reader, shader: &Shader, is_number: bool) 
             reader.warnings.add(prim, "texture coordinates are always the primvar st, without transforms");
         }
     }
-    let texture = reader.texture(prim, file, encoding, channel, wrap)?;
-    Ok((texture, channel.map_or(scale, |c| [scale[c]; 3])))
+    Ok((TextureSource { file, encoding, channel, wrap }, channel.map_or(scale, |c| [scale[c]; 3])))
 }

@@ -1,6 +1,7 @@
 //! Checks each layer before `openusd` decodes it.
 
-use super::files::Files;
+use super::files::{Files, MATERIALX};
+use super::materialx::to_usda;
 use super::names::{check_default, check_name, check_path};
 use super::text_check::{check_text, normalized};
 use super::usdc_check::{check_tables, check_values};
@@ -37,15 +38,17 @@ impl Careful {
 
     /// The bytes of a layer in a form that `openusd` can read.
     fn layer(&self, path: &str) -> io::Result<Vec<u8>> {
-        let bytes = self.files.read(path)?;
+        let mut bytes = self.files.read(path)?;
+        let broken = |what: Invalid| io::Error::new(io::ErrorKind::InvalidData, format!("broken layer: {what}"));
+        if path.ends_with(MATERIALX) {
+            bytes = to_usda(&bytes).map_err(broken)?.into_bytes();
+        }
         let digest = Digest::of(&bytes);
         let known = self.checked.borrow().get(&digest).cloned();
         let zeros = match known {
             Some(zeros) => zeros,
             None => {
-                let zeros: Rc<[usize]> = check(&bytes)
-                    .map_err(|what| io::Error::new(io::ErrorKind::InvalidData, format!("broken layer: {what}")))?
-                    .into();
+                let zeros: Rc<[usize]> = check(&bytes).map_err(broken)?.into();
                 self.checked.borrow_mut().insert(digest, zeros.clone());
                 zeros
             }
@@ -53,7 +56,9 @@ impl Careful {
         if bytes.starts_with(usdc::MAGIC) {
             return Ok(bytes);
         }
-        self.files.note_text(path);
+        if !path.ends_with(MATERIALX) {
+            self.files.note_text(path);
+        }
         Ok(normalized(bytes, &zeros))
     }
 
@@ -61,7 +66,14 @@ impl Careful {
         let (package, inner) = match ar::split_package_relative_path_outer(asset_path) {
             Some((package, inner)) => (package, Some(inner)),
             None if asset_path.to_ascii_lowercase().ends_with(".usdz") => (asset_path.to_owned(), None),
-            None => return self.disk.resolve(asset_path),
+            None => {
+                let file = self.disk.resolve(asset_path)?;
+                let is_materialx = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mtlx"));
+                return Some(match is_materialx {
+                    true => ar::ResolvedPath::new(format!("{}{MATERIALX}", file.to_string_lossy())),
+                    false => file,
+                });
+            }
         };
         let package = self.disk.resolve(&package)?;
         // Opening a package reports its errors.

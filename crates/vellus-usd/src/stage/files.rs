@@ -15,6 +15,10 @@ const MAX_FILES: usize = 1 << 16;
 /// The largest total size of the files of a stage, in bytes: 16 GiB.
 const MAX_BYTES: u64 = 16 << 30;
 
+/// The end of the resolved path of a MaterialX document, which becomes a text layer. The name of a file cannot have a
+/// zero.
+pub(super) const MATERIALX: &str = "\0.usda";
+
 /// A file that a layer refers to.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Reference {
@@ -65,6 +69,7 @@ impl Files {
 
     /// The bytes of a file, which may be inside a package: `a.usdz[b.usda]`.
     pub fn read(&self, path: &str) -> Result<Vec<u8>> {
+        let path = path.strip_suffix(MATERIALX).unwrap_or(path);
         let Some((package, inner)) = ar::split_package_relative_path_outer(path) else {
             let path = Path::new(path);
             vellus_io::open_file(path)?;
@@ -166,6 +171,7 @@ impl Files {
 
 /// The file on disk: the package, for a path inside a package.
 fn outer(path: &str) -> PathBuf {
+    let path = path.strip_suffix(MATERIALX).unwrap_or(path);
     ar::split_package_relative_path_outer(path).map_or_else(|| PathBuf::from(path), |(package, _)| package.into())
 }
 

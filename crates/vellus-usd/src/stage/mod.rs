@@ -6,6 +6,7 @@
 mod careful;
 mod collections;
 mod files;
+mod materialx;
 mod names;
 mod package;
 mod text_check;
@@ -17,6 +18,7 @@ use crate::guard::catch;
 use careful::{Careful, parse_error};
 use collections::Members;
 use files::Files;
+pub(crate) use materialx::MATERIALS;
 use openusd::tf::Token;
 use openusd::{ar, sdf, usd};
 use std::cell::RefCell;
@@ -155,6 +157,15 @@ impl Stage {
                 rest.extend(prim.children()?.into_iter().rev());
             }
             Ok(prims)
+        })
+    }
+
+    /// Names of the children of a prim.
+    pub fn children(&self, prim: &str) -> Result<Vec<String>, Invalid> {
+        guarded(|| {
+            let children = self.stage.prim(prim).children()?;
+            let paths = children.iter().map(|child| child.path().as_str().to_owned());
+            Ok(paths.filter_map(|path| path.rsplit_once('/').map(|(_, name)| name.to_owned())).collect())
         })
     }
 

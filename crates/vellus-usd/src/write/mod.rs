@@ -3,7 +3,7 @@
 mod geometry;
 mod look;
 mod names;
-mod text;
+pub(crate) mod text;
 
 use crate::error::Error;
 use crate::image::encode_exr;

@@ -1,0 +1,163 @@
+//! A shader of another program while it is mapped to a fibre.
+
+use crate::error::Error;
+use crate::read::context::Reader;
+use crate::read::network::{Input, Shader, input};
+use crate::read::shading::image;
+use crate::read::shading::value::Value;
+use crate::stage::When;
+use vellus::{FiberBuilder, Parameter};
+use vellus_scene::{Look, Value as Textured};
+
+/// A shader of another program while it is mapped to a fibre.
+pub(super) struct Mapping<'r, 'a> {
+    pub reader: &'r mut Reader<'a>,
+    /// The shader of the fibre.
+    pub shader: Shader,
+    builder: FiberBuilder,
+    textured: Vec<(Parameter, Textured)>,
+    /// Parameters and the inputs that they were set from, for the report.
+    mapped: Vec<String>,
+    /// What has no counterpart, for the report.
+    lost: Vec<String>,
+}
+
+impl<'r, 'a> Mapping<'r, 'a> {
+    pub fn new(reader: &'r mut Reader<'a>, shader: Shader) -> Self {
+        let builder = FiberBuilder::new(reader.options.network_base);
+        Mapping { reader, shader, builder, textured: Vec::new(), mapped: Vec::new(), lost: Vec::new() }
+    }
+
+    /// Sets a parameter, in radians for angles. `from` names the inputs for the report.
+    pub fn set(&mut self, parameter: Parameter, value: Value, from: &str) {
+        match value {
+            Value::Constant(value) => self.builder.set_value(parameter, value.map(|x| x as f32)),
+            Value::Image(mut texture) => {
+                let (range, unit) = (parameter.range(), parameter.unit());
+                let in_file = |x: f32| unit.from_stored(range.nearest(x));
+                texture.pixels.iter_mut().for_each(|pixel| *pixel = pixel.map(in_file));
+                self.reader.scene.textures.push(texture);
+                let texture = self.reader.scene.textures.len() - 1;
+                self.textured.push((parameter, Textured { texture, scale: [1.0; 3] }));
+            }
+        }
+        self.mapped.push(format!("{} from {from}", parameter.name()));
+    }
+
+    /// Reports something that has no counterpart.
+    pub fn lose(&mut self, what: impl Into<String>) {
+        self.lost.push(what.into());
+    }
+
+    /// Reports inputs of the shader that do not have the value at which they have no effect. `neutral` has the value of
+    /// each channel.
+    pub fn lose_unless(&mut self, neutral: f64, names: &[&str]) -> Result<(), Error> {
+        for name in names {
+            if self.has(name)? && self.value(name, [neutral; 3])? != Value::number(neutral) {
+                self.lose(*name);
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether an input of the shader has a value or a connection.
+    pub fn has(&self, name: &str) -> Result<bool, Error> {
+        let prim = self.shader.prim.as_str();
+        Ok(!matches!(input(&self.reader.stage, prim, &format!("inputs:{name}"))?, Input::Unset))
+    }
+
+    /// The source of an input of a node, if that is an output of another node.
+    pub fn node(&self, prim: &str, name: &str) -> Result<Option<Shader>, Error> {
+        Ok(match input(&self.reader.stage, prim, &format!("inputs:{name}"))? {
+            Input::Shader(shader) => Some(shader),
+            _ => None,
+        })
+    }
+
+    /// The value of an input of the shader.
+    pub fn value(&mut self, name: &str, default: [f64; 3]) -> Result<Value, Error> {
+        let prim = self.shader.prim.clone();
+        self.value_of(&prim, name, default)
+    }
+
+    /// The value of an input of the shader that is a number.
+    pub fn number(&mut self, name: &str, default: f64) -> Result<Value, Error> {
+        self.value(name, [default; 3])
+    }
+
+    /// The value of an input of the shader that is a number and cannot have an image.
+    pub fn constant(&mut self, name: &str, default: f64) -> Result<f64, Error> {
+        match self.number(name, default)? {
+            Value::Constant([x, ..]) => Ok(x),
+            Value::Image(_) => {
+                let what = format!("inputs:{name} cannot have an image: {default} is used");
+                self.reader.warnings.add(&self.shader.prim, what);
+                Ok(default)
+            }
+        }
+    }
+
+    /// The value of an input of the shader that is true or false.
+    pub fn flag(&self, name: &str) -> Result<bool, Error> {
+        Ok(match input(&self.reader.stage, &self.shader.prim, &format!("inputs:{name}"))? {
+            Input::Value(at) => self.reader.stage.flag(&at.prim, &at.name)?.unwrap_or(false),
+            _ => false,
+        })
+    }
+
+    /// The value of an input of any node, with one or three channels. A node that is not an image or a constant gives a
+    /// warning, and the input's own value or the default.
+    pub fn value_of(&mut self, prim: &str, name: &str, default: [f64; 3]) -> Result<Value, Error> {
+        let key = format!("inputs:{name}");
+        let found = match input(&self.reader.stage, prim, &key)? {
+            Input::Unset => None,
+            Input::Value(at) => self.reader.stage.numbers(&at.prim, &at.name, When::Open)?,
+            Input::Shader(node) => {
+                if let Some(texture) = image::read(self.reader, &node)? {
+                    return Ok(Value::Image(texture));
+                }
+                if node.id.starts_with("ND_constant_") {
+                    return self.value_of(&node.prim, "value", [0.0; 3]);
+                }
+                self.reader.warnings.add(prim, format!("{key}: a {} is not mapped and is ignored", node.id));
+                self.reader.stage.numbers(prim, &key, When::Open)?
+            }
+        };
+        let Some(found) = found else { return Ok(Value::Constant(default)) };
+        let wrong = || Error::prim(prim, format!("{key} must be one finite number, or three"));
+        match (found.len(), found.values.as_slice()) {
+            (1, &[x]) if x.is_finite() => Ok(Value::number(f64::from(x))),
+            (1, &[x, y, z] | &[x, y, z, _]) if [x, y, z].iter().all(|x| x.is_finite()) => {
+                Ok(Value::Constant([x, y, z].map(f64::from)))
+            }
+            _ => Err(wrong()),
+        }
+    }
+
+    /// The look, and a warning that reports what was mapped.
+    pub fn finish(self, material: &str) -> Result<Option<Look>, Error> {
+        let Mapping { reader, shader, builder, textured, mapped, lost } = self;
+        if mapped.is_empty() {
+            let what = format!("a {} without inputs that say anything about a fibre is ignored", shader.id);
+            reader.warnings.add(&shader.prim, what);
+            return Ok(None);
+        }
+        let out_of_range = |error: vellus::Error| Error::prim(&shader.prim, error.to_string());
+        if let Some(color) = builder.out_of_reach().map_err(out_of_range)? {
+            reader.warnings.add(&shader.prim, color.to_string());
+        }
+        let fiber = builder.build().map_err(out_of_range)?;
+        let mut what = format!("{} is read as a fibre: {}.", shader.id, mapped.join(", "));
+        what += " The other parameters are those of --fiber, or of hair without it";
+        if fiber.kappa > 0.0 && fiber.sigma_ms == 0.0 {
+            what += ". Its medulla does not scatter: choose a --fiber with one, such as red-fox";
+        }
+        if !lost.is_empty() {
+            what += &format!(". Not mapped: {}", lost.join(", "));
+        }
+        reader.warnings.add(&shader.prim, what);
+        let look = Look { name: reader.name(material)?, fiber, textured };
+        reader.networks.push(look.name.clone());
+        Ok(Some(look))
+    }
+}

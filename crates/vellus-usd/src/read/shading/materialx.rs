@@ -1,0 +1,89 @@
+//! `ND_chiang_hair_bsdf` of MaterialX 1.39, and the nodes that feed it.
+
+use crate::error::Error;
+use crate::read::shading::chiang;
+use crate::read::shading::mapping::Mapping;
+use crate::read::shading::value::Value;
+use crate::stage::When;
+use vellus::Parameter;
+
+/// Reads `ND_chiang_hair_bsdf`.
+pub(super) fn map(mapping: &mut Mapping) -> Result<(), Error> {
+    let absorption = absorption(mapping)?;
+    mapping.set(Parameter::SigmaCa, absorption, "absorption_coefficient");
+    let [variance, _] = roughness(mapping, "roughness_R", [0.1, 0.1])?;
+    let [_, scale] = roughness(mapping, "roughness_TT", [0.05, 0.05])?;
+    chiang::set_roughness(mapping, variance, scale, ["roughness_R", "roughness_TT"]);
+    let ior = mapping.number("ior", 1.55)?;
+    mapping.set(Parameter::Eta, ior, "ior");
+    // Values above 0.5 tilt the scales towards the root.
+    let cuticle = mapping.constant("cuticle_angle", 0.5)?;
+    mapping.set(Parameter::Alpha, Value::number(chiang::alpha(180.0 * cuticle - 90.0)), "cuticle_angle");
+    mapping.lose_unless(1.0, &["tint_R", "tint_TT", "tint_TRT"])?;
+    mapping.lose("roughness of TT and TRT along the fibre");
+    mapping.lose("azimuthal roughness of R and TRT");
+    Ok(())
+}
+
+/// Variance along the fibre and scale around it, from a value or from `ND_chiang_hair_roughness`.
+fn roughness(mapping: &mut Mapping, name: &str, default: [f64; 2]) -> Result<[Value; 2], Error> {
+    let prim = mapping.shader.prim.clone();
+    let Some(node) = mapping.node(&prim, name)? else { return pair(mapping, &prim, name, default) };
+    if node.id != "ND_chiang_hair_roughness" {
+        mapping.reader.warnings.add(&prim, format!("inputs:{name}: a {} is not mapped and is ignored", node.id));
+        return pair(mapping, &prim, name, default);
+    }
+    let along = mapping.value_of(&node.prim, "longitudinal", [0.1; 3])?;
+    let around = mapping.value_of(&node.prim, "azimuthal", [0.2; 3])?;
+    let factor = match node.output.rsplit('_').next() {
+        Some("TT") => mapping.value_of(&node.prim, "scale_TT", [0.5; 3])?,
+        Some("TRT") => mapping.value_of(&node.prim, "scale_TRT", [2.0; 3])?,
+        _ => Value::number(1.0),
+    };
+    let product = |v: [f64; 3], k: [f64; 3]| std::array::from_fn(|i| v[i] * k[i] * k[i]);
+    Ok([along.map_each(chiang::variance).with(factor, product), around.map_each(chiang::scale)])
+}
+
+/// The two numbers of an input of the shader, or the default.
+fn pair(mapping: &Mapping, prim: &str, name: &str, default: [f64; 2]) -> Result<[Value; 2], Error> {
+    let key = format!("inputs:{name}");
+    let found = mapping.reader.stage.numbers(prim, &key, When::Open)?;
+    let numbers = match found.as_ref().map(|found| found.values.as_slice()) {
+        None => default,
+        Some(&[v, s]) if v >= 0.0 && s >= 0.0 && v.is_finite() && s.is_finite() => [v, s].map(f64::from),
+        Some(_) => return Err(Error::prim(prim, format!("{key} must be two finite numbers that are not negative"))),
+    };
+    Ok(numbers.map(Value::number))
+}
+
+/// σ per radius, from a value or from one of the nodes that make it of a colour or of melanin.
+fn absorption(mapping: &mut Mapping) -> Result<Value, Error> {
+    let name = "absorption_coefficient";
+    let prim = mapping.shader.prim.clone();
+    let node = mapping.node(&prim, name)?;
+    let Some(node) = node.filter(|node| [FROM_COLOR, FROM_MELANIN].contains(&node.id.as_str())) else {
+        return mapping.value(name, [0.0; 3]);
+    };
+    if node.id == FROM_COLOR {
+        let color = mapping.value_of(&node.prim, "color", [1.0; 3])?;
+        let roughness = mapping.value_of(&node.prim, "azimuthal_roughness", [0.2; 3])?;
+        let sigma = |c: [f64; 3], b: [f64; 3]| c.map(|c| chiang::absorption_of_color(c, b[0]));
+        return Ok(color.with(roughness, sigma));
+    }
+    let concentration = mapping.value_of(&node.prim, "melanin_concentration", [0.25; 3])?;
+    let redness = mapping.value_of(&node.prim, "melanin_redness", [0.5; 3])?;
+    let mut pigment = |name: &str, default: [f64; 3]| -> Result<[f64; 3], Error> {
+        let colored = mapping.value_of(&node.prim, name, default)?.map_each(|c| -c.clamp(1e-4, 1.0).ln());
+        let Value::Constant(sigma) = colored else {
+            return Err(Error::prim(&node.prim, format!("inputs:{name} cannot have an image")));
+        };
+        Ok(sigma)
+    };
+    let eumelanin = pigment("eumelanin_color", [0.657704, 0.498077, 0.254107])?;
+    let pheomelanin = pigment("pheomelanin_color", [0.829444, 0.67032, 0.349938])?;
+    Ok(concentration
+        .with(redness, |c, r| chiang::absorption_of_melanin(chiang::melanin(c[0]), r[0], [eumelanin, pheomelanin])))
+}
+
+const FROM_COLOR: &str = "ND_chiang_hair_absorption_from_color";
+const FROM_MELANIN: &str = "ND_deon_hair_absorption_from_melanin";

@@ -1,0 +1,80 @@
+//! The value of a shader input: a constant, or an image.
+
+use glam::Vec2;
+use vellus_scene::Texture;
+
+/// The value of a shader input. A number has three equal channels.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Value {
+    /// The same value everywhere.
+    Constant([f64; 3]),
+    /// The pixels of an image.
+    Image(Texture),
+}
+
+impl Value {
+    /// A constant number.
+    pub fn number(x: f64) -> Self {
+        Value::Constant([x; 3])
+    }
+
+    /// Applies a function to the constant or to each pixel. The result of a pixel is interpolated, not its input.
+    pub fn map(self, f: impl Fn([f64; 3]) -> [f64; 3]) -> Self {
+        match self {
+            Value::Constant(value) => Value::Constant(f(value)),
+            Value::Image(mut texture) => {
+                texture.pixels.iter_mut().for_each(|pixel| *pixel = f(pixel.map(f64::from)).map(|x| x as f32));
+                Value::Image(texture)
+            }
+        }
+    }
+
+    /// Applies a function to each channel.
+    pub fn map_each(self, f: impl Fn(f64) -> f64) -> Self {
+        self.map(|value| value.map(&f))
+    }
+
+    /// Applies a function to two values. Of two images, the larger one gives the size and the wrap modes of the result,
+    /// and the other one is interpolated.
+    pub fn with(self, other: Value, f: impl Fn([f64; 3], [f64; 3]) -> [f64; 3]) -> Self {
+        match (self, other) {
+            (a, Value::Constant(b)) => a.map(|a| f(a, b)),
+            (Value::Constant(a), b) => b.map(|b| f(a, b)),
+            (Value::Image(a), Value::Image(b)) if a.pixels.len() >= b.pixels.len() => Value::Image(combined(a, &b, f)),
+            (Value::Image(a), Value::Image(b)) => Value::Image(combined(b, &a, |b, a| f(a, b))),
+        }
+    }
+}
+
+/// Applies a function to each pixel of an image and the value of another image at the same place.
+fn combined(mut a: Texture, b: &Texture, f: impl Fn([f64; 3], [f64; 3]) -> [f64; 3]) -> Texture {
+    let (width, height) = (a.width, a.height);
+    for (i, pixel) in a.pixels.iter_mut().enumerate() {
+        let (x, y) = ((i % width) as f32, (i / width) as f32);
+        let uv = Vec2::new((x + 0.5) / width as f32, 1.0 - (y + 0.5) / height as f32);
+        *pixel = f(pixel.map(f64::from), b.at(uv).map(f64::from)).map(|x| x as f32);
+    }
+    a
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vellus_scene::Wrap;
+
+    fn image(width: usize, reds: &[f32]) -> Value {
+        let pixels: Vec<_> = reds.iter().map(|&red| [red, 0.0, 0.0]).collect();
+        let height = pixels.len() / width;
+        Value::Image(Texture { name: String::new(), width, height, pixels, wrap: [Wrap::Clamp; 2] })
+    }
+
+    #[test]
+    fn two_images_combine_at_the_pixels_of_the_larger_one() {
+        let difference = |a: [f64; 3], b: [f64; 3]| [a[0] - b[0], 0.0, 0.0];
+        let (large, small) = (image(2, &[0.25, 0.5, 1.0, 2.0]), image(1, &[0.125]));
+        assert_eq!(large.clone().with(small.clone(), difference), image(2, &[0.125, 0.375, 0.875, 1.875]));
+        assert_eq!(small.with(large, difference), image(2, &[-0.125, -0.375, -0.875, -1.875]));
+        assert_eq!(image(1, &[3.0]).with(Value::number(1.0), difference), image(1, &[2.0]));
+        assert_eq!(Value::number(3.0).with(image(1, &[1.0]), difference), image(1, &[2.0]));
+    }
+}

@@ -1,0 +1,182 @@
+//! Shading networks of other programs, and MaterialX documents.
+
+use crate::common::read_text;
+use crate::{FOUR, said};
+use std::fs;
+use std::path::{Path, PathBuf};
+use vellus::{Fiber, FiberBuilder, Parameter, Species};
+use vellus_scene::{Look, Scene, Wrap};
+use vellus_usd::{Options, Reading, read, read_material};
+
+fn data(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
+}
+
+/// Relative, because the reference numbers have six digits.
+#[track_caller]
+fn near(x: f32, expected: f32) {
+    assert!((x - expected).abs() <= 2e-5 * expected.abs().max(0.1), "{x} {expected}");
+}
+
+fn look<'a>(scene: &'a Scene, name: &str) -> &'a Look {
+    scene.looks.iter().find(|look| look.name.ends_with(name)).unwrap()
+}
+
+/// The networks that OpenUSD wrote, with red fox for what they lack.
+fn programs() -> (Reading, Fiber) {
+    let base = Fiber::preset(Species::RedFox);
+    let options = Options { network_base: base, ..Options::default() };
+    (read(&data("programs.usda"), &options).unwrap(), base)
+}
+
+/// ln 0.75 = −0.287682; melanin is 0.287682 · ((0.506, 0.841, 1.653) + (0.343, 0.733, 1.924)) / 2. The colour's
+/// polynomial is 5.74660 at 0.4 and 5.88841 at 0.3.
+fn melanin_and_color(b: f64) -> [f32; 3] {
+    let fit = if b == 0.4 { 5.746603 } else { 5.888415 };
+    let melanin = [0.122121, 0.226406, 0.514518];
+    let color = [0.9f64, 0.6, 0.4].map(|c| (c.ln() / fit).powi(2));
+    std::array::from_fn(|i| (color[i] + melanin[i]) as f32)
+}
+
+#[test]
+fn arnold_gives_melanin_and_colour_roughness_and_tilt() {
+    let (reading, base) = programs();
+    let fiber = look(&reading.scene, "/arnold").fiber;
+    melanin_and_color(0.4).into_iter().zip(fiber.sigma_ca).for_each(|(expected, x)| near(x, expected));
+    // 0.726 · 0.3 + 0.812 · 0.09 + 3.7 · 0.3²⁰; 0.265 · 0.4 + 1.194 · 0.16 + 5.372 · 0.4²², times π √(π/8) / √6.
+    near(fiber.beta_m, 0.29088);
+    near(fiber.beta_n, 0.238738);
+    near(fiber.alpha.to_degrees(), 4.0);
+    assert_eq!((fiber.eta, fiber.kappa, fiber.g, fiber.sigma_ms), (1.5, base.kappa, base.g, base.sigma_ms));
+    assert!(said(&reading.warnings).contains("Not mapped: diffuse"), "{}", said(&reading.warnings));
+}
+
+#[test]
+fn karma_gives_the_medulla_too() {
+    let (reading, base) = programs();
+    let fiber = look(&reading.scene, "/karma").fiber;
+    // The thickness scale doubles the absorption.
+    melanin_and_color(0.3).into_iter().zip(fiber.sigma_ca).for_each(|(expected, x)| near(x, 2.0 * expected));
+    assert_eq!((fiber.kappa, fiber.g, fiber.sigma_ms), (0.6, 0.3, base.sigma_ms));
+    // 0.02 · 90°, twice.
+    near(fiber.alpha.to_degrees(), 3.6);
+    let warnings = said(&reading.warnings);
+    assert!(warnings.contains("Not mapped: medullaDiffuse") && !warnings.contains("does not scatter"), "{warnings}");
+    let warnings = said(&read(&data("programs.usda"), &Options::default()).unwrap().warnings);
+    assert!(warnings.contains("kappa from medullaRadius") && warnings.contains("does not scatter"), "{warnings}");
+}
+
+#[test]
+fn renderman_gives_the_absorption_of_the_colour_of_tt() {
+    let (reading, base) = programs();
+    let fiber = look(&reading.scene, "/renderman").fiber;
+    // √(1 − 1/2.25) + 1.5 asin(1/1.5) = 0.745356 + 1.5 · 0.729728.
+    let chord = 1.839948f64;
+    [0.8f64, 0.5, 0.2].into_iter().zip(fiber.sigma_ca).for_each(|(c, x)| near(x, (-c.ln() / chord) as f32));
+    near(fiber.beta_m.to_degrees(), 6.0);
+    near(fiber.alpha.to_degrees(), 4.0);
+    assert_eq!((fiber.eta, fiber.beta_n), (1.5, base.beta_n));
+    assert!(said(&reading.warnings).contains("diffuseGain"), "{}", said(&reading.warnings));
+}
+
+#[test]
+fn a_preview_surface_gives_the_colour_of_the_coat() {
+    let (reading, base) = programs();
+    let mut expected = FiberBuilder::new(base);
+    expected.set_value(Parameter::Reflectance, [0.5, 0.3, 0.2]);
+    assert_eq!(look(&reading.scene, "/preview").fiber, expected.build().unwrap());
+    assert!(said(&reading.warnings).contains("Not mapped: roughness"), "{}", said(&reading.warnings));
+    // Each material has one warning.
+    assert_eq!((reading.warnings.len(), reading.networks.len()), (4, 4), "{}", said(&reading.warnings));
+
+    // Blender's empty surface says nothing about the fibre.
+    let empty = format!(
+        "def BasisCurves \"c\" {{ {FOUR}\n rel material:binding = </m> }}
+def Material \"m\" {{
+    token outputs:surface.connect = </m/s.outputs:surface>
+    def Shader \"s\" {{ uniform token info:id = \"UsdPreviewSurface\" token outputs:surface }}
+}}"
+    );
+    let options = Options { fallback: base, ..Options::default() };
+    let (scene, warnings) = read_text(&empty, &options).unwrap();
+    assert_eq!(scene.looks[0].fiber, base);
+    assert!(said(&warnings).contains("UsdPreviewSurface without inputs"), "{}", said(&warnings));
+}
+
+/// A folder with the document that the package MaterialX wrote, and its image: one black and one white pixel.
+fn document() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::copy(data("hair.mtlx"), folder.path().join("hair.mtlx")).unwrap();
+    let mut encoder = png::Encoder::new(fs::File::create(folder.path().join("coat.png")).unwrap(), 2, 1);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.write_header().unwrap().write_image_data(&[0, 0, 0, 255, 255, 255]).unwrap();
+    folder
+}
+
+#[test]
+fn a_stage_binds_a_material_of_a_document_with_an_image() {
+    let folder = document();
+    let stage = format!(
+        "#usda 1.0
+def BasisCurves \"c\" {{ {FOUR}\n rel material:binding = </fox> }}
+def \"fox\" ( references = @hair.mtlx@</MaterialX/Materials/Fox> ) {{ }}"
+    );
+    let file = folder.path().join("stage.usda");
+    fs::write(&file, stage).unwrap();
+    let reading = read(&file, &Options::default()).unwrap();
+    let look = &reading.scene.looks[0];
+    assert_eq!(look.fiber.eta, 1.5);
+    near(look.fiber.beta_m, 0.29088);
+    // The image of the colour becomes one of the absorption. Black counts as 0.001.
+    let [(Parameter::SigmaCa, value)] = look.textured[..] else { panic!("{look:?}") };
+    let texture = &reading.scene.textures[value.texture];
+    assert_eq!((texture.width, texture.height, value.scale), (2, 1, [1.0; 3]));
+    assert_eq!(texture.wrap, [Wrap::Clamp, Wrap::Repeat]);
+    // The polynomial at 0.2 is 5.969 − 0.043 + 0.10128 − 0.08584 + 0.0089184 + 0.0000784.
+    near(texture.pixels[0][0], (0.001f32.ln() / 5.950437).powi(2));
+    assert_eq!(texture.pixels[1], [0.0; 3]);
+    // The digest of what was read depends on the document.
+    let before = reading.sources;
+    let text = fs::read_to_string(folder.path().join("hair.mtlx")).unwrap().replace("1.5", "1.6");
+    fs::write(folder.path().join("hair.mtlx"), text).unwrap();
+    let after = read(&file, &Options::default()).unwrap();
+    assert!(after.scene.looks[0].fiber.eta == 1.6 && after.sources != before);
+}
+
+#[test]
+fn a_document_gives_a_fibre() {
+    let folder = document();
+    let file = folder.path().join("hair.mtlx");
+    let base = Fiber::preset(Species::Cat);
+    let (fiber, warnings) = read_material(&file, Some("Plain"), &base).unwrap();
+    assert_eq!((fiber.sigma_ca, fiber.kappa), ([0.1, 0.2, 0.4], base.kappa));
+    assert_eq!(warnings.len(), 1);
+    let (fiber, warnings) = read_material(&file, Some("Fox"), &base).unwrap();
+    assert_eq!((fiber.eta, fiber.sigma_ca), (1.5, base.sigma_ca));
+    assert!(said(&warnings).contains("those of sigma_ca are ignored"), "{}", said(&warnings));
+
+    let error = |name: Option<&str>| read_material(&file, name, &base).unwrap_err().to_string();
+    assert!(error(None).contains("choose one of Fox, Plain"), "{}", error(None));
+    assert!(error(Some("fox")).contains("no material fox: known are Fox, Plain"));
+}
+
+#[test]
+fn broken_documents_are_refused_with_their_line() {
+    let folder = document();
+    let file = folder.path().join("hair.mtlx");
+    let good = fs::read_to_string(&file).unwrap();
+    for (old, new, expected) in [
+        ("</materialx>", "", "broken XML"),
+        ("materialx", "material", "must be materialx"),
+        ("0.1, 0.2, 0.4", "0.1, 0.2", "line 31: absorption_coefficient must have 3 finite numbers"),
+        ("nodename=\"rough\"", "nodename=\"gone\"", "there is no node gone"),
+        ("nodegraph=\"graph\"", "nodegraph=\"gone\"", "line 11: there is no node graph gone"),
+        ("coat.png", "a@b", "line 5: the name of a file"),
+        ("name=\"plain_bsdf\"", "name=\"plain bsdf\"", "line 30: \"plain bsdf\" is no name"),
+        ("surfacematerial", "surface_material", "no surfacematerial"),
+    ] {
+        fs::write(&file, good.replace(old, new)).unwrap();
+        let message = read_material(&file, Some("Plain"), &Fiber::hair()).unwrap_err().to_string();
+        assert!(message.contains(expected), "{message}");
+    }
+}
