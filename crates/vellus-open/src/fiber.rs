@@ -249,6 +249,19 @@ mod tests {
     }
 
     #[test]
+    fn a_material_of_a_document_is_a_fibre() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../vellus-usd/tests/data/hair.mtlx");
+        let source = |name: &str| FiberSource {
+            path: format!("{}{name}", file.display()).into(),
+            set: vec!["kappa=0.5".into()],
+        };
+        let (fiber, warnings) = source("#Plain").read_with_warnings().unwrap();
+        assert_eq!((fiber.sigma_ca, fiber.kappa, warnings.len()), ([0.1, 0.2, 0.4], 0.5, 1));
+        let error = source("").read().unwrap_err();
+        assert!(chain(&error).contains("choose one of Fox, Plain"), "{}", chain(&error));
+    }
+
+    #[test]
     fn errors_name_the_file_or_the_setting() {
         let folder = tempfile::tempdir().unwrap();
         let file = |name: &str, text: &str| {

@@ -180,3 +180,44 @@ fn broken_documents_are_refused_with_their_line() {
         assert!(message.contains(expected), "{message}");
     }
 }
+
+/// What Blender 5.2 wrote with `integrations/blender/vellus_usd_hook.py`.
+#[test]
+fn blender_writes_principled_hair_as_vellus_fur() {
+    check_principled_hair(&data("principled_hair.usda"));
+}
+
+/// The same with the Blender of this machine: a Python that has bpy, in `VELLUS_BPY`.
+#[test]
+fn the_hook_writes_the_same_with_another_blender() {
+    let Some(python) = std::env::var_os("VELLUS_BPY") else {
+        eprintln!("skipped: VELLUS_BPY does not name a Python with bpy");
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("hair.usda");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../integrations/blender/test_usd_hook.py");
+    let status = std::process::Command::new(python).arg(script).arg(&file).status().unwrap();
+    assert!(status.success());
+    check_principled_hair(&file);
+}
+
+fn check_principled_hair(file: &Path) {
+    let reading = read(file, &Options::default()).unwrap();
+    assert_eq!(said(&reading.warnings), "");
+    let fiber = look(&reading.scene, "/absorbed").fiber;
+    assert_eq!((fiber.sigma_ca, fiber.eta), ([0.1, 0.2, 0.4], 1.5));
+    near(fiber.beta_m, 0.29088);
+    near(fiber.beta_n, 0.238738);
+    near(fiber.alpha.to_degrees(), 6.0);
+    // The model Huang has one roughness, here 0.4: also the colour's polynomial is that of 0.4.
+    let fiber = look(&reading.scene, "/melanin").fiber;
+    melanin_and_color(0.4).into_iter().zip(fiber.sigma_ca).for_each(|(expected, x)| near(x, expected));
+    near(fiber.beta_m, 0.42032);
+    // Custom properties choose a fibre with a medulla, so that the colour is that of the coat.
+    let fiber = look(&reading.scene, "/colored").fiber;
+    let mut expected = FiberBuilder::new(Fiber { alpha: fiber.alpha, beta_m: fiber.beta_m, ..fiber });
+    expected.set_value(Parameter::Reflectance, [0.9, 0.6, 0.4]);
+    assert_eq!(expected.build().unwrap().sigma_ca, fiber.sigma_ca);
+    assert_eq!((fiber.kappa, fiber.g), (0.7, Fiber::preset(Species::RedFox).g));
+}
