@@ -62,6 +62,8 @@ pub struct Options {
     pub camera: Option<String>,
     /// Time code of a USD file. `None` is its startTimeCode.
     pub frame: Option<f64>,
+    /// Whether instances of a USD file share their strands and meshes ([`Scene::instances`]). Otherwise they are copied.
+    pub instances: bool,
     /// Prepares the scene for a picture. `None` leaves it as it is in the file.
     pub staging: Option<Staging>,
 }
@@ -166,7 +168,7 @@ pub fn open(scene: impl AsRef<Path>, options: &Options) -> Result<Opened, Error>
         }
     }
     if let Some(share) = options.strands {
-        opened.scene.strands.iter_mut().for_each(|strands| *strands = vellus_groom::thin(strands, share));
+        opened.scene.all_strands_mut().for_each(|strands| *strands = vellus_groom::thin(strands, share));
     }
     Ok(opened)
 }
@@ -184,7 +186,7 @@ pub fn open_to_measure(scene: impl AsRef<Path>, options: &Options) -> Result<Ope
 /// The first frame of an animation whose frame `scene` has no widths, camera or lights of its own. All frames get those
 /// of the first one, so that they do not flicker.
 fn still(path: &Path, options: &Options, staging: &Staging, scene: &Scene) -> Result<Option<Scene>, Error> {
-    if options.frame.is_none() || !(staging.is_needed(scene) || scene.strands.iter().any(has_no_width)) {
+    if options.frame.is_none() || !(staging.is_needed(scene) || scene.all_strands().any(has_no_width)) {
         return Ok(None);
     }
     let mut still = open_all(path, &Options { frame: None, ..options.clone() })?.scene;
@@ -199,8 +201,8 @@ fn has_no_width(strands: &Strands) -> bool {
 /// Gives strands without widths a width that suits their size in `still`, or without it their size here.
 fn suggest_widths(scene: &mut Scene, still: Option<&Scene>) -> Vec<Warning> {
     let mut warnings = Vec::new();
-    for strands in scene.strands.iter_mut().filter(|strands| has_no_width(strands)) {
-        let first = still.and_then(|still| still.strands.iter().find(|first| first.name == strands.name));
+    for strands in scene.all_strands_mut().filter(|strands| has_no_width(strands)) {
+        let first = still.and_then(|still| still.all_strands().find(|first| first.name == strands.name));
         let width = vellus_groom::suggested_width(first.unwrap_or(strands));
         strands.points.iter_mut().for_each(|point| point.w = 0.5 * width);
         warnings.push(Warning::SuggestedWidth { strands: strands.name.clone(), width });
@@ -255,13 +257,14 @@ fn open_usd(path: &Path, options: &Options, width: Option<f32>) -> Result<Opened
         camera: options.camera.clone(),
         shutter: None,
         fallback: options.fiber().1,
+        instances: options.instances,
         network_base: options.fiber.as_ref().map_or_else(Fiber::hair, |(_, fiber)| *fiber),
     };
     let vellus_usd::Reading { scene, warnings, networks, sources } = vellus_usd::read(path, &reader)?;
     let mut warnings: Vec<Warning> = warnings.into_iter().map(Warning::Usd).collect();
     let is_own = |name: &&str| *name != FALLBACK_LOOK && !networks.iter().any(|network| network == name);
     let own: Vec<&str> = scene.looks.iter().map(|look| look.name.as_str()).filter(is_own).collect();
-    if options.fiber.is_some() && (!own.is_empty() || scene.strands.is_empty()) {
+    if options.fiber.is_some() && (!own.is_empty() || scene.all_strands().next().is_none()) {
         warnings.push(Warning::unused_fiber(path, &own));
     }
     Ok(Opened { scene, sources, warnings, ..Opened::default() })

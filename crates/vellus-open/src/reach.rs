@@ -11,7 +11,7 @@ const TOLERANCE: f32 = 0.01;
 /// A warning for each set of strands some of whose colours no pigment gives. The renderer uses the nearest ones.
 pub fn out_of_reach(scene: &Scene) -> Vec<Warning> {
     let mut warnings = Vec::new();
-    for strands in &scene.strands {
+    for strands in scene.all_strands() {
         let look = &scene.looks[strands.look];
         let textures = look.textured.iter().filter(|(parameter, _)| *parameter == Parameter::Reflectance);
         let values = strands.varying.iter().filter(|(parameter, _)| *parameter == Parameter::Reflectance);

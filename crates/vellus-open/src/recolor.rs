@@ -45,7 +45,7 @@ impl Recolor {
     pub(crate) fn apply(&self, scene: &mut Scene) -> Result<(), FiberError> {
         if let Some((name, fiber)) = &self.fiber {
             scene.looks = vec![Look::constant(name.clone(), *fiber)];
-            for strands in &mut scene.strands {
+            for strands in scene.all_strands_mut() {
                 strands.look = 0;
                 strands.varying.clear();
             }
@@ -58,7 +58,7 @@ impl Recolor {
             look.fiber = builder.build().map_err(|error| wrong(error.into()))?;
             look.textured.retain(|(parameter, _)| !self.replaces(*parameter));
         }
-        for strands in &mut scene.strands {
+        for strands in scene.all_strands_mut() {
             strands.varying.retain(|(parameter, _)| !self.replaces(*parameter));
         }
         Ok(())

@@ -14,8 +14,8 @@ pub fn prepare(scene: &mut Scene, size: [usize; 2], pixels: f32) {
 }
 
 /// Makes strands at least `pixels` wide in a picture of `size` by the scene's camera. Each control point gets the
-/// larger of the radii for the opening and for the closing of the shutter. Points behind the camera, and scenes without
-/// a camera, do not change.
+/// larger of the radii for the opening and for the closing of the shutter. Points behind the camera, scenes without a
+/// camera, and strands of instances do not change.
 ///
 /// This biases the coverage of thin fur for every ray, so fur looks denser. In return, strands thinner than a pixel
 /// have less noise and flicker. `pixels` is at least 0, and 0 changes nothing.

@@ -3,6 +3,7 @@
 use crate::film::Layer;
 use crate::film::layout::Layout;
 use crate::geometry::curves::Curves;
+use crate::geometry::instances::Instances;
 use crate::geometry::triangles::Triangles;
 use crate::integrator::geometry::Geometry;
 use crate::integrator::path::Trace;
@@ -12,7 +13,7 @@ use crate::light::background::Background;
 use crate::shading::colors;
 use crate::shading::fibers::Fibers;
 use vellus::{Bcsdf, Fiber, Model};
-use vellus_scene::{Camera, Error, Light, Scene};
+use vellus_scene::{Camera, Error, Light, Scene, Strands};
 
 /// A scene prepared for rays: hierarchies over its strands and meshes, distributions over its lights, and a reflectance
 /// model for each of its fibres.
@@ -28,7 +29,7 @@ pub struct World {
 impl std::fmt::Debug for World {
     /// Prints counts instead of arrays.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let (segments, meshes) = (self.curves().segments(), self.triangles().meshes().len());
+        let (segments, meshes) = (self.segments(), self.triangles().meshes().len());
         f.debug_struct("World").field("segments", &segments).field("meshes", &meshes).finish_non_exhaustive()
     }
 }
@@ -59,7 +60,7 @@ impl World {
         make: impl Fn(&Fiber) -> Result<M, vellus::Error>,
     ) -> Result<Self, Error> {
         scene.validate()?;
-        let fibers = Box::new(Fibers::new(&scene.strands, &scene.looks, make)?);
+        let fibers = Box::new(Fibers::new(scene.all_strands(), &scene.looks, make)?);
         let camera = scene.camera.or_else(|| scene.framing(1.5));
         let (Some((low, high)), Some(camera)) = (scene.bounds(), camera) else {
             let what = "it has neither strands nor meshes: there is nothing to render".to_owned();
@@ -68,16 +69,24 @@ impl World {
         let radius = (0.5 * (high - low).length()).max(f32::MIN_POSITIVE);
         let groups = LightGroups::new(&scene);
         let white = Light::Dome { radiance: [1.0; 3], texture: None, rotation: glam::Mat3::IDENTITY, ground: None };
+        let sets = std::iter::once(&scene.strands).chain(scene.prototypes.iter().map(|prototype| &prototype.strands));
+        let before = |sets: &Vec<Strands>| {
+            let count = |n: &mut u32, s: &Strands| Some(std::mem::replace(n, n.wrapping_add(s.len() as u32)));
+            sets.iter().scan(0, count).collect::<Vec<u32>>()
+        };
+        let strands_before = sets.flat_map(before).collect();
+        let colors = scene.all_strands().map(|strands| colors::table(strands, &scene.looks[strands.look])).collect();
+        let own = [scene.strands.len(), scene.meshes.len()];
+        let count = scene.strands.iter().fold(0u32, |n, set| n.wrapping_add(set.len() as u32));
         let lights = if scene.lights.is_empty() { vec![white] } else { scene.lights };
-        let strands_before = scene.strands.iter().scan(0, |n, s| Some(std::mem::replace(n, *n + s.len() as u32)));
-        let strands_before = strands_before.collect();
-        let colors = scene.strands.iter().map(|strands| colors::table(strands, &scene.looks[strands.look])).collect();
+        let instances = Instances::new(scene.prototypes, &scene.instances, own, count);
         let lights = Lights::new(&lights, &scene.unseen_lights, &scene.textures, radius);
         let (curves, triangles, view) = (Curves::new(scene.strands), Triangles::new(scene.meshes), View::new(camera));
         let geometry = Geometry {
-            moves: curves.moves() || triangles.moves() || view.moves(),
+            moves: curves.moves() || triangles.moves() || instances.moves() || view.moves(),
             curves,
             triangles,
+            instances,
             lights,
             background: scene.background.map(|tint| Background { tint, group: groups.of_background }),
             view,
@@ -100,7 +109,7 @@ impl World {
         &mut self,
         make: impl Fn(&Fiber) -> Result<M, vellus::Error>,
     ) -> Result<(), Error> {
-        self.fibers = Box::new(Fibers::new(self.geometry.curves.strands(), &self.geometry.looks, make)?);
+        self.fibers = Box::new(Fibers::new(self.geometry.all_strands(), &self.geometry.looks, make)?);
         Ok(())
     }
 
@@ -124,12 +133,36 @@ impl World {
         &self.group_names
     }
 
-    /// All strands.
+    /// The strands in world space, without those of instances.
     pub fn curves(&self) -> &Curves {
         &self.geometry.curves
     }
 
-    /// All meshes.
+    /// Number of instances.
+    pub fn instances(&self) -> usize {
+        self.geometry.instances.len()
+    }
+
+    /// Number of segments of strands. Those of a prototype count once.
+    pub fn segments(&self) -> usize {
+        self.geometry.curves.segments() + self.geometry.instances.segments()
+    }
+
+    /// Bytes in memory: the control points of strands, and the hierarchies over strands and instances.
+    pub fn bytes(&self) -> usize {
+        self.geometry.curves.bytes() + self.geometry.instances.bytes()
+    }
+
+    /// Segments, instances and megabytes, for messages.
+    pub fn summary(&self) -> String {
+        let instances = match self.instances() {
+            0 => String::new(),
+            count => format!("{count} instances, "),
+        };
+        format!("{} segments, {instances}{:.0} MB", self.segments(), self.bytes() as f64 * 1e-6)
+    }
+
+    /// The meshes in world space, without those of instances.
     pub fn triangles(&self) -> &Triangles {
         &self.geometry.triangles
     }

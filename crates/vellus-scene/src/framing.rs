@@ -71,7 +71,9 @@ impl Scene {
             let moved = strands.moved.iter().flatten();
             moved.zip(&strands.points).for_each(|(p, point)| see(*p, point.w));
         }
-        let no_strands = self.strands.iter().all(|strands| strands.points.is_empty());
+        let instances = self.instance_corners();
+        let no_strands = self.strands.iter().all(|strands| strands.points.is_empty()) && instances.is_empty();
+        instances.into_iter().for_each(|p| see(p, 0.0));
         let vertices = self.meshes.iter().flat_map(|m| m.positions.iter().chain(m.moved.iter().flatten()));
         vertices.filter(|p| no_strands || p.distance(middle) <= reach).for_each(|p| see(*p, 0.0));
     }

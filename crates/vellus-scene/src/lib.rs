@@ -34,6 +34,7 @@
 mod camera;
 mod error;
 mod framing;
+mod instances;
 mod light;
 mod look;
 mod mesh;
@@ -45,6 +46,7 @@ mod view;
 
 pub use camera::Camera;
 pub use error::Error;
+pub use instances::{Instance, Prototype, corners};
 pub use light::{Ground, Light};
 pub use look::{Look, Value};
 pub use mesh::{Mesh, Surface, Tint};

@@ -2,6 +2,7 @@
 
 use crate::camera::Camera;
 use crate::error::{Error, invalid};
+use crate::instances::{Instance, Prototype};
 use crate::light::Light;
 use crate::look::Look;
 use crate::mesh::{Mesh, Surface, Tint};
@@ -17,6 +18,10 @@ pub struct Scene {
     pub strands: Vec<Strands>,
     /// Skin and other objects.
     pub meshes: Vec<Mesh>,
+    /// Strands and meshes that only the instances show.
+    pub prototypes: Vec<Prototype>,
+    /// The places of the prototypes. Prototypes with many strands need their memory once.
+    pub instances: Vec<Instance>,
     /// Looks of strands: [`Strands::look`] is an index.
     pub looks: Vec<Look>,
     /// Surfaces of meshes: [`Mesh::surface`] is an index.
@@ -39,10 +44,11 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// The smallest and largest coordinates of the points of strands, or of meshes if there are no strands. `None` if
-    /// the scene is empty.
+    /// The smallest and largest coordinates of the points of strands and of the boxes around instances, or of meshes if
+    /// there are neither. `None` if the scene is empty.
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
-        let strands = self.strands.iter().flat_map(|s| &s.points).map(|p| p.truncate());
+        let instances = self.instance_corners();
+        let strands = self.strands.iter().flat_map(|s| &s.points).map(|p| p.truncate()).chain(instances);
         let meshes = self.meshes.iter().flat_map(|m| &m.positions).copied();
         let around = |points: &mut dyn Iterator<Item = Vec3>| {
             points.fold(None, |bounds: Option<(Vec3, Vec3)>, p| {
@@ -71,14 +77,15 @@ impl Scene {
     /// # Errors
     /// The first problem, with the name of the object.
     pub fn validate(&self) -> Result<(), Error> {
-        for strands in &self.strands {
-            strands.validate()?;
+        self.validate_instances()?;
+        self.strands.iter().try_for_each(Strands::validate)?;
+        for strands in self.all_strands() {
             if strands.look >= self.looks.len() {
                 return Err(invalid(&strands.name, "the look does not exist"));
             }
         }
-        for mesh in &self.meshes {
-            mesh.validate()?;
+        self.meshes.iter().try_for_each(Mesh::validate)?;
+        for mesh in self.meshes.iter().chain(self.prototypes.iter().flat_map(|prototype| &prototype.meshes)) {
             if mesh.surface >= self.surfaces.len() {
                 return Err(invalid(&mesh.name, "the surface does not exist"));
             }

@@ -56,6 +56,7 @@ impl Input {
             strands: self.strands,
             camera: self.camera.clone(),
             frame: self.frame,
+            instances: staging.is_some(),
             staging,
             ..Options::default()
         };

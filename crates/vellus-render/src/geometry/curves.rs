@@ -69,6 +69,8 @@ pub struct CurveHit {
     pub entry: Entry,
     /// The segment, at the time of the ray.
     pub segment: Segment,
+    /// Index of the instance, if the strand is part of one.
+    pub instance: Option<u32>,
 }
 
 impl Curves {
@@ -222,7 +224,7 @@ impl Curves {
             let (set, segment) = self.segment(first, ray.time);
             let point = first - self.offsets[set];
             let strand = strand_of(&self.strands[set].starts, point);
-            CurveHit { set, strand, point: point as usize, entry, segment }
+            CurveHit { set, strand, point: point as usize, entry, segment, instance: None }
         })
     }
 

@@ -2,6 +2,7 @@
 
 pub mod bvh;
 pub mod curves;
+pub mod instances;
 pub mod memory;
 pub mod ray;
 pub mod segment;

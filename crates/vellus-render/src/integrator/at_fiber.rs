@@ -95,7 +95,7 @@ pub(super) fn at_fiber<M: Model>(
         if geometry.moves {
             path.set(
                 Layer::Motion,
-                &geometry.motion(path.settings.size, frame.center(), geometry.curves.movement(hit), ray.time),
+                &geometry.motion(path.settings.size, frame.center(), geometry.movement(hit), ray.time),
             );
         }
         path.strand = nearest(hit.entry.t, geometry.strand_number(hit));

@@ -1,6 +1,8 @@
 //! The parts of a scene that paths use, except for the scattering models of fibres.
 
 use crate::geometry::curves::{CurveHit, Curves};
+use crate::geometry::instances::{Hit, Instances};
+use crate::geometry::ray::Ray;
 use crate::geometry::triangles::{TriangleHit, Triangles};
 use crate::integrator::view::View;
 use crate::light::Lights;
@@ -15,6 +17,7 @@ use vellus_scene::{Basis, Look, Strands, Surface, Texture, Values};
 pub struct Geometry {
     pub curves: Curves,
     pub triangles: Triangles,
+    pub instances: Instances,
     pub lights: Lights,
     pub background: Option<Background>,
     pub view: View,
@@ -24,7 +27,7 @@ pub struct Geometry {
     pub groups: Vec<usize>,
     /// The group of the light that meshes emit.
     pub emission_group: usize,
-    /// The number of strands in the sets before each set.
+    /// The number of strands in the sets before each set. The sets of a prototype are counted from 0.
     pub strands_before: Vec<u32>,
     pub looks: Vec<Look>,
     /// For each set of strands, the table of its colours, if it needs one.
@@ -37,22 +40,57 @@ impl Geometry {
     /// Replaces the camera.
     pub fn set_view(&mut self, view: View) {
         self.view = view;
-        self.moves = self.curves.moves() || self.triangles.moves() || self.view.moves();
+        self.moves = self.curves.moves() || self.triangles.moves() || self.instances.moves() || self.view.moves();
+    }
+
+    /// All sets of strands, in the order of [`CurveHit::set`].
+    pub fn all_strands(&self) -> impl Iterator<Item = &Strands> {
+        self.curves.strands().iter().chain(self.instances.strands())
+    }
+
+    /// The nearest hit of a ray.
+    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        let triangle = self.triangles.intersect(ray);
+        let curve = self.curves.intersect(&Ray { t_max: triangle.map_or(ray.t_max, |hit| hit.t), ..*ray });
+        let t = curve.map(|hit| hit.entry.t).or(triangle.map(|hit| hit.t));
+        let own = curve.map(Hit::Curve).or(triangle.map(Hit::Triangle));
+        if self.instances.is_empty() {
+            return own;
+        }
+        self.instances.intersect(&Ray { t_max: t.unwrap_or(ray.t_max), ..*ray }).or(own)
+    }
+
+    /// Whether a ray hits anything within its length.
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.curves.occluded(ray)
+            || self.triangles.occluded(ray)
+            || (!self.instances.is_empty() && self.instances.occluded(ray))
+    }
+
+    /// The set of strands that was hit.
+    fn set(&self, hit: &CurveHit) -> &Strands {
+        if hit.instance.is_some() { self.instances.set(hit.set) } else { &self.curves.strands()[hit.set] }
+    }
+
+    /// The motion of the fibre's axis at a hit while the shutter is open.
+    pub fn movement(&self, hit: &CurveHit) -> Vec3 {
+        hit.instance.map_or_else(|| self.curves.movement(hit), |instance| self.instances.movement(instance, hit))
     }
 
     /// Texture coordinates at the root of the strand that was hit. 0 if the strands have none.
     pub fn root_uv(&self, hit: &CurveHit) -> Vec2 {
-        self.curves.strands()[hit.set].root_uv.as_ref().map_or(Vec2::ZERO, |uv| uv[hit.strand])
+        self.set(hit).root_uv.as_ref().map_or(Vec2::ZERO, |uv| uv[hit.strand])
     }
 
-    /// The number of the strand that was hit, from 1 over all strands of the scene.
+    /// The number of the strand that was hit, from 1 over all strands of the scene and of its instances, modulo 2³².
     pub fn strand_number(&self, hit: &CurveHit) -> u32 {
-        self.strands_before[hit.set] + hit.strand as u32 + 1
+        let before = hit.instance.map_or(0, |instance| self.instances.strands_before(instance));
+        before.wrapping_add(self.strands_before[hit.set]).wrapping_add(hit.strand as u32 + 1)
     }
 
     /// The fibre at a hit. Every value is clamped to its range.
     pub fn fiber(&self, hit: &CurveHit) -> Fiber {
-        let strands = &self.curves.strands()[hit.set];
+        let strands = self.set(hit);
         let look = &self.looks[strands.look];
         let mut fiber = look.fiber;
         let table = self.colors[hit.set].as_ref();
@@ -76,7 +114,9 @@ impl Geometry {
 
     /// The scattering of a mesh at a hit, and its emission.
     pub fn scatter(&self, hit: &TriangleHit) -> (Scatter, [f32; 3]) {
-        let surface = &self.surfaces[self.triangles.meshes()[hit.mesh].surface];
+        let own = self.triangles.meshes();
+        let mesh = own.get(hit.mesh).unwrap_or_else(|| self.instances.mesh(hit.mesh));
+        let surface = &self.surfaces[mesh.surface];
         let texel = surface.color.texture.map_or([1.0; 3], |t| self.textures[t].at(hit.uv));
         let color = std::array::from_fn(|c| (surface.color.color[c] * texel[c]).clamp(0.0, 1.0));
         (Scatter::new(color, surface.roughness, surface.metallic, surface.ior), surface.emission)

@@ -8,6 +8,7 @@ use super::sampler::Sampler;
 use super::settings::Settings;
 use crate::film::Layer;
 use crate::film::layout::Layout;
+use crate::geometry::instances::Hit;
 use crate::geometry::ray::Ray;
 use crate::light::{Emission, LightSample};
 use crate::shading::fibers::Fibers;
@@ -121,7 +122,7 @@ impl Path<'_> {
     /// Whether anything blocks a shadow ray.
     pub(super) fn blocked(&mut self, ray: &Ray) -> bool {
         self.rays += 1;
-        self.geometry.curves.occluded(ray) || self.geometry.triangles.occluded(ray)
+        self.geometry.occluded(ray)
     }
 
     /// Adds the light of an emitter that a ray hit after `events` scattering events. `pdf` is the density with which
@@ -170,15 +171,17 @@ pub(crate) fn trace<M: Model>(
     let mut cut = 0.0;
     for depth in 0.. {
         path.rays += 1;
-        let triangle = geometry.triangles.intersect(&ray);
-        let curve = geometry.curves.intersect(&Ray { t_max: triangle.map_or(ray.t_max, |hit| hit.t), ..ray });
-        let t = curve.map(|hit| hit.entry.t).or(triangle.map(|hit| hit.t));
+        let hit = geometry.intersect(&ray);
+        let t = hit.map(|hit| match hit {
+            Hit::Curve(hit) => hit.entry.t,
+            Hit::Triangle(hit) => hit.t,
+        });
         let open = Ray { t_max: t.unwrap_or(f32::INFINITY), ..ray };
         if let Some(emission) = geometry.lights.intersect(&open, depth == 0) {
             path.found(emission, pdf, depth);
             break;
         }
-        let Some(t) = t else {
+        let Some((hit, t)) = hit.zip(t) else {
             if let (0, Some(background)) = (depth, &geometry.background) {
                 let uv = geometry.view.place(settings.size, pixel, settings.filter, u);
                 path.add(background.at(&geometry.textures, settings.size, uv), background.group, depth);
@@ -198,10 +201,9 @@ pub(crate) fn trace<M: Model>(
             cut = largest(path.throughput);
             break;
         }
-        let next = match (curve, triangle) {
-            (Some(hit), _) => at_fiber(&mut path, fibers, &mut sampler, &ray, &hit, depth),
-            (None, Some(hit)) => at_surface(&mut path, &mut sampler, &ray, &hit, depth),
-            (None, None) => None,
+        let next = match hit {
+            Hit::Curve(hit) => at_fiber(&mut path, fibers, &mut sampler, &ray, &hit, depth),
+            Hit::Triangle(hit) => at_surface(&mut path, &mut sampler, &ray, &hit, depth),
         };
         let Some((onward, density)) = next else { break };
         (ray, pdf) = (onward, Some(density));

@@ -10,7 +10,7 @@ pub fn fiber_notes(scene: &Scene) -> Notes {
         let name: String =
             look.name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).take(40).collect();
         let mut value = serde_json::to_string(&look.fiber).unwrap_or_default();
-        let varying = scene.strands.iter().filter(|s| s.look == i).flat_map(|s| s.varying.iter().map(|v| v.0));
+        let varying = scene.all_strands().filter(|s| s.look == i).flat_map(|s| s.varying.iter().map(|v| v.0));
         let mut others: Vec<_> = look.textured.iter().map(|t| t.0).chain(varying).map(|p| p.name()).collect();
         others.sort_unstable();
         others.dedup();

@@ -12,8 +12,8 @@ pub(crate) struct Fibers<M> {
 }
 
 impl<M: Model> Fibers<M> {
-    pub fn new(
-        strands: &[Strands],
+    pub fn new<'s>(
+        strands: impl Iterator<Item = &'s Strands>,
         looks: &[Look],
         make: impl Fn(&Fiber) -> Result<M, vellus::Error>,
     ) -> Result<Self, Error> {
@@ -22,7 +22,7 @@ impl<M: Model> Fibers<M> {
             let model = make(&look.fiber).map_err(|what| Error::Fiber { place: look.name.clone(), what })?;
             Ok((model, look.textured.is_empty() && strands.varying.is_empty()))
         };
-        Ok(Fibers { sets: strands.iter().map(set).collect::<Result<_, _>>()? })
+        Ok(Fibers { sets: strands.map(set).collect::<Result<_, _>>()? })
     }
 
     /// The model of a fibre at a hit. `made` stores the model if parameters vary along the strands.

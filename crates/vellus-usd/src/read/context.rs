@@ -44,6 +44,10 @@ pub(crate) struct Reader<'a> {
     pub surfaces: HashMap<String, usize>,
     /// Looks and primvars with a warning that a value is out of range.
     pub held: HashSet<(usize, String)>,
+    /// The length of a world unit where strands are read, if that is not world space.
+    pub local_scale: f64,
+    /// The number of points of copied instances.
+    pub copied: usize,
     textures: HashMap<TextureSource, usize>,
 }
 
@@ -59,6 +63,8 @@ impl<'a> Reader<'a> {
             networks: Vec::new(),
             surfaces: HashMap::new(),
             held: HashSet::new(),
+            local_scale: 1.0,
+            copied: 0,
             textures: HashMap::new(),
         }
     }

@@ -140,7 +140,7 @@ fn radii(reader: &mut Reader, place: &Place, layout: &Layout) -> Result<Values<[
         return layout.spread(prim, name, &widths, |w| [(0.5 * scale * f64::from(w[0])) as f32]);
     }
     match reader.options.default_width {
-        Some(width) => Ok(Values::Constant([0.5 * width])),
+        Some(width) => Ok(Values::Constant([(0.5 * f64::from(width) * reader.local_scale) as f32])),
         None => Err(Error::prim(prim, "it has no widths: set a default diameter in scene units (--width)")),
     }
 }

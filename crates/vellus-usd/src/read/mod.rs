@@ -3,6 +3,7 @@
 mod camera;
 mod context;
 mod curves;
+mod instances;
 mod layout;
 pub(crate) mod light;
 pub(crate) mod look;
@@ -20,10 +21,12 @@ pub use options::{Options, Reading};
 
 use crate::error::Error;
 use crate::read::context::Reader;
+use crate::read::instances::{Shared, is_below};
 use crate::read::network::bound_material;
 use crate::read::xform::{Place, places};
 use crate::stage::{MATERIALS, Stage};
 use crate::warning::Warning;
+use std::collections::HashMap;
 use std::path::Path;
 use vellus::Fiber;
 use vellus_scene::Units;
@@ -50,8 +53,11 @@ pub fn read(file: &Path, options: &Options) -> Result<Reading, Error> {
     let units = stage.units().map_err(|what| Error::file(file, what))?;
     let mut reader = Reader::new(stage, options, units);
     read_prims(&mut reader, file, &paths)?;
+    if !options.instances {
+        instances::copy_all(&mut reader)?;
+    }
     let Reader { stage, scene, warnings, networks, .. } = reader;
-    if scene.strands.is_empty() && scene.meshes.is_empty() {
+    if scene.strands.is_empty() && scene.meshes.is_empty() && scene.instances.is_empty() {
         let skipped: Vec<String> = warnings.0.iter().map(ToString::to_string).collect();
         let skipped = if skipped.is_empty() { String::new() } else { format!(" ({})", skipped.join("; ")) };
         return Err(Error::Empty { file: file.to_owned(), skipped });
@@ -121,11 +127,41 @@ fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<(), 
     reader.stage.clock.close = reader.stage.clock.open + shutter[1];
     reader.stage.clock.open += shutter[0];
 
-    for place in places(&reader.stage, paths)? {
+    let places = places(&reader.stage, paths)?;
+    let shared = Shared::find(reader, &places)?;
+    let mut prototypes: HashMap<usize, Option<usize>> = HashMap::new();
+    let mut point_prototypes = HashMap::new();
+    let mut inside: Option<&str> = None;
+    for (i, place) in places.iter().enumerate() {
+        inside = inside.filter(|root| is_below(&place.path, root));
         if chosen.as_ref() == Some(&place.path) {
-            reader.scene.camera = camera::read(reader, &place)?;
-        } else if place.shown && !place.swallowed {
-            read_prim(reader, &place)?;
+            reader.scene.camera = camera::read(reader, place)?;
+            continue;
+        }
+        if let Some(first) = shared.first(i) {
+            inside = Some(&place.path);
+            let prototype = match prototypes.get(&first) {
+                Some(known) => *known,
+                None => {
+                    let within = places[i..].iter().take_while(|other| is_below(&other.path, &place.path));
+                    let to_local = [place.to_world, place.moved].map(|matrix| matrix.inverse());
+                    let read = instances::prototype(reader, &place.path, within, to_local)?;
+                    prototypes.insert(first, read);
+                    read
+                }
+            };
+            if let Some(prototype) = prototype {
+                instances::add(reader, &place.path, prototype, &place.to_world)?;
+            }
+        }
+        if !place.shown || place.swallowed {
+            continue;
+        }
+        let is_shape = ["BasisCurves", "Mesh", "GeomSubset"].contains(&place.type_name.as_str());
+        if place.type_name == "PointInstancer" && inside.is_none() {
+            instances::point_instancer(reader, place, &places, &mut point_prototypes)?;
+        } else if inside.is_none() || !is_shape {
+            read_prim(reader, place)?;
         }
     }
     Ok(())
@@ -146,9 +182,9 @@ fn read_prim(reader: &mut Reader, place: &Place) -> Result<(), Error> {
             Ok(())
         }
         // Other renderers show these.
-        "NurbsCurves" | "HermiteCurves" | "NurbsPatch" | "Points" | "PointInstancer" | "Sphere" | "Cube"
-        | "Cylinder" | "Cylinder_1" | "Cone" | "Capsule" | "Capsule_1" | "Plane" | "TetMesh" | "Volume"
-        | "GeometryLight" | "PortalLight" | "PluginLight" => {
+        "NurbsCurves" | "HermiteCurves" | "NurbsPatch" | "Points" | "Sphere" | "Cube" | "Cylinder" | "Cylinder_1"
+        | "Cone" | "Capsule" | "Capsule_1" | "Plane" | "TetMesh" | "Volume" | "GeometryLight" | "PortalLight"
+        | "PluginLight" => {
             reader.warnings.add(&place.path, format!("{} is not supported and is ignored", place.type_name));
             Ok(())
         }

@@ -24,11 +24,13 @@ pub struct Options {
     pub fallback: Fiber,
     /// The fibre whose parameters complete a shading network of another program: the medulla and the cuticle's layers.
     pub network_base: Fiber,
+    /// Whether instances share their prototypes ([`Scene::instances`]). Otherwise they are copied.
+    pub instances: bool,
 }
 
 impl Default for Options {
     /// Requires widths and uses the first camera. Curves without a VellusFur shader get [`Fiber::hair`], which also
-    /// completes shading networks.
+    /// completes shading networks. Copies instances.
     fn default() -> Self {
         Options {
             default_width: None,
@@ -37,6 +39,7 @@ impl Default for Options {
             shutter: None,
             fallback: Fiber::hair(),
             network_base: Fiber::hair(),
+            instances: false,
         }
     }
 }

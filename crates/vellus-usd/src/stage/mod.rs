@@ -160,6 +160,17 @@ impl Stage {
         })
     }
 
+    /// The prototype of an instance. Instances with the same prototype have the same content.
+    pub fn prototype(&self, prim: &str) -> Result<Option<String>, Error> {
+        self.ask(prim, || {
+            let prim = self.stage.prim(prim);
+            if !prim.is_instance()? {
+                return Ok(None);
+            }
+            Ok(prim.prototype()?.map(|path| path.as_str().to_owned()))
+        })
+    }
+
     /// Names of the children of a prim.
     pub fn children(&self, prim: &str) -> Result<Vec<String>, Invalid> {
         guarded(|| {

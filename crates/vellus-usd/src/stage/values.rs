@@ -36,6 +36,9 @@ pub(super) fn numbers(value: sdf::Value) -> Option<Numbers> {
         V::Vec3dVec(v) => flat(v, double),
         V::Vec3hVec(v) => flat(v.into_iter().map(|v| [v.x.to_f32(), v.y.to_f32(), v.z.to_f32()]), single),
         V::Vec4fVec(v) => flat(v, single),
+        // Quaternions are x, y, z, w.
+        V::QuatfVec(v) => flat(v.into_iter().map(|q| [q.x, q.y, q.z, q.w]), single),
+        V::QuathVec(v) => flat(v.into_iter().map(|q| [q.x, q.y, q.z, q.w].map(|x| x.to_f32())), single),
         V::Vec4dVec(v) => flat(v, double),
         _ => None,
     }

@@ -11,6 +11,7 @@ use crate::write::geometry::{camera, light, mesh, strands};
 use crate::write::look::{look, surface};
 use crate::write::names::Names;
 use crate::write::text::{Literal, Text};
+use std::borrow::Cow;
 use std::collections::HashSet;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -22,6 +23,7 @@ use vellus_scene::Scene;
 /// - the last bit of angles and of the lens radius may differ;
 /// - textures of lights have the wrap mode repeat;
 /// - textures have the names of their files, and quotes, backslashes and control characters in names are replaced;
+/// - instances are copies of their prototypes;
 /// - [`Scene::background`] is missing: USD has no place for it;
 /// - light groups are those of [`Scene::light_group_names`];
 /// - looks, surfaces and textures are in the order of their first use, and unused ones are missing.
@@ -38,6 +40,11 @@ pub fn write(scene: &Scene, file: &Path) -> Result<(), Error> {
     if file.extension().is_none_or(|extension| extension != "usda") {
         return Err(Error::file(file, "scenes are written as text: the name must end in .usda"));
     }
+    let mut copied = Cow::Borrowed(scene);
+    if !scene.instances.is_empty() {
+        copied.to_mut().copy_instances();
+    }
+    let scene = copied.as_ref();
     let wraps = scene.textures.iter().map(|texture| texture.wrap).collect();
     let names = Names { textures: textures(scene, file)?, wraps, ..Names::default() };
     vellus_io::write_with(file, |out| stage(scene, names, Text::new(out))).map_err(|error| Error::write(file, error))

@@ -6,6 +6,7 @@ mod cameras;
 mod common;
 mod curves;
 mod fibers;
+mod instances;
 mod lights;
 mod materialx;
 mod meshes;

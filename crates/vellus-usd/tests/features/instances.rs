@@ -1,0 +1,174 @@
+//! Native instances and PointInstancer.
+
+use crate::FOUR;
+use crate::common::read_text;
+use crate::said;
+use glam::{Mat4, Vec3, Vec4};
+use vellus_scene::Scene;
+use vellus_usd::{Options, Warning};
+
+/// Reads a stage with instances that share their prototypes.
+fn shared(body: &str) -> (Scene, Vec<Warning>) {
+    read_text(body, &Options { instances: true, ..Options::default() }).unwrap()
+}
+
+fn error(body: &str) -> String {
+    read_text(body, &Options { instances: true, ..Options::default() }).unwrap_err().to_string()
+}
+
+/// The sum over all strands of the distances between the points of two scenes, and of the differences of radii.
+#[track_caller]
+fn same_points(a: &Scene, b: &Scene) {
+    let points = |scene: &Scene| scene.strands.iter().flat_map(|s| s.points.clone()).collect::<Vec<Vec4>>();
+    let (a, b) = (points(a), points(b));
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(&b).for_each(|(a, b)| assert!(a.abs_diff_eq(*b, 1e-5), "{a} {b}"));
+}
+
+/// A class with strands under a transform and a mesh, three native instances of it, and one that has a primvar.
+fn herd(extra: &str) -> String {
+    format!(
+        "class \"cat\" {{
+    def Xform \"coat\" {{
+        double3 xformOp:translate = (0, 1, 0)
+        uniform token[] xformOpOrder = [\"xformOp:translate\"]
+        def BasisCurves \"fur\" {{ {FOUR} }}
+    }}
+    def Mesh \"skin\" {{
+        int[] faceVertexCounts = [3]
+        int[] faceVertexIndices = [0, 1, 2]
+        point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
+    }}
+    def SphereLight \"eye\" {{ }}
+}}
+def Xform \"herd\" {{
+    double3 xformOp:translate = (0, 0, 10)
+    uniform token[] xformOpOrder = [\"xformOp:translate\"]
+    def \"one\" ( instanceable = true inherits = </cat> ) {{ }}
+    def Xform \"two\" ( instanceable = true inherits = </cat> ) {{
+        double3 xformOp:translate = (5, 0, 0)
+        float xformOp:rotateY = 90
+        float3 xformOp:scale = (2, 2, 2)
+        uniform token[] xformOpOrder = [\"xformOp:translate\", \"xformOp:rotateY\", \"xformOp:scale\"]
+    }}
+    def \"three\" ( instanceable = true inherits = </cat> ) {{ {extra} }}
+}}
+"
+    )
+}
+
+#[test]
+fn native_instances_share_strands_and_meshes() {
+    let (scene, warnings) = shared(&herd(""));
+    assert_eq!(said(&warnings).lines().count(), 1, "{}", said(&warnings));
+    assert_eq!((scene.prototypes.len(), scene.instances.len(), scene.lights.len()), (1, 3, 3));
+    assert!(scene.strands.is_empty() && scene.meshes.is_empty());
+    let [strands] = &scene.prototypes[0].strands[..] else { panic!() };
+    assert_eq!((strands.name.as_str(), strands.points[1]), ("/herd/one/coat/fur", Vec4::new(1.0, 1.0, 0.0, 0.1)));
+    assert_eq!(scene.prototypes[0].meshes.len(), 1);
+    assert_eq!(scene.instances[0].to_world, Mat4::from_translation(10.0 * Vec3::Z));
+    let place = scene.instances[1].to_world.transform_point3(Vec3::X);
+    assert!(place.abs_diff_eq(Vec3::new(5.0, 0.0, 8.0), 1e-5), "{place}");
+
+    // Without the option, they are copies at the same places.
+    let (copied, _) = read_text(&herd(""), &Options::default()).unwrap();
+    assert_eq!((copied.instances.len(), copied.strands.len(), copied.meshes.len()), (0, 3, 3));
+    assert!((copied.strands[1].points[0].w - 0.2).abs() < 1e-6);
+    let mut again = scene;
+    again.copy_instances();
+    same_points(&again, &copied);
+}
+
+/// An instance with a primvar, a material, another size in each direction or a moving transform of its own does not
+/// share.
+#[test]
+fn instances_that_differ_are_read_separately() {
+    let binding = "rel material:binding = </m>";
+    let primvar = "float[] primvars:vellus:kappa = [0.5] ( interpolation = \"constant\" )";
+    let stretched = "float3 xformOp:scale = (1, 2, 1)\n uniform token[] xformOpOrder = [\"xformOp:scale\"]";
+    for extra in [binding, primvar, stretched] {
+        let material = "def Material \"m\" { token outputs:vellus:surface.connect = </m/f.outputs:out>
+            def Shader \"f\" { uniform token info:id = \"VellusFur\" token outputs:out } }";
+        let (scene, _) = shared(&format!("{}{material}", herd(extra)));
+        assert_eq!((scene.instances.len(), scene.strands.len(), scene.meshes.len()), (2, 1, 1), "{extra}");
+        assert_eq!(scene.strands[0].name, "/herd/three/coat/fur");
+    }
+    let (scene, _) = shared(&herd(primvar));
+    assert!(scene.prototypes[0].strands[0].varying.is_empty() && !scene.strands[0].varying.is_empty());
+}
+
+fn instancer(attributes: &str) -> String {
+    format!(
+        "def PointInstancer \"herd\" {{
+    double3 xformOp:translate = (0, 0, 10)
+    uniform token[] xformOpOrder = [\"xformOp:translate\"]
+    rel prototypes = [</herd/cat>, </other/dog>]
+    {attributes}
+    def Xform \"cat\" {{
+        float3 xformOp:scale = (2, 2, 2)
+        uniform token[] xformOpOrder = [\"xformOp:scale\"]
+        def BasisCurves \"fur\" {{ {FOUR} }}
+    }}
+}}
+def Xform \"other\" {{
+    double3 xformOp:translate = (100, 0, 0)
+    uniform token[] xformOpOrder = [\"xformOp:translate\"]
+    def BasisCurves \"dog\" {{ {FOUR} }}
+}}
+"
+    )
+}
+
+const PLACES: &str = "int[] protoIndices = [0, 1, 0, 0]
+    point3f[] positions = [(0, 0, 0), (1, 2, 3), (4, 0, 0), (5, 0, 0)]
+    quath[] orientations = [(1, 0, 0, 0), (0.7071, 0, 0.7071, 0), (1, 0, 0, 0), (1, 0, 0, 0)]
+    float3[] scales = [(1, 1, 1), (3, 3, 3), (1, 1, 2), (1, 1, 1)]
+    int64[] ids = [7, 8, 9, 10]
+    int64[] invisibleIds = [10]";
+
+#[test]
+fn a_point_instancer_places_its_prototypes() {
+    let (scene, warnings) = shared(&instancer(PLACES));
+    // Dog is shown where it is, too. The stretched instance is a copy.
+    assert_eq!((scene.prototypes.len(), scene.instances.len(), scene.strands.len()), (2, 2, 2));
+    assert!(said(&warnings).contains("another scale in each direction"), "{}", said(&warnings));
+    // The transform of the prototype itself counts, but not those of its parents.
+    let cat = &scene.prototypes[scene.instances[0].prototype].strands[0];
+    assert_eq!(cat.points[1], Vec4::new(2.0, 0.0, 0.0, 0.2));
+    assert_eq!(scene.instances[0].to_world, Mat4::from_translation(10.0 * Vec3::Z));
+    let dog = &scene.prototypes[scene.instances[1].prototype].strands[0];
+    assert_eq!(dog.points[1], Vec4::new(1.0, 0.0, 0.0, 0.1));
+    // x turns to −z about y, three times as long, at (1, 2, 13).
+    let place = scene.instances[1].to_world.transform_point3(Vec3::X);
+    assert!(place.abs_diff_eq(Vec3::new(1.0, 2.0, 10.0), 1e-3), "{place}");
+    let copy = scene.strands.iter().find(|strands| strands.name == "/herd/cat/fur").unwrap();
+    assert!(copy.points[1].truncate().abs_diff_eq(Vec3::new(6.0, 0.0, 10.0), 1e-5));
+    // The mean of the scales 2, 2 and 4.
+    assert!((copy.points[1].w - 0.1 * 16f32.cbrt()).abs() < 1e-5);
+}
+
+/// A width for curves without one is in world space for native instances.
+#[test]
+fn a_default_width_is_that_of_the_first_instance() {
+    let bare = herd("").replace("float[] widths = [0.2] (interpolation = \"constant\")", "");
+    let options = Options { instances: true, default_width: Some(0.4), ..Options::default() };
+    let (scene, _) = read_text(&bare, &options).unwrap();
+    assert_eq!(scene.prototypes[0].strands[0].points[0].w, 0.2);
+}
+
+#[test]
+fn broken_instancers_are_refused() {
+    assert!(
+        error(&instancer("int[] protoIndices = [2] point3f[] positions = [(0, 0, 0)]"))
+            .contains("protoIndices[0] is 2")
+    );
+    let short = error(&instancer("int[] protoIndices = [0] point3f[] positions = [(0, 0, 0), (1, 0, 0)]"));
+    assert!(short.contains("protoIndices has 1 values, but there are 2 positions"), "{short}");
+    let infinite = error(&instancer("int[] protoIndices = [0] point3f[] positions = [(inf, 0, 0)]"));
+    assert!(infinite.contains("must be finite"), "{infinite}");
+    let far = error(&instancer("int[] protoIndices = [0] point3f[] positions = [(1e20, 0, 0)]"));
+    assert!(far.contains("within ±1e9"), "{far}");
+    let flat = "int[] protoIndices = [0] point3f[] positions = [(0, 0, 0)] float3[] scales = [(0, 1, 1)]";
+    let (scene, warnings) = shared(&instancer(flat));
+    assert!(scene.instances.is_empty() && said(&warnings).contains("the scale 0"));
+}
