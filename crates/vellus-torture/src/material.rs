@@ -95,6 +95,42 @@ pub fn lit_by(image: &str) -> String {
 pub const MATERIALX: &str = include_str!("../../vellus-usd/tests/data/hair.mtlx");
 pub const NETWORKS: &str = include_str!("../../vellus-usd/tests/data/programs.usda");
 
+/// Native instances, and a PointInstancer with two prototypes.
+pub const HERD: &str = r#"#usda 1.0
+class "cat" {
+    def BasisCurves "fur" {
+        uniform token type = "linear"
+        int[] curveVertexCounts = [2]
+        float[] widths = [0.2] ( interpolation = "constant" )
+        point3f[] points = [(0, 0, 0), (0, 1, 0)]
+    }
+    def Mesh "skin" {
+        int[] faceVertexCounts = [3]
+        int[] faceVertexIndices = [0, 1, 2]
+        point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
+    }
+}
+def Xform "one" ( instanceable = true inherits = </cat> ) {
+    double3 xformOp:translate = (5, 0, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+def "two" ( instanceable = true inherits = </cat> ) {
+}
+def PointInstancer "herd" {
+    rel prototypes = [</herd/cat>, </two>]
+    int[] protoIndices = [0, 1, 0]
+    point3f[] positions = [(0, 0, 2), (1, 2, 3), (4, 0, 0)]
+    quath[] orientations = [(1, 0, 0, 0), (0.7, 0, 0.7, 0), (1, 0, 0, 0)]
+    float3[] scales = [(1, 1, 1), (3, 3, 3), (1, 1, 2)]
+    int64[] ids = [7, 8, 9]
+    int64[] invisibleIds = [9]
+    def "cat" ( inherits = </cat> ) {
+        float3 xformOp:scale = (2, 2, 2)
+        uniform token[] xformOpOrder = ["xformOp:scale"]
+    }
+}
+"#;
+
 /// The leaning strands, bound to the material Plain of a document.
 pub fn bound_to(document: &str) -> String {
     let strands = LEANING.replacen("</world/coat>", "</plain>", 1);

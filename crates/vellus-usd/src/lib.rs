@@ -41,7 +41,8 @@
 //!   `karma:light:renderlightgeo` (Karma), `visibleInPrimaryRay` (NVIDIA RTX). UsdLux has no such attribute.
 //! - Materials that are bound directly or by collections. Collections list included and excluded prims; membership
 //!   expressions are not evaluated.
-//! - Composition, instances, transforms, visibility, purpose, time samples, velocities and accelerations.
+//! - Native instances and **PointInstancer**, which share their strands and meshes if [`Options::instances`] is true.
+//! - Composition, transforms, visibility, purpose, time samples, velocities and accelerations.
 //! - Textures as PNG, Radiance HDR and OpenEXR. They repeat unless wrapS and wrapT of UsdUVTexture are clamp, mirror or
 //!   black.
 //!

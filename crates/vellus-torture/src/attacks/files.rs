@@ -98,6 +98,7 @@ fn seeds(trial: &mut Trial) -> Result<Vec<Seed>, Stop> {
     add("json", material::FIBER_JSON.into());
     add("mtlx", material::MATERIALX.into());
     add("usda", material::NETWORKS.into());
+    add("usda", material::HERD.into());
     add("vellus", material::tables().into());
     for (color, depth) in [(ColorType::GrayscaleAlpha, BitDepth::Sixteen), (ColorType::Rgb, BitDepth::Eight)] {
         add("png", material::png(color, depth, 77)?);
