@@ -120,6 +120,8 @@ fn scene() -> Scene {
     let square = Vec2::splat(1.0);
     let pose = Mat4::from_rotation_y(0.3) * Mat4::from_translation(Vec3::new(1.0, 2.0, 3.0));
     Scene {
+        prototypes: Vec::new(),
+        instances: Vec::new(),
         strands: vec![
             strands(Basis::Linear, &[2, 3]),
             strands(Basis::BSpline, &[4, 6]),

@@ -60,6 +60,8 @@ fn scene() -> Scene {
     let triangles = vec![[0, 1, 2], [0, 2, 3]];
     let turned = Mat3::from_rotation_z(0.4) * Mat3::from_rotation_x(1.1);
     Scene {
+        prototypes: vec![],
+        instances: vec![],
         strands: vec![
             fox,
             hare,
