@@ -72,7 +72,7 @@ impl World {
         let strands_before = scene.strands.iter().scan(0, |n, s| Some(std::mem::replace(n, *n + s.len() as u32)));
         let strands_before = strands_before.collect();
         let colors = scene.strands.iter().map(|strands| colors::table(strands, &scene.looks[strands.look])).collect();
-        let lights = Lights::new(&lights, &scene.unseen_lights, &scene.textures, radius);
+        let lights = Lights::new(&lights, &scene.unseen_lights, &scene.shapings, &scene.textures, radius);
         let (curves, triangles, view) = (Curves::new(scene.strands), Triangles::new(scene.meshes), View::new(camera));
         let geometry = Geometry {
             moves: curves.moves() || triangles.moves() || view.moves(),

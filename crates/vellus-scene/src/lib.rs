@@ -45,7 +45,7 @@ mod view;
 
 pub use camera::Camera;
 pub use error::Error;
-pub use light::{Ground, Light};
+pub use light::{Ground, Light, Shaping};
 pub use look::{Look, Value};
 pub use mesh::{Mesh, Surface, Tint};
 pub use scene::Scene;
