@@ -117,6 +117,9 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
             // is the irradiance itself.
             let sine = half_angle.min(0.5 * PI).sin();
             let spread = if normalize || half_angle == 0.0 { 1.0 } else { PI * sine * sine };
+            if stage.has_value(prim, "userProperties:blender:data_name")? {
+                reader.warnings.add(prim, BLENDER_SUN);
+            }
             let direction = rigid(&place.to_world).z_axis.truncate().as_vec3();
             Light::Distant {
                 direction,
@@ -172,6 +175,10 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     reader.scene.light_groups.push(group);
     Ok(())
 }
+
+/// What Blender writes for a sun, measured with its 5.2.3. Its own import undoes it.
+const BLENDER_SUN: &str = "Blender writes a quarter of the strength and half of the angle of a sun: multiply \
+                           inputs:intensity by 4 and inputs:angle by 2 for the light of its own picture";
 
 /// Attributes that hide a light from the camera if they are false or 0: those of RenderMan, of Arnold, of Karma and of
 /// NVIDIA RTX. UsdLux itself has no such attribute.

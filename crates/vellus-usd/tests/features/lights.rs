@@ -95,10 +95,12 @@ def SphereLight \"spot\" ( prepend apiSchemas = [\"ShapingAPI\"] ) {{ float inpu
     float xformOp:rotateX = 90 uniform token[] xformOpOrder = [\"xformOp:rotateX\"] }}
 def RectLight \"wide\" {{ float inputs:shaping:cone:angle = 90 }}
 def SphereLight \"half\" {{ float inputs:shaping:cone:angle = 90 }}
-def DistantLight \"sun\" {{ float inputs:shaping:cone:angle = 20 }}"
+def DistantLight \"sun\" {{ float inputs:shaping:cone:angle = 20 }}
+def DistantLight \"Sun\" {{ custom string userProperties:blender:data_name = \"Sun\" }}"
     ));
     let said = said(&warnings);
-    assert!(said.contains("/spot: a point has no area") && said.contains("/sun: IES") && warnings.len() == 2, "{said}");
+    assert!(said.contains("/spot: a point has no area") && said.contains("/sun: IES") && warnings.len() == 3, "{said}");
+    assert!(said.contains("/Sun: Blender writes a quarter"), "{said}");
     // A normalized sphere of radius r has the radiance 8/(4πr²), and a disk of area πr² is seen: 2 per solid angle.
     assert_eq!(scene.lights[0], Light::Point { position: Vec3::new(1.0, 2.0, 3.0), intensity: [2.0; 3] });
     assert_eq!(scene.lights[1].kind(), "point");
