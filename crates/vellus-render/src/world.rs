@@ -137,7 +137,7 @@ impl World {
     /// The channels of a film that stores these layers of this scene. [`Layer::Lights`] has three channels for each
     /// light group of the scene.
     pub fn layout(&self, layers: &[Layer]) -> Layout {
-        Layout::new(layers, &self.group_names)
+        Layout::new(layers, &self.group_names).with_things(&self.things())
     }
 }
 
