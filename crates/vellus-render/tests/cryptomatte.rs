@@ -85,7 +85,8 @@ fn content(bytes: &[u8]) -> (HashMap<String, Vec<f32>>, HashMap<String, String>)
 /// The coverage of all ranks with this id.
 fn matte(channels: &HashMap<String, Vec<f32>>, layer: &str, id: u32) -> Vec<f32> {
     let mut sum = vec![0.0; SIZE[0] * SIZE[1]];
-    for (rank, pair) in (0..6).map(|rank| (rank / 2, if rank % 2 == 0 { ["R", "G"] } else { ["B", "A"] })) {
+    for (rank, pair) in (0..6usize).map(|rank| (rank / 2, if rank.is_multiple_of(2) { ["R", "G"] } else { ["B", "A"] }))
+    {
         let [ids, cover] = pair.map(|c| &channels[&format!("{layer}{rank:02}.{c}")]);
         for i in (0..sum.len()).filter(|&i| ids[i].to_bits() == id) {
             sum[i] += cover[i];

@@ -101,7 +101,7 @@ pub(crate) fn id(name: &str) -> u32 {
 /// The names of the channels of a layer, rank by rank: `CryptoObject00.R`, `CryptoObject00.G` and so on.
 pub(crate) fn channel_names(layer: Layer) -> Vec<String> {
     let of_rank = |rank: usize| {
-        let pair = if rank % 2 == 0 { ["R", "G"] } else { ["B", "A"] };
+        let pair = if rank.is_multiple_of(2) { ["R", "G"] } else { ["B", "A"] };
         pair.map(|c| format!("{}{:02}.{c}", title(layer), rank / 2))
     };
     (0..RANKS).flat_map(of_rank).collect()
