@@ -124,7 +124,10 @@ fn scene() -> Scene {
         ],
         background: None,
         unseen_lights: vec![0, 3],
-        shapings: vec![(6, Shaping { axis: Vec3::NEG_Y, cone: PI / 6.0, softness: 0.25, focus: 2.0 })],
+        shapings: vec![
+            (5, Shaping { axis: Vec3::NEG_Y, cone: PI / 3.0, softness: 0.0, focus: 0.0 }),
+            (6, Shaping { axis: Vec3::NEG_Y, cone: PI / 6.0, softness: 0.25, focus: 2.0 }),
+        ],
         light_groups: ["sky", "sun", "key", "key", "lamp-2", "tube", "spot"].map(str::to_owned).to_vec(),
         camera: Some(Camera {
             to_world: pose(0.2),

@@ -104,11 +104,6 @@ impl Film {
         cryptomatte::merge(&mut self.counts, counts);
     }
 
-    /// The bytes of its sums and counts.
-    pub fn bytes(&self) -> usize {
-        4 * self.sums.len() + self.counts.len() * size_of::<Count>()
-    }
-
     /// Counts more samples of every pixel.
     pub(crate) fn advance(&mut self, samples: u64) {
         self.samples += samples;

@@ -221,6 +221,13 @@ pub(crate) fn light<W: Write>(
             let rotation = DMat3::from_cols(x, z.cross(x), z);
             DMat4::from_translation(to_world.w_axis.truncate()) * DMat4::from_mat3(rotation)
         }
+        Light::Cylinder { half_axis, .. } => {
+            // −z is perpendicular to the axis of the cylinder, which is x.
+            let x = half_axis.as_dvec3().normalize();
+            let across = -shaping.axis.as_dvec3().reject_from_normalized(x);
+            let z = across.try_normalize().unwrap_or_else(|| x.any_orthonormal_vector());
+            DMat4::from_translation(to_world.w_axis.truncate()) * DMat4::from_mat3(DMat3::from_cols(x, z.cross(x), z))
+        }
         _ => to_world,
     };
     transform(text, turned, None)?;
