@@ -15,6 +15,13 @@ pub enum Error {
         vellus_groom::SCENES.map(|(name, _)| name).join(", ")
     )]
     Unknown(PathBuf),
+    /// The file is Alembic, which Vellus does not read.
+    #[error(
+        "{}: Vellus does not read Alembic; Blender as a Python module (pip install bpy) converts it:\n  {}",
+        .0.display(),
+        alembic_command(.0)
+    )]
+    Alembic(PathBuf),
     /// An option that is only for files is set for a built-in scene.
     #[error("a width, a camera and a frame are for files: the built-in scene {0} has its own")]
     BuiltIn(String),
@@ -85,6 +92,18 @@ pub enum Error {
         /// The names of all meshes.
         known: String,
     },
+}
+
+/// The command that converts an Alembic file to a USD file with the same name.
+fn alembic_command(path: &Path) -> String {
+    let quoted = |path: &Path| format!("'{}'", path.display().to_string().replace('\'', "'\\''"));
+    format!(
+        "python -c 'import bpy, sys; w = bpy.ops.wm; w.read_factory_settings(use_empty=True); \
+         w.alembic_import(filepath=sys.argv[1]); \
+         w.usd_export(filepath=sys.argv[2], export_animation=True, export_hair=True)' {} {}",
+        quoted(path),
+        quoted(&path.with_extension("usdc"))
+    )
 }
 
 /// A warning about a scene that was opened.

@@ -109,7 +109,7 @@ impl Format {
     /// The format of a scene.
     ///
     /// # Errors
-    /// [`Error::Unknown`].
+    /// [`Error::Unknown`], [`Error::Alembic`].
     pub fn of(scene: impl AsRef<Path>) -> Result<Self, Error> {
         let scene = scene.as_ref();
         if let Some((name, _)) = vellus_groom::SCENES.iter().find(|(name, _)| scene.to_str() == Some(name)) {
@@ -119,6 +119,7 @@ impl Format {
             Some("hair") => Ok(Format::Hair),
             Some("tfx") => Ok(Format::Tfx),
             _ if mesh::is_obj(scene) => Ok(Format::Obj),
+            Some("abc") => Err(Error::Alembic(scene.to_owned())),
             Some("usda" | "usdc" | "usdz" | "usd") => Ok(Format::Usd),
             _ => Err(Error::Unknown(scene.to_owned())),
         }
@@ -128,7 +129,7 @@ impl Format {
 /// Checks that a scene may have these options, without reading a file. Files that options name must exist.
 ///
 /// # Errors
-/// [`Error::Unknown`], [`Error::BuiltIn`], [`Error::NotUsd`], [`Error::TwoCameras`]. [`Error::Body`] or [`Error::Read`]
+/// [`Error::Unknown`], [`Error::Alembic`], [`Error::BuiltIn`], [`Error::NotUsd`], [`Error::TwoCameras`]. [`Error::Body`] or [`Error::Read`]
 /// for the files of [`Options::staging`].
 pub fn check(scene: impl AsRef<Path>, options: &Options) -> Result<Format, Error> {
     let scene = scene.as_ref();

@@ -9,8 +9,8 @@ use vellus_render::{Layer, Settings};
 /// The identity of a picture of a scene, with the defaults of the command `vellus render`.
 fn identity(scene: &str, options: &Options) -> Digest {
     let settings = Settings::new([960, 640]);
-    let layers: Vec<Layer> =
-        Layer::ALL.into_iter().filter(|layer| !matches!(layer, Layer::Motion | Layer::Lights)).collect();
+    let extra = |layer: &Layer| matches!(layer, Layer::Motion | Layer::Lights) || Layer::CRYPTOMATTE.contains(layer);
+    let layers: Vec<Layer> = Layer::ALL.into_iter().filter(|layer| !extra(layer)).collect();
     let identity =
         Identity { settings: &settings, layers: &layers, model: "vellus", eta_m: None, min_pixel_width: 0.0 };
     identify(identity.digest(Sources::new().digest()), scene, options).finish()

@@ -68,6 +68,7 @@ mod world;
 
 pub use error::Error;
 pub use film::checkpoint::{Checkpoint, MAX_SAMPLES};
+pub use film::cryptomatte::Thing;
 pub use film::layout::Layout;
 pub use film::picture::{Notes, PIXELS_NOTE, PixelType, check_picture};
 pub use film::{Film, Layer};

@@ -1,7 +1,9 @@
 //! Rendering ranges of samples on all cores.
 
 use crate::error::Error;
-use crate::film::{Film, add};
+use crate::film::cryptomatte::Count;
+use crate::film::cryptomatte::Thing;
+use crate::film::{Film, Layer, add};
 use crate::integrator::settings::Settings;
 use crate::world::World;
 use rayon::prelude::*;
@@ -67,18 +69,21 @@ impl World {
         let [left, top, width, height] = settings.area();
         self.check_film(settings, film)?;
         let layout = film.layout();
-        let rows: Vec<Option<(Vec<u32>, Statistics)>> = (0..height)
+        let rows: Vec<Option<Row>> = (0..height)
             .into_par_iter()
             .map(|y| {
                 let mut row = vec![0; width * layout.words()];
                 let mut values = vec![0.0; layout.channels()];
                 let mut statistics = Statistics::default();
                 let mut cut = 0.0;
+                let mut counts = Vec::new();
+                let has_counts = layout.has_counts();
                 for x in 0..width {
                     if progress.is_cancelled() {
                         return None;
                     }
                     let sums = &mut row[x * layout.words()..][..layout.words()];
+                    let first = counts.len();
                     for index in samples.clone() {
                         let pixel = [left + x, top + y];
                         let seen = self.fibers.trace(&self.geometry, settings, layout, pixel, index, &mut values);
@@ -88,19 +93,34 @@ impl World {
                             statistics.removed += f64::from(seen.removed);
                             statistics.left += values[..3].iter().map(|&x| f64::from(x)).sum::<f64>();
                         }
-                        statistics.rejected += u64::from(!add(layout, sums, &values, seen.strand));
+                        let added = add(layout, sums, &values, seen.strand);
+                        statistics.rejected += u64::from(!added);
+                        if let (true, Some(thing)) = (added && has_counts, seen.thing) {
+                            count(&mut counts, first, (y * width + x) as u32, thing);
+                        }
                     }
+                    counts[first..].sort_unstable_by_key(|count| count.thing);
                 }
                 statistics.cut = (cut * 1e6) as u64;
-                Some((row, statistics))
+                Some(Row { sums: row, counts, statistics })
             })
             .collect();
-        let rows: Vec<(Vec<u32>, Statistics)> = rows.into_iter().collect::<Option<_>>().ok_or(Error::Cancelled)?;
+        let rows: Vec<Row> = rows.into_iter().collect::<Option<_>>().ok_or(Error::Cancelled)?;
         let mut all = Statistics::default();
-        rows.iter().for_each(|(_, statistics)| all += *statistics);
-        film.add_rows(rows.into_iter().map(|(row, _)| row));
+        rows.iter().for_each(|row| all += row.statistics);
+        film.add_counts(&rows.iter().flat_map(|row| row.counts.iter().copied()).collect::<Vec<_>>());
+        film.add_rows(rows.into_iter().map(|row| row.sums));
         film.advance(samples.end.saturating_sub(samples.start));
         Ok(all)
+    }
+
+    /// The names of the things that camera rays can hit: sets of strands first, then meshes. All instances of a
+    /// prototype are one thing.
+    pub fn things(&self) -> Vec<Thing> {
+        let (looks, surfaces) = (&self.geometry.looks, &self.geometry.surfaces);
+        let strands = self.geometry.all_strands().map(|s| Thing::new(&s.name, &looks[s.look].name, true));
+        let meshes = self.geometry.all_meshes().map(|m| Thing::new(&m.name, &surfaces[m.surface].name, false));
+        strands.chain(meshes).collect()
     }
 
     fn check_film(&self, settings: &Settings, film: &Film) -> Result<(), Error> {
@@ -112,9 +132,28 @@ impl World {
             return fail(format!("its area is {:?}, that of the settings {:?}", film.area(), settings.area()));
         }
         let groups = film.layout().groups();
-        if film.layout().has(crate::Layer::Lights) && groups != self.group_names() {
+        if film.layout().has(Layer::Lights) && groups != self.group_names() {
             return fail(format!("its light groups are {groups:?}, those of the scene {:?}", self.group_names()));
         }
+        if film.layout().things() != self.layout(&Layer::CRYPTOMATTE).things() && film.layout().has_counts() {
+            return fail("its objects, looks and groups of strands are not those of the scene".to_owned());
+        }
         Ok(())
+    }
+}
+
+/// The samples of a row of pixels.
+struct Row {
+    sums: Vec<u32>,
+    /// Sorted by pixel and thing.
+    counts: Vec<Count>,
+    statistics: Statistics,
+}
+
+/// Counts a sample of a pixel, whose counts begin at `first`.
+fn count(counts: &mut Vec<Count>, first: usize, pixel: u32, thing: u32) {
+    match counts[first..].iter_mut().find(|count| count.thing == thing) {
+        Some(count) => count.samples += 1,
+        None => counts.push(Count { pixel, thing, samples: 1 }),
     }
 }

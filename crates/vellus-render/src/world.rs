@@ -80,7 +80,7 @@ impl World {
         let count = scene.strands.iter().fold(0u32, |n, set| n.wrapping_add(set.len() as u32));
         let lights = if scene.lights.is_empty() { vec![white] } else { scene.lights };
         let instances = Instances::new(scene.prototypes, &scene.instances, own, count);
-        let lights = Lights::new(&lights, &scene.unseen_lights, &scene.textures, radius);
+        let lights = Lights::new(&lights, &scene.unseen_lights, &scene.shapings, &scene.textures, radius);
         let (curves, triangles, view) = (Curves::new(scene.strands), Triangles::new(scene.meshes), View::new(camera));
         let geometry = Geometry {
             moves: curves.moves() || triangles.moves() || instances.moves() || view.moves(),
@@ -170,7 +170,7 @@ impl World {
     /// The channels of a film that stores these layers of this scene. [`Layer::Lights`] has three channels for each
     /// light group of the scene.
     pub fn layout(&self, layers: &[Layer]) -> Layout {
-        Layout::new(layers, &self.group_names)
+        Layout::new(layers, &self.group_names).with_things(&self.things())
     }
 }
 

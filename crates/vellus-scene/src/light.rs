@@ -44,6 +44,13 @@ pub enum Light {
         /// Emitted.
         radiance: [f32; 3],
     },
+    /// A point.
+    Point {
+        /// Its position.
+        position: Vec3,
+        /// Radiant intensity: power per solid angle, the same in all directions.
+        intensity: [f32; 3],
+    },
     /// A sphere.
     Sphere {
         /// Its centre.
@@ -66,6 +73,54 @@ pub enum Light {
     },
 }
 
+/// How the emission of a light depends on its direction, as in UsdLuxShapingAPI: a cone with a soft edge, and a focus.
+///
+/// The emission in a direction at the angle θ from the axis is multiplied by [`Shaping::factor`]. The total power is
+/// not kept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shaping {
+    /// The axis in world space, away from the light. Not zero.
+    pub axis: Vec3,
+    /// The largest angle between the axis and a direction with emission, in radians; in (0, π].
+    pub cone: f32,
+    /// The share of the cone's angle over which the emission falls to 0; in [0, 1]. 0 is a hard edge.
+    pub softness: f32,
+    /// The exponent of |cos θ|; at least 0. 0 changes nothing.
+    pub focus: f32,
+}
+
+impl Shaping {
+    /// The factor of the emission in a direction of unit length, away from the light: |cos θ| to the power of the
+    /// focus, times a smoothstep from 1 at (1 − softness) · cone to 0 at the cone.
+    pub fn factor(&self, direction: Vec3) -> f32 {
+        let cos = direction.dot(self.axis.normalize()).clamp(-1.0, 1.0);
+        let angle = cos.acos();
+        if angle > self.cone {
+            return 0.0;
+        }
+        let start = (1.0 - self.softness) * self.cone;
+        let edge = if angle <= start { 0.0 } else { (angle - start) / (self.cone - start) };
+        let focus = if self.focus == 0.0 { 1.0 } else { cos.abs().powf(self.focus) };
+        focus * (1.0 - edge * edge * (3.0 - 2.0 * edge))
+    }
+
+    /// Checks that the axis is finite and not zero, and all numbers are in their ranges.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if they are not.
+    pub fn validate(&self) -> Result<(), Error> {
+        let Shaping { axis, cone, softness, focus } = *self;
+        let aimed = axis.is_finite() && axis.try_normalize().is_some();
+        let in_range = cone > 0.0 && cone <= std::f32::consts::PI && (0.0..=1.0).contains(&softness);
+        if aimed && in_range && focus.is_finite() && focus >= 0.0 {
+            Ok(())
+        } else {
+            let what = "its axis must not be zero, its cone in (0, π], its softness in [0, 1], its focus not negative";
+            Err(invalid("shaping of a light", what))
+        }
+    }
+}
+
 /// Projection of the lower half of a dome's texture onto a disk of ground. It only changes the background that the
 /// camera sees: lighting is unchanged, and the ground receives no shadows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,13 +134,14 @@ pub struct Ground {
 }
 
 impl Light {
-    /// The kind of the light: `dome`, `distant`, `rect`, `disk`, `sphere` or `cylinder`.
+    /// The kind of the light: `dome`, `distant`, `rect`, `disk`, `point`, `sphere` or `cylinder`.
     pub fn kind(&self) -> &'static str {
         match self {
             Light::Dome { .. } => "dome",
             Light::Distant { .. } => "distant",
             Light::Rect { .. } => "rect",
             Light::Disk { .. } => "disk",
+            Light::Point { .. } => "point",
             Light::Sphere { .. } => "sphere",
             Light::Cylinder { .. } => "cylinder",
         }
@@ -109,6 +165,7 @@ impl Light {
             }
             Light::Rect { to_world, radiance, texture } => ("rect light", radiance, *texture, to_world.is_finite()),
             Light::Disk { to_world, radiance } => ("disk light", radiance, None, to_world.is_finite()),
+            Light::Point { position, intensity } => ("point light", intensity, None, position.is_finite()),
             Light::Sphere { center, radius, radiance } => {
                 ("sphere light", radiance, None, center.is_finite() && radius.is_finite() && *radius > 0.0)
             }

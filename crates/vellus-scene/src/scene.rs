@@ -3,7 +3,7 @@
 use crate::camera::Camera;
 use crate::error::{Error, invalid};
 use crate::instances::{Instance, Prototype};
-use crate::light::Light;
+use crate::light::{Light, Shaping};
 use crate::look::Look;
 use crate::mesh::{Mesh, Surface, Tint};
 use crate::strands::Strands;
@@ -35,6 +35,9 @@ pub struct Scene {
     pub light_groups: Vec<String>,
     /// Indices of lights that the camera does not see directly. They illuminate the scene all the same.
     pub unseen_lights: Vec<usize>,
+    /// Indices of lights whose emission depends on the direction, and how. A light has at most one shaping. Domes and
+    /// distant lights have none.
+    pub shapings: Vec<(usize, Shaping)>,
     /// What the camera sees where there is no object. If it is `None`, it sees the domes and distant lights there.
     pub background: Option<Tint>,
     /// The camera. If it is `None`, the renderer uses [`Scene::framing`].
@@ -117,6 +120,16 @@ impl Scene {
             let count = self.lights.len();
             return Err(invalid("lights", format!("light {index} is not visible, but there are {count} lights")));
         }
+        for (index, shaping) in &self.shapings {
+            shaping.validate()?;
+            match self.lights.get(*index) {
+                Some(Light::Dome { .. } | Light::Distant { .. }) | None => {
+                    let what = format!("light {index} has a shaping, but it is no light with a position");
+                    return Err(invalid("lights", what));
+                }
+                Some(_) => {}
+            }
+        }
         if let Some(Tint { color, texture }) = self.background {
             if !color.iter().all(|c| c.is_finite() && *c >= 0.0) {
                 return Err(invalid("background", format!("its colour is {color:?}: no channel may be negative")));
@@ -161,12 +174,16 @@ mod tests {
         scene.looks[0].textured.push((crate::Parameter::Kappa, value));
     }
 
+    fn aimed(length: f32) -> Shaping {
+        Shaping { axis: Vec3::X * length, cone: 0.5, softness: 0.0, focus: 0.0 }
+    }
+
     #[test]
     fn messages_name_the_object_and_the_problem() {
         assert_eq!(scene().validate(), Ok(()));
         assert_eq!(scene().strands[0].segments(), 3);
         type Break = fn(&mut Scene);
-        let broken: [(Break, &str); 13] = [
+        let broken: [(Break, &str); 15] = [
             (|s| s.strands[0].look = 1, "fur: the look does not exist"),
             (|s| s.strands[0].starts[1] = 1, "fur: strand 0 has 1 points"),
             (|s| s.strands[0].starts[1] = 9, "strand 0 ends at point 9, but there are 5 points"),
@@ -177,6 +194,8 @@ mod tests {
             (|s| textured(s, 1, 0.5), "white: kappa has the texture 1, but the scene has 0"),
             (|s| textured(s, 0, f32::INFINITY), "white: kappa has a texture with the scale [0.0, 0.0, inf]"),
             (|s| s.light_groups = vec!["key".to_owned()], "lights: there are 1 groups for 0 lights"),
+            (|s| s.shapings = vec![(0, aimed(1.0))], "lights: light 0 has a shaping, but it is no light"),
+            (|s| s.shapings = vec![(0, aimed(0.0))], "shaping of a light: its axis must not be zero"),
             (|s| s.unseen_lights = vec![2], "lights: light 2 is not visible, but there are 0 lights"),
             (|s| s.background = Some(Tint { color: [-1.0; 3], texture: None }), "background: its colour is"),
             (|s| s.light_groups = vec!["key.left".to_owned()], "'key.left': a light group's name"),

@@ -3,7 +3,9 @@
 mod common;
 
 use common::{read, sample, with_width};
-use vellus_scene::{Basis, Values};
+use glam::Vec3;
+use std::f32::consts::PI;
+use vellus_scene::{Basis, Light, Values};
 use vellus_usd::Options;
 
 const STRANDS: usize = 50;
@@ -135,4 +137,28 @@ def Material \"Fur\" {{
     };
     assert_eq!((melanin[0], melanin[49]), ([0.0; 3], [1.0, 0.0, 0.0]));
     assert_eq!(scene.looks[0].fiber, vellus::Fiber::preset(vellus::Species::RedFox));
+}
+
+/// All lights of Blender 5.2, hair curves, and particle hair without widths in one file. `make_blender.py` wrote it.
+#[test]
+fn lights_and_particle_hair_of_blender_5_2_are_read() {
+    let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/blender_5_2.usda");
+    let (scene, warnings) = read(&file, &with_width(0.01)).unwrap();
+    let kinds: Vec<_> =
+        scene.lights.iter().zip(&scene.light_groups).map(|(l, name)| (name.as_str(), l.kind())).collect();
+    let expected = [("Area", "disk"), ("Bulb", "sphere"), ("Point", "point"), ("Spot", "point"), ("Sun", "distant")];
+    assert!(expected.iter().all(|light| kinds.contains(light)) && kinds.len() == 5, "{kinds:?}");
+    let at = |name: &str| kinds.iter().position(|(group, _)| *group == name).unwrap();
+    // 500 W in all directions.
+    let Light::Point { intensity, .. } = &scene.lights[at("Point")] else { panic!() };
+    assert!((intensity[0] - 500.0 / (4.0 * PI)).abs() < 1e-4, "{intensity:?}");
+    let [(spot, shaping)] = scene.shapings[..] else { panic!("{:?}", scene.shapings) };
+    assert!(spot == at("Spot") && (shaping.cone.to_degrees() - 20.0).abs() < 1e-4 && shaping.softness == 0.3);
+    assert!(shaping.axis.abs_diff_eq(Vec3::NEG_Z, 1e-6));
+    let strands: Vec<_> = scene.strands.iter().map(|s| (s.len(), s.points[0].w)).collect();
+    // Particles have the width of the option, curves their own.
+    assert!(strands.contains(&(4, 0.02)) && strands.contains(&(10, 0.005)), "{strands:?}");
+    let said: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+    let one = |text: &str| said.iter().filter(|line| line.contains(text)).count() == 1;
+    assert!(one("Hair: it has no VellusFur shader") && one("Blender writes a quarter") && said.len() == 2, "{said:?}");
 }

@@ -4,11 +4,12 @@ mod common;
 
 use common::read;
 use glam::{Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
+use std::f32::consts::PI;
 use std::process::Command;
 use vellus::{Fiber, Species};
 use vellus_scene::{
-    Basis, Camera, Ground, Light, Look, Mesh, Parameter, Scene, Strands, Surface, Texture, Tint, Units, Value, Values,
-    Wrap,
+    Basis, Camera, Ground, Light, Look, Mesh, Parameter, Scene, Shaping, Strands, Surface, Texture, Tint, Units, Value,
+    Values, Wrap,
 };
 use vellus_usd::{Options, write};
 
@@ -121,10 +122,15 @@ fn scene() -> Scene {
                 radius: 0.125,
                 radiance: [1.0, 2.0, 3.0],
             },
+            Light::Point { position: Vec3::new(1.0, 0.5, 0.25), intensity: [0.5, 1.0, 2.0] },
         ],
         background: None,
         unseen_lights: vec![0, 3],
-        light_groups: ["sky", "sun", "key", "key", "lamp-2", "tube"].map(str::to_owned).to_vec(),
+        shapings: vec![
+            (5, Shaping { axis: Vec3::NEG_Y, cone: PI / 3.0, softness: 0.0, focus: 0.0 }),
+            (6, Shaping { axis: Vec3::NEG_Y, cone: PI / 6.0, softness: 0.25, focus: 2.0 }),
+        ],
+        light_groups: ["sky", "sun", "key", "key", "lamp-2", "tube", "spot"].map(str::to_owned).to_vec(),
         camera: Some(Camera {
             to_world: pose(0.2),
             moved: Some(pose(0.25)),

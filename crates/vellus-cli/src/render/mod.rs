@@ -103,7 +103,7 @@ pub struct Args {
     /// Make the PNG brighter by this many stops.
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::exposure, value_name = "N")]
     exposure: f32,
-    /// Layers of the OpenEXR file, separated by commas. `all` adds `motion` and `lights`.
+    /// Layers of the OpenEXR file, separated by commas. `all` adds `motion`, `lights` and `crypto-*`.
     #[arg(
         long,
         value_parser = Layer::list,

@@ -13,12 +13,16 @@
 //! | texts | names of the light groups |
 //! | texts | notes: names and values alternate |
 //! | u32 … | sums, row by row, as described in `sums.rs` |
+//! | texts | only with layers of Cryptomatte: object, look and group of each thing |
+//! | u32 | only with layers of Cryptomatte: the number of counts |
+//! | 3 × u32 … | counts: pixel, thing and samples, sorted by pixel and thing |
 //! | 32 | BLAKE3 digest of all bytes before |
 //!
 //! Texts start with their number, a u32. Each text is its number of bytes, a u32, followed by these bytes in UTF-8.
 
 use crate::error::Error;
 use crate::film::Film;
+use crate::film::cryptomatte::{Count, Thing};
 use crate::film::layout::Layout;
 use std::ops::Range;
 use vellus_io::Digest;
@@ -90,6 +94,35 @@ impl<'a> Remaining<'a> {
         }
         Ok(texts)
     }
+
+    /// Things and their counts, which must be the last content.
+    fn counts(&mut self, pixels: usize, samples: u64) -> Result<(Vec<Thing>, Vec<Count>), String> {
+        let (names, rest) = self.texts()?.into_iter().fold((Vec::new(), Vec::new()), |(mut things, mut part), name| {
+            part.push(name);
+            if let [object, look, group] = &mut part[..] {
+                let [object, look, group] = [object, look, group].map(std::mem::take);
+                things.push(Thing { object, look, group });
+                part.clear();
+            }
+            (things, part)
+        });
+        let count = self.small()?;
+        let (entries, tail) = self.0.as_chunks::<12>();
+        if !rest.is_empty() || !tail.is_empty() || entries.len() != count {
+            return Err(format!("its header announces {count} counts of things, and {} bytes follow", self.0.len()));
+        }
+        let number = |entry: &[u8; 12], k: usize| u32::from_le_bytes(std::array::from_fn(|i| entry[4 * k + i]));
+        let entry = |e: &[u8; 12]| Count { pixel: number(e, 0), thing: number(e, 1), samples: number(e, 2) };
+        let counts: Vec<Count> = entries.iter().map(entry).collect();
+        let known = |c: &Count| (c.pixel as usize) < pixels && (c.thing as usize) < names.len();
+        let counted = |c: &Count| c.samples > 0 && u64::from(c.samples) <= samples;
+        let sorted = counts.is_sorted_by(|a, b| (a.pixel, a.thing) < (b.pixel, b.thing));
+        if sorted && counts.iter().all(|c| known(c) && counted(c)) {
+            Ok((names, counts))
+        } else {
+            Err("its counts of things are not those of its pixels and samples".to_owned())
+        }
+    }
 }
 
 impl Checkpoint {
@@ -110,6 +143,14 @@ impl Checkpoint {
         let notes: Vec<&str> = self.notes.iter().flat_map(|(name, value)| [name.as_str(), value]).collect();
         put_texts(&mut bytes, notes.into_iter());
         bytes.extend(film.sums().iter().flat_map(|word| word.to_le_bytes()));
+        if film.layout().has_counts() {
+            let names = film.layout().things().iter().flat_map(|thing| [&thing.object, &thing.look, &thing.group]);
+            let names: Vec<&str> = names.map(String::as_str).collect();
+            put_texts(&mut bytes, names.into_iter());
+            bytes.extend((film.counts().len() as u32).to_le_bytes());
+            let counts = film.counts().iter().flat_map(|count| [count.pixel, count.thing, count.samples]);
+            bytes.extend(counts.flat_map(u32::to_le_bytes));
+        }
         let digest = Digest::of(&bytes);
         bytes.extend(digest.0);
         bytes
@@ -144,7 +185,8 @@ impl Checkpoint {
         }
         let layout = Layout::from_bits(layers, &groups);
         let expected = (area[2] * area[3]) as u128 * layout.bytes_per_pixel() as u128;
-        if layout.bits() != layers || rest.0.len() as u128 != expected {
+        let fits = if layout.has_counts() { rest.0.len() as u128 > expected } else { rest.0.len() as u128 == expected };
+        if layout.bits() != layers || !fits {
             return Err(format!("{} bytes follow the header, which announces {expected}", rest.0.len()));
         }
         if layout.groups() != groups {
@@ -157,8 +199,19 @@ impl Checkpoint {
         if !in_order || samples.end - samples.start > MAX_SAMPLES {
             return Err(format!("its samples run from {} to {} of {planned}", samples.start, samples.end));
         }
-        let sums = rest.0.chunks_exact(4).map(|b| u32::from_le_bytes(std::array::from_fn(|k| b[k]))).collect();
-        let film = Film::new(whole, area, layout).with_sums(samples.end - samples.start, sums);
+        let sums = rest
+            .take(expected as usize)?
+            .chunks_exact(4)
+            .map(|b| u32::from_le_bytes(std::array::from_fn(|k| b[k])))
+            .collect();
+        let pixels = area[2] * area[3];
+        let (things, counts) = if layout.has_counts() {
+            rest.counts(pixels, samples.end - samples.start)?
+        } else {
+            (Vec::new(), Vec::new())
+        };
+        let layout = layout.with_things(&things);
+        let film = Film::new(whole, area, layout).with_counts(counts).with_sums(samples.end - samples.start, sums);
         let notes = notes.chunks_exact(2).map(|pair| (pair[0].clone(), pair[1].clone())).collect();
         Ok(Checkpoint { identity, samples, planned, notes, film })
     }
@@ -180,9 +233,38 @@ mod tests {
         Checkpoint { identity: Digest([0xfe; 32]), samples: 2..11, planned: 12, notes, film }
     }
 
+    /// A film with counts of two things.
+    fn counted(counts: &[[u32; 3]]) -> Checkpoint {
+        let things = ["/a/fur", "/a/skin"].map(|name| Thing::new(name, "look", name.ends_with("fur")));
+        let layout = Layout::new(&[Layer::CryptoObject], &[]).with_things(&things);
+        let counts = counts.iter().map(|&[pixel, thing, samples]| Count { pixel, thing, samples }).collect();
+        let mut film = Film::new([9, 8], [2, 3, 4, 3], layout).with_counts(counts);
+        film.advance(9);
+        Checkpoint { film, ..part() }
+    }
+
     #[test]
     fn films_come_back() {
-        assert_eq!(Checkpoint::from_bytes(&part().to_bytes()).unwrap(), part());
+        for film in [part(), counted(&[]), counted(&[[0, 1, 9], [3, 0, 1], [3, 1, 8]])] {
+            assert_eq!(Checkpoint::from_bytes(&film.to_bytes()).unwrap(), film);
+        }
+    }
+
+    #[test]
+    fn counts_that_do_not_fit_are_refused() {
+        let wrong: [&[[u32; 3]]; 5] =
+            [&[[12, 0, 1]], &[[0, 2, 1]], &[[0, 0, 0]], &[[0, 0, 10]], &[[1, 1, 1], [1, 0, 1]]];
+        for counts in wrong {
+            let error = Checkpoint::from_bytes(&counted(counts).to_bytes()).unwrap_err().to_string();
+            assert!(error.contains("its counts of things"), "{counts:?}: {error}");
+        }
+        let bytes = counted(&[[0, 1, 9]]).to_bytes();
+        for end in [DIGEST + 12, DIGEST + 5, DIGEST + 40] {
+            let mut content = bytes[..bytes.len() - end].to_vec();
+            let digest = Digest::of(&content);
+            content.extend(digest.0);
+            assert!(Checkpoint::from_bytes(&content).is_err(), "{end}");
+        }
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::picture::{Notes, PIXELS_NOTE, PixelType};
 use crate::error::Error;
-use crate::film::{Film, Layer};
+use crate::film::{Film, Layer, cryptomatte};
 use ::exr::prelude::*;
 use std::io::Cursor;
 use vellus_io::{Digest, DigestBuilder};
@@ -22,7 +22,8 @@ impl Film {
     ///
     /// Albedo, normal, depth and motion are means over the covered part of the pixel. Tangent and root coordinates are
     /// means over the part that fibres cover. The variance is that of the pixel's mean brightness. If a film covers
-    /// only a part of the picture, the data window is this part.
+    /// only a part of the picture, the data window is this part. The layers of [`Layer::CRYPTOMATTE`] follow the
+    /// Cryptomatte specification 1.2, with six ranks in 32 bits.
     ///
     /// # Errors
     /// [`Error::Encode`] with what the encoder reports.
@@ -35,7 +36,7 @@ impl Film {
     ) -> std::result::Result<Vec<u8>, Error> {
         let (width, height) = (self.width(), self.height());
         let pixels = || (0..width * height).map(|i| (i % width, i / width));
-        let mut channels = Vec::new();
+        let (mut channels, mut cryptomattes) = (Vec::new(), Vec::new());
         // All channels of a layer have one type: many programs cannot read colours with mixed types.
         let mut push = |names: &[String], values: Vec<Vec<f32>>, exact: bool| {
             let half = pixel_type == PixelType::Half && !exact && fits_half(values.iter().flatten().copied());
@@ -50,6 +51,13 @@ impl Film {
         };
         let kept = |layer: &Layer| layers.contains(layer) && self.layout().has(*layer);
         for layer in Layer::ALL.into_iter().filter(|layer| kept(layer) && *layer != Layer::Strand) {
+            if Layer::CRYPTOMATTE.contains(&layer) {
+                let (things, count) = (self.layout().things(), width * height);
+                let values = cryptomatte::channels(layer, things, self.counts(), count, self.samples());
+                push(&layer.channel_names(&[]), values, true);
+                cryptomattes.extend(cryptomatte::attributes(layer, things));
+                continue;
+            }
             let names = layer.channel_names(self.layout().groups());
             let values = |k| pixels().map(|(x, y)| self.value(x, y, layer, k)).collect();
             let exact = matches!(layer, Layer::SecondMoment | Layer::Depth | Layer::RootUv | Layer::Motion);
@@ -71,7 +79,7 @@ impl Film {
         attributes.layer_position = Vec2(left, top);
         attributes.software_name = Some("vellus".into());
         let pixels = (PIXELS_NOTE.to_owned(), exr_digest(&channels).to_string());
-        for (name, value) in notes.iter().chain([&pixels]) {
+        for (name, value) in notes.iter().chain(&cryptomattes).chain([&pixels]) {
             // UTF-8, as in most programs. The encoder's own conversion accepts only Latin letters.
             let value = AttributeValue::Text(Text::from_slice_unchecked(value.as_bytes()));
             attributes.other.insert(Text::from_slice_unchecked(name.as_bytes()), value);
@@ -227,7 +235,8 @@ mod tests {
         let layer = &image.layer_data;
         assert_eq!(image.attributes.display_window.size, Vec2(8, 9));
         assert_eq!(layer.attributes.layer_position, Vec2(4, 5));
-        assert_eq!(layer.channel_data.list.len(), channels + 3);
+        // Three of the denoised beauty, and twelve for each Cryptomatte.
+        assert_eq!(layer.channel_data.list.len(), channels + 3 + 36);
         let Some(AttributeValue::Text(note)) = layer.attributes.other.get(&Text::from("vellus_command")) else {
             panic!()
         };

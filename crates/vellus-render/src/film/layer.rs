@@ -1,6 +1,7 @@
 //! The layers of a picture.
 
 use crate::error::Error;
+use crate::film::cryptomatte;
 use std::str::FromStr;
 
 /// A layer of a picture. The order of the variants is that of a pixel's channels.
@@ -35,11 +36,18 @@ pub enum Layer {
     /// The number of the strand nearest to the camera, counted from 1 over all strands of the scene. 0 if there is
     /// none. This is not a mean, because averaged numbers would be those of other strands.
     Strand,
+    /// Cryptomatte of objects: the ids of the things that cover the pixel, and how much they cover. See
+    /// [`Thing::object`](crate::Thing::object).
+    CryptoObject,
+    /// Cryptomatte of looks and surfaces.
+    CryptoLook,
+    /// Cryptomatte of sets of strands.
+    CryptoGroup,
 }
 
 impl Layer {
     /// All layers, in order.
-    pub const ALL: [Layer; 13] = [
+    pub const ALL: [Layer; 16] = [
         Layer::Beauty,
         Layer::Alpha,
         Layer::SecondMoment,
@@ -53,12 +61,19 @@ impl Layer {
         Layer::Motion,
         Layer::Lights,
         Layer::Strand,
+        Layer::CryptoObject,
+        Layer::CryptoLook,
+        Layer::CryptoGroup,
     ];
 
-    /// Its number of channels; 0 for [`Layer::Lights`], whose number depends on the scene.
+    /// The layers of Cryptomatte. They share the counts of a film.
+    pub const CRYPTOMATTE: [Layer; 3] = [Layer::CryptoObject, Layer::CryptoLook, Layer::CryptoGroup];
+
+    /// Its number of channels in a film; 0 for [`Layer::Lights`], whose number depends on the scene, and for
+    /// [`Layer::CRYPTOMATTE`], which a film keeps as counts.
     pub fn channels(self) -> usize {
         match self {
-            Layer::Lights => 0,
+            Layer::Lights | Layer::CryptoObject | Layer::CryptoLook | Layer::CryptoGroup => 0,
             Layer::Lobes => 18,
             Layer::Alpha | Layer::SecondMoment | Layer::Fibers | Layer::Depth | Layer::Strand => 1,
             Layer::RootUv | Layer::Motion => 2,
@@ -87,6 +102,9 @@ impl Layer {
             Layer::Motion => "motion",
             Layer::Lights => "lights",
             Layer::Strand => "id",
+            Layer::CryptoObject => "crypto-object",
+            Layer::CryptoLook => "crypto-look",
+            Layer::CryptoGroup => "crypto-group",
         }
     }
 
@@ -109,6 +127,7 @@ impl Layer {
             Layer::Motion => vec!["motion.X".to_owned(), "motion.Y".to_owned()],
             Layer::Lights => groups.iter().flat_map(|group| rgb(&format!("light_{group}."))).collect(),
             Layer::Strand => vec!["strand.id".to_owned()],
+            Layer::CryptoObject | Layer::CryptoLook | Layer::CryptoGroup => cryptomatte::channel_names(self),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Which layers a film keeps, and where they are in a pixel.
 
 use crate::film::Layer;
+use crate::film::cryptomatte::Thing;
 use crate::film::sums::Format;
 use std::ops::Range;
 
@@ -34,6 +35,7 @@ impl Kept {
 pub struct Layout {
     kept: [Option<Kept>; Layer::ALL.len()],
     groups: Vec<String>,
+    things: Vec<Thing>,
     channels: usize,
     words: usize,
 }
@@ -42,7 +44,7 @@ impl Layout {
     /// The layout of these layers. `groups` are the names of the light groups, for [`Layer::Lights`].
     pub fn new(layers: &[Layer], groups: &[String]) -> Self {
         let groups = if layers.contains(&Layer::Lights) { groups.to_vec() } else { Vec::new() };
-        let mut layout = Layout { kept: [None; Layer::ALL.len()], groups, channels: 0, words: 0 };
+        let mut layout = Layout { kept: [None; Layer::ALL.len()], groups, things: Vec::new(), channels: 0, words: 0 };
         for layer in Layer::ALL {
             if layer.always() || layers.contains(&layer) {
                 let (format, width) = (Format::of(layer), layout.width(layer));
@@ -53,6 +55,22 @@ impl Layout {
             }
         }
         layout
+    }
+
+    /// The same layout with the names for [`Layer::CRYPTOMATTE`]. They are only kept with one of these layers.
+    pub fn with_things(mut self, things: &[Thing]) -> Self {
+        self.things = if self.has_counts() { things.to_vec() } else { Vec::new() };
+        self
+    }
+
+    /// Whether the film counts the things of each pixel.
+    pub(crate) fn has_counts(&self) -> bool {
+        Layer::CRYPTOMATTE.into_iter().any(|layer| self.has(layer))
+    }
+
+    /// What camera rays can hit, if the film keeps a layer of [`Layer::CRYPTOMATTE`].
+    pub fn things(&self) -> &[Thing] {
+        &self.things
     }
 
     /// The number of channels of a layer.
@@ -100,7 +118,8 @@ impl Layout {
         self.words
     }
 
-    /// Bytes of a film for each pixel.
+    /// Bytes of a film for each pixel. With a layer of [`Layer::CRYPTOMATTE`], each thing in a pixel takes 12 bytes
+    /// more.
     pub fn bytes_per_pixel(&self) -> usize {
         4 * self.words
     }

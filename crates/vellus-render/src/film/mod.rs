@@ -1,6 +1,7 @@
 //! Films: exact sums of samples ([`sums`]).
 
 pub mod checkpoint;
+pub mod cryptomatte;
 mod exr;
 mod layer;
 pub mod layout;
@@ -12,6 +13,7 @@ mod sums;
 pub use layer::Layer;
 
 use crate::film::layout::Layout;
+use cryptomatte::Count;
 use sums::Format;
 
 /// The number for a strand in a film. Of two numbers, the larger one is of the strand nearer to the camera.
@@ -34,6 +36,8 @@ pub struct Film {
     /// Samples of each pixel.
     samples: u64,
     sums: Vec<u32>,
+    /// Counts of things, sorted by pixel and thing; none without layers of [`Layer::CRYPTOMATTE`].
+    counts: Vec<Count>,
 }
 
 impl Film {
@@ -41,7 +45,7 @@ impl Film {
     /// [`World::layout`](crate::World::layout) for the layout.
     pub fn new(whole: [usize; 2], area: [usize; 4], layout: Layout) -> Self {
         let sums = vec![0; area[2] * area[3] * layout.words()];
-        Film { whole, area, layout, samples: 0, sums }
+        Film { whole, area, layout, samples: 0, sums, counts: Vec::new() }
     }
 
     /// Width in pixels.
@@ -85,6 +89,21 @@ impl Film {
         &self.sums
     }
 
+    /// Sets the counts of things.
+    pub(crate) fn with_counts(self, counts: Vec<Count>) -> Self {
+        Film { counts, ..self }
+    }
+
+    /// All counts of things.
+    pub(crate) fn counts(&self) -> &[Count] {
+        &self.counts
+    }
+
+    /// Adds counts of things, sorted by pixel and thing.
+    pub(crate) fn add_counts(&mut self, counts: &[Count]) {
+        cryptomatte::merge(&mut self.counts, counts);
+    }
+
     /// Counts more samples of every pixel.
     pub(crate) fn advance(&mut self, samples: u64) {
         self.samples += samples;
@@ -106,6 +125,7 @@ impl Film {
         assert!(self.fits(other), "films of different size or layers");
         self.samples = self.samples.saturating_add(other.samples);
         combine(&self.layout, &mut self.sums, &other.sums);
+        self.add_counts(&other.counts);
     }
 
     /// Whether both films have the same size, area and layers.

@@ -44,7 +44,10 @@ impl Format {
             | Layer::Normal
             | Layer::Tangent
             | Layer::RootUv
-            | Layer::Motion => Format::Bounded,
+            | Layer::Motion
+            | Layer::CryptoObject
+            | Layer::CryptoLook
+            | Layer::CryptoGroup => Format::Bounded,
         }
     }
 

@@ -133,6 +133,11 @@ impl Instances {
         self.objects.iter().flat_map(|object| object.curves.strands())
     }
 
+    /// The meshes of all prototypes.
+    pub fn meshes(&self) -> impl Iterator<Item = &Mesh> {
+        self.objects.iter().flat_map(|object| object.triangles.meshes())
+    }
+
     /// A set of strands, by its index in the scene.
     pub fn set(&self, set: usize) -> &Strands {
         let object = &self.objects[self.objects.partition_point(|object| object.first_set <= set) - 1];

@@ -11,7 +11,7 @@ use crate::shading::colors;
 use crate::shading::surface::Scatter;
 use glam::{Vec2, Vec3};
 use vellus::{CoatColors, Fiber};
-use vellus_scene::{Basis, Look, Strands, Surface, Texture, Values};
+use vellus_scene::{Basis, Look, Mesh, Strands, Surface, Texture, Values};
 
 /// Strands, meshes, lights, camera, materials and textures, prepared for rays.
 pub struct Geometry {
@@ -46,6 +46,11 @@ impl Geometry {
     /// All sets of strands, in the order of [`CurveHit::set`].
     pub fn all_strands(&self) -> impl Iterator<Item = &Strands> {
         self.curves.strands().iter().chain(self.instances.strands())
+    }
+
+    /// All meshes, in the order of [`TriangleHit::mesh`].
+    pub fn all_meshes(&self) -> impl Iterator<Item = &Mesh> {
+        self.triangles.meshes().iter().chain(self.instances.meshes())
     }
 
     /// The nearest hit of a ray.

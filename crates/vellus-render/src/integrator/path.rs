@@ -26,6 +26,8 @@ const SURVIVAL: f32 = 2.0;
 pub(crate) struct Seen {
     /// The strand that the camera sees, made by [`nearest`](crate::film::nearest); 0 for none.
     pub strand: u64,
+    /// The thing that the camera sees: sets of strands first, then meshes. See [`Thing`](crate::Thing).
+    pub thing: Option<u32>,
     /// Rays traced.
     pub rays: u64,
     /// The throughput of the path, if [`Settings::max_depth`] cut it off.
@@ -169,6 +171,7 @@ pub(crate) fn trace<M: Model>(
     // The density with which the ray was sampled, if light sampling was possible, too.
     let mut pdf = None;
     let mut cut = 0.0;
+    let mut thing = None;
     for depth in 0.. {
         path.rays += 1;
         let hit = geometry.intersect(&ray);
@@ -195,6 +198,11 @@ pub(crate) fn trace<M: Model>(
         if depth == 0 {
             path.set(Layer::Alpha, &[1.0]);
             path.set(Layer::Depth, &[t]);
+            let index = match hit {
+                Hit::Curve(hit) => hit.set,
+                Hit::Triangle(hit) => geometry.colors.len() + hit.mesh,
+            };
+            thing = Some(index as u32);
         }
         let left = settings.max_depth.is_none_or(|max| depth < max);
         if !left {
@@ -216,7 +224,7 @@ pub(crate) fn trace<M: Model>(
             path.throughput = scale(path.throughput, 1.0 / survive);
         }
     }
-    Seen { strand: path.strand, rays: path.rays, cut, removed: path.removed }
+    Seen { strand: path.strand, thing, rays: path.rays, cut, removed: path.removed }
 }
 
 /// The angle over which a direction with this density per solid angle spreads: the width of a box with the same

@@ -5,6 +5,7 @@ mod distribution;
 mod environment;
 mod prepared;
 pub mod sampling;
+mod shaped;
 #[cfg(test)]
 mod tests;
 
@@ -12,7 +13,8 @@ use crate::geometry::ray::Ray;
 use distribution::PiecewiseConstant1D;
 use glam::Vec3;
 use prepared::Prepared;
-use vellus_scene::{Light, Texture};
+use shaped::Shaped;
+use vellus_scene::{Light, Shaping, Texture};
 
 /// A sampled direction toward a light.
 #[derive(Clone, Copy, Debug)]
@@ -23,8 +25,8 @@ pub struct LightSample {
     pub distance: f32,
     /// RGB.
     pub radiance: [f32; 3],
-    /// Density per solid angle, times the probability of the light. Infinite for a light of a single direction, whose
-    /// `radiance` is the irradiance divided by that probability.
+    /// Density per solid angle, times the probability of the light. Infinite for points and lights of one direction: their
+    /// `radiance` is the irradiance of a plane that faces the light, divided by that probability.
     pub pdf: f32,
 }
 
@@ -43,6 +45,8 @@ pub struct Emission {
 #[derive(Clone, Debug)]
 pub struct Lights {
     lights: Vec<Prepared>,
+    /// How the emission of each light depends on the direction.
+    shapings: Vec<Option<Shaped>>,
     /// The probability of each light, and their distribution. All are 0 if no light is sampled.
     shares: Vec<f32>,
     chances: PiecewiseConstant1D,
@@ -51,16 +55,30 @@ pub struct Lights {
 }
 
 impl Lights {
-    /// Prepares lights. `unseen` are the indices of lights that the camera does not see directly. `reach` is the radius
-    /// of the scene. Domes and distant lights illuminate a disk of this radius.
-    pub fn new(lights: &[Light], unseen: &[usize], textures: &[Texture], reach: f32) -> Self {
+    /// Prepares lights. `unseen` are the indices of lights that the camera does not see directly, and `shaped` those of
+    /// lights with a shaping. `reach` is the radius of the scene. Domes and distant lights illuminate a disk of this
+    /// radius.
+    pub fn new(
+        lights: &[Light],
+        unseen: &[usize],
+        shaped: &[(usize, Shaping)],
+        textures: &[Texture],
+        reach: f32,
+    ) -> Self {
         let lights: Vec<Prepared> = lights.iter().map(|light| prepared::prepare(light, textures)).collect();
-        let powers: Vec<f32> = lights.iter().map(|light| light.power(reach)).collect();
+        let mut shapings = vec![None; lights.len()];
+        for (i, shaping) in shaped {
+            shapings[*i] = Some(Shaped::new(shaping, lights[*i].faces()));
+        }
+        let power = |(light, shaping): (&Prepared, &Option<Shaped>)| {
+            light.power(reach) * shaping.as_ref().map_or(1.0, |shaping| shaping.mean)
+        };
+        let powers: Vec<f32> = lights.iter().zip(&shapings).map(power).collect();
         let any = powers.iter().any(|&power| power > 0.0);
         let chances = PiecewiseConstant1D::new(powers.into_iter());
         let shares = (0..lights.len()).map(|i| if any { chances.width(i) } else { 0.0 }).collect();
         let visible = (0..lights.len()).map(|i| !unseen.contains(&i)).collect();
-        Lights { lights, shares, chances, visible }
+        Lights { lights, shapings, shares, chances, visible }
     }
 
     /// Multiplies the emission of all lights by a positive factor.
@@ -84,7 +102,14 @@ impl Lights {
         if share <= 0.0 {
             return None;
         }
-        let sample = self.lights[i].sample(point, [u[0], u[1]])?;
+        let mut sample = self.lights[i].sample(point, [u[0], u[1]])?;
+        if let Some(shaping) = &self.shapings[i] {
+            let factor = shaping.factor(-sample.direction);
+            if factor <= 0.0 {
+                return None;
+            }
+            sample.radiance = sample.radiance.map(|r| r * factor);
+        }
         if sample.pdf.is_infinite() {
             return Some((i, LightSample { radiance: sample.radiance.map(|r| r / share), ..sample }));
         }
@@ -100,7 +125,11 @@ impl Lights {
                 continue;
             }
             let t_max = best.map_or(ray.t_max, |(_, b)| b.t);
-            if let Some(emission) = light.intersect(&Ray { t_max, ..*ray }) {
+            if let Some(mut emission) = light.intersect(&Ray { t_max, ..*ray }) {
+                if let Some(shaping) = &self.shapings[i] {
+                    let factor = shaping.factor(-ray.direction);
+                    emission.radiance = emission.radiance.map(|r| r * factor);
+                }
                 best = Some((i, Emission { pdf: emission.pdf * self.shares[i], ..emission }));
             }
         }

@@ -31,6 +31,10 @@ pub(super) enum Prepared {
         radiance: [f32; 3],
         texture: Option<Texture>,
     },
+    Point {
+        position: Vec3,
+        intensity: [f32; 3],
+    },
     Sphere {
         center: Vec3,
         radius: f32,
@@ -76,6 +80,7 @@ pub(super) fn prepare(light: &Light, textures: &[Texture]) -> Prepared {
         }
         Light::Rect { to_world, radiance, texture } => flat(to_world, false, *radiance, *texture),
         Light::Disk { to_world, radiance } => flat(to_world, true, *radiance, None),
+        Light::Point { position, intensity } => Prepared::Point { position: *position, intensity: *intensity },
         Light::Sphere { center, radius, radiance } => {
             Prepared::Sphere { center: *center, radius: *radius, radiance: *radiance }
         }
@@ -107,6 +112,7 @@ impl Prepared {
             | Prepared::Flat { radiance, .. }
             | Prepared::Sphere { radiance, .. }
             | Prepared::Cylinder { radiance, .. } => *radiance,
+            Prepared::Point { intensity, .. } => *intensity,
         }
     }
 
@@ -117,6 +123,7 @@ impl Prepared {
             | Prepared::Flat { radiance, .. }
             | Prepared::Sphere { radiance, .. }
             | Prepared::Cylinder { radiance, .. } => radiance,
+            Prepared::Point { intensity, .. } => intensity,
         }
     }
 
@@ -134,10 +141,19 @@ impl Prepared {
                 disk * spread * brightness(*radiance)
             }
             Prepared::Flat { area, radiance, .. } => PI * area * brightness(*radiance),
+            Prepared::Point { intensity, .. } => 4.0 * PI * brightness(*intensity),
             Prepared::Sphere { radius, radiance, .. } => 4.0 * PI * PI * radius * radius * brightness(*radiance),
             Prepared::Cylinder { half_length, radius, radiance, .. } => {
                 4.0 * PI * PI * radius * half_length * brightness(*radiance)
             }
+        }
+    }
+
+    /// The direction that a flat light faces.
+    pub(super) fn faces(&self) -> Option<Vec3> {
+        match self {
+            Prepared::Flat { normal, .. } => Some(*normal),
+            _ => None,
         }
     }
 
@@ -170,6 +186,13 @@ impl Prepared {
                 }
                 let radiance = textured(*radiance, texture.as_ref(), a, b);
                 Some(LightSample { direction, distance, radiance, pdf: distance * distance / (cos * area) })
+            }
+            Prepared::Point { position, intensity } => {
+                let to = *position - point;
+                let distance = to.length();
+                let radiance = intensity.map(|i| i / (distance * distance));
+                let pdf = f32::INFINITY;
+                (distance > 0.0).then(|| LightSample { direction: to / distance, distance, radiance, pdf })
             }
             Prepared::Sphere { center, radius, radiance } => {
                 let to = *center - point;

@@ -5,7 +5,7 @@ use super::sampling::uniform_cone;
 use super::*;
 use glam::{Mat3, Mat4, Vec2};
 use std::f32::consts::PI;
-use vellus_scene::Ground;
+use vellus_scene::{Ground, Shaping};
 
 fn texture(width: usize, height: usize) -> Texture {
     let pixel = |i: usize| {
@@ -42,6 +42,7 @@ fn lights() -> (Vec<Light>, Vec<Texture>) {
         Light::Disk { to_world: place(-2.0, 0.6), radiance: [1.0, 5.0, 1.0] },
         Light::Sphere { center: Vec3::new(0.0, -2.0, 0.4), radius: 0.8, radiance: [2.0, 2.0, 7.0] },
         tube(),
+        Light::Sphere { center: Vec3::new(1.5, 0.0, -2.0), radius: 0.7, radiance: [1.0, 2.0, 7.0] },
     ];
     (lights, vec![texture(16, 8)])
 }
@@ -51,9 +52,12 @@ fn lights() -> (Vec<Light>, Vec<Texture>) {
 #[test]
 fn sampling_finds_what_rays_find() {
     let (all, textures) = lights();
+    // The last light shines to the left, and its edge crosses the view of it.
+    let spot = |i| vec![(i, Shaping { axis: Vec3::new(-1.0, 0.2, 0.5), cone: 0.9, softness: 0.9, focus: 1.5 })];
     let sets = all.iter().map(|light| vec![light.clone()]).chain([all.clone()]);
     for (which, set) in sets.enumerate() {
-        let lights = Lights::new(&set, &[], &textures, 1.0);
+        let last = if which + 1 < all.len() { vec![] } else { spot(set.len() - 1) };
+        let lights = Lights::new(&set, &[], &last, &textures, 1.0);
         let point = Vec3::new(0.1, 0.2, -0.3);
         let seen = |direction: Vec3| {
             let ray = Ray::new(point, direction);
@@ -96,7 +100,7 @@ fn sampling_finds_what_rays_find() {
 #[test]
 fn light_of_a_cylinder_is_the_integral_over_its_surface() {
     let Light::Cylinder { center, half_axis, radius, .. } = tube() else { panic!() };
-    let lights = Lights::new(&[tube()], &[], &[], 1.0);
+    let lights = Lights::new(&[tube()], &[], &[], &[], 1.0);
     let (axis, half) = (half_axis.normalize().as_dvec3(), f64::from(half_axis.length()));
     let (x, y) = { axis.any_orthonormal_pair() };
     let at = |along: f64, off: f64| center.as_dvec3() + axis * (along * half) + x * (off * f64::from(radius));
@@ -148,10 +152,10 @@ fn uniform_skies_are_not_sampled() {
     let dome = |texture| Light::Dome { radiance: [0.5, 1.0, 2.0], texture, rotation: Mat3::IDENTITY, ground: None };
     let up = Ray::new(Vec3::ZERO, Vec3::Y);
     for sky in [dome(None), dome(Some(0))] {
-        let alone = Lights::new(std::slice::from_ref(&sky), &[], std::slice::from_ref(&even), 1.0);
+        let alone = Lights::new(std::slice::from_ref(&sky), &[], &[], std::slice::from_ref(&even), 1.0);
         assert!(alone.sample(Vec3::ZERO, [0.4, 0.2, 0.7]).is_none());
         assert!(alone.escaped(&up, false).all(|(_, e)| e.pdf == 0.0 && e.radiance[1] > 0.0));
-        let lamp = Lights::new(&[sky, all[4].clone()], &[], std::slice::from_ref(&even), 1.0);
+        let lamp = Lights::new(&[sky, all[4].clone()], &[], &[], std::slice::from_ref(&even), 1.0);
         assert!((0..9).all(|i| lamp.sample(Vec3::ZERO, [0.4, 0.2, i as f32 / 9.0]).is_some_and(|(i, _)| i == 1)));
     }
     let bright = |i: usize| {
@@ -194,7 +198,7 @@ fn ground_is_seen_where_it_was() {
     };
     let ground = Ground { origin, height, radius };
     let dome = Light::Dome { radiance: [1.0, 1.0, 2.0], texture: Some(0), rotation, ground: Some(ground) };
-    let lights = Lights::new(&[dome], &[], &[image], 1.0);
+    let lights = Lights::new(&[dome], &[], &[], &[image], 1.0);
     let seen = |ray: &Ray, camera: bool| lights.escaped(ray, camera).next().unwrap().1.radiance;
     for i in 0..2000 {
         let [a, b, c, d] = crate::integrator::sampler::Sampler::new([1, 2], i, 3).next();
@@ -221,12 +225,52 @@ fn ground_is_seen_where_it_was() {
 fn the_camera_passes_through_lights_that_it_does_not_see() {
     let ball = |z, radiance| Light::Sphere { center: Vec3::new(0.0, 0.0, z), radius: 1.0, radiance: [radiance; 3] };
     let sky = Light::Dome { radiance: [5.0; 3], texture: None, rotation: Mat3::IDENTITY, ground: None };
-    let mut lights = Lights::new(&[ball(3.0, 1.0), ball(6.0, 2.0), sky], &[0, 2], &[], 1.0);
+    let mut lights = Lights::new(&[ball(3.0, 1.0), ball(6.0, 2.0), sky], &[0, 2], &[], &[], 1.0);
     let ray = Ray::new(Vec3::ZERO, Vec3::Z);
     let hit = |lights: &Lights, camera| lights.intersect(&ray, camera).map(|(i, e)| (i, e.radiance[0]));
     assert_eq!((hit(&lights, true), hit(&lights, false)), (Some((1, 2.0)), Some((0, 1.0))));
     assert_eq!((lights.escaped(&ray, true).count(), lights.escaped(&ray, false).count()), (0, 1));
     lights.scale(4.0);
     assert_eq!(hit(&lights, true), Some((1, 8.0)));
-    assert!(!lights.is_black() && Lights::new(&[ball(1.0, 0.0)], &[], &[], 1.0).is_black());
+    assert!(!lights.is_black() && Lights::new(&[ball(1.0, 0.0)], &[], &[], &[], 1.0).is_black());
+}
+
+/// A spot above a plane: the irradiance at the distance r from its middle is I cos³θ/h², times the factor of the cone.
+#[test]
+fn a_spot_has_the_irradiance_of_the_closed_form() {
+    let (height, intensity) = (2.0f32, 3.0f32);
+    let spot = Light::Point { position: Vec3::Y * height, intensity: [intensity; 3] };
+    let shaping = Shaping { axis: Vec3::NEG_Y * 5.0, cone: 0.5, softness: 0.5, focus: 2.0 };
+    let lights = Lights::new(&[spot], &[], &[(0, shaping)], &[], 1.0);
+    for i in 0..100 {
+        let theta = 0.0075 * i as f32;
+        let point = Vec3::X * (height * theta.tan());
+        // The smoothstep between 0.25 and 0.5 radians.
+        let edge = ((0.5 - theta) / 0.25).clamp(0.0, 1.0);
+        let expected = intensity * theta.cos().powi(5) / (height * height) * edge * edge * (3.0 - 2.0 * edge);
+        let found = lights.sample(point, [0.3, 0.8, 0.5]).map_or(0.0, |(_, s)| {
+            assert!(s.pdf.is_infinite() && (s.distance - height / theta.cos()).abs() < 1e-5);
+            s.radiance[1] * s.direction.y
+        });
+        assert!((found - expected).abs() < 1e-5, "{theta}: {found} {expected}");
+    }
+    // No ray hits a point.
+    assert!(lights.intersect(&Ray::new(Vec3::ZERO, Vec3::Y), false).is_none());
+}
+
+/// The power of a light with a shaping, in closed form: (1 − cos c)/2 of a sphere in a cone of c, 1/(2(n + 1)) with the
+/// focus n in a half space, and sin²c of a flat light.
+#[test]
+fn the_mean_of_a_shaping_is_its_share_of_the_power() {
+    let shaped = |cone: f32, focus, face| {
+        Shaped::new(&Shaping { axis: Vec3::new(1.0, 2.0, -0.5), cone, softness: 0.0, focus }, face).mean
+    };
+    let along = Some(Vec3::new(1.0, 2.0, -0.5).normalize());
+    for cone in [0.2f32, 0.7, 1.3] {
+        // One of 1024 directions is a step of 0.001.
+        assert!((shaped(cone, 0.0, None) - 0.5 * (1.0 - cone.cos())).abs() < 0.001);
+        assert!((shaped(cone, 0.0, along) - cone.sin().powi(2)).abs() < 0.005);
+    }
+    assert!((shaped(0.5 * PI, 3.0, None) - 0.125).abs() < 0.001);
+    assert!(shaped(1e-4, 0.0, None) > 0.0);
 }

@@ -53,7 +53,11 @@ impl Identity<'_> {
     pub fn digest(&self, sources: Digest) -> DigestBuilder {
         let numbers = |numbers: &[usize]| numbers.iter().flat_map(|&n| (n as u64).to_le_bytes()).collect::<Vec<u8>>();
         let Settings { size, crop, mode, filter, seed, max_depth, clamp_indirect } = self.settings;
-        let layers: Vec<u8> = Layer::ALL.map(|layer| u8::from(self.layers.contains(&layer))).to_vec();
+        let (later, first): (Vec<Layer>, Vec<Layer>) = Layer::ALL.iter().partition(|l| Layer::CRYPTOMATTE.contains(l));
+        let has = |layer: &Layer| self.layers.contains(layer);
+        let mut layers: Vec<u8> = first.iter().map(|layer| u8::from(has(layer))).collect();
+        // Films without Cryptomatte have the identity that they had before there was such a layer.
+        layers.extend(later.iter().filter(|layer| has(layer)).map(|layer| *layer as u8));
         DigestBuilder::new()
             .field("picture version", PICTURE_VERSION.to_le_bytes())
             .field("tables", Digest::of(Tables::SHIPPED).0)

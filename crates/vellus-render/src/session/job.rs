@@ -149,7 +149,9 @@ impl Job {
         let pixels = (width * height) as u64;
         let layout = world.layout(&self.options.layers);
         let pictures = self.picture.max_bytes(pixels, &layout).saturating_mul(self.pictures);
-        keeper.store().check_space(pictures, pixels * layout.bytes_per_pixel() as u64, &self.picture.path)
+        // Most pixels show at most four things, in 12 bytes each.
+        let counts = if layout.has_counts() { 48 } else { 0 };
+        keeper.store().check_space(pictures, pixels * (layout.bytes_per_pixel() + counts) as u64, &self.picture.path)
     }
 
     /// Renders. After the first pass it writes the preview, and from time to time a checkpoint.

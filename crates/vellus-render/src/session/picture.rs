@@ -5,6 +5,7 @@ use super::goals::{End, Goals};
 use super::identity::IDENTITY_NOTE;
 use super::store::write;
 use crate::error::Error;
+use crate::film::cryptomatte::RANKS;
 use crate::film::picture::{Notes, PixelType, check_picture};
 use crate::film::{Film, Layer, layout::Layout};
 use std::path::{Path, PathBuf};
@@ -102,6 +103,8 @@ impl Picture {
         let channels = 3 + self.layers.iter().filter_map(|l| layout.range(*l)).map(|r| r.len()).sum::<usize>();
         // A few channels always have 32 bits.
         let exr = if self.pixel_type == PixelType::Float { 4 * channels } else { 2 * channels + 10 };
+        let crypto = Layer::CRYPTOMATTE.iter().filter(|l| self.layers.contains(l) && layout.has(**l)).count();
+        let exr = exr + 8 * RANKS * crypto;
         pixels * (4 + if self.path.extension().is_some_and(|e| e == "exr") { exr as u64 } else { 0 })
     }
 }

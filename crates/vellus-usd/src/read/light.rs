@@ -7,7 +7,7 @@ use crate::read::xform::{Place, mean_scale, rigid};
 use crate::stage::{Stage, When};
 use glam::{DMat3, DMat4, DVec3};
 use std::f64::consts::PI;
-use vellus_scene::{Ground, Light, Wrap};
+use vellus_scene::{Ground, Light, Shaping, Wrap};
 
 /// An attribute of a light. Before USD 21.02, its name had no `inputs:`.
 fn get(stage: &Stage, prim: &str, name: &str, fallback: f64) -> Result<f64, Error> {
@@ -48,6 +48,51 @@ fn emission(reader: &mut Reader, prim: &str, intensity: f64) -> Result<[f64; 3],
     }
 }
 
+/// The radiant intensity of a point light, divided by the intensity of its prim. A sphere of radius r with normalized
+/// power has the radiance 1/(4πr²), and its disk has the area πr².
+pub(crate) const POINT: f64 = 0.25;
+
+/// Whether a light is a point: a sphere of radius 0 with `treatAsPoint`.
+fn is_point(stage: &Stage, prim: &str) -> Result<bool, Error> {
+    Ok(get(stage, prim, "radius", 0.5)? == 0.0 && stage.flag(prim, "treatAsPoint")? == Some(true))
+}
+
+/// The shaping of a light (UsdLuxShapingAPI). `None` if it changes nothing.
+fn shaping(reader: &mut Reader, place: &Place) -> Result<Option<Shaping>, Error> {
+    let prim = place.path.as_str();
+    let stage = &reader.stage;
+    let has_cone = stage.has_value(prim, "inputs:shaping:cone:angle")?;
+    // The schema's default of 90 degrees only counts where a file has it: UsdLux has no lights with a default cone.
+    let cone = if has_cone { get(stage, prim, "shaping:cone:angle", 90.0)? } else { 180.0 };
+    let softness = get(stage, prim, "shaping:cone:softness", 0.0)?;
+    let focus = get(stage, prim, "shaping:focus", 0.0)?;
+    let flat = matches!(place.type_name.as_str(), "RectLight" | "DiskLight");
+    let all = cone >= if flat && softness == 0.0 { 90.0 } else { 180.0 };
+    let ies = stage.has_value(prim, "inputs:shaping:ies:file")?;
+    let infinite = place.type_name.starts_with("DomeLight") || place.type_name == "DistantLight";
+    if ies || infinite && !(all && focus == 0.0) {
+        let what = "IES profiles, and the shaping of domes and distant lights, are not supported and are ignored";
+        reader.warnings.add(prim, what);
+    }
+    if infinite || all && focus == 0.0 {
+        return Ok(None);
+    }
+    let tint = reader.stage.precise(prim, "inputs:shaping:focusTint", When::Open)?.unwrap_or_default();
+    if focus > 0.0 && tint.iter().any(|x| *x != 0.0) {
+        reader.warnings.add(prim, "inputs:shaping:focusTint is not supported and is ignored");
+    }
+    if !(cone > 0.0 && focus >= 0.0) {
+        let what = "inputs:shaping:cone:angle must be positive, and inputs:shaping:focus must not be negative";
+        return Err(Error::prim(prim, what));
+    }
+    Ok(Some(Shaping {
+        axis: -rigid(&place.to_world).z_axis.truncate().as_vec3(),
+        cone: cone.min(180.0).to_radians().min(PI) as f32,
+        softness: softness.clamp(0.0, 1.0) as f32,
+        focus: focus as f32,
+    }))
+}
+
 /// Reads a light of any kind.
 pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let prim = place.path.as_str();
@@ -55,11 +100,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let emitted = emission(reader, prim, if is_distant { 50_000.0 } else { 1.0 })?;
     let stage = &reader.stage;
     let normalize = stage.flag(prim, "inputs:normalize")?.unwrap_or(false);
-    let cone = get(stage, prim, "shaping:cone:angle", 90.0)?;
-    let focus = get(stage, prim, "shaping:focus", 0.0)?;
-    if cone < 90.0 || focus != 0.0 || stage.has_value(prim, "inputs:shaping:ies:file")? {
-        reader.warnings.add(prim, "the shaping of lights is not supported and is ignored");
-    }
+    let shaping = shaping(reader, place)?;
     let stage = &reader.stage;
     // With `normalize`, the power does not depend on the size in world space.
     let radiance = |area: f64| emitted.map(|x| (if normalize { x / area } else { x }) as f32);
@@ -76,6 +117,9 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
             // is the irradiance itself.
             let sine = half_angle.min(0.5 * PI).sin();
             let spread = if normalize || half_angle == 0.0 { 1.0 } else { PI * sine * sine };
+            if stage.has_value(prim, "userProperties:blender:data_name")? {
+                reader.warnings.add(prim, BLENDER_SUN);
+            }
             let direction = rigid(&place.to_world).z_axis.truncate().as_vec3();
             Light::Distant {
                 direction,
@@ -105,6 +149,14 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
             }
             Light::Cylinder { center, half_axis: half_axis.as_vec3(), radius: radius as f32, radiance }
         }
+        _ if is_point(stage, prim)? => {
+            let position = place.to_world.w_axis.truncate().as_vec3();
+            if !normalize {
+                let what = "a point has no area: its intensity is read as if inputs:normalize were 1";
+                reader.warnings.add(prim, what);
+            }
+            Light::Point { position, intensity: emitted.map(|x| (POINT * x) as f32) }
+        }
         _ => {
             let (scale, _) = mean_scale(&place.to_world);
             let radius = scale * size(stage, prim, "radius", 0.5)?;
@@ -116,10 +168,17 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     if !seen(&reader.stage, prim)? {
         reader.scene.unseen_lights.push(reader.scene.lights.len());
     }
+    if let Some(shaping) = shaping {
+        reader.scene.shapings.push((reader.scene.lights.len(), shaping));
+    }
     reader.scene.lights.push(light);
     reader.scene.light_groups.push(group);
     Ok(())
 }
+
+/// What Blender writes for a sun, measured with its 5.2.3. Its own import undoes it.
+const BLENDER_SUN: &str = "Blender writes a quarter of the strength and half of the angle of a sun: multiply \
+                           inputs:intensity by 4 and inputs:angle by 2 for the light of its own picture";
 
 /// Attributes that hide a light from the camera if they are false or 0: those of RenderMan, of Arnold, of Karma and of
 /// NVIDIA RTX. UsdLux itself has no such attribute.

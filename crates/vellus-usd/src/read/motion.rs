@@ -59,6 +59,9 @@ fn by_velocities(reader: &mut Reader, prim: &str) -> Result<Option<Points>, Erro
         reader.warnings.add(prim, "its accelerations do not match its points in number or in time, and are ignored");
     }
     let per_second = reader.stage.time_codes_per_second().map_err(|what| Error::prim(prim, what))?;
+    if let Some(sample) = sample {
+        warn_of_frames(reader, prim, sample, (&points, &velocities), per_second)?;
+    }
     let at = |time: f64| -> Result<Vec<[f32; 3]>, Error> {
         let t = (time - sample.unwrap_or(clock.frame)) / per_second;
         let place = |i: usize| -> [f32; 3] {
@@ -76,6 +79,36 @@ fn by_velocities(reader: &mut Reader, prim: &str) -> Result<Option<Points>, Erro
     };
     let close = if clock.close == clock.open { None } else { Some(at(clock.close)?) };
     Ok(Some(Points { open: at(clock.open)?, close }))
+}
+
+/// Adds a warning if the next sample of the points shows that velocities are per time code instead of per second.
+/// Attributes of simulations often are, and exporters copy them as they are.
+fn warn_of_frames(
+    reader: &mut Reader,
+    prim: &str,
+    sample: f64,
+    (points, velocities): (&[[f32; 3]], &[[f32; 3]]),
+    per_second: f64,
+) -> Result<(), Error> {
+    let Some(next) = reader.stage.sample_after(prim, "points", sample)? else { return Ok(()) };
+    let later = vectors(&reader.stage, prim, "points", When::At(next))?.unwrap_or_default();
+    if later.len() != points.len() {
+        return Ok(());
+    }
+    let miss = |seconds: f64| -> f64 {
+        let all = points.as_flattened().iter().zip(later.as_flattened()).zip(velocities.as_flattened());
+        all.map(|((now, later), v)| (f64::from(*later) - f64::from(*now) - f64::from(*v) * seconds).powi(2)).sum()
+    };
+    let codes = next - sample;
+    // Half of the distance, so that noise does not decide.
+    if miss(codes) < 0.25 * miss(codes / per_second).min(miss(0.0)) {
+        let what = format!(
+            "its velocities fit its points per frame, but USD has them per second: motion blur is {per_second} times too \
+             short unless they are multiplied by {per_second}"
+        );
+        reader.warnings.add(prim, what);
+    }
+    Ok(())
 }
 
 fn vectors(stage: &Stage, prim: &str, name: &str, when: When) -> Result<Option<Vec<[f32; 3]>>, Error> {

@@ -298,6 +298,18 @@ impl Stage {
         })
     }
 
+    /// The time of the first sample of an attribute after `time`, if there is one.
+    pub fn sample_after(&self, prim: &str, name: &str, time: f64) -> Result<Option<f64>, Error> {
+        if !self.has_property(prim, name)? {
+            return Ok(None);
+        }
+        self.ask(prim, || {
+            let later = usd::TimeCode::new(time + 1e-6 * time.abs().max(1.0));
+            let around = self.attribute(prim, name).bracketing_time_samples(later)?;
+            Ok(around.map(|(_, after)| after).filter(|after| *after > time))
+        })
+    }
+
     /// Time codes per second. Velocities are per second.
     pub fn time_codes_per_second(&self) -> Result<f64, Invalid> {
         let codes = guarded(|| Ok(self.stage.time_codes_per_second()))?;

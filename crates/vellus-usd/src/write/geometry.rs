@@ -1,12 +1,12 @@
 //! Writes strands, meshes, camera and lights.
 
-use crate::read::light::SEEN_BY_RENDERMAN;
+use crate::read::light::{POINT, SEEN_BY_RENDERMAN};
 use crate::write::names::{Names, to_file, vellus_name};
 use crate::write::text::{Literal, Text, quoted};
 
 use glam::{DMat3, DMat4, DVec3, Mat4, Vec3};
 use std::io::{self, Write};
-use vellus_scene::{Basis, Camera, Light, Mesh, Strands, Values};
+use vellus_scene::{Basis, Camera, Light, Mesh, Shaping, Strands, Values};
 
 /// Metadata of prims with a material.
 const BINDS: &str = "prepend apiSchemas = [\"MaterialBindingAPI\"]";
@@ -131,6 +131,7 @@ pub(crate) fn light<W: Write>(
     light: &Light,
     group: &str,
     seen: bool,
+    shaping: Option<&Shaping>,
     names: &Names,
 ) -> io::Result<()> {
     let (kind, color, texture) = match light {
@@ -138,13 +139,17 @@ pub(crate) fn light<W: Write>(
         Light::Distant { irradiance, .. } => ("DistantLight", irradiance, None),
         Light::Rect { radiance, texture, .. } => ("RectLight", radiance, *texture),
         Light::Disk { radiance, .. } => ("DiskLight", radiance, None),
+        Light::Point { intensity, .. } => ("SphereLight", intensity, None),
         Light::Sphere { radiance, .. } => ("SphereLight", radiance, None),
         Light::Cylinder { radiance, .. } => ("CylinderLight", radiance, None),
     };
     let name = text.name("/Scene", kind);
-    text.open(kind, &name, "")?;
+    let schemas = if shaping.is_some() { "prepend apiSchemas = [\"ShapingAPI\"]" } else { "" };
+    text.open(kind, &name, schemas)?;
     text.set("color3f inputs:color", &color.text())?;
-    text.set("float inputs:intensity", "1")?;
+    // A point has a quarter of the intensity of a normalized sphere: see `POINT`.
+    let intensity = if matches!(light, Light::Point { .. }) { 1.0 / POINT as f32 } else { 1.0 };
+    text.set("float inputs:intensity", &intensity.text())?;
     text.set("token vellus:lightGroup", &quoted(group))?;
     if !seen {
         text.set(&format!("int {SEEN_BY_RENDERMAN}"), "0")?;
@@ -180,6 +185,12 @@ pub(crate) fn light<W: Write>(
             text.set("float inputs:radius", "1")?;
             to_world.as_dmat4()
         }
+        Light::Point { position, .. } => {
+            text.set("float inputs:radius", "0")?;
+            text.set("bool inputs:normalize", "1")?;
+            text.set("bool treatAsPoint", "1")?;
+            DMat4::from_translation(position.as_dvec3())
+        }
         Light::Sphere { center, radius, .. } => {
             text.set("float inputs:radius", &radius.text())?;
             DMat4::from_translation(center.as_dvec3())
@@ -195,6 +206,30 @@ pub(crate) fn light<W: Write>(
             DMat4::from_translation(center.as_dvec3()) * DMat4::from_mat3(rotation)
         }
     };
-    transform(text, to_world, None)?;
+    let Some(shaping) = shaping else {
+        transform(text, to_world, None)?;
+        return text.close();
+    };
+    text.set("float inputs:shaping:cone:angle", &(f64::from(shaping.cone).to_degrees() as f32).text())?;
+    text.set("float inputs:shaping:cone:softness", &shaping.softness.text())?;
+    text.set("float inputs:shaping:focus", &shaping.focus.text())?;
+    // The axis is −z of the light. Points and spheres have no direction of their own, so they turn to the axis.
+    let turned = match light {
+        Light::Point { .. } | Light::Sphere { .. } => {
+            let z = -shaping.axis.as_dvec3().normalize();
+            let x = z.any_orthonormal_vector();
+            let rotation = DMat3::from_cols(x, z.cross(x), z);
+            DMat4::from_translation(to_world.w_axis.truncate()) * DMat4::from_mat3(rotation)
+        }
+        Light::Cylinder { half_axis, .. } => {
+            // −z is perpendicular to the axis of the cylinder, which is x.
+            let x = half_axis.as_dvec3().normalize();
+            let across = -shaping.axis.as_dvec3().reject_from_normalized(x);
+            let z = across.try_normalize().unwrap_or_else(|| x.any_orthonormal_vector());
+            DMat4::from_translation(to_world.w_axis.truncate()) * DMat4::from_mat3(DMat3::from_cols(x, z.cross(x), z))
+        }
+        _ => to_world,
+    };
+    transform(text, turned, None)?;
     text.close()
 }

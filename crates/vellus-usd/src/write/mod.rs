@@ -117,7 +117,8 @@ fn stage<W: Write>(scene: &Scene, mut names: Names, mut text: Text<W>) -> io::Re
         camera(&mut text, item, moves)?;
     }
     for (i, (item, group)) in scene.lights.iter().zip(scene.light_group_names()).enumerate() {
-        light(&mut text, item, &group, !scene.unseen_lights.contains(&i), &names)?;
+        let shaping = scene.shapings.iter().find(|(index, _)| *index == i).map(|(_, shaping)| shaping);
+        light(&mut text, item, &group, !scene.unseen_lights.contains(&i), shaping, &names)?;
     }
     for item in &scene.meshes {
         mesh(&mut text, item, &names)?;

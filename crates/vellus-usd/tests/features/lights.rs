@@ -1,8 +1,9 @@
 //! Lights of UsdLux.
 
-use crate::{FOUR, said, scene};
+use crate::{FOUR, common, said, scene};
 use glam::{Mat3, Vec3};
 use vellus_scene::Light;
+use vellus_usd::Options;
 
 #[test]
 fn lights_have_the_radiance_of_usdlux() {
@@ -12,7 +13,7 @@ def BasisCurves \"b\" {{ {FOUR} }}
 def RectLight \"rect\" {{ float inputs:width = 2 float inputs:height = 3 float inputs:intensity = 6 float inputs:exposure = 1
     bool inputs:normalize = 1 color3f inputs:color = (1, 0.5, 0)
     float3 xformOp:scale = (2, 1, 1) uniform token[] xformOpOrder = [\"xformOp:scale\"] }}
-def DiskLight \"disk\" {{ token vellus:lightGroup = \"key-2\" float intensity = 3 float inputs:shaping:cone:angle = 30 }}
+def DiskLight \"disk\" {{ token vellus:lightGroup = \"key-2\" float intensity = 3 asset inputs:shaping:ies:file = @a.ies@ }}
 def SphereLight \"sphere\" {{ float inputs:radius = 0.5 bool inputs:normalize = 1
     float3 xformOp:scale = (2, 2, 2) uniform token[] xformOpOrder = [\"xformOp:scale\"] }}
 def DistantLight \"sun\" {{ float inputs:angle = 60 float inputs:intensity = 2
@@ -28,7 +29,7 @@ def PortalLight \"portal\" {{ }}"
     ));
     let said = said(&warnings);
     assert!(
-        said.contains("/disk: the shaping") && said.contains("/portal: PortalLight is not") && warnings.len() == 2,
+        said.contains("/disk: IES profiles") && said.contains("/portal: PortalLight is not") && warnings.len() == 2,
         "{said}"
     );
     let [rect, disk, sphere, sun, parallel, sky, sky1, tube] = &scene.lights[..] else { panic!() };
@@ -79,4 +80,36 @@ def RectLight \"none\" {{ }}
 def DomeLight \"sky\" {{ float primvars:arnold:camera = 0 }}"
     ));
     assert_eq!((scene.unseen_lights, warnings.len()), (vec![0, 1, 2, 3, 6], 0));
+}
+
+/// Blender writes points as spheres of radius 0, and spots as points with a shaping.
+#[test]
+fn points_and_their_shaping_are_read() {
+    let (scene, warnings) = scene(&format!(
+        "( )
+def BasisCurves \"b\" {{ {FOUR} }}
+def SphereLight \"point\" {{ float inputs:radius = 0 bool treatAsPoint = 1 bool inputs:normalize = 1 float inputs:intensity = 8
+    double3 xformOp:translate = (1, 2, 3) uniform token[] xformOpOrder = [\"xformOp:translate\"] }}
+def SphereLight \"spot\" ( prepend apiSchemas = [\"ShapingAPI\"] ) {{ float inputs:radius = 0 bool treatAsPoint = 1
+    float inputs:shaping:cone:angle = 20 float inputs:shaping:cone:softness = 0.3 float inputs:shaping:focus = 2
+    float xformOp:rotateX = 90 uniform token[] xformOpOrder = [\"xformOp:rotateX\"] }}
+def RectLight \"wide\" {{ float inputs:shaping:cone:angle = 90 }}
+def SphereLight \"half\" {{ float inputs:shaping:cone:angle = 90 }}
+def DistantLight \"sun\" {{ float inputs:shaping:cone:angle = 20 }}
+def DistantLight \"Sun\" {{ custom string userProperties:blender:data_name = \"Sun\" }}"
+    ));
+    let said = said(&warnings);
+    assert!(said.contains("/spot: a point has no area") && said.contains("/sun: IES") && warnings.len() == 3, "{said}");
+    assert!(said.contains("/Sun: Blender writes a quarter"), "{said}");
+    // A normalized sphere of radius r has the radiance 8/(4πr²), and a disk of area πr² is seen: 2 per solid angle.
+    assert_eq!(scene.lights[0], Light::Point { position: Vec3::new(1.0, 2.0, 3.0), intensity: [2.0; 3] });
+    assert_eq!(scene.lights[1].kind(), "point");
+    let [(1, spot), (3, half)] = scene.shapings[..] else { panic!("{:?}", scene.shapings) };
+    // −z, turned about x by 90 degrees.
+    assert!(spot.axis.abs_diff_eq(Vec3::Y, 1e-6) && (spot.cone.to_degrees() - 20.0).abs() < 1e-4);
+    assert_eq!((spot.softness, spot.focus, half.cone), (0.3, 2.0, std::f32::consts::FRAC_PI_2));
+    // A sphere of radius 0 is an error without the hint.
+    let bare = "( )\ndef SphereLight \"point\" { float inputs:radius = 0 }";
+    let bare = common::read_text(bare, &Options::default()).unwrap_err().to_string();
+    assert!(bare.contains("/point: inputs:radius is 0"), "{bare}");
 }

@@ -106,3 +106,29 @@ def Camera \"eye\" {{ double shutter:open = -0.25 double shutter:close = 0.5 }}"
         assert!(said.contains("/c, /m: its velocities do not match its points"), "{said}");
     }
 }
+
+/// Velocities are per second. If the next sample shows that they are per frame, a warning says so.
+#[test]
+fn velocities_per_frame_are_noticed() {
+    let read = |velocity: f64| {
+        let body = format!(
+            "( startTimeCode = 1 endTimeCode = 2 timeCodesPerSecond = 24 )
+def BasisCurves \"b\" {{
+    uniform token type = \"linear\"
+    int[] curveVertexCounts = [2]
+    point3f[] points.timeSamples = {{ 1: [(0,0,0), (1,0,0)], 2: [(0,0.5,0), (1,0.5,0)] }}
+    vector3f[] velocities.timeSamples = {{ 1: [(0,{velocity},0), (0,{velocity},0)], 2: [(0,0,0), (0,0,0)] }}
+    float[] widths = [1, 1]
+}}
+def Camera \"c\" {{ double shutter:close = 0.5 }}"
+        );
+        let (scene, warnings) = read_text(&body, &Options::default()).unwrap();
+        (scene.strands[0].moved.as_ref().unwrap()[0].y, said(&warnings))
+    };
+    // 12 per second are 0.5 per frame.
+    assert_eq!(read(12.0), (0.25, String::new()));
+    let (moved, said) = read(0.5);
+    assert!(moved < 0.02 && said.contains("/b: its velocities fit its points per frame"), "{said}");
+    // Velocities that fit neither are not judged.
+    assert_eq!(read(-3.0).1, "");
+}
