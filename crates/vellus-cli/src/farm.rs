@@ -2,7 +2,6 @@
 
 use crate::interrupt::Interrupt;
 use crate::output;
-use crate::say::{note, say};
 use crate::terminal::Terminal;
 use anyhow::{Result, bail};
 use vellus_experiments::EXPERIMENTS;
@@ -11,25 +10,15 @@ use vellus_io::Digest;
 
 /// Runs the command.
 pub fn run(command: &Command) -> Result<()> {
-    let (interrupt, program) = (Interrupt::watch()?, std::env::current_exe()?);
+    let interrupt = Interrupt::watch()?;
     let terminal = Terminal::with_interrupt(&interrupt);
-    let result = match command {
-        Command::Plan(args) => {
-            let plan = args.plan(&EXPERIMENTS.iter().map(|e| e.name).collect::<Vec<_>>(), identity)?;
-            return Ok(say!("{} tasks in {}", plan.tasks().len(), plan.dir().display()));
-        }
-        Command::Status(args) => return output::write(None, args.text()?.as_bytes()),
-        Command::Emit(args) => return Ok(say!("wrote {}", args.emit()?.display())),
-        Command::Run(args) => args.run(program, &terminal),
-        Command::Task(args) => args.run(program, &terminal),
-    };
+    let names = EXPERIMENTS.iter().map(|experiment| experiment.name);
+    let result = command.run(std::env::current_exe()?, names, identity, &terminal);
     drop(terminal);
-    match result {
-        Err(Error::Stopped) => {
-            bail!(interrupt.error("finished tasks and checkpoints are kept; the same command continues".to_owned()))
-        }
-        result => Ok(note!("{}", result?)),
+    if let Err(Some(Error::Stopped)) = result.as_ref().map_err(anyhow::Error::downcast_ref) {
+        bail!(interrupt.error("finished tasks and checkpoints are kept; the same command continues".to_owned()));
     }
+    output::write(None, result?.as_bytes())
 }
 
 /// The identity of the picture that a command line renders.

@@ -21,6 +21,37 @@ pub enum Command {
     Emit(EmitArgs),
 }
 
+impl Command {
+    /// Runs the command, and returns what to print.
+    ///
+    /// `program` is the command `vellus`. `experiments` are the names of all experiments. For `identity`, see
+    /// [`Plan::new`]. `progress` receives the progress of [`Command::Run`], and stops it and [`Command::Task`].
+    ///
+    /// # Errors
+    /// The errors of the plan, and those of `identity`. [`Error::Stopped`] if `progress` cancelled.
+    pub fn run<E: From<Error>>(
+        &self,
+        program: PathBuf,
+        experiments: impl Iterator<Item = &'static str>,
+        identity: impl FnMut(&[String]) -> Result<Digest, E>,
+        progress: &dyn Progress,
+    ) -> Result<String, E> {
+        Ok(match self {
+            Command::Plan(args) => {
+                let plan = args.plan(experiments, identity)?;
+                format!("{} tasks in {}\n", plan.tasks().len(), plan.dir().display())
+            }
+            Command::Run(args) => args.run(program, progress)?,
+            Command::Task(args) => args.run(program, progress)?,
+            Command::Status(args) => args.text()?,
+            Command::Emit(args) => {
+                let path = emit(&Plan::load(&args.dir)?, args.to, args.retries)?;
+                format!("wrote {}\n", path.display())
+            }
+        })
+    }
+}
+
 /// Options of `vellus farm plan`.
 #[derive(Clone, Debug, clap::Args)]
 pub struct PlanArgs {
@@ -49,20 +80,17 @@ pub struct PlanArgs {
 }
 
 impl PlanArgs {
-    /// Makes the plan and writes it. `experiments` are the names of all experiments. For `identity`, see [`Plan::new`].
-    ///
-    /// # Errors
-    /// Those of [`Plan::new`] and [`Plan::save`]. [`Error::Options`] if an option does not fit.
-    pub fn plan<E: From<Error>>(
+    /// Makes the plan and writes it.
+    fn plan<E: From<Error>>(
         &self,
-        experiments: &[&str],
+        experiments: impl Iterator<Item = &'static str>,
         identity: impl FnMut(&[String]) -> Result<Digest, E>,
     ) -> Result<Plan, E> {
         let quality = |best: &str| self.quality.clone().unwrap_or_else(|| best.to_owned());
         let work = match self.scene.as_str() {
             "experiments" => Work::Experiments(Experiments {
                 quality: quality("paper"),
-                names: experiments.iter().map(|&name| name.to_owned()).collect(),
+                names: experiments.map(str::to_owned).collect(),
             }),
             "tables" => Work::Tables(Tables { quality: quality("shipping") }),
             scene => Work::Pictures(Pictures {
@@ -103,11 +131,7 @@ pub struct RunArgs {
 }
 
 impl RunArgs {
-    /// Runs the plan with the command `program`. Returns what to tell the user.
-    ///
-    /// # Errors
-    /// Those of [`Plan::load`] and [`Runner::run_all`].
-    pub fn run(&self, program: PathBuf, progress: &dyn Progress) -> Result<String, Error> {
+    fn run(&self, program: PathBuf, progress: &dyn Progress) -> Result<String, Error> {
         let plan = Plan::load(&self.dir)?;
         let jobs = NonZero::new(self.jobs).unwrap_or(NonZero::<usize>::MIN);
         let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
@@ -115,7 +139,7 @@ impl RunArgs {
         let threads = std::env::var_os("RAYON_NUM_THREADS").is_none().then_some((cores / jobs).max(1));
         let runner = Runner { plan: &plan, program, retries: self.retries, threads, log: true, progress };
         let totals = runner.run_all(jobs)?;
-        Ok(format!("{} tasks done, {} were done before, {} retries", totals.done, totals.kept, totals.retries))
+        Ok(format!("{} tasks done, {} were done before, {} retries\n", totals.done, totals.kept, totals.retries))
     }
 }
 
@@ -134,19 +158,15 @@ pub struct TaskArgs {
 }
 
 impl TaskArgs {
-    /// Runs the task with the command `program`. Returns what to tell the user.
-    ///
-    /// # Errors
-    /// Those of [`Plan::load`] and [`Runner::run_one`].
-    pub fn run(&self, program: PathBuf, progress: &dyn Progress) -> Result<String, Error> {
+    fn run(&self, program: PathBuf, progress: &dyn Progress) -> Result<String, Error> {
         let plan = Plan::load(&self.dir)?;
         let runner = Runner { plan: &plan, program, retries: self.retries, threads: None, log: false, progress };
         let ran = runner.run_one(&self.task)?;
         let name = &plan.tasks()[plan.find(&self.task)?].name;
         Ok(match ran.attempts {
-            0 => format!("task {name} was done before"),
-            1 => format!("task {name} is done"),
-            n => format!("task {name} is done, attempt {n}"),
+            0 => format!("task {name} was done before\n"),
+            1 => format!("task {name} is done\n"),
+            n => format!("task {name} is done, attempt {n}\n"),
         })
     }
 }
@@ -163,11 +183,7 @@ pub struct StatusArgs {
 }
 
 impl StatusArgs {
-    /// The status as text.
-    ///
-    /// # Errors
-    /// Those of [`Plan::load`].
-    pub fn text(&self) -> Result<String, Error> {
+    fn text(&self) -> Result<String, Error> {
         let status = Plan::load(&self.dir)?.status();
         Ok(if self.json { status.json() } else { format!("{status}\n") })
     }
@@ -188,14 +204,4 @@ pub struct EmitArgs {
     /// How often a task is tried again if it is killed, or ends with exit code 75.
     #[arg(long, default_value_t = 3, value_parser = parse::whole::<u32>(0..=1_000_000), value_name = "N")]
     retries: u32,
-}
-
-impl EmitArgs {
-    /// Writes the job, and returns its path.
-    ///
-    /// # Errors
-    /// Those of [`Plan::load`] and [`emit()`].
-    pub fn emit(&self) -> Result<PathBuf, Error> {
-        emit(&Plan::load(&self.dir)?, self.to, self.retries)
-    }
 }

@@ -111,8 +111,7 @@ fn prepare_job(args: &Args, loaded: Loaded) -> Result<(World, Job)> {
         world.scale_lights(stops.exp2());
         notes.push(("vellus_light_stops".to_owned(), stops.to_string()));
     }
-    let segments = world.curves().segments();
-    let megabytes = world.curves().bytes() as f64 * 1e-6;
+    let (segments, megabytes) = (world.curves().segments(), world.curves().bytes() as f64 * 1e-6);
     let seconds = seconds + start.elapsed().as_secs_f64();
     note!("{segments} segments, {megabytes:.0} MB, ready in {seconds:.1} s");
     notes.push(("vellus_segments".to_owned(), segments.to_string()));
