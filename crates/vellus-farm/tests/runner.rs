@@ -2,8 +2,8 @@
 #![cfg(unix)]
 
 use std::num::NonZero;
-use std::os::unix::fs::PermissionsExt;
 use std::path::PathBuf;
+use std::process::Command;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
@@ -36,8 +36,11 @@ impl Bench {
              if [ $name = all ]; then cat \"$dir\"/*/result.json > \"$dir/index.html\"\n\
              else echo $name > \"$dir/$name/result.json\"; fi\n"
         );
-        std::fs::write(&path, text).unwrap();
-        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
+        // Another process writes it: a child of another test could otherwise inherit the open file, and the system
+        // does not start a program that is open for writing.
+        let mut write = Command::new("sh");
+        write.args(["-c", "printf %s \"$2\" > \"$1\" && chmod 755 \"$1\"", "sh"]);
+        assert!(write.arg(&path).arg(text).status().unwrap().success());
         path
     }
 
