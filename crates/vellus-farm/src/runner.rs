@@ -2,8 +2,8 @@
 
 use crate::child::{self, End};
 use crate::{Error, Plan, State, Task, receipt};
-use std::fs::OpenOptions;
-use std::io::ErrorKind;
+use std::fs::{File, OpenOptions};
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::thread::sleep;
@@ -30,7 +30,8 @@ pub struct Runner<'a> {
     pub retries: u32,
     /// Threads of each task; `None` if the program should choose.
     pub threads: Option<usize>,
-    /// Messages of tasks go to `logs/NAME.log` in the folder of the plan, not to the terminal.
+    /// Messages of tasks go to `logs/NAME.log` in the folder of the plan, not to the terminal. Attempts that failed are
+    /// noted there in any case.
     pub log: bool,
     /// Cancels.
     pub progress: &'a dyn Progress,
@@ -86,9 +87,14 @@ impl Runner<'_> {
                     return Err(Error::Failed { task: task.name.clone(), code, message });
                 }
                 Err(error) if may_pass(&error) => (error.to_string(), wait),
-                Err(source) => return Err(Error::Read { path: self.program.clone(), source }),
+                Err(source) => {
+                    let folder = self.plan.folder();
+                    let path = if folder.is_dir() { &self.program } else { folder };
+                    return Err(Error::Read { path: path.to_owned(), source });
+                }
             };
             let (how, pause) = pause;
+            note(&log, &format!("attempt {attempts}: {how}")).ok();
             if attempts > self.retries {
                 let source = std::io::Error::new(ErrorKind::TimedOut, how);
                 return Err(Error::GaveUp { task: task.name.clone(), attempts, source });
@@ -115,8 +121,7 @@ impl Runner<'_> {
             command.env("RAYON_NUM_THREADS", threads.to_string());
         }
         if self.log {
-            std::fs::create_dir_all(vellus_io::folder(log))?;
-            let file = OpenOptions::new().create(true).append(true).open(log)?;
+            let file = open(log)?;
             command.stdout(file.try_clone()?).stderr(file);
         }
         child::run(&mut command, self.progress)
@@ -147,6 +152,17 @@ impl Runner<'_> {
         }
         Err(Error::Unexpected { task: task.name.clone(), what: status.what() })
     }
+}
+
+/// Opens a log to append to it.
+fn open(log: &Path) -> std::io::Result<File> {
+    std::fs::create_dir_all(vellus_io::folder(log))?;
+    OpenOptions::new().create(true).append(true).open(log)
+}
+
+/// Appends a line to a log.
+fn note(log: &Path, line: &str) -> std::io::Result<()> {
+    open(log)?.write_all(format!("{line}\n").as_bytes())
 }
 
 /// Where a log is, and its last line.

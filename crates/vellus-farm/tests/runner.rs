@@ -85,6 +85,8 @@ fn kills_and_temporary_failures_are_tried_again() {
     let script = "case $name$count in a1|a2) kill -9 $$;; b1) exit 75;; c1) exit 143;; esac";
     let totals = bench.runner(script, 2, &()).run_all(TWO).unwrap();
     assert_eq!(totals, Totals { kept: 0, done: 4, retries: 4 });
+    let log = |name: &str| std::fs::read_to_string(bench.folder.path().join(format!("logs/{name}.log"))).unwrap();
+    assert!(log("a").contains("attempt 2: it was stopped: signal: 9") && log("b").contains("exit code 75"));
 }
 
 #[test]
