@@ -82,8 +82,8 @@ fn kills_at_random_moments_change_no_bit() {
         runs += 1;
         let mut farm = start(path, &["farm", "run", "farm", "--retries", "1"]);
         // Later runs are left alone, so that the test ends.
-        while runs <= 12 && farm.try_wait().unwrap().is_none() {
-            std::thread::sleep(Duration::from_millis(random.below(300)));
+        while runs <= 6 && farm.try_wait().unwrap().is_none() {
+            std::thread::sleep(Duration::from_millis(random.below(200)));
             let victims = children(farm.id());
             let victim = victims.get(random.below(victims.len().max(1) as u64) as usize);
             match (random.below(6), victim) {
@@ -188,7 +188,12 @@ fn foreign_films_and_changed_inputs_are_named() {
     let other = ["farm", "plan", "hair-lock", "--samples", "8", "--per-task", "4", "-o", "farm", "--", "--small"];
     run(path, &[&other[..], &["--size", "64x48"]].concat());
     assert_eq!(status(path), [0, 0, 0, 3]);
-    ended_by(&vellus(path, &["farm", "task", "farm", "still"]), 75, &["task"], &["still.0-4", "of another picture"]);
+    ended_by(
+        &vellus(path, &["farm", "task", "farm", "still"]),
+        75,
+        &["task"],
+        &["still.0-4", "of another picture", "run that task first"],
+    );
     run(path, &["farm", "run", "farm"]);
     assert_eq!(status(path), [3, 0, 0, 0]);
 
@@ -237,7 +242,7 @@ fn experiments_run_one_by_one() {
 /// Writes the job of a plan of a picture for an engine.
 fn job(engine: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    plan(folder.path(), "24", "8");
+    plan(folder.path(), "96", "32");
     run(folder.path(), &["farm", "emit", "farm", "--to", engine]);
     folder
 }
@@ -252,13 +257,37 @@ fn is_there(engine: &str, program: &str, args: &[&str]) -> bool {
     there
 }
 
-/// Runs an engine on a plan in which one film is there already, and compares the picture.
+/// Processes that render films of the plan in `folder`.
+fn renders(folder: &Path) -> Vec<String> {
+    let films = folder.join("farm/films").display().to_string();
+    let pids = std::fs::read_dir("/proc").unwrap().filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    let is_one = |pid: &String| {
+        let line = std::fs::read(format!("/proc/{pid}/cmdline")).unwrap_or_default();
+        let line = String::from_utf8_lossy(&line).into_owned();
+        line.split('\0').nth(1) == Some("render") && line.contains(&films)
+    };
+    pids.filter(|pid| pid.parse::<u32>().is_ok()).filter(is_one).collect()
+}
+
+/// Runs an engine on a plan in which one film is there already, kills three of its renders, and compares the picture.
 fn engine(folder: &Path, program: &str, args: &[&str]) {
     run(folder, &["farm", "task", "farm", "2"]);
+    let log = std::fs::File::create(folder.join("engine.log")).unwrap();
     let mut engine = Command::new(program);
-    let output = engine.args(args).current_dir(folder).env("VELLUS", env!("CARGO_BIN_EXE_vellus")).output().unwrap();
-    let text = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
-    assert!(output.status.success(), "{text}");
+    engine.args(args).current_dir(folder).env("VELLUS", env!("CARGO_BIN_EXE_vellus"));
+    let mut engine = engine.stdout(log.try_clone().unwrap()).stderr(log).spawn().unwrap();
+    let mut kills = 0;
+    let ended = loop {
+        if let Some(ended) = engine.try_wait().unwrap() {
+            break ended;
+        }
+        if let Some(pid) = renders(folder).first().filter(|_| kills < 3) {
+            kills += u32::from(kill("-9", pid));
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    };
+    let text = std::fs::read_to_string(folder.join("engine.log")).unwrap();
+    assert!(ended.success() && kills > 0, "{kills} kills: {text}");
     assert_eq!(status(folder), [4, 0, 0, 0], "{text}");
     assert_same(folder);
 }

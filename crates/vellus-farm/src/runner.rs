@@ -63,7 +63,8 @@ impl Runner<'_> {
             let need = self.plan.state(&self.plan.tasks()[need]);
             if need.state != State::Done {
                 let (task, need) = (task.name.clone(), Box::new(need));
-                return Err(Error::Needs { task, need, source: ErrorKind::WouldBlock.into() });
+                let source = std::io::Error::new(ErrorKind::WouldBlock, "run that task first");
+                return Err(Error::Needs { task, need, source });
             }
         }
         self.attempt(task)
