@@ -79,7 +79,10 @@ fn job_name(plan: &Plan) -> String {
 }
 
 fn open_jd(plan: &Plan, retries: u32) -> Value {
-    let parameter = |name: &str, default: &str, what: &str| json!({ "name": name, "type": "STRING", "default": default, "description": what });
+    let parameter = |name: &str, default: &str, what: &str| {
+        let kind = "STRING";
+        json!({ "name": name, "type": kind, "default": default, "description": what })
+    };
     // The default of a PATH must be relative: to the folder of the template.
     let folder = json!({
         "name": "Plan", "type": "PATH", "objectType": "DIRECTORY", "dataFlow": "INOUT", "default": ".",

@@ -55,7 +55,7 @@ impl Plan {
     /// Other work has no frames.
     ///
     /// # Errors
-    /// [`Error::Options`] if something is out of range, [`Error::Read`] if there is no current folder, and the errors of
+    /// [`Error::Options`] if something is out of range, [`Error::Read`] without a current folder, and the errors of
     /// `identity`.
     pub fn new<E: From<Error>>(
         dir: &Path,
@@ -122,6 +122,10 @@ impl Plan {
             return Err(wrong(format!("it is no plan of version {PLAN_VERSION}")));
         }
         let file: PlanFile = serde_json::from_value(value).map_err(|e| wrong(e.to_string()))?;
+        // The digest of a picture covers the version of its pixels. Other results have no such version.
+        if !matches!(file.work, Work::Pictures(_)) && file.vellus != env!("CARGO_PKG_VERSION") {
+            return Err(wrong(format!("vellus {} planned it", vellus_io::visible(&file.vellus))));
+        }
         let plan = Plan::build(dir, file.clone()).map_err(|e| wrong(e.to_string()))?;
         if plan.file != file {
             return Err(wrong("its tasks are not those of its work".to_owned()));

@@ -123,8 +123,10 @@ fn work_out_of_range_is_refused() {
 
 #[test]
 fn tables_and_experiments_are_lists_of_commands() {
-    let (_folder, plan) = saved(Work::Tables(Tables { quality: "smoke".to_owned() }));
+    let (folder, plan) = saved(Work::Tables(Tables { quality: "smoke".to_owned() }));
     assert_eq!(plan.tasks().len(), 1);
+    let other = changed(folder.path(), "\"vellus\": \"", "\"vellus\": \"9").unwrap_err().to_string();
+    assert!(other.contains("vellus 9") && other.contains("planned it"), "{other}");
     let names = ["lobes", "hair"].map(str::to_owned).to_vec();
     let (_folder, plan) = saved(Work::Experiments(Experiments { quality: "paper".to_owned(), names: names.clone() }));
     let tasks = plan.tasks();
