@@ -5,6 +5,7 @@ mod energy;
 mod eval;
 mod exit;
 mod experiment;
+mod farm;
 mod fiber;
 mod fiber_args;
 mod fit;
@@ -24,6 +25,7 @@ mod terminal;
 use anyhow::{Context, Result};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use say::note;
+use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -69,6 +71,9 @@ enum Command {
     /// finished at this quality or a better one, with the same version of vellus, does not run again. After Ctrl-C, the
     /// same command continues.
     Experiment(experiment::Args),
+    /// Plan many tasks, and run them on this machine or on a render farm.
+    #[command(subcommand)]
+    Farm(vellus_farm::Command),
     /// Merge films of sample ranges that `render --samples` wrote.
     Merge(render::MergeArgs),
     /// Simulate a whole fibre with photons, and compare its energies with those of the model.
@@ -83,9 +88,10 @@ fn main() -> ExitCode {
         );
         return ExitCode::from(exit::BAD_INPUT);
     }
+    vellus_farm::end_with_parent();
     vellus_usd::quiet_caught_panics();
     interrupt::survive_file_size_limit();
-    let result = match parse() {
+    let result = match parse(std::env::args_os()) {
         Ok(cli) => run(cli.command),
         // Help and version arrive here, too.
         Err(error) => match print(&error) {
@@ -105,12 +111,12 @@ fn main() -> ExitCode {
 }
 
 /// Reads the command line. Every option accepts negative numbers: the error message can then name the allowed range.
-fn parse() -> Result<Cli, clap::Error> {
+fn parse(line: impl IntoIterator<Item = OsString>) -> Result<Cli, clap::Error> {
     fn with_negative_numbers(command: clap::Command) -> clap::Command {
         command.allow_negative_numbers(true).mut_subcommands(with_negative_numbers)
     }
     let mut command = with_negative_numbers(Cli::command());
-    let matches = command.try_get_matches_from_mut(std::env::args_os())?;
+    let matches = command.try_get_matches_from_mut(line)?;
     Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
 }
 
@@ -136,6 +142,7 @@ fn run(command: Option<Command>) -> Result<()> {
         Some(Command::Groom(command)) => groom::run(&command),
         Some(Command::Fit(args)) => fit::run(&args),
         Some(Command::Experiment(args)) => experiment::run(&args),
+        Some(Command::Farm(command)) => farm::run(&command),
         Some(Command::Merge(args)) => render::merge(&args),
         Some(Command::Reference(args)) => reference::run(&args),
     }

@@ -14,7 +14,7 @@ use anyhow::{Context, Result, bail};
 use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Duration;
-use vellus_io::parse;
+use vellus_io::{Digest, parse};
 use vellus_open::Staging;
 use vellus_render::denoise::Denoiser;
 use vellus_render::session::Frames;
@@ -129,8 +129,8 @@ pub struct Args {
     tev: Option<String>,
 }
 
-/// Checks the options, and renders.
-pub fn run(args: &Args) -> Result<()> {
+/// Checks the options that can be checked without reading the scene.
+fn check(args: &Args) -> Result<()> {
     if let Some([x, y, w, h]) = args.crop
         && (x.saturating_add(w) > args.size[0] || y.saturating_add(h) > args.size[1])
     {
@@ -145,9 +145,20 @@ pub fn run(args: &Args) -> Result<()> {
     if args.denoise {
         Denoiser::load()?;
     }
+    output::check_extension(&args.output, &["exr", "png"])
+}
+
+/// The identity of the picture with these options: films with the same one can be merged.
+pub fn identity(args: &Args) -> Result<Digest> {
+    check(args)?;
+    Ok(job::Loaded::new(args)?.identity)
+}
+
+/// Checks the options, and renders.
+pub fn run(args: &Args) -> Result<()> {
+    check(args)?;
     // Before files are written: a signal would leave temporary ones.
     let interrupt = Interrupt::watch()?;
-    output::check_extension(&args.output, &["exr", "png"])?;
     output::writable(&args.output)?;
     let viewer = args.tev.as_deref().map(screen::connect).transpose()?;
     let mut pool = rayon::ThreadPoolBuilder::new();
