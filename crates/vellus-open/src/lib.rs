@@ -129,8 +129,8 @@ impl Format {
 /// Checks that a scene may have these options, without reading a file. Files that options name must exist.
 ///
 /// # Errors
-/// [`Error::Unknown`], [`Error::Alembic`], [`Error::BuiltIn`], [`Error::NotUsd`], [`Error::TwoCameras`]. [`Error::Body`] or [`Error::Read`]
-/// for the files of [`Options::staging`].
+/// [`Error::Unknown`], [`Error::Alembic`], [`Error::BuiltIn`], [`Error::NotUsd`], [`Error::TwoCameras`].
+/// [`Error::Body`] or [`Error::Read`] for the files of [`Options::staging`].
 pub fn check(scene: impl AsRef<Path>, options: &Options) -> Result<Format, Error> {
     let scene = scene.as_ref();
     let seen = options.camera.is_some() || options.frame.is_some();

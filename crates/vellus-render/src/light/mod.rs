@@ -25,8 +25,8 @@ pub struct LightSample {
     pub distance: f32,
     /// RGB.
     pub radiance: [f32; 3],
-    /// Density per solid angle, times the probability of the light. Infinite for points and lights of one direction: their
-    /// `radiance` is the irradiance of a plane that faces the light, divided by that probability.
+    /// Density per solid angle, times the probability of the light. Infinite for points and lights of one direction:
+    /// their `radiance` is the irradiance of a plane that faces the light, divided by that probability.
     pub pdf: f32,
 }
 

@@ -19,7 +19,8 @@ pub(super) struct Shaped {
 }
 
 impl Shaped {
-    /// Prepares a shaping. `face` is the direction that a flat light faces; `None` if the light emits in all directions.
+    /// Prepares a shaping. `face` is the direction that a flat light faces. It is `None` if the light emits in all
+    /// directions.
     pub(super) fn new(shaping: &Shaping, face: Option<Vec3>) -> Self {
         let shaping = Shaping { axis: shaping.axis.normalize(), ..*shaping };
         let start = (1.0 - shaping.softness) * shaping.cone;

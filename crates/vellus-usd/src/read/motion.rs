@@ -103,8 +103,8 @@ fn warn_of_frames(
     // Half of the distance, so that noise does not decide.
     if miss(codes) < 0.25 * miss(codes / per_second).min(miss(0.0)) {
         let what = format!(
-            "its velocities fit its points per frame, but USD has them per second: motion blur is {per_second} times too \
-             short unless they are multiplied by {per_second}"
+            "its velocities fit its points per frame, but USD has them per second: multiply them by {per_second}, or \
+             motion blur is too short"
         );
         reader.warnings.add(prim, what);
     }

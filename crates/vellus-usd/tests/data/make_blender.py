@@ -1,4 +1,7 @@
-"""Writes blender_5_2.usda with Blender 5.2 as a module: pip install bpy==5.2.3 (Python 3.13), python make_blender.py."""
+"""Writes blender_5_2.usda with Blender 5.2 as a module.
+
+Needs: pip install bpy==5.2.3 (Python 3.13).
+"""
 
 import math
 import pathlib

@@ -88,7 +88,8 @@ fn points_and_their_shaping_are_read() {
     let (scene, warnings) = scene(&format!(
         "( )
 def BasisCurves \"b\" {{ {FOUR} }}
-def SphereLight \"point\" {{ float inputs:radius = 0 bool treatAsPoint = 1 bool inputs:normalize = 1 float inputs:intensity = 8
+def SphereLight \"point\" {{ float inputs:radius = 0 bool treatAsPoint = 1
+    bool inputs:normalize = 1 float inputs:intensity = 8
     double3 xformOp:translate = (1, 2, 3) uniform token[] xformOpOrder = [\"xformOp:translate\"] }}
 def SphereLight \"spot\" ( prepend apiSchemas = [\"ShapingAPI\"] ) {{ float inputs:radius = 0 bool treatAsPoint = 1
     float inputs:shaping:cone:angle = 20 float inputs:shaping:cone:softness = 0.3 float inputs:shaping:focus = 2

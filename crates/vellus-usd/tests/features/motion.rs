@@ -117,7 +117,8 @@ def BasisCurves \"b\" {{
     uniform token type = \"linear\"
     int[] curveVertexCounts = [2]
     point3f[] points.timeSamples = {{ 1: [(0,0,0), (1,0,0)], 2: [(0,0.5,0), (1,0.5,0)] }}
-    vector3f[] velocities.timeSamples = {{ 1: [(0,{velocity},0), (0,{velocity},0)], 2: [(0,0,0), (0,0,0)] }}
+    vector3f[] velocities.timeSamples = {{
+        1: [(0,{velocity},0), (0,{velocity},0)], 2: [(0,0,0), (0,0,0)] }}
     float[] widths = [1, 1]
 }}
 def Camera \"c\" {{ double shutter:close = 0.5 }}"
