@@ -17,12 +17,12 @@ use vellus_scene::{Camera, Look, Parameter, Scene, Surface, Tint};
 pub(super) fn scene(style: &Hairstyle, small: bool, preset: Preset) -> Result<Scene, Error> {
     let body = body();
     let mut scene = Scene::default();
-    let mesh = polygonize(&body, if small { 0.6 } else { 0.36 }, "head", &|_| Vec2::ZERO);
+    let mesh = polygonize(&body, if small { 0.6 } else { 0.27 }, "head", &|_| Vec2::ZERO);
     let settings = style.settings(small);
     // Hair falls beside the face, not over it.
     let face = Body::default().ellipsoid(
-        [9.5, -5.0, 0.0],
-        [6.0, 8.5, 5.0],
+        [9.5, -3.0, 0.0],
+        [6.0, 11.0, 6.0],
         Quat::IDENTITY,
         1.0,
         Flow::Along(Vec3::NEG_Y),
@@ -33,6 +33,7 @@ pub(super) fn scene(style: &Hairstyle, small: bool, preset: Preset) -> Result<Sc
     let color = |_: &Site, draw: &Draw| [light[0] + more[0] * draw.random, light[1] + more[1] * draw.random, 0.0];
     let maps = Maps {
         density: &|site| f32::from(scalp(site.position)),
+        length: &|site| style.length(site.position),
         comb: &|site| combed(site.position),
         color: Some((Parameter::Melanin, &color)),
         distance: Some(&distance),
@@ -42,16 +43,16 @@ pub(super) fn scene(style: &Hairstyle, small: bool, preset: Preset) -> Result<Sc
     scene.looks.push(Look::constant("hair", preset(Species::Human)));
     scene.meshes.push(mesh);
     scene.surfaces.push(Surface {
-        color: Tint { color: [0.2, 0.155, 0.13], texture: None },
+        color: Tint { color: [0.4, 0.34, 0.3], texture: None },
         roughness: 0.5,
         ior: 1.4,
         ..Surface::diffuse("mannequin", [0.0; 3])
     });
     let [height, field] = style.framing;
     let target = Vec3::new(-1.0, height, 0.0);
-    scene.lights.push(props::window(Vec3::new(60.0, 60.0, 70.0), target, Vec2::splat(50.0), [20.0, 19.2, 18.0]));
-    scene.lights.push(props::window(Vec3::new(-90.0, 50.0, 30.0), target, Vec2::splat(45.0), [18.0, 18.6, 20.0]));
-    let view = Vec3::new(0.6, 0.06, 0.8).normalize();
+    scene.lights.push(props::window(Vec3::new(45.0, 85.0, 75.0), target, Vec2::splat(44.0), [29.0, 27.8, 26.0]));
+    scene.lights.push(props::window(Vec3::new(-95.0, 60.0, 10.0), target, Vec2::splat(45.0), [24.0, 24.8, 26.4]));
+    let view = Vec3::new(0.68, 0.06, 0.73).normalize();
     let behind = (0.1 * Vec3::NEG_Y - view).normalize();
     glow(&mut scene, behind, 0.4, Vec3::new(0.5, 0.52, 0.56), Vec3::new(0.16, 0.17, 0.2));
     let eye = target + 190.0 * view;
@@ -68,33 +69,43 @@ fn scalp(p: Vec3) -> bool {
 fn combed(p: Vec3) -> Vec3 {
     let parting = 2.2;
     let side = if p.z > parting { 1.0 } else { -1.0 };
-    Vec3::new(-0.4 - 0.36 * p.x.max(0.0), -0.5, 1.3 * side)
+    Vec3::new(-0.4 - 0.6 * p.x.max(0.0), -0.5, 1.3 * side)
 }
 
 pub(super) fn body() -> Body {
     let none = Flow::Along(Vec3::NEG_Y);
     let straight = Quat::IDENTITY;
     let body = Body::default()
-        .ellipsoid([0.0, 2.0, 0.0], [9.4, 9.3, 7.5], straight, 1.0, none, 1.0)
-        .ellipsoid([3.4, -4.0, 0.0], [5.6, 7.6, 5.5], straight, 3.0, none, 1.0)
-        .ellipsoid([7.0, -9.6, 0.0], [1.8, 1.6, 2.2], straight, 2.5, none, 1.0)
-        .cone([8.6, -0.2, 0.0], 0.6, [10.6, -3.6, 0.0], 0.85, 1.4, 1.0)
-        .cone([-1.5, -8.0, 0.0], 5.0, [-2.5, -19.0, 0.0], 5.4, 3.0, 1.0)
-        .ellipsoid([-2.5, -34.0, 0.0], [8.0, 14.0, 14.0], straight, 4.0, none, 1.0);
+        // Cranium, face, chin, the bridge and tip of the nose, and the mouth.
+        .ellipsoid([-0.8, 2.6, 0.0], [9.5, 8.8, 7.5], straight, 1.0, none, 1.0)
+        .ellipsoid([3.5, -2.8, 0.0], [5.4, 7.4, 5.7], straight, 3.5, none, 1.0)
+        .ellipsoid([7.2, -9.0, 0.0], [1.5, 1.35, 1.7], straight, 2.2, none, 1.0)
+        .cone([8.3, 0.9, 0.0], 0.5, [10.2, -3.2, 0.0], 0.55, 1.3, 1.0)
+        .ellipsoid([10.0, -3.5, 0.0], [0.85, 0.6, 0.7], straight, 0.7, none, 1.0)
+        .ellipsoid([7.0, -6.4, 0.0], [1.9, 1.8, 3.0], straight, 1.8, none, 1.0)
+        // Neck and chest.
+        .cone([-2.0, -6.0, 0.0], 5.0, [-3.6, -18.0, 0.0], 5.3, 2.6, 1.0)
+        .ellipsoid([-3.0, -31.0, 0.0], [8.2, 11.0, 14.5], straight, 4.0, none, 1.0);
     let first = body.len();
-    body.cone([-2.5, -21.5, 3.0], 4.0, [-2.5, -25.0, 15.0], 4.8, 4.0, 1.0)
-        .cone([-2.5, -25.0, 16.0], 4.6, [-2.5, -45.0, 18.0], 4.0, 3.0, 1.0)
-        .ellipsoid([9.0, -0.6, 3.3], [1.5, 1.0, 1.8], straight, 1.4, none, 1.0)
+    body.cone([-4.5, -14.5, 2.0], 3.0, [-4.5, -21.8, 14.0], 3.0, 4.0, 1.0)
+        .ellipsoid([-4.2, -24.0, 15.6], [4.6, 4.6, 4.0], straight, 4.0, none, 1.0)
+        .cone([-4.2, -25.0, 16.6], 4.0, [-4.5, -38.0, 17.6], 3.6, 3.0, 1.0)
+        // Collar bone, and the muscle from behind the ear to it.
+        .cone([2.6, -21.2, 1.6], 0.7, [-1.0, -20.4, 12.0], 0.5, 3.0, 1.0)
+        .cone([-1.4, -7.0, 4.2], 1.1, [2.6, -20.0, 1.3], 0.9, 2.2, 1.0)
+        // Jaw, cheek bone and brow.
+        .cone([0.4, -5.2, 4.3], 1.5, [6.4, -8.7, 1.2], 1.3, 2.6, 1.0)
+        .ellipsoid([5.6, -2.7, 3.9], [1.9, 1.5, 1.6], straight, 2.2, none, 1.0)
+        .cone([8.0, 1.5, 1.4], 0.8, [6.2, 1.6, 4.8], 0.7, 1.8, 1.0)
+        // The hollow of the eye, and the closed lid in it.
+        .ellipsoid([9.4, -0.3, 3.2], [1.9, 1.2, 2.0], straight, 1.8, none, 1.0)
         .carved()
-        // Closed eyes: the upper lid overlaps the lower lid.
-        .ellipsoid([6.8, -0.75, 3.1], [1.25, 0.95, 1.5], straight, 0.5, none, 1.0)
-        .ellipsoid([6.75, -0.35, 3.1], [1.4, 0.75, 1.65], straight, 0.12, none, 1.0)
-        // Brow, cheek bone and the wing of the nose.
-        .cone([8.6, 1.1, 1.6], 0.5, [7.2, 1.0, 4.8], 0.4, 0.9, 1.0)
-        .ellipsoid([6.0, -3.2, 4.0], [1.6, 1.2, 1.5], straight, 1.6, none, 1.0)
-        .ellipsoid([9.3, -3.9, 0.75], [0.75, 0.5, 0.5], straight, 0.4, none, 1.0)
-        .cone([8.75, -6.0, 0.0], 0.38, [7.9, -6.35, 1.75], 0.22, 0.25, 1.0)
-        .cone([8.65, -6.85, 0.0], 0.45, [7.8, -6.5, 1.7], 0.22, 0.25, 1.0)
-        .ellipsoid([-0.2, -1.8, 7.0], [1.7, 2.9, 0.8], straight, 0.8, none, 1.0)
+        .ellipsoid([6.5, -0.5, 3.15], [1.35, 1.0, 1.45], straight, 0.7, none, 1.0)
+        // The wing of the nose and the lips.
+        .ellipsoid([9.0, -3.9, 0.75], [0.75, 0.5, 0.5], straight, 0.6, none, 1.0)
+        .cone([8.7, -6.05, 0.0], 0.4, [7.1, -6.5, 2.4], 0.2, 0.45, 1.0)
+        .cone([8.6, -6.95, 0.0], 0.48, [7.1, -6.6, 2.3], 0.2, 0.45, 1.0)
+        // The ear.
+        .ellipsoid([-0.6, -1.3, 7.0], [1.6, 2.9, 0.8], straight, 0.8, none, 1.0)
         .mirrored_z(first)
 }

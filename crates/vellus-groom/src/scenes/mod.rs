@@ -4,6 +4,7 @@ mod cat;
 mod coat;
 mod eyes;
 mod glow;
+mod grass;
 mod hair_lock;
 mod hairstyle;
 mod hamster;
