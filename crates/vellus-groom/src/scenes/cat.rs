@@ -16,11 +16,11 @@ use vellus_scene::{Camera, Light, Scene};
 
 pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     let body = body();
-    let eye = body.project(HEAD + Vec3::new(12.5, 33.0, 2.5)) - Vec3::new(0.86, 0.0, 0.26);
+    let eye = body.project(HEAD + Vec3::new(12.8, 33.0, 2.35)) - Vec3::new(0.96, 0.0, 0.26);
     let nose = body.project(HEAD + Vec3::new(15.0, 31.0, 0.0)) - Vec3::new(0.1, 0.0, 0.0);
     let mirrored = |p: Vec3| Vec3::new(p.x, p.y, -p.z);
     let lips = curve(&MOUTH, |p| body.project(HEAD + p));
-    let bare = [(eye, 1.3), (mirrored(eye), 1.3), (nose, 0.5)];
+    let bare = [(eye, 1.25), (mirrored(eye), 1.25), (nose, 0.5)];
     let lip = |p: &Vec3| [(*p, 0.13), (mirrored(*p), 0.13)];
     let mut scene = Scene::default();
     Coat {
@@ -53,16 +53,17 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     let eye = Eye {
         center: eye,
         radius: 1.3,
-        gaze: Vec3::new(1.0, 0.02, 0.26),
-        opening: [1.1, 0.58, 0.58],
+        gaze: Vec3::new(1.0, 0.06, 0.32),
+        opening: [1.15, 0.66, 0.66],
         tilt: 0.22,
-        iris: [0.24, 0.22, 0.05],
+        iris: [0.17, 0.16, 0.045],
         iris_radius: 1.15,
-        pupil: [0.45, 0.66],
+        pupil: [0.38, 0.66],
         lid: [0.022, 0.015, 0.011],
     };
     eye.add(&mut scene);
-    eye.mirrored().add(&mut scene);
+    // It looks toward the window, and both eyes look the same way.
+    Eye { gaze: Vec3::new(1.0, 0.06, 0.02), ..eye.mirrored() }.add(&mut scene);
     let skin = props::glossy("mouth", [0.03, 0.018, 0.016], 0.5);
     for side in [lips.clone(), lips.into_iter().map(mirrored).collect()] {
         tube(&mut scene, &side, 0.09, skin.clone());
@@ -77,8 +78,8 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
         melanin: [0.0, 0.003],
     }
     .add(&mut scene, |p| body.project(p));
-    let pink = props::glossy("nose", [0.4, 0.16, 0.13], 0.4);
-    props::ellipsoid(&mut scene, nose, Vec3::new(0.35, 0.38, 0.6), Quat::IDENTITY, pink);
+    let pink = props::glossy("nose", [0.34, 0.16, 0.13], 0.45);
+    props::ellipsoid(&mut scene, nose, Vec3::new(0.33, 0.32, 0.58), Quat::IDENTITY, pink);
     let target = Vec3::new(0.5, 19.0, 1.5);
     let view = Vec3::new(0.87, 0.12, 0.48).normalize();
     props::strip(

@@ -9,11 +9,13 @@ use std::f32::consts::TAU;
 use vellus_scene::{Mesh, Scene, Surface, Texture, Tint, Wrap};
 
 /// Number of blades.
-const BLADES: usize = 70_000;
+const BLADES: usize = 100_000;
 /// Divisor of the number of blades in a small scene.
 const FEWER: usize = 10;
 /// The radius of the meadow.
-const RADIUS: f32 = 420.0;
+const RADIUS: f32 = 500.0;
+/// The radius of the part with the same density everywhere, and the share of its blades.
+const NEAR: (f32, f32) = (110.0, 0.6);
 /// Width of the texture, whose columns are colours of blades. Its rows are the tip, the middle and the root.
 const COLORS: usize = 16;
 
@@ -23,8 +25,14 @@ pub(super) fn grass(scene: &mut Scene, body: &Body, small: bool) {
     let (mut positions, mut triangles, mut uv) = (Vec::new(), Vec::new(), Vec::new());
     for _ in 0..if small { BLADES / FEWER } else { BLADES } {
         let mut random = || rng.random::<f32>();
-        // The density falls with the power 1.25 of the radius.
-        let radius = RADIUS * random().powf(4.0 / 3.0);
+        // Beyond, the density falls with the square of the radius.
+        let (near, share) = NEAR;
+        let at = random();
+        let radius = if at < share {
+            near * (at / share).sqrt()
+        } else {
+            near * (RADIUS / near).powf((at - share) / (1.0 - share))
+        };
         let (sin, cos) = (TAU * random()).sin_cos();
         let root = radius * Vec3::new(cos, 0.0, sin);
         let [tall, wide, bend, color] = [random(), random(), random(), random()];
@@ -35,7 +43,7 @@ pub(super) fn grass(scene: &mut Scene, body: &Body, small: bool) {
         if near < 0.6 {
             continue;
         }
-        let scale = 1.0 + radius / 130.0;
+        let scale = 1.3 + radius / 130.0;
         let height = scale * (0.6 + 1.1 * tuft.max(0.0)) * (0.55 + 0.9 * tall) * (0.45 + 0.05 * near).min(1.0);
         let half = scale * 0.07 * (0.7 + 0.6 * wide);
         let lean = height * (0.25 + 0.75 * bend) * Vec3::new(x, 0.0, z);

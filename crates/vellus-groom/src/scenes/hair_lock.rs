@@ -26,8 +26,8 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
         spread: 0.02,
         // Several thin locks curl together.
         clump: Clump { strands: count / 9, strength: 0.85, power: 0.4 },
-        curl_radius: 1.7,
-        curl_turns: 3.0,
+        curl_radius: 1.5,
+        curl_turns: 3.8,
         curl_variation: 0.12,
         noise: 0.02,
         seed: 4,

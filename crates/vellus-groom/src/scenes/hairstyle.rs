@@ -27,7 +27,7 @@ impl Hairstyle {
             radius: [0.0045, 0.0038],
             lift: [0.3, -0.1],
             spread: 0.09,
-            gravity: 9.0,
+            gravity: 7.5,
             clump: Clump { strands: 240, strength: 0.66, power: 0.75 },
             curl_radius: 1.2,
             curl_turns: 3.2,
@@ -62,10 +62,11 @@ impl Hairstyle {
         let Hairstyle { settings, .. } = Hairstyle::waves();
         let settings = GrowSettings {
             segments: 48,
+            seed: 6,
             length: 21.0,
             length_variation: 0.12,
             radius: [0.0042, 0.003],
-            lift: [1.0, 0.4],
+            lift: [0.75, 0.4],
             spread: 0.14,
             gravity: 2.6,
             clump: Clump { strands: 130, strength: 0.9, power: 0.4 },
