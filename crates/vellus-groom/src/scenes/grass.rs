@@ -19,7 +19,7 @@ const NEAR: (f32, f32) = (110.0, 0.6);
 /// Width of the texture, whose columns are colours of blades. Its rows are the tip, the middle and the root.
 const COLORS: usize = 16;
 
-/// Adds blades of grass on the ground y = 0 around a body, which get sparser and larger with the distance.
+/// Adds blades of grass on the ground y = 0 around a body. They get sparser and larger with the distance.
 pub(super) fn grass(scene: &mut Scene, body: &Body, small: bool) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
     let (mut positions, mut triangles, mut uv) = (Vec::new(), Vec::new(), Vec::new());
@@ -61,7 +61,7 @@ pub(super) fn grass(scene: &mut Scene, body: &Body, small: bool) {
     }
     let color = |i: usize| {
         let c = (i % COLORS) as f32 / (COLORS - 1) as f32;
-        // Fresh blades are green, and some are dry. Roots are paler and darker.
+        // Blades are green, and parts of some are dry. Tips are brighter.
         let fresh = Vec3::new(0.14, 0.2, 0.05).lerp(Vec3::new(0.25, 0.28, 0.09), c);
         let dry = Vec3::new(0.42, 0.36, 0.2);
         let blade = if i % 5 == 2 { dry } else { fresh };

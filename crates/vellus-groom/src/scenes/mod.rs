@@ -26,12 +26,12 @@ use vellus_scene::{Scene, Units};
 /// Names and descriptions of the built-in scenes.
 pub const SCENES: [(&str, &str); 8] = [
     ("hair-lock", "a curling lock of brown human hair: 1,000 strands of 210 segments"),
-    ("raccoon", "a raccoon under a sunny sky: 260,000 strands of 22 segments"),
+    ("raccoon", "a raccoon on grass under a sunny sky: 260,000 strands of 22 segments"),
     ("hamster", "a golden hamster in a studio: 580,000 strands of 15 segments"),
     ("cat", "a sitting brown tabby in the light of a window: 267,000 strands of 9 segments"),
     ("hair", "long human hair in waves: 53,000 strands of 64 segments"),
     ("hair-bob", "straight black human hair to the chin: 53,000 strands of 32 segments"),
-    ("hair-curls", "dense dark human curls: 53,000 strands of 48 segments"),
+    ("hair-curls", "dark human hair in ringlets to the shoulders: 53,000 strands of 48 segments"),
     ("polar-bear", "a polar bear cub in soft light, white by scattering alone: 300,000 strands of 16 segments"),
 ];
 
