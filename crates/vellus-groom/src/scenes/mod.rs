@@ -150,6 +150,40 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "slow: three scenes"]
+    fn hair_falls_beside_the_face() {
+        for name in ["hair", "hair-bob", "hair-curls"] {
+            let hair = &scene(name, true).unwrap().strands[0];
+            let over = |p: &&glam::Vec4| p.x > 7.0 && p.z.abs() < 3.0 && (-9.0..2.0).contains(&p.y);
+            let count = hair.points.iter().filter(over).count();
+            assert!(count * 2000 < hair.points.len(), "{name}: {count} of {} points", hair.points.len());
+        }
+    }
+
+    #[test]
+    #[ignore = "slow: a scene"]
+    fn the_bob_has_a_level_edge() {
+        let hair = &scene("hair-bob", true).unwrap().strands[0];
+        let mut tips: Vec<f32> = (0..hair.len()).map(|i| hair.strand(i)[hair.strand(i).len() - 2].y).collect();
+        tips.sort_by(f32::total_cmp);
+        // Strands of equal length would end at heights that differ as much as their roots: by 16.
+        let spread = tips[tips.len() * 9 / 10] - tips[tips.len() / 10];
+        assert!(spread < 5.0, "{spread}");
+    }
+
+    #[test]
+    fn grass_stands_on_the_ground_beside_the_feet() {
+        let mut scene = Scene::default();
+        grass::grass(&mut scene, &raccoon::body(), true);
+        assert_eq!(scene.validate(), Ok(()));
+        let (body, blades) = (raccoon::body(), &scene.meshes[0]);
+        for blade in blades.positions.chunks(5) {
+            let root = 0.5 * (blade[0] + blade[1]);
+            assert!(root.y == 0.0 && blade[4].y > 0.0 && body.distance(root) > 0.5, "{blade:?}");
+        }
+    }
+
+    #[test]
     #[ignore = "slow: four scenes"]
     fn eyes_and_noses_are_bare() {
         for name in ["raccoon", "hamster", "cat", "polar-bear"] {
