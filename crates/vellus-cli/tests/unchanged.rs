@@ -14,11 +14,11 @@ use common::{Picture, run};
 fn scenes_have_the_same_pixels_as_before() {
     let folder = tempfile::tempdir().unwrap();
     let expected = [
-        ("hair-lock", "4e89aaf450047224"),
-        ("raccoon", "4ad6559835e98350"),
+        ("hair-lock", "0c0b5571f2190a87"),
+        ("raccoon", "7f84337704fa139d"),
         ("hamster", "284cfa7dc9f00008"),
-        ("cat", "90540ee5a29678d4"),
-        ("hair", "e3eeed93ffacaa51"),
+        ("cat", "94404a5280ee6668"),
+        ("hair", "e823ff1060a7b23d"),
         ("polar-bear", "8a4350834c5218f1"),
     ];
     let hashes = expected.map(|(scene, _)| {

@@ -19,7 +19,7 @@ fn identity(scene: &str, options: &Options) -> Digest {
 /// The same value as that of the command.
 #[test]
 fn the_identity_is_the_same_everywhere() {
-    assert_eq!(identity("cat", &Options { small: true, ..Options::default() }).short(), "4481437450a46eda");
+    assert_eq!(identity("cat", &Options { small: true, ..Options::default() }).short(), "ea73438d5d2d18c6");
 }
 
 #[test]

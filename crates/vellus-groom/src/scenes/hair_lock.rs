@@ -13,7 +13,7 @@ use vellus::Species;
 use vellus_scene::{Camera, Look, Mesh, Parameter, Scene, Surface};
 
 pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
-    let mesh = patch(1.8);
+    let mesh = patch(1.4);
     let (count, segments, wider) = if small { (200, 52, 2.0) } else { (1000, 210, 1.0) };
     let settings = GrowSettings {
         name: "hair-lock".to_owned(),
@@ -25,25 +25,26 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
         lift: [FRAC_PI_2, FRAC_PI_2],
         spread: 0.02,
         // Several thin locks curl together.
-        clump: Clump { strands: count / 8, strength: 0.78, power: 0.45 },
-        curl_radius: 1.9,
-        curl_turns: 3.0,
+        clump: Clump { strands: count / 9, strength: 0.85, power: 0.4 },
+        curl_radius: 1.5,
+        curl_turns: 3.8,
         curl_variation: 0.12,
         noise: 0.02,
         seed: 4,
         ..GrowSettings::default()
     };
-    let color = |_: &Site, draw: &Draw| [0.5 + 0.3 * draw.random, 0.2 + 0.15 * draw.random, 0.0];
+    let color = |_: &Site, draw: &Draw| [0.8 + 0.4 * draw.random, 0.25 + 0.15 * draw.random, 0.0];
     let maps = Maps { color: Some((Parameter::Melanin, &color)), ..Maps::default() };
     let mut scene = Scene { strands: vec![grow(&mesh, &settings, &maps)?], ..Scene::default() };
     scene.looks.push(Look::constant("hair", preset(Species::Human)));
     scene.meshes.push(mesh);
     scene.surfaces.push(Surface::diffuse("patch", [0.02; 3]));
-    let target = Vec3::new(0.0, -12.6, 0.0);
-    scene.lights.push(props::window(Vec3::new(30.0, 15.0, 40.0), target, Vec2::splat(25.0), [24.0, 23.0, 21.5]));
-    scene.lights.push(props::window(Vec3::new(-46.0, 0.0, -30.0), target, Vec2::splat(25.0), [22.0, 23.0, 24.5]));
-    glow(&mut scene, Vec3::NEG_Z, 0.3, Vec3::new(0.17, 0.18, 0.21), Vec3::new(0.05, 0.053, 0.063));
-    scene.camera = Some(Camera::look_at(Vec3::new(0.0, -12.6, 90.0), target, Vec3::Y, 15.4f32.to_radians(), 1.5));
+    let target = Vec3::new(0.0, -13.4, 0.0);
+    // A key light for R and TRT, and a light behind the lock for TT.
+    scene.lights.push(props::window(Vec3::new(34.0, 22.0, 40.0), target, Vec2::splat(20.0), [66.0, 63.5, 60.0]));
+    scene.lights.push(props::window(Vec3::new(-40.0, 6.0, -34.0), target, Vec2::splat(22.0), [40.0, 41.5, 44.0]));
+    glow(&mut scene, Vec3::new(0.05, -0.1, -1.0), 0.35, Vec3::new(0.72, 0.71, 0.69), Vec3::new(0.26, 0.265, 0.28));
+    scene.camera = Some(Camera::look_at(Vec3::new(0.0, -13.4, 90.0), target, Vec3::Y, 12.4f32.to_radians(), 1.5));
     Ok(scene)
 }
 

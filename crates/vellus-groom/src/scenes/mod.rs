@@ -4,6 +4,7 @@ mod cat;
 mod coat;
 mod eyes;
 mod glow;
+mod grass;
 mod hair_lock;
 mod hairstyle;
 mod hamster;
@@ -25,12 +26,12 @@ use vellus_scene::{Scene, Units};
 /// Names and descriptions of the built-in scenes.
 pub const SCENES: [(&str, &str); 8] = [
     ("hair-lock", "a curling lock of brown human hair: 1,000 strands of 210 segments"),
-    ("raccoon", "a raccoon under a sunny sky: 260,000 strands of 22 segments"),
+    ("raccoon", "a raccoon on grass under a sunny sky: 260,000 strands of 22 segments"),
     ("hamster", "a golden hamster in a studio: 580,000 strands of 15 segments"),
     ("cat", "a sitting brown tabby in the light of a window: 267,000 strands of 9 segments"),
     ("hair", "long human hair in waves: 53,000 strands of 64 segments"),
     ("hair-bob", "straight black human hair to the chin: 53,000 strands of 32 segments"),
-    ("hair-curls", "dense dark human curls: 53,000 strands of 48 segments"),
+    ("hair-curls", "dark human hair in ringlets to the shoulders: 53,000 strands of 48 segments"),
     ("polar-bear", "a polar bear cub in soft light, white by scattering alone: 300,000 strands of 16 segments"),
 ];
 
@@ -145,6 +146,40 @@ mod tests {
                 inside += usize::from(body.distance(p.truncate()) < -0.5 * near);
             }
             assert!(inside * 50 < points, "{name}: {inside} of {points} points are in the body");
+        }
+    }
+
+    #[test]
+    #[ignore = "slow: three scenes"]
+    fn hair_falls_beside_the_face() {
+        for name in ["hair", "hair-bob", "hair-curls"] {
+            let hair = &scene(name, true).unwrap().strands[0];
+            let over = |p: &&glam::Vec4| p.x > 7.0 && p.z.abs() < 3.0 && (-9.0..2.0).contains(&p.y);
+            let count = hair.points.iter().filter(over).count();
+            assert!(count * 2000 < hair.points.len(), "{name}: {count} of {} points", hair.points.len());
+        }
+    }
+
+    #[test]
+    #[ignore = "slow: a scene"]
+    fn the_bob_has_a_level_edge() {
+        let hair = &scene("hair-bob", true).unwrap().strands[0];
+        let mut tips: Vec<f32> = (0..hair.len()).map(|i| hair.strand(i)[hair.strand(i).len() - 2].y).collect();
+        tips.sort_by(f32::total_cmp);
+        // Strands of equal length would end at heights that differ as much as their roots: by 16.
+        let spread = tips[tips.len() * 9 / 10] - tips[tips.len() / 10];
+        assert!(spread < 5.0, "{spread}");
+    }
+
+    #[test]
+    fn grass_stands_on_the_ground_beside_the_feet() {
+        let mut scene = Scene::default();
+        grass::grass(&mut scene, &raccoon::body(), true);
+        assert_eq!(scene.validate(), Ok(()));
+        let (body, blades) = (raccoon::body(), &scene.meshes[0]);
+        for blade in blades.positions.chunks(5) {
+            let root = 0.5 * (blade[0] + blade[1]);
+            assert!(root.y == 0.0 && blade[4].y > 0.0 && body.distance(root) > 0.5, "{blade:?}");
         }
     }
 

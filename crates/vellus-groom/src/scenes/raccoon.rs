@@ -6,7 +6,7 @@ use super::noise::noise;
 use super::toes::Toes;
 use super::tube::{curve, tube};
 use super::whiskers::Whiskers;
-use super::{props, sky};
+use super::{grass, props, sky};
 use crate::body::{Body, Flow};
 use crate::error::Error;
 use crate::scenes::Preset;
@@ -94,7 +94,8 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     }
     let wet = props::glossy("nose", [0.012; 3], 0.42);
     props::ellipsoid(&mut scene, nose, Vec3::new(0.75, 0.7, 0.95), Quat::IDENTITY, wet);
-    props::ground(&mut scene, 20_000.0, [0.25, 0.24, 0.15]);
+    props::ground(&mut scene, 20_000.0, [0.17, 0.18, 0.09]);
+    grass::grass(&mut scene, &body, small);
     scene.lights.push(Light::Dome {
         radiance: [1.0; 3],
         texture: Some(scene.textures.len()),
