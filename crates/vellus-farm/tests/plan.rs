@@ -100,6 +100,28 @@ fn a_plan_that_was_changed_is_refused() {
 }
 
 #[test]
+fn no_damage_changes_a_task() {
+    let (folder, plan) = saved(pictures(None, 8, 4));
+    let path = folder.path().join(PLAN_FILE);
+    let bytes = std::fs::read(&path).unwrap();
+    let load = |bytes: &[u8]| {
+        std::fs::write(&path, bytes).unwrap();
+        Plan::load(folder.path()).ok()
+    };
+    let mut accepted = 0;
+    for at in (0..bytes.len()).step_by(5) {
+        let mut flipped = bytes.clone();
+        flipped[at] ^= 1 << (at % 7);
+        // Spaces, the version of the program and the folder of inputs may differ.
+        let loaded = load(&flipped);
+        assert!(loaded.as_ref().is_none_or(|other| other.tasks() == plan.tasks()), "{at}");
+        accepted += usize::from(loaded.is_some());
+        assert!(at + 2 > bytes.len() || load(&bytes[..at]).is_none(), "{at}");
+    }
+    assert!(accepted > 0 && accepted < bytes.len() / 20, "{accepted}");
+}
+
+#[test]
 fn names_of_experiments_cannot_leave_the_folder() {
     for bad in ["../x", "a/b", "", "-x", "a b", "$(x)", "é"] {
         for (quality, name) in [("smoke", bad), (bad, "lobes")] {
