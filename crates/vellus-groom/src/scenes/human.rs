@@ -21,10 +21,11 @@ pub(super) fn scene(style: &Hairstyle, small: bool, preset: Preset) -> Result<Sc
     let mesh = polygonize(&body, if small { 0.6 } else { 0.32 }, "head", &|_| Vec2::ZERO);
     let settings = style.settings(small);
     // Points in the body leave it first, because its surface is then beside them. The distance is too short where
-    // parts are blended.
+    // shoulders are blended.
     let distance = |p: Vec3| {
         let own = body.distance(p);
-        if own < 0.0 { 1.7 * own } else { own.min(beside_face(p)) }
+        let scale = if p.y < -12.0 { 1.7 } else { 1.0 };
+        if own < 0.0 { scale * own } else { own.min(beside_face(p)) }
     };
     let [light, more] = style.melanin;
     let color = |_: &Site, draw: &Draw| [light[0] + more[0] * draw.random, light[1] + more[1] * draw.random, 0.0];
