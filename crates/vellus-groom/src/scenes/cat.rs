@@ -20,7 +20,7 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     let nose = body.project(HEAD + Vec3::new(15.0, 31.0, 0.0)) - Vec3::new(0.1, 0.0, 0.0);
     let mirrored = |p: Vec3| Vec3::new(p.x, p.y, -p.z);
     let lips = curve(&MOUTH, |p| body.project(HEAD + p));
-    let bare = [(eye, 1.25), (mirrored(eye), 1.25), (nose, 0.5)];
+    let bare = [(eye, 1.32), (mirrored(eye), 1.32), (nose, 0.5)];
     let lip = |p: &Vec3| [(*p, 0.13), (mirrored(*p), 0.13)];
     let mut scene = Scene::default();
     Coat {

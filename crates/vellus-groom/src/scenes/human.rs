@@ -20,7 +20,13 @@ pub(super) fn scene(style: &Hairstyle, small: bool, preset: Preset) -> Result<Sc
     let mut scene = Scene::default();
     let mesh = polygonize(&body, if small { 0.6 } else { 0.32 }, "head", &|_| Vec2::ZERO);
     let settings = style.settings(small);
-    let distance = |p: Vec3| body.distance(p).min(beside_face(p));
+    // Points in the body leave it first, because its surface is then beside them. The distance is too short where
+    // shoulders are blended.
+    let distance = |p: Vec3| {
+        let own = body.distance(p);
+        let scale = if p.y < -12.0 { 1.7 } else { 1.0 };
+        if own < 0.0 { scale * own } else { own.min(beside_face(p)) }
+    };
     let [light, more] = style.melanin;
     let color = |_: &Site, draw: &Draw| [light[0] + more[0] * draw.random, light[1] + more[1] * draw.random, 0.0];
     let maps = Maps {
@@ -29,7 +35,6 @@ pub(super) fn scene(style: &Hairstyle, small: bool, preset: Preset) -> Result<Sc
         comb: &|site| combed(site.position),
         color: Some((Parameter::Melanin, &color)),
         distance: Some(&distance),
-        ..Maps::default()
     };
     scene.strands.push(grow(&mesh, &settings, &maps)?);
     scene.looks.push(Look::constant("hair", preset(Species::Human)));
