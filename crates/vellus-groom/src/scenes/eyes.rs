@@ -45,24 +45,26 @@ impl Eye {
 
     /// Adds the eyeball and its lids.
     pub fn add(&self, scene: &mut Scene) {
-        let frame = self.frame();
+        // Sines of constants would differ between builds: see `super::opaque`.
+        let eye = super::opaque(self);
+        let frame = eye.frame();
         let surface = Surface {
             color: Tint { color: [1.0; 3], texture: Some(scene.textures.len()) },
             ..props::glossy("eye", [0.0; 3], 0.06)
         };
-        props::ellipsoid(scene, self.center, Vec3::splat(self.radius), Quat::IDENTITY, surface);
-        scene.textures.push(self.texture());
+        props::ellipsoid(scene, eye.center, Vec3::splat(eye.radius), Quat::IDENTITY, surface);
+        scene.textures.push(eye.texture());
         if let Some(ball) = scene.meshes.last_mut() {
             // The texture is a picture of the eye from the front.
             let uv = |v: u32| {
-                let p = frame.transpose() * (ball.positions[v as usize] - self.center) / self.radius;
+                let p = frame.transpose() * (ball.positions[v as usize] - eye.center) / eye.radius;
                 Vec2::splat(0.5) + 0.48 * p.truncate()
             };
             ball.uv = Some(ball.triangles.iter().map(|t| t.map(uv)).collect());
         }
-        let lids = self.lids(scene.surfaces.len());
+        let lids = eye.lids(scene.surfaces.len());
         scene.meshes.push(lids);
-        scene.surfaces.push(props::glossy("eyelid", self.lid, 0.45));
+        scene.surfaces.push(props::glossy("eyelid", eye.lid, 0.45));
     }
 
     fn texture(&self) -> Texture {

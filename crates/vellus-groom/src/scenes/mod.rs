@@ -52,6 +52,14 @@ pub fn published_scene(name: &str, small: bool) -> Option<Scene> {
     with_preset(name, small, Fiber::published)
 }
 
+/// The same value, hidden from the optimizer.
+///
+/// The compiler may compute sines of constants itself, and rounds some of them differently than the system's library.
+/// Which ones depends on the build, so pictures would differ between builds.
+fn opaque<T>(value: &T) -> &T {
+    std::hint::black_box(value)
+}
+
 fn with_preset(name: &str, small: bool, preset: Preset) -> Option<Scene> {
     let make: fn(bool, Preset) -> Result<Scene, Error> = match name {
         "hair-lock" => hair_lock::scene,

@@ -19,15 +19,17 @@ pub(super) struct Toes {
 
 impl Toes {
     pub fn add(&self, scene: &mut Scene, surface: &Surface) {
-        for i in 0..self.count {
-            let across = i as f32 - 0.5 * (self.count - 1) as f32;
-            let back = 0.25 * across * across * self.radii.x;
-            let center = self.tip + Vec3::new(-back, 0.0, 2.0 * self.spacing * across * self.radii.z);
-            let turn = Quat::from_rotation_y(-self.fan * across) * Quat::from_rotation_z(-0.2);
-            props::ellipsoid(scene, center, self.radii, turn, surface.clone());
+        // Sines of constants would differ between builds: see `super::opaque`.
+        let toes = super::opaque(self);
+        for i in 0..toes.count {
+            let across = i as f32 - 0.5 * (toes.count - 1) as f32;
+            let back = 0.25 * across * across * toes.radii.x;
+            let center = toes.tip + Vec3::new(-back, 0.0, 2.0 * toes.spacing * across * toes.radii.z);
+            let turn = Quat::from_rotation_y(-toes.fan * across) * Quat::from_rotation_z(-0.2);
+            props::ellipsoid(scene, center, toes.radii, turn, surface.clone());
             let mirrored = Vec3::new(center.x, center.y, -center.z);
-            let turn = Quat::from_rotation_y(self.fan * across) * Quat::from_rotation_z(-0.2);
-            props::ellipsoid(scene, mirrored, self.radii, turn, surface.clone());
+            let turn = Quat::from_rotation_y(toes.fan * across) * Quat::from_rotation_z(-0.2);
+            props::ellipsoid(scene, mirrored, toes.radii, turn, surface.clone());
         }
     }
 }
