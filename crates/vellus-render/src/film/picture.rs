@@ -36,8 +36,8 @@ pub fn check_picture(bytes: &[u8]) -> Result<Notes, Error> {
     }
 }
 
-/// The largest ratio of decoded bytes to bytes of a file. Both formats compress with Deflate: a match of 258 bytes takes
-/// at least two bits, so the ratio is at most 258 · 8 / 2.
+/// The largest ratio of decoded bytes to bytes of a file. Both formats compress with Deflate: a match of 258 bytes
+/// takes at least two bits, so the ratio is at most 258 · 8 / 2.
 const MOST_DEFLATED: u128 = 1032;
 
 /// Checks the size in the header of a file of `file` bytes before the decoder allocates `decoded` bytes for its pixels.
