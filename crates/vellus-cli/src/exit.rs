@@ -36,7 +36,7 @@ pub fn report(error: &anyhow::Error) -> (u8, String) {
     let io =
         |cause: &(dyn std::error::Error + 'static)| cause.downcast_ref::<io::Error>().is_some_and(vellus_io::may_pass);
     let code = if error.chain().any(io) { MAY_PASS } else { BAD_INPUT };
-    (code, shortened(format!("error: {error:#}")))
+    (code, shortened(vellus_io::visible(&format!("error: {error:#}"))))
 }
 
 /// The longest message, in characters. Parsers quote the line that they reject, and it may be very long.
@@ -58,6 +58,9 @@ mod tests {
     #[test]
     fn messages_have_an_end() {
         let (_, message) = report(&anyhow!("é".repeat(100_000)));
+        assert_eq!(message.chars().count(), LONGEST + 2);
+        // Escapes are longer than the characters that they replace.
+        let (_, message) = report(&anyhow!("\0".repeat(100_000)));
         assert_eq!(message.chars().count(), LONGEST + 2);
     }
 

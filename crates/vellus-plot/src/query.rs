@@ -185,7 +185,8 @@ pub fn read_csv(reader: impl std::io::Read) -> Result<Vec<Query>> {
         for (column, name) in columns.iter().zip(&names) {
             let cell = record.get(*column).unwrap_or("");
             let value = cell.parse::<f64>();
-            values.push(value.or_else(|_| wrong(format!("{name} = '{cell}' is not a number"))).map_err(at_line)?);
+            let wrong_cell = || wrong(format!("{name} = '{}' is not a number", shown(cell)));
+            values.push(value.or_else(|_| wrong_cell()).map_err(at_line)?);
         }
         let query = match values[..] {
             [theta_o, low, high, theta_i, phi] => Offsets::range(low, high)
@@ -221,9 +222,14 @@ fn columns(header: &csv::StringRecord) -> Result<(Vec<&'static str>, Vec<usize>)
         }
     }
     if let Some(unknown) = header.iter().find(|h| !names.contains(h)) {
-        return wrong(format!("line 1: unknown column '{unknown}' (known: {known})"));
+        return wrong(format!("line 1: unknown column '{}' (known: {known})", shown(unknown)));
     }
     Ok((names, columns))
+}
+
+/// A cell in a message. A cell may be as long as a line.
+fn shown(cell: &str) -> String {
+    vellus_io::excerpt(cell.as_bytes(), 40)
 }
 
 #[cfg(test)]
@@ -252,6 +258,15 @@ mod tests {
         ] {
             let error = read_csv(text.as_bytes()).unwrap_err().to_string();
             assert!(error.contains(part), "{error}");
+        }
+    }
+
+    #[test]
+    fn errors_quote_a_part_of_a_long_cell() {
+        let cell = "\0".repeat(100_000);
+        for text in [format!("theta_o,h,theta_i,phi\n0,0,0,{cell}\n"), format!("theta_o,h,theta_i,phi,{cell}\n")] {
+            let error = read_csv(text.as_bytes()).unwrap_err().to_string();
+            assert!(error.chars().count() < 200 && error.contains('…'), "{} bytes", error.len());
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Films as OpenEXR files.
 
-use super::picture::{Notes, PIXELS_NOTE, PixelType};
+use super::picture::{Notes, PIXELS_NOTE, PixelType, check_claim};
 use crate::error::Error;
 use crate::film::{Film, Layer, cryptomatte};
 use ::exr::prelude::*;
@@ -133,6 +133,12 @@ fn fits_half(values: impl Iterator<Item = f32>) -> bool {
 
 /// The notes of a file, and the digest of its pixels.
 pub(super) fn exr_notes(bytes: &[u8]) -> std::result::Result<(Notes, Digest), String> {
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| e.to_string())?;
+    // The reader allocates the pixels of all layers of the largest level.
+    let claimed = |header: &::exr::meta::header::Header| -> u128 {
+        [header.layer_size.0, header.layer_size.1, header.channels.bytes_per_pixel].map(|n| n as u128).iter().product()
+    };
+    check_claim(meta.headers.iter().map(claimed).sum(), bytes.len())?;
     let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
     let image = image.non_parallel().from_buffered(Cursor::new(bytes)).map_err(|e| e.to_string())?;
     let layer = &image.layer_data;
@@ -180,6 +186,28 @@ mod tests {
             for end in 0..bytes.len() {
                 assert!(check_picture(&bytes[..end]).is_err(), "{end} of {}", bytes.len());
             }
+        }
+    }
+
+    #[test]
+    fn sizes_that_a_file_cannot_have_are_refused_before_memory_is_allocated() {
+        let mut film = Film::new([3, 2], [0, 0, 3, 2], Layout::new(&[], &[]));
+        film.add_rows((0..2).map(|_| vec![0; 3 * film.layout().words()]).collect::<Vec<_>>().into_iter());
+        film.advance(1);
+        let exr = film.to_exr(&[Layer::Beauty], None, PixelType::Float, &[]).unwrap();
+        let name = b"dataWindow\0box2i\0";
+        let x_max = exr.windows(name.len()).position(|part| part == name).unwrap() + name.len() + 4 + 2 * 4;
+        let mut png = Vec::new();
+        let mut writer = png::Encoder::new(&mut png, 20_000, 20_000).write_header().unwrap();
+        writer.write_chunk(png::chunk::IDAT, &[0; 9]).unwrap();
+        drop(writer);
+        let claimed = |bytes: &[u8]| check_picture(bytes).unwrap_err().to_string().contains("it claims");
+        assert!(check_picture(&exr).is_ok() && claimed(&png));
+        // 0.8 MB to 6 GB a row.
+        for last in [1i32 << 16, (1 << 25) + 2, 1 << 29] {
+            let mut damaged = exr.clone();
+            damaged[x_max..][..4].copy_from_slice(&last.to_le_bytes());
+            assert!(claimed(&damaged), "{last}");
         }
     }
 

@@ -35,3 +35,17 @@ pub fn check_picture(bytes: &[u8]) -> Result<Notes, Error> {
         Some(_) => Err(Error::Malformed("it is damaged: the digest of its pixels does not match".to_owned())),
     }
 }
+
+/// The largest ratio of decoded bytes to bytes of a file. Both formats compress with Deflate: a match of 258 bytes
+/// takes at least two bits, so the ratio is at most 258 · 8 / 2.
+const MOST_DEFLATED: u128 = 1032;
+
+/// Checks the size in the header of a file of `file` bytes before the decoder allocates `decoded` bytes for its pixels.
+/// A damaged header may claim any size, and a failed allocation ends the process.
+pub(super) fn check_claim(decoded: u128, file: usize) -> Result<(), String> {
+    if decoded > MOST_DEFLATED * file as u128 {
+        return Err(format!("it claims {decoded} bytes of pixels: a file of {file} bytes has fewer"));
+    }
+    let room = usize::try_from(decoded).is_ok_and(|bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok());
+    if room { Ok(()) } else { Err(format!("it claims {decoded} bytes of pixels: the memory is too small")) }
+}

@@ -1,6 +1,6 @@
 //! Films as PNG files.
 
-use super::picture::{Notes, PIXELS_NOTE};
+use super::picture::{Notes, PIXELS_NOTE, check_claim};
 use crate::error::Error;
 use crate::film::{Film, Layer};
 use std::io::Cursor;
@@ -110,6 +110,7 @@ fn srgb(values: impl Iterator<Item = f64>, exposure: f32) -> Vec<u8> {
 pub(super) fn png_notes(bytes: &[u8]) -> Result<(Notes, Digest), String> {
     let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().map_err(|e| e.to_string())?;
     let size = reader.output_buffer_size().ok_or("it is too large")?;
+    check_claim(size as u128, bytes.len())?;
     let mut pixels = vec![0; size];
     reader.next_frame(&mut pixels).map_err(|e| e.to_string())?;
     // The chunks after the pixels may be cut off.

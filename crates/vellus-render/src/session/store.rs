@@ -97,16 +97,7 @@ impl Store {
         if needed <= free {
             return Ok(());
         }
-        let mb = |bytes: u64| bytes.div_ceil(1_000_000);
-        let what = format!(
-            "up to {} MB may be needed in {} (pictures {}, a checkpoint and the one that replaces it {} each), and {} \
-             MB are free",
-            mb(needed),
-            folder.display(),
-            mb(pictures),
-            mb(film),
-            free / 1_000_000
-        );
+        let what = no_room([needed, pictures, film, free], folder);
         let source = std::io::Error::new(ErrorKind::StorageFull, what);
         Err(Error::Write { path: picture.to_owned(), source })
     }
@@ -161,6 +152,21 @@ impl Store {
     }
 }
 
+/// Says that a folder has too little space. Bytes: all that is needed, of it the pictures and one film, and free space.
+fn no_room([needed, pictures, film, free]: [u64; 4], folder: &Path) -> String {
+    // Whole megabytes would hide why a small picture does not fit.
+    let (unit, name) = if needed < 10_000_000 { (1000, "kB") } else { (1_000_000, "MB") };
+    format!(
+        "up to {} {name} may be needed in {} (pictures {}, a checkpoint and the one that replaces it {} each), and {} \
+         {name} are free",
+        needed.div_ceil(unit),
+        folder.display(),
+        pictures.div_ceil(unit),
+        film.div_ceil(unit),
+        free / unit
+    )
+}
+
 /// How the names of rescued films of a picture begin.
 fn rescue_prefix(identity: Digest, start: u64) -> String {
     format!("vellus-{}-{start}-", identity.short())
@@ -185,4 +191,24 @@ pub fn write_film(path: &Path, film: &Checkpoint) -> Result<(), Error> {
 
 pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     vellus_io::write(path, bytes).map_err(|source| Error::Write { path: path.to_owned(), source })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_about_space_have_units_of_its_size() {
+        let small = no_room([350_208, 55_296, 147_456, 345_999], Path::new("out"));
+        assert!(
+            small.starts_with("up to 351 kB ")
+                && small.ends_with(
+                    "(pictures 56, a checkpoint and the one that \
+             replaces it 148 each), and 345 kB are free"
+                ),
+            "{small}"
+        );
+        let large = no_room([20_000_001, 4_000_000, 8_000_000, 19_999_999], Path::new("out"));
+        assert!(large.starts_with("up to 21 MB ") && large.ends_with("and 19 MB are free"), "{large}");
+    }
 }

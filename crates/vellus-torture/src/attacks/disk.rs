@@ -6,8 +6,16 @@ use crate::trial::{Stop, Trial};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// About 40 KB of pictures and 60 KB of checkpoint.
+/// About 30 KB of pictures and 150 KB of checkpoint.
 const SCENE: &str = "hair-lock --small --size 48x32 --spp 200 --float --layers beauty,alpha,variance";
+const PIXELS: usize = 48 * 32;
+/// The most bytes of its pictures: eight channels of four bytes in OpenEXR, and four bytes a pixel in PNG.
+const PICTURES: usize = 36 * PIXELS;
+/// A film of its layers, 24 words a pixel.
+const FILM: usize = 96 * PIXELS;
+/// The command asks for space for the pictures and two films. Pictures of an earlier run stay until the new ones
+/// replace them. Each of these six files takes whole pages of 4 KiB, and its notes take less than a page.
+const SMALLEST_DISK_KB: usize = (2 * PICTURES + 2 * FILM).div_ceil(1024) + 6 * 2 * 4;
 
 #[derive(Default)]
 pub struct Disk {
@@ -34,8 +42,7 @@ impl Attack for Disk {
             _ => {
                 let disk = trial.at("disk");
                 std::fs::create_dir_all(&disk)?;
-                // The command asks for space for two films of 147 KB and the pictures, 50 KB.
-                let kilobytes = trial.dice.number(370..800);
+                let kilobytes = trial.dice.number(SMALLEST_DISK_KB..2 * SMALLEST_DISK_KB);
                 let mounted = if self.no_mount { None } else { Mount::new(&disk, kilobytes)? };
                 match mounted {
                     Some(mount) => full(trial, pictures, &mount, kilobytes),

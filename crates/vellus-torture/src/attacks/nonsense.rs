@@ -263,6 +263,8 @@ fn cheap(path: &str, dice: &mut Dice) -> &'static str {
         "table check" => &["--profiles 1 --photons 1000"],
         "table build" => &["--quality smoke --photons 10 --out o.vellus"],
         "fiber show" => &["cat"],
+        // The default sheet takes 30 to 60 s. The size also marks it as a run that may be long.
+        "fiber sheet" => &["--size 4 --samples 1 --output o.png"],
         "experiment" => &["list"],
         "plot medulla" => &["--photons 100 --out o.svg"],
         _ if path.starts_with("plot") => &["--out o.svg"],
@@ -398,5 +400,16 @@ fn message(trial: &mut Trial, outcome: &Outcome, what: &str) {
     let cpu = outcome.cpu.as_secs_f64();
     if cpu > REFUSED_WITHIN {
         trial.finding(format!("{what}: refused late"), format!("after {cpu:.1} s of processor time: {text:.300}"));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sheets_of_coats_may_be_long() {
+        let line = cheap("fiber sheet", &mut Dice::new(0, "nonsense", 0));
+        assert!(LONG.iter().any(|option| line.split(' ').any(|word| word == *option)), "{line}");
     }
 }
