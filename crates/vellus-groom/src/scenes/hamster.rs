@@ -109,7 +109,7 @@ const MOUTH: [[f32; 3]; 5] = [[6.4, 6.75, 0.0], [6.2, 6.4, 0.0], [5.9, 6.22, 0.2
 fn capsule() -> Vec<Vec2> {
     const RADIUS: f32 = 25.0;
     let turn = |i: i32| {
-        let angle = PI * i as f32 / 32.0;
+        let angle = PI * *super::opaque(&i) as f32 / 32.0;
         Vec2::new(-18.0 - RADIUS * angle.sin(), RADIUS * (1.0 - angle.cos()))
     };
     let front = |y: f32| Vec2::new(140.0, y);

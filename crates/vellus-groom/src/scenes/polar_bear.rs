@@ -108,7 +108,7 @@ const MOUTH: Vec3 = Vec3::new(43.2, 30.2, 0.0);
 /// Bare spheres along the lips: centres and radii.
 fn lips() -> impl Iterator<Item = (Vec3, f32)> {
     (0..13).flat_map(|i| {
-        let (sin, cos) = (-0.6 + 0.2 * i as f32 - 0.6).sin_cos();
+        let (sin, cos) = (-0.6 + 0.2 * *super::opaque(&i) as f32 - 0.6).sin_cos();
         let side = MOUTH + Vec3::new(4.0 * cos, -0.12 * 4.0 * cos, 2.5 * sin);
         [(side, 0.55), (Vec3::new(side.x, side.y, -side.z), 0.55)]
     })

@@ -63,7 +63,7 @@ pub(super) fn ground(scene: &mut Scene, half: f32, color: [f32; 3]) {
 /// `radius` behind the origin.
 pub(super) fn room(far: f32, radius: f32) -> Vec<Vec2> {
     let turn = |i: i32| {
-        let (sin, cos) = (FRAC_PI_2 * i as f32 / 16.0).sin_cos();
+        let (sin, cos) = (FRAC_PI_2 * *super::opaque(&i) as f32 / 16.0).sin_cos();
         Vec2::new(-far - radius * cos, radius * (1.0 - sin))
     };
     let mut profile = vec![Vec2::new(-far - radius, radius + 270.0)];

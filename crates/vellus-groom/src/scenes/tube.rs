@@ -15,7 +15,7 @@ pub(super) fn tube(scene: &mut Scene, line: &[Vec3], radius: f32, surface: Surfa
         let s = i as f32 / last.max(1) as f32;
         let thickness = radius * (4.0 * s * (1.0 - s)).sqrt().max(0.15);
         for k in 0..AROUND {
-            let (sin, cos) = (TAU * k as f32 / AROUND as f32).sin_cos();
+            let (sin, cos) = (TAU * *super::opaque(&k) as f32 / AROUND as f32).sin_cos();
             normals.push(u * cos + v * sin);
             positions.push(p + (u * cos + v * sin) * thickness);
         }
