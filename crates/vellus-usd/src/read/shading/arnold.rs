@@ -1,7 +1,7 @@
 //! Arnold's `standard_hair`.
 
 use crate::error::Error;
-use crate::read::shading::chiang;
+use crate::read::shading::hair;
 use crate::read::shading::mapping::Mapping;
 use crate::read::shading::value::Value;
 use vellus::Parameter;
@@ -17,15 +17,15 @@ pub(super) fn map(mapping: &mut Mapping) -> Result<(), Error> {
     let base = mapping.number("base", 1.0)?;
     let color = mapping.value("base_color", [1.0; 3])?.with(base, |c, k| c.map(|c| c * k[0]));
     let (concentration, redness) = (mapping.number("melanin", 1.0)?, mapping.number("melanin_redness", 0.5)?);
-    let sigma = chiang::absorption(color, concentration, redness, around.clone());
+    let sigma = hair::absorption(color, concentration, redness, around.clone());
     mapping.set(Parameter::SigmaCa, sigma, "base_color and melanin");
 
-    let (variance, scale) = (along.map_each(chiang::variance), around.map_each(chiang::scale));
-    chiang::set_roughness(mapping, variance, scale, ["roughness", azimuthal]);
+    let (variance, scale) = (along.map_each(hair::variance), around.map_each(hair::scale));
+    hair::set_roughness(mapping, variance, scale, ["roughness", azimuthal]);
     let ior = mapping.number("ior", 1.55)?;
     mapping.set(Parameter::Eta, ior, "ior");
     let shift = mapping.constant("shift", 3.0)?;
-    mapping.set(Parameter::Alpha, Value::number(chiang::alpha(shift)), "shift");
+    mapping.set(Parameter::Alpha, Value::number(hair::alpha(shift)), "shift");
     mapping.lose_unless(1.0, &["specular_tint", "specular2_tint", "transmission_tint", "opacity"])?;
     mapping.lose_unless(0.0, &["melanin_randomize", "diffuse", "emission"])
 }

@@ -1,7 +1,7 @@
 //! Karma's `kma_hair` and `kma_fur`.
 
 use crate::error::Error;
-use crate::read::shading::chiang;
+use crate::read::shading::hair;
 use crate::read::shading::mapping::Mapping;
 use crate::read::shading::value::Value;
 use vellus::Parameter;
@@ -41,22 +41,22 @@ pub(super) fn map(mapping: &mut Mapping) -> Result<(), Error> {
         let thickness = names.value(mapping, "thicknessscale")?.unwrap_or(Value::number(1.0));
         let azimuthal = around.clone().unwrap_or(Value::number(0.2));
         let color = color.unwrap_or(Value::number(1.0));
-        let sigma = chiang::absorption(color, melanin.unwrap_or(Value::number(0.0)), redness, azimuthal);
+        let sigma = hair::absorption(color, melanin.unwrap_or(Value::number(0.0)), redness, azimuthal);
         let sigma = sigma.with(thickness, |s, k| s.map(|s| s * k[0]));
         mapping.set(Parameter::SigmaCa, sigma, "baseColor, melanin and thicknessScale");
     }
     if let Some(along) = along {
-        mapping.set(Parameter::BetaM, chiang::limited_beta_m(along.map_each(chiang::variance)), "roughness");
+        mapping.set(Parameter::BetaM, hair::limited_beta_m(along.map_each(hair::variance)), "roughness");
     }
     if let Some(around) = around {
-        mapping.set(Parameter::BetaN, chiang::limited_beta_n(around.map_each(chiang::scale)), "roughnessAzimuthal");
+        mapping.set(Parameter::BetaN, hair::limited_beta_n(around.map_each(hair::scale)), "roughnessAzimuthal");
     }
     if let Some(ior) = names.value(mapping, "ior")? {
         mapping.set(Parameter::Eta, ior, "ior");
     }
     if let Some(Value::Constant([shift, ..])) = names.value(mapping, "shift")? {
         // −1 to 1 means −90° to 90°.
-        mapping.set(Parameter::Alpha, Value::number(chiang::alpha(90.0 * shift)), "shift");
+        mapping.set(Parameter::Alpha, Value::number(hair::alpha(90.0 * shift)), "shift");
     }
     if let Some(radius) = names.value(mapping, "medullaradius")? {
         mapping.set(Parameter::Kappa, radius, "medullaRadius");

@@ -1,7 +1,7 @@
 //! `ND_chiang_hair_bsdf` of MaterialX 1.39, and the nodes that feed it.
 
 use crate::error::Error;
-use crate::read::shading::chiang;
+use crate::read::shading::hair;
 use crate::read::shading::mapping::Mapping;
 use crate::read::shading::value::Value;
 use crate::stage::When;
@@ -13,12 +13,12 @@ pub(super) fn map(mapping: &mut Mapping) -> Result<(), Error> {
     mapping.set(Parameter::SigmaCa, absorption, "absorption_coefficient");
     let [variance, _] = roughness(mapping, "roughness_R", [0.1, 0.1])?;
     let [_, scale] = roughness(mapping, "roughness_TT", [0.05, 0.05])?;
-    chiang::set_roughness(mapping, variance, scale, ["roughness_R", "roughness_TT"]);
+    hair::set_roughness(mapping, variance, scale, ["roughness_R", "roughness_TT"]);
     let ior = mapping.number("ior", 1.55)?;
     mapping.set(Parameter::Eta, ior, "ior");
     // Values above 0.5 tilt the scales towards the root.
     let cuticle = mapping.constant("cuticle_angle", 0.5)?;
-    mapping.set(Parameter::Alpha, Value::number(chiang::alpha(180.0 * cuticle - 90.0)), "cuticle_angle");
+    mapping.set(Parameter::Alpha, Value::number(hair::alpha(180.0 * cuticle - 90.0)), "cuticle_angle");
     mapping.lose_unless(1.0, &["tint_R", "tint_TT", "tint_TRT"])?;
     mapping.lose("roughness of TT and TRT along the fibre");
     mapping.lose("azimuthal roughness of R and TRT");
@@ -41,7 +41,7 @@ fn roughness(mapping: &mut Mapping, name: &str, default: [f64; 2]) -> Result<[Va
         _ => Value::number(1.0),
     };
     let product = |v: [f64; 3], k: [f64; 3]| std::array::from_fn(|i| v[i] * k[i] * k[i]);
-    Ok([along.map_each(chiang::variance).with(factor, product), around.map_each(chiang::scale)])
+    Ok([along.map_each(hair::variance).with(factor, product), around.map_each(hair::scale)])
 }
 
 /// The two numbers of an input of the shader, or the default.
@@ -67,7 +67,7 @@ fn absorption(mapping: &mut Mapping) -> Result<Value, Error> {
     if node.id == FROM_COLOR {
         let color = mapping.value_of(&node.prim, "color", [1.0; 3])?;
         let roughness = mapping.value_of(&node.prim, "azimuthal_roughness", [0.2; 3])?;
-        let sigma = |c: [f64; 3], b: [f64; 3]| c.map(|c| chiang::absorption_of_color(c, b[0]));
+        let sigma = |c: [f64; 3], b: [f64; 3]| c.map(|c| hair::absorption_of_color(c, b[0]));
         return Ok(color.with(roughness, sigma));
     }
     let concentration = mapping.value_of(&node.prim, "melanin_concentration", [0.25; 3])?;
@@ -82,7 +82,7 @@ fn absorption(mapping: &mut Mapping) -> Result<Value, Error> {
     let eumelanin = pigment("eumelanin_color", [0.657704, 0.498077, 0.254107])?;
     let pheomelanin = pigment("pheomelanin_color", [0.829444, 0.67032, 0.349938])?;
     Ok(concentration
-        .with(redness, |c, r| chiang::absorption_of_melanin(chiang::melanin(c[0]), r[0], [eumelanin, pheomelanin])))
+        .with(redness, |c, r| hair::absorption_of_melanin(hair::melanin(c[0]), r[0], [eumelanin, pheomelanin])))
 }
 
 const FROM_COLOR: &str = "ND_chiang_hair_absorption_from_color";

@@ -1,7 +1,7 @@
 //! Maps the shading networks of other programs to fibres.
 
 mod arnold;
-mod chiang;
+mod hair;
 mod image;
 mod karma;
 mod mapping;
