@@ -122,6 +122,7 @@ fn scene() -> Scene {
     Scene {
         prototypes: Vec::new(),
         instances: Vec::new(),
+        shapings: Vec::new(),
         strands: vec![
             strands(Basis::Linear, &[2, 3]),
             strands(Basis::BSpline, &[4, 6]),
