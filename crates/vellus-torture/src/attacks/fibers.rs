@@ -17,16 +17,6 @@ const ENERGY: f32 = 5e-6;
 const WINDOW_ENERGY: f32 = 1e-4;
 /// The bound for weights of windows: each channel of the scattered lobes is scaled to its energy separately.
 const WINDOW_WEIGHT: f32 = 1.5;
-/// The bound for weights of windows whose scattered lobes have less than [`RARE`] of the probability.
-///
-/// The light of these lobes comes from a few Gauss points. The density is scaled by the energy of the largest channel,
-/// and each colour by its own energy. If absorption differs strongly between the points, one channel may have most of
-/// its energy at a point with little of the density. Its weight is then the ratio of two scales: up to 2.7 was found.
-/// Only samples where these lobes dominate have such weights, and they carry at most [`RARE`] of the light. They add at
-/// most this light times their weight to the mean square of all weights: 1e-5 · 10 = 1e-4, which is 1 % of a standard
-/// deviation of 1. A broken tail has weights far above 10.
-const RARE_WEIGHT: f32 = 10.0;
-const RARE: f32 = 1e-5;
 
 /// Fibres in one case.
 const FIBERS: usize = 200;
@@ -221,12 +211,7 @@ fn one(bcsdf: &Bcsdf, fiber: &Fiber, hits: &Hits, i: usize, window: Window, near
         if !s.weight.iter().chain([&s.pdf]).all(|x| fine(*x)) || (s.wi.length() - 1.0).abs() > 1e-4 {
             return wrong(&format!("{field}: a sample is negative, not finite or no direction"), (i, window, s));
         }
-        let scattered = likely[Lobe::Tts as usize] + likely[Lobe::Trts as usize];
-        let bound = match near {
-            true => 1.0 + WEIGHT,
-            false if scattered < RARE => RARE_WEIGHT,
-            false => WINDOW_WEIGHT,
-        };
+        let bound = if near { 1.0 + WEIGHT } else { WINDOW_WEIGHT };
         if s.weight.iter().any(|w| *w > bound) {
             // Rare: numbers so close to the ends of [0, 1) occur once in ten million draws.
             let end = hits.u[k].iter().any(|u| *u < 1e-7 || *u > 1.0 - 1e-7);
@@ -272,39 +257,4 @@ fn eight(bcsdf: &Bcsdf, hits: &Hits) -> Result<(), Wrong> {
         }
     }
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// In the tail of R, only the rare TTˢ sends light. Its red weight is 2.66.
-    #[test]
-    fn rare_scattered_light_may_have_a_larger_weight() {
-        let fiber = Fiber {
-            eta: 1.0000311,
-            kappa: 0.42547318,
-            alpha: -0.03595188,
-            beta_m: 0.055799674,
-            beta_n: 1.0702012,
-            sigma_ca: [0.0, 1.0571562, 0.75892216],
-            sigma_ms: 1.6727464,
-            sigma_ma: [1000.0, 6.044026e-5, 1000.0],
-            g: 0.0,
-            layers: 11.74841,
-            exit: Exit::Reflecting,
-            medulla_pigment: 0.3,
-        };
-        let hits = Hits {
-            wo: [Vec3::new(-0.999507, -0.012017814, 0.029005742); 8],
-            wi: [Vec3::X; 8],
-            h: [0.0; 8],
-            width: 4.0,
-            u: [[0.0, f32::MIN_POSITIVE, 0.3714969, 0.54305714, 0.52094024]; 8],
-        };
-        let bcsdf = Bcsdf::new(&fiber).unwrap();
-        let sample = bcsdf.at(hits.wo[0], Window::far()).sample(hits.u[0]).unwrap();
-        assert!(sample.weight[0] > WINDOW_WEIGHT, "{sample:?}");
-        assert_eq!(one(&bcsdf, &fiber, &hits, 0, Window::far(), false), Ok(()));
-    }
 }
