@@ -17,7 +17,7 @@ pub enum Error {
     Plan {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The problem.
         what: String,
     },
     /// A file cannot be read.

@@ -43,7 +43,7 @@ pub struct TaskStatus {
     pub name: String,
     /// Its state.
     pub state: State,
-    /// The file and what is wrong with it; empty if nothing is.
+    /// The file and its problem; empty if there is none.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub why: String,
 }

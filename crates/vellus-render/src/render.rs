@@ -135,7 +135,7 @@ impl World {
         if film.layout().has(Layer::Lights) && groups != self.group_names() {
             return fail(format!("its light groups are {groups:?}, those of the scene {:?}", self.group_names()));
         }
-        if film.layout().things() != self.layout(&Layer::CRYPTOMATTE).things() && film.layout().has_counts() {
+        if film.layout().has_counts() && film.layout().things() != self.layout(&Layer::CRYPTOMATTE).things() {
             return fail("its objects, looks and groups of strands are not those of the scene".to_owned());
         }
         Ok(())

@@ -13,7 +13,8 @@ def BasisCurves \"b\" {{ {FOUR} }}
 def RectLight \"rect\" {{ float inputs:width = 2 float inputs:height = 3 float inputs:intensity = 6 float inputs:exposure = 1
     bool inputs:normalize = 1 color3f inputs:color = (1, 0.5, 0)
     float3 xformOp:scale = (2, 1, 1) uniform token[] xformOpOrder = [\"xformOp:scale\"] }}
-def DiskLight \"disk\" {{ token vellus:lightGroup = \"key-2\" float intensity = 3 asset inputs:shaping:ies:file = @a.ies@ }}
+def DiskLight \"disk\" {{ token vellus:lightGroup = \"key-2\" float intensity = 3
+    asset inputs:shaping:ies:file = @a.ies@ }}
 def SphereLight \"sphere\" {{ float inputs:radius = 0.5 bool inputs:normalize = 1
     float3 xformOp:scale = (2, 2, 2) uniform token[] xformOpOrder = [\"xformOp:scale\"] }}
 def DistantLight \"sun\" {{ float inputs:angle = 60 float inputs:intensity = 2
