@@ -1,5 +1,6 @@
-//! `cargo xtask check`, `test`, `package`, `torture`: all steps of CI, which run locally as well.
+//! `cargo xtask check`, `test`, `bindings`, `package`, `torture`: all steps of CI, which run locally as well.
 
+mod bindings;
 mod lint;
 mod manifests;
 mod paper;
@@ -13,11 +14,12 @@ use std::path::Path;
 use std::process::ExitCode;
 
 const USAGE: &str = "\
-usage: cargo xtask check | lint | test | package | paper | torture
+usage: cargo xtask check | lint | test | bindings | package | paper | torture
 
   check    lint, then the fast tests and the documentation's examples
   lint     format, clippy, rustdoc, spelling, licences, manifests, the book, PAPER.md
-  test     check, then the slow tests, other platforms, and a minute of torture
+  test     check, then the slow tests, the bindings' fast tests, other platforms, and a minute of torture
+  bindings builds and tests the bindings for C, Python, Blender and Mitsuba; it names what it skips
   package  builds every package as crates.io would get it
   paper    PAPER.md only: every symbol that it names exists, and it lists every departure that the code cites
   torture  kills, full disks, damaged files and nonsense against the release build; --help lists its options";
@@ -32,6 +34,7 @@ fn main() -> ExitCode {
         Some("check") => check(&root, &mut report),
         Some("lint") => lint::all(&root, &mut report),
         Some("test") => test(&root, &mut report),
+        Some("bindings") => bindings::all(&root, &mut report),
         Some("package") => manifests::package(&root, &mut report),
         Some("paper") => report.step("PAPER.md", || paper::check(&root)),
         Some("torture") => torture(&root, &std::env::args().skip(2).collect::<Vec<_>>()).map(|_| ()),
@@ -63,6 +66,7 @@ fn test(root: &Path, report: &mut Report) -> Result<(), String> {
         let tests = ["test", "--workspace", "--all-features", "--lib", "--bins", "--tests"];
         cargo(root, &[&tests[..], &["--", "--ignored"]].concat())
     })?;
+    bindings::fast(root, report)?;
     portability::all(root, report)?;
     report.attempt("torture", || torture(root, &TORTURE))
 }
