@@ -12,7 +12,8 @@ use pyo3::types::{PyString, PyTuple};
 #[pyclass(frozen, module = "vellus", name = "Bcsdf")]
 #[derive(Debug)]
 pub struct Bcsdf {
-    model: vellus::Bcsdf<'static>,
+    /// Python aligns its objects to 16 bytes, and this needs 32: it must not lie inside of one.
+    model: Box<vellus::Bcsdf<'static>>,
     fine: bool,
 }
 
@@ -138,7 +139,8 @@ impl Bcsdf {
     #[pyo3(signature = (fiber, *, fine_windows = false))]
     fn new(fiber: &Bound<'_, PyAny>, fine_windows: bool) -> PyResult<Self> {
         let model = vellus::Bcsdf::new(&fiber::argument(fiber)?).map_err(value)?;
-        Ok(Bcsdf { model: if fine_windows { model.with_fine_windows() } else { model }, fine: fine_windows })
+        let model = Box::new(if fine_windows { model.with_fine_windows() } else { model });
+        Ok(Bcsdf { model, fine: fine_windows })
     }
 
     #[getter]
@@ -158,7 +160,7 @@ impl Bcsdf {
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let call = Call::new(Task::Eval { lobes }, Some(wi), wo, (h, window), check)?;
-        unpack(py, call.run(py, &self.model, &[(Some(inner(lobes)), 0)])?)
+        unpack(py, call.run(py, &*self.model, &[(Some(inner(lobes)), 0)])?)
     }
 
     #[pyo3(signature = (wi, wo, h = None, *, window = None, check = true))]
@@ -172,7 +174,7 @@ impl Bcsdf {
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let call = Call::new(Task::Eval { lobes: false }, Some(wi), wo, (h, window), check)?;
-        unpack(py, call.run(py, &self.model, &[(Some(&[]), 3)])?)
+        unpack(py, call.run(py, &*self.model, &[(Some(&[]), 3)])?)
     }
 
     #[pyo3(signature = (wi, wo, h = None, *, window = None, lobes = false, check = true))]
@@ -188,7 +190,7 @@ impl Bcsdf {
     ) -> PyResult<Bound<'py, PyAny>> {
         let call = Call::new(Task::Eval { lobes }, Some(wi), wo, (h, window), check)?;
         let pdf = crate::query::colors(lobes);
-        unpack(py, call.run(py, &self.model, &[(Some(inner(lobes)), 0), (Some(&[]), pdf)])?)
+        unpack(py, call.run(py, &*self.model, &[(Some(inner(lobes)), 0), (Some(&[]), pdf)])?)
     }
 
     #[pyo3(signature = (wo, u, h = None, *, window = None, check = true))]
@@ -202,7 +204,7 @@ impl Bcsdf {
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let call = Call::new(Task::Sample, Some(u), wo, (h, window), check)?;
-        let results = call.run(py, &self.model, SAMPLE)?;
+        let results = call.run(py, &*self.model, SAMPLE)?;
         samples(py)?.call1(PyTuple::new(py, results)?)
     }
 
@@ -217,7 +219,7 @@ impl Bcsdf {
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let call = Call::new(Task::Energy { lobes }, None, wo, (h, window), check)?;
-        unpack(py, call.run(py, &self.model, &[(Some(inner(lobes)), 0)])?)
+        unpack(py, call.run(py, &*self.model, &[(Some(inner(lobes)), 0)])?)
     }
 
     fn __repr__(&self) -> PyResult<String> {
