@@ -6,6 +6,8 @@ mod arrays;
 mod bcsdf;
 mod error;
 mod fiber;
+mod models;
+mod numbers;
 mod query;
 mod tables;
 mod threads;
@@ -21,5 +23,7 @@ fn _vellus(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<bcsdf::Bcsdf>()?;
     fiber::register(module)?;
+    models::register(module)?;
+    numbers::register(module)?;
     tables::register(module)
 }
