@@ -3,7 +3,7 @@
 use crate::arrays::{Real, Rows, broadcast};
 use crate::error::value;
 use crate::fiber::{self, Fiber};
-use numpy::{PyArrayDyn, PyArrayMethods};
+use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use vellus::{CoatColors, Window};
@@ -38,9 +38,9 @@ fn each<'py, const N: usize, const M: usize>(
     let double = reals.iter().any(Real::is_double) || !reals.iter().any(Real::has_type);
     Ok(if double {
         let results: Vec<f64> = results.into_iter().map(f64::from).collect();
-        PyArrayDyn::from_vec(py, results).reshape(shape)?.into_any()
+        PyArray1::from_vec(py, results).reshape(shape)?.into_any()
     } else {
-        PyArrayDyn::from_vec(py, results).reshape(shape)?.into_any()
+        PyArray1::from_vec(py, results).reshape(shape)?.into_any()
     })
 }
 
