@@ -56,14 +56,14 @@ class Look:
 
     `values` has constants by parameter, and perhaps `preset`. `images` has images, and `attributes` has names of
     attributes, by parameter. `random` has the strengths of random colour and roughness of Principled Hair, and
-    `melanin` the absorption by pigment alone, which the random colour multiplies.
+    `melanin` its input Melanin and the absorption by the pigments alone, which the random colour changes.
     """
 
     values: dict = field(default_factory=dict)
     images: dict = field(default_factory=dict)
     attributes: dict = field(default_factory=dict)
     random: tuple = (0.0, 0.0)
-    melanin: list = None
+    melanin: tuple = None
     node: object = None
     warnings: list = field(default_factory=list)
 
@@ -200,7 +200,7 @@ def read_principled(look, node):
             connections(look, socket, targets.get(socket.name))
     inputs = node.inputs
     if node.parametrization == "MELANIN":
-        look.melanin = melanin_absorption(node)
+        look.melanin = (inputs["Melanin"].default_value, melanin_absorption(node))
     random_color = inputs["Random Color"].default_value if node.parametrization == "MELANIN" else 0.0
     look.random = (random_color, inputs["Random Roughness"].default_value)
     if node.model == "HUANG":

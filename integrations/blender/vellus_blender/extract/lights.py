@@ -79,5 +79,6 @@ def read_light(owner, to_world, warn):
     if radius <= 0:
         return {**out, "kind": "point", "position": position, "intensity": intensity}
     area = math.pi * radius**2
-    radiance = intensity / area if light.normalize else intensity
+    # Measured in Cycles: without `normalize`, the radiance is the power over pi.
+    radiance = intensity / area if light.normalize else power / math.pi
     return {**out, "kind": "sphere", "center": position, "radius": radius, "radiance": radiance}
