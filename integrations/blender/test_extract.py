@@ -26,7 +26,8 @@ root = types.ModuleType("vellus_blender")
 root.__path__ = [str(HERE / "vellus_blender")]
 sys.modules["vellus_blender"] = root
 root.hook = load("vellus_blender.hook", HERE / "vellus_usd_hook.py")
-extraction = load("vellus_blender.extract", HERE / "vellus_blender/extract/__init__.py", HERE / "vellus_blender/extract")
+FOLDER = HERE / "vellus_blender/extract"
+extraction = load("vellus_blender.extract", FOLDER / "__init__.py", FOLDER)
 
 
 def add(name, data):

@@ -100,7 +100,8 @@ class VellusEngine(bpy.types.RenderEngine):
         size, crop = cropped(scene)
         wanted = passes.passes_of(view_layer)
         is_transparent, layer_name = scene.render.film_transparent, view_layer.name
-        options = {name: getattr(scene.vellus, name) for name in ("samples", "noise", "time", "mode", "seed", "denoise")}
+        names = ("samples", "noise", "time", "mode", "seed", "denoise")
+        options = {name: getattr(scene.vellus, name) for name in names}
         if names := passes.unsupported(view_layer):
             self.warn([f"passes that are not supported: {', '.join(names)}"])
         if scene.render.pixel_aspect_x != scene.render.pixel_aspect_y:
@@ -115,7 +116,10 @@ class VellusEngine(bpy.types.RenderEngine):
         )
         self.warn(description.warnings)
         self.progress("Building the scene")
-        from . import render
+        try:
+            from . import render
+        except ImportError as error:
+            raise Problem(f"the Python package vellus cannot be loaded: {error}") from error
 
         work = render.scene_of(description, is_transparent)
         self.warn(description.warnings)
@@ -197,8 +201,13 @@ class VellusEngine(bpy.types.RenderEngine):
         self.preview.start(key, job)
 
     def __del__(self):
-        if self.preview:
-            self.preview.cancel()
+        try:
+            preview = self.preview
+        except ReferenceError:
+            # Blender removed its part of the engine first. The thread of a preview holds no data of Blender.
+            return
+        if preview:
+            preview.cancel()
 
 
 def register():

@@ -25,7 +25,8 @@ def image_of(image, parameter, node, warn):
 def read_look(material, warn_scene):
     """The look of strands with this material: a dict with `name`, `values`, `images`, `attributes`, `random`, `node`."""
     name = material.name_full if material else NO_MATERIAL
-    out = {"name": name, "values": dict(DEFAULT), "images": {}, "attributes": {}, "random": (0, 0), "melanin": None}
+    out = {"name": name, "values": dict(DEFAULT), "images": {}, "attributes": {}}
+    out.update(random=(0, 0), melanin=None)
     if material is None:
         warn_scene("hair without a material gets the fibre red-fox: add the node Vellus Fur or Principled Hair BSDF")
         return out

@@ -3,7 +3,14 @@
 from .. import hook
 from .images import pixels, wrap_of
 
-GREY = {"color": (0.8, 0.8, 0.8), "image": None, "emission": (0.0, 0.0, 0.0), "roughness": 1.0, "metallic": 0.0, "ior": 1.0}
+GREY = {
+    "color": (0.8, 0.8, 0.8),
+    "image": None,
+    "emission": (0.0, 0.0, 0.0),
+    "roughness": 1.0,
+    "metallic": 0.0,
+    "ior": 1.0,
+}
 
 
 def unit(x):

@@ -140,7 +140,9 @@ class Reader:
         warn = self.description.warn
         for item in self.depsgraph.object_instances:
             owner = item.object
-            key = (owner.name_full, tuple(item.persistent_id) if item.is_instance else (), item.is_instance)
+            # The number of an instance is only unique below its parent.
+            parent = item.parent.name_full if item.is_instance and item.parent else ""
+            key = (owner.name_full, parent, tuple(item.persistent_id) if item.is_instance else ())
             if owner.type == "LIGHT":
                 light = read_light(owner, item.matrix_world, warn) if item.show_self else None
                 if light:
