@@ -72,7 +72,7 @@ impl<'py> Real<'py> {
         Ok(Real::Double(copy.cast::<PyArrayDyn<f64>>()?.try_readonly()?))
     }
 
-    fn shape(&self) -> &[usize] {
+    pub fn shape(&self) -> &[usize] {
         match self {
             Real::Single(array) => array.shape(),
             Real::Double(array) => array.shape(),
@@ -119,6 +119,16 @@ impl<'py> Real<'py> {
 }
 
 impl Real<'_> {
+    /// All numbers in double precision, in row-major order.
+    pub fn doubles(&self) -> Vec<f64> {
+        match self {
+            Real::Single(array) => array.as_array().iter().map(|x| f64::from(*x)).collect(),
+            Real::Double(array) => array.as_array().iter().copied().collect(),
+            Real::Number(x) => x.to_vec(),
+            Real::Pair(x) => x.to_vec(),
+        }
+    }
+
     /// The uniform numbers of near-field samples: four, or five of which the last is unused.
     ///
     /// # Errors
@@ -234,6 +244,12 @@ impl Rows<'_> {
             }
             done += many;
         }
+    }
+
+    /// The row of this argument for a position in the shape.
+    pub fn row(&self, shape: &[usize], position: usize) -> usize {
+        let (Some(length), Some(step)) = (shape.last(), self.strides.last()) else { return 0 };
+        self.outer(shape, position / length) + position % length * step
     }
 
     /// The row where the last axis starts, for a position over all other axes.

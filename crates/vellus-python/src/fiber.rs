@@ -13,7 +13,7 @@ use vellus::{Error, Exit, FiberBuilder, Parameter, Species};
 pub struct Fiber(pub vellus::Fiber);
 
 /// One number, or several.
-fn numbers(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f32>> {
+pub fn numbers(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f32>> {
     let wrong = |_| {
         let kind = value.get_type();
         PyTypeError::new_err(format!("{name} must be a number or a sequence of numbers, not {kind}"))
