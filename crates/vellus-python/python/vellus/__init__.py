@@ -1,5 +1,55 @@
-"""Hair and fur: fibre scattering for arrays of queries, fits, and a renderer."""
+"""Hair and fur: fibre scattering for arrays of queries, fits, and a renderer.
 
-from ._vellus import __version__
+All angles are in degrees, all lengths in fibre radii, and absorption and scattering per fibre radius.
+"""
 
-__all__ = ["__version__"]
+from . import models, plots
+from ._types import Estimate, Samples, SimulatedEnergies
+from ._vellus import (
+    FATES,
+    Bcsdf,
+    CoatColors,
+    Fiber,
+    Fit,
+    Profile,
+    __version__,
+    cell_window,
+    direction,
+    fit,
+    parameters,
+    pixel_window,
+    profile,
+    simulate,
+    simulate_energies,
+    species,
+    tables,
+)
+
+LOBES = ("R", "TT", "TRT", "TTs", "TRTs", "rest")
+"""The six lobes, in the order of every axis of lobes."""
+
+__all__ = [
+    "FATES",
+    "LOBES",
+    "Bcsdf",
+    "CoatColors",
+    "Estimate",
+    "Fiber",
+    "Fit",
+    "Profile",
+    "Samples",
+    "SimulatedEnergies",
+    "__version__",
+    "cell_window",
+    "direction",
+    "fit",
+    "models",
+    "parameters",
+    "pixel_window",
+    "plots",
+    "profile",
+    "simulate",
+    "simulate_energies",
+    "species",
+    "tables",
+]

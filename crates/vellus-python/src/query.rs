@@ -1,0 +1,545 @@
+//! Queries of a model for whole arrays, in chunks on all cores.
+//!
+//! Near-field queries run in groups of eight. Whatever the number of threads, each query has the same neighbours in its
+//! chunk, and no query depends on its neighbours: the results are the same bits.
+
+use crate::arrays::Rows;
+use crate::threads::{self, Watch};
+use numpy::{PyArrayDyn, PyArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use rayon::prelude::*;
+use vellus::glam::Vec3;
+use vellus::wide::f32x8;
+use vellus::{Bcsdf, Hit, Lobes, Model, NearHit, Sample, Scattering, Window};
+
+/// Queries of a chunk: enough to hide the cost of sharing work, and few enough for the processor's cache.
+const CHUNK: usize = 512;
+
+/// From so many queries with the same hit on, the hit is prepared once for all of them.
+const SHARED: usize = 8;
+
+/// How far the squared length of a unit vector may be from 1, as for `vellus::Bcsdf::at`.
+const UNIT: f32 = 1e-3;
+
+/// How far an offset may be outside its range, for rounding. It is then clamped.
+const SLACK: f32 = 1e-3;
+
+/// A model that prepares eight near-field hits at once.
+pub trait Batch: Model {
+    /// Eight hits.
+    type Hit8<'a>
+    where
+        Self: 'a;
+
+    fn at8(&self, wo: [f32x8; 3], h: f32x8) -> Self::Hit8<'_>;
+    fn eval8(hit: &Self::Hit8<'_>, wi: [f32x8; 3]) -> (Lobes<f32x8>, f32x8);
+    fn energy8(hit: &Self::Hit8<'_>) -> Lobes<f32x8>;
+    fn sample8(hit: &Self::Hit8<'_>, u: [f32x8; 5]) -> [Option<Sample>; 8];
+    /// Eight queries of one hit.
+    fn eval8_of(hit: &Self::Hit<'_>, wi: [f32x8; 3]) -> (Lobes<f32x8>, f32x8);
+}
+
+impl Batch for Bcsdf<'static> {
+    type Hit8<'a> = NearHit<'a, f32x8>;
+
+    #[inline(always)]
+    fn at8(&self, wo: [f32x8; 3], h: f32x8) -> NearHit<'_, f32x8> {
+        self.at8(wo, h)
+    }
+
+    #[inline(always)]
+    fn eval8(hit: &NearHit<'_, f32x8>, wi: [f32x8; 3]) -> (Lobes<f32x8>, f32x8) {
+        hit.eval_pdf8(wi)
+    }
+
+    fn energy8(hit: &NearHit<'_, f32x8>) -> Lobes<f32x8> {
+        hit.energy()
+    }
+
+    fn sample8(hit: &NearHit<'_, f32x8>, [a, b, c, d, _]: [f32x8; 5]) -> [Option<Sample>; 8] {
+        hit.sample8([a, b, c, d])
+    }
+
+    fn eval8_of(hit: &Hit<'_>, wi: [f32x8; 3]) -> (Lobes<f32x8>, f32x8) {
+        hit.eval_pdf8(wi)
+    }
+}
+
+/// What to compute, and how many numbers it has for each query.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Task {
+    /// f·cos θᵢ: RGB, or RGB of six lobes; then the density.
+    Eval { lobes: bool },
+    /// The energy: RGB, or RGB of six lobes.
+    Energy { lobes: bool },
+    /// ω_i, the density, the weight, the lobe.
+    Sample,
+}
+
+impl Task {
+    /// Numbers of each result.
+    pub fn columns(self) -> usize {
+        match self {
+            Task::Eval { lobes } => 1 + colors(lobes),
+            Task::Energy { lobes } => colors(lobes),
+            Task::Sample => 8,
+        }
+    }
+}
+
+/// Numbers of a value: RGB, or RGB of six lobes.
+pub fn colors(lobes: bool) -> usize {
+    if lobes { 18 } else { 3 }
+}
+
+/// The lobe of a query that drew nothing.
+const NOTHING: f32 = -1.0;
+
+/// The arguments of a batch, broadcast to `shape`.
+pub struct Batches<'a> {
+    pub shape: Vec<usize>,
+    pub wo: Rows<'a>,
+    /// One offset, or the two ends of a window.
+    pub window: Rows<'a>,
+    /// What changes from query to query of a hit: ω_i, or the uniform numbers. Nothing for the energy.
+    pub query: Option<Rows<'a>>,
+    /// Whether to check lengths and ranges.
+    pub check: bool,
+}
+
+/// Columns of the results that go into an array of Python.
+pub struct Output<'py> {
+    array: Array<'py>,
+    columns: [usize; 2],
+}
+
+enum Array<'py> {
+    Single(Bound<'py, PyArrayDyn<f32>>),
+    Double(Bound<'py, PyArrayDyn<f64>>),
+    Index(Bound<'py, PyArrayDyn<i8>>),
+}
+
+/// The same, while the interpreter's lock is released.
+enum Slice<'a> {
+    Single(&'a mut [f32]),
+    Double(&'a mut [f64]),
+    Index(&'a mut [i8]),
+}
+
+impl<'py> Output<'py> {
+    /// A new array of the given shape for some columns: from the first one on, as many as `inner` has numbers.
+    pub fn new(py: Python<'py>, shape: &[usize], inner: &[usize], first: usize, double: bool) -> Self {
+        let shape = [shape, inner].concat();
+        let columns = [first, inner.iter().product()];
+        let array = if double {
+            Array::Double(PyArrayDyn::zeros(py, shape, false))
+        } else {
+            Array::Single(PyArrayDyn::zeros(py, shape, false))
+        };
+        Output { array, columns }
+    }
+
+    /// A new array of small integers for one column.
+    pub fn index(py: Python<'py>, shape: &[usize], column: usize) -> Self {
+        Output { array: Array::Index(PyArrayDyn::zeros(py, shape.to_vec(), false)), columns: [column, 1] }
+    }
+
+    pub fn into_any(self) -> Bound<'py, PyAny> {
+        match self.array {
+            Array::Single(array) => array.into_any(),
+            Array::Double(array) => array.into_any(),
+            Array::Index(array) => array.into_any(),
+        }
+    }
+}
+
+/// A bad number in an array.
+struct Bad {
+    position: usize,
+    message: String,
+}
+
+impl Batches<'_> {
+    /// Computes all queries into the outputs.
+    ///
+    /// # Errors
+    /// `ValueError` for the first bad number. What a signal handler raises.
+    pub fn run(&self, py: Python<'_>, model: &impl Batch, task: Task, outputs: &[Output<'_>]) -> PyResult<()> {
+        let total: usize = self.shape.iter().product();
+        if total == 0 {
+            return Ok(());
+        }
+        // The arrays are new, so nobody else has them.
+        macro_rules! slices {
+            ($($kind:ident),*) => {
+                outputs
+                    .iter()
+                    .map(|output| match &output.array {
+                        $(Array::$kind(array) => array.try_readwrite().map(Borrowed::$kind),)*
+                    })
+                    .collect::<Result<Vec<_>, _>>()?
+            };
+        }
+        let mut borrowed = slices!(Single, Double, Index);
+        let mut slices = Vec::new();
+        for (array, output) in borrowed.iter_mut().zip(outputs) {
+            slices.push((array.slice()?, output.columns));
+        }
+        let bad = if total <= CHUNK {
+            let mut work = py.detach(|| self.chunk(model, task, 0, total));
+            match &mut work {
+                Ok(results) => {
+                    store(results, total, &mut slices);
+                    None
+                }
+                Err(_) => work.err(),
+            }
+        } else {
+            let parts = split(slices, total);
+            threads::run(py, |watch: &Watch| {
+                let parts = parts.into_par_iter().enumerate();
+                let bad = parts.filter_map(|(i, mut slices)| {
+                    if watch.is_stopped() {
+                        return None;
+                    }
+                    let start = i * CHUNK;
+                    let count = CHUNK.min(total - start);
+                    match self.chunk(model, task, start, count) {
+                        Ok(results) => {
+                            store(&results, count, &mut slices);
+                            None
+                        }
+                        Err(bad) => Some(bad),
+                    }
+                });
+                bad.min_by_key(|bad| bad.position)
+            })?
+        };
+        bad.map_or(Ok(()), |bad| Err(PyValueError::new_err(bad.message)))
+    }
+
+    /// The results of `count` queries from `start` on, column by column.
+    fn chunk<B: Batch>(&self, model: &B, task: Task, start: usize, count: usize) -> Result<Vec<f32>, Bad> {
+        let gather = |rows: &Rows<'_>| {
+            let mut columns = vec![0.0f32; rows.width * count];
+            rows.gather(&self.shape, start, count, &mut columns);
+            columns
+        };
+        let mut wo = gather(&self.wo);
+        let mut window = gather(&self.window);
+        let mut query = self.query.as_ref().map(gather).unwrap_or_default();
+        if self.check {
+            self.check_unit(&self.wo, &wo, start)?;
+            self.check_offsets(&window, start)?;
+            match (&self.query, task) {
+                (Some(rows), Task::Sample) => self.check_uniform(rows, &query, start)?,
+                (Some(rows), _) => self.check_unit(rows, &query, start)?,
+                (None, _) => {}
+            }
+        }
+        let absent = absent(count, &mut wo, &mut window, &mut query);
+        if task == Task::Sample {
+            // Numbers just below 1 may be rounded to 1.
+            query.iter_mut().for_each(|u| *u = u.min(1.0f32.next_down()));
+        }
+        let mut results = vec![0.0; task.columns() * count];
+        let inputs = Inputs { wo: &wo, window: &window, query: &query, count, width: self.window.width };
+        self.compute(model, task, &inputs, start, &mut results);
+        for i in absent {
+            results.iter_mut().skip(i).step_by(count).for_each(|x| *x = f32::NAN);
+            if task == Task::Sample {
+                results[7 * count + i] = NOTHING;
+            }
+        }
+        Ok(results)
+    }
+
+    fn compute<B: Batch>(&self, model: &B, task: Task, inputs: &Inputs<'_>, start: usize, results: &mut [f32]) {
+        let count = inputs.count;
+        let run = self.wo.run(&self.shape).min(self.window.run(&self.shape));
+        let mut first = 0;
+        while first < count {
+            // Up to where the hit stays the same.
+            let same = (run - (start + first) % run).min(count - first);
+            match (inputs.width, run >= SHARED) {
+                (1, true) => {
+                    let hit = model.at8(inputs.splat(first), f32x8::splat(inputs.window[first]));
+                    for at in (first..first + same).step_by(8) {
+                        inputs.near::<B>(task, &hit, at, (first + same - at).min(8), results);
+                    }
+                    first += same;
+                }
+                (1, false) => {
+                    let lanes = (count - first).min(8);
+                    let hit = model.at8(eight(inputs.wo, count, first, lanes), inputs.offsets(first, lanes));
+                    inputs.near::<B>(task, &hit, first, lanes, results);
+                    first += lanes;
+                }
+                (_, shared) => {
+                    let window = Window::range(inputs.window[first], inputs.window[count + first]);
+                    model.with_hit(inputs.vector(first), window, |hit| {
+                        inputs.wide::<B>(task, hit, [first, first + same], shared, results);
+                    });
+                    first += same;
+                }
+            }
+        }
+    }
+
+    fn check_unit(&self, rows: &Rows<'_>, columns: &[f32], start: usize) -> Result<(), Bad> {
+        let count = columns.len() / 3;
+        let [x, y, z] = [0, 1, 2].map(|c| &columns[c * count..][..count]);
+        let squared = |i: usize| x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
+        // Not a number is no error.
+        match (0..count).position(|i| (squared(i) - 1.0).abs() >= UNIT) {
+            None => Ok(()),
+            Some(i) => {
+                let position = start + i;
+                let index = rows.index(&self.shape, position);
+                let length = squared(i).sqrt();
+                Err(Bad { position, message: format!("{index} has the length {length}: it must be a unit vector") })
+            }
+        }
+    }
+
+    fn check_offsets(&self, columns: &[f32], start: usize) -> Result<(), Bad> {
+        self.check_range(&self.window, columns, start, |h| h.abs() > 1.0 + SLACK, "[-1, 1]")
+    }
+
+    fn check_uniform(&self, rows: &Rows<'_>, columns: &[f32], start: usize) -> Result<(), Bad> {
+        self.check_range(rows, columns, start, |u| !(0.0..=1.0).contains(&u) && !u.is_nan(), "[0, 1)")
+    }
+
+    fn check_range(
+        &self,
+        rows: &Rows<'_>,
+        columns: &[f32],
+        start: usize,
+        is_bad: impl Fn(f32) -> bool,
+        range: &str,
+    ) -> Result<(), Bad> {
+        let count = columns.len() / rows.width;
+        let Some(i) = (0..count).find(|i| (0..rows.width).any(|c| is_bad(columns[c * count + i]))) else {
+            return Ok(());
+        };
+        let position = start + i;
+        let index = rows.index(&self.shape, position);
+        let value = (0..rows.width).map(|c| columns[c * count + i]).find(|x| is_bad(*x)).unwrap_or(f32::NAN);
+        Err(Bad { position, message: format!("{index} = {value} is out of range: it must be in {range}") })
+    }
+}
+
+/// The queries with a NaN. They get numbers that are safe to compute with.
+fn absent(count: usize, wo: &mut [f32], window: &mut [f32], query: &mut [f32]) -> Vec<usize> {
+    let is_clean = |columns: &[f32]| columns.iter().all(|x| x.is_finite());
+    if is_clean(wo) && is_clean(window) && is_clean(query) {
+        return Vec::new();
+    }
+    let mut found = Vec::new();
+    for i in 0..count {
+        let has = |columns: &[f32]| columns.iter().skip(i).step_by(count).any(|x| !x.is_finite());
+        if has(wo) || has(window) || has(query) {
+            found.push(i);
+            for columns in [&mut *wo, &mut *window, &mut *query] {
+                columns.iter_mut().skip(i).step_by(count).for_each(|x| *x = 0.0);
+            }
+            wo[count + i] = 1.0;
+            if query.len() == 3 * count {
+                query[count + i] = 1.0;
+            }
+        }
+    }
+    found
+}
+
+/// Numbers of the lanes from `first` on. Lanes without a query repeat the last one.
+#[inline(always)]
+fn eight<const N: usize>(columns: &[f32], count: usize, first: usize, lanes: usize) -> [f32x8; N] {
+    std::array::from_fn(|c| {
+        let column = &columns[c * count + first..][..lanes];
+        match column.first_chunk::<8>() {
+            Some(all) => f32x8::new(*all),
+            None => f32x8::new(std::array::from_fn(|i| column[i.min(lanes - 1)])),
+        }
+    })
+}
+
+/// The numbers of a chunk, column by column.
+struct Inputs<'a> {
+    wo: &'a [f32],
+    window: &'a [f32],
+    query: &'a [f32],
+    count: usize,
+    /// 1 for offsets, 2 for windows.
+    width: usize,
+}
+
+impl Inputs<'_> {
+    fn vector(&self, i: usize) -> Vec3 {
+        Vec3::from_array([0, 1, 2].map(|c| self.wo[c * self.count + i]))
+    }
+
+    fn splat(&self, i: usize) -> [f32x8; 3] {
+        self.vector(i).to_array().map(f32x8::splat)
+    }
+
+    fn offsets(&self, first: usize, lanes: usize) -> f32x8 {
+        let [h] = eight(self.window, self.count, first, lanes);
+        h
+    }
+
+    /// Eight near-field queries.
+    #[inline(always)]
+    fn near<B: Batch>(&self, task: Task, hit: &B::Hit8<'_>, first: usize, lanes: usize, results: &mut [f32]) {
+        let count = self.count;
+        match task {
+            Task::Eval { lobes } => {
+                let (f, pdf) = B::eval8(hit, eight(self.query, count, first, lanes));
+                put_values(&f, lobes, count, first, lanes, results);
+                put(pdf, colors(lobes) * count + first, lanes, results);
+            }
+            Task::Energy { lobes } => put_values(&B::energy8(hit), lobes, count, first, lanes, results),
+            Task::Sample => {
+                let drawn = B::sample8(hit, self.uniform(first, lanes));
+                drawn.iter().take(lanes).enumerate().for_each(|(i, s)| put_sample(s, count, first + i, results));
+            }
+        }
+    }
+
+    /// Five uniform numbers. The near field may leave out the last.
+    fn uniform(&self, first: usize, lanes: usize) -> [f32x8; 5] {
+        let [a, b, c, d] = eight(self.query, self.count, first, lanes);
+        let e = if self.query.len() > 4 * self.count {
+            eight(&self.query[4 * self.count..], self.count, first, lanes)
+        } else {
+            [f32x8::ZERO]
+        };
+        [a, b, c, d, e[0]]
+    }
+
+    /// The queries of one hit with a window.
+    fn wide<B: Batch>(&self, task: Task, hit: &B::Hit<'_>, [first, end]: [usize; 2], shared: bool, results: &mut [f32]) {
+        let count = self.count;
+        match task {
+            Task::Eval { lobes } if shared => {
+                for at in (first..end).step_by(8) {
+                    let lanes = (end - at).min(8);
+                    let (f, pdf) = B::eval8_of(hit, eight(self.query, count, at, lanes));
+                    put_values(&f, lobes, count, at, lanes, results);
+                    put(pdf, colors(lobes) * count + at, lanes, results);
+                }
+            }
+            Task::Eval { lobes } => {
+                for i in first..end {
+                    let wi = Vec3::from_array([0, 1, 2].map(|c| self.query[c * count + i]));
+                    let (f, pdf) = hit.eval_pdf(wi);
+                    put_one(&f, lobes, count, i, results);
+                    results[colors(lobes) * count + i] = pdf;
+                }
+            }
+            Task::Energy { lobes } => {
+                let energy = hit.energy();
+                (first..end).for_each(|i| put_one(&energy, lobes, count, i, results));
+            }
+            Task::Sample => {
+                for i in first..end {
+                    let u = [0, 1, 2, 3, 4].map(|c| self.query[c * count + i]);
+                    put_sample(&hit.sample(u), count, i, results);
+                }
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn put(x: f32x8, at: usize, lanes: usize, results: &mut [f32]) {
+    results[at..at + lanes].copy_from_slice(&x.to_array()[..lanes]);
+}
+
+#[inline(always)]
+fn put_values(f: &Lobes<f32x8>, lobes: bool, count: usize, first: usize, lanes: usize, results: &mut [f32]) {
+    if lobes {
+        f.0.iter().flatten().enumerate().for_each(|(c, x)| put(*x, c * count + first, lanes, results));
+    } else {
+        f.total().iter().enumerate().for_each(|(c, x)| put(*x, c * count + first, lanes, results));
+    }
+}
+
+fn put_one(f: &Lobes, lobes: bool, count: usize, i: usize, results: &mut [f32]) {
+    if lobes {
+        f.0.iter().flatten().enumerate().for_each(|(c, x)| results[c * count + i] = *x);
+    } else {
+        f.total().iter().enumerate().for_each(|(c, x)| results[c * count + i] = *x);
+    }
+}
+
+fn put_sample(sample: &Option<Sample>, count: usize, i: usize, results: &mut [f32]) {
+    let numbers = match sample {
+        Some(Sample { wi, pdf, weight: [r, g, b], lobe }) => {
+            [wi.x, wi.y, wi.z, *pdf, *r, *g, *b, f32::from(*lobe as u8)]
+        }
+        None => [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, NOTHING],
+    };
+    numbers.into_iter().enumerate().for_each(|(c, x)| results[c * count + i] = x);
+}
+
+/// A new array of Python, borrowed for writing.
+enum Borrowed<'py> {
+    Single(numpy::PyReadwriteArrayDyn<'py, f32>),
+    Double(numpy::PyReadwriteArrayDyn<'py, f64>),
+    Index(numpy::PyReadwriteArrayDyn<'py, i8>),
+}
+
+impl Borrowed<'_> {
+    fn slice(&mut self) -> PyResult<Slice<'_>> {
+        Ok(match self {
+            Borrowed::Single(array) => Slice::Single(array.as_slice_mut()?),
+            Borrowed::Double(array) => Slice::Double(array.as_slice_mut()?),
+            Borrowed::Index(array) => Slice::Index(array.as_slice_mut()?),
+        })
+    }
+}
+
+/// The part of each output that belongs to each chunk.
+fn split(slices: Vec<(Slice<'_>, [usize; 2])>, total: usize) -> Vec<Vec<(Slice<'_>, [usize; 2])>> {
+    let mut parts: Vec<Vec<_>> = (0..total.div_ceil(CHUNK)).map(|_| Vec::new()).collect();
+    for (slice, columns) in slices {
+        let length = CHUNK * columns[1];
+        macro_rules! part {
+            ($slice:ident, $kind:ident) => {
+                $slice
+                    .chunks_mut(length)
+                    .zip(&mut parts)
+                    .for_each(|(chunk, part)| part.push((Slice::$kind(chunk), columns)))
+            };
+        }
+        match slice {
+            Slice::Single(slice) => part!(slice, Single),
+            Slice::Double(slice) => part!(slice, Double),
+            Slice::Index(slice) => part!(slice, Index),
+        }
+    }
+    parts
+}
+
+/// Copies columns into rows of the outputs.
+fn store(results: &[f32], count: usize, slices: &mut [(Slice<'_>, [usize; 2])]) {
+    for (slice, [first, width]) in slices {
+        let columns = &results[*first * count..][..*width * count];
+        match slice {
+            Slice::Single(rows) => transpose(columns, count, rows, |x| x),
+            Slice::Double(rows) => transpose(columns, count, rows, f64::from),
+            Slice::Index(rows) => transpose(columns, count, rows, |x| x as i8),
+        }
+    }
+}
+
+fn transpose<T>(columns: &[f32], count: usize, rows: &mut [T], convert: impl Fn(f32) -> T) {
+    let width = columns.len() / count;
+    for (c, column) in columns.chunks_exact(count).enumerate() {
+        for (row, x) in rows.chunks_exact_mut(width).zip(column) {
+            row[c] = convert(*x);
+        }
+    }
+}
