@@ -95,7 +95,9 @@ impl Hits {
                 }
                 Ok(Hits::Windows(wo, window))
             }
-            (true, true) => Err(Failure::new(VellusStatus::Null, "both queries.h and queries.window are null pointers")),
+            (true, true) => {
+                Err(Failure::new(VellusStatus::Null, "both queries.h and queries.window are null pointers"))
+            }
             (false, false) => Err(Failure::range("give either queries.h or queries.window, not both")),
         }
     }
@@ -237,9 +239,8 @@ fn eval(bcsdf: &Bcsdf, count: usize, hits: &Hits, wi: &Numbers<3>, values: &Valu
         Hits::Windows(wo, windows) => {
             for i in 0..count {
                 let [low, high] = windows.get(i);
-                let (lobes, pdf) = bcsdf.with_hit(wo.get(i).into(), Window::range(low, high), |hit| {
-                    hit.eval_pdf(wi.get(i).into())
-                });
+                let (lobes, pdf) =
+                    bcsdf.with_hit(wo.get(i).into(), Window::range(low, high), |hit| hit.eval_pdf(wi.get(i).into()));
                 values.set(i, &lobes, pdf);
             }
         }
@@ -257,8 +258,7 @@ fn sample(bcsdf: &Bcsdf, count: usize, hits: &Hits, u: &Numbers<5>, samples: &Sa
         Hits::Windows(wo, windows) => {
             for i in 0..count {
                 let [low, high] = windows.get(i);
-                let drawn =
-                    bcsdf.with_hit(wo.get(i).into(), Window::range(low, high), |hit| hit.sample(u.get(i)));
+                let drawn = bcsdf.with_hit(wo.get(i).into(), Window::range(low, high), |hit| hit.sample(u.get(i)));
                 samples.set(i, drawn);
             }
         }

@@ -29,8 +29,7 @@ pub unsafe extern "C" fn vellus_hit_new(
 ) -> VellusStatus {
     guard(|| {
         // SAFETY: the rules of the crate.
-        let (fiber, wo, out) =
-            unsafe { (reference(fiber, "fiber")?, read_direction(wo, "wo")?, place(out, "out")?) };
+        let (fiber, wo, out) = unsafe { (reference(fiber, "fiber")?, read_direction(wo, "wo")?, place(out, "out")?) };
         let owner = Arc::clone(&fiber.bcsdf);
         // SAFETY: the hit refers to the fibre inside the Arc, whose address does not change, and which lives as long as
         // `owner`. Nothing hands out the hit without the struct that has both.
@@ -122,10 +121,7 @@ pub unsafe extern "C" fn vellus_hit_energy(hit: *const VellusHit, lobes: *mut f3
 
 /// The probability with which sampling chooses each lobe, to `probabilities` (VELLUS_LOBES numbers).
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn vellus_hit_lobe_probabilities(
-    hit: *const VellusHit,
-    probabilities: *mut f32,
-) -> VellusStatus {
+pub unsafe extern "C" fn vellus_hit_lobe_probabilities(hit: *const VellusHit, probabilities: *mut f32) -> VellusStatus {
     let out = probabilities.cast::<[f32; VELLUS_LOBES]>();
     // SAFETY: the rules of the crate.
     unsafe { query(hit, out, "probabilities", |hit| Ok(hit.lobe_probabilities())) }

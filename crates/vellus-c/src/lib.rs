@@ -31,9 +31,11 @@ pub use fiber::{vellus_fiber_from_preset, vellus_fiber_json, vellus_fiber_parame
 pub use hit::{VellusHit, vellus_hit_energy, vellus_hit_eval, vellus_hit_eval_lobes, vellus_hit_eval_pdf};
 pub use hit::{vellus_hit_free, vellus_hit_lobe_probabilities, vellus_hit_new, vellus_hit_pdf, vellus_hit_sample};
 pub use memory::{VellusInput, VellusOutput, VellusOutputLobes};
-pub use parameters::{VellusExit, VellusParameters, vellus_parameters_hair, vellus_parameters_preset, vellus_parameters_set};
+pub use parameters::{
+    VellusExit, VellusParameters, vellus_parameters_hair, vellus_parameters_preset, vellus_parameters_set,
+};
 pub use query::{VELLUS_LOBES, VellusLobe, VellusSample, vellus_fiber_energy, vellus_fiber_eval};
 pub use query::{vellus_fiber_eval_lobes, vellus_fiber_eval_pdf, vellus_fiber_pdf, vellus_fiber_sample};
 pub use status::{VELLUS_ABI_VERSION, VellusStatus, vellus_abi_version, vellus_last_error, vellus_version};
-pub use window::{VellusWindow, vellus_window_cell, vellus_window_far, vellus_window_near, vellus_window_pixel};
 pub use window::vellus_window_range;
+pub use window::{VellusWindow, vellus_window_cell, vellus_window_far, vellus_window_near, vellus_window_pixel};

@@ -77,20 +77,7 @@ impl VellusParameters {
         let exit = exits.into_iter().find(|(c, _)| *c as i32 == self.exit).map(|(_, exit)| exit);
         let exit = exit.ok_or_else(|| Failure::range(format!("exit = {} is no VellusExit", self.exit)))?;
         let medulla_pigment = self.medulla_pigment;
-        Ok(Fiber {
-            eta,
-            kappa,
-            alpha,
-            beta_m,
-            beta_n,
-            sigma_ca,
-            sigma_ms,
-            sigma_ma,
-            g,
-            layers,
-            exit,
-            medulla_pigment,
-        })
+        Ok(Fiber { eta, kappa, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers, exit, medulla_pigment })
     }
 }
 

@@ -110,8 +110,7 @@ unsafe fn query<T>(
 ) -> VellusStatus {
     guard(|| {
         // SAFETY: promised by the caller.
-        let (fiber, wo, out) =
-            unsafe { (reference(fiber, "fiber")?, read_direction(wo, "wo")?, place(out, name)?) };
+        let (fiber, wo, out) = unsafe { (reference(fiber, "fiber")?, read_direction(wo, "wo")?, place(out, name)?) };
         *out = fiber.bcsdf.with_hit(wo, window.checked()?, f)?;
         Ok(())
     })
@@ -130,9 +129,7 @@ pub unsafe extern "C" fn vellus_fiber_eval(
 ) -> VellusStatus {
     // SAFETY: the rules of the crate.
     unsafe {
-        query(fiber, wo, window, rgb.cast::<[f32; 3]>(), "rgb", |hit| {
-            Ok(hit.eval(read_direction(wi, "wi")?).total())
-        })
+        query(fiber, wo, window, rgb.cast::<[f32; 3]>(), "rgb", |hit| Ok(hit.eval(read_direction(wi, "wi")?).total()))
     }
 }
 
@@ -197,9 +194,7 @@ pub unsafe extern "C" fn vellus_fiber_eval_lobes(
     lobes: *mut f32,
 ) -> VellusStatus {
     // SAFETY: the rules of the crate.
-    unsafe {
-        query(fiber, wo, window, lobes.cast::<Lobes>(), "lobes", |hit| Ok(hit.eval(read_direction(wi, "wi")?)))
-    }
+    unsafe { query(fiber, wo, window, lobes.cast::<Lobes>(), "lobes", |hit| Ok(hit.eval(read_direction(wi, "wi")?))) }
 }
 
 /// The share of the light that each lobe carries, to `lobes` (VELLUS_LOBES × 3 numbers): the integral of f·cos θᵢ.
@@ -224,9 +219,7 @@ pub unsafe extern "C" fn vellus_fiber_sample(
     sample: *mut VellusSample,
 ) -> VellusStatus {
     // SAFETY: the rules of the crate.
-    unsafe {
-        query(fiber, wo, window, sample, "sample", |hit| Ok(VellusSample::new(hit.sample(read_uniform(u)?))))
-    }
+    unsafe { query(fiber, wo, window, sample, "sample", |hit| Ok(VellusSample::new(hit.sample(read_uniform(u)?)))) }
 }
 
 /// The lobes lie side by side, as arrays of C do.
