@@ -243,14 +243,11 @@ impl Profile {
     #[allow(clippy::type_complexity)]
     fn __reduce__<'py>(
         slf: &Bound<'py, Self>,
-    ) -> PyResult<(
-        Bound<'py, PyAny>,
-        (Vec<[f64; 5]>, Vec<[f64; 2]>, Vec<(String, f64)>, f64, &'static str, usize),
-    )> {
+    ) -> PyResult<(Bound<'py, PyAny>, (Vec<[f64; 5]>, Vec<[f64; 2]>, Vec<(String, f64)>, f64, &'static str, usize))>
+    {
         let p = &slf.get().0;
         let points = p.points.iter().map(|Point { theta, phi, value: [r, g, b] }| [*theta, *phi, *r, *g, *b]).collect();
-        let state =
-            (points, p.missing.clone(), p.simulated.clone(), p.theta_o, p.quantity.name(), p.channels);
+        let state = (points, p.missing.clone(), p.simulated.clone(), p.theta_o, p.quantity.name(), p.channels);
         Ok((slf.get_type().getattr("_from_state")?, state))
     }
 
@@ -289,11 +286,7 @@ impl Profile {
 }
 
 /// RGB or grey rows.
-fn rows<'py>(
-    py: Python<'py>,
-    values: impl Iterator<Item = [f64; 3]>,
-    channels: usize,
-) -> PyResult<Bound<'py, PyAny>> {
+fn rows<'py>(py: Python<'py>, values: impl Iterator<Item = [f64; 3]>, channels: usize) -> PyResult<Bound<'py, PyAny>> {
     let numbers: Vec<f64> = values.flat_map(|value| value.into_iter().take(channels)).collect();
     let count = numbers.len() / channels;
     Ok(PyArray1::from_vec(py, numbers).reshape([count, channels])?.into_any())
