@@ -67,7 +67,9 @@ impl<'py> Real<'py> {
             b'f' if kind.itemsize() <= 4 => copied(&array, "f4")?,
             b'f' | b'i' | b'u' => copied(&array, "f8")?,
             _ => {
-                return Err(PyTypeError::new_err(format!("{name} has the dtype {kind}: it must be float32 or float64")));
+                return Err(PyTypeError::new_err(format!(
+                    "{name} has the dtype {kind}: it must be float32 or float64"
+                )));
             }
         };
         if let Ok(single) = copy.cast::<PyArrayDyn<f32>>() {

@@ -56,7 +56,7 @@ def test_layers_have_their_shapes(scene):
     assert 0 < picture["alpha"].mean() < 1 and picture["id"].max() <= 200
     assert set(picture) == set(picture.keys()) and len(picture) == len(picture.keys()) and "beauty" in picture
     assert picture.get("denoised") is None
-    with pytest.raises(KeyError, match="no layer 'denoised': it has beauty"):
+    with pytest.raises(KeyError, match="no layer .*denoised.*: it has beauty"):
         picture["denoised"]
 
 
@@ -152,8 +152,9 @@ def test_files(scene, tmp_path):
     assert picture._repr_png_().startswith(b"\x89PNG") and picture.srgb().shape == (12, 16, 3)
     with pytest.raises(ValueError, match="another extension: it must be .exr or .png"):
         picture.write(tmp_path / "c.jpg")
-    with pytest.raises(ValueError, match="missing"):
-        picture.write(tmp_path / "missing" / "c.png")
+    # A folder cannot be made in a file.
+    with pytest.raises(ValueError, match="c.png"):
+        picture.write(tmp_path / "a.png" / "c.png")
 
 
 def test_open_reports(tmp_path):
@@ -181,7 +182,7 @@ BAD = [
     (dict(counts=[4, 4, 3.5]), "counts has 3.5 at position 2"),
     (dict(counts=[4, 4, -4]), "counts has -4 at position 2"),
     (dict(radii=[0.1, 0.2]), r"radii has the shape \(2,\): it must be \(\) or \(12,\)"),
-    (dict(radii=-1.0), "radius"),
+    (dict(radii=-1.0), r"radii has -1 at position 0: it must be in \[0, 1e9\]"),
     (dict(basis="nurbs"), "basis = \"nurbs\" is unknown: it must be one of linear"),
     (dict(basis="bezier", counts=[3, 4, 5]), "strand"),
     (dict(points=np.zeros_like(POINTS)), "strand 0 of strands has no length"),
@@ -250,7 +251,7 @@ def test_meshes_instances_and_parameters():
         scene.add_instance(tuft, matrix)
     with pytest.raises(ValueError, match="only rotate, mirror, move and scale uniformly"):
         scene.add_instance(tuft, np.diag([1, 2, 1, 1]))
-    scene.add_light("point", 20, position=[0, 5, 0], cone=60, softness=0.2)
+    scene.add_light("point", 20, position=[0, 5, 0], axis=[0, -1, 0], cone=60, softness=0.2)
     scene.background = None
     scene.look_at([0, 3, 5], [0, 0, 0])
     picture = scene.render(32, 24, 4, layers=["cryptomatte", "fibers"])

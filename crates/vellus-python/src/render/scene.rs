@@ -14,7 +14,7 @@ use vellus::Parameter;
 use vellus::glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
 use vellus_open::{Backdrop, Staging};
 use vellus_scene::{Basis, Camera, Instance, Light, Look, Mesh, Prototype, Shaping, Strands, Surface, Texture};
-use vellus_scene::{Tint, Value, Values, Wrap};
+use vellus_scene::{MAX_COORDINATE, Tint, Value, Values, Wrap};
 
 const BASES: [(&str, Basis); 4] = [
     ("linear", Basis::Linear),
@@ -305,6 +305,10 @@ impl Scene {
             return Err(PyValueError::new_err(what));
         }
         let radii = Floats::new(radii, "radii")?;
+        if let Some(i) = radii.values.iter().position(|r| !(0.0..=MAX_COORDINATE).contains(r)) {
+            let what = format!("radii has {} at position {i}: it must be in [0, {MAX_COORDINATE:e}]", radii.values[i]);
+            return Err(PyValueError::new_err(what));
+        }
         let radii = if radii.shape[..] == [counts.len()] && counts.len() != points.len() {
             counts.iter().zip(&radii.values).flat_map(|(n, r)| std::iter::repeat_n(*r, *n as usize)).collect()
         } else {
