@@ -24,7 +24,7 @@ pub fn install(root: &Path) -> Result<Result<(), String>, String> {
         Err(reason) => return Ok(Err(reason)),
     };
     run(Command::new(tool)
-        .args(["cinstall", "--release", "--quiet", "--package", "vellus-c", "--libdir", "lib", "--prefix"])
+        .args(["cinstall", "--release", "--package", "vellus-c", "--libdir", "lib", "--prefix"])
         .arg(prefix(root))
         .current_dir(root))?;
     Ok(Ok(()))
