@@ -2,7 +2,7 @@
 
 use crate::fiber::VellusFiber;
 use crate::memory::{place, reference};
-use crate::query::{VELLUS_LOBES, VellusSample, read_direction, read_uniform, store};
+use crate::query::{VELLUS_LOBES, VellusSample, check_places, read_direction, read_uniform, store};
 use crate::status::{Failure, VellusStatus, guard};
 use crate::window::VellusWindow;
 use std::sync::Arc;
@@ -90,19 +90,16 @@ pub unsafe extern "C" fn vellus_hit_eval_pdf(
     rgb: *mut f32,
     pdf: *mut f32,
 ) -> VellusStatus {
-    let mut both = ([0.0; 3], 0.0);
-    let f = |hit: &Hit<'_>| {
+    guard(|| {
         // SAFETY: the rules of the crate.
-        let (lobes, pdf) = hit.eval_pdf(unsafe { read_direction(wi, "wi") }?);
-        Ok((lobes.total(), pdf))
-    };
-    // SAFETY: the rules of the crate.
-    let status = unsafe { query(hit, &raw mut both, "", f) };
-    if status != VellusStatus::Ok {
-        return status;
-    }
-    // SAFETY: the rules of the crate.
-    unsafe { store(both, rgb, pdf) }
+        let (hit, wi) = unsafe { (reference(hit, "hit")?, read_direction(wi, "wi")?) };
+        // SAFETY: the rules of the crate.
+        unsafe { check_places(rgb, pdf) }?;
+        let (lobes, density) = hit.hit.eval_pdf(wi);
+        // SAFETY: both were checked.
+        unsafe { store(&lobes, density, rgb, pdf) };
+        Ok(())
+    })
 }
 
 /// As vellus_fiber_eval_lobes().

@@ -156,32 +156,44 @@ pub unsafe extern "C" fn vellus_fiber_eval_pdf(
     rgb: *mut f32,
     pdf: *mut f32,
 ) -> VellusStatus {
-    let mut both = ([0.0; 3], 0.0);
-    let f = |hit: &Hit<'_>| {
+    guard(|| {
         // SAFETY: the rules of the crate.
-        let (lobes, pdf) = hit.eval_pdf(unsafe { read_direction(wi, "wi") }?);
-        Ok((lobes.total(), pdf))
-    };
-    // SAFETY: the rules of the crate.
-    let status = unsafe { query(fiber, wo, window, &raw mut both, "", f) };
-    if status != VellusStatus::Ok {
-        return status;
-    }
-    // SAFETY: the rules of the crate.
-    unsafe { store(both, rgb, pdf) }
+        let (fiber, wo, wi) =
+            unsafe { (reference(fiber, "fiber")?, read_direction(wo, "wo")?, read_direction(wi, "wi")?) };
+        // SAFETY: the rules of the crate.
+        unsafe { check_places(rgb, pdf) }?;
+        let (lobes, density) = fiber.bcsdf.with_hit(wo, window.checked()?, |hit| hit.eval_pdf(wi));
+        // SAFETY: both were checked.
+        unsafe { store(&lobes, density, rgb, pdf) };
+        Ok(())
+    })
 }
 
-/// Stores both results, or none.
+/// Checks the places of both results before one is written.
 ///
 /// # Safety
 /// Each pointer is null or writable.
-pub(crate) unsafe fn store(both: ([f32; 3], f32), rgb: *mut f32, pdf: *mut f32) -> VellusStatus {
-    guard(|| {
-        // SAFETY: promised by the caller.
-        let (rgb, pdf) = unsafe { (place(rgb.cast::<[f32; 3]>(), "rgb")?, place(pdf, "pdf")?) };
-        (*rgb, *pdf) = both;
-        Ok(())
-    })
+#[inline]
+pub(crate) unsafe fn check_places(rgb: *mut f32, pdf: *mut f32) -> Result<(), Failure> {
+    // SAFETY: promised by the caller.
+    unsafe {
+        place(rgb.cast::<[f32; 3]>(), "rgb")?;
+        place(pdf, "pdf")?;
+    }
+    Ok(())
+}
+
+/// Stores both results.
+///
+/// # Safety
+/// [`check_places`] succeeded for these pointers.
+#[inline]
+pub(crate) unsafe fn store(lobes: &Lobes, density: f32, rgb: *mut f32, pdf: *mut f32) {
+    // SAFETY: promised by the caller.
+    unsafe {
+        rgb.cast::<[f32; 3]>().write(lobes.total());
+        pdf.write(density);
+    }
 }
 
 /// f·cos θᵢ of each lobe, to `lobes` (VELLUS_LOBES × 3 numbers): RGB of R, then RGB of TT, and so on.

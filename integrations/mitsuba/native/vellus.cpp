@@ -203,8 +203,6 @@ private:
             default:
                 Throw("vellus: %s must be a number, a vector or an RGB colour", name);
         }
-        if (!std::strcmp(name, "melanin") && count == 3)
-            count = 2;
         check(vellus_parameters_set(&parameters, name, values, count));
     }
 
