@@ -19,12 +19,17 @@ pub fn test(root: &Path) -> Result<Outcome, String> {
         Ok(python) => python,
         Err(reason) => return Ok(Outcome::Skipped(reason)),
     };
-    let wheel = wheel(root, &python)?;
-    run(Command::new(&python)
-        .args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps", "--force-reinstall"])
-        .arg(wheel))?;
+    install(root, &python)?;
     run(Command::new(&python).args(["-m", "pytest", "--quiet"]).arg(root.join("crates/vellus-python/tests")))?;
     Ok(Outcome::Passed)
+}
+
+/// Builds the wheel and installs it into the environment of `python`, which must have maturin.
+pub fn install(root: &Path, python: &Path) -> Result<(), String> {
+    let wheel = wheel(root, python)?;
+    run(Command::new(python)
+        .args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps", "--force-reinstall"])
+        .arg(wheel))
 }
 
 /// Builds the wheel into `target/wheels`. The folder then has this wheel only.
