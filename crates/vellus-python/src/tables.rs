@@ -49,8 +49,8 @@ fn mixture<'py>(
 /// Returns a dict of dicts. `azimuthal`, `backward` and `forward` have one factor for each axis, float32 of shape
 /// (nodes, rank), and its nodes, float64, under the axis's name with `_nodes`:
 ///
-/// - `azimuthal`, C^N: `tau`, `g`, `h`, `phi`; per radian, not normalised exactly.
-/// - `backward`, C^M of the backward half: `tau`, `g`, `theta_o`, `theta_i`; per unit of sin θ after normalising.
+/// - `azimuthal`, C^N: `tau`, `g`, `h`, `phi`; proportional to a density per radian.
+/// - `backward`, C^M of the backward half: `tau`, `g`, `theta_o`, `theta_i`; proportional to a density.
 /// - `forward`, C^M of the forward half: `tau`, `g`, `theta_o`, `delta`, where delta = θ_i + θ_o.
 /// - `mean_path`: `value` of shape (tau, g, h), the mean path in radii of the medulla, and `tau_nodes`, `g_nodes`,
 ///   `h_nodes`.

@@ -260,7 +260,7 @@ class Profile:
     def measure(
         fiber: Fiber | str,
         *,
-        theta_o: float = -30.0,
+        theta_o: float = ...,
         theta: Sequence[float] = ...,
         phi: Sequence[float] = ...,
         step: Sequence[float] = ...,
