@@ -3,11 +3,14 @@
 usage: mitsuba_ways.py [--repeats N] [--spp N] [--strands N]
 
 It needs the packages mitsuba 3.9.1 and vellus, and DRJIT_LIBLLVM_PATH. All ways render the fur of README.md, the view
-`close`, in turns. The time is user and system time of all threads, after one render that compiles the kernels.
+`close`, in turns, under a sky and without skin, each in a process of its own: the compiled `vellus` must be the only
+BSDF. The time is user and system time of all threads, after one render that compiles the kernels.
 """
 
 import argparse
 import statistics
+import subprocess
+import sys
 import tempfile
 import time
 from contextlib import nullcontext
@@ -42,24 +45,14 @@ WAYS = {
 
 
 def load(folder, bsdf, size):
-    rgb = lambda value: {"type": "rgb", "value": list(value)}
+    sky = {"type": "rgb", "value": list(scene.SKY)}
     place = lambda origin, target: mi.ScalarTransform4f().look_at(origin=origin, target=target, up=scene.UP)
     film = {"type": "hdrfilm", "width": size[0], "height": size[1], "rfilter": {"type": "box"}, "pixel_format": "rgb"}
     return mi.load_dict(
         {
             "type": "scene",
             "integrator": {"type": "path", "max_depth": scene.BOUNCES + 1, "rr_depth": scene.ROULETTE},
-            "sky": {"type": "constant", "radiance": rgb(scene.SKY)},
-            "light": {
-                "type": "rectangle",
-                "to_world": place(scene.LIGHT_AT, [0, 0, 0]),
-                "emitter": {"type": "area", "radiance": rgb(scene.LIGHT_RADIANCE)},
-            },
-            "skin": {
-                "type": "ply",
-                "filename": str(folder / "skin.ply"),
-                "bsdf": {"type": "diffuse", "reflectance": rgb(scene.SKIN_COLOR)},
-            },
+            "sky": {"type": "constant", "radiance": sky},
             "fur": {"type": "bsplinecurve", "filename": str(folder / "fur.txt"), "bsdf": bsdf},
             "sensor": {
                 "type": "perspective",
@@ -73,30 +66,32 @@ def load(folder, bsdf, size):
     )
 
 
-def main(repeats, spp, strands, size=(160, 90)):
+def render(name, strands, spp, seed, size=(160, 90)):
+    """Renders one way twice. Prints thousand samples a processor second of the second time, and the mean colour."""
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         fur.write_text(folder / "fur.txt", *fur.grow(strands, 20, 0.004))
-        fur.write_ply(folder / "skin.ply", *fur.skin())
-        scenes = {name: load(folder, bsdf, size) for name, bsdf in WAYS.items()}
+        loaded = load(folder, WAYS[name], size)
+    with vellus.mitsuba.arrays() if name.startswith("vellus,") else nullcontext():
+        np.array(mi.render(loaded, spp=spp, seed=0))
+        start = time.process_time()
+        mean = np.array(mi.render(loaded, spp=spp, seed=seed)).mean((0, 1))
+        spent = time.process_time() - start
+    print(size[0] * size[1] * spp / spent / 1000, *mean)
 
-    def render(name, seed):
-        with vellus.mitsuba.arrays() if name.startswith("vellus,") else nullcontext():
-            start = time.process_time()
-            image = np.array(mi.render(scenes[name], spp=spp, seed=seed))
-            return time.process_time() - start, image.mean((0, 1))
 
-    times, means = {name: [] for name in WAYS}, {}
-    for name in WAYS:
-        render(name, 0)
-    for repeat in range(repeats):
+def main(repeats, spp, strands):
+    rates, means = {name: [] for name in WAYS}, {}
+    for seed in range(1, repeats + 1):
         for name in WAYS:
-            spent, means[name] = render(name, repeat + 1)
-            times[name].append(size[0] * size[1] * spp / spent / 1000)
+            command = [sys.executable, __file__, "--way", name, "--spp", str(spp), "--strands", str(strands)]
+            run = subprocess.run([*command, "--seed", str(seed)], capture_output=True, text=True, check=True)
+            rate, *means[name] = map(float, run.stdout.split())
+            rates[name].append(rate)
     print("| way | Ksamples/cpu-s | least | most | mean |\n|---|---|---|---|---|")
-    for name, rates in times.items():
+    for name, values in rates.items():
         mean = " ".join(f"{x:.4f}" for x in means[name])
-        print(f"| {name} | {statistics.median(rates):.0f} | {min(rates):.0f} | {max(rates):.0f} | {mean} |")
+        print(f"| {name} | {statistics.median(values):.0f} | {min(values):.0f} | {max(values):.0f} | {mean} |")
 
 
 if __name__ == "__main__":
@@ -104,5 +99,10 @@ if __name__ == "__main__":
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--spp", type=int, default=16)
     parser.add_argument("--strands", type=int, default=10_000)
+    parser.add_argument("--way", choices=WAYS, help="render this way only")
+    parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
-    main(arguments.repeats, arguments.spp, arguments.strands)
+    if arguments.way:
+        render(arguments.way, arguments.strands, arguments.spp, arguments.seed)
+    else:
+        main(arguments.repeats, arguments.spp, arguments.strands)
