@@ -83,7 +83,9 @@ def main(steps, output, samples):
         grow(curves)
         target_scene, found = scene(curves, {**KNOWN, **TRUTH}), scene(curves, {**KNOWN, **START})
     # Independent of the seeds of the descent.
-    shots = lambda s, seed: [mi.render(s, sensor=c, spp=256, seed=seed + i, integrator=integrator) for i, c in enumerate(cameras)]
+    shots = lambda s, seed: [
+        mi.render(s, sensor=c, spp=256, seed=seed + i, integrator=integrator) for i, c in enumerate(cameras)
+    ]
     with dr.suspend_grad():
         targets = shots(target_scene, 10_000)
         strip(targets, output / "target.png")
@@ -110,7 +112,15 @@ def main(steps, output, samples):
         logs.set_learning_rate(RATE * 0.5 ** (3 * step / steps))
         total = 0.0
         for i, c in enumerate(cameras):
-            image = mi.render(found, params, sensor=c, spp=samples, seed=2 * (step * VIEWS + i), seed_grad=2 * (step * VIEWS + i) + 1, integrator=integrator)
+            image = mi.render(
+                found,
+                params,
+                sensor=c,
+                spp=samples,
+                seed=2 * (step * VIEWS + i),
+                seed_grad=2 * (step * VIEWS + i) + 1,
+                integrator=integrator,
+            )
             # Relative errors, so that dark channels count.
             loss = dr.mean(dr.square((image - targets[i]) / (targets[i] + 0.05)), axis=None) / VIEWS
             dr.backward(loss)

@@ -117,8 +117,8 @@ impl Profile {
 
     /// Makes a synthetic measurement of a fibre, for tests and examples.
     ///
-    /// `fiber`: a `Fiber` or the name of a preset. `theta_o`: inclination of the fixed direction, -30 degrees without it.
-    /// `theta`, `phi`: first and last angle, degrees; 10 to 50 and -20 to 200 without them. `step`: steps over theta and
+    /// `fiber`: a `Fiber` or the name of a preset. `theta_o`: inclination of the fixed direction, -30 without it.
+    /// `theta`, `phi`: first and last angle; 10 to 50 and -20 to 200 without them. `step`: steps over theta and
     /// phi, 2 degrees without it. `noise`: standard deviation of
     /// the logarithm of each value, in [0, 1]. `gaps`: share of missing directions, in [0, 0.9]. `scale`: factor on the
     /// values. `channels`: 1 or 3. `photons`: traces a whole fibre with so many photons instead of a model. `model`:

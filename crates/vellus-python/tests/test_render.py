@@ -183,7 +183,7 @@ BAD = [
     (dict(counts=[4, 4, -4]), "counts has -4 at position 2"),
     (dict(radii=[0.1, 0.2]), r"radii has the shape \(2,\): it must be \(\) or \(12,\)"),
     (dict(radii=-1.0), r"radii has -1 at position 0: it must be in \[0, 1e9\]"),
-    (dict(basis="nurbs"), "basis = \"nurbs\" is unknown: it must be one of linear"),
+    (dict(basis="nurbs"), 'basis = "nurbs" is unknown: it must be one of linear'),
     (dict(basis="bezier", counts=[3, 4, 5]), "strand"),
     (dict(points=np.zeros_like(POINTS)), "strand 0 of strands has no length"),
     (dict(uv=[[0, 0]]), r"uv has the shape \(1, 2\): it must be \(3, 2\)"),

@@ -3,7 +3,8 @@
 usage: python build.py --vellus PREFIX --out FOLDER
 
 PREFIX is where `cargo cinstall -p vellus-c` put the library. The plugin becomes FOLDER/plugins/vellus.so. A scene loads
-it after `mitsuba.file_resolver().append(FOLDER)`. It belongs to this version of Mitsuba: build it again after an update.
+it after `mitsuba.file_resolver().append(FOLDER)`. It belongs to this version of Mitsuba: build it
+again after an update.
 
 needs: pip install mitsuba nanobind; a C++ compiler (CXX, or c++); an x86-64 processor
 """

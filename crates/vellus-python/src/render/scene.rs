@@ -221,13 +221,8 @@ impl Scene {
 
     /// Adds a kind of fibre and returns its index. `fiber`: a `Fiber`, or the name of a preset. `textures`: images for
     /// parameters at the roots' `uv`, by the name of the parameter; each is an index of `add_texture`.
-    #[pyo3(signature = (fiber, *, name=String::new(), textures=None))]
-    fn add_look(
-        &self,
-        fiber: &Bound<'_, PyAny>,
-        name: String,
-        textures: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<usize> {
+    #[pyo3(signature = (fiber, *, name="", textures=None))]
+    fn add_look(&self, fiber: &Bound<'_, PyAny>, name: &str, textures: Option<&Bound<'_, PyDict>>) -> PyResult<usize> {
         let mut look = Look::constant(name, fiber::argument(fiber)?);
         let mut state = self.lock();
         let all = state.scene.textures.len();
@@ -245,8 +240,8 @@ impl Scene {
 
     /// Adds an image and returns its index. `image`: RGB of the shape (height, width, 3), linear, not negative, the top
     /// row first; or a .png, .jpg, .hdr or .exr file. `linear`: the file has numbers, not colours.
-    #[pyo3(signature = (image, *, wrap="repeat", linear=false, name=String::new()))]
-    fn add_texture(&self, image: &Bound<'_, PyAny>, wrap: &str, linear: bool, name: String) -> PyResult<usize> {
+    #[pyo3(signature = (image, *, wrap="repeat", linear=false, name=""))]
+    fn add_texture(&self, image: &Bound<'_, PyAny>, wrap: &str, linear: bool, name: &str) -> PyResult<usize> {
         let wrap = [one_of("wrap", wrap, &WRAPS)?; 2];
         let texture = if let Ok(path) = image.extract::<PathBuf>() {
             let load = if linear { vellus_usd::load_map } else { vellus_usd::load_texture };
@@ -261,7 +256,7 @@ impl Scene {
                     "image has the shape {shape}: it must be (height, width, 3)"
                 )));
             };
-            let name = if name.is_empty() { "image".to_owned() } else { name };
+            let name = if name.is_empty() { "image" } else { name }.to_owned();
             Texture { name, width, height, pixels: image.values.as_chunks::<3>().0.to_vec(), wrap }
         };
         texture.validate().map_err(value)?;
@@ -282,7 +277,7 @@ impl Scene {
     ///
     /// Raises `ValueError` that names the argument or the strand.
     #[pyo3(signature = (points, counts, radii, *, look=0, basis="linear", uv=None, moved=None, parameters=None,
-        name=String::new(), prototype=None))]
+        name="", prototype=None))]
     fn add_strands(
         &self,
         points: &Bound<'_, PyAny>,
@@ -293,7 +288,7 @@ impl Scene {
         uv: Option<&Bound<'_, PyAny>>,
         moved: Option<&Bound<'_, PyAny>>,
         parameters: Option<&Bound<'_, PyDict>>,
-        name: String,
+        name: &str,
         prototype: Option<usize>,
     ) -> PyResult<()> {
         let basis = one_of("basis", basis, &BASES)?;
@@ -314,7 +309,7 @@ impl Scene {
         } else {
             radii.each(points.len())?
         };
-        let name = if name.is_empty() { "strands".to_owned() } else { name };
+        let name = if name.is_empty() { "strands" } else { name }.to_owned();
         let mut starts = vec![0];
         for (i, n) in counts.iter().enumerate() {
             let first = starts[i] as usize;
@@ -363,7 +358,7 @@ impl Scene {
     /// UsdPreviewSurface. `color`: linear RGB in [0, 1], times the image `texture`. `emission`: radiance.
     /// `roughness`, `metallic`: in [0, 1]. `ior`: of the coat, in [1, 4]; 1 means no coat.
     #[pyo3(signature = (*, color=None, texture=None, emission=None, roughness=0.5, metallic=0.0, ior=1.5,
-        name=String::new()))]
+        name=""))]
     fn add_surface(
         &self,
         color: Option<&Bound<'_, PyAny>>,
@@ -372,7 +367,7 @@ impl Scene {
         roughness: f32,
         metallic: f32,
         ior: f32,
-        name: String,
+        name: &str,
     ) -> PyResult<usize> {
         let color = color.map_or(Ok([1.0; 3]), |color| Floats::new(color, "color")?.color())?;
         let emission = emission.map_or(Ok([0.0; 3]), |emission| Floats::new(emission, "emission")?.color())?;
@@ -395,7 +390,7 @@ impl Scene {
         let mut state = self.lock();
         texture.map_or(Ok(0), |texture| position(state.scene.textures.len(), texture, "texture"))?;
         let surfaces = &mut state.change().surfaces;
-        let name = if name.is_empty() { format!("surface {}", surfaces.len()) } else { name };
+        let name = if name.is_empty() { format!("surface {}", surfaces.len()) } else { name.to_owned() };
         surfaces.push(Surface { name, color: Tint { color, texture }, emission, roughness, metallic, ior });
         Ok(surfaces.len() - 1)
     }
@@ -403,7 +398,7 @@ impl Scene {
     /// Adds a mesh. `points`: (V, 3). `triangles`: vertices, counterclockwise from outside, (T, 3). `surface`: from
     /// `add_surface`. `normals`: (V, 3) or of each corner (T, 3, 3); flat without. `uv`: (V, 2) or (T, 3, 2). `moved`:
     /// the points when the shutter closes, (V, 3). `prototype`: a mesh of this prototype, for instances.
-    #[pyo3(signature = (points, triangles, *, surface, normals=None, uv=None, moved=None, name=String::new(),
+    #[pyo3(signature = (points, triangles, *, surface, normals=None, uv=None, moved=None, name="",
         prototype=None))]
     fn add_mesh(
         &self,
@@ -413,7 +408,7 @@ impl Scene {
         normals: Option<&Bound<'_, PyAny>>,
         uv: Option<&Bound<'_, PyAny>>,
         moved: Option<&Bound<'_, PyAny>>,
-        name: String,
+        name: &str,
         prototype: Option<usize>,
     ) -> PyResult<()> {
         let positions = Floats::new(points, "points")?.points("vertices")?;
@@ -431,7 +426,7 @@ impl Scene {
         let uv = corners::<2>(uv, "uv", &triangles, positions.len())?;
         let moved = moved.map(|moved| Floats::new(moved, "moved")?.rows_of::<3>(positions.len())).transpose()?;
         let mesh = Mesh {
-            name: if name.is_empty() { "mesh".to_owned() } else { name },
+            name: if name.is_empty() { "mesh" } else { name }.to_owned(),
             positions,
             moved: moved.map(|moved| moved.into_iter().map(Vec3::from).collect()),
             triangles,
@@ -454,11 +449,11 @@ impl Scene {
     }
 
     /// Adds an empty prototype and returns its index. Only its instances are seen.
-    #[pyo3(signature = (name=String::new()))]
-    fn add_prototype(&self, name: String) -> usize {
+    #[pyo3(signature = (name=""))]
+    fn add_prototype(&self, name: &str) -> usize {
         let mut state = self.lock();
         let prototypes = &mut state.change().prototypes;
-        let name = if name.is_empty() { format!("prototype {}", prototypes.len()) } else { name };
+        let name = if name.is_empty() { format!("prototype {}", prototypes.len()) } else { name.to_owned() };
         prototypes.push(Prototype { name, ..Prototype::default() });
         prototypes.len() - 1
     }
@@ -564,8 +559,8 @@ impl Scene {
 
     /// Sets the camera. `matrix`: from its own frame to world space, (4, 4), for column vectors: a rotation and a
     /// translation. It looks along −z, with y up. `fov`: vertical angle of view in degrees, in (0, 180). `aperture`:
-    /// radius of the lens; 0 is a pinhole. `focus_distance`: of the plane in focus. `moved`: the matrix when the shutter
-    /// closes.
+    /// radius of the lens; 0 is a pinhole. `focus_distance`: of the plane in focus. `moved`: the matrix when the
+    /// shutter closes.
     #[pyo3(signature = (matrix, *, fov=40.0, aperture=0.0, focus_distance=1.0, moved=None))]
     fn set_camera(
         &self,

@@ -27,8 +27,16 @@ COLORS = ("sigma_ca", "sigma_ma")
 BOTH = ("vellus", "vellus_drjit")
 # A fibre with all lobes.
 FIBER = dict(
-    eta=1.55, kappa=0.7, alpha=2.0, beta_m=7.0, beta_n=7.0, sigma_ms=2.0, g=0.5, layers=0.7,
-    sigma_ca=[0.1, 0.2, 0.3], sigma_ma=[0.05, 0.1, 0.2],
+    eta=1.55,
+    kappa=0.7,
+    alpha=2.0,
+    beta_m=7.0,
+    beta_n=7.0,
+    sigma_ms=2.0,
+    g=0.5,
+    layers=0.7,
+    sigma_ca=[0.1, 0.2, 0.3],
+    sigma_ma=[0.05, 0.1, 0.2],
 )
 
 
@@ -79,8 +87,12 @@ def load(curves, bsdf, sky=(0.4, 0.45, 0.5), depth=9, size=64, light=True):
         "sky": {"type": "constant", "radiance": rgb(sky)},
         "fur": {"type": "bsplinecurve", "filename": str(curves), "bsdf": bsdf},
         "sensor": {
-            "type": "perspective", "fov": FOV, "fov_axis": "y", "to_world": place(EYE),
-            "film": film, "sampler": {"type": "independent"},
+            "type": "perspective",
+            "fov": FOV,
+            "fov_axis": "y",
+            "to_world": place(EYE),
+            "film": film,
+            "sampler": {"type": "independent"},
         },
     }
     if light:
@@ -116,7 +128,9 @@ def vellus_picture(folder, points, radii, preset, size, spp):
     triples = ", ".join("(%.7g, %.7g, %.7g)" % tuple(p) for p in points.reshape(-1, 3))
     widths = ", ".join("%.7g" % w for w in np.tile(2 * radii, len(points)))
     counts = ", ".join([str(points.shape[1])] * len(points))
-    transform = lambda m: f'matrix4d xformOp:transform = {matrix(m)}\n    uniform token[] xformOpOrder = ["xformOp:transform"]'
+    transform = (
+        lambda m: f'matrix4d xformOp:transform = {matrix(m)}\n    uniform token[] xformOpOrder = ["xformOp:transform"]'
+    )
     (folder / "ball.usda").write_text(f"""#usda 1.0
 (
     upAxis = "Z"
@@ -165,7 +179,18 @@ def BasisCurves "fur" (
 }}
 """)
     options = "--camera view --mode near --max-depth 8 --filter box --layers beauty --float".split()
-    call = [command(), "render", "ball.usda", *options, "--size", f"{size}x{size}", "--spp", str(spp), "--output", "ball.exr"]
+    call = [
+        command(),
+        "render",
+        "ball.usda",
+        *options,
+        "--size",
+        f"{size}x{size}",
+        "--spp",
+        str(spp),
+        "--output",
+        "ball.exr",
+    ]
     subprocess.run(call, cwd=folder, check=True, capture_output=True)
     bitmap = mi.Bitmap(str(folder / "ball.exr")).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False)
     return np.array(bitmap)

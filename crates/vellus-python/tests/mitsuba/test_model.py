@@ -15,9 +15,17 @@ def fibers(g, count):
     color = lambda most: [float(x) for x in g.uniform(0, most, 3)]
     random = [
         vellus.Fiber(
-            eta=g.uniform(1.2, 1.8), kappa=g.uniform(0.1, 0.95), alpha=g.uniform(-5, 5), beta_m=g.uniform(3, 20),
-            beta_n=g.uniform(3, 20), sigma_ca=color(1), sigma_ms=g.uniform(0.05, 5), sigma_ma=color(0.5),
-            g=g.uniform(0, 0.9), layers=g.uniform(0.3, 2), exit=["open", "reflecting"][i % 2],
+            eta=g.uniform(1.2, 1.8),
+            kappa=g.uniform(0.1, 0.95),
+            alpha=g.uniform(-5, 5),
+            beta_m=g.uniform(3, 20),
+            beta_n=g.uniform(3, 20),
+            sigma_ca=color(1),
+            sigma_ms=g.uniform(0.05, 5),
+            sigma_ma=color(0.5),
+            g=g.uniform(0, 0.9),
+            layers=g.uniform(0.3, 2),
+            exit=["open", "reflecting"][i % 2],
         )
         for i in range(count - len(presets))
     ]

@@ -15,8 +15,8 @@ const WEIGHT: f32 = 1e-6;
 const ENERGY: f32 = 5e-6;
 /// The same bound for a window, whose energies are sums over up to 64 Gauss points.
 const WINDOW_ENERGY: f32 = 1e-4;
-/// The bound for weights of windows: the largest channels of the lobes sum to at most 1, and the points of the scattered
-/// lobes add their error.
+/// The bound for weights of windows: the largest channels of the lobes sum to at most 1, and the points of the
+/// scattered lobes add their error.
 const WINDOW_WEIGHT: f32 = 1.5;
 /// The azimuth from the exit of a path to a direction is the sum of four angles up to π. Each is rounded by half a unit
 /// in the last place, 1.2e-7, and two arctangents add as much again. Inclinations have fewer roundings.

@@ -31,7 +31,8 @@ def for_variant(name):
     class Vellus(mi.BSDF):
         """The near field of a fibre. It has no gradients: see `differentiable.Differentiable`.
 
-        It evaluates its arguments, so Dr.Jit must not record loops and calls symbolically: use `vellus.mitsuba.arrays()`.
+        It evaluates its arguments, so Dr.Jit must not record loops and calls symbolically: use
+        `vellus.mitsuba.arrays()`.
         """
 
         def __init__(self, props):

@@ -11,14 +11,13 @@ from .model import Fiber
 from .model.fiber import COLORS, NUMBERS
 
 
-
 @lru_cache(None)
 def for_variant(name):
     """The class for the current variant, whose name is `name`. Each variant has its own base class."""
     FLAGS = mi.BSDFFlags.Glossy | mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide | mi.BSDFFlags.NonSymmetric
 
     class Differentiable(mi.BSDF):
-        """The near field of a fibre, differentiable in `NUMBERS` and `COLORS` (angles in degrees, σ per fibre radius)."""
+        """The near field of a fibre, differentiable in `NUMBERS` and `COLORS` (angles in degrees, σ per radius)."""
 
         def __init__(self, props):
             mi.BSDF.__init__(self, props)

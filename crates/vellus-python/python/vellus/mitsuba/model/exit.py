@@ -72,9 +72,7 @@ class Reflection:
         denominator = sums(again * scale * (lost + returns * (absorbed + scattered * (1 - kept))), STATES)
         x = repeat(numerator / dr.maximum(denominator, TINY), STATES)
         value = (leaves + stays * x) * leaving
-        everything, first = (
-            dr.clip(self.first_exits(v) * inverse, 0, 1) for v in (value, at_once * leaving)
-        )
+        everything, first = (dr.clip(self.first_exits(v) * inverse, 0, 1) for v in (value, at_once * leaving))
         self.escape_polynomial = coefficients(F, everything)
         typical = dr.exp(ln_kept) * each(states.TYPICAL)
         total, at_first = (sums(v * typical, ENTRIES) for v in (everything, first))

@@ -62,7 +62,9 @@ class Hit:
         return lobes
 
     def total(self, densities):
-        channel = lambda c: sum((a[c] * d for a, d in zip(self.attenuation[1:], densities[1:])), self.attenuation[0][c] * densities[0])
+        channel = lambda c: sum(
+            (a[c] * d for a, d in zip(self.attenuation[1:], densities[1:])), self.attenuation[0][c] * densities[0]
+        )
         return [channel(c) for c in range(3)]
 
     def density(self, densities):

@@ -39,7 +39,7 @@ def rescale(u, share):
 def invert(nodes, first, last, start, stop, u, cumulative, at):
     """The position with the share `u` of an integral below it. The density is linear between nodes.
 
-    `nodes`: the number of nodes. `first`, `last`: those next to the ends of the range, inside. `start`, `stop`: position,
+    `nodes`: their number. `first`, `last`: those next to the ends of the range, inside. `start`, `stop`: position,
     integral and density at the ends. `cumulative(i)`: the integral at a node. `at(i)`: all three.
     """
     target = dr.lerp(start[1], stop[1], u)
@@ -152,7 +152,9 @@ class Sampler:
 
         largest = max(back, ahead)
         clamped = lambda f: lambda i: f(dr.minimum(U(i), nodes - 1))
-        delta = invert(largest, first, last, end(ends[0], first), end(ends[1], last), u, clamped(cumulative), clamped(at))
+        delta = invert(
+            largest, first, last, end(ends[0], first), end(ends[1], last), u, clamped(cumulative), clamped(at)
+        )
         theta = (delta - shift) * inclination.mirror
         sin_i = dr.clip(medulla.eta * dr.sin(theta), -1, 1)
         return sin_i, dr.sqrt((1 - sin_i) * (1 + sin_i))
@@ -176,7 +178,7 @@ class Sampler:
 
 
 def draw(hit, u):
-    """sin θᵢ, cos θᵢ and φ_i − φ_o from four uniform numbers: for the lobe, two for the inclination, one for the azimuth."""
+    """sin θᵢ, cos θᵢ and φ_i − φ_o from four uniform numbers: one for the lobe, two for θᵢ, one for the azimuth."""
     fiber, (u0, u1, u2, u3) = hit.fiber, u
     lobe = choose(hit.probability, u0)
     # R, TT, TRT and the rest: a direction of the spherical Gaussian. The density of `drop` is that of its height.

@@ -87,9 +87,9 @@ def over_cones(values, first, shifts):
 
     def total(loss):
         factors = view(shift, eta, loss)
-        weight = lambda delta: np.maximum(
-            np.cos(delta - shift) * (1 - loss * (eta * np.sin(delta - shift)) ** 4), 0
-        )[..., None]
+        weight = lambda delta: np.maximum(np.cos(delta - shift) * (1 - loss * (eta * np.sin(delta - shift)) ** 4), 0)[
+            ..., None
+        ]
         sums = 0
         for sign in (-1, 1):
             delta = np.clip(shift + sign * angle, first, first + STEP * (nodes - 1))

@@ -44,7 +44,9 @@ class Longitudinal:
     def eval(self, centres, sin_i, cos_i):
         """Densities in sin θᵢ."""
         return [
-            dr.exp(-0.5 * (dr.square(sin_i - s) + dr.square(cos_i - c)) * inverse) * bessel_i0e(cos_i * c * inverse) * norm
+            dr.exp(-0.5 * (dr.square(sin_i - s) + dr.square(cos_i - c)) * inverse)
+            * bessel_i0e(cos_i * c * inverse)
+            * norm
             for (s, c), inverse, norm in zip(centres, self.inverse, self.norm)
         ]
 
