@@ -338,9 +338,9 @@ def test_tables_have_the_documented_shapes():
             assert (np.diff(nodes) > 0).all()
     path = tables["mean_path"]
     assert path["value"].shape == tuple(len(path[f"{axis}_nodes"]) for axis in ("tau", "g", "h"))
-    # C^N at h = 0 is symmetric in the azimuth, to a few hundredths.
+    # C^N at h = 0 is symmetric in the azimuth, to a few hundredths of its largest value.
     a = tables["azimuthal"]
     density = (a["tau"][12] * a["g"][8] * a["h"][0]) @ a["phi"].T
     assert (density >= 0).all()
-    np.testing.assert_allclose(density, density[::-1], rtol=0.1)
+    np.testing.assert_allclose(density, density[::-1], rtol=0, atol=0.05 * density.max())
     assert tables["exit"]["state"].sum(axis=2) == pytest.approx(1, abs=1e-5)
