@@ -112,6 +112,7 @@ pub fn shortest(x: f32) -> f64 {
 }
 
 #[pymethods]
+#[allow(clippy::wrong_self_convention, reason = "methods of Python take a reference")]
 impl Fiber {
     #[new]
     #[pyo3(signature = (preset = None, /, **parameters))]

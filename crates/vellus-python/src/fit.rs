@@ -454,7 +454,7 @@ fn fit(
     let mut options = Options { starts, seed, huber, exit, ..Options::default() };
     for (name, given) in fix.into_iter().flatten() {
         let name: String = name.extract()?;
-        let numbers = fiber::numbers(&name, &given)?.into_iter().map(|x| fiber::shortest(x)).collect();
+        let numbers = fiber::numbers(&name, &given)?.into_iter().map(fiber::shortest).collect();
         options.requests.fix.push((name.parse().map_err(value)?, numbers));
     }
     for (name, leader) in tie.into_iter().flatten() {

@@ -227,8 +227,11 @@ SUN = (
 @pytest.mark.parametrize("light", [SKY, SUN], ids=["sky", "sun"])
 @pytest.mark.parametrize("preset", ["red-fox", "hair"])
 def test_both_renderers_agree(tmp_path, preset, light):
-    """The mean of the ball within 1 %, for hair in the sun within 2 %. Its standard error is near 0.3 % with the sun: a camera ray's light varies by three
-    times its mean, over 820 pixels with 1536 samples each. Narrower lobes would need more samples."""
+    """The mean of the ball within 1 %, for hair in the sun within 2 %.
+
+    Its standard error is near 0.3 % with the sun: a camera ray's light varies by three times its mean, over 820 pixels
+    with 1536 samples each. Narrower lobes would need more samples.
+    """
     spp = 384 if light is SKY else 1536
     fiber = {"sigma_ca": SIGMA, "sigma_ma": [0.05, 0.1, 0.2]}
     fiber |= {"beta_m": 20, "beta_n": 30} if preset == "hair" else {"preset": preset}
@@ -236,8 +239,8 @@ def test_both_renderers_agree(tmp_path, preset, light):
     theirs = np.array(mi.render(scene(tmp_path, hair, spp, light[0])))[inside()]
     ours = vellus_render(tmp_path, fiber, spp, light[1])[inside()]
     ratio = ours.mean(0) / theirs.mean(0)
-    # Hair in the sun differs by 1.1 to 1.5 %, four times the standard error; single scattering alone by -0.8 %. The cause
-    # is not known. The limit there only shows that it does not grow.
+    # Hair in the sun differs by 1.1 to 1.5 %, four times the standard error; single scattering alone by -0.8 %. The
+    # cause is not known. The limit there only shows that it does not grow.
     limit = 0.02 if preset == "hair" and light is SUN else 0.01
     print(f"{preset}: Mitsuba {theirs.mean(0)}, vellus render {ours.mean(0)}, ratio {ratio}")
     assert np.all(np.abs(ratio - 1) < limit)
