@@ -148,7 +148,7 @@ pub enum Source {
 }
 
 impl Source {
-    /// Measures with a simulated gantry. `progress` gets reports, but does not stop the simulation.
+    /// Measures with a simulated gantry. A cancelled simulation ends early, and its result means nothing.
     ///
     /// # Errors
     /// As [`from_model`] and [`from_reference`].
@@ -204,8 +204,8 @@ fn rounded(x: f64) -> f64 {
 }
 
 /// Measures a whole fibre with a rough cuticle and tilted scales, traced with `photons` photons. The value of a
-/// direction is the average over a cell of the size of the steps. `progress` gets reports, but does not stop the
-/// simulation.
+/// direction is the average over a cell of the size of the steps. A cancelled simulation ends early, and its result
+/// means nothing.
 ///
 /// # Errors
 /// As [`from_model`].

@@ -135,16 +135,26 @@ pub fn check_names(files: &[PathBuf]) -> Result<()> {
 /// [`check_names`], those of [`Draw::draw`], and [`Error::Write`].
 pub fn save(picture: &impl Draw, files: &[PathBuf]) -> Result<()> {
     check_names(files)?;
-    register_font("sans-serif", FontStyle::Normal, include_bytes!("../assets/DejaVuSans-subset.ttf"))
-        .map_err(|_| Error::Draw("the embedded font is broken".to_owned()))?;
     for file in files {
-        let bytes = if file.extension().is_some_and(|e| e == "png") { png(picture)? } else { svg(picture)? };
+        let bytes =
+            if file.extension().is_some_and(|e| e == "png") { png(picture)? } else { svg(picture)?.into_bytes() };
         failure::write(file, &bytes)?;
     }
     Ok(())
 }
 
-fn png(picture: &impl Draw) -> Result<Vec<u8>> {
+/// The font of all text.
+fn register() -> Result<()> {
+    register_font("sans-serif", FontStyle::Normal, include_bytes!("../assets/DejaVuSans-subset.ttf"))
+        .map_err(|_| Error::Draw("the embedded font is broken".to_owned()))
+}
+
+/// A picture as the bytes of a PNG file.
+///
+/// # Errors
+/// Those of [`Draw::draw`], and of the encoder.
+pub fn png(picture: &impl Draw) -> Result<Vec<u8>> {
+    register()?;
     let (width, height) = picture.size();
     let (wide, high) = (width * SCALE, height * SCALE);
     let mut pixels = vec![255u8; 3 * wide as usize * high as usize];
@@ -163,7 +173,12 @@ fn png(picture: &impl Draw) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-fn svg(picture: &impl Draw) -> Result<Vec<u8>> {
+/// A picture as the text of an SVG file.
+///
+/// # Errors
+/// Those of [`Draw::draw`].
+pub fn svg(picture: &impl Draw) -> Result<String> {
+    register()?;
     let mut text = String::new();
     {
         let area = SVGBackend::with_string(&mut text, picture.size()).into_drawing_area();
@@ -171,5 +186,5 @@ fn svg(picture: &impl Draw) -> Result<Vec<u8>> {
         picture.draw(&area)?;
         area.present()?;
     }
-    Ok(text.into_bytes())
+    Ok(text)
 }

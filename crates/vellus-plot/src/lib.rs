@@ -52,6 +52,6 @@ mod smooth;
 pub mod text;
 pub mod windows;
 
-pub use canvas::{Draw, check_names, save};
+pub use canvas::{Draw, check_names, png, save, svg};
 pub use failure::{Error, Result};
 pub use named::Named;

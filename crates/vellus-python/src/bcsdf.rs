@@ -8,7 +8,19 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyString, PyTuple};
 
-/// The model of one fibre. The stub and the book document it.
+/// The reflectance model of one fibre (Yan, Jensen and Ramamoorthi 2017), for arrays of queries.
+///
+/// `fiber`: a `Fiber` or the name of a preset. `fine_windows`: as many segments in each window as the most difficult
+/// fibres need; results are more accurate and take up to three times as long.
+///
+/// Directions are unit vectors in the fibre's frame that point away from the fibre: x runs along it from root to tip,
+/// the inclination is theta = asin x, the azimuth phi = atan2(z, y). The offset h in [-1, 1] belongs to ω_o: the
+/// surface normal at the hit has the azimuth phi_o - asin h. Values are f·cos θᵢ, and densities are per solid angle.
+/// The model is not reciprocal, because h belongs to ω_o.
+///
+/// Arrays are float32 or float64. The model computes in single precision; results are float32 if all arrays are, and
+/// float64 otherwise. A query with NaN in any argument gives NaN, and `lobe` -1. Queries run on all cores, without the
+/// interpreter's lock, and the results do not depend on the number of threads.
 #[pyclass(frozen, module = "vellus", name = "Bcsdf")]
 #[derive(Debug)]
 pub struct Bcsdf {
@@ -143,11 +155,21 @@ impl Bcsdf {
         Ok(Bcsdf { model, fine: fine_windows })
     }
 
+    /// The fibre.
     #[getter]
     fn fiber(&self) -> Fiber {
         Fiber(*self.model.fiber())
     }
 
+    /// f(ω_o, ω_i)·cos θᵢ, RGB.
+    ///
+    /// `wi`: directions toward the light, shape (..., 3).
+    /// `wo`: directions that the paths came from (the camera), shape (..., 3). `h`: offsets in [-1, 1], shape (...).
+    /// `window`: instead of `h`, the ends of windows of offsets, shape (..., 2), or `far`. All leading shapes are
+    /// broadcast. `check`: whether to check lengths and ranges. Without the check, results of bad numbers mean nothing.
+    ///
+    /// Returns shape (..., 3), or with `lobes` each lobe of `vellus.LOBES`: shape (..., 6, 3).
+    /// Raises `ValueError` that names the number and its range, or shapes that do not fit; `TypeError` for a dtype.
     #[pyo3(signature = (wi, wo, h = None, *, window = None, lobes = false, check = true))]
     fn eval<'py>(
         &self,
@@ -163,6 +185,9 @@ impl Bcsdf {
         unpack(py, call.run(py, &*self.model, &[(Some(inner(lobes)), 0)])?)
     }
 
+    /// The density per solid angle with which `sample` draws `wi`. Arguments as for `eval`.
+    ///
+    /// Returns shape (...).
     #[pyo3(signature = (wi, wo, h = None, *, window = None, check = true))]
     fn pdf<'py>(
         &self,
@@ -177,6 +202,9 @@ impl Bcsdf {
         unpack(py, call.run(py, &*self.model, &[(Some(&[]), 3)])?)
     }
 
+    /// `eval` and `pdf` together, at the cost of one. Arguments as for `eval`.
+    ///
+    /// Returns both arrays.
     #[pyo3(signature = (wi, wo, h = None, *, window = None, lobes = false, check = true))]
     fn eval_pdf<'py>(
         &self,
@@ -193,6 +221,15 @@ impl Bcsdf {
         unpack(py, call.run(py, &*self.model, &[(Some(inner(lobes)), 0), (Some(&[]), pdf)])?)
     }
 
+    /// Draws directions ω_i.
+    ///
+    /// `u`: uniform numbers in [0, 1), shape (..., 5). The near field does not use the last, and takes (..., 4) too.
+    /// `wo`: directions that the paths came from (the camera), shape (..., 3). `h`: offsets in [-1, 1], shape (...).
+    /// `window`: instead of `h`, the ends of windows of offsets, shape (..., 2), or `far`. All leading shapes are
+    /// broadcast. `check`: whether to check lengths and ranges. Without the check, results of bad numbers mean nothing.
+    ///
+    /// Returns `Samples`: `wi` (..., 3), `pdf` (...), `weight` (..., 3) and `lobe` (...). Where the density underflows,
+    /// nothing is drawn: `wi`, `pdf` and `weight` are 0, and `lobe` is -1.
     #[pyo3(signature = (wo, u, h = None, *, window = None, check = true))]
     fn sample<'py>(
         &self,
@@ -208,6 +245,13 @@ impl Bcsdf {
         samples(py)?.call1(PyTuple::new(py, results)?)
     }
 
+    /// The share of the light that the fibre scatters, RGB, in [0, 1]: the integral of f·cos θᵢ over all ω_i.
+    ///
+    /// `wo`: directions that the paths came from (the camera), shape (..., 3). `h`: offsets in [-1, 1], shape (...).
+    /// `window`: instead of `h`, the ends of windows of offsets, shape (..., 2), or `far`. All leading shapes are
+    /// broadcast. `check`: whether to check lengths and ranges. Without the check, results of bad numbers mean nothing.
+    ///
+    /// Returns shape (..., 3), or with `lobes` each lobe of `vellus.LOBES`: shape (..., 6, 3).
     #[pyo3(signature = (wo, h = None, *, window = None, lobes = false, check = true))]
     fn energy<'py>(
         &self,
@@ -252,6 +296,7 @@ pub const SAMPLE: &[(Option<&[usize]>, usize)] = &[(Some(&[3]), 0), (Some(&[]), 
 /// The named tuple `vellus.Samples`.
 pub fn samples(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
     static SAMPLES: pyo3::sync::PyOnceLock<Py<PyAny>> = pyo3::sync::PyOnceLock::new();
-    let class = SAMPLES.get_or_try_init(py, || PyResult::Ok(py.import("vellus._types")?.getattr("Samples")?.unbind()))?;
+    let class =
+        SAMPLES.get_or_try_init(py, || PyResult::Ok(py.import("vellus._types")?.getattr("Samples")?.unbind()))?;
     Ok(class.bind(py).clone())
 }

@@ -1,19 +1,48 @@
 //! The fibre: its parameters by name, its colour, presets.
 
-use crate::error::value;
-use pyo3::exceptions::PyTypeError;
+use crate::error::{value, with_causes};
+use pyo3::exceptions::{PyTypeError, PyUserWarning};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString, PyTuple};
+use std::ffi::CString;
 use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::PathBuf;
 use vellus::{Error, Exit, FiberBuilder, Parameter, Species};
+use vellus_open::{FiberFormat, FiberSource};
 
-/// A fibre. The stub and the book document it.
+/// The parameters of one fibre. It does not change; `replace` makes another.
+///
+/// `preset`: the name of a species, such as `red-fox`, or of its published fit, `red-fox-published`; a hair without
+/// medulla and without absorption if there is none. All other arguments replace a parameter of the preset:
+///
+/// - `kappa`: radius of the medulla over that of the fibre, in [0, 0.99]. 0 is a hair without medulla.
+/// - `eta`: refractive index of cortex and medulla, in [1, 3].
+/// - `alpha`: tilt of the cuticle scales, in [-45, 45] degrees.
+/// - `beta_m`, `beta_n`: longitudinal and azimuthal roughness, standard deviations in [0.1, 90] degrees.
+/// - `sigma_ca`, `sigma_ma`: absorption in cortex and medulla per fibre radius, RGB or one number, in [0, 1000].
+/// - `sigma_ms`: scattering in the medulla per fibre radius, in [0, 1000].
+/// - `g`: anisotropy of that scattering, in [0, 0.95].
+/// - `layers`: layers of the cuticle, in [0, 20]. 0.5 is nearly one dielectric interface.
+/// - `exit`: how scattered light leaves the fibre, `reflecting` or `open`. `open` is the paper's model.
+/// - `medulla_pigment`: absorption in the medulla over that in the cortex for the three colours below, in [0, 10].
+///
+/// At most one of `sigma_ca` and these gives the colour:
+///
+/// - `reflectance`: colour of a dense coat in white light, RGB or one number, in [0.001, 0.999]. A colour that no
+///   pigment reaches gives the nearest one, and a warning.
+/// - `melanin`: concentrations of eumelanin and pheomelanin, in [0, 100]. One number is eumelanin. Also by name:
+///   `eumelanin`, `pheomelanin`.
+/// - `hair_reflectance`: colour of hair without medulla by Chiang et al. 2016, in [0.001, 0.999].
+///
+/// Angles are in degrees, as in files. The model computes in single precision, and parameters are stored in it.
+///
+/// Raises `ValueError` that names parameter, value and range; `TypeError` for an unknown parameter or a wrong type.
 #[pyclass(frozen, eq, module = "vellus", name = "Fiber")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fiber(pub vellus::Fiber);
 
 /// One number, or several.
-fn numbers(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f32>> {
+pub fn numbers(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f32>> {
     let wrong = |_| {
         let kind = value.get_type();
         PyTypeError::new_err(format!("{name} must be a number or a sequence of numbers, not {kind}"))
@@ -29,7 +58,7 @@ fn numbers(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f32>> {
 }
 
 /// The fibre with these parameters by name.
-fn built(base: vellus::Fiber, parameters: Option<&Bound<'_, PyDict>>) -> PyResult<vellus::Fiber> {
+fn built(py: Python<'_>, base: vellus::Fiber, parameters: Option<&Bound<'_, PyDict>>) -> PyResult<vellus::Fiber> {
     let mut builder = FiberBuilder::new(base);
     for (name, given) in parameters.into_iter().flatten() {
         let name: String = name.extract()?;
@@ -46,7 +75,17 @@ fn built(base: vellus::Fiber, parameters: Option<&Bound<'_, PyDict>>) -> PyResul
             e => value(e),
         })?;
     }
-    builder.build().map_err(value)
+    let fiber = builder.build().map_err(value)?;
+    if let Some(color) = builder.out_of_reach().map_err(value)? {
+        warn(py, &color.to_string())?;
+    }
+    Ok(fiber)
+}
+
+/// Warns the caller of the function that Python called.
+fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
+    let text = CString::new(text)?;
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
 }
 
 /// A parameter as files have it: angles in degrees.
@@ -73,96 +112,117 @@ pub fn shortest(x: f32) -> f64 {
 }
 
 #[pymethods]
+#[allow(clippy::wrong_self_convention, reason = "methods of Python take a reference")]
 impl Fiber {
     #[new]
     #[pyo3(signature = (preset = None, /, **parameters))]
-    fn new(preset: Option<&str>, parameters: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+    fn new(py: Python<'_>, preset: Option<&str>, parameters: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let base = preset.map_or(Ok(vellus::Fiber::hair()), vellus::Fiber::named).map_err(value)?;
-        built(base, parameters).map(Fiber)
+        built(py, base, parameters).map(Fiber)
     }
 
+    /// Radius of the medulla over that of the fibre.
     #[getter]
     fn kappa(&self) -> f64 {
         shortest(self.0.kappa)
     }
 
+    /// Refractive index of cortex and medulla.
     #[getter]
     fn eta(&self) -> f64 {
         shortest(self.0.eta)
     }
 
+    /// Tilt of the cuticle scales, degrees.
     #[getter]
     fn alpha(&self) -> PyResult<f64> {
         number(&self.0, Parameter::Alpha)
     }
 
+    /// Longitudinal roughness, a standard deviation in degrees.
     #[getter]
     fn beta_m(&self) -> PyResult<f64> {
         number(&self.0, Parameter::BetaM)
     }
 
+    /// Azimuthal roughness, a standard deviation in degrees.
     #[getter]
     fn beta_n(&self) -> PyResult<f64> {
         number(&self.0, Parameter::BetaN)
     }
 
+    /// Absorption in the cortex, RGB, per fibre radius.
     #[getter]
     fn sigma_ca(&self) -> (f64, f64, f64) {
         color(self.0.sigma_ca).into()
     }
 
+    /// Scattering in the medulla, per fibre radius.
     #[getter]
     fn sigma_ms(&self) -> f64 {
         shortest(self.0.sigma_ms)
     }
 
+    /// Absorption in the medulla, RGB, per fibre radius.
     #[getter]
     fn sigma_ma(&self) -> (f64, f64, f64) {
         color(self.0.sigma_ma).into()
     }
 
+    /// Anisotropy of the scattering in the medulla.
     #[getter]
     fn g(&self) -> f64 {
         shortest(self.0.g)
     }
 
+    /// Layers of the cuticle.
     #[getter]
     fn layers(&self) -> f64 {
         shortest(self.0.layers)
     }
 
+    /// Absorption in the medulla over that in the cortex, for colours.
     #[getter]
     fn medulla_pigment(&self) -> f64 {
         shortest(self.0.medulla_pigment)
     }
 
+    /// How scattered light leaves the fibre: `reflecting` or `open`.
     #[getter]
     fn exit(&self) -> &'static str {
         self.0.exit.name()
     }
 
+    /// The same fibre with other parameters: the keyword arguments of `Fiber`.
     #[pyo3(signature = (**parameters))]
-    fn replace(&self, parameters: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        built(self.0, parameters).map(Fiber)
+    fn replace(&self, py: Python<'_>, parameters: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        built(py, self.0, parameters).map(Fiber)
     }
 
+    /// The same fibre without absorption in cortex and medulla: for white fur and furnace tests.
     fn without_absorption(&self) -> Self {
         Fiber(self.0.without_absorption())
     }
 
+    /// The colour of a dense coat of such fibres in white light: RGB, a reflectance in [0, 1].
     fn coat_color(&self) -> PyResult<(f64, f64, f64)> {
         self.0.coat_color().map(|rgb| color(rgb).into()).map_err(value)
     }
 
+    /// The fibre as JSON, as files have it: angles in degrees.
     fn to_json(&self) -> PyResult<String> {
         serde_json::to_string(&self.0).map_err(value)
     }
 
+    /// A fibre from JSON: parameters by name, and `preset`.
+    ///
+    /// Raises `ValueError` for text that is no fibre, or a parameter out of range.
     #[staticmethod]
     fn from_json(text: &str) -> PyResult<Self> {
         serde_json::from_str(text).map(Fiber).map_err(value)
     }
 
+    /// The parameters by name. RGB values are tuples. `Fiber(**fiber.to_dict())` makes the fibre again.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
         for parameter in Parameter::ALL.into_iter().filter(|p| p.get(&self.0).is_some()) {
@@ -175,6 +235,55 @@ impl Fiber {
         }
         dict.set_item("exit", self.exit())?;
         Ok(dict)
+    }
+
+    /// The fibre as TOML.
+    fn to_toml(&self) -> PyResult<String> {
+        FiberFormat::Toml.write(&self.0).map_err(value)
+    }
+
+    /// Reads a fibre from a file: `.toml`, `.json`, or a material of a MaterialX document, `FILE.mtlx#NAME`.
+    ///
+    /// `settings`: parameters as `NAME=VALUE` or `NAME=R,G,B` that replace those of the file.
+    ///
+    /// Raises `ValueError` that names the file or the parameter.
+    #[staticmethod]
+    #[pyo3(signature = (path, *settings))]
+    fn read(py: Python<'_>, path: PathBuf, settings: Vec<String>) -> PyResult<Self> {
+        let source = FiberSource { path, set: settings };
+        let (fiber, warnings) = source.read_with_warnings().map_err(|e| with_causes(&e))?;
+        warnings.iter().try_for_each(|warning| warn(py, warning))?;
+        Ok(Fiber(fiber))
+    }
+
+    /// A table of the parameters, with the colour of a coat of such fibres.
+    fn _repr_html_(&self) -> PyResult<String> {
+        let serde_json::Value::Object(map) = file(&self.0)? else { return Ok(String::new()) };
+        let rows: String = map
+            .iter()
+            .map(|(name, number)| {
+                let unit = Parameter::from_name(name).map_or("", |p| p.unit().suffix());
+                let number = match number {
+                    serde_json::Value::String(text) => text.clone(),
+                    serde_json::Value::Array(rgb) => rgb.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "),
+                    number => number.to_string(),
+                };
+                format!("<tr><th style=\"text-align:left\">{name}</th><td>{number}{unit}</td></tr>")
+            })
+            .collect();
+        // The picture of a colour has the transfer function of sRGB.
+        let shown = |x: f32| {
+            let x = x.clamp(0.0, 1.0);
+            let y = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
+            (255.0 * y).round() as u8
+        };
+        let color = self.0.coat_color().map_err(value)?;
+        let [r, g, b] = color.map(shown);
+        let swatch =
+            format!("<span style=\"display:inline-block;width:4em;height:1em;background:rgb({r},{g},{b})\"></span>");
+        let [x, y, z] = color;
+        let coat = format!("<tr><th style=\"text-align:left\">coat</th><td>{swatch} {x:.3}, {y:.3}, {z:.3}</td></tr>");
+        Ok(format!("<table>{rows}{coat}</table>"))
     }
 
     fn __repr__(&self) -> PyResult<String> {
@@ -190,13 +299,17 @@ impl Fiber {
         let py = slf.py();
         let make = slf.get_type().getattr("_from_state")?;
         let state = slf.get().state().map(f64::from);
-        Ok((make, PyTuple::new(py, [state.into_pyobject(py)?.into_any(), slf.get().exit().into_pyobject(py)?.into_any()])?))
+        Ok((
+            make,
+            PyTuple::new(py, [state.into_pyobject(py)?.into_any(), slf.get().exit().into_pyobject(py)?.into_any()])?,
+        ))
     }
 
     #[staticmethod]
     fn _from_state(state: [f64; 15], exit: &str) -> PyResult<Self> {
         let state = state.map(|x| x as f32);
-        let [kappa, eta, alpha, beta_m, beta_n, r, g, b, sigma_ms, x, y, z, anisotropy, layers, medulla_pigment] = state;
+        let [kappa, eta, alpha, beta_m, beta_n, r, g, b, sigma_ms, x, y, z, anisotropy, layers, medulla_pigment] =
+            state;
         let fiber = vellus::Fiber {
             eta,
             kappa,

@@ -6,9 +6,13 @@ mod arrays;
 mod bcsdf;
 mod error;
 mod fiber;
+mod fit;
 mod models;
 mod numbers;
+mod plots;
 mod query;
+mod render;
+mod simulate;
 mod tables;
 mod threads;
 
@@ -25,5 +29,9 @@ fn _vellus(module: &Bound<'_, PyModule>) -> PyResult<()> {
     fiber::register(module)?;
     models::register(module)?;
     numbers::register(module)?;
-    tables::register(module)
+    fit::register(module)?;
+    plots::register(module)?;
+    simulate::register(module)?;
+    tables::register(module)?;
+    render::register(module)
 }

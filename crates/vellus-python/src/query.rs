@@ -4,7 +4,7 @@
 //! chunk, and no query depends on its neighbours: the results are the same bits.
 
 use crate::arrays::Rows;
-use crate::threads::{self, Stop};
+use crate::threads::{self, Watch};
 use numpy::{PyArrayDyn, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -197,10 +197,10 @@ impl Batches<'_> {
             }
         } else {
             let parts = split(slices, total);
-            threads::run(py, |stop: &Stop| {
+            threads::run(py, |watch: &Watch| {
                 let parts = parts.into_par_iter().enumerate();
                 let bad = parts.filter_map(|(i, mut slices)| {
-                    if stop.is_set() {
+                    if watch.is_stopped() {
                         return None;
                     }
                     let start = i * CHUNK;
@@ -419,7 +419,14 @@ impl Inputs<'_> {
     }
 
     /// The queries of one hit with a window.
-    fn wide<B: Batch>(&self, task: Task, hit: &B::Hit<'_>, [first, end]: [usize; 2], shared: bool, results: &mut [f32]) {
+    fn wide<B: Batch>(
+        &self,
+        task: Task,
+        hit: &B::Hit<'_>,
+        [first, end]: [usize; 2],
+        shared: bool,
+        results: &mut [f32],
+    ) {
         let count = self.count;
         match task {
             Task::Eval { lobes } if shared => {

@@ -5,9 +5,7 @@ use numpy::{PyArray, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use vellus::grid::{OutgoingAxis, g_at, offset_at, tau_at, theta_at};
-use vellus::parts::{
-    ABSORPTIONS, ENTRIES, ExitData, NODES, ROWS, SHIPPED_EXITS, STATES, absorption_at, cell,
-};
+use vellus::parts::{ABSORPTIONS, ENTRIES, ExitData, NODES, ROWS, SHIPPED_EXITS, STATES, absorption_at, cell};
 use vellus::{FactorTable, TableData, Tables};
 
 /// Positions of `nodes` nodes along an axis.
@@ -51,8 +49,8 @@ fn mixture<'py>(
 /// Returns a dict of dicts. `azimuthal`, `backward` and `forward` have one factor for each axis, float32 of shape
 /// (nodes, rank), and its nodes, float64, under the axis's name with `_nodes`:
 ///
-/// - `azimuthal`, C^N: `tau`, `g`, `h`, `phi`; per radian, not normalised exactly.
-/// - `backward`, C^M of the backward half: `tau`, `g`, `theta_o`, `theta_i`; per unit of sin θ after normalising.
+/// - `azimuthal`, C^N: `tau`, `g`, `h`, `phi`; proportional to a density per radian.
+/// - `backward`, C^M of the backward half: `tau`, `g`, `theta_o`, `theta_i`; proportional to a density.
 /// - `forward`, C^M of the forward half: `tau`, `g`, `theta_o`, `delta`, where delta = θ_i + θ_o.
 /// - `mean_path`: `value` of shape (tau, g, h), the mean path in radii of the medulla, and `tau_nodes`, `g_nodes`,
 ///   `h_nodes`.
@@ -66,8 +64,7 @@ fn mixture<'py>(
 fn tables(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let data = TableData::from_bytes(Tables::SHIPPED).map_err(value)?;
     let all = PyDict::new(py);
-    let azimuthal =
-        mixture(py, &data.azimuthal, ["tau", "g", "h", "phi"], offset_at, OutgoingAxis::AZIMUTH)?;
+    let azimuthal = mixture(py, &data.azimuthal, ["tau", "g", "h", "phi"], offset_at, OutgoingAxis::AZIMUTH)?;
     let backward = OutgoingAxis::BACKWARD;
     let forward = OutgoingAxis::FORWARD;
     all.set_item("azimuthal", azimuthal)?;

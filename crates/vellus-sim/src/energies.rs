@@ -34,8 +34,8 @@ pub enum Offsets {
 
 /// Energies of light that arrives at inclination `theta_o` (radians, |θ_o| < 90°), from `photons` ≥ 2 photons.
 ///
-/// The result depends on the seed, but not on the number of threads. `progress` gets reports, but does not
-/// stop the simulation.
+/// The result depends on the seed, but not on the number of threads. A cancelled simulation ends early, and its result
+/// means nothing.
 ///
 /// # Errors
 /// [`Error::OutOfRange`] if [`Fiber::validate`] returns it, or if `theta_o`, an offset or `photons` is out of range.
@@ -63,6 +63,9 @@ pub fn energies(
         .map(|chunk| {
             let mut rng = stream(seed, chunk);
             let mut sums = Sums::default();
+            if progress.is_cancelled() {
+                return sums;
+            }
             let range = chunk * CHUNK..((chunk + 1) * CHUNK).min(photons);
             let count = range.end - range.start;
             for k in range {

@@ -24,8 +24,8 @@ const BATCH: u64 = 64;
 /// Energy per solid angle that leaves into each cell, RGB, row by row over θ.
 ///
 /// This is f·cos θᵢ of the far field, averaged over each cell. The photons arrive at inclination `theta_o` (radians)
-/// over the whole width of the fibre. The result depends on the seed, but not on the number of threads. `progress`
-/// gets reports, but does not stop the simulation.
+/// over the whole width of the fibre. The result depends on the seed, but not on the number of threads. A cancelled
+/// simulation ends early, and its result means nothing.
 ///
 /// # Errors
 /// [`Error::OutOfRange`] if [`Fiber::validate`] returns it.
@@ -43,11 +43,17 @@ pub fn profile(
     let chunks = photons.div_ceil(CHUNK);
     let mut sums = vec![[0.0; 3]; cells.theta.len() * cells.phi.len()];
     for first in (0..chunks).step_by(BATCH as usize) {
+        if progress.is_cancelled() {
+            break;
+        }
         let batch: Vec<Vec<[f64; 3]>> = (first..chunks.min(first + BATCH))
             .into_par_iter()
             .map(|chunk| {
                 let mut rng = stream(seed, chunk);
                 let mut sums = vec![[0.0; 3]; cells.theta.len() * cells.phi.len()];
+                if progress.is_cancelled() {
+                    return sums;
+                }
                 let range = chunk * CHUNK..((chunk + 1) * CHUNK).min(photons);
                 let count = range.end - range.start;
                 for k in range {

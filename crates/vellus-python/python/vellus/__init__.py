@@ -3,17 +3,27 @@
 All angles are in degrees, all lengths in fibre radii, and absorption and scattering per fibre radius.
 """
 
-from . import models
-from ._types import Samples
+from . import models, plots
+from ._types import Estimate, Samples, SimulatedEnergies
 from ._vellus import (
+    FATES,
     Bcsdf,
     CoatColors,
     Fiber,
+    Fit,
+    Picture,
+    Profile,
+    Scene,
+    State,
     __version__,
     cell_window,
     direction,
+    fit,
     parameters,
     pixel_window,
+    profile,
+    simulate,
+    simulate_energies,
     species,
     tables,
 )
@@ -22,17 +32,30 @@ LOBES = ("R", "TT", "TRT", "TTs", "TRTs", "rest")
 """The six lobes, in the order of every axis of lobes."""
 
 __all__ = [
+    "FATES",
     "LOBES",
     "Bcsdf",
     "CoatColors",
+    "Estimate",
     "Fiber",
+    "Fit",
+    "Picture",
+    "Profile",
     "Samples",
+    "Scene",
+    "SimulatedEnergies",
+    "State",
     "__version__",
     "cell_window",
     "direction",
+    "fit",
     "models",
     "parameters",
     "pixel_window",
+    "plots",
+    "profile",
+    "simulate",
+    "simulate_energies",
     "species",
     "tables",
 ]

@@ -96,7 +96,7 @@ impl Film {
     }
 
     /// The value of a channel in the file.
-    fn value(&self, x: usize, y: usize, layer: Layer, k: usize) -> f32 {
+    pub(super) fn value(&self, x: usize, y: usize, layer: Layer, k: usize) -> f32 {
         let mean = self.mean(x, y, layer, k);
         let over = |cover: Layer| {
             let covered = self.mean(x, y, cover, 0);

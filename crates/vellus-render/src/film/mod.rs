@@ -7,8 +7,9 @@ mod layer;
 pub mod layout;
 mod meter;
 pub mod picture;
-mod png;
+pub mod png;
 mod sums;
+mod values;
 
 pub use layer::Layer;
 

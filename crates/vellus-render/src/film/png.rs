@@ -48,7 +48,7 @@ impl Film {
         notes: &[(String, String)],
     ) -> Result<Vec<u8>, Error> {
         let pixels = match denoised {
-            Some(denoised) => srgb(denoised.iter().map(|&v| f64::from(v)), exposure),
+            Some(denoised) => to_srgb(denoised, exposure),
             None => self.to_srgb(exposure),
         };
         self.encode_png(&pixels, png::ColorType::Rgb, notes)
@@ -95,6 +95,11 @@ impl Film {
         writer.finish().map_err(failed)?;
         Ok(bytes)
     }
+}
+
+/// Linear colours times 2^`exposure` as eight-bit sRGB. Values are clamped to [0, 1].
+pub fn to_srgb(values: &[f32], exposure: f32) -> Vec<u8> {
+    srgb(values.iter().map(|&v| f64::from(v)), exposure)
 }
 
 /// Values times 2^`exposure` as eight-bit sRGB.

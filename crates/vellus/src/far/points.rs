@@ -264,8 +264,8 @@ impl Points {
         Points { groups: ArrayVec::new_const(), exits: ArrayVec::new_const(), plain: true }
     }
 
-    /// Prepares the points so that they sum to the given `energy` of TTˢ and TRTˢ. Returns this energy. Its last channel
-    /// is the sum over the paths of the largest channel of each.
+    /// Prepares the points so that they sum to the given `energy` of TTˢ and TRTˢ. Returns this energy. Its last
+    /// channel is the sum over the paths of the largest channel of each.
     #[inline(always)]
     pub fn prepare(
         &mut self,

@@ -1,0 +1,133 @@
+"""Profiles, fits, simulations, pictures, interruption."""
+
+import json
+import os
+import pickle
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+import vellus
+
+THETA, PHI = np.arange(10.0, 50, 4), np.arange(0.0, 181, 10)
+
+
+def test_a_fit_finds_the_fibre_of_a_synthetic_profile():
+    truth = vellus.Fiber("cat")
+    profile = vellus.Profile.measure(truth, step=(8, 4))
+    reports = []
+    fit = vellus.fit(profile, starts=8, progress=lambda done, what: reports.append((done, what)))
+    assert fit.nrmse < 0.02 and abs(fit.fiber.eta - truth.eta) < 0.02 and fit.no_fit is None
+    assert fit.estimates["eta"].value == pytest.approx(fit.fiber.eta, rel=1e-6) and fit.estimates["eta"].determined
+    assert fit.estimates["alpha"].unit == "degrees"
+    assert fit.fitted.shape == profile.values.shape and fit.profile == profile
+    assert reports and all(0 <= done <= 1 for done, _ in reports)
+    assert "NRMSE" in str(fit) and json.loads(fit.to_json())["parameters"]["eta"]["state"] == "fitted"
+    assert fit.plot().png[:4] == b"\x89PNG" and "<svg" in fit.plot("slices").svg
+    fixed = vellus.fit(profile, starts=2, fix={"eta": 1.36, "beta_m": 5.66}, tie={"sigma_ma": "sigma_ca"})
+    assert fixed.fiber.eta == 1.36 and fixed.estimates["sigma_ma"].state == "tied"
+
+
+def test_profiles_from_arrays_and_files(tmp_path):
+    values = vellus.profile("cat", -30.0, THETA, PHI)
+    assert values.dtype == np.float32 and values.shape == (10, 19, 3)
+    wi, wo = vellus.direction(THETA[:, None], PHI), vellus.direction(-30.0, 0.0)
+    np.testing.assert_allclose(vellus.Bcsdf("cat").eval(wi, wo, window="far"), values, rtol=1e-3, atol=1e-6)
+    values = values.astype(float)
+    values[0, 0] = np.nan
+    color = vellus.Profile(THETA[:, None], PHI, values, theta_o=-30)
+    assert (len(color), color.channels, color.missing.tolist()) == (189, 3, [[10.0, 0.0]])
+    grey = vellus.Profile(THETA[:, None], PHI, values[..., 0], theta_o=-30, quantity="f")
+    assert (grey.channels, grey.quantity) == (1, "f")
+    for profile in (color, grey):
+        assert pickle.loads(pickle.dumps(profile)) == profile
+        profile.write(tmp_path / "p.csv")
+        again = vellus.Profile.read(tmp_path / "p.csv")
+        assert again.theta_o == -30 and again.quantity == profile.quantity
+        np.testing.assert_allclose(again.values, profile.values, rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda: vellus.Profile([0, 1], [0, 1], [1, -1], theta_o=0), "the value -1 at theta 1"),
+        (lambda: vellus.Profile([0, 95], [0, 1], [1, 1], theta_o=0), "theta = 95 is out of range"),
+        (lambda: vellus.Profile([0, 1], [0, 1], [1, 1], theta_o=95), "theta_o = 95 is out of range"),
+        (lambda: vellus.Profile([0, 1], [0, 1], [1, 1], theta_o=0), "2 measurements are too few"),
+        (lambda: vellus.Profile([0, 1], [0, 1, 2], [1, 1], theta_o=0), "do not fit together"),
+        (lambda: vellus.Profile([0], [0], [1], theta_o=0, quantity="g"), "quantity = 'g': expected f-cos or f"),
+        (lambda: vellus.Profile.measure("cat", noise=2), "noise = 2 is out of range"),
+        (lambda: vellus.Profile.measure("cat", channels=2), "channels = 2 is out of range"),
+        (lambda: vellus.Profile.read("absent.csv"), "absent.csv"),
+        (lambda: vellus.fit(vellus.Profile.measure("cat"), starts=0), "starts = 0 is out of range"),
+        (lambda: vellus.fit(vellus.Profile.measure("cat"), huber=0.5), "huber = 0.5 is out of range"),
+        (lambda: vellus.fit(vellus.Profile.measure("cat"), model="deon2011"), "cannot be fitted"),
+        (lambda: vellus.fit(vellus.Profile.measure("cat"), fix={"colour": 1}), "colour"),
+        (lambda: vellus.simulate("cat", 90, THETA, PHI), "theta_o = 90 is out of range"),
+        (lambda: vellus.simulate("cat", 0, [5.0, 0.0], PHI), "must be ascending and equidistant"),
+        (lambda: vellus.simulate("cat", 0, [5.0], PHI), "fewer than two angles"),
+        (lambda: vellus.simulate("cat", 0, THETA, PHI, photons=1), "photons = 1 is out of range"),
+        (lambda: vellus.simulate("cat", 0, np.arange(1000) / 100, np.arange(1000) / 10), "more than 500000"),
+        (lambda: vellus.simulate_energies("cat", 0, 2.0), "h = 2 is out of range"),
+        (lambda: vellus.profile("cat", 0, [95.0], PHI), "theta[0] = 95 is out of range"),
+        (lambda: vellus.profile("cat", np.nan, THETA, PHI), "theta_o = NaN is out of range"),
+        (lambda: vellus.plots.lobes("cat", h=3), "h = 3 is out of range"),
+        (lambda: vellus.plots.windows("cat", (0.5, 0.5)), "has no width"),
+        (lambda: vellus.plots.lobes("cat").save("x.gif"), "must end in .png or .svg"),
+    ],
+)
+def test_bad_arguments_are_named(call, text):
+    with pytest.raises(ValueError) as caught:
+        call()
+    assert text in str(caught.value)
+
+
+def test_simulations_agree_with_the_model():
+    simulated = vellus.simulate("cat", -30.0, THETA, PHI, photons=100_000)
+    assert np.array_equal(simulated, vellus.simulate("cat", -30.0, THETA, PHI, photons=100_000))
+    model = vellus.profile("cat", -30.0, THETA, PHI)
+    # The model is within 5 % of whole fibres, and the noise of the mean is below 1 %.
+    assert simulated.mean() == pytest.approx(model.mean(), rel=0.07)
+    energies = vellus.simulate_energies("cat", 30.0, photons=20_000)
+    wo = vellus.direction(30.0, 0.0)
+    assert energies.total == pytest.approx(vellus.Bcsdf("cat").energy(wo, window="far"), rel=0.06)
+    assert energies.mean[vellus.FATES.index("R")] == pytest.approx(0.05, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    "work",
+    [
+        lambda: vellus.simulate("cat", 0, THETA, PHI, photons=10**10),
+        lambda: vellus.simulate_energies("cat", 0, photons=10**9),
+        lambda: vellus.fit(vellus.Profile.measure("cat"), starts=5000),
+        lambda: vellus.Bcsdf("cat").eval(
+            np.tile([0.0, 1, 0], (4, 1)), vellus.direction(np.zeros(3_000_000), 0)[:, None], window="far", check=False
+        ),
+    ],
+)
+def test_ctrl_c_ends_long_work(work):
+    timer = threading.Timer(0.4, lambda: os.kill(os.getpid(), signal.SIGINT))
+    start = time.monotonic()
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        work()
+        time.sleep(5)
+    assert time.monotonic() - start < 4
+
+
+def test_an_error_of_the_callback_ends_the_work():
+    def fail(done, what):
+        raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        vellus.simulate("cat", 0, THETA, PHI, photons=10**9, progress=fail)
+
+
+@pytest.mark.parametrize("name", ["lobes", "profile", "energy"])
+def test_pictures(name, tmp_path):
+    plot = getattr(vellus.plots, name)("red-fox", 20.0)
+    assert plot._repr_png_()[:4] == b"\x89PNG" and len(plot.png) < 150_000 and plot.size[0] > 500
+    plot.save(tmp_path / "plot.svg")
+    assert "<svg" in (tmp_path / "plot.svg").read_text()
