@@ -41,8 +41,17 @@ def layer_of(picture, layer, shape):
     """A layer as (h, w, c). Missing layers are zeros: a group of lights may be empty."""
     if layer == "combined":
         return np.concatenate([picture["beauty"], picture["alpha"].reshape(*shape, 1)], 2)
+    layer, _, part = layer.partition(".")
     found = picture.get(layer)
-    if layer == "depth" and found is not None:
+    if found is None:
+        return None
+    if layer in ("lobes", "lights"):
+        names = picture.lobes if layer == "lobes" else picture.light_groups
+        return found[:, :, names.index(part)] if part in names else None
+    if part:
+        # Two ranks of an id and its coverage in each pass.
+        return found[:, :, 4 * int(part) : 4 * int(part) + 4]
+    if layer == "depth":
         # Vellus writes 0 where nothing is, Blender a large distance.
         return np.where(found > 0, found, 1e10)
     return found
@@ -139,8 +148,6 @@ class VellusEngine(bpy.types.RenderEngine):
             picture = render.run(work, size, crop, passes.layers_of(wanted), options, show)
             is_cancelled = self.test_break()
             self.fill(result, picture, wanted, crop)
-            for key, text in picture.get("notes", {}).items():
-                self.get_result().stamp_data_add_field(key, text)
         finally:
             self.end_result(result, cancel=is_cancelled)
 

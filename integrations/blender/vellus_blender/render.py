@@ -1,5 +1,6 @@
 """Renders a `Description` with the package vellus."""
 
+import math
 import zlib
 
 import numpy as np
@@ -72,16 +73,31 @@ def parameters_of(part, look, warn):
 def lights_to(scene, description):
     """Adds the lights."""
     for light in description.lights:
-        skip = {"name", "kind", "image", "group"}
-        settings = {key: value for key, value in light.items() if key not in skip and value is not None}
+        emission = next(light[key] for key in ("radiance", "intensity", "irradiance") if key in light)
+        settings = {"group": light["group"], "visible": light["visible"]}
         if light.get("image"):
             settings["texture"] = texture_of(scene, light["image"])
-        scene.add_light(light["kind"], group=light["group"], **settings)
+        for name, key in (("matrix", "to_world"), ("position", "center"), ("position", "position")):
+            if key in light:
+                settings[name] = light[key]
+        for key in ("direction", "radius"):
+            if key in light:
+                settings[key] = light[key]
+        if "rotation" in light:
+            settings["matrix"] = np.eye(4)
+            settings["matrix"][:3, :3] = light["rotation"]
+        if "half_angle" in light:
+            settings["angle"] = math.degrees(light["half_angle"])
+        if light["shaping"]:
+            settings["axis"] = light["shaping"]["axis"]
+            settings["cone"] = math.degrees(light["shaping"]["cone"])
+            settings["softness"] = light["shaping"]["softness"]
+        scene.add_light(light["kind"], emission, **settings)
 
 
 def texture_of(scene, image):
     """Adds an image as a texture."""
-    return scene.add_texture(image["pixels"], wrap=image["wrap"], srgb=False)
+    return scene.add_texture(image["pixels"], wrap=image["wrap"], name=image["name"])
 
 
 def geometry_to(scene, things, looks, surfaces, description, prototype=None):
@@ -118,7 +134,8 @@ def scene_of(description, transparent):
     scene = vellus.Scene()
     looks, surfaces = {}, {}
     for name, look in description.looks.items():
-        looks[name] = scene.add_look(fiber_of(look["values"]), name=look["name"], textures=look["images"])
+        textures = {parameter: scene.add_texture(pixels) for parameter, pixels in look["images"].items()}
+        looks[name] = scene.add_look(fiber_of(look["values"]), name=look["name"], textures=textures)
     for name, surface in description.surfaces.items():
         texture = texture_of(scene, surface["image"]) if surface["image"] else None
         keys = ("color", "emission", "roughness", "metallic", "ior", "name")
@@ -132,23 +149,29 @@ def scene_of(description, transparent):
         scene.add_instance(description.prototypes[index]["index"], matrix)
     lights_to(scene, description)
     camera = description.camera
+    if any(camera["shift"]):
+        description.warn("the shift of the camera is not supported and is ignored")
     scene.set_camera(
         camera["matrix"],
-        film_height=camera["film_height"],
+        fov=math.degrees(2 * math.atan(0.5 * camera["film_height"])),
         focus_distance=camera["focus_distance"],
         aperture=camera["aperture"],
-        shift=camera["shift"],
         moved=camera.get("moved"),
     )
     if transparent:
-        scene.background = "transparent"
+        scene.background = 0.0
     return scene
 
 
 def run(scene, size, crop, layers, options, show):
-    """Renders and returns a dict of layers. `show(layers, done, text)` returns whether to go on."""
+    """Renders a picture. `show(picture, done, text)` returns whether to go on."""
     settings = {"mode": options["mode"], "seed": options["seed"], "crop": crop}
     for name in ("noise", "time", "denoise"):
         if options.get(name):
             settings[name] = options[name]
-    return scene.render(*size, options["samples"], layers=["beauty", "alpha", *layers], callback=show, **settings)
+
+    def callback(state):
+        return show(state.picture(), state.done, f"{state.samples} of {state.total} samples")
+
+    layers = ["beauty", "alpha", *layers]
+    return scene.render(*size, options["samples"], layers=layers, callback=callback, interval=0.5, **settings)

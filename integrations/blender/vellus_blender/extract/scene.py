@@ -92,6 +92,7 @@ class Reader:
         """The parts of particle hair."""
         out = []
         for system in owner.particle_systems:
+
             def progress(share, name=owner.name):
                 self.progress(f"Reading the hair of {name}: {share:.0%}")
 
@@ -296,5 +297,3 @@ def same_light(a, b):
     """Whether a light did not move."""
     keys = ("position", "center", "direction", "to_world")
     return b is not None and all(np.allclose(a[k], b[k], atol=1e-7) for k in keys if k in a and k in b)
-
-

@@ -75,5 +75,13 @@ def read_world(world, warn):
     if not (color > 0).any():
         return None
     group = world.lightgroup if hasattr(world, "lightgroup") else ""
-    return {"kind": "dome", "name": "World", "group": group or "World", "radiance": color, "image": image,
-            "rotation": rotation, "visible": True, "shaping": None}
+    return {
+        "kind": "dome",
+        "name": "World",
+        "group": group or "World",
+        "radiance": color,
+        "image": image,
+        "rotation": rotation,
+        "visible": True,
+        "shaping": None,
+    }
