@@ -23,7 +23,7 @@ def image_of(image, parameter, node, warn):
 
 
 def read_look(material, warn_scene):
-    """The look of strands with this material: a dict with `name`, `values`, `images`, `attributes`, `random`, `node`."""
+    """The look of strands with this material: a dict with `name`, `values`, `images` and so on."""
     name = material.name_full if material else NO_MATERIAL
     out = {"name": name, "values": dict(DEFAULT), "images": {}, "attributes": {}}
     out.update(random=(0, 0), melanin=None)
