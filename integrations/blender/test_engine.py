@@ -112,6 +112,7 @@ def test_the_picture_is_that_of_the_exported_file():
     furry()
     ours = render("engine")
     assert ours.shape[:2] == SIZE[::-1] and np.isfinite(ours).all() and ours[..., :3].mean() > 0.01
+    assert (ours[..., 3] == 1).all()
     if not VELLUS:
         print("skipped: no command vellus to compare with")
         return

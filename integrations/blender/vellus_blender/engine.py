@@ -37,10 +37,11 @@ def cropped(scene):
     return (width, height), (left, height - top, right - left, top - bottom)
 
 
-def layer_of(picture, layer, shape):
+def layer_of(picture, layer, shape, is_transparent):
     """A layer as (h, w, c). Missing layers are zeros: a group of lights may be empty."""
     if layer == "combined":
-        return np.concatenate([picture["beauty"], picture["alpha"].reshape(*shape, 1)], 2)
+        alpha = picture["alpha"] if is_transparent else np.ones(shape, np.float32)
+        return np.concatenate([picture["beauty"], alpha.reshape(*shape, 1)], 2)
     layer, _, part = layer.partition(".")
     found = picture.get(layer)
     if found is None:
@@ -138,7 +139,7 @@ class VellusEngine(bpy.types.RenderEngine):
         is_cancelled = False
 
         def show(picture, done, text):
-            self.fill(result, picture, wanted, crop)
+            self.fill(result, picture, wanted, crop, is_transparent)
             self.update_result(result)
             self.update_progress(done)
             self.update_stats("", text)
@@ -147,18 +148,18 @@ class VellusEngine(bpy.types.RenderEngine):
         try:
             picture = render.run(work, size, crop, passes.layers_of(wanted), options, show)
             is_cancelled = self.test_break()
-            self.fill(result, picture, wanted, crop)
+            self.fill(result, picture, wanted, crop, is_transparent)
         finally:
             self.end_result(result, cancel=is_cancelled)
 
-    def fill(self, result, picture, wanted, crop):
+    def fill(self, result, picture, wanted, crop, is_transparent):
         """Copies layers into passes, bottom row first."""
         shape = (crop[3], crop[2])
         by_name = {p.name: p for p in wanted}
         for target in result.layers[0].passes:
             p = by_name.get(target.name)
             layer = "combined" if target.name == "Combined" else p.layer if p else None
-            values = layer_of(picture, layer, shape) if layer else None
+            values = layer_of(picture, layer, shape, is_transparent) if layer else None
             if values is not None:
                 values = np.broadcast_to(values.reshape(*shape, -1), (*shape, target.channels))
                 target.rect.foreach_set(np.ascontiguousarray(values[::-1], np.float32).ravel())
@@ -196,14 +197,15 @@ class VellusEngine(bpy.types.RenderEngine):
             self.preview.cancel()
             self.preview.key, self.preview.error = key, str(problem)
             return
-        shape = (size[1], size[0])
+        shape, is_transparent = (size[1], size[0]), scene.render.film_transparent
 
         def job(show):
             def step(picture, done, text):
-                show(layer_of(picture, "combined", shape), done)
+                show(layer_of(picture, "combined", shape, is_transparent), done)
                 return True
 
-            show(layer_of(render.run(work, size, (0, 0, *size), [], options, step), "combined", shape), 1.0)
+            picture = render.run(work, size, (0, 0, *size), [], options, step)
+            show(layer_of(picture, "combined", shape, is_transparent), 1.0)
 
         self.preview.start(key, job)
 
