@@ -14,12 +14,12 @@ use common::{Picture, run};
 fn scenes_have_the_same_pixels_as_before() {
     let folder = tempfile::tempdir().unwrap();
     let expected = [
-        ("hair-lock", "0c0b5571f2190a87"),
-        ("raccoon", "7f84337704fa139d"),
-        ("hamster", "284cfa7dc9f00008"),
-        ("cat", "eb236279dc3d390f"),
-        ("hair", "fef1b0113a0bc547"),
-        ("polar-bear", "8a4350834c5218f1"),
+        ("hair-lock", "5ef8abc2195bc969"),
+        ("raccoon", "346a0aba9fb907c0"),
+        ("hamster", "bea97cc140ef9595"),
+        ("cat", "a7d98c4bc59875c1"),
+        ("hair", "81c067661d888618"),
+        ("polar-bear", "464b083f33b651f2"),
     ];
     let hashes = expected.map(|(scene, _)| {
         run(folder.path(), &["render", scene, "--size", "64x48", "--spp", "4", "-o", "picture.exr"]);

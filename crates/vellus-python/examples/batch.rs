@@ -1,4 +1,5 @@
-//! The queries of the Python package in Rust alone: reference values for its tests, and the other side of its benchmark.
+//! The queries of the Python package in Rust alone: reference values for its tests, and the other side of its
+//! benchmark.
 //!
 //! `batch values` writes JSON with arguments and results. `batch bench COUNT` reads lines from standard input, and
 //! answers each with the seconds that COUNT near-field queries took.

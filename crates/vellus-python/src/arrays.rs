@@ -1,6 +1,8 @@
 //! Arguments that are arrays of real numbers, and their broadcasting.
 
-use numpy::{PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods, dtype};
+use numpy::{
+    PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods, dtype,
+};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -64,7 +66,11 @@ impl<'py> Real<'py> {
         let copy = match kind.kind() {
             b'f' if kind.itemsize() <= 4 => copied(&array, "f4")?,
             b'f' | b'i' | b'u' => copied(&array, "f8")?,
-            _ => return Err(PyTypeError::new_err(format!("{name} has the dtype {kind}: it must be float32 or float64"))),
+            _ => {
+                return Err(PyTypeError::new_err(format!(
+                    "{name} has the dtype {kind}: it must be float32 or float64"
+                )));
+            }
         };
         if let Ok(single) = copy.cast::<PyArrayDyn<f32>>() {
             return Ok(Real::Single(single.try_readonly()?));
@@ -126,6 +132,16 @@ impl Real<'_> {
             Real::Double(array) => array.as_array().iter().copied().collect(),
             Real::Number(x) => x.to_vec(),
             Real::Pair(x) => x.to_vec(),
+        }
+    }
+
+    /// All numbers in single precision, in row-major order.
+    pub fn floats(&self) -> Vec<f32> {
+        match self {
+            Real::Single(array) => array.as_array().iter().copied().collect(),
+            Real::Double(array) => array.as_array().iter().map(|x| *x as f32).collect(),
+            Real::Number(x) => x.iter().map(|x| *x as f32).collect(),
+            Real::Pair(x) => x.iter().map(|x| *x as f32).collect(),
         }
     }
 
@@ -202,7 +218,8 @@ pub fn broadcast(arguments: &mut [&mut Rows<'_>]) -> PyResult<Vec<usize>> {
 impl Rows<'_> {
     /// Over how many neighbouring rows the argument stays the same.
     pub fn run(&self, shape: &[usize]) -> usize {
-        let constant = shape.iter().zip(&self.strides).rev().take_while(|(length, stride)| **length == 1 || **stride == 0);
+        let constant =
+            shape.iter().zip(&self.strides).rev().take_while(|(length, stride)| **length == 1 || **stride == 0);
         constant.map(|(length, _)| length).product()
     }
 

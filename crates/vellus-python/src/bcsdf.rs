@@ -296,6 +296,7 @@ pub const SAMPLE: &[(Option<&[usize]>, usize)] = &[(Some(&[3]), 0), (Some(&[]), 
 /// The named tuple `vellus.Samples`.
 pub fn samples(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
     static SAMPLES: pyo3::sync::PyOnceLock<Py<PyAny>> = pyo3::sync::PyOnceLock::new();
-    let class = SAMPLES.get_or_try_init(py, || PyResult::Ok(py.import("vellus._types")?.getattr("Samples")?.unbind()))?;
+    let class =
+        SAMPLES.get_or_try_init(py, || PyResult::Ok(py.import("vellus._types")?.getattr("Samples")?.unbind()))?;
     Ok(class.bind(py).clone())
 }

@@ -112,6 +112,7 @@ pub fn shortest(x: f32) -> f64 {
 }
 
 #[pymethods]
+#[allow(clippy::wrong_self_convention, reason = "methods of Python take a reference")]
 impl Fiber {
     #[new]
     #[pyo3(signature = (preset = None, /, **parameters))]
@@ -264,9 +265,7 @@ impl Fiber {
                 let unit = Parameter::from_name(name).map_or("", |p| p.unit().suffix());
                 let number = match number {
                     serde_json::Value::String(text) => text.clone(),
-                    serde_json::Value::Array(rgb) => {
-                        rgb.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
-                    }
+                    serde_json::Value::Array(rgb) => rgb.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "),
                     number => number.to_string(),
                 };
                 format!("<tr><th style=\"text-align:left\">{name}</th><td>{number}{unit}</td></tr>")
@@ -280,13 +279,10 @@ impl Fiber {
         };
         let color = self.0.coat_color().map_err(value)?;
         let [r, g, b] = color.map(shown);
-        let swatch = format!(
-            "<span style=\"display:inline-block;width:4em;height:1em;background:rgb({r},{g},{b})\"></span>"
-        );
+        let swatch =
+            format!("<span style=\"display:inline-block;width:4em;height:1em;background:rgb({r},{g},{b})\"></span>");
         let [x, y, z] = color;
-        let coat = format!(
-            "<tr><th style=\"text-align:left\">coat</th><td>{swatch} {x:.3}, {y:.3}, {z:.3}</td></tr>"
-        );
+        let coat = format!("<tr><th style=\"text-align:left\">coat</th><td>{swatch} {x:.3}, {y:.3}, {z:.3}</td></tr>");
         Ok(format!("<table>{rows}{coat}</table>"))
     }
 
@@ -303,13 +299,17 @@ impl Fiber {
         let py = slf.py();
         let make = slf.get_type().getattr("_from_state")?;
         let state = slf.get().state().map(f64::from);
-        Ok((make, PyTuple::new(py, [state.into_pyobject(py)?.into_any(), slf.get().exit().into_pyobject(py)?.into_any()])?))
+        Ok((
+            make,
+            PyTuple::new(py, [state.into_pyobject(py)?.into_any(), slf.get().exit().into_pyobject(py)?.into_any()])?,
+        ))
     }
 
     #[staticmethod]
     fn _from_state(state: [f64; 15], exit: &str) -> PyResult<Self> {
         let state = state.map(|x| x as f32);
-        let [kappa, eta, alpha, beta_m, beta_n, r, g, b, sigma_ms, x, y, z, anisotropy, layers, medulla_pigment] = state;
+        let [kappa, eta, alpha, beta_m, beta_n, r, g, b, sigma_ms, x, y, z, anisotropy, layers, medulla_pigment] =
+            state;
         let fiber = vellus::Fiber {
             eta,
             kappa,

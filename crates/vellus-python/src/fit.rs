@@ -117,8 +117,8 @@ impl Profile {
 
     /// Makes a synthetic measurement of a fibre, for tests and examples.
     ///
-    /// `fiber`: a `Fiber` or the name of a preset. `theta_o`: inclination of the fixed direction, -30 degrees without it.
-    /// `theta`, `phi`: first and last angle, degrees; 10 to 50 and -20 to 200 without them. `step`: steps over theta and
+    /// `fiber`: a `Fiber` or the name of a preset. `theta_o`: inclination of the fixed direction, -30 without it.
+    /// `theta`, `phi`: first and last angle; 10 to 50 and -20 to 200 without them. `step`: steps over theta and
     /// phi, 2 degrees without it. `noise`: standard deviation of
     /// the logarithm of each value, in [0, 1]. `gaps`: share of missing directions, in [0, 0.9]. `scale`: factor on the
     /// values. `channels`: 1 or 3. `photons`: traces a whole fibre with so many photons instead of a model. `model`:
@@ -244,14 +244,11 @@ impl Profile {
     #[allow(clippy::type_complexity)]
     fn __reduce__<'py>(
         slf: &Bound<'py, Self>,
-    ) -> PyResult<(
-        Bound<'py, PyAny>,
-        (Vec<[f64; 5]>, Vec<[f64; 2]>, Vec<(String, f64)>, f64, &'static str, usize),
-    )> {
+    ) -> PyResult<(Bound<'py, PyAny>, (Vec<[f64; 5]>, Vec<[f64; 2]>, Vec<(String, f64)>, f64, &'static str, usize))>
+    {
         let p = &slf.get().0;
         let points = p.points.iter().map(|Point { theta, phi, value: [r, g, b] }| [*theta, *phi, *r, *g, *b]).collect();
-        let state =
-            (points, p.missing.clone(), p.simulated.clone(), p.theta_o, p.quantity.name(), p.channels);
+        let state = (points, p.missing.clone(), p.simulated.clone(), p.theta_o, p.quantity.name(), p.channels);
         Ok((slf.get_type().getattr("_from_state")?, state))
     }
 
@@ -290,11 +287,7 @@ impl Profile {
 }
 
 /// RGB or grey rows.
-fn rows<'py>(
-    py: Python<'py>,
-    values: impl Iterator<Item = [f64; 3]>,
-    channels: usize,
-) -> PyResult<Bound<'py, PyAny>> {
+fn rows<'py>(py: Python<'py>, values: impl Iterator<Item = [f64; 3]>, channels: usize) -> PyResult<Bound<'py, PyAny>> {
     let numbers: Vec<f64> = values.flat_map(|value| value.into_iter().take(channels)).collect();
     let count = numbers.len() / channels;
     Ok(PyArray1::from_vec(py, numbers).reshape([count, channels])?.into_any())
@@ -461,7 +454,7 @@ fn fit(
     let mut options = Options { starts, seed, huber, exit, ..Options::default() };
     for (name, given) in fix.into_iter().flatten() {
         let name: String = name.extract()?;
-        let numbers = fiber::numbers(&name, &given)?.into_iter().map(|x| fiber::shortest(x)).collect();
+        let numbers = fiber::numbers(&name, &given)?.into_iter().map(fiber::shortest).collect();
         options.requests.fix.push((name.parse().map_err(value)?, numbers));
     }
     for (name, leader) in tie.into_iter().flatten() {

@@ -11,6 +11,7 @@ mod models;
 mod numbers;
 mod plots;
 mod query;
+mod render;
 mod simulate;
 mod tables;
 mod threads;
@@ -31,5 +32,6 @@ fn _vellus(module: &Bound<'_, PyModule>) -> PyResult<()> {
     fit::register(module)?;
     plots::register(module)?;
     simulate::register(module)?;
-    tables::register(module)
+    tables::register(module)?;
+    render::register(module)
 }

@@ -15,8 +15,7 @@ fn each<'py, const N: usize, const M: usize>(
     inner: &[usize],
     function: impl Fn([f32; N]) -> Result<[f32; M], String>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let reals: Vec<Real<'_>> =
-        arguments.iter().map(|(name, given)| Real::new(given, name)).collect::<PyResult<_>>()?;
+    let reals: Vec<Real<'_>> = arguments.iter().map(|(name, given)| Real::new(given, name)).collect::<PyResult<_>>()?;
     let mut rows: Vec<Rows<'_>> =
         reals.iter().zip(arguments).map(|(real, (name, _))| real.rows(name, None)).collect::<PyResult<_>>()?;
     let shape = broadcast(&mut rows.iter_mut().collect::<Vec<_>>())?;
@@ -56,11 +55,7 @@ fn not_negative(width: f32) -> Result<(), String> {
 ///
 /// Raises `ValueError` for a width below 0.
 #[pyfunction]
-fn pixel_window<'py>(
-    py: Python<'py>,
-    h: &Bound<'py, PyAny>,
-    width: &Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyAny>> {
+fn pixel_window<'py>(py: Python<'py>, h: &Bound<'py, PyAny>, width: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     each(py, [("h", h), ("width", width)], &[2], |[h, width]| {
         not_negative(width)?;
         Ok(Window::pixel(h, width).ends())

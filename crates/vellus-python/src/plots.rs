@@ -210,12 +210,7 @@ fn plot_energy(py: Python<'_>, fiber: &Bound<'_, PyAny>, theta_o: f64, model: &s
 /// models, all without it.
 #[pyfunction]
 #[pyo3(signature = (fiber, theta_o = 0.0, *, models = None))]
-fn plot_models(
-    py: Python<'_>,
-    fiber: &Bound<'_, PyAny>,
-    theta_o: f64,
-    models: Option<Vec<String>>,
-) -> PyResult<Plot> {
+fn plot_models(py: Python<'_>, fiber: &Bound<'_, PyAny>, theta_o: f64, models: Option<Vec<String>>) -> PyResult<Plot> {
     let (name, fiber) = (name_of(fiber), fiber::argument(fiber)?);
     in_range("theta_o", theta_o, DEGREES)?;
     let kinds = ModelKind::list(&models.unwrap_or_else(|| vec!["all".to_owned()])).map_err(value)?;

@@ -446,7 +446,14 @@ impl Inputs<'_> {
     }
 
     /// The queries of one hit with a window.
-    fn wide<B: Batch>(&self, task: Task, hit: &B::Hit<'_>, [first, end]: [usize; 2], shared: bool, results: &mut [f32]) {
+    fn wide<B: Batch>(
+        &self,
+        task: Task,
+        hit: &B::Hit<'_>,
+        [first, end]: [usize; 2],
+        shared: bool,
+        results: &mut [f32],
+    ) {
         let count = self.count;
         match task {
             Task::Eval { .. } | Task::Pdf | Task::EvalPdf { .. } if shared => {

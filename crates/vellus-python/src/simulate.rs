@@ -91,7 +91,9 @@ fn centres(name: &str, angles: &[f64], size: Option<f64>) -> PyResult<f64> {
     let step = match (angles, size) {
         (_, Some(size)) if size > 0.0 && size <= 360.0 => size,
         (_, Some(size)) => {
-            return Err(PyValueError::new_err(format!("size of {name} = {size} is out of range: it must be in (0, 360]")));
+            return Err(PyValueError::new_err(format!(
+                "size of {name} = {size} is out of range: it must be in (0, 360]"
+            )));
         }
         ([first, .., last], None) => (last - first) / (angles.len() - 1) as f64,
         _ => return Err(PyValueError::new_err(format!("{name} has fewer than two angles: give size"))),

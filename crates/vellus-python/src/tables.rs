@@ -5,9 +5,7 @@ use numpy::{PyArray, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use vellus::grid::{OutgoingAxis, g_at, offset_at, tau_at, theta_at};
-use vellus::parts::{
-    ABSORPTIONS, ENTRIES, ExitData, NODES, ROWS, SHIPPED_EXITS, STATES, absorption_at, cell,
-};
+use vellus::parts::{ABSORPTIONS, ENTRIES, ExitData, NODES, ROWS, SHIPPED_EXITS, STATES, absorption_at, cell};
 use vellus::{FactorTable, TableData, Tables};
 
 /// Positions of `nodes` nodes along an axis.
@@ -66,8 +64,7 @@ fn mixture<'py>(
 fn tables(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let data = TableData::from_bytes(Tables::SHIPPED).map_err(value)?;
     let all = PyDict::new(py);
-    let azimuthal =
-        mixture(py, &data.azimuthal, ["tau", "g", "h", "phi"], offset_at, OutgoingAxis::AZIMUTH)?;
+    let azimuthal = mixture(py, &data.azimuthal, ["tau", "g", "h", "phi"], offset_at, OutgoingAxis::AZIMUTH)?;
     let backward = OutgoingAxis::BACKWARD;
     let forward = OutgoingAxis::FORWARD;
     all.set_item("azimuthal", azimuthal)?;

@@ -10,7 +10,7 @@ use std::time::Duration;
 use vellus_io::Progress;
 
 /// How often the interpreter handles signals while work is running.
-const POLL: Duration = Duration::from_millis(50);
+pub const POLL: Duration = Duration::from_millis(50);
 
 /// What work tells its caller, and the other way round. For the crates it is a [`Progress`].
 #[derive(Debug, Default)]
@@ -24,6 +24,11 @@ impl Watch {
     /// Whether work should end at its next opportunity. Its result is then dropped.
     pub fn is_stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
+    }
+
+    /// Asks the work to end at its next opportunity.
+    pub fn stop(&self) {
+        self.stop.store(true, Ordering::Relaxed);
     }
 
     fn take(&self) -> Option<(f64, String)> {
@@ -44,7 +49,7 @@ impl Progress for Watch {
 /// The threads of this process. `RAYON_NUM_THREADS` sets their number, otherwise there is one for each core.
 ///
 /// A process that was forked has none of its parent's threads, so it makes new ones.
-fn pool() -> PyResult<Arc<ThreadPool>> {
+pub fn pool() -> PyResult<Arc<ThreadPool>> {
     static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
     let mut pool = POOL.lock().unwrap_or_else(PoisonError::into_inner);
     let process = std::process::id();
@@ -104,7 +109,7 @@ pub fn run_reporting<R: Send>(
                     Ok(result) => return poll().map(|()| result),
                     Err(RecvTimeoutError::Timeout) => {
                         if let Err(interrupt) = poll() {
-                            watch.stop.store(true, Ordering::Relaxed);
+                            watch.stop();
                             return Err(interrupt);
                         }
                     }

@@ -48,7 +48,9 @@ def test_parameters_are_those_of_files():
 def test_any_parameters_in_range_are_kept(kappa, alpha, beta_m, sigma):
     fiber = Fiber(kappa=kappa, alpha=alpha, beta_m=beta_m, sigma_ca=sigma)
     assert pickle.loads(pickle.dumps(fiber)) == fiber
-    assert fiber.kappa == pytest.approx(kappa, rel=1e-6, abs=1e-45) and fiber.alpha == pytest.approx(alpha, rel=1e-5, abs=1e-6)
+    assert fiber.kappa == pytest.approx(kappa, rel=1e-6, abs=1e-45) and fiber.alpha == pytest.approx(
+        alpha, rel=1e-5, abs=1e-6
+    )
     assert fiber.sigma_ca == pytest.approx(sigma, rel=1e-7, abs=1e-45)
 
 

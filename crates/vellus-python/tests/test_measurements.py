@@ -102,8 +102,9 @@ def test_simulations_agree_with_the_model():
         lambda: vellus.simulate("cat", 0, THETA, PHI, photons=10**10),
         lambda: vellus.simulate_energies("cat", 0, photons=10**9),
         lambda: vellus.fit(vellus.Profile.measure("cat"), starts=5000),
-        lambda: vellus.Bcsdf("cat").eval(np.tile([0.0, 1, 0], (4, 1)), vellus.direction(np.zeros(3_000_000), 0)[:, None],
-                                         window="far", check=False),
+        lambda: vellus.Bcsdf("cat").eval(
+            np.tile([0.0, 1, 0], (4, 1)), vellus.direction(np.zeros(3_000_000), 0)[:, None], window="far", check=False
+        ),
     ],
 )
 def test_ctrl_c_ends_long_work(work):

@@ -118,7 +118,12 @@ def test_memory_layouts(fox, rng):
 
 def test_empty_arrays(fox):
     assert fox.eval(np.zeros((0, 3)), X, 0.1).shape == (0, 3)
-    assert fox.eval(np.zeros((4, 0, 3), np.float32), np.zeros((1, 3), np.float32), 0.1, lobes=True).shape == (4, 0, 6, 3)
+    assert fox.eval(np.zeros((4, 0, 3), np.float32), np.zeros((1, 3), np.float32), 0.1, lobes=True).shape == (
+        4,
+        0,
+        6,
+        3,
+    )
     assert fox.sample(X, np.zeros((0, 5)), window="far").lobe.shape == (0,)
     assert fox.energy(np.zeros((2, 0, 3)), window="far").shape == (2, 0, 3)
     assert vellus.cell_window([], 0.2, 0.5).shape == (0, 2)
@@ -301,7 +306,9 @@ def test_one_model_from_many_threads(fox, rng):
     wi, wo, h = unit(rng, 5000), unit(rng, 5000), rng.uniform(-1, 1, 5000)
     expected = fox.eval(wi, wo, h)
     same = []
-    threads = [threading.Thread(target=lambda: same.append(np.array_equal(fox.eval(wi, wo, h), expected))) for _ in range(8)]
+    threads = [
+        threading.Thread(target=lambda: same.append(np.array_equal(fox.eval(wi, wo, h), expected))) for _ in range(8)
+    ]
     [thread.start() for thread in threads]
     [thread.join() for thread in threads]
     assert same == [True] * 8

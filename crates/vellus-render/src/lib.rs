@@ -50,7 +50,7 @@
 
 /// The version of the pictures. It changes with every change that alters a picture: the changelog marks these *image*.
 /// Films of different versions cannot be merged.
-pub const PICTURE_VERSION: u32 = 4;
+pub const PICTURE_VERSION: u32 = 5;
 
 #[cfg(feature = "denoise")]
 pub mod denoise;
@@ -71,6 +71,7 @@ pub use film::checkpoint::{Checkpoint, MAX_SAMPLES};
 pub use film::cryptomatte::Thing;
 pub use film::layout::Layout;
 pub use film::picture::{Notes, PIXELS_NOTE, PixelType, check_picture};
+pub use film::png::to_srgb;
 pub use film::{Film, Layer};
 pub use geometry::curves::{CurveHit, Curves};
 pub use geometry::ray::Ray;

@@ -109,7 +109,7 @@ impl World {
         let mut all = Statistics::default();
         rows.iter().for_each(|row| all += row.statistics);
         film.add_counts(&rows.iter().flat_map(|row| row.counts.iter().copied()).collect::<Vec<_>>());
-        film.add_rows(rows.into_iter().map(|row| row.sums));
+        film.add_rows(rows.into_par_iter().map(|row| row.sums));
         film.advance(samples.end.saturating_sub(samples.start));
         Ok(all)
     }

@@ -15,7 +15,7 @@ class Samples(NamedTuple):
     weight: NDArray[Any]
     """f·cos θᵢ over the density, RGB: shape (..., 3)."""
     lobe: NDArray[Any]
-    """Index into `LOBES` of the lobe that the direction was drawn from: int8, shape (...). -1 where nothing was drawn."""
+    """Index into `LOBES` of the lobe that the direction was drawn from: int8, shape (...). -1 where none was drawn."""
 
 
 class SimulatedEnergies(NamedTuple):

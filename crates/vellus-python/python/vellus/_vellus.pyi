@@ -1,5 +1,6 @@
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from os import PathLike
+from pathlib import Path
 from typing import Any, Literal, TypeAlias, final
 
 import numpy as np
@@ -397,3 +398,167 @@ def plot_profile(
 def plot_energy(fiber: Fiber | str, theta_o: float = 0.0, *, model: str = "vellus") -> Plot: ...
 def plot_models(fiber: Fiber | str, theta_o: float = 0.0, *, models: Sequence[str] | None = None) -> Plot: ...
 def plot_windows(fiber: Fiber | str, window: Sequence[float], theta_o: float = 0.0) -> Plot: ...
+@final
+class Scene:
+    def __new__(cls) -> Scene: ...
+    @staticmethod
+    def open(
+        path: _Path,
+        *,
+        small: bool = False,
+        fiber: Fiber | str | None = None,
+        width: float | None = None,
+        strands: float | None = None,
+        camera: str | None = None,
+        frame: float | None = None,
+        stage: bool = True,
+        aspect: float = 1.5,
+        light: str | None = None,
+        background: str | None = None,
+        view: str | None = None,
+        body: _Path | None = None,
+    ) -> Scene: ...
+    @property
+    def warnings(self) -> list[str]: ...
+    @property
+    def strand_count(self) -> int: ...
+    @property
+    def light_groups(self) -> list[str]: ...
+    @property
+    def bounds(self) -> tuple[list[float], list[float]] | None: ...
+    @property
+    def background(self) -> list[float] | None: ...
+    @background.setter
+    def background(self, color: ArrayLike | None) -> None: ...
+    def add_look(self, fiber: Fiber | str, *, name: str = "", textures: Mapping[str, int] | None = None) -> int: ...
+    def add_texture(
+        self, image: ArrayLike | _Path, *, wrap: str = "repeat", linear: bool = False, name: str = ""
+    ) -> int: ...
+    def add_strands(
+        self,
+        points: ArrayLike,
+        counts: ArrayLike,
+        radii: ArrayLike,
+        *,
+        look: int = 0,
+        basis: str = "linear",
+        uv: ArrayLike | None = None,
+        moved: ArrayLike | None = None,
+        parameters: Mapping[str, ArrayLike] | None = None,
+        name: str = "",
+        prototype: int | None = None,
+    ) -> None: ...
+    def add_surface(
+        self,
+        *,
+        color: ArrayLike | None = None,
+        texture: int | None = None,
+        emission: ArrayLike | None = None,
+        roughness: float = 0.5,
+        metallic: float = 0.0,
+        ior: float = 1.5,
+        name: str = "",
+    ) -> int: ...
+    def add_mesh(
+        self,
+        points: ArrayLike,
+        triangles: ArrayLike,
+        *,
+        surface: int,
+        normals: ArrayLike | None = None,
+        uv: ArrayLike | None = None,
+        moved: ArrayLike | None = None,
+        name: str = "",
+        prototype: int | None = None,
+    ) -> None: ...
+    def add_prototype(self, name: str = "") -> int: ...
+    def add_instance(self, prototype: int, matrix: ArrayLike) -> None: ...
+    def add_light(
+        self,
+        kind: str,
+        color: ArrayLike | None = None,
+        *,
+        matrix: ArrayLike | None = None,
+        direction: ArrayLike | None = None,
+        angle: float = 0.0,
+        position: ArrayLike | None = None,
+        radius: float | None = None,
+        axis: ArrayLike | None = None,
+        texture: int | None = None,
+        cone: float | None = None,
+        softness: float = 0.0,
+        group: str | None = None,
+        visible: bool = True,
+    ) -> int: ...
+    def set_camera(
+        self,
+        matrix: ArrayLike,
+        *,
+        fov: float = 40.0,
+        aperture: float = 0.0,
+        focus_distance: float = 1.0,
+        moved: ArrayLike | None = None,
+    ) -> None: ...
+    def look_at(self, eye: ArrayLike, target: ArrayLike, *, up: ArrayLike | None = None, fov: float = 40.0) -> None: ...
+    def render(
+        self,
+        width: int = 960,
+        height: int = 640,
+        samples: int = 64,
+        *,
+        layers: Sequence[str] | None = None,
+        mode: str = "multiscale",
+        filter: str = "tent",
+        seed: int = 0,
+        crop: Sequence[int] | None = None,
+        noise: float | None = None,
+        time: float | None = None,
+        max_depth: int | None = None,
+        clamp_indirect: float | None = None,
+        denoise: bool = False,
+        callback: Callable[[State], object] | None = None,
+        interval: float = 2.0,
+        progress: bool = False,
+    ) -> Picture: ...
+
+@final
+class State:
+    @property
+    def samples(self) -> int: ...
+    @property
+    def total(self) -> int: ...
+    @property
+    def done(self) -> float: ...
+    @property
+    def seconds(self) -> float: ...
+    @property
+    def noise(self) -> float | None: ...
+    def picture(self) -> Picture: ...
+
+@final
+class Picture:
+    def __getitem__(self, name: str, /) -> NDArray[Any]: ...
+    def __contains__(self, name: str, /) -> bool: ...
+    def __len__(self) -> int: ...
+    def __iter__(self) -> Iterator[str]: ...
+    def keys(self) -> list[str]: ...
+    def values(self) -> list[NDArray[Any]]: ...
+    def items(self) -> list[tuple[str, NDArray[Any]]]: ...
+    def get(self, name: str, default: NDArray[Any] | None = None) -> NDArray[Any] | None: ...
+    @property
+    def width(self) -> int: ...
+    @property
+    def height(self) -> int: ...
+    @property
+    def samples(self) -> int: ...
+    @property
+    def noise(self) -> float | None: ...
+    @property
+    def light_groups(self) -> list[str]: ...
+    @property
+    def lobes(self) -> list[str]: ...
+    @property
+    def statistics(self) -> dict[str, float]: ...
+    def write(self, path: _Path, *, exposure: float = 0.0, half: bool = True) -> list[Path]: ...
+    def srgb(self, exposure: float = 0.0) -> NDArray[np.uint8]: ...
+    def _repr_png_(self) -> bytes: ...

@@ -221,13 +221,14 @@ impl Checkpoint {
 mod tests {
     use super::*;
     use crate::film::Layer;
+    use rayon::prelude::{IntoParallelIterator, ParallelIterator};
 
     fn part() -> Checkpoint {
         let groups = ["key".to_owned(), "Füllicht".to_owned()];
         let layout = Layout::new(&[Layer::Depth, Layer::Lights, Layer::Strand], &groups);
         let mut film = Film::new([9, 8], [2, 3, 4, 3], layout);
         let length = 4 * film.layout().words();
-        film.add_rows((0..3).map(|y| vec![y * 77 + 5; length]));
+        film.add_rows((0..3).into_par_iter().map(|y| vec![y * 77 + 5; length]));
         film.advance(9);
         let notes = vec![("vellus_command".to_owned(), "vellus render 狐.usda".to_owned())];
         Checkpoint { identity: Digest([0xfe; 32]), samples: 2..11, planned: 12, notes, film }

@@ -4,6 +4,7 @@ use super::picture::{Notes, PIXELS_NOTE, PixelType, check_claim};
 use crate::error::Error;
 use crate::film::{Film, Layer, cryptomatte};
 use ::exr::prelude::*;
+use rayon::prelude::{IntoParallelIterator, ParallelIterator};
 use std::io::Cursor;
 use vellus_io::{Digest, DigestBuilder};
 
@@ -35,7 +36,7 @@ impl Film {
         notes: &[(String, String)],
     ) -> std::result::Result<Vec<u8>, Error> {
         let (width, height) = (self.width(), self.height());
-        let pixels = || (0..width * height).map(|i| (i % width, i / width));
+        let pixels = || (0..width * height).into_par_iter().map(|i| (i % width, i / width));
         let (mut channels, mut cryptomattes) = (Vec::new(), Vec::new());
         // All channels of a layer have one type: many programs cannot read colours with mixed types.
         let mut push = |names: &[String], values: Vec<Vec<f32>>, exact: bool| {
@@ -95,7 +96,7 @@ impl Film {
     }
 
     /// The value of a channel in the file.
-    fn value(&self, x: usize, y: usize, layer: Layer, k: usize) -> f32 {
+    pub(super) fn value(&self, x: usize, y: usize, layer: Layer, k: usize) -> f32 {
         let mean = self.mean(x, y, layer, k);
         let over = |cover: Layer| {
             let covered = self.mean(x, y, cover, 0);
@@ -167,7 +168,9 @@ mod tests {
     fn pictures_carry_a_digest_of_their_pixels() {
         let layout = Layout::new(&[Layer::Albedo, Layer::Strand], &[]);
         let mut film = Film::new([8, 9], [4, 5, 3, 2], layout.clone());
-        film.add_rows((0..2).map(|y| (0..3 * layout.words()).map(|i| (i * 77 + y) as u32).collect()));
+        film.add_rows(
+            (0..2usize).into_par_iter().map(|y| (0..3 * layout.words()).map(|i| (i * 77 + y) as u32).collect()),
+        );
         film.advance(1);
         let notes = [("vellus_identity".to_owned(), "狐".to_owned())];
         let exr = film.to_exr(&[Layer::Beauty, Layer::Strand], None, PixelType::Half, &notes).unwrap();
@@ -192,7 +195,8 @@ mod tests {
     #[test]
     fn sizes_that_a_file_cannot_have_are_refused_before_memory_is_allocated() {
         let mut film = Film::new([3, 2], [0, 0, 3, 2], Layout::new(&[], &[]));
-        film.add_rows((0..2).map(|_| vec![0; 3 * film.layout().words()]).collect::<Vec<_>>().into_iter());
+        let length = 3 * film.layout().words();
+        film.add_rows((0..2usize).into_par_iter().map(|_| vec![0; length]));
         film.advance(1);
         let exr = film.to_exr(&[Layer::Beauty], None, PixelType::Float, &[]).unwrap();
         let name = b"dataWindow\0box2i\0";
@@ -222,7 +226,7 @@ mod tests {
             let mut row = vec![0; layout.words()];
             assert!(add(&layout, &mut row, &values, 0));
             let mut film = Film::new([1, 1], [0, 0, 1, 1], layout);
-            film.add_rows(std::iter::once(row));
+            film.add_rows(rayon::iter::once(row));
             film.advance(1);
             let bytes = film.to_exr(&[Layer::Beauty, Layer::Alpha], None, PixelType::Half, &[]).unwrap();
             let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer();
@@ -252,7 +256,7 @@ mod tests {
             row
         };
         let mut film = Film::new([8, 9], [4, 5, 3, 2], layout.clone());
-        film.add_rows((0..2).map(row));
+        film.add_rows((0..2usize).into_par_iter().map(row));
         film.advance(1);
         let notes = [("vellus_command".to_owned(), "vellus render 狐.usda".to_owned())];
         let denoised: Vec<f32> = (0..18).map(|i| i as f32).collect();

@@ -7,13 +7,15 @@ mod layer;
 pub mod layout;
 mod meter;
 pub mod picture;
-mod png;
+pub mod png;
 mod sums;
+mod values;
 
 pub use layer::Layer;
 
 use crate::film::layout::Layout;
 use cryptomatte::Count;
+use rayon::prelude::*;
 use sums::Format;
 
 /// The number for a strand in a film. Of two numbers, the larger one is of the strand nearer to the camera.
@@ -110,11 +112,10 @@ impl Film {
     }
 
     /// Adds sums of all pixels, row by row.
-    pub(crate) fn add_rows(&mut self, rows: impl Iterator<Item = Vec<u32>>) {
+    pub(crate) fn add_rows(&mut self, rows: impl IndexedParallelIterator<Item = Vec<u32>>) {
         let length = self.width() * self.layout.words();
-        for (sums, row) in self.sums.chunks_exact_mut(length).zip(rows) {
-            combine(&self.layout, sums, &row);
-        }
+        let layout = &self.layout;
+        self.sums.par_chunks_exact_mut(length).zip(rows).for_each(|(sums, row)| combine(layout, sums, &row));
     }
 
     /// Adds the samples of another film of the same picture.
@@ -156,24 +157,33 @@ impl Film {
         (0..3).map(|c| self.mean(x, y, Layer::Beauty, c)).sum::<f64>() / 3.0
     }
 
-    fn pixels(&self) -> impl Iterator<Item = (usize, usize)> {
-        (0..self.width() * self.height()).map(|i| (i % self.width(), i / self.width()))
-    }
-
     /// The noise of the picture: the root mean square of the pixels' standard errors, divided by the mean brightness.
     /// `None` with fewer than two samples a pixel, and for a black picture.
     pub fn noise(&self) -> Option<f64> {
         let n = (self.width() * self.height()) as f64;
-        let mean = self.pixels().map(|(x, y)| self.brightness(x, y)).sum::<f64>() / n;
-        let square = || self.pixels().map(|(x, y)| self.error(x, y).powi(2)).sum::<f64>() / n;
-        (self.samples > 1 && mean > 0.0).then(|| square().sqrt() / mean)
+        // Sums of rows: the order of additions does not depend on the number of threads.
+        let rows: Vec<[f64; 2]> = (0..self.height())
+            .into_par_iter()
+            .map(|y| {
+                (0..self.width()).fold([0.0; 2], |[mean, square], x| {
+                    let brightness = self.brightness(x, y);
+                    [mean + brightness, square + self.squared_error(x, y, brightness)]
+                })
+            })
+            .collect();
+        let [mean, square] = [0, 1].map(|k| rows.iter().map(|row| row[k]).sum::<f64>() / n);
+        (self.samples > 1 && mean > 0.0).then(|| square.sqrt() / mean)
     }
 
     /// The standard error of a pixel's mean brightness.
     pub fn error(&self, x: usize, y: usize) -> f64 {
+        self.squared_error(x, y, self.brightness(x, y)).sqrt()
+    }
+
+    fn squared_error(&self, x: usize, y: usize, brightness: f64) -> f64 {
         let n = self.samples.max(2) as f64;
         let square = self.mean(x, y, Layer::SecondMoment, 0);
-        ((square - self.brightness(x, y).powi(2)).max(0.0) / (n - 1.0)).sqrt()
+        (square - brightness.powi(2)).max(0.0) / (n - 1.0)
     }
 
     /// The number of pixels of the area.
@@ -189,7 +199,7 @@ impl Film {
                 .all_kept()
                 .any(|kept| (0..kept.width).any(|c| sums::is_full(&pixel[kept.words(c)], kept.format)))
         };
-        self.sums.chunks_exact(self.layout.words()).filter(|pixel| full(pixel)).count()
+        self.sums.par_chunks_exact(self.layout.words()).filter(|pixel| full(pixel)).count()
     }
 }
 
@@ -267,7 +277,7 @@ mod tests {
             values[layout.start(Layer::Depth).unwrap()] = x;
             assert!(add(&layout, &mut sums, &values, 0));
         }
-        film.add_rows(std::iter::once(sums));
+        film.add_rows(rayon::iter::once(sums));
         film.advance(samples.len() as u64);
         film
     }

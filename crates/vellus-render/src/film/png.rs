@@ -3,6 +3,7 @@
 use super::picture::{Notes, PIXELS_NOTE, check_claim};
 use crate::error::Error;
 use crate::film::{Film, Layer};
+use rayon::prelude::{IntoParallelIterator, ParallelIterator};
 use std::io::Cursor;
 use vellus_io::Digest;
 
@@ -22,8 +23,9 @@ impl Film {
     }
 
     fn layer_to_srgb(&self, layer: Layer, first: usize, exposure: f32) -> Vec<u8> {
-        let places = (0..self.height()).flat_map(|y| (0..self.width()).flat_map(move |x| [0, 1, 2].map(|c| (x, y, c))));
-        srgb(places.map(|(x, y, c)| self.mean(x, y, layer, first + c)), exposure)
+        let row = |y| (0..self.width()).flat_map(move |x| [0, 1, 2].map(|c| (x, y, c)));
+        let bytes = |y| srgb(row(y).map(|(x, y, c)| self.mean(x, y, layer, first + c)), exposure);
+        (0..self.height()).into_par_iter().flat_map_iter(bytes).collect()
     }
 
     /// The bytes of a PNG file of three channels of a layer, from its channel `first` on, times 2^`exposure`.
@@ -46,7 +48,7 @@ impl Film {
         notes: &[(String, String)],
     ) -> Result<Vec<u8>, Error> {
         let pixels = match denoised {
-            Some(denoised) => srgb(denoised.iter().map(|&v| f64::from(v)), exposure),
+            Some(denoised) => to_srgb(denoised, exposure),
             None => self.to_srgb(exposure),
         };
         self.encode_png(&pixels, png::ColorType::Rgb, notes)
@@ -93,6 +95,11 @@ impl Film {
         writer.finish().map_err(failed)?;
         Ok(bytes)
     }
+}
+
+/// Linear colours times 2^`exposure` as eight-bit sRGB. Values are clamped to [0, 1].
+pub fn to_srgb(values: &[f32], exposure: f32) -> Vec<u8> {
+    srgb(values.iter().map(|&v| f64::from(v)), exposure)
 }
 
 /// Values times 2^`exposure` as eight-bit sRGB.

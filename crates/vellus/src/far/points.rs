@@ -264,7 +264,8 @@ impl Points {
         Points { groups: ArrayVec::new_const(), exits: ArrayVec::new_const(), plain: true }
     }
 
-    /// Prepares the points so that they sum to the given `energy` of TTˢ and TRTˢ.
+    /// Prepares the points so that they sum to the given `energy` of TTˢ and TRTˢ. Returns this energy. Its last
+    /// channel is the sum over the paths of the largest channel of each.
     #[inline(always)]
     pub fn prepare(
         &mut self,
@@ -272,11 +273,11 @@ impl Points {
         polar: Polar<f32>,
         through: &Through,
         sides: [Option<Side>; 2],
-        energy: [f32x4; 2],
-    ) {
+        mut energy: [f32x4; 2],
+    ) -> [f32x4; 2] {
         let query = Query { prepared, polar, through };
         if sides.iter().all(Option::is_none) {
-            return;
+            return energy;
         }
         let width = prepared.medulla.peak_width();
         let [first, second] = energy.map(|e| e.to_array()[3]);
@@ -296,13 +297,27 @@ impl Points {
         }
         self.plain = self.groups.iter().all(|group| group.spread[1] == 0 && !group.turns);
         for q in 0..2 {
-            let add = |total, group: &Group| total + f32x4::splat(group.times()) * sum(group.energy[q]);
-            let total = self.groups.iter().fold(f32x4::ZERO, add);
-            let scale = (energy[q] / total.max(f32x4::splat(f32::MIN_POSITIVE))).to_array();
+            let scale = (energy[q] / self.total(q).max(f32x4::splat(f32::MIN_POSITIVE))).to_array();
             for group in &mut self.groups {
-                (0..4).for_each(|c| group.energy[q][c] *= f32x8::splat(scale[c]));
+                let [r, g, b, most] = &mut group.energy[q];
+                for (channel, scale) in [&mut *r, g, b].into_iter().zip(scale) {
+                    *channel *= f32x8::splat(scale);
+                }
+                // The scales of the channels differ by the error of the points, up to a factor of 3 in dark fibres. The
+                // density must be at least that of each channel, or weights grow with this error.
+                *most = r.fast_max(*g).fast_max(*b);
             }
+            let [r, g, b, _] = energy[q].to_array();
+            energy[q] = f32x4::new([r, g, b, self.total(q).to_array()[3]]);
         }
+        energy
+    }
+
+    /// The energies of TTˢ (`q` = 0) or TRTˢ (`q` = 1) of all paths.
+    #[inline(always)]
+    fn total(&self, q: usize) -> f32x4 {
+        let add = |total, group: &Group| total + f32x4::splat(group.times()) * sum(group.energy[q]);
+        self.groups.iter().fold(f32x4::ZERO, add)
     }
 
     /// [`SOME`] points on each side.

@@ -98,11 +98,12 @@ impl<'b> WindowHit<'b> {
         if symmetric {
             self.energy = self.energy.map(|e| e + e);
         }
-        self.inverse = 1.0 / sum(&self.lobe_energies()).to_array()[3].max(f32::MIN_POSITIVE);
         if let Some(through) = &through {
             let both = [whole[0], whole[usize::from(!symmetric)]];
-            self.points.prepare(prepared, polar, through, both, [self.energy[3], self.energy[4]]);
+            let scattered = [self.energy[3], self.energy[4]];
+            [self.energy[3], self.energy[4]] = self.points.prepare(prepared, polar, through, both, scattered);
         }
+        self.inverse = 1.0 / sum(&self.lobe_energies()).to_array()[3].max(f32::MIN_POSITIVE);
     }
 
     pub fn energy(&self) -> Lobes {

@@ -1,6 +1,9 @@
 //! The bindings: C, Python, Blender, Mitsuba. Each part builds and tests what the machine can run, and names what it
 //! skips.
 
+mod c;
+mod mitsuba;
+mod mitsuba_native;
 mod python;
 mod venv;
 
@@ -9,10 +12,15 @@ use std::path::Path;
 
 /// Builds and tests all bindings.
 pub fn all(root: &Path, report: &mut Report) -> Result<(), String> {
-    fast(root, report)
+    report.step("C bindings", || c::fast(root))?;
+    fast(root, report)?;
+    report.attempt("C bindings, installed by cargo-c", || c::test(root))?;
+    report.attempt("Mitsuba", || mitsuba::test(root))?;
+    report.attempt("native plugin of Mitsuba", || mitsuba_native::test(root))
 }
 
-/// The parts that take less than a minute each. `cargo xtask test` runs them.
+/// The parts that take less than a minute each. `cargo xtask test` runs them, and the tests of the C interface with
+/// those of all crates.
 pub fn fast(root: &Path, report: &mut Report) -> Result<(), String> {
     report.attempt("Python bindings", || python::test(root))
 }

@@ -1,0 +1,153 @@
+//! The parameters of a fibre as a plain struct.
+
+use crate::memory::{place, text};
+use crate::status::{Failure, VellusStatus, guard};
+use std::ffi::c_char;
+use vellus::{Exit, Fiber, FiberBuilder};
+
+/// How light that the medulla scattered leaves the fibre: the values of VellusParameters.exit.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VellusExit {
+    /// The cuticle does not reflect scattered light, as in the paper.
+    Open = 0,
+    /// The cuticle reflects scattered light from inside, as in a simulated fibre. This is the default.
+    Reflecting = 1,
+}
+
+/// The parameters of a fibre. Angles are in radians. Absorption and scattering are per fibre radius. Colours are RGB.
+/// Start with vellus_parameters_hair() or vellus_parameters_preset(), then change fields.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VellusParameters {
+    /// Refractive index of cortex and medulla, in [1, 3].
+    pub eta: f32,
+    /// Radius of the medulla over that of the fibre, in [0, 0.99]. 0 is a hair without medulla.
+    pub kappa: f32,
+    /// Tilt of the cuticle scales, in ±45 degrees. Positive scales open toward the tip.
+    pub alpha: f32,
+    /// Longitudinal roughness: a standard deviation, 0.1 to 90 degrees.
+    pub beta_m: f32,
+    /// Azimuthal roughness: a standard deviation, 0.1 to 90 degrees.
+    pub beta_n: f32,
+    /// Absorption in the cortex, in [0, 1000].
+    pub sigma_ca: [f32; 3],
+    /// Scattering in the medulla, in [0, 1000].
+    pub sigma_ms: f32,
+    /// Absorption in the medulla, in [0, 1000].
+    pub sigma_ma: [f32; 3],
+    /// Anisotropy of the scattering in the medulla (Henyey and Greenstein), in [0, 0.95].
+    pub g: f32,
+    /// Layers of the cuticle, in [0, 20]. 0.5 is nearly one dielectric interface.
+    pub layers: f32,
+    /// sigma_ma over sigma_ca for a colour given as reflectance or melanin, in [0, 10].
+    pub medulla_pigment: f32,
+    /// A VellusExit.
+    pub exit: i32,
+}
+
+impl VellusParameters {
+    pub(crate) fn new(fiber: &Fiber) -> Self {
+        let Fiber { eta, kappa, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers, .. } = *fiber;
+        let exit = match fiber.exit {
+            Exit::Open => VellusExit::Open,
+            Exit::Reflecting => VellusExit::Reflecting,
+        };
+        let (medulla_pigment, exit) = (fiber.medulla_pigment, exit as i32);
+        VellusParameters {
+            eta,
+            kappa,
+            alpha,
+            beta_m,
+            beta_n,
+            sigma_ca,
+            sigma_ms,
+            sigma_ma,
+            g,
+            layers,
+            medulla_pigment,
+            exit,
+        }
+    }
+
+    /// The fibre. Only `exit` is checked.
+    pub(crate) fn fiber(&self) -> Result<Fiber, Failure> {
+        let VellusParameters { eta, kappa, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers, .. } = *self;
+        let exits = [(VellusExit::Open, Exit::Open), (VellusExit::Reflecting, Exit::Reflecting)];
+        let exit = exits.into_iter().find(|(c, _)| *c as i32 == self.exit).map(|(_, exit)| exit);
+        let exit = exit.ok_or_else(|| Failure::range(format!("exit = {} is no VellusExit", self.exit)))?;
+        let medulla_pigment = self.medulla_pigment;
+        Ok(Fiber { eta, kappa, alpha, beta_m, beta_n, sigma_ca, sigma_ms, sigma_ma, g, layers, exit, medulla_pigment })
+    }
+}
+
+/// The parameters of a hair without medulla and without absorption.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vellus_parameters_hair(parameters: *mut VellusParameters) -> VellusStatus {
+    guard(|| {
+        // SAFETY: the rules of the crate.
+        *unsafe { place(parameters, "parameters") }? = VellusParameters::new(&Fiber::hair());
+        Ok(())
+    })
+}
+
+/// The parameters of a preset: "red-fox" or "red-fox-published". The species are bobcat, cat, deer, dog, mouse, rabbit,
+/// raccoon, red-fox, springbok and human.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vellus_parameters_preset(
+    name: *const c_char,
+    parameters: *mut VellusParameters,
+) -> VellusStatus {
+    guard(|| {
+        // SAFETY: the rules of the crate.
+        let (name, parameters) = unsafe { (text(name, "name")?, place(parameters, "parameters")?) };
+        *parameters = VellusParameters::new(&Fiber::named(name)?);
+        Ok(())
+    })
+}
+
+/// Sets a parameter by its name in files, to `count` numbers in the units of files: angles in degrees. The names are
+/// those of the fields but `exit`, and "reflectance", "melanin", "eumelanin", "pheomelanin" and "hair_reflectance". A
+/// channel is "sigma_ca.r". One number sets all channels of a colour. A reflectance depends on the other parameters, so
+/// set it last; one that no pigment gives becomes the nearest. All parameters must be in their ranges.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vellus_parameters_set(
+    parameters: *mut VellusParameters,
+    name: *const c_char,
+    values: *const f32,
+    count: usize,
+) -> VellusStatus {
+    guard(|| {
+        // SAFETY: the rules of the crate.
+        let (parameters, name) = unsafe { (place(parameters, "parameters")?, text(name, "name")?) };
+        if values.is_null() {
+            return Err(Failure::null("values"));
+        }
+        // No parameter has more than three numbers, so a wrong count reads no memory.
+        if count > 3 {
+            return Err(Failure::text(format!("{name} takes at most 3 numbers, not {count}")));
+        }
+        // SAFETY: the rules of the crate; `values` has `count` numbers.
+        let values = unsafe { std::slice::from_raw_parts(values, count) };
+        let mut builder = FiberBuilder::new(parameters.fiber()?);
+        builder.set(name, values)?;
+        *parameters = VellusParameters::new(&builder.build()?);
+        Ok(())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vellus::Species;
+
+    #[test]
+    fn parameters_there_and_back_are_the_same() {
+        for fiber in Species::ALL.into_iter().flat_map(|s| [Fiber::preset(s), Fiber::published(s)]) {
+            let fiber = Fiber { medulla_pigment: 0.7, sigma_ma: [0.1, 0.2, 0.3], ..fiber };
+            assert_eq!(VellusParameters::new(&fiber).fiber().unwrap(), fiber);
+        }
+        let wrong = VellusParameters { exit: 2, ..VellusParameters::new(&Fiber::hair()) };
+        assert!(wrong.fiber().is_err());
+    }
+}

@@ -1,0 +1,279 @@
+/* Bad input for every function: each call must return its status with a message, crash nothing and leak nothing. Then
+ * one fibre and one hit in several threads. The Rust test builds this program, and runs it under valgrind. */
+#include <math.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <vellus.h>
+
+static int failures = 0;
+
+static void expect(int line, VellusStatus status, VellusStatus expected, const char *part)
+{
+    const char *message = vellus_last_error();
+    if (status != expected || (expected != VELLUS_STATUS_OK && !strstr(message, part))) {
+        printf("line %d: status %d, expected %d; message '%s', expected '%s'\n", line, (int)status, (int)expected,
+               message, part);
+        failures++;
+    }
+}
+
+#define OK(call) expect(__LINE__, call, VELLUS_STATUS_OK, "")
+#define NULL_POINTER(call, part) expect(__LINE__, call, VELLUS_STATUS_NULL, part)
+#define RANGE(call, part) expect(__LINE__, call, VELLUS_STATUS_RANGE, part)
+#define TEXT(call, part) expect(__LINE__, call, VELLUS_STATUS_TEXT, part)
+#define STRIDE(call, part) expect(__LINE__, call, VELLUS_STATUS_STRIDE, part)
+
+static const float WO[3] = {0.36f, 0.48f, 0.8f}, WI[3] = {-0.48f, 0.64f, 0.6f};
+static const float U[5] = {0.1f, 0.2f, 0.3f, 0.4f, 0.5f};
+
+static void fibers(void)
+{
+    VellusFiber *fiber = NULL;
+    VellusParameters p;
+    NULL_POINTER(vellus_fiber_from_preset(NULL, &fiber), "name is a null pointer");
+    NULL_POINTER(vellus_fiber_from_preset("cat", NULL), "out is a null pointer");
+    TEXT(vellus_fiber_from_preset("unicorn", &fiber), "unknown preset 'unicorn'");
+    TEXT(vellus_fiber_from_preset("\xff", &fiber), "not UTF-8");
+    NULL_POINTER(vellus_fiber_from_json(NULL, &fiber), "json");
+    TEXT(vellus_fiber_from_json("", &fiber), "json");
+    TEXT(vellus_fiber_from_json("{\"kapa\": 0.5}", &fiber), "kapa");
+    TEXT(vellus_fiber_from_json("{\"kappa\": NaN}", &fiber), "json");
+    RANGE(vellus_fiber_from_json("{\"kappa\": 2}", &fiber), "kappa = 2 is out of range");
+    char *deep = malloc((1 << 20) + 2);
+    memset(deep, '[', (1 << 20) + 1);
+    deep[(1 << 20) + 1] = 0;
+    TEXT(vellus_fiber_from_json(deep, &fiber), "at most 1048576");
+    deep[1 << 20] = 0;
+    TEXT(vellus_fiber_from_json(deep, &fiber), "json");
+    free(deep);
+
+    NULL_POINTER(vellus_parameters_hair(NULL), "parameters");
+    NULL_POINTER(vellus_parameters_preset("cat", NULL), "parameters");
+    NULL_POINTER(vellus_parameters_preset(NULL, &p), "name");
+    OK(vellus_parameters_hair(&p));
+    NULL_POINTER(vellus_parameters_set(NULL, "eta", WO, 1), "parameters");
+    NULL_POINTER(vellus_parameters_set(&p, NULL, WO, 1), "name");
+    NULL_POINTER(vellus_parameters_set(&p, "eta", NULL, 1), "values");
+    TEXT(vellus_parameters_set(&p, "colour", WO, 1), "unknown parameter 'colour'");
+    TEXT(vellus_parameters_set(&p, "kappa", WO, 3), "takes one number, not 3");
+    TEXT(vellus_parameters_set(&p, "sigma_ca", WO, SIZE_MAX), "at most 3");
+    TEXT(vellus_parameters_set(&p, "sigma_ca", WO, 0), "not 0");
+    const float large = 5.0f;
+    RANGE(vellus_parameters_set(&p, "eta", &large, 1), "eta = 5");
+    NULL_POINTER(vellus_fiber_from_parameters(NULL, &fiber), "parameters");
+    NULL_POINTER(vellus_fiber_from_parameters(&p, NULL), "out");
+    float *fields[] = {&p.eta,      &p.kappa,       &p.alpha,    &p.beta_m,      &p.beta_n, &p.sigma_ca[1],
+                       &p.sigma_ms, &p.sigma_ma[2], &p.g,        &p.layers,      &p.medulla_pigment};
+    for (size_t i = 0; i < sizeof fields / sizeof *fields; i++) {
+        const float kept = *fields[i];
+        const float wrong[] = {NAN, INFINITY, -INFINITY, -1e9f, 1e9f};
+        for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++) {
+            *fields[i] = wrong[k];
+            RANGE(vellus_fiber_from_parameters(&p, &fiber), "is out of range");
+        }
+        *fields[i] = kept;
+    }
+    p.exit = 7;
+    RANGE(vellus_fiber_from_parameters(&p, &fiber), "exit = 7");
+    p.exit = VELLUS_EXIT_OPEN;
+    if (fiber != NULL)
+        printf("a refused call wrote a handle\n"), failures++;
+    OK(vellus_fiber_from_parameters(&p, &fiber));
+
+    char small[8], text[1024];
+    size_t length = 0;
+    NULL_POINTER(vellus_fiber_json(NULL, text, sizeof text, &length), "fiber");
+    NULL_POINTER(vellus_fiber_json(fiber, NULL, 10, &length), "json");
+    NULL_POINTER(vellus_fiber_json(fiber, text, sizeof text, NULL), "length");
+    expect(__LINE__, vellus_fiber_json(fiber, small, sizeof small, &length), VELLUS_STATUS_SPACE, "capacity is 8");
+    expect(__LINE__, vellus_fiber_json(fiber, NULL, 0, &length), VELLUS_STATUS_SPACE, "capacity is 0");
+    OK(vellus_fiber_json(fiber, text, length + 1, &length));
+    VellusFiber *copy = NULL;
+    OK(vellus_fiber_from_json(text, &copy));
+    VellusParameters q;
+    NULL_POINTER(vellus_fiber_parameters(NULL, &q), "fiber");
+    NULL_POINTER(vellus_fiber_parameters(copy, NULL), "parameters");
+    OK(vellus_fiber_parameters(copy, &q));
+    if (memcmp(&p, &q, sizeof p) != 0)
+        printf("JSON changed the parameters\n"), failures++;
+    vellus_fiber_free(copy);
+    vellus_fiber_free(fiber);
+    vellus_fiber_free(NULL);
+    vellus_hit_free(NULL);
+}
+
+static void queries(const VellusFiber *fiber)
+{
+    const float wrong[][3] = {{NAN, 0, 0}, {0, INFINITY, 0}, {0, 0, 0}, {1, 1, 1}};
+    const VellusWindow near = vellus_window_near(0.3f);
+    const VellusWindow windows[] = {vellus_window_near(NAN), vellus_window_cell(0, -1, 0), vellus_window_cell(0, 1, 1),
+                                    vellus_window_pixel(0, NAN), {0.5f, 0.25f}, {-2, 0}, {0, INFINITY}};
+    float rgb[3], pdf, lobes[VELLUS_LOBES * 3];
+    char bytes[64];
+    VellusSample sample;
+    VellusHit *hit = NULL;
+    NULL_POINTER(vellus_fiber_eval(NULL, WO, near, WI, rgb), "fiber");
+    NULL_POINTER(vellus_fiber_eval(fiber, NULL, near, WI, rgb), "wo");
+    NULL_POINTER(vellus_fiber_eval(fiber, WO, near, NULL, rgb), "wi");
+    NULL_POINTER(vellus_fiber_eval(fiber, WO, near, WI, NULL), "rgb");
+    NULL_POINTER(vellus_fiber_pdf(fiber, WO, near, WI, NULL), "pdf");
+    NULL_POINTER(vellus_fiber_eval_pdf(fiber, WO, near, WI, rgb, NULL), "pdf");
+    NULL_POINTER(vellus_fiber_eval_pdf(fiber, WO, near, WI, NULL, &pdf), "rgb");
+    NULL_POINTER(vellus_fiber_eval_lobes(fiber, WO, near, WI, NULL), "lobes");
+    NULL_POINTER(vellus_fiber_energy(fiber, WO, near, NULL), "lobes");
+    NULL_POINTER(vellus_fiber_sample(fiber, WO, near, NULL, &sample), "u is");
+    NULL_POINTER(vellus_fiber_sample(fiber, WO, near, U, NULL), "sample");
+    NULL_POINTER(vellus_hit_new(NULL, WO, near, &hit), "fiber");
+    NULL_POINTER(vellus_hit_new(fiber, WO, near, NULL), "out");
+    STRIDE(vellus_fiber_eval(fiber, (float *)(bytes + 1), near, WI, rgb), "address of wo is not a multiple of 4");
+    for (int i = 0; i < 4; i++) {
+        RANGE(vellus_fiber_eval(fiber, wrong[i], near, WI, rgb), "wo = (");
+        RANGE(vellus_fiber_eval(fiber, WO, near, wrong[i], rgb), "is not a unit vector");
+        RANGE(vellus_fiber_energy(fiber, wrong[i], near, lobes), "wo");
+        RANGE(vellus_hit_new(fiber, wrong[i], near, &hit), "wo");
+    }
+    for (size_t i = 0; i < sizeof windows / sizeof *windows; i++)
+        RANGE(vellus_hit_new(fiber, WO, windows[i], &hit), "the window from");
+    const float u[5] = {0.1f, 0.2f, 1.0f, 0.4f, 0.5f}, nan_u[5] = {0.1f, 0.2f, 0.3f, 0.4f, NAN};
+    RANGE(vellus_fiber_sample(fiber, WO, near, u, &sample), "u[2] = 1");
+    RANGE(vellus_fiber_sample(fiber, WO, near, nan_u, &sample), "u[4] = NaN");
+
+    OK(vellus_hit_new(fiber, WO, vellus_window_far(), &hit));
+    NULL_POINTER(vellus_hit_eval(NULL, WI, rgb), "hit");
+    NULL_POINTER(vellus_hit_eval(hit, NULL, rgb), "wi");
+    NULL_POINTER(vellus_hit_eval(hit, WI, NULL), "rgb");
+    NULL_POINTER(vellus_hit_pdf(hit, WI, NULL), "pdf");
+    NULL_POINTER(vellus_hit_eval_pdf(hit, WI, NULL, &pdf), "rgb");
+    NULL_POINTER(vellus_hit_eval_lobes(hit, WI, NULL), "lobes");
+    NULL_POINTER(vellus_hit_energy(hit, NULL), "lobes");
+    NULL_POINTER(vellus_hit_lobe_probabilities(hit, NULL), "probabilities");
+    NULL_POINTER(vellus_hit_sample(hit, U, NULL), "sample");
+    RANGE(vellus_hit_eval(hit, wrong[0], rgb), "wi = (NaN");
+    RANGE(vellus_hit_sample(hit, u, &sample), "u[2]");
+    vellus_hit_free(hit);
+}
+
+static void arrays(const VellusFiber *fiber)
+{
+    float *wo = malloc(30 * sizeof(float)), *rgb = malloc(30 * sizeof(float));
+    int32_t lobe;
+    float h = 0.25f, window[2] = {-0.5f, 0.5f};
+    for (int i = 0; i < 10; i++)
+        memcpy(wo + 3 * i, WO, sizeof WO);
+    const VellusQueries good = {10, {wo, 12}, {&h, 0}, {NULL, 0}, {WI, 0}, {U, 0}};
+    const VellusValues values = {.rgb = {rgb, 12}};
+    OK(vellus_fiber_eval_array(fiber, &good, &values));
+    OK(vellus_fiber_sample_array(fiber, &good, &(VellusSamples){.wi = {rgb, 12}}));
+    OK(vellus_fiber_eval_array(fiber, &(VellusQueries){0}, &(VellusValues){0}));
+    NULL_POINTER(vellus_fiber_eval_array(NULL, &good, &values), "fiber");
+    NULL_POINTER(vellus_fiber_eval_array(fiber, NULL, &values), "queries");
+    NULL_POINTER(vellus_fiber_eval_array(fiber, &good, NULL), "values");
+    NULL_POINTER(vellus_fiber_eval_array(fiber, &good, &(VellusValues){0}), "all pointers");
+    NULL_POINTER(vellus_fiber_sample_array(fiber, &good, &(VellusSamples){0}), "all pointers");
+    VellusQueries bad = good;
+    bad.h.data = NULL;
+    NULL_POINTER(vellus_fiber_eval_array(fiber, &bad, &values), "both queries.h and queries.window");
+    bad.window = (VellusInput){window, 0};
+    OK(vellus_fiber_eval_array(fiber, &bad, &values));
+    window[0] = 0.75f;
+    RANGE(vellus_fiber_eval_array(fiber, &bad, &values), "query 0: the window from 0.75 to 0.5");
+    bad.h = good.h;
+    RANGE(vellus_fiber_eval_array(fiber, &bad, &values), "not both");
+    bad = good, bad.wo.data = NULL;
+    NULL_POINTER(vellus_fiber_eval_array(fiber, &bad, &values), "queries.wo");
+    bad = good, bad.wi.data = NULL;
+    NULL_POINTER(vellus_fiber_eval_array(fiber, &bad, &values), "queries.wi");
+    bad = good, bad.u.data = NULL;
+    NULL_POINTER(vellus_fiber_sample_array(fiber, &bad, &(VellusSamples){.wi = {rgb, 12}}), "queries.u");
+    const size_t strides[] = {1, 4, 8, 11, 13, SIZE_MAX, SIZE_MAX - 3, SIZE_MAX / 4};
+    for (size_t i = 0; i < sizeof strides / sizeof *strides; i++) {
+        bad = good, bad.wo.stride = strides[i];
+        STRIDE(vellus_fiber_eval_array(fiber, &bad, &values), "queries.wo");
+        STRIDE(vellus_fiber_eval_array(fiber, &good, &(VellusValues){.rgb = {rgb, strides[i]}}), "values.rgb");
+    }
+    STRIDE(vellus_fiber_eval_array(fiber, &good, &(VellusValues){.rgb = {rgb, 0}}), "values.rgb: a stride of 0");
+    STRIDE(vellus_fiber_sample_array(fiber, &good, &(VellusSamples){.lobe = {&lobe, 2}}), "samples.lobe");
+    bad = good, bad.wo.data = (float *)((char *)wo + 2);
+    STRIDE(vellus_fiber_eval_array(fiber, &bad, &values), "queries.wo: the address");
+    bad = good, bad.count = SIZE_MAX;
+    STRIDE(vellus_fiber_eval_array(fiber, &bad, &values), "address space");
+    h = NAN;
+    RANGE(vellus_fiber_eval_array(fiber, &good, &values), "query 0: h = NaN");
+    h = 0.25f;
+    wo[3 * 7 + 1] = NAN;
+    memset(rgb, 0, 30 * sizeof(float));
+    RANGE(vellus_fiber_eval_array(fiber, &good, &values), "query 7: wo");
+    for (int i = 0; i < 30; i++) {
+        if (rgb[i] != 0)
+            printf("a refused call wrote results\n"), failures++, i = 30;
+    }
+    free(wo);
+    free(rgb);
+}
+
+typedef struct Shared {
+    const VellusFiber *fiber;
+    const VellusHit *hit;
+    float expected[3];
+    int same;
+} Shared;
+
+static void *worker(void *pointer)
+{
+    Shared *shared = pointer;
+    for (int i = 0; i < 200; i++) {
+        float a[3], b[3];
+        shared->same &= vellus_fiber_eval(shared->fiber, WO, vellus_window_far(), WI, a) == VELLUS_STATUS_OK;
+        shared->same &= vellus_hit_eval(shared->hit, WI, b) == VELLUS_STATUS_OK;
+        shared->same &= !memcmp(a, shared->expected, sizeof a) && !memcmp(b, shared->expected, sizeof b);
+        /* Each thread has its own message. */
+        shared->same &= vellus_hit_eval(NULL, WI, b) == VELLUS_STATUS_NULL;
+        shared->same &= !strcmp(vellus_last_error(), "hit is a null pointer");
+    }
+    return NULL;
+}
+
+static void threads(const VellusFiber *fiber)
+{
+    enum { THREADS = 8 };
+    pthread_t ids[THREADS];
+    Shared shared[THREADS];
+    VellusHit *hit = NULL;
+    float expected[3];
+    OK(vellus_hit_new(fiber, WO, vellus_window_far(), &hit));
+    OK(vellus_hit_eval(hit, WI, expected));
+    for (int i = 0; i < THREADS; i++) {
+        shared[i] = (Shared){fiber, hit, {expected[0], expected[1], expected[2]}, 1};
+        pthread_create(&ids[i], NULL, worker, &shared[i]);
+    }
+    for (int i = 0; i < THREADS; i++) {
+        pthread_join(ids[i], NULL);
+        if (!shared[i].same)
+            printf("thread %d has other results\n", i), failures++;
+    }
+    vellus_hit_free(hit);
+}
+
+int main(void)
+{
+    VellusFiber *fiber = NULL;
+    fibers();
+    OK(vellus_fiber_from_preset("red-fox", &fiber));
+    queries(fiber);
+    arrays(fiber);
+    threads(fiber);
+    /* A hit lives longer than its fibre. */
+    VellusHit *hit = NULL;
+    float before[3], after[3];
+    OK(vellus_hit_new(fiber, WO, vellus_window_near(0.3f), &hit));
+    OK(vellus_hit_eval(hit, WI, before));
+    vellus_fiber_free(fiber);
+    OK(vellus_hit_eval(hit, WI, after));
+    if (memcmp(before, after, sizeof before) != 0)
+        printf("the hit changed when its fibre was freed\n"), failures++;
+    vellus_hit_free(hit);
+    printf("%d failures\n", failures);
+    return failures != 0;
+}

@@ -1,0 +1,148 @@
+"""The share of scattered light that leaves a fibre with reflecting exits: see `vellus::exit`."""
+
+import math
+
+import drjit as dr
+import numpy as np
+
+from . import states
+from .arrays import between, blend2, cycle, entry, repeat, sums
+from .states import ABSORPTIONS, ENTRIES, STATES
+from .tables import G_MAX, TAU_GROWTH, TAU_SCALE
+
+TINY = 1e-30
+
+
+def complement(x):
+    """1 − e⁻ˣ."""
+    series = x * (1 - x * (0.5 - x / 6))
+    return dr.maximum(dr.select(x < 0.01, series, 1 - dr.exp(-x)), TINY)
+
+
+def coefficients(F, nodes):
+    """The coefficients of the polynomials with these values at the nodes of the entry: one block for each channel."""
+    matrix = F(states.COEFFICIENTS.ravel())
+    channels = dr.width(nodes) // ENTRIES
+    blocks = dr.arange(dr.uint32_array_t(F), channels * ENTRIES * ENTRIES)
+    values = dr.gather(F, nodes, blocks // (ENTRIES * ENTRIES) * ENTRIES + blocks % ENTRIES)
+    return sums(values * cycle(matrix, channels), ENTRIES)
+
+
+class Reflection:
+    """Arrays have one block for each channel, with one number for each state or entry."""
+
+    def __init__(self, grid, p):
+        F = self.F = grid.F
+        g = states.geometry()
+        each = lambda a: F(np.tile(a, 3))
+        tau = p.sigma_ms * p.kappa
+        weight, chord, elongation = each(g.weight), each(g.chord), each(g.elongation)
+        through = cycle(self.transmittance(p), 3)
+        length = dr.sqrt(1 - p.kappa * p.kappa * each(g.square)) - p.kappa * each(g.half_chord)
+        cortex = dr.maximum(length, 0) * elongation
+        scattered = complement(tau * (1 - p.g) * chord)
+        excess = complement(tau * chord) / scattered
+        taus, gs = grid.plain.exits.shape[:2]
+        at_tau = between(dr.log(1 + TAU_SCALE * tau) * ((taus - 1) / TAU_GROWTH), taus)
+        at_g = between(dr.log(1 - p.g) * ((gs - 1) / math.log(1 - G_MAX)), gs)
+        rows = blend2(grid.exits, (STATES + ABSORPTIONS) * ENTRIES, at_tau, at_g, gs)
+        self.first_rows = rows
+        absorption = dr.concat([p.kappa * sigma for sigma in p.sigma_ma])
+        cortical = repeat(dr.concat(list(p.sigma_ca)), STATES)
+
+        # What absorption in the medulla leaves.
+        ln_kept = self.ln_kept(rows, absorption)
+        self.ln_kept_polynomial = coefficients(F, ln_kept)
+        chord_keeps = dr.exp(-chord * repeat(absorption, STATES))
+        leaving = dr.exp(0.5 * dr.minimum(self.over_states(self.ln_kept_polynomial), 0))
+        kept = dr.clip(excess * (leaving * leaving - chord_keeps) + chord_keeps, 0, 1)
+        inverse = 1 / dr.maximum(self.first_exits(leaving), TINY)
+
+        # V = leaves + stays x.
+        c = dr.exp(-cortex * cortical)
+        returns = (1 - through) * c * c
+        lost = through + (1 - through) * (1 - c * c)
+        absorbed = (1 - scattered) * (1 - chord_keeps)
+        scale = 1 / dr.maximum(lost + returns * (scattered + absorbed), 1e-20)
+        at_once = through * c
+        leaves = at_once * scale
+        stays = returns * scattered * kept * scale
+        again = weight * scattered * leaving
+        numerator = sums(again * leaves, STATES)
+        denominator = sums(again * scale * (lost + returns * (absorbed + scattered * (1 - kept))), STATES)
+        x = repeat(numerator / dr.maximum(denominator, TINY), STATES)
+        value = (leaves + stays * x) * leaving
+        everything, first = (dr.clip(self.first_exits(v) * inverse, 0, 1) for v in (value, at_once * leaving))
+        self.escape_polynomial = coefficients(F, everything)
+        typical = dr.exp(ln_kept) * each(states.TYPICAL)
+        total, at_first = (sums(v * typical, ENTRIES) for v in (everything, first))
+        share = dr.clip(at_first / dr.maximum(total, TINY), 0, 1)
+        self.common = dr.sum(share * total * total) / dr.maximum(dr.sum(total * total), TINY)
+        self.first = [entry(share, i) for i in range(3)]
+        split = lambda polynomial: [[entry(polynomial, ENTRIES * i + m) for m in range(ENTRIES)] for i in range(3)]
+        self.escape_of, self.ln_kept_of = split(self.escape_polynomial), split(self.ln_kept_polynomial)
+
+    def over_states(self, polynomial):
+        """The mean of a polynomial of the entry over each state.
+
+        One gather, because Dr.Jit 1.5 loses gradients of several gathers from one array in a row of gathers.
+        """
+        k = dr.arange(dr.uint32_array_t(self.F), 3 * STATES * ENTRIES)
+        coefficient = dr.gather(self.F, polynomial, k // (STATES * ENTRIES) * ENTRIES + k % ENTRIES)
+        monomials = self.F(states.geometry().monomials.T.ravel())
+        return sums(coefficient * cycle(monomials, 3), ENTRIES)
+
+    def transmittance(self, p):
+        """The transmittance of the cuticle for light in each state."""
+        table = self.F(states.transmittance().reshape(-1, STATES, 2).transpose(0, 2, 1).ravel())
+        least = states.LEAST_SQUARE
+        at_kappa = between(p.kappa * p.kappa * (states.KAPPAS - 1), states.KAPPAS)
+        index = (1 / (p.eta * p.eta) - least) / (1 - least)
+        at_eta = between(index * (states.INDICES - 1), states.INDICES)
+        both = blend2(table, 2 * STATES, at_kappa, at_eta, states.INDICES)
+        entries = dr.arange(dr.uint32_array_t(self.F), STATES)
+        through, back = (dr.gather(self.F, both, entries + k * STATES) for k in (0, 1))
+        layered = dr.maximum(back * p.layers + through, 1e-20)
+        even = (through + back) * (1 - states.UNEVEN) / layered
+        return dr.minimum(through * (even + states.UNEVEN), 1)
+
+    def ln_kept(self, rows, absorption):
+        """The logarithm of what absorption in the medulla leaves of the light of each entry, channel by channel."""
+        index, t = between(dr.log(1 + 4 * absorption) * (1 / math.log(3)), ABSORPTIONS)
+        entries = dr.arange(dr.uint32_array_t(self.F), 3 * ENTRIES) % ENTRIES
+        base = (repeat_index(index, ENTRIES) + STATES) * ENTRIES + entries
+        low, high = (dr.gather(self.F, rows, base + k * ENTRIES) for k in (0, 1))
+        return dr.lerp(low, high, repeat(t, ENTRIES)) * -repeat(absorption, ENTRIES)
+
+    def first_exits(self, values):
+        """The mean of a number for each state over first exits, at the nodes of the entry."""
+        k = dr.arange(dr.uint32_array_t(self.F), 3 * ENTRIES * STATES)
+        channel, node, state = k // (ENTRIES * STATES), k // STATES % ENTRIES, k % STATES
+        table = dr.gather(self.F, self.first_rows, state * ENTRIES + node)
+        return sums(table * dr.gather(self.F, values, channel * STATES + state), STATES)
+
+    def at(self, sin2_t, chord):
+        """The share of scattered light that leaves, and the logarithm of a further factor, both RGB."""
+        y = sin2_t * (1 / states.MAX_SIN2)
+
+        def value(e):
+            constant = (e[5] * y + e[2]) * y + e[0]
+            linear = (e[7] * y + e[4]) * y + e[1]
+            return ((e[6] * y + e[3]) * chord + linear) * chord + constant
+
+        # Polynomials overshoot.
+        return (
+            [dr.clip(value(e), 0, 1) for e in self.escape_of],
+            [dr.minimum(value(e), 0) for e in self.ln_kept_of],
+        )
+
+    def divide(self, escape):
+        """Divides escaping light into the part that leaves when it first meets the cuticle, and the rest."""
+        most = dr.maximum(dr.maximum(escape[0], escape[1]), escape[2])
+        limit = most * self.common
+        first = [dr.minimum(dr.maximum(e * f, e - (most - limit)), limit) for e, f in zip(escape, self.first)]
+        return first, [dr.maximum(e - f, 0) for e, f in zip(escape, first)]
+
+
+def repeat_index(index, times):
+    return dr.gather(type(index), index, dr.arange(type(index), dr.width(index) * times) // times)

@@ -1,0 +1,669 @@
+//! Scenes: from files, or built from arrays.
+
+use super::arrays::{Floats, indices, one_of, required};
+use super::world::{Prepared, Setup};
+use crate::error::{value, with_causes};
+use crate::fiber;
+use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::sync::MutexExt;
+use pyo3::types::{PyDict, PyString};
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use vellus::Parameter;
+use vellus::glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
+use vellus_open::{Backdrop, Staging};
+use vellus_scene::{Basis, Camera, Instance, Light, Look, Mesh, Prototype, Shaping, Strands, Surface, Texture};
+use vellus_scene::{MAX_COORDINATE, Tint, Value, Values, Wrap};
+
+const BASES: [(&str, Basis); 4] = [
+    ("linear", Basis::Linear),
+    ("bspline", Basis::BSpline),
+    ("catmull-rom", Basis::CatmullRom),
+    ("bezier", Basis::Bezier),
+];
+
+const WRAPS: [(&str, Wrap); 4] =
+    [("repeat", Wrap::Repeat), ("clamp", Wrap::Clamp), ("mirror", Wrap::Mirror), ("black", Wrap::Black)];
+
+const LIGHTS: [(&str, ()); 7] =
+    [("dome", ()), ("distant", ()), ("rect", ()), ("disk", ()), ("point", ()), ("sphere", ()), ("cylinder", ())];
+
+/// What a scene consists of, and its last preparation for rays.
+#[derive(Default)]
+pub struct State {
+    pub scene: vellus_scene::Scene,
+    pub warnings: Vec<String>,
+    /// The group of each light, where one was given.
+    pub groups: Vec<Option<String>>,
+    /// Whether the lights are set from the picture, because the file had none.
+    pub is_metered: bool,
+    pub is_transparent: bool,
+    pub prepared: Option<(Setup, Arc<Prepared>)>,
+}
+
+impl State {
+    /// To change the scene. What was prepared is no longer valid.
+    fn change(&mut self) -> &mut vellus_scene::Scene {
+        self.prepared = None;
+        &mut self.scene
+    }
+}
+
+/// Strands, meshes, lights and a camera.
+///
+/// `Scene()` is empty; `Scene.open` reads one. Lengths have any unit, z or y may be up. Arrays are copied into single
+/// precision. Indices that the methods return are valid in this scene only.
+///
+/// A scene may be used from several threads. Each change waits for the others.
+#[pyclass(frozen, module = "vellus", name = "Scene")]
+pub struct Scene(Mutex<State>);
+
+impl Scene {
+    /// The state. While this waits, it releases the interpreter's lock: the thread that has the state may need that.
+    pub fn lock(&self) -> MutexGuard<'_, State> {
+        Python::attach(|py| self.0.lock_py_attached(py)).unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn position(all: usize, index: usize, what: &str) -> PyResult<usize> {
+    if index < all {
+        return Ok(index);
+    }
+    Err(PyIndexError::new_err(format!("{what} = {index} does not exist: the scene has {all}")))
+}
+
+/// The values of a parameter: `strands` and `points` are the numbers of both.
+fn varying(parameter: Parameter, given: &Floats, strands: usize, points: usize) -> PyResult<Values<[f32; 3]>> {
+    let name = parameter.name();
+    let channels = parameter.channels();
+    let stored = |x: f32| if parameter.is_angle() { x.to_radians() } else { x };
+    let (count, width) = match given.shape[..] {
+        [] => (None, 1),
+        [n] if n == channels && channels > 1 => (None, channels),
+        [n] => (Some(n), 1),
+        [n, w] if w == channels => (Some(n), w),
+        _ => (Some(usize::MAX), 1),
+    };
+    let rows = given.values.chunks_exact(width).map(|row| std::array::from_fn(|c| stored(row[c.min(width - 1)])));
+    let rows: Vec<[f32; 3]> = rows.collect();
+    for (i, row) in rows.iter().enumerate() {
+        parameter.check(*row).map_err(|e| PyValueError::new_err(format!("parameters[{name:?}], row {i}: {e}")))?;
+    }
+    match count {
+        None => Ok(Values::Constant(rows[0])),
+        Some(n) if n == strands => Ok(Values::PerStrand(rows)),
+        Some(n) if n == points => Ok(Values::PerPoint(rows)),
+        Some(_) => {
+            let shape = crate::arrays::text(&given.shape);
+            let of = |n: usize| if channels > 1 { format!("({n},) or ({n}, {channels})") } else { format!("({n},)") };
+            let what =
+                format!("parameters[{name:?}] has the shape {shape}: it must be (), {} for strands", of(strands));
+            Err(PyValueError::new_err(format!("{what}, or {} for points", of(points))))
+        }
+    }
+}
+
+#[pymethods]
+impl Scene {
+    #[new]
+    fn new() -> Self {
+        Scene(Mutex::default())
+    }
+
+    /// Reads a scene.
+    ///
+    /// `path`: a USD file, strands as .hair or .tfx, a mesh as .obj, or the name of a built-in scene: `vellus scene
+    /// list` has them. `small`: the small version of a built-in scene. `fiber`: for strands without a look. `width`:
+    /// diameter of strands without widths. `strands`: the share of strands to keep, in (0, 1]. `camera`, `frame`: of a
+    /// USD file. `aspect`: width over height of the picture, for a camera that is added.
+    ///
+    /// Without `stage=False` a scene without camera or lights gets them. `light` (`studio`, `sun`, `sky` or an image
+    /// file), `background` (`transparent`, `black`, `white`, `grey`, `#RRGGBB` or an image file), `view`
+    /// (`"YAW,PITCH[,ZOOM]"` in degrees) and `body` (a mesh file) change the staging.
+    ///
+    /// Raises `ValueError` with the file and the reason. `warnings` has everything that was left out.
+    #[staticmethod]
+    #[pyo3(signature = (path, *, small=false, fiber=None, width=None, strands=None, camera=None, frame=None,
+        stage=true, aspect=1.5, light=None, background=None, view=None, body=None))]
+    fn open(
+        py: Python<'_>,
+        path: PathBuf,
+        small: bool,
+        fiber: Option<&Bound<'_, PyAny>>,
+        width: Option<f32>,
+        strands: Option<f32>,
+        camera: Option<String>,
+        frame: Option<f64>,
+        stage: bool,
+        aspect: f32,
+        light: Option<String>,
+        background: Option<String>,
+        view: Option<String>,
+        body: Option<PathBuf>,
+    ) -> PyResult<Self> {
+        let parsed = |name: &str, what: String| PyValueError::new_err(format!("{name}: {what}"));
+        if !(aspect > 0.0 && aspect.is_finite()) {
+            return Err(PyValueError::new_err(format!("aspect = {aspect} is out of range: it must be above 0")));
+        }
+        if strands.is_some_and(|share| !(share > 0.0 && share <= 1.0)) {
+            return Err(PyValueError::new_err("strands is out of range: it must be in (0, 1]"));
+        }
+        if width.is_some_and(|width| !(0.0..=2e9).contains(&width)) {
+            return Err(PyValueError::new_err("width is out of range: it must be in [0, 2e9]"));
+        }
+        if !stage && (light.is_some() || background.is_some() || view.is_some() || body.is_some()) {
+            return Err(PyValueError::new_err("light, background, view and body need stage=True"));
+        }
+        let light = light.map(|text| text.parse().map_err(|e| parsed("light", e))).transpose()?;
+        let background: Option<Backdrop> =
+            background.map(|text| text.parse().map_err(|e| parsed("background", e))).transpose()?;
+        let view = view.map(|text| text.parse().map_err(|e| parsed("view", e))).transpose()?;
+        let fiber = match fiber {
+            Some(given) => {
+                let name = given.cast::<PyString>().map_or_else(|_| "fiber".to_owned(), |name| name.to_string());
+                Some((name, fiber::argument(given)?))
+            }
+            None => None,
+        };
+        let is_transparent = background == Some(Backdrop::Transparent);
+        let staging = stage.then(|| Staging { view, light, background, body, ..Staging::new(aspect) });
+        let options = vellus_open::Options {
+            small,
+            fiber,
+            recolor: None,
+            width,
+            strands,
+            camera,
+            frame,
+            instances: true,
+            staging,
+        };
+        let opened = py.detach(|| vellus_open::open(&path, &options)).map_err(|e| with_causes(&e))?;
+        let names = opened.scene.light_groups.iter().cloned().map(Some);
+        let groups = names.chain(std::iter::repeat(None)).take(opened.scene.lights.len()).collect();
+        let warnings = opened.warnings.iter().map(ToString::to_string).chain(opened.staged).collect();
+        let is_metered = opened.is_metered;
+        Ok(Scene(Mutex::new(State {
+            scene: opened.scene,
+            warnings,
+            groups,
+            is_metered,
+            is_transparent,
+            prepared: None,
+        })))
+    }
+
+    /// What was left out or added when the scene was read, in words.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.lock().warnings.clone()
+    }
+
+    /// The number of strands, without those of instances.
+    #[getter]
+    fn strand_count(&self) -> usize {
+        self.lock().scene.strands.iter().map(Strands::len).sum()
+    }
+
+    /// The names of the light groups, in the order of the layer `lights`.
+    #[getter]
+    fn light_groups(&self) -> Vec<String> {
+        let state = self.lock();
+        super::world::group_names(&state)
+    }
+
+    /// The smallest and the largest coordinates, or `None` for an empty scene.
+    #[getter]
+    fn bounds(&self) -> Option<([f32; 3], [f32; 3])> {
+        self.lock().scene.bounds().map(|(low, high)| (low.to_array(), high.to_array()))
+    }
+
+    /// Adds a kind of fibre and returns its index. `fiber`: a `Fiber`, or the name of a preset. `textures`: images for
+    /// parameters at the roots' `uv`, by the name of the parameter; each is an index of `add_texture`.
+    #[pyo3(signature = (fiber, *, name="", textures=None))]
+    fn add_look(&self, fiber: &Bound<'_, PyAny>, name: &str, textures: Option<&Bound<'_, PyDict>>) -> PyResult<usize> {
+        let mut look = Look::constant(name, fiber::argument(fiber)?);
+        let mut state = self.lock();
+        let all = state.scene.textures.len();
+        for (name, texture) in textures.into_iter().flatten() {
+            let texture = position(all, texture.extract()?, "texture")?;
+            look.textured.push((parameter(&name.extract::<String>()?)?, Value { texture, scale: [1.0; 3] }));
+        }
+        let looks = &mut state.change().looks;
+        if look.name.is_empty() {
+            look.name = format!("look {}", looks.len());
+        }
+        looks.push(look);
+        Ok(looks.len() - 1)
+    }
+
+    /// Adds an image and returns its index. `image`: RGB of the shape (height, width, 3), linear, not negative, the top
+    /// row first; or a .png, .jpg, .hdr or .exr file. `linear`: the file has numbers, not colours.
+    #[pyo3(signature = (image, *, wrap="repeat", linear=false, name=""))]
+    fn add_texture(&self, image: &Bound<'_, PyAny>, wrap: &str, linear: bool, name: &str) -> PyResult<usize> {
+        let wrap = [one_of("wrap", wrap, &WRAPS)?; 2];
+        let texture = if let Ok(path) = image.extract::<PathBuf>() {
+            let load = if linear { vellus_usd::load_map } else { vellus_usd::load_texture };
+            let (texture, warning) = load(&path).map_err(|e| with_causes(&e))?;
+            self.lock().warnings.extend(warning.map(|warning| warning.to_string()));
+            Texture { wrap, ..texture }
+        } else {
+            let image = Floats::new(image, "image")?;
+            let [height, width, 3] = image.shape[..] else {
+                let shape = crate::arrays::text(&image.shape);
+                return Err(PyValueError::new_err(format!(
+                    "image has the shape {shape}: it must be (height, width, 3)"
+                )));
+            };
+            let name = if name.is_empty() { "image" } else { name }.to_owned();
+            Texture { name, width, height, pixels: image.values.as_chunks::<3>().0.to_vec(), wrap }
+        };
+        texture.validate().map_err(value)?;
+        let mut state = self.lock();
+        let textures = &mut state.change().textures;
+        textures.push(texture);
+        Ok(textures.len() - 1)
+    }
+
+    /// Adds strands.
+    ///
+    /// `points`: control points of all strands from root to tip, (P, 3). `counts`: points of each strand, (S,).
+    /// `radii`: one number, (S,) or (P,). `basis`: `linear`, `bspline`, `catmull-rom` or `bezier`. B-splines and
+    /// Catmull–Rom curves of n points have n − 3 segments, Bézier curves have 3 k + 1 points. `look`: from `add_look`.
+    /// `uv`: texture coordinates of the roots, (S, 2). `moved`: the points when the shutter closes, (P, 3).
+    /// `parameters`: values that replace those of the look, by name: one, or for each strand, or for each point, with
+    /// one number or RGB; angles in degrees. `prototype`: strands of this prototype, for instances.
+    ///
+    /// Raises `ValueError` that names the argument or the strand.
+    #[pyo3(signature = (points, counts, radii, *, look=0, basis="linear", uv=None, moved=None, parameters=None,
+        name="", prototype=None))]
+    fn add_strands(
+        &self,
+        points: &Bound<'_, PyAny>,
+        counts: &Bound<'_, PyAny>,
+        radii: &Bound<'_, PyAny>,
+        look: usize,
+        basis: &str,
+        uv: Option<&Bound<'_, PyAny>>,
+        moved: Option<&Bound<'_, PyAny>>,
+        parameters: Option<&Bound<'_, PyDict>>,
+        name: &str,
+        prototype: Option<usize>,
+    ) -> PyResult<()> {
+        let basis = one_of("basis", basis, &BASES)?;
+        let points = Floats::new(points, "points")?.points("points")?;
+        let (_, counts) = indices(counts, "counts")?;
+        let total: u64 = counts.iter().map(|n| u64::from(*n)).sum();
+        if total != points.len() as u64 {
+            let what = format!("counts sums to {total}, but points has {} rows", points.len());
+            return Err(PyValueError::new_err(what));
+        }
+        let radii = Floats::new(radii, "radii")?;
+        if let Some(i) = radii.values.iter().position(|r| !(0.0..=MAX_COORDINATE).contains(r)) {
+            let what = format!("radii has {} at position {i}: it must be in [0, {MAX_COORDINATE:e}]", radii.values[i]);
+            return Err(PyValueError::new_err(what));
+        }
+        let radii = if radii.shape[..] == [counts.len()] && counts.len() != points.len() {
+            counts.iter().zip(&radii.values).flat_map(|(n, r)| std::iter::repeat_n(*r, *n as usize)).collect()
+        } else {
+            radii.each(points.len())?
+        };
+        let name = if name.is_empty() { "strands" } else { name }.to_owned();
+        let mut starts = vec![0];
+        for (i, n) in counts.iter().enumerate() {
+            let first = starts[i] as usize;
+            let own = &points[first..first + *n as usize];
+            if own.windows(2).all(|pair| pair[0] == pair[1]) {
+                return Err(PyValueError::new_err(format!(
+                    "strand {i} of {name} has no length: all its points are equal"
+                )));
+            }
+            starts.push(starts[i] + n);
+        }
+        let uv = uv.map(|uv| Floats::new(uv, "uv")?.rows_of::<2>(counts.len())).transpose()?;
+        let moved = moved.map(|moved| Floats::new(moved, "moved")?.rows_of::<3>(points.len())).transpose()?;
+        let mut values = Vec::new();
+        for (name, given) in parameters.into_iter().flatten() {
+            let name: String = name.extract()?;
+            let given = Floats::new(&given, &format!("parameters[{name:?}]"))?;
+            let parameter = parameter(&name)?;
+            values.push((parameter, varying(parameter, &given, counts.len(), points.len())?));
+        }
+        let strands = Strands {
+            name,
+            basis,
+            starts,
+            points: points.into_iter().zip(radii).map(|(p, r): (Vec3, f32)| p.extend(r)).collect::<Vec<Vec4>>(),
+            moved: moved.map(|moved| moved.into_iter().map(Vec3::from).collect()),
+            root_uv: uv.map(|uv| uv.into_iter().map(Vec2::from).collect()),
+            look,
+            varying: values,
+        };
+        strands.validate().map_err(value)?;
+        let mut state = self.lock();
+        position(state.scene.looks.len(), look, "look")?;
+        let scene = state.change();
+        match prototype {
+            None => scene.strands.push(strands),
+            Some(i) => {
+                let i = position(scene.prototypes.len(), i, "prototype")?;
+                scene.prototypes[i].strands.push(strands);
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds the surface of meshes and returns its index: a diffuse base under a rough coat, or metal, as in
+    /// UsdPreviewSurface. `color`: linear RGB in [0, 1], times the image `texture`. `emission`: radiance.
+    /// `roughness`, `metallic`: in [0, 1]. `ior`: of the coat, in [1, 4]; 1 means no coat.
+    #[pyo3(signature = (*, color=None, texture=None, emission=None, roughness=0.5, metallic=0.0, ior=1.5,
+        name=""))]
+    fn add_surface(
+        &self,
+        color: Option<&Bound<'_, PyAny>>,
+        texture: Option<usize>,
+        emission: Option<&Bound<'_, PyAny>>,
+        roughness: f32,
+        metallic: f32,
+        ior: f32,
+        name: &str,
+    ) -> PyResult<usize> {
+        let color = color.map_or(Ok([1.0; 3]), |color| Floats::new(color, "color")?.color())?;
+        let emission = emission.map_or(Ok([0.0; 3]), |emission| Floats::new(emission, "emission")?.color())?;
+        for (name, x, low, high) in
+            [("roughness", roughness, 0.0, 1.0), ("metallic", metallic, 0.0, 1.0), ("ior", ior, 1.0, 4.0)]
+        {
+            if !(low..=high).contains(&x) {
+                let what = format!("{name} = {x} is out of range: it must be in [{low}, {high}]");
+                return Err(PyValueError::new_err(what));
+            }
+        }
+        if !color.iter().all(|x| (0.0..=1.0).contains(x)) {
+            return Err(PyValueError::new_err(format!("color = {color:?} is out of range: it must be in [0, 1]")));
+        }
+        if emission.iter().any(|x| *x < 0.0) {
+            return Err(PyValueError::new_err(format!(
+                "emission = {emission:?} is out of range: it must be at least 0"
+            )));
+        }
+        let mut state = self.lock();
+        texture.map_or(Ok(0), |texture| position(state.scene.textures.len(), texture, "texture"))?;
+        let surfaces = &mut state.change().surfaces;
+        let name = if name.is_empty() { format!("surface {}", surfaces.len()) } else { name.to_owned() };
+        surfaces.push(Surface { name, color: Tint { color, texture }, emission, roughness, metallic, ior });
+        Ok(surfaces.len() - 1)
+    }
+
+    /// Adds a mesh. `points`: (V, 3). `triangles`: vertices, counterclockwise from outside, (T, 3). `surface`: from
+    /// `add_surface`. `normals`: (V, 3) or of each corner (T, 3, 3); flat without. `uv`: (V, 2) or (T, 3, 2). `moved`:
+    /// the points when the shutter closes, (V, 3). `prototype`: a mesh of this prototype, for instances.
+    #[pyo3(signature = (points, triangles, *, surface, normals=None, uv=None, moved=None, name="",
+        prototype=None))]
+    fn add_mesh(
+        &self,
+        points: &Bound<'_, PyAny>,
+        triangles: &Bound<'_, PyAny>,
+        surface: usize,
+        normals: Option<&Bound<'_, PyAny>>,
+        uv: Option<&Bound<'_, PyAny>>,
+        moved: Option<&Bound<'_, PyAny>>,
+        name: &str,
+        prototype: Option<usize>,
+    ) -> PyResult<()> {
+        let positions = Floats::new(points, "points")?.points("vertices")?;
+        let (shape, flat) = indices(triangles, "triangles")?;
+        if shape.len() != 2 || shape[1] != 3 {
+            let shape = crate::arrays::text(&shape);
+            return Err(PyValueError::new_err(format!("triangles has the shape {shape}: it must be (triangles, 3)")));
+        }
+        let triangles = flat.as_chunks::<3>().0.to_vec();
+        if let Some(i) = triangles.iter().position(|t| t.iter().any(|v| *v as usize >= positions.len())) {
+            let what = format!("triangles[{i}] has a vertex out of range: there are {} points", positions.len());
+            return Err(PyValueError::new_err(what));
+        }
+        let normals = corners::<3>(normals, "normals", &triangles, positions.len())?;
+        let uv = corners::<2>(uv, "uv", &triangles, positions.len())?;
+        let moved = moved.map(|moved| Floats::new(moved, "moved")?.rows_of::<3>(positions.len())).transpose()?;
+        let mesh = Mesh {
+            name: if name.is_empty() { "mesh" } else { name }.to_owned(),
+            positions,
+            moved: moved.map(|moved| moved.into_iter().map(Vec3::from).collect()),
+            triangles,
+            normals: normals.map(|all| all.into_iter().map(|n| n.map(Vec3::from)).collect()),
+            uv: uv.map(|all| all.into_iter().map(|uv| uv.map(Vec2::from)).collect()),
+            surface,
+        };
+        mesh.validate().map_err(value)?;
+        let mut state = self.lock();
+        position(state.scene.surfaces.len(), surface, "surface")?;
+        let scene = state.change();
+        match prototype {
+            None => scene.meshes.push(mesh),
+            Some(i) => {
+                let i = position(scene.prototypes.len(), i, "prototype")?;
+                scene.prototypes[i].meshes.push(mesh);
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds an empty prototype and returns its index. Only its instances are seen.
+    #[pyo3(signature = (name=""))]
+    fn add_prototype(&self, name: &str) -> usize {
+        let mut state = self.lock();
+        let prototypes = &mut state.change().prototypes;
+        let name = if name.is_empty() { format!("prototype {}", prototypes.len()) } else { name.to_owned() };
+        prototypes.push(Prototype { name, ..Prototype::default() });
+        prototypes.len() - 1
+    }
+
+    /// Adds an instance of a prototype. All instances share its memory. `matrix`: (4, 4), to world space, for column
+    /// vectors; it must only rotate, mirror, move and scale uniformly.
+    fn add_instance(&self, prototype: usize, matrix: &Bound<'_, PyAny>) -> PyResult<()> {
+        let to_world = Floats::new(matrix, "matrix")?.matrix()?;
+        let mut state = self.lock();
+        let prototype = position(state.scene.prototypes.len(), prototype, "prototype")?;
+        let instance = Instance { prototype, to_world };
+        if instance.scale().is_none() {
+            return Err(PyValueError::new_err("matrix must only rotate, mirror, move and scale uniformly"));
+        }
+        state.change().instances.push(instance);
+        Ok(())
+    }
+
+    /// Adds a light and returns its index. `color` is linear RGB or one number, at least 0:
+    ///
+    /// - `dome`: radiance from everywhere, times the lat-long image `texture`. `matrix` rotates it; the middle of the
+    ///   image is at −z and its top at +y.
+    /// - `distant`: irradiance from `direction` (toward the light), within the half angle `angle` in degrees.
+    /// - `rect`, `disk`: radiance of a square of side 1, or of a disk of radius 1, toward −z, after `matrix`.
+    /// - `point`: intensity (power per solid angle) at `position`.
+    /// - `sphere`: radiance of a sphere at `position` with `radius`.
+    /// - `cylinder`: radiance of the side of a cylinder at `position` with `radius`; `axis` leads to one end.
+    ///
+    /// `cone`: emit within this angle in degrees of −z of `matrix`, or of `axis` for a point or a sphere, with an edge
+    /// as soft as `softness` in [0, 1]. `group`: for the layer `lights`. `visible`: whether the camera sees it.
+    #[pyo3(signature = (kind, color=None, *, matrix=None, direction=None, angle=0.0, position=None, radius=None,
+        axis=None, texture=None, cone=None, softness=0.0, group=None, visible=true))]
+    fn add_light(
+        &self,
+        kind: &str,
+        color: Option<&Bound<'_, PyAny>>,
+        matrix: Option<&Bound<'_, PyAny>>,
+        direction: Option<Bound<'_, PyAny>>,
+        angle: f32,
+        position: Option<Bound<'_, PyAny>>,
+        radius: Option<f32>,
+        axis: Option<Bound<'_, PyAny>>,
+        texture: Option<usize>,
+        cone: Option<f32>,
+        softness: f32,
+        group: Option<String>,
+        visible: bool,
+    ) -> PyResult<usize> {
+        one_of("kind", kind, &LIGHTS)?;
+        let color = color.map_or(Ok([1.0; 3]), |color| Floats::new(color, "color")?.color())?;
+        let matrix = matrix.map(|matrix| Floats::new(matrix, "matrix")?.matrix()).transpose()?;
+        let to_world = matrix.unwrap_or(Mat4::IDENTITY);
+        let vector =
+            |given: Option<Bound<'_, PyAny>>, name: &str| Floats::new(&required(given, name, kind)?, name)?.vector();
+        let size = |radius: Option<f32>| radius.ok_or_else(|| PyValueError::new_err(format!("{kind} needs radius")));
+        let shape_axis = match &axis {
+            Some(axis) => Floats::new(axis, "axis")?.vector()?,
+            None => -to_world.z_axis.truncate(),
+        };
+        let light = match kind {
+            "dome" => {
+                let rotation = Mat3::from_mat4(to_world);
+                Light::Dome { radiance: color, texture, rotation, ground: None }
+            }
+            "distant" => {
+                let direction = vector(direction, "direction")?;
+                Light::Distant {
+                    direction: direction.normalize_or_zero(),
+                    half_angle: angle.to_radians(),
+                    irradiance: color,
+                }
+            }
+            "rect" => Light::Rect { to_world, radiance: color, texture },
+            "disk" => Light::Disk { to_world, radiance: color },
+            "point" => Light::Point { position: vector(position, "position")?, intensity: color },
+            "sphere" => Light::Sphere { center: vector(position, "position")?, radius: size(radius)?, radiance: color },
+            _ => Light::Cylinder {
+                center: vector(position, "position")?,
+                half_axis: vector(axis, "axis")?,
+                radius: size(radius)?,
+                radiance: color,
+            },
+        };
+        let mut state = self.lock();
+        light.validate(state.scene.textures.len()).map_err(value)?;
+        let scene = state.change();
+        let index = scene.lights.len();
+        if let Some(cone) = cone {
+            if matches!(light, Light::Dome { .. } | Light::Distant { .. }) {
+                return Err(PyValueError::new_err(format!("cone: a {kind} light has none")));
+            }
+            let shaping = Shaping { axis: shape_axis, cone: cone.to_radians(), softness, focus: 0.0 };
+            shaping.validate().map_err(value)?;
+            scene.shapings.push((index, shaping));
+        }
+        scene.lights.push(light);
+        if !visible {
+            scene.unseen_lights.push(index);
+        }
+        state.groups.push(group);
+        Ok(index)
+    }
+
+    /// Sets the camera. `matrix`: from its own frame to world space, (4, 4), for column vectors: a rotation and a
+    /// translation. It looks along −z, with y up. `fov`: vertical angle of view in degrees, in (0, 180). `aperture`:
+    /// radius of the lens; 0 is a pinhole. `focus_distance`: of the plane in focus. `moved`: the matrix when the
+    /// shutter closes.
+    #[pyo3(signature = (matrix, *, fov=40.0, aperture=0.0, focus_distance=1.0, moved=None))]
+    fn set_camera(
+        &self,
+        matrix: &Bound<'_, PyAny>,
+        fov: f32,
+        aperture: f32,
+        focus_distance: f32,
+        moved: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
+        if !(fov > 0.0 && fov < 180.0) {
+            return Err(PyValueError::new_err(format!("fov = {fov} is out of range: it must be in (0, 180) degrees")));
+        }
+        let film_height = 2.0 * (0.5 * fov.to_radians()).tan();
+        let camera = Camera {
+            to_world: Floats::new(matrix, "matrix")?.matrix()?,
+            moved: moved.map(|moved| Floats::new(moved, "moved")?.matrix()).transpose()?,
+            film_width: film_height,
+            film_height,
+            lens_radius: aperture,
+            focus_distance,
+        };
+        camera.validate().map_err(value)?;
+        self.lock().change().camera = Some(camera);
+        Ok(())
+    }
+
+    /// Places a pinhole camera at `eye` that looks at `target`. `fov`: vertical angle of view in degrees.
+    #[pyo3(signature = (eye, target, *, up=None, fov=40.0))]
+    fn look_at(
+        &self,
+        eye: &Bound<'_, PyAny>,
+        target: &Bound<'_, PyAny>,
+        up: Option<&Bound<'_, PyAny>>,
+        fov: f32,
+    ) -> PyResult<()> {
+        if !(fov > 0.0 && fov < 180.0) {
+            return Err(PyValueError::new_err(format!("fov = {fov} is out of range: it must be in (0, 180) degrees")));
+        }
+        let vector = |given, name| Floats::new(given, name)?.vector();
+        let (eye, target) = (vector(eye, "eye")?, vector(target, "target")?);
+        let up = up.map_or(Ok(Vec3::Y), |up| vector(up, "up"))?;
+        if eye == target {
+            return Err(PyValueError::new_err("eye and target are the same point"));
+        }
+        let camera = Camera::look_at(eye, target, up, fov.to_radians(), 1.5);
+        camera.validate().map_err(value)?;
+        self.lock().change().camera = Some(camera);
+        Ok(())
+    }
+
+    /// What the camera sees where there is no object: linear RGB, or `None` for the domes and distant lights.
+    #[getter]
+    fn background(&self) -> Option<[f32; 3]> {
+        self.lock().scene.background.map(|tint| tint.color)
+    }
+
+    #[setter]
+    fn set_background(&self, color: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let color = color.map(|color| Floats::new(color, "background")?.color()).transpose()?;
+        if color.is_some_and(|c| c.iter().any(|x| !(0.0..=1.0).contains(x))) {
+            return Err(PyValueError::new_err("background is out of range: it must be in [0, 1]"));
+        }
+        self.lock().change().background = color.map(|color| Tint { color, texture: None });
+        Ok(())
+    }
+
+    fn __repr__(&self) -> String {
+        let state = self.lock();
+        let scene = &state.scene;
+        let strands: usize = scene.strands.iter().map(Strands::len).sum();
+        let (meshes, lights, instances) = (scene.meshes.len(), scene.lights.len(), scene.instances.len());
+        format!("<vellus.Scene: {strands} strands, {meshes} meshes, {instances} instances, {lights} lights>")
+    }
+}
+
+/// The parameter with this name.
+fn parameter(name: &str) -> PyResult<Parameter> {
+    Parameter::from_name(name).ok_or_else(|| {
+        let known: Vec<&str> = Parameter::ALL.iter().map(|p| p.name()).collect();
+        PyValueError::new_err(format!("parameter {name:?} is unknown: it must be one of {}", known.join(", ")))
+    })
+}
+
+/// Values of the corners of triangles, from those or from values of the vertices.
+fn corners<const N: usize>(
+    given: Option<&Bound<'_, PyAny>>,
+    name: &str,
+    triangles: &[[u32; 3]],
+    vertices: usize,
+) -> PyResult<Option<Vec<[[f32; N]; 3]>>> {
+    let Some(given) = given else { return Ok(None) };
+    let mut given = Floats::new(given, name)?;
+    if given.shape[..] == [triangles.len(), 3, N] {
+        given.shape = vec![3 * triangles.len(), N];
+        let rows = given.rows::<N>("corners")?;
+        return Ok(Some(rows.as_chunks::<3>().0.to_vec()));
+    }
+    if given.shape[..] != [vertices, N] {
+        let shape = crate::arrays::text(&given.shape);
+        let what =
+            format!("{name} has the shape {shape}: it must be ({vertices}, {N}) or ({}, 3, {N})", triangles.len());
+        return Err(PyValueError::new_err(what));
+    }
+    let rows = given.rows_of::<N>(vertices)?;
+    Ok(Some(triangles.iter().map(|t| t.map(|v| rows[v as usize])).collect()))
+}

@@ -1,0 +1,101 @@
+"""The near field in Dr.Jit against the crate: values and gradients."""
+
+import numpy as np
+import pytest
+from drjit.llvm.ad import Float64
+from mitsuba_support import COLORS, FIBER, NUMBERS, columns, directions, dr, mi, values
+
+import vellus
+from vellus.mitsuba.model import Fiber
+
+
+def fibers(g, count):
+    """The presets, those of the paper, and random fibres."""
+    presets = [vellus.Fiber(name + suffix) for name in vellus.species() for suffix in ("", "-published")]
+    color = lambda most: [float(x) for x in g.uniform(0, most, 3)]
+    random = [
+        vellus.Fiber(
+            eta=g.uniform(1.2, 1.8),
+            kappa=g.uniform(0.1, 0.95),
+            alpha=g.uniform(-5, 5),
+            beta_m=g.uniform(3, 20),
+            beta_n=g.uniform(3, 20),
+            sigma_ca=color(1),
+            sigma_ms=g.uniform(0.05, 5),
+            sigma_ma=color(0.5),
+            g=g.uniform(0, 0.9),
+            layers=g.uniform(0.3, 2),
+            exit=["open", "reflecting"][i % 2],
+        )
+        for i in range(count - len(presets))
+    ]
+    return presets + random
+
+
+@pytest.mark.parametrize("single", [True, False])
+def test_values_equal_the_crate(single):
+    """100,000 queries of 50 fibres; half of the directions are samples of the crate, half are uniform.
+
+    The crate computes in single precision, with angles that have an error of up to 1e-6. In the tail of a lobe of
+    width β, x widths from its centre, this is a relative error of x·1e-6/β: at β = 1.5° (the narrowest here, TT along
+    the fibre) and x = 4 it is 1.5e-4. There the value is below 1e-3 of the peak. So the difference is relative to the
+    value plus 0.01 per steradian. The mean of all values is about 0.05 per steradian.
+    """
+    g = np.random.default_rng(11)
+    F, n = (mi.Float if single else Float64), 2000
+    worst = 0.0
+    for fiber in fibers(g, 50):
+        model = vellus.Bcsdf(fiber)
+        wo, wi, h = directions(g, n), directions(g, n), g.uniform(-1, 1, n).astype(np.float32)
+        half = n // 2
+        wi[:half] = model.sample(wo[:half], g.random((half, 4)).astype(np.float32), h[:half]).wi
+        expected, pdf = model.eval_pdf(wi, wo, h)
+        hit = Fiber(F, values(fiber), fiber.exit == "reflecting").at(columns(F, wo), F(h))
+        value, density = hit.eval_pdf(columns(F, wi))
+        value = np.stack([v.numpy() for v in value], -1)
+        for ours, theirs in ((value, expected), (density.numpy(), pdf)):
+            worst = max(worst, (np.abs(ours - theirs) / (theirs + 0.01)).max())
+            assert worst < 1e-4, fiber
+
+
+def test_hair_without_medulla_equals_the_crate():
+    g = np.random.default_rng(3)
+    fiber = vellus.Fiber(sigma_ca=[0.1, 0.2, 0.4])
+    wo, wi, h = directions(g, 2000), directions(g, 2000), g.uniform(-1, 1, 2000).astype(np.float32)
+    expected = vellus.Bcsdf(fiber).eval(wi, wo, h)
+    value = Fiber(Float64, values(fiber)).at(columns(Float64, wo), Float64(h)).eval(columns(Float64, wi))
+    assert (np.abs(np.stack([v.numpy() for v in value], -1) - expected) < 1e-4 * (expected + 0.01)).all()
+
+
+@pytest.mark.parametrize("reflects", [True, False])
+@pytest.mark.parametrize("change", [{}, {"beta_m": 15.0, "beta_n": 12.0, "kappa": 0.5, "g": 0.8}])
+def test_gradients_equal_central_differences(reflects, change):
+    """The gradient of a weighted mean over 5,000 queries, for each parameter and channel, within 1 %.
+
+    The tables are linear between nodes, and √(κ² − h²) has a vertical tangent where a path grazes the medulla. A
+    difference over 2e-5 crosses such places for a few queries, which is an error of 0.4 % for κ and 1e-5 for others.
+    """
+    g = np.random.default_rng(5)
+    n = 5000
+    start = FIBER | change
+    wo, h = columns(Float64, directions(g, n)), Float64(g.uniform(-1, 1, n))
+    u, weights = ([Float64(g.random(n)) for _ in range(k)] for k in (4, 3))
+    wi = Fiber(Float64, start, reflects).at(wo, h).sample(u)[0]
+    dr.eval(wi)
+
+    def mean(parameters):
+        light = Fiber(Float64, parameters, reflects).at(wo, h).eval(wi)
+        return dr.mean(sum(v * w for v, w in zip(light, weights)))
+
+    tracked = {k: [Float64(x) for x in np.ravel(v)] for k, v in start.items()}
+    dr.enable_grad(tracked)
+    dr.backward(mean({k: v if k in COLORS else v[0] for k, v in tracked.items()}))
+    for name in (*NUMBERS, *COLORS):
+        for channel, parameter in enumerate(tracked[name]):
+            step, ends = 1e-5, []
+            for sign in (1, -1):
+                moved = [float(x) for x in np.ravel(start[name])]
+                moved[channel] += sign * step
+                ends.append(mean(start | {name: moved if name in COLORS else moved[0]})[0])
+            expected = (ends[0] - ends[1]) / (2 * step)
+            assert dr.grad(parameter)[0] == pytest.approx(expected, rel=0.01), (name, channel)
