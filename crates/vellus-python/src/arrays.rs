@@ -226,8 +226,8 @@ impl Rows<'_> {
     /// Copies `count` rows from `start` on, each number into its own column of `columns`.
     pub fn gather(&self, shape: &[usize], start: usize, count: usize, columns: &mut [f32]) {
         match self.data {
-            Data::Single(data) => self.gather_from(data, |x| x, shape, start, count, columns),
-            Data::Double(data) => self.gather_from(data, |x| x as f32, shape, start, count, columns),
+            Data::Single(data) => self.gather_from(data, |x| x, shape, [start, count], columns),
+            Data::Double(data) => self.gather_from(data, |x| x as f32, shape, [start, count], columns),
         }
     }
 
@@ -236,8 +236,7 @@ impl Rows<'_> {
         data: &[T],
         convert: impl Fn(T) -> f32,
         shape: &[usize],
-        start: usize,
-        count: usize,
+        [start, count]: [usize; 2],
         columns: &mut [f32],
     ) {
         let width = self.width;
@@ -249,6 +248,16 @@ impl Rows<'_> {
             let along = row % length;
             let many = (length - along).min(count - done);
             let first = self.outer(shape, row / length) + along * step;
+            if step != 0 && width == 3 {
+                let (x, rest) = columns.split_at_mut(count);
+                let (y, z) = rest.split_at_mut(count);
+                let columns = x[done..].iter_mut().zip(&mut y[done..]).zip(&mut z[done..]).take(many);
+                for (((x, y), z), row) in columns.zip(data[first * 3..].as_chunks::<3>().0) {
+                    (*x, *y, *z) = (convert(row[0]), convert(row[1]), convert(row[2]));
+                }
+                done += many;
+                continue;
+            }
             for c in 0..width {
                 let column = &mut columns[c * count + done..][..many];
                 if step == 0 {

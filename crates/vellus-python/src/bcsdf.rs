@@ -198,8 +198,8 @@ impl Bcsdf {
         window: Option<&Bound<'py, PyAny>>,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let call = Call::new(Task::Eval { lobes: false }, Some(wi), wo, (h, window), check)?;
-        unpack(py, call.run(py, &*self.model, &[(Some(&[]), 3)])?)
+        let call = Call::new(Task::Pdf, Some(wi), wo, (h, window), check)?;
+        unpack(py, call.run(py, &*self.model, &[(Some(&[]), 0)])?)
     }
 
     /// `eval` and `pdf` together, at the cost of one. Arguments as for `eval`.
@@ -216,7 +216,7 @@ impl Bcsdf {
         lobes: bool,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let call = Call::new(Task::Eval { lobes }, Some(wi), wo, (h, window), check)?;
+        let call = Call::new(Task::EvalPdf { lobes }, Some(wi), wo, (h, window), check)?;
         let pdf = crate::query::colors(lobes);
         unpack(py, call.run(py, &*self.model, &[(Some(inner(lobes)), 0), (Some(&[]), pdf)])?)
     }

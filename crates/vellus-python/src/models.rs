@@ -123,8 +123,8 @@ impl Model {
         window: Option<&Bound<'py, PyAny>>,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let call = Call::new(Task::Eval { lobes: false }, Some(wi), wo, (h, window), check)?;
-        unpack(py, call.run(py, &*self.model, &[(Some(&[]), 3)])?)
+        let call = Call::new(Task::Pdf, Some(wi), wo, (h, window), check)?;
+        unpack(py, call.run(py, &*self.model, &[(Some(&[]), 0)])?)
     }
 
     /// As `Bcsdf.eval_pdf`.
@@ -139,7 +139,7 @@ impl Model {
         lobes: bool,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let call = Call::new(Task::Eval { lobes }, Some(wi), wo, (h, window), check)?;
+        let call = Call::new(Task::EvalPdf { lobes }, Some(wi), wo, (h, window), check)?;
         unpack(py, call.run(py, &*self.model, &[(Some(inner(lobes)), 0), (Some(&[]), colors(lobes))])?)
     }
 

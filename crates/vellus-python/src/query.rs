@@ -69,8 +69,12 @@ impl Batch for Bcsdf<'static> {
 /// What to compute, and how many numbers it has for each query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Task {
-    /// f·cos θᵢ: RGB, or RGB of six lobes; then the density.
+    /// f·cos θᵢ: RGB, or RGB of six lobes.
     Eval { lobes: bool },
+    /// The density.
+    Pdf,
+    /// Both, the density last.
+    EvalPdf { lobes: bool },
     /// The energy: RGB, or RGB of six lobes.
     Energy { lobes: bool },
     /// ω_i, the density, the weight, the lobe.
@@ -81,9 +85,21 @@ impl Task {
     /// Numbers of each result.
     pub fn columns(self) -> usize {
         match self {
-            Task::Eval { lobes } => 1 + colors(lobes),
-            Task::Energy { lobes } => colors(lobes),
+            Task::Pdf => 1,
+            Task::EvalPdf { lobes } => 1 + colors(lobes),
+            Task::Eval { lobes } | Task::Energy { lobes } => colors(lobes),
             Task::Sample => 8,
+        }
+    }
+}
+
+impl Task {
+    /// The column of the density.
+    fn density(self) -> Option<usize> {
+        match self {
+            Task::Pdf => Some(0),
+            Task::EvalPdf { lobes } => Some(colors(lobes)),
+            _ => None,
         }
     }
 }
@@ -291,8 +307,12 @@ impl Batches<'_> {
         let count = columns.len() / 3;
         let [x, y, z] = [0, 1, 2].map(|c| &columns[c * count..][..count]);
         let squared = |i: usize| x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
-        // Not a number is no error.
-        match (0..count).position(|i| (squared(i) - 1.0).abs() >= UNIT) {
+        // Not a number is no error. All lengths are compared without a branch, several at a time.
+        let is_bad = |i: usize| (squared(i) - 1.0).abs() >= UNIT;
+        if !(0..count).fold(false, |any, i| any | is_bad(i)) {
+            return Ok(());
+        }
+        match (0..count).position(is_bad) {
             None => Ok(()),
             Some(i) => {
                 let position = start + i;
@@ -319,6 +339,9 @@ impl Batches<'_> {
         is_bad: impl Fn(f32) -> bool,
         range: &str,
     ) -> Result<(), Bad> {
+        if !columns.iter().fold(false, |any, x| any | is_bad(*x)) {
+            return Ok(());
+        }
         let count = columns.len() / rows.width;
         let Some(i) = (0..count).find(|i| (0..rows.width).any(|c| is_bad(columns[c * count + i]))) else {
             return Ok(());
@@ -332,7 +355,7 @@ impl Batches<'_> {
 
 /// The queries with a NaN. They get numbers that are safe to compute with.
 fn absent(count: usize, wo: &mut [f32], window: &mut [f32], query: &mut [f32]) -> Vec<usize> {
-    let is_clean = |columns: &[f32]| columns.iter().all(|x| x.is_finite());
+    let is_clean = |columns: &[f32]| columns.iter().fold(true, |all, x| all & x.is_finite());
     if is_clean(wo) && is_clean(window) && is_clean(query) {
         return Vec::new();
     }
@@ -394,10 +417,14 @@ impl Inputs<'_> {
     fn near<B: Batch>(&self, task: Task, hit: &B::Hit8<'_>, first: usize, lanes: usize, results: &mut [f32]) {
         let count = self.count;
         match task {
-            Task::Eval { lobes } => {
-                let (f, pdf) = B::eval8(hit, eight(self.query, count, first, lanes));
-                put_values(&f, lobes, count, first, lanes, results);
-                put(pdf, colors(lobes) * count + first, lanes, results);
+            Task::Eval { lobes: false } => {
+                // Without the lobes and the density, which the compiler then leaves out.
+                let total = B::eval8(hit, eight(self.query, count, first, lanes)).0.total();
+                total.iter().enumerate().for_each(|(c, x)| put(*x, c * count + first, lanes, results));
+            }
+            Task::Eval { .. } | Task::Pdf | Task::EvalPdf { .. } => {
+                let result = B::eval8(hit, eight(self.query, count, first, lanes));
+                put_both(task, result, count, first, lanes, results);
             }
             Task::Energy { lobes } => put_values(&B::energy8(hit), lobes, count, first, lanes, results),
             Task::Sample => {
@@ -429,20 +456,23 @@ impl Inputs<'_> {
     ) {
         let count = self.count;
         match task {
-            Task::Eval { lobes } if shared => {
+            Task::Eval { .. } | Task::Pdf | Task::EvalPdf { .. } if shared => {
                 for at in (first..end).step_by(8) {
                     let lanes = (end - at).min(8);
-                    let (f, pdf) = B::eval8_of(hit, eight(self.query, count, at, lanes));
-                    put_values(&f, lobes, count, at, lanes, results);
-                    put(pdf, colors(lobes) * count + at, lanes, results);
+                    let result = B::eval8_of(hit, eight(self.query, count, at, lanes));
+                    put_both(task, result, count, at, lanes, results);
                 }
             }
-            Task::Eval { lobes } => {
+            Task::Eval { .. } | Task::Pdf | Task::EvalPdf { .. } => {
                 for i in first..end {
                     let wi = Vec3::from_array([0, 1, 2].map(|c| self.query[c * count + i]));
                     let (f, pdf) = hit.eval_pdf(wi);
-                    put_one(&f, lobes, count, i, results);
-                    results[colors(lobes) * count + i] = pdf;
+                    if let Task::Eval { lobes } | Task::EvalPdf { lobes } = task {
+                        put_one(&f, lobes, count, i, results);
+                    }
+                    if let Some(column) = task.density() {
+                        results[column * count + i] = pdf;
+                    }
                 }
             }
             Task::Energy { lobes } => {
@@ -462,6 +492,24 @@ impl Inputs<'_> {
 #[inline(always)]
 fn put(x: f32x8, at: usize, lanes: usize, results: &mut [f32]) {
     results[at..at + lanes].copy_from_slice(&x.to_array()[..lanes]);
+}
+
+/// Values, density, or both.
+#[inline(always)]
+fn put_both(
+    task: Task,
+    (f, pdf): (Lobes<f32x8>, f32x8),
+    count: usize,
+    first: usize,
+    lanes: usize,
+    results: &mut [f32],
+) {
+    if let Task::Eval { lobes } | Task::EvalPdf { lobes } = task {
+        put_values(&f, lobes, count, first, lanes, results);
+    }
+    if let Some(column) = task.density() {
+        put(pdf, column * count + first, lanes, results);
+    }
 }
 
 #[inline(always)]
@@ -544,6 +592,13 @@ fn store(results: &[f32], count: usize, slices: &mut [(Slice<'_>, [usize; 2])]) 
 
 fn transpose<T>(columns: &[f32], count: usize, rows: &mut [T], convert: impl Fn(f32) -> T) {
     let width = columns.len() / count;
+    if width == 3 {
+        let [x, y, z] = [0, 1, 2].map(|c| &columns[c * count..][..count]);
+        for (((row, x), y), z) in rows.as_chunks_mut().0.iter_mut().zip(x).zip(y).zip(z) {
+            *row = [convert(*x), convert(*y), convert(*z)];
+        }
+        return;
+    }
     for (c, column) in columns.chunks_exact(count).enumerate() {
         for (row, x) in rows.chunks_exact_mut(width).zip(column) {
             row[c] = convert(*x);

@@ -16,6 +16,7 @@ pub fn all(root: &Path, report: &mut Report) -> Result<(), String> {
     report.step("C bindings", || c::fast(root))?;
     fast(root, report)?;
     report.attempt("C bindings, installed by cargo-c", || c::test(root))?;
+    report.attempt("notebooks", || python::notebooks(root))?;
     report.attempt("Blender", || blender::test(root))?;
     report.attempt("Mitsuba", || mitsuba::test(root))?;
     report.attempt("native plugin of Mitsuba", || mitsuba_native::test(root))

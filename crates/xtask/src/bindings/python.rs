@@ -1,7 +1,7 @@
 //! The Python package: builds the wheel, installs it into an empty environment and runs its tests.
 
 use super::venv::{python, venv};
-use crate::run::{Outcome, run};
+use crate::run::{Outcome, cargo, output, run};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -9,6 +9,33 @@ use std::process::Command;
 const VERSIONS: [&str; 5] = ["3.11", "3.13", "3.12", "3.10", "3.14"];
 
 pub const PACKAGES: [&str; 5] = ["maturin==1.16.0", "numpy", "pytest", "hypothesis", "mypy"];
+
+/// What the notebooks need besides the wheel.
+const NOTEBOOKS: [&str; 5] = ["maturin==1.16.0", "numpy", "nbconvert", "ipykernel", "matplotlib"];
+
+/// Executes the notebooks, with an environment of their own.
+pub fn notebooks(root: &Path) -> Result<Outcome, String> {
+    let Some(interpreter) = VERSIONS.iter().find_map(|version| python(version)) else {
+        return Ok(Outcome::Skipped(format!("no Python {}", VERSIONS.join(", "))));
+    };
+    let python = match venv(root, "notebooks", &interpreter, &NOTEBOOKS) {
+        Ok(python) => python,
+        Err(reason) => return Ok(Outcome::Skipped(reason)),
+    };
+    install(root, &python)?;
+    run(Command::new(&python).arg(root.join("docs/notebooks/publish.py")).arg("--check"))?;
+    Ok(Outcome::Passed)
+}
+
+/// Results of queries in Rust, for the tests: a file in `target/bindings`.
+fn reference(root: &Path) -> Result<PathBuf, String> {
+    cargo(root, &["build", "--release", "--quiet", "--package", "vellus-python", "--example", "batch"])?;
+    let program = root.join("target/release/examples").join(format!("batch{}", std::env::consts::EXE_SUFFIX));
+    let values = output(Command::new(program).arg("values"))?;
+    let file = root.join("target/bindings/reference.json");
+    std::fs::write(&file, values).map_err(|e| format!("{}: {e}", file.display()))?;
+    Ok(file)
+}
 
 /// Builds the wheel and runs the tests against it.
 pub fn test(root: &Path) -> Result<Outcome, String> {
@@ -23,7 +50,11 @@ pub fn test(root: &Path) -> Result<Outcome, String> {
     let tests = root.join("crates/vellus-python/tests");
     // Those of Mitsuba need its package.
     let others = format!("--ignore={}", tests.join("mitsuba").display());
-    run(Command::new(&python).args(["-m", "pytest", "--quiet", &others]).arg(tests))?;
+    let reference = reference(root)?;
+    run(Command::new(&python)
+        .args(["-m", "pytest", "--quiet", &others])
+        .arg(tests)
+        .env("VELLUS_REFERENCE", reference))?;
     Ok(Outcome::Passed)
 }
 
