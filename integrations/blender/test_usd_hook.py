@@ -16,10 +16,22 @@ import vellus_usd_hook
 bpy.ops.wm.read_factory_settings(use_empty=True)
 vellus_usd_hook.register()
 SETTINGS = {
-    "absorbed": ("ABSORPTION", "CHIANG", {"Absorption Coefficient": (0.1, 0.2, 0.4), "Roughness": 0.3,
-                                          "Radial Roughness": 0.4, "IOR": 1.5, "Offset": np.radians(3)}),
-    "melanin": ("MELANIN", "HUANG", {"Melanin": 0.25, "Melanin Redness": 0.5, "Tint": (0.9, 0.6, 0.4, 1),
-                                     "Roughness": 0.4}),
+    "absorbed": (
+        "ABSORPTION",
+        "CHIANG",
+        {
+            "Absorption Coefficient": (0.1, 0.2, 0.4),
+            "Roughness": 0.3,
+            "Radial Roughness": 0.4,
+            "IOR": 1.5,
+            "Offset": np.radians(3),
+        },
+    ),
+    "melanin": (
+        "MELANIN",
+        "HUANG",
+        {"Melanin": 0.25, "Melanin Redness": 0.5, "Tint": (0.9, 0.6, 0.4, 1), "Roughness": 0.4},
+    ),
     "colored": ("COLOR", "CHIANG", {"Color": (0.9, 0.6, 0.4, 1), "Radial Roughness": 0.3}),
 }
 for index, (name, (parametrization, model, inputs)) in enumerate(SETTINGS.items()):

@@ -1,7 +1,7 @@
 // The C interface of Vellus: reflectance of hair and fur after Yan, Jensen and Ramamoorthi 2017.
 //
 // The conventions of every function:
-// - A call returns VELLUS_STATUS_OK, or another status. It then writes no result, and vellus_last_error() has a message.
+// - A call returns VELLUS_STATUS_OK, or another status. Then it writes no result, and vellus_last_error() says why.
 // - A pointer is null, or points to as many values as its function says. Null gives VELLUS_STATUS_NULL, except where it
 //   is allowed. Text ends with a zero byte. Memory for results must not overlap memory that the same call reads.
 // - Handles never change: any number of threads may use the same handle. Only freeing one needs care.

@@ -97,7 +97,7 @@ def test_memory_layouts(fox, rng):
     wi, wo, h = unit(rng, 60), unit(rng, 60), rng.uniform(-1, 1, 60)
     expected = fox.eval(wi, wo, h)
     frozen = wi.copy()
-    frozen.flags.writeable = False
+    frozen.setflags(write=False)
     record = np.zeros(60, dtype=[("a", "i1"), ("wi", "f8", 3)])
     record["wi"] = wi
     for other in (

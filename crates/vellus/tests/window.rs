@@ -427,7 +427,7 @@ fn density_is_at_least_each_channel() {
     let mut random = Uniform(8);
     let mut worst = 0.0_f32;
     for k in 0..400 {
-        let fiber = if k == 0 { red.clone() } else { random.fiber() };
+        let fiber = if k == 0 { red } else { random.fiber() };
         let bcsdf = Bcsdf::new(&fiber).unwrap();
         // The worst inclination of the first fibre, and random ones of the others.
         let theta_o = if k == 0 { -1.5394 } else { random.within(-1.55, 1.55) };

@@ -24,6 +24,9 @@ usage: cargo xtask check | lint | test | bindings | package | paper | torture
   paper    PAPER.md only: every symbol that it names exists, and it lists every departure that the code cites
   torture  kills, full disks, damaged files and nonsense against the release build; --help lists its options";
 
+/// A module for Python cannot be linked into a test program. [`bindings`] tests it.
+const NO_PYTHON: &str = "--exclude=vellus-python";
+
 /// The torture run of `cargo xtask test` has the same inputs each time.
 const TORTURE: [&str; 4] = ["--time", "60s", "--seed", "1"];
 
@@ -54,7 +57,20 @@ fn check(root: &Path, report: &mut Report) -> Result<(), String> {
     lint::all(root, report)?;
     // Benchmarks are compiled by clippy.
     report.step("fast tests", || {
-        cargo(root, &["test", "--quiet", "--workspace", "--all-features", "--lib", "--bins", "--tests", "--examples"])
+        cargo(
+            root,
+            &[
+                "test",
+                "--quiet",
+                "--workspace",
+                NO_PYTHON,
+                "--all-features",
+                "--lib",
+                "--bins",
+                "--tests",
+                "--examples",
+            ],
+        )
     })?;
     report
         .step("documentation examples", || cargo(root, &["test", "--quiet", "--workspace", "--all-features", "--doc"]))
@@ -63,7 +79,7 @@ fn check(root: &Path, report: &mut Report) -> Result<(), String> {
 fn test(root: &Path, report: &mut Report) -> Result<(), String> {
     check(root, report)?;
     report.step("slow tests", || {
-        let tests = ["test", "--workspace", "--all-features", "--lib", "--bins", "--tests"];
+        let tests = ["test", "--workspace", NO_PYTHON, "--all-features", "--lib", "--bins", "--tests"];
         cargo(root, &[&tests[..], &["--", "--ignored"]].concat())
     })?;
     bindings::fast(root, report)?;

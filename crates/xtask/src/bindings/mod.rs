@@ -1,6 +1,7 @@
 //! The bindings: C, Python, Blender, Mitsuba. Each part builds and tests what the machine can run, and names what it
 //! skips.
 
+mod blender;
 mod c;
 mod mitsuba;
 mod mitsuba_native;
@@ -16,6 +17,7 @@ pub fn all(root: &Path, report: &mut Report) -> Result<(), String> {
     fast(root, report)?;
     report.attempt("C bindings, installed by cargo-c", || c::test(root))?;
     report.attempt("notebooks", || python::notebooks(root))?;
+    report.attempt("Blender", || blender::test(root))?;
     report.attempt("Mitsuba", || mitsuba::test(root))?;
     report.attempt("native plugin of Mitsuba", || mitsuba_native::test(root))
 }

@@ -8,7 +8,7 @@ use std::process::Command;
 /// The oldest and the newest supported version. The first one that exists runs the tests.
 const VERSIONS: [&str; 5] = ["3.11", "3.13", "3.12", "3.10", "3.14"];
 
-const PACKAGES: [&str; 5] = ["maturin==1.16.0", "numpy", "pytest", "hypothesis", "mypy"];
+pub const PACKAGES: [&str; 5] = ["maturin==1.16.0", "numpy", "pytest", "hypothesis", "mypy"];
 
 /// What the notebooks need besides the wheel.
 const NOTEBOOKS: [&str; 5] = ["maturin==1.16.0", "numpy", "nbconvert", "ipykernel", "matplotlib"];
@@ -67,7 +67,7 @@ pub fn install(root: &Path, python: &Path) -> Result<(), String> {
 }
 
 /// Builds the wheel into `target/wheels`. The folder then has this wheel only.
-fn wheel(root: &Path, python: &Path) -> Result<PathBuf, String> {
+pub fn wheel(root: &Path, python: &Path) -> Result<PathBuf, String> {
     let folder = root.join("target/wheels");
     std::fs::remove_dir_all(&folder).ok();
     run(Command::new(python)

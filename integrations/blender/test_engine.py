@@ -1,0 +1,200 @@
+"""Tests of the render engine. Run with a Python that has bpy: test_engine.py EXTENSION.zip [VELLUS]
+
+It installs the extension as a user would, renders with it, and compares the picture with that of `vellus render` for
+the exported USD if the command VELLUS is given.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+FOLDER = Path(tempfile.mkdtemp())
+os.environ["BLENDER_USER_RESOURCES"] = str(FOLDER / "user")
+
+import bpy  # noqa: E402
+
+# A module of bpy.
+import addon_utils  # noqa: E402
+
+EXTENSION, *VELLUS = sys.argv[1:]
+SIZE = (96, 72)
+
+
+def install():
+    addon_utils.enable("bl_pkg", default_set=True)
+    bpy.ops.extensions.package_install_files(filepath=EXTENSION, repo="user_default", enable_on_install=True)
+    assert "bl_ext.user_default.vellus_blender" in bpy.context.preferences.addons
+    names = [getattr(engine, "bl_idname", "") for engine in bpy.types.RenderEngine.__subclasses__()]
+    assert "VELLUS" in names, names
+
+
+def add(name, data):
+    owner = bpy.data.objects.new(name, data)
+    bpy.context.scene.collection.objects.link(owner)
+    return owner
+
+
+def hair_material(color):
+    material = bpy.data.materials.new("hair")
+    if material.node_tree is None:
+        material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    node = tree.nodes.new("ShaderNodeBsdfHairPrincipled")
+    node.model, node.parametrization = "CHIANG", "COLOR"
+    node.inputs["Color"].default_value = (*color, 1)
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    tree.links.new(node.outputs[0], output.inputs[0])
+    return material
+
+
+def furry(strands=1500):
+    """A ball of hair curves with a skin, a lamp, a sky and a camera."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    addon_utils.enable("bl_ext.user_default.vellus_blender")
+    scene = bpy.context.scene
+    random = np.random.default_rng(1)
+    away = random.normal(size=(strands, 3))
+    away /= np.linalg.norm(away, axis=1)[:, None]
+    t = np.linspace(0, 1, 6)[None, :, None]
+    points = away[:, None] * (0.7 + 0.35 * t) + np.array([0, 0, -0.12]) * t**2
+    curves = bpy.data.hair_curves.new("fur")
+    curves.add_curves([6] * strands)
+    curves.position_data.foreach_set("vector", points.astype(np.float32).ravel())
+    radii = np.full(6 * strands, 0.012, np.float32)
+    curves.attributes.new("radius", "FLOAT", "POINT").data.foreach_set("value", radii)
+    curves.materials.append(hair_material((0.6, 0.3, 0.1)))
+    add("fur", curves)
+    bpy.ops.mesh.primitive_uv_sphere_add(radius=0.7)
+    # A mesh without a material is white in Blender, and grey in USD.
+    skin = bpy.data.materials.new("skin")
+    if skin.node_tree is None:
+        skin.use_nodes = True
+    bpy.context.object.data.materials.append(skin)
+    lamp = bpy.data.lights.new("key", "POINT")
+    lamp.energy, lamp.shadow_soft_size = 400, 0.5
+    add("key", lamp).location = (3, -3, 4)
+    scene.world = bpy.data.worlds.new("sky")
+    if scene.world.node_tree is None:
+        scene.world.use_nodes = True
+    scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.2, 0.22, 0.24, 1)
+    scene.camera = add("camera", bpy.data.cameras.new("camera"))
+    scene.camera.location, scene.camera.rotation_euler = (0, -5, 0.6), (1.45, 0, 0)
+    render = scene.render
+    render.engine = "VELLUS"
+    render.resolution_x, render.resolution_y, render.resolution_percentage = *SIZE, 100
+    render.image_settings.file_format, render.image_settings.color_depth = "OPEN_EXR", "32"
+    scene.vellus.samples = 64
+    return scene
+
+
+def render(name):
+    """Renders to a file and returns its pixels, the top row first."""
+    scene = bpy.context.scene
+    scene.render.filepath = str(FOLDER / name)
+    assert bpy.ops.render.render(write_still=True) == {"FINISHED"}
+    return read(FOLDER / f"{name}.exr")
+
+
+def read(path):
+    image = bpy.data.images.load(str(path))
+    width, height = image.size
+    values = np.empty(width * height * image.channels, np.float32)
+    image.pixels.foreach_get(values)
+    return values.reshape(height, width, image.channels)[::-1]
+
+
+def test_the_picture_is_that_of_the_exported_file():
+    furry()
+    ours = render("engine")
+    assert ours.shape[:2] == SIZE[::-1] and np.isfinite(ours).all() and ours[..., :3].mean() > 0.01
+    assert (ours[..., 3] == 1).all()
+    if not VELLUS:
+        print("skipped: no command vellus to compare with")
+        return
+    bpy.ops.wm.usd_export(filepath=str(FOLDER / "fur.usda"))
+    size = "{}x{}".format(*SIZE)
+    command = [
+        VELLUS[0],
+        "render",
+        FOLDER / "fur.usda",
+        "--size",
+        size,
+        "--spp",
+        "64",
+        "--layers",
+        "beauty,alpha",
+        "-o",
+        FOLDER / "usd.exr",
+    ]
+    subprocess.run(command, check=True, capture_output=True)
+    theirs = read(FOLDER / "usd.exr")
+    ratio = ours[..., :3].mean((0, 1)) / theirs[..., :3].mean((0, 1))
+    print("engine over vellus render:", ratio)
+    assert np.all(np.abs(ratio - 1) < 0.01)
+
+
+def test_transparent_film_and_border():
+    scene = furry(300)
+    scene.vellus.samples = 4
+    scene.render.film_transparent = True
+    picture = render("transparent")
+    assert picture[0, 0, 3] == 0 and picture[SIZE[1] // 2, SIZE[0] // 2, 3] == 1
+    scene.render.use_border, scene.render.use_crop_to_border = True, True
+    scene.render.border_min_x, scene.render.border_max_x = 0.25, 0.75
+    scene.render.border_min_y, scene.render.border_max_y = 0.5, 1.0
+    part = render("border")
+    assert part.shape[:2] == (SIZE[1] // 2, SIZE[0] // 2)
+    assert np.allclose(part, picture[: SIZE[1] // 2, SIZE[0] // 4 : 3 * SIZE[0] // 4], atol=1e-6)
+
+
+def test_passes_are_in_the_file():
+    scene = furry(200)
+    scene.vellus.samples = 2
+    layer = scene.view_layers[0]
+    layer.use_pass_z = layer.use_pass_normal = layer.use_pass_cryptomatte_object = True
+    layer.vellus.use_pass_albedo = layer.vellus.use_pass_lobes = True
+    layer.lightgroups.add(name="warm")
+    bpy.data.objects["key"].lightgroup = "warm"
+    # Blender 5 writes several layers as one of its kinds of files.
+    settings = scene.render.image_settings
+    if hasattr(settings, "media_type"):
+        settings.media_type = "MULTI_LAYER_IMAGE"
+    settings.file_format = "OPEN_EXR_MULTILAYER"
+    scene.render.filepath = str(FOLDER / "passes.exr")
+    assert bpy.ops.render.render(write_still=True) == {"FINISHED"}
+    header = (FOLDER / "passes.exr").read_bytes()[:20_000]
+    for name in (b"Depth.", b"Normal.", b"Albedo.", b"Lobe TTs.", b"Combined_warm.", b"CryptoObject00."):
+        assert name in header, name
+
+
+def test_problems_are_reported():
+    for change, text in (
+        (lambda scene: setattr(scene, "camera", None), "camera"),
+        (lambda scene: [bpy.data.objects.remove(o) for o in list(scene.objects) if o.type != "CAMERA"], "nothing"),
+    ):
+        scene = furry(20)
+        change(scene)
+        scene.render.filepath = str(FOLDER / "bad")
+        try:
+            bpy.ops.render.render(write_still=True)
+        except RuntimeError as error:
+            assert text in str(error).lower(), error
+        else:
+            raise AssertionError(f"no error for {text}")
+
+
+def main():
+    install()
+    for name, test in list(globals().items()):
+        if name.startswith("test_"):
+            test()
+            print(f"passed: {name}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,154 @@
+"""Tests of the extension's extraction. Run with a Python that has bpy: test_extract.py. It needs no wheel."""
+
+import importlib.util
+import math
+import sys
+import types
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+HERE = Path(__file__).parent
+
+
+def load(name, path, package=None):
+    """Loads a file as a module of the package, without its `__init__`, which needs the wheel."""
+    places = [str(package)] if package else None
+    spec = importlib.util.spec_from_file_location(name, path, submodule_search_locations=places)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+root = types.ModuleType("vellus_blender")
+root.__path__ = [str(HERE / "vellus_blender")]
+sys.modules["vellus_blender"] = root
+root.hook = load("vellus_blender.hook", HERE / "vellus_usd_hook.py")
+FOLDER = HERE / "vellus_blender/extract"
+extraction = load("vellus_blender.extract", FOLDER / "__init__.py", FOLDER)
+
+
+def add(name, data):
+    """An object in the scene."""
+    owner = bpy.data.objects.new(name, data)
+    bpy.context.scene.collection.objects.link(owner)
+    return owner
+
+
+def hair(name, strands, radius=0.1):
+    """Hair curves from lists of points."""
+    data = bpy.data.hair_curves.new(name)
+    data.add_curves([len(s) for s in strands])
+    points = np.concatenate([np.array(s, np.float32) for s in strands])
+    data.position_data.foreach_set("vector", points.ravel())
+    values = np.full(len(points), radius, np.float32)
+    data.attributes.new("radius", "FLOAT", "POINT").data.foreach_set("value", values)
+    return add(name, data)
+
+
+def empty():
+    """An empty scene with a camera."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    scene.camera = add("camera", bpy.data.cameras.new("camera"))
+    scene.camera.location = (0, 0, 5)
+    return scene
+
+
+def read(**options):
+    """The description of the current scene."""
+    return extraction.extract(bpy.context.evaluated_depsgraph_get(), width=200, height=100, **options)
+
+
+def test_curves_are_pinned_scaled_and_keep_their_attributes():
+    empty()
+    owner = hair("fur", [[(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(0, 1, 0), (0, 2, 0)], [(5, 5, 5), (5, 5, 5)]])
+    owner.scale, owner.location = (2, 2, 2), (0, 0, 1)
+    kappa = owner.data.attributes.new("vellus:kappa", "FLOAT", "CURVE")
+    kappa.data.foreach_set("value", np.array([0.1, 0.2, 0.3], np.float32))
+    found = read()
+    (strands,) = found.strands
+    assert list(strands["counts"]) == [5, 4]
+    # Catmull-Rom: a mirrored point before the first one and after the last one.
+    assert np.allclose(strands["points"][:5], [[x, 0, 1] for x in (-2, 0, 2, 4, 6)])
+    assert np.allclose(strands["radii"], 0.2)
+    domain, values = strands["attributes"]["vellus:kappa"]
+    assert domain == "CURVE" and np.allclose(values, [0.1, 0.2])
+    assert sum("(1 of 3)" in text for text in found.warnings) == 1, found.warnings
+
+
+def test_lights_have_the_units_of_cycles():
+    empty()
+    hair("fur", [[(0, 0, 0), (1, 0, 0)]])
+    for kind, settings in (
+        ("POINT", {"shadow_soft_size": 0.0}),
+        ("SUN", {"angle": 0.5}),
+        ("AREA", {"size": 2.0}),
+        ("SPOT", {"shadow_soft_size": 0.5, "spot_size": 1.0}),
+    ):
+        light = bpy.data.lights.new(kind, kind)
+        light.energy = 100
+        for name, value in settings.items():
+            setattr(light, name, value)
+        add(kind, light)
+    lights = {light["group"]: light for light in read().lights}
+    # Each was compared with a diffuse plane in Cycles.
+    assert np.allclose(lights["POINT"]["intensity"], 100 / (4 * math.pi))
+    assert np.allclose(lights["SUN"]["irradiance"], 100)
+    assert np.allclose(lights["AREA"]["radiance"], 100 / (4 * math.pi))
+    assert np.allclose(lights["SPOT"]["radiance"], 100 / (4 * math.pi) / (math.pi * 0.25))
+    assert np.allclose(lights["SPOT"]["shaping"]["axis"], (0, 0, -1))
+
+
+def test_instances_share_and_mirrored_meshes_keep_their_outside():
+    empty()
+    bpy.ops.mesh.primitive_cube_add()
+    cube = bpy.context.object
+    cube.scale = (-1, 1, 1)
+    collection = bpy.data.collections.new("shared")
+    fur = hair("fur", [[(0, 0, 0), (1, 0, 0)]])
+    bpy.context.scene.collection.objects.unlink(fur)
+    collection.objects.link(fur)
+    for i in range(3):
+        place = add(f"place{i}", None)
+        place.instance_type, place.instance_collection, place.location = "COLLECTION", collection, (i, 0, 0)
+    found = read()
+    assert (len(found.prototypes), len(found.instances), len(found.strands)) == (1, 3, 0)
+    (mesh,) = found.meshes
+    a, b, c = (mesh["points"][mesh["triangles"][:, i]] for i in range(3))
+    assert (np.einsum("ij,ij->i", np.cross(b - a, c - a), mesh["normals"][:, 0]) > 0).all()
+
+
+def test_particle_hair_has_children_radii_and_uv():
+    empty()
+    bpy.ops.mesh.primitive_plane_add()
+    bpy.ops.object.particle_system_add()
+    settings = bpy.context.object.particle_systems[0].settings
+    settings.type, settings.count, settings.child_type, settings.rendered_child_count = "HAIR", 10, "SIMPLE", 4
+    settings.child_percent = 4
+    (strands,) = read(is_render=False).strands
+    assert len(strands["counts"]) == 40 and strands["uv"].shape == (40, 2)
+    assert abs(strands["radii"][1] - 0.005) < 1e-6
+
+
+def test_scenes_without_a_camera_or_without_anything_have_one_message():
+    for remove_camera, word in ((True, "no camera"), (False, "nothing to render")):
+        scene = empty()
+        if remove_camera:
+            hair("fur", [[(0, 0, 0), (1, 0, 0)]])
+            scene.camera = None
+        try:
+            read()
+        except extraction.Problem as problem:
+            assert word in str(problem), problem
+        else:
+            raise AssertionError(word)
+
+
+if __name__ == "__main__":
+    for name, test in list(globals().items()):
+        if name.startswith("test_"):
+            test()
+            print(f"passed {name}")
