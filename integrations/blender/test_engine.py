@@ -170,6 +170,95 @@ def test_passes_are_in_the_file():
     header = (FOLDER / "passes.exr").read_bytes()[:20_000]
     for name in (b"Depth.", b"Normal.", b"Albedo.", b"Lobe TTs.", b"Combined_warm.", b"CryptoObject00."):
         assert name in header, name
+    for text in (b"ViewLayer.CryptoObject", b"MurmurHash3_32", b'{"Sphere": "', b'"fur": "'):
+        assert text in header, text
+
+
+def modules():
+    """The modules of the installed extension."""
+    import bl_ext.user_default.vellus_blender as extension
+
+    return extension.group, extension.hook, extension.render
+
+
+def test_the_camera_of_a_view_is_that_of_its_matrices():
+    from bl_ext.user_default.vellus_blender import viewport
+    from bl_ext.user_default.vellus_blender.extract.camera import read_camera
+
+    scene = furry(20)
+    owner, data = scene.camera, scene.camera.data
+    data.shift_x, data.shift_y, data.lens = 0.1, -0.2, 35
+    bpy.context.view_layer.update()
+    projection = owner.calc_matrix_camera(bpy.context.evaluated_depsgraph_get(), x=SIZE[0], y=SIZE[1])
+    view, camera = viewport.camera_of_view(owner.matrix_world.inverted(), projection), read_camera(owner, *SIZE, print)
+    for key in ("matrix", "film_height", "shift"):
+        assert np.allclose(view[key], camera[key], atol=1e-5), (key, view[key], camera[key])
+
+
+def test_the_shift_of_the_camera_moves_the_picture():
+    from bpy_extras.object_utils import world_to_camera_view
+    from mathutils import Vector
+
+    scene = furry(100)
+    scene.vellus.samples, scene.render.film_transparent = 16, True
+    bpy.context.view_layer.update()
+    camera = scene.camera.data
+    for fit, shift in (("AUTO", (0.125, -0.0625)), ("VERTICAL", (-0.125, 1 / 18))):
+        camera.sensor_fit, camera.shift_x, camera.shift_y = fit, 0, 0
+        place, before = world_to_camera_view(scene, scene.camera, Vector()), render("unshifted")
+        camera.shift_x, camera.shift_y = shift
+        moved, after = world_to_camera_view(scene, scene.camera, Vector()), render("shifted")
+        right, down = (moved - place).x * SIZE[0], (place - moved).y * SIZE[1]
+        # The shifts are whole pixels, and the ball stays inside the picture.
+        expected = np.roll(before[..., 3], (round(down), round(right)), (0, 1))
+        assert abs(right - round(right)) < 1e-3 and abs(down - round(down)) < 1e-3, (right, down)
+        # A pixel has 16 samples of another sequence. Only those at the edge of the fur differ.
+        assert np.abs(after[..., 3] - expected).mean() < 0.02
+        assert abs(after[..., 3].mean() / before[..., 3].mean() - 1) < 0.02
+
+
+def test_presets_of_the_node_group_are_those_of_vellus():
+    import vellus
+
+    group, hook, render_module = modules()
+    scene = furry(20)
+    owner = bpy.data.objects["fur"]
+    scene.view_layers[0].objects.active = owner
+    owner.data.materials.clear()
+    assert bpy.ops.vellus.use_fur() == {"FINISHED"}
+    assert bpy.ops.vellus.use_fur() == {"FINISHED"}
+    (material,) = owner.data.materials
+    assert len([node for node in material.node_tree.nodes if hook.is_fur(node)]) == 1
+    for preset in vellus.species():
+        assert bpy.ops.vellus.preset(name=preset) == {"FINISHED"}
+        values = dict(hook.look_of(material).values)
+        ours, theirs = render_module.fiber_of(values).to_dict(), vellus.Fiber(preset).to_dict()
+        assert ours.keys() == theirs.keys()
+        for name in ours:
+            if isinstance(ours[name], str):
+                assert ours[name] == theirs[name], (preset, name)
+            elif name != "medulla_pigment":
+                # Sockets are single precision.
+                assert np.allclose(ours[name], theirs[name], rtol=1e-6), (preset, name)
+    # The colour of the coat replaces the absorption.
+    node = hook.surface_node(material)
+    node.inputs["Use Color"].default_value = True
+    node.inputs["Color"].default_value = (0.4, 0.2, 0.1, 1)
+    fiber = render_module.fiber_of(hook.look_of(material).values)
+    assert np.allclose(fiber.coat_color(), (0.4, 0.2, 0.1), rtol=0.02)
+    assert render("fur")[..., :3].mean() > 0.01
+
+
+def test_a_missing_image_is_a_warning():
+    _, hook, _ = modules()
+    furry(20)
+    material = bpy.data.objects["fur"].data.materials[0]
+    image = bpy.data.images.new("lost", 4, 4)
+    image.source, image.filepath = "FILE", "//nowhere/lost.png"
+    texture = material.node_tree.nodes.new("ShaderNodeTexImage")
+    texture.image = image
+    material.node_tree.links.new(texture.outputs[0], hook.surface_node(material).inputs["Color"])
+    assert render("lost")[..., :3].mean() > 0.01
 
 
 def test_problems_are_reported():

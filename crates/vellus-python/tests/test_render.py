@@ -257,6 +257,12 @@ def test_meshes_instances_and_parameters():
     picture = scene.render(32, 24, 4, layers=["cryptomatte", "fibers"])
     assert picture["crypto-object"].shape == (24, 32, 12) and picture["fibers"].max() > 0
     assert picture["beauty"].mean() > 0
+    # The ids are those of the pixels. Every second channel is a coverage.
+    for layer in ("crypto-object", "crypto-look"):
+        pixels = np.unique(picture[layer][..., ::2].view(np.uint32))
+        assert set(pixels) - {0} <= set(picture.ids(layer).values()), picture.ids(layer)
+    with pytest.raises(KeyError):
+        picture.ids("beauty")
 
 
 def test_textures_change_the_picture():

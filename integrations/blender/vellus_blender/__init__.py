@@ -1,8 +1,8 @@
 """Vellus in Blender: a render engine for hair and fur, and the export of its materials to USD."""
 
-from . import engine, hook, settings
+from . import engine, group, hook, settings
 
-MODULES = (settings, engine, hook)
+MODULES = (settings, group, engine, hook)
 
 
 def register():

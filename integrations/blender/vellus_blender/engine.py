@@ -5,6 +5,7 @@ import numpy as np
 
 from . import passes, settings, viewport
 from .extract import Problem, extract
+from .extract.camera import without_shift
 from .extract.particles import Cache
 
 # Strands of particle systems are kept between frames.
@@ -131,6 +132,7 @@ class VellusEngine(bpy.types.RenderEngine):
         except ImportError as error:
             raise Problem(f"the Python package vellus cannot be loaded: {error}") from error
 
+        description.camera, large, part = without_shift(description.camera, size, crop)
         work = render.scene_of(description, is_transparent)
         self.warn(description.warnings)
         result = self.begin_result(0, 0, crop[2], crop[3], layer=layer_name)
@@ -146,8 +148,12 @@ class VellusEngine(bpy.types.RenderEngine):
             return not self.test_break()
 
         try:
-            picture = render.run(work, size, crop, passes.layers_of(wanted), options, show)
+            picture = render.run(work, large, part, passes.layers_of(wanted), options, show)
             is_cancelled = self.test_break()
+            # Fields of a part are not kept: those of the whole result are.
+            whole = self.get_result()
+            for field, text in passes.cryptomatte_fields(picture, wanted, layer_name):
+                whole.stamp_data_add_field(field, text)
             self.fill(result, picture, wanted, crop, is_transparent)
         finally:
             self.end_result(result, cancel=is_cancelled)
@@ -192,6 +198,7 @@ class VellusEngine(bpy.types.RenderEngine):
         options = {"samples": scene.vellus.preview_samples, "mode": scene.vellus.mode, "seed": scene.vellus.seed}
         try:
             found = extract(depsgraph, width=size[0], height=size[1], is_render=False, cache=CACHE, camera=camera)
+            found.camera, large, part = without_shift(found.camera, size, (0, 0, *size))
             work = render.scene_of(found, scene.render.film_transparent)
         except (Problem, ValueError) as problem:
             self.preview.cancel()
@@ -204,7 +211,7 @@ class VellusEngine(bpy.types.RenderEngine):
                 show(layer_of(picture, "combined", shape, is_transparent), done)
                 return True
 
-            picture = render.run(work, size, (0, 0, *size), [], options, step)
+            picture = render.run(work, large, part, [], options, step)
             show(layer_of(picture, "combined", shape, is_transparent), 1.0)
 
         self.preview.start(key, job)

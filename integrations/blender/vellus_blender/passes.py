@@ -1,5 +1,7 @@
 """Passes of Blender, and the layers of Vellus that fill them."""
 
+import json
+import zlib
 from dataclasses import dataclass
 
 LOBES = ("R", "TT", "TRT", "TTs", "TRTs", "rest")
@@ -56,3 +58,22 @@ def unsupported(view_layer):
 def layers_of(passes):
     """The names of Vellus' layers that fill these passes, without those that every picture has."""
     return sorted({p.layer.split(".")[0] for p in passes})
+
+
+def cryptomatte_fields(picture, passes, layer_name):
+    """Fields of a file's header that name the ids in the Cryptomatte passes: pairs of a field and a text."""
+    out = []
+    for p in passes:
+        layer, _, level = p.layer.partition(".")
+        if layer.startswith("crypto-") and int(level) == 0:
+            title = f"{layer_name}.{p.name[:-2]}"
+            ids = {name: f"{value:08x}" for name, value in picture.ids(layer).items()}
+            # The key need only differ between the layers of a file.
+            key = f"cryptomatte/{zlib.crc32(title.encode()):08x}"[:-1]
+            out += [
+                (f"{key}/name", title),
+                (f"{key}/hash", "MurmurHash3_32"),
+                (f"{key}/conversion", "uint32_to_float32"),
+                (f"{key}/manifest", json.dumps(ids, ensure_ascii=False)),
+            ]
+    return out

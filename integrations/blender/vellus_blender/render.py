@@ -149,8 +149,6 @@ def scene_of(description, transparent):
         scene.add_instance(description.prototypes[index]["index"], matrix)
     lights_to(scene, description)
     camera = description.camera
-    if any(camera["shift"]):
-        description.warn("the shift of the camera is not supported and is ignored")
     scene.set_camera(
         camera["matrix"],
         fov=math.degrees(2 * math.atan(0.5 * camera["film_height"])),

@@ -146,6 +146,20 @@ impl Picture {
         Lobe::ALL.iter().map(|lobe| lobe.key()).collect()
     }
 
+    /// The names of the things in a Cryptomatte layer (`crypto-object`, `crypto-look` or `crypto-group`), with their
+    /// ids. The bits of an id, read as float32, are the value in the pixels of the layer.
+    ///
+    /// Raises `KeyError` if the picture does not have the layer, or if it is of another kind.
+    fn ids<'py>(&self, py: Python<'py>, layer: &str) -> PyResult<Bound<'py, PyDict>> {
+        let found = layer.parse::<Layer>().ok().filter(|found| Layer::CRYPTOMATTE.contains(found));
+        let Some(found) = found.filter(|found| self.film.layout().has(*found)) else {
+            return Err(PyKeyError::new_err(format!("the picture has no Cryptomatte layer {layer:?}")));
+        };
+        let all = PyDict::new(py);
+        self.film.ids(found).into_iter().try_for_each(|(name, id)| all.set_item(name, id))?;
+        Ok(all)
+    }
+
     /// `seconds` of rendering, `rays` that were traced, and `rejected` samples, which were not finite.
     #[getter]
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {

@@ -3,7 +3,7 @@
 //! A film keeps exact counts of samples, so any division of the samples gives the same counts. Hashes, coverages and
 //! ranks are only formed when a file is written, as the Cryptomatte specification 1.2 asks.
 
-use crate::film::Layer;
+use crate::film::{Film, Layer};
 
 /// The largest number of objects that a pixel has in a file. Three layers of four channels have two each.
 pub(crate) const RANKS: usize = 6;
@@ -116,15 +116,28 @@ fn title(layer: Layer) -> &'static str {
     }
 }
 
+impl Film {
+    /// The names of the things in a layer of [`Layer::CRYPTOMATTE`], sorted, with the ids that stand for them in pixels.
+    /// An id is the bits of a 32-bit float.
+    pub fn ids(&self, layer: Layer) -> Vec<(&str, u32)> {
+        ids(layer, self.layout().things())
+    }
+}
+
+/// The names of a layer, sorted, with their ids.
+fn ids(layer: Layer, things: &[Thing]) -> Vec<(&str, u32)> {
+    let mut names: Vec<&str> = things.iter().map(|thing| thing.name(layer)).filter(|name| !name.is_empty()).collect();
+    names.sort_unstable();
+    names.dedup();
+    names.into_iter().map(|name| (name, id(name))).collect()
+}
+
 /// The attributes of a layer in the header of a file: names and values.
 pub(crate) fn attributes(layer: Layer, things: &[Thing]) -> [(String, String); 4] {
     let title = title(layer);
     let key = format!("{:08x}", murmur3(title.as_bytes()));
-    let mut names: Vec<&str> = things.iter().map(|thing| thing.name(layer)).filter(|name| !name.is_empty()).collect();
-    names.sort_unstable();
-    names.dedup();
-    let entry = |name: &&str| format!("{}:\"{:08x}\"", json(name), id(name));
-    let manifest = format!("{{{}}}", names.iter().map(entry).collect::<Vec<_>>().join(","));
+    let entry = |(name, id): (&str, u32)| format!("{}:\"{id:08x}\"", json(name));
+    let manifest = format!("{{{}}}", ids(layer, things).into_iter().map(entry).collect::<Vec<_>>().join(","));
     [
         ("name", title.to_owned()),
         ("hash", "MurmurHash3_32".to_owned()),

@@ -49,3 +49,17 @@ def read_camera(owner, width, height, warn):
         "aperture": aperture,
         "shift": (camera.shift_x * side / width, camera.shift_y * side / height),
     }
+
+
+def without_shift(camera, size, crop):
+    """A camera without shift, and a larger picture that contains the shifted one: (camera, size, crop).
+
+    The film is in the same plane, so the perspective is the same. The shift is rounded to whole pixels.
+    `crop` is left, top, width and height.
+    """
+    (width, height), (left, top, *part) = size, crop
+    right, up = round(camera["shift"][0] * width), round(camera["shift"][1] * height)
+    large = (width + 2 * abs(right), height + 2 * abs(up))
+    film_height = camera["film_height"] * large[1] / height
+    crop = (left + abs(right) + right, top + abs(up) - up, *part)
+    return {**camera, "film_height": film_height, "shift": (0.0, 0.0)}, large, crop
