@@ -97,7 +97,7 @@ def object_of(context):
     return owner if owner and hasattr(owner.data, "materials") else None
 
 
-class VELLUS_OT_use_fur(bpy.types.Operator):
+class VellusUseFur(bpy.types.Operator):
     """Make Vellus Fur the surface of the active material. An object without a material gets one"""
 
     bl_idname = "vellus.use_fur"
@@ -118,7 +118,7 @@ class VELLUS_OT_use_fur(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class VELLUS_OT_preset(bpy.types.Operator):
+class VellusPreset(bpy.types.Operator):
     """Set all inputs of Vellus Fur to those of a measured fibre"""
 
     bl_idname = "vellus.preset"
@@ -162,7 +162,7 @@ class VELLUS_PT_fur(Panel, bpy.types.Panel):
             layout.template_node_view(material.node_tree, output, output.inputs["Surface"])
 
 
-CLASSES = (VELLUS_OT_use_fur, VELLUS_OT_preset, VELLUS_PT_fur)
+CLASSES = (VellusUseFur, VellusPreset, VELLUS_PT_fur)
 
 
 def register():

@@ -117,7 +117,7 @@ fn title(layer: Layer) -> &'static str {
 }
 
 impl Film {
-    /// The names of the things in a layer of [`Layer::CRYPTOMATTE`], sorted, with the ids that stand for them in pixels.
+    /// The names of the things in a layer of [`Layer::CRYPTOMATTE`], sorted, with their ids in pixels.
     /// An id is the bits of a 32-bit float.
     pub fn ids(&self, layer: Layer) -> Vec<(&str, u32)> {
         ids(layer, self.layout().things())
