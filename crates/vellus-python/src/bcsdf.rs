@@ -3,7 +3,8 @@
 use crate::arrays::{Real, Rows, broadcast};
 use crate::error::value;
 use crate::fiber::{self, Fiber};
-use crate::query::{Batch, Batches, Output, Task};
+use crate::output::Output;
+use crate::query::{Batch, Batches, Task};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyString, PyTuple};

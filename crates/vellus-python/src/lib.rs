@@ -9,6 +9,7 @@ mod fiber;
 mod fit;
 mod models;
 mod numbers;
+mod output;
 mod plots;
 mod query;
 mod render;

@@ -4,8 +4,8 @@
 //! chunk, and no query depends on its neighbours: the results are the same bits.
 
 use crate::arrays::Rows;
+use crate::output::{Output, split, store};
 use crate::threads::{self, Watch};
-use numpy::{PyArrayDyn, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
@@ -124,52 +124,6 @@ pub struct Batches<'a> {
     pub check: bool,
 }
 
-/// Columns of the results that go into an array of Python.
-pub struct Output<'py> {
-    array: Array<'py>,
-    columns: [usize; 2],
-}
-
-enum Array<'py> {
-    Single(Bound<'py, PyArrayDyn<f32>>),
-    Double(Bound<'py, PyArrayDyn<f64>>),
-    Index(Bound<'py, PyArrayDyn<i8>>),
-}
-
-/// The same, while the interpreter's lock is released.
-enum Slice<'a> {
-    Single(&'a mut [f32]),
-    Double(&'a mut [f64]),
-    Index(&'a mut [i8]),
-}
-
-impl<'py> Output<'py> {
-    /// A new array of the given shape for some columns: from the first one on, as many as `inner` has numbers.
-    pub fn new(py: Python<'py>, shape: &[usize], inner: &[usize], first: usize, double: bool) -> Self {
-        let shape = [shape, inner].concat();
-        let columns = [first, inner.iter().product()];
-        let array = if double {
-            Array::Double(PyArrayDyn::zeros(py, shape, false))
-        } else {
-            Array::Single(PyArrayDyn::zeros(py, shape, false))
-        };
-        Output { array, columns }
-    }
-
-    /// A new array of small integers for one column.
-    pub fn index(py: Python<'py>, shape: &[usize], column: usize) -> Self {
-        Output { array: Array::Index(PyArrayDyn::zeros(py, shape.to_vec(), false)), columns: [column, 1] }
-    }
-
-    pub fn into_any(self) -> Bound<'py, PyAny> {
-        match self.array {
-            Array::Single(array) => array.into_any(),
-            Array::Double(array) => array.into_any(),
-            Array::Index(array) => array.into_any(),
-        }
-    }
-}
-
 /// A bad number in an array.
 struct Bad {
     position: usize,
@@ -186,21 +140,10 @@ impl Batches<'_> {
         if total == 0 {
             return Ok(());
         }
-        // The arrays are new, so nobody else has them.
-        macro_rules! slices {
-            ($($kind:ident),*) => {
-                outputs
-                    .iter()
-                    .map(|output| match &output.array {
-                        $(Array::$kind(array) => array.try_readwrite().map(Borrowed::$kind),)*
-                    })
-                    .collect::<Result<Vec<_>, _>>()?
-            };
-        }
-        let mut borrowed = slices!(Single, Double, Index);
+        let mut borrowed = outputs.iter().map(Output::borrow).collect::<PyResult<Vec<_>>>()?;
         let mut slices = Vec::new();
         for (array, output) in borrowed.iter_mut().zip(outputs) {
-            slices.push((array.slice()?, output.columns));
+            slices.push((array.slice()?, output.columns()));
         }
         let bad = if total <= CHUNK {
             let mut work = py.detach(|| self.chunk(model, task, 0, total));
@@ -212,7 +155,7 @@ impl Batches<'_> {
                 Err(_) => work.err(),
             }
         } else {
-            let parts = split(slices, total);
+            let parts = split(slices, total, CHUNK);
             threads::run(py, |watch: &Watch| {
                 let parts = parts.into_par_iter().enumerate();
                 let bad = parts.filter_map(|(i, mut slices)| {
@@ -537,71 +480,4 @@ fn put_sample(sample: &Option<Sample>, count: usize, i: usize, results: &mut [f3
         None => [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, NOTHING],
     };
     numbers.into_iter().enumerate().for_each(|(c, x)| results[c * count + i] = x);
-}
-
-/// A new array of Python, borrowed for writing.
-enum Borrowed<'py> {
-    Single(numpy::PyReadwriteArrayDyn<'py, f32>),
-    Double(numpy::PyReadwriteArrayDyn<'py, f64>),
-    Index(numpy::PyReadwriteArrayDyn<'py, i8>),
-}
-
-impl Borrowed<'_> {
-    fn slice(&mut self) -> PyResult<Slice<'_>> {
-        Ok(match self {
-            Borrowed::Single(array) => Slice::Single(array.as_slice_mut()?),
-            Borrowed::Double(array) => Slice::Double(array.as_slice_mut()?),
-            Borrowed::Index(array) => Slice::Index(array.as_slice_mut()?),
-        })
-    }
-}
-
-/// The part of each output that belongs to each chunk.
-fn split(slices: Vec<(Slice<'_>, [usize; 2])>, total: usize) -> Vec<Vec<(Slice<'_>, [usize; 2])>> {
-    let mut parts: Vec<Vec<_>> = (0..total.div_ceil(CHUNK)).map(|_| Vec::new()).collect();
-    for (slice, columns) in slices {
-        let length = CHUNK * columns[1];
-        macro_rules! part {
-            ($slice:ident, $kind:ident) => {
-                $slice
-                    .chunks_mut(length)
-                    .zip(&mut parts)
-                    .for_each(|(chunk, part)| part.push((Slice::$kind(chunk), columns)))
-            };
-        }
-        match slice {
-            Slice::Single(slice) => part!(slice, Single),
-            Slice::Double(slice) => part!(slice, Double),
-            Slice::Index(slice) => part!(slice, Index),
-        }
-    }
-    parts
-}
-
-/// Copies columns into rows of the outputs.
-fn store(results: &[f32], count: usize, slices: &mut [(Slice<'_>, [usize; 2])]) {
-    for (slice, [first, width]) in slices {
-        let columns = &results[*first * count..][..*width * count];
-        match slice {
-            Slice::Single(rows) => transpose(columns, count, rows, |x| x),
-            Slice::Double(rows) => transpose(columns, count, rows, f64::from),
-            Slice::Index(rows) => transpose(columns, count, rows, |x| x as i8),
-        }
-    }
-}
-
-fn transpose<T>(columns: &[f32], count: usize, rows: &mut [T], convert: impl Fn(f32) -> T) {
-    let width = columns.len() / count;
-    if width == 3 {
-        let [x, y, z] = [0, 1, 2].map(|c| &columns[c * count..][..count]);
-        for (((row, x), y), z) in rows.as_chunks_mut().0.iter_mut().zip(x).zip(y).zip(z) {
-            *row = [convert(*x), convert(*y), convert(*z)];
-        }
-        return;
-    }
-    for (c, column) in columns.chunks_exact(count).enumerate() {
-        for (row, x) in rows.chunks_exact_mut(width).zip(column) {
-            row[c] = convert(*x);
-        }
-    }
 }

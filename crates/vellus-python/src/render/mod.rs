@@ -4,6 +4,7 @@ mod arrays;
 mod picture;
 mod run;
 mod scene;
+mod values;
 mod world;
 
 use pyo3::prelude::*;

@@ -1,33 +1,20 @@
 //! Scenes: from files, or built from arrays.
 
 use super::arrays::{Floats, indices, one_of, required};
+use super::values::{BASES, LIGHTS, WRAPS, corners, parameter, position, varying};
 use super::world::{Prepared, Setup};
 use crate::error::{value, with_causes};
 use crate::fiber;
-use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use pyo3::types::{PyDict, PyString};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use vellus::Parameter;
 use vellus::glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
 use vellus_open::{Backdrop, Staging};
-use vellus_scene::{Basis, Camera, Instance, Light, Look, Mesh, Prototype, Shaping, Strands, Surface, Texture};
-use vellus_scene::{MAX_COORDINATE, Tint, Value, Values, Wrap};
-
-const BASES: [(&str, Basis); 4] = [
-    ("linear", Basis::Linear),
-    ("bspline", Basis::BSpline),
-    ("catmull-rom", Basis::CatmullRom),
-    ("bezier", Basis::Bezier),
-];
-
-const WRAPS: [(&str, Wrap); 4] =
-    [("repeat", Wrap::Repeat), ("clamp", Wrap::Clamp), ("mirror", Wrap::Mirror), ("black", Wrap::Black)];
-
-const LIGHTS: [(&str, ()); 7] =
-    [("dome", ()), ("distant", ()), ("rect", ()), ("disk", ()), ("point", ()), ("sphere", ()), ("cylinder", ())];
+use vellus_scene::{Camera, Instance, Light, Look, Mesh, Prototype, Shaping, Strands, Surface, Texture};
+use vellus_scene::{MAX_COORDINATE, Tint, Value};
 
 /// What a scene consists of, and its last preparation for rays.
 #[derive(Default)]
@@ -63,44 +50,6 @@ impl Scene {
     /// The state. While this waits, it releases the interpreter's lock: the thread that has the state may need that.
     pub fn lock(&self) -> MutexGuard<'_, State> {
         Python::attach(|py| self.0.lock_py_attached(py)).unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-fn position(all: usize, index: usize, what: &str) -> PyResult<usize> {
-    if index < all {
-        return Ok(index);
-    }
-    Err(PyIndexError::new_err(format!("{what} = {index} does not exist: the scene has {all}")))
-}
-
-/// The values of a parameter: `strands` and `points` are the numbers of both.
-fn varying(parameter: Parameter, given: &Floats, strands: usize, points: usize) -> PyResult<Values<[f32; 3]>> {
-    let name = parameter.name();
-    let channels = parameter.channels();
-    let stored = |x: f32| if parameter.is_angle() { x.to_radians() } else { x };
-    let (count, width) = match given.shape[..] {
-        [] => (None, 1),
-        [n] if n == channels && channels > 1 => (None, channels),
-        [n] => (Some(n), 1),
-        [n, w] if w == channels => (Some(n), w),
-        _ => (Some(usize::MAX), 1),
-    };
-    let rows = given.values.chunks_exact(width).map(|row| std::array::from_fn(|c| stored(row[c.min(width - 1)])));
-    let rows: Vec<[f32; 3]> = rows.collect();
-    for (i, row) in rows.iter().enumerate() {
-        parameter.check(*row).map_err(|e| PyValueError::new_err(format!("parameters[{name:?}], row {i}: {e}")))?;
-    }
-    match count {
-        None => Ok(Values::Constant(rows[0])),
-        Some(n) if n == strands => Ok(Values::PerStrand(rows)),
-        Some(n) if n == points => Ok(Values::PerPoint(rows)),
-        Some(_) => {
-            let shape = crate::arrays::text(&given.shape);
-            let of = |n: usize| if channels > 1 { format!("({n},) or ({n}, {channels})") } else { format!("({n},)") };
-            let what =
-                format!("parameters[{name:?}] has the shape {shape}: it must be (), {} for strands", of(strands));
-            Err(PyValueError::new_err(format!("{what}, or {} for points", of(points))))
-        }
     }
 }
 
@@ -634,36 +583,4 @@ impl Scene {
         let (meshes, lights, instances) = (scene.meshes.len(), scene.lights.len(), scene.instances.len());
         format!("<vellus.Scene: {strands} strands, {meshes} meshes, {instances} instances, {lights} lights>")
     }
-}
-
-/// The parameter with this name.
-fn parameter(name: &str) -> PyResult<Parameter> {
-    Parameter::from_name(name).ok_or_else(|| {
-        let known: Vec<&str> = Parameter::ALL.iter().map(|p| p.name()).collect();
-        PyValueError::new_err(format!("parameter {name:?} is unknown: it must be one of {}", known.join(", ")))
-    })
-}
-
-/// Values of the corners of triangles, from those or from values of the vertices.
-fn corners<const N: usize>(
-    given: Option<&Bound<'_, PyAny>>,
-    name: &str,
-    triangles: &[[u32; 3]],
-    vertices: usize,
-) -> PyResult<Option<Vec<[[f32; N]; 3]>>> {
-    let Some(given) = given else { return Ok(None) };
-    let mut given = Floats::new(given, name)?;
-    if given.shape[..] == [triangles.len(), 3, N] {
-        given.shape = vec![3 * triangles.len(), N];
-        let rows = given.rows::<N>("corners")?;
-        return Ok(Some(rows.as_chunks::<3>().0.to_vec()));
-    }
-    if given.shape[..] != [vertices, N] {
-        let shape = crate::arrays::text(&given.shape);
-        let what =
-            format!("{name} has the shape {shape}: it must be ({vertices}, {N}) or ({}, 3, {N})", triangles.len());
-        return Err(PyValueError::new_err(what));
-    }
-    let rows = given.rows_of::<N>(vertices)?;
-    Ok(Some(triangles.iter().map(|t| t.map(|v| rows[v as usize])).collect()))
 }
