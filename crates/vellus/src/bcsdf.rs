@@ -55,6 +55,12 @@ impl<'t> Bcsdf<'t> {
         &self.0.fiber
     }
 
+    /// Everything that was prepared.
+    #[cfg(feature = "unstable")]
+    pub(crate) fn prepared(&self) -> &Prepared<'t> {
+        &self.0
+    }
+
     /// The tables of the medulla.
     pub(crate) fn tables(&self) -> &'t Tables {
         self.0.medulla.tables()

@@ -49,6 +49,8 @@ mod medulla;
 mod model;
 mod near;
 #[cfg(feature = "unstable")]
+pub mod packed;
+#[cfg(feature = "unstable")]
 pub mod parts;
 mod prepared;
 mod simd;

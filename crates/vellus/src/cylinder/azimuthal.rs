@@ -12,11 +12,11 @@ pub(crate) struct Azimuthal {
     pub sigma: [f32; 3],
     pub inverse_sigma: [f32; 3],
     /// −1/(2σ²). It is 0 for the rest, so that all its images are 1.
-    exponent: [f32; 4],
+    pub exponent: [f32; 4],
     /// 1/(σ√2π). For the rest it is 1/2π divided by the number of images in the sum.
-    norm: [f32; 4],
+    pub norm: [f32; 4],
     /// The number of pairs of additional images of the Gaussian in the sum: 0, 1 or 2.
-    images: u8,
+    pub images: u8,
 }
 
 impl Azimuthal {

@@ -57,9 +57,9 @@ pub struct Outgoing<V> {
 /// How an inclination changes where light enters a fibre.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Refraction {
-    inverse_eta: f32,
+    pub inverse_eta: f32,
     /// 1 − 1/η²
-    excess: f32,
+    pub excess: f32,
 }
 
 impl Refraction {

@@ -15,14 +15,14 @@ use wide::{f32x4, f32x8};
 /// Shift and width of the four lobes R, TT, TRT and rest, prepared once per fibre.
 #[derive(Clone, Debug)]
 pub(crate) struct Longitudinal {
-    sin_alpha: [f32; 4],
-    cos_alpha: [f32; 4],
-    v: [f32; 4],
-    inv_v: [f32; 4],
+    pub sin_alpha: [f32; 4],
+    pub cos_alpha: [f32; 4],
+    pub v: [f32; 4],
+    pub inv_v: [f32; 4],
     /// 1/(v (1 − e^(−2/v)))
-    norm: [f32; 4],
+    pub norm: [f32; 4],
     /// e^(−2/v)
-    floor: [f32; 4],
+    pub floor: [f32; 4],
 }
 
 /// sin θ_c and |cos θ_c| of the four lobes. A centre beyond the pole folds back, because I₀ is even.

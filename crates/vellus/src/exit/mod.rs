@@ -40,13 +40,13 @@ type Polynomial = [[f32; 4]; ENTRIES];
 pub(crate) struct Reflection {
     /// The share of scattered light that leaves, without absorption in the medulla on the first path: a polynomial in
     /// the entry.
-    escape: Polynomial,
+    pub escape: Polynomial,
     /// The logarithm of what that absorption leaves. It falls too fast for a polynomial.
-    ln_kept: Polynomial,
+    pub ln_kept: Polynomial,
     /// The share of it that leaves when it first meets the cuticle.
-    first: [f32; 4],
+    pub first: [f32; 4],
     /// The mean of that share over the channels, weighted by the squares of their light.
-    common: f32,
+    pub common: f32,
 }
 
 /// Coefficients of [`table::monomials`] for a value of 1 at each of [`table::NODES`] and 0 at the others.

@@ -17,10 +17,10 @@ use std::f32::consts::FRAC_PI_2;
 use wide::f32x8;
 
 /// Nodes of the cone's half angle, from that of the largest η to 90°: 1.5° apart.
-const CONES: usize = 48;
+pub(crate) const CONES: usize = 48;
 
 /// Nodes of the shift, θ_t over the half angle of the cone: 0.3° to 1.4° apart.
-const SHIFTS: usize = 65;
+pub(crate) const SHIFTS: usize = 65;
 
 /// The largest η.
 const MOST_ETA: f32 = 3.0;
@@ -40,12 +40,12 @@ pub(crate) struct Cone {
     /// b of T(s) = 1 − b s⁴, in [0, 1].
     pub loss: f32,
     /// T cos θ′ at the edge of the cone.
-    edge: f32,
+    pub edge: f32,
     /// The half angle of the cone, asin(1/η), and 1 over it.
-    half: f32,
-    inverse_half: f32,
+    pub half: f32,
+    pub inverse_half: f32,
     /// The position of the half angle on the nodes of [`Cones`].
-    position: Between,
+    pub position: Between,
 }
 
 impl Cone {
@@ -149,11 +149,11 @@ impl Cones {
 #[derive(Clone, Debug)]
 pub(crate) struct Half<const C: usize> {
     /// sin δ and cos δ of the nodes.
-    turns: Vec<[f32; 2]>,
+    pub turns: Vec<[f32; 2]>,
     /// ∫ B cos kδ dδ and ∫ B sin kδ dδ, k = 1, 3, 5, from the first node, component by component.
-    columns: Vec<[f32; 6]>,
+    pub columns: Vec<[f32; 6]>,
     /// Over cones and shifts, shifts fastest.
-    integrals: Vec<Pair<C>>,
+    pub integrals: Vec<Pair<C>>,
 }
 
 /// A cone around the angle δ = `shift`, and the weight of θ′ = δ − `shift` inside it.

@@ -161,17 +161,17 @@ const SHIFT_STEP: f64 = PI / 360.0;
 /// Piecewise-linear densities B_r(δ) on equidistant nodes, with their cumulative moments.
 #[derive(Clone, Debug)]
 pub(crate) struct Densities<const C: usize> {
-    first: f32,
-    inv_step: f32,
-    step: f32,
-    values: Rows<C>,
+    pub first: f32,
+    pub inv_step: f32,
+    pub step: f32,
+    pub values: Rows<C>,
     /// ∫ B_r cos δ dδ and ∫ B_r sin δ dδ from the first node, component by component. Without the cosine weight:
     /// ∫ B_r dδ and ∫ B_r w dδ, see [`forward_weight`].
-    columns: [Vec<f32>; 2],
+    pub columns: [Vec<f32>; 2],
     /// Without the cosine weight: ∫ B_r w dδ over the circle.
     forward: Weights<C>,
     /// Z_r(s) on nodes every [`SHIFT_STEP`] from one below s = 0 to one above s = 90°.
-    integrals: Rows<C>,
+    pub integrals: Rows<C>,
     /// Whether the components are integrated with the cosine weight.
     weighted: bool,
 }

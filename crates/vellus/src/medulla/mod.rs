@@ -24,20 +24,20 @@ use wide::{f32x8, i32x8, u32x8};
 #[derive(Clone, Debug)]
 pub struct Medulla<'t> {
     tables: &'t Tables,
-    azimuthal: Weights<AZIMUTHAL>,
-    backward: Weights<BACKWARD>,
-    forward: Weights<FORWARD>,
-    g: Between,
+    pub(crate) azimuthal: Weights<AZIMUTHAL>,
+    pub(crate) backward: Weights<BACKWARD>,
+    pub(crate) forward: Weights<FORWARD>,
+    pub(crate) g: Between,
     /// The integrals of the backward components, the same for every hit.
-    backward_integrals: Weights<BACKWARD>,
+    pub(crate) backward_integrals: Weights<BACKWARD>,
     /// How the cuticle refracts scattered light.
     pub(crate) refraction: Refraction,
     /// b of its transmittance T(s) = 1 − b s⁴, in [0, 1].
     loss: f32,
     /// How scattered light leaves through a cuticle that reflects.
-    cone: Option<(Cone, &'t Cones)>,
+    pub(crate) cone: Option<(Cone, &'t Cones)>,
     /// σ_ms κ
-    optical_radius: f32,
+    pub(crate) optical_radius: f32,
     /// g itself.
     anisotropy: f32,
 }

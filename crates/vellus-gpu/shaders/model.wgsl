@@ -1,0 +1,198 @@
+// The near-field model of Yan, Jensen and Ramamoorthi 2017 for one fibre hit at the offset h.
+//
+// Directions are unit vectors in the fibre's frame. They point away from the fibre. x runs along the fibre from root
+// to tip. The normal at the hit has the azimuth of wo minus asin h. Densities are per solid angle.
+
+// Everything that depends on wo and h.
+struct VellusHit {
+    fiber: u32,
+    // Cosine and sine of the azimuth of wo.
+    frame: vec2<f32>,
+    // The centres of the longitudinal lobes R, TT, TRT and the residual lobe.
+    centre_sin: vec4<f32>,
+    centre_cos: vec4<f32>,
+    // The exit azimuths of R, TT, TRT, and those of light scattered in the first and the second pass.
+    exit: vec4<f32>,
+    scattered_exit: vec2<f32>,
+    // The energy of each component, and its probability in w.
+    attenuation: array<vec4<f32>, 7>,
+    // The rest is about light scattered by the medulla. It is undefined if the path misses the medulla.
+    scatters: bool,
+    azimuth: array<vec4<f32>, 10>,
+    azimuth_scale: f32,
+    azimuth_mirror: f32,
+    turned: f32,
+    backward: array<vec4<f32>, 4>,
+    forward: array<vec4<f32>, 8>,
+    scale: vec2<f32>,
+    leaving: vec2<f32>,
+    theta: f32,
+    inclination_mirror: f32,
+}
+
+// The energy of the six lobes R, TT, TRT, TTs, TRTs and the residual lobe.
+struct VellusLobes {
+    rgb: array<vec3<f32>, 6>,
+}
+
+// A sampled direction. `weight` is f cos over the density. The density is 0 if nothing was drawn.
+struct VellusSample {
+    wi: vec3<f32>,
+    pdf: f32,
+    weight: vec3<f32>,
+    lobe: u32,
+}
+
+// Prepares a hit. `fiber` is the index of a prepared fibre, `offset` is h in [-1, 1].
+fn vellus_hit(fiber: u32, wo: vec3<f32>, offset: f32) -> VellusHit {
+    var hit: VellusHit;
+    hit.fiber = fiber;
+    let sin_o = clamp(wo.x, -1.0, 1.0);
+    let cos_o = length(wo.yz);
+    let h = clamp(offset, -1.0, 1.0);
+    hit.frame = select(wo.yz / max(cos_o, 1e-12), vec2<f32>(1.0, 0.0), cos_o < 1e-12);
+    let shift_sin = vellus_fiber(fiber, VELLUS_SHIFT);
+    let shift_cos = vellus_fiber(fiber, VELLUS_SHIFT + 1u);
+    hit.centre_sin = -(sin_o * shift_cos + cos_o * shift_sin);
+    hit.centre_cos = abs(cos_o * shift_cos - sin_o * shift_sin);
+    let path = vellus_path(fiber, sin_o, cos_o, h);
+    let twice = 2.0 * path.gamma_t;
+    hit.exit = vec4<f32>(vec3<f32>(0.0, 1.0, 2.0) * (twice + VELLUS_PI) - 2.0 * path.gamma_o, 0.0);
+    let first = path.gamma_t - path.gamma_o;
+    hit.scattered_exit = vec2<f32>(first, first + VELLUS_PI + twice);
+    let optics = vellus_fiber(fiber, VELLUS_OPTICS);
+    hit.scatters = vellus_fiber(fiber, VELLUS_MEDULLA).w > 0.0 && abs(path.h_inside) < optics.y;
+    var mean_path = 0.0;
+    if hit.scatters {
+        vellus_prepare_inclination(&hit, fiber, path.theta);
+        mean_path = vellus_prepare_azimuth(&hit, fiber, path);
+    }
+    vellus_attenuation(&hit, fiber, path, mean_path);
+    return hit;
+}
+
+// The share of the light that each lobe carries: the integral of f cos over all wi.
+fn vellus_energy(hit: ptr<function, VellusHit>) -> VellusLobes {
+    var lobes: VellusLobes;
+    for (var p = 0u; p < 6u; p++) {
+        lobes.rgb[p] = (*hit).attenuation[p].xyz;
+    }
+    lobes.rgb[5] += (*hit).attenuation[6].xyz;
+    return lobes;
+}
+
+// A direction relative to wo.
+struct VellusDirection {
+    sin_i: f32,
+    cos_i: f32,
+    // The inclination inside the fibre.
+    theta: f32,
+    phi: f32,
+}
+
+// The inclination inside the fibre.
+fn vellus_inside(fiber: u32, sin_i: f32, cos2: f32) -> f32 {
+    let refraction = vellus_fiber(fiber, VELLUS_REFRACTION);
+    return vellus_atan2(sin_i * refraction.z, sqrt(cos2 + sin_i * sin_i * refraction.w));
+}
+
+// The densities of the components over solid angle.
+fn vellus_densities(hit: ptr<function, VellusHit>, d: VellusDirection) -> array<f32, 7> {
+    let specular = vellus_longitudinal(hit, d.sin_i, d.cos_i) * vellus_azimuthal(hit, d.phi);
+    var scattered = vec2<f32>(0.0);
+    if (*hit).scatters {
+        let halves = vellus_leaving(hit, d.theta, d.sin_i);
+        for (var p = 0u; p < 2u; p++) {
+            let phi = vellus_wrap(d.phi - (*hit).scattered_exit[p]);
+            let m = halves.x + (halves.y - halves.x) * (abs(phi) / VELLUS_PI);
+            scattered[p] = m * vellus_scattered_azimuthal(hit, phi);
+        }
+    }
+    return array<f32, 7>(
+        specular.x, specular.y, specular.z, scattered.x, scattered.y, specular.w, vellus_diffuse(d.cos_i)
+    );
+}
+
+fn vellus_direction(hit: ptr<function, VellusHit>, wi: vec3<f32>) -> VellusDirection {
+    let f = (*hit).frame;
+    let cos2 = dot(wi.yz, wi.yz);
+    let phi = vellus_atan2(wi.z * f.x - wi.y * f.y, wi.y * f.x + wi.z * f.y);
+    return VellusDirection(wi.x, sqrt(cos2), vellus_inside((*hit).fiber, wi.x, cos2), phi);
+}
+
+// f cos in xyz, and the density of sampling in w, from the densities of the components.
+fn vellus_combine(hit: ptr<function, VellusHit>, densities: array<f32, 7>) -> vec4<f32> {
+    var d = densities;
+    var sum = vec4<f32>(0.0);
+    for (var p = 0u; p < 7u; p++) {
+        sum += (*hit).attenuation[p] * d[p];
+    }
+    return sum;
+}
+
+// f cos of each lobe.
+fn vellus_eval_lobes(hit: ptr<function, VellusHit>, wi: vec3<f32>) -> VellusLobes {
+    var d = vellus_densities(hit, vellus_direction(hit, wi));
+    var lobes: VellusLobes;
+    for (var p = 0u; p < 6u; p++) {
+        lobes.rgb[p] = (*hit).attenuation[p].xyz * d[p];
+    }
+    lobes.rgb[5] += (*hit).attenuation[6].xyz * d[6];
+    return lobes;
+}
+
+// f cos of all lobes in xyz, and the density with which vellus_sample draws wi in w.
+fn vellus_eval(hit: ptr<function, VellusHit>, wi: vec3<f32>) -> vec4<f32> {
+    return vellus_combine(hit, vellus_densities(hit, vellus_direction(hit, wi)));
+}
+
+// The density with which vellus_sample draws wi.
+fn vellus_pdf(hit: ptr<function, VellusHit>, wi: vec3<f32>) -> f32 {
+    return vellus_eval(hit, wi).w;
+}
+
+// Draws wi from four uniform numbers in [0, 1).
+fn vellus_sample(hit: ptr<function, VellusHit>, u: vec4<f32>) -> VellusSample {
+    // The lobe. One without energy is never chosen.
+    var lobe = 0u;
+    var rest = u.x;
+    for (var p = 0u; p < 6u; p++) {
+        let probability = (*hit).attenuation[p].w + select(0.0, (*hit).attenuation[6].w, p == 5u);
+        if probability > 0.0 {
+            lobe = p;
+            if rest < probability {
+                break;
+            }
+        }
+        rest -= probability;
+    }
+    var inclination: vec2<f32>;
+    var phi: f32;
+    if lobe < 3u {
+        inclination = vellus_sample_longitudinal(hit, lobe, u.yz);
+        let width = vellus_fiber((*hit).fiber, VELLUS_AZIMUTHAL + 2u)[lobe];
+        phi = (*hit).exit[lobe] + width * vellus_normal_quantile(u.w);
+    } else if lobe < 5u {
+        let drawn = vellus_draw_scattered(hit, u.yzw);
+        inclination = drawn.xy;
+        phi = (*hit).azimuth_mirror * drawn.z + (*hit).scattered_exit[lobe - 3u];
+    } else {
+        let diffuse = (*hit).attenuation[6].w;
+        let share = diffuse / max(diffuse + (*hit).attenuation[5].w, VELLUS_TINY);
+        if u.w < share {
+            inclination = vellus_sample_diffuse(u.yz);
+            phi = VELLUS_TAU * u.w / share;
+        } else {
+            inclination = vellus_sample_longitudinal(hit, 3u, u.yz);
+            phi = VELLUS_TAU * (u.w - share) / max(1.0 - share, VELLUS_TINY);
+        }
+    }
+    let turn = vellus_sin_cos(phi);
+    let f = (*hit).frame;
+    let s = inclination.x;
+    let c = max(inclination.y, 0.0);
+    let wi = vec3<f32>(s, c * (turn.y * f.x - turn.x * f.y), c * (turn.x * f.x + turn.y * f.y));
+    let d = VellusDirection(s, c, vellus_inside((*hit).fiber, s, c * c), phi);
+    let value = vellus_combine(hit, vellus_densities(hit, d));
+    return VellusSample(wi, value.w, value.xyz / max(value.w, VELLUS_TINY), lobe);
+}

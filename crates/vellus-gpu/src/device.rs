@@ -1,0 +1,197 @@
+//! A GPU.
+
+use std::time::Duration;
+use wgpu::util::DeviceExt;
+
+/// Why a GPU cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum DeviceError {
+    /// There is no GPU that Vulkan, Metal or DirectX 12 can use.
+    #[error("no GPU was found ({0})")]
+    Absent(String),
+    /// The GPU refused.
+    #[error("the GPU {name} cannot be used: {reason}")]
+    Refused {
+        /// The name of the GPU.
+        name: String,
+        /// What the driver said.
+        reason: String,
+    },
+    /// A buffer is larger than the GPU allows.
+    #[error("a buffer of {needed} bytes is above the limit of the GPU {name}, {limit} bytes")]
+    TooSmall {
+        /// The name of the GPU.
+        name: String,
+        /// The size of the buffer.
+        needed: u64,
+        /// The largest size of a buffer.
+        limit: u64,
+    },
+    /// A query names a fibre that does not exist.
+    #[error("a query names fibre {index}, but there are {count}")]
+    NoFiber {
+        /// The index in the query.
+        index: u32,
+        /// The number of fibres.
+        count: usize,
+    },
+    /// The GPU was lost, or did not answer.
+    #[error("the GPU was lost: {0}")]
+    Lost(String),
+}
+
+/// An open GPU.
+#[derive(Debug)]
+pub struct Device {
+    name: String,
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    limit: u64,
+}
+
+/// The longest time to wait for a batch of work.
+const PATIENCE: Duration = Duration::from_secs(600);
+
+impl Device {
+    /// Opens the GPU that the system prefers for speed. A software implementation, such as Mesa's lavapipe, counts as a
+    /// GPU, but any other has precedence. The variable `WGPU_ADAPTER_NAME` selects a GPU by a part of its name.
+    ///
+    /// # Errors
+    /// [`DeviceError::Absent`] and [`DeviceError::Refused`].
+    pub fn open() -> Result<Self, DeviceError> {
+        let instance = wgpu::Instance::default();
+        let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+        if let Ok(part) = std::env::var("WGPU_ADAPTER_NAME") {
+            let part = part.to_lowercase();
+            adapters.retain(|adapter| adapter.get_info().name.to_lowercase().contains(&part));
+        }
+        // Stable: of equal kinds the first has precedence.
+        adapters.sort_by_key(|adapter| match adapter.get_info().device_type {
+            wgpu::DeviceType::DiscreteGpu => 0,
+            wgpu::DeviceType::IntegratedGpu => 1,
+            wgpu::DeviceType::VirtualGpu => 2,
+            wgpu::DeviceType::Other => 3,
+            wgpu::DeviceType::Cpu => 4,
+        });
+        let Some(adapter) = adapters.into_iter().next() else {
+            return Err(DeviceError::Absent("no adapter for Vulkan, Metal or DirectX 12".to_owned()));
+        };
+        let name = adapter.get_info().name;
+        let limits = adapter.limits();
+        let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        let descriptor = wgpu::DeviceDescriptor { required_limits: limits, ..Default::default() };
+        match pollster::block_on(adapter.request_device(&descriptor)) {
+            Ok((device, queue)) => Ok(Device { name, device, queue, limit }),
+            Err(e) => Err(DeviceError::Refused { name, reason: e.to_string() }),
+        }
+    }
+
+    /// The name of the GPU.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Compiles an entry point of a shader in WGSL.
+    ///
+    /// # Errors
+    /// [`DeviceError::Refused`] with the message of the compiler.
+    pub(crate) fn compile(&self, source: &str, entry_point: &str) -> Result<wgpu::ComputePipeline, DeviceError> {
+        let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: None,
+            source: wgpu::ShaderSource::Wgsl(source.into()),
+        });
+        let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(entry_point),
+            layout: None,
+            module: &module,
+            entry_point: Some(entry_point),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
+        });
+        match pollster::block_on(scope.pop()) {
+            None => Ok(pipeline),
+            Some(error) => Err(DeviceError::Refused { name: self.name.clone(), reason: error.to_string() }),
+        }
+    }
+
+    /// Copies data into a new buffer.
+    ///
+    /// # Errors
+    /// [`DeviceError::TooSmall`].
+    pub(crate) fn upload<T: bytemuck::NoUninit>(&self, data: &[T]) -> Result<wgpu::Buffer, DeviceError> {
+        let contents: &[u8] = bytemuck::cast_slice(data);
+        self.check(contents.len() as u64)?;
+        let usage = wgpu::BufferUsages::STORAGE;
+        Ok(self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage }))
+    }
+
+    /// A buffer for results.
+    ///
+    /// # Errors
+    /// [`DeviceError::TooSmall`].
+    pub(crate) fn results(&self, size: u64) -> Result<wgpu::Buffer, DeviceError> {
+        self.check(size)?;
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
+        Ok(self.device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false }))
+    }
+
+    fn check(&self, needed: u64) -> Result<(), DeviceError> {
+        if needed <= self.limit {
+            return Ok(());
+        }
+        Err(DeviceError::TooSmall { name: self.name.clone(), needed, limit: self.limit })
+    }
+
+    /// Runs a pipeline with these buffers, in the order of their bindings, on `groups` workgroups.
+    pub(crate) fn run(&self, pipeline: &wgpu::ComputePipeline, buffers: &[&wgpu::Buffer], groups: u32) {
+        let entries: Vec<_> = (0..)
+            .zip(buffers)
+            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+            .collect();
+        let layout = pipeline.get_bind_group_layout(0);
+        let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &layout,
+            entries: &entries,
+        });
+        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        {
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, &group, &[]);
+            pass.dispatch_workgroups(groups, 1, 1);
+        }
+        self.queue.submit([encoder.finish()]);
+    }
+
+    /// Waits for all work, and copies a buffer back.
+    ///
+    /// # Errors
+    /// [`DeviceError::Lost`].
+    pub(crate) fn download<T: bytemuck::Pod>(&self, buffer: &wgpu::Buffer) -> Result<Vec<T>, DeviceError> {
+        let lost = |reason: String| DeviceError::Lost(reason);
+        let size = buffer.size();
+        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+        let copy =
+            self.device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false });
+        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, size);
+        let submission_index = Some(self.queue.submit([encoder.finish()]));
+        let (sender, receiver) = std::sync::mpsc::channel();
+        copy.slice(..).map_async(wgpu::MapMode::Read, move |result| {
+            // The receiver exists until the result is here, or the wait has failed.
+            let _ = sender.send(result);
+        });
+        let wait = wgpu::PollType::Wait { submission_index, timeout: Some(PATIENCE) };
+        self.device.poll(wait).map_err(|e| lost(e.to_string()))?;
+        match receiver.try_recv() {
+            Ok(Ok(())) => {}
+            Ok(Err(e)) => return Err(lost(e.to_string())),
+            Err(e) => return Err(lost(e.to_string())),
+        }
+        let view = copy.slice(..).get_mapped_range().map_err(|e| lost(e.to_string()))?;
+        Ok(bytemuck::pod_collect_to_vec(&view[..]))
+    }
+}

@@ -1,0 +1,43 @@
+//! The near field of [`vellus`] as a library of WGSL functions, and batches of queries on a GPU.
+//!
+//! [`shader_library`] is the text. It has no bindings and no entry points, so that it fits into any shader. Its names
+//! begin with `vellus_`, `Vellus` or `VELLUS_`. A shader that includes it defines two functions:
+//!
+//! ```wgsl
+//! fn vellus_table(row: u32) -> vec4<f32> { return tables[row]; }
+//! fn vellus_row(row: u32) -> vec4<f32> { return fibers[row]; }
+//! ```
+//!
+//! `tables` is a buffer with [`shader_tables`]. `fibers` is a buffer with the rows of [`shader_fiber`] of each fibre,
+//! one after another. Then, in the frame of the fibre:
+//!
+//! ```wgsl
+//! var hit = vellus_hit(fiber, wo, h);          // everything that depends on wo and the offset h
+//! let value = vellus_eval(&hit, wi);           // xyz: f cos, RGB; w: the density of sampling
+//! let drawn = vellus_sample(&hit, u);          // wi, pdf, weight, lobe from four uniform numbers
+//! let energy = vellus_energy(&hit);            // the share of the light in each lobe
+//! ```
+//!
+//! The conventions are those of [`vellus`]: x runs along the fibre from root to tip, and all directions point away from
+//! the fibre.
+//!
+//! Features:
+//! - `device` (default) adds [`Device`] and [`Queries`], which run on Vulkan, Metal or DirectX 12.
+//! - `convert` adds [`converted`], the library in GLSL, HLSL, MSL and SPIR-V. The example `shaders` writes all of them:
+//!   `cargo run -p vellus-gpu --features convert --example shaders -- FOLDER`.
+
+#[cfg(feature = "convert")]
+mod convert;
+#[cfg(feature = "device")]
+mod device;
+mod library;
+#[cfg(feature = "device")]
+mod queries;
+
+#[cfg(feature = "convert")]
+pub use convert::{ConvertError, Language, converted};
+#[cfg(feature = "device")]
+pub use device::{Device, DeviceError};
+pub use library::{QUERIES, SHADERS, shader_fiber, shader_library, shader_tables};
+#[cfg(feature = "device")]
+pub use queries::{Answer, Queries, Query};

@@ -1,0 +1,56 @@
+//! The text of the library, and its buffers.
+
+use std::fmt::Write;
+use vellus::packed::{self, FIBER_ROWS};
+use vellus::parts::MAX_SIN2;
+use vellus::{Bcsdf, Tables};
+
+/// The files of the library, in the order in which they are joined.
+pub const SHADERS: [(&str, &str); 7] = [
+    ("special.wgsl", include_str!("../shaders/special.wgsl")),
+    ("lookup.wgsl", include_str!("../shaders/lookup.wgsl")),
+    ("model.wgsl", include_str!("../shaders/model.wgsl")),
+    ("path.wgsl", include_str!("../shaders/path.wgsl")),
+    ("lobes.wgsl", include_str!("../shaders/lobes.wgsl")),
+    ("medulla.wgsl", include_str!("../shaders/medulla.wgsl")),
+    ("draw.wgsl", include_str!("../shaders/draw.wgsl")),
+];
+
+/// A shader of a compute pass that uses the library: one query per thread. It shows the bindings.
+pub const QUERIES: &str = include_str!("../shaders/queries.wgsl");
+
+/// The library: a text in WGSL without bindings and entry points.
+///
+/// The constants at its beginning say where the parts of [`shader_tables`] are.
+pub fn shader_library() -> String {
+    let mut text = String::from("// The Vellus model of hair and fur. Licence: MIT or Apache-2.0.\n\n");
+    let packed = packed::tables(Tables::shipped());
+    let mut line = |name: &str, value: String| {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "const VELLUS_{name} = {value};");
+    };
+    line("FIBER_ROWS", format!("{FIBER_ROWS}u"));
+    line("MOST_SIN2", format!("{MAX_SIN2:?}"));
+    for (name, count) in packed.counts {
+        line(&name, format!("{count}u"));
+    }
+    for (name, value) in packed.constants {
+        line(&name, format!("{value:?}"));
+    }
+    for (_, part) in SHADERS {
+        text.push('\n');
+        text.push_str(part);
+    }
+    text
+}
+
+/// The tables, in rows of four numbers: the contents of the buffer that `vellus_table` reads. 2.0 MB.
+pub fn shader_tables() -> Vec<[f32; 4]> {
+    packed::tables(Tables::shipped()).rows
+}
+
+/// One fibre, in rows of four numbers. The buffer that `vellus_row` reads holds these for each fibre, one after
+/// another.
+pub fn shader_fiber(bcsdf: &Bcsdf<'_>) -> [[f32; 4]; FIBER_ROWS] {
+    packed::fiber(bcsdf)
+}

@@ -1,0 +1,99 @@
+//! Batches of queries on a GPU.
+
+use crate::device::{Device, DeviceError};
+use crate::library::{QUERIES, shader_fiber, shader_library, shader_tables};
+use bytemuck::{Pod, Zeroable};
+use vellus::Bcsdf;
+
+/// Threads in a workgroup of the shader.
+const GROUP: usize = 64;
+/// The most queries in one run: 65535 workgroups are the limit of every GPU.
+const RUN: usize = 65_535 * GROUP;
+
+/// One query in the near field. Directions are unit vectors in the fibre's frame, as in [`vellus::Bcsdf::at`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Query {
+    /// ω_o.
+    pub wo: [f32; 3],
+    /// The offset, in [−1, 1].
+    pub h: f32,
+    /// ω_i.
+    pub wi: [f32; 3],
+    /// The index of the fibre.
+    pub fiber: u32,
+    /// Four uniform numbers in [0, 1), as for [`vellus::NearHit::sample`].
+    pub u: [f32; 4],
+}
+
+/// The answer to a [`Query`].
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Answer {
+    /// f·cos θᵢ of all lobes, RGB.
+    pub value: [f32; 3],
+    /// The density per solid angle with which ω_i is drawn.
+    pub pdf: f32,
+    /// The direction drawn from `u`.
+    pub wi: [f32; 3],
+    /// Its density. 0 if nothing was drawn.
+    pub wi_pdf: f32,
+    /// f·cos θᵢ over the density, RGB.
+    pub weight: [f32; 3],
+    /// The index of the lobe that was drawn.
+    pub lobe: f32,
+    /// The energy of each lobe, RGB and 0.
+    pub energy: [[f32; 4]; 6],
+    /// f·cos θᵢ of each lobe, RGB and 0.
+    pub lobes: [[f32; 4]; 6],
+}
+
+/// Some fibres on a GPU.
+#[derive(Debug)]
+pub struct Queries<'d> {
+    device: &'d Device,
+    pipeline: wgpu::ComputePipeline,
+    tables: wgpu::Buffer,
+    fibers: wgpu::Buffer,
+    count: usize,
+}
+
+impl<'d> Queries<'d> {
+    /// Compiles the shader, and copies the tables and the fibres to the GPU.
+    ///
+    /// # Errors
+    /// [`DeviceError::Refused`] if the GPU cannot compile the shader, and [`DeviceError::TooSmall`] if the fibres do
+    /// not fit.
+    pub fn new(device: &'d Device, fibers: &[Bcsdf<'_>]) -> Result<Self, DeviceError> {
+        let source = format!("{}\n{QUERIES}", shader_library());
+        let rows: Vec<[f32; 4]> = fibers.iter().flat_map(shader_fiber).collect();
+        Ok(Queries {
+            device,
+            pipeline: device.compile(&source, "run_queries")?,
+            tables: device.upload(&shader_tables())?,
+            fibers: device.upload(&rows)?,
+            count: fibers.len(),
+        })
+    }
+
+    /// Answers all queries, in their order.
+    ///
+    /// # Errors
+    /// [`DeviceError::NoFiber`] if a query names a fibre that does not exist, and [`DeviceError::Lost`].
+    pub fn run(&self, queries: &[Query]) -> Result<Vec<Answer>, DeviceError> {
+        if let Some(query) = queries.iter().find(|query| query.fiber as usize >= self.count) {
+            return Err(DeviceError::NoFiber { index: query.fiber, count: self.count });
+        }
+        let mut answers = Vec::with_capacity(queries.len());
+        for part in queries.chunks(RUN) {
+            let input = self.device.upload(part)?;
+            let output = self.device.results(part.len() as u64 * size_of::<Answer>() as u64)?;
+            let groups = part.len().div_ceil(GROUP);
+            let buffers = [&self.tables, &self.fibers, &input, &output];
+            // At most 65535 by the size of a run.
+            self.device.run(&self.pipeline, &buffers, groups as u32);
+            answers.extend(self.device.download::<Answer>(&output)?);
+        }
+        Ok(answers)
+    }
+}

@@ -1,0 +1,64 @@
+//! The library is valid WGSL, and naga converts it to the languages of other engines.
+
+use std::process::Command;
+use vellus_gpu::{Language, converted, shader_library};
+
+#[test]
+fn the_library_has_no_bindings_and_no_entry_points() {
+    let source = format!(
+        "{}
+        fn vellus_table(row: u32) -> vec4<f32> {{ return vec4<f32>(); }}
+        fn vellus_row(row: u32) -> vec4<f32> {{ return vec4<f32>(); }}",
+        shader_library()
+    );
+    let module = naga::front::wgsl::parse_str(&source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
+    assert!(module.entry_points.is_empty());
+    assert!(module.global_variables.is_empty());
+    let names = module.functions.iter().filter_map(|(_, function)| function.name.as_deref());
+    let names = names.chain(module.types.iter().filter_map(|(_, ty)| ty.name.as_deref()));
+    let names: Vec<&str> = names.chain(module.constants.iter().filter_map(|(_, c)| c.name.as_deref())).collect();
+    let foreign = names.iter().find(|name| !name.to_lowercase().starts_with("vellus_") && !name.starts_with("Vellus"));
+    assert_eq!(foreign, None, "a name may be that of another part of the shader");
+    assert!(names.len() > 80, "{}", names.len());
+}
+
+#[test]
+fn every_language_has_the_functions() -> Result<(), vellus_gpu::ConvertError> {
+    for language in Language::ALL {
+        let bytes = converted(language)?;
+        println!("{language:?}: {} bytes", bytes.len());
+        match language {
+            Language::SpirV => assert_eq!(bytes[..4], 0x0723_0203u32.to_le_bytes(), "the magic number of SPIR-V"),
+            _ => {
+                let text = String::from_utf8_lossy(&bytes);
+                for function in ["vellus_hit", "vellus_eval", "vellus_sample", "vellus_energy", "run_queries"] {
+                    // GLSL calls every entry point `main`.
+                    let name = if language == Language::Glsl && function == "run_queries" { "main" } else { function };
+                    assert!(text.contains(&format!("{name}(")), "{language:?} lacks {function}");
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Other compilers accept the files: glslang and SPIRV-Tools, where they are installed.
+#[test]
+fn other_compilers_accept_the_files() -> Result<(), Box<dyn std::error::Error>> {
+    let folder = tempfile::tempdir()?;
+    for (language, program, arguments) in [
+        (Language::Glsl, "glslangValidator", ["-G", "-o", "/dev/null"].as_slice()),
+        (Language::SpirV, "spirv-val", &["--target-env", "vulkan1.1"]),
+    ] {
+        let path = folder.path().join(format!("vellus.{}", language.extension()));
+        std::fs::write(&path, converted(language)?)?;
+        match Command::new(program).args(arguments).arg(&path).output() {
+            Err(e) => println!("skipped: {program}: {e}"),
+            Ok(output) => {
+                let text = String::from_utf8_lossy(&output.stdout);
+                assert!(output.status.success(), "{program}: {text}{}", String::from_utf8_lossy(&output.stderr));
+            }
+        }
+    }
+    Ok(())
+}

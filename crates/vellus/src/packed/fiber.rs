@@ -1,0 +1,83 @@
+//! One prepared fibre.
+
+use crate::bcsdf::Bcsdf;
+use crate::exit::Reflection;
+use crate::medulla::mixture::{Between, Weights};
+use crate::prepared::Prepared;
+
+/// The number of rows of a fibre.
+pub const FIBER_ROWS: usize = 58;
+
+/// Everything about a fibre that its hits in the near field need, in rows of four numbers.
+///
+/// The order: the parameters (3 rows), the longitudinal lobes (6), the azimuthal lobes (3), refraction and cone (3),
+/// the exit (1 + 8 + 8), and the weights of the components (10 + 4 + 8 + 4).
+pub fn fiber(bcsdf: &Bcsdf<'_>) -> [[f32; 4]; FIBER_ROWS] {
+    let Prepared { fiber, longitudinal, azimuthal, medulla, reflection, .. } = bcsdf.prepared();
+    let rgb = |c: [f32; 3], w: f32| [c[0], c[1], c[2], w];
+    let (cone, edge, position) = match medulla.cone {
+        Some((cone, _)) => ([cone.loss, cone.half, cone.inverse_half, 0.0], cone.edge, cone.position),
+        None => ([0.0; 4], 0.0, Between { index: 0, t: 0.0 }),
+    };
+    let none = Reflection { escape: [[0.0; 4]; 8], ln_kept: [[0.0; 4]; 8], first: [0.0; 4], common: 0.0 };
+    let exit = reflection.as_ref().unwrap_or(&none);
+    let first = exit.first;
+    // Indices are below 4096, and exact in single precision.
+    let number = |index: usize| index as f32;
+    let reflects = f32::from(u8::from(reflection.is_some()));
+    let mut rows = vec![
+        [fiber.eta, fiber.kappa, fiber.sigma_ms, fiber.layers],
+        rgb(fiber.sigma_ca, reflects),
+        rgb(fiber.sigma_ma, medulla.optical_radius),
+        longitudinal.sin_alpha,
+        longitudinal.cos_alpha,
+        longitudinal.v,
+        longitudinal.inv_v,
+        longitudinal.norm,
+        longitudinal.floor,
+        azimuthal.exponent,
+        azimuthal.norm,
+        rgb(azimuthal.sigma, f32::from(azimuthal.images)),
+        [number(medulla.g.index), medulla.g.t, medulla.refraction.inverse_eta, medulla.refraction.excess],
+        cone,
+        [number(position.index), position.t, edge, exit.common],
+        rgb([first[0], first[1], first[2]], 0.0),
+    ];
+    rows.extend(exit.escape);
+    rows.extend(exit.ln_kept);
+    extend(&mut rows, &medulla.azimuthal);
+    extend(&mut rows, &medulla.backward);
+    extend(&mut rows, &medulla.forward);
+    extend(&mut rows, &medulla.backward_integrals);
+    match rows.try_into() {
+        Ok(rows) => rows,
+        Err(_) => unreachable!("the number of rows does not depend on the fibre"),
+    }
+}
+
+fn extend<const C: usize>(rows: &mut Vec<[f32; 4]>, weights: &Weights<C>) {
+    for eight in weights {
+        let [a, b, c, d, e, f, g, h] = eight.to_array();
+        rows.extend([[a, b, c, d], [e, f, g, h]]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fiber::Fiber;
+    use crate::fiber::exit::Exit;
+
+    #[test]
+    fn every_fiber_has_the_same_number_of_rows() -> Result<(), crate::Error> {
+        for exit in Exit::ALL {
+            for kappa in [0.0, 0.8] {
+                let bcsdf = Bcsdf::new(&Fiber { exit, kappa, sigma_ms: 2.0, ..Fiber::hair() })?;
+                let rows = fiber(&bcsdf);
+                assert_eq!(rows[0][1], kappa);
+                assert!(rows.iter().flatten().all(|x| x.is_finite()));
+            }
+        }
+        Ok(())
+    }
+}
