@@ -218,8 +218,8 @@ fn newton(k: Cubic, t_max: f32, low: f32, high: f32) -> vec2<f32> {
     return none;
 }
 
-// For four chords of a leaf, whether each is within reach of the ray.
-fn near_chords(leaf: u32, half: u32, ray: Ray, basis: Basis, t_max: f32) -> vec4<bool> {
+// A bit for each of four chords of a leaf that is within reach of the ray.
+fn near_chords(leaf: u32, half: u32, ray: Ray, basis: Basis, t_max: f32) -> u32 {
     let row = leaf * 16u + half;
     let ax = bitcast<vec4<f32>>(chord_row(row)) - ray.origin.x;
     let ay = bitcast<vec4<f32>>(chord_row(row + 2u)) - ray.origin.y;
@@ -245,6 +245,7 @@ fn near_chords(leaf: u32, half: u32, ray: Ray, basis: Basis, t_max: f32) -> vec4
     let around = sqrt(max(room, vec4<f32>(0.0)) * inverse);
     let near = w0 + max(s - around, vec4<f32>(0.0)) * rise;
     let far = w0 + min(s + around, vec4<f32>(1.0)) * rise;
-    return (room >= vec4<f32>(0.0)) & (max(near, far) + back >= vec4<f32>(0.0))
-        & (min(near, far) - reach <= vec4<f32>(t_max));
+    let exists = chord_row(row + 14u) != vec4<u32>(NONE);
+    return bits_of(exists & (room >= vec4<f32>(0.0)) & (max(near, far) + back >= vec4<f32>(0.0))
+        & (min(near, far) - reach <= vec4<f32>(t_max)));
 }

@@ -9,6 +9,12 @@ fn inverse_of(d: vec3<f32>) -> vec3<f32> {
     return 1.0 / select(d, tiny, abs(d) < vec3<f32>(1e-20));
 }
 
+// A bit for each component that is true.
+fn bits_of(b: vec4<bool>) -> u32 {
+    let bits = select(vec4<u32>(0u), vec4<u32>(1u, 2u, 4u, 8u), b);
+    return (bits.x | bits.y) | (bits.z | bits.w);
+}
+
 // The distances at which a ray enters four boxes of a node. Those that it misses are infinite.
 fn enter_boxes(node: u32, half: u32, origin: vec3<f32>, inverse: vec3<f32>, t_max: f32) -> vec4<f32> {
     var enter = vec4<f32>(0.0);
@@ -59,39 +65,37 @@ fn next_leaf(walk: ptr<function, Walk>, origin: vec3<f32>, inverse: vec3<f32>, t
         if (current & LEAF) != 0u {
             return current & ~LEAF;
         }
+        let near = enter_boxes(current, 0u, origin, inverse, t_max);
+        let far = enter_boxes(current, 1u, origin, inverse, t_max);
+        var mask = bits_of(near < vec4<f32>(INFINITY)) | (bits_of(far < vec4<f32>(INFINITY)) << 4u);
         var nearest = INFINITY;
         var chosen = NONE;
         let begin = (*walk).size;
-        for (var half = 0u; half < 2u; half++) {
-            let enter = enter_boxes(current, half, origin, inverse, t_max);
-            let children = node_row(current * 14u + 12u + half);
-            for (var lane = 0u; lane < 4u; lane++) {
-                var distance = enter[lane];
-                if distance >= INFINITY {
-                    continue;
+        while mask != 0u {
+            let lane = firstTrailingBit(mask);
+            mask &= mask - 1u;
+            var distance = select(far[lane & 3u], near[lane & 3u], lane < 4u);
+            var child = node_row(current * 14u + 12u + lane / 4u)[lane & 3u];
+            if distance < nearest {
+                // The nearest child is visited next. The one before waits.
+                let other = chosen;
+                let before = nearest;
+                chosen = child;
+                nearest = distance;
+                child = other;
+                distance = before;
+            }
+            if child != NONE && (*walk).size < STACK {
+                // Insertion: the farthest child is at the bottom.
+                var place = (*walk).size;
+                while place > begin && (*walk).distances[place - 1u] < distance {
+                    (*walk).distances[place] = (*walk).distances[place - 1u];
+                    (*walk).nodes[place] = (*walk).nodes[place - 1u];
+                    place -= 1u;
                 }
-                var child = children[lane];
-                if distance < nearest {
-                    // The nearest child is visited next. The one before waits.
-                    let other = chosen;
-                    let before = nearest;
-                    chosen = child;
-                    nearest = distance;
-                    child = other;
-                    distance = before;
-                }
-                if child != NONE && (*walk).size < STACK {
-                    // Insertion: the farthest child is at the bottom.
-                    var place = (*walk).size;
-                    while place > begin && (*walk).distances[place - 1u] < distance {
-                        (*walk).distances[place] = (*walk).distances[place - 1u];
-                        (*walk).nodes[place] = (*walk).nodes[place - 1u];
-                        place -= 1u;
-                    }
-                    (*walk).distances[place] = distance;
-                    (*walk).nodes[place] = child;
-                    (*walk).size += 1u;
-                }
+                (*walk).distances[place] = distance;
+                (*walk).nodes[place] = child;
+                (*walk).size += 1u;
             }
         }
         (*walk).current = chosen;
@@ -111,23 +115,21 @@ fn hit_curves(root: u32, ray_in: Ray, any: bool, hit: ptr<function, Hit>) {
         if leaf == NONE {
             return;
         }
-        for (var half = 0u; half < 2u; half++) {
-            let near = near_chords(leaf, half, ray, basis, ray.t_max);
-            let first = chord_row(leaf * 16u + 14u + half);
-            for (var lane = 0u; lane < 4u; lane++) {
-                if !near[lane] || first[lane] == NONE {
-                    continue;
-                }
-                let entry = enter_segment(segment_of(first[lane]), ray);
-                if entry.x > 0.0 {
-                    (*hit).t = entry.x;
-                    (*hit).kind = 1u;
-                    (*hit).index = first[lane];
-                    (*hit).uv = vec2<f32>(entry.y, 0.0);
-                    ray.t_max = entry.x;
-                    if any {
-                        return;
-                    }
+        let first = near_chords(leaf, 0u, ray, basis, ray.t_max);
+        var mask = first | (near_chords(leaf, 1u, ray, basis, ray.t_max) << 4u);
+        while mask != 0u {
+            let lane = firstTrailingBit(mask);
+            mask &= mask - 1u;
+            let point = chord_row(leaf * 16u + 14u + lane / 4u)[lane & 3u];
+            let entry = enter_segment(segment_of(point), ray);
+            if entry.x > 0.0 {
+                (*hit).t = entry.x;
+                (*hit).kind = 1u;
+                (*hit).index = point;
+                (*hit).uv = vec2<f32>(entry.y, 0.0);
+                ray.t_max = entry.x;
+                if any {
+                    return;
                 }
             }
         }
@@ -189,8 +191,11 @@ fn hit_triangles(root: u32, ray_in: Ray, any: bool, hit: ptr<function, Hit>) {
             let edge = vec4<f32>(-1e-6);
             let inside = (u >= edge) & (v >= edge) & (u + v <= vec4<f32>(1.000001))
                 & (determinant != vec4<f32>(0.0)) & (t > vec4<f32>(0.0));
-            for (var lane = 0u; lane < 4u; lane++) {
-                if inside[lane] && t[lane] < ray.t_max && index[lane] != NONE {
+            var mask = bits_of(inside & (t < vec4<f32>(ray.t_max)) & (index != vec4<u32>(NONE)));
+            while mask != 0u {
+                let lane = firstTrailingBit(mask);
+                mask &= mask - 1u;
+                if t[lane] < ray.t_max {
                     ray.t_max = t[lane];
                     (*hit).t = t[lane];
                     (*hit).kind = 2u;

@@ -11,6 +11,12 @@ const FIRST_LIGHTS = 2u;
 struct Path {
     // Where the values of the sample are.
     base: u32,
+    pixel: vec2<u32>,
+    // The numbers of the camera ray.
+    u: vec4<f32>,
+    // The number of scattering events so far.
+    depth: u32,
+    goes_on: bool,
     throughput: vec3<f32>,
     // Whether the light belongs to a fibre that the camera sees, and the share of each lobe in it.
     apart: bool,
@@ -362,113 +368,138 @@ fn background(pixel: vec2<u32>, u: vec4<f32>) -> vec3<f32> {
     return color * texture_at(row, (vec2<f32>(place.x, 1.0 - place.y) - 0.5) * shown + 0.5);
 }
 
-fn trace_sample(base: u32, pixel: vec2<u32>, index: u32) {
+// Begins the sample `k` of the job: the samples of a pixel follow one another.
+fn begin_path(path: ptr<function, Path>, sampler: ptr<function, Sampler>, k: u32) {
     let output = data_row(OUTPUT);
-    for (var k = 0u; k < output.z; k++) {
-        write_word(base + k, 0u);
+    let base = k * output.z;
+    for (var word = 0u; word < output.z; word++) {
+        write_word(base + word, 0u);
     }
-    let area = data_row(AREA);
-    var sampler = new_sampler(pixel, index, area.z);
-    let u = next4(&sampler);
-    var path: Path;
-    path.base = base;
-    path.throughput = vec3<f32>(1.0);
-    path.lights = 1.0;
-    path.thing = NONE;
-    path.ray = camera_ray(pixel, u);
-    let lights = data_row(LIGHTS);
-    for (var depth = 0u; ; depth++) {
-        path.rays += 1u;
-        let ray = path.ray;
-        let hit = hit_scene(ray, false);
-        // The nearest light with a shape in front of it.
-        var seen = Emission(hit.t, vec3<f32>(0.0), 0.0);
-        var light = NONE;
-        for (var k = 0u; k < lights.x; k++) {
-            let row = light_row(k);
-            if depth == 0u && data_row(row).z == 0u {
-                continue;
-            }
-            let found = meet_light(row, Ray(ray.origin, seen.t, ray.direction));
-            if found.t > 0.0 {
-                seen = found;
-                seen.radiance *= shaping(row, -ray.direction);
-                light = k;
-            }
-        }
-        if light != NONE {
-            found_light(&path, light, seen, depth);
-            break;
-        }
-        if hit.kind == 0u {
-            if depth == 0u && output.w == 1u {
-                add_light(&path, background(pixel, u), data_row(TEXTURES).z, 0u);
-                break;
-            }
-            for (var k = 0u; k < lights.x; k++) {
-                let row = light_row(k);
-                if depth == 0u && data_row(row).z == 0u {
-                    continue;
-                }
-                let found = escape_light(row, ray, depth == 0u);
-                if found.pdf >= 0.0 {
-                    found_light(&path, k, found, depth);
-                }
-            }
-            break;
-        }
-        if depth == 0u {
-            set_layer1(&path, LAYER_ALPHA, 1.0);
-            set_layer1(&path, LAYER_DEPTH, hit.t);
-            if hit.kind == 1u {
-                path.thing = set_of(hit.index);
-            } else {
-                path.thing = data_row(SETS).x + face_of(hit, ray).mesh;
-            }
-        }
-        if area.w != NONE && depth >= area.w {
-            path.cut = largest(path.throughput);
-            break;
-        }
-        var goes_on: bool;
-        if hit.kind == 1u {
-            goes_on = at_fiber(&path, &sampler, ray, hit, depth);
-        } else {
-            goes_on = at_surface(&path, &sampler, ray, hit, depth);
-        }
-        // A throughput that is not a number ends the path too.
-        if !goes_on || !(largest(path.throughput) > 0.0) {
-            break;
-        }
-        if depth >= ROULETTE {
-            let survive = min(sqrt(SURVIVAL * largest(path.throughput)), 1.0);
-            let drawn = next4(&sampler).x;
-            if drawn >= survive {
-                break;
-            }
-            path.throughput /= survive;
-        }
-    }
-    let extra = base + output.y;
-    write_word(extra, bitcast<u32>(path.strand_t));
-    write_word(extra + 1u, path.strand);
-    write_word(extra + 2u, path.thing);
-    write_word(extra + 3u, path.rays);
-    write_word(extra + 4u, bitcast<u32>(path.cut));
-    write_word(extra + 5u, bitcast<u32>(path.removed));
+    let job = run;
+    let width = data_row(AREA).x;
+    let place = k / job.w;
+    let pixel = data_row(SIZE).zw + vec2<u32>(place % width, job.x + place / width);
+    *sampler = new_sampler(pixel, job.z + k % job.w, data_row(AREA).z);
+    let u = next4(sampler);
+    (*path).base = base;
+    (*path).pixel = pixel;
+    (*path).u = u;
+    (*path).depth = 0u;
+    (*path).goes_on = true;
+    (*path).throughput = vec3<f32>(1.0);
+    (*path).apart = false;
+    (*path).lights = 1.0;
+    (*path).rays = 0u;
+    (*path).cut = 0.0;
+    (*path).removed = 0.0;
+    (*path).ray = camera_ray(pixel, u);
+    (*path).strand = 0u;
+    (*path).thing = NONE;
 }
 
-// One thread for each sample of some rows of pixels: first row, rows, first sample, samples of each pixel.
-@compute @workgroup_size(64)
-fn trace_rows(@builtin(global_invocation_id) id: vec3<u32>) {
-    let area = data_row(AREA).xy;
-    let job = run;
-    let pixel = id.x / job.w;
-    if pixel >= area.x * job.y {
+// Adds what a ray finds of the lights. Returns whether the path ends there.
+fn meets_light(path: ptr<function, Path>, ray: Ray, hit: Hit) -> bool {
+    let lights = data_row(LIGHTS);
+    let camera = (*path).depth == 0u;
+    // The nearest light with a shape in front of the hit.
+    var seen = Emission(hit.t, vec3<f32>(0.0), 0.0);
+    var light = NONE;
+    for (var k = 0u; k < lights.x; k++) {
+        let row = light_row(k);
+        if camera && data_row(row).z == 0u {
+            continue;
+        }
+        let found = meet_light(row, Ray(ray.origin, seen.t, ray.direction));
+        if found.t > 0.0 {
+            seen = found;
+            seen.radiance *= shaping(row, -ray.direction);
+            light = k;
+        }
+    }
+    if light != NONE {
+        found_light(path, light, seen, (*path).depth);
+        return true;
+    }
+    if hit.kind != 0u {
+        return false;
+    }
+    if camera && data_row(OUTPUT).w == 1u {
+        add_light(path, background((*path).pixel, (*path).u), data_row(TEXTURES).z, 0u);
+        return true;
+    }
+    for (var k = 0u; k < lights.x; k++) {
+        let row = light_row(k);
+        if camera && data_row(row).z == 0u {
+            continue;
+        }
+        let found = escape_light(row, ray, camera);
+        if found.pdf >= 0.0 {
+            found_light(path, k, found, (*path).depth);
+        }
+    }
+    return true;
+}
+
+// Follows a path to its next scattering event, and beyond it.
+fn next_event(path: ptr<function, Path>, sampler: ptr<function, Sampler>) {
+    (*path).rays += 1u;
+    let ray = (*path).ray;
+    let depth = (*path).depth;
+    let hit = hit_scene(ray, false);
+    (*path).goes_on = false;
+    if meets_light(path, ray, hit) {
         return;
     }
-    let corner = data_row(SIZE).zw;
-    let x = pixel % area.x;
-    let y = job.x + pixel / area.x;
-    trace_sample(id.x * data_row(OUTPUT).z, corner + vec2<u32>(x, y), job.z + id.x % job.w);
+    if depth == 0u {
+        set_layer1(path, LAYER_ALPHA, 1.0);
+        set_layer1(path, LAYER_DEPTH, hit.t);
+        if hit.kind == 1u {
+            (*path).thing = set_of(hit.index);
+        } else {
+            (*path).thing = data_row(SETS).x + face_of(hit, ray).mesh;
+        }
+    }
+    let most = data_row(AREA).w;
+    if most != NONE && depth >= most {
+        (*path).cut = largest((*path).throughput);
+        return;
+    }
+    if hit.kind == 1u {
+        (*path).goes_on = at_fiber(path, sampler, ray, hit, depth);
+    } else {
+        (*path).goes_on = at_surface(path, sampler, ray, hit, depth);
+    }
+    if (*path).goes_on && depth >= ROULETTE {
+        let survive = min(sqrt(SURVIVAL * largest((*path).throughput)), 1.0);
+        (*path).goes_on = next4(sampler).x < survive;
+        (*path).throughput /= survive;
+    }
+    // A throughput that is not a number ends the path too.
+    (*path).goes_on = (*path).goes_on && largest((*path).throughput) > 0.0;
+    (*path).depth = depth + 1u;
+}
+
+fn end_path(path: ptr<function, Path>) {
+    let extra = (*path).base + data_row(OUTPUT).y;
+    write_word(extra, bitcast<u32>((*path).strand_t));
+    write_word(extra + 1u, (*path).strand);
+    write_word(extra + 2u, (*path).thing);
+    write_word(extra + 3u, (*path).rays);
+    write_word(extra + 4u, bitcast<u32>((*path).cut));
+    write_word(extra + 5u, bitcast<u32>((*path).removed));
+}
+
+// One thread for each sample of some rows of pixels. The job: first row, rows, first sample, samples of each pixel.
+@compute @workgroup_size(64)
+fn trace_rows(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= data_row(AREA).x * run.y * run.w {
+        return;
+    }
+    var path: Path;
+    var sampler: Sampler;
+    begin_path(&path, &sampler, id.x);
+    while path.goes_on {
+        next_event(&path, &sampler);
+    }
+    end_path(&path);
 }
