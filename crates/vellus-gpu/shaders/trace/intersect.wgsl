@@ -34,12 +34,15 @@ fn enter_boxes(node: u32, half: u32, origin: vec3<f32>, inverse: vec3<f32>, t_ma
     return select(vec4<f32>(INFINITY), enter, hit);
 }
 
-// A hierarchy while it is traversed: near children first.
+// Nodes that wait, and their distances. The hierarchy of an object uses what that of the instances leaves.
+var<private> stack_nodes: array<u32, 192>;
+var<private> stack_distances: array<f32, 192>;
+
+// A hierarchy while it is traversed: near children first. Its nodes are on the stack from `base` up to `size`.
 struct Walk {
+    base: u32,
     size: u32,
     current: u32,
-    nodes: array<u32, 192>,
-    distances: array<f32, 192>,
 }
 
 // Goes to the next leaf with a box nearer than t_max. Returns NONE at the end.
@@ -48,10 +51,10 @@ fn next_leaf(walk: ptr<function, Walk>, origin: vec3<f32>, inverse: vec3<f32>, t
         let current = (*walk).current;
         if current == NONE {
             var found = false;
-            while (*walk).size > 0u {
+            while (*walk).size > (*walk).base {
                 (*walk).size -= 1u;
-                if (*walk).distances[(*walk).size] <= t_max {
-                    (*walk).current = (*walk).nodes[(*walk).size];
+                if stack_distances[(*walk).size] <= t_max {
+                    (*walk).current = stack_nodes[(*walk).size];
                     found = true;
                     break;
                 }
@@ -88,13 +91,13 @@ fn next_leaf(walk: ptr<function, Walk>, origin: vec3<f32>, inverse: vec3<f32>, t
             if child != NONE && (*walk).size < STACK {
                 // Insertion: the farthest child is at the bottom.
                 var place = (*walk).size;
-                while place > begin && (*walk).distances[place - 1u] < distance {
-                    (*walk).distances[place] = (*walk).distances[place - 1u];
-                    (*walk).nodes[place] = (*walk).nodes[place - 1u];
+                while place > begin && stack_distances[place - 1u] < distance {
+                    stack_distances[place] = stack_distances[place - 1u];
+                    stack_nodes[place] = stack_nodes[place - 1u];
                     place -= 1u;
                 }
-                (*walk).distances[place] = distance;
-                (*walk).nodes[place] = child;
+                stack_distances[place] = distance;
+                stack_nodes[place] = child;
                 (*walk).size += 1u;
             }
         }
@@ -103,34 +106,23 @@ fn next_leaf(walk: ptr<function, Walk>, origin: vec3<f32>, inverse: vec3<f32>, t
     return NONE;
 }
 
-// The nearest strand of one object, nearer than that of `hit`. `any` ends at the first.
-fn hit_curves(root: u32, ray_in: Ray, any: bool, hit: ptr<function, Hit>) {
-    var ray = ray_in;
-    let basis = basis_of(ray.direction);
-    let inverse = inverse_of(ray.direction);
-    var walk: Walk;
-    walk.current = root;
-    loop {
-        let leaf = next_leaf(&walk, ray.origin, inverse, ray.t_max);
-        if leaf == NONE {
-            return;
-        }
-        let first = near_chords(leaf, 0u, ray, basis, ray.t_max);
-        var mask = first | (near_chords(leaf, 1u, ray, basis, ray.t_max) << 4u);
-        while mask != 0u {
-            let lane = firstTrailingBit(mask);
-            mask &= mask - 1u;
-            let point = chord_row(leaf * 16u + 14u + lane / 4u)[lane & 3u];
-            let entry = enter_segment(segment_of(point), ray);
-            if entry.x > 0.0 {
-                (*hit).t = entry.x;
-                (*hit).kind = 1u;
-                (*hit).index = point;
-                (*hit).uv = vec2<f32>(entry.y, 0.0);
-                ray.t_max = entry.x;
-                if any {
-                    return;
-                }
+// Tests the segments of a leaf against a ray, and shortens the ray to the nearest hit.
+fn hit_segments(leaf: u32, basis: Basis, any: bool, ray: ptr<function, Ray>, hit: ptr<function, Hit>) {
+    let first = near_chords(leaf, 0u, *ray, basis, (*ray).t_max);
+    var mask = first | (near_chords(leaf, 1u, *ray, basis, (*ray).t_max) << 4u);
+    while mask != 0u {
+        let lane = firstTrailingBit(mask);
+        mask &= mask - 1u;
+        let point = chord_row(leaf * 16u + 14u + lane / 4u)[lane & 3u];
+        let entry = enter_segment(segment_of(point), *ray);
+        if entry.x > 0.0 {
+            (*hit).t = entry.x;
+            (*hit).kind = 1u;
+            (*hit).index = point;
+            (*hit).uv = vec2<f32>(entry.y, 0.0);
+            (*ray).t_max = entry.x;
+            if any {
+                return;
             }
         }
     }
@@ -152,75 +144,79 @@ fn triangle_part(leaf: u32, half: u32, part: u32) -> mat3x4<f32> {
     );
 }
 
-// The nearest triangle of one object, nearer than the length of the ray.
-fn hit_triangles(root: u32, ray_in: Ray, any: bool, hit: ptr<function, Hit>) {
-    var ray = ray_in;
-    let inverse = inverse_of(ray.direction);
-    let d = ray.direction;
-    let o = ray.origin;
-    var walk: Walk;
-    walk.current = root;
-    loop {
-        let leaf = next_leaf(&walk, ray.origin, inverse, ray.t_max);
-        if leaf == NONE {
-            return;
-        }
-        for (var half = 0u; half < 2u; half++) {
-            let index = triangle_row(leaf * 20u + 18u + half);
-            if index.x == NONE {
-                continue;
-            }
-            let corner = triangle_part(leaf, half, 0u);
-            let e = triangle_part(leaf, half, 1u);
-            let f = triangle_part(leaf, half, 2u);
-            // Moeller and Trumbore 1997, for four triangles.
-            let px = d.y * f[2] - d.z * f[1];
-            let py = d.z * f[0] - d.x * f[2];
-            let pz = d.x * f[1] - d.y * f[0];
-            let determinant = e[0] * px + e[1] * py + e[2] * pz;
-            let scale = 1.0 / select(determinant, vec4<f32>(1e-37), determinant == vec4<f32>(0.0));
-            let sx = o.x - corner[0];
-            let sy = o.y - corner[1];
-            let sz = o.z - corner[2];
-            let u = (sx * px + sy * py + sz * pz) * scale;
-            let qx = sy * e[2] - sz * e[1];
-            let qy = sz * e[0] - sx * e[2];
-            let qz = sx * e[1] - sy * e[0];
-            let v = (d.x * qx + d.y * qy + d.z * qz) * scale;
-            let t = (f[0] * qx + f[1] * qy + f[2] * qz) * scale;
-            let edge = vec4<f32>(-1e-6);
-            let inside = (u >= edge) & (v >= edge) & (u + v <= vec4<f32>(1.000001))
-                & (determinant != vec4<f32>(0.0)) & (t > vec4<f32>(0.0));
-            var mask = bits_of(inside & (t < vec4<f32>(ray.t_max)) & (index != vec4<u32>(NONE)));
-            while mask != 0u {
-                let lane = firstTrailingBit(mask);
-                mask &= mask - 1u;
-                if t[lane] < ray.t_max {
-                    ray.t_max = t[lane];
-                    (*hit).t = t[lane];
-                    (*hit).kind = 2u;
-                    (*hit).index = leaf;
-                    (*hit).lane = 4u * half + lane;
-                    (*hit).uv = vec2<f32>(u[lane], v[lane]);
-                    if any {
-                        return;
-                    }
-                }
+// Tests the triangles of a leaf against a ray, and shortens the ray to the nearest hit.
+fn hit_triangles(leaf: u32, ray: ptr<function, Ray>, hit: ptr<function, Hit>) {
+    let d = (*ray).direction;
+    let o = (*ray).origin;
+    for (var half = 0u; half < 2u; half++) {
+        let index = triangle_row(leaf * 20u + 18u + half);
+        let corner = triangle_part(leaf, half, 0u);
+        let e = triangle_part(leaf, half, 1u);
+        let f = triangle_part(leaf, half, 2u);
+        // Moeller and Trumbore 1997, for four triangles.
+        let px = d.y * f[2] - d.z * f[1];
+        let py = d.z * f[0] - d.x * f[2];
+        let pz = d.x * f[1] - d.y * f[0];
+        let determinant = e[0] * px + e[1] * py + e[2] * pz;
+        let scale = 1.0 / select(determinant, vec4<f32>(1e-37), determinant == vec4<f32>(0.0));
+        let sx = o.x - corner[0];
+        let sy = o.y - corner[1];
+        let sz = o.z - corner[2];
+        let u = (sx * px + sy * py + sz * pz) * scale;
+        let qx = sy * e[2] - sz * e[1];
+        let qy = sz * e[0] - sx * e[2];
+        let qz = sx * e[1] - sy * e[0];
+        let v = (d.x * qx + d.y * qy + d.z * qz) * scale;
+        let t = (f[0] * qx + f[1] * qy + f[2] * qz) * scale;
+        let edge = vec4<f32>(-1e-6);
+        let inside = (u >= edge) & (v >= edge) & (u + v <= vec4<f32>(1.000001))
+            & (determinant != vec4<f32>(0.0)) & (t > vec4<f32>(0.0)) & (index != vec4<u32>(NONE));
+        var mask = bits_of(inside);
+        while mask != 0u {
+            let lane = firstTrailingBit(mask);
+            mask &= mask - 1u;
+            if t[lane] < (*ray).t_max {
+                (*ray).t_max = t[lane];
+                (*hit).t = t[lane];
+                (*hit).kind = 2u;
+                (*hit).index = leaf;
+                (*hit).lane = 4u * half + lane;
+                (*hit).uv = vec2<f32>(u[lane], v[lane]);
             }
         }
     }
 }
 
-// The nearest hit in one object, nearer than the length of the ray.
-fn hit_object(curves: u32, triangles: u32, ray: Ray, any: bool) -> Hit {
+// The nearest hit in one object, nearer than the length of the ray. Its nodes are on the stack from `base` up.
+fn hit_object(curves: u32, triangles: u32, ray_in: Ray, any: bool, base: u32) -> Hit {
     var hit: Hit;
-    hit.t = ray.t_max;
+    hit.t = ray_in.t_max;
     hit.instance = NONE;
-    hit_triangles(triangles, ray, any, &hit);
-    if any && hit.kind != 0u {
-        return hit;
+    var ray = ray_in;
+    let basis = basis_of(ray.direction);
+    let inverse = inverse_of(ray.direction);
+    // First the meshes, then the strands.
+    var walk = Walk(base, base, triangles);
+    var strands = false;
+    loop {
+        let leaf = next_leaf(&walk, ray.origin, inverse, ray.t_max);
+        if leaf == NONE {
+            if strands {
+                break;
+            }
+            strands = true;
+            walk.current = curves;
+            continue;
+        }
+        if strands {
+            hit_segments(leaf, basis, any, &ray, &hit);
+        } else {
+            hit_triangles(leaf, &ray, &hit);
+        }
+        if any && hit.kind != 0u {
+            break;
+        }
     }
-    hit_curves(curves, Ray(ray.origin, hit.t, ray.direction), any, &hit);
     return hit;
 }
 
@@ -240,44 +236,54 @@ fn instance_row(instance: u32) -> u32 {
     return data_row(INSTANCES).x + 7u * instance;
 }
 
-// The nearest hit in the scene, or any hit.
+// The nearest hit in the scene, or any hit. The objects in world space come first, then the instances on the way.
 fn hit_scene(ray_in: Ray, any: bool) -> Hit {
     let roots = data_row(ROOTS);
     var ray = ray_in;
-    var best = hit_object(roots.x, roots.y, ray, any);
-    if roots.w == 0u || (any && best.kind != 0u) {
-        return best;
-    }
-    ray.t_max = best.t;
+    var best: Hit;
+    best.t = ray.t_max;
+    best.instance = NONE;
     let inverse = inverse_of(ray.direction);
-    var walk: Walk;
-    walk.current = roots.z;
+    var walk = Walk(0u, 0u, select(roots.z, NONE, roots.w == 0u));
+    var instance = NONE;
+    var objects = roots.xy;
+    var inside = ray;
+    var unit = 1.0;
+    // The instances of the leaf that is being visited.
+    var leaf = NONE;
+    var lane = 8u;
     loop {
-        let leaf = next_leaf(&walk, ray.origin, inverse, ray.t_max);
-        if leaf == NONE {
+        var hit = hit_object(objects.x, objects.y, inside, any, walk.size);
+        if hit.kind != 0u {
+            hit.t *= unit;
+            hit.instance = instance;
+            best = hit;
+            ray.t_max = hit.t;
+            if any {
+                break;
+            }
+        }
+        // The next instance.
+        instance = NONE;
+        while instance == NONE {
+            if lane == 8u {
+                leaf = next_leaf(&walk, ray.origin, inverse, ray.t_max);
+                if leaf == NONE {
+                    break;
+                }
+                lane = 0u;
+            }
+            instance = data_row(data_row(INSTANCES).y + 2u * leaf + lane / 4u)[lane % 4u];
+            lane += 1u;
+        }
+        if instance == NONE {
             break;
         }
-        for (var lane = 0u; lane < 8u; lane++) {
-            let instance = data_row(data_row(INSTANCES).y + 2u * leaf + lane / 4u)[lane % 4u];
-            if instance == NONE {
-                continue;
-            }
-            let row = instance_row(instance);
-            let local = transform_vector(row, ray.direction);
-            let unit = 1.0 / length(local);
-            let objects = data_row(row + 6u);
-            let inside = Ray(transform_point(row, ray.origin), min(ray.t_max / unit, INFINITY), local * unit);
-            var hit = hit_object(objects.x, objects.y, inside, any);
-            if hit.kind != 0u {
-                hit.t *= unit;
-                hit.instance = instance;
-                best = hit;
-                ray.t_max = hit.t;
-                if any {
-                    return best;
-                }
-            }
-        }
+        let row = instance_row(instance);
+        let local = transform_vector(row, ray.direction);
+        unit = 1.0 / length(local);
+        objects = data_row(row + 6u).xy;
+        inside = Ray(transform_point(row, ray.origin), min(ray.t_max / unit, INFINITY), local * unit);
     }
     return best;
 }

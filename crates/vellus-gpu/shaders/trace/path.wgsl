@@ -8,6 +8,16 @@ const THRESHOLD_FIRST = 0.25;
 const THRESHOLD_LATER = 1.0;
 const FIRST_LIGHTS = 2u;
 
+// Light that reaches the camera unless its shadow ray is blocked.
+struct Waiting {
+    ray: Ray,
+    light: vec3<f32>,
+    group: u32,
+    // Whether the light has its own shares of the lobes.
+    apart: bool,
+    lobes: array<vec3<f32>, 6>,
+}
+
 struct Path {
     // Where the values of the sample are.
     base: u32,
@@ -16,7 +26,11 @@ struct Path {
     u: vec4<f32>,
     // The number of scattering events so far.
     depth: u32,
+    // Whether there is a next ray.
     goes_on: bool,
+    // Shadow rays that are not traced yet.
+    shadows: u32,
+    waiting: array<Waiting, 2>,
     throughput: vec3<f32>,
     // Whether the light belongs to a fibre that the camera sees, and the share of each lobe in it.
     apart: bool,
@@ -111,9 +125,15 @@ fn found_light(path: ptr<function, Path>, light: u32, emission: Emission, events
     add_light(path, (*path).throughput * emission.radiance * w, data_row(row).w, events);
 }
 
-fn is_blocked(path: ptr<function, Path>, ray: Ray) -> bool {
-    (*path).rays += 1u;
-    return hit_scene(ray, true).kind != 0u;
+// Adds light later, if its shadow ray is not blocked.
+fn wait_for(path: ptr<function, Path>, ray: Ray, light: vec3<f32>, group: u32) {
+    let k = (*path).shadows;
+    (*path).waiting[k].ray = ray;
+    (*path).waiting[k].light = light;
+    (*path).waiting[k].group = group;
+    (*path).waiting[k].apart = (*path).apart;
+    (*path).waiting[k].lobes = (*path).lobes;
+    (*path).shadows = k + 1u;
 }
 
 // The frame of a fibre at a hit, and what belongs to the strand.
@@ -235,22 +255,17 @@ fn at_fiber(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: Ray
         let threshold = select(THRESHOLD_LATER, THRESHOLD_FIRST, depth == 0u);
         let asked = min(4.0 * VELLUS_PI / threshold * (*path).lights * largest(total) * w, 1.0);
         let drawn = chance(sampler);
-        if drawn >= asked || is_blocked(path, leave_fiber(place, s.direction, s.distance * 0.9999)) {
+        if drawn >= asked {
             continue;
         }
         let given = select(1.0 / s.pdf, 1.0, s.pdf < 0.0);
-        let was = (*path).apart;
-        var kept = (*path).lobes;
         if apart {
             (*path).apart = true;
             set_shares(path, vellus_eval_lobes(&fiber, local), total);
         }
         let light = (*path).throughput * total * s.radiance * (w * given / asked);
-        add_light(path, light, data_row(light_row(s.light)).w, depth + 1u);
-        if apart {
-            (*path).apart = was;
-            (*path).lobes = kept;
-        }
+        let shadow = leave_fiber(place, s.direction, s.distance * 0.9999);
+        wait_for(path, shadow, light, data_row(light_row(s.light)).w);
     }
     let drawn = vellus_sample(&fiber, b);
     if drawn.pdf <= 0.0 || largest(drawn.weight) <= 0.0 {
@@ -289,14 +304,13 @@ fn at_surface(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: R
     if l.light != NONE {
         let wi = vec3<f32>(dot(l.direction, basis.x), dot(l.direction, basis.y), dot(l.direction, face.normal));
         let value = scatter_eval(s, wo, wi);
-        if largest(value.xyz) > 0.0 && dot(l.direction, face.plane) > 0.0
-            && !is_blocked(path, Ray(start, l.distance * 0.9999, l.direction)) {
+        if largest(value.xyz) > 0.0 && dot(l.direction, face.plane) > 0.0 {
             var w = 1.0;
             if l.pdf > 0.0 {
                 w = mis_weight(l.pdf, value.w) / l.pdf;
             }
             let light = (*path).throughput * value.xyz * l.radiance * w;
-            add_light(path, light, data_row(light_row(l.light)).w, depth + 1u);
+            wait_for(path, Ray(start, l.distance * 0.9999, l.direction), light, data_row(light_row(l.light)).w);
         }
     }
     if wo.z <= 0.0 {
@@ -386,6 +400,7 @@ fn begin_path(path: ptr<function, Path>, sampler: ptr<function, Sampler>, k: u32
     (*path).u = u;
     (*path).depth = 0u;
     (*path).goes_on = true;
+    (*path).shadows = 0u;
     (*path).throughput = vec3<f32>(1.0);
     (*path).apart = false;
     (*path).lights = 1.0;
@@ -440,12 +455,26 @@ fn meets_light(path: ptr<function, Path>, ray: Ray, hit: Hit) -> bool {
     return true;
 }
 
-// Follows a path to its next scattering event, and beyond it.
-fn next_event(path: ptr<function, Path>, sampler: ptr<function, Sampler>) {
-    (*path).rays += 1u;
-    let ray = (*path).ray;
+// Adds the light of the last shadow ray, if nothing blocks it.
+fn end_shadow(path: ptr<function, Path>, hit: Hit) {
+    let k = (*path).shadows - 1u;
+    (*path).shadows = k;
+    if hit.kind != 0u {
+        return;
+    }
+    let was = (*path).apart;
+    var kept = (*path).lobes;
+    (*path).apart = (*path).waiting[k].apart;
+    (*path).lobes = (*path).waiting[k].lobes;
+    // The scattering event has been counted.
+    add_light(path, (*path).waiting[k].light, (*path).waiting[k].group, (*path).depth);
+    (*path).apart = was;
+    (*path).lobes = kept;
+}
+
+// What a path does where it hits something or leaves the scene.
+fn scatter_event(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: Ray, hit: Hit) {
     let depth = (*path).depth;
-    let hit = hit_scene(ray, false);
     (*path).goes_on = false;
     if meets_light(path, ray, hit) {
         return;
@@ -469,6 +498,7 @@ fn next_event(path: ptr<function, Path>, sampler: ptr<function, Sampler>) {
     } else {
         (*path).goes_on = at_surface(path, sampler, ray, hit, depth);
     }
+    (*path).depth = depth + 1u;
     if (*path).goes_on && depth >= ROULETTE {
         let survive = min(sqrt(SURVIVAL * largest((*path).throughput)), 1.0);
         (*path).goes_on = next4(sampler).x < survive;
@@ -476,7 +506,6 @@ fn next_event(path: ptr<function, Path>, sampler: ptr<function, Sampler>) {
     }
     // A throughput that is not a number ends the path too.
     (*path).goes_on = (*path).goes_on && largest((*path).throughput) > 0.0;
-    (*path).depth = depth + 1u;
 }
 
 fn end_path(path: ptr<function, Path>) {
@@ -498,8 +527,20 @@ fn trace_rows(@builtin(global_invocation_id) id: vec3<u32>) {
     var path: Path;
     var sampler: Sampler;
     begin_path(&path, &sampler, id.x);
-    while path.goes_on {
-        next_event(&path, &sampler);
+    // There is one call that traces rays, for shadow rays too. Compilers insert each call as a copy of the code.
+    while path.goes_on || path.shadows > 0u {
+        let shadow = path.shadows > 0u;
+        var ray = path.ray;
+        if shadow {
+            ray = path.waiting[path.shadows - 1u].ray;
+        }
+        let hit = hit_scene(ray, shadow);
+        path.rays += 1u;
+        if shadow {
+            end_shadow(&path, hit);
+        } else {
+            scatter_event(&path, &sampler, ray, hit);
+        }
     }
     end_path(&path);
 }
