@@ -92,6 +92,11 @@ impl Device {
         &self.name
     }
 
+    /// The most bytes of a buffer.
+    pub(crate) fn limit(&self) -> u64 {
+        self.limit
+    }
+
     /// Compiles an entry point of a shader in WGSL.
     ///
     /// # Errors

@@ -23,6 +23,7 @@
 //!
 //! Features:
 //! - `device` (default) adds [`Device`] and [`Queries`], which run on Vulkan, Metal or DirectX 12.
+//! - `trace` adds [`Tracer`], a path tracer for the scenes of vellus-render.
 //! - `convert` adds [`converted`], the library in GLSL, HLSL, MSL and SPIR-V. The example `shaders` writes all of them:
 //!   `cargo run -p vellus-gpu --features convert --example shaders -- FOLDER`.
 
@@ -33,6 +34,8 @@ mod device;
 mod library;
 #[cfg(feature = "device")]
 mod queries;
+#[cfg(feature = "trace")]
+mod trace;
 
 #[cfg(feature = "convert")]
 pub use convert::{ConvertError, Language, converted};
@@ -41,3 +44,5 @@ pub use device::{Device, DeviceError};
 pub use library::{QUERIES, SHADERS, shader_fiber, shader_library, shader_tables};
 #[cfg(feature = "device")]
 pub use queries::{Answer, Queries, Query};
+#[cfg(feature = "trace")]
+pub use trace::Tracer;

@@ -72,6 +72,9 @@ pub enum Error {
     /// Films that cannot be merged.
     #[error("{0}")]
     Merge(String),
+    /// A GPU is missing, cannot render the scene, or was lost.
+    #[error("{0}")]
+    Device(String),
     /// Intel Open Image Denoise is missing, or it failed.
     #[error("{0}")]
     Denoise(String),

@@ -3,7 +3,8 @@
 use crate::error::Error;
 use crate::film::cryptomatte::Count;
 use crate::film::cryptomatte::Thing;
-use crate::film::{Film, Layer, add};
+use crate::film::{Film, Layer, Layout, add};
+use crate::integrator::path::Seen;
 use crate::integrator::settings::Settings;
 use crate::world::World;
 use rayon::prelude::*;
@@ -72,46 +73,24 @@ impl World {
         let rows: Vec<Option<Row>> = (0..height)
             .into_par_iter()
             .map(|y| {
-                let mut row = vec![0; width * layout.words()];
+                let mut row = Row::new(width * layout.words());
                 let mut values = vec![0.0; layout.channels()];
-                let mut statistics = Statistics::default();
-                let mut cut = 0.0;
-                let mut counts = Vec::new();
-                let has_counts = layout.has_counts();
                 for x in 0..width {
                     if progress.is_cancelled() {
                         return None;
                     }
-                    let sums = &mut row[x * layout.words()..][..layout.words()];
-                    let first = counts.len();
                     for index in samples.clone() {
                         let pixel = [left + x, top + y];
                         let seen = self.fibers.trace(&self.geometry, settings, layout, pixel, index, &mut values);
-                        statistics.rays += seen.rays;
-                        cut += f64::from(seen.cut);
-                        if settings.clamp_indirect.is_some() {
-                            statistics.removed += f64::from(seen.removed);
-                            statistics.left += values[..3].iter().map(|&x| f64::from(x)).sum::<f64>();
-                        }
-                        let added = add(layout, sums, &values, seen.strand);
-                        statistics.rejected += u64::from(!added);
-                        if let (true, Some(thing)) = (added && has_counts, seen.thing) {
-                            count(&mut counts, first, (y * width + x) as u32, thing);
-                        }
+                        row.add(settings, layout, [x, y * width + x], &values, &seen);
                     }
-                    counts[first..].sort_unstable_by_key(|count| count.thing);
+                    row.end_pixel();
                 }
-                statistics.cut = (cut * 1e6) as u64;
-                Some(Row { sums: row, counts, statistics })
+                Some(row)
             })
             .collect();
         let rows: Vec<Row> = rows.into_iter().collect::<Option<_>>().ok_or(Error::Cancelled)?;
-        let mut all = Statistics::default();
-        rows.iter().for_each(|row| all += row.statistics);
-        film.add_counts(&rows.iter().flat_map(|row| row.counts.iter().copied()).collect::<Vec<_>>());
-        film.add_rows(rows.into_par_iter().map(|row| row.sums));
-        film.advance(samples.end.saturating_sub(samples.start));
-        Ok(all)
+        Ok(film.add_traced(rows, samples))
     }
 
     /// The names of the things that camera rays can hit: sets of strands first, then meshes. All instances of a
@@ -123,7 +102,7 @@ impl World {
         strands.chain(meshes).collect()
     }
 
-    fn check_film(&self, settings: &Settings, film: &Film) -> Result<(), Error> {
+    pub(crate) fn check_film(&self, settings: &Settings, film: &Film) -> Result<(), Error> {
         let fail = |what: String| Err(Error::OtherFilm(what));
         if settings.size != film.whole() {
             return fail(format!("its size is {:?}, that of the settings {:?}", film.whole(), settings.size));
@@ -143,11 +122,65 @@ impl World {
 }
 
 /// The samples of a row of pixels.
-struct Row {
+pub(crate) struct Row {
     sums: Vec<u32>,
     /// Sorted by pixel and thing.
     counts: Vec<Count>,
+    /// The first of the counts of this pixel.
+    first: usize,
     statistics: Statistics,
+    cut: f64,
+}
+
+impl Row {
+    /// A row without samples.
+    pub(crate) fn new(words: usize) -> Self {
+        Row { sums: vec![0; words], counts: Vec::new(), first: 0, statistics: Statistics::default(), cut: 0.0 }
+    }
+
+    /// Adds a sample to the pixel that is the first of these in the row, and the second in the film.
+    #[inline]
+    pub(crate) fn add(
+        &mut self,
+        settings: &Settings,
+        layout: &Layout,
+        [x, pixel]: [usize; 2],
+        values: &[f32],
+        seen: &Seen,
+    ) {
+        self.statistics.rays += seen.rays;
+        self.cut += f64::from(seen.cut);
+        if settings.clamp_indirect.is_some() {
+            self.statistics.removed += f64::from(seen.removed);
+            self.statistics.left += values[..3].iter().map(|&x| f64::from(x)).sum::<f64>();
+        }
+        let sums = &mut self.sums[x * layout.words()..][..layout.words()];
+        let added = add(layout, sums, values, seen.strand);
+        self.statistics.rejected += u64::from(!added);
+        if let (true, Some(thing)) = (added && layout.has_counts(), seen.thing) {
+            count(&mut self.counts, self.first, pixel as u32, thing);
+        }
+    }
+
+    /// Ends a pixel.
+    pub(crate) fn end_pixel(&mut self) {
+        self.counts[self.first..].sort_unstable_by_key(|count| count.thing);
+        self.first = self.counts.len();
+    }
+}
+
+impl Film {
+    /// Adds the rows of all pixels, with these samples of each.
+    pub(crate) fn add_traced(&mut self, rows: Vec<Row>, samples: Range<u64>) -> Statistics {
+        let mut all = Statistics::default();
+        for row in &rows {
+            all += Statistics { cut: (row.cut * 1e6) as u64, ..row.statistics };
+        }
+        self.add_counts(&rows.iter().flat_map(|row| row.counts.iter().copied()).collect::<Vec<_>>());
+        self.add_rows(rows.into_par_iter().map(|row| row.sums));
+        self.advance(samples.end.saturating_sub(samples.start));
+        all
+    }
 }
 
 /// Counts a sample of a pixel, whose counts begin at `first`.

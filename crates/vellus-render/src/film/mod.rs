@@ -13,7 +13,7 @@ mod values;
 
 pub use layer::Layer;
 
-use crate::film::layout::Layout;
+pub(crate) use crate::film::layout::Layout;
 use cryptomatte::Count;
 use rayon::prelude::*;
 use sums::Format;

@@ -13,7 +13,7 @@ use vellus_scene::Strands;
 use wide::{f32x8, u32x8};
 
 /// Both ends of eight chords ([`Segment::chord`]). Missing ones are infinitely far away.
-type Ends = [[f32x8; 3]; 2];
+pub(crate) type Ends = [[f32x8; 3]; 2];
 
 /// Chords of up to eight segments.
 #[derive(Clone, Debug)]
@@ -179,6 +179,18 @@ impl Curves {
     /// The strands, in the scene's order.
     pub fn strands(&self) -> &[Strands] {
         &self.strands
+    }
+
+    /// The chords of each leaf with their margins and first control points.
+    #[cfg(feature = "unstable")]
+    pub(crate) fn blocks(&self) -> impl Iterator<Item = (&Ends, u32x8, [u32; WIDTH])> {
+        self.blocks.iter().map(|block| (&block.ends, block.margins, block.first))
+    }
+
+    /// The hierarchy.
+    #[cfg(feature = "unstable")]
+    pub(crate) fn bvh(&self) -> &Bvh {
+        &self.bvh
     }
 
     /// Number of segments.

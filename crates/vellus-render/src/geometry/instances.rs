@@ -23,14 +23,14 @@ struct Object {
 
 /// An instance, prepared for rays.
 #[derive(Clone, Copy, Debug)]
-struct Placed {
-    object: u32,
+pub(crate) struct Placed {
+    pub object: u32,
     /// The number of strands of the scene before those of this instance.
-    strands_before: u32,
-    to_world: Affine3A,
-    to_local: Affine3A,
+    pub strands_before: u32,
+    pub to_world: Affine3A,
+    pub to_local: Affine3A,
     /// The length of a local unit in world space.
-    scale: f32,
+    pub scale: f32,
 }
 
 impl Placed {
@@ -110,6 +110,24 @@ impl Instances {
     /// Whether there are no instances.
     pub fn is_empty(&self) -> bool {
         self.placed.is_empty()
+    }
+
+    /// The strands and meshes of each prototype.
+    #[cfg(feature = "unstable")]
+    pub(crate) fn objects(&self) -> impl Iterator<Item = (&Curves, &Triangles)> {
+        self.objects.iter().map(|object| (&object.curves, &object.triangles))
+    }
+
+    /// All instances.
+    #[cfg(feature = "unstable")]
+    pub(crate) fn placed(&self) -> &[Placed] {
+        &self.placed
+    }
+
+    /// The hierarchy over the instances, and the instances of each leaf.
+    #[cfg(feature = "unstable")]
+    pub(crate) fn hierarchy(&self) -> (&Bvh, &[[u32; WIDTH]]) {
+        (&self.bvh, &self.leaves)
     }
 
     /// Number of segments of all prototypes.

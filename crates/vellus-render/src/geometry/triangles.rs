@@ -9,7 +9,7 @@ use vellus_scene::Mesh;
 use wide::f32x8;
 
 /// A corner and two edges of eight triangles. Missing triangles have no area.
-type Shape = [[f32x8; 3]; 3];
+pub(crate) type Shape = [[f32x8; 3]; 3];
 
 /// Up to eight triangles.
 #[derive(Clone, Debug)]
@@ -112,6 +112,18 @@ impl Triangles {
     /// The meshes, in the scene's order.
     pub fn meshes(&self) -> &[Mesh] {
         &self.meshes
+    }
+
+    /// The triangles of each leaf.
+    #[cfg(feature = "unstable")]
+    pub(crate) fn blocks(&self) -> impl Iterator<Item = (&Shape, [u32; WIDTH])> {
+        self.blocks.iter().map(|block| (&block.shape, block.index))
+    }
+
+    /// The hierarchy.
+    #[cfg(feature = "unstable")]
+    pub(crate) fn bvh(&self) -> &Bvh {
+        &self.bvh
     }
 
     /// Whether anything moves.

@@ -96,10 +96,27 @@ impl Geometry {
     /// The fibre at a hit. Every value is clamped to its range.
     pub fn fiber(&self, hit: &CurveHit) -> Fiber {
         let strands = self.set(hit);
+        self.varied(hit.set, strands, hit.strand, |values| along(strands, values, hit))
+    }
+
+    /// The fibre of a strand whose parameters do not vary along it.
+    #[cfg(feature = "unstable")]
+    pub fn fiber_of_strand(&self, set: usize, strands: &Strands, strand: usize) -> Fiber {
+        self.varied(set, strands, strand, |values| values[strands.starts[strand] as usize])
+    }
+
+    /// The fibre of a strand. `at_point` selects among the values of all control points.
+    fn varied(
+        &self,
+        set: usize,
+        strands: &Strands,
+        strand: usize,
+        at_point: impl Fn(&[[f32; 3]]) -> [f32; 3],
+    ) -> Fiber {
         let look = &self.looks[strands.look];
         let mut fiber = look.fiber;
-        let table = self.colors[hit.set].as_ref();
-        let uv = self.root_uv(hit);
+        let table = self.colors[set].as_ref();
+        let uv = strands.root_uv.as_ref().map_or(Vec2::ZERO, |uv| uv[strand]);
         for (parameter, value) in &look.textured {
             let texel = self.textures[value.texture].at(uv);
             // Textures have angles in degrees, like files.
@@ -109,8 +126,8 @@ impl Geometry {
         for (parameter, values) in &strands.varying {
             let value = match values {
                 Values::Constant(value) => *value,
-                Values::PerStrand(values) => values[hit.strand],
-                Values::PerPoint(values) => along(strands, values, hit),
+                Values::PerStrand(values) => values[strand],
+                Values::PerPoint(values) => at_point(values),
             };
             colors::set(&mut fiber, *parameter, value, table);
         }

@@ -45,6 +45,12 @@ impl View {
         View { camera, open: rigid(camera.to_world), closed: camera.moved.map(rigid) }
     }
 
+    /// The camera, and the transform from its frame to the world when the shutter opens.
+    #[cfg(feature = "unstable")]
+    pub(crate) fn still(&self) -> (Affine3A, &Camera) {
+        (self.frame(0.0), &self.camera)
+    }
+
     /// Whether the camera moves.
     pub(crate) fn moves(&self) -> bool {
         self.closed.is_some()

@@ -28,6 +28,12 @@ impl PiecewiseConstant1D {
         PiecewiseConstant1D { sums, guide }
     }
 
+    /// The start of each interval, and the end of the last one.
+    #[cfg(feature = "unstable")]
+    pub fn sums(&self) -> &[f32] {
+        &self.sums
+    }
+
     /// The width of an interval: its probability.
     pub fn width(&self, i: usize) -> f32 {
         self.sums[i + 1] - self.sums[i]

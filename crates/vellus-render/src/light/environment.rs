@@ -14,13 +14,13 @@ use vellus_scene::{Ground, Texture};
 /// A latitude-longitude image and its distribution: rows, and pixels within each row, by excess brightness and solid
 /// angle.
 #[derive(Clone, Debug)]
-pub(super) struct Map {
-    pub(super) texture: Texture,
+pub(crate) struct Map {
+    pub(crate) texture: Texture,
     /// The brightness above the average, averaged over the sphere. 0 if its share of the average is at most [`EVEN`].
     pub(super) excess: f32,
     /// The rows, and the pixels of each row.
-    rows: PiecewiseConstant1D,
-    columns: Vec<PiecewiseConstant1D>,
+    pub(crate) rows: PiecewiseConstant1D,
+    pub(crate) columns: Vec<PiecewiseConstant1D>,
 }
 
 /// A sky is not sampled if its excess is at most this share of its average brightness.

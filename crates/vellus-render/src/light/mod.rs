@@ -1,11 +1,11 @@
 //! Lights: their intersection with rays, their emission, and their sampling.
 
 pub mod background;
-mod distribution;
-mod environment;
-mod prepared;
+pub(crate) mod distribution;
+pub(crate) mod environment;
+pub(crate) mod prepared;
 pub mod sampling;
-mod shaped;
+pub(crate) mod shaped;
 #[cfg(test)]
 mod tests;
 
@@ -84,6 +84,42 @@ impl Lights {
     /// Multiplies the emission of all lights by a positive factor.
     pub fn scale(&mut self, factor: f32) {
         self.lights.iter_mut().for_each(|light| light.scale(factor));
+    }
+
+    /// All lights.
+    #[cfg(feature = "unstable")]
+    pub(crate) fn all(&self) -> &[Prepared] {
+        &self.lights
+    }
+
+    /// Number of lights.
+    #[cfg(feature = "unstable")]
+    pub(crate) fn len(&self) -> usize {
+        self.lights.len()
+    }
+
+    /// The probability of a light.
+    #[cfg(feature = "unstable")]
+    pub(crate) fn share(&self, light: usize) -> f32 {
+        self.shares[light]
+    }
+
+    /// Whether the camera sees a light.
+    #[cfg(feature = "unstable")]
+    pub(crate) fn is_visible(&self, light: usize) -> bool {
+        self.visible[light]
+    }
+
+    /// The shaping of a light.
+    #[cfg(feature = "unstable")]
+    pub(crate) fn shaping(&self, light: usize) -> Option<&Shaped> {
+        self.shapings[light].as_ref()
+    }
+
+    /// The distribution of lights.
+    #[cfg(feature = "unstable")]
+    pub(crate) fn chances(&self) -> &PiecewiseConstant1D {
+        &self.chances
     }
 
     /// Whether no light emits anything.

@@ -9,7 +9,7 @@ use std::f32::consts::PI;
 use vellus_scene::{Ground, Light, Texture};
 
 #[derive(Clone, Debug)]
-pub(super) enum Prepared {
+pub(crate) enum Prepared {
     Dome {
         radiance: [f32; 3],
         map: Option<Map>,
@@ -105,7 +105,7 @@ impl Prepared {
         brightness(self.radiance()) <= 0.0
     }
 
-    fn radiance(&self) -> [f32; 3] {
+    pub(crate) fn radiance(&self) -> [f32; 3] {
         match self {
             Prepared::Dome { radiance, .. }
             | Prepared::Distant { radiance, .. }

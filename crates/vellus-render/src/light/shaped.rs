@@ -8,7 +8,7 @@ const DIRECTIONS: usize = 1024;
 
 /// A shaping with an axis of unit length, and bounds that spare the angle of most directions.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Shaped {
+pub(crate) struct Shaped {
     shaping: Shaping,
     /// The cosines of the cone, and of the angle where its soft edge begins.
     cos_end: f32,
@@ -40,6 +40,12 @@ impl Shaped {
         let narrow = 0.5 * (1.0 - shaped.cos_end);
         shaped.mean = (sum / weights).max(1e-3 * narrow).max(1e-6);
         shaped
+    }
+
+    /// The shaping, and the cosines of the cone and of the angle where its soft edge begins.
+    #[cfg(feature = "unstable")]
+    pub(crate) fn packed(&self) -> (&Shaping, f32, f32) {
+        (&self.shaping, self.cos_end, self.cos_start)
     }
 
     /// [`Shaping::factor`], for a direction away from the light.

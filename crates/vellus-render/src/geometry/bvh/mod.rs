@@ -20,7 +20,7 @@ pub const WIDTH: usize = 8;
 pub const NONE: u32 = u32::MAX;
 
 /// The bit of children that are leaves.
-const LEAF: u32 = 1 << 31;
+pub(crate) const LEAF: u32 = 1 << 31;
 
 /// The lower and the upper corner of a box.
 pub type Bounds = (Vec3, Vec3);
@@ -39,7 +39,7 @@ fn half_area((low, high): &Bounds) -> f32 {
 }
 
 /// Eight boxes: lower and upper x, y and z.
-type Boxes = [[f32x8; 3]; 2];
+pub(crate) type Boxes = [[f32x8; 3]; 2];
 
 fn boxes(bounds: impl Iterator<Item = Bounds>) -> Boxes {
     let mut all = [[[f32::MAX; WIDTH]; 3], [[f32::MIN; WIDTH]; 3]];
@@ -121,6 +121,18 @@ impl Bvh {
             }
         }
         all
+    }
+
+    /// The boxes and the children of all nodes that do not move.
+    #[cfg(feature = "unstable")]
+    pub(crate) fn nodes(&self) -> impl Iterator<Item = (&Boxes, [u32; WIDTH])> {
+        self.nodes.iter().map(|node| (&node.bounds, node.children))
+    }
+
+    /// The root: a node, or a leaf with [`LEAF`].
+    #[cfg(feature = "unstable")]
+    pub(crate) fn root(&self) -> u32 {
+        self.root
     }
 
     /// Bytes in memory.

@@ -1,0 +1,361 @@
+// Rays in the hierarchies of vellus-render. A node has eight boxes, a leaf up to eight primitives.
+
+// Each level of a hierarchy adds at most seven entries. The packer checks the depth.
+const STACK = 192u;
+
+// The inverse of a direction. A tiny number replaces 0, which avoids 0/0.
+fn inverse_of(d: vec3<f32>) -> vec3<f32> {
+    let tiny = select(vec3<f32>(1e-20), vec3<f32>(-1e-20), d < vec3<f32>(0.0));
+    return 1.0 / select(d, tiny, abs(d) < vec3<f32>(1e-20));
+}
+
+// A bit for each component that is true.
+fn bits_of(b: vec4<bool>) -> u32 {
+    let bits = select(vec4<u32>(0u), vec4<u32>(1u, 2u, 4u, 8u), b);
+    return (bits.x | bits.y) | (bits.z | bits.w);
+}
+
+// The distances at which a ray enters four boxes of a node. Those that it misses are infinite.
+fn enter_boxes(node: u32, half: u32, origin: vec3<f32>, inverse: vec3<f32>, t_max: f32) -> vec4<f32> {
+    var enter = vec4<f32>(0.0);
+    var leave = vec4<f32>(t_max);
+    var empty = vec4<bool>(false);
+    for (var k = 0u; k < 3u; k++) {
+        let low = bitcast<vec4<f32>>(node_row(node * 14u + 2u * k + half));
+        let high = bitcast<vec4<f32>>(node_row(node * 14u + 6u + 2u * k + half));
+        empty = empty | (low > high);
+        let a = (low - origin[k]) * inverse[k];
+        let b = (high - origin[k]) * inverse[k];
+        enter = max(enter, min(a, b));
+        leave = min(leave, max(a, b));
+    }
+    // Allows for rounding errors of the slabs (Ize 2013).
+    let hit = (enter <= leave * 1.000001) & !empty;
+    return select(vec4<f32>(INFINITY), enter, hit);
+}
+
+// Nodes that wait, and their distances. The hierarchy of an object uses what that of the instances leaves.
+var<private> stack_nodes: array<u32, 192>;
+var<private> stack_distances: array<f32, 192>;
+
+// A hierarchy while it is traversed: near children first. Its nodes are on the stack from `base` up to `size`.
+struct Walk {
+    base: u32,
+    size: u32,
+    current: u32,
+}
+
+// Goes to the next leaf with a box nearer than t_max. Returns NONE at the end.
+fn next_leaf(walk: ptr<function, Walk>, origin: vec3<f32>, inverse: vec3<f32>, t_max: f32) -> u32 {
+    loop {
+        let current = (*walk).current;
+        if current == NONE {
+            var found = false;
+            while (*walk).size > (*walk).base {
+                (*walk).size -= 1u;
+                if stack_distances[(*walk).size] <= t_max {
+                    (*walk).current = stack_nodes[(*walk).size];
+                    found = true;
+                    break;
+                }
+            }
+            if !found {
+                break;
+            }
+            continue;
+        }
+        (*walk).current = NONE;
+        if (current & LEAF) != 0u {
+            return current & ~LEAF;
+        }
+        let near = enter_boxes(current, 0u, origin, inverse, t_max);
+        let far = enter_boxes(current, 1u, origin, inverse, t_max);
+        var mask = bits_of(near < vec4<f32>(INFINITY)) | (bits_of(far < vec4<f32>(INFINITY)) << 4u);
+        var nearest = INFINITY;
+        var chosen = NONE;
+        let begin = (*walk).size;
+        while mask != 0u {
+            let lane = firstTrailingBit(mask);
+            mask &= mask - 1u;
+            var distance = select(far[lane & 3u], near[lane & 3u], lane < 4u);
+            var child = node_row(current * 14u + 12u + lane / 4u)[lane & 3u];
+            if distance < nearest {
+                // The nearest child is visited next. The one before waits.
+                let other = chosen;
+                let before = nearest;
+                chosen = child;
+                nearest = distance;
+                child = other;
+                distance = before;
+            }
+            if child != NONE && (*walk).size < STACK {
+                // Insertion: the farthest child is at the bottom.
+                var place = (*walk).size;
+                while place > begin && stack_distances[place - 1u] < distance {
+                    stack_distances[place] = stack_distances[place - 1u];
+                    stack_nodes[place] = stack_nodes[place - 1u];
+                    place -= 1u;
+                }
+                stack_distances[place] = distance;
+                stack_nodes[place] = child;
+                (*walk).size += 1u;
+            }
+        }
+        (*walk).current = chosen;
+    }
+    return NONE;
+}
+
+// Tests the segments of a leaf against a ray, and shortens the ray to the nearest hit.
+fn hit_segments(leaf: u32, basis: Basis, any: bool, ray: ptr<function, Ray>, hit: ptr<function, Hit>) {
+    let first = near_chords(leaf, 0u, *ray, basis, (*ray).t_max);
+    var mask = first | (near_chords(leaf, 1u, *ray, basis, (*ray).t_max) << 4u);
+    while mask != 0u {
+        let lane = firstTrailingBit(mask);
+        mask &= mask - 1u;
+        let point = chord_row(leaf * 16u + 14u + lane / 4u)[lane & 3u];
+        let entry = enter_segment(segment_of(point), *ray);
+        if entry.x > 0.0 {
+            (*hit).t = entry.x;
+            (*hit).kind = 1u;
+            (*hit).index = point;
+            (*hit).uv = vec2<f32>(entry.y, 0.0);
+            (*ray).t_max = entry.x;
+            if any {
+                return;
+            }
+        }
+    }
+}
+
+// A corner and two edges of four triangles.
+struct Corners {
+    corner: mat3x4<f32>,
+    first: mat3x4<f32>,
+    second: mat3x4<f32>,
+}
+
+fn triangle_part(leaf: u32, half: u32, part: u32) -> mat3x4<f32> {
+    let row = leaf * 20u + 6u * part + half;
+    return mat3x4<f32>(
+        bitcast<vec4<f32>>(triangle_row(row)),
+        bitcast<vec4<f32>>(triangle_row(row + 2u)),
+        bitcast<vec4<f32>>(triangle_row(row + 4u))
+    );
+}
+
+// Tests the triangles of a leaf against a ray, and shortens the ray to the nearest hit.
+fn hit_triangles(leaf: u32, ray: ptr<function, Ray>, hit: ptr<function, Hit>) {
+    let d = (*ray).direction;
+    let o = (*ray).origin;
+    for (var half = 0u; half < 2u; half++) {
+        let index = triangle_row(leaf * 20u + 18u + half);
+        let corner = triangle_part(leaf, half, 0u);
+        let e = triangle_part(leaf, half, 1u);
+        let f = triangle_part(leaf, half, 2u);
+        // Moeller and Trumbore 1997, for four triangles.
+        let px = d.y * f[2] - d.z * f[1];
+        let py = d.z * f[0] - d.x * f[2];
+        let pz = d.x * f[1] - d.y * f[0];
+        let determinant = e[0] * px + e[1] * py + e[2] * pz;
+        let scale = 1.0 / select(determinant, vec4<f32>(1e-37), determinant == vec4<f32>(0.0));
+        let sx = o.x - corner[0];
+        let sy = o.y - corner[1];
+        let sz = o.z - corner[2];
+        let u = (sx * px + sy * py + sz * pz) * scale;
+        let qx = sy * e[2] - sz * e[1];
+        let qy = sz * e[0] - sx * e[2];
+        let qz = sx * e[1] - sy * e[0];
+        let v = (d.x * qx + d.y * qy + d.z * qz) * scale;
+        let t = (f[0] * qx + f[1] * qy + f[2] * qz) * scale;
+        let edge = vec4<f32>(-1e-6);
+        let inside = (u >= edge) & (v >= edge) & (u + v <= vec4<f32>(1.000001))
+            & (determinant != vec4<f32>(0.0)) & (t > vec4<f32>(0.0)) & (index != vec4<u32>(NONE));
+        var mask = bits_of(inside);
+        while mask != 0u {
+            let lane = firstTrailingBit(mask);
+            mask &= mask - 1u;
+            if t[lane] < (*ray).t_max {
+                (*ray).t_max = t[lane];
+                (*hit).t = t[lane];
+                (*hit).kind = 2u;
+                (*hit).index = leaf;
+                (*hit).lane = 4u * half + lane;
+                (*hit).uv = vec2<f32>(u[lane], v[lane]);
+            }
+        }
+    }
+}
+
+// The nearest hit in one object, nearer than the length of the ray. Its nodes are on the stack from `base` up.
+fn hit_object(curves: u32, triangles: u32, ray_in: Ray, any: bool, base: u32) -> Hit {
+    var hit: Hit;
+    hit.t = ray_in.t_max;
+    hit.instance = NONE;
+    var ray = ray_in;
+    let basis = basis_of(ray.direction);
+    let inverse = inverse_of(ray.direction);
+    // First the meshes, then the strands.
+    var walk = Walk(base, base, triangles);
+    var strands = false;
+    loop {
+        let leaf = next_leaf(&walk, ray.origin, inverse, ray.t_max);
+        if leaf == NONE {
+            if strands {
+                break;
+            }
+            strands = true;
+            walk.current = curves;
+            continue;
+        }
+        if strands {
+            hit_segments(leaf, basis, any, &ray, &hit);
+        } else {
+            hit_triangles(leaf, &ray, &hit);
+        }
+        if any && hit.kind != 0u {
+            break;
+        }
+    }
+    return hit;
+}
+
+// Three rows of an affine transform.
+fn transform_point(row: u32, p: vec3<f32>) -> vec3<f32> {
+    let q = vec4<f32>(p, 1.0);
+    return vec3<f32>(dot(data_floats(row), q), dot(data_floats(row + 1u), q), dot(data_floats(row + 2u), q));
+}
+
+fn transform_vector(row: u32, v: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(
+        dot(data_floats(row).xyz, v), dot(data_floats(row + 1u).xyz, v), dot(data_floats(row + 2u).xyz, v)
+    );
+}
+
+fn instance_row(instance: u32) -> u32 {
+    return data_row(INSTANCES).x + 7u * instance;
+}
+
+// The nearest hit in the scene, or any hit. The objects in world space come first, then the instances on the way.
+fn hit_scene(ray_in: Ray, any: bool) -> Hit {
+    let roots = data_row(ROOTS);
+    var ray = ray_in;
+    var best: Hit;
+    best.t = ray.t_max;
+    best.instance = NONE;
+    let inverse = inverse_of(ray.direction);
+    var walk = Walk(0u, 0u, select(roots.z, NONE, roots.w == 0u));
+    var instance = NONE;
+    var objects = roots.xy;
+    var inside = ray;
+    var unit = 1.0;
+    // The instances of the leaf that is being visited.
+    var leaf = NONE;
+    var lane = 8u;
+    loop {
+        var hit = hit_object(objects.x, objects.y, inside, any, walk.size);
+        if hit.kind != 0u {
+            hit.t *= unit;
+            hit.instance = instance;
+            best = hit;
+            ray.t_max = hit.t;
+            if any {
+                break;
+            }
+        }
+        // The next instance.
+        instance = NONE;
+        while instance == NONE {
+            if lane == 8u {
+                leaf = next_leaf(&walk, ray.origin, inverse, ray.t_max);
+                if leaf == NONE {
+                    break;
+                }
+                lane = 0u;
+            }
+            instance = data_row(data_row(INSTANCES).y + 2u * leaf + lane / 4u)[lane % 4u];
+            lane += 1u;
+        }
+        if instance == NONE {
+            break;
+        }
+        let row = instance_row(instance);
+        let local = transform_vector(row, ray.direction);
+        unit = 1.0 / length(local);
+        objects = data_row(row + 6u).xy;
+        inside = Ray(transform_point(row, ray.origin), min(ray.t_max / unit, INFINITY), local * unit);
+    }
+    return best;
+}
+
+// What a path needs to know about a triangle that it hit.
+struct Face {
+    mesh: u32,
+    plane: vec3<f32>,
+    normal: vec3<f32>,
+    uv: vec2<f32>,
+}
+
+// The mesh of a triangle.
+fn mesh_of(triangle: u32) -> u32 {
+    let sets = data_row(SETS);
+    var low = 0u;
+    var high = sets.z;
+    while high - low > 1u {
+        let middle = (low + high) / 2u;
+        if data_row(sets.w + middle).x <= triangle {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    return low;
+}
+
+fn data_pair(index: u32) -> vec2<f32> {
+    return vec2<f32>(data_number(index), data_number(index + 1u));
+}
+
+fn face_of(hit: Hit, ray: Ray) -> Face {
+    let half = hit.lane / 4u;
+    let lane = hit.lane % 4u;
+    let index = triangle_row(hit.index * 20u + 18u + half)[lane];
+    let e = triangle_part(hit.index, half, 1u);
+    let f = triangle_part(hit.index, half, 2u);
+    let first = vec3<f32>(e[0][lane], e[1][lane], e[2][lane]);
+    let second = vec3<f32>(f[0][lane], f[1][lane], f[2][lane]);
+    var direction = ray.direction;
+    if hit.instance != NONE {
+        direction = transform_vector(instance_row(hit.instance), direction);
+    }
+    var face: Face;
+    face.mesh = mesh_of(index);
+    let mesh = data_row(data_row(SETS).w + face.mesh);
+    let triangle = index - mesh.x;
+    var plane = normalize_or(cross(first, second), vec3<f32>(0.0, 0.0, 1.0));
+    plane = select(plane, -plane, dot(plane, direction) > 0.0);
+    let w = 1.0 - hit.uv.x - hit.uv.y;
+    var normal = plane;
+    if mesh.z != NONE {
+        let row = mesh.z + 3u * triangle;
+        let smooth_normal = data_floats(row).xyz * w + data_floats(row + 1u).xyz * hit.uv.x
+            + data_floats(row + 2u).xyz * hit.uv.y;
+        normal = normalize_or(smooth_normal, plane);
+        normal = select(normal, -normal, dot(normal, plane) < 0.0);
+        // At a silhouette, a shading normal may face away from the ray.
+        normal = select(plane, normal, dot(normal, direction) < 0.0);
+    }
+    face.uv = hit.uv;
+    if mesh.w != NONE {
+        let at = mesh.w + 6u * triangle;
+        face.uv = data_pair(at) * w + data_pair(at + 2u) * hit.uv.x + data_pair(at + 4u) * hit.uv.y;
+    }
+    if hit.instance != NONE {
+        let row = instance_row(hit.instance) + 3u;
+        plane = normalize(transform_vector(row, plane));
+        normal = normalize(transform_vector(row, normal));
+    }
+    face.plane = plane;
+    face.normal = normal;
+    return face;
+}

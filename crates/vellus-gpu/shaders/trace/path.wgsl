@@ -1,0 +1,546 @@
+// The path of one sample, as in vellus_render's integrator, with the near field at every hit.
+
+// The scattering events without Russian roulette, and the factor of the survival probability.
+const ROULETTE = 2u;
+const SURVIVAL = 2.0;
+// A shadow ray is always traced if it contributes at least this fraction of an isotropic fibre's contribution.
+const THRESHOLD_FIRST = 0.25;
+const THRESHOLD_LATER = 1.0;
+const FIRST_LIGHTS = 2u;
+
+// Light that reaches the camera unless its shadow ray is blocked.
+struct Waiting {
+    ray: Ray,
+    light: vec3<f32>,
+    group: u32,
+    // Whether the light has its own shares of the lobes.
+    apart: bool,
+    lobes: array<vec3<f32>, 6>,
+}
+
+struct Path {
+    // Where the values of the sample are.
+    base: u32,
+    pixel: vec2<u32>,
+    // The numbers of the camera ray.
+    u: vec4<f32>,
+    // The number of scattering events so far.
+    depth: u32,
+    // Whether there is a next ray.
+    goes_on: bool,
+    // Shadow rays that are not traced yet.
+    shadows: u32,
+    waiting: array<Waiting, 2>,
+    throughput: vec3<f32>,
+    // Whether the light belongs to a fibre that the camera sees, and the share of each lobe in it.
+    apart: bool,
+    lobes: array<vec3<f32>, 6>,
+    // The number of light samples at the last scattering event.
+    lights: f32,
+    rays: u32,
+    cut: f32,
+    removed: f32,
+    // The next ray, and the density with which it was sampled.
+    ray: Ray,
+    pdf: f32,
+    // The strand that the camera sees: its distance and its number, or 0.
+    strand_t: f32,
+    strand: u32,
+    thing: u32,
+}
+
+// The first channel of a layer, or NONE.
+fn layer(index: u32) -> u32 {
+    return data_row(LAYERS + index / 4u)[index % 4u];
+}
+
+fn set_value(path: ptr<function, Path>, channel: u32, value: f32) {
+    write_word((*path).base + channel, bitcast<u32>(value));
+}
+
+fn set_layer1(path: ptr<function, Path>, index: u32, value: f32) {
+    let start = layer(index);
+    if start != NONE {
+        set_value(path, start, value);
+    }
+}
+
+fn set_layer3(path: ptr<function, Path>, index: u32, value: vec3<f32>) {
+    let start = layer(index);
+    if start != NONE {
+        set_value(path, start, value.x);
+        set_value(path, start + 1u, value.y);
+        set_value(path, start + 2u, value.z);
+    }
+}
+
+fn add_value(path: ptr<function, Path>, channel: u32, value: f32) {
+    let at = (*path).base + channel;
+    write_word(at, bitcast<u32>(bitcast<f32>(read_word(at)) + value));
+}
+
+fn add3(path: ptr<function, Path>, channel: u32, value: vec3<f32>) {
+    add_value(path, channel, value.x);
+    add_value(path, channel + 1u, value.y);
+    add_value(path, channel + 2u, value.z);
+}
+
+// Adds light of a light group. It reached the camera after `events` scattering events.
+fn add_light(path: ptr<function, Path>, unlimited: vec3<f32>, group: u32, events: u32) {
+    var light = unlimited;
+    let limit = bitcast<f32>(data_row(OUTPUT).x);
+    if limit > 0.0 && events > 1u && largest(light) > limit {
+        light *= limit / largest(light);
+        (*path).removed += (unlimited.x - light.x) + (unlimited.y - light.y) + (unlimited.z - light.z);
+    }
+    add3(path, 0u, light);
+    let groups = layer(LAYER_LIGHTS);
+    if groups != NONE {
+        add3(path, groups + 3u * group, light);
+    }
+    let lobes = layer(LAYER_LOBES);
+    if (*path).apart && lobes != NONE {
+        for (var p = 0u; p < 6u; p++) {
+            add3(path, lobes + 3u * p, light * (*path).lobes[p]);
+        }
+    }
+}
+
+fn set_shares(path: ptr<function, Path>, lobes_in: VellusLobes, total: vec3<f32>) {
+    var lobes = lobes_in;
+    let inverse = select(1.0 / total, vec3<f32>(0.0), total <= vec3<f32>(0.0));
+    for (var p = 0u; p < 6u; p++) {
+        (*path).lobes[p] = lobes.rgb[p] * inverse;
+    }
+}
+
+// Adds the light of an emitter that a ray hit.
+fn found_light(path: ptr<function, Path>, light: u32, emission: Emission, events: u32) {
+    let row = light_row(light);
+    let share = bitcast<f32>(data_row(row).y);
+    var w = 1.0;
+    if events > 0u {
+        w = mis_weight((*path).pdf, emission.pdf * share * (*path).lights);
+    }
+    add_light(path, (*path).throughput * emission.radiance * w, data_row(row).w, events);
+}
+
+// Adds light later, if its shadow ray is not blocked.
+fn wait_for(path: ptr<function, Path>, ray: Ray, light: vec3<f32>, group: u32) {
+    let k = (*path).shadows;
+    (*path).waiting[k].ray = ray;
+    (*path).waiting[k].light = light;
+    (*path).waiting[k].group = group;
+    (*path).waiting[k].apart = (*path).apart;
+    (*path).waiting[k].lobes = (*path).lobes;
+    (*path).shadows = k + 1u;
+}
+
+// The frame of a fibre at a hit, and what belongs to the strand.
+struct Place {
+    tangent: vec3<f32>,
+    across: Basis,
+    center: vec3<f32>,
+    radius: f32,
+    strands: u32,
+    strand: u32,
+}
+
+fn place_of(hit: Hit) -> Place {
+    let s = segment_of(hit.index);
+    var point = segment_at(s, hit.uv.x);
+    var place: Place;
+    place.tangent = segment_tangent(s, hit.uv.x);
+    place.center = point.xyz;
+    place.radius = point.w;
+    if hit.instance != NONE {
+        let row = instance_row(hit.instance);
+        place.center = transform_point(row + 3u, point.xyz);
+        place.tangent = normalize(transform_vector(row + 3u, place.tangent));
+        place.radius = point.w * bitcast<f32>(data_row(row + 6u).w);
+    }
+    place.across = basis_of(place.tangent);
+    place.strands = set_of(hit.index);
+    let rows = data_row(SETS).y + 2u * place.strands;
+    // The strand of a control point: the last one that starts at it or before.
+    let index = hit.index - data_row(rows).x;
+    let starts = data_row(rows + 1u);
+    var low = 0u;
+    var high = starts.y;
+    while high - low > 1u {
+        let middle = (low + high) / 2u;
+        if data_word(starts.x + middle) <= index {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    place.strand = low;
+    return place;
+}
+
+fn to_fiber(place: Place, w: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(dot(w, place.tangent), dot(w, place.across.x), dot(w, place.across.y));
+}
+
+// A ray that leaves toward a direction, from the side of the fibre that faces it.
+fn leave_fiber(place: Place, direction: vec3<f32>, t_max: f32) -> Ray {
+    let out = normalize_or(direction - place.tangent * dot(direction, place.tangent), place.across.x);
+    return Ray(place.center + out * (1.001 * place.radius), t_max, direction);
+}
+
+// Adds the light that reaches a fibre, and samples the next ray. Returns false if the path ends.
+fn at_fiber(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: Ray, hit: Hit, depth: u32) -> bool {
+    let place = place_of(hit);
+    let position = ray.origin + ray.direction * hit.t;
+    let out = position - place.center;
+    let n = normalize_or(out - place.tangent * dot(out, place.tangent), place.across.x);
+    let back = -ray.direction;
+    let toward = normalize_or(back - place.tangent * dot(back, place.tangent), n);
+    let h = clamp(dot(place.tangent, cross(n, toward)), -1.0, 1.0);
+    let rows = data_row(SETS).y + 2u * place.strands;
+    var record = data_row(rows).z;
+    if record == NONE {
+        record = data_word(data_row(rows).w + place.strand);
+    }
+    var fiber = vellus_hit(record, to_fiber(place, back), h);
+    if depth == 0u {
+        set_layer3(path, LAYER_TANGENT, place.tangent);
+        set_layer3(path, LAYER_NORMAL, normalize_or(out, vec3<f32>(0.0)));
+        set_layer1(path, LAYER_FIBERS, 1.0);
+        let numbers = data_row(rows + 1u);
+        let start = layer(LAYER_ROOT_UV);
+        if start != NONE && numbers.w != NONE {
+            let uv = data_pair(numbers.w + 2u * place.strand);
+            set_value(path, start, uv.x);
+            set_value(path, start + 1u, uv.y);
+        }
+        var before = 0u;
+        if hit.instance != NONE {
+            before = data_row(instance_row(hit.instance) + 6u).z;
+        }
+        (*path).strand_t = hit.t;
+        (*path).strand = before + numbers.z + place.strand + 1u;
+        if layer(LAYER_ALBEDO) != NONE {
+            var energy = vellus_energy(&fiber);
+            var sum = vec3<f32>(0.0);
+            for (var p = 0u; p < 6u; p++) {
+                sum += energy.rgb[p];
+            }
+            set_layer3(path, LAYER_ALBEDO, sum);
+        }
+    }
+    let apart = depth == 0u && layer(LAYER_LOBES) != NONE;
+    let a = next4(sampler);
+    let b = next4(sampler);
+    let count = select(1u, FIRST_LIGHTS, depth == 0u);
+    (*path).lights = f32(count);
+    for (var k = 0u; k < count; k++) {
+        var u = a;
+        if k > 0u {
+            u = next4(sampler);
+        }
+        // Each sample has its own part of the numbers.
+        let s = sample_light(place.center, vec3<f32>((u.x + f32(k)) / (*path).lights, u.yz));
+        if s.light == NONE {
+            continue;
+        }
+        let local = to_fiber(place, s.direction);
+        let value = vellus_eval(&fiber, local);
+        let total = value.xyz;
+        var w = 1.0 / (*path).lights;
+        if s.pdf > 0.0 {
+            w = mis_weight(s.pdf * (*path).lights, value.w) / (*path).lights;
+        }
+        let threshold = select(THRESHOLD_LATER, THRESHOLD_FIRST, depth == 0u);
+        let asked = min(4.0 * VELLUS_PI / threshold * (*path).lights * largest(total) * w, 1.0);
+        let drawn = chance(sampler);
+        if drawn >= asked {
+            continue;
+        }
+        let given = select(1.0 / s.pdf, 1.0, s.pdf < 0.0);
+        if apart {
+            (*path).apart = true;
+            set_shares(path, vellus_eval_lobes(&fiber, local), total);
+        }
+        let light = (*path).throughput * total * s.radiance * (w * given / asked);
+        let shadow = leave_fiber(place, s.direction, s.distance * 0.9999);
+        wait_for(path, shadow, light, data_row(light_row(s.light)).w);
+    }
+    let drawn = vellus_sample(&fiber, b);
+    if drawn.pdf <= 0.0 || largest(drawn.weight) <= 0.0 {
+        return false;
+    }
+    if apart {
+        (*path).apart = true;
+        set_shares(path, vellus_eval_lobes(&fiber, drawn.wi), drawn.weight * drawn.pdf);
+    }
+    (*path).throughput *= drawn.weight;
+    let direction = place.tangent * drawn.wi.x + place.across.x * drawn.wi.y + place.across.y * drawn.wi.z;
+    (*path).ray = leave_fiber(place, direction, INFINITY);
+    (*path).pdf = drawn.pdf;
+    return true;
+}
+
+// Adds the light that a mesh emits and that reaches it, and samples the next ray. Returns false if the path ends.
+fn at_surface(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: Ray, hit: Hit, depth: u32) -> bool {
+    let face = face_of(hit, ray);
+    let s = scatter_of(face);
+    if largest(s.emission) > 0.0 {
+        add_light(path, (*path).throughput * s.emission, data_row(TEXTURES).w, depth);
+    }
+    let basis = basis_of(face.normal);
+    let point = ray.origin + ray.direction * hit.t;
+    // Moves the origin off the plane by a few rounding errors of the largest coordinate.
+    let start = point + face.plane * (2e-5 * max(largest(abs(point)), hit.t * 0.1));
+    let wo = vec3<f32>(dot(-ray.direction, basis.x), dot(-ray.direction, basis.y), dot(-ray.direction, face.normal));
+    let a = next4(sampler);
+    let b = next4(sampler);
+    if depth == 0u {
+        set_layer3(path, LAYER_NORMAL, face.normal);
+    }
+    (*path).lights = 1.0;
+    let l = sample_light(start, a.xyz);
+    if l.light != NONE {
+        let wi = vec3<f32>(dot(l.direction, basis.x), dot(l.direction, basis.y), dot(l.direction, face.normal));
+        let value = scatter_eval(s, wo, wi);
+        if largest(value.xyz) > 0.0 && dot(l.direction, face.plane) > 0.0 {
+            var w = 1.0;
+            if l.pdf > 0.0 {
+                w = mis_weight(l.pdf, value.w) / l.pdf;
+            }
+            let light = (*path).throughput * value.xyz * l.radiance * w;
+            wait_for(path, Ray(start, l.distance * 0.9999, l.direction), light, data_row(light_row(l.light)).w);
+        }
+    }
+    if wo.z <= 0.0 {
+        return false;
+    }
+    let wi = scatter_sample(s, wo, b.xyz);
+    let value = scatter_eval(s, wo, wi);
+    if value.w <= 0.0 {
+        return false;
+    }
+    let f = value.xyz / value.w;
+    let direction = basis.x * wi.x + basis.y * wi.y + face.normal * wi.z;
+    if depth == 0u {
+        set_layer3(path, LAYER_ALBEDO, min(f, vec3<f32>(1.0)));
+    }
+    if dot(direction, face.plane) <= 0.0 {
+        return false;
+    }
+    (*path).throughput *= f;
+    (*path).ray = Ray(start, INFINITY, direction);
+    (*path).pdf = value.w;
+    return true;
+}
+
+// The offset of a sample from the middle of its pixel, in pixels.
+fn filter_offset(u: f32, tent: bool) -> f32 {
+    if !tent {
+        return u - 0.5;
+    }
+    if u < 0.5 {
+        return sqrt(2.0 * u) - 1.0;
+    }
+    return 1.0 - sqrt(2.0 - 2.0 * u);
+}
+
+// The place of a sample in the picture, in pixels from the upper left corner.
+fn film_place(pixel: vec2<u32>, u: vec4<f32>) -> vec2<f32> {
+    let tent = data_row(CAMERA_ORIGIN).w == 1u;
+    return vec2<f32>(pixel) + 0.5 + vec2<f32>(filter_offset(u.x, tent), filter_offset(u.y, tent));
+}
+
+fn camera_ray(pixel: vec2<u32>, u: vec4<f32>) -> Ray {
+    let x = data_floats(CAMERA_X);
+    let y = data_floats(CAMERA_Y);
+    let z = data_floats(CAMERA_Z);
+    let size = vec2<f32>(data_row(SIZE).xy);
+    let place = film_place(pixel, u) / size - 0.5;
+    let lens = concentric(u.zw) * z.w;
+    let focus = vec3<f32>(place.x * x.w * size.x / size.y, -place.y * x.w, -1.0) * y.w;
+    let d = focus - vec3<f32>(lens, 0.0);
+    let direction = normalize(x.xyz * d.x + y.xyz * d.y + z.xyz * d.z);
+    let origin = data_floats(CAMERA_ORIGIN).xyz + x.xyz * lens.x + y.xyz * lens.y;
+    return Ray(origin, INFINITY, direction);
+}
+
+// What the camera sees behind all objects.
+fn background(pixel: vec2<u32>, u: vec4<f32>) -> vec3<f32> {
+    let color = data_floats(BACKGROUND).xyz;
+    let texture = data_row(TEXTURES).y;
+    if texture == 0u {
+        return color;
+    }
+    let row = data_row(TEXTURES).x + texture - 1u;
+    let size = vec2<f32>(data_row(SIZE).xy);
+    let image = vec2<f32>(data_row(row).xy);
+    let ratio = (size.x * image.y) / (size.y * image.x);
+    let shown = select(vec2<f32>(ratio, 1.0), vec2<f32>(1.0, 1.0 / ratio), ratio > 1.0);
+    let place = film_place(pixel, u) / size;
+    return color * texture_at(row, (vec2<f32>(place.x, 1.0 - place.y) - 0.5) * shown + 0.5);
+}
+
+// Begins the sample `k` of the job: the samples of a pixel follow one another.
+fn begin_path(path: ptr<function, Path>, sampler: ptr<function, Sampler>, k: u32) {
+    let output = data_row(OUTPUT);
+    let base = k * output.z;
+    for (var word = 0u; word < output.z; word++) {
+        write_word(base + word, 0u);
+    }
+    let job = run;
+    let width = data_row(AREA).x;
+    let place = k / job.w;
+    let pixel = data_row(SIZE).zw + vec2<u32>(place % width, job.x + place / width);
+    *sampler = new_sampler(pixel, job.z + k % job.w, data_row(AREA).z);
+    let u = next4(sampler);
+    (*path).base = base;
+    (*path).pixel = pixel;
+    (*path).u = u;
+    (*path).depth = 0u;
+    (*path).goes_on = true;
+    (*path).shadows = 0u;
+    (*path).throughput = vec3<f32>(1.0);
+    (*path).apart = false;
+    (*path).lights = 1.0;
+    (*path).rays = 0u;
+    (*path).cut = 0.0;
+    (*path).removed = 0.0;
+    (*path).ray = camera_ray(pixel, u);
+    (*path).strand = 0u;
+    (*path).thing = NONE;
+}
+
+// Adds what a ray finds of the lights. Returns whether the path ends there.
+fn meets_light(path: ptr<function, Path>, ray: Ray, hit: Hit) -> bool {
+    let lights = data_row(LIGHTS);
+    let camera = (*path).depth == 0u;
+    // The nearest light with a shape in front of the hit.
+    var seen = Emission(hit.t, vec3<f32>(0.0), 0.0);
+    var light = NONE;
+    for (var k = 0u; k < lights.x; k++) {
+        let row = light_row(k);
+        if camera && data_row(row).z == 0u {
+            continue;
+        }
+        let found = meet_light(row, Ray(ray.origin, seen.t, ray.direction));
+        if found.t > 0.0 {
+            seen = found;
+            seen.radiance *= shaping(row, -ray.direction);
+            light = k;
+        }
+    }
+    if light != NONE {
+        found_light(path, light, seen, (*path).depth);
+        return true;
+    }
+    if hit.kind != 0u {
+        return false;
+    }
+    if camera && data_row(OUTPUT).w == 1u {
+        add_light(path, background((*path).pixel, (*path).u), data_row(TEXTURES).z, 0u);
+        return true;
+    }
+    for (var k = 0u; k < lights.x; k++) {
+        let row = light_row(k);
+        if camera && data_row(row).z == 0u {
+            continue;
+        }
+        let found = escape_light(row, ray, camera);
+        if found.pdf >= 0.0 {
+            found_light(path, k, found, (*path).depth);
+        }
+    }
+    return true;
+}
+
+// Adds the light of the last shadow ray, if nothing blocks it.
+fn end_shadow(path: ptr<function, Path>, hit: Hit) {
+    let k = (*path).shadows - 1u;
+    (*path).shadows = k;
+    if hit.kind != 0u {
+        return;
+    }
+    let was = (*path).apart;
+    var kept = (*path).lobes;
+    (*path).apart = (*path).waiting[k].apart;
+    (*path).lobes = (*path).waiting[k].lobes;
+    // The scattering event has been counted.
+    add_light(path, (*path).waiting[k].light, (*path).waiting[k].group, (*path).depth);
+    (*path).apart = was;
+    (*path).lobes = kept;
+}
+
+// What a path does where it hits something or leaves the scene.
+fn scatter_event(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: Ray, hit: Hit) {
+    let depth = (*path).depth;
+    (*path).goes_on = false;
+    if meets_light(path, ray, hit) {
+        return;
+    }
+    if depth == 0u {
+        set_layer1(path, LAYER_ALPHA, 1.0);
+        set_layer1(path, LAYER_DEPTH, hit.t);
+        if hit.kind == 1u {
+            (*path).thing = set_of(hit.index);
+        } else {
+            (*path).thing = data_row(SETS).x + face_of(hit, ray).mesh;
+        }
+    }
+    let most = data_row(AREA).w;
+    if most != NONE && depth >= most {
+        (*path).cut = largest((*path).throughput);
+        return;
+    }
+    if hit.kind == 1u {
+        (*path).goes_on = at_fiber(path, sampler, ray, hit, depth);
+    } else {
+        (*path).goes_on = at_surface(path, sampler, ray, hit, depth);
+    }
+    (*path).depth = depth + 1u;
+    if (*path).goes_on && depth >= ROULETTE {
+        let survive = min(sqrt(SURVIVAL * largest((*path).throughput)), 1.0);
+        (*path).goes_on = next4(sampler).x < survive;
+        (*path).throughput /= survive;
+    }
+    // A throughput that is not a number ends the path too.
+    (*path).goes_on = (*path).goes_on && largest((*path).throughput) > 0.0;
+}
+
+fn end_path(path: ptr<function, Path>) {
+    let extra = (*path).base + data_row(OUTPUT).y;
+    write_word(extra, bitcast<u32>((*path).strand_t));
+    write_word(extra + 1u, (*path).strand);
+    write_word(extra + 2u, (*path).thing);
+    write_word(extra + 3u, (*path).rays);
+    write_word(extra + 4u, bitcast<u32>((*path).cut));
+    write_word(extra + 5u, bitcast<u32>((*path).removed));
+}
+
+// One thread for each sample of some rows of pixels. The job: first row, rows, first sample, samples of each pixel.
+@compute @workgroup_size(64)
+fn trace_rows(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= data_row(AREA).x * run.y * run.w {
+        return;
+    }
+    var path: Path;
+    var sampler: Sampler;
+    begin_path(&path, &sampler, id.x);
+    // There is one call that traces rays, for shadow rays too. Compilers insert each call as a copy of the code.
+    while path.goes_on || path.shadows > 0u {
+        let shadow = path.shadows > 0u;
+        var ray = path.ray;
+        if shadow {
+            ray = path.waiting[path.shadows - 1u].ray;
+        }
+        let hit = hit_scene(ray, shadow);
+        path.rays += 1u;
+        if shadow {
+            end_shadow(&path, hit);
+        } else {
+            scatter_event(&path, &sampler, ray, hit);
+        }
+    }
+    end_path(&path);
+}

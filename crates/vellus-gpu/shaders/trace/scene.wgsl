@@ -1,0 +1,101 @@
+// The scene in rows of four numbers, as vellus-render packs it. The accessors node_row, chord_row, triangle_row,
+// point_row and data_row are generated, because a large array is split over several buffers.
+
+const NONE = 0xffffffffu;
+const LEAF = 0x80000000u;
+const INFINITY = 3.0e38;
+
+fn data_floats(row: u32) -> vec4<f32> {
+    return bitcast<vec4<f32>>(data_row(row));
+}
+
+fn data_word(index: u32) -> u32 {
+    return data_row(index / 4u)[index % 4u];
+}
+
+fn data_number(index: u32) -> f32 {
+    return bitcast<f32>(data_word(index));
+}
+
+// The rows of the header.
+const CAMERA_X = 0u; // and film height
+const CAMERA_Y = 1u; // and focus distance
+const CAMERA_Z = 2u; // and lens radius
+const CAMERA_ORIGIN = 3u; // and filter
+const SIZE = 4u; // of the whole picture, and the corner of the area
+const AREA = 5u; // its size, the seed, the largest depth
+const ROOTS = 6u; // of strands, meshes and instances, and the number of instances
+const SETS = 7u; // numbers and rows of the sets of strands and of the meshes
+const LIGHTS = 8u; // number, rows, distribution; rows of the surfaces
+const TEXTURES = 9u; // rows; texture and group of the background; group of emission
+const BACKGROUND = 10u; // its colour
+const OUTPUT = 11u; // the limit of indirect light, channels, words of a sample, whether there is a background
+const INSTANCES = 12u; // their rows, and those of their leaves
+const LAYERS = 13u; // the first channel of each layer
+
+// The layers, in the order of vellus_render::Layer.
+const LAYER_ALPHA = 1u;
+const LAYER_FIBERS = 3u;
+const LAYER_LOBES = 4u;
+const LAYER_ALBEDO = 5u;
+const LAYER_NORMAL = 6u;
+const LAYER_TANGENT = 7u;
+const LAYER_DEPTH = 8u;
+const LAYER_ROOT_UV = 9u;
+const LAYER_LIGHTS = 11u;
+
+struct Ray {
+    origin: vec3<f32>,
+    t_max: f32,
+    direction: vec3<f32>,
+}
+
+// What a ray hits: a segment with a parameter along it, or a triangle with barycentric coordinates.
+struct Hit {
+    t: f32,
+    // 0: nothing. 1: a strand. 2: a mesh.
+    kind: u32,
+    // The first control point, or the leaf and lane of the triangle.
+    index: u32,
+    lane: u32,
+    uv: vec2<f32>,
+    // The instance, or NONE.
+    instance: u32,
+}
+
+// A unit vector and two that complete it to a basis (Duff et al. 2017).
+struct Basis {
+    x: vec3<f32>,
+    y: vec3<f32>,
+}
+
+fn basis_of(n: vec3<f32>) -> Basis {
+    let s = select(1.0, -1.0, n.z < 0.0);
+    let a = -1.0 / (s + n.z);
+    let b = n.x * n.y * a;
+    return Basis(vec3<f32>(1.0 + s * n.x * n.x * a, s * b, -s * n.x), vec3<f32>(b, s + n.y * n.y * a, -n.y));
+}
+
+fn largest(c: vec3<f32>) -> f32 {
+    return max(c.x, max(c.y, c.z));
+}
+
+fn normalize_or(v: vec3<f32>, otherwise: vec3<f32>) -> vec3<f32> {
+    let l = length(v);
+    return select(otherwise, v / l, l > 1e-30);
+}
+
+// The power heuristic (Veach 1997). A negative density is infinite.
+fn mis_weight(own: f32, other: f32) -> f32 {
+    if own < 0.0 {
+        return 1.0;
+    }
+    // Scaled, so that squares stay in range.
+    let most = max(own, other);
+    if most <= 0.0 {
+        return 0.0;
+    }
+    let a = own / most;
+    let b = other / most;
+    return a * a / (a * a + b * b);
+}

@@ -1,0 +1,152 @@
+//! A path tracer for the scenes of vellus-render: one compute shader that follows each sample from the camera to the
+//! lights.
+
+mod source;
+
+use crate::device::{Device, DeviceError};
+use crate::library::{shader_fiber, shader_tables};
+use bytemuck::NoUninit;
+use source::Array;
+use std::ops::Range;
+use std::time::{Duration, Instant};
+use vellus::Bcsdf;
+use vellus_render::packed::RowTracer;
+use vellus_render::{Error, Layout, Settings, World};
+
+/// Threads in a workgroup of the shader.
+const GROUP: u64 = 64;
+/// The most samples in one run: 65535 workgroups are the limit of every GPU.
+const MOST_SAMPLES: u64 = 65_535 * GROUP;
+/// The most bytes of results in one run.
+const MOST_BYTES: u64 = 1 << 28;
+/// The duration of one run that the tracer aims at. Desktop systems reset a GPU that does not answer for seconds.
+const RUN: Duration = Duration::from_millis(150);
+
+/// A scene on a GPU, ready to be traced with some settings and layers.
+///
+/// Every hit uses the near field. The random numbers are of the same kind as those of the processor, but not the same
+/// numbers. So pictures of both devices agree within their noise, and have different bits. Pictures of the same device
+/// and driver have the same bits.
+pub struct Tracer<'d> {
+    device: &'d Device,
+    pipeline: wgpu::ComputePipeline,
+    buffers: Vec<wgpu::Buffer>,
+    width: u64,
+    words: u64,
+    /// Samples that the last runs traced in [`RUN`].
+    pace: u64,
+}
+
+impl std::fmt::Debug for Tracer<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Tracer").field("device", &self.device.name()).field("pace", &self.pace).finish_non_exhaustive()
+    }
+}
+
+impl<'d> Tracer<'d> {
+    /// Copies a scene to the GPU.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if the scene has motion blur or parameters that vary along strands, if it does not fit, or if
+    /// the GPU refuses the shader.
+    pub fn new(device: &'d Device, world: &World, settings: &Settings, layout: &Layout) -> Result<Self, Error> {
+        let scene = world.packed(settings, layout).map_err(|what| failed(&format!("the GPU cannot render {what}")))?;
+        let mut fibers = Vec::new();
+        for fiber in &scene.fibers {
+            let bcsdf = Bcsdf::new(fiber).map_err(|e| failed(&e.to_string()))?;
+            fibers.extend(shader_fiber(&bcsdf));
+        }
+        let limit = device.limit();
+        let arrays = [
+            Array::new("node_row", "u32", scene.nodes.len(), limit),
+            Array::new("chord_row", "u32", scene.chords.len(), limit),
+            Array::new("triangle_row", "u32", scene.triangles.len(), limit),
+            Array::new("point_row", "f32", scene.points.len(), limit),
+            Array::new("data_row", "u32", scene.data.len(), limit),
+            Array::new("vellus_row", "f32", fibers.len(), limit),
+        ];
+        let pipeline = device.compile(&source::shader(&arrays), "trace_rows").map_err(error)?;
+        let mut buffers = vec![device.upload(&shader_tables()).map_err(error)?];
+        let [nodes, chords, triangles, points, data, records] = &arrays;
+        upload(device, nodes, &scene.nodes, &mut buffers)?;
+        upload(device, chords, &scene.chords, &mut buffers)?;
+        upload(device, triangles, &scene.triangles, &mut buffers)?;
+        upload(device, points, &scene.points, &mut buffers)?;
+        upload(device, data, &scene.data, &mut buffers)?;
+        upload(device, records, &fibers, &mut buffers)?;
+        let [_, _, width, _] = settings.area();
+        let words = scene.sample_words as u64;
+        Ok(Tracer { device, pipeline, buffers, width: width as u64, words, pace: 4096 })
+    }
+}
+
+fn failed(what: &str) -> Error {
+    Error::Device(format!("{what}; use --device cpu"))
+}
+
+fn error(e: DeviceError) -> Error {
+    failed(&e.to_string())
+}
+
+/// Copies an array in its parts.
+fn upload<T: NoUninit>(
+    device: &Device,
+    array: &Array,
+    rows: &[[T; 4]],
+    buffers: &mut Vec<wgpu::Buffer>,
+) -> Result<(), Error>
+where
+    [T; 4]: NoUninit + Default,
+{
+    for part in 0..array.parts() {
+        let rows = rows.get(array.rows_of(part, rows.len())).unwrap_or(&[]);
+        // A buffer must not be empty.
+        let buffer = if rows.is_empty() { device.upload(&[<[T; 4]>::default()]) } else { device.upload(rows) };
+        buffers.push(buffer.map_err(error)?);
+    }
+    Ok(())
+}
+
+impl RowTracer for Tracer<'_> {
+    fn rows_at_once(&self, samples: u64) -> usize {
+        let room = MOST_SAMPLES.min(MOST_BYTES.min(self.device.limit()) / (4 * self.words));
+        // A long pass is divided by `trace` if a single row is too large.
+        (self.pace.min(room) / (self.width * samples).max(1)).max(1) as usize
+    }
+
+    fn trace(&mut self, rows: Range<usize>, samples: Range<u64>) -> Result<Vec<u32>, Error> {
+        let per_pixel = samples.end - samples.start;
+        let count = rows.len() as u64 * self.width * per_pixel;
+        if count > MOST_SAMPLES || 4 * count * self.words > self.device.limit() {
+            return self.in_parts(rows, samples);
+        }
+        let begin = Instant::now();
+        let number = |n: u64| u32::try_from(n).map_err(|_| failed("the GPU cannot count so many samples"));
+        let job = [rows.start as u32, rows.len() as u32, number(samples.start)?, number(per_pixel)?];
+        let output = self.device.results(4 * count * self.words).map_err(error)?;
+        let job = self.device.upload(&job).map_err(error)?;
+        let mut buffers: Vec<&wgpu::Buffer> = vec![&output, &job];
+        buffers.extend(&self.buffers);
+        self.device.run(&self.pipeline, &buffers, count.div_ceil(GROUP) as u32);
+        let words = self.device.download(&output).map_err(error)?;
+        let ratio = RUN.as_secs_f64() / begin.elapsed().as_secs_f64().max(1e-4);
+        self.pace = ((count as f64 * ratio.clamp(0.25, 4.0)) as u64).max(64);
+        Ok(words)
+    }
+}
+
+impl Tracer<'_> {
+    /// Halves the samples of a row that are too many for one run.
+    fn in_parts(&mut self, rows: Range<usize>, samples: Range<u64>) -> Result<Vec<u32>, Error> {
+        let middle = samples.start + (samples.end - samples.start) / 2;
+        if middle == samples.start {
+            return Err(failed("the GPU has no room for a row of pixels"));
+        }
+        let parts = [samples.start..middle, middle..samples.end];
+        let counts = parts.clone().map(|part| (part.end - part.start) as usize * self.words as usize);
+        let [first, second] = parts.map(|part| self.trace(rows.clone(), part));
+        let (first, second) = (first?, second?);
+        let pixels = first.chunks_exact(counts[0]).zip(second.chunks_exact(counts[1]));
+        Ok(pixels.flat_map(|(a, b)| a.iter().chain(b)).copied().collect())
+    }
+}

@@ -1,0 +1,160 @@
+//! The text of the path tracer: the files of `shaders/trace`, and what depends on the scene.
+
+use crate::library::shader_library;
+use std::fmt::Write;
+use std::ops::Range;
+
+/// The files of the path tracer, in the order in which they are joined.
+const FILES: [&str; 7] = [
+    include_str!("../../shaders/trace/scene.wgsl"),
+    include_str!("../../shaders/trace/sampler.wgsl"),
+    include_str!("../../shaders/trace/curves.wgsl"),
+    include_str!("../../shaders/trace/intersect.wgsl"),
+    include_str!("../../shaders/trace/surface.wgsl"),
+    include_str!("../../shaders/trace/lights.wgsl"),
+    include_str!("../../shaders/trace/path.wgsl"),
+];
+
+/// An array of rows of four numbers. If it is larger than a buffer may be, it is split into several buffers.
+pub(super) struct Array {
+    /// The function that reads a row.
+    name: &'static str,
+    kind: &'static str,
+    /// The rows of a part are 2 to this power.
+    bits: u32,
+    parts: usize,
+}
+
+impl Array {
+    /// `limit`: the most bytes of a buffer.
+    pub fn new(name: &'static str, kind: &'static str, rows: usize, limit: u64) -> Self {
+        // One part if it fits: the shader then needs no choice.
+        let bits = (limit / 16).max(1).ilog2().min(31);
+        let parts = if rows as u64 * 16 <= limit { 1 } else { rows.div_ceil(1 << bits) };
+        Array { name, kind, bits, parts }
+    }
+
+    pub fn parts(&self) -> usize {
+        self.parts
+    }
+
+    /// The rows of a part of an array with this number of rows.
+    pub fn rows_of(&self, part: usize, rows: usize) -> Range<usize> {
+        if self.parts == 1 { 0..rows } else { part << self.bits..((part + 1) << self.bits).min(rows) }
+    }
+
+    /// The bindings from `binding`, and the function that reads a row.
+    fn declare(&self, binding: &mut u32) -> String {
+        let Array { name, kind, bits, parts } = self;
+        let mut text = String::new();
+        for part in 0..*parts {
+            let _ =
+                writeln!(text, "@group(0) @binding({binding}) var<storage, read> {name}s_{part}: array<vec4<{kind}>>;");
+            *binding += 1;
+        }
+        let _ = writeln!(text, "fn {name}(row: u32) -> vec4<{kind}> {{");
+        if *parts > 1 {
+            let mask = (1u64 << bits) - 1;
+            let _ = writeln!(text, "    switch row >> {bits}u {{");
+            for part in 1..*parts {
+                let _ = writeln!(text, "        case {part}u: {{ return {name}s_{part}[row & {mask}u]; }}");
+            }
+            let _ = writeln!(text, "        default: {{}}\n    }}");
+        }
+        let _ = writeln!(text, "    return {name}s_0[row];\n}}");
+        text
+    }
+}
+
+/// The whole shader for a scene with these arrays. The bindings are the results, the job, the tables, and the arrays in
+/// their order.
+pub(super) fn shader(arrays: &[Array]) -> String {
+    let mut text = shader_library();
+    text.push_str(
+        "
+@group(0) @binding(0) var<storage, read_write> samples: array<u32>;
+@group(0) @binding(1) var<storage, read> run: vec4<u32>;
+@group(0) @binding(2) var<storage, read> tables: array<vec4<f32>>;
+fn vellus_table(row: u32) -> vec4<f32> { return tables[row]; }
+fn read_word(index: u32) -> u32 { return samples[index]; }
+fn write_word(index: u32, value: u32) { samples[index] = value; }
+",
+    );
+    let mut binding = 3;
+    for array in arrays {
+        text.push_str(&array.declare(&mut binding));
+    }
+    let numbers: Vec<String> = sobol_directions().iter().map(|direction| format!("{direction}u")).collect();
+    let _ = writeln!(text, "const SOBOL_DIRECTIONS = array<u32, 48>({});", numbers.join(", "));
+    for file in FILES {
+        text.push('\n');
+        text.push_str(file);
+    }
+    text
+}
+
+/// The direction numbers of the dimensions 1 to 3 of the Sobol' sequence for indices of 16 bits, with the initial numbers
+/// of Joe and Kuo 2008, Constructing Sobol Sequences with Better Two-Dimensional Projections.
+fn sobol_directions() -> [u32; 48] {
+    // The degree of the primitive polynomial, its inner coefficients, and the initial numbers.
+    const POLYNOMIALS: [(usize, u32, [u32; 3]); 3] = [(1, 0, [1, 0, 0]), (2, 1, [1, 3, 0]), (3, 1, [1, 3, 1])];
+    let mut all = [0; 48];
+    for (directions, (degree, inner, initial)) in all.chunks_exact_mut(16).zip(POLYNOMIALS) {
+        for k in 0..16 {
+            directions[k] = if k < degree {
+                initial[k] << (31 - k)
+            } else {
+                let mut direction = directions[k - degree] ^ (directions[k - degree] >> degree);
+                for j in 1..degree {
+                    if inner >> (degree - 1 - j) & 1 == 1 {
+                        direction ^= directions[k - j];
+                    }
+                }
+                direction
+            };
+        }
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// In each dimension, and in each pair of dimensions 0 and 1, the first 2ⁿ points are stratified.
+    #[test]
+    fn the_sequence_is_stratified() {
+        let directions = sobol_directions();
+        let point = |index: u32, dimension: usize| match dimension {
+            0 => index.reverse_bits(),
+            _ => {
+                (0..16).filter(|bit| index >> bit & 1 == 1).fold(0, |x, bit| x ^ directions[16 * (dimension - 1) + bit])
+            }
+        };
+        for dimension in 0..4 {
+            let mut found: Vec<u32> = (0..256).map(|i| point(i, dimension) >> 24).collect();
+            found.sort_unstable();
+            assert!(found.into_iter().eq(0..256), "dimension {dimension}");
+        }
+        // The first two dimensions are a (0, m, 2)-net: every box of 2⁻ᵃ × 2⁻ᵇ with a + b = 8 has one point of 256.
+        for a in 1..8 {
+            let cells = (0..256).map(|i| (point(i, 0) >> (32 - a)) << (8 - a) | point(i, 1) >> (24 + a));
+            let mut cells: Vec<u32> = cells.collect();
+            cells.sort_unstable();
+            assert!(cells.into_iter().eq(0..256), "{a}");
+        }
+    }
+
+    #[test]
+    fn large_arrays_are_split() {
+        let array = Array::new("node_row", "u32", 1000, 4096);
+        assert_eq!((array.parts(), array.rows_of(3, 1000)), (4, 768..1000));
+        let mut binding = 3;
+        let text = array.declare(&mut binding);
+        assert!(
+            text.contains("@binding(6) var<storage, read> node_rows_3") && text.contains("node_rows_3[row & 255u]")
+        );
+        assert_eq!(binding, 7);
+        assert_eq!(Array::new("node_row", "u32", 1000, 16_000).parts(), 1);
+    }
+}

@@ -1,0 +1,125 @@
+//! The path tracer on a GPU against that of the processor. Mesa's lavapipe is enough. Without a GPU the tests are
+//! skipped, and say so.
+
+use vellus::Bcsdf;
+use vellus_gpu::{Device, Tracer};
+use vellus_render::{Film, Layer, Mode, Settings, World};
+use vellus_scene::{Light, Scene};
+use vellus_testing::significance::max_abs_z;
+
+/// The GPU, or a message that the test is skipped.
+fn device(test: &str) -> Option<Device> {
+    match Device::open() {
+        Ok(device) => Some(device),
+        Err(e) => {
+            println!("skipped: {test}: {e}");
+            None
+        }
+    }
+}
+
+fn settings(size: [usize; 2]) -> Settings {
+    Settings { mode: Mode::Near, ..Settings::new(size) }
+}
+
+fn built_in(name: &str) -> Scene {
+    vellus_groom::scene(name, true).unwrap_or_else(|| panic!("{name} is a built-in scene"))
+}
+
+/// The mean of a channel over a picture.
+fn mean(film: &Film, layer: Layer, channel: usize) -> f64 {
+    let [_, _, width, height] = film.area();
+    let pixels = (0..width * height).map(|i| f64::from(film.mean(i % width, i / width, layer, channel)));
+    pixels.sum::<f64>() / (width * height) as f64
+}
+
+/// The mean brightness of a picture, and its standard error: the variance of the samples of each pixel, as if they were
+/// independent. They are stratified, so the error is smaller.
+fn brightness(film: &Film) -> [f64; 2] {
+    let [_, _, width, height] = film.area();
+    let (mut sum, mut variance) = (0.0, 0.0);
+    for i in 0..width * height {
+        let value = |layer, c| f64::from(film.mean(i % width, i / width, layer, c));
+        let mean = (0..3).map(|c| value(Layer::Beauty, c)).sum::<f64>() / 3.0;
+        sum += mean;
+        variance += (value(Layer::SecondMoment, 0) - mean * mean).max(0.0) / film.samples() as f64;
+    }
+    let pixels = (width * height) as f64;
+    [sum / pixels, variance.sqrt() / pixels]
+}
+
+/// The means of six scenes agree. The false-alarm rate is 1 % over all scenes together.
+#[test]
+#[ignore = "slow: a software GPU compiles the tracer in a minute, and needs 50 times as long as the processor"]
+fn pictures_agree_with_those_of_the_processor() -> Result<(), Box<dyn std::error::Error>> {
+    let Some(device) = device("pictures_agree_with_those_of_the_processor") else { return Ok(()) };
+    let names = ["hamster", "raccoon", "polar-bear", "cat", "hair-lock", "hair-bob"];
+    let layers = [Layer::Depth, Layer::Lobes, Layer::Albedo, Layer::Normal, Layer::Strand, Layer::RootUv];
+    let mut scores = Vec::new();
+    for name in names {
+        let world = World::with_model(built_in(name), Bcsdf::new)?;
+        let settings = settings([48, 32]);
+        let layout = world.layout(&layers);
+        let film = || Film::new(settings.size, settings.area(), layout.clone());
+        let (mut ours, mut expected) = (film(), film());
+        let mut tracer = Tracer::new(&device, &world, &settings, &layout)?;
+        let gpu = world.render_packed(&settings, &mut ours, 0..32, &(), &mut tracer)?;
+        let cpu = world.render(&settings, &mut expected, 0..128, &())?;
+        assert_eq!((gpu.rejected, cpu.rejected), (0, 0));
+        let ([a, error_a], [b, error_b]) = (brightness(&ours), brightness(&expected));
+        let score = (a - b) / error_a.hypot(error_b);
+        println!("{name}: GPU {a:.4}, processor {b:.4}, z = {score:.2}");
+        scores.push(score);
+        // Lobes of fibres that the camera sees add up to the fibres' part of the beauty, on both devices.
+        let lobes = |film: &Film| (0..18).map(|c| mean(film, Layer::Lobes, c)).sum::<f64>() / 3.0;
+        let (lobes_a, lobes_b) = (lobes(&ours), lobes(&expected));
+        assert!((lobes_a - lobes_b).abs() < 5.0 * error_a.hypot(error_b), "{name}: lobes {lobes_a} {lobes_b}");
+        // Other layers depend on camera rays alone. 1,536 pixels with stratified samples resolve 1 % of the picture.
+        for layer in [Layer::Alpha, Layer::Fibers, Layer::Albedo, Layer::Normal, Layer::RootUv] {
+            for c in 0..layer.channels() {
+                let (a, b) = (mean(&ours, layer, c), mean(&expected, layer, c));
+                assert!((a - b).abs() < 0.01, "{name}: {layer:?} {c}: {a} {b}");
+            }
+        }
+        let (a, b) = (mean(&ours, Layer::Depth, 0), mean(&expected, Layer::Depth, 0));
+        assert!((a - b).abs() < 0.01 * b, "{name}: depth {a} {b}");
+        let rays = |statistics: vellus_render::Statistics, samples: f64| statistics.rays as f64 / samples;
+        let (a, b) = (rays(gpu, 32.0), rays(cpu, 128.0));
+        assert!((a / b - 1.0).abs() < 0.05, "{name}: {a} and {b} rays");
+    }
+    let limit = max_abs_z(names.len(), 0.01);
+    assert!(scores.iter().all(|score| score.abs() < limit), "{scores:?}, limit {limit}");
+    Ok(())
+}
+
+/// White fur in a white furnace is as bright as the furnace, within half a per cent.
+#[test]
+#[ignore = "slow: a software GPU compiles the tracer in a minute"]
+fn white_fur_loses_nothing() -> Result<(), Box<dyn std::error::Error>> {
+    let Some(device) = device("white_fur_loses_nothing") else { return Ok(()) };
+    let mut scene = built_in("hamster");
+    scene.meshes.clear();
+    scene.unseen_lights.clear();
+    scene.shapings.clear();
+    scene.background = None;
+    let white = Light::Dome { radiance: [1.0; 3], texture: None, rotation: glam::Mat3::IDENTITY, ground: None };
+    scene.lights = vec![white];
+    scene.strands.iter_mut().for_each(|strands| strands.varying.clear());
+    for look in &mut scene.looks {
+        look.fiber = look.fiber.without_absorption();
+        look.textured.clear();
+    }
+    let world = World::with_model(scene, Bcsdf::new)?;
+    let settings = settings([48, 32]);
+    let layout = world.layout(&[]);
+    let mut film = Film::new(settings.size, settings.area(), layout.clone());
+    let mut tracer = Tracer::new(&device, &world, &settings, &layout)?;
+    world.render_packed(&settings, &mut film, 0..16, &(), &mut tracer)?;
+    assert!(mean(&film, Layer::Fibers, 0) > 0.1);
+    for c in 0..3 {
+        let brightness = mean(&film, Layer::Beauty, c);
+        println!("channel {c}: {brightness:.5}");
+        assert!((brightness - 1.0).abs() < 5e-3, "{brightness}");
+    }
+    Ok(())
+}

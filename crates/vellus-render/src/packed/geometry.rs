@@ -1,0 +1,195 @@
+//! Strands, meshes and instances.
+
+use super::{NONE, PackedScene};
+use crate::geometry::bvh::{Bvh, LEAF};
+use crate::geometry::curves::Curves;
+use crate::geometry::triangles::Triangles;
+use crate::integrator::geometry::Geometry;
+use std::collections::HashMap;
+use vellus::{Fiber, Parameter};
+use vellus_scene::{Basis, Strands, Values};
+use wide::{f32x8, u32x8};
+
+/// Rows of the header.
+pub(super) struct Places {
+    /// The roots of strands, meshes and instances in world space, and the number of instances.
+    pub roots: [u32; 4],
+    /// The number of sets of strands and of meshes, and their rows.
+    pub sets: [u32; 4],
+    /// The rows of the instances, and of their leaves.
+    pub instances: [u32; 4],
+}
+
+/// The roots of one object.
+#[derive(Clone, Copy)]
+struct Roots {
+    curves: u32,
+    triangles: u32,
+}
+
+/// The numbers of what was packed before.
+#[derive(Default)]
+struct Before {
+    points: u32,
+    triangles: u32,
+}
+
+pub(super) fn pack(packed: &mut PackedScene, geometry: &Geometry) -> Result<Places, String> {
+    let mut before = Before::default();
+    let (mut sets, mut meshes) = (Vec::new(), Vec::new());
+    let mut fibers = Fibers::default();
+    let mut set = 0;
+    let mut object = |packed: &mut PackedScene, curves: &Curves, triangles: &Triangles| -> Result<Roots, String> {
+        let roots = Roots {
+            curves: pack_curves(packed, curves, before.points),
+            triangles: pack_triangles(packed, triangles, before.triangles),
+        };
+        for strands in curves.strands() {
+            let records = fibers.records(packed, geometry, set, strands)?;
+            let basis = match strands.basis {
+                Basis::Linear => 0,
+                Basis::Bezier => 1,
+                Basis::BSpline => 2,
+                Basis::CatmullRom => 3,
+            };
+            let starts = packed.numbers(strands.starts.iter().copied());
+            let uv = strands
+                .root_uv
+                .as_ref()
+                .map_or(NONE, |uv| packed.numbers(uv.iter().flat_map(|uv| uv.to_array()).map(f32::to_bits)));
+            sets.push([before.points, basis, records[0], records[1]]);
+            sets.push([starts, strands.len() as u32, geometry.strands_before[set], uv]);
+            packed.points.extend(strands.points.iter().map(|p| p.to_array()));
+            before.points += strands.points.len() as u32;
+            set += 1;
+        }
+        for mesh in triangles.meshes() {
+            let corners = |values: [[f32; 3]; 3]| values.map(|[x, y, z]| [x, y, z, 0.0].map(f32::to_bits));
+            let normals = mesh.normals.as_ref().map_or(NONE, |normals| {
+                let begin = packed.data.len() as u32;
+                packed.data.extend(normals.iter().flat_map(|n| corners(n.map(|n| n.to_array()))));
+                begin
+            });
+            let uv = mesh
+                .uv
+                .as_ref()
+                .map_or(NONE, |uv| packed.numbers(uv.iter().flatten().flat_map(|uv| uv.to_array()).map(f32::to_bits)));
+            meshes.push([before.triangles, mesh.surface as u32, normals, uv]);
+            before.triangles += mesh.triangles.len() as u32;
+        }
+        Ok(roots)
+    };
+    let own = object(packed, &geometry.curves, &geometry.triangles)?;
+    let mut objects = Vec::new();
+    for (curves, triangles) in geometry.instances.objects() {
+        objects.push(object(packed, curves, triangles)?);
+    }
+    packed.fibers = fibers.all;
+    let (set_count, mesh_count) = (sets.len() as u32 / 2, meshes.len() as u32);
+    let mut append = |rows: Vec<[u32; 4]>| {
+        let begin = packed.data.len() as u32;
+        packed.data.extend(rows);
+        begin
+    };
+    let (sets, meshes) = (append(sets), append(meshes));
+    let mut rows = Vec::new();
+    for placed in geometry.instances.placed() {
+        for matrix in [placed.to_local, placed.to_world] {
+            let (m, t) = (matrix.matrix3.transpose(), matrix.translation);
+            let row = |axis: glam::Vec3A, t: f32| [axis.x, axis.y, axis.z, t].map(f32::to_bits);
+            rows.extend([row(m.x_axis, t.x), row(m.y_axis, t.y), row(m.z_axis, t.z)]);
+        }
+        let Roots { curves, triangles } = objects[placed.object as usize];
+        rows.push([curves, triangles, placed.strands_before, placed.scale.to_bits()]);
+    }
+    let instances = append(rows);
+    let (bvh, leaves) = geometry.instances.hierarchy();
+    let leaves = append(leaves.iter().flat_map(|l| [[l[0], l[1], l[2], l[3]], [l[4], l[5], l[6], l[7]]]).collect());
+    let root = pack_bvh(packed, bvh, 0);
+    Ok(Places {
+        roots: [own.curves, own.triangles, root, geometry.instances.len() as u32],
+        sets: [set_count, sets, mesh_count, meshes],
+        instances: [instances, leaves, 0, 0],
+    })
+}
+
+fn eight(x: f32x8) -> [[u32; 4]; 2] {
+    let [a, b, c, d, e, f, g, h] = x.to_array().map(f32::to_bits);
+    [[a, b, c, d], [e, f, g, h]]
+}
+
+fn halves(x: [u32; 8]) -> [[u32; 4]; 2] {
+    let [a, b, c, d, e, f, g, h] = x;
+    [[a, b, c, d], [e, f, g, h]]
+}
+
+/// Appends the nodes of a hierarchy whose first leaf is `leaves`. Returns its root.
+fn pack_bvh(packed: &mut PackedScene, bvh: &Bvh, leaves: u32) -> u32 {
+    let nodes = packed.nodes.len() as u32 / 14;
+    let moved = |child: u32| if child & LEAF == 0 { child + nodes } else { child + leaves };
+    for (bounds, children) in bvh.nodes() {
+        packed.nodes.extend(bounds.iter().flatten().flat_map(|x| eight(*x)));
+        packed.nodes.extend(halves(children.map(moved)));
+    }
+    moved(bvh.root())
+}
+
+fn pack_curves(packed: &mut PackedScene, curves: &Curves, points: u32) -> u32 {
+    let leaves = packed.chords.len() as u32 / 16;
+    for (ends, margins, first) in curves.blocks() {
+        packed.chords.extend(ends.iter().flatten().flat_map(|x| eight(*x)));
+        let margins: u32x8 = margins;
+        packed.chords.extend(halves(margins.to_array()));
+        packed.chords.extend(halves(first.map(|first| if first == NONE { NONE } else { first + points })));
+    }
+    pack_bvh(packed, curves.bvh(), leaves)
+}
+
+fn pack_triangles(packed: &mut PackedScene, triangles: &Triangles, before: u32) -> u32 {
+    let leaves = packed.triangles.len() as u32 / 20;
+    for (shape, index) in triangles.blocks() {
+        packed.triangles.extend(shape.iter().flatten().flat_map(|x| eight(*x)));
+        packed.triangles.extend(halves(index.map(|index| if index == NONE { NONE } else { index + before })));
+    }
+    pack_bvh(packed, triangles.bvh(), leaves)
+}
+
+/// All different fibres.
+#[derive(Default)]
+struct Fibers {
+    all: Vec<Fiber>,
+    found: HashMap<Vec<u32>, u32>,
+}
+
+impl Fibers {
+    fn index(&mut self, fiber: &Fiber) -> u32 {
+        let values = Parameter::ALL.into_iter().filter_map(|parameter| parameter.get(fiber)).flatten();
+        let exit = u32::from(fiber.exit == vellus::Exit::Open);
+        let key = values.map(f32::to_bits).chain([exit]).collect();
+        let all = &mut self.all;
+        *self.found.entry(key).or_insert_with(|| {
+            all.push(*fiber);
+            (all.len() - 1) as u32
+        })
+    }
+
+    /// The record of a set of strands, or [`NONE`] and the first of one number for each strand.
+    fn records(
+        &mut self,
+        packed: &mut PackedScene,
+        geometry: &Geometry,
+        set: usize,
+        strands: &Strands,
+    ) -> Result<[u32; 2], String> {
+        let look = &geometry.looks[strands.look];
+        if look.textured.is_empty() && strands.varying.is_empty() {
+            return Ok([self.index(&look.fiber), 0]);
+        }
+        if strands.varying.iter().any(|(_, values)| matches!(values, Values::PerPoint(_))) {
+            return Err(format!("a parameter that varies along the strands of '{}'", strands.name));
+        }
+        let of_strand: Vec<u32> =
+            (0..strands.len()).map(|strand| self.index(&geometry.fiber_of_strand(set, strands, strand))).collect();
+        Ok([NONE, packed.numbers(of_strand)])
+    }
+}

@@ -1,0 +1,107 @@
+//! Lights.
+
+use super::{NONE, PackedScene, rgb};
+use crate::light::Lights;
+use crate::light::distribution::PiecewiseConstant1D;
+use crate::light::environment::Map;
+use crate::light::prepared::Prepared;
+use glam::Vec3;
+use vellus_scene::Texture;
+
+/// Rows of each light.
+const ROWS: u32 = 10;
+
+/// Where the lights are.
+pub(crate) struct PackedLights {
+    /// The first row, [`ROWS`] for each light.
+    pub rows: u32,
+    /// The first number of the distribution of lights.
+    pub sums: u32,
+}
+
+fn vector(v: Vec3, w: f32) -> [f32; 4] {
+    [v.x, v.y, v.z, w]
+}
+
+fn sums(packed: &mut PackedScene, distributions: &[&PiecewiseConstant1D]) -> u32 {
+    packed.numbers(distributions.iter().flat_map(|d| d.sums().iter().map(|sum| sum.to_bits())))
+}
+
+/// Appends an image of its own. Returns its row: size, first pixel, and how it continues.
+fn image(packed: &mut PackedScene, texture: &Texture) -> u32 {
+    let first = packed.data.len() as u32 + 1;
+    // A sky repeats from left to right. A lamp is only looked up inside of its image.
+    let row = packed.row([texture.width as u32, texture.height as u32, first, 4]);
+    packed.data.extend(texture.pixels.iter().map(|&pixel| rgb(pixel, 0.0).map(f32::to_bits)));
+    row
+}
+
+impl Lights {
+    /// Packs all lights.
+    pub(crate) fn packed(&self, packed: &mut PackedScene, groups: &[usize]) -> PackedLights {
+        // Images and distributions come first, because the rows of the lights are adjacent.
+        let mut all: Vec<[[u32; 4]; ROWS as usize]> = Vec::new();
+        for (k, light) in self.all().iter().enumerate() {
+            let mut rows = [[0u32; 4]; ROWS as usize];
+            let share = self.share(k).to_bits();
+            let (kind, shape) = self.shape(packed, light);
+            rows[0] = [kind, share, u32::from(self.is_visible(k)), groups[k] as u32];
+            rows[1] = rgb(light.radiance(), 0.0).map(f32::to_bits);
+            rows[2..7].copy_from_slice(&shape);
+            if let Some(shaped) = self.shaping(k) {
+                let (shaping, cos_end, cos_start) = shaped.packed();
+                rows[1][3] = 1;
+                rows[7] = vector(shaping.axis, cos_end).map(f32::to_bits);
+                rows[8] = [cos_start, shaping.cone, shaping.softness, shaping.focus].map(f32::to_bits);
+            }
+            all.push(rows);
+        }
+        let sums = sums(packed, &[self.chances()]);
+        let rows = packed.data.len() as u32;
+        packed.data.extend(all.into_iter().flatten());
+        PackedLights { rows, sums }
+    }
+
+    /// The kind of a light, and five rows of its shape.
+    fn shape(&self, packed: &mut PackedScene, light: &Prepared) -> (u32, [[u32; 4]; 5]) {
+        let none = [0.0; 4];
+        let (kind, floats) = match light {
+            Prepared::Dome { map, rotation, ground, .. } => {
+                let mut rows = [
+                    vector(rotation.x_axis, 0.0).map(f32::to_bits),
+                    vector(rotation.y_axis, 0.0).map(f32::to_bits),
+                    vector(rotation.z_axis, 0.0).map(f32::to_bits),
+                    [NONE, NONE, NONE, 0],
+                    [0; 4],
+                ];
+                if let Some(ground) = ground {
+                    rows[4] = vector(ground.origin, ground.height).map(f32::to_bits);
+                    rows[0][3] = ground.radius.to_bits();
+                }
+                if let Some(map) = map {
+                    let Map { texture, rows: lines, columns, .. } = map;
+                    let columns: Vec<&PiecewiseConstant1D> = columns.iter().collect();
+                    let [lines, columns] = [sums(packed, &[lines]), sums(packed, &columns)];
+                    rows[3] = [image(packed, texture), lines, columns, 0];
+                }
+                return (1, rows);
+            }
+            Prepared::Distant { direction, half_angle, .. } => {
+                (2, [vector(*direction, *half_angle), [half_angle.cos(), 0.0, 0.0, 0.0], none, none, none])
+            }
+            Prepared::Flat { center, x, y, normal, area, disk, texture, .. } => {
+                let disk = f32::from(u8::from(*disk));
+                let rows = [vector(*center, *area), vector(*x, disk), vector(*y, 0.0), vector(*normal, 0.0), none];
+                let mut rows = rows.map(|row| row.map(f32::to_bits));
+                rows[4][0] = texture.as_ref().map_or(NONE, |texture| image(packed, texture));
+                return (3, rows);
+            }
+            Prepared::Point { position, .. } => (4, [vector(*position, 0.0), none, none, none, none]),
+            Prepared::Sphere { center, radius, .. } => (5, [vector(*center, *radius), none, none, none, none]),
+            Prepared::Cylinder { center, axis, half_length, radius, .. } => {
+                (6, [vector(*center, *radius), vector(*axis, *half_length), none, none, none])
+            }
+        };
+        (kind, floats.map(|row| row.map(f32::to_bits)))
+    }
+}

@@ -1,0 +1,242 @@
+//! A scene as plain rows of four numbers, for a tracer on a GPU.
+//!
+//! It is the same scene with the same hierarchies. Objects follow one another: what is in world space first, then the
+//! prototypes. All indices count over all objects. The order of the numbers is not stable.
+
+mod geometry;
+mod lights;
+
+use crate::error::Error;
+use crate::film::{Film, Layer, Layout, nearest};
+use crate::integrator::path::Seen;
+use crate::integrator::settings::Settings;
+use crate::integrator::view::Filter;
+use crate::render::{Row, Statistics};
+use crate::world::World;
+use rayon::prelude::*;
+use std::ops::Range;
+use vellus::Fiber;
+use vellus_io::Progress;
+use vellus_scene::{Tint, Wrap};
+
+/// Marks a number that is missing.
+pub const NONE: u32 = u32::MAX;
+
+/// Rows of the header, at the beginning of [`PackedScene::data`].
+const HEADER: usize = 18;
+
+/// Words after the channels of a sample: the distance of the strand that the camera sees and its number, the thing that
+/// it sees, the rays, the throughput that was cut off, and the light that was removed.
+pub const EXTRA_WORDS: usize = 6;
+
+/// A scene in rows of four numbers.
+#[derive(Clone, Debug, Default)]
+pub struct PackedScene {
+    /// Nodes of all hierarchies, 14 rows each.
+    pub nodes: Vec<[u32; 4]>,
+    /// Chords of segments, 16 rows for each leaf.
+    pub chords: Vec<[u32; 4]>,
+    /// Triangles, 20 rows for each leaf.
+    pub triangles: Vec<[u32; 4]>,
+    /// Control points: x, y, z and radius.
+    pub points: Vec<[f32; 4]>,
+    /// Everything else: the header first.
+    pub data: Vec<[u32; 4]>,
+    /// The different fibres.
+    pub fibers: Vec<Fiber>,
+    /// The words of one sample.
+    pub sample_words: usize,
+}
+
+impl PackedScene {
+    /// Appends a row, and returns its index.
+    fn row(&mut self, row: [u32; 4]) -> u32 {
+        self.data.push(row);
+        (self.data.len() - 1) as u32
+    }
+
+    fn floats(&mut self, row: [f32; 4]) -> u32 {
+        self.row(row.map(f32::to_bits))
+    }
+
+    /// Appends numbers one after another. Returns the index of the first number.
+    fn numbers(&mut self, numbers: impl IntoIterator<Item = u32>) -> u32 {
+        let begin = 4 * self.data.len() as u32;
+        let numbers: Vec<u32> = numbers.into_iter().collect();
+        let chunk = |chunk: &[u32]| std::array::from_fn(|i| chunk.get(i).copied().unwrap_or(0));
+        self.data.extend(numbers.chunks(4).map(chunk));
+        begin
+    }
+}
+
+fn rgb(c: [f32; 3], w: f32) -> [f32; 4] {
+    [c[0], c[1], c[2], w]
+}
+
+impl World {
+    /// The scene for a picture with these settings and layers.
+    ///
+    /// # Errors
+    /// The name of a feature that the packed form does not have: motion blur, and parameters that vary along a strand.
+    pub fn packed(&self, settings: &Settings, layout: &Layout) -> Result<PackedScene, String> {
+        let geometry = &self.geometry;
+        if geometry.moves {
+            return Err("motion blur".to_owned());
+        }
+        let mut packed = PackedScene { data: vec![[0; 4]; HEADER], ..PackedScene::default() };
+        packed.sample_words = layout.channels() + EXTRA_WORDS;
+        let own = geometry::pack(&mut packed, geometry)?;
+        let lights = geometry.lights.packed(&mut packed, &geometry.groups);
+        let surfaces = packed.data.len() as u32;
+        for surface in &geometry.surfaces {
+            let texture = surface.color.texture.map_or(0, |texture| texture as u32 + 1);
+            let [r, g, b] = surface.color.color.map(f32::to_bits);
+            packed.row([r, g, b, texture]);
+            packed.floats([surface.roughness, surface.metallic, surface.ior, 0.0]);
+            packed.floats(rgb(surface.emission, 0.0));
+        }
+        let textures = self.pack_textures(&mut packed);
+        let axes = geometry.view.packed(settings.filter);
+        let [left, top, width, height] = settings.area().map(|n| n as u32);
+        let [whole_width, whole_height] = settings.size.map(|n| n as u32);
+        let background = geometry.background.as_ref();
+        let tint = background.map_or(Tint { color: [0.0; 3], texture: None }, |background| background.tint);
+        let channels = layout.channels() as u32;
+        let clamp = settings.clamp_indirect.map_or(0, f32::to_bits);
+        let header = [
+            axes[0],
+            axes[1],
+            axes[2],
+            axes[3],
+            [whole_width, whole_height, left, top],
+            [width, height, settings.seed, settings.max_depth.unwrap_or(NONE)],
+            own.roots,
+            own.sets,
+            [geometry.lights.len() as u32, lights.rows, lights.sums, surfaces],
+            [
+                textures,
+                tint.texture.map_or(0, |texture| texture as u32 + 1),
+                background.map_or(0, |background| background.group as u32),
+                geometry.emission_group as u32,
+            ],
+            rgb(tint.color, 0.0).map(f32::to_bits),
+            [clamp, channels, packed.sample_words as u32, u32::from(background.is_some())],
+            own.instances,
+        ];
+        packed.data[..header.len()].copy_from_slice(&header);
+        let starts: Vec<u32> =
+            Layer::ALL.iter().map(|&layer| layout.start(layer).map_or(NONE, |start| start as u32)).collect();
+        for (row, starts) in packed.data[header.len()..].iter_mut().zip(starts.chunks(4)) {
+            row.copy_from_slice(starts);
+        }
+        Ok(packed)
+    }
+
+    /// The textures: a row for each with its size, its first pixel and how it continues; then all pixels.
+    fn pack_textures(&self, packed: &mut PackedScene) -> u32 {
+        let textures = &self.geometry.textures;
+        let begin = packed.data.len();
+        packed.data.extend(textures.iter().map(|_| [0; 4]));
+        for (k, texture) in textures.iter().enumerate() {
+            let wrap = texture.wrap.map(|wrap| match wrap {
+                Wrap::Repeat => 0,
+                Wrap::Clamp => 1,
+                Wrap::Mirror => 2,
+                Wrap::Black => 3,
+            });
+            let first = packed.data.len() as u32;
+            packed.data[begin + k] = [texture.width as u32, texture.height as u32, first, wrap[0] + 4 * wrap[1]];
+            packed.data.extend(texture.pixels.iter().map(|&pixel| rgb(pixel, 0.0).map(f32::to_bits)));
+        }
+        begin as u32
+    }
+}
+
+/// Computes samples of rows of pixels, on a GPU.
+pub trait RowTracer: Send {
+    /// The number of rows to trace at once, with this number of samples in each pixel.
+    fn rows_at_once(&self, samples: u64) -> usize;
+
+    /// The words of all samples of some rows, pixel by pixel: the values of all channels, and [`EXTRA_WORDS`]. Rows count
+    /// from the top of the film's area. `samples` are the samples of each pixel.
+    ///
+    /// # Errors
+    /// [`Error::Device`].
+    fn trace(&mut self, rows: Range<usize>, samples: Range<u64>) -> Result<Vec<u32>, Error>;
+}
+
+impl World {
+    /// As [`World::render`], but another tracer computes the samples.
+    ///
+    /// # Errors
+    /// Those of [`World::render`] and of `tracer`.
+    pub fn render_packed(
+        &self,
+        settings: &Settings,
+        film: &mut Film,
+        samples: Range<u64>,
+        progress: &dyn Progress,
+        tracer: &mut dyn RowTracer,
+    ) -> Result<Statistics, Error> {
+        let [_, _, width, height] = settings.area();
+        self.check_film(settings, film)?;
+        let layout = film.layout();
+        let words = layout.channels() + EXTRA_WORDS;
+        let row_words = width * (samples.end - samples.start) as usize * words;
+        let mut rows: Vec<Row> = Vec::with_capacity(height);
+        while rows.len() < height {
+            if progress.is_cancelled() {
+                return Err(Error::Cancelled);
+            }
+            let at_once = tracer.rows_at_once(samples.end - samples.start).max(1);
+            let part = rows.len()..(rows.len() + at_once).min(height);
+            let traced = tracer.trace(part.clone(), samples.clone())?;
+            let add_row = |(y, row): (usize, &[u32])| self.packed_row(settings, layout, y * width, row, width);
+            let pixels = traced.par_chunks_exact(row_words).enumerate();
+            rows.par_extend(pixels.map(|(k, row)| (part.start + k, row)).map(add_row));
+        }
+        Ok(film.add_traced(rows, samples))
+    }
+
+    /// Adds up the samples of a row, whose first pixel is `begin`.
+    fn packed_row(&self, settings: &Settings, layout: &Layout, begin: usize, samples: &[u32], width: usize) -> Row {
+        let words = layout.channels() + EXTRA_WORDS;
+        let mut row = Row::new(width * layout.words());
+        let mut values = vec![0.0; layout.channels()];
+        for (x, pixel) in samples.chunks_exact(samples.len() / width).enumerate() {
+            for sample in pixel.chunks_exact(words) {
+                values.iter_mut().zip(sample).for_each(|(value, bits)| *value = f32::from_bits(*bits));
+                let [distance, number, thing, rays, cut, removed] = std::array::from_fn(|k| sample[values.len() + k]);
+                let strand = if number == 0 { 0 } else { nearest(f32::from_bits(distance), number) };
+                let seen = Seen {
+                    strand,
+                    thing: (thing != NONE).then_some(thing),
+                    rays: rays.into(),
+                    cut: f32::from_bits(cut),
+                    removed: f32::from_bits(removed),
+                };
+                row.add(settings, layout, [x, begin + x], &values, &seen);
+            }
+            row.end_pixel();
+        }
+        row
+    }
+}
+
+impl crate::integrator::view::View {
+    /// The axes and the origin of the camera, with film height, focus distance, lens radius and filter.
+    fn packed(&self, filter: Filter) -> [[u32; 4]; 4] {
+        let (frame, camera) = self.still();
+        let axes = [frame.matrix3.x_axis, frame.matrix3.y_axis, frame.matrix3.z_axis, frame.translation];
+        let filter = match filter {
+            Filter::Box => 0,
+            Filter::Tent => 1,
+        };
+        let rest = [camera.film_height, camera.focus_distance, camera.lens_radius].map(f32::to_bits);
+        let last = [rest[0], rest[1], rest[2], filter];
+        std::array::from_fn(|k| {
+            let [x, y, z] = axes[k].to_array().map(f32::to_bits);
+            [x, y, z, last[k]]
+        })
+    }
+}
