@@ -40,9 +40,15 @@ fn title(species: Species) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// A fibre as an object with every parameter.
+/// A fibre as an object with every parameter, also those that files of fibres leave out.
 fn fiber_value(fiber: &Fiber) -> Result<Value, String> {
-    serde_json::to_value(fiber).map_err(|e| format!("fiber: {e}"))
+    let mut value = serde_json::to_value(fiber).map_err(|e| format!("fiber: {e}"))?;
+    for parameter in Parameter::ALL {
+        if let (None, Some([x, ..])) = (value.get(parameter.name()), parameter.get(fiber)) {
+            value[parameter.name()] = json!(parameter.unit().from_stored(x));
+        }
+    }
+    Ok(value)
 }
 
 /// The answer to `parameters`.

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use vellus::{Fiber, Lobe, Window};
 
 /// The length of a ray outside the fibre, in fibre radii.
-const OUTSIDE: f64 = 0.6;
+const OUTSIDE: f64 = 0.45;
 
 /// Light that meets the fibre at an offset, and its refraction in the normal plane.
 #[derive(Clone, Copy, Debug)]
@@ -75,9 +75,9 @@ pub fn section(request: &Request) -> Result<Value, String> {
     let rays: Vec<Value> = [Lobe::R, Lobe::Tt, Lobe::Trt]
         .into_iter()
         .zip(0..)
-        .map(|(lobe, p)| {
-            json!({ "lobe": lobe.key(), "points": specular(&entry, p), "weight": energy.0[lobe as usize] })
-        })
+        .map(
+            |(lobe, p)| json!({ "lobe": lobe.key(), "points": specular(&entry, p), "weight": energy.0[lobe as usize] }),
+        )
         .collect();
     let scattered: Vec<Value> = walk::scattered(&fiber, &entry, paths, seed)
         .into_iter()

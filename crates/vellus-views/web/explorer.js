@@ -18,7 +18,7 @@ async function moduleBytes() {
 async function createWasmSource() {
   if (typeof WebAssembly !== "object") throw new Error("this browser has no WebAssembly");
   const { instance } = await WebAssembly.instantiate(await moduleBytes(), {});
-  const { memory, alloc, free, answer } = instance.exports;
+  const { memory, vellus_alloc: alloc, vellus_free: free, vellus_answer: answer } = instance.exports;
   return {
     async ask(request) {
       const bytes = new TextEncoder().encode(JSON.stringify(request));

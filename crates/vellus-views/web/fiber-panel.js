@@ -19,7 +19,10 @@ const PANEL_GROUPS = [
   ["Cortex", ["sigma_ca"]],
 ];
 
-const CHANNEL_NAMES = { r: "red", g: "green", b: "blue" };
+const CHANNEL_NAMES = { r: "Red", g: "Green", b: "Blue" };
+
+/** Short forms of units, for the eye alone. */
+const SHORT_UNITS = { "1/radius": "1/r" };
 
 /** The most steps of undo. */
 const STEPS = 200;
@@ -102,7 +105,7 @@ export function createSlider({ key, label, name, unit = "", range, title = "", c
   });
   const element = make("div", { class: "vf-row" },
     make("label", { for: id, title, class: "vf-label" }, label), slider, field,
-    make("span", { class: "vf-unit", "aria-hidden": "true" }, unit));
+    make("span", { class: "vf-unit", "aria-hidden": "true", title: unit }, SHORT_UNITS[unit] ?? unit));
   return {
     element,
     get value() { return current; },
@@ -258,7 +261,8 @@ export async function createFiberPanel(element, source, { fiber, onchange = () =
       sliders.set(row.key, [slider]);
       return [slider.element];
     }
-    const link = make("input", { type: "checkbox", checked: true, "data-link": row.key });
+    const link = make("input", { type: "checkbox", checked: true, "data-link": row.key,
+      "aria-label": `${row.label}: one value for all channels` });
     linked.set(row.key, link);
     const list = row.channels.map((channel, i) => {
       const short = channel.split(".").pop();
@@ -269,7 +273,7 @@ export async function createFiberPanel(element, source, { fiber, onchange = () =
     });
     sliders.set(row.key, list);
     const head = make("div", { class: "vf-head", title }, make("span", {}, row.label),
-      make("label", {}, link, " same in all channels"));
+      make("label", {}, link, " linked"));
     return [head, ...list.map((slider) => slider.element)];
   }
 
@@ -289,7 +293,7 @@ export async function createFiberPanel(element, source, { fiber, onchange = () =
     make("button", { type: "button", title, onclick: click, "data-action": key }, label);
   const undoButton = button("Undo", "Undo (Ctrl+Z)", undo, "undo");
   const redoButton = button("Redo", "Redo (Ctrl+Y)", redo, "redo");
-  const copyButton = button("Copy to B", "Copies this look to the other", copy, "copy");
+  const copyButton = button("A → B", "", copy, "copy");
   const resetButton = button("Reset", "The fibre that the panel began with", () => replace(
     { ...state, [state.active]: first }, true), "reset");
   const options = table.presets.flatMap((preset) => [
@@ -383,7 +387,10 @@ export async function createFiberPanel(element, source, { fiber, onchange = () =
     exits.value = shown.exit;
     presets.value = preset;
     radios[state.active].checked = true;
-    copyButton.textContent = `Copy to ${state.active === "A" ? "B" : "A"}`;
+    const to = state.active === "A" ? "B" : "A";
+    copyButton.textContent = `${state.active} → ${to}`;
+    copyButton.title = `Copy look ${state.active} to look ${to}`;
+    copyButton.setAttribute("aria-label", copyButton.title);
     undoButton.disabled = past.length === 0;
     redoButton.disabled = future.length === 0;
     element.dataset.look = state.active;

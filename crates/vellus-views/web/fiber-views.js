@@ -1,4 +1,4 @@
-// The views of a fibre: cross-section with traced rays, polar lobes, θ–φ profile, energy by lobe.
+// The views of a fibre: cross-section with traced rays, lobes around and along it, θ–φ profile, energy by lobe.
 //
 // Use:
 //   import { createFiberViews } from "./fiber-views.js";
@@ -15,6 +15,9 @@ import { createSlider, make } from "./fiber-panel.js";
 
 /** The names of the lobes on the page, and the class of their colour. */
 const LOBE_NAMES = ["R", "TT", "TRT", "TTˢ", "TRTˢ", "rest"];
+
+/** The radius of the fibre in the cross-section, which is 320 wide. */
+const SECTION_RADIUS = 102;
 
 /** Decades that the picture of the profile spans. */
 const DECADES = 3.5;
@@ -40,7 +43,7 @@ function totalAt(lobes, i) {
 
 /** The rays through the cross-section. The light comes from the right. */
 function drawSection(svg, answer) {
-  const [size, middle] = [92, 160];
+  const [size, middle] = [SECTION_RADIUS, 160];
   const at = ([y, z]) => [middle + size * y, middle - size * z];
   const shapes = [
     draw("circle", { cx: middle, cy: middle, r: size, class: "vv-cortex" }),
@@ -107,6 +110,39 @@ function drawPolar(svg, answer, other) {
   svg.replaceChildren(...shapes);
 }
 
+/** The lobes along the fibre. The height is the square root, so that weak lobes are visible. */
+function drawLongitudinal(svg, answer, other, theta) {
+  const [left, right, top, bottom] = [16, 304, 12, 232];
+  const totals = answer.theta_i.map((_, i) => totalAt(answer.lobes, i));
+  const otherTotals = other ? other.theta_i.map((_, i) => totalAt(other.lobes, i)) : [];
+  const largest = Math.max(1e-9, ...totals, ...otherTotals);
+  const x = (theta) => left + ((theta + 90) / 180) * (right - left);
+  const y = (value) => bottom - Math.sqrt(Math.max(value, 0) / largest) * (bottom - top);
+  const shapes = [];
+  for (const share of [0, 0.1, 0.5, 1]) {
+    const height = y(share * largest);
+    shapes.push(draw("line", { x1: left, x2: right, y1: height, y2: height, class: "vv-grid" }));
+  }
+  for (const degrees of [-90, -45, 0, 45, 90]) {
+    shapes.push(draw("line", { x1: x(degrees), x2: x(degrees), y1: top, y2: bottom, class: "vv-grid" }));
+    shapes.push(draw("text", { x: x(degrees), y: bottom + 16, "text-anchor": "middle", class: "vv-axis" },
+      `${degrees}°`.replace("-", "−")));
+  }
+  const points = (values) => values.map((value, i) => [x(answer.theta_i[i]), y(value)]);
+  answer.lobes.forEach((lobe, i) => {
+    const ends = [[x(90), bottom], [x(-90), bottom]];
+    shapes.push(draw("polygon", { points: line([...points(lobe.map(mean)), ...ends]),
+      class: `vv-shape vv-lobe${i} vv-wash${i}` }));
+  });
+  shapes.push(draw("polyline", { points: line(points(totals)), class: "vv-total" }));
+  if (other) shapes.push(draw("polyline", { points: line(points(otherTotals)), class: "vv-total vv-other" }));
+  // A mirror would reflect the light here.
+  shapes.push(draw("line", { x1: x(-theta), x2: x(-theta), y1: top, y2: bottom, class: "vv-mark" }));
+  shapes.push(draw("text", { x: 4, y: 268, class: "vv-axis" },
+    `top: ${largest.toPrecision(2)} per radian; dotted: the mirror direction`));
+  svg.replaceChildren(...shapes);
+}
+
 /** The energies of the lobes over the offset, one above the other. */
 function drawEnergy(svg, answer, other, h) {
   const [left, right, top, bottom] = [40, 312, 12, 232];
@@ -169,7 +205,6 @@ function tableOf(answer, other) {
     ...(other ? [cell(mean(more))] : []));
   const rest = (total) => total.map((x) => Math.max(1 - x, 0));
   return make("table", { class: "vv-table" },
-    make("caption", {}, "Mean over the width, in per cent"),
     make("thead", {}, make("tr", {}, ...["Lobe", "Red", "Green", "Blue", ...(other ? ["Other look"] : [])].map(
       (name) => make("th", { scope: "col" }, name)))),
     make("tbody", {}, ...LOBE_NAMES.map((name, i) => row(name, answer.mean[i], `vv-back${i}`, other?.mean[i])),
@@ -181,6 +216,7 @@ export function createFiberViews(element, source, { controls = true, onlight = (
   element.classList.add("vellus", "vellus-views");
   const section = draw("svg", { viewBox: "0 0 320 320", role: "img", "data-view": "section" });
   const polar = draw("svg", { viewBox: "0 0 320 320", role: "img", "data-view": "polar" });
+  const along = draw("svg", { viewBox: "0 0 320 272", role: "img", "data-view": "longitudinal" });
   const energy = draw("svg", { viewBox: "0 0 320 272", role: "img", "data-view": "energy" });
   const canvas = make("canvas", { role: "img", "data-view": "profile" });
   const scale = make("p", { class: "vv-note" });
@@ -211,18 +247,20 @@ export function createFiberViews(element, source, { controls = true, onlight = (
     make("li", {}, make("span", { class: `vv-key vv-back${i}` }), name)));
   element.replaceChildren(...(controls ? [bar] : []), legend, message,
     make("div", { class: "vv-grid-of-views" },
-      figure("Cross-section", "the light comes from the right; drag to move it", section),
+      figure("Cross-section", "light from the right; drag to move it", section),
       figure("Lobes around the fibre", "N(φ), radius as its square root", polar),
+      figure("Lobes along the fibre", "over θᵢ, height as the square root", along),
       figure("Profile", "reflected light by direction, logarithmic",
         make("div", { class: "vv-profile" }, axis("θ", "vv-theta"), axis("90°", "vv-top"), axis("−90°", "vv-bottom"),
           canvas, axis("φ = 0°", "vv-left"), axis("180°", "vv-middle"), axis("360°", "vv-right")), scale),
-      figure("Energy by lobe", "over the offset; blank is absorbed", energy, table)));
+      figure("Energy by lobe", "over the offset; blank is absorbed", energy),
+      figure("Energy in numbers", "mean over the width, in per cent", table)));
 
   function drag(event) {
     if (!controls || event.buttons === 0) return;
     const box = section.getBoundingClientRect();
-    // The circle has 92 of 320 units in radius. The light at the height z has the offset −z.
-    const z = ((0.5 - (event.clientY - box.top) / box.height) * 320) / 92;
+    // The light at the height z has the offset −z.
+    const z = ((0.5 - (event.clientY - box.top) / box.height) * 320) / SECTION_RADIUS;
     moved({ h: Number(Math.min(Math.max(-z, -1), 1).toFixed(3)) });
   }
   section.addEventListener("pointerdown", (event) => {
@@ -252,6 +290,9 @@ export function createFiberViews(element, source, { controls = true, onlight = (
     const [lobes, otherLobes] = await both({ ask: "polar", ...hit, samples: 360 });
     drawPolar(polar, lobes, otherLobes);
     polar.setAttribute("aria-label", `Lobes around the fibre, ${all ? "whole width" : `offset ${h}`}`);
+    const [tilts, otherTilts] = await both({ ask: "longitudinal", ...hit, samples: 120 });
+    drawLongitudinal(along, tilts, otherTilts, theta);
+    along.setAttribute("aria-label", `Lobes along the fibre, light at ${theta} degrees`);
     const [energies, otherEnergies] = await both({ ask: "energy", theta, samples: 101 });
     drawEnergy(energy, energies, otherEnergies, h);
     energy.setAttribute("aria-label", `Energy by lobe over the offset; in all ${(100 * mean(energies.total)).toFixed(1)}`

@@ -1,11 +1,11 @@
 //! The fibre explorer's model as a WebAssembly module. The page `explorer.html` of `vellus-views` uses it.
 //!
-//! It has three exports. [`alloc`] returns room for a request of `size` bytes. [`answer`] reads a request there and
-//! returns the address of a response: its length in bytes (u32, little-endian), then the JSON text. [`free`] releases
-//! either. The length of a response that `free` needs is that of its text plus 4.
+//! It has three exports. [`vellus_alloc`] returns room for a request of `size` bytes. [`vellus_answer`] reads a request there and
+//! returns the address of a response: its length in bytes (u32, little-endian), then the JSON text. [`vellus_free`] releases
+//! either. Plain names such as `free` would replace those of C. The length of a response that `vellus_free` needs is that of its text plus 4.
 #![allow(unsafe_code, reason = "memory that a page of JavaScript reads and writes; each use states its contract")]
 
-use std::alloc::{Layout, alloc as allocate, dealloc};
+use std::alloc::{Layout, alloc, dealloc};
 
 /// Bytes before the text of a response.
 const HEADER: usize = 4;
@@ -15,12 +15,12 @@ fn layout(size: usize) -> Option<Layout> {
     if size == 0 { None } else { Layout::from_size_align(size, 4).ok() }
 }
 
-/// Room for `size` bytes, or null if there is none. [`free`] releases it.
+/// Room for `size` bytes, or null if there is none. [`vellus_free`] releases it.
 #[unsafe(no_mangle)]
-pub extern "C" fn alloc(size: usize) -> *mut u8 {
+pub extern "C" fn vellus_alloc(size: usize) -> *mut u8 {
     match layout(size) {
         // SAFETY: the layout's size is not 0.
-        Some(layout) => unsafe { allocate(layout) },
+        Some(layout) => unsafe { alloc(layout) },
         None => std::ptr::null_mut(),
     }
 }
@@ -28,9 +28,9 @@ pub extern "C" fn alloc(size: usize) -> *mut u8 {
 /// Releases a block. Null is ignored.
 ///
 /// # Safety
-/// `block` came from [`alloc`] or [`answer`] with this size, and was not released before.
+/// `block` came from [`vellus_alloc`] or [`vellus_answer`] with this size, and was not released before.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn free(block: *mut u8, size: usize) {
+pub unsafe extern "C" fn vellus_free(block: *mut u8, size: usize) {
     if let (Some(layout), false) = (layout(size), block.is_null()) {
         // SAFETY: the caller keeps the contract.
         unsafe { dealloc(block, layout) }
@@ -43,7 +43,7 @@ pub unsafe extern "C" fn free(block: *mut u8, size: usize) {
 /// # Safety
 /// `request` points to `size` bytes that nothing else writes during the call, or is null.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn answer(request: *const u8, size: usize) -> *mut u8 {
+pub unsafe extern "C" fn vellus_answer(request: *const u8, size: usize) -> *mut u8 {
     let bytes = if request.is_null() || size == 0 {
         &[][..]
     } else {
@@ -52,7 +52,7 @@ pub unsafe extern "C" fn answer(request: *const u8, size: usize) -> *mut u8 {
     };
     let text = vellus_views::answer(&String::from_utf8_lossy(bytes));
     let Ok(length) = u32::try_from(text.len()) else { return std::ptr::null_mut() };
-    let block = alloc(HEADER + text.len());
+    let block = vellus_alloc(HEADER + text.len());
     if !block.is_null() {
         // SAFETY: the block has room for the header and the text, and is new, so that nothing overlaps.
         unsafe {
@@ -68,18 +68,18 @@ mod tests {
     use super::*;
 
     fn ask(request: &str) -> String {
-        let room = alloc(request.len());
+        let room = vellus_alloc(request.len());
         assert!(!room.is_null());
         // SAFETY: both blocks come from this crate, and their sizes are those that it states.
         unsafe {
             std::ptr::copy_nonoverlapping(request.as_ptr(), room, request.len());
-            let block = answer(room, request.len());
-            free(room, request.len());
+            let block = vellus_answer(room, request.len());
+            vellus_free(room, request.len());
             let mut header = [0; HEADER];
             std::ptr::copy_nonoverlapping(block, header.as_mut_ptr(), HEADER);
             let length = u32::from_le_bytes(header) as usize;
             let text = std::slice::from_raw_parts(block.add(HEADER), length).to_vec();
-            free(block, HEADER + length);
+            vellus_free(block, HEADER + length);
             String::from_utf8(text).unwrap()
         }
     }
@@ -93,11 +93,11 @@ mod tests {
 
     #[test]
     fn empty_blocks_and_null_do_nothing() {
-        assert!(alloc(0).is_null() && alloc(usize::MAX).is_null());
+        assert!(vellus_alloc(0).is_null() && vellus_alloc(usize::MAX).is_null());
         // SAFETY: null is ignored.
         unsafe {
-            free(std::ptr::null_mut(), 8);
-            let block = answer(std::ptr::null(), 8);
+            vellus_free(std::ptr::null_mut(), 8);
+            let block = vellus_answer(std::ptr::null(), 8);
             assert!(!block.is_null());
         }
     }
