@@ -17,7 +17,7 @@ fn label(parameter: Parameter) -> &'static str {
         Parameter::SigmaMa => "Medulla absorption",
         Parameter::G => "Anisotropy",
         Parameter::Layers => "Cuticle layers",
-        Parameter::MedullaPigment => "Pigment in medulla",
+        Parameter::MedullaPigment => "Medulla pigment",
         Parameter::Reflectance => "Coat colour",
         Parameter::Melanin => "Melanin",
         Parameter::HairReflectance => "Hair colour (Chiang)",

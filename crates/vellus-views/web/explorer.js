@@ -43,7 +43,7 @@ async function startExplorer() {
   const compare = document.getElementById("compare");
   const views = createFiberViews(document.getElementById("views"), source);
   const panel = await createFiberPanel(document.getElementById("panel"), source, {
-    fiber: { preset: "red-fox" },
+    fiber: { preset: "red-fox", melanin: [0.2, 0.6] },
     onchange: (fiber, { other }) => views.show(fiber, { other: compare.checked ? other : null }),
   });
   compare.addEventListener("change", () => views.show(panel.fiber, { other: compare.checked ? panel.other : null }));

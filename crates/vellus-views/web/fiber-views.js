@@ -249,7 +249,7 @@ export function createFiberViews(element, source, { controls = true, onlight = (
     make("div", { class: "vv-grid-of-views" },
       figure("Cross-section", "light from the right; drag to move it", section),
       figure("Lobes around the fibre", "N(φ), radius as its square root", polar),
-      figure("Lobes along the fibre", "over θᵢ, height as the square root", along),
+      figure("Lobes along the fibre", "height as the square root", along),
       figure("Profile", "reflected light by direction, logarithmic",
         make("div", { class: "vv-profile" }, axis("θ", "vv-theta"), axis("90°", "vv-top"), axis("−90°", "vv-bottom"),
           canvas, axis("φ = 0°", "vv-left"), axis("180°", "vv-middle"), axis("360°", "vv-right")), scale),

@@ -1,8 +1,9 @@
 //! The fibre explorer's model as a WebAssembly module. The page `explorer.html` of `vellus-views` uses it.
 //!
-//! It has three exports. [`vellus_alloc`] returns room for a request of `size` bytes. [`vellus_answer`] reads a request there and
-//! returns the address of a response: its length in bytes (u32, little-endian), then the JSON text. [`vellus_free`] releases
-//! either. Plain names such as `free` would replace those of C. The length of a response that `vellus_free` needs is that of its text plus 4.
+//! It has three exports. [`vellus_alloc`] returns room for a request of `size` bytes. [`vellus_answer`] reads a request
+//! there and returns the address of a response: its length in bytes (u32, little-endian), then the JSON text.
+//! [`vellus_free`] releases either. For a response it needs the length of the text plus 4. Plain names such as `free`
+//! would replace those of C in a native build.
 #![allow(unsafe_code, reason = "memory that a page of JavaScript reads and writes; each use states its contract")]
 
 use std::alloc::{Layout, alloc, dealloc};

@@ -46,27 +46,38 @@ pub fn copy_into_book(root: &Path) -> Result<(), String> {
     copied.map(|_| ()).map_err(|e| format!("{}: {e}", folder.display()))
 }
 
+/// Why the page cannot be built here, if no compiler for WebAssembly exists. Rustup adds its target if it can.
+pub fn missing(root: &Path) -> Option<String> {
+    let debian = ["rustc", "cargo", "../lib/rustlib/src/rust/library"].map(|name| Path::new(DEBIAN).join(name));
+    let has_debian = debian.iter().all(|path| path.exists()) && succeeds(Command::new("wasm-ld").arg("--version"));
+    (!has_target(root) && !has_debian).then(|| {
+        format!(
+            "no compiler for {TARGET}: run `rustup target add {TARGET}`, \
+             or `apt install rustc-web cargo-web rust-web-src lld`"
+        )
+    })
+}
+
+/// Whether the compiler has the standard library of the target, possibly after rustup has added it.
+fn has_target(root: &Path) -> bool {
+    let library = ["--print", "target-libdir", "--target", TARGET];
+    let found = output(Command::new("rustc").args(library).current_dir(root));
+    found.is_ok_and(|library| Path::new(library.trim()).is_dir())
+        || succeeds(Command::new("rustup").args(["target", "add", TARGET]).current_dir(root))
+}
+
 /// Compiles the module: with rustup's target, or with Debian's compiler and its source of the standard library.
 fn compile(root: &Path) -> Result<PathBuf, String> {
+    if let Some(reason) = missing(root) {
+        return Err(reason);
+    }
     let folder = root.join("target/wasm");
-    let has_target = |rustc: &Path| {
-        let found =
-            output(Command::new(rustc).args(["--print", "target-libdir", "--target", TARGET]).current_dir(root));
-        found.is_ok_and(|library| Path::new(library.trim()).is_dir())
-    };
     let mut cargo = Command::new("cargo");
     let mut more = Vec::new();
-    if !has_target(Path::new("rustc")) && !succeeds(Command::new("rustup").args(["target", "add", TARGET])) {
-        let [rustc, source] = ["rustc", "../lib/rustlib/src/rust/library"].map(|name| Path::new(DEBIAN).join(name));
-        if !rustc.exists() || !source.exists() || !succeeds(Command::new("wasm-ld").arg("--version")) {
-            return Err(format!(
-                "no compiler for {TARGET}: run `rustup target add {TARGET}`, \
-                 or `apt install rustc-web cargo-web rust-web-src lld`"
-            ));
-        }
+    if !has_target(root) {
         cargo = Command::new(Path::new(DEBIAN).join("cargo"));
         // This process may run under another cargo, which names its own compiler.
-        cargo.env("RUSTC", &rustc).env_remove("RUSTUP_TOOLCHAIN").env_remove("CARGO");
+        cargo.env("RUSTC", Path::new(DEBIAN).join("rustc")).env_remove("RUSTUP_TOOLCHAIN").env_remove("CARGO");
         cargo.env("RUSTC_BOOTSTRAP", "1").env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER", "wasm-ld");
         more = vec!["-Z", "build-std=std,panic_abort"];
     }

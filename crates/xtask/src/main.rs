@@ -20,7 +20,7 @@ usage: cargo xtask check | lint | test | bindings | package | paper | explorer |
   check    lint, then the fast tests and the documentation's examples
   lint     format, clippy, rustdoc, spelling, licences, manifests, the book, PAPER.md
   test     check, then the slow tests, the bindings' fast tests, other platforms, and a minute of torture
-  bindings builds and tests the bindings for C, Python, Blender and Mitsuba; it names what it skips
+  bindings builds and tests the bindings for C, Python, Blender and Mitsuba, and the explorer; it names what it skips
   package  builds every package as crates.io would get it
   paper    PAPER.md only: every symbol that it names exists, and it lists every departure that the code cites
   explorer builds the fibre explorer, a page with the model as WebAssembly: target/explorer/index.html
