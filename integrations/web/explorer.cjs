@@ -135,6 +135,11 @@ async function main() {
       await tab.screenshot({ path: path.join(folder, `explorer-${width}.png`) });
     }
   }
+  // Without WebAssembly there is a message.
+  const bare = await browser.newPage();
+  await bare.addInitScript(() => delete globalThis.WebAssembly);
+  await bare.goto(pathToFileURL(path.resolve(page)).href);
+  await bare.waitForFunction(() => document.getElementById("failure").textContent.includes("WebAssembly"));
   await browser.close();
   need(problems.length === 0, problems.join("\n"));
   console.log(`explorer: ${steps} sliders and all other controls change the views; the console is empty`);

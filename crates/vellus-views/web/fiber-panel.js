@@ -85,7 +85,8 @@ export function createSlider({ key, label, name, unit = "", range, title = "", c
     slider.value = toSlider(current, range);
     slider.setAttribute("aria-valuetext", `${tidy(current)} ${unit}`.trim());
   };
-  const write = () => (field.value = String(tidy(current)));
+  // Three digits of a small number fit the field.
+  const write = () => (field.value = String(Math.abs(current) < 0.1 ? Number(current.toPrecision(3)) : tidy(current)));
   const moved = (done) => {
     current = fromSlider(Number(slider.value), range);
     slider.setAttribute("aria-valuetext", `${current} ${unit}`.trim());
@@ -148,8 +149,7 @@ export async function createFiberPanel(element, source, { fiber, onchange = () =
   if (start.error) throw new Error(start.error);
 
   // A look is a fibre and the melanin that its colour came from. A state is never changed, only replaced.
-  const look = (of) => ({ fiber: of, melanin: [0, 0], preset: "" });
-  const first = look(start.fiber);
+  const first = { fiber: start.fiber, melanin: channelsOf(fiber?.melanin, 2), preset: "" };
   let state = { A: first, B: first, active: "A" };
   let past = [];
   let future = [];

@@ -138,10 +138,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn base64_agrees_with_the_examples_of_its_standard() {
-        for (bytes, text) in
-            [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foob", "Zm9vYg=="), ("foobar", "Zm9vYmFy")]
-        {
+    fn base64_has_four_letters_for_three_bytes_and_is_padded() {
+        for (bytes, text) in [("", ""), ("a", "YQ=="), ("ab", "YWI="), ("abc", "YWJj"), ("abca", "YWJjYQ==")] {
             assert_eq!(base64(bytes.as_bytes()), text);
         }
     }
