@@ -1,4 +1,4 @@
-//! `cargo xtask check`, `test`, `bindings`, `package`, `explorer`, `torture`: all steps of CI, which run locally as well.
+//! `cargo xtask check`, `test`, `bindings`, `package`, `explorer`, `torture`: the steps of CI, also to run locally.
 
 mod bindings;
 mod explorer;
