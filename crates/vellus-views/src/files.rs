@@ -1,7 +1,7 @@
 //! The web modules of the folder `web`, for servers that embed them.
 
-/// Name and text of each file. All are in one folder. `explorer.html` is the static page; a server that has its own page
-/// needs the others alone.
+/// Name and text of each file. All are in one folder. `explorer.html` is the static page. A server with its own page
+/// only needs the others.
 pub const FILES: &[(&str, &str)] = &[
     ("fiber-panel.js", include_str!("../web/fiber-panel.js")),
     ("fiber-views.js", include_str!("../web/fiber-views.js")),

@@ -16,7 +16,7 @@
 //! | `section` | `fiber`, `theta`, `h`, `paths` (0 to 64), `seed` | `medulla` (radius), `rays`, `scattered` |
 //! | `polar` | `fiber`, `theta`, hit, `samples` (8 to 720) | `phi` (degrees), `lobes` (6 × samples × 3, per radian) |
 //! | `longitudinal` | the same | `theta_i` (degrees), `lobes` (6 × samples × 3, per radian) |
-//! | `profile` | `fiber`, `theta`, hit, `rows`, `columns` (2 to 180, 360) | `values` (rows × columns × 3), per steradian |
+//! | `profile` | `fiber`, `theta`, hit, `rows`, `columns` (2 to 180, 2 to 360) | `values` (rows × columns × 3) |
 //! | `energy` | `fiber`, `theta`, `samples` (2 to 401) | `h`, `lobes` (6 × samples × 3), `mean` (6 × 3), `total` (3) |
 //!
 //! ```

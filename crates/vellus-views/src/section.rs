@@ -1,7 +1,7 @@
 //! Rays through a cross-section of the fibre, seen along its axis.
 //!
-//! Points are (y, z) of the fibre's frame, in fibre radii, so that the fibre is the unit circle. The light comes from the
-//! right, from the azimuth 0. A ray's last point lies outside and shows its direction.
+//! Points are (y, z) of the fibre's frame, in fibre radii, so that the fibre is the unit circle. The light comes from
+//! the right, from the azimuth 0. A ray's last point lies outside and shows its direction.
 
 mod walk;
 

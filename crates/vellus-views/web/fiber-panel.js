@@ -5,7 +5,7 @@
 //   const panel = await createFiberPanel(element, source, { fiber, onchange });
 //
 // `source` has one method, `async ask(request)`: it takes a request of `vellus_views::answer` as an object and returns
-// the answer as an object. An answer with `error` is shown in the panel. `fiber` (optional) is an object with parameters.
+// the answer as an object. The panel shows an `error`. `fiber` (optional) is an object with parameters.
 // `onchange(fiber, info)` gets the fibre of the active look, with every parameter, after each change. `info` has
 // `look` ("A" or "B"), `other` (the fibre of the other look), and `done` (false while a slider moves).
 //
@@ -246,8 +246,8 @@ export async function createFiberPanel(element, source, { fiber, onchange = () =
     if (row.channels.length === 0) values[0] = value;
     else if (linked.get(row.key)?.checked) values.fill(value);
     else values[channel] = value;
-    change({ fiber: { ...active().fiber, [row.key]: row.channels.length ? values : values[0] }, preset: "", note: null },
-      done);
+    const changed = { ...active().fiber, [row.key]: row.channels.length ? values : values[0] };
+    change({ fiber: changed, preset: "", note: null }, done);
   }
 
   /** The sliders of a parameter. */

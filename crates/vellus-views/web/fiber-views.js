@@ -208,7 +208,8 @@ function tableOf(answer, other) {
     make("thead", {}, make("tr", {}, ...["Lobe", "Red", "Green", "Blue", ...(other ? ["Other look"] : [])].map(
       (name) => make("th", { scope: "col" }, name)))),
     make("tbody", {}, ...LOBE_NAMES.map((name, i) => row(name, answer.mean[i], `vv-back${i}`, other?.mean[i])),
-      row("Total", answer.total, "", other?.total), row("Absorbed", rest(answer.total), "", other && rest(other.total))));
+      row("Total", answer.total, "", other?.total),
+      row("Absorbed", rest(answer.total), "", other && rest(other.total))));
 }
 
 /** Builds the views in an element. */
@@ -295,8 +296,8 @@ export function createFiberViews(element, source, { controls = true, onlight = (
     along.setAttribute("aria-label", `Lobes along the fibre, light at ${theta} degrees`);
     const [energies, otherEnergies] = await both({ ask: "energy", theta, samples: 101 });
     drawEnergy(energy, energies, otherEnergies, h);
-    energy.setAttribute("aria-label", `Energy by lobe over the offset; in all ${(100 * mean(energies.total)).toFixed(1)}`
-      + " per cent leave the fibre");
+    energy.setAttribute("aria-label", "Energy by lobe over the offset; in all "
+      + `${(100 * mean(energies.total)).toFixed(1)} per cent leave the fibre`);
     table.replaceChildren(tableOf(energies, otherEnergies));
     const values = await ask({ ask: "profile", fiber: of, ...hit, rows: 60, columns: 120 });
     const largest = drawProfile(canvas, values);
