@@ -29,7 +29,7 @@ fn built_in(name: &str) -> Scene {
 /// The mean of a channel over a picture.
 fn mean(film: &Film, layer: Layer, channel: usize) -> f64 {
     let [_, _, width, height] = film.area();
-    let pixels = (0..width * height).map(|i| f64::from(film.mean(i % width, i / width, layer, channel)));
+    let pixels = (0..width * height).map(|i| film.mean(i % width, i / width, layer, channel));
     pixels.sum::<f64>() / (width * height) as f64
 }
 
@@ -39,7 +39,7 @@ fn brightness(film: &Film) -> [f64; 2] {
     let [_, _, width, height] = film.area();
     let (mut sum, mut variance) = (0.0, 0.0);
     for i in 0..width * height {
-        let value = |layer, c| f64::from(film.mean(i % width, i / width, layer, c));
+        let value = |layer, c| film.mean(i % width, i / width, layer, c);
         let mean = (0..3).map(|c| value(Layer::Beauty, c)).sum::<f64>() / 3.0;
         sum += mean;
         variance += (value(Layer::SecondMoment, 0) - mean * mean).max(0.0) / film.samples() as f64;

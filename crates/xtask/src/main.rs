@@ -1,6 +1,7 @@
-//! `cargo xtask check`, `test`, `bindings`, `package`, `torture`: all steps of CI, which run locally as well.
+//! `cargo xtask check`, `test`, `bindings`, `package`, `explorer`, `torture`: the steps of CI, also to run locally.
 
 mod bindings;
+mod explorer;
 mod lint;
 mod manifests;
 mod paper;
@@ -14,14 +15,15 @@ use std::path::Path;
 use std::process::ExitCode;
 
 const USAGE: &str = "\
-usage: cargo xtask check | lint | test | bindings | package | paper | torture
+usage: cargo xtask check | lint | test | bindings | package | paper | explorer | torture
 
   check    lint, then the fast tests and the documentation's examples
   lint     format, clippy, rustdoc, spelling, licences, manifests, the book, PAPER.md
   test     check, then the slow tests, the bindings' fast tests, other platforms, and a minute of torture
-  bindings builds and tests the bindings for C, Python, Blender and Mitsuba; it names what it skips
+  bindings builds and tests the bindings for C, Python, Blender and Mitsuba, and the explorer; it names what it skips
   package  builds every package as crates.io would get it
   paper    PAPER.md only: every symbol that it names exists, and it lists every departure that the code cites
+  explorer builds the fibre explorer, a page with the model as WebAssembly: target/explorer/index.html; --try tests it
   torture  kills, full disks, damaged files and nonsense against the release build; --help lists its options";
 
 /// A module for Python cannot be linked into a test program. [`bindings`] tests it.
@@ -40,6 +42,10 @@ fn main() -> ExitCode {
         Some("bindings") => bindings::all(&root, &mut report),
         Some("package") => manifests::package(&root, &mut report),
         Some("paper") => report.step("PAPER.md", || paper::check(&root)),
+        Some("explorer") if std::env::args().nth(2).as_deref() == Some("--try") => {
+            bindings::explorer_test(&root, &mut report)
+        }
+        Some("explorer") => report.step("fibre explorer", || explorer::build(&root)),
         Some("torture") => torture(&root, &std::env::args().skip(2).collect::<Vec<_>>()).map(|_| ()),
         _ => Err(USAGE.to_owned()),
     };

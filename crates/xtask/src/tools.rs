@@ -4,6 +4,7 @@
 //! skipped, and the report names it. An installation takes 61 (mdBook), 118 (typos), 101 (cargo-deny) and 204 seconds
 //! (cargo-c) of processor time.
 
+use crate::explorer;
 use crate::run::{Outcome, run, succeeds};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -21,7 +22,7 @@ pub fn deny(root: &Path) -> Result<Outcome, String> {
     })
 }
 
-/// Builds the book into `target/book`. A warning is an error.
+/// Builds the book into `target/book`, with the fibre explorer if it has been built. A warning is an error.
 pub fn book(root: &Path) -> Result<Outcome, String> {
     if !root.join("docs/book/book.toml").exists() {
         return Ok(Outcome::Skipped("docs/book/book.toml does not exist".to_owned()));
@@ -32,7 +33,7 @@ pub fn book(root: &Path) -> Result<Outcome, String> {
         let output = command.output().map_err(|e| format!("cannot run mdbook: {e}"))?;
         let messages = String::from_utf8_lossy(&output.stderr);
         if output.status.success() && !messages.contains("WARN") && !messages.contains("ERROR") {
-            Ok(())
+            explorer::copy_into_book(root)
         } else {
             Err(format!("mdbook build, {}:\n{messages}", output.status))
         }

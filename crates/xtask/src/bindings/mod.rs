@@ -1,8 +1,9 @@
-//! The bindings: C, Python, Blender, Mitsuba. Each part builds and tests what the machine can run, and names what it
-//! skips.
+//! The bindings: C, Python, Blender, Mitsuba, and the fibre explorer. Each part builds and tests what the machine can
+//! run, and names what it skips.
 
 mod blender;
 mod c;
+mod explorer;
 mod mitsuba;
 mod mitsuba_native;
 mod python;
@@ -19,11 +20,17 @@ pub fn all(root: &Path, report: &mut Report) -> Result<(), String> {
     report.attempt("notebooks", || python::notebooks(root))?;
     report.attempt("Blender", || blender::test(root))?;
     report.attempt("Mitsuba", || mitsuba::test(root))?;
-    report.attempt("native plugin of Mitsuba", || mitsuba_native::test(root))
+    report.attempt("native plugin of Mitsuba", || mitsuba_native::test(root))?;
+    explorer_test(root, report)
 }
 
 /// The parts that take less than a minute each. `cargo xtask test` runs them, and the tests of the C interface with
 /// those of all crates.
 pub fn fast(root: &Path, report: &mut Report) -> Result<(), String> {
     report.attempt("Python bindings", || python::test(root))
+}
+
+/// Builds the fibre explorer and tries it in a browser.
+pub fn explorer_test(root: &Path, report: &mut Report) -> Result<(), String> {
+    report.attempt("fibre explorer in a browser", || explorer::test(root))
 }
