@@ -62,7 +62,8 @@ pub struct Options {
     pub camera: Option<String>,
     /// Time code of a USD file. `None` is its startTimeCode.
     pub frame: Option<f64>,
-    /// Whether instances of a USD file or a built-in scene share strands and meshes ([`Scene::instances`]). Otherwise they are copied.
+    /// Whether instances of a USD file or a built-in scene share strands and meshes ([`Scene::instances`]). Otherwise
+    /// they are copied.
     pub instances: bool,
     /// Prepares the scene for a picture. `None` leaves it as it is in the file.
     pub staging: Option<Staging>,

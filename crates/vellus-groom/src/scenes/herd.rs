@@ -24,8 +24,8 @@ const HALF: f32 = 20.0;
 const BLADES: usize = 9_000;
 /// Divisor of the number of blades in a small scene, and factor of their width.
 const FEWER: (usize, f32) = (10, 2.5);
-/// The meadow has lawns of this scale up to this distance from the middle of the herd. Farther lawns are larger, so that
-/// a few hundred reach the horizon.
+/// The meadow has lawns of this scale up to this distance from the middle of the herd. Farther lawns are larger, so
+/// that a thousand reach the horizon.
 const RINGS: [(f32, f32); 3] = [(1.0, 300.0), (3.0, 1200.0), (9.0, 5000.0)];
 
 /// The angle between one seed of a sunflower and the next: π (3 − √5).

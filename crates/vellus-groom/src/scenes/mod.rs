@@ -43,8 +43,8 @@ type Preset = fn(Species) -> Fiber;
 /// A built-in scene with the fibres of [`Fiber::preset`]; `None` if [`SCENES`] has none of this name.
 ///
 /// At full size, the numbers of strands and segments are those of Yan17 Table 5, which has neither the polar bear nor
-/// `hamsters`, `hair-bob` and `hair-curls`. With `small`, there are 1/40 of the strands, and they are wider. The small lock has 1/5
-/// of the strands and 1/4 of the segments. Small scenes are for tests and previews.
+/// `hamsters`, `hair-bob` and `hair-curls`. With `small`, there are 1/40 of the strands, and they are wider. The small
+/// lock has 1/5 of the strands and 1/4 of the segments. Small scenes are for tests and previews.
 pub fn scene(name: &str, small: bool) -> Option<Scene> {
     with_preset(name, small, Fiber::preset)
 }
