@@ -10,7 +10,7 @@ mod common;
 use common::{Picture, run};
 
 #[test]
-#[ignore = "slow: six whole scenes"]
+#[ignore = "slow: seven whole scenes"]
 fn scenes_have_the_same_pixels_as_before() {
     let folder = tempfile::tempdir().unwrap();
     let expected = [
@@ -20,6 +20,7 @@ fn scenes_have_the_same_pixels_as_before() {
         ("cat", "a7d98c4bc59875c1"),
         ("hair", "81c067661d888618"),
         ("polar-bear", "464b083f33b651f2"),
+        ("hamsters", "9f4592e6dda73926"),
     ];
     let hashes = expected.map(|(scene, _)| {
         run(folder.path(), &["render", scene, "--size", "64x48", "--spp", "4", "-o", "picture.exr"]);

@@ -3,6 +3,7 @@
 use crate::FiberError;
 use std::fmt;
 use std::path::{Path, PathBuf};
+use vellus_scene::MAX_COPIED;
 
 /// The reason why a scene cannot be opened.
 #[derive(Debug, thiserror::Error)]
@@ -25,6 +26,9 @@ pub enum Error {
     /// An option that is only for files is set for a built-in scene.
     #[error("a width, a camera and a frame are for files: the built-in scene {0} has its own")]
     BuiltIn(String),
+    /// Copies of the instances of a built-in scene would need too much memory.
+    #[error("copies of the instances of {0} would have more than {MAX_COPIED} points")]
+    Copies(String),
     /// A camera of the file and a view are set.
     #[error("--camera and --view exclude each other: each sets the camera")]
     TwoCameras,

@@ -62,7 +62,8 @@ pub struct Options {
     pub camera: Option<String>,
     /// Time code of a USD file. `None` is its startTimeCode.
     pub frame: Option<f64>,
-    /// Whether instances of a USD file share strands and meshes ([`Scene::instances`]). Otherwise they are copied.
+    /// Whether instances of a USD file or a built-in scene share strands and meshes ([`Scene::instances`]). Otherwise
+    /// they are copied.
     pub instances: bool,
     /// Prepares the scene for a picture. `None` leaves it as it is in the file.
     pub staging: Option<Staging>,
@@ -218,7 +219,14 @@ fn open_all(path: &Path, options: &Options) -> Result<Opened, Error> {
     let mut sources = Sources::new();
     let strands = match check(path, options)? {
         Format::BuiltIn(name) => {
-            let scene = vellus_groom::scene(name, options.small).ok_or_else(|| Error::Unknown(path.to_owned()))?;
+            let unknown = || Error::Unknown(path.to_owned());
+            let mut scene = vellus_groom::scene(name, options.small).ok_or_else(unknown)?;
+            if !options.instances {
+                if scene.copied_points() > vellus_scene::MAX_COPIED {
+                    return Err(Error::Copies(name.to_owned()));
+                }
+                scene.copy_instances();
+            }
             return Ok(Opened { scene, sources, ..Opened::default() });
         }
         Format::Usd => return open_usd(path, options, missing),
@@ -274,6 +282,16 @@ fn open_usd(path: &Path, options: &Options, width: Option<f32>) -> Result<Opened
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Like a USD file, a built-in scene has instances only if the caller can use them.
+    #[test]
+    fn instances_of_built_in_scenes_are_shared_or_copied() {
+        let open = |instances| open("hamsters", &Options { small: true, instances, ..Options::default() });
+        let (shared, copied) = (open(true).unwrap().scene, open(false).unwrap().scene);
+        let segments = |scene: &Scene| scene.strands.iter().map(vellus_scene::Strands::segments).sum::<usize>();
+        assert_eq!((shared.instances.len() > 100, copied.instances.len(), segments(&shared)), (true, 0, 0));
+        assert!(segments(&copied) > 100 * 14_500 * 15);
+    }
 
     /// A groom without widths, camera and lights, which moves away: all frames have the widths, camera, lights and
     /// backdrop of the first one.

@@ -10,6 +10,10 @@ use glam::{Mat3, Mat4, Vec3, Vec4Swizzles};
 /// rotations stays within a tenth of it.
 const TOLERANCE: f32 = 1e-3;
 
+/// The largest number of points of strands and vertices of meshes that copies of instances should have in total: more
+/// need over 4 GB.
+pub const MAX_COPIED: usize = 1 << 28;
+
 /// Strands and meshes that a scene shows only through its instances, in coordinates of their own.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Prototype {
@@ -58,6 +62,12 @@ impl Prototype {
             let (low, high) = (p - radius, p + radius);
             Some(bounds.map_or((low, high), |(l, h)| (l.min(low), h.max(high))))
         })
+    }
+
+    /// Points of strands and vertices of meshes.
+    pub fn points(&self) -> usize {
+        let strands = self.strands.iter().map(|strands| strands.points.len());
+        strands.chain(self.meshes.iter().map(|mesh| mesh.positions.len())).sum()
     }
 
     fn validate(&self) -> Result<(), Error> {
@@ -111,6 +121,12 @@ impl Scene {
             return Err(invalid("instances", format!("all must be within ±{MAX_COORDINATE:e}")));
         }
         Ok(())
+    }
+
+    /// Points of strands and vertices of meshes that [`Scene::copy_instances`] would add: see [`MAX_COPIED`].
+    pub fn copied_points(&self) -> usize {
+        let of = |instance: &Instance| self.prototypes.get(instance.prototype).map_or(0, Prototype::points);
+        self.instances.iter().map(of).fold(0, usize::saturating_add)
     }
 
     /// Replaces the instances by copies of their prototypes in world space.
@@ -206,6 +222,8 @@ mod tests {
         let mut scene = scene(&matrices);
         scene.validate().unwrap();
         let around = scene.bounds().unwrap();
+        // Two copies of two points and three vertices.
+        assert_eq!(scene.copied_points(), 10);
         scene.copy_instances();
         scene.validate().unwrap();
         assert_eq!((scene.strands.len(), scene.meshes.len(), scene.prototypes.len()), (2, 2, 0));

@@ -46,7 +46,7 @@ mod view;
 
 pub use camera::Camera;
 pub use error::Error;
-pub use instances::{Instance, Prototype, corners};
+pub use instances::{Instance, MAX_COPIED, Prototype, corners};
 pub use light::{Ground, Light, Shaping};
 pub use look::{Look, Value};
 pub use mesh::{Mesh, Surface, Tint};

@@ -17,6 +17,24 @@ use vellus::Species;
 use vellus_scene::{Camera, Scene};
 
 pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
+    let mut scene = animal(small, preset)?;
+    let forward = Vec3::new(0.7, 0.0, 0.72).normalize();
+    props::strip(&mut scene, &capsule(), forward, 150.0, [0.78, 0.77, 0.75]);
+    let center = Vec3::new(1.0, 4.0, 0.0);
+    // The light in front is low, for the belly.
+    for (across, along, up, radiance) in [(-22.0, 12.0, 44.0, 16.0), (0.0, 54.0, 32.0, 18.0), (24.0, 4.0, 44.0, 15.0)] {
+        let from = along * forward + across * forward.cross(Vec3::Y) + up * Vec3::Y;
+        let color = [radiance, 0.97 * radiance, 0.92 * radiance];
+        scene.lights.push(props::window(from, center, Vec2::new(14.0, 14.0), color));
+    }
+    let target = Vec3::new(0.4, 5.0, 0.0);
+    let eye = target + 62.0 * (forward + 0.2 * Vec3::Y).normalize();
+    scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 14f32.to_radians(), 1.5));
+    Ok(scene)
+}
+
+/// The hamster alone, on the ground y = 0, without light and camera.
+pub(super) fn animal(small: bool, preset: Preset) -> Result<Scene, Error> {
     let body = body();
     let eye = body.project(Vec3::new(5.0, 8.3, 1.9)) + Vec3::new(0.06, 0.02, 0.06);
     let nose = body.project(Vec3::new(7.2, 7.3, 0.0)) - Vec3::new(0.1, 0.0, 0.0);
@@ -87,18 +105,6 @@ pub(super) fn scene(small: bool, preset: Preset) -> Result<Scene, Error> {
     let pink = props::glossy("nose", [0.55, 0.25, 0.22], 0.4);
     props::ellipsoid(&mut scene, nose, Vec3::new(0.25, 0.24, 0.34), Quat::IDENTITY, pink);
 
-    let forward = Vec3::new(0.7, 0.0, 0.72).normalize();
-    props::strip(&mut scene, &capsule(), forward, 150.0, [0.78, 0.77, 0.75]);
-    let center = Vec3::new(1.0, 4.0, 0.0);
-    // The light in front is low, for the belly.
-    for (across, along, up, radiance) in [(-22.0, 12.0, 44.0, 16.0), (0.0, 54.0, 32.0, 18.0), (24.0, 4.0, 44.0, 15.0)] {
-        let from = along * forward + across * forward.cross(Vec3::Y) + up * Vec3::Y;
-        let color = [radiance, 0.97 * radiance, 0.92 * radiance];
-        scene.lights.push(props::window(from, center, Vec2::new(14.0, 14.0), color));
-    }
-    let target = Vec3::new(0.4, 5.0, 0.0);
-    let eye = target + 62.0 * (forward + 0.2 * Vec3::Y).normalize();
-    scene.camera = Some(Camera::look_at(eye, target, Vec3::Y, 14f32.to_radians(), 1.5));
     Ok(scene)
 }
 

@@ -8,6 +8,7 @@ mod grass;
 mod hair_lock;
 mod hairstyle;
 mod hamster;
+mod herd;
 mod human;
 mod noise;
 mod polar_bear;
@@ -24,10 +25,11 @@ use vellus::{Fiber, Species};
 use vellus_scene::{Scene, Units};
 
 /// Names and descriptions of the built-in scenes.
-pub const SCENES: [(&str, &str); 8] = [
+pub const SCENES: [(&str, &str); 9] = [
     ("hair-lock", "a curling lock of brown human hair: 1,000 strands of 210 segments"),
     ("raccoon", "a raccoon on grass under a sunny sky: 260,000 strands of 22 segments"),
     ("hamster", "a golden hamster in a studio: 580,000 strands of 15 segments"),
+    ("hamsters", "a hundred golden hamsters on a meadow: 58 million strands, which share the memory of one"),
     ("cat", "a sitting brown tabby in the light of a window: 267,000 strands of 9 segments"),
     ("hair", "long human hair in waves: 53,000 strands of 64 segments"),
     ("hair-bob", "straight black human hair to the chin: 53,000 strands of 32 segments"),
@@ -41,8 +43,8 @@ type Preset = fn(Species) -> Fiber;
 /// A built-in scene with the fibres of [`Fiber::preset`]; `None` if [`SCENES`] has none of this name.
 ///
 /// At full size, the numbers of strands and segments are those of Yan17 Table 5, which has neither the polar bear nor
-/// `hair-bob` and `hair-curls`. With `small`, there are 1/40 of the strands, and they are wider. The small lock has 1/5
-/// of the strands and 1/4 of the segments. Small scenes are for tests and previews.
+/// `hamsters`, `hair-bob` and `hair-curls`. With `small`, there are 1/40 of the strands, and they are wider. The small
+/// lock has 1/5 of the strands and 1/4 of the segments. Small scenes are for tests and previews.
 pub fn scene(name: &str, small: bool) -> Option<Scene> {
     with_preset(name, small, Fiber::preset)
 }
@@ -65,6 +67,7 @@ fn with_preset(name: &str, small: bool, preset: Preset) -> Option<Scene> {
         "hair-lock" => hair_lock::scene,
         "raccoon" => raccoon::scene,
         "hamster" => hamster::scene,
+        "hamsters" => herd::scene,
         "cat" => cat::scene,
         "hair" => |small, preset| human::scene(&Hairstyle::waves(), small, preset),
         "hair-bob" => |small, preset| human::scene(&Hairstyle::bob(), small, preset),
@@ -88,7 +91,7 @@ mod tests {
             let scene = scene(name, true).unwrap();
             assert_eq!(scene.validate(), Ok(()), "{name}");
             assert!(scene.camera.is_some() && !scene.lights.is_empty() && !scene.meshes.is_empty(), "{name}");
-            for strands in &scene.strands {
+            for strands in scene.all_strands() {
                 // Radii are positive at roots and tips, and shrink toward the tip.
                 for i in 0..strands.len() {
                     let strand = strands.strand(i);

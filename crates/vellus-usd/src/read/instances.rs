@@ -9,13 +9,10 @@ use crate::read::{curves, mesh};
 use crate::stage::{Stage, When};
 use glam::{DMat4, DQuat, DVec3};
 use std::collections::HashMap;
-use vellus_scene::{Instance, Prototype};
+use vellus_scene::{Instance, MAX_COPIED, Prototype};
 
 /// The largest number of instances of a stage.
 const MAX_INSTANCES: usize = 1 << 24;
-
-/// The largest number of points of strands and vertices of meshes that copies of instances may have in total.
-const MAX_COPIED: usize = 1 << 28;
 
 /// The native instances that share a prototype, by the index of their place. The value is the index of the first one.
 pub(crate) struct Shared(HashMap<usize, usize>);
@@ -137,8 +134,7 @@ pub(crate) fn copy_all(reader: &mut Reader) -> Result<(), Error> {
 fn copy(reader: &mut Reader, prim: &str, instance: &Instance) -> Result<(), Error> {
     let scene = &mut reader.scene;
     let prototype = &scene.prototypes[instance.prototype];
-    let points: usize = prototype.strands.iter().map(|strands| strands.points.len()).sum();
-    reader.copied += points + prototype.meshes.iter().map(|mesh| mesh.positions.len()).sum::<usize>();
+    reader.copied += prototype.points();
     if reader.copied > MAX_COPIED {
         let what = format!("copies of its instances would have more than {MAX_COPIED} points");
         return Err(Error::prim(prim, what));

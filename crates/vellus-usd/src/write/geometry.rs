@@ -6,7 +6,7 @@ use crate::write::text::{Literal, Text, quoted};
 
 use glam::{DMat3, DMat4, DVec3, Mat4, Vec3};
 use std::io::{self, Write};
-use vellus_scene::{Basis, Camera, Light, Mesh, Shaping, Strands, Values};
+use vellus_scene::{Basis, Camera, Instance, Light, Mesh, Shaping, Strands, Values};
 
 /// Metadata of prims with a material.
 const BINDS: &str = "prepend apiSchemas = [\"MaterialBindingAPI\"]";
@@ -19,8 +19,9 @@ fn extent<W: Write>(text: &mut Text<W>, points: impl Iterator<Item = Vec3>, radi
     Ok(())
 }
 
-pub(crate) fn strands<W: Write>(text: &mut Text<W>, strands: &Strands, names: &Names) -> io::Result<()> {
-    let name = text.name("/Scene", &strands.name);
+/// Writes strands in the prim `parent`, which is open.
+pub(crate) fn strands<W: Write>(text: &mut Text<W>, parent: &str, strands: &Strands, names: &Names) -> io::Result<()> {
+    let name = text.name(parent, &strands.name);
     text.open("BasisCurves", &name, BINDS)?;
     let (kind, basis) = match strands.basis {
         Basis::Linear => ("linear", None),
@@ -65,8 +66,9 @@ pub(crate) fn strands<W: Write>(text: &mut Text<W>, strands: &Strands, names: &N
     text.close()
 }
 
-pub(crate) fn mesh<W: Write>(text: &mut Text<W>, mesh: &Mesh, names: &Names) -> io::Result<()> {
-    let name = text.name("/Scene", &mesh.name);
+/// Writes a mesh in the prim `parent`, which is open.
+pub(crate) fn mesh<W: Write>(text: &mut Text<W>, parent: &str, mesh: &Mesh, names: &Names) -> io::Result<()> {
+    let name = text.name(parent, &mesh.name);
     text.open("Mesh", &name, BINDS)?;
     text.set("uniform token subdivisionScheme", "\"none\"")?;
     text.array("int[] faceVertexCounts", mesh.triangles.iter().map(|_| 3u32), None)?;
@@ -86,6 +88,14 @@ pub(crate) fn mesh<W: Write>(text: &mut Text<W>, mesh: &Mesh, names: &Names) -> 
     }
     text.set("rel material:binding", &format!("<{}>", names.surfaces[mesh.surface]))?;
     vellus_name(text, &mesh.name)?;
+    text.close()
+}
+
+/// Writes an instance of the class at the path `class`, whose prototype has this name.
+pub(crate) fn instance<W: Write>(text: &mut Text<W>, item: &Instance, name: &str, class: &str) -> io::Result<()> {
+    let name = text.name("/Scene", name);
+    text.open("Xform", &name, &format!("instanceable = true inherits = <{class}>"))?;
+    transform(text, item.to_world.as_dmat4(), None)?;
     text.close()
 }
 

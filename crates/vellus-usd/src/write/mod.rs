@@ -7,11 +7,10 @@ pub(crate) mod text;
 
 use crate::error::Error;
 use crate::image::encode_exr;
-use crate::write::geometry::{camera, light, mesh, strands};
+use crate::write::geometry::{camera, instance, light, mesh, strands};
 use crate::write::look::{look, surface};
 use crate::write::names::Names;
 use crate::write::text::{Literal, Text};
-use std::borrow::Cow;
 use std::collections::HashSet;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -23,7 +22,8 @@ use vellus_scene::Scene;
 /// - the last bit of angles and of the lens radius may differ;
 /// - textures of lights have the wrap mode repeat;
 /// - textures have the names of their files, and quotes, backslashes and control characters in names are replaced;
-/// - instances are copies of their prototypes;
+/// - prototypes are in the order of their first use, unused ones are missing, and names are those of their first
+///   instance. [`crate::Options::instances`] must be set, otherwise instances become copies;
 /// - [`Scene::background`] is missing: USD has no place for it;
 /// - light groups are those of [`Scene::light_group_names`];
 /// - looks, surfaces and textures are in the order of their first use, and unused ones are missing.
@@ -40,11 +40,6 @@ pub fn write(scene: &Scene, file: &Path) -> Result<(), Error> {
     if file.extension().is_none_or(|extension| extension != "usda") {
         return Err(Error::file(file, "scenes are written as text: the name must end in .usda"));
     }
-    let mut copied = Cow::Borrowed(scene);
-    if !scene.instances.is_empty() {
-        copied.to_mut().copy_instances();
-    }
-    let scene = copied.as_ref();
     let wraps = scene.textures.iter().map(|texture| texture.wrap).collect();
     let names = Names { textures: textures(scene, file)?, wraps, ..Names::default() };
     vellus_io::write_with(file, |out| stage(scene, names, Text::new(out))).map_err(|error| Error::write(file, error))
@@ -82,8 +77,8 @@ fn textures(scene: &Scene, file: &Path) -> Result<Vec<String>, Error> {
 }
 
 fn stage<W: Write>(scene: &Scene, mut names: Names, mut text: Text<W>) -> io::Result<()> {
-    let moves = scene.strands.iter().any(|s| s.moved.is_some())
-        || scene.meshes.iter().any(|m| m.moved.is_some())
+    let moves = scene.all_strands().any(|s| s.moved.is_some())
+        || scene.meshes.iter().chain(scene.prototypes.iter().flat_map(|p| &p.meshes)).any(|m| m.moved.is_some())
         || scene.camera.is_some_and(|c| c.moved.is_some());
     text.line("#usda 1.0")?;
     text.line("(")?;
@@ -102,7 +97,8 @@ fn stage<W: Write>(scene: &Scene, mut names: Names, mut text: Text<W>) -> io::Re
     text.line(&format!("    upAxis = \"{}\"", if z_up { "Z" } else { "Y" }))?;
     text.line(")")?;
     text.line("")?;
-    text.open("Xform", "Scene", "")?;
+    let root = text.name("", "Scene");
+    text.open("Xform", &root, "")?;
     text.open("Scope", "Looks", "")?;
     for item in &scene.looks {
         let path = look(&mut text, item, &names)?;
@@ -121,11 +117,26 @@ fn stage<W: Write>(scene: &Scene, mut names: Names, mut text: Text<W>) -> io::Re
         light(&mut text, item, &group, !scene.unseen_lights.contains(&i), shaping, &names)?;
     }
     for item in &scene.meshes {
-        mesh(&mut text, item, &names)?;
+        mesh(&mut text, "/Scene", item, &names)?;
     }
     for item in &scene.strands {
-        strands(&mut text, item, &names)?;
+        strands(&mut text, "/Scene", item, &names)?;
+    }
+    let classes: Vec<String> = scene.prototypes.iter().map(|item| text.name("", &item.name)).collect();
+    for item in &scene.instances {
+        instance(&mut text, item, &scene.prototypes[item.prototype].name, &format!("/{}", classes[item.prototype]))?;
     }
     text.close()?;
+    for (item, class) in scene.prototypes.iter().zip(&classes) {
+        let path = format!("/{class}");
+        text.open_class(class)?;
+        for item in &item.meshes {
+            mesh(&mut text, &path, item, &names)?;
+        }
+        for item in &item.strands {
+            strands(&mut text, &path, item, &names)?;
+        }
+        text.close()?;
+    }
     text.finish().map(|_| ())
 }

@@ -24,7 +24,16 @@ impl<W: Write> Text<W> {
     /// Opens a prim: `def Type "name" (metadata)`.
     pub fn open(&mut self, kind: &str, name: &str, metadata: &str) -> io::Result<()> {
         let metadata = if metadata.is_empty() { String::new() } else { format!(" ( {metadata} )") };
-        self.line(&format!("def {kind} \"{name}\"{metadata}"))?;
+        self.begin(&format!("def {kind} \"{name}\"{metadata}"))
+    }
+
+    /// Opens a class, which is visible only where another prim inherits it.
+    pub fn open_class(&mut self, name: &str) -> io::Result<()> {
+        self.begin(&format!("class \"{name}\""))
+    }
+
+    fn begin(&mut self, header: &str) -> io::Result<()> {
+        self.line(header)?;
         self.line("{")?;
         self.depth += 1;
         Ok(())

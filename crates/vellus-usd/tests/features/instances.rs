@@ -97,6 +97,25 @@ fn instances_that_differ_are_read_separately() {
     assert!(scene.prototypes[0].strands[0].varying.is_empty() && !scene.strands[0].varying.is_empty());
 }
 
+/// A written scene keeps its instances, and the file has the points of a prototype once.
+#[test]
+fn written_instances_share_again() {
+    let (mut scene, _) = shared(&herd(""));
+    (scene.lights, scene.light_groups) = (Vec::new(), Vec::new());
+    scene.prototypes[0].name = "Scene".to_owned();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("herd.usda");
+    vellus_usd::write(&scene, &file).unwrap();
+    let text = std::fs::read_to_string(&file).unwrap();
+    assert_eq!((text.matches("points = ").count(), text.matches("instanceable").count()), (2, 3));
+    let vellus_usd::Reading { scene: read, warnings, .. } =
+        vellus_usd::read(&file, &Options { instances: true, ..Options::default() }).unwrap();
+    assert!(warnings.is_empty(), "{}", said(&warnings));
+    assert_eq!((&read.instances, &read.looks, read.prototypes.len()), (&scene.instances, &scene.looks, 1));
+    assert_eq!(read.prototypes[0].strands, scene.prototypes[0].strands);
+    assert_eq!(read.prototypes[0].meshes, scene.prototypes[0].meshes);
+}
+
 fn instancer(attributes: &str) -> String {
     format!(
         "def PointInstancer \"herd\" {{
