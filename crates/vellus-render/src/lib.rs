@@ -54,6 +54,7 @@ pub const PICTURE_VERSION: u32 = 5;
 
 #[cfg(feature = "denoise")]
 pub mod denoise;
+mod edit;
 mod error;
 mod film;
 mod geometry;
@@ -66,6 +67,7 @@ pub mod tev;
 mod widen;
 mod world;
 
+pub use edit::{Pick, PickedStrand, Varying};
 pub use error::Error;
 pub use film::checkpoint::{Checkpoint, MAX_SAMPLES};
 pub use film::cryptomatte::Thing;

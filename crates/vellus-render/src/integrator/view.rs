@@ -45,6 +45,11 @@ impl View {
         View { camera, open: rigid(camera.to_world), closed: camera.moved.map(rigid) }
     }
 
+    /// The camera.
+    pub(crate) fn camera(&self) -> Camera {
+        self.camera
+    }
+
     /// Whether the camera moves.
     pub(crate) fn moves(&self) -> bool {
         self.closed.is_some()
