@@ -99,6 +99,11 @@ pub enum Command {
         #[serde(flatten)]
         coat: Coat,
     },
+    /// Selects the reflectance model of the fibres.
+    Model {
+        /// Its name.
+        name: String,
+    },
     /// Rotates the sky around the up axis, in degrees.
     Sky {
         /// The angle.

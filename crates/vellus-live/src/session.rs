@@ -7,10 +7,12 @@ use glam::{Mat3, Mat4, Quat, Vec3};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::Arc;
-use vellus::{Bcsdf, Fiber, FiberBuilder};
+use vellus::{Fiber, FiberBuilder};
+use vellus_models::ModelKind;
 use vellus_open::{Opened, Options, Staging};
 use vellus_render::denoise::Denoiser;
 use vellus_render::{Curves, Layer, Pick, Settings, Varying, World};
+use vellus_render_models::Method;
 use vellus_scene::{Light, Look, Scene, Strands};
 
 /// What a command asks of the engine.
@@ -32,6 +34,7 @@ pub enum Effect {
 pub struct Session {
     pub world: World,
     pub orbit: Orbit,
+    model: Method,
     name: String,
     /// The strands of the scene, and the parameters that vary over the strands shown, before [`Coat`].
     pub source: Arc<Vec<Strands>>,
@@ -74,10 +77,12 @@ impl Session {
         let (up, units) = (scene.up(), scene.units);
         let looks = scene.looks.iter().map(|look| (look.clone(), Coat::default())).collect();
         let lights: Vec<_> = scene.light_group_names().into_iter().zip(scene.lights.iter().cloned()).collect();
-        let world = World::new(scene)?;
+        let model = Method::from(ModelKind::Vellus);
+        let world = model.world(scene)?;
         let mut session = Session {
             orbit: Orbit::new(world.camera(), 0.5 * (low + high), up),
             world,
+            model,
             name,
             source,
             own,
@@ -168,6 +173,13 @@ impl Session {
                 looks.get_mut(look).ok_or("the look does not exist")?.1 = coat;
                 self.set_looks(looks, Some(look))?
             }
+            Command::Model { name } => {
+                let kind: ModelKind = name.parse().map_err(|error: vellus_models::Error| error.to_string())?;
+                let model = Method::from(kind);
+                model.apply(&mut self.world).map_err(|error| error.to_string())?;
+                self.model = model;
+                Effect::Restart
+            }
             Command::Sky { degrees } => {
                 let old = std::mem::replace(&mut self.sky, within("degrees", degrees, -3600.0, 3600.0)?);
                 self.set_lights().inspect_err(|_| self.sky = old)?
@@ -229,7 +241,13 @@ impl Session {
             .map(|(i, set)| (i, looks[set.look].1.varying(set, &self.own[i], &looks[set.look].0.fiber)))
             .collect();
         let plain = looks.iter().map(|(look, _)| look.clone()).collect();
-        self.world.set_looks(plain, varying, Bcsdf::new).map_err(|error| error.to_string())?;
+        let before = self.world.set_looks(plain, varying).map_err(|error| error.to_string())?;
+        if let Err(error) = self.model.apply(&mut self.world) {
+            // The looks before were valid, so this cannot fail.
+            let plain = self.looks.iter().map(|(look, _)| look.clone()).collect();
+            let _ = self.world.set_looks(plain, before);
+            return Err(error.to_string());
+        }
         self.looks = looks;
         Ok(Effect::Restart)
     }
@@ -342,6 +360,8 @@ impl Session {
             summary: format!("{strands} strands, {}", self.world.summary()),
             looks: self.looks.iter().enumerate().map(look).collect(),
             lights: self.lights.iter().zip(&self.changes).map(light).collect(),
+            model: self.model.kind.name(),
+            models: ModelKind::ALL.iter().map(|kind| kind.name()).collect(),
             sky: self.sky,
             groom: self.groom,
             busy,

@@ -20,6 +20,10 @@ pub struct State {
     pub looks: Vec<LookState>,
     /// Lights.
     pub lights: Vec<LightState>,
+    /// Name of the reflectance model.
+    pub model: &'static str,
+    /// Names of all models.
+    pub models: Vec<&'static str>,
     /// Rotation of the sky, degrees.
     pub sky: f32,
     /// The groom.

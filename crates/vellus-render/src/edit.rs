@@ -5,10 +5,9 @@ use crate::geometry::instances::Hit;
 use crate::integrator::settings::Settings;
 use crate::light::Lights;
 use crate::shading::colors;
-use crate::shading::fibers::Fibers;
 use crate::world::World;
 use glam::{Vec3, Vec4Swizzles};
-use vellus::{Fiber, FiberFrame, Model, Parameter};
+use vellus::{Fiber, FiberFrame, Parameter};
 use vellus_scene::{Camera, Error, Light, Look, Strands, Values};
 
 /// Parameters that vary over a set of strands: see [`Strands::varying`].
@@ -55,18 +54,18 @@ impl World {
         &self.geometry.looks
     }
 
-    /// Replaces the looks, and the parameters that vary over some sets of strands in world space. `varying` has
-    /// indices of [`Curves::strands`]. The hierarchies stay. The other arguments are those of [`World::with_model`].
+    /// Replaces the looks, and the parameters that vary over some sets of strands in world space: `varying` has
+    /// indices of [`Curves::strands`]. Returns the values that varied before. The hierarchies stay.
+    ///
+    /// [`World::set_model`] must follow: the models are still those of the looks before.
     ///
     /// # Errors
-    /// [`Error`] if a look is invalid or missing, if the number of values does not match the strands, or if `make`
-    /// refuses a fibre. Looks and strands are then as before.
-    pub fn set_looks<M: Model + Send + 'static>(
+    /// [`Error`] if a look is invalid, or the number of looks or values does not match. Nothing changes then.
+    pub fn set_looks(
         &mut self,
         looks: Vec<Look>,
         varying: Vec<(usize, Varying)>,
-        make: impl Fn(&Fiber) -> Result<M, vellus::Error>,
-    ) -> Result<(), Error> {
+    ) -> Result<Vec<(usize, Varying)>, Error> {
         if looks.len() != self.geometry.looks.len() {
             return Err(invalid("looks", "a change of looks keeps their number"));
         }
@@ -79,22 +78,12 @@ impl World {
                 return Err(invalid(&strands.name, "the number of values is not that of its strands or points"));
             }
         }
-        let old: Vec<(usize, Varying)> = varying
-            .into_iter()
-            .map(|(set, varying)| (set, std::mem::replace(self.geometry.curves.varying_mut(set), varying)))
-            .collect();
-        match Fibers::new(self.geometry.all_strands(), &looks, make) {
-            Ok(fibers) => {
-                self.fibers = Box::new(fibers);
-                self.geometry.looks = looks;
-                self.update_colors();
-                Ok(())
-            }
-            Err(error) => {
-                old.into_iter().for_each(|(set, varying)| *self.geometry.curves.varying_mut(set) = varying);
-                Err(error)
-            }
-        }
+        let curves = &mut self.geometry.curves;
+        let swap = |(set, varying)| (set, std::mem::replace(curves.varying_mut(set), varying));
+        let before = varying.into_iter().map(swap).collect();
+        self.geometry.looks = looks;
+        self.update_colors();
+        Ok(before)
     }
 
     /// Replaces the lights: as many as before, with the same textures. Their shapings and groups stay.
@@ -112,7 +101,8 @@ impl World {
     }
 
     /// Replaces the strands in world space: as many sets as before, each with the look that it had. `curves` may be
-    /// built on another thread while this world is rendered. [`World::set_looks`] must follow if values vary.
+    /// built on another thread while this world is rendered. [`World::set_model`] must follow: the models depend on
+    /// whether values vary.
     ///
     /// # Errors
     /// [`Error`] if the number of sets or a look differs. The strands are then as before.
