@@ -124,14 +124,11 @@ async fn route(site: Arc<Site>, request: Request) -> Response {
             }
             Err(error) => error.into_response(),
         },
-        (&Method::GET, "/parameters.json") => {
-            ([(header::CONTENT_TYPE, "application/json")], page::parameters()).into_response()
-        }
         (&Method::POST, "/load") => load(&site, request).await,
         (&Method::GET, path) => match path.strip_prefix("/save/") {
             Some(name) => save(&site, name).await,
-            None => match page::FILES.iter().find(|(name, ..)| *name == path) {
-                Some((_, media, content)) => ([(header::CONTENT_TYPE, *media)], *content).into_response(),
+            None => match page::file(path) {
+                Some((media, content)) => ([(header::CONTENT_TYPE, media)], content).into_response(),
                 None => text(StatusCode::NOT_FOUND, "there is no such page"),
             },
         },

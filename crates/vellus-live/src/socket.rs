@@ -69,6 +69,13 @@ async fn receive(site: &Site, text: &str, confirmed: &mut u64, sent: u64) -> Opt
         *confirmed = sent.min(*confirmed + 1);
         return None;
     }
+    if value["type"] == "ask" {
+        // A view of the fibre takes up to a tenth of a second, so it must not block the other pages.
+        let request = value["request"].to_string();
+        let answer = tokio::task::spawn_blocking(move || vellus_views::answer(&request)).await;
+        let answer: Value = answer.ok().and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default();
+        return Some(text_of(&json!({ "type": "reply", "id": id, "answer": answer })));
+    }
     let command: Command = match serde_json::from_value(value) {
         Ok(command) => command,
         Err(reason) => return Some(error(&id, &reason.to_string())),

@@ -1,7 +1,7 @@
 // The panels at the side: fibres, lights, groom, camera, picture, and the strand that was clicked.
 
 import { FiberPanel } from "./fiber.js";
-import { button, check, element, facts, panel, slider } from "./controls.js";
+import { button, element, facts, panel, slider } from "./controls.js";
 
 const SIZES = [[480, 320], [720, 480], [960, 640], [1200, 800], [1440, 960], [1920, 1280]];
 
@@ -10,13 +10,16 @@ export class Panels {
     this.connection = connection;
     this.fiber = new FiberPanel(connection);
     this.lights = element("div", { class: "body" });
-    this.strand = element("div", {}, element("p", { class: "hint", text: "Inspect, then click a strand." }));
+    this.strand = element("div", {}, element("p", { class: "hint", text: "Press Inspect, then click a strand." }));
+    const views = panel("Views of the fibre", false, this.fiber.shape);
+    views.addEventListener("toggle", () => this.fiber.shown && this.fiber.draw(this.fiber.shown[0]));
     root.append(
       panel("Fibre", true, this.fiber.root),
       panel("Groom", true, ...this.groom()),
       panel("Lights", true, ...this.light()),
       panel("Camera", false, ...this.camera()),
       panel("Strand", false, this.strand),
+      views,
       panel("Picture and files", true, ...this.files()),
     );
     viewport.addEventListener("pick", ({ detail }) => this.picked(detail));
@@ -111,7 +114,7 @@ export class Panels {
     const saves = element("div", { class: "line", role: "group", "aria-label": "Save" },
       save("Look TOML", () => `look-${look()}.toml`, () => `${this.fiber.name}.toml`),
       save("Look USD", () => `look-${look()}.usda`, () => `${this.fiber.name}.usda`),
-      save("Strands and scene USD", () => "scene.usda", () => "scene.usda"),
+      save("Strands USD", () => "scene.usda", () => "strands.usda"),
       save("Camera", () => "camera.usda", () => "camera.usda"),
       save("PNG", () => "picture.png", () => "picture.png"),
       save("EXR", () => "picture.exr", () => "picture.exr"));
@@ -186,11 +189,12 @@ export class Panels {
       this.fiber.inspect(answer.strand);
     }
     const list = element("dl", { class: "facts" }, ...facts(pairs));
-    const lobes = element("div");
-    this.strand.replaceChildren(list, lobes);
+    this.strand.replaceChildren(list, ...(answer.strand ? [button("Show its lobes", () => {
+      this.fiber.shape.closest("details").open = true;
+      this.fiber.shape.scrollIntoView({ block: "start" });
+    })] : []));
     this.strand.closest("details").open = true;
     this.strand.scrollIntoView({ block: "nearest" });
-    if (answer.strand) this.fiber.lobes(lobes, answer.strand);
   }
 
   update(state) {
@@ -208,5 +212,3 @@ export class Panels {
     this.fiber.update(state);
   }
 }
-
-export { check };
