@@ -339,6 +339,11 @@ impl Renderer {
 
     /// Starts a thread. Returns false, and notes it, if the system refuses one.
     fn spawn(&mut self, work: impl FnOnce() + Send + 'static) -> bool {
+        // A pool of its own: in the common one, each step of the work would wait for a whole sample of the picture.
+        let work = move || match rayon::ThreadPoolBuilder::new().build() {
+            Ok(pool) => pool.install(work),
+            Err(_) => work(),
+        };
         let thread = std::thread::Builder::new().name("vellus-live work".to_owned()).spawn(work);
         if let Err(error) = &thread {
             self.note = Some(format!("the system refuses a thread: {error}"));

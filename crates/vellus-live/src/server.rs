@@ -43,7 +43,8 @@ pub(crate) struct Site {
 /// A running server. It ends when it is dropped.
 #[derive(Debug)]
 pub struct Server {
-    runtime: Runtime,
+    /// `None` only while it is dropped.
+    runtime: Option<Runtime>,
     address: SocketAddr,
     token: Option<String>,
 }
@@ -60,14 +61,19 @@ impl Server {
         let runtime = runtime.map_err(|source| Error::System { what: "threads", source })?;
         let wanted = SocketAddr::new(options.host.unwrap_or(Ipv4Addr::LOCALHOST.into()), options.port);
         let failed = |source| Error::Listen { address: wanted.to_string(), source };
-        let listener = runtime.block_on(TcpListener::bind(wanted)).map_err(failed)?;
+        // The caller may be in a runtime of its own, so nothing here waits for a future.
+        let listener = std::net::TcpListener::bind(wanted).map_err(failed)?;
+        listener.set_nonblocking(true).map_err(failed)?;
         let address = listener.local_addr().map_err(failed)?;
+        let entered = runtime.enter();
+        let listener = TcpListener::from_std(listener).map_err(failed)?;
+        drop(entered);
         let pages = tokio::sync::Semaphore::new(MAX_PAGES);
         let site = Arc::new(Site { engine, guard, pages });
         let router = Router::new().fallback(answer).layer(DefaultBodyLimit::max(MAX_UPLOAD)).with_state(site);
         // It ends with the runtime.
         runtime.spawn(async move { axum::serve(listener, router).await });
-        Ok(Server { runtime, address, token })
+        Ok(Server { runtime: Some(runtime), address, token })
     }
 
     /// The address of the page, with its token.
@@ -80,10 +86,19 @@ impl Server {
     ///
     /// # Errors
     /// [`Error::System`] if the system reports no signals.
-    pub fn wait(self) -> Result<(), Error> {
-        let ended = self.runtime.block_on(tokio::signal::ctrl_c());
-        self.runtime.shutdown_timeout(Duration::from_secs(1));
+    pub fn wait(mut self) -> Result<(), Error> {
+        let Some(runtime) = self.runtime.take() else { return Ok(()) };
+        let ended = runtime.block_on(tokio::signal::ctrl_c());
+        runtime.shutdown_timeout(Duration::from_secs(1));
         ended.map_err(|source| Error::System { what: "signals", source })
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        if let Some(runtime) = self.runtime.take() {
+            runtime.shutdown_background();
+        }
     }
 }
 

@@ -65,6 +65,7 @@ export function panel(title, open, ...children) {
   const stored = localStorage.getItem(key);
   const details = element("details", { open: stored === null ? open : stored === "1" },
     element("summary", { text: title }), element("div", { class: "body" }, ...children));
+  details.dataset.short = title.split(" ")[0];
   details.addEventListener("toggle", () => localStorage.setItem(key, details.open ? "1" : "0"));
   return details;
 }

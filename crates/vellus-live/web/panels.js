@@ -13,15 +13,20 @@ export class Panels {
     this.strand = element("div", {}, element("p", { class: "hint", text: "Press Inspect, then click a strand." }));
     const views = panel("Views of the fibre", false, this.fiber.shape);
     views.addEventListener("toggle", () => this.fiber.shown && this.fiber.draw(this.fiber.shown[0]));
-    root.append(
+    const all = [
       panel("Fibre", true, this.fiber.root),
       panel("Groom", true, ...this.groom()),
       panel("Lights", true, ...this.light()),
       panel("Camera", false, ...this.camera()),
       panel("Strand", false, this.strand),
       views,
-      panel("Picture and files", true, ...this.files()),
-    );
+      panel("Save and load", true, ...this.files()),
+    ];
+    const jump = (one) => button(one.dataset.short, () => {
+      one.open = true;
+      one.scrollIntoView({ block: "start" });
+    }, one.querySelector("summary").textContent);
+    root.append(element("nav", { "aria-label": "Panels" }, ...all.map(jump)), ...all);
     viewport.addEventListener("pick", ({ detail }) => this.picked(detail));
   }
 
