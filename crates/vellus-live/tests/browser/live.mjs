@@ -142,7 +142,7 @@ try {
   await page.locator("#overlay rect").waitFor({ state: "detached" });
   await press("Inspect");
   await page.mouse.click(...middle);
-  await page.getByText("Inclination θ").waitFor();
+  await page.locator("dt", { hasText: "Inclination θ" }).waitFor();
   await press("Show its lobes");
   await page.locator(".vv-view").first().waitFor();
   await page.waitForTimeout(800);
