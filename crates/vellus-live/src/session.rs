@@ -58,6 +58,9 @@ pub struct Session {
 /// The size of the picture at first.
 const SIZE: [usize; 2] = [960, 640];
 
+/// The distance in pixels at which a click still finds a strand.
+const REACH: usize = 5;
+
 impl Session {
     /// Opens a scene by name or path.
     pub fn open(path: &Path, small: bool) -> Result<Self, crate::Error> {
@@ -127,7 +130,7 @@ impl Session {
                     Ok(())
                 })?
             }
-            Command::Pick { x, y } => return Ok((self.describe(self.pick(x, y)?), Effect::None)),
+            Command::Pick { x, y } => return Ok((self.describe(self.pick_strand(x, y)?), Effect::None)),
             Command::Exposure { stops } => {
                 self.exposure = within("exposure", stops, -20.0, 20.0)?;
                 Effect::Redraw
@@ -294,6 +297,26 @@ impl Session {
             within(name, x, 0.0, 1.0).map(|x| ((x * side as f32) as usize).min(side - 1))
         };
         Ok(self.world.pick(&settings, [place("x", x, settings.size[0])?, place("y", y, settings.size[1])?]))
+    }
+
+    /// As [`Session::pick`]. Where the point shows a mesh between strands, it takes a strand within a few pixels.
+    fn pick_strand(&self, x: f32, y: f32) -> Result<Option<Pick>, String> {
+        let first = self.pick(x, y)?;
+        if first.as_ref().is_some_and(|pick| pick.strand.is_some()) {
+            return Ok(first);
+        }
+        for ring in 1..=REACH {
+            for step in 0..8 * ring {
+                let (sin, cos) = (step as f32 * std::f32::consts::TAU / (8 * ring) as f32).sin_cos();
+                let place =
+                    |at: f32, offset: f32, side: usize| (at + offset * ring as f32 / side as f32).clamp(0.0, 1.0);
+                let near = self.pick(place(x, cos, self.size[0]), place(y, sin, self.size[1]))?;
+                if near.as_ref().is_some_and(|pick| pick.strand.is_some()) {
+                    return Ok(near);
+                }
+            }
+        }
+        Ok(first)
     }
 
     fn describe(&self, pick: Option<Pick>) -> Value {

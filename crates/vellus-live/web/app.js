@@ -32,8 +32,11 @@ connection.addEventListener("state", ({ detail }) => {
   press($("denoise"), state.denoise);
   $("denoise").disabled = Boolean(state.no_denoiser);
   $("denoise").title = state.no_denoiser ?? "Clean the picture (N)";
-  if (!$("exposure").matches(":active")) $("exposure").value = state.exposure;
-  $("stops").textContent = state.exposure.toFixed(2);
+  if (!$("exposure").matches(":active") && !connection.merged.has("exposure")) {
+    wanted = state.exposure;
+    $("exposure").value = wanted;
+    $("stops").textContent = wanted.toFixed(2);
+  }
   viewport.setSize(state.size, state.crop);
   press($("crop"), Boolean(state.crop) || viewport.mode === "crop");
   panels.update(state);
@@ -82,8 +85,11 @@ viewport.addEventListener("mode", ({ detail }) => {
   press($("crop"), detail === "crop" || Boolean(state?.crop));
 });
 
+// The exposure that this page wants: several keys may come before the server has answered the first.
+let wanted = 0;
 const expose = (stops) => {
   const limited = Math.min(20, Math.max(-20, stops));
+  wanted = limited;
   $("stops").textContent = limited.toFixed(2);
   connection.stream("exposure", { type: "exposure", stops: limited });
 };
@@ -95,7 +101,7 @@ document.addEventListener("keydown", (event) => {
   const keys = {
     p: actions.pause, h: actions.home, i: actions.pick, c: actions.crop, n: actions.denoise, "?": actions.help,
     f: () => viewport.focus({ x: 0.5, y: 0.5 }),
-    "[": () => expose(state.exposure - 0.25), "]": () => expose(state.exposure + 0.25),
+    "[": () => expose(wanted - 0.25), "]": () => expose(wanted + 0.25),
     Escape: () => {
       viewport.setMode("move");
       viewport.setMark(null);

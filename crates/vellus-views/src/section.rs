@@ -75,9 +75,9 @@ pub fn section(request: &Request) -> Result<Value, String> {
     let rays: Vec<Value> = [Lobe::R, Lobe::Tt, Lobe::Trt]
         .into_iter()
         .zip(0..)
-        .map(|(lobe, p)| {
-            json!({ "lobe": lobe.key(), "points": specular(&entry, p), "weight": energy.0[lobe as usize] })
-        })
+        .map(
+            |(lobe, p)| json!({ "lobe": lobe.key(), "points": specular(&entry, p), "weight": energy.0[lobe as usize] }),
+        )
         .collect();
     let scattered: Vec<Value> = walk::scattered(&fiber, &entry, paths, seed)
         .into_iter()

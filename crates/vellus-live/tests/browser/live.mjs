@@ -27,7 +27,7 @@ const shot = (name) => folder && page.screenshot({ path: join(folder, `${name}.p
 const frame = (one = page) => one.evaluate(() => Number(document.documentElement.dataset.frame ?? 0));
 // Waits until the picture is at full resolution after the last command.
 async function settled(one = page) {
-  await one.waitForTimeout(150);
+  await one.waitForTimeout(500);
   await one.waitForFunction(() => document.documentElement.dataset.coarse === "1", null, { timeout: 120_000 });
 }
 // A small copy of the picture, as numbers.
