@@ -161,14 +161,14 @@ try {
     await page.locator('input[data-key="picker"]').fill("#b03020");
     await page.waitForTimeout(500);
   });
-  await changes("darker tips", 0.5, () => slide("Darker tips", 0.9));
-  await changes("undo", 0.5, () => page.locator('[data-action="undo"]').first().click());
-  await changes("redo", 0.5, () => page.locator('[data-action="redo"]').first().click());
-  await changes("preset", 0.5, async () => {
+  await changes("darker tips", 0.1, () => slide("Darker tips", 0.9));
+  await changes("undo", 0.1, () => page.locator('[data-action="undo"]').first().click());
+  await changes("redo", 0.1, () => page.locator('[data-action="redo"]').first().click());
+  await changes("preset", 0.1, async () => {
     await page.getByRole("combobox", { name: "Preset" }).first().selectOption({ index: 3 });
     await page.waitForTimeout(300);
   });
-  await changes("model", 0.2, () => page.getByRole("combobox", { name: "Reflectance model" }).selectOption({ index: 6 }));
+  await changes("model", 0.1, () => page.getByRole("combobox", { name: "Reflectance model" }).selectOption({ index: 6 }));
   await page.getByRole("combobox", { name: "Reflectance model" }).selectOption({ index: 0 });
 
   // Groom and lights.
@@ -188,10 +188,10 @@ try {
     await page.waitForTimeout(300);
     await page.locator("#busy").waitFor({ state: "hidden", timeout: 120_000 });
   });
-  await changes("rotate sky", 0.2, () => slide("Rotate sky", 0.9));
+  await changes("rotate sky", 0.1, () => slide("Rotate sky", 0.9));
   await changes("brightness", 1, () => slide("Brightness", 0.4));
   const move = page.getByRole("slider", { name: "Move x", exact: true });
-  if (await move.count()) await changes("move a lamp", 0.2, () => slide("Move x", 0.9));
+  if (await move.count()) await changes("move a lamp", 0.1, () => slide("Move x", 0.9));
 
   // Camera and picture.
   await open("Camera");
