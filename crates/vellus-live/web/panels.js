@@ -120,7 +120,7 @@ export class Panels {
       save("Look TOML", () => `look-${look()}.toml`, () => `${this.fiber.name}.toml`),
       save("Look USD", () => `look-${look()}.usda`, () => `${this.fiber.name}.usda`),
       save("Strands USD", () => "scene.usda", () => "strands.usda"),
-      save("Camera", () => "camera.usda", () => "camera.usda"),
+      save("Camera USD", () => "camera.usda", () => "camera.usda"),
       save("PNG", () => "picture.png", () => "picture.png"),
       save("EXR", () => "picture.exr", () => "picture.exr"));
     const input = element("input", { type: "file", accept: ".hair,.tfx,.obj", hidden: true, onchange: () => {
