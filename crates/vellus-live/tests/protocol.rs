@@ -274,7 +274,8 @@ async fn garbage_gives_one_message_and_a_groom_is_shown() {
     let bytes = vellus_groom::write_hair(&vellus_groom::flatten(&scene.strands[0], 1)).unwrap();
     assert_eq!(status(&load("my%20lock.hair", &bytes).await), "200");
     let mut socket = connect(&server).await;
-    assert_eq!(next(&mut socket, |m| json_of(m).filter(|v| v["type"] == "state")).await["scene"], "my lock.hair");
+    // The answer may come before the new state.
+    next(&mut socket, |m| json_of(m).filter(|v| v["scene"] == "my lock.hair")).await;
 }
 
 #[tokio::test]
