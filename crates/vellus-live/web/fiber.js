@@ -93,7 +93,8 @@ export class FiberPanel {
     this.panels.forEach((other, i) => { other.root.hidden = i !== this.selected; });
     // Another page, or a command that this page did not send, has changed the fibre.
     const { panel } = own;
-    if (panel && !own.moving && !this.connection.merged.has(`look ${this.selected}`) && !same(panel.fiber, look.fiber)) {
+    const sending = this.connection.merged.has(`look ${this.selected}`);
+    if (panel && !own.moving && !sending && !same(panel.fiber, look.fiber)) {
       panel.set(look.fiber);
     }
   }

@@ -168,7 +168,8 @@ try {
     await page.getByRole("combobox", { name: "Preset" }).first().selectOption({ index: 3 });
     await page.waitForTimeout(300);
   });
-  await changes("model", 0.1, () => page.getByRole("combobox", { name: "Reflectance model" }).selectOption({ index: 6 }));
+  await changes("model", 0.1, () =>
+    page.getByRole("combobox", { name: "Reflectance model" }).selectOption({ index: 6 }));
   await page.getByRole("combobox", { name: "Reflectance model" }).selectOption({ index: 0 });
 
   // Groom and lights.
