@@ -58,6 +58,8 @@ enum Command {
     Table(table::Command),
     /// Render a scene to OpenEXR and PNG.
     Render(Box<render::Args>),
+    // No comment here: the help text is the one of its arguments.
+    Live(vellus_live::Args),
     /// List the built-in scenes, or write one as USD.
     Scene(scene::Args),
     /// Describe, convert or grow strands.
@@ -138,6 +140,7 @@ fn run(command: Option<Command>) -> Result<()> {
         Some(Command::Plot(args)) => plot::run(&args),
         Some(Command::Table(command)) => table::run(&command),
         Some(Command::Render(args)) => render::run(&args),
+        Some(Command::Live(args)) => Ok(vellus_live::run(&args)?),
         Some(Command::Scene(args)) => scene::run(&args),
         Some(Command::Groom(command)) => groom::run(&command),
         Some(Command::Fit(args)) => fit::run(&args),

@@ -55,6 +55,7 @@ pub const PICTURE_VERSION: u32 = 5;
 
 #[cfg(feature = "denoise")]
 pub mod denoise;
+mod edit;
 mod error;
 mod film;
 mod geometry;
@@ -69,6 +70,7 @@ pub mod tev;
 mod widen;
 mod world;
 
+pub use edit::{Pick, PickedStrand, Varying};
 pub use error::Error;
 pub use film::checkpoint::{Checkpoint, MAX_SAMPLES};
 pub use film::cryptomatte::Thing;

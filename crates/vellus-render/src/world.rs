@@ -13,7 +13,7 @@ use crate::light::background::Background;
 use crate::shading::colors;
 use crate::shading::fibers::Fibers;
 use vellus::{Bcsdf, Fiber, Model};
-use vellus_scene::{Camera, Error, Light, Scene, Strands};
+use vellus_scene::{Camera, Error, Light, Scene, Shaping, Strands};
 
 /// A scene prepared for rays: hierarchies over its strands and meshes, distributions over its lights, and a reflectance
 /// model for each of its fibres.
@@ -24,6 +24,10 @@ pub struct World {
     /// The names of the light groups.
     group_names: Vec<String>,
     pub(crate) fibers: Box<dyn Trace>,
+    /// What [`Lights::new`] needs besides lights and textures.
+    pub(crate) unseen: Vec<usize>,
+    pub(crate) shapings: Vec<(usize, Shaping)>,
+    pub(crate) reach: f32,
 }
 
 impl std::fmt::Debug for World {
@@ -98,7 +102,8 @@ impl World {
             surfaces: scene.surfaces,
             textures: scene.textures,
         };
-        Ok(World { geometry, group_names: groups.names, fibers })
+        let (unseen, shapings) = (scene.unseen_lights, scene.shapings);
+        Ok(World { geometry, group_names: groups.names, fibers, unseen, shapings, reach: radius })
     }
 
     /// Replaces the reflectance model of the fibres: see [`World::with_model`].

@@ -193,6 +193,11 @@ impl Curves {
         &self.bvh
     }
 
+    /// The parameters that vary over a set of strands, to replace them. The hierarchy does not depend on them.
+    pub(crate) fn varying_mut(&mut self, set: usize) -> &mut Vec<(vellus::Parameter, vellus_scene::Values<[f32; 3]>)> {
+        &mut self.strands[set].varying
+    }
+
     /// Number of segments.
     pub fn segments(&self) -> usize {
         self.segments

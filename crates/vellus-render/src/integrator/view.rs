@@ -51,6 +51,11 @@ impl View {
         (self.frame(0.0), &self.camera)
     }
 
+    /// The camera.
+    pub(crate) fn camera(&self) -> Camera {
+        self.camera
+    }
+
     /// Whether the camera moves.
     pub(crate) fn moves(&self) -> bool {
         self.closed.is_some()

@@ -1,0 +1,161 @@
+//! The thread that renders, and its queue of commands.
+
+use crate::Error;
+use crate::command::Command;
+use crate::frame::Frame;
+use crate::renderer::Renderer;
+use crate::save::Save;
+use crate::session::Session;
+use serde_json::Value;
+use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+use tokio::sync::{oneshot, watch};
+use vellus_render::Curves;
+
+/// The most commands that wait. Further ones are refused.
+const MAX_QUEUE: usize = 512;
+
+/// The answer to a command.
+pub(crate) type Answer<T> = oneshot::Receiver<Result<T, String>>;
+pub(crate) type Reply<T> = oneshot::Sender<Result<T, String>>;
+
+/// What the thread has to do.
+pub(crate) enum Job {
+    Command(Command, Reply<Value>, Instant),
+    Save(Save, Reply<Vec<u8>>),
+    /// The bytes of a dropped file, and its name.
+    Load(String, Vec<u8>, Reply<Value>),
+    /// Strands that were built in the background, for a session.
+    Built(u64, Curves),
+    /// A scene that was opened in the background.
+    Opened(Result<Box<Session>, String>, Option<Reply<Value>>),
+}
+
+/// What the threads share.
+pub(crate) struct Shared {
+    /// Waiting jobs, and whether the thread should end.
+    jobs: Mutex<(VecDeque<Job>, bool)>,
+    wake: Condvar,
+    pub(crate) cancel: AtomicBool,
+    /// Whether a change cancels the step that is rendered now.
+    pub(crate) interruptible: AtomicBool,
+    pub(crate) frames: watch::Sender<Option<Arc<Frame>>>,
+    pub(crate) states: watch::Sender<Arc<str>>,
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, (VecDeque<Job>, bool)> {
+        self.jobs.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Adds a job, and stops the step that is rendered. Gives the job back if too many wait.
+    pub(crate) fn push(&self, job: Job) -> bool {
+        let mut jobs = self.lock();
+        let inner = matches!(job, Job::Built(..) | Job::Opened(..));
+        if jobs.1 || (!inner && jobs.0.len() >= MAX_QUEUE) {
+            return false;
+        }
+        jobs.0.push_back(job);
+        if self.interruptible.load(Ordering::Relaxed) {
+            self.cancel.store(true, Ordering::Relaxed);
+        }
+        self.wake.notify_one();
+        true
+    }
+
+    /// All jobs that wait. Waits for one if the thread has nothing else to do. `None` at the end.
+    pub(crate) fn take(&self, idle: bool) -> Option<VecDeque<Job>> {
+        let mut jobs = self.lock();
+        while idle && jobs.0.is_empty() && !jobs.1 {
+            jobs = self.wake.wait(jobs).unwrap_or_else(PoisonError::into_inner);
+        }
+        if jobs.1 {
+            return None;
+        }
+        // A job that arrives from here on cancels the next step.
+        self.cancel.store(false, Ordering::Relaxed);
+        Some(std::mem::take(&mut jobs.0))
+    }
+}
+
+/// Renders a scene on a thread of its own. The thread ends when the engine is dropped.
+pub struct Engine {
+    shared: Arc<Shared>,
+    thread: Option<std::thread::JoinHandle<()>>,
+}
+
+impl std::fmt::Debug for Engine {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Engine").finish_non_exhaustive()
+    }
+}
+
+impl Engine {
+    /// Opens a scene by name or path, and starts to render. `small` selects the small version of a built-in scene.
+    /// Pages may open the scenes in `folder`.
+    ///
+    /// # Errors
+    /// [`Error::Open`], [`Error::Scene`], [`Error::Folder`], or [`Error::System`] without a thread.
+    pub fn open(scene: impl AsRef<Path>, small: bool, folder: Option<PathBuf>) -> Result<Self, Error> {
+        if let Some(folder) = folder.as_ref().filter(|folder| !folder.is_dir()) {
+            return Err(Error::Folder(folder.clone()));
+        }
+        let session = Session::open(scene.as_ref(), small)?;
+        let shared = Arc::new(Shared {
+            jobs: Mutex::default(),
+            wake: Condvar::new(),
+            cancel: AtomicBool::new(false),
+            interruptible: AtomicBool::new(true),
+            frames: watch::Sender::new(None),
+            states: watch::Sender::new(Arc::from("")),
+        });
+        let mut renderer = Renderer::new(session, Arc::clone(&shared), folder);
+        renderer.publish_state();
+        let thread = std::thread::Builder::new().name("vellus-live".to_owned()).spawn(move || renderer.run());
+        let thread = thread.map_err(|source| Error::System { what: "a thread", source })?;
+        Ok(Engine { shared, thread: Some(thread) })
+    }
+
+    /// Sends a command. `None` if too many commands wait.
+    pub(crate) fn send(&self, command: Command) -> Option<Answer<Value>> {
+        let (reply, answer) = oneshot::channel();
+        self.shared.push(Job::Command(command, reply, Instant::now())).then_some(answer)
+    }
+
+    /// Asks for the bytes of a file.
+    pub(crate) fn save(&self, save: Save) -> Option<Answer<Vec<u8>>> {
+        let (reply, answer) = oneshot::channel();
+        self.shared.push(Job::Save(save, reply)).then_some(answer)
+    }
+
+    /// Shows the strands of a dropped file.
+    pub(crate) fn load(&self, name: String, bytes: Vec<u8>) -> Option<Answer<Value>> {
+        let (reply, answer) = oneshot::channel();
+        self.shared.push(Job::Load(name, bytes, reply)).then_some(answer)
+    }
+
+    /// The newest picture.
+    pub(crate) fn frames(&self) -> watch::Receiver<Option<Arc<Frame>>> {
+        self.shared.frames.subscribe()
+    }
+
+    /// The newest state, as JSON.
+    pub(crate) fn states(&self) -> watch::Receiver<Arc<str>> {
+        self.shared.states.subscribe()
+    }
+}
+
+impl Drop for Engine {
+    fn drop(&mut self) {
+        self.shared.lock().1 = true;
+        self.shared.cancel.store(true, Ordering::Relaxed);
+        self.shared.wake.notify_one();
+        if let Some(thread) = self.thread.take() {
+            // A panic of the thread was already reported on standard error.
+            let _ = thread.join();
+        }
+    }
+}

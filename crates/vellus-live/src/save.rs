@@ -1,0 +1,118 @@
+//! Files for the browser to save, and files that it loads.
+
+use crate::session::Session;
+use std::path::Path;
+use vellus_open::{FiberFormat, Opened, Options};
+use vellus_render::{Film, Layer, PixelType};
+use vellus_scene::Scene;
+
+/// What is saved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Save {
+    /// The fibre of a look as TOML.
+    LookToml(usize),
+    /// The fibre of a look as a USD material.
+    LookUsd(usize),
+    /// The strands, looks and camera as USD.
+    Scene,
+    /// The camera as USD.
+    Camera,
+    /// The picture as PNG, after exposure.
+    Png,
+    /// The picture as OpenEXR, without exposure.
+    Exr,
+}
+
+impl Save {
+    /// What a file name stands for: `look-0.toml`, `look-0.usda`, `scene.usda`, `camera.usda`,
+    /// `picture.png` or `picture.exr`.
+    pub fn parse(name: &str) -> Option<Self> {
+        let number = |text: &str| text.parse().ok().filter(|_| text.len() < 6);
+        match name {
+            "scene.usda" => Some(Save::Scene),
+            "camera.usda" => Some(Save::Camera),
+            "picture.png" => Some(Save::Png),
+            "picture.exr" => Some(Save::Exr),
+            _ => {
+                let look = name.strip_prefix("look-")?;
+                let toml = look.strip_suffix(".toml").and_then(number).map(Save::LookToml);
+                toml.or_else(|| look.strip_suffix(".usda").and_then(number).map(Save::LookUsd))
+            }
+        }
+    }
+
+    /// The media type.
+    pub fn media(self) -> &'static str {
+        match self {
+            Save::LookToml(_) => "application/toml",
+            Save::LookUsd(_) | Save::Scene | Save::Camera => "model/vnd.usda",
+            Save::Png => "image/png",
+            Save::Exr => "image/x-exr",
+        }
+    }
+}
+
+/// The bytes of a file. `film` is the picture at full resolution, if there is one.
+pub fn bytes(what: Save, session: &Session, film: Option<&Film>, denoised: Option<&[f32]>) -> Result<Vec<u8>, String> {
+    let film = || film.ok_or("the picture is not ready: wait for the first sample at full resolution");
+    let look = |index: usize| session.look(index).ok_or("the look does not exist");
+    match what {
+        Save::LookToml(index) => {
+            let (_, fiber) = look(index)?;
+            FiberFormat::Toml.write(fiber).map(String::into_bytes).map_err(|error| error.to_string())
+        }
+        Save::LookUsd(index) => {
+            look(index)?;
+            usda(&session.part(Some(index)))
+        }
+        Save::Scene => usda(&session.strands()),
+        Save::Camera => usda(&session.part(None)),
+        Save::Png => film()?.to_png(denoised, session.exposure, &[]).map_err(|error| error.to_string()),
+        Save::Exr => {
+            let exr = film()?.to_exr(&[Layer::Beauty], denoised, PixelType::Half, &[]);
+            exr.map_err(|error| error.to_string())
+        }
+    }
+}
+
+/// A scene as the text of a USD file.
+pub fn usda(scene: &Scene) -> Result<Vec<u8>, String> {
+    let folder = tempfile::tempdir().map_err(|error| format!("no temporary folder: {error}"))?;
+    let path = folder.path().join("scene.usda");
+    vellus_usd::write(scene, &path).map_err(|error| error.to_string())?;
+    std::fs::read(&path).map_err(|error| format!("cannot read the file again: {error}"))
+}
+
+/// Opens the strands or meshes of a dropped file.
+pub fn load(name: &str, bytes: Vec<u8>) -> Result<Session, String> {
+    // Only formats without references to other files: a page must not read files of the server.
+    let extension = Path::new(name).extension().and_then(|extension| extension.to_str()).map(str::to_lowercase);
+    let extension = match extension.as_deref() {
+        Some(known @ ("hair" | "tfx" | "obj")) => known.to_owned(),
+        Some("usd" | "usda" | "usdc" | "usdz") => {
+            let why = "USD files may name other files: start the server with --folder and open it there";
+            return Err(why.to_owned());
+        }
+        _ => return Err("this is no groom: drop a .hair, .tfx or .obj file".to_owned()),
+    };
+    let folder = tempfile::tempdir().map_err(|error| format!("no temporary folder: {error}"))?;
+    let path = folder.path().join(format!("dropped.{extension}"));
+    std::fs::write(&path, &bytes).map_err(|error| format!("no temporary file: {error}"))?;
+    drop(bytes);
+    let options = Options { staging: Some(vellus_open::Staging::new(1.5)), ..Options::default() };
+    let shown = |error: String| error.replace(&path.display().to_string(), "the file");
+    let opened: Opened = vellus_open::open(&path, &options).map_err(|error| shown(chain(&error)))?;
+    let title: String = name.chars().filter(|c| !c.is_control()).take(80).collect();
+    Session::new(title, opened).map_err(|error| shown(error.to_string()))
+}
+
+/// An error with its causes.
+fn chain(error: &dyn std::error::Error) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        text = format!("{text}: {error}");
+        cause = error.source();
+    }
+    text
+}

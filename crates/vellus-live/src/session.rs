@@ -1,0 +1,426 @@
+//! A scene that is shown, and the values of all controls. The thread of the engine owns it.
+
+use crate::camera::Orbit;
+use crate::command::{Coat, Command, Groom, MAX_SIDE, within};
+use crate::state::{LightState, LookState, State};
+use glam::{Mat3, Mat4, Quat, Vec3};
+use serde_json::{Value, json};
+use std::path::Path;
+use std::sync::Arc;
+use vellus::{Fiber, FiberBuilder};
+use vellus_models::ModelKind;
+use vellus_open::{Opened, Options, Staging};
+use vellus_render::denoise::Denoiser;
+use vellus_render::{Curves, Layer, Pick, Settings, Varying, World};
+use vellus_render_models::Method;
+use vellus_scene::{Light, Look, Scene, Strands};
+
+/// What a command asks of the engine.
+#[derive(Debug)]
+pub enum Effect {
+    /// Nothing: the answer is complete.
+    None,
+    /// The film stays, and its picture is sent again.
+    Redraw,
+    /// The picture starts again.
+    Restart,
+    /// The groom is built in the background.
+    Groom,
+    /// A file of the folder is opened in the background.
+    Open(String),
+}
+
+/// A scene and the values of all controls.
+pub struct Session {
+    pub world: World,
+    pub orbit: Orbit,
+    model: Method,
+    name: String,
+    /// The strands of the scene, and the parameters that vary over the strands shown, before [`Coat`].
+    pub source: Arc<Vec<Strands>>,
+    own: Vec<Varying>,
+    looks: Vec<(Look, Coat)>,
+    lights: Vec<(String, Light)>,
+    changes: Vec<(f32, Vec3)>,
+    sky: f32,
+    up: Vec3,
+    pub groom: Groom,
+    pub exposure: f32,
+    size: [usize; 2],
+    crop: Option<[f32; 4]>,
+    pub paused: bool,
+    pub target: u64,
+    pub denoise: bool,
+    pub denoiser: Result<Denoiser, String>,
+    scene_units: Option<vellus_scene::Units>,
+}
+
+/// The size of the picture at first.
+const SIZE: [usize; 2] = [960, 640];
+
+/// The distance in pixels at which a click still finds a strand.
+const REACH: usize = 5;
+
+impl Session {
+    /// Opens a scene by name or path.
+    pub fn open(path: &Path, small: bool) -> Result<Self, crate::Error> {
+        let aspect = SIZE[0] as f32 / SIZE[1] as f32;
+        let options = Options { small, instances: true, staging: Some(Staging::new(aspect)), ..Options::default() };
+        let opened = vellus_open::open(path, &options)?;
+        let name = path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into());
+        Session::new(name, opened).map_err(Into::into)
+    }
+
+    /// Prepares an opened scene.
+    pub fn new(name: String, opened: Opened) -> Result<Self, vellus_scene::Error> {
+        let Opened { scene, is_metered, .. } = opened;
+        let source = Arc::new(scene.strands.clone());
+        let own = scene.strands.iter().map(|strands| strands.varying.clone()).collect();
+        let (low, high) = scene.bounds().unwrap_or_default();
+        let (up, units) = (scene.up(), scene.units);
+        let looks = scene.looks.iter().map(|look| (look.clone(), Coat::default())).collect();
+        let lights: Vec<_> = scene.light_group_names().into_iter().zip(scene.lights.iter().cloned()).collect();
+        let model = Method::from(ModelKind::Vellus);
+        let world = model.world(scene)?;
+        let mut session = Session {
+            orbit: Orbit::new(world.camera(), 0.5 * (low + high), up),
+            world,
+            model,
+            name,
+            source,
+            own,
+            looks,
+            changes: vec![(1.0, Vec3::ZERO); lights.len()],
+            lights,
+            sky: 0.0,
+            up,
+            groom: Groom::default(),
+            exposure: 0.0,
+            size: SIZE,
+            crop: None,
+            paused: false,
+            target: 256,
+            denoise: false,
+            denoiser: Denoiser::load().map_err(|error| error.to_string()),
+            scene_units: units,
+        };
+        session.world.set_camera(session.orbit.camera())?;
+        if is_metered {
+            let metered = session.world.metered(&Settings::new(SIZE)).ok().flatten();
+            session.exposure = metered.unwrap_or(0.0);
+        }
+        Ok(session)
+    }
+
+    /// Applies a command. The session does not change if it is refused.
+    pub fn apply(&mut self, command: Command) -> Result<(Value, Effect), String> {
+        let effect = match command {
+            Command::Orbit { x, y } => self.moved(|orbit| orbit.turn(x, y))?,
+            Command::Pan { x, y } => self.moved(|orbit| orbit.pan(x, y))?,
+            Command::Zoom { factor } => self.moved(|orbit| orbit.zoom(factor))?,
+            Command::Lens { angle, radius } => self.moved(|orbit| orbit.lens(angle, radius))?,
+            Command::Home => self.moved(|orbit| {
+                orbit.home();
+                Ok(())
+            })?,
+            Command::Focus { x, y } => {
+                let point = self.pick(x, y)?.ok_or("there is nothing to focus on")?.point;
+                self.moved(|orbit| {
+                    orbit.focus(point);
+                    Ok(())
+                })?
+            }
+            Command::Pick { x, y } => return Ok((self.describe(self.pick_strand(x, y)?), Effect::None)),
+            Command::Exposure { stops } => {
+                self.exposure = within("exposure", stops, -20.0, 20.0)?;
+                Effect::Redraw
+            }
+            Command::Size { width, height } => {
+                for side in [width, height] {
+                    within("size", side as f32, 16.0, MAX_SIDE as f32)?;
+                }
+                self.size = [width, height];
+                Effect::Restart
+            }
+            Command::Crop { area } => {
+                if let Some(area) = area {
+                    let [left, top, right, bottom] = area.map(|x| x.clamp(0.0, 1.0));
+                    if !(right - left > 0.01 && bottom - top > 0.01) {
+                        return Err("the crop is too small".to_owned());
+                    }
+                    self.crop = Some([left, top, right, bottom]);
+                } else {
+                    self.crop = None;
+                }
+                Effect::Restart
+            }
+            Command::Pause { on } => {
+                self.paused = on;
+                Effect::None
+            }
+            Command::Target { samples } => {
+                self.target = within("samples", samples as f32, 1.0, 65536.0)? as u64;
+                Effect::None
+            }
+            Command::Denoise { on } => {
+                if let (true, Err(why)) = (on, &self.denoiser) {
+                    return Err(why.clone());
+                }
+                self.denoise = on;
+                Effect::Redraw
+            }
+            Command::Look { look, fiber } => self.set_fiber(look, fiber)?,
+            Command::Coat { look, coat } => {
+                coat.check()?;
+                let mut looks = self.looks.clone();
+                looks.get_mut(look).ok_or("the look does not exist")?.1 = coat;
+                self.set_looks(looks, Some(look))?
+            }
+            Command::Model { name } => {
+                let kind: ModelKind = name.parse().map_err(|error: vellus_models::Error| error.to_string())?;
+                let model = Method::from(kind);
+                model.apply(&mut self.world).map_err(|error| error.to_string())?;
+                self.model = model;
+                Effect::Restart
+            }
+            Command::Sky { degrees } => {
+                let old = std::mem::replace(&mut self.sky, within("degrees", degrees, -3600.0, 3600.0)?);
+                self.set_lights().inspect_err(|_| self.sky = old)?
+            }
+            Command::Light { light, gain, shift } => {
+                let gain = within("gain", gain, 0.0, 1000.0)?;
+                let shift = Vec3::from(shift);
+                within("shift", shift.length(), 0.0, 1e6)?;
+                let change = self.changes.get_mut(light).ok_or("the light does not exist")?;
+                let old = std::mem::replace(change, (gain, shift));
+                self.set_lights().inspect_err(|_| self.changes[light] = old)?
+            }
+            Command::Groom(groom) => {
+                groom.check()?;
+                if self.source.is_empty() {
+                    return Err("this scene has no strands outside of instances".to_owned());
+                }
+                self.groom = groom;
+                Effect::Groom
+            }
+            Command::Open { file } => Effect::Open(file),
+        };
+        Ok((Value::Null, effect))
+    }
+
+    fn moved(&mut self, change: impl FnOnce(&mut Orbit) -> Result<(), String>) -> Result<Effect, String> {
+        let mut orbit = self.orbit;
+        change(&mut orbit)?;
+        self.world.set_camera(orbit.camera()).map_err(|error| error.to_string())?;
+        self.orbit = orbit;
+        Ok(Effect::Restart)
+    }
+
+    fn set_fiber(&mut self, index: usize, fiber: Value) -> Result<Effect, String> {
+        let builder: FiberBuilder = serde_json::from_value(fiber).map_err(|error| error.to_string())?;
+        let fiber = builder.build().map_err(|error| error.to_string())?;
+        let mut looks = self.looks.clone();
+        let (look, coat) = looks.get_mut(index).ok_or("the look does not exist")?;
+        // A new colour replaces the pattern of the scene. Other parameters keep it.
+        let recolored = fiber.sigma_ca != look.fiber.sigma_ca;
+        coat.pattern &= !recolored;
+        if recolored {
+            look.textured.retain(|(parameter, _)| !parameter.is_color());
+        }
+        look.fiber = fiber;
+        self.set_looks(looks, Some(index))
+    }
+
+    /// Sets the looks. The strands of the look `changed`, or of all looks, get the values that vary.
+    fn set_looks(&mut self, looks: Vec<(Look, Coat)>, changed: Option<usize>) -> Result<Effect, String> {
+        let sets = self.world.curves().strands().iter().enumerate();
+        let sets = sets.filter(|(_, set)| changed.is_none_or(|look| look == set.look));
+        let needed = |look: usize| {
+            // Without an own colour and with the same coat, the values stay.
+            changed.is_none() || looks[look].1 != self.looks[look].1 || looks[look].1.tip != 1.0
+        };
+        let varying = sets
+            .filter(|(_, set)| needed(set.look))
+            .map(|(i, set)| (i, looks[set.look].1.varying(set, &self.own[i], &looks[set.look].0.fiber)))
+            .collect();
+        let plain = looks.iter().map(|(look, _)| look.clone()).collect();
+        let before = self.world.set_looks(plain, varying).map_err(|error| error.to_string())?;
+        if let Err(error) = self.model.apply(&mut self.world) {
+            // The looks before were valid, so this cannot fail.
+            let plain = self.looks.iter().map(|(look, _)| look.clone()).collect();
+            let _ = self.world.set_looks(plain, before);
+            return Err(error.to_string());
+        }
+        self.looks = looks;
+        Ok(Effect::Restart)
+    }
+
+    /// Shows strands that were built in the background.
+    pub fn set_curves(&mut self, curves: Curves) -> Result<(), String> {
+        let own = curves.strands().iter().map(|set| set.varying.clone()).collect();
+        self.world.set_curves(curves).map_err(|error| error.to_string())?;
+        self.own = own;
+        self.set_looks(self.looks.clone(), None).map(|_| ())
+    }
+
+    fn set_lights(&mut self) -> Result<Effect, String> {
+        let turn = Quat::from_axis_angle(self.up, self.sky.to_radians());
+        let changed =
+            |((_, light), (gain, shift)): (&(String, Light), &(f32, Vec3))| change(light, *gain, *shift, turn);
+        let lights: Vec<Light> = self.lights.iter().zip(&self.changes).map(changed).collect();
+        if !lights.is_empty() {
+            self.world.set_lights(&lights).map_err(|error| error.to_string())?;
+        }
+        Ok(Effect::Restart)
+    }
+
+    /// Width and height of the picture whose pixels are `coarse` times as wide, and the settings that render it.
+    pub fn settings(&self, coarse: usize) -> Settings {
+        let size = self.size.map(|side| side.div_ceil(coarse).max(1));
+        let crop = self.crop.map(|[left, top, right, bottom]| {
+            let from = |x: f32, side: usize| ((x * side as f32) as usize).min(side - 1);
+            let [x, y] = [from(left, size[0]), from(top, size[1])];
+            let to = |x: f32, side: usize, start: usize| ((x * side as f32).ceil() as usize).clamp(start + 1, side);
+            [x, y, to(right, size[0], x) - x, to(bottom, size[1], y) - y]
+        });
+        Settings { crop, ..Settings::new(size) }
+    }
+
+    /// The layers of a film.
+    pub fn layers(&self) -> Vec<Layer> {
+        if self.denoiser.is_ok() { vec![Layer::Albedo, Layer::Normal] } else { Vec::new() }
+    }
+
+    fn pick(&self, x: f32, y: f32) -> Result<Option<Pick>, String> {
+        let settings = Settings { crop: None, ..self.settings(1) };
+        let place = |name: &str, x: f32, side: usize| {
+            within(name, x, 0.0, 1.0).map(|x| ((x * side as f32) as usize).min(side - 1))
+        };
+        Ok(self.world.pick(&settings, [place("x", x, settings.size[0])?, place("y", y, settings.size[1])?]))
+    }
+
+    /// As [`Session::pick`]. Where the point shows a mesh between strands, it takes a strand within a few pixels.
+    fn pick_strand(&self, x: f32, y: f32) -> Result<Option<Pick>, String> {
+        let first = self.pick(x, y)?;
+        if first.as_ref().is_some_and(|pick| pick.strand.is_some()) {
+            return Ok(first);
+        }
+        for ring in 1..=REACH {
+            for step in 0..8 * ring {
+                let (sin, cos) = (step as f32 * std::f32::consts::TAU / (8 * ring) as f32).sin_cos();
+                let place =
+                    |at: f32, offset: f32, side: usize| (at + offset * ring as f32 / side as f32).clamp(0.0, 1.0);
+                let near = self.pick(place(x, cos, self.size[0]), place(y, sin, self.size[1]))?;
+                if near.as_ref().is_some_and(|pick| pick.strand.is_some()) {
+                    return Ok(near);
+                }
+            }
+        }
+        Ok(first)
+    }
+
+    fn describe(&self, pick: Option<Pick>) -> Value {
+        let Some(pick) = pick else { return json!({ "hit": false }) };
+        let mut answer = json!({
+            "hit": true, "name": pick.name, "point": pick.point.to_array(), "distance": pick.distance,
+        });
+        if let Some(strand) = pick.strand {
+            answer["strand"] = json!({
+                "number": strand.number,
+                "index": strand.index,
+                "look": strand.look,
+                "h": strand.h,
+                "theta": strand.theta.to_degrees(),
+                "fiber": strand.fiber,
+            });
+        }
+        answer
+    }
+
+    /// The fibre of a look, and its name.
+    pub fn look(&self, index: usize) -> Option<(&str, &Fiber)> {
+        self.looks.get(index).map(|(look, _)| (look.name.as_str(), &look.fiber))
+    }
+
+    /// A scene with one look or with the camera only, to write it.
+    pub fn part(&self, look: Option<usize>) -> Scene {
+        let looks = look.and_then(|i| self.looks.get(i)).map(|(look, _)| Look { textured: vec![], ..look.clone() });
+        let camera = look.is_none().then(|| self.orbit.camera());
+        Scene { looks: looks.into_iter().collect(), camera, units: self.scene_units, ..Scene::default() }
+    }
+
+    /// A scene with the strands as they are shown, their looks and the camera.
+    pub fn strands(&self) -> Scene {
+        let strands = self.world.curves().strands().to_vec();
+        let looks = self.looks.iter().map(|(look, _)| Look { textured: vec![], ..look.clone() }).collect();
+        Scene { strands, looks, ..self.part(None) }
+    }
+
+    /// The values of all controls.
+    pub fn state(&self, revision: u64, busy: Option<String>, files: Vec<String>, note: Option<String>) -> State {
+        let patterned = |look: usize| {
+            let sets = self.source.iter().filter(|set| set.look == look);
+            sets.flat_map(|set| &set.varying).any(|(parameter, _)| parameter.is_color())
+        };
+        let look = |(i, (look, coat)): (usize, &(Look, Coat))| LookState {
+            name: look.name.clone(),
+            fiber: serde_json::to_value(look.fiber).unwrap_or_default(),
+            patterned: patterned(i),
+            coat: *coat,
+        };
+        let light = |((name, light), (gain, shift)): (&(String, Light), &(f32, Vec3))| LightState {
+            name: name.clone(),
+            kind: light.kind(),
+            gain: *gain,
+            shift: shift.to_array(),
+            movable: !matches!(light, Light::Dome { .. } | Light::Distant { .. }),
+        };
+        let strands: usize = self.world.curves().strands().iter().map(Strands::len).sum();
+        State {
+            kind: "state",
+            revision,
+            scene: self.name.clone(),
+            summary: format!("{strands} strands, {}", self.world.summary()),
+            looks: self.looks.iter().enumerate().map(look).collect(),
+            lights: self.lights.iter().zip(&self.changes).map(light).collect(),
+            model: self.model.kind.name(),
+            models: ModelKind::ALL.iter().map(|kind| kind.name()).collect(),
+            sky: self.sky,
+            groom: self.groom,
+            busy,
+            exposure: self.exposure,
+            size: self.size,
+            crop: self.crop,
+            paused: self.paused,
+            target: self.target,
+            denoise: self.denoise,
+            no_denoiser: self.denoiser.as_ref().err().cloned(),
+            camera: self.orbit.report(),
+            files,
+            note,
+        }
+    }
+}
+
+/// A light after a change: its emission times `gain`, moved by `shift`. Domes and distant lights turn instead.
+fn change(light: &Light, gain: f32, shift: Vec3, turn: Quat) -> Light {
+    let scaled = |color: &[f32; 3]| color.map(|c| c * gain);
+    let moved = |matrix: &Mat4| Mat4::from_translation(shift) * *matrix;
+    let mut light = light.clone();
+    match &mut light {
+        Light::Dome { radiance, rotation, .. } => {
+            (*radiance, *rotation) = (scaled(radiance), Mat3::from_quat(turn) * *rotation);
+        }
+        Light::Distant { direction, irradiance, .. } => {
+            (*direction, *irradiance) = (turn * *direction, scaled(irradiance));
+        }
+        Light::Rect { to_world, radiance, .. } | Light::Disk { to_world, radiance } => {
+            (*to_world, *radiance) = (moved(to_world), scaled(radiance));
+        }
+        Light::Point { position, intensity } => (*position, *intensity) = (*position + shift, scaled(intensity)),
+        Light::Sphere { center, radiance, .. } | Light::Cylinder { center, radiance, .. } => {
+            (*center, *radiance) = (*center + shift, scaled(radiance));
+        }
+    }
+    light
+}

@@ -1,0 +1,82 @@
+//! What all pages show: the values of all controls.
+
+use crate::camera::Report;
+use crate::command::{Coat, Groom};
+use serde::Serialize;
+
+/// The values of all controls.
+#[derive(Clone, Debug, Serialize)]
+pub struct State {
+    /// Always `state`.
+    #[serde(rename = "type")]
+    pub kind: &'static str,
+    /// Number of the last command.
+    pub revision: u64,
+    /// Name of the scene.
+    pub scene: String,
+    /// Strands and segments, in words.
+    pub summary: String,
+    /// Looks of strands.
+    pub looks: Vec<LookState>,
+    /// Lights.
+    pub lights: Vec<LightState>,
+    /// Name of the reflectance model.
+    pub model: &'static str,
+    /// Names of all models.
+    pub models: Vec<&'static str>,
+    /// Rotation of the sky, degrees.
+    pub sky: f32,
+    /// The groom.
+    pub groom: Groom,
+    /// What happens in the background, if anything.
+    pub busy: Option<String>,
+    /// Stops.
+    pub exposure: f32,
+    /// Width and height of the whole picture.
+    pub size: [usize; 2],
+    /// Left, top, right, bottom; `None` is the whole picture.
+    pub crop: Option<[f32; 4]>,
+    /// Whether the picture refines.
+    pub paused: bool,
+    /// Samples a pixel.
+    pub target: u64,
+    /// Whether the picture is denoised.
+    pub denoise: bool,
+    /// Why the picture cannot be denoised, if so.
+    pub no_denoiser: Option<String>,
+    /// The camera.
+    pub camera: Report,
+    /// Files of the folder.
+    pub files: Vec<String>,
+    /// The last message for all pages, if any.
+    pub note: Option<String>,
+}
+
+/// A look of strands.
+#[derive(Clone, Debug, Serialize)]
+pub struct LookState {
+    /// Its name.
+    pub name: String,
+    /// Parameters by name.
+    pub fiber: serde_json::Value,
+    /// Whether the colours of its strands vary in the scene.
+    pub patterned: bool,
+    /// How the colour varies.
+    #[serde(flatten)]
+    pub coat: Coat,
+}
+
+/// A light.
+#[derive(Clone, Debug, Serialize)]
+pub struct LightState {
+    /// Its group, or its kind.
+    pub name: String,
+    /// Kind: dome, distant, rect, …
+    pub kind: &'static str,
+    /// Factor of its emission.
+    pub gain: f32,
+    /// Translation in scene units.
+    pub shift: [f32; 3],
+    /// Whether it can move.
+    pub movable: bool,
+}

@@ -1,0 +1,317 @@
+//! The protocol, as a page speaks it: commands, answers, states, pictures, and everything that is refused.
+
+use futures_util::{SinkExt, StreamExt};
+use serde_json::{Value, json};
+use std::net::{IpAddr, Ipv4Addr};
+use std::sync::LazyLock;
+use std::time::{Duration, Instant};
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio_tungstenite::tungstenite::{Message, client::IntoClientRequest};
+use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
+use vellus_live::{Engine, Options, Server};
+
+type Socket = WebSocketStream<MaybeTlsStream<TcpStream>>;
+
+/// No answer takes longer, on a busy machine with debug assertions.
+const LIMIT: Duration = Duration::from_secs(60);
+
+/// One server for the tests that change no state that another test needs.
+static SERVER: LazyLock<Server> = LazyLock::new(|| server(None));
+
+fn server(host: Option<IpAddr>) -> Server {
+    let engine = Engine::open("hair-lock", true, None).unwrap();
+    Server::start(engine, &Options { host, port: 0 }).unwrap()
+}
+
+async fn connect(server: &Server) -> Socket {
+    let url = server.url().replace("http", "ws") + "ws";
+    let (socket, _) = connect_async(url).await.unwrap();
+    socket
+}
+
+/// The next message that `accept` turns into a value. Pictures are confirmed.
+async fn next<T>(socket: &mut Socket, mut accept: impl FnMut(&Message) -> Option<T>) -> T {
+    let found = async {
+        loop {
+            let message = socket.next().await.unwrap().unwrap();
+            if message.is_binary() {
+                socket.send(Message::text(r#"{"type":"ack"}"#)).await.unwrap();
+            }
+            if let Some(found) = accept(&message) {
+                return found;
+            }
+        }
+    };
+    tokio::time::timeout(LIMIT, found).await.unwrap()
+}
+
+fn json_of(message: &Message) -> Option<Value> {
+    message.is_text().then(|| serde_json::from_str(message.to_text().unwrap()).unwrap())
+}
+
+/// Sends a text, and returns the answer to it.
+async fn raw(socket: &mut Socket, text: &str) -> Value {
+    socket.send(Message::text(text)).await.unwrap();
+    next(socket, |message| json_of(message).filter(|value| value["type"] != "state")).await
+}
+
+async fn ask(socket: &mut Socket, command: Value) -> Value {
+    raw(socket, &command.to_string()).await
+}
+
+fn header(message: &Message) -> Option<Value> {
+    let Message::Binary(bytes) = message else { return None };
+    let length = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
+    assert_eq!(&bytes[4 + length..][..8], b"\x89PNG\r\n\x1a\n");
+    Some(serde_json::from_slice(&bytes[4..4 + length]).unwrap())
+}
+
+/// Sends a plain HTTP request, and returns the whole answer.
+async fn http(server: &Server, request: &str, body: &[u8]) -> String {
+    let address = server.url().trim_start_matches("http://").split('/').next().unwrap().to_owned();
+    let mut stream = TcpStream::connect(address).await.unwrap();
+    stream.write_all(request.as_bytes()).await.unwrap();
+    // The server may answer and close before it has read everything.
+    let _ = stream.write_all(body).await;
+    let mut answer = Vec::new();
+    let _ = tokio::time::timeout(LIMIT, stream.read_to_end(&mut answer)).await.unwrap();
+    String::from_utf8_lossy(&answer).into_owned()
+}
+
+async fn get(server: &Server, path: &str, headers: &str) -> String {
+    http(server, &format!("GET {path} HTTP/1.1\r\nConnection: close\r\n{headers}\r\n"), b"").await
+}
+
+fn status(answer: &str) -> &str {
+    answer.split(' ').nth(1).unwrap_or_default()
+}
+
+#[tokio::test]
+async fn a_page_gets_state_and_pictures_and_moves_the_camera() {
+    let server = server(None);
+    let mut socket = connect(&server).await;
+    let state = next(&mut socket, json_of).await;
+    assert_eq!((&state["type"], &state["scene"]), (&json!("state"), &json!("hair-lock")));
+    let first = next(&mut socket, header).await;
+    assert!(first["samples"].as_u64().unwrap() >= 1);
+    assert_eq!(ask(&mut socket, json!({"type": "target", "samples": 4, "id": 1})).await["type"], "reply");
+    ask(&mut socket, json!({"type": "size", "width": 48, "height": 32, "id": 2})).await;
+    let done = next(&mut socket, |m| header(m).filter(|h| h["done"] == true && h["size"] == json!([48, 32]))).await;
+    assert_eq!((&done["samples"], &done["coarse"]), (&json!(4), &json!(1)));
+    let answer = ask(&mut socket, json!({"type": "orbit", "x": 20, "y": 5, "id": "a"})).await;
+    assert_eq!(answer, json!({"type": "reply", "id": "a", "answer": null}));
+    let moved = next(&mut socket, |m| header(m).filter(|h| h["revision"].as_u64() > done["revision"].as_u64())).await;
+    assert!(moved["latency"].as_f64().unwrap() > 0.0, "{moved}");
+}
+
+#[tokio::test]
+async fn malformed_messages_are_answered_with_an_error() {
+    let mut socket = connect(&SERVER).await;
+    let mut texts = vec![
+        "".to_owned(),
+        "{".to_owned(),
+        "[]".to_owned(),
+        "7".to_owned(),
+        r#"{"type":"fly"}"#.to_owned(),
+        r#"{"type":"orbit","x":1}"#.to_owned(),
+        r#"{"type":"orbit","x":1e39,"y":0}"#.to_owned(),
+        r#"{"type":"zoom","factor":0}"#.to_owned(),
+        r#"{"type":"pick","x":2,"y":0}"#.to_owned(),
+        r#"{"type":"size","width":0,"height":100000}"#.to_owned(),
+        r#"{"type":"crop","area":[0.5,0.5,0.5,0.5]}"#.to_owned(),
+        r#"{"type":"crop","area":[1]}"#.to_owned(),
+        r#"{"type":"target","samples":0}"#.to_owned(),
+        r#"{"type":"target","samples":-1}"#.to_owned(),
+        r#"{"type":"look","look":9,"fiber":{}}"#.to_owned(),
+        r#"{"type":"look","look":0,"fiber":{"eta":99}}"#.to_owned(),
+        r#"{"type":"look","look":0,"fiber":{"eat":1}}"#.to_owned(),
+        r#"{"type":"look","look":0,"fiber":7}"#.to_owned(),
+        r#"{"type":"coat","look":0,"pattern":true,"tip":0}"#.to_owned(),
+        r#"{"type":"light","light":99,"gain":1,"shift":[0,0,0]}"#.to_owned(),
+        r#"{"type":"light","light":0,"gain":-1,"shift":[0,0,0]}"#.to_owned(),
+        r#"{"type":"groom","density":0,"length":1,"clump":0,"clump_strands":10}"#.to_owned(),
+        r#"{"type":"model","name":"unicorn"}"#.to_owned(),
+        r#"{"type":"open","file":"../../etc/passwd"}"#.to_owned(),
+        r#"{"type":"orbit","x":0,"y":0,"z":0}"#.to_owned(),
+        format!("{}{}", "[".repeat(20_000), "]".repeat(20_000)),
+    ];
+    texts.push("x".repeat(60_000));
+    for text in texts {
+        let answer = raw(&mut socket, &text).await;
+        let shown: String = text.chars().take(80).collect();
+        assert_eq!(answer["type"], "error", "{shown}: {answer}");
+        assert!(!answer["message"].as_str().unwrap().is_empty());
+    }
+    socket.send(Message::binary(vec![0; 1000])).await.unwrap();
+    assert_eq!(next(&mut socket, |m| json_of(m).filter(|v| v["type"] == "error")).await["type"], "error");
+    // The connection and the engine still work.
+    assert_eq!(ask(&mut socket, json!({"type": "pick", "x": 0.5, "y": 0.5})).await["type"], "reply");
+}
+
+#[tokio::test]
+async fn a_message_that_is_too_long_ends_the_connection_only() {
+    let mut socket = connect(&SERVER).await;
+    // The server may close before it has read everything.
+    let _ = socket.send(Message::text("x".repeat(20 << 20))).await;
+    let ended = async { while let Some(Ok(_)) = socket.next().await {} };
+    tokio::time::timeout(LIMIT, ended).await.unwrap();
+    let mut other = connect(&SERVER).await;
+    assert_eq!(ask(&mut other, json!({"type": "home"})).await["type"], "reply");
+}
+
+#[tokio::test]
+async fn two_pages_share_the_state_and_one_may_leave() {
+    let server = server(None);
+    let (mut one, mut two) = (connect(&server).await, connect(&server).await);
+    ask(&mut one, json!({"type": "exposure", "stops": 1.5})).await;
+    let state = next(&mut two, |m| json_of(m).filter(|v| v["exposure"] == 1.5)).await;
+    assert_eq!(state["type"], "state");
+    drop(one);
+    assert_eq!(ask(&mut two, json!({"type": "sky", "degrees": 30})).await["type"], "reply");
+    // A page that comes back gets the state and the picture at once.
+    let mut again = connect(&server).await;
+    next(&mut again, |m| json_of(m).filter(|v| v["sky"] == 30.0)).await;
+    next(&mut again, header).await;
+}
+
+#[tokio::test]
+async fn a_slow_page_gets_the_newest_picture_and_no_queue() {
+    let server = server(None);
+    let mut slow = connect(&server).await;
+    let mut fast = connect(&server).await;
+    for _ in 0..30 {
+        let answer = ask(&mut fast, json!({"type": "orbit", "x": 3, "y": 0})).await;
+        assert_eq!(answer["type"], "reply");
+        next(&mut fast, header).await;
+    }
+    // Without confirmation the slow page has two pictures at most.
+    let mut pictures = 0;
+    let until = Instant::now() + Duration::from_secs(2);
+    while let Ok(Some(Ok(message))) = tokio::time::timeout_at(until.into(), slow.next()).await {
+        pictures += usize::from(message.is_binary());
+    }
+    assert_eq!(pictures, 2);
+    slow.send(Message::text(r#"{"type":"ack"}"#)).await.unwrap();
+    let newest = next(&mut slow, header).await;
+    assert!(newest["frame"].as_u64().unwrap() > 10, "{newest}");
+}
+
+#[tokio::test]
+async fn a_change_cancels_what_is_rendered() {
+    let server = server(None);
+    let mut socket = connect(&server).await;
+    // One sample of this picture takes many times as long as the limit below.
+    ask(&mut socket, json!({"type": "size", "width": 4096, "height": 4096})).await;
+    next(&mut socket, |m| header(m).filter(|h| h["coarse"].as_u64() <= Some(4))).await;
+    let started = Instant::now();
+    assert_eq!(ask(&mut socket, json!({"type": "size", "width": 32, "height": 32})).await["type"], "reply");
+    let took = started.elapsed();
+    assert!(took < Duration::from_secs(3), "{took:?}");
+}
+
+#[tokio::test]
+async fn foreign_pages_and_paths_are_refused() {
+    let server = &*SERVER;
+    assert_eq!(status(&get(server, "/", "Host: localhost:1\r\n").await), "200");
+    for headers in [
+        "Host: evil.example\r\n",
+        "Host: localhost\r\nOrigin: http://evil.example\r\n",
+        "Host: localhost:80\r\nOrigin: http://localhost:81\r\n",
+        "Host: localhost\r\nOrigin: null\r\n",
+    ] {
+        assert_eq!(status(&get(server, "/", headers).await), "403", "{headers}");
+        assert_eq!(status(&get(server, "/save/picture.png", headers).await), "403", "{headers}");
+    }
+    for path in ["/../Cargo.toml", "/save/../../etc/passwd", "/save/look-99999999.toml", "/%2e%2e/x", "/app.js/"] {
+        assert_eq!(status(&get(server, path, "Host: localhost\r\n").await), "404", "{path}");
+    }
+    let mut request = (server.url().replace("http", "ws") + "ws").into_client_request().unwrap();
+    request.headers_mut().insert("Origin", "http://evil.example".parse().unwrap());
+    assert!(connect_async(request).await.is_err());
+}
+
+#[tokio::test]
+async fn with_a_host_every_request_needs_the_token() {
+    let server = server(Some(Ipv4Addr::LOCALHOST.into()));
+    let url = server.url();
+    let address = url.trim_start_matches("http://").split('/').next().unwrap();
+    let token = url.rsplit('/').nth(1).unwrap();
+    assert_eq!(token.len(), 32);
+    let host = format!("Host: {address}\r\n");
+    for path in ["/", "/ws", "/app.js", "/save/picture.png", &format!("/{}/", "0".repeat(32))] {
+        assert_eq!(status(&get(&server, path, &host).await), "403", "{path}");
+    }
+    assert_eq!(status(&get(&server, &format!("/{token}/app.js"), &host).await), "200");
+    assert!(connect_async(format!("ws://{address}/ws")).await.is_err());
+    next(&mut connect(&server).await, json_of).await;
+}
+
+#[tokio::test]
+async fn garbage_gives_one_message_and_a_groom_is_shown() {
+    let server = server(None);
+    let load = async |name: &str, bytes: &[u8]| {
+        let length = bytes.len();
+        let head = format!(
+            "POST /load?{name} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nContent-Length: {length}\r\n\r\n"
+        );
+        http(&server, &head, bytes).await
+    };
+    // A fixed pseudo-random sequence (Knuth's MMIX).
+    let mut x = 1u64;
+    let mut random = || {
+        x = x.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (x >> 56) as u8
+    };
+    let garbage: Vec<u8> = (0..20 << 20).map(|_| random()).collect();
+    for name in ["a.hair", "a.tfx", "a.obj", "a.png", "a", "a.usda", "..%2f..%2fa.hair"] {
+        let answer = load(name, &garbage).await;
+        assert_eq!(status(&answer), "422", "{name}: {}", &answer[..answer.len().min(300)]);
+        let message = answer.split("\r\n\r\n").nth(1).unwrap();
+        assert!(message.len() > 10 && message.lines().count() == 1, "{name}: {message}");
+    }
+    let scene = vellus_groom::scene("hair-lock", true).unwrap();
+    let bytes = vellus_groom::write_hair(&vellus_groom::flatten(&scene.strands[0], 1)).unwrap();
+    assert_eq!(status(&load("my%20lock.hair", &bytes).await), "200");
+    let mut socket = connect(&server).await;
+    // The answer may come before the new state.
+    next(&mut socket, |m| json_of(m).filter(|v| v["scene"] == "my lock.hair")).await;
+}
+
+#[tokio::test]
+async fn looks_lights_and_groom_change_the_state_and_are_saved() {
+    let server = server(None);
+    let mut socket = connect(&server).await;
+    let state = next(&mut socket, json_of).await;
+    let mut fiber = state["looks"][0]["fiber"].clone();
+    fiber["beta_m"] = json!(9.0);
+    for command in [
+        json!({"type": "look", "look": 0, "fiber": fiber}),
+        json!({"type": "coat", "look": 0, "pattern": false, "tip": 3.0}),
+        json!({"type": "light", "light": 0, "gain": 2.0, "shift": [0, 1, 0]}),
+        json!({"type": "model", "name": "chiang2016"}),
+        json!({"type": "lens", "angle": 40, "radius": 0.1}),
+        json!({"type": "size", "width": 48, "height": 32}),
+        json!({"type": "groom", "density": 0.5, "length": 2.0, "clump": 0.5, "clump_strands": 10}),
+    ] {
+        let answer = ask(&mut socket, command.clone()).await;
+        assert_eq!(answer["type"], "reply", "{command}: {answer}");
+    }
+    let built = |state: &Value| state["busy"].is_null() && state["groom"]["density"] == 0.5;
+    let state = next(&mut socket, |m| json_of(m).filter(built)).await;
+    assert_eq!(state["looks"][0]["tip"], 3.0);
+    next(&mut socket, |m| header(m).filter(|h| h["coarse"] == 1 && h["size"] == json!([48, 32]))).await;
+    for (name, part) in [
+        ("look-0.toml", "beta_m = 9"),
+        ("look-0.usda", "VellusFur"),
+        ("scene.usda", "BasisCurves"),
+        ("camera.usda", "Camera"),
+        ("picture.png", "PNG"),
+        ("picture.exr", "v/1\u{1}"),
+    ] {
+        let answer = get(&server, &format!("/save/{name}"), "Host: localhost\r\n").await;
+        assert_eq!(status(&answer), "200", "{name}: {answer}");
+        assert!(answer.contains(part) || name == "picture.exr", "{name}: {answer}");
+    }
+    assert_eq!(status(&get(&server, "/save/look-7.toml", "Host: localhost\r\n").await), "409");
+}

@@ -1,0 +1,74 @@
+// Small controls: a slider with a number, a check box, buttons, and panels.
+
+let count = 0;
+
+export function element(tag, attributes = {}, ...children) {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name === "text") made.textContent = value;
+    else if (name.startsWith("on")) made.addEventListener(name.slice(2), value);
+    else if (value !== false) made.setAttribute(name, value === true ? "" : value);
+  }
+  made.append(...children);
+  return made;
+}
+
+// A slider and a number for one value. `log` spaces the slider by factors. `set` shows a value without a change.
+export function slider({ label, min, max, step, unit = "", log = false, hint = "", change }) {
+  const id = `control-${++count}`;
+  const to = log ? Math.log : (x) => x;
+  const from = log ? Math.exp : (x) => x;
+  const digits = Math.max(0, Math.ceil(-Math.log10(step)));
+  const round = (x) => Number(Math.min(max, Math.max(min, x)).toFixed(digits));
+  const range = element("input", {
+    type: "range", min: to(min), max: to(max), step: log ? "any" : step, "aria-labelledby": id,
+  });
+  const number = element("input", { type: "number", min, max, step, "aria-labelledby": id });
+  const show = (x) => {
+    if (document.activeElement !== number) number.value = Number(x).toFixed(digits);
+    range.value = to(x);
+    range.setAttribute("aria-valuetext", `${Number(x).toFixed(digits)} ${unit}`.trim());
+  };
+  range.addEventListener("input", () => {
+    const x = round(from(Number(range.value)));
+    number.value = x.toFixed(digits);
+    change(x);
+  });
+  number.addEventListener("change", () => {
+    const x = round(Number(number.value));
+    number.value = x.toFixed(digits);
+    range.value = to(x);
+    change(x);
+  });
+  const row = element("div", { class: "row", title: hint },
+    element("label", { id, text: label }), range, number, element("span", { class: "unit", text: unit }));
+  const busy = () => document.activeElement === range && range.matches(":active");
+  return { row, set: (x) => busy() || show(x), get: () => Number(number.value), disable: (off) => {
+    range.disabled = off;
+    number.disabled = off;
+  } };
+}
+
+export function check({ label, hint = "", change }) {
+  const input = element("input", { type: "checkbox", onchange: () => change(input.checked) });
+  const row = element("label", { class: "line", title: hint }, input, label);
+  return { row, set: (on) => { input.checked = on; }, get: () => input.checked };
+}
+
+export function button(text, onclick, hint = "") {
+  return element("button", { type: "button", text, onclick, title: hint });
+}
+
+// A panel that can be closed. It remembers whether it is open.
+export function panel(title, open, ...children) {
+  const key = `vellus-panel-${title}`;
+  const stored = localStorage.getItem(key);
+  const details = element("details", { open: stored === null ? open : stored === "1" },
+    element("summary", { text: title }), element("div", { class: "body" }, ...children));
+  details.dataset.short = title.split(" ")[0];
+  details.addEventListener("toggle", () => localStorage.setItem(key, details.open ? "1" : "0"));
+  return details;
+}
+
+export const facts = (pairs) => pairs.flatMap(([name, value]) =>
+  [element("dt", { text: name }), element("dd", { text: value })]);
