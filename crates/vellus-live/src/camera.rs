@@ -1,6 +1,6 @@
 //! The camera that a page moves: it orbits around a target.
 
-use crate::command::within;
+use crate::request::within;
 use glam::{Mat3, Mat4, Quat, Vec3};
 use serde::Serialize;
 use vellus_scene::Camera;

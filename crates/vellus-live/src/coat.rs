@@ -1,6 +1,6 @@
 //! How the colour of a look varies over the strands: the pattern of the scene, and darker or paler tips.
 
-use crate::command::{Coat, within};
+use crate::request::{Coat, within};
 use rayon::prelude::*;
 use vellus::{CoatColors, Fiber, Parameter};
 use vellus_render::Varying;

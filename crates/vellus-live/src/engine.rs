@@ -1,9 +1,9 @@
 //! The thread that renders, and its queue of commands.
 
 use crate::Error;
-use crate::command::Command;
 use crate::frame::Frame;
 use crate::renderer::Renderer;
+use crate::request::Command;
 use crate::save::Save;
 use crate::session::Session;
 use serde_json::Value;

@@ -1,6 +1,6 @@
 //! Changes of strands: density, length and clumps of any groom, grown or from a file.
 
-use crate::command::{Groom, within};
+use crate::request::{Groom, within};
 use glam::{Vec3, Vec4Swizzles};
 use rayon::prelude::*;
 use vellus_scene::Strands;

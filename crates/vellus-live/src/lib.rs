@@ -14,13 +14,13 @@
 mod args;
 mod camera;
 mod coat;
-mod command;
 mod engine;
 mod frame;
 mod groom;
 mod guard;
 mod page;
 mod renderer;
+mod request;
 mod save;
 mod server;
 mod session;
@@ -29,8 +29,8 @@ mod state;
 
 #[cfg(feature = "clap")]
 pub use args::{Args, run};
-pub use command::Command;
 pub use engine::Engine;
+pub use request::Command;
 pub use server::{Options, Server};
 
 /// What can go wrong before the server runs.

@@ -1,7 +1,7 @@
 //! A scene that is shown, and the values of all controls. The thread of the engine owns it.
 
 use crate::camera::Orbit;
-use crate::command::{Coat, Command, Groom, MAX_SIDE, within};
+use crate::request::{Coat, Command, Groom, MAX_SIDE, within};
 use crate::state::{LightState, LookState, State};
 use glam::{Mat3, Mat4, Quat, Vec3};
 use serde_json::{Value, json};

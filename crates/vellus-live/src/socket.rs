@@ -1,6 +1,6 @@
 //! The WebSocket of one page.
 
-use crate::command::Command;
+use crate::request::Command;
 use crate::server::{MAX_PAGES, Site};
 use axum::extract::ws::{Message, WebSocket};
 use serde_json::{Value, json};

@@ -1,7 +1,7 @@
 //! What all pages show: the values of all controls.
 
 use crate::camera::Report;
-use crate::command::{Coat, Groom};
+use crate::request::{Coat, Groom};
 use serde::Serialize;
 
 /// The values of all controls.

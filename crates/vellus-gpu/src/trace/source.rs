@@ -93,8 +93,8 @@ fn write_word(index: u32, value: u32) { samples[index] = value; }
     text
 }
 
-/// The direction numbers of the dimensions 1 to 3 of the Sobol' sequence for indices of 16 bits, with the initial numbers
-/// of Joe and Kuo 2008, Constructing Sobol Sequences with Better Two-Dimensional Projections.
+/// The direction numbers of the dimensions 1 to 3 of the Sobol' sequence for indices of 16 bits, with the initial
+/// numbers of Joe and Kuo 2008, Constructing Sobol Sequences with Better Two-Dimensional Projections.
 fn sobol_directions() -> [u32; 48] {
     // The degree of the primitive polynomial, its inner coefficients, and the initial numbers.
     const POLYNOMIALS: [(usize, u32, [u32; 3]); 3] = [(1, 0, [1, 0, 0]), (2, 1, [1, 3, 0]), (3, 1, [1, 3, 1])];

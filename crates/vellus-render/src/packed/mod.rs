@@ -157,8 +157,8 @@ pub trait RowTracer: Send {
     /// The number of rows to trace at once, with this number of samples in each pixel.
     fn rows_at_once(&self, samples: u64) -> usize;
 
-    /// The words of all samples of some rows, pixel by pixel: the values of all channels, and [`EXTRA_WORDS`]. Rows count
-    /// from the top of the film's area. `samples` are the samples of each pixel.
+    /// The words of all samples of some rows, pixel by pixel: the values of all channels, and [`EXTRA_WORDS`]. Rows
+    /// count from the top of the film's area. `samples` are the samples of each pixel.
     ///
     /// # Errors
     /// [`Error::Device`].
