@@ -19,6 +19,7 @@ macro_rules! pages {
 pages! {
     readme: "README.md",
     crates: "docs/book/src/crates.md",
+    gpu: "docs/book/src/gpu.md",
 }
 
 #[cfg(test)]
