@@ -3,22 +3,14 @@
 
 #![cfg(feature = "device")]
 
+mod common;
+
+use common::device;
 use vellus::glam::Vec3;
 use vellus::{Bcsdf, Exit, Fiber, Hit, Species, Window};
-use vellus_gpu::{Answer, Device, Queries, Query};
+use vellus_gpu::{Answer, Queries, Query};
 use vellus_testing::Uniform;
 use vellus_testing::sphere::ChiSquared;
-
-/// The GPU, or a message that the test is skipped.
-fn device(test: &str) -> Option<Device> {
-    match Device::open() {
-        Ok(device) => Some(device),
-        Err(e) => {
-            println!("skipped: {test}: {e}");
-            None
-        }
-    }
-}
 
 /// Fibres over the whole range of parameters, with both exits, and all presets.
 fn fibers(count: usize) -> Vec<Fiber> {

@@ -1,22 +1,14 @@
 //! The path tracer on a GPU against that of the processor. Mesa's lavapipe is enough. Without a GPU the tests are
 //! skipped, and say so.
 
+mod common;
+
+use common::device;
 use vellus::Bcsdf;
-use vellus_gpu::{Device, Tracer};
+use vellus_gpu::Tracer;
 use vellus_render::{Film, Layer, Mode, Settings, World};
 use vellus_scene::{Light, Scene};
 use vellus_testing::significance::max_abs_z;
-
-/// The GPU, or a message that the test is skipped.
-fn device(test: &str) -> Option<Device> {
-    match Device::open() {
-        Ok(device) => Some(device),
-        Err(e) => {
-            println!("skipped: {test}: {e}");
-            None
-        }
-    }
-}
 
 fn settings(size: [usize; 2]) -> Settings {
     Settings { mode: Mode::Near, ..Settings::new(size) }

@@ -1,8 +1,5 @@
 // Rays in the hierarchies of vellus-render. A node has eight boxes, a leaf up to eight primitives.
 
-// Each level of a hierarchy adds at most seven entries. The packer checks the depth.
-const STACK = 192u;
-
 // The inverse of a direction. A tiny number replaces 0, which avoids 0/0.
 fn inverse_of(d: vec3<f32>) -> vec3<f32> {
     let tiny = select(vec3<f32>(1e-20), vec3<f32>(-1e-20), d < vec3<f32>(0.0));
@@ -34,9 +31,10 @@ fn enter_boxes(node: u32, half: u32, origin: vec3<f32>, inverse: vec3<f32>, t_ma
     return select(vec4<f32>(INFINITY), enter, hit);
 }
 
-// Nodes that wait, and their distances. The hierarchy of an object uses what that of the instances leaves.
-var<private> stack_nodes: array<u32, 192>;
-var<private> stack_distances: array<f32, 192>;
+// Nodes that wait, and their distances. The hierarchy of an object uses what that of the instances leaves. The packer
+// refuses scenes that need more room.
+var<private> stack_nodes: array<u32, STACK>;
+var<private> stack_distances: array<f32, STACK>;
 
 // A hierarchy while it is traversed: near children first. Its nodes are on the stack from `base` up to `size`.
 struct Walk {
@@ -88,7 +86,7 @@ fn next_leaf(walk: ptr<function, Walk>, origin: vec3<f32>, inverse: vec3<f32>, t
                 child = other;
                 distance = before;
             }
-            if child != NONE && (*walk).size < STACK {
+            if child != NONE {
                 // Insertion: the farthest child is at the bottom.
                 var place = (*walk).size;
                 while place > begin && stack_distances[place - 1u] < distance {

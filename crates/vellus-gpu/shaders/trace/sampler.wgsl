@@ -1,5 +1,5 @@
-// Random numbers: Owen-scrambled Sobol' points, padded four dimensions at a time (Burley 2020, Practical Hash-based Owen
-// Scrambling). They depend only on the pixel, the index of the sample and the seed.
+// Random numbers: Owen-scrambled Sobol' points, padded four dimensions at a time (Burley 2020, Practical Hash-based
+// Owen Scrambling). They depend only on the pixel, the index of the sample and the seed.
 
 struct Sampler {
     index: u32,

@@ -84,6 +84,7 @@ fn write_word(index: u32, value: u32) { samples[index] = value; }
     for array in arrays {
         text.push_str(&array.declare(&mut binding));
     }
+    let _ = writeln!(text, "const STACK = {}u;", vellus_render::packed::STACK);
     let numbers: Vec<String> = sobol_directions().iter().map(|direction| format!("{direction}u")).collect();
     let _ = writeln!(text, "const SOBOL_DIRECTIONS = array<u32, 48>({});", numbers.join(", "));
     for file in FILES {

@@ -1,6 +1,6 @@
 //! Strands, meshes and instances.
 
-use super::{NONE, PackedScene};
+use super::{NONE, PackedScene, STACK};
 use crate::geometry::bvh::{Bvh, LEAF};
 use crate::geometry::curves::Curves;
 use crate::geometry::triangles::Triangles;
@@ -38,8 +38,9 @@ pub(super) fn pack(packed: &mut PackedScene, geometry: &Geometry) -> Result<Plac
     let mut before = Before::default();
     let (mut sets, mut meshes) = (Vec::new(), Vec::new());
     let mut fibers = Fibers::default();
-    let mut set = 0;
+    let (mut set, mut waiting) = (0, 0);
     let mut object = |packed: &mut PackedScene, curves: &Curves, triangles: &Triangles| -> Result<Roots, String> {
+        waiting = waiting.max(most_waiting(curves.bvh())).max(most_waiting(triangles.bvh()));
         let roots = Roots {
             curves: pack_curves(packed, curves, before.points),
             triangles: pack_triangles(packed, triangles, before.triangles),
@@ -104,6 +105,10 @@ pub(super) fn pack(packed: &mut PackedScene, geometry: &Geometry) -> Result<Plac
     }
     let instances = append(rows);
     let (bvh, leaves) = geometry.instances.hierarchy();
+    // The hierarchy of an instance is traversed while that of the instances waits.
+    if waiting + most_waiting(bvh) > STACK {
+        return Err(format!("a hierarchy in which more than {STACK} nodes wait"));
+    }
     let leaves = append(leaves.iter().flat_map(|l| [[l[0], l[1], l[2], l[3]], [l[4], l[5], l[6], l[7]]]).collect());
     let root = pack_bvh(packed, bvh, 0);
     Ok(Places {
@@ -121,6 +126,21 @@ fn eight(x: f32x8) -> [[u32; 4]; 2] {
 fn halves(x: [u32; 8]) -> [[u32; 4]; 2] {
     let [a, b, c, d, e, f, g, h] = x;
     [[a, b, c, d], [e, f, g, h]]
+}
+
+/// The most nodes that wait while a ray traverses a hierarchy: at each node, all children but one.
+fn most_waiting(bvh: &Bvh) -> usize {
+    let nodes: Vec<_> = bvh.nodes().collect();
+    let mut most = vec![0; nodes.len()];
+    // Children come after their node.
+    for (i, (bounds, children)) in nodes.iter().enumerate().rev() {
+        let [low, high] = [bounds[0][0], bounds[1][0]].map(f32x8::to_array);
+        let full = (0..8).filter(|&lane| low[lane] <= high[lane]).map(|lane| children[lane]);
+        let count = full.clone().count();
+        let below = full.filter(|child| child & LEAF == 0).map(|child| most[child as usize]).max();
+        most[i] = count.saturating_sub(1) + below.unwrap_or(0);
+    }
+    if bvh.root() & LEAF == 0 { most[bvh.root() as usize] } else { 0 }
 }
 
 /// Appends the nodes of a hierarchy whose first leaf is `leaves`. Returns its root.
@@ -191,5 +211,35 @@ impl Fibers {
         let of_strand: Vec<u32> =
             (0..strands.len()).map(|strand| self.index(&geometry.fiber_of_strand(set, strands, strand))).collect();
         Ok([NONE, packed.numbers(of_strand)])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    /// A traversal that enters every box, last child first, has the most nodes waiting. Here the stack is counted.
+    #[test]
+    fn the_bound_of_waiting_nodes_is_reached() {
+        for count in [1, 9, 100, 5000] {
+            let place = |i: usize| Vec3::new((i * 37 % 101) as f32, (i * 53 % 97) as f32, (i * i % 89) as f32);
+            let (bvh, _) = Bvh::build(count, |i| (place(i), place(i) + 1.0));
+            let nodes: Vec<_> = bvh.nodes().collect();
+            // The children of a node in all orders: the most that wait below any of them.
+            fn most(nodes: &[(&crate::geometry::bvh::Boxes, [u32; 8])], node: u32) -> usize {
+                if node & LEAF != 0 {
+                    return 0;
+                }
+                let (bounds, children) = nodes[node as usize];
+                let low = bounds[0][0].to_array();
+                let full: Vec<u32> = (0..8).filter(|&k| low[k] < f32::MAX).map(|k| children[k]).collect();
+                let below = full.iter().map(|&child| most(nodes, child)).max();
+                full.len() - 1 + below.unwrap_or(0)
+            }
+            let waiting = most_waiting(&bvh);
+            assert_eq!(waiting, most(&nodes, bvh.root()), "{count} boxes");
+            assert!(waiting < STACK, "{count} boxes: {waiting}");
+        }
     }
 }

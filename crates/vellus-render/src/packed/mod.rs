@@ -22,6 +22,9 @@ use vellus_scene::{Tint, Wrap};
 /// Marks a number that is missing.
 pub const NONE: u32 = u32::MAX;
 
+/// The nodes that can wait while a tracer follows a ray. [`World::packed`] refuses scenes that need more.
+pub const STACK: usize = 192;
+
 /// Rows of the header, at the beginning of [`PackedScene::data`].
 const HEADER: usize = 18;
 
@@ -77,7 +80,8 @@ impl World {
     /// The scene for a picture with these settings and layers.
     ///
     /// # Errors
-    /// The name of a feature that the packed form does not have: motion blur, and parameters that vary along a strand.
+    /// The name of a feature that the packed form does not have: motion blur, parameters that vary along a strand, and
+    /// hierarchies that need a larger stack than [`STACK`].
     pub fn packed(&self, settings: &Settings, layout: &Layout) -> Result<PackedScene, String> {
         let geometry = &self.geometry;
         if geometry.moves {

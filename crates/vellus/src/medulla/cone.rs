@@ -17,7 +17,7 @@ use std::f32::consts::FRAC_PI_2;
 use wide::f32x8;
 
 /// Nodes of the cone's half angle, from that of the largest η to 90°: 1.5° apart.
-pub(crate) const CONES: usize = 48;
+const CONES: usize = 48;
 
 /// Nodes of the shift, θ_t over the half angle of the cone: 0.3° to 1.4° apart.
 pub(crate) const SHIFTS: usize = 65;

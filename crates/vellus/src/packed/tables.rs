@@ -1,6 +1,6 @@
 //! The tables of the medulla.
 
-use crate::medulla::cone::{CONES, Cones, Half, SHIFTS};
+use crate::medulla::cone::{Cones, Half, SHIFTS};
 use crate::medulla::grid;
 use crate::medulla::mixture::{Densities, Rows, Weights};
 use crate::medulla::tables::{Mixture, Tables};
@@ -20,6 +20,8 @@ pub struct PackedTables {
 pub fn tables(tables: &Tables) -> PackedTables {
     let mut packed = PackedTables { rows: Vec::new(), counts: Vec::new(), constants: Vec::new() };
     let Cones { backward, forward } = tables.cones();
+    // A prepared fibre has the factors of τ and g, except for the τ of C^N, which depends on the inclination.
+    packed.rows("AZIMUTH_TAU", &tables.azimuthal.factors[0]);
     packed.mixture("AZIMUTH", &tables.azimuthal);
     packed.mixture("BACKWARD", &tables.backward);
     packed.mixture("FORWARD", &tables.forward);
@@ -40,7 +42,6 @@ pub fn tables(tables: &Tables) -> PackedTables {
     packed.numbers("MEAN_PATH", tables.mean_path.iter().copied());
     packed.count("MEAN_PATH_G_NODES", n_g);
     packed.count("MEAN_PATH_H_NODES", n_h);
-    packed.count("CONES", CONES);
     packed.count("CONE_SHIFTS", SHIFTS);
     packed.constant("TAU_SCALE", grid::TAU_SCALE);
     packed.constant("TAU_GROWTH_INVERSE", 1.0 / grid::TAU_GROWTH);
@@ -83,8 +84,7 @@ impl PackedTables {
     }
 
     fn mixture<const C: usize>(&mut self, name: &str, mixture: &Mixture<C>) {
-        let [tau, _, offset] = &mixture.factors;
-        self.rows(&format!("{name}_TAU"), tau);
+        let [_, _, offset] = &mixture.factors;
         self.rows(&format!("{name}_OFFSET"), offset);
         self.densities(name, &mixture.densities);
     }
