@@ -132,6 +132,7 @@ impl<'c> Shot<'c> {
             seed,
             max_depth: None,
             clamp_indirect: None,
+            radiance_cache: None,
         }
     }
 

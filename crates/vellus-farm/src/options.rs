@@ -6,7 +6,7 @@
 use crate::Error;
 
 /// Options of `vellus render` that a plan may contain, after `--`.
-pub const PICTURE_OPTIONS: [&str; 26] = [
+pub const PICTURE_OPTIONS: [&str; 27] = [
     "--small",
     "--fiber",
     "--set",
@@ -26,6 +26,7 @@ pub const PICTURE_OPTIONS: [&str; 26] = [
     "--filter",
     "--max-depth",
     "--clamp-indirect",
+    "--radiance-cache",
     "--min-pixel-width",
     "--seed",
     "--threads",

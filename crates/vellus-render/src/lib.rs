@@ -82,6 +82,7 @@ pub use geometry::curves::{CurveHit, Curves};
 pub use geometry::ray::Ray;
 pub use geometry::segment::{Entry, Segment};
 pub use geometry::triangles::{TriangleHit, Triangles};
+pub use integrator::cache::RadianceCache;
 pub use integrator::settings::{Mode, Settings};
 pub use integrator::view::Filter;
 pub use render::Statistics;

@@ -4,12 +4,19 @@ use crate::error::Error;
 use crate::film::cryptomatte::Count;
 use crate::film::cryptomatte::Thing;
 use crate::film::{Film, Layer, Layout, add};
-use crate::integrator::path::Seen;
+use crate::integrator::cache::{Filling, Indirect, RadianceCache, Record};
+use crate::integrator::path::{Seen, Shared};
 use crate::integrator::settings::Settings;
 use crate::world::World;
 use rayon::prelude::*;
 use std::ops::{AddAssign, Range};
 use vellus_io::Progress;
+
+/// Changes the seed for the samples that fill a radiance cache.
+const CACHE_SEED: u32 = 0x5eed_cace;
+
+/// The number of records of a radiance cache that are kept until they are added to it.
+const RECORDS_AT_ONCE: usize = 1 << 17;
 
 /// Counts of what [`World::render`] did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -55,7 +62,8 @@ impl World {
     /// i. Neither the number of threads nor the division into ranges changes a picture.
     ///
     /// This checks `progress` for cancellation at every pixel, but reports nothing to it. A [`Session`](crate::Session)
-    /// reports progress.
+    /// reports progress. With [`Settings::radiance_cache`], each call fills a cache first, see
+    /// [`World::render_cached`].
     ///
     /// # Errors
     /// [`Error::OtherFilm`] if the size, area or layers of the film do not match `settings` and this scene.
@@ -67,9 +75,29 @@ impl World {
         samples: Range<u64>,
         progress: &dyn Progress,
     ) -> Result<Statistics, Error> {
+        let cache = self.fill_cache(settings, film.layout(), progress)?;
+        self.render_cached(settings, cache.as_ref(), film, samples, progress)
+    }
+
+    /// As [`World::render`], with a cache that [`World::fill_cache`] filled for these settings, or with none.
+    ///
+    /// # Errors
+    /// Those of [`World::render`], and [`Error::Settings`] if the cache was filled for other groups of lights.
+    pub fn render_cached(
+        &self,
+        settings: &Settings,
+        cache: Option<&RadianceCache>,
+        film: &mut Film,
+        samples: Range<u64>,
+        progress: &dyn Progress,
+    ) -> Result<Statistics, Error> {
         let [left, top, width, height] = settings.area();
         self.check_film(settings, film)?;
         let layout = film.layout();
+        if cache.is_some_and(|cache| !cache.fits(layout)) {
+            return Err(Error::Settings("the radiance cache was filled for other groups of lights".to_owned()));
+        }
+        let shared = Shared { settings, layout, indirect: cache.map_or(Indirect::Traced, Indirect::Cached) };
         let rows: Vec<Option<Row>> = (0..height)
             .into_par_iter()
             .map(|y| {
@@ -81,7 +109,7 @@ impl World {
                     }
                     for index in samples.clone() {
                         let pixel = [left + x, top + y];
-                        let seen = self.fibers.trace(&self.geometry, settings, layout, pixel, index, &mut values);
+                        let seen = self.fibers.trace(&self.geometry, shared, pixel, index, &mut values);
                         row.add(settings, layout, [x, y * width + x], &values, &seen);
                     }
                     row.end_pixel();
@@ -91,6 +119,54 @@ impl World {
             .collect();
         let rows: Vec<Row> = rows.into_iter().collect::<Option<_>>().ok_or(Error::Cancelled)?;
         Ok(film.add_traced(rows, samples))
+    }
+
+    /// Traces [`Settings::radiance_cache`] samples of each pixel, and fills a cache with the light that they find.
+    /// `None` without that setting. `layout` is that of the film: with [`Layer::Lights`] the cache keeps the light of
+    /// each group.
+    ///
+    /// The cache depends on the scene and on the settings, not on the number of threads. It reports its progress.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`] if `progress` stopped it.
+    pub fn fill_cache(
+        &self,
+        settings: &Settings,
+        layout: &Layout,
+        progress: &dyn Progress,
+    ) -> Result<Option<RadianceCache>, Error> {
+        let Some(samples) = settings.radiance_cache else { return Ok(None) };
+        let layers: &[Layer] = if layout.has(Layer::Lights) { &[Layer::Lights] } else { &[] };
+        let layout = &self.layout(layers);
+        let (eye, slope) = self.geometry.view.perspective(settings.size);
+        let mut filling = Filling::new(eye, slope, layout);
+        // The samples of the picture itself are independent of those of the cache.
+        let settings = &Settings { seed: settings.seed ^ CACHE_SEED, radiance_cache: None, ..*settings };
+        let shared = Shared { settings, layout, indirect: filling.recorded() };
+        let [left, top, width, height] = settings.area();
+        let at_once = (RECORDS_AT_ONCE / width).max(1);
+        for index in 0..u64::from(samples) {
+            for first in (0..height).step_by(at_once) {
+                let done = (index as f64 + first as f64 / height as f64) / f64::from(samples);
+                progress.report(done, "filling the radiance cache");
+                let rows = (first..height.min(first + at_once)).into_par_iter().map(|y| {
+                    let mut values = vec![0.0; layout.channels()];
+                    let mut record = |x| {
+                        let seen = self.fibers.trace(&self.geometry, shared, [left + x, top + y], index, &mut values);
+                        seen.record
+                    };
+                    let records = (0..width).map_while(|x| (!progress.is_cancelled()).then(|| record(x)));
+                    records.flatten().collect::<Vec<Box<Record>>>()
+                });
+                let rows: Vec<Vec<Box<Record>>> = rows.collect();
+                if progress.is_cancelled() {
+                    return Err(Error::Cancelled);
+                }
+                // In the order of pixels, so that the sums do not depend on the number of threads.
+                rows.iter().flatten().for_each(|record| filling.add(record));
+            }
+        }
+        Ok(Some(filling.finish()))
     }
 
     /// The names of the things that camera rays can hit: sets of strands first, then meshes. All instances of a

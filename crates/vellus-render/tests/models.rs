@@ -62,6 +62,7 @@ fn picture(world: &World) -> ([f64; 3], f64) {
         seed: 3,
         max_depth: None,
         clamp_indirect: None,
+        radiance_cache: None,
     };
     let mut film = Film::new(settings.size, settings.area(), world.layout(&[Layer::Lobes]));
     let statistics = world.render(&settings, &mut film, 0..64, &()).unwrap();

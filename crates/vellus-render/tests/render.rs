@@ -57,6 +57,7 @@ fn settings(size: usize, mode: Mode) -> Settings {
         seed: 1,
         max_depth: None,
         clamp_indirect: None,
+        radiance_cache: None,
     }
 }
 

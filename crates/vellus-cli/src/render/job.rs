@@ -157,6 +157,7 @@ impl Args {
             seed: self.seed,
             max_depth: self.max_depth,
             clamp_indirect: self.clamp_indirect,
+            radiance_cache: self.radiance_cache,
         }
     }
 
@@ -238,13 +239,13 @@ mod tests {
             --min-pixel-width 0.5|--model yan2015|--model yan2015 --eta-m 1.5|--layers beauty|--strands 50%|\
             x.usda --width 0.5|x.usda --camera a|x.usda --frame 2|x.usda --set kappa=0.5|\
             x.usda --set kappa=0.5 --override|x.usda --view 1,2|x.usda --light sun|x.usda --background black|\
-            x.usda --background transparent|cat --view 1,2|x.usda --clamp-indirect 2|\
+            x.usda --background transparent|cat --view 1,2|x.usda --clamp-indirect 2|x.usda --radiance-cache 8|\
             cat --set kappa=0.5|cat --fiber dog|cat --light studio";
         let mut seen = HashMap::new();
         for options in all.split('|') {
             assert_eq!(seen.insert(of(options), options), None, "{options}");
         }
-        assert_eq!(seen.len(), 28);
+        assert_eq!(seen.len(), 29);
     }
 
     #[test]

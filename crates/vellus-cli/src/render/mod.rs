@@ -85,11 +85,14 @@ pub struct Args {
     /// Cut paths after this many scattering events, and report how much light that costs [default: no limit].
     #[arg(long, value_name = "N", value_parser = parse::whole::<u32>(0..=u32::MAX.into()))]
     max_depth: Option<u32>,
-    /// Limit indirect light: the radiance that one scattering event after the first may add to a sample. Removes
-    /// fireflies, darkens the picture, and reports by how much. Start with the brightness of white fur in the picture
-    /// [default: no limit].
+    /// Limit the radiance that one scattering event after the first may add to a sample. Removes fireflies, darkens
+    /// the picture, and reports by how much. Start with the brightness of white fur in the picture [default: no limit].
     #[arg(long, value_name = "RADIANCE", allow_hyphen_values = true, value_parser = parse::radiance)]
     clamp_indirect: Option<f32>,
+    /// End paths at their second hit, and take indirect light from a cache that N samples of each pixel fill before.
+    /// Faster and less noise, with a small error; 16 suits most pictures [default: paths are traced to their ends].
+    #[arg(long, value_name = "N", value_parser = parse::whole::<u32>(1..=65536))]
+    radiance_cache: Option<u32>,
     /// Make strands at least this many pixels wide. 0.5 to 1 reduces noise and flicker of thin strands far away, but
     /// dense fur looks denser. 0 is off.
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::pixels, value_name = "X")]
@@ -161,10 +164,8 @@ pub fn run(args: &Args) -> Result<()> {
     let interrupt = Interrupt::watch()?;
     output::writable(&args.output)?;
     let viewer = args.tev.as_deref().map(screen::connect).transpose()?;
-    let mut pool = rayon::ThreadPoolBuilder::new();
-    if let Some(threads) = args.threads {
-        pool = pool.num_threads(threads);
-    }
-    let pool = pool.build().context("cannot start threads")?;
+    // 0 is as many threads as the processor has.
+    let threads = args.threads.unwrap_or(0);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().context("cannot start threads")?;
     pool.install(|| frames::run(args, &interrupt, viewer))
 }

@@ -52,6 +52,7 @@ impl Coat {
             seed,
             max_depth: None,
             clamp_indirect: None,
+            radiance_cache: None,
         };
         let mut film = Film::new(size, settings.area(), self.0.layout(&[Layer::Beauty]));
         self.0.render(&settings, &mut film, 0..samples, &())?;

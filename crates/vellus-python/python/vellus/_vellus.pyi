@@ -515,6 +515,7 @@ class Scene:
         time: float | None = None,
         max_depth: int | None = None,
         clamp_indirect: float | None = None,
+        radiance_cache: int | None = None,
         denoise: bool = False,
         callback: Callable[[State], object] | None = None,
         interval: float = 2.0,

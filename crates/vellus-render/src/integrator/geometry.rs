@@ -53,6 +53,14 @@ impl Geometry {
         self.triangles.meshes().iter().chain(self.instances.meshes())
     }
 
+    /// The look of the strand that was hit, or a number after those of all looks for the mesh.
+    pub fn look_of(&self, hit: &Hit) -> u32 {
+        match hit {
+            Hit::Curve(hit) => self.set(hit).look as u32,
+            Hit::Triangle(hit) => (self.looks.len() + hit.mesh) as u32,
+        }
+    }
+
     /// The nearest hit of a ray.
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
         let triangle = self.triangles.intersect(ray);

@@ -2,6 +2,7 @@
 
 mod at_fiber;
 mod at_surface;
+pub mod cache;
 mod color;
 pub mod geometry;
 pub mod path;

@@ -2,6 +2,7 @@
 
 use super::at_fiber::at_fiber;
 use super::at_surface::at_surface;
+use super::cache::{Indirect, Key, Record, channels};
 use super::color::{Rgb, largest, scale, times, weight};
 use super::geometry::Geometry;
 use super::sampler::Sampler;
@@ -34,34 +35,36 @@ pub(crate) struct Seen {
     pub cut: f32,
     /// The light that [`Settings::clamp_indirect`] removed: the sum of the three channels.
     pub removed: f32,
+    /// What the radiance cache learns from the path, with [`Indirect::Recorded`].
+    pub record: Option<Box<Record>>,
+}
+
+/// What the samples of a picture share, besides the scene.
+#[derive(Clone, Copy)]
+pub(crate) struct Shared<'w> {
+    pub settings: &'w Settings,
+    pub layout: &'w Layout,
+    pub indirect: Indirect<'w>,
 }
 
 /// Traces samples through a scene with one scattering model. The code is compiled for each model, and the choice of a
 /// model costs one indirect call per sample.
 pub(crate) trait Trace: Send + Sync {
     /// Traces sample `index` of a pixel. It overwrites `values`, one for each channel of the layout.
-    fn trace(
-        &self,
-        geometry: &Geometry,
-        settings: &Settings,
-        layout: &Layout,
-        pixel: [usize; 2],
-        index: u64,
-        values: &mut [f32],
-    ) -> Seen;
+    fn trace(&self, geometry: &Geometry, shared: Shared<'_>, pixel: [usize; 2], index: u64, values: &mut [f32])
+    -> Seen;
 }
 
 impl<M: Model + Send> Trace for Fibers<M> {
     fn trace(
         &self,
         geometry: &Geometry,
-        settings: &Settings,
-        layout: &Layout,
+        shared: Shared<'_>,
         pixel: [usize; 2],
         index: u64,
         values: &mut [f32],
     ) -> Seen {
-        trace(geometry, self, settings, layout, pixel, index, values)
+        trace(geometry, self, shared, pixel, index, values)
     }
 }
 
@@ -99,6 +102,14 @@ impl Path<'_> {
             for (p, lobe) in lobes.iter().enumerate() {
                 (0..3).for_each(|c| self.values[start + 3 * p + c] += light[c] * lobe[c]);
             }
+        }
+    }
+
+    /// Adds the radiance of each group that something sends along the path, or the whole radiance if the film has no
+    /// groups.
+    fn add_groups(&mut self, radiance: &[f32], events: u32) {
+        for (group, radiance) in radiance.chunks_exact(3).enumerate() {
+            self.add(times(self.throughput, [radiance[0], radiance[1], radiance[2]]), group, events);
         }
     }
 
@@ -144,12 +155,12 @@ pub(super) fn shadow_t_max(sample: &LightSample) -> f32 {
 pub(crate) fn trace<M: Model>(
     geometry: &Geometry,
     fibers: &Fibers<M>,
-    settings: &Settings,
-    layout: &Layout,
+    shared: Shared<'_>,
     pixel: [usize; 2],
     index: u64,
     values: &mut [f32],
 ) -> Seen {
+    let Shared { settings, layout, indirect } = shared;
     values.fill(0.0);
     let mut sampler = Sampler::new(pixel.map(|x| x as u32), index, settings.seed);
     let u = sampler.next();
@@ -172,6 +183,9 @@ pub(crate) fn trace<M: Model>(
     let mut pdf = None;
     let mut cut = 0.0;
     let mut thing = None;
+    let mut record = None;
+    // Whether the camera sees a strand.
+    let mut strands_first = false;
     for depth in 0.. {
         path.rays += 1;
         let hit = geometry.intersect(&ray);
@@ -203,11 +217,32 @@ pub(crate) fn trace<M: Model>(
                 Hit::Triangle(hit) => geometry.colors.len() + hit.mesh,
             };
             thing = Some(index as u32);
+            strands_first = matches!(hit, Hit::Curve(_));
         }
         let left = settings.max_depth.is_none_or(|max| depth < max);
         if !left {
             cut = largest(path.throughput);
             break;
+        }
+        if depth == 1
+            && let Some(grid) = indirect.grid()
+            && (strands_first || path.spread.is_some_and(|spread| grid.is_finer(ray.at(t), spread * t)))
+        {
+            let key = Key { point: ray.at(t), direction: ray.direction, thing: geometry.look_of(&hit) };
+            match indirect {
+                Indirect::Traced => {}
+                Indirect::Recorded(_) => {
+                    let before = &path.values[channels(layout)];
+                    record = Some(Box::new(Record::begin(key, path.throughput, before)));
+                }
+                Indirect::Cached(cache) => {
+                    let [x, y, z, _] = sampler.next();
+                    if let Some(radiance) = cache.radiance(&key, [x, y, z]) {
+                        path.add_groups(radiance, depth + 1);
+                        break;
+                    }
+                }
+            }
         }
         let next = match hit {
             Hit::Curve(hit) => at_fiber(&mut path, fibers, &mut sampler, &ray, &hit, depth),
@@ -224,7 +259,10 @@ pub(crate) fn trace<M: Model>(
             path.throughput = scale(path.throughput, 1.0 / survive);
         }
     }
-    Seen { strand: path.strand, thing, rays: path.rays, cut, removed: path.removed }
+    if let Some(record) = &mut record {
+        record.end(&path.values[channels(layout)]);
+    }
+    Seen { strand: path.strand, thing, rays: path.rays, cut, removed: path.removed, record }
 }
 
 /// The angle over which a direction with this density per solid angle spreads: the width of a box with the same

@@ -34,10 +34,15 @@ pub struct Settings {
     /// its largest channel, above 0. Brighter light is scaled down to it, which removes fireflies and darkens the
     /// picture. If it is `None`, there is no limit and no bias.
     pub clamp_indirect: Option<f32>,
+    /// The number of samples of each pixel, at least 1, that fill a [`RadianceCache`](crate::RadianceCache) before
+    /// rendering. Paths then end at their second hit, which is faster and has less noise, but has a small bias. If it
+    /// is `None`, paths are traced to their ends, without bias.
+    pub radiance_cache: Option<u32>,
 }
 
 impl Settings {
-    /// A whole picture of this size: multi-scale, with the tent filter, seed 0 and no limits of depth and brightness.
+    /// A whole picture of this size: multi-scale, with the tent filter, seed 0 and no limits of depth and brightness, and
+    /// without a radiance cache.
     pub fn new(size: [usize; 2]) -> Self {
         Settings {
             size,
@@ -47,6 +52,7 @@ impl Settings {
             seed: 0,
             max_depth: None,
             clamp_indirect: None,
+            radiance_cache: None,
         }
     }
 

@@ -100,6 +100,11 @@ impl View {
         t * ray.direction.dot(forward) * self.camera.film_height / size[1] as f32
     }
 
+    /// The position of the camera when the shutter opens, and the width of a pixel at distance 1 from it.
+    pub(crate) fn perspective(&self, size: [usize; 2]) -> (Vec3, f32) {
+        (self.frame(0.0).translation.into(), self.camera.film_height / size[1] as f32)
+    }
+
     /// The width of a pixel at a point, perpendicular to the view direction; negative behind the camera.
     pub(crate) fn pixel_widths(&self, size: [usize; 2], time: f32) -> impl Fn(Vec3) -> f32 + Sync {
         let frame = self.frame(time);

@@ -80,12 +80,15 @@ impl World {
     /// The scene for a picture with these settings and layers.
     ///
     /// # Errors
-    /// The name of a feature that the packed form does not have: motion blur, parameters that vary along a strand, and
+    /// The name of a feature that the packed form does not have: motion blur, a radiance cache, parameters that vary along a strand, and
     /// hierarchies that need a larger stack than [`STACK`].
     pub fn packed(&self, settings: &Settings, layout: &Layout) -> Result<PackedScene, String> {
         let geometry = &self.geometry;
         if geometry.moves {
             return Err("motion blur".to_owned());
+        }
+        if settings.radiance_cache.is_some() {
+            return Err("a radiance cache".to_owned());
         }
         let mut packed = PackedScene { data: vec![[0; 4]; HEADER], ..PackedScene::default() };
         packed.sample_words = layout.channels() + EXTRA_WORDS;
@@ -218,6 +221,7 @@ impl World {
                     rays: rays.into(),
                     cut: f32::from_bits(cut),
                     removed: f32::from_bits(removed),
+                    record: None,
                 };
                 row.add(settings, layout, [x, begin + x], &values, &seen);
             }

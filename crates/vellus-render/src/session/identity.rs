@@ -52,13 +52,13 @@ impl Identity<'_> {
     /// a field for every option of the reader that changes the scene.
     pub fn digest(&self, sources: Digest) -> DigestBuilder {
         let numbers = |numbers: &[usize]| numbers.iter().flat_map(|&n| (n as u64).to_le_bytes()).collect::<Vec<u8>>();
-        let Settings { size, crop, mode, filter, seed, max_depth, clamp_indirect } = self.settings;
+        let Settings { size, crop, mode, filter, seed, max_depth, clamp_indirect, radiance_cache } = self.settings;
         let (later, first): (Vec<Layer>, Vec<Layer>) = Layer::ALL.iter().partition(|l| Layer::CRYPTOMATTE.contains(l));
         let has = |layer: &Layer| self.layers.contains(layer);
         let mut layers: Vec<u8> = first.iter().map(|layer| u8::from(has(layer))).collect();
         // Films without Cryptomatte have the identity that they had before there was such a layer.
         layers.extend(later.iter().filter(|layer| has(layer)).map(|layer| *layer as u8));
-        DigestBuilder::new()
+        let digest = DigestBuilder::new()
             .field("picture version", PICTURE_VERSION.to_le_bytes())
             .field("tables", Digest::of(Tables::SHIPPED).0)
             .field("model", self.model)
@@ -72,7 +72,12 @@ impl Identity<'_> {
             .field("clamp indirect", optional(clamp_indirect.map(f32::to_le_bytes)))
             .field("min pixel width", self.min_pixel_width.to_le_bytes())
             .field("layers", layers)
-            .field("sources", sources.0)
+            .field("sources", sources.0);
+        // Pictures without a cache have the identity that they had before there were caches.
+        match radiance_cache {
+            Some(samples) => digest.field("radiance cache", samples.to_le_bytes()),
+            None => digest,
+        }
     }
 
     /// The notes of a picture with these settings. `digest` is its whole identity.

@@ -34,6 +34,7 @@ pub use store::{Found, Rescue, Store, read_film, write_film};
 use crate::error::Error;
 use crate::film::checkpoint::{Checkpoint, MAX_SAMPLES};
 use crate::film::{Film, Layer, picture::Notes};
+use crate::integrator::cache::RadianceCache;
 use crate::integrator::settings::Settings;
 use crate::render::Statistics;
 use crate::world::World;
@@ -91,6 +92,9 @@ impl Options {
         let inside = |first: usize, count: usize, all: usize| count > 0 && first < all && count <= all - first;
         if !(inside(x, width, size[0]) && inside(y, height, size[1])) {
             return fail(format!("the crop {:?} is not within the picture's {size:?}", [x, y, width, height]));
+        }
+        if self.settings.radiance_cache == Some(0) {
+            return fail("the radiance cache needs at least 1 sample a pixel".to_owned());
         }
         let Range { start, end } = self.samples;
         if start >= end || end > MAX_SAMPLES {
@@ -159,6 +163,8 @@ pub struct Pass<'a> {
 pub struct Session<'w> {
     world: &'w World,
     settings: Settings,
+    /// Filled before the first pass, if the settings ask for it.
+    cache: Option<RadianceCache>,
     goals: Goals,
     exact: bool,
     pass: Duration,
@@ -178,7 +184,7 @@ impl<'w> Session<'w> {
         let goals = Goals { samples: samples.end - samples.start, noise, time };
         let empty = samples.start..samples.start;
         let checkpoint = Checkpoint { identity, samples: empty, planned: samples.end, notes, film };
-        Ok(Session { world, settings, goals, exact, pass, checkpoint, statistics: Statistics::default() })
+        Ok(Session { world, settings, cache: None, goals, exact, pass, checkpoint, statistics: Statistics::default() })
     }
 
     /// Continues from the samples of an earlier session. Its notes are not taken over.
@@ -215,6 +221,12 @@ impl<'w> Session<'w> {
         progress: &dyn Progress,
         mut on_pass: impl FnMut(&Pass<'_>) -> Result<(), E>,
     ) -> Result<End, E> {
+        if self.cache.is_none() {
+            match self.world.fill_cache(&self.settings, self.checkpoint.film.layout(), progress) {
+                Err(Error::Cancelled) => return Ok(End::Interrupted),
+                filled => self.cache = filled?,
+            }
+        }
         let start = Instant::now();
         let (mut count, mut each) = (1, 0.0);
         loop {
@@ -248,7 +260,8 @@ impl<'w> Session<'w> {
         }
         let first = self.checkpoint.samples.end;
         let next = first..first + samples;
-        self.statistics += self.world.render(&self.settings, &mut self.checkpoint.film, next.clone(), progress)?;
+        let (film, cache) = (&mut self.checkpoint.film, self.cache.as_ref());
+        self.statistics += self.world.render_cached(&self.settings, cache, film, next.clone(), progress)?;
         self.checkpoint.samples.end = next.end;
         Ok(())
     }

@@ -1,0 +1,194 @@
+//! Properties of pictures with a radiance cache.
+
+use glam::{Mat3, Vec3, Vec4};
+use vellus::{Fiber, Species};
+use vellus_render::session::{Options, Session};
+use vellus_render::{Error, Film, Layer, Settings, World};
+use vellus_scene::{Basis, Camera, Light, Look, Mesh, Scene, Strands, Surface};
+use vellus_testing::significance::max_abs_z;
+
+const SIZE: [usize; 2] = [20, 20];
+
+fn noise(i: usize, k: u32) -> f32 {
+    ((i as f32 * 12.9898 + k as f32 * 78.233).sin() * 43758.547).rem_euclid(1.0)
+}
+
+fn dome() -> Light {
+    Light::Dome { radiance: [1.0; 3], texture: None, rotation: Mat3::IDENTITY, ground: None }
+}
+
+/// A tangle of strands around a point, in a white sky.
+fn tangle(middle: Vec3, fiber: Fiber) -> Scene {
+    let mut points = Vec::new();
+    const COUNT: usize = 400;
+    for i in 0..COUNT {
+        let root = middle + 0.4 * (Vec3::new(noise(i, 1), noise(i, 2), noise(i, 3)) - 0.5) - 0.4 * Vec3::Y;
+        let step = 0.2 * Vec3::Y + 0.1 * (Vec3::new(noise(i, 4), noise(i, 5), noise(i, 6)) - 0.5);
+        points.extend((0..5).map(|k| Vec4::from((root + k as f32 * step, 0.008))));
+    }
+    let strands = Strands {
+        name: "tangle".to_owned(),
+        basis: Basis::Linear,
+        starts: (0..=COUNT).map(|i| 5 * i as u32).collect(),
+        points,
+        moved: None,
+        root_uv: None,
+        look: 0,
+        varying: vec![],
+    };
+    Scene {
+        strands: vec![strands],
+        looks: vec![Look::constant("fur", fiber)],
+        lights: vec![dome()],
+        camera: Some(Camera::look_at(Vec3::new(0.1, 0.2, 3.0), Vec3::ZERO, Vec3::Y, 0.3, 1.0)),
+        ..Scene::default()
+    }
+}
+
+fn light_fur() -> Fiber {
+    Fiber::preset(Species::RedFox).with_absorption([0.02, 0.1, 0.3])
+}
+
+fn with_cache(seed: u32, samples: u32) -> Settings {
+    Settings { seed, radiance_cache: Some(samples), ..Settings::new(SIZE) }
+}
+
+/// A picture, and the rays of a sample.
+fn render(world: &World, settings: &Settings, samples: u64) -> (Film, f64) {
+    let mut film = Film::new(settings.size, settings.area(), world.layout(&[Layer::Beauty, Layer::Lights]));
+    let statistics = world.render(settings, &mut film, 0..samples, &()).unwrap();
+    assert_eq!(statistics.rejected, 0);
+    (film, statistics.rays as f64 / (samples as usize * SIZE[0] * SIZE[1]) as f64)
+}
+
+/// The mean of a channel over the picture.
+fn mean(film: &Film, layer: Layer, channel: usize) -> f64 {
+    let (w, h) = (film.width(), film.height());
+    (0..w * h).map(|i| film.mean(i % w, i / w, layer, channel)).sum::<f64>() / (w * h) as f64
+}
+
+/// Mean and standard error over independent pictures.
+fn spread(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    (mean, (variance / n).sqrt())
+}
+
+/// A cache keeps the mean of every channel and of every light group, and saves rays. Its error is smaller than 1 %.
+/// The test allows the noise of 16 independent pictures beside it. False alarms: once in a thousand runs with other
+/// seeds, if the means are normally distributed.
+#[test]
+fn a_cache_keeps_the_mean_and_saves_rays() {
+    let mut scene = tangle(Vec3::ZERO, light_fur());
+    let direction = Vec3::new(-1.0, 0.5, 0.2).normalize();
+    scene.lights.push(Light::Distant { direction, half_angle: 0.05, irradiance: [3.0, 2.0, 1.0] });
+    scene.light_groups = vec!["sky".to_owned(), "sun".to_owned()];
+    let world = World::new(scene).unwrap();
+    const SEEDS: u32 = 16;
+    let all = |of: &dyn Fn(u32) -> Settings| -> Vec<(Film, f64)> {
+        (0..SEEDS).map(|seed| render(&world, &of(seed), 128)).collect()
+    };
+    let plain = all(&|seed| Settings { seed: 100 + seed, ..Settings::new(SIZE) });
+    let cached = all(&|seed| with_cache(seed, 16));
+    let channels = (0..3).map(|c| (Layer::Beauty, c)).chain((0..6).map(|c| (Layer::Lights, c)));
+    for (layer, channel) in channels {
+        let [(truth, error), (found, own)] =
+            [&plain, &cached].map(|all| spread(&all.iter().map(|(f, _)| mean(f, layer, channel)).collect::<Vec<_>>()));
+        // 16 pictures give Student's distribution with 15 degrees of freedom, whose tails are longer by less than half.
+        let allowed = 0.01 * truth + 1.5 * max_abs_z(9, 1e-3) * error.hypot(own);
+        assert!((found - truth).abs() <= allowed, "{layer:?} {channel}: {found} is not {truth} ± {allowed}");
+        assert!(
+            1.5 * max_abs_z(9, 1e-3) * error.hypot(own) < 0.04 * truth,
+            "{layer:?} {channel}: the test is too weak"
+        );
+    }
+    assert!(cached[0].1 < 0.7 * plain[0].1, "{} rays a sample, {} without a cache", cached[0].1, plain[0].1);
+    let film = &cached[0].0;
+    for c in 0..3 {
+        let groups = mean(film, Layer::Lights, c) + mean(film, Layer::Lights, 3 + c);
+        // The film rounds each sample to 24 bits.
+        assert!((groups / mean(film, Layer::Beauty, c) - 1.0).abs() < 1e-5);
+    }
+}
+
+/// White fibres in white light are invisible with a cache, too: the mean is 1 within 0.5 %.
+#[test]
+fn white_furnace() {
+    let world = World::new(tangle(Vec3::ZERO, Fiber { kappa: 0.3, ..light_fur() }.without_absorption())).unwrap();
+    let (film, _) = render(&world, &with_cache(3, 64), 64);
+    for c in 0..3 {
+        let found = mean(&film, Layer::Beauty, c);
+        assert!((found - 1.0).abs() < 5e-3, "{found}");
+    }
+}
+
+/// Neither the division into ranges nor the number of threads nor an interruption changes a picture with a cache.
+#[test]
+fn a_cached_picture_does_not_depend_on_its_division() {
+    let world = World::new(tangle(Vec3::ZERO, light_fur())).unwrap();
+    let settings = with_cache(7, 4);
+    let whole = render(&world, &settings, 8).0;
+    let layers = vec![Layer::Beauty, Layer::Lights];
+    let options = |samples| Options { samples, layers: layers.clone(), ..Options::new(settings, 8) };
+    let single = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let run = |samples| {
+        let mut session = Session::new(&world, options(samples)).unwrap();
+        session.run(&(), |_| Ok::<(), Error>(())).unwrap();
+        session.into_checkpoint()
+    };
+    let (mut first, second) = single.install(|| (run(0..3), run(3..8)));
+    first.film.merge(&second.film);
+    assert_eq!(first.film, whole);
+    let mut session = Session::new(&world, options(0..8)).unwrap();
+    session.resume(run(0..3)).unwrap();
+    session.run(&(), |_| Ok::<(), Error>(())).unwrap();
+    assert_eq!(*session.film(), whole);
+}
+
+/// A cache is not visible in a mirror: the ray from a smooth metal surface is narrower than its cells, so the picture
+/// is that without a cache, except for few rays from the tails of the distribution.
+#[test]
+fn mirrors_do_not_show_cells() {
+    let mut scene = tangle(Vec3::new(0.0, 0.0, 8.0), light_fur());
+    let corners = [[-2.0, -2.0], [2.0, -2.0], [2.0, 2.0], [-2.0, 2.0]].map(|[x, y]| Vec3::new(x, y, 0.0));
+    scene.meshes.push(Mesh {
+        name: "mirror".to_owned(),
+        positions: corners.to_vec(),
+        moved: None,
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        normals: None,
+        uv: None,
+        surface: 0,
+    });
+    scene.surfaces.push(Surface { roughness: 0.01, metallic: 1.0, ..Surface::diffuse("mirror", [0.9; 3]) });
+    let world = World::new(scene).unwrap();
+    let (plain, cached) = (render(&world, &Settings { seed: 5, ..Settings::new(SIZE) }, 4), with_cache(5, 2));
+    assert!(plain.1 > 2.0, "the mirror shows no strands");
+    let cached = render(&world, &cached, 4);
+    let pixels = (0..SIZE[0] * SIZE[1]).map(|i| [i % SIZE[0], i / SIZE[0]]);
+    let differ = pixels.filter(|&[x, y]| {
+        (0..3).any(|c| plain.0.mean(x, y, Layer::Beauty, c) != cached.0.mean(x, y, Layer::Beauty, c))
+    });
+    let share = differ.count() as f64 / (SIZE[0] * SIZE[1]) as f64;
+    assert!(share < 0.05, "{share} of the pixels differ");
+}
+
+/// A cache needs samples. Another film than the one that it was filled for is refused.
+#[test]
+fn bad_input_is_refused() {
+    let world = World::new(tangle(Vec3::ZERO, light_fur())).unwrap();
+    let session = Session::new(&world, Options::new(with_cache(0, 0), 4));
+    assert!(matches!(session, Err(Error::Settings(what)) if what.contains("at least 1 sample")));
+    let mut scene = tangle(Vec3::ZERO, light_fur());
+    scene.lights.push(dome());
+    scene.light_groups = vec!["a".to_owned(), "b".to_owned()];
+    let world = World::new(scene).unwrap();
+    let settings = with_cache(0, 1);
+    let [few, many] = [&[Layer::Beauty][..], &[Layer::Lights]].map(|layers| world.layout(layers));
+    let cache = world.fill_cache(&settings, &few, &()).unwrap().unwrap();
+    let mut film = Film::new(SIZE, settings.area(), many);
+    let error = world.render_cached(&settings, Some(&cache), &mut film, 0..1, &()).unwrap_err();
+    assert!(error.to_string().contains("groups of lights"), "{error}");
+    assert!(matches!(world.fill_cache(&Settings::new(SIZE), &few, &()), Ok(None)));
+}
