@@ -28,7 +28,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         Some(names) if !names.is_empty() => names.iter().map(String::as_str).collect(),
         _ => SCENES.to_vec(),
     };
-    println!("scene           rays plain, cached  variance      floor  mean of R, G, B     fill  MB  gain ideal");
+    println!(
+        "scene           rays plain, cached  variance      floor  mean of R, G, B     ±       fill  MB  gain ideal"
+    );
     for name in names {
         measure(name, [width, width * 2 / 3], fill, samples, reference)?;
     }
@@ -112,11 +114,16 @@ fn measure(name: &str, size: [usize; 2], fill: u32, samples: u64, reference: u64
     let (floor, cached) = ((8.0 * b - a) / 7.0, (a - b) * n as f64 * 8.0 / 7.0);
     let mean = |film: &Film, c| fur.iter().map(|&p| color(film, p, c)).sum::<f64>();
     let mean: [f64; 3] = std::array::from_fn(|c| mean(&many.film, c) / mean(&converged, c));
+    // The standard error of these ratios, without the noise of the cache.
+    let squares = |film: &Film| fur.iter().map(|&(x, y)| film.error(x, y).powi(2)).sum::<f64>();
+    let light =
+        fur.iter().flat_map(|&p| (0..3).map(move |c| (p, c))).map(|(p, c)| color(&converged, p, c)).sum::<f64>();
+    let unsure = 3.0 * (squares(&converged) + squares(&many.film)).sqrt() / light;
     let (per_full, per_cached) = (full.seconds / n as f64, many.seconds / (8 * n) as f64);
     let reached = cached / samples as f64 + floor;
     let gain = variance / reached * per_full / (filling + samples as f64 * per_cached);
     println!(
-        "{name:<18} {:5.2} {:5.2}  {variance:6.3} {cached:6.3} {floor:8.5}  {:.4} {:.4} {:.4}  {filling:6.2} {:3.0} {gain:5.2} {:5.2}",
+        "{name:<18} {:5.2} {:5.2}  {variance:6.3} {cached:6.3} {floor:8.5}  {:.4} {:.4} {:.4} {unsure:.4}  {filling:6.2} {:3.0} {gain:5.2} {:5.2}",
         full.rays,
         many.rays,
         mean[0],

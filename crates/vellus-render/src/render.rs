@@ -135,6 +135,17 @@ impl World {
         layout: &Layout,
         progress: &dyn Progress,
     ) -> Result<Option<RadianceCache>, Error> {
+        self.filled_cache(settings, layout, progress, &mut |done| progress.report(done, "filling the radiance cache"))
+    }
+
+    /// As [`World::fill_cache`]. `report` receives the share that is done.
+    pub(crate) fn filled_cache(
+        &self,
+        settings: &Settings,
+        layout: &Layout,
+        progress: &dyn Progress,
+        report: &mut dyn FnMut(f64),
+    ) -> Result<Option<RadianceCache>, Error> {
         let Some(samples) = settings.radiance_cache else { return Ok(None) };
         let layers: &[Layer] = if layout.has(Layer::Lights) { &[Layer::Lights] } else { &[] };
         let layout = &self.layout(layers);
@@ -147,8 +158,7 @@ impl World {
         let at_once = (RECORDS_AT_ONCE / width).max(1);
         for index in 0..u64::from(samples) {
             for first in (0..height).step_by(at_once) {
-                let done = (index as f64 + first as f64 / height as f64) / f64::from(samples);
-                progress.report(done, "filling the radiance cache");
+                report((index as f64 + first as f64 / height as f64) / f64::from(samples));
                 let rows = (first..height.min(first + at_once)).into_par_iter().map(|y| {
                     let mut values = vec![0.0; layout.channels()];
                     let mut record = |x| {

@@ -63,13 +63,8 @@ pub struct Args {
     #[arg(long, value_name = "X", value_parser = parse::positive::<f64>, allow_hyphen_values = true)]
     noise: Option<f64>,
     /// Render only samples A to B of each pixel, B excluded, and write a film for `vellus merge`.
-    #[arg(
-        long,
-        value_parser = parse::samples(MAX_SAMPLES),
-        allow_hyphen_values = true,
-        value_name = "A..B",
-        conflicts_with = "spp"
-    )]
+    #[arg(long, value_parser = parse::samples(MAX_SAMPLES), allow_hyphen_values = true)]
+    #[arg(value_name = "A..B", conflicts_with = "spp")]
     samples: Option<Range<u64>>,
     /// Render the frames A to B of a USD file, or every S-th of them: `fur.exr` becomes `fur.0001.exr` and so on.
     /// --time and --noise apply to each frame. --resume skips finished frames.

@@ -24,16 +24,16 @@ pub struct Screen<'a> {
 impl<'a> Screen<'a> {
     /// `output` is the name of the picture in the viewer. A viewer that is gone is reported once, and removed.
     pub fn new(output: &'a Path, viewer: &'a mut Option<Viewer>) -> Self {
-        Screen { bar: ProgressBar::hidden(), viewer, output }
+        let bar = output::bar(1000, "[{wide_bar}] {percent}% {msg}");
+        bar.enable_steady_tick(Duration::from_secs(1));
+        Screen { bar, viewer, output }
     }
 
     /// Shows an event.
     pub fn show(&mut self, event: Event) {
         match event {
-            Event::Started(_) => {
-                self.bar = output::bar(1000, "[{wide_bar}] {percent}% {msg}");
-                self.bar.enable_steady_tick(Duration::from_secs(1));
-            }
+            Event::Filling(done) => self.step(done, event.to_string()),
+            Event::Started(_) => self.step(0.0, String::new()),
             Event::Pass(pass) => self.show_pass(pass),
             Event::Rendered { .. } => {
                 self.bar.finish_and_clear();
@@ -43,9 +43,13 @@ impl<'a> Screen<'a> {
         }
     }
 
+    fn step(&self, done: f64, message: String) {
+        self.bar.set_message(message);
+        self.bar.set_position((1000.0 * done) as u64);
+    }
+
     fn show_pass(&mut self, pass: &Pass) {
-        self.bar.set_message(pass.to_string());
-        self.bar.set_position((1000.0 * pass.goals.done(&pass.state)) as u64);
+        self.step(pass.goals.done(&pass.state), pass.to_string());
         let Some(viewer) = self.viewer else { return };
         if let Err(e) = viewer.show(&pass.checkpoint.film, &self.output.display().to_string()) {
             let address = viewer.address();

@@ -18,6 +18,17 @@ pub enum Event<'a> {
     FoundRescue(PathBuf),
     /// The job continues from so many samples a pixel.
     Resumed(u64),
+    /// The radiance cache is being filled: the share that is done.
+    Filling(f64),
+    /// The radiance cache is filled.
+    Filled {
+        /// Number of cells.
+        cells: usize,
+        /// Bytes in memory.
+        bytes: usize,
+        /// How long it took.
+        time: Duration,
+    },
     /// Rendering begins. The job has written no file so far.
     Started(&'a Session<'a>),
     /// A pass is finished.

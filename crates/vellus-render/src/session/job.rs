@@ -13,7 +13,7 @@ use vellus_io::{Progress, cpu_time};
 ///
 /// 1. checks that the disk has room for its files,
 /// 2. continues from the checkpoint or from a rescued film, if [`Job::resume`] is set,
-/// 3. renders, and writes checkpoints meanwhile,
+/// 3. fills the radiance cache, if the settings ask for one, renders, and writes checkpoints meanwhile,
 /// 4. writes the film, if [`Job::film`] is set, and the picture,
 /// 5. removes the checkpoint of a finished picture, or updates that of an unfinished one.
 ///
@@ -123,6 +123,14 @@ impl Job {
         let mut session = Session::new(world, self.options.clone())?;
         if self.resume {
             keeper.resume(&mut session, &mut report)?;
+        }
+        let start = Instant::now();
+        match session.fill_cache(progress, &mut |done| report(Event::Filling(done))) {
+            Err(Error::Cancelled) => {}
+            filled => filled?,
+        }
+        if let Some(cache) = session.cache() {
+            report(Event::Filled { cells: cache.cells(), bytes: cache.bytes(), time: start.elapsed() });
         }
         report(Event::Started(&session));
         let before = session.film().samples();

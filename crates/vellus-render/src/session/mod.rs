@@ -221,11 +221,9 @@ impl<'w> Session<'w> {
         progress: &dyn Progress,
         mut on_pass: impl FnMut(&Pass<'_>) -> Result<(), E>,
     ) -> Result<End, E> {
-        if self.cache.is_none() {
-            match self.world.fill_cache(&self.settings, self.checkpoint.film.layout(), progress) {
-                Err(Error::Cancelled) => return Ok(End::Interrupted),
-                filled => self.cache = filled?,
-            }
+        match self.fill_cache(progress, &mut |done| progress.report(done, "filling the radiance cache")) {
+            Err(Error::Cancelled) => return Ok(End::Interrupted),
+            filled => filled?,
         }
         let start = Instant::now();
         let (mut count, mut each) = (1, 0.0);
@@ -251,6 +249,25 @@ impl<'w> Session<'w> {
             each = (began.elapsed().as_secs_f64() / samples as f64).max(1e-9);
             count = ((self.pass.as_secs_f64() / each) as u64).clamp(1, 2 * samples);
         }
+    }
+
+    /// Fills the radiance cache, if the settings ask for one, this session has none, and samples are missing.
+    /// [`Session::run`] does it, too.
+    /// `report` receives the share that is done.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`] if `progress` stopped it. The session then has no cache.
+    pub fn fill_cache(&mut self, progress: &dyn Progress, report: &mut dyn FnMut(f64)) -> Result<(), Error> {
+        if self.cache.is_none() && self.checkpoint.film.samples() < self.goals.samples {
+            let layout = self.checkpoint.film.layout();
+            self.cache = self.world.filled_cache(&self.settings, layout, progress, report)?;
+        }
+        Ok(())
+    }
+
+    /// The radiance cache, once it is filled.
+    pub fn cache(&self) -> Option<&RadianceCache> {
+        self.cache.as_ref()
     }
 
     /// Renders so many samples a pixel more.

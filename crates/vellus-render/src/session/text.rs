@@ -10,6 +10,11 @@ impl fmt::Display for Event<'_> {
             Event::UnreadableRescue(error) => write!(f, "warning: a rescued film is left out: {}", Chain(error)),
             Event::FoundRescue(path) => write!(f, "found {}", path.display()),
             Event::Resumed(samples) => write!(f, "continuing from {samples} samples a pixel"),
+            Event::Filling(_) => write!(f, "filling the radiance cache"),
+            Event::Filled { cells, bytes, time } => {
+                let (mb, seconds) = (*bytes as f64 * 1e-6, time.as_secs_f64());
+                write!(f, "radiance cache: {cells} cells, {mb:.1} MB, {seconds:.1} s")
+            }
             Event::Started(_) => write!(f, "rendering"),
             Event::Pass(pass) => pass.fmt(f),
             Event::Preview { path, samples } => {
