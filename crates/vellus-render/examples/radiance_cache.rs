@@ -5,9 +5,9 @@
 //! `SCENE:white` has no pigment, `SCENE:black` much. `SCENE@front` has a sun behind the camera, `SCENE@back` one behind
 //! the object, `SCENE@sky` a white sky. FILL is the number of samples of each pixel that fill the cache.
 //!
-//! Errors are mean squares over the pixels of fur, relative to the square of the converged picture plus 0.001, minus the
-//! noise of the converged picture. A picture of n samples has the error variance/n + floor; the floor is the error of
-//! the cache. `gain` is the processor time of plain path tracing to the same error, over that of filling the cache and
+//! Errors are mean squares over the pixels of fur, relative to the square of the converged picture plus 0.001, minus
+//! the noise of the converged picture. A picture of n samples has the error variance/n + floor; the floor is the error
+//! of the cache. `gain` is the processor time of plain path tracing to the same error, over that of filling the cache and
 //! of SAMPLES cached samples. It counts the floor as error. `ideal` is the ratio of variance × time, without the cache's
 //! time and error.
 
@@ -122,15 +122,10 @@ fn measure(name: &str, size: [usize; 2], fill: u32, samples: u64, reference: u64
     let (per_full, per_cached) = (full.seconds / n as f64, many.seconds / (8 * n) as f64);
     let reached = cached / samples as f64 + floor;
     let gain = variance / reached * per_full / (filling + samples as f64 * per_cached);
-    println!(
-        "{name:<18} {:5.2} {:5.2}  {variance:6.3} {cached:6.3} {floor:8.5}  {:.4} {:.4} {:.4} {unsure:.4}  {filling:6.2} {:3.0} {gain:5.2} {:5.2}",
-        full.rays,
-        many.rays,
-        mean[0],
-        mean[1],
-        mean[2],
-        cache.bytes() as f64 * 1e-6,
-        variance * per_full / (cached * per_cached),
-    );
+    let ideal = variance * per_full / (cached * per_cached);
+    let [red, green, blue] = mean;
+    print!("{name:<18} {:5.2} {:5.2}  {variance:6.3} {cached:6.3} {floor:8.5}", full.rays, many.rays);
+    print!("  {red:.4} {green:.4} {blue:.4} {unsure:.4}");
+    println!("  {filling:6.2} {:3.0} {gain:5.2} {ideal:5.2}", cache.bytes() as f64 * 1e-6);
     Ok(())
 }

@@ -195,9 +195,9 @@ impl Scene {
     /// `None` is what `vellus render` writes. `mode`: `multiscale`, `near` or `far`. `filter`: `tent` or `box`. `seed`:
     /// another seed gives other noise. `crop`: left, top, width, height of the area to render. `noise`, `time`: also
     /// end at this noise, or after so many seconds. `max_depth`: the largest number of scattering events; no limit
-    /// without. `clamp_indirect`: the brightest indirect light of one event. `radiance_cache`: paths end at their second
-    /// hit, and so many samples of each pixel fill a cache with indirect light before; faster, with a small error.
-    /// `denoise`: with Open Image Denoise.
+    /// without. `clamp_indirect`: the brightest indirect light of one event. `radiance_cache`: paths end at their
+    /// second hit, and so many samples of each pixel fill a cache with indirect light before; faster, with a small
+    /// error. `denoise`: with Open Image Denoise.
     ///
     /// `callback(state)` is called after each pass, about every `interval` seconds; see `State`. If it returns `False`,
     /// rendering ends, and the result is the picture so far. `progress`: a bar, if this is a terminal or a notebook.

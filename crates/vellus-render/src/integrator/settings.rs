@@ -41,8 +41,8 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// A whole picture of this size: multi-scale, with the tent filter, seed 0 and no limits of depth and brightness, and
-    /// without a radiance cache.
+    /// A whole picture of this size: multi-scale, with the tent filter, seed 0 and no limits of depth and brightness,
+    /// and without a radiance cache.
     pub fn new(size: [usize; 2]) -> Self {
         Settings {
             size,

@@ -80,8 +80,8 @@ impl World {
     /// The scene for a picture with these settings and layers.
     ///
     /// # Errors
-    /// The name of a feature that the packed form does not have: motion blur, a radiance cache, parameters that vary along a strand, and
-    /// hierarchies that need a larger stack than [`STACK`].
+    /// The name of a feature that the packed form does not have: motion blur, a radiance cache,
+    /// parameters that vary along a strand, and hierarchies that need a larger stack than [`STACK`].
     pub fn packed(&self, settings: &Settings, layout: &Layout) -> Result<PackedScene, String> {
         let geometry = &self.geometry;
         if geometry.moves {
