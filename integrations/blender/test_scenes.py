@@ -183,7 +183,8 @@ def test_a_stopped_picture_has_the_samples_taken_so_far():
     import vellus
 
     scene = vellus.Scene()
-    scene.add_mesh(np.array([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], np.float32), np.array([[0, 1, 2]]), surface=scene.add_surface())
+    corners = np.array([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], np.float32)
+    scene.add_mesh(corners, np.array([[0, 1, 2]]), surface=scene.add_surface())
     scene.add_light("dome", (1.0, 1.0, 1.0))
     matrix = np.eye(4)
     matrix[2, 3] = 3
