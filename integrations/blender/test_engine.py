@@ -176,9 +176,9 @@ def test_passes_are_in_the_file():
 
 def modules():
     """The modules of the installed extension."""
-    import bl_ext.user_default.vellus_blender as extension
+    from bl_ext.user_default.vellus_blender import group, hook, render
 
-    return extension.group, extension.hook, extension.render
+    return group, hook, render
 
 
 def test_the_camera_of_a_view_is_that_of_its_matrices():

@@ -88,10 +88,14 @@ class VellusEngine(bpy.types.RenderEngine):
         for p in passes.passes_of(renderlayer):
             self.register_pass(scene, renderlayer, p.name, p.channels, p.letters, p.kind)
 
+    def is_cancelled(self):
+        """Whether the user cancelled. A method of its own, because Blender's cannot be replaced in tests."""
+        return self.test_break()
+
     def progress(self, text):
         """Shows what is being done, and stops if the user cancelled."""
         self.update_stats("", text)
-        if self.test_break():
+        if self.is_cancelled():
             raise Stopped
 
     def render(self, depsgraph):
@@ -145,11 +149,11 @@ class VellusEngine(bpy.types.RenderEngine):
             self.update_result(result)
             self.update_progress(done)
             self.update_stats("", text)
-            return not self.test_break()
+            return not self.is_cancelled()
 
         try:
             picture = render.run(work, large, part, passes.layers_of(wanted), options, show)
-            is_cancelled = self.test_break()
+            is_cancelled = self.is_cancelled()
             # Fields of a part are not kept: those of the whole result are.
             whole = self.get_result()
             for field, text in passes.cryptomatte_fields(picture, wanted, layer_name):

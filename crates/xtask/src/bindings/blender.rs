@@ -36,6 +36,8 @@ pub fn test(root: &Path) -> Result<Outcome, String> {
     run(&mut script("test_extract.py"))?;
     let extension = out.join(concat!("vellus_blender-", env!("CARGO_PKG_VERSION"), ".zip"));
     let command = root.join("target/release").join(format!("vellus{}", std::env::consts::EXE_SUFFIX));
-    run(script("test_engine.py").arg(extension).arg(command))?;
+    for test in ["test_engine.py", "test_scenes.py"] {
+        run(script(test).arg(&extension).arg(&command))?;
+    }
     Ok(Outcome::Passed)
 }

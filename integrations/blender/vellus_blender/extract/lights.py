@@ -41,11 +41,19 @@ def read_light(owner, to_world, warn):
     """A light as a dict with `kind`, its place and its emission. `None` for a light without power."""
     light = owner.data
     power = power_of(light, warn)
-    if not (power > 0).any():
+    if not np.isfinite(power).all():
+        warn(f"{light.name}: a light whose power is not finite is left out")
+        return None
+    if not np.isfinite(matrix(to_world)).all():
+        warn(f"{light.name}: a light whose place is not finite is left out")
+        return None
+    if not (power > 0).any() and not (power < 0).any():
         return None
     if (power < 0).any():
         warn(f"{light.name}: negative light is not supported: its channels are 0")
         power = np.maximum(power, 0)
+        if not power.any():
+            return None
     m = matrix(to_world)
     scale = mean_scale(m) or 1.0
     position, toward = m[:3, 3], m[:3, 2] / (np.linalg.norm(m[:3, 2]) or 1.0)

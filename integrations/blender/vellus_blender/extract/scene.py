@@ -149,6 +149,9 @@ class Reader:
                 if light:
                     lights[key] = light
             elif owner.type in {"MESH", "CURVES"} or owner.type in CONVERTED:
+                if not np.isfinite(matrix(item.matrix_world)).all():
+                    warn(f"{owner.name}: an object whose place is not finite is left out")
+                    continue
                 parts = self.parts(item)
                 if owner.is_holdout or owner.is_shadow_catcher:
                     warn(f"{owner.name}: holdouts and shadow catchers are drawn as they are")

@@ -52,10 +52,9 @@ def read_world(world, warn):
     if node is None:
         return None
     strength = hook.constant(node.inputs["Strength"])
-    if hook.source(node.inputs["Strength"]) not in (None, *[]):
-        feeder = hook.source(node.inputs["Strength"])
-        if feeder.bl_idname != "ShaderNodeValue":
-            warn("World: Strength is connected: only its constant is used")
+    feeder = hook.source(node.inputs["Strength"])
+    if feeder is not None and feeder.bl_idname != "ShaderNodeValue":
+        warn("World: Strength is connected: only its constant is used")
     texture = hook.source(node.inputs["Color"])
     rotation, image = np.eye(3), None
     color = np.maximum(np.array(hook.constant(node.inputs["Color"])[:3]) * strength, 0)
