@@ -6,10 +6,10 @@
 //! the object, `SCENE@sky` a white sky. FILL is the number of samples of each pixel that fill the cache.
 //!
 //! Errors are mean squares over the pixels of fur, relative to the square of the converged picture plus 0.001, minus
-//! the noise of the converged picture. A picture of n samples has the error variance/n + floor; the floor is the error
-//! of the cache. `gain` is the processor time of plain path tracing to the same error, over that of filling the cache and
-//! of SAMPLES cached samples. It counts the floor as error. `ideal` is the ratio of variance × time, without the cache's
-//! time and error.
+//! the noise of the converged picture. A picture of n samples has the error variance/n + floor. The floor is the
+//! error of the cache. `gain` is the processor time of plain path tracing to the same error, over that of filling the
+//! cache and of SAMPLES cached samples. It counts the floor as error. `ideal` is the ratio of variance × time, without
+//! the cache's time and error.
 
 use std::error::Error;
 use vellus_groom::scene;
