@@ -6,7 +6,7 @@
 use crate::Error;
 
 /// Options of `vellus render` that a plan may contain, after `--`.
-pub const PICTURE_OPTIONS: [&str; 27] = [
+pub const PICTURE_OPTIONS: [&str; 28] = [
     "--small",
     "--fiber",
     "--set",
@@ -22,6 +22,7 @@ pub const PICTURE_OPTIONS: [&str; 27] = [
     "--eta-m",
     "--size",
     "--crop",
+    "--device",
     "--mode",
     "--filter",
     "--max-depth",

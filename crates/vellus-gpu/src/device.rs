@@ -1,5 +1,6 @@
 //! A GPU.
 
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use wgpu::util::DeviceExt;
 
@@ -41,13 +42,29 @@ pub enum DeviceError {
     Lost(String),
 }
 
-/// An open GPU.
-#[derive(Debug)]
+/// An open GPU. Its clones are the same GPU.
+#[derive(Clone, Debug)]
 pub struct Device {
     name: String,
+    kind: wgpu::DeviceType,
     device: wgpu::Device,
     queue: wgpu::Queue,
     limit: u64,
+    failure: Failure,
+}
+
+/// The first failure that the driver reported outside of a call.
+#[derive(Clone, Debug, Default)]
+struct Failure(Arc<Mutex<Option<String>>>);
+
+impl Failure {
+    fn set(&self, what: String) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(what);
+    }
+
+    fn get(&self) -> Option<String> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
 }
 
 /// The longest time to wait for a batch of work.
@@ -77,12 +94,19 @@ impl Device {
         let Some(adapter) = adapters.into_iter().next() else {
             return Err(DeviceError::Absent("no adapter for Vulkan, Metal or DirectX 12".to_owned()));
         };
-        let name = adapter.get_info().name;
+        let wgpu::AdapterInfo { name, device_type: kind, .. } = adapter.get_info();
         let limits = adapter.limits();
         let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let descriptor = wgpu::DeviceDescriptor { required_limits: limits, ..Default::default() };
         match pollster::block_on(adapter.request_device(&descriptor)) {
-            Ok((device, queue)) => Ok(Device { name, device, queue, limit }),
+            Ok((device, queue)) => {
+                let failure = Failure::default();
+                let (lost, refused) = (failure.clone(), failure.clone());
+                device.set_device_lost_callback(move |_, what| lost.set(what));
+                // Without a handler, wgpu panics.
+                device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| refused.set(e.to_string())));
+                Ok(Device { name, kind, device, queue, limit, failure })
+            }
             Err(e) => Err(DeviceError::Refused { name, reason: e.to_string() }),
         }
     }
@@ -90,6 +114,17 @@ impl Device {
     /// The name of the GPU.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// Is it a program on the processor, such as Mesa's lavapipe? Then the processor itself renders faster.
+    pub fn is_software(&self) -> bool {
+        self.kind == wgpu::DeviceType::Cpu
+    }
+
+    /// Gives the GPU up. All later work on it, and on its clones, fails with [`DeviceError::Lost`].
+    pub fn destroy(&self) {
+        self.failure.set("it was given up".to_owned());
+        self.device.destroy();
     }
 
     /// The most bytes of a buffer.
@@ -124,7 +159,7 @@ impl Device {
     /// Copies data into a new buffer.
     ///
     /// # Errors
-    /// [`DeviceError::TooSmall`].
+    /// [`DeviceError::TooSmall`] and [`DeviceError::Lost`].
     pub(crate) fn upload<T: bytemuck::NoUninit>(&self, data: &[T]) -> Result<wgpu::Buffer, DeviceError> {
         let contents: &[u8] = bytemuck::cast_slice(data);
         self.check(contents.len() as u64)?;
@@ -135,7 +170,7 @@ impl Device {
     /// A buffer for results.
     ///
     /// # Errors
-    /// [`DeviceError::TooSmall`].
+    /// [`DeviceError::TooSmall`] and [`DeviceError::Lost`].
     pub(crate) fn results(&self, size: u64) -> Result<wgpu::Buffer, DeviceError> {
         self.check(size)?;
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
@@ -144,9 +179,16 @@ impl Device {
 
     fn check(&self, needed: u64) -> Result<(), DeviceError> {
         if needed <= self.limit {
-            return Ok(());
+            return self.alive();
         }
         Err(DeviceError::TooSmall { name: self.name.clone(), needed, limit: self.limit })
+    }
+
+    /// # Errors
+    /// [`DeviceError::Lost`] with what the driver reported since the device was opened: it was lost, or its memory is
+    /// full.
+    pub(crate) fn alive(&self) -> Result<(), DeviceError> {
+        self.failure.get().map_or(Ok(()), |what| Err(DeviceError::Lost(what)))
     }
 
     /// Runs a pipeline with these buffers, in the order of their bindings, on `groups` workgroups.
@@ -176,7 +218,8 @@ impl Device {
     /// # Errors
     /// [`DeviceError::Lost`].
     pub(crate) fn download<T: bytemuck::Pod>(&self, buffer: &wgpu::Buffer) -> Result<Vec<T>, DeviceError> {
-        let lost = |reason: String| DeviceError::Lost(reason);
+        self.alive()?;
+        let lost = |reason: String| DeviceError::Lost(self.failure.get().unwrap_or(reason));
         let size = buffer.size();
         let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
         let copy =
@@ -196,6 +239,7 @@ impl Device {
             Ok(Err(e)) => return Err(lost(e.to_string())),
             Err(e) => return Err(lost(e.to_string())),
         }
+        self.alive()?;
         let view = copy.slice(..).get_mapped_range().map_err(|e| lost(e.to_string()))?;
         Ok(bytemuck::pod_collect_to_vec(&view[..]))
     }

@@ -23,10 +23,12 @@
 //!
 //! Features:
 //! - `device` (default) adds [`Device`] and [`Queries`], which run on Vulkan, Metal or DirectX 12.
-//! - `trace` adds [`Tracer`], a path tracer for the scenes of vellus-render.
+//! - `trace` adds [`Tracer`], a path tracer for the scenes of vellus-render, and [`Choice`] of the device that renders.
 //! - `convert` adds [`converted`], the library in GLSL, HLSL, MSL and SPIR-V. The example `shaders` writes all of them:
 //!   `cargo run -p vellus-gpu --features convert --example shaders -- FOLDER`.
 
+#[cfg(feature = "trace")]
+mod choice;
 #[cfg(feature = "convert")]
 mod convert;
 #[cfg(feature = "device")]
@@ -37,6 +39,8 @@ mod queries;
 #[cfg(feature = "trace")]
 mod trace;
 
+#[cfg(feature = "trace")]
+pub use choice::{Choice, Renderer};
 #[cfg(feature = "convert")]
 pub use convert::{ConvertError, Language, converted};
 #[cfg(feature = "device")]

@@ -1,7 +1,7 @@
 //! Errors.
 
 use crate::session::Rescue;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What can go wrong while a scene is rendered and its picture is stored.
 #[derive(Debug, thiserror::Error)]
@@ -75,9 +75,23 @@ pub enum Error {
     /// A GPU is missing, cannot render the scene, or was lost.
     #[error("{0}")]
     Device(String),
+    /// A GPU was lost while it rendered.
+    #[error("{what}; {samples} samples a pixel are kept{}", kept.as_ref().map_or(String::new(), in_file))]
+    DeviceLost {
+        /// What the driver reports.
+        what: String,
+        /// Samples a pixel that are kept.
+        samples: u64,
+        /// The checkpoint with these samples. `None` if it could not be written.
+        kept: Option<PathBuf>,
+    },
     /// Intel Open Image Denoise is missing, or it failed.
     #[error("{0}")]
     Denoise(String),
+}
+
+fn in_file(path: impl AsRef<Path>) -> String {
+    format!(" in {}", path.as_ref().display())
 }
 
 /// Says where the samples of a picture are that could not be written.

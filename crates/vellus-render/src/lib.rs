@@ -46,8 +46,7 @@
 //! # Ok::<(), vellus_render::Error>(())
 //! ```
 //!
-//! Features: `denoise` loads Intel Open Image Denoise at run time; `embree` adds a benchmark beside Embree;
-//! `unstable` adds `packed`, a scene as plain numbers for a tracer on a GPU.
+//! Features: `denoise` loads Intel Open Image Denoise at run time; `embree` adds a benchmark beside Embree.
 
 /// The version of the pictures. It changes with every change that alters a picture: the changelog marks these *image*.
 /// Films of different versions cannot be merged.
@@ -61,7 +60,6 @@ mod film;
 mod geometry;
 mod integrator;
 mod light;
-#[cfg(feature = "unstable")]
 pub mod packed;
 mod render;
 pub mod session;

@@ -11,6 +11,7 @@ use anyhow::{Context, Error, Result, bail};
 use std::path::PathBuf;
 use vellus::Exit;
 use vellus_fit::{Angles, Axis, Forward, Options, Quantity, Reading, Requests};
+use vellus_io::parse;
 use vellus_models::ModelKind;
 use vellus_open::FiberFormat;
 use vellus_plot::fit::{Summary, write_report};
@@ -37,12 +38,8 @@ pub struct Args {
     model: ModelKind,
     /// How scattered light leaves the fitted fibre: reflecting (as in a simulated fibre), or open (the cuticle does
     /// not reflect it, as in the paper). Only vellus has both. The written fibre contains it. Default: reflecting.
-    #[arg(
-        long,
-        value_parser = one_of::<Exit>(Exit::ALL.map(Exit::name)),
-        value_name = "EXIT",
-        conflicts_with = "simulate"
-    )]
+    #[arg(long, value_parser = one_of::<Exit>(Exit::ALL.map(Exit::name)), value_name = "EXIT")]
+    #[arg(conflicts_with = "simulate")]
     exit: Option<Exit>,
     /// File to write: the fibre (.toml), or the synthetic measurement (.txt, .csv).
     #[arg(long, value_name = "FILE")]
@@ -62,12 +59,8 @@ pub struct Args {
     angles: Option<Angles>,
     /// What the values are proportional to: f·cos θ (fixed camera, or a moving detector that sees the whole fibre), or
     /// f (radiance at a moving camera). Default: what the file says, or f-cos.
-    #[arg(
-        long,
-        value_parser = one_of::<Quantity>(Quantity::NAMES),
-        value_name = "QUANTITY",
-        conflicts_with = "simulate"
-    )]
+    #[arg(long, value_parser = one_of::<Quantity>(Quantity::NAMES), value_name = "QUANTITY")]
+    #[arg(conflicts_with = "simulate")]
     quantity: Option<Quantity>,
     /// θ of the first and the last row of an image or of a synthetic measurement, degrees.
     #[arg(long, allow_hyphen_values = true, value_name = "FIRST:LAST")]
@@ -85,12 +78,7 @@ pub struct Args {
     #[arg(long, value_name = "NAME", conflicts_with = "simulate")]
     free: Vec<String>,
     /// Number of starts of the search [default: 64].
-    #[arg(
-        long,
-        value_name = "N",
-        conflicts_with = "simulate",
-        value_parser = clap::value_parser!(u32).range(1..=10_000)
-    )]
+    #[arg(long, value_name = "N", conflicts_with = "simulate", value_parser = parse::whole::<u32>(1..=10_000))]
     starts: Option<u32>,
     /// Huber's loss: residuals above K times the noise count linearly. inf is plain least squares [default: 4].
     #[arg(long, value_name = "K", conflicts_with = "simulate")]
@@ -131,13 +119,8 @@ impl Args {
         if huber.is_nan() || huber < 1.0 {
             bail!("--huber {huber} is out of range: it must be at least 1");
         }
-        Ok(Options {
-            requests,
-            starts: self.starts.map_or(default.starts, |n| n as usize),
-            seed: self.seed,
-            huber,
-            exit: self.exit,
-        })
+        let starts = self.starts.map_or(default.starts, |n| n as usize);
+        Ok(Options { requests, starts, seed: self.seed, huber, exit: self.exit })
     }
 
     /// The page of the report.

@@ -113,7 +113,15 @@ fn prepare_job(args: &Args, loaded: Loaded) -> Result<(World, Job)> {
     }
     note!("{}, ready in {:.1} s", world.summary(), seconds + start.elapsed().as_secs_f64());
     notes.push(("vellus_segments".to_owned(), world.segments().to_string()));
-    Ok((world, args.job(settings, identity, notes)))
+    let renderer = args.device.renderer(&world, &settings, &world.layout(&args.layers)).map_err(on_cpu)?;
+    renderer.message.iter().for_each(|message| note!("{message}"));
+    notes.extend(renderer.notes);
+    Ok((world, Job { tracer: renderer.tracer, ..args.job(settings, identity, notes) }))
+}
+
+/// Adds the option that renders without a GPU.
+pub fn on_cpu(error: Error) -> anyhow::Error {
+    anyhow!("{error}; use --device cpu")
 }
 
 /// Names the options and files that an error is about.
@@ -136,6 +144,8 @@ fn explain(args: &Args, error: Error) -> anyhow::Error {
             };
             anyhow::Error::from(*source).context(text + &next)
         }
+        Error::Device(_) => on_cpu(error),
+        Error::DeviceLost { .. } => anyhow!("{text} (continue with --device cpu --mode near --resume)"),
         other => other.into(),
     }
 }
@@ -148,11 +158,11 @@ pub fn typed_command() -> String {
 
 impl Args {
     /// How paths are traced.
-    fn settings(&self) -> Settings {
+    pub fn settings(&self) -> Settings {
         Settings {
             size: self.size,
             crop: self.crop,
-            mode: self.mode,
+            mode: self.device.mode(self.mode),
             filter: self.filter,
             seed: self.seed,
             max_depth: self.max_depth,
@@ -256,6 +266,10 @@ mod tests {
             assert_eq!(of(options), of(""), "{options}");
         }
         assert_eq!(of("a/x.usda"), of("./a/../b/x.usda"));
+        // A GPU computes other samples of the same picture: both may be merged.
+        for options in ["--device gpu", "--device auto", "--device gpu --mode near"] {
+            assert_eq!(of(options), of("--mode near"), "{options}");
+        }
     }
 
     /// Films contain the digest. It must be the same on every machine and in every release. It changes with

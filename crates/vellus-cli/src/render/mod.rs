@@ -14,6 +14,7 @@ use anyhow::{Context, Result, bail};
 use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Duration;
+use vellus_gpu::Choice;
 use vellus_io::{Digest, parse};
 use vellus_open::Staging;
 use vellus_render::denoise::Denoiser;
@@ -70,10 +71,15 @@ pub struct Args {
     /// --time and --noise apply to each frame. --resume skips finished frames.
     #[arg(long, allow_hyphen_values = true, value_name = "A-B[xS]", conflicts_with_all = ["samples", "frame"])]
     frames: Option<Frames>,
+    /// What renders: the processor, a GPU, or a GPU if there is one that can render the scene (auto). A GPU renders
+    /// --mode near, without motion blur, a radiance cache and parameters that vary along a strand.
+    #[arg(long, value_parser = one_of::<Choice>(Choice::ALL.map(Choice::name)), default_value = "cpu")]
+    device: Choice,
     /// Over which part of a fibre's width its reflectance is averaged: what the pixel sees (multiscale), the point
-    /// that is hit (near), or the whole width (far). Only the model `vellus` uses this option.
-    #[arg(long, value_parser = one_of::<Mode>(Mode::ALL.map(Mode::name)), default_value = "multiscale")]
-    mode: Mode,
+    /// that is hit (near), or the whole width (far). Only the model `vellus` uses this option [default: multiscale;
+    /// near with --device gpu or auto].
+    #[arg(long, value_parser = one_of::<Mode>(Mode::ALL.map(Mode::name)))]
+    mode: Option<Mode>,
     /// Pixel filter: a box is one pixel wide and suits denoisers. A tent is two pixels wide and makes smoother edges.
     #[arg(long, value_parser = one_of::<Filter>(Filter::ALL.map(Filter::name)), default_value = "tent")]
     filter: Filter,
@@ -102,12 +108,8 @@ pub struct Args {
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::exposure, value_name = "N")]
     exposure: f32,
     /// Layers of the OpenEXR file, separated by commas. `all` adds `motion`, `lights` and `crypto-*`.
-    #[arg(
-        long,
-        value_parser = Layer::list,
-        default_value = "beauty,alpha,variance,fibers,lobes,albedo,normal,tangent,depth,uv,id",
-        value_name = "LAYERS"
-    )]
+    #[arg(long, value_parser = Layer::list, value_name = "LAYERS")]
+    #[arg(default_value = "beauty,alpha,variance,fibers,lobes,albedo,normal,tangent,depth,uv,id")]
     layers: Layers,
     /// Also write the denoised beauty: as the layer `denoised`, and as the PNG. This needs Intel Open Image Denoise 2:
     /// install it, or set VELLUS_OIDN to the path of its library. The layers albedo and normal guide it.
@@ -155,6 +157,7 @@ pub fn identity(args: &Args) -> Result<Digest> {
 /// Checks the options, and renders.
 pub fn run(args: &Args) -> Result<()> {
     check(args)?;
+    args.device.check(args.settings().mode).map_err(job::on_cpu)?;
     // Before files are written: a signal would leave temporary ones.
     let interrupt = Interrupt::watch()?;
     output::writable(&args.output)?;

@@ -3,7 +3,8 @@
 
 mod source;
 
-use crate::device::{Device, DeviceError};
+use crate::choice::{failed, refused};
+use crate::device::Device;
 use crate::library::{shader_fiber, shader_tables};
 use bytemuck::NoUninit;
 use source::Array;
@@ -27,8 +28,8 @@ const RUN: Duration = Duration::from_millis(150);
 /// Every hit uses the near field. The random numbers are of the same kind as those of the processor, but not the same
 /// numbers. So pictures of both devices agree within their noise, and have different bits. Pictures of the same device
 /// and driver have the same bits.
-pub struct Tracer<'d> {
-    device: &'d Device,
+pub struct Tracer {
+    device: Device,
     pipeline: wgpu::ComputePipeline,
     buffers: Vec<wgpu::Buffer>,
     width: u64,
@@ -37,23 +38,22 @@ pub struct Tracer<'d> {
     pace: u64,
 }
 
-impl std::fmt::Debug for Tracer<'_> {
+impl std::fmt::Debug for Tracer {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Tracer").field("device", &self.device.name()).field("pace", &self.pace).finish_non_exhaustive()
     }
 }
 
-impl<'d> Tracer<'d> {
+impl Tracer {
     /// Copies a scene to the GPU.
     ///
     /// # Errors
-    /// [`Error::Device`] if the scene has motion blur or parameters that vary along strands, if it does not fit, or if
-    /// the GPU refuses the shader.
-    pub fn new(device: &'d Device, world: &World, settings: &Settings, layout: &Layout) -> Result<Self, Error> {
-        let scene = world.packed(settings, layout).map_err(|what| failed(&format!("the GPU cannot render {what}")))?;
+    /// [`Error::Device`] if [`World::packed`] refuses the scene, if it does not fit, or if the GPU refuses the shader.
+    pub fn new(device: &Device, world: &World, settings: &Settings, layout: &Layout) -> Result<Self, Error> {
+        let scene = world.packed(settings, layout).map_err(|what| refused(&what))?;
         let mut fibers = Vec::new();
         for fiber in &scene.fibers {
-            let bcsdf = Bcsdf::new(fiber).map_err(|e| failed(&e.to_string()))?;
+            let bcsdf = Bcsdf::new(fiber).map_err(|e| device_error(&e.to_string()))?;
             fibers.extend(shader_fiber(&bcsdf));
         }
         let limit = device.limit();
@@ -65,8 +65,8 @@ impl<'d> Tracer<'d> {
             Array::new("data_row", "u32", scene.data.len(), limit),
             Array::new("vellus_row", "f32", fibers.len(), limit),
         ];
-        let pipeline = device.compile(&source::shader(&arrays), "trace_rows").map_err(error)?;
-        let mut buffers = vec![device.upload(&shader_tables()).map_err(error)?];
+        let pipeline = device.compile(&source::shader(&arrays), "trace_rows").map_err(failed)?;
+        let mut buffers = vec![device.upload(&shader_tables()).map_err(failed)?];
         let [nodes, chords, triangles, points, data, records] = &arrays;
         upload(device, nodes, &scene.nodes, &mut buffers)?;
         upload(device, chords, &scene.chords, &mut buffers)?;
@@ -76,16 +76,13 @@ impl<'d> Tracer<'d> {
         upload(device, records, &fibers, &mut buffers)?;
         let [_, _, width, _] = settings.area();
         let words = scene.sample_words as u64;
-        Ok(Tracer { device, pipeline, buffers, width: width as u64, words, pace: 4096 })
+        device.alive().map_err(failed)?;
+        Ok(Tracer { device: device.clone(), pipeline, buffers, width: width as u64, words, pace: 4096 })
     }
 }
 
-fn failed(what: &str) -> Error {
-    Error::Device(format!("{what}; use --device cpu"))
-}
-
-fn error(e: DeviceError) -> Error {
-    failed(&e.to_string())
+fn device_error(what: &str) -> Error {
+    Error::Device(what.to_owned())
 }
 
 /// Copies an array in its parts.
@@ -102,12 +99,12 @@ where
         let rows = rows.get(array.rows_of(part, rows.len())).unwrap_or(&[]);
         // A buffer must not be empty.
         let buffer = if rows.is_empty() { device.upload(&[<[T; 4]>::default()]) } else { device.upload(rows) };
-        buffers.push(buffer.map_err(error)?);
+        buffers.push(buffer.map_err(failed)?);
     }
     Ok(())
 }
 
-impl RowTracer for Tracer<'_> {
+impl RowTracer for Tracer {
     fn rows_at_once(&self, samples: u64) -> usize {
         let room = MOST_SAMPLES.min(MOST_BYTES.min(self.device.limit()) / (4 * self.words));
         // A long pass is divided by `trace` if a single row is too large.
@@ -121,26 +118,26 @@ impl RowTracer for Tracer<'_> {
             return self.in_parts(rows, samples);
         }
         let begin = Instant::now();
-        let number = |n: u64| u32::try_from(n).map_err(|_| failed("the GPU cannot count so many samples"));
+        let number = |n: u64| u32::try_from(n).map_err(|_| device_error("the GPU cannot count so many samples"));
         let job = [rows.start as u32, rows.len() as u32, number(samples.start)?, number(per_pixel)?];
-        let output = self.device.results(4 * count * self.words).map_err(error)?;
-        let job = self.device.upload(&job).map_err(error)?;
+        let output = self.device.results(4 * count * self.words).map_err(failed)?;
+        let job = self.device.upload(&job).map_err(failed)?;
         let mut buffers: Vec<&wgpu::Buffer> = vec![&output, &job];
         buffers.extend(&self.buffers);
         self.device.run(&self.pipeline, &buffers, count.div_ceil(GROUP) as u32);
-        let words = self.device.download(&output).map_err(error)?;
+        let words = self.device.download(&output).map_err(failed)?;
         let ratio = RUN.as_secs_f64() / begin.elapsed().as_secs_f64().max(1e-4);
         self.pace = ((count as f64 * ratio.clamp(0.25, 4.0)) as u64).max(64);
         Ok(words)
     }
 }
 
-impl Tracer<'_> {
+impl Tracer {
     /// Halves the samples of a row that are too many for one run.
     fn in_parts(&mut self, rows: Range<usize>, samples: Range<u64>) -> Result<Vec<u32>, Error> {
         let middle = samples.start + (samples.end - samples.start) / 2;
         if middle == samples.start {
-            return Err(failed("the GPU has no room for a row of pixels"));
+            return Err(device_error("the GPU has no room for a row of pixels"));
         }
         let parts = [samples.start..middle, middle..samples.end];
         let counts = parts.clone().map(|part| (part.end - part.start) as usize * self.words as usize);

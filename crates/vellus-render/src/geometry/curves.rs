@@ -182,13 +182,11 @@ impl Curves {
     }
 
     /// The chords of each leaf with their margins and first control points.
-    #[cfg(feature = "unstable")]
     pub(crate) fn blocks(&self) -> impl Iterator<Item = (&Ends, u32x8, [u32; WIDTH])> {
         self.blocks.iter().map(|block| (&block.ends, block.margins, block.first))
     }
 
     /// The hierarchy.
-    #[cfg(feature = "unstable")]
     pub(crate) fn bvh(&self) -> &Bvh {
         &self.bvh
     }

@@ -113,19 +113,16 @@ impl Instances {
     }
 
     /// The strands and meshes of each prototype.
-    #[cfg(feature = "unstable")]
     pub(crate) fn objects(&self) -> impl Iterator<Item = (&Curves, &Triangles)> {
         self.objects.iter().map(|object| (&object.curves, &object.triangles))
     }
 
     /// All instances.
-    #[cfg(feature = "unstable")]
     pub(crate) fn placed(&self) -> &[Placed] {
         &self.placed
     }
 
     /// The hierarchy over the instances, and the instances of each leaf.
-    #[cfg(feature = "unstable")]
     pub(crate) fn hierarchy(&self) -> (&Bvh, &[[u32; WIDTH]]) {
         (&self.bvh, &self.leaves)
     }

@@ -115,13 +115,11 @@ impl Triangles {
     }
 
     /// The triangles of each leaf.
-    #[cfg(feature = "unstable")]
     pub(crate) fn blocks(&self) -> impl Iterator<Item = (&Shape, [u32; WIDTH])> {
         self.blocks.iter().map(|block| (&block.shape, block.index))
     }
 
     /// The hierarchy.
-    #[cfg(feature = "unstable")]
     pub(crate) fn bvh(&self) -> &Bvh {
         &self.bvh
     }

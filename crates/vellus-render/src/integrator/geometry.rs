@@ -108,7 +108,6 @@ impl Geometry {
     }
 
     /// The fibre of a strand whose parameters do not vary along it.
-    #[cfg(feature = "unstable")]
     pub fn fiber_of_strand(&self, set: usize, strands: &Strands, strand: usize) -> Fiber {
         self.varied(set, strands, strand, |values| values[strands.starts[strand] as usize])
     }

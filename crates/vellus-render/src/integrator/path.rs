@@ -13,8 +13,9 @@ use crate::geometry::instances::Hit;
 use crate::geometry::ray::Ray;
 use crate::light::{Emission, LightSample};
 use crate::shading::fibers::Fibers;
+use std::any::TypeId;
 use std::f32::consts::PI;
-use vellus::Model;
+use vellus::{Bcsdf, Model};
 
 /// The number of scattering events without Russian roulette.
 const ROULETTE: u32 = 2;
@@ -53,9 +54,12 @@ pub(crate) trait Trace: Send + Sync {
     /// Traces sample `index` of a pixel. It overwrites `values`, one for each channel of the layout.
     fn trace(&self, geometry: &Geometry, shared: Shared<'_>, pixel: [usize; 2], index: u64, values: &mut [f32])
     -> Seen;
+
+    /// Is the model [`Bcsdf`]?
+    fn is_bcsdf(&self) -> bool;
 }
 
-impl<M: Model + Send> Trace for Fibers<M> {
+impl<M: Model + Send + 'static> Trace for Fibers<M> {
     fn trace(
         &self,
         geometry: &Geometry,
@@ -65,6 +69,10 @@ impl<M: Model + Send> Trace for Fibers<M> {
         values: &mut [f32],
     ) -> Seen {
         trace(geometry, self, shared, pixel, index, values)
+    }
+
+    fn is_bcsdf(&self) -> bool {
+        TypeId::of::<M>() == TypeId::of::<Bcsdf<'static>>()
     }
 }
 

@@ -46,7 +46,6 @@ impl View {
     }
 
     /// The camera, and the transform from its frame to the world when the shutter opens.
-    #[cfg(feature = "unstable")]
     pub(crate) fn still(&self) -> (Affine3A, &Camera) {
         (self.frame(0.0), &self.camera)
     }

@@ -29,7 +29,6 @@ impl PiecewiseConstant1D {
     }
 
     /// The start of each interval, and the end of the last one.
-    #[cfg(feature = "unstable")]
     pub fn sums(&self) -> &[f32] {
         &self.sums
     }

@@ -87,37 +87,31 @@ impl Lights {
     }
 
     /// All lights.
-    #[cfg(feature = "unstable")]
     pub(crate) fn all(&self) -> &[Prepared] {
         &self.lights
     }
 
     /// Number of lights.
-    #[cfg(feature = "unstable")]
     pub(crate) fn len(&self) -> usize {
         self.lights.len()
     }
 
     /// The probability of a light.
-    #[cfg(feature = "unstable")]
     pub(crate) fn share(&self, light: usize) -> f32 {
         self.shares[light]
     }
 
     /// Whether the camera sees a light.
-    #[cfg(feature = "unstable")]
     pub(crate) fn is_visible(&self, light: usize) -> bool {
         self.visible[light]
     }
 
     /// The shaping of a light.
-    #[cfg(feature = "unstable")]
     pub(crate) fn shaping(&self, light: usize) -> Option<&Shaped> {
         self.shapings[light].as_ref()
     }
 
     /// The distribution of lights.
-    #[cfg(feature = "unstable")]
     pub(crate) fn chances(&self) -> &PiecewiseConstant1D {
         &self.chances
     }

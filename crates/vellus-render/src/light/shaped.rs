@@ -43,7 +43,6 @@ impl Shaped {
     }
 
     /// The shaping, and the cosines of the cone and of the angle where its soft edge begins.
-    #[cfg(feature = "unstable")]
     pub(crate) fn packed(&self) -> (&Shaping, f32, f32) {
         (&self.shaping, self.cos_end, self.cos_start)
     }

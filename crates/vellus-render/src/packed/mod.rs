@@ -9,7 +9,7 @@ mod lights;
 use crate::error::Error;
 use crate::film::{Film, Layer, Layout, nearest};
 use crate::integrator::path::Seen;
-use crate::integrator::settings::Settings;
+use crate::integrator::settings::{Mode, Settings};
 use crate::integrator::view::Filter;
 use crate::render::{Row, Statistics};
 use crate::world::World;
@@ -80,10 +80,17 @@ impl World {
     /// The scene for a picture with these settings and layers.
     ///
     /// # Errors
-    /// The name of a feature that the packed form does not have: motion blur, a radiance cache,
-    /// parameters that vary along a strand, and hierarchies that need a larger stack than [`STACK`].
+    /// The name of a feature that the packed form does not have: a model other than [`vellus::Bcsdf`], modes other than
+    /// [`Mode::Near`], motion blur, a radiance cache, parameters that vary along a strand, and hierarchies that need a
+    /// larger stack than [`STACK`].
     pub fn packed(&self, settings: &Settings, layout: &Layout) -> Result<PackedScene, String> {
         let geometry = &self.geometry;
+        if !self.fibers.is_bcsdf() {
+            return Err("a reflectance model other than vellus".to_owned());
+        }
+        if settings.mode != Mode::Near {
+            return Err(format!("the mode {}, only {}", settings.mode.name(), Mode::Near.name()));
+        }
         if geometry.moves {
             return Err("motion blur".to_owned());
         }
@@ -160,7 +167,9 @@ impl World {
 }
 
 /// Computes samples of rows of pixels, on a GPU.
-pub trait RowTracer: Send {
+///
+/// A [`Job`](crate::session::Job) or a [`Session`](crate::session::Session) renders with it.
+pub trait RowTracer: std::fmt::Debug + Send + Sync {
     /// The number of rows to trace at once, with this number of samples in each pixel.
     fn rows_at_once(&self, samples: u64) -> usize;
 

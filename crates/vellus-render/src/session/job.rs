@@ -4,6 +4,7 @@ use super::keeper::Keeper;
 use super::{Denoise, End, Event, Hint, Options, Pass, Picture, Session, end_notes, write_film};
 use crate::error::Error;
 use crate::film::checkpoint::Checkpoint;
+use crate::packed::RowTracer;
 use crate::world::World;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -58,6 +59,8 @@ pub struct Job {
     /// Write the film too, for [`Merge`](super::Merge): beside the picture, with the extension `.film`. An interrupted
     /// job writes no film.
     pub film: bool,
+    /// Computes the samples instead of the processor: see [`Session::set_tracer`].
+    pub tracer: Option<Box<dyn RowTracer>>,
     /// The picture is also written without noise.
     pub denoiser: Option<Box<dyn Denoise>>,
     /// Continue from samples that an earlier job kept.
@@ -94,6 +97,7 @@ impl Job {
             options,
             picture,
             film: false,
+            tracer: None,
             denoiser: None,
             resume: false,
             interval: Duration::from_secs(60),
@@ -109,7 +113,8 @@ impl Job {
     /// # Errors
     /// [`Error::Settings`] if an option is out of its range. [`Error::Write`] if the disk has no room. [`Error::Read`],
     /// [`Error::Film`] or [`Error::OtherCheckpoint`] if the checkpoint cannot be used. [`Error::NotWritten`] if the
-    /// film or the picture cannot be written: it says where the samples are.
+    /// film or the picture cannot be written: it says where the samples are. [`Error::DeviceLost`] if the tracer fails:
+    /// the samples so far are written like those of a cancelled job.
     pub fn run(
         mut self,
         world: &World,
@@ -121,6 +126,9 @@ impl Job {
         let mut keeper = Keeper::new(&self.picture.path);
         self.check_space(world, &keeper)?;
         let mut session = Session::new(world, self.options.clone())?;
+        if let Some(tracer) = self.tracer.take() {
+            session.set_tracer(tracer);
+        }
         if self.resume {
             keeper.resume(&mut session, &mut report)?;
         }
@@ -135,7 +143,10 @@ impl Job {
         report(Event::Started(&session));
         let before = session.film().samples();
         let (start, cpu) = (Instant::now(), cpu_time());
-        let end = self.render(&mut session, &mut keeper, progress, &mut report)?;
+        let (end, lost) = match self.render(&mut session, &mut keeper, progress, &mut report) {
+            Err(Error::Device(what)) => (End::Interrupted, Some(what)),
+            result => (result?, None),
+        };
         let time = start.elapsed();
         report(Event::Rendered { session: &session, time });
         self.report_statistics(&session, &mut report);
@@ -145,11 +156,17 @@ impl Job {
         }
         let mut checkpoint = session.into_checkpoint();
         if checkpoint.film.samples() == 0 {
-            // Only an interruption ends a job without samples.
-            return Ok(Outcome { end, checkpoint, files: Vec::new(), kept: None });
+            // Only an interruption or a lost device ends a job without samples.
+            let outcome = Outcome { end, checkpoint, files: Vec::new(), kept: None };
+            return lost.map_or(Ok(outcome), |what| Err(Error::Device(what)));
         }
         checkpoint.notes.push(("vellus_seconds".to_owned(), format!("{:.1}", time.as_secs_f64())));
-        self.write(world, checkpoint, end, &mut keeper, &mut report)
+        let samples = checkpoint.film.samples();
+        let outcome = self.write(world, checkpoint, end, &mut keeper, &mut report)?;
+        match lost {
+            Some(what) => Err(Error::DeviceLost { what, samples, kept: outcome.kept }),
+            None => Ok(outcome),
+        }
     }
 
     fn check_space(&self, world: &World, keeper: &Keeper) -> Result<(), Error> {

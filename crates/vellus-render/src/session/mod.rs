@@ -36,6 +36,7 @@ use crate::film::checkpoint::{Checkpoint, MAX_SAMPLES};
 use crate::film::{Film, Layer, picture::Notes};
 use crate::integrator::cache::RadianceCache;
 use crate::integrator::settings::Settings;
+use crate::packed::RowTracer;
 use crate::render::Statistics;
 use crate::world::World;
 use std::ops::Range;
@@ -163,6 +164,8 @@ pub struct Pass<'a> {
 pub struct Session<'w> {
     world: &'w World,
     settings: Settings,
+    /// Computes the samples instead of the processor.
+    tracer: Option<Box<dyn RowTracer>>,
     /// Filled before the first pass, if the settings ask for it.
     cache: Option<RadianceCache>,
     goals: Goals,
@@ -184,7 +187,14 @@ impl<'w> Session<'w> {
         let goals = Goals { samples: samples.end - samples.start, noise, time };
         let empty = samples.start..samples.start;
         let checkpoint = Checkpoint { identity, samples: empty, planned: samples.end, notes, film };
-        Ok(Session { world, settings, cache: None, goals, exact, pass, checkpoint, statistics: Statistics::default() })
+        let statistics = Statistics::default();
+        Ok(Session { world, settings, tracer: None, cache: None, goals, exact, pass, checkpoint, statistics })
+    }
+
+    /// Lets another tracer compute the samples: that of a GPU. It must be one for the world, the settings and the layers
+    /// of this session.
+    pub fn set_tracer(&mut self, tracer: Box<dyn RowTracer>) {
+        self.tracer = Some(tracer);
     }
 
     /// Continues from the samples of an earlier session. Its notes are not taken over.
@@ -277,8 +287,11 @@ impl<'w> Session<'w> {
         }
         let first = self.checkpoint.samples.end;
         let next = first..first + samples;
-        let (film, cache) = (&mut self.checkpoint.film, self.cache.as_ref());
-        self.statistics += self.world.render_cached(&self.settings, cache, film, next.clone(), progress)?;
+        let (settings, film) = (&self.settings, &mut self.checkpoint.film);
+        self.statistics += match &mut self.tracer {
+            Some(tracer) => self.world.render_packed(settings, film, next.clone(), progress, &mut **tracer)?,
+            None => self.world.render_cached(settings, self.cache.as_ref(), film, next.clone(), progress)?,
+        };
         self.checkpoint.samples.end = next.end;
         Ok(())
     }

@@ -124,13 +124,11 @@ impl Bvh {
     }
 
     /// The boxes and the children of all nodes that do not move.
-    #[cfg(feature = "unstable")]
     pub(crate) fn nodes(&self) -> impl Iterator<Item = (&Boxes, [u32; WIDTH])> {
         self.nodes.iter().map(|node| (&node.bounds, node.children))
     }
 
     /// The root: a node, or a leaf with [`LEAF`].
-    #[cfg(feature = "unstable")]
     pub(crate) fn root(&self) -> u32 {
         self.root
     }
