@@ -1,8 +1,10 @@
-//! `vellus render` and `vellus merge`.
+//! `vellus render` and `vellus merge`, on the processor and on a GPU.
 
 mod common;
 
 use common::{Picture, command, refused, refused_by, run, vellus};
+use std::path::Path;
+use std::process::Command;
 
 /// A small cat, and more options.
 fn with<'a>(more: &[&'a str]) -> Vec<&'a str> {
@@ -281,4 +283,70 @@ fn minimum_widths_cover_more_and_are_reported() {
     run(path, &with(&["--samples", "0..1", "-o", "thin.exr"]));
     run(path, &with(&["--samples", "1..2", "--min-pixel-width", "0.5", "-o", "wide.exr"]));
     refused(path, &["merge", "thin.film", "wide.film"], &["not of the same picture"]);
+}
+
+/// A small hamster, and more options.
+fn on_hamster<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    [&["render", "hamster", "--small", "--size", "24x16"], more].concat()
+}
+
+/// The command on a machine without a GPU.
+fn without_gpu(folder: &Path, args: &[&str]) -> Command {
+    let mut command = command(folder, args);
+    command.env("WGPU_ADAPTER_NAME", "a name that no GPU has");
+    command
+}
+
+#[test]
+fn an_absent_gpu_is_reported_before_any_file_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = on_hamster(&["--device", "gpu", "-o", "a.exr"]);
+    let output = without_gpu(folder.path(), &args).output().unwrap();
+    refused_by(&output, &args, &["error: no GPU was found", "; use --device cpu"]);
+    assert_eq!(folder.path().read_dir().unwrap().count(), 0);
+    // A GPU renders the near field only. This is known without a GPU.
+    let args = on_hamster(&["--device", "gpu", "--mode", "far"]);
+    let output = without_gpu(folder.path(), &args).output().unwrap();
+    refused_by(&output, &args, &["the GPU cannot render the mode far, only near; use --device cpu"]);
+}
+
+/// Without a GPU, `auto` gives the near field of the processor, and says why.
+#[test]
+fn auto_takes_the_processor_where_there_is_no_gpu() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = on_hamster(&["--device", "auto", "--spp", "2", "-o", "auto.exr"]);
+    let output = without_gpu(folder.path(), &args).output().unwrap();
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success() && message.contains("the processor renders: no GPU was found"), "{message}");
+    run(folder.path(), &on_hamster(&["--mode", "near", "--spp", "2", "-o", "near.exr"]));
+    let at = |name: &str| Picture::read(&folder.path().join(name));
+    assert!(at("auto.exr").same(&at("near.exr")));
+}
+
+/// The same GPU gives the same bits, however the samples are divided. Films of both devices may be merged.
+#[test]
+#[ignore = "slow: a software GPU compiles the tracer in a minute"]
+fn a_gpu_resumes_and_merges() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let at = |name: &str| Picture::read(&path.join(name));
+    let probe = command(path, &on_hamster(&["--device", "gpu", "--spp", "1", "-o", "probe.exr"])).output().unwrap();
+    let message = String::from_utf8_lossy(&probe.stderr).into_owned();
+    if message.contains("no GPU was found") {
+        return println!("skipped: a_gpu_resumes_and_merges: there is no GPU");
+    }
+    assert!(probe.status.success() && message.contains(" renders\n"), "{message}");
+    run(path, &on_hamster(&["--device", "gpu", "--spp", "6", "-o", "whole.exr"]));
+    assert!(!at("whole.exr").note("vellus_gpu").is_empty());
+    run(path, &on_hamster(&["--device", "gpu", "--samples", "0..2", "-o", "a.exr"]));
+    run(path, &on_hamster(&["--device", "gpu", "--samples", "2..6", "-o", "b.exr"]));
+    run(path, &["merge", "b.film", "a.film", "-o", "merged.exr"]);
+    assert!(at("whole.exr").same(&at("merged.exr")));
+    // A goal that the first pass reaches leaves a checkpoint. The processor continues from it.
+    run(path, &on_hamster(&["--device", "gpu", "--spp", "40", "--noise", "1e9", "-o", "c.exr"]));
+    let resumed = run(path, &on_hamster(&["--mode", "near", "--spp", "40", "--resume", "-o", "c.exr"]));
+    assert!(resumed.contains("continuing from"), "{resumed}");
+    run(path, &on_hamster(&["--mode", "near", "--samples", "2..6", "-o", "d.exr"]));
+    run(path, &["merge", "d.film", "a.film", "-o", "both.exr"]);
+    assert_eq!(at("both.exr").note("vellus_samples"), "6");
 }

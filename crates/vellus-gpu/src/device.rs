@@ -128,6 +128,7 @@ impl Device {
     }
 
     /// The most bytes of a buffer.
+    #[cfg(feature = "trace")]
     pub(crate) fn limit(&self) -> u64 {
         self.limit
     }
