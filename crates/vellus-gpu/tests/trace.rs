@@ -4,10 +4,10 @@
 mod common;
 
 use common::device;
-use vellus::Bcsdf;
+use vellus::{Bcsdf, Parameter};
 use vellus_gpu::Tracer;
 use vellus_render::{Film, Layer, Mode, Settings, World};
-use vellus_scene::{Light, Scene};
+use vellus_scene::{Light, Scene, Values};
 use vellus_testing::significance::max_abs_z;
 
 fn settings(size: [usize; 2]) -> Settings {
@@ -80,6 +80,44 @@ fn pictures_agree_with_those_of_the_processor() -> Result<(), Box<dyn std::error
         assert!((a / b - 1.0).abs() < 0.05, "{name}: {a} and {b} rays");
     }
     let limit = max_abs_z(names.len(), 0.01);
+    assert!(scores.iter().all(|score| score.abs() < limit), "{scores:?}, limit {limit}");
+    Ok(())
+}
+
+/// Colours that vary along the strands: dark tips. The processor interpolates the reflectance between two control
+/// points, and the GPU draws one of the two. The false-alarm rate is 1 %.
+#[test]
+#[ignore = "slow: a software GPU compiles the tracer in a minute"]
+fn colors_along_strands_agree_with_those_of_the_processor() -> Result<(), Box<dyn std::error::Error>> {
+    let Some(device) = device("colors_along_strands_agree_with_those_of_the_processor") else { return Ok(()) };
+    let mut scores = Vec::new();
+    for name in ["hamster", "hair-lock"] {
+        let mut scene = built_in(name);
+        for strands in &mut scene.strands {
+            let mut values = vec![[0.0; 3]; strands.points.len()];
+            for ends in strands.starts.windows(2) {
+                let (first, last) = (ends[0] as usize, ends[1] as usize);
+                for point in first..last {
+                    let t = (point - first) as f32 / (last - first - 1) as f32;
+                    values[point] = [0.8 - 0.7 * t, 0.6 - 0.5 * t, 0.4 - 0.35 * t];
+                }
+            }
+            strands.varying = vec![(Parameter::Reflectance, Values::PerPoint(values))];
+        }
+        let world = World::with_model(scene, Bcsdf::new)?;
+        let settings = settings([48, 32]);
+        let layout = world.layout(&[]);
+        let film = || Film::new(settings.size, settings.area(), layout.clone());
+        let (mut ours, mut expected) = (film(), film());
+        let mut tracer = Tracer::new(&device, &world, &settings, &layout)?;
+        world.render_packed(&settings, &mut ours, 0..32, &(), &mut tracer)?;
+        world.render(&settings, &mut expected, 0..128, &())?;
+        let ([a, error_a], [b, error_b]) = (brightness(&ours), brightness(&expected));
+        let score = (a - b) / error_a.hypot(error_b);
+        println!("{name}: GPU {a:.4}, processor {b:.4}, z = {score:.2}");
+        scores.push(score);
+    }
+    let limit = max_abs_z(scores.len(), 0.01);
     assert!(scores.iter().all(|score| score.abs() < limit), "{scores:?}, limit {limit}");
     Ok(())
 }

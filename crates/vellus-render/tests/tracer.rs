@@ -95,10 +95,10 @@ fn other_modes_and_models_are_refused_by_name() -> Result<(), Error> {
         world.packed(&settings, &layout).map(|_| ()).err()
     };
     let near = options().settings;
-    assert_eq!(refused(&world, near.clone()), None);
-    let cached = Settings { radiance_cache: Some(8), ..near.clone() };
+    assert_eq!(refused(&world, near), None);
+    let cached = Settings { radiance_cache: Some(8), ..near };
     assert_eq!(refused(&world, cached).as_deref(), Some("a radiance cache"));
-    let far = Settings { mode: Mode::Far, ..near.clone() };
+    let far = Settings { mode: Mode::Far, ..near };
     assert_eq!(refused(&world, far).as_deref(), Some("the mode far, only near"));
     world.set_model(Marschner2003::new)?;
     assert_eq!(refused(&world, near).as_deref(), Some("a reflectance model other than vellus"));

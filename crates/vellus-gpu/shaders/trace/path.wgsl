@@ -189,6 +189,28 @@ fn leave_fiber(place: Place, direction: vec3<f32>, t_max: f32) -> Ray {
     return Ray(place.center + out * (1.001 * place.radius), t_max, direction);
 }
 
+// The fibre's record. Where parameters vary along the strand, it is that of one of the two control points around the
+// hit, drawn with the weights of linear interpolation.
+fn record_of(place: Place, hit: Hit, sampler: ptr<function, Sampler>) -> u32 {
+    let row = data_row(data_row(SETS).y + 2u * place.strands);
+    if row.z == NONE {
+        return data_word(row.w + place.strand);
+    }
+    if row.z != PER_POINT {
+        return row.z;
+    }
+    var ends = vec2<u32>(1u, 2u);
+    if row.y == 0u {
+        ends = vec2<u32>(0u, 1u);
+    } else if row.y == 1u {
+        ends = vec2<u32>(0u, 3u);
+    }
+    // Another number than that of Russian roulette.
+    (*sampler).count++;
+    let end = select(ends.x, ends.y, chance(sampler) < hit.uv.x);
+    return data_word(row.w + hit.index - row.x + end);
+}
+
 // Adds the light that reaches a fibre, and samples the next ray. Returns false if the path ends.
 fn at_fiber(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: Ray, hit: Hit, depth: u32) -> bool {
     let place = place_of(hit);
@@ -199,11 +221,7 @@ fn at_fiber(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: Ray
     let toward = normalize_or(back - place.tangent * dot(back, place.tangent), n);
     let h = clamp(dot(place.tangent, cross(n, toward)), -1.0, 1.0);
     let rows = data_row(SETS).y + 2u * place.strands;
-    var record = data_row(rows).z;
-    if record == NONE {
-        record = data_word(data_row(rows).w + place.strand);
-    }
-    var fiber = vellus_hit(record, to_fiber(place, back), h);
+    var fiber = vellus_hit(record_of(place, hit, sampler), to_fiber(place, back), h);
     if depth == 0u {
         set_layer3(path, LAYER_TANGENT, place.tangent);
         set_layer3(path, LAYER_NORMAL, normalize_or(out, vec3<f32>(0.0)));

@@ -2,6 +2,8 @@
 // point_row and data_row are generated, because a large array is split over several buffers.
 
 const NONE = 0xffffffffu;
+// In place of a record: the strands have one for each control point.
+const PER_POINT = 0xfffffffeu;
 const LEAF = 0x80000000u;
 const INFINITY = 3.0e38;
 

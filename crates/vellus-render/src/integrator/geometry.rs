@@ -107,9 +107,9 @@ impl Geometry {
         self.varied(hit.set, strands, hit.strand, |values| along(strands, values, hit))
     }
 
-    /// The fibre of a strand whose parameters do not vary along it.
-    pub fn fiber_of_strand(&self, set: usize, strands: &Strands, strand: usize) -> Fiber {
-        self.varied(set, strands, strand, |values| values[strands.starts[strand] as usize])
+    /// The fibre of a strand at one of its control points.
+    pub fn fiber_of_point(&self, set: usize, strands: &Strands, strand: usize, point: usize) -> Fiber {
+        self.varied(set, strands, strand, |values| values[point])
     }
 
     /// The fibre of a strand. `at_point` selects among the values of all control points.

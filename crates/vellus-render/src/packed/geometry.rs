@@ -10,6 +10,9 @@ use vellus::{Fiber, Parameter};
 use vellus_scene::{Basis, Strands, Values};
 use wide::{f32x8, u32x8};
 
+/// In place of a record: the strands have one for each control point.
+const PER_POINT: u32 = NONE - 1;
+
 /// Rows of the header.
 pub(super) struct Places {
     /// The roots of strands, meshes and instances in world space, and the number of instances.
@@ -46,7 +49,7 @@ pub(super) fn pack(packed: &mut PackedScene, geometry: &Geometry) -> Result<Plac
             triangles: pack_triangles(packed, triangles, before.triangles),
         };
         for strands in curves.strands() {
-            let records = fibers.records(packed, geometry, set, strands)?;
+            let records = fibers.records(packed, geometry, set, strands);
             let basis = match strands.basis {
                 Basis::Linear => 0,
                 Basis::Bezier => 1,
@@ -193,24 +196,21 @@ impl Fibers {
         })
     }
 
-    /// The record of a set of strands, or [`NONE`] and the first of one number for each strand.
-    fn records(
-        &mut self,
-        packed: &mut PackedScene,
-        geometry: &Geometry,
-        set: usize,
-        strands: &Strands,
-    ) -> Result<[u32; 2], String> {
+    /// The record of a set of strands. Or [`NONE`] and the first of one number for each strand. Or [`PER_POINT`] and
+    /// the first of one number for each control point.
+    fn records(&mut self, packed: &mut PackedScene, geometry: &Geometry, set: usize, strands: &Strands) -> [u32; 2] {
         let look = &geometry.looks[strands.look];
         if look.textured.is_empty() && strands.varying.is_empty() {
-            return Ok([self.index(&look.fiber), 0]);
+            return [self.index(&look.fiber), 0];
         }
-        if strands.varying.iter().any(|(_, values)| matches!(values, Values::PerPoint(_))) {
-            return Err(format!("a parameter that varies along the strands of '{}'", strands.name));
+        let varies_along = strands.varying.iter().any(|(_, values)| matches!(values, Values::PerPoint(_)));
+        let mut numbers = Vec::new();
+        for (strand, ends) in strands.starts.windows(2).enumerate() {
+            let points = if varies_along { ends[0]..ends[1] } else { ends[0]..ends[0] + 1 };
+            let fiber = |point: u32| geometry.fiber_of_point(set, strands, strand, point as usize);
+            numbers.extend(points.map(|point| self.index(&fiber(point))));
         }
-        let of_strand: Vec<u32> =
-            (0..strands.len()).map(|strand| self.index(&geometry.fiber_of_strand(set, strands, strand))).collect();
-        Ok([NONE, packed.numbers(of_strand)])
+        [if varies_along { PER_POINT } else { NONE }, packed.numbers(numbers)]
     }
 }
 

@@ -81,8 +81,7 @@ impl World {
     ///
     /// # Errors
     /// The name of a feature that the packed form does not have: a model other than [`vellus::Bcsdf`], modes other than
-    /// [`Mode::Near`], motion blur, a radiance cache, parameters that vary along a strand, and hierarchies that need a
-    /// larger stack than [`STACK`].
+    /// [`Mode::Near`], motion blur, a radiance cache, and hierarchies that need a larger stack than [`STACK`].
     pub fn packed(&self, settings: &Settings, layout: &Layout) -> Result<PackedScene, String> {
         let geometry = &self.geometry;
         if !self.fibers.is_bcsdf() {

@@ -191,8 +191,8 @@ impl<'w> Session<'w> {
         Ok(Session { world, settings, tracer: None, cache: None, goals, exact, pass, checkpoint, statistics })
     }
 
-    /// Lets another tracer compute the samples: that of a GPU. It must be one for the world, the settings and the layers
-    /// of this session.
+    /// Lets another tracer compute the samples: that of a GPU. It must be one for the world, the settings and the
+    /// layers of this session.
     pub fn set_tracer(&mut self, tracer: Box<dyn RowTracer>) {
         self.tracer = Some(tracer);
     }
