@@ -17,14 +17,14 @@ def exact():
     s = (cos - scene.IOR * inside) / (cos + scene.IOR * inside)
     p = (scene.IOR * cos - inside) / (scene.IOR * cos + inside)
     f = ((s * s + p * p) / 2)[:, None]
-    t = np.exp(-2 * inside[:, None] * np.array(scene.ABSORPTION))
+    t = np.exp(-2 * inside[:, None] * np.array(scene.BROWN))
     return (f + (1 - f) ** 2 * t / (1 - f * t)).mean(0)
 
 
 def ours(program):
     """The closed form in our command."""
     command = [program, "energy", "--fiber", "human", "--window", "far", "--format", "json"]
-    for key, value in scene.our_fiber().items():
+    for key, value in scene.our_fiber("10K").items():
         command += ["--set", f"{key}={','.join(map(str, value)) if isinstance(value, tuple) else value}"]
     answer = json.loads(subprocess.run(list(map(str, command)), capture_output=True, text=True, check=True).stdout)
     return np.array(answer["lobes"]["total"]["closed_form"])
@@ -37,7 +37,7 @@ def mitsuba(samples=1 << 20):
     mi.set_variant("llvm_ad_rgb")
     hair = {
         "type": "hair",
-        "sigma_a": {"type": "rgb", "value": list(scene.ABSORPTION)},
+        "sigma_a": {"type": "rgb", "value": list(scene.BROWN)},
         "longitudinal_roughness": scene.ROUGHNESS,
         "azimuthal_roughness": scene.ROUGHNESS,
         "scale_tilt": scene.TILT,

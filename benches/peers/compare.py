@@ -57,7 +57,7 @@ def start(kind, out, program, ball):
         return Peer(kind, out, ball, "mitsuba_worker.py", "scalar_rgb")
     if kind == CYCLES:
         return Cycles(kind, out, ball, "cycles_worker.py")
-    return Vellus(kind, out, ball, program, "near" if kind == NEAR else "multiscale")
+    return Vellus(kind, out, ball, program, "--mode", "near" if kind == NEAR else "multiscale")
 
 
 def speed(table, ball, renderers, spp, repeats):

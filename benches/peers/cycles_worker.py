@@ -55,7 +55,7 @@ def fur():
     radius.data.foreach_set("value", np.tile(radii, len(points)))
     hair, node = material("hair", "ShaderNodeBsdfHairPrincipled")
     node.model, node.parametrization = "CHIANG", "ABSORPTION"
-    inputs = {"Absorption Coefficient": scene.ABSORPTION, "Roughness": scene.ROUGHNESS, "IOR": scene.IOR}
+    inputs = {"Absorption Coefficient": scene.ABSORPTION[ball], "Roughness": scene.ROUGHNESS, "IOR": scene.IOR}
     inputs |= {"Radial Roughness": scene.ROUGHNESS, "Offset": np.radians(scene.TILT)}
     inputs |= {"Random Roughness": 0.0, "Coat": 0.0}
     for key, value in inputs.items():
@@ -68,7 +68,7 @@ def surroundings():
     mesh = bpy.data.meshes.new("skin")
     mesh.from_pydata((data["vertices"] * scene.SKIN_RADIUS).tolist(), [], data["faces"].tolist())
     mesh.shade_smooth()
-    add("skin", mesh, material("skin", "ShaderNodeBsdfDiffuse", Color=(*scene.SKIN_COLOR, 1))[0])
+    add("skin", mesh, material("skin", "ShaderNodeBsdfDiffuse", Color=(*scene.SKIN_COLOR[ball], 1))[0])
 
     at = mathutils.Vector(scene.LIGHT_AT)
     turn = at.to_track_quat("Z", "Y")
@@ -109,7 +109,7 @@ def settings():
     cycles.device, cycles.pixel_filter_type = "CPU", "BOX"
     cycles.use_adaptive_sampling = cycles.use_denoising = False
     for kind in ("max", "diffuse", "glossy", "transmission", "transparent_max"):
-        setattr(cycles, f"{kind}_bounces", scene.BOUNCES)
+        setattr(cycles, f"{kind}_bounces", scene.BOUNCES[ball])
     cycles.min_light_bounces = cycles.min_transparent_bounces = scene.ROULETTE - 1
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = 0
 

@@ -73,7 +73,7 @@ def write_ply(path, vertices, faces):
     path.write_bytes(head.encode() + data.tobytes() + rows.tobytes())
 
 
-def write_usd(path, points, radii):
+def write_usd(path, ball, points, radii):
     """Writes curves with our shader, the light, the sky, the skin and a camera for each view."""
     from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade, Vt
 
@@ -101,18 +101,18 @@ def write_usd(path, points, radii):
     look_at(light, scene.LIGHT_AT, (0, 0, 0))
 
     vertices, faces = skin()
-    ball = UsdGeom.Mesh.Define(stage, "/skin")
-    ball.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(vertices * np.float32(scene.SKIN_RADIUS)))
-    ball.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(faces), 3, np.int32)))
-    ball.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(faces.reshape(-1)))
-    ball.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(vertices))
-    ball.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
-    ball.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
-    ball.CreateDisplayColorAttr([Gf.Vec3f(*scene.SKIN_COLOR)])
+    body = UsdGeom.Mesh.Define(stage, "/skin")
+    body.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(vertices * np.float32(scene.SKIN_RADIUS)))
+    body.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(faces), 3, np.int32)))
+    body.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(faces.reshape(-1)))
+    body.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(vertices))
+    body.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
+    body.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
+    body.CreateDisplayColorAttr([Gf.Vec3f(*scene.SKIN_COLOR[ball])])
 
     shader = UsdShade.Shader.Define(stage, "/hair/fiber")
     shader.CreateIdAttr("VellusFur")
-    for name, value in scene.our_fiber().items():
+    for name, value in scene.our_fiber(ball).items():
         if isinstance(value, tuple):
             shader.CreateInput(name, Sdf.ValueTypeNames.Color3f).Set(Gf.Vec3f(*value))
         else:
@@ -137,7 +137,7 @@ def main(folder):
         points, radii = grow(*ball)
         np.savez(folder / f"{name}.npz", points=points, radii=radii)
         write_text(folder / f"{name}.txt", points, radii)
-        write_usd(folder / f"{name}.usdc", points, radii)
+        write_usd(folder / f"{name}.usdc", name, points, radii)
     vertices, faces = skin()
     np.savez(folder / "skin.npz", vertices=vertices, faces=faces)
     write_ply(folder / "skin.ply", vertices, faces)

@@ -38,17 +38,17 @@ class Quality:
     on `count`.
     """
 
-    def __init__(self, renderer, spps, count, path):
+    def __init__(self, renderer, spps, count, path, size=SMALL):
         def image(spp, seed):
-            seconds = renderer.render(spp, seed, "whole", SMALL, path)
+            seconds = renderer.render(spp, seed, "whole", size, path)
             return seconds, np.load(path).astype(np.float64)
 
-        renderer.warm(spps[-1], "whole", SMALL)
+        renderer.warm(spps[-1], "whole", size)
         runs = [image(spps[-1], 1000 + i) for i in range(count)]
         total = sum(run[1] for run in runs)
         self.mean = total / count
         self.spps, self.seconds, self.mse, self.relative = [], [], [], []
-        variance = np.var([run[1] for run in runs], axis=0, ddof=1) / count
+        self.variance = variance = np.var([run[1] for run in runs], axis=0, ddof=1) / count
         for spp in spps[:-1]:
             few = [image(spp, 2000 + i) for i in range(3)]
             errors = [((run[1] - self.mean) ** 2 - variance, self.mean) for run in few]
@@ -60,6 +60,23 @@ class Quality:
         path.unlink()
         # Error of the converged image, relative to the error of one of its renders.
         self.own = (1 / count) ** 0.5
+
+    @classmethod
+    def against(cls, reference, renderer, spps, count, path, size):
+        """Errors against the converged image of another renderer: a difference of the means is an error too."""
+        self = cls.__new__(cls)
+        self.spps, self.seconds, self.mse, self.relative, total = [], [], [], [], 0.0
+        for spp in spps:
+            errors, seconds = [], []
+            for seed in range(count):
+                seconds.append(renderer.render(spp, 3000 + seed, "whole", size, path))
+                image = np.load(path).astype(np.float64)
+                errors.append(((image - reference.mean) ** 2 - reference.variance, reference.mean))
+                total = total + image * (spp == spps[-1]) / count
+            self.add(spp, seconds, errors)
+        path.unlink()
+        self.mean = total
+        return self
 
     def add(self, spp, seconds, errors):
         self.spps.append(spp)

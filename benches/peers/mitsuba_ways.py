@@ -27,14 +27,14 @@ import scene  # noqa: E402
 
 HAIR = {
     "type": "hair",
-    "sigma_a": {"type": "rgb", "value": list(scene.ABSORPTION)},
+    "sigma_a": {"type": "rgb", "value": list(scene.BROWN)},
     "longitudinal_roughness": scene.ROUGHNESS,
     "azimuthal_roughness": scene.ROUGHNESS,
     "scale_tilt": scene.TILT,
     "int_ior": scene.IOR,
     "ext_ior": 1.0,
 }
-SAME = {name: list(value) if isinstance(value, tuple) else value for name, value in scene.our_fiber().items()}
+SAME = {name: list(value) if isinstance(value, tuple) else value for name, value in scene.our_fiber("10K").items()}
 WAYS = {
     "hair": HAIR,
     "vellus_drjit, hair": {"type": "vellus_drjit", **SAME},
@@ -51,7 +51,7 @@ def load(folder, bsdf, size):
     return mi.load_dict(
         {
             "type": "scene",
-            "integrator": {"type": "path", "max_depth": scene.BOUNCES + 1, "rr_depth": scene.ROULETTE},
+            "integrator": {"type": "path", "max_depth": scene.BOUNCES["10K"] + 1, "rr_depth": scene.ROULETTE},
             "sky": {"type": "constant", "radiance": sky},
             "fur": {"type": "bsplinecurve", "filename": str(folder / "fur.txt"), "bsdf": bsdf},
             "sensor": {

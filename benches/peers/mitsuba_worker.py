@@ -22,10 +22,10 @@ place = lambda origin, target: mi.ScalarTransform4f().look_at(origin=origin, tar
 
 def load():
     light = {"type": "area", "radiance": rgb(scene.LIGHT_RADIANCE)}
-    skin = {"type": "diffuse", "reflectance": rgb(scene.SKIN_COLOR)}
+    skin = {"type": "diffuse", "reflectance": rgb(scene.SKIN_COLOR[ball])}
     hair = {
         "type": "hair",
-        "sigma_a": rgb(scene.ABSORPTION),
+        "sigma_a": rgb(scene.ABSORPTION[ball]),
         "longitudinal_roughness": scene.ROUGHNESS,
         "azimuthal_roughness": scene.ROUGHNESS,
         "scale_tilt": scene.TILT,
@@ -36,7 +36,7 @@ def load():
         {
             "type": "scene",
             # A depth of 1 is light that the camera sees directly.
-            "integrator": {"type": "path", "max_depth": scene.BOUNCES + 1, "rr_depth": scene.ROULETTE},
+            "integrator": {"type": "path", "max_depth": scene.BOUNCES[ball] + 1, "rr_depth": scene.ROULETTE},
             "sky": {"type": "constant", "radiance": rgb(scene.SKY)},
             "light": {"type": "rectangle", "to_world": place(scene.LIGHT_AT, [0, 0, 0]), "emitter": light},
             "skin": {"type": "ply", "filename": f"{folder}/skin.ply", "bsdf": skin},
@@ -72,7 +72,7 @@ for request in worker.requests():
     camera = sensor(request["view"], *request["size"])
     clock = worker.Clock()
     image = np.array(mi.render(world, sensor=camera, spp=request["spp"], seed=request["seed"]))
-    spent = clock.seconds()
+    spent, wall = clock.seconds(), clock.wall()
     if request["path"]:
         np.save(request["path"], image.astype(np.float32))
-    worker.answer(ANSWER, cpu=spent, memory=worker.memory())
+    worker.answer(ANSWER, cpu=spent, wall=wall, memory=worker.memory())

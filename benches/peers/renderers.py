@@ -20,7 +20,7 @@ class Peer:
         command = [sys.executable, HERE / script, *arguments, out / "scenes", ball]
         self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log, text=True)
         answer = self.answer()
-        self.load, self.memory = answer["load"], answer["memory"]
+        self.load, self.memory, self.wall = answer["load"], answer["memory"], None
 
     def answer(self):
         line = self.process.stdout.readline()
@@ -32,7 +32,7 @@ class Peer:
         request = {"spp": spp, "seed": seed, "view": view, "size": size, "path": str(path or "")}
         print(json.dumps(request), file=self.process.stdin, flush=True)
         answer = self.answer()
-        self.memory = answer["memory"]
+        self.memory, self.wall = answer["memory"], answer.get("wall")
         return answer["cpu"]
 
     def warm(self, spp, view, size=scene.SIZE):
@@ -62,10 +62,10 @@ class Cycles(Peer):
 class Vellus:
     """Our command. It prints the time of rendering."""
 
-    def __init__(self, name, out, ball, program, mode):
-        self.name, self.program, self.mode = name, program, mode
-        self.file = out / "scenes" / f"{ball}.usdc"
-        self.picture = out / f"vellus-{mode}.exr"
+    def __init__(self, name, out, ball, program, *options):
+        self.name, self.program, self.options = name, program, options
+        self.file, self.bounces = out / "scenes" / f"{ball}.usdc", scene.BOUNCES[ball]
+        self.picture = out / f"{name.replace(' ', '-').lower()}.exr"
         self.load = self.memory = None
 
     def warm(self, spp, view, size=scene.SIZE):
@@ -73,8 +73,8 @@ class Vellus:
 
     def render(self, spp, seed, view, size=scene.SIZE, path=None):
         picture = path.with_suffix(".exr") if path else self.picture
-        command = [self.program, "render", self.file, "--camera", view, "--mode", self.mode]
-        command += ["--max-depth", scene.BOUNCES, "--size", f"{size[0]}x{size[1]}", "--spp", spp, "--seed", seed]
+        command = [self.program, "render", self.file, "--camera", view, *self.options]
+        command += ["--max-depth", self.bounces, "--size", f"{size[0]}x{size[1]}", "--spp", spp, "--seed", seed]
         command += ["--filter", "box", "--layers", "beauty", "--float", "--output", picture]
         # GNU time measures this too, but is not installed everywhere.
         code = (

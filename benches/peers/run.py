@@ -39,7 +39,9 @@ def llvm():
 def main():
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("--quick", action="store_true", help="fewer repeats and samples: about four minutes")
-    quick = arguments.parse_args().quick
+    arguments.add_argument("--cache", action="store_true", help="the radiance cache beside the peers, to cached.md")
+    arguments.add_argument("--gpu", action="store_true", help="our GPU path beside Mitsuba's, to gpu.md")
+    given = arguments.parse_args()
     OUT.mkdir(parents=True, exist_ok=True)
     interpreter = python()
     environment = os.environ | {"DRJIT_LIBLLVM_PATH": llvm()}
@@ -50,8 +52,9 @@ def main():
         done.parent.mkdir(exist_ok=True)
         subprocess.run([interpreter, HERE / "fur.py", done.parent], check=True)
         done.touch()
-    command = [interpreter, HERE / "compare.py", OUT, ROOT / "target" / "release" / "vellus"]
-    sys.exit(subprocess.run(command + ["--quick"] * quick, env=environment).returncode)
+    script = HERE / ("gpu.py" if given.gpu else "cached.py" if given.cache else "compare.py")
+    command = [interpreter, script, OUT, ROOT / "target" / "release" / "vellus"]
+    sys.exit(subprocess.run(command + ["--quick"] * given.quick, env=environment).returncode)
 
 
 if __name__ == "__main__":

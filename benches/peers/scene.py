@@ -1,11 +1,11 @@
 """The scene of all renderers: numbers only, so that any interpreter can read it."""
 
 # Number of strands, segments of each, radius at the root. The radius falls to a tenth at the tip.
-BALLS = {"10K": (10_000, 20, 0.004), "200K": (200_000, 20, 0.0013)}
+BALLS = {"10K": (10_000, 20, 0.004), "200K": (200_000, 20, 0.0013), "white": (10_000, 20, 0.004)}
 TAPER = 0.9
 
 SIZE = (320, 180)
-BOUNCES = 16
+BOUNCES = {"10K": 16, "200K": 16, "white": 256}
 # Scattering events before Russian roulette begins. Ours begins after the third and reduces a throughput t to √(2t).
 ROULETTE = 5
 
@@ -18,13 +18,17 @@ SKY = (0.4, 0.45, 0.5)
 LIGHT_AT, LIGHT_RADIANCE = (3.0, -3.0, 4.0), (16.0, 15.0, 13.0)
 
 # A diffuse ball inside, slightly smaller than the unit sphere of the roots.
-SKIN_RADIUS, SKIN_COLOR = 0.985, (0.25, 0.18, 0.13)
+SKIN_RADIUS = 0.985
+SKIN_COLOR = {"10K": (0.25, 0.18, 0.13), "200K": (0.25, 0.18, 0.13), "white": (0.8, 0.8, 0.8)}
 
-# The peers' hair (Chiang et al. 2016): absorption per fibre radius, perceptual roughness, tilt in degrees.
-ABSORPTION, ROUGHNESS, TILT, IOR = (0.10, 0.19, 0.40), 0.3, 2.0, 1.55
+# The peers' hair (Chiang et al. 2016): absorption per fibre radius, perceptual roughness, tilt in degrees. A strand of
+# the white ball has an albedo of 0.96 to 0.98.
+BROWN = (0.10, 0.19, 0.40)
+ABSORPTION = {"10K": BROWN, "200K": BROWN, "white": (0.01, 0.015, 0.02)}
+ROUGHNESS, TILT, IOR = 0.3, 2.0, 1.55
 
 
-def our_fiber():
+def our_fiber(ball):
     """Our model, with the lobes of the peers where it has them: README.md, "The same hair". Angles in degrees."""
     from math import degrees, pi, sqrt
 
@@ -38,5 +42,5 @@ def our_fiber():
         "alpha": -2 * TILT,
         "beta_m": degrees(longitudinal),
         "beta_n": degrees(deviation / sqrt(2)),
-        "sigma_ca": ABSORPTION,
+        "sigma_ca": ABSORPTION[ball],
     }

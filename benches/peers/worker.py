@@ -4,6 +4,7 @@ import json
 import os
 import resource
 import sys
+import time
 
 
 def begin():
@@ -27,7 +28,7 @@ class Clock:
     """User and system time of all threads since this object was made."""
 
     def __init__(self):
-        self.start = self.now()
+        self.start, self.began = self.now(), time.monotonic()
 
     @staticmethod
     def now():
@@ -36,6 +37,10 @@ class Clock:
 
     def seconds(self):
         return self.now() - self.start
+
+    def wall(self):
+        """Wall-clock seconds."""
+        return time.monotonic() - self.began
 
 
 def memory():

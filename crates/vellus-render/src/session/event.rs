@@ -74,7 +74,7 @@ pub enum Event<'a> {
         /// The light that was removed, as a share of all light.
         share: f64,
     },
-    /// The processor time that rendering took, if the system reports it.
+    /// The processor time that rendering took, with that of filling the cache, if the system reports it.
     CpuTime {
         /// Processor time of all threads of this program.
         time: Duration,

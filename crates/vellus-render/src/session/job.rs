@@ -132,7 +132,7 @@ impl Job {
         if self.resume {
             keeper.resume(&mut session, &mut report)?;
         }
-        let start = Instant::now();
+        let (start, cpu) = (Instant::now(), cpu_time());
         match session.fill_cache(progress, &mut |done| report(Event::Filling(done))) {
             Err(Error::Cancelled) => {}
             filled => filled?,
@@ -142,7 +142,7 @@ impl Job {
         }
         report(Event::Started(&session));
         let before = session.film().samples();
-        let (start, cpu) = (Instant::now(), cpu_time());
+        let start = Instant::now();
         let (end, lost) = match self.render(&mut session, &mut keeper, progress, &mut report) {
             Err(Error::Device(what)) => (End::Interrupted, Some(what)),
             result => (result?, None),
