@@ -2,8 +2,8 @@
 
 usage: gpu.py OUT VELLUS [--quick]
 
-Mitsuba runs its CUDA variant if OptiX is there, and its LLVM variant on all cores. Both renderers trace equal samples, in
-turns. The raccoon is rendered one sample at a time: 15 of these a second are enough for a viewer.
+Mitsuba runs its CUDA variant if OptiX is there, and its LLVM variant on all cores. Both renderers trace equal samples,
+in turns. The raccoon is rendered one sample at a time: 15 of these a second are enough for a viewer.
 """
 
 import json

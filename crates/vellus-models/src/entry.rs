@@ -20,11 +20,30 @@ pub(crate) struct Entry {
     pub fresnel: Fresnel<f32>,
 }
 
+/// The unpolarised reflectance of a smooth interface with the relative index `eta` ≥ 1, at an angle of incidence with
+/// the cosine `cos` in [0, 1].
+///
+/// [`fresnel`] with half a layer is up to 8 % less at medium angles, because it takes the mean of the polarisations of
+/// a whole layer.
+#[inline(always)]
+pub(crate) fn interface(eta: f32, cos: f32) -> Fresnel<f32> {
+    // The lower bound gives full transmission for η = 1 at grazing incidence, where both cosines would be 0.
+    let cos = cos.max(1e-12);
+    let cos_t = (1.0 - (1.0 - cos * cos) / (eta * eta)).max(0.0).sqrt().max(1e-12);
+    let polarised = |a: f32, b: f32| {
+        let scale = 1.0 / (a + b);
+        [((a - b) * scale).powi(2), 4.0 * (a * scale) * (b * scale)]
+    };
+    let [s, p] = [polarised(cos, eta * cos_t), polarised(eta * cos, cos_t)];
+    // The transmitted part is not 1 − F, which cancels at grazing incidence.
+    Fresnel { reflected: 0.5 * (s[0] + p[0]), transmitted: 0.5 * (s[1] + p[1]) }
+}
+
 impl Entry {
     /// A ray from `wo` at the centre of `window`. `eta` is the refractive index and `layers` the number of cuticle
-    /// layers, where 0.5 is a single interface.
+    /// layers. `None` is a single smooth interface.
     #[inline(always)]
-    pub fn new(wo: glam::Vec3, window: Window, eta: f32, layers: f32) -> Self {
+    pub fn new(wo: glam::Vec3, window: Window, eta: f32, layers: Option<f32>) -> Self {
         let [low, high] = window.ends();
         let h = 0.5 * (low + high);
         let wo = wo.to_array();
@@ -45,7 +64,10 @@ impl Entry {
             cos_gamma_t,
             h_inside,
             elongation: 1.0 / ((1.0 - sin_t) * (1.0 + sin_t)).max(1e-12).sqrt(),
-            fresnel: fresnel(eta, layers, polar.cos * cos_gamma_o),
+            fresnel: match layers {
+                Some(layers) => fresnel(eta, layers, polar.cos * cos_gamma_o),
+                None => interface(eta, polar.cos * cos_gamma_o),
+            },
         }
     }
 
@@ -60,5 +82,28 @@ impl Entry {
     #[inline(always)]
     pub fn exits(&self) -> [f32; 4] {
         [0.0, 1.0, 2.0, 3.0].map(|p| 2.0 * p * self.gamma_t - 2.0 * self.gamma_o + p * PI)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Known values: ((η − 1)/(η + 1))² at normal incidence, 1 at grazing incidence, and at Brewster's angle half of
+    /// ((η² − 1)/(η² + 1))², because one polarisation does not reflect.
+    #[test]
+    fn a_smooth_interface_reflects_as_fresnel_says() {
+        for eta in [1.0f32, 1.1, 1.55, 2.0] {
+            let brewster = 1.0 / (1.0 + eta * eta).sqrt();
+            let normal = ((eta - 1.0) / (eta + 1.0)).powi(2);
+            let at_brewster = 0.5 * ((eta * eta - 1.0) / (eta * eta + 1.0)).powi(2);
+            for (cos, expected) in [(1.0, normal), (brewster, at_brewster)] {
+                let f = interface(eta, cos);
+                assert!((f.reflected - expected).abs() < 1e-6, "{eta} {cos}: {f:?}");
+                assert!((f.reflected + f.transmitted - 1.0).abs() < 1e-6);
+            }
+        }
+        assert!(interface(1.55, 0.0).reflected == 1.0 && interface(1.55, 0.0).transmitted < 1e-10);
+        assert!(interface(1.0, 0.0).reflected == 0.0 && interface(1.0, 0.0).transmitted == 1.0);
     }
 }

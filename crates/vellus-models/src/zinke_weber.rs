@@ -55,7 +55,7 @@ impl Model for ZinkeWeber2007 {
 
     #[inline]
     fn at(&self, wo: Vec3, window: Window) -> Self::Hit<'_> {
-        let entry = Entry::new(wo, window, self.eta, 0.5);
+        let entry = Entry::new(wo, window, self.eta, None);
         let pass = entry.pass(self.sigma_a);
         let (f, t) = (entry.fresnel.reflected, entry.fresnel.transmitted);
         let theta_o = entry.polar.sin.atan2(entry.polar.cos);

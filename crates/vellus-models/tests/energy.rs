@@ -61,8 +61,8 @@ fn furnaces_are_as_white_as_defined() {
         (ModelKind::Vellus, [1.0, 1.0, 1.0, 1.0]),
         (ModelKind::Yan2015, [1.0, 0.9996, 0.882, 0.532]),
         (ModelKind::Chiang2016, [1.0, 1.0, 1.0, 1.0]),
-        (ModelKind::DEon2011, [0.999, 0.999, 0.919, 0.847]),
-        (ModelKind::ZinkeWeber2007, [0.998, 0.991, 0.809, 0.444]),
+        (ModelKind::DEon2011, [0.999, 0.999, 0.920, 0.853]),
+        (ModelKind::ZinkeWeber2007, [0.998, 0.990, 0.803, 0.444]),
         (ModelKind::Marschner2003, [0.962, 0.963, 0.832, 0.933]),
         (ModelKind::KajiyaKay1989, [1.0, 0.958, 0.932, 0.924]),
     ];

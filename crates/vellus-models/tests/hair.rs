@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 use vellus::{Color, Fiber, Field, Lobe, Model, Scattering, Window};
 use vellus_models::{ModelKind, chiang};
-use vellus_reference::exact::{bessel_i0e, fresnel};
+use vellus_reference::exact::{bessel_i0e, interface};
 use vellus_testing::{Uniform, direction};
 
 fn hair() -> Fiber {
@@ -30,7 +30,7 @@ fn deon(fiber: &Fiber, theta_o: f64, theta_i: f64, phi: f64) -> [f64; 4] {
             .map(|k| {
                 let gamma = ((f64::from(k) + 0.5) / f64::from(n) - 0.5) * PI;
                 let gamma_t = (gamma.sin() / eta_prime).asin();
-                let f = fresnel(eta, 0.5, theta_d.cos() * gamma.cos());
+                let f = interface(eta, theta_d.cos() * gamma.cos());
                 let pass = (-2.0 * f64::from(fiber.sigma_ca[1]) * gamma_t.cos() / cos_t).exp();
                 let a = if p == 0 { f } else { (1.0 - f).powi(2) * f.powi(p as i32 - 1) * pass.powi(p as i32) };
                 let exit = 2.0 * q * gamma_t - 2.0 * gamma + q * PI;
@@ -70,9 +70,9 @@ fn deon_is_the_near_field_integrated() {
 }
 
 /// With a nearly smooth surface, d'Eon's lobes equal Marschner's, except near the caustics and near the edges of TT.
-/// The caustics are at ±20° here, and all of TRT is between them. Two differences remain. Marschner's cubic is up to 2°
-/// from Φ, and its slope is wrong by a few percent. His Fresnel factor differs from ours with l = 0.5, which is an
-/// ordinary interface only for each polarisation.
+/// The caustics are at ±20° here, at θ_o = 0.4 closer, and all of TRT is between them. Two differences remain.
+/// Marschner's cubic is up to 2° from Φ, and its slope is wrong: by a few per cent, and by 16 % at the last angle. His
+/// Fresnel factor has the polarisations of the cross-section, which are the true ones at θ_d = 0 only.
 #[test]
 fn marschner_is_deon_without_roughness() {
     let fiber = Fiber { beta_n: 0.6f32.to_radians(), beta_m: 5f32.to_radians(), ..hair() };
@@ -81,9 +81,9 @@ fn marschner_is_deon_without_roughness() {
         let wo = direction(theta_o, 0.0);
         let [a, b] = [marschner.at(wo, Window::far()), deon.at(wo, Window::far())];
         for (lobe, degrees, tolerance) in [
-            (Lobe::R, [0.0f64, 40.0, 90.0, 140.0], 0.12),
+            (Lobe::R, [0.0f64, 40.0, 90.0, 140.0], 0.02),
             (Lobe::Tt, [180.0, 170.0, 155.0, 140.0], 0.08),
-            (Lobe::Trt, [0.0, 3.0, 6.0, 9.0], 0.15),
+            (Lobe::Trt, [0.0, 3.0, 6.0, 9.0], 0.17),
         ] {
             for phi in degrees {
                 let wi = direction(-theta_o, phi.to_radians());
@@ -131,19 +131,19 @@ fn energies_agree_between_hair_models() {
             }
             sum
         };
-        let ours = mean(ModelKind::Vellus);
-        for (kind, tolerance) in [
-            (ModelKind::Yan2015, 1e-4),
-            (ModelKind::Chiang2016, 1e-4),
-            (ModelKind::ZinkeWeber2007, 1e-4),
+        for (kind, other, tolerance) in [
+            (ModelKind::Yan2015, ModelKind::Vellus, 1e-4),
+            // Half a layer of a cuticle is not quite an interface: the mean of the polarisations is taken later.
+            (ModelKind::Chiang2016, ModelKind::Vellus, 7e-2),
+            (ModelKind::ZinkeWeber2007, ModelKind::Chiang2016, 1e-4),
             // Attenuation is computed at θ_d, which differs from θ_o by α/2 for a tilt α. The angle of incidence of R
             // is 2° larger.
-            (ModelKind::DEon2011, 5e-2),
-            // The errors are those of its cubic and its ordinary interface. TRT is not compared, because it loses 0.4
-            // of its light between such close caustics.
-            (ModelKind::Marschner2003, 5e-2),
+            (ModelKind::DEon2011, ModelKind::Chiang2016, 5e-2),
+            // The errors are those of its cubic. TRT is not compared, because it loses 0.4 of its light between such
+            // close caustics.
+            (ModelKind::Marschner2003, ModelKind::Chiang2016, 5e-2),
         ] {
-            let theirs = mean(kind);
+            let (theirs, ours) = (mean(kind), mean(other));
             let compared = if kind == ModelKind::Marschner2003 { 2 } else { 3 };
             for p in 0..compared {
                 let error = (theirs[p] / ours[p] - 1.0).abs();
@@ -193,7 +193,7 @@ fn zinke_weber_loses_the_light_beyond_grazing() {
     let fiber = Fiber { alpha: 0.0, ..hair().without_absorption() };
     let model = ModelKind::ZinkeWeber2007.model(&fiber).unwrap();
     let energy = |theta_o: f64| model.at(direction(theta_o, 0.0), Window::near(0.2)).energy().total()[0];
-    let f = fresnel(1.55, 0.5, (1.0f64 - 0.04).sqrt());
+    let f = interface(1.55, (1.0f64 - 0.04).sqrt());
     assert!((f64::from(energy(0.0)) - (1.0 - (1.0 - f) * f.powi(3))).abs() < 1e-5);
     // Along the axis, half of the light is lost.
     assert!((energy(PI / 2.0) - 0.5).abs() < 1e-3, "{}", energy(PI / 2.0));

@@ -35,6 +35,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// The camera at a part of a move, in [0, 1].
+type Path<'a> = &'a dyn Fn(f32) -> Camera;
+
 /// The brightness of blocks, of the picture, and the standard error of the latter.
 struct Frame {
     blocks: Vec<f64>,
@@ -79,20 +82,19 @@ fn measure(name: &str, size: [usize; 2], fill: u32, samples: u64) -> Result<(), 
     let (low, high) = scene.bounds().ok_or("the scene is empty")?;
     let target = 0.5 * (low + high);
     let mut world = World::new(scene)?;
-    let mut frames =
-        |count: usize, cached: bool, place: &dyn Fn(f32) -> Camera| -> Result<Vec<Frame>, Box<dyn Error>> {
-            let mut all = Vec::new();
-            for k in 0..count {
-                world.set_camera(place(k as f32 / (count - 1) as f32))?;
-                let settings =
-                    Settings { seed: 1 + k as u32, radiance_cache: cached.then_some(fill), ..Settings::new(size) };
-                let mut film = Film::new(size, settings.area(), world.layout(&[Layer::Beauty]));
-                world.render(&settings, &mut film, 0..samples, &())?;
-                all.push(frame(&film));
-            }
-            Ok(all)
-        };
-    let moves: [(&str, usize, &dyn Fn(f32) -> Camera); 2] =
+    let mut frames = |count: usize, cached: bool, place: Path<'_>| -> Result<Vec<Frame>, Box<dyn Error>> {
+        let mut all = Vec::new();
+        for k in 0..count {
+            world.set_camera(place(k as f32 / (count - 1) as f32))?;
+            let settings =
+                Settings { seed: 1 + k as u32, radiance_cache: cached.then_some(fill), ..Settings::new(size) };
+            let mut film = Film::new(size, settings.area(), world.layout(&[Layer::Beauty]));
+            world.render(&settings, &mut film, 0..samples, &())?;
+            all.push(frame(&film));
+        }
+        Ok(all)
+    };
+    let moves: [(&str, usize, Path<'_>); 2] =
         [("zoom", 13, &|t| zoomed(camera, t)), ("turn", 24, &|t| turned(camera, target, t))];
     for (what, count, place) in moves {
         let (plain, cached) = (frames(count, false, place)?, frames(count, true, place)?);

@@ -1,7 +1,7 @@
 //! A table of N_p(φ) for a rough surface and one channel.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use vellus_reference::exact::fresnel;
+use vellus_reference::exact::interface;
 
 /// Number of nodes of θ_d in [0°, 90°].
 const THETAS: usize = 31;
@@ -23,7 +23,7 @@ fn path(eta: f64, sigma: f64, theta_d: f64, gamma: f64) -> [(f64, f64); 4] {
     let (sin, cos) = theta_d.sin_cos();
     let along = ((eta - sin) * (eta + sin)).max(1e-12).sqrt();
     let gamma_t = (gamma.sin() * cos / along).clamp(-1.0, 1.0).asin();
-    let f = fresnel(eta, 0.5, (cos * gamma.cos()).clamp(0.0, 1.0));
+    let f = interface(eta, (cos * gamma.cos()).clamp(0.0, 1.0));
     let pass = (-sigma * 2.0 * gamma_t.cos() * eta / along).exp();
     std::array::from_fn(|p| {
         let q = p as f64;

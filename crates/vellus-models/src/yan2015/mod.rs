@@ -190,7 +190,7 @@ impl Model for Yan2015 {
 
     #[inline]
     fn at(&self, wo: Vec3, window: Window) -> Yan2015Hit<'_> {
-        let entry = Entry::new(wo, window, self.fiber.eta, self.fiber.layers);
+        let entry = Entry::new(wo, window, self.fiber.eta, Some(self.fiber.layers));
         let paths = Paths::new(&self.fiber, self.eta_m, &entry);
         let theta_o = entry.polar.sin.atan2(entry.polar.cos);
         let longitudinal = Plane::new(f32x8::splat(-theta_o) - self.shift, self.sigma);

@@ -103,7 +103,7 @@ fn closed_forms_are_the_traced_paths() {
         for theta_o in [0.0, -0.4, 0.9, 1.35] {
             for h in [-0.97, -0.75, -0.4, -0.01, 0.2, 0.55, 0.9] {
                 let wo = glam::DVec3::new(f64::sin(theta_o), f64::cos(theta_o), 0.0).as_vec3();
-                let entry = Entry::new(wo, Window::near(h as f32), eta_c, fiber.layers);
+                let entry = Entry::new(wo, Window::near(h as f32), eta_c, Some(fiber.layers));
                 let paths = Paths::new(&fiber, eta_m, &entry);
                 let beside = (f64::from(entry.h_inside)).abs() >= f64::from(fiber.kappa);
                 for (i, name) in events.iter().enumerate() {

@@ -5,14 +5,25 @@ use std::f64::consts::{PI, TAU};
 /// F(η, cos, l): the reflectance of `layers` ≥ 0 cuticle slabs over a dielectric of relative index `eta` ≥ 1, at an
 /// angle of incidence with the cosine `cos` in [0, 1] (Yan17 Eq. 13). [`vellus::fresnel`] is the fast version.
 pub fn fresnel(eta: f64, layers: f64, cos: f64) -> f64 {
-    let cos_t = (1.0 - (1.0 - cos * cos) / (eta * eta)).max(0.0).sqrt();
     if eta == 1.0 || layers == 0.0 {
         return 0.0;
     }
-    let r_s = ((cos - eta * cos_t) / (cos + eta * cos_t)).powi(2);
-    let r_p = ((eta * cos - cos_t) / (eta * cos + cos_t)).powi(2);
+    let [r_s, r_p] = polarised(eta, cos);
     let phi = 0.5 * (2.0 * r_s / (1.0 + r_s) + 2.0 * r_p / (1.0 + r_p));
     layers * phi / (1.0 + (layers - 1.0) * phi)
+}
+
+/// The unpolarised reflectance of a smooth interface with the relative index `eta` ≥ 1, at an angle of incidence with
+/// the cosine `cos` in [0, 1].
+pub fn interface(eta: f64, cos: f64) -> f64 {
+    let [r_s, r_p] = polarised(eta, cos);
+    if eta == 1.0 { 0.0 } else { 0.5 * (r_s + r_p) }
+}
+
+/// The reflectance of an interface for both polarisations.
+fn polarised(eta: f64, cos: f64) -> [f64; 2] {
+    let cos_t = (1.0 - (1.0 - cos * cos) / (eta * eta)).max(0.0).sqrt();
+    [(cos, eta * cos_t), (eta * cos, cos_t)].map(|(a, b)| ((a - b) / (a + b)).powi(2))
 }
 
 /// M̂(θᵢ), the longitudinal lobe of d'Eon et al. 2011 (D8), with the centre `theta_c` (radians) and the variance `v` >

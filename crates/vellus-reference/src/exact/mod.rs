@@ -30,7 +30,7 @@ mod segments;
 mod window;
 
 pub use exit::ExactExit;
-pub use formulas::{bessel_i0e, fresnel, longitudinal, wrapped_gaussian};
+pub use formulas::{bessel_i0e, fresnel, interface, longitudinal, wrapped_gaussian};
 pub use hit::ExactHit;
 pub use path::ExactPath;
 pub use profile::{Profile, mean_path};
