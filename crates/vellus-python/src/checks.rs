@@ -15,10 +15,7 @@ pub fn out_of_range(name: &str, x: impl Display, range: &str) -> PyErr {
 ///
 /// # Errors
 /// `ValueError` that names argument, value and range.
-pub fn whole<T: TryFrom<i128> + Display>(name: &str, x: i128, range: RangeInclusive<T>) -> PyResult<T>
-where
-    T: PartialOrd,
-{
+pub fn whole<T: TryFrom<i128> + PartialOrd + Display>(name: &str, x: i128, range: RangeInclusive<T>) -> PyResult<T> {
     let (low, high) = (range.start(), range.end());
     let number = T::try_from(x).ok().filter(|x| range.contains(x));
     number.ok_or_else(|| out_of_range(name, x, &format!("in [{low}, {high}]")))

@@ -15,6 +15,7 @@ import vellus
 NAN, INF = math.nan, math.inf
 X = [0.0, 1.0, 0.0]
 SQUARE = np.eye(4)
+STRAND = np.stack([np.zeros(4), np.arange(4.0), np.zeros(4)], 1)
 
 # Bad values of each kind of argument, with a part of the message: the value or the shape. `TypeError`: a wrong type.
 NO_NUMBER = [("x", TypeError), (None, TypeError), ([None], TypeError)]
@@ -40,7 +41,7 @@ KINDS = {
     "color": [(NAN, "NaN"), (-1, "-1"), ([0.1, 0.2], "(2,)"), ([INF, 0, 0], "inf")] + NO_ARRAY,
     "tint": [(NAN, "NaN"), (-1, "-1"), (2, "2"), ([0.1, 0.2], "(2,)")] + NO_ARRAY,
     "matrix": [(np.eye(3), "(3, 3)"), (NAN * SQUARE, "NaN"), (0 * SQUARE, "0, 0, 0, 1"), (1, "()")] + NO_ARRAY,
-    "points": [([[NAN, 0, 0]], "NaN"), ([1, 2, 3], "(3,)"), ([[1, 2]], "(1, 2)"), ([[1e30, 0, 0]] * 4, "1e30")]
+    "points": [([[NAN, 0, 0]], "NaN"), ([1, 2, 3], "(3,)"), ([[1, 2]], "(1, 2)"), (1e30 * STRAND, "1e30")]
     + NO_ARRAY,
     "counts": [([-4], "-4"), ([1.5], "1.5"), ([[4]], "(1, 1)"), ([5], "5"), ([NAN], "NaN")] + NO_ARRAY,
     "radii": [(-1, "-1"), (NAN, "NaN"), ([1, 2, 3, 4, 5], "(5,)"), (INF, "inf")] + NO_ARRAY,
@@ -86,13 +87,14 @@ KINDS = {
     "optional path": [(3, TypeError), ("nowhere.obj", "nowhere.obj")],
     "callback": [],
     "table": [(3, TypeError), ({3: 3}, TypeError), ({"unicorn": 0.5}, "unicorn")],
-    "picture": [],
+    "ties": [(3, TypeError), ({"unicorn": "eta"}, "unicorn"), ({"eta": 3}, TypeError)],
+    "textures": [(3, TypeError), ({3: 3}, TypeError), ({"unicorn": 0}, "unicorn"), ({"kappa": -1}, "-1")],
 }
 
 # The message has another word than the name.
 OTHER_NAMES = {
     # Names of files, presets, parameters and models are the values.
-    "fiber", "path", "text", "fix", "tie", "free", "textures", "layer", "preset", "data", "default", "image",
+    "fiber", "path", "text", "fix", "tie", "free", "textures", "layer", "default", "parameters", "body",
     # The strand or the vertex of a mesh.
     "points", "model", "models", "name", "exit", "values", "theta", "phi", "counts",
 }  # fmt: skip
@@ -101,7 +103,6 @@ GRID = np.meshgrid(np.arange(10.0, 15), np.arange(0.0, 160, 20), indexing="ij")
 MEASURED = {"theta": GRID[0].ravel(), "phi": GRID[1].ravel(), "values": np.ones(40), "theta_o": 5.0}
 QUERY = {"h": "offset", "check": "flag"}
 EVAL = {"wi": "unit", "wo": "unit", "lobes": "flag", **QUERY}
-STRAND = np.stack([np.zeros(4), np.arange(4.0), np.zeros(4)], 1)
 
 
 def scene():
@@ -178,7 +179,7 @@ def measurements():
     profile = vellus.Profile.measure(**good)
     yield "Profile.write", profile.write, {"path": "nowhere/a.csv"}, {"path": "path"}
     kinds = {"profile": "path", "model": "choice", "starts": "count", "seed": "seed", "huber": "at least 1"}
-    kinds |= {"exit": "choice", "fix": "table", "tie": "table", "free": "choices", "progress": "callback"}
+    kinds |= {"exit": "choice", "fix": "table", "tie": "ties", "free": "choices", "progress": "callback"}
     yield "fit", vellus.fit, {"profile": profile, "starts": 1}, kinds
     fit = vellus.fit(profile, starts=1)
     yield "Fit.plot", fit.plot, {}, {"kind": "choice"}
@@ -197,7 +198,7 @@ def pictures():
     yield "plot_windows", plot.windows, {"fiber": "cat", "window": (0, 1)}, {**kinds, "window": "pair"}
     yield "Plot.save", plot.lobes("cat").save, {"path": "a.jpg"}, {"path": "path"}
     picture = scene().render(4, 4, 1)
-    yield "Picture.write", picture.write, {"path": "a.jpg"}, {"path": "path", "exposure": "stops", "half": "flag"}
+    yield "Picture.write", picture.write, {"path": "a.png"}, {"path": "path", "exposure": "stops", "half": "flag"}
     yield "Picture.srgb", picture.srgb, {}, {"exposure": "stops"}
     yield "Picture.ids", picture.ids, {"layer": "crypto-object"}, {"layer": "choice"}
     yield "Picture.get", picture.get, {"name": "beauty"}, {"name": "text", "default": "callback"}
@@ -209,7 +210,7 @@ def scenes():
     kinds |= {"camera": "text", "frame": "callback", "stage": "flag", "aspect": "positive", "light": "choice"}
     kinds |= {"background": "choice", "view": "choice", "body": "optional path"}
     yield "Scene.open", vellus.Scene.open, {"path": "cat", "small": True}, kinds
-    kinds = {"fiber": "fiber", "name": "text", "textures": "table"}
+    kinds = {"fiber": "fiber", "name": "text", "textures": "textures"}
     yield "Scene.add_look", made.add_look, {"fiber": "cat"}, kinds
     kinds = {"image": "image", "wrap": "choice", "linear": "flag", "name": "text"}
     yield "Scene.add_texture", made.add_texture, {"image": np.ones((1, 1, 3))}, kinds

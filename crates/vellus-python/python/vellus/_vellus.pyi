@@ -849,8 +849,10 @@ class Scene:
     def add_prototype(self, name: str = "") -> int:
         """Adds an empty prototype and returns its index. Only its instances are seen. `name`: for messages."""
     def add_instance(self, prototype: int, matrix: ArrayLike) -> None:
-        """Adds an instance of a prototype. All instances share its memory. `matrix`: (4, 4), to world space, for column
-        vectors; it must only rotate, mirror, move and scale uniformly.
+        """Adds an instance of a prototype. All instances share its memory.
+
+        `prototype`: from `add_prototype`. `matrix`: (4, 4), to world space, for column vectors; it must only rotate,
+        mirror, move and scale uniformly.
         """
     def add_light(
         self,

@@ -52,7 +52,9 @@ impl Scene {
     ) -> PyResult<usize> {
         one_of("kind", kind, &LIGHTS)?;
         let color = color.map_or(Ok([1.0; 3]), |color| Floats::new(color, "color")?.color())?;
-        color.iter().try_for_each(|x| within("color", (*x).into(), 0.0..=f64::from(f32::MAX)))?;
+        if let Some(x) = color.iter().find(|x| **x < 0.0) {
+            return Err(out_of_range("color", x, "at least 0"));
+        }
         within("angle", angle.into(), 0.0..=180.0)?;
         within("softness", softness.into(), 0.0..=1.0)?;
         radius.map_or(Ok(()), |radius| positive("radius", radius.into(), 1e9))?;

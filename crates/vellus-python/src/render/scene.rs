@@ -11,6 +11,7 @@ use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use pyo3::types::{PyDict, PyString};
 use std::path::PathBuf;
+use std::str::FromStr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use vellus::glam::{Vec2, Vec3, Vec4};
 use vellus_open::{Backdrop, Staging};
@@ -36,6 +37,12 @@ impl State {
         self.prepared = None;
         &mut self.scene
     }
+}
+
+/// An argument that is a text, as something else.
+fn parsed<T: FromStr<Err = String>>(name: &str, text: Option<String>) -> PyResult<Option<T>> {
+    let parse = |text: String| text.parse().map_err(|e| PyValueError::new_err(format!("{name} = {text:?}: {e}")));
+    text.map(parse).transpose()
 }
 
 /// Strands, meshes, lights and a camera.
@@ -92,17 +99,15 @@ impl Scene {
         view: Option<String>,
         body: Option<PathBuf>,
     ) -> PyResult<Self> {
-        let parsed = |name: &str, what: String| PyValueError::new_err(format!("{name}: {what}"));
         positive("aspect", aspect.into(), 1e6)?;
         strands.map_or(Ok(()), |share| positive("strands", share.into(), 1.0))?;
         width.map_or(Ok(()), |width| within("width", width.into(), 0.0..=2e9))?;
         if !stage && (light.is_some() || background.is_some() || view.is_some() || body.is_some()) {
             return Err(PyValueError::new_err("light, background, view and body need stage=True"));
         }
-        let light = light.map(|text| text.parse().map_err(|e| parsed("light", e))).transpose()?;
-        let background: Option<Backdrop> =
-            background.map(|text| text.parse().map_err(|e| parsed("background", e))).transpose()?;
-        let view = view.map(|text| text.parse().map_err(|e| parsed("view", e))).transpose()?;
+        let light = parsed("light", light)?;
+        let background: Option<Backdrop> = parsed("background", background)?;
+        let view = parsed("view", view)?;
         let fiber = match fiber {
             Some(given) => {
                 let name = given.cast::<PyString>().map_or_else(|_| "fiber".to_owned(), |name| name.to_string());
@@ -173,8 +178,9 @@ impl Scene {
         let mut state = self.lock();
         let all = state.scene.textures.len();
         for (name, texture) in textures.into_iter().flatten() {
-            let texture = position(all, texture.extract::<i128>()?, "texture")?;
-            look.textured.push((parameter(&name.extract::<String>()?)?, Value { texture, scale: [1.0; 3] }));
+            let parameter = parameter(&name.extract::<String>()?)?;
+            let texture = position(all, texture.extract()?, "texture")?;
+            look.textured.push((parameter, Value { texture, scale: [1.0; 3] }));
         }
         let looks = &mut state.change().looks;
         if look.name.is_empty() {
@@ -418,8 +424,10 @@ impl Scene {
         prototypes.len() - 1
     }
 
-    /// Adds an instance of a prototype. All instances share its memory. `matrix`: (4, 4), to world space, for column
-    /// vectors; it must only rotate, mirror, move and scale uniformly.
+    /// Adds an instance of a prototype. All instances share its memory.
+    ///
+    /// `prototype`: from `add_prototype`. `matrix`: (4, 4), to world space, for column vectors; it must only rotate,
+    /// mirror, move and scale uniformly.
     fn add_instance(&self, prototype: i128, matrix: &Bound<'_, PyAny>) -> PyResult<()> {
         let to_world = Floats::new(matrix, "matrix")?.matrix()?;
         let mut state = self.lock();
