@@ -2,6 +2,7 @@
 
 import ast
 import math
+import pickle
 import sys
 
 import numpy as np
@@ -315,3 +316,21 @@ def test_any_array_gives_a_result_or_a_named_error(call, data):
         function(**{**good, argument: array})
     except (ValueError, TypeError) as error:
         assert argument in str(error), f"{name}({argument}={array!r}): {error}"
+
+
+def test_every_class_is_pickled_or_refused():
+    profile = vellus.Profile.measure("cat", step=(10, 10))
+    bcsdf = vellus.Bcsdf("cat")
+    kept = [bcsdf.fiber, bcsdf, vellus.models.Model("marschner2003", "cat"), profile]
+    for value in kept:
+        assert pickle.loads(pickle.dumps(value)) == value
+    coat = pickle.loads(pickle.dumps(vellus.CoatColors("cat")))
+    assert coat.color(0.2) == vellus.CoatColors("cat").color(0.2)
+    for value in (bcsdf.sample(X, [0.1] * 5, 0.1), vellus.simulate_energies("cat", 1, photons=10)):
+        again = pickle.loads(pickle.dumps(value))
+        assert type(again) is type(value) and all(np.array_equal(a, b) for a, b in zip(again, value))
+    fit = vellus.fit(profile, starts=1)
+    assert pickle.loads(pickle.dumps(fit.estimates)) == fit.estimates
+    for value in (scene(), scene().render(4, 4, 1), fit, fit.plot()):
+        with pytest.raises(TypeError, match=f"cannot pickle .*{type(value).__name__}"):
+            pickle.dumps(value)
