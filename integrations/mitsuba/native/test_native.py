@@ -143,7 +143,10 @@ def ball():
 
 def scene(folder, hair, spp, light=None):
     curves = folder / "curves.txt"
-    curves.write_text("\n\n".join("\n".join(f"{x} {y} {z} {RADIUS}" for x, y, z in strand) for strand in ball()))
+    # Mitsuba reads past its list of segments where a ray hits the very end of the last one. No ray hits this one.
+    last = np.linspace([0, 0, 0], [1e-4, 0, 0], 7)
+    strands = [*((strand, RADIUS) for strand in ball()), (last, 1e-7)]
+    curves.write_text("\n\n".join("\n".join(f"{x} {y} {z} {r}" for x, y, z in strand) for strand, r in strands))
     return mi.load_dict(
         {
             "type": "scene",
