@@ -36,9 +36,12 @@ def grow(path, strands=600, points=8, seed=1):
     t = np.linspace(-0.15, 1.15, points)[None, :, None]
     curves = root[:, None] * (1 + 0.5 * t) + lean[:, None] * 0.4 * t * t
     radius = 0.02 * (1 - 0.6 * np.clip(t[0, :, 0], 0, 1))
+    # Mitsuba 3.9.1 reads past its list of segments where a ray hits the very end of the last one, and may crash. So
+    # the last curve is one that rays do not hit.
+    last = np.linspace([0, 0, 0], [1e-4, 0, 0], points)
     with open(path, "w") as file:
-        for curve in curves:
-            file.writelines("%.6g %.6g %.6g %.6g\n" % (*p, r) for p, r in zip(curve, radius))
+        for curve, width in [*((curve, radius) for curve in curves), (last, np.full(points, 1e-7))]:
+            file.writelines("%.6g %.6g %.6g %.6g\n" % (*p, r) for p, r in zip(curve, width))
             file.write("\n")
 
 

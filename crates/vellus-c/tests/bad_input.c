@@ -155,6 +155,69 @@ static void queries(const VellusFiber *fiber)
     vellus_hit_free(hit);
 }
 
+/* Those that the other functions leave out: a null pointer for each pointer of each function. */
+static void null_pointers(const VellusFiber *fiber)
+{
+    const VellusWindow near = vellus_window_range(0.3f, 0.3f);
+    float x[VELLUS_LOBES * 3];
+    VellusSample s;
+    VellusHit *hit = NULL;
+    NULL_POINTER(vellus_fiber_from_json("{}", NULL), "out");
+    NULL_POINTER(vellus_fiber_pdf(NULL, WO, near, WI, x), "fiber");
+    NULL_POINTER(vellus_fiber_pdf(fiber, NULL, near, WI, x), "wo");
+    NULL_POINTER(vellus_fiber_pdf(fiber, WO, near, NULL, x), "wi");
+    NULL_POINTER(vellus_fiber_eval_pdf(NULL, WO, near, WI, x, x + 3), "fiber");
+    NULL_POINTER(vellus_fiber_eval_pdf(fiber, NULL, near, WI, x, x + 3), "wo");
+    NULL_POINTER(vellus_fiber_eval_pdf(fiber, WO, near, NULL, x, x + 3), "wi");
+    NULL_POINTER(vellus_fiber_eval_lobes(NULL, WO, near, WI, x), "fiber");
+    NULL_POINTER(vellus_fiber_eval_lobes(fiber, NULL, near, WI, x), "wo");
+    NULL_POINTER(vellus_fiber_eval_lobes(fiber, WO, near, NULL, x), "wi");
+    NULL_POINTER(vellus_fiber_energy(NULL, WO, near, x), "fiber");
+    NULL_POINTER(vellus_fiber_energy(fiber, NULL, near, x), "wo");
+    NULL_POINTER(vellus_fiber_sample(NULL, WO, near, U, &s), "fiber");
+    NULL_POINTER(vellus_fiber_sample(fiber, NULL, near, U, &s), "wo");
+    NULL_POINTER(vellus_hit_new(fiber, NULL, near, &hit), "wo");
+    OK(vellus_hit_new(fiber, WO, near, &hit));
+    NULL_POINTER(vellus_hit_pdf(NULL, WI, x), "hit");
+    NULL_POINTER(vellus_hit_pdf(hit, NULL, x), "wi");
+    NULL_POINTER(vellus_hit_eval_pdf(NULL, WI, x, x + 3), "hit");
+    NULL_POINTER(vellus_hit_eval_pdf(hit, NULL, x, x + 3), "wi");
+    NULL_POINTER(vellus_hit_eval_pdf(hit, WI, x, NULL), "pdf");
+    NULL_POINTER(vellus_hit_eval_lobes(NULL, WI, x), "hit");
+    NULL_POINTER(vellus_hit_eval_lobes(hit, NULL, x), "wi");
+    NULL_POINTER(vellus_hit_energy(NULL, x), "hit");
+    NULL_POINTER(vellus_hit_lobe_probabilities(NULL, x), "hit");
+    NULL_POINTER(vellus_hit_sample(NULL, U, &s), "hit");
+    NULL_POINTER(vellus_hit_sample(hit, NULL, &s), "u is");
+
+    const VellusQueries good = {.count = 1, .wo = {WO, 12}, .h = {U, 0}, .wi = {WI, 12}, .u = {U, 20}};
+    const VellusValues values = {.rgb = {x, 12}};
+    const VellusSamples samples = {.pdf = {x, 4}};
+    NULL_POINTER(vellus_fiber_sample_array(NULL, &good, &samples), "fiber");
+    NULL_POINTER(vellus_fiber_sample_array(fiber, NULL, &samples), "queries");
+    NULL_POINTER(vellus_fiber_sample_array(fiber, &good, NULL), "samples");
+    NULL_POINTER(vellus_hit_eval_array(NULL, &good, &values), "hit");
+    NULL_POINTER(vellus_hit_eval_array(hit, NULL, &values), "queries");
+    NULL_POINTER(vellus_hit_eval_array(hit, &good, NULL), "values");
+    NULL_POINTER(vellus_hit_sample_array(NULL, &good, &samples), "hit");
+    NULL_POINTER(vellus_hit_sample_array(hit, NULL, &samples), "queries");
+    NULL_POINTER(vellus_hit_sample_array(hit, &good, NULL), "samples");
+    OK(vellus_hit_eval_array(hit, &good, &values));
+    OK(vellus_hit_sample_array(hit, &good, &samples));
+    const float nan_wi[3] = {NAN, 0, 0}, nan_u[5] = {NAN, 0, 0, 0, 0};
+    VellusQueries bad = good;
+    bad.wi.data = nan_wi;
+    bad.u.data = nan_u;
+    RANGE(vellus_hit_eval_array(hit, &bad, &values), "query 0: wi");
+    RANGE(vellus_hit_sample_array(hit, &bad, &samples), "query 0: u[0]");
+    bad = good, bad.wi.stride = bad.u.stride = 2;
+    STRIDE(vellus_hit_eval_array(hit, &bad, &values), "queries.wi");
+    STRIDE(vellus_hit_sample_array(hit, &bad, &samples), "queries.u");
+    vellus_hit_free(hit);
+    if (vellus_abi_version() != VELLUS_ABI_VERSION || strlen(vellus_version()) < 5)
+        printf("wrong version\n"), failures++;
+}
+
 static void arrays(const VellusFiber *fiber)
 {
     float *wo = malloc(30 * sizeof(float)), *rgb = malloc(30 * sizeof(float));
@@ -262,6 +325,7 @@ int main(void)
     fibers();
     OK(vellus_fiber_from_preset("red-fox", &fiber));
     queries(fiber);
+    null_pointers(fiber);
     arrays(fiber);
     threads(fiber);
     /* A hit lives longer than its fibre. */

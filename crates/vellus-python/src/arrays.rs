@@ -45,7 +45,8 @@ impl<'py> Real<'py> {
     pub fn new(value: &Bound<'py, PyAny>, name: &str) -> PyResult<Self> {
         if value.is_instance_of::<PyFloat>() || value.is_instance_of::<PyInt>() {
             // NumPy's float64 is a float, too: it counts as a plain number.
-            return value.extract::<f64>().map(|x| Real::Number([x]));
+            let number = value.extract::<f64>();
+            return number.map(|x| Real::Number([x])).map_err(|e| PyValueError::new_err(format!("{name}: {e}")));
         }
         let array = match value.cast::<PyUntypedArray>() {
             Ok(array) => array.clone(),

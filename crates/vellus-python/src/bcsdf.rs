@@ -205,7 +205,7 @@ impl Bcsdf {
 
     /// `eval` and `pdf` together, at the cost of one. Arguments as for `eval`.
     ///
-    /// Returns both arrays.
+    /// Returns both arrays: shapes (..., 3), or (..., 6, 3) with `lobes`, and (...).
     #[pyo3(signature = (wi, wo, h = None, *, window = None, lobes = false, check = true))]
     fn eval_pdf<'py>(
         &self,

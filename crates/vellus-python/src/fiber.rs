@@ -214,7 +214,7 @@ impl Fiber {
         serde_json::to_string(&self.0).map_err(value)
     }
 
-    /// A fibre from JSON: parameters by name, and `preset`.
+    /// A fibre from JSON. `text`: parameters by name, and `preset`.
     ///
     /// Raises `ValueError` for text that is no fibre, or a parameter out of range.
     #[staticmethod]
@@ -242,7 +242,7 @@ impl Fiber {
         FiberFormat::Toml.write(&self.0).map_err(value)
     }
 
-    /// Reads a fibre from a file: `.toml`, `.json`, or a material of a MaterialX document, `FILE.mtlx#NAME`.
+    /// Reads a fibre from the file `path`: `.toml`, `.json`, or a material of a MaterialX document, `FILE.mtlx#NAME`.
     ///
     /// `settings`: parameters as `NAME=VALUE` or `NAME=R,G,B` that replace those of the file.
     ///

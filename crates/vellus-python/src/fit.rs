@@ -1,9 +1,11 @@
 //! Measured profiles, and fits of a fibre to them.
 
 use crate::arrays::{Real, Rows, broadcast};
+use crate::checks::{self, out_of_range, whole};
 use crate::error::value;
 use crate::fiber::{self, Fiber};
 use crate::plots::{Drawing, Plot};
+use crate::simulate;
 use crate::threads;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -34,6 +36,15 @@ fn quantity(name: Option<&str>) -> PyResult<Option<Quantity>> {
     name.map(|name| name.parse().map_err(|e| PyValueError::new_err(format!("quantity = '{name}': {e}")))).transpose()
 }
 
+/// The number of channels.
+fn grey_or_rgb(channels: i128) -> PyResult<usize> {
+    match channels {
+        1 => Ok(1),
+        3 => Ok(3),
+        n => Err(out_of_range("channels", n, "1 or 3")),
+    }
+}
+
 /// All rows of an argument, broadcast to `shape`.
 fn all(rows: &Rows<'_>, real: &Real<'_>, shape: &[usize]) -> Vec<Vec<f64>> {
     // Single precision is not enough for values of 1e-40, so positions are gathered instead of numbers.
@@ -57,15 +68,14 @@ impl Profile {
         values: &Bound<'_, PyAny>,
         theta_o: f64,
         quantity: Option<&str>,
-        channels: Option<usize>,
+        channels: Option<i128>,
     ) -> PyResult<Self> {
         let [theta, phi, values] =
             [(theta, "theta"), (phi, "phi"), (values, "values")].map(|(given, name)| Real::new(given, name));
         let (theta, phi, values) = (theta?, phi?, values?);
         let axes = theta.shape().len().max(phi.shape().len());
         let channels = match channels {
-            Some(channels @ (1 | 3)) => channels,
-            Some(n) => return Err(PyValueError::new_err(format!("channels = {n} is out of range: it must be 1 or 3"))),
+            Some(n) => grey_or_rgb(n)?,
             None if values.shape().len() > axes && values.shape().last() == Some(&3) => 3,
             None => 1,
         };
@@ -86,7 +96,7 @@ impl Profile {
         Profile::checked(vellus_fit::Profile { theta_o, quantity, channels, points, missing, simulated: Vec::new() })
     }
 
-    /// Reads a profile from a file: `.txt`, `.csv`, `.npy` or `.exr`, as the book says in "Fitting".
+    /// Reads a profile from the file `path`: `.txt`, `.csv`, `.npy` or `.exr`, as the book says in "Fitting".
     ///
     /// `theta_o`: inclination of the fixed direction, degrees, if the file does not have it. `angles`: `fiber` or
     /// `gantry`. `quantity`: `f-cos` or `f`. `theta`, `phi`: first and last angle of the rows and columns of an image.
@@ -121,8 +131,9 @@ impl Profile {
     /// `theta`, `phi`: first and last angle; 10 to 50 and -20 to 200 without them. `step`: steps over theta and
     /// phi, 2 degrees without it. `noise`: standard deviation of
     /// the logarithm of each value, in [0, 1]. `gaps`: share of missing directions, in [0, 0.9]. `scale`: factor on the
-    /// values. `channels`: 1 or 3. `photons`: traces a whole fibre with so many photons instead of a model. `model`:
-    /// `vellus`, `yan2015`, `chiang2016` or `marschner2003`. `progress(done, what)` gets reports.
+    /// values. `channels`: 1 or 3. `seed`: another seed gives other noise. `photons`: traces a whole fibre with so many
+    /// photons, in [2, 1e11], instead of a model. `model`: `vellus`, `yan2015`, `chiang2016` or `marschner2003`.
+    /// `progress(done, what)` gets reports.
     ///
     /// Raises `ValueError` for an argument out of range.
     #[staticmethod]
@@ -139,22 +150,19 @@ impl Profile {
         noise: f64,
         gaps: f64,
         scale: f64,
-        channels: usize,
-        seed: u64,
-        photons: Option<u64>,
+        channels: i128,
+        seed: i128,
+        photons: Option<i128>,
         model: &str,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
         let fiber = fiber::argument(fiber)?;
         fiber.validate().map_err(value)?;
-        if channels != 1 && channels != 3 {
-            return Err(PyValueError::new_err(format!("channels = {channels} is out of range: it must be 1 or 3")));
-        }
+        let (channels, seed) = (grey_or_rgb(channels)?, checks::seed(seed)?);
         let gantry = Synthetic { theta_o, theta, phi, step, noise, gaps, scale, channels, seed };
         let kind: ModelKind = model.parse().map_err(value)?;
         let source = match photons {
-            Some(photons @ 1..) => Source::Reference(fiber, photons),
-            Some(0) => return Err(PyValueError::new_err("photons = 0 is out of range: it must be at least 1")),
+            Some(photons) => Source::Reference(fiber, simulate::photons(photons)?),
             None => Source::Model(Forward::new(kind).map_err(value)?, fiber.into()),
         };
         let profile = threads::run_reporting(py, progress, |watch| source.measure(&gantry, watch))?;
@@ -217,7 +225,7 @@ impl Profile {
         vellus_fit::csv(&self.0, &[])
     }
 
-    /// Writes the profile to a file: `.txt` in the coordinates of a gantry, or `.csv`.
+    /// Writes the profile to the file `path`: `.txt` in the coordinates of a gantry, or `.csv`.
     ///
     /// Raises `ValueError` for another name, and `OSError` if it cannot be written.
     fn write(&self, path: PathBuf) -> PyResult<()> {
@@ -398,7 +406,8 @@ impl Fit {
         self.0.summary().json().to_string()
     }
 
-    /// A picture of measured and fitted values: `profile` for all directions and their ratio, `slices` for curves.
+    /// A picture of measured and fitted values. `kind`: `profile` for all directions and their ratio, `slices` for
+    /// curves.
     #[pyo3(signature = (kind = "profile"))]
     fn plot(&self, kind: &str) -> PyResult<Plot> {
         match kind {
@@ -433,8 +442,8 @@ fn fit(
     py: Python<'_>,
     profile: &Bound<'_, Profile>,
     model: &str,
-    starts: usize,
-    seed: u64,
+    starts: i128,
+    seed: i128,
     huber: f64,
     exit: Option<&str>,
     fix: Option<&Bound<'_, PyDict>>,
@@ -442,9 +451,7 @@ fn fit(
     free: Option<Vec<String>>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Fit> {
-    if !(1..=100_000).contains(&starts) {
-        return Err(PyValueError::new_err(format!("starts = {starts} is out of range: it must be in [1, 100000]")));
-    }
+    let (starts, seed) = (whole("starts", starts, 1..=100_000)?, checks::seed(seed)?);
     if huber.is_nan() || huber < 1.0 {
         return Err(PyValueError::new_err(format!("huber = {huber} is out of range: it must be at least 1")));
     }

@@ -4,6 +4,7 @@
 
 mod arrays;
 mod bcsdf;
+mod checks;
 mod error;
 mod fiber;
 mod fit;

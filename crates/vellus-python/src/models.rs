@@ -96,7 +96,7 @@ impl Model {
         }
     }
 
-    /// As `Bcsdf.eval`.
+    /// f(ω_o, ω_i)·cos θᵢ, shape (..., 3), or (..., 6, 3) with `lobes`. Arguments as for `Bcsdf.eval`.
     #[pyo3(signature = (wi, wo, h = None, *, window = None, lobes = false, check = true))]
     fn eval<'py>(
         &self,
@@ -112,7 +112,7 @@ impl Model {
         unpack(py, call.run(py, &*self.model, &[(Some(inner(lobes)), 0)])?)
     }
 
-    /// As `Bcsdf.pdf`.
+    /// The density of samples per solid angle, shape (...). Arguments as for `Bcsdf.eval`.
     #[pyo3(signature = (wi, wo, h = None, *, window = None, check = true))]
     fn pdf<'py>(
         &self,
@@ -127,7 +127,7 @@ impl Model {
         unpack(py, call.run(py, &*self.model, &[(Some(&[]), 0)])?)
     }
 
-    /// As `Bcsdf.eval_pdf`.
+    /// Values and densities: two arrays, shapes as of `eval` and `pdf`. Arguments as for `Bcsdf.eval`.
     #[pyo3(signature = (wi, wo, h = None, *, window = None, lobes = false, check = true))]
     fn eval_pdf<'py>(
         &self,
@@ -143,7 +143,7 @@ impl Model {
         unpack(py, call.run(py, &*self.model, &[(Some(inner(lobes)), 0), (Some(&[]), colors(lobes))])?)
     }
 
-    /// As `Bcsdf.sample`.
+    /// Draws directions ω_i: `Samples`. Arguments as for `Bcsdf.sample`.
     #[pyo3(signature = (wo, u, h = None, *, window = None, check = true))]
     fn sample<'py>(
         &self,
@@ -159,7 +159,8 @@ impl Model {
         samples(py)?.call1(PyTuple::new(py, results)?)
     }
 
-    /// As `Bcsdf.energy`.
+    /// The share of the light that is scattered, shape (..., 3), or (..., 6, 3) with `lobes`. Arguments as for
+    /// `Bcsdf.energy`.
     #[pyo3(signature = (wo, h = None, *, window = None, lobes = false, check = true))]
     fn energy<'py>(
         &self,

@@ -3,6 +3,7 @@
 use crate::arrays::{Real, Rows, broadcast};
 use crate::error::value;
 use crate::fiber::{self, Fiber};
+use crate::query::SLACK;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -44,7 +45,16 @@ fn each<'py, const N: usize, const M: usize>(
 }
 
 fn not_negative(width: f32) -> Result<(), String> {
-    if width >= 0.0 { Ok(()) } else { Err(format!("width = {width} is out of range: it must be at least 0")) }
+    if width >= 0.0 { Ok(()) } else { Err(out(("width", width), "at least 0")) }
+}
+
+/// An offset. Rounding may put it a little outside of its range; it is then clamped.
+fn offset(h: f32) -> Result<f32, String> {
+    if h.abs() <= 1.0 + SLACK { Ok(h.clamp(-1.0, 1.0)) } else { Err(out(("h", h), "in [-1, 1]")) }
+}
+
+fn out((name, x): (&str, f32), range: &str) -> String {
+    format!("{name} = {x} is out of range: it must be {range}")
 }
 
 /// The windows of pixels: centred on `h`, `width` fibre radii wide, cut off at the silhouettes (Yan17 Eq. 27).
@@ -53,10 +63,11 @@ fn not_negative(width: f32) -> Result<(), String> {
 /// divided by the fibre's radius; 0 is the near field, 4 or more the far field.
 /// Returns the two ends of each window: shape (..., 2), for the argument `window` of queries.
 ///
-/// Raises `ValueError` for a width below 0.
+/// Raises `ValueError` for an offset out of range, or a width below 0.
 #[pyfunction]
 fn pixel_window<'py>(py: Python<'py>, h: &Bound<'py, PyAny>, width: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     each(py, [("h", h), ("width", width)], &[2], |[h, width]| {
+        let h = offset(h)?;
         not_negative(width)?;
         Ok(Window::pixel(h, width).ends())
     })
@@ -69,7 +80,7 @@ fn pixel_window<'py>(py: Python<'py>, h: &Bound<'py, PyAny>, width: &Bound<'py, 
 /// `h`, `width`: as for `pixel_window`; a width of 2 or more is the far field. `u`: uniform in [0, 1).
 /// Returns the two ends of each window: shape (..., 2), for the argument `window` of queries.
 ///
-/// Raises `ValueError` for a width below 0, or `u` out of range.
+/// Raises `ValueError` for an offset or `u` out of range, or a width below 0.
 #[pyfunction]
 fn cell_window<'py>(
     py: Python<'py>,
@@ -78,9 +89,10 @@ fn cell_window<'py>(
     u: &Bound<'py, PyAny>,
 ) -> PyResult<Bound<'py, PyAny>> {
     each(py, [("h", h), ("width", width), ("u", u)], &[2], |[h, width, u]| {
+        let h = offset(h)?;
         not_negative(width)?;
         if !(0.0..=1.0).contains(&u) {
-            return Err(format!("u = {u} is out of range: it must be in [0, 1)"));
+            return Err(out(("u", u), "in [0, 1)"));
         }
         Ok(Window::cell(h, width, u.min(1.0f32.next_down())).ends())
     })
@@ -90,9 +102,17 @@ fn cell_window<'py>(
 ///
 /// x runs along the fibre from root to tip, theta = asin x, and phi = atan2(z, y). Any shapes that fit together.
 /// Returns shape (..., 3).
+///
+/// Raises `ValueError` if `theta` is not in [-90, 90], or `phi` not finite.
 #[pyfunction]
 fn direction<'py>(py: Python<'py>, theta: &Bound<'py, PyAny>, phi: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     each(py, [("theta", theta), ("phi", phi)], &[3], |[theta, phi]| {
+        if theta.abs() > 90.0 {
+            return Err(out(("theta", theta), "in [-90, 90] degrees"));
+        }
+        if phi.is_infinite() {
+            return Err(out(("phi", phi), "finite"));
+        }
         Ok(vellus_models::direction(f64::from(theta), f64::from(phi)).to_array())
     })
 }
@@ -121,18 +141,29 @@ impl Coat {
         self.colors.range().map(fiber::shortest).into()
     }
 
-    /// The absorption of the cortex, per fibre radius, that gives the coat this colour, a reflectance in [0, 1].
+    /// The absorption of the cortex, per fibre radius, that gives the coat this `color`, a reflectance in [0, 1].
     ///
     /// Any shape; the result has the same. Colours out of reach give the absorption of the nearest colour.
+    /// Raises `ValueError` for a colour that is not in [0, 1].
     fn absorption<'py>(&self, py: Python<'py>, color: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        each(py, [("color", color)], &[], |[color]| Ok([self.colors.absorption(color)]))
+        each(py, [("color", color)], &[], |[color]| {
+            if !(0.0..=1.0).contains(&color) {
+                return Err(out(("color", color), "in [0, 1]"));
+            }
+            Ok([self.colors.absorption(color)])
+        })
     }
 
-    /// The colour of a coat whose fibres have this absorption of the cortex, at least 0, per fibre radius.
+    /// The colour of a coat whose fibres have this `absorption` of the cortex, at least 0, per fibre radius.
     ///
-    /// Any shape; the result has the same.
+    /// Any shape; the result has the same, in [0, 1]. Raises `ValueError` for a negative or infinite number.
     fn color<'py>(&self, py: Python<'py>, absorption: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        each(py, [("absorption", absorption)], &[], |[absorption]| Ok([self.colors.color(absorption)]))
+        each(py, [("absorption", absorption)], &[], |[absorption]| {
+            if absorption < 0.0 || absorption.is_infinite() {
+                return Err(out(("absorption", absorption), "at least 0, and finite"));
+            }
+            Ok([self.colors.color(absorption)])
+        })
     }
 
     fn __repr__(&self) -> PyResult<String> {

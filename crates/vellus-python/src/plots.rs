@@ -1,5 +1,6 @@
 //! Pictures: of lobes, profiles, energies, models and fits.
 
+use crate::checks::within;
 use crate::error::value;
 use crate::fiber;
 use crate::fit::Fitted;
@@ -111,13 +112,14 @@ impl Plot {
         self.with(py, Size)
     }
 
-    /// Writes the picture to a file whose name ends in `.png` or `.svg`.
+    /// Writes the picture to the file `path`, whose name ends in `.png` or `.svg`.
     ///
     /// Raises `ValueError` for another name, and `OSError` if it cannot be written.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         self.with(py, Save(path))
     }
 
+    /// The picture in a notebook.
     fn _repr_png_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         self.png(py)
     }
@@ -142,10 +144,7 @@ fn name_of(given: &Bound<'_, PyAny>) -> String {
 }
 
 fn in_range(name: &str, x: f64, [low, high]: [f64; 2]) -> PyResult<()> {
-    if (low..=high).contains(&x) {
-        return Ok(());
-    }
-    Err(PyValueError::new_err(format!("{name} = {x} is out of range: it must be in [{low}, {high}]")))
+    within(name, x, low..=high)
 }
 
 const DEGREES: [f64; 2] = [-90.0, 90.0];
@@ -213,6 +212,9 @@ fn plot_energy(py: Python<'_>, fiber: &Bound<'_, PyAny>, theta_o: f64, model: &s
 fn plot_models(py: Python<'_>, fiber: &Bound<'_, PyAny>, theta_o: f64, models: Option<Vec<String>>) -> PyResult<Plot> {
     let (name, fiber) = (name_of(fiber), fiber::argument(fiber)?);
     in_range("theta_o", theta_o, DEGREES)?;
+    if models.as_ref().is_some_and(Vec::is_empty) {
+        return Err(PyValueError::new_err("models is empty: it must have at least one name of vellus.models.NAMES"));
+    }
     let kinds = ModelKind::list(&models.unwrap_or_else(|| vec!["all".to_owned()])).map_err(value)?;
     let named: Vec<Named> = kinds
         .into_iter()

@@ -23,7 +23,7 @@ const SHARED: usize = 8;
 const UNIT: f32 = 1e-3;
 
 /// How far an offset may be outside its range, for rounding. It is then clamped.
-const SLACK: f32 = 1e-3;
+pub const SLACK: f32 = 1e-3;
 
 /// A model that prepares eight near-field hits at once.
 pub trait Batch: Model {

@@ -1,6 +1,7 @@
 //! The far field of models, and the reference: a whole fibre, traced photon by photon.
 
 use crate::arrays::Real;
+use crate::checks::{self, out_of_range, whole, within};
 use crate::error::value;
 use crate::fiber;
 use crate::threads;
@@ -23,7 +24,12 @@ const MOST_PHOTONS: u64 = 100_000_000_000;
 
 /// Angles along one axis, in degrees.
 fn axis(name: &'static str, given: &Bound<'_, PyAny>, [low, high]: [f64; 2]) -> PyResult<Vec<f64>> {
-    let angles = Real::new(given, name)?.doubles();
+    let given = Real::new(given, name)?;
+    if given.shape().len() > 1 {
+        let shape = crate::arrays::text(given.shape());
+        return Err(PyValueError::new_err(format!("{name} has the shape {shape}: it must be (angles,)")));
+    }
+    let angles = given.doubles();
     match angles.iter().position(|x| !(low..=high).contains(x)) {
         Some(i) => Err(PyValueError::new_err(format!(
             "{name}[{i}] = {} is out of range: it must be in [{low}, {high}] degrees",
@@ -34,10 +40,7 @@ fn axis(name: &'static str, given: &Bound<'_, PyAny>, [low, high]: [f64; 2]) -> 
 }
 
 fn inclination(theta_o: f64) -> PyResult<()> {
-    if (-90.0..=90.0).contains(&theta_o) {
-        return Ok(());
-    }
-    Err(PyValueError::new_err(format!("theta_o = {theta_o} is out of range: it must be in [-90, 90] degrees")))
+    within("theta_o", theta_o, -90.0..=90.0)
 }
 
 /// The far field of a model: f·cos θᵢ averaged over the width of the fibre.
@@ -79,11 +82,12 @@ fn profile<'py>(
     Ok(PyArray1::from_slice(py, values.as_flattened()).reshape([theta.len(), phi.len(), 3])?.into_any())
 }
 
-fn photons_in_range(photons: u64) -> PyResult<()> {
-    if (2..=MOST_PHOTONS).contains(&photons) {
-        return Ok(());
-    }
-    Err(PyValueError::new_err(format!("photons = {photons} is out of range: it must be in [2, {MOST_PHOTONS}]")))
+/// The number of photons.
+///
+/// # Errors
+/// `ValueError` that names its range.
+pub fn photons(photons: i128) -> PyResult<u64> {
+    whole("photons", photons, 2..=MOST_PHOTONS)
 }
 
 /// The centres of cells: ascending and equidistant.
@@ -130,13 +134,13 @@ fn simulate<'py>(
     theta: &Bound<'py, PyAny>,
     phi: &Bound<'py, PyAny>,
     size: Option<[f64; 2]>,
-    photons: u64,
-    seed: u64,
+    photons: i128,
+    seed: i128,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let fiber = fiber::argument(fiber)?;
     below_a_right_angle(theta_o)?;
-    photons_in_range(photons)?;
+    let (photons, seed) = (self::photons(photons)?, checks::seed(seed)?);
     let theta = axis("theta", theta, [-90.0, 90.0])?;
     let phi = axis("phi", phi, [-360.0, 720.0])?;
     let shape = [theta.len(), phi.len(), 3];
@@ -157,10 +161,7 @@ fn simulate<'py>(
 }
 
 fn below_a_right_angle(theta_o: f64) -> PyResult<()> {
-    if theta_o.abs() < 90.0 {
-        return Ok(());
-    }
-    Err(PyValueError::new_err(format!("theta_o = {theta_o} is out of range: it must be in (-90, 90) degrees")))
+    if theta_o.abs() < 90.0 { Ok(()) } else { Err(out_of_range("theta_o", theta_o, "in (-90, 90) degrees")) }
 }
 
 /// Simulates the energies of the paths through a whole fibre with a smooth cuticle and flat scales.
@@ -177,8 +178,8 @@ fn simulate_energies<'py>(
     fiber: &Bound<'py, PyAny>,
     theta_o: f64,
     h: Option<f64>,
-    photons: u64,
-    seed: u64,
+    photons: i128,
+    seed: i128,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     static CLASS: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
@@ -186,7 +187,7 @@ fn simulate_energies<'py>(
         .get_or_try_init(py, || PyResult::Ok(py.import("vellus._types")?.getattr("SimulatedEnergies")?.unbind()))?;
     let fiber = fiber::argument(fiber)?;
     below_a_right_angle(theta_o)?;
-    photons_in_range(photons)?;
+    let (photons, seed) = (self::photons(photons)?, checks::seed(seed)?);
     let offsets = h.map_or(Offsets::Whole, Offsets::At);
     let simulated = threads::run_reporting(py, progress, |watch| {
         energies(&fiber, theta_o.to_radians(), offsets, photons, seed, watch)

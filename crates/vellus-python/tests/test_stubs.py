@@ -1,11 +1,17 @@
 """The stubs agree with the module."""
 
+import ast
 import importlib.util
+import inspect
 import os
+import re
 import subprocess
 import sys
 
 import pytest
+import stub_docs
+
+import vellus
 
 
 @pytest.mark.skipif(importlib.util.find_spec("mypy") is None, reason="mypy is not installed")
@@ -28,11 +34,30 @@ def test_stubs_agree_with_the_module(tmp_path):
 
 
 def test_everything_has_documentation():
-    import vellus
-
     for name in set(vellus.__all__) - {"FATES", "LOBES", "__version__"}:
         public = getattr(vellus, name)
         assert public.__doc__, name
         for key, member in vars(public).items() if isinstance(public, type) else ():
             if not key.startswith("_"):
                 assert member.__doc__, f"{name}.{key}"
+
+
+def test_stubs_have_the_docstrings_of_the_module():
+    # If this fails: python stub_docs.py
+    text = stub_docs.STUBS.read_text()
+    assert stub_docs.documented(text, vellus._vellus) == text
+
+
+def test_docstrings_name_every_argument_and_the_shapes_of_results():
+    module = vellus._vellus
+    missing = []
+    for node, public in stub_docs.entries(ast.parse(stub_docs.STUBS.read_text()), module):
+        text = " ".join((inspect.getdoc(public) or "").split())
+        assert text, node.name
+        if isinstance(node, ast.FunctionDef) and "rguments as for `" not in text and "keyword arguments of" not in text:
+            arguments = [a.arg for a in node.args.args + node.args.kwonlyargs if a.arg != "self"]
+            missing += [f"{node.name}: {a}" for a in arguments if not re.search(f"`{a}[`(=]", text)]
+        returned = ast.unparse(node.returns) if isinstance(node, ast.FunctionDef) and node.returns else ""
+        if ("NDArray" in returned or "_Real" in returned) and not re.search(r"shape|\(\.\.\.", text):
+            missing.append(f"{node.name}: the shape of the result")
+    assert not missing

@@ -143,7 +143,10 @@ def ball():
 
 def scene(folder, hair, spp, light=None):
     curves = folder / "curves.txt"
-    curves.write_text("\n\n".join("\n".join(f"{x} {y} {z} {RADIUS}" for x, y, z in strand) for strand in ball()))
+    # Mitsuba reads past its list of segments where a ray hits the very end of the last one. No ray hits this one.
+    last = np.linspace([0, 0, 0], [1e-4, 0, 0], 7)
+    strands = [*((strand, RADIUS) for strand in ball()), (last, 1e-7)]
+    curves.write_text("\n\n".join("\n".join(f"{x} {y} {z} {r}" for x, y, z in strand) for strand, r in strands))
     return mi.load_dict(
         {
             "type": "scene",
@@ -229,6 +232,9 @@ SUN = (
 def test_both_renderers_agree(tmp_path, preset, light):
     """The mean of the ball within 1 %, for hair in the sun within 2 %.
 
+    Rays start at other places: here one radius from the axis, in Mitsuba at the hit. That decides which neighbours they
+    meet. An integrator in Mitsuba that starts rays as we do has our means, within 0.3 %.
+
     Its standard error is near 0.3 % with the sun: a camera ray's light varies by three times its mean, over 820 pixels
     with 1536 samples each. Narrower lobes would need more samples.
     """
@@ -239,8 +245,7 @@ def test_both_renderers_agree(tmp_path, preset, light):
     theirs = np.array(mi.render(scene(tmp_path, hair, spp, light[0])))[inside()]
     ours = vellus_render(tmp_path, fiber, spp, light[1])[inside()]
     ratio = ours.mean(0) / theirs.mean(0)
-    # Hair in the sun differs by 1.1 to 1.5 %, four times the standard error; single scattering alone by -0.8 %. The
-    # cause is not known. The limit there only shows that it does not grow.
+    # Hair in the sun differs by 1.1 to 1.5 %: it sends most light forward, to near neighbours.
     limit = 0.02 if preset == "hair" and light is SUN else 0.01
     print(f"{preset}: Mitsuba {theirs.mean(0)}, vellus render {ours.mean(0)}, ratio {ratio}")
     assert np.all(np.abs(ratio - 1) < limit)

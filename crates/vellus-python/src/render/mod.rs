@@ -1,6 +1,7 @@
 //! Scenes and pictures.
 
 mod arrays;
+mod lights;
 mod picture;
 mod run;
 mod scene;

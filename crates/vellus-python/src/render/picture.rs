@@ -1,5 +1,6 @@
 //! Pictures: layers as arrays, and files.
 
+use crate::checks::within;
 use crate::error::{value, with_causes};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::{PyKeyError, PyValueError};
@@ -88,17 +89,17 @@ impl Picture {
         self.names()
     }
 
-    /// The arrays of all layers.
+    /// The arrays of all layers: shapes as in the description of the class.
     fn values<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
         self.names().into_iter().map(|name| self.__getitem__(py, name)).collect()
     }
 
-    /// Pairs of a name and an array.
+    /// Pairs of a name and an array: shapes as in the description of the class.
     fn items<'py>(&self, py: Python<'py>) -> PyResult<Vec<(&'static str, Bound<'py, PyAny>)>> {
         self.names().into_iter().map(|name| Ok((name, self.__getitem__(py, name)?))).collect()
     }
 
-    /// The array of a layer, or `default` if the picture does not have it.
+    /// The array of the layer `name`, or `default` if the picture does not have it: shape (height, width, ...).
     #[pyo3(signature = (name, default=None))]
     fn get<'py>(
         &self,
@@ -146,7 +147,7 @@ impl Picture {
         Lobe::ALL.iter().map(|lobe| lobe.key()).collect()
     }
 
-    /// The names of the things in a Cryptomatte layer (`crypto-object`, `crypto-look` or `crypto-group`), with their
+    /// The names of the things in a Cryptomatte `layer` (`crypto-object`, `crypto-look` or `crypto-group`), with their
     /// ids. The bits of an id, read as float32, are the value in the pixels of the layer.
     ///
     /// Raises `KeyError` if the picture does not have the layer, or if it is of another kind.
@@ -171,7 +172,10 @@ impl Picture {
     }
 
     /// Writes an OpenEXR file with all layers and a PNG preview beside it, or a PNG file alone, and returns their
-    /// paths. `exposure`: stops by which the PNG is brighter. `half`: colours in 16 bits where they fit.
+    /// paths.
+    ///
+    /// `path`: ends in .exr or .png. `exposure`: stops by which the PNG is brighter, in [-100, 100]. `half`: colours in
+    /// 16 bits where they fit.
     ///
     /// Raises `ValueError` for another extension, and if the file cannot be written. An older file then stays.
     #[pyo3(signature = (path, *, exposure=0.0, half=true))]
@@ -180,11 +184,7 @@ impl Picture {
             let path = path.display();
             return Err(PyValueError::new_err(format!("path = {path} has another extension: it must be .exr or .png")));
         }
-        if !(-100.0..=100.0).contains(&exposure) {
-            return Err(PyValueError::new_err(format!(
-                "exposure = {exposure} is out of range: it must be in [-100, 100]"
-            )));
-        }
+        within("exposure", exposure.into(), -100.0..=100.0)?;
         let mut notes = self.notes.clone();
         if self.is_transparent {
             notes.push((BACKGROUND_NOTE.to_owned(), "transparent".to_owned()));
@@ -199,9 +199,11 @@ impl Picture {
         py.detach(|| picture.write(&self.film, self.denoised.as_deref())).map_err(|e| with_causes(&e))
     }
 
-    /// The beauty, or the denoised picture, as sRGB bytes of the shape (height, width, 3). `exposure`: in stops.
+    /// The beauty, or the denoised picture, as sRGB bytes of the shape (height, width, 3). `exposure`: in stops,
+    /// in [-100, 100].
     #[pyo3(signature = (exposure=0.0))]
     fn srgb<'py>(&self, py: Python<'py>, exposure: f32) -> PyResult<Bound<'py, PyAny>> {
+        within("exposure", exposure.into(), -100.0..=100.0)?;
         let bytes = match &self.denoised {
             Some(denoised) => vellus_render::to_srgb(denoised, exposure),
             None => self.film.to_srgb(exposure),

@@ -4,6 +4,7 @@ use super::arrays::one_of;
 use super::picture::Picture;
 use super::scene::Scene;
 use super::world::{self, Prepared};
+use crate::checks::{positive, whole};
 use crate::error::{value, with_causes};
 use crate::threads::{POLL, Watch, pool};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -17,6 +18,9 @@ use vellus_render::{Error, Film, Filter, Layer, MAX_SAMPLES, Mode, Settings, den
 /// The layers that are rendered if none are named: those of `vellus render`.
 const LAYERS: [&str; 11] =
     ["beauty", "alpha", "variance", "fibers", "lobes", "albedo", "normal", "tangent", "depth", "uv", "id"];
+
+/// The largest width and height, pixels.
+const MAX_SIZE: usize = 65536;
 
 /// What a callback gets after each pass.
 #[pyclass(frozen, module = "vellus", name = "State")]
@@ -180,13 +184,6 @@ fn run(py: Python<'_>, run: &Run, callback: Option<&Bound<'_, PyAny>>) -> PyResu
     })
 }
 
-fn within(name: &str, x: f64, low: f64, high: f64) -> PyResult<()> {
-    if x > low && x <= high {
-        return Ok(());
-    }
-    Err(PyValueError::new_err(format!("{name} = {x} is out of range: it must be in ({low}, {high}]")))
-}
-
 #[pymethods]
 impl Scene {
     /// Renders a picture.
@@ -213,19 +210,19 @@ impl Scene {
     fn render(
         &self,
         py: Python<'_>,
-        width: usize,
-        height: usize,
-        samples: u64,
+        width: i128,
+        height: i128,
+        samples: i128,
         layers: Option<Vec<String>>,
         mode: &str,
         filter: &str,
-        seed: u32,
-        crop: Option<[usize; 4]>,
+        seed: i128,
+        crop: Option<[i128; 4]>,
         noise: Option<f64>,
         time: Option<f64>,
-        max_depth: Option<u32>,
+        max_depth: Option<i128>,
         clamp_indirect: Option<f32>,
-        radiance_cache: Option<u32>,
+        radiance_cache: Option<i128>,
         denoise: bool,
         callback: Option<Bound<'_, PyAny>>,
         interval: f64,
@@ -237,14 +234,22 @@ impl Scene {
         let modes = Mode::ALL.map(|mode| (mode.name(), mode));
         let mode = one_of("mode", mode, &modes)?;
         let filter = one_of("filter", filter, &Filter::ALL.map(|filter| (filter.name(), filter)))?;
-        within("samples", samples as f64, 0.0, MAX_SAMPLES as f64)?;
-        within("width", width as f64, 0.0, 65536.0)?;
-        within("height", height as f64, 0.0, 65536.0)?;
-        within("interval", interval, 0.0, 3600.0)?;
+        let samples = whole("samples", samples, 1..=MAX_SAMPLES)?;
+        let [width, height] = [whole("width", width, 1..=MAX_SIZE)?, whole("height", height, 1..=MAX_SIZE)?];
+        let seed = whole("seed", seed, 0..=u32::MAX)?;
+        let crop = match crop {
+            Some([x, y, w, h]) => {
+                let [x, y] = [whole("crop", x, 0..=width - 1)?, whole("crop", y, 0..=height - 1)?];
+                Some([x, y, whole("crop", w, 1..=width - x)?, whole("crop", h, 1..=height - y)?])
+            }
+            None => None,
+        };
+        let max_depth = max_depth.map(|n| whole("max_depth", n, 0..=u32::MAX)).transpose()?;
+        let radiance_cache = radiance_cache.map(|n| whole("radiance_cache", n, 2..=65536)).transpose()?;
+        positive("interval", interval, 3600.0)?;
         for (name, given) in [("noise", noise), ("time", time), ("clamp_indirect", clamp_indirect.map(f64::from))] {
-            given.map_or(Ok(()), |x| within(name, x, 0.0, 1e9))?;
+            given.map_or(Ok(()), |x| positive(name, x, 1e9))?;
         }
-        radiance_cache.map_or(Ok(()), |n| within("radiance_cache", n.into(), 1.0, 65536.0))?;
         let settings =
             Settings { size: [width, height], crop, mode, filter, seed, max_depth, clamp_indirect, radiance_cache };
         let denoiser = denoise.then(Denoiser::load).transpose().map_err(|e| with_causes(&e))?;

@@ -1,8 +1,9 @@
 //! Scenes: from files, or built from arrays.
 
-use super::arrays::{Floats, indices, one_of, required};
-use super::values::{BASES, LIGHTS, WRAPS, corners, parameter, position, varying};
+use super::arrays::{Floats, indices, one_of};
+use super::values::{BASES, WRAPS, corners, parameter, position, varying};
 use super::world::{Prepared, Setup};
+use crate::checks::{positive, within};
 use crate::error::{value, with_causes};
 use crate::fiber;
 use pyo3::exceptions::PyValueError;
@@ -10,10 +11,11 @@ use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use pyo3::types::{PyDict, PyString};
 use std::path::PathBuf;
+use std::str::FromStr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use vellus::glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
+use vellus::glam::{Vec2, Vec3, Vec4};
 use vellus_open::{Backdrop, Staging};
-use vellus_scene::{Camera, Instance, Light, Look, Mesh, Prototype, Shaping, Strands, Surface, Texture};
+use vellus_scene::{Instance, Look, Mesh, Prototype, Strands, Surface, Texture};
 use vellus_scene::{MAX_COORDINATE, Tint, Value};
 
 /// What a scene consists of, and its last preparation for rays.
@@ -31,10 +33,16 @@ pub struct State {
 
 impl State {
     /// To change the scene. What was prepared is no longer valid.
-    fn change(&mut self) -> &mut vellus_scene::Scene {
+    pub fn change(&mut self) -> &mut vellus_scene::Scene {
         self.prepared = None;
         &mut self.scene
     }
+}
+
+/// An argument that is a text, as something else.
+fn parsed<T: FromStr<Err = String>>(name: &str, text: Option<String>) -> PyResult<Option<T>> {
+    let parse = |text: String| text.parse().map_err(|e| PyValueError::new_err(format!("{name} = {text:?}: {e}")));
+    text.map(parse).transpose()
 }
 
 /// Strands, meshes, lights and a camera.
@@ -91,23 +99,15 @@ impl Scene {
         view: Option<String>,
         body: Option<PathBuf>,
     ) -> PyResult<Self> {
-        let parsed = |name: &str, what: String| PyValueError::new_err(format!("{name}: {what}"));
-        if !(aspect > 0.0 && aspect.is_finite()) {
-            return Err(PyValueError::new_err(format!("aspect = {aspect} is out of range: it must be above 0")));
-        }
-        if strands.is_some_and(|share| !(share > 0.0 && share <= 1.0)) {
-            return Err(PyValueError::new_err("strands is out of range: it must be in (0, 1]"));
-        }
-        if width.is_some_and(|width| !(0.0..=2e9).contains(&width)) {
-            return Err(PyValueError::new_err("width is out of range: it must be in [0, 2e9]"));
-        }
+        positive("aspect", aspect.into(), 1e6)?;
+        strands.map_or(Ok(()), |share| positive("strands", share.into(), 1.0))?;
+        width.map_or(Ok(()), |width| within("width", width.into(), 0.0..=2e9))?;
         if !stage && (light.is_some() || background.is_some() || view.is_some() || body.is_some()) {
             return Err(PyValueError::new_err("light, background, view and body need stage=True"));
         }
-        let light = light.map(|text| text.parse().map_err(|e| parsed("light", e))).transpose()?;
-        let background: Option<Backdrop> =
-            background.map(|text| text.parse().map_err(|e| parsed("background", e))).transpose()?;
-        let view = view.map(|text| text.parse().map_err(|e| parsed("view", e))).transpose()?;
+        let light = parsed("light", light)?;
+        let background: Option<Backdrop> = parsed("background", background)?;
+        let view = parsed("view", view)?;
         let fiber = match fiber {
             Some(given) => {
                 let name = given.cast::<PyString>().map_or_else(|_| "fiber".to_owned(), |name| name.to_string());
@@ -168,7 +168,9 @@ impl Scene {
         self.lock().scene.bounds().map(|(low, high)| (low.to_array(), high.to_array()))
     }
 
-    /// Adds a kind of fibre and returns its index. `fiber`: a `Fiber`, or the name of a preset. `textures`: images for
+    /// Adds a kind of fibre and returns its index.
+    ///
+    /// `fiber`: a `Fiber`, or the name of a preset. `name`: for Cryptomatte and messages. `textures`: images for
     /// parameters at the roots' `uv`, by the name of the parameter; each is an index of `add_texture`.
     #[pyo3(signature = (fiber, *, name="", textures=None))]
     fn add_look(&self, fiber: &Bound<'_, PyAny>, name: &str, textures: Option<&Bound<'_, PyDict>>) -> PyResult<usize> {
@@ -176,8 +178,9 @@ impl Scene {
         let mut state = self.lock();
         let all = state.scene.textures.len();
         for (name, texture) in textures.into_iter().flatten() {
+            let parameter = parameter(&name.extract::<String>()?)?;
             let texture = position(all, texture.extract()?, "texture")?;
-            look.textured.push((parameter(&name.extract::<String>()?)?, Value { texture, scale: [1.0; 3] }));
+            look.textured.push((parameter, Value { texture, scale: [1.0; 3] }));
         }
         let looks = &mut state.change().looks;
         if look.name.is_empty() {
@@ -187,8 +190,11 @@ impl Scene {
         Ok(looks.len() - 1)
     }
 
-    /// Adds an image and returns its index. `image`: RGB of the shape (height, width, 3), linear, not negative, the top
-    /// row first; or a .png, .jpg, .hdr or .exr file. `linear`: the file has numbers, not colours.
+    /// Adds an image and returns its index.
+    ///
+    /// `image`: RGB of the shape (height, width, 3), linear, not negative, the top row first; or a .png, .jpg, .hdr or
+    /// .exr file. `wrap`: outside of [0, 1]², `repeat`, `clamp`, `mirror` or `black`. `linear`: the file has numbers,
+    /// not colours. `name`: for messages.
     #[pyo3(signature = (image, *, wrap="repeat", linear=false, name=""))]
     fn add_texture(&self, image: &Bound<'_, PyAny>, wrap: &str, linear: bool, name: &str) -> PyResult<usize> {
         let wrap = [one_of("wrap", wrap, &WRAPS)?; 2];
@@ -222,7 +228,8 @@ impl Scene {
     /// Catmull–Rom curves of n points have n − 3 segments, Bézier curves have 3 k + 1 points. `look`: from `add_look`.
     /// `uv`: texture coordinates of the roots, (S, 2). `moved`: the points when the shutter closes, (P, 3).
     /// `parameters`: values that replace those of the look, by name: one, or for each strand, or for each point, with
-    /// one number or RGB; angles in degrees. `prototype`: strands of this prototype, for instances.
+    /// one number or RGB; angles in degrees. `name`: for Cryptomatte and messages. `prototype`: strands of this
+    /// prototype, for instances.
     ///
     /// Raises `ValueError` that names the argument or the strand.
     #[pyo3(signature = (points, counts, radii, *, look=0, basis="linear", uv=None, moved=None, parameters=None,
@@ -232,17 +239,21 @@ impl Scene {
         points: &Bound<'_, PyAny>,
         counts: &Bound<'_, PyAny>,
         radii: &Bound<'_, PyAny>,
-        look: usize,
+        look: i128,
         basis: &str,
         uv: Option<&Bound<'_, PyAny>>,
         moved: Option<&Bound<'_, PyAny>>,
         parameters: Option<&Bound<'_, PyDict>>,
         name: &str,
-        prototype: Option<usize>,
+        prototype: Option<i128>,
     ) -> PyResult<()> {
         let basis = one_of("basis", basis, &BASES)?;
         let points = Floats::new(points, "points")?.points("points")?;
-        let (_, counts) = indices(counts, "counts")?;
+        let (shape, counts) = indices(counts, "counts")?;
+        if shape.len() != 1 {
+            let shape = crate::arrays::text(&shape);
+            return Err(PyValueError::new_err(format!("counts has the shape {shape}: it must be (strands,)")));
+        }
         let total: u64 = counts.iter().map(|n| u64::from(*n)).sum();
         if total != points.len() as u64 {
             let what = format!("counts sums to {total}, but points has {} rows", points.len());
@@ -279,6 +290,7 @@ impl Scene {
             let parameter = parameter(&name)?;
             values.push((parameter, varying(parameter, &given, counts.len(), points.len())?));
         }
+        let look = position(self.lock().scene.looks.len(), look, "look")?;
         let strands = Strands {
             name,
             basis,
@@ -291,7 +303,6 @@ impl Scene {
         };
         strands.validate().map_err(value)?;
         let mut state = self.lock();
-        position(state.scene.looks.len(), look, "look")?;
         let scene = state.change();
         match prototype {
             None => scene.strands.push(strands),
@@ -304,14 +315,16 @@ impl Scene {
     }
 
     /// Adds the surface of meshes and returns its index: a diffuse base under a rough coat, or metal, as in
-    /// UsdPreviewSurface. `color`: linear RGB in [0, 1], times the image `texture`. `emission`: radiance.
-    /// `roughness`, `metallic`: in [0, 1]. `ior`: of the coat, in [1, 4]; 1 means no coat.
+    /// UsdPreviewSurface.
+    ///
+    /// `color`: linear RGB in [0, 1], times the image `texture`. `emission`: radiance, RGB or one number, at least 0.
+    /// `roughness`, `metallic`: in [0, 1]. `ior`: of the coat, in [1, 4]; 1 means no coat. `name`: for messages.
     #[pyo3(signature = (*, color=None, texture=None, emission=None, roughness=0.5, metallic=0.0, ior=1.5,
         name=""))]
     fn add_surface(
         &self,
         color: Option<&Bound<'_, PyAny>>,
-        texture: Option<usize>,
+        texture: Option<i128>,
         emission: Option<&Bound<'_, PyAny>>,
         roughness: f32,
         metallic: f32,
@@ -337,28 +350,32 @@ impl Scene {
             )));
         }
         let mut state = self.lock();
-        texture.map_or(Ok(0), |texture| position(state.scene.textures.len(), texture, "texture"))?;
+        let all = state.scene.textures.len();
+        let texture = texture.map(|texture| position(all, texture, "texture")).transpose()?;
         let surfaces = &mut state.change().surfaces;
         let name = if name.is_empty() { format!("surface {}", surfaces.len()) } else { name.to_owned() };
         surfaces.push(Surface { name, color: Tint { color, texture }, emission, roughness, metallic, ior });
         Ok(surfaces.len() - 1)
     }
 
-    /// Adds a mesh. `points`: (V, 3). `triangles`: vertices, counterclockwise from outside, (T, 3). `surface`: from
-    /// `add_surface`. `normals`: (V, 3) or of each corner (T, 3, 3); flat without. `uv`: (V, 2) or (T, 3, 2). `moved`:
-    /// the points when the shutter closes, (V, 3). `prototype`: a mesh of this prototype, for instances.
+    /// Adds a mesh.
+    ///
+    /// `points`: (V, 3). `triangles`: vertices, counterclockwise from outside, (T, 3). `surface`: from `add_surface`.
+    /// `normals`: (V, 3) or of each corner (T, 3, 3); flat without. `uv`: (V, 2) or (T, 3, 2). `moved`: the points when
+    /// the shutter closes, (V, 3). `name`: for Cryptomatte and messages. `prototype`: a mesh of this prototype, for
+    /// instances.
     #[pyo3(signature = (points, triangles, *, surface, normals=None, uv=None, moved=None, name="",
         prototype=None))]
     fn add_mesh(
         &self,
         points: &Bound<'_, PyAny>,
         triangles: &Bound<'_, PyAny>,
-        surface: usize,
+        surface: i128,
         normals: Option<&Bound<'_, PyAny>>,
         uv: Option<&Bound<'_, PyAny>>,
         moved: Option<&Bound<'_, PyAny>>,
         name: &str,
-        prototype: Option<usize>,
+        prototype: Option<i128>,
     ) -> PyResult<()> {
         let positions = Floats::new(points, "points")?.points("vertices")?;
         let (shape, flat) = indices(triangles, "triangles")?;
@@ -374,6 +391,7 @@ impl Scene {
         let normals = corners::<3>(normals, "normals", &triangles, positions.len())?;
         let uv = corners::<2>(uv, "uv", &triangles, positions.len())?;
         let moved = moved.map(|moved| Floats::new(moved, "moved")?.rows_of::<3>(positions.len())).transpose()?;
+        let surface = position(self.lock().scene.surfaces.len(), surface, "surface")?;
         let mesh = Mesh {
             name: if name.is_empty() { "mesh" } else { name }.to_owned(),
             positions,
@@ -385,7 +403,6 @@ impl Scene {
         };
         mesh.validate().map_err(value)?;
         let mut state = self.lock();
-        position(state.scene.surfaces.len(), surface, "surface")?;
         let scene = state.change();
         match prototype {
             None => scene.meshes.push(mesh),
@@ -397,7 +414,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Adds an empty prototype and returns its index. Only its instances are seen.
+    /// Adds an empty prototype and returns its index. Only its instances are seen. `name`: for messages.
     #[pyo3(signature = (name=""))]
     fn add_prototype(&self, name: &str) -> usize {
         let mut state = self.lock();
@@ -407,9 +424,11 @@ impl Scene {
         prototypes.len() - 1
     }
 
-    /// Adds an instance of a prototype. All instances share its memory. `matrix`: (4, 4), to world space, for column
-    /// vectors; it must only rotate, mirror, move and scale uniformly.
-    fn add_instance(&self, prototype: usize, matrix: &Bound<'_, PyAny>) -> PyResult<()> {
+    /// Adds an instance of a prototype. All instances share its memory.
+    ///
+    /// `prototype`: from `add_prototype`. `matrix`: (4, 4), to world space, for column vectors; it must only rotate,
+    /// mirror, move and scale uniformly.
+    fn add_instance(&self, prototype: i128, matrix: &Bound<'_, PyAny>) -> PyResult<()> {
         let to_world = Floats::new(matrix, "matrix")?.matrix()?;
         let mut state = self.lock();
         let prototype = position(state.scene.prototypes.len(), prototype, "prototype")?;
@@ -418,145 +437,6 @@ impl Scene {
             return Err(PyValueError::new_err("matrix must only rotate, mirror, move and scale uniformly"));
         }
         state.change().instances.push(instance);
-        Ok(())
-    }
-
-    /// Adds a light and returns its index. `color` is linear RGB or one number, at least 0:
-    ///
-    /// - `dome`: radiance from everywhere, times the lat-long image `texture`. `matrix` rotates it; the middle of the
-    ///   image is at −z and its top at +y.
-    /// - `distant`: irradiance from `direction` (toward the light), within the half angle `angle` in degrees.
-    /// - `rect`, `disk`: radiance of a square of side 1, or of a disk of radius 1, toward −z, after `matrix`.
-    /// - `point`: intensity (power per solid angle) at `position`.
-    /// - `sphere`: radiance of a sphere at `position` with `radius`.
-    /// - `cylinder`: radiance of the side of a cylinder at `position` with `radius`; `axis` leads to one end.
-    ///
-    /// `cone`: emit within this angle in degrees of −z of `matrix`, or of `axis` for a point or a sphere, with an edge
-    /// as soft as `softness` in [0, 1]. `group`: for the layer `lights`. `visible`: whether the camera sees it.
-    #[pyo3(signature = (kind, color=None, *, matrix=None, direction=None, angle=0.0, position=None, radius=None,
-        axis=None, texture=None, cone=None, softness=0.0, group=None, visible=true))]
-    fn add_light(
-        &self,
-        kind: &str,
-        color: Option<&Bound<'_, PyAny>>,
-        matrix: Option<&Bound<'_, PyAny>>,
-        direction: Option<Bound<'_, PyAny>>,
-        angle: f32,
-        position: Option<Bound<'_, PyAny>>,
-        radius: Option<f32>,
-        axis: Option<Bound<'_, PyAny>>,
-        texture: Option<usize>,
-        cone: Option<f32>,
-        softness: f32,
-        group: Option<String>,
-        visible: bool,
-    ) -> PyResult<usize> {
-        one_of("kind", kind, &LIGHTS)?;
-        let color = color.map_or(Ok([1.0; 3]), |color| Floats::new(color, "color")?.color())?;
-        let matrix = matrix.map(|matrix| Floats::new(matrix, "matrix")?.matrix()).transpose()?;
-        let to_world = matrix.unwrap_or(Mat4::IDENTITY);
-        let vector =
-            |given: Option<Bound<'_, PyAny>>, name: &str| Floats::new(&required(given, name, kind)?, name)?.vector();
-        let size = |radius: Option<f32>| radius.ok_or_else(|| PyValueError::new_err(format!("{kind} needs radius")));
-        let shape_axis = match &axis {
-            Some(axis) => Floats::new(axis, "axis")?.vector()?,
-            None => -to_world.z_axis.truncate(),
-        };
-        let light = match kind {
-            "dome" => {
-                let rotation = Mat3::from_mat4(to_world);
-                Light::Dome { radiance: color, texture, rotation, ground: None }
-            }
-            "distant" => {
-                let direction = vector(direction, "direction")?;
-                Light::Distant {
-                    direction: direction.normalize_or_zero(),
-                    half_angle: angle.to_radians(),
-                    irradiance: color,
-                }
-            }
-            "rect" => Light::Rect { to_world, radiance: color, texture },
-            "disk" => Light::Disk { to_world, radiance: color },
-            "point" => Light::Point { position: vector(position, "position")?, intensity: color },
-            "sphere" => Light::Sphere { center: vector(position, "position")?, radius: size(radius)?, radiance: color },
-            _ => Light::Cylinder {
-                center: vector(position, "position")?,
-                half_axis: vector(axis, "axis")?,
-                radius: size(radius)?,
-                radiance: color,
-            },
-        };
-        let mut state = self.lock();
-        light.validate(state.scene.textures.len()).map_err(value)?;
-        let scene = state.change();
-        let index = scene.lights.len();
-        if let Some(cone) = cone {
-            if matches!(light, Light::Dome { .. } | Light::Distant { .. }) {
-                return Err(PyValueError::new_err(format!("cone: a {kind} light has none")));
-            }
-            let shaping = Shaping { axis: shape_axis, cone: cone.to_radians(), softness, focus: 0.0 };
-            shaping.validate().map_err(value)?;
-            scene.shapings.push((index, shaping));
-        }
-        scene.lights.push(light);
-        if !visible {
-            scene.unseen_lights.push(index);
-        }
-        state.groups.push(group);
-        Ok(index)
-    }
-
-    /// Sets the camera. `matrix`: from its own frame to world space, (4, 4), for column vectors: a rotation and a
-    /// translation. It looks along −z, with y up. `fov`: vertical angle of view in degrees, in (0, 180). `aperture`:
-    /// radius of the lens; 0 is a pinhole. `focus_distance`: of the plane in focus. `moved`: the matrix when the
-    /// shutter closes.
-    #[pyo3(signature = (matrix, *, fov=40.0, aperture=0.0, focus_distance=1.0, moved=None))]
-    fn set_camera(
-        &self,
-        matrix: &Bound<'_, PyAny>,
-        fov: f32,
-        aperture: f32,
-        focus_distance: f32,
-        moved: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<()> {
-        if !(fov > 0.0 && fov < 180.0) {
-            return Err(PyValueError::new_err(format!("fov = {fov} is out of range: it must be in (0, 180) degrees")));
-        }
-        let film_height = 2.0 * (0.5 * fov.to_radians()).tan();
-        let camera = Camera {
-            to_world: Floats::new(matrix, "matrix")?.matrix()?,
-            moved: moved.map(|moved| Floats::new(moved, "moved")?.matrix()).transpose()?,
-            film_width: film_height,
-            film_height,
-            lens_radius: aperture,
-            focus_distance,
-        };
-        camera.validate().map_err(value)?;
-        self.lock().change().camera = Some(camera);
-        Ok(())
-    }
-
-    /// Places a pinhole camera at `eye` that looks at `target`. `fov`: vertical angle of view in degrees.
-    #[pyo3(signature = (eye, target, *, up=None, fov=40.0))]
-    fn look_at(
-        &self,
-        eye: &Bound<'_, PyAny>,
-        target: &Bound<'_, PyAny>,
-        up: Option<&Bound<'_, PyAny>>,
-        fov: f32,
-    ) -> PyResult<()> {
-        if !(fov > 0.0 && fov < 180.0) {
-            return Err(PyValueError::new_err(format!("fov = {fov} is out of range: it must be in (0, 180) degrees")));
-        }
-        let vector = |given, name| Floats::new(given, name)?.vector();
-        let (eye, target) = (vector(eye, "eye")?, vector(target, "target")?);
-        let up = up.map_or(Ok(Vec3::Y), |up| vector(up, "up"))?;
-        if eye == target {
-            return Err(PyValueError::new_err("eye and target are the same point"));
-        }
-        let camera = Camera::look_at(eye, target, up, fov.to_radians(), 1.5);
-        camera.validate().map_err(value)?;
-        self.lock().change().camera = Some(camera);
         Ok(())
     }
 
@@ -569,9 +449,7 @@ impl Scene {
     #[setter]
     fn set_background(&self, color: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let color = color.map(|color| Floats::new(color, "background")?.color()).transpose()?;
-        if color.is_some_and(|c| c.iter().any(|x| !(0.0..=1.0).contains(x))) {
-            return Err(PyValueError::new_err("background is out of range: it must be in [0, 1]"));
-        }
+        color.iter().flatten().try_for_each(|x| within("background", (*x).into(), 0.0..=1.0))?;
         self.lock().change().background = color.map(|color| Tint { color, texture: None });
         Ok(())
     }

@@ -20,11 +20,9 @@ pub const LIGHTS: [(&str, ()); 7] =
     [("dome", ()), ("distant", ()), ("rect", ()), ("disk", ()), ("point", ()), ("sphere", ()), ("cylinder", ())];
 
 /// The index if the scene has it.
-pub fn position(all: usize, index: usize, what: &str) -> PyResult<usize> {
-    if index < all {
-        return Ok(index);
-    }
-    Err(PyIndexError::new_err(format!("{what} = {index} does not exist: the scene has {all}")))
+pub fn position(all: usize, index: i128, what: &str) -> PyResult<usize> {
+    let found = usize::try_from(index).ok().filter(|index| *index < all);
+    found.ok_or_else(|| PyIndexError::new_err(format!("{what} = {index} does not exist: the scene has {all}")))
 }
 
 /// The values of a parameter: `strands` and `points` are the numbers of both.

@@ -70,13 +70,19 @@ def fur(strands, seed=1, radius=0.02):
 
 
 def write_curves(path, points, radii):
+    """Curves for `bsplinecurve`.
+
+    The last one is too thin for any ray: Mitsuba 3.9.1 reads past its list of segments where a ray hits the very end of
+    the last segment, and may crash.
+    """
+    last = np.linspace([0, 0, 0], [1e-4, 0, 0], len(radii))
     with open(path, "w") as file:
-        for curve in points:
-            file.writelines("%.7g %.7g %.7g %.7g\n" % (*p, r) for p, r in zip(curve, radii))
+        for curve, width in [*((curve, radii) for curve in points), (last, np.full(len(radii), 1e-7))]:
+            file.writelines("%.7g %.7g %.7g %.7g\n" % (*p, r) for p, r in zip(curve, width))
             file.write("\n")
 
 
-def load(curves, bsdf, sky=(0.4, 0.45, 0.5), depth=9, size=64, light=True):
+def load(curves, bsdf, sky=(0.4, 0.45, 0.5), depth=9, size=64, light=True, more=None):
     rgb = lambda value: {"type": "rgb", "value": list(value)}
     place = lambda o: mi.ScalarTransform4f().look_at(origin=o, target=[0, 0, 0], up=[0, 0, 1])
     film = {"type": "hdrfilm", "width": size, "height": size, "rfilter": {"type": "box"}, "pixel_format": "rgb"}
@@ -95,6 +101,7 @@ def load(curves, bsdf, sky=(0.4, 0.45, 0.5), depth=9, size=64, light=True):
             "sampler": {"type": "independent"},
         },
     }
+    scene |= more or {}
     if light:
         scene["light"] = {"type": "rectangle", "to_world": place([3, -3, 4]), "emitter": lamp}
     return mi.load_dict(scene)

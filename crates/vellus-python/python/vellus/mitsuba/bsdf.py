@@ -59,8 +59,10 @@ def for_variant(name):
             try:
                 return numbers(*to_fiber(si.wi)), numbers(offset(si.wi))[:, 0]
             except RuntimeError as error:
-                # Dr.Jit cannot evaluate what it records.
+                # Dr.Jit cannot evaluate what it records. It records all BSDFs of the process, also those of other
+                # scenes.
                 what = "vellus needs whole arrays: render inside `with vellus.mitsuba.arrays():`"
+                what += ", as long as a BSDF of this kind exists"
                 raise RuntimeError(what) from error
 
         def eval(self, ctx, si, wo, active=True):
