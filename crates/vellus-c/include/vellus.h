@@ -2,10 +2,10 @@
 //
 // The conventions of every function:
 // - A call returns VELLUS_STATUS_OK, or another status. Then it writes no result, and vellus_last_error() says why.
-// - A pointer is null, or points to as many values as its function says. Null gives VELLUS_STATUS_NULL, except where it
-//   is allowed. Text ends with a zero byte. Memory for results must not overlap memory that the same call reads.
-// - Every function may be called from several threads at once, if no two of them write to the same memory. Handles never
-//   change: any number of threads may use the same handle. Only freeing one needs care: no call may still use it.
+// - A pointer is null, or points to as many values as its function says. Null gives VELLUS_STATUS_NULL, except where
+//   it is allowed. Text ends with a zero byte. Memory for results must not overlap memory that the same call reads.
+// - Every function may be called from several threads at once, if no two of them write to the same memory. Handles
+//   never change: any number of threads may use the same handle. Only freeing one needs care: no call may use it.
 // - The fibre's frame: x runs along the fibre from root to tip. All directions are unit vectors away from the fibre.
 //   h is the sine of the angle from the surface normal to the direction wo, about the x axis.
 // - Values are f times the cosine of the inclination to the fibre's normal plane. Multiply them by no other cosine.
