@@ -99,7 +99,7 @@ fn measure(name: &str, paths: u64) -> Result<(), Box<dyn std::error::Error>> {
     let Scene { strands, meshes, looks, camera, .. } = scene;
     let eye = camera.ok_or("the scene has no camera")?.to_world.w_axis.truncate();
     let models = looks.iter().map(|look| {
-        let mut fiber = look.fiber.clone();
+        let mut fiber = look.fiber;
         if white {
             (fiber.sigma_ca, fiber.sigma_ma) = ([0.0; 3], [0.0; 3]);
         }

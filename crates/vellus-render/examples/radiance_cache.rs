@@ -50,7 +50,8 @@ fn varied(name: &str) -> Result<Scene, Box<dyn Error>> {
     if !light.is_empty() {
         let camera = scene.camera.ok_or("the scene has no camera")?;
         let (away, up) = (camera.to_world.z_axis.truncate(), camera.to_world.y_axis.truncate());
-        let direction = (if light == "back" { -away } else { away } + 0.5 * up).normalize();
+        // High enough that the studio's wall does not hide it.
+        let direction = if light == "back" { 2.0 * up - away } else { away + 0.5 * up }.normalize();
         scene.lights = vec![if light == "sky" {
             Light::Dome { radiance: [1.0; 3], texture: None, rotation: glam::Mat3::IDENTITY, ground: None }
         } else {

@@ -101,13 +101,14 @@ impl World {
         let rows: Vec<Option<Row>> = (0..height)
             .into_par_iter()
             .map(|y| {
+                let film = &*film;
                 let mut row = Row::new(width * layout.words());
                 let mut values = vec![0.0; layout.channels()];
                 for x in 0..width {
                     if progress.is_cancelled() {
                         return None;
                     }
-                    for index in samples.clone() {
+                    for index in film.range(x, y, &samples) {
                         let pixel = [left + x, top + y];
                         let seen = self.fibers.trace(&self.geometry, shared, pixel, index, &mut values);
                         row.add(settings, layout, [x, y * width + x], &values, &seen);

@@ -4,7 +4,7 @@
 //!
 //! | bytes | content |
 //! |---|---|
-//! | 8 | `VELLUSF3` |
+//! | 8 | `VELLUSF3`, or `VELLUSF4` with adaptive sampling |
 //! | 2 × u32 | width and height of the whole picture |
 //! | 4 × u32 | left column, top row, width and height of the film's area |
 //! | u32 | layers, one bit each in the order of [`Layer::ALL`](crate::Layer::ALL) |
@@ -12,6 +12,8 @@
 //! | 3 × u64 | first sample, end of the samples, end of the planned samples |
 //! | texts | names of the light groups |
 //! | texts | notes: names and values alternate |
+//! | u64 | only with adaptive sampling: the nominal number of samples at the last plan |
+//! | (u64, u32) … | only with adaptive sampling: samples at the last plan and rate of each tile, see `tiles.rs` |
 //! | u32 … | sums, row by row, as described in `sums.rs` |
 //! | texts | only with layers of Cryptomatte: object, look and group of each thing |
 //! | u32 | only with layers of Cryptomatte: the number of counts |
@@ -24,10 +26,14 @@ use crate::error::Error;
 use crate::film::Film;
 use crate::film::cryptomatte::{Count, Thing};
 use crate::film::layout::Layout;
+use crate::film::tiles::{self, Tile, Tiles};
 use std::ops::Range;
 use vellus_io::Digest;
 
 const MAGIC: &[u8; 8] = b"VELLUSF3";
+
+/// The first bytes of films with adaptive sampling.
+const ADAPTIVE_MAGIC: &[u8; 8] = b"VELLUSF4";
 
 /// Bytes in a digest.
 const DIGEST: usize = 32;
@@ -95,6 +101,18 @@ impl<'a> Remaining<'a> {
         Ok(texts)
     }
 
+    /// The tiles of a film with adaptive sampling.
+    fn tiles(&mut self, [columns, rows]: [usize; 2], samples: &Range<u64>) -> Result<Tiles, String> {
+        let start = self.large()?;
+        let mut tile = || Ok::<Tile, String>(Tile { base: self.large()?, rate: self.small()? as u32 });
+        let tiles: Vec<Tile> = (0..columns * rows).map(|_| tile()).collect::<Result<_, _>>()?;
+        if samples.start == 0 && tiles.iter().all(|tile| tile.is_possible(start, samples.end)) {
+            Ok(Tiles { start, tiles })
+        } else {
+            Err("its numbers of samples are not those of its tiles".to_owned())
+        }
+    }
+
     /// Things and their counts, which must be the last content.
     fn counts(&mut self, pixels: usize, samples: u64) -> Result<(Vec<Thing>, Vec<Count>), String> {
         let (names, rest) = self.texts()?.into_iter().fold((Vec::new(), Vec::new()), |(mut things, mut part), name| {
@@ -130,7 +148,7 @@ impl Checkpoint {
     pub fn to_bytes(&self) -> Vec<u8> {
         let film = &self.film;
         let mut bytes = Vec::with_capacity(4 * film.sums().len() + 4096);
-        bytes.extend(MAGIC);
+        bytes.extend(if film.is_adaptive() { ADAPTIVE_MAGIC } else { MAGIC });
         for n in film.whole().into_iter().chain(film.area()) {
             bytes.extend((n as u32).to_le_bytes());
         }
@@ -142,6 +160,13 @@ impl Checkpoint {
         put_texts(&mut bytes, film.layout().groups().iter().map(String::as_str));
         let notes: Vec<&str> = self.notes.iter().flat_map(|(name, value)| [name.as_str(), value]).collect();
         put_texts(&mut bytes, notes.into_iter());
+        if let Some(Tiles { start, tiles }) = &film.tiles {
+            bytes.extend(start.to_le_bytes());
+            for tile in tiles {
+                bytes.extend(tile.base.to_le_bytes());
+                bytes.extend(tile.rate.to_le_bytes());
+            }
+        }
         bytes.extend(film.sums().iter().flat_map(|word| word.to_le_bytes()));
         if film.layout().has_counts() {
             let names = film.layout().things().iter().flat_map(|thing| [&thing.object, &thing.look, &thing.group]);
@@ -165,8 +190,10 @@ impl Checkpoint {
     }
 
     fn parse(bytes: &[u8]) -> Result<Self, String> {
-        if !bytes.starts_with(MAGIC) {
-            return Err("it does not begin with VELLUSF3: it is no film, or one of another version".to_owned());
+        let adaptive = bytes.starts_with(ADAPTIVE_MAGIC);
+        if !adaptive && !bytes.starts_with(MAGIC) {
+            let expected = "it does not begin with VELLUSF3 or VELLUSF4";
+            return Err(format!("{expected}: it is no film, or one of another version"));
         }
         let content = bytes.len().saturating_sub(DIGEST).max(MAGIC.len());
         let (content, digest) = bytes.split_at(content);
@@ -183,6 +210,14 @@ impl Checkpoint {
         if whole.iter().any(|n| *n > 1 << 16) || !fits(0) || !fits(1) {
             return Err(format!("its part {area:?} of a picture of {whole:?} is not one this version writes"));
         }
+        let in_order = samples.start <= samples.end && samples.end <= planned;
+        if !in_order || samples.end - samples.start > MAX_SAMPLES {
+            return Err(format!("its samples run from {} to {} of {planned}", samples.start, samples.end));
+        }
+        let tiles = match adaptive {
+            true => Some(rest.tiles(tiles::grid(area[2], area[3]), &samples)?),
+            false => None,
+        };
         let layout = Layout::from_bits(layers, &groups);
         let expected = (area[2] * area[3]) as u128 * layout.bytes_per_pixel() as u128;
         let fits = if layout.has_counts() { rest.0.len() as u128 > expected } else { rest.0.len() as u128 == expected };
@@ -195,10 +230,6 @@ impl Checkpoint {
         if notes.len() % 2 == 1 {
             return Err(format!("{} names and values of notes are not pairs", notes.len()));
         }
-        let in_order = samples.start <= samples.end && samples.end <= planned;
-        if !in_order || samples.end - samples.start > MAX_SAMPLES {
-            return Err(format!("its samples run from {} to {} of {planned}", samples.start, samples.end));
-        }
         let sums = rest
             .take(expected as usize)?
             .chunks_exact(4)
@@ -206,12 +237,14 @@ impl Checkpoint {
             .collect();
         let pixels = area[2] * area[3];
         let (things, counts) = if layout.has_counts() {
-            rest.counts(pixels, samples.end - samples.start)?
+            let most = tiles.as_ref().map_or(samples.end - samples.start, |_| MAX_SAMPLES);
+            rest.counts(pixels, most)?
         } else {
             (Vec::new(), Vec::new())
         };
         let layout = layout.with_things(&things);
-        let film = Film::new(whole, area, layout).with_counts(counts).with_sums(samples.end - samples.start, sums);
+        let mut film = Film::new(whole, area, layout).with_counts(counts).with_sums(samples.end - samples.start, sums);
+        film.tiles = tiles;
         let notes = notes.chunks_exact(2).map(|pair| (pair[0].clone(), pair[1].clone())).collect();
         Ok(Checkpoint { identity, samples, planned, notes, film })
     }

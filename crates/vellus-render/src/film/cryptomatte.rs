@@ -160,9 +160,23 @@ fn json(text: &str) -> String {
     format!("\"{escaped}\"")
 }
 
-/// The values of the channels of [`channel_names`], pixel by pixel. A pixel has the ids with the largest coverage, the
-/// largest first. Of equal coverages, that of the smaller id comes first.
-pub(crate) fn channels(layer: Layer, things: &[Thing], counts: &[Count], pixels: usize, samples: u64) -> Vec<Vec<f32>> {
+impl Film {
+    /// The values of the channels of a layer of Cryptomatte, pixel by pixel. A pixel has the ids with the largest
+    /// coverage, the largest first. Of equal coverages, that of the smaller id comes first.
+    pub(super) fn cryptomatte(&self, layer: Layer) -> Vec<Vec<f32>> {
+        let width = self.width();
+        let samples = |pixel: usize| self.samples_of(pixel % width, pixel / width);
+        channels(layer, self.layout().things(), self.counts(), width * self.height(), samples)
+    }
+}
+
+fn channels(
+    layer: Layer,
+    things: &[Thing],
+    counts: &[Count],
+    pixels: usize,
+    samples: impl Fn(usize) -> u64,
+) -> Vec<Vec<f32>> {
     let ids: Vec<Option<u32>> =
         things.iter().map(|thing| Some(thing.name(layer)).filter(|name| !name.is_empty()).map(id)).collect();
     let mut channels = vec![vec![0.0; pixels]; 2 * RANKS];
@@ -179,7 +193,7 @@ pub(crate) fn channels(layer: Layer, things: &[Thing], counts: &[Count], pixels:
         for (rank, &(id, count)) in ranks.iter().take(RANKS).enumerate() {
             let pixel = counts[0].pixel as usize;
             channels[2 * rank][pixel] = f32::from_bits(id);
-            channels[2 * rank + 1][pixel] = (count as f64 / samples.max(1) as f64) as f32;
+            channels[2 * rank + 1][pixel] = (count as f64 / samples(pixel).max(1) as f64) as f32;
         }
     }
     channels
@@ -212,7 +226,7 @@ mod tests {
         let count = |pixel, thing, samples| Count { pixel, thing, samples };
         let counts = [count(1, 0, 2), count(1, 1, 4), count(1, 2, 2)];
         let at = |layer, rank: usize| {
-            let channels = channels(layer, &things, &counts, 2, 16);
+            let channels = channels(layer, &things, &counts, 2, |_| 16);
             assert!(channels.iter().all(|values| values[0] == 0.0));
             (channels[2 * rank][1].to_bits(), channels[2 * rank + 1][1])
         };

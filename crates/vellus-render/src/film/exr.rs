@@ -53,10 +53,8 @@ impl Film {
         let kept = |layer: &Layer| layers.contains(layer) && self.layout().has(*layer);
         for layer in Layer::ALL.into_iter().filter(|layer| kept(layer) && *layer != Layer::Strand) {
             if Layer::CRYPTOMATTE.contains(&layer) {
-                let (things, count) = (self.layout().things(), width * height);
-                let values = cryptomatte::channels(layer, things, self.counts(), count, self.samples());
-                push(&layer.channel_names(&[]), values, true);
-                cryptomattes.extend(cryptomatte::attributes(layer, things));
+                push(&layer.channel_names(&[]), self.cryptomatte(layer), true);
+                cryptomattes.extend(cryptomatte::attributes(layer, self.layout().things()));
                 continue;
             }
             let names = layer.channel_names(self.layout().groups());

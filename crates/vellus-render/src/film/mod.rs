@@ -9,6 +9,7 @@ mod meter;
 pub mod picture;
 pub mod png;
 mod sums;
+pub(crate) mod tiles;
 mod values;
 
 pub use layer::Layer;
@@ -17,6 +18,7 @@ pub(crate) use crate::film::layout::Layout;
 use cryptomatte::Count;
 use rayon::prelude::*;
 use sums::Format;
+use tiles::Tiles;
 
 /// The number for a strand in a film. Of two numbers, the larger one is of the strand nearer to the camera.
 pub(crate) fn nearest(depth: f32, strand: u32) -> u64 {
@@ -35,8 +37,9 @@ pub struct Film {
     whole: [usize; 2],
     area: [usize; 4],
     layout: Layout,
-    /// Samples of each pixel.
+    /// Samples of each pixel, or the nominal number if there are tiles.
     samples: u64,
+    tiles: Option<Tiles>,
     sums: Vec<u32>,
     /// Counts of things, sorted by pixel and thing; none without layers of [`Layer::CRYPTOMATTE`].
     counts: Vec<Count>,
@@ -47,7 +50,7 @@ impl Film {
     /// [`World::layout`](crate::World::layout) for the layout.
     pub fn new(whole: [usize; 2], area: [usize; 4], layout: Layout) -> Self {
         let sums = vec![0; area[2] * area[3] * layout.words()];
-        Film { whole, area, layout, samples: 0, sums, counts: Vec::new() }
+        Film { whole, area, layout, samples: 0, tiles: None, sums, counts: Vec::new() }
     }
 
     /// Width in pixels.
@@ -75,7 +78,8 @@ impl Film {
         &self.layout
     }
 
-    /// Samples of each pixel.
+    /// Samples of each pixel. With adaptive sampling, the nominal number: about the mean over the pixels. See
+    /// [`Film::samples_of`].
     pub fn samples(&self) -> u64 {
         self.samples
     }
@@ -121,9 +125,10 @@ impl Film {
     /// Adds the samples of another film of the same picture.
     ///
     /// # Panics
-    /// Panics unless [`Film::fits`] returns true.
+    /// Panics unless [`Film::fits`] returns true, and for films with adaptive sampling.
     pub fn merge(&mut self, other: &Film) {
         assert!(self.fits(other), "films of different size or layers");
+        assert!(!self.is_adaptive() && !other.is_adaptive(), "films with adaptive sampling");
         self.samples = self.samples.saturating_add(other.samples);
         combine(&self.layout, &mut self.sums, &other.sums);
         self.add_counts(&other.counts);
@@ -144,7 +149,7 @@ impl Film {
             debug_assert!(channel < kept.width);
             sums::value(&self.at(x, y)[kept.words(channel)], kept.format)
         });
-        sum / self.samples.max(1) as f64
+        sum / self.samples_of(x, y).max(1) as f64
     }
 
     /// The strand nearest to the camera in a pixel, counted from 1. 0 if there is none. See [`Layer::Strand`].
@@ -181,14 +186,9 @@ impl Film {
     }
 
     fn squared_error(&self, x: usize, y: usize, brightness: f64) -> f64 {
-        let n = self.samples.max(2) as f64;
+        let n = self.samples_of(x, y).max(2) as f64;
         let square = self.mean(x, y, Layer::SecondMoment, 0);
         (square - brightness.powi(2)).max(0.0) / (n - 1.0)
-    }
-
-    /// The number of pixels of the area.
-    pub(crate) fn pixel_count(&self) -> u64 {
-        self.width() as u64 * self.height() as u64
     }
 
     /// The number of pixels with a sum at the end of its range. They may be too dark in the picture. The range of

@@ -1,6 +1,6 @@
 //! Layers of a film as plain numbers.
 
-use crate::film::{Film, Layer, cryptomatte};
+use crate::film::{Film, Layer};
 use rayon::prelude::{IntoParallelIterator, ParallelIterator};
 
 impl Film {
@@ -16,7 +16,7 @@ impl Film {
         }
         let (width, count) = (self.width(), self.width() * self.height());
         if Layer::CRYPTOMATTE.contains(&layer) {
-            let channels = cryptomatte::channels(layer, self.layout().things(), self.counts(), count, self.samples());
+            let channels = self.cryptomatte(layer);
             return Some((0..count).flat_map(|i| channels.iter().map(move |channel| channel[i])).collect());
         }
         let channels = self.layout().range(layer)?.len();

@@ -7,7 +7,8 @@ use std::time::Duration;
 pub struct Goals {
     /// Samples a pixel, those of earlier runs included.
     pub samples: u64,
-    /// Noise of the picture, as [`Film::noise`](crate::Film::noise) measures it; above 0.
+    /// Noise of the picture, as [`Film::noise`](crate::Film::noise) measures it; above 0. It is tested at 8, 9, …, 16,
+    /// 18, …, 32, 36, … samples, so that the end of a picture does not depend on the passes.
     pub noise: Option<f64>,
     /// Time since this run began.
     pub time: Option<Duration>,
@@ -54,9 +55,22 @@ pub struct State {
 /// With fewer samples the estimate of noise is too uncertain to end a picture.
 const TRUSTED: u64 = 8;
 
+/// The noise is tested this often while the number of samples doubles, at most.
+const TESTS: u64 = 8;
+
+/// The distance between numbers of samples at which the noise is tested, from this number on.
+fn step(samples: u64) -> u64 {
+    (samples.checked_ilog2().map_or(1, |log| 1 << log) / TESTS).max(1)
+}
+
 impl State {
     fn trusted_noise(&self) -> Option<f64> {
         self.noise.filter(|_| self.samples >= TRUSTED)
+    }
+
+    /// The noise, if it is tested at this number of samples.
+    fn tested_noise(&self) -> Option<f64> {
+        self.trusted_noise().filter(|_| self.samples.is_multiple_of(step(self.samples)))
     }
 }
 
@@ -66,7 +80,7 @@ impl Goals {
         if state.samples >= self.samples {
             return Some(End::Samples);
         }
-        if self.noise.is_some_and(|goal| state.trusted_noise().is_some_and(|noise| noise <= goal)) {
+        if self.noise.is_some_and(|goal| state.tested_noise().is_some_and(|noise| noise <= goal)) {
             return Some(End::Noise);
         }
         // As close as whole samples allow: one more would end further behind the goal than this is before it.
@@ -93,6 +107,14 @@ impl Goals {
             left = left.min((seconds / state.each).round().max(0.0) as u64);
         }
         left
+    }
+
+    /// The most samples of the next pass: the noise must be tested after it.
+    pub(super) fn next_test(&self, state: &State) -> u64 {
+        match self.noise {
+            Some(_) => step(state.samples) - state.samples % step(state.samples),
+            None => u64::MAX,
+        }
     }
 
     /// An estimate of the time that is left; `None` while there is too little to estimate it from.

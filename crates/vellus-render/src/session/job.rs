@@ -141,7 +141,7 @@ impl Job {
             report(Event::Filled { cells: cache.cells(), bytes: cache.bytes(), time: start.elapsed() });
         }
         report(Event::Started(&session));
-        let before = session.film().samples();
+        let before = session.film().total_samples();
         let start = Instant::now();
         let (end, lost) = match self.render(&mut session, &mut keeper, progress, &mut report) {
             Err(Error::Device(what)) => (End::Interrupted, Some(what)),
@@ -151,7 +151,7 @@ impl Job {
         report(Event::Rendered { session: &session, time });
         self.report_statistics(&session, &mut report);
         if let (Some(from), Some(to)) = (cpu, cpu_time()) {
-            let samples = (session.film().samples() - before) * session.film().pixel_count();
+            let samples = session.film().total_samples() - before;
             report(Event::CpuTime { time: to - from, samples });
         }
         let mut checkpoint = session.into_checkpoint();
@@ -220,7 +220,7 @@ impl Job {
             report(Event::FullPixels(full));
         }
         if let Some(depth) = self.options.settings.max_depth {
-            let share = statistics.cut() / (film.samples().max(1) * film.pixel_count()) as f64;
+            let share = statistics.cut() / film.total_samples().max(1) as f64;
             report(Event::Cut { depth, share });
         }
         if let Some(limit) = self.options.settings.clamp_indirect {

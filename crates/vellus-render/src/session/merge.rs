@@ -44,10 +44,14 @@ impl Merge {
     /// Adds a film. Messages call it by its `name`, usually its path.
     ///
     /// # Errors
-    /// [`Error::Merge`] if it is not of the same picture as the first film.
+    /// [`Error::Merge`] if it is not of the same picture as the first film, or was rendered with adaptive sampling.
     pub fn add(&mut self, name: impl Into<String>, mut film: Checkpoint) -> Result<(), Error> {
         let name = name.into();
         let part = Part { name, samples: film.samples.clone(), planned: film.planned };
+        if film.film.is_adaptive() {
+            let what = "its tiles have different numbers of samples, because it was rendered until a goal of noise";
+            return Err(Error::Merge(format!("{}: {what}", part.name)));
+        }
         if let Some(sum) = &mut self.sum {
             if sum.identity != film.identity || !sum.film.fits(&film.film) {
                 let (first, second) = (&self.parts[0].name, &part.name);

@@ -33,6 +33,7 @@ pub use store::{Found, Rescue, Store, read_film, write_film};
 
 use crate::error::Error;
 use crate::film::checkpoint::{Checkpoint, MAX_SAMPLES};
+use crate::film::tiles::{is_planned_at, next_plan};
 use crate::film::{Film, Layer, picture::Notes};
 use crate::integrator::cache::RadianceCache;
 use crate::integrator::settings::Settings;
@@ -55,7 +56,11 @@ pub struct Options {
     /// Refuse to resume from a checkpoint with samples beyond [`Options::samples`]: for ranges that will be merged
     /// with others.
     pub exact: bool,
-    /// End when the picture's noise is this low: see [`Film::noise`]. Above 0.
+    /// End when the picture's noise is this low: see [`Film::noise`]. Above 0. It is tested at fixed numbers of samples,
+    /// so that the picture does not depend on [`Options::pass`].
+    ///
+    /// Sampling is then adaptive: noisy parts of the picture get more samples. Exceptions are a tracer of its own,
+    /// [`Options::exact`], and samples that do not begin with 0.
     pub noise: Option<f64>,
     /// End after rendering this long.
     pub time: Option<Duration>,
@@ -201,7 +206,8 @@ impl<'w> Session<'w> {
     ///
     /// # Errors
     /// [`Error::OtherCheckpoint`] if it is of another picture, begins with another sample, or has samples that
-    /// [`Options::exact`] excludes. The session is then as before.
+    /// [`Options::exact`] excludes, or if it has adaptive samples and this session cannot continue them. The session is
+    /// then as before.
     pub fn resume(&mut self, kept: Checkpoint) -> Result<(), Error> {
         let own = &mut self.checkpoint;
         if kept.identity != own.identity || !kept.film.fits(&own.film) {
@@ -212,6 +218,11 @@ impl<'w> Session<'w> {
             let (start, end) = (own.samples.start, own.planned);
             let what = format!("has the samples {:?}, which are not in {start}..{end}", kept.samples);
             return Err(Error::OtherCheckpoint(what));
+        }
+        if kept.film.is_adaptive() && (self.exact || self.tracer.is_some()) {
+            let what = "has other numbers of samples in each part of the picture, because it was rendered with a goal \
+                        of noise: continue on the processor, and without a range of samples";
+            return Err(Error::OtherCheckpoint(what.to_owned()));
         }
         (own.samples, own.film) = (kept.samples, kept.film);
         own.planned = own.planned.max(own.samples.end);
@@ -248,7 +259,10 @@ impl<'w> Session<'w> {
             if let Some(end) = self.goals.reached(&state) {
                 return Ok(end);
             }
-            let samples = count.min(self.goals.samples_left(&state)).max(1);
+            let mut samples = count.min(self.goals.samples_left(&state)).max(1).min(self.goals.next_test(&state));
+            if self.is_adaptive() {
+                samples = samples.min(next_plan(state.samples) - state.samples);
+            }
             let began = Instant::now();
             match self.add(samples, progress) {
                 Ok(()) => {}
@@ -280,6 +294,12 @@ impl<'w> Session<'w> {
         self.cache.as_ref()
     }
 
+    /// Do noisy parts of the picture get more samples? A film that has such samples already goes on so.
+    fn is_adaptive(&self) -> bool {
+        let possible = self.tracer.is_none() && !self.exact && self.checkpoint.samples.start == 0;
+        self.checkpoint.film.is_adaptive() || (possible && self.goals.noise.is_some())
+    }
+
     /// Renders so many samples a pixel more.
     fn add(&mut self, samples: u64, progress: &dyn Progress) -> Result<(), Error> {
         if progress.is_cancelled() {
@@ -287,6 +307,9 @@ impl<'w> Session<'w> {
         }
         let first = self.checkpoint.samples.end;
         let next = first..first + samples;
+        if self.is_adaptive() && is_planned_at(first) {
+            self.checkpoint.film.plan();
+        }
         let (settings, film) = (&self.settings, &mut self.checkpoint.film);
         self.statistics += match &mut self.tracer {
             Some(tracer) => self.world.render_packed(settings, film, next.clone(), progress, &mut **tracer)?,

@@ -1,0 +1,167 @@
+//! Adaptive sampling: numbers of samples by tile.
+//!
+//! For the same noise of the picture, the root mean square of its pixels' standard errors, the best number of samples
+//! of a tile is in proportion to σ/√t: the standard deviation of a sample there, and the time that it takes. The time
+//! is estimated from the coverage by fibres, because decisions must not depend on the machine. Measured:
+//! `docs/notes/2026-11-level-of-detail.md`.
+//!
+//! A film is planned when it has 16, 32, 64, … samples a pixel. Until the next plan, each tile gets samples at its own
+//! rate. So the samples of a film depend on the nominal number alone, and not on the passes in which they were rendered.
+
+use crate::film::checkpoint::MAX_SAMPLES;
+use crate::film::{Film, Layer};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// The side of a tile, in pixels.
+const SIDE: usize = 8;
+
+/// Samples of each pixel before the first plan.
+const PILOT: u64 = 16;
+
+/// No tile has less than this share of the nominal number when a plan ends, after the pilot. A tile that seems to have
+/// no noise may show a rare event.
+const LEAST: f64 = 0.25;
+
+/// The time of a sample that meets no fibre, in units of what a fibre adds to that.
+const EMPTY: f64 = 0.2;
+
+/// Rates are multiples of 1/`UNIT` samples a nominal sample.
+const UNIT: u64 = 64;
+
+/// The largest rate, in samples a nominal sample.
+pub(super) const FASTEST: u64 = 64;
+
+/// The samples of a tile.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Tile {
+    /// Samples of each pixel when the plan was made.
+    pub base: u64,
+    /// Samples since then, in 1/64 of a nominal sample.
+    pub rate: u32,
+}
+
+/// The plan of a film whose tiles have different numbers of samples.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Tiles {
+    /// The nominal number of samples when the plan was made.
+    pub start: u64,
+    /// Row by row.
+    pub tiles: Vec<Tile>,
+}
+
+impl Tile {
+    /// The samples of each pixel, so many nominal samples after the plan was made.
+    fn count(&self, after: u64) -> u64 {
+        self.base.saturating_add(after.saturating_mul(self.rate.into()) / UNIT)
+    }
+
+    /// Can a film have it that was planned at `start`, and has so many nominal samples?
+    pub fn is_possible(&self, start: u64, samples: u64) -> bool {
+        u64::from(self.rate) <= FASTEST * UNIT && start <= samples && self.count(samples - start) <= MAX_SAMPLES
+    }
+}
+
+/// Is a film with so many nominal samples planned anew?
+pub(crate) fn is_planned_at(samples: u64) -> bool {
+    samples >= PILOT && samples.is_power_of_two()
+}
+
+/// The nominal number of samples at which a film with so many is planned next.
+pub(crate) fn next_plan(samples: u64) -> u64 {
+    (samples + 1).next_power_of_two().max(PILOT)
+}
+
+/// Columns and rows of tiles in an area.
+pub(super) fn grid(width: usize, height: usize) -> [usize; 2] {
+    [width, height].map(|n| n.div_ceil(SIDE))
+}
+
+impl Film {
+    /// The number of samples of a pixel. It differs from [`Film::samples`] only with adaptive sampling.
+    pub fn samples_of(&self, x: usize, y: usize) -> u64 {
+        self.count(x, y, self.samples())
+    }
+
+    /// The samples of all pixels.
+    pub fn total_samples(&self) -> u64 {
+        let row = |y| (0..self.width()).map(|x| self.samples_of(x, y)).sum::<u64>();
+        match self.tiles {
+            Some(_) => (0..self.height()).map(row).sum(),
+            None => self.samples() * (self.width() * self.height()) as u64,
+        }
+    }
+
+    /// Do the tiles have different numbers of samples? Such a film cannot be merged with others.
+    pub fn is_adaptive(&self) -> bool {
+        self.tiles.is_some()
+    }
+
+    /// The samples of a pixel that belong to this range of nominal samples.
+    pub(crate) fn range(&self, x: usize, y: usize, nominal: &Range<u64>) -> Range<u64> {
+        self.count(x, y, nominal.start)..self.count(x, y, nominal.end)
+    }
+
+    fn count(&self, x: usize, y: usize, nominal: u64) -> u64 {
+        let Some(Tiles { start, tiles }) = &self.tiles else { return nominal };
+        let [columns, _] = grid(self.width(), self.height());
+        tiles[y / SIDE * columns + x / SIDE].count(nominal.saturating_sub(*start))
+    }
+
+    /// Plans the samples of each tile until [`next_plan`].
+    pub(crate) fn plan(&mut self) {
+        let [columns, rows] = grid(self.width(), self.height());
+        let span = |tile: usize, all: usize| tile * SIDE..(tile * SIDE + SIDE).min(all);
+        let places: Vec<[usize; 2]> = (0..rows).flat_map(|y| (0..columns).map(move |x| [x, y])).collect();
+        let pixels = |&[x, y]: &[usize; 2]| (span(x, self.width()).len() * span(y, self.height()).len()) as f64;
+        let size: Vec<f64> = places.iter().map(pixels).collect();
+        let mean = |i: usize, value: &dyn Fn(usize, usize) -> f64| {
+            let [x, y] = places[i];
+            let pixels = span(y, self.height()).flat_map(|y| span(x, self.width()).map(move |x| (x, y)));
+            pixels.map(|(x, y)| value(x, y)).sum::<f64>() / size[i]
+        };
+        let variance = |x, y| self.error(x, y).powi(2) * self.samples_of(x, y) as f64;
+        let variance: Vec<f64> = (0..places.len()).into_par_iter().map(|i| mean(i, &variance)).collect();
+        // A tile with less noise than its surroundings may have been lucky.
+        let around = |&[x, y]: &[usize; 2]| {
+            let near = |c: usize, all: usize| c.saturating_sub(1)..(c + 2).min(all);
+            let tiles = near(y, rows).flat_map(|v| near(x, columns).map(move |u| v * columns + u));
+            let (sum, count) = tiles.fold((0.0, 0.0), |(sum, count), i| (sum + variance[i], count + 1.0));
+            sum / count
+        };
+        let need = |i: usize| {
+            let time = EMPTY + mean(i, &|x, y| self.mean(x, y, Layer::Fibers, 0));
+            (variance[i].max(around(&places[i])) / time).sqrt()
+        };
+        let need: Vec<f64> = (0..places.len()).map(need).collect();
+        let base: Vec<u64> = places.iter().map(|&[x, y]| self.samples_of(x * SIDE, y * SIDE)).collect();
+        let (start, end) = (self.samples(), next_plan(self.samples()));
+        let nominal = (end - start) as f64;
+        let most = |i: usize| (MAX_SAMPLES.saturating_sub(base[i]) as f64).min(FASTEST as f64 * nominal);
+        let more = |i: usize, scale: f64| {
+            let wanted = (scale * need[i]).max(LEAST * end as f64);
+            (wanted - base[i] as f64).clamp(0.0, most(i))
+        };
+        let budget = nominal * size.iter().sum::<f64>();
+        let spent = |scale: f64| (0..places.len()).map(|i| size[i] * more(i, scale)).sum::<f64>();
+        let scale = largest_within(budget, spent);
+        let rate = |i: usize| (more(i, scale) / nominal * UNIT as f64).round() as u32;
+        // Without noise there is nothing to plan by.
+        let even = need.iter().all(|&x| x == 0.0);
+        let tile = |i: usize| Tile { base: base[i], rate: if even { UNIT as u32 } else { rate(i) } };
+        self.tiles = Some(Tiles { start, tiles: (0..places.len()).map(tile).collect() });
+    }
+}
+
+/// The largest scale, to double precision, at which a function that does not fall is at most `budget`.
+fn largest_within(budget: f64, spent: impl Fn(f64) -> f64) -> f64 {
+    let (mut low, mut high) = (0.0, f64::MIN_POSITIVE);
+    while spent(high) <= budget && high < 1e300 {
+        (low, high) = (high, high * 16.0);
+    }
+    for _ in 0..64 {
+        let middle = 0.5 * (low + high);
+        if spent(middle) <= budget { low = middle } else { high = middle }
+    }
+    low
+}
