@@ -50,8 +50,9 @@ fn varied(name: &str) -> Result<Scene, Box<dyn Error>> {
     if !light.is_empty() {
         let camera = scene.camera.ok_or("the scene has no camera")?;
         let (away, up) = (camera.to_world.z_axis.truncate(), camera.to_world.y_axis.truncate());
-        // High enough that the studio's wall does not hide it.
-        let direction = if light == "back" { 2.0 * up - away } else { away + 0.5 * up }.normalize();
+        let direction = (if light == "back" { -away } else { away } + 0.5 * up).normalize();
+        // The studio would hide a sun behind the object.
+        scene.meshes.retain(|mesh| light != "back" || !["backdrop", "ground"].contains(&mesh.name.as_str()));
         scene.lights = vec![if light == "sky" {
             Light::Dome { radiance: [1.0; 3], texture: None, rotation: glam::Mat3::IDENTITY, ground: None }
         } else {
