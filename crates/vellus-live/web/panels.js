@@ -75,7 +75,7 @@ export class Panels {
       const rows = light.movable ? [gain, ...axes] : [gain];
       return {
         root: element("div", { class: "group", role: "group", "aria-label": `Light ${light.name}` },
-          element("h3", { text: light.name === light.kind ? light.name : `${light.name} (${light.kind})` }),
+          element("h2", { text: light.name === light.kind ? light.name : `${light.name} (${light.kind})` }),
           ...rows.map((control) => control.row)),
         set: (state) => {
           Object.assign(values, { gain: state.gain, shift: [...state.shift] });
@@ -141,8 +141,8 @@ export class Panels {
     };
     return [
       element("label", { class: "line" }, "Size", size), target.row,
-      element("h3", { text: "Save" }), saves,
-      element("h3", { text: "Load" }), element("div", { class: "line" },
+      element("h2", { text: "Save" }), saves,
+      element("h2", { text: "Load" }), element("div", { class: "line" },
         button("Load a groom …", () => input.click()), input, open),
       element("p", { class: "hint", text: "Or drop a .hair, .tfx or .obj file on the page." }),
     ];
