@@ -159,7 +159,8 @@ impl Command {
 pub struct Coat {
     /// Whether the strands keep the colours of the scene. Otherwise all have the colour of the look.
     pub pattern: bool,
-    /// The absorption at the tip relative to that at the root; in [0.01, 100]. Above 1, tips are darker.
+    /// The absorption at the tip relative to that at the root; in [0.01, 100]. Above 1, tips are darker, and channels
+    /// that hardly absorb get darker too.
     pub tip: f32,
 }
 

@@ -364,3 +364,15 @@ async fn undo_and_versions_cover_fibres_model_lights_and_groom() {
     assert_eq!(settings(&b), settings(&a));
     assert_eq!(ask(&mut socket, json!({"type": "version", "index": 2})).await["type"], "error");
 }
+
+#[tokio::test]
+async fn a_file_that_is_too_large_is_refused_before_it_is_read() {
+    let server = server(None);
+    let head = |length: usize| {
+        format!(
+            "POST /load?a.hair HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nContent-Length: {length}\r\n\r\n"
+        )
+    };
+    // The answer comes before the file.
+    assert_eq!(status(&http(&server, &head((512 << 20) + 1), b"HAIR").await), "413");
+}

@@ -24,7 +24,7 @@ export class FiberPanel {
     this.pattern = check({ label: "Keep the pattern of the scene", change: (pattern) => this.sendCoat({ pattern }),
       hint: "Strands keep their own colours. A new colour of the fibre replaces them" });
     this.tip = slider({ label: "Darker tips", min: 0.05, max: 50, step: 0.01, unit: "×", log: true,
-      hint: "Absorption at the tip relative to the root: 1 is even, above 1 is darker",
+      hint: "1 is even. Above 1 the tips are darker, below 1 they are paler",
       change: (tip) => this.sendCoat({ tip }) });
     this.holder = element("div", { class: "vellus" });
     this.root = element("div", { class: "body" },

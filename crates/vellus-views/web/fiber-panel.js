@@ -25,6 +25,9 @@ const CHANNEL_NAMES = { r: "Red", g: "Green", b: "Blue" };
 /** Short forms of units, for the eye alone. */
 const SHORT_UNITS = { "1/radius": "1/r" };
 
+/** The limits of a named colour. No fur reflects nothing or everything, and the cuticle reflects some white light. */
+const NAMED = [0.01, 0.95];
+
 /** The most steps of undo. */
 const STEPS = 200;
 
@@ -336,7 +339,7 @@ export async function createFiberPanel(element, source, { fiber, onchange = () =
   word.addEventListener("change", () => {
     const typed = word.value.trim();
     const color = namedColor(typed);
-    if (color) setReflectance(fromHex(color), true);
+    if (color) setReflectance(fromHex(color).map((x) => Math.min(Math.max(x, NAMED[0]), NAMED[1])), true);
     else if (typed) message.textContent = `${typed} is no colour: write a name such as brown, or #rrggbb`;
   });
   const reflectance = rows.get("reflectance").channels.map((channel) => {
