@@ -32,7 +32,8 @@ try {
     await debug.send("HeapProfiler.collectGarbage");
     const { metrics } = await debug.send("Performance.getMetrics");
     const of = (key) => metrics.find((one) => one.name === key).value;
-    const found = { server: resident(), heap: of("JSHeapUsedSize") / 2 ** 20, nodes: of("Nodes"), frames: await frame() };
+    const heap = of("JSHeapUsedSize") / 2 ** 20;
+    const found = { server: resident(), heap, nodes: of("Nodes"), frames: await frame() };
     console.log(`${name}: server ${found.server.toFixed(0)} MB, page ${found.heap.toFixed(2)} MB of JavaScript, `
       + `${found.nodes} nodes, ${found.frames} pictures`);
     return found;

@@ -40,7 +40,8 @@ async function barriers() {
     }, theme);
     await page.waitForTimeout(500);
     const { violations, passes } = await page.evaluate(() => globalThis.axe.run());
-    const shown = violations.map(({ impact, id, nodes }) => `${impact} ${id}: ${nodes.map((one) => one.html).join(" ")}`);
+    const shown = violations.map(({ impact, id, nodes }) =>
+      `${impact} ${id}: ${nodes.map((one) => one.html).join(" ")}`);
     console.log(`axe-core, ${theme}: ${passes.length} rules hold, ${violations.length} do not\n${shown.join("\n")}`);
     assert.deepEqual(violations.filter(({ impact }) => ["serious", "critical"].includes(impact)), []);
   }
@@ -117,7 +118,7 @@ try {
   await page.waitForTimeout(600);
   assert.ok((await frame()) - paused <= 1, "a paused picture refines");
   await press("Pause");
-  // Outside of the crop nothing changes, and inside the exposure does not matter: the samples start again.
+  // Outside of the crop nothing changes, not even with another exposure.
   await press("Crop");
   await page.mouse.move(middle[0] - 80, middle[1] - 60);
   await page.mouse.down();
