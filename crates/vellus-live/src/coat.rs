@@ -6,6 +6,10 @@ use vellus::{CoatColors, Fiber, Parameter};
 use vellus_render::Varying;
 use vellus_scene::{Strands, Values};
 
+/// The absorption that darker tips of unpigmented fur are multiples of, per radius. Ten times as much makes a dense
+/// coat dark grey.
+const LEAST: f32 = 0.02;
+
 impl Coat {
     /// Checks the ranges.
     pub(crate) fn check(&self) -> Result<(), String> {
@@ -30,7 +34,7 @@ impl Coat {
                     let s = k as f32 / last;
                     // The factor grows toward the tip: half of the strand is nearly unchanged.
                     let factor = self.tip.powf(s * s);
-                    root.unwrap_or_else(|| absorption.of_point(i, point)).map(|sigma| sigma * factor)
+                    grow(root.unwrap_or_else(|| absorption.of_point(i, point)), factor)
                 };
                 points.enumerate().map(color).collect()
             })
@@ -38,6 +42,13 @@ impl Coat {
         others.push((Parameter::SigmaCa, Values::PerPoint(colors.concat())));
         others
     }
+}
+
+/// An absorption whose largest channels are multiplied by a factor. A factor above 1 also darkens the channels that
+/// absorb least: a multiple of nearly nothing would leave the tips of red or white fur as they are.
+fn grow(sigma: [f32; 3], factor: f32) -> [f32; 3] {
+    let least = (sigma.iter().sum::<f32>() / 3.0).max(LEAST);
+    sigma.map(|s| if factor > 1.0 { s + (factor - 1.0) * s.max(least) } else { s * factor })
 }
 
 /// Whether a parameter gives the cortex its colour.
@@ -107,7 +118,15 @@ mod tests {
             let points = &colors[strands.starts[i] as usize..strands.starts[i + 1] as usize];
             assert_eq!(points[0], *root);
             // The exponent is exactly 1 at the tip; powf rounds to a few units in the last place.
-            assert!((points[points.len() - 1][0] / root[0] - 4.0).abs() < 1e-4);
+            let (tip, most) = (points[points.len() - 1], root.iter().copied().fold(0.0, f32::max));
+            let largest = tip.iter().copied().fold(0.0, f32::max);
+            assert!(most < LEAST || (largest / most - 4.0).abs() < 1e-4, "{root:?} {tip:?}");
+        }
+        // Red and white fur get darker too.
+        for sigma in [[1e-4, 3.0, 3.0], [0.0; 3]] {
+            let tip = grow(sigma, 8.0);
+            assert!(tip.iter().zip(sigma).all(|(tip, root)| *tip >= root + 7.0 * LEAST), "{tip:?}");
+            assert_eq!((grow(sigma, 1.0), grow(sigma, 0.5)), (sigma, sigma.map(|s| 0.5 * s)));
         }
         let uniform = Coat { pattern: false, tip: 0.5 }.varying(strands, &own, &fiber);
         let [(_, Values::PerPoint(colors))] = &uniform[..] else { panic!("{}", uniform.len()) };

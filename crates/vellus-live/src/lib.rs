@@ -18,6 +18,7 @@ mod engine;
 mod frame;
 mod groom;
 mod guard;
+mod history;
 mod page;
 mod renderer;
 mod request;

@@ -105,7 +105,7 @@ impl Renderer {
     fn work(&mut self, job: Job) {
         match job {
             Job::Command(command, reply, at) => {
-                let answer = self.session.apply(command).and_then(|(answer, effect)| {
+                let answer = self.session.apply(command, at).and_then(|(answer, effect)| {
                     self.revision += 1;
                     match effect {
                         Effect::None => {}
@@ -114,7 +114,12 @@ impl Renderer {
                             self.since.get_or_insert(at);
                             self.restart();
                         }
-                        Effect::Groom => self.build(),
+                        Effect::Groom(restart) => {
+                            if restart {
+                                self.restart();
+                            }
+                            self.build();
+                        }
                         Effect::Open(file) => self.open(&file)?,
                     }
                     Ok(answer)
@@ -292,7 +297,7 @@ impl Renderer {
             self.outdated = true;
             return;
         }
-        let (source, groom) = (Arc::clone(&self.session.source), self.session.groom);
+        let (source, groom) = (Arc::clone(&self.session.source), self.session.groom());
         let (shared, number) = (Arc::clone(&self.shared), self.number);
         let work = move || {
             let strands: Vec<Strands> = source.iter().map(|set| groom.apply(set)).collect();

@@ -120,6 +120,17 @@ pub enum Command {
     },
     /// Sets the groom.
     Groom(Groom),
+    /// Undoes the last change of fibres, model, lights or groom.
+    Undo,
+    /// Redoes what was undone.
+    Redo,
+    /// Shows version A or B of fibres, model, lights and groom.
+    Version {
+        /// 0 for A, 1 for B.
+        index: usize,
+    },
+    /// Copies the version that is shown to the other one.
+    CopyVersion,
     /// Opens a scene or a groom in the folder of the server.
     Open {
         /// The name of the file.
@@ -127,12 +138,29 @@ pub enum Command {
     },
 }
 
+impl Command {
+    /// The control that a step of undo belongs to. `None` if the command changes neither fibres nor model, lights or
+    /// groom.
+    pub(crate) fn control(&self) -> Option<String> {
+        match self {
+            Command::Look { look, .. } => Some(format!("look {look}")),
+            Command::Coat { look, .. } => Some(format!("coat {look}")),
+            Command::Model { .. } => Some("model".to_owned()),
+            Command::Sky { .. } => Some("sky".to_owned()),
+            Command::Light { light, .. } => Some(format!("light {light}")),
+            Command::Groom(_) => Some("groom".to_owned()),
+            _ => None,
+        }
+    }
+}
+
 /// How the colour of a look varies over the strands.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Coat {
     /// Whether the strands keep the colours of the scene. Otherwise all have the colour of the look.
     pub pattern: bool,
-    /// The absorption at the tip relative to that at the root; in [0.01, 100]. Above 1, tips are darker.
+    /// The absorption at the tip relative to that at the root; in [0.01, 100]. Above 1, tips are darker, and channels
+    /// that hardly absorb get darker too.
     pub tip: f32,
 }
 

@@ -169,12 +169,18 @@ async fn save(site: &Site, name: &str) -> Response {
 /// A dropped file: its bytes are the body, and its name is the query.
 async fn load(site: &Site, request: Request) -> Response {
     let name = percent_decoded(request.uri().query().unwrap_or_default());
+    let too_large = || {
+        let what = format!("the file is too large: at most {} MB", MAX_UPLOAD >> 20);
+        text(StatusCode::PAYLOAD_TOO_LARGE, &what)
+    };
+    // A file that says its size is refused before it is read.
+    let length = request.headers().get(header::CONTENT_LENGTH).and_then(|value| value.to_str().ok()?.parse().ok());
+    if length.is_some_and(|length: u64| length > MAX_UPLOAD as u64) {
+        return too_large();
+    }
     let bytes = match Bytes::from_request(request, &()).await {
         Ok(bytes) => bytes,
-        Err(error) if error.status() == StatusCode::PAYLOAD_TOO_LARGE => {
-            let what = format!("the file is too large: at most {} MB", MAX_UPLOAD >> 20);
-            return text(StatusCode::PAYLOAD_TOO_LARGE, &what);
-        }
+        Err(error) if error.status() == StatusCode::PAYLOAD_TOO_LARGE => return too_large(),
         Err(error) => return error.into_response(),
     };
     let Some(answer) = site.engine.load(name, bytes.into()) else {

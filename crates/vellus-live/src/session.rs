@@ -1,12 +1,14 @@
 //! A scene that is shown, and the values of all controls. The thread of the engine owns it.
 
 use crate::camera::Orbit;
+use crate::history::{History, Step, Version};
 use crate::request::{Coat, Command, Groom, MAX_SIDE, within};
-use crate::state::{LightState, LookState, State};
+use crate::state::{LightState, LookState, OtherState, State};
 use glam::{Mat3, Mat4, Quat, Vec3};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Instant;
 use vellus::{Fiber, FiberBuilder};
 use vellus_models::ModelKind;
 use vellus_open::{Opened, Options, Staging};
@@ -24,8 +26,8 @@ pub enum Effect {
     Redraw,
     /// The picture starts again.
     Restart,
-    /// The groom is built in the background.
-    Groom,
+    /// The groom is built in the background. With `true`, the picture starts again at once too.
+    Groom(bool),
     /// A file of the folder is opened in the background.
     Open(String),
 }
@@ -34,17 +36,15 @@ pub enum Effect {
 pub struct Session {
     pub world: World,
     pub orbit: Orbit,
-    model: Method,
     name: String,
     /// The strands of the scene, and the parameters that vary over the strands shown, before [`Coat`].
     pub source: Arc<Vec<Strands>>,
     own: Vec<Varying>,
-    looks: Vec<(Look, Coat)>,
     lights: Vec<(String, Light)>,
-    changes: Vec<(f32, Vec3)>,
-    sky: f32,
     up: Vec3,
-    pub groom: Groom,
+    /// What the picture shows.
+    now: Version,
+    history: History,
     pub exposure: f32,
     size: [usize; 2],
     crop: Option<[f32; 4]>,
@@ -78,23 +78,25 @@ impl Session {
         let own = scene.strands.iter().map(|strands| strands.varying.clone()).collect();
         let (low, high) = scene.bounds().unwrap_or_default();
         let (up, units) = (scene.up(), scene.units);
-        let looks = scene.looks.iter().map(|look| (look.clone(), Coat::default())).collect();
         let lights: Vec<_> = scene.light_group_names().into_iter().zip(scene.lights.iter().cloned()).collect();
-        let model = Method::from(ModelKind::Vellus);
-        let world = model.world(scene)?;
+        let now = Version {
+            looks: scene.looks.iter().map(|look| (look.clone(), Coat::default())).collect(),
+            model: Method::from(ModelKind::Vellus),
+            sky: 0.0,
+            changes: vec![(1.0, Vec3::ZERO); lights.len()],
+            groom: Groom::default(),
+        };
+        let world = now.model.world(scene)?;
         let mut session = Session {
             orbit: Orbit::new(world.camera(), 0.5 * (low + high), up),
             world,
-            model,
             name,
             source,
             own,
-            looks,
-            changes: vec![(1.0, Vec3::ZERO); lights.len()],
             lights,
-            sky: 0.0,
             up,
-            groom: Groom::default(),
+            history: History::new(now.clone()),
+            now,
             exposure: 0.0,
             size: SIZE,
             crop: None,
@@ -113,7 +115,16 @@ impl Session {
     }
 
     /// Applies a command. The session does not change if it is refused.
-    pub fn apply(&mut self, command: Command) -> Result<(Value, Effect), String> {
+    pub fn apply(&mut self, command: Command, at: Instant) -> Result<(Value, Effect), String> {
+        let control = command.control();
+        let answer = self.change(command)?;
+        if let Some(control) = control {
+            self.history.record(control, &self.now, at);
+        }
+        Ok(answer)
+    }
+
+    fn change(&mut self, command: Command) -> Result<(Value, Effect), String> {
         let effect = match command {
             Command::Orbit { x, y } => self.moved(|orbit| orbit.turn(x, y))?,
             Command::Pan { x, y } => self.moved(|orbit| orbit.pan(x, y))?,
@@ -172,37 +183,38 @@ impl Session {
             Command::Look { look, fiber } => self.set_fiber(look, fiber)?,
             Command::Coat { look, coat } => {
                 coat.check()?;
-                let mut looks = self.looks.clone();
+                let mut looks = self.now.looks.clone();
                 looks.get_mut(look).ok_or("the look does not exist")?.1 = coat;
                 self.set_looks(looks, Some(look))?
             }
             Command::Model { name } => {
                 let kind: ModelKind = name.parse().map_err(|error: vellus_models::Error| error.to_string())?;
-                let model = Method::from(kind);
-                model.apply(&mut self.world).map_err(|error| error.to_string())?;
-                self.model = model;
-                Effect::Restart
+                self.set_model(Method::from(kind))?
             }
             Command::Sky { degrees } => {
-                let old = std::mem::replace(&mut self.sky, within("degrees", degrees, -3600.0, 3600.0)?);
-                self.set_lights().inspect_err(|_| self.sky = old)?
+                let old = std::mem::replace(&mut self.now.sky, within("degrees", degrees, -3600.0, 3600.0)?);
+                self.set_lights().inspect_err(|_| self.now.sky = old)?
             }
             Command::Light { light, gain, shift } => {
                 let gain = within("gain", gain, 0.0, 1000.0)?;
                 let shift = Vec3::from(shift);
                 within("shift", shift.length(), 0.0, 1e6)?;
-                let change = self.changes.get_mut(light).ok_or("the light does not exist")?;
+                let change = self.now.changes.get_mut(light).ok_or("the light does not exist")?;
                 let old = std::mem::replace(change, (gain, shift));
-                self.set_lights().inspect_err(|_| self.changes[light] = old)?
+                self.set_lights().inspect_err(|_| self.now.changes[light] = old)?
             }
             Command::Groom(groom) => {
                 groom.check()?;
                 if self.source.is_empty() {
                     return Err("this scene has no strands outside of instances".to_owned());
                 }
-                self.groom = groom;
-                Effect::Groom
+                self.now.groom = groom;
+                Effect::Groom(false)
             }
+            Command::Undo => self.step(Step::Undo)?,
+            Command::Redo => self.step(Step::Redo)?,
+            Command::Version { index } => self.step(Step::Show(index))?,
+            Command::CopyVersion => self.step(Step::Copy)?,
             Command::Open { file } => Effect::Open(file),
         };
         Ok((Value::Null, effect))
@@ -216,10 +228,52 @@ impl Session {
         Ok(Effect::Restart)
     }
 
+    /// Makes a step of the history, and shows the version that it gives.
+    fn step(&mut self, step: Step) -> Result<Effect, String> {
+        let before = self.history.clone();
+        let next = self.history.step(step)?;
+        self.show(&next).inspect_err(|_| self.history = before)
+    }
+
+    /// Shows a version. What it has in common with the one before stays.
+    fn show(&mut self, next: &Version) -> Result<Effect, String> {
+        if *next == self.now {
+            return Ok(Effect::None);
+        }
+        if next.model != self.now.model {
+            self.set_model(next.model)?;
+        }
+        let differ = |i: &usize| next.looks[*i] != self.now.looks[*i];
+        let changed: Vec<usize> = (0..next.looks.len()).filter(differ).collect();
+        match changed[..] {
+            [] => {}
+            [one] => drop(self.set_looks(next.looks.clone(), Some(one))?),
+            _ => drop(self.set_looks(next.looks.clone(), None)?),
+        }
+        if (next.sky, &next.changes) != (self.now.sky, &self.now.changes) {
+            (self.now.sky, self.now.changes) = (next.sky, next.changes.clone());
+            self.set_lights()?;
+        }
+        let grown = next.groom != self.now.groom;
+        self.now.groom = next.groom;
+        Ok(if grown { Effect::Groom(true) } else { Effect::Restart })
+    }
+
+    fn set_model(&mut self, model: Method) -> Result<Effect, String> {
+        model.apply(&mut self.world).map_err(|error| error.to_string())?;
+        self.now.model = model;
+        Ok(Effect::Restart)
+    }
+
+    /// The changes of the strands.
+    pub fn groom(&self) -> Groom {
+        self.now.groom
+    }
+
     fn set_fiber(&mut self, index: usize, fiber: Value) -> Result<Effect, String> {
         let builder: FiberBuilder = serde_json::from_value(fiber).map_err(|error| error.to_string())?;
         let fiber = builder.build().map_err(|error| error.to_string())?;
-        let mut looks = self.looks.clone();
+        let mut looks = self.now.looks.clone();
         let (look, coat) = looks.get_mut(index).ok_or("the look does not exist")?;
         // A new colour replaces the pattern of the scene. Other parameters keep it.
         let recolored = fiber.sigma_ca != look.fiber.sigma_ca;
@@ -237,7 +291,7 @@ impl Session {
         let sets = sets.filter(|(_, set)| changed.is_none_or(|look| look == set.look));
         let needed = |look: usize| {
             // Without an own colour and with the same coat, the values stay.
-            changed.is_none() || looks[look].1 != self.looks[look].1 || looks[look].1.tip != 1.0
+            changed.is_none() || looks[look].1 != self.now.looks[look].1 || looks[look].1.tip != 1.0
         };
         let varying = sets
             .filter(|(_, set)| needed(set.look))
@@ -245,13 +299,13 @@ impl Session {
             .collect();
         let plain = looks.iter().map(|(look, _)| look.clone()).collect();
         let before = self.world.set_looks(plain, varying).map_err(|error| error.to_string())?;
-        if let Err(error) = self.model.apply(&mut self.world) {
+        if let Err(error) = self.now.model.apply(&mut self.world) {
             // The looks before were valid, so this cannot fail.
-            let plain = self.looks.iter().map(|(look, _)| look.clone()).collect();
+            let plain = self.now.looks.iter().map(|(look, _)| look.clone()).collect();
             let _ = self.world.set_looks(plain, before);
             return Err(error.to_string());
         }
-        self.looks = looks;
+        self.now.looks = looks;
         Ok(Effect::Restart)
     }
 
@@ -260,14 +314,14 @@ impl Session {
         let own = curves.strands().iter().map(|set| set.varying.clone()).collect();
         self.world.set_curves(curves).map_err(|error| error.to_string())?;
         self.own = own;
-        self.set_looks(self.looks.clone(), None).map(|_| ())
+        self.set_looks(self.now.looks.clone(), None).map(|_| ())
     }
 
     fn set_lights(&mut self) -> Result<Effect, String> {
-        let turn = Quat::from_axis_angle(self.up, self.sky.to_radians());
+        let turn = Quat::from_axis_angle(self.up, self.now.sky.to_radians());
         let changed =
             |((_, light), (gain, shift)): (&(String, Light), &(f32, Vec3))| change(light, *gain, *shift, turn);
-        let lights: Vec<Light> = self.lights.iter().zip(&self.changes).map(changed).collect();
+        let lights: Vec<Light> = self.lights.iter().zip(&self.now.changes).map(changed).collect();
         if !lights.is_empty() {
             self.world.set_lights(&lights).map_err(|error| error.to_string())?;
         }
@@ -339,12 +393,12 @@ impl Session {
 
     /// The fibre of a look, and its name.
     pub fn look(&self, index: usize) -> Option<(&str, &Fiber)> {
-        self.looks.get(index).map(|(look, _)| (look.name.as_str(), &look.fiber))
+        self.now.looks.get(index).map(|(look, _)| (look.name.as_str(), &look.fiber))
     }
 
     /// A scene with one look or with the camera only, to write it.
     pub fn part(&self, look: Option<usize>) -> Scene {
-        let looks = look.and_then(|i| self.looks.get(i)).map(|(look, _)| Look { textured: vec![], ..look.clone() });
+        let looks = look.and_then(|i| self.now.looks.get(i)).map(|(look, _)| Look { textured: vec![], ..look.clone() });
         let camera = look.is_none().then(|| self.orbit.camera());
         Scene { looks: looks.into_iter().collect(), camera, units: self.scene_units, ..Scene::default() }
     }
@@ -352,7 +406,7 @@ impl Session {
     /// A scene with the strands as they are shown, their looks and the camera.
     pub fn strands(&self) -> Scene {
         let strands = self.world.curves().strands().to_vec();
-        let looks = self.looks.iter().map(|(look, _)| Look { textured: vec![], ..look.clone() }).collect();
+        let looks = self.now.looks.iter().map(|(look, _)| Look { textured: vec![], ..look.clone() }).collect();
         Scene { strands, looks, ..self.part(None) }
     }
 
@@ -368,6 +422,8 @@ impl Session {
             patterned: patterned(i),
             coat: *coat,
         };
+        let other = self.history.other();
+        let [can_undo, can_redo] = self.history.can();
         let light = |((name, light), (gain, shift)): (&(String, Light), &(f32, Vec3))| LightState {
             name: name.clone(),
             kind: light.kind(),
@@ -381,12 +437,23 @@ impl Session {
             revision,
             scene: self.name.clone(),
             summary: format!("{strands} strands, {}", self.world.summary()),
-            looks: self.looks.iter().enumerate().map(look).collect(),
-            lights: self.lights.iter().zip(&self.changes).map(light).collect(),
-            model: self.model.kind.name(),
+            looks: self.now.looks.iter().enumerate().map(look).collect(),
+            lights: self.lights.iter().zip(&self.now.changes).map(light).collect(),
+            version: self.history.shown(),
+            other: OtherState {
+                fibers: other
+                    .looks
+                    .iter()
+                    .map(|(look, _)| serde_json::to_value(look.fiber).unwrap_or_default())
+                    .collect(),
+                model: other.model.kind.name(),
+            },
+            can_undo,
+            can_redo,
+            model: self.now.model.kind.name(),
             models: ModelKind::ALL.iter().map(|kind| kind.name()).collect(),
-            sky: self.sky,
-            groom: self.groom,
+            sky: self.now.sky,
+            groom: self.now.groom,
             busy,
             exposure: self.exposure,
             size: self.size,

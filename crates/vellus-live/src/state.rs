@@ -20,6 +20,14 @@ pub struct State {
     pub looks: Vec<LookState>,
     /// Lights.
     pub lights: Vec<LightState>,
+    /// Which version is shown: 0 for A, 1 for B.
+    pub version: usize,
+    /// The version that is not shown.
+    pub other: OtherState,
+    /// Whether there is something to undo.
+    pub can_undo: bool,
+    /// Whether there is something to redo.
+    pub can_redo: bool,
     /// Name of the reflectance model.
     pub model: &'static str,
     /// Names of all models.
@@ -50,6 +58,15 @@ pub struct State {
     pub files: Vec<String>,
     /// The last message for all pages, if any.
     pub note: Option<String>,
+}
+
+/// What pages show of the other version.
+#[derive(Clone, Debug, Serialize)]
+pub struct OtherState {
+    /// The fibre of each look: parameters by name.
+    pub fibers: Vec<serde_json::Value>,
+    /// Name of its reflectance model.
+    pub model: &'static str,
 }
 
 /// A look of strands.

@@ -1,12 +1,12 @@
-//! The page in a real browser: `browser/live.mjs` uses every control. Without node, playwright-core or Chromium the
-//! test is skipped.
+//! The page in a real browser. The scripts are in `browser/`. Without node, playwright-core or Chromium the tests are
+//! skipped.
 
 use std::process::Command;
 use vellus_live::{Engine, Options, Server};
 
-#[test]
-#[ignore = "slow: a browser"]
-fn every_control_works_in_chromium() {
+/// Runs a script against a server with a scene. `VELLUS_LIVE_SCENE` replaces the scene, in its full version.
+/// `VELLUS_LIVE_SHOTS` is a folder for screenshots.
+fn run(script: &str, scene: &str) {
     let chromium = std::env::var("CHROMIUM").unwrap_or_else(|_| "/usr/bin/chromium".to_owned());
     let has_module = || {
         let found = Command::new("node").args(["-e", "require('playwright-core')"]).output();
@@ -16,11 +16,32 @@ fn every_control_works_in_chromium() {
         println!("skipped: node, playwright-core (NODE_PATH) or {chromium} is missing");
         return;
     }
-    let scene = std::env::var("VELLUS_LIVE_SCENE").unwrap_or_else(|_| "cat".to_owned());
-    let small = std::env::var_os("VELLUS_LIVE_SCENE").is_none();
-    let server = Server::start(Engine::open(scene, small, None).unwrap(), &Options::default()).unwrap();
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/browser/live.mjs");
+    let chosen = std::env::var("VELLUS_LIVE_SCENE");
+    let small = chosen.is_err();
+    let engine = Engine::open(chosen.as_deref().unwrap_or(scene), small, None).unwrap();
+    let server = Server::start(engine, &Options::default()).unwrap();
     let mut command = Command::new("node");
-    command.args([script, &server.url()]).args(std::env::var_os("VELLUS_LIVE_SHOTS"));
+    command.arg(format!("{}/tests/browser/{script}", env!("CARGO_MANIFEST_DIR"))).arg(server.url());
+    // The memory of this process is that of the server.
+    command.env("VELLUS_LIVE_PID", std::process::id().to_string());
+    command.args(std::env::var_os("VELLUS_LIVE_SHOTS"));
     assert!(command.status().unwrap().success());
+}
+
+#[test]
+#[ignore = "slow: a browser"]
+fn every_control_works_in_chromium() {
+    run("live.mjs", "cat");
+}
+
+#[test]
+#[ignore = "slow: a browser"]
+fn the_page_survives_losses_garbage_and_other_pages() {
+    run("robust.mjs", "hair-lock");
+}
+
+#[test]
+#[ignore = "slow: ten minutes of random dragging"]
+fn random_dragging_needs_no_more_memory() {
+    run("dragging.mjs", "cat");
 }

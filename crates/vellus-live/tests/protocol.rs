@@ -315,3 +315,64 @@ async fn looks_lights_and_groom_change_the_state_and_are_saved() {
     }
     assert_eq!(status(&get(&server, "/save/look-7.toml", "Host: localhost\r\n").await), "409");
 }
+
+#[tokio::test]
+async fn undo_and_versions_cover_fibres_model_lights_and_groom() {
+    let server = server(None);
+    let mut socket = connect(&server).await;
+    let start = next(&mut socket, json_of).await;
+    assert_eq!((&start["can_undo"], &start["can_redo"], &start["version"]), (&json!(false), &json!(false), &json!(0)));
+    let settings = |state: &Value| ["looks", "model", "sky", "lights", "groom"].map(|key| state[key].clone()).to_vec();
+    let mut fiber = start["looks"][0]["fiber"].clone();
+    fiber["sigma_ca"] = json!([3.0, 4.0, 5.0]);
+    let commands = [
+        json!({"type": "look", "look": 0, "fiber": fiber}),
+        json!({"type": "coat", "look": 0, "pattern": false, "tip": 3.0}),
+        json!({"type": "light", "light": 0, "gain": 2.0, "shift": [0, 1, 0]}),
+        json!({"type": "sky", "degrees": 40}),
+        json!({"type": "model", "name": "chiang2016"}),
+        json!({"type": "groom", "density": 0.5, "length": 2.0, "clump": 0.5, "clump_strands": 10}),
+    ];
+    let done = async |socket: &mut Socket, command: &Value| {
+        ask(socket, json!({"type": "home"})).await;
+        let answer = ask(socket, command.clone()).await;
+        assert_eq!(answer["type"], "reply", "{command}: {answer}");
+        // The state with this angle is newer than the command, because `home` has reset the angle before.
+        ask(socket, json!({"type": "lens", "angle": 41.5, "radius": 0})).await;
+        let after = |state: &Value| state["camera"]["angle"] == 41.5 && state["busy"].is_null();
+        next(socket, |m| json_of(m).filter(after)).await
+    };
+    let mut states = vec![settings(&start)];
+    for command in &commands {
+        states.push(settings(&done(&mut socket, command).await));
+    }
+    for expected in states.iter().rev().skip(1) {
+        assert_eq!(settings(&done(&mut socket, &json!({"type": "undo"})).await), *expected);
+    }
+    assert_eq!(ask(&mut socket, json!({"type": "undo"})).await["type"], "error");
+    for expected in states.iter().skip(1) {
+        assert_eq!(settings(&done(&mut socket, &json!({"type": "redo"})).await), *expected);
+    }
+    assert_eq!(ask(&mut socket, json!({"type": "redo"})).await["type"], "error");
+    // Version B is still the scene at first: another model, look and groom.
+    let b = done(&mut socket, &json!({"type": "version", "index": 1})).await;
+    assert_eq!((settings(&b), &b["other"]["model"]), (states[0].clone(), &json!("chiang2016")));
+    let a = done(&mut socket, &json!({"type": "version", "index": 0})).await;
+    assert_eq!(settings(&a), states[states.len() - 1]);
+    done(&mut socket, &json!({"type": "copy-version"})).await;
+    let b = done(&mut socket, &json!({"type": "version", "index": 1})).await;
+    assert_eq!(settings(&b), settings(&a));
+    assert_eq!(ask(&mut socket, json!({"type": "version", "index": 2})).await["type"], "error");
+}
+
+#[tokio::test]
+async fn a_file_that_is_too_large_is_refused_before_it_is_read() {
+    let server = server(None);
+    let head = |length: usize| {
+        format!(
+            "POST /load?a.hair HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nContent-Length: {length}\r\n\r\n"
+        )
+    };
+    // The answer comes before the file.
+    assert_eq!(status(&http(&server, &head((512 << 20) + 1), b"HAIR").await), "413");
+}

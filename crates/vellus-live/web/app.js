@@ -37,6 +37,17 @@ connection.addEventListener("state", ({ detail }) => {
     $("exposure").value = wanted;
     $("stops").textContent = wanted.toFixed(2);
   }
+  $("undo").disabled = !state.can_undo;
+  $("redo").disabled = !state.can_redo;
+  const names = ["A", "B"];
+  names.forEach((name, i) => {
+    press($(name.toLowerCase()), state.version === i);
+    const model = i === state.version ? state.model : state.other.model;
+    $(name.toLowerCase()).title = `Version ${name} of fibres, model, groom and lights: ${model} (V)`;
+  });
+  const [from, to] = state.version === 0 ? names : [...names].reverse();
+  $("copy").textContent = `${from} → ${to}`;
+  $("copy").title = `Copy version ${from} to version ${to}`;
   viewport.setSize(state.size, state.crop);
   press($("crop"), Boolean(state.crop) || viewport.mode === "crop");
   panels.update(state);
@@ -58,6 +69,7 @@ viewport.addEventListener("frame", ({ detail }) => {
   document.documentElement.dataset.frame = detail.frame;
   document.documentElement.dataset.coarse = detail.coarse;
   document.documentElement.dataset.samples = detail.samples;
+  document.documentElement.dataset.denoised = detail.denoised;
 });
 
 const actions = {
@@ -69,6 +81,11 @@ const actions = {
     else viewport.setMode(viewport.mode === "crop" ? "move" : "crop");
   },
   denoise: () => $("denoise").disabled || connection.send({ type: "denoise", on: !state.denoise }),
+  undo: () => $("undo").disabled || connection.send({ type: "undo" }),
+  redo: () => $("redo").disabled || connection.send({ type: "redo" }),
+  a: () => connection.send({ type: "version", index: 0 }),
+  b: () => connection.send({ type: "version", index: 1 }),
+  copy: () => connection.send({ type: "copy-version" }),
   help: () => {
     $("keys").hidden = !$("keys").hidden;
     $("help").setAttribute("aria-expanded", String(!$("keys").hidden));
@@ -96,10 +113,21 @@ const expose = (stops) => {
 $("exposure").addEventListener("input", () => expose(Number($("exposure").value)));
 
 document.addEventListener("keydown", (event) => {
-  const typing = event.target.matches("input:not([type=range]):not([type=checkbox]), select, textarea");
-  if (!state || typing || event.ctrlKey || event.metaKey || event.altKey) return;
+  // A text field has an undo of its own.
+  const typing = event.target.matches("input:not([type=range]):not([type=checkbox]), textarea");
+  if (!state || typing || event.altKey) return;
+  const key = event.key.toLowerCase();
+  if (event.ctrlKey || event.metaKey) {
+    if (key !== "z" && key !== "y") return;
+    event.preventDefault();
+    if (key === "z" && !event.shiftKey) actions.undo();
+    else actions.redo();
+    return;
+  }
+  if (event.target.matches("select")) return;
   const keys = {
     p: actions.pause, h: actions.home, i: actions.pick, c: actions.crop, n: actions.denoise, "?": actions.help,
+    v: () => connection.send({ type: "version", index: 1 - state.version }),
     f: () => viewport.focus({ x: 0.5, y: 0.5 }),
     "[": () => expose(wanted - 0.25), "]": () => expose(wanted + 0.25),
     Escape: () => {

@@ -24,7 +24,7 @@ export class FiberPanel {
     this.pattern = check({ label: "Keep the pattern of the scene", change: (pattern) => this.sendCoat({ pattern }),
       hint: "Strands keep their own colours. A new colour of the fibre replaces them" });
     this.tip = slider({ label: "Darker tips", min: 0.05, max: 50, step: 0.01, unit: "×", log: true,
-      hint: "Absorption at the tip relative to the root: 1 is even, above 1 is darker",
+      hint: "1 is even. Above 1 the tips are darker, below 1 they are paler",
       change: (tip) => this.sendCoat({ tip }) });
     this.holder = element("div", { class: "vellus" });
     this.root = element("div", { class: "body" },
@@ -58,7 +58,7 @@ export class FiberPanel {
 
   // The views cost time, so they are only drawn while they are visible.
   draw(fiber, more = {}) {
-    this.shown = [fiber, { other: this.panels[this.selected]?.panel?.other ?? null, ...this.shown?.[1], ...more }];
+    this.shown = [fiber, { ...this.shown?.[1], other: this.others?.[this.selected] ?? null, ...more }];
     if (this.shape.closest("details")?.open) this.views.show(...this.shown);
   }
 
@@ -71,6 +71,12 @@ export class FiberPanel {
       this.selected = 0;
     }
     this.looks = state.looks;
+    const [fiber] = this.shown ?? [];
+    const others = JSON.stringify(state.other.fibers);
+    if (others !== JSON.stringify(this.others)) {
+      this.others = state.other.fibers;
+      if (fiber) this.draw(fiber);
+    }
     this.model.replaceChildren(...state.models.map((name) => element("option", { value: name, text: name })));
     this.model.value = state.model;
     this.show();
@@ -104,11 +110,11 @@ export class FiberPanel {
     this.holder.append(made.root);
     const onchange = (next, { done }) => {
       made.moving = !done;
-      this.draw(next, { other: made.panel?.other ?? null });
+      this.draw(next);
       if (same(next, this.looks[index].fiber)) return;
       this.connection.stream(`look ${index}`, { type: "look", look: index, fiber: next });
     };
-    createFiberPanel(made.root, this.source, { fiber, onchange }).then((panel) => {
+    createFiberPanel(made.root, this.source, { fiber, onchange, history: false }).then((panel) => {
       made.panel = panel;
       if (this.selected === index) this.draw(panel.fiber);
     }, (error) => this.connection.emit("problem", error.message));

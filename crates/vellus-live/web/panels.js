@@ -75,7 +75,7 @@ export class Panels {
       const rows = light.movable ? [gain, ...axes] : [gain];
       return {
         root: element("div", { class: "group", role: "group", "aria-label": `Light ${light.name}` },
-          element("h3", { text: light.name === light.kind ? light.name : `${light.name} (${light.kind})` }),
+          element("h2", { text: light.name === light.kind ? light.name : `${light.name} (${light.kind})` }),
           ...rows.map((control) => control.row)),
         set: (state) => {
           Object.assign(values, { gain: state.gain, shift: [...state.shift] });
@@ -114,15 +114,18 @@ export class Panels {
     } });
     const target = slider({ label: "Samples", min: 1, max: 4096, step: 1, log: true, hint: "Samples a pixel",
       change: (samples) => this.connection.stream("target", { type: "target", samples }) });
-    const save = (text, file, name) => button(text, () => this.save(file(), name()), `Saves ${text}`);
+    const save = (text, file, name, hint) => button(text, () => this.save(file(), name()), hint);
     const look = () => this.fiber.selected;
     const saves = element("div", { class: "line", role: "group", "aria-label": "Save" },
-      save("Look TOML", () => `look-${look()}.toml`, () => `${this.fiber.name}.toml`),
-      save("Look USD", () => `look-${look()}.usda`, () => `${this.fiber.name}.usda`),
-      save("Strands USD", () => "scene.usda", () => "strands.usda"),
-      save("Camera USD", () => "camera.usda", () => "camera.usda"),
-      save("PNG", () => "picture.png", () => "picture.png"),
-      save("EXR", () => "picture.exr", () => "picture.exr"));
+      save("Look TOML", () => `look-${look()}.toml`, () => `${this.fiber.name}.toml`,
+        "The fibre, for vellus render --fiber. Not the tips and the groom"),
+      save("Look USD", () => `look-${look()}.usda`, () => `${this.fiber.name}.usda`,
+        "The fibre as a USD material. Not the tips and the groom"),
+      save("Strands USD", () => "scene.usda", () => "strands.usda",
+        "All strands with their looks, as shown: colour, tips, length, density and clumps"),
+      save("Camera USD", () => "camera.usda", () => "camera.usda", "The camera"),
+      save("PNG", () => "picture.png", () => "picture.png", "The picture with its exposure"),
+      save("EXR", () => "picture.exr", () => "picture.exr", "The picture without exposure"));
     const input = element("input", { type: "file", accept: ".hair,.tfx,.obj", hidden: true, onchange: () => {
       if (input.files[0]) this.load(input.files[0]);
       input.value = "";
@@ -141,8 +144,9 @@ export class Panels {
     };
     return [
       element("label", { class: "line" }, "Size", size), target.row,
-      element("h3", { text: "Save" }), saves,
-      element("h3", { text: "Load" }), element("div", { class: "line" },
+      element("h2", { text: "Save" }), saves,
+      element("p", { class: "hint", text: "Strands USD has everything of the fur. Look TOML has one fibre." }),
+      element("h2", { text: "Load" }), element("div", { class: "line" },
         button("Load a groom …", () => input.click()), input, open),
       element("p", { class: "hint", text: "Or drop a .hair, .tfx or .obj file on the page." }),
     ];

@@ -8,6 +8,7 @@
 // the answer as an object. The panel shows an `error`. `fiber` (optional) is an object with parameters.
 // `onchange(fiber, info)` gets the fibre of the active look, with every parameter, after each change. `info` has
 // `look` ("A" or "B"), `other` (the fibre of the other look), and `done` (false while a slider moves).
+// With `history: false`, the panel has neither two looks nor undo and redo: the page has its own.
 //
 // The panel has: `fiber` (the active fibre), `other`, `look`, `set(fiber)` (one step of undo), `undo()`, `redo()`,
 // `select("A" or "B")`. Include style.css. The element gets the class `vellus-panel`.
@@ -23,6 +24,9 @@ const CHANNEL_NAMES = { r: "Red", g: "Green", b: "Blue" };
 
 /** Short forms of units, for the eye alone. */
 const SHORT_UNITS = { "1/radius": "1/r" };
+
+/** The limits of a named colour. No fur reflects nothing or everything, and the cuticle reflects some white light. */
+const NAMED = [0.01, 0.95];
 
 /** The most steps of undo. */
 const STEPS = 200;
@@ -133,13 +137,21 @@ function fromHex(hex) {
   return [1, 3, 5].map((i) => decode(parseInt(hex.slice(i, i + 2), 16) / 255));
 }
 
+/** Turns a colour of CSS, such as `red`, into #rrggbb. `null` if the text is no opaque colour. */
+function namedColor(text) {
+  if (!CSS.supports("color", text)) return null;
+  const context = document.createElement("canvas").getContext("2d");
+  context.fillStyle = text;
+  return /^#[0-9a-f]{6}$/.test(context.fillStyle) ? context.fillStyle : null;
+}
+
 /** The value of a parameter as an array of its channels. A fibre may have one number for all of them. */
 function channelsOf(value, count) {
   return Array.isArray(value) ? value.slice() : Array(count).fill(value ?? 0);
 }
 
 /** Builds the panel in an element. */
-export async function createFiberPanel(element, source, { fiber, onchange = () => {} } = {}) {
+export async function createFiberPanel(element, source, { fiber, onchange = () => {}, history = true } = {}) {
   element.classList.add("vellus", "vellus-panel");
   const table = await source.ask({ ask: "parameters" });
   if (table.error) throw new Error(table.error);
@@ -172,7 +184,7 @@ export async function createFiberPanel(element, source, { fiber, onchange = () =
     before ??= state;
     state = next;
     if (done) {
-      past = [...past, before].slice(-STEPS);
+      if (history) past = [...past, before].slice(-STEPS);
       future = [];
       before = null;
     }
@@ -321,6 +333,15 @@ export async function createFiberPanel(element, source, { fiber, onchange = () =
   const setReflectance = (rgb, done) => askColor(
     { reflectance: rgb.map((x) => Math.min(Math.max(x, range[0]), range[1])) }, { melanin: [0, 0] }, done);
   picker.addEventListener("change", () => setReflectance(fromHex(picker.value), true));
+  const word = make("input", { type: "text", class: "vf-word", "data-key": "color-name", size: 10,
+    placeholder: "red, #a52a2a", title: "A name or #rrggbb, then Enter", "aria-label": "Coat colour by name",
+    spellcheck: "false" });
+  word.addEventListener("change", () => {
+    const typed = word.value.trim();
+    const color = namedColor(typed);
+    if (color) setReflectance(fromHex(color).map((x) => Math.min(Math.max(x, NAMED[0]), NAMED[1])), true);
+    else if (typed) message.textContent = `${typed} is no colour: write a name such as brown, or #rrggbb`;
+  });
   const reflectance = rows.get("reflectance").channels.map((channel) => {
     const short = CHANNEL_NAMES[channel.split(".").pop()];
     return createSlider({
@@ -340,14 +361,14 @@ export async function createFiberPanel(element, source, { fiber, onchange = () =
   const named = new Set(PANEL_GROUPS.flatMap(([, keys]) => keys));
   const extra = stored.filter((row) => !named.has(row.key));
   element.replaceChildren(
-    make("div", { class: "vf-bar" },
+    make("div", { class: "vf-bar" }, ...(history ? [
       make("span", { class: "vf-looks", role: "radiogroup", "aria-label": "Look" },
         make("label", {}, radios.A, "Look A"), make("label", {}, radios.B, "Look B")),
-      copyButton, make("span", { class: "vf-space" }), undoButton, redoButton, resetButton),
-    make("div", { class: "vf-wide" }, make("label", {}, "Preset ", presets), swatch),
+      copyButton, make("span", { class: "vf-space" }), undoButton, redoButton, resetButton] : [])),
+    make("div", { class: "vf-wide" }, make("label", {}, "Preset ", presets), history ? "" : resetButton, swatch),
     message,
     group("Colour",
-      make("div", { class: "vf-head" }, make("span", {}, "Coat colour"), picker),
+      make("div", { class: "vf-head" }, make("span", {}, "Coat colour"), word, picker),
       ...reflectance.map((slider) => slider.element),
       make("div", { class: "vf-head" }, make("span", {}, "Melanin")),
       ...melanin.map((slider) => slider.element),
@@ -357,7 +378,7 @@ export async function createFiberPanel(element, source, { fiber, onchange = () =
       ...(name === "Medulla" ? [make("label", { class: "vf-wide" }, "Scattered light leaves ", exits)] : []))),
   );
   element.addEventListener("keydown", (event) => {
-    if (!(event.ctrlKey || event.metaKey) || event.altKey) return;
+    if (!history || !(event.ctrlKey || event.metaKey) || event.altKey) return;
     const key = event.key.toLowerCase();
     const back = key === "z" && !event.shiftKey;
     if (!back && key !== "y" && key !== "z") return;
