@@ -5,13 +5,13 @@
 //! It renders each tile alone, and measures its processor time. The variance of a sample is known from all samples. A
 //! pilot of the first 16 samples gives the estimate on which the renderer decides.
 //!
-//! The columns are the time of uniform sampling over that of adaptive sampling, for the same noise: the root mean square
-//! of the pixels' standard errors. Above 1, adaptive sampling gains.
+//! The columns are the time of uniform sampling over that of adaptive sampling, for the same noise: the root mean
+//! square of the pixels' standard errors. Above 1, adaptive sampling gains.
 //!
 //! - `goal`: each tile ends when it reaches the noise of the whole picture.
 //! - `oracle`: samples of a tile in proportion to its standard deviation over the root of its time, which is best.
-//! - `no time`: in proportion to the pilot's standard deviation of the tile and its eight neighbours, at least a quarter
-//!   of the mean number of samples. The samples of the pilot count.
+//! - `no time`: in proportion to the pilot's standard deviation of the tile and its eight neighbours, at least a
+//!   quarter of the mean number of samples. The samples of the pilot count.
 //! - `pilot`: the same over the root of 0.2 + the coverage by fibres, which is what the renderer does with `--noise`.
 //! - `worst`: time to bring each tile, not the mean, to one noise.
 
@@ -23,8 +23,8 @@ const PILOT: u64 = 16;
 /// The sides of tiles, in pixels.
 const SIDES: [usize; 2] = [8, 16];
 
-/// Variance of a sample, mean over the pixels of a tile, from the pilot and from all samples; processor seconds a sample;
-/// coverage by fibres; pixels.
+/// Variance of a sample, mean over the pixels of a tile, from the pilot and from all samples; processor seconds a
+/// sample; coverage by fibres; pixels.
 #[derive(Clone, Copy)]
 struct Tile {
     pilot: f64,

@@ -6,7 +6,7 @@
 //! `docs/notes/2026-11-level-of-detail.md`.
 //!
 //! A film is planned when it has 16, 32, 64, … samples a pixel. Until the next plan, each tile gets samples at its own
-//! rate. So the samples of a film depend on the nominal number alone, and not on the passes in which they were rendered.
+//! rate. So the samples of a film depend on the nominal number alone, and not on the passes that rendered them.
 
 use crate::film::checkpoint::MAX_SAMPLES;
 use crate::film::{Film, Layer};

@@ -56,8 +56,8 @@ pub struct Options {
     /// Refuse to resume from a checkpoint with samples beyond [`Options::samples`]: for ranges that will be merged
     /// with others.
     pub exact: bool,
-    /// End when the picture's noise is this low: see [`Film::noise`]. Above 0. It is tested at fixed numbers of samples,
-    /// so that the picture does not depend on [`Options::pass`].
+    /// End when the picture's noise is this low: see [`Film::noise`]. Above 0. It is tested at fixed numbers of
+    /// samples, so that the picture does not depend on [`Options::pass`].
     ///
     /// Sampling is then adaptive: noisy parts of the picture get more samples. Exceptions are a tracer of its own,
     /// [`Options::exact`], and samples that do not begin with 0.
