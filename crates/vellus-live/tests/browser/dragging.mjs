@@ -1,5 +1,5 @@
 // Drags at random for ten minutes, in the picture and on sliders, and requires that neither the server nor the page
-// needs more memory at the end. VELLUS_LIVE_SECONDS is another duration.
+// needs much more memory at the end. VELLUS_LIVE_SECONDS is another duration.
 
 import { strict as assert } from "node:assert";
 import { readFileSync } from "node:fs";
@@ -39,7 +39,7 @@ try {
     return found;
   };
   const middle = await middleOf();
-  await measure("start");
+  const first = await measure("start");
   const start = performance.now();
   const passed = () => (performance.now() - start) / 1000;
   let warm = null;
@@ -79,10 +79,13 @@ try {
   const end = await measure(`end, after ${drags} drags in ${passed().toFixed(0)} s`);
   // A leak of one picture of 960 × 640 bytes × 4 in a hundred would be a hundred megabytes. Strands of another length
   // and the allocator's free lists change the server by less than the bounds.
-  assert.ok(end.server < 1.15 * warm.server + 32, "the server needs more and more memory");
+  // The allocator may give memory back for a while, so the largest of the earlier numbers counts.
+  const before = Math.max(first.server, warm.server);
+  assert.ok(end.server < 1.15 * before + 32, "the server needs more and more memory");
   // The page keeps at most some decoded answers between two collections.
   assert.ok(end.heap < 1.3 * warm.heap + 1, "the page needs more and more memory");
-  assert.ok(end.nodes < 1.3 * warm.nodes + 200, "the page has more and more nodes");
+  // The views of the fibre are complete only when nothing moves: that adds 157 elements and their text.
+  assert.ok(end.nodes < 1.3 * warm.nodes + 500, "the page has more and more nodes");
   assert.deepEqual(problems, []);
 } finally {
   await browser.close();
