@@ -5,10 +5,14 @@
 import { createFiberPanel } from "./fiber-panel.js";
 import { createFiberViews } from "./fiber-views.js";
 
-/** The module's bytes: from the page itself, or from the file beside it. */
+/** The module's bytes: from the page itself, where they are compressed, or from the file beside it. */
 async function moduleBytes() {
   const embedded = document.getElementById("vellus-wasm");
-  if (embedded) return Uint8Array.from(atob(embedded.textContent.trim()), (letter) => letter.charCodeAt(0));
+  if (embedded) {
+    const packed = Uint8Array.from(atob(embedded.textContent.trim()), (letter) => letter.charCodeAt(0));
+    const bytes = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+    return new Response(bytes).arrayBuffer();
+  }
   const response = await fetch("vellus.wasm");
   if (!response.ok) throw new Error(`vellus.wasm: ${response.status} ${response.statusText}`);
   return new Uint8Array(await response.arrayBuffer());
