@@ -15,13 +15,13 @@ from test_engine import FOLDER, SIZE, VELLUS, add, bpy, furry, render
 
 
 def with_cycles(name, samples=64):
-    """The picture of Cycles, without denoising and with all bounces."""
+    """The picture of Cycles, without denoising, with all bounces, and with the same lobes at all of them."""
     scene = bpy.context.scene
     engine, scene.render.engine = scene.render.engine, "CYCLES"
     cycles = scene.cycles
     cycles.device, cycles.samples, cycles.use_denoising, cycles.use_adaptive_sampling = "CPU", samples, False, False
-    cycles.max_bounces = cycles.glossy_bounces = cycles.transmission_bounces = 64
-    cycles.sample_clamp_indirect, cycles.pixel_filter_type = 0, "BOX"
+    cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = cycles.transmission_bounces = 64
+    cycles.sample_clamp_indirect, cycles.blur_glossy, cycles.pixel_filter_type = 0, 0, "BOX"
     scene.cycles_curves.shape = "THICK"
     picture = render(name)
     scene.render.engine = engine
@@ -220,8 +220,8 @@ def test_colours_are_those_of_cycles_on_a_strand_and_on_a_ball():
             ours, cycles = render("ours"), with_cycles("cycles", 128)
             ratio = ours[..., :3].mean((0, 1)) / cycles[..., :3].mean((0, 1))
             print(make.__name__, "melanin", melanin, "engine over Cycles:", ratio.round(4).tolist())
-            # The strand is within 3 %. On the ball 3.3 % was measured: many fibres scatter more light than in Cycles.
-            limit = 0.04 if make is ball else 0.03
+            # The strand is within 3 %. On the ball 3.0 % was measured; the rest is room for noise.
+            limit = 0.035 if make is ball else 0.03
             assert np.all(np.abs(ratio - 1) < limit), ratio
 
 
