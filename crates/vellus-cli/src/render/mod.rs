@@ -60,7 +60,7 @@ pub struct Args {
     #[arg(long, value_parser = parse::duration, allow_hyphen_values = true, value_name = "TIME")]
     time: Option<Duration>,
     /// Stop when the estimated noise is this low, e.g. 0.01: the root mean square of the pixels' standard errors,
-    /// divided by the mean brightness.
+    /// divided by the mean brightness. Noisy parts of the picture get more samples (--device cpu only).
     #[arg(long, value_name = "X", value_parser = parse::positive::<f64>, allow_hyphen_values = true)]
     noise: Option<f64>,
     /// Render only samples A to B of each pixel, B excluded, and write a film for `vellus merge`.
