@@ -225,6 +225,28 @@ def test_colours_are_those_of_cycles_on_a_strand_and_on_a_ball():
             assert np.all(np.abs(ratio - 1) < limit), ratio
 
 
+def test_a_mesh_with_a_principled_bsdf_has_the_colour_of_cycles():
+    cases = [
+        {"Base Color": (0.8, 0.8, 0.8, 1)},
+        {"Base Color": (1, 1, 1, 1), "Roughness": 0.3, "IOR": 2.0},
+        {"Base Color": (0.6, 0.3, 0.1, 1), "Roughness": 0.8, "Specular IOR Level": 0.0},
+        {"Base Color": (0.6, 0.3, 0.1, 1), "Roughness": 0.5, "Specular IOR Level": 1.0},
+        {"Base Color": (0.9, 0.6, 0.3, 1), "Roughness": 0.4, "Metallic": 1.0},
+    ]
+    for inputs in cases:
+        scene = furry(1)
+        bpy.data.objects.remove(bpy.data.objects["fur"])
+        scene.render.film_transparent = True
+        scene.vellus.samples = 256
+        node = base.modules()[1].surface_node(bpy.data.objects["Sphere"].data.materials[0])
+        for name, value in inputs.items():
+            node.inputs[name].default_value = value
+        ours, cycles = render("ours"), with_cycles("cycles", 256)
+        ratio = ours[..., :3].mean((0, 1)) / cycles[..., :3].mean((0, 1))
+        print("mesh", inputs, "engine over Cycles:", ratio.round(4).tolist())
+        assert np.all(np.abs(ratio - 1) < 0.03), ratio
+
+
 def bad_curves(strands, radius=0.05):
     """A furry scene whose curves are replaced."""
     scene = furry(20)

@@ -94,9 +94,21 @@ fn schlick(s: Scatter, cosine: f32) -> vec3<f32> {
     if !s.has_coat {
         return vec3<f32>(0.0);
     }
+    return s.specular + (1.0 - s.specular) * schlick_power(cosine);
+}
+
+fn schlick_power(cosine: f32) -> f32 {
     let m = 1.0 - clamp(cosine, 0.0, 1.0);
     let m2 = m * m;
-    return s.specular + (1.0 - s.specular) * (m2 * m2 * m);
+    return m2 * m2 * m;
+}
+
+// (1 - F(theta_o)) (1 - F(theta_i)) / (1 - F_mean): see `surface.rs` of vellus-render.
+fn through_coat(s: Scatter, cos_o: f32, cos_i: f32) -> vec3<f32> {
+    if !s.has_coat {
+        return vec3<f32>(1.0);
+    }
+    return (1.0 - s.specular) * ((1.0 - schlick_power(cos_o)) * (1.0 - schlick_power(cos_i)) * 1.05);
 }
 
 fn mean3(c: vec3<f32>) -> f32 {
@@ -122,7 +134,7 @@ fn scatter_eval(s: Scatter, wo: vec3<f32>, wi: vec3<f32>) -> vec4<f32> {
     }
     let share = coat_share(s, wo.z);
     let base = wi.z / VELLUS_PI;
-    var f = s.diffuse * s.color * (1.0 - schlick(s, wo.z)) * (1.0 - schlick(s, wi.z)) * base;
+    var f = s.diffuse * s.color * through_coat(s, wo.z, wi.z) * base;
     var pdf = (1.0 - share) * base;
     if share > 0.0 {
         let m = normalize_or(wo + wi, vec3<f32>(0.0, 0.0, 1.0));

@@ -1,8 +1,10 @@
 //! How meshes scatter: a diffuse base under a rough dielectric coat, or rough metal.
 //!
 //! The coat is a GGX microfacet surface (Walter et al. 2007) with Smith's joint shadowing, sampled by its visible
-//! normals (Heitz 2018), with Schlick's reflectance. The coat attenuates the light to and from the base by its
-//! transmittance. Directions point away from the surface, in a frame whose third axis is the normal.
+//! normals (Heitz 2018), with Schlick's reflectance F. The base is coupled to the coat (Kelemen and Szirmay-Kalos 2001):
+//! its light is attenuated by (1 − F(θₒ)) (1 − F(θᵢ)) / (1 − F̄), with F̄ the cosine-weighted mean of F. The division
+//! accounts for the light that the coat reflects back to the base, so that a white base under a smooth coat scatters all
+//! light. Directions point away from the surface, in a frame whose third axis is the normal.
 
 use glam::Vec3;
 use std::f32::consts::PI;
@@ -40,6 +42,16 @@ impl Scatter {
         if self.has_coat() { self.specular.map(|s| s + (1.0 - s) * k) } else { [0.0; 3] }
     }
 
+    /// (1 − F(θₒ)) (1 − F(θᵢ)) / (1 − F̄). With s at normal incidence and k = (1 − cos θ)⁵, 1 − F = (1 − s) (1 − k) and
+    /// F̄ = s + (1 − s) / 21. The factor 1 − s cancels, so that nothing is divided by zero.
+    fn through_coat(&self, cos_o: f32, cos_i: f32) -> [f32; 3] {
+        if !self.has_coat() {
+            return [1.0; 3];
+        }
+        let through = |cos: f32| 1.0 - (1.0 - cos.clamp(0.0, 1.0)).powi(5);
+        self.specular.map(|s| (1.0 - s) * through(cos_o) * through(cos_i) * (21.0 / 20.0))
+    }
+
     /// The probability of sampling the coat.
     fn coat_share(&self, cos_o: f32) -> f32 {
         let mean = |c: [f32; 3]| (c[0] + c[1] + c[2]) / 3.0;
@@ -65,10 +77,9 @@ impl Scatter {
             return ([0.0; 3], 0.0);
         }
         let share = self.coat_share(wo.z);
-        let (into, out) = (self.fresnel(wo.z), self.fresnel(wi.z));
+        let through = self.through_coat(wo.z, wi.z);
         let base = wi.z / PI;
-        let mut f: [f32; 3] =
-            std::array::from_fn(|c| self.diffuse * self.color[c] * (1.0 - into[c]) * (1.0 - out[c]) * base);
+        let mut f: [f32; 3] = std::array::from_fn(|c| self.diffuse * self.color[c] * through[c] * base);
         let mut pdf = (1.0 - share) * base;
         if share > 0.0 {
             let m = (wo + wi).normalize_or(Vec3::Z);
@@ -146,6 +157,28 @@ mod tests {
                     assert!(drawn[c] <= 1.0, "{drawn:?}");
                 }
                 assert!(pdf < 1.02 && pdf > 0.85, "{pdf}");
+            }
+        }
+    }
+
+    /// The base alone returns color · (1 − F(θₒ)) of the light: the coat loses nothing. The quadrature is a midpoint rule
+    /// in cos² θᵢ with 4,096 points, whose error is far below the bound.
+    #[test]
+    fn white_base_under_coat_loses_nothing() {
+        for (metallic, ior) in [(0.0, 1.0), (0.0, 1.5), (0.0, 3.0), (0.5, 1.5), (0.0, 1e6)] {
+            let scatter = Scatter::new([1.0, 0.5, 0.1], 0.0, metallic, ior);
+            for cos_o in [0.05f32, 0.4, 1.0] {
+                let n = 4096;
+                let mut sum = [0.0f64; 3];
+                for i in 0..n {
+                    let cos_i = ((i as f32 + 0.5) / n as f32).sqrt();
+                    let through = scatter.through_coat(cos_o, cos_i);
+                    (0..3).for_each(|c| sum[c] += f64::from(through[c]) / f64::from(n));
+                }
+                for (c, reflected) in scatter.fresnel(cos_o).into_iter().enumerate() {
+                    let passed = f64::from(1.0 - reflected);
+                    assert!((sum[c] - passed).abs() < 1e-4, "{} {passed}", sum[c]);
+                }
             }
         }
     }

@@ -51,12 +51,31 @@ IGNORED = {
 }
 
 
+MOST_IOR = 4.0
+
+
+def coat_ior(ior, level):
+    """The index of refraction whose reflectance at normal incidence is 2 * level times that of `ior`.
+
+    So the manual of Blender defines the input Specular IOR Level: 0.5 changes nothing, 0 removes the reflection.
+    """
+    ior = min(max(ior, 1.0), MOST_IOR)
+    root = (ior - 1.0) / (ior + 1.0) * max(2.0 * level, 0.0) ** 0.5
+    most = (MOST_IOR - 1.0) / (MOST_IOR + 1.0)
+    root = min(root, most)
+    return (1.0 + root) / (1.0 - root)
+
+
 def principled(surface, node, warn):
-    """Principled BSDF: base colour, roughness, metallic, index and emission."""
+    """Principled BSDF: base colour, roughness, metallic, index, its level, and emission."""
     color(surface, node, "Base Color", warn)
     surface["roughness"] = unit(number(node, "Roughness", warn))
     surface["metallic"] = unit(number(node, "Metallic", warn))
-    surface["ior"] = min(max(float(number(node, "IOR", warn)), 1.0), 4.0)
+    level = float(number(node, "Specular IOR Level", warn))
+    surface["ior"] = coat_ior(float(number(node, "IOR", warn)), level)
+    tint = node.inputs["Specular Tint"]
+    if tint.is_linked or any(channel != 1.0 for channel in tuple(tint.default_value)[:3]):
+        warn("Specular Tint is ignored")
     strength = number(node, "Emission Strength", warn)
     if strength:
         surface["emission"] = tuple(max(strength * c, 0.0) for c in number(node, "Emission Color", warn)[:3])
