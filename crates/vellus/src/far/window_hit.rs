@@ -149,6 +149,20 @@ impl<'b> WindowHit<'b> {
         Lobes(self.around(phi, [1.0; 4], self.inclination.leaving, 1.0).map(rgb))
     }
 
+    /// A of the components, RGB and the largest channel.
+    pub fn component_energies(&self) -> [f32x4; COMPONENTS] {
+        self.energy
+    }
+
+    /// The factors of the azimuth φ, RGB and the largest channel: R, TT, TRT, and the backward and the forward half of
+    /// light that the medulla scattered. Those of a half contain the share of its light that leaves the fibre.
+    pub fn factors(&self, phi: f32) -> [f32x4; 5] {
+        let [back, ahead] = self.inclination.leaving;
+        let [r, tt, trt, tts_back, trts_back, _] = self.around(phi, [1.0; 4], [back, 0.0], 0.0);
+        let [_, _, _, tts_ahead, trts_ahead, _] = self.around(phi, [1.0; 4], [0.0, ahead], 0.0);
+        [r, tt, trt, tts_back + trts_back, tts_ahead + trts_ahead]
+    }
+
     /// The six lobes at azimuth φ, given their longitudinal parts.
     #[inline(always)]
     fn around(&self, phi: f32, m: [f32; 4], c_m: [f32; 2], m_diffuse: f32) -> [f32x4; 6] {

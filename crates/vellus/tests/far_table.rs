@@ -1,0 +1,91 @@
+//! The far field as a table for shaders, against the far field of the model.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+use vellus::packed::{FarTable, far};
+use vellus::{Bcsdf, Exit, Fiber, Hit, Species, Window};
+use vellus_testing::Uniform;
+
+const ENERGIES: usize = 7;
+const FACTORS: usize = 5;
+
+/// The interpolated factors of the azimuth and the energies, as a shader reads them.
+fn read(table: &FarTable, theta: f64, phi: f64) -> ([[f64; 4]; FACTORS], [[f64; 4]; ENERGIES]) {
+    let along = (1.0 - (1.0 - theta / FRAC_PI_2).max(0.0).sqrt()) * (table.inclinations - 1) as f64;
+    let around = phi.abs() / PI * (table.azimuths - 1) as f64;
+    let node = (along as usize).min(table.inclinations - 2);
+    let azimuth = (around as usize).min(table.azimuths - 2);
+    let (s, t) = (along - node as f64, around - azimuth as f64);
+    let length = (table.rows.len() - 1) / table.inclinations;
+    let mix = |row: usize, offset: usize, t: f64| -> [f64; 4] {
+        std::array::from_fn(|c| {
+            let [a, b] = [row, row + offset].map(|row| f64::from(table.rows[row][c]));
+            a + (b - a) * t
+        })
+    };
+    let first = 1 + node * length;
+    let factors = std::array::from_fn(|p| {
+        let row = first + ENERGIES + azimuth * FACTORS + p;
+        let (low, high) = (mix(row, FACTORS, t), mix(row + length, FACTORS, t));
+        std::array::from_fn(|c| low[c] + (high[c] - low[c]) * s)
+    });
+    (factors, std::array::from_fn(|p| mix(first + p, length, s)))
+}
+
+/// The factors of R, TT, TRT and of scattered light, RGB.
+fn exact(hit: &Hit<'_>, phi: f64) -> [[f32; 3]; 4] {
+    let lobes = hit.azimuthal(phi as f32);
+    let [r, tt, trt, tts, trts, _] = lobes.0;
+    [r, tt, trt, std::array::from_fn(|c| tts[c] + trts[c])]
+}
+
+/// The largest errors of the factors at some inclinations, relative to the largest factor there, and the largest
+/// error of an energy.
+fn errors(bcsdf: &Bcsdf<'_>, table: &FarTable, random: &mut Uniform) -> (Vec<f64>, f64) {
+    let mut energy = 0.0f64;
+    let mut at = |_| {
+        let theta = random.within(0.0, FRAC_PI_2);
+        let hit = bcsdf.at(vellus::direction(theta, 0.0), Window::far());
+        let (mut peak, mut error) = (0.0f64, 0.0f64);
+        for j in 0..64 {
+            let phi = PI * (f64::from(j) + random.next()) / 64.0;
+            let ([r, tt, trt, back, ahead], _) = read(table, theta, phi);
+            let scattered = std::array::from_fn(|c| back[c] + ahead[c]);
+            for (ours, exact) in [r, tt, trt, scattered].iter().zip(exact(&hit, phi)) {
+                for c in 0..3 {
+                    peak = peak.max(f64::from(exact[c]));
+                    error = error.max((ours[c] - f64::from(exact[c])).abs());
+                }
+            }
+        }
+        let (_, parts) = read(table, theta, 0.0);
+        for (c, exact) in hit.energy().total().into_iter().enumerate() {
+            energy = energy.max((parts.iter().map(|part| part[c]).sum::<f64>() - f64::from(exact)).abs());
+        }
+        error / peak
+    };
+    ((0..100).map(&mut at).collect(), energy)
+}
+
+#[test]
+fn explore() -> Result<(), vellus::Error> {
+    let mut random = Uniform(1);
+    let mut all: Vec<(Fiber, &str)> =
+        Species::ALL.into_iter().flat_map(|s| [(Fiber::preset(s), "preset"), (Fiber::published(s), "published")]).collect();
+    for i in 0..60 {
+        all.push((Fiber { exit: Exit::ALL[i % 2], ..random.fiber() }, "random"));
+    }
+    for (fiber, name) in all {
+        let bcsdf = Bcsdf::new(&fiber)?;
+        let start = std::time::Instant::now();
+        let table = far(&bcsdf);
+        let time = start.elapsed();
+        let (mut e, energy) = errors(&bcsdf, &table, &mut random);
+        e.sort_by(f64::total_cmp);
+        println!(
+            "{name} beta_n {:.1} eta {:.2} kappa {:.2} g {:.2} ms {:.1}: median {:.2} 95% {:.2} worst {:.2} %, energy {:.4} {} KB {}x{} {:.0?}",
+            fiber.beta_n.to_degrees(), fiber.eta, fiber.kappa, fiber.g, fiber.sigma_ms,
+            e[50] * 100.0, e[95] * 100.0, e[99] * 100.0, energy, table.rows.len() * 16 / 1000, table.inclinations, table.azimuths, time
+        );
+    }
+    Ok(())
+}
