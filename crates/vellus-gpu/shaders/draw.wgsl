@@ -249,18 +249,23 @@ fn vellus_draw_scattered(hit: ptr<function, VellusHit>, u: vec3<f32>) -> vec3<f3
     }
     let forward = u.x < share;
     let rest = select((u.x - share) / max(1.0 - share, VELLUS_TINY), u.x / share, forward);
+    return vec3<f32>(vellus_draw_inclination(hit, forward, rest, u.y), phi);
+}
+
+// Draws the sine and cosine of theta_i from one half of C^M. `u` chooses a component, and `v` a place in it.
+fn vellus_draw_inclination(hit: ptr<function, VellusHit>, forward: bool, u: f32, v: f32) -> vec2<f32> {
     var chosen: VellusChoice;
     if forward {
-        chosen = vellus_choose(hit, VELLUS_CHOOSE_FORWARD, 8u, rest);
+        chosen = vellus_choose(hit, VELLUS_CHOOSE_FORWARD, 8u, u);
     } else {
-        chosen = vellus_choose(hit, VELLUS_CHOOSE_BACKWARD, 4u, rest);
+        chosen = vellus_choose(hit, VELLUS_CHOOSE_BACKWARD, 4u, u);
     }
     let half = vellus_half(hit, forward);
-    let theta = (vellus_invert_half(half, chosen.component, u.y) - half.shift) * (*hit).inclination_mirror;
+    let theta = (vellus_invert_half(half, chosen.component, v) - half.shift) * (*hit).inclination_mirror;
     let turn = vellus_sin_cos(theta);
-    if !reflects {
-        return vec3<f32>(turn, phi);
+    if vellus_fiber((*hit).fiber, VELLUS_CORTEX).w > 0.0 {
+        let s = clamp(vellus_fiber((*hit).fiber, VELLUS_OPTICS).x * turn.x, -1.0, 1.0);
+        return vec2<f32>(s, sqrt((1.0 - s) * (1.0 + s)));
     }
-    let s = clamp(vellus_fiber((*hit).fiber, VELLUS_OPTICS).x * turn.x, -1.0, 1.0);
-    return vec3<f32>(s, sqrt((1.0 - s) * (1.0 + s)), phi);
+    return turn;
 }

@@ -1,4 +1,4 @@
-// The near-field model of Yan, Jensen and Ramamoorthi 2017 for one fibre hit at the offset h.
+// The model of Yan, Jensen and Ramamoorthi 2017 for one fibre hit at the offset h: the near field.
 //
 // Directions are unit vectors in the fibre's frame. They point away from the fibre. x runs along the fibre from root
 // to tip. The normal at the hit has the azimuth of wo minus asin h. Densities are per solid angle.
@@ -28,6 +28,21 @@ struct VellusHit {
     leaving: vec2<f32>,
     theta: f32,
     inclination_mirror: f32,
+    // Only in the far field: the place in its table.
+    far: VellusFar,
+}
+
+// The place of an inclination in the table of the far field: see far.wgsl.
+struct VellusFar {
+    // The first row of the lower of two inclinations, the number of rows of each, and the fraction between them.
+    row: u32,
+    stride: u32,
+    t: f32,
+    // The number of azimuths, and those per radian.
+    azimuths: u32,
+    per_radian: f32,
+    // 1 over the sum of the largest channels.
+    inverse: f32,
 }
 
 // The energy of the six lobes R, TT, TRT, TTs, TRTs and the residual lobe.
@@ -43,18 +58,24 @@ struct VellusSample {
     lobe: u32,
 }
 
-// Prepares a hit. `fiber` is the index of a prepared fibre, `offset` is h in [-1, 1].
-fn vellus_hit(fiber: u32, wo: vec3<f32>, offset: f32) -> VellusHit {
+// The parts of a hit that do not depend on the offset: the frame and the centres of the longitudinal lobes.
+fn vellus_begin(fiber: u32, wo: vec3<f32>, sin_o: f32, cos_o: f32) -> VellusHit {
     var hit: VellusHit;
     hit.fiber = fiber;
-    let sin_o = clamp(wo.x, -1.0, 1.0);
-    let cos_o = length(wo.yz);
-    let h = clamp(offset, -1.0, 1.0);
     hit.frame = select(wo.yz / max(cos_o, 1e-12), vec2<f32>(1.0, 0.0), cos_o < 1e-12);
     let shift_sin = vellus_fiber(fiber, VELLUS_SHIFT);
     let shift_cos = vellus_fiber(fiber, VELLUS_SHIFT + 1u);
     hit.centre_sin = -(sin_o * shift_cos + cos_o * shift_sin);
     hit.centre_cos = abs(cos_o * shift_cos - sin_o * shift_sin);
+    return hit;
+}
+
+// Prepares a hit. `fiber` is the index of a prepared fibre, `offset` is h in [-1, 1].
+fn vellus_hit(fiber: u32, wo: vec3<f32>, offset: f32) -> VellusHit {
+    let sin_o = clamp(wo.x, -1.0, 1.0);
+    let cos_o = length(wo.yz);
+    let h = clamp(offset, -1.0, 1.0);
+    var hit = vellus_begin(fiber, wo, sin_o, cos_o);
     let path = vellus_path(fiber, sin_o, cos_o, h);
     let twice = 2.0 * path.gamma_t;
     hit.exit = vec4<f32>(vec3<f32>(0.0, 1.0, 2.0) * (twice + VELLUS_PI) - 2.0 * path.gamma_o, 0.0);
@@ -151,11 +172,10 @@ fn vellus_pdf(hit: ptr<function, VellusHit>, wi: vec3<f32>) -> f32 {
     return vellus_eval(hit, wi).w;
 }
 
-// Draws wi from four uniform numbers in [0, 1).
-fn vellus_sample(hit: ptr<function, VellusHit>, u: vec4<f32>) -> VellusSample {
-    // The lobe. One without energy is never chosen.
+// Chooses a lobe by its probability. One without energy is never chosen.
+fn vellus_choose_lobe(hit: ptr<function, VellusHit>, u: f32) -> u32 {
     var lobe = 0u;
-    var rest = u.x;
+    var rest = u;
     for (var p = 0u; p < 6u; p++) {
         let probability = (*hit).attenuation[p].w + select(0.0, (*hit).attenuation[6].w, p == 5u);
         if probability > 0.0 {
@@ -166,33 +186,44 @@ fn vellus_sample(hit: ptr<function, VellusHit>, u: vec4<f32>) -> VellusSample {
         }
         rest -= probability;
     }
-    var inclination: vec2<f32>;
-    var phi: f32;
-    if lobe < 3u {
-        inclination = vellus_sample_longitudinal(hit, lobe, u.yz);
-        let width = vellus_fiber((*hit).fiber, VELLUS_AZIMUTHAL + 2u)[lobe];
-        phi = (*hit).exit[lobe] + width * vellus_normal_quantile(u.w);
-    } else if lobe < 5u {
-        let drawn = vellus_draw_scattered(hit, u.yzw);
-        inclination = drawn.xy;
-        phi = (*hit).azimuth_mirror * drawn.z + (*hit).scattered_exit[lobe - 3u];
-    } else {
-        let diffuse = (*hit).attenuation[6].w;
-        let share = diffuse / max(diffuse + (*hit).attenuation[5].w, VELLUS_TINY);
-        if u.w < share {
-            inclination = vellus_sample_diffuse(u.yz);
-            phi = VELLUS_TAU * u.w / share;
-        } else {
-            inclination = vellus_sample_longitudinal(hit, 3u, u.yz);
-            phi = VELLUS_TAU * (u.w - share) / max(1.0 - share, VELLUS_TINY);
-        }
+    return lobe;
+}
+
+// Draws the sine and cosine of theta_i, and an azimuth, from the residual lobe.
+fn vellus_sample_residual(hit: ptr<function, VellusHit>, u: vec3<f32>) -> vec3<f32> {
+    let diffuse = (*hit).attenuation[6].w;
+    let share = diffuse / max(diffuse + (*hit).attenuation[5].w, VELLUS_TINY);
+    if u.z < share {
+        return vec3<f32>(vellus_sample_diffuse(u.xy), VELLUS_TAU * u.z / share);
     }
+    let phi = VELLUS_TAU * (u.z - share) / max(1.0 - share, VELLUS_TINY);
+    return vec3<f32>(vellus_sample_longitudinal(hit, 3u, u.xy), phi);
+}
+
+// The direction with this sine and cosine of theta_i, at an azimuth from wo.
+fn vellus_toward(hit: ptr<function, VellusHit>, s: f32, c: f32, phi: f32) -> vec3<f32> {
     let turn = vellus_sin_cos(phi);
     let f = (*hit).frame;
-    let s = inclination.x;
-    let c = max(inclination.y, 0.0);
-    let wi = vec3<f32>(s, c * (turn.y * f.x - turn.x * f.y), c * (turn.x * f.x + turn.y * f.y));
-    let d = VellusDirection(s, c, vellus_inside((*hit).fiber, s, c * c), phi);
+    return vec3<f32>(s, c * (turn.y * f.x - turn.x * f.y), c * (turn.x * f.x + turn.y * f.y));
+}
+
+// Draws wi from four uniform numbers in [0, 1).
+fn vellus_sample(hit: ptr<function, VellusHit>, u: vec4<f32>) -> VellusSample {
+    let lobe = vellus_choose_lobe(hit, u.x);
+    var drawn: vec3<f32>;
+    if lobe < 3u {
+        let width = vellus_fiber((*hit).fiber, VELLUS_AZIMUTHAL + 2u)[lobe];
+        let phi = (*hit).exit[lobe] + width * vellus_normal_quantile(u.w);
+        drawn = vec3<f32>(vellus_sample_longitudinal(hit, lobe, u.yz), phi);
+    } else if lobe < 5u {
+        drawn = vellus_draw_scattered(hit, u.yzw);
+        drawn.z = (*hit).azimuth_mirror * drawn.z + (*hit).scattered_exit[lobe - 3u];
+    } else {
+        drawn = vellus_sample_residual(hit, u.yzw);
+    }
+    let s = drawn.x;
+    let c = max(drawn.y, 0.0);
+    let d = VellusDirection(s, c, vellus_inside((*hit).fiber, s, c * c), drawn.z);
     let value = vellus_combine(hit, vellus_densities(hit, d));
-    return VellusSample(wi, value.w, value.xyz / max(value.w, VELLUS_TINY), lobe);
+    return VellusSample(vellus_toward(hit, s, c, drawn.z), value.w, value.xyz / max(value.w, VELLUS_TINY), lobe);
 }

@@ -1,4 +1,4 @@
-//! The near field of [`vellus`] as a library of WGSL functions, and batches of queries on a GPU.
+//! The near and the far field of [`vellus`] as a library of WGSL functions, and batches of queries on a GPU.
 //!
 //! [`shader_library`] is the text. It has no bindings and no entry points, so that it fits into any shader. Its names
 //! begin with `vellus_`, `Vellus` or `VELLUS_`. A shader that includes it defines two functions:
@@ -16,6 +16,15 @@
 //! let value = vellus_eval(&hit, wi);           // xyz: f cos, RGB; w: the density of sampling
 //! let drawn = vellus_sample(&hit, u);          // wi, pdf, weight, lobe from four uniform numbers
 //! let energy = vellus_energy(&hit);            // the share of the light in each lobe
+//! ```
+//!
+//! [`FAR_FIELD`] is a second text, for the far field. It reads a table of each fibre, which [`shader_far_table`] makes,
+//! through one more function: `fn vellus_far_row(row: u32) -> vec4<f32>`.
+//!
+//! ```wgsl
+//! var hit = vellus_far_hit(fiber, table, wo);  // table: the first row of the fibre's table
+//! let value = vellus_far_eval(&hit, wi);
+//! let drawn = vellus_far_sample(&hit, u);
 //! ```
 //!
 //! The conventions are those of [`vellus`]: x runs along the fibre from root to tip, and all directions point away from
@@ -45,7 +54,9 @@ pub use choice::{Choice, Renderer};
 pub use convert::{ConvertError, Language, converted};
 #[cfg(feature = "device")]
 pub use device::{Device, DeviceError};
-pub use library::{QUERIES, SHADERS, shader_fiber, shader_library, shader_tables};
+pub use library::{
+    FAR_FIELD, FAR_QUERIES, QUERIES, SHADERS, shader_far_table, shader_fiber, shader_library, shader_tables,
+};
 #[cfg(feature = "device")]
 pub use queries::{Answer, Queries, Query};
 #[cfg(feature = "trace")]

@@ -1,7 +1,7 @@
 //! Batches of queries on a GPU.
 
 use crate::device::{Device, DeviceError};
-use crate::library::{QUERIES, shader_fiber, shader_library, shader_tables};
+use crate::library::{FAR_FIELD, FAR_QUERIES, QUERIES, shader_far_table, shader_fiber, shader_library, shader_tables};
 use bytemuck::{Pod, Zeroable};
 use vellus::Bcsdf;
 
@@ -10,13 +10,13 @@ const GROUP: usize = 64;
 /// The most queries in one run: 65535 workgroups are the limit of every GPU.
 const RUN: usize = 65_535 * GROUP;
 
-/// One query in the near field. Directions are unit vectors in the fibre's frame, as in [`vellus::Bcsdf::at`].
+/// One query. Directions are unit vectors in the fibre's frame, as in [`vellus::Bcsdf::at`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Query {
     /// ω_o.
     pub wo: [f32; 3],
-    /// The offset, in [−1, 1].
+    /// The offset, in [−1, 1]. The far field does not use it.
     pub h: f32,
     /// ω_i.
     pub wi: [f32; 3],
@@ -40,11 +40,12 @@ pub struct Answer {
     pub wi_pdf: f32,
     /// f·cos θᵢ over the density, RGB.
     pub weight: [f32; 3],
-    /// The index of the lobe that was drawn.
+    /// The index of the lobe that was drawn. In the far field 3 and 4 are the backward and the forward half of the light
+    /// that the medulla scattered.
     pub lobe: f32,
     /// The energy of each lobe, RGB and 0.
     pub energy: [[f32; 4]; 6],
-    /// f·cos θᵢ of each lobe, RGB and 0.
+    /// f·cos θᵢ of each lobe, RGB and 0. All are 0 in the far field.
     pub lobes: [[f32; 4]; 6],
 }
 
@@ -56,6 +57,15 @@ pub struct Queries<'d> {
     tables: wgpu::Buffer,
     fibers: wgpu::Buffer,
     count: usize,
+    far: Option<FarTables>,
+}
+
+/// The tables of the far field of all fibres.
+#[derive(Debug)]
+struct FarTables {
+    rows: wgpu::Buffer,
+    /// The first row of each fibre.
+    first: Vec<u32>,
 }
 
 impl<'d> Queries<'d> {
@@ -73,7 +83,25 @@ impl<'d> Queries<'d> {
             tables: device.upload(&shader_tables())?,
             fibers: device.upload(&rows)?,
             count: fibers.len(),
+            far: None,
         })
+    }
+
+    /// As [`Queries::new`], but queries are those of the far field: of the whole width of a fibre (Yan17 Sec. 5). It
+    /// makes a table for each fibre.
+    ///
+    /// # Errors
+    /// As [`Queries::new`].
+    pub fn far_field(device: &'d Device, fibers: &[Bcsdf<'_>]) -> Result<Self, DeviceError> {
+        let source = format!("{}\n{FAR_FIELD}\n{FAR_QUERIES}", shader_library());
+        let (mut rows, mut first) = (Vec::new(), Vec::new());
+        for fiber in fibers {
+            // A buffer has fewer than 2³² rows.
+            first.push(rows.len() as u32);
+            rows.extend(shader_far_table(fiber));
+        }
+        let far = Some(FarTables { rows: device.upload(&rows)?, first });
+        Ok(Queries { pipeline: device.compile(&source, "run_far_queries")?, far, ..Queries::new(device, fibers)? })
     }
 
     /// Answers all queries, in their order.
@@ -86,10 +114,19 @@ impl<'d> Queries<'d> {
         }
         let mut answers = Vec::with_capacity(queries.len());
         for part in queries.chunks(RUN) {
-            let input = self.device.upload(part)?;
+            let input = match &self.far {
+                None => self.device.upload(part)?,
+                // The shader reads the first row of the table in the place of the offset.
+                Some(far) => {
+                    let table = |query: &Query| f32::from_bits(far.first[query.fiber as usize]);
+                    let part: Vec<Query> = part.iter().map(|query| Query { h: table(query), ..*query }).collect();
+                    self.device.upload(&part)?
+                }
+            };
             let output = self.device.results(part.len() as u64 * size_of::<Answer>() as u64)?;
             let groups = part.len().div_ceil(GROUP);
-            let buffers = [&self.tables, &self.fibers, &input, &output];
+            let mut buffers = vec![&self.tables, &self.fibers, &input, &output];
+            buffers.extend(self.far.as_ref().map(|far| &far.rows));
             // At most 65535 by the size of a run.
             self.device.run(&self.pipeline, &buffers, groups as u32);
             answers.extend(self.device.download::<Answer>(&output)?);

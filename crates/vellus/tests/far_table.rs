@@ -66,26 +66,39 @@ fn errors(bcsdf: &Bcsdf<'_>, table: &FarTable, random: &mut Uniform) -> (Vec<f64
     ((0..100).map(&mut at).collect(), energy)
 }
 
+/// The table has enough nodes for 0.5 % along each axis at 95 % of the inclinations, so both axes together stay within
+/// 1 % there. The number of nodes has a limit, which fibres with β_n < 2° reach: 2 % at most. Elsewhere the closed forms
+/// have steps of up to 2 %, and their neighbours are a part of it away.
 #[test]
-fn explore() -> Result<(), vellus::Error> {
+fn interpolation_is_within_one_per_cent() -> Result<(), vellus::Error> {
     let mut random = Uniform(1);
-    let mut all: Vec<(Fiber, &str)> =
-        Species::ALL.into_iter().flat_map(|s| [(Fiber::preset(s), "preset"), (Fiber::published(s), "published")]).collect();
-    for i in 0..60 {
-        all.push((Fiber { exit: Exit::ALL[i % 2], ..random.fiber() }, "random"));
-    }
-    for (fiber, name) in all {
-        let bcsdf = Bcsdf::new(&fiber)?;
-        let start = std::time::Instant::now();
+    let mut fibers: Vec<Fiber> =
+        Species::ALL.into_iter().flat_map(|s| [Fiber::preset(s), Fiber::published(s)]).collect();
+    let presets = fibers.len();
+    fibers.extend((0..60).map(|i| Fiber { exit: Exit::ALL[i % 2], ..random.fiber() }));
+    for (k, fiber) in fibers.iter().enumerate() {
+        let bcsdf = Bcsdf::new(fiber)?;
         let table = far(&bcsdf);
-        let time = start.elapsed();
-        let (mut e, energy) = errors(&bcsdf, &table, &mut random);
-        e.sort_by(f64::total_cmp);
+        let (mut errors, energy) = errors(&bcsdf, &table, &mut random);
+        errors.sort_by(f64::total_cmp);
+        let bytes = table.rows.len() * size_of::<[f32; 4]>();
         println!(
-            "{name} beta_n {:.1} eta {:.2} kappa {:.2} g {:.2} ms {:.1}: median {:.2} 95% {:.2} worst {:.2} %, energy {:.4} {} KB {}x{} {:.0?}",
-            fiber.beta_n.to_degrees(), fiber.eta, fiber.kappa, fiber.g, fiber.sigma_ms,
-            e[50] * 100.0, e[95] * 100.0, e[99] * 100.0, energy, table.rows.len() * 16 / 1000, table.inclinations, table.azimuths, time
+            "{}, β_n {:.1}°: {} × {} nodes, {} KB; median {:.2} %, 95 % {:.2} %, worst {:.2} %; energy {energy:.4}",
+            if k < presets { "preset" } else { "random" },
+            fiber.beta_n.to_degrees(),
+            table.inclinations,
+            table.azimuths,
+            bytes / 1000,
+            errors[50] * 100.0,
+            errors[95] * 100.0,
+            errors[99] * 100.0
         );
+        let narrow = fiber.beta_n.to_degrees() < 2.0;
+        // If 5 % of the inclinations are beyond the bound, 15 or more of 100 are once in 8,000 fibres.
+        assert!(errors[85] < if narrow { 0.02 } else { 0.01 }, "{fiber:?}");
+        assert!(errors[99] < 0.03, "{fiber:?}");
+        assert!(energy < 2.5e-3, "{fiber:?}: {energy}");
+        assert!(k >= presets || bytes < 2_000_000, "{fiber:?}: {bytes}");
     }
     Ok(())
 }

@@ -88,9 +88,8 @@ fn enough(fewest: usize, most: usize, errors: impl Fn(usize) -> Vec<f32>) -> usi
 /// The errors in the middle between inclinations, at 256 azimuths.
 fn along(bcsdf: &Bcsdf<'_>, nodes: usize) -> Vec<f32> {
     let positions = 2 * (nodes - 1);
-    let rows: Vec<Vec<[f32x4; FACTORS]>> = (0..=positions)
-        .map(|k| factors(&hit(bcsdf, k as f64 / positions as f64), 256))
-        .collect();
+    let rows: Vec<Vec<[f32x4; FACTORS]>> =
+        (0..=positions).map(|k| factors(&hit(bcsdf, k as f64 / positions as f64), 256)).collect();
     rows.windows(3).step_by(2).map(|rows| error(|j| [rows[0][j], rows[1][j], rows[2][j]], 256)).collect()
 }
 
