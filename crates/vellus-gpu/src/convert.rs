@@ -1,6 +1,6 @@
 //! The library in other shading languages.
 
-use crate::library::{QUERIES, shader_library};
+use crate::library::Field;
 use naga::back::{glsl, hlsl, msl, spv};
 use naga::proc::BoundsCheckPolicies;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
@@ -39,19 +39,19 @@ impl Language {
 #[error("the shader cannot be converted: {0}")]
 pub struct ConvertError(String);
 
-/// The library with the compute shader [`QUERIES`], in another language: the bytes of a file.
+/// The library with the compute shader of a field ([`crate::QUERIES`], [`crate::FAR_QUERIES`]), in another language: the bytes of a file.
 ///
 /// The languages need an entry point and bindings, and those of the queries show how to call the library. Keep the
 /// functions and replace the entry point.
 ///
 /// # Errors
 /// [`ConvertError`] with the message of naga.
-pub fn converted(language: Language) -> Result<Vec<u8>, ConvertError> {
-    let source = format!("{}\n{QUERIES}", shader_library());
+pub fn converted(language: Language, field: Field) -> Result<Vec<u8>, ConvertError> {
+    let source = field.shader();
     let (module, info) = parsed(&source)?;
     let failed = |e: &dyn std::error::Error| ConvertError(e.to_string());
     let text = match language {
-        Language::Glsl => to_glsl(&module, &info).map_err(|e| failed(&e))?,
+        Language::Glsl => to_glsl(&module, &info, field).map_err(|e| failed(&e))?,
         Language::Hlsl => to_hlsl(&module, &info).map_err(|e| failed(&e))?,
         Language::Msl => {
             let options = msl::Options { lang_version: (2, 4), fake_missing_bindings: true, ..Default::default() };
@@ -74,13 +74,13 @@ fn parsed(source: &str) -> Result<(naga::Module, ModuleInfo), ConvertError> {
     Ok((module, info))
 }
 
-fn to_glsl(module: &naga::Module, info: &ModuleInfo) -> Result<String, glsl::Error> {
+fn to_glsl(module: &naga::Module, info: &ModuleInfo, field: Field) -> Result<String, glsl::Error> {
     let version = glsl::Version::Desktop(460);
-    let binding_map = (0..4u8).map(|k| (ResourceBinding { group: 0, binding: k.into() }, k)).collect();
+    let binding_map = (0..5u8).map(|k| (ResourceBinding { group: 0, binding: k.into() }, k)).collect();
     let options = glsl::Options { version, binding_map, ..Default::default() };
     let pipeline = glsl::PipelineOptions {
         shader_stage: ShaderStage::Compute,
-        entry_point: "run_queries".to_owned(),
+        entry_point: field.entry().to_owned(),
         multiview: None,
     };
     let mut text = String::new();

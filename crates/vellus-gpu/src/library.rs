@@ -26,6 +26,33 @@ pub const QUERIES: &str = include_str!("../shaders/queries.wgsl");
 /// The same in the far field, for the library with [`FAR_FIELD`].
 pub const FAR_QUERIES: &str = include_str!("../shaders/far_queries.wgsl");
 
+/// Which part of a fibre a query sees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Field {
+    /// One offset on the fibre: [`QUERIES`].
+    Near,
+    /// The whole width of the fibre: [`FAR_QUERIES`].
+    Far,
+}
+
+impl Field {
+    /// The library with the compute shader of this field.
+    pub fn shader(self) -> String {
+        match self {
+            Field::Near => format!("{}\n{QUERIES}", shader_library()),
+            Field::Far => format!("{}\n{FAR_FIELD}\n{FAR_QUERIES}", shader_library()),
+        }
+    }
+
+    /// The name of the entry point.
+    pub fn entry(self) -> &'static str {
+        match self {
+            Field::Near => "run_queries",
+            Field::Far => "run_far_queries",
+        }
+    }
+}
+
 /// The library: a text in WGSL without bindings and entry points.
 ///
 /// The constants at its beginning say where the parts of [`shader_tables`] are.

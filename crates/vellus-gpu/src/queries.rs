@@ -1,7 +1,7 @@
 //! Batches of queries on a GPU.
 
 use crate::device::{Device, DeviceError};
-use crate::library::{FAR_FIELD, FAR_QUERIES, QUERIES, shader_far_table, shader_fiber, shader_library, shader_tables};
+use crate::library::{Field, shader_far_table, shader_fiber, shader_tables};
 use bytemuck::{Pod, Zeroable};
 use vellus::Bcsdf;
 
@@ -75,15 +75,23 @@ impl<'d> Queries<'d> {
     /// [`DeviceError::Refused`] if the GPU cannot compile the shader, and [`DeviceError::TooSmall`] if the fibres do
     /// not fit.
     pub fn new(device: &'d Device, fibers: &[Bcsdf<'_>]) -> Result<Self, DeviceError> {
-        let source = format!("{}\n{QUERIES}", shader_library());
+        Self::with(device, fibers, Field::Near, None)
+    }
+
+    fn with(
+        device: &'d Device,
+        fibers: &[Bcsdf<'_>],
+        field: Field,
+        far: Option<FarTables>,
+    ) -> Result<Self, DeviceError> {
         let rows: Vec<[f32; 4]> = fibers.iter().flat_map(shader_fiber).collect();
         Ok(Queries {
             device,
-            pipeline: device.compile(&source, "run_queries")?,
+            pipeline: device.compile(&field.shader(), field.entry())?,
             tables: device.upload(&shader_tables())?,
             fibers: device.upload(&rows)?,
             count: fibers.len(),
-            far: None,
+            far,
         })
     }
 
@@ -93,15 +101,14 @@ impl<'d> Queries<'d> {
     /// # Errors
     /// As [`Queries::new`].
     pub fn far_field(device: &'d Device, fibers: &[Bcsdf<'_>]) -> Result<Self, DeviceError> {
-        let source = format!("{}\n{FAR_FIELD}\n{FAR_QUERIES}", shader_library());
         let (mut rows, mut first) = (Vec::new(), Vec::new());
         for fiber in fibers {
             // A buffer has fewer than 2³² rows.
             first.push(rows.len() as u32);
             rows.extend(shader_far_table(fiber));
         }
-        let far = Some(FarTables { rows: device.upload(&rows)?, first });
-        Ok(Queries { pipeline: device.compile(&source, "run_far_queries")?, far, ..Queries::new(device, fibers)? })
+        let far = FarTables { rows: device.upload(&rows)?, first };
+        Self::with(device, fibers, Field::Far, Some(far))
     }
 
     /// Answers all queries, in their order.

@@ -1,12 +1,13 @@
 //! The library is valid WGSL, and naga converts it to the languages of other engines.
 
 use std::process::Command;
-use vellus_gpu::{Language, converted, shader_library};
+use vellus_gpu::{FAR_FIELD, Field, Language, converted, shader_library};
 
 #[test]
 fn the_library_has_no_bindings_and_no_entry_points() {
     let source = format!(
-        "{}
+        "{}{FAR_FIELD}
+        fn vellus_far_row(row: u32) -> vec4<f32> {{ return vec4<f32>(); }}
         fn vellus_table(row: u32) -> vec4<f32> {{ return vec4<f32>(); }}
         fn vellus_row(row: u32) -> vec4<f32> {{ return vec4<f32>(); }}",
         shader_library()
@@ -24,18 +25,21 @@ fn the_library_has_no_bindings_and_no_entry_points() {
 
 #[test]
 fn every_language_has_the_functions() -> Result<(), vellus_gpu::ConvertError> {
-    for language in Language::ALL {
-        let bytes = converted(language)?;
-        println!("{language:?}: {} bytes", bytes.len());
-        match language {
-            Language::SpirV => assert_eq!(bytes[..4], 0x0723_0203u32.to_le_bytes(), "the magic number of SPIR-V"),
-            _ => {
-                let text = String::from_utf8_lossy(&bytes);
-                for function in ["vellus_hit", "vellus_eval", "vellus_sample", "vellus_energy", "run_queries"] {
-                    // GLSL calls every entry point `main`.
-                    let name = if language == Language::Glsl && function == "run_queries" { "main" } else { function };
-                    assert!(text.contains(&format!("{name}(")), "{language:?} lacks {function}");
-                }
+    let functions = ["vellus_hit", "vellus_eval", "vellus_sample", "vellus_energy"];
+    let far = ["vellus_far_hit", "vellus_far_eval", "vellus_far_sample", "vellus_energy"];
+    for (field, functions) in [(Field::Near, functions), (Field::Far, far)] {
+        for language in Language::ALL {
+            let bytes = converted(language, field)?;
+            println!("{field:?} {language:?}: {} bytes", bytes.len());
+            if language == Language::SpirV {
+                assert_eq!(bytes[..4], 0x0723_0203u32.to_le_bytes(), "the magic number of SPIR-V");
+                continue;
+            }
+            let text = String::from_utf8_lossy(&bytes);
+            // GLSL calls every entry point `main`.
+            let entry = if language == Language::Glsl { "main" } else { field.entry() };
+            for name in functions.into_iter().chain([entry]) {
+                assert!(text.contains(&format!("{name}(")), "{field:?} {language:?} lacks {name}");
             }
         }
     }
@@ -46,12 +50,15 @@ fn every_language_has_the_functions() -> Result<(), vellus_gpu::ConvertError> {
 #[test]
 fn other_compilers_accept_the_files() -> Result<(), Box<dyn std::error::Error>> {
     let folder = tempfile::tempdir()?;
-    for (language, program, arguments) in [
+    let compilers = [
         (Language::Glsl, "glslangValidator", ["-G", "-o", "/dev/null"].as_slice()),
         (Language::SpirV, "spirv-val", &["--target-env", "vulkan1.1"]),
-    ] {
+    ];
+    for (field, (language, program, arguments)) in
+        [Field::Near, Field::Far].into_iter().flat_map(|field| compilers.map(|compiler| (field, compiler)))
+    {
         let path = folder.path().join(format!("vellus.{}", language.extension()));
-        std::fs::write(&path, converted(language)?)?;
+        std::fs::write(&path, converted(language, field)?)?;
         match Command::new(program).args(arguments).arg(&path).output() {
             Err(e) => println!("skipped: {program}: {e}"),
             Ok(output) => {
