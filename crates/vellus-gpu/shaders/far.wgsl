@@ -51,19 +51,60 @@ fn vellus_far_factor(hit: ptr<function, VellusHit>, at: VellusBetween, p: u32) -
     return mix(low, high, (*hit).far.t);
 }
 
+// The azimuths around phi.
+fn vellus_far_azimuths(hit: ptr<function, VellusHit>, phi: f32) -> VellusBetween {
+    return vellus_between(abs(vellus_wrap(phi)) * (*hit).far.per_radian, (*hit).far.azimuths);
+}
+
+// The densities of both halves of scattered light over theta_i. The factors contain the share that leaves the fibre.
+fn vellus_far_halves(hit: ptr<function, VellusHit>, d: VellusDirection) -> vec2<f32> {
+    return vellus_leaving(hit, d.theta, d.sin_i) / max((*hit).leaving, vec2<f32>(VELLUS_TINY));
+}
+
 // f cos of all lobes in xyz, and the density of sampling in w.
 fn vellus_far_combine(hit: ptr<function, VellusHit>, d: VellusDirection) -> vec4<f32> {
-    let at = vellus_between(abs(vellus_wrap(d.phi)) * (*hit).far.per_radian, (*hit).far.azimuths);
+    let at = vellus_far_azimuths(hit, d.phi);
     let m = vellus_longitudinal(hit, d.sin_i, d.cos_i);
     var sum = vellus_far_factor(hit, at, 0u) * m.x + vellus_far_factor(hit, at, 1u) * m.y
         + vellus_far_factor(hit, at, 2u) * m.z;
     if (*hit).scatters {
-        // The factors contain the share of each half that leaves the fibre.
-        let halves = vellus_leaving(hit, d.theta, d.sin_i) / max((*hit).leaving, vec2<f32>(VELLUS_TINY));
+        let halves = vellus_far_halves(hit, d);
         sum += vellus_far_factor(hit, at, 3u) * halves.x + vellus_far_factor(hit, at, 4u) * halves.y;
     }
     sum.w *= (*hit).far.inverse;
     return sum + (*hit).attenuation[5] * (m.w / VELLUS_TAU) + (*hit).attenuation[6] * vellus_diffuse(d.cos_i);
+}
+
+// The part of TTs in the backward (0) or the forward (1) half of scattered light.
+fn vellus_far_part(hit: ptr<function, VellusHit>, at: VellusBetween, half: u32) -> vec3<f32> {
+    let azimuths = (*hit).far.azimuths;
+    let sums = (VELLUS_FAR_FACTORS * azimuths + 3u) / 4u;
+    let row = (*hit).far.row + VELLUS_FAR_ENERGIES + VELLUS_FAR_FACTORS * azimuths + sums + 2u * at.index + half;
+    let next = row + (*hit).far.stride;
+    let low = mix(vellus_far_row(row).xyz, vellus_far_row(row + 2u).xyz, at.t);
+    let high = mix(vellus_far_row(next).xyz, vellus_far_row(next + 2u).xyz, at.t);
+    return mix(low, high, (*hit).far.t);
+}
+
+// f cos of each lobe.
+fn vellus_far_eval_lobes(hit: ptr<function, VellusHit>, wi: vec3<f32>) -> VellusLobes {
+    let d = vellus_direction(hit, wi);
+    let at = vellus_far_azimuths(hit, d.phi);
+    let m = vellus_longitudinal(hit, d.sin_i, d.cos_i);
+    var lobes: VellusLobes;
+    for (var p = 0u; p < 3u; p++) {
+        lobes.rgb[p] = vellus_far_factor(hit, at, p).xyz * m[p];
+    }
+    if (*hit).scatters {
+        let halves = vellus_far_halves(hit, d);
+        let tts = vellus_far_part(hit, at, 0u) * halves.x + vellus_far_part(hit, at, 1u) * halves.y;
+        let both = vellus_far_factor(hit, at, 3u).xyz * halves.x + vellus_far_factor(hit, at, 4u).xyz * halves.y;
+        lobes.rgb[3] = tts;
+        lobes.rgb[4] = max(both - tts, vec3<f32>(0.0));
+    }
+    lobes.rgb[5] = (*hit).attenuation[5].xyz * (m.w / VELLUS_TAU)
+        + (*hit).attenuation[6].xyz * vellus_diffuse(d.cos_i);
+    return lobes;
 }
 
 // f cos of all lobes in xyz, and the density with which vellus_far_sample draws wi in w.

@@ -1,4 +1,4 @@
-// One thread per query in the far field: the energy of each lobe, the value, and a sample.
+// One thread per query in the far field: the energy and the value of each lobe, and a sample.
 
 @group(0) @binding(0) var<storage, read> vellus_tables: array<vec4<f32>>;
 @group(0) @binding(1) var<storage, read> vellus_fibers: array<vec4<f32>>;
@@ -24,7 +24,6 @@ struct Answer {
     // The weight of the sample, and its lobe.
     weight: vec4<f32>,
     energy: array<vec4<f32>, 6>,
-    // 0: the far field has only their sum.
     lobes: array<vec4<f32>, 6>,
 }
 
@@ -49,12 +48,14 @@ fn run_far_queries(@builtin(global_invocation_id) id: vec3<u32>) {
     var hit = vellus_far_hit(query.fiber, query.table, query.wo);
     let drawn = vellus_far_sample(&hit, query.u);
     var energy = vellus_energy(&hit);
+    var lobes = vellus_far_eval_lobes(&hit, query.wi);
     var answer: Answer;
     answer.value = vellus_far_eval(&hit, query.wi);
     answer.direction = vec4<f32>(drawn.wi, drawn.pdf);
     answer.weight = vec4<f32>(drawn.weight, f32(drawn.lobe));
     for (var p = 0u; p < 6u; p++) {
         answer.energy[p] = vec4<f32>(energy.rgb[p], 0.0);
+        answer.lobes[p] = vec4<f32>(lobes.rgb[p], 0.0);
     }
     answers[id.x] = answer;
 }

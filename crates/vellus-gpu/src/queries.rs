@@ -45,7 +45,7 @@ pub struct Answer {
     pub lobe: f32,
     /// The energy of each lobe, RGB and 0.
     pub energy: [[f32; 4]; 6],
-    /// f·cos θᵢ of each lobe, RGB and 0. All are 0 in the far field.
+    /// f·cos θᵢ of each lobe, RGB and 0.
     pub lobes: [[f32; 4]; 6],
 }
 

@@ -42,7 +42,7 @@ fn values_equal_those_of_the_model() -> Result<(), Box<dyn std::error::Error>> {
     let Some(device) = device("values_equal_those_of_the_model") else { return Ok(()) };
     let mut random = Uniform(1);
     let fibers = fibers(64);
-    let (mut errors, mut densities, mut energies) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut errors, mut parts, mut densities, mut energies) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     // Some fibres at a time: a buffer may have 128 MB.
     for fibers in fibers.chunks(8) {
         let models = fibers.iter().map(Bcsdf::new).collect::<Result<Vec<_>, _>>()?;
@@ -61,6 +61,9 @@ fn values_equal_those_of_the_model() -> Result<(), Box<dyn std::error::Error>> {
             let [peak, densest] = peaks(&hit, wi, &mut random);
             let off = lobes.total().iter().zip(answer.value).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
             errors.push(off / peak);
+            let ours = answer.lobes.iter().flat_map(|row| [row[0], row[1], row[2]]);
+            let off = lobes.0.as_flattened().iter().zip(ours).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            parts.push(off / peak);
             densities.push((answer.pdf - pdf).abs() / densest);
             let energy = hit.energy().0.as_flattened().to_vec();
             let ours = answer.energy.iter().flat_map(|row| [row[0], row[1], row[2]]);
@@ -68,7 +71,9 @@ fn values_equal_those_of_the_model() -> Result<(), Box<dyn std::error::Error>> {
             assert!(answer.weight.iter().all(|w| (0.0..=1.0 + 1e-3).contains(w)), "{query:?} {answer:?}");
         }
     }
-    for (what, errors) in [("value", &mut errors), ("density", &mut densities), ("energy", &mut energies)] {
+    for (what, errors) in
+        [("value", &mut errors), ("lobe", &mut parts), ("density", &mut densities), ("energy", &mut energies)]
+    {
         errors.sort_by(f32::total_cmp);
         let at = |share: f64| errors[((errors.len() - 1) as f64 * share) as usize];
         let mean = errors.iter().sum::<f32>() / errors.len() as f32;

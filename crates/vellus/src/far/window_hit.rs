@@ -155,12 +155,13 @@ impl<'b> WindowHit<'b> {
     }
 
     /// The factors of the azimuth φ, RGB and the largest channel: R, TT, TRT, and the backward and the forward half of
-    /// light that the medulla scattered. Those of a half contain the share of its light that leaves the fibre.
-    pub fn factors(&self, phi: f32) -> [f32x4; 5] {
+    /// light that the medulla scattered, then the part of TTˢ in both halves. Those of a half contain the share of its
+    /// light that leaves the fibre.
+    pub fn factors(&self, phi: f32) -> [f32x4; 7] {
         let [back, ahead] = self.inclination.leaving;
         let [r, tt, trt, tts_back, trts_back, _] = self.around(phi, [1.0; 4], [back, 0.0], 0.0);
         let [_, _, _, tts_ahead, trts_ahead, _] = self.around(phi, [1.0; 4], [0.0, ahead], 0.0);
-        [r, tt, trt, tts_back + trts_back, tts_ahead + trts_ahead]
+        [r, tt, trt, tts_back + trts_back, tts_ahead + trts_ahead, tts_back, tts_ahead]
     }
 
     /// The six lobes at azimuth φ, given their longitudinal parts.

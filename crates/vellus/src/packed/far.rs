@@ -7,10 +7,14 @@
 use crate::bcsdf::Bcsdf;
 use crate::far::window_hit::WindowHit;
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::ops::Range;
 use wide::f32x4;
 
 /// The lobes that depend on the azimuth: R, TT, TRT, and the backward and the forward half of scattered light.
 const FACTORS: usize = 5;
+
+/// The factors, and those of TTˢ alone in both halves.
+const PARTS: usize = 7;
 
 /// Rows with energies at the beginning of each inclination.
 const ENERGIES: usize = 7;
@@ -23,7 +27,8 @@ pub struct FarTable {
     /// The first row has the number of inclinations, the number of azimuths, the azimuths per radian, and the number of
     /// rows of an inclination. Each inclination has the energies of the seven components (RGB, and the largest
     /// channel, which sampling uses; for scattered light that of its halves), the factors (azimuth by azimuth, RGB
-    /// and the largest channel), and the cumulative integrals of the last channel (factor by factor).
+    /// and the largest channel), the cumulative integrals of the last channel (factor by factor), and the part of TTˢ in
+    /// the last two factors (azimuth by azimuth).
     pub rows: Vec<[f32; 4]>,
     /// The number of inclinations, from 0 to π/2, closer together toward π/2.
     pub inclinations: usize,
@@ -50,7 +55,7 @@ const STEPS: f64 = 0.05;
 pub fn far(bcsdf: &Bcsdf<'_>) -> FarTable {
     let inclinations = enough(FEWEST[0], MOST[0], |nodes| along(bcsdf, nodes));
     let azimuths = enough(FEWEST[1], MOST[1], |nodes| around(bcsdf, nodes));
-    let length = ENERGIES + FACTORS * azimuths + (FACTORS * azimuths).div_ceil(4);
+    let length = ENERGIES + PARTS * azimuths + (FACTORS * azimuths).div_ceil(4);
     let number = |count: usize| count as f32;
     let per_radian = (f64::from(number(azimuths - 1)) / PI) as f32;
     let mut rows = vec![[number(inclinations), number(azimuths), per_radian, number(length)]];
@@ -88,7 +93,7 @@ fn enough(fewest: usize, most: usize, errors: impl Fn(usize) -> Vec<f32>) -> usi
 /// The errors in the middle between inclinations, at 256 azimuths.
 fn along(bcsdf: &Bcsdf<'_>, nodes: usize) -> Vec<f32> {
     let positions = 2 * (nodes - 1);
-    let rows: Vec<Vec<[f32x4; FACTORS]>> =
+    let rows: Vec<Vec<[f32x4; PARTS]>> =
         (0..=positions).map(|k| factors(&hit(bcsdf, k as f64 / positions as f64), 256)).collect();
     rows.windows(3).step_by(2).map(|rows| error(|j| [rows[0][j], rows[1][j], rows[2][j]], 256)).collect()
 }
@@ -104,7 +109,7 @@ fn around(bcsdf: &Bcsdf<'_>, nodes: usize) -> Vec<f32> {
 
 /// The largest difference between the middle one of three values and the mean of the others, relative to the largest
 /// value.
-fn error(values: impl Fn(usize) -> [[f32x4; FACTORS]; 3], count: usize) -> f32 {
+fn error(values: impl Fn(usize) -> [[f32x4; PARTS]; 3], count: usize) -> f32 {
     let (mut most, mut largest) = (0.0f32, f32::MIN_POSITIVE);
     for j in 0..count {
         let [low, middle, high] = values(j);
@@ -118,7 +123,7 @@ fn error(values: impl Fn(usize) -> [[f32x4; FACTORS]; 3], count: usize) -> f32 {
 }
 
 /// The factors at evenly spaced azimuths from 0 to π.
-fn factors(hit: &WindowHit<'_>, azimuths: usize) -> Vec<[f32x4; FACTORS]> {
+fn factors(hit: &WindowHit<'_>, azimuths: usize) -> Vec<[f32x4; PARTS]> {
     let step = PI / (azimuths - 1) as f64;
     (0..azimuths).map(|j| hit.factors((j as f64 * step) as f32)).collect()
 }
@@ -141,6 +146,9 @@ fn inclination(rows: &mut Vec<[f32; 4]>, hit: &WindowHit<'_>, azimuths: usize) {
     let parts = hit.component_energies().map(f32x4::to_array);
     let halves = [3, 4].map(|q| [parts[q][0], parts[q][1], parts[q][2], circle[q][3]]);
     rows.extend([circle[0], circle[1], circle[2], halves[0], halves[1], parts[5], parts[6]]);
-    rows.extend(values.iter().flatten().map(|value| value.to_array()));
+    let factors =
+        |range: Range<usize>| values.iter().flat_map(move |value| value[range.clone()].iter().map(|f| f.to_array()));
+    rows.extend(factors(0..FACTORS));
     rows.extend(cumulative.chunks(4).map(|chunk| std::array::from_fn(|i| chunk.get(i).copied().unwrap_or(0.0))));
+    rows.extend(factors(FACTORS..PARTS));
 }
