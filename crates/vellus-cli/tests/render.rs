@@ -304,10 +304,10 @@ fn an_absent_gpu_is_reported_before_any_file_is_written() {
     let output = without_gpu(folder.path(), &args).output().unwrap();
     refused_by(&output, &args, &["error: no GPU was found", "; use --device cpu"]);
     assert_eq!(folder.path().read_dir().unwrap().count(), 0);
-    // A GPU renders the near field only. This is known without a GPU.
-    let args = on_hamster(&["--device", "gpu", "--mode", "far"]);
+    // A GPU does not render the multi-scale mode. This is known without a GPU.
+    let args = on_hamster(&["--device", "gpu", "--mode", "multiscale"]);
     let output = without_gpu(folder.path(), &args).output().unwrap();
-    refused_by(&output, &args, &["the GPU cannot render the mode far, only near; use --device cpu"]);
+    refused_by(&output, &args, &["the GPU cannot render the mode multiscale, only near and far; use --device cpu"]);
 }
 
 /// Without a GPU, `auto` gives the near field of the processor, and says why.

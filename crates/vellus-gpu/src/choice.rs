@@ -43,8 +43,8 @@ impl Choice {
         }
     }
 
-    /// The mode of a picture if the user gave this one, or none. A GPU renders [`Mode::Near`], so it is the default of
-    /// [`Choice::Gpu`]. It is also that of [`Choice::Auto`], on every machine: so the picture does not depend on it.
+    /// The mode of a picture if the user gave this one, or none. A GPU renders [`Mode::Near`] and
+    /// [`Mode::Far`]. The first is the default of [`Choice::Gpu`]. It is also that of [`Choice::Auto`], on every machine: so the picture does not depend on it.
     pub fn mode(self, given: Option<Mode>) -> Mode {
         given.unwrap_or(if self == Choice::Cpu { Mode::MultiScale } else { Mode::Near })
     }
@@ -52,13 +52,14 @@ impl Choice {
     /// Checks what can be checked before a scene is read: is there a GPU, and can it render this mode?
     ///
     /// # Errors
-    /// [`Error::Device`] for [`Choice::Gpu`] if there is no GPU, or if the mode is not [`Mode::Near`].
+    /// [`Error::Device`] for [`Choice::Gpu`] if there is no GPU, or if the mode is [`Mode::MultiScale`].
     pub fn check(self, mode: Mode) -> Result<(), Error> {
         if self != Choice::Gpu {
             return Ok(());
         }
-        if mode != Mode::Near {
-            return Err(refused(&format!("the mode {}, only {}", mode.name(), Mode::Near.name())));
+        if mode == Mode::MultiScale {
+            let [given, near, far] = [mode, Mode::Near, Mode::Far].map(Mode::name);
+            return Err(refused(&format!("the mode {given}, only {near} and {far}")));
         }
         Device::open().map(|_| ()).map_err(failed)
     }
@@ -139,8 +140,8 @@ mod tests {
     fn a_gpu_renders_the_near_field() {
         assert_eq!(Choice::ALL.map(|choice| choice.mode(None)), [Mode::MultiScale, Mode::Near, Mode::Near]);
         assert_eq!(Choice::Gpu.mode(Some(Mode::Far)), Mode::Far);
-        let error = Choice::Gpu.check(Mode::Far).map_err(|e| e.to_string());
-        assert_eq!(error.err().as_deref(), Some("the GPU cannot render the mode far, only near"));
+        let error = Choice::Gpu.check(Mode::MultiScale).map_err(|e| e.to_string());
+        assert_eq!(error.err().as_deref(), Some("the GPU cannot render the mode multiscale, only near and far"));
         assert!(Choice::Auto.check(Mode::Far).is_ok() && Choice::Cpu.check(Mode::MultiScale).is_ok());
     }
 }

@@ -84,6 +84,52 @@ fn pictures_agree_with_those_of_the_processor() -> Result<(), Box<dyn std::error
     Ok(())
 }
 
+/// The far field at every hit, on both devices. The false-alarm rate is 1 %.
+#[test]
+#[ignore = "slow: a software GPU compiles the tracer in a minute"]
+fn far_fields_agree_with_those_of_the_processor() -> Result<(), Box<dyn std::error::Error>> {
+    let Some(device) = device("far_fields_agree_with_those_of_the_processor") else { return Ok(()) };
+    let mut scores = Vec::new();
+    for name in ["raccoon", "hair-lock"] {
+        let mut scene = built_in(name);
+        // A fibre that varies would need a table for each of its values.
+        scene.strands.iter_mut().for_each(|strands| strands.varying.clear());
+        scene.looks.iter_mut().for_each(|look| look.textured.clear());
+        let world = World::with_model(scene, Bcsdf::new)?;
+        let settings = Settings { mode: Mode::Far, ..settings([48, 32]) };
+        let layout = world.layout(&[Layer::Lobes, Layer::Albedo]);
+        let film = || Film::new(settings.size, settings.area(), layout.clone());
+        let (mut ours, mut expected) = (film(), film());
+        let mut tracer = Tracer::new(&device, &world, &settings, &layout)?;
+        world.render_packed(&settings, &mut ours, 0..32, &(), &mut tracer)?;
+        world.render(&settings, &mut expected, 0..128, &())?;
+        let ([a, error_a], [b, error_b]) = (brightness(&ours), brightness(&expected));
+        let score = (a - b) / error_a.hypot(error_b);
+        println!("{name}: GPU {a:.4}, processor {b:.4}, z = {score:.2}");
+        scores.push(score);
+        for lobe in 0..6 {
+            let [a, b] = [&ours, &expected].map(|f| (0..3).map(|c| mean(f, Layer::Lobes, 3 * lobe + c)).sum::<f64>());
+            println!("    lobe {lobe}: GPU {a:.4}, processor {b:.4}");
+            // The sum of three channels of one lobe varies at most three times as much as the mean of the whole light.
+            assert!((a - b).abs() < 5.0 * 3.0 * error_a.hypot(error_b), "{name}: lobe {lobe}: {a} {b}");
+        }
+    }
+    let limit = max_abs_z(scores.len(), 0.01);
+    assert!(scores.iter().all(|score| score.abs() < limit), "{scores:?}, limit {limit}");
+    Ok(())
+}
+
+#[test]
+fn the_far_field_of_fur_that_varies_is_refused() -> Result<(), Box<dyn std::error::Error>> {
+    let Some(device) = device("the_far_field_of_fur_that_varies_is_refused") else { return Ok(()) };
+    let world = World::with_model(built_in("raccoon"), Bcsdf::new)?;
+    let settings = Settings { mode: Mode::Far, ..settings([48, 32]) };
+    let error = Tracer::new(&device, &world, &settings, &world.layout(&[])).map_err(|e| e.to_string());
+    let text = error.err().unwrap_or_default();
+    assert!(text.contains("different fibres in the mode far, at most 64"), "{text}");
+    Ok(())
+}
+
 /// Colours that vary along the strands: dark tips. The processor interpolates the reflectance between two control
 /// points, and the GPU draws one of the two. The false-alarm rate is 1 %.
 #[test]

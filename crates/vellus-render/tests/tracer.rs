@@ -99,7 +99,9 @@ fn other_modes_and_models_are_refused_by_name() -> Result<(), Error> {
     let cached = Settings { radiance_cache: Some(8), ..near };
     assert_eq!(refused(&world, cached).as_deref(), Some("a radiance cache"));
     let far = Settings { mode: Mode::Far, ..near };
-    assert_eq!(refused(&world, far).as_deref(), Some("the mode far, only near"));
+    assert_eq!(refused(&world, far), None);
+    let both = Settings { mode: Mode::MultiScale, ..near };
+    assert_eq!(refused(&world, both).as_deref(), Some("the mode multiscale, only near and far"));
     world.set_model(Marschner2003::new)?;
     assert_eq!(refused(&world, near).as_deref(), Some("a reflectance model other than vellus"));
     Ok(())

@@ -135,8 +135,8 @@ fn explain(args: &Args, error: Error) -> anyhow::Error {
         Error::NotWritten { rescue, complete, source, .. } => {
             let next = match rescue {
                 Rescue::Saved(path) => {
-                    let (path, output) = (path.display(), args.output.display());
                     let gaps = if complete { "" } else { " --allow-gaps" };
+                    let (path, output) = (path.display(), args.output.display());
                     format!(" (continue with --resume, or: vellus merge{gaps} {path} -o {output})")
                 }
                 Rescue::LastCheckpoint(_) => " (continue with --resume)".to_owned(),
@@ -145,7 +145,9 @@ fn explain(args: &Args, error: Error) -> anyhow::Error {
             anyhow::Error::from(*source).context(text + &next)
         }
         Error::Device(_) => on_cpu(error),
-        Error::DeviceLost { .. } => anyhow!("{text} (continue with --device cpu --mode near --resume)"),
+        Error::DeviceLost { .. } => {
+            anyhow!("{text} (continue with --device cpu --mode {} --resume)", args.device.mode(args.mode).name())
+        }
         other => other.into(),
     }
 }

@@ -72,7 +72,7 @@ pub struct Args {
     #[arg(long, allow_hyphen_values = true, value_name = "A-B[xS]", conflicts_with_all = ["samples", "frame"])]
     frames: Option<Frames>,
     /// What renders: the processor, a GPU, or a GPU if there is one that can render the scene (auto). A GPU renders
-    /// --mode near, without motion blur and without a radiance cache.
+    /// --mode near (or far, for fur that does not vary), without motion blur and without a radiance cache.
     #[arg(long, value_parser = one_of::<Choice>(Choice::ALL.map(Choice::name)), default_value = "cpu")]
     device: Choice,
     /// Over which part of a fibre's width its reflectance is averaged: what the pixel sees (multiscale), the point

@@ -221,7 +221,7 @@ fn at_fiber(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: Ray
     let toward = normalize_or(back - place.tangent * dot(back, place.tangent), n);
     let h = clamp(dot(place.tangent, cross(n, toward)), -1.0, 1.0);
     let rows = data_row(SETS).y + 2u * place.strands;
-    var fiber = vellus_hit(record_of(place, hit, sampler), to_fiber(place, back), h);
+    var fiber = fiber_hit(record_of(place, hit, sampler), to_fiber(place, back), h);
     if depth == 0u {
         set_layer3(path, LAYER_TANGENT, place.tangent);
         set_layer3(path, LAYER_NORMAL, normalize_or(out, vec3<f32>(0.0)));
@@ -264,7 +264,7 @@ fn at_fiber(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: Ray
             continue;
         }
         let local = to_fiber(place, s.direction);
-        let value = vellus_eval(&fiber, local);
+        let value = fiber_eval(&fiber, local);
         let total = value.xyz;
         var w = 1.0 / (*path).lights;
         if s.pdf > 0.0 {
@@ -279,19 +279,19 @@ fn at_fiber(path: ptr<function, Path>, sampler: ptr<function, Sampler>, ray: Ray
         let given = select(1.0 / s.pdf, 1.0, s.pdf < 0.0);
         if apart {
             (*path).apart = true;
-            set_shares(path, vellus_eval_lobes(&fiber, local), total);
+            set_shares(path, fiber_lobes(&fiber, local), total);
         }
         let light = (*path).throughput * total * s.radiance * (w * given / asked);
         let shadow = leave_fiber(place, s.direction, s.distance * 0.9999);
         wait_for(path, shadow, light, data_row(light_row(s.light)).w);
     }
-    let drawn = vellus_sample(&fiber, b);
+    let drawn = fiber_sample(&fiber, b);
     if drawn.pdf <= 0.0 || largest(drawn.weight) <= 0.0 {
         return false;
     }
     if apart {
         (*path).apart = true;
-        set_shares(path, vellus_eval_lobes(&fiber, drawn.wi), drawn.weight * drawn.pdf);
+        set_shares(path, fiber_lobes(&fiber, drawn.wi), drawn.weight * drawn.pdf);
     }
     (*path).throughput *= drawn.weight;
     let direction = place.tangent * drawn.wi.x + place.across.x * drawn.wi.y + place.across.y * drawn.wi.z;

@@ -5,14 +5,14 @@ mod source;
 
 use crate::choice::{failed, refused};
 use crate::device::Device;
-use crate::library::{shader_fiber, shader_tables};
+use crate::library::{shader_far_table, shader_fiber, shader_tables};
 use bytemuck::NoUninit;
 use source::Array;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 use vellus::Bcsdf;
 use vellus_render::packed::RowTracer;
-use vellus_render::{Error, Layout, Settings, World};
+use vellus_render::{Error, Layout, Mode, Settings, World};
 
 /// Threads in a workgroup of the shader.
 const GROUP: u64 = 64;
@@ -23,9 +23,15 @@ const MOST_BYTES: u64 = 1 << 28;
 /// The duration of one run that the tracer aims at. Desktop systems reset a GPU that does not answer for seconds.
 const RUN: Duration = Duration::from_millis(150);
 
+/// The most different fibres in the far field: each has a table of up to 18 MB.
+const MOST_TABLES: usize = 64;
+
+/// Tables begin at multiples of this number of rows.
+const TABLE_STEP: usize = 16;
+
 /// A scene on a GPU, ready to be traced with some settings and layers.
 ///
-/// Every hit uses the near field. The random numbers are of the same kind as those of the processor, but not the same
+/// Every hit uses the near field, or the far field in [`Mode::Far`]. The random numbers are of the same kind as those of the processor, but not the same
 /// numbers. So pictures of both devices agree within their noise, and have different bits. Pictures of the same device
 /// and driver have the same bits.
 pub struct Tracer {
@@ -51,11 +57,10 @@ impl Tracer {
     /// [`Error::Device`] if [`World::packed`] refuses the scene, if it does not fit, or if the GPU refuses the shader.
     pub fn new(device: &Device, world: &World, settings: &Settings, layout: &Layout) -> Result<Self, Error> {
         let scene = world.packed(settings, layout).map_err(|what| refused(&what))?;
-        let mut fibers = Vec::new();
-        for fiber in &scene.fibers {
-            let bcsdf = Bcsdf::new(fiber).map_err(|e| device_error(&e.to_string()))?;
-            fibers.extend(shader_fiber(&bcsdf));
-        }
+        let models = scene.fibers.iter().map(Bcsdf::new).collect::<Result<Vec<_>, _>>();
+        let models = models.map_err(|e| device_error(&e.to_string()))?;
+        let fibers: Vec<[f32; 4]> = models.iter().flat_map(shader_fiber).collect();
+        let far = if settings.mode == Mode::Far { Some(far_tables(&models)?) } else { None };
         let limit = device.limit();
         let arrays = [
             Array::new("node_row", "u32", scene.nodes.len(), limit),
@@ -65,7 +70,9 @@ impl Tracer {
             Array::new("data_row", "u32", scene.data.len(), limit),
             Array::new("vellus_row", "f32", fibers.len(), limit),
         ];
-        let pipeline = device.compile(&source::shader(&arrays), "trace_rows").map_err(failed)?;
+        let far_array = far.as_ref().map(|far| Array::new("vellus_far_row", "f32", far.len(), limit));
+        let source = source::shader(&arrays, far_array.as_ref());
+        let pipeline = device.compile(&source, "trace_rows").map_err(failed)?;
         let mut buffers = vec![device.upload(&shader_tables()).map_err(failed)?];
         let [nodes, chords, triangles, points, data, records] = &arrays;
         upload(device, nodes, &scene.nodes, &mut buffers)?;
@@ -74,11 +81,31 @@ impl Tracer {
         upload(device, points, &scene.points, &mut buffers)?;
         upload(device, data, &scene.data, &mut buffers)?;
         upload(device, records, &fibers, &mut buffers)?;
+        if let (Some(array), Some(far)) = (&far_array, &far) {
+            upload(device, array, far, &mut buffers)?;
+        }
         let [_, _, width, _] = settings.area();
         let words = scene.sample_words as u64;
         device.alive().map_err(failed)?;
         Ok(Tracer { device: device.clone(), pipeline, buffers, width: width as u64, words, pace: 4096 })
     }
+}
+
+/// The tables of all fibres, after rows with the first row of each.
+fn far_tables(models: &[Bcsdf<'_>]) -> Result<Vec<[f32; 4]>, Error> {
+    if models.len() > MOST_TABLES {
+        let count = models.len();
+        return Err(refused(&format!("{count} different fibres in the mode far, at most {MOST_TABLES}")));
+    }
+    let mut rows = vec![[0.0; 4]; models.len().div_ceil(4)];
+    for (k, model) in models.iter().enumerate() {
+        // Single precision has all whole numbers up to 2²⁴. 64 tables have at most 73 million rows, so their number in
+        // steps of 16 rows is exact.
+        rows.resize(rows.len().next_multiple_of(TABLE_STEP), [0.0; 4]);
+        rows[k / 4][k % 4] = (rows.len() / TABLE_STEP) as f32;
+        rows.extend(shader_far_table(model));
+    }
+    Ok(rows)
 }
 
 fn device_error(what: &str) -> Error {

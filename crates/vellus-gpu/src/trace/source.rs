@@ -1,6 +1,6 @@
 //! The text of the path tracer: the files of `shaders/trace`, and what depends on the scene.
 
-use crate::library::shader_library;
+use crate::library::{FAR_FIELD, shader_library};
 use std::fmt::Write;
 use std::ops::Range;
 
@@ -14,6 +14,10 @@ const FILES: [&str; 7] = [
     include_str!("../../shaders/trace/lights.wgsl"),
     include_str!("../../shaders/trace/path.wgsl"),
 ];
+
+/// The functions that the path tracer calls at a hit of a fibre, in the near and in the far field.
+const NEAR: &str = include_str!("../../shaders/trace/near.wgsl");
+const FAR: &str = include_str!("../../shaders/trace/far.wgsl");
 
 /// An array of rows of four numbers. If it is larger than a buffer may be, it is split into several buffers.
 pub(super) struct Array {
@@ -67,8 +71,8 @@ impl Array {
 }
 
 /// The whole shader for a scene with these arrays. The bindings are the results, the job, the tables, and the arrays in
-/// their order.
-pub(super) fn shader(arrays: &[Array]) -> String {
+/// their order. `far` is the array with the tables of the far field, if every hit uses it instead of the near field.
+pub(super) fn shader(arrays: &[Array], far: Option<&Array>) -> String {
     let mut text = shader_library();
     text.push_str(
         "
@@ -81,13 +85,14 @@ fn write_word(index: u32, value: u32) { samples[index] = value; }
 ",
     );
     let mut binding = 3;
-    for array in arrays {
+    for array in arrays.iter().chain(far) {
         text.push_str(&array.declare(&mut binding));
     }
     let _ = writeln!(text, "const STACK = {}u;", vellus_render::packed::STACK);
     let numbers: Vec<String> = sobol_directions().iter().map(|direction| format!("{direction}u")).collect();
     let _ = writeln!(text, "const SOBOL_DIRECTIONS = array<u32, 48>({});", numbers.join(", "));
-    for file in FILES {
+    let field: &[&str] = if far.is_some() { &[FAR_FIELD, FAR] } else { &[NEAR] };
+    for file in FILES.iter().chain(field) {
         text.push('\n');
         text.push_str(file);
     }

@@ -80,15 +80,16 @@ impl World {
     /// The scene for a picture with these settings and layers.
     ///
     /// # Errors
-    /// The name of a feature that the packed form does not have: a model other than [`vellus::Bcsdf`], modes other than
-    /// [`Mode::Near`], motion blur, a radiance cache, and hierarchies that need a larger stack than [`STACK`].
+    /// The name of a feature that the packed form does not have: a model other than [`vellus::Bcsdf`], the mode
+    /// [`Mode::MultiScale`], motion blur, a radiance cache, and hierarchies that need a larger stack than [`STACK`].
     pub fn packed(&self, settings: &Settings, layout: &Layout) -> Result<PackedScene, String> {
         let geometry = &self.geometry;
         if !self.fibers.is_bcsdf() {
             return Err("a reflectance model other than vellus".to_owned());
         }
-        if settings.mode != Mode::Near {
-            return Err(format!("the mode {}, only {}", settings.mode.name(), Mode::Near.name()));
+        if settings.mode == Mode::MultiScale {
+            let [given, near, far] = [settings.mode, Mode::Near, Mode::Far].map(Mode::name);
+            return Err(format!("the mode {given}, only {near} and {far}"));
         }
         if geometry.moves {
             return Err("motion blur".to_owned());
