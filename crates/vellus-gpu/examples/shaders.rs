@@ -1,4 +1,5 @@
-//! Writes the shader library in all languages, its tables, and the fibres of all presets with their far fields into a folder.
+//! Writes the shader library in all languages, its tables, and the fibres of all presets with their far fields into a
+//! folder.
 //!
 //! `cargo run -p vellus-gpu --features convert --example shaders -- FOLDER`
 

@@ -43,8 +43,9 @@ impl Choice {
         }
     }
 
-    /// The mode of a picture if the user gave this one, or none. A GPU renders [`Mode::Near`] and
-    /// [`Mode::Far`]. The first is the default of [`Choice::Gpu`]. It is also that of [`Choice::Auto`], on every machine: so the picture does not depend on it.
+    /// The mode of a picture if the user gave this one, or none. A GPU renders [`Mode::Near`] and [`Mode::Far`]. The
+    /// first is the default of [`Choice::Gpu`]. It is also that of [`Choice::Auto`], on every machine: so the picture
+    /// does not depend on it.
     pub fn mode(self, given: Option<Mode>) -> Mode {
         given.unwrap_or(if self == Choice::Cpu { Mode::MultiScale } else { Mode::Near })
     }

@@ -39,7 +39,8 @@ impl Language {
 #[error("the shader cannot be converted: {0}")]
 pub struct ConvertError(String);
 
-/// The library with the compute shader of a field ([`crate::QUERIES`], [`crate::FAR_QUERIES`]), in another language: the bytes of a file.
+/// The library with the compute shader of a field ([`crate::QUERIES`], [`crate::FAR_QUERIES`]), in another language:
+/// the bytes of a file.
 ///
 /// The languages need an entry point and bindings, and those of the queries show how to call the library. Keep the
 /// functions and replace the entry point.

@@ -92,7 +92,8 @@ pub fn shader_fiber(bcsdf: &Bcsdf<'_>) -> [[f32; 4]; FIBER_ROWS] {
 /// The far field of one fibre, in rows of four numbers: a table that `vellus_far_row` reads (Yan17 Sec. 5).
 ///
 /// Several tables may lie in one buffer. `vellus_far_hit` takes the first row of one. It errs by at most 1 % of the
-/// largest value at nearly all inclinations. It takes 0.3 to 2.2 MB for a preset, and up to 18 MB where β_n is below 3°.
+/// largest value at nearly all inclinations. It takes 0.3 to 2.2 MB for a preset, and up to 18 MB where β_n is below
+/// 3°.
 pub fn shader_far_table(bcsdf: &Bcsdf<'_>) -> Vec<[f32; 4]> {
     packed::far(bcsdf).rows
 }

@@ -40,8 +40,8 @@ pub struct Answer {
     pub wi_pdf: f32,
     /// f·cos θᵢ over the density, RGB.
     pub weight: [f32; 3],
-    /// The index of the lobe that was drawn. In the far field 3 and 4 are the backward and the forward half of the light
-    /// that the medulla scattered.
+    /// The index of the lobe that was drawn. In the far field 3 and 4 are the backward and the forward half of the
+    /// light that the medulla scattered.
     pub lobe: f32,
     /// The energy of each lobe, RGB and 0.
     pub energy: [[f32; 4]; 6],

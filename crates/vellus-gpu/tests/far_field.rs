@@ -35,8 +35,8 @@ fn peaks(hit: &Hit<'_>, wi: Vec3, random: &mut Uniform) -> [f32; 2] {
 }
 
 /// The table interpolates within 0.5 % of the largest factor along each axis at 95 % of the inclinations: see
-/// `packed::far`. Most directions are far from the worst azimuth, so 99 % of the queries are within 1 %. The closed forms
-/// of the model have steps of up to 2 % of a factor, which interpolation smooths: no query may be beyond 3 %.
+/// `packed::far`. Most directions are far from the worst azimuth, so 99 % of the queries are within 1 %. The closed
+/// forms of the model have steps of up to 2 % of a factor, which interpolation smooths: no query may be beyond 3 %.
 #[test]
 fn values_equal_those_of_the_model() -> Result<(), Box<dyn std::error::Error>> {
     let Some(device) = device("values_equal_those_of_the_model") else { return Ok(()) };

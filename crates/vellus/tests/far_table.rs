@@ -67,8 +67,8 @@ fn errors(bcsdf: &Bcsdf<'_>, table: &FarTable, random: &mut Uniform) -> (Vec<f64
 }
 
 /// The table has enough nodes for 0.5 % along each axis at 95 % of the inclinations, so both axes together stay within
-/// 1 % there. The number of nodes has a limit, which fibres with β_n < 2° reach: 2 % at most. Elsewhere the closed forms
-/// have steps of up to 2 %, and their neighbours are a part of it away.
+/// 1 % there. The number of nodes has a limit, which fibres with β_n < 2° reach: 2 % at most. Elsewhere the closed
+/// forms have steps of up to 2 %, and their neighbours are a part of it away.
 #[test]
 fn interpolation_is_within_one_per_cent() -> Result<(), vellus::Error> {
     let mut random = Uniform(1);

@@ -31,9 +31,9 @@ const TABLE_STEP: usize = 16;
 
 /// A scene on a GPU, ready to be traced with some settings and layers.
 ///
-/// Every hit uses the near field, or the far field in [`Mode::Far`]. The random numbers are of the same kind as those of the processor, but not the same
-/// numbers. So pictures of both devices agree within their noise, and have different bits. Pictures of the same device
-/// and driver have the same bits.
+/// Every hit uses the near field, or the far field in [`Mode::Far`]. The random numbers are of the same kind as those
+/// of the processor, but not the same numbers. So pictures of both devices agree within their noise, and have different
+/// bits. Pictures of the same device and driver have the same bits.
 pub struct Tracer {
     device: Device,
     pipeline: wgpu::ComputePipeline,

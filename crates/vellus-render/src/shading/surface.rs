@@ -1,9 +1,9 @@
 //! How meshes scatter: a diffuse base under a rough dielectric coat, or rough metal.
 //!
 //! The coat is a GGX microfacet surface (Walter et al. 2007) with Smith's joint shadowing, sampled by its visible
-//! normals (Heitz 2018), with Schlick's reflectance F. The base is coupled to the coat (Kelemen and Szirmay-Kalos 2001):
+//! normals (Heitz 2018), with Schlick's reflectance F. The base is coupled to the coat (Kelemen, Szirmay-Kalos 2001):
 //! its light is attenuated by (1 − F(θₒ)) (1 − F(θᵢ)) / (1 − F̄), with F̄ the cosine-weighted mean of F. The division
-//! accounts for the light that the coat reflects back to the base, so that a white base under a smooth coat scatters all
+//! accounts for the light that the coat reflects back to the base. So a white base under a smooth coat scatters all
 //! light. Directions point away from the surface, in a frame whose third axis is the normal.
 
 use glam::Vec3;
@@ -161,8 +161,8 @@ mod tests {
         }
     }
 
-    /// The base alone returns color · (1 − F(θₒ)) of the light: the coat loses nothing. The quadrature is a midpoint rule
-    /// in cos² θᵢ with 4,096 points, whose error is far below the bound.
+    /// The base alone returns color · (1 − F(θₒ)) of the light: the coat loses nothing. The quadrature is a midpoint
+    /// rule in cos² θᵢ with 4,096 points, whose error is far below the bound.
     #[test]
     fn white_base_under_coat_loses_nothing() {
         for (metallic, ior) in [(0.0, 1.0), (0.0, 1.5), (0.0, 3.0), (0.5, 1.5), (0.0, 1e6)] {

@@ -150,6 +150,7 @@ impl<'b> WindowHit<'b> {
     }
 
     /// A of the components, RGB and the largest channel.
+    #[cfg(feature = "unstable")]
     pub fn component_energies(&self) -> [f32x4; COMPONENTS] {
         self.energy
     }
@@ -157,6 +158,7 @@ impl<'b> WindowHit<'b> {
     /// The factors of the azimuth φ, RGB and the largest channel: R, TT, TRT, and the backward and the forward half of
     /// light that the medulla scattered, then the part of TTˢ in both halves. Those of a half contain the share of its
     /// light that leaves the fibre.
+    #[cfg(feature = "unstable")]
     pub fn factors(&self, phi: f32) -> [f32x4; 7] {
         let [back, ahead] = self.inclination.leaving;
         let [r, tt, trt, tts_back, trts_back, _] = self.around(phi, [1.0; 4], [back, 0.0], 0.0);

@@ -27,8 +27,8 @@ pub struct FarTable {
     /// The first row has the number of inclinations, the number of azimuths, the azimuths per radian, and the number of
     /// rows of an inclination. Each inclination has the energies of the seven components (RGB, and the largest
     /// channel, which sampling uses; for scattered light that of its halves), the factors (azimuth by azimuth, RGB
-    /// and the largest channel), the cumulative integrals of the last channel (factor by factor), and the part of TTˢ in
-    /// the last two factors (azimuth by azimuth).
+    /// and the largest channel), the cumulative integrals of the last channel (factor by factor), and the part of TTˢ
+    /// in the last two factors (azimuth by azimuth).
     pub rows: Vec<[f32; 4]>,
     /// The number of inclinations, from 0 to π/2, closer together toward π/2.
     pub inclinations: usize,
