@@ -6,9 +6,9 @@
 //   views.show(fiber, { theta, h, other });
 //
 // `source` is that of fiber-panel.js. `theta` is the inclination of the light in degrees, in [−89, 89]; `h` is the
-// offset in [−1, 1]; `whole: true` averages the lobes over the width. `other` is a second fibre or null: its totals are
-// drawn as dashed lines. Fields that are left out keep their values. `show` returns a promise that ends when the newest
-// views are drawn. With `controls`, sliders for θ and h are above the views, and the cross-section can be dragged;
+// offset in [−1, 1]; `whole: true` averages the lobes over the width. `other` is a second fibre or null: its totals
+// are drawn as dashed lines. Fields that are left out keep their values. `show` returns a promise that ends when the
+// newest views are drawn. With `controls`, sliders for θ and h are above the views, and the cross-section can be dragged;
 // `onlight({ theta, h, whole })` is called when the user moves them. The element gets the class `vellus-views`.
 
 import { createSlider, make } from "./fiber-panel.js";
@@ -252,8 +252,8 @@ export function createFiberViews(element, source, { controls = true, onlight = (
       figure("Lobes around the fibre", "N(φ), radius as its square root", polar),
       figure("Lobes along the fibre", "height as the square root", along),
       figure("Profile", "reflected light by direction, logarithmic",
-        make("div", { class: "vv-profile" }, axis("θ", "vv-theta"), axis("90°", "vv-top"), axis("−90°", "vv-bottom"),
-          canvas, axis("φ = 0°", "vv-left"), axis("180°", "vv-middle"), axis("360°", "vv-right")), scale),
+        make("div", { class: "vv-profile" }, axis("θ", "vv-theta"), axis("90°", "vv-top"),
+          axis("−90°", "vv-bottom"), canvas, axis("φ = 0°", "vv-left"), axis("180°", "vv-middle"), axis("360°", "vv-right")), scale),
       figure("Energy by lobe", "over the offset; blank is absorbed", energy),
       figure("Energy in numbers", "mean over the width, in per cent", table)));
 

@@ -15,7 +15,7 @@ pub fn check(root: &Path) -> Result<(), String> {
         let name = path.strip_prefix(root).unwrap_or(&path).display();
         let found = match path.extension().and_then(|e| e.to_str()) {
             Some("md") if compiled(root, &path) => unnamed_blocks(&text),
-            Some("rs" | "toml" | "py" | "yml") => long_lines(&text),
+            Some("rs" | "toml" | "py" | "yml" | "wgsl" | "js" | "mjs" | "css") => long_lines(&text),
             _ => continue,
         };
         problems.extend(found.into_iter().map(|(line, problem)| format!("{name}:{line}: {problem}")));
