@@ -18,6 +18,9 @@ use tokio::runtime::Runtime;
 /// The largest file that a page may send, in bytes: a .hair file of four million strands of ten points.
 pub const MAX_UPLOAD: usize = 512 << 20;
 
+/// The longest time that an upload may take. Others wait until it ends.
+const UPLOAD_TIME: Duration = Duration::from_secs(900);
+
 /// The longest message on a WebSocket, in bytes.
 pub const MAX_MESSAGE: usize = 64 << 10;
 
@@ -38,6 +41,8 @@ pub(crate) struct Site {
     pub engine: Engine,
     pub guard: Guard,
     pub pages: tokio::sync::Semaphore,
+    /// One file at a time is in memory.
+    pub uploads: tokio::sync::Semaphore,
 }
 
 /// A running server. It ends when it is dropped.
@@ -68,8 +73,8 @@ impl Server {
         let entered = runtime.enter();
         let listener = TcpListener::from_std(listener).map_err(failed)?;
         drop(entered);
-        let pages = tokio::sync::Semaphore::new(MAX_PAGES);
-        let site = Arc::new(Site { engine, guard, pages });
+        let [pages, uploads] = [MAX_PAGES, 1].map(tokio::sync::Semaphore::new);
+        let site = Arc::new(Site { engine, guard, pages, uploads });
         let router = Router::new().fallback(answer).layer(DefaultBodyLimit::max(MAX_UPLOAD)).with_state(site);
         // It ends with the runtime.
         runtime.spawn(async move { axum::serve(listener, router).await });
@@ -178,10 +183,14 @@ async fn load(site: &Site, request: Request) -> Response {
     if length.is_some_and(|length: u64| length > MAX_UPLOAD as u64) {
         return too_large();
     }
-    let bytes = match Bytes::from_request(request, &()).await {
-        Ok(bytes) => bytes,
-        Err(error) if error.status() == StatusCode::PAYLOAD_TOO_LARGE => return too_large(),
-        Err(error) => return error.into_response(),
+    let Ok(_upload) = site.uploads.try_acquire() else {
+        return text(StatusCode::SERVICE_UNAVAILABLE, "another file is being loaded: try again when it is shown");
+    };
+    let bytes = match tokio::time::timeout(UPLOAD_TIME, Bytes::from_request(request, &())).await {
+        Ok(Ok(bytes)) => bytes,
+        Ok(Err(error)) if error.status() == StatusCode::PAYLOAD_TOO_LARGE => return too_large(),
+        Ok(Err(error)) => return error.into_response(),
+        Err(_) => return text(StatusCode::REQUEST_TIMEOUT, "the file did not arrive within 15 minutes"),
     };
     let Some(answer) = site.engine.load(name, bytes.into()) else {
         return text(StatusCode::SERVICE_UNAVAILABLE, "too busy");

@@ -67,10 +67,13 @@ fn header(message: &Message) -> Option<Value> {
     Some(serde_json::from_slice(&bytes[4..4 + length]).unwrap())
 }
 
+fn address(server: &Server) -> String {
+    server.url().trim_start_matches("http://").split('/').next().unwrap().to_owned()
+}
+
 /// Sends a plain HTTP request, and returns the whole answer.
 async fn http(server: &Server, request: &str, body: &[u8]) -> String {
-    let address = server.url().trim_start_matches("http://").split('/').next().unwrap().to_owned();
-    let mut stream = TcpStream::connect(address).await.unwrap();
+    let mut stream = TcpStream::connect(address(server)).await.unwrap();
     stream.write_all(request.as_bytes()).await.unwrap();
     // The server may answer and close before it has read everything.
     let _ = stream.write_all(body).await;
@@ -375,4 +378,31 @@ async fn a_file_that_is_too_large_is_refused_before_it_is_read() {
     };
     // The answer comes before the file.
     assert_eq!(status(&http(&server, &head((512 << 20) + 1), b"HAIR").await), "413");
+}
+
+/// Files of the largest size would fill the memory if many came at once.
+#[tokio::test]
+async fn one_file_is_loaded_at_a_time() {
+    let server = server(None);
+    let head = "POST /load?a.hair HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nContent-Length: 1000\r\n\r\n";
+    let body = [0; 1000];
+    // The first file stops in its middle. If the server reads the second file first, both are sent again.
+    let (mut first, mut second) = (None, String::new());
+    for _ in 0..100 {
+        let mut stream = TcpStream::connect(address(&server)).await.unwrap();
+        stream.write_all(head.as_bytes()).await.unwrap();
+        stream.write_all(&body[..500]).await.unwrap();
+        first = Some(stream);
+        second = http(&server, head, &body).await;
+        if status(&second) == "503" {
+            break;
+        }
+    }
+    let mut first = first.unwrap();
+    assert!(second.contains("another file is being loaded"), "{second}");
+    first.write_all(&body[500..]).await.unwrap();
+    let mut answer = String::new();
+    first.read_to_string(&mut answer).await.unwrap();
+    assert_eq!(status(&answer), "422");
+    assert_eq!(status(&http(&server, head, &body).await), "422");
 }
