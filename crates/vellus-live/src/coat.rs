@@ -6,8 +6,8 @@ use vellus::{CoatColors, Fiber, Parameter};
 use vellus_render::Varying;
 use vellus_scene::{Strands, Values};
 
-/// The absorption that darker tips of unpigmented fur are multiples of, per radius. Ten times as much gives a dense coat
-/// a reflectance of 0.10 (human hair) to 0.21 (cat): dark grey.
+/// The absorption that darker tips of unpigmented fur are multiples of, per radius. Ten times as much gives a dense
+/// coat a reflectance of 0.10 (human hair) to 0.21 (cat): dark grey.
 const LEAST: f32 = 0.02;
 
 impl Coat {

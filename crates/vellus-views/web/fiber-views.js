@@ -8,8 +8,9 @@
 // `source` is that of fiber-panel.js. `theta` is the inclination of the light in degrees, in [−89, 89]; `h` is the
 // offset in [−1, 1]; `whole: true` averages the lobes over the width. `other` is a second fibre or null: its totals
 // are drawn as dashed lines. Fields that are left out keep their values. `show` returns a promise that ends when the
-// newest views are drawn. With `controls`, sliders for θ and h are above the views, and the cross-section can be dragged;
-// `onlight({ theta, h, whole })` is called when the user moves them. The element gets the class `vellus-views`.
+// newest views are drawn. With `controls`, sliders for θ and h are above the views, and the cross-section can be
+// dragged; `onlight({ theta, h, whole })` is called when the user moves them. The element gets the class
+// `vellus-views`.
 
 import { createSlider, make } from "./fiber-panel.js";
 
