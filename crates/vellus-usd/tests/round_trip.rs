@@ -5,7 +5,6 @@ mod common;
 use common::read;
 use glam::{Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
 use std::f32::consts::PI;
-use std::process::Command;
 use vellus::{Fiber, Species};
 use vellus_scene::{
     Basis, Camera, Ground, Light, Look, Mesh, Parameter, Scene, Shaping, Strands, Surface, Texture, Tint, Units, Value,
@@ -235,7 +234,7 @@ fn a_failed_write_is_an_error_and_keeps_the_old_file() {
     assert!(error.contains("old.usda/a.usda"), "{error}");
 }
 
-/// Pixar's parser is stricter than ours. `pip install usd-core` provides it.
+/// Pixar's parser is stricter than ours.
 #[test]
 fn usd_core_opens_what_we_wrote() {
     const CHECK: &str = "
@@ -271,15 +270,12 @@ print(','.join(sorted(kinds)))
 stage.Export(sys.argv[2])
 assert UsdUtils.CreateNewUsdzPackage(sys.argv[1], sys.argv[3])
 ";
-    if !Command::new("python3").args(["-c", "import pxr"]).output().is_ok_and(|run| run.status.success()) {
-        eprintln!("skipped: no python3 with usd-core");
-        return;
-    }
+    let Some(mut python) = common::pixar() else { return };
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("all.usda");
     write(&scene(), &file).unwrap();
     let [binary, package] = ["all.usdc", "all.usdz"].map(|name| folder.path().join(name));
-    let run = Command::new("python3").arg("-c").arg(CHECK).args([&file, &binary, &package]).output().unwrap();
+    let run = python.arg("-c").arg(CHECK).args([&file, &binary, &package]).output().unwrap();
     let (out, err) = (String::from_utf8_lossy(&run.stdout), String::from_utf8_lossy(&run.stderr));
     assert!(run.status.success() && err.is_empty(), "{out}{err}");
     let count = |kind| out.trim().split(',').filter(|k| *k == kind).count();

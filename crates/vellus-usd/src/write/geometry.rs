@@ -94,7 +94,7 @@ pub(crate) fn mesh<W: Write>(text: &mut Text<W>, parent: &str, mesh: &Mesh, name
 /// Writes an instance of the class at the path `class`, whose prototype has this name.
 pub(crate) fn instance<W: Write>(text: &mut Text<W>, item: &Instance, name: &str, class: &str) -> io::Result<()> {
     let name = text.name("/Scene", name);
-    text.open("Xform", &name, &format!("instanceable = true inherits = <{class}>"))?;
+    text.open("Xform", &name, &format!("instanceable = true; inherits = <{class}>"))?;
     transform(text, item.to_world.as_dmat4(), None)?;
     text.close()
 }

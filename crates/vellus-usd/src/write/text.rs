@@ -21,7 +21,7 @@ impl<W: Write> Text<W> {
         writeln!(self.out, "{:1$}{line}", "", 4 * self.depth)
     }
 
-    /// Opens a prim: `def Type "name" (metadata)`.
+    /// Opens a prim: `def Type "name" ( metadata )`. `;` separates several fields of metadata.
     pub fn open(&mut self, kind: &str, name: &str, metadata: &str) -> io::Result<()> {
         let metadata = if metadata.is_empty() { String::new() } else { format!(" ( {metadata} )") };
         self.begin(&format!("def {kind} \"{name}\"{metadata}"))

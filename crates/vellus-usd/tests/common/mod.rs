@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "not every test needs all of it")]
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use vellus_scene::Scene;
 use vellus_usd::{Error, Options, Warning};
 
@@ -31,4 +32,14 @@ pub fn sample(name: &str) -> Option<PathBuf> {
         return None;
     }
     Some(file)
+}
+
+/// Python with Pixar's library. If it is missing, prints that and returns `None`. `pip install usd-core` provides it, and
+/// `cargo xtask test` installs it.
+pub fn pixar() -> Option<Command> {
+    if !Command::new("python3").args(["-c", "import pxr"]).output().is_ok_and(|run| run.status.success()) {
+        eprintln!("skipped: no python3 with usd-core");
+        return None;
+    }
+    Some(Command::new("python3"))
 }

@@ -116,6 +116,25 @@ fn written_instances_share_again() {
     assert_eq!(read.prototypes[0].meshes, scene.prototypes[0].meshes);
 }
 
+#[test]
+fn usd_core_finds_written_instances() {
+    const CHECK: &str = "
+import sys
+from pxr import Usd
+stage = Usd.Stage.Open(sys.argv[1])
+instances = [p for p in stage.Traverse() if p.IsInstance()]
+kinds = sorted(str(p.GetTypeName()) for p in stage.GetPrototypes()[0].GetChildren())
+print(len(stage.GetPrototypes()), len(instances), *kinds)
+";
+    let Some(mut python) = crate::common::pixar() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("herd.usda");
+    vellus_usd::write(&shared(&herd("")).0, &file).unwrap();
+    let run = python.arg("-c").arg(CHECK).arg(&file).output().unwrap();
+    let (out, err) = (String::from_utf8_lossy(&run.stdout), String::from_utf8_lossy(&run.stderr));
+    assert_eq!((out.trim(), err.as_ref()), ("1 3 BasisCurves Mesh", ""));
+}
+
 fn instancer(attributes: &str) -> String {
     format!(
         "def PointInstancer \"herd\" {{

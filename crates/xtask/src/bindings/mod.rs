@@ -1,4 +1,4 @@
-//! The bindings: C, Python, Blender, Mitsuba, and the fibre explorer. Each part builds and tests what the machine can
+//! The bindings: C, Python, Blender, Mitsuba, OpenUSD, and the fibre explorer. Each part builds and tests what the machine can
 //! run, and names what it skips.
 
 mod blender;
@@ -6,6 +6,7 @@ mod c;
 mod explorer;
 mod mitsuba;
 mod mitsuba_native;
+mod openusd;
 mod python;
 mod venv;
 
@@ -27,7 +28,8 @@ pub fn all(root: &Path, report: &mut Report) -> Result<(), String> {
 /// The parts that take less than a minute each. `cargo xtask test` runs them, and the tests of the C interface with
 /// those of all crates.
 pub fn fast(root: &Path, report: &mut Report) -> Result<(), String> {
-    report.attempt("Python bindings", || python::test(root))
+    report.attempt("Python bindings", || python::test(root))?;
+    report.attempt("USD files in OpenUSD", || openusd::test(root))
 }
 
 /// Builds the fibre explorer and tries it in a browser.
