@@ -34,8 +34,8 @@ pub fn sample(name: &str) -> Option<PathBuf> {
     Some(file)
 }
 
-/// Python with Pixar's library. If it is missing, prints that and returns `None`. `pip install usd-core` provides it, and
-/// `cargo xtask test` installs it.
+/// Python with Pixar's library, the package `usd-core`. If it is missing, prints that and returns `None`. `cargo xtask
+/// test` installs it.
 pub fn pixar() -> Option<Command> {
     if !Command::new("python3").args(["-c", "import pxr"]).output().is_ok_and(|run| run.status.success()) {
         eprintln!("skipped: no python3 with usd-core");

@@ -1,5 +1,5 @@
-//! The bindings: C, Python, Blender, Mitsuba, OpenUSD, and the fibre explorer. Each part builds and tests what the machine can
-//! run, and names what it skips.
+//! The bindings: C, Python, Blender, Mitsuba, OpenUSD, and the fibre explorer. Each part builds and tests what the
+//! machine can run, and names what it skips.
 
 mod blender;
 mod c;
