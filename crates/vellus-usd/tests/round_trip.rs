@@ -264,7 +264,7 @@ for p in stage.Traverse():
     if p.IsA(UsdGeom.Mesh):
         m = UsdGeom.Mesh(p)
         indices, counts = m.GetFaceVertexIndicesAttr().Get(), m.GetFaceVertexCountsAttr().Get()
-        ok, why = UsdGeom.Mesh.ValidateTopology(indices, counts, len(m.GetPointsAttr().Get()))
+        ok, why = UsdGeom.Mesh.ValidateTopology(indices, counts, len(m.GetPointsAttr().Get(0)))
         assert ok, why
 print(','.join(sorted(kinds)))
 stage.Export(sys.argv[2])
