@@ -38,12 +38,12 @@ class Quality:
     on `count`.
     """
 
-    def __init__(self, renderer, spps, count, path, size=SMALL):
+    def __init__(self, renderer, spps, count, path, size=SMALL, view="whole"):
         def image(spp, seed):
-            seconds = renderer.render(spp, seed, "whole", size, path)
+            seconds = renderer.render(spp, seed, view, size, path)
             return seconds, np.load(path).astype(np.float64)
 
-        renderer.warm(spps[-1], "whole", size)
+        renderer.warm(spps[-1], view, size)
         runs = [image(spps[-1], 1000 + i) for i in range(count)]
         total = sum(run[1] for run in runs)
         self.mean = total / count
@@ -62,14 +62,14 @@ class Quality:
         self.own = (1 / count) ** 0.5
 
     @classmethod
-    def against(cls, reference, renderer, spps, count, path, size):
+    def against(cls, reference, renderer, spps, count, path, size, view="whole"):
         """Errors against the converged image of another renderer: a difference of the means is an error too."""
         self = cls.__new__(cls)
         self.spps, self.seconds, self.mse, self.relative, total = [], [], [], [], 0.0
         for spp in spps:
             errors, seconds = [], []
             for seed in range(count):
-                seconds.append(renderer.render(spp, 3000 + seed, "whole", size, path))
+                seconds.append(renderer.render(spp, 3000 + seed, view, size, path))
                 image = np.load(path).astype(np.float64)
                 errors.append(((image - reference.mean) ** 2 - reference.variance, reference.mean))
                 total = total + image * (spp == spps[-1]) / count

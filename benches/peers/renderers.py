@@ -64,7 +64,7 @@ class Vellus:
 
     def __init__(self, name, out, ball, program, *options):
         self.name, self.program, self.options = name, program, options
-        self.file, self.bounces = out / "scenes" / f"{ball}.usdc", scene.BOUNCES[ball]
+        self.file, self.bounces = out / "scenes" / f"{ball}.usdc", scene.BOUNCES.get(ball, scene.MANY)
         self.picture = out / f"{name.replace(' ', '-').lower()}.exr"
         self.load = self.memory = None
 
@@ -73,7 +73,9 @@ class Vellus:
 
     def render(self, spp, seed, view, size=scene.SIZE, path=None):
         picture = path.with_suffix(".exr") if path else self.picture
-        command = [self.program, "render", self.file, "--camera", view, *self.options]
+        command = [self.program, "render", self.file, *self.options]
+        # Built-in scenes have one camera.
+        command += ["--camera", view] if view in scene.VIEWS else []
         command += ["--max-depth", self.bounces, "--size", f"{size[0]}x{size[1]}", "--spp", spp, "--seed", seed]
         command += ["--filter", "box", "--layers", "beauty", "--float", "--output", picture]
         # GNU time measures this too, but is not installed everywhere.

@@ -40,6 +40,7 @@ def main():
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("--quick", action="store_true", help="fewer repeats and samples: about four minutes")
     arguments.add_argument("--cache", action="store_true", help="the radiance cache beside the peers, to cached.md")
+    arguments.add_argument("--scenes", action="store_true", help="the built-in scenes beside Mitsuba, to scenes.md")
     arguments.add_argument("--gpu", action="store_true", help="our GPU path beside Mitsuba's, to gpu.md")
     given = arguments.parse_args()
     OUT.mkdir(parents=True, exist_ok=True)
@@ -53,6 +54,7 @@ def main():
         subprocess.run([interpreter, HERE / "fur.py", done.parent], check=True)
         done.touch()
     script = HERE / ("gpu.py" if given.gpu else "cached.py" if given.cache else "compare.py")
+    script = HERE / "built_in.py" if given.scenes else script
     command = [interpreter, script, OUT, ROOT / "target" / "release" / "vellus"]
     sys.exit(subprocess.run(command + ["--quick"] * given.quick, env=environment).returncode)
 

@@ -5,7 +5,8 @@ BALLS = {"10K": (10_000, 20, 0.004), "200K": (200_000, 20, 0.0013), "white": (10
 TAPER = 0.9
 
 SIZE = (320, 180)
-BOUNCES = {"10K": 16, "200K": 16, "white": 256}
+MANY = 256
+BOUNCES = {"10K": 16, "200K": 16, "white": MANY}
 # Scattering events before Russian roulette begins. Ours begins after the third and reduces a throughput t to √(2t).
 ROULETTE = 5
 

@@ -386,13 +386,16 @@ async fn one_file_is_loaded_at_a_time() {
     let server = server(None);
     let head = "POST /load?a.hair HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nContent-Length: 1000\r\n\r\n";
     let body = [0; 1000];
-    // The first file stops in its middle. If the server reads the second file first, both are sent again.
+    // The first file stops in its middle. If the server reads the second file first, both are sent again, with a longer
+    // pause between them.
     let (mut first, mut second) = (None, String::new());
-    for _ in 0..100 {
+    for attempt in 1..20 {
+        drop(first.take());
         let mut stream = TcpStream::connect(address(&server)).await.unwrap();
         stream.write_all(head.as_bytes()).await.unwrap();
         stream.write_all(&body[..500]).await.unwrap();
         first = Some(stream);
+        tokio::time::sleep(Duration::from_millis(50 * attempt)).await;
         second = http(&server, head, &body).await;
         if status(&second) == "503" {
             break;

@@ -67,8 +67,11 @@ function drawSection(svg, answer) {
     const [a, b] = points.slice(-2);
     const [x, y] = [b[0] + 0.22 * (b[0] - a[0]), b[1] + 0.22 * (b[1] - a[1])];
     const text = `${ray.lobe} ${(100 * mean(ray.weight)).toFixed(1)} %`;
+    // Beside a flat arrow, the text is above or below it.
+    const isFlat = Math.abs(b[0] - a[0]) > Math.abs(b[1] - a[1]);
+    const down = isFlat ? (b[1] <= a[1] ? -8 : 16) : 4;
     const anchor = x < middle - 40 ? "start" : x > middle + 40 ? "end" : "middle";
-    shapes.push(draw("text", { x: fixed(Math.min(Math.max(x, 4), 316)), y: fixed(Math.min(Math.max(y + 4, 12), 314)),
+    shapes.push(draw("text", { x: fixed(Math.min(Math.max(x, 4), 316)), y: fixed(Math.min(Math.max(y + down, 12), 314)),
       "text-anchor": anchor, class: `vv-tag vv-text${i}` }, text));
   }
   const incoming = answer.rays[0].points.slice(0, 2).map(at);
