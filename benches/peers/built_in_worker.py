@@ -63,7 +63,7 @@ def mesh(prim, place):
     faces = np.array(shape.GetFaceVertexIndicesAttr().Get()).reshape(-1, 3)
     color = shape.GetDisplayColorAttr().Get()[0]
     properties = mi.Properties()
-    # Without a side, because Mitsuba's diffuse surfaces are black from behind.
+    # Mitsuba's diffuse surfaces are black from behind.
     properties["bsdf"] = mi.load_dict({"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": rgb(color)}})
     result = mi.Mesh(str(prim.GetName()), len(points), len(faces), has_vertex_normals=False, props=properties)
     values = mi.traverse(result)
@@ -147,11 +147,4 @@ if "llvm" in variant:
     dr.eval()
     dr.sync_thread()
 worker.answer(ANSWER, load=clock.seconds(), memory=worker.memory())
-for request in worker.requests():
-    view = sensor(camera, *request["size"])
-    clock = worker.Clock()
-    image = np.array(mi.render(world, sensor=view, spp=request["spp"], seed=request["seed"]))
-    spent, wall = clock.seconds(), clock.wall()
-    if request["path"]:
-        np.save(request["path"], image.astype(np.float32))
-    worker.answer(ANSWER, cpu=spent, wall=wall, memory=worker.memory())
+worker.serve(ANSWER, world, lambda request: sensor(camera, *request["size"]))

@@ -10,7 +10,6 @@ import worker
 ANSWER = worker.begin()
 
 import mitsuba as mi
-import numpy as np
 
 import scene
 
@@ -68,11 +67,4 @@ if "llvm" in variant:
     dr.eval()
     dr.sync_thread()
 worker.answer(ANSWER, load=clock.seconds(), memory=worker.memory())
-for request in worker.requests():
-    camera = sensor(request["view"], *request["size"])
-    clock = worker.Clock()
-    image = np.array(mi.render(world, sensor=camera, spp=request["spp"], seed=request["seed"]))
-    spent, wall = clock.seconds(), clock.wall()
-    if request["path"]:
-        np.save(request["path"], image.astype(np.float32))
-    worker.answer(ANSWER, cpu=spent, wall=wall, memory=worker.memory())
+worker.serve(ANSWER, world, lambda request: sensor(request["view"], *request["size"]))

@@ -47,3 +47,18 @@ def memory():
     """Peak resident memory in MB."""
     with open("/proc/self/status") as file:
         return next(int(line.split()[1]) for line in file if line.startswith("VmHWM")) / 1000
+
+
+def serve(file, world, sensor):
+    """Renders a scene of Mitsuba for each request. `sensor` makes the camera of a request."""
+    import mitsuba
+    import numpy
+
+    for request in requests():
+        camera = sensor(request)
+        clock = Clock()
+        image = numpy.array(mitsuba.render(world, sensor=camera, spp=request["spp"], seed=request["seed"]))
+        spent, wall = clock.seconds(), clock.wall()
+        if request["path"]:
+            numpy.save(request["path"], image.astype(numpy.float32))
+        answer(file, cpu=spent, wall=wall, memory=memory())
