@@ -1,6 +1,6 @@
 //! Reduces the number of strands for previews.
 
-use vellus_scene::{Strands, Values};
+use vellus_scene::Strands;
 
 /// Keeps about the fraction `share` of the strands, in (0, 1], and divides their radii by it. Coverage stays about the
 /// same.
@@ -8,42 +8,7 @@ use vellus_scene::{Strands, Values};
 /// The selection depends on the index of a strand only. The strands of a smaller share are a subset of those of a
 /// larger share.
 pub fn thin(strands: &Strands, share: f32) -> Strands {
-    let kept: Vec<usize> = (0..strands.len()).filter(|&i| unit(i as u32) < share).collect();
-    let range = |i: usize| strands.starts[i] as usize..strands.starts[i + 1] as usize;
-    let mut starts = vec![0];
-    for &i in &kept {
-        starts.push(starts[starts.len() - 1] + range(i).len() as u32);
-    }
-    let points = kept.iter().flat_map(|&i| &strands.points[range(i)]).map(|p| p.truncate().extend(p.w / share));
-    let varying = strands.varying.iter().map(|(parameter, values)| {
-        let values = match values {
-            Values::Constant(value) => Values::Constant(*value),
-            Values::PerStrand(values) => Values::PerStrand(kept.iter().map(|&i| values[i]).collect()),
-            Values::PerPoint(values) => {
-                Values::PerPoint(kept.iter().flat_map(|&i| &values[range(i)]).copied().collect())
-            }
-        };
-        (*parameter, values)
-    });
-    Strands {
-        name: strands.name.clone(),
-        basis: strands.basis,
-        points: points.collect(),
-        moved: strands.moved.as_ref().map(|moved| kept.iter().flat_map(|&i| &moved[range(i)]).copied().collect()),
-        root_uv: strands.root_uv.as_ref().map(|uv| kept.iter().map(|&i| uv[i]).collect()),
-        look: strands.look,
-        varying: varying.collect(),
-        starts,
-    }
-}
-
-/// A pseudo-random number in [0, 1) for each strand.
-fn unit(i: u32) -> f32 {
-    // The hash lowbias32 by Chris Wellons.
-    let mut x = i;
-    x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
-    x = (x ^ (x >> 15)).wrapping_mul(0x846c_a68b);
-    ((x ^ (x >> 16)) >> 8) as f32 / (1u32 << 24) as f32
+    strands.select(|i| (Strands::rank(i) < share).then_some(1.0 / share))
 }
 
 #[cfg(test)]

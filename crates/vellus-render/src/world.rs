@@ -87,6 +87,7 @@ impl World {
         let lights = Lights::new(&lights, &scene.unseen_lights, &scene.shapings, &scene.textures, radius);
         let (curves, triangles, view) = (Curves::new(scene.strands), Triangles::new(scene.meshes), View::new(camera));
         let geometry = Geometry {
+            is_simplified: instances.is_simplified(),
             moves: curves.moves() || triangles.moves() || instances.moves() || view.moves(),
             curves,
             triangles,

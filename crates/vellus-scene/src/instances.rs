@@ -32,9 +32,25 @@ pub struct Instance {
     pub prototype: usize,
     /// The transform to world space: a rotation, a uniform scale that is not 0, a reflection and a translation.
     pub to_world: Mat4,
+    /// What some paths find at this place instead. `None` if all find the prototype.
+    pub simplified: Option<Simplified>,
+}
+
+/// A prototype that stands for another one: see [`Instance::simplified`]. It should look the same from far away.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Simplified {
+    /// Index of the prototype in the scene.
+    pub prototype: usize,
+    /// The share of the paths that find it, in [0, 1].
+    pub share: f32,
 }
 
 impl Instance {
+    /// A prototype at a place, the same for all paths.
+    pub fn new(prototype: usize, to_world: Mat4) -> Self {
+        Instance { prototype, to_world, simplified: None }
+    }
+
     /// The uniform scale of the transform, positive. `None` if the transform is not a similarity.
     pub fn scale(&self) -> Option<f32> {
         let linear = Mat3::from_mat4(self.to_world);
@@ -99,9 +115,10 @@ impl Scene {
     pub(crate) fn instance_corners(&self) -> Vec<Vec3> {
         let bounds: Vec<_> = self.prototypes.iter().map(Prototype::bounds).collect();
         let of = |instance: &Instance| {
-            let corners = bounds[instance.prototype].map(corners);
+            let simplified = instance.simplified.and_then(|simplified| bounds[simplified.prototype]);
+            let corners = bounds[instance.prototype].into_iter().chain(simplified).flat_map(corners);
             let to_world = instance.to_world;
-            corners.into_iter().flatten().map(move |p| to_world.transform_point3(p))
+            corners.map(move |p| to_world.transform_point3(p))
         };
         self.instances.iter().flat_map(of).collect()
     }
@@ -112,6 +129,12 @@ impl Scene {
             let Some(prototype) = self.prototypes.get(instance.prototype) else {
                 return Err(invalid("instances", format!("instance {i} has a prototype that does not exist")));
             };
+            if let Some(Simplified { prototype, share }) = instance.simplified
+                && !(prototype < self.prototypes.len() && (0.0..=1.0).contains(&share))
+            {
+                let what = format!("instance {i} has a simplified prototype that does not exist, or its share {share}");
+                return Err(invalid("instances", what + " is not in [0, 1]"));
+            }
             if instance.scale().is_none() {
                 let what = format!("instance {i} must only rotate, mirror, move and scale uniformly");
                 return Err(invalid(&prototype.name, what));
@@ -129,7 +152,7 @@ impl Scene {
         self.instances.iter().map(of).fold(0, usize::saturating_add)
     }
 
-    /// Replaces the instances by copies of their prototypes in world space.
+    /// Replaces the instances by copies of their prototypes in world space, without [`Instance::simplified`].
     pub fn copy_instances(&mut self) {
         for instance in std::mem::take(&mut self.instances) {
             let prototype = &self.prototypes[instance.prototype];
@@ -206,7 +229,7 @@ mod tests {
         };
         Scene {
             prototypes: vec![Prototype { name: "cat".to_owned(), strands: vec![strands()], meshes: vec![mesh] }],
-            instances: matrices.iter().map(|&to_world| Instance { prototype: 0, to_world }).collect(),
+            instances: matrices.iter().map(|&to_world| Instance::new(0, to_world)).collect(),
             looks: vec![Look::constant("hair", Fiber::hair())],
             surfaces: vec![crate::Surface::diffuse("skin", [0.5; 3])],
             ..Scene::default()
@@ -254,5 +277,10 @@ mod tests {
         let mut wrong = scene(&[Mat4::IDENTITY]);
         wrong.instances[0].prototype = 1;
         assert!(wrong.validate().is_err());
+        for (prototype, share) in [(1, 0.5), (0, 1.1), (0, -0.1), (0, f32::NAN)] {
+            let mut wrong = scene(&[Mat4::IDENTITY]);
+            wrong.instances[0].simplified = Some(Simplified { prototype, share });
+            assert!(wrong.validate().is_err());
+        }
     }
 }

@@ -39,6 +39,7 @@ mod light;
 mod look;
 mod mesh;
 mod scene;
+mod select;
 mod strands;
 mod texture;
 mod units;
@@ -46,7 +47,7 @@ mod view;
 
 pub use camera::Camera;
 pub use error::Error;
-pub use instances::{Instance, MAX_COPIED, Prototype, corners};
+pub use instances::{Instance, MAX_COPIED, Prototype, Simplified, corners};
 pub use light::{Ground, Light, Shaping};
 pub use look::{Look, Value};
 pub use mesh::{Mesh, Surface, Tint};

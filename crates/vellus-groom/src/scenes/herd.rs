@@ -79,7 +79,7 @@ fn herd() -> Vec<Instance> {
         let root = radius * Vec3::new(cos, 0.0, sin) + off;
         let to_world = Mat4::from_scale_rotation_translation(Vec3::splat(size), turn, root)
             * Mat4::from_scale(Vec3::new(1.0, 1.0, mirror));
-        Instance { prototype: HAMSTER, to_world }
+        Instance::new(HAMSTER, to_world)
     };
     (0..COUNT).map(place).collect()
 }
@@ -99,7 +99,7 @@ fn meadow() -> Vec<Instance> {
             let turn = Quat::from_rotation_y(FRAC_PI_2 * f32::from(rng.random_range(0..4u8)));
             if center.length() < outer && center.length() >= inner - 0.5 * side {
                 let to_world = Mat4::from_scale_rotation_translation(Vec3::splat(scale), turn, center);
-                lawns.push(Instance { prototype: LAWN, to_world });
+                lawns.push(Instance::new(LAWN, to_world));
             }
         }
         inner = outer;

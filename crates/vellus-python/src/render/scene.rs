@@ -432,7 +432,7 @@ impl Scene {
         let to_world = Floats::new(matrix, "matrix")?.matrix()?;
         let mut state = self.lock();
         let prototype = position(state.scene.prototypes.len(), prototype, "prototype")?;
-        let instance = Instance { prototype, to_world };
+        let instance = Instance::new(prototype, to_world);
         if instance.scale().is_none() {
             return Err(PyValueError::new_err("matrix must only rotate, mirror, move and scale uniformly"));
         }

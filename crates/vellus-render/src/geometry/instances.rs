@@ -8,7 +8,7 @@ use crate::geometry::curves::{CurveHit, Curves};
 use crate::geometry::ray::Ray;
 use crate::geometry::triangles::{TriangleHit, Triangles};
 use glam::{Affine3A, Vec3, Vec4Swizzles};
-use vellus_scene::{Instance, Mesh, Prototype, Strands, corners};
+use vellus_scene::{Instance, Mesh, Prototype, Simplified, Strands, corners};
 
 /// A prototype, prepared for rays.
 #[derive(Debug)]
@@ -24,7 +24,11 @@ struct Object {
 /// An instance, prepared for rays.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Placed {
-    pub object: u32,
+    /// The prototype, and the simplified one that a share of the paths finds instead.
+    objects: [u32; 2],
+    share: f32,
+    /// Moves [`Ray::detail`], so that the instances are not all simplified for the same paths.
+    shift: f32,
     /// The number of strands of the scene before those of this instance.
     pub strands_before: u32,
     pub to_world: Affine3A,
@@ -34,12 +38,22 @@ pub(crate) struct Placed {
 }
 
 impl Placed {
+    /// The object that the rays of a path find: see [`Ray::detail`].
+    fn object(&self, detail: f32) -> usize {
+        self.objects[usize::from((detail + self.shift).fract() < self.share)] as usize
+    }
+
+    /// The object that most paths find.
+    pub(crate) fn usual_object(&self) -> usize {
+        self.objects[usize::from(self.share > 0.5)] as usize
+    }
+
     /// The ray in local coordinates, and the length of a local unit along it.
     fn local(&self, ray: &Ray) -> (Ray, f32) {
         let direction = self.to_local.transform_vector3(ray.direction);
         let unit = direction.length().recip();
         let origin = self.to_local.transform_point3(ray.origin);
-        (Ray { origin, direction: direction * unit, t_max: ray.t_max / unit, time: ray.time }, unit)
+        (Ray { origin, direction: direction * unit, t_max: ray.t_max / unit, ..*ray }, unit)
     }
 }
 
@@ -82,21 +96,28 @@ impl Instances {
         }
         let mut placed = Vec::with_capacity(instances.len());
         let mut boxes = Vec::with_capacity(instances.len());
-        for instance in instances {
+        for (i, instance) in instances.iter().enumerate() {
+            let simplified = instance.simplified.unwrap_or(Simplified { prototype: instance.prototype, share: 0.0 });
+            let both = [instance.prototype, simplified.prototype];
+            let around = both.iter().filter_map(|&prototype| around[prototype]).reduce(join);
             // An instance without points is never hit.
-            let (Some(around), Some(scale)) = (around[instance.prototype], instance.scale()) else { continue };
+            let (Some(around), Some(scale)) = (around, instance.scale()) else { continue };
             let to_world = Affine3A::from_mat4(instance.to_world);
             let points = corners(around).map(|p| to_world.transform_point3(p));
             boxes.push(points.into_iter().fold(EMPTY, |bounds, p| join(bounds, (p, p))));
             let to_local = to_world.inverse();
             placed.push(Placed {
-                object: instance.prototype as u32,
+                objects: both.map(|prototype| prototype as u32),
+                share: simplified.share,
+                // Multiples of the golden ratio are evenly distributed.
+                shift: (i as f64 * 0.618_033_988_749_895).fract() as f32,
                 strands_before: strands,
                 to_world,
                 to_local,
                 scale,
             });
-            strands = strands.wrapping_add(objects[instance.prototype].strands);
+            let count = both.map(|prototype| objects[prototype].strands);
+            strands = strands.wrapping_add(count[0].max(count[1]));
         }
         let (bvh, leaves) = Bvh::build(boxes.len(), |i| boxes[i]);
         Instances { objects, placed, leaves, bvh }
@@ -138,6 +159,11 @@ impl Instances {
         objects + size_of_val(&self.placed[..]) + size_of_val(&self.leaves[..]) + self.bvh.bytes()
     }
 
+    /// Whether a path needs [`Ray::detail`].
+    pub fn is_simplified(&self) -> bool {
+        self.placed.iter().any(|placed| placed.share > 0.0)
+    }
+
     /// Whether anything in a prototype moves.
     pub fn moves(&self) -> bool {
         self.objects.iter().any(|object| object.curves.moves() || object.triangles.moves())
@@ -155,8 +181,13 @@ impl Instances {
 
     /// A set of strands, by its index in the scene.
     pub fn set(&self, set: usize) -> &Strands {
-        let object = &self.objects[self.objects.partition_point(|object| object.first_set <= set) - 1];
+        let object = self.of_set(set);
         &object.curves.strands()[set - object.first_set]
+    }
+
+    /// The object of a set of strands.
+    fn of_set(&self, set: usize) -> &Object {
+        &self.objects[self.objects.partition_point(|object| object.first_set <= set) - 1]
     }
 
     /// A mesh, by its index in the scene.
@@ -173,7 +204,7 @@ impl Instances {
     /// The motion of the fibre's axis at a hit on an instance while the shutter is open.
     pub fn movement(&self, instance: u32, hit: &CurveHit) -> Vec3 {
         let placed = &self.placed[instance as usize];
-        let object = &self.objects[placed.object as usize];
+        let object = self.of_set(hit.set);
         let local = CurveHit { set: hit.set - object.first_set, ..*hit };
         placed.to_world.transform_vector3(object.curves.movement(&local))
     }
@@ -182,7 +213,7 @@ impl Instances {
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
         let mut best = None;
         self.visit(ray, |index, placed, local, unit| {
-            let object = &self.objects[placed.object as usize];
+            let object = &self.objects[placed.object(ray.detail)];
             let triangle = object.triangles.intersect(local);
             let curve = object.curves.intersect(&Ray { t_max: triangle.map_or(local.t_max, |hit| hit.t), ..*local });
             if let Some(hit) = curve {
@@ -193,14 +224,14 @@ impl Instances {
             best = Some((index, Hit::Triangle(hit), unit));
             hit.t * unit
         });
-        best.map(|(index, hit, unit)| self.in_world(index, hit, unit))
+        best.map(|(index, hit, unit)| self.in_world(index, ray.detail, hit, unit))
     }
 
     /// Whether a ray hits anything within its length.
     pub fn occluded(&self, ray: &Ray) -> bool {
         let mut found = false;
         self.visit(ray, |_, placed, local, _| {
-            let object = &self.objects[placed.object as usize];
+            let object = &self.objects[placed.object(ray.detail)];
             found = object.curves.occluded(local) || object.triangles.occluded(local);
             if found { -1.0 } else { ray.t_max }
         });
@@ -227,9 +258,9 @@ impl Instances {
         );
     }
 
-    fn in_world(&self, index: u32, hit: Hit, unit: f32) -> Hit {
+    fn in_world(&self, index: u32, detail: f32, hit: Hit, unit: f32) -> Hit {
         let placed = &self.placed[index as usize];
-        let object = &self.objects[placed.object as usize];
+        let object = &self.objects[placed.object(detail)];
         match hit {
             Hit::Curve(mut hit) => {
                 hit.set += object.first_set;
@@ -310,7 +341,7 @@ mod tests {
             let scale = 10f32.powf(2.0 * noise(i, 15) - 1.0);
             let mirror = if i % 4 == 0 { Vec3::new(-1.0, 1.0, 1.0) } else { Vec3::ONE };
             let place = 12.0 * (Vec3::new(noise(i, 16), noise(i, 17), noise(i, 18)) - 0.5);
-            Instance { prototype: i % 2, to_world: Mat4::from_scale_rotation_translation(scale * mirror, turn, place) }
+            Instance::new(i % 2, Mat4::from_scale_rotation_translation(scale * mirror, turn, place))
         });
         Scene {
             strands: vec![strands(Basis::Linear, false, 300)],

@@ -13,12 +13,15 @@ pub struct Ray {
     pub t_max: f32,
     /// Its time in [0, 1]: the shutter opens at 0 and closes at 1.
     pub time: f32,
+    /// A number in [0, 1) that chooses between an instance's prototype and its simplified one. All rays of a path have
+    /// the same.
+    pub detail: f32,
 }
 
 impl Ray {
-    /// An infinite ray at time 0.
+    /// An infinite ray at time 0 that sees the prototypes of instances.
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
-        Ray { origin, direction, t_max: f32::INFINITY, time: 0.0 }
+        Ray { origin, direction, t_max: f32::INFINITY, time: 0.0, detail: 0.0 }
     }
 
     /// The point at a distance.

@@ -28,23 +28,25 @@ const FIRST_LIGHTS: u32 = 2;
 /// the noise. Measured: `docs/notes/2026-11-rendering.md`, "Faint paths".
 const FAINT: f32 = 0.1;
 
-/// A fibre's frame at a hit, and the time of the ray.
+/// A fibre's frame at a hit, and the time and the level of detail of the ray.
 struct Place {
     frame: FiberFrame,
     time: f32,
+    detail: f32,
 }
 
 impl Place {
-    fn new(hit: &CurveHit, time: f32) -> Self {
+    fn new(hit: &CurveHit, ray: &Ray) -> Self {
         let point = hit.segment.at(hit.entry.u);
-        Place { frame: FiberFrame::new(hit.segment.tangent(hit.entry.u), point.xyz(), point.w), time }
+        let frame = FiberFrame::new(hit.segment.tangent(hit.entry.u), point.xyz(), point.w);
+        Place { frame, time: ray.time, detail: ray.detail }
     }
 
     /// A ray that leaves toward `direction`, from the side of the fibre that faces it.
     fn leave(&self, direction: Vec3, t_max: f32) -> Ray {
         let out = self.frame.outward(direction);
         let origin = self.frame.center() + out * (1.001 * self.frame.radius());
-        Ray { origin, direction, t_max, time: self.time }
+        Ray { origin, direction, t_max, time: self.time, detail: self.detail }
     }
 }
 
@@ -58,7 +60,7 @@ pub(super) fn at_fiber<M: Model>(
     depth: u32,
 ) -> Option<(Ray, f32)> {
     let geometry = path.geometry;
-    let place = Place::new(hit, ray.time);
+    let place = Place::new(hit, ray);
     let frame = &place.frame;
     let h = frame.offset(ray.at(hit.entry.t), -ray.direction);
     let wo = frame.to_local(-ray.direction);

@@ -36,7 +36,7 @@ pub(super) fn at_surface(
     path.lights = 1.0;
     if let Some((which, light)) = geometry.lights.sample(start, [a[0], a[1], a[2]]) {
         let (f, pdf) = scatter.eval_pdf(wo, local(light.direction));
-        let shadow = Ray { origin: start, direction: light.direction, t_max: shadow_t_max(&light), time: ray.time };
+        let shadow = Ray { origin: start, direction: light.direction, t_max: shadow_t_max(&light), ..*ray };
         if largest(f) > 0.0 && light.direction.dot(hit.plane) > 0.0 && !path.blocked(&shadow) {
             let given = if light.pdf.is_infinite() { 1.0 } else { 1.0 / light.pdf };
             let w = weight(light.pdf, pdf) * given;
@@ -53,5 +53,5 @@ pub(super) fn at_surface(
         return None;
     }
     path.throughput = times(path.throughput, f);
-    Some((Ray { time: ray.time, ..Ray::new(start, direction) }, pdf))
+    Some((Ray { origin: start, direction, t_max: f32::INFINITY, ..*ray }, pdf))
 }

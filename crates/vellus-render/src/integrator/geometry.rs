@@ -23,6 +23,8 @@ pub struct Geometry {
     pub view: View,
     /// Whether anything moves while the shutter is open.
     pub moves: bool,
+    /// Whether paths see different versions of some instances.
+    pub is_simplified: bool,
     /// The group of each light.
     pub groups: Vec<usize>,
     /// The group of the light that meshes emit.

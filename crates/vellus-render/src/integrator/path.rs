@@ -172,8 +172,8 @@ pub(crate) fn trace<M: Model>(
     values.fill(0.0);
     let mut sampler = Sampler::new(pixel.map(|x| x as u32), index, settings.seed);
     let u = sampler.next();
-    let time = if geometry.moves { sampler.next()[0] } else { 0.0 };
-    let mut ray = geometry.view.ray(settings.size, pixel, settings.filter, u, time);
+    let [time, detail, ..] = if geometry.moves || geometry.is_simplified { sampler.next() } else { [0.0; 4] };
+    let mut ray = Ray { detail, ..geometry.view.ray(settings.size, pixel, settings.filter, u, time) };
     let mut path = Path {
         geometry,
         settings,

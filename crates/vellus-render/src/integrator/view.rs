@@ -104,6 +104,11 @@ impl View {
         (self.frame(0.0).translation.into(), self.camera.film_height / size[1] as f32)
     }
 
+    /// The positions of the camera when the shutter opens and closes.
+    pub(crate) fn eyes(&self) -> [Vec3; 2] {
+        [0.0, 1.0].map(|time| self.frame(time).translation.into())
+    }
+
     /// The width of a pixel at a point, perpendicular to the view direction; negative behind the camera.
     pub(crate) fn pixel_widths(&self, size: [usize; 2], time: f32) -> impl Fn(Vec3) -> f32 + Sync {
         let frame = self.frame(time);

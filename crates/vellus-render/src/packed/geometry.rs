@@ -103,7 +103,7 @@ pub(super) fn pack(packed: &mut PackedScene, geometry: &Geometry) -> Result<Plac
             let row = |axis: glam::Vec3A, t: f32| [axis.x, axis.y, axis.z, t].map(f32::to_bits);
             rows.extend([row(m.x_axis, t.x), row(m.y_axis, t.y), row(m.z_axis, t.z)]);
         }
-        let Roots { curves, triangles } = objects[placed.object as usize];
+        let Roots { curves, triangles } = objects[placed.usual_object()];
         rows.push([curves, triangles, placed.strands_before, placed.scale.to_bits()]);
     }
     let instances = append(rows);

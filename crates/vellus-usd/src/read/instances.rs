@@ -108,7 +108,7 @@ pub(crate) fn add(reader: &mut Reader, prim: &str, prototype: usize, to_world: &
     if reader.scene.instances.len() >= MAX_INSTANCES {
         return Err(Error::prim(prim, format!("the stage has more than {MAX_INSTANCES} instances")));
     }
-    let instance = Instance { prototype, to_world: to_world.as_mat4() };
+    let instance = Instance::new(prototype, to_world.as_mat4());
     if to_world.determinant() == 0.0 {
         reader.warnings.add(prim, "an instance with the scale 0 is not shown");
     } else if instance.scale().is_some() {
