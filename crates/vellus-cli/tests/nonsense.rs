@@ -65,6 +65,9 @@ render x.tfx | cannot read x.tfx
 render cat --clamp-indirect 0 | a radiance is above 0
 render cat --max-depth -1 | whole number in [0, 4294967295]
 render cat --min-pixel-width -1 | [0, 100] pixels
+render cat --lod full | auto, off, or a number in [-8, 8]
+render cat --lod nan | auto, off, or a number in [-8, 8]
+render cat --lod -9 | auto, off, or a number in [-8, 8]
 render cat --seed 5000000000 | whole number in [0, 4294967295]
 render cat --threads 0 | whole number in [1, 
 render cat --threads -1 | whole number in [1, 

@@ -6,7 +6,7 @@
 use crate::Error;
 
 /// Options of `vellus render` that a plan may contain, after `--`.
-pub const PICTURE_OPTIONS: [&str; 28] = [
+pub const PICTURE_OPTIONS: [&str; 29] = [
     "--small",
     "--fiber",
     "--set",
@@ -29,6 +29,7 @@ pub const PICTURE_OPTIONS: [&str; 28] = [
     "--clamp-indirect",
     "--radiance-cache",
     "--min-pixel-width",
+    "--lod",
     "--seed",
     "--threads",
     "--exposure",

@@ -4,15 +4,21 @@ use vellus::{Fiber, Species};
 use vellus_io::{Digest, Sources};
 use vellus_open::{Backdrop, Lighting, Options, Recolor, Staging, identify};
 use vellus_render::session::Identity;
-use vellus_render::{Layer, Settings};
+use vellus_render::{Layer, Lod, Settings};
 
 /// The identity of a picture of a scene, with the defaults of the command `vellus render`.
 fn identity(scene: &str, options: &Options) -> Digest {
     let settings = Settings::new([960, 640]);
     let extra = |layer: &Layer| matches!(layer, Layer::Motion | Layer::Lights) || Layer::CRYPTOMATTE.contains(layer);
     let layers: Vec<Layer> = Layer::ALL.into_iter().filter(|layer| !extra(layer)).collect();
-    let identity =
-        Identity { settings: &settings, layers: &layers, model: "vellus", eta_m: None, min_pixel_width: 0.0 };
+    let identity = Identity {
+        settings: &settings,
+        layers: &layers,
+        model: "vellus",
+        eta_m: None,
+        min_pixel_width: 0.0,
+        lod: Lod::Off,
+    };
     identify(identity.digest(Sources::new().digest()), scene, options).finish()
 }
 

@@ -60,6 +60,7 @@ KINDS = {
     "positive": [(NAN, "NaN"), (-1, "-1"), (0, "0"), (INF, "inf")] + NO_NUMBER[:1],
     "not negative": [(NAN, "NaN"), (-1, "-1"), (INF, "inf")] + NO_NUMBER[:1],
     "at least 1": [(NAN, "NaN"), (0.5, "0.5"), (-INF, "-inf")] + NO_NUMBER[:1],
+    "level of detail": [("full", "full"), (9, "9"), (NAN, "NaN"), (-INF, "-inf"), ([1], TypeError)],
     "view": [(NAN, "NaN"), (0, "0"), (180, "180"), (-40, "-40")] + NO_NUMBER,
     "index of refraction": [(NAN, "NaN"), (0.5, "0.5"), (9, "9")] + NO_NUMBER,
     "half angle": [(NAN, "NaN"), (-1, "-1"), (181, "181")] + NO_NUMBER,
@@ -242,6 +243,7 @@ def scenes():
     kinds = {"width": "count", "height": "count", "samples": "count", "layers": "choices", "mode": "choice"}
     kinds |= {"filter": "choice", "seed": "seed", "crop": "crop", "noise": "positive", "time": "positive"}
     kinds |= {"max_depth": "depth", "clamp_indirect": "positive", "radiance_cache": "photons", "denoise": "flag"}
+    kinds |= {"lod": "level of detail"}
     kinds |= {"callback": "callback", "interval": "positive", "progress": "flag"}
     yield "Scene.render", scene().render, small, kinds
 

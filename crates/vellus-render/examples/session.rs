@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use vellus::{Fiber, Species};
 use vellus_io::Sources;
 use vellus_render::session::{End, Event, Identity, Job, Options, Picture};
-use vellus_render::{Layer, Settings, World};
+use vellus_render::{Layer, Lod, Settings, World};
 use vellus_scene::{Basis, Camera, Light, Look, Scene, Strands};
 
 /// Five hundred bent strands on a disk, under a lamp.
@@ -57,8 +57,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let settings = Settings::new([240, 160]);
     let layers = vec![Layer::Beauty, Layer::Alpha, Layer::Normal];
     // This scene is read from no files. An application adds what identifies its scene.
-    let identity =
-        Identity { settings: &settings, layers: &layers, model: "vellus", eta_m: None, min_pixel_width: 0.0 };
+    let identity = Identity {
+        settings: &settings,
+        layers: &layers,
+        model: "vellus",
+        eta_m: None,
+        min_pixel_width: 0.0,
+        lod: Lod::Off,
+    };
     let digest = identity.digest(Sources::new().digest()).field("scene", "five hundred strands").finish();
     let notes = identity.notes(digest);
     let options =

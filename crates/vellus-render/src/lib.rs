@@ -86,6 +86,6 @@ pub use integrator::settings::{Mode, Settings};
 pub use integrator::view::Filter;
 pub use render::Statistics;
 pub use session::Session;
-pub use simplify::{LOD_WIDTH, simplify};
+pub use simplify::{Lod, simplify};
 pub use widen::{prepare, widen};
 pub use world::World;

@@ -3,24 +3,79 @@
 //! This is stochastic simplification (Cook, Halstead, Planck and Ryu 2007, "Stochastic Simplification of Aggregate
 //! Detail"). Why fewer strands keep the colour of fur, and what else was tried: `docs/notes/2026-11-level-of-detail.md`.
 
+use crate::error::Error;
 use crate::integrator::view::View;
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::{self, Display, Formatter};
+use std::str::FromStr;
 use vellus_scene::{Instance, Prototype, Scene, Simplified, Strands};
 
-/// The width in pixels up to which strands are widened by default. Thinner fibres cannot be told apart.
-pub const LOD_WIDTH: f32 = 0.5;
+/// The width in pixels up to which [`Lod::AUTO`] widens strands. Thinner fibres cannot be told apart.
+const WIDTH: f32 = 0.5;
 
 /// Strands are narrowed before they are left out. This happens to the ranks around the share that is kept, up to this
 /// distance relative to the share.
 const FADE: f32 = 0.25;
 
 /// The largest width of a strand that is widened, relative to its length. Wider ones no longer look like fur.
-const WIDEST: f32 = 0.05;
+const WIDEST: f32 = 0.03;
 
 /// A version of a prototype with more of the strands than this share is not worth its memory.
 const WORTH: f32 = 0.9;
+
+/// Level of detail: up to which width in pixels strands are widened, see [`simplify()`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Lod {
+    /// All strands are kept.
+    #[default]
+    Off,
+    /// Strands are widened up to half a pixel, times two to the power of this number. It is in ±[`Lod::MAX_BIAS`].
+    Bias(f32),
+}
+
+impl Lod {
+    /// Strands are widened up to half a pixel.
+    pub const AUTO: Lod = Lod::Bias(0.0);
+
+    /// The largest bias.
+    pub const MAX_BIAS: f32 = 8.0;
+
+    /// The width in pixels up to which strands are widened. 0 is off.
+    pub fn pixels(self) -> f32 {
+        match self {
+            Lod::Off => 0.0,
+            Lod::Bias(bias) => WIDTH * bias.exp2(),
+        }
+    }
+}
+
+impl FromStr for Lod {
+    type Err = Error;
+
+    /// Reads `auto`, `off` or a bias.
+    fn from_str(text: &str) -> Result<Self, Error> {
+        match text {
+            "off" => Ok(Lod::Off),
+            "auto" => Ok(Lod::AUTO),
+            _ => text.parse().ok().filter(|bias: &f32| bias.abs() <= Lod::MAX_BIAS).map(Lod::Bias).ok_or_else(|| {
+                let most = Lod::MAX_BIAS;
+                Error::Settings(format!("a level of detail is auto, off, or a number in [-{most}, {most}]"))
+            }),
+        }
+    }
+}
+
+impl Display for Lod {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Lod::Off => f.write_str("off"),
+            lod if *lod == Lod::AUTO => f.write_str("auto"),
+            Lod::Bias(bias) => bias.fmt(f),
+        }
+    }
+}
 
 /// Keeps fewer strands where they are thinner than `pixels` in a picture of `size` by the scene's camera. The others
 /// get wider, up to `pixels`, so that they cover as much. Wider strands do not change.
@@ -41,9 +96,9 @@ pub fn simplify(scene: &mut Scene, size: [usize; 2], pixels: f32) {
             *strands = fewer;
         }
     }
-    let bounds: Vec<_> = scene.prototypes.iter().map(Prototype::bounds).collect();
-    let wanted: Vec<Wanted> = scene.instances.iter().map(|i| Wanted::new(i, bounds[i.prototype], &pixel)).collect();
-    let levels: BTreeSet<(usize, i32)> = wanted.iter().flat_map(Wanted::levels).collect();
+    let extents: Vec<Extent> = scene.prototypes.iter().map(|prototype| Extent::new(prototype, pixels)).collect();
+    let wanted: Vec<Wanted> = scene.instances.iter().map(|i| Wanted::new(i, &extents[i.prototype], &pixel)).collect();
+    let levels: BTreeSet<(usize, i32)> = wanted.iter().flat_map(Wanted::versions).collect();
     let levels: Vec<(usize, i32)> = levels.into_iter().collect();
     let version = |&(prototype, level): &(usize, i32)| {
         let limit = pixels * (level as f32).exp2();
@@ -52,9 +107,8 @@ pub fn simplify(scene: &mut Scene, size: [usize; 2], pixels: f32) {
     let mut versions: BTreeMap<(usize, i32), Prototype> =
         levels.par_iter().filter_map(|key| Some((*key, version(key)?))).collect();
     // The versions that are used, in a fixed order. A prototype is the version without a level.
-    let key = |prototype, level: Option<i32>| {
-        (prototype, level.filter(|&level| versions.contains_key(&(prototype, level))))
-    };
+    let key =
+        |prototype, level: Option<i32>| (prototype, level.filter(|&level| versions.contains_key(&(prototype, level))));
     let pairs: Vec<[(usize, Option<i32>); 2]> =
         wanted.iter().map(|wanted| wanted.pair().map(|level| key(wanted.prototype, level))).collect();
     let used: BTreeSet<(usize, Option<i32>)> = pairs.iter().flatten().copied().collect();
@@ -100,44 +154,61 @@ impl Pixel {
     }
 }
 
+/// What the level of detail of an instance depends on, besides its distance.
+struct Extent {
+    bounds: Option<(Vec3, Vec3)>,
+    /// The largest useful level: all strands have the largest width. `None` without strands.
+    coarsest: Option<i32>,
+}
+
+impl Extent {
+    fn new(prototype: &Prototype, pixels: f32) -> Self {
+        let strands = prototype.strands.iter().flat_map(|set| (0..set.len()).map(|i| set.strand(i)));
+        let longest = strands.map(length).fold(0.0, f32::max);
+        let coarsest = (WIDEST * longest / pixels).log2().ceil();
+        Extent { bounds: prototype.bounds(), coarsest: coarsest.is_finite().then_some(coarsest as i32) }
+    }
+}
+
 /// What the paths shall find at an instance.
 struct Wanted {
     prototype: usize,
-    /// The base-2 logarithm of the width of a pixel, in the coordinates of the prototype: the integer below, and the
-    /// share of paths that find the next level. `None` for an instance at the camera.
-    level: Option<i32>,
+    /// The base-2 logarithm of the width of a pixel, in the coordinates of the prototype: the integer below, the
+    /// integer above, and the share of paths that find the latter. `None` for an instance at the camera.
+    levels: Option<[i32; 2]>,
     share: f32,
 }
 
 impl Wanted {
-    fn new(instance: &Instance, bounds: Option<(Vec3, Vec3)>, pixel: &Pixel) -> Self {
+    fn new(instance: &Instance, extent: &Extent, pixel: &Pixel) -> Self {
         let prototype = instance.prototype;
         let scale = instance.scale().unwrap_or(1.0);
         let local = instance.to_world.inverse();
         // The width at the nearest point of the box around the prototype.
         let eyes = pixel.eyes.map(|eye| local.transform_point3(eye));
-        let width = bounds.map_or(0.0, |(low, high)| {
+        let width = extent.bounds.map_or(0.0, |(low, high)| {
             let center = (0.5 * (eyes[0] + eyes[1])).clamp(low, high);
             let nearest = [eyes[0].clamp(low, high), eyes[1].clamp(low, high), center];
             let near = |point: Vec3| pixel.width(instance.to_world.transform_point3(point)) / scale;
             nearest.into_iter().map(near).fold(f32::INFINITY, f32::min)
         });
         let logarithm = width.log2();
-        if !logarithm.is_finite() {
-            return Wanted { prototype, level: None, share: 0.0 };
-        }
+        let Some(coarsest) = extent.coarsest.filter(|_| logarithm.is_finite()) else {
+            return Wanted { prototype, levels: None, share: 0.0 };
+        };
         let level = logarithm.floor();
-        Wanted { prototype, level: Some(level as i32), share: logarithm - level }
+        let levels = [level as i32, level as i32 + 1].map(|level| level.min(coarsest));
+        Wanted { prototype, levels: Some(levels), share: logarithm - level }
     }
 
     /// The levels of the two versions.
     fn pair(&self) -> [Option<i32>; 2] {
-        [self.level, self.level.map(|level| level + 1)]
+        self.levels.map_or([None; 2], |levels| levels.map(Some))
     }
 
-    fn levels(&self) -> impl Iterator<Item = (usize, i32)> {
+    fn versions(&self) -> impl Iterator<Item = (usize, i32)> {
         let prototype = self.prototype;
-        self.pair().into_iter().flatten().map(move |level| (prototype, level))
+        self.levels.into_iter().flatten().map(move |level| (prototype, level))
     }
 }
 
@@ -168,9 +239,13 @@ fn share(strands: &Strands, strand: usize, limit: &impl Fn(Vec3) -> f32) -> f32 
         let open = limit(point.xyz());
         2.0 * point.w / moved.map_or(open, |moved| open.min(limit(moved[i])))
     };
-    let length: f32 = points.windows(2).map(|pair| pair[0].xyz().distance(pair[1].xyz())).sum();
     let widest = points.iter().map(|point| 2.0 * point.w).fold(0.0, f32::max);
-    points.iter().enumerate().map(of_point).fold(widest / (WIDEST * length), f32::max)
+    points.iter().enumerate().map(of_point).fold(widest / (WIDEST * length(points)), f32::max)
+}
+
+/// The length of a strand's control polygon.
+fn length(points: &[Vec4]) -> f32 {
+    points.windows(2).map(|pair| pair[0].xyz().distance(pair[1].xyz())).sum()
 }
 
 /// By what to multiply the width of the strand with this rank, if this share of strands shall cover as much as all.
@@ -184,4 +259,194 @@ fn factor(rank: f32, share: f32) -> Option<f32> {
     let fade = FADE.min(1.0 / share - 1.0) * share;
     let kept = ((share + fade - rank) / (2.0 * fade)).min(1.0);
     (kept > 0.0).then(|| kept / share)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Mat4;
+    use vellus::Fiber;
+    use vellus_scene::{Basis, Camera, Look};
+
+    /// Straight strands of these widths and length 1, one behind the other at distances 2 to 40 from the origin.
+    fn strands(count: usize, width: impl Fn(usize) -> f32) -> Strands {
+        let root = |i: usize| Vec3::new(0.0, -0.5, -2.0 - 38.0 * i as f32 / count as f32);
+        let points = (0..count).flat_map(|i| [0.0, 1.0].map(|y| (root(i) + y * Vec3::Y).extend(0.5 * width(i))));
+        Strands {
+            name: "fur".to_owned(),
+            basis: Basis::Linear,
+            starts: (0..=count).map(|i| 2 * i as u32).collect(),
+            points: points.collect(),
+            moved: None,
+            root_uv: None,
+            look: 0,
+            varying: vec![],
+        }
+    }
+
+    /// A camera at the origin whose pixels at distance 1 are 0.01 wide.
+    fn camera() -> Camera {
+        Camera { film_height: 1.0, ..Camera::look_at(Vec3::ZERO, -Vec3::Z, Vec3::Y, 0.9, 1.0) }
+    }
+
+    const SIZE: [usize; 2] = [100, 100];
+
+    fn scene(strands: Strands) -> Scene {
+        let looks = vec![Look::constant("hair", Fiber::hair())];
+        Scene { strands: vec![strands], looks, camera: Some(camera()), ..Scene::default() }
+    }
+
+    /// The mean over all ranks is 1, factors are at most 1/share, and change little between similar shares.
+    #[test]
+    fn factors_keep_the_coverage() {
+        const N: usize = 100_000;
+        let rank = |i: usize| (i as f32 + 0.5) / N as f32;
+        for share in [0.001f32, 0.03, 0.3, 0.79, 0.81, 0.95, 0.999] {
+            let mean = (0..N).filter_map(|i| factor(rank(i), share)).map(f64::from).sum::<f64>() / N as f64;
+            // The rectangle rule resolves a fade of ±0.25 share, or of 1 − share, by N times that many ranks.
+            assert!((mean - 1.0).abs() < 1e-3, "{share}: {mean}");
+            for i in (0..N).step_by(97) {
+                let [now, next] = [share, share * 1.0001].map(|share| factor(rank(i), share).unwrap_or(0.0));
+                assert!(now <= 1.0 / share);
+                // A fade takes 2 · 0.25 share of the ranks, or 2 (1 − share).
+                let steepest = share / (2.0 * (0.25 * share).min(1.0 - 1.0001 * share));
+                assert!((now - next).abs() * share < 1.1e-4 * (2.0 + 2.0 * steepest), "{share} {i}: {now} {next}");
+            }
+        }
+        for share in [1.0, 7.0, f32::INFINITY, f32::NAN, 0.0] {
+            assert_eq!(factor(0.999, share), Some(1.0));
+        }
+    }
+
+    /// Strands that stay cover as much as before, and are at most half a pixel wide.
+    #[test]
+    fn thin_strands_become_fewer_and_wider() {
+        let width = |i: usize| 0.002 * (1.0 + (i % 7) as f32);
+        let before = scene(strands(20_000, width));
+        let mut after = before.clone();
+        simplify(&mut after, SIZE, 0.5);
+        let (all, kept) = (&before.strands[0], &after.strands[0]);
+        assert_eq!(after.validate(), Ok(()));
+        let pixel = Pixel::new(&View::new(camera()), SIZE);
+        let cover = |set: &Strands| set.points.iter().map(|p| f64::from(p.w)).sum::<f64>();
+        // Sum of the variances of a strand that is kept with the probability p, and then has 1/p of its width.
+        let mut variance = 0.0;
+        for i in 0..all.len() {
+            let share = f64::from(share(all, i, &|point| 0.5 * pixel.width(point)));
+            variance += (2.0 * f64::from(all.strand(i)[0].w)).powi(2) * (1.0 / share - 1.0).max(0.0);
+        }
+        // A false alarm would be a deviation of five standard deviations. The ranks are fixed, so it happens never or
+        // always.
+        assert!((cover(kept) - cover(all)).abs() < 5.0 * variance.sqrt(), "{} {}", cover(kept), cover(all));
+        assert!(kept.len() < all.len() / 2 && kept.len() > all.len() / 50, "{}", kept.len());
+        let (mut wide, mut same) = (0, 0);
+        for i in 0..kept.len() {
+            let strand = kept.strand(i);
+            let narrowest = strand.iter().map(|p| pixel.width(p.xyz())).fold(f32::INFINITY, f32::min);
+            let original = all.points.iter().find(|p| p.xyz() == strand[0].xyz()).unwrap();
+            if strand[0].w == original.w {
+                same += 1;
+            } else {
+                assert!(2.0 * strand[0].w <= 0.5 * narrowest * 1.0001 && 2.0 * strand[0].w <= WIDEST * 1.0001);
+                wide += 1;
+            }
+        }
+        assert!(wide > 100 && same > 100, "{wide} {same}");
+    }
+
+    /// The strands of a picture from farther away are among those of a nearer one.
+    #[test]
+    fn farther_pictures_have_a_part_of_the_strands() {
+        let all = scene(strands(5_000, |_| 0.001));
+        let kept = |distance: f32| {
+            let mut scene = all.clone();
+            let eye = Vec3::Z * distance;
+            scene.camera = Some(Camera { film_height: 1.0, ..Camera::look_at(eye, Vec3::ZERO, Vec3::Y, 0.9, 1.0) });
+            simplify(&mut scene, SIZE, 0.5);
+            let strands = scene.strands.remove(0);
+            strands.points.iter().map(|p| p.z.to_bits()).collect::<BTreeSet<u32>>()
+        };
+        let (near, far) = (kept(0.0), kept(3.0));
+        assert!(far.is_subset(&near) && far.len() < near.len() && !far.is_empty());
+    }
+
+    /// A camera that only turns changes nothing.
+    #[test]
+    fn directions_of_view_do_not_matter() {
+        let all = scene(strands(2_000, |_| 0.001));
+        let seen = |target: Vec3| {
+            let mut scene = all.clone();
+            let camera = Camera::look_at(Vec3::ZERO, target, Vec3::Y, 0.9, 1.0);
+            scene.camera = Some(Camera { film_height: 1.0, ..camera });
+            simplify(&mut scene, SIZE, 0.5);
+            scene.strands
+        };
+        assert_eq!(seen(-Vec3::Z), seen(Vec3::X));
+    }
+
+    #[test]
+    fn nothing_changes_without_a_width_or_a_camera() {
+        let all = scene(strands(500, |_| 0.001));
+        let mut same = all.clone();
+        simplify(&mut same, SIZE, 0.0);
+        assert_eq!(same, all);
+        let blind = Scene { camera: None, ..all };
+        let mut same = blind.clone();
+        simplify(&mut same, SIZE, 0.5);
+        assert_eq!(same, blind);
+    }
+
+    /// Instances of a prototype find the two versions around their distance. Near ones keep all strands.
+    #[test]
+    fn instances_get_versions_by_distance() {
+        let fur = strands(4_000, |_| 0.0004);
+        // The prototype is 38 long. Its instances are a hundredth of it, around the camera and up to 200 away.
+        let prototype = Prototype { name: "fur".to_owned(), strands: vec![fur], meshes: vec![] };
+        let place = |z: f32, scale: f32| {
+            Mat4::from_translation(Vec3::new(0.0, 0.0, -z)) * Mat4::from_scale(Vec3::splat(0.01 * scale))
+        };
+        let unused = Prototype { name: "unused".to_owned(), ..Prototype::default() };
+        let mut scene = Scene {
+            strands: vec![],
+            prototypes: vec![prototype.clone(), unused],
+            instances: [(-0.1, 1.0), (0.001, 1.0), (1.3, 1.0), (20.0, 1.0), (200.0, 1.0), (20.0, 10.0)]
+                .map(|(z, scale)| Instance::new(0, place(z, scale)))
+                .to_vec(),
+            ..scene(strands(1, |_| 1.0))
+        };
+        simplify(&mut scene, SIZE, 0.5);
+        assert_eq!(scene.validate(), Ok(()));
+        assert!(scene.prototypes.iter().all(|p| p.name == "fur"));
+        let count = |index: usize| scene.prototypes[index].strands[0].len();
+        let pairs: Vec<(usize, usize, f32)> = scene
+            .instances
+            .iter()
+            .map(|instance| {
+                let simplified =
+                    instance.simplified.unwrap_or(Simplified { prototype: instance.prototype, share: 0.0 });
+                (count(instance.prototype), count(simplified.prototype), simplified.share)
+            })
+            .collect();
+        assert_eq!(pairs[0], (4_000, 4_000, 0.0), "{pairs:?}");
+        // Farther instances have fewer strands, down to those of the largest width.
+        assert!(pairs[1..5].windows(2).all(|w| w[1].0 <= w[0].0), "{pairs:?}");
+        assert!(pairs.iter().all(|&(fine, coarse, share)| fine >= coarse && (0.0..1.0).contains(&share)));
+        assert!(pairs[1].0 < 4_000 && pairs[4].0 > 0 && pairs[4].0 == pairs[4].1, "{pairs:?}");
+        // Ten times as large and ten times as far looks the same, but for the depth of the box.
+        assert!(pairs[5].0 >= pairs[3].0);
+        // No two versions are the same: all levels beyond that of the largest width are one.
+        let counts: BTreeSet<usize> = (0..scene.prototypes.len()).map(count).collect();
+        assert_eq!(counts.len(), scene.prototypes.len());
+    }
+
+    #[test]
+    fn levels_have_names() {
+        for (text, lod) in [("off", Lod::Off), ("auto", Lod::AUTO), ("1", Lod::Bias(1.0)), ("-2.5", Lod::Bias(-2.5))] {
+            assert_eq!((text.parse::<Lod>().unwrap(), lod.to_string().as_str()), (lod, text));
+        }
+        assert_eq!([Lod::Off, Lod::AUTO, Lod::Bias(1.0)].map(Lod::pixels), [0.0, 0.5, 1.0]);
+        for text in ["", "full", "nan", "9", "-inf"] {
+            assert!(text.parse::<Lod>().is_err(), "{text}");
+        }
+    }
 }

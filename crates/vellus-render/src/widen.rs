@@ -1,16 +1,18 @@
 //! A smallest width of strands in pixels.
 
 use crate::integrator::view::View;
+use crate::simplify::{Lod, simplify};
 use glam::Vec4Swizzles;
 use rayon::prelude::*;
 use vellus_scene::Scene;
 
 /// Prepares a scene for a picture. A scene without a camera gets one that shows everything. Strands become at least
-/// `pixels` wide, see [`widen()`].
-pub fn prepare(scene: &mut Scene, size: [usize; 2], pixels: f32) {
+/// `pixels` wide, see [`widen()`]. Then [`simplify()`] keeps as many as the level of detail needs.
+pub fn prepare(scene: &mut Scene, size: [usize; 2], pixels: f32, lod: Lod) {
     let [width, height] = size.map(|n| n as f32);
     scene.camera = scene.camera.or_else(|| scene.framing(width / height));
     widen(scene, size, pixels);
+    simplify(scene, size, lod.pixels());
 }
 
 /// Makes strands at least `pixels` wide in a picture of `size` by the scene's camera. Each control point gets the

@@ -47,7 +47,7 @@ impl Loaded {
         let mut first = args.clone();
         first.input.frame = None;
         let mut scene = first.input.open_quietly(first.staging())?.scene;
-        prepare(&mut scene, args.size, args.min_pixel_width);
+        prepare(&mut scene, args.size, args.min_pixel_width, args.lod);
         Ok(args.model.world(scene)?.metered(&args.settings())?)
     }
 }
@@ -93,7 +93,7 @@ pub fn run(
 fn prepare_job(args: &Args, loaded: Loaded) -> Result<(World, Job)> {
     let start = Instant::now();
     let Loaded { mut scene, identity, seconds, is_metered, stops } = loaded;
-    prepare(&mut scene, args.size, args.min_pixel_width);
+    prepare(&mut scene, args.size, args.min_pixel_width, args.lod);
     let settings = args.settings();
     let mut notes = vec![
         ("vellus_version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
@@ -186,6 +186,7 @@ impl Args {
             model: self.model.model.name(),
             eta_m: self.model.eta_m,
             min_pixel_width: self.min_pixel_width,
+            lod: self.lod,
         }
     }
 
@@ -252,12 +253,12 @@ mod tests {
             x.usda --width 0.5|x.usda --camera a|x.usda --frame 2|x.usda --set kappa=0.5|\
             x.usda --set kappa=0.5 --override|x.usda --view 1,2|x.usda --light sun|x.usda --background black|\
             x.usda --background transparent|cat --view 1,2|x.usda --clamp-indirect 2|x.usda --radiance-cache 8|\
-            cat --set kappa=0.5|cat --fiber dog|cat --light studio";
+            cat --set kappa=0.5|cat --fiber dog|cat --light studio|--lod auto|--lod 1";
         let mut seen = HashMap::new();
         for options in all.split('|') {
             assert_eq!(seen.insert(of(options), options), None, "{options}");
         }
-        assert_eq!(seen.len(), 29);
+        assert_eq!(seen.len(), 31);
     }
 
     #[test]

@@ -19,7 +19,7 @@ use vellus_io::{Digest, parse};
 use vellus_open::Staging;
 use vellus_render::denoise::Denoiser;
 use vellus_render::session::Frames;
-use vellus_render::{Filter, Layer, MAX_SAMPLES, Mode};
+use vellus_render::{Filter, Layer, Lod, MAX_SAMPLES, Mode};
 
 pub use input::{Input, explain};
 pub use merge::{MergeArgs, merge};
@@ -98,6 +98,10 @@ pub struct Args {
     /// dense fur looks denser. 0 is off.
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::pixels, value_name = "X")]
     min_pixel_width: f32,
+    /// Level of detail. Where strands are thinner than half a pixel, keep fewer and wider ones (auto). A number allows
+    /// wider (1: twice, 2: four times) or only thinner ones (-1: half). Saves memory, with a small error.
+    #[arg(long, default_value_t = Lod::Off, allow_hyphen_values = true, value_name = "auto|off|BIAS")]
+    lod: Lod,
     /// Seed of the random numbers.
     #[arg(long, default_value_t = 0, value_parser = parse::whole::<u32>(0..=u32::MAX.into()), value_name = "N")]
     seed: u32,

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 use vellus_render::session::{Options, Session};
-use vellus_render::{Error, Film, Filter, Layer, MAX_SAMPLES, Mode, Settings, denoise::Denoiser};
+use vellus_render::{Error, Film, Filter, Layer, Lod, MAX_SAMPLES, Mode, Settings, denoise::Denoiser};
 
 /// The layers that are rendered if none are named: those of `vellus render`.
 const LAYERS: [&str; 11] =
@@ -194,7 +194,8 @@ impl Scene {
     /// end at this noise, or after so many seconds. `max_depth`: the largest number of scattering events; no limit
     /// without. `clamp_indirect`: the brightest indirect light of one event. `radiance_cache`: paths end at their
     /// second hit, and so many samples of each pixel fill a cache with indirect light before; faster, with a small
-    /// error. `denoise`: with Open Image Denoise.
+    /// error. `lod`: `auto` keeps fewer, wider strands where they are thinner than half a pixel; a number in
+    /// [-8, 8] allows wider (1: twice) or only thinner ones (-1: half). `denoise`: with Open Image Denoise.
     ///
     /// `callback(state)` is called after each pass, about every `interval` seconds; see `State`. If it returns `False`,
     /// rendering ends, and the result is the picture so far. `progress`: a bar, if this is a terminal or a notebook.
@@ -206,7 +207,7 @@ impl Scene {
     /// are lost then, unless a callback kept a picture.
     #[pyo3(signature = (width=960, height=640, samples=64, *, layers=None, mode="multiscale", filter="tent", seed=0,
         crop=None, noise=None, time=None, max_depth=None, clamp_indirect=None, radiance_cache=None,
-        denoise=false, callback=None, interval=2.0, progress=false))]
+        lod=None, denoise=false, callback=None, interval=2.0, progress=false))]
     fn render(
         &self,
         py: Python<'_>,
@@ -223,6 +224,7 @@ impl Scene {
         max_depth: Option<i128>,
         clamp_indirect: Option<f32>,
         radiance_cache: Option<i128>,
+        lod: Option<LodArgument>,
         denoise: bool,
         callback: Option<Bound<'_, PyAny>>,
         interval: f64,
@@ -246,6 +248,7 @@ impl Scene {
         };
         let max_depth = max_depth.map(|n| whole("max_depth", n, 0..=u32::MAX)).transpose()?;
         let radiance_cache = radiance_cache.map(|n| whole("radiance_cache", n, 2..=65536)).transpose()?;
+        let lod = lod.map_or(Ok(Lod::Off), LodArgument::read)?;
         positive("interval", interval, 3600.0)?;
         for (name, given) in [("noise", noise), ("time", time), ("clamp_indirect", clamp_indirect.map(f64::from))] {
             given.map_or(Ok(()), |x| positive(name, x, 1e9))?;
@@ -253,13 +256,13 @@ impl Scene {
         let settings =
             Settings { size: [width, height], crop, mode, filter, seed, max_depth, clamp_indirect, radiance_cache };
         let denoiser = denoise.then(Denoiser::load).transpose().map_err(|e| with_causes(&e))?;
-        let setup = ([width, height], mode.name());
+        let setup = ([width, height], mode.name(), lod);
         let mut state = self.lock();
         let prepared = match &state.prepared {
             Some((kept, prepared)) if *kept == setup => prepared.clone(),
             _ => {
                 state.prepared = None;
-                let prepared = Arc::new(crate::threads::run(py, |_| world::new(&state, &settings))??);
+                let prepared = Arc::new(crate::threads::run(py, |_| world::new(&state, &settings, lod))??);
                 state.prepared = Some((setup, prepared.clone()));
                 prepared
             }
@@ -289,6 +292,23 @@ impl Scene {
             rejected,
             seconds: start.elapsed().as_secs_f64(),
         })
+    }
+}
+
+/// A level of detail: a name or a number.
+#[derive(FromPyObject)]
+enum LodArgument {
+    Name(String),
+    Bias(f64),
+}
+
+impl LodArgument {
+    fn read(self) -> PyResult<Lod> {
+        let text = match self {
+            LodArgument::Name(name) => name,
+            LodArgument::Bias(bias) => bias.to_string(),
+        };
+        text.parse().map_err(|error| PyValueError::new_err(format!("lod = {text}: {error}")))
     }
 }
 

@@ -3,10 +3,10 @@
 use super::scene::State;
 use crate::error::value;
 use pyo3::prelude::*;
-use vellus_render::{Settings, World, prepare};
+use vellus_render::{Lod, Settings, World, prepare};
 
-/// What a preparation depends on, besides the scene: the size of the picture and the mode.
-pub type Setup = ([usize; 2], &'static str);
+/// What a preparation depends on, besides the scene: the size of the picture, the mode and the level of detail.
+pub type Setup = ([usize; 2], &'static str, Lod);
 
 /// A scene, prepared for rays.
 pub struct Prepared {
@@ -26,12 +26,12 @@ pub fn group_names(state: &State) -> Vec<String> {
 ///
 /// # Errors
 /// `ValueError` for an invalid scene.
-pub fn new(state: &State, settings: &Settings) -> PyResult<Prepared> {
+pub fn new(state: &State, settings: &Settings, lod: Lod) -> PyResult<Prepared> {
     let mut scene = state.scene.clone();
     if state.groups.iter().any(Option::is_some) {
         scene.light_groups = group_names(state);
     }
-    prepare(&mut scene, settings.size, 0.0);
+    prepare(&mut scene, settings.size, 0.0, lod);
     let mut world = World::new(scene).map_err(value)?;
     let stops = if state.is_metered { world.metered(settings).map_err(value)? } else { None };
     if let Some(stops) = stops {

@@ -1,7 +1,7 @@
 //! A digest that tells pictures apart.
 
 use crate::film::picture::Notes;
-use crate::{Error, Filter, Layer, Mode, PICTURE_VERSION, Settings};
+use crate::{Error, Filter, Layer, Lod, Mode, PICTURE_VERSION, Settings};
 use std::str::FromStr;
 use vellus::Tables;
 use vellus_io::{Digest, DigestBuilder};
@@ -18,14 +18,15 @@ pub const IDENTITY_NOTE: &str = "vellus_identity";
 /// ```
 /// use vellus_io::Sources;
 /// use vellus_render::session::Identity;
-/// use vellus_render::{Layer, Settings};
+/// use vellus_render::{Layer, Lod, Settings};
 ///
 /// let mut sources = Sources::new();
 /// sources.add("", b"the bytes of a file");
 /// let identity = |seed| {
 ///     let settings = Settings { seed, ..Settings::new([64, 64]) };
 ///     let layers = [Layer::Beauty];
-///     Identity { settings: &settings, layers: &layers, model: "vellus", eta_m: None, min_pixel_width: 0.0 }
+///     let (model, eta_m, min_pixel_width, lod) = ("vellus", None, 0.0, Lod::Off);
+///     Identity { settings: &settings, layers: &layers, model, eta_m, min_pixel_width, lod }
 ///         .digest(sources.digest())
 ///         .field("frame", 12f64.to_le_bytes())
 ///         .finish()
@@ -45,6 +46,8 @@ pub struct Identity<'a> {
     pub eta_m: Option<f32>,
     /// The smallest width of strands in pixels: see [`widen`](crate::widen()). 0 is off.
     pub min_pixel_width: f32,
+    /// The level of detail.
+    pub lod: Lod,
 }
 
 impl Identity<'_> {
@@ -73,10 +76,14 @@ impl Identity<'_> {
             .field("min pixel width", self.min_pixel_width.to_le_bytes())
             .field("layers", layers)
             .field("sources", sources.0);
-        // Pictures without a cache have the identity that they had before there were caches.
-        match radiance_cache {
+        // Pictures without a cache have the identity that they had before there were caches. The same holds for others.
+        let digest = match radiance_cache {
             Some(samples) => digest.field("radiance cache", samples.to_le_bytes()),
             None => digest,
+        };
+        match self.lod {
+            Lod::Off => digest,
+            Lod::Bias(_) => digest.field("level of detail", self.lod.pixels().to_le_bytes()),
         }
     }
 
@@ -88,6 +95,7 @@ impl Identity<'_> {
             ("vellus_mode", self.settings.mode.name().to_owned()),
             ("vellus_filter", self.settings.filter.name().to_owned()),
             ("vellus_min_pixel_width", self.min_pixel_width.to_string()),
+            ("vellus_lod", self.lod.to_string()),
             ("vellus_seed", self.settings.seed.to_string()),
             (IDENTITY_NOTE, digest.to_string()),
         ];

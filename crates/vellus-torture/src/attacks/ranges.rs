@@ -154,10 +154,11 @@ fn refused(trial: &mut Trial, films: &[String], what: &str) -> Result<(), Stop> 
 
 /// Merges a part of a picture with another option.
 fn foreign(trial: &mut Trial, scene: &str, mut films: Vec<String>) -> Result<(), Stop> {
-    let more: &[&str] = match trial.dice.number(0..4) {
+    let more: &[&str] = match trial.dice.number(0..5) {
         0 => &["--seed", "99"],
         1 => &["--max-depth", "2"],
         2 => &["--model", "kajiya-kay1989"],
+        3 => &["--lod", "auto"],
         _ => &["--min-pixel-width", "0.7"],
     };
     let scene = if more[0] == "--seed" { scene.replace(" --seed 7", "") } else { scene.to_owned() };
