@@ -5,7 +5,7 @@ use crate::chain::Collision;
 use crate::error::Error;
 use crate::grid::{Grid, position};
 use crate::hit::AggregateHit;
-use crate::member::{INCLINATIONS, Member, spread_fiber};
+use crate::member::{INCLINATIONS, Member, Roughness};
 use crate::node::{Node, Source};
 use crate::once::leaves_after_one;
 use crate::orders::Orders;
@@ -23,7 +23,6 @@ use vellus::{Bcsdf, Fiber, Field, Model, Window};
 #[derive(Clone, Debug)]
 pub struct Aggregate {
     member: Fiber,
-    pub(crate) spread: Fiber,
     bunch: Bunch,
     orders: &'static Orders,
     nodes: Vec<Node>,
@@ -40,21 +39,21 @@ impl Aggregate {
     }
 
     fn with_orders(member: &Fiber, bunch: Bunch, orders: &'static Orders) -> Result<Self, vellus::Error> {
-        member.validate()?;
-        let spread = spread_fiber(member, &bunch);
-        let members = Member::all(&Bcsdf::new(&spread)?);
+        let members = Member::all(&Bcsdf::new(member)?);
+        let roughness = Roughness { beta_m: f64::from(member.beta_m), spread: bunch.spread() };
         let grid = Grid::new();
         let source = Source {
-            fiber: &spread,
-            collision: &Collision::new(&members, f64::from(spread.beta_m)),
+            fiber: member,
+            collision: &Collision::new(&members, roughness),
             members: &members,
-            once: &leaves_after_one(bunch.tau()),
+            once: &leaves_after_one(bunch.tau(), bunch.carried()),
             orders,
-            tau: bunch.tau(),
+            tau: bunch.tau_inside(),
+            roughness,
             grid: &grid,
         };
         let nodes = (0..INCLINATIONS).map(|k| Node::new(&source, k)).collect();
-        Ok(Aggregate { member: *member, spread, bunch, orders, nodes, grid })
+        Ok(Aggregate { member: *member, bunch, orders, nodes, grid })
     }
 
     /// The member fibre.

@@ -12,6 +12,10 @@ pub const MAX_SPREAD: f64 = 0.5;
 /// The largest share of a bunch's section that its fibres fill, and the largest for places without overlap.
 const MAX_FILL: [f64; 2] = [10.0, 0.8];
 
+/// How far a collision carries light, in radii of the fibre: it meets the fibre at a mean of π/4 before the axis, and
+/// leaves it 1 behind.
+const CARRIED: f64 = 1.0 + std::f64::consts::FRAC_PI_4;
+
 /// A bunch of near-parallel fibres at random places in a cylinder.
 ///
 /// Lengths are measured across the axis: the inclination of light changes the path through the bunch and the distance
@@ -20,6 +24,7 @@ const MAX_FILL: [f64; 2] = [10.0, 0.8];
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bunch {
     tau: f64,
+    carried: f64,
     spread: f64,
 }
 
@@ -29,7 +34,8 @@ impl Bunch {
     /// # Errors
     /// [`Error::OutOfRange`].
     pub fn new(tau: f64) -> Result<Self, Error> {
-        Ok(Bunch { tau: checked("tau", tau, 0.0, MAX_TAU)?, spread: 0.0 })
+        let tau = checked("tau", tau, 0.0, MAX_TAU)?;
+        Ok(Bunch { tau, carried: 0.0, spread: 0.0 })
     }
 
     /// `count` fibres of the radius `fiber` at independent random places in a cylinder of the radius `bunch`. They may
@@ -42,7 +48,7 @@ impl Bunch {
     /// [`Error::OutOfRange`] for a radius, for a share n r²/R² above 10, and for τ above [`MAX_TAU`].
     pub fn overlapping(count: u32, fiber: f64, bunch: f64) -> Result<Self, Error> {
         fill(count, fiber, bunch, MAX_FILL[0])?;
-        Self::new(width(count, fiber, bunch))
+        Ok(Bunch { carried: CARRIED * fiber / bunch, ..Self::new(width(count, fiber, bunch))? })
     }
 
     /// As [`Bunch::overlapping`], for fibres that do not overlap.
@@ -54,7 +60,7 @@ impl Bunch {
     /// [`Error::OutOfRange`] for a radius, for f above 0.8, and for τ above [`MAX_TAU`].
     pub fn separate(count: u32, fiber: f64, bunch: f64) -> Result<Self, Error> {
         let filled = fill(count, fiber, bunch, MAX_FILL[1])?;
-        Self::new(width(count, fiber, bunch) / (1.0 - filled))
+        Ok(Bunch { carried: CARRIED * fiber / bunch, ..Self::new(width(count, fiber, bunch) / (1.0 - filled))? })
     }
 
     /// The same bunch, with members that point in different directions. `spread` is the standard deviation of their
@@ -66,9 +72,20 @@ impl Bunch {
         Ok(Bunch { spread: checked("spread", spread, 0.0, MAX_SPREAD)?, ..self })
     }
 
-    /// The optical diameter τ.
+    /// The optical diameter τ, for light that has not collided.
     pub fn tau(&self) -> f64 {
         self.tau
+    }
+
+    /// How far a collision carries light, in radii of the bunch: (1 + π/4) r/R, or 0 for thin fibres.
+    pub(crate) fn carried(&self) -> f64 {
+        self.carried
+    }
+
+    /// The optical diameter for light that has collided. A collision carries it through a fibre, which adds to the
+    /// distance to the next collision.
+    pub(crate) fn tau_inside(&self) -> f64 {
+        self.tau / (1.0 + 0.5 * self.tau * self.carried)
     }
 
     /// The spread of the members' directions, in radians.

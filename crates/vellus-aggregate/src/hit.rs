@@ -2,7 +2,7 @@
 
 use crate::aggregate::Aggregate;
 use crate::grid::position;
-use crate::longitudinal::Longitudinal;
+use crate::longitudinal::{Longitudinal, back};
 use crate::member::{DIFFUSE, LOBES, SCATTERED, SPECULAR};
 use crate::node::{CHANNELS, Node, PARTS, longitudinal};
 use crate::orders::GROUPS;
@@ -40,7 +40,7 @@ impl<'a> AggregateHit<'a> {
             model,
             frame: Frame::new(wo.to_array(), polar.cos, 1.0 / polar.cos),
             mirrored: polar.sin < 0.0,
-            longitudinal: longitudinal(&model.spread, polar.sin, polar.cos, nodes),
+            longitudinal: longitudinal(model.member(), model.bunch().spread() as f32, [polar.sin, polar.cos], nodes),
             nodes,
             scale: if total > 0.0 { 1.0 / total } else { 0.0 },
         }
@@ -49,7 +49,7 @@ impl<'a> AggregateHit<'a> {
     /// All lobes in one direction.
     #[inline(always)]
     fn values(&self, o: &Outgoing<f32>) -> Values {
-        let along = self.longitudinal.eval(o.sin_i, o.cos_i);
+        let along = self.longitudinal.eval(o.sin_i, o.cos_i, back(o.phi));
         let azimuth = o.phi.abs();
         let (fine, fine_share) = position(azimuth, PI, once::AZIMUTHS);
         let (coarse, coarse_share) = position(azimuth, PI, orders::AZIMUTHS);
@@ -59,8 +59,8 @@ impl<'a> AggregateHit<'a> {
         let mut values = [[0.0; CHANNELS]; 6];
         for (node, share) in self.nodes {
             let single = blend(&node.single, fine, fine_share);
-            let [back, front] = blend(&node.scattered, row, row_share);
-            let scattered = back + (front - back) * forward;
+            let [rear, front] = blend(&node.scattered, row, row_share);
+            let scattered = rear + (front - rear) * forward;
             let mut add = |lobe: Lobe, from: &[f32], factor: f32| {
                 let sums = values[lobe as usize].iter_mut().zip(from);
                 sums.for_each(|(sum, x)| *sum += share * factor * x);
@@ -72,12 +72,12 @@ impl<'a> AggregateHit<'a> {
             for lobe in SCATTERED {
                 add(lobe, &single[lobe as usize * CHANNELS..], scattered);
             }
-            let specular = blend(&node.specular, coarse, coarse_share);
+            let narrow = blend(&node.narrow, coarse, coarse_share);
             let around = blend(&node.around, coarse, coarse_share);
             let broad = blend(&node.broad, row, row_share);
             for group in 0..GROUPS {
                 let first = group * CHANNELS;
-                add(Lobe::Residual, &specular[first..], along[SPECULAR.len() + group]);
+                add(Lobe::Residual, &narrow[first..], along[SPECULAR.len() + group]);
                 let product: [f32; CHANNELS] = std::array::from_fn(|c| around[first + c] * broad[first + c]);
                 add(Lobe::Residual, &product, 1.0);
             }
@@ -94,7 +94,7 @@ impl<'a> AggregateHit<'a> {
         let lobe = SPECULAR.iter().position(|(lobe, ..)| *lobe as usize == part);
         let lobe = lobe.or_else(|| (LOBES..LOBES + GROUPS).contains(&part).then(|| part - LOBES + SPECULAR.len()));
         let (sin_i, cos_i) = match lobe {
-            Some(lobe) => self.longitudinal.sample(lobe, [u[1], u[2]]),
+            Some(lobe) => self.longitudinal.sample(lobe, back(azimuth), [u[1], u[2]]),
             None if part == DIFFUSE => {
                 let sin = u[1].sqrt() * (TAU * u[2]).cos();
                 (sin, ((1.0 - sin) * (1.0 + sin)).max(0.0).sqrt())
@@ -143,9 +143,10 @@ impl Scattering for AggregateHit<'_> {
 
     #[inline]
     fn sample(&self, u: [f32; 5]) -> Option<Sample> {
-        let parts = self.nodes.iter().flat_map(|(node, share)| {
-            (0..PARTS).map(move |part| ((*node, part), share * node.weights[part]))
-        });
+        let parts = self
+            .nodes
+            .iter()
+            .flat_map(|(node, share)| (0..PARTS).map(move |part| ((*node, part), share * node.weights[part])));
         let ((node, part), _) = choose(parts, u[0] / self.scale.max(f32::MIN_POSITIVE)).map(|c| (c.item, c.weight))?;
         let outgoing = self.draw(node, part, [u[1], u[2], u[3], u[4]]);
         let values = self.values(&outgoing);

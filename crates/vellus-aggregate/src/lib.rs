@@ -1,4 +1,47 @@
-//! x
+//! The scattering of a bunch of near-parallel fibres: one thick fibre stands for many. For hair cards, guide hairs that
+//! are drawn as strands, and distant fur. After J. Zhu, S. Zhao, L. Wang, Y. Xu, L.-Q. Yan 2022, *Practical
+//! Level-of-Detail Aggregation of Fur Appearance*.
+//!
+//! ```
+//! use vellus::{Fiber, Model, Scattering, Species, Window};
+//! use vellus_aggregate::{Aggregate, Bunch};
+//! # fn main() -> Result<(), vellus_aggregate::Error> {
+//! let bunch = Bunch::separate(64, 0.03, 1.0)?.with_spread(0.05)?;   // 64 fibres, radii 0.03 and 1
+//! let aggregate = Aggregate::new(&Fiber::preset(Species::RedFox), bunch)?;
+//! let passes = bunch.passes(0.3);                                   // at an offset of 0.3 radii of the bunch
+//! let wo = glam::Vec3::new(0.2, 0.8, 0.5).normalize();
+//! let hit = aggregate.at(wo, Window::far());                        // of the light that does not pass
+//! let f = hit.eval(glam::Vec3::new(-0.3, -0.9, 0.1).normalize()).total();
+//! let s = hit.sample([0.1, 0.2, 0.3, 0.4, 0.5]);                    // direction, pdf, weight, lobe
+//! assert!(passes < 1.0 && f.iter().chain(s.iter().flat_map(|s| &s.weight)).all(|x| *x >= 0.0));
+//! # Ok(()) }
+//! ```
+//!
+//! # Model
+//! - **Light that passes.** [`Bunch`] has the probability that light meets no fibre. This light goes on in its
+//!   direction; it is no part of [`Aggregate`]. All energies here are shares of the light that meets a fibre.
+//! - **Single scattering.** The far field of the member, times the probability that light leaves after one collision.
+//!   It is tabulated every 5° of θ_o and every 1.9° of azimuth. Details of the member's far field that are finer are lost.
+//! - **Multiple scattering.** A table from a simulation has how often light collides and the azimuths at which it leaves,
+//!   by τ and by the mean cosine of the member's angles. Absorption and inclination are followed from collision to
+//!   collision. It is reported in the residual lobe.
+//! - **Energy.** Without absorption the energy is 1. With it, [`Scattering::energy`](vellus::Scattering::energy) is the
+//!   integral of `eval`. Both are exact up to rounding.
+//!
+//! # Errors
+//! Compared with photons in bunches of thin fibres (ten presets and two hairs, τ from 0.5 to 12, four θ_o), the mean L1
+//! error of profiles is ERR_AZ % over azimuth and ERR_IN % over inclination, the mean error of the energy ERR_E %. The
+//! notes in the repository have the tables, the worst cases and their causes.
+//!
+//! - A bunch with few fibres is not a medium: members that overlap in a line, or that are wide beside the bunch.
+//! - The hit does not depend on the offset at the bunch: the model is a far field.
+//! - The model is not reciprocal, because its member is not. The factor of single scattering is.
+//! - The tilt of the scales does not move light that the medulla scattered.
+//!
+//! # Conventions
+//! Those of [`vellus`]: x along the fibres from root to tip, ω_o toward the camera, values f·cos θᵢ. The feature
+//! `simulation` has explicit bunches, photon by photon, and the simulation behind the table.
+
 mod aggregate;
 mod bunch;
 mod chain;
@@ -13,7 +56,10 @@ mod orders;
 mod piecewise;
 #[cfg(feature = "simulation")]
 pub mod simulation;
+
 pub use aggregate::Aggregate;
 pub use bunch::{Bunch, MAX_SPREAD, MAX_TAU};
 pub use error::Error;
 pub use hit::AggregateHit;
+#[cfg(feature = "simulation")]
+pub use orders::Multiple;

@@ -1,8 +1,7 @@
 //! The far field of the member fibre, tabulated over inclination and azimuth.
 
-use crate::bunch::Bunch;
-use crate::once::AZIMUTHS;
 use crate::longitudinal::density;
+use crate::once::AZIMUTHS;
 use std::f64::consts::{FRAC_PI_2, PI};
 use vellus::{Bcsdf, Fiber, Hit, Lobe, Lobes, Window, direction};
 
@@ -15,6 +14,9 @@ pub(crate) const OUTGOING: usize = 2 * INCLINATIONS - 1;
 /// The lobes with a spherical Gaussian along the fibre, and the factors of α and β_m (Yan17 Table 2).
 pub(crate) const SPECULAR: [(Lobe, f64, f64); 4] =
     [(Lobe::R, 1.0, 1.0), (Lobe::Tt, -0.5, 0.5), (Lobe::Trt, -1.5, 1.5), (Lobe::Residual, -1.5, 2.0)];
+
+/// The first lobes of [`SPECULAR`] keep light in one narrow lobe over many collisions: R, TT and TRT.
+pub(crate) const NARROW: usize = 3;
 
 /// The lobes of light that the medulla scattered.
 pub(crate) const SCATTERED: [Lobe; 2] = [Lobe::Tts, Lobe::Trts];
@@ -35,6 +37,9 @@ pub(crate) struct Member {
     pub scattered: [Vec<f64>; 2],
 }
 
+/// The narrowest lobe that these nodes resolve, in radians: 0.7 steps.
+const NARROWEST: f64 = 0.061;
+
 /// The inclination of node `k` of [`OUTGOING`].
 pub(crate) fn inclination(k: usize) -> f64 {
     (k as f64 / (OUTGOING - 1) as f64 - 0.5) * PI
@@ -46,16 +51,18 @@ pub(crate) fn width(k: usize) -> f64 {
     0.5 * (sine((k + 1).min(OUTGOING - 1)) - sine(k.saturating_sub(1)))
 }
 
-/// The member fibre, with its longitudinal roughness widened by the spread of the members' directions.
-///
-/// A fibre tilted by δ moves the cone of R by δ·(cos φ_o, sin φ_o)·cos θ_o and the same for ω_i, so that the variance of
-/// θᵢ grows by 4 cos²(φ/2) times that of δ. R is distributed over φ in proportion to cos(φ/2): its mean is 8/3. TT then
-/// gains 2/3 and TRT 6 variances, because their widths are in proportion to that of R. They should gain less.
-pub(crate) fn spread_fiber(fiber: &Fiber, bunch: &Bunch) -> Fiber {
-    let wider = (f64::from(fiber.beta_m).powi(2) + 8.0 / 3.0 * bunch.spread().powi(2)).sqrt();
-    let beta_m = if bunch.spread() > 0.0 { wider.min(FRAC_PI_2) as f32 } else { fiber.beta_m };
-    Fiber { beta_m, ..*fiber }
+/// What widens the lobes along the fibre: β_m and the spread of the members' directions, both in radians.
+#[derive(Clone, Copy)]
+pub(crate) struct Roughness {
+    pub beta_m: f64,
+    pub spread: f64,
 }
+
+/// The variance that a spread adds to light which goes straight back, over the spread's square.
+///
+/// If a fibre's axis deviates by δ (a vector across the axis), specular light keeps (ω_o + ω_i)·(x + δ) = 0. So θᵢ moves
+/// by δ·(e_o + e_i), with the unit vectors of both azimuths. That has 4 cos²(φ/2) times the variance of δ in a plane.
+pub(crate) const TILT: f64 = 4.0;
 
 impl Member {
     /// Tabulates all inclinations.
@@ -99,28 +106,38 @@ impl Member {
         self.energy.iter().map(|rgb| rgb[channel]).sum()
     }
 
-    /// The energies of the lobes of [`SPECULAR`], of one channel.
-    pub fn specular(&self, channel: usize) -> [f64; 4] {
-        SPECULAR.map(|(lobe, ..)| self.energy[lobe as usize][channel])
+    /// The energies of the first [`NARROW`] lobes of [`SPECULAR`], of one channel.
+    pub fn narrow(&self, channel: usize) -> [f64; NARROW] {
+        std::array::from_fn(|p| self.energy[SPECULAR[p].0 as usize][channel])
     }
 
-    /// The energy of the lobes of [`SCATTERED`], of one channel.
-    pub fn scattered(&self, channel: usize) -> f64 {
-        SCATTERED.iter().map(|lobe| self.energy[*lobe as usize][channel]).sum()
+    /// The mean variance of lobe `p` of [`SPECULAR`] over its azimuths.
+    pub fn variance(&self, p: usize, roughness: Roughness) -> f64 {
+        let (lobe, _, factor) = SPECULAR[p];
+        let last = (AZIMUTHS - 1) as f64;
+        let at = |k: usize| self.azimuths[k][lobe as usize].iter().sum::<f64>();
+        let back = |k: usize| at(k) * (0.5 * PI * k as f64 / last).cos().powi(2);
+        let mean = circle((0..AZIMUTHS).map(back)) / circle((0..AZIMUTHS).map(at)).max(f64::MIN_POSITIVE);
+        (factor * roughness.beta_m).powi(2) + TILT * mean * roughness.spread.powi(2)
     }
 
-    /// The energy of all lobes but those of [`SPECULAR`], of one channel.
-    pub fn broad(&self, channel: usize) -> f64 {
-        self.scattered(channel) + self.energy[DIFFUSE][channel]
-    }
-
-    /// The light of one channel that is not specular, in cells around the nodes of θᵢ.
-    pub fn broad_shares(&self, channel: usize) -> Vec<f64> {
-        let diffuse: Vec<f64> = (0..OUTGOING).map(|k| inclination(k).cos() * width(k)).collect();
-        let total: f64 = diffuse.iter().sum();
-        let [scattered, even] = [self.scattered(channel), self.energy[DIFFUSE][channel]];
-        let cell = |k: usize| 0.5 * (self.scattered[0][k] + self.scattered[1][k]) * width(k);
-        diffuse.iter().enumerate().map(|(k, x)| scattered * cell(k) + even * x / total).collect()
+    /// The light of one channel that is not in [`Member::narrow`], in cells around the nodes of θᵢ. The tilt of the
+    /// cuticle's scales is not included.
+    pub fn broad(&self, channel: usize, theta_o: f64, roughness: Roughness) -> Vec<f64> {
+        let mut light = vec![0.0; OUTGOING];
+        let mut add = |energy: f64, density: &dyn Fn(usize) -> f64| {
+            let cells: Vec<f64> = (0..OUTGOING).map(|k| density(k) * width(k)).collect();
+            let total: f64 = cells.iter().sum();
+            light.iter_mut().zip(cells).for_each(|(sum, x)| *sum += energy * x / total);
+        };
+        let scattered: f64 = SCATTERED.iter().map(|lobe| self.energy[*lobe as usize][channel]).sum();
+        add(scattered, &|k| self.scattered[0][k] + self.scattered[1][k]);
+        add(self.energy[DIFFUSE][channel], &|k| inclination(k).cos());
+        for p in NARROW..SPECULAR.len() {
+            let v = self.variance(p, roughness);
+            add(self.energy[SPECULAR[p].0 as usize][channel], &|k| resolved(inclination(k), -theta_o, v));
+        }
+        light
     }
 
     /// ∫ N(φ) f(node) dφ over the whole circle, for one channel and all lobes.
@@ -128,6 +145,11 @@ impl Member {
         let all = |k: usize| self.azimuths[k].iter().map(|rgb| rgb[channel]).sum::<f64>() * f(k);
         circle((0..AZIMUTHS).map(all))
     }
+}
+
+/// The density of a lobe, at least so wide that nodes 5° apart resolve it.
+pub(crate) fn resolved(theta: f64, centre: f64, v: f64) -> f64 {
+    density(theta, centre, v.max(NARROWEST * NARROWEST))
 }
 
 /// The integral from −π to π of an even function that is linear between its values at equidistant nodes from 0 to π.

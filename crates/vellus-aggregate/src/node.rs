@@ -3,7 +3,7 @@
 use crate::chain::{Chain, Collision};
 use crate::grid::Grid;
 use crate::longitudinal::Longitudinal;
-use crate::member::{LOBES, Member, OUTGOING, SPECULAR, circle, width};
+use crate::member::{LOBES, Member, NARROW, OUTGOING, Roughness, SPECULAR, TILT, circle, width};
 use crate::orders::{AZIMUTHS, COUNTS, GROUPS, Multiple, Orders, group};
 use crate::piecewise::Piecewise;
 use vellus::{Fiber, Lobe, Lobes};
@@ -12,7 +12,7 @@ use vellus::{Fiber, Lobe, Lobes};
 pub(crate) const CHANNELS: usize = 4;
 
 /// Parts that a sample is drawn from: seven lobes of single scattering, and for each group of multiple scattering the
-/// light that no medulla scattered and the other light.
+/// light in narrow lobes and the other light.
 pub(crate) const PARTS: usize = LOBES + 2 * GROUPS;
 
 /// The tables of one inclination. A row has the values of all channels of all lobes or groups at one node.
@@ -20,8 +20,8 @@ pub(crate) const PARTS: usize = LOBES + 2 * GROUPS;
 pub(crate) struct Node {
     /// Single scattering over azimuth.
     pub single: Vec<[f32; LOBES * CHANNELS]>,
-    /// Multiple scattering over azimuth: densities times the energy of light that no medulla scattered.
-    pub specular: Vec<[f32; GROUPS * CHANNELS]>,
+    /// Multiple scattering over azimuth: densities times the energy of light in narrow lobes.
+    pub narrow: Vec<[f32; GROUPS * CHANNELS]>,
     /// The densities alone.
     pub around: Vec<[f32; GROUPS * CHANNELS]>,
     /// Multiple scattering of the other light, in sin θᵢ.
@@ -41,7 +41,7 @@ pub(crate) struct Node {
 /// Densities of the fourth channel.
 #[derive(Clone, Debug)]
 pub(crate) struct Sampling {
-    /// Over azimuth: [`Node::single`], [`Node::specular`] and [`Node::around`].
+    /// Over azimuth: [`Node::single`], [`Node::narrow`] and [`Node::around`].
     pub azimuths: [Piecewise; PARTS],
     /// Over sin θᵢ: [`Node::broad`].
     pub broad: [Piecewise; GROUPS],
@@ -52,7 +52,7 @@ pub(crate) struct Sampling {
 /// Sums of one group of numbers of collisions.
 #[derive(Clone)]
 struct Group {
-    specular: [f64; 3],
+    narrow: [f64; 3],
     broad: [Vec<f64>; 3],
     /// Weighted sums of 1, k and k².
     moments: [f64; 3],
@@ -66,7 +66,9 @@ pub(crate) struct Source<'a> {
     /// E₁ at the azimuths of single scattering.
     pub once: &'a [f64],
     pub orders: &'a Orders,
+    /// The optical diameter for light inside.
     pub tau: f64,
+    pub roughness: Roughness,
     pub grid: &'a Grid,
 }
 
@@ -89,20 +91,20 @@ impl Node {
             row
         };
         let density = |i: usize| row(&|g, c| multiple[c].azimuths[g][i]);
-        let specular = |i: usize| row(&|g, c| multiple[c].azimuths[g][i] * groups[g].specular[c]);
+        let narrow = |i: usize| row(&|g, c| multiple[c].azimuths[g][i] * groups[g].narrow[c]);
         let broad = |i: usize| row(&|g, c| groups[g].broad[c][i] / width(i));
         let scattered = |i: usize| [0, 1].map(|half| member.scattered[half][i] as f32);
-        let (single, specular, around): (Vec<_>, Vec<_>, Vec<_>) =
-            (single.collect(), (0..AZIMUTHS).map(specular).collect(), (0..AZIMUTHS).map(density).collect());
+        let (single, narrow, around): (Vec<_>, Vec<_>, Vec<_>) =
+            (single.collect(), (0..AZIMUTHS).map(narrow).collect(), (0..AZIMUTHS).map(density).collect());
         let (broad, scattered): (Vec<_>, Vec<_>) =
             ((0..OUTGOING).map(broad).collect(), (0..OUTGOING).map(scattered).collect());
-        let sampling = Sampling::new(source.grid, &single, &specular, &around, &broad, &scattered);
+        let sampling = Sampling::new(source.grid, &single, &narrow, &around, &broad, &scattered);
         Node {
-            energy: energy(&single, &specular, &around, &broad),
+            energy: energy(&single, &narrow, &around, &broad),
             weights: sampling.weights(),
-            widths: std::array::from_fn(|g| moments(source.fiber, member, &groups[g])),
+            widths: std::array::from_fn(|g| moments(source, member, &groups[g])),
             single,
-            specular,
+            narrow,
             around,
             broad,
             scattered,
@@ -126,8 +128,7 @@ impl Source<'_> {
     }
 
     fn groups(&self, k: usize, multiple: &[Multiple; 3]) -> Vec<Group> {
-        let empty =
-            Group { specular: [0.0; 3], broad: std::array::from_fn(|_| vec![0.0; OUTGOING]), moments: [0.0; 3] };
+        let empty = Group { narrow: [0.0; 3], broad: std::array::from_fn(|_| vec![0.0; OUTGOING]), moments: [0.0; 3] };
         let mut groups = vec![empty; GROUPS];
         let member = &self.members[k];
         for c in 0..3 {
@@ -139,11 +140,11 @@ impl Source<'_> {
                 let falling = (i == COUNTS - 1).then(|| share / (counts[i - 1] + share).max(f64::MIN_POSITIVE));
                 let after = chain.after(i + 2, falling);
                 let group = &mut groups[group(i + 2)];
-                let weight = (1.0 - leaves) * share;
-                group.specular[c] += weight * after.specular;
+                let weight = (1.0 - leaves).max(0.0) * share;
+                group.narrow[c] += weight * after.narrow;
                 group.broad[c].iter_mut().zip(&after.broad).for_each(|(sum, x)| *sum += weight * x);
                 let number = (i + 2) as f64;
-                let moment = weight * after.specular;
+                let moment = weight * after.narrow;
                 group.moments.iter_mut().zip([1.0, number, number * number]).for_each(|(sum, x)| *sum += moment * x);
             }
         }
@@ -157,39 +158,38 @@ fn channels(row: &mut [f32], rgb: [f64; 3]) {
     row[3] = row[0].max(row[1]).max(row[2]);
 }
 
-/// Shift and variance of specular light after the collisions of a group: k times those of one collision, and the
+/// Shift and variance of light in narrow lobes after the collisions of a group: k times those of one collision, and the
 /// variance of the shift k ᾱ.
-fn moments(fiber: &Fiber, member: &Member, group: &Group) -> [f32; 2] {
-    let energies: [f64; 4] = std::array::from_fn(|p| (0..3).map(|c| member.specular(c)[p]).sum());
+fn moments(source: &Source<'_>, member: &Member, group: &Group) -> [f32; 2] {
+    let energies: [f64; NARROW] = std::array::from_fn(|p| (0..3).map(|c| member.narrow(c)[p]).sum());
     let total: f64 = energies.iter().sum::<f64>().max(f64::MIN_POSITIVE);
-    let mean = |f: &dyn Fn(f64, f64) -> f64| {
-        SPECULAR.iter().zip(energies).map(|((_, shift, beta), a)| a / total * f(*shift, *beta)).sum::<f64>()
-    };
-    let (alpha, beta) = (f64::from(fiber.alpha), f64::from(fiber.beta_m));
-    let shift = mean(&|shift, _| shift * alpha);
-    let variance = mean(&|s, factor| (factor * beta).powi(2) + (s * alpha - shift).powi(2));
+    let alpha = |p: usize| SPECULAR[p].1 * f64::from(source.fiber.alpha);
+    let mean = |f: &dyn Fn(usize) -> f64| (0..NARROW).map(|p| energies[p] / total * f(p)).sum::<f64>();
+    let shift = mean(&alpha);
+    let variance = mean(&|p| member.variance(p, source.roughness) + (alpha(p) - shift).powi(2));
     let [weight, first, second] = group.moments;
     let (first, second) = if weight > 0.0 { (first / weight, second / weight) } else { (2.0, 4.0) };
     let variance = first * variance + (second - first * first).max(0.0) * shift * shift;
-    // A fibre that only scatters in its medulla has no specular light, and the lobe no energy.
-    [(first * shift) as f32, variance.max((0.5 * beta).powi(2)) as f32]
+    // Without light in narrow lobes, the width does not matter.
+    [(first * shift) as f32, variance.max((0.5 * source.roughness.beta_m).powi(2)) as f32]
 }
 
 /// The energy of each lobe. All multiple scattering is reported as the residual lobe.
 fn energy(
     single: &[[f32; LOBES * CHANNELS]],
-    specular: &[[f32; GROUPS * CHANNELS]],
+    narrow: &[[f32; GROUPS * CHANNELS]],
     around: &[[f32; GROUPS * CHANNELS]],
     broad: &[[f32; GROUPS * CHANNELS]],
 ) -> Lobes {
     let mut energy = [[0.0; 3]; 6];
     for (lobe, c) in (0..3 * LOBES).map(|i| (i / 3, i % 3)) {
-        energy[lobe.min(Lobe::Residual as usize)][c] += circle(single.iter().map(|row| f64::from(row[lobe * CHANNELS + c])));
+        energy[lobe.min(Lobe::Residual as usize)][c] +=
+            circle(single.iter().map(|row| f64::from(row[lobe * CHANNELS + c])));
     }
     for (group, c) in (0..3 * GROUPS).map(|i| (i / 3, i % 3)) {
         let i = group * CHANNELS + c;
         let along: f64 = broad.iter().enumerate().map(|(k, row)| width(k) * f64::from(row[i])).sum();
-        energy[Lobe::Residual as usize][c] += circle(specular.iter().map(|row| f64::from(row[i])))
+        energy[Lobe::Residual as usize][c] += circle(narrow.iter().map(|row| f64::from(row[i])))
             + circle(around.iter().map(|row| f64::from(row[i]))) * along;
     }
     Lobes(energy.map(|rgb| rgb.map(|x| x as f32)))
@@ -199,7 +199,7 @@ impl Sampling {
     fn new(
         grid: &Grid,
         single: &[[f32; LOBES * CHANNELS]],
-        specular: &[[f32; GROUPS * CHANNELS]],
+        narrow: &[[f32; GROUPS * CHANNELS]],
         around: &[[f32; GROUPS * CHANNELS]],
         broad: &[[f32; GROUPS * CHANNELS]],
         scattered: &[[f32; 2]],
@@ -209,9 +209,11 @@ impl Sampling {
             azimuths: std::array::from_fn(|part| match part {
                 0..LOBES => Piecewise::new(&grid.fine, single.iter().map(|row| row[largest(part)]).collect()),
                 _ if part < LOBES + GROUPS => {
-                    Piecewise::new(&grid.coarse, specular.iter().map(|row| row[largest(part - LOBES)]).collect())
+                    Piecewise::new(&grid.coarse, narrow.iter().map(|row| row[largest(part - LOBES)]).collect())
                 }
-                _ => Piecewise::new(&grid.coarse, around.iter().map(|row| row[largest(part - LOBES - GROUPS)]).collect()),
+                _ => {
+                    Piecewise::new(&grid.coarse, around.iter().map(|row| row[largest(part - LOBES - GROUPS)]).collect())
+                }
             }),
             broad: std::array::from_fn(|g| {
                 Piecewise::new(&grid.along, broad.iter().map(|row| row[largest(g)]).collect())
@@ -232,15 +234,21 @@ impl Sampling {
 }
 
 /// The lobes along the fibre for ω_o, with shift and width of the groups blended from two nodes.
-pub(crate) fn longitudinal(fiber: &Fiber, sin_o: f32, cos_o: f32, nodes: [(&Node, f32); 2]) -> Longitudinal {
+pub(crate) fn longitudinal(
+    fiber: &Fiber,
+    spread: f32,
+    [sin_o, cos_o]: [f32; 2],
+    nodes: [(&Node, f32); 2],
+) -> Longitudinal {
     let blend = |group: usize, i: usize| nodes.iter().map(|(node, weight)| weight * node.widths[group][i]).sum::<f32>();
-    let shift = std::array::from_fn(|i| match SPECULAR.get(i) {
-        Some((_, shift, _)) => *shift as f32 * fiber.alpha,
-        None => blend(i - SPECULAR.len(), 0),
-    });
-    let v = std::array::from_fn(|i| match SPECULAR.get(i) {
-        Some((_, _, beta)) => (*beta as f32 * fiber.beta_m).powi(2),
-        None => blend(i - SPECULAR.len(), 1),
-    });
-    Longitudinal::new(sin_o, cos_o, shift, v)
+    let mut lobes = [[0.0; 8]; 3];
+    for (i, (_, shift, beta)) in SPECULAR.into_iter().enumerate() {
+        lobes[0][i] = shift as f32 * fiber.alpha;
+        lobes[1][i] = (beta as f32 * fiber.beta_m).powi(2);
+        lobes[2][i] = TILT as f32 * spread * spread;
+    }
+    for group in 0..GROUPS {
+        (0..2).for_each(|k| lobes[k][SPECULAR.len() + group] = blend(group, k));
+    }
+    Longitudinal::new(sin_o, cos_o, lobes[0], lobes[1], lobes[2])
 }

@@ -24,10 +24,11 @@ pub(crate) const GROUPS: usize = 4;
 pub(crate) const AZIMUTHS: usize = 49;
 
 /// Optical diameters of the table's nodes.
-pub(crate) const TAUS: [f64; 13] = [0.001, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 13.0, 16.0];
+pub(crate) const TAUS: [f64; 15] = [0.001, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0];
 
 /// Mean cosines of the table's nodes.
-pub(crate) const COSINES: [f64; 12] = [-0.7, -0.5, -0.3, -0.1, 0.1, 0.3, 0.5, 0.65, 0.75, 0.85, 0.9, 0.95];
+pub(crate) const COSINES: [f64; 18] =
+    [-0.7, -0.5, -0.3, -0.15, 0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.68, 0.75, 0.8, 0.85, 0.89, 0.92, 0.95];
 
 /// Numbers in one node.
 const NODE: usize = COUNTS + GROUPS * AZIMUTHS;
@@ -80,7 +81,10 @@ impl Orders {
     /// The table that this crate contains.
     pub fn shipped() -> Result<&'static Orders, Error> {
         static SHIPPED: OnceLock<Result<Orders, Error>> = OnceLock::new();
-        SHIPPED.get_or_init(|| Orders::from_bytes(include_bytes!("../data/orders.vellus"))).as_ref().map_err(Clone::clone)
+        SHIPPED
+            .get_or_init(|| Orders::from_bytes(include_bytes!("../data/orders.vellus")))
+            .as_ref()
+            .map_err(Clone::clone)
     }
 
     /// Multiple scattering at τ and g, by bilinear interpolation. Both are clamped to the table.

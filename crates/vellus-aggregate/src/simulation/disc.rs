@@ -1,6 +1,7 @@
 //! Light in a disc that scatters and does not absorb: the table of multiple scattering.
 
 use super::Random;
+use crate::error::Error;
 use crate::orders::{AZIMUTHS, COSINES, COUNTS, GROUPS, LAST, Multiple, Orders, TAUS, group};
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -57,8 +58,10 @@ impl Disc {
     /// Simulates light that collides at least twice, with a multiple of 50,000 photons. Also returns the probability
     /// that light which collided collides again.
     pub fn simulate(&self, seed: u64, photons: u64) -> (Multiple, f64) {
-        let batches: Vec<Sums> =
-            (0..photons.div_ceil(BATCH)).into_par_iter().map(|batch| self.batch(&mut Random::new(seed, batch))).collect();
+        let batches: Vec<Sums> = (0..photons.div_ceil(BATCH))
+            .into_par_iter()
+            .map(|batch| self.batch(&mut Random::new(seed, batch)))
+            .collect();
         let mut total = Sums::new();
         batches.iter().for_each(|batch| total.add(batch));
         let again = total.again / (batches.len() as u64 * BATCH) as f64;
@@ -118,4 +121,12 @@ pub fn build(seed: u64, photons: u64) -> Vec<u8> {
         .map(|(disc, seed)| disc.simulate(seed, photons).0)
         .collect();
     Orders::to_bytes(&nodes)
+}
+
+/// What the table of this crate has for a disc, interpolated between its nodes.
+///
+/// # Errors
+/// [`Error::Table`] if the table is damaged.
+pub fn tabulated(disc: Disc) -> Result<Multiple, Error> {
+    Ok(Orders::shipped()?.at(disc.tau, disc.g))
 }

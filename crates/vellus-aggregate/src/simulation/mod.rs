@@ -6,7 +6,7 @@ mod disc;
 mod fibers;
 mod profile;
 
-pub use disc::{Disc, build};
+pub use disc::{Disc, build, tabulated};
 pub use fibers::{Collision, Fibers, Places, Scattered};
 pub use profile::{CELLS, Profile};
 
