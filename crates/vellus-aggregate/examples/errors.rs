@@ -16,12 +16,14 @@ const TAUS: [f64; 5] = [0.1, 0.5, 2.0, 6.0, 12.0];
 /// Errors over azimuth, over inclination, and of the energy.
 type Errors = [f64; 3];
 
+/// Prints a table, from a number of paths.
+type Table = fn(u64) -> Result<(), Error>;
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let paths = arguments.first().map_or(Ok(400_000), |text| text.parse())?;
+    let paths = arguments.first().map_or(Ok(100_000), |text| text.parse())?;
     let asked = |name: &str| arguments.len() < 2 || arguments[1..].iter().any(|other| other == name);
-    let tables: [(&str, fn(u64) -> Result<(), Error>); 4] =
-        [("noise", noise), ("media", media), ("bunches", bunches), ("spreads", spreads)];
+    let tables: [(&str, Table); 4] = [("noise", noise), ("media", media), ("bunches", bunches), ("spreads", spreads)];
     tables.into_iter().filter(|(name, _)| asked(name)).try_for_each(|(_, table)| table(paths))?;
     Ok(())
 }
