@@ -115,6 +115,7 @@ impl Draw for Picture {
                     .configure_mesh()
                     .x_desc(label)
                     .y_desc("light per radian")
+                    .x_label_formatter(&|x| format!("{x:.0}"))
                     .label_style(font(15.0))
                     .axis_desc_style(font(17.0))
                     .light_line_style(TRANSPARENT)

@@ -1,6 +1,7 @@
 //! A bunch of parallel fibres in a cylinder: how much light passes between them.
 
 use crate::error::{Error, checked};
+use crate::quadrature::gauss;
 use std::f64::consts::FRAC_PI_2;
 
 /// The largest optical diameter of a bunch. That of 1,300 fibres which fill 12 % of the section is 16.
@@ -19,8 +20,8 @@ const CARRIED: f64 = 1.0 + std::f64::consts::FRAC_PI_4;
 /// A bunch of near-parallel fibres at random places in a cylinder.
 ///
 /// Lengths are measured across the axis: the inclination of light changes the path through the bunch and the distance
-/// between collisions alike. So one number describes the bunch: its optical diameter τ, the mean number of fibres on a
-/// line through the axis.
+/// between collisions alike. So one number describes thin fibres: the optical diameter τ, their mean number on a line
+/// through the axis. Thick fibres also carry light through themselves, which brings it nearer to the edge of the bunch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bunch {
     tau: f64,
@@ -106,8 +107,7 @@ impl Bunch {
     /// The mean of [`Bunch::passes`] over all offsets: 1 + π/2 (L₁(τ) − I₁(τ)), with the functions of Struve and
     /// Bessel. The error is below 1e-12.
     pub fn mean_passes(&self) -> f64 {
-        // h = sin γ. The midpoint rule over the half circle of a periodic function with analytic extension would do;
-        // |cos γ| has a kink at ±90°, so Gauss' rule on each quarter is used.
+        // h = sin γ.
         gauss(0.0, FRAC_PI_2, 4, |gamma| gamma.cos() * (-self.tau * gamma.cos()).exp())
     }
 }
@@ -122,28 +122,6 @@ fn fill(count: u32, fiber: f64, bunch: f64, most: f64) -> Result<f64, Error> {
 /// 2 R σ for σ = 2 r n/(π R²).
 fn width(count: u32, fiber: f64, bunch: f64) -> f64 {
     4.0 / std::f64::consts::PI * f64::from(count) * (fiber / bunch)
-}
-
-/// Abscissae and weights of Gauss' rule with eight points on [−1, 1], the positive half.
-const GAUSS: [(f64, f64); 4] = [
-    (0.183_434_642_495_649_8, 0.362_683_783_378_362),
-    (0.525_532_409_916_329, 0.313_706_645_877_887_3),
-    (0.796_666_477_413_626_7, 0.222_381_034_453_374_48),
-    (0.960_289_856_497_536_3, 0.101_228_536_290_376_26),
-];
-
-/// ∫ f from `low` to `high` by Gauss' rule with eight points in each of `parts` equal parts.
-pub(crate) fn gauss(low: f64, high: f64, parts: u32, f: impl Fn(f64) -> f64) -> f64 {
-    points(low, high, parts).map(|(x, w)| w * f(x)).sum()
-}
-
-/// The abscissae and weights of [`gauss`].
-pub(crate) fn points(low: f64, high: f64, parts: u32) -> impl Iterator<Item = (f64, f64)> {
-    let half = 0.5 * (high - low) / f64::from(parts);
-    (0..parts).flat_map(move |k| {
-        let middle = low + half * (2.0 * f64::from(k) + 1.0);
-        GAUSS.into_iter().flat_map(move |(x, w)| [(middle - half * x, half * w), (middle + half * x, half * w)])
-    })
 }
 
 #[cfg(test)]

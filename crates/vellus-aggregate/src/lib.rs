@@ -54,6 +54,7 @@ mod node;
 mod once;
 mod orders;
 mod piecewise;
+mod quadrature;
 #[cfg(feature = "simulation")]
 pub mod simulation;
 

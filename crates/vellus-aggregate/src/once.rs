@@ -1,6 +1,6 @@
 //! Single scattering: the probability that light which collided leaves the bunch without another collision.
 
-use crate::bunch::points;
+use crate::quadrature::points;
 use std::f64::consts::{PI, TAU};
 
 /// Azimuths from 0 to π at which single scattering is known.
@@ -46,7 +46,8 @@ pub(crate) fn leaves_after_one(tau: f64, carried: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bunch::{Bunch, gauss};
+    use crate::bunch::Bunch;
+    use crate::quadrature::gauss;
 
     /// Back and forward have one integral over the offset: (1 − e^(−2τc))/2 and τ c e^(−τc), for the half chord c.
     #[test]

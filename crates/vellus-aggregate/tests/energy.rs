@@ -68,7 +68,7 @@ fn integral_of_eval_is_the_energy() {
 }
 
 /// A bunch in which no light collides twice scatters as its member. The tables of inclination and azimuth are linear
-/// between nodes 5° and 1.9° apart: at most 3 % of the member's light is elsewhere.
+/// between nodes 5° and 1.9° apart: the documented L1 error is 0.5 %.
 #[test]
 fn thin_bunch_scatters_as_its_member() {
     for fiber in [full_fiber(), Fiber::preset(Species::Dog), Fiber::preset(Species::Rabbit), Fiber::hair()] {
@@ -86,13 +86,13 @@ fn thin_bunch_scatters_as_its_member() {
             }
             let (energy, other) = (a.energy().total()[1], b.energy().total()[1]);
             println!("{theta_o}: {:.4} {:.4}", difference / sum, energy / other - 1.0);
-            assert!(difference / sum < 0.03, "{fiber:?} {theta_o}: {}", difference / sum);
-            assert!((energy / other - 1.0).abs() < 0.005, "{fiber:?} {theta_o}: {energy} {other}");
+            assert!(difference / sum < 0.005, "{fiber:?} {theta_o}: {}", difference / sum);
+            assert!((energy / other - 1.0).abs() < 0.001, "{fiber:?} {theta_o}: {energy} {other}");
         }
     }
 }
 
-/// More fibres absorb more light, and a fibre without light scatters nothing.
+/// More fibres absorb more light.
 #[test]
 fn dense_bunches_are_darker() {
     let energies = TAUS.map(|tau| {

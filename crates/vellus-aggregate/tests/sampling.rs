@@ -46,8 +46,9 @@ fn sample_histogram_matches_pdf() {
     }
 }
 
-/// Weights are f/pdf in the direction of the sample. Those of a grey fibre are its energy. Others are at most the
-/// integral of the largest channel, which is at most 1 except where densities of channels differ (1.05 here).
+/// Weights are f/pdf in the direction of the sample. They are at most the integral of the largest channel of each part.
+/// Its parts would sum to at most 1 without the differences between the densities of channels, for which 5 % are
+/// allowed.
 #[test]
 fn weights_are_f_over_pdf_and_bounded() {
     let mut random = Uniform(8);

@@ -70,7 +70,7 @@ fn between_all_kinds_of_nodes() {
     let taus = [0.12, 0.75, 2.5, 5.0, 9.0, 14.5];
     let cosines = [-0.6, 0.0, 0.57, 0.925];
     let points: Vec<_> = taus.into_iter().flat_map(|tau| cosines.map(|g| (tau, g))).collect();
-    check_between_nodes(&points, 500_000);
+    check_between_nodes(&points, 1_000_000);
 }
 
 /// The mean path of parallel light in a disc is its mean chord, however it scatters: light that collides does so
