@@ -99,13 +99,13 @@ impl Draw for Picture {
         let area = legend(&area, &entries)?;
         let cells = area.split_evenly((self.0.len(), 2));
         for (panel, row) in self.0.iter().zip(cells.chunks(2)) {
-            type Cells = [[f64; 3]; CELLS];
-            let sides: [(&str, f64, fn(&Profile) -> &Cells); 2] = [
-                ("|φ|, degrees from ω_o", 0.0, |profile| &profile.azimuth),
-                ("θ_i, degrees", -90.0, |profile| &profile.inclination),
+            let profiles = [&panel.bunch, &panel.aggregate, &panel.single];
+            let sides = [
+                ("|φ|, degrees from ω_o", 0.0, profiles.map(|profile| &profile.azimuth)),
+                ("θ_i, degrees", -90.0, profiles.map(|profile| &profile.inclination)),
             ];
-            for (cell, (label, first, of)) in row.iter().zip(sides) {
-                let curves = [&panel.bunch, &panel.aggregate, &panel.single].map(|profile| points(of(profile), first));
+            for (cell, (label, first, profiles)) in row.iter().zip(sides) {
+                let curves = profiles.map(|cells| points(cells, first));
                 let top = curves.iter().flatten().map(|p| p.1).fold(0.0, f64::max);
                 let mut chart = ChartBuilder::on(cell);
                 chart.margin(12).x_label_area_size(50).y_label_area_size(70);

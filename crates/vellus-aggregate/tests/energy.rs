@@ -39,7 +39,7 @@ fn furnace_is_white() {
     for (k, fiber) in fibers.iter().enumerate() {
         let aggregate = aggregate(&fiber.without_absorption(), TAUS[k % TAUS.len()]);
         let passes = aggregate.bunch().mean_passes() as f32;
-        for theta_o in [-1.57, -0.8, 0.0, 0.3, 1.2, 1.5, 1.570_796] {
+        for theta_o in [-1.57, -0.8, 0.0, 0.3, 1.2, 1.5, std::f64::consts::FRAC_PI_2] {
             for energy in aggregate.at(direction(theta_o, 0.4), Window::far()).energy().total() {
                 worst = worst.max((passes + (1.0 - passes) * energy - 1.0).abs());
             }
