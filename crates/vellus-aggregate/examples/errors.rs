@@ -3,8 +3,8 @@
 //!
 //! PATHS is the number of paths that meet a fibre. Tables are media, bunches, spreads and noise.
 //!
-//! Azimuth and inclination: Σ |aggregate − bunch| / Σ bunch over 36 cells of 5°. Energy: the same for the energy of light
-//! that meets a fibre. All in per cent. They include the noise of the simulation.
+//! Azimuth and inclination: Σ |aggregate − bunch| / Σ bunch over 36 cells of 5°. Energy: the same for the energy of
+//! light that meets a fibre. All in per cent. They include the noise of the simulation.
 
 use vellus::{Fiber, Model, Species, Window, direction};
 use vellus_aggregate::simulation::{Collision, Fibers, Places, Profile};

@@ -21,9 +21,9 @@
 //! - **Light that passes.** [`Bunch`] has the probability that light meets no fibre. This light goes on in its
 //!   direction; it is no part of [`Aggregate`]. All energies here are shares of the light that meets a fibre.
 //! - **Single scattering.** The far field of the member, times the probability that light leaves after one collision.
-//!   It is tabulated every 5° of θ_o and every 1.9° of azimuth. Details of the member's far field that are finer are lost.
-//! - **Multiple scattering.** A table from a simulation has how often light collides and the azimuths at which it leaves,
-//!   by τ and by the mean cosine of the member's angles. Absorption and inclination are followed from collision to
+//!   It is tabulated every 5° of θ_o and every 1.9° of azimuth, so finer details of the member's far field are lost.
+//! - **Multiple scattering.** A table from a simulation has how often light collides and at which azimuths it leaves, by
+//!   τ and by the mean cosine of the member's angles. Absorption and inclination are followed from collision to
 //!   collision. It is reported in the residual lobe.
 //! - **Energy.** Without absorption the energy is 1. With it, [`Scattering::energy`](vellus::Scattering::energy) is the
 //!   integral of `eval`. Both are exact up to rounding.

@@ -1,4 +1,5 @@
-//! The distribution along the fibre of eight lobes: spherical Gaussians (d'Eon et al. 2011, Eq. 7), as in `vellus` (D8).
+//! The distribution along the fibre of eight lobes: spherical Gaussians (d'Eon et al. 2011, Eq. 7), as in `vellus`
+//! (D8).
 //!
 //! The code is not shared with `vellus`, because these lobes also change their widths with the number of collisions.
 

@@ -60,8 +60,9 @@ pub(crate) struct Roughness {
 
 /// The variance that a spread adds to light which goes straight back, over the spread's square.
 ///
-/// If a fibre's axis deviates by δ (a vector across the axis), specular light keeps (ω_o + ω_i)·(x + δ) = 0. So θᵢ moves
-/// by δ·(e_o + e_i), with the unit vectors of both azimuths. That has 4 cos²(φ/2) times the variance of δ in a plane.
+/// If a fibre's axis deviates by δ (a vector across the axis), specular light keeps (ω_o + ω_i)·(x + δ) = 0. So θᵢ
+/// moves by δ·(e_o + e_i), with the unit vectors of both azimuths. That has 4 cos²(φ/2) times the variance of δ in a
+/// plane.
 pub(crate) const TILT: f64 = 4.0;
 
 impl Member {
@@ -170,8 +171,8 @@ fn scale(azimuths: &mut [[[f64; 3]; LOBES]], energy: &[[f64; 3]; LOBES]) {
     }
 }
 
-/// The energies of the lobes, with that of the residual lobe divided into its two parts. Where the specular part has its
-/// peak, both have known densities, so the value of the lobe there tells their shares.
+/// The energies of the lobes, with that of the residual lobe divided into its two parts. Where the specular part has
+/// its peak, both have known densities, so the value of the lobe there tells their shares.
 fn with_diffuse(hit: &Hit<'_>, fiber: &Fiber, theta_o: f64) -> [[f64; 3]; LOBES] {
     let [_, _, _, (residual, shift, factor)] = SPECULAR;
     let centre = -theta_o - shift * f64::from(fiber.alpha);

