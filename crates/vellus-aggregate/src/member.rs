@@ -35,6 +35,8 @@ pub(crate) struct Member {
     pub azimuths: Vec<[[f64; 3]; LOBES]>,
     /// The density of scattered light in sin θᵢ, at φ = 0 and φ = π, each with the integral 1.
     pub scattered: [Vec<f64>; 2],
+    /// The mean of cos²(φ/2) for each lobe of [`SPECULAR`].
+    back: [f64; 4],
 }
 
 /// The narrowest lobe that these nodes resolve, in radians: 0.7 steps.
@@ -98,7 +100,7 @@ impl Member {
                 };
                 normalized((0..OUTGOING).map(density).collect())
             });
-            Member { energy, azimuths, scattered }
+            Member { back: SPECULAR.map(|(lobe, ..)| mean_back(&azimuths, lobe)), energy, azimuths, scattered }
         })
     }
 
@@ -114,12 +116,7 @@ impl Member {
 
     /// The mean variance of lobe `p` of [`SPECULAR`] over its azimuths.
     pub fn variance(&self, p: usize, roughness: Roughness) -> f64 {
-        let (lobe, _, factor) = SPECULAR[p];
-        let last = (AZIMUTHS - 1) as f64;
-        let at = |k: usize| self.azimuths[k][lobe as usize].iter().sum::<f64>();
-        let back = |k: usize| at(k) * (0.5 * PI * k as f64 / last).cos().powi(2);
-        let mean = circle((0..AZIMUTHS).map(back)) / circle((0..AZIMUTHS).map(at)).max(f64::MIN_POSITIVE);
-        (factor * roughness.beta_m).powi(2) + TILT * mean * roughness.spread.powi(2)
+        (SPECULAR[p].2 * roughness.beta_m).powi(2) + TILT * self.back[p] * roughness.spread.powi(2)
     }
 
     /// The light of one channel that is not in [`Member::narrow`], in cells around the nodes of θᵢ. The tilt of the
@@ -158,6 +155,13 @@ pub(crate) fn circle(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     let last = values.len() - 1;
     let sum: f64 = values.enumerate().map(|(k, x)| if k == 0 || k == last { 0.5 * x } else { x }).sum();
     2.0 * PI / last as f64 * sum
+}
+
+/// The mean of cos²(φ/2) over the azimuths of a lobe.
+fn mean_back(azimuths: &[[[f64; 3]; LOBES]], lobe: Lobe) -> f64 {
+    let at = |k: usize| azimuths[k][lobe as usize].iter().sum::<f64>();
+    let back = |k: usize| at(k) * (0.5 * PI * k as f64 / (AZIMUTHS - 1) as f64).cos().powi(2);
+    circle((0..AZIMUTHS).map(back)) / circle((0..AZIMUTHS).map(at)).max(f64::MIN_POSITIVE)
 }
 
 /// Scales each lobe and channel to its energy. A lobe that no node sees becomes even.
