@@ -22,20 +22,20 @@
 //!   direction; it is no part of [`Aggregate`]. All energies here are shares of the light that meets a fibre.
 //! - **Single scattering.** The far field of the member, times the probability that light leaves after one collision.
 //!   It is tabulated every 5° of θ_o and every 1.9° of azimuth, so finer details of the member's far field are lost.
-//! - **Multiple scattering.** A table from a simulation has how often light collides and at which azimuths it leaves, by
-//!   τ and by the mean cosine of the member's angles. Absorption and inclination are followed from collision to
+//! - **Multiple scattering.** A table from a simulation has how often light collides and at which azimuths it leaves,
+//!   by τ and by the mean cosine of the member's angles. Absorption and inclination are followed from collision to
 //!   collision. It is reported in the residual lobe.
 //! - **Energy.** Without absorption the energy is 1. With it, [`Scattering::energy`](vellus::Scattering::energy) is the
 //!   integral of `eval`. Both are exact up to rounding.
 //!
 //! # Errors
 //! Compared with photons in bunches of thin fibres (ten presets and three other fibres, five τ from 0.1 to 12, four θ_o
-//! from 0 to 80°), the mean L1 error of profiles is 1.9 % over azimuth and 2.5 % over inclination, of which about 1.5 % is
-//! the simulation's noise. The mean error of the energy is 0.4 %. The worst errors are 5 %, 13 % and 4 %, at θ_o = 80°
-//! except for the first. The notes in the repository have all numbers, also for real fibres.
+//! from 0 to 80°), the mean L1 error of profiles is 1.9 % over azimuth and 2.5 % over inclination, of which about 1.5 %
+//! is the simulation's noise. The mean error of the energy is 0.4 %. The worst errors are 5 %, 13 % and 4 %, at
+//! θ_o = 80° except for the first. The notes in the repository have all numbers, also for real fibres.
 //!
-//! - Real fibres send more light straight back, within about 10°: light that returns on its own way meets no other fibre.
-//!   64 fibres that fill 6 % of the section are 16 % (dog) and 28 % (dark hair) brighter straight back.
+//! - Real fibres send more light straight back, within about 10°: light that returns on its own way meets no other
+//!   fibre. 64 fibres that fill 6 % of the section are a sixth (dog) and a third (dark hair) brighter straight back.
 //! - The hit does not depend on the offset at the bunch: the model is a far field.
 //! - The model is not reciprocal, because its member is not. The factor of single scattering is.
 //! - The tilt of the scales does not move light that the medulla scattered.
