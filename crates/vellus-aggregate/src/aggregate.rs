@@ -19,7 +19,7 @@ use vellus::{Bcsdf, Fiber, Field, Model, Window};
 /// absorption its energy is 1. It is a far field: an average over the width of the bunch, with offsets in proportion to
 /// the probability to collide. [The crate](crate) has its errors.
 ///
-/// [`Aggregate::new`] takes some milliseconds and 600 KB. Make one for each look, not for each hit.
+/// [`Aggregate::new`] takes about 13 ms and 600 KB. Make one for each look, not for each hit.
 #[derive(Clone, Debug)]
 pub struct Aggregate {
     member: Fiber,
