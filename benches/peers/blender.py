@@ -88,14 +88,29 @@ def settings(bounces):
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = 0
 
 
-def render(spp, seed, size, path):
-    """Processor seconds. Every render builds the scene again."""
+class Sampling:
+    """Notices when Cycles has built the scene and begins to sample."""
+
+    def __init__(self):
+        self.clock = self.built = None
+        bpy.app.handlers.render_stats.append(self)
+
+    def __call__(self, status, *_):
+        if self.built is None and "Sample 0/" in status:
+            self.built = self.clock.seconds()
+
+    def start(self):
+        self.clock, self.built = worker.Clock(), None
+
+
+def render(sampling, spp, seed, size, path):
+    """Processor seconds for building the scene, which each render does again, and for sampling."""
     made = bpy.context.scene
     made.cycles.samples, made.cycles.seed = spp, seed
     made.render.resolution_x, made.render.resolution_y = size
-    clock = worker.Clock()
+    sampling.start()
     bpy.ops.render.render(write_still=False)
-    spent = clock.seconds()
+    spent = sampling.clock.seconds()
     if path:
         bpy.data.images["Render Result"].save_render(path.replace(".npy", ".exr"))
         image = bpy.data.images.load(path.replace(".npy", ".exr"))
@@ -104,13 +119,15 @@ def render(spp, seed, size, path):
         np.save(path, pixels.reshape(size[1], size[0], 4)[::-1, :, :3])
         bpy.data.images.remove(image)
         os.remove(path.replace(".npy", ".exr"))
-    return spent
+    return sampling.built, spent - sampling.built
 
 
 def serve(answer, size, see=lambda view: None):
     """Renders for each request. `see` changes the camera to a view."""
-    worker.answer(answer, load=render(1, 0, size, ""), memory=worker.memory())
+    sampling = Sampling()
+    load, _ = render(sampling, 1, 0, size, "")
+    worker.answer(answer, load=load, memory=worker.memory())
     for request in worker.requests():
         see(request["view"])
-        spent = render(request["spp"], request["seed"], request["size"], request["path"])
+        _, spent = render(sampling, request["spp"], request["seed"], request["size"], request["path"])
         worker.answer(answer, cpu=spent, memory=worker.memory())
