@@ -14,7 +14,7 @@ import numpy as np
 
 import scene
 from compare import CYCLES, LLVM, MULTI, Table, machine, start
-from measure import Quality
+from measure import Quality, pictures
 from renderers import Vellus
 
 SIZE = (240, 135)
@@ -25,14 +25,13 @@ CACHED = f"Vellus, cache of {FILL}"
 
 def measure(table, ball, out, program, spps, count):
     table.line(f"## {ball}: whole ball at {SIZE[0]}×{SIZE[1]}")
-    file = out / "cached.npy"
     renderers = [start(kind, out, program, ball) for kind in (LLVM, CYCLES, MULTI)]
-    found = {r.name: Quality(r, spps, count, file, SIZE) for r in renderers}
+    renderers.append(Vellus(CACHED, out, ball, program, "--mode", "multiscale", "--radiance-cache", FILL))
+    taken = pictures(renderers, spps, count, out / "cached.npy", SIZE)
     for renderer in renderers:
         renderer.close()
-    cached = Vellus(CACHED, out, ball, program, "--mode", "multiscale", "--radiance-cache", FILL)
-    found[CACHED] = Quality.against(found[MULTI], cached, spps, count, file, SIZE)
-    cached.close()
+    found = {name: Quality(taken[name]) for name in (LLVM, CYCLES, MULTI)}
+    found[CACHED] = Quality.against(found[MULTI], taken[CACHED])
     rows = []
     for name, q in found.items():
         for i, spp in enumerate(q.spps):

@@ -13,7 +13,7 @@ from pathlib import Path
 import albedo
 import picture
 import scene
-from measure import SMALL, Quality, rates, summary
+from measure import SMALL, Quality, pictures, rates, summary
 from renderers import Cycles, Peer, Vellus
 
 LLVM, SCALAR, CYCLES, NEAR, MULTI = "Mitsuba llvm", "Mitsuba scalar", "Cycles", "Vellus near", "Vellus multi-scale"
@@ -79,7 +79,8 @@ def speed(table, ball, renderers, spp, repeats):
 
 
 def quality(table, ball, renderers, spps, count, out):
-    found = {r.name: Quality(r, spps, count, out / "quality.npy") for r in renderers}
+    taken = pictures(renderers, spps, count, out / "quality.npy")
+    found = {name: Quality(runs) for name, runs in taken.items()}
     peer = found[LLVM]
     table.line(f"## Equal quality: {ball} strands, whole ball at {SMALL[0]}×{SMALL[1]}, fur thinner than a pixel")
     rows = []

@@ -30,53 +30,61 @@ def summary(values):
     return middle, (max(values) - min(values)) / 2 / middle
 
 
+def pictures(renderers, spps, count, path, size=SMALL, view="whole"):
+    """Processor seconds and pictures of each renderer, for each number of samples. The renderers alternate.
+
+    There are `count` pictures with the most samples, and three with fewer.
+    """
+    for renderer in renderers:
+        renderer.warm(spps[-1], view, size)
+    found = {renderer.name: {spp: [] for spp in spps} for renderer in renderers}
+    for i, spp in enumerate(spps):
+        for repeat in range(count if spp == spps[-1] else 3):
+            for j, renderer in enumerate(renderers):
+                # No two pictures have the same seed.
+                seconds = renderer.render(spp, 1000 * (j + 1) + 100 * i + repeat, view, size, path)
+                found[renderer.name][spp].append((seconds, np.load(path).astype(np.float64)))
+    path.unlink()
+    return found
+
+
 class Quality:
     """Mean squared error of one renderer over processor time, against its own converged image.
 
-    The converged image is the mean of `count` independent renders. The error of each render is measured against the
-    mean of the others. The variance of that mean follows from theirs and is subtracted, so the result does not depend
-    on `count`.
+    The converged image is the mean of the pictures with the most samples. The error of each of them is measured against
+    the mean of the others. The variance of that mean follows from theirs and is subtracted, so the result does not
+    depend on how many there are.
     """
 
-    def __init__(self, renderer, spps, count, path, size=SMALL, view="whole"):
-        def image(spp, seed):
-            seconds = renderer.render(spp, seed, view, size, path)
-            return seconds, np.load(path).astype(np.float64)
-
-        renderer.warm(spps[-1], view, size)
-        runs = [image(spps[-1], 1000 + i) for i in range(count)]
-        total = sum(run[1] for run in runs)
-        self.mean = total / count
-        self.spps, self.seconds, self.mse, self.relative = [], [], [], []
-        self.variance = variance = np.var([run[1] for run in runs], axis=0, ddof=1) / count
-        for spp in spps[:-1]:
-            few = [image(spp, 2000 + i) for i in range(3)]
-            errors = [((run[1] - self.mean) ** 2 - variance, self.mean) for run in few]
-            self.add(spp, [run[0] for run in few], errors)
+    def __init__(self, taken):
+        runs = list(taken.values())[-1]
+        count, total = len(runs), sum(run[1] for run in runs)
+        self.start(total / count, np.var([run[1] for run in runs], axis=0, ddof=1) / count)
+        for spp, few in list(taken.items())[:-1]:
+            self.compare(spp, few, self)
         # Against the mean of the others, whose variance is 1/(count - 1) of the variance of one.
         others = [(total - run[1]) / (count - 1) for run in runs]
         errors = [((run[1] - mean) ** 2 * (count - 1) / count, mean) for run, mean in zip(runs, others)]
-        self.add(spps[-1], [run[0] for run in runs], errors)
-        path.unlink()
+        self.add(list(taken)[-1], [run[0] for run in runs], errors)
         # Error of the converged image, relative to the error of one of its renders.
         self.own = (1 / count) ** 0.5
 
     @classmethod
-    def against(cls, reference, renderer, spps, count, path, size, view="whole"):
+    def against(cls, reference, taken):
         """Errors against the converged image of another renderer: a difference of the means is an error too."""
         self = cls.__new__(cls)
-        self.spps, self.seconds, self.mse, self.relative, total = [], [], [], [], 0.0
-        for spp in spps:
-            errors, seconds = [], []
-            for seed in range(count):
-                seconds.append(renderer.render(spp, 3000 + seed, view, size, path))
-                image = np.load(path).astype(np.float64)
-                errors.append(((image - reference.mean) ** 2 - reference.variance, reference.mean))
-                total = total + image * (spp == spps[-1]) / count
-            self.add(spp, seconds, errors)
-        path.unlink()
-        self.mean = total
+        self.start(np.mean([run[1] for run in list(taken.values())[-1]], axis=0), None)
+        for spp, runs in taken.items():
+            self.compare(spp, runs, reference)
         return self
+
+    def start(self, mean, variance):
+        self.mean, self.variance = mean, variance
+        self.spps, self.seconds, self.mse, self.relative = [], [], [], []
+
+    def compare(self, spp, runs, reference):
+        errors = [((run[1] - reference.mean) ** 2 - reference.variance, reference.mean) for run in runs]
+        self.add(spp, [run[0] for run in runs], errors)
 
     def add(self, spp, seconds, errors):
         self.spps.append(spp)

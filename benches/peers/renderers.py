@@ -49,14 +49,10 @@ class Peer:
 
 
 class Cycles(Peer):
-    """Builds the scene again for each render. The extra time of the first sample is subtracted."""
+    """Builds the scene again for each render, so there is nothing to warm."""
 
     def warm(self, spp, view, size=scene.SIZE):
         pass
-
-    def render(self, spp, seed, view, size=scene.SIZE, path=None):
-        first = self.ask(1, seed, view, size, None)
-        return (self.ask(spp, seed, view, size, path) - first) * spp / (spp - 1)
 
 
 class Vellus:
@@ -113,3 +109,20 @@ def save(picture, path):
     numpy.save(path, numpy.array(bitmap))
     picture.unlink()
     picture.with_suffix(".png").unlink()
+
+
+def fur(file, out, program, size):
+    """The share of each pixel that fibres cover."""
+    import mitsuba
+    import numpy
+
+    mitsuba.set_variant("scalar_rgb")
+    picture = out / "fur.exr"
+    command = [program, "render", file, "--size", f"{size[0]}x{size[1]}", "--spp", 16, "--max-depth", 1]
+    command += ["--filter", "box", "--layers", "beauty,fibers", "-o", picture]
+    subprocess.run(list(map(str, command)), check=True, capture_output=True)
+    # Channels: R, G, B, fibers.A.
+    found = numpy.array(mitsuba.Bitmap(str(picture)))[..., 3].astype(numpy.float64)
+    picture.unlink()
+    picture.with_suffix(".png").unlink()
+    return found

@@ -40,7 +40,7 @@ def main():
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("--quick", action="store_true", help="fewer repeats and samples: about four minutes")
     arguments.add_argument("--cache", action="store_true", help="the radiance cache beside the peers, to cached.md")
-    arguments.add_argument("--scenes", action="store_true", help="the built-in scenes beside Mitsuba, to scenes.md")
+    arguments.add_argument("--scenes", action="store_true", help="the built-in scenes beside the peers, to scenes.md")
     arguments.add_argument("--gpu", action="store_true", help="our GPU path beside Mitsuba's, to gpu.md")
     given = arguments.parse_args()
     OUT.mkdir(parents=True, exist_ok=True)

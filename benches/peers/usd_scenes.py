@@ -1,10 +1,11 @@
 """Makes a built-in scene the same for all renderers: the lobes of the peers, plain surfaces, B-splines, no lens.
 
-It reads what `vellus scene` writes, and writes NAME.usdc for `vellus render` and for `built_in_worker.py`.
+It reads what `vellus scene` writes, and writes NAME.usdc for `vellus render`, `built_in_mitsuba.py` and
+`built_in_cycles.py`. These two read it with the functions at the end.
 """
 
 import numpy as np
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade, Vt
 
 import scene
 
@@ -114,3 +115,38 @@ def convert(name, source, target):
         elif prim.IsA(UsdGeom.Camera):
             UsdGeom.Camera(prim).GetFStopAttr().Set(0.0)
     stage.Export(str(target))
+
+
+def matrix(prim):
+    """Local to world. USD multiplies rows."""
+    return np.array(UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(0)).T
+
+
+def strands(prim, place):
+    """The number of control points of each strand; x, y, z and radius of all points."""
+    shape = UsdGeom.BasisCurves(prim)
+    points, widths = np.array(shape.GetPointsAttr().Get()), np.array(shape.GetWidthsAttr().Get())
+    scale = np.cbrt(abs(np.linalg.det(place[:3, :3])))
+    rows = np.concatenate([points @ place[:3, :3].T + place[:3, 3], widths[:, None] * scale / 2], 1)
+    return np.array(shape.GetCurveVertexCountsAttr().Get()), rows
+
+
+def triangles(prim, place):
+    """Points, triangles and the colour of a mesh."""
+    shape = UsdGeom.Mesh(prim)
+    points = np.array(shape.GetPointsAttr().Get()) @ place[:3, :3].T + place[:3, 3]
+    faces = np.array(shape.GetFaceVertexIndicesAttr().Get()).reshape(-1, 3)
+    return points, faces, shape.GetDisplayColorAttr().Get()[0]
+
+
+def radiance(prim):
+    """The light's colour times its strength."""
+    source = UsdLux.LightAPI(prim)
+    strength = source.GetIntensityAttr().Get() * 2.0 ** source.GetExposureAttr().Get()
+    return np.array(source.GetColorAttr().Get()) * strength
+
+
+def environment(prim):
+    """The file of a dome light's image, or nothing."""
+    file = UsdLux.DomeLight(prim).GetTextureFileAttr().Get()
+    return file.resolvedPath if file else ""

@@ -1,6 +1,6 @@
 """Mitsuba 3 with a built-in scene, as a long-running process: like mitsuba_worker.py.
 
-usage: built_in_worker.py VARIANT SCENES NAME
+usage: built_in_mitsuba.py VARIANT SCENES NAME
 """
 
 import sys
@@ -14,7 +14,7 @@ import numpy as np
 from pxr import Usd, UsdGeom, UsdLux
 
 import scene
-from usd_scenes import ABSORPTION
+from usd_scenes import ABSORPTION, environment, matrix, radiance, strands, triangles
 
 variant, folder, name = sys.argv[1], sys.argv[2], sys.argv[3]
 mi.set_variant(variant)
@@ -32,36 +32,25 @@ HAIR = {
 }
 
 
-def matrix(prim):
-    """Local to world. USD multiplies rows."""
-    return np.array(UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(0)).T
-
-
 def transform(values):
     return mi.ScalarTransform4f(values)
 
 
 def curves(prim, place, count=[0]):
     """B-splines in a file of text, the only format that Mitsuba reads."""
-    shape = UsdGeom.BasisCurves(prim)
-    points, widths = np.array(shape.GetPointsAttr().Get()), np.array(shape.GetWidthsAttr().Get())
-    scale = np.cbrt(abs(np.linalg.det(place[:3, :3])))
-    rows = np.concatenate([points @ place[:3, :3].T + place[:3, 3], widths[:, None] * scale / 2], 1)
+    counts, rows = strands(prim, place)
     count[0] += 1
     path = f"{folder}/{name}-{count[0]}.txt"
     with open(path, "w") as file:
         start = 0
-        for vertices in shape.GetCurveVertexCountsAttr().Get():
+        for vertices in counts:
             file.write(("%.7g %.7g %.7g %.7g\n" * vertices + "\n") % tuple(rows[start : start + vertices].ravel()))
             start += vertices
     return {"type": "bsplinecurve", "filename": path, "bsdf": HAIR}
 
 
 def mesh(prim, place):
-    shape = UsdGeom.Mesh(prim)
-    points = np.array(shape.GetPointsAttr().Get()) @ place[:3, :3].T + place[:3, 3]
-    faces = np.array(shape.GetFaceVertexIndicesAttr().Get()).reshape(-1, 3)
-    color = shape.GetDisplayColorAttr().Get()[0]
+    points, faces, color = triangles(prim, place)
     properties = mi.Properties()
     # Mitsuba's diffuse surfaces are black from behind.
     properties["bsdf"] = mi.load_dict({"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": rgb(color)}})
@@ -80,14 +69,11 @@ def shape(prim, place):
 
 
 def light(prim, place):
-    source = UsdLux.LightAPI(prim)
-    strength = source.GetIntensityAttr().Get() * 2.0 ** source.GetExposureAttr().Get()
-    color = np.array(source.GetColorAttr().Get()) * strength
+    color = radiance(prim)
     if prim.IsA(UsdLux.DomeLight):
-        file = UsdLux.DomeLight(prim).GetTextureFileAttr().Get()
-        if file and file.resolvedPath:
+        if file := environment(prim):
             # The built-in scenes have white as the colour of images.
-            return {"type": "envmap", "filename": file.resolvedPath, "to_world": transform(place), "scale": color[0]}
+            return {"type": "envmap", "filename": file, "to_world": transform(place), "scale": color[0]}
         return {"type": "constant", "radiance": rgb(color)}
     rect = UsdLux.RectLight(prim)
     size = np.diag([rect.GetWidthAttr().Get() / 2, rect.GetHeightAttr().Get() / 2, 1.0, 1.0])
