@@ -1,9 +1,10 @@
-//! Measures whether an animation with a radiance cache flickers.
+//! Measures whether an animation with a radiance cache, or with level of detail, flickers.
 //!
 //! `cargo run --release -p vellus-render --example flicker -- [WIDTH [FILL [SAMPLES [SCENE...]]]]`
 //!
 //! Two moves, each with and without a cache: a zoom by 8 in 13 steps, and a turn by 6° in 24 frames. FILL is the number
-//! of samples of each pixel that fill the cache of a frame. Every frame has its own cache and its own seed.
+//! of samples of each pixel that fill the cache of a frame. Every frame has its own cache and its own seed. With `lod`
+//! for FILL, frames have level of detail instead of a cache.
 //!
 //! `jump` is the largest difference between the frame-to-frame changes of the mean brightness with a cache and those
 //! without, in per cent of the brightness; `±` is the largest standard error of such a difference, without the noise of
@@ -14,8 +15,8 @@
 use glam::{Mat4, Vec3};
 use std::error::Error;
 use vellus_groom::scene;
-use vellus_render::{Film, Layer, Settings, World};
-use vellus_scene::Camera;
+use vellus_render::{Film, Layer, Lod, Settings, World, simplify};
+use vellus_scene::{Camera, Scene};
 
 /// The side of a block, in pixels.
 const BLOCK: usize = 8;
@@ -23,7 +24,9 @@ const BLOCK: usize = 8;
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let number = |k: usize, default: u64| arguments.get(k).map_or(Ok(default), |text| text.parse());
-    let (width, fill, samples) = (number(0, 144)? as usize, number(1, 16)? as u32, number(2, 64)?);
+    let is_lod = arguments.get(1).is_some_and(|text| text == "lod");
+    let fill = if is_lod { None } else { Some(number(1, 16)? as u32) };
+    let (width, samples) = (number(0, 144)? as usize, number(2, 64)?);
     let names: Vec<&str> = match arguments.get(3..) {
         Some(names) if !names.is_empty() => names.iter().map(String::as_str).collect(),
         _ => vec!["hamster", "polar-bear", "raccoon"],
@@ -76,18 +79,27 @@ fn turned(camera: Camera, target: Vec3, t: f32) -> Camera {
     Camera { to_world: about * camera.to_world, ..camera }
 }
 
-fn measure(name: &str, size: [usize; 2], fill: u32, samples: u64) -> Result<(), Box<dyn Error>> {
+/// `fill` is the number of samples in the cache. `None` measures level of detail.
+fn measure(name: &str, size: [usize; 2], fill: Option<u32>, samples: u64) -> Result<(), Box<dyn Error>> {
     let scene = scene(name, false).ok_or_else(|| format!("there is no scene {name}"))?;
     let camera = scene.camera.ok_or("the scene has no camera")?;
     let (low, high) = scene.bounds().ok_or("the scene is empty")?;
     let target = 0.5 * (low + high);
-    let mut world = World::new(scene)?;
-    let mut frames = |count: usize, cached: bool, place: Path<'_>| -> Result<Vec<Frame>, Box<dyn Error>> {
+    let mut full = World::new(scene.clone())?;
+    let mut frames = |count: usize, other: bool, place: Path<'_>| -> Result<Vec<Frame>, Box<dyn Error>> {
         let mut all = Vec::new();
         for k in 0..count {
-            world.set_camera(place(k as f32 / (count - 1) as f32))?;
-            let settings =
-                Settings { seed: 1 + k as u32, radiance_cache: cached.then_some(fill), ..Settings::new(size) };
+            let camera = place(k as f32 / (count - 1) as f32);
+            full.set_camera(camera)?;
+            let mut fewer = None;
+            if other && fill.is_none() {
+                let mut scene = Scene { camera: Some(camera), ..scene.clone() };
+                simplify(&mut scene, size, Lod::AUTO.pixels());
+                fewer = Some(World::new(scene)?);
+            }
+            let world = fewer.as_ref().unwrap_or(&full);
+            let cache = fill.filter(|_| other);
+            let settings = Settings { seed: 1 + k as u32, radiance_cache: cache, ..Settings::new(size) };
             let mut film = Film::new(size, settings.area(), world.layout(&[Layer::Beauty]));
             world.render(&settings, &mut film, 0..samples, &())?;
             all.push(frame(&film));

@@ -13,7 +13,7 @@ use std::str::FromStr;
 use vellus_scene::{Instance, Prototype, Scene, Simplified, Strands};
 
 /// The mean width in pixels up to which [`Lod::AUTO`] widens strands. Measured: `docs/notes/2026-11-level-of-detail.md`.
-const WIDTH: f32 = 0.25;
+const WIDTH: f32 = 0.125;
 
 /// Strands are narrowed before they are left out. This happens to the ranks around the share that is kept, up to this
 /// distance relative to the share.
@@ -21,7 +21,7 @@ const FADE: f32 = 0.25;
 
 /// The largest mean width of strands that are widened, relative to their mean length. Fur of wider strands is too
 /// bright at any distance.
-const WIDEST: f32 = 0.02;
+const WIDEST: f32 = 1.0 / 60.0;
 
 /// A version of a prototype with more of the strands than this share is not worth its memory.
 const WORTH: f32 = 0.9;
@@ -32,12 +32,12 @@ pub enum Lod {
     /// All strands are kept.
     #[default]
     Off,
-    /// Strands are widened up to a quarter of a pixel, times two to the power of this number. It is in ±[`Lod::MAX_BIAS`].
+    /// Strands are widened up to an eighth of a pixel, times two to the power of this number. It is in ±[`Lod::MAX_BIAS`].
     Bias(f32),
 }
 
 impl Lod {
-    /// Strands are widened up to a quarter of a pixel.
+    /// Strands are widened up to an eighth of a pixel.
     pub const AUTO: Lod = Lod::Bias(0.0);
 
     /// The largest bias.
@@ -79,7 +79,7 @@ impl Display for Lod {
 }
 
 /// Keeps fewer strands where they are thinner than `pixels` in a picture of `size` by the scene's camera. The others
-/// get wider, so that they cover as much. Their mean width is at most `pixels`, and at most a fiftieth of their length.
+/// get wider, so that they cover as much. Their mean width is at most `pixels`, and at most a sixtieth of their length.
 /// Strands that are wider already do not change.
 ///
 /// A strand's width in pixels depends on its distance from the camera, and not on where the camera looks. The widths
@@ -341,7 +341,7 @@ mod tests {
     /// Strands that stay cover as much as before, and their mean width is at most half a pixel.
     #[test]
     fn thin_strands_become_fewer_and_wider() {
-        let width = |i: usize| 0.006 * (1.0 + (i % 7) as f32);
+        let width = |i: usize| 0.004 * (1.0 + (i % 7) as f32);
         let mut before = scene(strands(20_000, width));
         // Five times as long.
         before.strands[0].points.iter_mut().for_each(|point| point.y *= 5.0);
@@ -352,7 +352,7 @@ mod tests {
         let pixel = Pixel::new(&View::new(camera()), SIZE);
         let cover = |set: &Strands| set.points.iter().map(|p| f64::from(p.w)).sum::<f64>();
         let typical = Typical::new(all);
-        assert!((typical.width - 0.024).abs() < 1e-5 && (typical.length - 5.0).abs() < 1e-5);
+        assert!((typical.width - 0.016).abs() < 1e-5 && (typical.length - 5.0).abs() < 1e-5);
         // Sum of the variances of a strand that is kept with the probability p, and then has 1/p of its width.
         let mut variance = 0.0;
         for i in 0..all.len() {
@@ -470,7 +470,7 @@ mod tests {
         for (text, lod) in [("off", Lod::Off), ("auto", Lod::AUTO), ("1", Lod::Bias(1.0)), ("-2.5", Lod::Bias(-2.5))] {
             assert_eq!((text.parse::<Lod>().unwrap(), lod.to_string().as_str()), (lod, text));
         }
-        assert_eq!([Lod::Off, Lod::AUTO, Lod::Bias(1.0)].map(Lod::pixels), [0.0, 0.25, 0.5]);
+        assert_eq!([Lod::Off, Lod::AUTO, Lod::Bias(1.0)].map(Lod::pixels), [0.0, 0.125, 0.25]);
         for text in ["", "full", "nan", "9", "-inf"] {
             assert!(text.parse::<Lod>().is_err(), "{text}");
         }
