@@ -1,7 +1,7 @@
 //! Level of detail: fewer, wider strands where they are much thinner than a pixel.
 //!
 //! This is stochastic simplification (Cook, Halstead, Planck and Ryu 2007, "Stochastic Simplification of Aggregate
-//! Detail"). Why fewer strands keep the colour of fur, and what else was tried: `docs/notes/2026-11-level-of-detail.md`.
+//! Detail"). What it saves, its errors, and what else was tried: `docs/notes/2026-11-level-of-detail.md`.
 
 use crate::error::Error;
 use crate::integrator::view::View;
@@ -12,7 +12,8 @@ use std::fmt::{self, Display, Formatter};
 use std::str::FromStr;
 use vellus_scene::{Instance, Prototype, Scene, Simplified, Strands};
 
-/// The mean width in pixels up to which [`Lod::AUTO`] widens strands. Measured: `docs/notes/2026-11-level-of-detail.md`.
+/// The mean width in pixels up to which [`Lod::AUTO`] widens strands. Measured:
+/// `docs/notes/2026-11-level-of-detail.md`, "Fewer, wider strands".
 const WIDTH: f32 = 0.125;
 
 /// Strands are narrowed before they are left out. This happens to the ranks around the share that is kept, up to this
@@ -32,7 +33,8 @@ pub enum Lod {
     /// All strands are kept.
     #[default]
     Off,
-    /// Strands are widened up to an eighth of a pixel, times two to the power of this number. It is in ±[`Lod::MAX_BIAS`].
+    /// Strands are widened up to an eighth of a pixel, times two to the power of this number. It is in
+    /// ±[`Lod::MAX_BIAS`].
     Bias(f32),
 }
 
