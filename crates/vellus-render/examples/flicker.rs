@@ -94,7 +94,7 @@ fn measure(name: &str, size: [usize; 2], fill: Option<u32>, samples: u64) -> Res
             let mut fewer = None;
             if other && fill.is_none() {
                 let mut scene = Scene { camera: Some(camera), ..scene.clone() };
-                simplify(&mut scene, size, Lod::AUTO.pixels());
+                simplify(&mut scene, size, Lod::AUTO);
                 fewer = Some(World::new(scene)?);
             }
             let world = fewer.as_ref().unwrap_or(&full);

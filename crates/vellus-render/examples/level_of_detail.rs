@@ -1,9 +1,9 @@
 //! Measures what level of detail saves, and its bias.
 //!
-//! `cargo run --release -p vellus-render --example level_of_detail -- [WIDTH [SAMPLES [PIXELS,... [SCENE...]]]]`
+//! `cargo run --release -p vellus-render --example level_of_detail -- [WIDTH [SAMPLES [BIAS,... [SCENE...]]]]`
 //!
 //! `SCENE:white` has no pigment, `SCENE:black` much. `SCENE@front` has a sun behind the camera, `SCENE@back` one behind
-//! the object, `SCENE@sky` a white sky. PIXELS are the widths up to which strands are widened.
+//! the object, `SCENE@sky` a white sky. BIAS is that of `--lod`: 0 is `auto`.
 //!
 //! `share` is that of the segments that are left, `build` the processor time of simplification and hierarchies. `mean`
 //! is the mean colour of fur over that with all strands, `±` its standard error. `bias` is the relative squared error
@@ -15,7 +15,7 @@ mod common;
 use common::varied;
 use std::error::Error;
 use vellus_io::cpu_time;
-use vellus_render::{Film, Layer, Settings, World, simplify};
+use vellus_render::{Film, Layer, Lod, Settings, World, simplify};
 
 const SCENES: [&str; 6] = ["hamster", "polar-bear", "raccoon", "cat", "hair", "hamsters"];
 
@@ -23,15 +23,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let number = |k: usize, default: u64| arguments.get(k).map_or(Ok(default), |text| text.parse());
     let (width, samples) = (number(0, 144)? as usize, number(1, 256)?);
-    let pixels = arguments.get(2).map_or("0.25,0.5,1", String::as_str);
-    let pixels: Vec<f32> = pixels.split(',').map(str::parse).collect::<Result<_, _>>()?;
+    let levels = arguments.get(2).map_or("auto,1,2", String::as_str);
+    let levels: Vec<Lod> = levels.split(',').map(str::parse).collect::<Result<_, _>>()?;
     let names: Vec<&str> = match arguments.get(3..) {
         Some(names) if !names.is_empty() => names.iter().map(String::as_str).collect(),
         _ => SCENES.to_vec(),
     };
-    println!("scene              pixels  share     MB  build  rays  mean of R, G, B     ±       bias  variance  gain");
+    println!("scene                 lod  share     MB  build  rays  mean of R, G, B     ±       bias  variance  gain");
     for name in names {
-        measure(name, [width, width * 2 / 3], samples, &pixels)?;
+        measure(name, [width, width * 2 / 3], samples, &levels)?;
     }
     Ok(())
 }
@@ -55,16 +55,16 @@ fn render(world: &World, size: [usize; 2], seed: u32, samples: u64) -> Result<Pi
     Ok(Picture { films: [few, film], rays, seconds })
 }
 
-fn measure(name: &str, size: [usize; 2], samples: u64, pixels: &[f32]) -> Result<(), Box<dyn Error>> {
+fn measure(name: &str, size: [usize; 2], samples: u64, levels: &[Lod]) -> Result<(), Box<dyn Error>> {
     let scene = varied(name)?;
-    let build = |width: f32| -> Result<(World, f64), Box<dyn Error>> {
+    let build = |lod: Lod| -> Result<(World, f64), Box<dyn Error>> {
         let mut scene = scene.clone();
         let start = cpu_time().ok_or("the system does not measure processor time")?;
-        simplify(&mut scene, size, width);
+        simplify(&mut scene, size, lod);
         let world = World::new(scene)?;
         Ok((world, cpu_time().map_or(0.0, |end| (end - start).as_secs_f64())))
     };
-    let (world, seconds) = build(0.0)?;
+    let (world, seconds) = build(Lod::Off)?;
     let segments = world.segments() as f64;
     let [first, second] = [render(&world, size, 1, samples)?, render(&world, size, 2, samples)?];
     let converged = &first.films[1];
@@ -83,7 +83,7 @@ fn measure(name: &str, size: [usize; 2], samples: u64, pixels: &[f32]) -> Result
     // The error of an independent picture of n samples is variance × (1/n + 1/samples).
     let noise = 0.5 * error(&second.films[1]);
     let variance = noise * samples as f64;
-    let row = |width: f32, (world, seconds): &(World, f64), picture: &Picture| {
+    let row = |lod: Lod, (world, seconds): &(World, f64), picture: &Picture| {
         let [a, b] = [0, 1].map(|k| error(&picture.films[k]) - noise);
         let film = &picture.films[1];
         // The noise of four times as many samples is a quarter.
@@ -93,14 +93,15 @@ fn measure(name: &str, size: [usize; 2], samples: u64, pixels: &[f32]) -> Result
         let unsure = 3.0 * (squares(converged) + squares(film)).sqrt() / all;
         let gain = variance * second.seconds / (own * picture.seconds);
         let (share, size) = (world.segments() as f64 / segments, world.bytes() as f64 * 1e-6);
-        print!("{name:<18} {width:6.3} {share:6.3} {size:6.0} {seconds:6.2} {:5.2}", picture.rays);
+        let level = lod.to_string();
+        print!("{name:<18} {level:>6} {share:6.3} {size:6.0} {seconds:6.2} {:5.2}", picture.rays);
         println!("  {red:.4} {green:.4} {blue:.4} {unsure:.4} {bias:8.5} {own:9.3} {gain:5.2}");
     };
-    row(0.0, &(world, seconds), &second);
-    for &width in pixels {
-        let built = build(width)?;
+    row(Lod::Off, &(world, seconds), &second);
+    for &lod in levels {
+        let built = build(lod)?;
         let picture = render(&built.0, size, 3, samples)?;
-        row(width, &built, &picture);
+        row(lod, &built, &picture);
     }
     Ok(())
 }

@@ -20,37 +20,42 @@ const WIDTH: f32 = 0.125;
 /// distance relative to the share.
 const FADE: f32 = 0.25;
 
-/// The largest mean width of strands that are widened, relative to their mean length. Fur of wider strands is too
-/// bright at any distance.
-const WIDEST: f32 = 1.0 / 60.0;
+/// The largest mean width up to which [`Lod::AUTO`] widens strands, relative to their mean length. Fur of wider strands
+/// is too bright at any distance.
+const WIDEST: f32 = 0.01;
 
 /// A version of a prototype with more of the strands than this share is not worth its memory.
 const WORTH: f32 = 0.9;
 
-/// Level of detail: up to which width in pixels strands are widened, see [`simplify()`].
+/// Level of detail: up to which width strands are widened, see [`simplify()`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Lod {
     /// All strands are kept.
     #[default]
     Off,
-    /// Strands are widened up to an eighth of a pixel, times two to the power of this number. It is in
-    /// ±[`Lod::MAX_BIAS`].
+    /// Strands are widened up to an eighth of a pixel and a hundredth of their length, both times two to the power of
+    /// this number. It is in ±[`Lod::MAX_BIAS`].
     Bias(f32),
 }
 
 impl Lod {
-    /// Strands are widened up to an eighth of a pixel.
+    /// Strands are widened up to an eighth of a pixel and a hundredth of their length.
     pub const AUTO: Lod = Lod::Bias(0.0);
 
     /// The largest bias.
     pub const MAX_BIAS: f32 = 8.0;
 
+    /// The limits of the widths. `None` is off.
+    fn limits(self) -> Option<Limits> {
+        match self {
+            Lod::Off => None,
+            Lod::Bias(bias) => Some(Limits { pixels: WIDTH * bias.exp2(), lengths: WIDEST * bias.exp2() }),
+        }
+    }
+
     /// The width in pixels up to which strands are widened. 0 is off.
     pub fn pixels(self) -> f32 {
-        match self {
-            Lod::Off => 0.0,
-            Lod::Bias(bias) => WIDTH * bias.exp2(),
-        }
+        self.limits().map_or(0.0, |limits| limits.pixels)
     }
 }
 
@@ -80,9 +85,16 @@ impl Display for Lod {
     }
 }
 
-/// Keeps fewer strands where they are thinner than `pixels` in a picture of `size` by the scene's camera. The others
-/// get wider, so that they cover as much. Their mean width is at most `pixels`, and at most a sixtieth of their length.
-/// Strands that are wider already do not change.
+/// The largest mean width of strands: in pixels, and relative to their mean length.
+#[derive(Clone, Copy)]
+struct Limits {
+    pixels: f32,
+    lengths: f32,
+}
+
+/// Keeps fewer strands where they are thin in a picture of `size` by the scene's camera. The others get wider, so that
+/// they cover as much. Their mean width does not exceed the limits of [`Lod`]. Strands that are wider already do not
+/// change.
 ///
 /// A strand's width in pixels depends on its distance from the camera, and not on where the camera looks. The widths
 /// are continuous in it: a strand gets narrow before it is left out. All pictures keep the same strands.
@@ -91,22 +103,23 @@ impl Display for Lod {
 /// the two versions that are nearest to the pixels at an instance ([`Instance::simplified`]), so nothing pops.
 /// Prototypes without an instance are removed.
 ///
-/// `pixels` is at least 0, and 0 changes nothing. A scene without a camera does not change.
-pub fn simplify(scene: &mut Scene, size: [usize; 2], pixels: f32) {
-    let Some(camera) = scene.camera.filter(|_| pixels > 0.0) else { return };
+/// [`Lod::Off`] changes nothing. A scene without a camera does not change.
+pub fn simplify(scene: &mut Scene, size: [usize; 2], lod: Lod) {
+    let Some((camera, limits)) = scene.camera.zip(lod.limits()) else { return };
+    let Limits { pixels, lengths } = limits;
     let pixel = Pixel::new(&View::new(camera), size);
     for strands in &mut scene.strands {
-        if let Some(fewer) = fewer(strands, |point| pixels * pixel.width(point)) {
+        if let Some(fewer) = fewer(strands, lengths, |point| pixels * pixel.width(point)) {
             *strands = fewer;
         }
     }
-    let extents: Vec<Extent> = scene.prototypes.iter().map(|prototype| Extent::new(prototype, pixels)).collect();
+    let extents: Vec<Extent> = scene.prototypes.iter().map(|prototype| Extent::new(prototype, limits)).collect();
     let wanted: Vec<Wanted> = scene.instances.iter().map(|i| Wanted::new(i, &extents[i.prototype], &pixel)).collect();
     let levels: BTreeSet<(usize, i32)> = wanted.iter().flat_map(Wanted::versions).collect();
     let levels: Vec<(usize, i32)> = levels.into_iter().collect();
     let version = |&(prototype, level): &(usize, i32)| {
         let limit = pixels * (level as f32).exp2();
-        version(&scene.prototypes[prototype], limit)
+        version(&scene.prototypes[prototype], lengths, limit)
     };
     let mut versions: BTreeMap<(usize, i32), Prototype> =
         levels.par_iter().filter_map(|key| Some((*key, version(key)?))).collect();
@@ -166,9 +179,9 @@ struct Extent {
 }
 
 impl Extent {
-    fn new(prototype: &Prototype, pixels: f32) -> Self {
+    fn new(prototype: &Prototype, limits: Limits) -> Self {
         let longest = prototype.strands.iter().map(|set| Typical::new(set).length).fold(0.0, f32::max);
-        let coarsest = (WIDEST * longest / pixels).log2().ceil();
+        let coarsest = (limits.lengths * longest / limits.pixels).log2().ceil();
         Extent { bounds: prototype.bounds(), coarsest: coarsest.is_finite().then_some(coarsest as i32) }
     }
 }
@@ -216,21 +229,22 @@ impl Wanted {
 }
 
 /// A prototype whose strands may be as wide as `limit`. `None` if nearly all of them would be kept.
-fn version(prototype: &Prototype, limit: f32) -> Option<Prototype> {
-    let fewer = |set: &Strands| fewer(set, |_| limit).unwrap_or_else(|| set.clone());
+fn version(prototype: &Prototype, lengths: f32, limit: f32) -> Option<Prototype> {
+    let fewer = |set: &Strands| fewer(set, lengths, |_| limit).unwrap_or_else(|| set.clone());
     let strands: Vec<Strands> = prototype.strands.iter().map(fewer).collect();
     let count = |sets: &[Strands]| sets.iter().map(Strands::len).sum::<usize>() as f32;
     let is_worth = count(&strands) < WORTH * count(&prototype.strands);
     is_worth.then(|| Prototype { name: prototype.name.clone(), strands, meshes: prototype.meshes.clone() })
 }
 
-/// Keeps strands that cover as much as all of them, and whose mean width is at most `limit` at each of their points.
+/// Keeps strands that cover as much as all of them, and whose mean width is at most `limit` at each of their points, and
+/// at most `lengths` of their mean length.
 /// `None` if all are wider already.
-fn fewer(strands: &Strands, limit: impl Fn(Vec3) -> f32 + Sync) -> Option<Strands> {
+fn fewer(strands: &Strands, lengths: f32, limit: impl Fn(Vec3) -> f32 + Sync) -> Option<Strands> {
     let typical = Typical::new(strands);
     let factors: Vec<Option<f32>> = (0..strands.len())
         .into_par_iter()
-        .map(|i| factor(Strands::rank(i), typical.share(strands, i, &limit)))
+        .map(|i| factor(Strands::rank(i), typical.share(strands, i, lengths, &limit)))
         .collect();
     let is_same = factors.iter().all(|factor| *factor == Some(1.0));
     (!is_same).then(|| strands.select(|i| factors[i]))
@@ -254,13 +268,13 @@ impl Typical {
         Typical { width: mean(&widest), length: mean(&length) }
     }
 
-    /// The share of strands at the place of this one that can cover as much, if they may be as wide as `limit` on
-    /// average. At least 1 if they are already.
-    fn share(&self, strands: &Strands, strand: usize, limit: &impl Fn(Vec3) -> f32) -> f32 {
+    /// The share of strands at the place of this one that can cover as much, if they may be as wide as `limit` and as
+    /// `lengths` of their length on average. At least 1 if they are already.
+    fn share(&self, strands: &Strands, strand: usize, lengths: f32, limit: &impl Fn(Vec3) -> f32) -> f32 {
         let range = strands.starts[strand] as usize..strands.starts[strand + 1] as usize;
         let open = strands.points[range.clone()].iter().map(|point| limit(point.xyz()));
         let closed = strands.moved.iter().flat_map(|moved| &moved[range.clone()]).map(|point| limit(*point));
-        let narrowest = open.chain(closed).fold(WIDEST * self.length, f32::min);
+        let narrowest = open.chain(closed).fold(lengths * self.length, f32::min);
         self.width / narrowest
     }
 }
@@ -313,6 +327,10 @@ mod tests {
 
     const SIZE: [usize; 2] = [100, 100];
 
+    /// Half a pixel, and a twenty-fifth of the length.
+    const HALF: Lod = Lod::Bias(2.0);
+    const LENGTHS: f32 = 4.0 * WIDEST;
+
     fn scene(strands: Strands) -> Scene {
         let looks = vec![Look::constant("hair", Fiber::hair())];
         Scene { strands: vec![strands], looks, camera: Some(camera()), ..Scene::default() }
@@ -348,7 +366,7 @@ mod tests {
         // Five times as long.
         before.strands[0].points.iter_mut().for_each(|point| point.y *= 5.0);
         let mut after = before.clone();
-        simplify(&mut after, SIZE, 0.5);
+        simplify(&mut after, SIZE, HALF);
         let (all, kept) = (&before.strands[0], &after.strands[0]);
         assert_eq!(after.validate(), Ok(()));
         let pixel = Pixel::new(&View::new(camera()), SIZE);
@@ -358,7 +376,7 @@ mod tests {
         // Sum of the variances of a strand that is kept with the probability p, and then has 1/p of its width.
         let mut variance = 0.0;
         for i in 0..all.len() {
-            let share = f64::from(typical.share(all, i, &|point| 0.5 * pixel.width(point)));
+            let share = f64::from(typical.share(all, i, LENGTHS, &|point| 0.5 * pixel.width(point)));
             variance += (2.0 * f64::from(all.strand(i)[0].w)).powi(2) * (1.0 / share - 1.0).max(0.0);
         }
         // A false alarm would be a deviation of five standard deviations. The ranks are fixed, so it happens never or
@@ -375,7 +393,7 @@ mod tests {
                 assert!(typical.width >= 0.5 * narrowest * 0.9999);
                 same += 1;
             } else {
-                assert!(factor * typical.width <= (0.5 * narrowest).min(5.0 * WIDEST) * 1.0001);
+                assert!(factor * typical.width <= (0.5 * narrowest).min(5.0 * LENGTHS) * 1.0001);
                 wide += 1;
             }
         }
@@ -390,7 +408,7 @@ mod tests {
             let mut scene = all.clone();
             let eye = Vec3::Z * distance;
             scene.camera = Some(Camera { film_height: 1.0, ..Camera::look_at(eye, Vec3::ZERO, Vec3::Y, 0.9, 1.0) });
-            simplify(&mut scene, SIZE, 0.5);
+            simplify(&mut scene, SIZE, HALF);
             let strands = scene.strands.remove(0);
             strands.points.iter().map(|p| p.z.to_bits()).collect::<BTreeSet<u32>>()
         };
@@ -406,7 +424,7 @@ mod tests {
             let mut scene = all.clone();
             let camera = Camera::look_at(Vec3::ZERO, target, Vec3::Y, 0.9, 1.0);
             scene.camera = Some(Camera { film_height: 1.0, ..camera });
-            simplify(&mut scene, SIZE, 0.5);
+            simplify(&mut scene, SIZE, HALF);
             scene.strands
         };
         assert_eq!(seen(-Vec3::Z), seen(Vec3::X));
@@ -416,11 +434,11 @@ mod tests {
     fn nothing_changes_without_a_width_or_a_camera() {
         let all = scene(strands(500, |_| 0.001));
         let mut same = all.clone();
-        simplify(&mut same, SIZE, 0.0);
+        simplify(&mut same, SIZE, Lod::Off);
         assert_eq!(same, all);
         let blind = Scene { camera: None, ..all };
         let mut same = blind.clone();
-        simplify(&mut same, SIZE, 0.5);
+        simplify(&mut same, SIZE, HALF);
         assert_eq!(same, blind);
     }
 
@@ -442,7 +460,7 @@ mod tests {
                 .to_vec(),
             ..scene(strands(1, |_| 1.0))
         };
-        simplify(&mut scene, SIZE, 0.5);
+        simplify(&mut scene, SIZE, HALF);
         assert_eq!(scene.validate(), Ok(()));
         assert!(scene.prototypes.iter().all(|p| p.name == "fur"));
         let count = |index: usize| scene.prototypes[index].strands[0].len();

@@ -12,7 +12,7 @@ pub fn prepare(scene: &mut Scene, size: [usize; 2], pixels: f32, lod: Lod) {
     let [width, height] = size.map(|n| n as f32);
     scene.camera = scene.camera.or_else(|| scene.framing(width / height));
     widen(scene, size, pixels);
-    simplify(scene, size, lod.pixels());
+    simplify(scene, size, lod);
 }
 
 /// Makes strands at least `pixels` wide in a picture of `size` by the scene's camera. Each control point gets the

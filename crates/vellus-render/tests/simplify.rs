@@ -2,7 +2,7 @@
 
 use glam::{Mat3, Mat4, Vec3, Vec4};
 use vellus::{Fiber, Species};
-use vellus_render::{Film, Layer, Settings, World, simplify};
+use vellus_render::{Film, Layer, Lod, Settings, World, simplify};
 use vellus_scene::{Basis, Camera, Instance, Light, Look, Prototype, Scene, Strands};
 use vellus_testing::significance::max_abs_z;
 
@@ -80,7 +80,7 @@ fn ratios(some: &[[f64; 3]], all: &[[f64; 3]]) -> [(f64, f64); 3] {
 fn fewer_strands_keep_the_color() {
     let all = scene();
     let mut some = all.clone();
-    simplify(&mut some, SIZE, 0.5);
+    simplify(&mut some, SIZE, Lod::Bias(0.75));
     let share = some.strands[0].len() as f64 / all.strands[0].len() as f64;
     assert!((0.05..0.2).contains(&share), "{share}");
     let allowed = max_abs_z(3, 1e-3);

@@ -98,8 +98,9 @@ pub struct Args {
     /// dense fur looks denser. 0 is off.
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::pixels, value_name = "X")]
     min_pixel_width: f32,
-    /// Level of detail. Where strands are thinner than an eighth of a pixel, keep fewer and wider ones (auto). A number
-    /// allows wider (1: twice, 2: four times) or only thinner ones (-1: half). Saves memory, with a small error.
+    /// Level of detail. Keep fewer and wider strands where they are thinner than an eighth of a pixel and a hundredth
+    /// of their length (auto). A number doubles both limits as often (-1: halves them). Saves memory, with a small
+    /// error.
     #[arg(long, default_value_t = Lod::Off, allow_hyphen_values = true, value_name = "auto|off|BIAS")]
     lod: Lod,
     /// Seed of the random numbers.
