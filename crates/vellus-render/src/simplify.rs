@@ -237,8 +237,8 @@ fn version(prototype: &Prototype, lengths: f32, limit: f32) -> Option<Prototype>
     is_worth.then(|| Prototype { name: prototype.name.clone(), strands, meshes: prototype.meshes.clone() })
 }
 
-/// Keeps strands that cover as much as all of them, and whose mean width is at most `limit` at each of their points, and
-/// at most `lengths` of their mean length.
+/// Keeps strands that cover as much as all of them. Their mean width is at most `limit` at each of their points, and at
+/// most `lengths` of their mean length.
 /// `None` if all are wider already.
 fn fewer(strands: &Strands, lengths: f32, limit: impl Fn(Vec3) -> f32 + Sync) -> Option<Strands> {
     let typical = Typical::new(strands);
