@@ -195,7 +195,8 @@ impl Scene {
     /// without. `clamp_indirect`: the brightest indirect light of one event. `radiance_cache`: paths end at their
     /// second hit, and so many samples of each pixel fill a cache with indirect light before; faster, with a small
     /// error. `lod`: `auto` keeps fewer, wider strands where they are thinner than an eighth of a pixel and a
-    /// hundredth of their length; a number in [-8, 8] doubles both limits as often. `denoise`: with Open Image Denoise.
+    /// hundredth of their length; a number in [-8, 8] doubles both limits so many times. `denoise`: with Open
+    /// Image Denoise.
     ///
     /// `callback(state)` is called after each pass, about every `interval` seconds; see `State`. If it returns `False`,
     /// rendering ends, and the result is the picture so far. `progress`: a bar, if this is a terminal or a notebook.
