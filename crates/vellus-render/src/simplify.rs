@@ -103,23 +103,30 @@ struct Limits {
 /// the two versions that are nearest to the pixels at an instance ([`Instance::simplified`]), so nothing pops.
 /// Prototypes without an instance are removed.
 ///
-/// [`Lod::Off`] changes nothing. A scene without a camera does not change.
+/// [`Lod::Off`] changes nothing. Scenes without a camera do not change, and neither do invalid ones.
 pub fn simplify(scene: &mut Scene, size: [usize; 2], lod: Lod) {
     let Some((camera, limits)) = scene.camera.zip(lod.limits()) else { return };
-    let Limits { pixels, lengths } = limits;
+    if scene.validate().is_err() {
+        return;
+    }
     let pixel = Pixel::new(&View::new(camera), size);
     for strands in &mut scene.strands {
-        if let Some(fewer) = fewer(strands, lengths, |point| pixels * pixel.width(point)) {
+        if let Some(fewer) = fewer(strands, limits.lengths, |point| limits.pixels * pixel.width(point)) {
             *strands = fewer;
         }
     }
+    simplify_instances(scene, &pixel, limits);
+}
+
+/// Replaces the prototypes by the versions that the instances need.
+fn simplify_instances(scene: &mut Scene, pixel: &Pixel, limits: Limits) {
     let extents: Vec<Extent> = scene.prototypes.iter().map(|prototype| Extent::new(prototype, limits)).collect();
-    let wanted: Vec<Wanted> = scene.instances.iter().map(|i| Wanted::new(i, &extents[i.prototype], &pixel)).collect();
+    let wanted: Vec<Wanted> = scene.instances.iter().map(|i| Wanted::new(i, &extents[i.prototype], pixel)).collect();
     let levels: BTreeSet<(usize, i32)> = wanted.iter().flat_map(Wanted::versions).collect();
     let levels: Vec<(usize, i32)> = levels.into_iter().collect();
     let version = |&(prototype, level): &(usize, i32)| {
-        let limit = pixels * (level as f32).exp2();
-        version(&scene.prototypes[prototype], lengths, limit)
+        let limit = limits.pixels * (level as f32).exp2();
+        version(&scene.prototypes[prototype], limits.lengths, limit)
     };
     let mut versions: BTreeMap<(usize, i32), Prototype> =
         levels.par_iter().filter_map(|key| Some((*key, version(key)?))).collect();
@@ -440,6 +447,13 @@ mod tests {
         let mut same = blind.clone();
         simplify(&mut same, SIZE, HALF);
         assert_eq!(same, blind);
+        // Validation names the problem later.
+        let mut invalid = scene(strands(500, |_| 0.001));
+        invalid.strands[0].starts[7] = 9_999;
+        invalid.instances = vec![Instance::new(3, Mat4::IDENTITY)];
+        let mut same = invalid.clone();
+        simplify(&mut same, SIZE, HALF);
+        assert_eq!(same, invalid);
     }
 
     /// Instances of a prototype find the two versions around their distance. Near ones keep all strands.
