@@ -21,7 +21,7 @@ const WIDTH: f32 = 0.125;
 const FADE: f32 = 0.25;
 
 /// The largest mean width up to which [`Lod::AUTO`] widens strands, relative to their mean length. Fur of wider strands
-/// is too bright at any distance.
+/// is too bright.
 const WIDEST: f32 = 0.01;
 
 /// A version of a prototype with more of the strands than this share is not worth its memory.
