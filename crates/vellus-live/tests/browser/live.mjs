@@ -3,7 +3,7 @@
 // With axe-core in the same folder, it also looks for barriers.
 //
 //   npm install --prefix /tmp/pw playwright-core axe-core
-//   NODE_PATH=/tmp/pw/node_modules cargo test -p vellus-live --test browser -- --ignored --nocapture
+//   NODE_PATH=/tmp/pw/node_modules cargo test -p vellus-live browser -- --ignored --nocapture
 
 import { strict as assert } from "node:assert";
 import { readFileSync } from "node:fs";

@@ -1,0 +1,3 @@
+//! The integration tests of `vellus-experiments`, as one program.
+
+mod coat;

@@ -1,0 +1,14 @@
+//! The integration tests of `vellus-gpu`, as one program.
+
+#[cfg(feature = "device")]
+mod common;
+#[cfg(feature = "convert")]
+mod conversion;
+#[cfg(feature = "device")]
+mod far_field;
+#[cfg(feature = "device")]
+mod lost;
+#[cfg(feature = "device")]
+mod near_field;
+#[cfg(feature = "trace")]
+mod trace;

@@ -1,0 +1,143 @@
+//! The shader library on a GPU against the Rust model. Mesa's lavapipe is enough. Without a GPU the tests are skipped,
+//! and say so.
+
+use crate::common::device;
+use vellus::glam::Vec3;
+use vellus::{Bcsdf, Exit, Fiber, Hit, Species, Window};
+use vellus_gpu::{Answer, Queries, Query};
+use vellus_testing::Uniform;
+use vellus_testing::sphere::ChiSquared;
+
+/// Fibres over the whole range of parameters, with both exits, and all presets.
+fn fibers(count: usize) -> Vec<Fiber> {
+    let mut random = Uniform(7);
+    let mut fibers: Vec<Fiber> =
+        Species::ALL.into_iter().flat_map(|s| [Fiber::preset(s), Fiber::published(s)]).collect();
+    fibers.push(Fiber::hair());
+    while fibers.len() < count {
+        let exit = Exit::ALL[fibers.len() % 2];
+        fibers.push(Fiber { exit, ..random.fiber() });
+    }
+    fibers
+}
+
+/// The largest difference relative to `scale`.
+fn difference(ours: &[f32], expected: &[f32], scale: f32) -> f32 {
+    ours.iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max) / scale
+}
+
+/// The largest value of f·cos θᵢ, and the largest density, over directions where the fibre scatters most light.
+fn peaks(hit: &Hit<'_>, wi: Vec3, random: &mut Uniform) -> [f32; 2] {
+    let mut peaks = [0.0f32; 2];
+    let directions = (0..24).filter_map(|_| hit.sample(random.numbers()).map(|sample| sample.wi));
+    for wi in directions.chain([wi]) {
+        let (lobes, pdf) = hit.eval_pdf(wi);
+        peaks[0] = lobes.0.as_flattened().iter().fold(peaks[0], |a, b| a.max(*b));
+        peaks[1] = peaks[1].max(pdf);
+    }
+    peaks
+}
+
+#[test]
+fn values_equal_those_of_the_model() -> Result<(), Box<dyn std::error::Error>> {
+    let Some(device) = device("values_equal_those_of_the_model") else { return Ok(()) };
+    let mut random = Uniform(1);
+    let fibers = fibers(400);
+    let models = fibers.iter().map(Bcsdf::new).collect::<Result<Vec<_>, _>>()?;
+    let queries: Vec<Query> = (0..100_000)
+        .map(|k| {
+            let fiber = k % models.len();
+            let wo = vellus::direction(random.within(-1.55, 1.55), random.within(-3.1, 3.1));
+            let h = random.within(-1.0, 1.0) as f32;
+            let wi = random.outgoing(&models[fiber].at(wo, Window::near(h)), k / models.len());
+            Query { wo: wo.to_array(), h, wi: wi.to_array(), fiber: fiber as u32, u: random.numbers() }
+        })
+        .collect();
+    let answers = Queries::new(&device, &models)?.run(&queries)?;
+    let mut worst = [0.0f32; 5];
+    let mut turned = 0;
+    for (query, answer) in queries.iter().zip(&answers) {
+        let (wo, wi) = (Vec3::from(query.wo), Vec3::from(query.wi));
+        let hit = models[query.fiber as usize].at(wo, Window::near(query.h));
+        let (lobes, pdf) = hit.eval_pdf(wi);
+        let [peak, densest] = peaks(&hit, wi, &mut random);
+        let flat = |rows: &[[f32; 4]; 6]| rows.iter().flat_map(|row| [row[0], row[1], row[2]]).collect::<Vec<f32>>();
+        let errors = [
+            difference(&answer.value, &lobes.total(), peak),
+            difference(&flat(&answer.lobes), lobes.0.as_flattened(), peak),
+            difference(&[answer.pdf], &[pdf], densest),
+            difference(&flat(&answer.energy), hit.energy().0.as_flattened(), 1.0),
+        ];
+        worst.iter_mut().zip(errors).for_each(|(worst, error)| *worst = worst.max(error));
+        assert!(answer.weight.iter().all(|w| (0.0..=1.0 + 1e-5).contains(w)), "{query:?} {answer:?}");
+        let [a, b, c, d] = query.u;
+        let Some(sample) = hit.sample([a, b, c, d, 0.5]) else { continue };
+        let distance = (sample.wi - Vec3::from(answer.wi)).length();
+        if sample.lobe as usize as f32 != answer.lobe || distance > 1e-3 {
+            turned += 1;
+        } else {
+            worst[4] = worst[4].max(distance);
+        }
+    }
+    println!(
+        "{}: of the peak: value {:.1e}, lobes {:.1e}, density {:.1e}",
+        device.name(),
+        worst[0],
+        worst[1],
+        worst[2]
+    );
+    println!("energy {:.1e}, sampled directions {:.1e}, {turned} of another lobe or component", worst[3], worst[4]);
+    assert!(worst[..4].iter().all(|error| *error < 2e-4), "{worst:?}");
+    // A number of the sampler that differs by a rounding may choose another component. There are at most 80 limits.
+    assert!(turned < 100, "{turned}");
+    Ok(())
+}
+
+#[test]
+fn sampled_directions_follow_their_density() -> Result<(), Box<dyn std::error::Error>> {
+    let Some(device) = device("sampled_directions_follow_their_density") else { return Ok(()) };
+    let fibers = fibers(64);
+    let models = fibers.iter().map(Bcsdf::new).collect::<Result<Vec<_>, _>>()?;
+    let gpu = Queries::new(&device, &models)?;
+    let test = ChiSquared { cells: [24, 24], samples: 20_000, midpoints: [24, 24], tests: 8 };
+    let mut random = Uniform(3);
+    // Lobes that are wider than the midpoints of a cell.
+    let wide = |fiber: &Fiber| fiber.beta_m > 0.12 && fiber.beta_n > 0.12 && fiber.g < 0.8;
+    let chosen = (0..models.len()).filter(|&k| wide(&fibers[k])).take(test.tests);
+    for k in chosen {
+        let wo = vellus::direction(random.within(-1.2, 1.2), random.within(-3.1, 3.1));
+        let h = random.within(-0.95, 0.95) as f32;
+        let queries: Vec<Query> = (0..test.samples)
+            .map(|_| Query { wo: wo.to_array(), h, wi: [1.0, 0.0, 0.0], fiber: k as u32, u: random.numbers() })
+            .collect();
+        let mut answers = gpu.run(&queries)?.into_iter();
+        let hit = models[k].at(wo, Window::near(h));
+        let next = || answers.next().map_or(Vec3::X, |answer: Answer| Vec3::from(answer.wi));
+        test.check(next, |wi| hit.pdf(wi)).map_err(|e| format!("fibre {k}: {e}"))?;
+    }
+    Ok(())
+}
+
+#[test]
+fn a_white_fibre_loses_nothing() -> Result<(), Box<dyn std::error::Error>> {
+    let Some(device) = device("a_white_fibre_loses_nothing") else { return Ok(()) };
+    let models = [Exit::Open, Exit::Reflecting]
+        .map(|exit| Fiber { kappa: 0.8, sigma_ms: 2.0, g: 0.4, exit, ..Fiber::hair() }.without_absorption());
+    let models = models.iter().map(Bcsdf::new).collect::<Result<Vec<_>, _>>()?;
+    let mut random = Uniform(5);
+    let queries: Vec<Query> = (0..20_000)
+        .map(|k| {
+            let wo = vellus::direction(random.within(-1.4, 1.4), random.within(-3.1, 3.1)).to_array();
+            let h = random.within(-1.0, 1.0) as f32;
+            Query { wo, h, wi: [1.0, 0.0, 0.0], fiber: k % 2, u: random.numbers() }
+        })
+        .collect();
+    let answers = Queries::new(&device, &models)?.run(&queries)?;
+    // The estimate of the energy by samples: no single weight may differ by more than half a per cent.
+    for (query, answer) in queries.iter().zip(&answers) {
+        let hit = models[query.fiber as usize].at(Vec3::from(query.wo), Window::near(query.h));
+        let expected: f32 = hit.energy().total()[0];
+        assert!(answer.wi_pdf == 0.0 || (answer.weight[0] - expected).abs() < 5e-3, "{query:?} {answer:?} {expected}");
+    }
+    Ok(())
+}

@@ -1,0 +1,199 @@
+//! The path tracer on a GPU against that of the processor. Mesa's lavapipe is enough. Without a GPU the tests are
+//! skipped, and say so.
+
+use crate::common::device;
+use vellus::{Bcsdf, Parameter};
+use vellus_gpu::Tracer;
+use vellus_render::{Film, Layer, Mode, Settings, World};
+use vellus_scene::{Light, Scene, Values};
+use vellus_testing::significance::max_abs_z;
+
+fn settings(size: [usize; 2]) -> Settings {
+    Settings { mode: Mode::Near, ..Settings::new(size) }
+}
+
+fn built_in(name: &str) -> Scene {
+    vellus_groom::scene(name, true).unwrap_or_else(|| panic!("{name} is a built-in scene"))
+}
+
+/// The mean of a channel over a picture.
+fn mean(film: &Film, layer: Layer, channel: usize) -> f64 {
+    let [_, _, width, height] = film.area();
+    let pixels = (0..width * height).map(|i| film.mean(i % width, i / width, layer, channel));
+    pixels.sum::<f64>() / (width * height) as f64
+}
+
+/// The mean brightness of a picture, and its standard error: the variance of the samples of each pixel, as if they were
+/// independent. They are stratified, so the error is smaller.
+fn brightness(film: &Film) -> [f64; 2] {
+    let [_, _, width, height] = film.area();
+    let (mut sum, mut variance) = (0.0, 0.0);
+    for i in 0..width * height {
+        let value = |layer, c| film.mean(i % width, i / width, layer, c);
+        let mean = (0..3).map(|c| value(Layer::Beauty, c)).sum::<f64>() / 3.0;
+        sum += mean;
+        variance += (value(Layer::SecondMoment, 0) - mean * mean).max(0.0) / film.samples() as f64;
+    }
+    let pixels = (width * height) as f64;
+    [sum / pixels, variance.sqrt() / pixels]
+}
+
+/// The means of six scenes agree. The false-alarm rate is 1 % over all scenes together.
+#[test]
+#[ignore = "slow: a software GPU compiles the tracer in a minute, and needs 50 times as long as the processor"]
+fn pictures_agree_with_those_of_the_processor() -> Result<(), Box<dyn std::error::Error>> {
+    let Some(device) = device("pictures_agree_with_those_of_the_processor") else { return Ok(()) };
+    let names = ["hamster", "raccoon", "polar-bear", "cat", "hair-lock", "hair-bob"];
+    let layers = [Layer::Depth, Layer::Lobes, Layer::Albedo, Layer::Normal, Layer::Strand, Layer::RootUv];
+    let mut scores = Vec::new();
+    for name in names {
+        let world = World::with_model(built_in(name), Bcsdf::new)?;
+        let settings = settings([48, 32]);
+        let layout = world.layout(&layers);
+        let film = || Film::new(settings.size, settings.area(), layout.clone());
+        let (mut ours, mut expected) = (film(), film());
+        let mut tracer = Tracer::new(&device, &world, &settings, &layout)?;
+        let gpu = world.render_packed(&settings, &mut ours, 0..32, &(), &mut tracer)?;
+        let cpu = world.render(&settings, &mut expected, 0..128, &())?;
+        assert_eq!((gpu.rejected, cpu.rejected), (0, 0));
+        let ([a, error_a], [b, error_b]) = (brightness(&ours), brightness(&expected));
+        let score = (a - b) / error_a.hypot(error_b);
+        println!("{name}: GPU {a:.4}, processor {b:.4}, z = {score:.2}");
+        scores.push(score);
+        // Lobes of fibres that the camera sees add up to the fibres' part of the beauty, on both devices.
+        let lobes = |film: &Film| (0..18).map(|c| mean(film, Layer::Lobes, c)).sum::<f64>() / 3.0;
+        let (lobes_a, lobes_b) = (lobes(&ours), lobes(&expected));
+        assert!((lobes_a - lobes_b).abs() < 5.0 * error_a.hypot(error_b), "{name}: lobes {lobes_a} {lobes_b}");
+        // Other layers depend on camera rays alone. 1,536 pixels with stratified samples resolve 1 % of the picture.
+        for layer in [Layer::Alpha, Layer::Fibers, Layer::Albedo, Layer::Normal, Layer::RootUv] {
+            for c in 0..layer.channels() {
+                let (a, b) = (mean(&ours, layer, c), mean(&expected, layer, c));
+                assert!((a - b).abs() < 0.01, "{name}: {layer:?} {c}: {a} {b}");
+            }
+        }
+        let (a, b) = (mean(&ours, Layer::Depth, 0), mean(&expected, Layer::Depth, 0));
+        assert!((a - b).abs() < 0.01 * b, "{name}: depth {a} {b}");
+        let rays = |statistics: vellus_render::Statistics, samples: f64| statistics.rays as f64 / samples;
+        let (a, b) = (rays(gpu, 32.0), rays(cpu, 128.0));
+        assert!((a / b - 1.0).abs() < 0.05, "{name}: {a} and {b} rays");
+    }
+    let limit = max_abs_z(names.len(), 0.01);
+    assert!(scores.iter().all(|score| score.abs() < limit), "{scores:?}, limit {limit}");
+    Ok(())
+}
+
+/// The far field at every hit, on both devices. The false-alarm rate is 1 %.
+#[test]
+#[ignore = "slow: a software GPU compiles the tracer in a minute"]
+fn far_fields_agree_with_those_of_the_processor() -> Result<(), Box<dyn std::error::Error>> {
+    let Some(device) = device("far_fields_agree_with_those_of_the_processor") else { return Ok(()) };
+    let mut scores = Vec::new();
+    for name in ["raccoon", "hair-lock"] {
+        let mut scene = built_in(name);
+        // A fibre that varies would need a table for each of its values.
+        scene.strands.iter_mut().for_each(|strands| strands.varying.clear());
+        scene.looks.iter_mut().for_each(|look| look.textured.clear());
+        let world = World::with_model(scene, Bcsdf::new)?;
+        let settings = Settings { mode: Mode::Far, ..settings([48, 32]) };
+        let layout = world.layout(&[Layer::Lobes, Layer::Albedo]);
+        let film = || Film::new(settings.size, settings.area(), layout.clone());
+        let (mut ours, mut expected) = (film(), film());
+        let mut tracer = Tracer::new(&device, &world, &settings, &layout)?;
+        world.render_packed(&settings, &mut ours, 0..32, &(), &mut tracer)?;
+        world.render(&settings, &mut expected, 0..128, &())?;
+        let ([a, error_a], [b, error_b]) = (brightness(&ours), brightness(&expected));
+        let score = (a - b) / error_a.hypot(error_b);
+        println!("{name}: GPU {a:.4}, processor {b:.4}, z = {score:.2}");
+        scores.push(score);
+        for lobe in 0..6 {
+            let [a, b] = [&ours, &expected].map(|f| (0..3).map(|c| mean(f, Layer::Lobes, 3 * lobe + c)).sum::<f64>());
+            println!("    lobe {lobe}: GPU {a:.4}, processor {b:.4}");
+            // The sum of three channels of one lobe varies at most three times as much as the mean of the whole light.
+            assert!((a - b).abs() < 5.0 * 3.0 * error_a.hypot(error_b), "{name}: lobe {lobe}: {a} {b}");
+        }
+    }
+    let limit = max_abs_z(scores.len(), 0.01);
+    assert!(scores.iter().all(|score| score.abs() < limit), "{scores:?}, limit {limit}");
+    Ok(())
+}
+
+#[test]
+fn the_far_field_of_fur_that_varies_is_refused() -> Result<(), Box<dyn std::error::Error>> {
+    let Some(device) = device("the_far_field_of_fur_that_varies_is_refused") else { return Ok(()) };
+    let world = World::with_model(built_in("raccoon"), Bcsdf::new)?;
+    let settings = Settings { mode: Mode::Far, ..settings([48, 32]) };
+    let error = Tracer::new(&device, &world, &settings, &world.layout(&[])).map_err(|e| e.to_string());
+    let text = error.err().unwrap_or_default();
+    assert!(text.contains("different fibres in the mode far, at most 64"), "{text}");
+    Ok(())
+}
+
+/// Colours that vary along the strands: dark tips. The processor interpolates the reflectance between two control
+/// points, and the GPU draws one of the two. The false-alarm rate is 1 %.
+#[test]
+#[ignore = "slow: a software GPU compiles the tracer in a minute"]
+fn colors_along_strands_agree_with_those_of_the_processor() -> Result<(), Box<dyn std::error::Error>> {
+    let Some(device) = device("colors_along_strands_agree_with_those_of_the_processor") else { return Ok(()) };
+    let mut scores = Vec::new();
+    for name in ["hamster", "hair-lock"] {
+        let mut scene = built_in(name);
+        for strands in &mut scene.strands {
+            let mut values = vec![[0.0; 3]; strands.points.len()];
+            for ends in strands.starts.windows(2) {
+                let (first, last) = (ends[0] as usize, ends[1] as usize);
+                for point in first..last {
+                    let t = (point - first) as f32 / (last - first - 1) as f32;
+                    values[point] = [0.8 - 0.7 * t, 0.6 - 0.5 * t, 0.4 - 0.35 * t];
+                }
+            }
+            strands.varying = vec![(Parameter::Reflectance, Values::PerPoint(values))];
+        }
+        let world = World::with_model(scene, Bcsdf::new)?;
+        let settings = settings([48, 32]);
+        let layout = world.layout(&[]);
+        let film = || Film::new(settings.size, settings.area(), layout.clone());
+        let (mut ours, mut expected) = (film(), film());
+        let mut tracer = Tracer::new(&device, &world, &settings, &layout)?;
+        world.render_packed(&settings, &mut ours, 0..32, &(), &mut tracer)?;
+        world.render(&settings, &mut expected, 0..128, &())?;
+        let ([a, error_a], [b, error_b]) = (brightness(&ours), brightness(&expected));
+        let score = (a - b) / error_a.hypot(error_b);
+        println!("{name}: GPU {a:.4}, processor {b:.4}, z = {score:.2}");
+        scores.push(score);
+    }
+    let limit = max_abs_z(scores.len(), 0.01);
+    assert!(scores.iter().all(|score| score.abs() < limit), "{scores:?}, limit {limit}");
+    Ok(())
+}
+
+/// White fur in a white furnace is as bright as the furnace, within half a per cent.
+#[test]
+#[ignore = "slow: a software GPU compiles the tracer in a minute"]
+fn white_fur_loses_nothing() -> Result<(), Box<dyn std::error::Error>> {
+    let Some(device) = device("white_fur_loses_nothing") else { return Ok(()) };
+    let mut scene = built_in("hamster");
+    scene.meshes.clear();
+    scene.unseen_lights.clear();
+    scene.shapings.clear();
+    scene.background = None;
+    let white = Light::Dome { radiance: [1.0; 3], texture: None, rotation: glam::Mat3::IDENTITY, ground: None };
+    scene.lights = vec![white];
+    scene.strands.iter_mut().for_each(|strands| strands.varying.clear());
+    for look in &mut scene.looks {
+        look.fiber = look.fiber.without_absorption();
+        look.textured.clear();
+    }
+    let world = World::with_model(scene, Bcsdf::new)?;
+    let settings = settings([48, 32]);
+    let layout = world.layout(&[]);
+    let mut film = Film::new(settings.size, settings.area(), layout.clone());
+    let mut tracer = Tracer::new(&device, &world, &settings, &layout)?;
+    world.render_packed(&settings, &mut film, 0..16, &(), &mut tracer)?;
+    assert!(mean(&film, Layer::Fibers, 0) > 0.1);
+    for c in 0..3 {
+        let brightness = mean(&film, Layer::Beauty, c);
+        println!("channel {c}: {brightness:.5}");
+        assert!((brightness - 1.0).abs() < 5e-3, "{brightness}");
+    }
+    Ok(())
+}

@@ -1,0 +1,4 @@
+//! The integration tests of `vellus-groom`, as one program.
+
+mod files;
+mod grow;

@@ -1,0 +1,8 @@
+//! The integration tests of `vellus-models`, as one program.
+
+mod energy;
+mod far;
+mod hair;
+mod sampling;
+mod unchanged;
+mod yan2015;

@@ -1,0 +1,4 @@
+//! The integration tests of `vellus-open`, as one program.
+
+mod alembic;
+mod identity;

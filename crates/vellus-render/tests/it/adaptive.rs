@@ -1,0 +1,173 @@
+//! Adaptive sampling: with a goal of noise, noisy parts of a picture get more samples.
+
+use crate::common::{settings, world};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+use vellus_render::packed::RowTracer;
+use vellus_render::session::{End, Merge, Options};
+use vellus_render::{Checkpoint, Error, Film, Layer, Session, Settings, World};
+
+/// One strand in the middle, and an even background around it.
+const SIZE: [usize; 2] = [44, 36];
+
+fn options(samples: u64) -> Options {
+    let layers = vec![Layer::Beauty, Layer::Depth, Layer::CryptoObject];
+    Options { layers, noise: Some(1e-9), ..Options::new(Settings { size: SIZE, ..settings() }, samples) }
+}
+
+fn finish(world: &World, options: Options) -> Checkpoint {
+    let mut session = Session::new(world, options).unwrap();
+    assert_eq!(session.run(&(), |_| Ok::<(), Error>(())).unwrap(), End::Samples);
+    session.into_checkpoint()
+}
+
+#[test]
+fn noisy_tiles_get_more_samples_and_the_picture_less_noise() {
+    let world = world();
+    let size = [88, 72];
+    let options = Options { settings: Settings::new(size), ..options(128) };
+    let film = finish(&world, options.clone()).film;
+    let uniform = finish(&world, Options { noise: None, ..options }).film;
+    assert!(film.is_adaptive() && !uniform.is_adaptive());
+    // The corner has no noise: the least share of the planned samples. The edges of the strand have most noise.
+    assert_eq!(film.samples_of(0, 0), 32);
+    let most = (0..size[0]).map(|x| film.samples_of(x, 36)).max().unwrap_or(0);
+    assert!(most > 256, "{most}");
+    // Rates are rounded to 1/64 in each of three plans, and counts to whole samples.
+    let total = film.total_samples() as f64 / uniform.total_samples() as f64;
+    assert!((total - 1.0).abs() < 0.02, "{total}");
+    // At the root of the share of the tiles with noise, if it were even there. It is not, so there is some room.
+    let [adaptive, even] = [&film, &uniform].map(|film| film.noise().unwrap());
+    assert!(adaptive < 0.75 * even, "{adaptive} {even}");
+    let matte = film.values(Layer::CryptoObject).unwrap();
+    let ranks = matte.len() / (size[0] * size[1]);
+    // Both converge to the same picture: beyond 5 standard errors with a probability of 6e-7 a pixel.
+    for (x, y) in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))) {
+        let [a, b] = [&film, &uniform].map(|film| film.mean(x, y, Layer::Beauty, 0));
+        let error = film.error(x, y).hypot(uniform.error(x, y));
+        // Pixels of few events have a poor estimate of their error.
+        assert!((a - b).abs() < 5.0 * error + 0.02, "{x} {y}: {a} {b} {error}");
+        let covered = film.mean(x, y, Layer::Alpha, 0);
+        assert!((f64::from(matte[(y * size[0] + x) * ranks + 1]) - covered).abs() < 1e-6, "{x} {y}");
+    }
+}
+
+/// Decisions use the samples of the pilot again. That must not change the mean colour.
+#[test]
+fn the_mean_is_kept() {
+    let world = world();
+    let mean = |film: &Film| {
+        let pixels = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y)));
+        pixels.map(|(x, y)| film.mean(x, y, Layer::Beauty, 0)).sum::<f64>() / (SIZE[0] * SIZE[1]) as f64
+    };
+    let pictures = |noise| {
+        let values: Vec<f64> = (0..32)
+            .map(|seed| {
+                let settings = Settings { seed, ..Settings::new(SIZE) };
+                mean(&finish(&world, Options { noise, ..Options::new(settings, 32) }).film)
+            })
+            .collect();
+        let average = values.iter().sum::<f64>() / 32.0;
+        let variance = values.iter().map(|x| (x - average).powi(2)).sum::<f64>() / 31.0;
+        (average, variance / 32.0)
+    };
+    let ((adaptive, a), (uniform, b)) = (pictures(Some(1e-9)), pictures(None));
+    // Student's t with about 60 degrees of freedom: beyond 5 with a probability of 5e-6.
+    let z = (adaptive - uniform) / (a + b).sqrt();
+    assert!(z.abs() < 5.0, "{adaptive} {uniform}: {z}");
+    assert!((a + b).sqrt() < 1e-3 * uniform, "the test would notice a change of 0.5 %");
+}
+
+#[test]
+fn passes_and_interruptions_do_not_change_the_picture() {
+    let world = world();
+    let whole = finish(&world, options(80));
+    let passes = finish(&world, Options { pass: Duration::ZERO, ..options(80) });
+    assert_eq!(passes, whole);
+    for stop_at in [3, 16, 17, 32, 50, 64] {
+        let stop = AtomicBool::new(false);
+        let mut session = Session::new(&world, Options { pass: Duration::ZERO, ..options(80) }).unwrap();
+        let end = session.run(&stop, |pass| {
+            stop.store(pass.state.samples >= stop_at, Ordering::Relaxed);
+            Ok::<(), Error>(())
+        });
+        assert_eq!(end.unwrap(), End::Interrupted);
+        let kept = Checkpoint::from_bytes(&session.into_checkpoint().to_bytes()).unwrap();
+        assert_eq!(kept.film.samples(), stop_at);
+        let mut session = Session::new(&world, options(80)).unwrap();
+        session.resume(kept).unwrap();
+        session.run(&(), |_| Ok::<(), Error>(())).unwrap();
+        assert_eq!(*session.checkpoint(), whole, "{stop_at}");
+    }
+    // Without a goal of noise, an adaptive film goes on as it is.
+    let mut session = Session::new(&world, Options { noise: None, ..options(80) }).unwrap();
+    session.resume(finish(&world, options(40))).unwrap();
+    session.run(&(), |_| Ok::<(), Error>(())).unwrap();
+    assert_eq!(session.film(), &whole.film);
+}
+
+/// The noise is tested at fixed numbers of samples.
+#[test]
+fn the_end_does_not_depend_on_passes() {
+    let world = world();
+    let render = |pass| {
+        let mut session = Session::new(&world, Options { noise: Some(0.005), pass, ..options(4096) }).unwrap();
+        assert_eq!(session.run(&(), |_| Ok::<(), Error>(())).unwrap(), End::Noise);
+        session.into_checkpoint()
+    };
+    let [short, long] = [Duration::ZERO, Duration::from_secs(9)].map(render);
+    assert!(short.film.noise().unwrap() <= 0.005 && short.samples.end > 16);
+    assert_eq!(short, long);
+}
+
+#[test]
+fn ranges_and_other_tracers_are_not_adaptive() {
+    let world = world();
+    let exact = finish(&world, Options { exact: true, ..options(40) });
+    let later = finish(&world, Options { samples: 8..40, ..options(40) });
+    assert!(!exact.film.is_adaptive() && !later.film.is_adaptive());
+    let adaptive = finish(&world, options(40));
+    let mut exact = Session::new(&world, Options { exact: true, ..options(40) }).unwrap();
+    let error = exact.resume(adaptive.clone()).unwrap_err();
+    assert!(error.to_string().contains("other numbers of samples"), "{error}");
+    let mut other = Session::new(&world, options(60)).unwrap();
+    other.set_tracer(Box::new(Nothing));
+    let error = other.resume(adaptive.clone()).unwrap_err();
+    assert!(error.to_string().contains("continue on the processor"), "{error}");
+    let error = Merge::new().add("a.film", adaptive).unwrap_err();
+    assert!(error.to_string().starts_with("a.film: its tiles have different numbers of samples"), "{error}");
+}
+
+#[derive(Debug)]
+struct Nothing;
+
+impl RowTracer for Nothing {
+    fn rows_at_once(&self, _: u64) -> usize {
+        1
+    }
+
+    fn trace(&mut self, _: std::ops::Range<usize>, _: std::ops::Range<u64>) -> Result<Vec<u32>, Error> {
+        Err(Error::Device("nothing".to_owned()))
+    }
+}
+
+#[test]
+fn damaged_plans_are_refused() {
+    let world = world();
+    let checkpoint = finish(&world, Options { layers: vec![Layer::Beauty], ..options(40) });
+    let bytes = checkpoint.to_bytes();
+    assert!(bytes.starts_with(b"VELLUSF4"));
+    assert_eq!(Checkpoint::from_bytes(&bytes).unwrap(), checkpoint);
+    let content = &bytes[..bytes.len() - 32];
+    // The plan follows the header, whose lists of light groups and notes are short here: 8 bytes hold the number 32.
+    let start = content.windows(8).position(|b| b == 32u64.to_le_bytes()).unwrap();
+    // The start of the plan, and the samples and the rate of the first tile.
+    for lie in [start, start + 8, start + 16] {
+        let mut wrong = content.to_vec();
+        wrong[lie..lie + 4].fill(0xff);
+        let digest = vellus_io::Digest::of(&wrong);
+        wrong.extend(digest.0);
+        let error = Checkpoint::from_bytes(&wrong).unwrap_err().to_string();
+        assert!(error.contains("numbers of samples"), "{error}");
+    }
+}

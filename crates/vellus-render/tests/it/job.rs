@@ -1,0 +1,163 @@
+//! Jobs: events, checkpoints, and what is kept when files cannot be written.
+
+use crate::common::{settings, world};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+use vellus_io::Digest;
+use vellus_render::session::{Denoise, End, Event, IDENTITY_NOTE, Job, Options, Outcome, Picture, Rescue, read_film};
+use vellus_render::{Error, Film, World};
+
+/// A job that writes `fox.exr` to a folder, with a checkpoint after each pass.
+fn job(folder: &Path, samples: u64) -> Job {
+    let identity = Digest::of(folder.to_string_lossy().as_bytes());
+    let notes = vec![(IDENTITY_NOTE.to_owned(), identity.to_string())];
+    let options = Options { identity, notes, ..Options::new(settings(), samples) };
+    Job { interval: Duration::ZERO, resume: true, ..Job::new(options, Picture::new(folder.join("fox.exr"))) }
+}
+
+/// The name of an event, without its content.
+fn name(event: &Event) -> String {
+    format!("{event:?}").split([' ', '(', '{']).next().unwrap().to_owned()
+}
+
+/// Runs a job, and returns the names of its events. Passes that follow each other are one.
+fn run(world: &World, job: Job) -> (Result<Outcome, Error>, Vec<String>) {
+    let mut events = Vec::new();
+    let result = job.run(world, &(), |event| events.push(name(&event)));
+    events.dedup();
+    // Not all systems report it.
+    events.retain(|name| name != "CpuTime");
+    (result, events)
+}
+
+/// Interrupts a job after its first pass.
+fn interrupt(world: &World, job: Job) -> Outcome {
+    let stop = AtomicBool::new(false);
+    let outcome = job.run(world, &stop, |event| {
+        if let Event::Pass(_) = event {
+            stop.store(true, Ordering::Relaxed);
+        }
+    });
+    outcome.unwrap()
+}
+
+#[test]
+fn an_interrupted_job_keeps_a_checkpoint_and_the_next_one_finishes() {
+    let world = world();
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let first = interrupt(&world, Job { film: true, ..job(folder.path(), 5) });
+    assert_eq!((first.end, first.kept), (End::Interrupted, Some(at("fox.checkpoint"))));
+    assert_eq!(first.files, [at("fox.exr"), at("fox.png")]);
+    assert_eq!(read_film(&at("fox.checkpoint")).unwrap(), first.checkpoint);
+    // An interrupted job writes no film.
+    assert!(first.checkpoint.film.samples() == 1 && !at("fox.film").exists());
+    let (second, events) = run(&world, Job { film: true, preview: true, ..job(folder.path(), 5) });
+    let second = second.unwrap();
+    let expected = ["Resumed", "Started", "Pass", "Preview", "Pass", "Rendered", "WroteFilm", "Wrote"];
+    assert_eq!(events, expected);
+    assert_eq!((second.end, second.kept), (End::Samples, None));
+    assert!(!at("fox.checkpoint").exists());
+    assert_eq!(read_film(&at("fox.film")).unwrap(), second.checkpoint);
+    let (whole, _) = run(&world, Job { resume: false, ..job(folder.path(), 5) });
+    assert_eq!(whole.unwrap().checkpoint.film, second.checkpoint.film);
+}
+
+#[test]
+fn a_job_without_samples_writes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let outcome = job(folder.path(), 5).run(&world(), &AtomicBool::new(true), |_| {}).unwrap();
+    assert_eq!((outcome.end, outcome.checkpoint.film.samples()), (End::Interrupted, 0));
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+/// A picture that ends by its noise can be continued, unless any end completes it.
+#[test]
+fn checkpoints_of_unfinished_pictures_stay() {
+    let world = world();
+    let folder = tempfile::tempdir().unwrap();
+    let noisy = |any_end_completes: bool| {
+        let mut job = Job { any_end_completes, ..job(folder.path(), 1000) };
+        job.options.noise = Some(1e9);
+        run(&world, job).0.unwrap()
+    };
+    let unfinished = noisy(false);
+    assert_eq!((unfinished.end, unfinished.kept), (End::Noise, Some(folder.path().join("fox.checkpoint"))));
+    assert_eq!((noisy(true).end, folder.path().join("fox.checkpoint").exists()), (End::Noise, false));
+}
+
+#[test]
+fn a_checkpoint_of_another_picture_is_refused() {
+    let world = world();
+    let folder = tempfile::tempdir().unwrap();
+    interrupt(&world, job(folder.path(), 5));
+    let mut other = job(folder.path(), 5);
+    other.options.identity = Digest::of(b"other");
+    let (result, events) = run(&world, other);
+    assert!(matches!(result, Err(Error::OtherCheckpoint(_))) && events.is_empty());
+}
+
+/// The folder is a file. Samples are rescued to the system's folder for temporary files, and found there.
+#[test]
+fn samples_that_cannot_be_written_are_rescued() {
+    let world = world();
+    let folder = tempfile::tempdir().unwrap();
+    let gone = folder.path().join("gone");
+    std::fs::write(&gone, "no folder").unwrap();
+    let (result, events) = run(&world, job(&gone, 3));
+    // Each of the checkpoints fails, and one is reported.
+    assert_eq!(events, ["Started", "Pass", "CheckpointFailed", "Pass", "Rendered"]);
+    let error = result.unwrap_err();
+    let text = error.to_string();
+    let Error::NotWritten { rescue: Rescue::Saved(path), samples: 3, complete: true, source } = error else {
+        panic!("{error:?}")
+    };
+    assert_eq!(text, format!("the picture is not written; all 3 samples a pixel are kept in {}", path.display()));
+    assert!(source.to_string().contains("cannot write") && path.exists());
+    std::fs::remove_file(&gone).unwrap();
+    let damaged = path.with_file_name(path.file_name().unwrap().to_string_lossy().replace("-3.film", "-9.film"));
+    std::fs::write(&damaged, "damaged").unwrap();
+    let (result, events) = run(&world, job(&gone, 3));
+    std::fs::remove_file(damaged).unwrap();
+    let expected = ["UnreadableRescue", "FoundRescue", "Resumed", "Started", "Rendered", "Wrote"];
+    assert_eq!((result.unwrap().end, events), (End::Samples, expected.map(str::to_owned).to_vec()));
+    assert!(!path.exists());
+}
+
+/// Returns a constant picture, or fails.
+#[derive(Debug)]
+struct Constant(bool);
+
+impl Denoise for Constant {
+    fn clean(&self, film: &Film) -> Result<Vec<f32>, Error> {
+        if self.0 { Ok(vec![0.5; 3 * film.width() * film.height()]) } else { Err(Error::Denoise("broken".to_owned())) }
+    }
+}
+
+#[test]
+fn a_denoiser_that_fails_costs_no_picture() {
+    let world = world();
+    let folder = tempfile::tempdir().unwrap();
+    let png = |works: bool| {
+        let (result, events) = run(&world, Job { denoiser: Some(Box::new(Constant(works))), ..job(folder.path(), 1) });
+        assert_eq!(result.unwrap().files.len(), 2);
+        assert_eq!(events.contains(&"DenoiserFailed".to_owned()), !works);
+        std::fs::read(folder.path().join("fox.png")).unwrap()
+    };
+    assert_ne!(png(true), png(false));
+}
+
+#[test]
+fn a_job_needs_room_and_valid_options() {
+    let world = world();
+    let folder = tempfile::tempdir().unwrap();
+    let (result, events) = run(&world, Job { pictures: u64::MAX, ..job(folder.path(), 1) });
+    assert!(matches!(result, Err(Error::Write { .. })) && events.is_empty());
+    let mut huge = job(folder.path(), 1);
+    huge.options.settings.crop = Some([0, 0, usize::MAX, usize::MAX]);
+    assert!(matches!(run(&world, huge).0, Err(Error::Settings(_))));
+    // A damaged checkpoint.
+    std::fs::write(folder.path().join("fox.checkpoint"), "damaged").unwrap();
+    assert!(matches!(run(&world, job(folder.path(), 5)).0, Err(Error::Film { .. })));
+}

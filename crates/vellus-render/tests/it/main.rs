@@ -1,0 +1,12 @@
+//! The integration tests of `vellus-render`, as one program.
+
+mod adaptive;
+mod common;
+mod cryptomatte;
+mod job;
+mod models;
+mod radiance_cache;
+mod render;
+mod session;
+mod simplify;
+mod tracer;

@@ -1,0 +1,117 @@
+//! Lights of UsdLux.
+
+use crate::{FOUR, common, said, scene};
+use glam::{Mat3, Vec3};
+use vellus_scene::Light;
+use vellus_usd::Options;
+
+#[test]
+fn lights_have_the_radiance_of_usdlux() {
+    let (scene, warnings) = scene(&format!(
+        "( upAxis = \"Z\" )
+def BasisCurves \"b\" {{ {FOUR} }}
+def RectLight \"rect\" {{ float inputs:width = 2 float inputs:height = 3 float inputs:intensity = 6 float inputs:exposure = 1
+    bool inputs:normalize = 1 color3f inputs:color = (1, 0.5, 0)
+    float3 xformOp:scale = (2, 1, 1) uniform token[] xformOpOrder = [\"xformOp:scale\"] }}
+def DiskLight \"disk\" {{ token vellus:lightGroup = \"key-2\" float intensity = 3
+    asset inputs:shaping:ies:file = @a.ies@ }}
+def SphereLight \"sphere\" {{ float inputs:radius = 0.5 bool inputs:normalize = 1
+    float3 xformOp:scale = (2, 2, 2) uniform token[] xformOpOrder = [\"xformOp:scale\"] }}
+def DistantLight \"sun\" {{ float inputs:angle = 60 float inputs:intensity = 2
+    float xformOp:rotateX = 90 uniform token[] xformOpOrder = [\"xformOp:rotateX\"] }}
+def DistantLight \"parallel\" {{ float inputs:angle = 0 float inputs:intensity = 2 }}
+def DomeLight \"sky\" {{ float vellus:groundHeight = 1.5 float vellus:groundRadius = 20
+    double3 xformOp:translate = (1, 2, 3) float3 xformOp:scale = (2, 2, 2)
+    uniform token[] xformOpOrder = [\"xformOp:translate\", \"xformOp:scale\"] }}
+def DomeLight_1 \"sky1\" {{ }}
+def CylinderLight \"tube\" {{ float inputs:radius = 0.25 float inputs:length = 3 bool inputs:normalize = 1
+    float3 xformOp:scale = (2, 2, 2) uniform token[] xformOpOrder = [\"xformOp:scale\"] }}
+def PortalLight \"portal\" {{ }}"
+    ));
+    let said = said(&warnings);
+    assert!(
+        said.contains("/disk: IES profiles") && said.contains("/portal: PortalLight is not") && warnings.len() == 2,
+        "{said}"
+    );
+    let [rect, disk, sphere, sun, parallel, sky, sky1, tube] = &scene.lights[..] else { panic!() };
+    assert_eq!(scene.light_groups[1..5], ["key-2", "sphere", "sun", "parallel"]);
+    // The intensity 6 times 2 for the exposure, over an area of 2 · 2 · 3.
+    let Light::Rect { radiance, to_world, .. } = rect else { panic!() };
+    assert_eq!((*radiance, to_world.x_axis.x, to_world.y_axis.y), ([1.0, 0.5, 0.0], 4.0, 3.0));
+    let Light::Disk { radiance, to_world } = disk else { panic!() };
+    assert_eq!((*radiance, to_world.x_axis.x), ([3.0; 3], 0.5));
+    let Light::Sphere { radius, radiance, .. } = sphere else { panic!() };
+    assert!(*radius == 1.0 && (radiance[0] * 4.0 * std::f32::consts::PI - 1.0).abs() < 1e-6);
+    let Light::Cylinder { half_axis, radius, radiance, .. } = tube else { panic!() };
+    assert_eq!((*half_axis, *radius), (Vec3::new(3.0, 0.0, 0.0), 0.5));
+    // The lateral area of the cylinder is 2 π times 0.5 times 6.
+    assert!((radiance[0] * 6.0 * std::f32::consts::PI - 1.0).abs() < 1e-6);
+    let Light::Distant { direction, half_angle, irradiance } = sun else { panic!() };
+    // The light travels along −z, which the rotation turns to +y. The irradiance is π sin² 30° times the radiance of 2.
+    assert!(direction.abs_diff_eq(-Vec3::Y, 1e-6) && (half_angle.to_degrees() - 30.0).abs() < 1e-5);
+    assert!((irradiance[0] - 0.5 * std::f32::consts::PI).abs() < 1e-6);
+    let Light::Distant { half_angle, irradiance, .. } = parallel else { panic!() };
+    assert_eq!((*half_angle, *irradiance), (0.0, [2.0; 3]));
+    let axes = |light: &Light| match light {
+        Light::Dome { rotation, .. } => (*rotation * Vec3::Y, *rotation * Vec3::NEG_Z),
+        _ => panic!(),
+    };
+    let Light::Dome { ground: Some(ground), .. } = sky else { panic!() };
+    assert_eq!((ground.origin, ground.height, ground.radius), (Vec3::new(1.0, 2.0, 3.0), 3.0, 40.0));
+    // The directions of the pole and of the middle of the image.
+    assert_eq!(axes(sky), (Vec3::Y, Vec3::Z));
+    let (pole, middle) = axes(sky1);
+    assert!(pole.abs_diff_eq(Vec3::Z, 1e-6) && middle.abs_diff_eq(-Vec3::Y, 1e-6));
+    let Light::Dome { rotation, .. } = sky1 else { panic!() };
+    assert!((*rotation * rotation.transpose()).abs_diff_eq(Mat3::IDENTITY, 1e-6));
+}
+
+/// UsdLux has no attribute for this, so those of four renderers count. The first one that a light has decides.
+#[test]
+fn lights_are_invisible_to_the_camera() {
+    let (scene, warnings) = scene(&format!(
+        "( )
+def BasisCurves \"b\" {{ {FOUR} }}
+def RectLight \"renderman\" {{ int primvars:ri:attributes:visibility:camera = 0 }}
+def RectLight \"arnold\" {{ float primvars:arnold:camera = 0 }}
+def RectLight \"karma\" {{ bool karma:light:renderlightgeo = 0 }}
+def RectLight \"rtx\" {{ bool visibleInPrimaryRay = 0 }}
+def RectLight \"both\" {{ int primvars:ri:attributes:visibility:camera = 1 float primvars:arnold:camera = 0 }}
+def RectLight \"none\" {{ }}
+def DomeLight \"sky\" {{ float primvars:arnold:camera = 0 }}"
+    ));
+    assert_eq!((scene.unseen_lights, warnings.len()), (vec![0, 1, 2, 3, 6], 0));
+}
+
+/// Blender writes points as spheres of radius 0, and spots as points with a shaping.
+#[test]
+fn points_and_their_shaping_are_read() {
+    let (scene, warnings) = scene(&format!(
+        "( )
+def BasisCurves \"b\" {{ {FOUR} }}
+def SphereLight \"point\" {{ float inputs:radius = 0 bool treatAsPoint = 1
+    bool inputs:normalize = 1 float inputs:intensity = 8
+    double3 xformOp:translate = (1, 2, 3) uniform token[] xformOpOrder = [\"xformOp:translate\"] }}
+def SphereLight \"spot\" ( prepend apiSchemas = [\"ShapingAPI\"] ) {{ float inputs:radius = 0 bool treatAsPoint = 1
+    float inputs:shaping:cone:angle = 20 float inputs:shaping:cone:softness = 0.3 float inputs:shaping:focus = 2
+    float xformOp:rotateX = 90 uniform token[] xformOpOrder = [\"xformOp:rotateX\"] }}
+def RectLight \"wide\" {{ float inputs:shaping:cone:angle = 90 }}
+def SphereLight \"half\" {{ float inputs:shaping:cone:angle = 90 }}
+def DistantLight \"sun\" {{ float inputs:shaping:cone:angle = 20 }}
+def DistantLight \"Sun\" {{ custom string userProperties:blender:data_name = \"Sun\" }}"
+    ));
+    let said = said(&warnings);
+    assert!(said.contains("/spot: a point has no area") && said.contains("/sun: IES") && warnings.len() == 3, "{said}");
+    assert!(said.contains("/Sun: Blender writes a quarter"), "{said}");
+    // A normalized sphere of radius r has the radiance 8/(4πr²), and a disk of area πr² is seen: 2 per solid angle.
+    assert_eq!(scene.lights[0], Light::Point { position: Vec3::new(1.0, 2.0, 3.0), intensity: [2.0; 3] });
+    assert_eq!(scene.lights[1].kind(), "point");
+    let [(1, spot), (3, half)] = scene.shapings[..] else { panic!("{:?}", scene.shapings) };
+    // −z, turned about x by 90 degrees.
+    assert!(spot.axis.abs_diff_eq(Vec3::Y, 1e-6) && (spot.cone.to_degrees() - 20.0).abs() < 1e-4);
+    assert_eq!((spot.softness, spot.focus, half.cone), (0.3, 2.0, std::f32::consts::FRAC_PI_2));
+    // A sphere of radius 0 is an error without the hint.
+    let bare = "( )\ndef SphereLight \"point\" { float inputs:radius = 0 }";
+    let bare = crate::common::read_text(bare, &Options::default()).unwrap_err().to_string();
+    assert!(bare.contains("/point: inputs:radius is 0"), "{bare}");
+}

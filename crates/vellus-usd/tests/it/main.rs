@@ -1,0 +1,8 @@
+//! The integration tests of `vellus-usd`, as one program.
+
+mod blender;
+mod common;
+mod features;
+mod malformed;
+mod round_trip;
+mod sources;

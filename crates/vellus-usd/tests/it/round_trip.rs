@@ -1,0 +1,286 @@
+//! A written scene reads back unchanged, with our reader and with Pixar's library.
+
+use crate::common::read;
+use glam::{Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
+use std::f32::consts::PI;
+use vellus::{Fiber, Species};
+use vellus_scene::{
+    Basis, Camera, Ground, Light, Look, Mesh, Parameter, Scene, Shaping, Strands, Surface, Texture, Tint, Units, Value,
+    Values, Wrap,
+};
+use vellus_usd::{Options, write};
+
+/// Numbers without a pattern, the same in each run.
+fn noise(i: usize) -> f32 {
+    let x = (i as u32).wrapping_mul(2_654_435_761).rotate_left(13).wrapping_mul(0x9e37_79b9);
+    (x >> 8) as f32 / (1 << 24) as f32
+}
+
+fn texture(name: &str, width: usize, height: usize) -> Texture {
+    let pixels =
+        (0..width * height).map(|i| [noise(3 * i), 40.0 * noise(3 * i + 1), 1e-3 * noise(3 * i + 2)]).collect();
+    Texture { name: name.to_owned(), width, height, pixels, wrap: [Wrap::Mirror, Wrap::Clamp] }
+}
+
+fn strands(name: &str, basis: Basis, counts: &[u32], look: usize) -> Strands {
+    let mut starts = vec![0];
+    for count in counts {
+        starts.push(starts.last().unwrap() + count);
+    }
+    let total = *starts.last().unwrap() as usize;
+    let at = |i: usize| Vec3::new(noise(i) - 0.5, 30.0 * noise(i + 1), -1e-5 * noise(i + 2));
+    let points = (0..total).map(|i| at(4 * i).extend(1e-3 * noise(4 * i + 3))).collect();
+    Strands { name: name.to_owned(), basis, starts, points, moved: None, root_uv: None, look, varying: Vec::new() }
+}
+
+/// A scene with every feature, and no value at its default.
+fn scene() -> Scene {
+    let pose = |t: f32| Mat4::from_rotation_translation(Quat::from_rotation_y(t), Vec3::new(t, 2.0, -3.5));
+    let mut fox = strands("fox fur 'é'", Basis::BSpline, &[4, 7, 5], 0);
+    fox.moved = Some(fox.points.iter().enumerate().map(|(i, p)| p.truncate() + 0.1 * noise(i)).collect());
+    fox.root_uv = Some((0..3).map(|i| Vec2::new(noise(i), noise(i + 50))).collect());
+    let per_point = (0..16).map(|i| [noise(i), noise(i + 1), noise(i + 2)]).collect();
+    fox.varying = vec![
+        (Parameter::BetaM, Values::PerStrand(vec![[0.1; 3], [0.2; 3], [0.33; 3]])),
+        (Parameter::SigmaCa, Values::PerPoint(per_point)),
+        (Parameter::G, Values::Constant([0.3; 3])),
+        (Parameter::Melanin, Values::PerStrand((0..3).map(|i| [noise(i), noise(i + 9), 0.0]).collect())),
+    ];
+    let mut hare = strands("hare", Basis::Linear, &[2, 5], 1);
+    hare.varying = vec![(Parameter::SigmaMs, Values::PerPoint((0..7).map(|i| [noise(i); 3]).collect()))];
+    let textured = vec![
+        (Parameter::BetaN, Value { texture: 0, scale: [0.25, 0.5, 0.75] }),
+        (Parameter::Reflectance, Value { texture: 1, scale: [0.9, 0.8, 0.7] }),
+    ];
+    let fiber = Fiber { sigma_ma: [0.1, 0.2, 0.3], ..Fiber::preset(Species::RedFox) }.with_absorption([0.5, 0.6, 7.0]);
+    let hair = Fiber { alpha: -0.05, layers: 1.5, ..Fiber::preset(Species::Human) };
+    let positions = vec![Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.125), Vec3::new(0.1, 1.0 / 3.0, 7e-9)];
+    let triangles = vec![[0, 1, 2], [0, 2, 3]];
+    let turned = Mat3::from_rotation_z(0.4) * Mat3::from_rotation_x(1.1);
+    Scene {
+        prototypes: vec![],
+        instances: vec![],
+        strands: vec![
+            fox,
+            hare,
+            strands("hare", Basis::CatmullRom, &[6], 1),
+            strands("/world/bezier", Basis::Bezier, &[4, 10], 0),
+        ],
+        meshes: vec![
+            Mesh {
+                name: "skin".to_owned(),
+                normals: Some((0..2).map(|i| [Vec3::Z, Vec3::new(0.6, 0.0, 0.8), noise(i) * Vec3::Y]).collect()),
+                uv: Some((0..2).map(|i| [Vec2::ZERO, Vec2::X, Vec2::new(noise(i), 3.0)]).collect()),
+                moved: Some(positions.iter().enumerate().map(|(i, p)| p + 0.1 * noise(i)).collect()),
+                positions: positions.clone(),
+                triangles: triangles.clone(),
+                surface: 0,
+            },
+            Mesh { name: "floor".to_owned(), normals: None, uv: None, positions, triangles, surface: 1, moved: None },
+        ],
+        looks: vec![Look { name: "fox".to_owned(), fiber, textured }, Look::constant("1 of those", hair)],
+        surfaces: vec![
+            Surface {
+                name: "leather".to_owned(),
+                color: Tint { color: [0.5, 0.25, 1.0 / 3.0], texture: Some(3) },
+                emission: [0.0, 0.125, 3.0],
+                roughness: 0.3,
+                metallic: 0.7,
+                ior: 1.4,
+            },
+            Surface::diffuse("chalk", [0.8, 0.7, 0.6]),
+        ],
+        // In the order in which they are read. Lights, meshes and strands are read in the order in which they are
+        // written.
+        textures: vec![
+            texture("b.exr", 3, 2),
+            texture("roots.exr", 1, 4),
+            Texture { wrap: [Wrap::Repeat; 2], ..texture("sky.exr", 4, 2) },
+            texture("leather.exr", 2, 2),
+        ],
+        lights: vec![
+            Light::Dome {
+                radiance: [0.5, 0.6, 0.7],
+                texture: Some(2),
+                rotation: turned,
+                ground: Some(Ground { origin: Vec3::new(0.5, -0.25, 2.0), height: 1.5, radius: 30.0 }),
+            },
+            Light::Distant { direction: Vec3::new(0.48, 0.64, -0.6), half_angle: 0.05, irradiance: [3.0, 2.0, 1.0] },
+            Light::Rect {
+                to_world: pose(0.3) * Mat4::from_scale(Vec3::new(2.0, 0.5, 1.0)),
+                radiance: [5.0; 3],
+                texture: None,
+            },
+            Light::Disk { to_world: pose(0.7) * Mat4::from_scale(Vec3::splat(0.1)), radiance: [1.0, 0.0, 9.0] },
+            Light::Sphere { center: Vec3::new(0.1, 0.2, 0.3), radius: 0.7, radiance: [0.1; 3] },
+            Light::Cylinder {
+                center: Vec3::new(-0.5, 0.25, 1.0),
+                half_axis: Vec3::new(0.0, 0.0, 1.5),
+                radius: 0.125,
+                radiance: [1.0, 2.0, 3.0],
+            },
+            Light::Point { position: Vec3::new(1.0, 0.5, 0.25), intensity: [0.5, 1.0, 2.0] },
+        ],
+        background: None,
+        unseen_lights: vec![0, 3],
+        shapings: vec![
+            (5, Shaping { axis: Vec3::NEG_Y, cone: PI / 3.0, softness: 0.0, focus: 0.0 }),
+            (6, Shaping { axis: Vec3::NEG_Y, cone: PI / 6.0, softness: 0.25, focus: 2.0 }),
+        ],
+        light_groups: ["sky", "sun", "key", "key", "lamp-2", "tube", "spot"].map(str::to_owned).to_vec(),
+        camera: Some(Camera {
+            to_world: pose(0.2),
+            moved: Some(pose(0.25)),
+            film_width: 0.36,
+            film_height: 0.24,
+            lens_radius: 0.013,
+            focus_distance: 4.3,
+        }),
+        units: Some(Units { meters_per_unit: 1.0 / 3.0, z_up: true }),
+    }
+}
+
+/// Reading collects textures in the order in which lights, meshes and strands use them. This function reorders them.
+fn in_order_of_use(mut scene: Scene) -> Scene {
+    let order = [2, 3, 0, 1];
+    let new = |old: usize| order.iter().position(|&o| o == old).unwrap();
+    scene.textures = order.iter().map(|&o| scene.textures[o].clone()).collect();
+    for light in &mut scene.lights {
+        if let Light::Dome { texture, .. } | Light::Rect { texture, .. } = light {
+            *texture = texture.map(new);
+        }
+    }
+    scene.surfaces.iter_mut().for_each(|s| s.color.texture = s.color.texture.map(new));
+    scene.looks.iter_mut().flat_map(|l| &mut l.textured).for_each(|(_, value)| value.texture = new(value.texture));
+    scene
+}
+
+/// Conversions of angles, and quotients, may change the last bit. If two numbers only differ in it, the second becomes
+/// the first.
+fn forgive(a: f32, b: &mut f32) {
+    if (a - *b).abs() <= 1.5e-7 * a.abs() {
+        *b = a;
+    }
+}
+
+fn forgive_last_bits(expected: &Scene, found: &mut Scene) {
+    for (a, b) in expected.looks.iter().zip(&mut found.looks) {
+        forgive(a.fiber.alpha, &mut b.fiber.alpha);
+        forgive(a.fiber.beta_m, &mut b.fiber.beta_m);
+        forgive(a.fiber.beta_n, &mut b.fiber.beta_n);
+        for ((_, a), (_, b)) in a.textured.iter().zip(&mut b.textured) {
+            (0..3).for_each(|c| forgive(a.scale[c], &mut b.scale[c]));
+        }
+    }
+    for (a, b) in expected.strands.iter().zip(&mut found.strands) {
+        for ((parameter, a), (_, b)) in a.varying.iter().zip(&mut b.varying) {
+            if let (true, Values::PerStrand(a), Values::PerStrand(b)) = (parameter.is_angle(), a, b) {
+                a.iter().flatten().zip(b.iter_mut().flatten()).for_each(|(a, b)| forgive(*a, b));
+            }
+        }
+    }
+    for (a, b) in expected.lights.iter().zip(&mut found.lights) {
+        if let (Light::Distant { half_angle: a, .. }, Light::Distant { half_angle: b, .. }) = (a, b) {
+            forgive(*a, b);
+        }
+    }
+    if let (Some(a), Some(b)) = (&expected.camera, &mut found.camera) {
+        forgive(a.lens_radius, &mut b.lens_radius);
+    }
+}
+
+#[test]
+fn written_scenes_read_back_equal() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("all.usda");
+    let expected = in_order_of_use(scene());
+    write(&expected, &file).unwrap();
+    let (mut found, warnings) = read(&file, &Options::default()).unwrap();
+    assert_eq!(warnings, []);
+    forgive_last_bits(&expected, &mut found);
+    assert_eq!(found.strands, expected.strands);
+    assert_eq!(found.looks, expected.looks);
+    assert_eq!(found, expected);
+
+    // Only the stage and its textures remain.
+    let mut files: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|f| f.unwrap().file_name()).collect();
+    files.sort();
+    assert_eq!(files, ["all-textures", "all.usda"]);
+    // Half of the motion while the shutter is open.
+    let (half, _) = read(&file, &Options { shutter: Some([0.0, 0.5]), ..Options::default() }).unwrap();
+    let (a, b, c) = (&expected.strands[0], &half.strands[0], 5);
+    let middle = 0.5 * (a.points[c].truncate() + a.moved.as_ref().unwrap()[c]);
+    assert!(b.moved.as_ref().unwrap()[c].abs_diff_eq(middle, 1e-5));
+    let (closed, _) =
+        read(&file, &Options { frame: Some(1.0), shutter: Some([0.0; 2]), ..Options::default() }).unwrap();
+    assert_eq!(closed.strands[0].points[c].truncate(), a.moved.as_ref().unwrap()[c]);
+    assert!(closed.strands.iter().all(|s| s.moved.is_none()) && closed.camera.unwrap().moved.is_none());
+}
+
+#[test]
+fn a_failed_write_is_an_error_and_keeps_the_old_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("old.usda");
+    std::fs::write(&file, "old").unwrap();
+    let mut broken = scene();
+    broken.strands[0].points[1] = Vec4::NAN;
+    assert!(write(&broken, &file).unwrap_err().to_string().contains("must be finite"));
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), "old");
+    assert!(write(&scene(), &folder.path().join("a.usdc")).unwrap_err().to_string().contains(".usda"));
+    let nowhere = folder.path().join("old.usda/a.usda");
+    let error = write(&Scene { textures: Vec::new(), ..Scene::default() }, &nowhere).unwrap_err().to_string();
+    assert!(error.contains("old.usda/a.usda"), "{error}");
+}
+
+/// Pixar's parser is stricter than ours.
+#[test]
+fn usd_core_opens_what_we_wrote() {
+    const CHECK: &str = "
+import sys
+from pxr import Usd, UsdGeom, UsdShade, UsdLux, UsdUtils, Tf
+stage = Usd.Stage.Open(sys.argv[1])
+assert not stage.GetCompositionErrors(), stage.GetCompositionErrors()
+kinds = [p.GetTypeName() for p in stage.Traverse()]
+for p in stage.Traverse():
+    assert p.IsA(Usd.Typed) and p.GetPrimTypeInfo().GetSchemaType() != Tf.Type.Unknown, p
+    for a in p.GetAttributes():
+        a.Get(0)
+        for c in a.GetConnections(): assert stage.GetPropertyAtPath(c), (a, c)
+        if a.GetTypeName() == 'asset' and a.Get(): assert a.Get().resolvedPath, a
+    for r in p.GetRelationships():
+        for t in r.GetTargets(): assert stage.GetPrimAtPath(t), (r, t)
+    if p.IsA(UsdGeom.PointBased):
+        assert UsdShade.MaterialBindingAPI(p).ComputeBoundMaterial()[0], p
+    if p.IsA(UsdGeom.BasisCurves):
+        c = UsdGeom.BasisCurves(p)
+        n = c.GetCurveVertexCountsAttr().Get()
+        assert sum(n) == len(c.GetPointsAttr().Get(0)) == len(c.GetWidthsAttr().Get())
+        assert c.GetWidthsInterpolation() == 'vertex'
+        for v in UsdGeom.PrimvarsAPI(p).GetPrimvarsWithAuthoredValues():
+            size = {'constant': 1, 'uniform': len(n), 'vertex': sum(n)}[v.GetInterpolation()]
+            assert v.Get() is not None and len(v.Get()) == size, (v.GetName(), v.Get())
+    if p.IsA(UsdGeom.Mesh):
+        m = UsdGeom.Mesh(p)
+        indices, counts = m.GetFaceVertexIndicesAttr().Get(), m.GetFaceVertexCountsAttr().Get()
+        ok, why = UsdGeom.Mesh.ValidateTopology(indices, counts, len(m.GetPointsAttr().Get(0)))
+        assert ok, why
+print(','.join(sorted(kinds)))
+stage.Export(sys.argv[2])
+assert UsdUtils.CreateNewUsdzPackage(sys.argv[1], sys.argv[3])
+";
+    let Some(mut python) = crate::common::pixar() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("all.usda");
+    write(&scene(), &file).unwrap();
+    let [binary, package] = ["all.usdc", "all.usdz"].map(|name| folder.path().join(name));
+    let run = python.arg("-c").arg(CHECK).args([&file, &binary, &package]).output().unwrap();
+    let (out, err) = (String::from_utf8_lossy(&run.stdout), String::from_utf8_lossy(&run.stderr));
+    assert!(run.status.success() && err.is_empty(), "{out}{err}");
+    let count = |kind| out.trim().split(',').filter(|k| *k == kind).count();
+    assert_eq!((count("BasisCurves"), count("Mesh"), count("Camera"), count("Material")), (4, 2, 1, 4));
+    // The result of Pixar's library reads the same, in binary and with the textures in a package.
+    let (text, _) = read(&file, &Options::default()).unwrap();
+    for other in [binary, package] {
+        assert_eq!(read(&other, &Options::default()).unwrap().0, text, "{}", other.display());
+    }
+}

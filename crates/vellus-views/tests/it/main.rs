@@ -1,0 +1,3 @@
+//! The integration tests of `vellus-views`, as one program.
+
+mod answers;

@@ -1,0 +1,14 @@
+//! The integration tests of `vellus`, as one program.
+
+mod as_printed;
+mod coat;
+mod edges;
+mod energy;
+mod exact;
+mod exit;
+mod far_table;
+mod refracted;
+mod sampling;
+#[cfg(feature = "serde")]
+mod text_form;
+mod window;
