@@ -8,9 +8,11 @@ mod documents;
 mod query;
 pub mod significance;
 pub mod sphere;
+mod tier;
 
 use glam::Vec3;
 pub use query::{Query, queries};
+pub use tier::effort;
 pub use vellus::direction;
 use vellus::{Exit, Fiber, Hit, TableData, Tables};
 

@@ -4,6 +4,17 @@ use crate::direction;
 use crate::significance::max_chi_squared;
 use glam::Vec3;
 use std::f64::consts::{PI, TAU};
+use vellus::Fiber;
+
+/// The numbers of midpoints over the inclination and the azimuth that resolve the lobes of a fibre.
+///
+/// The midpoint rule with step h has the relative error 2 exp(−2π²σ²/h²) for a Gaussian of standard deviation σ. The
+/// narrowest lobes are TT over the inclination (β_m/2) and R over the azimuth (β_n). With h = 0.8 σ the error is below
+/// 1e-13. Scattered light is as smooth as the tables: their nodes are at least 2° apart.
+pub fn nodes(fiber: &Fiber) -> [u32; 2] {
+    let step = |sigma: f32, most: f64| (0.8 * f64::from(sigma)).min(most.to_radians());
+    [(PI / step(0.5 * fiber.beta_m, 1.0)).ceil() as u32, (TAU / step(fiber.beta_n, 2.0)).ceil() as u32]
+}
 
 /// ∫ pdf dω by the midpoint rule with `n_theta` inclinations and `n_phi` azimuths.
 pub fn integral([n_theta, n_phi]: [u32; 2], pdf: impl Fn(Vec3) -> f32) -> f64 {
@@ -27,8 +38,8 @@ pub struct ChiSquared {
     pub cells: [usize; 2],
     /// The number of samples.
     pub samples: usize,
-    /// The number of midpoints in a cell for the pdf's integral, over the inclination and the azimuth.
-    pub midpoints: [usize; 2],
+    /// The number of midpoints for the pdf's integrals, over all inclinations and azimuths: at least this many.
+    pub nodes: [u32; 2],
     /// The number of tests that share the false-alarm rate.
     pub tests: usize,
 }
@@ -46,16 +57,18 @@ impl ChiSquared {
             observed[row.min(rows - 1) * columns + column.min(columns - 1)] += 1.0;
         }
         let mut expected = vec![0.0f64; rows * columns];
+        let in_cell = (self.nodes[1] as usize).div_ceil(columns);
+        let n_phi = in_cell * columns;
         for row in 0..rows {
             let band = [row, row + 1].map(|r| (2.0 * r as f64 / rows as f64 - 1.0).clamp(-1.0, 1.0).asin());
-            let (n_theta, n_phi) = (self.midpoints[0], self.midpoints[1] * columns);
+            let n_theta = ((band[1] - band[0]) / PI * f64::from(self.nodes[0])).ceil() as usize;
             for i in 0..n_theta {
                 let theta = band[0] + (band[1] - band[0]) * (i as f64 + 0.5) / n_theta as f64;
                 let weight = theta.cos() * (band[1] - band[0]) / n_theta as f64 * TAU / n_phi as f64;
                 for j in 0..n_phi {
                     let phi = (j as f64 + 0.5) / n_phi as f64 * TAU;
                     let pdf = f64::from(pdf(direction(theta, phi)));
-                    expected[row * columns + j / self.midpoints[1]] += pdf * weight;
+                    expected[row * columns + j / in_cell] += pdf * weight;
                 }
             }
         }

@@ -47,15 +47,15 @@ pub fn check(root: &Path) -> Result<(), String> {
 
 /// Builds every package as crates.io would get it, and checks its size.
 pub fn package(root: &Path, report: &mut Report) -> Result<(), String> {
-    report.step("manifests", || check(root))?;
+    report.step("manifests", 10.0, || check(root))?;
     let packages = packages(root)?;
     let (public, private): (Vec<_>, Vec<_>) = packages.iter().partition(|package| published(package));
-    report.step("packages", || {
+    report.step("packages", 10.0, || {
         let mut line = vec!["package", "--workspace", "--quiet"];
         line.extend(private.iter().flat_map(|package| ["--exclude", name(package)]));
         cargo(root, &line)
     })?;
-    report.step("sizes", || {
+    report.step("sizes", 10.0, || {
         for package in &public {
             let version = package["version"].as_str().unwrap_or_default();
             let path = root.join(format!("target/package/{}-{version}.crate", name(package)));
@@ -66,7 +66,7 @@ pub fn package(root: &Path, report: &mut Report) -> Result<(), String> {
         }
         Ok(())
     })?;
-    report.attempt("address of the repository", || {
+    report.attempt("address of the repository", 10.0, || {
         let missing = public.iter().any(|p| p["repository"].as_str().is_some_and(|url| url.contains(PLACEHOLDER)));
         let reason = "`repository` in Cargo.toml is a placeholder: replace it before a release";
         Ok(if missing { Outcome::Skipped(reason.to_owned()) } else { Outcome::Passed })

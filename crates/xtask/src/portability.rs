@@ -8,15 +8,15 @@ const AARCH64: &str = "aarch64-unknown-linux-gnu";
 
 /// Runs all of these checks.
 pub fn all(root: &Path, report: &mut Report) -> Result<(), String> {
-    report.attempt("vellus without AVX2", || without_avx2(root))?;
-    report.attempt("vellus on aarch64", || aarch64(root))?;
-    report.step("fuzz targets", || {
+    report.attempt("vellus without AVX2", 10.0, || without_avx2(root))?;
+    report.attempt("vellus on aarch64", 10.0, || aarch64(root))?;
+    report.step("fuzz targets", 10.0, || {
         run(Command::new("cargo")
             .args(["check", "--quiet", "--locked", "--bins"])
             .env("CARGO_TARGET_DIR", root.join("target/fuzz"))
             .current_dir(root.join("fuzz")))
     })?;
-    report.attempt("oldest supported compiler", || oldest_compiler(root))
+    report.attempt("oldest supported compiler", 10.0, || oldest_compiler(root))
 }
 
 /// Tests the core on any x86-64 processor. `RUSTFLAGS` replaces the flags in `.cargo/config.toml`.

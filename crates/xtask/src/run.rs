@@ -1,7 +1,8 @@
 //! Runs commands, and reports the result and the time of each step.
 
-use std::path::Path;
-use std::process::Command;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// The result of a step that did not fail.
@@ -12,37 +13,107 @@ pub enum Outcome {
     Skipped(String),
 }
 
-/// The steps that have run so far.
-#[derive(Default)]
-pub struct Report {
-    steps: Vec<(String, Duration, Outcome)>,
+/// A test, or something else, with its time in seconds.
+pub struct Slow {
+    pub name: String,
+    pub seconds: f64,
 }
 
+/// The steps that have run so far, and what could not run.
+pub struct Report {
+    steps: Vec<(String, Duration, Outcome)>,
+    /// The longest of these are printed.
+    pub times: Vec<Slow>,
+    /// A line for each test that could not run: its kind, its name and the reason. Tests write it.
+    pub skipped: PathBuf,
+    /// The steps and kinds of tests that must not be skipped: `VELLUS_REQUIRE`.
+    pub required: String,
+    /// The steps that took more than 1.5 times their minutes.
+    late: Vec<String>,
+}
+
+/// How many of the slowest tests the report names.
+const SLOWEST: usize = 10;
+
 impl Report {
-    /// Runs a step.
-    pub fn step(&mut self, name: &str, work: impl FnOnce() -> Result<(), String>) -> Result<(), String> {
-        self.attempt(name, || work().map(|()| Outcome::Passed))
+    /// An empty report. Removes the list of skipped tests of the run before.
+    pub fn new(root: &Path) -> Self {
+        let skipped = root.join("target/skipped.txt");
+        std::fs::remove_file(&skipped).ok();
+        let required = std::env::var("VELLUS_REQUIRE").unwrap_or_default();
+        Self { steps: Vec::new(), times: Vec::new(), skipped, required, late: Vec::new() }
+    }
+
+    /// Runs a step that should take at most so many minutes on two cores.
+    pub fn step(&mut self, name: &str, minutes: f64, work: impl FnOnce() -> Result<(), String>) -> Result<(), String> {
+        self.attempt(name, minutes, || work().map(|()| Outcome::Passed))
     }
 
     /// Runs a step that can be skipped.
-    pub fn attempt(&mut self, name: &str, work: impl FnOnce() -> Result<Outcome, String>) -> Result<(), String> {
+    pub fn attempt(
+        &mut self,
+        name: &str,
+        minutes: f64,
+        work: impl FnOnce() -> Result<Outcome, String>,
+    ) -> Result<(), String> {
         eprintln!("== {name}");
         let start = Instant::now();
         let outcome = work().map_err(|message| format!("{name}: {message}"))?;
-        self.steps.push((name.to_owned(), start.elapsed(), outcome));
+        let time = start.elapsed();
+        if time.as_secs_f64() > 1.5 * 60.0 * minutes {
+            self.late.push(format!("{name} took {:.1} minutes, {minutes} are planned", time.as_secs_f64() / 60.0));
+        }
+        self.steps.push((name.to_owned(), time, outcome));
         Ok(())
     }
 
-    /// Prints a line for each step, with every reason for a skipped one.
-    pub fn print(&self) {
+    /// Prints a line for each step, the slowest tests, and every reason why something did not run.
+    ///
+    /// # Errors
+    /// A skipped step that `VELLUS_REQUIRE` names (a test that it names fails by itself). Steps that took too long, if
+    /// `CI` is set: other machines may be slower.
+    pub fn print(&mut self) -> Result<(), String> {
+        self.times.sort_by(|a, b| b.seconds.total_cmp(&a.seconds));
+        if !self.times.is_empty() {
+            eprintln!("the slowest of {} tests:", self.times.len());
+        }
+        for Slow { name, seconds } in self.times.iter().take(SLOWEST) {
+            eprintln!("{seconds:8.1} s  {name}");
+        }
+        eprintln!("steps:");
         for (name, time, outcome) in &self.steps {
-            let seconds = time.as_secs_f64();
             match outcome {
-                Outcome::Passed => eprintln!("{seconds:8.1} s  {name}"),
+                Outcome::Passed => eprintln!("{:8.1} s  {name}", time.as_secs_f64()),
                 Outcome::Skipped(reason) => eprintln!(" skipped    {name}: {reason}"),
             }
         }
+        eprintln!("{:8.1} s  together", self.steps.iter().map(|(_, time, _)| time.as_secs_f64()).sum::<f64>());
+        let text = std::fs::read_to_string(&self.skipped).unwrap_or_default();
+        let mut lines: Vec<&str> = text.lines().collect();
+        lines.sort_unstable();
+        lines.dedup();
+        if !lines.is_empty() {
+            eprintln!("{} tests or parts of tests could not run:\n  {}", lines.len(), lines.join("\n  "));
+        }
+        self.late.iter().for_each(|line| eprintln!("too slow: {line}"));
+        let skipped = self.steps.iter().filter(|(_, _, outcome)| matches!(outcome, Outcome::Skipped(_)));
+        let missing: Vec<&str> =
+            skipped.map(|(name, ..)| name.as_str()).filter(|n| requires(&self.required, n)).collect();
+        if !missing.is_empty() {
+            return Err(format!("required, but skipped: {}", missing.join(", ")));
+        }
+        if std::env::var_os("CI").is_some() && !self.late.is_empty() {
+            return Err(format!("too slow: {}", self.late.join(", ")));
+        }
+        Ok(())
     }
+}
+
+/// Whether a list such as `gpu,cc` or `all,-gpu` requires a kind of test or a step. `vellus_testing::need` reads the
+/// same list.
+fn requires(list: &str, kind: &str) -> bool {
+    let has = |wanted: &str| list.split(',').any(|word| word.trim() == wanted);
+    has(kind) || has("all") && !has(&format!("-{kind}"))
 }
 
 /// Runs cargo in a folder.
@@ -72,6 +143,17 @@ pub fn output(command: &mut Command) -> Result<String, String> {
     }
 }
 
+/// The JSON values that a command prints, one a line. Its messages go to the terminal.
+pub fn run_json(command: &mut Command) -> Result<Vec<Value>, String> {
+    let line = line(command);
+    let output = command.stderr(Stdio::inherit()).output().map_err(|e| format!("cannot run {line}: {e}"))?;
+    if !output.status.success() {
+        return Err(format!("failed ({}): {line}", output.status));
+    }
+    let text = String::from_utf8_lossy(&output.stdout);
+    Ok(text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect())
+}
+
 /// Whether a command exists and succeeds. It prints nothing.
 pub fn succeeds(command: &mut Command) -> bool {
     command.output().is_ok_and(|output| output.status.success())
@@ -80,4 +162,15 @@ pub fn succeeds(command: &mut Command) -> bool {
 fn line(command: &Command) -> String {
     let words = std::iter::once(command.get_program()).chain(command.get_args());
     words.map(|word| word.to_string_lossy()).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::requires;
+
+    #[test]
+    fn lists_name_kinds_or_exclude_them() {
+        assert!(requires("gpu, cc", "cc") && requires("all", "cc") && requires("all,-gpu", "cc"));
+        assert!(!requires("", "cc") && !requires("gpu", "cc") && !requires("all,-gpu", "gpu"));
+    }
 }

@@ -1,9 +1,9 @@
 //! Tools that are not part of the Rust toolchain: typos, cargo-deny, mdBook, cargo-c.
 //!
-//! A tool in the search path is used. A missing tool is installed into `target/tools`. If that fails, the step is
-//! skipped, and the report names it. An installation takes 61 (mdBook), 118 (typos), 101 (cargo-deny) and 204 seconds
-//! (cargo-c) of processor time.
+//! Compiling one of them takes minutes, so this program does not. typos comes from its wheel in seconds. A step whose
+//! tool is not in the search path is skipped, and the report says how to install it.
 
+use crate::bindings::venv::{python, venv};
 use crate::explorer;
 use crate::run::{Outcome, run, succeeds};
 use std::path::{Path, PathBuf};
@@ -11,69 +11,59 @@ use std::process::Command;
 
 /// Checks the spelling of code and documents with the settings in `typos.toml`.
 pub fn typos(root: &Path) -> Result<Outcome, String> {
-    with(root, "typos", &["typos-cli@1.52.0"], |tool| run(Command::new(tool).current_dir(root)))
+    let check = |tool: &Path| run(Command::new(tool).current_dir(root)).map(|()| Outcome::Passed);
+    if exists("typos") {
+        return check(Path::new("typos"));
+    }
+    let Some(interpreter) = ["3.13", "3.12", "3.11", "3.10"].iter().find_map(|version| python(version)) else {
+        return Ok(missing("typos", "typos-cli@1.52.0"));
+    };
+    match venv(root, "typos", &interpreter, &["typos==1.52.0"]) {
+        Ok(python) => check(&python.with_file_name("typos")),
+        Err(reason) => Ok(Outcome::Skipped(reason)),
+    }
 }
 
 /// Checks dependencies with the settings in `deny.toml`.
 pub fn deny(root: &Path) -> Result<Outcome, String> {
-    with(root, "cargo-deny", &["cargo-deny@0.20.2"], |tool| {
-        let checks = ["--all-features", "check", "licenses", "bans", "sources"];
-        run(Command::new(tool).args(checks).current_dir(root))
-    })
+    if !exists("cargo-deny") {
+        return Ok(missing("cargo-deny", "cargo-deny@0.20.2"));
+    }
+    run(Command::new("cargo-deny").args(["--all-features", "check", "licenses", "bans", "sources"]).current_dir(root))?;
+    Ok(Outcome::Passed)
 }
 
 /// Builds the book into `target/book`, with the fibre explorer if it has been built. A warning is an error.
 pub fn book(root: &Path) -> Result<Outcome, String> {
-    if !root.join("docs/book/book.toml").exists() {
-        return Ok(Outcome::Skipped("docs/book/book.toml does not exist".to_owned()));
+    if !exists("mdbook") {
+        return Ok(missing("mdbook", "mdbook@0.5.4 --no-default-features"));
     }
-    with(root, "mdbook", &["mdbook@0.5.4", "--no-default-features"], |tool| {
-        let mut command = Command::new(tool);
-        command.args(["build", "--dest-dir"]).arg(root.join("target/book")).arg(root.join("docs/book"));
-        let output = command.output().map_err(|e| format!("cannot run mdbook: {e}"))?;
-        let messages = String::from_utf8_lossy(&output.stderr);
-        if output.status.success() && !messages.contains("WARN") && !messages.contains("ERROR") {
-            explorer::copy_into_book(root)
-        } else {
-            Err(format!("mdbook build, {}:\n{messages}", output.status))
-        }
-    })
+    let mut command = Command::new("mdbook");
+    command.args(["build", "--dest-dir"]).arg(root.join("target/book")).arg(root.join("docs/book"));
+    let output = command.output().map_err(|e| format!("cannot run mdbook: {e}"))?;
+    let messages = String::from_utf8_lossy(&output.stderr);
+    if output.status.success() && !messages.contains("WARN") && !messages.contains("ERROR") {
+        explorer::copy_into_book(root).map(|()| Outcome::Passed)
+    } else {
+        Err(format!("mdbook build, {}:\n{messages}", output.status))
+    }
+}
+
+/// Whether a program is in the search path.
+pub fn exists(program: &str) -> bool {
+    succeeds(Command::new(program).arg("--version"))
+}
+
+/// A skipped step.
+pub fn missing(program: &str, package: &str) -> Outcome {
+    Outcome::Skipped(format!("no {program}: cargo install --locked {package}"))
 }
 
 /// The program `cargo-cinstall` of cargo-c.
 ///
 /// # Errors
-/// The reason why it cannot be installed.
-pub fn cargo_c(root: &Path) -> Result<PathBuf, String> {
-    find(root, "cargo-cinstall", &["cargo-c@0.10.24"])
-}
-
-/// Runs `work` with the path of a tool.
-fn with(
-    root: &Path,
-    name: &str,
-    package: &[&str],
-    work: impl FnOnce(&Path) -> Result<(), String>,
-) -> Result<Outcome, String> {
-    match find(root, name, package) {
-        Ok(tool) => work(&tool).map(|()| Outcome::Passed),
-        Err(reason) => Ok(Outcome::Skipped(reason)),
-    }
-}
-
-fn find(root: &Path, name: &str, package: &[&str]) -> Result<PathBuf, String> {
-    let tools = root.join("target/tools");
-    let own = tools.join("bin").join(format!("{name}{}", std::env::consts::EXE_SUFFIX));
-    let runs = |tool: &Path| succeeds(Command::new(tool).arg("--version"));
-    if let Some(tool) = [PathBuf::from(name), own.clone()].into_iter().find(|tool| runs(tool)) {
-        return Ok(tool);
-    }
-    // Without optimization the installation takes a third of the time, and the tools are still fast enough.
-    let build = tools.join("build");
-    let mut install = Command::new("cargo");
-    install.args(["install", "--quiet", "--locked", "--debug"]).args(package);
-    install.arg("--root").arg(&tools).arg("--target-dir").arg(&build).env("CARGO_PROFILE_DEV_DEBUG", "0");
-    let result = run(&mut install);
-    std::fs::remove_dir_all(build).ok();
-    result.map_err(|e| format!("it cannot be installed: {e}")).map(|()| own)
+/// How to install it.
+pub fn cargo_c() -> Result<PathBuf, String> {
+    let installed = exists("cargo-cinstall").then(|| PathBuf::from("cargo-cinstall"));
+    installed.ok_or_else(|| "no cargo-cinstall: cargo install --locked cargo-c@0.10.24".to_owned())
 }

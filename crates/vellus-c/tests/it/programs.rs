@@ -158,7 +158,7 @@ fn bad_input_gives_a_status_and_no_crash() {
 }
 
 #[test]
-#[ignore = "slow: valgrind takes eight seconds"]
+#[ignore = "test: valgrind takes eight seconds"]
 fn bad_input_neither_leaks_nor_reads_wrong_memory() {
     let folder = tempfile::tempdir().unwrap();
     if !succeeds("valgrind") {

@@ -8,7 +8,7 @@
 use crate::common::{Picture, run};
 
 #[test]
-#[ignore = "slow: seven whole scenes"]
+#[ignore = "test: seven whole scenes"]
 fn scenes_have_the_same_pixels_as_before() {
     let folder = tempfile::tempdir().unwrap();
     let expected = [

@@ -6,7 +6,7 @@ use vellus_experiments::coat::{Axis, Coat, Sheet, delta_e2000, random_color, ran
 /// Fibres that the fit has not seen, each with a random colour within its reach. The whole list has 200 fibres:
 /// `cargo run --release -p vellus-experiments --example coat_colors -- check FILE`.
 #[test]
-#[ignore = "slow: 20 coats"]
+#[ignore = "test: 20 coats"]
 fn coats_have_the_requested_colours() {
     let mut coat = Coat::new().unwrap();
     let mut sum = 0.0;

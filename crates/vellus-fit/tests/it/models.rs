@@ -73,7 +73,7 @@ fn chiang2016_is_recovered_within_its_errors() {
 }
 
 #[test]
-#[ignore = "slow: 32 fits"]
+#[ignore = "full: 32 fits of a model that shares the code of Chiang2016's fit"]
 fn marschner2003_is_recovered_within_its_errors() {
     recovers(ModelKind::Marschner2003, 8, 7, 192);
 }
@@ -81,7 +81,7 @@ fn marschner2003_is_recovered_within_its_errors() {
 // The parameters are those of our model and η_m. Some of the 2 × 48 values are not determined, because their cortex
 // transmits hardly any light.
 #[test]
-#[ignore = "slow: 8 fits"]
+#[ignore = "full: 8 fits of a model for comparison"]
 fn yan2015_is_recovered_within_its_errors() {
     recovers(ModelKind::Yan2015, 2, 13, 72);
 }

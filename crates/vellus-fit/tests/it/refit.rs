@@ -24,7 +24,7 @@ fn fitted_presets_scatter_as_much_light_as_the_published_ones() {
 }
 
 #[test]
-#[ignore = "slow: ten fits of 2000 directions"]
+#[ignore = "full: ten fits of 2000 directions, which change only when the model does"]
 fn fitted_presets_are_what_the_procedure_gives() {
     for species in Species::ALL {
         let result = refit(&Fiber::published(species), Exit::Reflecting, &()).unwrap();

@@ -85,7 +85,7 @@ fn sampled_directions_follow_their_density() -> Result<(), Box<dyn std::error::E
     let mut random = Uniform(3);
     // Lobes that are wider than the midpoints of a cell.
     let wide = |fiber: &Fiber| fiber.beta_m > 0.12 && fiber.beta_n > 0.12 && fiber.g < 0.8;
-    let test = ChiSquared { cells: [24, 24], samples: 20_000, midpoints: [24, 24], tests: 8 };
+    let test = ChiSquared { cells: [24, 24], samples: 20_000, nodes: [576, 576], tests: 8 };
     let fibers: Vec<Fiber> = fibers(64).into_iter().filter(wide).take(test.tests).collect();
     let models = fibers.iter().map(Bcsdf::new).collect::<Result<Vec<_>, _>>()?;
     assert_eq!(models.len(), test.tests);

@@ -99,7 +99,7 @@ fn sampled_directions_follow_their_density() -> Result<(), Box<dyn std::error::E
     let fibers = fibers(64);
     let models = fibers.iter().map(Bcsdf::new).collect::<Result<Vec<_>, _>>()?;
     let gpu = Queries::new(&device, &models)?;
-    let test = ChiSquared { cells: [24, 24], samples: 20_000, midpoints: [24, 24], tests: 8 };
+    let test = ChiSquared { cells: [24, 24], samples: 20_000, nodes: [576, 576], tests: 8 };
     let mut random = Uniform(3);
     // Lobes that are wider than the midpoints of a cell.
     let wide = |fiber: &Fiber| fiber.beta_m > 0.12 && fiber.beta_n > 0.12 && fiber.g < 0.8;

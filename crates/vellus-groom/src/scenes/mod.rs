@@ -84,11 +84,20 @@ fn with_preset(name: &str, small: bool, preset: Preset) -> Option<Scene> {
 mod tests {
     use super::*;
     use crate::body::Body;
+    use std::array::from_fn;
+    use std::sync::{LazyLock, OnceLock};
+
+    /// The small version of a scene, which all tests share: some take seconds to grow.
+    fn small(name: &str) -> &'static Scene {
+        static GROWN: LazyLock<[OnceLock<Scene>; SCENES.len()]> = LazyLock::new(|| from_fn(|_| OnceLock::new()));
+        let index = SCENES.iter().position(|(scene, _)| *scene == name).unwrap();
+        GROWN[index].get_or_init(|| scene(name, true).unwrap())
+    }
 
     #[test]
     fn all_small_scenes_are_valid_and_have_what_a_picture_needs() {
         for (name, _) in SCENES {
-            let scene = scene(name, true).unwrap();
+            let scene = small(name);
             assert_eq!(scene.validate(), Ok(()), "{name}");
             assert!(scene.camera.is_some() && !scene.lights.is_empty() && !scene.meshes.is_empty(), "{name}");
             for strands in scene.all_strands() {
@@ -103,7 +112,6 @@ mod tests {
     }
 
     #[test]
-    #[ignore = "slow: five scenes"]
     fn small_scenes_have_a_fortieth_of_the_strands() {
         let expected = [
             ("raccoon", 6500, 22),
@@ -113,7 +121,7 @@ mod tests {
             ("polar-bear", 7500, 16),
         ];
         for (name, strands, segments) in expected {
-            let fur = &scene(name, true).unwrap().strands[0];
+            let fur = &small(name).strands[0];
             assert_eq!((fur.len(), fur.segments()), (strands, strands * segments), "{name}");
         }
     }
@@ -126,7 +134,6 @@ mod tests {
     }
 
     #[test]
-    #[ignore = "slow: five scenes and the distances of their points"]
     fn fur_grows_on_bodies_and_stays_outside() {
         type Make = fn() -> Body;
         let bodies: [(&str, Make); 5] = [
@@ -138,7 +145,7 @@ mod tests {
         ];
         for (name, body) in bodies {
             let body = body();
-            let fur = &scene(name, true).unwrap().strands[0];
+            let fur = &small(name).strands[0];
             let length = |i: usize| {
                 let points = fur.strand(i);
                 points.windows(2).map(|p| p[0].truncate().distance(p[1].truncate())).sum::<f32>()
@@ -161,10 +168,9 @@ mod tests {
     }
 
     #[test]
-    #[ignore = "slow: three scenes"]
     fn hair_falls_beside_the_face() {
         for name in ["hair", "hair-bob", "hair-curls"] {
-            let hair = &scene(name, true).unwrap().strands[0];
+            let hair = &small(name).strands[0];
             let over = |p: &&glam::Vec4| p.x > 7.0 && p.z.abs() < 3.0 && (-9.0..2.0).contains(&p.y);
             let count = hair.points.iter().filter(over).count();
             assert!(count * 2000 < hair.points.len(), "{name}: {count} of {} points", hair.points.len());
@@ -172,9 +178,8 @@ mod tests {
     }
 
     #[test]
-    #[ignore = "slow: a scene"]
     fn the_bob_has_a_level_edge() {
-        let hair = &scene("hair-bob", true).unwrap().strands[0];
+        let hair = &small("hair-bob").strands[0];
         let mut tips: Vec<f32> = (0..hair.len()).map(|i| hair.strand(i)[hair.strand(i).len() - 2].y).collect();
         tips.sort_by(f32::total_cmp);
         // Strands of equal length would end at heights that differ as much as their roots: by 16.
@@ -195,10 +200,9 @@ mod tests {
     }
 
     #[test]
-    #[ignore = "slow: four scenes"]
     fn eyes_and_noses_are_bare() {
         for name in ["raccoon", "hamster", "cat", "polar-bear"] {
-            let scene = scene(name, true).unwrap();
+            let scene = small(name);
             let fur = &scene.strands[0];
             for mesh in scene.meshes.iter().filter(|m| ["eye", "iris", "nose"].contains(&m.name.as_str())) {
                 let center = mesh.positions.iter().sum::<glam::Vec3>() / mesh.positions.len() as f32;

@@ -56,7 +56,7 @@ fn sample_histogram_matches_pdf() {
     let mut random = Uniform(7);
     let hits = [(0.35f64, 0.3f32), (-1.2, -0.8)];
     let tests = models().chain(published()).count() * hits.len();
-    let test = ChiSquared { cells: [16, 32], samples: 300_000, midpoints: [16, 12], tests };
+    let test = ChiSquared { cells: [16, 32], samples: 300_000, nodes: [360, 384], tests };
     for (kind, fiber, model) in models().chain(published()) {
         for (theta_o, h) in hits {
             let hit = model.at(direction(theta_o, 2.2), Window::near(h));

@@ -238,7 +238,7 @@ mod tests {
     /// Compares with marching along the ray, which intersects balls instead of disks. The results differ at the ends,
     /// where a curved segment is open, and by the square of the taper.
     #[test]
-    #[ignore = "slow: marching along 2,400 rays"]
+    #[ignore = "test: marching along 2,400 rays"]
     fn entries_are_where_marching_finds_them() {
         for (linear, bend) in [(true, 0.0), (false, 0.05), (false, 0.4), (false, 0.9)] {
             let (mut both, mut wrong) = (0, 0);

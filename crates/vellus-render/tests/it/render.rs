@@ -108,7 +108,7 @@ fn clamped_light_is_reported() {
 
 /// A white furnace: white fibres in white light are invisible, for one fibre and for a clump of a thousand.
 #[test]
-#[ignore = "slow: six pictures of 1,024 pixels with 256 samples"]
+#[ignore = "test: six pictures of 1,024 pixels with 256 samples"]
 fn furnace_is_white() {
     let white = Fiber { kappa: 0.86, sigma_ms: 4.0, ..fiber() }.without_absorption();
     for (count, radius) in [(1, 0.1), (1000, 0.004)] {

@@ -50,7 +50,7 @@ fn totals_of_presets_match_the_tracer() {
 }
 
 #[test]
-#[ignore = "slow: 12 million photons through thick medullas"]
+#[ignore = "test: 12 million photons through thick medullas"]
 fn totals_of_random_fibres_match_the_tracer() {
     let mut uniform = Uniform(18);
     let mut all = [vec![], vec![]];
@@ -78,7 +78,7 @@ fn totals_of_random_fibres_match_the_tracer() {
 }
 
 #[test]
-#[ignore = "slow: 16 million photons"]
+#[ignore = "test: 16 million photons"]
 fn near_fields_of_presets_match_the_tracer() {
     let mut all = [vec![], vec![]];
     for species in Species::ALL {

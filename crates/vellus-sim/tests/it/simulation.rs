@@ -85,7 +85,7 @@ fn smoke_build_makes_usable_tables() {
 /// A quick check of the shipped tables: a few random profiles against 2,000,000 photons, with the noise subtracted in
 /// quadrature. `vellus table check` is the full check.
 #[test]
-#[ignore = "slow: 24 million photons"]
+#[ignore = "test: 24 million photons"]
 fn shipped_tables_match_simulation() {
     let data = TableData::from_bytes(Tables::SHIPPED).unwrap();
     let mut errors: Vec<_> = (0..6).map(|i| check_azimuthal(&data, 2_000_000, 11, i)).collect();
@@ -103,7 +103,7 @@ fn shipped_tables_match_simulation() {
 /// R, TT and TRT of the model match those of the whole fibre: within 1 %, or the noise of the simulation, for ten
 /// presets and three inclinations.
 #[test]
-#[ignore = "slow: 10 million photons"]
+#[ignore = "test: 10 million photons"]
 fn energies_match_fibre_reference() {
     let photons = 340_000;
     // Ten presets, three inclinations, three lobes: the bound is 3.86 standard errors.

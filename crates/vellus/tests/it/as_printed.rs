@@ -50,7 +50,7 @@ fn gauss(n: usize) -> Vec<(f64, f64)> {
 /// the same number of Gauss points in asin h″. When our segments were designed, the errors of the paper's segments at
 /// θ_o = 0.2 rad were 10 to 62 % with five on each side, and 5 to 35 % with eight.
 #[test]
-#[ignore = "slow: quadrature with 20,000 points"]
+#[ignore = "test: quadrature with 20,000 points"]
 fn published_segments_are_coarser_than_ours() {
     const NAMES: [&str; 8] =
         ["paper 5", "paper 8", "ours 5", "ours 8", "paper scattered 4", "paper scattered 8", "Gauss 4", "Gauss 8"];
@@ -158,7 +158,7 @@ fn published_segments_converge() {
 
 /// Compares the published model over a window, with many segments, with the mean of its near field over the window.
 #[test]
-#[ignore = "slow: windows by quadrature"]
+#[ignore = "test: windows by quadrature"]
 fn published_windows_are_the_mean_of_the_near_field() {
     for (theta_o, [h1, h2]) in [(0.4, [-1.0, 1.0]), (-0.9, [-0.3, 0.7]), (0.1, [0.5, 0.9])] {
         let published = AsPrinted::new(&full_fiber(), table_data()).unwrap();

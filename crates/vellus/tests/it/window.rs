@@ -33,7 +33,7 @@ impl L1 {
 /// The ten presets at four inclinations, as shipped and with five segments. R + TT + TRT are compared with 20,000
 /// points in γ, TTˢ + TRTˢ with 400 points in asin h″. The energy of each lobe is compared, too.
 #[test]
-#[ignore = "slow: quadrature with 20,000 points"]
+#[ignore = "test: quadrature with 20,000 points"]
 fn far_field_matches_quadrature() {
     let (mut shipped, mut five, mut scattered) = (Vec::new(), Vec::new(), Vec::new());
     for species in Species::ALL {
@@ -400,7 +400,7 @@ fn some_fibres_and_windows_are_finite() {
 }
 
 #[test]
-#[ignore = "slow: 200 windows by quadrature"]
+#[ignore = "test: 200 windows by quadrature"]
 fn any_fibre_and_window_is_finite() {
     check_any_fibre_and_window(10_000);
 }

@@ -15,7 +15,7 @@ pub fn test(root: &Path) -> Result<Outcome, String> {
     let Some(interpreter) = python(version) else {
         return Ok(Outcome::Skipped(format!("no Python {version}, which {package} needs")));
     };
-    let builder = match venv(root, "python", &interpreter, &python::PACKAGES) {
+    let builder = match venv(root, "maturin", &interpreter, &[python::MATURIN]) {
         Ok(python) => python,
         Err(reason) => return Ok(Outcome::Skipped(reason)),
     };

@@ -2,37 +2,37 @@
 //! machine can run, and names what it skips.
 
 mod blender;
+mod build;
 mod c;
 mod explorer;
 mod mitsuba;
 mod mitsuba_native;
-mod openusd;
+pub mod openusd;
 mod python;
-mod venv;
+pub mod venv;
+
+pub use build::build;
 
 use crate::run::Report;
 use std::path::Path;
 
 /// Builds and tests all bindings.
 pub fn all(root: &Path, report: &mut Report) -> Result<(), String> {
-    report.step("C bindings", || c::fast(root))?;
     fast(root, report)?;
-    report.attempt("C bindings, installed by cargo-c", || c::test(root))?;
-    report.attempt("notebooks", || python::notebooks(root))?;
-    report.attempt("Blender", || blender::test(root))?;
-    report.attempt("Mitsuba", || mitsuba::test(root))?;
-    report.attempt("native plugin of Mitsuba", || mitsuba_native::test(root))?;
+    report.attempt("C library", 8.0, || c::test(root))?;
+    report.attempt("notebooks", 15.0, || python::notebooks(root))?;
+    report.attempt("Blender", 20.0, || blender::test(root))?;
+    report.attempt("Mitsuba", 15.0, || mitsuba::test(root))?;
+    report.attempt("native plugin of Mitsuba", 10.0, || mitsuba_native::test(root))?;
     explorer_test(root, report)
 }
 
-/// The parts that take less than a minute each. `cargo xtask test` runs them, and the tests of the C interface with
-/// those of all crates.
+/// The part that takes less than a minute. The tests of the C interface run with those of all crates.
 pub fn fast(root: &Path, report: &mut Report) -> Result<(), String> {
-    report.attempt("Python bindings", || python::test(root))?;
-    report.attempt("USD files in OpenUSD", || openusd::test(root))
+    report.attempt("Python package", 2.0, || python::test(root))
 }
 
 /// Builds the fibre explorer and tries it in a browser.
 pub fn explorer_test(root: &Path, report: &mut Report) -> Result<(), String> {
-    report.attempt("fibre explorer in a browser", || explorer::test(root))
+    report.attempt("fibre explorer in a browser", 15.0, || explorer::test(root))
 }

@@ -1,17 +1,22 @@
-//! The Python package: builds the wheel, installs it into an empty environment and runs its tests.
+//! The Python package: its tests, its wheel, and the notebooks.
 
+use super::build::build;
 use super::venv::{python, venv};
-use crate::run::{Outcome, cargo, output, run};
+use crate::run::{Outcome, output, run};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// The oldest and the newest supported version. The first one that exists runs the tests.
 const VERSIONS: [&str; 5] = ["3.11", "3.13", "3.12", "3.10", "3.14"];
 
-pub const PACKAGES: [&str; 5] = ["maturin==1.16.0", "numpy", "pytest", "hypothesis", "mypy"];
+/// What the tests need.
+const TESTS: [&str; 4] = ["numpy", "pytest", "hypothesis", "mypy"];
+
+/// What builds the wheel.
+pub const MATURIN: &str = "maturin==1.16.0";
 
 /// What the notebooks need besides the wheel.
-const NOTEBOOKS: [&str; 5] = ["maturin==1.16.0", "numpy", "nbconvert", "ipykernel", "matplotlib"];
+const NOTEBOOKS: [&str; 5] = [MATURIN, "numpy", "nbconvert", "ipykernel", "matplotlib"];
 
 /// Executes the notebooks, with an environment of their own.
 pub fn notebooks(root: &Path) -> Result<Outcome, String> {
@@ -27,35 +32,53 @@ pub fn notebooks(root: &Path) -> Result<Outcome, String> {
     Ok(Outcome::Passed)
 }
 
-/// Results of queries in Rust, for the tests: a file in `target/bindings`.
-fn reference(root: &Path) -> Result<PathBuf, String> {
-    cargo(root, &["build", "--release", "--quiet", "--package", "vellus-python", "--example", "batch"])?;
-    let program = root.join("target/release/examples").join(format!("batch{}", std::env::consts::EXE_SUFFIX));
-    let values = output(Command::new(program).arg("values"))?;
-    let file = root.join("target/bindings/reference.json");
-    std::fs::write(&file, values).map_err(|e| format!("{}: {e}", file.display()))?;
-    Ok(file)
-}
-
-/// Builds the wheel and runs the tests against it.
+/// Runs the tests of the package, without a wheel: with the module as the test programs are compiled.
 pub fn test(root: &Path) -> Result<Outcome, String> {
     let Some(interpreter) = VERSIONS.iter().find_map(|version| python(version)) else {
         return Ok(Outcome::Skipped(format!("no Python {}", VERSIONS.join(", "))));
     };
-    let python = match venv(root, "python", &interpreter, &PACKAGES) {
+    let python = match venv(root, "package", &interpreter, &TESTS) {
         Ok(python) => python,
         Err(reason) => return Ok(Outcome::Skipped(reason)),
     };
-    install(root, &python)?;
+    let built = build(root)?;
+    place(root, &python, &built.module)?;
+    let values = output(Command::new(built.program("batch")?).arg("values"))?;
+    let reference = root.join("target/bindings/reference.json");
+    std::fs::write(&reference, values).map_err(|e| format!("{}: {e}", reference.display()))?;
     let tests = root.join("crates/vellus-python/tests");
     // Those of Mitsuba need its package.
     let others = format!("--ignore={}", tests.join("mitsuba").display());
-    let reference = reference(root)?;
     run(Command::new(&python)
-        .args(["-m", "pytest", "--quiet", &others])
+        .args(["-m", "pytest", "--quiet", "-rs", "-p", "no:cacheprovider", &others])
         .arg(tests)
         .env("VELLUS_REFERENCE", reference))?;
     Ok(Outcome::Passed)
+}
+
+/// Copies the Python files and the module to where an installed package has them.
+fn place(root: &Path, python: &Path, module: &Path) -> Result<(), String> {
+    let packages = output(Command::new(python).args(["-c", "import sysconfig; print(sysconfig.get_path('platlib'))"]))?;
+    let folder = Path::new(packages.trim()).join("vellus");
+    std::fs::remove_dir_all(&folder).ok();
+    copy(&root.join("crates/vellus-python/python/vellus"), &folder)?;
+    let name = if cfg!(windows) { "_vellus.pyd" } else { "_vellus.abi3.so" };
+    std::fs::copy(module, folder.join(name)).map_err(|e| format!("{}: {e}", module.display()))?;
+    Ok(())
+}
+
+/// Copies a folder with all that is in it, except compiled Python.
+fn copy(from: &Path, to: &Path) -> Result<(), String> {
+    let copied = std::fs::create_dir_all(to).and_then(|()| from.read_dir());
+    for entry in copied.map_err(|e| format!("{}: {e}", from.display()))?.flatten() {
+        let (path, name) = (entry.path(), entry.file_name());
+        if path.is_dir() && name != "__pycache__" {
+            copy(&path, &to.join(name))?;
+        } else if path.is_file() {
+            std::fs::copy(&path, to.join(name)).map_err(|e| format!("{}: {e}", path.display()))?;
+        }
+    }
+    Ok(())
 }
 
 /// Builds the wheel and installs it into the environment of `python`, which must have maturin.

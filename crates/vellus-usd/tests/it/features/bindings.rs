@@ -1,7 +1,7 @@
 //! Bindings of materials to prims and to collections.
 
+use super::{FOUR, said, scene};
 use crate::common::read_text;
-use crate::{FOUR, said, scene};
 use vellus::Fiber;
 use vellus_usd::Options;
 

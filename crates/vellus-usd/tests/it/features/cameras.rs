@@ -1,7 +1,7 @@
 //! Cameras, and the units of the stage.
 
+use super::{FOUR, said};
 use crate::common::read_text;
-use crate::{FOUR, said};
 use glam::Vec3;
 use vellus_scene::Units;
 use vellus_usd::Options;

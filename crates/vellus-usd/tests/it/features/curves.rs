@@ -1,7 +1,7 @@
 //! Widths, bases and end points of curves.
 
+use super::{FOUR, scene};
 use crate::common::{read_text, with_width};
-use crate::{FOUR, scene};
 use glam::Vec3;
 use vellus_scene::Basis;
 

@@ -1,7 +1,7 @@
 //! Shaders of fibres: presets, inputs, interfaces and textures.
 
+use super::{FOUR, said};
 use crate::common::{read, read_text};
-use crate::{FOUR, said};
 use vellus::{Fiber, Species};
 use vellus_scene::Parameter;
 use vellus_usd::Options;

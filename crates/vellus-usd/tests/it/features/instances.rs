@@ -1,8 +1,8 @@
 //! Native instances and PointInstancer.
 
-use crate::FOUR;
+use super::FOUR;
+use super::said;
 use crate::common::read_text;
-use crate::said;
 use glam::{Mat4, Vec3, Vec4};
 use vellus_scene::Scene;
 use vellus_usd::{Options, Warning};

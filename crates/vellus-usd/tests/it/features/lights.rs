@@ -1,6 +1,6 @@
 //! Lights of UsdLux.
 
-use crate::{FOUR, common, said, scene};
+use super::{FOUR, said, scene};
 use glam::{Mat3, Vec3};
 use vellus_scene::Light;
 use vellus_usd::Options;

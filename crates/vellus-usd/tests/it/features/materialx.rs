@@ -1,7 +1,7 @@
 //! Hair nodes of MaterialX.
 
+use super::{FOUR, said};
 use crate::common::read_text;
-use crate::{FOUR, said};
 use glam::Vec3;
 use std::path::Path;
 use vellus::{Bcsdf, Fiber, Window};

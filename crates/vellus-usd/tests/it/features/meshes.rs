@@ -1,7 +1,7 @@
 //! Meshes and their surfaces.
 
+use super::{said, scene};
 use crate::common::read;
-use crate::{said, scene};
 use glam::{Vec2, Vec3};
 use vellus_scene::Wrap;
 use vellus_usd::Options;

@@ -1,7 +1,7 @@
 //! Motion: the shutter, time samples and velocities.
 
+use super::said;
 use crate::common::{read, read_text};
-use crate::said;
 use glam::Vec3;
 use vellus_usd::Options;
 

@@ -1,7 +1,7 @@
 //! Values on curves: roots, and parameters of the fibre.
 
+use super::{said, scene};
 use crate::common::read_text;
-use crate::{said, scene};
 use glam::Vec2;
 use vellus::Fiber;
 use vellus_scene::{Parameter, Values};

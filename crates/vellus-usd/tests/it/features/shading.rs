@@ -1,7 +1,7 @@
 //! Shading networks of other programs, and MaterialX documents.
 
+use super::{FOUR, said};
 use crate::common::read_text;
-use crate::{FOUR, said};
 use std::fs;
 use std::path::{Path, PathBuf};
 use vellus::{Fiber, FiberBuilder, Parameter, Species};

@@ -1,7 +1,7 @@
 //! Composition of stages, and prims that are skipped.
 
+use super::{FOUR, said, scene};
 use crate::common::read;
-use crate::{FOUR, said, scene};
 use vellus_usd::Options;
 
 #[test]

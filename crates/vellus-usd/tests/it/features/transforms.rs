@@ -1,6 +1,6 @@
 //! Transforms of prims: order, pivots, resets and scales that are not uniform.
 
-use crate::{FOUR, said, scene};
+use super::{FOUR, said, scene};
 
 #[test]
 fn transforms_multiply_down_to_the_points_and_widths() {
