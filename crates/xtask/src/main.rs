@@ -1,7 +1,8 @@
-//! `cargo xtask check`, `test`, `bindings`, `package`, `explorer`, `torture`: the steps of CI, also to run locally.
+//! `cargo xtask check`, `test`, `bindings`, `package`, `explorer`, `torture`, `lab`: the steps of CI, also to run locally.
 
 mod bindings;
 mod explorer;
+mod lab;
 mod lint;
 mod manifests;
 mod paper;
@@ -15,7 +16,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 const USAGE: &str = "\
-usage: cargo xtask check | lint | test | bindings | package | paper | explorer | torture
+usage: cargo xtask check | lint | test | bindings | package | paper | explorer | torture | lab
 
   check    lint, then the fast tests and the documentation's examples
   lint     format, clippy, rustdoc, spelling, licences, manifests, the book, PAPER.md
@@ -24,7 +25,8 @@ usage: cargo xtask check | lint | test | bindings | package | paper | explorer |
   package  builds every package as crates.io would get it
   paper    PAPER.md only: every symbol that it names exists, and it lists every departure that the code cites
   explorer builds the fibre explorer, a page with the model as WebAssembly: target/explorer/index.html; --try tests it
-  torture  kills, full disks, damaged files and nonsense against the release build; --help lists its options";
+  torture  kills, full disks, damaged files and nonsense against the release build; --help lists its options
+  lab      format, clippy and fast tests of lab/; --slow adds its slow tests";
 
 /// A module for Python cannot be linked into a test program. [`bindings`] tests it.
 const NO_PYTHON: &str = "--exclude=vellus-python";
@@ -46,6 +48,7 @@ fn main() -> ExitCode {
             bindings::explorer_test(&root, &mut report)
         }
         Some("explorer") => report.step("fibre explorer", || explorer::build(&root)),
+        Some("lab") => lab::check(&root, &mut report, std::env::args().nth(2).as_deref() == Some("--slow")),
         Some("torture") => torture(&root, &std::env::args().skip(2).collect::<Vec<_>>()).map(|_| ()),
         _ => Err(USAGE.to_owned()),
     };

@@ -2,8 +2,8 @@
 //! requested colour is reached.
 //!
 //! ```sh
-//! cargo run --release -p vellus-experiments --example coat_colors -- fit out/coats.csv
-//! cargo run --release -p vellus-experiments --example coat_colors -- check out/check.csv
+//! cargo run --release --bin coat_colors -- fit out/coats.csv
+//! cargo run --release --bin coat_colors -- check out/check.csv
 //! ```
 //!
 //! `presets` measures the ten presets and hair with one colour. `fit` prints the numbers in

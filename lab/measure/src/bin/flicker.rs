@@ -1,6 +1,6 @@
 //! Measures whether an animation with a radiance cache, or with level of detail, flickers.
 //!
-//! `cargo run --release -p vellus-render --example flicker -- [WIDTH [FILL [SAMPLES [SCENE...]]]]`
+//! `cargo run --release --bin flicker -- [WIDTH [FILL [SAMPLES [SCENE...]]]]`
 //!
 //! Two moves, each with and without a cache: a zoom by 8 in 13 steps, and a turn by 6° in 24 frames. FILL is the number
 //! of samples of each pixel that fill the cache of a frame. Every frame has its own cache and its own seed. With `lod`

@@ -1,6 +1,6 @@
-//! Fits synthetic measurements of the ten species and prints the results: `cargo run --release -p vellus-fit
-//! --example ten_species [-- SEEDS PHOTONS]` (0 photons: the models alone). It fits each model to measurements of the
-//! model itself (2 % noise, 10 % gaps), then our model to the traced whole fibre. For both, it prints how much of the
+//! Fits synthetic measurements of the ten species and prints the results: `cargo run --release --bin
+//! ten_species [-- SEEDS PHOTONS]` (0 photons: the models alone). It fits each model to measurements of the model
+//! itself (2 % noise, 10 % gaps), then our model to the traced whole fibre. For both, it prints how much of the
 //! variation each model explains.
 
 use std::time::Instant;

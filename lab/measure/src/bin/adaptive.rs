@@ -1,6 +1,6 @@
 //! Measures what adaptive sampling could gain in the built-in scenes.
 //!
-//! `cargo run --release -p vellus-render --example adaptive -- [SAMPLES [WIDTH [SCENE...]]]`
+//! `cargo run --release --bin adaptive -- [SAMPLES [WIDTH [SCENE...]]]`
 //!
 //! It renders each tile alone, and measures its processor time. The variance of a sample is known from all samples. A
 //! pilot of the first 16 samples gives the estimate on which the renderer decides.

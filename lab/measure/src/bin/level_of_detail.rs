@@ -1,6 +1,6 @@
 //! Measures what level of detail saves, and its bias.
 //!
-//! `cargo run --release -p vellus-render --example level_of_detail -- [WIDTH [SAMPLES [BIAS,... [SCENE...]]]]`
+//! `cargo run --release --bin level_of_detail -- [WIDTH [SAMPLES [BIAS,... [SCENE...]]]]`
 //!
 //! `SCENE:white` has no pigment, `SCENE:black` much. `SCENE@front` has a sun behind the camera, `SCENE@back` one behind
 //! the object, `SCENE@sky` a white sky. BIAS is that of `--lod`: 0 is `auto`.
@@ -10,11 +10,9 @@
 //! of the converged picture over pixels of fur: the squared difference over the squared colour plus 0.001, without the
 //! noise of both pictures. `gain` is variance × processor time with all strands over that with fewer.
 
-mod common;
-
-use common::varied;
 use std::error::Error;
 use vellus_io::cpu_time;
+use vellus_measure::varied;
 use vellus_render::{Film, Layer, Lod, Settings, World, simplify};
 
 const SCENES: [&str; 6] = ["hamster", "polar-bear", "raccoon", "cat", "hair", "hamsters"];

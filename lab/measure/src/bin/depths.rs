@@ -1,7 +1,7 @@
 //! Measures how rays, time and light are divided among the scattering events of a path, and what paths through thinner
 //! fur would save.
 //!
-//! `cargo run --release -p vellus-render --example depths -- [SAMPLES [WIDTH [SCENE...]]]`
+//! `cargo run --release --bin depths -- [SAMPLES [WIDTH [SCENE...]]]`
 //!
 //! `SCENE:white` has no pigment. The picture is rendered with paths of at most k events and of any length. Differences
 //! are the rays, the processor time and the light of later events. The same is done with a quarter and a sixteenth of

@@ -1,5 +1,5 @@
 //! A picture of a built-in scene in a second, to look at grooms without a renderer: strands as lines, brighter
-//! toward their tips, and a depth buffer. `cargo run --release --example preview -- raccoon out.png [small]`
+//! toward their tips, and a depth buffer. `cargo run --release --bin preview -- raccoon out.png [small]`
 
 use glam::{Vec2, Vec3};
 use std::time::Instant;

@@ -1,13 +1,10 @@
-//! Rays per second through fur, one thread: `cargo bench -p vellus-render --bench rays -- [STRANDS …]
-//! [linear|bspline]`.
-//!
-//! With `--features embree`, compares with Embree on the same segments.
+//! Rays per second through fur, one thread, beside Embree on the same segments if it is installed:
+//! `cargo bench -p vellus-measure --bench rays -- [STRANDS …] [linear|bspline]`.
 //!
 //! The scene is a furry ball of radius 1 with cubic B-splines of 20 segments. Primary rays come from a camera. Bounce
 //! rays start where primary rays enter, in random directions. Times are processor times of the thread. The passes
 //! alternate, and the ratio is the median of five.
 
-#[cfg(feature = "embree")]
 mod embree;
 
 use glam::{Vec3, Vec4Swizzles};
@@ -135,25 +132,8 @@ fn main() {
 }
 
 /// The other ray tracer.
-#[cfg(not(feature = "embree"))]
-struct Yardstick;
-
-#[cfg(not(feature = "embree"))]
-impl Yardstick {
-    fn new(_: &Strands) -> Self {
-        Yardstick
-    }
-
-    fn beside(&self, _: &Curves, _: &str, _: &[Ray], ours: impl Fn() -> f64) -> String {
-        format!("{:.3} Mrays/s", median(std::array::from_fn(|_| ours())))
-    }
-}
-
-/// The other ray tracer.
-#[cfg(feature = "embree")]
 struct Yardstick(Result<embree::Embree, String>);
 
-#[cfg(feature = "embree")]
 impl Yardstick {
     fn new(strands: &Strands) -> Self {
         let start = time(ClockId::ProcessCPUTime);
@@ -167,7 +147,7 @@ impl Yardstick {
     fn beside(&self, curves: &Curves, name: &str, rays: &[Ray], ours: impl Fn() -> f64) -> String {
         let embree = match &self.0 {
             Ok(embree) => embree,
-            Err(why) => return format!("(no Embree: {why})"),
+            Err(why) => return format!("{:.3} Mrays/s (no Embree: {why})", median(std::array::from_fn(|_| ours()))),
         };
         let (intersect, occluded) = (embree.intersect(), embree.occluded());
         let theirs =

@@ -1,8 +1,8 @@
 //! Finds the worst case of each accuracy statement over all valid fibres, inclinations and windows.
 //!
 //! ```sh
-//! cargo run --release -p vellus --example worst_case                            # all quantities, on one core
-//! cargo run --release -p vellus --example worst_case -- far-scattered --fibers 5000
+//! cargo run --release --bin worst_case                            # all quantities, on one core
+//! cargo run --release --bin worst_case -- far-scattered --fibers 5000
 //! ```
 //!
 //! The program measures each quantity at random points of the parameter space. It then climbs from the points with the

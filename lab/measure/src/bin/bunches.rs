@@ -1,6 +1,6 @@
 //! Measures how many events of a path one thick fibre could replace.
 //!
-//! `cargo run --release -p vellus-render --example bunches -- [PATHS [SCENE...]]`
+//! `cargo run --release --bin bunches -- [PATHS [SCENE...]]`
 //!
 //! `SCENE:white` has no pigment. Strands with near roots and tips form bunches of 4 to 4,096. Paths go through
 //! the real strands. Successive events in one bunch are what one event of an aggregate would replace. So `saved` is the

@@ -1,6 +1,6 @@
 //! Counts fireflies in the built-in scenes: pixels brighter than 3 times the median of their neighbours.
 //!
-//! `cargo run --release -p vellus-render --example fireflies -- [SAMPLES [WIDTH [SCENE...]]]`
+//! `cargo run --release --bin fireflies -- [SAMPLES [WIDTH [SCENE...]]]`
 //!
 //! It renders each picture with two seeds. A pixel that stands out with both seeds is a detail of the scene, such as a
 //! highlight in an eye. One that stands out with one seed only is a firefly. The count is that of one picture.

@@ -1,6 +1,6 @@
 //! Measures what a radiance cache gains, and its error.
 //!
-//! `cargo run --release -p vellus-render --example radiance_cache -- [WIDTH [FILL [SAMPLES [REFERENCE [SCENE...]]]]]`
+//! `cargo run --release --bin radiance_cache -- [WIDTH [FILL [SAMPLES [REFERENCE [SCENE...]]]]]`
 //!
 //! `SCENE:white` has no pigment, `SCENE:black` much. `SCENE@front` has a sun behind the camera, `SCENE@back` one behind
 //! the object, `SCENE@sky` a white sky. FILL is the number of samples of each pixel that fill the cache.
@@ -11,11 +11,9 @@
 //! cache and of SAMPLES cached samples. It counts the floor as error. `ideal` is the ratio of variance × time, without
 //! the cache's time and error.
 
-mod common;
-
-use common::varied;
 use std::error::Error;
 use vellus_io::cpu_time;
+use vellus_measure::varied;
 use vellus_render::{Film, Layer, RadianceCache, Settings, World};
 
 const SCENES: [&str; 6] = ["hamster", "hamster:white", "polar-bear", "raccoon", "cat", "hair"];

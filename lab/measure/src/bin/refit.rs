@@ -1,5 +1,5 @@
 //! Fits the ten species again with the reflecting exit, to the far field of the published fibres with the open exit:
-//! `cargo run --release -p vellus-fit --example refit`. It prints the rows of `FITTED` in
+//! `cargo run --release --bin refit`. It prints the rows of `FITTED` in
 //! `crates/vellus/src/fiber/species.rs`, and how well they match.
 
 use vellus::{Exit, Fiber, Species};

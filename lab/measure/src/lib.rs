@@ -1,4 +1,4 @@
-//! Variants of the built-in scenes, for the examples that measure.
+//! Variants of the built-in scenes, for the programs in `src/bin`.
 
 use std::error::Error;
 use vellus_groom::scene;
