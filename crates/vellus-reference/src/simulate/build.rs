@@ -1,8 +1,8 @@
 //! Builds the tables of the medulla: simulates profiles in pieces, and compresses them to [`TableData`].
 
-use crate::compress::{Problem, compress};
-use crate::exits::ExitQuality;
-use crate::medulla::{azimuthal, longitudinal, longitudinal_borders, stream};
+use crate::simulate::compress::{Problem, compress};
+use crate::simulate::exits::ExitQuality;
+use crate::simulate::medulla::{azimuthal, longitudinal, longitudinal_borders, stream};
 use ndarray::Array2;
 use rayon::prelude::*;
 use std::str::FromStr;

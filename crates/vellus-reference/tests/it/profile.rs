@@ -1,7 +1,7 @@
 //! The far field of a whole fibre with a rough cuticle.
 
 use vellus::{Fiber, Species};
-use vellus_sim::profile::{Cells, profile};
+use vellus_reference::simulate::profile::{Cells, profile};
 
 /// Cells of `step` degrees over the whole sphere.
 fn sphere(step: f64) -> Cells {

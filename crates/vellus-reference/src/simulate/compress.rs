@@ -7,7 +7,7 @@
 //! Each profile is first scaled by the inverse square root of its norm. The normalisation at the query undoes it.
 //! Without the scale, the sharp forward peaks of g → 0.95 would use up all components.
 
-use crate::medulla::stream;
+use crate::simulate::medulla::stream;
 use ndarray::{Array2, ArrayView2, Axis, s};
 use rand::Rng;
 use vellus::FactorTable;

@@ -2,10 +2,10 @@
 
 use std::f64::consts::{PI, TAU};
 use vellus::{Bcsdf, Fiber, Species, TableData, Tables, Window};
-use vellus_sim::build::Quality;
-use vellus_sim::check::{TableKind, check_azimuthal, check_longitudinal, summary};
-use vellus_sim::energies::{Fate, Offsets, energies};
-use vellus_sim::medulla::{azimuthal, longitudinal, longitudinal_borders, stream};
+use vellus_reference::simulate::build::Quality;
+use vellus_reference::simulate::check::{TableKind, check_azimuthal, check_longitudinal, summary};
+use vellus_reference::simulate::energies::{Fate, Offsets, energies};
+use vellus_reference::simulate::medulla::{azimuthal, longitudinal, longitudinal_borders, stream};
 use vellus_testing::significance::{max_abs_z, max_unseen_mean};
 
 /// The Henyey–Greenstein phase function over the azimuth: ∫ p(cos θ cos φ) cos θ dθ, with φ from the forward direction.
@@ -72,7 +72,7 @@ fn smoke_build_makes_usable_tables() {
     let errors: Vec<_> = (0..8).flat_map(|i| check_longitudinal(&data, 200_000, 1, i)).collect();
     let errors: Vec<_> = errors.into_iter().chain((0..8).map(|i| check_azimuthal(&data, 200_000, 1, i))).collect();
     for kind in TableKind::ALL {
-        let own = |e: &&vellus_sim::check::ProfileError| e.kind == kind;
+        let own = |e: &&vellus_reference::simulate::check::ProfileError| e.kind == kind;
         let l1 = summary(errors.iter().filter(own).map(|e| (e.l1.powi(2) - e.noise.powi(2)).max(0.0).sqrt()).collect());
         assert!(l1.mean < 0.1, "{}: {l1:?}", kind.name());
     }
@@ -91,7 +91,7 @@ fn shipped_tables_match_simulation() {
     let mut errors: Vec<_> = (0..6).map(|i| check_azimuthal(&data, 2_000_000, 11, i)).collect();
     errors.extend((0..6).flat_map(|i| check_longitudinal(&data, 2_000_000, 11, i)));
     for kind in TableKind::ALL {
-        let own = |e: &&vellus_sim::check::ProfileError| e.kind == kind;
+        let own = |e: &&vellus_reference::simulate::check::ProfileError| e.kind == kind;
         let l1 = summary(errors.iter().filter(own).map(|e| (e.l1.powi(2) - e.noise.powi(2)).max(0.0).sqrt()).collect());
         assert!(l1.mean < 0.03 && l1.max < 0.1, "{}: {l1:?}", kind.name());
     }

@@ -5,7 +5,7 @@
 //! the probability of each state as a polynomial. The probabilities sum to exactly 1, because the polynomials contain
 //! the constant.
 
-use crate::medulla::{SimRng, stream, trace, uniform2};
+use crate::simulate::medulla::{SimRng, stream, trace, uniform2};
 use rayon::prelude::*;
 use vellus::grid;
 use vellus::parts::{ABSORPTIONS, ENTRIES, ExitData, MAX_SIN2, NODES, ROWS, STATES, absorption_at, monomials, state};

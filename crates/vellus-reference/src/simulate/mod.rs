@@ -1,4 +1,4 @@
-//! Monte Carlo simulations for the `vellus` fur model: the scattering medulla, and whole fibres.
+//! Monte Carlo simulations: the scattering medulla, and whole fibres. The feature `simulation`.
 //!
 //! - [`medulla`]: light in a purely scattering cylinder. The tables of the medulla come from it.
 //! - [`compress`]: compresses the simulated profiles into short sums of products.
@@ -13,7 +13,7 @@
 //!
 //! ```
 //! use vellus::{Fiber, Species};
-//! use vellus_sim::energies::{Fate, Offsets, energies};
+//! use vellus_reference::simulate::energies::{Fate, Offsets, energies};
 //! # fn main() -> Result<(), vellus::Error> {
 //! // 10,000 photons over the whole width of a fibre, at an inclination of 30°.
 //! let fiber = Fiber::preset(Species::RedFox);

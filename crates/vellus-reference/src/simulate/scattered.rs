@@ -1,8 +1,8 @@
 //! Where light that the medulla scattered leaves a whole fibre with a smooth cuticle: at its first encounter with the
 //! cuticle after scattering, and at later ones.
 
-use crate::medulla::{stream, uniform2};
-use crate::tracer::{CHUNK, Fate, Surface, Tracer, check, out_of_range};
+use crate::simulate::medulla::{stream, uniform2};
+use crate::simulate::tracer::{CHUNK, Fate, Surface, Tracer, check, out_of_range};
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 use vellus::{Error, Fiber};

@@ -1,13 +1,13 @@
 //! Accuracy of tables: compares compressed with simulated profiles at random parameters. These are between the nodes,
 //! so the error includes rank, noise and interpolation.
 
-use crate::medulla::{SimRng, azimuthal, longitudinal, longitudinal_borders, stream};
+use crate::exact::{Profile, mean_path};
+use crate::simulate::medulla::{SimRng, azimuthal, longitudinal, longitudinal_borders, stream};
 use rand::Rng;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 use vellus::{TableData, grid};
 use vellus_io::{Progress, Steps};
-use vellus_reference::exact::{Profile, mean_path};
 
 /// Number of azimuths of a comparison. Each longitudinal half has half as many steps in θᵢ.
 const DIRECTIONS: usize = 720;

@@ -1,6 +1,6 @@
 //! Builds of tables that continue after an interruption: finished slabs are kept in a folder.
 
-use crate::build::{Quality, Slab, SlabKind};
+use crate::simulate::build::{Quality, Slab, SlabKind};
 use std::io;
 use std::path::{Path, PathBuf};
 use vellus::TableData;

@@ -2,9 +2,9 @@
 
 use vellus::parts::{ENTRIES, ExitData, ROWS, SHIPPED_EXITS, STATES};
 use vellus::{Bcsdf, Exit, Fiber, Species, Window, grid};
-use vellus_sim::energies::{Offsets, energies};
-use vellus_sim::exits::first_exits;
-use vellus_sim::medulla::stream;
+use vellus_reference::simulate::energies::{Offsets, energies};
+use vellus_reference::simulate::exits::first_exits;
+use vellus_reference::simulate::medulla::stream;
 use vellus_testing::{Uniform, direction};
 
 /// The model's total, RGB, for one exit.

@@ -1,14 +1,14 @@
 //! Energies of the paths through a whole fibre with a smooth cuticle and flat scales, by Monte Carlo.
 //!
-//! [`mod@crate::profile`] has a rough cuticle with tilted scales.
+//! [`mod@crate::simulate::profile`] has a rough cuticle with tilted scales.
 
-use crate::medulla::{stream, uniform2};
-use crate::tracer::{CHUNK, Surface, Tracer, check, out_of_range};
+use crate::simulate::medulla::{stream, uniform2};
+use crate::simulate::tracer::{CHUNK, Surface, Tracer, check, out_of_range};
 use rayon::prelude::*;
 use vellus::{Error, Fiber};
 use vellus_io::{Progress, Steps};
 
-pub use crate::tracer::Fate;
+pub use crate::simulate::tracer::Fate;
 
 /// Energies with their standard errors, RGB, as fractions of the light that hits the fibre.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,10 +7,10 @@
 //! R, TT and TRT carry the same energy in the model. Scattered light does not: the model lets it leave the fibre
 //! without reflection, while here most of it is totally reflected inside many times.
 
-use crate::medulla::{SimRng, Vec3, scatter, uniform2};
+use crate::exact::fresnel;
+use crate::simulate::medulla::{SimRng, Vec3, scatter, uniform2};
 use std::f64::consts::{FRAC_PI_2, TAU};
 use vellus::{Error, Fiber};
-use vellus_reference::exact::fresnel;
 
 /// Photons of one random stream. This is the unit of work of a thread.
 pub(crate) const CHUNK: u64 = 1 << 14;
@@ -41,7 +41,7 @@ pub enum Fate {
 }
 
 impl Fate {
-    /// All fates, in the order of [`Energies::mean`](crate::energies::Energies::mean).
+    /// All fates, in the order of [`Energies::mean`](crate::simulate::energies::Energies::mean).
     pub const ALL: [Fate; 6] = [Fate::R, Fate::Tt, Fate::Trt, Fate::Higher, Fate::Scattered, Fate::Guided];
 
     /// The name in files.

@@ -1,7 +1,7 @@
 //! The far field of a whole fibre, with a rough cuticle and tilted scales, as a gonioreflectometer measures it.
 
-use crate::medulla::{stream, uniform2};
-use crate::tracer::{CHUNK, Fate, Surface, Tracer};
+use crate::simulate::medulla::{stream, uniform2};
+use crate::simulate::tracer::{CHUNK, Fate, Surface, Tracer};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 use vellus::{Error, Fiber};
