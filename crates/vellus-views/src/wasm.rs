@@ -1,9 +1,9 @@
-//! The fibre explorer's model as a WebAssembly module. The page `explorer.html` of `vellus-views` uses it.
+//! The exports of the WebAssembly module that the page `explorer.html` uses. Native builds have them in unit tests only.
 //!
-//! It has three exports. [`vellus_alloc`] returns room for a request of `size` bytes. [`vellus_answer`] reads a request
+//! There are three. [`vellus_alloc`] returns room for a request of `size` bytes. [`vellus_answer`] reads a request
 //! there and returns the address of a response: its length in bytes (u32, little-endian), then the JSON text.
 //! [`vellus_free`] releases either. For a response it needs the length of the text plus 4. Plain names such as `free`
-//! would replace those of C in a native build.
+//! would replace those of C in a test program.
 #![allow(unsafe_code, reason = "memory that a page of JavaScript reads and writes; each use states its contract")]
 
 use std::alloc::{Layout, alloc, dealloc};
@@ -51,7 +51,7 @@ pub unsafe extern "C" fn vellus_answer(request: *const u8, size: usize) -> *mut 
         // SAFETY: the caller keeps the contract.
         unsafe { std::slice::from_raw_parts(request, size) }
     };
-    let text = vellus_views::answer(&String::from_utf8_lossy(bytes));
+    let text = crate::answer(&String::from_utf8_lossy(bytes));
     let Ok(length) = u32::try_from(text.len()) else { return std::ptr::null_mut() };
     let block = vellus_alloc(HEADER + text.len());
     if !block.is_null() {
@@ -88,7 +88,7 @@ mod tests {
     #[test]
     fn a_request_through_memory_gets_the_answer_of_the_library() {
         let request = r#"{"ask":"parameters"}"#;
-        assert_eq!(ask(request), vellus_views::answer(request));
+        assert_eq!(ask(request), crate::answer(request));
         assert!(ask("{").contains("error"));
     }
 
