@@ -12,7 +12,7 @@ use vellus_io::parse;
 use vellus_models::ModelKind;
 use vellus_plot::query::{Offsets, Query};
 use vellus_plot::{Draw, check_names, energy, error, lobes, medulla, models, profile, save, windows};
-use vellus_sim::read_tables;
+use vellus_reference::simulate::read_tables;
 
 #[derive(clap::Args)]
 pub struct Args {

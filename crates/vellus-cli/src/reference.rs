@@ -7,7 +7,7 @@ use anyhow::Result;
 use vellus::Bcsdf;
 use vellus_io::parse;
 use vellus_plot::text::{self, Reference};
-use vellus_sim::energies::{Offsets, energies};
+use vellus_reference::simulate::energies::{Offsets, energies};
 
 /// The largest number of photons. It would take months.
 const MAX_PHOTONS: u64 = 1_000_000_000_000;

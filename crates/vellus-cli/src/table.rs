@@ -10,8 +10,8 @@ use std::path::PathBuf;
 use vellus_io::parse;
 use vellus_plot::medulla::PHOTONS;
 use vellus_plot::text;
-use vellus_sim::build::Quality;
-use vellus_sim::{check, read_tables, resume};
+use vellus_reference::simulate::build::Quality;
+use vellus_reference::simulate::{check, read_tables, resume};
 
 #[derive(clap::Subcommand)]
 pub enum Command {

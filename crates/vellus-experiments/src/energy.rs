@@ -10,7 +10,7 @@ use vellus::{Fiber, Lobe, Species, TableData, Tables};
 use vellus_models::{ModelKind, energies as model_energies};
 use vellus_plot::bars::Bars;
 use vellus_reference::as_printed::AsPrinted;
-use vellus_sim::energies::{Offsets, energies};
+use vellus_reference::simulate::energies::{Offsets, energies};
 
 /// Offsets over which the published model is averaged: midpoints in asin h.
 const OFFSETS: usize = 400;

@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use vellus::{Bcsdf, Exit, Fiber, Hit, Lobe, Species, Window};
 use vellus_models::direction;
 use vellus_plot::sheet::{DECADES, Sheet};
-use vellus_sim::scattered::{self, Scattered};
+use vellus_reference::simulate::scattered::{self, Scattered};
 
 /// Cells of θ and φ: 10° × 15°.
 const CELLS: [usize; 2] = [18, 24];

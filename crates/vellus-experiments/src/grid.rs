@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use vellus::Fiber;
 use vellus_models::{Directions, ModelKind};
 use vellus_plot::sheet::DECADES;
-use vellus_sim::profile::{Cells, profile};
+use vellus_reference::simulate::profile::{Cells, profile};
 
 /// θ_o, degrees.
 pub const THETA_O: f64 = -30.0;

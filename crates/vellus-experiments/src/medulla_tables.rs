@@ -5,7 +5,7 @@ use crate::{Claim, Outcome, Table, Verdict};
 use anyhow::Result;
 use vellus::{TableData, Tables};
 use vellus_plot::medulla;
-use vellus_sim::check::{ProfileError, TableKind, check_azimuthal, check_longitudinal, summary};
+use vellus_reference::simulate::check::{ProfileError, TableKind, check_azimuthal, check_longitudinal, summary};
 
 /// The paper's grid: σ_ms, g, h or θ, directions; and its rank.
 const GRID: [usize; 4] = [24, 16, 16, 720];

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use std::sync::atomic::Ordering;
 use vellus::Parameter;
 use vellus_io::{Progress, Steps};
-use vellus_sim::medulla::SimRng;
+use vellus_reference::simulate::medulla::SimRng;
 
 /// The number of points of the profile that the first descents use.
 const SAMPLE: usize = 600;

@@ -11,8 +11,8 @@ use std::fmt;
 use vellus::Fiber;
 use vellus_io::Progress;
 use vellus_models::Directions;
-use vellus_sim::medulla::SimRng;
-use vellus_sim::profile::{Cells, profile};
+use vellus_reference::simulate::medulla::SimRng;
+use vellus_reference::simulate::profile::{Cells, profile};
 
 /// A simulated gantry: its angles, sampling and noise.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -10,7 +10,7 @@ use std::ops::RangeInclusive;
 use vellus::TableData;
 use vellus_io::{Progress, Steps};
 use vellus_reference::exact::Profile;
-use vellus_sim::medulla::{azimuthal, longitudinal, stream};
+use vellus_reference::simulate::medulla::{azimuthal, longitudinal, stream};
 
 /// (τ, g) of the columns: a thin, a medium and a thick medulla, between the nodes of the tables.
 const COLUMNS: [(f64, f64); 3] = [(0.25, 0.3), (2.0, 0.6), (9.0, 0.88)];

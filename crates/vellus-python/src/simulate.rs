@@ -13,8 +13,8 @@ use pyo3::types::PyTuple;
 use rayon::prelude::*;
 use vellus::{Field, Model};
 use vellus_models::{Directions, ModelKind};
-use vellus_sim::energies::{Fate, Offsets, energies};
-use vellus_sim::profile::Cells;
+use vellus_reference::simulate::energies::{Fate, Offsets, energies};
+use vellus_reference::simulate::profile::Cells;
 
 /// The most cells of a simulated profile. Sixty-four histograms of them are in memory at a time.
 const MOST_CELLS: usize = 500_000;
@@ -155,7 +155,7 @@ fn simulate<'py>(
     let radians = |angles: Vec<f64>| angles.into_iter().map(f64::to_radians).collect();
     let cells = Cells { theta: radians(theta), phi: radians(phi), size: size.map(f64::to_radians) };
     let values = threads::run_reporting(py, progress, |watch| {
-        vellus_sim::profile::profile(&fiber, theta_o.to_radians(), &cells, photons, seed, watch)
+        vellus_reference::simulate::profile::profile(&fiber, theta_o.to_radians(), &cells, photons, seed, watch)
     })?;
     Ok(PyArray1::from_slice(py, values.map_err(value)?.as_flattened()).reshape(shape)?.into_any())
 }

@@ -46,7 +46,7 @@
 //! # Ok::<(), vellus_render::Error>(())
 //! ```
 //!
-//! Features: `denoise` loads Intel Open Image Denoise at run time; `embree` adds a benchmark beside Embree.
+//! The feature `denoise` loads Intel Open Image Denoise at run time.
 
 /// The version of the pictures. It changes with every change that alters a picture: the changelog marks these *image*.
 /// Films of different versions cannot be merged.

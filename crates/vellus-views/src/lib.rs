@@ -31,6 +31,8 @@ mod lobes;
 mod parameters;
 mod request;
 mod section;
+#[cfg(any(test, target_family = "wasm"))]
+mod wasm;
 
 pub use files::FILES;
 

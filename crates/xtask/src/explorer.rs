@@ -86,10 +86,10 @@ fn compile(root: &Path) -> Result<PathBuf, String> {
     }
     cargo.env("RUSTFLAGS", "-C target-feature=+simd128").current_dir(root);
     // Answers are JSON. The workspace does not optimize serde_json.
-    cargo.args(["rustc", "--release", "--target", TARGET, "--package", "vellus-wasm", "--crate-type", "cdylib"]);
+    cargo.args(["rustc", "--release", "--target", TARGET, "--package", "vellus-views", "--crate-type", "cdylib"]);
     cargo.args(["--config", "profile.release.package.serde_json.opt-level=2", "--target-dir"]).arg(&folder).args(more);
     run(cargo.args(["--", "-C", "strip=symbols"]))?;
-    Ok(folder.join(TARGET).join("release/vellus_wasm.wasm"))
+    Ok(folder.join(TARGET).join("release/vellus_views.wasm"))
 }
 
 /// The page with its style, modules and WebAssembly inside.

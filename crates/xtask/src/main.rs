@@ -2,6 +2,7 @@
 
 mod bindings;
 mod explorer;
+mod lab;
 mod lint;
 mod manifests;
 mod paper;
@@ -18,6 +19,7 @@ use std::process::ExitCode;
 
 const USAGE: &str = "\
 usage: cargo xtask check [--all] | test | full | tests | lint | bindings | package | paper | explorer | torture
+                   lab [--slow]
 
   check    before each commit: format, text, clippy, and the fast tests; --all adds rustdoc, spelling, licences, the book
   test     before each merge, and what CI runs: all of `check` but clippy, longer tests, the Python package, OpenUSD,
@@ -31,6 +33,7 @@ usage: cargo xtask check [--all] | test | full | tests | lint | bindings | packa
   paper    PAPER.md only: every symbol that it names exists, and it lists every departure that the code cites
   explorer builds the fibre explorer, a page with the model as WebAssembly: target/explorer/index.html; --try tests it
   torture  kills, full disks, damaged files and nonsense against the command; --help lists its options
+  lab      format, clippy and fast tests of lab/; --slow adds its slow tests
 
 VELLUS_REQUIRE lists what must not be skipped: steps and kinds of tests, such as gpu,openusd.";
 
@@ -52,6 +55,8 @@ fn main() -> ExitCode {
         ["package"] => manifests::package(&root, &mut report),
         ["paper"] => report.step("PAPER.md", 1.0, || paper::check(&root)),
         ["explorer", "--try"] => bindings::explorer_test(&root, &mut report),
+        ["lab"] => lab::check(&root, &mut report, false),
+        ["lab", "--slow"] => lab::check(&root, &mut report, true),
         ["explorer"] => report.step("fibre explorer", 15.0, || explorer::build(&root)),
         ["torture", options @ ..] => tiers::torture(&root, options).map(|_| ()),
         _ => Err(USAGE.to_owned()),

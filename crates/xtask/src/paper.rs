@@ -9,7 +9,9 @@ use std::path::{Path, PathBuf};
 pub fn check(root: &Path) -> Result<(), String> {
     let paper = read(&root.join("PAPER.md"))?;
     let mut sources = Vec::new();
-    collect(&root.join("crates"), &mut sources)?;
+    for folder in ["crates", "lab"] {
+        collect(&root.join(folder), &mut sources)?;
+    }
     let texts: Vec<(PathBuf, String)> =
         sources.into_iter().map(|path| read(&path).map(|text| (path, text))).collect::<Result<_, _>>()?;
     let mut problems = Vec::new();
@@ -43,7 +45,9 @@ fn read(path: &Path) -> Result<String, String> {
 fn collect(folder: &Path, into: &mut Vec<PathBuf>) -> Result<(), String> {
     for entry in fs::read_dir(folder).map_err(|e| format!("{}: {e}", folder.display()))? {
         let path = entry.map_err(|e| e.to_string())?.path();
-        if path.is_dir() {
+        if path.ends_with("target") {
+            // What was built in `lab/`.
+        } else if path.is_dir() {
             collect(&path, into)?;
         } else if path.extension().is_some_and(|e| e == "rs") {
             into.push(path);

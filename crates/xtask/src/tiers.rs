@@ -3,7 +3,7 @@
 use crate::bindings::{self, openusd};
 use crate::run::{Outcome, Report, cargo, run};
 use crate::tests::{self, Tier};
-use crate::{lint, portability};
+use crate::{lab, lint, portability};
 use std::path::Path;
 use std::process::Command;
 
@@ -37,6 +37,7 @@ pub fn full(root: &Path, report: &mut Report) -> Result<(), String> {
     programs(root, report, Tier::Full)?;
     bindings::all(root, report)?;
     portability::all(root, report)?;
+    lab::check(root, report, true)?;
     report.attempt("torture", 15.0, || torture(root, &LONG))
 }
 

@@ -4,7 +4,7 @@ use vellus::{CoatColors, Color, Fiber, Species};
 use vellus_experiments::coat::{Axis, Coat, Sheet, delta_e2000, random_color, random_fiber};
 
 /// Fibres that the fit has not seen, each with a random colour within its reach. The whole list has 200 fibres:
-/// `cargo run --release -p vellus-experiments --example coat_colors -- check FILE`.
+/// `cargo run --release --bin coat_colors -- check FILE` in `lab/`.
 #[test]
 #[ignore = "test: 20 coats"]
 fn coats_have_the_requested_colours() {

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use vellus::{Fiber, Species};
 use vellus_fit::{FALSE_ALARM, Fit, Forward, NoFit, Options, Profile, Synthetic, fit, simulate};
 use vellus_models::ModelKind;
-use vellus_sim::medulla::SimRng;
+use vellus_reference::simulate::medulla::SimRng;
 
 fn gantry() -> Synthetic {
     Synthetic { step: [4.0, 4.0], ..Synthetic::default() }

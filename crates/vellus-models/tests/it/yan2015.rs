@@ -4,7 +4,7 @@ use vellus::{Bcsdf, Fiber, Lobe, Model, Scattering, Species, Window};
 use vellus_models::yan2015::LOBES;
 use vellus_models::{Yan2015, ZinkeWeber2007};
 use vellus_reference::exact::{fresnel, interface};
-use vellus_sim::energies::{Offsets, energies};
+use vellus_reference::simulate::energies::{Offsets, energies};
 use vellus_testing::{Uniform, direction, full_fiber};
 
 /// Without medulla it equals the near field of Zinke and Weber, up to TRT, apart from the reflectance of the cuticle.

@@ -2,7 +2,7 @@
 
 use super::{align, header};
 use vellus::TableData;
-use vellus_sim::check::{ProfileError, TableKind, summary};
+use vellus_reference::simulate::check::{ProfileError, TableKind, summary};
 
 /// Ranks, nodes and bytes of each table.
 pub fn table_info(data: &TableData) -> String {

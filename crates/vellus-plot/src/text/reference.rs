@@ -3,7 +3,7 @@
 use super::{Format, align, header, number};
 use serde_json::{Map, json};
 use vellus::{Exit, Lobe};
-use vellus_sim::energies::{Energies, Fate};
+use vellus_reference::simulate::energies::{Energies, Fate};
 
 /// A simulation of the whole fibre, and the model.
 #[derive(Clone, Debug)]

@@ -3,7 +3,7 @@
 //! Light in a coat is scattered many times. How much returns depends on the loss L = 1 − Σ A at a scattering and on how
 //! far scattered light turns, K = Σ w (A − A⟨cos ψ⟩), summed over the lobes: in theory (van de Hulst's similarity)
 //! only on s² = L/(L + K). The form of [`Curve`] and its numbers are fitted to renderings of coats.
-//! `cargo run --release -p vellus-experiments --example coat_colors` makes the renderings and the fit.
+//! `cargo run --release --bin coat_colors` in `lab/` makes the renderings and the fit.
 
 mod curve;
 pub(crate) mod moments;

@@ -44,7 +44,7 @@ const TABLE_4: [(Species, &str, [f32; 10]); 10] = [
 /// κ, σ_ca, σ_ms, σ_ma, g of the same species with [`Exit::Reflecting`]. The other parameters are those of Table 4.
 ///
 /// `vellus_fit::refit` fitted them to the far field of Table 4's fibre with [`Exit::Open`], because the measurements
-/// are not public. `cargo run --release -p vellus-fit --example refit` makes this table.
+/// are not public. `cargo run --release --bin refit` in `lab/` makes this table.
 #[rustfmt::skip]
 const FITTED: [[f32; 5]; 10] = [
     [0.950, 0.523, 1.539, 0.067, 0.556], // bobcat

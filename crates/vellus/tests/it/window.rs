@@ -115,7 +115,7 @@ fn unscattered_error(fiber: &Fiber, theta_o: f64) -> f64 {
     l1.iter().map(L1::relative).fold(0.0, f64::max)
 }
 
-/// Fibres far from the presets, found by `examples/worst_case`: narrow lobes, η near 1, and a medulla's edge inside
+/// Fibres far from the presets, found by `worst_case` in `lab/`: narrow lobes, η near 1, and a medulla's edge inside
 /// the fibre. The bounds are the measured errors (0.09, 2.7 and 0.6 %), rounded up. Without more segments for windows
 /// of such fibres the errors are 5 to 82 %.
 #[test]

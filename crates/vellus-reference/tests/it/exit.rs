@@ -1,0 +1,134 @@
+//! The energies of fibres whose cuticle reflects scattered light (D17), compared with the photon tracer.
+
+use vellus::parts::{ENTRIES, ExitData, ROWS, SHIPPED_EXITS, STATES};
+use vellus::{Bcsdf, Exit, Fiber, Species, Window, grid};
+use vellus_reference::simulate::energies::{Offsets, energies};
+use vellus_reference::simulate::exits::first_exits;
+use vellus_reference::simulate::medulla::stream;
+use vellus_testing::{Uniform, direction};
+
+/// The model's total, RGB, for one exit.
+fn total(fiber: &Fiber, exit: Exit, theta_o: f64, window: Window) -> [f64; 3] {
+    let bcsdf = Bcsdf::new(&fiber.with_exit(exit)).unwrap();
+    bcsdf.at(direction(theta_o, 0.0), window).energy().total().map(f64::from)
+}
+
+/// Mean, 95th percentile and largest of absolute values.
+fn statistics(mut errors: Vec<f64>) -> [f64; 3] {
+    errors.sort_by(f64::total_cmp);
+    let n = errors.len();
+    [errors.iter().sum::<f64>() / n as f64, errors[(n * 95).div_ceil(100) - 1], errors[n - 1]]
+}
+
+/// Relative errors of the totals of all channels.
+fn errors(fiber: &Fiber, theta_o: f64, offsets: Offsets, window: Window, photons: u64, seed: u64) -> [Vec<f64>; 2] {
+    let traced = energies(fiber, theta_o, offsets, photons, seed, &()).unwrap();
+    [Exit::Open, Exit::Reflecting].map(|exit| {
+        let ours = total(fiber, exit, theta_o, window);
+        (0..3).map(|c| (ours[c] / traced.total[0][c] - 1.0).abs()).collect()
+    })
+}
+
+#[test]
+fn totals_of_presets_match_the_tracer() {
+    let mut all = [vec![], vec![]];
+    for species in Species::ALL {
+        let fiber = Fiber::published(species);
+        let mut line = format!("{:10}", species.name());
+        for (k, degrees) in [0.0f64, 30.0, 60.0, 75.0].into_iter().enumerate() {
+            let theta = degrees.to_radians();
+            let [open, reflecting] = errors(&fiber, theta, Offsets::Whole, Window::far(), 100_000, k as u64);
+            line += &format!("  {:6.2} % {:5.2} %", 100.0 * open[0], 100.0 * reflecting[0]);
+            all[0].push(open[0]);
+            all[1].push(reflecting[0]);
+        }
+        println!("{line}");
+    }
+    let [open, reflecting] = all.map(statistics);
+    println!("open {open:.4?}, reflecting {reflecting:.4?}");
+    assert!(reflecting[0] <= 0.01 && reflecting[1] <= 0.03 && reflecting[2] <= 0.06);
+}
+
+#[test]
+#[ignore = "test: 12 million photons through thick medullas"]
+fn totals_of_random_fibres_match_the_tracer() {
+    let mut uniform = Uniform(18);
+    let mut all = [vec![], vec![]];
+    for k in 0..300 {
+        let mut fiber = uniform.fiber();
+        if k % 2 == 0 {
+            fiber.sigma_ca = [fiber.sigma_ca[0]; 3];
+            fiber.sigma_ma = [fiber.sigma_ma[0]; 3];
+        }
+        let theta = uniform.within(0.0, 1.31);
+        let [open, reflecting] = errors(&fiber, theta, Offsets::Whole, Window::far(), 40_000, k);
+        let worst = reflecting.iter().copied().fold(0.0, f64::max);
+        if worst > 0.03 {
+            println!("{worst:.3} {theta:.2} {fiber:?}");
+        }
+        let channels = if k % 2 == 0 { 1 } else { 3 };
+        all[0].extend(&open[..channels]);
+        all[1].extend(&reflecting[..channels]);
+    }
+    let [open, reflecting] = all.map(statistics);
+    println!("open {open:.4?}, reflecting {reflecting:.4?}");
+    // The worst absorb much in the medulla, or have η ≥ 2. The chain knows only how absorption favours states, and not
+    // how it favours pairs of an entry and an exit.
+    assert!(reflecting[0] <= 0.01 && reflecting[1] <= 0.03 && reflecting[2] <= 0.06);
+}
+
+#[test]
+#[ignore = "test: 16 million photons"]
+fn near_fields_of_presets_match_the_tracer() {
+    let mut all = [vec![], vec![]];
+    for species in Species::ALL {
+        let fiber = Fiber::published(species);
+        let mut line = format!("{:10}", species.name());
+        for degrees in [0.0f64, 30.0, 60.0, 75.0] {
+            for h in [0.0, 0.3, 0.6, 0.9] {
+                let window = Window::near(h as f32);
+                let [open, reflecting] = errors(&fiber, degrees.to_radians(), Offsets::At(h), window, 100_000, 5);
+                line += &format!(" {:5.1}", 100.0 * reflecting[0]);
+                all[0].push(open[0]);
+                all[1].push(reflecting[0]);
+            }
+        }
+        println!("{line}");
+    }
+    let [open, reflecting] = all.map(statistics);
+    println!("open {open:.4?}, reflecting {reflecting:.4?}");
+    assert!(reflecting[2] <= 0.05);
+}
+
+/// The probabilities of first exits between the nodes of τ and g, against new simulations.
+#[test]
+fn the_table_matches_simulations_between_its_nodes() {
+    let data = ExitData::from_bytes(SHIPPED_EXITS).unwrap();
+    let [taus, gs] = data.nodes;
+    let mut uniform = Uniform(19);
+    let (mut errors, mut worst) = (Vec::new(), Vec::new());
+    for k in 0..24 {
+        let [x, y] = [taus, gs].map(|n| uniform.next() * (n - 1) as f64);
+        let (tau, g) = (grid::tau_at(x / (taus - 1) as f64), grid::g_at(y / (gs - 1) as f64));
+        let simulated = first_exits(tau, g, 1_000_000, &mut stream(20, k));
+        let (i, j) = (x as usize, y as usize);
+        let (s, t) = (x.fract(), y.fract());
+        for entry in 0..ENTRIES {
+            // Half of the L1 distance: the share of light in a wrong state.
+            let mut distance = 0.0;
+            for state in 0..STATES {
+                let at = |i: usize, j: usize| f64::from(data.values[((i * gs + j) * ROWS + state) * ENTRIES + entry]);
+                let low = (1.0 - t) * at(i, j) + t * at(i, j + 1);
+                let high = (1.0 - t) * at(i + 1, j) + t * at(i + 1, j + 1);
+                let error = ((1.0 - s) * low + s * high - simulated[state][entry]).abs();
+                distance += 0.5 * error;
+                errors.push(error);
+            }
+            worst.push(distance);
+        }
+    }
+    let [errors, distances] = [errors, worst].map(statistics);
+    println!("probability {errors:.4?}, light in a wrong state {distances:.4?}");
+    assert!(errors[0] < 0.002 && errors[2] < 0.04, "{errors:?}");
+    assert!(distances[0] < 0.025 && distances[2] < 0.1, "{distances:?}");
+}

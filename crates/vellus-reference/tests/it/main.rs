@@ -1,0 +1,5 @@
+//! The integration tests of `vellus-reference`, as one program.
+
+mod exit;
+mod profile;
+mod simulation;

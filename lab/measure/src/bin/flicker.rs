@@ -1,0 +1,136 @@
+//! Measures whether an animation with a radiance cache, or with level of detail, flickers.
+//!
+//! `cargo run --release --bin flicker -- [WIDTH [FILL [SAMPLES [SCENE...]]]]`
+//!
+//! Two moves, each with and without a cache: a zoom by 8 in 13 steps, and a turn by 6° in 24 frames. FILL is the number
+//! of samples of each pixel that fill the cache of a frame. Every frame has its own cache and its own seed. With `lod`
+//! for FILL, frames have level of detail instead of a cache.
+//!
+//! `jump` is the largest difference between the frame-to-frame changes of the mean brightness with a cache and those
+//! without, in per cent of the brightness; `±` is the largest standard error of such a difference, without the noise of
+//! the cache. `blocks` are squares of 8 × 8 pixels of the turn: the root mean square of their second difference over
+//! frames, divided by √6, in per cent of the picture's brightness. That is the noise of one block in one frame, with
+//! what the turn itself changes.
+
+use glam::{Mat4, Vec3};
+use std::error::Error;
+use vellus_groom::scene;
+use vellus_render::{Film, Layer, Lod, Settings, World, simplify};
+use vellus_scene::{Camera, Scene};
+
+/// The side of a block, in pixels.
+const BLOCK: usize = 8;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let number = |k: usize, default: u64| arguments.get(k).map_or(Ok(default), |text| text.parse());
+    let is_lod = arguments.get(1).is_some_and(|text| text == "lod");
+    let fill = if is_lod { None } else { Some(number(1, 16)? as u32) };
+    let (width, samples) = (number(0, 144)? as usize, number(2, 64)?);
+    let names: Vec<&str> = match arguments.get(3..) {
+        Some(names) if !names.is_empty() => names.iter().map(String::as_str).collect(),
+        _ => vec!["hamster", "polar-bear", "raccoon"],
+    };
+    println!("scene          move   jump      ±    blocks plain, cached");
+    for name in names {
+        measure(name, [width, width * 2 / 3], fill, samples)?;
+    }
+    Ok(())
+}
+
+/// The camera at a part of a move, in [0, 1].
+type Path<'a> = &'a dyn Fn(f32) -> Camera;
+
+/// The brightness of blocks, of the picture, and the standard error of the latter.
+struct Frame {
+    blocks: Vec<f64>,
+    mean: f64,
+    error: f64,
+}
+
+fn frame(film: &Film) -> Frame {
+    let (width, height) = (film.width() / BLOCK, film.height() / BLOCK);
+    let mut blocks = vec![0.0; width * height];
+    let mut variance = 0.0;
+    for y in 0..height * BLOCK {
+        for x in 0..width * BLOCK {
+            let sum: f64 = (0..3).map(|c| film.mean(x, y, Layer::Beauty, c)).sum();
+            blocks[y / BLOCK * width + x / BLOCK] += sum / (3 * BLOCK * BLOCK) as f64;
+            variance += film.error(x, y).powi(2);
+        }
+    }
+    let count = blocks.len() as f64;
+    let mean = blocks.iter().sum::<f64>() / count;
+    let pixels = count * (BLOCK * BLOCK) as f64;
+    Frame { blocks, mean, error: variance.sqrt() / pixels }
+}
+
+/// The camera at part `t` of a move around the point it looks at.
+fn zoomed(camera: Camera, t: f32) -> Camera {
+    let mut camera = camera;
+    camera.film_height *= 8f32.powf(-t);
+    camera
+}
+
+fn turned(camera: Camera, target: Vec3, t: f32) -> Camera {
+    let up = camera.to_world.y_axis.truncate();
+    let turn = Mat4::from_axis_angle(up.normalize(), (6.0 * t).to_radians());
+    let about = Mat4::from_translation(target) * turn * Mat4::from_translation(-target);
+    Camera { to_world: about * camera.to_world, ..camera }
+}
+
+/// `fill` is the number of samples in the cache. `None` measures level of detail.
+fn measure(name: &str, size: [usize; 2], fill: Option<u32>, samples: u64) -> Result<(), Box<dyn Error>> {
+    let scene = scene(name, false).ok_or_else(|| format!("there is no scene {name}"))?;
+    let camera = scene.camera.ok_or("the scene has no camera")?;
+    let (low, high) = scene.bounds().ok_or("the scene is empty")?;
+    let target = 0.5 * (low + high);
+    let mut full = World::new(scene.clone())?;
+    let mut frames = |count: usize, other: bool, place: Path<'_>| -> Result<Vec<Frame>, Box<dyn Error>> {
+        let mut all = Vec::new();
+        for k in 0..count {
+            let camera = place(k as f32 / (count - 1) as f32);
+            full.set_camera(camera)?;
+            let mut fewer = None;
+            if other && fill.is_none() {
+                let mut scene = Scene { camera: Some(camera), ..scene.clone() };
+                simplify(&mut scene, size, Lod::AUTO);
+                fewer = Some(World::new(scene)?);
+            }
+            let world = fewer.as_ref().unwrap_or(&full);
+            let cache = fill.filter(|_| other);
+            let settings = Settings { seed: 1 + k as u32, radiance_cache: cache, ..Settings::new(size) };
+            let mut film = Film::new(size, settings.area(), world.layout(&[Layer::Beauty]));
+            world.render(&settings, &mut film, 0..samples, &())?;
+            all.push(frame(&film));
+        }
+        Ok(all)
+    };
+    let moves: [(&str, usize, Path<'_>); 2] =
+        [("zoom", 13, &|t| zoomed(camera, t)), ("turn", 24, &|t| turned(camera, target, t))];
+    for (what, count, place) in moves {
+        let (plain, cached) = (frames(count, false, place)?, frames(count, true, place)?);
+        let change = |frames: &[Frame], k: usize| frames[k + 1].mean / frames[k].mean - 1.0;
+        let jump = (0..count - 1).map(|k| (change(&cached, k) - change(&plain, k)).abs()).fold(0.0, f64::max);
+        let unsure = |k: usize| {
+            let all = [&plain[k], &plain[k + 1], &cached[k], &cached[k + 1]];
+            all.iter().map(|frame| (frame.error / frame.mean).powi(2)).sum::<f64>().sqrt()
+        };
+        let unsure = (0..count - 1).map(unsure).fold(0.0, f64::max);
+        print!("{name:<14} {what} {:6.2} {:6.2}", 100.0 * jump, 100.0 * unsure);
+        if what == "turn" {
+            let flicker = [&plain, &cached].map(|frames| 100.0 * flicker(frames));
+            print!("    {:6.2} {:6.2}", flicker[0], flicker[1]);
+        }
+        println!();
+    }
+    Ok(())
+}
+
+/// The noise of a block in one frame, relative to the brightness of the picture.
+fn flicker(frames: &[Frame]) -> f64 {
+    let second = |w: &[Frame], b: usize| (w[0].blocks[b] - 2.0 * w[1].blocks[b] + w[2].blocks[b]).powi(2) / 6.0;
+    let squares = frames.windows(3).flat_map(|w| (0..w[0].blocks.len()).map(move |b| second(w, b)));
+    let count = (frames.len() - 2) * frames[0].blocks.len();
+    (squares.sum::<f64>() / count as f64).sqrt() / frames[0].mean
+}
