@@ -1,11 +1,12 @@
 //! Errors of fibres, queries and table files.
 
+use std::fmt;
+
 /// Bad input. The message names it, with its value and the values allowed.
 #[non_exhaustive]
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Error {
     /// A parameter of a fibre, or a coordinate of a query, outside its range.
-    #[error("{name} = {value} is out of range: {range}")]
     OutOfRange {
         /// The name of the parameter or coordinate, with the channel of a colour: `sigma_ca.r`.
         name: String,
@@ -15,7 +16,6 @@ pub enum Error {
         range: String,
     },
     /// An unknown name of a parameter.
-    #[error("unknown parameter '{name}': known are {known}")]
     UnknownParameter {
         /// The name.
         name: String,
@@ -23,7 +23,6 @@ pub enum Error {
         known: String,
     },
     /// A value with the wrong number of channels.
-    #[error("{name} takes {expected}, not {found}")]
     Channels {
         /// The name of the parameter.
         name: String,
@@ -33,7 +32,6 @@ pub enum Error {
         found: usize,
     },
     /// More than one way to give the colour of a fibre.
-    #[error("colour is given more than once, by {first} and by {second}: only one may give it")]
     ColorTwice {
         /// The parameter that was given first.
         first: &'static str,
@@ -41,7 +39,6 @@ pub enum Error {
         second: &'static str,
     },
     /// A species without a preset.
-    #[error("unknown preset '{name}': known are {known}")]
     UnknownPreset {
         /// The name.
         name: String,
@@ -49,7 +46,6 @@ pub enum Error {
         known: String,
     },
     /// An unknown way for scattered light to leave a fibre.
-    #[error("unknown exit '{name}': known are {known}")]
     UnknownExit {
         /// The name.
         name: String,
@@ -57,9 +53,26 @@ pub enum Error {
         known: String,
     },
     /// A broken table file, or tables that contradict each other. The text states the problem.
-    #[error("broken medulla table: {0}")]
     Table(String),
 }
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Error::OutOfRange { name, value, range } => write!(f, "{name} = {value} is out of range: {range}"),
+            Error::UnknownParameter { name, known } => write!(f, "unknown parameter '{name}': known are {known}"),
+            Error::Channels { name, expected, found } => write!(f, "{name} takes {expected}, not {found}"),
+            Error::ColorTwice { first, second } => {
+                write!(f, "colour is given more than once, by {first} and by {second}: only one may give it")
+            }
+            Error::UnknownPreset { name, known } => write!(f, "unknown preset '{name}': known are {known}"),
+            Error::UnknownExit { name, known } => write!(f, "unknown exit '{name}': known are {known}"),
+            Error::Table(problem) => write!(f, "broken medulla table: {problem}"),
+        }
+    }
+}
+
+impl std::error::Error for Error {}
 
 /// The f64 with the decimal digits of the f32: 1.2, not 1.2000000476837158.
 pub(crate) fn shortest(value: f32) -> f64 {

@@ -39,11 +39,13 @@
 mod bcsdf;
 mod choose;
 mod coat;
+mod crc32;
 mod cylinder;
 mod error;
 pub(crate) mod exit;
 mod far;
 mod fiber;
+mod half_float;
 mod lobe;
 mod medulla;
 mod model;

@@ -4,12 +4,13 @@
 //! τ and g, g fastest, there are [`ROWS`] rows of [`ENTRIES`] values: the probability of each state, then the effective
 //! paths ([`absorption_at`]) in radii of the medulla.
 
+use crate::crc32;
 use crate::error::Error;
 use crate::exit::cone::Cone;
 use crate::exit::states::{Geometry, STATES};
+use crate::half_float;
 use crate::medulla::grid;
 use crate::medulla::mixture::Between;
-use half::f16;
 use std::sync::OnceLock;
 use wide::f32x8;
 
@@ -64,8 +65,8 @@ impl ExitData {
     /// The bytes of the file.
     #[cfg(any(test, feature = "unstable"))]
     pub fn to_bytes(&self) -> Vec<u8> {
-        let rest: Vec<u8> = self.values.iter().flat_map(|x| f16::from_f32(*x).to_le_bytes()).collect();
-        let numbers = [self.nodes[0] as u32, self.nodes[1] as u32, crc32fast::hash(&rest)];
+        let rest: Vec<u8> = self.values.iter().flat_map(|x| half_float::from_f32(*x)).collect();
+        let numbers = [self.nodes[0] as u32, self.nodes[1] as u32, crc32::hash(&rest)];
         MAGIC.iter().copied().chain(numbers.into_iter().flat_map(u32::to_le_bytes)).chain(rest).collect()
     }
 
@@ -84,10 +85,10 @@ impl ExitData {
         if nodes.iter().any(|n| !(2..=1024).contains(n)) || rest.len() != nodes[0] * nodes[1] * ROWS * ENTRIES * 2 {
             return fail("its size does not match its nodes");
         }
-        if crc32fast::hash(rest) != number(16) {
+        if crc32::hash(rest) != number(16) {
             return fail("its checksum does not match");
         }
-        let values: Vec<f32> = rest.chunks_exact(2).map(|x| f16::from_le_bytes([x[0], x[1]]).to_f32()).collect();
+        let values: Vec<f32> = rest.chunks_exact(2).map(|x| half_float::to_f32([x[0], x[1]])).collect();
         if values.iter().any(|x| !x.is_finite()) {
             return fail("a value is not finite");
         }

@@ -6,7 +6,6 @@
 //! sin ψ, with r = 1 or the medulla's edge κη′.
 
 use crate::simd::special;
-use arrayvec::ArrayVec;
 use std::f32::consts::FRAC_PI_2;
 use wide::f32x8;
 
@@ -26,13 +25,14 @@ pub(crate) struct Piece {
     pub nodes: Nodes,
 }
 
-/// Divides the pieces of a window until there are [`PIECES`] of them. A piece that contains the medulla's edge is
-/// divided there. Otherwise the longest piece is divided in its middle. Lengths and middles are those of γ.
+/// Divides the pieces of a window, which come first, until there are [`PIECES`] of them. A piece that contains the
+/// medulla's edge is divided there. Otherwise the longest piece is divided in its middle. Lengths and middles are those
+/// of γ.
 #[inline(never)]
-pub(crate) fn divide(pieces: &mut ArrayVec<Piece, PIECES>, edge: Option<f32>) {
-    while !pieces.is_full() {
+pub(crate) fn divide(pieces: &mut [Option<Piece>; PIECES], edge: Option<f32>) {
+    while let Some(free) = pieces.iter().position(Option::is_none) {
         let (mut longest, mut cut) = (-1.0, None);
-        for (i, Piece { range: [low, high], .. }) in pieces.iter().enumerate() {
+        for (i, Piece { side, range: [low, high], .. }) in pieces.iter().flatten().enumerate() {
             let (middle, length) = match edge {
                 // This length is larger than that of any piece.
                 Some(edge) if *low < edge && edge < *high => (edge, FRAC_PI_2 + 1.0),
@@ -40,14 +40,13 @@ pub(crate) fn divide(pieces: &mut ArrayVec<Piece, PIECES>, edge: Option<f32>) {
             };
             // A piece with very close ends cannot be divided.
             if length > longest && *low < middle && middle < *high {
-                (longest, cut) = (length, Some((i, middle)));
+                (longest, cut) = (length, Some((i, *side, [*low, middle, *high])));
             }
         }
-        let Some((i, middle)) = cut else { return };
-        let Piece { side, range: [low, high], .. } = pieces[i];
-        let piece = |low: f32, high: f32| Piece { side, range: [low, high], nodes: Nodes::new(low, high, edge) };
+        let Some((i, side, [low, middle, high])) = cut else { return };
+        let piece = |low: f32, high: f32| Some(Piece { side, range: [low, high], nodes: Nodes::new(low, high, edge) });
         pieces[i] = piece(low, middle);
-        pieces.push(piece(middle, high));
+        pieces[free] = piece(middle, high);
     }
 }
 

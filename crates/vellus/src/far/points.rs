@@ -20,7 +20,6 @@ use crate::medulla::mixture::Weights;
 use crate::medulla::tables::AZIMUTHAL;
 use crate::medulla::{Inclination, Medulla};
 use crate::prepared::Prepared;
-use arrayvec::ArrayVec;
 use std::f32::consts::PI;
 use wide::{f32x4, f32x8};
 
@@ -66,6 +65,10 @@ struct Exit {
     share: f32x8,
 }
 
+impl Exit {
+    const NONE: Exit = Exit { azimuth: f32x8::ZERO, share: f32x8::ZERO };
+}
+
 /// Eight paths.
 #[derive(Clone, Copy, Debug)]
 struct Group {
@@ -75,8 +78,8 @@ struct Group {
     turned: f32x8,
     /// Φˢ, if the light is not spread.
     exit: f32x8,
-    /// The start of the azimuths in [`Points::exits`] over which it is spread, and their number.
-    spread: [u8; 2],
+    /// The number of azimuths in [`Points::exits`] over which it is spread. 0 if it is not spread.
+    count: usize,
     /// 1, or −1 if φ is mirrored.
     mirror: f32x8,
     /// True if the same paths also represent the mirrored half.
@@ -90,8 +93,9 @@ struct Group {
 /// The paths of a window.
 #[derive(Clone, Debug)]
 pub(crate) struct Points {
-    groups: ArrayVec<Group, GROUPS>,
-    exits: ArrayVec<Exit, { GROUPS * MOST }>,
+    groups: [Option<Group>; GROUPS],
+    /// The azimuths over which the light of each group is spread.
+    exits: [Option<[Exit; MOST]>; GROUPS],
     /// Whether no group has spread light or a partly mirrored C^N.
     plain: bool,
 }
@@ -135,7 +139,7 @@ impl Group {
         weights: [[f32x8::ZERO; AZIMUTHAL]; 8],
         turned: f32x8::ZERO,
         exit: f32x8::ZERO,
-        spread: [0; 2],
+        count: 0,
         mirror: f32x8::ZERO,
         twice: false,
         turns: false,
@@ -158,15 +162,9 @@ impl Group {
         self.mirror = lower.select(f32x8::ONE, -f32x8::ONE);
     }
 
-    /// Prepares [`SOME`] points of one side in place. `width` is that of the peak of C^N.
-    fn prepare_some(
-        &mut self,
-        query: &Query,
-        side: Side,
-        mirror: f32,
-        width: f32,
-        all: &mut ArrayVec<Exit, { GROUPS * MOST }>,
-    ) {
+    /// Prepares [`SOME`] points of one side in place. `width` is that of the peak of C^N. `spread` gets the azimuths over
+    /// which their light is spread.
+    fn prepare_some(&mut self, query: &Query, side: Side, mirror: f32, width: f32, spread: &mut Option<[Exit; MOST]>) {
         let (h, dh) = side.points(SOME.position, SOME.share);
         let path = query.paths(h);
         self.look_up(query, &path, side.is_narrow());
@@ -182,20 +180,20 @@ impl Group {
             self.energy = query.energy(&path, dh, FIRST);
             return;
         }
-        let start = all.len();
+        let spread = &mut spread.insert([Exit::NONE; MOST])[..count];
         let within = SOME.share * f32x8::splat(1.0 / count as f32);
-        for k in 0..count {
+        for (k, exit) in spread.iter_mut().enumerate() {
             let (h, dh) = side.points(within.mul_add(f32x8::splat(k as f32 + 0.5), CELLS), within);
             let path = query.paths(h);
             let energy = query.energy(&path, dh, FIRST);
             for q in 0..2 {
                 (0..4).for_each(|c| self.energy[q][c] += energy[q][c]);
             }
-            all.push(Exit { azimuth: exits(&path, FIRST), share: energy[0][3] + energy[1][3] });
+            *exit = Exit { azimuth: exits(&path, FIRST), share: energy[0][3] + energy[1][3] };
         }
         let inverse = f32x8::ONE / (self.energy[0][3] + self.energy[1][3]).fast_max(f32x8::splat(f32::MIN_POSITIVE));
-        all[start..].iter_mut().for_each(|exit| exit.share *= inverse);
-        self.spread = [start as u8, count as u8];
+        spread.iter_mut().for_each(|exit| exit.share *= inverse);
+        self.count = count;
     }
 
     /// Looks up C^N of the paths. In a `narrow` window the lookup is that of the near field. In a wider window nothing
@@ -238,8 +236,7 @@ impl Group {
     #[inline(always)]
     fn spread_density(&self, medulla: &Medulla, exits: &[Exit], phi: f32x8, m: [f32; 2]) -> f32x8 {
         let one = [Exit { azimuth: self.exit, share: f32x8::ONE }];
-        let [start, count] = self.spread.map(usize::from);
-        let exits = if count == 0 { one.as_slice() } else { &exits[start..start + count] };
+        let exits = if exits.is_empty() { one.as_slice() } else { exits };
         let mut sum = f32x8::ZERO;
         for Exit { azimuth, share } in exits {
             let relative = phi - *azimuth;
@@ -261,7 +258,17 @@ impl Group {
 impl Points {
     /// No points.
     pub fn none() -> Self {
-        Points { groups: ArrayVec::new_const(), exits: ArrayVec::new_const(), plain: true }
+        Points { groups: [None; GROUPS], exits: [None; GROUPS], plain: true }
+    }
+
+    /// The groups, with the azimuths over which the light of each is spread, if it is spread.
+    #[inline(always)]
+    fn groups(&self) -> impl Iterator<Item = (&Group, &[Exit])> {
+        self.groups.iter().zip(&self.exits).map_while(|(group, exits)| {
+            let group = group.as_ref()?;
+            let exits = exits.as_ref().and_then(|exits| exits.get(..group.count));
+            Some((group, exits.unwrap_or_default()))
+        })
     }
 
     /// Prepares the points so that they sum to the given `energy` of TTˢ and TRTˢ. Returns this energy. Its last
@@ -283,22 +290,21 @@ impl Points {
         let [first, second] = energy.map(|e| e.to_array()[3]);
         let mut enough = prepared.medulla.is_smooth() && second < FEW_SECOND * first;
         if enough {
-            self.groups.push(Group::NONE);
-            if let Some(group) = self.groups.last_mut() {
-                group.prepare_few(&query, sides);
-                // The first and the last point are at 0.11 and 0.89 of a side.
-                let e = group.exit.to_array();
-                let span = (e[2] - e[0]).abs().max((e[6] - e[4]).abs());
-                enough = span < FEW_SPAN * width;
-            }
+            let group = self.groups[0].insert(Group::NONE);
+            group.prepare_few(&query, sides);
+            // The first and the last point are at 0.11 and 0.89 of a side.
+            let e = group.exit.to_array();
+            let span = (e[2] - e[0]).abs().max((e[6] - e[4]).abs());
+            enough = span < FEW_SPAN * width;
         }
         if !enough {
             self.prepare_some(&query, sides, width);
         }
-        self.plain = self.groups.iter().all(|group| group.spread[1] == 0 && !group.turns);
+        let plain = self.groups().all(|(group, exits)| exits.is_empty() && !group.turns);
+        self.plain = plain;
         for q in 0..2 {
             let scale = (energy[q] / self.total(q).max(f32x4::splat(f32::MIN_POSITIVE))).to_array();
-            for group in &mut self.groups {
+            for group in self.groups.iter_mut().flatten() {
                 let [r, g, b, most] = &mut group.energy[q];
                 for (channel, scale) in [&mut *r, g, b].into_iter().zip(scale) {
                     *channel *= f32x8::splat(scale);
@@ -316,14 +322,13 @@ impl Points {
     /// The energies of TTˢ (`q` = 0) or TRTˢ (`q` = 1) of all paths.
     #[inline(always)]
     fn total(&self, q: usize) -> f32x4 {
-        let add = |total, group: &Group| total + f32x4::splat(group.times()) * sum(group.energy[q]);
-        self.groups.iter().fold(f32x4::ZERO, add)
+        let energy = |group: &Group| f32x4::splat(group.times()) * sum(group.energy[q]);
+        self.groups().fold(f32x4::ZERO, |total, (group, _)| total + energy(group))
     }
 
     /// [`SOME`] points on each side.
     #[inline(never)]
     fn prepare_some(&mut self, query: &Query, sides: [Option<Side>; 2], width: f32) {
-        self.groups.clear();
         // If both sides begin at the axis, one group represents their common part, and another the part that only one
         // of them has.
         let pieces = match sides {
@@ -333,14 +338,12 @@ impl Points {
             }
             [a, b] => [(a, 1.0, false), (b, -1.0, false)],
         };
-        for (side, mirror, twice) in pieces {
-            if let Some(side) = side {
-                self.groups.push(Group::NONE);
-                if let Some(group) = self.groups.last_mut() {
-                    group.prepare_some(query, side, mirror, width, &mut self.exits);
-                    group.twice = twice;
-                }
-            }
+        let pieces = pieces.into_iter().filter_map(|(side, mirror, twice)| Some((side?, mirror, twice)));
+        self.groups = [None; GROUPS];
+        for ((group, exits), (side, mirror, twice)) in self.groups.iter_mut().zip(&mut self.exits).zip(pieces) {
+            let group = group.insert(Group::NONE);
+            group.prepare_some(query, side, mirror, width, exits);
+            group.twice = twice;
         }
     }
 
@@ -348,38 +351,31 @@ impl Points {
     /// number of `u` selects the path, the next two θᵢ, and the last the azimuth.
     pub fn draw(&self, medulla: &Medulla, inclination: &Inclination, q: usize, u: [f32; 4]) -> ((f32, f32), f32) {
         let energy = |group: &Group| group.energy[q][3].to_array();
-        let total: f32 = self.groups.iter().map(|group| group.times() * energy(group).iter().sum::<f32>()).sum();
-        let paths = self.groups.iter().flat_map(|group| {
+        let total: f32 = self.groups().map(|(group, _)| group.times() * energy(group).iter().sum::<f32>()).sum();
+        let paths = self.groups().flat_map(|(group, exits)| {
             let lanes = energy(group).into_iter().enumerate();
-            lanes.map(move |(lane, energy)| ((group, lane), energy * group.times()))
+            lanes.map(move |(lane, energy)| ((group, exits, lane), energy * group.times()))
         });
         let Some(choice) = choose(paths, u[0] * total) else { return ((0.0, 1.0), 0.0) };
-        let ((group, lane), t) = (choice.item, choice.fraction());
+        let ((group, exits, lane), t) = (choice.item, choice.fraction());
         let (flip, t) = match (group.twice, t < 0.5) {
             (true, true) => (1.0, 2.0 * t),
             (true, false) => (-1.0, 2.0 * t - 1.0),
             (false, _) => (1.0, t),
         };
         // Select one of the azimuths over which the path's light is spread.
-        let exits =
-            self.exits_of(group).iter().map(|exit| (exit.azimuth.to_array()[lane], exit.share.to_array()[lane]));
+        let exits = exits.iter().map(|exit| (exit.azimuth.to_array()[lane], exit.share.to_array()[lane]));
         let exit = choose(exits, t).map_or(group.exit.to_array()[lane], |choice| choice.item);
         let turned = group.turned.to_array()[lane];
         let (theta, relative) = medulla.sample_leaving(&group.weights[lane], turned, inclination, [u[1], u[2], u[3]]);
         (theta, flip * group.mirror.to_array()[lane] * (relative + exit))
     }
 
-    /// The azimuths over which a group's light is spread, if it is spread.
-    fn exits_of(&self, group: &Group) -> &[Exit] {
-        let [start, count] = group.spread.map(usize::from);
-        &self.exits[start..start + count]
-    }
-
     /// TTˢ and TRTˢ at φ, as densities over solid angle. `m` is C^M of the backward and the forward half.
     #[inline(always)]
     pub fn eval(&self, medulla: &Medulla, phi: f32, m: [f32; 2]) -> [f32x4; 2] {
         if self.plain {
-            self.sum(phi, |group, phi| group.density(medulla, phi - group.exit, m))
+            self.sum(phi, |group, _, phi| group.density(medulla, phi - group.exit, m))
         } else {
             self.eval_spread(medulla, phi, m)
         }
@@ -387,16 +383,16 @@ impl Points {
 
     #[inline(never)]
     fn eval_spread(&self, medulla: &Medulla, phi: f32, m: [f32; 2]) -> [f32x4; 2] {
-        self.sum(phi, |group, phi| group.spread_density(medulla, &self.exits, phi, m))
+        self.sum(phi, |group, exits, phi| group.spread_density(medulla, exits, phi, m))
     }
 
     /// The sum over all groups of energy times density at φ.
     #[inline(always)]
-    fn sum(&self, phi: f32, density: impl Fn(&Group, f32x8) -> f32x8) -> [f32x4; 2] {
+    fn sum(&self, phi: f32, density: impl Fn(&Group, &[Exit], f32x8) -> f32x8) -> [f32x4; 2] {
         let mut lobes = [[f32x8::ZERO; 4]; 2];
-        for group in &self.groups {
+        for (group, exits) in self.groups() {
             for phi in &[phi, -phi][..1 + usize::from(group.twice)] {
-                let density = density(group, f32x8::splat(*phi) * group.mirror);
+                let density = density(group, exits, f32x8::splat(*phi) * group.mirror);
                 for q in 0..2 {
                     for c in 0..4 {
                         lobes[q][c] = group.energy[q][c].mul_add(density, lobes[q][c]);

@@ -369,9 +369,10 @@ impl Half {
 /// Draws φ of R, TT or TRT with the density of [`Half::eval`]. `u`: one number for the span and the place in it, one
 /// for the Gaussian.
 #[inline(always)]
-pub(crate) fn draw(halves: &[Half], p: usize, sigma: f32, u: [f32; 2]) -> f32 {
-    let total: f32 = halves.iter().map(|half| half.count as f32 * half.spans(p).1.iter().sum::<f32>()).sum();
-    let spans = halves.iter().flat_map(|half| {
+pub(crate) fn draw(halves: &[Option<Half>], p: usize, sigma: f32, u: [f32; 2]) -> f32 {
+    let halves = halves.iter().map_while(Option::as_ref);
+    let total: f32 = halves.clone().map(|half| half.count as f32 * half.spans(p).1.iter().sum::<f32>()).sum();
+    let spans = halves.flat_map(|half| {
         let (lobe, energy) = half.spans(p);
         let signs = half.signs[..half.count].iter();
         signs.flat_map(move |sign| {

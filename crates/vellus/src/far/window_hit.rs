@@ -11,7 +11,6 @@ use crate::lobe::{Lobe, Lobes, Sample};
 use crate::medulla::Inclination;
 use crate::prepared::Prepared;
 use crate::simd::lanes::{Lanes, Quad};
-use arrayvec::ArrayVec;
 use glam::Vec3;
 use std::f32::consts::TAU;
 use wide::{f32x4, f32x8};
@@ -29,7 +28,7 @@ pub(crate) struct WindowHit<'b> {
     energy: [f32x4; COMPONENTS],
     /// 1 over the sum of the largest channels, which sampling uses.
     inverse: f32,
-    halves: ArrayVec<Half, PIECES>,
+    halves: [Option<Half>; PIECES],
     points: Points,
 }
 
@@ -46,7 +45,7 @@ impl<'b> WindowHit<'b> {
             inclination: Inclination::NONE,
             energy: [f32x4::ZERO; COMPONENTS],
             inverse: 0.0,
-            halves: ArrayVec::new(),
+            halves: [None; PIECES],
             points: Points::none(),
         }
     }
@@ -73,27 +72,23 @@ impl<'b> WindowHit<'b> {
         let signs: [&[f32]; 2] = [if symmetric { &[1.0, -1.0] } else { &[1.0] }, &[-1.0]];
         // The offsets ≥ 0, and the offsets ≤ 0, which are mirrored.
         let sides = [[low.max(0.0), high], if symmetric { [0.0; 2] } else { [(-high).max(0.0), -low] }];
-        let mut pieces: ArrayVec<Piece, PIECES> = ArrayVec::new();
-        let mut whole = [None; 2];
-        for (side, [low, high]) in sides.into_iter().enumerate() {
-            if high > low {
-                let nodes = Nodes::new(low, high, edge);
-                whole[side] = nodes.medulla;
-                pieces.push(Piece { side, range: [low, high], nodes });
-            }
+        let (mut pieces, mut whole) = ([None; PIECES], [None; 2]);
+        let ranges = sides.into_iter().enumerate().filter(|(_, [low, high])| high > low);
+        for (piece, (side, range)) in pieces.iter_mut().zip(ranges) {
+            let nodes = Nodes::new(range[0], range[1], edge);
+            whole[side] = nodes.medulla;
+            *piece = Some(Piece { side, range, nodes });
         }
         if prepared.fine {
             divide(&mut pieces, edge);
         }
-        let width: f32 = pieces.iter().map(|piece| piece.nodes.width()).sum();
+        let width: f32 = pieces.iter().flatten().map(|piece| piece.nodes.width()).sum();
         let times = if symmetric { 2.0 } else { 1.0 };
         let scale = 1.0 / (times * width).max(f32::MIN_POSITIVE);
-        for Piece { side, nodes, .. } in &pieces {
-            self.halves.push(Half::NONE);
-            if let Some(half) = self.halves.last_mut() {
-                let energy = half.prepare(prepared, polar, through.as_ref(), nodes, signs[*side], scale);
-                (0..COMPONENTS).for_each(|p| self.energy[p] += energy[p]);
-            }
+        for (Piece { side, nodes, .. }, half) in pieces.iter().flatten().zip(&mut self.halves) {
+            let half = half.insert(Half::NONE);
+            let energy = half.prepare(prepared, polar, through.as_ref(), nodes, signs[*side], scale);
+            (0..COMPONENTS).for_each(|p| self.energy[p] += energy[p]);
         }
         if symmetric {
             self.energy = self.energy.map(|e| e + e);
@@ -171,7 +166,7 @@ impl<'b> WindowHit<'b> {
     fn around(&self, phi: f32, m: [f32; 4], c_m: [f32; 2], m_diffuse: f32) -> [f32x4; 6] {
         let prepared = self.prepared;
         let mut n = [f32x4::ZERO; 3];
-        for half in &self.halves {
+        for half in self.halves.iter().map_while(Option::as_ref) {
             let light = half.eval(phi, &prepared.azimuthal.inverse_sigma);
             (0..3).for_each(|p| n[p] += light[p]);
         }

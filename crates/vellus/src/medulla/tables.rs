@@ -8,11 +8,12 @@
 //! 4. The CRC-32 of the rest.
 //! 5. Half floats: the four factor matrices of each mixture row by row, then the mean path, with h fastest.
 
+use crate::crc32;
 use crate::error::Error;
+use crate::half_float;
 use crate::medulla::cone::Cones;
 use crate::medulla::grid::OutgoingAxis;
 use crate::medulla::mixture::{Densities, Rows};
-use half::f16;
 use std::sync::OnceLock;
 
 const MAGIC: &[u8; 8] = b"VELLUSM1";
@@ -74,7 +75,7 @@ impl TableData {
         self.validate()?;
         let mut header = MAGIC.to_vec();
         let mut payload = Vec::new();
-        let mut push = |values: &[f32]| payload.extend(values.iter().flat_map(|&x| f16::from_f32(x).to_le_bytes()));
+        let mut push = |values: &[f32]| payload.extend(values.iter().flat_map(|&x| half_float::from_f32(x)));
         for (_, table, _) in self.mixtures() {
             header.extend((table.rank as u32).to_le_bytes());
             for mode in 0..4 {
@@ -84,7 +85,7 @@ impl TableData {
         }
         header.extend(self.mean_path_nodes.into_iter().flat_map(|n| (n as u32).to_le_bytes()));
         push(&self.mean_path);
-        header.extend(crc32fast::hash(&payload).to_le_bytes());
+        header.extend(crc32::hash(&payload).to_le_bytes());
         header.extend(payload);
         Ok(header)
     }
@@ -115,10 +116,10 @@ impl TableData {
         if payload.len() != expected {
             return Err(Error::Table(format!("{} bytes follow the header, which announces {expected}", payload.len())));
         }
-        if crc32fast::hash(payload) as usize != rest[3] {
+        if crc32::hash(payload) as usize != rest[3] {
             return Err(broken("the checksum does not match: the file is damaged"));
         }
-        let mut values = payload.chunks_exact(2).map(|b| f16::from_le_bytes([b[0], b[1]]).to_f32());
+        let mut values = payload.chunks_exact(2).map(|b| half_float::to_f32([b[0], b[1]]));
         let mut take = |n: usize| values.by_ref().take(n).collect::<Vec<f32>>();
         let mut mixture = |m: &[usize]| FactorTable { rank: m[0], factors: [1, 2, 3, 4].map(|k| take(m[0] * m[k])) };
         let data = TableData {
