@@ -1,6 +1,7 @@
-//! `cargo xtask check`, `test`, `bindings`, `package`, `explorer`, `torture`: the steps of CI, also to run locally.
+//! `cargo xtask check`, `test`, `bindings`, `package`, `dist`, …: the steps of CI and of a release, also to run locally.
 
 mod bindings;
+mod dist;
 mod explorer;
 mod lint;
 mod manifests;
@@ -15,13 +16,16 @@ use std::path::Path;
 use std::process::ExitCode;
 
 const USAGE: &str = "\
-usage: cargo xtask check | lint | test | bindings | package | paper | explorer | torture
+usage: cargo xtask check | lint | test | bindings | package | dist | release | c | paper | explorer | torture
 
   check    lint, then the fast tests and the documentation's examples
   lint     format, clippy, rustdoc, spelling, licences, manifests, the book, PAPER.md
   test     check, then the slow tests, the bindings' fast tests, other platforms, and a minute of torture
   bindings builds and tests the bindings for C, Python, Blender and Mitsuba, and the explorer; it names what it skips
   package  builds every package as crates.io would get it
+  dist     builds the files of a release into dist/, and tries each; with names (dist command c), these parts only
+  release  --dry-run checks whether a release is ready, with package and dist; it publishes nothing
+  c        FOLDER: installs the library for C and C++ into a prefix such as /usr/local
   paper    PAPER.md only: every symbol that it names exists, and it lists every departure that the code cites
   explorer builds the fibre explorer, a page with the model as WebAssembly: target/explorer/index.html; --try tests it
   torture  kills, full disks, damaged files and nonsense against the release build; --help lists its options";
@@ -41,6 +45,11 @@ fn main() -> ExitCode {
         Some("test") => test(&root, &mut report),
         Some("bindings") => bindings::all(&root, &mut report),
         Some("package") => manifests::package(&root, &mut report),
+        Some("dist") => dist::all(&root, &mut report, &std::env::args().skip(2).collect::<Vec<_>>()),
+        Some("release") if std::env::args().nth(2).as_deref() == Some("--dry-run") => {
+            dist::release::dry_run(&root, &mut report)
+        }
+        Some("c") => install_c(&root, &mut report, std::env::args().nth(2)),
         Some("paper") => report.step("PAPER.md", || paper::check(&root)),
         Some("explorer") if std::env::args().nth(2).as_deref() == Some("--try") => {
             bindings::explorer_test(&root, &mut report)
@@ -91,6 +100,13 @@ fn test(root: &Path, report: &mut Report) -> Result<(), String> {
     bindings::fast(root, report)?;
     portability::all(root, report)?;
     report.attempt("torture", || torture(root, &TORTURE))
+}
+
+/// Installs the library for C into a folder.
+fn install_c(root: &Path, report: &mut Report, folder: Option<String>) -> Result<(), String> {
+    let folder = folder.ok_or("name the folder, such as /usr/local")?;
+    let folder = std::path::absolute(&folder).map_err(|e| format!("{folder}: {e}"))?;
+    report.step("library for C", || bindings::c::install(root, &folder))
 }
 
 /// Runs the stress tests against the release build of the command.

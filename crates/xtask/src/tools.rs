@@ -1,8 +1,8 @@
-//! Tools that are not part of the Rust toolchain: typos, cargo-deny, mdBook, cargo-c.
+//! Tools that are not part of the Rust toolchain: typos, cargo-deny, mdBook.
 //!
 //! A tool in the search path is used. A missing tool is installed into `target/tools`. If that fails, the step is
-//! skipped, and the report names it. An installation takes 61 (mdBook), 118 (typos), 101 (cargo-deny) and 204 seconds
-//! (cargo-c) of processor time.
+//! skipped, and the report names it. An installation takes 61 (mdBook), 118 (typos) and 101 seconds (cargo-deny) of
+//! processor time.
 
 use crate::explorer;
 use crate::run::{Outcome, run, succeeds};
@@ -38,14 +38,6 @@ pub fn book(root: &Path) -> Result<Outcome, String> {
             Err(format!("mdbook build, {}:\n{messages}", output.status))
         }
     })
-}
-
-/// The program `cargo-cinstall` of cargo-c.
-///
-/// # Errors
-/// The reason why it cannot be installed.
-pub fn cargo_c(root: &Path) -> Result<PathBuf, String> {
-    find(root, "cargo-cinstall", &["cargo-c@0.10.24"])
 }
 
 /// Runs `work` with the path of a tool.
