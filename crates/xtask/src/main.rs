@@ -1,6 +1,7 @@
 //! `cargo xtask`: the project's checks and tests in three tiers, and packaging.
 
 mod bindings;
+mod dist;
 mod explorer;
 mod lab;
 mod lint;
@@ -19,7 +20,7 @@ use std::process::ExitCode;
 
 const USAGE: &str = "\
 usage: cargo xtask check [--all] | test | full | tests | lint | bindings | package | paper | explorer | torture
-                   lab [--slow]
+                   dist [PART …] | release --dry-run | c FOLDER | lab [--slow]
 
   check    before each commit: format, text, clippy, and the fast tests; --all adds rustdoc, spelling, licences, the book
   test     before each merge, and what CI runs: all of `check` but clippy, longer tests, the Python package, OpenUSD,
@@ -30,6 +31,9 @@ usage: cargo xtask check [--all] | test | full | tests | lint | bindings | packa
   lint     what `check --all` does, without tests
   bindings builds and tests the bindings for C, Python, Blender and Mitsuba, and the explorer; it names what it skips
   package  builds every package as crates.io would get it
+  dist     builds the files of a release into dist/, and tries each; with names (dist command c), these parts only
+  release  --dry-run checks whether a release is ready, with package and dist; it publishes nothing
+  c        FOLDER: installs the library for C and C++ into a prefix such as /usr/local
   paper    PAPER.md only: every symbol that it names exists, and it lists every departure that the code cites
   explorer builds the fibre explorer, a page with the model as WebAssembly: target/explorer/index.html; --try tests it
   torture  kills, full disks, damaged files and nonsense against the command; --help lists its options
@@ -53,6 +57,9 @@ fn main() -> ExitCode {
         ["lint"] => lint::fast(&root, &mut report).and_then(|()| lint::more(&root, &mut report)),
         ["bindings"] => bindings::all(&root, &mut report),
         ["package"] => manifests::package(&root, &mut report),
+        ["dist", parts @ ..] => dist::all(&root, &mut report, parts),
+        ["release", "--dry-run"] => dist::release::dry_run(&root, &mut report),
+        ["c", folder] => install_c(&root, &mut report, folder),
         ["paper"] => report.step("PAPER.md", 1.0, || paper::check(&root)),
         ["explorer", "--try"] => bindings::explorer_test(&root, &mut report),
         ["lab"] => lab::check(&root, &mut report, false),
@@ -69,4 +76,10 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// Installs the library for C into a folder.
+fn install_c(root: &Path, report: &mut Report, folder: &str) -> Result<(), String> {
+    let folder = std::path::absolute(folder).map_err(|e| format!("{folder}: {e}"))?;
+    report.step("library for C", 8.0, || bindings::c::install(root, &folder))
 }

@@ -9,7 +9,7 @@ use std::process::Command;
 const LARGEST: u64 = 10 << 20;
 
 /// The domain of the placeholder for the repository's address.
-const PLACEHOLDER: &str = "example.org";
+pub const PLACEHOLDER: &str = "example.org";
 
 /// Checks the manifests of all packages that are published. The message lists every problem.
 pub fn check(root: &Path) -> Result<(), String> {

@@ -1,4 +1,4 @@
-//! Tools that are not part of the Rust toolchain: typos, cargo-deny, mdBook, cargo-c.
+//! Tools that are not part of the Rust toolchain: typos, cargo-deny, mdBook.
 //!
 //! Compiling one of them takes minutes, so this program does not. typos comes from its wheel in seconds. A step whose
 //! tool is not in the search path is skipped, and the report says how to install it.
@@ -6,7 +6,7 @@
 use crate::bindings::venv::{python, venv};
 use crate::explorer;
 use crate::run::{Outcome, run, succeeds};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 /// Checks the spelling of code and documents with the settings in `typos.toml`.
@@ -57,13 +57,4 @@ pub fn exists(program: &str) -> bool {
 /// A skipped step.
 pub fn missing(program: &str, package: &str) -> Outcome {
     Outcome::Skipped(format!("no {program}: cargo install --locked {package}"))
-}
-
-/// The program `cargo-cinstall` of cargo-c.
-///
-/// # Errors
-/// How to install it.
-pub fn cargo_c() -> Result<PathBuf, String> {
-    let installed = exists("cargo-cinstall").then(|| PathBuf::from("cargo-cinstall"));
-    installed.ok_or_else(|| "no cargo-cinstall: cargo install --locked cargo-c@0.10.24".to_owned())
 }

@@ -2,7 +2,7 @@
 
 usage: python build.py --vellus PREFIX --out FOLDER
 
-PREFIX is where `cargo cinstall -p vellus-c` put the library. The plugin becomes FOLDER/plugins/vellus.so. A scene loads
+PREFIX is where `cargo xtask c PREFIX` put the library. The plugin becomes FOLDER/plugins/vellus.so. A scene loads
 it after `mitsuba.file_resolver().append(FOLDER)`. It belongs to this version of Mitsuba: build it
 again after an update.
 
@@ -37,7 +37,7 @@ def command(prefix, out):
     mitsuba, drjit, nanobind = (package(name) for name in ("mitsuba", "drjit", "nanobind"))
     library = Path(prefix) / "lib" / "libvellus.a"
     if not library.exists():
-        sys.exit(f"no {library}: run `cargo cinstall --release -p vellus-c --prefix {prefix} --libdir lib`")
+        sys.exit(f"no {library}: run `cargo xtask c {prefix}`")
     return [
         os.environ.get("CXX", "c++"),
         "-std=c++17", "-O2", "-DNDEBUG", "-fno-strict-aliasing", "-fPIC", "-shared", "-fvisibility=hidden",

@@ -1,39 +1,28 @@
-//! The C interface: installs the library with cargo-c, builds the programs in C and C++ against it and compares their
-//! results with Rust's.
+//! The C interface: installs the library, builds the programs in C and C++ against it and compares their results with
+//! Rust's.
 //!
-//! `cargo xtask check` tests the same programs with the static library of a test build, without cargo-c.
+//! `cargo xtask check` tests the same programs with the static library of a test build, which takes less time.
 
+use crate::dist::install_c_library;
 use crate::run::{Outcome, run};
-use crate::tools;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Where [`install`] puts the library.
+/// Where the tests install the library.
 pub fn prefix(root: &Path) -> PathBuf {
     root.join("target/bindings/c")
 }
 
-/// Installs the libraries, the header and `vellus.pc` into [`prefix`].
-///
-/// # Errors
-/// The reason, if cargo-c is not installed and cannot be.
-pub fn install(root: &Path) -> Result<Result<(), String>, String> {
-    let tool = match tools::cargo_c() {
-        Ok(tool) => tool,
-        Err(reason) => return Ok(Err(reason)),
-    };
-    run(Command::new(tool)
-        .args(["cinstall", "--release", "--package", "vellus-c", "--libdir", "lib", "--prefix"])
-        .arg(prefix(root))
-        .current_dir(root))?;
-    Ok(Ok(()))
+/// Installs the libraries, the header, `vellus.pc` and the files for CMake into a prefix.
+pub fn install(root: &Path, prefix: &Path) -> Result<(), String> {
+    let mut cargo = Command::new("cargo");
+    cargo.args(["rustc", "--release"]).current_dir(root);
+    install_c_library(root, &mut cargo, &root.join("target/release"), prefix)
 }
 
 /// Installs the library and runs the programs, also under valgrind.
 pub fn test(root: &Path) -> Result<Outcome, String> {
-    if let Err(reason) = install(root)? {
-        return Ok(Outcome::Skipped(reason));
-    }
+    install(root, &prefix(root))?;
     for program in ["cc", "c++", "pkg-config", "valgrind"] {
         if !crate::run::succeeds(Command::new(program).arg("--version")) {
             return Ok(Outcome::Skipped(format!("no {program}")));

@@ -3,7 +3,7 @@
 
 mod blender;
 mod build;
-mod c;
+pub mod c;
 mod explorer;
 mod mitsuba;
 mod mitsuba_native;

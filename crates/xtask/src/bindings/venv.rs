@@ -12,6 +12,15 @@ pub fn python(version: &str) -> Option<PathBuf> {
     named.into_iter().chain(pyenv(version)).find(works)
 }
 
+/// An interpreter of any version that the Python package supports. The package is tried with 3.11 first.
+///
+/// # Errors
+/// The reason, for a step that is skipped.
+pub fn supported() -> Result<PathBuf, String> {
+    let versions = ["3.11", "3.13", "3.12", "3.14", "3.10"];
+    versions.iter().find_map(|version| python(version)).ok_or_else(|| format!("no Python {}", versions.join(", ")))
+}
+
 /// The interpreters that pyenv has of this version.
 fn pyenv(version: &str) -> Vec<PathBuf> {
     let Ok(root) = output(Command::new("pyenv").arg("root")) else { return Vec::new() };
