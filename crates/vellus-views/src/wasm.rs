@@ -1,4 +1,4 @@
-//! The exports of the WebAssembly module that the page `explorer.html` uses. Native builds have them in unit tests only.
+//! The exports of the WebAssembly module that the page `explorer.html` uses. Native builds have them in tests only.
 //!
 //! There are three. [`vellus_alloc`] returns room for a request of `size` bytes. [`vellus_answer`] reads a request
 //! there and returns the address of a response: its length in bytes (u32, little-endian), then the JSON text.

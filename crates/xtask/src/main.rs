@@ -22,7 +22,7 @@ const USAGE: &str = "\
 usage: cargo xtask check [--all] | test | full | tests | lint | bindings | package | paper | explorer | torture
                    dist [PART …] | release --dry-run | c FOLDER | lab [--slow]
 
-  check    before each commit: format, text, clippy, and the fast tests; --all adds rustdoc, spelling, licences, the book
+  check    before each commit: format, text, clippy, fast tests; --all adds rustdoc, spelling, licences, the book
   test     before each merge, and what CI runs: all of `check` but clippy, longer tests, the Python package, OpenUSD,
            and half a minute of torture
   full     at night and before a release: everything. Hours. A part that cannot run here is an error, unless

@@ -323,7 +323,7 @@ fn auto_takes_the_processor_where_there_is_no_gpu() {
 
 /// The same GPU gives the same bits, however the samples are divided. Films of both devices may be merged.
 #[test]
-#[ignore = "test: a software GPU compiles the tracer in a minute"]
+#[ignore = "full: a software GPU compiles the tracer in a minute"]
 fn a_gpu_resumes_and_merges() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();

@@ -40,7 +40,7 @@ fn brightness(film: &Film) -> [f64; 2] {
 
 /// The means of six scenes agree. The false-alarm rate is 1 % over all scenes together.
 #[test]
-#[ignore = "test: a software GPU compiles the tracer in a minute, and needs 50 times as long as the processor"]
+#[ignore = "full: a software GPU compiles the tracer in a minute, and needs 50 times as long as the processor"]
 fn pictures_agree_with_those_of_the_processor() -> Result<(), Box<dyn std::error::Error>> {
     let Some(device) = device("pictures_agree_with_those_of_the_processor") else { return Ok(()) };
     let names = ["hamster", "raccoon", "polar-bear", "cat", "hair-lock", "hair-bob"];
@@ -84,7 +84,7 @@ fn pictures_agree_with_those_of_the_processor() -> Result<(), Box<dyn std::error
 
 /// The far field at every hit, on both devices. The false-alarm rate is 1 %.
 #[test]
-#[ignore = "test: a software GPU compiles the tracer in a minute"]
+#[ignore = "full: a software GPU compiles the tracer in a minute"]
 fn far_fields_agree_with_those_of_the_processor() -> Result<(), Box<dyn std::error::Error>> {
     let Some(device) = device("far_fields_agree_with_those_of_the_processor") else { return Ok(()) };
     let mut scores = Vec::new();
@@ -131,7 +131,7 @@ fn the_far_field_of_fur_that_varies_is_refused() -> Result<(), Box<dyn std::erro
 /// Colours that vary along the strands: dark tips. The processor interpolates the reflectance between two control
 /// points, and the GPU draws one of the two. The false-alarm rate is 1 %.
 #[test]
-#[ignore = "test: a software GPU compiles the tracer in a minute"]
+#[ignore = "full: a software GPU compiles the tracer in a minute"]
 fn colors_along_strands_agree_with_those_of_the_processor() -> Result<(), Box<dyn std::error::Error>> {
     let Some(device) = device("colors_along_strands_agree_with_those_of_the_processor") else { return Ok(()) };
     let mut scores = Vec::new();
@@ -168,7 +168,7 @@ fn colors_along_strands_agree_with_those_of_the_processor() -> Result<(), Box<dy
 
 /// White fur in a white furnace is as bright as the furnace, within half a per cent.
 #[test]
-#[ignore = "test: a software GPU compiles the tracer in a minute"]
+#[ignore = "full: a software GPU compiles the tracer in a minute"]
 fn white_fur_loses_nothing() -> Result<(), Box<dyn std::error::Error>> {
     let Some(device) = device("white_fur_loses_nothing") else { return Ok(()) };
     let mut scene = built_in("hamster");

@@ -29,19 +29,19 @@ fn run(script: &str, scene: &str) {
 }
 
 #[test]
-#[ignore = "test: a browser"]
+#[ignore = "full: a browser, which `cargo xtask test` does not install"]
 fn every_control_works_in_chromium() {
     run("live.mjs", "cat");
 }
 
 #[test]
-#[ignore = "test: a browser"]
+#[ignore = "full: a browser, which `cargo xtask test` does not install"]
 fn the_page_survives_losses_garbage_and_other_pages() {
     run("robust.mjs", "hair-lock");
 }
 
 #[test]
-#[ignore = "test: ten minutes of random dragging"]
+#[ignore = "full: ten minutes of random dragging"]
 fn random_dragging_needs_no_more_memory() {
     run("dragging.mjs", "cat");
 }

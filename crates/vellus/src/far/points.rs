@@ -162,8 +162,8 @@ impl Group {
         self.mirror = lower.select(f32x8::ONE, -f32x8::ONE);
     }
 
-    /// Prepares [`SOME`] points of one side in place. `width` is that of the peak of C^N. `spread` gets the azimuths over
-    /// which their light is spread.
+    /// Prepares [`SOME`] points of one side in place. `width` is that of the peak of C^N. `spread` gets the azimuths
+    /// over which their light is spread.
     fn prepare_some(&mut self, query: &Query, side: Side, mirror: f32, width: f32, spread: &mut Option<[Exit; MOST]>) {
         let (h, dh) = side.points(SOME.position, SOME.share);
         let path = query.paths(h);

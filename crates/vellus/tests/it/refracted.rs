@@ -27,8 +27,8 @@ fn limits() -> Vec<Fiber> {
 
 /// The densities of the scattered lobes, in the fast model and in the oracle.
 ///
-/// θ′ has an error of 1e-6 from two arc functions, see `close` in tests/it/exact.rs. The fast normalisers are interpolated
-/// over the angle of the cone and θ_t.
+/// θ′ has an error of 1e-6 from two arc functions, see `close` in tests/it/exact.rs. The fast normalisers are
+/// interpolated over the angle of the cone and θ_t.
 #[test]
 fn fast_matches_f64_oracle() {
     let mut random = Uniform(31);

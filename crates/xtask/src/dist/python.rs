@@ -48,7 +48,7 @@ pub fn test(dist: &Dist, package: &Path) -> Result<Outcome, String> {
     Ok(Outcome::Passed)
 }
 
-/// The wheel has the licences, and the extension of Python needs no later glibc than its name says: maturin checks that.
+/// The wheel has the licences. Maturin checks that its module needs no later glibc than its name says.
 pub fn has_licences(dist: &Dist, wheel: &Path) -> Result<(), String> {
     let python = dist.tools.python.as_deref().map_err(Clone::clone)?;
     let list = output(Command::new(python).args(["-m", "zipfile", "-l"]).arg(wheel))?;
