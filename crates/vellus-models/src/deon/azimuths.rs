@@ -1,7 +1,6 @@
 //! A table of N_p(φ) for a rough surface and one channel.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use vellus_reference::exact::interface;
 
 /// Number of nodes of θ_d in [0°, 90°].
 const THETAS: usize = 31;
@@ -16,6 +15,14 @@ pub(super) struct Azimuths {
     cumulative: Vec<f32>,
     /// ∫ N_p dφ over the circle. p varies fastest, then θ_d.
     energies: Vec<f32>,
+}
+
+/// The unpolarised reflectance of a smooth interface with the relative index `eta` ≥ 1, at an angle of incidence with
+/// the cosine `cos` in [0, 1].
+fn interface(eta: f64, cos: f64) -> f64 {
+    let cos_t = (1.0 - (1.0 - cos * cos) / (eta * eta)).max(0.0).sqrt();
+    let [r_s, r_p] = [(cos, eta * cos_t), (eta * cos, cos_t)].map(|(a, b)| ((a - b) / (a + b)).powi(2));
+    if eta == 1.0 { 0.0 } else { 0.5 * (r_s + r_p) }
 }
 
 /// Φ_p(h) and A_p(h) for p = 0 … 3.
