@@ -7,6 +7,7 @@ mod manifests;
 mod paper;
 mod portability;
 mod run;
+mod semver;
 mod text;
 mod tools;
 
@@ -21,7 +22,7 @@ usage: cargo xtask check | lint | test | bindings | package | paper | explorer |
   lint     format, clippy, rustdoc, spelling, licences, manifests, the book, PAPER.md
   test     check, then the slow tests, the bindings' fast tests, other platforms, and a minute of torture
   bindings builds and tests the bindings for C, Python, Blender and Mitsuba, and the explorer; it names what it skips
-  package  builds every package as crates.io would get it
+  package  builds every package as crates.io would get it, and compares its interface with that of the last release
   paper    PAPER.md only: every symbol that it names exists, and it lists every departure that the code cites
   explorer builds the fibre explorer, a page with the model as WebAssembly: target/explorer/index.html; --try tests it
   torture  kills, full disks, damaged files and nonsense against the release build; --help lists its options";
