@@ -9,6 +9,7 @@ mod manifests;
 mod paper;
 mod portability;
 mod run;
+mod semver;
 mod tests;
 mod text;
 mod tiers;
@@ -30,7 +31,7 @@ usage: cargo xtask check [--all] | test | full | tests | lint | bindings | packa
   tests    lists the tests that are not in `check`, with their tiers and the reasons
   lint     what `check --all` does, without tests
   bindings builds and tests the bindings for C, Python, Blender and Mitsuba, and the explorer; it names what it skips
-  package  builds every package as crates.io would get it
+  package  builds every package as crates.io would get it, and compares its interface with that of the last release
   dist     builds the files of a release into dist/, and tries each; with names (dist command c), these parts only
   release  --dry-run checks whether a release is ready, with package and dist; it publishes nothing
   c        FOLDER: installs the library for C and C++ into a prefix such as /usr/local

@@ -1,6 +1,8 @@
-//! Other processors, the fuzz targets, and the oldest supported compiler.
+//! Other processors, the fuzz targets, and the oldest supported compilers.
 
+use crate::manifests::packages;
 use crate::run::{Outcome, Report, cargo, output, run, succeeds};
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 
@@ -16,7 +18,10 @@ pub fn all(root: &Path, report: &mut Report) -> Result<(), String> {
             .env("CARGO_TARGET_DIR", root.join("target/fuzz"))
             .current_dir(root.join("fuzz")))
     })?;
-    report.attempt("oldest supported compiler", 10.0, || oldest_compiler(root))
+    for (oldest, packages) in oldest_compilers(root)? {
+        report.attempt(&format!("packages for Rust {oldest}"), 10.0, || compiles(root, &oldest, &packages))?;
+    }
+    Ok(())
 }
 
 /// Tests the core on any x86-64 processor. `RUSTFLAGS` replaces the flags in `.cargo/config.toml`.
@@ -41,15 +46,21 @@ fn aarch64(root: &Path) -> Result<Outcome, String> {
     Ok(Outcome::Passed)
 }
 
-/// Compiles the workspace with the compiler that `rust-version` names. Passes at once if this is the compiler in use,
+/// Each `rust-version`, with the packages that state it.
+fn oldest_compilers(root: &Path) -> Result<BTreeMap<String, Vec<String>>, String> {
+    let mut compilers: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for package in packages(root)? {
+        let text = |field: &str| package[field].as_str().map(ToOwned::to_owned);
+        let name = text("name").unwrap_or_default();
+        let oldest = text("rust_version").ok_or_else(|| format!("{name}: the manifest has no rust-version"))?;
+        compilers.entry(oldest).or_default().push(name);
+    }
+    Ok(compilers)
+}
+
+/// Compiles packages with the compiler that their `rust-version` names. Passes at once if this is the compiler in use,
 /// because every other step used it.
-fn oldest_compiler(root: &Path) -> Result<Outcome, String> {
-    let manifest = std::fs::read_to_string(root.join("Cargo.toml")).map_err(|e| format!("Cargo.toml: {e}"))?;
-    let oldest = manifest
-        .lines()
-        .find_map(|line| line.strip_prefix("rust-version = "))
-        .map(|version| version.trim_matches('"').to_owned())
-        .ok_or("Cargo.toml has no rust-version")?;
+fn compiles(root: &Path, oldest: &str, packages: &[String]) -> Result<Outcome, String> {
     let current = output(Command::new("rustc").arg("--version").current_dir(root))?;
     if current.split(' ').nth(1).is_some_and(|version| version.starts_with(&format!("{oldest}."))) {
         return Ok(Outcome::Passed);
@@ -59,7 +70,8 @@ fn oldest_compiler(root: &Path) -> Result<Outcome, String> {
         return Ok(Outcome::Skipped(format!("the toolchain {oldest} is not installed")));
     }
     run(Command::new("cargo")
-        .args([&toolchain, "check", "--quiet", "--workspace", "--all-features"])
+        .args([&toolchain, "check", "--quiet", "--all-features"])
+        .args(packages.iter().flat_map(|package| ["--package", package]))
         .env("CARGO_TARGET_DIR", root.join("target/oldest"))
         .current_dir(root))?;
     Ok(Outcome::Passed)
