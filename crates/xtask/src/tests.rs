@@ -15,6 +15,9 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
+/// A test that takes so many seconds gets a line as soon as it ends.
+const LONG: f64 = 10.0;
+
 /// How much is tested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Tier {
@@ -296,6 +299,9 @@ impl Running<'_> {
                 if let Some(output) = failure {
                     eprintln!("FAILED {name}\n{output}");
                     summary.failures.push(name.clone());
+                }
+                if seconds >= LONG {
+                    eprintln!("{seconds:8.1} s  {name}");
                 }
                 summary.count += 1;
                 summary.times.push(Slow { name, seconds });
