@@ -1,16 +1,19 @@
-//! Shared test code: directions, a random number generator, random fibres, statistical tests, and queries for
-//! benchmarks.
+//! Shared test code: directions, a random number generator, random fibres, statistical tests, queries for benchmarks,
+//! programs that a test starts, and what a test needs from the machine.
 //!
-//! Only integration tests, benchmarks and examples can use this crate. A unit test inside `vellus` would see two copies
-//! of `vellus`: the one under test and the one that this crate depends on.
+//! Only integration tests, benchmarks, examples and `vellus-torture` can use this crate. A unit test inside `vellus`
+//! would see two copies of `vellus`: the one under test and the one that this crate depends on.
 
 mod documents;
+mod need;
+pub mod program;
 mod query;
 pub mod significance;
 pub mod sphere;
 mod tier;
 
 use glam::Vec3;
+pub use need::{KINDS, blender, need, succeeds};
 pub use query::{Query, queries};
 pub use tier::effort;
 pub use vellus::direction;

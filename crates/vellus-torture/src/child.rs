@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
+use vellus_testing::program::default_signals;
 
 /// Address space of a child, KiB. The largest valid case needs about 300 MB of it, including thread stacks and
 /// arenas.
@@ -142,6 +143,7 @@ impl Call {
         // Temporary files stay in the case's folder, and a case may use two threads.
         command.env("TMPDIR", self.folder.join("tmp")).env("RAYON_NUM_THREADS", "2").env("RUST_BACKTRACE", "0");
         command.stdin(Stdio::null()).stdout(stream(&self.stdout)?).stderr(stream(&self.stderr)?);
+        default_signals();
         let mut child = command.spawn()?;
         let (stdout, stderr) = (reader(child.stdout.take()), reader(child.stderr.take()));
         let pid = Pid::from_child(&child);

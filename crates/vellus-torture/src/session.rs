@@ -197,7 +197,7 @@ fn report(cli: &Cli, scores: &[Score], took: Duration) {
     for score in scores {
         let name = score.attack.name();
         if let Some(what) = score.attack.left_out() {
-            println!("\n{name} left out {what}");
+            vellus_testing::need("mount", Err::<(), _>(format!("{name} left out {what}")));
         }
         for (kind, (count, cases, detail)) in &score.findings {
             println!("\n{name}: {kind} ({count} times)\n    {detail:.300}");

@@ -1,31 +1,33 @@
 //! Builds the programs in C and C++ and compares their results with those of Rust, bit for bit.
 //!
 //! With VELLUS_C_PREFIX, the folder of an installed library, the programs are built with pkg-config and use the shared
-//! library there, as a user's programs do. Otherwise they use the static library of this test. Without a compiler or
-//! valgrind the tests pass with a message.
+//! library there, as a user's programs do. Otherwise they use the static library of this test.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use vellus::glam::Vec3;
 use vellus::wide::f32x8;
 use vellus::{Bcsdf, Fiber, FiberBuilder, Species, Window};
+use vellus_testing::program::Limited;
+use vellus_testing::{need, succeeds};
 
-fn succeeds(program: &str) -> bool {
-    Command::new(program).arg("--version").output().is_ok_and(|output| output.status.success())
+/// Whether a program is there. Its kind has its name.
+fn is_there(program: &str) -> bool {
+    let found = || succeeds(Command::new(program).arg("--version"));
+    need(program, if cfg!(unix) { found() } else { Err("the options are those of Unix".to_owned()) }).is_some()
 }
 
 fn run(command: &mut Command) -> Output {
-    let output = command.output().unwrap();
+    let output = command.run().unwrap();
     let text = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text).into_owned());
     assert!(output.status.success(), "{command:?}: {}\n{}{}", output.status, text[0], text[1]);
     output
 }
 
-/// Compiles a program of the repository, or `None` without a compiler.
+/// Compiles a program of the repository, if there is a compiler.
 fn build(source: &str, folder: &Path) -> Option<PathBuf> {
     let (compiler, standard) = if source.ends_with(".c") { ("cc", "-std=c11") } else { ("c++", "-std=c++17") };
-    if !cfg!(unix) || !succeeds(compiler) {
-        eprintln!("skipped: no {compiler}");
+    if !is_there(compiler) {
         return None;
     }
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -35,8 +37,7 @@ fn build(source: &str, folder: &Path) -> Option<PathBuf> {
     command.arg(package.join("../..").join(source));
     match std::env::var_os("VELLUS_C_PREFIX") {
         Some(prefix) => {
-            if !succeeds("pkg-config") {
-                eprintln!("skipped: no pkg-config");
+            if !is_there("pkg-config") {
                 return None;
             }
             let path = Path::new(&prefix).join("lib/pkgconfig");
@@ -161,8 +162,7 @@ fn bad_input_gives_a_status_and_no_crash() {
 #[ignore = "test: valgrind takes eight seconds"]
 fn bad_input_neither_leaks_nor_reads_wrong_memory() {
     let folder = tempfile::tempdir().unwrap();
-    if !succeeds("valgrind") {
-        eprintln!("skipped: no valgrind");
+    if !is_there("valgrind") {
         return;
     }
     let Some(program) = build("crates/vellus-c/tests/bad_input.c", folder.path()) else { return };

@@ -1,10 +1,10 @@
 //! Results, formats and error messages of the command.
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 fn vellus(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_vellus")).args(args).output().unwrap()
+    crate::common::vellus(Path::new("."), args)
 }
 
 fn stdout(args: &[&str]) -> String {

@@ -2,17 +2,28 @@
 
 use exr::prelude::*;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
+pub use vellus_testing::program::{LIMIT, Limited, Running, wait_until};
 
-/// The command, in a folder.
+/// The command, in a folder, without input.
 pub fn command(folder: &Path, args: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_vellus"));
-    command.current_dir(folder).args(args);
+    piped(Command::new(env!("CARGO_BIN_EXE_vellus")), folder, args)
+}
+
+/// Runs a shell script in which `"$@"` is the command.
+pub fn shell(folder: &Path, script: &str, args: &[&str]) -> Command {
+    let mut command = Command::new("sh");
+    command.args(["-c", script, "sh", env!("CARGO_BIN_EXE_vellus")]);
+    piped(command, folder, args)
+}
+
+fn piped(mut command: Command, folder: &Path, args: &[&str]) -> Command {
+    command.current_dir(folder).args(args).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     command
 }
 
 pub fn vellus(folder: &Path, args: &[&str]) -> Output {
-    command(folder, args).output().unwrap()
+    command(folder, args).run().unwrap()
 }
 
 /// Runs a command that must succeed. Returns its standard error.
@@ -39,6 +50,19 @@ pub fn ended_by(output: &Output, code: i32, args: &[&str], parts: &[&str]) {
     for part in parts {
         assert!(message.contains(part), "{args:?}: '{part}' is not in: {message}");
     }
+}
+
+/// A .tfx file of strands with the same number of points.
+pub fn tfx(strands: &[Vec<[f32; 3]>]) -> Vec<u8> {
+    let mut bytes = vec![0; 160];
+    let counts = [(4, strands.len() as u32), (8, strands[0].len() as u32)];
+    for (at, word) in [(0, 4f32.to_bits()), (12, 160)].into_iter().chain(counts) {
+        bytes[at..at + 4].copy_from_slice(&word.to_le_bytes());
+    }
+    for [x, y, z] in strands.iter().flatten() {
+        bytes.extend([*x, *y, *z, 1.0].iter().flat_map(|x| x.to_le_bytes()));
+    }
+    bytes
 }
 
 /// Names of an OpenEXR file's channels and their values, and its notes.

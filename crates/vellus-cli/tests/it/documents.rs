@@ -1,8 +1,8 @@
 //! The commands in README and the book exist, and so do their options.
 
+use crate::common::{Limited, command};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 /// README and all pages below `docs`.
 fn pages() -> Vec<PathBuf> {
@@ -62,7 +62,7 @@ struct Help {
 }
 
 fn help(path: &[String]) -> Help {
-    let output = Command::new(env!("CARGO_BIN_EXE_vellus")).args(path).arg("--help").output().unwrap();
+    let output = command(Path::new("."), &[]).args(path).arg("--help").run().unwrap();
     assert!(output.status.success(), "vellus {} --help", path.join(" "));
     let text = String::from_utf8(output.stdout).unwrap();
     let first_words = |heading: &str| -> Vec<String> {

@@ -1,7 +1,7 @@
 //! What `vellus experiment` writes at smoke quality, which only tests that it runs.
 
 #[allow(dead_code, reason = "shared with tests of pictures")]
-use crate::common::{refused, run, vellus};
+use crate::common::{Limited, command, ended_by, refused, run, vellus};
 use serde_json::Value;
 use std::path::Path;
 
@@ -161,29 +161,36 @@ fn finished_pictures_are_not_rendered_again() {
 #[cfg(unix)]
 #[test]
 fn an_interrupted_experiment_names_what_it_kept() {
+    use vellus_testing::program::Signal;
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     run(path, &smoke(&["scenes"], &[]));
-    let child = crate::common::command(path, &["experiment", "convergence", "--quality", "paper", "--out", "found"])
-        .stderr(std::process::Stdio::piped())
-        .spawn()
-        .unwrap();
-    // At paper quality the experiment takes minutes. The signal handler is installed before it starts.
-    std::thread::sleep(std::time::Duration::from_secs(2));
-    assert!(std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
-    let output = child.wait_with_output().unwrap();
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(130), "{message}");
-    for part in
-        ["interrupted: finished experiments are in found/index.html", "found/convergence", "the same command continues"]
-    {
-        assert!(message.contains(part), "'{part}' is not in: {message}");
+    let args = ["experiment", "convergence", "--quality", "paper", "--out", "found"];
+    let kept = || std::fs::read_dir(path.join("found/convergence")).unwrap().map(|entry| entry.unwrap().path());
+    let has_film = || kept().any(|file| file.extension().is_some_and(|e| e == "film"));
+    // At paper quality the experiment takes minutes. A film is kept once it has a sample, which a busy machine may not
+    // have computed at first.
+    for seconds in [2, 8, 32] {
+        let child = command(path, &args).start().unwrap();
+        child.wait_until_it_catches(Signal::INT);
+        std::thread::sleep(std::time::Duration::from_secs(seconds));
+        child.send(Signal::INT);
+        ended_by(
+            &child.end(),
+            130,
+            &args,
+            &[
+                "interrupted: finished experiments are in found/index.html",
+                "found/convergence",
+                "the same command continues",
+            ],
+        );
+        if has_film() {
+            break;
+        }
     }
     assert!(std::fs::read_to_string(path.join("found/index.html")).unwrap().contains("<h2 id=\"scenes\">"));
-    let kept = || std::fs::read_dir(path.join("found/convergence")).unwrap().map(|entry| entry.unwrap().path());
-    assert!(
-        kept().any(|file| file.extension().is_some_and(|e| e == "film")) && kept().all(|f| !f.ends_with("result.json"))
-    );
+    assert!(has_film() && kept().all(|file| !file.ends_with("result.json")));
 }
 
 #[test]

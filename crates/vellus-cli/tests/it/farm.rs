@@ -1,12 +1,14 @@
 //! Plans that run here and on other engines, and that are killed at any moment: the pictures have the same bits.
 #![cfg(target_os = "linux")]
 
-use crate::common::{Picture, command, ended_by, refused, run, vellus};
+use crate::common::{Limited, Picture, Running, command, ended_by, refused, run, vellus, wait_until};
 use std::collections::HashSet;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use vellus_farm::{PER_PLAN, PICTURE_OPTIONS};
+use vellus_testing::program::{Signal, kill};
+use vellus_testing::{need, succeeds};
 
 const SCENE: &[&str] = &["hair-lock", "--small", "--size", "64x48", "--seed", "5"];
 
@@ -54,19 +56,15 @@ impl Random {
     }
 }
 
-fn kill(signal: &str, pid: &str) -> bool {
-    Command::new("kill").args([signal, pid]).stderr(Stdio::null()).status().unwrap().success()
-}
-
 /// The children of a process.
-fn children(pid: u32) -> Vec<String> {
+fn children(pid: u32) -> Vec<u32> {
     let Ok(threads) = std::fs::read_dir(format!("/proc/{pid}/task")) else { return Vec::new() };
     let lists = threads.filter_map(|thread| std::fs::read_to_string(thread.ok()?.path().join("children")).ok());
-    lists.flat_map(|list| list.split_whitespace().map(str::to_owned).collect::<Vec<_>>()).collect()
+    lists.flat_map(|list| list.split_whitespace().filter_map(|pid| pid.parse().ok()).collect::<Vec<_>>()).collect()
 }
 
-fn start(folder: &Path, args: &[&str]) -> Child {
-    command(folder, args).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+fn start(folder: &Path, args: &[&str]) -> Running {
+    command(folder, args).stdout(Stdio::null()).stderr(Stdio::null()).start().unwrap()
 }
 
 #[test]
@@ -80,19 +78,19 @@ fn kills_at_random_moments_change_no_bit() {
         runs += 1;
         let mut farm = start(path, &["farm", "run", "farm", "--retries", "1"]);
         // Later runs are left alone, so that the test ends.
-        while runs <= 6 && farm.try_wait().unwrap().is_none() {
+        while runs <= 6 && farm.ended_within(Duration::ZERO).is_none() {
             std::thread::sleep(Duration::from_millis(random.below(200)));
             let victims = children(farm.id());
             let victim = victims.get(random.below(victims.len().max(1) as u64) as usize);
             match (random.below(6), victim) {
-                (0, _) => kills += u32::from(kill("-9", &farm.id().to_string())),
-                (1, _) => kills += u32::from(kill("-INT", &farm.id().to_string())),
-                (2, Some(victim)) => kills += u32::from(kill("-TERM", victim)),
-                (_, Some(victim)) => kills += u32::from(kill("-9", victim)),
+                (0, _) => kills += u32::from(kill(farm.id(), Signal::KILL)),
+                (1, _) => kills += u32::from(kill(farm.id(), Signal::INT)),
+                (2, Some(&victim)) => kills += u32::from(kill(victim, Signal::TERM)),
+                (_, Some(&victim)) => kills += u32::from(kill(victim, Signal::KILL)),
                 _ => {}
             }
         }
-        let ended = farm.wait().unwrap();
+        let ended = farm.end().status;
         if ended.success() {
             break;
         }
@@ -119,23 +117,18 @@ fn a_killed_farm_leaves_no_process() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     run(path, &[&["farm", "plan", SCENE[0], "--samples", "1000000", "-o", "farm", "--"], &SCENE[1..]].concat());
-    for (signal, code) in [("-9", None), ("-TERM", Some(143)), ("-INT", Some(130))] {
-        let mut farm = start(path, &["farm", "run", "farm"]);
-        let found = (0..500).find_map(|_| {
-            std::thread::sleep(Duration::from_millis(20));
-            children(farm.id()).pop()
-        });
-        let child = found.unwrap();
+    for (signal, code) in [(Signal::KILL, None), (Signal::TERM, Some(143)), (Signal::INT, Some(130))] {
+        let farm = start(path, &["farm", "run", "farm"]);
+        wait_until("a task", || !children(farm.id()).is_empty());
+        let child = children(farm.id())[0];
         // Signals work in the program from its first lines on. Give it time to reach them.
         std::thread::sleep(Duration::from_millis(500));
-        assert!(kill(signal, &farm.id().to_string()));
-        assert_eq!(farm.wait().unwrap().code(), code, "{signal}");
-        let gone = (0..500).any(|_| {
-            std::thread::sleep(Duration::from_millis(20));
+        farm.send(signal);
+        assert_eq!(farm.end().status.code(), code, "{signal:?}");
+        wait_until(&format!("the end of the task after {signal:?}"), || {
             // It may be a zombie until the system's first process has waited for it.
             std::fs::read_to_string(format!("/proc/{child}/stat")).map_or(true, |stat| stat.contains(") Z "))
         });
-        assert!(gone, "{signal}: the task runs on");
     }
     // The last two kept their samples.
     assert!(path.join("farm/films/still.0-1000000.checkpoint").exists());
@@ -247,25 +240,26 @@ fn job(engine: &str) -> tempfile::TempDir {
 
 /// Whether an engine is there.
 fn is_there(engine: &str, program: &str, args: &[&str]) -> bool {
-    let there =
-        Command::new(program).args(args).output().is_ok_and(|run| run.status.success() && !run.stdout.is_empty());
-    if !there {
-        eprintln!("skipped: {engine} is not there ({program} {})", args.join(" "));
-    }
-    there
+    let there = Command::new(program).args(args).run().is_ok_and(|run| run.status.success() && !run.stdout.is_empty());
+    let reason = || format!("{engine} is not there ({program} {})", args.join(" "));
+    need("engines", there.then_some(()).ok_or_else(reason)).is_some()
 }
 
 /// Processes that render films of the plan in `folder`.
-fn renders(folder: &Path) -> Vec<String> {
+fn renders(folder: &Path) -> Vec<u32> {
     let films = folder.join("farm/films").display().to_string();
-    let pids = std::fs::read_dir("/proc").unwrap().filter_map(|entry| entry.ok()?.file_name().into_string().ok());
-    let is_one = |pid: &String| {
+    let pids = std::fs::read_dir("/proc").unwrap();
+    let pids = pids.filter_map(|entry| entry.ok()?.file_name().to_str()?.parse().ok());
+    let is_one = |pid: &u32| {
         let line = std::fs::read(format!("/proc/{pid}/cmdline")).unwrap_or_default();
         let line = String::from_utf8_lossy(&line).into_owned();
         line.split('\0').nth(1) == Some("render") && line.contains(&films)
     };
-    pids.filter(|pid| pid.parse::<u32>().is_ok()).filter(is_one).collect()
+    pids.filter(is_one).collect()
 }
+
+/// An engine starts slowly, and waits before it tries again.
+const ENGINE: Duration = Duration::from_secs(600);
 
 /// Runs an engine on a plan in which one film is there already, kills three of its renders, and compares the picture.
 fn engine(folder: &Path, program: &str, args: &[&str]) {
@@ -273,17 +267,14 @@ fn engine(folder: &Path, program: &str, args: &[&str]) {
     let log = std::fs::File::create(folder.join("engine.log")).unwrap();
     let mut engine = Command::new(program);
     engine.args(args).current_dir(folder).env("VELLUS", env!("CARGO_BIN_EXE_vellus"));
-    let mut engine = engine.stdout(log.try_clone().unwrap()).stderr(log).spawn().unwrap();
-    let mut kills = 0;
-    let ended = loop {
-        if let Some(ended) = engine.try_wait().unwrap() {
-            break ended;
+    let mut engine = engine.stdout(log.try_clone().unwrap()).stderr(log).start().unwrap();
+    let (mut kills, start) = (0, Instant::now());
+    while engine.ended_within(Duration::from_millis(20)).is_none() && start.elapsed() < ENGINE {
+        if let Some(&pid) = renders(folder).first().filter(|_| kills < 3) {
+            kills += u32::from(kill(pid, Signal::KILL));
         }
-        if let Some(pid) = renders(folder).first().filter(|_| kills < 3) {
-            kills += u32::from(kill("-9", pid));
-        }
-        std::thread::sleep(Duration::from_millis(20));
-    };
+    }
+    let ended = engine.end_within(Duration::ZERO).status;
     let text = std::fs::read_to_string(folder.join("engine.log")).unwrap();
     assert!(ended.success() && kills > 0, "{kills} kills: {text}");
     assert_eq!(status(folder), [4, 0, 0, 0], "{text}");
@@ -294,11 +285,8 @@ fn engine(folder: &Path, program: &str, args: &[&str]) {
 fn open_jd_runs_a_plan() {
     if is_there("OpenJD", "openjd", &["--version"]) {
         let folder = job("openjd");
-        assert!(is_there(
-            "a valid template",
-            "openjd",
-            &["check", folder.path().join("farm/openjd.json").to_str().unwrap()]
-        ));
+        let template = folder.path().join("farm/openjd.json");
+        assert_eq!(succeeds(Command::new("openjd").arg("check").arg(template)), Ok(()));
         let program = concat!("Vellus=", env!("CARGO_BIN_EXE_vellus"));
         engine(folder.path(), "openjd", &["run", "farm/openjd.json", "-p", program]);
     }

@@ -1,23 +1,8 @@
 //! The fibres that --fiber and --set give to strands, and the warnings when they change nothing.
 
+use crate::common::{Limited, command, run, vellus};
 use std::path::Path;
-use std::process::Command;
 use vellus::{Fiber, Species};
-
-/// The command, in a folder.
-fn vellus(folder: &Path, args: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_vellus"));
-    command.current_dir(folder).args(args);
-    command
-}
-
-/// Runs a command that must succeed. Returns its standard error.
-fn run(folder: &Path, args: &[&str]) -> String {
-    let output = vellus(folder, args).output().unwrap();
-    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.success(), "{args:?}: {errors}");
-    errors
-}
 
 /// A curve. `material` binds a material or is empty.
 fn scene(material: &str) -> String {
@@ -126,7 +111,7 @@ fn help_states_the_default_fibre_of_each_command() {
         (&["render"], "It replaces the fibres of a built-in scene"),
         (&["groom", "grow"], "[default: a brown dog]"),
     ] {
-        let help = vellus(folder.path(), &[command, &["--help"]].concat()).output().unwrap().stdout;
+        let help = vellus(folder.path(), &[command, &["--help"]].concat()).stdout;
         let help = String::from_utf8(help).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
         let fiber = help.split("--fiber <NAME|FILE> ").nth(1).unwrap();
         let fiber = fiber.split(" --").next().unwrap();
@@ -147,7 +132,7 @@ fn names_of_files_need_not_be_utf8() {
     run(path, &["groom", "convert", "free.usda", "-o", "hair.hair"]);
     std::fs::rename(path.join("hair.hair"), path.join(hair)).unwrap();
     std::fs::write(path.join(toml), "preset = \"dog\"\n").unwrap();
-    let with_both = |args: &[&str]| vellus(path, args).arg(hair).arg("--fiber").arg(toml).output().unwrap();
+    let with_both = |args: &[&str]| command(path, args).arg(hair).arg("--fiber").arg(toml).run().unwrap();
     for args in [
         &["groom", "convert", "-o", "out.usda"][..],
         &["render", "--size", "8x8", "--spp", "1", "--float", "-o", "out.exr"],

@@ -1,17 +1,15 @@
 //! `vellus fit`: a synthetic measurement, its fit, the report, and error messages.
 
+use crate::common::{Limited, vellus};
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
-use std::time::Duration;
+use std::process::{Command, Output};
 
 fn command(folder: &Path, args: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_vellus"));
-    command.current_dir(folder).arg("fit").args(args);
-    command
+    crate::common::command(folder, &[&["fit"], args].concat())
 }
 
 fn run(folder: &Path, args: &[&str]) -> Output {
-    let output = command(folder, args).output().unwrap();
+    let output = command(folder, args).run().unwrap();
     assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
     output
 }
@@ -20,7 +18,7 @@ fn run(folder: &Path, args: &[&str]) -> Output {
 fn refused(folder: &Path, args: &[&str], parts: &[&str]) {
     let files = || std::fs::read_dir(folder).unwrap().count();
     let before = files();
-    let output = command(folder, args).output().unwrap();
+    let output = command(folder, args).run().unwrap();
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{args:?}: {message}");
     assert!(output.stdout.is_empty() && files() == before, "{args:?}");
@@ -46,11 +44,7 @@ fn a_measurement_is_fitted_reported_and_read_back() {
     let toml = std::fs::read_to_string(folder.join("fox.toml")).unwrap();
     assert!(toml.contains("# NRMSE") && toml.contains("± ") && toml.contains("# warning: "), "{toml}");
     // Other commands read the result as a fibre.
-    let shown = Command::new(env!("CARGO_BIN_EXE_vellus"))
-        .args(["fiber", "show", "--format", "json"])
-        .arg(folder.join("fox.toml"))
-        .output()
-        .unwrap();
+    let shown = vellus(folder, &["fiber", "show", "--format", "json", "fox.toml"]);
     let shown: serde_json::Value = serde_json::from_slice(&shown.stdout).unwrap();
     assert!((shown["eta"].as_f64().unwrap() - 1.49).abs() < 0.1 && (shown["g"].as_f64().unwrap() - 0.79).abs() < 0.05);
     for name in ["profile.png", "slices.png"] {
@@ -126,9 +120,7 @@ fn other_models_are_measured_fitted_and_named() {
     assert!(String::from_utf8(output.stderr).unwrap().contains("does not follow the data"));
     let toml = std::fs::read_to_string(folder.join("hair.toml")).unwrap();
     assert!(toml.contains("kappa = 0.0  # chiang2016 has none"), "{toml}");
-    let shown =
-        Command::new(env!("CARGO_BIN_EXE_vellus")).args(["fiber", "show"]).arg(folder.join("hair.toml")).output();
-    assert!(shown.unwrap().status.success());
+    assert!(vellus(folder, &["fiber", "show", "hair.toml"]).status.success());
 }
 
 #[test]
@@ -210,7 +202,7 @@ fn bad_fits_are_refused() {
     refused(folder, &with("constant.txt"), &["constant.txt", "all measurements are the same"]);
     refused(folder, &with("huge.txt"), &["huge.txt", "out of range", "[1e-20, 1e20]"]);
 
-    let output = command(folder, &[&with("noise.txt")[..], &["--report", "report"]].concat()).output().unwrap();
+    let output = command(folder, &[&with("noise.txt")[..], &["--report", "report"]].concat()).run().unwrap();
     assert!(output.status.code() == Some(2) && !folder.join("x.toml").exists());
     assert!(String::from_utf8_lossy(&output.stderr).contains("report/index.html shows"));
     let page = || std::fs::read_to_string(folder.join("report/index.html")).unwrap();
@@ -227,19 +219,16 @@ fn bad_fits_are_refused() {
 #[cfg(unix)]
 #[test]
 fn an_interrupted_fit_leaves_its_best() {
+    use vellus_testing::program::Signal;
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     run(folder, &["--simulate", "human", "--step", "4", "--out", "human.txt"]);
-    let child = command(folder, &["human.txt", "--starts", "9999", "--out", "human.toml", "--format", "json"])
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    // The signal handler is installed first.
-    std::thread::sleep(Duration::from_secs(2));
-    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    assert!(sent.success());
-    let output = child.wait_with_output().unwrap();
+    let args = ["human.txt", "--starts", "9999", "--out", "human.toml", "--format", "json"];
+    let child = command(folder, &args).start().unwrap();
+    child.wait_until_it_catches(Signal::INT);
+    std::thread::sleep(std::time::Duration::from_secs(2));
+    child.send(Signal::INT);
+    let output = child.end();
     assert_eq!(output.status.code(), Some(130));
     let value: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(value["interrupted"], true);

@@ -1,25 +1,12 @@
 //! `vellus groom grow`.
 
+use crate::common::{refused, vellus};
 use std::path::Path;
-use std::process::{Command, Output};
-
-fn vellus(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_vellus")).current_dir(folder).args(args).output().unwrap()
-}
 
 fn run(folder: &Path, args: &[&str]) -> String {
     let output = vellus(folder, args);
     assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
-}
-
-fn refused(folder: &Path, args: &[&str], parts: &[&str]) {
-    let output = vellus(folder, args);
-    let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{args:?}: {message}");
-    for part in parts {
-        assert!(message.contains(part), "{args:?}: '{part}' is not in: {message}");
-    }
 }
 
 /// A sphere of radius 2 around (1, 0, 0) with uv: quads, and triangles at the poles.

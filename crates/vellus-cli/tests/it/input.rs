@@ -1,24 +1,13 @@
 //! Messages about files that the command reads.
 
 #[allow(dead_code, reason = "not every test needs all of it")]
-use crate::common::{refused, run, vellus};
-
-/// A .tfx file of two strands with two points each, from (0, 0, 0) to (3, 0, 0) and from (0, 1, 0) to (3, 1, 0).
-fn tfx() -> Vec<u8> {
-    let mut bytes = vec![0; 160];
-    for (at, word) in [(0, 4f32.to_bits()), (4, 2u32), (8, 2), (12, 160)] {
-        bytes[at..at + 4].copy_from_slice(&word.to_le_bytes());
-    }
-    for point in [[0f32, 0.0, 0.0, 1.0], [3.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0], [3.0, 1.0, 0.0, 1.0]] {
-        bytes.extend(point.iter().flat_map(|x| x.to_le_bytes()));
-    }
-    bytes
-}
+use crate::common::{refused, run, tfx, vellus};
 
 #[test]
 fn strands_without_widths_are_measured_and_rendered_with_a_suggested_width() {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("guides.tfx"), tfx()).unwrap();
+    let guides = [0.0, 1.0].map(|y| vec![[0.0, y, 0.0], [3.0, y, 0.0]]);
+    std::fs::write(folder.path().join("guides.tfx"), tfx(&guides)).unwrap();
     let output = vellus(folder.path(), &["groom", "info", "guides.tfx"]);
     let text = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success() && text.contains("(0, 0, 0) to (3.00000, 1.00000, 0)"), "{text}");

@@ -1,6 +1,6 @@
 //! Bad input is rejected before any work, with exit code 2, one message, and no file.
 
-use std::process::Command;
+use crate::common::vellus;
 use std::time::{Duration, Instant};
 
 /// To start and to read the shipped tables takes less time, even on a busy machine. To grow the smallest scene takes
@@ -141,11 +141,7 @@ fn bad_input_is_refused_before_any_work() {
             continue;
         }
         let start = Instant::now();
-        let output = Command::new(env!("CARGO_BIN_EXE_vellus"))
-            .current_dir(folder.path())
-            .args(command.split(' '))
-            .output()
-            .unwrap();
+        let output = vellus(folder.path(), &command.split(' ').collect::<Vec<_>>());
         let (seconds, message) = (start.elapsed(), String::from_utf8_lossy(&output.stderr));
         assert_eq!(output.status.code(), Some(2), "{command}: {message}");
         assert!(output.stdout.is_empty(), "{command}");

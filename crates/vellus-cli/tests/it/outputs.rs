@@ -1,8 +1,12 @@
 //! The files that `vellus render` writes, the goals that end it, and the files that it keeps after a failure.
 
-use crate::common::{Picture, command, ended_by, refused, refused_by, run, vellus};
+use crate::common::{LIMIT, Limited, Picture, command, ended_by, refused, refused_by, run, shell, vellus, wait_until};
 use std::io::Read;
+use std::net::{TcpListener, TcpStream};
 use std::time::{Duration, Instant};
+use vellus_testing::need;
+#[cfg(unix)]
+use vellus_testing::program::Signal;
 
 /// A lock of hair, and more options.
 fn lock<'a>(more: &[&'a str]) -> Vec<&'a str> {
@@ -166,16 +170,30 @@ fn text(bytes: &mut &[u8]) -> String {
     String::from_utf8(take(bytes, end + 1)[..end].to_vec()).unwrap()
 }
 
+/// The first connection. Every wait for it has a limit.
+fn accept(listener: &TcpListener) -> TcpStream {
+    let mut found = None;
+    listener.set_nonblocking(true).unwrap();
+    wait_until("a connection", || {
+        found = listener.accept().ok();
+        found.is_some()
+    });
+    let (stream, _) = found.unwrap();
+    stream.set_nonblocking(false).unwrap();
+    stream.set_read_timeout(Some(LIMIT)).unwrap();
+    stream
+}
+
 /// A viewer that parses packets like tev gets the picture that is written. A missing viewer is an error. A viewer that
 /// closes is not.
 #[test]
 fn a_viewer_sees_the_picture() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().to_owned();
-    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
     let viewer = std::thread::spawn(move || {
-        let (mut stream, _) = listener.accept().unwrap();
+        let mut stream = accept(&listener);
         let (mut image, mut size, mut updates) = (Vec::new(), [0, 0], 0);
         while let Some((kind, bytes)) = packet(&mut stream) {
             let mut rest = &bytes[1..];
@@ -222,23 +240,15 @@ fn a_viewer_sees_the_picture() {
     refused(&path, &lock(&["--tev", &address, "-o", "none.exr"]), &["--tev", &address, "start tev first"]);
     assert!(!path.join("none.exr").exists());
     // A picture larger than a socket's buffer, and a viewer that closes at once.
-    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
-    let closing = std::thread::spawn(move || drop(listener.accept().unwrap()));
+    let closing = std::thread::spawn(move || drop(accept(&listener)));
     let args =
         ["render", "hair-lock", "--small", "--size", "320x200", "--spp", "4", "--tev", &address, "-o", "left.exr"];
     let said = run(&path, &args);
     closing.join().unwrap();
     assert_eq!(said.matches("rendering goes on without it").count(), 1, "{said}");
     assert!(path.join("left.exr").exists());
-}
-
-fn wait_until(done: impl Fn() -> bool) {
-    let start = Instant::now();
-    while !done() {
-        assert!(start.elapsed() < Duration::from_secs(60), "it does not come");
-        std::thread::sleep(Duration::from_millis(2));
-    }
 }
 
 /// A run that was killed and resumed gives the same bits as one run.
@@ -255,10 +265,9 @@ fn a_killed_run_only_loses_samples_after_its_checkpoint() {
     let written = || std::fs::metadata(&checkpoint).and_then(|m| m.modified()).ok();
     for _ in 0..2 {
         let before = written();
-        let mut child = command(path, &[&args("killed.exr")[..], &["--resume"]].concat()).spawn().unwrap();
-        wait_until(|| written() != before);
-        child.kill().unwrap();
-        child.wait().unwrap();
+        let child = command(path, &[&args("killed.exr")[..], &["--resume"]].concat()).start().unwrap();
+        wait_until("a checkpoint", || written() != before);
+        child.kill();
         assert!(checkpoint.exists() && !path.join("killed.exr").exists(), "killed too late: make it longer");
     }
     let said = run(path, &[&args("killed.exr")[..], &["--resume"]].concat());
@@ -273,10 +282,9 @@ fn a_killed_run_only_loses_samples_after_its_checkpoint() {
         let args = lock(&["--samples", "7..407", "--threads", "1", "--checkpoint", "0.05s", "-o", name]);
         [&args[..], more].concat()
     };
-    let mut child = command(path, &part("part.exr", &[])).spawn().unwrap();
-    wait_until(|| path.join("part.checkpoint").exists());
-    child.kill().unwrap();
-    child.wait().unwrap();
+    let child = command(path, &part("part.exr", &[])).start().unwrap();
+    wait_until("a checkpoint", || path.join("part.checkpoint").exists());
+    child.kill();
     refused(
         path,
         &lock(&["--spp", "9", "--resume", "-o", "part.exr"]),
@@ -302,10 +310,8 @@ fn a_full_disk_only_loses_samples_after_the_last_checkpoint() {
     let before = std::fs::read(&checkpoint).unwrap();
     std::fs::remove_file(path.join("full.exr")).unwrap();
     // The limit is 16 or 32 KB, depending on the shell. This is enough for the probe, but not for a film of 650 KB.
-    let script = format!("ulimit -f 32; exec {} \"$@\"", env!("CARGO_BIN_EXE_vellus"));
     let limited = args("100", &["--resume"]);
-    let output =
-        std::process::Command::new("sh").args(["-c", &script, "sh"]).args(&limited).current_dir(path).output().unwrap();
+    let output = shell(path, "ulimit -f 32; exec \"$@\"", &limited).run().unwrap();
     ended_by(
         &output,
         75,
@@ -327,11 +333,11 @@ fn samples_that_cannot_be_written_are_saved_in_another_place() {
     let path = folder.path();
     std::fs::create_dir(path.join("spare")).unwrap();
     let args = lock(&["--spp", "300", "--threads", "1", "--checkpoint", "0s", "-o", "gone/a.exr"]);
-    let child = command(path, &args).env("TMPDIR", path.join("spare")).stderr(std::process::Stdio::piped()).spawn();
-    wait_until(|| path.join("gone/a.checkpoint").exists());
+    let child = command(path, &args).env("TMPDIR", path.join("spare")).start().unwrap();
+    wait_until("a checkpoint", || path.join("gone/a.checkpoint").exists());
     std::fs::rename(path.join("gone"), path.join("old")).unwrap();
     std::fs::write(path.join("gone"), "a file").unwrap();
-    let output = child.unwrap().wait_with_output().unwrap();
+    let output = child.end();
     refused_by(&output, &args, &["all 300 samples", "spare", "vellus merge", "cannot write gone/a.exr"]);
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     let kept = message.split("vellus merge ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap().to_owned();
@@ -343,8 +349,7 @@ fn samples_that_cannot_be_written_are_saved_in_another_place() {
     // longer needed.
     std::fs::remove_file(path.join("gone")).unwrap();
     std::fs::rename(path.join("old"), path.join("gone")).unwrap();
-    let resumed =
-        command(path, &[&args[..], &["--resume"]].concat()).env("TMPDIR", path.join("spare")).output().unwrap();
+    let resumed = command(path, &[&args[..], &["--resume"]].concat()).env("TMPDIR", path.join("spare")).run().unwrap();
     let message = String::from_utf8_lossy(&resumed.stderr).into_owned();
     assert!(resumed.status.success() && message.contains("continuing from 300 samples"), "{message}");
     assert!(Picture::read(&path.join("gone/a.exr")).same(&b));
@@ -357,21 +362,14 @@ fn samples_that_cannot_be_written_are_saved_in_another_place() {
 fn an_interrupted_run_reports_what_it_kept() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    for (signal, code) in [("INT", 130), ("TERM", 143), ("HUP", 129)] {
-        if signal == "HUP" && ignores_hangup() {
-            eprintln!("skipped: nohup makes programs ignore SIGHUP");
-            continue;
-        }
-        let name = format!("{signal}.exr");
+    for (signal, name, code) in [(Signal::INT, "INT", 130), (Signal::TERM, "TERM", 143), (Signal::HUP, "HUP", 129)] {
+        let (name, named) = (format!("{name}.exr"), format!("{name}.checkpoint"));
         let args = lock(&["--spp", "1000000", "--threads", "1", "--checkpoint", "0.05s", "-o", &name]);
-        let child = command(path, &args).stderr(std::process::Stdio::piped()).spawn().unwrap();
-        let checkpoint = path.join(format!("{signal}.checkpoint"));
-        wait_until(|| checkpoint.exists());
-        let kill = std::process::Command::new("kill").args(["-s", signal, &child.id().to_string()]).status().unwrap();
-        assert!(kill.success());
-        let output = child.wait_with_output().unwrap();
-        let named = format!("{signal}.checkpoint");
-        ended_by(&output, code, &args, &["interrupted:", "samples a pixel are in", &name, &named, "--resume"]);
+        let child = command(path, &args).start().unwrap();
+        let checkpoint = path.join(&named);
+        wait_until("a checkpoint", || checkpoint.exists());
+        child.send(signal);
+        ended_by(&child.end(), code, &args, &["interrupted:", "samples a pixel are in", &name, &named, "--resume"]);
         assert!(path.join(&name).exists() && checkpoint.exists());
         // The checkpoint is valid, but has fewer samples than requested.
         refused(path, &["merge", &named], &["samples are missing", &named, "--allow-gaps"]);
@@ -379,24 +377,14 @@ fn an_interrupted_run_reports_what_it_kept() {
     }
 }
 
-/// Programs inherit this from `nohup`.
-#[cfg(unix)]
-fn ignores_hangup() -> bool {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:")).map(str::trim);
-    ignored.is_some_and(|mask| u64::from_str_radix(mask, 16).is_ok_and(|mask| mask & 1 == 1))
-}
-
 #[test]
 fn a_picture_too_large_for_the_disk_is_not_started() {
     let folder = tempfile::tempdir().unwrap();
+    run(folder.path(), &["render", "hair-lock", "--size", "16x16", "--spp", "1", "--small", "-o", "small.png"]);
     let args = ["render", "hair-lock", "--small", "--size", "32768x32768", "-o", "huge.exr"];
-    if fs4::available_space(folder.path()).unwrap() > 600_000_000_000 {
-        eprintln!("skipped: this disk has room for a picture of a billion pixels");
-        return;
+    let free = fs4::available_space(folder.path()).unwrap();
+    let small = if free < 600_000_000_000 { Ok(()) } else { Err("a picture of a billion pixels has room here") };
+    if need("disk", small).is_some() {
+        ended_by(&vellus(folder.path(), &args), 75, &args, &["cannot write huge.exr", "MB are free"]);
     }
-    ended_by(&vellus(folder.path(), &args), 75, &args, &["cannot write huge.exr", "MB are free"]);
-    let output =
-        vellus(folder.path(), &["render", "hair-lock", "--size", "16x16", "--spp", "1", "--small", "-o", "small.png"]);
-    assert!(output.status.success());
 }

@@ -1,26 +1,13 @@
 //! Exit codes, signals, and outputs that are closed or full.
 #![cfg(target_os = "linux")]
 
+use crate::common::{Limited, Running, command, shell, vellus, wait_until};
 use std::fs::OpenOptions;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::Output;
 use std::time::{Duration, Instant};
-
-/// The command, in a folder.
-fn vellus(folder: &Path, args: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_vellus"));
-    command.current_dir(folder).args(args).stdout(Stdio::piped()).stderr(Stdio::piped());
-    command
-}
-
-/// Runs a shell script in which `"$@"` is the command.
-fn shell(folder: &Path, script: &str, args: &[&str]) -> Command {
-    let mut command = Command::new("sh");
-    command.args(["-c", script, "sh", env!("CARGO_BIN_EXE_vellus")]).args(args);
-    command.current_dir(folder).stdout(Stdio::piped()).stderr(Stdio::piped());
-    command
-}
+use vellus_testing::program::Signal;
 
 /// Checks the exit code. Returns standard error.
 fn ends(output: &Output, code: i32) -> String {
@@ -47,7 +34,7 @@ fn a_closed_pipe_is_no_error_and_files_are_written() {
     for args in PRINTING {
         let (reader, writer) = std::io::pipe().unwrap();
         drop(reader);
-        let output = vellus(folder.path(), args).stdout(writer).output().unwrap();
+        let output = command(folder.path(), args).stdout(writer).start().unwrap().end();
         assert_eq!(ends(&output, 0), "", "{args:?}");
     }
     assert!(folder.path().join("lobes.svg").exists());
@@ -58,11 +45,11 @@ fn a_full_output_is_a_condition_that_may_pass_and_files_are_written() {
     let folder = tempfile::tempdir().unwrap();
     for args in PRINTING {
         let full = OpenOptions::new().write(true).open("/dev/full").unwrap();
-        let message = ends(&vellus(folder.path(), args).stdout(full).output().unwrap(), 75);
+        let message = ends(&command(folder.path(), args).stdout(full).start().unwrap().end(), 75);
         assert!(message.contains("cannot write to standard output: No space left"), "{args:?}: {message}");
     }
     assert!(folder.path().join("lobes.svg").exists());
-    let message = ends(&vellus(folder.path(), &["eval", "--out", "/dev/full"]).output().unwrap(), 75);
+    let message = ends(&vellus(folder.path(), &["eval", "--out", "/dev/full"]), 75);
     assert!(message.contains("cannot write /dev/full: No space left"), "{message}");
 }
 
@@ -70,7 +57,7 @@ fn a_full_output_is_a_condition_that_may_pass_and_files_are_written() {
 fn messages_that_nobody_can_read_do_not_change_the_exit_code() {
     let folder = tempfile::tempdir().unwrap();
     for redirection in ["2>&-", "2>/dev/full", ">&- 2>&-"] {
-        let run = |args: &[&str]| shell(folder.path(), &format!("exec \"$@\" {redirection}"), args).output().unwrap();
+        let run = |args: &[&str]| shell(folder.path(), &format!("exec \"$@\" {redirection}"), args).run().unwrap();
         ends(&run(&["eval", "--h", "2"]), 2);
         ends(&run(&["eval", "--nope"]), 2);
         ends(&run(&["eval", "--out", "answer.txt"]), 0);
@@ -82,29 +69,29 @@ fn messages_that_nobody_can_read_do_not_change_the_exit_code() {
 fn dev_stdout_is_a_name_of_standard_output() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["eval", "--format", "csv"];
-    let plain = vellus(folder.path(), &args).output().unwrap().stdout;
+    let plain = vellus(folder.path(), &args).stdout;
     for name in ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"] {
-        let piped = vellus(folder.path(), &[&args[..], &["--out", name]].concat()).output().unwrap();
+        let piped = vellus(folder.path(), &[&args[..], &["--out", name]].concat());
         assert_eq!(ends(&piped, 0), "");
         assert_eq!(piped.stdout, plain, "{name}");
         // In a file, the lines are between those of other programs.
         for redirection in ["> all.txt", ">> all.txt"] {
             std::fs::remove_file(folder.path().join("all.txt")).ok();
             let script = format!("(echo before; \"$@\"; echo after) {redirection}");
-            ends(&shell(folder.path(), &script, &[&args[..], &["--out", name]].concat()).output().unwrap(), 0);
+            ends(&shell(folder.path(), &script, &[&args[..], &["--out", name]].concat()).run().unwrap(), 0);
             let all = std::fs::read(folder.path().join("all.txt")).unwrap();
             assert_eq!(all, [b"before\n", &plain[..], b"after\n"].concat(), "{name} {redirection}");
         }
     }
     // A name with the required extension, and a table that must not contain messages.
     std::os::unix::fs::symlink("/dev/stdout", folder.path().join("out.svg")).unwrap();
-    let svg = vellus(folder.path(), &["plot", "lobes", "--out", "out.svg"]).output().unwrap();
+    let svg = vellus(folder.path(), &["plot", "lobes", "--out", "out.svg"]);
     assert!(svg.stdout.starts_with(b"<svg") && ends(&svg, 0).is_empty());
     let script = "\"$@\" --work pieces --out /dev/stdout | \"$1\" table info /dev/stdin";
     let args = ["table", "build", "--quality", "smoke", "--photons", "1000"];
-    let info = shell(folder.path(), script, &args).output().unwrap();
+    let info = shell(folder.path(), script, &args).run().unwrap();
     assert!(String::from_utf8_lossy(&info.stdout).contains("every factor is non-negative"));
-    let message = ends(&vellus(folder.path(), &["table", "build", "--out", "/dev/null"]).output().unwrap(), 2);
+    let message = ends(&vellus(folder.path(), &["table", "build", "--out", "/dev/null"]), 2);
     assert!(message.contains("--work"), "{message}");
 }
 
@@ -115,7 +102,7 @@ fn files_follow_the_umask() {
         for (args, file) in
             [(&["eval", "--out", "a.txt"][..], "a.txt"), (&["plot", "lobes", "--out", "a.png"], "a.png")]
         {
-            ends(&shell(folder.path(), &format!("umask {umask}; exec \"$@\""), args).output().unwrap(), 0);
+            ends(&shell(folder.path(), &format!("umask {umask}; exec \"$@\""), args).run().unwrap(), 0);
             let path = folder.path().join(file);
             assert_eq!(path.metadata().unwrap().permissions().mode() & 0o777, mode, "{file}, umask {umask}");
             std::fs::remove_file(path).unwrap();
@@ -127,45 +114,19 @@ fn files_follow_the_umask() {
 fn a_file_size_limit_is_a_condition_that_may_pass() {
     let folder = tempfile::tempdir().unwrap();
     // The limit is 8 or 16 KB. The probe fits, but the picture does not.
-    let output = shell(folder.path(), "ulimit -f 16; exec \"$@\"", &["plot", "profile", "--out", "a.png"]).output();
+    let output = shell(folder.path(), "ulimit -f 16; exec \"$@\"", &["plot", "profile", "--out", "a.png"]).run();
     let message = ends(&output.unwrap(), 75);
     assert!(message.contains("cannot write a.png: File too large"), "{message}");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "no temporary file is left");
 }
 
-/// A build of some seconds with default signals, after one piece is finished.
-fn build(folder: &Path, photons: &str) -> Child {
+/// A build of some seconds, after one piece is finished.
+fn build(folder: &Path, photons: &str) -> Running {
     let args = ["table", "build", "--quality", "smoke", "--photons", photons, "--out", "a.vellus"];
-    let script = "exec env --default-signal=INT,TERM,HUP \"$@\"";
-    let child = shell(folder, script, &args).spawn().unwrap();
-    let start = Instant::now();
+    let child = command(folder, &args).start().unwrap();
     let pieces = || std::fs::read_dir(folder.join("a.vellus.work")).map_or(0, Iterator::count);
-    while pieces() == 0 {
-        assert!(start.elapsed() < Duration::from_secs(60), "no piece is finished");
-        std::thread::sleep(Duration::from_millis(2));
-    }
+    wait_until("a finished piece", || pieces() > 0);
     child
-}
-
-fn send(child: &Child, signals: &[&str]) {
-    for signal in signals {
-        Command::new("kill").args([format!("-{signal}"), child.id().to_string()]).status().unwrap();
-    }
-}
-
-/// Waits until the program catches SIGTERM.
-fn wait_until_watched(child: &Child) {
-    let start = Instant::now();
-    let is_caught = || {
-        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
-        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap_or("0").trim().to_owned();
-        // The lowest bit is signal 1.
-        u64::from_str_radix(&caught, 16).unwrap_or(0) >> (15 - 1) & 1 == 1
-    };
-    while !is_caught() {
-        assert!(start.elapsed() < Duration::from_secs(60), "signals are not watched");
-        std::thread::sleep(Duration::from_millis(2));
-    }
 }
 
 /// Without a signal, the builds would take several times longer than one piece.
@@ -173,13 +134,22 @@ fn wait_until_watched(child: &Child) {
 fn a_signal_ends_the_program_with_its_own_code_and_names_what_is_kept() {
     let folder = tempfile::tempdir().unwrap();
     // Some senders repeat a signal at once. The repetition must not end the program before it saves its results.
-    for (signals, code) in
-        [(&["INT"][..], 130), (&["TERM"], 143), (&["HUP"], 129), (&["TERM", "TERM"], 143), (&["HUP", "HUP"], 129)]
-    {
+    for (signal, count, code) in [
+        (Signal::INT, 1, 130),
+        (Signal::TERM, 1, 143),
+        (Signal::HUP, 1, 129),
+        (Signal::TERM, 2, 143),
+        (Signal::HUP, 2, 129),
+    ] {
         let child = build(folder.path(), "60000");
-        send(&child, signals);
-        let message = ends(&child.wait_with_output().unwrap(), code);
-        assert!(message.contains("interrupted: ") && message.contains("a.vellus.work"), "{signals:?}: {message}");
+        for _ in 0..count {
+            child.send(signal);
+        }
+        let message = ends(&child.end(), code);
+        assert!(
+            message.contains("interrupted: ") && message.contains("a.vellus.work"),
+            "{count} {signal:?}: {message}"
+        );
         assert!(!folder.path().join("a.vellus").exists());
         std::fs::remove_dir_all(folder.path().join("a.vellus.work")).unwrap();
     }
@@ -190,13 +160,13 @@ fn a_second_signal_ends_the_program_at_once() {
     let folder = tempfile::tempdir().unwrap();
     // A piece takes many times longer than this test waits.
     let args = ["table", "build", "--quality", "shipping", "--photons", "100000000", "--out", "a.vellus"];
-    let child = shell(folder.path(), "exec env --default-signal=INT,TERM,HUP \"$@\"", &args).spawn().unwrap();
-    wait_until_watched(&child);
-    send(&child, &["TERM"]);
+    let child = command(folder.path(), &args).start().unwrap();
+    child.wait_until_it_catches(Signal::TERM);
+    child.send(Signal::TERM);
     std::thread::sleep(Duration::from_millis(1000));
-    send(&child, &["INT"]);
+    child.send(Signal::INT);
     let sent = Instant::now();
-    ends(&child.wait_with_output().unwrap(), 130);
+    ends(&child.end(), 130);
     assert!(sent.elapsed() < Duration::from_secs(20), "{:?}", sent.elapsed());
 }
 
@@ -204,9 +174,9 @@ fn a_second_signal_ends_the_program_at_once() {
 fn signals_that_were_ignored_stay_so() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["table", "build", "--quality", "smoke", "--photons", "5000", "--out", "a.vellus"];
-    let child = shell(folder.path(), "trap '' HUP; exec \"$@\"", &args).spawn().unwrap();
-    wait_until_watched(&child);
-    send(&child, &["HUP"]);
-    ends(&child.wait_with_output().unwrap(), 0);
+    let child = shell(folder.path(), "trap '' HUP; exec \"$@\"", &args).start().unwrap();
+    child.wait_until_it_catches(Signal::TERM);
+    child.send(Signal::HUP);
+    ends(&child.end(), 0);
     assert!(folder.path().join("a.vellus").exists());
 }

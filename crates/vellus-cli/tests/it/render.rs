@@ -1,8 +1,9 @@
 //! `vellus render` and `vellus merge`, on the processor and on a GPU.
 
-use crate::common::{Picture, command, refused, refused_by, run, vellus};
+use crate::common::{Limited, Picture, command, refused, refused_by, run, vellus};
 use std::path::Path;
 use std::process::Command;
+use vellus_testing::need;
 
 /// A small cat, and more options.
 fn with<'a>(more: &[&'a str]) -> Vec<&'a str> {
@@ -176,16 +177,16 @@ fn denoising_reduces_noise() {
     let scene = ["render", "cat", "--small", "--size", "96x64", "--layers", "beauty,albedo,normal", "--float"];
     let with = |more: &[&'static str]| [&scene[..], more].concat();
     let missing = with(&["--denoise"]);
-    let output = command(folder.path(), &missing).env("VELLUS_OIDN", "nothing.so").output().unwrap();
+    let output = command(folder.path(), &missing).env("VELLUS_OIDN", "nothing.so").run().unwrap();
     refused_by(&output, &missing, &["Open Image Denoise 2", "pip install pyoidn", "VELLUS_OIDN", "nothing.so"]);
     if cfg!(target_os = "linux") {
         // Another library, which every Linux has.
-        let output = command(folder.path(), &missing).env("VELLUS_OIDN", "libc.so.6").output().unwrap();
+        let output = command(folder.path(), &missing).env("VELLUS_OIDN", "libc.so.6").run().unwrap();
         refused_by(&output, &missing, &["libc.so.6 is not Intel Open Image Denoise 2", "pip install pyoidn"]);
     }
     assert!(!folder.path().join("out/render.exr").exists());
-    if std::env::var_os("VELLUS_OIDN").is_none() {
-        eprintln!("skipped: VELLUS_OIDN does not name the library of Intel Open Image Denoise");
+    let library = std::env::var_os("VELLUS_OIDN").ok_or("VELLUS_OIDN names no library");
+    if need("denoiser", library).is_none() {
         return;
     }
     run(folder.path(), &with(&["--spp", "256", "-o", "converged.exr"]));
@@ -299,12 +300,12 @@ fn without_gpu(folder: &Path, args: &[&str]) -> Command {
 fn an_absent_gpu_is_reported_before_any_file_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let args = on_hamster(&["--device", "gpu", "-o", "a.exr"]);
-    let output = without_gpu(folder.path(), &args).output().unwrap();
+    let output = without_gpu(folder.path(), &args).run().unwrap();
     refused_by(&output, &args, &["error: no GPU was found", "; use --device cpu"]);
     assert_eq!(folder.path().read_dir().unwrap().count(), 0);
     // A GPU does not render the multi-scale mode. This is known without a GPU.
     let args = on_hamster(&["--device", "gpu", "--mode", "multiscale"]);
-    let output = without_gpu(folder.path(), &args).output().unwrap();
+    let output = without_gpu(folder.path(), &args).run().unwrap();
     refused_by(&output, &args, &["the GPU cannot render the mode multiscale, only near and far; use --device cpu"]);
 }
 
@@ -313,7 +314,7 @@ fn an_absent_gpu_is_reported_before_any_file_is_written() {
 fn auto_takes_the_processor_where_there_is_no_gpu() {
     let folder = tempfile::tempdir().unwrap();
     let args = on_hamster(&["--device", "auto", "--spp", "2", "-o", "auto.exr"]);
-    let output = without_gpu(folder.path(), &args).output().unwrap();
+    let output = without_gpu(folder.path(), &args).run().unwrap();
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success() && message.contains("the processor renders: no GPU was found"), "{message}");
     run(folder.path(), &on_hamster(&["--mode", "near", "--spp", "2", "-o", "near.exr"]));
@@ -328,10 +329,10 @@ fn a_gpu_resumes_and_merges() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let at = |name: &str| Picture::read(&path.join(name));
-    let probe = command(path, &on_hamster(&["--device", "gpu", "--spp", "1", "-o", "probe.exr"])).output().unwrap();
+    let probe = command(path, &on_hamster(&["--device", "gpu", "--spp", "1", "-o", "probe.exr"])).run().unwrap();
     let message = String::from_utf8_lossy(&probe.stderr).into_owned();
-    if message.contains("no GPU was found") {
-        return println!("skipped: a_gpu_resumes_and_merges: there is no GPU");
+    if need("gpu", if message.contains("no GPU was found") { Err(&message) } else { Ok(()) }).is_none() {
+        return;
     }
     assert!(probe.status.success() && message.contains(" renders\n"), "{message}");
     run(path, &on_hamster(&["--device", "gpu", "--spp", "6", "-o", "whole.exr"]));

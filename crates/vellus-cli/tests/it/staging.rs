@@ -1,10 +1,10 @@
 //! Camera, lights, background and body of files without them.
 
 #[allow(dead_code, reason = "not every test needs all of it")]
-use crate::common::{Picture, refused, run};
+use crate::common::{Picture, refused, run, tfx};
 use std::fmt::Write;
 use std::io::Cursor;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Strands of a tuft as .usda. They lean toward −x, so the front is +x. `more` is the rest of the file.
 fn tuft(more: &str) -> String {
@@ -224,31 +224,42 @@ fn grooms_without_widths_are_rendered_with_a_suggested_width() {
     refused(path, &["groom", "convert", "a.usda", "-o", "b.usda"], &["/tuft: it has no widths", "--width"]);
 }
 
-/// A file of the assets, or `None` with a message if there are none.
-fn asset(name: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/assets").join(name);
-    if !path.exists() {
-        eprintln!("skipped: there is no {}", path.display());
-        return None;
-    }
-    Some(path)
+/// Strands all over an ellipsoid that end `lean` further along z.
+fn coat(count: u16, points: u8, radii: [f32; 3], length: f32, lean: f32) -> Vec<Vec<[f32; 3]>> {
+    let strand = |i: u16| {
+        // Points of a Fibonacci lattice.
+        let (y, turn) = (1.0 - (2.0 * f32::from(i) + 1.0) / f32::from(count), f32::from(i) * 2.399_963);
+        let around = (1.0 - y * y).sqrt();
+        let root = [around * turn.cos(), y, around * turn.sin()];
+        let point = |k: u8| {
+            let t = f32::from(k) / f32::from(points - 1);
+            let grown = |c: usize| root[c] * (radii[c] + length * t);
+            [grown(0), grown(1), grown(2) + lean * t * t]
+        };
+        (0..points).map(point).collect()
+    };
+    (0..count).map(strand).collect()
 }
 
 /// A groom of guide strands, strands over a separate body, and an export of Blender: one short command for each.
 #[test]
-fn real_grooms_are_staged_without_usd() {
+fn grooms_of_other_programs_are_staged_without_usd() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
+    std::fs::write(path.join("bear.tfx"), tfx(&coat(20_000, 4, [42.0, 57.0, 99.0], 4.0, 3.0))).unwrap();
+    std::fs::write(path.join("hair.tfx"), tfx(&coat(474, 16, [52.0, 52.0, 52.0], 8.0, -6.0))).unwrap();
     // An octahedron within the hair.
-    let head = "v 60 3 5\nv -50 3 5\nv 5 60 5\nv 5 -52 5\nv 5 3 60\nv 5 3 -50\n\
+    let head = "v 55 0 0\nv -55 0 0\nv 0 55 0\nv 0 -55 0\nv 0 0 55\nv 0 0 -55\n\
         f 5 1 3\nf 1 6 3\nf 6 2 3\nf 2 5 3\nf 1 5 4\nf 6 1 4\nf 2 6 4\nf 5 2 4\n";
     std::fs::write(path.join("head.obj"), head).unwrap();
-    let bear = ("tressfx/bear.tfx", &[][..], "at the front, -z");
-    let hair = ("tressfx/TestHair1.tfx", &["--body", "head.obj"][..], "at the front, +z");
-    let blender = ("blender/fur50_catmull_rom.usdc", &[][..], "at the front, -y");
-    for (name, more, front) in [bear, hair, blender] {
-        let Some(file) = asset(name) else { return };
-        let said = render(path, &file.display().to_string(), "a.png", more);
+    let blender = concat!(env!("CARGO_MANIFEST_DIR"), "/../vellus-usd/tests/data/blender/fur_catmull_rom.usdc");
+    let grooms = [
+        ("bear.tfx", &[][..], "at the front, -z"),
+        ("hair.tfx", &["--body", "head.obj"], "at the front, +z"),
+        (blender, &[], "at the front, -y"),
+    ];
+    for (name, more, front) in grooms {
+        let said = render(path, name, "a.png", more);
         let mean = brightness(&path.join("a.png"));
         assert!(said.contains(front) && !said.contains("hint"), "{name}: {said}");
         assert!((60.0..170.0).contains(&mean), "{name}: {mean}");

@@ -2,13 +2,7 @@
 
 use vellus_gpu::Device;
 
-/// The GPU, or a message that the test is skipped.
-pub fn device(test: &str) -> Option<Device> {
-    match Device::open() {
-        Ok(device) => Some(device),
-        Err(e) => {
-            println!("skipped: {test}: {e}");
-            None
-        }
-    }
+/// The GPU, if there is one.
+pub fn device() -> Option<Device> {
+    vellus_testing::need("gpu", Device::open())
 }

@@ -1,5 +1,4 @@
-//! The far field of the shader library on a GPU against the Rust model. Mesa's lavapipe is enough. Without a GPU the
-//! tests are skipped, and say so.
+//! The far field of the shader library on a GPU against the Rust model. Mesa's lavapipe is enough.
 
 use crate::common::device;
 use std::cell::RefCell;
@@ -35,7 +34,7 @@ fn peaks(hit: &Hit<'_>, wi: Vec3, random: &mut Uniform) -> [f32; 2] {
 /// forms of the model have steps of up to 2 % of a factor, which interpolation smooths: no query may be beyond 3 %.
 #[test]
 fn values_equal_those_of_the_model() -> Result<(), Box<dyn std::error::Error>> {
-    let Some(device) = device("values_equal_those_of_the_model") else { return Ok(()) };
+    let Some(device) = device() else { return Ok(()) };
     let mut random = Uniform(1);
     let fibers = fibers(64);
     let (mut errors, mut parts, mut densities, mut energies) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
@@ -81,7 +80,7 @@ fn values_equal_those_of_the_model() -> Result<(), Box<dyn std::error::Error>> {
 
 #[test]
 fn sampled_directions_follow_their_density() -> Result<(), Box<dyn std::error::Error>> {
-    let Some(device) = device("sampled_directions_follow_their_density") else { return Ok(()) };
+    let Some(device) = device() else { return Ok(()) };
     let mut random = Uniform(3);
     // Lobes that are wider than the midpoints of a cell.
     let wide = |fiber: &Fiber| fiber.beta_m > 0.12 && fiber.beta_n > 0.12 && fiber.g < 0.8;
@@ -113,7 +112,7 @@ fn sampled_directions_follow_their_density() -> Result<(), Box<dyn std::error::E
 
 #[test]
 fn a_white_fibre_loses_nothing() -> Result<(), Box<dyn std::error::Error>> {
-    let Some(device) = device("a_white_fibre_loses_nothing") else { return Ok(()) };
+    let Some(device) = device() else { return Ok(()) };
     let models = [Exit::Open, Exit::Reflecting]
         .map(|exit| Fiber { kappa: 0.8, sigma_ms: 2.0, g: 0.4, exit, ..Fiber::hair() }.without_absorption());
     let models = models.iter().map(Bcsdf::new).collect::<Result<Vec<_>, _>>()?;

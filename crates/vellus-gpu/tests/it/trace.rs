@@ -1,5 +1,4 @@
-//! The path tracer on a GPU against that of the processor. Mesa's lavapipe is enough. Without a GPU the tests are
-//! skipped, and say so.
+//! The path tracer on a GPU against that of the processor. Mesa's lavapipe is enough.
 
 use crate::common::device;
 use vellus::{Bcsdf, Parameter};
@@ -42,7 +41,7 @@ fn brightness(film: &Film) -> [f64; 2] {
 #[test]
 #[ignore = "full: a software GPU compiles the tracer in a minute, and needs 50 times as long as the processor"]
 fn pictures_agree_with_those_of_the_processor() -> Result<(), Box<dyn std::error::Error>> {
-    let Some(device) = device("pictures_agree_with_those_of_the_processor") else { return Ok(()) };
+    let Some(device) = device() else { return Ok(()) };
     let names = ["hamster", "raccoon", "polar-bear", "cat", "hair-lock", "hair-bob"];
     let layers = [Layer::Depth, Layer::Lobes, Layer::Albedo, Layer::Normal, Layer::Strand, Layer::RootUv];
     let mut scores = Vec::new();
@@ -86,7 +85,7 @@ fn pictures_agree_with_those_of_the_processor() -> Result<(), Box<dyn std::error
 #[test]
 #[ignore = "full: a software GPU compiles the tracer in a minute"]
 fn far_fields_agree_with_those_of_the_processor() -> Result<(), Box<dyn std::error::Error>> {
-    let Some(device) = device("far_fields_agree_with_those_of_the_processor") else { return Ok(()) };
+    let Some(device) = device() else { return Ok(()) };
     let mut scores = Vec::new();
     for name in ["raccoon", "hair-lock"] {
         let mut scene = built_in(name);
@@ -119,7 +118,7 @@ fn far_fields_agree_with_those_of_the_processor() -> Result<(), Box<dyn std::err
 
 #[test]
 fn the_far_field_of_fur_that_varies_is_refused() -> Result<(), Box<dyn std::error::Error>> {
-    let Some(device) = device("the_far_field_of_fur_that_varies_is_refused") else { return Ok(()) };
+    let Some(device) = device() else { return Ok(()) };
     let world = World::with_model(built_in("raccoon"), Bcsdf::new)?;
     let settings = Settings { mode: Mode::Far, ..settings([48, 32]) };
     let error = Tracer::new(&device, &world, &settings, &world.layout(&[])).map_err(|e| e.to_string());
@@ -133,7 +132,7 @@ fn the_far_field_of_fur_that_varies_is_refused() -> Result<(), Box<dyn std::erro
 #[test]
 #[ignore = "full: a software GPU compiles the tracer in a minute"]
 fn colors_along_strands_agree_with_those_of_the_processor() -> Result<(), Box<dyn std::error::Error>> {
-    let Some(device) = device("colors_along_strands_agree_with_those_of_the_processor") else { return Ok(()) };
+    let Some(device) = device() else { return Ok(()) };
     let mut scores = Vec::new();
     for name in ["hamster", "hair-lock"] {
         let mut scene = built_in(name);
@@ -170,7 +169,7 @@ fn colors_along_strands_agree_with_those_of_the_processor() -> Result<(), Box<dy
 #[test]
 #[ignore = "full: a software GPU compiles the tracer in a minute"]
 fn white_fur_loses_nothing() -> Result<(), Box<dyn std::error::Error>> {
-    let Some(device) = device("white_fur_loses_nothing") else { return Ok(()) };
+    let Some(device) = device() else { return Ok(()) };
     let mut scene = built_in("hamster");
     scene.meshes.clear();
     scene.unseen_lights.clear();

@@ -160,18 +160,20 @@ fn damaged_files_never_panic() {
     assert!((1000..6000).contains(&errors), "{errors} of 6000 were errors");
 }
 
+/// Guide strands as games have them: without widths and uv, and a .hair file keeps them all.
 #[test]
-fn the_bear_is_read() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/assets/tressfx/bear.tfx");
-    let Ok(bytes) = std::fs::read(path) else {
-        println!("skipped: no bear.tfx");
-        return;
-    };
-    let bear = read_tfx(&bytes, "bear.tfx", Some(0.02)).unwrap();
-    assert_eq!(bear.validate(), Ok(()));
-    assert_eq!((bear.len(), bear.segments()), (48113, 3 * 48113));
-    // 48,113 strands of 4 points, two bytes of segment count per strand, and widths.
-    let bytes = write_hair(&bear).unwrap();
-    assert_eq!(bytes.len(), 128 + 48113 * (2 + 4 * 16));
-    assert_eq!(read_hair(&bytes, "bear.tfx", None).unwrap(), bear);
+fn guide_strands_become_a_hair_file() {
+    const STRANDS: usize = 48_113;
+    let mut bytes = tfx(3.0);
+    bytes[4..8].copy_from_slice(&(STRANDS as u32).to_le_bytes());
+    bytes[148..152].fill(0);
+    bytes.truncate(296);
+    bytes.extend((0..STRANDS * 4 * 3).flat_map(|i| ((i as f32 * 0.618).fract() * 100.0).to_le_bytes()));
+    let guides = read_tfx(&bytes, "guides.tfx", Some(0.02)).unwrap();
+    assert_eq!((guides.validate(), guides.root_uv.is_none()), (Ok(()), true));
+    assert_eq!((guides.len(), guides.segments()), (STRANDS, 3 * STRANDS));
+    // Each strand has two bytes for its number of segments, and 4 points with widths.
+    let bytes = write_hair(&guides).unwrap();
+    assert_eq!(bytes.len(), 128 + STRANDS * (2 + 4 * 16));
+    assert_eq!(read_hair(&bytes, "guides.tfx", None).unwrap(), guides);
 }

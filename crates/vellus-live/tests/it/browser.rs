@@ -1,19 +1,21 @@
-//! The page in a real browser. The scripts are in `browser/`. Without node, playwright-core or Chromium the tests are
-//! skipped.
+//! The page in a real browser. The scripts are in `browser/`. `NODE_PATH` names the folder with playwright-core.
 
 use std::process::Command;
+use std::time::Duration;
 use vellus_live::{Engine, Options, Server};
+use vellus_testing::program::Limited;
+use vellus_testing::{need, succeeds};
+
+/// Twice what the longest script takes.
+const LONGEST: Duration = Duration::from_secs(1200);
 
 /// Runs a script against a server with a scene. `VELLUS_LIVE_SCENE` replaces the scene, in its full version.
 /// `VELLUS_LIVE_SHOTS` is a folder for screenshots.
 fn run(script: &str, scene: &str) {
     let chromium = std::env::var("CHROMIUM").unwrap_or_else(|_| "/usr/bin/chromium".to_owned());
-    let has_module = || {
-        let found = Command::new("node").args(["-e", "require('playwright-core')"]).output();
-        found.is_ok_and(|output| output.status.success())
-    };
-    if !std::path::Path::new(&chromium).exists() || !has_module() {
-        println!("skipped: node, playwright-core (NODE_PATH) or {chromium} is missing");
+    let there = std::path::Path::new(&chromium).exists().then_some(()).ok_or(format!("no {chromium}"));
+    let module = || succeeds(Command::new("node").args(["-e", "require('playwright-core')"]));
+    if need("browser", there.and_then(|()| module())).is_none() {
         return;
     }
     let chosen = std::env::var("VELLUS_LIVE_SCENE");
@@ -25,7 +27,7 @@ fn run(script: &str, scene: &str) {
     // The memory of this process is that of the server.
     command.env("VELLUS_LIVE_PID", std::process::id().to_string());
     command.args(std::env::var_os("VELLUS_LIVE_SHOTS"));
-    assert!(command.status().unwrap().success());
+    assert!(command.start().unwrap().end_within(LONGEST).status.success());
 }
 
 #[test]

@@ -10,11 +10,14 @@ use tokio::net::TcpStream;
 use tokio_tungstenite::tungstenite::{Message, client::IntoClientRequest};
 use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
 use vellus_live::{Engine, Options, Server};
+use vellus_testing::program::LIMIT;
 
 type Socket = WebSocketStream<MaybeTlsStream<TcpStream>>;
 
-/// No answer takes longer, on a busy machine with debug assertions.
-const LIMIT: Duration = Duration::from_secs(60);
+/// The result of something that must not wait for ever.
+async fn limited<T>(what: &str, work: impl Future<Output = T>) -> T {
+    tokio::time::timeout(LIMIT, work).await.unwrap_or_else(|_| panic!("waited {LIMIT:?} in vain: {what}"))
+}
 
 /// One server for the tests that change no state that another test needs.
 static SERVER: LazyLock<Server> = LazyLock::new(|| server(None));
@@ -26,7 +29,7 @@ fn server(host: Option<IpAddr>) -> Server {
 
 async fn connect(server: &Server) -> Socket {
     let url = server.url().replace("http", "ws") + "ws";
-    let (socket, _) = connect_async(url).await.unwrap();
+    let (socket, _) = limited("a connection", connect_async(url)).await.unwrap();
     socket
 }
 
@@ -43,7 +46,7 @@ async fn next<T>(socket: &mut Socket, mut accept: impl FnMut(&Message) -> Option
             }
         }
     };
-    tokio::time::timeout(LIMIT, found).await.unwrap()
+    limited("a message", found).await
 }
 
 fn json_of(message: &Message) -> Option<Value> {
@@ -73,13 +76,16 @@ fn address(server: &Server) -> String {
 
 /// Sends a plain HTTP request, and returns the whole answer.
 async fn http(server: &Server, request: &str, body: &[u8]) -> String {
-    let mut stream = TcpStream::connect(address(server)).await.unwrap();
-    stream.write_all(request.as_bytes()).await.unwrap();
-    // The server may answer and close before it has read everything.
-    let _ = stream.write_all(body).await;
-    let mut answer = Vec::new();
-    let _ = tokio::time::timeout(LIMIT, stream.read_to_end(&mut answer)).await.unwrap();
-    String::from_utf8_lossy(&answer).into_owned()
+    let whole = async {
+        let mut stream = TcpStream::connect(address(server)).await.unwrap();
+        stream.write_all(request.as_bytes()).await.unwrap();
+        // The server may answer and close before it has read everything.
+        let _ = stream.write_all(body).await;
+        let mut answer = Vec::new();
+        let _ = stream.read_to_end(&mut answer).await;
+        String::from_utf8_lossy(&answer).into_owned()
+    };
+    limited(request.lines().next().unwrap_or_default(), whole).await
 }
 
 async fn get(server: &Server, path: &str, headers: &str) -> String {
@@ -156,9 +162,9 @@ async fn malformed_messages_are_answered_with_an_error() {
 async fn a_message_that_is_too_long_ends_the_connection_only() {
     let mut socket = connect(&SERVER).await;
     // The server may close before it has read everything.
-    let _ = socket.send(Message::text("x".repeat(20 << 20))).await;
+    let _ = limited("a long message", socket.send(Message::text("x".repeat(20 << 20)))).await;
     let ended = async { while let Some(Ok(_)) = socket.next().await {} };
-    tokio::time::timeout(LIMIT, ended).await.unwrap();
+    limited("the end of the connection", ended).await;
     let mut other = connect(&SERVER).await;
     assert_eq!(ask(&mut other, json!({"type": "home"})).await["type"], "reply");
 }
@@ -231,7 +237,7 @@ async fn foreign_pages_and_paths_are_refused() {
     }
     let mut request = (server.url().replace("http", "ws") + "ws").into_client_request().unwrap();
     request.headers_mut().insert("Origin", "http://evil.example".parse().unwrap());
-    assert!(connect_async(request).await.is_err());
+    assert!(limited("a refusal", connect_async(request)).await.is_err());
 }
 
 #[tokio::test]
@@ -246,7 +252,7 @@ async fn with_a_host_every_request_needs_the_token() {
         assert_eq!(status(&get(&server, path, &host).await), "403", "{path}");
     }
     assert_eq!(status(&get(&server, &format!("/{token}/app.js"), &host).await), "200");
-    assert!(connect_async(format!("ws://{address}/ws")).await.is_err());
+    assert!(limited("a refusal", connect_async(format!("ws://{address}/ws"))).await.is_err());
     next(&mut connect(&server).await, json_of).await;
 }
 
@@ -405,7 +411,7 @@ async fn one_file_is_loaded_at_a_time() {
     assert!(second.contains("another file is being loaded"), "{second}");
     first.write_all(&body[500..]).await.unwrap();
     let mut answer = String::new();
-    first.read_to_string(&mut answer).await.unwrap();
+    limited("the answer to the first file", first.read_to_string(&mut answer)).await.unwrap();
     assert_eq!(status(&answer), "422");
     assert_eq!(status(&http(&server, head, &body).await), "422");
 }

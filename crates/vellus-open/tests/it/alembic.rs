@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 use vellus_open::{Error, Options, open};
+use vellus_testing::program::Limited;
 
 /// The command in the message for a file.
 fn command(path: &Path) -> String {
@@ -22,22 +23,14 @@ fn the_message_names_both_files() {
 /// The command of the message converts a file of Blender: its curves with their widths come back.
 #[test]
 fn the_command_converts_a_file() {
-    let python = std::env::var("VELLUS_BPY").unwrap_or_else(|_| "python3".to_owned());
-    if !Command::new(&python).args(["-c", "import bpy"]).output().is_ok_and(|run| run.status.success()) {
-        eprintln!("skipped: neither VELLUS_BPY nor python3 is a Python with bpy");
-        return;
-    }
-    let sample = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/assets/blender/fur50_catmull_rom.abc");
-    if !sample.exists() {
-        eprintln!("skipped: the sample blender/fur50_catmull_rom.abc is missing");
-        return;
-    }
+    let Some(python) = vellus_testing::blender() else { return };
+    let sample = Path::new(env!("CARGO_MANIFEST_DIR")).join("../vellus-usd/tests/data/blender/fur_catmull_rom.abc");
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("coat.abc");
     std::fs::copy(sample, &file).unwrap();
     let line = command(&file).replacen("python", &python, 1);
-    let run = Command::new("sh").args(["-c", &line]).output().unwrap();
+    let run = Command::new("sh").args(["-c", &line]).run().unwrap();
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
     let strands = open(file.with_extension("usdc"), &Options::default()).unwrap().scene.strands;
-    assert_eq!((strands.len(), strands[0].len(), strands[0].points[1].w), (1, 50, 0.004));
+    assert_eq!((strands.len(), strands[0].len(), strands[0].points[1].w), (1, 24, 0.004));
 }

@@ -158,11 +158,7 @@ fn mattes_cover_the_alpha() {
 /// Blender's Cryptomatte node finds each name, and its matte is the coverage in the file.
 #[test]
 fn blender_reads_the_mattes() {
-    let python = std::env::var("VELLUS_BPY").unwrap_or_else(|_| "python3".to_owned());
-    if !Command::new(&python).args(["-c", "import bpy"]).output().is_ok_and(|run| run.status.success()) {
-        eprintln!("skipped: neither VELLUS_BPY nor python3 is a Python with bpy");
-        return;
-    }
+    let Some(python) = vellus_testing::blender() else { return };
     let bytes = exr(&film(&World::new(scene()).unwrap(), 0..16));
     let (channels, texts) = content(&bytes);
     let folder = tempfile::tempdir().unwrap();
@@ -172,7 +168,7 @@ fn blender_reads_the_mattes() {
     for (layer, name) in [("CryptoObject", "/fox"), ("CryptoMaterial", "leather"), ("CryptoGroup", "whiskers")] {
         let mut run = Command::new(&python);
         run.arg(script).arg(&picture).args(SIZE.map(|n| n.to_string())).args([layer, name]).arg(&output);
-        let run = run.output().unwrap();
+        let run = vellus_testing::program::Limited::run(&mut run).unwrap();
         assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
         let found = std::fs::read(&output).unwrap();
         let found: Vec<f32> = found.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect();

@@ -5,6 +5,7 @@ use crate::picture::Picture;
 use crate::trial::{Stop, Trial};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use vellus_testing::program::{LIMIT, Limited};
 
 /// About 30 KB of pictures and 150 KB of checkpoint.
 const SCENE: &str = "hair-lock --small --size 48x32 --spp 200 --float --layers beauty,alpha,variance";
@@ -102,12 +103,13 @@ fn full(trial: &mut Trial, pictures: &[[Picture; 2]; 2], mount: &Mount, kilobyte
         filling.arg("-c").arg(fill).arg(&filler);
         "a full disk"
     };
-    let mut filling = filling.spawn()?;
+    let mut filling = filling.start()?;
     if !later {
-        filling.wait()?;
+        filling.ended_within(LIMIT);
     }
     let result = attempt(trial, &mount.0, pictures, before, None, what);
-    filling.wait()?;
+    filling.ended_within(LIMIT);
+    filling.kill();
     result?;
     std::fs::remove_file(&filler).ok();
     resumed(trial, &mount.0, pictures, &format!("after {what}"))

@@ -9,13 +9,22 @@ use crate::mutate;
 use crate::picture::Picture;
 use crate::trial::{Stop, Trial};
 use png::{BitDepth, ColorType};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
+use vellus_testing::program::{Limited, Running};
 
-/// Sample files of other programs, if they exist beside the repository.
-const ASSETS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/assets");
-/// Larger files take too long.
-const LARGEST_ASSET: u64 = 4 << 20;
+/// Files of other programs: the repository's own test data.
+const SAMPLES: [(&str, &[u8]); 9] = [
+    ("usda", include_bytes!("../../../vellus-usd/tests/data/blender_5_2.usda")),
+    ("usda", include_bytes!("../../../vellus-usd/tests/data/chiang.usda")),
+    ("usda", include_bytes!("../../../vellus-usd/tests/data/principled_hair.usda")),
+    ("usda", include_bytes!("../../../vellus-usd/tests/data/blender/fur_catmull_rom.usda")),
+    ("usdc", include_bytes!("../../../vellus-usd/tests/data/blender/fur_bezier.usdc")),
+    ("usdc", include_bytes!("../../../vellus-usd/tests/data/blender/fur_catmull_rom.usdc")),
+    ("usdc", include_bytes!("../../../vellus-usd/tests/data/blender/fur_nurbs.usdc")),
+    ("usdc", include_bytes!("../../../vellus-usd/tests/data/blender/fur_poly.usdc")),
+    ("usda", include_bytes!("../../../vellus-usd/tests/data/blender/particles.usda")),
+];
 
 /// A file to change.
 struct Seed {
@@ -103,25 +112,10 @@ fn seeds(trial: &mut Trial) -> Result<Vec<Seed>, Stop> {
     for (color, depth) in [(ColorType::GrayscaleAlpha, BitDepth::Sixteen), (ColorType::Rgb, BitDepth::Eight)] {
         add("png", material::png(color, depth, 77)?);
     }
-    for path in assets() {
-        if let (Some(extension), Ok(bytes)) = (path.extension().and_then(|e| e.to_str()), std::fs::read(&path)) {
-            add(extension, bytes);
-        }
+    for (extension, bytes) in SAMPLES {
+        add(extension, bytes.to_vec());
     }
     Ok(seeds)
-}
-
-fn assets() -> Vec<PathBuf> {
-    let folders = std::fs::read_dir(ASSETS).into_iter().flatten().flatten();
-    let files = folders.filter_map(|folder| std::fs::read_dir(folder.path()).ok()).flatten().flatten();
-    let small = files.filter(|file| file.metadata().is_ok_and(|m| m.is_file() && m.len() <= LARGEST_ASSET));
-    let known = |path: &PathBuf| {
-        path.extension().is_some_and(|e| ["usda", "usdc", "usdz", "hair", "tfx", "obj"].iter().any(|known| e == *known))
-    };
-    let mut paths: Vec<_> = small.map(|file| file.path()).filter(known).collect();
-    // The order of a folder's entries differs between systems.
-    paths.sort();
-    paths
 }
 
 fn changed(seed: &Seed, seeds: &[Seed], dice: &mut Dice) -> Vec<u8> {
@@ -253,11 +247,8 @@ fn special(trial: &mut Trial, extension: &str) -> Result<(), Stop> {
         _ => device(&path, "/proc/self/mem")?,
     };
     let result = use_it(trial, &name, &format!("{what} as .{extension}"));
-    if let Some(mut writer) = writer {
-        // The writer waits for a reader if the command did not open the pipe.
-        writer.kill()?;
-        writer.wait()?;
-    }
+    // The writer waits for a reader if the command did not open the pipe.
+    writer.map(Running::kill);
     if path.is_file() && !path.is_symlink() {
         std::fs::remove_file(&path)?;
     }
@@ -269,10 +260,10 @@ fn device(path: &Path, target: &'static str) -> Result<&'static str, Stop> {
     Ok(target)
 }
 
-fn feeder(pipe: &Path, source: &str) -> Result<std::process::Child, Stop> {
+fn feeder(pipe: &Path, source: &str) -> Result<Running, Stop> {
     // `exec` alone opens the pipe in the shell, so only one process has to be ended.
     let script = format!("exec > \"$0\"; exec {source}");
-    Ok(Command::new("/bin/sh").arg("-c").arg(script).arg(pipe).stdout(Stdio::null()).stderr(Stdio::null()).spawn()?)
+    Ok(Command::new("/bin/sh").arg("-c").arg(script).arg(pipe).stdout(Stdio::null()).stderr(Stdio::null()).start()?)
 }
 
 /// A few lines that expand to many prims.

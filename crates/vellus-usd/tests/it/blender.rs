@@ -1,25 +1,25 @@
-//! Curves as exported by Blender 5.0.
+//! Curves, particle hair and lights as Blender 5.2 exports them. `data/make_blender.py` wrote the files.
 
-use crate::common::{read, sample, with_width};
+use crate::common::{blender, read, with_width};
 use glam::Vec3;
 use std::f32::consts::PI;
 use vellus_scene::{Basis, Light, Values};
 use vellus_usd::Options;
 
-const STRANDS: usize = 50;
+const STRANDS: usize = 24;
+/// Points of a strand.
+const POINTS: usize = 6;
 
 #[test]
 fn samples_have_their_strands_in_both_forms() {
-    let kinds = [("fur50_catmull_rom", Basis::CatmullRom, 21 + 2, 20), ("fur50_poly", Basis::Linear, 21, 20)];
-    for (name, basis, points, segments) in kinds {
-        let forms = ["usda", "usdc"].map(|form| {
-            let file = sample(&format!("blender/{name}.{form}"))?;
-            Some(read(&file, &Options::default()).unwrap())
-        });
-        let [Some((text, warnings)), Some((binary, _))] = forms else { return };
+    for (name, basis, points) in
+        [("fur_catmull_rom", Basis::CatmullRom, POINTS + 2), ("fur_poly", Basis::Linear, POINTS)]
+    {
+        let [(text, warnings), (binary, _)] =
+            ["usda", "usdc"].map(|form| read(&blender(&format!("{name}.{form}")), &Options::default()).unwrap());
         assert_eq!(warnings, []);
         let [strands] = &text.strands[..] else { panic!("{name}: one prim") };
-        assert_eq!((strands.basis, strands.len(), strands.segments()), (basis, STRANDS, STRANDS * segments));
+        assert_eq!((strands.basis, strands.len(), strands.segments()), (basis, STRANDS, STRANDS * (POINTS - 1)));
         assert!((0..STRANDS).all(|i| strands.strand(i).len() == points));
         assert_eq!(strands.name, "/root/fur/fur");
         // Widths are diameters, 0.008 at the root.
@@ -30,36 +30,32 @@ fn samples_have_their_strands_in_both_forms() {
     }
 }
 
-/// The exporter left the handles of these curves unset. If the handles happen to be finite, the file is read. Otherwise
-/// it is an error.
+/// Blender 5.0 wrote handles that were not set, and such numbers need not be finite.
 #[test]
-fn bezier_samples_have_their_knots_or_are_refused() {
+fn bezier_samples_have_their_knots_and_unset_handles_are_refused() {
     for form in ["usda", "usdc"] {
-        let Some(file) = sample(&format!("blender/fur50_bezier.{form}")) else { return };
-        match read(&file, &Options::default()) {
-            Ok((scene, _)) => {
-                let strands = &scene.strands[0];
-                assert_eq!((strands.basis, strands.len(), strands.segments()), (Basis::Bezier, STRANDS, STRANDS * 20));
-                // Widths are given at the 21 knots, and are linear between them.
-                let radii: Vec<f32> = strands.strand(0)[..4].iter().map(|p| p.w).collect();
-                assert!(radii[0] == 0.004 && (radii[1] - 0.00394).abs() < 1e-8 && (radii[3] - 0.00382).abs() < 1e-8);
-            }
-            Err(error) => {
-                let error = error.to_string();
-                assert!(error.contains("/root/fur/fur: points[") && error.contains("must be finite"), "{error}");
-            }
-        }
+        let (scene, _) = read(&blender(&format!("fur_bezier.{form}")), &Options::default()).unwrap();
+        let strands = &scene.strands[0];
+        let segments = STRANDS * (POINTS - 1);
+        assert_eq!((strands.basis, strands.len(), strands.segments()), (Basis::Bezier, STRANDS, segments));
+        // Widths are given at the knots, and are linear between them. The last is 0.7 times the first.
+        let radii: Vec<f32> = strands.strand(0)[..4].iter().map(|p| p.w).collect();
+        assert!(radii[0] == 0.004 && (radii[1] - 0.00392).abs() < 1e-8 && (radii[3] - 0.00376).abs() < 1e-8);
     }
+    let text = std::fs::read_to_string(blender("fur_bezier.usda")).unwrap();
+    let (before, point) = text.split_once("point3f[] points = [(").unwrap();
+    let (_, after) = point.split_once(", ").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("unset.usda");
+    std::fs::write(&file, format!("{before}point3f[] points = [(nan, {after}")).unwrap();
+    let error = read(&file, &Options::default()).unwrap_err().to_string();
+    assert!(error.contains("/root/fur/fur: points[0]") && error.contains("must be finite"), "{error}");
 }
 
 #[test]
 fn pinned_curves_pass_through_their_end_points() {
-    let (Some(cubic), Some(poly)) = (sample("blender/fur50_catmull_rom.usda"), sample("blender/fur50_poly.usda"))
-    else {
-        return;
-    };
-    let (cubic, _) = read(&cubic, &Options::default()).unwrap();
-    let (poly, _) = read(&poly, &Options::default()).unwrap();
+    let [cubic, poly] =
+        ["catmull_rom", "poly"].map(|kind| read(&blender(&format!("fur_{kind}.usda")), &Options::default()).unwrap().0);
     for i in 0..STRANDS {
         let (control, points) = (cubic.strands[0].strand(i), poly.strands[0].strand(i));
         // Uniform Catmull–Rom begins at the second control point and ends at the last but one.
@@ -72,7 +68,7 @@ fn pinned_curves_pass_through_their_end_points() {
 
 #[test]
 fn particles_need_a_width_and_include_their_sphere() {
-    let Some(file) = sample("blender/particles50.usda") else { return };
+    let file = blender("particles.usda");
     let error = read(&file, &Options::default()).unwrap_err().to_string();
     assert!(error.contains("/root/Sphere/hair") && error.contains("--width"), "{error}");
     let (scene, warnings) = read(&file, &with_width(0.02)).unwrap();
@@ -81,9 +77,9 @@ fn particles_need_a_width_and_include_their_sphere() {
     assert_eq!((scene.strands[0].basis, scene.strands[0].len()), (Basis::Linear, STRANDS));
     assert!(scene.strands[0].points.iter().all(|p| p.w == 0.01));
     let mesh = &scene.meshes[0];
-    assert_eq!(mesh.positions.len(), 482);
-    // 32 × 16: two fans of 32 triangles, 14 rings of 32 quadrilaterals.
-    assert_eq!(mesh.triangles.len(), 2 * 32 + 2 * 14 * 32);
+    assert_eq!(mesh.positions.len(), 8 * 5 + 2);
+    // 8 × 6: two fans of 8 triangles, 4 rings of 8 quadrilaterals.
+    assert_eq!(mesh.triangles.len(), 2 * 8 + 2 * 4 * 8);
     for (triangle, normals) in mesh.triangles.iter().zip(mesh.normals.as_ref().unwrap()) {
         let [a, b, c] = triangle.map(|v| mesh.positions[v as usize]);
         assert!((b - a).cross(c - a).dot(normals[0]) > 0.0, "outward");
@@ -93,8 +89,7 @@ fn particles_need_a_width_and_include_their_sphere() {
 #[test]
 fn nurbs_are_named_if_nothing_else_is_left() {
     for form in ["usda", "usdc"] {
-        let Some(file) = sample(&format!("blender/fur50_nurbs.{form}")) else { return };
-        let error = read(&file, &Options::default()).unwrap_err().to_string();
+        let error = read(&blender(&format!("fur_nurbs.{form}")), &Options::default()).unwrap_err().to_string();
         assert!(error.contains("nothing to render (/root/fur/fur: NurbsCurves is not supported"), "{error}");
     }
 }
@@ -102,7 +97,7 @@ fn nurbs_are_named_if_nothing_else_is_left() {
 /// Blender's own attributes drive the fibre through a primvar reader.
 #[test]
 fn a_material_layered_over_the_export_reads_its_primvars() {
-    let Some(file) = sample("blender/fur50_poly.usdc") else { return };
+    let file = blender("fur_poly.usdc");
     let layer = format!(
         "(
     subLayers = [@{}@]
@@ -133,11 +128,11 @@ def Material \"Fur\" {{
     let [(vellus_scene::Parameter::Melanin, Values::PerStrand(melanin))] = &scene.strands[0].varying[..] else {
         panic!("{:?}", scene.strands[0].varying)
     };
-    assert_eq!((melanin[0], melanin[49]), ([0.0; 3], [1.0, 0.0, 0.0]));
+    assert_eq!((melanin[0], melanin[STRANDS - 1]), ([0.0; 3], [1.0, 0.0, 0.0]));
     assert_eq!(scene.looks[0].fiber, vellus::Fiber::preset(vellus::Species::RedFox));
 }
 
-/// All lights of Blender 5.2, hair curves, and particle hair without widths in one file. `make_blender.py` wrote it.
+/// All lights of Blender 5.2, hair curves, and particle hair without widths in one file.
 #[test]
 fn lights_and_particle_hair_of_blender_5_2_are_read() {
     let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/blender_5_2.usda");

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use vellus_scene::Scene;
+use vellus_testing::{need, succeeds};
 use vellus_usd::{Error, Options, Warning};
 
 /// Reads the scene and the warnings of a file.
@@ -23,22 +24,13 @@ pub fn with_width(width: f32) -> Options {
     Options { default_width: Some(width), ..Options::default() }
 }
 
-/// Sample data, which is not part of the project. If it is missing, prints that and returns `None`.
-pub fn sample(name: &str) -> Option<PathBuf> {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/assets").join(name);
-    if !file.exists() {
-        eprintln!("skipped: the sample {name} is missing");
-        return None;
-    }
-    Some(file)
+/// A file that `data/make_blender.py` wrote with Blender.
+pub fn blender(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/blender").join(name)
 }
 
-/// Python with Pixar's library, the package `usd-core`. If it is missing, prints that and returns `None`. `cargo xtask
-/// test` installs it.
+/// Python with Pixar's library, the package `usd-core`, if it is there. `cargo xtask test` installs it.
 pub fn pixar() -> Option<Command> {
-    if !Command::new("python3").args(["-c", "import pxr"]).output().is_ok_and(|run| run.status.success()) {
-        eprintln!("skipped: no python3 with usd-core");
-        return None;
-    }
-    Some(Command::new("python3"))
+    let found = succeeds(Command::new("python3").args(["-c", "import pxr"]));
+    need("openusd", found.map(|()| Command::new("python3")))
 }

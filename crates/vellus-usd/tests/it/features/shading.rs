@@ -6,6 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use vellus::{Fiber, FiberBuilder, Parameter, Species};
 use vellus_scene::{Look, Scene, Wrap};
+use vellus_testing::program::Limited;
 use vellus_usd::{Options, Reading, read, read_material};
 
 fn data(name: &str) -> PathBuf {
@@ -190,15 +191,12 @@ fn blender_writes_principled_hair_as_vellus_fur() {
 /// The same with the Blender of this machine: a Python that has bpy, in `VELLUS_BPY`.
 #[test]
 fn the_hook_writes_the_same_with_another_blender() {
-    let Some(python) = std::env::var_os("VELLUS_BPY") else {
-        eprintln!("skipped: VELLUS_BPY does not name a Python with bpy");
-        return;
-    };
+    let Some(python) = vellus_testing::blender() else { return };
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("hair.usda");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../integrations/blender/test_usd_hook.py");
-    let status = std::process::Command::new(python).arg(script).arg(&file).status().unwrap();
-    assert!(status.success());
+    let run = std::process::Command::new(python).arg(script).arg(&file).run().unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
     check_principled_hair(&file);
 }
 
