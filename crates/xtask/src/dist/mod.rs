@@ -7,6 +7,7 @@ mod c_library;
 mod checksums;
 mod command;
 mod licences;
+mod old_processor;
 mod packages;
 mod python;
 pub mod release;
@@ -134,7 +135,7 @@ fn commands(dist: &Dist, report: &mut Report, wanted: impl Fn(&str) -> bool) -> 
         }
         Err(reason) => Ok(Outcome::Skipped(format!("{reason}; an empty folder and environment replace it"))),
     })?;
-    archives.iter().try_for_each(|archive| try_command::all(dist, report, &sandbox, archive))
+    archives.iter().try_for_each(|archive| try_command::all(report, &sandbox, archive))
 }
 
 /// The wheel, and Blender's extension with the wheel in it.
@@ -142,6 +143,7 @@ fn python_and_blender(dist: &Dist, report: &mut Report) -> Result<(), String> {
     let wheel = step(report, "wheel", || python::wheel(dist))?;
     report.step("licences in the wheel", || python::has_licences(dist, &wheel))?;
     report.attempt("wheel, installed", || python::test(dist, &wheel))?;
+    report.attempt("wheel without AVX2", || python::without_avx2(dist))?;
     let extension = step(report, "Blender's extension", || blender::build(dist, &wheel))?;
     report.step("contents of Blender's extension", || blender::test(&extension, &wheel))
 }

@@ -1,6 +1,6 @@
 //! The Python package: a wheel for many distributions, and an archive of the source that pip can build.
 
-use super::{Dist, VERSION, licences, packages};
+use super::{Dist, VERSION, licences, old_processor, packages};
 use crate::bindings::venv;
 use crate::run::{Outcome, output, run};
 use std::path::{Path, PathBuf};
@@ -46,6 +46,12 @@ pub fn test(dist: &Dist, package: &Path) -> Result<Outcome, String> {
     run(Command::new(&python).args(["-c", TRIAL]).current_dir(&folder))?;
     super::try_command::has_bytes(&folder.join("cat.exr"))?;
     Ok(Outcome::Passed)
+}
+
+/// On an old processor, the import of the wheel that was installed last fails with a message.
+pub fn without_avx2(dist: &Dist) -> Result<Outcome, String> {
+    let python = dist.folder("try/python/environment/bin/python");
+    old_processor::refuses(&python, &["-c", "import vellus"], "this build of vellus needs a processor with AVX2")
 }
 
 /// The wheel has the licences, and the extension of Python needs no later glibc than its name says: maturin checks that.
