@@ -5,7 +5,7 @@ use crate::parameters::VellusParameters;
 use crate::status::{Failure, VellusStatus, guard};
 use std::ffi::c_char;
 use std::sync::Arc;
-use vellus::{Bcsdf, Fiber, FiberBuilder, missing_instructions};
+use vellus::{Bcsdf, Fiber, FiberBuilder};
 
 /// The longest text of a fibre in JSON: 1 MiB, as for files.
 const MAX_JSON_BYTES: usize = 1 << 20;
@@ -23,10 +23,6 @@ pub struct VellusFiber {
 unsafe fn create(fiber: &Fiber, out: *mut *mut VellusFiber) -> Result<(), Failure> {
     // SAFETY: promised by the caller.
     let out = unsafe { place(out, "out") }?;
-    if let Some(missing) = missing_instructions() {
-        let text = format!("this library was built for {missing}, which the processor does not have");
-        return Err(Failure::new(VellusStatus::Instructions, text));
-    }
     *out = Box::into_raw(Box::new(VellusFiber { bcsdf: Arc::new(Bcsdf::new(fiber)?) }));
     Ok(())
 }

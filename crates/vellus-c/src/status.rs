@@ -3,6 +3,7 @@
 use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use vellus::missing_instructions;
 
 /// The version of the binary interface. It grows when a function, a struct or a number changes in a way that breaks
 /// programs. A program compares it with vellus_abi_version() when it starts.
@@ -84,6 +85,10 @@ thread_local! {
 
 /// Runs the body of a function. It stores the message of a failure, and turns a panic into a status.
 pub(crate) fn guard(body: impl FnOnce() -> Result<(), Failure>) -> VellusStatus {
+    // Even copying parameters or making a message may take instructions that the processor does not have.
+    if missing_instructions().is_some() {
+        return VellusStatus::Instructions;
+    }
     let failure = match catch_unwind(AssertUnwindSafe(body)) {
         Ok(Ok(())) => return VellusStatus::Ok,
         Ok(Err(failure)) => failure,
@@ -106,6 +111,9 @@ pub(crate) fn guard(body: impl FnOnce() -> Result<(), Failure>) -> VellusStatus 
 /// succeeds does not change it.
 #[unsafe(no_mangle)]
 pub extern "C" fn vellus_last_error() -> *const c_char {
+    if missing_instructions().is_some() {
+        return c"this library was built for AVX2 and FMA, which the processor does not have".as_ptr();
+    }
     MESSAGE.try_with(|stored| stored.borrow().as_ptr()).unwrap_or(c"".as_ptr())
 }
 

@@ -28,6 +28,10 @@ fn main() -> std::io::Result<()> {
     }
     let man = Path::new(&folder).join("man/man1");
     create_dir_all(&man)?;
-    // One page for each subcommand, also for those of subcommands. `help` is a page about nothing.
-    clap_mangen::generate_to(command.disable_help_subcommand(true), man)
+    clap_mangen::generate_to(without_help(vellus_cli::command()), man)
+}
+
+/// Without the subcommands `help`, which would have pages about nothing.
+fn without_help(command: clap::Command) -> clap::Command {
+    command.disable_help_subcommand(true).mut_subcommands(without_help)
 }

@@ -91,10 +91,7 @@ pub fn command() -> clap::Command {
 /// Runs the command with the arguments of this process.
 pub fn main() -> ExitCode {
     if let Some(missing) = vellus::missing_instructions() {
-        note!(
-            "error: this program needs a processor with {missing}, and this one has none: take the archive whose name \
-             ends in -baseline, or compile with RUSTFLAGS=\"-C target-cpu=x86-64\""
-        );
+        say::without_instructions(missing);
         return ExitCode::from(exit::BAD_INPUT);
     }
     vellus_farm::end_with_parent();

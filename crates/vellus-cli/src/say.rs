@@ -32,6 +32,20 @@ pub fn error_line(text: Arguments) {
     std::io::stderr().write_all(format!("{}\n", vellus_io::visible(&text.to_string())).as_bytes()).ok();
 }
 
+/// The error of a processor without an instruction set. Only the standard library, which is compiled for all
+/// processors, may run here: formatting would be compiled for this one.
+pub fn without_instructions(missing: &str) {
+    let mut error = std::io::stderr();
+    for part in [
+        "error: this program needs a processor with ",
+        missing,
+        ", and this one has none: take the archive whose name ends in -baseline, or compile with \
+         RUSTFLAGS=\"-C target-cpu=x86-64\"\n",
+    ] {
+        error.write_all(part.as_bytes()).ok();
+    }
+}
+
 /// Writes to standard output and flushes it. A closed pipe is not an error.
 pub fn standard_output(bytes: &[u8]) -> Result<()> {
     let mut out = std::io::stdout().lock();

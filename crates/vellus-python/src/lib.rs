@@ -18,14 +18,19 @@ mod simulate;
 mod tables;
 mod threads;
 
-use pyo3::exceptions::PyImportError;
 use pyo3::prelude::*;
+use std::ffi::c_char;
+
+/// The instructions that this module was compiled for and the processor lacks, or null. `_processor.py` asks before
+/// Python initializes the module: that, and even raising an error, may need them.
+#[allow(unsafe_code, reason = "a function with a name for ctypes; no other library has this name")]
+#[unsafe(no_mangle)]
+pub extern "C" fn vellus_missing_instructions() -> *const c_char {
+    vellus::missing_instructions().map_or(std::ptr::null(), |_| c"AVX2 and FMA".as_ptr())
+}
 
 #[pymodule]
 fn _vellus(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    if let Some(missing) = vellus::missing_instructions() {
-        return Err(PyImportError::new_err(format!("this build of vellus needs a processor with {missing}")));
-    }
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<bcsdf::Bcsdf>()?;
     fiber::register(module)?;

@@ -28,7 +28,7 @@ pub const KINDS: &[(&str, &str)] = &[
 /// `VELLUS_SKIPPED` names, if any: `kind: test: reason`.
 ///
 /// # Panics
-/// If it is not there and `VELLUS_REQUIRE` lists its kind: kinds with commas between them, or `all`. Also if a kind is
+/// If it is not there and `VELLUS_REQUIRE` lists its kind: `gpu,cc`, or `all`, or `all,-gpu` for all but one. Also if a kind is
 /// not in [`KINDS`], or the file cannot be written.
 pub fn need<T, E: Display>(kind: &str, found: Result<T, E>) -> Option<T> {
     let required = std::env::var("VELLUS_REQUIRE").unwrap_or_default();
@@ -37,8 +37,9 @@ pub fn need<T, E: Display>(kind: &str, found: Result<T, E>) -> Option<T> {
 
 fn decide<T, E: Display>(kind: &str, found: Result<T, E>, file: Option<&OsStr>, required: &str) -> Option<T> {
     let required: Vec<&str> = required.split(',').map(str::trim).filter(|kind| !kind.is_empty()).collect();
-    for kind in [kind].iter().chain(&required).filter(|kind| **kind != "all") {
-        assert!(KINDS.iter().any(|(known, _)| known == kind), "there is no kind '{kind}' in vellus_testing::KINDS");
+    let named = required.iter().map(|kind| kind.trim_start_matches('-'));
+    for kind in [kind].into_iter().chain(named).filter(|kind| *kind != "all") {
+        assert!(KINDS.iter().any(|(known, _)| *known == kind), "there is no kind '{kind}' in vellus_testing::KINDS");
     }
     let reason = match found {
         Ok(found) => return Some(found),
@@ -47,7 +48,8 @@ fn decide<T, E: Display>(kind: &str, found: Result<T, E>, file: Option<&OsStr>, 
     // A test has the name of its thread.
     let thread = std::thread::current();
     let line = format!("{kind}: {}: {reason}", thread.name().unwrap_or("a thread without a name"));
-    assert!(!required.iter().any(|&one| one == kind || one == "all"), "VELLUS_REQUIRE requires {line}");
+    let all = required.contains(&"all") && !required.iter().any(|one| one.strip_prefix('-') == Some(kind));
+    assert!(!all && !required.contains(&kind), "VELLUS_REQUIRE requires {line}");
     println!("skipped: {line}");
     if let Some(path) = file {
         let file = OpenOptions::new().create(true).append(true).open(path);
@@ -89,7 +91,7 @@ mod tests {
         let decide = |found, required| decide("gpu", found, Some(file.as_os_str()), required);
         assert_eq!(decide(Ok(7), "gpu"), Some(7));
         assert!(!file.exists());
-        assert_eq!((decide(MISSING, ""), decide(MISSING, "browser, c++")), (None, None));
+        assert_eq!((decide(MISSING, "all,-gpu"), decide(MISSING, "browser, c++")), (None, None));
         let line = "gpu: need::tests::a_missing_thing_is_one_line_in_the_file: none was found\n";
         let written = std::fs::read_to_string(&file).unwrap();
         std::fs::remove_file(&file).unwrap();

@@ -27,7 +27,7 @@ usage: cargo xtask check [--all] | test | full | tests | lint | bindings | packa
   test     before each merge, and what CI runs: all of `check` but clippy, longer tests, the Python package, OpenUSD,
            and half a minute of torture
   full     at night and before a release: everything. Hours. A part that cannot run here is an error, unless
-           VELLUS_REQUIRE says otherwise, such as VELLUS_REQUIRE=all,-gpu,-Blender
+           VELLUS_REQUIRE=all,-gpu or VELLUS_REQUIRE_STEPS=all,-Blender excuse it
   tests    lists the tests that are not in `check`, with their tiers and the reasons
   lint     what `check --all` does, without tests
   bindings builds and tests the bindings for C, Python, Blender and Mitsuba, and the explorer; it names what it skips
@@ -40,7 +40,7 @@ usage: cargo xtask check [--all] | test | full | tests | lint | bindings | packa
   torture  kills, full disks, damaged files and nonsense against the command; --help lists its options
   lab      format, clippy and fast tests of lab/; --slow adds its slow tests
 
-VELLUS_REQUIRE lists what must not be skipped: steps and kinds of tests, such as gpu,openusd.";
+VELLUS_REQUIRE lists kinds of tests that must not be skipped, such as gpu,openusd, and VELLUS_REQUIRE_STEPS steps.";
 
 fn main() -> ExitCode {
     // `cargo` leaves `..` in the path, which would be in every message.

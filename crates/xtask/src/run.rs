@@ -26,8 +26,8 @@ pub struct Report {
     pub times: Vec<Slow>,
     /// A line for each test that could not run: its kind, its name and the reason. Tests write it.
     pub skipped: PathBuf,
-    /// The steps and kinds of tests that must not be skipped: `VELLUS_REQUIRE`.
-    pub required: String,
+    /// The kinds of tests that must not be skipped (`VELLUS_REQUIRE`), and the steps (`VELLUS_REQUIRE_STEPS`).
+    pub required: [String; 2],
     /// The steps that took more than 1.5 times their minutes.
     late: Vec<String>,
 }
@@ -40,7 +40,8 @@ impl Report {
     pub fn new(root: &Path) -> Self {
         let skipped = root.join("target/skipped.txt");
         std::fs::remove_file(&skipped).ok();
-        let required = std::env::var("VELLUS_REQUIRE").unwrap_or_default();
+        let list = |name| std::env::var(name).unwrap_or_default();
+        let required = ["VELLUS_REQUIRE", "VELLUS_REQUIRE_STEPS"].map(list);
         Self { steps: Vec::new(), times: Vec::new(), skipped, required, late: Vec::new() }
     }
 
@@ -70,7 +71,7 @@ impl Report {
     /// Prints a line for each step, the slowest tests, and every reason why something did not run.
     ///
     /// # Errors
-    /// A skipped step that `VELLUS_REQUIRE` names (a test that it names fails by itself). Steps that took too long, if
+    /// A skipped step that must run. A test that must run fails by itself. Steps that took too long, if
     /// `CI` is set: other machines may be slower.
     pub fn print(&mut self) -> Result<(), String> {
         self.times.sort_by(|a, b| b.seconds.total_cmp(&a.seconds));
@@ -98,7 +99,7 @@ impl Report {
         self.late.iter().for_each(|line| eprintln!("too slow: {line}"));
         let skipped = self.steps.iter().filter(|(_, _, outcome)| matches!(outcome, Outcome::Skipped(_)));
         let missing: Vec<&str> =
-            skipped.map(|(name, ..)| name.as_str()).filter(|n| requires(&self.required, n)).collect();
+            skipped.map(|(name, ..)| name.as_str()).filter(|n| requires(&self.required[1], n)).collect();
         if !missing.is_empty() {
             return Err(format!("required, but skipped: {}", missing.join(", ")));
         }
@@ -109,11 +110,10 @@ impl Report {
     }
 }
 
-/// Whether a list such as `gpu,cc` or `all,-gpu` requires a kind of test or a step. `vellus_testing::need` reads the
-/// same list.
-fn requires(list: &str, kind: &str) -> bool {
+/// Whether a list such as `torture,Blender` or `all,-Blender` requires a step.
+fn requires(list: &str, step: &str) -> bool {
     let has = |wanted: &str| list.split(',').any(|word| word.trim() == wanted);
-    has(kind) || has("all") && !has(&format!("-{kind}"))
+    has(step) || has("all") && !has(&format!("-{step}"))
 }
 
 /// Runs cargo in a folder.

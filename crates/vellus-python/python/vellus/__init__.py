@@ -3,7 +3,7 @@
 All angles are in degrees, all lengths in fibre radii, and absorption and scattering per fibre radius.
 """
 
-from . import models, plots
+from . import _processor, models, plots  # noqa: F401  _processor is the first
 from ._types import Estimate, Samples, SimulatedEnergies
 from ._vellus import (
     FATES,

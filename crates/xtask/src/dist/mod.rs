@@ -7,6 +7,7 @@ mod c_library;
 mod checksums;
 mod command;
 mod licences;
+mod old_processor;
 mod packages;
 mod python;
 pub mod release;
@@ -136,7 +137,7 @@ fn commands(dist: &Dist, report: &mut Report, wanted: impl Fn(&str) -> bool) -> 
         }
         Err(reason) => Ok(Outcome::Skipped(format!("{reason}; an empty folder and environment replace it"))),
     })?;
-    archives.iter().try_for_each(|archive| try_command::all(dist, report, &sandbox, archive))
+    archives.iter().try_for_each(|archive| try_command::all(report, &sandbox, archive))
 }
 
 /// The wheel, and Blender's extension with the wheel in it.
@@ -144,6 +145,7 @@ fn python_and_blender(dist: &Dist, report: &mut Report) -> Result<(), String> {
     let wheel = step(report, "wheel", || python::wheel(dist))?;
     report.step("licences in the wheel", 15.0, || python::has_licences(dist, &wheel))?;
     report.attempt("wheel, installed", 15.0, || python::test(dist, &wheel))?;
+    report.attempt("wheel without AVX2", 15.0, || python::without_avx2(dist))?;
     let extension = step(report, "Blender's extension", || blender::build(dist, &wheel))?;
     report.step("contents of Blender's extension", 15.0, || blender::test(&extension, &wheel))
 }
@@ -161,7 +163,7 @@ fn page(dist: &Dist) -> Result<Outcome, String> {
 
 /// Writes the list of the packages in all files, with the commit that they were built from.
 fn list(dist: &Dist, commit: &str) -> Result<(), String> {
-    let ours = ["vellus-cli", "vellus-python", "vellus-c", "vellus-wasm"];
+    let ours = ["vellus-cli", "vellus-python", "vellus-c", "vellus-views"];
     let packages = packages::compiled_into(&dist.root, &ours, &dist.tools.triple)?;
     let document = sbom::document(&packages, commit);
     let text = serde_json::to_string_pretty(&document).map_err(|e| e.to_string())?;

@@ -1,6 +1,6 @@
 //! The Python package: a wheel for many distributions, and an archive of the source that pip can build.
 
-use super::{Dist, VERSION, licences, packages};
+use super::{Dist, VERSION, licences, old_processor, packages};
 use crate::bindings::venv;
 use crate::run::{Outcome, output, run};
 use std::path::{Path, PathBuf};
@@ -48,7 +48,13 @@ pub fn test(dist: &Dist, package: &Path) -> Result<Outcome, String> {
     Ok(Outcome::Passed)
 }
 
-/// The wheel has the licences. Maturin checks that its module needs no later glibc than its name says.
+/// On an old processor, the import of the wheel that was installed last fails with a message.
+pub fn without_avx2(dist: &Dist) -> Result<Outcome, String> {
+    let python = dist.folder("try/python/environment/bin/python");
+    old_processor::refuses(&python, &["-c", "import vellus"], "this build of vellus needs a processor with AVX2")
+}
+
+/// The wheel has the licences, and the extension of Python needs no later glibc than its name says: maturin checks that.
 pub fn has_licences(dist: &Dist, wheel: &Path) -> Result<(), String> {
     let python = dist.tools.python.as_deref().map_err(Clone::clone)?;
     let list = output(Command::new(python).args(["-m", "zipfile", "-l"]).arg(wheel))?;

@@ -1,6 +1,6 @@
 //! The archive for C, tried with pkg-config and with CMake: a program of the examples, which prints many results.
 
-use super::Dist;
+use super::{Dist, old_processor};
 use crate::run::{Outcome, Report, output, run, succeeds};
 use std::path::Path;
 use std::process::Command;
@@ -25,7 +25,13 @@ pub fn all(dist: &Dist, report: &mut Report, archive: &Path) -> Result<(), Strin
     let prefix = folder.join(name.trim_end_matches(".tar.gz").trim_end_matches(".zip"));
     let source = dist.root.join("examples/c/queries.c");
     report.attempt(&format!("{name} with pkg-config"), 15.0, || pkg_config(&prefix, &source))?;
-    report.attempt(&format!("{name} with CMake"), 15.0, || cmake(&folder, &prefix, &source))
+    report.attempt(&format!("{name} with CMake"), 15.0, || cmake(&folder, &prefix, &source))?;
+    let program = folder.join("build/static");
+    if program.exists() {
+        let message = "this library was built for AVX2";
+        report.attempt(&format!("{name} without AVX2"), 15.0, || old_processor::refuses(&program, &[], message))?;
+    }
+    Ok(())
 }
 
 /// Compiles the program by hand.

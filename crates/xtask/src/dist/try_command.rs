@@ -1,13 +1,13 @@
 //! The command's archive, tried as its users would.
 
 use super::sandbox::Sandbox;
-use super::{Dist, VERSION, toolchain};
+use super::{VERSION, old_processor, toolchain};
 use crate::run::{Outcome, Report, output, run, succeeds};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Unpacks the archive and tries the command, its manual and its completions.
-pub fn all(dist: &Dist, report: &mut Report, sandbox: &Sandbox, archive: &Path) -> Result<(), String> {
+pub fn all(report: &mut Report, sandbox: &Sandbox, archive: &Path) -> Result<(), String> {
     let name = archive.file_name().unwrap_or_default().to_string_lossy();
     let top = PathBuf::from(name.trim_end_matches(".tar.gz").trim_end_matches(".zip"));
     let program = top.join("bin").join(format!("vellus{}", std::env::consts::EXE_SUFFIX));
@@ -31,10 +31,8 @@ pub fn all(dist: &Dist, report: &mut Report, sandbox: &Sandbox, archive: &Path) 
     for (shell, line) in [("bash", BASH), ("zsh", "zsh -n \"$1\""), ("fish", "fish --no-execute \"$1\"")] {
         report.attempt(&format!("completions in {shell}"), 15.0, || completions(&share, shell, line))?;
     }
-    if top.to_string_lossy().contains("x86_64") && !cfg!(windows) {
-        report.attempt("processor without AVX2", 15.0, || old_processor(dist, &sandbox.work().join(program)))?;
-    }
-    Ok(())
+    let program = sandbox.work().join(program);
+    report.attempt(&format!("{name} without AVX2"), 15.0, || on_old_processor(&sandbox.work(), &program))
 }
 
 /// Every subcommand in the help has a page.
@@ -83,22 +81,13 @@ fn completions(share: &Path, shell: &str, line: &str) -> Result<Outcome, String>
     Ok(Outcome::Passed)
 }
 
-/// On a simulated processor of 2008, the usual command ends with a message and the other one works.
-fn old_processor(dist: &Dist, program: &Path) -> Result<Outcome, String> {
-    if !succeeds(Command::new("qemu-x86_64").arg("--version")) {
-        return Ok(Outcome::Skipped("no qemu-x86_64".to_owned()));
+/// On an old processor, the usual command ends with a message, and the other one works.
+fn on_old_processor(folder: &Path, program: &Path) -> Result<Outcome, String> {
+    if !program.to_string_lossy().contains("-baseline") {
+        return old_processor::refuses(program, &["--version"], "archive whose name ends in -baseline");
     }
-    let mut old = Command::new("qemu-x86_64");
-    old.args(["-cpu", "Nehalem"]).arg(program).args(["render", "cat", "--small", "--spp", "1", "--size", "16x16"]);
-    old.args(["-o", "old.exr"]).current_dir(dist.empty("try/old")?);
-    if program.to_string_lossy().contains("-baseline") {
-        run(&mut old)?;
-        return Ok(Outcome::Passed);
-    }
-    let result = old.output().map_err(|e| format!("cannot run qemu-x86_64: {e}"))?;
-    let message = String::from_utf8_lossy(&result.stderr);
-    let expected = result.status.code() == Some(2) && message.contains("-baseline");
-    if expected { Ok(Outcome::Passed) } else { Err(format!("{}: {message}", result.status)) }
+    let picture = folder.join("old.exr").display().to_string();
+    old_processor::runs(program, &["render", "cat", "--small", "--spp", "1", "--size", "16x16", "-o", &picture])
 }
 
 /// A program for Linux needs no later glibc than promised.
