@@ -24,7 +24,7 @@ pub fn test(root: &Path, report: &mut Report) -> Result<(), String> {
     lint::text(root, report)?;
     programs(root, report, Tier::Test)?;
     bindings::fast(root, report)?;
-    report.attempt("torture", 1.5, || torture(root, &SHORT))
+    report.attempt("torture", 2.0, || torture(root, &SHORT))
 }
 
 /// Everything. What cannot run is an error, unless the variables say otherwise.
@@ -44,7 +44,7 @@ pub fn full(root: &Path, report: &mut Report) -> Result<(), String> {
 /// Compiles and runs the tests of a tier, and the examples in the documentation.
 fn programs(root: &Path, report: &mut Report, tier: Tier) -> Result<(), String> {
     let mut found = Vec::new();
-    report.step("test programs", 7.0, || {
+    report.step("test programs", 10.0, || {
         found = tests::build(root)?;
         Ok(())
     })?;
@@ -60,8 +60,8 @@ fn programs(root: &Path, report: &mut Report, tier: Tier) -> Result<(), String> 
         })?;
     }
     let minutes = match tier {
-        Tier::Check => 3.0,
-        Tier::Test => 5.0,
+        Tier::Check => 5.0,
+        Tier::Test => 10.0,
         Tier::Full => 90.0,
     };
     let mut times = Vec::new();
@@ -72,7 +72,7 @@ fn programs(root: &Path, report: &mut Report, tier: Tier) -> Result<(), String> 
         Ok(())
     })?;
     report.times.append(&mut times);
-    report.step("examples in the documentation", 2.0, || {
+    report.step("examples in the documentation", 4.0, || {
         cargo(root, &["test", "--quiet", "--workspace", "--all-features", "--doc"])
     })
 }

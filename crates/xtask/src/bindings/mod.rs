@@ -29,7 +29,7 @@ pub fn all(root: &Path, report: &mut Report) -> Result<(), String> {
 
 /// The part that takes less than a minute. The tests of the C interface run with those of all crates.
 pub fn fast(root: &Path, report: &mut Report) -> Result<(), String> {
-    report.attempt("Python package", 2.0, || python::test(root))
+    report.attempt("Python package", 4.0, || python::test(root))
 }
 
 /// Builds the fibre explorer and tries it in a browser.

@@ -33,7 +33,7 @@ fn versions(root: &Path) -> Result<Vec<String>, String> {
     let mut missing = Vec::new();
     let manifest = read(root, "Cargo.toml")?;
     for line in manifest.lines().filter(|line| line.contains("path = \"crates/") && line.contains("version = ")) {
-        if !line.contains(&format!("version = \"{VERSION}\"")) {
+        if !line.contains(&format!("version = \"={VERSION}\"")) {
             missing.push(format!("Cargo.toml: {line}: another version than {VERSION}"));
         }
     }
