@@ -28,8 +28,8 @@ pub const KINDS: &[(&str, &str)] = &[
 /// `VELLUS_SKIPPED` names, if any: `kind: test: reason`.
 ///
 /// # Panics
-/// If it is not there and `VELLUS_REQUIRE` lists its kind: `gpu,cc`, or `all`, or `all,-gpu` for all but one. Also if a kind is
-/// not in [`KINDS`], or the file cannot be written.
+/// If it is not there and `VELLUS_REQUIRE` lists its kind: `gpu,cc`, or `all`, or `all,-gpu` for all but one. Also if a
+/// kind is not in [`KINDS`], or the file cannot be written.
 pub fn need<T, E: Display>(kind: &str, found: Result<T, E>) -> Option<T> {
     let required = std::env::var("VELLUS_REQUIRE").unwrap_or_default();
     decide(kind, found, std::env::var_os("VELLUS_SKIPPED").as_deref(), &required)
