@@ -54,7 +54,7 @@ pub fn without_avx2(dist: &Dist) -> Result<Outcome, String> {
     old_processor::refuses(&python, &["-c", "import vellus"], "this build of vellus needs a processor with AVX2")
 }
 
-/// The wheel has the licences, and the extension of Python needs no later glibc than its name says: maturin checks that.
+/// The wheel has the licences. Maturin checks that its module needs no later glibc than its name says.
 pub fn has_licences(dist: &Dist, wheel: &Path) -> Result<(), String> {
     let python = dist.tools.python.as_deref().map_err(Clone::clone)?;
     let list = output(Command::new(python).args(["-m", "zipfile", "-l"]).arg(wheel))?;
