@@ -73,8 +73,8 @@ fn particles_need_a_width_and_include_their_sphere() {
     assert!(error.contains("/root/Sphere/hair") && error.contains("--width"), "{error}");
     let (scene, warnings) = read(&file, &with_width(0.02)).unwrap();
     assert_eq!(warnings, []);
-    // The curves are pinned, but linear, so there are no phantom points.
-    assert_eq!((scene.strands[0].basis, scene.strands[0].len()), (Basis::Linear, STRANDS));
+    // The file declares pinned cubic curves.
+    assert_eq!((scene.strands[0].basis, scene.strands[0].len()), (Basis::CatmullRom, STRANDS));
     assert!(scene.strands[0].points.iter().all(|p| p.w == 0.01));
     let mesh = &scene.meshes[0];
     assert_eq!(mesh.positions.len(), 8 * 5 + 2);
