@@ -2,7 +2,7 @@
 
 use crate::run::{Outcome, succeeds};
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 /// A processor of 2008.
 const PROCESSOR: &str = "Nehalem";
@@ -27,7 +27,7 @@ fn expect(program: &Path, args: &[&str], good: impl Fn(&Output) -> bool) -> Resu
         return Ok(Outcome::Skipped("no qemu-x86_64".to_owned()));
     }
     let mut command = Command::new("qemu-x86_64");
-    command.args(["-cpu", PROCESSOR]).arg(program).args(args);
+    command.args(["-cpu", PROCESSOR]).arg(program).args(args).stdin(Stdio::null());
     let output = command.output().map_err(|e| format!("cannot run qemu-x86_64: {e}"))?;
     if good(&output) {
         return Ok(Outcome::Passed);
