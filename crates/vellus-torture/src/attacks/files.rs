@@ -248,7 +248,9 @@ fn special(trial: &mut Trial, extension: &str) -> Result<(), Stop> {
     };
     let result = use_it(trial, &name, &format!("{what} as .{extension}"));
     // The writer waits for a reader if the command did not open the pipe.
-    writer.map(Running::kill);
+    if let Some(writer) = writer {
+        writer.kill();
+    }
     if path.is_file() && !path.is_symlink() {
         std::fs::remove_file(&path)?;
     }
