@@ -62,7 +62,7 @@ def stage(folder, wheel):
 
 
 def pack(package, file):
-    """Writes the zip file. Its bytes depend only on what is in it: the time of each entry is that of the format's start."""
+    """Writes the zip file. Its bytes depend only on its contents: each entry has the earliest time of the format."""
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         for path in sorted(package.rglob("*")):
             if path.is_file():

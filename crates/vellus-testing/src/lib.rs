@@ -10,11 +10,13 @@ pub mod program;
 mod query;
 pub mod significance;
 pub mod sphere;
+mod tfx;
 mod tier;
 
 use glam::Vec3;
 pub use need::{KINDS, blender, need, succeeds};
 pub use query::{Query, queries};
+pub use tfx::{small_tfx, tfx};
 pub use tier::effort;
 pub use vellus::direction;
 use vellus::{Exit, Fiber, Hit, TableData, Tables};

@@ -202,21 +202,6 @@ pub fn npy() -> Vec<u8> {
     bytes
 }
 
-/// A .tfx file of 3 strands with 4 points and uv, of either version of the format.
-pub fn tfx(version: f32) -> Vec<u8> {
-    let (header, at, width) = if version < 4.0 { (296usize, 144, 3) } else { (160, 12, 4) };
-    let mut bytes = vec![0; header];
-    let mut put = |at: usize, word: u32| bytes[at..at + 4].copy_from_slice(&word.to_le_bytes());
-    put(0, version.to_bits());
-    put(4, 3);
-    put(8, 4);
-    put(at, header as u32);
-    put(at + 4, (header + 12 * width * 4) as u32);
-    let points = (0..12 * width).map(|i| i as f32 * 0.5);
-    points.chain((0..6).map(|i| i as f32 / 8.0)).for_each(|x| bytes.extend(x.to_le_bytes()));
-    bytes
-}
-
 /// A PNG of 4 × 2 pixels in one grey.
 pub fn png(color: png::ColorType, depth: png::BitDepth, grey: u8) -> Result<Vec<u8>, Stop> {
     let mut bytes = Vec::new();

@@ -51,7 +51,7 @@ pub fn check(root: &Path) -> Result<(), String> {
     if problems.is_empty() { Ok(()) } else { Err(problems.join("\n")) }
 }
 
-/// What is wrong with a dependency of a published package. `exactly` is the requirement of the package's own version.
+/// The problem of a dependency of a published package, if it has one. `exactly` requires the package's own version.
 fn problem(dependency: &Value, private: &[&Value], exactly: &str) -> Option<&'static str> {
     let unversioned = dependency["path"].is_string() && dependency["req"] == "*";
     // Cargo leaves development dependencies without a version out of the published manifest.

@@ -80,7 +80,7 @@ fn spread_members() {
 
 /// All presets. The bounds are the documented worst errors over all of θ_o.
 #[test]
-#[ignore = "test: 120 simulations"]
+#[ignore = "slow: 120 simulations"]
 fn all_presets() {
     for species in Species::ALL {
         for tau in [0.5, 2.0, 6.0, 12.0] {

@@ -41,7 +41,7 @@ fn a_node_is_rebuilt_bit_for_bit() {
 }
 
 #[test]
-#[ignore = "test: simulates all 270 nodes"]
+#[ignore = "slow: simulates all 270 nodes"]
 fn the_table_is_rebuilt_bit_for_bit() {
     assert!(build(SHIPPED.0, SHIPPED.1) == include_bytes!("../data/orders.vellus"));
 }
@@ -65,7 +65,7 @@ fn between_nodes() {
 
 /// In the middle between nodes, where interpolation is worst.
 #[test]
-#[ignore = "test: simulates 24 discs"]
+#[ignore = "slow: simulates 24 discs"]
 fn between_all_kinds_of_nodes() {
     let taus = [0.12, 0.75, 2.5, 5.0, 9.0, 14.5];
     let cosines = [-0.6, 0.0, 0.57, 0.925];

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-/// To write the header anew: `VELLUS_WRITE_HEADER=1 cargo test -p vellus-header` in `lab/`.
+/// To write the header again: `VELLUS_WRITE_HEADER=1 cargo test -p vellus-header` in `lab/`.
 #[test]
 fn the_header_belongs_to_the_code() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../crates/vellus-c");

@@ -54,15 +54,8 @@ pub fn ended_by(output: &Output, code: i32, args: &[&str], parts: &[&str]) {
 
 /// A .tfx file of strands with the same number of points.
 pub fn tfx(strands: &[Vec<[f32; 3]>]) -> Vec<u8> {
-    let mut bytes = vec![0; 160];
-    let counts = [(4, strands.len() as u32), (8, strands[0].len() as u32)];
-    for (at, word) in [(0, 4f32.to_bits()), (12, 160)].into_iter().chain(counts) {
-        bytes[at..at + 4].copy_from_slice(&word.to_le_bytes());
-    }
-    for [x, y, z] in strands.iter().flatten() {
-        bytes.extend([*x, *y, *z, 1.0].iter().flat_map(|x| x.to_le_bytes()));
-    }
-    bytes
+    let numbers = strands.iter().flatten().flat_map(|[x, y, z]| [*x, *y, *z, 1.0]);
+    vellus_testing::tfx(4.0, [strands.len(), strands[0].len()], numbers, false)
 }
 
 /// Names of an OpenEXR file's channels and their values, and its notes.

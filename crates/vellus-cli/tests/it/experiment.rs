@@ -1,6 +1,5 @@
 //! What `vellus experiment` writes at smoke quality, which only tests that it runs.
 
-#[allow(dead_code, reason = "shared with tests of pictures")]
 use crate::common::{Limited, command, ended_by, refused, run, vellus};
 use serde_json::Value;
 use std::path::Path;

@@ -1,6 +1,5 @@
 //! Messages about files that the command reads.
 
-#[allow(dead_code, reason = "not every test needs all of it")]
 use crate::common::{refused, run, tfx, vellus};
 
 #[test]

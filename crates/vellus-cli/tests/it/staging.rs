@@ -1,6 +1,5 @@
 //! Camera, lights, background and body of files without them.
 
-#[allow(dead_code, reason = "not every test needs all of it")]
 use crate::common::{Picture, refused, run, tfx};
 use std::fmt::Write;
 use std::io::Cursor;

@@ -4,7 +4,6 @@
 //! and gives the reason in CHANGELOG.md. The hashes are for processors with AVX2 and FMA. Others round differently.
 #![cfg(all(target_arch = "x86_64", target_feature = "avx2", target_feature = "fma"))]
 
-#[allow(dead_code, reason = "each test uses a part of it")]
 use crate::common::{Picture, run};
 
 /// The hashes of the pictures of some scenes.

@@ -5,6 +5,7 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use vellus_groom::{Error, read_hair, read_tfx, write_hair};
 use vellus_scene::{Basis, Parameter, Strands, Values};
+use vellus_testing::{small_tfx, tfx};
 
 fn strands() -> Strands {
     let point = |i: usize| Vec4::new((i as f32).sin(), i as f32 * 0.25, -1.5, 0.01 + 0.001 * i as f32);
@@ -18,21 +19,6 @@ fn strands() -> Strands {
         look: 0,
         varying: vec![(Parameter::Reflectance, Values::PerPoint(vec![[0.25, 0.5, 0.75]; 11]))],
     }
-}
-
-/// A .tfx file of 3 strands with 4 points and uv.
-fn tfx(version: f32) -> Vec<u8> {
-    let (header, at, width) = if version < 4.0 { (296usize, 144, 3) } else { (160, 12, 4) };
-    let mut bytes = vec![0; header];
-    let mut put = |at: usize, word: u32| bytes[at..at + 4].copy_from_slice(&word.to_le_bytes());
-    put(0, version.to_bits());
-    put(4, 3);
-    put(8, 4);
-    put(at, header as u32);
-    put(at + 4, (header + 12 * width * 4) as u32);
-    let points = (0..12 * width).map(|i| i as f32 * 0.5);
-    points.chain((0..6).map(|i| i as f32 / 8.0)).for_each(|x| bytes.extend(x.to_le_bytes()));
-    bytes
 }
 
 #[test]
@@ -103,7 +89,7 @@ fn errors_name_the_place_of_the_damage() {
 #[test]
 fn tfx_files_of_both_versions_are_read() {
     for version in [3.0, 4.0] {
-        let strands = read_tfx(&tfx(version), "a.tfx", Some(0.1)).unwrap();
+        let strands = read_tfx(&small_tfx(version), "a.tfx", Some(0.1)).unwrap();
         assert_eq!(strands.validate(), Ok(()));
         assert_eq!((strands.len(), strands.segments()), (3, 9));
         assert_eq!(
@@ -111,11 +97,11 @@ fn tfx_files_of_both_versions_are_read() {
             Vec4::new(1.5, 2.0, 2.5, 0.05) + if version < 4.0 { Vec4::ZERO } else { Vec4::new(0.5, 0.5, 0.5, 0.0) }
         );
         assert_eq!(strands.root_uv.unwrap()[1].to_array(), [0.25, 0.375]);
-        assert!(matches!(read_tfx(&tfx(version), "a.tfx", None), Err(Error::NoWidth { .. })));
+        assert!(matches!(read_tfx(&small_tfx(version), "a.tfx", None), Err(Error::NoWidth { .. })));
     }
-    let error = read_tfx(&tfx(2.0), "a.tfx", Some(0.1)).unwrap_err().to_string();
+    let error = read_tfx(&small_tfx(2.0), "a.tfx", Some(0.1)).unwrap_err().to_string();
     assert!(error.contains("byte 0: version 2 of TressFX"), "{error}");
-    let mut huge = tfx(4.0);
+    let mut huge = small_tfx(4.0);
     huge[4..8].copy_from_slice(&10_000_000u32.to_le_bytes());
     assert!(read_tfx(&huge, "a.tfx", Some(0.1)).unwrap_err().to_string().contains("40000000 points of 16 bytes"));
 }
@@ -125,7 +111,7 @@ fn tfx_files_of_both_versions_are_read() {
 #[test]
 fn damaged_files_never_panic() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
-    let files = [write_hair(&strands()).unwrap(), tfx(3.0), tfx(4.0)];
+    let files = [write_hair(&strands()).unwrap(), small_tfx(3.0), small_tfx(4.0)];
     let mut errors = 0;
     for round in 0..6000 {
         let kind = round % 3;
@@ -164,11 +150,8 @@ fn damaged_files_never_panic() {
 #[test]
 fn guide_strands_become_a_hair_file() {
     const STRANDS: usize = 48_113;
-    let mut bytes = tfx(3.0);
-    bytes[4..8].copy_from_slice(&(STRANDS as u32).to_le_bytes());
-    bytes[148..152].fill(0);
-    bytes.truncate(296);
-    bytes.extend((0..STRANDS * 4 * 3).flat_map(|i| ((i as f32 * 0.618).fract() * 100.0).to_le_bytes()));
+    let numbers = (0..STRANDS * 4 * 3).map(|i| (i as f32 * 0.618).fract() * 100.0);
+    let bytes = tfx(3.0, [STRANDS, 4], numbers, false);
     let guides = read_tfx(&bytes, "guides.tfx", Some(0.02)).unwrap();
     assert_eq!((guides.validate(), guides.root_uv.is_none()), (Ok(()), true));
     assert_eq!((guides.len(), guides.segments()), (STRANDS, 3 * STRANDS));

@@ -1,9 +1,9 @@
-//! A small picture.
+//! A small picture, and what tests of pictures share.
 
-use glam::{Vec3, Vec4};
+use glam::{Mat3, Vec3, Vec4};
 use vellus::{Fiber, Species};
-use vellus_render::{Settings, World};
-use vellus_scene::{Basis, Camera, Look, Scene, Strands};
+use vellus_render::{Film, Layer, Settings, World};
+use vellus_scene::{Basis, Camera, Light, Look, Scene, Strands};
 
 /// One strand.
 pub fn world() -> World {
@@ -29,4 +29,20 @@ pub fn world() -> World {
 /// 8 by 8 pixels.
 pub fn settings() -> Settings {
     Settings::new([8, 8])
+}
+
+/// A number in [0, 1) that looks random.
+pub fn noise(i: usize, k: u32) -> f32 {
+    ((i as f32 * 12.9898 + k as f32 * 78.233).sin() * 43758.547).rem_euclid(1.0)
+}
+
+/// A white sky.
+pub fn dome() -> Light {
+    Light::Dome { radiance: [1.0; 3], texture: None, rotation: Mat3::IDENTITY, ground: None }
+}
+
+/// The mean of a channel over the picture.
+pub fn mean(film: &Film, layer: Layer, channel: usize) -> f64 {
+    let (w, h) = (film.width(), film.height());
+    (0..w * h).map(|i| film.mean(i % w, i / w, layer, channel)).sum::<f64>() / (w * h) as f64
 }

@@ -1,6 +1,7 @@
 //! Properties of pictures with a radiance cache.
 
-use glam::{Mat3, Vec3, Vec4};
+use crate::common::{dome, mean, noise};
+use glam::{Vec3, Vec4};
 use vellus::{Fiber, Species};
 use vellus_render::session::{Options, Session};
 use vellus_render::{Error, Film, Layer, Settings, World};
@@ -8,14 +9,6 @@ use vellus_scene::{Basis, Camera, Light, Look, Mesh, Scene, Strands, Surface};
 use vellus_testing::significance::max_abs_z;
 
 const SIZE: [usize; 2] = [20, 20];
-
-fn noise(i: usize, k: u32) -> f32 {
-    ((i as f32 * 12.9898 + k as f32 * 78.233).sin() * 43758.547).rem_euclid(1.0)
-}
-
-fn dome() -> Light {
-    Light::Dome { radiance: [1.0; 3], texture: None, rotation: Mat3::IDENTITY, ground: None }
-}
 
 /// A tangle of strands around a point, in a white sky.
 fn tangle(middle: Vec3, fiber: Fiber) -> Scene {
@@ -59,12 +52,6 @@ fn render(world: &World, settings: &Settings, samples: u64) -> (Film, f64) {
     let statistics = world.render(settings, &mut film, 0..samples, &()).unwrap();
     assert_eq!(statistics.rejected, 0);
     (film, statistics.rays as f64 / (samples as usize * SIZE[0] * SIZE[1]) as f64)
-}
-
-/// The mean of a channel over the picture.
-fn mean(film: &Film, layer: Layer, channel: usize) -> f64 {
-    let (w, h) = (film.width(), film.height());
-    (0..w * h).map(|i| film.mean(i % w, i / w, layer, channel)).sum::<f64>() / (w * h) as f64
 }
 
 /// Mean and standard error over independent pictures.

@@ -1,15 +1,12 @@
 //! Properties of pictures.
 
-use glam::{Mat3, Mat4, Vec3, Vec4};
+use crate::common::{dome, mean, noise};
+use glam::{Mat4, Vec3, Vec4};
 use std::sync::atomic::AtomicBool;
 use vellus::{Fiber, Species};
 use vellus_render::{Error, Film, Filter, Layer, Mode, Settings, World};
 use vellus_scene::{Basis, Camera, Light, Look, Mesh, Scene, Strands, Surface};
 use vellus_testing::significance::max_abs_z;
-
-fn noise(i: usize, k: u32) -> f32 {
-    ((i as f32 * 12.9898 + k as f32 * 78.233).sin() * 43758.547).rem_euclid(1.0)
-}
 
 fn fiber() -> Fiber {
     Fiber::preset(Species::RedFox).with_absorption([0.1, 0.3, 0.7])
@@ -42,7 +39,7 @@ fn clump(count: usize, radius: f32, fiber: Fiber) -> Scene {
     Scene {
         strands: vec![strands],
         looks: vec![Look::constant("fur", fiber)],
-        lights: vec![Light::Dome { radiance: [1.0; 3], texture: None, rotation: Mat3::IDENTITY, ground: None }],
+        lights: vec![dome()],
         camera: Some(Camera::look_at(Vec3::new(0.1, 0.2, 3.0), Vec3::ZERO, Vec3::Y, 0.3, 1.0)),
         ..Scene::default()
     }
@@ -70,12 +67,6 @@ fn render(world: &World, settings: &Settings, samples: u64) -> Film {
     let statistics = world.render(settings, &mut film, 0..samples, &()).unwrap();
     assert_eq!(statistics.rejected, 0);
     film
-}
-
-/// The mean of a channel over the picture.
-fn mean(film: &Film, layer: Layer, channel: usize) -> f64 {
-    let (w, h) = (film.width(), film.height());
-    (0..w * h).map(|i| film.mean(i % w, i / w, layer, channel)).sum::<f64>() / (w * h) as f64
 }
 
 /// Clamped indirect light: paths are the same, so the picture loses just the light that is reported, and no channel of

@@ -1,5 +1,6 @@
 //! Properties of pictures with level of detail.
 
+use crate::common::noise;
 use glam::{Mat3, Mat4, Vec3, Vec4};
 use vellus::{Fiber, Species};
 use vellus_render::{Film, Layer, Lod, Settings, World, simplify};
@@ -7,10 +8,6 @@ use vellus_scene::{Basis, Camera, Instance, Light, Look, Prototype, Scene, Stran
 use vellus_testing::significance::max_abs_z;
 
 const SIZE: [usize; 2] = [16, 16];
-
-fn noise(i: usize, k: u32) -> f32 {
-    ((i as f32 * 12.9898 + k as f32 * 78.233).sin() * 43758.547).rem_euclid(1.0)
-}
 
 /// Fine light fur that fills the unit cube: 12,000 strands of length 1 and width 0.0015.
 fn fur() -> Strands {

@@ -95,8 +95,8 @@ fn seeds(trial: &mut Trial) -> Result<Vec<Seed>, Stop> {
         }
     }
     add("usdz", material::usdz("layer.usda", material::LEANING.as_bytes())?);
-    add("tfx", material::tfx(3.0));
-    add("tfx", material::tfx(4.0));
+    add("tfx", vellus_testing::small_tfx(3.0));
+    add("tfx", vellus_testing::small_tfx(4.0));
     add("obj", material::MESH.into());
     add("hdr", material::hdr());
     add("npy", material::npy());
