@@ -103,16 +103,24 @@ pub struct Summary {
     failures: Vec<String>,
 }
 
+/// Compiles the workspace: test programs, and what the tests of the bindings need. One call has one set of features
+/// for each dependency, so nothing is compiled twice. Returns the messages of Cargo.
+///
+/// # Errors
+/// A compiler error.
+pub fn compile(root: &Path) -> Result<Vec<Value>, String> {
+    let mut cargo = Command::new("cargo");
+    cargo.args(["build", "--quiet", "--workspace", "--all-features", "--lib", "--bins", "--tests", "--example=batch"]);
+    run_json(cargo.arg("--message-format=json-render-diagnostics").current_dir(root))
+}
+
 /// Compiles all test programs and lists their tests.
 ///
 /// # Errors
 /// A compiler error, or a test whose `#[ignore]` names no tier.
 pub fn build(root: &Path) -> Result<Vec<Program>, String> {
-    let mut cargo = Command::new("cargo");
-    cargo.args(["test", "--no-run", "--quiet", "--workspace", "--all-features", "--tests"]);
-    cargo.arg("--message-format=json-render-diagnostics").current_dir(root);
     let mut programs = Vec::new();
-    for message in run_json(&mut cargo)? {
+    for message in compile(root)? {
         let Some(file) = message["executable"].as_str().filter(|_| message["profile"]["test"] == true) else {
             continue;
         };

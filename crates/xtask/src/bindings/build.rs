@@ -1,10 +1,8 @@
-//! Compiles what the tests of the bindings need, with the settings and features of the test programs. So nothing is
-//! compiled twice.
+//! What the tests of the bindings need, compiled together with the test programs.
 
-use crate::run::run_json;
+use crate::tests;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 /// The files by the names of their targets.
 pub struct Built {
@@ -16,11 +14,8 @@ pub struct Built {
 
 /// Compiles all libraries and programs of the workspace.
 pub fn build(root: &Path) -> Result<Built, String> {
-    let mut cargo = Command::new("cargo");
-    cargo.args(["build", "--quiet", "--workspace", "--all-features", "--lib", "--bins", "--example", "batch"]);
-    cargo.arg("--message-format=json-render-diagnostics").current_dir(root);
     let (mut programs, mut module) = (BTreeMap::new(), None);
-    for message in run_json(&mut cargo)? {
+    for message in tests::compile(root)?.iter().filter(|message| message["profile"]["test"] == false) {
         let name = message["target"]["name"].as_str().unwrap_or_default();
         if let Some(file) = message["executable"].as_str() {
             programs.insert(name.to_owned(), PathBuf::from(file));
