@@ -54,7 +54,7 @@ impl Interrupt {
             let mut since = None;
             for signal in signals.forever() {
                 if immediate.load(Ordering::Relaxed) {
-                    error_line(format_args!("interrupted: rendering had not begun, no file was changed"));
+                    error_line(format_args!("interrupted: the work had not begun, no file was changed"));
                     signal_hook::low_level::exit(128 + signal);
                 }
                 match since {

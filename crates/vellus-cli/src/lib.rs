@@ -94,7 +94,7 @@ pub fn main() -> ExitCode {
         say::without_instructions(missing);
         return ExitCode::from(exit::BAD_INPUT);
     }
-    vellus_farm::end_with_parent();
+    vellus_farm::begin();
     vellus_usd::quiet_caught_panics();
     interrupt::survive_file_size_limit();
     let result = match parse(std::env::args_os()) {

@@ -149,7 +149,7 @@ pub struct TaskArgs {
     /// Folder of the plan.
     #[arg(value_name = "DIR")]
     dir: PathBuf,
-    /// The task: its name in plan.json, or its number from 1.
+    /// The task: its number from 1, or its name in plan.json, such as 1001.0-64 or 1001.merge.
     #[arg(value_name = "TASK", allow_hyphen_values = true)]
     task: String,
     /// How often it is tried again if it is killed, or ends with exit code 75.

@@ -1,5 +1,7 @@
 //! The process of a task.
 
+use crate::plan::confine;
+use std::path::Path;
 use std::process::{Child, Command, ExitStatus};
 use std::thread::sleep;
 use std::time::Duration;
@@ -7,6 +9,9 @@ use vellus_io::Progress;
 
 /// The environment variable with the process that waits for a task.
 const PARENT: &str = "VELLUS_FARM_PARENT";
+
+/// The environment variable with the folder of the plan, for the process of a task.
+const FOLDER: &str = "VELLUS_FARM_FOLDER";
 
 /// How often a process is looked at.
 const POLL: Duration = Duration::from_millis(20);
@@ -21,12 +26,12 @@ pub enum End {
     Stopped,
 }
 
-/// Runs a command. If `progress` cancels, it is asked to stop: it keeps its checkpoint.
+/// Runs a command of the plan in the folder `dir`. If `progress` cancels, it is asked to stop: it keeps its checkpoint.
 ///
 /// # Errors
 /// Errors of the operating system.
-pub fn run(command: &mut Command, progress: &dyn Progress) -> std::io::Result<End> {
-    let mut child = command.env(PARENT, std::process::id().to_string()).spawn()?;
+pub fn run(command: &mut Command, dir: &Path, progress: &dyn Progress) -> std::io::Result<End> {
+    let mut child = command.env(PARENT, std::process::id().to_string()).env(FOLDER, dir).spawn()?;
     let mut stopped = false;
     loop {
         if let Some(status) = child.try_wait()? {
@@ -62,9 +67,13 @@ fn stop(child: &mut Child) -> std::io::Result<()> {
     child.kill()
 }
 
-/// If a [`Runner`](crate::Runner) started this process, it is asked to stop once the runner is killed. Does nothing
-/// otherwise, and nothing outside of Linux. The program calls it first.
-pub fn end_with_parent() {
+/// Begins a task, if a [`Runner`](crate::Runner) started this process. Links in the folder of the plan are then refused.
+/// On Linux, the process is asked to stop once the runner is killed. The program calls it first.
+pub fn begin() {
+    if let Some(dir) = std::env::var_os(FOLDER) {
+        // Without a current folder, nothing can be written either.
+        confine(Path::new(&dir)).ok();
+    }
     #[cfg(target_os = "linux")]
     {
         use rustix::process::{Pid, Signal, getpid, getppid, kill_process, set_parent_process_death_signal};

@@ -127,7 +127,7 @@ fn slurm(plan: &Plan, retries: u32) -> String {
          # The variable VELLUS is the command vellus, if it is not on the PATH.\n\
          # Prints the numbers of the jobs. To repeat failed tasks, submit again: finished tasks are left out.\n\
          set -eu\n\
-         cd \"$(dirname \"$0\")\"\n\
+         CDPATH= cd -- \"$(dirname -- \"$0\")\"\n\
          export VELLUS=\"${{VELLUS:-vellus}}\"\n\
          mkdir -p logs\n\
          after=\"\"\n\n\

@@ -26,7 +26,7 @@
 //! let plan = Plan::new(folder, Work::Pictures(pictures), identity)?;
 //! plan.save()?;
 //! let names: Vec<_> = plan.tasks().iter().map(|task| task.name.as_str()).collect();
-//! assert_eq!(names, ["0001.0-64", "0001.64-128", "0002.0-64", "0002.64-128", "0001", "0002"]);
+//! assert_eq!(names, ["0001.0-64", "0001.64-128", "0002.0-64", "0002.64-128", "0001.merge", "0002.merge"]);
 //! assert!(Plan::load(folder)?.status().tasks.iter().all(|task| task.state == State::Missing));
 //! # Ok(()) }
 //! ```
@@ -46,7 +46,7 @@ mod work;
 
 #[cfg(feature = "clap")]
 pub use args::{Command, EmitArgs, PlanArgs, RunArgs, StatusArgs, TaskArgs};
-pub use child::end_with_parent;
+pub use child::begin;
 pub use emit::{Engine, emit};
 pub use error::Error;
 pub use local::Totals;

@@ -14,10 +14,28 @@ use vellus_io::Digest;
 pub const PLAN_FILE: &str = "plan.json";
 
 /// The version of the format.
-pub const PLAN_VERSION: u32 = 1;
+pub const PLAN_VERSION: u32 = 2;
 
 /// The largest file of a plan, in bytes.
-const MAX_BYTES: u64 = 1 << 30;
+const MAX_BYTES: u64 = 1 << 28;
+
+/// What is read and written in the folder of a plan. The folder may have come from somebody else.
+const CONTENTS: [&str; 10] =
+    [PLAN_FILE, "films", "pictures", "receipts", "logs", "experiments", "tables", "openjd.json", "slurm.sh", "hq.py"];
+
+/// Refuses links and special files in the folder of a plan.
+///
+/// # Errors
+/// See [`vellus_io::confine`].
+pub(crate) fn confine(dir: &Path) -> std::io::Result<()> {
+    CONTENTS.iter().try_for_each(|name| vellus_io::confine(&dir.join(name)))
+}
+
+/// The version of a plan, without its other fields.
+#[derive(Deserialize)]
+struct Version {
+    version: u32,
+}
 
 /// A plan: what is to be done, and the tasks for it.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,6 +109,10 @@ impl Plan {
         if index.len() < tasks.len() || outputs.len() < tasks.iter().map(|task| task.outputs.len()).sum() {
             return Err(Error::Options("two tasks have the same name".to_owned()));
         }
+        // Engines address tasks by their numbers.
+        if let Some(task) = tasks.iter().find(|task| is_number(&task.name)) {
+            return Err(Error::Options(format!("'{}' is a number, not the name of a task", task.name)));
+        }
         file.tasks = tasks;
         Ok(Plan { dir: absolute(dir)?, file, stages, index })
     }
@@ -101,6 +123,7 @@ impl Plan {
     /// [`Error::Write`].
     pub fn save(&self) -> Result<PathBuf, Error> {
         let path = self.dir.join(PLAN_FILE);
+        confine(&self.dir).map_err(|source| Error::Write { path: path.clone(), source })?;
         let text = serde_json::to_string_pretty(&self.file).map_err(std::io::Error::other);
         let written = text.and_then(|text| vellus_io::write(&path, (text + "\n").as_bytes()));
         written.map_err(|source| Error::Write { path: path.clone(), source })?;
@@ -114,14 +137,14 @@ impl Plan {
     /// [`Error::Read`], or [`Error::Plan`] if it is damaged, of another version, or was changed.
     pub fn load(dir: &Path) -> Result<Self, Error> {
         let path = dir.join(PLAN_FILE);
-        let bytes =
-            vellus_io::read_at_most(&path, MAX_BYTES).map_err(|source| Error::Read { path: path.clone(), source })?;
+        let read = confine(dir).and_then(|()| vellus_io::read_at_most(&path, MAX_BYTES));
+        let bytes = read.map_err(|source| Error::Read { path: path.clone(), source })?;
         let wrong = |what: String| Error::Plan { path: path.clone(), what };
-        let value: serde_json::Value = serde_json::from_slice(&bytes).map_err(|e| wrong(e.to_string()))?;
-        if value["version"] != PLAN_VERSION {
+        let version: Version = serde_json::from_slice(&bytes).map_err(|e| wrong(e.to_string()))?;
+        if version.version != PLAN_VERSION {
             return Err(wrong(format!("it is no plan of version {PLAN_VERSION}")));
         }
-        let file: PlanFile = serde_json::from_value(value).map_err(|e| wrong(e.to_string()))?;
+        let file: PlanFile = serde_json::from_slice(&bytes).map_err(|e| wrong(e.to_string()))?;
         // The digest of a picture covers the version of its pixels. Other results have no such version.
         if !matches!(file.work, Work::Pictures(_)) && file.vellus != env!("CARGO_PKG_VERSION") {
             return Err(wrong(format!("vellus {} planned it", vellus_io::visible(&file.vellus))));
@@ -158,15 +181,15 @@ impl Plan {
         &self.stages
     }
 
-    /// The position of a task in [`Plan::tasks`]: by its name, or by its number from 1.
+    /// The position of a task in [`Plan::tasks`]: by its number from 1, or by its name. Digits are always a number.
     ///
     /// # Errors
     /// [`Error::NoTask`].
     pub fn find(&self, name: &str) -> Result<usize, Error> {
         let count = self.tasks().len();
         let number = || name.parse::<usize>().ok().filter(|n| (1..=count).contains(n)).map(|n| n - 1);
-        // 0001 is the name of a task, not a number.
-        self.index.get(name).copied().or_else(number).ok_or_else(|| Error::NoTask {
+        let found = if is_number(name) { number() } else { self.index.get(name).copied() };
+        found.ok_or_else(|| Error::NoTask {
             name: name.chars().take(80).collect(),
             count,
             example: self.tasks().first().map(|task| task.name.clone()).unwrap_or_default(),
@@ -194,6 +217,11 @@ impl Plan {
     pub fn output(&self, output: &str) -> PathBuf {
         self.dir.join(output)
     }
+}
+
+/// Whether a word consists of digits only. It is then the number of a task.
+fn is_number(word: &str) -> bool {
+    !word.is_empty() && word.bytes().all(|b| b.is_ascii_digit())
 }
 
 fn absolute(path: &Path) -> Result<PathBuf, Error> {

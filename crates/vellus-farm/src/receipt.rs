@@ -3,6 +3,7 @@
 use crate::{Error, Plan, State, Task};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use vellus_io::Digest;
 
@@ -47,7 +48,12 @@ pub fn write(plan: &Plan, task: &Task) -> Result<(), Error> {
 /// The state of a task by its receipt, and why it is not finished.
 pub fn state(plan: &Plan, task: &Task) -> (State, String) {
     let path = path(plan, task);
-    let Ok(bytes) = vellus_io::read_at_most(&path, MAX_BYTES) else { return (State::Missing, String::new()) };
+    let bytes = match vellus_io::read_at_most(&path, MAX_BYTES) {
+        Ok(bytes) => bytes,
+        // A link or a pipe.
+        Err(error) if error.kind() == ErrorKind::InvalidInput => return (State::Damaged, error.to_string()),
+        Err(_) => return (State::Missing, String::new()),
+    };
     let Ok(receipt) = serde_json::from_slice::<Receipt>(&bytes) else {
         return (State::Damaged, format!("{} is no receipt", path.display()));
     };
@@ -59,6 +65,7 @@ pub fn state(plan: &Plan, task: &Task) -> (State, String) {
         match digest(&file) {
             Ok(digest) if receipt.outputs.get(output) == Some(&digest) => {}
             Ok(_) => return (State::Damaged, format!("{} is not what was written", file.display())),
+            Err(error) if error.kind() == ErrorKind::InvalidInput => return (State::Damaged, error.to_string()),
             Err(_) => return (State::Missing, String::new()),
         }
     }

@@ -2,7 +2,6 @@
 
 use crate::child::{self, End};
 use crate::{Error, Plan, State, Task, receipt};
-use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -122,10 +121,10 @@ impl Runner<'_> {
             command.env("RAYON_NUM_THREADS", threads.to_string());
         }
         if self.log {
-            let file = open(log)?;
+            let file = vellus_io::append(log)?;
             command.stdout(file.try_clone()?).stderr(file);
         }
-        child::run(&mut command, self.progress)
+        child::run(&mut command, self.plan.dir(), self.progress)
     }
 
     /// Removes a checkpoint that the command would refuse: a damaged one, or one of another picture.
@@ -155,15 +154,9 @@ impl Runner<'_> {
     }
 }
 
-/// Opens a log to append to it.
-fn open(log: &Path) -> std::io::Result<File> {
-    std::fs::create_dir_all(vellus_io::folder(log))?;
-    OpenOptions::new().create(true).append(true).open(log)
-}
-
 /// Appends a line to a log.
 fn note(log: &Path, line: &str) -> std::io::Result<()> {
-    open(log)?.write_all(format!("{line}\n").as_bytes())
+    vellus_io::append(log)?.write_all(format!("{line}\n").as_bytes())
 }
 
 /// Where a log is, and its last line.

@@ -158,7 +158,7 @@ impl Pictures {
                     name,
                 });
             }
-            merges.push(self.merge(*frame, label, identity, &films[first..]));
+            merges.push(self.merge(*frame, format!("{label}.merge"), identity, &films[first..]));
         }
         Ok(vec![("Render", films), ("Merge", merges)])
     }

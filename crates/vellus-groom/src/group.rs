@@ -142,12 +142,12 @@ pub enum GroupError {
         source: std::io::Error,
     },
     /// A settings file that is not valid.
-    #[error("in {}", path.display())]
+    #[error("{}: {what}", path.display())]
     Parse {
         /// The file.
         path: PathBuf,
-        /// The problem.
-        source: toml::de::Error,
+        /// The place and the problem.
+        what: String,
     },
     /// A settings file without groups.
     #[error("{}: it has no [[group]]", .0.display())]
@@ -182,7 +182,8 @@ struct File {
 pub fn read_groups(path: &Path) -> Result<Vec<Group>, GroupError> {
     let text = vellus_io::read_to_string(path, MAX_SETTINGS_BYTES);
     let text = text.map_err(|source| GroupError::Read { path: path.to_owned(), source })?;
-    let parsed = toml::from_str(&text).map_err(|source| GroupError::Parse { path: path.to_owned(), source });
+    let wrong = |error| GroupError::Parse { path: path.to_owned(), what: toml_message(&error) };
+    let parsed = toml::from_str(&text).map_err(wrong);
     let File { mut group } = parsed?;
     if group.is_empty() {
         return Err(GroupError::Empty(path.to_owned()));
@@ -194,6 +195,12 @@ pub fn read_groups(path: &Path) -> Result<Vec<Group>, GroupError> {
         }
     }
     Ok(group)
+}
+
+/// The place and the problem of a TOML file in one line, without the text of the file.
+pub fn toml_message(error: &toml::de::Error) -> String {
+    let text = error.to_string();
+    format!("{}: {}", text.lines().next().unwrap_or_default(), error.message().replace('\n', "; "))
 }
 
 /// The ground that a group grows on.

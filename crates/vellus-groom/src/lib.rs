@@ -62,7 +62,7 @@ pub const MAX_FILE_BYTES: u64 = 16 << 30;
 pub use describe::{describe, suggested_width};
 pub use error::Error;
 pub use flatten::flatten;
-pub use group::{Ground, Group, GroupError, read_groups};
+pub use group::{Ground, Group, GroupError, read_groups, toml_message};
 pub use grow::{area, grow};
 pub use hair::{read_hair, write_hair};
 pub use measure::{Measures, bytes, measure};

@@ -16,6 +16,7 @@
 //! # Ok(()) }
 //! ```
 
+mod confined;
 mod cpu_time;
 mod digest;
 mod errors;
@@ -28,6 +29,7 @@ mod target;
 mod visible;
 mod write;
 
+pub use confined::confine;
 pub use cpu_time::cpu_time;
 pub use digest::{Digest, DigestBuilder};
 pub use errors::may_pass;
@@ -36,4 +38,4 @@ pub use progress::{Progress, Steps};
 pub use read::{MAX_FILE_BYTES, MAX_STREAM_BYTES, excerpt, open, open_file, read, read_at_most, read_to_string};
 pub use sources::Sources;
 pub use visible::visible;
-pub use write::{folder, writable, write, write_with};
+pub use write::{append, folder, writable, write, write_with};

@@ -1,5 +1,6 @@
 //! Bounded reading of files, for all formats.
 
+use crate::confined;
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
@@ -48,6 +49,7 @@ pub fn read_at_most(path: &Path, max: u64) -> Result<Vec<u8>> {
 /// # Errors
 /// Errors of the operating system, and [`ErrorKind::InvalidInput`] for folders and devices.
 pub fn open(path: &Path) -> Result<File> {
+    confined::check(path)?;
     // Checked before the file is opened, because opening some devices has side effects.
     check_kind(&std::fs::metadata(path)?)?;
     let file = File::open(path)?;
@@ -61,6 +63,7 @@ pub fn open(path: &Path) -> Result<File> {
 /// # Errors
 /// As [`open()`], and [`ErrorKind::InvalidInput`] for pipes and sockets.
 pub fn open_file(path: &Path) -> Result<File> {
+    confined::check(path)?;
     let metadata = std::fs::metadata(path)?;
     check_kind(&metadata)?;
     if !metadata.is_file() {

@@ -1,5 +1,6 @@
 //! Resolves the path of an output. Symbolic links are followed here, because a rename would replace them.
 
+use crate::confined;
 use crate::write::folder;
 use std::io::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
@@ -24,6 +25,7 @@ pub(crate) enum Target {
 
 /// Resolves a path. Follows symbolic links.
 pub(crate) fn target(path: &Path) -> Result<Target> {
+    confined::check(path)?;
     let names_folder = path.as_os_str().as_encoded_bytes().last().is_some_and(|&b| std::path::is_separator(b.into()));
     if names_folder || path.file_name().is_none() {
         return Err(Error::new(ErrorKind::IsADirectory, "it is the name of a folder"));

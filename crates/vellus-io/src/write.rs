@@ -1,5 +1,6 @@
 //! Safe writing: a file is replaced completely or not at all.
 
+use crate::confined;
 use crate::target::{Target, target};
 use std::fs::{File, OpenOptions};
 use std::io::{BufWriter, Error, ErrorKind, Result, Write};
@@ -44,6 +45,16 @@ pub fn write_with(path: &Path, fill: impl FnOnce(&mut dyn Write) -> Result<()>) 
         Target::StandardOutput => buffered(&mut std::io::stdout().lock()),
         Target::StandardError => buffered(&mut std::io::stderr().lock()),
     }
+}
+
+/// Opens a file to append to it. Missing folders are created.
+///
+/// # Errors
+/// Errors of the operating system.
+pub fn append(path: &Path) -> Result<File> {
+    confined::check(path)?;
+    std::fs::create_dir_all(folder(path))?;
+    OpenOptions::new().create(true).append(true).open(path)
 }
 
 /// Checks that [`write()`] can write to a path. Call it before long work. Creates the folder of the file. Writes

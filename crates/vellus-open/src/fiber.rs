@@ -152,7 +152,7 @@ fn read(path: &Path, format: FiberFormat) -> Result<FiberBuilder, FiberError> {
     let text = vellus_io::read_to_string(path, MAX_FIBER_BYTES);
     let text = text.map_err(|source| FiberError::Read { path: path.to_owned(), source })?;
     let builder = match format {
-        FiberFormat::Toml => toml::from_str(&text).map_err(Into::into),
+        FiberFormat::Toml => toml::from_str(&text).map_err(|error| vellus_groom::toml_message(&error).into()),
         FiberFormat::Json => serde_json::from_str(&text).map_err(Into::into),
     };
     builder.map_err(|source| FiberError::File { path: path.to_owned(), source })

@@ -146,7 +146,7 @@ fn frames_are_those_of_one_command() {
     run(path, &[&farm, &options[..]].concat());
     run(path, &[&["render", "lock.usda", "--frames", "3-5x2", "--spp", "12", "-o", "one.exr"], &options[..]].concat());
     // Whoever runs the tasks, in whatever order, from whatever folder.
-    for task in ["6", "0003.5-10", "1", "0003.10-12", "0005.0-5", "5", "0003", "0005"] {
+    for task in ["6", "0003.5-10", "1", "0003.10-12", "0005.0-5", "5", "0003.merge", "0005.merge"] {
         let output = vellus(Path::new("/"), &["farm", "task", path.join("farm").to_str().unwrap(), task]);
         assert!(output.status.success(), "{task}: {}", String::from_utf8_lossy(&output.stderr));
     }
@@ -162,7 +162,69 @@ fn frames_are_those_of_one_command() {
     // Without its picture, a frame needs them again.
     std::fs::remove_file(path.join("farm/pictures/lock.0003.exr")).unwrap();
     assert_eq!(status(path), [4, 4, 0, 0]);
-    ended_by(&vellus(path, &["farm", "task", "farm", "0003"]), 75, &["task"], &["needs 0003.0-5, and it is missing"]);
+    ended_by(
+        &vellus(path, &["farm", "task", "farm", "0003.merge"]),
+        75,
+        &["task"],
+        &["needs 0003.0-5, and it is missing"],
+    );
+}
+
+#[test]
+fn nothing_is_written_or_read_through_links_and_pipes_in_the_folder() {
+    use std::os::unix::fs::symlink;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let broken = "#usda 1.0\ndef \"S\" (references = @./q\ntouch PWNED\n#.usda@) {}\n";
+    std::fs::write(path.join("evil.usda"), broken).unwrap();
+    run(path, &["farm", "plan", "hair-lock", "--samples", "2", "-o", "clean", "--", "--small", "--size", "8x8"]);
+    let folders = ["films", "pictures", "receipts", "logs"];
+    let files = [
+        "films/still.0-2.png",
+        "films/still.0-2.film",
+        "films/still.0-2.checkpoint",
+        "pictures/hair-lock.exr",
+        "pictures/hair-lock.png",
+        "receipts/still.merge.json",
+        "logs/still.0-2.log",
+    ];
+    let clean = std::fs::read(path.join("clean/plan.json")).unwrap();
+    let limit = Duration::from_secs(60);
+    let attack = |name: &str, make: &dyn Fn(&Path)| {
+        std::fs::remove_dir_all(path.join("farm")).ok();
+        std::fs::create_dir_all(path.join("farm").join(name).parent().unwrap()).unwrap();
+        std::fs::write(path.join("farm/plan.json"), &clean).unwrap();
+        make(&path.join("farm").join(name));
+        let status = command(path, &["farm", "status", "farm"]).stdout(Stdio::null()).start().unwrap();
+        assert!(status.ended_within(limit).is_some(), "{name}");
+        let mut farm = start(path, &["farm", "run", "farm", "--retries", "0"]);
+        assert!(farm.ended_within(limit).is_some(), "{name}");
+        // A link instead of a checkpoint is removed.
+        let code = farm.end().status.code();
+        assert_eq!(code, Some(if name.ends_with("checkpoint") { 0 } else { 2 }), "{name}");
+        std::fs::read_dir(path.join("victim")).unwrap().map(|e| std::fs::read(e.unwrap().path()).unwrap()).collect()
+    };
+    let untouched = || vec![b"# mine\n".to_vec()];
+    std::fs::create_dir(path.join("victim")).unwrap();
+    std::fs::write(path.join("victim/rc"), "# mine\n").unwrap();
+    for name in folders {
+        let found: Vec<_> = attack(name, &|at| symlink("../victim", at).unwrap());
+        assert_eq!(found, untouched(), "{name}");
+    }
+    for name in files {
+        for target in ["../../victim/rc", "../../victim/new"] {
+            let found: Vec<_> = attack(name, &|at| symlink(target, at).unwrap());
+            assert_eq!(found, untouched(), "{name}");
+        }
+        let pipe = |at: &Path| assert!(succeeds(Command::new("mkfifo").arg(at)));
+        let found: Vec<_> = attack(name, &pipe);
+        assert_eq!(found, untouched(), "{name}");
+    }
+    // What a file says is one line, so it cannot look like a line of somebody else.
+    let output = vellus(path, &["render", "evil.usda"]);
+    let lines = String::from_utf8(output.stderr).unwrap();
+    assert!(!output.status.success() && lines.contains("touch PWNED"), "{lines}");
+    assert!(lines.lines().all(|line| line.starts_with("error: ") || line.starts_with("hint: ")), "{lines}");
 }
 
 #[test]
@@ -180,7 +242,7 @@ fn foreign_films_and_changed_inputs_are_named() {
     run(path, &[&other[..], &["--size", "64x48"]].concat());
     assert_eq!(status(path), [0, 0, 0, 3]);
     ended_by(
-        &vellus(path, &["farm", "task", "farm", "still"]),
+        &vellus(path, &["farm", "task", "farm", "still.merge"]),
         75,
         &["task"],
         &["still.0-4", "of another picture", "run that task first"],

@@ -63,10 +63,23 @@ fn samples_are_divided_without_gaps() {
     let arguments = plan.arguments(&tasks[2]);
     let output = format!("--output={}/films/-0001.8-10.png", folder.path().display());
     assert_eq!(arguments.last().unwrap().to_str(), Some(output.as_str()));
-    assert_eq!((plan.find("3").unwrap(), plan.find("0001").unwrap(), plan.find("12").unwrap()), (2, 10, 11));
-    for name in ["0", "13", "x", ""] {
+    assert_eq!([("3", 2), ("0001.merge", 10), ("0012", 11)].map(|(name, _)| plan.find(name).unwrap()), [2, 10, 11]);
+    for name in ["0", "13", "x", "", "+1", "99999999999999999999"] {
         assert!(matches!(plan.find(name), Err(Error::NoTask { .. })), "{name}");
     }
+}
+
+#[test]
+fn a_number_is_never_the_name_of_a_frame() {
+    for per_task in [1, 4] {
+        let (_folder, plan) = saved(pictures(Some("1-1600"), 4, per_task));
+        for (i, task) in plan.tasks().iter().enumerate() {
+            assert_eq!((plan.find(&(i + 1).to_string()).unwrap(), plan.find(&task.name).unwrap()), (i, i));
+        }
+    }
+    let (folder, _) =
+        saved(Work::Experiments(Experiments { quality: "smoke".to_owned(), names: vec!["x1".to_owned()] }));
+    assert!(changed(folder.path(), "\"x1\"", "\"11\"").unwrap_err().to_string().contains("is a number"));
 }
 
 #[test]
@@ -82,14 +95,14 @@ fn a_plan_that_was_changed_is_refused() {
         ("{dir}/films/0001.0-4.png", "/etc/passwd"),
         ("films/0001.0-4.film", "../../0001.0-4.film"),
         ("\"render\"", "\"table\""),
-        ("\"needs\": []", "\"needs\": [\"0001\"]"),
+        ("\"needs\": []", "\"needs\": [\"0001.merge\"]"),
         ("\"end\": 4", "\"end\": 5"),
     ] {
         assert!(refused(from, to).contains("not those of its work"));
     }
     assert!(refused("\"--float\"", "\"-o/etc/x\"").contains("cannot contain the option"));
     assert!(refused("\"--float\"", "\"--tev\"").contains("--tev"));
-    assert!(refused("\"version\": 1", "\"version\": 2").contains("version 1"));
+    assert!(refused("\"version\": 2", "\"version\": 1").contains("version 2"));
     refused("\"in/cat.usda\"", "\"--help\"");
     refused("\"1-2\"", "\"1-99999999\"");
     refused("\"1-2\"", "\"1-3\"");
