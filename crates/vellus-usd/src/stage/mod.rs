@@ -22,7 +22,7 @@ use collections::Members;
 use files::Files;
 pub(crate) use materialx::MATERIALS;
 use openusd::tf::Token;
-use openusd::{ar, sdf, usd};
+use openusd::{ar, pcp, sdf, usd};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::Path;
@@ -188,9 +188,8 @@ impl Stage {
 
     /// Returns an error if a reference or layer could not be composed.
     pub fn check_composition(&self, file: &Path) -> Result<(), Error> {
-        let errors =
-            guarded(|| Ok(self.stage.composition_errors().iter().map(ToString::to_string).collect::<Vec<_>>()))
-                .map_err(|what| Error::file(file, what))?;
+        let errors = guarded(|| Ok(self.stage.composition_errors().iter().map(composition_error).collect::<Vec<_>>()))
+            .map_err(|what| Error::file(file, what))?;
         let Some(first) = errors.first() else { return Ok(()) };
         Err(match parse_error(&self.files) {
             Some((layer, what)) => Error::file(Path::new(&layer), what),
@@ -417,6 +416,15 @@ impl Stage {
             Ok(attribute.get_at::<sdf::Value>(usd::TimeCode::new(time))?.filter(real))
         })
     }
+}
+
+/// What an error of composition says.
+fn composition_error(error: &pcp::Error) -> String {
+    let chain = match error {
+        pcp::Error::ArcCycle(_) => ": its references and payloads form a circle, or a chain of more than 100",
+        _ => "",
+    };
+    format!("{error}{chain}")
 }
 
 /// An error of a call into `openusd`: the text of any error, with its causes.

@@ -16,6 +16,10 @@ const DEEPEST_BRACKETS: usize = 500;
 /// The largest number of quotation marks in a string, or of `@` in the path of a file: the parser recurses at each.
 const MOST_FENCES: usize = 100;
 
+/// The largest number of words of a block, outside of strings and of blocks inside it. A property has at least two, and
+/// so has a child. The parser compares each name with all others of the block: this many take 5 s.
+const MOST_WORDS: usize = 1 << 17;
+
 /// The largest number of layers or prims in a list of arcs. Composition compares each with each.
 pub(super) const MOST_ARCS: usize = 1000;
 
@@ -162,6 +166,8 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
     let mut depth = 0;
     let mut words = Words::default();
     let mut samples: Option<Samples> = None;
+    // The number of words of each block that is open. `None` for a list of values.
+    let mut words_of = vec![Some(0)];
     // The names of prims, by the depth of their definitions, for the blocks that are open.
     let mut siblings: Vec<(usize, HashSet<String>)> = Vec::new();
     // The depth inside the brackets of a list of arcs, and the number of its layers and prims.
@@ -216,6 +222,7 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
             }
             b'(' | b'[' | b'{' => {
                 depth += 1;
+                words_of.push((first == b'{').then_some(0));
                 if depth > DEEPEST_BRACKETS {
                     return Err(fail(format!("more than {DEEPEST_BRACKETS} brackets inside each other").into()));
                 }
@@ -241,6 +248,7 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
                 {
                     found.unsorted.push((times, at));
                 }
+                words_of.truncate(depth + 1);
                 while siblings.pop_if(|(of, _)| *of > depth).is_some() {}
                 arcs.take_if(|(list, _)| depth < *list);
                 values_of_variables.take_if(|dictionary| depth < *dictionary);
@@ -263,6 +271,13 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
                 let is_time = samples.as_ref().is_some_and(|samples| samples.depth == depth && samples.expects_time);
                 if is_time && matches!(word.trim_end_matches(':'), "nan" | "inf") {
                     return Err(fail("a time is no finite number".into()));
+                }
+                if let Some(Some(count)) = words_of.last_mut() {
+                    *count += 1;
+                    if *count > MOST_WORDS {
+                        let what = format!("a block has more than {MOST_WORDS} words: too many properties or children");
+                        return Err(fail(what.into()));
+                    }
                 }
                 found.content.has_classes |= matches!(word, "inherits" | "specializes");
                 words.push(word);
@@ -524,6 +539,10 @@ mod tests {
         assert!(normalized("( prepend inherits = </b> )".into()).unwrap().content.has_classes);
         let deep = |n: usize| format!("`{}`", "if(".repeat(n));
         read(&format!("string a = \"{0}\" asset b = @{0}@", deep(100)));
+        let block = |n: usize| format!("def \"a\" {{ {} }} def \"b\" {{ int i }}", "float x ".repeat(n / 2));
+        read(&block(MOST_WORDS));
+        read(&format!("bool[] a = [{}]", "true, ".repeat(MOST_WORDS + 1)));
+        assert!(error(&block(MOST_WORDS + 2)).contains("more than 131072 words"));
         let escapes = format!("a = '`{}`'", r"\\".repeat(101));
         for text in [format!("a = '{}'", deep(101)), format!("a = @{}@", deep(101)), escapes] {
             assert!(error(&text).contains("an expression has more than 100"));
