@@ -6,45 +6,50 @@
 use super::Failure;
 use openusd::{sdf, usd};
 use std::cell::RefCell;
-use std::collections::HashSet;
+use std::collections::HashMap;
 
 /// The longest chain of prims that inherit or specialize each other.
 const LONGEST_CHAIN: usize = 100;
 
-/// The prims whose classes were followed.
+/// The prims whose classes were followed, with the lengths of their longest chains.
 #[derive(Default)]
-pub(super) struct Arcs(RefCell<HashSet<sdf::Path>>);
+pub(super) struct Arcs(RefCell<HashMap<sdf::Path, usize>>);
 
 impl Arcs {
     /// Checks a prim and its ancestors. The stage can compose the prim after that.
     pub fn check(&self, stage: &usd::Stage, prim: &sdf::Path) -> Result<(), Failure> {
-        self.follow(stage, prim, &mut Vec::new())
+        self.follow(stage, prim, &mut Vec::new()).map(|_| ())
     }
 
-    /// `chain` has the prims that lead here.
-    fn follow(&self, stage: &usd::Stage, prim: &sdf::Path, chain: &mut Vec<sdf::Path>) -> Result<(), Failure> {
-        let Some(parent) = prim.parent().filter(|_| !self.0.borrow().contains(prim)) else { return Ok(()) };
-        if chain.contains(prim) {
+    /// The length of the longest chain of classes from a prim. `open` has the prims that lead here.
+    fn follow(&self, stage: &usd::Stage, prim: &sdf::Path, open: &mut Vec<sdf::Path>) -> Result<usize, Failure> {
+        let Some(parent) = prim.parent() else { return Ok(0) };
+        if let Some(&length) = self.0.borrow().get(prim) {
+            return Ok(length);
+        }
+        if open.contains(prim) {
             return Err(Failure(format!(
                 "{prim} inherits or specializes itself, through other prims or its own child"
             )));
         }
-        if chain.len() == LONGEST_CHAIN {
-            let (from, to) = (&chain[0], prim);
-            let what = format!("from {from} to {to}, more than {LONGEST_CHAIN} prims inherit or specialize each other");
-            return Err(Failure(what));
-        }
-        chain.push(prim.clone());
-        // Ancestors are not part of a chain: they only make it longer if a class is deep in the hierarchy.
+        open.push(prim.clone());
+        let mut length = 0;
         for ancestor in parent.ancestors().collect::<Vec<_>>().into_iter().rev() {
-            self.follow(stage, &ancestor, chain)?;
+            length = length.max(self.follow(stage, &ancestor, open)?);
         }
         for class in classes(stage, &parent, prim)? {
-            self.follow(stage, &class, chain)?;
+            // The second limit is for the depth of these calls.
+            if open.len() <= 4 * LONGEST_CHAIN {
+                length = length.max(1 + self.follow(stage, &class, open)?);
+            }
+            if length > LONGEST_CHAIN || open.len() > 4 * LONGEST_CHAIN {
+                let what = format!("more than {LONGEST_CHAIN} prims that inherit or specialize the next");
+                return Err(Failure(format!("{prim} begins a chain of {what}")));
+            }
         }
-        chain.pop();
-        self.0.borrow_mut().insert(prim.clone());
-        Ok(())
+        open.pop();
+        self.0.borrow_mut().insert(prim.clone(), length);
+        Ok(length)
     }
 }
 
