@@ -67,7 +67,9 @@ fn stop(child: &mut Child) -> std::io::Result<()> {
     child.kill()
 }
 
-/// Begins a task, if a [`Runner`](crate::Runner) started this process. Links in the folder of the plan are then refused.
+/// Begins a task, if a [`Runner`](crate::Runner) started this process. Links in the folder of the plan are then
+/// refused.
+///
 /// On Linux, the process is asked to stop once the runner is killed. The program calls it first.
 pub fn begin() {
     if let Some(dir) = std::env::var_os(FOLDER) {

@@ -1,5 +1,5 @@
-//! Folders that somebody else may have filled, such as the folder of a plan in an archive. A link in such a folder could
-//! lead a result to any file of the user, and a pipe could block for ever.
+//! Folders that somebody else may have filled, such as the folder of a plan in an archive. A link in such a folder
+//! could lead a result to any file of the user, and a pipe could block for ever.
 
 use std::io::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};

@@ -1,8 +1,8 @@
 //! Text for a terminal.
 
 /// Replaces control characters, line breaks among them, and characters that change the direction of text by their
-/// escapes. Messages quote files, whose control characters could change the terminal, and whose lines could be taken for
-/// lines of the program.
+/// escapes. Messages quote files, whose control characters could change the terminal, and whose lines could be taken
+/// for lines of the program.
 pub fn visible(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {

@@ -413,8 +413,8 @@ fn quoted(content: Vec<u8>) -> Vec<u8> {
     format!("'''{}'''", String::from_utf8_lossy(&content).replace('\'', "\u{2019}")).into()
 }
 
-/// The length of a number, and the offset at which it needs a `0`: the parser requires digits on both sides of the point.
-/// The length is 0 if there is no number.
+/// The length of a number, and the offset at which it needs a `0`: the parser requires digits on both sides of the
+/// point. The length is 0 if there is no number.
 fn number(text: &[u8]) -> (usize, Option<usize>) {
     let digits = |from: usize| text[from..].iter().take_while(|c| c.is_ascii_digit()).count();
     let sign = usize::from(matches!(text[0], b'+' | b'-'));

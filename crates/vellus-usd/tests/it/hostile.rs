@@ -37,7 +37,8 @@ fn circles_of_classes_are_errors() {
             format!("def \"S\" ( prepend {arc} = [</A>, </S>] ) {child} class \"A\" {{}}"),
             format!("def \"S\" ( {arc} = </T> ) {child} def \"T\" ( {arc} = </S> ) {child}"),
             format!(
-                "class \"A\" ( {arc} = </B> ) {child} class \"B\" ( {arc} = </A> ) {child} def \"S\" ( {arc} = </A> ) {child}"
+                "class \"A\" ( {arc} = </B> ) {child} class \"B\" ( {arc} = </A> ) {child}
+                def \"S\" ( {arc} = </A> ) {child}"
             ),
             format!("def \"S\" ( inherits = </T> ) {child} def \"T\" ( specializes = </S> ) {child}"),
             format!("def \"S\" ( {arc} = </S/t> ) {{ def \"t\" {child} {CURVES} }}"),
@@ -51,7 +52,8 @@ fn circles_of_classes_are_errors() {
             format!("def \"S\" ( references = </T> ) {child} def \"T\" ( {arc} = </S> ) {child}"),
             format!("def \"S\" ( references = </T> ) {child} class \"T\" ( {arc} = </T> ) {child}"),
             format!(
-                "def \"S\" ( references = </T> ) {{}} class \"T\" {{ def \"a\" ( {arc} = </T/b> ) {child} def \"b\" ( {arc} = </T/a> ) {child} }}"
+                "def \"S\" ( references = </T> ) {{}}
+                class \"T\" {{ def \"a\" ( {arc} = </T/b> ) {child} def \"b\" ( {arc} = </T/a> ) {child} }}"
             ),
         ];
         for body in circles {
@@ -70,7 +72,8 @@ fn circles_of_classes_are_errors() {
         format!("class \"A\" {child} class \"B\" ( inherits = </A> ) {{}} def \"S\" ( inherits = [</A>, </B>] ) {{}}"),
         format!("def \"S\" {{ class \"a\" {child} def \"t\" ( inherits = </S/a> ) {{}} }}"),
         format!(
-            "class \"A\" {{ def \"x\" ( inherits = </A/y> ) {{}} class \"y\" {child} }} def \"S\" ( references = </A> ) {{}}"
+            "class \"A\" {{ def \"x\" ( inherits = </A/y> ) {{}} class \"y\" {child} }}
+            def \"S\" ( references = </A> ) {{}}"
         ),
         format!("def \"S\" ( inherits = </none> ) {child}"),
     ];
