@@ -8,6 +8,7 @@ mod kill;
 mod nonsense;
 mod places;
 mod ranges;
+mod structure;
 
 use crate::picture::Picture;
 use crate::trial::{Stop, Trial};
@@ -37,6 +38,7 @@ pub fn all() -> Vec<Box<dyn Attack>> {
         Box::new(files::Files::default()),
         Box::new(nonsense::Nonsense::default()),
         Box::new(fibers::Fibers),
+        Box::new(structure::Structure),
     ]
 }
 
