@@ -13,7 +13,7 @@
 //! | texts | names of the light groups |
 //! | texts | notes: names and values alternate |
 //! | u64 | only with adaptive sampling: the nominal number of samples at the last plan |
-//! | (u64, u32) … | only with adaptive sampling: samples at the last plan and rate of each tile, see `tiles.rs` |
+//! | (u64, u32) … | only with adaptive sampling: samples at the last plan and rate of each half of a tile, see `tiles.rs` |
 //! | u32 … | sums, row by row, as described in `sums.rs` |
 //! | texts | only with layers of Cryptomatte: object, look and group of each thing |
 //! | u32 | only with layers of Cryptomatte: the number of counts |
@@ -102,10 +102,10 @@ impl<'a> Remaining<'a> {
     }
 
     /// The tiles of a film with adaptive sampling.
-    fn tiles(&mut self, [columns, rows]: [usize; 2], samples: &Range<u64>) -> Result<Tiles, String> {
+    fn tiles(&mut self, halves: usize, samples: &Range<u64>) -> Result<Tiles, String> {
         let start = self.large()?;
         let mut tile = || Ok::<Tile, String>(Tile { base: self.large()?, rate: self.small()? as u32 });
-        let tiles: Vec<Tile> = (0..columns * rows).map(|_| tile()).collect::<Result<_, _>>()?;
+        let tiles: Vec<Tile> = (0..halves).map(|_| tile()).collect::<Result<_, _>>()?;
         if samples.start == 0 && tiles.iter().all(|tile| tile.is_possible(start, samples.end)) {
             Ok(Tiles { start, tiles })
         } else {
@@ -215,7 +215,7 @@ impl Checkpoint {
             return Err(format!("its samples run from {} to {} of {planned}", samples.start, samples.end));
         }
         let tiles = match adaptive {
-            true => Some(rest.tiles(tiles::grid(area[2], area[3]), &samples)?),
+            true => Some(rest.tiles(tiles::halves(area[2], area[3]), &samples)?),
             false => None,
         };
         let layout = Layout::from_bits(layers, &groups);
