@@ -2,10 +2,10 @@
 
 use crate::error::Error;
 use crate::read::context::Reader;
-use crate::read::network::{Input, Shader, input};
+use crate::read::network::{Input, Shader, Walk, input};
 use crate::read::shading::image;
 use crate::read::shading::value::Value;
-use crate::stage::When;
+use crate::stage::{Property, When};
 use vellus::{FiberBuilder, Parameter};
 use vellus_scene::{Look, Value as Textured};
 
@@ -109,18 +109,22 @@ impl<'r, 'a> Mapping<'r, 'a> {
     /// warning, and the input's own value or the default.
     pub fn value_of(&mut self, prim: &str, name: &str, default: [f64; 3]) -> Result<Value, Error> {
         let key = format!("inputs:{name}");
-        let found = match input(&self.reader.stage, prim, &key)? {
-            Input::Unset => None,
-            Input::Value(at) => self.reader.stage.numbers(&at.prim, &at.name, When::Open)?,
-            Input::Shader(node) => {
-                if let Some(texture) = image::read(self.reader, &node)? {
-                    return Ok(Value::Image(texture));
+        let (mut walk, mut default) = (Walk::from(prim, &key), default);
+        let found = loop {
+            match walk.end(&self.reader.stage)? {
+                Input::Unset => break None,
+                Input::Value(at) => break self.reader.stage.numbers(&at.prim, &at.name, When::Open)?,
+                Input::Shader(node) if node.id.starts_with("ND_constant_") => {
+                    walk.go(Property { prim: node.prim, name: "inputs:value".to_owned() })?;
+                    default = [0.0; 3];
                 }
-                if node.id.starts_with("ND_constant_") {
-                    return self.value_of(&node.prim, "value", [0.0; 3]);
+                Input::Shader(node) => {
+                    if let Some(texture) = image::read(self.reader, &node)? {
+                        return Ok(Value::Image(texture));
+                    }
+                    self.reader.warnings.add(prim, format!("{key}: a {} is not mapped and is ignored", node.id));
+                    break self.reader.stage.numbers(prim, &key, When::Open)?;
                 }
-                self.reader.warnings.add(prim, format!("{key}: a {} is not mapped and is ignored", node.id));
-                self.reader.stage.numbers(prim, &key, When::Open)?
             }
         };
         let Some(found) = found else { return Ok(Value::Constant(default)) };
