@@ -55,6 +55,7 @@
 //! requires. Packages inside packages are not read. Coordinates are within ±10⁹ scene units
 //! ([`vellus_scene::MAX_COORDINATE`]). Devices are not read.
 
+mod color;
 mod error;
 mod guard;
 mod image;

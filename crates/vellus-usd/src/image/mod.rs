@@ -3,9 +3,11 @@
 mod pixels;
 mod rgbe;
 
+use crate::color::ColorSpace;
 use crate::error::{Error, Invalid};
 use crate::guard::catch;
 use crate::warning::Warning;
+use glam::DVec3;
 use pixels::{Pixels, checked_size};
 use std::io::Cursor;
 use std::path::Path;
@@ -14,16 +16,14 @@ use vellus_scene::{Texture, Wrap};
 /// The largest image file, in bytes: 4 GiB.
 const MAX_BYTES: u64 = 4 << 30;
 
-/// The transfer function of the numbers in a file. Radiance HDR and OpenEXR are always linear.
+/// How the numbers in a file are meant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(crate) enum Encoding {
-    /// As UsdPreviewSurface defines: a PNG is sRGB if it has an sRGB chunk or 8-bit colour, and linear otherwise.
+    /// As UsdPreviewSurface defines: a PNG is sRGB if it has an sRGB chunk or 8-bit colour. All others are linear.
     #[default]
     Auto,
-    /// Linear.
-    Linear,
-    /// sRGB.
-    Srgb,
+    /// In this colour space.
+    Space(ColorSpace),
 }
 
 /// Reads an image as linear RGB. Alpha is ignored, and grey becomes three equal channels.
@@ -43,7 +43,7 @@ pub fn load_texture(file: &Path) -> Result<(Texture, Option<Warning>), Error> {
 /// # Errors
 /// As [`load_texture`].
 pub fn load_map(file: &Path) -> Result<(Texture, Option<Warning>), Error> {
-    load(file, Encoding::Linear)
+    load(file, Encoding::Space(ColorSpace::LINEAR))
 }
 
 fn load(file: &Path, encoding: Encoding) -> Result<(Texture, Option<Warning>), Error> {
@@ -63,8 +63,8 @@ pub(crate) struct Image {
 pub(crate) fn decode(file: &Path, bytes: &[u8], encoding: Encoding) -> Result<Image, Error> {
     let Pixels { width, height, rgb: mut pixels } = match bytes {
         [0x89, b'P', b'N', b'G', ..] => png_pixels(bytes, encoding),
-        [b'#', b'?', ..] => rgbe::decode(bytes),
-        [0x76, 0x2f, 0x31, 0x01, ..] => exr_pixels(bytes),
+        [b'#', b'?', ..] => rgbe::decode(bytes).map(|pixels| converted(pixels, encoding)),
+        [0x76, 0x2f, 0x31, 0x01, ..] => exr_pixels(bytes).map(|pixels| converted(pixels, encoding)),
         _ => Err("it is no PNG, Radiance HDR or OpenEXR image".into()),
     }
     .map_err(|what| Error::file(file, what))?;
@@ -83,6 +83,17 @@ pub(crate) fn decode(file: &Path, bytes: &[u8], encoding: Encoding) -> Result<Im
     Ok(Image { texture, warning })
 }
 
+/// Pixels in linear Rec. 709.
+fn converted(mut pixels: Pixels, encoding: Encoding) -> Pixels {
+    if let Encoding::Space(space) = encoding
+        && space != ColorSpace::LINEAR
+    {
+        let convert = space.converter();
+        pixels.rgb.iter_mut().for_each(|pixel| *pixel = convert(pixel.map(f64::from)).map(|x| x as f32));
+    }
+    pixels
+}
+
 fn png_pixels(bytes: &[u8], encoding: Encoding) -> Result<Pixels, Invalid> {
     let broken = |error: png::DecodingError| format!("broken PNG: {error}");
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
@@ -96,33 +107,27 @@ fn png_pixels(bytes: &[u8], encoding: Encoding) -> Result<Pixels, Invalid> {
     reader.next_frame(&mut data).map_err(broken)?;
 
     let channels = color.samples();
-    let srgb = match encoding {
-        Encoding::Auto => says_srgb || (depth == png::BitDepth::Eight && channels >= 3),
-        Encoding::Linear => false,
-        Encoding::Srgb => true,
+    let auto = if says_srgb || (depth == png::BitDepth::Eight && channels >= 3) {
+        ColorSpace::SRGB
+    } else {
+        ColorSpace::LINEAR
     };
-    let linear = |x: f32| if srgb { srgb_to_linear(x) } else { x };
+    let space = if let Encoding::Space(space) = encoding { space } else { auto };
     let rgb = |v: [f32; 3]| if channels >= 3 { v } else { [v[0]; 3] };
-    let pixels = match depth {
-        png::BitDepth::Sixteen => {
-            let number = |b: &[u8]| linear(f32::from(u16::from_be_bytes([b[0], b[1]])) / 65535.0);
-            let channel = |pixel: &[u8], c: usize| pixel.get(2 * c..2 * c + 2).map_or(0.0, number);
-            let pixel = |pixel: &[u8]| rgb(std::array::from_fn(|c| channel(pixel, c)));
-            data.chunks_exact(2 * channels).take(pixels).map(pixel).collect()
-        }
-        _ => {
-            let table: [f32; 256] = std::array::from_fn(|i| linear(i as f32 / 255.0));
-            let channel = |pixel: &[u8], c: usize| pixel.get(c).map_or(0.0, |&b| table[usize::from(b)]);
-            let pixel = |pixel: &[u8]| rgb(std::array::from_fn(|c| channel(pixel, c)));
-            data.chunks_exact(channels).take(pixels).map(pixel).collect()
-        }
+    let bytes = if depth == png::BitDepth::Sixteen { 2 } else { 1 };
+    let most = (1 << (8 * bytes)) - 1;
+    let table: Vec<f32> = (0..=most).map(|i| space.decode(f64::from(i) / f64::from(most)) as f32).collect();
+    let channel = |pixel: &[u8], c: usize| match *pixel.get(bytes * c..bytes * (c + 1)).unwrap_or_default() {
+        [x] => table[usize::from(x)],
+        [high, low] => table[usize::from(u16::from_be_bytes([high, low]))],
+        _ => 0.0,
     };
+    let pixel = |pixel: &[u8]| rgb(std::array::from_fn(|c| channel(pixel, c)));
+    let mut pixels: Vec<[f32; 3]> = data.chunks_exact(bytes * channels).take(pixels).map(pixel).collect();
+    if let Some(matrix) = space.to_rec709() {
+        pixels.iter_mut().for_each(|pixel| *pixel = (matrix * DVec3::from(pixel.map(f64::from))).as_vec3().into());
+    }
     Ok(Pixels { width, height, rgb: pixels })
-}
-
-/// The sRGB transfer function (IEC 61966-2-1).
-fn srgb_to_linear(x: f32) -> f32 {
-    if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
 }
 
 /// The colour of the first layer.
@@ -187,7 +192,7 @@ mod tests {
         let texture = read(&rgb, Encoding::Auto);
         assert_eq!((texture.name.as_str(), texture.width, texture.height), ("b.png", 2, 1));
         assert!((texture.pixels[0][1] - 0.215_860_5).abs() < 1e-6 && texture.pixels[0][2] == 1.0);
-        assert_eq!(read(&rgb, Encoding::Linear).pixels[0][1], 128.0 / 255.0);
+        assert_eq!(read(&rgb, Encoding::Space(ColorSpace::LINEAR)).pixels[0][1], 128.0 / 255.0);
         let grey = png(png::ColorType::Grayscale, png::BitDepth::Eight, &[51, 102]);
         assert_eq!(read(&grey, Encoding::Auto).pixels, [[0.2; 3], [0.4; 3]]);
         let deep = png(png::ColorType::GrayscaleAlpha, png::BitDepth::Sixteen, &[0x80, 0, 9, 9, 255, 255, 0, 0]);

@@ -48,6 +48,8 @@ pub(crate) struct Reader<'a> {
     pub local_scale: f64,
     /// The number of points of copied instances.
     pub copied: usize,
+    /// Whether what is ignored or replaced is an error, because the user named this part of the file.
+    pub strict: bool,
     textures: HashMap<TextureSource, usize>,
 }
 
@@ -65,6 +67,7 @@ impl<'a> Reader<'a> {
             held: HashSet::new(),
             local_scale: 1.0,
             copied: 0,
+            strict: false,
             textures: HashMap::new(),
         }
     }
