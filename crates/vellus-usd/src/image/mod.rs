@@ -16,6 +16,52 @@ use vellus_scene::{Texture, Wrap};
 /// The largest image file, in bytes: 4 GiB.
 const MAX_BYTES: u64 = 4 << 30;
 
+/// The memory for images of a scene, in bytes, before the files earn more: 2 GiB.
+const MEMORY: u64 = 2 << 30;
+
+/// How many bytes of memory a byte of an image file earns. Pictures have less than that, only flat ones have more.
+const EARNED: u64 = 64;
+
+/// The size of a pixel in memory.
+const PIXEL: u64 = 12;
+
+/// What a light adds to each pixel of its image: a copy, and two numbers of its tables.
+const LIT: u64 = PIXEL + 8;
+
+/// The memory that all images of a scene use, and how much they may use.
+#[derive(Debug, Default)]
+pub(crate) struct Budget {
+    used: u64,
+    earned: u64,
+}
+
+impl Budget {
+    /// Counts an image that was read from a file of this size.
+    pub fn image(&mut self, texture: &Texture, file_bytes: usize) -> Result<(), Invalid> {
+        self.earned = self.earned.saturating_add(EARNED * file_bytes as u64);
+        self.take(texture, PIXEL)
+    }
+
+    /// Counts what a light adds to its image.
+    pub fn light(&mut self, texture: &Texture) -> Result<(), Invalid> {
+        self.take(texture, LIT)
+    }
+
+    fn take(&mut self, texture: &Texture, bytes: u64) -> Result<(), Invalid> {
+        self.used = self.used.saturating_add(bytes * texture.pixels.len() as u64);
+        if self.used <= MEMORY + self.earned {
+            return Ok(());
+        }
+        let (used, allowed) = (self.used >> 20, (MEMORY + self.earned) >> 20);
+        let size = format!("{} × {} pixels", texture.width, texture.height);
+        let why = format!("2 GiB, and {EARNED} bytes for each byte of the files");
+        Err(format!(
+            "with its {size}, images and the tables of lights need {used} MiB: {allowed} MiB are allowed ({why})"
+        )
+        .into())
+    }
+}
+
 /// How the numbers in a file are meant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(crate) enum Encoding {
@@ -49,6 +95,10 @@ pub fn load_map(file: &Path) -> Result<(Texture, Option<Warning>), Error> {
 fn load(file: &Path, encoding: Encoding) -> Result<(Texture, Option<Warning>), Error> {
     let bytes = vellus_io::read_at_most(file, MAX_BYTES).map_err(|error| Error::file(file, error))?;
     let Image { texture, warning } = decode(file, &bytes, encoding)?;
+    let mut budget = Budget::default();
+    // The image may be that of a light.
+    let counted = budget.image(&texture, bytes.len()).and_then(|()| budget.light(&texture));
+    counted.map_err(|what| Error::file(file, what))?;
     Ok((texture, warning.map(|what| Warning { prims: vec![file.display().to_string()], what })))
 }
 
@@ -197,6 +247,51 @@ mod tests {
         assert_eq!(read(&grey, Encoding::Auto).pixels, [[0.2; 3], [0.4; 3]]);
         let deep = png(png::ColorType::GrayscaleAlpha, png::BitDepth::Sixteen, &[0x80, 0, 9, 9, 255, 255, 0, 0]);
         assert_eq!(read(&deep, Encoding::Auto).pixels, [[32768.0 / 65535.0; 3], [1.0; 3]]);
+    }
+
+    /// 0x8080 is 0.501961 of the largest number: ((0.501961 + 0.055) / 1.055)^2.4 = 0.215861.
+    #[test]
+    fn sixteen_bits_with_an_srgb_chunk_or_read_as_srgb_have_the_curve() {
+        let encode = |chunk: bool| {
+            let mut bytes = Vec::new();
+            let mut encoder = png::Encoder::new(&mut bytes, 1, 1);
+            encoder.set_color(png::ColorType::Rgb);
+            encoder.set_depth(png::BitDepth::Sixteen);
+            if chunk {
+                encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+            }
+            encoder.write_header().unwrap().write_image_data(&[0x80, 0x80, 0, 0, 0xff, 0xff]).unwrap();
+            bytes
+        };
+        let read = |bytes: &[u8], encoding| decode(Path::new("b.png"), bytes, encoding).unwrap().texture.pixels[0];
+        let srgb = Encoding::Space(ColorSpace::SRGB);
+        for pixel in [read(&encode(true), Encoding::Auto), read(&encode(false), srgb)] {
+            assert!((pixel[0] - 0.215_860_5).abs() < 1e-6 && pixel[1..] == [0.0, 1.0], "{pixel:?}");
+        }
+        let linear = Encoding::Space(ColorSpace::LINEAR);
+        for pixel in [read(&encode(false), Encoding::Auto), read(&encode(true), linear)] {
+            assert!((pixel[0] - 0.501_960_8).abs() < 1e-6, "{pixel:?}");
+        }
+    }
+
+    #[test]
+    fn images_of_a_scene_have_a_budget() {
+        let texture = |pixels: usize| {
+            let pixels = vec![[0.0; 3]; pixels];
+            Texture { name: String::new(), width: pixels.len(), height: 1, pixels, wrap: [Wrap::Repeat; 2] }
+        };
+        // 2²⁰ pixels have 12 MiB, and 20 MiB more for each light.
+        let image = texture(1 << 20);
+        let mut budget = Budget::default();
+        budget.image(&image, 0).unwrap();
+        for _ in 0..101 {
+            budget.light(&image).unwrap();
+        }
+        let error = budget.light(&image).unwrap_err().0;
+        assert!(error.contains("1048576 × 1 pixels") && error.contains("2052 MiB: 2048 MiB are allowed"), "{error}");
+        // A file with content earns its memory.
+        let mut budget = Budget::default();
+        (0..1000).for_each(|_| budget.image(&image, 1 << 20).unwrap());
     }
 
     #[test]

@@ -220,7 +220,10 @@ fn light_texture(reader: &mut Reader, prim: &str) -> Result<Option<usize>, Error
     let Some(file) = file else { return Ok(None) };
     let encoding = reader.encoding(prim, "inputs:texture:file", true)?;
     let source = TextureSource { file, encoding, channel: None, wrap: [Wrap::Repeat; 2] };
-    reader.texture(prim, source).map(Some)
+    let index = reader.texture(prim, source)?;
+    let Reader { images, scene, .. } = reader;
+    images.light(&scene.textures[index]).map_err(|what| Error::prim(prim, what))?;
+    Ok(Some(index))
 }
 
 /// Reads a dome light. The pole of a DomeLight is +y of its frame, whatever the up axis is. The middle of its image is

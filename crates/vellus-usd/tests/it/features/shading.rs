@@ -387,7 +387,7 @@ fn a_prefix_of_files_replaces_those_around_it() {
     fs::create_dir(folder.path().join("in")).unwrap();
     fs::rename(folder.path().join("coat.png"), folder.path().join("in/coat.png")).unwrap();
     let text = fs::read_to_string(&file).unwrap();
-    let text = text.replace("version=", "fileprefix=\"wrong/\" version=");
+    let text = text.replace("version=\"1.39\"", "version=\"1.39\" fileprefix=\"wrong/\"");
     fs::write(&file, text.replace("name=\"graph\"", "name=\"graph\" fileprefix=\"in/\"")).unwrap();
     read_material(&file, Some("Fox"), &Fiber::hair()).unwrap();
     fs::write(&file, text).unwrap();
