@@ -3,9 +3,11 @@
 mod pixels;
 mod rgbe;
 
+use crate::color::ColorSpace;
 use crate::error::{Error, Invalid};
 use crate::guard::catch;
 use crate::warning::Warning;
+use glam::DVec3;
 use pixels::{Pixels, checked_size};
 use std::io::Cursor;
 use std::path::Path;
@@ -14,16 +16,60 @@ use vellus_scene::{Texture, Wrap};
 /// The largest image file, in bytes: 4 GiB.
 const MAX_BYTES: u64 = 4 << 30;
 
-/// The transfer function of the numbers in a file. Radiance HDR and OpenEXR are always linear.
+/// The memory for images of a scene, in bytes, before the files earn more: 2 GiB.
+const MEMORY: u64 = 2 << 30;
+
+/// How many bytes of memory a byte of an image file earns. Pictures have less than that, only flat ones have more.
+const EARNED: u64 = 64;
+
+/// The size of a pixel in memory.
+const PIXEL: u64 = 12;
+
+/// What a light adds to each pixel of its image: a copy, and two numbers of its tables.
+const LIT: u64 = PIXEL + 8;
+
+/// The memory that all images of a scene use, and how much they may use.
+#[derive(Debug, Default)]
+pub(crate) struct Budget {
+    used: u64,
+    earned: u64,
+}
+
+impl Budget {
+    /// Counts an image that was read from a file of this size.
+    pub fn image(&mut self, texture: &Texture, file_bytes: usize) -> Result<(), Invalid> {
+        self.earned = self.earned.saturating_add(EARNED * file_bytes as u64);
+        self.take(texture, PIXEL)
+    }
+
+    /// Counts what a light adds to its image.
+    pub fn light(&mut self, texture: &Texture) -> Result<(), Invalid> {
+        self.take(texture, LIT)
+    }
+
+    fn take(&mut self, texture: &Texture, bytes: u64) -> Result<(), Invalid> {
+        self.used = self.used.saturating_add(bytes * texture.pixels.len() as u64);
+        if self.used <= MEMORY + self.earned {
+            return Ok(());
+        }
+        let (used, allowed) = (self.used >> 20, (MEMORY + self.earned) >> 20);
+        let size = format!("{} × {} pixels", texture.width, texture.height);
+        let why = format!("2 GiB, and {EARNED} bytes for each byte of the files");
+        Err(format!(
+            "with its {size}, images and the tables of lights need {used} MiB: {allowed} MiB are allowed ({why})"
+        )
+        .into())
+    }
+}
+
+/// How the numbers in a file are meant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(crate) enum Encoding {
-    /// As UsdPreviewSurface defines: a PNG is sRGB if it has an sRGB chunk or 8-bit colour, and linear otherwise.
+    /// As UsdPreviewSurface defines: a PNG is sRGB if it has an sRGB chunk or 8-bit colour. All others are linear.
     #[default]
     Auto,
-    /// Linear.
-    Linear,
-    /// sRGB.
-    Srgb,
+    /// In this colour space.
+    Space(ColorSpace),
 }
 
 /// Reads an image as linear RGB. Alpha is ignored, and grey becomes three equal channels.
@@ -43,12 +89,16 @@ pub fn load_texture(file: &Path) -> Result<(Texture, Option<Warning>), Error> {
 /// # Errors
 /// As [`load_texture`].
 pub fn load_map(file: &Path) -> Result<(Texture, Option<Warning>), Error> {
-    load(file, Encoding::Linear)
+    load(file, Encoding::Space(ColorSpace::LINEAR))
 }
 
 fn load(file: &Path, encoding: Encoding) -> Result<(Texture, Option<Warning>), Error> {
     let bytes = vellus_io::read_at_most(file, MAX_BYTES).map_err(|error| Error::file(file, error))?;
     let Image { texture, warning } = decode(file, &bytes, encoding)?;
+    let mut budget = Budget::default();
+    // The image may be that of a light.
+    let counted = budget.image(&texture, bytes.len()).and_then(|()| budget.light(&texture));
+    counted.map_err(|what| Error::file(file, what))?;
     Ok((texture, warning.map(|what| Warning { prims: vec![file.display().to_string()], what })))
 }
 
@@ -63,8 +113,8 @@ pub(crate) struct Image {
 pub(crate) fn decode(file: &Path, bytes: &[u8], encoding: Encoding) -> Result<Image, Error> {
     let Pixels { width, height, rgb: mut pixels } = match bytes {
         [0x89, b'P', b'N', b'G', ..] => png_pixels(bytes, encoding),
-        [b'#', b'?', ..] => rgbe::decode(bytes),
-        [0x76, 0x2f, 0x31, 0x01, ..] => exr_pixels(bytes),
+        [b'#', b'?', ..] => rgbe::decode(bytes).map(|pixels| converted(pixels, encoding)),
+        [0x76, 0x2f, 0x31, 0x01, ..] => exr_pixels(bytes).map(|pixels| converted(pixels, encoding)),
         _ => Err("it is no PNG, Radiance HDR or OpenEXR image".into()),
     }
     .map_err(|what| Error::file(file, what))?;
@@ -83,6 +133,17 @@ pub(crate) fn decode(file: &Path, bytes: &[u8], encoding: Encoding) -> Result<Im
     Ok(Image { texture, warning })
 }
 
+/// Pixels in linear Rec. 709.
+fn converted(mut pixels: Pixels, encoding: Encoding) -> Pixels {
+    if let Encoding::Space(space) = encoding
+        && space != ColorSpace::LINEAR
+    {
+        let convert = space.converter();
+        pixels.rgb.iter_mut().for_each(|pixel| *pixel = convert(pixel.map(f64::from)).map(|x| x as f32));
+    }
+    pixels
+}
+
 fn png_pixels(bytes: &[u8], encoding: Encoding) -> Result<Pixels, Invalid> {
     let broken = |error: png::DecodingError| format!("broken PNG: {error}");
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
@@ -96,33 +157,27 @@ fn png_pixels(bytes: &[u8], encoding: Encoding) -> Result<Pixels, Invalid> {
     reader.next_frame(&mut data).map_err(broken)?;
 
     let channels = color.samples();
-    let srgb = match encoding {
-        Encoding::Auto => says_srgb || (depth == png::BitDepth::Eight && channels >= 3),
-        Encoding::Linear => false,
-        Encoding::Srgb => true,
+    let auto = if says_srgb || (depth == png::BitDepth::Eight && channels >= 3) {
+        ColorSpace::SRGB
+    } else {
+        ColorSpace::LINEAR
     };
-    let linear = |x: f32| if srgb { srgb_to_linear(x) } else { x };
+    let space = if let Encoding::Space(space) = encoding { space } else { auto };
     let rgb = |v: [f32; 3]| if channels >= 3 { v } else { [v[0]; 3] };
-    let pixels = match depth {
-        png::BitDepth::Sixteen => {
-            let number = |b: &[u8]| linear(f32::from(u16::from_be_bytes([b[0], b[1]])) / 65535.0);
-            let channel = |pixel: &[u8], c: usize| pixel.get(2 * c..2 * c + 2).map_or(0.0, number);
-            let pixel = |pixel: &[u8]| rgb(std::array::from_fn(|c| channel(pixel, c)));
-            data.chunks_exact(2 * channels).take(pixels).map(pixel).collect()
-        }
-        _ => {
-            let table: [f32; 256] = std::array::from_fn(|i| linear(i as f32 / 255.0));
-            let channel = |pixel: &[u8], c: usize| pixel.get(c).map_or(0.0, |&b| table[usize::from(b)]);
-            let pixel = |pixel: &[u8]| rgb(std::array::from_fn(|c| channel(pixel, c)));
-            data.chunks_exact(channels).take(pixels).map(pixel).collect()
-        }
+    let bytes = if depth == png::BitDepth::Sixteen { 2 } else { 1 };
+    let most = (1 << (8 * bytes)) - 1;
+    let table: Vec<f32> = (0..=most).map(|i| space.decode(f64::from(i) / f64::from(most)) as f32).collect();
+    let channel = |pixel: &[u8], c: usize| match *pixel.get(bytes * c..bytes * (c + 1)).unwrap_or_default() {
+        [x] => table[usize::from(x)],
+        [high, low] => table[usize::from(u16::from_be_bytes([high, low]))],
+        _ => 0.0,
     };
+    let pixel = |pixel: &[u8]| rgb(std::array::from_fn(|c| channel(pixel, c)));
+    let mut pixels: Vec<[f32; 3]> = data.chunks_exact(bytes * channels).take(pixels).map(pixel).collect();
+    if let Some(matrix) = space.to_rec709() {
+        pixels.iter_mut().for_each(|pixel| *pixel = (matrix * DVec3::from(pixel.map(f64::from))).as_vec3().into());
+    }
     Ok(Pixels { width, height, rgb: pixels })
-}
-
-/// The sRGB transfer function (IEC 61966-2-1).
-fn srgb_to_linear(x: f32) -> f32 {
-    if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
 }
 
 /// The colour of the first layer.
@@ -187,11 +242,56 @@ mod tests {
         let texture = read(&rgb, Encoding::Auto);
         assert_eq!((texture.name.as_str(), texture.width, texture.height), ("b.png", 2, 1));
         assert!((texture.pixels[0][1] - 0.215_860_5).abs() < 1e-6 && texture.pixels[0][2] == 1.0);
-        assert_eq!(read(&rgb, Encoding::Linear).pixels[0][1], 128.0 / 255.0);
+        assert_eq!(read(&rgb, Encoding::Space(ColorSpace::LINEAR)).pixels[0][1], 128.0 / 255.0);
         let grey = png(png::ColorType::Grayscale, png::BitDepth::Eight, &[51, 102]);
         assert_eq!(read(&grey, Encoding::Auto).pixels, [[0.2; 3], [0.4; 3]]);
         let deep = png(png::ColorType::GrayscaleAlpha, png::BitDepth::Sixteen, &[0x80, 0, 9, 9, 255, 255, 0, 0]);
         assert_eq!(read(&deep, Encoding::Auto).pixels, [[32768.0 / 65535.0; 3], [1.0; 3]]);
+    }
+
+    /// 0x8080 is 0.501961 of the largest number: ((0.501961 + 0.055) / 1.055)^2.4 = 0.215861.
+    #[test]
+    fn sixteen_bits_with_an_srgb_chunk_or_read_as_srgb_have_the_curve() {
+        let encode = |chunk: bool| {
+            let mut bytes = Vec::new();
+            let mut encoder = png::Encoder::new(&mut bytes, 1, 1);
+            encoder.set_color(png::ColorType::Rgb);
+            encoder.set_depth(png::BitDepth::Sixteen);
+            if chunk {
+                encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+            }
+            encoder.write_header().unwrap().write_image_data(&[0x80, 0x80, 0, 0, 0xff, 0xff]).unwrap();
+            bytes
+        };
+        let read = |bytes: &[u8], encoding| decode(Path::new("b.png"), bytes, encoding).unwrap().texture.pixels[0];
+        let srgb = Encoding::Space(ColorSpace::SRGB);
+        for pixel in [read(&encode(true), Encoding::Auto), read(&encode(false), srgb)] {
+            assert!((pixel[0] - 0.215_860_5).abs() < 1e-6 && pixel[1..] == [0.0, 1.0], "{pixel:?}");
+        }
+        let linear = Encoding::Space(ColorSpace::LINEAR);
+        for pixel in [read(&encode(false), Encoding::Auto), read(&encode(true), linear)] {
+            assert!((pixel[0] - 0.501_960_8).abs() < 1e-6, "{pixel:?}");
+        }
+    }
+
+    #[test]
+    fn images_of_a_scene_have_a_budget() {
+        let texture = |pixels: usize| {
+            let pixels = vec![[0.0; 3]; pixels];
+            Texture { name: String::new(), width: pixels.len(), height: 1, pixels, wrap: [Wrap::Repeat; 2] }
+        };
+        // 2²⁰ pixels have 12 MiB, and 20 MiB more for each light.
+        let image = texture(1 << 20);
+        let mut budget = Budget::default();
+        budget.image(&image, 0).unwrap();
+        for _ in 0..101 {
+            budget.light(&image).unwrap();
+        }
+        let error = budget.light(&image).unwrap_err().0;
+        assert!(error.contains("1048576 × 1 pixels") && error.contains("2052 MiB: 2048 MiB are allowed"), "{error}");
+        // A file with content earns its memory.
+        let mut budget = Budget::default();
+        (0..1000).for_each(|_| budget.image(&image, 1 << 20).unwrap());
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The state of reading a stage: the scene so far, and caches of what prims share.
 
 use crate::error::Error;
-use crate::image::{self, Encoding, Image};
+use crate::image::{self, Budget, Encoding, Image};
 use crate::read::options::Options;
 use crate::stage::Stage;
 use crate::warning::Warnings;
@@ -48,7 +48,11 @@ pub(crate) struct Reader<'a> {
     pub local_scale: f64,
     /// The number of points of copied instances.
     pub copied: usize,
+    /// Whether what is ignored or replaced is an error, because the user named this part of the file.
+    pub strict: bool,
     textures: HashMap<TextureSource, usize>,
+    /// The memory of all images.
+    pub images: Budget,
 }
 
 impl<'a> Reader<'a> {
@@ -65,7 +69,9 @@ impl<'a> Reader<'a> {
             held: HashSet::new(),
             local_scale: 1.0,
             copied: 0,
+            strict: false,
             textures: HashMap::new(),
+            images: Budget::default(),
         }
     }
 
@@ -87,6 +93,7 @@ impl<'a> Reader<'a> {
         // The part in brackets is the file inside the package.
         let name = PathBuf::from(file.trim_end_matches(']').replace('[', "/"));
         let Image { texture, warning } = image::decode(&name, &bytes, *encoding)?;
+        self.images.image(&texture, bytes.len()).map_err(|what| Error::file(&name, what))?;
         if let Some(what) = warning {
             self.warnings.add(prim, what);
         }

@@ -179,7 +179,9 @@ fn varying(reader: &mut Reader, prim: &str, layout: &Layout, bound: &BoundLook) 
         let ours = format!("{PRIMVARS}{}", parameter.name());
         let theirs = bound.primvars.iter().find(|(p, _)| *p == parameter).map(|(_, name)| format!("primvars:{name}"));
         for name in std::iter::once(ours).chain(theirs) {
-            let Some(values) = inherited(&reader.stage, prim, &name)? else { continue };
+            let Some(mut values) = inherited(&reader.stage, prim, &name)? else { continue };
+            let space = values.space.take();
+            reader.convert_parameter(parameter, prim, &name, space.as_deref(), &mut values.values)?;
             if let Some(i) = values.values.values.iter().position(|x| !x.is_finite()) {
                 let what = format!("{name}[{}] is not finite", i / values.values.lanes);
                 return Err(Error::prim(prim, what));

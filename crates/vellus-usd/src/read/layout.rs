@@ -150,7 +150,7 @@ mod tests {
 
     fn spread(layout: &Layout, values: &[f32], interpolation: Interpolation) -> Result<Values<[f32; 1]>, Error> {
         let values = Numbers { values: values.to_vec(), lanes: 1 };
-        layout.spread("/a", "widths", &Primvar { values, interpolation }, |row| [row[0]])
+        layout.spread("/a", "widths", &Primvar { values, interpolation, space: None }, |row| [row[0]])
     }
 
     /// Values that are linear over the knots stay linear, in every basis.

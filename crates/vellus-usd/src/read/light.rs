@@ -1,7 +1,7 @@
 //! Reads lights (UsdLux).
 
 use crate::error::Error;
-use crate::image::Encoding;
+use crate::read::color::space_name;
 use crate::read::context::{Reader, TextureSource};
 use crate::read::xform::{Place, mean_scale, rigid};
 use crate::stage::{Stage, When};
@@ -31,13 +31,17 @@ fn size(stage: &Stage, prim: &str, name: &str, fallback: f64) -> Result<f64, Err
 fn emission(reader: &mut Reader, prim: &str, intensity: f64) -> Result<[f64; 3], Error> {
     let stage = &reader.stage;
     let strength = get(stage, prim, "intensity", intensity)? * get(stage, prim, "exposure", 0.0)?.exp2();
-    let color = match stage.precise(prim, "inputs:color", When::Open)? {
-        Some(color) => Some(color),
-        None => stage.precise(prim, "color", When::Open)?,
+    let (name, color) = match stage.precise(prim, "inputs:color", When::Open)? {
+        Some(color) => ("inputs:color", Some(color)),
+        None => ("color", stage.precise(prim, "color", When::Open)?),
     };
-    let color = <[f64; 3]>::try_from(color.unwrap_or_else(|| vec![1.0; 3]))
+    let space = space_name(stage, prim, name, true)?;
+    let mut color = <[f64; 3]>::try_from(color.unwrap_or_else(|| vec![1.0; 3]))
         .map_err(|_| Error::prim(prim, "inputs:color must have three channels"))?;
-    if stage.flag(prim, "inputs:enableColorTemperature")? == Some(true) {
+    if let Some(space) = reader.color_space(prim, name, space.as_deref())? {
+        color = space.converter()(color);
+    }
+    if reader.stage.flag(prim, "inputs:enableColorTemperature")? == Some(true) {
         reader.warnings.add(prim, "colour temperatures are not supported and are ignored");
     }
     let emission = color.map(|c| c * strength);
@@ -214,8 +218,12 @@ fn light_texture(reader: &mut Reader, prim: &str) -> Result<Option<usize>, Error
         None => reader.stage.asset(prim, "texture:file")?,
     };
     let Some(file) = file else { return Ok(None) };
-    let source = TextureSource { file, encoding: Encoding::Auto, channel: None, wrap: [Wrap::Repeat; 2] };
-    reader.texture(prim, source).map(Some)
+    let encoding = reader.encoding(prim, "inputs:texture:file", true)?;
+    let source = TextureSource { file, encoding, channel: None, wrap: [Wrap::Repeat; 2] };
+    let index = reader.texture(prim, source)?;
+    let Reader { images, scene, .. } = reader;
+    images.light(&scene.textures[index]).map_err(|what| Error::prim(prim, what))?;
+    Ok(Some(index))
 }
 
 /// Reads a dome light. The pole of a DomeLight is +y of its frame, whatever the up axis is. The middle of its image is

@@ -81,8 +81,8 @@ fn fur(reader: &mut Reader, material: &str, shader: &Shader) -> Result<(Look, Ve
         // If an input has a connection and a value, the value applies where the connection gives none.
         let constant = match &source {
             Input::Unset => None,
-            Input::Value(at) => reader.stage.numbers(&at.prim, &at.name, When::Open)?,
-            Input::Shader(_) => reader.stage.numbers(prim, &name, When::Open)?,
+            Input::Value(at) => reader.parameter(parameter, &at.prim, &at.name)?,
+            Input::Shader(_) => reader.parameter(parameter, prim, &name)?,
         };
         if let Some(numbers) = constant {
             if numbers.len() != 1 {

@@ -1,6 +1,7 @@
 //! Reading a stage: each prim goes to the module that reads its schema.
 
 mod camera;
+mod color;
 mod context;
 mod curves;
 mod instances;
@@ -97,6 +98,7 @@ fn material_of(file: &Path, name: Option<&str>, base: &Fiber) -> Result<(Fiber, 
         },
     };
     let mut reader = Reader::new(stage, &options, Units::CENTIMETERS);
+    reader.strict = true;
     let found = shading::look(&mut reader, &format!("{MATERIALS}/{material}"))?;
     let look = found.ok_or_else(|| Error::file(file, format!("the material {material} has no shader of fibres")))?;
     if !look.textured.is_empty() {

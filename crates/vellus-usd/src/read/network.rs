@@ -5,8 +5,8 @@ use crate::read::context::Reader;
 use crate::read::primvar::ancestors;
 use crate::stage::{Property, Stage};
 
-/// Longer chains of connections count as circular.
-const LONGEST_CHAIN: usize = 32;
+/// The largest number of connections between an input and its value.
+const MOST_CONNECTIONS: usize = 128;
 
 /// The material bound to a prim (UsdShadeMaterialBindingAPI).
 ///
@@ -60,16 +60,49 @@ fn binding(reader: &mut Reader, path: &str, prim: &str, purpose: &str) -> Result
     Ok(material.map(|material| (name, material)))
 }
 
-/// The attribute at the end of a chain of connections: an output of a shader, or an attribute with a value.
-fn source(stage: &Stage, prim: &str, name: &str) -> Result<Property, Error> {
-    let mut at = Property { prim: prim.to_owned(), name: name.to_owned() };
-    for _ in 0..LONGEST_CHAIN {
-        match stage.connection(&at.prim, &at.name)? {
-            Some(next) => at = next,
-            None => return Ok(at),
-        }
+/// The way from an input over its connections. It never visits an attribute twice, and it has a limit.
+pub(crate) struct Walk {
+    /// The attributes so far. The first one is the input.
+    visited: Vec<Property>,
+}
+
+impl Walk {
+    /// A walk that begins at an input, or at an output of a material or node graph.
+    pub fn from(prim: &str, name: &str) -> Self {
+        Walk { visited: vec![Property { prim: prim.to_owned(), name: name.to_owned() }] }
     }
-    Err(Error::prim(prim, format!("{name} is connected in a circle")))
+
+    /// Goes to an attribute.
+    pub fn go(&mut self, next: Property) -> Result<(), Error> {
+        let first = &self.visited[0];
+        if self.visited.contains(&next) {
+            return Err(Error::prim(&first.prim, format!("{} is connected in a circle", first.name)));
+        }
+        if self.visited.len() > MOST_CONNECTIONS {
+            let what = format!("{} has a chain of more than {MOST_CONNECTIONS} connections", first.name);
+            return Err(Error::prim(&first.prim, what));
+        }
+        self.visited.push(next);
+        Ok(())
+    }
+
+    /// Follows connections to an output of a shader, or to an attribute with a value.
+    pub fn end(&mut self, stage: &Stage) -> Result<Input, Error> {
+        let at = loop {
+            let at = &self.visited[self.visited.len() - 1];
+            match stage.connection(&at.prim, &at.name)? {
+                Some(next) => self.go(next)?,
+                None => break at.clone(),
+            }
+        };
+        let id = stage.words(&at.prim, "info:id")?.and_then(|words| words.into_iter().next());
+        Ok(match (at.name.strip_prefix("outputs:"), id) {
+            (Some(output), Some(id)) => Input::Shader(Shader { output: output.to_owned(), prim: at.prim, id }),
+            (Some(_), None) => Input::Unset,
+            (None, _) if stage.has_value(&at.prim, &at.name)? => Input::Value(at),
+            (None, _) => Input::Unset,
+        })
+    }
 }
 
 /// A shader prim, its `info:id`, and one of its outputs.
@@ -92,14 +125,7 @@ pub(crate) enum Input {
 
 /// The source of an input, or of an output of a material or node graph.
 pub(crate) fn input(stage: &Stage, prim: &str, name: &str) -> Result<Input, Error> {
-    let at = source(stage, prim, name)?;
-    let id = stage.words(&at.prim, "info:id")?.and_then(|words| words.into_iter().next());
-    Ok(match (at.name.strip_prefix("outputs:"), id) {
-        (Some(output), Some(id)) => Input::Shader(Shader { output: output.to_owned(), prim: at.prim, id }),
-        (Some(_), None) => Input::Unset,
-        (None, _) if stage.has_value(&at.prim, &at.name)? => Input::Value(at),
-        (None, _) => Input::Unset,
-    })
+    Walk::from(prim, name).end(stage)
 }
 
 /// The surface shader of a material. `outputs:vellus:surface` precedes `outputs:surface`.

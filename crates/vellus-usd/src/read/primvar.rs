@@ -1,6 +1,7 @@
 //! Reads primvars: values of a prim, its strands or faces, or its points (UsdGeomPrimvar).
 
 use crate::error::Error;
+use crate::read::color::{has_color, space_name};
 use crate::stage::{Numbers, Stage, When};
 
 /// The elements that values belong to.
@@ -23,6 +24,8 @@ pub(crate) enum Interpolation {
 pub(crate) struct Primvar {
     pub values: Numbers,
     pub interpolation: Interpolation,
+    /// The name of the colour space of colours.
+    pub space: Option<String>,
 }
 
 /// Reads an attribute with its interpolation (`fallback` if it has none), and resolves its indices.
@@ -55,7 +58,8 @@ pub(crate) fn primvar(
         }
         values.values = expanded;
     }
-    Ok(Some(Primvar { values, interpolation }))
+    let space = space_name(stage, prim, name, has_color(stage, prim, name)?)?;
+    Ok(Some(Primvar { values, interpolation, space }))
 }
 
 /// The primvar of the prim itself, or a constant primvar of the nearest ancestor.

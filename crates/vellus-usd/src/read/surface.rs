@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::read::context::Reader;
 use crate::read::network::{Input, bound_material, input, surface_shader};
-use crate::read::primvar::{Interpolation, inherited};
+use crate::read::primvar::{Interpolation, Primvar, inherited};
 use crate::read::uv_texture::uv_texture;
 use crate::stage::{Stage, When};
 use vellus_scene::{Surface, Tint};
@@ -34,12 +34,14 @@ pub(crate) fn surface(reader: &mut Reader, prim: &str) -> Result<usize, Error> {
 }
 
 /// A diffuse surface with the displayColor of the mesh if that is constant, otherwise with the grey that USD defines.
-fn plain(reader: &Reader, prim: &str) -> Result<Surface, Error> {
-    let color = inherited(&reader.stage, prim, "primvars:displayColor")?;
+fn plain(reader: &mut Reader, prim: &str) -> Result<Surface, Error> {
+    let name = "primvars:displayColor";
+    let color = inherited(&reader.stage, prim, name)?;
     let color =
         color.filter(|c| c.interpolation == Interpolation::Constant && c.values.len() >= 1 && c.values.lanes == 3);
-    let color = color.map_or([0.18; 3], |c| [c.values.values[0], c.values.values[1], c.values.values[2]]);
-    Ok(Surface::diffuse(prim, color))
+    let Some(Primvar { mut values, space, .. }) = color else { return Ok(Surface::diffuse(prim, [0.18; 3])) };
+    reader.convert(prim, name, space.as_deref(), &mut values)?;
+    Ok(Surface::diffuse(prim, [values.values[0], values.values[1], values.values[2]]))
 }
 
 fn preview(reader: &mut Reader, material: &str, prim: &str) -> Result<Surface, Error> {
@@ -106,7 +108,7 @@ fn set<const N: usize>(
     match source {
         Input::Unset => {}
         Input::Value(at) => {
-            let values = numbers(&reader.stage, &at.prim, &at.name)?;
+            let values = reader.colors(&at.prim, &at.name)?.map_or(Vec::new(), |n| n.values);
             *target = values.try_into().map_err(|_| Error::prim(prim, format!("{name} must have {N} channels")))?;
         }
         Input::Shader(_) => {

@@ -39,11 +39,9 @@ pub(crate) fn texture_source(
 ) -> Result<(TextureSource, [f32; 3]), Error> {
     let prim = shader.prim.as_str();
     let stage = &reader.stage;
-    let file = match input(stage, prim, "inputs:file")? {
-        Input::Value(at) => stage.asset(&at.prim, &at.name)?,
-        _ => None,
-    };
-    let file = file.ok_or_else(|| Error::prim(prim, "inputs:file has no path of a file"))?;
+    let missing = || Error::prim(prim, "inputs:file has no path of a file");
+    let Input::Value(at) = input(stage, prim, "inputs:file")? else { return Err(missing()) };
+    let file = stage.asset(&at.prim, &at.name)?.ok_or_else(missing)?;
     let channel = match shader.output.as_str() {
         "rgb" => None,
         "r" => (!is_number).then_some(0),
@@ -53,12 +51,19 @@ pub(crate) fn texture_source(
             return Err(Error::prim(prim, format!("its output {other} is not supported: it must be rgb, r, g or b")));
         }
     };
-    let space = stage.words(prim, "inputs:sourceColorSpace")?.unwrap_or_default();
-    let encoding = match space.first().map(String::as_str) {
-        Some("raw") => Encoding::Linear,
-        Some("sRGB") => Encoding::Srgb,
-        _ => Encoding::Auto,
+    let space = match input(stage, prim, "inputs:sourceColorSpace")? {
+        Input::Value(at) => stage.words(&at.prim, &at.name)?.and_then(|words| words.into_iter().next()),
+        _ => None,
     };
+    // The colour space of the file counts where the shader leaves it open.
+    let encoding = match space.filter(|space| !["", "auto"].contains(&space.as_str())) {
+        None => reader.encoding(&at.prim, &at.name, true)?,
+        space => {
+            let known = reader.color_space(prim, "inputs:sourceColorSpace", space.as_deref())?;
+            known.map_or(Encoding::Auto, Encoding::Space)
+        }
+    };
+    let stage = &reader.stage;
     let four = |name: &str, fallback: f32| -> Result<[f32; 3], Error> {
         match stage.numbers(prim, name, When::Open)?.map(|n| n.values).as_deref() {
             None => Ok([fallback; 3]),

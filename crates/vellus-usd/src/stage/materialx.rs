@@ -6,12 +6,22 @@ use crate::write::text::{Text, quoted};
 use roxmltree::{Document, Node, ParsingOptions};
 use std::collections::{HashMap, HashSet};
 use std::io;
+use vellus_io::excerpt;
 
 /// The largest number of XML nodes of a document.
 const MAX_NODES: u32 = 1 << 20;
 
-/// The largest number of nodes of all materials. Materials that share a node have a copy each.
-const MAX_COPIES: usize = 1 << 16;
+/// The deepest nesting of elements. MaterialX needs five.
+const MAX_DEPTH: usize = 64;
+
+/// The largest number of attributes of an element. The parser compares each with all others.
+const MAX_ATTRIBUTES: usize = 256;
+
+/// The largest number of declarations of XML namespaces, which the parser copies to the elements inside.
+const MAX_NAMESPACES: usize = 64;
+
+/// The largest number of nodes and inputs of all materials. Materials that share a node have a copy each.
+const MAX_COPIES: usize = 1 << 18;
 
 /// The prim that contains all materials.
 pub(crate) const MATERIALS: &str = "/MaterialX/Materials";
@@ -30,6 +40,31 @@ const TYPES: [(&str, &str, usize); 10] = [
     ("filename", "asset", 0),
 ];
 
+/// Types of values that no node for fibres or images has. A document may define others (`typedef`).
+const OTHER_TYPES: [&str; 21] = [
+    "matrix33",
+    "matrix44",
+    "integerarray",
+    "floatarray",
+    "color3array",
+    "color4array",
+    "vector2array",
+    "vector3array",
+    "vector4array",
+    "stringarray",
+    "geomname",
+    "geomnamearray",
+    "booleanarray",
+    "material",
+    "surfaceshader",
+    "displacementshader",
+    "volumeshader",
+    "lightshader",
+    "BSDF",
+    "EDF",
+    "VDF",
+];
+
 /// Nodes whose definition is named after the node alone. Others have the type of their output as a suffix.
 const UNTYPED: [&str; 5] = [
     "chiang_hair_bsdf",
@@ -45,6 +80,7 @@ const UNTYPED: [&str; 5] = [
 /// A message with the line if the document is no MaterialX, or has a value or connection that is not valid.
 pub(super) fn to_usda(bytes: &[u8]) -> Result<String, Invalid> {
     let text = std::str::from_utf8(bytes).map_err(|error| format!("it is not UTF-8 (byte {})", error.valid_up_to()))?;
+    check_size(text)?;
     let options = ParsingOptions { nodes_limit: MAX_NODES, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options).map_err(|error| format!("broken XML: {error}"))?;
     let root = document.root_element();
@@ -60,14 +96,58 @@ pub(super) fn to_usda(bytes: &[u8]) -> Result<String, Invalid> {
     String::from_utf8(text).map_err(|error| error.to_string().into())
 }
 
+/// Checks what would cost the parser, or the search in its tree, too much time.
+fn check_size(text: &str) -> Result<(), Invalid> {
+    if text.matches("xmlns").count() > MAX_NAMESPACES {
+        return Err(format!("it declares more than {MAX_NAMESPACES} XML namespaces").into());
+    }
+    let (mut depth, mut rest) = (0usize, text);
+    while let Some(start) = rest.find('<') {
+        rest = &rest[start..];
+        let outside = [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>"), ("</", ">")];
+        if let Some((begin, end)) = outside.into_iter().find(|(begin, _)| rest.starts_with(begin)) {
+            if begin == "</" {
+                depth = depth.saturating_sub(1);
+            }
+            let Some(end) = rest[begin.len()..].find(end) else { break };
+            rest = &rest[begin.len() + end..];
+            continue;
+        }
+        // The values of attributes may contain `>` and `/`.
+        let (mut quote, mut attributes, mut last) = (None, 0, b'<');
+        let end = rest.bytes().position(|c| {
+            match (quote, c) {
+                (None, b'"' | b'\'') => (quote, attributes) = (Some(c), attributes + 1),
+                (None, b'>') => return true,
+                (Some(open), _) if c == open => quote = None,
+                _ => {}
+            }
+            last = c;
+            false
+        });
+        let line = || text[..text.len() - rest.len()].matches('\n').count() + 1;
+        if attributes > MAX_ATTRIBUTES {
+            return Err(format!("line {}: an element has more than {MAX_ATTRIBUTES} attributes", line()).into());
+        }
+        let Some(end) = end else { break };
+        if last != b'/' {
+            depth += 1;
+            if depth > MAX_DEPTH {
+                return Err(format!("line {}: more than {MAX_DEPTH} elements are nested", line()).into());
+            }
+        }
+        rest = &rest[end..];
+    }
+    Ok(())
+}
+
 type Out = Text<Vec<u8>>;
 
 fn write_materials(out: &mut Out, root: Node) -> Result<bool, Invalid> {
     let io = |error: io::Error| Invalid::from(error.to_string());
     out.open("Scope", "MaterialX", "").map_err(io)?;
     out.open("Scope", "Materials", "").map_err(io)?;
-    let named = root.descendants().filter_map(|node| Some(((node.parent()?, node.attribute("name")?), node)));
-    let document = Names(named.collect());
+    let document = Names::of(root)?;
     let (mut written, mut copies) = (false, 0);
     for material in root.children().filter(|node| node.has_tag_name("surfacematerial")) {
         written = true;
@@ -81,11 +161,10 @@ fn write_materials(out: &mut Out, root: Node) -> Result<bool, Invalid> {
             writer.out.line(&format!("token outputs:mtlx:surface.connect = <{source}>")).map_err(io)?;
         }
         while let Some(node) = writer.waiting.pop() {
-            copies += 1;
+            copies += 1 + writer.node(node)?;
             if copies > MAX_COPIES {
-                return Err(format!("its materials have more than {MAX_COPIES} nodes").into());
+                return Err(format!("its materials have more than {MAX_COPIES} nodes and inputs").into());
             }
-            writer.node(node)?;
         }
         out.close().map_err(io)?;
     }
@@ -94,13 +173,54 @@ fn write_materials(out: &mut Out, root: Node) -> Result<bool, Invalid> {
     Ok(written)
 }
 
-/// The elements of a document, by their parents and names.
-struct Names<'d>(HashMap<(Node<'d, 'd>, &'d str), Node<'d, 'd>>);
+/// The elements of a document by their names, and the names of their prims.
+struct Names<'d> {
+    /// By their parents and names.
+    elements: HashMap<(Node<'d, 'd>, &'d str), Node<'d, 'd>>,
+    /// The first output of each node graph.
+    outputs: HashMap<Node<'d, 'd>, Node<'d, 'd>>,
+    /// Names of prims of nodes in graphs. Other prims have the name of their node.
+    prims: HashMap<Node<'d, 'd>, String>,
+}
 
 impl<'d> Names<'d> {
+    fn of(root: Node<'d, 'd>) -> Result<Self, Invalid> {
+        let mut names = Names { elements: HashMap::new(), outputs: HashMap::new(), prims: HashMap::new() };
+        for node in root.descendants() {
+            let (Some(parent), Some(name)) = (node.parent(), node.attribute("name")) else { continue };
+            if names.elements.insert((parent, name), node).is_some() {
+                return Err(at(node, format!("the name {} is used twice", excerpt(name.as_bytes(), 60))));
+            }
+        }
+        let mut used: HashSet<String> =
+            root.children().filter_map(|node| node.attribute("name")).map(str::to_owned).collect();
+        for graph in root.children().filter(|node| node.has_tag_name("nodegraph")) {
+            names.outputs.extend(graph.children().find(|node| node.has_tag_name("output")).map(|node| (graph, node)));
+            for node in graph.children() {
+                let [Some(graph), Some(name)] = [graph, node].map(|node| node.attribute("name")) else { continue };
+                // A node of the document or of another graph may have the same name.
+                let mut prim = format!("{graph}_{name}");
+                while !used.insert(prim.clone()) {
+                    prim.push('_');
+                }
+                names.prims.insert(node, prim);
+            }
+        }
+        Ok(names)
+    }
+
+    /// The name of a node's prim. A node in a graph starts with the graph's name.
+    fn prim(&self, node: Node<'d, 'd>) -> Result<&str, Invalid> {
+        let name = name_of(node)?;
+        match (self.prims.get(&node), node.parent()) {
+            (Some(prim), Some(graph)) => name_of(graph).map(|_| prim.as_str()),
+            _ => Ok(name),
+        }
+    }
+
     /// The child of a kind and name.
     fn child(&self, parent: Node<'d, 'd>, tag: &str, name: &'d str) -> Option<Node<'d, 'd>> {
-        self.0.get(&(parent, name)).copied().filter(|node| node.has_tag_name(tag))
+        self.elements.get(&(parent, name)).copied().filter(|node| node.has_tag_name(tag))
     }
 }
 
@@ -135,7 +255,7 @@ impl<'d> Writer<'_, 'd> {
                 let found = found.ok_or_else(|| at(input, format!("there is no node graph {graph}")))?;
                 let result = match input.attribute("output") {
                     Some(wanted) => self.names.child(found, "output", wanted),
-                    None => found.children().find(|node| node.has_tag_name("output")),
+                    None => self.names.outputs.get(&found).copied(),
                 };
                 let result = result.ok_or_else(|| at(input, format!("the node graph {graph} has no such output")))?;
                 let Some(name) = result.attribute("nodename") else { return Ok(None) };
@@ -143,20 +263,21 @@ impl<'d> Writer<'_, 'd> {
             }
             (None, None) => return Ok(None),
         };
-        let node = self.names.0.get(&(scope, name)).copied();
+        let node = self.names.elements.get(&(scope, name)).copied();
         let node = node.ok_or_else(|| at(input, format!("there is no node {name}")))?;
         if self.known.insert(node) {
             self.waiting.push(node);
         }
         let output = output.unwrap_or("out");
         check_name(input, output)?;
-        Ok(Some(format!("{}/{}.outputs:{output}", self.path, prim_name(node)?)))
+        Ok(Some(format!("{}/{}.outputs:{output}", self.path, self.names.prim(node)?)))
     }
 
-    fn node(&mut self, node: Node<'d, 'd>) -> Result<(), Invalid> {
+    /// Writes a node, and returns the number of its inputs.
+    fn node(&mut self, node: Node<'d, 'd>) -> Result<usize, Invalid> {
         let io = |error: io::Error| Invalid::from(error.to_string());
-        let name = prim_name(node)?;
-        self.out.open("Shader", &name, "").map_err(io)?;
+        let name = self.names.prim(node)?;
+        self.out.open("Shader", name, "").map_err(io)?;
         let (category, kind) = (node.tag_name().name(), node.attribute("type").unwrap_or_default());
         let id = match node.attribute("nodedef") {
             Some(id) => id.to_owned(),
@@ -164,10 +285,13 @@ impl<'d> Writer<'_, 'd> {
             None => format!("ND_{category}_{kind}"),
         };
         self.out.set("uniform token info:id", &quoted(&id)).map_err(io)?;
+        let mut inputs = 0;
         for input in node.children().filter(|child| child.has_tag_name("input")) {
             self.input(node, input)?;
+            inputs += 1;
         }
-        self.out.close().map_err(io)
+        self.out.close().map_err(io)?;
+        Ok(inputs)
     }
 
     fn input(&mut self, node: Node<'d, 'd>, input: Node<'d, 'd>) -> Result<(), Invalid> {
@@ -180,24 +304,45 @@ impl<'d> Writer<'_, 'd> {
             return self.out.line(&format!("token inputs:{name}.connect = <{source}>")).map_err(io);
         }
         let Some(value) = value_of.attribute("value") else { return Ok(()) };
-        let Some((_, usd, count)) = TYPES.iter().find(|(known, ..)| *known == kind) else { return Ok(()) };
+        let Some((_, usd, count)) = TYPES.iter().find(|(known, ..)| *known == kind) else {
+            let defined = || self.names.child(self.root, "typedef", kind).is_some();
+            if OTHER_TYPES.contains(&kind) || defined() {
+                return Ok(());
+            }
+            return Err(at(input, format!("{name} has the unknown type {}", excerpt(kind.as_bytes(), 60))));
+        };
+        let value = if kind == "string" { value } else { value.trim() };
         let literal = match kind {
-            "boolean" => (value == "true").to_string(),
+            "boolean" if ["true", "false"].contains(&value) => value.to_owned(),
+            "boolean" => return Err(at(value_of, format!("{name} must be true or false"))),
+            "integer" => match value.parse::<i32>() {
+                Ok(number) => number.to_string(),
+                Err(_) => return Err(at(value_of, format!("{name} must be an integer"))),
+            },
             "string" => quoted(value),
+            "filename" if value.is_empty() => return Ok(()),
             "filename" => asset(value_of, value)?,
             _ => numbers(value_of, value, *count)?,
         };
-        let space = (kind == "filename").then(|| color_space(node, value_of)).flatten();
+        let space = match kind {
+            "filename" => file_space(node, value_of),
+            "color3" | "color4" => nearest(value_of, "colorspace"),
+            _ => None,
+        };
         let space = space.map_or(String::new(), |space| format!(" ( colorSpace = {} )", quoted(space)));
         self.out.set(&format!("{usd} inputs:{name}"), &(literal + &space)).map_err(io)
     }
 }
 
-/// The colour space of a file: that of the input, or that of the document if the node gives colours.
-fn color_space<'a>(node: Node<'a, 'a>, input: Node<'a, 'a>) -> Option<&'a str> {
+/// An attribute of an element, or of the nearest element around it that has it.
+fn nearest<'a>(node: Node<'a, 'a>, attribute: &str) -> Option<&'a str> {
+    node.ancestors().find_map(|ancestor| ancestor.attribute(attribute))
+}
+
+/// The colour space of a file: that of the input, or the nearest one if the node gives colours.
+fn file_space<'a>(node: Node<'a, 'a>, input: Node<'a, 'a>) -> Option<&'a str> {
     let is_color = node.attribute("type").is_some_and(|kind| kind.starts_with("color"));
-    let inherited = || node.ancestors().find_map(|ancestor| ancestor.attribute("colorspace"));
-    input.attribute("colorspace").or_else(|| if is_color { inherited() } else { None })
+    input.attribute("colorspace").or_else(|| if is_color { nearest(input, "colorspace") } else { None })
 }
 
 /// Numbers that are separated by commas, as a value or a tuple.
@@ -209,23 +354,14 @@ fn numbers(input: Node, value: &str, count: usize) -> Result<String, Invalid> {
     Ok(if count == 1 { texts.concat() } else { format!("({})", texts.join(", ")) })
 }
 
-/// The path of a file, with the prefixes of the element and its parents.
+/// The path of a file, with the nearest prefix. A prefix replaces those of the elements around it
+/// (`Element::getActiveFilePrefix` of MaterialX).
 fn asset(input: Node, value: &str) -> Result<String, Invalid> {
-    let prefixes: Vec<&str> = input.ancestors().filter_map(|node| node.attribute("fileprefix")).collect();
-    let path = prefixes.into_iter().rev().collect::<String>() + value;
+    let path = nearest(input, "fileprefix").unwrap_or_default().to_owned() + value;
     if path.contains('@') || path.chars().any(char::is_control) {
         return Err(at(input, "the name of a file must have no @ and no control characters".to_owned()));
     }
     Ok(format!("@{path}@"))
-}
-
-/// The name of a node's prim. A node in a graph starts with the graph's name.
-fn prim_name(node: Node) -> Result<String, Invalid> {
-    let name = name_of(node)?;
-    match node.parent().filter(|parent| parent.has_tag_name("nodegraph")) {
-        Some(graph) => Ok(format!("{}_{name}", name_of(graph)?)),
-        None => Ok(name.to_owned()),
-    }
 }
 
 fn name_of<'a>(node: Node<'a, 'a>) -> Result<&'a str, Invalid> {

@@ -9,14 +9,14 @@ use vellus::Parameter;
 /// Reads `arnold:standard_hair`. Its roughness is that of Chiang et al. 2016, and its pigments are those of d'Eon et
 /// al. 2011.
 pub(super) fn map(mapping: &mut Mapping) -> Result<(), Error> {
-    let along = mapping.number("roughness", 0.2)?;
+    let along = mapping.share("roughness", [0.2; 3])?;
     let is_anisotropic = mapping.flag("roughness_anisotropic")?;
     let azimuthal = if is_anisotropic { "roughness_azimuthal" } else { "roughness" };
-    let around = mapping.number(azimuthal, 0.2)?;
+    let around = mapping.share(azimuthal, [0.2; 3])?;
 
-    let base = mapping.number("base", 1.0)?;
-    let color = mapping.value("base_color", [1.0; 3])?.with(base, |c, k| c.map(|c| c * k[0]));
-    let (concentration, redness) = (mapping.number("melanin", 1.0)?, mapping.number("melanin_redness", 0.5)?);
+    let base = mapping.share("base", [1.0; 3])?;
+    let color = mapping.share("base_color", [1.0; 3])?.with(base, |c, k| c.map(|c| c * k[0]));
+    let (concentration, redness) = (mapping.share("melanin", [1.0; 3])?, mapping.share("melanin_redness", [0.5; 3])?);
     let sigma = hair::absorption(color, concentration, redness, around.clone());
     mapping.set(Parameter::SigmaCa, sigma, "base_color and melanin");
 

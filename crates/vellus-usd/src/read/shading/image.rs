@@ -1,7 +1,6 @@
 //! Nodes that read an image: those of MaterialX, UsdPreviewSurface, Arnold and RenderMan.
 
 use crate::error::Error;
-use crate::image::Encoding;
 use crate::read::context::{Reader, TextureSource};
 use crate::read::network::{Input, Shader, input};
 use crate::read::uv_texture::{WRAPS, texture_source};
@@ -55,13 +54,7 @@ pub(super) fn read(reader: &mut Reader, node: &Shader) -> Result<Option<Texture>
     let missing = || Error::prim(prim, format!("{} has no path of a file", names.file));
     let Input::Value(at) = input(stage, prim, names.file)? else { return Err(missing()) };
     let file = stage.asset(&at.prim, &at.name)?.ok_or_else(missing)?;
-    let space = stage.metadata(&at.prim, &at.name, "colorSpace")?;
-    let encoding = match space.as_deref() {
-        Some("srgb_texture" | "sRGB" | "srgb_rec709_scene") => Encoding::Srgb,
-        Some("raw" | "data" | "lin_rec709" | "lin_rec709_scene" | "none") => Encoding::Linear,
-        _ if is_number || node.id.contains("_vector") => Encoding::Linear,
-        _ => Encoding::Auto,
-    };
+    let encoding = reader.encoding(&at.prim, &at.name, !is_number && !node.id.contains("_vector"))?;
     let mut wrap = [Wrap::Repeat; 2];
     for (wrap, name) in wrap.iter_mut().zip(names.wrap) {
         let Input::Value(at) = input(&reader.stage, prim, name)? else { continue };

@@ -81,7 +81,11 @@ impl Names {
     /// The value of an input that the file has.
     fn value(&self, mapping: &mut Mapping, key: &str) -> Result<Option<Value>, Error> {
         let Some((_, name)) = self.0.iter().find(|(known, _)| known == key) else { return Ok(None) };
-        if mapping.has(name)? { mapping.number(name, 0.0).map(Some) } else { Ok(None) }
+        match key {
+            _ if !mapping.has(name)? => Ok(None),
+            "thicknessscale" | "ior" | "shift" => mapping.number(name, 0.0).map(Some),
+            _ => mapping.share(name, [0.0; 3]).map(Some),
+        }
     }
 
     /// Inputs that are not mapped.

@@ -2,10 +2,10 @@
 
 use crate::error::Error;
 use crate::read::context::Reader;
-use crate::read::network::{Input, Shader, input};
+use crate::read::network::{Input, Shader, Walk, input};
 use crate::read::shading::image;
 use crate::read::shading::value::Value;
-use crate::stage::When;
+use crate::stage::Property;
 use vellus::{FiberBuilder, Parameter};
 use vellus_scene::{Look, Value as Textured};
 
@@ -85,6 +85,27 @@ impl<'r, 'a> Mapping<'r, 'a> {
         self.value(name, [default; 3])
     }
 
+    /// As [`Mapping::value`], for a colour, or a number from 0 to 1. Reports a constant that is outside.
+    pub fn share(&mut self, name: &str, default: [f64; 3]) -> Result<Value, Error> {
+        let prim = self.shader.prim.clone();
+        self.share_of(&prim, name, default)
+    }
+
+    /// As [`Mapping::value_of`], for a colour, or a number from 0 to 1. Reports a constant that is outside.
+    pub fn share_of(&mut self, prim: &str, name: &str, default: [f64; 3]) -> Result<Value, Error> {
+        let value = self.value_of(prim, name, default)?;
+        let Value::Constant(color) = value else { return Ok(value) };
+        // A conversion between colour spaces rounds.
+        let allowed = -1e-6..=1.0 + 1e-6;
+        if !color.iter().all(|x| allowed.contains(x)) {
+            let [r, g, b] = color.map(|x| x as f32);
+            let shown = if r == g && g == b { format!("{r}") } else { format!("({r}, {g}, {b}) in linear Rec. 709") };
+            let what = format!("inputs:{name} is {shown}: it must be in [0, 1], and the nearest value is used");
+            self.reader.complain(prim, what)?;
+        }
+        Ok(Value::Constant(color.map(|x| x.clamp(0.0, 1.0))))
+    }
+
     /// The value of an input of the shader that is a number and cannot have an image.
     pub fn constant(&mut self, name: &str, default: f64) -> Result<f64, Error> {
         match self.number(name, default)? {
@@ -109,18 +130,22 @@ impl<'r, 'a> Mapping<'r, 'a> {
     /// warning, and the input's own value or the default.
     pub fn value_of(&mut self, prim: &str, name: &str, default: [f64; 3]) -> Result<Value, Error> {
         let key = format!("inputs:{name}");
-        let found = match input(&self.reader.stage, prim, &key)? {
-            Input::Unset => None,
-            Input::Value(at) => self.reader.stage.numbers(&at.prim, &at.name, When::Open)?,
-            Input::Shader(node) => {
-                if let Some(texture) = image::read(self.reader, &node)? {
-                    return Ok(Value::Image(texture));
+        let (mut walk, mut default) = (Walk::from(prim, &key), default);
+        let found = loop {
+            match walk.end(&self.reader.stage)? {
+                Input::Unset => break None,
+                Input::Value(at) => break self.reader.colors(&at.prim, &at.name)?,
+                Input::Shader(node) if node.id.starts_with("ND_constant_") => {
+                    walk.go(Property { prim: node.prim, name: "inputs:value".to_owned() })?;
+                    default = [0.0; 3];
                 }
-                if node.id.starts_with("ND_constant_") {
-                    return self.value_of(&node.prim, "value", [0.0; 3]);
+                Input::Shader(node) => {
+                    if let Some(texture) = image::read(self.reader, &node)? {
+                        return Ok(Value::Image(texture));
+                    }
+                    self.reader.warnings.add(prim, format!("{key}: a {} is not mapped and is ignored", node.id));
+                    break self.reader.colors(prim, &key)?;
                 }
-                self.reader.warnings.add(prim, format!("{key}: a {} is not mapped and is ignored", node.id));
-                self.reader.stage.numbers(prim, &key, When::Open)?
             }
         };
         let Some(found) = found else { return Ok(Value::Constant(default)) };

@@ -33,8 +33,8 @@ fn roughness(mapping: &mut Mapping, name: &str, default: [f64; 2]) -> Result<[Va
         mapping.reader.warnings.add(&prim, format!("inputs:{name}: a {} is not mapped and is ignored", node.id));
         return pair(mapping, &prim, name, default);
     }
-    let along = mapping.value_of(&node.prim, "longitudinal", [0.1; 3])?;
-    let around = mapping.value_of(&node.prim, "azimuthal", [0.2; 3])?;
+    let along = mapping.share_of(&node.prim, "longitudinal", [0.1; 3])?;
+    let around = mapping.share_of(&node.prim, "azimuthal", [0.2; 3])?;
     let factor = match node.output.rsplit('_').next() {
         Some("TT") => mapping.value_of(&node.prim, "scale_TT", [0.5; 3])?,
         Some("TRT") => mapping.value_of(&node.prim, "scale_TRT", [2.0; 3])?,
@@ -65,15 +65,15 @@ fn absorption(mapping: &mut Mapping) -> Result<Value, Error> {
         return mapping.value(name, [0.0; 3]);
     };
     if node.id == FROM_COLOR {
-        let color = mapping.value_of(&node.prim, "color", [1.0; 3])?;
-        let roughness = mapping.value_of(&node.prim, "azimuthal_roughness", [0.2; 3])?;
+        let color = mapping.share_of(&node.prim, "color", [1.0; 3])?;
+        let roughness = mapping.share_of(&node.prim, "azimuthal_roughness", [0.2; 3])?;
         let sigma = |c: [f64; 3], b: [f64; 3]| c.map(|c| hair::absorption_of_color(c, b[0]));
         return Ok(color.with(roughness, sigma));
     }
-    let concentration = mapping.value_of(&node.prim, "melanin_concentration", [0.25; 3])?;
-    let redness = mapping.value_of(&node.prim, "melanin_redness", [0.5; 3])?;
+    let concentration = mapping.share_of(&node.prim, "melanin_concentration", [0.25; 3])?;
+    let redness = mapping.share_of(&node.prim, "melanin_redness", [0.5; 3])?;
     let mut pigment = |name: &str, default: [f64; 3]| -> Result<[f64; 3], Error> {
-        let colored = mapping.value_of(&node.prim, name, default)?.map_each(|c| -c.clamp(1e-4, 1.0).ln());
+        let colored = mapping.share_of(&node.prim, name, default)?.map_each(|c| -c.clamp(1e-4, 1.0).ln());
         let Value::Constant(sigma) = colored else {
             return Err(Error::prim(&node.prim, format!("inputs:{name} cannot have an image")));
         };

@@ -9,7 +9,7 @@ use vellus::Parameter;
 /// absorption gives TT the colour `specularColorTT` on average.
 pub(super) fn map(mapping: &mut Mapping) -> Result<(), Error> {
     let eta = mapping.constant("specularIor", 1.55)?;
-    let tint = mapping.value("specularColorTT", [0.4; 3])?;
+    let tint = mapping.share("specularColorTT", [0.4; 3])?;
     let chord = mean_chord(eta.max(1.0));
     let sigma = tint.map_each(|c| -c.clamp(1e-4, 1.0).ln() / chord);
     mapping.set(Parameter::SigmaCa, sigma, "specularColorTT");

@@ -102,3 +102,41 @@ fn bad_networks_are_refused_with_one_message() {
     let (_, warnings) = read_text(&missing, &Options::default()).unwrap();
     assert!(said(&warnings).contains("/m: it has no VellusFur shader"), "{}", said(&warnings));
 }
+
+/// Constants that feed each other, and chains of connections. A chain is no circle, but it has a limit.
+#[test]
+fn circles_and_chains_of_connections_have_an_end() {
+    let read = |body: &str| read_text(body, &Options::default());
+    let error = |body: &str| read(body).unwrap_err().to_string();
+    let constant = |name: &str, from: &str| {
+        format!(
+            "def Shader \"{name}\" {{ uniform token info:id = \"ND_constant_float\" float inputs:value{from}
+            float outputs:out }}\n"
+        )
+    };
+    let to = |name: &str| format!(".connect = </m/{name}.outputs:out>");
+    let ior = |from: &str, nodes: &str| hair(&format!("float inputs:ior{from}"), nodes);
+    let two = constant("c", &to("d")) + &constant("d", &to("c"));
+    let circles = [two, constant("c", &to("c")), constant("c", ".connect = </m/c.inputs:value>")];
+    for nodes in circles {
+        let error = error(&ior(&to("c"), &nodes));
+        assert!(error.contains("/m/hair: inputs:ior is connected in a circle"), "{error}");
+    }
+    // A constant is two steps: to its output, and on to its input.
+    let constants = |n: usize| {
+        let links = (1..n).map(|i| constant(&format!("c{i}"), &to(&format!("c{}", i - 1))));
+        ior(&to(&format!("c{}", n - 1)), &(constant("c0", " = 1.4") + &links.collect::<String>()))
+    };
+    let inputs = |n: usize| {
+        let links = (1..n).map(|i| format!("float inputs:i{i}.connect = </m.inputs:i{}>\n", i - 1));
+        let nodes = "float inputs:i0 = 1.4\n".to_owned() + &links.collect::<String>();
+        ior(&format!(".connect = </m.inputs:i{}>", n - 1), &nodes)
+    };
+    for body in [constants(64), inputs(128)] {
+        assert_eq!(read(&body).unwrap().0.looks[0].fiber.eta, 1.4);
+    }
+    for body in [constants(65), inputs(129)] {
+        let error = error(&body);
+        assert!(error.contains("inputs:ior has a chain of more than 128 connections"), "{error}");
+    }
+}

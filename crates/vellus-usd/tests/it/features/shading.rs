@@ -219,3 +219,191 @@ fn check_principled_hair(file: &Path) {
     assert_eq!(expected.build().unwrap().sigma_ca, fiber.sigma_ca);
     assert_eq!((fiber.kappa, fiber.g), (0.7, Fiber::preset(Species::RedFox).g));
 }
+
+/// A document with one material, whose colour comes from these nodes.
+fn colored(attributes: &str, color: &str, nodes: &str) -> String {
+    format!(
+        "<materialx version=\"1.39\" {attributes}>{nodes}
+<chiang_hair_absorption_from_color name=\"abs\" type=\"vector3\">{color}</chiang_hair_absorption_from_color>
+<chiang_hair_bsdf name=\"b\" type=\"BSDF\">
+  <input name=\"absorption_coefficient\" type=\"vector3\" nodename=\"abs\"/></chiang_hair_bsdf>
+<surface name=\"s\" type=\"surfaceshader\"><input name=\"bsdf\" type=\"BSDF\" nodename=\"b\"/></surface>
+<surfacematerial name=\"M\" type=\"material\">
+  <input name=\"surfaceshader\" type=\"surfaceshader\" nodename=\"s\"/></surfacematerial></materialx>"
+    )
+}
+
+fn fiber_of(document: &str) -> Result<Fiber, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.mtlx");
+    fs::write(&file, document).unwrap();
+    read_material(&file, None, &Fiber::hair()).map(|(fiber, _)| fiber).map_err(|error| error.to_string())
+}
+
+/// The same document as a part of a scene: the fibre and the warnings.
+fn in_scene(document: &str) -> Result<(Fiber, String), String> {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("a.mtlx"), document).unwrap();
+    let stage = format!(
+        "#usda 1.0
+def BasisCurves \"c\" {{ {FOUR}\n rel material:binding = </m> }}
+def \"m\" ( references = @a.mtlx@</MaterialX/Materials/M> ) {{ }}"
+    );
+    let file = folder.path().join("stage.usda");
+    fs::write(&file, stage).unwrap();
+    let reading = read(&file, &Options::default()).map_err(|error| error.to_string())?;
+    Ok((reading.scene.looks[0].fiber, said(&reading.warnings)))
+}
+
+/// σ of a linear colour with the default roughness.
+fn sigma(color: [f64; 3]) -> [f32; 3] {
+    color.map(|c| (c.ln() / 5.950437).powi(2) as f32)
+}
+
+#[test]
+fn colours_have_the_colour_space_of_their_document_graph_node_or_input() {
+    let input = |more: &str| format!("<input name=\"color\" type=\"color3\" value=\"0.5, 0.3, 0.2\" {more}/>");
+    let check = |document: &str, expected: [f32; 3]| {
+        fiber_of(document).unwrap().sigma_ca.into_iter().zip(expected).for_each(|(x, e)| near(x, e));
+    };
+    let linear = sigma([0.5, 0.3, 0.2]);
+    // ((x + 0.055) / 1.055)^2.4 of 0.5, 0.3, 0.2.
+    let srgb = sigma([0.21404114, 0.07323896, 0.03310477]);
+    [0.0136, 0.0409, 0.0732].into_iter().zip(linear).for_each(|(e, x)| assert!((x - e).abs() < 5e-5));
+    [0.0671, 0.193, 0.328].into_iter().zip(srgb).for_each(|(e, x)| assert!((x - e).abs() < 5e-4));
+    let space = "colorspace=\"srgb_texture\"";
+    check(&colored("", &input(""), ""), linear);
+    check(&colored(space, &input(""), ""), srgb);
+    check(&colored("", &input(space), ""), srgb);
+    check(&colored(space, &input("colorspace=\"lin_rec709\""), ""), linear);
+    check(
+        &colored("", &input("").replace("/>", "/>"), "")
+            .replace("name=\"abs\" type", &format!("name=\"abs\" {space} type")),
+        srgb,
+    );
+    // The space of a node in a graph is that of the graph.
+    let from = "<input name=\"color\" type=\"color3\" nodegraph=\"g\"/>";
+    let graph = format!(
+        "<nodegraph name=\"g\" {space}><constant name=\"c\" type=\"color3\">{}</constant>
+        <output name=\"out\" type=\"color3\" nodename=\"c\"/></nodegraph>",
+        input("").replace("\"color\"", "\"value\"")
+    );
+    check(&colored("colorspace=\"lin_rec709\"", from, &graph), srgb);
+    // Row sums of the matrix of lin_ap1 are 1, so grey stays grey.
+    check(&colored("colorspace=\"acescg\"", &input("").replace("0.5, 0.3, 0.2", "0.3, 0.3, 0.3"), ""), sigma([0.3; 3]));
+    // A name that is not known is never ignored in silence.
+    let unknown = colored("colorspace=\"nonsense\"", &input(""), "");
+    assert!(fiber_of(&unknown).unwrap_err().contains("the colour space nonsense is not supported"));
+    let (fiber, warnings) = in_scene(&unknown).unwrap();
+    near(fiber.sigma_ca[0], linear[0]);
+    assert!(warnings.contains("inputs:color: the colour space nonsense is not supported"), "{warnings}");
+}
+
+#[test]
+fn colours_of_usd_have_the_space_of_their_attribute_or_prim() {
+    let stage = |space: &str, prim: &str| {
+        format!(
+            "def BasisCurves \"c\" {{ {FOUR}\n rel material:binding = </m> }}
+def Material \"m\" {{
+    {prim}
+    token outputs:surface.connect = </m/s.outputs:surface>
+    def Shader \"s\" {{ uniform token info:id = \"UsdPreviewSurface\"
+        color3f inputs:diffuseColor = (0.5, 0.3, 0.2) {space} token outputs:surface }}
+}}"
+        )
+    };
+    let fiber = |space: &str, prim: &str| read_text(&stage(space, prim), &Options::default()).unwrap();
+    let expected = |color: [f32; 3]| {
+        let mut builder = FiberBuilder::new(Fiber::hair());
+        builder.set_value(Parameter::Reflectance, color);
+        builder.build().unwrap().sigma_ca
+    };
+    let srgb = expected([0.21404114, 0.07323896, 0.03310477]);
+    let same = |fiber: Fiber, sigma: [f32; 3]| fiber.sigma_ca.into_iter().zip(sigma).for_each(|(x, e)| near(x, e));
+    same(fiber("", "").0.looks[0].fiber, expected([0.5, 0.3, 0.2]));
+    same(fiber("( colorSpace = \"srgb_rec709_scene\" )", "").0.looks[0].fiber, srgb);
+    same(fiber("", "uniform token colorSpace:name = \"srgb_rec709_scene\"").0.looks[0].fiber, srgb);
+    let own = fiber("( colorSpace = \"raw\" )", "uniform token colorSpace:name = \"srgb_rec709_scene\"");
+    same(own.0.looks[0].fiber, expected([0.5, 0.3, 0.2]));
+    let warnings = said(&fiber("( colorSpace = \"mine\" )", "").1);
+    assert!(warnings.contains("inputs:diffuseColor: the colour space mine is not supported"), "{warnings}");
+}
+
+#[test]
+fn values_that_are_not_valid_are_never_dropped() {
+    let input = |kind: &str, value: &str| format!("<input name=\"color\" type=\"{kind}\" value=\"{value}\"/>");
+    for (color, expected) in [
+        (input("Color3", "0.5, 0.3, 0.2"), "color has the unknown type Color3"),
+        (input("", "0.5"), "color has the unknown type"),
+        (input("color3", "0.5, red, 0.2"), "must have 3 finite numbers"),
+        (input("integer", "0.5"), "must be an integer"),
+        (input("boolean", "True"), "must be true or false"),
+        (input("color3", "0.5, 0.3, 0.2").repeat(2), "the name color is used twice"),
+    ] {
+        let document = colored("", &color, "");
+        for error in [fiber_of(&document).unwrap_err(), in_scene(&document).unwrap_err()] {
+            assert!(error.contains(expected) && error.contains("line "), "{error}");
+        }
+    }
+    let outside = colored("", &input("color3", "-1, 0, 2"), "");
+    let what = "inputs:color is (-1, 0, 2) in linear Rec. 709: it must be in [0, 1]";
+    assert!(fiber_of(&outside).unwrap_err().contains(what));
+    assert!(in_scene(&outside).unwrap().1.contains(what));
+}
+
+/// A node `g_n` and the node `n` of the graph `g` are two nodes.
+#[test]
+fn nodes_of_graphs_do_not_become_other_nodes() {
+    let constant = |name: &str, value: &str| {
+        format!(
+            "<constant name=\"{name}\" type=\"color3\"><input name=\"value\" type=\"color3\" value=\"{value}\"/></constant>"
+        )
+    };
+    let graph = |name: &str, node: &str, value: &str| {
+        let output = format!("<output name=\"out\" type=\"color3\" nodename=\"{node}\"/>");
+        format!("<nodegraph name=\"{name}\">{}{output}</nodegraph>", constant(node, value))
+    };
+    let nodes = constant("g_n", "0.1, 0.1, 0.1")
+        + &graph("g", "n", "0.2, 0.2, 0.2")
+        + &graph("a_b", "c", "0.3, 0.3, 0.3")
+        + &graph("a", "b_c", "0.4, 0.4, 0.4");
+    for (from, color) in
+        [("nodename=\"g_n\"", 0.1), ("nodegraph=\"g\"", 0.2), ("nodegraph=\"a_b\"", 0.3), ("nodegraph=\"a\"", 0.4)]
+    {
+        let others = "<input name=\"azimuthal_roughness\" type=\"float\" value=\"0.2\"/>";
+        let input = format!("<input name=\"color\" type=\"color3\" {from}/>{others}");
+        near(fiber_of(&colored("", &input, &nodes)).unwrap().sigma_ca[0], sigma([color; 3])[0]);
+    }
+    // Both in one material.
+    let both = "<input name=\"color\" type=\"color3\" nodename=\"g_n\"/>
+        <input name=\"azimuthal_roughness\" type=\"float\" nodegraph=\"g\"/>";
+    near(fiber_of(&colored("", both, &nodes)).unwrap().sigma_ca[0], sigma([0.1; 3])[0]);
+}
+
+#[test]
+fn a_prefix_of_files_replaces_those_around_it() {
+    let folder = document();
+    let file = folder.path().join("hair.mtlx");
+    fs::create_dir(folder.path().join("in")).unwrap();
+    fs::rename(folder.path().join("coat.png"), folder.path().join("in/coat.png")).unwrap();
+    let text = fs::read_to_string(&file).unwrap();
+    let text = text.replace("version=\"1.39\"", "version=\"1.39\" fileprefix=\"wrong/\"");
+    fs::write(&file, text.replace("name=\"graph\"", "name=\"graph\" fileprefix=\"in/\"")).unwrap();
+    read_material(&file, Some("Fox"), &Fiber::hair()).unwrap();
+    fs::write(&file, text).unwrap();
+    let error = read_material(&file, Some("Fox"), &Fiber::hair()).unwrap_err().to_string();
+    assert!(error.contains("the file wrong/coat.png does not exist"), "{error}");
+}
+
+#[test]
+fn documents_have_limits_before_they_are_parsed() {
+    let attributes = |n: usize| (0..n).map(|i| format!("a{i}='>' ")).collect::<String>();
+    assert!(fiber_of(&colored(&attributes(255), "<!-- <a><a -->", "")).is_ok());
+    let many = fiber_of(&colored(&attributes(200_000), "", "")).unwrap_err();
+    assert!(many.contains("line 1: an element has more than 256 attributes"), "{many}");
+    let deep = "<a b='/'>".repeat(100_000) + &"</a>".repeat(100_000);
+    assert!(fiber_of(&colored("", "", &deep)).unwrap_err().contains("more than 64 elements are nested"));
+    assert!(fiber_of(&colored("", "", &"<a/>".repeat(1000))).is_ok());
+    let spaces: String = (0..100).map(|i| format!("<a xmlns:n{i}='x'/>")).collect();
+    assert!(fiber_of(&colored("", "", &spaces)).unwrap_err().contains("more than 64 XML namespaces"));
+}
