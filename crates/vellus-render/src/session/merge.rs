@@ -3,8 +3,8 @@
 use super::notes::take_layers;
 use crate::error::Error;
 use crate::film::checkpoint::Checkpoint;
-use crate::film::{Film, Layer};
 use crate::film::picture::Notes;
+use crate::film::{Film, Layer};
 use std::ops::Range;
 
 /// Adds films of sample ranges of one picture. The sum has the same bits as a film that was rendered at once.
