@@ -59,6 +59,7 @@ mod error;
 mod guard;
 mod image;
 mod read;
+mod stack;
 mod stage;
 mod warning;
 mod write;

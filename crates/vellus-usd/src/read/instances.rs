@@ -222,6 +222,10 @@ impl Points {
             let length = length.unwrap_or(0);
             return Err(Error::prim(prim, format!("{name} has {length} values, but there are {count} positions")));
         }
+        let turns = orientations.iter().flatten();
+        if let Some(i) = turns.map(|q| q.iter().map(|x| x * x).sum::<f32>()).position(|length| !length.is_finite()) {
+            return Err(Error::prim(prim, format!("orientations[{i}] must be finite")));
+        }
         Ok(Points { positions, prototypes, orientations, scales, ids, invisible })
     }
 

@@ -24,6 +24,7 @@ use crate::read::context::Reader;
 use crate::read::instances::{Shared, is_below};
 use crate::read::network::bound_material;
 use crate::read::xform::{Place, places};
+use crate::stack::on_large_stack;
 use crate::stage::{MATERIALS, Stage};
 use crate::warning::Warning;
 use std::collections::HashMap;
@@ -47,6 +48,10 @@ pub fn read(file: &Path, options: &Options) -> Result<Reading, Error> {
         let max = curves::MAX_WIDTH;
         return Err(Error::file(file, format!("the default width is {width}: it must be in [0, {max:e}]")));
     }
+    on_large_stack(|| read_stage(file, options)).map_err(|error| Error::file(file, error))?
+}
+
+fn read_stage(file: &Path, options: &Options) -> Result<Reading, Error> {
     let stage = Stage::open(file, options.frame)?;
     let paths = stage.prims().map_err(|what| Error::file(file, what))?;
     stage.check_composition(file)?;
@@ -75,6 +80,10 @@ pub fn read(file: &Path, options: &Options) -> Result<Reading, Error> {
 /// [`Error::File`] if the document is missing or broken, or does not have this one material. [`Error::Prim`] if an
 /// input is out of range.
 pub fn read_material(file: &Path, name: Option<&str>, base: &Fiber) -> Result<(Fiber, Vec<Warning>), Error> {
+    on_large_stack(|| material_of(file, name, base)).map_err(|error| Error::file(file, error))?
+}
+
+fn material_of(file: &Path, name: Option<&str>, base: &Fiber) -> Result<(Fiber, Vec<Warning>), Error> {
     let options = Options { network_base: *base, ..Options::default() };
     let stage = Stage::open(file, None)?;
     let materials = stage.children(MATERIALS).map_err(|what| Error::file(file, what))?;
@@ -127,7 +136,7 @@ fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<(), 
     reader.stage.clock.close = reader.stage.clock.open + shutter[1];
     reader.stage.clock.open += shutter[0];
 
-    let places = places(&reader.stage, paths)?;
+    let places = places(&reader.stage, paths, &mut reader.warnings)?;
     let shared = Shared::find(reader, &places)?;
     let mut prototypes: HashMap<usize, Option<usize>> = HashMap::new();
     let mut point_prototypes = HashMap::new();

@@ -2,7 +2,8 @@
 
 use crate::error::Error;
 use crate::stage::{Stage, When};
-use glam::{DMat3, DMat4, DQuat, DVec3};
+use crate::warning::Warnings;
+use glam::{DMat3, DMat4, DQuat, DVec3, DVec4};
 
 /// A prim with its inherited transform and visibility.
 #[derive(Clone, Debug)]
@@ -24,7 +25,7 @@ pub(crate) struct Place {
 }
 
 /// All prims of a stage, parents before children.
-pub(crate) fn places(stage: &Stage, paths: &[String]) -> Result<Vec<Place>, Error> {
+pub(crate) fn places(stage: &Stage, paths: &[String], warnings: &mut Warnings) -> Result<Vec<Place>, Error> {
     let mut places: Vec<Place> = Vec::with_capacity(paths.len());
     // Indices of the ancestors of the current prim.
     let mut ancestors: Vec<usize> = Vec::new();
@@ -34,18 +35,18 @@ pub(crate) fn places(stage: &Stage, paths: &[String]) -> Result<Vec<Place>, Erro
             ancestors.pop();
         }
         let parent = ancestors.last().map(|&i| &places[i]);
-        let place = place(stage, path, parent)?;
+        let place = place(stage, path, parent, warnings)?;
         ancestors.push(places.len());
         places.push(place);
     }
     Ok(places)
 }
 
-fn place(stage: &Stage, path: &str, parent: Option<&Place>) -> Result<Place, Error> {
+fn place(stage: &Stage, path: &str, parent: Option<&Place>, warnings: &mut Warnings) -> Result<Place, Error> {
     let word = |name| Ok::<_, Error>(stage.words(path, name)?.and_then(|words| words.into_iter().next()));
-    let (local, resets) = local_transform(stage, path, When::Open)?;
+    let (local, resets) = local_transform(stage, path, When::Open, warnings)?;
     let moves = stage.clock.close != stage.clock.open;
-    let local_moved = if moves { local_transform(stage, path, When::Close)?.0 } else { local };
+    let local_moved = if moves { local_transform(stage, path, When::Close, warnings)?.0 } else { local };
     let parent_or = |of: fn(&Place) -> DMat4| parent.filter(|_| !resets).map_or(DMat4::IDENTITY, of);
     let visible = parent.is_none_or(|p| p.visible) && word("visibility")?.as_deref() != Some("invisible");
     let inherited = parent.map_or("default".to_owned(), |p| p.purpose.clone());
@@ -64,7 +65,7 @@ fn place(stage: &Stage, path: &str, parent: Option<&Place>) -> Result<Place, Err
 
 /// The product of the transform operations of a prim, and whether it ignores the transform of its parent. The last
 /// operation applies first.
-fn local_transform(stage: &Stage, prim: &str, when: When) -> Result<(DMat4, bool), Error> {
+fn local_transform(stage: &Stage, prim: &str, when: When, warnings: &mut Warnings) -> Result<(DMat4, bool), Error> {
     let (mut product, mut resets) = (DMat4::IDENTITY, false);
     for name in stage.words(prim, "xformOpOrder")?.unwrap_or_default() {
         if name == "!resetXformStack!" {
@@ -72,12 +73,20 @@ fn local_transform(stage: &Stage, prim: &str, when: When) -> Result<(DMat4, bool
             continue;
         }
         let (name, inverted) = name.strip_prefix("!invert!").map_or((name.as_str(), false), |name| (name, true));
-        let Some(numbers) = stage.precise(prim, name, when)? else { continue };
+        let Some(numbers) = stage.precise(prim, name, when)? else {
+            if !stage.has_property(prim, name)? {
+                warnings.add(prim, format!("xformOpOrder names {name}, which does not exist: it is ignored"));
+            }
+            continue;
+        };
         let fail = |what: &str| Error::prim(prim, format!("{name} {what}"));
         let matrix =
             operation(name, &numbers).ok_or_else(|| fail("is not a known transform operation with a valid value"))?;
         if !matrix.is_finite() {
             return Err(fail("must be finite"));
+        }
+        if matrix.row(3) != DVec4::W {
+            return Err(fail("must be affine: its last column must be 0, 0, 0, 1"));
         }
         if inverted && matrix.determinant() == 0.0 {
             return Err(fail("cannot be inverted"));

@@ -2,9 +2,9 @@
 
 use super::files::{Files, MATERIALX};
 use super::materialx::to_usda;
-use super::names::{check_default, check_name, check_path};
-use super::text_check::{check_text, normalized};
-use super::usdc_check::{check_tables, check_values};
+use super::names::{check_default, check_expression, check_name, check_path};
+use super::text::{Content, MOST_ARCS, Text, normalized};
+use super::usdc_check::{check_tables, check_values, times};
 use super::{Failure, guarded};
 use crate::error::Invalid;
 use openusd::ar::Resolver;
@@ -27,8 +27,8 @@ pub(super) struct Careful {
     /// By the path of the layer and the path in the layer.
     identifiers: RefCell<HashMap<String, HashMap<String, String>>>,
     resolved: RefCell<HashMap<String, Option<ar::ResolvedPath>>>,
-    /// Layers that were checked, and the offsets at which they need zeros.
-    checked: RefCell<HashMap<Digest, Rc<[usize]>>>,
+    /// Binary layers that were checked.
+    checked: RefCell<HashMap<Digest, Content>>,
 }
 
 impl Careful {
@@ -43,23 +43,20 @@ impl Careful {
         if path.ends_with(MATERIALX) {
             bytes = to_usda(&bytes).map_err(broken)?.into_bytes();
         }
-        let digest = Digest::of(&bytes);
-        let known = self.checked.borrow().get(&digest).cloned();
-        let zeros = match known {
-            Some(zeros) => zeros,
-            None => {
-                let zeros: Rc<[usize]> = check(&bytes).map_err(broken)?.into();
-                self.checked.borrow_mut().insert(digest, zeros.clone());
-                zeros
+        let Text { bytes, content } = if bytes.starts_with(usdc::MAGIC) {
+            let digest = Digest::of(&bytes);
+            let known = self.checked.borrow().get(&digest).copied();
+            let content = known.map_or_else(|| check(&bytes), Ok).map_err(broken)?;
+            self.checked.borrow_mut().insert(digest, content);
+            Text { bytes, content }
+        } else {
+            if !path.ends_with(MATERIALX) {
+                self.files.note_text(path);
             }
+            normalized(bytes).map_err(broken)?
         };
-        if bytes.starts_with(usdc::MAGIC) {
-            return Ok(bytes);
-        }
-        if !path.ends_with(MATERIALX) {
-            self.files.note_text(path);
-        }
-        Ok(normalized(bytes, &zeros))
+        self.files.note_content(content).map_err(broken)?;
+        Ok(bytes)
     }
 
     fn find(&self, asset_path: &str) -> Option<ar::ResolvedPath> {
@@ -163,9 +160,8 @@ impl ar::Asset for Bytes {
 /// The first text layer with a syntax error, and a message with its position. The errors of `openusd` have neither.
 pub(super) fn parse_error(files: &Files) -> Option<(String, String)> {
     files.texts().into_iter().find_map(|path| {
-        let bytes = files.read(&path).ok()?;
-        let zeros = check_text(&bytes).ok()?;
-        let what = match String::from_utf8(normalized(bytes, &zeros)) {
+        let bytes = normalized(files.read(&path).ok()?).ok()?.bytes;
+        let what = match String::from_utf8(bytes) {
             Ok(text) => error_of(&text)?,
             Err(error) => format!("it is not UTF-8 text (byte {})", error.utf8_error().valid_up_to()),
         };
@@ -194,24 +190,72 @@ fn error_of(text: &str) -> Option<String> {
     })
 }
 
-/// Checks a layer before it is decoded. Returns the offsets at which zeros must be inserted.
-fn check(bytes: &[u8]) -> Result<Vec<usize>, Invalid> {
-    if bytes.starts_with(usdc::MAGIC) {
-        check_tables(bytes)?;
-        let mut file = guarded(|| Ok(usdc::CrateFile::open(Cursor::new(bytes))?))?;
-        check_values(bytes, file.fields.iter().map(|field| field.value_rep.0))?;
-        file.paths.iter().try_for_each(|path| check_path(path.as_str()))?;
-        let name_of = |index: usize| file.tokens.get(index).map_or("", String::as_str);
-        let names =
-            file.fields.iter().filter(|field| matches!(name_of(field.token_index), "primChildren" | "defaultPrim"));
-        let names: Vec<_> = names.map(|field| field.value_rep).collect();
-        for value in names {
-            match guarded(|| Ok(file.value(value)?))? {
-                sdf::Value::TokenVec(names) => names.iter().try_for_each(|name| check_name(name.as_str()))?,
-                other => other.as_str().map_or(Ok(()), check_default)?,
-            }
+/// Checks a binary layer before it is decoded.
+fn check(bytes: &[u8]) -> Result<Content, Invalid> {
+    check_tables(bytes)?;
+    let mut file = guarded(|| Ok(usdc::CrateFile::open(Cursor::new(bytes))?))?;
+    let values = || file.fields.iter().map(|field| field.value_rep.0);
+    check_values(bytes, values())?;
+    let times = times(bytes, values())?;
+    file.paths.iter().try_for_each(|path| check_path(path.as_str()))?;
+    file.tokens.iter().try_for_each(|token| check_expression(token).map(|_| ()))?;
+    let mut content = Content::default();
+    for i in 0..file.fields.len() {
+        let value = file.fields[i].value_rep;
+        let name = file.tokens.get(file.fields[i].token_index).cloned().unwrap_or_default();
+        content.has_classes |= matches!(name.as_str(), "inheritPaths" | "specializes");
+        if !matches!(
+            name.as_str(),
+            "primChildren"
+                | "defaultPrim"
+                | "inheritPaths"
+                | "specializes"
+                | "references"
+                | "payload"
+                | "subLayers"
+                | "expressionVariables"
+        ) {
+            continue;
         }
-        return Ok(Vec::new());
+        let arcs = match guarded(|| Ok(file.value(value)?))? {
+            sdf::Value::TokenVec(names) => {
+                names.iter().try_for_each(|name| check_name(name.as_str()))?;
+                0
+            }
+            sdf::Value::Dictionary(variables) => {
+                for value in variables.values().filter_map(sdf::Value::as_str) {
+                    content.variables += check_expression(value)?;
+                }
+                0
+            }
+            sdf::Value::PathListOp(list) => items(&list),
+            sdf::Value::ReferenceListOp(list) => items(&list),
+            sdf::Value::PayloadListOp(list) => items(&list),
+            sdf::Value::StringVec(layers) => layers.len(),
+            other => other.as_str().map_or(Ok(0), |prim| check_default(prim).map(|()| 0))?,
+        };
+        if arcs > MOST_ARCS {
+            return Err(format!("a prim or layer has more than {MOST_ARCS} {name}").into());
+        }
     }
-    check_text(bytes)
+    for value in times {
+        let mut rep = file.fields[0].value_rep;
+        rep.0 = value;
+        let increase = match guarded(|| Ok(file.value(rep)?))? {
+            sdf::Value::DoubleVec(times) => {
+                times.iter().all(|time| time.is_finite()) && times.is_sorted_by(|a, b| a < b)
+            }
+            _ => false,
+        };
+        if !increase {
+            return Err("the times of time samples must be finite, and each later than the one before".into());
+        }
+    }
+    Ok(content)
+}
+
+/// The number of items of a list of edits.
+fn items<T: Default + Clone + PartialEq>(list: &sdf::ListOp<T>) -> usize {
+    let lists = [&list.explicit_items, &list.prepended_items, &list.appended_items, &list.added_items];
+    lists.iter().map(|list| list.len()).sum::<usize>() + list.deleted_items.len() + list.ordered_items.len()
 }

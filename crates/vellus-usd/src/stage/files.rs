@@ -1,10 +1,12 @@
 //! All files that a stage opens: references to them, their digests, and limits.
 
 use super::package::Package;
+use super::text::Content;
+use crate::error::Invalid;
 use openusd::ar;
-use std::cell::{OnceCell, RefCell};
+use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::io::{Error, ErrorKind, Result, Seek};
+use std::io::{self, Error, ErrorKind, Seek};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use vellus_io::{Digest, DigestBuilder, Sources};
@@ -14,6 +16,9 @@ const MAX_FILES: usize = 1 << 16;
 
 /// The largest total size of the files of a stage, in bytes: 16 GiB.
 const MAX_BYTES: u64 = 16 << 30;
+
+/// The largest number of references of expression variables to others.
+const MOST_VARIABLES: usize = 32;
 
 /// The end of the resolved path of a MaterialX document, which becomes a text layer. The name of a file cannot have a
 /// zero.
@@ -42,6 +47,8 @@ pub(super) struct Files {
     /// Text layers.
     texts: RefCell<BTreeSet<String>>,
     packages: RefCell<HashMap<PathBuf, Rc<Package>>>,
+    /// What composition must know about all layers.
+    content: Cell<Content>,
 }
 
 impl Files {
@@ -62,13 +69,31 @@ impl Files {
         self.texts.borrow_mut().insert(path.to_owned());
     }
 
+    /// Records what composition must know about a layer.
+    pub fn note_content(&self, layer: Content) -> Result<(), Invalid> {
+        let mut content = self.content.get();
+        content.has_classes |= layer.has_classes;
+        content.variables += layer.variables;
+        self.content.set(content);
+        // Each reference may double the length of a value.
+        if content.variables > MOST_VARIABLES {
+            return Err(format!("expression variables refer to others more than {MOST_VARIABLES} times").into());
+        }
+        Ok(())
+    }
+
+    /// Whether a prim of the layers that were opened may inherit or specialize others.
+    pub fn has_classes(&self) -> bool {
+        self.content.get().has_classes
+    }
+
     /// The text layers.
     pub fn texts(&self) -> BTreeSet<String> {
         self.texts.borrow().clone()
     }
 
     /// The bytes of a file, which may be inside a package: `a.usdz[b.usda]`.
-    pub fn read(&self, path: &str) -> Result<Vec<u8>> {
+    pub fn read(&self, path: &str) -> io::Result<Vec<u8>> {
         let path = path.strip_suffix(MATERIALX).unwrap_or(path);
         let Some((package, inner)) = ar::split_package_relative_path_outer(path) else {
             let path = Path::new(path);
@@ -84,7 +109,7 @@ impl Files {
     }
 
     /// The directory of a package.
-    pub fn package(&self, path: &Path) -> Result<Rc<Package>> {
+    pub fn package(&self, path: &Path) -> io::Result<Rc<Package>> {
         if let Some(package) = self.packages.borrow().get(path) {
             return Ok(package.clone());
         }
@@ -97,7 +122,7 @@ impl Files {
         Ok(package)
     }
 
-    fn note(&self, path: &Path, digest: Digest, length: u64) -> Result<()> {
+    fn note(&self, path: &Path, digest: Digest, length: u64) -> io::Result<()> {
         let mut digests = self.digests.borrow_mut();
         if let Some(before) = digests.insert(path.to_owned(), digest) {
             // The root is read twice, and so is a texture with two encodings.

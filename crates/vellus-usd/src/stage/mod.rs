@@ -3,24 +3,26 @@
 //! Every call into `openusd` goes through [`guarded`], which turns a panic into an error. The stage is not used after
 //! that. [`Careful`] checks each layer first, for failures that cannot be caught.
 
+mod arcs;
 mod careful;
 mod collections;
 mod files;
 mod materialx;
 mod names;
 mod package;
-mod text_check;
+mod text;
 mod usdc_check;
 mod values;
 
 use crate::error::{Error, Invalid};
 use crate::guard::catch;
+use arcs::Arcs;
 use careful::{Careful, parse_error};
 use collections::Members;
 use files::Files;
 pub(crate) use materialx::MATERIALS;
 use openusd::tf::Token;
-use openusd::{ar, sdf, usd};
+use openusd::{ar, pcp, sdf, usd};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::Path;
@@ -91,6 +93,7 @@ pub(crate) struct Stage {
     pub clock: Clock,
     members: Members,
     files: Rc<Files>,
+    arcs: Arcs,
     /// Names of properties, by prim.
     properties: RefCell<HashMap<String, Rc<[Token]>>>,
 }
@@ -124,6 +127,7 @@ impl Stage {
             clock: Clock { frame: open, open, close: open },
             members: Members::default(),
             files,
+            arcs: Arcs::default(),
             properties: RefCell::default(),
         })
     }
@@ -141,6 +145,7 @@ impl Stage {
             let mut rest = vec![self.stage.prim(sdf::Path::abs_root())];
             while let Some(prim) = rest.pop() {
                 if *prim.path() != sdf::Path::abs_root() {
+                    self.check_arcs(prim.path())?;
                     // `get_metadata` only uses the path, so it works for prims too.
                     let active = self.stage.attribute(prim.path().clone()).get_metadata::<bool>("active")?;
                     if active == Some(false) || prim.specifier()? != Some(sdf::Specifier::Def) {
@@ -174,6 +179,7 @@ impl Stage {
     /// Names of the children of a prim.
     pub fn children(&self, prim: &str) -> Result<Vec<String>, Invalid> {
         guarded(|| {
+            self.check_arcs(&sdf::Path::new(prim)?)?;
             let children = self.stage.prim(prim).children()?;
             let paths = children.iter().map(|child| child.path().as_str().to_owned());
             Ok(paths.filter_map(|path| path.rsplit_once('/').map(|(_, name)| name.to_owned())).collect())
@@ -182,9 +188,8 @@ impl Stage {
 
     /// Returns an error if a reference or layer could not be composed.
     pub fn check_composition(&self, file: &Path) -> Result<(), Error> {
-        let errors =
-            guarded(|| Ok(self.stage.composition_errors().iter().map(ToString::to_string).collect::<Vec<_>>()))
-                .map_err(|what| Error::file(file, what))?;
+        let errors = guarded(|| Ok(self.stage.composition_errors().iter().map(composition_error).collect::<Vec<_>>()))
+            .map_err(|what| Error::file(file, what))?;
         let Some(first) = errors.first() else { return Ok(()) };
         Err(match parse_error(&self.files) {
             Some((layer, what)) => Error::file(Path::new(&layer), what),
@@ -202,7 +207,15 @@ impl Stage {
                 _ => return Err("metersPerUnit must be a positive number".into()),
             },
         };
-        Ok(Units { meters_per_unit: meters, z_up: axis?.is_some_and(|axis| axis.as_str() == Some("Z")) })
+        let z_up = match axis? {
+            None => false,
+            Some(axis) => match axis.as_str() {
+                Some("Y") => false,
+                Some("Z") => true,
+                _ => return Err("upAxis must be Y or Z".into()),
+            },
+        };
+        Ok(Units { meters_per_unit: meters, z_up })
     }
 
     /// The schema of a prim, or an empty string if it has none.
@@ -221,7 +234,7 @@ impl Stage {
     }
 
     /// Whether a prim has a property. Most properties are not set, and `openusd` is slow to report that.
-    fn has_property(&self, prim: &str, name: &str) -> Result<bool, Error> {
+    pub fn has_property(&self, prim: &str, name: &str) -> Result<bool, Error> {
         Ok(self.properties(prim)?.iter().any(|known| known.as_str() == name))
     }
 
@@ -361,7 +374,16 @@ impl Stage {
     }
 
     fn ask<T>(&self, prim: &str, question: impl FnOnce() -> Result<T, Failure>) -> Result<T, Error> {
-        guarded(question).map_err(|what| Error::prim(prim, what))
+        let checked = || {
+            self.check_arcs(&sdf::Path::new(prim)?)?;
+            question()
+        };
+        guarded(checked).map_err(|what| Error::prim(prim, what))
+    }
+
+    /// Checks the arcs that `openusd` follows when it composes a prim. Most stages have no classes.
+    fn check_arcs(&self, prim: &sdf::Path) -> Result<(), Failure> {
+        if self.files.has_classes() { self.arcs.check(&self.stage, prim) } else { Ok(()) }
     }
 
     fn typed<T>(
@@ -394,6 +416,15 @@ impl Stage {
             Ok(attribute.get_at::<sdf::Value>(usd::TimeCode::new(time))?.filter(real))
         })
     }
+}
+
+/// What an error of composition says.
+fn composition_error(error: &pcp::Error) -> String {
+    let chain = match error {
+        pcp::Error::ArcCycle(_) => ": its references and payloads form a circle, or a chain of more than 100",
+        _ => "",
+    };
+    format!("{error}{chain}")
 }
 
 /// An error of a call into `openusd`: the text of any error, with its causes.

@@ -39,6 +39,22 @@ pub(super) fn check_path(path: &str) -> Result<(), Invalid> {
     if open { Err(format!("{path:?} is no path").into()) } else { Ok(()) }
 }
 
+/// The largest number of brackets, and of escaped characters, of a variable expression. Its parser is recursive.
+const LONGEST_EXPRESSION: usize = 100;
+
+/// Checks a string that may be a variable expression: `` `if(${A}, "x", "y")` ``. Returns its number of variables.
+pub(super) fn check_expression(text: &str) -> Result<usize, Invalid> {
+    if !text.starts_with('`') {
+        return Ok(0);
+    }
+    for special in ["([{", "\\"] {
+        if text.chars().filter(|&c| special.contains(c)).count() > LONGEST_EXPRESSION {
+            return Err(format!("an expression has more than {LONGEST_EXPRESSION} of the characters {special}").into());
+        }
+    }
+    Ok(text.matches('$').count())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

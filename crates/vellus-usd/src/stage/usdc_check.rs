@@ -4,6 +4,7 @@
 //! block (LZ4) expands to at most 255 times its size. An integer takes at least a quarter of a byte before compression.
 
 use crate::error::Invalid;
+use std::collections::BTreeSet;
 
 /// The largest compression ratio of LZ4.
 const MOST_COMPRESSION: u64 = 255;
@@ -194,6 +195,18 @@ fn value(bytes: &[u8], version: [u8; 3], representation: u64, depth: usize, budg
         }
         _ => Ok(()),
     }
+}
+
+/// The values that hold the times of time samples, for those of these values that are time samples.
+pub(crate) fn times(bytes: &[u8], representations: impl Iterator<Item = u64>) -> Result<BTreeSet<u64>, Invalid> {
+    let samples = representations.filter(|value| value >> 48 & 0xff == 46 && value >> 62 == 0);
+    samples
+        .map(|value| {
+            let mut at = Cursor { bytes, at: value & 0xffff_ffff_ffff };
+            at.follow()?;
+            at.u64()
+        })
+        .collect()
 }
 
 fn dictionary(at: &mut Cursor, version: [u8; 3], depth: usize, budget: &mut usize) -> Result<(), Invalid> {

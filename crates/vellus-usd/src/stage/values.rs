@@ -19,6 +19,8 @@ pub(super) fn numbers(value: sdf::Value) -> Option<Numbers> {
         V::Double(x) => Some(Numbers { values: vec![x as f32], lanes: 1 }),
         V::Half(x) => Some(Numbers { values: vec![x.to_f32()], lanes: 1 }),
         V::Int(x) => Some(Numbers { values: vec![x as f32], lanes: 1 }),
+        // Whole numbers in the time samples of a text layer.
+        V::Int64(x) => Some(Numbers { values: vec![x as f32], lanes: 1 }),
         V::FloatVec(v) => Some(Numbers { values: v, lanes: 1 }),
         V::DoubleVec(v) => flat(v.into_iter().map(|x| [x]), double),
         V::HalfVec(v) => flat(v.into_iter().map(|x| [x.to_f32()]), single),
@@ -51,6 +53,7 @@ pub(super) fn precise(value: sdf::Value) -> Option<Vec<f64>> {
     match value {
         V::Double(x) => Some(vec![x]),
         V::Int(x) => Some(vec![f64::from(x)]),
+        V::Int64(x) => Some(vec![x as f64]),
         V::Vec2d(v) => Some(<[f64; 2]>::from(v).to_vec()),
         V::Vec3d(v) => Some(<[f64; 3]>::from(v).to_vec()),
         V::Vec3h(v) => Some(vec![v.x.to_f64(), v.y.to_f64(), v.z.to_f64()]),

@@ -3,6 +3,7 @@
 mod blender;
 mod common;
 mod features;
+mod hostile;
 mod malformed;
 mod round_trip;
 mod sources;

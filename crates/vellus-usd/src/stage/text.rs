@@ -1,0 +1,554 @@
+//! Checks a text layer (.usda) and rewrites it before it is parsed.
+//!
+//! The parser of `openusd` is recursive, and its tokens differ from those of USD. So the text that it gets has no
+//! comments, no escapes in strings, and only numbers that it accepts. Both lexers then find the same tokens, and the
+//! checks of this module hold for what is parsed: nesting depth, names of prims, paths, and expressions.
+
+use super::names::{check_default, check_expression, check_name, check_path};
+use crate::error::Invalid;
+use std::borrow::Cow;
+use std::collections::HashSet;
+use std::ops::Range;
+
+/// The deepest nesting of brackets. The parser is recursive, so a larger depth could overflow the stack.
+const DEEPEST_BRACKETS: usize = 500;
+
+/// The largest number of quotation marks in a string, or of `@` in the path of a file: the parser recurses at each.
+const MOST_FENCES: usize = 100;
+
+/// The largest number of words of a block, outside of strings and of blocks inside it. A property has at least two, and
+/// so has a child. The parser compares each name with all others of the block: this many take 5 s.
+const MOST_WORDS: usize = 1 << 17;
+
+/// The largest number of layers or prims in a list of arcs. Composition compares each with each.
+pub(super) const MOST_ARCS: usize = 1000;
+
+/// The UTF-8 byte order mark that some editors write.
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// The last two words outside strings. They determine the meaning of the next string.
+#[derive(Default)]
+struct Words<'a>([&'a str; 2]);
+
+impl<'a> Words<'a> {
+    fn push(&mut self, word: &'a str) {
+        self.0 = [self.0[1], word];
+    }
+
+    /// Checks the next string. Returns whether it is the name of a prim (`def Type "name"`, `def "name"`).
+    fn check(&self, string: &str) -> Result<bool, Invalid> {
+        let [first, last] = self.0;
+        let specifier = |word| matches!(word, "def" | "over" | "class");
+        match (first, last) {
+            ("defaultPrim", "=") => check_default(string).map(|()| false),
+            (_, "=") => Ok(false),
+            _ if specifier(first) || specifier(last) => check_name(string).map(|()| true),
+            _ => Ok(false),
+        }
+    }
+}
+
+/// A text with replacements.
+struct Rewritten<'a> {
+    text: &'a [u8],
+    /// The new text up to `copied`. Empty if nothing was replaced yet.
+    new: Vec<u8>,
+    copied: usize,
+}
+
+impl Rewritten<'_> {
+    fn replace(&mut self, range: Range<usize>, with: &[u8]) {
+        self.new.extend_from_slice(&self.text[self.copied..range.start]);
+        self.new.extend_from_slice(with);
+        self.copied = range.end;
+    }
+
+    /// The new text, or `None` if it is the old one.
+    fn finish(mut self) -> Option<Vec<u8>> {
+        let len = self.text.len();
+        (self.copied > 0 || !self.new.is_empty()).then(|| {
+            self.replace(len..len, b"");
+            self.new
+        })
+    }
+}
+
+/// The samples of one attribute, whose times are read.
+struct Samples {
+    /// The depth of brackets inside its braces.
+    depth: usize,
+    /// Time, and where the sample begins.
+    times: Vec<(f64, usize)>,
+    /// Whether the next number is a time.
+    expects_time: bool,
+}
+
+/// Where samples are that must be sorted: their times, their places, and where the last one ends.
+type Unsorted = (Vec<(f64, usize)>, usize);
+
+/// A text layer for the parser of `openusd`.
+pub(super) struct Text {
+    pub bytes: Vec<u8>,
+    pub content: Content,
+}
+
+/// What composition must know about a layer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Content {
+    /// Whether a prim may inherit or specialize others.
+    pub has_classes: bool,
+    /// How often the values of expression variables refer to other variables.
+    pub variables: usize,
+}
+
+/// What a text layer contains.
+#[derive(Default)]
+struct Found {
+    unsorted: Vec<Unsorted>,
+    content: Content,
+}
+
+/// Checks a text layer, and returns the text for the parser of `openusd`: with the same lines as far as strings have no
+/// escaped line breaks, with the samples of each attribute in the order of their times, and with the last of several
+/// samples for one time.
+pub(super) fn normalized(bytes: Vec<u8>) -> Result<Text, Invalid> {
+    let (new, Found { unsorted, content }) = rewritten(&bytes)?;
+    let mut bytes = new.unwrap_or(bytes);
+    if !unsorted.is_empty() {
+        // The places of the samples in the new text.
+        bytes = sorted(&bytes, &rewritten(&bytes)?.1.unsorted);
+    }
+    Ok(Text { bytes, content })
+}
+
+fn rewritten(bytes: &[u8]) -> Result<(Option<Vec<u8>>, Found), Invalid> {
+    let mut new = Rewritten { text: bytes, new: Vec::new(), copied: 0 };
+    let mut found = Found::default();
+    scan(bytes, &mut new, &mut found)?;
+    Ok((new.finish(), found))
+}
+
+/// The text with the samples of these attributes in order.
+fn sorted(text: &[u8], blocks: &[Unsorted]) -> Vec<u8> {
+    let mut new = Vec::with_capacity(text.len());
+    let mut copied = 0;
+    for (times, end) in blocks {
+        let ends = times.iter().skip(1).map(|(_, start)| *start).chain([*end]);
+        let mut samples: Vec<(f64, &[u8])> =
+            times.iter().zip(ends).map(|((time, start), end)| (*time, &text[*start..end])).collect();
+        // The sort is stable, so the last of equal times stays the last.
+        samples.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        new.extend_from_slice(&text[copied..times[0].1]);
+        for (i, (time, sample)) in samples.iter().enumerate() {
+            if samples.get(i + 1).is_none_or(|(next, _)| next != time) {
+                new.extend_from_slice(sample.trim_ascii_end());
+                // The last sample may have no comma.
+                new.extend_from_slice(if sample.trim_ascii_end().ends_with(b",") { b" " } else { b", " });
+            }
+        }
+        copied = *end;
+    }
+    new.extend_from_slice(&text[copied..]);
+    new
+}
+
+/// Reads all tokens. Replaces those that the parser reads differently, and finds samples that are not in order.
+fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Invalid> {
+    let mut at = 0;
+    if bytes.starts_with(BYTE_ORDER_MARK) {
+        at = BYTE_ORDER_MARK.len();
+        new.replace(0..at, b"");
+    }
+    if bytes[at..].starts_with(b"#usda ") {
+        at += b"#usda ".len();
+        at += bytes[at..].iter().take_while(|c| c.is_ascii_digit() || **c == b'.').count();
+    }
+    let mut depth = 0;
+    let mut words = Words::default();
+    let mut samples: Option<Samples> = None;
+    // The number of words of each block that is open. `None` for a list of values.
+    let mut words_of = vec![Some(0)];
+    // The names of prims, by the depth of their definitions, for the blocks that are open.
+    let mut siblings: Vec<(usize, HashSet<String>)> = Vec::new();
+    // The depth inside the brackets of a list of arcs, and the number of its layers and prims.
+    let mut arcs: Option<(usize, usize)> = None;
+    // The depth inside the brackets of the variables of expressions.
+    let mut values_of_variables: Option<usize> = None;
+    while let Some(&first) = bytes.get(at) {
+        let rest = &bytes[at..];
+        let fail = |invalid: Invalid| {
+            let line = 1 + bytes[..at].iter().filter(|&&b| b == b'\n').count();
+            Invalid(format!("line {line}: {invalid}"))
+        };
+        let used = match first {
+            b'#' => comment(new, at, rest, end_of_line(rest)),
+            b'/' if rest.starts_with(b"//") => comment(new, at, rest, end_of_line(rest)),
+            b'/' if rest.starts_with(b"/*") => {
+                let used = find(rest, 2, b"*/").ok_or_else(|| fail("a comment has no end".into()))?;
+                comment(new, at, rest, used)
+            }
+            b'"' | b'\'' => {
+                let (used, content) = string(rest).map_err(fail)?;
+                let text = String::from_utf8_lossy(&content);
+                if words.check(&text).map_err(fail)? {
+                    if siblings.last().is_none_or(|(of, _)| *of < depth) {
+                        siblings.push((depth, HashSet::new()));
+                    }
+                    if siblings.last_mut().is_some_and(|(_, names)| !names.insert(text.clone().into_owned())) {
+                        return Err(fail(format!("two prims with the same parent are called {text}").into()));
+                    }
+                }
+                let variables = check_expression(&text).map_err(fail)?;
+                if values_of_variables.is_some() {
+                    found.content.variables += variables;
+                }
+                if let Cow::Owned(content) = content {
+                    new.replace(at..at + used, &quoted(content));
+                }
+                words.push("");
+                used
+            }
+            b'@' => {
+                let (used, path) = asset(rest).map_err(fail)?;
+                check_expression(&String::from_utf8_lossy(path)).map_err(fail)?;
+                count(&mut arcs).map_err(fail)?;
+                used
+            }
+            b'<' => {
+                let used = find(rest, 1, b">").ok_or_else(|| fail("a path has no end".into()))?;
+                check_path(&String::from_utf8_lossy(&rest[1..used - 1])).map_err(fail)?;
+                count(&mut arcs).map_err(fail)?;
+                used
+            }
+            b'(' | b'[' | b'{' => {
+                depth += 1;
+                words_of.push((first == b'{').then_some(0));
+                if depth > DEEPEST_BRACKETS {
+                    return Err(fail(format!("more than {DEEPEST_BRACKETS} brackets inside each other").into()));
+                }
+                if first == b'{' && words.0 == ["timeSamples", "="] {
+                    if samples.is_some() {
+                        return Err(fail("time samples have no time samples".into()));
+                    }
+                    samples = Some(Samples { depth, times: Vec::new(), expects_time: true });
+                }
+                if first == b'{' && words.0 == ["expressionVariables", "="] {
+                    values_of_variables = Some(depth);
+                }
+                if first == b'[' && words.0[1] == "=" && is_arc(words.0[0]) {
+                    arcs = Some((depth, 0));
+                }
+                words.push("");
+                1
+            }
+            b')' | b']' | b'}' => {
+                depth = depth.saturating_sub(1);
+                if let Some(Samples { times, .. }) = samples.take_if(|samples| depth < samples.depth)
+                    && !times.is_sorted_by(|(a, _), (b, _)| a < b)
+                {
+                    found.unsorted.push((times, at));
+                }
+                words_of.truncate(depth + 1);
+                while siblings.pop_if(|(of, _)| *of > depth).is_some() {}
+                arcs.take_if(|(list, _)| depth < *list);
+                values_of_variables.take_if(|dictionary| depth < *dictionary);
+                1
+            }
+            b',' => {
+                if let Some(samples) = samples.as_mut().filter(|samples| samples.depth == depth) {
+                    samples.expects_time = true;
+                }
+                1
+            }
+            b'=' => {
+                words.push("=");
+                1
+            }
+            c if c.is_ascii_alphabetic() || c == b'_' => {
+                let is_in = |c: &u8| c.is_ascii_alphanumeric() || *c == b'_' || *c == b':';
+                let used = rest.iter().position(|c| !is_in(c)).unwrap_or(rest.len());
+                let word = std::str::from_utf8(&rest[..used]).unwrap_or_default();
+                let is_time = samples.as_ref().is_some_and(|samples| samples.depth == depth && samples.expects_time);
+                if is_time && matches!(word.trim_end_matches(':'), "nan" | "inf") {
+                    return Err(fail("a time is no finite number".into()));
+                }
+                if let Some(Some(count)) = words_of.last_mut() {
+                    *count += 1;
+                    if *count > MOST_WORDS {
+                        let what = format!("a block has more than {MOST_WORDS} words: too many properties or children");
+                        return Err(fail(what.into()));
+                    }
+                }
+                found.content.has_classes |= matches!(word, "inherits" | "specializes");
+                words.push(word);
+                used
+            }
+            c if c.is_ascii_digit() || matches!(c, b'+' | b'-' | b'.') => {
+                let (used, zero) = number(rest);
+                if used > 0 {
+                    if let Some(zero) = zero {
+                        new.replace(at + zero..at + zero, b"0");
+                    }
+                    if let Some(samples) =
+                        samples.as_mut().filter(|samples| samples.depth == depth && samples.expects_time)
+                    {
+                        let time = std::str::from_utf8(&rest[..used]).ok().and_then(|text| text.parse::<f64>().ok());
+                        let time = time.filter(|time| time.is_finite());
+                        // The sum turns -0 into 0, which is the same time.
+                        let time = time.ok_or_else(|| fail("a time is no finite number".into()))? + 0.0;
+                        samples.times.push((time, at));
+                        samples.expects_time = false;
+                    }
+                }
+                used.max(1)
+            }
+            _ => 1,
+        };
+        at += used;
+    }
+    Ok(())
+}
+
+/// Replaces a comment by a space and its line breaks.
+fn comment(new: &mut Rewritten, at: usize, rest: &[u8], used: usize) -> usize {
+    let lines = rest[..used].iter().filter(|&&c| c == b'\n').count();
+    new.replace(at..at + used, &[b" ".as_slice(), &b"\n".repeat(lines)].concat());
+    used
+}
+
+fn end_of_line(rest: &[u8]) -> usize {
+    rest.iter().position(|c| matches!(c, b'\n' | b'\r')).unwrap_or(rest.len())
+}
+
+/// The number of bytes up to the end of the next `fence` after `from`.
+fn find(text: &[u8], from: usize, fence: &[u8]) -> Option<usize> {
+    text[from..].windows(fence.len()).position(|window| window == fence).map(|i| from + i + fence.len())
+}
+
+/// Whether this field is a list of layers or prims that composition brings in.
+fn is_arc(field: &str) -> bool {
+    matches!(field, "references" | "payload" | "inherits" | "specializes" | "subLayers")
+}
+
+/// Counts a layer or a prim in a list of arcs.
+fn count(arcs: &mut Option<(usize, usize)>) -> Result<(), Invalid> {
+    if let Some((_, count)) = arcs {
+        *count += 1;
+        // A reference may have both a layer and a prim.
+        if *count > 2 * MOST_ARCS {
+            return Err(format!("a prim or layer has more than {MOST_ARCS} references, payloads or classes").into());
+        }
+    }
+    Ok(())
+}
+
+/// The length of the path of a file with its fences, and the path.
+fn asset(rest: &[u8]) -> Result<(usize, &[u8]), Invalid> {
+    let fence: &[u8] = if rest.starts_with(b"@@@") { b"@@@" } else { b"@" };
+    // The parser, too, ends at the first fence.
+    let used = find(rest, fence.len(), fence).ok_or("the path of a file has no end")?;
+    let path = &rest[fence.len()..used - fence.len()];
+    if path.iter().filter(|&&c| c == b'@').count() > MOST_FENCES {
+        return Err(format!("the path of a file has more than {MOST_FENCES} @").into());
+    }
+    Ok((used, path))
+}
+
+/// The length of a string with its fences, and its content: borrowed if the parser reads the same.
+fn string(rest: &[u8]) -> Result<(usize, Cow<'_, [u8]>), Invalid> {
+    let quote = rest[0];
+    let fence = if rest.starts_with(&[quote; 3]) { &[quote; 3][..] } else { &[quote][..] };
+    let (mut at, mut special) = (fence.len(), false);
+    loop {
+        let next = rest[at..].iter().position(|c| *c == b'\\' || *c == quote).ok_or("a string has no end")?;
+        at += next;
+        if rest[at] == b'\\' {
+            special = true;
+            at += 2;
+            if at > rest.len() {
+                return Err("a string has no end".into());
+            }
+        } else if rest[at..].starts_with(fence) {
+            break;
+        } else {
+            special = true;
+            at += 1;
+        }
+    }
+    let content = &rest[fence.len()..at];
+    Ok((at + fence.len(), if special { unescaped(content).into() } else { content.into() }))
+}
+
+/// The characters that a string with escapes stands for.
+fn unescaped(content: &[u8]) -> Vec<u8> {
+    let mut text = Vec::with_capacity(content.len());
+    let mut rest = content;
+    while let [first, tail @ ..] = rest {
+        rest = tail;
+        let (b'\\', [escape, tail @ ..]) = (*first, rest) else {
+            text.push(*first);
+            continue;
+        };
+        rest = tail;
+        match escape {
+            b'n' => text.push(b'\n'),
+            b'r' => text.push(b'\r'),
+            b't' => text.push(b'\t'),
+            other => text.push(*other),
+        }
+    }
+    text
+}
+
+/// A string in the fences that the parser reads without recursion and without escapes.
+fn quoted(content: Vec<u8>) -> Vec<u8> {
+    for quote in [b'\'', b'"'] {
+        let fence = [quote; 3];
+        let count = content.iter().filter(|&&c| c == quote).count();
+        if count <= MOST_FENCES && find(&content, 0, &fence).is_none() && content.last() != Some(&quote) {
+            return [&fence, content.as_slice(), &fence].concat();
+        }
+    }
+    // A text with many quotation marks of both kinds, such as a program. No name, token or path is one.
+    format!("'''{}'''", String::from_utf8_lossy(&content).replace('\'', "\u{2019}")).into()
+}
+
+/// The length of a number, and the offset at which it needs a `0`: the parser requires digits on both sides of the point.
+/// The length is 0 if there is no number.
+fn number(text: &[u8]) -> (usize, Option<usize>) {
+    let digits = |from: usize| text[from..].iter().take_while(|c| c.is_ascii_digit()).count();
+    let sign = usize::from(matches!(text[0], b'+' | b'-'));
+    let whole = digits(sign);
+    let mut used = sign + whole;
+    let mut zero = None;
+    if text.get(used) == Some(&b'.') {
+        let decimals = digits(used + 1);
+        if whole + decimals == 0 {
+            return (0, None);
+        }
+        if decimals == 0 {
+            zero = Some(used + 1);
+        } else if whole == 0 {
+            zero = Some(used);
+        }
+        used += 1 + decimals;
+    } else if whole == 0 {
+        return (0, None);
+    }
+    if matches!(text.get(used), Some(b'e' | b'E')) {
+        let sign = usize::from(matches!(text.get(used + 1), Some(b'+' | b'-')));
+        let exponent = text.get(used + 1 + sign..).map_or(0, |_| digits(used + 1 + sign));
+        used += if exponent > 0 { 1 + sign + exponent } else { 0 };
+    }
+    (used, zero)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> String {
+        String::from_utf8(normalized(text.into()).unwrap().bytes).unwrap()
+    }
+
+    fn error(text: &str) -> String {
+        normalized(format!("#usda 1.0\n\n{text}").into()).err().unwrap_or_else(|| panic!("{text}")).0
+    }
+
+    #[test]
+    fn names_and_paths_are_checked() {
+        let good = "#usda 1.0\n( doc = \"\"\"} // </a}> ((( \"\"\" defaultPrim = \"b\" )\n\
+                    def Xform \"b\" ( references = @./a}<.usda@</b> ) { string s = \"it's } </\" rel r = [</b>] }\n\
+                    over \"c\" { asset a = @@@x</a}>@@@ string def = 'a}' rel r = <../c{v=x}d> }";
+        assert_eq!(read(good), good);
+        let bad =
+            ["def Xform \"a}\" {}", "over \"\" {}", "class \"a b\" {}", "rel r = </a}>", "( defaultPrim = 'a}' )"];
+        // What hides a name from this lexer and not from the parser would be a hole.
+        let hidden =
+            ["# \"\r", "/* \" */", "/* ' **/", "// \"\n", "string s = '\\''", "string s = '''\\\\'''", "asset a = @@"];
+        for text in bad {
+            assert!(error(text).starts_with("line 3: "), "{text}: {}", error(text));
+            for hidden in hidden {
+                error(&format!("{hidden} {text}"));
+            }
+        }
+        assert!(error("def \"a\" { def \"b\" {} def \"a\" {} over \"b\" {} }").contains("are called b"));
+        assert!(
+            error("def \"a\" { def \"b\" {} } def \"c\" { def \"b\" {} } class X \"a\" {}").contains("are called a")
+        );
+        assert!(error(&"[".repeat(501)).contains("more than 500 brackets"));
+        read(&format!("# {0}\n\"{0}\" /* {0} */", "[".repeat(900)));
+        // Text that is cut off does not loop forever.
+        for text in ["\"", "'''", "<", "@", "@@@", "\"\\", "def \"", "#", "<\\", "/*", "/", "@@@a@@"] {
+            let _ = normalized(text.into());
+        }
+    }
+
+    #[test]
+    fn numbers_get_the_digits_that_the_parser_requires() {
+        assert_eq!(read("[.1, -.5e3, +2., (3.e-4,.7)]"), "[0.1, -0.5e3, +2.0, (3.0e-4,0.7)]");
+        assert_eq!(read("\u{feff}#usda 1.0\nfloat x = .5"), "#usda 1.0\nfloat x = 0.5");
+        let same = "#usda 1.0\nfloat a1.connect = </b.c>\nasset a = @./.5/1.@ string s = \".5 1.\" float b = 1.5e-07";
+        assert_eq!(read(same), same);
+        for end in ["1", "1.", "1.e", "1e", "1e+", ".", ".1", "-", "-."] {
+            read(end);
+        }
+    }
+
+    #[test]
+    fn comments_go_and_strings_have_no_escapes() {
+        let text = "/* Bob's\n groom **/ def \"a\" # \"it's\"\rint i = 1 // x\nasset a = @http://a//b@ int j = 2 #end";
+        assert_eq!(read(text), " \n def \"a\"  \rint i = 1  \nasset a = @http://a//b@ int j = 2  ");
+        for (from, to) in [
+            (r#"s = "\\ \"c\" it's\t""#, "s = '''\\ \"c\" it's\t'''"),
+            (r#"s = '"""a'"#, r#"s = '"""a'"#),
+            (r"s = 'it\'s'", "s = '''it's'''"),
+            // The last quotation mark cannot stand before the fence.
+            (r#"s = "it\''""#, r#"s = """it''""""#),
+            (r#"s = "''' \"""#, "s = '''\u{2019}\u{2019}\u{2019} \"'''"),
+        ] {
+            assert_eq!(read(from), to);
+        }
+        let long = read(&format!("s = \"{}\"", "\\\"'".repeat(1000)));
+        assert_eq!((long.matches('"').count(), long.matches('\u{2019}').count()), (1000, 1000), "{}", &long[..60]);
+    }
+
+    #[test]
+    fn samples_are_sorted_and_the_last_of_equal_times_wins() {
+        let read_samples = |samples: &str| read(&format!("float a.timeSamples = {{{samples}}} int b"));
+        let to = |samples: &str| format!("float a.timeSamples = {{{samples}}} int b");
+        assert_eq!(read_samples(" 1: 2, 3: 4 "), to(" 1: 2, 3: 4 "));
+        assert_eq!(read_samples(" 5: [(1, 2)], # c\n -1: [3],\n 3.: None "), to(" -1: [3], 3.0: None, 5: [(1, 2)], "));
+        assert_eq!(read_samples("1: 2, 1: 3, 0: 4, 1.0: 5"), to("0: 4, 1.0: 5, "));
+        assert_eq!(read_samples("0: 1, -0: 2,"), to("-0: 2, "));
+        for bad in ["nan: 1", "1: 2, inf: 3", "-inf: 3", "1e999: 3", "1: { float b.timeSamples = { 1: 2 } }"] {
+            error(&format!("float a.timeSamples = {{ {bad} }}"));
+        }
+        // Two attributes, and a sample with brackets of its own.
+        let two = "a.timeSamples = { 2: @b@, 1: @c, d@ } b.timeSamples = { 4: (1, 2), 3: (3, 4) }";
+        let sorted = "a.timeSamples = { 1: @c, d@, 2: @b@, } b.timeSamples = { 3: (3, 4), 4: (1, 2), }";
+        assert_eq!(read(two), sorted);
+    }
+
+    #[test]
+    fn arcs_and_expressions_are_bounded() {
+        let list = |n: usize| format!("( references = [{}] )", "@a@</b>, ".repeat(n));
+        read(&list(MOST_ARCS));
+        assert!(error(&list(MOST_ARCS + 1)).contains("more than 1000 references"));
+        assert!(!normalized("rel a = </b>".into()).unwrap().content.has_classes);
+        assert!(normalized("( prepend inherits = </b> )".into()).unwrap().content.has_classes);
+        let deep = |n: usize| format!("`{}`", "if(".repeat(n));
+        read(&format!("string a = \"{0}\" asset b = @{0}@", deep(100)));
+        let block = |n: usize| format!("def \"a\" {{ {} }} def \"b\" {{ int i }}", "float x ".repeat(n / 2));
+        read(&block(MOST_WORDS));
+        read(&format!("bool[] a = [{}]", "true, ".repeat(MOST_WORDS + 1)));
+        assert!(error(&block(MOST_WORDS + 2)).contains("more than 131072 words"));
+        let escapes = format!("a = '`{}`'", r"\\".repeat(101));
+        for text in [format!("a = '{}'", deep(101)), format!("a = @{}@", deep(101)), escapes] {
+            assert!(error(&text).contains("an expression has more than 100"));
+        }
+        let variables = "( expressionVariables = { string A = '`${B}${C}`' } ) string s = '`${A}`'";
+        assert_eq!(normalized(variables.into()).unwrap().content.variables, 2);
+        assert!(error(&format!("a = @@@{}@@@", "@b".repeat(101))).contains("more than 100 @"));
+    }
+}
