@@ -1,6 +1,7 @@
 //! Safe writing: a file is replaced completely or not at all.
 
 use crate::confined;
+use crate::leftover;
 use crate::target::{Target, target};
 use std::fs::{File, OpenOptions};
 use std::io::{BufWriter, Error, ErrorKind, Result, Write};
@@ -15,6 +16,9 @@ const PROBE_BYTES: usize = 4096;
 /// A regular or new file is written under a temporary name in the same folder, synchronised with the disk and renamed.
 /// A failure leaves the previous file. Missing folders are created. Symbolic links are followed and stay. The target of
 /// a dangling link is created. A device, a pipe or a file descriptor such as `/dev/stdout` is written directly.
+///
+/// A program that is killed meanwhile leaves its temporary file, `.vellus-` and six letters. Later calls for the same
+/// folder remove it once it is ten minutes old.
 ///
 /// An existing file keeps its mode, and its owner and group if the system permits that. It loses access control lists
 /// and other hard links. The mode of a new file follows the umask.
@@ -123,9 +127,13 @@ fn temporary(path: &Path, old: Option<&std::fs::Metadata>) -> Result<NamedTempFi
         }
         options.open(path).inspect_err(|error| code = error.raw_os_error())
     };
-    let file = tempfile::Builder::new().prefix(".vellus-").make_in(folder, open);
+    let file = tempfile::Builder::new().prefix(leftover::PREFIX).make_in(folder, open);
     // Returns the error of the operating system without the temporary name.
-    file.map_err(|error| code.map_or(error, Error::from_raw_os_error))
+    let file = file.map_err(|error| code.map_or(error, Error::from_raw_os_error))?;
+    // Not all file systems have locks.
+    file.as_file().try_lock().ok();
+    leftover::remove(folder, file.as_file());
+    Ok(file)
 }
 
 #[cfg(unix)]

@@ -13,6 +13,20 @@ pub enum Error {
     /// A setting is out of range. The text names the setting and its range.
     #[error("{0}")]
     Settings(String),
+    /// The system has no memory for a film of this size.
+    #[error(
+        "a film of {} x {} pixels needs {:.1} GB of memory, which the system does not give: choose a smaller picture, \
+         a crop or fewer layers",
+        size[0],
+        size[1],
+        *bytes as f64 * 1e-9
+    )]
+    Memory {
+        /// Width and height in pixels.
+        size: [usize; 2],
+        /// Bytes of the film.
+        bytes: u64,
+    },
     /// The size, area or layers of a film do not match the picture that is rendered into it.
     #[error("the film is of another picture: {0}")]
     OtherFilm(String),
@@ -99,6 +113,6 @@ fn rescued(rescue: &Rescue, samples: u64) -> String {
     match rescue {
         Rescue::Saved(path) => format!("; all {samples} samples a pixel are kept in {}", path.display()),
         Rescue::LastCheckpoint(path) => format!("; {} has the samples of the last checkpoint", path.display()),
-        Rescue::Lost => ", and the samples could not be saved anywhere".to_owned(),
+        Rescue::Lost(why) => format!(", and the samples could not be saved anywhere: {why}"),
     }
 }

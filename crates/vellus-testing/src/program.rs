@@ -53,6 +53,24 @@ impl Limited for Command {
     }
 }
 
+/// Runs a test of this program again, in a process of its own with this environment variable. `name` is that of the
+/// test with its modules. Returns true in that process, which does the test.
+///
+/// # Panics
+/// If the test fails there.
+pub fn is_alone_with(name: &str, variable: &str, value: &std::path::Path) -> bool {
+    const ALONE: &str = "VELLUS_TEST_ALONE";
+    if std::env::var_os(ALONE).is_some() {
+        return true;
+    }
+    let mut again = Command::new(std::env::current_exe().expect("this program has a file"));
+    again.args(["--exact", "--include-ignored", name]).env(ALONE, "1").env(variable, value);
+    let ended = again.run().expect("this program can be started again");
+    let [text, errors] = [&ended.stdout, &ended.stderr].map(|bytes| String::from_utf8_lossy(bytes));
+    assert!(ended.status.success() && text.contains("1 passed"), "{text}{errors}");
+    false
+}
+
 /// Waits until something is true.
 ///
 /// # Panics

@@ -140,7 +140,7 @@ fn explain(args: &Args, error: Error) -> anyhow::Error {
                     format!(" (continue with --resume, or: vellus merge{gaps} {path} -o {output})")
                 }
                 Rescue::LastCheckpoint(_) => " (continue with --resume)".to_owned(),
-                Rescue::Lost => String::new(),
+                Rescue::Lost(_) => String::new(),
             };
             anyhow::Error::from(*source).context(text + &next)
         }

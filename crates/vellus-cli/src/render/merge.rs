@@ -28,7 +28,8 @@ pub struct MergeArgs {
     /// Make the PNG brighter by this many stops.
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse::exposure, value_name = "N")]
     exposure: f32,
-    /// Layers of the OpenEXR file, with the names of `vellus render --layers` [default: all that were rendered].
+    /// Layers of the OpenEXR file, with the names of `vellus render --layers` [default: those that the films
+    /// were rendered for].
     #[arg(long, value_parser = Layer::list, value_name = "LAYERS")]
     layers: Option<Layers>,
     /// Merge films even if samples are missing between them, before the first, or after a film whose rendering was
@@ -68,7 +69,7 @@ pub fn merge(args: &MergeArgs) -> Result<()> {
     notes.push(("vellus_merged".to_owned(), typed_command()));
     let picture = Picture {
         path: args.output.clone(),
-        layers: args.layers.as_ref().map_or_else(|| Layer::ALL.to_vec(), Clone::clone),
+        layers: args.layers.clone().unwrap_or(merged.layers),
         pixel_type: if args.float { PixelType::Float } else { PixelType::Half },
         exposure: args.exposure,
         notes,

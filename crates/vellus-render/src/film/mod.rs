@@ -14,6 +14,7 @@ mod values;
 
 pub use layer::Layer;
 
+use crate::error::Error;
 pub(crate) use crate::film::layout::Layout;
 use cryptomatte::Count;
 use rayon::prelude::*;
@@ -51,6 +52,21 @@ impl Film {
     pub fn new(whole: [usize; 2], area: [usize; 4], layout: Layout) -> Self {
         let sums = vec![0; area[2] * area[3] * layout.words()];
         Film { whole, area, layout, samples: 0, tiles: None, sums, counts: Vec::new() }
+    }
+
+    /// As [`Film::new`], for a size that somebody chose: [`Film::new`] ends the program if the system has no memory.
+    ///
+    /// # Errors
+    /// [`Error::Memory`] if the system has no memory for the film.
+    pub fn try_new(whole: [usize; 2], area: [usize; 4], layout: Layout) -> Result<Self, Error> {
+        let [_, _, width, height] = area;
+        let numbers = [width, height, layout.bytes_per_pixel()].map(|n| n as u64);
+        let bytes = numbers.into_iter().fold(1, u64::saturating_mul);
+        if vellus_io::fits_in_memory(bytes) {
+            Ok(Film::new(whole, area, layout))
+        } else {
+            Err(Error::Memory { size: [width, height], bytes })
+        }
     }
 
     /// Width in pixels.

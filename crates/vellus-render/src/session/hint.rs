@@ -5,6 +5,9 @@ use std::fmt;
 
 /// A picture whose pixels are all but this share black, white or empty is reported.
 const REST: f64 = 0.005;
+/// Fewer samples say nothing about a picture that they find empty: if objects cover more than [`REST`] of it, so many
+/// miss them with a probability of 0.995¹⁰⁰⁰ = 0.7 %.
+const ENOUGH: u64 = 1000;
 /// Luminances, after the exposure, that look black and white.
 const BLACK: f64 = 0.001;
 const WHITE: f64 = 0.98;
@@ -41,7 +44,9 @@ impl Hint {
         }
         let nearly_all = |count: f64| count > (1.0 - REST) * pixels;
         if seen == 0.0 {
-            Some(Hint::Empty)
+            // There may be objects beside a crop.
+            let is_whole = [film.width(), film.height()] == film.whole();
+            (is_whole && film.total_samples() >= ENOUGH).then_some(Hint::Empty)
         } else if nearly_all(dark) {
             Some(match film.metered() {
                 _ if world.geometry.lights.is_black() => Hint::NoLight,

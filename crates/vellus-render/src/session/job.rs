@@ -1,6 +1,7 @@
 //! One picture from its checkpoint to its files.
 
 use super::keeper::Keeper;
+use super::notes::{layers_note, take_layers};
 use super::{Denoise, End, Event, Hint, Options, Pass, Picture, Session, end_notes, write_film};
 use crate::error::Error;
 use crate::film::checkpoint::Checkpoint;
@@ -123,6 +124,7 @@ impl Job {
     ) -> Result<Outcome, Error> {
         self.options.validate()?;
         self.options.pass = self.options.pass.min(self.interval);
+        self.options.notes.push(layers_note(&self.picture.layers));
         let mut keeper = Keeper::new(&self.picture.path);
         self.check_space(world, &keeper)?;
         let mut session = Session::new(world, self.options.clone())?;
@@ -249,7 +251,9 @@ impl Job {
         }
         let complete = end == End::Samples || (!interrupted && self.any_end_completes);
         let kept = if complete { None } else { keeper.keep(&checkpoint, report) };
-        self.picture.notes.extend_from_slice(&checkpoint.notes);
+        let mut notes = checkpoint.notes.clone();
+        take_layers(&mut notes);
+        self.picture.notes.extend(notes);
         self.picture.notes.extend(end_notes(&checkpoint.film, end));
         let files = self.picture.write_denoised(&checkpoint.film, self.denoiser.as_deref(), &mut *report);
         let files = files.map_err(|error| keeper.rescue(&checkpoint, error))?;

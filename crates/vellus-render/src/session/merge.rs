@@ -1,9 +1,10 @@
 //! Merging films of sample ranges.
 
+use super::notes::take_layers;
 use crate::error::Error;
-use crate::film::Film;
 use crate::film::checkpoint::Checkpoint;
 use crate::film::picture::Notes;
+use crate::film::{Film, Layer};
 use std::ops::Range;
 
 /// Adds films of sample ranges of one picture. The sum has the same bits as a film that was rendered at once.
@@ -30,6 +31,8 @@ pub struct Merged {
     pub film: Film,
     /// The notes of the film with the first samples.
     pub notes: Notes,
+    /// The layers that its picture should have: those that were asked for when the films were rendered.
+    pub layers: Vec<Layer>,
     /// The samples that are missing between the films, before the first, or after a film that was stopped early. One
     /// text for each gap; none if the picture is complete.
     pub gaps: Vec<String>,
@@ -73,7 +76,10 @@ impl Merge {
     /// # Errors
     /// [`Error::Merge`] if there are no films, or if two of them have samples in common.
     pub fn finish(mut self) -> Result<Merged, Error> {
-        let Some(Checkpoint { film, notes, .. }) = self.sum else { return Err(Error::Merge("no films".to_owned())) };
+        let Some(Checkpoint { film, mut notes, .. }) = self.sum else {
+            return Err(Error::Merge("no films".to_owned()));
+        };
+        let layers = take_layers(&mut notes).unwrap_or_else(|| Layer::ALL.to_vec());
         self.parts.sort_by_key(|part| part.samples.start);
         let mut gaps = Vec::new();
         let mut next = 0;
@@ -91,6 +97,6 @@ impl Merge {
             }
             next = samples.end;
         }
-        Ok(Merged { film, notes, gaps })
+        Ok(Merged { film, notes, layers, gaps })
     }
 }

@@ -114,7 +114,7 @@ impl Options {
 }
 
 /// The largest width or height of a picture, in pixels.
-const MAX_SIZE: usize = 1 << 16;
+pub const MAX_SIZE: usize = 1 << 15;
 
 /// What the callback of [`Session::run`] sees after each pass.
 #[derive(Clone, Copy, Debug)]
@@ -184,11 +184,11 @@ impl<'w> Session<'w> {
     /// A session without samples.
     ///
     /// # Errors
-    /// [`Error::Settings`] if an option is out of its range.
+    /// [`Error::Settings`] if an option is out of its range. [`Error::Memory`] if the film has no room.
     pub fn new(world: &'w World, options: Options) -> Result<Self, Error> {
         options.validate()?;
         let Options { settings, layers, samples, exact, noise, time, pass, identity, notes } = options;
-        let film = Film::new(settings.size, settings.area(), world.layout(&layers));
+        let film = Film::try_new(settings.size, settings.area(), world.layout(&layers))?;
         let goals = Goals { samples: samples.end - samples.start, noise, time };
         let empty = samples.start..samples.start;
         let checkpoint = Checkpoint { identity, samples: empty, planned: samples.end, notes, film };

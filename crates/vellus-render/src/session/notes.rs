@@ -1,5 +1,6 @@
-//! Notes about a scene, for the headers of pictures.
+//! Notes about a scene, for the headers of pictures, and about a picture, for its films.
 
+use crate::film::Layer;
 use crate::film::picture::Notes;
 use vellus_scene::Scene;
 
@@ -22,4 +23,20 @@ pub fn fiber_notes(scene: &Scene) -> Notes {
         notes.push((if taken { format!("{name}_{i}") } else { name }, value));
     }
     notes
+}
+
+/// The note with the layers that a picture should have. Only films have it: they also keep layers that a picture's
+/// noise and preview are computed from.
+const LAYERS_NOTE: &str = "vellus_layers";
+
+/// The note with the layers of a picture.
+pub(super) fn layers_note(layers: &[Layer]) -> (String, String) {
+    (LAYERS_NOTE.to_owned(), layers.iter().map(|layer| layer.name()).collect::<Vec<_>>().join(","))
+}
+
+/// Removes the note with the layers from the notes of a film, and returns them. `None` if it has no such note.
+pub(super) fn take_layers(notes: &mut Notes) -> Option<Vec<Layer>> {
+    let at = notes.iter().position(|(name, _)| name == LAYERS_NOTE)?;
+    let (_, names) = notes.remove(at);
+    if names.is_empty() { Some(Vec::new()) } else { Layer::list(&names).ok() }
 }

@@ -1,5 +1,6 @@
 //! The checkpoint file of one picture, and films that were rescued when it could not be written.
 
+use super::text::Chain;
 use crate::error::Error;
 use crate::film::checkpoint::Checkpoint;
 use std::io::ErrorKind;
@@ -14,8 +15,6 @@ use vellus_io::Digest;
 #[derive(Debug)]
 pub struct Store {
     path: PathBuf,
-    /// Where films are rescued if neither the picture nor the checkpoint can be written.
-    rescue_folder: PathBuf,
     /// Rescued films that the next checkpoint or picture makes superfluous.
     rescued: Vec<PathBuf>,
 }
@@ -38,14 +37,14 @@ pub enum Rescue {
     Saved(PathBuf),
     /// Only those of the last checkpoint are left.
     LastCheckpoint(PathBuf),
-    /// They are lost.
-    Lost,
+    /// They are lost, and why.
+    Lost(String),
 }
 
 impl Store {
-    /// The store of a picture. Films are rescued to the system's folder for temporary files.
+    /// The store of a picture.
     pub fn beside(picture: &Path) -> Self {
-        Store { path: picture.with_extension("checkpoint"), rescue_folder: std::env::temp_dir(), rescued: Vec::new() }
+        Store { path: picture.with_extension("checkpoint"), rescued: Vec::new() }
     }
 
     /// The checkpoint.
@@ -67,7 +66,11 @@ impl Store {
         let fits = |film: &Checkpoint| {
             film.identity == identity && film.samples.start == samples.start && film.samples.end <= samples.end
         };
-        for path in self.rescued_films(identity, samples.start) {
+        let films = rescued_films(identity, samples.start).unwrap_or_else(|error| {
+            found.unreadable.push(error);
+            Vec::new()
+        });
+        for path in films {
             match read_film(&path) {
                 Ok(film) if fits(&film) => {
                     let best = found.checkpoint.as_ref();
@@ -124,32 +127,58 @@ impl Store {
         }
     }
 
-    /// Saves samples whose picture cannot be written: as the checkpoint, or else in the system's folder for temporary
-    /// files, where [`Store::find`] finds them.
+    /// Saves samples whose picture cannot be written: as the checkpoint, or else in the user's own folder, where
+    /// [`Store::find`] finds them. That is the folder `films` in [`vellus_io::state_folder`].
     pub fn rescue(&self, checkpoint: &Checkpoint) -> Rescue {
         let bytes = checkpoint.to_bytes();
         let Checkpoint { identity, samples, .. } = checkpoint;
+        if write(&self.path, &bytes).is_ok() {
+            return Rescue::Saved(self.path.clone());
+        }
         let name = format!("{}{}.film", rescue_prefix(*identity, samples.start), samples.end);
-        let other = self.rescue_folder.join(name);
-        match [&self.path, &other].into_iter().find(|path| write(path, &bytes).is_ok()) {
-            Some(path) => Rescue::Saved(path.clone()),
-            None if self.path.exists() => Rescue::LastCheckpoint(self.path.clone()),
-            None => Rescue::Lost,
+        let saved = rescue_folder().and_then(|folder| {
+            make_private(&folder)?;
+            let path = folder.join(name);
+            write(&path, &bytes).map(|()| path)
+        });
+        match saved {
+            Ok(path) => Rescue::Saved(path),
+            Err(_) if self.path.exists() => Rescue::LastCheckpoint(self.path.clone()),
+            Err(error) => Rescue::Lost(Chain(&error).to_string()),
         }
     }
+}
 
-    /// Rescued films of a picture, sorted by name.
-    fn rescued_films(&self, identity: Digest, start: u64) -> Vec<PathBuf> {
-        let prefix = rescue_prefix(identity, start);
-        let is_one = |path: &PathBuf| {
-            let name = path.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
-            name.starts_with(&prefix) && name.ends_with(".film")
-        };
-        let Ok(entries) = std::fs::read_dir(&self.rescue_folder) else { return Vec::new() };
-        let mut films: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_one).collect();
-        films.sort();
-        films
-    }
+/// The folder of rescued films.
+fn rescue_folder() -> Result<PathBuf, Error> {
+    let state = vellus_io::state_folder();
+    state.map(|state| state.join("films")).map_err(|source| Error::Write { path: "films".into(), source })
+}
+
+/// Makes the folder of rescued films and the one above it private.
+fn make_private(folder: &Path) -> Result<(), Error> {
+    let folders = folder.parent().into_iter().chain([folder]);
+    folders.into_iter().try_for_each(|folder| {
+        vellus_io::make_private(folder).map_err(|source| Error::Write { path: folder.to_owned(), source })
+    })
+}
+
+/// Rescued films of a picture, sorted by name. Only regular files of this user count: films are trusted.
+fn rescued_films(identity: Digest, start: u64) -> Result<Vec<PathBuf>, Error> {
+    let Some(folder) = rescue_folder().ok().filter(|folder| folder.symlink_metadata().is_ok()) else {
+        return Ok(Vec::new());
+    };
+    make_private(&folder)?;
+    let prefix = rescue_prefix(identity, start);
+    let is_one = |path: &PathBuf| {
+        let name = path.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
+        let is_own = |file: std::fs::Metadata| file.is_file() && vellus_io::is_own(&file);
+        name.starts_with(&prefix) && name.ends_with(".film") && path.symlink_metadata().is_ok_and(is_own)
+    };
+    let entries = std::fs::read_dir(&folder).map_err(|source| Error::Read { path: folder, source })?;
+    let mut films: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_one).collect();
+    films.sort();
+    Ok(films)
 }
 
 /// Says that a folder has too little space. Bytes: all that is needed, of it the pictures and one film, and free space.

@@ -46,3 +46,6 @@ pub fn mean(film: &Film, layer: Layer, channel: usize) -> f64 {
     let (w, h) = (film.width(), film.height());
     (0..w * h).map(|i| film.mean(i % w, i / w, layer, channel)).sum::<f64>() / (w * h) as f64
 }
+
+/// The variable that chooses the folder of rescued films.
+pub const STATE: &str = if cfg!(windows) { "LOCALAPPDATA" } else { "XDG_STATE_HOME" };

@@ -1,12 +1,13 @@
 //! Jobs: events, checkpoints, and what is kept when files cannot be written.
 
-use crate::common::{settings, world};
+use crate::common::{STATE, settings, world};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use vellus_io::Digest;
 use vellus_render::session::{Denoise, End, Event, IDENTITY_NOTE, Job, Options, Outcome, Picture, Rescue, read_film};
 use vellus_render::{Error, Film, World};
+use vellus_testing::program::is_alone_with;
 
 /// A job that writes `fox.exr` to a folder, with a checkpoint after each pass.
 fn job(folder: &Path, samples: u64) -> Job {
@@ -98,9 +99,13 @@ fn a_checkpoint_of_another_picture_is_refused() {
     assert!(matches!(result, Err(Error::OtherCheckpoint(_))) && events.is_empty());
 }
 
-/// The folder is a file. Samples are rescued to the system's folder for temporary files, and found there.
+/// The folder is a file. Samples are rescued to a folder of the user, and found there.
 #[test]
 fn samples_that_cannot_be_written_are_rescued() {
+    let state = tempfile::tempdir().unwrap();
+    if !is_alone_with("job::samples_that_cannot_be_written_are_rescued", STATE, state.path()) {
+        return;
+    }
     let world = world();
     let folder = tempfile::tempdir().unwrap();
     let gone = folder.path().join("gone");

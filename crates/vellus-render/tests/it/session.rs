@@ -1,12 +1,14 @@
 //! Sessions: goals, cancellation, resumption, merging and files.
 
-use crate::common::{settings, world};
+use crate::common::{STATE, settings, world};
 use std::sync::atomic::{AtomicBool, Ordering};
 use vellus_io::Digest;
 use vellus_render::session::{
-    End, Goals, IDENTITY_NOTE, Merge, Options, Picture, Rescue, Store, end_notes, is_finished, read_film, write_film,
+    End, Goals, IDENTITY_NOTE, Job, Merge, Options, Picture, Rescue, Store, end_notes, is_finished, read_film,
+    write_film,
 };
-use vellus_render::{Checkpoint, Error, Film, Layer, Session, Settings, World};
+use vellus_render::{Checkpoint, Error, Film, Layer, PixelType, Session, Settings, World};
+use vellus_testing::program::is_alone_with;
 
 /// All samples at once.
 fn expected(world: &World, samples: u64) -> Film {
@@ -139,15 +141,6 @@ fn pictures_and_checkpoints_are_kept_in_files() {
     assert_eq!(read_film(store.path()).unwrap(), film);
     store.remove();
     assert!(!store.path().exists());
-    // The folder is gone: the film is saved elsewhere, found there, and removed with the picture.
-    let mut lost = Store::beside(&folder.path().join("gone/fox.exr"));
-    std::fs::write(folder.path().join("gone"), "no folder").unwrap();
-    assert!(write_film(lost.path(), &film).is_err());
-    let Rescue::Saved(path) = lost.rescue(&film) else { panic!("nothing was saved") };
-    let found = lost.find(identity, &(0..9)).unwrap();
-    assert_eq!((found.checkpoint, found.rescued), (Some(film.clone()), Some(path.clone())));
-    lost.remove();
-    assert!(!path.exists());
 
     let picture = Picture { notes: [notes, end_notes(&film.film, End::Time)].concat(), ..Picture::new(&output) };
     let written = picture.write(&film.film, None).unwrap();
@@ -161,4 +154,104 @@ fn pictures_and_checkpoints_are_kept_in_files() {
     assert!(
         !is_finished(&output, identity, &goals(9, None)) && !is_finished(&output, Digest::of(b""), &goals(3, None))
     );
+}
+
+/// The folder of a picture is gone: its film is saved in a folder of the user, found there, and removed with the
+/// picture. What others could have put there is left out.
+#[test]
+fn films_are_rescued_to_a_private_folder() {
+    let state = tempfile::tempdir().unwrap();
+    if !is_alone_with("session::films_are_rescued_to_a_private_folder", STATE, state.path()) {
+        return;
+    }
+    let world = world();
+    let folder = tempfile::tempdir().unwrap();
+    let identity = Digest::of(b"rescued");
+    let film = finish(&world, Options { identity, ..Options::new(settings(), 3) });
+    let mut lost = Store::beside(&folder.path().join("gone/fox.exr"));
+    std::fs::write(folder.path().join("gone"), "no folder").unwrap();
+    assert!(write_film(lost.path(), &film).is_err());
+    assert!(lost.find(identity, &(0..9)).unwrap().unreadable.is_empty());
+    let Rescue::Saved(path) = lost.rescue(&film) else { panic!("nothing was saved") };
+    let found = lost.find(identity, &(0..9)).unwrap();
+    assert_eq!((found.checkpoint, found.rescued), (Some(film.clone()), Some(path.clone())));
+    lost.remove();
+    assert!(!path.exists());
+
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let private = path.parent().unwrap();
+        let mode = |bits| std::fs::set_permissions(private, std::fs::Permissions::from_mode(bits)).unwrap();
+        assert_eq!(private.metadata().unwrap().permissions().mode() & 0o777, 0o700);
+        let empty = |lost: &mut Store| {
+            let found = lost.find(identity, &(0..9)).unwrap();
+            assert_eq!((found.checkpoint, found.rescued), (None, None));
+            found.unreadable.len()
+        };
+        // A link to a good film, and a pipe.
+        let forged = folder.path().join("forged.film");
+        write_film(&forged, &film).unwrap();
+        symlink(&forged, &path).unwrap();
+        assert!(std::process::Command::new("mkfifo").arg(path.with_extension("9.film")).status().unwrap().success());
+        assert_eq!(empty(&mut lost), 0);
+        // It is not written through either.
+        let Rescue::Lost(why) = lost.rescue(&film) else { panic!("it followed a link") };
+        assert!(why.contains("symbolic link"), "{why}");
+        std::fs::remove_file(&path).unwrap();
+        // A folder that others can write to.
+        std::fs::rename(&forged, &path).unwrap();
+        mode(0o777);
+        assert_eq!(empty(&mut lost), 1);
+        let Rescue::Lost(why) = lost.rescue(&film) else { panic!("others can write there") };
+        assert!(why.contains("other users can write"), "{why}");
+        mode(0o700);
+        assert_eq!(lost.find(identity, &(0..9)).unwrap().rescued, Some(path));
+    }
+}
+
+/// A film keeps layers that its picture does not have.
+#[test]
+fn merged_pictures_have_the_layers_that_were_asked_for() {
+    let world = world();
+    let folder = tempfile::tempdir().unwrap();
+    let lists: [&[Layer]; 4] = [&[Layer::Depth, Layer::RootUv], &[Layer::Beauty], &[], &Layer::ALL];
+    for (i, layers) in lists.into_iter().enumerate() {
+        let path = |name: &str| folder.path().join(format!("{name}{i}.exr"));
+        let run = |name: &str, samples: std::ops::Range<u64>| {
+            let options = Options { samples, layers: layers.to_vec(), ..Options::new(settings(), 4) };
+            let picture = Picture { layers: layers.to_vec(), ..Picture::new(path(name)) };
+            Job { film: true, ..Job::new(options, picture) }.run(&world, &(), |_| {}).unwrap();
+        };
+        run("whole", 0..4);
+        run("a", 0..1);
+        run("b", 1..4);
+        let mut merge = Merge::new();
+        for name in ["b", "a"] {
+            merge.add(name, read_film(&path(name).with_extension("film")).unwrap()).unwrap();
+        }
+        let merged = merge.finish().unwrap();
+        assert_eq!(merged.layers, layers);
+        assert!(merged.notes.iter().all(|(name, _)| name != "vellus_layers"));
+        let bytes = |film: &Film, layers: &[Layer]| film.to_exr(layers, None, PixelType::Half, &[]).unwrap();
+        let whole = read_film(&path("whole").with_extension("film")).unwrap();
+        assert_eq!(bytes(&merged.film, &merged.layers), bytes(&whole.film, layers));
+    }
+    // Films without the note are of an older version.
+    let mut merge = Merge::new();
+    merge.add("old", finish(&world, Options::new(settings(), 1))).unwrap();
+    assert_eq!(merge.finish().unwrap().layers, Layer::ALL);
+}
+
+#[test]
+fn a_film_without_memory_is_refused() {
+    let world = world();
+    let huge = Options { layers: Layer::ALL.to_vec(), ..Options::new(Settings::new([32768; 2]), 1) };
+    // On a machine with half a terabyte, it has room.
+    if let Err(error) = Session::new(&world, huge) {
+        assert!(matches!(error, Error::Memory { size: [32768, 32768], .. }), "{error}");
+        assert!(error.to_string().contains("GB of memory"), "{error}");
+    }
+    let wide = Session::new(&world, Options::new(Settings::new([32769, 1]), 1)).unwrap_err();
+    assert!(wide.to_string().contains("[1, 32768]"), "{wide}");
 }
