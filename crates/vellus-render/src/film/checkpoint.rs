@@ -13,7 +13,7 @@
 //! | texts | names of the light groups |
 //! | texts | notes: names and values alternate |
 //! | u64 | only with adaptive sampling: the nominal number of samples at the last plan |
-//! | (u64, u32) … | only with adaptive sampling: samples at the last plan and rate of each half of a tile, see `tiles.rs` |
+//! | (u64, u32) … | only with adaptive sampling: samples at the last plan and rate, for each half of a tile |
 //! | u32 … | sums, row by row, as described in `sums.rs` |
 //! | texts | only with layers of Cryptomatte: object, look and group of each thing |
 //! | u32 | only with layers of Cryptomatte: the number of counts |

@@ -275,8 +275,8 @@ mod tests {
 
     /// After the second plan, the number of samples depends on a pixel's own samples through those of the other half.
     /// Measured in percent: −0.06 ± 0.03 at 64 samples, −0.015 ± 0.018 at 128, 0.008 ± 0.013 at 256. The test fails
-    /// with a probability of at most 0.001 for a bias of 0.1 %. At 64 samples it notices one of 0.3 % with a probability
-    /// above 0.999: 3.6 standard errors beyond the bound.
+    /// with a probability of at most 0.001 for a bias of 0.1 %. At 64 samples it notices one of 0.3 % with a
+    /// probability above 0.999: 3.6 standard errors beyond the bound.
     #[test]
     #[ignore = "full: 24,000 films take a minute"]
     fn later_plans_have_little_bias() {

@@ -1,5 +1,5 @@
-//! Files and folders whose structure is hostile: circles of every arc and connection, deep and wide hierarchies, samples
-//! in any order, and plans with links and pipes.
+//! Files and folders whose structure is hostile: circles of every arc and connection, deep and wide hierarchies,
+//! samples in any order, and plans with links and pipes.
 
 use super::Attack;
 use super::places::make_fifo;
@@ -130,7 +130,8 @@ fn document(trial: &mut Trial) -> Result<(), Stop> {
             text,
             "<{node} name=\"n{i}\" type=\"color3\"><input name=\"value\" type=\"color3\" nodename=\"n{to}\"/>\
              <input name=\"in1\" type=\"color3\" nodegraph=\"g{to}\" output=\"out\"/></{node}>\
-             <nodegraph name=\"g{i}\"><output name=\"out\" type=\"color3\" nodename=\"n{to}\" nodegraph=\"g{to}\"/></nodegraph>"
+             <nodegraph name=\"g{i}\">\
+             <output name=\"out\" type=\"color3\" nodename=\"n{to}\" nodegraph=\"g{to}\"/></nodegraph>"
         );
     }
     let _ = write!(
@@ -138,8 +139,8 @@ fn document(trial: &mut Trial) -> Result<(), Stop> {
         "<chiang_hair_bsdf name=\"h\" type=\"BSDF\"><input name=\"tint_TT\" type=\"color3\" nodename=\"n0\"/>\
          <input name=\"absorption_coefficient\" type=\"vector3\" nodename=\"n0\"/></chiang_hair_bsdf>\
          <surface name=\"s\" type=\"surfaceshader\"><input name=\"bsdf\" type=\"BSDF\" nodename=\"h\"/></surface>\
-         <surfacematerial name=\"M\" type=\"material\"><input name=\"surfaceshader\" type=\"surfaceshader\" nodename=\"s\"/>\
-         </surfacematerial></materialx>"
+         <surfacematerial name=\"M\" type=\"material\">\
+         <input name=\"surfaceshader\" type=\"surfaceshader\" nodename=\"s\"/></surfacematerial></materialx>"
     );
     std::fs::write(trial.at("document.mtlx"), text)?;
     let outcome = trial.run(&trial.vellus("fiber show document.mtlx"))?;

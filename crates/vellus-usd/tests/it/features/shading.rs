@@ -356,7 +356,8 @@ fn values_that_are_not_valid_are_never_dropped() {
 fn nodes_of_graphs_do_not_become_other_nodes() {
     let constant = |name: &str, value: &str| {
         format!(
-            "<constant name=\"{name}\" type=\"color3\"><input name=\"value\" type=\"color3\" value=\"{value}\"/></constant>"
+            "<constant name=\"{name}\" type=\"color3\">
+            <input name=\"value\" type=\"color3\" value=\"{value}\"/></constant>"
         )
     };
     let graph = |name: &str, node: &str, value: &str| {
