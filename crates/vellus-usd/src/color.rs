@@ -85,7 +85,7 @@ const NAMES: [(&str, Gamut, Curve); 37] = [
     ("lin_ciexyzd65_scene", Gamut::Xyz, Curve::Linear),
 ];
 
-/// The white point of daylight (D65).
+/// The white point of daylight at 6500 K (CIE, ISO 11664-2).
 const DAYLIGHT: [f64; 2] = [0.3127, 0.3290];
 
 /// The white point of ACES.
