@@ -23,27 +23,6 @@ impl OutputArgs {
         self.out.as_deref().map_or(Ok(()), writable)
     }
 
-    /// Writes the result that `fill` writes piece by piece for the format. An error of `fill` leaves the file as it
-    /// was.
-    pub fn write_with(&self, fill: impl FnOnce(Format, &mut dyn Write) -> Result<()>) -> Result<()> {
-        let Some(path) = &self.out else {
-            let mut out = BufWriter::new(StandardOutput);
-            fill(self.format, &mut out)?;
-            return out.flush().context("cannot write to standard output");
-        };
-        let mut failure = None;
-        let written = vellus_io::write_with(path, |out| {
-            fill(self.format, out).or_else(|error| {
-                failure = Some(error);
-                Err(std::io::ErrorKind::Other.into())
-            })
-        });
-        match failure {
-            Some(error) => Err(error),
-            None => written.with_context(|| format!("cannot write {}", path.display())),
-        }
-    }
-
     /// Writes the result that `text` returns for the format.
     pub fn write(&self, text: impl FnOnce(Format) -> String) -> Result<()> {
         write(self.out.as_deref(), text(self.format).as_bytes())
