@@ -141,7 +141,8 @@ impl Call {
         let mut command = Command::new("/bin/sh");
         command.arg("-c").arg(self.script()).arg(vellus).args(&self.args).current_dir(&self.folder);
         // Temporary files stay in the case's folder, and a case may use two threads.
-        command.env("TMPDIR", self.folder.join("tmp")).env("RAYON_NUM_THREADS", "2").env("RUST_BACKTRACE", "0");
+        command.env("TMPDIR", self.folder.join("tmp")).env("XDG_STATE_HOME", self.folder.join("state"));
+        command.env("RAYON_NUM_THREADS", "2").env("RUST_BACKTRACE", "0");
         command.stdin(Stdio::null()).stdout(stream(&self.stdout)?).stderr(stream(&self.stderr)?);
         default_signals();
         let mut child = command.spawn()?;

@@ -5,6 +5,9 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 pub use vellus_testing::program::{LIMIT, Limited, Running, wait_until};
 
+/// Where a program keeps what it rescued. The tests must not find what is in the user's folder.
+pub const STATE: &str = if cfg!(windows) { "LOCALAPPDATA" } else { "XDG_STATE_HOME" };
+
 /// The command, in a folder, without input.
 pub fn command(folder: &Path, args: &[&str]) -> Command {
     piped(Command::new(env!("CARGO_BIN_EXE_vellus")), folder, args)
@@ -18,6 +21,7 @@ pub fn shell(folder: &Path, script: &str, args: &[&str]) -> Command {
 }
 
 fn piped(mut command: Command, folder: &Path, args: &[&str]) -> Command {
+    command.env(STATE, std::path::absolute(folder).unwrap().join("state"));
     command.current_dir(folder).args(args).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     command
 }

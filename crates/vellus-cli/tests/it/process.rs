@@ -161,7 +161,10 @@ fn a_second_signal_ends_the_program_at_once() {
     // A piece takes many times longer than this test waits.
     let args = ["table", "build", "--quality", "shipping", "--photons", "100000000", "--out", "a.vellus"];
     let child = command(folder.path(), &args).start().unwrap();
-    child.wait_until_it_catches(Signal::TERM);
+    // Before its first piece begins, it would end at once.
+    let pieces = folder.path().join("a.vellus.work");
+    wait_until("the folder of pieces", || pieces.exists());
+    std::thread::sleep(Duration::from_millis(1000));
     child.send(Signal::TERM);
     std::thread::sleep(Duration::from_millis(1000));
     child.send(Signal::INT);

@@ -7,7 +7,7 @@ use vellus_render::session::{
     End, Goals, IDENTITY_NOTE, Job, Merge, Options, Picture, Rescue, Store, end_notes, is_finished, read_film,
     write_film,
 };
-use vellus_render::{Checkpoint, Error, Film, Layer, PixelType, Session, Settings, World};
+use vellus_render::{Checkpoint, Error, Film, Layer, Session, Settings, World};
 use vellus_testing::program::is_alone_with;
 
 /// All samples at once.
@@ -215,7 +215,7 @@ fn films_are_rescued_to_a_private_folder() {
 fn merged_pictures_have_the_layers_that_were_asked_for() {
     let world = world();
     let folder = tempfile::tempdir().unwrap();
-    let lists: [&[Layer]; 4] = [&[Layer::Depth, Layer::RootUv], &[Layer::Beauty], &[], &Layer::ALL];
+    let lists: [&[Layer]; 3] = [&[Layer::Depth, Layer::RootUv], &[Layer::Beauty], &Layer::ALL];
     for (i, layers) in lists.into_iter().enumerate() {
         let path = |name: &str| folder.path().join(format!("{name}{i}.exr"));
         let run = |name: &str, samples: std::ops::Range<u64>| {
@@ -233,9 +233,8 @@ fn merged_pictures_have_the_layers_that_were_asked_for() {
         let merged = merge.finish().unwrap();
         assert_eq!(merged.layers, layers);
         assert!(merged.notes.iter().all(|(name, _)| name != "vellus_layers"));
-        let bytes = |film: &Film, layers: &[Layer]| film.to_exr(layers, None, PixelType::Half, &[]).unwrap();
         let whole = read_film(&path("whole").with_extension("film")).unwrap();
-        assert_eq!(bytes(&merged.film, &merged.layers), bytes(&whole.film, layers));
+        assert!(merged.film == whole.film, "{layers:?}");
     }
     // Films without the note are of an older version.
     let mut merge = Merge::new();
