@@ -12,6 +12,7 @@ mod fiber_args;
 mod fit;
 mod groom;
 mod interrupt;
+mod live;
 mod model_args;
 mod number;
 mod output;
@@ -144,7 +145,7 @@ fn run(command: Option<Command>) -> Result<()> {
         Some(Command::Plot(args)) => plot::run(&args),
         Some(Command::Table(command)) => table::run(&command),
         Some(Command::Render(args)) => render::run(&args),
-        Some(Command::Live(args)) => Ok(vellus_live::run(&args)?),
+        Some(Command::Live(args)) => live::run(&args),
         Some(Command::Scene(args)) => scene::run(&args),
         Some(Command::Groom(command)) => groom::run(&command),
         Some(Command::Fit(args)) => fit::run(&args),

@@ -1,6 +1,6 @@
 //! The options of `vellus live`.
 
-use crate::{Engine, Error, Options, Server};
+use crate::{Engine, Error, Listener, Options, Server};
 use std::net::IpAddr;
 use std::path::PathBuf;
 
@@ -17,8 +17,8 @@ pub struct Args {
     /// Use the small version of a built-in scene.
     #[arg(long)]
     pub small: bool,
-    /// Listen on this address instead of the loopback address. All requests then need the random token in the printed
-    /// address. The connection is not encrypted.
+    /// Listen on this address of the machine instead of the loopback address; 0.0.0.0 and :: are all of them. All
+    /// requests then need the random token in the printed address. The connection is not encrypted.
     #[arg(long, value_name = "ADDRESS")]
     pub host: Option<IpAddr>,
     /// The port; 0 is a free one.
@@ -32,37 +32,36 @@ pub struct Args {
     pub folder: Option<PathBuf>,
 }
 
-/// Opens the scene, starts the server, prints its address, and waits for Ctrl-C.
-///
-/// # Errors
-/// [`Error`] if the scene or the address cannot be used.
-pub fn run(args: &Args) -> Result<(), Error> {
-    eprintln!("opening {}", args.scene.display());
-    let engine = Engine::open(&args.scene, args.small, args.folder.clone())?;
-    let options = Options { host: args.host, port: args.port };
-    let server = Server::start(engine, &options)?;
-    println!("{}", server.url());
-    if !args.no_open {
-        open_browser(&server.url());
+impl Args {
+    /// Takes the port, opens the scene, and starts the server.
+    ///
+    /// # Errors
+    /// [`Error`] if the scene or the address cannot be used.
+    pub fn start(&self) -> Result<Server, Error> {
+        // A scene may take a minute, so a port that is in use is found before.
+        let listener = Listener::bind(&Options { host: self.host, port: self.port, ..Options::default() })?;
+        listener.serve(Engine::open(&self.scene, self.small, self.folder.clone())?)
     }
-    server.wait()
-}
 
-/// Asks the system to open the page. The address is printed, so a failure is no error.
-fn open_browser(url: &str) {
-    let program = if cfg!(target_os = "macos") {
-        "open"
-    } else if cfg!(windows) {
-        "explorer"
-    } else if ["DISPLAY", "WAYLAND_DISPLAY"].iter().any(|name| std::env::var_os(name).is_some()) {
-        "xdg-open"
-    } else {
-        return;
-    };
-    let null = std::process::Stdio::null;
-    let command = std::process::Command::new(program).arg(url).stdout(null()).stderr(null()).spawn();
-    // A thread waits for the program, so that it leaves no zombie.
-    if let Ok(mut child) = command {
-        std::thread::spawn(move || child.wait());
+    /// Opens the page in a browser, if the options do not forbid it. The address is printed, so a failure is no error.
+    pub fn open_browser(&self, url: &str) {
+        let program = if cfg!(target_os = "macos") {
+            "open"
+        } else if cfg!(windows) {
+            "explorer"
+        } else if ["DISPLAY", "WAYLAND_DISPLAY"].iter().any(|name| std::env::var_os(name).is_some()) {
+            "xdg-open"
+        } else {
+            return;
+        };
+        if self.no_open {
+            return;
+        }
+        let null = std::process::Stdio::null;
+        let command = std::process::Command::new(program).arg(url).stdout(null()).stderr(null()).spawn();
+        // A thread waits for the program, so that it leaves no zombie.
+        if let Ok(mut child) = command {
+            std::thread::spawn(move || child.wait());
+        }
     }
 }

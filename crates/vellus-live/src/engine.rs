@@ -1,6 +1,7 @@
 //! The thread that renders, and its queue of commands.
 
 use crate::Error;
+use crate::files::Files;
 use crate::frame::Frame;
 use crate::renderer::Renderer;
 use crate::request::Command;
@@ -12,7 +13,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
-use tokio::sync::{oneshot, watch};
+use tempfile::TempDir;
+use tokio::sync::{OwnedSemaphorePermit, oneshot, watch};
 use vellus_render::Curves;
 
 /// The most commands that wait. Further ones are refused.
@@ -25,13 +27,37 @@ pub(crate) type Reply<T> = oneshot::Sender<Result<T, String>>;
 /// What the thread has to do.
 pub(crate) enum Job {
     Command(Command, Reply<Value>, Instant),
-    Save(Save, Reply<Vec<u8>>),
+    /// Makes a file. The permit ends with the work, even if nobody waits for the answer.
+    Save(Save, Reply<Vec<u8>>, OwnedSemaphorePermit),
     /// The bytes of a dropped file, and its name.
     Load(String, Vec<u8>, Reply<Value>),
     /// Strands that were built in the background, for a session.
     Built(u64, Curves),
     /// A scene that was opened in the background.
     Opened(Result<Box<Session>, String>, Option<Reply<Value>>),
+}
+
+impl Job {
+    /// Whether the step that is rendered is cancelled for this job.
+    fn interrupts(&self) -> Interrupts {
+        match self {
+            Job::Save(..) | Job::Load(..) => Interrupts::Never,
+            Job::Command(command, ..) if command.is_question() => Interrupts::Once,
+            Job::Command(..) | Job::Built(..) | Job::Opened(..) => Interrupts::Always,
+        }
+    }
+}
+
+/// When a job cancels the step that is rendered.
+#[derive(PartialEq)]
+enum Interrupts {
+    /// It changes the picture, so the step would be wasted.
+    Always,
+    /// It wants a quick answer. The step after it is finished before the next one: many questions do not stop the
+    /// picture.
+    Once,
+    /// It can wait.
+    Never,
 }
 
 /// What the threads share.
@@ -42,6 +68,8 @@ pub(crate) struct Shared {
     pub(crate) cancel: AtomicBool,
     /// Whether a change cancels the step that is rendered now.
     pub(crate) interruptible: AtomicBool,
+    /// Whether a question has cancelled a step, and no step was finished since.
+    pub(crate) questioned: AtomicBool,
     pub(crate) frames: watch::Sender<Option<Arc<Frame>>>,
     pub(crate) states: watch::Sender<Arc<str>>,
 }
@@ -58,8 +86,14 @@ impl Shared {
         if jobs.1 || (!inner && jobs.0.len() >= MAX_QUEUE) {
             return false;
         }
+        let cancels = self.interruptible.load(Ordering::Relaxed)
+            && match job.interrupts() {
+                Interrupts::Always => true,
+                Interrupts::Once => !self.questioned.swap(true, Ordering::Relaxed),
+                Interrupts::Never => false,
+            };
         jobs.0.push_back(job);
-        if self.interruptible.load(Ordering::Relaxed) {
+        if cancels {
             self.cancel.store(true, Ordering::Relaxed);
         }
         self.wake.notify_one();
@@ -85,6 +119,7 @@ impl Shared {
 pub struct Engine {
     shared: Arc<Shared>,
     thread: Option<std::thread::JoinHandle<()>>,
+    folder: Arc<TempDir>,
 }
 
 impl std::fmt::Debug for Engine {
@@ -109,14 +144,23 @@ impl Engine {
             wake: Condvar::new(),
             cancel: AtomicBool::new(false),
             interruptible: AtomicBool::new(true),
+            questioned: AtomicBool::new(false),
             frames: watch::Sender::new(None),
             states: watch::Sender::new(Arc::from("")),
         });
-        let mut renderer = Renderer::new(session, Arc::clone(&shared), folder);
+        let temporary = tempfile::Builder::new().prefix("vellus-live-").tempdir();
+        let temporary = temporary.map_err(|source| Error::System { what: "a temporary folder", source })?;
+        let files = folder.map(Files::new);
+        let mut renderer = Renderer::new(session, Arc::clone(&shared), files, temporary.path().to_owned());
         renderer.publish_state();
         let thread = std::thread::Builder::new().name("vellus-live".to_owned()).spawn(move || renderer.run());
         let thread = thread.map_err(|source| Error::System { what: "a thread", source })?;
-        Ok(Engine { shared, thread: Some(thread) })
+        Ok(Engine { shared, thread: Some(thread), folder: Arc::new(temporary) })
+    }
+
+    /// The folder of temporary files. It is removed with the engine.
+    pub(crate) fn folder(&self) -> Arc<TempDir> {
+        Arc::clone(&self.folder)
     }
 
     /// Sends a command. `None` if too many commands wait.
@@ -125,10 +169,10 @@ impl Engine {
         self.shared.push(Job::Command(command, reply, Instant::now())).then_some(answer)
     }
 
-    /// Asks for the bytes of a file.
-    pub(crate) fn save(&self, save: Save) -> Option<Answer<Vec<u8>>> {
+    /// Asks for the bytes of a file. The work ends early if the answer is dropped.
+    pub(crate) fn save(&self, save: Save, place: OwnedSemaphorePermit) -> Option<Answer<Vec<u8>>> {
         let (reply, answer) = oneshot::channel();
-        self.shared.push(Job::Save(save, reply)).then_some(answer)
+        self.shared.push(Job::Save(save, reply, place)).then_some(answer)
     }
 
     /// Shows the strands of a dropped file.

@@ -10,11 +10,13 @@
 //!
 //! The feature `clap` adds the options of the command `vellus live`.
 
+mod answer;
 #[cfg(feature = "clap")]
 mod args;
 mod camera;
 mod coat;
 mod engine;
+mod files;
 mod frame;
 mod groom;
 mod guard;
@@ -29,10 +31,10 @@ mod socket;
 mod state;
 
 #[cfg(feature = "clap")]
-pub use args::{Args, run};
+pub use args::Args;
 pub use engine::Engine;
 pub use request::Command;
-pub use server::{Options, Server};
+pub use server::{Listener, Options, Server};
 
 /// What can go wrong before the server runs.
 #[derive(Debug, thiserror::Error)]

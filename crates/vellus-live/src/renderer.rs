@@ -1,11 +1,12 @@
 //! What the thread of the engine does: it takes jobs, and refines the picture while there are none.
 
 use crate::engine::{Job, Reply, Shared};
+use crate::files::Files;
 use crate::frame::{Frame, Header};
 use crate::save::{self, Save};
 use crate::session::{Effect, Session};
 use serde_json::Value;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -21,9 +22,6 @@ const COARSEST: usize = 16;
 /// Pictures are sent at most this often while the picture refines.
 const BETWEEN: Duration = Duration::from_millis(250);
 
-/// The most files of the folder that pages see.
-const MAX_FILES: usize = 500;
-
 /// The picture that is refined.
 struct Picture {
     film: Film,
@@ -36,7 +34,9 @@ struct Picture {
 pub struct Renderer {
     session: Session,
     shared: Arc<Shared>,
-    folder: Option<PathBuf>,
+    files: Option<Files>,
+    /// For temporary files.
+    folder: PathBuf,
     /// Counts sessions: strands that were built for an earlier one are dropped.
     number: u64,
     revision: u64,
@@ -56,10 +56,11 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    pub fn new(session: Session, shared: Arc<Shared>, folder: Option<PathBuf>) -> Self {
+    pub fn new(session: Session, shared: Arc<Shared>, files: Option<Files>, folder: PathBuf) -> Self {
         Renderer {
             session,
             shared,
+            files,
             folder,
             number: 0,
             revision: 0,
@@ -127,14 +128,18 @@ impl Renderer {
                 // A page that has closed its connection needs no answer.
                 let _ = reply.send(answer);
             }
+            // The request was given up.
+            Job::Save(_, reply, _) if reply.is_closed() => {}
             // The text of many strands takes seconds to write.
-            Job::Save(Save::Scene, reply) => {
+            Job::Save(Save::Scene, reply, place) => {
                 let scene = self.session.strands();
                 self.spawn(move || {
-                    let _ = reply.send(save::usda(&scene));
+                    let text = save::usda(&scene, || reply.is_closed());
+                    let _ = reply.send(text);
+                    drop(place);
                 });
             }
-            Job::Save(what, reply) => {
+            Job::Save(what, reply, _place) => {
                 let film = self.picture.as_ref().filter(|_| self.full).map(|picture| &picture.film);
                 let denoised = self.picture.as_ref().and_then(|picture| picture.denoised.as_ref());
                 let denoised = denoised.filter(|_| self.session.denoise).map(|(_, values)| &values[..]);
@@ -148,9 +153,10 @@ impl Renderer {
                         self.note = Some(error);
                     }
                     self.restart();
-                    if std::mem::take(&mut self.outdated) {
-                        self.build();
-                    }
+                }
+                // Strands of an earlier session may have kept those of this one waiting.
+                if std::mem::take(&mut self.outdated) {
+                    self.build();
                 }
             }
             Job::Opened(result, reply) => {
@@ -180,7 +186,7 @@ impl Renderer {
             (_, true) => Some("building the groom".to_owned()),
             _ => None,
         };
-        let files = self.folder.as_deref().map(list).unwrap_or_default();
+        let files = self.files.as_mut().map(Files::names).unwrap_or_default();
         let state = self.session.state(self.revision, busy, files, self.note.clone());
         if let Ok(text) = serde_json::to_string(&state) {
             self.shared.states.send_replace(Arc::from(text));
@@ -218,6 +224,7 @@ impl Renderer {
         self.shared.interruptible.store(true, Ordering::Relaxed);
         match rendered {
             Ok(statistics) => {
+                self.shared.questioned.store(false, Ordering::Relaxed);
                 let seconds = started.elapsed().as_secs_f64().max(1e-6);
                 self.cost = 0.5 * self.cost + 0.5 * seconds / (pixels * chunk as f64);
                 self.mrays = statistics.rays as f64 * 1e-6 / seconds;
@@ -308,12 +315,12 @@ impl Renderer {
 
     /// Opens a file of the folder on another thread.
     fn open(&mut self, file: &str) -> Result<(), String> {
-        let folder = self.folder.as_deref().ok_or("the server has no --folder")?;
-        if !list(folder).iter().any(|name| name == file) {
-            return Err("there is no such scene in the folder".to_owned());
-        }
-        let path = folder.join(file);
-        self.spawn_open(move || Session::open(&path, false).map_err(|error| error.to_string()), None)
+        let files = self.files.as_ref().ok_or("the server has no --folder")?;
+        let path = files.path(file).ok_or("there is no such scene in the folder")?;
+        // Pages see names in the folder only.
+        let folder = format!("{}{}", files.folder().display(), std::path::MAIN_SEPARATOR);
+        let shown = move |error: crate::Error| save::chain(&error).replace(&folder, "");
+        self.spawn_open(move || Session::open(&path, false).map_err(shown), None)
     }
 
     /// Opens a dropped file on another thread.
@@ -323,7 +330,8 @@ impl Renderer {
             return;
         }
         // `spawn_open` refuses only while a scene is being opened.
-        let _ = self.spawn_open(move || save::load(&name, bytes), Some(reply));
+        let folder = self.folder.clone();
+        let _ = self.spawn_open(move || save::load(&name, bytes, &folder), Some(reply));
     }
 
     fn spawn_open(
@@ -361,20 +369,4 @@ fn empty(session: &Session, coarse: usize) -> Picture {
     let settings = session.settings(coarse);
     let film = Film::new(settings.size, settings.area(), session.world.layout(&session.layers()));
     Picture { film, coarse, sent: None, denoised: None }
-}
-
-/// The names of the scenes in a folder.
-fn list(folder: &Path) -> Vec<String> {
-    let is_scene = |name: &String| {
-        let extension = Path::new(name).extension().and_then(|extension| extension.to_str());
-        extension.is_some_and(|e| ["usda", "usdc", "usdz", "usd", "hair", "tfx", "obj"].contains(&e))
-    };
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    // A link could lead out of the folder.
-    let files = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_file()));
-    let mut names: Vec<String> =
-        files.filter_map(|entry| entry.file_name().into_string().ok()).filter(is_scene).collect();
-    names.sort();
-    names.truncate(MAX_FILES);
-    names
 }

@@ -139,6 +139,11 @@ pub enum Command {
 }
 
 impl Command {
+    /// Whether the command changes nothing.
+    pub(crate) fn is_question(&self) -> bool {
+        matches!(self, Command::Pick { .. })
+    }
+
     /// The control that a step of undo belongs to. `None` if the command changes neither fibres nor model, lights or
     /// groom.
     pub(crate) fn control(&self) -> Option<String> {

@@ -1,6 +1,7 @@
 //! Files for the browser to save, and files that it loads.
 
 use crate::session::Session;
+use std::io::Write;
 use std::path::Path;
 use vellus_open::{FiberFormat, Opened, Options};
 use vellus_render::{Film, Layer, PixelType};
@@ -63,10 +64,10 @@ pub fn bytes(what: Save, session: &Session, film: Option<&Film>, denoised: Optio
         }
         Save::LookUsd(index) => {
             look(index)?;
-            usda(&session.part(Some(index)))
+            usda(&session.part(Some(index)), || false)
         }
-        Save::Scene => usda(&session.strands()),
-        Save::Camera => usda(&session.part(None)),
+        Save::Scene => usda(&session.strands(), || false),
+        Save::Camera => usda(&session.part(None), || false),
         Save::Png => film()?.to_png(denoised, session.exposure, &[]).map_err(|error| error.to_string()),
         Save::Exr => {
             let exr = film()?.to_exr(&[Layer::Beauty], denoised, PixelType::Half, &[]);
@@ -75,16 +76,35 @@ pub fn bytes(what: Save, session: &Session, film: Option<&Film>, denoised: Optio
     }
 }
 
-/// A scene as the text of a USD file.
-pub fn usda(scene: &Scene) -> Result<Vec<u8>, String> {
-    let folder = tempfile::tempdir().map_err(|error| format!("no temporary folder: {error}"))?;
-    let path = folder.path().join("scene.usda");
-    vellus_usd::write(scene, &path).map_err(|error| error.to_string())?;
-    std::fs::read(&path).map_err(|error| format!("cannot read the file again: {error}"))
+/// A scene without textures as the text of a USD file. The work ends early if it is `cancelled`.
+pub fn usda(scene: &Scene, cancelled: impl Fn() -> bool) -> Result<Vec<u8>, String> {
+    let mut out = Cancelled { bytes: Vec::new(), cancelled };
+    vellus_usd::write_text(scene, &mut out).map_err(|error| chain(&error))?;
+    Ok(out.bytes)
 }
 
-/// Opens the strands or meshes of a dropped file.
-pub fn load(name: &str, bytes: Vec<u8>) -> Result<Session, String> {
+/// Keeps what is written, until nobody needs it.
+struct Cancelled<F> {
+    bytes: Vec<u8>,
+    cancelled: F,
+}
+
+impl<F: Fn() -> bool> Write for Cancelled<F> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        if (self.cancelled)() {
+            return Err(std::io::Error::other("nobody waits for the file"));
+        }
+        self.bytes.extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Opens the strands or meshes of a dropped file. `temporary` is a folder for it.
+pub fn load(name: &str, bytes: Vec<u8>, temporary: &Path) -> Result<Session, String> {
     // Only formats without references to other files: a page must not read files of the server.
     let extension = Path::new(name).extension().and_then(|extension| extension.to_str()).map(str::to_lowercase);
     let extension = match extension.as_deref() {
@@ -95,19 +115,19 @@ pub fn load(name: &str, bytes: Vec<u8>) -> Result<Session, String> {
         }
         _ => return Err("this is no groom: drop a .hair, .tfx or .obj file".to_owned()),
     };
-    let folder = tempfile::tempdir().map_err(|error| format!("no temporary folder: {error}"))?;
+    let folder = tempfile::tempdir_in(temporary).map_err(|error| format!("no temporary folder: {error}"))?;
     let path = folder.path().join(format!("dropped.{extension}"));
     std::fs::write(&path, &bytes).map_err(|error| format!("no temporary file: {error}"))?;
     drop(bytes);
     let options = Options { staging: Some(vellus_open::Staging::new(1.5)), ..Options::default() };
     let shown = |error: String| error.replace(&path.display().to_string(), "the file");
     let opened: Opened = vellus_open::open(&path, &options).map_err(|error| shown(chain(&error)))?;
-    let title: String = name.chars().filter(|c| !c.is_control()).take(80).collect();
+    let title: String = name.chars().take(80).collect();
     Session::new(title, opened).map_err(|error| shown(error.to_string()))
 }
 
 /// An error with its causes.
-fn chain(error: &dyn std::error::Error) -> String {
+pub fn chain(error: &dyn std::error::Error) -> String {
     let mut text = error.to_string();
     let mut cause = error.source();
     while let Some(error) = cause {

@@ -1,48 +1,110 @@
 //! The HTTP server.
 
+use crate::Error;
+use crate::answer::answer;
 use crate::engine::Engine;
 use crate::guard::Guard;
-use crate::save::Save;
-use crate::{Error, page, socket};
-use axum::Router;
-use axum::body::{Body, Bytes};
-use axum::extract::{DefaultBodyLimit, FromRequest, Request, State, WebSocketUpgrade};
-use axum::http::{HeaderValue, Method, StatusCode, header};
-use axum::response::{IntoResponse, Response};
-use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use axum::body::Body;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use std::collections::VecDeque;
+use std::convert::Infallible;
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
-use tokio::net::TcpListener;
+use tokio::net::{TcpListener, TcpStream};
 use tokio::runtime::Runtime;
-
-/// The largest file that a page may send, in bytes: a .hair file of four million strands of ten points.
-pub const MAX_UPLOAD: usize = 512 << 20;
-
-/// The longest time that an upload may take. Others wait until it ends.
-const UPLOAD_TIME: Duration = Duration::from_secs(900);
-
-/// The longest message on a WebSocket, in bytes.
-pub const MAX_MESSAGE: usize = 64 << 10;
+use tokio::sync::Semaphore;
+use tokio::task::AbortHandle;
 
 /// The most pages at once.
 pub const MAX_PAGES: usize = 32;
 
+/// The most requests at once, without those of pages that are open.
+const MAX_REQUESTS: usize = 128;
+
+/// The longest time of a request: an upload, and the time to show it.
+const LONGEST: Duration = Duration::from_secs(1800);
+
 /// Where a server listens.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Options {
     /// The address. `None` is the loopback address, without a token.
     pub host: Option<IpAddr>,
     /// The port; 0 is a free one.
     pub port: u16,
+    /// How long the server waits for a header, for the next 64 kB of a file, and for a sign of life of a page.
+    pub patience: Duration,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options { host: None, port: 0, patience: Duration::from_secs(10) }
+    }
 }
 
 /// What all requests share.
 pub(crate) struct Site {
     pub engine: Engine,
     pub guard: Guard,
-    pub pages: tokio::sync::Semaphore,
+    pub patience: Duration,
+    pub pages: Semaphore,
     /// One file at a time is in memory.
-    pub uploads: tokio::sync::Semaphore,
+    pub uploads: Semaphore,
+    /// One file at a time is made.
+    pub saves: Arc<Semaphore>,
+}
+
+/// An address that is taken, before a scene is shown there.
+#[derive(Debug)]
+pub struct Listener {
+    listener: std::net::TcpListener,
+    address: SocketAddr,
+    options: Options,
+}
+
+impl Listener {
+    /// Starts to listen. Requests wait until [`Listener::serve`].
+    ///
+    /// # Errors
+    /// [`Error::Listen`] if the address cannot be used.
+    pub fn bind(options: &Options) -> Result<Self, Error> {
+        let host = options.host.unwrap_or(Ipv4Addr::LOCALHOST.into());
+        let wanted = SocketAddr::new(host, options.port);
+        let failed = |source| Error::Listen { address: wanted.to_string(), source };
+        if host.is_multicast() || host == IpAddr::V4(Ipv4Addr::BROADCAST) {
+            let what = "it is no address of one machine: 0.0.0.0 and :: are all addresses of this machine";
+            return Err(failed(std::io::Error::new(std::io::ErrorKind::AddrNotAvailable, what)));
+        }
+        // The caller may be in a runtime of its own, so nothing here waits for a future.
+        let listener = std::net::TcpListener::bind(wanted).map_err(failed)?;
+        listener.set_nonblocking(true).map_err(failed)?;
+        let address = listener.local_addr().map_err(failed)?;
+        Ok(Listener { listener, address, options: options.clone() })
+    }
+
+    /// Answers requests.
+    ///
+    /// # Errors
+    /// [`Error::System`] without threads or random numbers.
+    pub fn serve(self, engine: Engine) -> Result<Server, Error> {
+        let Listener { listener, address, options } = self;
+        let guard = Guard::new(options.host.is_some())?;
+        let token = guard.token.clone();
+        let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
+        let system = |source| Error::System { what: "threads", source };
+        let runtime = runtime.map_err(system)?;
+        let entered = runtime.enter();
+        let listener = TcpListener::from_std(listener).map_err(system)?;
+        drop(entered);
+        let [pages, uploads, saves] = [MAX_PAGES, 1, 1].map(Semaphore::new);
+        let patience = options.patience;
+        let folder = engine.folder();
+        let site = Arc::new(Site { engine, guard, patience, pages, uploads, saves: Arc::new(saves) });
+        // It ends with the runtime.
+        runtime.spawn(accept(listener, site));
+        Ok(Server { runtime: Some(runtime), folder, address, token })
+    }
 }
 
 /// A running server. It ends when it is dropped.
@@ -50,178 +112,116 @@ pub(crate) struct Site {
 pub struct Server {
     /// `None` only while it is dropped.
     runtime: Option<Runtime>,
+    /// The temporary files of the engine.
+    folder: Arc<tempfile::TempDir>,
     address: SocketAddr,
     token: Option<String>,
 }
 
 impl Server {
-    /// Starts to listen.
+    /// Listens, and answers requests.
     ///
     /// # Errors
-    /// [`Error::Listen`] if the address cannot be used, [`Error::System`] without threads or random numbers.
+    /// As [`Listener::bind`] and [`Listener::serve`].
     pub fn start(engine: Engine, options: &Options) -> Result<Self, Error> {
-        let guard = Guard::new(options.host.is_some())?;
-        let token = guard.token.clone();
-        let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
-        let runtime = runtime.map_err(|source| Error::System { what: "threads", source })?;
-        let wanted = SocketAddr::new(options.host.unwrap_or(Ipv4Addr::LOCALHOST.into()), options.port);
-        let failed = |source| Error::Listen { address: wanted.to_string(), source };
-        // The caller may be in a runtime of its own, so nothing here waits for a future.
-        let listener = std::net::TcpListener::bind(wanted).map_err(failed)?;
-        listener.set_nonblocking(true).map_err(failed)?;
-        let address = listener.local_addr().map_err(failed)?;
-        let entered = runtime.enter();
-        let listener = TcpListener::from_std(listener).map_err(failed)?;
-        drop(entered);
-        let [pages, uploads] = [MAX_PAGES, 1].map(tokio::sync::Semaphore::new);
-        let site = Arc::new(Site { engine, guard, pages, uploads });
-        let router = Router::new().fallback(answer).layer(DefaultBodyLimit::max(MAX_UPLOAD)).with_state(site);
-        // It ends with the runtime.
-        runtime.spawn(async move { axum::serve(listener, router).await });
-        Ok(Server { runtime: Some(runtime), address, token })
+        Listener::bind(options)?.serve(engine)
     }
 
-    /// The address of the page, with its token.
+    /// The address of the page, with its token. For a server on all addresses, it is the one that other machines use.
     pub fn url(&self) -> String {
         let token = self.token.as_ref().map_or_else(String::new, |token| format!("{token}/"));
-        format!("http://{}/{token}", self.address)
+        format!("http://{}/{token}", reachable(self.address))
     }
+}
 
-    /// Waits for Ctrl-C.
-    ///
-    /// # Errors
-    /// [`Error::System`] if the system reports no signals.
-    pub fn wait(mut self) -> Result<(), Error> {
-        let Some(runtime) = self.runtime.take() else { return Ok(()) };
-        let ended = runtime.block_on(tokio::signal::ctrl_c());
-        runtime.shutdown_timeout(Duration::from_secs(1));
-        ended.map_err(|source| Error::System { what: "signals", source })
+/// An address that a browser can open.
+fn reachable(address: SocketAddr) -> SocketAddr {
+    if !address.ip().is_unspecified() {
+        return address;
     }
+    // The system tells the own address of a route to another machine. Nothing is sent: 192.0.2.1 is for documentation.
+    let socket = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0));
+    let route = socket.and_then(|socket| socket.connect(("192.0.2.1", 9)).and_then(|()| socket.local_addr()));
+    let own = route.map_or(IpAddr::V4(Ipv4Addr::LOCALHOST), |route| route.ip());
+    SocketAddr::new(own, address.port())
 }
 
 impl Drop for Server {
     fn drop(&mut self) {
         if let Some(runtime) = self.runtime.take() {
-            runtime.shutdown_background();
+            // Requests end, and with them the engine.
+            runtime.shutdown_timeout(Duration::from_secs(1));
         }
+        // Work in the background may still use it.
+        std::fs::remove_dir_all(self.folder.path()).ok();
     }
 }
 
-/// Answers any request.
-async fn answer(State(site): State<Arc<Site>>, request: Request) -> Response {
-    let mut response = route(site, request).await;
-    let headers = response.headers_mut();
-    for (name, value) in HEADERS {
-        headers.insert(name, HeaderValue::from_static(value));
-    }
-    response
+/// A connection, and whether its request has arrived.
+struct Connection {
+    task: AbortHandle,
+    asked: Arc<AtomicBool>,
 }
 
-/// The headers of all answers: nothing from other servers, no frames, no cache, no address in links.
-const HEADERS: [(header::HeaderName, &str); 5] = [
-    (
-        header::CONTENT_SECURITY_POLICY,
-        "default-src 'self'; img-src 'self' blob: data:; style-src 'self' 'unsafe-inline'; frame-ancestors 'none'",
-    ),
-    (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
-    (header::X_FRAME_OPTIONS, "DENY"),
-    (header::REFERRER_POLICY, "no-referrer"),
-    (header::CACHE_CONTROL, "no-store"),
-];
-
-async fn route(site: Arc<Site>, request: Request) -> Response {
-    if !site.guard.allows(request.headers()) {
-        return text(StatusCode::FORBIDDEN, "this server only answers its own page");
-    }
-    let Some(path) = site.guard.path(request.uri().path()).map(str::to_owned) else {
-        return text(StatusCode::FORBIDDEN, "open the address that vellus live printed: it has a token");
-    };
-    match (request.method(), path.as_str()) {
-        (&Method::GET, "/ws") => match WebSocketUpgrade::from_request(request, &()).await {
-            Ok(upgrade) => {
-                let upgrade = upgrade.max_message_size(MAX_MESSAGE).max_frame_size(MAX_MESSAGE);
-                upgrade.on_upgrade(move |socket| socket::serve(site, socket))
+/// Accepts connections. When there are too many, the one that has waited longest for its request is closed, so that
+/// half-sent requests do not keep others out.
+async fn accept(listener: TcpListener, site: Arc<Site>) {
+    let places = Arc::new(Semaphore::new(MAX_REQUESTS));
+    let mut silent: VecDeque<Connection> = VecDeque::new();
+    loop {
+        let Ok((stream, _)) = listener.accept().await else {
+            // Too many open files: some may be closed soon.
+            tokio::time::sleep(Duration::from_millis(100)).await;
+            continue;
+        };
+        let is_silent = |c: &Connection| !c.task.is_finished() && !c.asked.load(Ordering::Relaxed);
+        silent.retain(is_silent);
+        let place = match Arc::clone(&places).try_acquire_owned() {
+            Ok(place) => place,
+            Err(_) => {
+                silent.pop_front().inspect(|oldest| oldest.task.abort());
+                let Ok(place) = Arc::clone(&places).acquire_owned().await else { return };
+                place
             }
-            Err(error) => error.into_response(),
-        },
-        (&Method::POST, "/load") => load(&site, request).await,
-        (&Method::GET, path) => match path.strip_prefix("/save/") {
-            Some(name) => save(&site, name).await,
-            None => match page::file(path) {
-                Some((media, content)) => ([(header::CONTENT_TYPE, media)], content).into_response(),
-                None => text(StatusCode::NOT_FOUND, "there is no such page"),
-            },
-        },
-        _ => text(StatusCode::METHOD_NOT_ALLOWED, "only GET, and POST for files"),
+        };
+        let asked = Arc::new(AtomicBool::new(false));
+        let connection = serve(stream, Arc::clone(&site), Arc::clone(&asked));
+        let task = tokio::spawn(async move {
+            connection.await;
+            drop(place);
+        });
+        silent.push_back(Connection { task: task.abort_handle(), asked });
     }
 }
 
-/// A file for the browser to save.
-async fn save(site: &Site, name: &str) -> Response {
-    let Some(what) = Save::parse(name) else { return text(StatusCode::NOT_FOUND, "there is no such file") };
-    let Some(answer) = site.engine.save(what) else { return text(StatusCode::SERVICE_UNAVAILABLE, "too busy") };
-    match answer.await {
-        Ok(Ok(bytes)) => {
-            let disposition = format!("attachment; filename=\"{name}\"");
-            let headers = [(header::CONTENT_TYPE, what.media()), (header::CONTENT_DISPOSITION, &disposition)];
-            (headers, Body::from(bytes)).into_response()
+/// Answers one request. If the peer closes the connection, the work for it ends.
+async fn serve(stream: TcpStream, site: Arc<Site>, asked: Arc<AtomicBool>) {
+    // Pictures are small and should not wait for more.
+    stream.set_nodelay(true).ok();
+    let patience = site.patience;
+    let service = hyper::service::service_fn(move |request: hyper::Request<hyper::body::Incoming>| {
+        asked.store(true, Ordering::Relaxed);
+        let site = Arc::clone(&site);
+        async move { Ok::<_, Infallible>(answer(site, request.map(Body::new)).await) }
+    });
+    let mut http = hyper::server::conn::http1::Builder::new();
+    http.timer(TokioTimer::new()).header_read_timeout(patience).keep_alive(false);
+    let connection = http.serve_connection(TokioIo::new(stream), service).with_upgrades();
+    // Peers that break the protocol or are too slow get no answer.
+    let _ = tokio::time::timeout(LONGEST, connection).await;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_server_on_all_addresses_names_one_of_them() {
+        for host in ["0.0.0.0:80", "[::]:80"] {
+            let own = reachable(host.parse().unwrap());
+            assert!(own.port() == 80 && !own.ip().is_unspecified(), "{own}");
         }
-        Ok(Err(error)) => text(StatusCode::CONFLICT, &error),
-        Err(_) => text(StatusCode::SERVICE_UNAVAILABLE, "the renderer has ended"),
+        let one: SocketAddr = "127.0.0.1:7878".parse().unwrap();
+        assert_eq!(reachable(one), one);
     }
-}
-
-/// A dropped file: its bytes are the body, and its name is the query.
-async fn load(site: &Site, request: Request) -> Response {
-    let name = percent_decoded(request.uri().query().unwrap_or_default());
-    let too_large = || {
-        let what = format!("the file is too large: at most {} MB", MAX_UPLOAD >> 20);
-        text(StatusCode::PAYLOAD_TOO_LARGE, &what)
-    };
-    // A file that says its size is refused before it is read.
-    let length = request.headers().get(header::CONTENT_LENGTH).and_then(|value| value.to_str().ok()?.parse().ok());
-    if length.is_some_and(|length: u64| length > MAX_UPLOAD as u64) {
-        return too_large();
-    }
-    let Ok(_upload) = site.uploads.try_acquire() else {
-        return text(StatusCode::SERVICE_UNAVAILABLE, "another file is being loaded: try again when it is shown");
-    };
-    let bytes = match tokio::time::timeout(UPLOAD_TIME, Bytes::from_request(request, &())).await {
-        Ok(Ok(bytes)) => bytes,
-        Ok(Err(error)) if error.status() == StatusCode::PAYLOAD_TOO_LARGE => return too_large(),
-        Ok(Err(error)) => return error.into_response(),
-        Err(_) => return text(StatusCode::REQUEST_TIMEOUT, "the file did not arrive within 15 minutes"),
-    };
-    let Some(answer) = site.engine.load(name, bytes.into()) else {
-        return text(StatusCode::SERVICE_UNAVAILABLE, "too busy");
-    };
-    match answer.await {
-        Ok(Ok(_)) => text(StatusCode::OK, "the groom is shown"),
-        Ok(Err(error)) => text(StatusCode::UNPROCESSABLE_ENTITY, &error),
-        Err(_) => text(StatusCode::SERVICE_UNAVAILABLE, "the renderer has ended"),
-    }
-}
-
-fn text(status: StatusCode, what: &str) -> Response {
-    (status, [(header::CONTENT_TYPE, "text/plain; charset=utf-8")], what.to_owned()).into_response()
-}
-
-/// A text after percent decoding. Wrong escapes stay as they are.
-fn percent_decoded(text: &str) -> String {
-    let mut bytes = Vec::with_capacity(text.len());
-    let mut rest = text.as_bytes();
-    while let Some((&first, tail)) = rest.split_first() {
-        let escape = tail.get(..2).filter(|_| first == b'%').and_then(|digits| std::str::from_utf8(digits).ok());
-        match escape.and_then(|digits| u8::from_str_radix(digits, 16).ok()) {
-            Some(byte) => {
-                bytes.push(byte);
-                rest = &tail[2..];
-            }
-            None => {
-                bytes.push(first);
-                rest = tail;
-            }
-        }
-    }
-    String::from_utf8_lossy(&bytes).into_owned()
 }

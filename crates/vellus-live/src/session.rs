@@ -435,7 +435,7 @@ impl Session {
         State {
             kind: "state",
             revision,
-            scene: self.name.clone(),
+            scene: vellus_io::visible(&self.name),
             summary: format!("{strands} strands, {}", self.world.summary()),
             looks: self.now.looks.iter().enumerate().map(look).collect(),
             lights: self.lights.iter().zip(&self.now.changes).map(light).collect(),

@@ -2,15 +2,21 @@
 
 use crate::request::Command;
 use crate::server::{MAX_PAGES, Site};
+use axum::body::Bytes;
 use axum::extract::ws::{Message, WebSocket};
 use serde_json::{Value, json};
 use std::sync::Arc;
+use std::time::Instant;
 
 /// The most pictures that a page has not confirmed. Newer ones replace those that wait, so a slow page gets fewer
 /// pictures, and none are queued.
 const MAX_IN_FLIGHT: u64 = 2;
 
-/// Serves a page until it closes the connection.
+/// A page that was silent for so many times [`Options::patience`](crate::Options::patience) is given up. Browsers answer
+/// each ping.
+const SILENT: u32 = 3;
+
+/// Serves a page until it closes the connection, or neither reads nor answers.
 pub async fn serve(site: Arc<Site>, mut socket: WebSocket) {
     let Ok(_page) = site.pages.try_acquire() else {
         let text = format!("at most {MAX_PAGES} pages at once");
@@ -21,20 +27,36 @@ pub async fn serve(site: Arc<Site>, mut socket: WebSocket) {
     let (mut frames, mut states) = (site.engine.frames(), site.engine.states());
     frames.mark_changed();
     states.mark_changed();
+    let mut pings = tokio::time::interval(site.patience);
+    let mut heard = Instant::now();
+    // The page needs its token for files.
+    let hello = text_of(&json!({ "type": "hello", "token": site.guard.page }));
+    if socket.send(hello).await.is_err() {
+        return;
+    }
     let mut sent = 0;
     let mut confirmed = 0;
     loop {
         let message = tokio::select! {
             biased;
-            received = socket.recv() => match received {
-                Some(Ok(Message::Text(text))) => match receive(&site, &text, &mut confirmed, sent).await {
-                    Some(reply) => reply,
-                    None => continue,
-                },
-                Some(Ok(Message::Binary(_))) => error(&Value::Null, "commands are text"),
-                Some(Ok(Message::Ping(_) | Message::Pong(_))) => continue,
-                Some(Ok(Message::Close(_)) | Err(_)) | None => return,
-            },
+            received = socket.recv() => {
+                heard = Instant::now();
+                match received {
+                    Some(Ok(Message::Text(text))) => match receive(&site, &text, &mut confirmed, sent).await {
+                        Some(reply) => reply,
+                        None => continue,
+                    },
+                    Some(Ok(Message::Binary(_))) => error(&Value::Null, "commands are text"),
+                    Some(Ok(Message::Ping(_) | Message::Pong(_))) => continue,
+                    Some(Ok(Message::Close(_)) | Err(_)) | None => return,
+                }
+            }
+            _ = pings.tick() => {
+                if heard.elapsed() > SILENT * site.patience {
+                    return;
+                }
+                Message::Ping(Bytes::new())
+            }
             changed = states.changed() => {
                 if changed.is_err() {
                     return;
@@ -51,7 +73,8 @@ pub async fn serve(site: Arc<Site>, mut socket: WebSocket) {
                 Message::Binary(frame.bytes.clone().into())
             }
         };
-        if socket.send(message).await.is_err() {
+        let done = tokio::time::timeout(SILENT * site.patience, socket.send(message)).await;
+        if !matches!(done, Ok(Ok(()))) {
             return;
         }
     }

@@ -40,6 +40,10 @@ export class Connection extends EventTarget {
   }
 
   text(message) {
+    if (message.type === "hello") {
+      this.token = message.token;
+      return;
+    }
     if (message.type === "state") {
       this.emit("state", message);
       return;
@@ -62,6 +66,11 @@ export class Connection extends EventTarget {
       // The server sends the next picture when this one is shown.
       if (socket.readyState === WebSocket.OPEN) socket.send('{"type":"ack"}');
     }
+  }
+
+  // Sends or fetches a file. The server takes such requests only with the token of its own page.
+  post(path, body) {
+    return fetch(path, { method: "POST", body, headers: { "X-Vellus-Token": this.token ?? "" } });
   }
 
   // Sends a command, and resolves to its answer.

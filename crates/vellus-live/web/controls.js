@@ -49,6 +49,11 @@ export function slider({ label, min, max, step, unit = "", log = false, hint = "
   } };
 }
 
+// A name with its control characters, and those that change the direction of text, as numbers.
+export function plain(name) {
+  return name.replace(/[\p{Cc}\p{Cf}\u2028\u2029]/gu, (c) => `\\u{${c.codePointAt(0).toString(16)}}`);
+}
+
 export function check({ label, hint = "", change }) {
   const input = element("input", { type: "checkbox", onchange: () => change(input.checked) });
   const row = element("label", { class: "line", title: hint }, input, label);

@@ -1,7 +1,7 @@
 // The panels at the side: fibres, lights, groom, camera, picture, and the strand that was clicked.
 
 import { FiberPanel } from "./fiber.js";
-import { button, element, facts, panel, slider } from "./controls.js";
+import { button, element, facts, panel, plain, slider } from "./controls.js";
 
 const SIZES = [[480, 320], [720, 480], [960, 640], [1200, 800], [1440, 960], [1920, 1280]];
 
@@ -140,7 +140,7 @@ export class Panels {
       target.set(state.target);
       open.hidden = state.files.length === 0;
       open.replaceChildren(element("option", { value: "", text: "Open from the folder …" }),
-        ...state.files.map((file) => element("option", { value: file, text: file })));
+        ...state.files.map((file) => element("option", { value: file, text: plain(file) })));
     };
     return [
       element("label", { class: "line" }, "Size", size), target.row,
@@ -156,7 +156,7 @@ export class Panels {
   async save(file, name) {
     this.say("saving …");
     try {
-      const response = await fetch(`save/${file}`);
+      const response = await this.connection.post(`save/${file}`);
       if (!response.ok) throw new Error(await response.text());
       const url = URL.createObjectURL(await response.blob());
       element("a", { href: url, download: name }).click();
@@ -170,7 +170,7 @@ export class Panels {
   async load(file) {
     this.say(`loading ${file.name} …`);
     try {
-      const response = await fetch(`load?${encodeURIComponent(file.name)}`, { method: "POST", body: file });
+      const response = await this.connection.post(`load?${encodeURIComponent(file.name)}`, file);
       const text = await response.text();
       this.say(response.ok ? `${file.name}: ${text}` : `${file.name}: ${text}`, !response.ok);
     } catch (error) {

@@ -73,4 +73,4 @@ pub use image::{load_map, load_texture};
 pub use read::look::FALLBACK_LOOK;
 pub use read::{Options, Reading, read, read_material};
 pub use warning::Warning;
-pub use write::write;
+pub use write::{write, write_text};

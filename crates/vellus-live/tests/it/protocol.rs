@@ -24,7 +24,7 @@ static SERVER: LazyLock<Server> = LazyLock::new(|| server(None));
 
 fn server(host: Option<IpAddr>) -> Server {
     let engine = Engine::open("hair-lock", true, None).unwrap();
-    Server::start(engine, &Options { host, port: 0 }).unwrap()
+    Server::start(engine, &Options { host, ..Options::default() }).unwrap()
 }
 
 async fn connect(server: &Server) -> Socket {
@@ -49,8 +49,18 @@ async fn next<T>(socket: &mut Socket, mut accept: impl FnMut(&Message) -> Option
     limited("a message", found).await
 }
 
+/// The message, if it is a text after the greeting.
 fn json_of(message: &Message) -> Option<Value> {
-    message.is_text().then(|| serde_json::from_str(message.to_text().unwrap()).unwrap())
+    let text = message.is_text().then(|| message.to_text().unwrap())?;
+    Some(serde_json::from_str(text).unwrap()).filter(|value: &Value| value["type"] != "hello")
+}
+
+/// The token that the server tells its page.
+async fn token(server: &Server) -> String {
+    let hello = |message: &Message| serde_json::from_str::<Value>(message.to_text().ok()?).ok();
+    let hello = next(&mut connect(server).await, hello).await;
+    assert_eq!(hello["type"], "hello");
+    hello["token"].as_str().unwrap().to_owned()
 }
 
 /// Sends a text, and returns the answer to it.
@@ -90,6 +100,15 @@ async fn http(server: &Server, request: &str, body: &[u8]) -> String {
 
 async fn get(server: &Server, path: &str, headers: &str) -> String {
     http(server, &format!("GET {path} HTTP/1.1\r\nConnection: close\r\n{headers}\r\n"), b"").await
+}
+
+/// The header of a page's request for a file, and more.
+async fn page_headers(server: &Server) -> String {
+    format!("Host: localhost\r\nConnection: close\r\nX-Vellus-Token: {}\r\n", token(server).await)
+}
+
+async fn save(server: &Server, name: &str) -> String {
+    http(server, &format!("POST /save/{name} HTTP/1.1\r\n{}\r\n", page_headers(server).await), b"").await
 }
 
 fn status(answer: &str) -> &str {
@@ -228,12 +247,29 @@ async fn foreign_pages_and_paths_are_refused() {
         "Host: localhost\r\nOrigin: http://evil.example\r\n",
         "Host: localhost:80\r\nOrigin: http://localhost:81\r\n",
         "Host: localhost\r\nOrigin: null\r\n",
+        // An image or a script of a foreign page.
+        "Host: localhost\r\nSec-Fetch-Site: cross-site\r\n",
+        "Host: localhost\r\nSec-Fetch-Site: same-site\r\n",
     ] {
         assert_eq!(status(&get(server, "/", headers).await), "403", "{headers}");
-        assert_eq!(status(&get(server, "/save/picture.png", headers).await), "403", "{headers}");
+        let token = token(server).await;
+        let post = format!("POST /save/picture.png HTTP/1.1\r\nX-Vellus-Token: {token}\r\n{headers}\r\n");
+        assert_eq!(status(&http(server, &post, b"").await), "403", "{headers}");
     }
-    for path in ["/../Cargo.toml", "/save/../../etc/passwd", "/save/look-99999999.toml", "/%2e%2e/x", "/app.js/"] {
-        assert_eq!(status(&get(server, path, "Host: localhost\r\n").await), "404", "{path}");
+    for path in ["/../Cargo.toml", "/save/picture.png", "/%2e%2e/x", "/app.js/"] {
+        let answer = get(server, path, "Host: localhost\r\n").await;
+        assert_eq!(status(&answer), "404", "{path}");
+        assert!(answer.contains("cross-origin-resource-policy: same-origin"), "{answer}");
+    }
+    for name in ["../../etc/passwd", "look-99999999.toml"] {
+        assert_eq!(status(&save(server, name).await), "404", "{name}");
+    }
+    // Files need the token of the page.
+    for path in ["/save/look-0.toml", "/load?a.hair", "/x"] {
+        for token in ["", "X-Vellus-Token: \r\n", &format!("X-Vellus-Token: {}\r\n", "0".repeat(32))] {
+            let post = format!("POST {path} HTTP/1.1\r\nHost: localhost\r\n{token}Content-Length: 0\r\n\r\n");
+            assert_eq!(status(&http(server, &post, b"").await), "403", "{path} {token}");
+        }
     }
     let mut request = (server.url().replace("http", "ws") + "ws").into_client_request().unwrap();
     request.headers_mut().insert("Origin", "http://evil.example".parse().unwrap());
@@ -259,11 +295,9 @@ async fn with_a_host_every_request_needs_the_token() {
 #[tokio::test]
 async fn garbage_gives_one_message_and_a_groom_is_shown() {
     let server = server(None);
+    let headers = page_headers(&server).await;
     let load = async |name: &str, bytes: &[u8]| {
-        let length = bytes.len();
-        let head = format!(
-            "POST /load?{name} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nContent-Length: {length}\r\n\r\n"
-        );
+        let head = format!("POST /load?{name} HTTP/1.1\r\n{headers}Content-Length: {}\r\n\r\n", bytes.len());
         http(&server, &head, bytes).await
     };
     // A fixed pseudo-random sequence (Knuth's MMIX).
@@ -318,11 +352,11 @@ async fn looks_lights_and_groom_change_the_state_and_are_saved() {
         ("picture.png", "PNG"),
         ("picture.exr", "v/1\u{1}"),
     ] {
-        let answer = get(&server, &format!("/save/{name}"), "Host: localhost\r\n").await;
+        let answer = save(&server, name).await;
         assert_eq!(status(&answer), "200", "{name}: {answer}");
         assert!(answer.contains(part) || name == "picture.exr", "{name}: {answer}");
     }
-    assert_eq!(status(&get(&server, "/save/look-7.toml", "Host: localhost\r\n").await), "409");
+    assert_eq!(status(&save(&server, "look-7.toml").await), "409");
 }
 
 #[tokio::test]
@@ -377,20 +411,18 @@ async fn undo_and_versions_cover_fibres_model_lights_and_groom() {
 #[tokio::test]
 async fn a_file_that_is_too_large_is_refused_before_it_is_read() {
     let server = server(None);
-    let head = |length: usize| {
-        format!(
-            "POST /load?a.hair HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nContent-Length: {length}\r\n\r\n"
-        )
-    };
+    let headers = page_headers(&server).await;
+    let head = format!("POST /load?a.hair HTTP/1.1\r\n{headers}Content-Length: {}\r\n\r\n", (512 << 20) + 1);
     // The answer comes before the file.
-    assert_eq!(status(&http(&server, &head((512 << 20) + 1), b"HAIR").await), "413");
+    assert_eq!(status(&http(&server, &head, b"HAIR").await), "413");
 }
 
 /// Files of the largest size would fill the memory if many came at once.
 #[tokio::test]
 async fn one_file_is_loaded_at_a_time() {
     let server = server(None);
-    let head = "POST /load?a.hair HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nContent-Length: 1000\r\n\r\n";
+    let headers = page_headers(&server).await;
+    let head = &format!("POST /load?a.hair HTTP/1.1\r\n{headers}Content-Length: 1000\r\n\r\n");
     let body = [0; 1000];
     // The first file stops in its middle. If the server reads the second file first, both are sent again, with a longer
     // pause between them.
@@ -414,4 +446,142 @@ async fn one_file_is_loaded_at_a_time() {
     limited("the answer to the first file", first.read_to_string(&mut answer)).await.unwrap();
     assert_eq!(status(&answer), "422");
     assert_eq!(status(&http(&server, head, &body).await), "422");
+}
+
+/// A server that gives others half a second, so that a test need not wait long.
+fn impatient(scene: &str) -> Server {
+    let engine = Engine::open(scene, true, None).unwrap();
+    Server::start(engine, &Options { patience: Duration::from_millis(500), ..Options::default() }).unwrap()
+}
+
+/// Waits until the server closes a connection.
+async fn closed(stream: &mut TcpStream, what: &str) {
+    let mut rest = Vec::new();
+    // It may end with an error, because the server has not read everything.
+    let _ = limited(what, stream.read_to_end(&mut rest)).await;
+}
+
+#[tokio::test]
+async fn half_a_request_keeps_no_one_out() {
+    let half = async |server: &Server| {
+        let mut stream = TcpStream::connect(address(server)).await.unwrap();
+        stream.write_all(b"GET / HTTP/1.1\r\nHost: localhost\r\nX-A: ").await.unwrap();
+        stream
+    };
+    // The first ones make room for others at once.
+    let server = server(None);
+    let mut many = Vec::new();
+    for _ in 0..300 {
+        many.push(half(&server).await);
+    }
+    let started = Instant::now();
+    assert_eq!(status(&get(&server, "/", "Host: localhost\r\n").await), "200");
+    assert!(started.elapsed() < Duration::from_secs(5), "{:?}", started.elapsed());
+    closed(&mut many[0], "the oldest connection").await;
+    // A single one ends when the patience does.
+    closed(&mut half(&impatient("hair-lock")).await, "half a request").await;
+}
+
+#[tokio::test]
+async fn a_file_that_stops_is_given_up() {
+    let server = impatient("hair-lock");
+    let headers = page_headers(&server).await;
+    let head = format!("POST /load?a.hair HTTP/1.1\r\n{headers}Content-Length: 1000\r\n\r\n");
+    assert_eq!(status(&http(&server, &head, b"HAIR").await), "408");
+}
+
+#[tokio::test]
+async fn a_page_that_gives_no_sign_of_life_is_given_up() {
+    let server = impatient("hair-lock");
+    let mut silent = connect(&server).await;
+    // A page that reads also answers pings.
+    let mut page = connect(&server).await;
+    let until = Instant::now() + Duration::from_secs(4);
+    while tokio::time::timeout_at(until.into(), page.next()).await.is_ok() {}
+    assert_eq!(ask(&mut page, json!({"type": "home"})).await["type"], "reply");
+    let end = async { while let Some(Ok(_)) = silent.next().await {} };
+    limited("the end of the silent page", end).await;
+}
+
+/// A scene of many strands takes seconds to write. Only one is written, and no more than its request lasts.
+#[tokio::test]
+async fn saves_come_one_at_a_time_and_end_with_their_request() {
+    let engine = Engine::open("cat", true, None).unwrap();
+    let server = Server::start(engine, &Options::default()).unwrap();
+    let request = format!("POST /save/scene.usda HTTP/1.1\r\n{}\r\n", page_headers(&server).await);
+    let mut refused = 0;
+    for attempt in 0..40 {
+        let mut first = TcpStream::connect(address(&server)).await.unwrap();
+        first.write_all(request.as_bytes()).await.unwrap();
+        tokio::time::sleep(Duration::from_millis(5 * attempt)).await;
+        let answer = http(&server, &request.replace("scene.usda", "look-0.toml"), b"").await;
+        refused += usize::from(answer.contains("another file is being saved"));
+        drop(first);
+        // The place is free again.
+        let free = async {
+            while status(&http(&server, &request.replace("scene.usda", "look-0.toml"), b"").await) != "200" {
+                tokio::time::sleep(Duration::from_millis(5)).await;
+            }
+        };
+        limited("the end of a save", free).await;
+        if refused > 3 {
+            return;
+        }
+    }
+    panic!("no request was refused while another one was answered");
+}
+
+/// Questions of one page do not stop the picture of another.
+#[tokio::test]
+async fn questions_do_not_stop_the_picture() {
+    let server = server(None);
+    let (mut one, mut two) = (connect(&server).await, connect(&server).await);
+    ask(&mut one, json!({"type": "size", "width": 1024, "height": 1024})).await;
+    ask(&mut one, json!({"type": "target", "samples": 4})).await;
+    let asking = tokio::spawn(async move {
+        while ask(&mut two, json!({"type": "pick", "x": 0.5, "y": 0.5})).await["type"] == "reply" {}
+    });
+    let done = next(&mut one, |m| header(m).filter(|h| h["done"] == true && h["size"] == json!([1024, 1024]))).await;
+    assert_eq!(done["samples"], 4);
+    asking.abort();
+}
+
+/// A groom command for a scene that was opened while the groom of the scene before was built.
+#[tokio::test]
+async fn a_groom_after_another_scene_is_built() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = vellus_groom::scene("hair-lock", true).unwrap();
+    let bytes = vellus_groom::write_hair(&vellus_groom::flatten(&scene.strands[0], 1)).unwrap();
+    std::fs::write(folder.path().join("lock.hair"), bytes).unwrap();
+    let engine = Engine::open("cat", true, Some(folder.path().to_owned())).unwrap();
+    let server = Server::start(engine, &Options::default()).unwrap();
+    let mut socket = connect(&server).await;
+    let strands = |state: &Value| state["summary"].as_str().unwrap().split(' ').next().unwrap().parse::<f64>().unwrap();
+    let count = scene.strands[0].len() as f64;
+    for density in [0.5, 0.25, 0.75] {
+        let groom = |density: f64, clump: f64| json!({"type": "groom", "density": density, "length": 1, "clump": clump, "clump_strands": 10});
+        assert_eq!(ask(&mut socket, groom(1.0, 0.5)).await["type"], "reply");
+        assert_eq!(ask(&mut socket, json!({"type": "open", "file": "lock.hair"})).await["type"], "reply");
+        next(&mut socket, |m| json_of(m).filter(|v| v["scene"] == "lock.hair" && v["busy"] != "opening the scene"))
+            .await;
+        assert_eq!(ask(&mut socket, groom(density, 0.0)).await["type"], "reply");
+        let built = |v: &Value| v["busy"].is_null() && v["groom"]["density"] == density;
+        let state = next(&mut socket, |m| json_of(m).filter(built)).await;
+        assert!((strands(&state) / count - density).abs() < 0.2, "{density}: {}", state["summary"]);
+    }
+    // A scene that cannot be opened: the message names it, but not its folder.
+    std::fs::write(folder.path().join("bad.usda"), "#usda 1.0\n(").unwrap();
+    assert_eq!(ask(&mut socket, json!({"type": "open", "file": "bad.usda"})).await["type"], "reply");
+    let state = next(&mut socket, |m| json_of(m).filter(|v| v["note"].is_string())).await;
+    let note = state["note"].as_str().unwrap();
+    assert!(note.contains("bad.usda") && !note.contains(folder.path().to_str().unwrap()), "{note}");
+}
+
+#[test]
+fn addresses_of_many_machines_are_refused() {
+    for host in ["224.0.0.1", "255.255.255.255", "ff02::1"] {
+        let options = Options { host: Some(host.parse().unwrap()), ..Options::default() };
+        let error = vellus_live::Listener::bind(&options).unwrap_err();
+        assert!(format!("{error:?}").contains("no address of one machine"), "{error:?}");
+    }
 }

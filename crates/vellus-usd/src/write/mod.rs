@@ -45,6 +45,20 @@ pub fn write(scene: &Scene, file: &Path) -> Result<(), Error> {
     vellus_io::write_with(file, |out| stage(scene, names, Text::new(out))).map_err(|error| Error::write(file, error))
 }
 
+/// Writes a scene without textures as text (.usda), as [`write()`] does.
+///
+/// # Errors
+/// [`Error::Scene`] if the scene is not valid, and [`Error::Write`] with the errors of `out`, or for textures: they
+/// have no place beside the text.
+pub fn write_text(scene: &Scene, out: &mut dyn Write) -> Result<(), Error> {
+    scene.validate()?;
+    let written = match scene.textures.len() {
+        0 => stage(scene, Names::default(), Text::new(out)),
+        count => Err(io::Error::new(io::ErrorKind::InvalidInput, format!("{count} textures need files of their own"))),
+    };
+    written.map_err(|error| Error::write(Path::new("the text"), error))
+}
+
 /// Writes the textures. Returns their paths relative to the stage.
 fn textures(scene: &Scene, file: &Path) -> Result<Vec<String>, Error> {
     if scene.textures.is_empty() {
