@@ -23,6 +23,6 @@ pub fn run(args: &Args) -> Result<()> {
     while !interrupt.is_set() {
         std::thread::sleep(POLL);
     }
-    drop(server);
+    server.stop();
     Err(interrupt.error("the viewer has ended".to_owned()).into())
 }

@@ -110,7 +110,7 @@ impl Listener {
 /// A running server. It ends when it is dropped.
 #[derive(Debug)]
 pub struct Server {
-    /// `None` only while it is dropped.
+    /// `None` only at the end.
     runtime: Option<Runtime>,
     /// The temporary files of the engine.
     folder: Arc<tempfile::TempDir>,
@@ -125,6 +125,14 @@ impl Server {
     /// As [`Listener::bind`] and [`Listener::serve`].
     pub fn start(engine: Engine, options: &Options) -> Result<Self, Error> {
         Listener::bind(options)?.serve(engine)
+    }
+
+    /// Ends the server. Waits up to a second for work that has begun.
+    pub fn stop(mut self) {
+        if let Some(runtime) = self.runtime.take() {
+            // Requests end, and with them the engine.
+            runtime.shutdown_timeout(Duration::from_secs(1));
+        }
     }
 
     /// The address of the page, with its token. For a server on all addresses, it is the one that other machines use.
@@ -149,8 +157,7 @@ fn reachable(address: SocketAddr) -> SocketAddr {
 impl Drop for Server {
     fn drop(&mut self) {
         if let Some(runtime) = self.runtime.take() {
-            // Requests end, and with them the engine.
-            runtime.shutdown_timeout(Duration::from_secs(1));
+            runtime.shutdown_background();
         }
         // Work in the background may still use it.
         std::fs::remove_dir_all(self.folder.path()).ok();
@@ -205,7 +212,7 @@ async fn serve(stream: TcpStream, site: Arc<Site>, asked: Arc<AtomicBool>) {
         async move { Ok::<_, Infallible>(answer(site, request.map(Body::new)).await) }
     });
     let mut http = hyper::server::conn::http1::Builder::new();
-    http.timer(TokioTimer::new()).header_read_timeout(patience).keep_alive(false);
+    http.timer(TokioTimer::new()).header_read_timeout(patience);
     let connection = http.serve_connection(TokioIo::new(stream), service).with_upgrades();
     // Peers that break the protocol or are too slow get no answer.
     let _ = tokio::time::timeout(LONGEST, connection).await;
