@@ -74,6 +74,20 @@ pub(crate) struct Shared {
     pub(crate) states: watch::Sender<Arc<str>>,
 }
 
+impl Default for Shared {
+    fn default() -> Self {
+        Shared {
+            jobs: Mutex::default(),
+            wake: Condvar::new(),
+            cancel: AtomicBool::new(false),
+            interruptible: AtomicBool::new(true),
+            questioned: AtomicBool::new(false),
+            frames: watch::Sender::new(None),
+            states: watch::Sender::new(Arc::from("")),
+        }
+    }
+}
+
 impl Shared {
     fn lock(&self) -> MutexGuard<'_, (VecDeque<Job>, bool)> {
         self.jobs.lock().unwrap_or_else(PoisonError::into_inner)
@@ -139,15 +153,7 @@ impl Engine {
             return Err(Error::Folder(folder.clone()));
         }
         let session = Session::open(scene.as_ref(), small)?;
-        let shared = Arc::new(Shared {
-            jobs: Mutex::default(),
-            wake: Condvar::new(),
-            cancel: AtomicBool::new(false),
-            interruptible: AtomicBool::new(true),
-            questioned: AtomicBool::new(false),
-            frames: watch::Sender::new(None),
-            states: watch::Sender::new(Arc::from("")),
-        });
+        let shared = Arc::new(Shared::default());
         let temporary = tempfile::Builder::new().prefix("vellus-live-").tempdir();
         let temporary = temporary.map_err(|source| Error::System { what: "a temporary folder", source })?;
         let files = folder.map(Files::new);

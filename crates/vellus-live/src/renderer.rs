@@ -370,3 +370,35 @@ fn empty(session: &Session, coarse: usize) -> Picture {
     let film = Film::new(settings.size, settings.area(), session.world.layout(&session.layers()));
     Picture { film, coarse, sent: None, denoised: None }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::Shared;
+    use crate::request::{Command, Groom};
+    use std::path::Path;
+
+    /// A groom command for a scene that was opened while the groom of the scene before was built.
+    #[test]
+    fn a_groom_after_another_scene_is_built() {
+        let session = || Session::open(Path::new("hair-lock"), true).unwrap();
+        let shared = Arc::new(Shared::default());
+        let mut renderer = Renderer::new(session(), Arc::clone(&shared), None, PathBuf::new());
+        let groom = |density: f32, clump: f32| {
+            let (reply, _answer) = tokio::sync::oneshot::channel();
+            let groom = Groom { density, clump, ..Groom::default() };
+            Job::Command(Command::Groom(groom), reply, Instant::now())
+        };
+        let count =
+            |renderer: &Renderer| renderer.session.world.curves().strands().iter().map(Strands::len).sum::<usize>();
+        let all = count(&renderer);
+        renderer.work(groom(1.0, 1.0));
+        renderer.work(Job::Opened(Ok(Box::new(session())), None));
+        renderer.work(groom(0.25, 0.0));
+        while renderer.building {
+            shared.take(true).unwrap().into_iter().for_each(|job| renderer.work(job));
+        }
+        let kept = count(&renderer) as f32 / all as f32;
+        assert!((kept - 0.25).abs() < 0.1, "{kept}");
+    }
+}

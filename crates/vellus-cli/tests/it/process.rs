@@ -183,3 +183,52 @@ fn signals_that_were_ignored_stay_so() {
     ends(&child.end(), 0);
     assert!(folder.path().join("a.vellus").exists());
 }
+
+/// The viewer of a small scene, after it has printed its address.
+fn viewer(folder: &Path, port: &str) -> Running {
+    let args = ["live", "hair-lock", "--small", "--no-open", "--port", port];
+    let temporary = folder.join("temporary");
+    std::fs::create_dir_all(&temporary).unwrap();
+    let address = OpenOptions::new().create(true).append(true).open(folder.join("address")).unwrap();
+    let child = command(folder, &args).env("TMPDIR", temporary).stdout(address).start().unwrap();
+    wait_until("an address", || std::fs::read(folder.join("address")).is_ok_and(|text| text.ends_with(b"/\n")));
+    child
+}
+
+#[test]
+fn the_viewer_ends_with_the_code_of_its_signal_and_removes_its_files() {
+    for (signal, code) in [(Signal::INT, 130), (Signal::TERM, 143), (Signal::HUP, 129)] {
+        let folder = tempfile::tempdir().unwrap();
+        let child = viewer(folder.path(), "0");
+        let files = || std::fs::read_dir(folder.path().join("temporary")).unwrap().count();
+        assert_eq!(files(), 1);
+        child.send(signal);
+        assert!(ends(&child.end(), code).contains("interrupted: the viewer has ended"));
+        assert_eq!(files(), 0);
+    }
+}
+
+#[test]
+fn the_viewer_finds_a_used_port_before_it_opens_a_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let _first = viewer(folder.path(), "0");
+    let address = std::fs::read_to_string(folder.path().join("address")).unwrap();
+    let port = address.trim().trim_end_matches('/').rsplit(':').next().unwrap();
+    let message = ends(&vellus(folder.path(), &["live", "no such scene", "--no-open", "--port", port]), 2);
+    assert!(message.contains("cannot listen on 127.0.0.1"), "{message}");
+}
+
+#[test]
+fn the_viewer_needs_no_reader_of_its_address_but_room_for_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["live", "hair-lock", "--small", "--no-open", "--port", "0"];
+    let full = OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let message = ends(&command(folder.path(), &args).stdout(full).start().unwrap().end(), 75);
+    assert!(message.contains("cannot write to standard output: No space left"), "{message}");
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let mut child = command(folder.path(), &args).stdout(writer).start().unwrap();
+    assert!(child.ended_within(Duration::from_secs(3)).is_none());
+    child.send(Signal::INT);
+    ends(&child.end(), 130);
+}

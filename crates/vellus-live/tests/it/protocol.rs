@@ -546,31 +546,14 @@ async fn questions_do_not_stop_the_picture() {
     asking.abort();
 }
 
-/// A groom command for a scene that was opened while the groom of the scene before was built.
+/// The message names the file, but not its folder.
 #[tokio::test]
-async fn a_groom_after_another_scene_is_built() {
+async fn pages_see_no_paths_of_the_server() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = vellus_groom::scene("hair-lock", true).unwrap();
-    let bytes = vellus_groom::write_hair(&vellus_groom::flatten(&scene.strands[0], 1)).unwrap();
-    std::fs::write(folder.path().join("lock.hair"), bytes).unwrap();
-    let engine = Engine::open("cat", true, Some(folder.path().to_owned())).unwrap();
+    std::fs::write(folder.path().join("bad.usda"), "#usda 1.0\n(").unwrap();
+    let engine = Engine::open("hair-lock", true, Some(folder.path().to_owned())).unwrap();
     let server = Server::start(engine, &Options::default()).unwrap();
     let mut socket = connect(&server).await;
-    let strands = |state: &Value| state["summary"].as_str().unwrap().split(' ').next().unwrap().parse::<f64>().unwrap();
-    let count = scene.strands[0].len() as f64;
-    for density in [0.5, 0.25, 0.75] {
-        let groom = |density: f64, clump: f64| json!({"type": "groom", "density": density, "length": 1, "clump": clump, "clump_strands": 10});
-        assert_eq!(ask(&mut socket, groom(1.0, 0.5)).await["type"], "reply");
-        assert_eq!(ask(&mut socket, json!({"type": "open", "file": "lock.hair"})).await["type"], "reply");
-        next(&mut socket, |m| json_of(m).filter(|v| v["scene"] == "lock.hair" && v["busy"] != "opening the scene"))
-            .await;
-        assert_eq!(ask(&mut socket, groom(density, 0.0)).await["type"], "reply");
-        let built = |v: &Value| v["busy"].is_null() && v["groom"]["density"] == density;
-        let state = next(&mut socket, |m| json_of(m).filter(built)).await;
-        assert!((strands(&state) / count - density).abs() < 0.2, "{density}: {}", state["summary"]);
-    }
-    // A scene that cannot be opened: the message names it, but not its folder.
-    std::fs::write(folder.path().join("bad.usda"), "#usda 1.0\n(").unwrap();
     assert_eq!(ask(&mut socket, json!({"type": "open", "file": "bad.usda"})).await["type"], "reply");
     let state = next(&mut socket, |m| json_of(m).filter(|v| v["note"].is_string())).await;
     let note = state["note"].as_str().unwrap();
