@@ -1,5 +1,7 @@
 //! The command `vellus`: a renderer and tools for hair and fur. The two functions here are its main function and its
 //! definition; other programs use the libraries that it is made of.
+// `println!` panics when standard output is closed or full.
+#![warn(clippy::print_stdout)]
 
 mod demo;
 mod energy;

@@ -13,6 +13,7 @@
 //! write_report(&settings.folder)?;
 //! # Ok(()) }
 //! ```
+#![warn(clippy::print_stdout)]
 
 mod animals;
 mod beside;

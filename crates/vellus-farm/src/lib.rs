@@ -30,6 +30,7 @@
 //! assert!(Plan::load(folder)?.status().tasks.iter().all(|task| task.state == State::Missing));
 //! # Ok(()) }
 //! ```
+#![warn(clippy::print_stdout)]
 
 #[cfg(feature = "clap")]
 mod args;

@@ -17,6 +17,7 @@
 //! assert!(result.nrmse < 0.02 && (result.specimen.fiber.eta - truth.eta).abs() < 0.02);
 //! # Ok(()) }
 //! ```
+#![warn(clippy::print_stdout)]
 
 mod cost;
 mod error;

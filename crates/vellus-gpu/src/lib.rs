@@ -35,6 +35,7 @@
 //! - `trace` adds [`Tracer`], a path tracer for the scenes of vellus-render, and [`Choice`] of the device that renders.
 //! - `convert` adds [`converted`], the library in GLSL, HLSL, MSL and SPIR-V. The example `shaders` writes all of them:
 //!   `cargo run -p vellus-gpu --features convert --example shaders -- FOLDER`.
+#![warn(clippy::print_stdout)]
 
 #[cfg(feature = "trace")]
 mod choice;

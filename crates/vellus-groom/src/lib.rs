@@ -32,6 +32,7 @@
 //! ```
 //!
 //! The feature `clap` makes the fields of [`Group`] options of a command line.
+#![warn(clippy::print_stdout)]
 
 #[cfg(feature = "clap")]
 mod argument;

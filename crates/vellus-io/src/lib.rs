@@ -15,6 +15,7 @@
 //! assert_eq!(Digest::of(&bytes), Digest::of(b"HAIR"));
 //! # Ok(()) }
 //! ```
+#![warn(clippy::print_stdout)]
 
 mod confined;
 mod cpu_time;

@@ -9,6 +9,7 @@
 //! JSON header (u32, little endian), the header, and a PNG file.
 //!
 //! The feature `clap` adds the options of the command `vellus live`.
+#![warn(clippy::print_stdout)]
 
 mod answer;
 #[cfg(feature = "clap")]

@@ -27,6 +27,7 @@
 //! assert!(f.total()[0] > 0.0 && pdf > 0.0);
 //! # Ok(()) }
 //! ```
+#![warn(clippy::print_stdout)]
 
 mod azimuthal;
 pub mod chiang;

@@ -16,6 +16,7 @@
 //! }
 //! # Ok(()) }
 //! ```
+#![warn(clippy::print_stdout)]
 
 mod digest;
 mod error;

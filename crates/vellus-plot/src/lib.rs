@@ -31,6 +31,7 @@
 //! save(&picture, &["red-fox.png".into()])?;
 //! # Ok(()) }
 //! ```
+#![warn(clippy::print_stdout)]
 
 pub mod bars;
 pub mod canvas;

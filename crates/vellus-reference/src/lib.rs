@@ -7,6 +7,7 @@
 //! - `simulate`, with the feature `simulation`, traces photons: in the medulla, for the tables, and in whole fibres.
 //!
 //! The first two allocate memory at every hit. None is meant for rendering.
+#![warn(clippy::print_stdout)]
 
 pub mod as_printed;
 pub mod exact;

@@ -3,6 +3,7 @@
 //! The path tracer of [`vellus_render`] is generic over the model, so that its inner loops are compiled for each one.
 //! This crate contains these copies. No other crate names all models and the path tracer, so crates that depend on this
 //! one do not compile them again.
+#![warn(clippy::print_stdout)]
 
 use vellus::{Bcsdf, Fiber};
 use vellus_models::{

@@ -47,6 +47,7 @@
 //! ```
 //!
 //! The feature `denoise` loads Intel Open Image Denoise at run time.
+#![warn(clippy::print_stdout)]
 
 /// The version of the pictures. It changes with every change that alters a picture: the changelog marks these *image*.
 /// Films of different versions cannot be merged.

@@ -30,6 +30,7 @@
 //! scene.validate()?;
 //! # Ok(()) }
 //! ```
+#![warn(clippy::print_stdout)]
 
 mod camera;
 mod error;

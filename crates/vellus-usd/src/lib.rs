@@ -56,6 +56,7 @@
 //! element. A chain has at most 128 connections. A package (.usdz) stores its files without compression, as the format
 //! requires. Packages inside packages are not read. Coordinates are within ±10⁹ scene units
 //! ([`vellus_scene::MAX_COORDINATE`]). Devices are not read.
+#![warn(clippy::print_stdout)]
 
 mod color;
 mod error;
