@@ -8,6 +8,8 @@ use std::io::Read;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use vellus_testing::program::default_signals;
@@ -48,7 +50,25 @@ pub struct Call {
     /// Processor time that it can take, seconds.
     pub cpu_seconds: u64,
     /// A signal to send, and when.
-    pub signal: Option<(Duration, Signal)>,
+    pub signal: Option<(When, Signal)>,
+}
+
+/// When a signal is sent.
+#[derive(Clone)]
+pub enum When {
+    /// So long after the start.
+    After(Duration),
+    /// When another thread says so.
+    Told(Arc<AtomicBool>),
+}
+
+impl When {
+    fn has_come(&self, began: Instant) -> bool {
+        match self {
+            When::After(time) => began.elapsed() >= *time,
+            When::Told(told) => told.load(Ordering::Relaxed),
+        }
+    }
 }
 
 /// The result of a run.
@@ -129,8 +149,9 @@ impl Call {
             line = format!("sh -c '{umask}{blocks}exec \"$@\"' sh {line}");
         }
         match &self.signal {
-            Some((after, signal)) => {
-                format!("{line} &  sleep {:.3}; kill -{} $!; wait $!", after.as_secs_f64(), signal.as_raw())
+            Some((when, signal)) => {
+                let after = if let When::After(time) = when { time.as_secs_f64() } else { 3.0 };
+                format!("{line} &  sleep {after:.3}; kill -{} $!; wait $!", signal.as_raw())
             }
             None => line,
         }
@@ -157,11 +178,11 @@ impl Call {
             if let Some(now) = usage(pid) {
                 used = Usage { threads: used.threads.max(now.threads), ..now };
             }
-            if let Some((after, signal)) = self.signal
+            if let Some((when, signal)) = &self.signal
                 && !signalled
-                && began.elapsed() >= after
+                && when.has_come(began)
             {
-                signalled = kill_process(pid, signal).is_ok();
+                signalled = kill_process(pid, *signal).is_ok();
             }
             if Instant::now() >= deadline {
                 end(&mut child)?;
@@ -273,7 +294,7 @@ mod tests {
         assert_eq!((outcome.code, outcome.signal), (Some(75), None));
         assert_eq!((outcome.stdout.as_str(), outcome.stderr.as_str()), ("out\n", "err\n"));
         let mut signalled = call("exec sleep 40");
-        signalled.signal = Some((Duration::from_millis(50), Signal::TERM));
+        signalled.signal = Some((When::After(Duration::from_millis(50)), Signal::TERM));
         let outcome = run(&signalled);
         assert_eq!((outcome.signal, outcome.signalled, outcome.timed_out), (Some(15), true, false));
     }

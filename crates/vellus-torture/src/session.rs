@@ -30,7 +30,7 @@ struct Cli {
     /// Duration, e.g. 60s, 10m.
     #[arg(long, default_value = "60s", value_parser = duration, value_name = "TIME")]
     time: Duration,
-    /// Run only this attack: kill, ranges, damage, disk, files, nonsense or fibres.
+    /// Run only this attack: kill, ranges, damage, disk, files, nonsense, fibres, structure or viewer.
     #[arg(long, value_name = "NAME")]
     only: Option<String>,
     /// Run only this case of that attack.

@@ -1,6 +1,7 @@
 //! Signals at random moments. A resumed run must end with the same pixels as an undisturbed run.
 
 use super::{Attack, picture, same, temporary_files};
+use crate::child::When;
 use crate::material::{LEANING, STRAIGHT};
 use crate::picture::Picture;
 use crate::trial::{Stop, Trial};
@@ -104,7 +105,7 @@ fn disturb(trial: &mut Trial, job: &Job, expected: &Undisturbed) -> Result<(), S
         let latest = expected.took.as_secs_f64() * if round == 0 { 1.0 } else { 0.6 };
         let signal = *trial.dice.pick(&signals);
         let after = Duration::from_secs_f64(trial.dice.within(0.0, latest));
-        call.signal = (round < most).then_some((after, signal));
+        call.signal = (round < most).then_some((When::After(after), signal));
         let outcome = trial.run(&call)?;
         if !outcome.signalled || outcome.code == Some(0) {
             if !trial.ended_with(&outcome, &[0], "a resumed run") {

@@ -9,6 +9,7 @@ mod nonsense;
 mod places;
 mod ranges;
 mod structure;
+mod viewer;
 
 use crate::picture::Picture;
 use crate::trial::{Stop, Trial};
@@ -39,6 +40,7 @@ pub fn all() -> Vec<Box<dyn Attack>> {
         Box::new(nonsense::Nonsense::default()),
         Box::new(fibers::Fibers),
         Box::new(structure::Structure),
+        Box::new(viewer::Viewer),
     ]
 }
 

@@ -1,7 +1,7 @@
 //! Commands with random options and values. Each must succeed, or be refused quickly with a message.
 
 use super::Attack;
-use crate::child::{Call, Outcome, Sink};
+use crate::child::{Call, Outcome, Sink, When};
 use crate::dice::Dice;
 use crate::material;
 use crate::trial::{Stop, Trial};
@@ -361,7 +361,7 @@ fn may_be_long(call: &Call) -> bool {
 fn try_it(trial: &mut Trial, mut call: Call) -> Result<(), Stop> {
     let subcommand = call.args.first().map_or(String::new(), |arg| arg.to_string_lossy().into_owned());
     if may_be_long(&call) {
-        call.signal = Some((ACCEPTED_AFTER, Signal::TERM));
+        call.signal = Some((When::After(ACCEPTED_AFTER), Signal::TERM));
     }
     let outcome = trial.run(&call)?;
     if outcome.signalled && (outcome.signal == Some(Signal::TERM.as_raw()) || outcome.code == Some(143)) {
