@@ -28,7 +28,7 @@ impl Shared {
             if outer.is_some_and(|outer| is_below(&place.path, outer)) {
                 continue;
             }
-            let Some(prototype) = reader.stage.prototype(&place.path)? else { continue };
+            let Some(prototype) = reader.stage.prototype(&place.path) else { continue };
             outer = Some(&place.path);
             let stays = place.to_world == place.moved;
             if place.shown && !place.swallowed && stays && is_similar(&place.to_world) {

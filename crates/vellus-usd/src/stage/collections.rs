@@ -17,9 +17,10 @@ impl Stage {
     /// the collection, because `openusd` does not evaluate expressions.
     pub fn includes(&self, collection: &str, prim: &str) -> Result<Option<bool>, Error> {
         if let Some(members) = self.members.borrow().get(collection) {
-            return Ok(members.as_ref().map(|members| members.is_path_included(&sdf::Path::from(prim))));
+            let prim = self.instances.borrow().composed_with(collection, prim);
+            return Ok(members.as_ref().map(|members| members.is_path_included(&sdf::Path::from(prim.as_str()))));
         }
-        let members = self.ask(collection, || {
+        let members = self.ask(collection, |collection| {
             let Some((owner, name)) = usd::is_collection_api_path(&sdf::Path::from(collection)) else {
                 return Ok(Some(usd::MembershipQuery::default()));
             };

@@ -7,6 +7,7 @@ mod arcs;
 mod careful;
 mod collections;
 mod files;
+mod instances;
 mod materialx;
 mod names;
 mod package;
@@ -20,6 +21,7 @@ use arcs::Arcs;
 use careful::{Careful, parse_error};
 use collections::Members;
 use files::Files;
+use instances::Instances;
 pub(crate) use materialx::MATERIALS;
 use openusd::tf::Token;
 use openusd::{ar, pcp, sdf, usd};
@@ -94,6 +96,7 @@ pub(crate) struct Stage {
     members: Members,
     files: Rc<Files>,
     arcs: Arcs,
+    instances: RefCell<Instances>,
     /// Names of properties, by prim.
     properties: RefCell<HashMap<String, Rc<[Token]>>>,
 }
@@ -128,13 +131,15 @@ impl Stage {
             members: Members::default(),
             files,
             arcs: Arcs::default(),
+            instances: RefCell::default(),
             properties: RefCell::default(),
         })
     }
 
     /// Paths of all prims that are defined, active and not abstract, depth first, instances included.
     ///
-    /// The traversal of `openusd` would check for each prim whether all its ancestors are active and defined.
+    /// The traversal of `openusd` would check for each prim whether all its ancestors are active and defined. The content
+    /// of instances that share a prototype is composed once, see [`Instances`].
     pub fn prims(&self) -> Result<Vec<String>, Invalid> {
         self.prims_of(MAX_SITES)
     }
@@ -142,6 +147,7 @@ impl Stage {
     fn prims_of(&self, max_sites: usize) -> Result<Vec<String>, Invalid> {
         guarded(|| {
             let (mut prims, mut sites) = (Vec::new(), 0);
+            let mut instances = self.instances.borrow_mut();
             let mut rest = vec![self.stage.prim(sdf::Path::abs_root())];
             while let Some(prim) = rest.pop() {
                 if *prim.path() != sdf::Path::abs_root() {
@@ -153,27 +159,34 @@ impl Stage {
                     }
                     prims.push(prim.path().as_str().to_owned());
                 }
-                sites += prim.prim_index().graph()?.all_nodes().count();
+                let index = prim.prim_index().graph()?;
+                sites += index.all_nodes().count();
+                let repeated = match prim.is_instance()? {
+                    true => instances.visit(prim.path().as_str(), &instances::prototype(&index), &prims),
+                    false => None,
+                };
+                sites += repeated.as_ref().map_or(0, |(_, content)| content.len());
                 if sites > max_sites {
                     let what = "each prim, and each reference, payload, inherit and variant of it and its ancestors, \
                                 is a site";
                     return Err(Failure(format!("the stage has more than {max_sites} sites: {what}")));
                 }
-                rest.extend(prim.children()?.into_iter().rev());
+                match repeated {
+                    Some((first, content)) => {
+                        for i in content {
+                            prims.push(format!("{}{}", prim.path(), &prims[i][first..]));
+                        }
+                    }
+                    None => rest.extend(prim.children()?.into_iter().rev()),
+                }
             }
             Ok(prims)
         })
     }
 
     /// The prototype of an instance. Instances with the same prototype have the same content.
-    pub fn prototype(&self, prim: &str) -> Result<Option<String>, Error> {
-        self.ask(prim, || {
-            let prim = self.stage.prim(prim);
-            if !prim.is_instance()? {
-                return Ok(None);
-            }
-            Ok(prim.prototype()?.map(|path| path.as_str().to_owned()))
-        })
+    pub fn prototype(&self, prim: &str) -> Option<String> {
+        self.instances.borrow().prototype(prim)
     }
 
     /// Names of the children of a prim.
@@ -220,16 +233,17 @@ impl Stage {
 
     /// The schema of a prim, or an empty string if it has none.
     pub fn type_name(&self, prim: &str) -> Result<String, Error> {
-        self.ask(prim, || Ok(self.stage.prim(prim).type_name()?.map_or(String::new(), |t| t.as_str().to_owned())))
+        self.ask(prim, |prim| Ok(self.stage.prim(prim).type_name()?.map_or(String::new(), |t| t.as_str().to_owned())))
     }
 
     /// Names of all properties of a prim.
     pub fn properties(&self, prim: &str) -> Result<Rc<[Token]>, Error> {
-        if let Some(known) = self.properties.borrow().get(prim) {
+        let composed = self.instances.borrow().composed(prim).0.into_owned();
+        if let Some(known) = self.properties.borrow().get(&composed) {
             return Ok(known.clone());
         }
-        let names: Rc<[Token]> = self.ask(prim, || Ok(self.stage.prim(prim).property_names()?.into()))?;
-        self.properties.borrow_mut().insert(prim.to_owned(), names.clone());
+        let names: Rc<[Token]> = self.ask(prim, |prim| Ok(self.stage.prim(prim).property_names()?.into()))?;
+        self.properties.borrow_mut().insert(composed, names.clone());
         Ok(names)
     }
 
@@ -305,7 +319,7 @@ impl Stage {
         if !self.has_property(prim, name)? {
             return Ok(None);
         }
-        self.ask(prim, || {
+        self.ask(prim, |prim| {
             let around = self.attribute(prim, name).bracketing_time_samples(usd::TimeCode::new(time))?;
             Ok(around.map(|(before, _)| before))
         })
@@ -316,7 +330,7 @@ impl Stage {
         if !self.has_property(prim, name)? {
             return Ok(None);
         }
-        self.ask(prim, || {
+        self.ask(prim, |prim| {
             let later = usd::TimeCode::new(time + 1e-6 * time.abs().max(1.0));
             let around = self.attribute(prim, name).bracketing_time_samples(later)?;
             Ok(around.map(|(_, after)| after).filter(|after| *after > time))
@@ -339,7 +353,7 @@ impl Stage {
         if !self.has_property(prim, name)? {
             return Ok(None);
         }
-        self.ask(prim, || {
+        self.ask(prim, |prim| {
             // `get_metadata` only uses the path, so it works for relationships too.
             let value = self.attribute(prim, name).get_metadata::<sdf::Value>(key)?;
             Ok(value.and_then(|value| value.as_str().map(str::to_owned)))
@@ -351,10 +365,11 @@ impl Stage {
         if !self.has_property(prim, name)? {
             return Ok(None);
         }
-        self.ask(prim, || {
-            let connections = self.attribute(prim, name).connections()?;
+        let instances = self.instances.borrow();
+        self.ask(prim, |composed| {
+            let connections = self.attribute(composed, name).connections()?;
             let property = connections.first().and_then(|path| path.as_str().rsplit_once('.'));
-            Ok(property.map(|(prim, name)| Property { prim: prim.to_owned(), name: name.to_owned() }))
+            Ok(property.map(|(to, name)| Property { prim: instances.seen_from(prim, to), name: name.to_owned() }))
         })
     }
 
@@ -363,9 +378,10 @@ impl Stage {
         if !self.has_property(prim, name)? {
             return Ok(Vec::new());
         }
-        self.ask(prim, || {
-            let targets = self.stage.relationship(format!("{prim}.{name}")).targets()?;
-            Ok(targets.iter().map(|path| path.as_str().to_owned()).collect())
+        let instances = self.instances.borrow();
+        self.ask(prim, |composed| {
+            let targets = self.stage.relationship(format!("{composed}.{name}")).targets()?;
+            Ok(targets.iter().map(|path| instances.seen_from(prim, path.as_str())).collect())
         })
     }
 
@@ -373,10 +389,13 @@ impl Stage {
         self.stage.attribute(format!("{prim}.{name}"))
     }
 
-    fn ask<T>(&self, prim: &str, question: impl FnOnce() -> Result<T, Failure>) -> Result<T, Error> {
+    /// Asks about a prim. The question gets the path under which it is composed.
+    fn ask<T>(&self, prim: &str, question: impl FnOnce(&str) -> Result<T, Failure>) -> Result<T, Error> {
         let checked = || {
-            self.check_arcs(&sdf::Path::new(prim)?)?;
-            question()
+            let instances = self.instances.borrow();
+            let (composed, _) = instances.composed(prim);
+            self.check_arcs(&sdf::Path::new(&composed)?)?;
+            question(&composed)
         };
         guarded(checked).map_err(|what| Error::prim(prim, what))
     }
@@ -410,7 +429,7 @@ impl Stage {
             When::Close => self.clock.close,
             When::At(time) => time,
         };
-        self.ask(prim, || {
+        self.ask(prim, |prim| {
             let attribute = self.attribute(prim, name);
             let real = |value: &sdf::Value| !matches!(value, sdf::Value::None | sdf::Value::ValueBlock);
             Ok(attribute.get_at::<sdf::Value>(usd::TimeCode::new(time))?.filter(real))

@@ -197,3 +197,28 @@ fn lists_of_arcs_and_chains_of_layers_are_bounded() {
     let targets = "</c>, ".repeat(5000);
     assert_eq!(strands(&format!("{CURVES} def \"S\" {{ rel r = [{targets}] }}")), 1);
 }
+
+/// Each level has the level below ten times. Nothing is composed more than once, so four levels take no longer than
+/// their 10,000 strands, and twelve are refused at once.
+#[test]
+fn levels_of_instances_are_composed_once() {
+    let levels = |count: usize, arc: &str| {
+        let mut body = format!("class \"L0\" {{ {CURVES} }}\n");
+        for level in 1..=count {
+            let kind = if level == count { "def" } else { "class" };
+            let ten: String = (0..10)
+                .map(|i| format!("def \"r{i}\" ( instanceable = true {arc} = </L{}> ) {{}}\n", level - 1))
+                .collect();
+            body += &format!("{kind} \"L{level}\" {{ {ten} }}\n");
+        }
+        body
+    };
+    for arc in ["inherits", "references", "specializes", "payload"] {
+        assert_eq!(strands(&levels(3, arc)), 1000, "{arc}");
+        let started = std::time::Instant::now();
+        let error = error_of(&levels(12, arc));
+        assert!(error.contains("sites"), "{arc}: {error}");
+        // It would take minutes to compose as many sites as are allowed.
+        assert!(started.elapsed() < std::time::Duration::from_secs(20), "{arc}: {:?}", started.elapsed());
+    }
+}

@@ -4,7 +4,7 @@ use super::FOUR;
 use super::said;
 use crate::common::read_text;
 use glam::{Mat4, Vec3, Vec4};
-use vellus_scene::Scene;
+use vellus_scene::{Scene, Strands};
 use vellus_usd::{Options, Warning};
 
 /// Reads a stage with instances that share their prototypes.
@@ -95,6 +95,69 @@ fn instances_that_differ_are_read_separately() {
     }
     let (scene, _) = shared(&herd(primvar));
     assert!(scene.prototypes[0].strands[0].varying.is_empty() && !scene.strands[0].varying.is_empty());
+}
+
+/// Instances in instances: their content is composed once, and is where that of copies is. Bindings, connections and
+/// collections inside lead to the prims of the same instance.
+#[test]
+fn content_of_nested_instances_is_that_of_copies() {
+    let material = |name: &str, kappa: f32| {
+        format!(
+            "def Material \"{name}\" {{ token outputs:vellus:surface.connect = <f.outputs:out>
+                def Shader \"f\" {{ uniform token info:id = \"VellusFur\" float inputs:kappa = {kappa} token outputs:out }} }}"
+        )
+    };
+    let place = |x: f32, more: &str| {
+        format!(
+            "double3 xformOp:translate = ({x}, 0, 0) {more}
+            uniform token[] xformOpOrder = [\"xformOp:translate\"]"
+        )
+    };
+    let levels = format!(
+        "class \"lock\" {{
+            def BasisCurves \"bound\" {{ {FOUR} rel material:binding = <../m> }}
+            def BasisCurves \"collected\" {{ {FOUR} }}
+            def BasisCurves \"hidden\" {{ {FOUR} token visibility = \"invisible\" }}
+            {}
+        }}
+        class \"patch\" {{
+            def Xform \"a\" ( instanceable = true inherits = </lock> ) {{ {} }}
+            def Xform \"b\" ( instanceable = true inherits = </lock> ) {{ {} }}
+            def Xform \"c\" ( instanceable = true references = </lock> ) {{ {} }}
+            {}
+            rel material:binding:collection:some = [<../patch.collection:some>, <n>]
+            uniform token collection:some:expansionRule = \"expandPrims\"
+            rel collection:some:includes = [<b/collected>]
+        }}
+        def Xform \"S\" {{
+            def Xform \"p\" ( instanceable = true inherits = </patch> ) {{ {} }}
+            def Xform \"q\" ( instanceable = true inherits = </patch> ) {{ {} }}
+            def Xform \"r\" ( instanceable = true references = </patch> ) {{ {} }}
+            def \"s\" ( instanceable = true references = </patch> ) {{ {} }}
+        }}",
+        material("m", 0.7),
+        place(1.0, ""),
+        place(2.0, ""),
+        place(4.0, ""),
+        material("n", 0.4),
+        place(10.0, ""),
+        place(20.0, ""),
+        place(40.0, ""),
+        place(80.0, "token visibility = \"invisible\""),
+    );
+    let scene = |body: &str| read_text(body, &Options::default()).unwrap().0;
+    let (instances, copies) = (scene(&levels), scene(&levels.replace("instanceable = true", "")));
+    // Shared content comes last.
+    let sets = |scene: &Scene| {
+        let set =
+            |s: &Strands| (s.points.iter().map(|p| p.to_array()).collect::<Vec<_>>(), scene.looks[s.look].fiber.kappa);
+        let mut all: Vec<_> = scene.strands.iter().map(set).collect();
+        all.sort_by(|a, b| a.partial_cmp(b).unwrap());
+        all
+    };
+    assert_eq!(sets(&copies).len(), 3 * 3 * 2);
+    assert_eq!(sets(&instances), sets(&copies));
+    assert!(sets(&copies).iter().any(|(_, kappa)| *kappa == 0.4), "the collection has no member");
 }
 
 /// A written scene keeps its instances, and the file has the points of a prototype once.
