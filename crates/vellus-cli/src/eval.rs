@@ -2,11 +2,12 @@
 
 use crate::fiber_args::FiberArgs;
 use crate::output::OutputArgs;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
+use std::io::Read;
 use std::path::PathBuf;
 use vellus::Bcsdf;
-use vellus_plot::query::{Answer, Offsets, Query, read_csv};
-use vellus_plot::text;
+use vellus_plot::query::{Offsets, Queries, Query};
+use vellus_plot::text::Answers;
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -26,7 +27,7 @@ pub struct Args {
     /// Azimuth of ω_i minus the azimuth of ω_o.
     #[arg(long, default_value_t = 150.0, value_name = "DEG")]
     phi: f64,
-    /// CSV file of queries, or - for standard input. The header is theta_o,h,theta_i,phi; h_lo,h_hi can replace h.
+    /// CSV file of queries, or - for standard input, answered one after the other. The header is theta_o,h,theta_i,phi; h_lo,h_hi can replace h.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["theta_o", "h", "window", "theta_i", "phi"])]
     queries: Option<PathBuf>,
     #[command(flatten)]
@@ -52,17 +53,29 @@ pub fn run(args: &Args) -> Result<()> {
     let fiber = args.fiber.load()?;
     args.output.check()?;
     let bcsdf = Bcsdf::new(&fiber)?;
-    let queries = match &args.queries {
-        None => {
-            let offsets = args.window.offsets(args.h)?;
-            vec![Query::new([args.theta_o, args.h, args.theta_i, args.phi])?.over(offsets)]
-        }
-        Some(path) if path.as_os_str() == "-" => read_csv(std::io::stdin().lock()).context("standard input")?,
-        Some(path) => {
-            let place = || format!("{}", path.display());
-            read_csv(vellus_io::open(path).with_context(place)?).with_context(place)?
+    let Some(path) = &args.queries else {
+        let offsets = args.window.offsets(args.h)?;
+        let query = Query::new([args.theta_o, args.h, args.theta_i, args.phi])?.over(offsets);
+        return args.output.write_with(|format, out| answer([Ok(query)], &bcsdf, Answers::new(out, format)));
+    };
+    let (place, input): (_, Box<dyn Read>) = match path.to_str() {
+        Some("-") => ("standard input".to_owned(), Box::new(std::io::stdin().lock())),
+        _ => {
+            let place = path.display().to_string();
+            (place.clone(), Box::new(vellus_io::open(path).context(place)?))
         }
     };
-    let answers: Vec<(Query, Answer)> = queries.into_iter().map(|q| (q, q.ask(&bcsdf))).collect();
-    args.output.write(|format| text::eval(&answers, format))
+    let mut queries = Queries::new(input).with_context(|| place.clone())?.peekable();
+    ensure!(queries.peek().is_some(), "{place}: no queries after the header");
+    let queries = queries.map(|query| query.with_context(|| place.clone()));
+    args.output.write_with(|format, out| answer(queries, &bcsdf, Answers::new(out, format)))
+}
+
+/// Answers queries one after the other, so that their number does not matter for memory.
+fn answer(queries: impl IntoIterator<Item = Result<Query>>, bcsdf: &Bcsdf, mut answers: Answers) -> Result<()> {
+    for query in queries {
+        let query = query?;
+        answers.add(&query, &query.ask(bcsdf))?;
+    }
+    Ok(answers.finish()?)
 }

@@ -1,8 +1,9 @@
 //! Results: to standard output or to files.
 
 use crate::number::one_of;
-use crate::say;
+use crate::say::{self, StandardOutput};
 use anyhow::{Context, Result, bail};
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use vellus_plot::text::Format;
 
@@ -21,6 +22,29 @@ impl OutputArgs {
     /// Checks that the result can be written, before long work begins.
     pub fn check(&self) -> Result<()> {
         self.out.as_deref().map_or(Ok(()), writable)
+    }
+
+    /// Writes the result that `fill` writes piece by piece for the format. An error of `fill` leaves a file as it was, but
+    /// standard output has what was written before.
+    pub fn write_with(&self, fill: impl FnOnce(Format, &mut dyn Write) -> Result<()>) -> Result<()> {
+        // Errors of the output are plain; others say where they come from.
+        let at = |place: String| {
+            move |error: anyhow::Error| if error.is::<std::io::Error>() { error.context(place) } else { error }
+        };
+        let Some(path) = &self.out else {
+            let mut out = BufWriter::new(StandardOutput);
+            let filled = fill(self.format, &mut out).and_then(|()| Ok(out.flush()?));
+            return filled.map_err(at("cannot write to standard output".to_owned()));
+        };
+        let mut failure = None;
+        let written = vellus_io::write_with(path, |out| {
+            fill(self.format, out).or_else(|error| {
+                failure = Some(error);
+                Err(std::io::ErrorKind::Other.into())
+            })
+        });
+        let result = failure.map_or_else(|| Ok(written?), Err);
+        result.map_err(at(format!("cannot write {}", path.display())))
     }
 
     /// Writes the result that `text` returns for the format.

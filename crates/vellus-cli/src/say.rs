@@ -1,8 +1,9 @@
 //! Output to the terminal. Unlike the macros of the standard library, these never panic.
 
+use std::collections::BTreeSet;
 use std::fmt::Arguments;
 use std::io::{Error, ErrorKind, Result, Write};
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 /// The first error of writing to standard output.
 static FAILURE: OnceLock<Error> = OnceLock::new();
@@ -32,6 +33,15 @@ pub fn error_line(text: Arguments) {
     std::io::stderr().write_all(format!("{}\n", vellus_io::visible(&text.to_string())).as_bytes()).ok();
 }
 
+/// Writes a line to standard error, unless the program has written it before.
+pub fn note_once(text: String) {
+    static WRITTEN: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+    let is_new = |text: &str| WRITTEN.lock().unwrap_or_else(PoisonError::into_inner).insert(text.to_owned());
+    if is_new(&text) {
+        error_line(format_args!("{text}"));
+    }
+}
+
 /// The error of a processor without an instruction set. Only the standard library, which is compiled for all
 /// processors, may run here: formatting would be compiled for this one.
 pub fn without_instructions(missing: &str) {
@@ -52,6 +62,19 @@ pub fn standard_output(bytes: &[u8]) -> Result<()> {
     match out.write_all(bytes).and_then(|()| out.flush()) {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
         result => result,
+    }
+}
+
+/// Standard output as a writer. A closed pipe is not an error.
+pub struct StandardOutput;
+
+impl Write for StandardOutput {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize> {
+        standard_output(bytes).map(|()| bytes.len())
+    }
+
+    fn flush(&mut self) -> Result<()> {
+        Ok(())
     }
 }
 

@@ -142,10 +142,14 @@ impl FromStr for FiberFormat {
 
 /// The document and the name of the material, of `FILE.mtlx` or `FILE.mtlx#NAME`.
 fn material(path: &Path) -> Option<(PathBuf, Option<String>)> {
+    let is_document = |file: &str| file.to_ascii_lowercase().ends_with(".mtlx");
     let text = path.to_str()?;
-    let (file, name) = text.rsplit_once('#').map_or((text, None), |(file, name)| (file, Some(name.to_owned())));
-    let is_document = Path::new(file).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mtlx"));
-    is_document.then(|| (file.into(), name))
+    // A folder may have the character in its name.
+    if is_document(text) {
+        return Some((path.to_owned(), None));
+    }
+    let (file, name) = text.rsplit_once('#').filter(|(file, _)| is_document(file))?;
+    Some((file.into(), Some(name.to_owned())))
 }
 
 fn read(path: &Path, format: FiberFormat) -> Result<FiberBuilder, FiberError> {
@@ -259,6 +263,16 @@ mod tests {
         assert_eq!((fiber.sigma_ca, fiber.kappa, warnings.len()), ([0.1, 0.2, 0.4], 0.5, 1));
         let error = source("").read().unwrap_err();
         assert!(chain(&error).contains("choose one of Fox, Plain"), "{}", chain(&error));
+        // A folder with the character in its name.
+        let folder = tempfile::tempdir().unwrap();
+        let inner = folder.path().join("d#2");
+        std::fs::create_dir(&inner).unwrap();
+        std::fs::copy(&file, inner.join("h.mtlx")).unwrap();
+        for (name, good) in [("h.mtlx", false), ("h.mtlx#Plain", true)] {
+            let read = FiberSource { path: inner.join(name), set: vec![] }.read();
+            assert_eq!(read.is_ok(), good, "{name}");
+            assert!(good || chain(&read.unwrap_err()).contains("choose one of"));
+        }
     }
 
     #[test]

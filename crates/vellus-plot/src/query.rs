@@ -165,40 +165,59 @@ impl Query {
 /// The longest line of a file of queries.
 const MAX_LINE_BYTES: usize = 1 << 20;
 
-/// Reads queries from CSV. The header has theta_o, theta_i, phi, and either h or both h_lo and h_hi, in any order.
-/// Lines that start with `#` are comments.
-///
-/// # Errors
-/// [`Error::Query`] or [`Error::Csv`] names the line and the problem.
-pub fn read_csv(reader: impl std::io::Read) -> Result<Vec<Query>> {
-    let mut builder = csv::ReaderBuilder::new();
-    builder.trim(csv::Trim::All).comment(Some(b'#'));
-    let mut csv = builder.from_reader(BoundedLines::new(reader, MAX_LINE_BYTES));
-    let header = csv.headers()?.clone();
-    let (names, columns) = columns(&header)?;
-    let mut queries = Vec::new();
-    for record in csv.records() {
-        let record = record?;
-        let line = record.position().map_or(0, csv::Position::line);
-        let at_line = |error: Error| Error::Query(format!("line {line}: {error}"));
+/// Queries in a CSV file, one after the other. The header has theta_o, theta_i, phi, and either h or both h_lo and h_hi,
+/// in any order. Lines that start with `#` are comments.
+pub struct Queries<R> {
+    records: csv::StringRecordsIntoIter<BoundedLines<R>>,
+    names: Vec<&'static str>,
+    columns: Vec<usize>,
+}
+
+impl<R: std::io::Read> Queries<R> {
+    /// Reads the header.
+    ///
+    /// # Errors
+    /// [`Error::Query`] or [`Error::Csv`] names the problem.
+    pub fn new(reader: R) -> Result<Self> {
+        let mut builder = csv::ReaderBuilder::new();
+        builder.trim(csv::Trim::All).comment(Some(b'#'));
+        let mut csv = builder.from_reader(BoundedLines::new(reader, MAX_LINE_BYTES));
+        let (names, columns) = columns(csv.headers()?)?;
+        Ok(Queries { records: csv.into_records(), names, columns })
+    }
+
+    fn query(&self, record: &csv::StringRecord) -> Result<Query> {
         let mut values = Vec::new();
-        for (column, name) in columns.iter().zip(&names) {
+        for (column, name) in self.columns.iter().zip(&self.names) {
             let cell = record.get(*column).unwrap_or("");
-            let value = cell.parse::<f64>();
-            let wrong_cell = || wrong(format!("{name} = '{}' is not a number", shown(cell)));
-            values.push(value.or_else(|_| wrong_cell()).map_err(at_line)?);
+            let wrong_cell = |_| wrong(format!("{name} = '{}' is not a number", shown(cell)));
+            values.push(cell.parse::<f64>().or_else(wrong_cell)?);
         }
-        let query = match values[..] {
-            [theta_o, low, high, theta_i, phi] => Offsets::range(low, high)
-                .and_then(|offsets| Ok(Query::new([theta_o, 0.0, theta_i, phi])?.over(offsets))),
+        match values[..] {
+            [theta_o, low, high, theta_i, phi] => {
+                let offsets = Offsets::range(low, high)?;
+                Ok(Query::new([theta_o, 0.0, theta_i, phi])?.over(offsets))
+            }
             _ => Query::new([values[0], values[1], values[2], values[3]]),
+        }
+    }
+}
+
+impl<R: std::io::Read> Iterator for Queries<R> {
+    type Item = Result<Query>;
+
+    /// The next query.
+    ///
+    /// # Errors
+    /// [`Error::Query`] or [`Error::Csv`] names the line and the problem.
+    fn next(&mut self) -> Option<Result<Query>> {
+        let record = match self.records.next()? {
+            Ok(record) => record,
+            Err(error) => return Some(Err(error.into())),
         };
-        queries.push(query.map_err(at_line)?);
+        let line = record.position().map_or(0, csv::Position::line);
+        Some(self.query(&record).map_err(|error| Error::Query(format!("line {line}: {error}"))))
     }
-    if queries.is_empty() {
-        return wrong("no queries after the header".to_owned());
-    }
-    Ok(queries)
 }
 
 /// The names of the coordinates in a header, and their columns.
@@ -236,6 +255,10 @@ fn shown(cell: &str) -> String {
 mod tests {
     use super::*;
 
+    fn read_csv(text: &[u8]) -> Result<Vec<Query>> {
+        Queries::new(text)?.collect()
+    }
+
     #[test]
     fn columns_have_any_order() {
         let text = "# a comment\nphi, h, theta_i, theta_o\n180, 0.1, -10, 10\n";
@@ -254,7 +277,6 @@ mod tests {
             ("theta_o,h,h_lo,theta_i,phi\n", "line 1: both h and h_lo"),
             ("theta_o,h,theta_i\n", "line 1: no column 'phi'"),
             ("theta_o,h,theta_i,phi,x\n", "line 1: unknown column 'x'"),
-            ("theta_o,h,theta_i,phi\n", "no queries"),
         ] {
             let error = read_csv(text.as_bytes()).unwrap_err().to_string();
             assert!(error.contains(part), "{error}");

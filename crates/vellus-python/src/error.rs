@@ -1,7 +1,7 @@
 //! Errors of the crates as Python's exceptions.
 
 use pyo3::PyErr;
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyMemoryError, PyValueError};
 use std::error::Error;
 use std::fmt::Display;
 
@@ -19,4 +19,12 @@ pub fn with_causes(error: &dyn Error) -> PyErr {
         cause = error.source();
     }
     PyValueError::new_err(text)
+}
+
+/// The same for an error of the renderer. Pictures that do not fit into memory are a `MemoryError`.
+pub fn rendering(error: &vellus_render::Error) -> PyErr {
+    match error {
+        vellus_render::Error::Memory { .. } => PyMemoryError::new_err(error.to_string()),
+        _ => with_causes(error),
+    }
 }

@@ -74,7 +74,7 @@ impl Plot {
         U::Result: Send,
     {
         let drawing = &self.0;
-        let result = py.detach(|| match drawing {
+        let result = crate::threads::run(py, |_| match drawing {
             Drawing::Lobes(picture) => to.with(picture),
             Drawing::Profile(picture) => to.with(picture),
             Drawing::Energy(picture) => to.with(picture),
@@ -82,7 +82,7 @@ impl Plot {
             Drawing::Windows(picture) => to.with(picture),
             Drawing::FitProfile(fitted) => to.with(&Profiles(&fitted.summary())),
             Drawing::FitSlices(fitted) => to.with(&Slices(&fitted.summary())),
-        });
+        })?;
         result.map_err(|e| match e {
             vellus_plot::Error::Write { path, source } => {
                 pyo3::exceptions::PyOSError::new_err(format!("{}: {source}", path.display()))

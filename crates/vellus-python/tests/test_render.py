@@ -310,3 +310,44 @@ def test_transparent_pictures_have_alpha(tmp_path):
 def test_progress_is_quiet_without_a_terminal(scene, capfd):
     scene.render(8, 8, 2, progress=True)
     assert capfd.readouterr().err == ""
+
+
+def everything(folder):
+    """Calls that use all cores: files, scenes, pictures, fits and plots."""
+    picture = furry().render(8, 8, 2)
+    path = folder / "a.exr"
+    picture.write(path)
+    opened = vellus.Scene.open("hair-lock", small=True).render(8, 8, 1)
+    plot = np.frombuffer(vellus.plot_models("red-fox").png, np.uint8)
+    return [picture.beauty, picture.depth, opened.beauty, plot]
+
+
+# A child has none of its parent's threads. Work that waits for them would never end.
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork on this system")
+@pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
+def test_a_forked_process_opens_renders_and_writes(tmp_path):
+    expected = everything(tmp_path)
+    child = os.fork()
+    if child == 0:
+        try:
+            same = all(np.array_equal(a, b) for a, b in zip(everything(tmp_path), expected, strict=True))
+        finally:
+            os._exit(0 if same else 1)
+    end = time.monotonic() + 60
+    while (ended := os.waitpid(child, os.WNOHANG))[0] == 0:
+        if time.monotonic() > end:
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+            pytest.fail("the child waits for ever")
+        time.sleep(0.05)
+    assert ended[1] == 0
+
+
+def test_pictures_without_memory_are_refused():
+    scene = furry()
+    with pytest.raises(ValueError, match="32768"):
+        scene.render(32769, 1, 1)
+    # Half a terabyte.
+    if os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") < 400e9:
+        with pytest.raises(MemoryError, match="GB of memory"):
+            scene.render(32768, 32768, 1)

@@ -147,6 +147,7 @@ pub fn run(args: &Args) -> Result<()> {
     };
     let forward = Forward::new(args.model)?;
     let interrupt = Interrupt::watch()?;
+    interrupt.set_immediate(true);
     args.check_files()?;
     let reading = args.reading()?;
     if reading.axes.is_some() && path.extension().is_some_and(|e| e == "txt" || e == "csv") {
@@ -155,6 +156,8 @@ pub fn run(args: &Args) -> Result<()> {
     let options = args.options()?;
     let profile = vellus_fit::read(path, &reading)?;
     let terminal = Terminal::with_interrupt(&interrupt);
+    // From here on, a signal leaves the best fit so far.
+    interrupt.set_immediate(false);
     let fit = vellus_fit::fit(&profile, forward, &options, &terminal);
     terminal.clear();
     let fit = fit.with_context(|| format!("cannot fit {}", path.display()))?;

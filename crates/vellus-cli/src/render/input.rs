@@ -1,7 +1,7 @@
 //! The scene on the command line.
 
 use crate::fiber_args::{FiberArgs, Overrides};
-use crate::say::note;
+use crate::say;
 use anyhow::{Result, anyhow, bail};
 use std::path::PathBuf;
 use vellus_io::parse;
@@ -86,11 +86,11 @@ impl Input {
     }
 }
 
-/// The scene or the error, in terms of options; warnings are printed.
+/// The scene or the error, in terms of options; warnings are printed, once for all frames.
 fn report(opened: Result<Opened, Error>) -> Result<Opened> {
     let opened = opened.map_err(explain)?;
-    opened.warnings.iter().for_each(|warning| note!("warning: {warning}"));
-    opened.staged.iter().for_each(|what| note!("{what}"));
+    opened.warnings.iter().for_each(|warning| say::note_once(format!("warning: {warning}")));
+    opened.staged.iter().for_each(|what| say::note_once(what.clone()));
     Ok(opened)
 }
 

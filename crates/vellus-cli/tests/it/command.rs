@@ -1,7 +1,9 @@
 //! Results, formats and error messages of the command.
 
+use crate::common::LIMIT;
+use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
-use std::process::Output;
+use std::process::{Output, Stdio};
 
 fn vellus(args: &[&str]) -> Output {
     crate::common::vellus(Path::new("."), args)
@@ -97,6 +99,26 @@ fn windows_are_evaluated() {
     let file = write(folder.path(), "queries.csv", "h_hi,h_lo,theta_o,theta_i,phi\n1,-1,20,-15,150\n");
     assert_eq!(far, stdout(&["eval", "--fiber", "cat", "--queries", &file, "--format", "csv"]));
     assert_ne!(far.lines().last(), stdout(&["eval", "--fiber", "cat", "--format", "csv"]).lines().last());
+}
+
+/// A table of any length needs no memory: answers come while queries arrive.
+#[test]
+fn queries_are_answered_one_after_the_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["eval", "--queries", "-", "--format", "csv"];
+    let mut child = crate::common::command(folder.path(), &args).stdin(Stdio::piped()).spawn().unwrap();
+    let mut queries = child.stdin.take().unwrap();
+    queries.write_all(format!("theta_o,h,theta_i,phi\n{}", "10,0.5,20,30\n".repeat(1000)).as_bytes()).unwrap();
+    let (sender, lines) = std::sync::mpsc::channel();
+    let answers = BufReader::new(child.stdout.take().unwrap());
+    std::thread::spawn(move || answers.lines().map_while(Result::ok).try_for_each(|line| sender.send(line)));
+    let first = lines.recv_timeout(LIMIT).expect("an answer before the end of the queries");
+    assert!(first.starts_with("theta_o,h,theta_i,phi,"), "{first}");
+    // One that cannot be read ends the program after the answers to those before.
+    queries.write_all(b"10,0.5,20,x\n").unwrap();
+    drop(queries);
+    assert_eq!(lines.iter().filter(|line| line.starts_with("10,0.5,20,30,")).count(), 1000);
+    assert_eq!(child.wait().unwrap().code(), Some(2));
 }
 
 #[test]

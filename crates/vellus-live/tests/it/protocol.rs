@@ -3,7 +3,6 @@
 use futures_util::{SinkExt, StreamExt};
 use serde_json::{Value, json};
 use std::net::{IpAddr, Ipv4Addr};
-use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
@@ -18,9 +17,6 @@ type Socket = WebSocketStream<MaybeTlsStream<TcpStream>>;
 async fn limited<T>(what: &str, work: impl Future<Output = T>) -> T {
     tokio::time::timeout(LIMIT, work).await.unwrap_or_else(|_| panic!("waited {LIMIT:?} in vain: {what}"))
 }
-
-/// One server for the tests that change no state that another test needs.
-static SERVER: LazyLock<Server> = LazyLock::new(|| server(None));
 
 fn server(host: Option<IpAddr>) -> Server {
     let engine = Engine::open("hair-lock", true, None).unwrap();
@@ -135,7 +131,8 @@ async fn a_page_gets_state_and_pictures_and_moves_the_camera() {
 
 #[tokio::test]
 async fn malformed_messages_are_answered_with_an_error() {
-    let mut socket = connect(&SERVER).await;
+    let server = server(None);
+    let mut socket = connect(&server).await;
     let mut texts = vec![
         "".to_owned(),
         "{".to_owned(),
@@ -179,12 +176,13 @@ async fn malformed_messages_are_answered_with_an_error() {
 
 #[tokio::test]
 async fn a_message_that_is_too_long_ends_the_connection_only() {
-    let mut socket = connect(&SERVER).await;
+    let server = server(None);
+    let mut socket = connect(&server).await;
     // The server may close before it has read everything.
     let _ = limited("a long message", socket.send(Message::text("x".repeat(20 << 20)))).await;
     let ended = async { while let Some(Ok(_)) = socket.next().await {} };
     limited("the end of the connection", ended).await;
-    let mut other = connect(&SERVER).await;
+    let mut other = connect(&server).await;
     assert_eq!(ask(&mut other, json!({"type": "home"})).await["type"], "reply");
 }
 
@@ -240,7 +238,7 @@ async fn a_change_cancels_what_is_rendered() {
 
 #[tokio::test]
 async fn foreign_pages_and_paths_are_refused() {
-    let server = &*SERVER;
+    let server = &server(None);
     assert_eq!(status(&get(server, "/", "Host: localhost:1\r\n").await), "200");
     for headers in [
         "Host: evil.example\r\n",

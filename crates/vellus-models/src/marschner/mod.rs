@@ -110,13 +110,16 @@ impl Model for Marschner2003 {
                 .map(|&(h, w)| section.attenuation(p, h.asin(), self.sigma_a).into_iter().fold(0.0, f64::max) * w)
                 .sum::<f64>() as f32
         };
-        let probability = [mean(0), mean(1), mean(2)].map(|p| p.max(1e-12));
+        let longitudinal = Plane::new(f32x8::splat(-theta_o) - self.shift, self.sigma);
+        // A lobe whose Gaussian is mostly beyond a pole has little light. Its truncated Gaussian also has few digits.
+        let inside = longitudinal.inside().to_array();
+        let probability = std::array::from_fn::<f32, 3, _>(|p| mean(p).max(1e-12) * inside[p]);
         let scale = 1.0 / probability.iter().sum::<f32>();
         Marschner2003Hit {
             model: self,
             frame: Frame::new(wo, polar.cos, 1.0 / polar.cos.max(1e-12)),
             theta_o,
-            longitudinal: Plane::new(f32x8::splat(-theta_o) - self.shift, self.sigma),
+            longitudinal,
             probability: probability.map(|p| p * scale),
         }
     }

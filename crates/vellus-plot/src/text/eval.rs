@@ -3,15 +3,48 @@
 use super::{Format, align, header, number, row};
 use crate::query::{Answer, Query};
 use serde_json::{Map, Value, json};
+use std::io::{Result, Write};
 use vellus::Lobe;
 
-/// Queries and their answers. All queries must have the same columns, see [`Query::columns`].
-pub fn eval(answers: &[(Query, Answer)], format: Format) -> String {
-    match format {
-        Format::Table => answers.iter().map(|(q, a)| table(q, a)).collect::<Vec<_>>().join("\n"),
-        Format::Csv => csv(answers),
-        Format::Jsonl => answers.iter().map(|(q, a)| format!("{}\n", object(q, a))).collect(),
-        Format::Json => format!("{}\n", Value::Array(answers.iter().map(|(q, a)| object(q, a)).collect())),
+/// Writes queries and their answers one after the other. All queries must have the same columns, see
+/// [`Query::columns`].
+pub struct Answers<'a> {
+    out: &'a mut dyn Write,
+    format: Format,
+    is_first: bool,
+}
+
+impl<'a> Answers<'a> {
+    /// Begins without answers.
+    pub fn new(out: &'a mut dyn Write, format: Format) -> Self {
+        Answers { out, format, is_first: true }
+    }
+
+    /// Writes an answer.
+    ///
+    /// # Errors
+    /// Those of the output.
+    pub fn add(&mut self, query: &Query, answer: &Answer) -> Result<()> {
+        let is_first = std::mem::replace(&mut self.is_first, false);
+        match self.format {
+            Format::Table => write!(self.out, "{}{}", if is_first { "" } else { "\n" }, table(query, answer)),
+            Format::Csv if is_first => write!(self.out, "{}{}", header_of(query), csv(query, answer)),
+            Format::Csv => write!(self.out, "{}", csv(query, answer)),
+            Format::Jsonl => writeln!(self.out, "{}", object(query, answer)),
+            Format::Json => write!(self.out, "{}{}", if is_first { '[' } else { ',' }, object(query, answer)),
+        }
+    }
+
+    /// Ends the text.
+    ///
+    /// # Errors
+    /// Those of the output.
+    pub fn finish(self) -> Result<()> {
+        match (self.format, self.is_first) {
+            (Format::Json, true) => writeln!(self.out, "[]"),
+            (Format::Json, false) => writeln!(self.out, "]"),
+            _ => Ok(()),
+        }
     }
 }
 
@@ -40,19 +73,18 @@ fn object(query: &Query, answer: &Answer) -> Value {
     Value::Object(object)
 }
 
-fn csv(answers: &[(Query, Answer)]) -> String {
-    let names = answers.first().map(|(q, _)| q.columns()).unwrap_or_default();
-    let mut header: Vec<String> = names.into_iter().map(|(name, _)| name.to_owned()).collect();
+fn header_of(query: &Query) -> String {
+    let mut header: Vec<String> = query.columns().into_iter().map(|(name, _)| name.to_owned()).collect();
     for key in Lobe::ALL.map(Lobe::key).into_iter().chain(["total"]) {
         header.extend(["r", "g", "b"].map(|c| format!("{key}.{c}")));
     }
     header.push("pdf".to_owned());
-    let mut text = header.join(",") + "\n";
-    for (q, a) in answers {
-        let mut row: Vec<String> = q.columns().into_iter().map(|(_, value)| value.to_string()).collect();
-        row.extend(lobes(a).flat_map(|(_, rgb)| rgb.map(|x| x.to_string())));
-        row.push(a.pdf.to_string());
-        text += &(row.join(",") + "\n");
-    }
-    text
+    header.join(",") + "\n"
+}
+
+fn csv(query: &Query, answer: &Answer) -> String {
+    let mut row: Vec<String> = query.columns().into_iter().map(|(_, value)| value.to_string()).collect();
+    row.extend(lobes(answer).flat_map(|(_, rgb)| rgb.map(|x| x.to_string())));
+    row.push(answer.pdf.to_string());
+    row.join(",") + "\n"
 }

@@ -7,7 +7,7 @@ mod medulla;
 mod reference;
 
 pub use energy::{Energy, energy};
-pub use eval::eval;
+pub use eval::Answers;
 pub use fiber::{parameters, presets};
 pub use medulla::{profile_errors, table_errors, table_info};
 pub use reference::{Reference, reference};

@@ -48,7 +48,7 @@ impl Picture {
             let ids = (0..width * height).map(|i| self.film.strand(i % width, i / width)).collect();
             return Ok(Some(PyArray1::from_vec(py, ids).reshape(self.shape(&[]))?.into_any()));
         }
-        let Some(values) = py.detach(|| self.film.values(layer)) else { return Ok(None) };
+        let Some(values) = crate::threads::run(py, |_| self.film.values(layer))? else { return Ok(None) };
         let channels = values.len() / (width * height).max(1);
         let shape = match layer {
             Layer::Lobes | Layer::Lights => self.shape(&[channels / 3, 3]),
@@ -196,7 +196,7 @@ impl Picture {
             notes,
             ..session::Picture::new(path)
         };
-        py.detach(|| picture.write(&self.film, self.denoised.as_deref())).map_err(|e| with_causes(&e))
+        crate::threads::run(py, |_| picture.write(&self.film, self.denoised.as_deref()))?.map_err(|e| with_causes(&e))
     }
 
     /// The beauty, or the denoised picture, as sRGB bytes of the shape (height, width, 3). `exposure`: in stops,

@@ -5,7 +5,7 @@ use super::picture::Picture;
 use super::scene::Scene;
 use super::world::{self, Prepared};
 use crate::checks::{positive, whole};
-use crate::error::{value, with_causes};
+use crate::error::{rendering, with_causes};
 use crate::threads::{POLL, Watch, pool};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -19,8 +19,8 @@ use vellus_render::{Error, Film, Filter, Layer, Lod, MAX_SAMPLES, Mode, Settings
 const LAYERS: [&str; 11] =
     ["beauty", "alpha", "variance", "fibers", "lobes", "albedo", "normal", "tangent", "depth", "uv", "id"];
 
-/// The largest width and height, pixels.
-const MAX_SIZE: usize = 65536;
+/// The largest width and height, pixels: that of `vellus render`.
+const MAX_SIZE: usize = 32768;
 
 /// What a callback gets after each pass.
 #[pyclass(frozen, module = "vellus", name = "State")]
@@ -102,7 +102,7 @@ struct Run {
 impl Run {
     /// Renders. After each pass, it waits for the answer of the calling thread if that wants to see it.
     fn go(&self, watch: &Watch, sender: &SyncSender<Message>, answers: &Receiver<bool>) -> PyResult<Box<Finished>> {
-        let mut session = Session::new(&self.prepared.world, self.options.clone()).map_err(value)?;
+        let mut session = Session::new(&self.prepared.world, self.options.clone()).map_err(|e| rendering(&e))?;
         let total = self.options.samples.end;
         let run = session.run(watch, |pass| -> Result<(), Error> {
             if self.with_states {
