@@ -27,7 +27,8 @@ pub struct Args {
     /// Azimuth of ω_i minus the azimuth of ω_o.
     #[arg(long, default_value_t = 150.0, value_name = "DEG")]
     phi: f64,
-    /// CSV file of queries, or - for standard input, answered one after the other. The header is theta_o,h,theta_i,phi; h_lo,h_hi can replace h.
+    /// CSV file of queries, or - for standard input, answered one after the other. The header is
+    /// theta_o,h,theta_i,phi; h_lo,h_hi can replace h.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["theta_o", "h", "window", "theta_i", "phi"])]
     queries: Option<PathBuf>,
     #[command(flatten)]

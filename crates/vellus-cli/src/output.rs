@@ -24,8 +24,8 @@ impl OutputArgs {
         self.out.as_deref().map_or(Ok(()), writable)
     }
 
-    /// Writes the result that `fill` writes piece by piece for the format. An error of `fill` leaves a file as it was, but
-    /// standard output has what was written before.
+    /// Writes the result that `fill` writes piece by piece for the format. An error of `fill` leaves a file as it was,
+    /// but standard output has what was written before.
     pub fn write_with(&self, fill: impl FnOnce(Format, &mut dyn Write) -> Result<()>) -> Result<()> {
         // Errors of the output are plain; others say where they come from.
         let at = |place: String| {

@@ -165,8 +165,8 @@ impl Query {
 /// The longest line of a file of queries.
 const MAX_LINE_BYTES: usize = 1 << 20;
 
-/// Queries in a CSV file, one after the other. The header has theta_o, theta_i, phi, and either h or both h_lo and h_hi,
-/// in any order. Lines that start with `#` are comments.
+/// Queries in a CSV file, one after the other. The header has theta_o, theta_i, phi, and either h or both h_lo and
+/// h_hi, in any order. Lines that start with `#` are comments.
 pub struct Queries<R> {
     records: csv::StringRecordsIntoIter<BoundedLines<R>>,
     names: Vec<&'static str>,

@@ -94,8 +94,8 @@ impl Instances {
     }
 }
 
-/// The prototype of an instance: the sites that its own arcs, and the arcs of these, bring in. Arcs of its ancestors do not
-/// count (`PcpInstanceKey` of OpenUSD). The prototypes of `openusd` also differ by the classes of ancestors, and to ask
+/// The prototype of an instance: the sites that its own arcs, and the arcs of these, bring in. Arcs of its ancestors do
+/// not count (`PcpInstanceKey` of OpenUSD). The prototypes of `openusd` also differ by the classes of ancestors, and to ask
 /// for one takes a time that grows with the number of its instances.
 pub(super) fn prototype(index: &PrimIndex) -> String {
     let mut key = String::new();

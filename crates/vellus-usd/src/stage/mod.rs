@@ -99,6 +99,8 @@ pub(crate) struct Stage {
     instances: RefCell<Instances>,
     /// Names of properties, by prim.
     properties: RefCell<HashMap<String, Rc<[Token]>>>,
+    /// Those of the prim that was asked about last: most questions follow one about the same prim.
+    last: RefCell<(String, Rc<[Token]>)>,
 }
 
 /// A property of a prim.
@@ -133,13 +135,14 @@ impl Stage {
             arcs: Arcs::default(),
             instances: RefCell::default(),
             properties: RefCell::default(),
+            last: RefCell::new((String::new(), Rc::default())),
         })
     }
 
     /// Paths of all prims that are defined, active and not abstract, depth first, instances included.
     ///
-    /// The traversal of `openusd` would check for each prim whether all its ancestors are active and defined. The content
-    /// of instances that share a prototype is composed once, see [`Instances`].
+    /// The traversal of `openusd` would check for each prim whether all its ancestors are active and defined. The
+    /// content of instances that share a prototype is composed once, see [`Instances`].
     pub fn prims(&self) -> Result<Vec<String>, Invalid> {
         self.prims_of(MAX_SITES)
     }
@@ -238,12 +241,17 @@ impl Stage {
 
     /// Names of all properties of a prim.
     pub fn properties(&self, prim: &str) -> Result<Rc<[Token]>, Error> {
-        let composed = self.instances.borrow().composed(prim).0.into_owned();
-        if let Some(known) = self.properties.borrow().get(&composed) {
-            return Ok(known.clone());
+        if self.last.borrow().0 == prim {
+            return Ok(self.last.borrow().1.clone());
         }
-        let names: Rc<[Token]> = self.ask(prim, |prim| Ok(self.stage.prim(prim).property_names()?.into()))?;
-        self.properties.borrow_mut().insert(composed, names.clone());
+        let composed = self.instances.borrow().composed(prim).0.into_owned();
+        let known = self.properties.borrow().get(&composed).cloned();
+        let names = match known {
+            Some(names) => names,
+            None => self.ask(prim, |prim| Ok(self.stage.prim(prim).property_names()?.into()))?,
+        };
+        self.properties.borrow_mut().entry(composed).or_insert_with(|| names.clone());
+        *self.last.borrow_mut() = (prim.to_owned(), names.clone());
         Ok(names)
     }
 
