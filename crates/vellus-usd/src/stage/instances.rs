@@ -95,8 +95,8 @@ impl Instances {
 }
 
 /// The prototype of an instance: the sites that its own arcs, and the arcs of these, bring in. Arcs of its ancestors do
-/// not count (`PcpInstanceKey` of OpenUSD). The prototypes of `openusd` also differ by the classes of ancestors, and to ask
-/// for one takes a time that grows with the number of its instances.
+/// not count (`PcpInstanceKey` of OpenUSD). The prototypes of `openusd` also differ by the classes of ancestors, and to
+/// ask for one takes a time that grows with the number of its instances.
 pub(super) fn prototype(index: &PrimIndex) -> String {
     let mut key = String::new();
     for node in index.nodes().filter(|node| !is_above(index, node)) {
