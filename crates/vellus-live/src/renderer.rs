@@ -135,15 +135,18 @@ impl Renderer {
                 let scene = self.session.strands();
                 self.spawn(move || {
                     let text = save::usda(&scene, || reply.is_closed());
-                    let _ = reply.send(text);
+                    // Whoever has the answer may ask for the next file.
                     drop(place);
+                    let _ = reply.send(text);
                 });
             }
-            Job::Save(what, reply, _place) => {
+            Job::Save(what, reply, place) => {
                 let film = self.picture.as_ref().filter(|_| self.full).map(|picture| &picture.film);
                 let denoised = self.picture.as_ref().and_then(|picture| picture.denoised.as_ref());
                 let denoised = denoised.filter(|_| self.session.denoise).map(|(_, values)| &values[..]);
-                let _ = reply.send(save::bytes(what, &self.session, film, denoised));
+                let bytes = save::bytes(what, &self.session, film, denoised);
+                drop(place);
+                let _ = reply.send(bytes);
             }
             Job::Load(name, bytes, reply) => self.load(name, bytes, reply),
             Job::Built(number, curves) => {

@@ -121,7 +121,8 @@ fn frames_without_lights_have_one_exposure() {
     let render = |more: &[&str]| run(path, &[&["render", "lean.usda", "--size", "24x16", "--spp", "2"], more].concat());
     let frame = |name: &str| Picture::read(&path.join(name));
     let said = render(&["--frames", "1-4x3", "-o", "lean.exr"]);
-    assert_eq!(said.matches("the file has no camera").count(), 2, "{said}");
+    // What is the same for all frames is said once.
+    assert_eq!(said.matches("the file has no camera").count(), 1, "{said}");
     render(&["--frame", "4", "-o", "fourth.exr"]);
     render(&["-o", "first.exr"]);
     assert!(frame("lean.0004.exr").same(&frame("fourth.exr")) && frame("lean.0001.exr").same(&frame("first.exr")));
