@@ -141,6 +141,11 @@ impl Files {
         Ok(())
     }
 
+    /// The size of all files that were opened, in bytes.
+    pub fn size(&self) -> u64 {
+        *self.bytes.borrow()
+    }
+
     /// The files that were opened.
     ///
     /// If a file has several names, it gets the name that the shortest chain of references gives, and among those the

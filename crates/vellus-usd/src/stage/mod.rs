@@ -33,10 +33,20 @@ use values::{numbers, precise};
 use vellus_io::Sources;
 use vellus_scene::Units;
 
-/// The largest number of sites of a stage. Each prim is one site, and so is each reference, payload, inherit and
-/// variant of a prim or its ancestors. `openusd` needs 4 to 10 KB and 20 to 40 µs for a site, so a stage of this size
-/// needs up to 2.6 GB and 10 s.
+/// The largest number of sites of a small stage. Each prim is one site, and so is each reference, payload, inherit and
+/// variant of a prim or its ancestors. `openusd` needs 4 to 10 KB and 20 to 40 µs for a site, so such a stage needs up
+/// to 1 GB and 4 s.
+const SMALL_SITES: usize = 100_000;
+
+/// That of any stage: up to 2.6 GB and 10 s.
 const MAX_SITES: usize = 1 << 18;
+
+/// A stage may have one site more than [`SMALL_SITES`] for each so many bytes of its files. A prim in a text file needs
+/// about as many, so a file that is slow to read is large.
+const BYTES_PER_SITE: u64 = 32;
+
+/// What each prim of a repeated instance counts: nothing is composed, but its values take about twice as long to read.
+const REPEATED: usize = 2;
 
 /// The time at which a value is read.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -144,10 +154,10 @@ impl Stage {
     /// The traversal of `openusd` would check for each prim whether all its ancestors are active and defined. The
     /// content of instances that share a prototype is composed once, see [`Instances`].
     pub fn prims(&self) -> Result<Vec<String>, Invalid> {
-        self.prims_of(MAX_SITES)
+        self.prims_of(SMALL_SITES, MAX_SITES)
     }
 
-    fn prims_of(&self, max_sites: usize) -> Result<Vec<String>, Invalid> {
+    fn prims_of(&self, small: usize, most: usize) -> Result<Vec<String>, Invalid> {
         guarded(|| {
             let (mut prims, mut sites) = (Vec::new(), 0);
             let mut instances = self.instances.borrow_mut();
@@ -168,11 +178,14 @@ impl Stage {
                     true => instances.visit(prim.path().as_str(), &instances::prototype(&index), &prims),
                     false => None,
                 };
-                sites += repeated.as_ref().map_or(0, |(_, content)| content.len());
-                if sites > max_sites {
+                sites += REPEATED * repeated.as_ref().map_or(0, |(_, content)| content.len());
+                // Payloads and references are opened on the way.
+                let bytes = usize::try_from(self.files.size() / BYTES_PER_SITE).unwrap_or(usize::MAX);
+                let allowed = most.min(small.saturating_add(bytes));
+                if sites > allowed {
                     let what = "each prim, and each reference, payload, inherit and variant of it and its ancestors, \
                                 is a site";
-                    return Err(Failure(format!("the stage has more than {max_sites} sites: {what}")));
+                    return Err(Failure(format!("the stage has more than {allowed} sites for its size: {what}")));
                 }
                 match repeated {
                     Some((first, content)) => {
@@ -495,7 +508,11 @@ mod tests {
         // 1 + 2 + … + 2⁵, depth first.
         assert_eq!(prims.len(), 63);
         assert_eq!(prims[..4], ["/L5", "/L5/a", "/L5/a/a", "/L5/a/a/a"]);
-        let error = stage.prims_of(63).unwrap_err().0;
+        let error = stage.prims_of(63, 63).unwrap_err().0;
         assert!(error.contains("more than 63 sites"), "{error}");
+        // The file has less than 1600 bytes, for 50 sites.
+        let error = stage.prims_of(10, 200).unwrap_err().0;
+        assert!(error.contains("sites for its size"), "{error}");
+        assert!(stage.prims_of(200, 200).is_ok());
     }
 }
