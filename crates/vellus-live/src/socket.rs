@@ -42,10 +42,13 @@ pub async fn serve(site: Arc<Site>, mut socket: WebSocket) {
             received = socket.recv() => {
                 heard = Instant::now();
                 match received {
-                    Some(Ok(Message::Text(text))) => match receive(&site, &text, &mut confirmed, sent).await {
-                        Some(reply) => reply,
-                        None => continue,
-                    },
+                    Some(Ok(Message::Text(text))) => {
+                        let reply = receive(&site, &text, &mut confirmed, sent).await;
+                        // Nothing was read while the answer was made.
+                        heard = Instant::now();
+                        let Some(reply) = reply else { continue };
+                        reply
+                    }
                     Some(Ok(Message::Binary(_))) => error(&Value::Null, "commands are text"),
                     Some(Ok(Message::Ping(_) | Message::Pong(_))) => continue,
                     Some(Ok(Message::Close(_)) | Err(_)) | None => return,

@@ -318,8 +318,8 @@ def everything(folder):
     path = folder / "a.exr"
     picture.write(path)
     opened = vellus.Scene.open("hair-lock", small=True).render(8, 8, 1)
-    plot = np.frombuffer(vellus.plot_models("red-fox").png, np.uint8)
-    return [picture.beauty, picture.depth, opened.beauty, plot]
+    plot = np.frombuffer(vellus.plots.models("red-fox").png, np.uint8)
+    return [picture["beauty"], picture["depth"], opened["beauty"], plot]
 
 
 # A child has none of its parent's threads. Work that waits for them would never end.
