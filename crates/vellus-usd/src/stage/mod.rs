@@ -173,8 +173,10 @@ impl Stage {
                     prims.push(prim.path().as_str().to_owned());
                 }
                 let index = prim.prim_index().graph()?;
-                sites += index.all_nodes().count();
-                let repeated = match prim.is_instance()? {
+                let nodes = index.all_nodes().count();
+                sites += nodes;
+                // Without an arc there is no content to share. Most prims have none, and the question is slow.
+                let repeated = match nodes > 1 && prim.is_instance()? {
                     true => instances.visit(prim.path().as_str(), &instances::prototype(&index), &prims),
                     false => None,
                 };
