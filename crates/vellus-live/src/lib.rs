@@ -5,8 +5,9 @@
 //! - `web/` holds the page: plain ES modules, embedded in the program.
 //!
 //! Commands are JSON with a field `type`. The server answers each with `{"type": "reply"}` or `{"type": "error"}`, and
-//! the `id` of the command. It sends the state as `{"type": "state"}`, and pictures as binary messages: the length of a
-//! JSON header (u32, little endian), the header, and a PNG file.
+//! the `id` of the command. Its first message is `{"type": "hello"}` with the token that requests for files need. It
+//! sends the state as `{"type": "state"}`, and pictures as binary messages: the length of a JSON header (u32, little
+//! endian), the header, and a PNG file.
 //!
 //! The feature `clap` adds the options of the command `vellus live`.
 #![warn(clippy::print_stdout)]
