@@ -57,8 +57,8 @@
 //! All images and the tables of lights have at most 2 GiB, and 64 bytes more for each byte of the image files. A
 //! MaterialX document has at most 2²⁰ XML nodes, 64 levels, and 256 attributes an element. A chain has at most 128
 //! connections. A package (.usdz) stores its files without compression, as the format requires. Packages inside
-//! packages are not read. Coordinates are within ±10⁹ scene units ([`vellus_scene::MAX_COORDINATE`]). Devices are not
-//! read.
+//! packages are not read. Coordinates are within ±10⁹ scene units ([`vellus_scene::MAX_COORDINATE`]). Devices are
+//! not read.
 #![warn(clippy::print_stdout)]
 
 mod color;

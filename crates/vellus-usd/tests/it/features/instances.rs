@@ -104,7 +104,8 @@ fn content_of_nested_instances_is_that_of_copies() {
     let material = |name: &str, kappa: f32| {
         format!(
             "def Material \"{name}\" {{ token outputs:vellus:surface.connect = <f.outputs:out>
-                def Shader \"f\" {{ uniform token info:id = \"VellusFur\" float inputs:kappa = {kappa} token outputs:out }} }}"
+                def Shader \"f\" {{ uniform token info:id = \"VellusFur\" float inputs:kappa = {kappa}
+                    token outputs:out }} }}"
         )
     };
     let place = |x: f32, more: &str| {
