@@ -49,6 +49,9 @@ fn arcs(trial: &mut Trial) -> Result<(), Stop> {
     let dice = &mut trial.dice;
     let layers = dice.number(1..4);
     let count = *dice.pick(&[1, 2, 3, 5, 12, 40]);
+    // With few arcs most circles are long, or there is none.
+    let density = *dice.pick(&[0.2, 0.5, 1.0]);
+    let arc = |dice: &mut Dice| if dice.chance(density) { arc(dice, layers, count) } else { String::new() };
     let mut texts = Vec::new();
     for _ in 0..layers {
         let sub =
@@ -57,19 +60,16 @@ fn arcs(trial: &mut Trial) -> Result<(), Stop> {
         for i in 0..count {
             let open = dice.pick(&DISGUISES);
             let kind = dice.pick(&["def", "def", "class", "over"]);
-            let child = if dice.chance(0.5) {
-                format!("def \"k\" ( {} ) {{ {CURVES} }}", arc(dice, layers, count))
-            } else {
-                String::new()
-            };
+            let child =
+                if dice.chance(0.5) { format!("def \"k\" ( {} ) {{ {CURVES} }}", arc(dice)) } else { String::new() };
             let inside = match dice.number(0..3) {
-                0 => format!("variantSet \"v\" = {{ \"x\" ( {} ) {{ {CURVES} }} }}", arc(dice, layers, count)),
+                0 => format!("variantSet \"v\" = {{ \"x\" ( {} ) {{ {CURVES} }} }}", arc(dice)),
                 1 => CURVES.to_owned(),
                 _ => format!("rel material:binding = </p{}/k>", dice.number(0..count)),
             };
-            let arc = arc(dice, layers, count);
+            let own = arc(dice);
             let selection = "variants = { string v = \"x\" } prepend variantSets = \"v\"";
-            let _ = writeln!(text, "{open} {kind} \"p{i}\" ( {arc} {selection} ) {{ {child} {inside} }}");
+            let _ = writeln!(text, "{open} {kind} \"p{i}\" ( {own} {selection} ) {{ {child} {inside} }}");
         }
         texts.push(text);
     }

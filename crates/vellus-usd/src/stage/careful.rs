@@ -1,5 +1,6 @@
 //! Checks each layer before `openusd` decodes it.
 
+use super::arcs::{Arc, LayerArcs, absolute};
 use super::files::{Files, MATERIALX};
 use super::materialx::to_usda;
 use super::names::{check_default, check_expression, check_name, check_path};
@@ -9,7 +10,6 @@ use super::{Failure, guarded};
 use crate::error::Invalid;
 use openusd::ar::Resolver;
 use openusd::{ar, sdf, usda, usdc};
-use std::borrow::Cow;
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::io::{self, Cursor, Read, Seek, SeekFrom};
@@ -17,16 +17,9 @@ use std::rc::Rc;
 use vellus_io::Digest;
 
 /// Resolves files as `openusd` does, and rejects layers that would crash its decoders.
-///
-/// Composition resolves the same identifiers many times, so results are cached. Files must not move while a stage is
-/// read.
 #[derive(Default)]
 pub(super) struct Careful {
-    disk: ar::DefaultResolver,
     files: Rc<Files>,
-    /// By the path of the layer and the path in the layer.
-    identifiers: RefCell<HashMap<String, HashMap<String, String>>>,
-    resolved: RefCell<HashMap<String, Option<ar::ResolvedPath>>>,
     /// Binary layers that were checked.
     checked: RefCell<HashMap<Digest, Content>>,
 }
@@ -45,9 +38,9 @@ impl Careful {
         }
         let Text { bytes, content } = if bytes.starts_with(usdc::MAGIC) {
             let digest = Digest::of(&bytes);
-            let known = self.checked.borrow().get(&digest).copied();
+            let known = self.checked.borrow().get(&digest).cloned();
             let content = known.map_or_else(|| check(&bytes), Ok).map_err(broken)?;
-            self.checked.borrow_mut().insert(digest, content);
+            self.checked.borrow_mut().insert(digest, content.clone());
             Text { bytes, content }
         } else {
             if !path.ends_with(MATERIALX) {
@@ -55,7 +48,7 @@ impl Careful {
             }
             normalized(bytes).map_err(broken)?
         };
-        self.files.note_content(content).map_err(broken)?;
+        self.files.note_content(path, content).map_err(broken)?;
         Ok(bytes)
     }
 
@@ -64,7 +57,7 @@ impl Careful {
             Some((package, inner)) => (package, Some(inner)),
             None if asset_path.to_ascii_lowercase().ends_with(".usdz") => (asset_path.to_owned(), None),
             None => {
-                let file = self.disk.resolve(asset_path)?;
+                let file = self.files.disk.resolve(asset_path)?;
                 let is_materialx = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mtlx"));
                 return Some(match is_materialx {
                     true => ar::ResolvedPath::new(format!("{}{MATERIALX}", file.to_string_lossy())),
@@ -72,7 +65,7 @@ impl Careful {
                 });
             }
         };
-        let package = self.disk.resolve(&package)?;
+        let package = self.files.disk.resolve(&package)?;
         // Opening a package reports its errors.
         let Ok(directory) = self.files.package(&package) else { return Some(package) };
         // The root layer of a package: `openusd` would read the whole package to find it.
@@ -86,30 +79,24 @@ impl Careful {
 
 impl ar::Resolver for Careful {
     fn create_identifier(&self, asset_path: &str, anchor: Option<&ar::ResolvedPath>) -> String {
-        let layer = anchor.map_or(Cow::Borrowed(""), |anchor| anchor.to_string_lossy());
-        if let Some(known) = self.identifiers.borrow().get(&*layer).and_then(|known| known.get(asset_path)) {
-            return known.clone();
+        let identifier = self.files.identifier(asset_path, anchor);
+        if let Some(anchor) = anchor.filter(|_| !asset_path.is_empty()) {
+            self.files.refer(&anchor.to_string_lossy(), asset_path, &identifier);
         }
-        let identifier = self.disk.create_identifier(asset_path, anchor);
-        if !asset_path.is_empty() && anchor.is_some() {
-            self.files.refer(&layer, asset_path, &identifier);
-        }
-        let mut identifiers = self.identifiers.borrow_mut();
-        identifiers.entry(layer.into_owned()).or_default().insert(asset_path.to_owned(), identifier.clone());
         identifier
     }
 
     fn resolve(&self, asset_path: &str) -> Option<ar::ResolvedPath> {
-        if let Some(known) = self.resolved.borrow().get(asset_path) {
+        if let Some(known) = self.files.resolved.borrow().get(asset_path) {
             return known.clone();
         }
         let found = self.find(asset_path);
-        self.resolved.borrow_mut().insert(asset_path.to_owned(), found.clone());
+        self.files.resolved.borrow_mut().insert(asset_path.to_owned(), found.clone());
         found
     }
 
     fn resolve_for_new_asset(&self, asset_path: &str) -> Option<ar::ResolvedPath> {
-        self.disk.resolve_for_new_asset(asset_path)
+        self.files.disk.resolve_for_new_asset(asset_path)
     }
 
     fn open_asset(&self, path: &ar::ResolvedPath) -> io::Result<Box<dyn ar::Asset>> {
@@ -123,7 +110,7 @@ impl ar::Resolver for Careful {
     }
 
     fn identity(&self) -> String {
-        self.disk.identity()
+        self.files.disk.identity()
     }
 }
 
@@ -199,11 +186,11 @@ fn check(bytes: &[u8]) -> Result<Content, Invalid> {
     let times = times(bytes, values())?;
     file.paths.iter().try_for_each(|path| check_path(path.as_str()))?;
     file.tokens.iter().try_for_each(|token| check_expression(token).map(|_| ()))?;
-    let mut content = Content::default();
+    let (mut variables, mut arcs) = (0, LayerArcs::default());
+    let mut has_arcs = false;
     for i in 0..file.fields.len() {
         let value = file.fields[i].value_rep;
         let name = file.tokens.get(file.fields[i].token_index).cloned().unwrap_or_default();
-        content.has_classes |= matches!(name.as_str(), "inheritPaths" | "specializes");
         if !matches!(
             name.as_str(),
             "primChildren"
@@ -217,14 +204,14 @@ fn check(bytes: &[u8]) -> Result<Content, Invalid> {
         ) {
             continue;
         }
-        let arcs = match guarded(|| Ok(file.value(value)?))? {
+        let count = match guarded(|| Ok(file.value(value)?))? {
             sdf::Value::TokenVec(names) => {
                 names.iter().try_for_each(|name| check_name(name.as_str()))?;
                 0
             }
-            sdf::Value::Dictionary(variables) => {
-                for value in variables.values().filter_map(sdf::Value::as_str) {
-                    content.variables += check_expression(value)?;
+            sdf::Value::Dictionary(values) => {
+                for value in values.values().filter_map(sdf::Value::as_str) {
+                    variables += check_expression(value)?;
                 }
                 0
             }
@@ -234,7 +221,8 @@ fn check(bytes: &[u8]) -> Result<Content, Invalid> {
             sdf::Value::StringVec(layers) => layers.len(),
             other => other.as_str().map_or(Ok(0), |prim| check_default(prim).map(|()| 0))?,
         };
-        if arcs > MOST_ARCS {
+        has_arcs |= count > 0;
+        if count > MOST_ARCS {
             return Err(format!("a prim or layer has more than {MOST_ARCS} {name}").into());
         }
     }
@@ -251,7 +239,46 @@ fn check(bytes: &[u8]) -> Result<Content, Invalid> {
             return Err("the times of time samples must be finite, and each later than the one before".into());
         }
     }
-    Ok(content)
+    if has_arcs {
+        for i in 0..file.specs.len() {
+            add_arcs(&mut file, i, &mut arcs)?;
+        }
+    }
+    Ok(Content { arcs: Rc::new(arcs), variables })
+}
+
+/// Adds the arcs of a prim, or of the variant of one.
+fn add_arcs(file: &mut usdc::CrateFile<Cursor<&[u8]>>, spec: usize, arcs: &mut LayerArcs) -> Result<(), Invalid> {
+    let spec = &file.specs[spec];
+    let (Some(path), Some(fields)) = (file.paths.get(spec.path_index), file.fieldsets.get(spec.fieldset_index..))
+    else {
+        return Ok(());
+    };
+    let prim = absolute("", path.as_str());
+    for i in fields.iter().map_while(|field| *field).collect::<Vec<_>>() {
+        let Some((name, value)) = file.fields.get(i).map(|field| (field.token_index, field.value_rep)) else {
+            continue;
+        };
+        let name = file.tokens.get(name).map_or("", |name| name);
+        let is_class = matches!(name, "inheritPaths" | "specializes");
+        if !is_class && !matches!(name, "references" | "payload" | "subLayers" | "defaultPrim") {
+            continue;
+        }
+        let mut add = |layer: &str, target: &sdf::Path| {
+            let layer = (!layer.is_empty()).then(|| layer.to_owned());
+            let target = (!target.is_empty()).then(|| target.as_str().to_owned());
+            arcs.add(prim.clone(), Arc { is_class, layer, prim: target });
+        };
+        match guarded(|| Ok(file.value(value)?))? {
+            sdf::Value::PathListOp(list) => list.iter().for_each(|target| add("", target)),
+            sdf::Value::ReferenceListOp(list) => list.iter().for_each(|to| add(&to.asset_path, &to.prim_path)),
+            sdf::Value::PayloadListOp(list) => list.iter().for_each(|to| add(&to.asset_path, &to.prim_path)),
+            sdf::Value::Payload(to) => add(&to.asset_path, &to.prim_path),
+            sdf::Value::StringVec(layers) => arcs.sublayers.extend(layers),
+            other => arcs.default_prim = other.as_str().map(str::to_owned),
+        }
+    }
+    Ok(())
 }
 
 /// The number of items of a list of edits.

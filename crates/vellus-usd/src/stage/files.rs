@@ -1,9 +1,11 @@
 //! All files that a stage opens: references to them, their digests, and limits.
 
+use super::arcs::Arcs;
 use super::package::Package;
 use super::text::Content;
 use crate::error::Invalid;
-use openusd::ar;
+use openusd::ar::{self, Resolver};
+use std::borrow::Cow;
 use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::io::{self, Error, ErrorKind, Seek};
@@ -34,10 +36,18 @@ struct Reference {
 }
 
 /// The files of a stage.
+///
+/// Composition resolves the same identifiers many times, so results are cached. Files must not move while a stage is
+/// read.
 #[derive(Default)]
 pub(super) struct Files {
-    /// The root file of the stage.
-    top: OnceCell<PathBuf>,
+    pub disk: ar::DefaultResolver,
+    /// By the path of the layer and the path in the layer.
+    identifiers: RefCell<HashMap<String, HashMap<String, String>>>,
+    /// By identifier.
+    pub resolved: RefCell<HashMap<String, Option<ar::ResolvedPath>>>,
+    /// The identifier of the root file of the stage.
+    top: OnceCell<String>,
     /// References, by the file that contains them.
     references: RefCell<BTreeMap<PathBuf, BTreeSet<Reference>>>,
     /// Digests of the files that were opened.
@@ -47,14 +57,44 @@ pub(super) struct Files {
     /// Text layers.
     texts: RefCell<BTreeSet<String>>,
     packages: RefCell<HashMap<PathBuf, Rc<Package>>>,
-    /// What composition must know about all layers.
-    content: Cell<Content>,
+    /// What the layers bring in.
+    pub arcs: Arcs,
+    /// How often the values of expression variables refer to other variables.
+    variables: Cell<usize>,
 }
 
 impl Files {
     /// Sets the root file.
-    pub fn set_top(&self, file: &str) {
-        self.top.get_or_init(|| outer(file));
+    pub fn set_top(&self, identifier: String) {
+        self.top.get_or_init(|| identifier);
+    }
+
+    /// The path of the root layer, once it was read.
+    pub fn top_layer(&self) -> Option<String> {
+        self.resolved(self.top.get()?)
+    }
+
+    /// The path of a layer that another one names, if it was resolved.
+    pub fn layer_of(&self, layer: &str, authored: &str) -> Option<String> {
+        let anchor = ar::ResolvedPath::new(layer);
+        self.resolved(&self.identifier(authored, Some(&anchor)))
+    }
+
+    fn resolved(&self, identifier: &str) -> Option<String> {
+        let resolved = self.resolved.borrow();
+        resolved.get(identifier)?.as_ref().map(|path| path.to_string_lossy().into_owned())
+    }
+
+    /// The identifier of a file that a layer names.
+    pub fn identifier(&self, authored: &str, layer: Option<&ar::ResolvedPath>) -> String {
+        let name = layer.map_or(Cow::Borrowed(""), |layer| layer.to_string_lossy());
+        if let Some(known) = self.identifiers.borrow().get(&*name).and_then(|known| known.get(authored)) {
+            return known.clone();
+        }
+        let identifier = self.disk.create_identifier(authored, layer);
+        let mut identifiers = self.identifiers.borrow_mut();
+        identifiers.entry(name.into_owned()).or_default().insert(authored.to_owned(), identifier.clone());
+        identifier
     }
 
     /// Records that a layer refers to a file. Both may be inside packages.
@@ -70,21 +110,13 @@ impl Files {
     }
 
     /// Records what composition must know about a layer.
-    pub fn note_content(&self, layer: Content) -> Result<(), Invalid> {
-        let mut content = self.content.get();
-        content.has_classes |= layer.has_classes;
-        content.variables += layer.variables;
-        self.content.set(content);
+    pub fn note_content(&self, path: &str, layer: Content) -> Result<(), Invalid> {
+        self.variables.set(self.variables.get() + layer.variables);
         // Each reference may double the length of a value.
-        if content.variables > MOST_VARIABLES {
+        if self.variables.get() > MOST_VARIABLES {
             return Err(format!("expression variables refer to others more than {MOST_VARIABLES} times").into());
         }
-        Ok(())
-    }
-
-    /// Whether a prim of the layers that were opened may inherit or specialize others.
-    pub fn has_classes(&self) -> bool {
-        self.content.get().has_classes
+        self.arcs.add(self, path, layer.arcs)
     }
 
     /// The text layers.
@@ -173,7 +205,7 @@ impl Files {
     fn names(&self) -> BTreeMap<PathBuf, String> {
         let references = self.references.borrow();
         let mut level: BTreeMap<PathBuf, String> =
-            self.top.get().map(|top| (top.clone(), String::new())).into_iter().collect();
+            self.top.get().map(|top| (outer(top), String::new())).into_iter().collect();
         let (mut names, mut absolute) = (BTreeMap::new(), BTreeMap::new());
         while !level.is_empty() {
             names.extend(level.clone());
@@ -249,7 +281,7 @@ mod tests {
         ];
         let names = |references: &mut dyn Iterator<Item = (&str, &str, &str)>| {
             let files = Files::default();
-            files.set_top("/x/top");
+            files.set_top("/x/top".to_owned());
             references.for_each(|(layer, authored, file)| files.refer(layer, authored, file));
             files.names()
         };

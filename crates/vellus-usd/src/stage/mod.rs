@@ -5,6 +5,7 @@
 
 mod arcs;
 mod careful;
+mod classes;
 mod collections;
 mod files;
 mod instances;
@@ -17,8 +18,8 @@ mod values;
 
 use crate::error::{Error, Invalid};
 use crate::guard::catch;
-use arcs::Arcs;
 use careful::{Careful, parse_error};
+use classes::Classes;
 use collections::Members;
 use files::Files;
 use instances::Instances;
@@ -105,7 +106,7 @@ pub(crate) struct Stage {
     pub clock: Clock,
     members: Members,
     files: Rc<Files>,
-    arcs: Arcs,
+    classes: Classes,
     instances: RefCell<Instances>,
     /// Names of properties, by prim.
     properties: RefCell<HashMap<String, Rc<[Token]>>>,
@@ -127,7 +128,7 @@ impl Stage {
         let name = file.to_str().ok_or_else(|| Error::file(file, "its name must be UTF-8"))?;
         let files = Rc::new(Files::default());
         let resolver = Careful::new(files.clone());
-        files.set_top(&ar::Resolver::create_identifier(&resolver, name, None));
+        files.set_top(ar::Resolver::create_identifier(&resolver, name, None));
         let stage = guarded(|| Ok(usd::Stage::builder().resolver(resolver).open(name)?)).map_err(|what| {
             match parse_error(&files) {
                 Some((layer, what)) => Error::file(Path::new(&layer), what),
@@ -142,7 +143,7 @@ impl Stage {
             clock: Clock { frame: open, open, close: open },
             members: Members::default(),
             files,
-            arcs: Arcs::default(),
+            classes: Classes::default(),
             instances: RefCell::default(),
             properties: RefCell::default(),
             last: RefCell::new((String::new(), Rc::default())),
@@ -164,7 +165,7 @@ impl Stage {
             let mut rest = vec![self.stage.prim(sdf::Path::abs_root())];
             while let Some(prim) = rest.pop() {
                 if *prim.path() != sdf::Path::abs_root() {
-                    self.check_arcs(prim.path())?;
+                    self.classes.check(&self.stage, &self.files, prim.path())?;
                     // `get_metadata` only uses the path, so it works for prims too.
                     let active = self.stage.attribute(prim.path().clone()).get_metadata::<bool>("active")?;
                     if active == Some(false) || prim.specifier()? != Some(sdf::Specifier::Def) {
@@ -210,7 +211,7 @@ impl Stage {
     /// Names of the children of a prim.
     pub fn children(&self, prim: &str) -> Result<Vec<String>, Invalid> {
         guarded(|| {
-            self.check_arcs(&sdf::Path::new(prim)?)?;
+            self.classes.check(&self.stage, &self.files, &sdf::Path::new(prim)?)?;
             let children = self.stage.prim(prim).children()?;
             let paths = children.iter().map(|child| child.path().as_str().to_owned());
             Ok(paths.filter_map(|path| path.rsplit_once('/').map(|(_, name)| name.to_owned())).collect())
@@ -390,6 +391,7 @@ impl Stage {
         }
         let instances = self.instances.borrow();
         self.ask(prim, |composed| {
+            self.classes.check_targets(&self.stage, &self.files, composed, name)?;
             let connections = self.attribute(composed, name).connections()?;
             let property = connections.first().and_then(|path| path.as_str().rsplit_once('.'));
             Ok(property.map(|(to, name)| Property { prim: instances.seen_from(prim, to), name: name.to_owned() }))
@@ -403,6 +405,7 @@ impl Stage {
         }
         let instances = self.instances.borrow();
         self.ask(prim, |composed| {
+            self.classes.check_targets(&self.stage, &self.files, composed, name)?;
             let targets = self.stage.relationship(format!("{composed}.{name}")).targets()?;
             Ok(targets.iter().map(|path| instances.seen_from(prim, path.as_str())).collect())
         })
@@ -417,15 +420,10 @@ impl Stage {
         let checked = || {
             let instances = self.instances.borrow();
             let (composed, _) = instances.composed(prim);
-            self.check_arcs(&sdf::Path::new(&composed)?)?;
+            self.classes.check(&self.stage, &self.files, &sdf::Path::new(&composed)?)?;
             question(&composed)
         };
         guarded(checked).map_err(|what| Error::prim(prim, what))
-    }
-
-    /// Checks the arcs that `openusd` follows when it composes a prim. Most stages have no classes.
-    fn check_arcs(&self, prim: &sdf::Path) -> Result<(), Failure> {
-        if self.files.has_classes() { self.arcs.check(&self.stage, prim) } else { Ok(()) }
     }
 
     fn typed<T>(

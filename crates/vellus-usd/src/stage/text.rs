@@ -4,11 +4,13 @@
 //! comments, no escapes in strings, and only numbers that it accepts. Both lexers then find the same tokens, and the
 //! checks of this module hold for what is parsed: nesting depth, names of prims, paths, and expressions.
 
+use super::arcs::{Arc, LayerArcs};
 use super::names::{check_default, check_expression, check_name, check_path};
 use crate::error::Invalid;
 use std::borrow::Cow;
 use std::collections::HashSet;
 use std::ops::Range;
+use std::rc::Rc;
 
 /// The deepest nesting of brackets. The parser is recursive, so a larger depth could overflow the stack.
 const DEEPEST_BRACKETS: usize = 500;
@@ -93,32 +95,71 @@ pub(super) struct Text {
 }
 
 /// What composition must know about a layer.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Content {
-    /// Whether a prim may inherit or specialize others.
-    pub has_classes: bool,
+    pub arcs: Rc<LayerArcs>,
     /// How often the values of expression variables refer to other variables.
     pub variables: usize,
+}
+
+/// A list of arcs that is open.
+struct ArcList<'a> {
+    field: &'a str,
+    /// The depth of the field.
+    depth: usize,
+    /// The number of its layers and prims.
+    count: usize,
+    /// Whether the last item is a layer, whose prim may follow.
+    after_layer: bool,
+}
+
+impl ArcList<'_> {
+    /// Adds a layer, or a prim of it or of the layer that has the list.
+    fn add(&mut self, arcs: &mut LayerArcs, prims: &[(usize, String)], item: Item) -> Result<(), Invalid> {
+        self.count += 1;
+        // A reference may have both a layer and a prim.
+        if self.count > 2 * MOST_ARCS {
+            return Err(format!("a prim or layer has more than {MOST_ARCS} references, payloads or classes").into());
+        }
+        let of = || prims.iter().map(|(_, name)| format!("/{name}")).collect::<String>();
+        let is_class = is_class(self.field);
+        match item {
+            Item::Layer(path) if self.field == "subLayers" => arcs.sublayers.push(path.to_owned()),
+            Item::Layer(path) => arcs.add(of(), Arc { is_class, layer: Some(path.to_owned()), prim: None }),
+            Item::Prim(prim) if self.after_layer => arcs.complete(&of(), prim),
+            Item::Prim(prim) => arcs.add(of(), Arc { is_class, layer: None, prim: Some(prim.to_owned()) }),
+        }
+        self.after_layer = matches!(item, Item::Layer(_));
+        Ok(())
+    }
+}
+
+/// An item of a list of arcs.
+#[derive(Clone, Copy)]
+enum Item<'a> {
+    Layer(&'a str),
+    Prim(&'a str),
 }
 
 /// What a text layer contains.
 #[derive(Default)]
 struct Found {
     unsorted: Vec<Unsorted>,
-    content: Content,
+    arcs: LayerArcs,
+    variables: usize,
 }
 
 /// Checks a text layer, and returns the text for the parser of `openusd`: with the same lines as far as strings have no
 /// escaped line breaks, with the samples of each attribute in the order of their times, and with the last of several
 /// samples for one time.
 pub(super) fn normalized(bytes: Vec<u8>) -> Result<Text, Invalid> {
-    let (new, Found { unsorted, content }) = rewritten(&bytes)?;
+    let (new, Found { unsorted, arcs, variables }) = rewritten(&bytes)?;
     let mut bytes = new.unwrap_or(bytes);
     if !unsorted.is_empty() {
         // The places of the samples in the new text.
         bytes = sorted(&bytes, &rewritten(&bytes)?.1.unsorted);
     }
-    Ok(Text { bytes, content })
+    Ok(Text { bytes, content: Content { arcs: Rc::new(arcs), variables } })
 }
 
 fn rewritten(bytes: &[u8]) -> Result<(Option<Vec<u8>>, Found), Invalid> {
@@ -153,7 +194,7 @@ fn sorted(text: &[u8], blocks: &[Unsorted]) -> Vec<u8> {
 }
 
 /// Reads all tokens. Replaces those that the parser reads differently, and finds samples that are not in order.
-fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Invalid> {
+fn scan<'a>(bytes: &'a [u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Invalid> {
     let mut at = 0;
     if bytes.starts_with(BYTE_ORDER_MARK) {
         at = BYTE_ORDER_MARK.len();
@@ -166,12 +207,13 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
     let mut depth = 0;
     let mut words = Words::default();
     let mut samples: Option<Samples> = None;
-    // The number of words of each block that is open. `None` for a list of values.
-    let mut words_of = vec![Some(0)];
+    // Each bracket that is open, and the number of words in it.
+    let mut open = vec![(b'{', 0)];
     // The names of prims, by the depth of their definitions, for the blocks that are open.
     let mut siblings: Vec<(usize, HashSet<String>)> = Vec::new();
-    // The depth inside the brackets of a list of arcs, and the number of its layers and prims.
-    let mut arcs: Option<(usize, usize)> = None;
+    // The prims that are open, and the depths of their definitions.
+    let mut prims: Vec<(usize, String)> = Vec::new();
+    let mut arcs: Option<ArcList> = None;
     // The depth inside the brackets of the variables of expressions.
     let mut values_of_variables: Option<usize> = None;
     while let Some(&first) = bytes.get(at) {
@@ -197,10 +239,14 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
                     if siblings.last_mut().is_some_and(|(_, names)| !names.insert(text.clone().into_owned())) {
                         return Err(fail(format!("two prims with the same parent are called {text}").into()));
                     }
+                    while prims.pop_if(|(of, _)| *of >= depth).is_some() {}
+                    prims.push((depth, text.clone().into_owned()));
+                } else if words.0 == ["defaultPrim", "="] {
+                    found.arcs.default_prim = Some(text.clone().into_owned());
                 }
                 let variables = check_expression(&text).map_err(fail)?;
                 if values_of_variables.is_some() {
-                    found.content.variables += variables;
+                    found.variables += variables;
                 }
                 if let Cow::Owned(content) = content {
                     new.replace(at..at + used, &quoted(content));
@@ -210,19 +256,25 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
             }
             b'@' => {
                 let (used, path) = asset(rest).map_err(fail)?;
-                check_expression(&String::from_utf8_lossy(path)).map_err(fail)?;
-                count(&mut arcs).map_err(fail)?;
+                let path = String::from_utf8_lossy(path);
+                check_expression(&path).map_err(fail)?;
+                if let Some(list) = &mut arcs {
+                    list.add(&mut found.arcs, &prims, Item::Layer(&path)).map_err(fail)?;
+                }
                 used
             }
             b'<' => {
                 let used = find(rest, 1, b">").ok_or_else(|| fail("a path has no end".into()))?;
-                check_path(&String::from_utf8_lossy(&rest[1..used - 1])).map_err(fail)?;
-                count(&mut arcs).map_err(fail)?;
+                let path = String::from_utf8_lossy(&rest[1..used - 1]);
+                check_path(&path).map_err(fail)?;
+                if let Some(list) = &mut arcs {
+                    list.add(&mut found.arcs, &prims, Item::Prim(&path)).map_err(fail)?;
+                }
                 used
             }
             b'(' | b'[' | b'{' => {
                 depth += 1;
-                words_of.push((first == b'{').then_some(0));
+                open.push((first, 0));
                 if depth > DEEPEST_BRACKETS {
                     return Err(fail(format!("more than {DEEPEST_BRACKETS} brackets inside each other").into()));
                 }
@@ -235,9 +287,6 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
                 if first == b'{' && words.0 == ["expressionVariables", "="] {
                     values_of_variables = Some(depth);
                 }
-                if first == b'[' && words.0[1] == "=" && is_arc(words.0[0]) {
-                    arcs = Some((depth, 0));
-                }
                 words.push("");
                 1
             }
@@ -248,9 +297,10 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
                 {
                     found.unsorted.push((times, at));
                 }
-                words_of.truncate(depth + 1);
+                open.truncate(depth + 1);
                 while siblings.pop_if(|(of, _)| *of > depth).is_some() {}
-                arcs.take_if(|(list, _)| depth < *list);
+                while first == b'}' && prims.pop_if(|(of, _)| *of >= depth).is_some() {}
+                arcs.take_if(|list| depth < list.depth);
                 values_of_variables.take_if(|dictionary| depth < *dictionary);
                 1
             }
@@ -258,9 +308,16 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
                 if let Some(samples) = samples.as_mut().filter(|samples| samples.depth == depth) {
                     samples.expects_time = true;
                 }
+                if let Some(list) = &mut arcs {
+                    list.after_layer = false;
+                }
                 1
             }
             b'=' => {
+                let field = words.0[1];
+                if is_arc(field) && matches!(open.last(), Some((b'(', _))) {
+                    arcs = Some(ArcList { field, depth, count: 0, after_layer: false });
+                }
                 words.push("=");
                 1
             }
@@ -272,14 +329,14 @@ fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Inva
                 if is_time && matches!(word.trim_end_matches(':'), "nan" | "inf") {
                     return Err(fail("a time is no finite number".into()));
                 }
-                if let Some(Some(count)) = words_of.last_mut() {
+                arcs.take_if(|list| depth == list.depth);
+                if let Some((b'{', count)) = open.last_mut() {
                     *count += 1;
                     if *count > MOST_WORDS {
                         let what = format!("a block has more than {MOST_WORDS} words: too many properties or children");
                         return Err(fail(what.into()));
                     }
                 }
-                found.content.has_classes |= matches!(word, "inherits" | "specializes");
                 words.push(word);
                 used
             }
@@ -327,19 +384,11 @@ fn find(text: &[u8], from: usize, fence: &[u8]) -> Option<usize> {
 
 /// Whether this field is a list of layers or prims that composition brings in.
 fn is_arc(field: &str) -> bool {
-    matches!(field, "references" | "payload" | "inherits" | "specializes" | "subLayers")
+    matches!(field, "references" | "payload" | "subLayers") || is_class(field)
 }
 
-/// Counts a layer or a prim in a list of arcs.
-fn count(arcs: &mut Option<(usize, usize)>) -> Result<(), Invalid> {
-    if let Some((_, count)) = arcs {
-        *count += 1;
-        // A reference may have both a layer and a prim.
-        if *count > 2 * MOST_ARCS {
-            return Err(format!("a prim or layer has more than {MOST_ARCS} references, payloads or classes").into());
-        }
-    }
-    Ok(())
+fn is_class(field: &str) -> bool {
+    matches!(field, "inherits" | "specializes")
 }
 
 /// The length of the path of a file with its fences, and the path.
@@ -531,12 +580,34 @@ mod tests {
     }
 
     #[test]
+    fn arcs_are_found() {
+        let text = "#usda 1.0 ( defaultPrim = \"a\" subLayers = [@s@ (offset = 1), @t@] )
+            def X \"a\" ( doc = 'x' prepend references = [ @b@</B> (offset = 1; scale = 2), @c@, <../d> ] kind = 'y' )
+            { rel inherits = </no> def \"k\" ( inherits = </a/z> customData = { string references = '@no@' } ) {}
+              variantSet \"v\" = { \"x\" ( payload = @p@ specializes = [</q>, <r>] ) { over \"m\" ( payload = None ) {} } }
+              def \"n\" ( payload = </P> ) { asset references = @no@ } }";
+        let arcs = normalized(text.into()).unwrap().content.arcs;
+        let arc = |is_class: bool, layer: &str, prim: &str| Arc {
+            is_class,
+            layer: (!layer.is_empty()).then(|| layer.to_owned()),
+            prim: (!prim.is_empty()).then(|| prim.to_owned()),
+        };
+        assert_eq!(
+            (arcs.default_prim.as_deref(), &*arcs.sublayers),
+            (Some("a"), &["s".to_owned(), "t".to_owned()][..])
+        );
+        let of = |prim: &str| arcs.of(prim);
+        assert_eq!(of("/a")[..3], [arc(false, "b", "/B"), arc(false, "c", ""), arc(false, "", "../d")]);
+        assert_eq!(of("/a")[3..], [arc(false, "p", ""), arc(true, "", "/q"), arc(true, "", "r")]);
+        assert_eq!((of("/a/k"), of("/a/n")), (&[arc(true, "", "/a/z")][..], &[arc(false, "", "/P")][..]));
+        assert_eq!((arcs.prims(), of("/a/m").len()), (3, 0));
+    }
+
+    #[test]
     fn arcs_and_expressions_are_bounded() {
         let list = |n: usize| format!("( references = [{}] )", "@a@</b>, ".repeat(n));
         read(&list(MOST_ARCS));
         assert!(error(&list(MOST_ARCS + 1)).contains("more than 1000 references"));
-        assert!(!normalized("rel a = </b>".into()).unwrap().content.has_classes);
-        assert!(normalized("( prepend inherits = </b> )".into()).unwrap().content.has_classes);
         let deep = |n: usize| format!("`{}`", "if(".repeat(n));
         read(&format!("string a = \"{0}\" asset b = @{0}@", deep(100)));
         let block = |n: usize| format!("def \"a\" {{ {} }} def \"b\" {{ int i }}", "float x ".repeat(n / 2));

@@ -88,6 +88,91 @@ fn circles_of_classes_are_errors() {
     assert!(error_of(&chain(2000)).contains("a chain of more than 100 prims that inherit"));
 }
 
+/// `openusd` does not find these circles: it would be busy without end, or overflow the stack.
+#[test]
+fn circles_of_references_and_classes_are_errors() {
+    let child = format!("{{ {CURVES} }}");
+    let circles = [
+        vec![(
+            "top.usda",
+            format!(
+                "over \"S\" ( references = </U/k/c> ) {{}}
+                def \"T\" ( references = </S/k> inherits = </T> ) {{ def \"k\" ( references = </S> ) {child} }}
+                def \"U\" ( references = </T/k/c> ) {{ def \"k\" ( inherits = </U> ) {child} }}"
+            ),
+        )],
+        vec![(
+            "top.usda",
+            format!(
+                "def \"S\" ( references = </U/k/c> ) {{ def \"k\" ( inherits = </T/k> ) {child} }}
+                def \"T\" ( inherits = </U/k> references = </S/k> ) {{}} class \"U\" ( references = </T> ) {child}"
+            ),
+        )],
+        // Only references, to ever deeper prims.
+        vec![
+            ("top.usda", "( subLayers = [@b.usda@] ) over \"S\" ( references = @b.usda@</T/k> ) {}".into()),
+            (
+                "b.usda",
+                "class \"T\" ( variants = { string v = \"x\" } prepend variantSets = \"v\" ) {
+                    variantSet \"v\" = { \"x\" ( payload = @top.usda@</S> ) {} } } def \"U\" ( references = </S> ) {}"
+                    .into(),
+            ),
+        ],
+        // The last layer closes the circle.
+        vec![
+            (
+                "top.usda",
+                "def \"S\" ( references = @b.usda@</T> ) {} class \"C\" ( references = @b.usda@</T/k> ) {}".into(),
+            ),
+            ("b.usda", format!("def \"T\" {{ def \"k\" ( inherits = </C> payload = @`\"c.usda\"`@</D> ) {child} }}")),
+            ("c.usda", "def \"D\" ( specializes = </C> ) {}".into()),
+        ],
+        // A relationship from a class, to a prim whose classes form a circle.
+        vec![(
+            "top.usda",
+            format!(
+                "def \"S\" ( inherits = </P> ) {child} class \"P\" {{ rel material:binding = </Q/k> }}
+                class \"Q\" ( inherits = [</R/k>, </T>] ) {{}} class \"T\" ( inherits = </R/k/c> ) {{}}"
+            ),
+        )],
+    ];
+    for files in circles {
+        let (_folder, top) = layers(&files);
+        let error = read(&top, &Options::default()).unwrap_err().to_string();
+        // A circle that goes deeper each time is a chain.
+        assert!(error.contains("itself") || error.contains("a chain of more"), "{error}\n{files:?}");
+    }
+    // Without a circle: classes that layers imply in others, deep references, and the same names everywhere.
+    let no_circles = [
+        vec![
+            ("top.usda", "def \"S\" ( references = @b.usda@</S> inherits = </C> ) { over \"c\" {} } class \"C\" {}".into()),
+            (
+                "b.usda",
+                format!(
+                    "def \"S\" ( inherits = </C> ) {{ def \"a\" ( inherits = </S/c> ) {{}} class \"c\" {child} }}
+                    class \"C\" ( references = @c.usda@</S> ) {{}}"
+                ),
+            ),
+            ("c.usda", "def \"S\" ( inherits = </C> ) {} class \"C\" {}".into()),
+        ],
+        vec![
+            ("top.usda", "def \"S\" { def \"a\" ( references = @b.usda@</T/S/a> ) {} }".into()),
+            (
+                "b.usda",
+                format!(
+                    "class \"T\" {{ class \"S\" {{ class \"a\" ( references = </T/b> ) {{}} }} class \"b\" ( inherits = </D/S> ) {{}} }}
+                    class \"D\" {{ class \"S\" {child} }}"
+                ),
+            ),
+        ],
+    ];
+    for files in no_circles {
+        let (_folder, top) = layers(&files);
+        let (scene, _) = read(&top, &Options::default()).unwrap_or_else(|error| panic!("{error}\n{files:?}"));
+        assert_eq!(scene.strands.len(), 1, "{files:?}");
+    }
+}
+
 /// What looks like a comment or a string to one lexer and not to the other would hide structure from the checks.
 #[test]
 fn nothing_hides_from_the_checks() {
