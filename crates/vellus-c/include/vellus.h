@@ -94,7 +94,8 @@ typedef struct VellusParameters {
   float eta;
   // Radius of the medulla over that of the fibre, in [0, 0.99]. 0 is a hair without medulla.
   float kappa;
-  // Tilt of the cuticle scales, in ±45 degrees. Positive scales open toward the tip.
+  // Shift of the R highlight toward the root, in ±45 degrees. Scales that open toward the tip and are tilted by δ
+  // shift it by 2δ at h = 0, and by about 1.33δ in the far field.
   float alpha;
   // Longitudinal roughness: a standard deviation, 0.1 to 90 degrees.
   float beta_m;

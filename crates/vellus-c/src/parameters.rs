@@ -24,7 +24,8 @@ pub struct VellusParameters {
     pub eta: f32,
     /// Radius of the medulla over that of the fibre, in [0, 0.99]. 0 is a hair without medulla.
     pub kappa: f32,
-    /// Tilt of the cuticle scales, in ±45 degrees. Positive scales open toward the tip.
+    /// Shift of the R highlight toward the root, in ±45 degrees. Scales that open toward the tip and are tilted by δ
+    /// shift it by 2δ at h = 0, and by about 1.33δ in the far field.
     pub alpha: f32,
     /// Longitudinal roughness: a standard deviation, 0.1 to 90 degrees.
     pub beta_m: f32,

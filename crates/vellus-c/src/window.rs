@@ -29,7 +29,11 @@ impl VellusWindow {
         if -1.0 <= low && low <= high && high <= 1.0 {
             return Ok(Window::range(low, high));
         }
-        Err(Failure::range(format!("the window from {low} to {high} is not in [-1, 1]")))
+        Err(Failure::range(if low.is_nan() {
+            "the window was made from NaN, a negative width, or u outside of [0, 1)".to_owned()
+        } else {
+            format!("the window from {low} to {high} is not in [-1, 1]")
+        }))
     }
 }
 

@@ -99,9 +99,10 @@ fn run(context: &Context<'_>, animal: &Animal) -> Result<Outcome> {
 }
 
 /// Why the speedup is smaller than in the paper.
-const WHY: &str = "Here the model of 2015 is sampled as well as ours, and a query of it costs only twice as much. \
-                   Most of the time goes to rays. Most of the noise comes from which strand a ray meets and which \
-                   light it sees. Both are the same for both models.";
+const WHY: &str = "Not reproduced with our baseline, which is our own, optimised version of the model of 2015. It is \
+                   sampled as well as ours, and evaluating it costs only twice as much. Most of the time goes to \
+                   rays. Most of the noise comes from which strand a ray meets and which light it sees. Both are the \
+                   same for both models.";
 
 /// Pictures at equal samples, equal time and equal quality, and the converged pictures.
 fn insets(

@@ -3,6 +3,7 @@
 use crate::context::Context;
 use crate::{Claim, Outcome, Table, Verdict};
 use anyhow::Result;
+use vellus::parts::{ENTRIES, ExitData, SHIPPED_EXITS};
 use vellus::{TableData, Tables};
 use vellus_plot::medulla;
 use vellus_reference::simulate::check::{ProfileError, TableKind, check_azimuthal, check_longitudinal, summary};
@@ -40,11 +41,13 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     let path =
         ["mean path ⟨L⟩".to_owned(), "–".to_owned(), tau.to_string(), g.to_string(), h.to_string(), "–".to_owned()];
     sizes.row(path.into_iter().chain([(2 * data.mean_path.len()).to_string()]));
+    let exits = ExitData::from_bytes(SHIPPED_EXITS)?;
+    let [tau, g] = exits.nodes.map(|n| n.to_string());
+    let none = || "–".to_owned();
+    let bytes = (2 * exits.values.len()).to_string();
+    sizes.row(["first exits".to_owned(), none(), tau, g, ENTRIES.to_string(), none(), bytes]);
     outcome.tables.push(sizes);
-    let kilobytes = Tables::SHIPPED.len() as f64 / 1000.0;
-    let (what, measured) = ("The tables of the medulla are small", format!("{kilobytes:.1} KB"));
-    let claim = Claim::new(what, measured, kilobytes, Verdict::at_most(kilobytes, 150.0)).paper("150 KB");
-    outcome.claims.push(claim.more("All tables, in half floats."));
+    outcome.claims.extend(size_claims());
 
     let (profiles, photons) = context.quality.pick((2, 32_000), (10, 2_500_000), (40, 32_000_000));
     let mut errors: Vec<ProfileError> = Vec::new();
@@ -114,6 +117,35 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
     Ok(outcome)
 }
 
+/// The sizes of the tables, for the paper's model and for the default, which also needs the first exits.
+fn size_claims() -> [Claim; 2] {
+    let claim = |what: &str, bytes: usize| {
+        let kilobytes = bytes as f64 / 1000.0;
+        let verdict = Verdict::at_most(kilobytes, 150.0);
+        Claim::new(what, format!("{kilobytes:.1} KB"), kilobytes, verdict).paper("150 KB")
+    };
+    let [medulla, exits] = [Tables::SHIPPED, SHIPPED_EXITS].map(<[u8]>::len);
+    [
+        claim("The tables of the medulla are small", medulla).more("All that the paper's model needs, in half floats."),
+        claim("The tables of the default are small", medulla + exits)
+            .or_because("With the reflecting exit there is a table of first exits, too (D17), which the paper lacks."),
+    ]
+}
+
 fn table_row(table: &mut Table, name: &str, numbers: impl Iterator<Item = usize>) {
     table.row(std::iter::once(name.to_owned()).chain(numbers.map(|n| n.to_string())));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The table of first exits counts for the default.
+    #[test]
+    fn the_default_needs_more_than_the_150_kilobytes_of_the_paper() {
+        let [paper, default] = size_claims();
+        assert_eq!((paper.measured.as_str(), paper.verdict), ("118.6 KB", Verdict::Better));
+        assert_eq!((default.measured.as_str(), default.verdict), ("168.5 KB", Verdict::DoesNotHold));
+        assert!(default.why.contains("first exits"));
+    }
 }

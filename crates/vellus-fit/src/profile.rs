@@ -62,6 +62,8 @@ pub struct Profile {
     pub points: Vec<Point>,
     /// Directions without a value: θ and φ in degrees.
     pub missing: Vec<[f64; 2]>,
+    /// The number of these that had a negative value in the file.
+    pub negative: usize,
     /// What was simulated, if this is a synthetic measurement: names and values of parameters, as in
     /// [`Estimate`](crate::Estimate). A fit does not use them.
     pub simulated: Vec<(String, f64)>,

@@ -98,13 +98,15 @@ struct Table {
     channels: usize,
     points: Vec<Point>,
     missing: Vec<[f64; 2]>,
+    negative: usize,
     known: Reading,
     simulated: Vec<(String, f64)>,
 }
 
 /// Reads a profile. Formats: `.txt` with lines `phi theta value` or `phi theta r g b`, `?` for a missing value;
 /// `.csv` with the columns theta, phi, and value or r, g, b; `.npy` or `.exr` with rows over θ, columns over φ, NaN
-/// for a missing value. A value of 0 counts as missing.
+/// for a missing value. A value of 0 counts as missing. So does a negative one, which noise leaves where a background
+/// was subtracted; [`Profile::negative`] counts these.
 ///
 /// # Errors
 /// [`Error::Line`] or [`Error::File`]. The message states the problem and its place.
@@ -131,6 +133,7 @@ pub fn read(path: &Path, reading: &Reading) -> Result<Profile, Error> {
         channels: table.channels,
         points: table.points,
         missing: table.missing,
+        negative: table.negative,
         simulated: table.simulated,
     };
     profile.validate().map_err(|e| Error::file(path, e))?;
@@ -172,14 +175,12 @@ fn number(name: &str, cell: &str) -> Result<Option<f64>, String> {
 
 impl Table {
     fn new(channels: usize, known: Reading) -> Self {
-        Table { channels, points: Vec::new(), missing: Vec::new(), known, simulated: Vec::new() }
+        Table { channels, points: Vec::new(), missing: Vec::new(), negative: 0, known, simulated: Vec::new() }
     }
 
     /// Adds one measurement.
-    fn add(&mut self, [theta, phi]: [f64; 2], values: &[Option<f64>]) -> Result<(), String> {
-        if let Some(x) = values.iter().flatten().find(|x| **x < 0.0) {
-            return Err(format!("value = {x} is out of range: it must not be negative"));
-        }
+    fn add(&mut self, [theta, phi]: [f64; 2], values: &[Option<f64>]) {
+        self.negative += usize::from(values.iter().flatten().any(|x| *x < 0.0));
         let mut value = [0.0; 3];
         for (v, given) in value.iter_mut().zip(values) {
             *v = given.unwrap_or(0.0);
@@ -189,7 +190,6 @@ impl Table {
         } else {
             self.missing.push([theta, phi]);
         }
-        Ok(())
     }
 }
 
@@ -219,7 +219,7 @@ fn lines(path: &Path, text: &str, reading: &Reading) -> Result<Table, Error> {
         };
         let direction = angles.check(angle("theta", cells[1])?, angle("phi", cells[0])?).map_err(wrong)?;
         let values = cells[2..].iter().map(|c| number("value", c)).collect::<Result<Vec<_>, _>>().map_err(wrong)?;
-        table.add(direction, &values).map_err(wrong)?;
+        table.add(direction, &values);
     }
     Ok(Table { simulated, ..table.unwrap_or_else(|| Table::new(1, known)) })
 }
@@ -252,6 +252,11 @@ fn columns(path: &Path, text: &str, reading: &Reading) -> Result<Table, Error> {
         let found: Vec<&str> = head.iter().collect();
         return Err(Error::line(path, head_line, format!("the columns are {}: expected {KNOWN}", found.join(", "))));
     };
+    // A column such as `sigma` would change the fit if it were used, so it is not left out without a word.
+    let is_used = |i: usize| i == theta || i == phi || values.contains(&i);
+    if let Some((_, name)) = head.iter().enumerate().find(|(i, _)| !is_used(*i)) {
+        return Err(Error::line(path, head_line, format!("cannot use the column '{name}': expected {KNOWN}")));
+    }
     let mut table = Table { simulated, ..Table::new(values.len(), known) };
     for record in csv.records() {
         let record = record.map_err(|e| csv_error(path, &e))?;
@@ -263,7 +268,7 @@ fn columns(path: &Path, text: &str, reading: &Reading) -> Result<Table, Error> {
         };
         let direction = angles.check(angle("theta", theta)?, angle("phi", phi)?).map_err(wrong)?;
         let given = values.iter().map(|&i| number(&head[i], cell(i))).collect::<Result<Vec<_>, _>>().map_err(wrong)?;
-        table.add(direction, &given).map_err(wrong)?;
+        table.add(direction, &given);
     }
     Ok(table)
 }
@@ -293,7 +298,7 @@ fn pixels(path: &Path, image: Result<image::Pixels, String>, reading: &Reading) 
             if values.iter().flatten().any(|x| x.is_infinite()) {
                 return Err(wrong("the value is infinite".to_owned()));
             }
-            table.add(direction, &values).map_err(wrong)?;
+            table.add(direction, &values);
         }
     }
     Ok(table)

@@ -133,6 +133,7 @@ impl Synthetic {
             channels: self.channels,
             points,
             missing,
+            negative: 0,
             simulated: Vec::new(),
         }
     }

@@ -50,7 +50,8 @@ pub struct Group {
     /// Image that multiplies the length, at the uv of the mesh; nothing grows where it is 0.
     #[cfg_attr(feature = "clap", arg(long, value_name = "IMAGE"))]
     pub length_map: Option<PathBuf>,
-    /// Width (diameter) at the root, in units of the mesh; 0 or more [default: such that strands cover the mesh].
+    /// Width (diameter) at the root, in units of the mesh; 0 or more [default: such that the strands' area is 1.6 times
+    /// that of the mesh; they overlap, so some skin shows].
     #[cfg_attr(feature = "clap", arg(long, value_name = "W"))]
     pub width: Option<f32>,
     /// Random variation of the width, as a share of it; [0, 1) [default: 0.15].

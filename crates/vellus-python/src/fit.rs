@@ -93,7 +93,8 @@ impl Profile {
             }
         }
         let quantity = self::quantity(quantity)?.unwrap_or_default();
-        Profile::checked(vellus_fit::Profile { theta_o, quantity, channels, points, missing, simulated: Vec::new() })
+        let (negative, simulated) = (0, Vec::new());
+        Profile::checked(vellus_fit::Profile { theta_o, quantity, channels, points, missing, negative, simulated })
     }
 
     /// Reads a profile from the file `path`: `.txt`, `.csv`, `.npy` or `.exr`, as the book says in "Fitting".
@@ -252,11 +253,14 @@ impl Profile {
     #[allow(clippy::type_complexity)]
     fn __reduce__<'py>(
         slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, (Vec<[f64; 5]>, Vec<[f64; 2]>, Vec<(String, f64)>, f64, &'static str, usize))>
-    {
+    ) -> PyResult<(
+        Bound<'py, PyAny>,
+        (Vec<[f64; 5]>, Vec<[f64; 2]>, usize, Vec<(String, f64)>, f64, &'static str, usize),
+    )> {
         let p = &slf.get().0;
         let points = p.points.iter().map(|Point { theta, phi, value: [r, g, b] }| [*theta, *phi, *r, *g, *b]).collect();
-        let state = (points, p.missing.clone(), p.simulated.clone(), p.theta_o, p.quantity.name(), p.channels);
+        let (missing, simulated) = (p.missing.clone(), p.simulated.clone());
+        let state = (points, missing, p.negative, simulated, p.theta_o, p.quantity.name(), p.channels);
         Ok((slf.get_type().getattr("_from_state")?, state))
     }
 
@@ -264,6 +268,7 @@ impl Profile {
     fn _from_state(
         points: Vec<[f64; 5]>,
         missing: Vec<[f64; 2]>,
+        negative: usize,
         simulated: Vec<(String, f64)>,
         theta_o: f64,
         quantity: &str,
@@ -272,7 +277,7 @@ impl Profile {
         let points = points.into_iter().map(|[theta, phi, r, g, b]| Point { theta, phi, value: [r, g, b] }).collect();
         let quantity = quantity.parse().map_err(value)?;
         let channels = if channels == 1 { 1 } else { 3 };
-        Profile::checked(vellus_fit::Profile { theta_o, quantity, channels, points, missing, simulated })
+        Profile::checked(vellus_fit::Profile { theta_o, quantity, channels, points, missing, negative, simulated })
     }
 }
 

@@ -49,6 +49,16 @@ def test_profiles_from_arrays_and_files(tmp_path):
         np.testing.assert_allclose(again.values, profile.values, rtol=1e-5)
 
 
+def test_negative_values_of_a_file_are_missing(tmp_path):
+    lines = vellus.Profile.measure("cat", step=(8, 8), gaps=0).to_csv().splitlines()
+    lines[-2:] = [line.rsplit(",", 1)[0] + ",-0.1" for line in lines[-2:]]
+    (tmp_path / "dark.csv").write_text("\n".join(lines))
+    profile = vellus.Profile.read(tmp_path / "dark.csv")
+    assert len(profile.missing) == 2 and pickle.loads(pickle.dumps(profile)) == profile
+    expected = f"negative values, which count as missing: 2 of {len(profile) + 2} directions"
+    assert expected in vellus.fit(profile, starts=1).warnings
+
+
 @pytest.mark.parametrize(
     ("call", "text"),
     [

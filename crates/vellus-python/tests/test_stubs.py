@@ -10,11 +10,15 @@ import sys
 
 import pytest
 import stub_docs
+import typed
 
 import vellus
 
 
-@pytest.mark.skipif(importlib.util.find_spec("mypy") is None, reason="mypy is not installed")
+needs_mypy = pytest.mark.skipif(importlib.util.find_spec("mypy") is None, reason="mypy is not installed")
+
+
+@needs_mypy
 def test_stubs_agree_with_the_module(tmp_path):
     allowed = tmp_path / "allowed"
     # PyO3 makes this list. It has the names of the module, which stubtest compares anyway.
@@ -31,6 +35,23 @@ def test_stubs_agree_with_the_module(tmp_path):
         env={**os.environ, "MYPY_CACHE_DIR": str(tmp_path)},
     )
     assert run.returncode == 0, run.stdout + run.stderr
+
+
+@needs_mypy
+def test_types_are_as_wide_as_the_code(tmp_path):
+    """An ignored error that mypy does not find is an error, too."""
+    run = subprocess.run(
+        [sys.executable, "-m", "mypy", "--strict", "--config-file=", typed.__file__],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        env={**os.environ, "MYPY_CACHE_DIR": str(tmp_path)},
+    )
+    assert run.returncode == 0, run.stdout + run.stderr
+
+
+def test_what_the_types_accept_works():
+    typed.accepted()
 
 
 def test_everything_has_documentation():

@@ -40,7 +40,7 @@ pub fn full_fiber() -> Fiber {
         sigma_ma: [0.05, 0.1, 0.2],
         g: 0.4,
         layers: 0.7,
-        exit: Exit::Open,
+        exit: Exit::default(),
         medulla_pigment: 0.3,
     }
 }
@@ -86,7 +86,13 @@ impl Uniform {
         lo + (hi - lo) * self.next()
     }
 
-    /// A random fibre. Each parameter varies over most of its valid range.
+    /// A random fibre, with the default exit or another one.
+    pub fn any_fiber(&mut self) -> Fiber {
+        let exit = Exit::ALL[usize::from(self.next() < 0.5)];
+        self.fiber().with_exit(exit)
+    }
+
+    /// A random fibre with the default exit. Each parameter varies over most of its valid range.
     pub fn fiber(&mut self) -> Fiber {
         let mut colour = |scale: f64| -> [f32; 3] { std::array::from_fn(|_| (scale * self.next().powi(3)) as f32) };
         let (sigma_ca, sigma_ma) = (colour(5.0), colour(5.0));
@@ -101,7 +107,7 @@ impl Uniform {
             sigma_ma,
             g: self.within(0.0, 0.95) as f32,
             layers: self.within(0.05, 3.0) as f32,
-            exit: Exit::Open,
+            exit: Exit::default(),
             medulla_pigment: 0.3,
         }
     }

@@ -9,7 +9,7 @@ fn label(parameter: Parameter) -> &'static str {
     match parameter {
         Parameter::Kappa => "Medulla radius",
         Parameter::Eta => "Refractive index",
-        Parameter::Alpha => "Scale tilt",
+        Parameter::Alpha => "Highlight shift",
         Parameter::BetaM => "Roughness along",
         Parameter::BetaN => "Roughness around",
         Parameter::SigmaCa => "Cortex absorption",

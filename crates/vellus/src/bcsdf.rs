@@ -15,8 +15,9 @@ use wide::f32x8;
 
 /// The reflectance model of one fibre.
 ///
-/// [`Bcsdf::new`] takes about as long as a query and allocates nothing. If the parameters vary along the fur, a
-/// renderer may create a model for each hit.
+/// [`Bcsdf::new`] takes as long as a few queries and allocates nothing. If the parameters vary along the fur, a
+/// renderer may create a model for each hit. For a colour that is given as a reflectance, keep a
+/// [`CoatColors`](crate::CoatColors): [`Fiber::with_color`] takes much longer than the model.
 #[derive(Clone, Debug)]
 pub struct Bcsdf<'t>(Prepared<'t>);
 
@@ -108,11 +109,13 @@ impl<'t> Bcsdf<'t> {
     }
 
     /// Prepares eight near-field hits. `wo`: the x, y and z of eight unit vectors, as for [`Bcsdf::at`]; `h`: their
-    /// offsets, each clamped to [−1, 1].
+    /// offsets, each clamped to [−1, 1]. NaN stays NaN: the results of its lane mean nothing, and those of the others
+    /// do not depend on it.
     #[inline]
     pub fn at8(&self, wo: [f32x8; 3], h: f32x8) -> NearHit<'_, f32x8> {
         debug_assert!(are_unit(wo), "a wo is not a unit vector: {wo:?}");
-        NearHit::new(&self.0, wo, h.max(f32x8::splat(-1.0)).min(f32x8::splat(1.0)))
+        // Unlike `max` and `min`, this keeps NaN, as the clamp of a window does.
+        NearHit::new(&self.0, wo, h.clamp(f32x8::splat(-1.0), f32x8::splat(1.0)))
     }
 }
 
@@ -227,7 +230,8 @@ impl Hit<'_> {
         }
     }
 
-    /// Draws ω_i. `None` if the density of the drawn direction underflows to 0.
+    /// Draws ω_i. `None` if the density of the drawn direction underflows to 0, or if a result is not finite. Only
+    /// numbers that are not valid cause the latter.
     ///
     /// `u`: five uniform numbers in [0, 1): one for the lobe, two for the longitudinal lobe, one for the azimuth, and
     /// one for the offset in the window. The near field ignores the last, so that a renderer draws five for any

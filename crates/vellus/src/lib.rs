@@ -2,13 +2,14 @@
 //! Reflectance Model* ("Yan17" below). It has a near field, a far field, and windows between them.
 //!
 //! ```
+//! use vellus::glam::Vec3;
 //! use vellus::{Bcsdf, Fiber, Species, Window};
 //! # fn main() -> Result<(), vellus::Error> {
 //! let fiber = Fiber::preset(Species::RedFox).with_absorption([0.2, 0.4, 0.8]);
 //! let bcsdf = Bcsdf::new(&fiber)?;                       // checks the parameters, prepares the fibre
-//! let wo = glam::Vec3::new(0.2, 0.8, 0.5).normalize();
+//! let wo = Vec3::new(0.2, 0.8, 0.5).normalize();         // toward the camera
 //! let hit = bcsdf.at(wo, Window::near(0.3));             // prepares everything that depends on ω_o
-//! let f = hit.eval(glam::Vec3::new(-0.3, -0.9, 0.1).normalize()).total();
+//! let f = hit.eval(Vec3::new(-0.3, -0.9, 0.1).normalize()).total();
 //! let s = hit.sample([0.1, 0.2, 0.3, 0.4, 0.5]);         // direction, pdf, weight, lobe
 //! assert!(f.iter().chain(s.iter().flat_map(|s| &s.weight)).all(|x| *x >= 0.0));
 //! # Ok(()) }
@@ -37,8 +38,8 @@
 //! processors take 1.1 to 1.7 times as long. [`missing_instructions`] tells whether a processor can run the program.
 //!
 //! # Stability
-//! The feature `unstable` makes `parts`, `grid`, `TableData` and `FactorTable` public, for other crates of the
-//! repository. They are exempt from semantic versioning: a crate that uses them must require exactly one version.
+//! The feature `unstable` makes `parts`, `packed`, `grid`, `TableData` and `FactorTable` public, for other crates of
+//! the repository. They are exempt from semantic versioning: a crate that uses them must require exactly one version.
 
 mod bcsdf;
 mod choose;

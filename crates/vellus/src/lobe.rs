@@ -64,9 +64,13 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// The sample, or nothing if its density underflowed to 0.
+    /// The sample, or nothing if its density underflowed to 0, or if one of its numbers is NaN or infinite.
+    /// For models in other crates of the repository; yours can fill the fields.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn new(wi: Vec3, pdf: f32, weight: [f32; 3], lobe: Lobe) -> Option<Self> {
-        (pdf > 0.0).then_some(Sample { wi, pdf, weight, lobe })
+        // A sum is only finite if all of its terms are: one comparison instead of seven.
+        let sum = (wi.x + wi.y + wi.z) + (weight[0] + weight[1] + weight[2]) + pdf;
+        (pdf > 0.0 && sum.is_finite()).then_some(Sample { wi, pdf, weight, lobe })
     }
 }

@@ -66,7 +66,8 @@ pub trait Scattering {
     /// [`Scattering::eval`] and [`Scattering::pdf`] together.
     fn eval_pdf(&self, wi: Vec3) -> (Lobes, f32);
 
-    /// Draws ω_i from five uniform numbers in [0, 1), or nothing if the density underflows to 0.
+    /// Draws ω_i from five uniform numbers in [0, 1), or nothing if the density underflows to 0 or a result is not
+    /// finite.
     fn sample(&self, u: [f32; 5]) -> Option<Sample>;
 }
 

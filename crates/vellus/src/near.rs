@@ -361,7 +361,7 @@ impl NearHit<'_, f32> {
         self.query(wi.to_array())
     }
 
-    /// Draws ω_i. `None` if the density of the drawn direction underflows to 0.
+    /// Draws ω_i. `None` if the density of the drawn direction underflows to 0, or if a result is not finite.
     ///
     /// `u`: four uniform numbers in [0, 1): one for the lobe, two for the longitudinal lobe, one for the azimuth.
     /// ([`Hit::sample`](crate::Hit::sample) takes a fifth, for the offset in its window.) No channel of the weight is

@@ -62,8 +62,7 @@ impl Window {
     #[doc(alias = "Eq. 26")]
     pub fn range(h1: f32, h2: f32) -> Self {
         debug_assert!(!h1.is_nan() && !h2.is_nan(), "a window from {h1} to {h2}");
-        let (h1, h2) = (h1.clamp(-1.0, 1.0), h2.clamp(-1.0, 1.0));
-        Window([h1.min(h2), h1.max(h2)])
+        Window(sorted(h1.clamp(-1.0, 1.0), h2.clamp(-1.0, 1.0)))
     }
 
     /// The whole width of the fibre: the far field of Yan17 Sec. 5.1.
@@ -80,7 +79,27 @@ impl Window {
     #[inline(always)]
     pub(crate) fn kind(&self) -> Kind {
         let [h1, h2] = self.0;
-        // The angle between the two offsets is at least their difference.
-        if h2 - h1 < NEAR && h2.asin() - h1.asin() < NEAR { Kind::Near(0.5 * (h1 + h2)) } else { Kind::Range(self.0) }
+        // The angle between the two offsets is at least their difference. NaN is the offset NaN, as for eight hits.
+        if h2 - h1 >= NEAR || h2.asin() - h1.asin() >= NEAR { Kind::Range(self.0) } else { Kind::Near(0.5 * (h1 + h2)) }
+    }
+}
+
+/// Two offsets in ascending order. Unlike `f32::min` and `f32::max`, this keeps a NaN.
+fn sorted(h1: f32, h2: f32) -> [f32; 2] {
+    if h1 > h2 { [h2, h1] } else { [h1, h2] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Builds with debug assertions refuse these windows. In the others, no function may take NaN for a number.
+    #[test]
+    fn nan_stays_nan() {
+        for (h1, h2) in [(f32::NAN, f32::NAN), (f32::NAN, 0.5), (0.5, f32::NAN)] {
+            let window = Window(sorted(h1, h2));
+            assert!(matches!(window.kind(), Kind::Near(h) if h.is_nan()), "{window:?}");
+        }
+        assert_eq!((sorted(0.5, -0.5), sorted(-0.5, 0.5)), ([-0.5, 0.5], [-0.5, 0.5]));
     }
 }

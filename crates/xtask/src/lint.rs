@@ -1,7 +1,7 @@
 //! All checks that do not run the code.
 
 use crate::run::{Outcome, Report, cargo, run, succeeds};
-use crate::{manifests, paper, text, tools};
+use crate::{claims, manifests, paper, text, tools};
 use std::path::Path;
 use std::process::Command;
 
@@ -11,6 +11,7 @@ pub fn text(root: &Path, report: &mut Report) -> Result<(), String> {
     report.step("format", 0.5, || cargo(root, &["fmt", "--all", "--check"]))?;
     report.step("text", 0.5, || text::check(root))?;
     report.step("PAPER.md", 0.5, || paper::check(root))?;
+    report.step("claims", 0.5, || claims::check(root))?;
     report.step("manifests", 0.5, || manifests::check(root))
 }
 

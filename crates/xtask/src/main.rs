@@ -1,6 +1,7 @@
 //! `cargo xtask`: the project's checks and tests in three tiers, and packaging.
 
 mod bindings;
+mod claims;
 mod dist;
 mod explorer;
 mod lab;
@@ -20,7 +21,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 const USAGE: &str = "\
-usage: cargo xtask check [--all] | test | full | tests | lint | bindings | package | paper | explorer | torture
+usage: cargo xtask check [--all] | test | full | tests | lint | bindings | package | paper | claims | explorer | torture
                    dist [PART …] | release --dry-run | c FOLDER | lab [--slow]
 
   check    before each commit: format, text, clippy, fast tests; --all adds rustdoc, spelling, licences, the book
@@ -36,6 +37,7 @@ usage: cargo xtask check [--all] | test | full | tests | lint | bindings | packa
   release  --dry-run checks whether a release is ready, with package and dist; it publishes nothing
   c        FOLDER: installs the library for C and C++ into a prefix such as /usr/local
   paper    PAPER.md only: every symbol that it names exists, and it lists every departure that the code cites
+  claims   lists the numbers in README and the book with what proves each, and fails for those without proof
   explorer builds the fibre explorer, a page with the model as WebAssembly: target/explorer/index.html; --try tests it
   torture  kills, full disks, damaged files and nonsense against the command; --help lists its options
   lab      format, clippy and fast tests of lab/; --slow adds its slow tests
@@ -62,6 +64,7 @@ fn main() -> ExitCode {
         ["release", "--dry-run"] => dist::release::dry_run(&root, &mut report),
         ["c", folder] => install_c(&root, &mut report, folder),
         ["paper"] => report.step("PAPER.md", 1.0, || paper::check(&root)),
+        ["claims"] => claims::print(&root).and_then(|()| report.step("claims", 1.0, || claims::check(&root))),
         ["explorer", "--try"] => bindings::explorer_test(&root, &mut report),
         ["lab"] => lab::check(&root, &mut report, false),
         ["lab", "--slow"] => lab::check(&root, &mut report, true),

@@ -8,24 +8,12 @@ use std::path::{Path, PathBuf};
 /// Checks PAPER.md. The message lists all problems.
 pub fn check(root: &Path) -> Result<(), String> {
     let paper = read(&root.join("PAPER.md"))?;
-    let mut sources = Vec::new();
-    for folder in ["crates", "lab"] {
-        collect(&root.join(folder), &mut sources)?;
-    }
-    let texts: Vec<(PathBuf, String)> =
-        sources.into_iter().map(|path| read(&path).map(|text| (path, text))).collect::<Result<_, _>>()?;
-    let mut problems = Vec::new();
-    for (file, symbol) in references(&paper) {
-        let matching: Vec<_> = texts.iter().filter(|(path, _)| path.ends_with(&file)).collect();
-        match matching.as_slice() {
-            [] => problems.push(format!("PAPER.md names {file}, which does not exist")),
-            [(_, text)] if defines(text, &symbol) => {}
-            [_] => problems.push(format!("PAPER.md names {file}::{symbol}, which {file} does not define")),
-            several => {
-                problems.push(format!("PAPER.md names {file}, which is {} files: name its folder", several.len()))
-            }
-        }
-    }
+    let texts = sources(root)?;
+    let mut problems: Vec<String> = references(&paper)
+        .iter()
+        .filter_map(|(file, symbol)| problem(&texts, file, symbol))
+        .map(|what| format!("PAPER.md: {what}"))
+        .collect();
     let listed: BTreeSet<u32> =
         paper.lines().filter_map(|line| line.strip_prefix("| D")).flat_map(leading_number).collect();
     let cited: BTreeSet<u32> = texts
@@ -36,6 +24,26 @@ pub fn check(root: &Path) -> Result<(), String> {
     problems.extend(cited.difference(&listed).map(|d| format!("the code cites D{d}, which PAPER.md does not list")));
     problems.extend(listed.difference(&cited).map(|d| format!("PAPER.md lists D{d}, which no code cites")));
     if problems.is_empty() { Ok(()) } else { Err(problems.join("\n")) }
+}
+
+/// All source files with their texts.
+pub fn sources(root: &Path) -> Result<Vec<(PathBuf, String)>, String> {
+    let mut sources = Vec::new();
+    for folder in ["crates", "lab"] {
+        collect(&root.join(folder), &mut sources)?;
+    }
+    sources.into_iter().map(|path| read(&path).map(|text| (path, text))).collect()
+}
+
+/// What is wrong with the name of a symbol in a file.
+pub fn problem(sources: &[(PathBuf, String)], file: &str, symbol: &str) -> Option<String> {
+    let matching: Vec<_> = sources.iter().filter(|(path, _)| path.ends_with(file)).collect();
+    match matching.as_slice() {
+        [] => Some(format!("{file} does not exist")),
+        [(_, text)] if defines(text, symbol) => None,
+        [_] => Some(format!("{file} does not define {symbol}")),
+        several => Some(format!("{file} is {} files: name its folder", several.len())),
+    }
 }
 
 fn read(path: &Path) -> Result<String, String> {

@@ -119,7 +119,7 @@ class VellusUseFur(bpy.types.Operator):
 
 
 class VellusPreset(bpy.types.Operator):
-    """Set all inputs of Vellus Fur to those of a measured fibre"""
+    """Set all inputs of Vellus Fur to those of a species"""
 
     bl_idname = "vellus.preset"
     bl_label = "Preset"

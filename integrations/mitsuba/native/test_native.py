@@ -114,6 +114,14 @@ def test_bad_parameters_are_named(parameters, part):
         bsdf(**parameters)
 
 
+def test_the_python_package_leaves_the_name_to_the_plugin():
+    """It has a BSDF `vellus` too, for vector variants."""
+    import vellus.mitsuba  # noqa: F401
+
+    si = interaction(0.3, 0.2)
+    assert bsdf(preset="red-fox").pdf(CONTEXT, si, direction(-0.3, 0.5)) > 0
+
+
 def test_directions_that_are_no_unit_vectors_give_no_light():
     fur, si = bsdf(), mi.SurfaceInteraction3f()
     for bad in [(0, 0, 0), (float("nan"), 0, 0), (3, 0, 0)]:

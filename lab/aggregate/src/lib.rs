@@ -3,15 +3,16 @@
 //! Level-of-Detail Aggregation of Fur Appearance*.
 //!
 //! ```
+//! use vellus::glam::Vec3;
 //! use vellus::{Fiber, Model, Scattering, Species, Window};
 //! use vellus_aggregate::{Aggregate, Bunch};
 //! # fn main() -> Result<(), vellus_aggregate::Error> {
 //! let bunch = Bunch::separate(64, 0.03, 1.0)?.with_spread(0.05)?;   // 64 fibres, radii 0.03 and 1
 //! let aggregate = Aggregate::new(&Fiber::preset(Species::RedFox), bunch)?;
 //! let passes = bunch.passes(0.3);                                   // at an offset of 0.3 radii of the bunch
-//! let wo = glam::Vec3::new(0.2, 0.8, 0.5).normalize();
+//! let wo = Vec3::new(0.2, 0.8, 0.5).normalize();
 //! let hit = aggregate.at(wo, Window::far());                        // of the light that does not pass
-//! let f = hit.eval(glam::Vec3::new(-0.3, -0.9, 0.1).normalize()).total();
+//! let f = hit.eval(Vec3::new(-0.3, -0.9, 0.1).normalize()).total();
 //! let s = hit.sample([0.1, 0.2, 0.3, 0.4, 0.5]);                    // direction, pdf, weight, lobe
 //! assert!(passes < 1.0 && f.iter().chain(s.iter().flat_map(|s| &s.weight)).all(|x| *x >= 0.0));
 //! # Ok(()) }

@@ -215,6 +215,31 @@ fn bad_fits_are_refused() {
     assert!(std::fs::read_to_string(folder.join("x.toml")).unwrap().starts_with("# NO FIT"));
 }
 
+/// Negative values count as missing, and a highlight at an inclination that was not measured is named.
+#[test]
+fn doubtful_measurements_are_fitted_with_warnings() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    run(folder, &["--simulate", "raccoon", "--step", "8", "--gaps", "0", "--out", "raccoon.txt"]);
+    let text = std::fs::read_to_string(folder.join("raccoon.txt")).unwrap();
+    let (head, values): (Vec<&str>, Vec<&str>) = text.lines().partition(|line| line.starts_with('#'));
+    let dark = values.iter().take(3).map(|line| format!("{} -0.001", line.rsplit_once(' ').unwrap().0));
+    let rest = values.iter().skip(3).map(|line| (*line).to_owned());
+    let lines: Vec<String> = head.iter().map(|line| (*line).to_owned()).chain(dark).chain(rest).collect();
+    std::fs::write(folder.join("dark.txt"), lines.join("\n")).unwrap();
+    let warned = String::from_utf8(run(folder, &["dark.txt", "--starts", "4"]).stderr).unwrap();
+    let negative = format!("warning: negative values, which count as missing: 3 of {} directions\n", values.len());
+    assert!(warned.contains(&negative) && !warned.contains("highlight"), "{warned}");
+    // The wrong sign.
+    let parts = ["no fit", "is outside of the data", "--theta-o"];
+    refused(folder, &["raccoon.txt", "--theta-o", "30", "--starts", "4"], &parts);
+    let wrong = ["raccoon.txt", "--theta-o", "30", "--starts", "4", "--allow-bad-fit"];
+    let warned = String::from_utf8(run(folder, &wrong).stderr).unwrap();
+    assert!(warned.contains("is outside of the data: theta_o = 30°") && warned.contains("--free theta_o"), "{warned}");
+    let freed = String::from_utf8(run(folder, &[&wrong[..], &["--free", "theta_o"]].concat()).stderr).unwrap();
+    assert!(!freed.contains("--free theta_o"), "{freed}");
+}
+
 /// Ctrl-C during a long fit writes the best fibre so far, marked as interrupted.
 #[cfg(unix)]
 #[test]

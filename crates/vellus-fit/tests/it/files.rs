@@ -120,12 +120,11 @@ fn errors_name_the_file_and_the_line() {
         ("", &["no measurements"][..]),
         ("# theta_o = -30\n", &["no measurements"]),
         ("70 40 ?\n72 40 ?\n", &["all 2 measurements are missing"]),
-        ("70 40 0\n72 40 0\n", &["all 2 measurements are missing"]),
+        ("70 40 0\n72 40 -0.2\n", &["all 2 measurements are missing"]),
         ("70 40 0.1\n72 40 NaN\n", &["line 2", "'NaN' is not a number"]),
         ("70 40 0.1\n\n72 40 inf\n", &["line 3", "'inf' is not a number"]),
         ("70 40 0.1\n72 x 0.2\n", &["line 2", "theta = 'x'"]),
         ("70 40 0.1\n72 ? 0.2\n", &["line 2", "theta is missing"]),
-        ("70 40 0.1\n72 40 -0.2\n", &["line 2", "-0.2", "negative"]),
         ("70 40 0.1\n72 185 0.2\n", &["line 2", "theta = 185", "(-90, 90)", "fibre's own angles"]),
         ("70 40 0.1\n500 40 0.2\n", &["line 2", "phi = 500", "[-360, 360]"]),
         ("70 40 0.1\n72 40\n", &["line 2", "2 numbers", "phi theta value"]),
@@ -148,6 +147,11 @@ fn errors_name_the_file_and_the_line() {
         ("# a note\ntheta,phi,value\n10,20,0.1\n95,20,0.1\n", &["line 4", "theta = 95"]),
         ("theta,phi,value\n10,20\n", &["line 2", "2 columns", "expected 3"]),
         ("theta,phi,value\n", &["no measurements"]),
+        (
+            "theta,phi,value,sigma\n10,20,0.1,0.01\n",
+            &["line 1", "'sigma'", "expected theta, phi, and value or r, g, b"],
+        ),
+        ("# a note\nr,g,b,theta,phi,value\n1,1,1,10,20,0.1\n", &["line 2", "column 'r'", "expected theta"]),
     ] {
         refused("a.csv", text.as_bytes(), &known, parts);
     }
@@ -165,10 +169,34 @@ fn errors_name_the_file_and_the_line() {
     let cut = [b"\x93NUMPY\x01\x00\x17\x00{'fortran_order': False}".as_slice(), &data].concat();
     refused("a.npy", &cut, &image, &["'descr'", "'<f4' or '<f8'"]);
     refused("a.exr", b"no image at all", &image, &["OpenEXR"]);
-    let mut negative = data.clone();
-    negative[8 * 9..8 * 10].copy_from_slice(&(-1f64).to_le_bytes());
-    refused("a.npy", &npy("<f8", "(8, 8)", &negative), &image, &["row 2, column 2", "-1"]);
     assert!(read(Path::new("no/such.txt"), &known).unwrap_err().to_string().contains("no/such.txt: cannot read"));
+}
+
+/// Noise leaves negative values where a background was subtracted. They count as missing.
+#[test]
+fn negative_values_are_missing_and_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let known = Reading { theta_o: Some(-30.0), ..Reading::default() };
+    let axes = Some([Axis { first: 10.0, last: 24.0 }, Axis { first: 0.0, last: 70.0 }]);
+    let at = |i: usize| if [9, 20].contains(&i) { -1.0 } else { i as f64 };
+    let values: Vec<f64> = (0..64).map(at).collect();
+    let place = |i: usize| (10 + 2 * (i / 8), 10 * (i % 8));
+    let rows = |line: &dyn Fn((usize, usize), f64) -> String| -> String {
+        values.iter().enumerate().map(|(i, x)| line(place(i), *x)).collect()
+    };
+    let text = rows(&|(theta, phi), x| format!("{} {} {x}\n", phi + 90, 90 - theta));
+    let rgb = "theta,phi,r,g,b\n".to_owned() + &rows(&|(theta, phi), x| format!("{theta},{phi},1,{x},1\n"));
+    let bytes: Vec<u8> = values.iter().flat_map(|x| x.to_le_bytes()).collect();
+    for (name, bytes, axes) in [
+        ("a.txt", text.into_bytes(), None),
+        ("a.csv", rgb.into_bytes(), None),
+        ("a.npy", npy("<f8", "(8, 8)", &bytes), axes),
+    ] {
+        let profile = read(&write(folder.path(), name, bytes), &Reading { axes, ..known }).unwrap();
+        // The value 0 is missing, but it is not negative.
+        assert_eq!((profile.points.len(), profile.negative), (61, 2), "{name}");
+        assert_eq!(profile.missing, [[10.0, 0.0], [12.0, 10.0], [14.0, 40.0]], "{name}");
+    }
 }
 
 #[cfg(target_os = "linux")]

@@ -4,11 +4,14 @@ use crate::text;
 use serde_json::{Map, Value, json};
 use std::path::Path;
 use vellus::Exit;
-use vellus_fit::{Estimate, Fit, NOISE_LIKE, Profile, Starts, State};
+use vellus_fit::{Estimate, Fit, NOISE_LIKE, Point, Profile, Starts, State};
 use vellus_models::ModelKind;
 
 /// A difference in χ² of three standard errors.
 const SIGNIFICANT: f64 = 9.0;
+
+/// How far an azimuth may be from that of a highlight to count as near it, degrees.
+const NEAR: f64 = 30.0;
 
 /// A fit and its profile.
 pub struct Summary<'a> {
@@ -110,6 +113,29 @@ fn least_certain(shares: &[(String, f64)], error: f64) -> String {
     }
 }
 
+/// A warning if a highlight is at an inclination that was not measured: then `theta_o` probably has the wrong sign, or
+/// is off. All angles are in degrees.
+///
+/// Light leaves at θ = −θ_o, shifted by α toward the root (R, backward) or by α/2 toward the tip (TT, straight
+/// through): Table 2 of the paper, with x from root to tip.
+fn hidden_highlight(profile: &Profile, theta_o: f64, alpha: f64) -> Option<String> {
+    let highlights: [(&str, f64, f64); 2] = [("R", 0.0, -theta_o - alpha), ("TT", 180.0, -theta_o + 0.5 * alpha)];
+    highlights.into_iter().find_map(|(name, phi, theta)| {
+        let distance = |p: &Point| ((p.phi - phi + 180.0).rem_euclid(360.0) - 180.0).abs();
+        let near = profile.points.iter().filter(|p| distance(p) <= NEAR).map(|p| p.theta);
+        let [low, high] =
+            near.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], theta| [low.min(theta), high.max(theta)]);
+        // Nothing to say without a value near it.
+        (low <= high && !(low..=high).contains(&theta)).then(|| {
+            let [theta_o, alpha, theta, low, high] = [theta_o, alpha, theta, low, high].map(significant);
+            format!(
+                "the highlight {name} is outside of the data: theta_o = {theta_o}° and alpha = {alpha}° put it at \
+                 theta = {theta}°, and the values near phi = {phi}° are at {low} to {high}°"
+            )
+        })
+    })
+}
+
 fn percent(x: f64) -> String {
     format!("{:.2} %", 100.0 * x)
 }
@@ -140,14 +166,20 @@ impl Summary<'_> {
         fit.no_fit.map(|why| format!("no fit: {why} (it explains {}, NRMSE {})", self.explained(), percent(fit.nrmse)))
     }
 
+    fn hidden_highlight(&self) -> Option<String> {
+        let alpha = f64::from(self.fit.specimen.fiber.alpha).to_degrees();
+        hidden_highlight(self.profile, self.fit.theta_o, alpha)
+    }
+
     /// The message if there is no fit: the file, the reason (`why`), and the options that may help. `out` is the file
     /// that was not written, and `page` is the report.
     pub fn refusal(&self, why: &str, out: Option<&Path>, page: Option<&Path>) -> String {
         let out = out.map(|out| format!("; {} was not written", out.display())).unwrap_or_default();
         let page = page.map(|page| format!("; {} shows the differences", page.display())).unwrap_or_default();
+        let highlight = self.hidden_highlight().map(|what| format!("; {what}")).unwrap_or_default();
         format!(
-            "{}: {why}{out}{page}. Check the columns of the file, --angles, --quantity and --theta-o, or try another \
-             --model. --allow-bad-fit accepts the fit",
+            "{}: {why}{out}{page}{highlight}. Check the columns of the file, --angles, --quantity and --theta-o, or \
+             try another --model. --allow-bad-fit accepts the fit",
             self.path.display()
         )
     }
@@ -170,6 +202,16 @@ impl Summary<'_> {
             warnings.push("interrupted: this is the best so far, and may be far from the best there is".to_owned());
         }
         warnings.extend(self.no_fit());
+        let Profile { points, missing, negative, .. } = self.profile;
+        if *negative > 0 {
+            let all = points.len() + missing.len();
+            warnings.push(format!("negative values, which count as missing: {negative} of {all} directions"));
+        }
+        if let Some(what) = self.hidden_highlight() {
+            let is_fixed = |e: &Estimate| e.name == "theta_o" && e.state == State::Fixed;
+            let advice = if fit.estimates.iter().any(is_fixed) { ", or fit it (--free theta_o)" } else { "" };
+            warnings.push(format!("{what}; check the sign of theta_o{advice}"));
+        }
         for e in &fit.estimates {
             match e.state {
                 State::Fitted if !e.determined => warnings.push(vague(e)),
@@ -363,6 +405,7 @@ impl Summary<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use vellus_fit::Quantity;
 
     fn estimate(name: &str, value: f64, error: Option<f64>, unit: &'static str) -> Estimate {
         Estimate { name: name.to_owned(), unit, value, error, state: State::Fitted, determined: false }
@@ -376,6 +419,25 @@ mod tests {
         assert!(vague(&estimate("sigma_ca", 0.1, Some(0.4), "")).contains("from 0 to 0.5 fit"));
         assert!(vague(&estimate("alpha", 1.0, Some(4.0), "°")).contains("from -3 to 5° fit"));
         assert!(vague(&estimate("g", 0.5, None, "")).contains(": other values fit nearly as well as 0.5"));
+    }
+
+    /// R moves by α one way, TT by α/2 the other way. Azimuths count on the circle.
+    #[test]
+    fn a_highlight_outside_of_the_data_is_named() {
+        let angles = |phi: f64| [10.0, 50.0].map(|theta| Point { theta, phi, value: [1.0; 3] });
+        let points = [-20.0, 90.0, 170.0, 200.0].into_iter().flat_map(angles).collect();
+        let (quantity, simulated) = (Quantity::FCos, Vec::new());
+        let profile =
+            Profile { theta_o: -30.0, quantity, channels: 1, points, missing: Vec::new(), negative: 0, simulated };
+        assert_eq!(hidden_highlight(&profile, -30.0, 5.0), None);
+        let found = hidden_highlight(&profile, 30.0, 5.0).unwrap();
+        let parts = ["highlight R is outside", "theta_o = 30°", "theta = -35°", "phi = 0°", "10 to 50°"];
+        assert!(parts.iter().all(|part| found.contains(part)), "{found}");
+        // R at −30° + 45° is inside of the data, TT at −52.5° is not.
+        assert!(hidden_highlight(&profile, 30.0, -45.0).unwrap().contains("highlight TT"));
+        assert!(hidden_highlight(&profile, -14.0, 5.0).unwrap().contains("theta = 9°"));
+        let aside = Profile { points: angles(90.0).to_vec(), ..profile };
+        assert_eq!(hidden_highlight(&aside, 30.0, 5.0), None);
     }
 
     #[test]

@@ -1,33 +1,34 @@
 """Results with several arrays."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+import numpy as np
 from numpy.typing import NDArray
 
 
 class Samples(NamedTuple):
     """Sampled directions."""
 
-    wi: NDArray[Any]
+    wi: NDArray[np.float32 | np.float64]
     """Directions, unit length, in the fibre's frame: shape (..., 3)."""
-    pdf: NDArray[Any]
+    pdf: NDArray[np.float32 | np.float64]
     """Density per solid angle, of all lobes together: shape (...). 0 where nothing was drawn."""
-    weight: NDArray[Any]
+    weight: NDArray[np.float32 | np.float64]
     """f·cos θᵢ over the density, RGB: shape (..., 3)."""
-    lobe: NDArray[Any]
+    lobe: NDArray[np.int8]
     """Index into `LOBES` of the lobe that the direction was drawn from: int8, shape (...). -1 where none was drawn."""
 
 
 class SimulatedEnergies(NamedTuple):
     """Shares of the light that hits a simulated fibre, RGB, float64."""
 
-    mean: NDArray[Any]
+    mean: NDArray[np.float64]
     """Mean of each of `vellus.FATES`: shape (6, 3)."""
-    error: NDArray[Any]
+    error: NDArray[np.float64]
     """Standard error of each mean: shape (6, 3)."""
-    total: NDArray[Any]
+    total: NDArray[np.float64]
     """All light that leaves: shape (3,)."""
-    total_error: NDArray[Any]
+    total_error: NDArray[np.float64]
     """Its standard error: shape (3,)."""
 
 

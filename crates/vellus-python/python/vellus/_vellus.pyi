@@ -1,18 +1,28 @@
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal, TypeAlias, final
+from typing import Any, Literal, Protocol, SupportsFloat, SupportsIndex, TypeAlias, final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ._types import Estimate, Samples, SimulatedEnergies
 
-_Color: TypeAlias = float | Sequence[float]
+class _Array(Protocol):
+    """An array of real numbers, or what NumPy makes one of."""
+    def __array__(self) -> NDArray[np.floating[Any] | np.integer[Any]]: ...
+
+_Item: TypeAlias = float | np.floating[Any] | np.integer[Any] | _Array
+# Not recursive: a text is a sequence of texts, at any depth.
+_List: TypeAlias = Sequence[_Item] | Sequence[Sequence[_Item]] | Sequence[Sequence[Sequence[_Item]]]
+_Reals: TypeAlias = _Item | _List
+"""numbers, arrays or lists that are broadcast"""
+_Window: TypeAlias = _Array | _List | Literal["far"]
+_Color: TypeAlias = SupportsFloat | Iterable[SupportsFloat]
+_Pair: TypeAlias = Sequence[SupportsFloat] | NDArray[np.floating[Any] | np.integer[Any]]
 _Path: TypeAlias = str | PathLike[str]
 _Progress: TypeAlias = Callable[[float, str], object]
-_Window: TypeAlias = ArrayLike | Literal["far"]
-_Real: TypeAlias = NDArray[Any]
+_Real: TypeAlias = NDArray[np.float32 | np.float64]
 """float32 or float64"""
 
 __version__: str
@@ -54,22 +64,22 @@ class Fiber:
         preset: str | None = None,
         /,
         *,
-        kappa: float | None = None,
-        eta: float | None = None,
-        alpha: float | None = None,
-        beta_m: float | None = None,
-        beta_n: float | None = None,
+        kappa: SupportsFloat | None = None,
+        eta: SupportsFloat | None = None,
+        alpha: SupportsFloat | None = None,
+        beta_m: SupportsFloat | None = None,
+        beta_n: SupportsFloat | None = None,
         sigma_ca: _Color | None = None,
-        sigma_ms: float | None = None,
+        sigma_ms: SupportsFloat | None = None,
         sigma_ma: _Color | None = None,
-        g: float | None = None,
-        layers: float | None = None,
+        g: SupportsFloat | None = None,
+        layers: SupportsFloat | None = None,
         exit: Literal["reflecting", "open"] | None = None,
-        medulla_pigment: float | None = None,
+        medulla_pigment: SupportsFloat | None = None,
         reflectance: _Color | None = None,
         melanin: _Color | None = None,
-        eumelanin: float | None = None,
-        pheomelanin: float | None = None,
+        eumelanin: SupportsFloat | None = None,
+        pheomelanin: SupportsFloat | None = None,
         hair_reflectance: _Color | None = None,
     ) -> Fiber: ...
     @property
@@ -111,22 +121,22 @@ class Fiber:
     def replace(
         self,
         *,
-        kappa: float | None = None,
-        eta: float | None = None,
-        alpha: float | None = None,
-        beta_m: float | None = None,
-        beta_n: float | None = None,
+        kappa: SupportsFloat | None = None,
+        eta: SupportsFloat | None = None,
+        alpha: SupportsFloat | None = None,
+        beta_m: SupportsFloat | None = None,
+        beta_n: SupportsFloat | None = None,
         sigma_ca: _Color | None = None,
-        sigma_ms: float | None = None,
+        sigma_ms: SupportsFloat | None = None,
         sigma_ma: _Color | None = None,
-        g: float | None = None,
-        layers: float | None = None,
+        g: SupportsFloat | None = None,
+        layers: SupportsFloat | None = None,
         exit: Literal["reflecting", "open"] | None = None,
-        medulla_pigment: float | None = None,
+        medulla_pigment: SupportsFloat | None = None,
         reflectance: _Color | None = None,
         melanin: _Color | None = None,
-        eumelanin: float | None = None,
-        pheomelanin: float | None = None,
+        eumelanin: SupportsFloat | None = None,
+        pheomelanin: SupportsFloat | None = None,
         hair_reflectance: _Color | None = None,
     ) -> Fiber:
         """The same fibre with other parameters: the keyword arguments of `Fiber`."""
@@ -184,9 +194,9 @@ class Bcsdf:
         """The fibre."""
     def eval(
         self,
-        wi: ArrayLike,
-        wo: ArrayLike,
-        h: ArrayLike | None = None,
+        wi: _Reals,
+        wo: _Reals,
+        h: _Reals | None = None,
         *,
         window: _Window | None = None,
         lobes: bool = False,
@@ -204,9 +214,9 @@ class Bcsdf:
         """
     def pdf(
         self,
-        wi: ArrayLike,
-        wo: ArrayLike,
-        h: ArrayLike | None = None,
+        wi: _Reals,
+        wo: _Reals,
+        h: _Reals | None = None,
         *,
         window: _Window | None = None,
         check: bool = True,
@@ -217,9 +227,9 @@ class Bcsdf:
         """
     def eval_pdf(
         self,
-        wi: ArrayLike,
-        wo: ArrayLike,
-        h: ArrayLike | None = None,
+        wi: _Reals,
+        wo: _Reals,
+        h: _Reals | None = None,
         *,
         window: _Window | None = None,
         lobes: bool = False,
@@ -231,9 +241,9 @@ class Bcsdf:
         """
     def sample(
         self,
-        wo: ArrayLike,
-        u: ArrayLike,
-        h: ArrayLike | None = None,
+        wo: _Reals,
+        u: _Reals,
+        h: _Reals | None = None,
         *,
         window: _Window | None = None,
         check: bool = True,
@@ -250,8 +260,8 @@ class Bcsdf:
         """
     def energy(
         self,
-        wo: ArrayLike,
-        h: ArrayLike | None = None,
+        wo: _Reals,
+        h: _Reals | None = None,
         *,
         window: _Window | None = None,
         lobes: bool = False,
@@ -293,9 +303,9 @@ class Model:
         """The windows that the model supports: `near`, `far` or `any`."""
     def eval(
         self,
-        wi: ArrayLike,
-        wo: ArrayLike,
-        h: ArrayLike | None = None,
+        wi: _Reals,
+        wo: _Reals,
+        h: _Reals | None = None,
         *,
         window: _Window | None = None,
         lobes: bool = False,
@@ -304,9 +314,9 @@ class Model:
         """f(ω_o, ω_i)·cos θᵢ, shape (..., 3), or (..., 6, 3) with `lobes`. Arguments as for `Bcsdf.eval`."""
     def pdf(
         self,
-        wi: ArrayLike,
-        wo: ArrayLike,
-        h: ArrayLike | None = None,
+        wi: _Reals,
+        wo: _Reals,
+        h: _Reals | None = None,
         *,
         window: _Window | None = None,
         check: bool = True,
@@ -314,9 +324,9 @@ class Model:
         """The density of samples per solid angle, shape (...). Arguments as for `Bcsdf.eval`."""
     def eval_pdf(
         self,
-        wi: ArrayLike,
-        wo: ArrayLike,
-        h: ArrayLike | None = None,
+        wi: _Reals,
+        wo: _Reals,
+        h: _Reals | None = None,
         *,
         window: _Window | None = None,
         lobes: bool = False,
@@ -325,9 +335,9 @@ class Model:
         """Values and densities: two arrays, shapes as of `eval` and `pdf`. Arguments as for `Bcsdf.eval`."""
     def sample(
         self,
-        wo: ArrayLike,
-        u: ArrayLike,
-        h: ArrayLike | None = None,
+        wo: _Reals,
+        u: _Reals,
+        h: _Reals | None = None,
         *,
         window: _Window | None = None,
         check: bool = True,
@@ -335,8 +345,8 @@ class Model:
         """Draws directions ω_i: `Samples`. Arguments as for `Bcsdf.sample`."""
     def energy(
         self,
-        wo: ArrayLike,
-        h: ArrayLike | None = None,
+        wo: _Reals,
+        h: _Reals | None = None,
         *,
         window: _Window | None = None,
         lobes: bool = False,
@@ -361,13 +371,13 @@ class CoatColors:
     @property
     def range(self) -> tuple[float, float]:
         """The darkest and the brightest colour that pigment can give to the coat."""
-    def absorption(self, color: ArrayLike) -> _Real:
+    def absorption(self, color: _Reals) -> _Real:
         """The absorption of the cortex, per fibre radius, that gives the coat this `color`, a reflectance in [0, 1].
 
         Any shape; the result has the same. Colours out of reach give the absorption of the nearest colour.
         Raises `ValueError` for a colour that is not in [0, 1].
         """
-    def color(self, absorption: ArrayLike) -> _Real:
+    def color(self, absorption: _Reals) -> _Real:
         """The colour of a coat whose fibres have this `absorption` of the cortex, at least 0, per fibre radius.
 
         Any shape; the result has the same, in [0, 1]. Raises `ValueError` for a negative or infinite number.
@@ -388,11 +398,11 @@ class Profile:
     """
     def __new__(
         cls,
-        theta: ArrayLike,
-        phi: ArrayLike,
-        values: ArrayLike,
+        theta: _Reals,
+        phi: _Reals,
+        values: _Reals,
         *,
-        theta_o: float,
+        theta_o: SupportsFloat,
         quantity: Literal["f-cos", "f"] | None = None,
         channels: Literal[1, 3] | None = None,
     ) -> Profile: ...
@@ -400,11 +410,11 @@ class Profile:
     def read(
         path: _Path,
         *,
-        theta_o: float | None = None,
+        theta_o: SupportsFloat | None = None,
         angles: Literal["fiber", "gantry"] | None = None,
         quantity: Literal["f-cos", "f"] | None = None,
-        theta: Sequence[float] | None = None,
-        phi: Sequence[float] | None = None,
+        theta: _Pair | None = None,
+        phi: _Pair | None = None,
     ) -> Profile:
         """Reads a profile from the file `path`: `.txt`, `.csv`, `.npy` or `.exr`, as the book says in "Fitting".
 
@@ -417,16 +427,16 @@ class Profile:
     def measure(
         fiber: Fiber | str,
         *,
-        theta_o: float = ...,
-        theta: Sequence[float] = ...,
-        phi: Sequence[float] = ...,
-        step: Sequence[float] = ...,
-        noise: float = 0.02,
-        gaps: float = 0.1,
-        scale: float = 1.0,
-        channels: int = 1,
-        seed: int = 1,
-        photons: int | None = None,
+        theta_o: SupportsFloat = ...,
+        theta: _Pair = ...,
+        phi: _Pair = ...,
+        step: _Pair = ...,
+        noise: SupportsFloat = 0.02,
+        gaps: SupportsFloat = 0.1,
+        scale: SupportsFloat = 1.0,
+        channels: SupportsIndex = 1,
+        seed: SupportsIndex = 1,
+        photons: SupportsIndex | None = None,
         model: str = "vellus",
         progress: _Progress | None = None,
     ) -> Profile:
@@ -481,6 +491,7 @@ class Profile:
     def _from_state(
         points: Sequence[Sequence[float]],
         missing: Sequence[Sequence[float]],
+        negative: int,
         simulated: Sequence[tuple[str, float]],
         theta_o: float,
         quantity: str,
@@ -574,7 +585,7 @@ def tables() -> dict[str, dict[str, Any]]:
     Axes: `tau` is the optical radius, spaced evenly in ln(1 + kτ); `g` the anisotropy, evenly in ln(1 − g); `h` the
     offset in radii of the medulla, evenly in asin h; all angles in radians, evenly.
     """
-def pixel_window(h: ArrayLike, width: ArrayLike) -> _Real:
+def pixel_window(h: _Reals, width: _Reals) -> _Real:
     """The windows of pixels: centred on `h`, `width` fibre radii wide, cut off at the silhouettes (Yan17 Eq. 27).
 
     `h`, `width`: offsets and widths, any shapes that fit together. `width` is the diameter of the pixel at the hit,
@@ -583,7 +594,7 @@ def pixel_window(h: ArrayLike, width: ArrayLike) -> _Real:
 
     Raises `ValueError` for an offset out of range, or a width below 0.
     """
-def cell_window(h: ArrayLike, width: ArrayLike, u: ArrayLike) -> _Real:
+def cell_window(h: _Reals, width: _Reals, u: _Reals) -> _Real:
     """The windows of pixels without bias: the cell of this width, shifted by `u`, that contains `h`.
 
     Hits that are spread evenly over the width average to the far field, for any width of the cells.
@@ -593,7 +604,7 @@ def cell_window(h: ArrayLike, width: ArrayLike, u: ArrayLike) -> _Real:
 
     Raises `ValueError` for an offset or `u` out of range, or a width below 0.
     """
-def direction(theta: ArrayLike, phi: ArrayLike) -> _Real:
+def direction(theta: _Reals, phi: _Reals) -> _Real:
     """The unit vector with inclination `theta` and azimuth `phi`, in degrees.
 
     x runs along the fibre from root to tip, theta = asin x, and phi = atan2(z, y). Any shapes that fit together.
@@ -602,7 +613,7 @@ def direction(theta: ArrayLike, phi: ArrayLike) -> _Real:
     Raises `ValueError` if `theta` is not in [-90, 90], or `phi` not finite.
     """
 def profile(
-    fiber: Fiber | str, theta_o: float, theta: ArrayLike, phi: ArrayLike, *, model: str = "vellus"
+    fiber: Fiber | str, theta_o: SupportsFloat, theta: _Reals, phi: _Reals, *, model: str = "vellus"
 ) -> NDArray[np.float32]:
     """The far field of a model: f·cos θᵢ averaged over the width of the fibre.
 
@@ -615,13 +626,13 @@ def profile(
     """
 def simulate(
     fiber: Fiber | str,
-    theta_o: float,
-    theta: ArrayLike,
-    phi: ArrayLike,
+    theta_o: SupportsFloat,
+    theta: _Reals,
+    phi: _Reals,
     *,
-    size: Sequence[float] | None = None,
-    photons: int = 1_000_000,
-    seed: int = 1,
+    size: _Pair | None = None,
+    photons: SupportsIndex = 1_000_000,
+    seed: SupportsIndex = 1,
     progress: _Progress | None = None,
 ) -> NDArray[np.float64]:
     """Simulates the far field of a whole fibre, without a model: photons cross a rough cuticle with tilted scales, cortex
@@ -637,11 +648,11 @@ def simulate(
     """
 def simulate_energies(
     fiber: Fiber | str,
-    theta_o: float,
-    h: float | None = None,
+    theta_o: SupportsFloat,
+    h: SupportsFloat | None = None,
     *,
-    photons: int = 1_000_000,
-    seed: int = 1,
+    photons: SupportsIndex = 1_000_000,
+    seed: SupportsIndex = 1,
     progress: _Progress | None = None,
 ) -> SimulatedEnergies:
     """Simulates the energies of the paths through a whole fibre with a smooth cuticle and flat scales.
@@ -656,9 +667,9 @@ def fit(
     profile: Profile,
     *,
     model: str = "vellus",
-    starts: int = 64,
-    seed: int = 1,
-    huber: float = 4.0,
+    starts: SupportsIndex = 64,
+    seed: SupportsIndex = 1,
+    huber: SupportsFloat = 4.0,
     exit: Literal["reflecting", "open"] | None = None,
     fix: Mapping[str, _Color] | None = None,
     tie: Mapping[str, str] | None = None,
@@ -675,7 +686,9 @@ def fit(
 
     Raises `ValueError` for an argument out of range, or a profile that cannot be fitted. Ctrl-C ends the fit.
     """
-def plot_lobes(fiber: Fiber | str, theta_o: float = 0.0, h: float = 0.3, *, model: str = "vellus") -> Plot:
+def plot_lobes(
+    fiber: Fiber | str, theta_o: SupportsFloat = 0.0, h: SupportsFloat = 0.3, *, model: str = "vellus"
+) -> Plot:
     """The azimuthal lobes of one hit, integrated over inclinations.
 
     `fiber`: a `Fiber` or the name of a preset. `theta_o`: inclination of ω_o, in [-90, 90] degrees. `h`: the offset in
@@ -683,10 +696,10 @@ def plot_lobes(fiber: Fiber | str, theta_o: float = 0.0, h: float = 0.3, *, mode
     """
 def plot_profile(
     fiber: Fiber | str,
-    theta_o: float = 0.0,
+    theta_o: SupportsFloat = 0.0,
     *,
-    theta: Sequence[float] = ...,
-    phi: Sequence[float] = ...,
+    theta: _Pair = ...,
+    phi: _Pair = ...,
     model: str = "vellus",
 ) -> Plot:
     """The far field over θ_i and φ.
@@ -694,19 +707,19 @@ def plot_profile(
     `fiber`: a `Fiber` or the name of a preset. `theta_o`: inclination of ω_o, in [-90, 90] degrees. `theta`, `phi`:
     first and last angle, degrees. `model`: one of `vellus.models.NAMES`.
     """
-def plot_energy(fiber: Fiber | str, theta_o: float = 0.0, *, model: str = "vellus") -> Plot:
+def plot_energy(fiber: Fiber | str, theta_o: SupportsFloat = 0.0, *, model: str = "vellus") -> Plot:
     """The energies of the lobes over the offset, and over the inclination.
 
     `fiber`: a `Fiber` or the name of a preset. `theta_o`: inclination of ω_o, in [-90, 90] degrees. `model`: one of
     `vellus.models.NAMES`.
     """
-def plot_models(fiber: Fiber | str, theta_o: float = 0.0, *, models: Sequence[str] | None = None) -> Plot:
+def plot_models(fiber: Fiber | str, theta_o: SupportsFloat = 0.0, *, models: Sequence[str] | None = None) -> Plot:
     """The far fields of several models of one fibre.
 
     `fiber`: a `Fiber` or the name of a preset. `theta_o`: inclination of ω_o, in [-90, 90] degrees. `models`: names of
     models, all without it.
     """
-def plot_windows(fiber: Fiber | str, window: Sequence[float], theta_o: float = 0.0) -> Plot:
+def plot_windows(fiber: Fiber | str, window: _Pair, theta_o: SupportsFloat = 0.0) -> Plot:
     """The near field, and its average over a window of offsets.
 
     `fiber`: a `Fiber` or the name of a preset. `window`: its two ends, in [-1, 1]. `theta_o`: inclination of ω_o, in
@@ -728,12 +741,12 @@ class Scene:
         *,
         small: bool = False,
         fiber: Fiber | str | None = None,
-        width: float | None = None,
-        strands: float | None = None,
+        width: SupportsFloat | None = None,
+        strands: SupportsFloat | None = None,
         camera: str | None = None,
-        frame: float | None = None,
+        frame: SupportsFloat | None = None,
         stage: bool = True,
-        aspect: float = 1.5,
+        aspect: SupportsFloat = 1.5,
         light: str | None = None,
         background: str | None = None,
         view: str | None = None,
@@ -768,15 +781,17 @@ class Scene:
     def background(self) -> list[float] | None:
         """What the camera sees where there is no object: linear RGB, or `None` for the domes and distant lights."""
     @background.setter
-    def background(self, color: ArrayLike | None) -> None: ...
-    def add_look(self, fiber: Fiber | str, *, name: str = "", textures: Mapping[str, int] | None = None) -> int:
+    def background(self, color: _Reals | None) -> None: ...
+    def add_look(
+        self, fiber: Fiber | str, *, name: str = "", textures: Mapping[str, SupportsIndex] | None = None
+    ) -> int:
         """Adds a kind of fibre and returns its index.
 
         `fiber`: a `Fiber`, or the name of a preset. `name`: for Cryptomatte and messages. `textures`: images for
         parameters at the roots' `uv`, by the name of the parameter; each is an index of `add_texture`.
         """
     def add_texture(
-        self, image: ArrayLike | _Path, *, wrap: str = "repeat", linear: bool = False, name: str = ""
+        self, image: _Reals | _Path, *, wrap: str = "repeat", linear: bool = False, name: str = ""
     ) -> int:
         """Adds an image and returns its index.
 
@@ -786,17 +801,17 @@ class Scene:
         """
     def add_strands(
         self,
-        points: ArrayLike,
-        counts: ArrayLike,
-        radii: ArrayLike,
+        points: _Reals,
+        counts: _Reals,
+        radii: _Reals,
         *,
-        look: int = 0,
+        look: SupportsIndex = 0,
         basis: str = "linear",
-        uv: ArrayLike | None = None,
-        moved: ArrayLike | None = None,
-        parameters: Mapping[str, ArrayLike] | None = None,
+        uv: _Reals | None = None,
+        moved: _Reals | None = None,
+        parameters: Mapping[str, _Reals] | None = None,
         name: str = "",
-        prototype: int | None = None,
+        prototype: SupportsIndex | None = None,
     ) -> None:
         """Adds strands.
 
@@ -813,12 +828,12 @@ class Scene:
     def add_surface(
         self,
         *,
-        color: ArrayLike | None = None,
-        texture: int | None = None,
-        emission: ArrayLike | None = None,
-        roughness: float = 0.5,
-        metallic: float = 0.0,
-        ior: float = 1.5,
+        color: _Reals | None = None,
+        texture: SupportsIndex | None = None,
+        emission: _Reals | None = None,
+        roughness: SupportsFloat = 0.5,
+        metallic: SupportsFloat = 0.0,
+        ior: SupportsFloat = 1.5,
         name: str = "",
     ) -> int:
         """Adds the surface of meshes and returns its index: a diffuse base under a rough coat, or metal, as in
@@ -829,15 +844,15 @@ class Scene:
         """
     def add_mesh(
         self,
-        points: ArrayLike,
-        triangles: ArrayLike,
+        points: _Reals,
+        triangles: _Reals,
         *,
-        surface: int,
-        normals: ArrayLike | None = None,
-        uv: ArrayLike | None = None,
-        moved: ArrayLike | None = None,
+        surface: SupportsIndex,
+        normals: _Reals | None = None,
+        uv: _Reals | None = None,
+        moved: _Reals | None = None,
         name: str = "",
-        prototype: int | None = None,
+        prototype: SupportsIndex | None = None,
     ) -> None:
         """Adds a mesh.
 
@@ -848,7 +863,7 @@ class Scene:
         """
     def add_prototype(self, name: str = "") -> int:
         """Adds an empty prototype and returns its index. Only its instances are seen. `name`: for messages."""
-    def add_instance(self, prototype: int, matrix: ArrayLike) -> None:
+    def add_instance(self, prototype: SupportsIndex, matrix: _Reals) -> None:
         """Adds an instance of a prototype. All instances share its memory.
 
         `prototype`: from `add_prototype`. `matrix`: (4, 4), to world space, for column vectors; it must only rotate,
@@ -857,17 +872,17 @@ class Scene:
     def add_light(
         self,
         kind: str,
-        color: ArrayLike | None = None,
+        color: _Reals | None = None,
         *,
-        matrix: ArrayLike | None = None,
-        direction: ArrayLike | None = None,
-        angle: float = 0.0,
-        position: ArrayLike | None = None,
-        radius: float | None = None,
-        axis: ArrayLike | None = None,
-        texture: int | None = None,
-        cone: float | None = None,
-        softness: float = 0.0,
+        matrix: _Reals | None = None,
+        direction: _Reals | None = None,
+        angle: SupportsFloat = 0.0,
+        position: _Reals | None = None,
+        radius: SupportsFloat | None = None,
+        axis: _Reals | None = None,
+        texture: SupportsIndex | None = None,
+        cone: SupportsFloat | None = None,
+        softness: SupportsFloat = 0.0,
         group: str | None = None,
         visible: bool = True,
     ) -> int:
@@ -886,12 +901,12 @@ class Scene:
         """
     def set_camera(
         self,
-        matrix: ArrayLike,
+        matrix: _Reals,
         *,
-        fov: float = 40.0,
-        aperture: float = 0.0,
-        focus_distance: float = 1.0,
-        moved: ArrayLike | None = None,
+        fov: SupportsFloat = 40.0,
+        aperture: SupportsFloat = 0.0,
+        focus_distance: SupportsFloat = 1.0,
+        moved: _Reals | None = None,
     ) -> None:
         """Sets the camera.
 
@@ -900,7 +915,7 @@ class Scene:
         radius of the lens; 0 is a pinhole. `focus_distance`: of the plane in focus. `moved`: the matrix when the
         shutter closes.
         """
-    def look_at(self, eye: ArrayLike, target: ArrayLike, *, up: ArrayLike | None = None, fov: float = 40.0) -> None:
+    def look_at(self, eye: _Reals, target: _Reals, *, up: _Reals | None = None, fov: SupportsFloat = 40.0) -> None:
         """Places a pinhole camera at `eye` that looks at `target`.
 
         `eye`, `target`: points, (3,). `up`: the direction that is up in the picture, (3,); +y without it. `fov`:
@@ -910,24 +925,24 @@ class Scene:
         """
     def render(
         self,
-        width: int = 960,
-        height: int = 640,
-        samples: int = 64,
+        width: SupportsIndex = 960,
+        height: SupportsIndex = 640,
+        samples: SupportsIndex = 64,
         *,
         layers: Sequence[str] | None = None,
         mode: str = "multiscale",
         filter: str = "tent",
-        seed: int = 0,
-        crop: Sequence[int] | None = None,
-        noise: float | None = None,
-        time: float | None = None,
-        max_depth: int | None = None,
-        clamp_indirect: float | None = None,
-        radiance_cache: int | None = None,
-        lod: str | float | None = None,
+        seed: SupportsIndex = 0,
+        crop: Sequence[SupportsIndex] | None = None,
+        noise: SupportsFloat | None = None,
+        time: SupportsFloat | None = None,
+        max_depth: SupportsIndex | None = None,
+        clamp_indirect: SupportsFloat | None = None,
+        radiance_cache: SupportsIndex | None = None,
+        lod: str | SupportsFloat | None = None,
         denoise: bool = False,
         callback: Callable[[State], object] | None = None,
-        interval: float = 2.0,
+        interval: SupportsFloat = 2.0,
         progress: bool = False,
     ) -> Picture:
         """Renders a picture.
@@ -1024,7 +1039,7 @@ class Picture:
     @property
     def statistics(self) -> dict[str, float]:
         """`seconds` of rendering, `rays` that were traced, and `rejected` samples, which were not finite."""
-    def write(self, path: _Path, *, exposure: float = 0.0, half: bool = True) -> list[Path]:
+    def write(self, path: _Path, *, exposure: SupportsFloat = 0.0, half: bool = True) -> list[Path]:
         """Writes an OpenEXR file with all layers and a PNG preview beside it, or a PNG file alone, and returns their
         paths.
 
@@ -1033,7 +1048,7 @@ class Picture:
 
         Raises `ValueError` for another extension, and if the file cannot be written. An older file then stays.
         """
-    def srgb(self, exposure: float = 0.0) -> NDArray[np.uint8]:
+    def srgb(self, exposure: SupportsFloat = 0.0) -> NDArray[np.uint8]:
         """The beauty, or the denoised picture, as sRGB bytes of the shape (height, width, 3). `exposure`: in stops,
         in [-100, 100].
         """

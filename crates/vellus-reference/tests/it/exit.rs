@@ -7,12 +7,6 @@ use vellus_reference::simulate::exits::first_exits;
 use vellus_reference::simulate::medulla::stream;
 use vellus_testing::{Uniform, direction, effort};
 
-/// The model's total, RGB, for one exit.
-fn total(fiber: &Fiber, exit: Exit, theta_o: f64, window: Window) -> [f64; 3] {
-    let bcsdf = Bcsdf::new(&fiber.with_exit(exit)).unwrap();
-    bcsdf.at(direction(theta_o, 0.0), window).energy().total().map(f64::from)
-}
-
 /// Mean, 95th percentile and largest of absolute values.
 fn statistics(mut errors: Vec<f64>) -> [f64; 3] {
     errors.sort_by(f64::total_cmp);
@@ -21,39 +15,55 @@ fn statistics(mut errors: Vec<f64>) -> [f64; 3] {
 }
 
 /// Relative errors of the totals of all channels.
-fn errors(fiber: &Fiber, theta_o: f64, offsets: Offsets, window: Window, photons: u64, seed: u64) -> [Vec<f64>; 2] {
+fn errors(fiber: &Fiber, theta_o: f64, offsets: Offsets, window: Window, photons: u64, seed: u64) -> Vec<f64> {
     let traced = energies(fiber, theta_o, offsets, photons, seed, &()).unwrap();
-    [Exit::Open, Exit::Reflecting].map(|exit| {
-        let ours = total(fiber, exit, theta_o, window);
-        (0..3).map(|c| (ours[c] / traced.total[0][c] - 1.0).abs()).collect()
-    })
+    let ours = Bcsdf::new(fiber).unwrap().at(direction(theta_o, 0.0), window).energy().total();
+    (0..3).map(|c| (f64::from(ours[c]) / traced.total[0][c] - 1.0).abs()).collect()
 }
 
-#[test]
-fn totals_of_presets_match_the_tracer() {
-    let mut all = [vec![], vec![]];
+/// The fibres of ten species: the presets, and the published ones with both exits.
+const KINDS: [(&str, fn(Species) -> Fiber); 3] = [
+    ("presets", Fiber::preset),
+    ("published, reflecting", |species| Fiber::published(species).with_exit(Exit::Reflecting)),
+    ("published", Fiber::published),
+];
+
+/// The errors of the totals of ten species at 0°, 30°, 60° and 75°. Of grey fibres all channels have the same photons.
+fn of_species(of: fn(Species) -> Fiber, hits: &[(Offsets, Window)], photons: u64) -> [f64; 3] {
+    let mut all = Vec::new();
     for species in Species::ALL {
-        let fiber = Fiber::published(species);
         let mut line = format!("{:10}", species.name());
         for (k, degrees) in [0.0f64, 30.0, 60.0, 75.0].into_iter().enumerate() {
-            let theta = degrees.to_radians();
-            let [open, reflecting] = errors(&fiber, theta, Offsets::Whole, Window::far(), 100_000, k as u64);
-            line += &format!("  {:6.2} % {:5.2} %", 100.0 * open[0], 100.0 * reflecting[0]);
-            all[0].push(open[0]);
-            all[1].push(reflecting[0]);
+            for (offsets, window) in hits {
+                let fiber = of(species);
+                let error = errors(&fiber, degrees.to_radians(), *offsets, *window, photons, k as u64)[0];
+                line += &format!(" {:5.2}", 100.0 * error);
+                all.push(error);
+            }
         }
         println!("{line}");
     }
-    let [open, reflecting] = all.map(statistics);
-    println!("open {open:.4?}, reflecting {reflecting:.4?}");
-    assert!(reflecting[0] <= 0.01 && reflecting[1] <= 0.03 && reflecting[2] <= 0.06);
+    statistics(all)
+}
+
+/// The bounds are the numbers of the book, and four standard errors of a fibre that returns half of the light: 1.3 %
+/// with 100,000 photons, 0.4 % with a million.
+#[test]
+fn totals_of_species_match_the_tracer() {
+    let photons = effort(100_000, 1_000_000);
+    let noise = 4.0 / (photons as f64).sqrt();
+    for ((name, of), worst) in KINDS.into_iter().zip([0.026, 0.018, 0.53]) {
+        let found = of_species(of, &[(Offsets::Whole, Window::far())], photons);
+        println!("{name}: {found:.4?}");
+        assert!(found[2] <= worst + noise, "{name}: {found:?}");
+    }
 }
 
 #[test]
 #[ignore = "test: 4 million photons through thick medullas"]
 fn totals_of_random_fibres_match_the_tracer() {
     let mut uniform = Uniform(18);
-    let mut all = [vec![], vec![]];
+    let mut all = vec![];
     // The bounds are on all fibres, so fewer fibres find fewer of the rare ones.
     for k in 0..effort(100, 300) {
         let mut fiber = uniform.fiber();
@@ -62,43 +72,32 @@ fn totals_of_random_fibres_match_the_tracer() {
             fiber.sigma_ma = [fiber.sigma_ma[0]; 3];
         }
         let theta = uniform.within(0.0, 1.31);
-        let [open, reflecting] = errors(&fiber, theta, Offsets::Whole, Window::far(), 40_000, k);
-        let worst = reflecting.iter().copied().fold(0.0, f64::max);
+        let errors = errors(&fiber, theta, Offsets::Whole, Window::far(), 40_000, k);
+        let worst = errors.iter().copied().fold(0.0, f64::max);
         if worst > 0.03 {
             println!("{worst:.3} {theta:.2} {fiber:?}");
         }
-        let channels = if k % 2 == 0 { 1 } else { 3 };
-        all[0].extend(&open[..channels]);
-        all[1].extend(&reflecting[..channels]);
+        all.extend(&errors[..if k % 2 == 0 { 1 } else { 3 }]);
     }
-    let [open, reflecting] = all.map(statistics);
-    println!("open {open:.4?}, reflecting {reflecting:.4?}");
+    let found = statistics(all);
+    println!("{found:.4?}");
     // The worst absorb much in the medulla, or have η ≥ 2. The chain knows only how absorption favours states, and not
     // how it favours pairs of an entry and an exit.
-    assert!(reflecting[0] <= 0.01 && reflecting[1] <= 0.03 && reflecting[2] <= 0.06);
+    assert!(found[0] <= 0.01 && found[1] <= 0.03 && found[2] <= 0.06);
 }
 
+/// As for the totals. With both kinds of fibres 32 million photons.
 #[test]
-#[ignore = "test: 16 million photons"]
-fn near_fields_of_presets_match_the_tracer() {
-    let mut all = [vec![], vec![]];
-    for species in Species::ALL {
-        let fiber = Fiber::published(species);
-        let mut line = format!("{:10}", species.name());
-        for degrees in [0.0f64, 30.0, 60.0, 75.0] {
-            for h in [0.0, 0.3, 0.6, 0.9] {
-                let window = Window::near(h as f32);
-                let [open, reflecting] = errors(&fiber, degrees.to_radians(), Offsets::At(h), window, 100_000, 5);
-                line += &format!(" {:5.1}", 100.0 * reflecting[0]);
-                all[0].push(open[0]);
-                all[1].push(reflecting[0]);
-            }
-        }
-        println!("{line}");
+#[ignore = "test: 32 million photons"]
+fn near_fields_of_species_match_the_tracer() {
+    let photons = effort(100_000, 400_000);
+    let noise = 4.0 / (photons as f64).sqrt();
+    let hits = [0.0, 0.3, 0.6, 0.9].map(|h| (Offsets::At(h), Window::near(h as f32)));
+    for ((name, of), worst) in KINDS.into_iter().take(2).zip([0.044, 0.030]) {
+        let found = of_species(of, &hits, photons);
+        println!("{name}: {found:.4?}");
+        assert!(found[2] <= worst + noise, "{name}: {found:?}");
     }
-    let [open, reflecting] = all.map(statistics);
-    println!("open {open:.4?}, reflecting {reflecting:.4?}");
-    assert!(reflecting[2] <= 0.05);
 }
 
 /// The probabilities of first exits between the nodes of τ and g, against new simulations.

@@ -81,7 +81,8 @@ fn the_mean_is_kept() {
 }
 
 /// A lock of hair in the sun, which few paths between the strands find. The seeds are fixed; others would fail with a
-/// probability of 0.001. A bias of 0.8 %, 10 standard errors, is noticed with a probability above 0.9999.
+/// probability of 0.001. A bias of 0.8 %, 10 standard errors, is noticed with a probability above 0.9999. Over 4,000
+/// seeds the bias is 0.007 ± 0.016 %.
 #[test]
 #[ignore = "full: 600 pictures take 2.5 minutes of a processor"]
 fn the_sun_keeps_its_mean() {

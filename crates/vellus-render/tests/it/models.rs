@@ -21,7 +21,7 @@ fn fiber() -> Fiber {
         sigma_ms: 0.8,
         g: 0.4,
         layers: 1.5,
-        exit: vellus::Exit::Open,
+        exit: vellus::Exit::default(),
         medulla_pigment: 0.3,
     }
 }

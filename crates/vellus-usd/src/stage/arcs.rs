@@ -1,9 +1,9 @@
 //! Refuses prims that bring in themselves, before `openusd` composes them.
 //!
-//! A prim brings in others by arcs: references, payloads, and classes, which it inherits or specializes. `openusd` finds
-//! circles of references to root prims. Others keep it busy without end. This module follows the arcs as composition
-//! does, but only collects the prims. It needs the arcs of each layer for that, which are collected when the layer is
-//! read.
+//! A prim brings in others by arcs: references, payloads, and classes, which it inherits or specializes. `openusd`
+//! finds circles of references to root prims. Others keep it busy without end. This module follows the arcs as
+//! composition does, but only collects the prims. It needs the arcs of each layer for that, which are collected when
+//! the layer is read.
 
 use super::files::Files;
 use crate::error::Invalid;
@@ -75,8 +75,8 @@ struct Site {
     prim: String,
 }
 
-/// A site that composition brings in, and the arc that does: from the prim `source`, which is a prim of the previous site
-/// or an ancestor of it, to `target`, which is the same for this one.
+/// A site that composition brings in, and the arc that does: from the prim `source`, which is a prim of the previous
+/// site or an ancestor of it, to `target`, which is the same for this one.
 struct Step {
     site: Site,
     source: String,
@@ -164,8 +164,8 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    /// Follows the arcs of a site and its ancestors. Returns whether it leads to a class: then what it brings in depends on
-    /// the chain.
+    /// Follows the arcs of a site and its ancestors. Returns whether it leads to a class: then what it brings in
+    /// depends on the chain.
     fn follow(&mut self, step: Step) -> Result<bool, Invalid> {
         let site = step.site.clone();
         if self.done.contains(&site) {

@@ -109,11 +109,25 @@ impl FiberFrame {
     /// h in [−1, 1]: the sine of the angle from the surface normal at `position` to `wo`, about the tangent.
     /// `position` is the hit on the surface and `wo` a unit vector toward where the path came from, both in world
     /// space.
+    ///
+    /// This is for round curves, and for meshes of them. It only uses the side of the axis that `position` is on, so
+    /// the hit may lie a little beside the cylinder. For flat curves there is [`FiberFrame::offset_flat`].
     #[inline]
     pub fn offset(&self, position: Vec3, wo: Vec3) -> f32 {
         let n = self.outward(position - self.center);
         let wo = self.across_or(wo, n);
         self.tangent.dot(n.cross(wo)).clamp(-1.0, 1.0)
+    }
+
+    /// h in [−1, 1] of a hit on a flat curve that faces the camera, as wide as the fibre: the distance of `position`
+    /// from the axis, across ω_o and the tangent, over the radius. It is the offset at which the same ray hits the
+    /// round fibre. Arguments as for [`FiberFrame::offset`], which gives ±1 for a point of such a curve.
+    ///
+    /// Any point of the ray will do, also the hit on a round curve. The result is then as exact as the radius.
+    #[inline]
+    pub fn offset_flat(&self, position: Vec3, wo: Vec3) -> f32 {
+        let aside = wo.cross(self.tangent).normalize_or_zero();
+        ((position - self.center).dot(aside) / self.radius.max(1e-30)).clamp(-1.0, 1.0)
     }
 
     /// The width of a pixel in fibre radii, for [`Window::pixel`](crate::Window::pixel) and
@@ -161,15 +175,43 @@ mod tests {
         }
     }
 
+    /// A ray meets a ribbon that faces it at the offset at which it hits the round fibre.
+    #[test]
+    fn a_ribbon_has_the_offset_of_the_round_fibre() {
+        let frame = frame();
+        for wo in [Vec3::new(-0.8, 0.0, 0.6), Vec3::new(0.6, -0.8, 0.0), Vec3::new(0.36, 0.48, 0.8)] {
+            let facing = frame.outward(wo);
+            let local = frame.to_local(wo);
+            for h in [-0.95f32, -0.5, 0.0, 0.1, 0.7] {
+                let azimuth = local.z.atan2(local.y) - h.asin();
+                let normal = frame.to_world(Vec3::new(0.0, azimuth.cos(), azimuth.sin()));
+                let round = frame.center() + frame.radius() * (normal + 2.0 * frame.tangent());
+                // The ray continues to the plane through the axis that faces it.
+                let flat = round - wo * ((round - frame.center()).dot(facing) / wo.dot(facing));
+                // The coordinates round at 2e-7, and up to three times as much where the ray is oblique.
+                for position in [round, flat] {
+                    let found = frame.offset_flat(position, wo);
+                    assert!((found - h).abs() < 1e-5, "{wo} {h}: {found}");
+                }
+                assert!((frame.offset(round, wo) - h).abs() < 1e-5);
+                assert!(h == 0.0 || (frame.offset(flat, wo).abs() - 1.0).abs() < 1e-3, "{}", frame.offset(flat, wo));
+            }
+        }
+    }
+
     #[test]
     fn degenerate_hits_have_an_offset_too() {
         let frame = frame();
         for k in 0..8 {
             let (s, c) = (TAU * k as f32 / 8.0).sin_cos();
             let wo = frame.to_world(Vec3::new(0.0, c, s));
+            let surface = frame.center() + frame.radius() * wo;
             assert!(frame.offset(frame.center(), wo).abs() <= 1.0);
-            assert!(frame.offset(frame.center() + frame.radius() * wo, frame.tangent()).abs() <= 1.0);
+            assert!(frame.offset(surface, frame.tangent()).abs() <= 1.0);
+            assert_eq!(frame.offset_flat(frame.center(), wo), 0.0);
+            assert!(frame.offset_flat(surface, frame.tangent()).abs() <= 1.0);
         }
-        assert_eq!(FiberFrame::new(Vec3::X, Vec3::ZERO, 0.0).pixel_width(1.0), 4.0);
+        let thin = FiberFrame::new(Vec3::X, Vec3::ZERO, 0.0);
+        assert_eq!((thin.pixel_width(1.0), thin.offset_flat(Vec3::Y, Vec3::Z)), (4.0, 1.0));
     }
 }

@@ -144,10 +144,16 @@ pub struct OutOfReach {
 
 impl fmt::Display for OutOfReach {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [[r, g, b], [x, y, z]] = [self.requested, self.nearest];
+        let [[r, g, b], [x, y, z]] = [self.requested, self.nearest.map(rounded)];
         write!(f, "no pigment gives this fibre the reflectance {r}, {g}, {b}: ")?;
-        write!(f, "the nearest is {x:.3}, {y:.3}, {z:.3}, because the cuticle reflects the rest")
+        write!(f, "the nearest is {x}, {y}, {z}, because the cuticle reflects the rest")
     }
+}
+
+/// The number with four significant digits. A colour that is out of reach differs from the nearest one by more: see
+/// [`CoatColors::nearest`].
+fn rounded(x: f32) -> f32 {
+    format!("{x:.3e}").parse().unwrap_or(x)
 }
 
 impl Default for FiberBuilder {
@@ -210,6 +216,14 @@ mod tests {
         for settings in spellings {
             assert_eq!(built(Fiber::hair(), settings), brown);
         }
+    }
+
+    /// Dark colours differ in the fourth decimal.
+    #[test]
+    fn a_colour_out_of_reach_and_the_nearest_have_different_digits() {
+        let out = OutOfReach { requested: [0.5, 0.001, 0.001], nearest: [0.5, 0.001_302_4, 0.012_345_6] };
+        let expected = "reflectance 0.5, 0.001, 0.001: the nearest is 0.5, 0.001302, 0.01235, because";
+        assert!(out.to_string().contains(expected), "{out}");
     }
 
     #[test]

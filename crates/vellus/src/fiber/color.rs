@@ -23,7 +23,7 @@ pub enum Color {
         pheomelanin: f32,
     },
     /// The colour of a dense coat of such fibres in white light, RGB in [0.001, 0.999]: see [`CoatColors`]. It sets the
-    /// absorption of cortex and medulla.
+    /// absorption of cortex and medulla. [`Fiber::with_color`] says what it costs.
     Reflectance([f32; 3]),
     /// σ_c,a by the fit of Chiang et al. 2016, A Practical and Controllable Hair and Fur Model for Production Path
     /// Tracing, Eq. 9: the colour of an assembly of hairs without medulla in their model, RGB in [0.001, 0.999]. It is

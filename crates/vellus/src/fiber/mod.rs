@@ -38,8 +38,11 @@ pub struct Fiber {
     /// κ, medullary index: the radius of the medulla over that of the fibre, in [0, 0.99]. Hair without medulla has
     /// 0.
     pub kappa: f32,
-    /// α, tilt of the cuticle scales in radians, in [−45°, 45°]. Positive scales open toward the tip: the R highlight
-    /// moves toward the root (D11).
+    /// α, shift of the R highlight in radians, in [−45°, 45°]. If it is positive, the scales of the cuticle open toward
+    /// the tip, and the highlight moves toward the root (D11).
+    ///
+    /// It is not the tilt of the scales. Scales that are tilted by δ shift R by 2δ at h = 0, and by about 1.33δ in the
+    /// far field (η = 1.55; less for a smaller η).
     pub alpha: f32,
     /// β_m, longitudinal roughness: a standard deviation in radians, in [0.1°, 90°].
     pub beta_m: f32,
@@ -48,7 +51,7 @@ pub struct Fiber {
     /// σ_c,a, absorption in the cortex, RGB, per fibre radius (D1), in [0, 1000].
     pub sigma_ca: [f32; 3],
     /// σ_m,s, scattering in the medulla, per fibre radius, in [0, 1000]. Beyond an optical radius σ_m,s κ/cos θ_t of
-    /// 20 the shape of the scattered lobes stays that at 20.
+    /// 20 the scattered lobes keep the shape of 20, and lose as much to absorption as at 20.
     pub sigma_ms: f32,
     /// σ_m,a, absorption in the medulla, RGB, per fibre radius, in [0, 1000].
     pub sigma_ma: [f32; 3],
@@ -68,11 +71,11 @@ pub struct Fiber {
 const MEDULLA_PIGMENT: f32 = 0.3;
 
 impl Fiber {
-    /// The fibre of a species, with [`Exit::Reflecting`]. Its absorption is grey, like the measurements.
+    /// The fibre of a species, with [`Exit::Reflecting`]. Its absorption is grey, as in Table 4.
     ///
-    /// The measurements are not public. κ, g, and absorption and scattering are fitted to the far field of
-    /// [`Fiber::published`] at three inclinations, and to the brightness of coats with other absorption of the cortex.
-    /// The other parameters are those of [`Fiber::published`].
+    /// It is no fit to a measurement: we had no access to the measurements. κ, g, and absorption and scattering are
+    /// fitted to the far field of [`Fiber::published`] at three inclinations, and to the brightness of coats with other
+    /// absorption of the cortex. The other parameters are those of [`Fiber::published`].
     pub fn preset(species: Species) -> Self {
         species.fitted()
     }
@@ -122,10 +125,16 @@ impl Fiber {
     /// An absorption and [`Color::HairReflectance`] set σ_c,a only. Melanin and a reflectance set σ_m,a, too
     /// ([`Fiber::medulla_pigment`]). A reflectance out of reach gives the nearest colour: see [`CoatColors::nearest`].
     ///
+    /// A reflectance makes a table of the fibre, which takes about a hundred times as long as
+    /// [`Bcsdf::new`](crate::Bcsdf::new). If only the colour varies from hit to hit, make [`CoatColors`] once, and use
+    /// [`CoatColors::absorption`] and [`Fiber::with_pigment`] at each hit.
+    ///
     /// # Errors
     /// [`Error::OutOfRange`] for an absorption, concentration or reflectance out of range. A reflectance depends on the
     /// other parameters of the fibre, so this error also occurs for one of these.
     ///
+    /// [`CoatColors`]: crate::CoatColors
+    /// [`CoatColors::absorption`]: crate::CoatColors::absorption
     /// [`CoatColors::nearest`]: crate::CoatColors::nearest
     pub fn with_color(self, color: Color) -> Result<Self, Error> {
         color.apply(self)

@@ -158,7 +158,7 @@ const TABLE: [Row; 14] = [
     row((Parameter::Eta, "eta", "η"), (Unit::One, [1.0, 3.0]), NUMBER,
         "refractive index of cortex and medulla"),
     row((Parameter::Alpha, "alpha", "α"), (Unit::Degrees, [-45.0, 45.0]), NUMBER,
-        "tilt of the cuticle scales"),
+        "shift of the R highlight toward the root: 2δ at h = 0 for scales tilted by δ, about 1.33δ in the far field"),
     row((Parameter::BetaM, "beta_m", "β_m"), (Unit::Degrees, [0.1, 90.0]), NUMBER,
         "longitudinal roughness, a standard deviation"),
     row((Parameter::BetaN, "beta_n", "β_n"), (Unit::Degrees, [0.1, 90.0]), NUMBER,

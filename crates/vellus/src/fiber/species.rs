@@ -1,4 +1,4 @@
-//! The ten measured species of Yan17 Table 4.
+//! The ten species of Yan17 Table 4, and fits to them.
 
 use crate::error::Error;
 use crate::fiber::Fiber;
@@ -7,7 +7,7 @@ use crate::fiber::exit::Exit;
 use std::fmt;
 use std::str::FromStr;
 
-/// A species whose fur was measured: Yan17 Table 4.
+/// A species of Yan17 Table 4.
 #[non_exhaustive]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[allow(missing_docs, reason = "the names are the documentation")]
@@ -27,7 +27,7 @@ pub enum Species {
 /// Columns: κ, η, α°, β_m°, β_n°, σ_ca, σ_ms, σ_ma, g, l, as printed.
 #[rustfmt::skip]
 #[doc(alias = "Table 4")]
-#[allow(clippy::approx_constant, reason = "the rabbit's tilt is 3.14°")]
+#[allow(clippy::approx_constant, reason = "the rabbit's α is 3.14°")]
 const TABLE_4: [(Species, &str, [f32; 10]); 10] = [
     (Species::Bobcat,    "bobcat",    [0.88, 1.69, 5.48, 11.64,  7.49, 0.64, 1.69, 0.17, 0.44, 0.47]),
     (Species::Cat,       "cat",       [0.87, 1.36, 3.65,  5.66,  1.34, 0.06, 2.47, 0.12, 0.60, 0.44]),
@@ -43,8 +43,8 @@ const TABLE_4: [(Species, &str, [f32; 10]); 10] = [
 
 /// κ, σ_ca, σ_ms, σ_ma, g of the same species with [`Exit::Reflecting`]. The other parameters are those of Table 4.
 ///
-/// `vellus_fit::refit` fitted them to the far field of Table 4's fibre with [`Exit::Open`], because the measurements
-/// are not public. `cargo run --release --bin refit` in `lab/` makes this table.
+/// `vellus_fit::refit` fitted them to the far field of Table 4's fibre with [`Exit::Open`], because we had no access to
+/// the measurements. `cargo run --release --bin refit` in `lab/` makes this table.
 #[rustfmt::skip]
 const FITTED: [[f32; 5]; 10] = [
     [0.950, 0.523, 1.539, 0.067, 0.556], // bobcat

@@ -64,7 +64,7 @@ fn a_colour_out_of_reach_gives_the_nearest_and_a_message() {
     let reach = builder.out_of_reach().unwrap().unwrap();
     let [_, low] = [reach.requested[2], reach.nearest[2]];
     assert!(low > 0.005 && reach.nearest[..2] == [0.5, 0.2], "{reach:?}");
-    assert!(reach.to_string().contains("0.5, 0.2, 0.001: the nearest is 0.500, 0.200, 0.0"), "{reach}");
+    assert!(reach.to_string().contains("0.5, 0.2, 0.001: the nearest is 0.5, 0.2, 0.0"), "{reach}");
     assert!((builder.build().unwrap().coat_color().unwrap()[2] - low).abs() < 1e-3);
     builder.set("reflectance", &[0.5]).unwrap();
     assert_eq!(builder.out_of_reach().unwrap(), None);

@@ -1,7 +1,11 @@
 //! Limits, symmetries and bad input.
 
-use std::f64::consts::FRAC_PI_2;
-use vellus::{Bcsdf, Error, Fiber, Lobe, TableData, Tables, Window};
+use std::array::from_fn;
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use vellus::glam::Vec3;
+use vellus::wide::f32x8;
+use vellus::{Bcsdf, Error, Exit, Fiber, Lobe, Sample, Species, TableData, Tables, Window};
 use vellus_testing::{Uniform, direction, full_fiber};
 
 #[test]
@@ -84,6 +88,38 @@ fn symmetric_in_h_and_phi() {
                 assert!((x - y).abs() <= 1e-4 * x.abs() + 1e-6, "θ_o {theta_o} {window:?} φ {phi}: {a:?} {b:?}");
             }
         }
+    }
+}
+
+/// The model is not reciprocal: h and the attenuation belong to ω_o. This is the share of the light that changes if ω_o
+/// and ω_i are exchanged, over directions of equal solid angle with inclinations up to 75°.
+#[test]
+fn the_far_field_is_nearly_reciprocal() {
+    const INCLINATIONS: usize = 40;
+    const AZIMUTHS: usize = 36;
+    let middle = |i: usize, count: usize| (i as f64 + 0.5) / count as f64;
+    let most = 75f64.to_radians().sin();
+    let theta: [f64; INCLINATIONS] = from_fn(|i| ((2.0 * middle(i, INCLINATIONS) - 1.0) * most).asin());
+    let phi: [f64; AZIMUTHS] = from_fn(|k| PI * middle(k, AZIMUTHS));
+    for species in Species::ALL {
+        let bcsdf = Bcsdf::new(&Fiber::preset(species)).unwrap();
+        // g = f·cos θᵢ·cos θ_o for each θ_o, θᵢ and φ. The far field is symmetric in φ.
+        let row = |theta_o: f64| -> Vec<[f64; AZIMUTHS]> {
+            let hit = bcsdf.at(direction(theta_o, 0.0), Window::far());
+            let value = |theta_i, phi| f64::from(hit.eval(direction(theta_i, phi)).total()[1]) * theta_o.cos();
+            theta.iter().map(|theta_i| phi.map(|phi| value(*theta_i, phi))).collect()
+        };
+        let g: Vec<_> = theta.into_iter().map(row).collect();
+        let (mut changes, mut all) = (0.0f64, 0.0f64);
+        for (o, i) in (0..INCLINATIONS).flat_map(|o| (0..INCLINATIONS).map(move |i| (o, i))) {
+            for (there, back) in g[o][i].iter().zip(&g[i][o]) {
+                changes += 0.5 * (there - back).abs();
+                all += *there;
+            }
+        }
+        let share = changes / all;
+        println!("{species}: {:.2} %", 100.0 * share);
+        assert!(share > 0.0 && share < 0.035, "{species}: {share}");
     }
 }
 
@@ -207,6 +243,123 @@ fn thin_medulla_scatters_once() {
         // The error of the compression: 3 % of a profile on average, up to twice that at one angle.
         assert!((ours / exact - 1.0).abs() < 0.06, "φ {phi}: {ours} {exact}");
     }
+}
+
+/// Numbers that no argument may have.
+const WRONG: [f32; 3] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
+
+/// The same vector eight times.
+fn eight(v: Vec3) -> [f32x8; 3] {
+    v.to_array().map(f32x8::splat)
+}
+
+/// A sample, if there is one, has finite numbers and a density above 0.
+fn check_sample(sample: Option<Sample>) {
+    if let Some(Sample { wi, pdf, weight, .. }) = sample {
+        let finite = wi.is_finite() && pdf.is_finite() && weight.iter().all(|w| w.is_finite());
+        assert!(finite && pdf > 0.0, "{sample:?}");
+    }
+}
+
+/// Uniform numbers are not checked. Bad ones give no sample, or one whose numbers are finite.
+#[test]
+fn bad_uniform_numbers_give_no_bad_samples() {
+    let mut random = Uniform(9);
+    for fiber in [full_fiber(), full_fiber().with_exit(Exit::Open), Fiber::hair()] {
+        let bcsdf = Bcsdf::new(&fiber).unwrap();
+        for window in [Window::near(0.3), Window::near(-1.0), Window::pixel(0.4, 0.5), Window::far()] {
+            let hit = bcsdf.at(direction(0.4, 0.2), window);
+            for (k, wrong) in (0..5).flat_map(|k| WRONG.into_iter().chain([-1.0, 1.0, 2.0]).map(move |x| (k, x))) {
+                let all: [[f32; 5]; 8] = from_fn(|_| {
+                    let mut u = random.numbers();
+                    u[k] = wrong;
+                    u
+                });
+                all.into_iter().for_each(|u| check_sample(hit.sample(u)));
+                let columns = from_fn(|c| f32x8::new(from_fn(|i| all[i][c])));
+                hit.sample8(columns).into_iter().for_each(check_sample);
+            }
+        }
+    }
+}
+
+/// Offsets out of range are clamped. NaN stays NaN: it does not become the silhouette at −1, which reflects all light.
+#[test]
+fn eight_offsets_are_clamped_as_single_ones_and_nan_stays() {
+    let bcsdf = Bcsdf::new(&full_fiber()).unwrap();
+    // Where R leaves from the silhouette.
+    let (wo, wi) = (direction(0.4, 0.2), direction(-0.45, 0.2 + PI));
+    let h = [f32::NAN, -1.0, 0.3, -7.0, 7.0, f32::INFINITY, f32::NEG_INFINITY, 0.0];
+    let hits = bcsdf.at8(eight(wo), f32x8::new(h));
+    let (values, densities) = hits.eval_pdf8(eight(wi));
+    let lane = |x: f32x8, i: usize| x.to_array()[i];
+    for i in 1..8 {
+        let (value, pdf) = bcsdf.at(wo, Window::near(h[i])).eval_pdf(wi);
+        let both = value.0.as_flattened().iter().zip(values.0.as_flattened());
+        for (x, y) in both.chain([(&pdf, &densities)]) {
+            let y = lane(*y, i);
+            assert!((x - y).abs() <= 1e-4 * x.abs() + 1e-6, "h {}: {x} {y}", h[i]);
+        }
+    }
+    let r = |i: usize| lane(values.0[Lobe::R as usize][0], i);
+    assert!(r(1) > 0.1, "{}", r(1));
+    assert!(r(0).is_nan() || r(0) < 1e-10, "{}", r(0));
+    // Nor does a lane with NaN change its neighbours, or give a bad sample.
+    hits.sample8([0.1, 0.2, 0.3, 0.4].map(f32x8::splat)).into_iter().for_each(check_sample);
+}
+
+/// Builds with debug assertions panic at a direction without unit length, at NaN in a window, and at a width below 0.
+/// In other builds such a call returns, and what it returns means nothing. No sample has a number that is not finite.
+#[test]
+fn numbers_that_are_not_valid_are_found_or_do_no_harm() {
+    fn tried<R>(call: impl FnOnce() -> R) -> Option<R> {
+        let result = catch_unwind(AssertUnwindSafe(call)).ok();
+        assert_eq!(result.is_none(), cfg!(debug_assertions));
+        result
+    }
+    let bcsdf = Bcsdf::new(&full_fiber()).unwrap();
+    let good = direction(0.4, 0.2);
+    let u = [0.1, 0.2, 0.3, 0.4, 0.5];
+    for (axis, wrong) in WRONG.into_iter().enumerate() {
+        let mut bad = good.to_array();
+        bad[axis] = wrong;
+        let bad = Vec3::from_array(bad);
+        for window in [Window::near(0.3), Window::pixel(0.4, 0.5), Window::far()] {
+            check_sample(tried(|| bcsdf.at(bad, window).sample(u)).flatten());
+            tried(|| bcsdf.with_hit(bad, window, |hit| hit.eval_pdf(good)));
+            let hit = bcsdf.at(good, window);
+            tried(|| hit.eval(bad));
+            tried(|| hit.pdf(bad));
+            tried(|| hit.eval_pdf(bad));
+            tried(|| hit.eval_pdf8(eight(bad)));
+            // An azimuth is not checked, and neither are the directions of eight hits.
+            hit.azimuthal(wrong);
+        }
+        bcsdf.at8(eight(good), f32x8::splat(0.3)).eval_pdf8(eight(bad));
+        let samples =
+            tried(|| bcsdf.at8(eight(bad), f32x8::splat(0.3)).sample8([u[0], u[1], u[2], u[3]].map(f32x8::splat)));
+        samples.into_iter().flatten().for_each(check_sample);
+    }
+    let windows: [fn() -> Window; 9] = [
+        || Window::near(f32::NAN),
+        || Window::range(f32::NAN, 0.5),
+        || Window::range(0.5, f32::NAN),
+        || Window::pixel(f32::NAN, 0.5),
+        || Window::pixel(0.3, f32::NAN),
+        || Window::pixel(0.3, -1.0),
+        || Window::cell(f32::NAN, 0.5, 0.3),
+        || Window::cell(0.3, f32::NAN, 0.3),
+        || Window::cell(0.3, 0.5, f32::NAN),
+    ];
+    for window in windows.into_iter().filter_map(tried) {
+        let hit = bcsdf.at(good, window);
+        hit.eval_pdf(good);
+        check_sample(hit.sample(u));
+    }
+    // Infinite offsets and widths are valid.
+    assert_eq!(Window::near(f32::INFINITY), Window::near(1.0));
+    assert_eq!(Window::pixel(0.3, f32::INFINITY), Window::far());
+    assert_eq!(Window::cell(0.3, f32::INFINITY, 0.5), Window::far());
 }
 
 #[test]

@@ -30,14 +30,21 @@ impl L1 {
     }
 }
 
-/// The ten presets at four inclinations, as shipped and with five segments. R + TT + TRT are compared with 20,000
-/// points in γ, TTˢ + TRTˢ with 400 points in asin h″. The energy of each lobe is compared, too.
+/// The presets and the published fibres of ten species at four inclinations, as shipped and with five segments. R + TT
+/// + TRT are compared with 20,000 points in γ, TTˢ + TRTˢ with 400 points in asin h″. So is the energy of each lobe.
 #[test]
 #[ignore = "test: quadrature with 20,000 points"]
 fn far_field_matches_quadrature() {
-    let (mut shipped, mut five, mut scattered) = (Vec::new(), Vec::new(), Vec::new());
+    // The numbers in README and PAPER.md (D9). Quadrature with four times the points differs by less than 1e-5.
+    far_field(Fiber::preset, [[0.0019, 0.0107], [0.0050, 0.0201], [0.0032, 0.0064]]);
+    far_field(Fiber::published, [[0.0025, 0.012], [0.006, 0.022], [0.0030, 0.0052]]);
+}
+
+/// Mean and worst errors as shipped, with five segments, and of the scattered lobes.
+fn far_field(of: fn(Species) -> Fiber, documented: [[f64; 2]; 3]) {
+    let (mut shipped, mut five, mut scattered, mut energy) = (Vec::new(), Vec::new(), Vec::new(), 0.0);
     for species in Species::ALL {
-        let fiber = Fiber::published(species);
+        let fiber = of(species);
         let (bcsdf, oracle) = (Bcsdf::new(&fiber).unwrap(), Exact::new(&fiber, table_data()).unwrap());
         for degrees in [0.0f64, 30.0, 60.0, 80.0] {
             let theta_o = degrees.to_radians();
@@ -55,7 +62,10 @@ fn far_field_matches_quadrature() {
             let energies = hit.energy().0.into_iter().zip(exact.energy());
             for (p, (fast, exact)) in energies.enumerate() {
                 let error = f64::from(fast[0]) / exact[0] - 1.0;
-                assert!(error.abs() < 0.01, "{species} at {degrees}°: energy of lobe {p} off by {error}");
+                energy = f64::max(energy, error.abs());
+                // The residual lobe has at most a third of the light of these fibres.
+                let bound = if p == 5 { 0.02 } else { 0.01 };
+                assert!(error.abs() < bound, "{species} at {degrees}°: energy of lobe {p} off by {error}");
             }
             shipped.push(l1[0].relative());
             five.push(l1[1].relative());
@@ -64,14 +74,14 @@ fn far_field_matches_quadrature() {
     }
     let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
     let worst = |x: &[f64]| x.iter().fold(0.0, |a: f64, &b| a.max(b));
-    println!("shipped {:.4} {:.4}", mean(&shipped), worst(&shipped));
-    println!("five    {:.4} {:.4}", mean(&five), worst(&five));
-    println!("points  {:.4} {:.4}", mean(&scattered), worst(&scattered));
-    // The numbers in README and PAPER.md (D9). Quadrature with four times the points differs by less than 1e-5.
-    let within = |value: f64, documented: f64| value < documented + 1e-5;
-    assert!(within(mean(&shipped), 0.0025) && within(worst(&shipped), 0.012));
-    assert!(within(mean(&five), 0.006) && within(worst(&five), 0.022));
-    assert!(within(worst(&scattered), 0.0052));
+    println!("{}: energy of a lobe {energy:.4}", of(Species::Cat).exit);
+    for ((name, errors), documented) in
+        [("shipped", shipped), ("five", five), ("points", scattered)].into_iter().zip(documented)
+    {
+        let found = [mean(&errors), worst(&errors)];
+        println!("{name:8} {found:.4?}");
+        assert!(found[0] < documented[0] + 5e-5 && found[1] < documented[1] + 5e-5, "{name}: {found:?}");
+    }
 }
 
 /// A thin medulla with a sharp forward peak, where TTˢ and TRTˢ need the most points. Windows are across the axis, on

@@ -1,13 +1,14 @@
 //! The native Mitsuba plugin: builds it against the wheel of Mitsuba and compares pictures with `vellus render`.
 
 use super::c;
+use super::python;
 use super::venv::{python, venv};
 use crate::run::{Outcome, cargo, run, succeeds};
 use std::path::Path;
 use std::process::Command;
 
 /// The plugin is tested with this version of Mitsuba.
-const PACKAGES: [&str; 4] = ["mitsuba==3.9.1", "nanobind==3.1.0", "numpy", "pytest"];
+const PACKAGES: [&str; 5] = ["mitsuba==3.9.1", "nanobind==3.1.0", "numpy", "pytest", python::MATURIN];
 
 /// Interpreters for which there is a wheel.
 const VERSIONS: [&str; 5] = ["3.11", "3.12", "3.13", "3.10", "3.14"];
@@ -27,6 +28,8 @@ pub fn test(root: &Path) -> Result<Outcome, String> {
         Ok(python) => python,
         Err(reason) => return Ok(Outcome::Skipped(reason)),
     };
+    // The package and the plugin have a BSDF of the same name.
+    python::install(root, &python)?;
     c::install(root, &c::prefix(root))?;
     let (source, plugin) = (root.join("integrations/mitsuba/native"), root.join("target/bindings/mitsuba-plugin"));
     run(Command::new(&python)

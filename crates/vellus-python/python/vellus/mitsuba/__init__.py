@@ -1,7 +1,8 @@
 """Vellus in Mitsuba 3: `import vellus.mitsuba` registers the BSDFs `vellus` and `vellus_drjit`.
 
 Both are the near field of a fibre, for the variants `llvm_ad_rgb` and `cuda_ad_rgb`, and for curves
-(`bsplinecurve`). Their properties are the parameters of `vellus.Fiber`, `preset` and `exit`.
+(`bsplinecurve`). Their properties are the parameters of `vellus.Fiber`, `preset` and `exit`. In scalar variants, the
+name `vellus` is left to the native plugin.
 
 - `vellus` calls the compiled model with whole arrays. It has no gradients, and Dr.Jit must not record calls and loops
   symbolically: render inside `with vellus.mitsuba.arrays():`.
@@ -34,7 +35,9 @@ def _register(*_):
         properties.needs_arrays("vellus_drjit")
         return differentiable.for_variant(mi.variant())(props)
 
-    mi.register_bsdf("vellus", compiled)
+    # A BSDF from Python would hide the native plugin, which has this name in scalar variants.
+    if not mi.variant().startswith("scalar"):
+        mi.register_bsdf("vellus", compiled)
     mi.register_bsdf("vellus_drjit", differentiable)
 
 

@@ -11,7 +11,7 @@
 //!
 //! Options: `--fibers N` random points, `--starts N` climbs for each kind of error, `--steps N` of each climb, `--seed
 //! N`. A part of the space: `--eta LOW:HIGH`, `--beta-n LOW:HIGH` and `--theta-o LOW:HIGH` in degrees, `--g LOW:HIGH`,
-//! and `--grey` for absorption that is the same in all channels.
+//! and `--grey` for absorption that is the same in all channels. `--exit NAME`: reflecting, the default, or open.
 
 mod measure;
 mod search;
@@ -22,7 +22,7 @@ use search::{Random, climb, distribution};
 use space::{Case, Limits, Offsets, Point};
 use std::process::ExitCode;
 use std::time::Instant;
-use vellus::{Fiber, Species, TableData, Tables, grid};
+use vellus::{Error as FiberError, Exit, Fiber, Species, TableData, Tables, grid};
 
 /// The quantities to search.
 struct Quantity {
@@ -85,6 +85,7 @@ struct Options {
     steps: usize,
     seed: u64,
     limits: Limits,
+    exit: Exit,
 }
 
 /// Selects a number of an error.
@@ -105,7 +106,8 @@ fn range(word: &str, value: Option<String>) -> Result<[f64; 2], String> {
 
 /// Reads the command line.
 fn options() -> Result<Options, String> {
-    let mut options = Options { names: Vec::new(), fibers: 4000, starts: 8, steps: 300, seed: 1, limits: Limits::NONE };
+    let (names, limits, exit) = (Vec::new(), Limits::NONE, Exit::default());
+    let mut options = Options { names, fibers: 4000, starts: 8, steps: 300, seed: 1, limits, exit };
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         match word.as_str() {
@@ -117,6 +119,7 @@ fn options() -> Result<Options, String> {
             "--beta-n" => options.limits.beta_n = range(&word, words.next())?,
             "--g" => options.limits.g = range(&word, words.next())?,
             "--theta-o" => options.limits.theta_o = range(&word, words.next())?,
+            "--exit" => options.exit = words.next().unwrap_or_default().parse().map_err(|e: FiberError| e.to_string())?,
             "--grey" => options.limits.grey = true,
             name if ["presets", "tables"].contains(&name) || QUANTITIES.iter().any(|q| q.name == name) => {
                 options.names.push(word)
@@ -137,7 +140,7 @@ fn percent(values: [f64; 4]) -> String {
 
 fn search(tables: &TableData, quantity: &Quantity, options: &Options) {
     let start = Instant::now();
-    let case = |x: &Point| Case::at(x, quantity.offsets, options.limits.grey);
+    let case = |x: &Point| Case::at(x, quantity.offsets, options.limits.grey, options.exit);
     // Points outside the limits have no error.
     let measure = |x: &Point, effort| {
         let case = case(x);
@@ -204,13 +207,13 @@ fn tables_at_the_axis(tables: &TableData) {
     println!("  worst at τ {:.4}, g {:.4}", worst.1, worst.2);
 }
 
-/// The far field of the ten presets at four inclinations, grey as measured, and with three colours of the cortex.
-fn presets(tables: &TableData) {
-    println!("presets: far field at θ_o = 0°, 30°, 60°, 80°, L1 of R + TT + TRT, and of TTs + TRTs");
+/// The far field of ten species at four inclinations, grey as measured, and with three colours of the cortex.
+fn presets(tables: &TableData, exit: Exit) {
+    println!("presets, exit {exit}: far field at θ_o = 0°, 30°, 60°, 80°, L1 of R + TT + TRT, and of TTs + TRTs");
     for colour in [None, Some([0.2, 0.4, 0.8]), Some([0.5, 1.0, 3.0])] {
         let (mut unscattered, mut scattered) = (Vec::new(), Vec::new());
         for species in Species::ALL {
-            let fiber = Fiber::published(species);
+            let fiber = if exit == Exit::Open { Fiber::published(species) } else { Fiber::preset(species) };
             let fiber = colour.map_or(fiber, |colour| fiber.with_absorption(colour));
             for degrees in [0.0f64, 30.0, 60.0, 80.0] {
                 let case = Case { fiber, theta_o: degrees.to_radians(), window: [-1.0, 1.0] };
@@ -243,7 +246,7 @@ fn main() -> ExitCode {
         search(&tables, quantity, &options);
     }
     if asked("presets") {
-        presets(&tables);
+        presets(&tables, options.exit);
     }
     if asked("tables") {
         tables_at_the_axis(&tables);

@@ -1,6 +1,6 @@
 //! The searched space: every valid fibre, inclination, offset and window, as points of a unit cube.
 
-use vellus::{Fiber, Window};
+use vellus::{Exit, Fiber, Window};
 
 /// Coordinates of a point: η, κ, α, β_m, β_n, σ_ca (3), σ_ms, σ_ma (3), g, l, θ_o, and the two ends of a window.
 pub const DIMENSIONS: usize = 17;
@@ -68,7 +68,7 @@ fn sigma(x: f64) -> f32 {
 
 impl Case {
     /// The case at a point of the cube.
-    pub fn at(x: &Point, offsets: Offsets, grey: bool) -> Case {
+    pub fn at(x: &Point, offsets: Offsets, grey: bool, exit: Exit) -> Case {
         let channels = |k: usize| [0, 1, 2].map(|c| sigma(x[if grey { k } else { k + c }]));
         let fiber = Fiber {
             // Quadratic and cubic in x, because small values are difficult.
@@ -83,7 +83,7 @@ impl Case {
             // Uniform in ln(1 − g), like the tables.
             g: (1.0 - 0.05f64.powf(x[12])).min(0.95) as f32,
             layers: (20.0 * x[13].powi(3)) as f32,
-            exit: vellus::Exit::Open,
+            exit,
             medulla_pigment: 0.3,
         };
         let theta_o = (179.98 * x[14] - 89.99).to_radians();
