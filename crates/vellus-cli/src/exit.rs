@@ -1,5 +1,6 @@
 //! Exit codes and error messages.
 
+use crate::say;
 use std::io;
 
 /// Bad input or wrong usage.
@@ -36,17 +37,7 @@ pub fn report(error: &anyhow::Error) -> (u8, String) {
     let io =
         |cause: &(dyn std::error::Error + 'static)| cause.downcast_ref::<io::Error>().is_some_and(vellus_io::may_pass);
     let code = if error.chain().any(io) { MAY_PASS } else { BAD_INPUT };
-    (code, shortened(vellus_io::visible(&format!("error: {error:#}"))))
-}
-
-/// The longest message, in characters. Parsers quote the line that they reject, and it may be very long.
-const LONGEST: usize = 4000;
-
-fn shortened(message: String) -> String {
-    match message.char_indices().nth(LONGEST) {
-        Some((end, _)) => format!("{} …", &message[..end]),
-        None => message,
-    }
+    (code, say::message(&format!("error: {error:#}")))
 }
 
 #[cfg(test)]
@@ -58,10 +49,10 @@ mod tests {
     #[test]
     fn messages_have_an_end() {
         let (_, message) = report(&anyhow!("é".repeat(100_000)));
-        assert_eq!(message.chars().count(), LONGEST + 2);
+        assert_eq!(message.chars().count(), say::LONGEST + 2);
         // Escapes are longer than the characters that they replace.
         let (_, message) = report(&anyhow!("\0".repeat(100_000)));
-        assert_eq!(message.chars().count(), LONGEST + 2);
+        assert_eq!(message.chars().count(), say::LONGEST + 2);
     }
 
     #[test]

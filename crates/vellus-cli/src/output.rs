@@ -38,9 +38,9 @@ impl OutputArgs {
         };
         let mut failure = None;
         let written = vellus_io::write_with(path, |out| {
-            fill(self.format, out).or_else(|error| {
+            fill(self.format, out).map_err(|error| {
                 failure = Some(error);
-                Err(std::io::ErrorKind::Other.into())
+                std::io::ErrorKind::Other.into()
             })
         });
         let result = failure.map_or_else(|| Ok(written?), Err);

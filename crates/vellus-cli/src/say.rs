@@ -30,7 +30,19 @@ pub fn line(text: Arguments) {
 
 /// Implements [`note!`].
 pub fn error_line(text: Arguments) {
-    std::io::stderr().write_all(format!("{}\n", vellus_io::visible(&text.to_string())).as_bytes()).ok();
+    std::io::stderr().write_all(format!("{}\n", message(&text.to_string())).as_bytes()).ok();
+}
+
+/// The longest message, in characters. Messages quote names and lines of files, which may be very long.
+pub const LONGEST: usize = 1000;
+
+/// A text for the terminal.
+pub fn message(text: &str) -> String {
+    let mut message = vellus_io::visible(text);
+    if let Some((end, _)) = message.char_indices().nth(LONGEST) {
+        message.replace_range(end.., " …");
+    }
+    message
 }
 
 /// Writes a line to standard error, unless the program has written it before.

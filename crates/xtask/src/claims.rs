@@ -148,13 +148,11 @@ fn wrong(root: &Path, sources: &[(PathBuf, String)], proof: &str) -> Option<Stri
                 Some((file, symbol)) => paper::problem(sources, &format!("{file}.rs"), symbol),
                 None => (!root.join(name).exists()).then(|| format!("{name} does not exist")),
             },
-            Some(("command", line)) => {
-                let files =
-                    line.split_whitespace().filter(|word| word.starts_with("lab/") || word.starts_with("crates/"));
-                let missing =
-                    files.filter(|file| !root.join(file).exists()).map(|file| format!("{file} does not exist"));
-                missing.last()
-            }
+            Some(("command", line)) => line
+                .split_whitespace()
+                .filter(|word| word.starts_with("lab/") || word.starts_with("crates/"))
+                .find(|file| !root.join(file).exists())
+                .map(|file| format!("{file} does not exist")),
             _ => Some("a proof is 'test FILE::NAME' or 'command LINE'".into()),
         };
         if problem.is_some() {

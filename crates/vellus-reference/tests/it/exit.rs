@@ -21,15 +21,18 @@ fn errors(fiber: &Fiber, theta_o: f64, offsets: Offsets, window: Window, photons
     (0..3).map(|c| (f64::from(ours[c]) / traced.total[0][c] - 1.0).abs()).collect()
 }
 
-/// The fibres of ten species: the presets, and the published ones with both exits.
-const KINDS: [(&str, fn(Species) -> Fiber); 3] = [
+/// The fibre of a species.
+type Kind = fn(Species) -> Fiber;
+
+/// The presets, and the published fibres with both exits.
+const KINDS: [(&str, Kind); 3] = [
     ("presets", Fiber::preset),
     ("published, reflecting", |species| Fiber::published(species).with_exit(Exit::Reflecting)),
     ("published", Fiber::published),
 ];
 
 /// The errors of the totals of ten species at 0°, 30°, 60° and 75°. Of grey fibres all channels have the same photons.
-fn of_species(of: fn(Species) -> Fiber, hits: &[(Offsets, Window)], photons: u64) -> [f64; 3] {
+fn of_species(of: Kind, hits: &[(Offsets, Window)], photons: u64) -> [f64; 3] {
     let mut all = Vec::new();
     for species in Species::ALL {
         let mut line = format!("{:10}", species.name());

@@ -194,7 +194,7 @@ fn sorted(text: &[u8], blocks: &[Unsorted]) -> Vec<u8> {
 }
 
 /// Reads all tokens. Replaces those that the parser reads differently, and finds samples that are not in order.
-fn scan<'a>(bytes: &'a [u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Invalid> {
+fn scan(bytes: &[u8], new: &mut Rewritten, found: &mut Found) -> Result<(), Invalid> {
     let mut at = 0;
     if bytes.starts_with(BYTE_ORDER_MARK) {
         at = BYTE_ORDER_MARK.len();
