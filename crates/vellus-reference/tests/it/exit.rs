@@ -50,12 +50,12 @@ fn of_species(of: Kind, hits: &[(Offsets, Window)], photons: u64) -> [f64; 3] {
 }
 
 /// The bounds are the numbers of the book, and four standard errors of a fibre that returns half of the light: 1.3 %
-/// with 100,000 photons, 0.4 % with a million.
+/// with 100,000 photons, 0.4 % with a million. Published fibres get fewer photons.
 #[test]
 fn totals_of_species_match_the_tracer() {
-    let photons = effort(100_000, 1_000_000);
-    let noise = 4.0 / (photons as f64).sqrt();
-    for ((name, of), worst) in KINDS.into_iter().zip([0.026, 0.018, 0.53]) {
+    for (k, ((name, of), worst)) in KINDS.into_iter().zip([0.026, 0.018, 0.53]).enumerate() {
+        let photons = effort([100_000, 25_000, 25_000], [1_000_000; 3])[k];
+        let noise = 4.0 / (photons as f64).sqrt();
         let found = of_species(of, &[(Offsets::Whole, Window::far())], photons);
         println!("{name}: {found:.4?}");
         assert!(found[2] <= worst + noise, "{name}: {found:?}");
@@ -89,14 +89,14 @@ fn totals_of_random_fibres_match_the_tracer() {
     assert!(found[0] <= 0.01 && found[1] <= 0.03 && found[2] <= 0.06);
 }
 
-/// As for the totals. With both kinds of fibres 32 million photons.
+/// As for the totals. Published fibres are traced in `cargo xtask full` only.
 #[test]
-#[ignore = "test: 32 million photons"]
+#[ignore = "test: 16 million photons"]
 fn near_fields_of_species_match_the_tracer() {
     let photons = effort(100_000, 400_000);
     let noise = 4.0 / (photons as f64).sqrt();
     let hits = [0.0, 0.3, 0.6, 0.9].map(|h| (Offsets::At(h), Window::near(h as f32)));
-    for ((name, of), worst) in KINDS.into_iter().take(2).zip([0.044, 0.030]) {
+    for ((name, of), worst) in KINDS.into_iter().take(effort(1, 2)).zip([0.044, 0.030]) {
         let found = of_species(of, &hits, photons);
         println!("{name}: {found:.4?}");
         assert!(found[2] <= worst + noise, "{name}: {found:?}");

@@ -261,7 +261,9 @@ impl Walk<'_> {
             if let Some(rest) = below(&prim, &step.target) {
                 prim = format!("{}{rest}", step.source);
             }
-            if prim != class || before.site.layer != step.site.layer {
+            // Composition ignores a class that would be its own.
+            let is_new = prim != class || before.site.layer != step.site.layer;
+            if is_new && prim != before.site.prim {
                 sites.push(Site { layer: before.site.layer.clone(), prim: prim.clone() });
             }
         }
