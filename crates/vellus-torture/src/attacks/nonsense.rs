@@ -355,7 +355,8 @@ fn value(dice: &mut Dice) -> OsString {
 fn may_be_long(call: &Call) -> bool {
     let first = call.args.first().and_then(|arg| arg.to_str()).unwrap_or("");
     let long = |arg: &OsString| LONG.iter().any(|option| arg.to_string_lossy().starts_with(option));
-    ["experiment", "table"].contains(&first) || call.args.iter().any(long)
+    // The viewer runs until it is ended.
+    ["experiment", "table", "live"].contains(&first) || call.args.iter().any(long)
 }
 
 fn try_it(trial: &mut Trial, mut call: Call) -> Result<(), Stop> {
