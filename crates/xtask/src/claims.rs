@@ -131,7 +131,7 @@ fn has_number(block: &str) -> bool {
     follows || is_table || words.iter().any(attached)
 }
 
-/// What is wrong with a proof.
+/// The error in a proof, if there is one.
 fn wrong(root: &Path, sources: &[(PathBuf, String)], proof: &str) -> Option<String> {
     if proof == "limits" {
         return None;
@@ -168,8 +168,10 @@ mod tests {
 
     #[test]
     fn comments_cover_the_blocks_above_them() {
-        let text = "# A\n\nIt takes 3 ms.\n\n| a | % |\n|---|---|\n| b | 4 |\n\n<!-- proof: limits -->\n\nNo number: 3 hairs.\n\n\
-                    ## B\n\nWithin 2 % of it.\n\n```sh\necho 3 ms\n```\n## C\n1.5× as fast\n<!-- proof: 2026-11, test a.rs::b -->\n";
+        let text = "# A\n\nIt takes 3 ms.\n\n| a | % |\n|---|---|\n| b | 4 |\n\n<!-- proof: limits -->\n\n\
+                    No number: 3 hairs.\n\n\
+                    ## B\n\nWithin 2 % of it.\n\n```sh\necho 3 ms\n```\n## C\n1.5× as fast\n\
+                    <!-- proof: 2026-11, test a.rs::b -->\n";
         let found = claims_of(text);
         let proofs: Vec<_> = found.iter().map(|claim| (claim.line, claim.proof.as_deref())).collect();
         let test = Some("2026-11, test a.rs::b");

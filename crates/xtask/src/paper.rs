@@ -35,7 +35,7 @@ pub fn sources(root: &Path) -> Result<Vec<(PathBuf, String)>, String> {
     sources.into_iter().map(|path| read(&path).map(|text| (path, text))).collect()
 }
 
-/// What is wrong with the name of a symbol in a file.
+/// The error in the name of a symbol in a file, if there is one.
 pub fn problem(sources: &[(PathBuf, String)], file: &str, symbol: &str) -> Option<String> {
     let matching: Vec<_> = sources.iter().filter(|(path, _)| path.ends_with(file)).collect();
     match matching.as_slice() {

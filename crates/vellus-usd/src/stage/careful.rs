@@ -1,10 +1,11 @@
 //! Checks each layer before `openusd` decodes it.
 
+use super::arc_list::MOST_ARCS;
 use super::arcs::{Arc, LayerArcs, absolute};
 use super::files::{Files, MATERIALX};
 use super::materialx::to_usda;
 use super::names::{check_default, check_expression, check_name, check_path};
-use super::text::{Content, MOST_ARCS, Text, normalized};
+use super::text::{Content, Text, normalized};
 use super::usdc_check::{check_tables, check_values, times};
 use super::{Failure, guarded};
 use crate::error::Invalid;

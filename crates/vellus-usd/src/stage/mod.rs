@@ -3,6 +3,7 @@
 //! Every call into `openusd` goes through [`guarded`], which turns a panic into an error. The stage is not used after
 //! that. [`Careful`] checks each layer first, for failures that cannot be caught.
 
+mod arc_list;
 mod arcs;
 mod careful;
 mod classes;

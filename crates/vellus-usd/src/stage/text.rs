@@ -4,7 +4,8 @@
 //! comments, no escapes in strings, and only numbers that it accepts. Both lexers then find the same tokens, and the
 //! checks of this module hold for what is parsed: nesting depth, names of prims, paths, and expressions.
 
-use super::arcs::{Arc, LayerArcs};
+use super::arc_list::{ArcList, Item, is_arc};
+use super::arcs::LayerArcs;
 use super::names::{check_default, check_expression, check_name, check_path};
 use crate::error::Invalid;
 use std::borrow::Cow;
@@ -21,9 +22,6 @@ const MOST_FENCES: usize = 100;
 /// The largest number of words of a block, outside of strings and of blocks inside it. A property has at least two, and
 /// so has a child. The parser compares each name with all others of the block: this many take 5 s.
 const MOST_WORDS: usize = 1 << 17;
-
-/// The largest number of layers or prims in a list of arcs. Composition compares each with each.
-pub(super) const MOST_ARCS: usize = 1000;
 
 /// The UTF-8 byte order mark that some editors write.
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
@@ -100,45 +98,6 @@ pub(super) struct Content {
     pub arcs: Rc<LayerArcs>,
     /// How often the values of expression variables refer to other variables.
     pub variables: usize,
-}
-
-/// A list of arcs that is open.
-struct ArcList<'a> {
-    field: &'a str,
-    /// The depth of the field.
-    depth: usize,
-    /// The number of its layers and prims.
-    count: usize,
-    /// Whether the last item is a layer, whose prim may follow.
-    after_layer: bool,
-}
-
-impl ArcList<'_> {
-    /// Adds a layer, or a prim of it or of the layer that has the list.
-    fn add(&mut self, arcs: &mut LayerArcs, prims: &[(usize, String)], item: Item) -> Result<(), Invalid> {
-        self.count += 1;
-        // A reference may have both a layer and a prim.
-        if self.count > 2 * MOST_ARCS {
-            return Err(format!("a prim or layer has more than {MOST_ARCS} references, payloads or classes").into());
-        }
-        let of = || prims.iter().map(|(_, name)| format!("/{name}")).collect::<String>();
-        let is_class = is_class(self.field);
-        match item {
-            Item::Layer(path) if self.field == "subLayers" => arcs.sublayers.push(path.to_owned()),
-            Item::Layer(path) => arcs.add(of(), Arc { is_class, layer: Some(path.to_owned()), prim: None }),
-            Item::Prim(prim) if self.after_layer => arcs.complete(&of(), prim),
-            Item::Prim(prim) => arcs.add(of(), Arc { is_class, layer: None, prim: Some(prim.to_owned()) }),
-        }
-        self.after_layer = matches!(item, Item::Layer(_));
-        Ok(())
-    }
-}
-
-/// An item of a list of arcs.
-#[derive(Clone, Copy)]
-enum Item<'a> {
-    Layer(&'a str),
-    Prim(&'a str),
 }
 
 /// What a text layer contains.
@@ -382,15 +341,6 @@ fn find(text: &[u8], from: usize, fence: &[u8]) -> Option<usize> {
     text[from..].windows(fence.len()).position(|window| window == fence).map(|i| from + i + fence.len())
 }
 
-/// Whether this field is a list of layers or prims that composition brings in.
-fn is_arc(field: &str) -> bool {
-    matches!(field, "references" | "payload" | "subLayers") || is_class(field)
-}
-
-fn is_class(field: &str) -> bool {
-    matches!(field, "inherits" | "specializes")
-}
-
 /// The length of the path of a file with its fences, and the path.
 fn asset(rest: &[u8]) -> Result<(usize, &[u8]), Invalid> {
     let fence: &[u8] = if rest.starts_with(b"@@@") { b"@@@" } else { b"@" };
@@ -495,6 +445,8 @@ fn number(text: &[u8]) -> (usize, Option<usize>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stage::arc_list::MOST_ARCS;
+    use crate::stage::arcs::Arc;
 
     fn read(text: &str) -> String {
         String::from_utf8(normalized(text.into()).unwrap().bytes).unwrap()
@@ -584,7 +536,8 @@ mod tests {
         let text = "#usda 1.0 ( defaultPrim = \"a\" subLayers = [@s@ (offset = 1), @t@] )
             def X \"a\" ( doc = 'x' prepend references = [ @b@</B> (offset = 1; scale = 2), @c@, <../d> ] kind = 'y' )
             { rel inherits = </no> def \"k\" ( inherits = </a/z> customData = { string references = '@no@' } ) {}
-              variantSet \"v\" = { \"x\" ( payload = @p@ specializes = [</q>, <r>] ) { over \"m\" ( payload = None ) {} } }
+              variantSet \"v\" = { \"x\" ( payload = @p@ specializes = [</q>, <r>] ) {
+                over \"m\" ( payload = None ) {} } }
               def \"n\" ( payload = </P> ) { asset references = @no@ } }";
         let arcs = normalized(text.into()).unwrap().content.arcs;
         let arc = |is_class: bool, layer: &str, prim: &str| Arc {

@@ -145,7 +145,12 @@ fn circles_of_references_and_classes_are_errors() {
     // Without a circle: classes that layers imply in others, deep references, and the same names everywhere.
     let no_circles = [
         vec![
-            ("top.usda", "def \"S\" ( references = @b.usda@</S> inherits = </C> ) { over \"c\" {} } class \"C\" {}".into()),
+            (
+                "top.usda",
+                "def \"S\" ( references = @b.usda@</S> inherits = </C> ) { over \"c\" {} }
+                class \"C\" {}"
+                    .into(),
+            ),
             (
                 "b.usda",
                 format!(
@@ -160,7 +165,8 @@ fn circles_of_references_and_classes_are_errors() {
             (
                 "b.usda",
                 format!(
-                    "class \"T\" {{ class \"S\" {{ class \"a\" ( references = </T/b> ) {{}} }} class \"b\" ( inherits = </D/S> ) {{}} }}
+                    "class \"T\" {{ class \"S\" {{ class \"a\" ( references = </T/b> ) {{}} }}
+                        class \"b\" ( inherits = </D/S> ) {{}} }}
                     class \"D\" {{ class \"S\" {child} }}"
                 ),
             ),
