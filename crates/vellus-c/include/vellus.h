@@ -75,7 +75,7 @@ typedef enum VellusExit {
 typedef struct VellusFiber VellusFiber;
 
 // A hit of a fibre, prepared for many queries. It never changes: any number of threads may use it at the same time. It
-// takes 0.7 KB, with a window wider than the near field 9 KB.
+// takes 1.7 KB, with a window wider than the near field 10 KB.
 typedef struct VellusHit VellusHit;
 
 // The range of offsets that a hit is averaged over, from `low` to `high`, both in [−1, 1]. The near field has low =
@@ -86,6 +86,17 @@ typedef struct VellusWindow {
   // The largest offset.
   float high;
 } VellusWindow;
+
+// A fibre at a hit, in the renderer's space ("world"). All numbers are those of the curve beside the hit. The frame's
+// other two axes are across the fibre, and the same for the same tangent.
+typedef struct VellusFrame {
+  // A unit vector along the fibre, from root to tip: the x axis.
+  float tangent[3];
+  // The point of the axis.
+  float center[3];
+  // The radius, above 0, in the units of `center`. Files often have widths, which are twice as large.
+  float radius;
+} VellusFrame;
 
 // The parameters of a fibre. Angles are in radians. Absorption and scattering are per fibre radius. Colours are RGB.
 // Start with vellus_parameters_hair() or vellus_parameters_preset(), then change fields.
@@ -231,22 +242,70 @@ struct VellusWindow vellus_window_cell(float h,
 struct VellusWindow vellus_window_pixel(float h,
                                         float width);
 
+// A direction in the fibre's frame, as queries take it: from the unit vector `world` to `local` (3 numbers).
+enum VellusStatus vellus_frame_to_local(const struct VellusFrame *frame,
+                                        const float *world,
+                                        float *local);
+
+// A direction in world space, such as a sampled one: from the unit vector `local` to `world` (3 numbers).
+enum VellusStatus vellus_frame_to_world(const struct VellusFrame *frame,
+                                        const float *local,
+                                        float *world);
+
+// The component of the unit vector `world` across the fibre, with unit length, to `outward` (3 numbers). A ray in this
+// direction starts at center + 1.001 · radius · outward.
+enum VellusStatus vellus_frame_outward(const struct VellusFrame *frame,
+                                       const float *world,
+                                       float *outward);
+
+// The offset h in [−1, 1] of a hit on a round curve or a mesh of it, to `*h`. `position` is the hit on the surface,
+// and `wo` a unit vector to where the path came from, both in world space.
+enum VellusStatus vellus_frame_offset(const struct VellusFrame *frame,
+                                      const float *position,
+                                      const float *wo,
+                                      float *h);
+
+// As vellus_frame_offset(), for a hit on a flat curve that faces the camera, as wide as the fibre.
+enum VellusStatus vellus_frame_offset_flat(const struct VellusFrame *frame,
+                                           const float *position,
+                                           const float *wo,
+                                           float *h);
+
+// The width of a pixel in fibre radii, at most 4, to `*width`: for vellus_window_cell(). `footprint` ≥ 0 is the
+// diameter of the pixel at the hit, in world units, perpendicular to the camera's axis.
+enum VellusStatus vellus_frame_pixel_width(const struct VellusFrame *frame,
+                                           float footprint,
+                                           float *width);
+
 // The parameters of a hair without medulla and without absorption.
 enum VellusStatus vellus_parameters_hair(struct VellusParameters *parameters);
 
+// The number of species.
+size_t vellus_species_count(void);
+
+// The name of a species, such as "red-fox". It belongs to the library. Null if there are not so many species.
+const char *vellus_species_name(size_t index);
+
 // The parameters of a preset: "red-fox" or "red-fox-published". The species are bobcat, cat, deer, dog, mouse, rabbit,
-// raccoon, red-fox, springbok and human.
+// raccoon, red-fox, springbok and human: see vellus_species_name().
 enum VellusStatus vellus_parameters_preset(const char *name,
                                            struct VellusParameters *parameters);
 
 // Sets a parameter by its name in files, to `count` numbers in the units of files: angles in degrees. The names are
 // those of the fields but `exit`, and "reflectance", "melanin", "eumelanin", "pheomelanin" and "hair_reflectance". A
 // channel is "sigma_ca.r". One number sets all channels of a colour. A reflectance depends on the other parameters, so
-// set it last; one that no pigment gives becomes the nearest. All parameters must be in their ranges.
+// set it last; one that no pigment gives becomes the nearest, see vellus_parameters_nearest_reflectance(). All
+// parameters must be in their ranges.
 enum VellusStatus vellus_parameters_set(struct VellusParameters *parameters,
                                         const char *name,
                                         const float *values,
                                         size_t count);
+
+// The reflectance that vellus_parameters_set() gives a fibre for `reflectance`, to `nearest` (3 numbers each). They
+// differ if no pigment gives the reflectance: the cuticle reflects light before pigment can absorb it.
+enum VellusStatus vellus_parameters_nearest_reflectance(const struct VellusParameters *parameters,
+                                                        const float *reflectance,
+                                                        float *nearest);
 
 // f·cos θᵢ, the sum of all lobes, to `rgb` (3 numbers). `wo` and `wi` are unit vectors (3 numbers) in the fibre's
 // frame, x along the fibre from root to tip, both away from the fibre: `wo` to where the path came from, `wi` to the
@@ -312,6 +371,10 @@ void vellus_fiber_free(struct VellusFiber *fiber);
 // The parameters of a fibre.
 enum VellusStatus vellus_fiber_parameters(const struct VellusFiber *fiber,
                                           struct VellusParameters *parameters);
+
+// The colour of a dense coat of such fibres in white light, to `rgb` (3 numbers): a reflectance in [0, 1].
+enum VellusStatus vellus_fiber_coat_color(const struct VellusFiber *fiber,
+                                          float *rgb);
 
 // Writes a fibre as JSON, with a zero byte at its end, to `json`, which has space for `capacity` bytes. `*length` gets
 // the number of bytes without the zero byte, also with VELLUS_STATUS_SPACE. To ask for it alone, pass 0 as

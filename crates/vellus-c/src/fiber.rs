@@ -4,7 +4,6 @@ use crate::memory::{place, reference, text};
 use crate::parameters::VellusParameters;
 use crate::status::{Failure, VellusStatus, guard};
 use std::ffi::c_char;
-use std::sync::Arc;
 use vellus::{Bcsdf, Fiber, FiberBuilder};
 
 /// The longest text of a fibre in JSON: 1 MiB, as for files.
@@ -12,8 +11,7 @@ const MAX_JSON_BYTES: usize = 1 << 20;
 
 /// A fibre, checked and prepared for queries. It never changes: any number of threads may use it at the same time.
 pub struct VellusFiber {
-    /// Hits share it, so that they may live longer than the handle.
-    pub(crate) bcsdf: Arc<Bcsdf<'static>>,
+    pub(crate) bcsdf: Bcsdf<'static>,
 }
 
 /// Prepares a fibre and passes it to the caller.
@@ -23,7 +21,7 @@ pub struct VellusFiber {
 unsafe fn create(fiber: &Fiber, out: *mut *mut VellusFiber) -> Result<(), Failure> {
     // SAFETY: promised by the caller.
     let out = unsafe { place(out, "out") }?;
-    *out = Box::into_raw(Box::new(VellusFiber { bcsdf: Arc::new(Bcsdf::new(fiber)?) }));
+    *out = Box::into_raw(Box::new(VellusFiber { bcsdf: Bcsdf::new(fiber)? }));
     Ok(())
 }
 
@@ -81,6 +79,17 @@ pub unsafe extern "C" fn vellus_fiber_parameters(
         // SAFETY: the rules of the crate.
         let (fiber, parameters) = unsafe { (reference(fiber, "fiber")?, place(parameters, "parameters")?) };
         *parameters = VellusParameters::new(fiber.bcsdf.fiber());
+        Ok(())
+    })
+}
+
+/// The colour of a dense coat of such fibres in white light, to `rgb` (3 numbers): a reflectance in [0, 1].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vellus_fiber_coat_color(fiber: *const VellusFiber, rgb: *mut f32) -> VellusStatus {
+    guard(|| {
+        // SAFETY: the rules of the crate.
+        let (fiber, rgb) = unsafe { (reference(fiber, "fiber")?, place(rgb.cast::<[f32; 3]>(), "rgb")?) };
+        *rgb = fiber.bcsdf.fiber().coat_color()?;
         Ok(())
     })
 }

@@ -1,9 +1,9 @@
 //! The parameters of a fibre as a plain struct.
 
-use crate::memory::{place, text};
+use crate::memory::{place, reference, text};
 use crate::status::{Failure, VellusStatus, guard};
-use std::ffi::c_char;
-use vellus::{Exit, Fiber, FiberBuilder};
+use std::ffi::{CStr, c_char};
+use vellus::{Exit, Fiber, FiberBuilder, Species};
 
 /// How light that the medulla scattered leaves the fibre: the values of VellusParameters.exit.
 #[repr(C)]
@@ -92,8 +92,24 @@ pub unsafe extern "C" fn vellus_parameters_hair(parameters: *mut VellusParameter
     })
 }
 
+/// The names of [`Species::ALL`].
+const SPECIES: [&CStr; Species::ALL.len()] =
+    [c"bobcat", c"cat", c"deer", c"dog", c"mouse", c"rabbit", c"raccoon", c"red-fox", c"springbok", c"human"];
+
+/// The number of species.
+#[unsafe(no_mangle)]
+pub extern "C" fn vellus_species_count() -> usize {
+    SPECIES.len()
+}
+
+/// The name of a species, such as "red-fox". It belongs to the library. Null if there are not so many species.
+#[unsafe(no_mangle)]
+pub extern "C" fn vellus_species_name(index: usize) -> *const c_char {
+    SPECIES.get(index).map_or(std::ptr::null(), |name| name.as_ptr())
+}
+
 /// The parameters of a preset: "red-fox" or "red-fox-published". The species are bobcat, cat, deer, dog, mouse, rabbit,
-/// raccoon, red-fox, springbok and human.
+/// raccoon, red-fox, springbok and human: see vellus_species_name().
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn vellus_parameters_preset(
     name: *const c_char,
@@ -110,7 +126,8 @@ pub unsafe extern "C" fn vellus_parameters_preset(
 /// Sets a parameter by its name in files, to `count` numbers in the units of files: angles in degrees. The names are
 /// those of the fields but `exit`, and "reflectance", "melanin", "eumelanin", "pheomelanin" and "hair_reflectance". A
 /// channel is "sigma_ca.r". One number sets all channels of a colour. A reflectance depends on the other parameters, so
-/// set it last; one that no pigment gives becomes the nearest. All parameters must be in their ranges.
+/// set it last; one that no pigment gives becomes the nearest, see vellus_parameters_nearest_reflectance(). All
+/// parameters must be in their ranges.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn vellus_parameters_set(
     parameters: *mut VellusParameters,
@@ -137,10 +154,35 @@ pub unsafe extern "C" fn vellus_parameters_set(
     })
 }
 
+/// The reflectance that vellus_parameters_set() gives a fibre for `reflectance`, to `nearest` (3 numbers each). They
+/// differ if no pigment gives the reflectance: the cuticle reflects light before pigment can absorb it.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn vellus_parameters_nearest_reflectance(
+    parameters: *const VellusParameters,
+    reflectance: *const f32,
+    nearest: *mut f32,
+) -> VellusStatus {
+    guard(|| {
+        // SAFETY: the rules of the crate.
+        let (parameters, requested, nearest) = unsafe {
+            let requested = *reference(reflectance.cast::<[f32; 3]>(), "reflectance")?;
+            (reference(parameters, "parameters")?, requested, place(nearest.cast::<[f32; 3]>(), "nearest")?)
+        };
+        let mut builder = FiberBuilder::new(parameters.fiber()?);
+        builder.set("reflectance", &requested)?;
+        *nearest = builder.out_of_reach()?.map_or(requested, |out| out.nearest);
+        Ok(())
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use vellus::Species;
+
+    #[test]
+    fn species_have_the_names_of_rust() {
+        assert_eq!(SPECIES.map(|name| name.to_str().unwrap()), Species::ALL.map(Species::name));
+    }
 
     #[test]
     fn parameters_there_and_back_are_the_same() {

@@ -62,6 +62,15 @@ static void fibers(void)
     TEXT(vellus_parameters_set(&p, "sigma_ca", WO, 0), "not 0");
     const float large = 5.0f;
     RANGE(vellus_parameters_set(&p, "eta", &large, 1), "eta = 5");
+    const float green[3] = {0.1f, 0.5f, 0.1f}, black[3] = {0, 0, 0};
+    float rgb[3] = {7, 7, 7};
+    NULL_POINTER(vellus_parameters_nearest_reflectance(NULL, green, rgb), "parameters");
+    NULL_POINTER(vellus_parameters_nearest_reflectance(&p, NULL, rgb), "reflectance");
+    NULL_POINTER(vellus_parameters_nearest_reflectance(&p, green, NULL), "nearest");
+    RANGE(vellus_parameters_nearest_reflectance(&p, black, rgb), "reflectance.r = 0");
+    NULL_POINTER(vellus_fiber_coat_color(NULL, rgb), "fiber");
+    if (rgb[0] != 7 || vellus_species_name(vellus_species_count()) != NULL || vellus_species_name(SIZE_MAX) != NULL)
+        printf("a refused call wrote a colour, or a species does not exist\n"), failures++;
     NULL_POINTER(vellus_fiber_from_parameters(NULL, &fiber), "parameters");
     NULL_POINTER(vellus_fiber_from_parameters(&p, NULL), "out");
     float *fields[] = {&p.eta,      &p.kappa,       &p.alpha,    &p.beta_m,      &p.beta_n, &p.sigma_ca[1],
@@ -81,6 +90,7 @@ static void fibers(void)
     if (fiber != NULL)
         printf("a refused call wrote a handle\n"), failures++;
     OK(vellus_fiber_from_parameters(&p, &fiber));
+    NULL_POINTER(vellus_fiber_coat_color(fiber, NULL), "rgb");
 
     char small[8], text[1024];
     size_t length = 0;
@@ -102,6 +112,49 @@ static void fibers(void)
     vellus_fiber_free(fiber);
     vellus_fiber_free(NULL);
     vellus_hit_free(NULL);
+}
+
+static void frames(void)
+{
+    const VellusFrame good = {{0, 1, 0}, {1, 2, 3}, 0.5f};
+    const float at[3] = {1, 2, 3.5f}, far_away[3] = {INFINITY, 0, 0}, none[3] = {0, 0, 0};
+    float v[3], x;
+    OK(vellus_frame_to_local(&good, WO, v));
+    NULL_POINTER(vellus_frame_to_local(NULL, WO, v), "frame");
+    NULL_POINTER(vellus_frame_to_local(&good, NULL, v), "world");
+    NULL_POINTER(vellus_frame_to_local(&good, WO, NULL), "local");
+    NULL_POINTER(vellus_frame_to_world(NULL, WO, v), "frame");
+    NULL_POINTER(vellus_frame_to_world(&good, NULL, v), "local");
+    NULL_POINTER(vellus_frame_to_world(&good, WO, NULL), "world");
+    NULL_POINTER(vellus_frame_outward(NULL, WO, v), "frame");
+    NULL_POINTER(vellus_frame_outward(&good, NULL, v), "world");
+    NULL_POINTER(vellus_frame_outward(&good, WO, NULL), "outward");
+    NULL_POINTER(vellus_frame_offset(NULL, at, WO, &x), "frame");
+    NULL_POINTER(vellus_frame_offset(&good, NULL, WO, &x), "position");
+    NULL_POINTER(vellus_frame_offset(&good, at, NULL, &x), "wo");
+    NULL_POINTER(vellus_frame_offset(&good, at, WO, NULL), "h is");
+    NULL_POINTER(vellus_frame_offset_flat(NULL, at, WO, &x), "frame");
+    NULL_POINTER(vellus_frame_offset_flat(&good, NULL, WO, &x), "position");
+    NULL_POINTER(vellus_frame_offset_flat(&good, at, NULL, &x), "wo");
+    NULL_POINTER(vellus_frame_offset_flat(&good, at, WO, NULL), "h is");
+    NULL_POINTER(vellus_frame_pixel_width(NULL, 1, &x), "frame");
+    NULL_POINTER(vellus_frame_pixel_width(&good, 1, NULL), "width");
+    RANGE(vellus_frame_to_local(&good, none, v), "world = (0, 0, 0) is not a unit vector");
+    RANGE(vellus_frame_to_world(&good, none, v), "local = (");
+    RANGE(vellus_frame_offset(&good, far_away, WO, &x), "position = (inf, 0, 0) is not finite");
+    RANGE(vellus_frame_offset_flat(&good, at, at, &x), "wo = (");
+    RANGE(vellus_frame_pixel_width(&good, -1, &x), "footprint = -1");
+    RANGE(vellus_frame_pixel_width(&good, NAN, &x), "footprint = NaN");
+    VellusFrame bad = good;
+    bad.tangent[0] = 1;
+    RANGE(vellus_frame_outward(&bad, WO, v), "frame.tangent = (1, 1, 0) is not a unit vector");
+    bad = good, bad.center[2] = NAN;
+    RANGE(vellus_frame_offset(&bad, at, WO, &x), "frame.center = (1, 2, NaN)");
+    const float radii[] = {0, -1, NAN, INFINITY};
+    for (int i = 0; i < 4; i++) {
+        bad = good, bad.radius = radii[i];
+        RANGE(vellus_frame_offset_flat(&bad, at, WO, &x), "frame.radius = ");
+    }
 }
 
 static void queries(const VellusFiber *fiber)
@@ -323,6 +376,7 @@ int main(void)
 {
     VellusFiber *fiber = NULL;
     fibers();
+    frames();
     OK(vellus_fiber_from_preset("red-fox", &fiber));
     queries(fiber);
     null_pointers(fiber);

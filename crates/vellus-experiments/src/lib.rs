@@ -34,6 +34,7 @@ mod medulla_tables;
 mod one_fiber;
 mod outcome;
 mod presets;
+mod printed_far;
 mod quality;
 mod queries;
 mod report;

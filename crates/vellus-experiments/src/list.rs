@@ -34,7 +34,7 @@ pub const EXPERIMENTS: &[Experiment] = &[
     experiment("segment-error", "Sec. 5.1, Appendix", "Segments of the far field and their error", segments::run),
     experiment("energy", "Table 3, Sec. 4", "Energy of the lobes: models against the whole fibre", energy::run),
     experiment("exit", "Sec. 4.3", "Where scattered light leaves: the model against the whole fibre", exit::run),
-    experiment("queries", "Sec. 7", "Time of a query, against the optimised baseline of 2015", queries::run),
+    experiment("queries", "Sec. 7", "Time of a query, beside 2015 optimised and as published", queries::run),
     experiment("scenes", "Table 5", "Scenes: strands, segments, memory", scenes::run),
     experiment("closeup", "Fig. 5", "Near field against far field close up", closeup::run),
     experiment("indices", "Fig. 6", "One index of refraction against two", indices::run),

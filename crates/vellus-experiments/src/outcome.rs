@@ -164,6 +164,9 @@ pub enum Verdict {
     /// It does not hold.
     #[serde(rename = "does not hold")]
     DoesNotHold,
+    /// It compares with a program that we do not have, and does not hold for our optimised version of it.
+    #[serde(rename = "not reproduced with our optimised baseline")]
+    NotReproduced,
     /// It cannot be judged. [`Claim::why`] is the reason.
     #[serde(rename = "not judged")]
     NotJudged,
@@ -174,12 +177,25 @@ pub enum Verdict {
 
 impl Verdict {
     /// All verdicts, in the order of summaries.
-    pub const ALL: [Verdict; 5] =
-        [Verdict::Holds, Verdict::Better, Verdict::DoesNotHold, Verdict::NotJudged, Verdict::NotAtSmokeQuality];
+    pub const ALL: [Verdict; 6] = [
+        Verdict::Holds,
+        Verdict::Better,
+        Verdict::DoesNotHold,
+        Verdict::NotReproduced,
+        Verdict::NotJudged,
+        Verdict::NotAtSmokeQuality,
+    ];
 
     /// The verdict in words.
     pub fn name(self) -> &'static str {
-        ["holds", "better", "does not hold", "not judged", "not judged at smoke quality"][self as usize]
+        match self {
+            Verdict::Holds => "holds",
+            Verdict::Better => "better",
+            Verdict::DoesNotHold => "does not hold",
+            Verdict::NotReproduced => "not reproduced with our optimised baseline",
+            Verdict::NotJudged => "not judged",
+            Verdict::NotAtSmokeQuality => "not judged at smoke quality",
+        }
     }
 
     /// A count in words: "3 hold", "1 does not hold".
@@ -205,6 +221,11 @@ impl Verdict {
     /// For a number that should be at most `expected`. It is better if it is at least a tenth smaller.
     pub fn at_most(value: f64, expected: f64) -> Self {
         if value <= 0.9 * expected { Verdict::Better } else { Verdict::of(value <= expected) }
+    }
+
+    /// The verdict on a claim about the paper's program of the model of 2015, measured with our optimised version.
+    pub fn beside_our_baseline(self) -> Self {
+        if self == Verdict::DoesNotHold { Verdict::NotReproduced } else { self }
     }
 }
 
@@ -236,9 +257,9 @@ impl Claim {
         Claim { more: more.into(), ..self }
     }
 
-    /// Adds a remark if the claim does not hold.
+    /// Adds a remark if the claim does not hold, or is not reproduced.
     pub fn or_because(self, why: &str) -> Self {
-        if self.verdict == Verdict::DoesNotHold { self.because(why) } else { self }
+        if matches!(self.verdict, Verdict::DoesNotHold | Verdict::NotReproduced) { self.because(why) } else { self }
     }
 
     /// Adds a remark.

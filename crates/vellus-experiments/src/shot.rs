@@ -1,12 +1,16 @@
 //! Renders a part of a picture by several methods, and measures each method's error and time against its converged
 //! picture.
 
+use crate::Quality;
 use crate::context::{Context, Interrupted};
+use crate::printed_far::PrintedFar;
 use anyhow::{Context as _, Result, anyhow};
 use std::ops::Range;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 use vellus_io::{DigestBuilder, cpu_time};
 use vellus_models::ModelKind;
+use vellus_models::yan2015::Profiles;
 use vellus_render::session::{End, Options, read_film, write_film};
 use vellus_render::{Error, Film, Filter, Layer, Mode, PICTURE_VERSION, Session, Settings, World};
 use vellus_scene::{Camera, Scene};
@@ -21,7 +25,7 @@ pub struct Method {
     pub mode: Mode,
     /// For yan2015: the medulla's index, if it differs from the cortex'.
     pub eta_m: Option<f32>,
-    /// For yan2015: sample as it was published in 2015.
+    /// For yan2015: trace paths, read large tables and sample as it was published in 2015.
     pub published: bool,
 }
 
@@ -41,11 +45,18 @@ pub const NEAR: Method = ours("near field", "near", Mode::Near);
 pub const FAR: Method = ours("far field", "far", Mode::Far);
 pub const MULTI: Method = ours("multi-scale", "multiscale", Mode::MultiScale);
 pub const YAN2015: Method = Method { model: ModelKind::Yan2015, ..ours("Yan et al. 2015", "yan2015", Mode::Near) };
-pub const PUBLISHED: Method = Method {
-    model: ModelKind::Yan2015,
-    published: true,
-    ..ours("2015, sampled as published", "yan2015-published", Mode::Near)
-};
+pub const PUBLISHED: Method =
+    Method { model: ModelKind::Yan2015, published: true, ..ours("2015 as published", "yan2015-published", Mode::Near) };
+
+/// The tables of the model of 2015 as published. At smoke quality they are small, because filling tables of 755 MB
+/// takes longer than everything else.
+pub fn profiles(quality: Quality) -> &'static Profiles {
+    static SMALL: OnceLock<Profiles> = OnceLock::new();
+    match quality {
+        Quality::Smoke => SMALL.get_or_init(|| Profiles::new([4, 4, 4, 36])),
+        Quality::Draft | Quality::Paper => Profiles::published(),
+    }
+}
 
 /// The time between checkpoints of long renderings.
 const KEEP: Duration = Duration::from_secs(30);
@@ -65,6 +76,8 @@ pub struct Shot<'c> {
     size: [usize; 2],
     crop: [usize; 4],
     layers: Vec<Layer>,
+    /// If set, the far field has the paper's segments, this many on each side.
+    segments: Option<usize>,
 }
 
 /// A converged picture, and the variance of its mean in RGB, averaged over pixels and channels.
@@ -105,7 +118,8 @@ impl<'c> Shot<'c> {
     /// `crop` is left, top, width and height in a picture of `size`.
     pub fn new(context: &'c Context<'c>, name: &str, scene: Scene, size: [usize; 2], crop: [usize; 4]) -> Result<Self> {
         let world = World::new(scene)?;
-        Ok(Shot { context, name: name.to_owned(), world, size, crop, layers: vec![Layer::Beauty] })
+        let (name, layers) = (name.to_owned(), vec![Layer::Beauty]);
+        Ok(Shot { context, name, world, size, crop, layers, segments: None })
     }
 
     /// Selects another part of the same scene. `name` identifies its files.
@@ -121,6 +135,11 @@ impl<'c> Shot<'c> {
     /// Adds layers to the film.
     pub fn with_layers(self, layers: &[Layer]) -> Self {
         Shot { layers: layers.to_vec(), ..self }
+    }
+
+    /// Renders far fields by the paper's segments: see [`PrintedFar`]. The model of a method is not used.
+    pub fn with_printed_segments(self, segments: usize) -> Self {
+        Shot { segments: Some(segments), ..self }
     }
 
     fn settings(&self, method: Method, seed: u32) -> Settings {
@@ -142,8 +161,12 @@ impl<'c> Shot<'c> {
 
     /// Sets the model of the strands.
     fn choose(&mut self, method: Method) -> Result<()> {
+        if let Some(segments) = self.segments {
+            return Ok(self.world.set_model(|fiber| PrintedFar::new(fiber, segments))?);
+        }
         let Method { model: kind, eta_m, published, .. } = method;
-        vellus_render_models::Method { kind, eta_m, original_sampling: published }.apply(&mut self.world)?;
+        let published = published.then(|| profiles(self.context.quality));
+        vellus_render_models::Method { kind, eta_m, published }.apply(&mut self.world)?;
         Ok(())
     }
 

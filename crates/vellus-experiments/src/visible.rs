@@ -76,9 +76,18 @@ impl Visible {
 
     /// The claim that the difference is visible. `paper` is what the paper says, and `more` another number.
     pub fn claim(&self, what: &str, paper: &str, more: &str) -> Claim {
+        self.judged(what, paper, more, self.flip > NOTICEABLE)
+    }
+
+    /// The claim that the difference is not visible, likewise.
+    pub fn claim_same(&self, what: &str, paper: &str, more: &str) -> Claim {
+        self.judged(what, paper, more, self.flip < NOTICEABLE)
+    }
+
+    fn judged(&self, what: &str, paper: &str, more: &str, holds: bool) -> Claim {
         let measured = format!("FLIP {:.2}", self.flip);
         let claim = if (self.flip / NOTICEABLE - 1.0).abs() > KNOWN {
-            Claim::new(what, measured, self.flip, Verdict::of(self.flip > NOTICEABLE))
+            Claim::new(what, measured, self.flip, Verdict::of(holds))
         } else {
             Claim::not_judged(what, measured, "The value is too close to the bound to decide.")
         };
@@ -133,8 +142,11 @@ mod tests {
 
     #[test]
     fn values_close_to_the_bound_are_not_judged() {
-        let verdict = |flip: f64| Visible { flip, noisy: 0.5, noise: 0.4 }.claim("a", "b", "c").verdict;
+        let visible = |flip: f64| Visible { flip, noisy: 0.5, noise: 0.4 };
+        let verdict = |flip: f64| visible(flip).claim("a", "b", "c").verdict;
         assert_eq!([0.12, 0.105, 0.08].map(verdict), [Verdict::Holds, Verdict::NotJudged, Verdict::DoesNotHold]);
+        let same = |flip: f64| visible(flip).claim_same("a", "b", "c").verdict;
+        assert_eq!([0.12, 0.105, 0.08].map(same), [Verdict::DoesNotHold, Verdict::NotJudged, Verdict::Holds]);
     }
 
     /// Two pictures whose difference grows from left to right, with independent noise that grows from top to bottom.

@@ -1,61 +1,135 @@
 //! The residuals of a fit: log-ratios of predicted to measured values (Yan17 Sec. 5.1, Validation).
 
+use crate::aperture::Aperture;
+use crate::error::Error;
 use crate::forward::{Forward, Recent};
-use crate::parameters::assemble;
-use crate::profile::{Profile, Quantity};
+use crate::parameters::Setup;
+use crate::profile::{Point, Profile};
 use crate::space::Space;
 use std::sync::atomic::{AtomicU64, Ordering};
 use vellus_models::Directions;
 
 /// The least value of a model. It keeps logarithms finite.
-const FLOOR: f32 = 1e-30;
+const FLOOR: f64 = 1e-30;
 
-/// A profile or a part of it, prepared for comparisons with a model.
+/// Profiles or parts of them, prepared for comparisons with a model.
 pub struct Cost<'a> {
     space: &'a Space,
     forward: Forward,
     recent: Recent,
-    directions: Directions,
-    /// For each point and channel, the number to add to ln(f·cos θ) to get a residual.
-    offsets: Vec<f64>,
+    parts: Vec<Part>,
     channels: usize,
     /// How many values of the model were computed.
     pub evaluations: AtomicU64,
 }
 
-impl<'a> Cost<'a> {
-    /// Compares with the points of a profile whose indices are `chosen`.
-    pub fn new(profile: &Profile, chosen: &[usize], space: &'a Space, forward: Forward) -> Self {
-        let points = || chosen.iter().map(|&i| &profile.points[i]);
-        let offset = |p: &crate::profile::Point, c: usize| {
-            let cosine = match profile.quantity {
-                Quantity::FCos => 1.0,
-                Quantity::F => p.theta.to_radians().cos(),
-            };
-            -(cosine * p.value[c]).ln()
-        };
-        Cost {
-            space,
-            forward,
-            recent: Recent::default(),
-            directions: Directions::new(&points().map(|p| [p.theta, p.phi]).collect::<Vec<_>>()),
-            offsets: points().flat_map(|p| (0..profile.channels).map(|c| offset(p, c)).collect::<Vec<_>>()).collect(),
-            channels: profile.channels,
-            evaluations: AtomicU64::new(0),
+/// One profile, or a part of it.
+#[derive(Clone)]
+struct Part {
+    aperture: Aperture,
+    directions: Directions,
+    /// The logarithm of each measured value, point by point and channel by channel.
+    logs: Vec<f64>,
+    /// The factor on each log-ratio. See [`weights`].
+    weights: Vec<f64>,
+    /// The factor on each value of the model. See [`Cost::corrected`].
+    corrections: Vec<f64>,
+}
+
+/// Factors on the log-ratios of a profile, point by point and channel by channel: the typical relative standard
+/// deviation divided by that of each value. 1 if the profile has none.
+pub(crate) fn weights(profile: &Profile) -> Vec<f64> {
+    let log = |p: &Point, c: usize| p.sigma.map_or(0.0, |sigma| (sigma[c] / p.value[c]).ln());
+    let logs: Vec<f64> = profile.points.iter().flat_map(|p| (0..profile.channels).map(move |c| log(p, c))).collect();
+    let mean = logs.iter().sum::<f64>() / logs.len() as f64;
+    logs.into_iter().map(|x| (mean - x).exp()).collect()
+}
+
+impl Part {
+    fn new(profile: &Profile, chosen: &[usize], distance: [f64; 2]) -> Self {
+        let channels = profile.channels;
+        let weights = weights(profile);
+        let centres = chosen.iter().map(|&i| [profile.points[i].theta, profile.points[i].phi]);
+        let aperture = Aperture::new(profile.blur, profile.quantity, centres, distance);
+        let logs = |&i: &usize| profile.points[i].value.into_iter().take(channels).map(f64::ln);
+        Part {
+            directions: Directions::new(aperture.angles()),
+            aperture,
+            logs: chosen.iter().flat_map(logs).collect(),
+            weights: chosen.iter().flat_map(|i| &weights[i * channels..(i + 1) * channels]).copied().collect(),
+            corrections: vec![1.0; chosen.len() * channels],
         }
     }
 
-    /// ln(fitted/measured) of each value, point by point and channel by channel, for the variables `u`. All are
-    /// infinite if the model refuses the fibre, which does not happen within the bounds.
+    /// The values of the model, averaged over the cell of each point, without scale and background.
+    fn averages(&self, channels: usize, values: &[[f32; 3]]) -> Vec<f64> {
+        let averages = self.aperture.averages(values);
+        averages.into_iter().flat_map(|rgb| rgb.into_iter().take(channels)).collect()
+    }
+}
+
+impl<'a> Cost<'a> {
+    /// Compares with the points of each profile whose indices are `chosen`. `distance` is that of the directions in a
+    /// cell over θ and φ, degrees.
+    pub fn new(
+        profiles: &[Profile],
+        chosen: &[Vec<usize>],
+        space: &'a Space,
+        forward: Forward,
+        distance: [f64; 2],
+    ) -> Self {
+        let parts = profiles.iter().zip(chosen).map(|(profile, chosen)| Part::new(profile, chosen, distance)).collect();
+        let channels = profiles.first().map_or(1, |profile| profile.channels);
+        Cost { space, forward, recent: Recent::default(), parts, channels, evaluations: AtomicU64::new(0) }
+    }
+
+    /// ln(fitted/measured) of each value times its weight: profile by profile, point by point and channel by channel,
+    /// for the variables `u`. All are infinite if the model refuses the fibre, which does not happen within the bounds.
     pub fn residuals(&self, u: &[f64]) -> Vec<f64> {
-        self.evaluations.fetch_add(self.directions.len() as u64, Ordering::Relaxed);
-        let (specimen, theta_o, scale) = assemble(self.space.exit, &self.space.parameters, &self.space.values(u));
-        let mut values = vec![[0.0; 3]; self.directions.len()];
-        if self.forward.values_with(&self.recent, &specimen, theta_o, &self.directions, &mut values).is_err() {
-            return vec![f64::INFINITY; self.offsets.len()];
+        let values = self.space.values(u);
+        let mut residuals = Vec::new();
+        for (k, part) in self.parts.iter().enumerate() {
+            self.evaluations.fetch_add(part.directions.len() as u64, Ordering::Relaxed);
+            let Setup { specimen, theta_o, scale, background } = self.space.setup(k, &values);
+            let mut out = vec![[0.0; 3]; part.directions.len()];
+            if self.forward.values_with(&self.recent, &specimen, theta_o, &part.directions, &mut out).is_err() {
+                residuals.extend(part.logs.iter().map(|_| f64::INFINITY));
+                continue;
+            }
+            let averages = part.averages(self.channels, &out);
+            let fitted = averages.iter().zip(&part.corrections).map(|(f, c)| scale * c * f.max(FLOOR) + background);
+            residuals.extend(fitted.zip(&part.logs).zip(&part.weights).map(|((f, log), w)| w * (f.ln() - log)));
         }
-        let log_scale = scale.ln();
-        let fitted = values.iter().flat_map(|rgb| &rgb[..self.channels]);
-        fitted.zip(&self.offsets).map(|(f, o)| f64::from(f.max(FLOOR)).ln() + log_scale + o).collect()
+        residuals
+    }
+
+    /// Splits residuals by profile.
+    pub fn parts<'r>(&self, mut residuals: &'r [f64]) -> impl Iterator<Item = &'r [f64]> {
+        self.parts.iter().map(move |part| {
+            let (first, rest) = residuals.split_at(part.logs.len());
+            residuals = rest;
+            first
+        })
+    }
+
+    /// The same, with the values of the model multiplied by their ratio to the values by quadrature at `u`. The values
+    /// are then exact at `u`, and nearly exact close to it.
+    ///
+    /// # Errors
+    /// [`Error::Fiber`] if the model refuses the fibre.
+    pub fn corrected(&self, u: &[f64]) -> Result<Self, Error> {
+        let values = self.space.values(u);
+        let mut parts = Vec::new();
+        for (k, part) in self.parts.iter().enumerate() {
+            let Setup { specimen, theta_o, .. } = self.space.setup(k, &values);
+            let mut out = [vec![[0.0; 3]; part.directions.len()], vec![[0.0; 3]; part.directions.len()]];
+            self.forward.values_with(&self.recent, &specimen, theta_o, &part.directions, &mut out[0])?;
+            self.forward.exact_values(&specimen, theta_o, &part.directions, &mut out[1])?;
+            let [fast, exact] = out.map(|values| part.averages(self.channels, &values));
+            let corrections = exact.iter().zip(&fast).map(|(e, f)| e.max(FLOOR) / f.max(FLOOR)).collect();
+            parts.push(Part { corrections, ..part.clone() });
+        }
+        let evaluations = AtomicU64::new(0);
+        Ok(Cost { recent: Recent::default(), parts, evaluations, ..*self })
     }
 }

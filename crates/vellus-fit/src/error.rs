@@ -5,7 +5,15 @@ use std::path::{Path, PathBuf};
 /// Bad input. The message names its place.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// A file that cannot be read, or that is not a profile.
+    /// A file that cannot be read.
+    #[error("cannot read {}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system reports.
+        source: std::io::Error,
+    },
+    /// A file that is not a profile.
     #[error("{}: {what}", path.display())]
     File {
         /// The file.

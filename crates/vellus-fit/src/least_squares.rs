@@ -124,6 +124,16 @@ impl Problem<'_> {
 
     /// Descends from `start`, which is clamped to the bounds first.
     pub fn minimise(&self, start: &[f64], difference: Difference, most: usize) -> Minimum {
+        self.descend(start, Derivatives::Quotients(difference), most)
+    }
+
+    /// Descends with derivatives that each step corrects by what it finds (Broyden 1965), instead of new difference
+    /// quotients. `jacobian` holds the derivatives near `start`. A step then takes one evaluation.
+    pub fn follow(&self, start: &[f64], jacobian: &[Vec<f64>], most: usize) -> Minimum {
+        self.descend(start, Derivatives::Corrected(jacobian.to_vec()), most)
+    }
+
+    fn descend(&self, start: &[f64], mut derivatives: Derivatives, most: usize) -> Minimum {
         let mut u: Vec<f64> = start.iter().zip(self.bounds).map(|(x, [low, high])| x.clamp(*low, *high)).collect();
         let mut residuals = (self.residuals)(&u);
         let (mut damping, mut growth) = (1e-2, 2.0);
@@ -133,8 +143,15 @@ impl Problem<'_> {
             iterations += 1;
             let noise = noise(&residuals);
             let loss = self.loss(&residuals, noise);
-            let jacobian = self.jacobian(&u, &residuals, difference);
-            let (a, g) = self.normal_equations(&jacobian, &residuals, noise);
+            let new;
+            let jacobian = match &derivatives {
+                Derivatives::Quotients(difference) => {
+                    new = self.jacobian(&u, &residuals, *difference);
+                    &new
+                }
+                Derivatives::Corrected(known) => known,
+            };
+            let (a, g) = self.normal_equations(jacobian, &residuals, noise);
             // The damping grows until a step reduces the loss.
             loop {
                 let step = self.step(&a, &g, &u, damping);
@@ -148,6 +165,8 @@ impl Problem<'_> {
                 let tried = (self.residuals)(&next);
                 let (better, predicted) = (self.loss(&tried, noise), predicted(&a, &g, &step) / (noise * noise));
                 let gain = (loss - better) / predicted.max(f64::MIN_POSITIVE);
+                let corrected = matches!(derivatives, Derivatives::Corrected(_));
+                derivatives.correct(&u, &residuals, &next, &tried, self.steps);
                 if better < loss {
                     // Nielsen's rule: the better the prediction was, the smaller the damping becomes.
                     damping = (damping * (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0)).max(1e-12);
@@ -161,6 +180,9 @@ impl Problem<'_> {
                 growth *= 2.0;
                 if damping > 1e12 {
                     converged = true;
+                    break;
+                }
+                if corrected {
                     break;
                 }
             }
@@ -206,6 +228,30 @@ impl Problem<'_> {
             if !pushed {
                 return step;
             }
+        }
+    }
+}
+
+/// Where derivatives come from.
+enum Derivatives {
+    Quotients(Difference),
+    Corrected(Vec<Vec<f64>>),
+}
+
+impl Derivatives {
+    /// Changes the derivatives as little as possible so that they explain a step. Changes count in units of `steps`.
+    fn correct(&mut self, from: &[f64], before: &[f64], to: &[f64], after: &[f64], steps: &[f64]) {
+        let Derivatives::Corrected(jacobian) = self else { return };
+        let moved: Vec<f64> = to.iter().zip(from).map(|(a, b)| a - b).collect();
+        let share: Vec<f64> = moved.iter().zip(steps).map(|(m, s)| m / (s * s)).collect();
+        let norm: f64 = moved.iter().zip(&share).map(|(m, s)| m * s).sum();
+        if norm <= 0.0 {
+            return;
+        }
+        for i in 0..before.len() {
+            let predicted: f64 = jacobian.iter().zip(&moved).map(|(column, m)| column[i] * m).sum();
+            let missing = (after[i] - before[i] - predicted) / norm;
+            jacobian.iter_mut().zip(&share).for_each(|(column, s)| column[i] += missing * s);
         }
     }
 }

@@ -2,7 +2,8 @@
 //! (Yan17 Sec. 5.1, Validation).
 //!
 //! - [`read()`]: reads measured profiles from files. [`simulate`]: makes synthetic profiles.
-//! - [`fit()`]: bounded least squares on the log-ratio of fitted to measured values, from many starts.
+//! - [`fit()`]: bounded least squares on the log-ratio of fitted to measured values, from many starts, of one profile
+//!   or of several profiles of the same fibre.
 //! - [`Forward`]: the model that is fitted, Yan et al. 2017 or one of three earlier models.
 //!
 //! ```
@@ -13,17 +14,19 @@
 //! let synthetic = Synthetic { step: [8.0, 4.0], ..Synthetic::default() };
 //! let profile = simulate::from_model(Forward::default(), &truth.into(), &synthetic)?;
 //! let options = Options { starts: 8, ..Options::default() };
-//! let result = fit(&profile, Forward::default(), &options, &())?;
+//! let result = fit(&[profile], Forward::default(), &options, &())?;
 //! assert!(result.nrmse < 0.02 && (result.specimen.fiber.eta - truth.eta).abs() < 0.02);
 //! # Ok(()) }
 //! ```
 #![warn(clippy::print_stdout)]
 
+mod aperture;
 mod cost;
 mod error;
 mod fit;
 mod forward;
 mod image;
+mod intervals;
 pub mod least_squares;
 pub mod matrix;
 mod options;
@@ -44,10 +47,10 @@ pub use error::Error;
 pub use fit::{errors, fit};
 pub use forward::Forward;
 pub use options::Options;
-pub use outcome::{Combination, Correlations, Estimate, Fit, Rival, Starts, State};
+pub use outcome::{Combination, Correlations, Estimate, Fit, Part, Rival, Starts, State};
 pub use parameters::Name;
-pub use profile::{FEWEST, LARGEST, Point, Profile, Quantity};
-pub use read::{Angles, Axis, Reading, read};
+pub use profile::{FEWEST, LARGEST, Point, Profile, Quantity, WIDEST};
+pub use read::{Angles, Axis, Reading, parse_blur, read};
 pub use refit::{Refit, refit};
 pub use simulate::Synthetic;
 pub use space::Requests;

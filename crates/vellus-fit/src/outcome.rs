@@ -29,6 +29,9 @@ pub struct Estimate {
     /// The standard error. It is one-sided at an end of the range. `None` for a parameter that was not fitted, or that
     /// the data do not constrain.
     pub error: Option<f64>,
+    /// The 95 % interval of the profile likelihood, within the range of the parameter. `None` for a parameter that was
+    /// not fitted.
+    pub interval: Option<[f64; 2]>,
     /// How it was treated.
     pub state: State,
     /// Whether the data determine the value. False at an end of the range, and if the standard error exceeds a tenth
@@ -78,26 +81,43 @@ pub struct Combination {
     pub standard_error: f64,
 }
 
-/// The result of a fit.
+/// The result of a fit for one of its profiles.
 #[derive(Clone, Debug)]
-pub struct Fit {
-    /// The model that was fitted.
-    pub model: ModelKind,
-    /// The fitted fibre.
+pub struct Part {
+    /// The fitted fibre. It only differs between profiles in what [`Requests::separate`](crate::Requests::separate)
+    /// names.
     pub specimen: Specimen,
     /// Inclination of the fixed direction, degrees.
     pub theta_o: f64,
     /// The factor on the values of the model.
     pub scale: f64,
+    /// What is added to them.
+    pub background: f64,
+    /// The value of the model for each point, in the unit of the profile.
+    pub fitted: Vec<[f64; 3]>,
+    /// RMS error divided by the range of the measured values (Yan17 footnote 3).
+    pub nrmse: f64,
+    /// The same for the logarithms, which the fit minimises.
+    pub log_nrmse: f64,
+}
+
+/// The result of a fit.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// The model that was fitted.
+    pub model: ModelKind,
+    /// The fitted fibre, that of the first profile.
+    pub specimen: Specimen,
+    /// The result for each profile.
+    pub parts: Vec<Part>,
     /// All parameters of the model, in the order of files.
     pub estimates: Vec<Estimate>,
     /// The correlations of the fitted parameters.
     pub correlations: Correlations,
     /// The combination of parameters that the data constrain least.
     pub weakest: Combination,
-    /// The value of the model for each point, in the unit of the profile.
-    pub fitted: Vec<[f64; 3]>,
-    /// RMS error divided by the range of the measured values (Yan17 footnote 3).
+    /// RMS error divided by the range of the measured values (Yan17 footnote 3): the RMS over all values of all
+    /// profiles.
     pub nrmse: f64,
     /// The same for the logarithms, which the fit minimises.
     pub log_nrmse: f64,

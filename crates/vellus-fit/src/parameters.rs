@@ -63,10 +63,20 @@ pub enum Kind {
     ThetaO,
     /// The factor on the values of the model, because the unit of a measurement is arbitrary.
     Scale,
+    /// Light that does not come from the fibre, the same in all directions and channels, in the unit of the profile.
+    /// It is fixed to 0 unless it is freed.
+    Background,
+}
+
+impl Kind {
+    /// Whether this describes a measurement, not the fibre. Each profile of a joint fit then has a value of its own.
+    pub fn is_of_measurement(self) -> bool {
+        matches!(self, Kind::ThetaO | Kind::Scale | Kind::Background)
+    }
 }
 
 /// The name of a parameter in [`Requests`](crate::Requests), the same as in files: `eta`, `sigma_ca`, `sigma_ca.r`,
-/// `eta_m`, `theta_o`, `scale` and so on.
+/// `eta_m`, `theta_o`, `scale`, `background` and so on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Name {
     /// A parameter of the fibre. `None` means all of its channels.
@@ -77,6 +87,8 @@ pub enum Name {
     ThetaO,
     /// The factor on the values of the model.
     Scale,
+    /// Light that does not come from the fibre.
+    Background,
 }
 
 impl Name {
@@ -87,7 +99,8 @@ impl Name {
             (Name::Fiber(name, Some(channel)), Kind::Fiber(parameter, c)) => {
                 name == parameter && channel == c && channels > 1
             }
-            (Name::EtaM, Kind::EtaM) | (Name::ThetaO, Kind::ThetaO) | (Name::Scale, Kind::Scale) => true,
+            (Name::EtaM, Kind::EtaM) | (Name::ThetaO, Kind::ThetaO) => true,
+            (Name::Scale, Kind::Scale) | (Name::Background, Kind::Background) => true,
             _ => false,
         }
     }
@@ -103,11 +116,12 @@ impl FromStr for Name {
             "eta_m" => Ok(Name::EtaM),
             "theta_o" => Ok(Name::ThetaO),
             "scale" => Ok(Name::Scale),
+            "background" => Ok(Name::Background),
             _ => match FiberParameter::parse(name).filter(|(parameter, _)| is_fitted(*parameter)) {
                 Some((parameter, channel)) => Ok(Name::Fiber(parameter, channel)),
                 None => {
                     let known = FiberParameter::ALL.into_iter().filter(|p| is_fitted(*p)).map(FiberParameter::name);
-                    let known: Vec<&str> = known.chain(["eta_m", "theta_o", "scale"]).collect();
+                    let known: Vec<&str> = known.chain(["eta_m", "theta_o", "scale", "background"]).collect();
                     let what = format!("unknown parameter '{name}': those of fits are {}", known.join(", "));
                     Err(Error::Parameter(what))
                 }
@@ -124,6 +138,7 @@ impl fmt::Display for Name {
             Name::EtaM => f.write_str("eta_m"),
             Name::ThetaO => f.write_str("theta_o"),
             Name::Scale => f.write_str("scale"),
+            Name::Background => f.write_str("background"),
         }
     }
 }
@@ -178,13 +193,23 @@ pub(crate) fn habits(parameter: FiberParameter) -> Option<([f64; 2], Curve, f64)
     })
 }
 
-/// Converts the values of `parameters` to a fibre, the inclination of ω_o in degrees, and the scale.
-pub(crate) fn assemble(exit: Exit, parameters: &[Parameter], values: &[f64]) -> (Specimen, f64, f64) {
+/// A fibre and its measurement: what [`Cost`](crate::cost::Cost) compares with one profile.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Setup {
+    pub specimen: Specimen,
+    /// Inclination of ω_o, degrees.
+    pub theta_o: f64,
+    pub scale: f64,
+    pub background: f64,
+}
+
+/// Converts the values of the parameters of one measurement.
+pub(crate) fn assemble<'p>(exit: Exit, values: impl Iterator<Item = (&'p Parameter, f64)>) -> Setup {
     // Parameters that the model does not have keep the values of a hair without medulla.
     let mut fiber = Fiber::hair().with_exit(exit);
     let mut eta_m = None;
-    let (mut theta_o, mut scale) = (0.0, 1.0);
-    for (p, &x) in parameters.iter().zip(values) {
+    let (mut theta_o, mut scale, mut background) = (0.0, 1.0, 0.0);
+    for (p, x) in values {
         // Rounding may move a value just out of range.
         let v = x.clamp(p.low, p.high);
         match p.kind {
@@ -201,12 +226,13 @@ pub(crate) fn assemble(exit: Exit, parameters: &[Parameter], values: &[f64]) -> 
             Kind::EtaM => eta_m = Some(v as f32),
             Kind::ThetaO => theta_o = v,
             Kind::Scale => scale = v,
+            Kind::Background => background = v,
         }
     }
-    (Specimen { fiber, eta_m }, theta_o, scale)
+    Setup { specimen: Specimen { fiber, eta_m }, theta_o, scale, background }
 }
 
-/// The values of `parameters` for a fibre, the inclination of ω_o in degrees and a scale.
+/// The values of `parameters` for a fibre, the inclination of ω_o in degrees and a scale, without a background.
 pub(crate) fn values_of(parameters: &[Parameter], fiber: &Fiber, theta_o: f64, scale: f64) -> Vec<f64> {
     let value = |kind| match kind {
         Kind::Fiber(parameter, channel) => {
@@ -217,6 +243,7 @@ pub(crate) fn values_of(parameters: &[Parameter], fiber: &Fiber, theta_o: f64, s
         Kind::EtaM => fiber.eta.into(),
         Kind::ThetaO => theta_o,
         Kind::Scale => scale,
+        Kind::Background => 0.0,
     };
     parameters.iter().map(|p| value(p.kind).clamp(p.low, p.high)).collect()
 }

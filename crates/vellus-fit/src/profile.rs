@@ -47,6 +47,9 @@ pub struct Point {
     pub phi: f64,
     /// The measured RGB value, above 0, in any unit. Grey profiles only use the first channel.
     pub value: [f64; 3],
+    /// The standard deviation of each value, above 0, in the same unit. Either all points of a profile have it, or
+    /// none. A fit uses the ratios of these numbers, and finds a common factor.
+    pub sigma: Option<[f64; 3]>,
 }
 
 /// Light scattered by one fibre, averaged over its width, between one fixed direction and many other directions.
@@ -58,6 +61,9 @@ pub struct Profile {
     pub quantity: Quantity,
     /// Number of channels: 1 (grey) or 3 (RGB).
     pub channels: usize,
+    /// Full widths over θ and φ, degrees, of the cell over which each value is an average: the aperture of detector
+    /// and light. 0 is a single direction. For a round aperture of diameter d, √3/2 d has the same variance.
+    pub blur: [f64; 2],
     /// The measured points.
     pub points: Vec<Point>,
     /// Directions without a value: θ and φ in degrees.
@@ -76,6 +82,9 @@ pub const LARGEST: [f64; 2] = [1e-20, 1e20];
 /// Values are constant if the standard deviation of their logarithms is below this. Single precision and the quadrature
 /// of the far field cause errors of this size.
 const CONSTANT: f64 = LEAST_NOISE;
+
+/// The largest width of a cell, degrees.
+pub const WIDEST: f64 = 30.0;
 
 /// The smallest number of directions for a fit: three for each of a dozen parameters.
 pub const FEWEST: usize = 36;
@@ -96,10 +105,21 @@ impl Profile {
         if self.theta_o.is_nan() || self.theta_o.abs() >= 90.0 {
             return wrong(format!("theta_o = {} is out of range: it must be in (-90, 90) degrees", self.theta_o));
         }
+        check_blur(self.blur)?;
         for p in &self.points {
             check_angles(p.theta, p.phi).map_err(Error::Profile)?;
             if let Some(x) = p.value[..self.channels].iter().find(|x| !(x.is_finite() && **x > 0.0)) {
                 return wrong(format!("the value {x} at theta {}, phi {} is not above 0", p.theta, p.phi));
+            }
+            let sigma = p.sigma.iter().flat_map(|sigma| &sigma[..self.channels]);
+            if let Some(x) = sigma.into_iter().find(|x| !(x.is_finite() && **x > 0.0)) {
+                return wrong(format!("sigma = {x} at theta {}, phi {} is not above 0", p.theta, p.phi));
+            }
+            if p.sigma.is_some() != self.points[0].sigma.is_some() {
+                return wrong(format!(
+                    "only one of the values at theta {}, phi {} and theta {}, phi {} has a sigma: give all of them",
+                    self.points[0].theta, self.points[0].phi, p.theta, p.phi
+                ));
             }
         }
         let ([low, high], [_, largest]) = (LARGEST, self.range());
@@ -152,6 +172,13 @@ impl Profile {
         values
     }
 
+    /// The median of all values.
+    pub(crate) fn median(&self) -> f64 {
+        let mut values: Vec<f64> = self.points.iter().flat_map(|p| &p.value[..self.channels]).copied().collect();
+        let middle = values.len() / 2;
+        if values.is_empty() { 1.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
+    }
+
     /// The logarithm of the ratio of the largest to the smallest value.
     pub fn log_range(&self) -> f64 {
         let [low, high] = self.range();
@@ -162,6 +189,14 @@ impl Profile {
     pub fn range(&self) -> [f64; 2] {
         let values = self.points.iter().flat_map(|p| &p.value[..self.channels]);
         values.fold([f64::INFINITY, 0.0], |[low, high], &x| [low.min(x), high.max(x)])
+    }
+}
+
+/// Checks the widths of the cells.
+pub(crate) fn check_blur(blur: [f64; 2]) -> Result<(), Error> {
+    match blur.into_iter().find(|x| !(0.0..=WIDEST).contains(x)) {
+        Some(x) => Err(Error::Profile(format!("blur = {x} is out of range: it must be in [0, {WIDEST}] degrees"))),
+        None => Ok(()),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::image;
-use crate::profile::{Point, Profile, Quantity, check_angles};
+use crate::profile::{Point, Profile, Quantity, check_angles, check_blur};
 use crate::write::SIMULATED;
 use std::path::Path;
 use std::str::FromStr;
@@ -76,7 +76,7 @@ impl FromStr for Axis {
 }
 
 /// What the caller knows about a file. Text and CSV files may state it in comments: `# theta_o = -30`, `# angles =
-/// fiber`, `# quantity = f-cos`. A synthetic measurement has the parameters that were simulated: `# simulated kappa =
+/// fiber`, `# quantity = f-cos`, `# blur = 5,5`. A synthetic measurement has the parameters that were simulated: `# simulated kappa =
 /// 0.88`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Reading {
@@ -88,6 +88,21 @@ pub struct Reading {
     pub quantity: Option<Quantity>,
     /// θ of an image's rows and φ of its columns.
     pub axes: Option<[Axis; 2]>,
+    /// Widths over θ and φ of the cell of each value, [`Profile::blur`]. Default: 0.
+    pub blur: Option<[f64; 2]>,
+}
+
+/// Parses the widths of a cell: one number for both, or `θ,φ`, in degrees.
+///
+/// # Errors
+/// [`Error::Parameter`] for other text, and [`Error::Profile`] for a width out of range.
+pub fn parse_blur(text: &str) -> Result<[f64; 2], Error> {
+    let number = |x: &str| x.trim().parse::<f64>().map_err(|_| Error::Parameter(format!("'{x}' is not a number")));
+    let widths = match text.split_once(',') {
+        Some((theta, phi)) => [number(theta)?, number(phi)?],
+        None => [number(text)?; 2],
+    };
+    check_blur(widths).map(|()| widths)
 }
 
 /// The largest file that is read: 1 GiB. The largest accepted array, 2²⁶ doubles, takes half of it.
@@ -104,15 +119,15 @@ struct Table {
 }
 
 /// Reads a profile. Formats: `.txt` with lines `phi theta value` or `phi theta r g b`, `?` for a missing value;
-/// `.csv` with the columns theta, phi, and value or r, g, b; `.npy` or `.exr` with rows over θ, columns over φ, NaN
+/// `.csv` with the columns theta, phi, value or r, g, b, and if known sigma or sigma_r, sigma_g, sigma_b; `.npy` or `.exr` with rows over θ, columns over φ, NaN
 /// for a missing value. A value of 0 counts as missing. So does a negative one, which noise leaves where a background
 /// was subtracted; [`Profile::negative`] counts these.
 ///
 /// # Errors
-/// [`Error::Line`] or [`Error::File`]. The message states the problem and its place.
+/// [`Error::Read`], [`Error::Line`] or [`Error::File`]. The message states the problem and its place.
 pub fn read(path: &Path, reading: &Reading) -> Result<Profile, Error> {
-    let bytes =
-        vellus_io::read_at_most(path, MOST_BYTES).map_err(|e| Error::file(path, format!("cannot read it: {e}")))?;
+    let bytes = vellus_io::read_at_most(path, MOST_BYTES);
+    let bytes = bytes.map_err(|source| Error::Read { path: path.to_owned(), source })?;
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     let text = || {
         std::str::from_utf8(&bytes)
@@ -131,6 +146,7 @@ pub fn read(path: &Path, reading: &Reading) -> Result<Profile, Error> {
         })?,
         quantity: reading.quantity.or(table.known.quantity).unwrap_or_default(),
         channels: table.channels,
+        blur: reading.blur.or(table.known.blur).unwrap_or_default(),
         points: table.points,
         missing: table.missing,
         negative: table.negative,
@@ -151,6 +167,7 @@ fn header(path: &Path, text: &str) -> Result<(Reading, Vec<(String, f64)>), Erro
         match name {
             "theta_o" => known.theta_o = Some(value.parse().map_err(|_| wrong("degrees"))?),
             "angles" => known.angles = Some(value.parse().map_err(|_| wrong("fiber or gantry"))?),
+            "blur" => known.blur = Some(parse_blur(value).map_err(|_| wrong("one or two widths in degrees"))?),
             "quantity" => known.quantity = Some(value.parse().map_err(|_| wrong("f-cos or f"))?),
             _ => {
                 if let Some(parameter) = name.strip_prefix(SIMULATED) {
@@ -179,14 +196,14 @@ impl Table {
     }
 
     /// Adds one measurement.
-    fn add(&mut self, [theta, phi]: [f64; 2], values: &[Option<f64>]) {
+    fn add(&mut self, [theta, phi]: [f64; 2], values: &[Option<f64>], sigma: Option<[f64; 3]>) {
         self.negative += usize::from(values.iter().flatten().any(|x| *x < 0.0));
         let mut value = [0.0; 3];
         for (v, given) in value.iter_mut().zip(values) {
             *v = given.unwrap_or(0.0);
         }
         if value[..self.channels].iter().all(|&x| x > 0.0) {
-            self.points.push(Point { theta, phi, value });
+            self.points.push(Point { theta, phi, value, sigma });
         } else {
             self.missing.push([theta, phi]);
         }
@@ -219,7 +236,7 @@ fn lines(path: &Path, text: &str, reading: &Reading) -> Result<Table, Error> {
         };
         let direction = angles.check(angle("theta", cells[1])?, angle("phi", cells[0])?).map_err(wrong)?;
         let values = cells[2..].iter().map(|c| number("value", c)).collect::<Result<Vec<_>, _>>().map_err(wrong)?;
-        table.add(direction, &values);
+        table.add(direction, &values, None);
     }
     Ok(Table { simulated, ..table.unwrap_or_else(|| Table::new(1, known)) })
 }
@@ -236,7 +253,7 @@ fn csv_error(path: &Path, error: &csv::Error) -> Error {
 }
 
 fn columns(path: &Path, text: &str, reading: &Reading) -> Result<Table, Error> {
-    const KNOWN: &str = "theta, phi, and value or r, g, b";
+    const KNOWN: &str = "theta, phi, value or r, g, b, and sigma or sigma_r, sigma_g, sigma_b";
     let (known, simulated) = header(path, text)?;
     let angles = reading.angles.or(known.angles).unwrap_or(Angles::Fiber);
     let mut csv = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
@@ -252,8 +269,19 @@ fn columns(path: &Path, text: &str, reading: &Reading) -> Result<Table, Error> {
         let found: Vec<&str> = head.iter().collect();
         return Err(Error::line(path, head_line, format!("the columns are {}: expected {KNOWN}", found.join(", "))));
     };
-    // A column such as `sigma` would change the fit if it were used, so it is not left out without a word.
-    let is_used = |i: usize| i == theta || i == phi || values.contains(&i);
+    let sigmas: Vec<usize> = match at("sigma") {
+        Some(sigma) => vec![sigma],
+        None => ["sigma_r", "sigma_g", "sigma_b"].into_iter().filter_map(at).collect(),
+    };
+    if sigmas.len() > 1 && sigmas.len() != values.len() {
+        return Err(Error::line(
+            path,
+            head_line,
+            format!("there are {} columns of sigma for {} of values", sigmas.len(), values.len()),
+        ));
+    }
+    // Another column might change the fit if it were used, so it is not left out without a word.
+    let is_used = |i: usize| i == theta || i == phi || values.contains(&i) || sigmas.contains(&i);
     if let Some((_, name)) = head.iter().enumerate().find(|(i, _)| !is_used(*i)) {
         return Err(Error::line(path, head_line, format!("cannot use the column '{name}': expected {KNOWN}")));
     }
@@ -268,7 +296,21 @@ fn columns(path: &Path, text: &str, reading: &Reading) -> Result<Table, Error> {
         };
         let direction = angles.check(angle("theta", theta)?, angle("phi", phi)?).map_err(wrong)?;
         let given = values.iter().map(|&i| number(&head[i], cell(i))).collect::<Result<Vec<_>, _>>().map_err(wrong)?;
-        table.add(direction, &given);
+        // A missing value needs no sigma.
+        let sigma = match sigmas[..] {
+            _ if given.contains(&None) => None,
+            [] => None,
+            _ => {
+                let cells = (0..3).map(|c| sigmas[c.min(sigmas.len() - 1)]);
+                let numbers = cells.map(|i| number(&head[i], cell(i)).map(|x| x.unwrap_or(f64::NAN)));
+                let numbers = numbers.collect::<Result<Vec<_>, _>>().map_err(wrong)?;
+                if let Some(x) = numbers.iter().find(|x| !(**x > 0.0)) {
+                    return Err(wrong(format!("sigma = {x} is out of range: it must be above 0")));
+                }
+                Some(std::array::from_fn(|c| numbers[c]))
+            }
+        };
+        table.add(direction, &given, sigma);
     }
     Ok(table)
 }
@@ -298,7 +340,7 @@ fn pixels(path: &Path, image: Result<image::Pixels, String>, reading: &Reading) 
             if values.iter().flatten().any(|x| x.is_infinite()) {
                 return Err(wrong("the value is infinite".to_owned()));
             }
-            table.add(direction, &values);
+            table.add(direction, &values, None);
         }
     }
     Ok(table)

@@ -1,14 +1,15 @@
 //! Fits a fibre to the far field of another fibre that scattered light leaves in a different way.
 //!
 //! Yan17 Table 4 was fitted to measurements with the open exit. The same numbers give a darker fibre with the
-//! reflecting exit. The measurements are not public, so the far field of the published fibre takes their place.
+//! reflecting exit. We had no access to the measurements, so the far field of the published fibre takes their place.
 
+use crate::aperture::ROUGH;
 use crate::cost::Cost;
 use crate::error::Error;
 use crate::fit::errors;
 use crate::forward::Forward;
 use crate::least_squares::{Difference, Minimum, Problem};
-use crate::parameters::{Kind, Name, assemble, values_of};
+use crate::parameters::{Kind, Name, values_of};
 use crate::profile::Profile;
 use crate::simulate::{Synthetic, from_model};
 use crate::space::{Requests, Space};
@@ -102,9 +103,9 @@ pub fn refit(target: &Fiber, exit: Exit, progress: &dyn Progress) -> Result<Refi
             ..Synthetic::default()
         };
         let profile = from_model(forward, &(*target).into(), &gantry)?;
-        let mut space = Space::new(forward, 1, theta_o, &requests)?.with_exit(exit)?;
+        let mut space = Space::new(forward, std::slice::from_ref(&profile), &requests)?.with_exit(exit)?;
         for (parameter, largest) in LARGEST {
-            if let Some(column) = space.column_of(Kind::Fiber(parameter, 0)) {
+            if let Some(column) = space.column_of(0, Kind::Fiber(parameter, 0)) {
                 let curve = space.lead(column).curve;
                 space.bounds[column][1] = curve.variable(largest);
             }
@@ -114,10 +115,13 @@ pub fn refit(target: &Fiber, exit: Exit, progress: &dyn Progress) -> Result<Refi
         let albedos = fibers.map(|f| albedo(&f, theta_o)).collect::<Result<Vec<f64>, _>>()?;
         profiles.push((profile, space, albedos));
     }
-    let all = |profile: &Profile| (0..profile.points.len()).collect::<Vec<_>>();
-    let costs: Vec<Cost> = profiles.iter().map(|(p, space, _)| Cost::new(p, &all(p), space, forward)).collect();
+    let all = |profile: &Profile| [(0..profile.points.len()).collect::<Vec<_>>()];
+    let costs: Vec<Cost> = profiles
+        .iter()
+        .map(|(p, space, _)| Cost::new(std::slice::from_ref(p), &all(p), space, forward, ROUGH))
+        .collect();
     let space = &profiles[0].1;
-    let fiber_at = |u: &[f64]| assemble(exit, &space.parameters, &space.values(u)).0.fiber;
+    let fiber_at = |u: &[f64]| space.setup(0, &space.values(u)).specimen.fiber;
     let weights: Vec<Vec<f64>> = profiles.iter().map(|(profile, _, _)| weights(profile)).collect();
     let residuals = |u: &[f64]| -> Vec<f64> {
         let fiber = fiber_at(u);
@@ -148,13 +152,8 @@ pub fn refit(target: &Fiber, exit: Exit, progress: &dyn Progress) -> Result<Refi
             Fiber { sigma_ca: less(target.sigma_ca), sigma_ma: less(target.sigma_ma), g, ..*target }
         })
         .collect();
-    let minima: Vec<Minimum> = starts
-        .par_iter()
-        .map(|start| {
-            let u = space.variables(&values_of(&space.parameters, start, 0.0, 1.0));
-            problem.minimise(&u, Difference::Central, 100)
-        })
-        .collect();
+    let minima: Vec<Minimum> =
+        starts.par_iter().map(|start| problem.minimise(&space.variables(start), Difference::Central, 100)).collect();
     let loss = |m: &Minimum| m.residuals.iter().map(|r| r * r).sum::<f64>();
     let best = minima.iter().min_by(|a, b| loss(a).total_cmp(&loss(b)));
     let Some(best) = best else { return Err(Error::Profile("no descent ended".to_owned())) };

@@ -1,9 +1,10 @@
 //! Synthetic measurements of a model, or of a whole fibre that is traced photon by photon, without a model.
 
+use crate::aperture::{Aperture, distance};
 use crate::error::Error;
 use crate::forward::Forward;
 use crate::parameters::{Kind, Parameter, values_of};
-use crate::profile::{Point, Profile, Quantity, check_angles};
+use crate::profile::{Point, Profile, Quantity, check_angles, check_blur};
 use crate::specimen::Specimen;
 use rand::{Rng, SeedableRng};
 use std::f64::consts::TAU;
@@ -31,6 +32,11 @@ pub struct Synthetic {
     pub gaps: f64,
     /// The factor on the values, because the unit of a gantry is arbitrary.
     pub scale: f64,
+    /// Light that does not come from the fibre, in the unit of the scaled values.
+    pub background: f64,
+    /// Full widths over θ and φ of the cell over which each value is an average, degrees. A traced fibre has cells of
+    /// the size of `step` instead.
+    pub blur: [f64; 2],
     /// Number of channels: 1 (grey, the red channel of the fibre) or 3 (RGB).
     pub channels: usize,
     /// The random seed of noise, gaps and photons.
@@ -48,6 +54,8 @@ impl Default for Synthetic {
             noise: 0.02,
             gaps: 0.1,
             scale: 1.0,
+            background: 0.0,
+            blur: [0.0; 2],
             channels: 1,
             seed: 1,
         }
@@ -57,8 +65,8 @@ impl Default for Synthetic {
 impl fmt::Display for Synthetic {
     /// Noise, gaps, scale and seed in words, for the head of a file.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Synthetic { noise, gaps, scale, seed, .. } = self;
-        write!(f, "noise {noise}, gaps {gaps}, scale {scale}, seed {seed}")
+        let Synthetic { noise, gaps, scale, background, seed, .. } = self;
+        write!(f, "noise {noise}, gaps {gaps}, scale {scale}, background {background}, seed {seed}")
     }
 }
 
@@ -76,6 +84,10 @@ impl Synthetic {
         if !(self.scale > 0.0 && self.scale.is_finite()) {
             return Err(wrong(format!("scale = {} is out of range: it must be above 0", self.scale)));
         }
+        if !(self.background >= 0.0 && self.background.is_finite()) {
+            return Err(wrong(format!("background = {} is out of range: it must be at least 0", self.background)));
+        }
+        check_blur(self.blur)?;
         let axis = |name: &str, [first, last]: [f64; 2], step: f64| {
             if !(step > 0.0 && last > first && (last - first) / step <= 4000.0) {
                 return Err(wrong(format!("{name} from {first} to {last} in steps of {step} is no range of angles")));
@@ -93,7 +105,7 @@ impl Synthetic {
         Ok(axes)
     }
 
-    /// Adds noise and gaps. `values` are row by row, with θ constant along a row.
+    /// Adds background, noise and gaps. `values` are row by row, with θ constant along a row.
     fn measure(&self, [thetas, phis]: &[Vec<f64>; 2], values: &[[f64; 3]]) -> Profile {
         let mut rng = SimRng::seed_from_u64(self.seed);
         let mut unit = move || (rng.next_u64() >> 11) as f64 * (0.5f64).powi(53);
@@ -120,17 +132,18 @@ impl Synthetic {
         let (mut points, mut missing) = (Vec::new(), Vec::new());
         for (i, value) in values.iter().enumerate() {
             let (theta, phi) = (thetas[i / columns], phis[i % columns]);
-            let value = value.map(|x| x * self.scale * (self.noise * normal()).exp());
+            let value = value.map(|x| (x * self.scale + self.background) * (self.noise * normal()).exp());
             if hidden[i] || value[..self.channels].contains(&0.0) {
                 missing.push([theta, phi]);
             } else {
-                points.push(Point { theta, phi, value });
+                points.push(Point { theta, phi, value, sigma: None });
             }
         }
         Profile {
             theta_o: self.theta_o,
             quantity: Quantity::FCos,
             channels: self.channels,
+            blur: self.blur,
             points,
             missing,
             negative: 0,
@@ -173,17 +186,18 @@ impl fmt::Display for Source {
     }
 }
 
-/// Measures the far field of a model.
+/// Measures the far field of a model, exactly: [`Forward::exact_values`].
 ///
 /// # Errors
 /// [`Error::Fiber`] for a fibre out of range, [`Error::Profile`] for a gantry out of range.
 pub fn from_model(model: Forward, specimen: &Specimen, synthetic: &Synthetic) -> Result<Profile, Error> {
     let axes = synthetic.axes()?;
-    let angles: Vec<_> = axes[0].iter().flat_map(|&theta| axes[1].iter().map(move |&phi| [theta, phi])).collect();
-    let mut values = vec![[0.0f32; 3]; angles.len()];
-    model.values(specimen, synthetic.theta_o, &Directions::new(&angles), &mut values)?;
-    let values: Vec<[f64; 3]> = values.iter().map(|v| v.map(f64::from)).collect();
-    Ok(Profile { simulated: truth(model, specimen, synthetic), ..synthetic.measure(&axes, &values) })
+    let angles = axes[0].iter().flat_map(|&theta| axes[1].iter().map(move |&phi| [theta, phi]));
+    let cells = Aperture::new(synthetic.blur, Quantity::FCos, angles, distance(&specimen.fiber));
+    let mut values = vec![[0.0f32; 3]; cells.angles().len()];
+    model.exact_values(specimen, synthetic.theta_o, &Directions::new(cells.angles()), &mut values)?;
+    let simulated = truth(model, specimen, synthetic);
+    Ok(Profile { simulated, ..synthetic.measure(&axes, &cells.averages(&values)) })
 }
 
 /// The names and values of a model's parameters.
@@ -194,6 +208,7 @@ fn truth(model: Forward, specimen: &Specimen, synthetic: &Synthetic) -> Vec<(Str
         (Kind::EtaM, Some(eta_m)) => (p.name, f64::from(eta_m)),
         // A fibre stores f32. Its shortest digits are those that were given.
         (Kind::Fiber(..), _) => (p.name, rounded(x)),
+        (Kind::Background, _) => (p.name, synthetic.background),
         _ => (p.name, x),
     };
     parameters.into_iter().zip(values).map(value).collect()
@@ -221,5 +236,5 @@ pub fn from_reference(
     let cells = Cells { theta, phi, size: synthetic.step.map(f64::to_radians) };
     let values = profile(fiber, synthetic.theta_o.to_radians(), &cells, photons, synthetic.seed, progress)?;
     let simulated = truth(Forward::default(), &(*fiber).into(), synthetic);
-    Ok(Profile { simulated, ..synthetic.measure(&axes, &values) })
+    Ok(Profile { simulated, blur: synthetic.step, ..synthetic.measure(&axes, &values) })
 }

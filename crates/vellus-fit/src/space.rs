@@ -2,8 +2,9 @@
 
 use crate::error::Error;
 use crate::forward::Forward;
-use crate::parameters::{Kind, Name, Parameter};
-use vellus::Exit;
+use crate::parameters::{Curve, Kind, Name, Parameter, Setup, assemble, values_of};
+use crate::profile::Profile;
+use vellus::{Exit, Fiber};
 use vellus_models::ModelKind;
 
 /// Where the value of a parameter comes from.
@@ -24,6 +25,11 @@ pub struct Requests {
     pub tie: Vec<(Name, Name)>,
     /// Parameters to fit that are usually fixed.
     pub free: Vec<Name>,
+    /// Parameters of the fibre that differ from profile to profile in a joint fit, such as the absorption if each
+    /// profile has a wavelength of its own.
+    pub separate: Vec<Name>,
+    /// Parameters of the measurement that all profiles of a joint fit share, such as the scale.
+    pub share: Vec<Name>,
 }
 
 impl Requests {
@@ -64,6 +70,23 @@ fn pair<'a>(text: &'a str, expected: &str) -> Result<(Name, &'a str), Error> {
     Ok((name.trim().parse()?, value.trim()))
 }
 
+/// A parameter of one profile. `number` is part of the name if profiles have different values.
+fn of_profile(p: &Parameter, profile: &Profile, number: Option<usize>) -> Parameter {
+    let mut p = p.clone();
+    if let Some(number) = number {
+        p.name = format!("{}[{number}]", p.name);
+    }
+    if p.kind == Kind::Background {
+        // In the unit of the profile.
+        let unit = profile.median();
+        p.usual = p.usual.map(|x| x * unit);
+        if let Curve::Log { offset } = &mut p.curve {
+            *offset *= unit;
+        }
+    }
+    p
+}
+
 /// The parameters and the variables of one fit.
 #[derive(Clone, Debug)]
 pub struct Space {
@@ -71,8 +94,12 @@ pub struct Space {
     pub model: Forward,
     /// How scattered light leaves the fibre.
     pub exit: Exit,
-    /// All parameters.
+    /// All parameters. In a joint fit, one that differs from profile to profile is there once for each.
     pub parameters: Vec<Parameter>,
+    /// For each profile, the indices of its parameters.
+    pub members: Vec<Vec<usize>>,
+    /// The inclination of the fixed direction of each profile, degrees.
+    thetas: Vec<f64>,
     /// Where the value of each comes from.
     pub sources: Vec<Source>,
     /// For each variable, the index of the parameter that it is named after.
@@ -82,19 +109,35 @@ pub struct Space {
 }
 
 impl Space {
-    /// The parameters of a model for a profile with 1 or 3 channels, whose fixed direction is at `theta_o` degrees.
+    /// The parameters of a model for one profile or more. All profiles have the same number of channels.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for a parameter that the model does not have, a value out of range, or requests that
-    /// contradict each other.
-    pub fn new(model: Forward, channels: usize, theta_o: f64, requests: &Requests) -> Result<Self, Error> {
-        let parameters = model.parameters(channels);
+    /// [`Error::Profile`] for profiles with different numbers of channels, or none. [`Error::Parameter`] for a
+    /// parameter that the model does not have, a value out of range, or requests that contradict each other.
+    pub fn new(model: Forward, profiles: &[Profile], requests: &Requests) -> Result<Self, Error> {
+        let channels = profiles.first().map_or(0, |profile| profile.channels);
+        if channels == 0 || profiles.iter().any(|profile| profile.channels != channels) {
+            return Err(Error::Profile("all profiles of a fit must have one channel, or all three".to_owned()));
+        }
+        let (mut parameters, mut members) = (Vec::new(), vec![Vec::new(); profiles.len()]);
+        for p in model.parameters(channels) {
+            let named = |names: &[Name]| names.iter().any(|name| name.means(p.kind, channels));
+            let differs = p.kind.is_of_measurement() && !named(&requests.share) || named(&requests.separate);
+            for (k, profile) in profiles.iter().enumerate() {
+                if k == 0 || differs {
+                    parameters.push(of_profile(&p, profile, (differs && profiles.len() > 1).then_some(k + 1)));
+                }
+                members[k].push(parameters.len() - 1);
+            }
+        }
+        let thetas: Vec<f64> = profiles.iter().map(|profile| profile.theta_o).collect();
         let mut given: Vec<Option<f64>> = vec![None; parameters.len()];
         let find = |name: Name| -> Result<Vec<usize>, Error> {
             let found: Vec<usize> =
                 (0..parameters.len()).filter(|&i| name.means(parameters[i].kind, channels)).collect();
             if found.is_empty() {
-                let known: Vec<&str> = parameters.iter().map(|p| p.name.as_str()).collect();
+                let known = model.parameters(channels);
+                let known: Vec<&str> = known.iter().map(|p| p.name.as_str()).collect();
                 return Err(Error::Parameter(format!(
                     "unknown parameter '{name}': those of {} are {}",
                     model.kind(),
@@ -103,10 +146,17 @@ impl Space {
             }
             Ok(found)
         };
-        for (i, p) in parameters.iter().enumerate() {
-            if p.kind == Kind::ThetaO {
-                given[i] = Some(theta_o);
+        for (theta_o, indices) in thetas.iter().zip(&members) {
+            for &i in indices {
+                match parameters[i].kind {
+                    Kind::ThetaO => given[i] = Some(*theta_o),
+                    Kind::Background => given[i] = Some(0.0),
+                    _ => {}
+                }
             }
+        }
+        for &name in requests.separate.iter().chain(&requests.share) {
+            find(name)?;
         }
         for &name in &requests.free {
             find(name)?.into_iter().for_each(|i| given[i] = None);
@@ -188,7 +238,7 @@ impl Space {
             return Err(Error::Parameter("every parameter is fixed: there is nothing to fit".to_owned()));
         }
         let exit = if model.kind() == ModelKind::Vellus { Exit::default() } else { Exit::Open };
-        Ok(Space { model, exit, parameters, sources, leads, bounds })
+        Ok(Space { model, exit, parameters, members, thetas, sources, leads, bounds })
     }
 
     /// The same parameters for a fibre that scattered light leaves in another way.
@@ -220,9 +270,20 @@ impl Space {
         self.sources.iter().map(value).collect()
     }
 
-    /// Converts the values of all parameters to variables, clamped to the bounds. A tied group has the value of its
-    /// leader.
-    pub fn variables(&self, values: &[f64]) -> Vec<f64> {
+    /// The fibre and the measurement of one profile, for the values of all parameters.
+    pub(crate) fn setup(&self, profile: usize, values: &[f64]) -> Setup {
+        assemble(self.exit, self.members[profile].iter().map(|&i| (&self.parameters[i], values[i])))
+    }
+
+    /// The variables of a fibre, with the scale 1 and no background, clamped to the bounds. A tied group has the value
+    /// of its leader.
+    pub(crate) fn variables(&self, fiber: &Fiber) -> Vec<f64> {
+        let theta_o = |i: usize| {
+            let profile = self.members.iter().position(|indices| indices.contains(&i));
+            profile.map_or(0.0, |k| self.thetas[k])
+        };
+        let one = |(i, p): (usize, &Parameter)| values_of(std::slice::from_ref(p), fiber, theta_o(i), 1.0)[0];
+        let values: Vec<f64> = self.parameters.iter().enumerate().map(one).collect();
         let variable = |(column, &lead): (usize, &usize)| {
             let [low, high] = self.bounds[column];
             self.parameters[lead].curve.variable(values[lead]).clamp(low, high)
@@ -230,22 +291,28 @@ impl Space {
         self.leads.iter().enumerate().map(variable).collect()
     }
 
-    /// The index of the variable of a parameter, if the parameter is fitted.
-    pub fn column_of(&self, kind: Kind) -> Option<usize> {
-        let i = self.parameters.iter().position(|p| p.kind == kind)?;
-        match self.sources[i] {
+    /// The index of the variable of a profile's parameter, if the parameter is fitted.
+    pub fn column_of(&self, profile: usize, kind: Kind) -> Option<usize> {
+        let i = self.members[profile].iter().find(|&&i| self.parameters[i].kind == kind)?;
+        match self.sources[*i] {
             Source::Free(column) => Some(column),
             Source::Fixed(_) => None,
         }
     }
 
-    /// Raises the lower bound of a parameter to `least`, if the parameter is fitted.
-    pub fn resolve(&mut self, kind: Kind, least: f64) {
-        if let Some(column) = self.column_of(kind) {
+    /// Raises the lower bound of a profile's parameter to `least`, if the parameter is fitted.
+    pub fn resolve(&mut self, profile: usize, kind: Kind, least: f64) {
+        if let Some(column) = self.column_of(profile, kind) {
             let lead = &self.parameters[self.leads[column]];
             let [low, high] = &mut self.bounds[column];
             *low = low.max(lead.curve.variable(least.max(lead.low))).min(*high - 1e-3);
         }
+    }
+
+    /// The size of the usual range of a variable.
+    pub fn width(&self, column: usize) -> f64 {
+        let [low, high] = self.usual(column);
+        (high - low).max(1e-3)
     }
 
     /// The usual range of a variable, within its bounds.

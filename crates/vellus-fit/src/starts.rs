@@ -3,7 +3,7 @@
 use crate::cost::Cost;
 use crate::least_squares::noise;
 use crate::options::Options;
-use crate::parameters::{Kind, values_of};
+use crate::parameters::Kind;
 use crate::space::Space;
 use rayon::prelude::*;
 use vellus::{Exit, Fiber, Species};
@@ -17,29 +17,33 @@ const MOST: usize = 1 << 16;
 
 /// The variables of `options.starts` starts. If the fit is cancelled, only the presets. The scale of each start makes
 /// its median log-ratio 0.
-pub fn starts(space: &Space, cost: &Cost, theta_o: f64, options: &Options, progress: &dyn Progress) -> Vec<Vec<f64>> {
+pub fn starts(space: &Space, cost: &Cost, options: &Options, progress: &dyn Progress) -> Vec<Vec<f64>> {
     let (count, seed) = (options.starts, options.seed);
-    let scale = space.column_of(Kind::Scale);
+    // The profiles of a joint fit have scales of their own, or share one.
+    let scales: Vec<Option<usize>> = (0..space.members.len()).map(|k| space.column_of(k, Kind::Scale)).collect();
+    let mut columns: Vec<usize> = scales.iter().copied().flatten().collect();
+    columns.dedup();
     let scaled = |mut u: Vec<f64>| -> (f64, Vec<f64>) {
-        let mut residuals = cost.residuals(&u);
-        let middle = residuals.len() / 2;
-        let median = *residuals.select_nth_unstable_by(middle, f64::total_cmp).1;
-        match scale {
-            Some(column) => {
-                u[column] -= median;
-                residuals.iter_mut().for_each(|r| *r -= median);
+        for &column in &columns {
+            let residuals = cost.residuals(&u);
+            let of_column = |(k, _): &(usize, &[f64])| scales[*k] == Some(column);
+            let parts = cost.parts(&residuals).enumerate().filter(of_column);
+            let mut logs: Vec<f64> = parts.flat_map(|(_, part)| part).copied().collect();
+            let middle = logs.len() / 2;
+            if !logs.is_empty() {
+                u[column] -= *logs.select_nth_unstable_by(middle, f64::total_cmp).1;
             }
-            None => residuals.retain(|r| r.is_finite()),
         }
+        let mut residuals = cost.residuals(&u);
+        residuals.retain(|r| r.is_finite());
         (noise(&residuals), u)
     };
     let base = match space.exit {
         Exit::Open => Fiber::published,
         Exit::Reflecting => Fiber::preset,
     };
-    let preset = |fiber: &Fiber| space.variables(&values_of(&space.parameters, fiber, theta_o, 1.0));
     let mut presets: Vec<(f64, Vec<f64>)> =
-        Species::ALL.par_iter().map(|&species| scaled(preset(&base(species)))).collect();
+        Species::ALL.par_iter().map(|&species| scaled(space.variables(&base(species)))).collect();
     presets.sort_by(|a, b| a.0.total_cmp(&b.0));
     presets.truncate(count);
     let rest = count - presets.len();

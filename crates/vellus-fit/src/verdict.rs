@@ -1,5 +1,6 @@
 //! Whether a fit follows the measurements better than a constant does.
 
+use crate::cost::weights;
 use crate::least_squares::Problem;
 use crate::profile::Profile;
 use std::fmt;
@@ -68,29 +69,45 @@ pub struct Explained {
     pub significance: f64,
 }
 
-/// Compares the residuals with those of the best constant of each channel. `variables` is the number of fitted
-/// variables.
-pub fn explained(problem: &Problem, profile: &Profile, residuals: &[f64], noise: f64, variables: usize) -> Explained {
-    let constant: f64 = (0..profile.channels)
-        .map(|c| constant_loss(problem, profile.points.iter().map(|p| p.value[c].ln()).collect(), noise))
-        .sum();
+/// Compares the residuals with those of the best constant of each channel of each profile. `variables` is the number
+/// of fitted variables.
+pub fn explained(
+    problem: &Problem,
+    profiles: &[Profile],
+    residuals: &[f64],
+    noise: f64,
+    variables: usize,
+) -> Explained {
+    let (mut constant, mut constants) = (0.0, 0);
+    for profile in profiles {
+        let weights = weights(profile);
+        for c in 0..profile.channels {
+            let logs = profile.points.iter().map(|p| p.value[c].ln());
+            let weights = weights.iter().skip(c).step_by(profile.channels);
+            constant += constant_loss(problem, logs.zip(weights.copied()).collect(), noise);
+            constants += 1;
+        }
+    }
     let fitted = problem.loss(residuals, noise);
-    let more = variables.saturating_sub(profile.channels).max(1) as f64;
+    let more = variables.saturating_sub(constants).max(1) as f64;
     let left = residuals.len().saturating_sub(variables).max(1) as f64;
     let ratio = (constant - fitted) / more / (fitted / left);
     Explained { share: 1.0 - fitted / constant, significance: deviate(ratio, more, left) }
 }
 
-/// The smallest loss that a fitted constant leaves. The loss is convex, so the weighted mean converges to its
-/// minimum.
-fn constant_loss(problem: &Problem, mut values: Vec<f64>, noise: f64) -> f64 {
+/// The smallest loss that a fitted constant leaves for values and factors on their residuals. The loss is convex, so
+/// the weighted mean converges to its minimum.
+fn constant_loss(problem: &Problem, mut values: Vec<(f64, f64)>, noise: f64) -> f64 {
     for _ in 0..50 {
-        let weights = values.iter().map(|&x| problem.weight(x, noise));
-        let (sum, weight) = values.iter().zip(weights).fold((0.0, 0.0), |(s, t), (x, w)| (s + w * x, t + w));
-        let mean = sum / weight;
-        values.iter_mut().for_each(|x| *x -= mean);
+        let add = |[sum, weight]: [f64; 2], &(x, factor): &(f64, f64)| {
+            let w = factor * factor * problem.weight(factor * x, noise);
+            [sum + w * x, weight + w]
+        };
+        let [sum, weight] = values.iter().fold([0.0; 2], add);
+        values.iter_mut().for_each(|(x, _)| *x -= sum / weight);
     }
-    problem.loss(&values, noise)
+    let residuals: Vec<f64> = values.into_iter().map(|(x, factor)| factor * x).collect();
+    problem.loss(&residuals, noise)
 }
 
 /// Converts a value of the F distribution to the normal deviate of the same probability (Paulson 1942).

@@ -16,8 +16,12 @@ fn cells(p: &Point, channels: usize) -> impl Iterator<Item = String> + '_ {
 fn header(profile: &Profile, angles: &str, notes: &[String]) -> String {
     let notes: String = notes.iter().map(|note| format!("# {note}\n")).collect();
     let simulated: String = profile.simulated.iter().map(|(name, x)| format!("# {SIMULATED}{name} = {x}\n")).collect();
+    let blur = match profile.blur {
+        [0.0, 0.0] => String::new(),
+        [theta, phi] => format!("# blur = {theta},{phi}\n"),
+    };
     format!(
-        "{notes}{simulated}# theta_o = {}\n# quantity = {}\n# angles = {angles}\n",
+        "{notes}{simulated}# theta_o = {}\n# quantity = {}\n# angles = {angles}\n{blur}",
         profile.theta_o,
         profile.quantity.name()
     )
@@ -57,20 +61,24 @@ pub fn gantry_text(profile: &Profile, notes: &[String]) -> String {
     text
 }
 
-/// Writes CSV with the columns theta, phi, and value or r, g, b. `notes` become comments at the head.
+/// Writes CSV with the columns theta, phi, value or r, g, b, and the standard deviations if there are any. `notes` become comments at the head.
 pub fn csv(profile: &Profile, notes: &[String]) -> String {
-    let names = if profile.channels == 1 { "value" } else { "r,g,b" };
+    let has_sigma = profile.points.iter().any(|p| p.sigma.is_some());
+    let names = match (profile.channels, has_sigma) {
+        (1, false) => "value",
+        (1, true) => "value,sigma",
+        (_, false) => "r,g,b",
+        (_, true) => "r,g,b,sigma_r,sigma_g,sigma_b",
+    };
     let mut text = header(profile, "fiber", notes) + &format!("theta,phi,{names}\n");
     for p in &profile.points {
-        text += &format!(
-            "{},{},{}\n",
-            tidy(p.theta),
-            tidy(p.phi),
-            cells(p, profile.channels).collect::<Vec<_>>().join(",")
-        );
+        let sigma = p.sigma.iter().flat_map(|sigma| &sigma[..profile.channels]).map(|x| format!("{x:.6e}"));
+        let cells: Vec<String> = cells(p, profile.channels).chain(sigma).collect();
+        text += &format!("{},{},{}\n", tidy(p.theta), tidy(p.phi), cells.join(","));
     }
+    let columns = profile.channels * if has_sigma { 2 } else { 1 };
     for [theta, phi] in &profile.missing {
-        text += &format!("{},{},{}\n", tidy(*theta), tidy(*phi), vec!["?"; profile.channels].join(","));
+        text += &format!("{},{},{}\n", tidy(*theta), tidy(*phi), vec!["?"; columns].join(","));
     }
     text
 }

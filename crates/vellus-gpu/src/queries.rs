@@ -22,7 +22,7 @@ pub struct Query {
     pub wi: [f32; 3],
     /// The index of the fibre.
     pub fiber: u32,
-    /// Four uniform numbers in [0, 1), as for [`vellus::NearHit::sample`].
+    /// Four uniform numbers in [0, 1), as for [`vellus::NearHit::sample8`].
     pub u: [f32; 4],
 }
 

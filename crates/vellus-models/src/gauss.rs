@@ -10,12 +10,12 @@ static RULES: [OnceLock<Vec<[f32; 2]>>; SIZES.len()] = [const { OnceLock::new() 
 /// Points in [−1, 1] and their weights, which sum to 2. The rule has at least `needed` points, or is the largest.
 pub(crate) fn rule(needed: f32) -> &'static [[f32; 2]] {
     let i = SIZES.iter().position(|&n| n as f32 >= needed).unwrap_or(SIZES.len() - 1);
-    RULES[i].get_or_init(|| points(SIZES[i]).into_iter().map(|p| p.map(|x| x as f32)).collect())
+    RULES[i].get_or_init(|| gauss_legendre(SIZES[i]).into_iter().map(|p| p.map(|x| x as f32)).collect())
 }
 
-/// The rule with `n` points, by Newton's method from Chebyshev-like initial values (Abramowitz and Stegun 1964,
+/// Points in [−1, 1] and weights, which sum to 2, of the Gauss–Legendre rule with `n` points, by Newton's method from Chebyshev-like initial values (Abramowitz and Stegun 1964,
 /// 22.16.6). Legendre polynomials come from their recurrence.
-fn points(n: usize) -> Vec<[f64; 2]> {
+pub fn gauss_legendre(n: usize) -> Vec<[f64; 2]> {
     let point = |i: usize| {
         let mut x = -(std::f64::consts::PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
         let mut slope = 1.0;
@@ -41,7 +41,7 @@ mod tests {
     #[test]
     fn rules_are_exact_for_polynomials() {
         for n in SIZES {
-            let rule = points(n);
+            let rule = gauss_legendre(n);
             for degree in [0, 2, 2 * n - 2] {
                 let sum: f64 = rule.iter().map(|[x, w]| w * x.powi(degree as i32)).sum();
                 assert!((sum * (degree + 1) as f64 - 2.0).abs() < 1e-10, "{n} {degree}: {sum}");

@@ -72,7 +72,7 @@ impl KajiyaKay1989 {
 /// k_d and k_s.
 fn albedos(fiber: &Fiber) -> Result<[[f32; 3]; 2], Error> {
     let energy = Bcsdf::new(fiber)?.at(Vec3::Y, Window::far()).energy();
-    let (total, specular) = (energy.total(), energy.0[Lobe::R as usize]);
+    let (total, specular) = (energy.total(), energy[Lobe::R]);
     Ok([[0, 1, 2].map(|c| total[c] - specular[c]), specular])
 }
 
@@ -129,9 +129,9 @@ impl KajiyaKay1989Hit<'_> {
         let model = self.model;
         let specular = (o.theta_i + self.theta_o).cos().max(0.0).powf(model.exponent) * model.norm;
         let diffuse = o.cos_i * (FRAC_1_PI * FRAC_1_PI);
-        let mut lobes = Lobes([[0.0; 3]; 6]);
-        lobes.0[Lobe::R as usize] = model.specular.map(|k| k * specular);
-        lobes.0[Lobe::Residual as usize] = model.diffuse.map(|k| k * diffuse);
+        let mut lobes = Lobes::default();
+        lobes[Lobe::R] = model.specular.map(|k| k * specular);
+        lobes[Lobe::Residual] = model.diffuse.map(|k| k * diffuse);
         let cone = self.longitudinal.eval(o).to_array()[0] * (0.5 * FRAC_1_PI);
         (lobes, self.probability * cone + (1.0 - self.probability) * diffuse)
     }
@@ -139,9 +139,9 @@ impl KajiyaKay1989Hit<'_> {
 
 impl Scattering for KajiyaKay1989Hit<'_> {
     fn energy(&self) -> Lobes {
-        let mut lobes = Lobes([[0.0; 3]; 6]);
-        lobes.0[Lobe::R as usize] = self.model.specular.map(|k| k * self.share);
-        lobes.0[Lobe::Residual as usize] = self.model.diffuse;
+        let mut lobes = Lobes::default();
+        lobes[Lobe::R] = self.model.specular.map(|k| k * self.share);
+        lobes[Lobe::Residual] = self.model.diffuse;
         lobes
     }
 

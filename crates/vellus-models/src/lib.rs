@@ -50,6 +50,7 @@ pub use deon::DEon2011;
 pub use energies::energies;
 pub use error::Error;
 pub use factored::Factored;
+pub use gauss::gauss_legendre;
 pub use far::{Directions, direction};
 pub use kajiya_kay::KajiyaKay1989;
 pub use kind::{AnyHit, AnyModel, ModelKind};

@@ -1,7 +1,7 @@
 //! A. Zinke, A. Weber 2007, *Light Scattering from Filaments*, IEEE TVCG 13(2): the near field.
 //!
 //! Light hits a fibre at an offset h. The path with p internal segments leaves at Φₚ(h) with the energy Aₚ(h). Ideal
-//! paths are delta functions. Normalised Gaussians in θᵢ (shifted by the tilt of the cuticle) and φ add roughness: S =
+//! paths are delta functions. Normalised Gaussians in θᵢ (shifted by αₚ) and φ add roughness: S =
 //! Σ Aₚ g(θᵢ + θ_o + αₚ; βₚ) g(φ − Φₚ; √(p+1) β_n) / cos²θᵢ.
 //!
 //! The lobes are R, TT, TRT and TRRT, and TRRT is the residual lobe. The model of the paper allows any number of

@@ -41,9 +41,9 @@ def main():
         return float(rust.stdout.readline().split()[0])
 
     in_rust()
-    bcsdf.eval(wi, wo, h)
+    bcsdf.eval(wi=wi, wo=wo, h=h)
     # Interleaved, so that both see the same load and temperature.
-    pairs = [(seconds(lambda: bcsdf.eval(wi, wo, h)), in_rust()) for _ in range(REPEATS)]
+    pairs = [(seconds(lambda: bcsdf.eval(wi=wi, wo=wo, h=h)), in_rust()) for _ in range(REPEATS)]
     rust.stdin.close()
     rust.wait()
     python, native = (statistics.median(times) for times in zip(*pairs))
@@ -58,19 +58,19 @@ def main():
 
     row(f"{count:.0e} near, Rust", native, count)
     row(f"{count:.0e} near, float32", python, count)
-    wide = [array.astype(np.float64) for array in (wi, wo, h)]
-    row(f"{count:.0e} near, float64", min(seconds(lambda: bcsdf.eval(*wide)) for _ in range(3)), count)
-    one = min(seconds(lambda: bcsdf.eval(wi, wo[0], h[0])) for _ in range(3))
+    wide = {name: array.astype(np.float64) for name, array in {"wi": wi, "wo": wo, "h": h}.items()}
+    row(f"{count:.0e} near, float64", min(seconds(lambda: bcsdf.eval(**wide)) for _ in range(3)), count)
+    one = min(seconds(lambda: bcsdf.eval(wi=wi, wo=wo[0], h=h[0])) for _ in range(3))
     row(f"{count:.0e} near, one wo and h", one, count)
     few = slice(0, count // 10)
-    each = min(seconds(lambda: bcsdf.eval(wi[few], wo[few], window="far")) for _ in range(3))
+    each = min(seconds(lambda: bcsdf.eval(wi=wi[few], wo=wo[few], window="far")) for _ in range(3))
     row(f"{count / 10:.0e} far", each, count // 10)
     u = rng.random((count // 10, 5), dtype=np.float32)
     drawn = min(seconds(lambda: bcsdf.sample(wo[few], u, h[few])) for _ in range(3))
     row(f"{count / 10:.0e} near samples", drawn, count // 10)
     a, b = wi[0], wo[0]
     calls = 20_000
-    single = statistics.median(seconds(lambda: [bcsdf.eval(a, b, 0.3) for _ in range(calls)]) for _ in range(5))
+    single = statistics.median(seconds(lambda: [bcsdf.eval(wi=a, wo=b, h=0.3) for _ in range(calls)]) for _ in range(5))
     row(f"{calls} calls with one query", single, calls)
     print(f"\nPython over Rust, median of {REPEATS} interleaved pairs: {ratio:.3f}")
 

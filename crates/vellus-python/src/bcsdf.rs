@@ -17,7 +17,7 @@ use pyo3::types::{PyString, PyTuple};
 /// Directions are unit vectors in the fibre's frame that point away from the fibre: x runs along it from root to tip,
 /// the inclination is theta = asin x, the azimuth phi = atan2(z, y). The offset h in [-1, 1] belongs to ω_o: the
 /// surface normal at the hit has the azimuth phi_o - asin h. Values are f·cos θᵢ, and densities are per solid angle.
-/// The model is not reciprocal, because h belongs to ω_o.
+/// The model is not reciprocal, because h belongs to ω_o. So queries of both directions take `wi` and `wo` by name.
 ///
 /// Arrays are float32 or float64. The model computes in single precision; results are float32 if all arrays are, and
 /// float64 otherwise. A query with NaN in any argument gives NaN, and `lobe` -1. Queries run on all cores, without the
@@ -171,7 +171,7 @@ impl Bcsdf {
     ///
     /// Returns shape (..., 3), or with `lobes` each lobe of `vellus.LOBES`: shape (..., 6, 3).
     /// Raises `ValueError` that names the number and its range, or shapes that do not fit; `TypeError` for a dtype.
-    #[pyo3(signature = (wi, wo, h = None, *, window = None, lobes = false, check = true))]
+    #[pyo3(signature = (*, wi, wo, h = None, window = None, lobes = false, check = true))]
     fn eval<'py>(
         &self,
         py: Python<'py>,
@@ -189,7 +189,7 @@ impl Bcsdf {
     /// The density per solid angle with which `sample` draws `wi`. Arguments as for `eval`.
     ///
     /// Returns shape (...).
-    #[pyo3(signature = (wi, wo, h = None, *, window = None, check = true))]
+    #[pyo3(signature = (*, wi, wo, h = None, window = None, check = true))]
     fn pdf<'py>(
         &self,
         py: Python<'py>,
@@ -206,7 +206,7 @@ impl Bcsdf {
     /// `eval` and `pdf` together, at the cost of one. Arguments as for `eval`.
     ///
     /// Returns both arrays: shapes (..., 3), or (..., 6, 3) with `lobes`, and (...).
-    #[pyo3(signature = (wi, wo, h = None, *, window = None, lobes = false, check = true))]
+    #[pyo3(signature = (*, wi, wo, h = None, window = None, lobes = false, check = true))]
     fn eval_pdf<'py>(
         &self,
         py: Python<'py>,

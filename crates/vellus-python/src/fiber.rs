@@ -17,7 +17,8 @@ use vellus_open::{FiberFormat, FiberSource};
 ///
 /// - `kappa`: radius of the medulla over that of the fibre, in [0, 0.99]. 0 is a hair without medulla.
 /// - `eta`: refractive index of cortex and medulla, in [1, 3].
-/// - `alpha`: tilt of the cuticle scales, in [-45, 45] degrees.
+/// - `alpha`: shift of the R highlight toward the root, in [-45, 45] degrees. It is not the tilt of the cuticle's
+///   scales: scales that are tilted by δ shift R by 2δ at h = 0, and by about 1.33δ in the far field.
 /// - `beta_m`, `beta_n`: longitudinal and azimuthal roughness, standard deviations in [0.1, 90] degrees.
 /// - `sigma_ca`, `sigma_ma`: absorption in cortex and medulla per fibre radius, RGB or one number, in [0, 1000].
 /// - `sigma_ms`: scattering in the medulla per fibre radius, in [0, 1000].
@@ -133,7 +134,7 @@ impl Fiber {
         shortest(self.0.eta)
     }
 
-    /// Tilt of the cuticle scales, degrees.
+    /// Shift of the R highlight toward the root, degrees.
     #[getter]
     fn alpha(&self) -> PyResult<f64> {
         number(&self.0, Parameter::Alpha)
@@ -246,7 +247,8 @@ impl Fiber {
     ///
     /// `settings`: parameters as `NAME=VALUE` or `NAME=R,G,B` that replace those of the file.
     ///
-    /// Raises `ValueError` that names the file or the parameter.
+    /// Raises `FileNotFoundError` or `PermissionError` for a file that cannot be opened, and `ValueError` that names
+    /// the file or the parameter.
     #[staticmethod]
     #[pyo3(signature = (path, *settings))]
     fn read(py: Python<'_>, path: PathBuf, settings: Vec<String>) -> PyResult<Self> {

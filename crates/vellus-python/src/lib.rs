@@ -12,6 +12,7 @@ mod models;
 mod numbers;
 mod output;
 mod plots;
+mod profile;
 mod query;
 mod render;
 mod simulate;
@@ -36,6 +37,7 @@ fn _vellus(module: &Bound<'_, PyModule>) -> PyResult<()> {
     fiber::register(module)?;
     models::register(module)?;
     numbers::register(module)?;
+    module.add_class::<profile::Profile>()?;
     fit::register(module)?;
     plots::register(module)?;
     simulate::register(module)?;

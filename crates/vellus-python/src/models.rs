@@ -97,7 +97,7 @@ impl Model {
     }
 
     /// f(ω_o, ω_i)·cos θᵢ, shape (..., 3), or (..., 6, 3) with `lobes`. Arguments as for `Bcsdf.eval`.
-    #[pyo3(signature = (wi, wo, h = None, *, window = None, lobes = false, check = true))]
+    #[pyo3(signature = (*, wi, wo, h = None, window = None, lobes = false, check = true))]
     fn eval<'py>(
         &self,
         py: Python<'py>,
@@ -113,7 +113,7 @@ impl Model {
     }
 
     /// The density of samples per solid angle, shape (...). Arguments as for `Bcsdf.eval`.
-    #[pyo3(signature = (wi, wo, h = None, *, window = None, check = true))]
+    #[pyo3(signature = (*, wi, wo, h = None, window = None, check = true))]
     fn pdf<'py>(
         &self,
         py: Python<'py>,
@@ -128,7 +128,7 @@ impl Model {
     }
 
     /// Values and densities: two arrays, shapes as of `eval` and `pdf`. Arguments as for `Bcsdf.eval`.
-    #[pyo3(signature = (wi, wo, h = None, *, window = None, lobes = false, check = true))]
+    #[pyo3(signature = (*, wi, wo, h = None, window = None, lobes = false, check = true))]
     fn eval_pdf<'py>(
         &self,
         py: Python<'py>,

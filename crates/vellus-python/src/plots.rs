@@ -21,8 +21,9 @@ pub enum Drawing {
     Energy(energy::Picture),
     Models(models::Picture),
     Windows(windows::Picture),
-    FitProfile(Arc<Fitted>),
-    FitSlices(Arc<Fitted>),
+    /// A fit, and the index of its profile.
+    FitProfile(Arc<Fitted>, usize),
+    FitSlices(Arc<Fitted>, usize),
 }
 
 /// A picture. Notebooks show it.
@@ -80,8 +81,8 @@ impl Plot {
             Drawing::Energy(picture) => to.with(picture),
             Drawing::Models(picture) => to.with(picture),
             Drawing::Windows(picture) => to.with(picture),
-            Drawing::FitProfile(fitted) => to.with(&Profiles(&fitted.summary())),
-            Drawing::FitSlices(fitted) => to.with(&Slices(&fitted.summary())),
+            Drawing::FitProfile(fitted, k) => to.with(&Profiles(&fitted.summary(), *k)),
+            Drawing::FitSlices(fitted, k) => to.with(&Slices(&fitted.summary(), *k)),
         })?;
         result.map_err(|e| match e {
             vellus_plot::Error::Write { path, source } => {

@@ -41,23 +41,23 @@ pub trait Batch: Model {
 }
 
 impl Batch for Bcsdf<'static> {
-    type Hit8<'a> = NearHit<'a, f32x8>;
+    type Hit8<'a> = NearHit<'a>;
 
     #[inline(always)]
-    fn at8(&self, wo: [f32x8; 3], h: f32x8) -> NearHit<'_, f32x8> {
+    fn at8(&self, wo: [f32x8; 3], h: f32x8) -> NearHit<'_> {
         self.at8(wo, h)
     }
 
     #[inline(always)]
-    fn eval8(hit: &NearHit<'_, f32x8>, wi: [f32x8; 3]) -> (Lobes<f32x8>, f32x8) {
+    fn eval8(hit: &NearHit<'_>, wi: [f32x8; 3]) -> (Lobes<f32x8>, f32x8) {
         hit.eval_pdf8(wi)
     }
 
-    fn energy8(hit: &NearHit<'_, f32x8>) -> Lobes<f32x8> {
+    fn energy8(hit: &NearHit<'_>) -> Lobes<f32x8> {
         hit.energy()
     }
 
-    fn sample8(hit: &NearHit<'_, f32x8>, [a, b, c, d, _]: [f32x8; 5]) -> [Option<Sample>; 8] {
+    fn sample8(hit: &NearHit<'_>, [a, b, c, d, _]: [f32x8; 5]) -> [Option<Sample>; 8] {
         hit.sample8([a, b, c, d])
     }
 

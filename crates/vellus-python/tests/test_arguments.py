@@ -53,6 +53,10 @@ KINDS = {
     "corners": [([[0, 0, 0, 0]], "(1, 4)"), (np.full((4, 3), NAN), "NaN")] + NO_ARRAY,
     "image": [(np.ones((2, 2)), "(2, 2)"), (np.full((1, 1, 3), NAN), "NaN"), (-np.ones((1, 1, 3)), "-1")],
     "measured": [([-1.0] * 40, "-1"), ([INF] * 40, "inf"), ([1.0] * 7, "(7,)")] + NO_ARRAY,
+    "deviations": [([-1.0] * 40, "-1"), ([NAN] * 40, "NaN"), ([INF] * 40, "inf"), (0, "0"), ([1.0] * 7, "(7,)")]
+    + NO_ARRAY,
+    "widths": [(NAN, "NaN"), (31, "31"), (-1, "-1"), ((1, INF), "inf"), ((1, 2, 3), "3 numbers")] + NO_ARRAY,
+    "unchecked widths": [((1, 2, 3), "3 numbers")] + NO_ARRAY,
     # Single numbers.
     "right angle": [(NAN, "NaN"), (91, "91"), (INF, "inf")] + NO_NUMBER,
     "h": [(NAN, "NaN"), (2, "2"), (-INF, "-inf"), ("x", TypeError)],
@@ -86,6 +90,7 @@ KINDS = {
     "flag": [(2, TypeError), ("x", TypeError)],
     "text": [(3, TypeError)],
     "path": [(3, TypeError), (None, TypeError)],
+    "profiles": [(3, TypeError), (None, TypeError), ("cat", TypeError), ([3], TypeError), ([], "empty")],
     "optional path": [(3, TypeError), ("nowhere.obj", "nowhere.obj")],
     "callback": [],
     "table": [(3, TypeError), ({3: 3}, TypeError), ({"unicorn": 0.5}, "unicorn")],
@@ -96,7 +101,8 @@ KINDS = {
 # The message has another word than the name.
 OTHER_NAMES = {
     # Names of files, presets, parameters and models are the values.
-    "fiber", "path", "text", "fix", "tie", "free", "textures", "layer", "default", "parameters", "body",
+    "fiber", "path", "text", "fix", "tie", "free", "separate", "share", "textures", "layer", "default", "parameters",
+    "body",
     # The strand or the vertex of a mesh.
     "points", "model", "models", "name", "exit", "values", "theta", "phi", "counts",
 }  # fmt: skip
@@ -169,22 +175,25 @@ def measurements():
     kinds = {"theta": "angles", "phi": "angles", "values": "measured", "theta_o": "right angle"}
     # Its angles may have any shape.
     kinds = {**kinds, "theta": "azimuth", "phi": "azimuth", "quantity": "choice", "channels": "channels"}
+    kinds |= {"sigma": "deviations", "blur": "widths"}
     yield "Profile", vellus.Profile, MEASURED, kinds
     kinds = {"path": "path", "theta_o": "callback", "angles": "choice", "quantity": "choice"}
-    kinds |= {"theta": "callback", "phi": "callback"}
+    kinds |= {"theta": "callback", "phi": "callback", "blur": "unchecked widths"}
     yield "Profile.read", vellus.Profile.read, {"path": "nowhere.csv"}, kinds
     kinds = {"fiber": "fiber", "theta_o": "right angle", "theta": "axis", "phi": "axis", "step": "steps"}
     kinds |= {"noise": "share", "gaps": "share", "scale": "positive", "channels": "channels", "seed": "seed"}
+    kinds |= {"background": "not negative", "blur": "widths"}
     kinds |= {"photons": "photons", "model": "choice", "progress": "callback"}
     good = {"fiber": "cat", "step": (10.0, 10.0)}
     yield "Profile.measure", vellus.Profile.measure, good, kinds
     profile = vellus.Profile.measure(**good)
     yield "Profile.write", profile.write, {"path": "nowhere/a.csv"}, {"path": "path"}
-    kinds = {"profile": "path", "model": "choice", "starts": "count", "seed": "seed", "huber": "at least 1"}
+    kinds = {"profile": "profiles", "model": "choice", "starts": "count", "seed": "seed", "huber": "at least 1"}
     kinds |= {"exit": "choice", "fix": "table", "tie": "ties", "free": "choices", "progress": "callback"}
+    kinds |= {"separate": "choices", "share": "choices"}
     yield "fit", vellus.fit, {"profile": profile, "starts": 1}, kinds
     fit = vellus.fit(profile, starts=1)
-    yield "Fit.plot", fit.plot, {}, {"kind": "choice"}
+    yield "Fit.plot", fit.plot, {}, {"kind": "choice", "profile": "index"}
     yield "Fiber.from_json", vellus.Fiber.from_json, {"text": "{}"}, {"text": "text"}
     yield "Fiber.read", vellus.Fiber.read, {"path": "nowhere.toml"}, {"path": "path"}
 
@@ -261,7 +270,7 @@ def test_bad_arguments_are_named_with_their_values(name, function, good, kinds, 
                 function(**{**good, argument: value})
                 problems.append(f"{argument} = {value!r} is accepted")
                 continue
-            except (ValueError, TypeError, LookupError) as caught:
+            except (ValueError, TypeError, LookupError, OSError) as caught:
                 error = caught
             # PyO3 adds the names of arguments of a wrong type as notes, which Python has from version 3.11 on.
             text = "\n".join([str(error), *getattr(error, "__notes__", [])])
@@ -323,7 +332,8 @@ def test_any_array_gives_a_result_or_a_named_error(call, data):
 def test_every_class_is_pickled_or_refused():
     profile = vellus.Profile.measure("cat", step=(10, 10))
     bcsdf = vellus.Bcsdf("cat")
-    kept = [bcsdf.fiber, bcsdf, vellus.models.Model("marschner2003", "cat"), profile]
+    noisy = vellus.Profile(**MEASURED, sigma=0.1, blur=(5, 2.5))
+    kept = [bcsdf.fiber, bcsdf, vellus.models.Model("marschner2003", "cat"), profile, noisy]
     for value in kept:
         assert pickle.loads(pickle.dumps(value)) == value
     coat = pickle.loads(pickle.dumps(vellus.CoatColors("cat")))

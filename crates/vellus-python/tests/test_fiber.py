@@ -110,8 +110,6 @@ def test_files(tmp_path):
     path.write_text(Fiber("red-fox").to_toml())
     assert Fiber.read(path) == Fiber("red-fox")
     assert Fiber.read(str(path), "kappa=0.5", "sigma_ca=0.1,0.2,0.4").sigma_ca == (0.1, 0.2, 0.4)
-    with pytest.raises(ValueError, match="absent.toml"):
-        Fiber.read(tmp_path / "absent.toml")
 
 
 def test_html_has_parameters_and_a_swatch():

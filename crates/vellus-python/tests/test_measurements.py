@@ -21,8 +21,12 @@ def test_a_fit_finds_the_fibre_of_a_synthetic_profile():
     fit = vellus.fit(profile, starts=8, progress=lambda done, what: reports.append((done, what)))
     assert fit.nrmse < 0.02 and abs(fit.fiber.eta - truth.eta) < 0.02 and fit.no_fit is None
     assert fit.estimates["eta"].value == pytest.approx(fit.fiber.eta, rel=1e-6) and fit.estimates["eta"].determined
-    assert fit.estimates["alpha"].unit == "degrees"
-    assert fit.fitted.shape == profile.values.shape and fit.profile == profile
+    assert fit.estimates["alpha"].unit == "degrees" and fit.estimates["theta_o"].interval is None
+    for estimate in fit.estimates.values():
+        assert estimate.interval is None or estimate.interval[0] <= estimate.value <= estimate.interval[1]
+    assert fit.fitted.shape == profile.values.shape and fit.profile == profile and fit.profiles == [profile]
+    (part,) = fit.parts
+    assert part.fiber == fit.fiber and np.array_equal(part.fitted, fit.fitted) and part.background == 0
     assert reports and all(0 <= done <= 1 for done, _ in reports)
     assert "NRMSE" in str(fit) and json.loads(fit.to_json())["parameters"]["eta"]["state"] == "fitted"
     assert fit.plot().png[:4] == b"\x89PNG" and "<svg" in fit.plot("slices").svg
@@ -34,7 +38,7 @@ def test_profiles_from_arrays_and_files(tmp_path):
     values = vellus.profile("cat", -30.0, THETA, PHI)
     assert values.dtype == np.float32 and values.shape == (10, 19, 3)
     wi, wo = vellus.direction(THETA[:, None], PHI), vellus.direction(-30.0, 0.0)
-    np.testing.assert_allclose(vellus.Bcsdf("cat").eval(wi, wo, window="far"), values, rtol=1e-3, atol=1e-6)
+    np.testing.assert_allclose(vellus.Bcsdf("cat").eval(wi=wi, wo=wo, window="far"), values, rtol=1e-3, atol=1e-6)
     values = values.astype(float)
     values[0, 0] = np.nan
     color = vellus.Profile(THETA[:, None], PHI, values, theta_o=-30)
@@ -47,6 +51,47 @@ def test_profiles_from_arrays_and_files(tmp_path):
         again = vellus.Profile.read(tmp_path / "p.csv")
         assert again.theta_o == -30 and again.quantity == profile.quantity
         np.testing.assert_allclose(again.values, profile.values, rtol=1e-5)
+
+
+def test_profiles_have_standard_deviations_and_cells(tmp_path):
+    values = vellus.profile("cat", -30.0, THETA, PHI).astype(float)
+    values[0, 0] = np.nan
+    color = vellus.Profile(THETA[:, None], PHI, values, theta_o=-30, sigma=0.05 * values, blur=5)
+    assert color.blur == (5, 5) and color.sigma.shape == (189, 3)
+    np.testing.assert_allclose(color.sigma, 0.05 * color.values)
+    grey = vellus.Profile(THETA[:, None], PHI, values[..., 0], theta_o=-30, sigma=0.01, blur=(5, 2.5))
+    assert grey.blur == (5, 2.5) and np.all(grey.sigma == 0.01)
+    for profile in (color, grey):
+        assert pickle.loads(pickle.dumps(profile)) == profile
+        profile.write(tmp_path / "p.csv")
+        again = vellus.Profile.read(tmp_path / "p.csv")
+        assert again.blur == profile.blur
+        np.testing.assert_allclose(again.sigma, profile.sigma, rtol=1e-5)
+    assert vellus.Profile.read(tmp_path / "p.csv", blur=1).blur == (1, 1)
+    plain = vellus.Profile(THETA[:, None], PHI, values[..., 0], theta_o=-30)
+    assert plain.sigma is None and plain.blur == (0, 0) and plain != grey
+    assert vellus.Profile.measure("cat", step=(8, 8), blur=4).blur == (4, 4)
+    assert vellus.Profile.measure("cat", step=(10, 10), photons=10_000).blur == (10, 10)
+
+
+def test_several_profiles_are_fitted_together():
+    truth = vellus.Fiber("raccoon")
+    gantries = [{"theta_o": -30, "scale": 2.0}, {"theta_o": 0, "theta": (-20, 20), "scale": 3.0}]
+    profiles = [vellus.Profile.measure(truth, step=(8, 8), seed=i, **g) for i, g in enumerate(gantries)]
+    fit = vellus.fit(profiles, starts=4)
+    assert fit.profiles == profiles and fit.profile == profiles[0] and "scale" not in fit.estimates
+    assert [part.theta_o for part in fit.parts] == [-30, 0]
+    assert [part.scale for part in fit.parts] == pytest.approx([2, 3], rel=0.2)
+    assert fit.scale == fit.parts[0].scale == fit.estimates["scale[1]"].value and fit.theta_o == -30
+    assert [part.fitted.shape for part in fit.parts] == [profile.values.shape for profile in profiles]
+    assert all(part.fiber == fit.fiber for part in fit.parts)
+    assert len(json.loads(fit.to_json())["profiles"]) == 2 and "profile: profile 2: " in str(fit)
+    assert fit.plot(profile=0).png != fit.plot("profile", 1).png
+    alone = vellus.fit(iter(profiles[:1]), starts=4)
+    assert fit.estimates["beta_m"].error < alone.estimates["beta_m"].error
+    other = vellus.fit(profiles, starts=1, separate=["sigma_ca"], share=["scale"], free=["background"])
+    assert {"sigma_ca[1]", "sigma_ca[2]", "scale", "background[2]"} <= set(other.estimates)
+    assert other.parts[1].scale == other.scale and other.parts[1].background == other.estimates["background[2]"].value
 
 
 def test_negative_values_of_a_file_are_missing(tmp_path):
@@ -68,13 +113,25 @@ def test_negative_values_of_a_file_are_missing(tmp_path):
         (lambda: vellus.Profile([0, 1], [0, 1], [1, 1], theta_o=0), "2 measurements are too few"),
         (lambda: vellus.Profile([0, 1], [0, 1, 2], [1, 1], theta_o=0), "do not fit together"),
         (lambda: vellus.Profile([0], [0], [1], theta_o=0, quantity="g"), "quantity = 'g': expected f-cos or f"),
+        (lambda: vellus.Profile([0, 1], [0, 1], [1, 1], theta_o=0, sigma=[1, 0]), "sigma = 0 at theta 1"),
+        (lambda: vellus.Profile([0, 1], [0, 1], [1, 1], theta_o=0, sigma=[1] * 3), "sigma (3,)"),
+        (lambda: vellus.Profile([0], [0], [[1] * 3], theta_o=0, sigma=1), "sigma has the shape ()"),
+        (lambda: vellus.Profile([0, 1], [0, 1], [1, 1], theta_o=0, blur=31), "blur = 31 is out of range"),
+        (lambda: vellus.Profile([0, 1], [0, 1], [1, 1], theta_o=0, blur=[1] * 3), "blur has 3 numbers"),
         (lambda: vellus.Profile.measure("cat", noise=2), "noise = 2 is out of range"),
+        (lambda: vellus.Profile.measure("cat", background=-1), "background = -1 is out of range"),
+        (lambda: vellus.Profile.measure("cat", photons=100, blur=2), "blur is only for models"),
         (lambda: vellus.Profile.measure("cat", channels=2), "channels = 2 is out of range"),
-        (lambda: vellus.Profile.read("absent.csv"), "absent.csv"),
         (lambda: vellus.fit(vellus.Profile.measure("cat"), starts=0), "starts = 0 is out of range"),
         (lambda: vellus.fit(vellus.Profile.measure("cat"), huber=0.5), "huber = 0.5 is out of range"),
         (lambda: vellus.fit(vellus.Profile.measure("cat"), model="deon2011"), "cannot be fitted"),
         (lambda: vellus.fit(vellus.Profile.measure("cat"), fix={"colour": 1}), "colour"),
+        (lambda: vellus.fit(vellus.Profile.measure("cat"), separate=["colour"]), "colour"),
+        (lambda: vellus.fit([]), "profile is empty"),
+        (
+            lambda: vellus.fit([vellus.Profile.measure("cat", step=(8, 8), channels=c) for c in (1, 3)]),
+            "one channel, or all three",
+        ),
         (lambda: vellus.simulate("cat", 90, THETA, PHI), "theta_o = 90 is out of range"),
         (lambda: vellus.simulate("cat", 0, [5.0, 0.0], PHI), "must be ascending and equidistant"),
         (lambda: vellus.simulate("cat", 0, [5.0], PHI), "fewer than two angles"),
@@ -113,7 +170,10 @@ def test_simulations_agree_with_the_model():
         lambda: vellus.simulate_energies("cat", 0, photons=10**9),
         lambda: vellus.fit(vellus.Profile.measure("cat"), starts=5000),
         lambda: vellus.Bcsdf("cat").eval(
-            np.tile([0.0, 1, 0], (4, 1)), vellus.direction(np.zeros(3_000_000), 0)[:, None], window="far", check=False
+            wi=np.tile([0.0, 1, 0], (4, 1)),
+            wo=vellus.direction(np.zeros(3_000_000), 0)[:, None],
+            window="far",
+            check=False,
         ),
     ],
 )

@@ -42,60 +42,74 @@ def test_results_are_the_bits_of_rust(reference):
         bcsdf = Bcsdf(name)
         wi, wo, h, u, windows = (single(case, key) for key in ("wi", "wo", "h", "u", "windows"))
         near = case["near"]
-        f, pdf = bcsdf.eval_pdf(wi, wo, h, lobes=True)
+        f, pdf = bcsdf.eval_pdf(wi=wi, wo=wo, h=h, lobes=True)
         assert f.dtype == np.float32 and np.array_equal(f, single(near, "eval"))
-        assert np.array_equal(pdf, single(near, "pdf")) and np.array_equal(pdf, bcsdf.pdf(wi, wo, h))
+        assert np.array_equal(pdf, single(near, "pdf")) and np.array_equal(pdf, bcsdf.pdf(wi=wi, wo=wo, h=h))
         assert np.array_equal(bcsdf.energy(wo, h, lobes=True), single(near, "energy"))
         check_samples(bcsdf.sample(wo, u, h), near["sample"])
         check_samples(bcsdf.sample(wo, u[:, :4], h), near["sample"])
         assert np.array_equal(vellus.pixel_window(h, np.float32(0.3)), windows)
-        f, pdf = bcsdf.eval_pdf(wi, wo, window=windows, lobes=True)
+        f, pdf = bcsdf.eval_pdf(wi=wi, wo=wo, window=windows, lobes=True)
         each = case["window"]
         assert np.array_equal(f, np.float32([q["eval"] for q in each]))
         assert np.array_equal(pdf, np.float32([q["pdf"] for q in each]))
         energy = bcsdf.energy(wo, window=windows, lobes=True)
         assert np.array_equal(energy, np.float32([q["energy"] for q in each]))
         check_samples(bcsdf.sample(wo, u, window=windows), [q["sample"] for q in each])
-        f, pdf = bcsdf.eval_pdf(wi, wo[0], window="far", lobes=True)
+        f, pdf = bcsdf.eval_pdf(wi=wi, wo=wo[0], window="far", lobes=True)
         assert np.array_equal(f, single(case["far"], "eval")) and np.array_equal(pdf, single(case["far"], "pdf"))
 
 
 def test_sums_lobes_and_types(fox, rng):
     wi, wo, h = unit(rng, 100), unit(rng, 100), rng.uniform(-1, 1, 100)
-    f = fox.eval(wi, wo, h)
+    f = fox.eval(wi=wi, wo=wo, h=h)
     assert f.dtype == np.float64 and f.shape == (100, 3)
-    lobes = fox.eval(wi, wo, h, lobes=True)
+    lobes = fox.eval(wi=wi, wo=wo, h=h, lobes=True)
     assert lobes.shape == (100, 6, 3)
     # The sum over six lobes rounds in single precision.
     np.testing.assert_allclose(lobes.sum(axis=1), f, rtol=1e-6)
-    narrow = [a.astype(np.float32) for a in (wi, wo, h)]
-    assert fox.eval(*narrow).dtype == np.float32
-    assert np.array_equal(fox.eval(*narrow), f)
-    assert fox.eval(narrow[0], narrow[1], 0.3).dtype == np.float32
-    assert fox.eval(narrow[0], wo, 0.3).dtype == np.float64
-    assert fox.eval([0, 1, 0], (0, 0, 1), 0).dtype == np.float64
-    assert fox.eval(narrow[0].astype(np.float16).astype(np.float32), narrow[1], h[0], check=False).dtype == np.float32
+    narrow = {name: a.astype(np.float32) for name, a in {"wi": wi, "wo": wo, "h": h}.items()}
+    half = narrow["wi"].astype(np.float16).astype(np.float32)
+    assert fox.eval(**narrow).dtype == np.float32
+    assert np.array_equal(fox.eval(**narrow), f)
+    assert fox.eval(wi=narrow["wi"], wo=narrow["wo"], h=0.3).dtype == np.float32
+    assert fox.eval(wi=narrow["wi"], wo=wo, h=0.3).dtype == np.float64
+    assert fox.eval(wi=[0, 1, 0], wo=(0, 0, 1), h=0).dtype == np.float64
+    assert fox.eval(wi=half, wo=narrow["wo"], h=h[0], check=False).dtype == np.float32
+
+
+@pytest.mark.parametrize("model", [Bcsdf("cat"), vellus.models.Model("yan2015", "cat")], ids=["Bcsdf", "Model"])
+@pytest.mark.parametrize("name", ["eval", "pdf", "eval_pdf"])
+def test_directions_are_given_by_name(model, name):
+    """The model is not reciprocal: two directions in the wrong order would be a wrong result without an error."""
+    assert not np.array_equal(model.eval(wi=X, wo=Z, h=0.3), model.eval(wi=Z, wo=X, h=0.3))
+    query = getattr(model, name)
+    for positional, rest in (((X, Z, 0.3), {}), ((X, Z), {"h": 0.3}), ((X,), {"wo": Z, "h": 0.3})):
+        with pytest.raises(TypeError, match="positional argument"):
+            query(*positional, **rest)
+    with pytest.raises(TypeError, match="missing 1 required keyword-only argument: 'wo'"):
+        query(wi=X, h=0.3)
 
 
 @pytest.mark.parametrize("where", [{"h": 0.3}, {"window": (-0.5, 0.25)}, {"window": "far"}])
 def test_broadcasting_equals_single_queries(fox, rng, where):
     wi, wo = unit(rng, 4, 1, 5), unit(rng, 3, 1)
-    f, pdf = fox.eval_pdf(wi, wo, **where)
+    f, pdf = fox.eval_pdf(wi=wi, wo=wo, **where)
     assert f.shape == (4, 3, 5, 3) and pdf.shape == (4, 3, 5)
     for i, j, k in np.ndindex(4, 3, 5):
         # A shared window is evaluated in groups of eight, which rounds otherwise.
-        np.testing.assert_allclose(f[i, j, k], fox.eval(wi[i, 0, k], wo[j, 0], **where), rtol=2e-4, atol=1e-6)
+        np.testing.assert_allclose(f[i, j, k], fox.eval(wi=wi[i, 0, k], wo=wo[j, 0], **where), rtol=2e-4, atol=1e-6)
 
 
 def test_one_wo_for_many_queries_changes_no_bit(fox, rng):
     wi, wo = unit(rng, 1000).astype(np.float32), unit(rng).astype(np.float32)
     many = np.broadcast_to(wo, (1000, 3)).copy()
-    assert np.array_equal(fox.eval(wi, wo, 0.3), fox.eval(wi, many, np.full(1000, 0.3, np.float32)))
+    assert np.array_equal(fox.eval(wi=wi, wo=wo, h=0.3), fox.eval(wi=wi, wo=many, h=np.full(1000, 0.3, np.float32)))
 
 
 def test_memory_layouts(fox, rng):
     wi, wo, h = unit(rng, 60), unit(rng, 60), rng.uniform(-1, 1, 60)
-    expected = fox.eval(wi, wo, h)
+    expected = fox.eval(wi=wi, wo=wo, h=h)
     frozen = wi.copy()
     frozen.setflags(write=False)
     record = np.zeros(60, dtype=[("a", "i1"), ("wi", "f8", 3)])
@@ -109,16 +123,18 @@ def test_memory_layouts(fox, rng):
         wi.astype(">f8"),
         wi.tolist(),
     ):
-        assert np.array_equal(fox.eval(other, wo, h), expected)
-    cube = fox.eval(wi.reshape(3, 4, 5, 3), wo.reshape(3, 4, 5, 3), h.reshape(3, 4, 5))
+        assert np.array_equal(fox.eval(wi=other, wo=wo, h=h), expected)
+    cube = fox.eval(wi=wi.reshape(3, 4, 5, 3), wo=wo.reshape(3, 4, 5, 3), h=h.reshape(3, 4, 5))
     assert np.array_equal(cube.reshape(60, 3), expected)
-    swapped = fox.eval(wi.reshape(6, 10, 3).swapaxes(0, 1), wo.reshape(6, 10, 3).swapaxes(0, 1), h.reshape(6, 10).T)
+    swapped = fox.eval(
+        wi=wi.reshape(6, 10, 3).swapaxes(0, 1), wo=wo.reshape(6, 10, 3).swapaxes(0, 1), h=h.reshape(6, 10).T
+    )
     assert np.array_equal(swapped.swapaxes(0, 1).reshape(60, 3), expected)
 
 
 def test_empty_arrays(fox):
-    assert fox.eval(np.zeros((0, 3)), X, 0.1).shape == (0, 3)
-    assert fox.eval(np.zeros((4, 0, 3), np.float32), np.zeros((1, 3), np.float32), 0.1, lobes=True).shape == (
+    assert fox.eval(wi=np.zeros((0, 3)), wo=X, h=0.1).shape == (0, 3)
+    assert fox.eval(wi=np.zeros((4, 0, 3), np.float32), wo=np.zeros((1, 3), np.float32), h=0.1, lobes=True).shape == (
         4,
         0,
         6,
@@ -131,9 +147,9 @@ def test_empty_arrays(fox):
 
 def test_nan_marks_a_query_as_absent(fox, rng):
     wi, wo, h = unit(rng, 40), unit(rng, 40), rng.uniform(-1, 1, 40)
-    expected = fox.eval(wi, wo, h)
+    expected = fox.eval(wi=wi, wo=wo, h=h)
     wi[3, 1], wo[17, 0], h[21] = np.nan, np.nan, np.nan
-    f, pdf = fox.eval_pdf(wi, wo, h)
+    f, pdf = fox.eval_pdf(wi=wi, wo=wo, h=h)
     bad = [3, 17, 21]
     assert np.isnan(f[bad]).all() and np.isnan(pdf[bad]).all()
     good = np.setdiff1d(np.arange(40), bad)
@@ -145,7 +161,11 @@ def test_nan_marks_a_query_as_absent(fox, rng):
 
 def test_subnormal_numbers(fox):
     tiny = np.float32(1e-40)
-    for f in (fox.eval([tiny, 1, 0], X, tiny), fox.eval([1e-320, 1, 0], X, 1e-320), fox.energy(X, tiny)):
+    for f in (
+        fox.eval(wi=[tiny, 1, 0], wo=X, h=tiny),
+        fox.eval(wi=[1e-320, 1, 0], wo=X, h=1e-320),
+        fox.energy(X, tiny),
+    ):
         assert np.isfinite(f).all()
     assert np.isfinite(fox.sample(X, np.full((4, 5), tiny), tiny).weight).all()
 
@@ -153,23 +173,31 @@ def test_subnormal_numbers(fox):
 @pytest.mark.parametrize(
     ("call", "error", "text"),
     [
-        (lambda b: b.eval([0, 0, 2], X, 0.1), ValueError, "wi has the length 2: it must be a unit vector"),
-        (lambda b: b.eval([X, X, 3 * X], X, 0.1), ValueError, "wi[2] has the length 3"),
-        (lambda b: b.eval(X, [[X], [0 * X]], 0.1), ValueError, "wo[1, 0] has the length 0"),
-        (lambda b: b.eval([0, 1], X, 0.1), ValueError, "wi has the shape (2,): its last axis must have 3 numbers"),
-        (lambda b: b.eval(1.0, X, 0.1), ValueError, "wi has the shape (): its last axis"),
-        (lambda b: b.eval([X] * 4, [X] * 5, 0), ValueError, "do not fit together: wo (5,), h (), wi (4,)"),
-        (lambda b: b.eval([0, 0, 1j], X, 0.1), TypeError, "wi has the dtype complex128: it must be float32 or float64"),
-        (lambda b: b.eval(["a", "b", "c"], X, 0.1), TypeError, "wi has the dtype <U1"),
-        (lambda b: b.eval(None, X, 0.1), TypeError, "wi has the dtype object"),
-        (lambda b: b.eval([[0, 1], [0]], X, 0.1), TypeError, "wi is not an array of real numbers"),
-        (lambda b: b.eval(X > 0, X, 0.1), TypeError, "wi has the dtype bool"),
-        (lambda b: b.eval(X, X, [0, 1.5]), ValueError, "h[1] = 1.5 is out of range: it must be in [-1, 1]"),
-        (lambda b: b.eval(X, X, window=[0, 0.5, 1]), ValueError, "its last axis must have 2 numbers"),
-        (lambda b: b.eval(X, X, window=[-3, 0]), ValueError, "window = -3 is out of range"),
-        (lambda b: b.eval(X, X, window="near"), ValueError, "window = 'near' is unknown"),
-        (lambda b: b.eval(X, X), TypeError, "h or window is missing"),
-        (lambda b: b.eval(X, X, 0.1, window="far"), TypeError, "h and window are both given"),
+        (lambda b: b.eval(wi=[0, 0, 2], wo=X, h=0.1), ValueError, "wi has the length 2: it must be a unit vector"),
+        (lambda b: b.eval(wi=[X, X, 3 * X], wo=X, h=0.1), ValueError, "wi[2] has the length 3"),
+        (lambda b: b.eval(wi=X, wo=[[X], [0 * X]], h=0.1), ValueError, "wo[1, 0] has the length 0"),
+        (
+            lambda b: b.eval(wi=[0, 1], wo=X, h=0.1),
+            ValueError,
+            "wi has the shape (2,): its last axis must have 3 numbers",
+        ),
+        (lambda b: b.eval(wi=1.0, wo=X, h=0.1), ValueError, "wi has the shape (): its last axis"),
+        (lambda b: b.eval(wi=[X] * 4, wo=[X] * 5, h=0), ValueError, "do not fit together: wo (5,), h (), wi (4,)"),
+        (
+            lambda b: b.eval(wi=[0, 0, 1j], wo=X, h=0.1),
+            TypeError,
+            "wi has the dtype complex128: it must be float32 or float64",
+        ),
+        (lambda b: b.eval(wi=["a", "b", "c"], wo=X, h=0.1), TypeError, "wi has the dtype <U1"),
+        (lambda b: b.eval(wi=None, wo=X, h=0.1), TypeError, "wi has the dtype object"),
+        (lambda b: b.eval(wi=[[0, 1], [0]], wo=X, h=0.1), TypeError, "wi is not an array of real numbers"),
+        (lambda b: b.eval(wi=X > 0, wo=X, h=0.1), TypeError, "wi has the dtype bool"),
+        (lambda b: b.eval(wi=X, wo=X, h=[0, 1.5]), ValueError, "h[1] = 1.5 is out of range: it must be in [-1, 1]"),
+        (lambda b: b.eval(wi=X, wo=X, window=[0, 0.5, 1]), ValueError, "its last axis must have 2 numbers"),
+        (lambda b: b.eval(wi=X, wo=X, window=[-3, 0]), ValueError, "window = -3 is out of range"),
+        (lambda b: b.eval(wi=X, wo=X, window="near"), ValueError, "window = 'near' is unknown"),
+        (lambda b: b.eval(wi=X, wo=X), TypeError, "h or window is missing"),
+        (lambda b: b.eval(wi=X, wo=X, h=0.1, window="far"), TypeError, "h and window are both given"),
         (lambda b: b.sample(X, [0, 0, 0, 0, 1.5], 0.1), ValueError, "u = 1.5 is out of range: it must be in [0, 1)"),
         (lambda b: b.sample(X, [0.1] * 4, window="far"), ValueError, "its last axis must have 5 numbers"),
         (lambda b: b.sample(X, [0.1] * 6, 0.1), ValueError, "its last axis must have 5 numbers"),
@@ -189,8 +217,8 @@ def test_the_first_bad_number_is_named_whatever_thread_finds_it(fox):
     wi[[70_001, 99_999]] *= 2
     for _ in range(5):
         with pytest.raises(ValueError, match=r"wi\[70001\] has the length 2"):
-            fox.eval(wi, X, 0.1)
-    assert fox.eval(wi, X, 0.1, check=False).shape == (100_000, 3)
+            fox.eval(wi=wi, wo=X, h=0.1)
+    assert fox.eval(wi=wi, wo=X, h=0.1, check=False).shape == (100_000, 3)
 
 
 @settings(max_examples=30, deadline=None)
@@ -211,11 +239,11 @@ def test_values_integrate_to_the_energy_and_the_density_to_one(preset, theta, en
         assert np.isfinite(samples.weight).all() and drawn.mean() > 0.99
         # Weights are nearly constant, at most 1.5 in a window: the mean of 4000 is within 5 % of the energy.
         np.testing.assert_allclose(samples.weight.mean(axis=0), energy, rtol=0.05, atol=0.005)
-        f, pdf = bcsdf.eval_pdf(samples.wi[drawn], wo, **where)
+        f, pdf = bcsdf.eval_pdf(wi=samples.wi[drawn], wo=wo, **where)
         # The direction is rounded between sampling and evaluation, and the narrowest lobes are 1 degree wide.
         np.testing.assert_allclose(pdf, samples.pdf[drawn], rtol=0.02, atol=1e-4)
         np.testing.assert_allclose(f, samples.weight[drawn] * samples.pdf[drawn][:, None], rtol=0.02, atol=1e-4)
-    assert (bcsdf.eval(-wo, wo, ends[0]) >= 0).all()
+    assert (bcsdf.eval(wi=-wo, wo=wo, h=ends[0]) >= 0).all()
 
 
 def test_the_density_integrates_to_one(fox):
@@ -224,7 +252,7 @@ def test_the_density_integrates_to_one(fox):
     phi = np.arange(0, 360, 1.0)
     wi = vellus.direction(np.degrees(np.arcsin(x))[:, None], phi)
     for where in ({"h": 0.3}, {"window": (-0.5, 0.5)}, {"window": "far"}):
-        f, pdf = fox.eval_pdf(wi, X, **where)
+        f, pdf = fox.eval_pdf(wi=wi, wo=X, **where)
         assert pdf.mean() * 4 * np.pi == pytest.approx(1, abs=2e-3)
         np.testing.assert_allclose(f.mean(axis=(0, 1)) * 4 * np.pi, fox.energy(X, **where), rtol=2e-3)
 
@@ -234,7 +262,7 @@ def test_the_far_field_of_a_symmetric_fibre_is_reciprocal():
     # the whole far field f is the same for both orders of the directions at equal inclinations.
     bcsdf = Bcsdf(vellus.Fiber(alpha=0))
     a, b = vellus.direction(30.0, 0.0), vellus.direction(30.0, 140.0)
-    np.testing.assert_allclose(bcsdf.eval(a, b, window="far"), bcsdf.eval(b, a, window="far"), rtol=1e-4)
+    np.testing.assert_allclose(bcsdf.eval(wi=a, wo=b, window="far"), bcsdf.eval(wi=b, wo=a, window="far"), rtol=1e-4)
 
 
 def test_cells_average_to_the_far_field(fox):
@@ -243,9 +271,9 @@ def test_cells_average_to_the_far_field(fox):
     windows = vellus.cell_window(h, 0.3, u[:, None])
     assert windows.shape == (16, 256, 2) and (windows[..., 0] <= h + 1e-6).all() and (windows[..., 1] >= h - 1e-6).all()
     wi = vellus.direction(10.0, 150.0)
-    mean = fox.eval(wi, X, window=windows).mean(axis=(0, 1))
+    mean = fox.eval(wi=wi, wo=X, window=windows).mean(axis=(0, 1))
     # 256 offsets resolve a cell to 3 %, and 16 shifts average that.
-    np.testing.assert_allclose(mean, fox.eval(wi, X, window="far"), rtol=0.02)
+    np.testing.assert_allclose(mean, fox.eval(wi=wi, wo=X, window="far"), rtol=0.02)
 
 
 @pytest.mark.parametrize("name", vellus.models.NAMES)
@@ -255,12 +283,12 @@ def test_earlier_models(name, rng):
     wo = unit(rng)
     samples = model.sample(wo, rng.random((2000, 5)), h=0.2)
     drawn = samples.lobe >= 0
-    f, pdf = model.eval_pdf(samples.wi[drawn], wo, h=0.2)
+    f, pdf = model.eval_pdf(wi=samples.wi[drawn], wo=wo, h=0.2)
     np.testing.assert_allclose(pdf, samples.pdf[drawn], rtol=0.02, atol=1e-4)
     energy = model.energy(wo, h=0.2, lobes=True)
     assert energy.shape == (6, 3) and (energy >= 0).all()
-    assert np.array_equal(f, model.eval(samples.wi[drawn], wo, 0.2))
-    assert model.pdf(X, wo, window="far").shape == ()
+    assert np.array_equal(f, model.eval(wi=samples.wi[drawn], wo=wo, h=0.2))
+    assert model.pdf(wi=X, wo=wo, window="far").shape == ()
     profile = vellus.profile("red-fox", 20.0, [-10.0, 0.0], [0.0, 90.0, 180.0], model=name)
     assert profile.shape == (2, 3, 3) and (profile > 0).all()
 
@@ -269,7 +297,7 @@ def test_the_model_vellus_is_the_bcsdf(fox, rng):
     model = vellus.models.Model("vellus", "red-fox")
     wi, wo, h = unit(rng, 50), unit(rng, 50), rng.uniform(-1, 1, 50)
     # One computes hits one by one, the other eight at a time.
-    np.testing.assert_allclose(model.eval(wi, wo, h), fox.eval(wi, wo, h), rtol=1e-3, atol=1e-6)
+    np.testing.assert_allclose(model.eval(wi=wi, wo=wo, h=h), fox.eval(wi=wi, wo=wo, h=h), rtol=1e-3, atol=1e-6)
 
 
 def test_objects_survive_pickle_and_compare(fox):
@@ -277,7 +305,7 @@ def test_objects_survive_pickle_and_compare(fox):
     for bcsdf in (fox, fine):
         again = pickle.loads(pickle.dumps(bcsdf))
         assert again == bcsdf and hash(again) == hash(bcsdf)
-        assert np.array_equal(again.eval(X, X, window="far"), bcsdf.eval(X, X, window="far"))
+        assert np.array_equal(again.eval(wi=X, wo=X, window="far"), bcsdf.eval(wi=X, wo=X, window="far"))
     assert fox != fine and fox != "red-fox" and fox.fiber == vellus.Fiber("red-fox")
     assert repr(fox).startswith("Bcsdf(Fiber(")
 
@@ -289,7 +317,8 @@ v = rng.normal(size=(2, 20_000, 3))
 wi, wo = (v / np.linalg.norm(v, axis=-1, keepdims=True)).astype(np.float32)
 h = rng.uniform(-1, 1, 20_000).astype(np.float32)
 b = vellus.Bcsdf("cat")
-results = [b.eval(wi, wo, h), b.eval(wi[:999], wo[:999], window="far"), *b.sample(wo, rng.random((20_000, 5)), h)]
+results = [b.eval(wi=wi, wo=wo, h=h), b.eval(wi=wi[:999], wo=wo[:999], window="far")]
+results += b.sample(wo, rng.random((20_000, 5)), h)
 print(hashlib.sha256(b"".join(r.tobytes() for r in results)).hexdigest())
 """
 
@@ -304,10 +333,11 @@ def test_the_number_of_threads_changes_no_bit():
 
 def test_one_model_from_many_threads(fox, rng):
     wi, wo, h = unit(rng, 5000), unit(rng, 5000), rng.uniform(-1, 1, 5000)
-    expected = fox.eval(wi, wo, h)
+    expected = fox.eval(wi=wi, wo=wo, h=h)
     same = []
     threads = [
-        threading.Thread(target=lambda: same.append(np.array_equal(fox.eval(wi, wo, h), expected))) for _ in range(8)
+        threading.Thread(target=lambda: same.append(np.array_equal(fox.eval(wi=wi, wo=wo, h=h), expected)))
+        for _ in range(8)
     ]
     [thread.start() for thread in threads]
     [thread.join() for thread in threads]
@@ -318,10 +348,10 @@ def test_one_model_from_many_threads(fox, rng):
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
 def test_a_forked_process_has_threads(fox, rng):
     wi = unit(rng, 5000)
-    expected = fox.eval(wi, X, 0.1)
+    expected = fox.eval(wi=wi, wo=X, h=0.1)
     child = os.fork()
     if child == 0:
-        os._exit(0 if np.array_equal(fox.eval(wi, X, 0.1), expected) else 1)
+        os._exit(0 if np.array_equal(fox.eval(wi=wi, wo=X, h=0.1), expected) else 1)
     assert os.waitpid(child, 0)[1] == 0
 
 

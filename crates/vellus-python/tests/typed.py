@@ -24,13 +24,25 @@ def accepted() -> None:
     vellus.Fiber(sigma_ca=single).replace(reflectance=[0.1, np.float64(0.2), Fraction(1, 4)])
     vellus.fit(vellus.Profile.measure("cat", step=np.array([8, 8])), starts=np.int64(1), fix={"sigma_ca": 0.1})
 
+    # Standard deviations and cells as numbers, lists or arrays; one profile or several.
+    theta, phi = np.arange(10.0, 50, 6), np.arange(0, 180, 12)
+    far = vellus.profile("cat", -30, theta, phi)[..., 0]
+    profiles = [
+        vellus.Profile(theta[:, None], phi, far, theta_o=-30, sigma=0.02 * far, blur=np.float32(5)),
+        vellus.Profile(theta[:, None], phi, far, theta_o=-30, sigma=1, blur=(5, 2.5)),
+    ]
+    fit = vellus.fit((p for p in profiles), starts=1, separate=["sigma_ca"], share=("scale",), free=["background"])
+    interval: tuple[float, float] | None = fit.estimates["eta"].interval
+    part: vellus.FitPart = fit.parts[1]
+    assert interval is not None and part.fiber.eta == fit.fiber.eta and fit.plot("slices", 1).size[0] > 0
+
     # Arrays of any size of float or integer, lists of numbers and arrays, numbers.
     bcsdf = vellus.Bcsdf("cat")
     wo = vellus.direction(20, range(0, 90, 30))
-    bcsdf.eval([[0, 1, 0]], wo, single)
-    bcsdf.pdf(Convertible(), [wo[0], wo[1]], np.float32(0.3))
+    bcsdf.eval(wi=[[0, 1, 0]], wo=wo, h=single)
+    bcsdf.pdf(wi=Convertible(), wo=[wo[0], wo[1]], h=np.float32(0.3))
     bcsdf.energy(np.array([0, 1, 0]), 1)
-    bcsdf.eval(wo.astype(np.float16), wo, 0.3, check=False)
+    bcsdf.eval(wi=wo.astype(np.float16), wo=wo, h=0.3, check=False)
 
     # Windows.
     for window in (single[:2], vellus.pixel_window(single, 0.5)):
@@ -39,8 +51,15 @@ def accepted() -> None:
     bcsdf.energy(wo, window=(-0.5, 0.5))
     bcsdf.energy(wo, window=[[-1, 0], [0, 1], [-1, 1]])
 
+    # Strands, with counts and without.
+    scene = vellus.Scene()
+    scene.add_look("cat")
+    points = np.linspace([0, 0, 0], [0, 1, 0], 4)
+    scene.add_strands(points, [4], 0.1)
+    scene.add_strands(points[None], radii=0.1)
+
     # Results.
-    value: NDArray[np.float32 | np.float64] = bcsdf.eval(wo, wo, 0.3)
+    value: NDArray[np.float32 | np.float64] = bcsdf.eval(wi=wo, wo=wo, h=0.3)
     lobe: NDArray[np.int8] = bcsdf.sample(wo, np.full(4, 0.5), 0.3).lobe
     far: NDArray[np.float32] = vellus.profile("cat", np.float32(-30), [10, 20], range(0, 180, 90))
     assert (value * 2).sum() > 0 and lobe.min() >= 0 and far.shape == (2, 2, 3)
@@ -49,12 +68,13 @@ def accepted() -> None:
 def refused() -> None:
     """An error in each line, which mypy must find."""
     bcsdf, wo = vellus.Bcsdf("cat"), vellus.direction(0, 0)
-    bcsdf.eval(wo, wo, window="fra")  # type: ignore[arg-type]
-    bcsdf.eval(wo, wo, window=0.5)  # type: ignore[arg-type]
-    bcsdf.eval("wi", wo, 0.3)  # type: ignore[arg-type]
-    bcsdf.eval(wo, wo, ["0.3"])  # type: ignore[arg-type]
-    bcsdf.eval(wo, wo, 0.3j)  # type: ignore[arg-type]
-    bcsdf.eval(wo, wo, Fraction(1, 3))  # type: ignore[arg-type]
+    bcsdf.eval(wo, wo, 0.3)  # type: ignore[call-arg]
+    bcsdf.eval(wi=wo, wo=wo, window="fra")  # type: ignore[arg-type]
+    bcsdf.eval(wi=wo, wo=wo, window=0.5)  # type: ignore[arg-type]
+    bcsdf.eval(wi="wi", wo=wo, h=0.3)  # type: ignore[arg-type]
+    bcsdf.eval(wi=wo, wo=wo, h=["0.3"])  # type: ignore[arg-type]
+    bcsdf.eval(wi=wo, wo=wo, h=0.3j)  # type: ignore[arg-type]
+    bcsdf.eval(wi=wo, wo=wo, h=Fraction(1, 3))  # type: ignore[arg-type]
     vellus.Fiber(kappa="0.5")  # type: ignore[arg-type]
     vellus.Fiber(sigma_ca="0.1")  # type: ignore[arg-type]
     vellus.Fiber(sigma_ca=["0.1"])  # type: ignore[list-item]
@@ -62,5 +82,7 @@ def refused() -> None:
     vellus.Fiber(kapa=0.5)  # type: ignore[call-arg]
     vellus.Profile.measure("cat", step=(x for x in (8, 8)))  # type: ignore[arg-type]
     vellus.Profile.measure("cat", seed=1.5)  # type: ignore[arg-type]
-    whole: NDArray[np.int64] = bcsdf.eval(wo, wo, 0.3)  # type: ignore[assignment]
+    vellus.Profile([0], [0], [1], theta_o=0, blur="5")  # type: ignore[arg-type]
+    vellus.fit("cat")  # type: ignore[arg-type]
+    whole: NDArray[np.int64] = bcsdf.eval(wi=wo, wo=wo, h=0.3)  # type: ignore[assignment]
     print(whole)

@@ -6,6 +6,7 @@
 #![warn(clippy::print_stdout)]
 
 use vellus::{Bcsdf, Fiber};
+use vellus_models::yan2015::Profiles;
 use vellus_models::{
     AnyModel, Chiang2016, DEon2011, Error, KajiyaKay1989, Marschner2003, ModelKind, Yan2015, ZinkeWeber2007,
 };
@@ -19,13 +20,14 @@ pub struct Method {
     pub kind: ModelKind,
     /// Refractive index of the medulla, only for [`ModelKind::Yan2015`]. The default is that of the cortex.
     pub eta_m: Option<f32>,
-    /// Sample [`ModelKind::Yan2015`] as in the paper: see [`Yan2015::with_original_sampling`].
-    pub original_sampling: bool,
+    /// Only for [`ModelKind::Yan2015`]: evaluate it as it was published, with these tables. See
+    /// [`Yan2015::as_published`].
+    pub published: Option<&'static Profiles>,
 }
 
 impl From<ModelKind> for Method {
     fn from(kind: ModelKind) -> Self {
-        Method { kind, eta_m: None, original_sampling: false }
+        Method { kind, eta_m: None, published: None }
     }
 }
 
@@ -92,6 +94,9 @@ impl Method {
 
     fn yan2015(&self, fiber: &Fiber) -> Result<Yan2015, vellus::Error> {
         let model = Yan2015::with_eta_m(fiber, self.eta_m.unwrap_or(fiber.eta))?;
-        Ok(if self.original_sampling { model.with_original_sampling() } else { model })
+        Ok(match self.published {
+            Some(profiles) => model.as_published(profiles),
+            None => model,
+        })
     }
 }

@@ -23,8 +23,13 @@ pages! {
 }
 
 #[cfg(test)]
+#[path = "../../../docs/book/listings/furnace.rs"]
+#[expect(dead_code, reason = "`main` prints the table, and a test compares it")]
+mod furnace;
+
+#[cfg(test)]
 mod tests {
-    use super::PAGES;
+    use super::{PAGES, furnace};
     use std::path::{Path, PathBuf};
 
     fn root() -> PathBuf {
@@ -65,6 +70,35 @@ mod tests {
             let text = std::fs::read_to_string(root().join(page)).unwrap();
             let listed = PAGES.contains(&page.as_str());
             assert_eq!(has_rust_examples(&text), listed, "{page}: documents.rs lists the pages with Rust examples");
+        }
+    }
+
+    /// The numbers of a table that starts with `theta_o`, up to the end of its block.
+    fn rows(text: &str) -> Vec<Vec<f64>> {
+        let lines = text.lines().skip_while(|line| !line.starts_with("theta_o")).skip(1);
+        let numbers = |line: &str| -> Vec<f64> {
+            let words = line.split(|c: char| c.is_whitespace() || c == '°');
+            words.filter_map(|word| word.parse().ok()).collect()
+        };
+        lines.take_while(|line| *line != "```").map(numbers).collect()
+    }
+
+    /// Its random numbers are fixed. Processors differ in the seventh digit of a query, so a number near the middle of
+    /// two of four decimals may be rounded to the other one.
+    #[test]
+    #[ignore = "test: 4 million hits"]
+    fn the_furnace_of_the_guide_prints_the_table_of_the_page() {
+        let page = std::fs::read_to_string(root().join("docs/book/src/integration.md")).unwrap();
+        let printed = furnace::table().unwrap();
+        let (shown, computed) = (rows(&page), rows(&printed));
+        let is_near =
+            |(a, b): (&Vec<f64>, &Vec<f64>)| a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1.5e-4);
+        assert!(shown.len() == 4 && computed.len() == 4, "{shown:?}\n{printed}");
+        assert!(shown.iter().zip(&computed).all(is_near), "the page has {shown:?}, but the program prints\n{printed}");
+        // What the page says about the columns.
+        for row in &computed {
+            let [_, sample, eval, error] = row[..] else { panic!("{printed}") };
+            assert!(sample == 1.0 && (eval - 1.0).abs() < 3.0 * error, "{printed}");
         }
     }
 

@@ -27,7 +27,7 @@ pub fn table_data() -> &'static TableData {
     DATA.get_or_init(|| TableData::from_bytes(Tables::SHIPPED).expect("the tables in vellus are valid"))
 }
 
-/// A fibre with every parameter non-zero, including tilt and colour.
+/// A fibre with every parameter non-zero, including α and colour.
 pub fn full_fiber() -> Fiber {
     Fiber {
         eta: 1.55,

@@ -6,7 +6,15 @@ use std::path::{Path, PathBuf};
 /// The reason why a file was not read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The file, or a file that it refers to, is missing or broken.
+    /// The file cannot be read.
+    #[error("cannot read {}", file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// The error of the operating system.
+        source: std::io::Error,
+    },
+    /// The file is broken, or a file that it refers to is missing or broken.
     #[error("{}: {what}", file.display())]
     File {
         /// The file with the problem.
@@ -46,6 +54,10 @@ pub enum Error {
 impl Error {
     pub(crate) fn file(file: &Path, what: impl fmt::Display) -> Self {
         Error::File { file: file.to_owned(), what: what.to_string() }
+    }
+
+    pub(crate) fn read(file: &Path, source: std::io::Error) -> Self {
+        Error::Read { file: file.to_owned(), source }
     }
 
     pub(crate) fn write(file: &Path, source: std::io::Error) -> Self {

@@ -75,9 +75,7 @@ pub fn section(request: &Request) -> Result<Value, String> {
     let rays: Vec<Value> = [Lobe::R, Lobe::Tt, Lobe::Trt]
         .into_iter()
         .zip(0..)
-        .map(
-            |(lobe, p)| json!({ "lobe": lobe.key(), "points": specular(&entry, p), "weight": energy.0[lobe as usize] }),
-        )
+        .map(|(lobe, p)| json!({ "lobe": lobe.key(), "points": specular(&entry, p), "weight": energy[lobe] }))
         .collect();
     let scattered: Vec<Value> = walk::scattered(&fiber, &entry, paths, seed)
         .into_iter()
@@ -143,7 +141,7 @@ mod tests {
             let points = specular(&entry, p);
             let [a, b] = [points[points.len() - 2], points[points.len() - 1]];
             let phi = (b[1] - a[1]).atan2(b[0] - a[0]) as f32;
-            let value = |phi: f32| hit.azimuthal(phi).0[lobe as usize][1];
+            let value = |phi: f32| hit.azimuthal(phi)[lobe][1];
             assert!(value(phi) > value(phi + 0.01) && value(phi) > value(phi - 0.01), "{lobe:?} {phi}");
         }
     }

@@ -16,7 +16,7 @@ fn main() -> Result<(), Error> {
     let (f, pdf) = hit.eval_pdf(wi);
     println!("f cos = {:?}, pdf = {pdf}", f.total());
     for lobe in Lobe::ALL {
-        println!("  {:>4}: {:?}", lobe.key(), f.0[lobe as usize]);
+        println!("  {lobe:>4}: {:?}", f[lobe]);
     }
 
     // Five uniform random numbers. A sample is missing only if its density underflows.

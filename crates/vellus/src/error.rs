@@ -52,6 +52,13 @@ pub enum Error {
         /// All known names.
         known: String,
     },
+    /// An unknown name of a lobe.
+    UnknownLobe {
+        /// The name.
+        name: String,
+        /// All known names.
+        known: String,
+    },
     /// A broken table file, or tables that contradict each other. The text states the problem.
     Table(String),
 }
@@ -67,6 +74,7 @@ impl fmt::Display for Error {
             }
             Error::UnknownPreset { name, known } => write!(f, "unknown preset '{name}': known are {known}"),
             Error::UnknownExit { name, known } => write!(f, "unknown exit '{name}': known are {known}"),
+            Error::UnknownLobe { name, known } => write!(f, "unknown lobe '{name}': known are {known}"),
             Error::Table(problem) => write!(f, "broken medulla table: {problem}"),
         }
     }

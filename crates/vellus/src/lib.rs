@@ -31,6 +31,8 @@
 //! The model is not reciprocal: h and the attenuation belong to ω_o (D2). ω_o is the direction of the path that comes
 //! from the camera.
 //!
+//! All types are `Send` and `Sync`.
+//!
 //! D1, D2, … mark departures from the paper. PAPER.md in the repository lists them with their reasons.
 //!
 //! # Speed
@@ -63,7 +65,7 @@ mod prepared;
 mod simd;
 mod window;
 
-pub use bcsdf::{Bcsdf, Hit};
+pub use bcsdf::{Bcsdf, Hit, OwnedHit};
 pub use coat::CoatColors;
 pub use cylinder::cuticle::{Fresnel, fresnel};
 pub use cylinder::fiber_frame::FiberFrame;

@@ -1,8 +1,12 @@
 //! The six lobes, and a sampled direction.
 
 use crate::choose::choose;
+use crate::error::Error;
 use crate::simd::lanes::Lanes;
 use glam::Vec3;
+use std::fmt;
+use std::ops::{Add, AddAssign, Index, IndexMut, Mul};
+use std::str::FromStr;
 
 /// The six lobes, in the order of every array of lobes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -38,14 +42,93 @@ impl Lobe {
     }
 }
 
-/// f·cos θᵢ of each lobe, RGB, indexed by `Lobe as usize`. `V` is `f32`, or [`f32x8`](wide::f32x8) for eight queries.
-#[derive(Clone, Copy, Debug, PartialEq)]
+impl fmt::Display for Lobe {
+    /// The key.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.key())
+    }
+}
+
+impl FromStr for Lobe {
+    type Err = Error;
+
+    /// Accepts the key alone.
+    fn from_str(name: &str) -> Result<Self, Error> {
+        Lobe::ALL
+            .into_iter()
+            .find(|lobe| lobe.key() == name)
+            .ok_or_else(|| Error::UnknownLobe { name: name.to_owned(), known: Lobe::ALL.map(Lobe::key).join(", ") })
+    }
+}
+
+/// f·cos θᵢ of each lobe, RGB, indexed by [`Lobe`]. `V` is `f32`, or [`f32x8`](wide::f32x8) for eight queries.
+///
+/// ```
+/// use vellus::{Lobe, Lobes};
+/// // Light times a weight, added to the layers of a pixel.
+/// let (f, light) = (Lobes([[0.5f32; 3]; 6]), [2.0, 1.0, 0.0]);
+/// let mut layers: Lobes = Lobes::default();
+/// layers += f * light * 0.25;
+/// assert_eq!(layers[Lobe::Tt], [0.25, 0.125, 0.0]);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Lobes<V = f32>(pub [[V; 3]; 6]);
 
 impl<V: Lanes> Lobes<V> {
     /// The sum over the lobes.
     pub fn total(&self) -> [V; 3] {
         std::array::from_fn(|c| self.0[1..].iter().fold(self.0[0][c], |sum, lobe| sum + lobe[c]))
+    }
+}
+
+impl<V> Index<Lobe> for Lobes<V> {
+    type Output = [V; 3];
+
+    #[inline(always)]
+    fn index(&self, lobe: Lobe) -> &[V; 3] {
+        &self.0[lobe as usize]
+    }
+}
+
+impl<V> IndexMut<Lobe> for Lobes<V> {
+    #[inline(always)]
+    fn index_mut(&mut self, lobe: Lobe) -> &mut [V; 3] {
+        &mut self.0[lobe as usize]
+    }
+}
+
+impl<V: Lanes> Add for Lobes<V> {
+    type Output = Self;
+
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        Lobes(std::array::from_fn(|p| std::array::from_fn(|c| self.0[p][c] + other.0[p][c])))
+    }
+}
+
+impl<V: Lanes> AddAssign for Lobes<V> {
+    #[inline]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl<V: Lanes> Mul<V> for Lobes<V> {
+    type Output = Self;
+
+    #[inline]
+    fn mul(self, factor: V) -> Self {
+        self * [factor; 3]
+    }
+}
+
+/// All lobes times a colour, RGB.
+impl<V: Lanes> Mul<[V; 3]> for Lobes<V> {
+    type Output = Self;
+
+    #[inline]
+    fn mul(self, color: [V; 3]) -> Self {
+        Lobes(self.0.map(|lobe| std::array::from_fn(|c| lobe[c] * color[c])))
     }
 }
 
@@ -72,5 +155,29 @@ impl Sample {
         // A sum is only finite if all of its terms are: one comparison instead of seven.
         let sum = (wi.x + wi.y + wi.z) + (weight[0] + weight[1] + weight[2]) + pdf;
         (pdf > 0.0 && sum.is_finite()).then_some(Sample { wi, pdf, weight, lobe })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_are_read_as_they_are_written() {
+        for lobe in Lobe::ALL {
+            assert_eq!(lobe.to_string().parse(), Ok(lobe));
+        }
+        assert_eq!(format!("{:>4}", Lobe::R), "   R");
+        let error = "tt".parse::<Lobe>().unwrap_err().to_string();
+        assert_eq!(error, "unknown lobe 'tt': known are R, TT, TRT, TTs, TRTs, rest");
+    }
+
+    #[test]
+    fn lobes_add_and_scale_channel_by_channel() {
+        let mut lobes: Lobes = Lobes([[1.0, 2.0, 4.0]; 6]);
+        lobes[Lobe::Tts] = [0.0, 1.0, 0.0];
+        let sum = lobes * 0.5 + lobes * [1.0, 0.0, 2.0];
+        assert_eq!((sum[Lobe::R], sum[Lobe::Tts]), ([1.5, 1.0, 10.0], [0.0, 0.5, 0.0]));
+        assert_eq!(sum.0[Lobe::Tts as usize], sum[Lobe::Tts]);
     }
 }

@@ -1,6 +1,6 @@
 //! The interface of all models of a fibre's scattering, so that one renderer can use any of them.
 
-use crate::bcsdf::{Bcsdf, Hit};
+use crate::bcsdf::{Bcsdf, Hit, OwnedHit};
 use crate::error::Error;
 use crate::fiber::Fiber;
 use crate::lobe::{Lobes, Sample};
@@ -97,29 +97,36 @@ impl Model for Bcsdf<'_> {
     }
 }
 
-impl Scattering for Hit<'_> {
-    #[inline]
-    fn energy(&self) -> Lobes {
-        self.energy()
-    }
+macro_rules! scattering {
+    ($hit:ty) => {
+        impl Scattering for $hit {
+            #[inline]
+            fn energy(&self) -> Lobes {
+                self.energy()
+            }
 
-    #[inline]
-    fn eval(&self, wi: Vec3) -> Lobes {
-        self.eval(wi)
-    }
+            #[inline]
+            fn eval(&self, wi: Vec3) -> Lobes {
+                self.eval(wi)
+            }
 
-    #[inline]
-    fn pdf(&self, wi: Vec3) -> f32 {
-        self.pdf(wi)
-    }
+            #[inline]
+            fn pdf(&self, wi: Vec3) -> f32 {
+                self.pdf(wi)
+            }
 
-    #[inline]
-    fn eval_pdf(&self, wi: Vec3) -> (Lobes, f32) {
-        self.eval_pdf(wi)
-    }
+            #[inline]
+            fn eval_pdf(&self, wi: Vec3) -> (Lobes, f32) {
+                self.eval_pdf(wi)
+            }
 
-    #[inline]
-    fn sample(&self, u: [f32; 5]) -> Option<Sample> {
-        self.sample(u)
-    }
+            #[inline]
+            fn sample(&self, u: [f32; 5]) -> Option<Sample> {
+                self.sample(u)
+            }
+        }
+    };
 }
+
+scattering!(Hit<'_>);
+scattering!(OwnedHit);

@@ -1,16 +1,17 @@
 //! The near field: a fibre hit at one offset, or eight such hits.
 
 use crate::cylinder::azimuthal::wrap;
-use crate::cylinder::frame::{Frame, Outgoing, Polar, is_unit};
+use crate::cylinder::frame::{Frame, Outgoing, Polar};
 use crate::cylinder::longitudinal::Centres;
 use crate::cylinder::path::{COMPONENTS, DIFFUSE, Path, probabilities};
 use crate::exit::diffuse;
 use crate::lobe::{Lobe, Lobes, Sample};
 use crate::medulla::{Azimuth, Inclination, Medulla};
-use crate::prepared::Prepared;
+use crate::prepared::{Prepared, Shared};
 use crate::simd::lanes::{Lanes, Quad};
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
+use std::ops::Deref;
 use wide::f32x8;
 
 /// The light that the medulla scatters from one path.
@@ -39,12 +40,10 @@ impl Scattered {
 }
 
 /// One near-field hit of a fibre (`V` is `f32`), or eight hits (`V` is [`f32x8`]). It holds everything that depends
-/// on ω_o and h, prepared once for all queries.
-///
-/// [`Bcsdf::at8`](crate::Bcsdf::at8) makes eight of them.
+/// on ω_o and h, prepared once for all queries. `P` is the prepared fibre, or refers to it.
 #[derive(Clone, Copy, Debug)]
-pub struct NearHit<'b, V: Lanes = f32> {
-    prepared: &'b Prepared<'b>,
+pub(crate) struct Near<P, V: Lanes = f32> {
+    prepared: P,
     frame: Frame<V>,
     centres: Centres<V>,
     /// Φ of R, TT, TRT.
@@ -58,9 +57,9 @@ pub struct NearHit<'b, V: Lanes = f32> {
     scattered: V::PerLane<Scattered>,
 }
 
-impl<'b, V: Lanes> NearHit<'b, V> {
+impl<'t, P: Deref<Target = Prepared<'t>>, V: Lanes> Near<P, V> {
     #[inline(always)]
-    pub(crate) fn new(prepared: &'b Prepared<'b>, wo: [V; 3], h: V) -> Self {
+    pub fn new(prepared: P, wo: [V; 3], h: V) -> Self {
         let zero = V::splat(0.0);
         let fiber = &prepared.fiber;
         let Polar { sin, cos } = Polar::new(wo);
@@ -87,10 +86,11 @@ impl<'b, V: Lanes> NearHit<'b, V> {
         );
         let entry = prepared.reflection.as_ref().map(|reflection| reflection.at(path.sin2_t));
         let attenuation = path.attenuation(fiber, V::from_lanes(&paths), entry.as_ref());
-        NearHit {
+        let centres = prepared.longitudinal.centres(sin, cos);
+        Near {
             prepared,
             frame: Frame::new(wo, cos, path.inverse_cos_o),
-            centres: prepared.longitudinal.centres(sin, cos),
+            centres,
             exit: V::Quad::new([path.exit_azimuth(0), path.exit_azimuth(1), path.exit_azimuth(2), zero]),
             scattered_exit: [path.scattered_azimuth(1), path.scattered_azimuth(2)],
             attenuation,
@@ -99,13 +99,11 @@ impl<'b, V: Lanes> NearHit<'b, V> {
         }
     }
 
-    /// A(h), the share of the light that each lobe carries, RGB, in [0, 1]: the integral of f·cos θᵢ over all ω_i.
-    #[doc(alias = "Table 3")]
+    /// A(h) of each lobe.
     pub fn energy(&self) -> Lobes<V> {
         self.lobes(&[V::splat(1.0); COMPONENTS])
     }
 
-    /// The probability with which sampling chooses each lobe, in the order of [`Lobe`].
     pub fn lobe_probabilities(&self) -> [V; 6] {
         let mut lobes: [V; 6] = std::array::from_fn(|p| self.probability[p]);
         lobes[Lobe::Residual as usize] = lobes[Lobe::Residual as usize] + self.probability[DIFFUSE];
@@ -201,7 +199,7 @@ struct Drawn<V: Lanes> {
     weight: [V; 3],
 }
 
-impl<V: Lanes> NearHit<'_, V> {
+impl<'t, P: Deref<Target = Prepared<'t>>, V: Lanes> Near<P, V> {
     /// The lobe that `u` in [0, 1) selects.
     #[inline(always)]
     fn choose_lobe(&self, lane: usize, u: f32) -> Lobe {
@@ -212,7 +210,7 @@ impl<V: Lanes> NearHit<'_, V> {
     /// azimuth.
     #[inline(always)]
     fn draw(&self, lane: usize, lobe: Lobe, u: [f32; 3]) -> (f32, f32, f32) {
-        let prepared = self.prepared;
+        let prepared = &*self.prepared;
         let unscattered = |p: usize| prepared.longitudinal.sample(self.centres.lane(p, lane), p, [u[0], u[1]]);
         let scattered = |p: usize| {
             let s = &self.scattered.as_ref()[lane];
@@ -254,16 +252,12 @@ impl<V: Lanes> NearHit<'_, V> {
     }
 }
 
-impl NearHit<'_, f32x8> {
-    /// f·cos θᵢ of each lobe and the density per solid angle, for eight hits with one direction each. `wi`: the x, y
-    /// and z of eight unit vectors.
+impl<'t, P: Deref<Target = Prepared<'t>>> Near<P, f32x8> {
     #[inline]
     pub fn eval_pdf8(&self, wi: [f32x8; 3]) -> (Lobes<f32x8>, f32x8) {
         self.query(wi)
     }
 
-    /// Draws a direction for each of the eight hits, like [`NearHit::sample`]. `u`: the four uniform numbers of eight
-    /// samples.
     pub fn sample8(&self, u: [f32x8; 4]) -> [Option<Sample>; 8] {
         let u = u.map(f32x8::to_array);
         let (mut sin_i, mut cos_i, mut phi) = ([0.0; 8], [0.0; 8], [0.0; 8]);
@@ -285,13 +279,13 @@ impl NearHit<'_, f32x8> {
     }
 }
 
-impl NearHit<'_, f32> {
+impl<'t, P: Deref<Target = Prepared<'t>>> Near<P, f32> {
     /// The same hit in all eight lanes.
-    pub(crate) fn repeated(&self) -> NearHit<'_, f32x8> {
+    pub fn repeated(&self) -> Near<&Prepared<'t>, f32x8> {
         let splat = f32x8::splat;
         let [scattered] = self.scattered;
-        NearHit {
-            prepared: self.prepared,
+        Near {
+            prepared: &*self.prepared,
             frame: self.frame.repeated(),
             centres: self.centres.repeated(),
             exit: Quad::new(self.exit.to_array().map(splat)),
@@ -302,16 +296,13 @@ impl NearHit<'_, f32> {
         }
     }
 
-    /// f(ω_o, ω_i)·cos θᵢ of each lobe, RGB. `wi` points away from the fibre, toward the light, and is a unit vector.
-    /// Light reaches a fibre from the whole sphere, so no hemisphere is excluded.
     #[inline]
     pub fn eval(&self, wi: Vec3) -> Lobes {
-        debug_assert!(is_unit(wi), "wi is not a unit vector: {wi}");
         self.lobes(&self.densities(&self.outgoing(wi.to_array())))
     }
 
     /// N(φ) of each lobe, RGB.
-    pub(crate) fn azimuthal_lobes(&self, phi: f32) -> Lobes {
+    pub fn azimuthal_lobes(&self, phi: f32) -> Lobes {
         let [r, tt, trt, rest] = self.prepared.azimuthal.eval(self.exit, phi).to_array();
         let [s] = &self.scattered;
         let [tts, trts] = self.scattered_exit.map(|exit| {
@@ -324,7 +315,7 @@ impl NearHit<'_, f32> {
     }
 
     /// The mean of cos φ over each lobe.
-    pub(crate) fn mean_cosines(&self) -> [f32; 6] {
+    pub fn mean_cosines(&self) -> [f32; 6] {
         let sigma = self.prepared.azimuthal.sigma;
         let exit = self.exit.to_array();
         let specular = |p: usize| exit[p].cos() * (-0.5 * sigma[p] * sigma[p]).exp();
@@ -347,30 +338,52 @@ impl NearHit<'_, f32> {
         [specular(0), specular(1), specular(2), tts, trts, 0.0]
     }
 
-    /// The density per solid angle with which [`NearHit::sample`] draws `wi`, a unit vector.
     #[inline]
     pub fn pdf(&self, wi: Vec3) -> f32 {
-        debug_assert!(is_unit(wi), "wi is not a unit vector: {wi}");
         self.density(&self.densities(&self.outgoing(wi.to_array())))
     }
 
-    /// [`NearHit::eval`] and [`NearHit::pdf`] together.
     #[inline]
     pub fn eval_pdf(&self, wi: Vec3) -> (Lobes, f32) {
-        debug_assert!(is_unit(wi), "wi is not a unit vector: {wi}");
         self.query(wi.to_array())
     }
 
-    /// Draws ω_i. `None` if the density of the drawn direction underflows to 0, or if a result is not finite.
-    ///
-    /// `u`: four uniform numbers in [0, 1): one for the lobe, two for the longitudinal lobe, one for the azimuth.
-    /// ([`Hit::sample`](crate::Hit::sample) takes a fifth, for the offset in its window.) No channel of the weight is
-    /// above Σ max(A) ≤ 1.
+    /// `u`: the first four numbers of [`Hit::sample`](crate::Hit::sample).
     #[inline]
     pub fn sample(&self, u: [f32; 4]) -> Option<Sample> {
         let lobe = self.choose_lobe(0, u[0]);
         let (sin_i, cos_i, phi) = self.draw(0, lobe, [u[1], u[2], u[3]]);
         let Drawn { wi, pdf, weight } = self.complete(sin_i, cos_i, phi, phi.sin_cos());
         Sample::new(Vec3::from_array(wi), pdf, weight, lobe)
+    }
+}
+
+/// Eight near-field hits of a fibre, from [`Bcsdf::at8`](crate::Bcsdf::at8).
+#[derive(Clone, Copy, Debug)]
+pub struct NearHit<'b>(pub(crate) Near<Shared<'b>, f32x8>);
+
+impl NearHit<'_> {
+    /// A(h), the share of the light that each lobe carries, RGB, in [0, 1]: the integral of f·cos θᵢ over all ω_i.
+    #[doc(alias = "Table 3")]
+    pub fn energy(&self) -> Lobes<f32x8> {
+        self.0.energy()
+    }
+
+    /// The probability with which sampling chooses each lobe, in the order of [`Lobe`].
+    pub fn lobe_probabilities(&self) -> [f32x8; 6] {
+        self.0.lobe_probabilities()
+    }
+
+    /// f·cos θᵢ of each lobe and the density per solid angle, for eight hits with one direction each. `wi`: the x, y
+    /// and z of eight unit vectors.
+    #[inline]
+    pub fn eval_pdf8(&self, wi: [f32x8; 3]) -> (Lobes<f32x8>, f32x8) {
+        self.0.eval_pdf8(wi)
+    }
+
+    /// Draws a direction for each of the eight hits, like [`Hit::sample`](crate::Hit::sample). `u`: the four uniform
+    /// numbers of eight samples. No channel of the weight is above Σ max(A) ≤ 1.
+    pub fn sample8(&self, u: [f32x8; 4]) -> [Option<Sample>; 8] {
+        self.0.sample8(u)
     }
 }

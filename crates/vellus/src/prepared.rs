@@ -9,6 +9,7 @@ use crate::fiber::Fiber;
 use crate::fiber::exit::Exit;
 use crate::medulla::Medulla;
 use crate::medulla::tables::Tables;
+use std::ops::Deref;
 
 /// Everything about a fibre that all its hits need.
 #[derive(Clone, Debug)]
@@ -21,6 +22,22 @@ pub(crate) struct Prepared<'t> {
     pub reflection: Option<Reflection>,
     /// True if a window takes more segments than usual.
     pub fine: bool,
+}
+
+/// A fibre that a hit borrows.
+pub(crate) type Shared<'b> = &'b Prepared<'b>;
+
+/// A fibre that is a part of its hit.
+#[derive(Clone, Debug)]
+pub(crate) struct Owned(pub Prepared<'static>);
+
+impl Deref for Owned {
+    type Target = Prepared<'static>;
+
+    #[inline(always)]
+    fn deref(&self) -> &Prepared<'static> {
+        &self.0
+    }
 }
 
 impl<'t> Prepared<'t> {

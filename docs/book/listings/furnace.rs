@@ -5,10 +5,16 @@ use vellus::glam::Vec3;
 use vellus::{Bcsdf, Fiber, Species, Window};
 
 fn main() -> Result<(), vellus::Error> {
+    print!("{}", table()?);
+    Ok(())
+}
+
+/// The light that a white fibre returns, for four inclinations: by samples, and by `eval` with its standard error.
+pub fn table() -> Result<String, vellus::Error> {
     let white = Fiber::preset(Species::RedFox).without_absorption();
     let bcsdf = Bcsdf::new(&white)?;
     let mut random = Random(7);
-    println!("theta_o   sample   eval");
+    let mut table = String::from("theta_o   sample   eval\n");
     for degrees in [0f32, 30.0, 60.0, 85.0] {
         let theta_o = degrees.to_radians();
         let wo = Vec3::new(theta_o.sin(), theta_o.cos(), 0.0);
@@ -30,9 +36,9 @@ fn main() -> Result<(), vellus::Error> {
         let n = f64::from(n);
         let (sampled, evaluated) = (sampled / n, evaluated / n);
         let error = ((squares / n - evaluated * evaluated) / n).sqrt();
-        println!("{degrees:6.0}°  {sampled:.4}   {evaluated:.4} ± {error:.4}");
+        table += &format!("{degrees:6.0}°  {sampled:.4}   {evaluated:.4} ± {error:.4}\n");
     }
-    Ok(())
+    Ok(table)
 }
 
 /// A small random number generator (SplitMix64).

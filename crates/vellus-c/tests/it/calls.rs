@@ -2,9 +2,10 @@
 
 #![allow(unsafe_code, reason = "calls of the C interface")]
 
+use std::ffi::CStr;
 use std::ptr::null_mut;
 use vellus::wide::f32x8;
-use vellus::{Bcsdf, Fiber, Sample, Species, Window};
+use vellus::{Bcsdf, Fiber, FiberBuilder, FiberFrame, Sample, Species, Window};
 use vellus_c::*;
 use vellus_testing::{Query, queries};
 
@@ -92,6 +93,66 @@ fn single_queries_have_the_bits_of_rust() {
             }
         }
     }
+}
+
+/// A straight fibre, round and flat.
+#[test]
+fn frames_have_the_bits_of_rust() {
+    let (center, radius) = ([1.0, 2.0, -3.0], 0.25);
+    for q in queries(100) {
+        let (tangent, wo) = (q.wi.to_array(), q.wo.to_array());
+        let c = VellusFrame { tangent, center, radius };
+        let rust = FiberFrame::new(q.wi, center.into(), radius);
+        let position = rust.center() + rust.outward(rust.to_world(q.wi)) * radius;
+        let at = position.to_array();
+        let (mut local, mut back, mut outward, mut x) = ([0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3]);
+        // SAFETY: all pointers are those of arrays of the documented sizes.
+        unsafe {
+            assert_eq!(vellus_frame_to_local(&c, wo.as_ptr(), local.as_mut_ptr()), OK);
+            assert_eq!(vellus_frame_to_world(&c, local.as_ptr(), back.as_mut_ptr()), OK);
+            assert_eq!(vellus_frame_outward(&c, wo.as_ptr(), outward.as_mut_ptr()), OK);
+            assert_eq!(vellus_frame_offset(&c, at.as_ptr(), wo.as_ptr(), &mut x[0]), OK);
+            assert_eq!(vellus_frame_offset_flat(&c, at.as_ptr(), wo.as_ptr(), &mut x[1]), OK);
+            assert_eq!(vellus_frame_pixel_width(&c, 0.1, &mut x[2]), OK);
+        }
+        let w = rust.to_local(q.wo);
+        assert_eq!((local, back), (w.to_array(), rust.to_world(w).to_array()));
+        assert_eq!(outward, rust.outward(q.wo).to_array());
+        assert_eq!(x, [rust.offset(position, q.wo), rust.offset_flat(position, q.wo), rust.pixel_width(0.1)]);
+    }
+}
+
+/// The fibre's own colour is the nearest one to a reflectance out of reach.
+#[test]
+fn reflectances_and_species_are_those_of_rust() {
+    let mut parameters = Vec::new();
+    for i in 0..vellus_species_count() {
+        // SAFETY: names are texts of the library, and parameters are plain numbers.
+        unsafe {
+            let name = CStr::from_ptr(vellus_species_name(i));
+            assert_eq!(name.to_str(), Ok(Species::ALL[i].name()));
+            let mut p = std::mem::zeroed();
+            assert_eq!(vellus_parameters_preset(name.as_ptr(), &mut p), OK);
+            parameters.push(p);
+        }
+    }
+    assert_eq!(parameters.len(), Species::ALL.len());
+    let (mut p, mut fiber, mut color, mut nearest) = (parameters[7], null_mut(), [0.0; 3], [[0.0f32; 3]; 2]);
+    let (dark, fox) = ([0.001, 0.3, 0.001], [0.8, 0.4, 0.2]);
+    // SAFETY: all pointers are those of arrays of the documented sizes.
+    unsafe {
+        assert_eq!(vellus_parameters_nearest_reflectance(&p, dark.as_ptr(), nearest[0].as_mut_ptr()), OK);
+        assert_eq!(vellus_parameters_nearest_reflectance(&p, fox.as_ptr(), nearest[1].as_mut_ptr()), OK);
+        assert_eq!(vellus_parameters_set(&mut p, c"reflectance".as_ptr(), dark.as_ptr(), 3), OK);
+        assert_eq!(vellus_fiber_from_parameters(&p, &mut fiber), OK);
+        let fiber = Handle(fiber);
+        assert_eq!(vellus_fiber_coat_color(fiber.0, color.as_mut_ptr()), OK);
+    }
+    let mut builder = FiberBuilder::new(Fiber::preset(Species::RedFox));
+    builder.set("reflectance", &dark).unwrap();
+    assert_eq!(nearest, [builder.out_of_reach().unwrap().unwrap().nearest, fox]);
+    assert_eq!(color, builder.build().unwrap().coat_color().unwrap());
+    assert!(nearest[0][0] > 0.001 && color.iter().zip(nearest[0]).all(|(a, b)| (a - b).abs() < 0.01), "{color:?}");
 }
 
 const NO_INPUT: VellusInput = VellusInput { data: std::ptr::null(), stride: 0 };

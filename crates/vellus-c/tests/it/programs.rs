@@ -151,6 +151,30 @@ fn the_cpp_program_has_the_bits_of_rust() {
     assert_same(&printed(&program), &expected);
 }
 
+/// The first block of C of the book's page. It prints with `%g`, which has six digits.
+#[test]
+fn the_first_program_of_the_book_has_the_numbers_of_rust() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/book/src/c.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let lines = page.lines().skip_while(|line| *line != "```c").skip(1).take_while(|line| *line != "```");
+    let source = lines.map(|line| format!("{line}\n")).collect::<String>();
+    assert!(source.contains("int main(void)"), "{source}");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("first.c");
+    std::fs::write(&path, source).unwrap();
+    let Some(program) = build(path.to_str().unwrap(), folder.path()) else { return };
+    let output = run(&mut Command::new(&program));
+    let text = String::from_utf8(output.stdout).unwrap();
+    let words = text.split(|c: char| c.is_whitespace() || c == ',');
+    let found: Vec<f32> = words.filter_map(|word| word.parse().ok()).collect();
+    let bcsdf = Bcsdf::new(&Fiber::preset(Species::RedFox)).unwrap();
+    let hit = bcsdf.at(Vec3::new(0.36, 0.48, 0.8), Window::near(0.3));
+    let (f, pdf) = hit.eval_pdf(Vec3::new(-0.48, 0.64, 0.6));
+    let [r, g, b] = f.total();
+    let is_near = |(x, y): (&f32, &f32)| (x - y).abs() < 1e-5 * y;
+    assert!(found.len() == 4 && found.iter().zip(&[r, g, b, pdf]).all(is_near), "{text}");
+}
+
 #[test]
 fn bad_input_gives_a_status_and_no_crash() {
     let folder = tempfile::tempdir().unwrap();

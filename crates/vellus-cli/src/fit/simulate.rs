@@ -18,32 +18,35 @@ pub struct Gantry {
     #[arg(long, value_name = "NAME|FILE")]
     simulate: Option<String>,
     /// Set a parameter of that fibre, such as kappa=0.5. May be repeated.
-    #[arg(long = "set", value_name = "NAME=VALUE", conflicts_with = "profile")]
+    #[arg(long = "set", value_name = "NAME=VALUE", conflicts_with = "profiles")]
     set: Vec<String>,
     /// Refractive index of the medulla, only for yan2015. Default: the index of the cortex.
-    #[arg(long, value_name = "INDEX", conflicts_with = "profile")]
+    #[arg(long, value_name = "INDEX", conflicts_with = "profiles")]
     eta_m: Option<f32>,
     /// What to measure: the far field of the model, or a whole fibre with a rough cuticle, simulated with photons.
     #[arg(long, value_parser = one_of::<String>(["model", "reference"]), default_value = "model", value_name = "WHAT",
-          conflicts_with = "profile")]
+          conflicts_with = "profiles")]
     from: String,
     /// Number of photons for --from reference [default: 4000000].
-    #[arg(long, value_name = "N", conflicts_with = "profile", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", conflicts_with = "profiles", value_parser = clap::value_parser!(u64).range(1..))]
     photons: Option<u64>,
     /// Relative noise of each value [default: 0.02].
-    #[arg(long, value_name = "X", conflicts_with = "profile")]
+    #[arg(long, value_name = "X", conflicts_with = "profiles")]
     noise: Option<f64>,
     /// Share of missing directions, in patches [default: 0.1].
-    #[arg(long, value_name = "X", conflicts_with = "profile")]
+    #[arg(long, value_name = "X", conflicts_with = "profiles")]
     gaps: Option<f64>,
     /// Step in θ and φ, degrees [default: 2; with --from reference 4].
-    #[arg(long, value_name = "DEG", conflicts_with = "profile")]
+    #[arg(long, value_name = "DEG", conflicts_with = "profiles")]
     step: Option<f64>,
     /// Factor on all values [default: 1].
-    #[arg(long, value_name = "X", conflicts_with = "profile")]
+    #[arg(long, value_name = "X", conflicts_with = "profiles")]
     scale: Option<f64>,
+    /// Light that does not come from the fibre, added to all values [default: 0].
+    #[arg(long, value_name = "X", conflicts_with = "profiles")]
+    background: Option<f64>,
     /// Measure red, green and blue. Default: red only.
-    #[arg(long, conflicts_with = "profile")]
+    #[arg(long, conflicts_with = "profiles")]
     rgb: bool,
 }
 
@@ -74,14 +77,24 @@ pub fn run(args: &super::Args) -> Result<()> {
         (Source::Reference(fiber, given.photons.unwrap_or(PHOTONS)), 4.0)
     };
     let default = Synthetic::default();
+    let theta_o = match args.theta_o[..] {
+        [] => default.theta_o,
+        [one] => one,
+        _ => bail!("--simulate takes one value of --theta-o"),
+    };
+    if given.from == "reference" && args.blur.is_some() {
+        bail!("--blur is only for --from model: a traced fibre has cells of the size of --step");
+    }
     let gantry = Synthetic {
-        theta_o: args.theta_o.unwrap_or(default.theta_o),
+        theta_o,
         theta: args.theta.map_or(default.theta, |axis| [axis.first, axis.last]),
         phi: args.phi.map_or(default.phi, |axis| [axis.first, axis.last]),
         step: [given.step.unwrap_or(step); 2],
         noise: given.noise.unwrap_or(default.noise),
         gaps: given.gaps.unwrap_or(default.gaps),
         scale: given.scale.unwrap_or(default.scale),
+        background: given.background.unwrap_or(default.background),
+        blur: args.blur.unwrap_or(default.blur),
         channels: if given.rgb { 3 } else { 1 },
         seed: args.seed,
     };

@@ -47,15 +47,17 @@ fn a_measurement_is_fitted_reported_and_read_back() {
     let shown = vellus(folder, &["fiber", "show", "--format", "json", "fox.toml"]);
     let shown: serde_json::Value = serde_json::from_slice(&shown.stdout).unwrap();
     assert!((shown["eta"].as_f64().unwrap() - 1.49).abs() < 0.1 && (shown["g"].as_f64().unwrap() - 0.79).abs() < 0.05);
-    for name in ["profile.png", "slices.png"] {
+    for name in ["profile-1.png", "slices-1.png"] {
         let png = std::fs::read(folder.join("report").join(name)).unwrap();
         assert!(png.starts_with(b"\x89PNG") && png.len() > 10_000, "{name}");
     }
     let page = std::fs::read_to_string(folder.join("report/index.html")).unwrap();
-    for part in ["Fit of fox.txt", "profile.png", "slices.png", "profile.csv", "class=\"warning\"", "Correlations"] {
+    for part in
+        ["Fit of fox.txt", "profile-1.png", "slices-1.png", "profile-1.csv", "class=\"warning\"", "Correlations"]
+    {
         assert!(page.contains(part), "{part}");
     }
-    let values = std::fs::read_to_string(folder.join("report/profile.csv")).unwrap();
+    let values = std::fs::read_to_string(folder.join("report/profile-1.csv")).unwrap();
     assert!(values.starts_with("theta,phi,measured,fitted\n") && values.lines().count() > 300);
 }
 
@@ -87,12 +89,108 @@ fn programs_get_json() {
     assert_eq!(parameters["sigma_ma.g"]["tied_to"], "sigma_ca.g");
     assert_eq!(parameters["theta_o"]["value"], -25.0);
     assert!((parameters["scale"]["value"].as_f64().unwrap() - 5.0).abs() < 0.5);
-    assert!(parameters["beta_m"]["standard_error"].as_f64().unwrap() > 0.0);
+    let beta_m = &parameters["beta_m"];
+    assert!(beta_m["standard_error"].as_f64().unwrap() > 0.0);
+    let [low, high] = [0, 1].map(|end| beta_m["interval"][end].as_f64().unwrap());
+    assert!((low..high).contains(&beta_m["value"].as_f64().unwrap()), "{beta_m}");
+    let profile = &value["profiles"][0];
+    assert_eq!((profile["file"].as_str(), profile["channels"].as_u64()), (Some("dog.csv"), Some(3)));
     assert_eq!(value["interrupted"], false);
     assert!(value["no_fit"].is_null() && value["explained"].as_f64().unwrap() > 0.9);
     assert!(value["nrmse"].as_f64().unwrap() < 0.025 && value["log_nrmse"].as_f64().unwrap() < 0.025);
     let names = value["correlations"]["names"].as_array().unwrap().len();
     assert!(names > 8 && value["correlations"]["matrix"].as_array().unwrap().len() == names);
+}
+
+/// Each profile has its own fibre and report. One that cannot be read does not keep the others out.
+#[test]
+fn a_batch_fits_each_profile() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    run(folder, &["--simulate", "mouse", "--step", "8", "--out", "mouse.txt"]);
+    std::fs::write(folder.join("bad.txt"), "70 40 NaN\n").unwrap();
+    let args = ["bad.txt", "mouse.txt", "--theta-o", "-30", "--starts", "4", "--out", "fitted", "--report", "reports"];
+    let output = command(folder, &args).run().unwrap();
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    for part in
+        ["1 of 2: bad.txt\nerror: bad.txt, line 1: ", "2 of 2: mouse.txt\n", "error: 1 of 2 profiles have no fit: "]
+    {
+        assert!(message.contains(part), "'{part}' is not in: {message}");
+    }
+    let table = String::from_utf8(output.stdout).unwrap();
+    assert!(table.contains("profile: mouse.txt: ") && !table.contains("bad.txt"), "{table}");
+    let written: Vec<_> = std::fs::read_dir(folder.join("fitted")).unwrap().map(|f| f.unwrap().file_name()).collect();
+    assert_eq!(written, ["mouse.toml"]);
+    assert!(vellus(folder, &["fiber", "show", "fitted/mouse.toml"]).status.success());
+    assert!(folder.join("reports/mouse/profile-1.png").is_file());
+    assert!(!folder.join("reports/bad/index.html").exists());
+}
+
+/// Two measurements of one fibre have one result. Each profile has its own scale, unless they share it.
+#[test]
+fn profiles_of_one_fibre_are_fitted_together() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let measure = ["--simulate", "raccoon", "--step", "8", "--out"];
+    run(folder, &[&measure[..], &["a.csv"]].concat());
+    run(
+        folder,
+        &[&measure[..], &["b.csv", "--theta-o", "0", "--theta", "-20:20", "--scale", "3", "--seed", "2"]].concat(),
+    );
+    let joint = ["a.csv", "b.csv", "--joint", "--theta-o", "-30,0", "--starts", "4", "--format", "json"];
+    let output = run(folder, &[&joint[..], &["--out", "raccoon.toml", "--report", "report"]].concat());
+    let value: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let (parameters, profiles) = (&value["parameters"], value["profiles"].as_array().unwrap());
+    assert_eq!(profiles.iter().map(|p| p["file"].as_str().unwrap()).collect::<Vec<_>>(), ["a.csv", "b.csv"]);
+    assert!(profiles.iter().all(|p| p["nrmse"].as_f64().unwrap() < 0.025), "{profiles:?}");
+    assert_eq!(parameters["theta_o[2]"]["value"], 0.0);
+    for (name, truth) in [("scale[1]", 1.0), ("scale[2]", 3.0)] {
+        let scale = &parameters[name];
+        assert!((scale["value"].as_f64().unwrap() / truth - 1.0).abs() < 0.2 && scale["simulated"] == truth, "{scale}");
+    }
+    assert!(parameters["eta"].is_object() && parameters["scale"].is_null());
+    let toml = std::fs::read_to_string(folder.join("raccoon.toml")).unwrap();
+    assert!(toml.contains("# profile: a.csv: ") && toml.contains("# profile: b.csv: "), "{toml}");
+    let page = std::fs::read_to_string(folder.join("report/index.html")).unwrap();
+    for part in ["Fit of a.csv, b.csv by vellus", "slices-1.png", "profile-2.png", "profile-2.csv"] {
+        assert!(page.contains(part), "{part}");
+    }
+    assert!(folder.join("report/slices-2.png").is_file() && folder.join("report/profile-2.csv").is_file());
+
+    let own = ["--separate", "sigma_ca", "--share", "scale", "--free", "background", "--out", "own.toml"];
+    let output = run(folder, &[&joint[..], &own, &["--allow-bad-fit"]].concat());
+    let value: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    for name in ["sigma_ca[1]", "sigma_ca[2]", "scale", "background[2]"] {
+        assert!(value["parameters"][name].is_object(), "{name}");
+    }
+    // The file of the fibre has the values of the first profile, and those of all in a comment.
+    let toml = std::fs::read_to_string(folder.join("own.toml")).unwrap();
+    let line = toml.lines().find(|line| line.starts_with("sigma_ca = ")).unwrap();
+    assert!(line.contains("sigma_ca[1] = ") && line.contains("; sigma_ca[2] = "), "{line}");
+
+    // A wrong inclination hides the highlights of the second profile.
+    let wrong = ["a.csv", "b.csv", "--joint", "--theta-o", "-30,60", "--fix", "alpha=1.81", "--starts", "1"];
+    let warned = String::from_utf8(run(folder, &[&wrong[..], &["--allow-bad-fit"]].concat()).stderr).unwrap();
+    let parts = ["warning: b.csv: the highlight R is outside of the data: theta_o = 60°", "--free theta_o"];
+    assert!(parts.iter().all(|part| warned.contains(part)), "{warned}");
+}
+
+/// A measurement with an aperture and stray light. The file states the aperture.
+#[test]
+fn aperture_and_background_are_fitted() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let args = ["--simulate", "raccoon", "--step", "8", "--blur", "6,0", "--background", "0.02", "--out", "a.csv"];
+    run(folder, &args);
+    let text = std::fs::read_to_string(folder.join("a.csv")).unwrap();
+    assert!(text.contains("\n# blur = 6,0\n") && text.contains("background 0.02"), "{text}");
+    let args = ["a.csv", "--free", "background", "--starts", "4", "--format", "json"];
+    let value: serde_json::Value = serde_json::from_slice(&run(folder, &args).stdout).unwrap();
+    assert_eq!(value["profiles"][0]["blur"], serde_json::json!([6.0, 0.0]));
+    let background = &value["parameters"]["background"];
+    let [found, error] = ["value", "standard_error"].map(|name| background[name].as_f64().unwrap());
+    assert!((found - 0.02).abs() < 4.0 * error && background["simulated"] == 0.02, "{background}");
 }
 
 #[test]
@@ -158,6 +256,20 @@ fn bad_input_is_one_message() {
             &["chiang2016", "--from"],
         ),
         (&["nan.txt", "--huber", "0.5"], &["--huber 0.5", "at least 1"]),
+        (&["nan.txt", "--theta-o", "-30,-45"], &["--theta-o has 2 values"]),
+        (&["nan.txt", "b.txt", "--theta-o", "1,2,3"], &["--theta-o has 3 values for 2 profiles"]),
+        (&["nan.txt", "--theta-o", "-30,x"], &["--theta-o", "'x'"]),
+        (&["nan.txt", "--blur", "31"], &["--blur", "blur = 31 is out of range", "[0, 30]"]),
+        (&["nan.txt", "--blur", "5,x"], &["--blur", "'x' is not a number"]),
+        (&["nan.txt", "a/nan.csv"], &["nan.txt and a/nan.csv have the same name"]),
+        (&["nan.txt", "b.txt", "--out", "x.dat"], &["cannot create the folder x.dat"]),
+        (&["nan.txt", "--separate", "sigma_ca"], &["--joint"]),
+        (&["nan.txt", "--share", "scale"], &["--joint"]),
+        (&["nan.txt", "--joint", "--separate", "etta"], &["--separate etta", "unknown parameter 'etta'"]),
+        (&["nan.txt", "--joint", "--share", "etta"], &["--share etta", "unknown parameter 'etta'"]),
+        (&["--simulate", "cat", "--joint", "--out", "a.txt"], &["--joint", "cannot be used with"]),
+        (&["--simulate", "cat", "--out", "a.txt", "--theta-o", "1,2"], &["one value of --theta-o"]),
+        (&["--simulate", "cat", "--out", "a.txt", "--from", "reference", "--blur", "2"], &["--blur", "--from model"]),
         (&["nan.txt", "--theta", "10:50"], &["--theta and --phi"]),
         (&["nan.txt", "--theta", "10:50", "--phi", "0:180"], &["has its own"]),
         (&[], &["PROFILE"]),

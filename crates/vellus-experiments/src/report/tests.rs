@@ -123,3 +123,15 @@ fn an_empty_page_names_what_was_not_run() {
     assert!(page.contains("Not run yet: medulla-tables") && page.contains("convergence, hair"));
     assert!(!page.contains("quality."));
 }
+
+/// A factor that our version of the model of 2015 does not show says nothing about the paper's version.
+#[test]
+fn a_missed_factor_beside_our_baseline_is_not_reproduced() {
+    let missed = Verdict::at_least(1.2, 2.0).beside_our_baseline();
+    assert_eq!(missed.count(2), "2 not reproduced with our optimised baseline");
+    assert_eq!(Claim::new("a", "b", 1.2, missed).or_because("c").why, "c");
+    assert_eq!(Verdict::at_least(2.5, 2.0).beside_our_baseline(), Verdict::Better);
+    for verdict in Verdict::ALL {
+        assert_eq!(serde_json::to_value(verdict).unwrap(), verdict.name());
+    }
+}

@@ -3,12 +3,19 @@
 use exr::prelude::{Image, SpecificChannels, WritableImage};
 use std::path::{Path, PathBuf};
 use vellus::{Fiber, Species};
-use vellus_fit::{Angles, Axis, Forward, Profile, Quantity, Reading, Synthetic, csv, gantry_text, read, simulate};
+use vellus_fit::{
+    Angles, Axis, Forward, Profile, Quantity, Reading, Synthetic, csv, gantry_text, parse_blur, read, simulate,
+};
 
 fn write(folder: &Path, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
     let path = folder.join(name);
     std::fs::write(&path, bytes).unwrap();
     path
+}
+
+/// An error and its cause.
+fn chain(error: &dyn std::error::Error) -> String {
+    error.source().map_or_else(|| error.to_string(), |cause| format!("{error}: {cause}"))
 }
 
 /// Writes NumPy's format, version 1.
@@ -148,9 +155,19 @@ fn errors_name_the_file_and_the_line() {
         ("theta,phi,value\n10,20\n", &["line 2", "2 columns", "expected 3"]),
         ("theta,phi,value\n", &["no measurements"]),
         (
-            "theta,phi,value,sigma\n10,20,0.1,0.01\n",
-            &["line 1", "'sigma'", "expected theta, phi, and value or r, g, b"],
+            "theta,phi,value,noise\n10,20,0.1,0.01\n",
+            &["line 1", "'noise'", "expected theta, phi, value or r, g, b, and sigma or sigma_r, sigma_g, sigma_b"],
         ),
+        ("theta,phi,value,sigma\n10,20,0.1,0\n", &["line 2", "sigma = 0 is out of range", "above 0"]),
+        ("theta,phi,value,sigma\n10,20,0.1,1\n10,30,0.1,-0.5\n", &["line 3", "sigma = -0.5 is out of range"]),
+        ("theta,phi,value,sigma\n10,20,0.1,?\n", &["line 2", "sigma", "above 0"]),
+        ("theta,phi,value,sigma\n10,20,0.1,x\n", &["line 2", "sigma = 'x' is not a number"]),
+        ("theta,phi,r,g,b,sigma_r,sigma_g\n10,20,1,1,1,1,1\n", &["line 1", "2 columns of sigma for 3"]),
+        ("theta,phi,value,sigma_r,sigma_g,sigma_b\n10,20,1,1,1,1\n", &["line 1", "3 columns of sigma for 1"]),
+        ("theta,phi,value,sigma,sigma_r\n10,20,1,1,1\n", &["line 1", "column 'sigma_r'"]),
+        ("# blur = wide\ntheta,phi,value\n10,20,0.1\n", &["line 1", "blur = 'wide'", "degrees"]),
+        ("# blur = 1,2,3\ntheta,phi,value\n10,20,0.1\n", &["line 1", "blur = '1,2,3'"]),
+        ("# blur = 31\ntheta,phi,value\n10,20,0.1\n", &["line 1", "blur = '31'"]),
         ("# a note\nr,g,b,theta,phi,value\n1,1,1,10,20,0.1\n", &["line 2", "column 'r'", "expected theta"]),
     ] {
         refused("a.csv", text.as_bytes(), &known, parts);
@@ -169,7 +186,75 @@ fn errors_name_the_file_and_the_line() {
     let cut = [b"\x93NUMPY\x01\x00\x17\x00{'fortran_order': False}".as_slice(), &data].concat();
     refused("a.npy", &cut, &image, &["'descr'", "'<f4' or '<f8'"]);
     refused("a.exr", b"no image at all", &image, &["OpenEXR"]);
-    assert!(read(Path::new("no/such.txt"), &known).unwrap_err().to_string().contains("no/such.txt: cannot read"));
+    let missing = chain(&read(Path::new("no/such.txt"), &known).unwrap_err());
+    assert!(missing.starts_with("cannot read no/such.txt: ") && missing.contains("(os error"), "{missing}");
+}
+
+/// A CSV file with a row for each of 8 × 8 directions.
+fn table(head: &str, row: &dyn Fn(f64) -> String) -> String {
+    let rows = (0..64).map(|i| format!("{},{},{}\n", 10 + 2 * (i / 8), 10 * (i % 8), row(f64::from(i) + 1.0)));
+    format!("theta,phi,{head}\n{}", rows.collect::<String>())
+}
+
+/// Standard deviations are one number for each value, or one for all three channels. A missing value needs none.
+#[test]
+fn standard_deviations_are_read_and_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let known = Reading { theta_o: Some(-30.0), ..Reading::default() };
+    let grey = table("value,sigma", &|x| format!("{x},{}", 0.1 * x));
+    let one = table("r,g,sigma,b", &|x| format!("{x},{x},{},{x}", 0.1 * x));
+    let three = table("sigma_b,r,g,b,sigma_r,sigma_g", &|x| format!("{},{x},{x},{x},{},{}", 0.3 * x, 0.1 * x, 0.2 * x));
+    let missing = table("value,sigma", &|x| if x == 9.0 { "?,?".to_owned() } else { format!("{x},{}", 0.1 * x) });
+    for (text, channels, count, relative) in [
+        (&grey, 1, 64, [0.1; 3]),
+        (&one, 3, 64, [0.1; 3]),
+        (&three, 3, 64, [0.1, 0.2, 0.3]),
+        (&missing, 1, 63, [0.1; 3]),
+    ] {
+        let profile = read(&write(folder.path(), "a.csv", text), &known).unwrap();
+        assert_eq!((profile.channels, profile.points.len()), (channels, count));
+        let again = read(&write(folder.path(), "b.csv", csv(&profile, &[])), &Reading::default()).unwrap();
+        same(&again, &profile);
+        for p in profile.points.iter().chain(&again.points) {
+            let sigma = p.sigma.unwrap();
+            for c in 0..channels {
+                assert!((sigma[c] / p.value[c] / relative[c] - 1.0).abs() < 2e-6, "{p:?}");
+            }
+        }
+    }
+    let plain = read(&write(folder.path(), "a.csv", table("value", &|x| x.to_string())), &known).unwrap();
+    assert!(plain.points.iter().all(|p| p.sigma.is_none()) && !csv(&plain, &[]).contains("sigma"));
+}
+
+/// Files state the widths of cells in a comment. What the caller knows counts more.
+#[test]
+fn widths_of_cells_are_read_and_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let known = Reading { theta_o: Some(-30.0), ..Reading::default() };
+    let of = |comment: &str, reading: &Reading| {
+        let text = comment.to_owned() + &table("value", &|x| x.to_string());
+        read(&write(folder.path(), "a.csv", text), reading).unwrap()
+    };
+    assert_eq!(of("", &known).blur, [0.0; 2]);
+    assert_eq!(of("# blur = 4\n", &known).blur, [4.0; 2]);
+    let profile = of("# blur = 5, 2.5\n", &known);
+    assert_eq!(profile.blur, [5.0, 2.5]);
+    assert_eq!(of("# blur = 4\n", &Reading { blur: Some([0.0, 1.0]), ..known }).blur, [0.0, 1.0]);
+    for (name, text) in [("b.csv", csv(&profile, &[])), ("b.txt", gantry_text(&profile, &[]))] {
+        let again = read(&write(folder.path(), name, text), &Reading::default()).unwrap();
+        same(&again, &profile);
+        assert_eq!(again.blur, profile.blur, "{name}");
+    }
+    for (text, part) in [
+        ("31", "blur = 31 is out of range: it must be in [0, 30] degrees"),
+        ("-1", "blur = -1"),
+        ("NaN", "blur = NaN"),
+        ("5,", "'' is not a number"),
+        ("1,2,3", "'2,3' is not a number"),
+    ] {
+        let message = parse_blur(text).unwrap_err().to_string();
+        assert!(message.contains(part), "{message}");
+    }
 }
 
 /// Noise leaves negative values where a background was subtracted. They count as missing.
@@ -207,12 +292,12 @@ fn devices_and_huge_files_are_refused() {
     for extension in ["txt", "csv", "npy", "exr"] {
         let link = folder.path().join(format!("zero.{extension}"));
         std::os::unix::fs::symlink("/dev/zero", &link).unwrap();
-        let message = read(&link, &known).unwrap_err().to_string();
-        assert!(message.contains(&format!("zero.{extension}: cannot read it: it is a device")), "{message}");
+        let message = chain(&read(&link, &known).unwrap_err());
+        assert!(message.contains(&format!("zero.{extension}: it is a device")), "{message}");
         // A sparse file: it takes no space on the disk.
         let sparse = folder.path().join(format!("sparse.{extension}"));
         std::fs::File::create(&sparse).unwrap().set_len((1 << 30) + 1).unwrap();
-        let message = read(&sparse, &known).unwrap_err().to_string();
+        let message = chain(&read(&sparse, &known).unwrap_err());
         assert!(message.contains("1073741825 bytes") && message.contains("at most 1073741824"), "{message}");
     }
 }

@@ -1,5 +1,6 @@
 //! Fits of measurements whose true parameters are known.
 
+use crate::any_profile;
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 use vellus::{Exit, Fiber, Species, TableData, Tables};
@@ -24,7 +25,7 @@ fn measured(fiber: &Fiber, gantry: &Synthetic) -> Result<Profile, Error> {
 }
 
 fn fitted(profile: &Profile, options: &Options) -> Fit {
-    fit(profile, Forward::default(), options, &()).unwrap()
+    fit(std::slice::from_ref(profile), Forward::default(), options, &()).unwrap()
 }
 
 fn quick() -> Options {
@@ -65,7 +66,7 @@ fn the_exit_is_kept() {
     assert!(reflecting.nrmse < open.nrmse, "{} {}", reflecting.nrmse, open.nrmse);
     let yan2015 = Forward::new(ModelKind::Yan2015).unwrap();
     let options = Options { exit: Some(Exit::Reflecting), ..quick() };
-    let error = fit(&profile, yan2015, &options, &()).unwrap_err().to_string();
+    let error = fit(std::slice::from_ref(&profile), yan2015, &options, &()).unwrap_err().to_string();
     assert_eq!(error, "yan2015 has no exit 'reflecting': only vellus has");
 }
 
@@ -171,6 +172,7 @@ fn fixed_tied_and_freed_parameters_follow_the_requests() {
             (name("sigma_ma.b"), name("sigma_ma.g")),
         ],
         free: vec![name("theta_o")],
+        ..Requests::default()
     };
     let result = fitted(&profile, &Options { requests, ..quick() });
     let of = |name: &str| result.estimates.iter().find(|e| e.name == name).unwrap();
@@ -190,7 +192,8 @@ fn fixed_tied_and_freed_parameters_follow_the_requests() {
 #[test]
 fn invalid_requests_are_refused() {
     let name = |x: &str| x.parse::<Name>().unwrap();
-    let message = |requests: Requests| Space::new(Forward::default(), 3, -30.0, &requests).unwrap_err().to_string();
+    let message =
+        |requests: Requests| Space::new(Forward::default(), &[any_profile(3)], &requests).unwrap_err().to_string();
     let fix = |n: &str, v: &[f64]| Requests { fix: vec![(name(n), v.to_vec())], ..Requests::default() };
     let tie = |pairs: &[(&str, &str)]| Requests {
         tie: pairs.iter().map(|(a, b)| (name(a), name(b))).collect(),
@@ -218,7 +221,8 @@ fn invalid_requests_are_refused() {
         .iter()
         .map(|p| (p.name.parse().unwrap(), vec![p.usual[0].max(p.low)]))
         .collect();
-    let nothing = Space::new(Forward::default(), 1, 0.0, &Requests { fix: all, ..Requests::default() }).unwrap_err();
+    let nothing =
+        Space::new(Forward::default(), &[any_profile(1)], &Requests { fix: all, ..Requests::default() }).unwrap_err();
     assert!(nothing.to_string().contains("nothing to fit"));
 }
 
@@ -239,7 +243,8 @@ fn a_missing_medulla_is_not_determined() {
 #[test]
 fn an_interrupted_fit_returns_its_best_result() {
     let profile = measured(&Fiber::preset(Species::Cat), &gantry(1)).unwrap();
-    let result = fit(&profile, Forward::default(), &Options::default(), &AtomicBool::new(true)).unwrap();
+    let result =
+        fit(std::slice::from_ref(&profile), Forward::default(), &Options::default(), &AtomicBool::new(true)).unwrap();
     assert!(result.interrupted && result.starts.finished == 0);
     // At least the best preset.
     assert!(result.log_nrmse < 0.2 && result.specimen.fiber.validate().is_ok(), "{}", result.log_nrmse);
@@ -296,7 +301,7 @@ fn difference_quotients_match_the_oracle() {
         parameter.set(&mut fiber, value).unwrap();
         fiber
     };
-    for p in all.iter().filter(|p| !matches!(p.kind, Kind::ThetaO | Kind::Scale)) {
+    for p in all.iter().filter(|p| !p.kind.is_of_measurement()) {
         let quotient = |values: &dyn Fn(&Fiber) -> Vec<f64>, step: f64| -> Vec<f64> {
             let (up, down) = (values(&moved(p, step)), values(&moved(p, -step)));
             up.iter().zip(&down).map(|(a, b)| (a - b) / (2.0 * step)).collect()

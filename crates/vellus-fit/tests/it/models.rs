@@ -1,5 +1,6 @@
 //! Fits of models other than our own.
 
+use crate::any_profile;
 use vellus::{Fiber, Species};
 use vellus_fit::space::Space;
 use vellus_fit::{Fit, Forward, Options, Profile, Requests, Specimen, State, Synthetic, fit, simulate};
@@ -16,7 +17,7 @@ fn forward(kind: ModelKind) -> Forward {
 }
 
 fn fitted(model: Forward, profile: &Profile, options: &Options) -> Fit {
-    fit(profile, model, options, &()).unwrap()
+    fit(std::slice::from_ref(profile), model, options, &()).unwrap()
 }
 
 fn quick() -> Options {
@@ -69,7 +70,7 @@ fn recovers(kind: ModelKind, seeds: u64, count: usize, least: usize) {
 // η, α, β_m, β_n, σ_c,a and scale are fitted; θ_o is given. All 8 × 4 × 6 are determined.
 #[test]
 fn chiang2016_is_recovered_within_its_errors() {
-    recovers(ModelKind::Chiang2016, 8, 7, 192);
+    recovers(ModelKind::Chiang2016, 8, 8, 192);
 }
 
 #[test]
@@ -123,7 +124,7 @@ fn models_and_parameters_that_cannot_be_fitted_are_refused() {
         [(ModelKind::Chiang2016, "kappa"), (ModelKind::Marschner2003, "g"), (ModelKind::Vellus, "eta_m")]
     {
         let requests = Requests { fix: vec![(name.parse().unwrap(), vec![0.5])], ..Requests::default() };
-        let message = Space::new(forward(kind), 1, -30.0, &requests).unwrap_err().to_string();
+        let message = Space::new(forward(kind), &[any_profile(1)], &requests).unwrap_err().to_string();
         assert!([name, kind.name(), "beta_m"].iter().all(|part| message.contains(part)), "{message}");
     }
 }

@@ -25,7 +25,7 @@ fn made(mut value: impl FnMut(f64, f64) -> f64) -> Profile {
 
 fn fitted(profile: &Profile, kind: ModelKind) -> Fit {
     let options = Options { starts: 8, ..Options::default() };
-    fit(profile, Forward::new(kind).unwrap(), &options, &()).unwrap()
+    fit(std::slice::from_ref(profile), Forward::new(kind).unwrap(), &options, &()).unwrap()
 }
 
 /// No profile of pure noise passes. One passes with a probability of 1e-3, so this test would fail for at most 1 % of
@@ -70,7 +70,7 @@ fn measurements_that_determine_nothing_are_no_fit() {
 fn constants_and_values_beyond_any_unit_are_refused() {
     let refused = |profile: &Profile, parts: &[&str]| {
         let options = Options { starts: 1, ..Options::default() };
-        let message = fit(profile, Forward::default(), &options, &()).unwrap_err().to_string();
+        let message = fit(std::slice::from_ref(profile), Forward::default(), &options, &()).unwrap_err().to_string();
         assert!(parts.iter().all(|part| message.contains(part)), "{message}");
     };
     refused(&made(|_, _| 0.3), &["all measurements are the same", "3e-1"]);
@@ -94,7 +94,7 @@ fn profiles_of_fibres_are_fits_by_all_models() {
     // The unit does not matter.
     for scale in [1e-15, 1e15] {
         let result = fitted(&measured(Species::Cat, &Synthetic { scale, ..gantry() }), ModelKind::Vellus);
-        assert!(result.no_fit.is_none() && (result.scale / scale - 1.0).abs() < 0.1, "{} {}", scale, result.scale);
+        assert!(result.no_fit.is_none() && (result.parts[0].scale / scale - 1.0).abs() < 0.1, "{scale} {result:?}");
     }
     // A measurement with noise of a third of each value is poor, but is accepted.
     let result = fitted(&measured(Species::Rabbit, &Synthetic { noise: 0.3, ..gantry() }), ModelKind::Vellus);

@@ -1,6 +1,7 @@
 //! A hit: evaluates and samples the lobes.
 
 use super::escape::Interfaces;
+use super::profiles::Reading;
 use super::{NAMES, SCATTERED, Yan2015};
 use crate::azimuthal::GaussiansAt;
 use crate::factored::{self, Factored, choose, direction, largest_channel};
@@ -23,6 +24,18 @@ pub(super) struct Scattered {
     pub(super) diffuse: [f32; 3],
     /// Fraction of scattered light that leaves without reflection.
     pub(super) through: f32,
+    /// For the model as published.
+    pub(super) published: Option<PublishedHit>,
+}
+
+/// What the model as published needs of a hit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PublishedHit {
+    pub(super) reading: Reading,
+    /// Energy that each pass scatters, RGB, before it leaves.
+    pub(super) entering: [[f32; 3]; 3],
+    /// Length of the way out through the cortex, and factor of ⟨L⟩ in the medulla, in fibre radii.
+    pub(super) lengths: [f32; 2],
 }
 
 /// A hit of the fibre.
@@ -37,11 +50,22 @@ pub struct Yan2015Hit<'m> {
     pub(super) diffuse_probability: f32,
 }
 
-/// Densities per solid angle of the three scattered lobes before F_t, F_t itself, and the density of the diffuse lobe.
+/// Energies, RGB, and densities per solid angle of the three scattered lobes before F_t, F_t itself, and the density of
+/// the diffuse lobe.
 struct ScatteredDensities {
+    energy: [[f32; 3]; 3],
     lobes: [f32; 3],
     transmission: f32,
     diffuse: f32,
+}
+
+impl PublishedHit {
+    /// The energy of a pass after absorption on its way out, RGB.
+    fn leaving(&self, pass: usize, mean_path: f32, model: &Yan2015) -> [f32; 3] {
+        let [cortex, medulla] = [self.lengths[0], self.lengths[1] * mean_path];
+        let depth = |c: usize| cortex * model.fiber.sigma_ca[c] + medulla * model.fiber.sigma_ma[c];
+        [0, 1, 2].map(|c| self.entering[pass][c] * (-depth(c)).exp())
+    }
 }
 
 impl Yan2015Hit<'_> {
@@ -52,23 +76,34 @@ impl Yan2015Hit<'_> {
         let interfaces = Interfaces { eta_c: model.fiber.eta, eta_m: model.eta_m, layers: model.fiber.layers };
         let sin_m = o.sin_i / model.eta_m;
         let theta_m = sin_m.atan2(((1.0 - sin_m) * (1.0 + sin_m)).max(0.0).sqrt());
-        (model.medulla.longitudinal(&s.inclination, theta_m), interfaces.transmission(o.sin_i, o.cos_i))
+        let halves = match &s.published {
+            None => model.medulla.longitudinal(&s.inclination, theta_m),
+            Some(published) => published.reading.along(theta_m),
+        };
+        (halves, interfaces.transmission(o.sin_i, o.cos_i))
     }
 
     #[inline(always)]
     fn scattered_densities(&self, s: &Scattered, o: &Outgoing<f32>) -> ScatteredDensities {
         let model = self.model;
         let ([back, front], transmission) = self.inclined(s, o);
-        let lobes = [0, 1, 2].map(|i| {
+        let (mut energy, mut lobes) = (s.energy, [0.0; 3]);
+        for i in 0..3 {
             if self.probability[1 + i] > 0.0 {
                 let phi = wrap(o.phi - s.back[i]);
                 let longitudinal = back + (front - back) * (phi.abs() * FRAC_1_PI);
-                longitudinal * model.medulla.azimuthal(&s.azimuth, phi) / model.eta_m
-            } else {
-                0.0
+                let azimuthal = match &s.published {
+                    None => model.medulla.azimuthal(&s.azimuth, phi),
+                    Some(published) => {
+                        let [density, mean_path] = published.reading.around(phi);
+                        energy[i] = published.leaving(i, mean_path, model);
+                        density
+                    }
+                };
+                lobes[i] = longitudinal * azimuthal / model.eta_m;
             }
-        });
-        ScatteredDensities { lobes, transmission, diffuse: o.cos_i * (FRAC_1_PI * FRAC_1_PI) }
+        }
+        ScatteredDensities { energy, lobes, transmission, diffuse: o.cos_i * (FRAC_1_PI * FRAC_1_PI) }
     }
 
     #[inline(always)]
@@ -80,7 +115,7 @@ impl Yan2015Hit<'_> {
             let d = self.scattered_densities(s, o);
             for i in 0..3 {
                 let value = d.lobes[i] * d.transmission;
-                (0..3).for_each(|c| lobes.0[SCATTERED[i] as usize][c] += s.energy[i][c] * value);
+                (0..3).for_each(|c| lobes.0[SCATTERED[i] as usize][c] += d.energy[i][c] * value);
                 pdf += if self.model.original_sampling { 0.0 } else { self.probability[1 + i] * d.lobes[i] };
             }
             (0..3).for_each(|c| lobes.0[Lobe::Residual as usize][c] += s.diffuse[c] * d.diffuse);
@@ -99,12 +134,13 @@ impl Yan2015Hit<'_> {
         let o = self.unscattered.frame.outgoing(wi.to_array());
         let mut densities = [0.0; 12];
         densities[..8].copy_from_slice(&self.unscattered.densities(&o).to_array());
+        let mut energy = self.amplitudes();
         if let Some(s) = &self.scattered {
             let d = self.scattered_densities(s, &o);
             (0..3).for_each(|i| densities[8 + i] = d.lobes[i] * d.transmission);
             densities[11] = d.diffuse;
+            energy[8..11].copy_from_slice(&d.energy);
         }
-        let energy = self.amplitudes();
         std::array::from_fn(|i| energy[i].map(|a| a * densities[i]))
     }
 
@@ -171,7 +207,7 @@ impl Yan2015Hit<'_> {
                 let d = self.scattered_densities(s, &o);
                 let (lobe, energy, density) = match i {
                     4 => (Lobe::Residual, s.diffuse, d.diffuse),
-                    _ => (SCATTERED[i - 1], s.energy[i - 1], d.lobes[i - 1] * d.transmission),
+                    _ => (SCATTERED[i - 1], d.energy[i - 1], d.lobes[i - 1] * d.transmission),
                 };
                 (lobe, o, energy.map(|a| a * density * 4.0 * PI / self.probability[i]))
             }

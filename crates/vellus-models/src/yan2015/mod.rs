@@ -28,20 +28,33 @@
 //! are lost. A test measures the loss. Light leaves the medulla as if it came from the axis. The model is not
 //! reciprocal.
 //!
-//! The implementation is optimised, so that comparisons are fair:
+//! There are two versions, so that comparisons are fair. The first is optimised:
 //!
 //! - Paths have a closed form (`paths.rs`) instead of a trace.
 //! - The eight unscattered lobes fill one register.
-//! - Profiles come from the 119 KB of tables in `vellus`, not from 620 MB. They are prepared once per hit for all three
+//! - Profiles come from the 119 KB of tables in `vellus`, not from 755 MB. They are prepared once per hit for all three
 //!   passes, which share |h″|.
 //! - The transmitted fraction comes from a table per η_c, η_m and l. [`Model::with_fiber`] reuses it.
 //! - Queries do not allocate.
 //! - Sampling is exact except for the outgoing Fresnel factor. [`Yan2015::with_original_sampling`] uses the sampling of
 //!   the paper instead.
+//!
+//! The second, [`Yan2015::as_published`], does what was published:
+//!
+//! - Each path is traced from the offset through both circles (Yan17 Sec. 3; `trace.rs`).
+//! - Scattered light comes from four tables of the size on the project page of 2015 (`profiles.rs`). Each number is
+//!   interpolated between sixteen, for each pass.
+//! - Lobes are selected by their energy, and scattered light is sampled uniformly (Yan17 Sec. 6).
+//!
+//! It is in single precision and shares the rest with the first, so it is at least as fast as a plain implementation:
+//! the Gaussians fill one register, paths are traced once per hit and not for each direction, and the share of light
+//! that leaves comes from the small tables.
 
 mod escape;
 mod hit;
 mod paths;
+mod profiles;
+mod trace;
 
 use crate::azimuthal::{Gaussians, GaussiansAt};
 use crate::entry::Entry;
@@ -49,12 +62,14 @@ use crate::factored::{Factored, largest_channel};
 use crate::longitudinal::Plane;
 use escape::{Escape, Interfaces};
 use glam::Vec3;
-use hit::Scattered;
 pub use hit::Yan2015Hit;
+use hit::{PublishedHit, Scattered};
 use paths::Paths;
+pub use profiles::Profiles;
+use profiles::Reading;
 use std::sync::Arc;
 use vellus::parts::{Medulla, exp};
-use vellus::{Error, Exit, Fiber, Field, Lobe, Model, Parameter, Tables, Window};
+use vellus::{Error, Exit, Fiber, Field, Lobe, Model, Parameter, Tables, Window, grid};
 use wide::f32x8;
 
 /// Names of the eleven lobes and the diffuse lobe, in the order of [`Yan2015Hit::lobes`].
@@ -79,6 +94,23 @@ pub struct Yan2015 {
     escape: Option<Arc<Escape>>,
     /// Whether to sample as the paper does.
     original_sampling: bool,
+    /// Whether to trace paths and to use large tables, as the paper does.
+    published: Option<Published>,
+}
+
+/// The large tables, and the positions in [0, 1] of a fibre on their axes of τ (of C^M) and g.
+#[derive(Clone, Copy, Debug)]
+struct Published {
+    profiles: &'static Profiles,
+    tau: f32,
+    g: f32,
+}
+
+impl Published {
+    fn new(profiles: &'static Profiles, fiber: &Fiber) -> Self {
+        let tau = grid::tau_position(f64::from(fiber.sigma_ms * fiber.kappa)) as f32;
+        Published { profiles, tau, g: grid::g_position(fiber.g.into()) as f32 }
+    }
 }
 
 impl Yan2015 {
@@ -128,6 +160,7 @@ impl Yan2015 {
             medulla,
             escape,
             original_sampling: false,
+            published: None,
         })
     }
 
@@ -139,6 +172,17 @@ impl Yan2015 {
     #[must_use]
     pub fn with_original_sampling(self) -> Self {
         Yan2015 { original_sampling: true, ..self }
+    }
+
+    /// The same model as it was published: with traced paths, these large tables and the original sampling.
+    ///
+    /// Values are the same but for rounding and the error of interpolation in the tables. Use it to measure how fast
+    /// the model of 2015 is without our optimisations: see [the module](self). [`crate::AnyModel::far_field`] still
+    /// takes azimuths from the small tables.
+    #[must_use]
+    pub fn as_published(self, profiles: &'static Profiles) -> Self {
+        let published = Some(Published::new(profiles, &self.fiber));
+        Yan2015 { published, ..self.with_original_sampling() }
     }
 }
 
@@ -160,9 +204,10 @@ impl Yan2015 {
     fn scattered(&self, paths: &Paths) -> Option<(Scattered, f32)> {
         let (m, escape) = (paths.medulla?, self.escape.as_ref()?);
         let fiber = &self.fiber;
-        let pass = self.medulla.pass(self.medulla.tau_position(m.elongation));
+        let (tau, theta_m) = (self.medulla.tau_position(m.elongation), m.sin_m.asin());
+        let pass = self.medulla.pass(tau);
         let azimuth = self.medulla.azimuth(&pass, m.angle);
-        let inclination = self.medulla.inclination(m.sin_m.asin());
+        let inclination = self.medulla.inclination(theta_m);
         let mean_path = self.medulla.mean_path_of(&pass, m.angle);
         let [cone, through] = escape.shares(&inclination, &azimuth);
         // The path out, through medulla and cortex, and one further pass: in through the cortex, through the medulla,
@@ -181,7 +226,12 @@ impl Yan2015 {
             // On each further pass, the fraction `through` of the remaining light leaves.
             all * held * round[c] * through / (1.0 - held * round[c]).max(1e-6)
         });
-        Some((Scattered { azimuth, inclination, back: m.back, energy, diffuse, through }, cone))
+        let published = self.published.map(|Published { profiles, tau: along, g }| PublishedHit {
+            reading: Reading::new(profiles, [tau, along], [m.angle, theta_m], g),
+            entering: m.scattered,
+            lengths: [(1.0 - fiber.kappa) * m.elongation, fiber.kappa * m.elongation],
+        });
+        Some((Scattered { azimuth, inclination, back: m.back, energy, diffuse, through, published }, cone))
     }
 }
 
@@ -191,7 +241,10 @@ impl Model for Yan2015 {
     #[inline]
     fn at(&self, wo: Vec3, window: Window) -> Yan2015Hit<'_> {
         let entry = Entry::new(wo, window, self.fiber.eta, Some(self.fiber.layers));
-        let paths = Paths::new(&self.fiber, self.eta_m, &entry);
+        let paths = match self.published {
+            None => Paths::new(&self.fiber, self.eta_m, &entry),
+            Some(_) => Paths::traced(&self.fiber, self.eta_m, &entry),
+        };
         let theta_o = entry.polar.sin.atan2(entry.polar.cos);
         let longitudinal = Plane::new(f32x8::splat(-theta_o) - self.shift, self.sigma);
         let energy = paths.unscattered.map(|channel| (f32x8::new(channel) * longitudinal.inside()).to_array());
@@ -233,9 +286,8 @@ impl Model for Yan2015 {
     fn with_fiber(&self, fiber: &Fiber) -> Result<Self, Error> {
         let same = self.fiber.eta == fiber.eta;
         let eta_m = if same { self.eta_m } else { (self.eta_m * fiber.eta / self.fiber.eta).clamp(1.0, 3.0) };
-        Ok(Yan2015 { original_sampling: self.original_sampling, ..Self::prepare(fiber, eta_m, self.escape.as_ref())? })
+        let published = self.published.map(|published| Published::new(published.profiles, fiber));
+        let model = Self::prepare(fiber, eta_m, self.escape.as_ref())?;
+        Ok(Yan2015 { original_sampling: self.original_sampling, published, ..model })
     }
 }
-
-#[cfg(test)]
-mod trace;

@@ -9,7 +9,7 @@ use vellus::{Fiber, Lanes};
 use wide::f32x8;
 
 /// The paths of a ray through the two concentric cylinders. Every refraction and reflection deflects a path by one of a
-/// few angles, so exit azimuths are short sums. The paper traces the segments of each path instead.
+/// few angles, so exit azimuths are short sums. The paper traces the segments of each path instead: [`Paths::traced`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Paths {
     /// Energies A of the eight unscattered lobes.

@@ -136,7 +136,7 @@ fn energies_agree_between_hair_models() {
             // Half a layer of a cuticle is not quite an interface: the mean of the polarisations is taken later.
             (ModelKind::Chiang2016, ModelKind::Vellus, 7e-2),
             (ModelKind::ZinkeWeber2007, ModelKind::Chiang2016, 1e-4),
-            // Attenuation is computed at θ_d, which differs from θ_o by α/2 for a tilt α. The angle of incidence of R
+            // Attenuation is computed at θ_d, which differs from θ_o by α/2 for a shift α. The angle of incidence of R
             // is 2° larger.
             (ModelKind::DEon2011, ModelKind::Chiang2016, 5e-2),
             // The errors are those of its cubic. TRT is not compared, because it loses 0.4 of its light between such

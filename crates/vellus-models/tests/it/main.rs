@@ -3,6 +3,7 @@
 mod energy;
 mod far;
 mod hair;
+mod published;
 mod sampling;
 mod unchanged;
 mod yan2015;

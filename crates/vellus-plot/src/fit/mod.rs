@@ -6,4 +6,4 @@ mod summary;
 
 pub use pictures::{Profiles, Slices};
 pub use report::write_report;
-pub use summary::Summary;
+pub use summary::{Measured, Summary};

@@ -6,8 +6,8 @@ use crate::canvas::{Draw, LOBE_COLORS, Mark, font, legend, titled};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
-use vellus_fit::{Fit, Forward, Profile, Quantity};
-use vellus_models::Directions;
+use vellus_fit::{Forward, Part, Profile, Quantity};
+use vellus_models::ModelKind;
 
 /// Points of a fitted curve.
 const CURVE: usize = 400;
@@ -29,26 +29,19 @@ fn mean_log(values: &[f64]) -> f64 {
 }
 
 /// log₁₀ of the fitted model for each θ and φ.
-fn model(profile: &Profile, fit: &Fit, angles: &[[f64; 2]]) -> Result<Vec<f64>> {
-    let mut values = vec![[0.0; 3]; angles.len()];
-    Forward::new(fit.model)?.values(&fit.specimen, fit.theta_o, &Directions::new(angles), &mut values)?;
-    let log = |(value, [theta, _]): (&[f32; 3], &[f64; 2])| {
-        let cosine = match profile.quantity {
-            Quantity::FCos => 1.0,
-            Quantity::F => theta.to_radians().cos(),
-        };
-        let value = value.map(|x| f64::from(x) * fit.scale / cosine);
-        mean_log(&value[..profile.channels])
-    };
-    Ok(values.iter().zip(angles).map(log).collect())
+fn model(profile: &Profile, model: ModelKind, part: &Part, angles: &[[f64; 2]]) -> Result<Vec<f64>> {
+    let Part { specimen, theta_o, scale, background, .. } = part;
+    let values = Forward::new(model)?.averages(specimen, *theta_o, profile, angles)?;
+    let log = |value: &[f64; 3]| mean_log(&value.map(|x| x * scale + background)[..profile.channels]);
+    Ok(values.iter().map(log).collect())
 }
 
-fn cells(profile: &Profile, fit: &Fit) -> Result<Vec<Cell>> {
+fn cells(profile: &Profile, kind: ModelKind, part: &Part) -> Result<Vec<Cell>> {
     let channels = profile.channels;
     let there = profile.points.iter().map(|p| ([p.theta, p.phi], Some(mean_log(&p.value[..channels]))));
     let missing = profile.missing.iter().map(|&angles| (angles, None));
     let (angles, measured): (Vec<_>, Vec<_>) = there.chain(missing).unzip();
-    let fitted = model(profile, fit, &angles)?;
+    let fitted = model(profile, kind, part, &angles)?;
     let places = angles.into_iter().zip(measured).zip(fitted);
     Ok(places.map(|(([theta, phi], measured), fitted)| Cell { theta, phi, measured, fitted }).collect())
 }
@@ -90,8 +83,8 @@ fn key_points(low: f64, high: f64) -> Vec<f64> {
         .collect()
 }
 
-/// The measured profile, the fitted one, and their ratio.
-pub struct Profiles<'a>(pub &'a Summary<'a>);
+/// A measured profile, the fitted one, and their ratio: of the profile with this index.
+pub struct Profiles<'a>(pub &'a Summary<'a>, pub usize);
 
 impl Draw for Profiles<'_> {
     fn size(&self) -> (u32, u32) {
@@ -102,8 +95,8 @@ impl Draw for Profiles<'_> {
     where
         DB::ErrorType: 'static,
     {
-        let Summary { profile, fit, .. } = self.0;
-        let cells = cells(profile, fit)?;
+        let (profile, fit, part) = self.0.part(self.1);
+        let cells = cells(profile, fit.model, part)?;
         let what = match profile.quantity {
             Quantity::FCos => "f·cos θ",
             Quantity::F => "f",
@@ -112,10 +105,10 @@ impl Draw for Profiles<'_> {
         let title = format!(
             "{what} in the measurement's unit{averaged}, θ_o = {:.1}°; by {}: NRMSE {:.2} %, of logarithms {:.2} %; \
              grey: missing",
-            fit.theta_o,
+            part.theta_o,
             self.0.model(),
-            100.0 * fit.nrmse,
-            100.0 * fit.log_nrmse
+            100.0 * part.nrmse,
+            100.0 * part.log_nrmse
         );
         let area = titled(area, &title, 21.0)?;
         let measured = || cells.iter().filter_map(|c| c.measured);
@@ -206,8 +199,9 @@ where
     Ok(())
 }
 
-/// Slices through the measured and the fitted profile: over φ at some θ, and over θ at some φ.
-pub struct Slices<'a>(pub &'a Summary<'a>);
+/// Slices through a measured profile and the fitted one, over φ at some θ, and over θ at some φ: of the profile with
+/// this index.
+pub struct Slices<'a>(pub &'a Summary<'a>, pub usize);
 
 impl Draw for Slices<'_> {
     fn size(&self) -> (u32, u32) {
@@ -231,8 +225,8 @@ impl Slices<'_> {
     where
         DB::ErrorType: 'static,
     {
-        let Summary { profile, fit, .. } = self.0;
-        let cells = cells(profile, fit)?;
+        let (profile, fit, part) = self.0.part(self.1);
+        let cells = cells(profile, fit.model, part)?;
         let held = |c: &Cell| if over_phi { c.theta } else { c.phi };
         let runs = |c: &Cell| if over_phi { c.phi } else { c.theta };
         let (places, along) = (axis(&cells, held), axis(&cells, runs));
@@ -251,7 +245,7 @@ impl Slices<'_> {
                 .collect();
             let x: Vec<f64> = (0..=CURVE).map(|i| first + (last - first) * i as f64 / CURVE as f64).collect();
             let angles: Vec<_> = x.iter().map(|&x| if over_phi { [place, x] } else { [x, place] }).collect();
-            let y = model(profile, fit, &angles)?;
+            let y = model(profile, fit.model, part, &angles)?;
             let curve: Vec<(f64, f64)> = x.into_iter().zip(y).map(|(x, y)| (x, 10f64.powf(y))).collect();
             for (_, y) in points.iter().chain(&curve) {
                 (low, high) = (low.min(*y), high.max(*y));

@@ -1,30 +1,34 @@
 //! The report of a fit: a folder with one page, two pictures and the numbers.
 
 use super::pictures::{Profiles, Slices};
-use super::summary::{Summary, error, remark, value};
+use super::summary::{Summary, error, interval, remark, value};
 use crate::html::{self, escaped};
 use crate::{Result, failure, save};
 use std::path::Path;
 use vellus_fit::Correlations;
 
-/// Writes `index.html`, `profile.png`, `slices.png` and `profile.csv` to a folder. `origin` is the last line of the
+/// Writes `index.html`, and `profile-1.png`, `slices-1.png` and `profile-1.csv` for each profile, to a folder. `origin` is the last line of the
 /// page. It describes how the fit was made, such as the command.
 ///
 /// # Errors
 /// [`Error::Write`](crate::Error::Write), and the errors of the pictures.
 pub fn write_report(summary: &Summary, folder: &Path, origin: &str) -> Result<()> {
-    save(&Profiles(summary), &[folder.join("profile.png")])?;
-    save(&Slices(summary), &[folder.join("slices.png")])?;
-    failure::write(&folder.join("profile.csv"), csv(summary).as_bytes())?;
+    for k in 0..summary.measured.len() {
+        let file = |what: &str, extension: &str| folder.join(format!("{what}-{}.{extension}", k + 1));
+        save(&Profiles(summary, k), &[file("profile", "png")])?;
+        save(&Slices(summary, k), &[file("slices", "png")])?;
+        failure::write(&file("profile", "csv"), csv(summary, k).as_bytes())?;
+    }
     failure::write(&folder.join("index.html"), page(summary, origin).as_bytes())
 }
 
 /// Measured and fitted values as CSV.
-fn csv(summary: &Summary) -> String {
-    let names: &[&str] = if summary.profile.channels == 1 { &[""] } else { &[".r", ".g", ".b"] };
+fn csv(summary: &Summary, k: usize) -> String {
+    let (profile, _, part) = summary.part(k);
+    let names: &[&str] = if profile.channels == 1 { &[""] } else { &[".r", ".g", ".b"] };
     let columns = |what: &str| names.iter().map(|n| format!(",{what}{n}")).collect::<String>();
     let mut text = format!("theta,phi{}{}\n", columns("measured"), columns("fitted"));
-    for (p, f) in summary.profile.points.iter().zip(&summary.fit.fitted) {
+    for (p, f) in profile.points.iter().zip(&part.fitted) {
         let cells = |v: &[f64; 3]| v[..names.len()].iter().map(|x| format!(",{x:.6e}")).collect::<String>();
         text += &format!("{},{}{}{}\n", p.theta, p.phi, cells(&p.value), cells(f));
     }
@@ -39,16 +43,16 @@ fn shade(correlation: f64) -> String {
 
 fn page(summary: &Summary, origin: &str) -> String {
     let fit = summary.fit;
-    let name = summary.path.file_name().map_or(String::new(), |n| n.to_string_lossy().into_owned());
     let title = format!(
-        "Fit of {name} by {}{}{}",
+        "Fit of {} by {}{}{}",
+        summary.names(),
         summary.model(),
         if fit.interrupted { " (interrupted: the best so far)" } else { "" },
         if fit.no_fit.is_some() { " (no fit)" } else { "" }
     );
     let row = |cells: &[String]| format!("<tr>{}</tr>\n", cells.concat());
     let cell = |text: &str| format!("<td>{}</td>", escaped(text));
-    let synthetic = !summary.profile.simulated.is_empty();
+    let synthetic = summary.is_synthetic();
     let heading = if synthetic { "<th>simulated</th>" } else { "" };
     let parameters: String = fit
         .estimates
@@ -56,7 +60,7 @@ fn page(summary: &Summary, origin: &str) -> String {
         .map(|e| {
             let remark = format!("<td class=\"text\">{}</td>", escaped(&remark(e)));
             let simulated = if synthetic { cell(&summary.simulated_text(e)) } else { String::new() };
-            row(&[cell(&e.name), cell(&value(e)), cell(&error(e)), simulated, remark])
+            row(&[cell(&e.name), cell(&value(e)), cell(&error(e)), cell(&interval(e)), simulated, remark])
         })
         .collect();
     let lines: String = summary
@@ -64,6 +68,16 @@ fn page(summary: &Summary, origin: &str) -> String {
         .iter()
         .map(|(name, what)| row(&[cell(name), format!("<td class=\"text\">{}</td>", escaped(what))]))
         .collect();
+    let picture = |k: usize| {
+        let name = escaped(&summary.name(k));
+        format!(
+            "<h2>{name}</h2>\n<p><img src=\"profile-{0}.png\" alt=\"measured, fitted, ratio\"></p>\n\
+             <p><img src=\"slices-{0}.png\" alt=\"slices over φ and over θ\"></p>\n\
+             <p><a href=\"profile-{0}.csv\">measured and fitted values</a></p>\n",
+            k + 1
+        )
+    };
+    let pictures: String = (0..summary.measured.len()).map(picture).collect();
     let Correlations { names, matrix } = &fit.correlations;
     let head: String = names.iter().map(|n| format!("<th>{}</th>", escaped(n))).collect();
     let correlations: String = names
@@ -75,13 +89,11 @@ fn page(summary: &Summary, origin: &str) -> String {
         })
         .collect();
     let body = format!(
-        "{}<table>\n<tr><th>parameter</th><th>value</th><th>± 1 s.e.</th>{heading}<th></th></tr>\n\
+        "{}<table>\n<tr><th>parameter</th><th>value</th><th>± 1 s.e.</th><th>95 % interval</th>{heading}<th></th></tr>\n\
          {parameters}</table>\n\
-         <table>\n{lines}</table>\n<h2>Profiles</h2>\n\
-         <p><img src=\"profile.png\" alt=\"measured, fitted, ratio\"></p>\n\
-         <h2>Slices</h2>\n<p><img src=\"slices.png\" alt=\"slices over φ and over θ\"></p>\n\
+         <table>\n{lines}</table>\n{pictures}\
          <h2>Correlations</h2>\n<table>\n<tr><th></th>{head}</tr>\n{correlations}</table>\n\
-         <p><small>vellus {} · {} · <a href=\"profile.csv\">measured and fitted values</a></small></p>\n",
+         <p><small>vellus {} · {}</small></p>\n",
         html::warnings(&summary.warnings()),
         env!("CARGO_PKG_VERSION"),
         escaped(origin)

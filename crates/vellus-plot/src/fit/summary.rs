@@ -4,7 +4,7 @@ use crate::text;
 use serde_json::{Map, Value, json};
 use std::path::Path;
 use vellus::Exit;
-use vellus_fit::{Estimate, Fit, NOISE_LIKE, Point, Profile, Starts, State};
+use vellus_fit::{Estimate, Fit, NOISE_LIKE, Part, Point, Profile, Starts, State};
 use vellus_models::ModelKind;
 
 /// A difference in χ² of three standard errors.
@@ -13,12 +13,19 @@ const SIGNIFICANT: f64 = 9.0;
 /// How far an azimuth may be from that of a highlight to count as near it, degrees.
 const NEAR: f64 = 30.0;
 
-/// A fit and its profile.
-pub struct Summary<'a> {
+/// A profile and its file.
+#[derive(Clone, Copy)]
+pub struct Measured<'a> {
     /// The file of the profile.
     pub path: &'a Path,
     /// The measured profile.
     pub profile: &'a Profile,
+}
+
+/// A fit and its profiles.
+pub struct Summary<'a> {
+    /// The profiles, at least one.
+    pub measured: Vec<Measured<'a>>,
     /// The fit.
     pub fit: &'a Fit,
 }
@@ -56,6 +63,12 @@ pub(super) fn error(e: &Estimate) -> String {
     })
 }
 
+/// The 95 % interval.
+pub(super) fn interval(e: &Estimate) -> String {
+    let end = |x: f64| value(&Estimate { value: x, ..e.clone() });
+    e.interval.map_or(String::new(), |[low, high]| format!("{} to {}", end(low), end(high)))
+}
+
 /// How the parameter was treated.
 pub(super) fn remark(e: &Estimate) -> String {
     match &e.state {
@@ -69,9 +82,11 @@ pub(super) fn remark(e: &Estimate) -> String {
 
 /// Error and remark, for a comment.
 fn note(e: &Estimate) -> String {
+    // A parameter that differs between profiles has several values, of which the file contains the first.
+    let own = e.name.contains('[').then(|| format!("{} = {}", e.name, value(e)));
     let error = e.error.map(|_| format!("± {}", error(e)));
     let remark = Some(remark(e)).filter(|r| !r.is_empty());
-    error.into_iter().chain(remark).collect::<Vec<_>>().join(", ")
+    own.into_iter().chain(error).chain(remark).collect::<Vec<_>>().join(", ")
 }
 
 /// The values that fit nearly as well as that of a parameter that the data does not determine.
@@ -141,6 +156,26 @@ fn percent(x: f64) -> String {
 }
 
 impl Summary<'_> {
+    /// The profile with this index, the fit, and its result for the profile.
+    pub(super) fn part(&self, k: usize) -> (&Profile, &Fit, &Part) {
+        (self.measured[k].profile, self.fit, &self.fit.parts[k])
+    }
+
+    /// The name of the file of a profile.
+    pub(super) fn name(&self, k: usize) -> String {
+        self.measured[k].path.file_name().map_or(String::new(), |n| n.to_string_lossy().into_owned())
+    }
+
+    /// The names of the files of all profiles.
+    pub(super) fn names(&self) -> String {
+        (0..self.measured.len()).map(|k| self.name(k)).collect::<Vec<_>>().join(", ")
+    }
+
+    /// Whether this is a fit of synthetic measurements.
+    pub(super) fn is_synthetic(&self) -> bool {
+        self.measured.iter().any(|m| !m.profile.simulated.is_empty())
+    }
+
     /// The share that the fit explains. It can be less than that of a constant, because not every model can give
     /// constant profiles.
     fn explained(&self) -> String {
@@ -167,8 +202,11 @@ impl Summary<'_> {
     }
 
     fn hidden_highlight(&self) -> Option<String> {
-        let alpha = f64::from(self.fit.specimen.fiber.alpha).to_degrees();
-        hidden_highlight(self.profile, self.fit.theta_o, alpha)
+        self.fit.parts.iter().enumerate().find_map(|(k, part)| {
+            let alpha = f64::from(part.specimen.fiber.alpha).to_degrees();
+            let what = hidden_highlight(self.measured[k].profile, part.theta_o, alpha)?;
+            Some(if self.measured.len() > 1 { format!("{}: {what}", self.name(k)) } else { what })
+        })
     }
 
     /// The message if there is no fit: the file, the reason (`why`), and the options that may help. `out` is the file
@@ -180,7 +218,7 @@ impl Summary<'_> {
         format!(
             "{}: {why}{out}{page}{highlight}. Check the columns of the file, --angles, --quantity and --theta-o, or \
              try another --model. --allow-bad-fit accepts the fit",
-            self.path.display()
+            self.measured.iter().map(|m| m.path.display().to_string()).collect::<Vec<_>>().join(", ")
         )
     }
 
@@ -202,13 +240,16 @@ impl Summary<'_> {
             warnings.push("interrupted: this is the best so far, and may be far from the best there is".to_owned());
         }
         warnings.extend(self.no_fit());
-        let Profile { points, missing, negative, .. } = self.profile;
-        if *negative > 0 {
-            let all = points.len() + missing.len();
-            warnings.push(format!("negative values, which count as missing: {negative} of {all} directions"));
+        for (k, Measured { profile: Profile { points, missing, negative, .. }, .. }) in self.measured.iter().enumerate()
+        {
+            if *negative > 0 {
+                let all = points.len() + missing.len();
+                let name = if self.measured.len() > 1 { format!("{}: ", self.name(k)) } else { String::new() };
+                warnings.push(format!("{name}negative values, which count as missing: {negative} of {all} directions"));
+            }
         }
         if let Some(what) = self.hidden_highlight() {
-            let is_fixed = |e: &Estimate| e.name == "theta_o" && e.state == State::Fixed;
+            let is_fixed = |e: &Estimate| e.name.starts_with("theta_o") && e.state == State::Fixed;
             let advice = if fit.estimates.iter().any(is_fixed) { ", or fit it (--free theta_o)" } else { "" };
             warnings.push(format!("{what}; check the sign of theta_o{advice}"));
         }
@@ -250,29 +291,32 @@ impl Summary<'_> {
 
     /// Names and values of the fit's settings and its quality.
     pub fn lines(&self) -> Vec<(String, String)> {
-        let (fit, profile) = (self.fit, self.profile);
-        let [low, high] = profile.range();
+        let fit = self.fit;
         let Starts { begun, finished, ended_here: same } = fit.starts;
         let outliers = match fit.outliers {
             0 => String::new(),
             n => format!("; {n} of them counted for less"),
         };
-        vec![
-            ("model".to_owned(), self.model()),
-            (
-                "profile".to_owned(),
-                format!(
-                    "{}: {} directions, {} missing, {}, θ_o = {}°, {}",
-                    self.path.display(),
-                    profile.points.len(),
-                    profile.missing.len(),
-                    if profile.channels == 1 { "grey" } else { "RGB" },
-                    profile.theta_o,
-                    profile.quantity.name()
-                ),
-            ),
-            ("measured range".to_owned(), format!("{} to {}", text::number(low), text::number(high))),
-            ("NRMSE".to_owned(), format!("{} of that range", percent(fit.nrmse))),
+        let profiles = self.measured.iter().zip(&fit.parts).map(|(Measured { path, profile }, part)| {
+            let [low, high] = profile.range().map(text::number);
+            let blur = match profile.blur {
+                [0.0, 0.0] => String::new(),
+                [theta, phi] => format!(", cells of {theta}° × {phi}°"),
+            };
+            let line = format!(
+                "{}: {} directions, {} missing, {}, θ_o = {}°, {}{blur}, {low} to {high}, NRMSE {}",
+                path.display(),
+                profile.points.len(),
+                profile.missing.len(),
+                if profile.channels == 1 { "grey" } else { "RGB" },
+                profile.theta_o,
+                profile.quantity.name(),
+                percent(part.nrmse)
+            );
+            ("profile".to_owned(), line)
+        });
+        let rest = [
+            ("NRMSE".to_owned(), format!("{} of the range", percent(fit.nrmse))),
             ("NRMSE, logarithms".to_owned(), format!("{} of theirs", percent(fit.log_nrmse))),
             ("explained".to_owned(), self.explained()),
             ("scatter".to_owned(), format!("{} of the values{outliers}", percent(fit.noise))),
@@ -287,12 +331,16 @@ impl Summary<'_> {
                 ),
             ),
             ("least certain".to_owned(), least_certain(&fit.weakest.shares, fit.weakest.standard_error)),
-        ]
+        ];
+        std::iter::once(("model".to_owned(), self.model())).chain(profiles).chain(rest).collect()
     }
 
     /// The value that was simulated, if the profile is a synthetic measurement.
     fn simulated(&self, e: &Estimate) -> Option<f64> {
-        self.profile.simulated.iter().find(|(name, _)| *name == e.name).map(|(_, x)| *x)
+        // `scale[2]` is the scale of the second profile.
+        let (name, number) = e.name.split_once('[').unwrap_or((&e.name, "1]"));
+        let k = number.trim_end_matches(']').parse::<usize>().ok()?.checked_sub(1)?;
+        self.measured.get(k)?.profile.simulated.iter().find(|(known, _)| known == name).map(|(_, x)| *x)
     }
 
     /// The same as text, in the unit of the parameter.
@@ -302,12 +350,12 @@ impl Summary<'_> {
 
     /// A table for readers.
     pub fn table(&self) -> String {
-        let mut rows = vec![["", "value", "± 1 s.e.", "simulated", ""].map(str::to_owned).to_vec()];
+        let mut rows = vec![["", "value", "± 1 s.e.", "95 % interval", "simulated", ""].map(str::to_owned).to_vec()];
         for e in &self.fit.estimates {
-            rows.push(vec![e.name.clone(), value(e), error(e), self.simulated_text(e), remark(e)]);
+            rows.push(vec![e.name.clone(), value(e), error(e), interval(e), self.simulated_text(e), remark(e)]);
         }
-        if self.profile.simulated.is_empty() {
-            rows.iter_mut().for_each(|row| drop(row.remove(3)));
+        if !self.is_synthetic() {
+            rows.iter_mut().for_each(|row| drop(row.remove(4)));
         }
         let mut text = text::align(&rows);
         text.push('\n');
@@ -338,7 +386,7 @@ impl Summary<'_> {
         }
         for line in fiber.lines() {
             let name = line.split_once(" = ").map_or("", |(name, _)| name);
-            let of = |e: &&Estimate| e.name.split('.').next() == Some(name);
+            let of = |e: &&Estimate| e.name.split(['.', '[']).next() == Some(name);
             let notes: Vec<String> = self.fit.estimates.iter().filter(of).map(note).collect();
             let notes = if name == "exit" {
                 "given".to_owned()
@@ -354,7 +402,7 @@ impl Summary<'_> {
 
     /// The result as JSON.
     pub fn json(&self) -> Value {
-        let (fit, profile) = (self.fit, self.profile);
+        let fit = self.fit;
         let parameters: Map<String, Value> = fit
             .estimates
             .iter()
@@ -366,22 +414,27 @@ impl Summary<'_> {
                     State::Tied(leader) => ("tied", Some(leader)),
                 };
                 let unit = if e.unit.is_empty() { Value::Null } else { json!("degrees") };
-                let body = json!({"value": e.value, "standard_error": e.error, "unit": unit, "state": state,
-                    "tied_to": tied_to, "determined": e.determined, "simulated": self.simulated(e)});
+                let body = json!({"value": e.value, "standard_error": e.error, "interval": e.interval, "unit": unit,
+                    "state": state, "tied_to": tied_to, "determined": e.determined, "simulated": self.simulated(e)});
                 (e.name.clone(), body)
             })
             .collect();
         let values = |values: &[f64]| -> Map<String, Value> {
             fit.estimates.iter().zip(values).map(|(e, x)| (e.name.clone(), json!(x))).collect()
         };
+        let profile = |(Measured { path, profile }, part): (&Measured, &Part)| {
+            json!({"file": path, "points": profile.points.len(), "missing": profile.missing.len(),
+                "channels": profile.channels, "quantity": profile.quantity.name(), "blur": profile.blur,
+                "range": profile.range(), "nrmse": part.nrmse, "log_nrmse": part.log_nrmse})
+        };
+        let profiles: Vec<Value> = self.measured.iter().zip(&fit.parts).map(profile).collect();
         let weakest: Map<String, Value> = fit.weakest.shares.iter().map(|(name, x)| (name.clone(), json!(x))).collect();
         json!({
             "vellus_version": env!("CARGO_PKG_VERSION"),
             "model": fit.model.name(),
             "exit": self.exit().map(Exit::name),
             "interrupted": fit.interrupted,
-            "profile": {"file": self.path, "points": profile.points.len(), "missing": profile.missing.len(),
-                "channels": profile.channels, "quantity": profile.quantity.name(), "range": profile.range()},
+            "profiles": profiles,
             "parameters": parameters,
             "correlations": {"names": fit.correlations.names, "matrix": fit.correlations.matrix},
             "nrmse": fit.nrmse,
@@ -408,7 +461,7 @@ mod tests {
     use vellus_fit::Quantity;
 
     fn estimate(name: &str, value: f64, error: Option<f64>, unit: &'static str) -> Estimate {
-        Estimate { name: name.to_owned(), unit, value, error, state: State::Fitted, determined: false }
+        Estimate { name: name.to_owned(), unit, value, error, interval: None, state: State::Fitted, determined: false }
     }
 
     #[test]
@@ -424,11 +477,11 @@ mod tests {
     /// R moves by α one way, TT by α/2 the other way. Azimuths count on the circle.
     #[test]
     fn a_highlight_outside_of_the_data_is_named() {
-        let angles = |phi: f64| [10.0, 50.0].map(|theta| Point { theta, phi, value: [1.0; 3] });
+        let angles = |phi: f64| [10.0, 50.0].map(|theta| Point { theta, phi, value: [1.0; 3], sigma: None });
         let points = [-20.0, 90.0, 170.0, 200.0].into_iter().flat_map(angles).collect();
         let (quantity, simulated) = (Quantity::FCos, Vec::new());
-        let profile =
-            Profile { theta_o: -30.0, quantity, channels: 1, points, missing: Vec::new(), negative: 0, simulated };
+        let (blur, missing) = ([0.0; 2], Vec::new());
+        let profile = Profile { theta_o: -30.0, quantity, channels: 1, blur, points, missing, negative: 0, simulated };
         assert_eq!(hidden_highlight(&profile, -30.0, 5.0), None);
         let found = hidden_highlight(&profile, 30.0, 5.0).unwrap();
         let parts = ["highlight R is outside", "theta_o = 30°", "theta = -35°", "phi = 0°", "10 to 50°"];

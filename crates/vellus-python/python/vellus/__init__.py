@@ -4,7 +4,7 @@ All angles are in degrees, all lengths in fibre radii, and absorption and scatte
 """
 
 from . import _processor, models, plots  # noqa: F401  _processor is the first
-from ._types import Estimate, Samples, SimulatedEnergies
+from ._types import Estimate, FitPart, Samples, SimulatedEnergies
 from ._vellus import (
     FATES,
     Bcsdf,
@@ -39,6 +39,7 @@ __all__ = [
     "Estimate",
     "Fiber",
     "Fit",
+    "FitPart",
     "Picture",
     "Profile",
     "Samples",

@@ -5,6 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ._vellus import Fiber
+
 
 class Samples(NamedTuple):
     """Sampled directions."""
@@ -39,9 +41,31 @@ class Estimate(NamedTuple):
     """Its value, angles in degrees."""
     error: float | None
     """Its standard error. None if it was not fitted, or the data do not constrain it."""
+    interval: tuple[float, float] | None
+    """Its 95 % interval: the values for which the best fit of all others is not worse than chance explains, within the
+    range of the parameter. None if it was not fitted."""
     unit: str
     """`degrees`, or nothing."""
     state: str
     """`fitted`, `at bound`, `fixed` or `tied`."""
     determined: bool
     """Whether the data determine the value."""
+
+
+class FitPart(NamedTuple):
+    """The result of a fit for one of its profiles."""
+
+    fiber: Fiber
+    """The fitted fibre. It only differs between profiles in what `separate` names."""
+    theta_o: float
+    """Inclination of the fixed direction, degrees."""
+    scale: float
+    """The factor on the values of the model."""
+    background: float
+    """What is added to them."""
+    fitted: NDArray[np.float64]
+    """The value of the model for each point of the profile: shape (N, channels)."""
+    nrmse: float
+    """RMS error divided by the range of the measured values."""
+    log_nrmse: float
+    """The same for the logarithms, which the fit minimises."""

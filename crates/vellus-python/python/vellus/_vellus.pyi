@@ -6,7 +6,7 @@ from typing import Any, Literal, Protocol, SupportsFloat, SupportsIndex, TypeAli
 import numpy as np
 from numpy.typing import NDArray
 
-from ._types import Estimate, Samples, SimulatedEnergies
+from ._types import Estimate, FitPart, Samples, SimulatedEnergies
 
 class _Array(Protocol):
     """An array of real numbers, or what NumPy makes one of."""
@@ -38,7 +38,8 @@ class Fiber:
 
     - `kappa`: radius of the medulla over that of the fibre, in [0, 0.99]. 0 is a hair without medulla.
     - `eta`: refractive index of cortex and medulla, in [1, 3].
-    - `alpha`: tilt of the cuticle scales, in [-45, 45] degrees.
+    - `alpha`: shift of the R highlight toward the root, in [-45, 45] degrees. It is not the tilt of the cuticle's
+      scales: scales that are tilted by δ shift R by 2δ at h = 0, and by about 1.33δ in the far field.
     - `beta_m`, `beta_n`: longitudinal and azimuthal roughness, standard deviations in [0.1, 90] degrees.
     - `sigma_ca`, `sigma_ma`: absorption in cortex and medulla per fibre radius, RGB or one number, in [0, 1000].
     - `sigma_ms`: scattering in the medulla per fibre radius, in [0, 1000].
@@ -90,7 +91,7 @@ class Fiber:
         """Refractive index of cortex and medulla."""
     @property
     def alpha(self) -> float:
-        """Tilt of the cuticle scales, degrees."""
+        """Shift of the R highlight toward the root, degrees."""
     @property
     def beta_m(self) -> float:
         """Longitudinal roughness, a standard deviation in degrees."""
@@ -160,7 +161,8 @@ class Fiber:
 
         `settings`: parameters as `NAME=VALUE` or `NAME=R,G,B` that replace those of the file.
 
-        Raises `ValueError` that names the file or the parameter.
+        Raises `FileNotFoundError` or `PermissionError` for a file that cannot be opened, and `ValueError` that names
+        the file or the parameter.
         """
     def to_dict(self) -> dict[str, Any]:
         """The parameters by name. RGB values are tuples. `Fiber(**fiber.to_dict())` makes the fibre again."""
@@ -182,7 +184,7 @@ class Bcsdf:
     Directions are unit vectors in the fibre's frame that point away from the fibre: x runs along it from root to tip,
     the inclination is theta = asin x, the azimuth phi = atan2(z, y). The offset h in [-1, 1] belongs to ω_o: the
     surface normal at the hit has the azimuth phi_o - asin h. Values are f·cos θᵢ, and densities are per solid angle.
-    The model is not reciprocal, because h belongs to ω_o.
+    The model is not reciprocal, because h belongs to ω_o. So queries of both directions take `wi` and `wo` by name.
 
     Arrays are float32 or float64. The model computes in single precision; results are float32 if all arrays are, and
     float64 otherwise. A query with NaN in any argument gives NaN, and `lobe` -1. Queries run on all cores, without the
@@ -194,10 +196,10 @@ class Bcsdf:
         """The fibre."""
     def eval(
         self,
+        *,
         wi: _Reals,
         wo: _Reals,
         h: _Reals | None = None,
-        *,
         window: _Window | None = None,
         lobes: bool = False,
         check: bool = True,
@@ -214,10 +216,10 @@ class Bcsdf:
         """
     def pdf(
         self,
+        *,
         wi: _Reals,
         wo: _Reals,
         h: _Reals | None = None,
-        *,
         window: _Window | None = None,
         check: bool = True,
     ) -> _Real:
@@ -227,10 +229,10 @@ class Bcsdf:
         """
     def eval_pdf(
         self,
+        *,
         wi: _Reals,
         wo: _Reals,
         h: _Reals | None = None,
-        *,
         window: _Window | None = None,
         lobes: bool = False,
         check: bool = True,
@@ -303,10 +305,10 @@ class Model:
         """The windows that the model supports: `near`, `far` or `any`."""
     def eval(
         self,
+        *,
         wi: _Reals,
         wo: _Reals,
         h: _Reals | None = None,
-        *,
         window: _Window | None = None,
         lobes: bool = False,
         check: bool = True,
@@ -314,20 +316,20 @@ class Model:
         """f(ω_o, ω_i)·cos θᵢ, shape (..., 3), or (..., 6, 3) with `lobes`. Arguments as for `Bcsdf.eval`."""
     def pdf(
         self,
+        *,
         wi: _Reals,
         wo: _Reals,
         h: _Reals | None = None,
-        *,
         window: _Window | None = None,
         check: bool = True,
     ) -> _Real:
         """The density of samples per solid angle, shape (...). Arguments as for `Bcsdf.eval`."""
     def eval_pdf(
         self,
+        *,
         wi: _Reals,
         wo: _Reals,
         h: _Reals | None = None,
-        *,
         window: _Window | None = None,
         lobes: bool = False,
         check: bool = True,
@@ -391,8 +393,11 @@ class Profile:
     `theta`, `phi`: the directions, degrees: θ in (-90, 90) from the normal plane, φ from the azimuth of the fixed
     direction. `values`: RGB with a last axis of 3, or grey without it, in any unit. The leading shapes of all three are
     broadcast, so a grid is `theta[:, None], phi[None, :], values`. A value of NaN or 0 is missing. `theta_o`:
-    inclination of the fixed direction, in (-90, 90) degrees. `quantity`: `f-cos` if values are proportional to f·cos θ,
-    or `f`. `channels`: 1 or 3; without it, 3 if the last axis of `values` has 3 numbers that `theta` and `phi` lack.
+    inclination of the fixed direction, in (-90, 90) degrees. `sigma`: the standard deviation of each value, above 0, in
+    the same unit and broadcast like `values`. `blur`: full width of the cell over which each value is an average, in
+    [0, 30] degrees: one number for θ and φ, or two; 0 without it. `quantity`: `f-cos` if values are proportional to
+    f·cos θ, or `f`. `channels`: 1 or 3; without it, 3 if the last axis of `values` has 3 numbers that `theta` and `phi`
+    lack.
 
     Raises `ValueError` for an angle or value out of range.
     """
@@ -403,6 +408,8 @@ class Profile:
         values: _Reals,
         *,
         theta_o: SupportsFloat,
+        sigma: _Reals | None = None,
+        blur: _Reals | None = None,
         quantity: Literal["f-cos", "f"] | None = None,
         channels: Literal[1, 3] | None = None,
     ) -> Profile: ...
@@ -415,13 +422,16 @@ class Profile:
         quantity: Literal["f-cos", "f"] | None = None,
         theta: _Pair | None = None,
         phi: _Pair | None = None,
+        blur: _Reals | None = None,
     ) -> Profile:
         """Reads a profile from the file `path`: `.txt`, `.csv`, `.npy` or `.exr`, as the book says in "Fitting".
 
         `theta_o`: inclination of the fixed direction, degrees, if the file does not have it. `angles`: `fiber` or
         `gantry`. `quantity`: `f-cos` or `f`. `theta`, `phi`: first and last angle of the rows and columns of an image.
+        `blur`: as for `Profile`, if the file does not have it.
 
-        Raises `ValueError` that names the file, the line and the problem.
+        Raises `FileNotFoundError` or `PermissionError` for a file that cannot be opened, and `ValueError` that names
+        the file, the line and the problem.
         """
     @staticmethod
     def measure(
@@ -434,6 +444,8 @@ class Profile:
         noise: SupportsFloat = 0.02,
         gaps: SupportsFloat = 0.1,
         scale: SupportsFloat = 1.0,
+        background: SupportsFloat = 0.0,
+        blur: _Reals | None = None,
         channels: SupportsIndex = 1,
         seed: SupportsIndex = 1,
         photons: SupportsIndex | None = None,
@@ -446,9 +458,10 @@ class Profile:
         `theta`, `phi`: first and last angle; 10 to 50 and -20 to 200 without them. `step`: steps over theta and
         phi, 2 degrees without it. `noise`: standard deviation of
         the logarithm of each value, in [0, 1]. `gaps`: share of missing directions, in [0, 0.9]. `scale`: factor on the
-        values. `channels`: 1 or 3. `seed`: another seed gives other noise. `photons`: traces a whole fibre with so many
-        photons, in [2, 1e11], instead of a model. `model`: `vellus`, `yan2015`, `chiang2016` or `marschner2003`.
-        `progress(done, what)` gets reports.
+        values. `background`: what is then added to them, at least 0. `blur`: as for `Profile`; without it, a traced
+        fibre has cells of the size of `step`. `channels`: 1 or 3. `seed`: another seed gives other noise. `photons`:
+        traces a whole fibre with so many photons, in [2, 1e11], instead of a model. `model`: `vellus`, `yan2015`,
+        `chiang2016` or `marschner2003`. `progress(done, what)` gets reports.
 
         Raises `ValueError` for an argument out of range.
         """
@@ -471,15 +484,23 @@ class Profile:
     def values(self) -> NDArray[np.float64]:
         """The values: float64 of shape (N, channels)."""
     @property
+    def sigma(self) -> NDArray[np.float64] | None:
+        """The standard deviations of the values: float64 of shape (N, channels). None if they are not known."""
+    @property
+    def blur(self) -> tuple[float, float]:
+        """Full widths over θ and φ of the cell over which each value is an average, degrees."""
+    @property
     def missing(self) -> NDArray[np.float64]:
         """θ and φ of the directions without a value: float64 of shape (M, 2)."""
     @property
     def simulated(self) -> dict[str, float]:
         """Names and values of the parameters that were simulated, if this is a synthetic measurement."""
     def to_csv(self) -> str:
-        """The profile as CSV, with the columns theta, phi, and value or r, g, b."""
+        """The profile as CSV, with the columns theta, phi, and value or r, g, b; with standard deviations also sigma, or
+        sigma_r, sigma_g, sigma_b.
+        """
     def write(self, path: _Path) -> None:
-        """Writes the profile to the file `path`: `.txt` in the coordinates of a gantry, or `.csv`.
+        """Writes the profile to the file `path`: `.txt` in the coordinates of a gantry and without `sigma`, or `.csv`.
 
         Raises `ValueError` for another name, and `OSError` if it cannot be written.
         """
@@ -488,43 +509,43 @@ class Profile:
     def __ne__(self, other: object, /) -> bool: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
     @staticmethod
-    def _from_state(
-        points: Sequence[Sequence[float]],
-        missing: Sequence[Sequence[float]],
-        negative: int,
-        simulated: Sequence[tuple[str, float]],
-        theta_o: float,
-        quantity: str,
-        channels: int,
-    ) -> Profile: ...
+    def _from_state(state: tuple[Any, ...]) -> Profile: ...
 
 @final
 class Fit:
     """The result of `fit`."""
     @property
     def fiber(self) -> Fiber:
-        """The fitted fibre."""
+        """The fitted fibre, that of the first profile."""
     @property
     def profile(self) -> Profile:
-        """The profile that it was fitted to."""
+        """The profile that it was fitted to, the first of several."""
+    @property
+    def profiles(self) -> list[Profile]:
+        """The profiles that it was fitted to."""
+    @property
+    def parts(self) -> list[FitPart]:
+        """The result for each profile: a list of `FitPart`."""
     @property
     def model(self) -> str:
         """The name of the model."""
     @property
     def theta_o(self) -> float:
-        """Inclination of the fixed direction, degrees."""
+        """Inclination of the fixed direction of the first profile, degrees."""
     @property
     def scale(self) -> float:
-        """The factor on the values of the model."""
+        """The factor on the values of the model, for the first profile."""
     @property
     def estimates(self) -> dict[str, Estimate]:
-        """All parameters of the model: name → `Estimate`. Angles are in degrees."""
+        """All parameters of the model: name → `Estimate`. Angles are in degrees. If several profiles have values of their
+        own, the names end in their numbers from 1 on: `scale[2]`.
+        """
     @property
     def fitted(self) -> NDArray[np.float64]:
-        """The value of the model for each point of the profile: float64 of shape (N, channels)."""
+        """The value of the model for each point of the first profile: float64 of shape (N, channels)."""
     @property
     def nrmse(self) -> float:
-        """RMS error divided by the range of the measured values."""
+        """RMS error divided by the range of the measured values, for all profiles together."""
     @property
     def log_nrmse(self) -> float:
         """The same for the logarithms, which the fit minimises."""
@@ -536,9 +557,11 @@ class Fit:
         """Warnings, one sentence each."""
     def to_json(self) -> str:
         """Everything as JSON."""
-    def plot(self, kind: Literal["profile", "slices"] = "profile") -> Plot:
+    def plot(self, kind: Literal["profile", "slices"] = "profile", profile: SupportsIndex = 0) -> Plot:
         """A picture of measured and fitted values. `kind`: `profile` for all directions and their ratio, `slices` for
-        curves.
+        curves. `profile`: the index of the profile.
+
+        Raises `ValueError` for another kind, or an index that does not exist.
         """
 
 @final
@@ -664,7 +687,7 @@ def simulate_energies(
     Raises `ValueError` for an argument out of range. Ctrl-C ends the simulation.
     """
 def fit(
-    profile: Profile,
+    profile: Profile | Iterable[Profile],
     *,
     model: str = "vellus",
     starts: SupportsIndex = 64,
@@ -674,15 +697,20 @@ def fit(
     fix: Mapping[str, _Color] | None = None,
     tie: Mapping[str, str] | None = None,
     free: Sequence[str] | None = None,
+    separate: Sequence[str] | None = None,
+    share: Sequence[str] | None = None,
     progress: _Progress | None = None,
 ) -> Fit:
-    """Fits the parameters of a model to a profile, with standard errors.
+    """Fits the parameters of a model to one profile or more, with standard errors and intervals.
 
-    `profile`: a `Profile`. `model`: `vellus`, `yan2015`, `chiang2016` or `marschner2003`. `starts`: descents from
-    different fibres, at least 1. `seed`: of these fibres. `huber`: residuals above so many times the noise count for
-    less, at least 1. `exit`: `open` or `reflecting`; without it, that of the model. `fix`: name → value, or a sequence
-    of one value for each channel, angles in degrees. `tie`: name → name whose value it gets. `free`: names to fit that
-    are usually fixed. `progress(done, what)` gets reports, `done` in [0, 1].
+    `profile`: a `Profile`, or several of the same fibre, which are fitted together. Each then has its own scale, θ_o
+    and background. `model`: `vellus`, `yan2015`, `chiang2016` or `marschner2003`. `starts`: descents from different
+    fibres, at least 1. `seed`: of these fibres. `huber`: residuals above so many times the noise count for less, at
+    least 1. `exit`: `open` or `reflecting`; without it, that of the model. `fix`: name → value, or a sequence of one
+    value for each channel, angles in degrees. `tie`: name → name whose value it gets. `free`: names to fit that are
+    usually fixed: `theta_o` and `background`. `separate`: names of parameters of the fibre that each profile has for
+    itself, such as `sigma_ca` at several wavelengths. `share`: names of `scale`, `theta_o` and `background` that all
+    profiles have in common. `progress(done, what)` gets reports, `done` in [0, 1].
 
     Raises `ValueError` for an argument out of range, or a profile that cannot be fitted. Ctrl-C ends the fit.
     """
@@ -763,7 +791,8 @@ class Scene:
         file), `background` (`transparent`, `black`, `white`, `grey`, `#RRGGBB` or an image file), `view`
         (`"YAW,PITCH[,ZOOM]"` in degrees) and `body` (a mesh file) change the staging.
 
-        Raises `ValueError` with the file and the reason. `warnings` has everything that was left out.
+        Raises `FileNotFoundError` or `PermissionError` for a file that cannot be opened, and `ValueError` with the file
+        and the reason. `warnings` has everything that was left out.
         """
     @property
     def warnings(self) -> list[str]:
@@ -798,12 +827,15 @@ class Scene:
         `image`: RGB of the shape (height, width, 3), linear, not negative, the top row first; or a .png, .jpg, .hdr or
         .exr file. `wrap`: outside of [0, 1]², `repeat`, `clamp`, `mirror` or `black`. `linear`: the file has numbers,
         not colours. `name`: for messages.
+
+        Raises `FileNotFoundError` or `PermissionError` for a file that cannot be opened, and `ValueError` for a bad
+        image.
         """
     def add_strands(
         self,
         points: _Reals,
-        counts: _Reals,
-        radii: _Reals,
+        counts: _Reals | None = None,
+        radii: _Reals | None = None,
         *,
         look: SupportsIndex = 0,
         basis: str = "linear",
@@ -815,13 +847,13 @@ class Scene:
     ) -> None:
         """Adds strands.
 
-        `points`: control points of all strands from root to tip, (P, 3). `counts`: points of each strand, (S,).
-        `radii`: one number, (S,) or (P,). `basis`: `linear`, `bspline`, `catmull-rom` or `bezier`. B-splines and
-        Catmull–Rom curves of n points have n − 3 segments, Bézier curves have 3 k + 1 points. `look`: from `add_look`.
-        `uv`: texture coordinates of the roots, (S, 2). `moved`: the points when the shutter closes, (P, 3).
-        `parameters`: values that replace those of the look, by name: one, or for each strand, or for each point, with
-        one number or RGB; angles in degrees. `name`: for Cryptomatte and messages. `prototype`: strands of this
-        prototype, for instances.
+        `points`: control points of all strands from root to tip, (P, 3), with `counts`: points of each strand, (S,). Or
+        without counts: (S, K, 3), strands of K points each; P is then S·K. `radii`: one number, (S,), (P,) or (S, K).
+        `basis`: `linear`, `bspline`, `catmull-rom` or `bezier`. B-splines and Catmull–Rom curves of n points have n − 3
+        segments, Bézier curves have 3 k + 1 points. `look`: from `add_look`. `uv`: texture coordinates of the roots,
+        (S, 2). `moved`: the points when the shutter closes, (P, 3) or (S, K, 3). `parameters`: values that replace
+        those of the look, by name: one, or for each strand, or for each of the P points, with one number or RGB; angles
+        in degrees. `name`: for Cryptomatte and messages. `prototype`: strands of this prototype, for instances.
 
         Raises `ValueError` that names the argument or the strand.
         """
@@ -1046,7 +1078,8 @@ class Picture:
         `path`: ends in .exr or .png. `exposure`: stops by which the PNG is brighter, in [-100, 100]. `half`: colours in
         16 bits where they fit.
 
-        Raises `ValueError` for another extension, and if the file cannot be written. An older file then stays.
+        Raises `ValueError` for another extension, and `PermissionError` or `ValueError` if the file cannot be written.
+        An older file then stays.
         """
     def srgb(self, exposure: SupportsFloat = 0.0) -> NDArray[np.uint8]:
         """The beauty, or the denoised picture, as sRGB bytes of the shape (height, width, 3). `exposure`: in stops,

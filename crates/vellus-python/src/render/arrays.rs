@@ -26,9 +26,18 @@ impl Floats {
         Ok(Floats { name: name.to_owned(), shape: real.shape().to_vec(), values })
     }
 
-    fn wrong_shape(&self, expected: &str) -> PyErr {
+    /// The error for a shape that is not `expected`.
+    pub fn wrong_shape(&self, expected: &str) -> PyErr {
         let Floats { name, shape, .. } = self;
         PyValueError::new_err(format!("{name} has the shape {}: it must be {expected}", text(shape)))
+    }
+
+    /// The same numbers with one axis instead of the two leading ones, if these are `grid`.
+    pub fn merged(mut self, grid: Option<[usize; 2]>) -> Self {
+        if let Some(grid) = grid.filter(|grid| self.shape.starts_with(grid)) {
+            self.shape.splice(..2, [grid[0] * grid[1]]);
+        }
+        self
     }
 
     /// Rows of N numbers: the shape (rows, N).

@@ -177,7 +177,8 @@ impl Picture {
     /// `path`: ends in .exr or .png. `exposure`: stops by which the PNG is brighter, in [-100, 100]. `half`: colours in
     /// 16 bits where they fit.
     ///
-    /// Raises `ValueError` for another extension, and if the file cannot be written. An older file then stays.
+    /// Raises `ValueError` for another extension, and `PermissionError` or `ValueError` if the file cannot be written.
+    /// An older file then stays.
     #[pyo3(signature = (path, *, exposure=0.0, half=true))]
     fn write(&self, py: Python<'_>, path: PathBuf, exposure: f32, half: bool) -> PyResult<Vec<PathBuf>> {
         if !matches!(path.extension().and_then(|e| e.to_str()), Some("exr" | "png")) {

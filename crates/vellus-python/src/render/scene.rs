@@ -1,6 +1,6 @@
 //! Scenes: from files, or built from arrays.
 
-use super::arrays::{Floats, indices, one_of};
+use super::arrays::{Floats, indices, one_of, required};
 use super::values::{BASES, WRAPS, corners, parameter, position, varying};
 use super::world::{Prepared, Setup};
 use crate::checks::{positive, within};
@@ -45,6 +45,24 @@ fn parsed<T: FromStr<Err = String>>(name: &str, text: Option<String>) -> PyResul
     text.map(parse).transpose()
 }
 
+/// The number of points of each strand. `grid`: those of strands that all have as many, whose points are (S, K, 3).
+fn counts_of(counts: Option<&Bound<'_, PyAny>>, grid: Option<[usize; 2]>) -> PyResult<Vec<u32>> {
+    match (counts, grid) {
+        (None, Some([strands, each])) => Ok(vec![u32::try_from(each).map_err(value)?; strands]),
+        (Some(_), Some([strands, each])) => Err(PyValueError::new_err(format!(
+            "points has the shape ({strands}, {each}, 3), which says how many points each strand has: leave counts out"
+        ))),
+        (counts, None) => {
+            let (shape, counts) = indices(&required(counts.cloned(), "counts", "add_strands")?, "counts")?;
+            if shape.len() == 1 {
+                return Ok(counts);
+            }
+            let shape = crate::arrays::text(&shape);
+            Err(PyValueError::new_err(format!("counts has the shape {shape}: it must be (strands,)")))
+        }
+    }
+}
+
 /// Strands, meshes, lights and a camera.
 ///
 /// `Scene()` is empty; `Scene.open` reads one. Lengths have any unit, z or y may be up. Arrays are copied into single
@@ -79,7 +97,8 @@ impl Scene {
     /// file), `background` (`transparent`, `black`, `white`, `grey`, `#RRGGBB` or an image file), `view`
     /// (`"YAW,PITCH[,ZOOM]"` in degrees) and `body` (a mesh file) change the staging.
     ///
-    /// Raises `ValueError` with the file and the reason. `warnings` has everything that was left out.
+    /// Raises `FileNotFoundError` or `PermissionError` for a file that cannot be opened, and `ValueError` with the file
+    /// and the reason. `warnings` has everything that was left out.
     #[staticmethod]
     #[pyo3(signature = (path, *, small=false, fiber=None, width=None, strands=None, camera=None, frame=None,
         stage=true, aspect=1.5, light=None, background=None, view=None, body=None))]
@@ -195,6 +214,9 @@ impl Scene {
     /// `image`: RGB of the shape (height, width, 3), linear, not negative, the top row first; or a .png, .jpg, .hdr or
     /// .exr file. `wrap`: outside of [0, 1]², `repeat`, `clamp`, `mirror` or `black`. `linear`: the file has numbers,
     /// not colours. `name`: for messages.
+    ///
+    /// Raises `FileNotFoundError` or `PermissionError` for a file that cannot be opened, and `ValueError` for a bad
+    /// image.
     #[pyo3(signature = (image, *, wrap="repeat", linear=false, name=""))]
     fn add_texture(&self, image: &Bound<'_, PyAny>, wrap: &str, linear: bool, name: &str) -> PyResult<usize> {
         let wrap = [one_of("wrap", wrap, &WRAPS)?; 2];
@@ -223,22 +245,22 @@ impl Scene {
 
     /// Adds strands.
     ///
-    /// `points`: control points of all strands from root to tip, (P, 3). `counts`: points of each strand, (S,).
-    /// `radii`: one number, (S,) or (P,). `basis`: `linear`, `bspline`, `catmull-rom` or `bezier`. B-splines and
-    /// Catmull–Rom curves of n points have n − 3 segments, Bézier curves have 3 k + 1 points. `look`: from `add_look`.
-    /// `uv`: texture coordinates of the roots, (S, 2). `moved`: the points when the shutter closes, (P, 3).
-    /// `parameters`: values that replace those of the look, by name: one, or for each strand, or for each point, with
-    /// one number or RGB; angles in degrees. `name`: for Cryptomatte and messages. `prototype`: strands of this
-    /// prototype, for instances.
+    /// `points`: control points of all strands from root to tip, (P, 3), with `counts`: points of each strand, (S,). Or
+    /// without counts: (S, K, 3), strands of K points each; P is then S·K. `radii`: one number, (S,), (P,) or (S, K).
+    /// `basis`: `linear`, `bspline`, `catmull-rom` or `bezier`. B-splines and Catmull–Rom curves of n points have n − 3
+    /// segments, Bézier curves have 3 k + 1 points. `look`: from `add_look`. `uv`: texture coordinates of the roots,
+    /// (S, 2). `moved`: the points when the shutter closes, (P, 3) or (S, K, 3). `parameters`: values that replace
+    /// those of the look, by name: one, or for each strand, or for each of the P points, with one number or RGB; angles
+    /// in degrees. `name`: for Cryptomatte and messages. `prototype`: strands of this prototype, for instances.
     ///
     /// Raises `ValueError` that names the argument or the strand.
-    #[pyo3(signature = (points, counts, radii, *, look=0, basis="linear", uv=None, moved=None, parameters=None,
-        name="", prototype=None))]
+    #[pyo3(signature = (points, counts=None, radii=None, *, look=0, basis="linear", uv=None, moved=None,
+        parameters=None, name="", prototype=None))]
     fn add_strands(
         &self,
         points: &Bound<'_, PyAny>,
-        counts: &Bound<'_, PyAny>,
-        radii: &Bound<'_, PyAny>,
+        counts: Option<&Bound<'_, PyAny>>,
+        radii: Option<&Bound<'_, PyAny>>,
         look: i128,
         basis: &str,
         uv: Option<&Bound<'_, PyAny>>,
@@ -248,18 +270,20 @@ impl Scene {
         prototype: Option<i128>,
     ) -> PyResult<()> {
         let basis = one_of("basis", basis, &BASES)?;
-        let points = Floats::new(points, "points")?.points("points")?;
-        let (shape, counts) = indices(counts, "counts")?;
-        if shape.len() != 1 {
-            let shape = crate::arrays::text(&shape);
-            return Err(PyValueError::new_err(format!("counts has the shape {shape}: it must be (strands,)")));
-        }
+        let points = Floats::new(points, "points")?;
+        let grid = match points.shape[..] {
+            [_, 3] => None,
+            [strands, each, 3] => Some([strands, each]),
+            _ => return Err(points.wrong_shape("(points, 3) or (strands, points, 3)")),
+        };
+        let counts = counts_of(counts, grid)?;
+        let points = points.merged(grid).points("points")?;
         let total: u64 = counts.iter().map(|n| u64::from(*n)).sum();
         if total != points.len() as u64 {
             let what = format!("counts sums to {total}, but points has {} rows", points.len());
             return Err(PyValueError::new_err(what));
         }
-        let radii = Floats::new(radii, "radii")?;
+        let radii = Floats::new(&required(radii.cloned(), "radii", "add_strands")?, "radii")?.merged(grid);
         if let Some(i) = radii.values.iter().position(|r| !(0.0..=MAX_COORDINATE).contains(r)) {
             let what = format!("radii has {} at position {i}: it must be in [0, {MAX_COORDINATE:e}]", radii.values[i]);
             return Err(PyValueError::new_err(what));
@@ -282,7 +306,8 @@ impl Scene {
             starts.push(starts[i] + n);
         }
         let uv = uv.map(|uv| Floats::new(uv, "uv")?.rows_of::<2>(counts.len())).transpose()?;
-        let moved = moved.map(|moved| Floats::new(moved, "moved")?.rows_of::<3>(points.len())).transpose()?;
+        let moved = moved.map(|moved| Floats::new(moved, "moved")?.merged(grid).rows_of::<3>(points.len()));
+        let moved = moved.transpose()?;
         let mut values = Vec::new();
         for (name, given) in parameters.into_iter().flatten() {
             let name: String = name.extract()?;

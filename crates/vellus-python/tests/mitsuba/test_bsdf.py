@@ -59,6 +59,8 @@ def test_a_white_furnace_is_white(tmp_path, kind):
         ({"exit": "closed"}, ["closed", "open, reflecting"]),
         ({"eta": "glass"}, ["eta", "glass"]),
         ({"sigma_ca": {"type": "checkerboard"}}, ["sigma_ca", "textures"]),
+        ({"sigma_ca": {"type": "spectrum", "value": [(400, 0.1), (700, 0.3)]}}, ["sigma_ca", "other spectra"]),
+        ({"sigma_ca": {"type": "spectrum", "value": -0.2}}, ["sigma_ca", "-0.2", "[0, 1000]"]),
     ],
 )
 def test_bad_properties_are_named(kind, properties, words):
@@ -66,6 +68,24 @@ def test_bad_properties_are_named(kind, properties, words):
         mi.load_dict({"type": kind, **properties})
     for word in words:
         assert word.lower() in str(error.value).lower()
+
+
+@pytest.mark.parametrize("kind", BOTH)
+@pytest.mark.parametrize(
+    "color",
+    [
+        0.2,
+        {"type": "spectrum", "value": 0.2},
+        {"type": "uniform", "value": 0.2},
+        {"type": "rgb", "value": 0.2},
+        {"type": "srgb", "color": [0.2, 0.2, 0.2]},
+    ],
+)
+def test_constants_are_colours(kind, color):
+    params = mi.traverse(mi.load_dict({"type": kind, **FIBER, "sigma_ca": color}))
+    assert np.allclose(np.ravel(params["sigma_ca"]), 0.2)
+    with pytest.raises(Exception, match="reflectance|sigma_ca"):
+        mi.load_dict({"type": kind, "sigma_ca": color, "reflectance": color})
 
 
 def test_symbolic_rendering_of_the_compiled_model_is_refused(tmp_path):

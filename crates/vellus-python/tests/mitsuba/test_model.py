@@ -49,7 +49,7 @@ def test_values_equal_the_crate(single):
         wo, wi, h = directions(g, n), directions(g, n), g.uniform(-1, 1, n).astype(np.float32)
         half = n // 2
         wi[:half] = model.sample(wo[:half], g.random((half, 4)).astype(np.float32), h[:half]).wi
-        expected, pdf = model.eval_pdf(wi, wo, h)
+        expected, pdf = model.eval_pdf(wi=wi, wo=wo, h=h)
         hit = Fiber(F, values(fiber), fiber.exit == "reflecting").at(columns(F, wo), F(h))
         value, density = hit.eval_pdf(columns(F, wi))
         value = np.stack([v.numpy() for v in value], -1)
@@ -62,7 +62,7 @@ def test_hair_without_medulla_equals_the_crate():
     g = np.random.default_rng(3)
     fiber = vellus.Fiber(sigma_ca=[0.1, 0.2, 0.4])
     wo, wi, h = directions(g, 2000), directions(g, 2000), g.uniform(-1, 1, 2000).astype(np.float32)
-    expected = vellus.Bcsdf(fiber).eval(wi, wo, h)
+    expected = vellus.Bcsdf(fiber).eval(wi=wi, wo=wo, h=h)
     value = Fiber(Float64, values(fiber)).at(columns(Float64, wo), Float64(h)).eval(columns(Float64, wi))
     assert (np.abs(np.stack([v.numpy() for v in value], -1) - expected) < 1e-4 * (expected + 0.01)).all()
 

@@ -2,7 +2,7 @@
 //!
 //! [`mod@crate::simulate::profile`] has a rough cuticle with tilted scales.
 
-use crate::simulate::medulla::{stream, uniform2};
+use crate::simulate::medulla::{SimRng, stream, uniform2};
 use crate::simulate::tracer::{CHUNK, Surface, Tracer, check, out_of_range};
 use rayon::prelude::*;
 use vellus::{Error, Fiber};
@@ -32,6 +32,24 @@ pub enum Offsets {
     Whole,
 }
 
+impl Offsets {
+    /// Checks that the offset is in range.
+    pub(crate) fn check(self) -> Result<(), Error> {
+        match self {
+            Offsets::At(h) if !(-1.0..=1.0).contains(&h) => Err(out_of_range("h", h, "h must be in [-1, 1]")),
+            _ => Ok(()),
+        }
+    }
+
+    /// The offset of photon `k` of `photons`. Over the whole width, offsets are stratified.
+    pub(crate) fn of_photon(self, k: u64, photons: u64, rng: &mut SimRng) -> f64 {
+        match self {
+            Offsets::At(h) => h,
+            Offsets::Whole => 2.0 * (k as f64 + f64::from(uniform2(rng).0)) / photons as f64 - 1.0,
+        }
+    }
+}
+
 /// Energies of light that arrives at inclination `theta_o` (radians, |θ_o| < 90°), from `photons` ≥ 2 photons.
 ///
 /// The result depends on the seed, but not on the number of threads. A cancelled simulation ends early, and its result
@@ -48,11 +66,7 @@ pub fn energies(
     progress: &dyn Progress,
 ) -> Result<Energies, Error> {
     check(fiber, theta_o)?;
-    if let Offsets::At(h) = offsets
-        && !(-1.0..=1.0).contains(&h)
-    {
-        return Err(out_of_range("h", h, "h must be in [-1, 1]"));
-    }
+    offsets.check()?;
     if photons < 2 {
         return Err(out_of_range("photons", photons as f64, "photons must be at least 2"));
     }
@@ -70,11 +84,8 @@ pub fn energies(
             let count = range.end - range.start;
             for k in range {
                 let mut photon = [[0.0; 3]; 6];
-                let h = match offsets {
-                    Offsets::At(h) => h,
-                    // Stratified over the width. The standard error is therefore an overestimate.
-                    Offsets::Whole => 2.0 * (k as f64 + f64::from(uniform2(&mut rng).0)) / photons as f64 - 1.0,
-                };
+                // Offsets over the whole width are stratified. The standard error is therefore an overestimate.
+                let h = offsets.of_photon(k, photons, &mut rng);
                 tracer.photon(theta_o, h, &mut rng, &mut |fate, _, energy| {
                     (0..3).for_each(|c| photon[fate as usize][c] += energy[c]);
                 });

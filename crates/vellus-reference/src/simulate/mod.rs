@@ -10,6 +10,7 @@
 //! - [`mod@profile`]: the far field of a whole fibre with a rough cuticle, as a gonioreflectometer measures it.
 //! - [`mod@scattered`]: the light that the medulla of a whole fibre scattered, at its first and at later encounters
 //!   with the cuticle.
+//! - [`azimuth`]: the azimuth of that light at one offset, beside the model.
 //!
 //! ```
 //! use vellus::{Fiber, Species};
@@ -23,6 +24,7 @@
 //! # Ok(()) }
 //! ```
 
+pub mod azimuth;
 pub mod build;
 pub mod check;
 pub mod compress;

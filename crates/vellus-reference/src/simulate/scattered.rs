@@ -1,14 +1,15 @@
 //! Where light that the medulla scattered leaves a whole fibre with a smooth cuticle: at its first encounter with the
 //! cuticle after scattering, and at later ones.
 
-use crate::simulate::medulla::{stream, uniform2};
+use crate::simulate::energies::Offsets;
+use crate::simulate::medulla::stream;
 use crate::simulate::tracer::{CHUNK, Fate, Surface, Tracer, check, out_of_range};
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 use vellus::{Error, Fiber};
 use vellus_io::{Progress, Steps};
 
-/// The scattered light of the far field in equal cells of θ and φ.
+/// The scattered light in equal cells of θ and φ.
 ///
 /// The energy of the light that leaves into each cell, as a fraction of the light that hits the fibre, RGB, row by row
 /// over θ from −90° to 90°. A row begins at φ = 0, the azimuth of ω_o, and covers the full circle.
@@ -22,23 +23,29 @@ pub struct Scattered {
     pub later: Vec<[f64; 3]>,
 }
 
-/// Traces `photons` photons that arrive at the inclination `theta_o` (radians, |θ_o| < 90°) over the whole width of
-/// the fibre. `cells`: the numbers of cells over θ and over φ, each at least 1.
+/// Traces `photons` ≥ 1 photons that arrive at the inclination `theta_o` (radians, |θ_o| < 90°). `cells`: the numbers
+/// of cells over θ and over φ, each at least 1. At one offset h ≠ 0 the light is not symmetric in φ.
 ///
 /// The result depends on the seed, but not on the number of threads. `progress` gets reports, but does not stop the
 /// simulation.
 ///
 /// # Errors
-/// [`Error::OutOfRange`] if [`Fiber::validate`] returns it, or if `theta_o` or `cells` is out of range.
+/// [`Error::OutOfRange`] if [`Fiber::validate`] returns it, or if `theta_o`, an offset, `cells` or `photons` is out of
+/// range.
 pub fn scattered(
     fiber: &Fiber,
     theta_o: f64,
+    offsets: Offsets,
     cells: [usize; 2],
     photons: u64,
     seed: u64,
     progress: &dyn Progress,
 ) -> Result<Scattered, Error> {
     check(fiber, theta_o)?;
+    offsets.check()?;
+    if photons == 0 {
+        return Err(out_of_range("photons", 0.0, "photons must be at least 1"));
+    }
     if cells.contains(&0) {
         return Err(out_of_range("cells", 0.0, "cells must be at least 1 over theta and over phi"));
     }
@@ -53,7 +60,7 @@ pub fn scattered(
             let range = chunk * CHUNK..((chunk + 1) * CHUNK).min(photons);
             let count = range.end - range.start;
             for k in range {
-                let h = 2.0 * (k as f64 + f64::from(uniform2(&mut rng).0)) / photons as f64 - 1.0;
+                let h = offsets.of_photon(k, photons, &mut rng);
                 tracer.encounters(theta_o, h, &mut rng, &mut |fate, encounter, direction, energy| {
                     if fate == Fate::Scattered {
                         let sum = &mut sums[usize::from(encounter > 1)][cell(cells, direction)];

@@ -77,8 +77,8 @@ pub(crate) enum Encoding {
 /// Negative values become 0, and the warning has their number. Resampling causes them near bright edges.
 ///
 /// # Errors
-/// [`Error::File`] if the file is missing or broken, has another format, more than 4 GiB or 2²⁷ pixels, or a pixel that
-/// is not finite.
+/// [`Error::Read`] if the file cannot be read or has more than 4 GiB. [`Error::File`] if it is broken, has another
+/// format, more than 2²⁷ pixels, or a pixel that is not finite.
 pub fn load_texture(file: &Path) -> Result<(Texture, Option<Warning>), Error> {
     load(file, Encoding::Auto)
 }
@@ -93,7 +93,7 @@ pub fn load_map(file: &Path) -> Result<(Texture, Option<Warning>), Error> {
 }
 
 fn load(file: &Path, encoding: Encoding) -> Result<(Texture, Option<Warning>), Error> {
-    let bytes = vellus_io::read_at_most(file, MAX_BYTES).map_err(|error| Error::file(file, error))?;
+    let bytes = vellus_io::read_at_most(file, MAX_BYTES).map_err(|error| Error::read(file, error))?;
     let Image { texture, warning } = decode(file, &bytes, encoding)?;
     let mut budget = Budget::default();
     // The image may be that of a light.
@@ -323,7 +323,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         for name in ["a.png", "a.exr", "a.hdr"] {
             std::os::unix::fs::symlink("/dev/zero", folder.path().join(name)).unwrap();
-            assert!(load_map(&folder.path().join(name)).unwrap_err().to_string().contains("it is a device"), "{name}");
+            let error = load_map(&folder.path().join(name)).unwrap_err();
+            assert!(
+                matches!(error, Error::Read { source, .. } if source.to_string().contains("it is a device")),
+                "{name}"
+            );
         }
     }
 

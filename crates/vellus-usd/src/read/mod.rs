@@ -39,9 +39,10 @@ use vellus_scene::Units;
 /// axis does not change.
 ///
 /// # Errors
-/// [`Error::File`] if the file or a file that it refers to is missing or broken. [`Error::Prim`] if a prim has values
-/// that are inconsistent or out of range. [`Error::Empty`] if nothing is visible. The function never panics, but a
-/// broken binary file may make the panic hook print a line (see [`crate::quiet_caught_panics`]).
+/// [`Error::Read`] if the file cannot be read. [`Error::File`] if it is broken, or a file that it refers to is missing
+/// or broken. [`Error::Prim`] if a prim has values that are inconsistent or out of range. [`Error::Empty`] if nothing
+/// is visible. The function never panics, but a broken binary file may make the panic hook print a line (see
+/// [`crate::quiet_caught_panics`]).
 pub fn read(file: &Path, options: &Options) -> Result<Reading, Error> {
     if let Some(width) = options.default_width
         && !(0.0..=curves::MAX_WIDTH).contains(&width)
@@ -78,8 +79,8 @@ fn read_stage(file: &Path, options: &Options) -> Result<Reading, Error> {
 /// parameters with images keep the values of `base`, and a warning names them.
 ///
 /// # Errors
-/// [`Error::File`] if the document is missing or broken, or does not have this one material. [`Error::Prim`] if an
-/// input is out of range.
+/// [`Error::Read`] if the document cannot be read. [`Error::File`] if it is broken, or does not have this one material.
+/// [`Error::Prim`] if an input is out of range.
 pub fn read_material(file: &Path, name: Option<&str>, base: &Fiber) -> Result<(Fiber, Vec<Warning>), Error> {
     on_large_stack(|| material_of(file, name, base)).map_err(|error| Error::file(file, error))?
 }

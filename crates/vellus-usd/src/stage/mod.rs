@@ -125,7 +125,7 @@ pub(crate) struct Property {
 impl Stage {
     /// Opens and composes a file; `frame` is the time code to read.
     pub fn open(file: &Path, frame: Option<f64>) -> Result<Self, Error> {
-        vellus_io::open_file(file).map_err(|error| Error::file(file, error))?;
+        vellus_io::open_file(file).map_err(|error| Error::read(file, error))?;
         let name = file.to_str().ok_or_else(|| Error::file(file, "its name must be UTF-8"))?;
         let files = Rc::new(Files::default());
         let resolver = Careful::new(files.clone());

@@ -3,7 +3,7 @@
 use crate::bcsdf::Bcsdf;
 use crate::fiber::Fiber;
 use crate::medulla::tables::Tables;
-use crate::near::NearHit;
+use crate::near::Near;
 use crate::prepared::Prepared;
 use wide::f32x8;
 
@@ -34,7 +34,7 @@ impl Shape {
         let prepared = Prepared::new(&fiber.without_absorption(), Tables::shipped());
         let (sin, cos) = THETA.sin_cos();
         let at = offsets().map(|h| {
-            let turns = NearHit::new(&prepared, [sin, cos, 0.0], h).mean_cosines();
+            let turns = Near::new(&prepared, [sin, cos, 0.0], h).mean_cosines();
             std::array::from_fn(|p| {
                 // R, TT and TRT keep the inclination, except for their width (Table 2). Scattered light and the rest
                 // leave at any inclination, and as much of it on both sides of the normal plane.

@@ -13,12 +13,12 @@ use crate::prepared::Prepared;
 use crate::simd::lanes::{Lanes, Quad};
 use glam::Vec3;
 use std::f32::consts::TAU;
+use std::ops::Deref;
 use wide::{f32x4, f32x8};
 
 /// Everything that depends on ω_o and the window.
 #[derive(Clone, Debug)]
-pub(crate) struct WindowHit<'b> {
-    prepared: &'b Prepared<'b>,
+pub(crate) struct WindowState {
     wo: [f32; 3],
     range: [f32; 2],
     frame: Frame<f32>,
@@ -32,12 +32,11 @@ pub(crate) struct WindowHit<'b> {
     points: Points,
 }
 
-impl<'b> WindowHit<'b> {
+impl WindowState {
     #[inline(always)]
-    pub fn new(prepared: &'b Prepared<'b>, wo: [f32; 3], range: [f32; 2]) -> Self {
+    pub fn new(prepared: &Prepared, wo: [f32; 3], range: [f32; 2]) -> Self {
         let polar = Polar::new(wo);
-        WindowHit {
-            prepared,
+        WindowState {
             wo,
             range,
             frame: Frame::new(wo, polar.cos, 1.0 / polar.cos.max(1e-12)),
@@ -52,8 +51,7 @@ impl<'b> WindowHit<'b> {
 
     /// Prepares large parts in place.
     #[inline(never)]
-    pub fn prepare(&mut self) {
-        let prepared = self.prepared;
+    pub fn prepare(&mut self, prepared: &Prepared) {
         let fiber = &prepared.fiber;
         let polar = Polar::new(self.wo);
         let edge = (fiber.kappa > 0.0).then(|| fiber.kappa / inverse_eta(fiber.eta, polar.cos));
@@ -101,10 +99,6 @@ impl<'b> WindowHit<'b> {
         self.inverse = 1.0 / sum(&self.lobe_energies()).to_array()[3].max(f32::MIN_POSITIVE);
     }
 
-    pub fn energy(&self) -> Lobes {
-        Lobes(self.lobe_energies().map(rgb))
-    }
-
     /// A of the six lobes.
     #[inline(always)]
     fn lobe_energies(&self) -> [f32x4; 6] {
@@ -113,26 +107,53 @@ impl<'b> WindowHit<'b> {
         lobes[Lobe::Residual as usize] += self.energy[DIFFUSE];
         lobes
     }
+}
 
-    pub fn lobe_probabilities(&self) -> [f32; 6] {
+/// A hit that is prepared, with its fibre: what queries need, wherever it is stored.
+#[derive(Clone, Copy)]
+pub(crate) struct WindowHit<'a> {
+    prepared: &'a Prepared<'a>,
+    state: &'a WindowState,
+}
+
+impl Deref for WindowHit<'_> {
+    type Target = WindowState;
+
+    #[inline(always)]
+    fn deref(&self) -> &WindowState {
+        self.state
+    }
+}
+
+impl<'a> WindowHit<'a> {
+    #[inline(always)]
+    pub fn new(prepared: &'a Prepared<'a>, state: &'a WindowState) -> Self {
+        WindowHit { prepared, state }
+    }
+
+    pub fn energy(self) -> Lobes {
+        Lobes(self.lobe_energies().map(rgb))
+    }
+
+    pub fn lobe_probabilities(self) -> [f32; 6] {
         self.lobe_energies().map(|e| e.to_array()[3] * self.inverse)
     }
 
     /// A direction in the form that the lobes use.
     #[inline(always)]
-    fn outgoing<V: Lanes>(&self, frame: &Frame<V>, wi: [V; 3]) -> Outgoing<V> {
+    fn outgoing<V: Lanes>(self, frame: &Frame<V>, wi: [V; 3]) -> Outgoing<V> {
         frame.refracted(wi, &self.prepared.medulla.refraction)
     }
 
     /// The density in sin θᵢ of light that leaves, of the backward and the forward half.
     #[inline(always)]
-    fn scattered(&self, theta_i: f32, transmittance: f32) -> [f32; 2] {
+    fn scattered(self, theta_i: f32, transmittance: f32) -> [f32; 2] {
         self.prepared.medulla.leaving(&self.inclination, theta_i, transmittance)
     }
 
     /// f·cos θᵢ of the six lobes, RGB, and the largest channel. Sampling is proportional to the largest channel.
     #[inline(always)]
-    fn lobes(&self, o: &Outgoing<f32>) -> [f32x4; 6] {
+    fn lobes(self, o: &Outgoing<f32>) -> [f32x4; 6] {
         let prepared = self.prepared;
         let m = prepared.longitudinal.eval(&self.centres, o.sin_i, o.cos_i).to_array();
         let medulla = &prepared.medulla;
@@ -140,13 +161,13 @@ impl<'b> WindowHit<'b> {
         self.around(o.phi, m, c_m, diffuse::longitudinal(o.cos_i))
     }
 
-    pub fn azimuthal(&self, phi: f32) -> Lobes {
+    pub fn azimuthal(self, phi: f32) -> Lobes {
         Lobes(self.around(phi, [1.0; 4], self.inclination.leaving, 1.0).map(rgb))
     }
 
     /// A of the components, RGB and the largest channel.
     #[cfg(feature = "unstable")]
-    pub fn component_energies(&self) -> [f32x4; COMPONENTS] {
+    pub fn component_energies(self) -> [f32x4; COMPONENTS] {
         self.energy
     }
 
@@ -154,7 +175,7 @@ impl<'b> WindowHit<'b> {
     /// light that the medulla scattered, then the part of TTˢ in both halves. Those of a half contain the share of its
     /// light that leaves the fibre.
     #[cfg(feature = "unstable")]
-    pub fn factors(&self, phi: f32) -> [f32x4; 7] {
+    pub fn factors(self, phi: f32) -> [f32x4; 7] {
         let [back, ahead] = self.inclination.leaving;
         let [r, tt, trt, tts_back, trts_back, _] = self.around(phi, [1.0; 4], [back, 0.0], 0.0);
         let [_, _, _, tts_ahead, trts_ahead, _] = self.around(phi, [1.0; 4], [0.0, ahead], 0.0);
@@ -163,7 +184,7 @@ impl<'b> WindowHit<'b> {
 
     /// The six lobes at azimuth φ, given their longitudinal parts.
     #[inline(always)]
-    fn around(&self, phi: f32, m: [f32; 4], c_m: [f32; 2], m_diffuse: f32) -> [f32x4; 6] {
+    fn around(self, phi: f32, m: [f32; 4], c_m: [f32; 2], m_diffuse: f32) -> [f32x4; 6] {
         let prepared = self.prepared;
         let mut n = [f32x4::ZERO; 3];
         for half in self.halves.iter().map_while(Option::as_ref) {
@@ -178,20 +199,20 @@ impl<'b> WindowHit<'b> {
     }
 
     #[inline]
-    pub fn eval_pdf(&self, wi: Vec3) -> (Lobes, f32) {
+    pub fn eval_pdf(self, wi: Vec3) -> (Lobes, f32) {
         let lobes = self.lobes(&self.outgoing(&self.frame, wi.to_array()));
         (Lobes(lobes.map(rgb)), sum(&lobes).to_array()[3] * self.inverse)
     }
 
     /// f·cos θᵢ of each lobe and the density of eight directions.
-    pub fn eval_pdf8(&self, wi: [f32x8; 3]) -> (Lobes<f32x8>, f32x8) {
+    pub fn eval_pdf8(self, wi: [f32x8; 3]) -> (Lobes<f32x8>, f32x8) {
         let lobes = self.lobes8(&self.outgoing(&self.frame.repeated(), wi));
         let pdf = lobes.iter().fold(f32x8::ZERO, |sum, lobe| sum + lobe[3]);
         (Lobes(lobes.map(|[r, g, b, _]| [r, g, b])), pdf * f32x8::splat(self.inverse))
     }
 
     /// [`WindowHit::lobes`] of eight directions.
-    fn lobes8(&self, o: &Outgoing<f32x8>) -> [[f32x8; 4]; 6] {
+    fn lobes8(self, o: &Outgoing<f32x8>) -> [[f32x8; 4]; 6] {
         let medulla = &self.prepared.medulla;
         let m =
             self.prepared.longitudinal.eval(&self.centres.repeated(), o.sin_i, o.cos_i).array().map(f32x8::to_array);
@@ -210,7 +231,7 @@ impl<'b> WindowHit<'b> {
 
     /// Draws a lobe, and sin θᵢ, cos θᵢ and φ from it. `u`: as for [`crate::Hit::sample`].
     #[inline(always)]
-    fn draw(&self, u: [f32; 5]) -> (Lobe, f32, f32, f32) {
+    fn draw(self, u: [f32; 5]) -> (Lobe, f32, f32, f32) {
         let prepared = self.prepared;
         let lobe = Lobe::choose(self.lobe_probabilities(), u[0]);
         let unscattered = |p: usize| prepared.longitudinal.sample(self.centres.lane(p, 0), p, [u[1], u[2]]);
@@ -232,7 +253,7 @@ impl<'b> WindowHit<'b> {
     }
 
     /// `u`: as for [`crate::Hit::sample`].
-    pub fn sample(&self, u: [f32; 5]) -> Option<Sample> {
+    pub fn sample(self, u: [f32; 5]) -> Option<Sample> {
         let (lobe, sin_i, cos_i, phi) = self.draw(u);
         let wi = Vec3::from_array(self.frame.direction(sin_i, cos_i, phi.sin_cos()));
         let (sin, cos) = self.prepared.medulla.refraction.inside(sin_i, cos_i * cos_i);
@@ -244,7 +265,7 @@ impl<'b> WindowHit<'b> {
     }
 
     /// Eight samples. `u`: eight of each number.
-    pub fn sample8(&self, u: [f32x8; 5]) -> [Option<Sample>; 8] {
+    pub fn sample8(self, u: [f32x8; 5]) -> [Option<Sample>; 8] {
         let u = u.map(f32x8::to_array);
         std::array::from_fn(|i| self.sample(u.map(|u| u[i])))
     }

@@ -1,4 +1,4 @@
-//! Fibres, colours, species and windows in files, through serde.
+//! Fibres, colours, species, exits, lobes and windows in files, through serde.
 
 use crate::error::{Error, shortest};
 use crate::fiber::Fiber;
@@ -7,6 +7,7 @@ use crate::fiber::color::Color;
 use crate::fiber::exit::Exit;
 use crate::fiber::parameter::{Parameter, Unit};
 use crate::fiber::species::Species;
+use crate::lobe::Lobe;
 use crate::window::Window;
 use serde::de::{self, Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
 use serde::ser::{Serialize, SerializeMap, Serializer};
@@ -90,7 +91,7 @@ impl Serialize for Fiber {
         for (parameter, value) in stored {
             map.serialize_entry(parameter.name(), &InFile(parameter, value))?;
         }
-        map.serialize_entry("exit", self.exit.name())?;
+        map.serialize_entry("exit", &self.exit)?;
         map.end()
     }
 }
@@ -128,7 +129,7 @@ impl<'de> Deserialize<'de> for FiberBuilder {
                         let preset = map.next_value::<String>()?;
                         (base, has_preset) = (Fiber::named(&preset).map_err(de::Error::custom)?, true);
                     } else if name == "exit" {
-                        exit = Some(map.next_value::<String>()?.parse().map_err(de::Error::custom)?);
+                        exit = Some(map.next_value()?);
                     } else if Parameter::parse(&name).is_none() {
                         return Err(de::Error::custom(unknown(&name)));
                     } else {
@@ -177,18 +178,24 @@ impl<'de> Deserialize<'de> for Color {
     }
 }
 
-/// A species is its name.
-impl Serialize for Species {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.name())
-    }
+macro_rules! names {
+    ($($type:ty),*) => {$(
+        /// Its name.
+        impl Serialize for $type {
+            fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                serializer.collect_str(self)
+            }
+        }
+
+        impl<'de> Deserialize<'de> for $type {
+            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                String::deserialize(deserializer)?.parse().map_err(de::Error::custom)
+            }
+        }
+    )*};
 }
 
-impl<'de> Deserialize<'de> for Species {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        String::deserialize(deserializer)?.parse().map_err(de::Error::custom)
-    }
-}
+names!(Species, Exit, Lobe);
 
 /// A window is its two ends: `[-0.5, 0.25]`.
 impl Serialize for Window {

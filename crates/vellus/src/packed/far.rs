@@ -5,7 +5,7 @@
 //! inclination of ω_o. It is the same for φ and −φ, and for θ_o and −θ_o, because the cross-section is a circle.
 
 use crate::bcsdf::Bcsdf;
-use crate::far::window_hit::WindowHit;
+use crate::far::window_hit::{WindowHit, WindowState};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::Range;
 use wide::f32x4;
@@ -61,19 +61,20 @@ pub fn far(bcsdf: &Bcsdf<'_>) -> FarTable {
     let mut rows = vec![[number(inclinations), number(azimuths), per_radian, number(length)]];
     for node in 0..inclinations {
         let position = node as f64 / (inclinations - 1) as f64;
-        inclination(&mut rows, &hit(bcsdf, position), azimuths);
+        at(bcsdf, position, |hit| inclination(&mut rows, hit, azimuths));
     }
     FarTable { rows, inclinations, azimuths }
 }
 
-/// The hit at a position from 0 to 1 along the axis of θ_o = π/2 · (1 − (1 − position)²). Nodes are closer together
-/// toward π/2, where the reflectance changes most.
-fn hit<'b>(bcsdf: &'b Bcsdf<'_>, position: f64) -> WindowHit<'b> {
+/// Passes `f` the hit at a position from 0 to 1 along the axis of θ_o = π/2 · (1 − (1 − position)²). Nodes are closer
+/// together toward π/2, where the reflectance changes most.
+fn at<R>(bcsdf: &Bcsdf<'_>, position: f64, f: impl FnOnce(WindowHit<'_>) -> R) -> R {
+    let prepared = bcsdf.prepared();
     let rest = 1.0 - position;
     let (sin, cos) = (FRAC_PI_2 * (1.0 - rest * rest)).sin_cos();
-    let mut hit = WindowHit::new(bcsdf.prepared(), [sin as f32, cos as f32, 0.0], [-1.0, 1.0]);
-    hit.prepare();
-    hit
+    let mut state = WindowState::new(prepared, [sin as f32, cos as f32, 0.0], [-1.0, 1.0]);
+    state.prepare(prepared);
+    f(WindowHit::new(prepared, &state))
 }
 
 /// The number of nodes whose errors are small enough. `errors` returns those at some inclinations.
@@ -94,17 +95,17 @@ fn enough(fewest: usize, most: usize, errors: impl Fn(usize) -> Vec<f32>) -> usi
 fn along(bcsdf: &Bcsdf<'_>, nodes: usize) -> Vec<f32> {
     let positions = 2 * (nodes - 1);
     let rows: Vec<Vec<[f32x4; PARTS]>> =
-        (0..=positions).map(|k| factors(&hit(bcsdf, k as f64 / positions as f64), 256)).collect();
+        (0..=positions).map(|k| at(bcsdf, k as f64 / positions as f64, |hit| factors(hit, 256))).collect();
     rows.windows(3).step_by(2).map(|rows| error(|j| [rows[0][j], rows[1][j], rows[2][j]], 256)).collect()
 }
 
 /// The errors in the middle between azimuths, at 32 inclinations.
 fn around(bcsdf: &Bcsdf<'_>, nodes: usize) -> Vec<f32> {
-    let at = |k: u32| {
-        let row = factors(&hit(bcsdf, (f64::from(k) + 0.5) / 32.0), 2 * nodes - 1);
+    let between = |k: u32| {
+        let row = at(bcsdf, (f64::from(k) + 0.5) / 32.0, |hit| factors(hit, 2 * nodes - 1));
         error(|j| [row[2 * j], row[2 * j + 1], row[2 * j + 2]], nodes - 1)
     };
-    (0..32).map(at).collect()
+    (0..32).map(between).collect()
 }
 
 /// The largest difference between the middle one of three values and the mean of the others, relative to the largest
@@ -123,13 +124,13 @@ fn error(values: impl Fn(usize) -> [[f32x4; PARTS]; 3], count: usize) -> f32 {
 }
 
 /// The factors at evenly spaced azimuths from 0 to π.
-fn factors(hit: &WindowHit<'_>, azimuths: usize) -> Vec<[f32x4; PARTS]> {
+fn factors(hit: WindowHit<'_>, azimuths: usize) -> Vec<[f32x4; PARTS]> {
     let step = PI / (azimuths - 1) as f64;
     (0..azimuths).map(|j| hit.factors((j as f64 * step) as f32)).collect()
 }
 
 /// Adds the rows of one inclination.
-fn inclination(rows: &mut Vec<[f32; 4]>, hit: &WindowHit<'_>, azimuths: usize) {
+fn inclination(rows: &mut Vec<[f32; 4]>, hit: WindowHit<'_>, azimuths: usize) {
     let step = PI / (azimuths - 1) as f64;
     let values = factors(hit, azimuths);
     let mut sums = [[0.0f64; 4]; FACTORS];

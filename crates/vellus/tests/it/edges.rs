@@ -163,7 +163,7 @@ fn no_medulla_is_hair() {
         assert_eq!(x.eval_pdf(wi), y.eval_pdf(wi));
         let u = random.numbers();
         assert_eq!(x.sample(u), y.sample(u));
-        assert_eq!(x.energy().0[Lobe::Tts as usize], [0.0; 3]);
+        assert_eq!(x.energy()[Lobe::Tts], [0.0; 3]);
     }
 }
 
@@ -301,7 +301,7 @@ fn eight_offsets_are_clamped_as_single_ones_and_nan_stays() {
             assert!((x - y).abs() <= 1e-4 * x.abs() + 1e-6, "h {}: {x} {y}", h[i]);
         }
     }
-    let r = |i: usize| lane(values.0[Lobe::R as usize][0], i);
+    let r = |i: usize| lane(values[Lobe::R][0], i);
     assert!(r(1) > 0.1, "{}", r(1));
     assert!(r(0).is_nan() || r(0) < 1e-10, "{}", r(0));
     // Nor does a lane with NaN change its neighbours, or give a bad sample.

@@ -281,7 +281,7 @@ fn limits_are_those_of_open_exits() {
             }
         }
         // No reflection: nothing leaves late. The residual lobe contains no scattered light.
-        let clear = energy(Fiber { eta: 1.0, ..fiber }).0[Lobe::Residual as usize];
+        let clear = energy(Fiber { eta: 1.0, ..fiber })[Lobe::Residual];
         assert!(clear.iter().all(|x| *x < 1e-5), "{fiber:?} {clear:?}");
         let nearly = energy(Fiber { eta: 1.0005, ..fiber }.without_absorption());
         let open = energy(Fiber { eta: 1.0005, exit: Exit::Open, ..fiber }.without_absorption());

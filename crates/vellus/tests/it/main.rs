@@ -7,6 +7,7 @@ mod energy;
 mod exact;
 mod exit;
 mod far_table;
+mod owned;
 mod refracted;
 mod sampling;
 #[cfg(feature = "serde")]

@@ -1,6 +1,6 @@
-//! Fibres, colours, species and windows survive a round trip, and invalid ones are refused.
+//! Fibres, colours, species, exits, lobes and windows survive a round trip, and invalid ones are refused.
 
-use vellus::{Color, Fiber, FiberBuilder, Species, Window};
+use vellus::{Color, Exit, Fiber, FiberBuilder, Lobe, Species, Window};
 
 fn fiber(json: &str) -> Result<Fiber, String> {
     serde_json::from_str(json).map_err(|error| error.to_string())
@@ -71,7 +71,7 @@ fn bad_fibres_are_refused() {
 }
 
 #[test]
-fn colours_species_and_windows_round_trip() {
+fn colours_names_and_windows_round_trip() {
     for (color, json) in [
         (Color::Absorption([0.1, 0.2, 0.3]), r#"{"sigma_ca":[0.1,0.2,0.3]}"#),
         (Color::Reflectance([0.5; 3]), r#"{"reflectance":0.5}"#),
@@ -85,6 +85,16 @@ fn colours_species_and_windows_round_trip() {
     }
     assert_eq!(serde_json::to_string(&Species::RedFox).unwrap(), r#""red-fox""#);
     assert_eq!(serde_json::from_str::<Species>(r#""Red Fox""#).unwrap(), Species::RedFox);
+    assert_eq!(
+        serde_json::to_string(&(Exit::Open, Lobe::ALL)).unwrap(),
+        r#"["open",["R","TT","TRT","TTs","TRTs","rest"]]"#
+    );
+    assert_eq!(
+        serde_json::from_str::<(Exit, Lobe)>(r#"["reflecting", "TTs"]"#).unwrap(),
+        (Exit::Reflecting, Lobe::Tts)
+    );
+    let error = serde_json::from_str::<Exit>(r#""closed""#).unwrap_err().to_string();
+    assert!(error.contains("unknown exit 'closed': known are open, reflecting"), "{error}");
     for window in [Window::far(), Window::near(0.3), Window::range(-0.5, 0.25)] {
         assert_eq!(serde_json::from_str::<Window>(&serde_json::to_string(&window).unwrap()).unwrap(), window);
     }

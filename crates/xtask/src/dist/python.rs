@@ -10,7 +10,7 @@ use std::process::Command;
 const TRIAL: &str = "\
 import numpy, vellus
 bcsdf = vellus.Bcsdf(vellus.Fiber('red-fox'))
-f = bcsdf.eval(vellus.direction(-20.0, numpy.arange(181.0)), vellus.direction(20.0, 0.0), h=0.3)
+f = bcsdf.eval(wi=vellus.direction(-20.0, numpy.arange(181.0)), wo=vellus.direction(20.0, 0.0), h=0.3)
 assert f.shape == (181, 3) and (f > 0).all(), f
 vellus.Scene.open('cat', small=True).render(64, 64, 1).write('cat.exr')
 ";

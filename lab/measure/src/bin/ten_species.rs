@@ -22,7 +22,7 @@ fn process() -> (f64, f64) {
 
 fn run(model: Forward, profile: &Profile) -> (Fit, f64, f64) {
     let (start, cpu) = (Instant::now(), process().0);
-    let result = fit(profile, model, &Options::default(), &()).expect("the profile is valid");
+    let result = fit(std::slice::from_ref(profile), model, &Options::default(), &()).expect("the profile is valid");
     (result, start.elapsed().as_secs_f64(), process().0 - cpu)
 }
 

@@ -73,7 +73,7 @@ def for_variant(name):
 
         def eval_pdf(self, ctx, si, wo, active=True):
             toward, h = self.prepare(si)
-            value, pdf = self.model.eval_pdf(numbers(*to_fiber(wo)), toward, h, check=False)
+            value, pdf = self.model.eval_pdf(wi=numbers(*to_fiber(wo)), wo=toward, h=h, check=False)
             return mi.Color3f(*value.T.copy()) & active, mi.Float(pdf) & active
 
         def sample(self, ctx, si, sample1, sample2, active=True):

@@ -1,6 +1,7 @@
 """The properties of the plugins, read and checked by `vellus.Fiber`."""
 
 import mitsuba as mi
+import numpy as np
 
 import vellus
 
@@ -9,7 +10,7 @@ def read(props):
     """The fibre that the properties of a plugin describe.
 
     `preset` and `exit` are strings; all other properties are parameters of `vellus.Fiber`, with its names, units and
-    ranges. Colours are `rgb` or lists of three numbers.
+    ranges. Colours are `rgb`, `srgb`, lists of three numbers, or spectra that are uniform.
 
     Raises `ValueError` for a name that is unknown, and for a value out of range; it names both.
     """
@@ -26,11 +27,26 @@ def read(props):
         elif isinstance(value, (int, float)):
             parameters[name] = float(value)
         else:
-            try:
-                parameters[name] = [float(value[c]) for c in range(len(value))]
-            except (TypeError, IndexError):
-                raise ValueError(f"vellus: {name} is not a number or a colour: textures are not supported") from None
+            parameters[name] = color(name, value)
     return fiber(props["preset"] if "preset" in props else None, parameters)
+
+
+def color(name, value):
+    """The numbers of a property that is no plain number: RGB, or one number.
+
+    Raises `ValueError` for everything that is no constant, such as an image.
+    """
+    try:
+        if isinstance(value, mi.Texture):
+            # `srgb` and `uniform` have this parameter. Images and spectra over wavelengths have others.
+            value = mi.traverse(value)["value"]
+        elif hasattr(value, "is_uniform"):
+            # A `spectrum`, which the parser leaves as it is.
+            value = value.values if value.is_uniform() else None
+        return [float(x) for x in np.ravel(value)]
+    except (KeyError, TypeError, ValueError):
+        what = "a number, a colour or a uniform spectrum: other spectra and textures are not supported"
+        raise ValueError(f"vellus: {name} is not {what}") from None
 
 
 def fiber(preset, parameters):

@@ -1,0 +1,82 @@
+//! The azimuth of scattered light in the near field: the model beside a simulated fibre.
+
+use crate::simulate::energies::Offsets;
+use crate::simulate::scattered::scattered;
+use crate::simulate::tracer::out_of_range;
+use std::f64::consts::TAU;
+use vellus::{Bcsdf, Error, Fiber, Lobe, Window, direction};
+
+/// Bins of 15° over the full circle. It is not folded, because light at h ≠ 0 is not symmetric in φ.
+pub const BINS: usize = 24;
+
+/// Points of the model in a bin.
+const WITHIN: usize = 8;
+
+/// How far the model's scattered light is from that of a simulated fibre, RGB.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AzimuthError {
+    /// The scattered light of the simulated fibre, as a fraction of the light that hits the fibre.
+    pub light: [f64; 3],
+    /// Σ |model − simulation| over the bins, divided by `light` where it is above 0. It contains noise.
+    pub l1: [f64; 3],
+    /// The expected L1 distance between the simulation and its mean, divided like `l1`. The noise adds at most this to
+    /// the expectation of `l1`.
+    pub noise: [f64; 3],
+}
+
+/// Compares the light that the medulla scattered, over the azimuth at which it leaves the fibre at any inclination.
+///
+/// The light arrives at the inclination `theta_o` (radians, |θ_o| < 90°) and the offset `h` in [−1, 1]. The simulation
+/// has two halves, together `photons` ≥ 2. The standard deviation of their mean is that of half of their difference,
+/// which gives the noise. The result depends on the seed, but not on the number of threads.
+///
+/// # Errors
+/// [`Error::OutOfRange`] if [`Fiber::validate`] returns it, or if `theta_o`, `h` or `photons` is out of range.
+pub fn azimuth_error(fiber: &Fiber, theta_o: f64, h: f64, photons: u64, seed: u64) -> Result<AzimuthError, Error> {
+    if photons < 2 {
+        return Err(out_of_range("photons", photons as f64, "photons must be at least 2"));
+    }
+    let half = |seed: u64| scattered(fiber, theta_o, Offsets::At(h), [1, BINS], photons / 2, seed, &());
+    let halves = [half(seed)?, half(!seed)?];
+    let model = model(fiber, theta_o, h)?;
+    let mut error = AzimuthError::default();
+    for c in 0..3 {
+        for (bin, ours) in model.iter().enumerate() {
+            let [a, b] = halves.each_ref().map(|half| half.first[bin][c] + half.later[bin][c]);
+            let mean = 0.5 * (a + b);
+            error.light[c] += mean;
+            error.l1[c] += (ours[c] - mean).abs();
+            error.noise[c] += 0.5 * (a - b).abs();
+        }
+        if error.light[c] > 0.0 {
+            error.l1[c] /= error.light[c];
+            error.noise[c] /= error.light[c];
+        }
+    }
+    Ok(error)
+}
+
+/// TTˢ, TRTˢ and the scattered part of the residual lobe in each bin.
+fn model(fiber: &Fiber, theta_o: f64, h: f64) -> Result<[[f64; 3]; BINS], Error> {
+    let bcsdf = Bcsdf::new(fiber)?;
+    let hit = bcsdf.at(direction(theta_o, 0.0), Window::near(h as f32));
+    let energy = hit.energy().0.map(|lobe| lobe.map(f64::from));
+    // The unscattered part of the residual lobe is even in φ. At one offset TRT, and each order after it, is the one
+    // before times F T, so the orders after TRT sum to TRT²/(TT − TRT).
+    let higher: [f64; 3] = std::array::from_fn(|c| {
+        let [tt, trt] = [Lobe::Tt, Lobe::Trt].map(|lobe| energy[lobe as usize][c]);
+        if tt > trt { trt * trt / (tt - trt) } else { 0.0 }
+    });
+    let step = TAU / (BINS * WITHIN) as f64;
+    let mut bins = [[0.0; 3]; BINS];
+    for (bin, sum) in bins.iter_mut().enumerate() {
+        for k in 0..WITHIN {
+            let light = hit.azimuthal((((bin * WITHIN + k) as f64 + 0.5) * step) as f32).0;
+            for c in 0..3 {
+                let lobes = [Lobe::Tts, Lobe::Trts, Lobe::Residual].map(|lobe| f64::from(light[lobe as usize][c]));
+                sum[c] += step * (lobes.iter().sum::<f64>() - higher[c] / TAU);
+            }
+        }
+    }
+    Ok(bins)
+}
