@@ -34,8 +34,8 @@ pub struct Aperture {
 }
 
 impl Aperture {
-    /// The cells with these full widths and centres, and the weights for values of a quantity. `distance` is that of the
-    /// directions in a cell. All angles are in degrees.
+    /// The cells with these full widths and centres, and the weights for values of a quantity. `distance` is that of
+    /// the directions in a cell. All angles are in degrees.
     pub fn new(
         blur: [f64; 2],
         quantity: Quantity,

@@ -50,8 +50,8 @@ const CORRECTED: usize = 4;
 /// How often the fit starts again from a better point that was found while errors were computed.
 const RESTARTS: usize = 2;
 
-/// Fits a model to one profile, or to several profiles of the same fibre together. `progress` gets a report after each descent. A cancelled fit returns the best result so
-/// far, and [`Fit::interrupted`] is true.
+/// Fits a model to one profile, or to several profiles of the same fibre together. `progress` gets a report after each
+/// descent. A cancelled fit returns the best result so far, and [`Fit::interrupted`] is true.
 ///
 /// All profiles have the same noise, apart from their [`Point::sigma`](crate::Point::sigma).
 ///

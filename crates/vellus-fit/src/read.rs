@@ -76,8 +76,8 @@ impl FromStr for Axis {
 }
 
 /// What the caller knows about a file. Text and CSV files may state it in comments: `# theta_o = -30`, `# angles =
-/// fiber`, `# quantity = f-cos`, `# blur = 5,5`. A synthetic measurement has the parameters that were simulated: `# simulated kappa =
-/// 0.88`.
+/// fiber`, `# quantity = f-cos`, `# blur = 5,5`. A synthetic measurement has the parameters that were simulated:
+/// `# simulated kappa = 0.88`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Reading {
     /// Inclination of the fixed direction, degrees.
@@ -119,8 +119,8 @@ struct Table {
 }
 
 /// Reads a profile. Formats: `.txt` with lines `phi theta value` or `phi theta r g b`, `?` for a missing value;
-/// `.csv` with the columns theta, phi, value or r, g, b, and if known sigma or sigma_r, sigma_g, sigma_b; `.npy` or `.exr` with rows over θ, columns over φ, NaN
-/// for a missing value. A value of 0 counts as missing. So does a negative one, which noise leaves where a background
+/// `.csv` with the columns theta, phi, value or r, g, b, and if known sigma or sigma_r, sigma_g, sigma_b; `.npy` or
+/// `.exr` with rows over θ, columns over φ, NaN for a missing value. A value of 0 counts as missing. So does a negative one, which noise leaves where a background
 /// was subtracted; [`Profile::negative`] counts these.
 ///
 /// # Errors

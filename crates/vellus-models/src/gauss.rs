@@ -13,8 +13,10 @@ pub(crate) fn rule(needed: f32) -> &'static [[f32; 2]] {
     RULES[i].get_or_init(|| gauss_legendre(SIZES[i]).into_iter().map(|p| p.map(|x| x as f32)).collect())
 }
 
-/// Points in [−1, 1] and weights, which sum to 2, of the Gauss–Legendre rule with `n` points, by Newton's method from Chebyshev-like initial values (Abramowitz and Stegun 1964,
-/// 22.16.6). Legendre polynomials come from their recurrence.
+/// Points in [−1, 1] and weights, which sum to 2, of the Gauss–Legendre rule with `n` points.
+///
+/// By Newton's method from Chebyshev-like initial values (Abramowitz and Stegun 1964, 22.16.6). Legendre polynomials
+/// come from their recurrence.
 pub fn gauss_legendre(n: usize) -> Vec<[f64; 2]> {
     let point = |i: usize| {
         let mut x = -(std::f64::consts::PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();

@@ -7,8 +7,8 @@ use crate::{Result, failure, save};
 use std::path::Path;
 use vellus_fit::Correlations;
 
-/// Writes `index.html`, and `profile-1.png`, `slices-1.png` and `profile-1.csv` for each profile, to a folder. `origin` is the last line of the
-/// page. It describes how the fit was made, such as the command.
+/// Writes `index.html`, and `profile-1.png`, `slices-1.png` and `profile-1.csv` for each profile, to a folder. `origin`
+/// is the last line of the page. It describes how the fit was made, such as the command.
 ///
 /// # Errors
 /// [`Error::Write`](crate::Error::Write), and the errors of the pictures.
@@ -89,8 +89,8 @@ fn page(summary: &Summary, origin: &str) -> String {
         })
         .collect();
     let body = format!(
-        "{}<table>\n<tr><th>parameter</th><th>value</th><th>± 1 s.e.</th><th>95 % interval</th>{heading}<th></th></tr>\n\
-         {parameters}</table>\n\
+        "{}<table>\n<tr><th>parameter</th><th>value</th><th>± 1 s.e.</th><th>95 % interval</th>{heading}<th></th>\
+         </tr>\n{parameters}</table>\n\
          <table>\n{lines}</table>\n{pictures}\
          <h2>Correlations</h2>\n<table>\n<tr><th></th>{head}</tr>\n{correlations}</table>\n\
          <p><small>vellus {} · {}</small></p>\n",
