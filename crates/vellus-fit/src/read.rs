@@ -120,8 +120,8 @@ struct Table {
 
 /// Reads a profile. Formats: `.txt` with lines `phi theta value` or `phi theta r g b`, `?` for a missing value;
 /// `.csv` with the columns theta, phi, value or r, g, b, and if known sigma or sigma_r, sigma_g, sigma_b; `.npy` or
-/// `.exr` with rows over θ, columns over φ, NaN for a missing value. A value of 0 counts as missing. So does a negative one, which noise leaves where a background
-/// was subtracted; [`Profile::negative`] counts these.
+/// `.exr` with rows over θ, columns over φ, NaN for a missing value. A value of 0 counts as missing. So does a negative
+/// one, which noise leaves where a background was subtracted; [`Profile::negative`] counts these.
 ///
 /// # Errors
 /// [`Error::Read`], [`Error::Line`] or [`Error::File`]. The message states the problem and its place.

@@ -61,8 +61,8 @@ pub fn gantry_text(profile: &Profile, notes: &[String]) -> String {
     text
 }
 
-/// Writes CSV with the columns theta, phi, value or r, g, b, and the standard deviations if there are any. `notes` become
-/// comments at the head.
+/// Writes CSV with the columns theta, phi, value or r, g, b, and the standard deviations if there are any. `notes`
+/// become comments at the head.
 pub fn csv(profile: &Profile, notes: &[String]) -> String {
     let has_sigma = profile.points.iter().any(|p| p.sigma.is_some());
     let names = match (profile.channels, has_sigma) {
