@@ -88,7 +88,7 @@ pub fn run(context: &Context<'_>) -> Result<Outcome> {
          lock, Fig. 15b). Far field and multi-scale, which integrate, are slower than the near field and still \
          faster than 2015.",
     );
-    let fiber = Fiber::published(Species::RedFox).with_absorption([0.2, 0.4, 0.8]);
+    let fiber = Fiber::preset(Species::RedFox).with_absorption([0.2, 0.4, 0.8]);
     let (ours, yan, split) = (Bcsdf::new(&fiber)?, Yan2015::new(&fiber)?, Yan2015::with_eta_m(&fiber, 1.3)?);
     let [published, published_split] =
         [&yan, &split].map(|model| model.clone().as_published(profiles(context.quality)));

@@ -54,7 +54,7 @@ impl Made for Yan2015Split {
 }
 
 fn fox() -> Fiber {
-    Fiber::published(Species::RedFox).with_absorption([0.2, 0.4, 0.8])
+    Fiber::preset(Species::RedFox).with_absorption([0.2, 0.4, 0.8])
 }
 
 fn each<M: Made>(bencher: Bencher, f: impl Fn(&M, &Query) -> f32 + Sync) {

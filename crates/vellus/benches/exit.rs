@@ -7,7 +7,7 @@ use vellus_testing::queries;
 const N: usize = 1024;
 
 fn fur(exit: Exit) -> Fiber {
-    Fiber::published(Species::RedFox).with_absorption([0.2, 0.4, 0.8]).with_exit(exit)
+    Fiber::preset(Species::RedFox).with_absorption([0.2, 0.4, 0.8]).with_exit(exit)
 }
 
 /// Three colours: the whole time for a fibre at a textured hit.
@@ -19,7 +19,7 @@ fn constructor(bencher: Bencher, exit: Exit) {
 
 #[divan::bench(args = Exit::ALL)]
 fn constructor_grey(bencher: Bencher, exit: Exit) {
-    let fiber = Fiber::published(Species::RedFox).with_exit(exit);
+    let fiber = Fiber::preset(Species::RedFox).with_exit(exit);
     bencher.bench_local(|| Bcsdf::new(black_box(&fiber)));
 }
 

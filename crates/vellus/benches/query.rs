@@ -11,7 +11,7 @@ use wide::f32x8;
 const N: usize = 1024;
 
 fn fur() -> Bcsdf<'static> {
-    let fiber = Fiber::published(Species::RedFox).with_absorption([0.2, 0.4, 0.8]);
+    let fiber = Fiber::preset(Species::RedFox).with_absorption([0.2, 0.4, 0.8]);
     Bcsdf::new(&fiber).expect("the preset is valid")
 }
 
@@ -41,7 +41,7 @@ fn each_hit(bencher: Bencher, f: impl Fn(&Hit, &Query) -> f32) {
 
 #[divan::bench]
 fn constructor(bencher: Bencher) {
-    let fiber = Fiber::published(Species::RedFox);
+    let fiber = Fiber::preset(Species::RedFox);
     bencher.bench(|| Bcsdf::new(black_box(&fiber)));
 }
 
