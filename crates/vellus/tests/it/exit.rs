@@ -295,7 +295,7 @@ fn fibers() -> [Fiber; 3] {
     [
         full_fiber(),
         Fiber { g: 0.93, sigma_ms: 0.3, layers: 3.0, ..full_fiber() },
-        Fiber::published(Species::RedFox).with_absorption([0.05, 0.4, 0.9]),
+        Fiber::published(Species::RedFox).with_absorption([2.0, 0.4, 0.05]),
     ]
     .map(|fiber| fiber.with_exit(Exit::Reflecting))
 }
