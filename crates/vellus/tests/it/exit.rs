@@ -294,8 +294,8 @@ fn limits_are_those_of_open_exits() {
 fn fibers() -> [Fiber; 3] {
     [
         full_fiber(),
-        Fiber { g: 0.93, sigma_ms: 0.3, layers: 3.0, ..full_fiber() },
-        Fiber::published(Species::RedFox).with_absorption([2.0, 0.4, 0.05]),
+        Fiber { g: 0.93, sigma_ms: 0.3, layers: 6.0, sigma_ca: [2.5, 0.3, 0.05], ..full_fiber() },
+        Fiber::published(Species::RedFox).with_absorption([0.05, 0.4, 0.9]),
     ]
     .map(|fiber| fiber.with_exit(Exit::Reflecting))
 }
