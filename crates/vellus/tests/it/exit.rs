@@ -327,3 +327,33 @@ fn histograms_of_samples_match_the_pdf() {
         }
     }
 }
+
+/// The residual lobe has two parts, diffuse light and light that the medulla did not scatter. Of this fibre they have
+/// different colours. The mean of sin² θᵢ tells how often each is drawn: it differs by a tenth between them, and the
+/// error of the mean is a thousandth, so that a share that is wrong by a tenth is ten standard errors.
+#[test]
+fn both_parts_of_the_residual_lobe_are_drawn_by_the_brightest_channel() {
+    let fiber = fibers()[1];
+    let bcsdf = Bcsdf::new(&fiber).unwrap();
+    let mut random = Uniform(39);
+    for window in [Window::near(0.2), Window::far()] {
+        let hit = bcsdf.at(direction(0.35, 0.0), window);
+        // Blue is the brightest channel at every offset.
+        let (energy, probabilities) = (hit.energy().0[5][2], hit.lobe_probabilities());
+        let expected = integral(nodes(&fiber), |wi| hit.eval(wi).0[5][2] * wi.x * wi.x) / f64::from(energy);
+        let count = 50_000;
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for _ in 0..count {
+            let mut u = random.numbers();
+            u[0] = (1.0 - probabilities[5]) + 0.999 * probabilities[5] * u[0];
+            let sample = hit.sample(u).unwrap();
+            assert_eq!(sample.lobe, Lobe::Residual);
+            let square = f64::from(sample.wi.x * sample.wi.x);
+            (sum, squares) = (sum + square, squares + square * square);
+        }
+        let mean = sum / f64::from(count);
+        let error = ((squares / f64::from(count) - mean * mean) / f64::from(count)).sqrt();
+        // A false alarm has the probability 1e-5.
+        assert!((mean - expected).abs() < 4.5 * error, "{window:?}: {mean} ± {error}, {expected}");
+    }
+}
