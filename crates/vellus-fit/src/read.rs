@@ -304,7 +304,7 @@ fn columns(path: &Path, text: &str, reading: &Reading) -> Result<Table, Error> {
                 let cells = (0..3).map(|c| sigmas[c.min(sigmas.len() - 1)]);
                 let numbers = cells.map(|i| number(&head[i], cell(i)).map(|x| x.unwrap_or(f64::NAN)));
                 let numbers = numbers.collect::<Result<Vec<_>, _>>().map_err(wrong)?;
-                if let Some(x) = numbers.iter().find(|x| !(**x > 0.0)) {
+                if let Some(x) = numbers.iter().find(|x| x.is_nan() || **x <= 0.0) {
                     return Err(wrong(format!("sigma = {x} is out of range: it must be above 0")));
                 }
                 Some(std::array::from_fn(|c| numbers[c]))
