@@ -78,7 +78,8 @@ fn results_are_complete_reported_and_kept() {
                 assert!(page.contains(&format!("src=\"{name}/{file}\"")), "{name}: {file}");
             }
         }
-        let compared = ["closeup", "indices", "zoom", "hair", "raccoon", "hamster", "cat", "segment-error"].contains(&name);
+        let compared =
+            ["closeup", "indices", "zoom", "hair", "raccoon", "hamster", "cat", "segment-error"].contains(&name);
         assert_eq!(compared, !found["sliders"].as_array().unwrap().is_empty(), "{name}");
         for picture in found["pictures"].as_array().unwrap() {
             assert!(std::fs::read(place.join(text(picture, "file"))).unwrap().starts_with(b"\x89PNG"), "{name}");
