@@ -87,7 +87,7 @@ def test_directions_are_given_by_name(model, name):
     for positional, rest in (((X, Z, 0.3), {}), ((X, Z), {"h": 0.3}), ((X,), {"wo": Z, "h": 0.3})):
         with pytest.raises(TypeError, match="positional argument"):
             query(*positional, **rest)
-    with pytest.raises(TypeError, match="missing 1 required keyword-only argument: 'wo'"):
+    with pytest.raises(TypeError, match="missing 1 required keyword argument: 'wo'"):
         query(wi=X, h=0.3)
 
 
@@ -373,4 +373,8 @@ def test_tables_have_the_documented_shapes():
     density = (a["tau"][12] * a["g"][8] * a["h"][0]) @ a["phi"].T
     assert (density >= 0).all()
     np.testing.assert_allclose(density, density[::-1], rtol=0, atol=0.05 * density.max())
-    assert tables["exit"]["state"].sum(axis=2) == pytest.approx(1, abs=1e-5)
+    exits = tables["exit"]
+    assert exits["state"].sum(axis=2) == pytest.approx(1, abs=1e-5)
+    assert exits["turn"].shape == (*(len(exits[f"{axis}_nodes"]) for axis in ("tau", "g", "reach")), 3)
+    # The nodes of τ continue beyond those of the other tables.
+    assert exits["tau_nodes"][12] == pytest.approx(a["tau_nodes"][-1]) and len(exits["tau_nodes"]) > 13

@@ -26,10 +26,10 @@ def accepted() -> None:
 
     # Standard deviations and cells as numbers, lists or arrays; one profile or several.
     theta, phi = np.arange(10.0, 50, 6), np.arange(0, 180, 12)
-    far = vellus.profile("cat", -30, theta, phi)[..., 0]
+    measured = vellus.profile("cat", -30, theta, phi)[..., 0]
     profiles = [
-        vellus.Profile(theta[:, None], phi, far, theta_o=-30, sigma=0.02 * far, blur=np.float32(5)),
-        vellus.Profile(theta[:, None], phi, far, theta_o=-30, sigma=1, blur=(5, 2.5)),
+        vellus.Profile(theta[:, None], phi, measured, theta_o=-30, sigma=0.02 * measured, blur=np.float32(5)),
+        vellus.Profile(theta[:, None], phi, measured, theta_o=-30, sigma=1, blur=(5, 2.5)),
     ]
     fit = vellus.fit((p for p in profiles), starts=1, separate=["sigma_ca"], share=("scale",), free=["background"])
     interval: tuple[float, float] | None = fit.estimates["eta"].interval
