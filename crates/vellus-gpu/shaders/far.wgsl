@@ -7,7 +7,7 @@
 // The components whose factors are in the table: R, TT, TRT, and the backward and forward half of scattered light.
 const VELLUS_FAR_FACTORS = 5u;
 // The rows of energies before the factors of an inclination.
-const VELLUS_FAR_ENERGIES = 7u;
+const VELLUS_FAR_ENERGIES = 8u;
 
 // Prepares a hit. `fiber` is the index of the prepared fibre, and `table` the first row of its table. The lobes 3 and 4
 // of such a hit are the backward and the forward half of scattered light, for sampling; their energies are those of
@@ -38,6 +38,7 @@ fn vellus_far_hit(fiber: u32, table: u32, wo: vec3<f32>) -> VellusHit {
     for (var p = 0u; p < 7u; p++) {
         hit.attenuation[p].w /= sum;
     }
+    hit.later = mix(vellus_far_row(row + 7u).xy, vellus_far_row(row + stride + 7u).xy, at.t);
     hit.far = VellusFar(row, stride, at.t, u32(head.y), head.z, 1.0 / sum);
     return hit;
 }
@@ -72,7 +73,8 @@ fn vellus_far_combine(hit: ptr<function, VellusHit>, d: VellusDirection) -> vec4
         sum += vellus_far_factor(hit, at, 3u) * halves.x + vellus_far_factor(hit, at, 4u) * halves.y;
     }
     sum.w *= (*hit).far.inverse;
-    return sum + (*hit).attenuation[5] * (m.w / VELLUS_TAU) + (*hit).attenuation[6] * vellus_diffuse(d.cos_i);
+    let later = vellus_diffuse(d.cos_i) * vellus_turn_uniform((*hit).later, d.around);
+    return sum + (*hit).attenuation[5] * (m.w / VELLUS_TAU) + (*hit).attenuation[6] * later;
 }
 
 // The part of TTs in the backward (0) or the forward (1) half of scattered light.
@@ -103,7 +105,7 @@ fn vellus_far_eval_lobes(hit: ptr<function, VellusHit>, wi: vec3<f32>) -> Vellus
         lobes.rgb[4] = max(both - tts, vec3<f32>(0.0));
     }
     lobes.rgb[5] = (*hit).attenuation[5].xyz * (m.w / VELLUS_TAU)
-        + (*hit).attenuation[6].xyz * vellus_diffuse(d.cos_i);
+        + (*hit).attenuation[6].xyz * vellus_diffuse(d.cos_i) * vellus_turn_uniform((*hit).later, d.around);
     return lobes;
 }
 
@@ -168,7 +170,8 @@ fn vellus_far_sample(hit: ptr<function, VellusHit>, u: vec4<f32>) -> VellusSampl
     }
     let s = drawn.x;
     let c = max(drawn.y, 0.0);
-    let d = VellusDirection(s, c, vellus_inside((*hit).fiber, s, c * c), drawn.z);
+    let around = vellus_sin_cos(drawn.z).yx;
+    let d = VellusDirection(s, c, vellus_inside((*hit).fiber, s, c * c), drawn.z, around);
     let value = vellus_far_combine(hit, d);
     let weight = value.xyz / max(value.w, VELLUS_TINY);
     return VellusSample(vellus_toward(hit, s, c, drawn.z), value.w, weight, lobe);

@@ -14,6 +14,9 @@ struct VellusHit {
     // The exit azimuths of R, TT, TRT, and those of light scattered in the first and the second pass.
     exit: vec4<f32>,
     scattered_exit: vec2<f32>,
+    // How the cuticle turns it, and light that leaves later: see turn.wgsl. 0 if the exit is open.
+    turns: array<vec2<f32>, 2>,
+    later: vec2<f32>,
     // The energy of each component, and its probability in w.
     attenuation: array<vec4<f32>, 7>,
     // The rest is about light scattered by the medulla. It is undefined if the path misses the medulla.
@@ -87,6 +90,9 @@ fn vellus_hit(fiber: u32, wo: vec3<f32>, offset: f32) -> VellusHit {
     if hit.scatters {
         vellus_prepare_inclination(&hit, fiber, path.theta);
         mean_path = vellus_prepare_azimuth(&hit, fiber, path);
+        if vellus_fiber(fiber, VELLUS_CORTEX).w > 0.0 {
+            vellus_prepare_turns(&hit, fiber, path, h, cos_o);
+        }
     }
     vellus_attenuation(&hit, fiber, path, mean_path);
     return hit;
@@ -109,6 +115,8 @@ struct VellusDirection {
     // The inclination inside the fibre.
     theta: f32,
     phi: f32,
+    // Cosine and sine of phi.
+    around: vec2<f32>,
 }
 
 // The inclination inside the fibre.
@@ -124,21 +132,27 @@ fn vellus_densities(hit: ptr<function, VellusHit>, d: VellusDirection) -> array<
     if (*hit).scatters {
         let halves = vellus_leaving(hit, d.theta, d.sin_i);
         for (var p = 0u; p < 2u; p++) {
-            let phi = vellus_wrap(d.phi - (*hit).scattered_exit[p]);
-            let m = halves.x + (halves.y - halves.x) * (abs(phi) / VELLUS_PI);
-            scattered[p] = m * vellus_scattered_azimuthal(hit, phi);
+            let inverse = vellus_turn_inverse((*hit).turns[p], d.around);
+            let turned = d.phi - (*hit).scattered_exit[p] + 2.0 * vellus_atan2(inverse.y, inverse.x);
+            let psi = vellus_wrap(turned);
+            let m = halves.x + (halves.y - halves.x) * (abs(psi) / VELLUS_PI);
+            let slope = vellus_turn_slope((*hit).turns[p], inverse);
+            scattered[p] = slope * m * vellus_scattered_azimuthal(hit, psi);
         }
     }
     return array<f32, 7>(
-        specular.x, specular.y, specular.z, scattered.x, scattered.y, specular.w, vellus_diffuse(d.cos_i)
+        specular.x, specular.y, specular.z, scattered.x, scattered.y, specular.w,
+        vellus_diffuse(d.cos_i) * vellus_turn_uniform((*hit).later, d.around)
     );
 }
 
 fn vellus_direction(hit: ptr<function, VellusHit>, wi: vec3<f32>) -> VellusDirection {
     let f = (*hit).frame;
     let cos2 = dot(wi.yz, wi.yz);
-    let phi = vellus_atan2(wi.z * f.x - wi.y * f.y, wi.y * f.x + wi.z * f.y);
-    return VellusDirection(wi.x, sqrt(cos2), vellus_inside((*hit).fiber, wi.x, cos2), phi);
+    let along = vec2<f32>(wi.y * f.x + wi.z * f.y, wi.z * f.x - wi.y * f.y);
+    let cos_i = sqrt(cos2);
+    let theta = vellus_inside((*hit).fiber, wi.x, cos2);
+    return VellusDirection(wi.x, cos_i, theta, vellus_atan2(along.y, along.x), along / max(cos_i, 1e-12));
 }
 
 // f cos in xyz, and the density of sampling in w, from the densities of the components.
@@ -194,7 +208,8 @@ fn vellus_sample_residual(hit: ptr<function, VellusHit>, u: vec3<f32>) -> vec3<f
     let diffuse = (*hit).attenuation[6].w;
     let share = diffuse / max(diffuse + (*hit).attenuation[5].w, VELLUS_TINY);
     if u.z < share {
-        return vec3<f32>(vellus_sample_diffuse(u.xy), VELLUS_TAU * u.z / share);
+        let even = VELLUS_TAU * (u.z / share - 0.5);
+        return vec3<f32>(vellus_sample_diffuse(u.xy), vellus_turn_leaving((*hit).later, even));
     }
     let phi = VELLUS_TAU * (u.z - share) / max(1.0 - share, VELLUS_TINY);
     return vec3<f32>(vellus_sample_longitudinal(hit, 3u, u.xy), phi);
@@ -217,13 +232,15 @@ fn vellus_sample(hit: ptr<function, VellusHit>, u: vec4<f32>) -> VellusSample {
         drawn = vec3<f32>(vellus_sample_longitudinal(hit, lobe, u.yz), phi);
     } else if lobe < 5u {
         drawn = vellus_draw_scattered(hit, u.yzw);
-        drawn.z = (*hit).azimuth_mirror * drawn.z + (*hit).scattered_exit[lobe - 3u];
+        let psi = (*hit).azimuth_mirror * drawn.z + (*hit).scattered_exit[lobe - 3u];
+        drawn.z = vellus_turn_leaving((*hit).turns[lobe - 3u], vellus_wrap(psi));
     } else {
         drawn = vellus_sample_residual(hit, u.yzw);
     }
     let s = drawn.x;
     let c = max(drawn.y, 0.0);
-    let d = VellusDirection(s, c, vellus_inside((*hit).fiber, s, c * c), drawn.z);
+    let around = vellus_sin_cos(drawn.z).yx;
+    let d = VellusDirection(s, c, vellus_inside((*hit).fiber, s, c * c), drawn.z, around);
     let value = vellus_combine(hit, vellus_densities(hit, d));
     return VellusSample(vellus_toward(hit, s, c, drawn.z), value.w, value.xyz / max(value.w, VELLUS_TINY), lobe);
 }

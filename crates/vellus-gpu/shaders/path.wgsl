@@ -89,9 +89,9 @@ fn vellus_attenuation(hit: ptr<function, VellusHit>, fiber: u32, path: VellusPat
         -2.0 * path.elongation * path.s_c * sigma_ca + length_m * sigma_ma + unscattered, unscattered
     ));
     var escape: vec3<f32>;
+    let chord = path.s_m / max(kappa, VELLUS_TINY);
+    let y = path.sin2_t / VELLUS_MOST_SIN2;
     if reflects {
-        let chord = path.s_m / max(kappa, VELLUS_TINY);
-        let y = path.sin2_t / VELLUS_MOST_SIN2;
         let kept = min(vellus_entry(fiber, VELLUS_KEPT, chord, y).xyz, vec3<f32>(0.0));
         escape = clamp(vellus_entry(fiber, VELLUS_ESCAPE, chord, y).xyz, vec3<f32>(0.0), vec3<f32>(1.0));
         escape *= vellus_exp4(vec4<f32>(-path.elongation * path.s_c * sigma_ca + kept, 0.0)).xyz;
@@ -115,9 +115,11 @@ fn vellus_attenuation(hit: ptr<function, VellusHit>, fiber: u32, path: VellusPat
     if reflects {
         // The light that leaves at its first encounter with the cuticle. No channel has more of it than the channel
         // with the most light.
+        let share = clamp(vellus_entry(fiber, VELLUS_FIRST, chord, y).xyz, vec3<f32>(0.0), vec3<f32>(1.0));
         let most = max(escape.x, max(escape.y, escape.z));
-        let limit = most * vellus_fiber(fiber, VELLUS_CONE_POSITION).w;
-        let first = min(max(escape * vellus_fiber(fiber, VELLUS_FIRST).xyz, escape - (most - limit)), vec3<f32>(limit));
+        let squares = escape * escape;
+        let limit = most * dot(share, squares) / max(squares.x + squares.y + squares.z, VELLUS_TINY);
+        let first = min(max(escape * share, escape - (most - limit)), vec3<f32>(limit));
         let late = t * q * max(escape - first, vec3<f32>(0.0));
         scattered = t * q * first;
         rest = t * crossed.xyz * series;

@@ -2,17 +2,18 @@
 
 use std::fmt::Write;
 use vellus::packed::{self, FIBER_ROWS};
-use vellus::parts::MAX_SIN2;
+use vellus::parts::{MAX_SIN2, MOST_TURN};
 use vellus::{Bcsdf, Tables};
 
 /// The files of the library, in the order in which they are joined.
-pub const SHADERS: [(&str, &str); 7] = [
+pub const SHADERS: [(&str, &str); 8] = [
     ("special.wgsl", include_str!("../shaders/special.wgsl")),
     ("lookup.wgsl", include_str!("../shaders/lookup.wgsl")),
     ("model.wgsl", include_str!("../shaders/model.wgsl")),
     ("path.wgsl", include_str!("../shaders/path.wgsl")),
     ("lobes.wgsl", include_str!("../shaders/lobes.wgsl")),
     ("medulla.wgsl", include_str!("../shaders/medulla.wgsl")),
+    ("turn.wgsl", include_str!("../shaders/turn.wgsl")),
     ("draw.wgsl", include_str!("../shaders/draw.wgsl")),
 ];
 
@@ -65,6 +66,7 @@ pub fn shader_library() -> String {
     };
     line("FIBER_ROWS", format!("{FIBER_ROWS}u"));
     line("MOST_SIN2", format!("{MAX_SIN2:?}"));
+    line("MOST_TURN", format!("{MOST_TURN:?}"));
     for (name, count) in packed.counts {
         line(&name, format!("{count}u"));
     }

@@ -5,7 +5,9 @@ use numpy::{PyArray, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use vellus::grid::{OutgoingAxis, g_at, offset_at, tau_at, theta_at};
-use vellus::parts::{ABSORPTIONS, ENTRIES, ExitData, NODES, ROWS, SHIPPED_EXITS, STATES, absorption_at, cell};
+use vellus::parts::{
+    ABSORPTIONS, ENTRIES, ExitData, NODES, REACHES, ROWS, SHIPPED_EXITS, STATES, TAU_STEP, absorption_at, cell,
+};
 use vellus::{FactorTable, TableData, Tables};
 
 /// Positions of `nodes` nodes along an axis.
@@ -56,7 +58,9 @@ fn mixture<'py>(
 ///   `h_nodes`.
 /// - `exit`, first exits: `state` (tau, g, 24, 8), probability of each state; `path` (tau, g, 6, 8), effective path in
 ///   radii of the medulla; `entry_nodes` (8, 2), c = √(1 − h²) and sin²θ_t / 0.9; `absorption_nodes` (6,);
-///   `state_cells` (24, 2, 2), ends of |θ′| and of |h| of each state.
+///   `state_cells` (24, 2, 2), ends of |θ′| and of |h| of each state; `turn` (tau, g, 4, 3), coefficients of h, h cos ψ
+///   and (1 − h²) sin ψ in the fit to the offset at which light leaves the medulla, up to each of `reach_nodes` (4,). ψ
+///   is the azimuth from straight on.
 ///
 /// Axes: `tau` is the optical radius, spaced evenly in ln(1 + kτ); `g` the anisotropy, evenly in ln(1 − g); `h` the
 /// offset in radii of the medulla, evenly in asin h; all angles in radians, evenly.
@@ -97,7 +101,10 @@ fn exits(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let entry = PyDict::new(py);
     entry.set_item("state", PyArray::from_vec(py, states).reshape([tau, g, STATES, ENTRIES])?)?;
     entry.set_item("path", PyArray::from_vec(py, paths).reshape([tau, g, ABSORPTIONS, ENTRIES])?)?;
-    entry.set_item("tau_nodes", PyArray::from_vec(py, nodes(tau, tau_at)))?;
+    entry.set_item("turn", PyArray::from_vec(py, data.turns).reshape([tau, g, REACHES.len(), 3])?)?;
+    entry.set_item("reach_nodes", PyArray::from_slice(py, &REACHES))?;
+    let taus: Vec<f64> = (0..tau).map(|i| tau_at(i as f64 * TAU_STEP)).collect();
+    entry.set_item("tau_nodes", PyArray::from_vec(py, taus))?;
     entry.set_item("g_nodes", PyArray::from_vec(py, nodes(g, g_at)))?;
     entry.set_item("entry_nodes", PyArray::from_slice(py, NODES.as_flattened()).reshape([ENTRIES, 2])?)?;
     let absorptions: Vec<f64> = (0..ABSORPTIONS).map(absorption_at).collect();

@@ -5,6 +5,7 @@ use crate::cylinder::frame::{Frame, Outgoing, Polar};
 use crate::cylinder::longitudinal::Centres;
 use crate::cylinder::path::{COMPONENTS, DIFFUSE, Path, probabilities};
 use crate::exit::diffuse;
+use crate::exit::turn::Turns;
 use crate::lobe::{Lobe, Lobes, Sample};
 use crate::medulla::{Azimuth, Inclination, Medulla};
 use crate::prepared::{Prepared, Shared};
@@ -55,6 +56,8 @@ pub(crate) struct Near<P, V: Lanes = f32> {
     /// Probability of each component.
     probability: [V; COMPONENTS],
     scattered: V::PerLane<Scattered>,
+    /// How the cuticle turns scattered light.
+    turns: Option<Turns<V>>,
 }
 
 impl<'t, P: Deref<Target = Prepared<'t>>, V: Lanes> Near<P, V> {
@@ -87,12 +90,15 @@ impl<'t, P: Deref<Target = Prepared<'t>>, V: Lanes> Near<P, V> {
         let entry = prepared.reflection.as_ref().map(|reflection| reflection.at(path.sin2_t));
         let attenuation = path.attenuation(fiber, V::from_lanes(&paths), entry.as_ref());
         let centres = prepared.longitudinal.centres(sin, cos);
+        let turns = prepared.turning.as_ref().map(|turning| turning.all(cos, h, &path));
+        let shift = turns.as_ref().map_or(zero, |turns| turns.shift);
         Near {
             prepared,
+            turns,
             frame: Frame::new(wo, cos, path.inverse_cos_o),
             centres,
             exit: V::Quad::new([path.exit_azimuth(0), path.exit_azimuth(1), path.exit_azimuth(2), zero]),
-            scattered_exit: [path.scattered_azimuth(1), path.scattered_azimuth(2)],
+            scattered_exit: [path.scattered_azimuth(1) + shift, path.scattered_azimuth(2) + shift],
             attenuation,
             probability: probabilities(&attenuation),
             scattered,
@@ -110,22 +116,31 @@ impl<'t, P: Deref<Target = Prepared<'t>>, V: Lanes> Near<P, V> {
         lobes
     }
 
-    /// A direction in the form that the lobes use.
+    /// A direction in the form that the lobes use, with the cosine and the sine of φ.
     #[inline(always)]
-    fn outgoing(&self, wi: [V; 3]) -> Outgoing<V> {
+    fn outgoing(&self, wi: [V; 3]) -> (Outgoing<V>, [V; 2]) {
         self.frame.refracted(wi, &self.prepared.medulla.refraction)
     }
 
     /// The densities of the components over solid angle.
     #[inline(always)]
-    fn densities(&self, o: &Outgoing<V>) -> [V; COMPONENTS] {
+    fn densities(&self, (o, around): &(Outgoing<V>, [V; 2])) -> [V; COMPONENTS] {
         let m = self.prepared.longitudinal.eval(&self.centres, o.sin_i, o.cos_i);
         let n = self.prepared.azimuthal.eval(self.exit, o.phi);
         let [r, tt, trt, rest] = (m * n).array();
         let zero = V::splat(0.0);
         let mut d = [r, tt, trt, zero, zero, rest, diffuse::density(o.cos_i)];
         if self.prepared.medulla.exists() {
-            let phi = [wrap(o.phi - self.scattered_exit[0]), wrap(o.phi - self.scattered_exit[1])];
+            let mut phi = [o.phi - self.scattered_exit[0], o.phi - self.scattered_exit[1]];
+            let mut slopes = None;
+            if let Some(turns) = &self.turns {
+                let [one, two] = [turns.first[0].inverse(*around), turns.first[1].inverse(*around)];
+                let [first, second] = V::atan2_pair([one[1], two[1]], [one[0], two[0]]);
+                phi = [phi[0] + first + first, phi[1] + second + second];
+                slopes = Some([turns.first[0].slope(one), turns.first[1].slope(two)]);
+                d[DIFFUSE] = d[DIFFUSE] * turns.later.of_uniform(*around);
+            }
+            let phi = phi.map(wrap);
             let mut lanes = [[0.0f32; 8]; 2];
             let medulla = &self.prepared.medulla;
             let transmittance = medulla.transmittance(o.sin_i);
@@ -147,6 +162,10 @@ impl<'t, P: Deref<Target = Prepared<'t>>, V: Lanes> Near<P, V> {
             }
             d[3] = V::from_lanes(&lanes[0]);
             d[4] = V::from_lanes(&lanes[1]);
+            if let Some([first, second]) = slopes {
+                d[3] = d[3] * first;
+                d[4] = d[4] * second;
+            }
         }
         d
     }
@@ -220,7 +239,8 @@ impl<'t, P: Deref<Target = Prepared<'t>>, V: Lanes> Near<P, V> {
             }
             let Azimuth { weights, turned, mirror, .. } = &s.azimuth;
             let (inclination, relative) = prepared.medulla.sample_leaving(weights, *turned, &s.inclination, u);
-            (inclination, mirror * relative + self.scattered_exit[p - 1].lane(lane))
+            let psi = mirror * relative + self.scattered_exit[p - 1].lane(lane);
+            (inclination, self.turns.as_ref().map_or(psi, |turns| turns.first[p - 1].leaving(lane, psi)))
         };
         let ((sin_i, cos_i), phi) = match lobe {
             Lobe::R | Lobe::Tt | Lobe::Trt => {
@@ -232,7 +252,12 @@ impl<'t, P: Deref<Target = Prepared<'t>>, V: Lanes> Near<P, V> {
             Lobe::Residual => {
                 let parts = [DIFFUSE, Lobe::Residual as usize].map(|p| self.probability[p].lane(lane));
                 let (is_diffuse, u2) = diffuse::choose(parts, u[2]);
-                (if is_diffuse { diffuse::sample([u[0], u[1]]) } else { unscattered(3) }, TAU * u2)
+                let even = TAU * u2;
+                match &self.turns {
+                    Some(turns) if is_diffuse => (diffuse::sample([u[0], u[1]]), turns.later.leaving(lane, even)),
+                    _ if is_diffuse => (diffuse::sample([u[0], u[1]]), even),
+                    _ => (unscattered(3), even),
+                }
             }
         };
         (sin_i, cos_i.max(0.0), phi)
@@ -244,7 +269,7 @@ impl<'t, P: Deref<Target = Prepared<'t>>, V: Lanes> Near<P, V> {
         let wi = self.frame.direction(sin_i, cos_i, (sin_phi, cos_phi));
         let (sin, cos) = self.prepared.medulla.refraction.inside(sin_i, cos_i * cos_i);
         let [theta_i, _] = V::atan2_pair([sin, V::splat(0.0)], [cos, V::splat(1.0)]);
-        let d = self.densities(&Outgoing { sin_i, cos_i, theta_i, phi });
+        let d = self.densities(&(Outgoing { sin_i, cos_i, theta_i, phi }, [cos_phi, sin_phi]));
         let pdf = self.density(&d);
         // 0/0 if the density underflows: the weight is then 0.
         let inverse = V::splat(1.0) / pdf.max(V::splat(f32::MIN_POSITIVE));
@@ -293,6 +318,7 @@ impl<'t, P: Deref<Target = Prepared<'t>>> Near<P, f32> {
             attenuation: self.attenuation.map(|a| Quad::new(a.to_array().map(splat))),
             probability: self.probability.map(splat),
             scattered: [scattered; 8],
+            turns: self.turns.as_ref().map(Turns::repeated),
         }
     }
 
@@ -305,13 +331,27 @@ impl<'t, P: Deref<Target = Prepared<'t>>> Near<P, f32> {
     pub fn azimuthal_lobes(&self, phi: f32) -> Lobes {
         let [r, tt, trt, rest] = self.prepared.azimuthal.eval(self.exit, phi).to_array();
         let [s] = &self.scattered;
-        let [tts, trts] = self.scattered_exit.map(|exit| {
-            let phi = wrap(phi - exit);
+        let [tts, trts] = [0, 1].map(|q| {
+            let (phi, slope) = self.inside(q, phi);
             let [backward, forward] = s.inclination.leaving;
             let leaving = backward + (forward - backward) * (phi.abs() * (1.0 / PI));
-            if s.exists { leaving * self.prepared.medulla.azimuthal(&s.azimuth, phi) } else { 0.0 }
+            if s.exists { slope * leaving * self.prepared.medulla.azimuthal(&s.azimuth, phi) } else { 0.0 }
         });
-        self.lobes(&[r, tt, trt, tts, trts, rest, 1.0 / TAU])
+        let later = self.turns.as_ref().map_or(1.0, |turns| turns.later.of_uniform([phi.cos(), phi.sin()]));
+        self.lobes(&[r, tt, trt, tts, trts, rest, later / TAU])
+    }
+
+    /// The azimuth from straight back of light of TTˢ (`q` = 0) or TRTˢ (`q` = 1) that leaves at φ, in [−π, π], and how
+    /// much it changes with φ.
+    fn inside(&self, q: usize, phi: f32) -> (f32, f32) {
+        let relative = phi - self.scattered_exit[q];
+        match &self.turns {
+            Some(turns) => {
+                let inverse = turns.first[q].inverse([phi.cos(), phi.sin()]);
+                (wrap(relative + 2.0 * inverse[1].atan2(inverse[0])), turns.first[q].slope(inverse))
+            }
+            None => (wrap(relative), 1.0),
+        }
     }
 
     /// The mean of cos φ over each lobe.
@@ -320,7 +360,7 @@ impl<'t, P: Deref<Target = Prepared<'t>>> Near<P, f32> {
         let exit = self.exit.to_array();
         let specular = |p: usize| exit[p].cos() * (-0.5 * sigma[p] * sigma[p]).exp();
         let [s] = &self.scattered;
-        let scattered = |exit: f32| {
+        let scattered = |q: usize| {
             if !s.exists {
                 return 0.0;
             }
@@ -329,13 +369,16 @@ impl<'t, P: Deref<Target = Prepared<'t>>> Near<P, f32> {
             let mut sums = [0.0; 2];
             for i in 0..POINTS {
                 let phi = TAU * (f32::from(i) + 0.5) / f32::from(POINTS) - PI;
-                let density = self.prepared.medulla.azimuthal(&s.azimuth, phi);
-                sums = [sums[0] + density, sums[1] + density * (phi + exit).cos()];
+                let (inside, slope) = self.inside(q, phi);
+                let density = slope * self.prepared.medulla.azimuthal(&s.azimuth, inside);
+                sums = [sums[0] + density, sums[1] + density * phi.cos()];
             }
             sums[1] / sums[0].max(f32::MIN_POSITIVE)
         };
-        let [tts, trts] = self.scattered_exit.map(scattered);
-        [specular(0), specular(1), specular(2), tts, trts, 0.0]
+        let [later, even] = [DIFFUSE, Lobe::Residual as usize].map(|p| self.probability[p]);
+        let stays = self.turns.as_ref().map_or(0.0, |turns| -turns.later.a[0]);
+        let residual = stays * later / (later + even).max(f32::MIN_POSITIVE);
+        [specular(0), specular(1), specular(2), scattered(0), scattered(1), residual]
     }
 
     #[inline]

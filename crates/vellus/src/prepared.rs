@@ -4,9 +4,9 @@ use crate::cylinder::azimuthal::Azimuthal;
 use crate::cylinder::longitudinal::Longitudinal;
 use crate::exit::Reflection;
 use crate::exit::table::ExitTable;
+use crate::exit::turn::Turning;
 use crate::far::segments;
 use crate::fiber::Fiber;
-use crate::fiber::exit::Exit;
 use crate::medulla::Medulla;
 use crate::medulla::tables::Tables;
 use std::ops::Deref;
@@ -20,6 +20,8 @@ pub(crate) struct Prepared<'t> {
     pub medulla: Medulla<'t>,
     /// The exit of scattered light, if the cuticle reflects it.
     pub reflection: Option<Reflection>,
+    /// How the cuticle turns it in azimuth.
+    pub turning: Option<Turning>,
     /// True if a window takes more segments than usual.
     pub fine: bool,
 }
@@ -44,13 +46,17 @@ impl<'t> Prepared<'t> {
     /// The fibre must be valid.
     pub fn new(fiber: &Fiber, tables: &'t Tables) -> Self {
         let medulla = Medulla::new(fiber, tables);
-        let reflects = fiber.exit == Exit::Reflecting && medulla.exists();
+        let table = ExitTable::shipped;
+        let cone = medulla.cone.as_ref().map(|(cone, _)| cone);
+        let reflection = cone.map(|_| Reflection::new(fiber, table()));
+        let turning = cone.zip(reflection.as_ref()).map(|(cone, r)| Turning::new(fiber, cone, r.stays, table()));
         Prepared {
             fiber: *fiber,
             longitudinal: Longitudinal::new(fiber),
             azimuthal: Azimuthal::new(fiber),
             medulla,
-            reflection: reflects.then(|| Reflection::new(fiber, ExitTable::shipped())),
+            reflection,
+            turning,
             fine: segments::needs_more(fiber),
         }
     }

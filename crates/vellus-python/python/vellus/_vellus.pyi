@@ -603,7 +603,9 @@ def tables() -> dict[str, dict[str, Any]]:
       `h_nodes`.
     - `exit`, first exits: `state` (tau, g, 24, 8), probability of each state; `path` (tau, g, 6, 8), effective path in
       radii of the medulla; `entry_nodes` (8, 2), c = √(1 − h²) and sin²θ_t / 0.9; `absorption_nodes` (6,);
-      `state_cells` (24, 2, 2), ends of |θ′| and of |h| of each state.
+      `state_cells` (24, 2, 2), ends of |θ′| and of |h| of each state; `turn` (tau, g, 4, 3), coefficients of h, h cos ψ
+      and (1 − h²) sin ψ in the fit to the offset at which light leaves the medulla, up to each of `reach_nodes` (4,). ψ
+      is the azimuth from straight on.
 
     Axes: `tau` is the optical radius, spaced evenly in ln(1 + kτ); `g` the anisotropy, evenly in ln(1 − g); `h` the
     offset in radii of the medulla, evenly in asin h; all angles in radians, evenly.

@@ -6,26 +6,92 @@
 //! quadrature, and solves the 24 equations by Gaussian elimination.
 
 use super::formulas::fresnel;
-use std::f64::consts::{PI, TAU};
-use vellus::parts::{ABSORPTIONS, ENTRIES, ExitData, MAX_SIN2, NODES, ROWS, STATES, absorption_at, cell, monomials};
+use std::f64::consts::PI;
+use vellus::parts::{
+    ABSORPTIONS, ENTRIES, ExitData, MAX_SIN2, NODES, REACHES, ROWS, STATES, TAU_STEP, absorption_at, cell, monomials,
+};
 use vellus::{Error, Fiber, grid};
 
 /// Midpoints over each side of a cell.
 const POINTS: usize = 64;
 
-/// The share of first exits depends little on the entry. The model takes its mean with these weights of the nodes.
-const TYPICAL: [f64; ENTRIES] = [0.05, 0.2, 0.4, 0.03, 0.3, 0.0, 0.01, 0.01];
-
 /// The exit of scattered light.
 #[derive(Clone, Debug)]
 pub struct ExactExit {
     /// Coefficients of [`monomials`], RGB: the share that leaves, and the logarithm of what absorption on the first
-    /// path leaves.
-    polynomials: [[[f64; ENTRIES]; 2]; 3],
-    /// The share of escaping light that leaves when it first meets the cuticle, RGB.
-    first: [f64; 3],
-    /// The mean of that share over the channels, weighted by the squares of their light.
-    common: f64,
+    /// path leaves, and the share of escaping light that leaves when it first meets the cuticle.
+    polynomials: [[[f64; ENTRIES]; 3]; 3],
+    turning: Turning,
+}
+
+/// D19, D20: how the cuticle turns scattered light in azimuth.
+#[derive(Clone, Debug)]
+pub(super) struct Turning {
+    /// The angles of the constant, of cos ψ and of sin ψ, radians: per h″, per h″, and per 1 − h″².
+    pub parts: [f64; 3],
+    /// The slope of the angle by which the cuticle turns light, over the offset at which it leaves the medulla.
+    pub slope: f64,
+    /// The share of light that is turned as TT is.
+    pub straight: f64,
+    /// The mean of e^(i(φ − φ_c)) over light that leaves later, where φ_c is the azimuth where it enters the medulla.
+    pub stays: f64,
+}
+
+impl Turning {
+    fn new(fiber: &Fiber, data: &ExitData, states: &[State]) -> Self {
+        let [eta, kappa, layers, g] = [fiber.eta, fiber.kappa, fiber.layers, fiber.g].map(f64::from);
+        let tau = f64::from(fiber.sigma_ms) * kappa;
+        let (four, two) = gauss();
+        let [slope, reach] = outward(eta, kappa, layers, [&four, &two]);
+        let at = ((reach - REACHES[0]) / 0.2).clamp(0.0, 3.0);
+        let low = (at as usize).min(REACHES.len() - 2);
+        let mut parts = [0.0; 3];
+        for (node, weight) in around(data, tau, g) {
+            for (k, part) in parts.iter_mut().enumerate() {
+                let value = |reach: usize| f64::from(data.turns[(node * REACHES.len() + reach) * 3 + k]);
+                *part += weight * slope * (value(low) + (at - low as f64) * (value(low + 1) - value(low)));
+            }
+        }
+        let mean = |value: fn(&State) -> f64| states.iter().map(|s| s.weight * value(s)).sum::<f64>();
+        let reflected = 1.0 - mean(|s| s.through);
+        let isotropic = tau * (1.0 - g);
+        let pass = (isotropic - 1.15).max(0.0) / (isotropic + 0.79);
+        let again = pass * mean(|s| s.keeps);
+        let stays = 0.68 * pass * again * (1.0 - reflected) / (1.0 - again * reflected);
+        Turning { parts, slope, straight: g.powi(4) * (-isotropic).exp(), stays }
+    }
+}
+
+/// The least-squares slope of the angle by which the cuticle turns light that leaves, over its offset in the medulla,
+/// and the mean of the largest offset at which light leaves. Light is diffuse inside the fibre. `points` are midpoints
+/// of [0, 1] and their weights, for the sine of the inclination, and for the offset, dense near its limit.
+fn outward(eta: f64, kappa: f64, layers: f64, points: [&[[f64; 2]]; 2]) -> [f64; 2] {
+    let (mut line, mut square, mut limits, mut limits_squared) = (0.0, 0.0, 0.0, 0.0);
+    for [s, weight] in points[0] {
+        let inside = weight * (1.0 - (s / eta).powi(2)).sqrt();
+        let eta_prime = ((eta * eta - s * s) / (1.0 - s * s)).sqrt();
+        let limit = (1.0 / (eta_prime * kappa)).min(1.0);
+        limits += inside * limit;
+        limits_squared += inside * limit * limit;
+        for [t, weight] in points[1] {
+            let h = limit * t * (2.0 - t);
+            let [angle, turned] = [kappa * h, eta_prime * kappa * h].map(|x| x.min(1.0).asin());
+            let passed = 1.0 - fresnel(eta, layers, (1.0 - s * s).sqrt() * turned.cos());
+            let weight = inside * weight * (1.0 - t) * limit * passed * h;
+            line += weight * (turned - angle);
+            square += weight * h;
+        }
+    }
+    [line / square, limits_squared / limits]
+}
+
+/// Gauss–Legendre points on [0, 1], and their weights.
+fn gauss() -> ([[f64; 2]; 4], [[f64; 2]; 2]) {
+    let (near, far) = ((3.0 / 7.0 - 2.0 / 7.0 * 1.2f64.sqrt()).sqrt(), (3.0 / 7.0 + 2.0 / 7.0 * 1.2f64.sqrt()).sqrt());
+    let (heavy, light) = ((18.0 + 30f64.sqrt()) / 72.0, (18.0 - 30f64.sqrt()) / 72.0);
+    let four = [[-far, light], [-near, heavy], [near, heavy], [far, light]];
+    let two = [-1.0, 1.0].map(|sign| [sign / 3f64.sqrt(), 0.5]);
+    (four.map(|[x, w]| [0.5 + 0.5 * x, w]), two.map(|[x, w]| [0.5 + 0.5 * x, w]))
 }
 
 /// Means over one state, weighted by cos²θ′.
@@ -38,6 +104,8 @@ struct State {
     cortex: f64,
     /// The transmittance of the cuticle.
     through: f64,
+    /// The cosine of the angle around the fibre of a reflection at the cuticle.
+    keeps: f64,
     /// [`monomials`] of the entry.
     entry: [f64; ENTRIES],
 }
@@ -87,12 +155,14 @@ impl State {
         // The cortex is measured at the middle of the offsets.
         let middle = 0.5 * (offsets[0] + offsets[1]);
         let cos_gamma = (1.0 - (kappa * middle).powi(2)).sqrt();
+        let cos = half_chord * cos_gamma + kappa * middle * middle;
         let share: f64 = midpoints(inclinations, 1000).map(squared_cosine).sum::<f64>() / 1000.0;
         State {
             weight: share * (inclinations[1] - inclinations[0]) / (0.25 * PI) * (offsets[1] - offsets[0]),
             chord: 2.0 * half_chord * elongation,
             cortex: (cos_gamma - kappa * half_chord).max(0.0) * elongation,
             through: transmittance(eta, kappa, layers, state),
+            keeps: 2.0 * cos * cos - 1.0,
             entry: mean_entry([inclinations, offsets]),
         }
     }
@@ -112,22 +182,28 @@ fn mean_entry([inclinations, offsets]: [[f64; 2]; 2]) -> [f64; ENTRIES] {
     sums.map(|sum| sum / weights)
 }
 
-/// The rows of the table at τ and g, by bilinear interpolation. The probabilities of the states sum to 1 at each node.
-fn rows(data: &ExitData, tau: f64, g: f64) -> [[f64; ENTRIES]; ROWS] {
-    let on = |position: f64, nodes: usize| {
-        let x = position.clamp(0.0, 1.0) * (nodes - 1) as f64;
+/// The nodes of the table around τ and g, and their weights.
+fn around(data: &ExitData, tau: f64, g: f64) -> [(usize, f64); 4] {
+    let on = |x: f64, nodes: usize| {
+        let x = x.clamp(0.0, (nodes - 1) as f64);
         let i = (x as usize).min(nodes - 2);
         (i, x - i as f64)
     };
     let [taus, gs] = data.nodes;
-    let ((i, s), (j, t)) = (on(grid::tau_position(tau), taus), on(grid::g_position(g), gs));
-    let mut sum = [[0.0; ENTRIES]; ROWS];
-    for (node, weight) in [
+    let ((i, s), (j, t)) =
+        (on(grid::tau_position(tau) / TAU_STEP, taus), on(grid::g_position(g) * (gs - 1) as f64, gs));
+    [
         (i * gs + j, (1.0 - s) * (1.0 - t)),
         (i * gs + j + 1, (1.0 - s) * t),
         ((i + 1) * gs + j, s * (1.0 - t)),
         ((i + 1) * gs + j + 1, s * t),
-    ] {
+    ]
+}
+
+/// The rows of the table at τ and g, by bilinear interpolation. The probabilities of the states sum to 1 at each node.
+fn rows(data: &ExitData, tau: f64, g: f64) -> [[f64; ENTRIES]; ROWS] {
+    let mut sum = [[0.0; ENTRIES]; ROWS];
+    for (node, weight) in around(data, tau, g) {
         let value = |row: usize, entry: usize| f64::from(data.values[(node * ROWS + row) * ENTRIES + entry]);
         for entry in 0..ENTRIES {
             let all: f64 = (0..STATES).map(|row| value(row, entry)).sum();
@@ -145,7 +221,11 @@ fn ln_kept(rows: &[[f64; ENTRIES]; ROWS], a: f64) -> [f64; ENTRIES] {
     let node = (0..ABSORPTIONS - 2).rev().find(|&k| absorption_at(k) <= a).unwrap_or(0);
     let [low, high] = [node, node + 1].map(|k| position(absorption_at(k)));
     let t = ((position(a) - low) / (high - low)).min(1.0);
-    std::array::from_fn(|entry| -a * ((1.0 - t) * rows[STATES + node][entry] + t * rows[STATES + node + 1][entry]))
+    std::array::from_fn(|entry| {
+        let [low, high] = [0, 1].map(|k| rows[STATES + node + k][entry]);
+        // The product does not exceed that of the next node.
+        -(a * ((1.0 - t) * low + t * high)).min(absorption_at(node + 1) * high)
+    })
 }
 
 /// Solves a linear system by Gaussian elimination with pivots.
@@ -192,8 +272,8 @@ impl ExactExit {
         let tau = f64::from(fiber.sigma_ms) * kappa;
         let states: Vec<State> = (0..STATES).map(|state| State::new(eta, kappa, layers, state)).collect();
         let rows = rows(&data, tau, g);
-        let mut exit = ExactExit { polynomials: [[[0.0; ENTRIES]; 2]; 3], first: [0.0; 3], common: 0.0 };
-        let mut totals = [0.0; 3];
+        let turning = Turning::new(fiber, &data, &states);
+        let mut exit = ExactExit { polynomials: [[[0.0; ENTRIES]; 3]; 3], turning };
         for channel in 0..3 {
             let medulla = f64::from(fiber.sigma_ma[channel]) * kappa;
             let kept = ln_kept(&rows, medulla);
@@ -209,43 +289,33 @@ impl ExactExit {
                 })
             };
             let [all, first] = [value, at_once].map(|value| mean(&value));
-            let typical = |x: &[f64; ENTRIES]| (0..ENTRIES).map(|k| x[k] * kept[k].exp() * TYPICAL[k]).sum::<f64>();
-            // The probabilities of rare states are polynomials, which may be below 0.
-            let total = typical(&all);
-            exit.first[channel] = (typical(&first) / total.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-            totals[channel] = total;
-            exit.polynomials[channel] = [polynomial(all), polynomial(kept)];
+            let share = std::array::from_fn(|k| (first[k] / all[k].max(f64::MIN_POSITIVE)).min(1.0));
+            exit.polynomials[channel] = [polynomial(all), polynomial(kept), polynomial(share)];
         }
-        let squares = totals.map(|x| x * x);
-        let light: f64 = squares.iter().sum();
-        exit.common = squares.iter().zip(exit.first).map(|(x, first)| x * first).sum::<f64>() / light.max(1e-300);
         Ok(Some(exit))
     }
 
-    /// The share of scattered light that leaves, RGB, for the offset in the medulla h″ and the inclination θ_t of the
-    /// light that enters.
-    pub fn escape(&self, h: f64, theta_t: f64) -> [f64; 3] {
+    /// The share of scattered light that leaves, and the share of that light that leaves when it first meets the
+    /// cuticle, RGB, for the offset in the medulla h″ and the inclination θ_t of the light that enters.
+    pub fn escape(&self, h: f64, theta_t: f64) -> [[f64; 3]; 2] {
         let (c, y) = ((1.0 - h * h).max(0.0).sqrt(), theta_t.sin().powi(2) / MAX_SIN2);
-        [0, 1, 2].map(|channel| {
-            let [all, kept] = &self.polynomials[channel];
-            at(all, c, y).clamp(0.0, 1.0) * at(kept, c, y).min(0.0).exp()
-        })
+        let [mut escape, mut first] = [[0.0; 3]; 2];
+        for (channel, [all, kept, share]) in self.polynomials.iter().enumerate() {
+            escape[channel] = at(all, c, y).clamp(0.0, 1.0) * at(kept, c, y).min(0.0).exp();
+            first[channel] = at(share, c, y).clamp(0.0, 1.0);
+        }
+        [escape, first]
     }
 
-    /// The share of escaping light that leaves when it first meets the cuticle, RGB.
-    pub fn first(&self) -> [f64; 3] {
-        self.first
-    }
-
-    /// The mean of [`ExactExit::first`] over the channels, weighted by the squares of their light.
-    pub fn common(&self) -> f64 {
-        self.common
+    /// How the cuticle turns scattered light.
+    pub(super) fn turning(&self) -> &Turning {
+        &self.turning
     }
 }
 
-/// The density over solid angle of light that leaves later: ∝ cos²θᵢ over θᵢ, and even in azimuth.
+/// The density over sin θᵢ of light that leaves later: ∝ cos²θᵢ over θᵢ.
 pub(super) fn diffuse(theta_i: f64) -> f64 {
-    2.0 * theta_i.cos() / PI / TAU
+    2.0 * theta_i.cos() / PI
 }
 
 /// The effect of absorption in the medulla on light in each state.
@@ -298,4 +368,24 @@ fn leaving(states: &[State], tau: f64, cortex: f64, absorption: &Absorption) -> 
         matrix[i][i] += 1.0 - reflected * (-tau * state.chord).exp() * absorption.chord[i];
     }
     [solve(matrix, once), once]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Four and two points are enough for the slope and the limit, which the azimuths of scattered light need.
+    #[test]
+    fn few_points_follow_many() {
+        let many: Vec<[f64; 2]> = midpoints([0.0, 1.0], 400).map(|x| [x, 1.0 / 400.0]).collect();
+        let (four, two) = gauss();
+        for (eta, kappa, layers) in
+            [(1.05, 0.9, 1.0), (1.3, 0.5, 2.0), (1.55, 0.95, 0.5), (1.9, 0.98, 1.0), (2.5, 0.8, 1.0)]
+        {
+            let exact = outward(eta, kappa, layers, [&many, &many]);
+            let few = outward(eta, kappa, layers, [&four, &two]);
+            println!("{eta} {kappa}: {exact:.4?} {few:.4?}");
+            (0..2).for_each(|k| assert!((few[k] / exact[k] - 1.0).abs() < 0.05, "{eta} {kappa}: {exact:?} {few:?}"));
+        }
+    }
 }

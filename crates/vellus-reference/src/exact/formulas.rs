@@ -100,3 +100,9 @@ mod tests {
         }
     }
 }
+
+/// The density per radian of the wrapped Cauchy distribution with this mean of cos φ and sin φ.
+pub(super) fn wrapped_cauchy([cos, sin]: [f64; 2], phi: f64) -> f64 {
+    let square = cos * cos + sin * sin;
+    (1.0 - square) / (1.0 + square - 2.0 * (cos * phi.cos() + sin * phi.sin())) / TAU
+}

@@ -1,6 +1,7 @@
 //! One hit of the fibre at one offset (Yan17 Eq. 12).
 
 use super::exit::diffuse;
+use super::formulas::wrapped_cauchy;
 use super::inclination::Inclination;
 use super::{ExactPath, Profile};
 use std::f64::consts::{PI, TAU};
@@ -14,10 +15,11 @@ pub struct ExactHit<'e, 't> {
     pub(super) longitudinal: Inclination,
 }
 
-/// C^N at the azimuth `relative` from straight back, times C^M interpolated between its two halves there.
-pub(crate) fn scattered(azimuthal: &Profile, relative: f64, [back, front]: [f64; 2]) -> f64 {
+/// C^N at the azimuth `relative` from straight back, times C^M interpolated between its two halves there, and times the
+/// derivative of that azimuth.
+pub(crate) fn scattered(azimuthal: &Profile, (relative, slope): (f64, f64), [back, front]: [f64; 2]) -> f64 {
     let weight = relative.abs() / PI;
-    azimuthal.eval(relative.rem_euclid(TAU)) * ((1.0 - weight) * back + weight * front)
+    slope * azimuthal.eval(relative.rem_euclid(TAU)) * ((1.0 - weight) * back + weight * front)
 }
 
 impl ExactHit<'_, '_> {
@@ -43,11 +45,12 @@ impl ExactHit<'_, '_> {
         let n = path.unscattered(phi);
         let s = |p| scattered(&self.azimuthal, path.relative(p, phi), self.longitudinal.leaving());
         let d = [n[0], n[1], n[2], s(1), s(2), 1.0 / TAU];
-        path.lobes(d, 1.0 / TAU)
+        path.lobes(d, wrapped_cauchy(path.later(), phi))
     }
 
     /// f·cos θᵢ of the six lobes at inclination θᵢ and azimuth φ = φ_i − φ_o (radians), RGB.
     pub fn eval(&self, theta_i: f64, phi: f64) -> [[f64; 3]; 6] {
-        self.path.lobes(self.densities(theta_i, phi), diffuse(theta_i))
+        let diffuse = diffuse(theta_i) * wrapped_cauchy(self.path.later(), phi);
+        self.path.lobes(self.densities(theta_i, phi), diffuse)
     }
 }

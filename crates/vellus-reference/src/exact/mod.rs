@@ -122,13 +122,15 @@ impl<'t> Exact<'t> {
     pub(crate) fn escape(&self, theta_o: f64, h: f64, entry: [f64; 3]) -> Option<[[f64; 3]; 2]> {
         let exit = self.exit.as_ref()?;
         let theta_t = (theta_o.sin() / self.eta).asin();
-        let escape = exit.escape(self.medulla_offset(theta_o, h), theta_t);
+        let [escape, first] = exit.escape(self.medulla_offset(theta_o, h), theta_t);
         // In each part, no channel has more light than the same share of the channel with the most light in all.
         let light = [0, 1, 2].map(|c| escape[c] * entry[c]);
         let most = light.into_iter().fold(0.0, f64::max);
-        let share = exit.common();
+        // A mean, weighted by the squares of the light.
+        let sum = |weights: [f64; 3]| (0..3).map(|c| weights[c] * light[c] * light[c]).sum::<f64>();
+        let share = sum(first) / sum([1.0; 3]).max(1e-300);
         let first = [0, 1, 2].map(|c| {
-            let first = (light[c] * exit.first()[c]).max(light[c] - (1.0 - share) * most).min(share * most);
+            let first = (light[c] * first[c]).max(light[c] - (1.0 - share) * most).min(share * most);
             if light[c] > 0.0 { first / light[c] } else { 1.0 }
         });
         Some([escape, first])

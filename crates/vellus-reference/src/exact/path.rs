@@ -1,8 +1,9 @@
 //! One path through the fibre: its angles, lengths and attenuations (Yan17 Table 3).
 
 use super::formulas::{fresnel, wrap, wrapped_gaussian};
-use super::{Exact, mean_path};
+use super::{Exact, ExactExit, mean_path};
 use std::f64::consts::PI;
+use vellus::parts::MOST_TURN;
 
 /// The path of a ray with inclination θ_o and offset h: everything about its hit except the profiles of the medulla.
 #[derive(Clone, Debug)]
@@ -98,9 +99,34 @@ impl ExactPath<'_, '_> {
         std::array::from_fn(|p| wrapped_gaussian(phi - self.exit(p), self.exact.sigma(p)))
     }
 
-    /// The azimuth from straight back in the frame of the tables, in [−π, π], mirrored where h″ < 0; p = 1, 2.
-    pub(crate) fn relative(&self, p: usize, phi: f64) -> f64 {
+    /// The azimuth from straight back in the frame of the tables, in [−π, π], mirrored where h″ < 0, and its derivative
+    /// over φ; p = 1, 2.
+    pub(crate) fn relative(&self, p: usize, phi: f64) -> (f64, f64) {
         let mirror = if self.gamma_t < 0.0 { -1.0 } else { 1.0 };
-        mirror * wrap(phi - self.scattered_exit(p))
+        let outside = mirror * (phi - self.scattered_exit(p));
+        let Some(turning) = self.exact.exit.as_ref().map(ExactExit::turning) else { return (wrap(outside), 1.0) };
+        // D19: e^(iψ) = (w + a)/(1 + ā w) with w = e^(i(φ − α)).
+        let h = self.medulla_offset().abs();
+        let straight =
+            turning.straight * self.theta_o.cos() * ((self.gamma_o - self.gamma_t).abs() - h * turning.slope);
+        let [constant, cosine, sine] = turning.parts;
+        let limit = |x: f64| x.clamp(-f64::from(MOST_TURN), f64::from(MOST_TURN));
+        let [re, im] = [limit(0.5 * (1.0 - h * h) * sine), limit(-0.5 * (h * cosine + straight))];
+        let angle = outside + h * constant;
+        let (sin, cos) = angle.sin_cos();
+        let [x, y] = [1.0 + re * cos + im * sin, im * cos - re * sin];
+        (wrap(angle + 2.0 * y.atan2(x)), (1.0 - re * re - im * im) / (x * x + y * y))
+    }
+
+    /// h″ with its sign.
+    fn medulla_offset(&self) -> f64 {
+        (self.gamma_t.sin() / self.exact.kappa).clamp(-1.0, 1.0)
+    }
+
+    /// D20: the mean of cos φ and sin φ over light that leaves later.
+    pub(crate) fn later(&self) -> [f64; 2] {
+        let Some(turning) = self.exact.exit.as_ref().map(ExactExit::turning) else { return [0.0; 2] };
+        let (sin, cos) = (self.scattered_exit(1) - self.medulla_offset().asin()).sin_cos();
+        [turning.stays * cos, turning.stays * sin]
     }
 }

@@ -1,6 +1,7 @@
 //! The average over a window of offsets by the midpoint rule (Yan17 Eq. 11, 22, 26).
 
 use super::exit::diffuse;
+use super::formulas::wrapped_cauchy;
 use super::hit::scattered;
 use super::inclination::Inclination;
 use super::{Exact, ExactPath, Profile};
@@ -65,7 +66,7 @@ impl ExactWindow<'_, '_> {
     /// N(φ) of the six lobes, RGB, per radian: the light that leaves at the azimuth φ = φ_i − φ_o at any inclination.
     #[doc(alias = "Eq. 11")]
     pub fn azimuthal(&self, phi: f64) -> [[f64; 3]; 6] {
-        self.sum(phi, [1.0; 4], self.longitudinal.leaving(), 1.0 / TAU)
+        self.sum(phi, [1.0; 4], self.longitudinal.leaving(), 1.0)
     }
 
     /// f·cos θᵢ of the six lobes at inclination θᵢ and azimuth φ = φ_i − φ_o (radians), RGB. All 0 without `paths`.
@@ -75,7 +76,20 @@ impl ExactWindow<'_, '_> {
         self.sum(phi, m, self.longitudinal.eval(theta_i), diffuse(theta_i))
     }
 
+    /// The mean of cos φ and sin φ over light that leaves later, in the brightest channel of each path.
+    fn later(&self) -> [f64; 2] {
+        let (mut sum, mut light) = ([0.0; 2], 0.0);
+        for (path, w) in &self.paths {
+            let most = w * path.diffuse.iter().copied().fold(0.0, f64::max);
+            light += most;
+            sum.iter_mut().zip(path.later()).for_each(|(sum, x)| *sum += most * x);
+        }
+        sum.map(|x| x / f64::max(light, 1e-300))
+    }
+
+    /// `diffuse`: the density over sin θᵢ of light that leaves later.
     fn sum(&self, phi: f64, m: [f64; 4], halves: [f64; 2], diffuse: f64) -> [[f64; 3]; 6] {
+        let diffuse = diffuse * wrapped_cauchy(self.later(), phi);
         let mut sum = [[0.0; 3]; 6];
         let mut add = |p: usize, a: &[f64; 3], density: f64| (0..3).for_each(|c| sum[p][c] += a[c] * density);
         for (path, w) in &self.paths {

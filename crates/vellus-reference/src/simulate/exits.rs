@@ -8,13 +8,15 @@
 use crate::simulate::medulla::{SimRng, stream, trace, uniform2};
 use rayon::prelude::*;
 use vellus::grid;
-use vellus::parts::{ABSORPTIONS, ENTRIES, ExitData, MAX_SIN2, NODES, ROWS, STATES, absorption_at, monomials, state};
+use vellus::parts::{
+    ABSORPTIONS, ENTRIES, ExitData, MAX_SIN2, NODES, REACHES, ROWS, STATES, TAU_STEP, absorption_at, monomials, state,
+};
 use vellus_io::{Progress, Steps};
 
 /// Resolution and effort of the table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExitQuality {
-    /// Nodes of τ and of g, equidistant in [`grid::tau_position`] and [`grid::g_position`].
+    /// Nodes of τ, [`TAU_STEP`] apart in [`grid::tau_position`], and of g, equidistant in [`grid::g_position`].
     pub nodes: [usize; 2],
     /// Photons for each τ and g.
     pub photons: u64,
@@ -23,7 +25,7 @@ pub struct ExitQuality {
 impl ExitQuality {
     /// The quality of the table that `vellus` contains.
     pub fn shipping() -> Self {
-        ExitQuality { nodes: [13, 8], photons: 1_000_000 }
+        ExitQuality { nodes: [17, 8], photons: 1_000_000 }
     }
 
     /// A coarse quality, fast enough for tests.
@@ -37,14 +39,18 @@ impl ExitQuality {
         let [taus, gs] = self.nodes;
         let steps = Steps::new(progress, (taus * gs) as u64, "simulating first exits");
         let position = |i: usize, n: usize| i as f64 / (n - 1) as f64;
-        let values = (0..taus * gs).into_par_iter().flat_map_iter(|i| {
-            let tau = grid::tau_at(position(i / gs, taus));
+        let nodes = (0..taus * gs).into_par_iter().map(|i| {
+            let tau = grid::tau_at((i / gs) as f64 * TAU_STEP);
             let g = grid::g_at(position(i % gs, gs));
             let rows = first_exits(tau, g, self.photons, &mut stream(seed, (7 << 32) + i as u64));
+            let turns = turns(tau, g, self.photons, &mut stream(seed, (8 << 32) + i as u64));
             steps.advance(1);
-            rows.into_iter().flatten().map(|x| x as f32)
+            (rows, turns)
         });
-        ExitData { nodes: self.nodes, values: values.collect() }
+        let (rows, turns): (Vec<_>, Vec<_>) = nodes.unzip();
+        let values = rows.into_iter().flatten().flatten().map(|x| x as f32).collect();
+        let turns = turns.into_iter().flatten().flatten().map(|x| x as f32).collect();
+        ExitData { nodes: self.nodes, values, turns }
     }
 }
 
@@ -96,19 +102,44 @@ pub fn first_exits(tau: f64, g: f64, photons: u64, rng: &mut SimRng) -> [[f64; E
     rows
 }
 
+/// The least-squares fit to the offset at which light leaves, for each of [`REACHES`]: see [`ExitData::turns`]. Light
+/// enters in the normal plane at random offsets.
+///
+/// `tau` is the optical radius of the medulla, at least 0, and `g` the anisotropy in (−1, 1).
+pub fn turns(tau: f64, g: f64, photons: u64, rng: &mut SimRng) -> [[f64; 3]; REACHES.len()] {
+    let mut systems = [([[0.0; 3]; 3], [0.0; 3]); REACHES.len()];
+    for k in 0..photons {
+        let h = (k as f64 + f64::from(uniform2(rng).0)) / photons as f64;
+        let (exit, _) = trace(tau as f32, g as f32, h as f32, (0.0, 1.0), rng);
+        // Straight on is azimuth π, and light that goes straight on has h‴ = h″.
+        let ([_, y, z], offset) = (exit.direction.map(f64::from), exit.signed_offset());
+        let length = y.hypot(z).max(1e-20);
+        let basis = [h, -h * y / length, -(1.0 - h * h) * z / length];
+        for ((matrix, side), reach) in systems.iter_mut().zip(REACHES) {
+            if offset.abs() <= reach {
+                for i in 0..3 {
+                    (0..3).for_each(|j| matrix[i][j] += basis[i] * basis[j]);
+                    side[i] += basis[i] * offset;
+                }
+            }
+        }
+    }
+    systems.map(|(matrix, side)| solve(matrix, side))
+}
+
 /// Solves a symmetric, positive definite system by Gaussian elimination.
-fn solve(mut a: [[f64; ENTRIES]; ENTRIES], mut b: [f64; ENTRIES]) -> [f64; ENTRIES] {
-    for i in 0..ENTRIES {
-        for k in i + 1..ENTRIES {
+fn solve<const N: usize>(mut a: [[f64; N]; N], mut b: [f64; N]) -> [f64; N] {
+    for i in 0..N {
+        for k in i + 1..N {
             let factor = a[k][i] / a[i][i];
-            for j in i..ENTRIES {
+            for j in i..N {
                 a[k][j] -= factor * a[i][j];
             }
             b[k] -= factor * b[i];
         }
     }
-    for i in (0..ENTRIES).rev() {
-        let known: f64 = (i + 1..ENTRIES).map(|j| a[i][j] * b[j]).sum();
+    for i in (0..N).rev() {
+        let known: f64 = (i + 1..N).map(|j| a[i][j] * b[j]).sum();
         b[i] = (b[i] - known) / a[i][i];
     }
     b

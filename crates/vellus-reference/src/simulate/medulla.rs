@@ -78,8 +78,13 @@ pub(crate) struct Exit {
 impl Exit {
     /// h″, the distance of the ray from the axis in the normal plane, in [0, 1].
     pub fn offset(&self) -> f32 {
+        self.signed_offset().abs() as f32
+    }
+
+    /// The offset with its sign, in [−1, 1]: that of the ray that enters, if the light goes straight on.
+    pub fn signed_offset(&self) -> f64 {
         let ([_, py, pz], [_, dy, dz]) = (self.from, self.direction);
-        ((py * dz - pz * dy).abs() / dy.hypot(dz).max(1e-20)).min(1.0)
+        f64::from((pz * dy - py * dz) / dy.hypot(dz).max(1e-20)).clamp(-1.0, 1.0)
     }
 }
 

@@ -105,17 +105,20 @@ impl<V: Lanes> Frame<V> {
     #[cfg(feature = "unstable")]
     #[inline(always)]
     pub fn outgoing(&self, wi: [V; 3]) -> Outgoing<V> {
-        self.refracted(wi, &Refraction::NONE)
+        self.refracted(wi, &Refraction::NONE).0
     }
 
-    /// A direction relative to ω_o, with its inclination inside the fibre.
+    /// A direction relative to ω_o, with its inclination inside the fibre, then the cosine and the sine of its azimuth.
     #[inline(always)]
-    pub(crate) fn refracted(&self, [x, y, z]: [V; 3], refraction: &Refraction) -> Outgoing<V> {
+    pub(crate) fn refracted(&self, [x, y, z]: [V; 3], refraction: &Refraction) -> (Outgoing<V>, [V; 2]) {
         let (c, s) = (self.cos, self.sin);
         let cos2 = y * y + z * z;
         let (sin, cos) = refraction.inside(x, cos2);
-        let [phi, theta_i] = V::atan2_pair([z * c - y * s, sin], [y * c + z * s, cos]);
-        Outgoing { sin_i: x, cos_i: cos2.sqrt(), theta_i, phi }
+        let (along, across) = (y * c + z * s, z * c - y * s);
+        let [phi, theta_i] = V::atan2_pair([across, sin], [along, cos]);
+        let cos_i = cos2.sqrt();
+        let inverse = V::splat(1.0) / cos_i.max(V::splat(1e-12));
+        (Outgoing { sin_i: x, cos_i, theta_i, phi }, [along * inverse, across * inverse])
     }
 
     /// The direction at an inclination and an azimuth relative to ω_o.

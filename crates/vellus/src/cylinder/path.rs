@@ -32,6 +32,8 @@ pub(crate) struct Path<V> {
     pub fresnel: Fresnel<V>,
     /// sin²θ_t.
     pub sin2_t: V,
+    /// cos γ_o and cos γ_t.
+    pub cosines: [V; 2],
 }
 
 /// The components of light that leaves the fibre: the six lobes, and [`DIFFUSE`].
@@ -96,6 +98,7 @@ impl<V: Lanes> Path<V> {
             inverse_cos_o,
             fresnel: Fresnel { reflected: back * fresnel, transmitted: through * fresnel },
             sin2_t: sin_t * sin_t,
+            cosines: [cos_gamma_o, cos_gamma_t],
         }
     }
 
@@ -112,6 +115,18 @@ impl<V: Lanes> Path<V> {
     pub fn scattered_azimuth(&self, p: u8) -> V {
         let q = f32::from(p - 1);
         self.gamma_t - self.gamma_o + V::splat(q) * (V::splat(std::f32::consts::PI) + V::splat(2.0) * self.gamma_t)
+    }
+
+    /// The cosine and the sine of Φˢₚ, p = 1, 2, then those of the azimuth at which the path meets the medulla, for a
+    /// path of offset `h` whose offset in the medulla is `h_medulla`.
+    #[inline(always)]
+    pub fn rotations(&self, h: V, h_medulla: V) -> [[V; 2]; 3] {
+        let ([cos_o, cos_t], one) = (self.cosines, V::splat(1.0));
+        let times = |[a, b]: [V; 2], [c, d]: [V; 2]| [a * c - b * d, a * d + b * c];
+        let first = times([cos_t, self.h_inside], [cos_o, -h]);
+        let [cos, sin] = times(first, times([cos_t, self.h_inside], [cos_t, self.h_inside]));
+        let cos_medulla = ((one - h_medulla) * (one + h_medulla)).max(V::splat(0.0)).sqrt();
+        [first, [-cos, -sin], times(first, [cos_medulla, -h_medulla])]
     }
 
     /// A(h) of the components in RGB and a spare channel: the lobes in the order of [`crate::Lobe`], then [`DIFFUSE`].
@@ -133,6 +148,7 @@ impl<V: Lanes> Path<V> {
         let pass = quad(two * self.s_c) * sigma_ca + quad(two * self.s_m) * sigma_ma + quad(unscattered);
         // Entry through the cortex. D7: absorption after scattering over the mean scattered path ⟨L⟩, not the paper's
         // fixed κ. D17: or the share of scattered light that leaves.
+        let chord = self.s_m * V::splat(1.0 / fiber.kappa.max(f32::MIN_POSITIVE));
         let (pass, escape) = match entry {
             None => {
                 let escape =
@@ -140,7 +156,6 @@ impl<V: Lanes> Path<V> {
                 (pass.exp(), escape.exp())
             }
             Some(entry) => {
-                let chord = self.s_m * V::splat(1.0 / fiber.kappa.max(f32::MIN_POSITIVE));
                 let [escape, ln_kept] = entry.escape(chord);
                 (pass.exp(), escape * (quad(self.s_c * minus) * sigma_ca + ln_kept).exp())
             }
@@ -164,7 +179,7 @@ impl<V: Lanes> Path<V> {
             }
             // Light that the cuticle reflected after it was scattered, and light scattered in later passes, is diffuse.
             Some(entry) => {
-                let [first, late] = entry.divide(escape);
+                let [first, late] = entry.divide(chord, escape);
                 let entered = t * quad(q);
                 let (a_tts, a_late) = (entered * first, entered * late);
                 let diffuse = a_late + a_late * again + escape * quad(q) * series;

@@ -24,6 +24,7 @@ pub(crate) mod cone;
 pub(crate) mod diffuse;
 pub mod states;
 pub mod table;
+pub(crate) mod turn;
 
 use crate::exit::states::{REGISTERS, STATES, Vector};
 use crate::exit::table::{ENTRIES, ExitTable, MAX_SIN2, ROWS};
@@ -44,9 +45,9 @@ pub(crate) struct Reflection {
     /// The logarithm of what that absorption leaves. It falls too fast for a polynomial.
     pub ln_kept: Polynomial,
     /// The share of it that leaves when it first meets the cuticle.
-    pub first: [f32; 4],
-    /// The mean of that share over the channels, weighted by the squares of their light.
-    pub common: f32,
+    pub first: Polynomial,
+    /// What is left of the direction of light that leaves later, see [`turn::stays`].
+    pub stays: f32,
 }
 
 /// Coefficients of [`table::monomials`] for a value of 1 at each of [`table::NODES`] and 0 at the others.
@@ -61,10 +62,6 @@ const COEFFICIENTS: [f32x8; ENTRIES] = [
     f32x8::new([ 0.0,  0.0,  0.0,  0.0,  4.0,  0.0, -4.0,  0.0]),
     f32x8::new([ 0.0,  0.0,  0.0,  0.0, -3.0,  0.0,  2.0,  2.0]),
 ];
-
-/// How typical the nodes of the entry are, for the mean share of first exits: chords are long for most offsets, and
-/// θ_t is small for most fibres.
-const TYPICAL: f32x8 = f32x8::new([0.05, 0.2, 0.4, 0.03, 0.3, 0.0, 0.01, 0.01]);
 
 /// 1 − e⁻ˣ. It loses its digits below 0.01, where its series is exact to 4e-8.
 #[inline(always)]
@@ -93,6 +90,8 @@ struct Chain<'a> {
     scattered: Vector,
     /// The share of light that the medulla scatters, over the share that it scatters isotropically.
     excess: Vector,
+    /// See [`turn::stays`].
+    stays: f32,
 }
 
 impl<'a> Chain<'a> {
@@ -104,14 +103,20 @@ impl<'a> Chain<'a> {
         let through = table.cone.transmittance(fiber.kappa, fiber.eta, fiber.layers);
         let zero = [f32x8::ZERO; REGISTERS];
         let (mut cortex, mut scattered, mut excess) = (zero, zero, zero);
+        let (mut passed, mut keeps) = (f32x8::ZERO, f32x8::ZERO);
         for r in 0..REGISTERS {
             let cos_gamma = (one - splat(fiber.kappa * fiber.kappa) * geometry.square[r]).sqrt();
             let length = cos_gamma - splat(fiber.kappa) * geometry.half_chord[r];
             cortex[r] = length.fast_max(f32x8::ZERO) * geometry.elongation[r];
             scattered[r] = complement(splat(tau * (1.0 - fiber.g)) * geometry.chord[r]);
             excess[r] = complement(splat(tau) * geometry.chord[r]) / scattered[r];
+            passed += geometry.weight[r] * through[r];
+            // A reflection takes light around the fibre by 2 (asin h″ − asin κh″), where cos asin h″ is half a chord.
+            let cos = geometry.half_chord[r] * cos_gamma + splat(fiber.kappa) * geometry.square[r];
+            keeps += geometry.weight[r] * (splat(2.0) * cos * cos - one);
         }
-        Chain { table, rows: table.rows(tau, fiber.g), through, cortex, scattered, excess }
+        let stays = turn::stays(tau * (1.0 - fiber.g), keeps.reduce_add(), 1.0 - passed.reduce_add());
+        Chain { table, rows: table.rows(tau, fiber.g), through, cortex, scattered, excess, stays }
     }
 
     /// The effect of absorption in the medulla. `medulla` is σ_ma κ.
@@ -120,8 +125,7 @@ impl<'a> Chain<'a> {
         let (splat, one) = (f32x8::splat, f32x8::ONE);
         let ones = [one; REGISTERS];
         if medulla == 0.0 {
-            let kept_first = Kept { ln: [0.0; ENTRIES], at_nodes: one };
-            return Absorption { chord_keeps: ones, kept_first, leaving: ones, inverse: one, kept: ones };
+            return Absorption { chord_keeps: ones, ln: [0.0; ENTRIES], leaving: ones, inverse: one, kept: ones };
         }
         let geometry = &self.table.geometry;
         let ln_kept = table::ln_kept(&self.rows, medulla);
@@ -139,13 +143,12 @@ impl<'a> Chain<'a> {
             let rest = self.excess[r].mul_add(leaving[r] * leaving[r] - chord_keeps[r], chord_keeps[r]);
             kept[r] = rest.fast_max(f32x8::ZERO).fast_min(one);
         }
-        let kept_first = Kept { ln, at_nodes: exp(ln_kept) };
         let inverse = one / self.first_exits(&leaving).fast_max(splat(f32::MIN_POSITIVE));
-        Absorption { chord_keeps, kept_first, leaving, inverse, kept }
+        Absorption { chord_keeps, ln, leaving, inverse, kept }
     }
 
-    /// At the nodes of the entry: the share of scattered light that leaves, and the share that leaves at the first
-    /// encounter, both without absorption on the first path. `cortex` is σ_ca.
+    /// At the nodes of the entry: the share of scattered light that leaves, without absorption on the first path, and
+    /// the part of it that leaves at the first encounter. `cortex` is σ_ca.
     #[inline(always)]
     fn escape(&self, cortex: f32, medulla: &Absorption) -> [f32x8; 2] {
         let (splat, one) = (f32x8::splat, f32x8::ONE);
@@ -176,7 +179,8 @@ impl<'a> Chain<'a> {
         }
         // The probabilities of rare states may be below 0, and the sum of all too.
         let mean = |values: &Vector| (self.first_exits(values) * medulla.inverse).fast_max(f32x8::ZERO).fast_min(one);
-        [mean(&value), mean(&at_once)]
+        let (all, first) = (mean(&value), mean(&at_once));
+        [all, (first / all.fast_max(splat(f32::MIN_POSITIVE))).fast_min(one)]
     }
 
     /// The mean of a number for each state over first exits, at the nodes of the entry.
@@ -192,21 +196,13 @@ impl<'a> Chain<'a> {
     }
 }
 
-/// What absorption in the medulla leaves on the first path.
-#[derive(Clone, Copy)]
-struct Kept {
-    /// Its logarithm: a polynomial in the entry.
-    ln: [f32; ENTRIES],
-    /// Its value at the nodes of the entry.
-    at_nodes: f32x8,
-}
-
 /// Absorption in the medulla, in one channel.
 #[derive(Clone, Copy)]
 struct Absorption {
     /// What it leaves of light that crosses the medulla unscattered, for each state.
     chord_keeps: Vector,
-    kept_first: Kept,
+    /// The logarithm of what it leaves on the first path: a polynomial in the entry.
+    ln: [f32; ENTRIES],
     /// √k, where k is what it leaves of scattered light that entered in each state. By reciprocity, this is also what
     /// it leaves of diffuse light that leaves in this state.
     leaving: Vector,
@@ -232,8 +228,7 @@ impl Reflection {
     pub fn new(fiber: &Fiber, table: &ExitTable) -> Self {
         let chain = Chain::new(fiber, table);
         let none = [[0.0; 4]; ENTRIES];
-        let mut reflection = Reflection { escape: none, ln_kept: none, first: [0.0; 4], common: 0.0 };
-        let mut totals = [0.0f32; 3];
+        let mut reflection = Reflection { escape: none, ln_kept: none, first: none, stays: chain.stays };
         let mut absorption = chain.absorption(fiber.sigma_ma[0] * fiber.kappa);
         for channel in 0..3 {
             // Often channels are alike, and this is the slow part.
@@ -244,25 +239,17 @@ impl Reflection {
                 if channel > 0 {
                     absorption = chain.absorption(fiber.sigma_ma[channel] * fiber.kappa);
                 }
-                reflection.ln_kept.iter_mut().zip(absorption.kept_first.ln).for_each(|(e, x)| e[channel] = x);
+                reflection.ln_kept.iter_mut().zip(absorption.ln).for_each(|(e, x)| e[channel] = x);
             }
             if same(&fiber.sigma_ca) && same(&fiber.sigma_ma) {
                 reflection.escape.iter_mut().for_each(|e| e[channel] = e[channel - 1]);
-                reflection.first[channel] = reflection.first[channel - 1];
-                totals[channel] = totals[channel - 1];
+                reflection.first.iter_mut().for_each(|e| e[channel] = e[channel - 1]);
                 continue;
             }
             let [all, first] = chain.escape(fiber.sigma_ca[channel], &absorption);
-            let weight = absorption.kept_first.at_nodes * TYPICAL;
-            let [total, at_first] = [all, first].map(|x| (x * weight).reduce_add());
-            // The probabilities of rare states are polynomials, which may be below 0.
-            reflection.first[channel] = (at_first / total.max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
-            totals[channel] = total;
+            reflection.first.iter_mut().zip(coefficients(first)).for_each(|(e, x)| e[channel] = x);
             reflection.escape.iter_mut().zip(coefficients(all)).for_each(|(e, x)| e[channel] = x);
         }
-        // Squares favour the channel with the most light, and two channels of equal light cause no jump.
-        let sum = |weight: &dyn Fn(usize) -> f32| (0..3).map(|c| weight(c) * totals[c] * totals[c]).sum::<f32>();
-        reflection.common = sum(&|c| reflection.first[c]) / sum(&|_| 1.0).max(f32::MIN_POSITIVE);
         reflection
     }
 
@@ -274,7 +261,7 @@ impl Reflection {
             let e = polynomial.map(V::Quad::constant);
             [e[5].mul_add(y, e[2]).mul_add(y, e[0]), e[7].mul_add(y, e[4]).mul_add(y, e[1]), e[6].mul_add(y, e[3])]
         };
-        Entry { escape: at(&self.escape), ln_kept: at(&self.ln_kept), first: self.first, common: self.common }
+        Entry { escape: at(&self.escape), ln_kept: at(&self.ln_kept), first: at(&self.first) }
     }
 }
 
@@ -283,8 +270,7 @@ impl Reflection {
 pub(crate) struct Entry<V: Lanes> {
     escape: [V::Quad; 3],
     ln_kept: [V::Quad; 3],
-    first: [f32; 4],
-    common: f32,
+    first: [V::Quad; 3],
 }
 
 impl Entry<f32> {
@@ -292,7 +278,7 @@ impl Entry<f32> {
     #[inline(always)]
     pub fn repeated(&self) -> Entry<f32x8> {
         let all = |quads: [f32x4; 3]| quads.map(|quad| Quad::constant(quad.to_array()));
-        Entry { escape: all(self.escape), ln_kept: all(self.ln_kept), first: self.first, common: self.common }
+        Entry { escape: all(self.escape), ln_kept: all(self.ln_kept), first: all(self.first) }
     }
 }
 
@@ -311,14 +297,24 @@ impl<V: Lanes> Entry<V> {
     /// Divides escaping light into the part that leaves when it first meets the cuticle, and the rest.
     ///
     /// In each part, no channel has more light than the same share of the channel with the most light in all. Without
-    /// this the largest channels of the components could sum to 1.08, and a sample's weight could exceed 1.
+    /// this the largest channels of the components could sum to 1.08, and a sample's weight could exceed 1. This share
+    /// is a mean over the channels, weighted by the squares of their light: squares favour the channel with the most
+    /// light, and two channels of equal light cause no jump.
     #[inline(always)]
-    pub fn divide(&self, escape: V::Quad) -> [V::Quad; 2] {
+    pub fn divide(&self, chord: V, escape: V::Quad) -> [V::Quad; 2] {
+        let c = V::Quad::splat(chord);
+        let [zero, one] = [0.0, 1.0].map(|x| V::Quad::constant([x; 4]));
+        let share = self.first[2].mul_add(c, self.first[1]).mul_add(c, self.first[0]).max(zero);
+        let share = one - (one - share).max(zero);
         let [r, g, b, _] = escape.array();
+        let squares = escape * escape;
+        let [sum, all] = [share * squares, squares].map(|x| {
+            let [r, g, b, _] = x.array();
+            r + g + b
+        });
         let most = V::Quad::splat(r.max(g).max(b));
-        let [share, zero] = [[self.common; 4], [0.0; 4]].map(V::Quad::constant);
-        let limit = most * share;
-        let first = (escape * V::Quad::constant(self.first)).max(escape - (most - limit));
+        let limit = most * V::Quad::splat(sum / all.max(V::splat(f32::MIN_POSITIVE)));
+        let first = (escape * share).max(escape - (most - limit));
         let first = limit - (limit - first).max(zero);
         [first, (escape - first).max(zero)]
     }

@@ -1,8 +1,9 @@
 //! The table of first exits: where light that the medulla scattered leaves it, and the length of its path.
 //!
-//! Layout, little endian: `VELLUSX1`; two u32 (nodes of τ and of g); the CRC-32 of the rest; then half floats. For each
+//! Layout, little endian: `VELLUSX2`; two u32 (nodes of τ and of g); the CRC-32 of the rest; then half floats. For each
 //! τ and g, g fastest, there are [`ROWS`] rows of [`ENTRIES`] values: the probability of each state, then the effective
-//! paths ([`absorption_at`]) in radii of the medulla.
+//! paths ([`absorption_at`]) in radii of the medulla. Three numbers for each of [`REACHES`] follow: the offset at which
+//! light leaves, see [`ExitData::turns`].
 
 use crate::crc32;
 use crate::error::Error;
@@ -14,7 +15,7 @@ use crate::medulla::mixture::Between;
 use std::sync::OnceLock;
 use wide::f32x8;
 
-const MAGIC: &[u8; 8] = b"VELLUSX1";
+const MAGIC: &[u8; 8] = b"VELLUSX2";
 
 /// Nodes of the entry: (c, y) with c = √(1 − h″²) and y = sin²θ_t / [`MAX_SIN2`], on the corners and in the middle of
 /// the sides of the unit square.
@@ -40,12 +41,21 @@ pub fn absorption_at(node: usize) -> f64 {
     (3f64.powi(node as i32) - 1.0) / 4.0
 }
 
+/// [`absorption_at`] in single precision.
+const NODE_ABSORPTIONS: [f32; ABSORPTIONS] = [0.0, 0.5, 2.0, 6.5, 20.0, 60.5];
+
 /// The position of an absorption among the nodes. For an exponential distribution of paths, linear interpolation of
 /// L(a) at this position is exact to 1 %.
 #[inline(always)]
 fn absorption_position(a: f32) -> f32 {
     (1.0 + 4.0 * a).ln() * (1.0 / 1.098_612_3)
 }
+
+/// The distance between nodes of τ in [`grid::tau_position`]. The nodes continue beyond [`grid::TAU_MAX`].
+pub const TAU_STEP: f64 = 1.0 / 12.0;
+
+/// Limits of the offset at which light leaves.
+pub const REACHES: [f64; 4] = [0.4, 0.6, 0.8, 1.0];
 
 /// 1, c, y, c², cy, y², c²y, cy²: the polynomials that the nodes determine.
 pub fn monomials(c: f64, y: f64) -> [f64; ENTRIES] {
@@ -59,13 +69,20 @@ pub struct ExitData {
     pub nodes: [usize; 2],
     /// [`ROWS`] × [`ENTRIES`] values for each τ and g, g fastest.
     pub values: Vec<f32>,
+    /// Coefficients of h″, h″ cos ψ and (1 − h″²) sin ψ in the least-squares fit to h‴, for each τ and g, and for light
+    /// with |h‴| up to each of [`REACHES`]. Light enters at h″, and leaves the medulla at h‴ and at the azimuth ψ from
+    /// straight on.
+    pub turns: Vec<f32>,
 }
+
+/// Numbers for the offset at which light leaves, for each τ and g.
+const TURNS: usize = 3 * REACHES.len();
 
 impl ExitData {
     /// The bytes of the file.
     #[cfg(any(test, feature = "unstable"))]
     pub fn to_bytes(&self) -> Vec<u8> {
-        let rest: Vec<u8> = self.values.iter().flat_map(|x| half_float::from_f32(*x)).collect();
+        let rest: Vec<u8> = self.values.iter().chain(&self.turns).flat_map(|x| half_float::from_f32(*x)).collect();
         let numbers = [self.nodes[0] as u32, self.nodes[1] as u32, crc32::hash(&rest)];
         MAGIC.iter().copied().chain(numbers.into_iter().flat_map(u32::to_le_bytes)).chain(rest).collect()
     }
@@ -78,21 +95,24 @@ impl ExitData {
         let fail = |what: &str| Err(Error::Table(format!("first exits: {what}")));
         let Some((head, rest)) = bytes.split_first_chunk::<20>() else { return fail("the file is too short") };
         if head[..8] != *MAGIC {
-            return fail("it does not begin with VELLUSX1");
+            return fail("it does not begin with VELLUSX2");
         }
         let number = |i: usize| u32::from_le_bytes([head[i], head[i + 1], head[i + 2], head[i + 3]]);
         let nodes = [number(8) as usize, number(12) as usize];
-        if nodes.iter().any(|n| !(2..=1024).contains(n)) || rest.len() != nodes[0] * nodes[1] * ROWS * ENTRIES * 2 {
+        if nodes.iter().any(|n| !(2..=1024).contains(n))
+            || rest.len() != nodes[0] * nodes[1] * (ROWS * ENTRIES + TURNS) * 2
+        {
             return fail("its size does not match its nodes");
         }
         if crc32::hash(rest) != number(16) {
             return fail("its checksum does not match");
         }
-        let values: Vec<f32> = rest.chunks_exact(2).map(|x| half_float::to_f32([x[0], x[1]])).collect();
+        let mut values: Vec<f32> = rest.chunks_exact(2).map(|x| half_float::to_f32([x[0], x[1]])).collect();
         if values.iter().any(|x| !x.is_finite()) {
             return fail("a value is not finite");
         }
-        Ok(ExitData { nodes, values })
+        let turns = values.split_off(nodes[0] * nodes[1] * ROWS * ENTRIES);
+        Ok(ExitData { nodes, values, turns })
     }
 }
 
@@ -107,6 +127,7 @@ const LN_G_INVERSE: f32 = -0.333_808_2;
 pub(crate) struct ExitTable {
     nodes: [usize; 2],
     rows: Vec<[f32x8; ROWS]>,
+    turns: Vec<[[f32; 3]; REACHES.len()]>,
     pub cone: Cone,
     pub geometry: Geometry,
 }
@@ -133,26 +154,57 @@ impl ExitTable {
             rows[..STATES].iter_mut().for_each(|row| *row /= sum);
             rows
         });
-        ExitTable { nodes: data.nodes, rows: rows.collect(), cone: Cone::new(), geometry: Geometry::new() }
+        let turns =
+            data.turns.chunks_exact(TURNS).map(|x| std::array::from_fn(|k| [x[3 * k], x[3 * k + 1], x[3 * k + 2]]));
+        ExitTable {
+            nodes: data.nodes,
+            rows: rows.collect(),
+            turns: turns.collect(),
+            cone: Cone::new(),
+            geometry: Geometry::new(),
+        }
+    }
+
+    /// The four nodes around an optical radius τ and an anisotropy g, and their weights.
+    #[inline(always)]
+    fn around(&self, tau: f32, g: f32) -> [(usize, f32); 4] {
+        let [taus, gs] = self.nodes;
+        // The positions of `grid` in single precision.
+        let position = (1.0 + grid::TAU_SCALE as f32 * tau).ln() * (1.0 / (grid::TAU_GROWTH * TAU_STEP) as f32);
+        let tau = Between::new(position, taus);
+        let g = Between::new((1.0 - g).ln() * LN_G_INVERSE * (gs - 1) as f32, gs);
+        let node = tau.index * gs + g.index;
+        [
+            (node, (1.0 - tau.t) * (1.0 - g.t)),
+            (node + 1, (1.0 - tau.t) * g.t),
+            (node + gs, tau.t * (1.0 - g.t)),
+            (node + gs + 1, tau.t * g.t),
+        ]
     }
 
     /// The rows at an optical radius τ and an anisotropy g.
     #[inline(always)]
     pub fn rows(&self, tau: f32, g: f32) -> [f32x8; ROWS] {
-        let on = |position: f32, nodes: usize| Between::new(position * (nodes - 1) as f32, nodes);
-        let [taus, gs] = self.nodes;
-        // The positions of `grid` in single precision.
-        let tau = on((1.0 + grid::TAU_SCALE as f32 * tau).ln() * (1.0 / grid::TAU_GROWTH as f32), taus);
-        let g = on((1.0 - g).ln() * LN_G_INVERSE, gs);
-        let at = |i: usize, j: usize| &self.rows[(tau.index + i) * gs + g.index + j];
-        let [a, b, c, d] = [at(0, 0), at(0, 1), at(1, 0), at(1, 1)];
-        let weights = [(1.0 - tau.t) * (1.0 - g.t), (1.0 - tau.t) * g.t, tau.t * (1.0 - g.t), tau.t * g.t];
-        let [wa, wb, wc, wd] = weights.map(f32x8::splat);
+        let around = self.around(tau, g);
+        let [a, b, c, d] = around.map(|(node, _)| &self.rows[node]);
+        let [wa, wb, wc, wd] = around.map(|(_, weight)| f32x8::splat(weight));
         let mut rows = [f32x8::ZERO; ROWS];
         for r in 0..ROWS {
             rows[r] = a[r].mul_add(wa, b[r].mul_add(wb, c[r].mul_add(wc, d[r] * wd)));
         }
         rows
+    }
+
+    /// The coefficients of [`ExitData::turns`] for light that leaves up to the offset `reach`.
+    #[inline(always)]
+    pub fn turns(&self, tau: f32, g: f32, reach: f32) -> [f32; 3] {
+        let at = Between::new((reach - REACHES[0] as f32) * 5.0, REACHES.len());
+        let mut sum = [0.0; 3];
+        for (node, weight) in self.around(tau, g) {
+            let [low, high] = [&self.turns[node][at.index], &self.turns[node][at.index + 1]];
+            (0..3).for_each(|k| sum[k] += weight * (low[k] + at.t * (high[k] - low[k])));
+        }
+        sum
     }
 }
 
@@ -161,7 +213,9 @@ impl ExitTable {
 pub(crate) fn ln_kept(rows: &[f32x8; ROWS], a: f32) -> f32x8 {
     let at = Between::new(absorption_position(a), ABSORPTIONS);
     let [low, high] = [rows[STATES + at.index], rows[STATES + at.index + 1]];
-    (high - low).mul_add(f32x8::splat(at.t), low) * f32x8::splat(-a)
+    let lost = (high - low).mul_add(f32x8::splat(at.t), low) * f32x8::splat(a);
+    // In a dense medulla the effective path falls fast, and the product could be larger than at the next node.
+    -lost.fast_min(high * f32x8::splat(NODE_ABSORPTIONS[at.index + 1]))
 }
 
 #[cfg(test)]
@@ -173,7 +227,7 @@ mod tests {
         let bytes = SHIPPED;
         let data = ExitData::from_bytes(bytes).unwrap();
         assert_eq!(data.to_bytes(), bytes);
-        assert!(bytes.len() <= 60_000);
+        assert!(bytes.len() <= 70_000);
         for at in [0, 9, 13, 17, 20, bytes.len() - 1] {
             let mut damaged = bytes.to_vec();
             damaged[at] ^= 1;

@@ -14,6 +14,7 @@ use crate::choose::choose;
 use crate::cylinder::azimuthal::wrap;
 use crate::cylinder::frame::Polar;
 use crate::cylinder::path::Path;
+use crate::exit::turn::Turn;
 use crate::far::nodes::Side;
 use crate::far::segments::{Channels, Through, attenuation, sum};
 use crate::medulla::mixture::Weights;
@@ -58,15 +59,18 @@ const FEW_SECOND: f32 = 0.1;
 const FIRST_OF_FEW: f32x8 = f32x8::new([1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0]);
 const FIRST: f32x8 = f32x8::new([1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
 
-/// Φˢ of one azimuth over which the light of a path is spread, and its share of the light.
+/// Φˢ of one azimuth over which the light of a path is spread, how the cuticle turns it, and its share of the light.
 #[derive(Clone, Copy, Debug)]
 struct Exit {
     azimuth: f32x8,
+    turn: Turn<f32x8>,
     share: f32x8,
 }
 
 impl Exit {
-    const NONE: Exit = Exit { azimuth: f32x8::ZERO, share: f32x8::ZERO };
+    fn none() -> Exit {
+        Exit { azimuth: f32x8::ZERO, turn: Turn::none(), share: f32x8::ZERO }
+    }
 }
 
 /// Eight paths.
@@ -76,8 +80,8 @@ struct Group {
     weights: [Weights<AZIMUTHAL>; 8],
     /// The share of C^N that is mirrored, see [`crate::medulla::Azimuth`].
     turned: f32x8,
-    /// Φˢ, if the light is not spread.
-    exit: f32x8,
+    /// Φˢ and a share of 1, if the light is not spread.
+    exit: Exit,
     /// The number of azimuths in [`Points::exits`] over which it is spread. 0 if it is not spread.
     count: usize,
     /// 1, or −1 if φ is mirrored.
@@ -98,6 +102,8 @@ pub(crate) struct Points {
     exits: [Option<[Exit; MOST]>; GROUPS],
     /// Whether no group has spread light or a partly mirrored C^N.
     plain: bool,
+    /// Whether the cuticle turns the light.
+    turning: bool,
 }
 
 /// Data that all groups of a hit share.
@@ -128,28 +134,41 @@ impl Query<'_, '_> {
     }
 }
 
-/// Φˢ of TTˢ in its lanes, and of TRTˢ in the others.
-#[inline(always)]
-fn exits(path: &Path<f32x8>, first: f32x8) -> f32x8 {
-    first.simd_gt(f32x8::ZERO).select(path.scattered_azimuth(1), path.scattered_azimuth(2))
+impl Query<'_, '_> {
+    /// The exit of TTˢ in its lanes, and of TRTˢ in the others, and the azimuth of light that goes straight on, up to
+    /// half a turn.
+    #[inline(always)]
+    fn exits(&self, path: &Path<f32x8>, h: f32x8, first: f32x8) -> (Exit, f32x8) {
+        let first = first.simd_gt(f32x8::ZERO);
+        let azimuth = first.select(path.scattered_azimuth(1), path.scattered_azimuth(2));
+        let Some(turning) = &self.prepared.turning else {
+            return (Exit { azimuth, turn: Turn::none(), share: f32x8::ONE }, azimuth);
+        };
+        let turns = turning.all(f32x8::splat(self.polar.cos), h, path);
+        let [one, two] = turns.first.map(|turn| turn.a);
+        let turn = Turn::new([first.select(one[0], two[0]), first.select(one[1], two[1])]);
+        (Exit { azimuth: azimuth + turns.shift, turn, share: f32x8::ONE }, azimuth + turns.ahead)
+    }
 }
 
 impl Group {
-    const NONE: Group = Group {
-        weights: [[f32x8::ZERO; AZIMUTHAL]; 8],
-        turned: f32x8::ZERO,
-        exit: f32x8::ZERO,
-        count: 0,
-        mirror: f32x8::ZERO,
-        twice: false,
-        turns: false,
-        energy: [[f32x8::ZERO; 4]; 2],
-    };
+    fn none() -> Group {
+        Group {
+            weights: [[f32x8::ZERO; AZIMUTHAL]; 8],
+            turned: f32x8::ZERO,
+            exit: Exit::none(),
+            count: 0,
+            mirror: f32x8::ZERO,
+            twice: false,
+            turns: false,
+            energy: [[f32x8::ZERO; 4]; 2],
+        }
+    }
 
     /// Prepares [`FEW`] points in place, because a group is large. `sides` states which half the lower and the upper
-    /// four lanes belong to.
+    /// four lanes belong to. Returns the azimuth of light that goes straight on.
     #[inline(always)]
-    fn prepare_few(&mut self, query: &Query, sides: [Option<Side>; 2]) {
+    fn prepare_few(&mut self, query: &Query, sides: [Option<Side>; 2]) -> [f32; 8] {
         let lower = f32x8::new([1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0]).simd_gt(f32x8::ZERO);
         let none = (f32x8::ZERO, f32x8::ZERO);
         let [a, b] = sides.map(|side| side.map_or(none, |side| side.points(FEW.position, FEW.share)));
@@ -158,8 +177,10 @@ impl Group {
         let narrow = sides.iter().flatten().all(Side::is_narrow);
         self.look_up(query, &path, narrow);
         self.energy = query.energy(&path, dh, FIRST_OF_FEW);
-        self.exit = exits(&path, FIRST_OF_FEW);
+        let (exit, ahead) = query.exits(&path, h, FIRST_OF_FEW);
+        self.exit = exit;
         self.mirror = lower.select(f32x8::ONE, -f32x8::ONE);
+        ahead.to_array()
     }
 
     /// Prepares [`SOME`] points of one side in place. `width` is that of the peak of C^N. `spread` gets the azimuths
@@ -169,10 +190,11 @@ impl Group {
         let path = query.paths(h);
         self.look_up(query, &path, side.is_narrow());
         self.mirror = f32x8::splat(mirror);
-        self.exit = exits(&path, FIRST);
+        let (exit, ahead) = query.exits(&path, h, FIRST);
+        self.exit = exit;
         // The widest gap between neighbouring points estimates the azimuths that a cell spans. A cell covers at most
         // 0.28 of the side, or 0.44 for TRTˢ. The widest gaps cover at least 0.24 and 0.39.
-        let e = self.exit.to_array();
+        let e = ahead.to_array();
         let gaps = [e[1] - e[0], e[2] - e[1], e[3] - e[2], e[4] - e[3], e[6] - e[5], e[7] - e[6]];
         let widest = gaps.into_iter().fold(0.0, |most: f32, gap| most.max(gap.abs()));
         let count = ((widest / width).ceil() as usize).clamp(1, MOST);
@@ -180,7 +202,7 @@ impl Group {
             self.energy = query.energy(&path, dh, FIRST);
             return;
         }
-        let spread = &mut spread.insert([Exit::NONE; MOST])[..count];
+        let spread = &mut spread.insert([Exit::none(); MOST])[..count];
         let within = SOME.share * f32x8::splat(1.0 / count as f32);
         for (k, exit) in spread.iter_mut().enumerate() {
             let (h, dh) = side.points(within.mul_add(f32x8::splat(k as f32 + 0.5), CELLS), within);
@@ -189,7 +211,7 @@ impl Group {
             for q in 0..2 {
                 (0..4).for_each(|c| self.energy[q][c] += energy[q][c]);
             }
-            *exit = Exit { azimuth: exits(&path, FIRST), share: energy[0][3] + energy[1][3] };
+            *exit = Exit { share: energy[0][3] + energy[1][3], ..query.exits(&path, h, FIRST).0 };
         }
         let inverse = f32x8::ONE / (self.energy[0][3] + self.energy[1][3]).fast_max(f32x8::splat(f32::MIN_POSITIVE));
         spread.iter_mut().for_each(|exit| exit.share *= inverse);
@@ -223,28 +245,45 @@ impl Group {
     }
 }
 
+/// The azimuth, its cosine and its sine.
+#[derive(Clone, Copy)]
+struct Around([f32x8; 3]);
+
+impl Around {
+    /// The azimuth from straight back inside the fibre of light with this exit, and how much it changes with φ.
+    #[inline(always)]
+    fn inside(&self, exit: &Exit, turning: bool) -> [f32x8; 2] {
+        let Around([phi, cos, sin]) = *self;
+        let relative = phi - exit.azimuth;
+        if !turning {
+            return [wrap(relative), f32x8::ONE];
+        }
+        let inverse = exit.turn.inverse([cos, sin]);
+        let half = inverse[1].atan2(inverse[0]);
+        [wrap(relative + half + half), exit.turn.slope(inverse)]
+    }
+}
+
 impl Group {
-    /// C^M times C^N without the mirrored share. `relative` is the azimuth from straight back.
+    /// C^M times C^N without the mirrored share. `relative` is the azimuth from straight back, in [−π, π].
     #[inline(always)]
     fn density(&self, medulla: &Medulla, relative: f32x8, m: [f32; 2]) -> f32x8 {
-        let relative = wrap(relative);
         let m = (relative.abs() * f32x8::splat(1.0 / PI)).mul_add(f32x8::splat(m[1] - m[0]), f32x8::splat(m[0]));
         m * medulla.azimuthal8([0, 1, 2, 3, 4, 5, 6, 7].map(|i| &self.weights[i]), relative)
     }
 
     /// The same at the azimuth φ. This includes the mirrored share, and light that is spread over azimuths.
     #[inline(always)]
-    fn spread_density(&self, medulla: &Medulla, exits: &[Exit], phi: f32x8, m: [f32; 2]) -> f32x8 {
-        let one = [Exit { azimuth: self.exit, share: f32x8::ONE }];
-        let exits = if exits.is_empty() { one.as_slice() } else { exits };
+    fn spread_density(&self, medulla: &Medulla, exits: &[Exit], turning: bool, around: &Around, m: [f32; 2]) -> f32x8 {
+        let exits = if exits.is_empty() { std::slice::from_ref(&self.exit) } else { exits };
         let mut sum = f32x8::ZERO;
-        for Exit { azimuth, share } in exits {
-            let relative = phi - *azimuth;
+        for exit in exits {
+            let [relative, slope] = around.inside(exit, turning);
             let mut density = self.density(medulla, relative, m);
             if self.turns {
                 density += self.turned * (self.density(medulla, -relative, m) - density);
             }
-            sum = share.mul_add(density, sum);
+            sum = (exit.share * slope).mul_add(density, sum);
         }
         sum
     }
@@ -258,7 +297,7 @@ impl Group {
 impl Points {
     /// No points.
     pub fn none() -> Self {
-        Points { groups: [None; GROUPS], exits: [None; GROUPS], plain: true }
+        Points { groups: [None; GROUPS], exits: [None; GROUPS], plain: true, turning: false }
     }
 
     /// The groups, with the azimuths over which the light of each is spread, if it is spread.
@@ -283,6 +322,7 @@ impl Points {
         mut energy: [f32x4; 2],
     ) -> [f32x4; 2] {
         let query = Query { prepared, polar, through };
+        self.turning = prepared.turning.is_some();
         if sides.iter().all(Option::is_none) {
             return energy;
         }
@@ -290,10 +330,9 @@ impl Points {
         let [first, second] = energy.map(|e| e.to_array()[3]);
         let mut enough = prepared.medulla.is_smooth() && second < FEW_SECOND * first;
         if enough {
-            let group = self.groups[0].insert(Group::NONE);
-            group.prepare_few(&query, sides);
+            let group = self.groups[0].insert(Group::none());
             // The first and the last point are at 0.11 and 0.89 of a side.
-            let e = group.exit.to_array();
+            let e = group.prepare_few(&query, sides);
             let span = (e[2] - e[0]).abs().max((e[6] - e[4]).abs());
             enough = span < FEW_SPAN * width;
         }
@@ -341,7 +380,7 @@ impl Points {
         let pieces = pieces.into_iter().filter_map(|(side, mirror, twice)| Some((side?, mirror, twice)));
         self.groups = [None; GROUPS];
         for ((group, exits), (side, mirror, twice)) in self.groups.iter_mut().zip(&mut self.exits).zip(pieces) {
-            let group = group.insert(Group::NONE);
+            let group = group.insert(Group::none());
             group.prepare_some(query, side, mirror, width, exits);
             group.twice = twice;
         }
@@ -364,35 +403,43 @@ impl Points {
             (false, _) => (1.0, t),
         };
         // Select one of the azimuths over which the path's light is spread.
-        let exits = exits.iter().map(|exit| (exit.azimuth.to_array()[lane], exit.share.to_array()[lane]));
-        let exit = choose(exits, t).map_or(group.exit.to_array()[lane], |choice| choice.item);
+        let exits = exits.iter().map(|exit| (exit, exit.share.to_array()[lane]));
+        let exit = choose(exits, t).map_or(&group.exit, |choice| choice.item);
         let turned = group.turned.to_array()[lane];
         let (theta, relative) = medulla.sample_leaving(&group.weights[lane], turned, inclination, [u[1], u[2], u[3]]);
-        (theta, flip * group.mirror.to_array()[lane] * (relative + exit))
+        let psi = relative + exit.azimuth.to_array()[lane];
+        let phi = if self.turning { exit.turn.leaving(lane, psi) } else { psi };
+        (theta, flip * group.mirror.to_array()[lane] * phi)
     }
 
     /// TTˢ and TRTˢ at φ, as densities over solid angle. `m` is C^M of the backward and the forward half.
     #[inline(always)]
-    pub fn eval(&self, medulla: &Medulla, phi: f32, m: [f32; 2]) -> [f32x4; 2] {
+    pub fn eval(&self, medulla: &Medulla, around: [f32; 3], m: [f32; 2]) -> [f32x4; 2] {
         if self.plain {
-            self.sum(phi, |group, _, phi| group.density(medulla, phi - group.exit, m))
+            self.sum(around, |group, _, around| {
+                let [relative, slope] = around.inside(&group.exit, self.turning);
+                slope * group.density(medulla, relative, m)
+            })
         } else {
-            self.eval_spread(medulla, phi, m)
+            self.eval_spread(medulla, around, m)
         }
     }
 
     #[inline(never)]
-    fn eval_spread(&self, medulla: &Medulla, phi: f32, m: [f32; 2]) -> [f32x4; 2] {
-        self.sum(phi, |group, exits, phi| group.spread_density(medulla, exits, phi, m))
+    fn eval_spread(&self, medulla: &Medulla, around: [f32; 3], m: [f32; 2]) -> [f32x4; 2] {
+        self.sum(around, |group, exits, around| group.spread_density(medulla, exits, self.turning, around, m))
     }
 
-    /// The sum over all groups of energy times density at φ.
+    /// The sum over all groups of energy times density at φ, given with its cosine and sine.
     #[inline(always)]
-    fn sum(&self, phi: f32, density: impl Fn(&Group, &[Exit], f32x8) -> f32x8) -> [f32x4; 2] {
+    fn sum(&self, [phi, cos, sin]: [f32; 3], density: impl Fn(&Group, &[Exit], &Around) -> f32x8) -> [f32x4; 2] {
         let mut lobes = [[f32x8::ZERO; 4]; 2];
         for (group, exits) in self.groups() {
-            for phi in &[phi, -phi][..1 + usize::from(group.twice)] {
-                let density = density(group, exits, f32x8::splat(*phi) * group.mirror);
+            for sign in &[1.0, -1.0][..1 + usize::from(group.twice)] {
+                let mirror = group.mirror * f32x8::splat(*sign);
+                let splat = f32x8::splat;
+                let around = Around([splat(phi) * mirror, splat(cos), splat(sin) * mirror]);
+                let density = density(group, exits, &around);
                 for q in 0..2 {
                     for c in 0..4 {
                         lobes[q][c] = group.energy[q][c].mul_add(density, lobes[q][c]);

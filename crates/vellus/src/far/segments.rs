@@ -9,7 +9,7 @@
 use crate::choose::choose;
 use crate::cylinder::azimuthal::wrap;
 use crate::cylinder::frame::Polar;
-use crate::cylinder::path::{COMPONENTS, Path, angles, exit_azimuth};
+use crate::cylinder::path::{COMPONENTS, DIFFUSE, Path, angles, exit_azimuth};
 use crate::exit::Entry;
 use crate::far::gaussian_spans::{Bells, Chain};
 use crate::far::nodes::Nodes;
@@ -229,8 +229,9 @@ impl Half {
     /// An empty half.
     pub const NONE: Half = Half { centres: f32x8::ZERO, lobes: [Lobe::NONE; 3], signs: [0.0; 2], count: 0 };
 
-    /// Prepares it in place, because it is large. Returns the energies of the components, RGB and the largest channel.
-    /// `scale` is 1 over the width of the whole window.
+    /// Prepares it in place, because it is large. Returns the energies of the components, RGB and the largest channel,
+    /// and the sums of cos φ and sin φ over the offsets ≥ 0 of light that leaves late: D20, where it stays on the side
+    /// on which it entered. `scale` is 1 over the width of the whole window.
     #[inline(always)]
     pub fn prepare(
         &mut self,
@@ -240,7 +241,7 @@ impl Half {
         nodes: &Nodes,
         signs: &[f32],
         scale: f32,
-    ) -> [f32x4; COMPONENTS] {
+    ) -> ([f32x4; COMPONENTS], [f32; 2]) {
         self.count = signs.len();
         self.signs[..signs.len()].copy_from_slice(signs);
         let splat = f32x8::splat;
@@ -255,6 +256,14 @@ impl Half {
                 shares[c] = weights[0] * a[0][p][c] + weights[1] * a[1][p][c];
             }
             energy[p] = sum(shares);
+        }
+        let mut late = [0.0; 2];
+        if let Some(turning) = &prepared.turning {
+            for k in 0..2 {
+                let light = weights[k] * a[k][DIFFUSE][3];
+                let entry = turning.all(cos, nodes.gauss[k], &paths[k]).later.a;
+                (0..2).for_each(|i| late[i] -= (light * entry[i]).reduce_add());
+            }
         }
         let [gamma_o, gamma_t] = angles(nodes.ends, paths[0].inverse_eta);
         // For each lobe, the ends and the Gauss points of its segments, in standard deviations from its centre.
@@ -305,7 +314,7 @@ impl Half {
             let sigma = prepared.azimuthal.sigma[if p == 1 && packed { 2 } else { p }];
             lobe.turns = ((lobe.spread.reach() * sigma + PI) * (1.0 / TAU)) as i32;
         }
-        energy
+        (energy, late)
     }
 
     /// N(φ) of R, TT, TRT, densities per radian.

@@ -4,6 +4,7 @@ use crate::cylinder::frame::{Frame, Outgoing, Polar};
 use crate::cylinder::longitudinal::Centres;
 use crate::cylinder::path::{COMPONENTS, DIFFUSE, inverse_eta};
 use crate::exit::diffuse;
+use crate::exit::turn::Turn;
 use crate::far::nodes::{Nodes, PIECES, Piece, divide};
 use crate::far::points::Points;
 use crate::far::segments::{self, Half, Through};
@@ -30,6 +31,8 @@ pub(crate) struct WindowState {
     inverse: f32,
     halves: [Option<Half>; PIECES],
     points: Points,
+    /// Where light leaves that the cuticle reflected before.
+    later: Turn<f32>,
 }
 
 impl WindowState {
@@ -46,6 +49,7 @@ impl WindowState {
             inverse: 0.0,
             halves: [None; PIECES],
             points: Points::none(),
+            later: Turn::none(),
         }
     }
 
@@ -83,14 +87,19 @@ impl WindowState {
         let width: f32 = pieces.iter().flatten().map(|piece| piece.nodes.width()).sum();
         let times = if symmetric { 2.0 } else { 1.0 };
         let scale = 1.0 / (times * width).max(f32::MIN_POSITIVE);
+        let mut late = [0.0; 2];
         for (Piece { side, nodes, .. }, half) in pieces.iter().flatten().zip(&mut self.halves) {
             let half = half.insert(Half::NONE);
-            let energy = half.prepare(prepared, polar, through.as_ref(), nodes, signs[*side], scale);
+            let (energy, [along, across]) = half.prepare(prepared, polar, through.as_ref(), nodes, signs[*side], scale);
+            late = [late[0] + along, late[1] + signs[*side].iter().sum::<f32>() * across];
             (0..COMPONENTS).for_each(|p| self.energy[p] += energy[p]);
         }
         if symmetric {
             self.energy = self.energy.map(|e| e + e);
+            late[0] *= 2.0;
         }
+        let light = self.energy[DIFFUSE].to_array()[3].max(f32::MIN_POSITIVE);
+        self.later = Turn::new(late.map(|x| -x / light));
         if let Some(through) = &through {
             let both = [whole[0], whole[usize::from(!symmetric)]];
             let scattered = [self.energy[3], self.energy[4]];
@@ -139,9 +148,9 @@ impl<'a> WindowHit<'a> {
         self.lobe_energies().map(|e| e.to_array()[3] * self.inverse)
     }
 
-    /// A direction in the form that the lobes use.
+    /// A direction in the form that the lobes use, with the cosine and the sine of φ.
     #[inline(always)]
-    fn outgoing<V: Lanes>(self, frame: &Frame<V>, wi: [V; 3]) -> Outgoing<V> {
+    fn outgoing<V: Lanes>(self, frame: &Frame<V>, wi: [V; 3]) -> (Outgoing<V>, [V; 2]) {
         frame.refracted(wi, &self.prepared.medulla.refraction)
     }
 
@@ -153,16 +162,22 @@ impl<'a> WindowHit<'a> {
 
     /// f·cos θᵢ of the six lobes, RGB, and the largest channel. Sampling is proportional to the largest channel.
     #[inline(always)]
-    fn lobes(self, o: &Outgoing<f32>) -> [f32x4; 6] {
+    fn lobes(self, (o, [cos, sin]): &(Outgoing<f32>, [f32; 2])) -> [f32x4; 6] {
         let prepared = self.prepared;
         let m = prepared.longitudinal.eval(&self.centres, o.sin_i, o.cos_i).to_array();
         let medulla = &prepared.medulla;
         let c_m = if medulla.exists() { self.scattered(o.theta_i, medulla.transmittance(o.sin_i)) } else { [0.0; 2] };
-        self.around(o.phi, m, c_m, diffuse::longitudinal(o.cos_i))
+        self.around([o.phi, *cos, *sin], m, c_m, diffuse::longitudinal(o.cos_i))
     }
 
     pub fn azimuthal(self, phi: f32) -> Lobes {
-        Lobes(self.around(phi, [1.0; 4], self.inclination.leaving, 1.0).map(rgb))
+        Lobes(self.around([phi, phi.cos(), phi.sin()], [1.0; 4], self.inclination.leaving, 1.0).map(rgb))
+    }
+
+    /// a of the transformation that turns light that leaves late.
+    #[cfg(feature = "unstable")]
+    pub fn later(self) -> [f32; 2] {
+        self.later.a
     }
 
     /// A of the components, RGB and the largest channel.
@@ -177,14 +192,15 @@ impl<'a> WindowHit<'a> {
     #[cfg(feature = "unstable")]
     pub fn factors(self, phi: f32) -> [f32x4; 7] {
         let [back, ahead] = self.inclination.leaving;
+        let phi = [phi, phi.cos(), phi.sin()];
         let [r, tt, trt, tts_back, trts_back, _] = self.around(phi, [1.0; 4], [back, 0.0], 0.0);
         let [_, _, _, tts_ahead, trts_ahead, _] = self.around(phi, [1.0; 4], [0.0, ahead], 0.0);
         [r, tt, trt, tts_back + trts_back, tts_ahead + trts_ahead, tts_back, tts_ahead]
     }
 
-    /// The six lobes at azimuth φ, given their longitudinal parts.
+    /// The six lobes at azimuth φ, with its cosine and its sine, given their longitudinal parts.
     #[inline(always)]
-    fn around(self, phi: f32, m: [f32; 4], c_m: [f32; 2], m_diffuse: f32) -> [f32x4; 6] {
+    fn around(self, [phi, cos, sin]: [f32; 3], m: [f32; 4], c_m: [f32; 2], m_diffuse: f32) -> [f32x4; 6] {
         let prepared = self.prepared;
         let mut n = [f32x4::ZERO; 3];
         for half in self.halves.iter().map_while(Option::as_ref) {
@@ -192,9 +208,10 @@ impl<'a> WindowHit<'a> {
             (0..3).for_each(|p| n[p] += light[p]);
         }
         let [r, tt, trt] = n;
-        let [tts, trts] = self.points.eval(&prepared.medulla, phi, c_m);
+        let [tts, trts] = self.points.eval(&prepared.medulla, [phi, cos, sin], c_m);
+        let later = self.later.of_uniform([cos, sin]);
         let times = |n: f32x4, m: f32| n * f32x4::splat(m);
-        let rest = times(self.energy[5], m[3] / TAU) + times(self.energy[DIFFUSE], m_diffuse / TAU);
+        let rest = times(self.energy[5], m[3] / TAU) + times(self.energy[DIFFUSE], later * m_diffuse / TAU);
         [times(r, m[0]), times(tt, m[1]), times(trt, m[2]), tts, trts, rest]
     }
 
@@ -212,16 +229,18 @@ impl<'a> WindowHit<'a> {
     }
 
     /// [`WindowHit::lobes`] of eight directions.
-    fn lobes8(self, o: &Outgoing<f32x8>) -> [[f32x8; 4]; 6] {
+    fn lobes8(self, (o, around): &(Outgoing<f32x8>, [f32x8; 2])) -> [[f32x8; 4]; 6] {
         let medulla = &self.prepared.medulla;
         let m =
             self.prepared.longitudinal.eval(&self.centres.repeated(), o.sin_i, o.cos_i).array().map(f32x8::to_array);
         let transmittance = medulla.transmittance(o.sin_i).to_array();
         let (theta_i, phi, cos_i) = (o.theta_i.to_array(), o.phi.to_array(), o.cos_i.to_array());
+        let [cos, sin] = around.map(f32x8::to_array);
         let mut lobes = [[[0.0; 8]; 4]; 6];
         for i in 0..8 {
             let c_m = if medulla.exists() { self.scattered(theta_i[i], transmittance[i]) } else { [0.0; 2] };
-            let one = self.around(phi[i], m.map(|m| m[i]), c_m, diffuse::longitudinal(cos_i[i])).map(f32x4::to_array);
+            let one = self.around([phi[i], cos[i], sin[i]], m.map(|m| m[i]), c_m, diffuse::longitudinal(cos_i[i]));
+            let one = one.map(f32x4::to_array);
             for p in 0..6 {
                 (0..4).for_each(|c| lobes[p][c][i] = one[p][c]);
             }
@@ -246,7 +265,11 @@ impl<'a> WindowHit<'a> {
             Lobe::Residual => {
                 let parts = [DIFFUSE, Lobe::Residual as usize].map(|p| self.energy[p].to_array()[3]);
                 let (is_diffuse, u3) = diffuse::choose(parts, u[3]);
-                (if is_diffuse { diffuse::sample([u[1], u[2]]) } else { unscattered(3) }, TAU * u3)
+                let even = TAU * u3;
+                match is_diffuse {
+                    true => (diffuse::sample([u[1], u[2]]), self.later.leaving(0, even)),
+                    false => (unscattered(3), even),
+                }
             }
         };
         (lobe, sin_i, cos_i.max(0.0), phi)
@@ -255,9 +278,10 @@ impl<'a> WindowHit<'a> {
     /// `u`: as for [`crate::Hit::sample`].
     pub fn sample(self, u: [f32; 5]) -> Option<Sample> {
         let (lobe, sin_i, cos_i, phi) = self.draw(u);
-        let wi = Vec3::from_array(self.frame.direction(sin_i, cos_i, phi.sin_cos()));
+        let (sin_phi, cos_phi) = phi.sin_cos();
+        let wi = Vec3::from_array(self.frame.direction(sin_i, cos_i, (sin_phi, cos_phi)));
         let (sin, cos) = self.prepared.medulla.refraction.inside(sin_i, cos_i * cos_i);
-        let lobes = self.lobes(&Outgoing { sin_i, cos_i, theta_i: sin.atan2(cos), phi });
+        let lobes = self.lobes(&(Outgoing { sin_i, cos_i, theta_i: sin.atan2(cos), phi }, [cos_phi, sin_phi]));
         let total = sum(&lobes);
         let pdf = total.to_array()[3] * self.inverse;
         // 0/0 if the density underflows: the weight is then 0.

@@ -39,6 +39,10 @@ pub(crate) struct Cone {
     pub inverse_eta: f32,
     /// b of T(s) = 1 − b s⁴, in [0, 1].
     pub loss: f32,
+    /// The slope of the angle by which the cuticle turns light, over its offset h″.
+    pub slope: f32,
+    /// The largest h″ at which light leaves, a mean over inclinations.
+    pub reach: f32,
     /// T cos θ′ at the edge of the cone.
     pub edge: f32,
     /// The half angle of the cone, asin(1/η), and 1 over it.
@@ -53,12 +57,15 @@ impl Cone {
     pub fn new(fiber: &Fiber) -> Self {
         let inverse_eta = 1.0 / fiber.eta;
         let cos = ((1.0 - inverse_eta) * (1.0 + inverse_eta)).max(0.0).sqrt();
-        let (half, loss) = (inverse_eta.atan2(cos), loss(fiber));
+        let half = inverse_eta.atan2(cos);
+        let Outward { loss, slope, reach } = outward(fiber);
         let x = (half - SMALLEST) * ((CONES - 1) as f32 / (FRAC_PI_2 - SMALLEST));
         Cone {
             eta: fiber.eta,
             inverse_eta,
             loss,
+            slope,
+            reach,
             edge: cos * (1.0 - loss),
             half,
             inverse_half: 1.0 / half,
@@ -101,14 +108,24 @@ impl Cone {
     }
 }
 
-/// b of T(s) = 1 − b s⁴: the least-squares fit, over s in [0, 1], to the transmittance averaged over the offsets at
-/// which light leaves.
-///
+/// Means over light that leaves the medulla and then the fibre.
+struct Outward {
+    /// b of T(s) = 1 − b s⁴: the least-squares fit, over s in [0, 1], to the transmittance averaged over the offsets at
+    /// which light leaves.
+    loss: f32,
+    /// The slope of the angle by which the cuticle turns light, over the offset h″ at which it leaves the medulla.
+    slope: f32,
+    /// The largest h″ at which light leaves.
+    reach: f32,
+}
+
 /// Light leaves the medulla like a diffuse surface, so its offsets are uniform in [−κ, κ]. At the inclination θᵢ light
-/// leaves if its offset is below 1/η′, and with the transmittance 1 − F(cos θᵢ √(1 − h²)) for an offset of h/η′.
+/// leaves if its offset is below 1/η′, and with the transmittance 1 − F(cos θᵢ √(1 − h²)) for an offset of h/η′. The
+/// cuticle turns it by asin h − asin (h/η′).
+///
 /// Gauss points: four of s and two of t, where h = h₁ t(2 − t) is dense near the largest offset h₁, where F rises
 /// to 1.
-fn loss(fiber: &Fiber) -> f32 {
+fn outward(fiber: &Fiber) -> Outward {
     let splat = f32x8::splat;
     // s² of the points of s, and their weights.
     const S2: [f32; 4] = [0.004_820_781, 0.108_906_254, 0.448_887_3, 0.865_957_1];
@@ -128,8 +145,20 @@ fn loss(fiber: &Fiber) -> f32 {
     // The coefficients of the fit c₀ − c₁ s⁴ from the moments with 1 and s⁴, up to a common factor.
     let moment = |weights: f32x8| (passed * weights).reduce_add();
     let (zeroth, fourth) = (moment(eight(SHARES)), moment(eight(SHARES) * s2 * s2));
-    let (constant, slope) = (zeroth * (1.0 / 9.0) - fourth * 0.2, zeroth * 0.2 - fourth);
-    if constant > 0.0 { (slope / constant).clamp(0.0, 1.0) } else { 0.0 }
+    let (constant, line) = (zeroth * (1.0 / 9.0) - fourth * 0.2, zeroth * 0.2 - fourth);
+    let loss = if constant > 0.0 { (line / constant).clamp(0.0, 1.0) } else { 0.0 };
+    // The slope is the least-squares fit of a line through 0. cos θ′ makes the measure that of θ′.
+    let inverse_eta = 1.0 / fiber.eta;
+    let cos_inside = (f32x8::ONE - s2 * splat(inverse_eta * inverse_eta)).sqrt();
+    let inside = h * largest;
+    let offset = inside * splat(1.0 / fiber.kappa.max(f32::MIN_POSITIVE));
+    let weight = eight(SHARES) * cos_inside * offset;
+    let turned = h.asin() - inside.asin();
+    let slope = moment(weight * turned) / moment(weight * offset).max(f32::MIN_POSITIVE);
+    let furthest = most * largest * splat(1.0 / fiber.kappa.max(f32::MIN_POSITIVE));
+    let sum = |x: f32x8| (x * eight(SHARES) * cos_inside).reduce_add();
+    let reach = sum(furthest * furthest) / sum(furthest).max(f32::MIN_POSITIVE);
+    Outward { loss, slope: slope.max(0.0), reach }
 }
 
 /// Integrals of the components over cones, for both halves of C^M.
@@ -333,7 +362,7 @@ mod tests {
     #[test]
     fn the_index_of_air_loses_nothing() {
         for (eta, expected) in [(1.0, 0.0..1e-6), (1.55, 0.7..1.0)] {
-            let loss = loss(&Fiber { eta, kappa: 0.8, ..Fiber::hair() });
+            let loss = outward(&Fiber { eta, kappa: 0.8, ..Fiber::hair() }).loss;
             assert!(expected.contains(&loss), "{eta}: {loss}");
         }
     }

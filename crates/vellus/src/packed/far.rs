@@ -16,8 +16,8 @@ const FACTORS: usize = 5;
 /// The factors, and those of TTˢ alone in both halves.
 const PARTS: usize = 7;
 
-/// Rows with energies at the beginning of each inclination.
-const ENERGIES: usize = 7;
+/// Rows with energies at the beginning of each inclination, and one for light that leaves late.
+const ENERGIES: usize = 8;
 
 /// The far field of one fibre, for shaders.
 #[derive(Clone, Debug)]
@@ -26,7 +26,8 @@ pub struct FarTable {
     ///
     /// The first row has the number of inclinations, the number of azimuths, the azimuths per radian, and the number of
     /// rows of an inclination. Each inclination has the energies of the seven components (RGB, and the largest
-    /// channel, which sampling uses; for scattered light that of its halves), the factors (azimuth by azimuth, RGB
+    /// channel, which sampling uses; for scattered light that of its halves), a row whose first two numbers turn light
+    /// that leaves late, the factors (azimuth by azimuth, RGB
     /// and the largest channel), the cumulative integrals of the last channel (factor by factor), and the part of TTˢ
     /// in the last two factors (azimuth by azimuth).
     pub rows: Vec<[f32; 4]>,
@@ -147,6 +148,8 @@ fn inclination(rows: &mut Vec<[f32; 4]>, hit: WindowHit<'_>, azimuths: usize) {
     let parts = hit.component_energies().map(f32x4::to_array);
     let halves = [3, 4].map(|q| [parts[q][0], parts[q][1], parts[q][2], circle[q][3]]);
     rows.extend([circle[0], circle[1], circle[2], halves[0], halves[1], parts[5], parts[6]]);
+    let [re, im] = hit.later();
+    rows.push([re, im, 0.0, 0.0]);
     let factors =
         |range: Range<usize>| values.iter().flat_map(move |value| value[range.clone()].iter().map(|f| f.to_array()));
     rows.extend(factors(0..FACTORS));

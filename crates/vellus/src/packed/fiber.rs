@@ -6,22 +6,23 @@ use crate::medulla::mixture::{Between, Weights};
 use crate::prepared::Prepared;
 
 /// The number of rows of a fibre.
-pub const FIBER_ROWS: usize = 58;
+pub const FIBER_ROWS: usize = 66;
 
 /// Everything about a fibre that its hits in the near field need, in rows of four numbers.
 ///
 /// The order: the parameters (3 rows), the longitudinal lobes (6), the azimuthal lobes (3), refraction and cone (3),
-/// the exit (1 + 8 + 8), and the weights of the components (10 + 4 + 8 + 4).
+/// the exit (8 + 8 + 8), the weights of the components (10 + 4 + 8 + 4), and the turn of scattered light (1).
 pub fn fiber(bcsdf: &Bcsdf<'_>) -> [[f32; 4]; FIBER_ROWS] {
-    let Prepared { fiber, longitudinal, azimuthal, medulla, reflection, .. } = bcsdf.prepared();
+    let Prepared { fiber, longitudinal, azimuthal, medulla, reflection, turning, .. } = bcsdf.prepared();
     let rgb = |c: [f32; 3], w: f32| [c[0], c[1], c[2], w];
+    let ([constant, cosine, sine], slope, straight) =
+        turning.as_ref().map_or(([0.0; 3], 0.0, 0.0), |turning| (turning.parts, turning.slope, turning.straight));
     let (cone, edge, position) = match medulla.cone {
-        Some((cone, _)) => ([cone.loss, cone.half, cone.inverse_half, 0.0], cone.edge, cone.position),
+        Some((cone, _)) => ([cone.loss, cone.half, cone.inverse_half, straight], cone.edge, cone.position),
         None => ([0.0; 4], 0.0, Between { index: 0, t: 0.0 }),
     };
-    let none = Reflection { escape: [[0.0; 4]; 8], ln_kept: [[0.0; 4]; 8], first: [0.0; 4], common: 0.0 };
+    let none = Reflection { escape: [[0.0; 4]; 8], ln_kept: [[0.0; 4]; 8], first: [[0.0; 4]; 8], stays: 0.0 };
     let exit = reflection.as_ref().unwrap_or(&none);
-    let first = exit.first;
     // Indices are below 4096, and exact in single precision.
     let number = |index: usize| index as f32;
     let reflects = f32::from(u8::from(reflection.is_some()));
@@ -40,15 +41,16 @@ pub fn fiber(bcsdf: &Bcsdf<'_>) -> [[f32; 4]; FIBER_ROWS] {
         rgb(azimuthal.sigma, f32::from(azimuthal.images)),
         [number(medulla.g.index), medulla.g.t, medulla.refraction.inverse_eta, medulla.refraction.excess],
         cone,
-        [number(position.index), position.t, edge, exit.common],
-        rgb([first[0], first[1], first[2]], 0.0),
+        [number(position.index), position.t, edge, exit.stays],
     ];
+    rows.extend(exit.first);
     rows.extend(exit.escape);
     rows.extend(exit.ln_kept);
     extend(&mut rows, &medulla.azimuthal);
     extend(&mut rows, &medulla.backward);
     extend(&mut rows, &medulla.forward);
     extend(&mut rows, &medulla.backward_integrals);
+    rows.push([constant, cosine, sine, slope]);
     match rows.try_into() {
         Ok(rows) => rows,
         Err(_) => unreachable!("the number of rows does not depend on the fibre"),

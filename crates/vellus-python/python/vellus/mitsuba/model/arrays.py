@@ -14,12 +14,11 @@ class Grid:
         self.F, self.U = F, dr.uint32_array_t(F)
         self.plain = tables.shipped()
         flat = lambda a: F(a.ravel())
-        self.azimuthal, self.mean_path, self.exits = map(
-            flat, (self.plain.azimuthal, self.plain.mean_path, self.plain.exits)
-        )
+        self.azimuthal, self.mean_path = map(flat, (self.plain.azimuthal, self.plain.mean_path))
+        self.exits, self.turns = map(flat, (self.plain.exits, self.plain.turns))
         self.integrals = [flat(a) for a in self.plain.integrals]
         self.halves = [type(h)(*map(flat, h)) for h in self.plain.halves]
-        dr.eval(self.azimuthal, self.mean_path, self.exits, self.integrals, self.halves)
+        dr.eval(self.azimuthal, self.mean_path, self.exits, self.turns, self.integrals, self.halves)
 
     @classmethod
     def of(cls, F):

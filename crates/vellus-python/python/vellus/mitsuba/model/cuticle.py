@@ -25,8 +25,12 @@ def fresnel(eta, layers, cos):
     return back * scale, through * scale
 
 
-def loss(F, eta, kappa, layers):
-    """b of T(s) = 1 − b s⁴, the transmittance for scattered light at s = sin θᵢ: see `vellus::medulla::cone`."""
+def outward(F, eta, kappa, layers):
+    """Means over light that leaves the medulla and then the fibre: see `vellus::medulla::cone`.
+
+    Returns b of T(s) = 1 − b s⁴, the transmittance for scattered light at s = sin θᵢ; the slope of the angle by which
+    the cuticle turns light, over its offset h″; and the largest h″ at which light leaves.
+    """
     x, w = np.polynomial.legendre.leggauss(4)
     s2, share = F(np.tile((0.5 + 0.5 * x) ** 2, 2)), F(np.tile(0.5 * w, 2))
     t = F(np.repeat(0.5 + 0.5 * np.polynomial.legendre.leggauss(2)[0], 4))
@@ -36,7 +40,14 @@ def loss(F, eta, kappa, layers):
     h = most * t * (2 - t)
     cos2 = cos2 * (1 - h * h)
     back, through = parts(eta, layers, dr.sqrt(cos2), dr.sqrt(refracted_cos2(eta, cos2)))
-    passed = through / (back + through) * largest * most * (1 - t)
-    zeroth, fourth = dr.sum(passed * share), dr.sum(passed * share * s2 * s2)
-    constant, slope = zeroth / 9 - fourth * 0.2, zeroth * 0.2 - fourth
-    return dr.clip(slope / dr.maximum(constant, 1e-20), 0, 1)
+    passed = through / (back + through) * largest * most * (1 - t) * share
+    zeroth, fourth = dr.sum(passed), dr.sum(passed * s2 * s2)
+    constant, line = zeroth / 9 - fourth * 0.2, zeroth * 0.2 - fourth
+    loss = dr.clip(line / dr.maximum(constant, 1e-20), 0, 1)
+    cos_inside = dr.sqrt(1 - s2 / (eta * eta))
+    offset = h * largest / kappa
+    weight = passed * cos_inside * offset
+    slope = dr.sum(weight * (dr.asin(h) - dr.asin(h * largest))) / dr.maximum(dr.sum(weight * offset), 1e-37)
+    furthest, share = most * largest / kappa, share * cos_inside
+    reach = dr.sum(share * furthest * furthest) / dr.sum(share * furthest)
+    return loss, dr.maximum(slope, 0), reach

@@ -5,10 +5,10 @@ import math
 import drjit as dr
 import numpy as np
 
-from . import states
-from .arrays import between, blend2, cycle, entry, repeat, sums
+from . import states, turn
+from .arrays import between, blend, blend2, cycle, entry, repeat, sums
 from .states import ABSORPTIONS, ENTRIES, STATES
-from .tables import G_MAX, TAU_GROWTH, TAU_SCALE
+from .tables import G_MAX, TAU_SCALE
 
 TINY = 1e-30
 
@@ -38,15 +38,23 @@ class Reflection:
         tau = p.sigma_ms * p.kappa
         weight, chord, elongation = each(g.weight), each(g.chord), each(g.elongation)
         through = cycle(self.transmittance(p), 3)
-        length = dr.sqrt(1 - p.kappa * p.kappa * each(g.square)) - p.kappa * each(g.half_chord)
-        cortex = dr.maximum(length, 0) * elongation
+        cos_gamma = dr.sqrt(1 - p.kappa * p.kappa * each(g.square))
+        cortex = dr.maximum(cos_gamma - p.kappa * each(g.half_chord), 0) * elongation
         scattered = complement(tau * (1 - p.g) * chord)
         excess = complement(tau * chord) / scattered
         taus, gs = grid.plain.exits.shape[:2]
-        at_tau = between(dr.log(1 + TAU_SCALE * tau) * ((taus - 1) / TAU_GROWTH), taus)
+        at_tau = between(dr.log(1 + TAU_SCALE * tau) * (1 / grid.plain.exit_step), taus)
         at_g = between(dr.log(1 - p.g) * ((gs - 1) / math.log(1 - G_MAX)), gs)
         rows = blend2(grid.exits, (STATES + ABSORPTIONS) * ENTRIES, at_tau, at_g, gs)
         self.first_rows = rows
+        # A reflection takes light around the fibre by 2 (asin h″ − asin κh″), where cos asin h″ is half a chord.
+        cos = each(g.half_chord) * cos_gamma + p.kappa * each(g.square)
+        mean = lambda x: dr.sum(weight * x) / 3
+        remains = turn.stays(tau * (1 - p.g), mean(2 * cos * cos - 1), 1 - mean(through))
+        reaches = grid.plain.reaches
+        at_reach = between((p.medulla.reach - reaches[0]) * (1 / (reaches[1] - reaches[0])), len(reaches))
+        parts = blend(blend2(grid.turns, 3 * len(reaches), at_tau, at_g, gs), 3, at_reach)
+        self.turning = turn.Turning(p, [entry(parts, k) for k in range(3)], remains)
         absorption = dr.concat([p.kappa * sigma for sigma in p.sigma_ma])
         cortical = repeat(dr.concat(list(p.sigma_ca)), STATES)
 
@@ -112,7 +120,10 @@ class Reflection:
         entries = dr.arange(dr.uint32_array_t(self.F), 3 * ENTRIES) % ENTRIES
         base = (repeat_index(index, ENTRIES) + STATES) * ENTRIES + entries
         low, high = (dr.gather(self.F, rows, base + k * ENTRIES) for k in (0, 1))
-        return dr.lerp(low, high, repeat(t, ENTRIES)) * -repeat(absorption, ENTRIES)
+        lost = dr.lerp(low, high, repeat(t, ENTRIES)) * repeat(absorption, ENTRIES)
+        # The product does not exceed that of the next node.
+        node = (dr.exp((self.F(index) + 1) * math.log(3)) - 1) / 4
+        return -dr.minimum(lost, high * repeat(node, ENTRIES))
 
     def first_exits(self, values):
         """The mean of a number for each state over first exits, at the nodes of the entry."""

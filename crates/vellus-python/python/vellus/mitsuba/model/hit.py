@@ -27,6 +27,8 @@ class Hit:
             self.inclination = Inclination(fiber.medulla, path.theta)
             self.azimuth = Azimuth(fiber.medulla, path.elongation, path.gamma_m(), self.inclination.leaving)
             mean_path = None if fiber.reflects else self.azimuth.mean_path()
+        if fiber.reflects:
+            self.scattered_exits, self.turns = fiber.reflection.turning.at(path)
         self.attenuation = path.attenuation(mean_path if fiber.scatters else 0)
         with dr.suspend_grad():
             most = [dr.maximum(dr.maximum(r, g), b) for r, g, b in self.attenuation]
@@ -42,10 +44,14 @@ class Hit:
         if fiber.scatters:
             theta = fiber.medulla.inside(sin_i, cos_i)
             back, ahead = self.inclination.eval(theta, fiber.medulla.transmittance(sin_i))
+            around = dr.sincos(phi)
             for p, exit in enumerate(self.scattered_exits):
-                relative = wrap(phi - exit)
+                turned, slope = self.turns[p].inside(*around) if fiber.reflects else (0, 1)
+                relative = wrap(phi - exit + turned)
                 c_m = dr.lerp(back, ahead, dr.abs(relative) * dr.inv_pi)
-                d[3 + p] = dr.select(self.path.exists, c_m * self.azimuth.eval(relative), 0)
+                d[3 + p] = dr.select(self.path.exists, slope * c_m * self.azimuth.eval(relative), 0)
+            if fiber.reflects:
+                d[DIFFUSE] = d[DIFFUSE] * self.turns[2].inside(*around)[1]
         return d
 
     def outgoing(self, wi):

@@ -152,7 +152,9 @@ class Medulla:
         self.mean_path = blend(grid.mean_path, taus * offsets, between(g * (path_gs - 1), path_gs))
         self.refracts = p.reflects
         self.eta = p.eta if p.reflects else type(p.eta)(1)
-        self.loss = cuticle.loss(grid.F, p.eta, p.kappa, p.layers) if p.reflects else type(p.eta)(0)
+        self.loss = type(p.eta)(0)
+        if p.reflects:
+            self.loss, self.slope, self.reach = cuticle.outward(grid.F, p.eta, p.kappa, p.layers)
         inverse = 1 / self.eta
         self.excess = dr.maximum((1 - inverse) * (1 + inverse), 0)
         self.half = dr.atan2(inverse, dr.sqrt(dr.maximum(self.excess, 1e-12)))

@@ -17,7 +17,7 @@ def complement(x):
 
 class Path:
     def __init__(self, p, sin_o, cos_o, h):
-        self.p = p
+        self.p, self.cos_o = p, cos_o
         sin_t = sin_o / p.eta
         self.sin2_t = sin_t * sin_t
         cos_gamma_o = root((1 - h) * (1 + h))

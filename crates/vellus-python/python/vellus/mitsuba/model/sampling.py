@@ -202,4 +202,7 @@ def draw(hit, u):
         exit = dr.select(lobe == 3, *hit.scattered_exits)
         parts = fiber.medulla.sampler.draw(hit, exit, (u1, u2, u3))
         sin_i, cos_i, phi = (dr.select(scattered, a, b) for a, b in zip(parts, (sin_i, cos_i, phi)))
+    if fiber.reflects:
+        for component, turn in zip((3, 4, DIFFUSE), hit.turns):
+            phi = dr.select(lobe == component, turn.leaving(phi), phi)
     return sin_i, cos_i, phi

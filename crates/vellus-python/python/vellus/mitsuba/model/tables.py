@@ -45,6 +45,9 @@ class Tables(NamedTuple):
     mean_path: np.ndarray  # (g, τ, h)
     halves: tuple  # the backward and the forward Half
     exits: np.ndarray  # (τ, g, row, entry): first exits
+    exit_step: float  # the distance between its nodes of τ in ln(1 + kτ)
+    turns: np.ndarray  # (τ, g, reach, coefficient): the offset at which light leaves
+    reaches: np.ndarray  # nodes of its limits
 
 
 def forward_weight(phi):
@@ -139,6 +142,9 @@ def shipped():
     weights = np.einsum("ar,br,cr->bacr", tau, g, h)
     integrals = np.stack([weights.sum(-1), weights @ ahead])
     halves = [half(factors(raw[name]), n) for name, n in (("backward", 1), ("forward", SHIFTS))]
-    exits = np.concatenate([raw["exit"][name] for name in ("state", "path")], 2).astype(float)
+    exit = raw["exit"]
+    exits = np.concatenate([exit[name] for name in ("state", "path")], 2).astype(float)
+    exit_step = math.log1p(TAU_SCALE * exit["tau_nodes"][1])
     mean_path = np.asarray(raw["mean_path"]["value"], float).transpose(1, 0, 2)
-    return Tables(weights @ values.T, integrals, mean_path, tuple(halves), exits)
+    azimuthal, turns = weights @ values.T, exit["turn"].astype(float)
+    return Tables(azimuthal, integrals, mean_path, tuple(halves), exits, exit_step, turns, exit["reach_nodes"])
