@@ -208,7 +208,7 @@ fn vellus_sample_residual(hit: ptr<function, VellusHit>, u: vec3<f32>) -> vec3<f
     let diffuse = (*hit).attenuation[6].w;
     let share = diffuse / max(diffuse + (*hit).attenuation[5].w, VELLUS_TINY);
     if u.z < share {
-        let even = VELLUS_TAU * (u.z / share - 0.5);
+        let even = vellus_wrap(VELLUS_TAU * u.z / share);
         return vec3<f32>(vellus_sample_diffuse(u.xy), vellus_turn_leaving((*hit).later, even));
     }
     let phi = VELLUS_TAU * (u.z - share) / max(1.0 - share, VELLUS_TINY);

@@ -1,5 +1,5 @@
-// The azimuth of scattered light that leaves the fibre: D19 and D20. Inside the fibre the light has the azimuth psi, and
-// outside phi. exp(i phi) is a Moebius transformation of exp(i psi) with a complex parameter a.
+// The azimuth of scattered light that leaves the fibre: D19 and D20. Inside the fibre the light has the azimuth psi,
+// and outside phi. exp(i phi) is a Moebius transformation of exp(i psi) with a complex parameter a.
 
 // The product of two complex numbers.
 fn vellus_times(a: vec2<f32>, b: vec2<f32>) -> vec2<f32> {

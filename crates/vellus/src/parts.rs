@@ -8,8 +8,8 @@ pub use crate::cylinder::azimuthal::wrap;
 pub use crate::cylinder::frame::{Frame, Outgoing, Polar};
 pub use crate::exit::states::{INCLINATIONS, OFFSETS, STATES, cell, state};
 pub use crate::exit::table::{
-    ABSORPTIONS, ENTRIES, ExitData, MAX_SIN2, NODES, REACHES, ROWS, SHIPPED as SHIPPED_EXITS, TAU_STEP, absorption_at,
-    monomials,
+    ABSORPTIONS, ENTRIES, ExitData, MAX_SIN2, NODES, REACHES, ROWS, SHIPPED as SHIPPED_EXITS, STEEP, TAU_STEP,
+    absorption_at, monomials,
 };
 pub use crate::exit::turn::MOST_TURN;
 pub use crate::medulla::weighting::Weighting;

@@ -20,15 +20,15 @@ fn hashes(scenes: &[(&'static str, &str)], more: &[&str]) -> Vec<(&'static str, 
 #[test]
 fn small_scenes_have_the_same_pixels_as_before() {
     let expected = [
-        ("hair-lock", "1464d0f8a6ec0c36"),
-        ("raccoon", "e8bd6708242c6a02"),
-        ("hamster", "b111711a2b18c420"),
-        ("cat", "e8382b2b106dbdc4"),
-        ("hair", "545fbd8a0f7907ab"),
-        ("polar-bear", "637660ea7b1503d9"),
-        ("hamsters", "3c3bd0b495162181"),
-        ("hair-bob", "76cf1b0dc1bdde0e"),
-        ("hair-curls", "6bd5a23e09f0261a"),
+        ("hair-lock", "13de7d55f0349687"),
+        ("raccoon", "9b3c2af16e58a688"),
+        ("hamster", "20964ede0f6d205c"),
+        ("cat", "92cde1ba95f3a984"),
+        ("hair", "cde5df9bef299b2a"),
+        ("polar-bear", "f266161910a36cff"),
+        ("hamsters", "ac05921836d24fe6"),
+        ("hair-bob", "c4d858660081e350"),
+        ("hair-curls", "951c690d42a8f295"),
     ];
     assert_eq!(hashes(&expected, &["--small"]), expected.map(|(scene, hash)| (scene, hash.to_owned())));
 }

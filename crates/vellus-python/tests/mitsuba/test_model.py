@@ -102,3 +102,14 @@ def test_gradients_equal_central_differences(reflects, change):
                 ends.append(mean(start | {name: moved if name in COLORS else moved[0]})[0])
             expected = (ends[0] - ends[1]) / (2 * step)
             assert dr.grad(parameter)[0] == pytest.approx(expected, rel=0.01), (name, channel)
+
+
+def test_gradients_of_black_hair_are_finite():
+    """So little light leaves that its square is 0 in single precision."""
+    g = np.random.default_rng(2)
+    parameters = {k: [mi.Float(x) for x in np.ravel(v)] for k, v in (FIBER | {"sigma_ca": [100.0] * 3}).items()}
+    dr.enable_grad(parameters)
+    fiber = Fiber(mi.Float, {k: v if k in COLORS else v[0] for k, v in parameters.items()})
+    wo, wi = columns(mi.Float, directions(g, 1000)), columns(mi.Float, directions(g, 1000))
+    dr.backward(dr.mean(sum(fiber.at(wo, mi.Float(g.uniform(-1, 1, 1000))).eval(wi))))
+    assert all(np.isfinite(dr.grad(x)[0]) for v in parameters.values() for x in v)

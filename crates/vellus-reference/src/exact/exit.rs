@@ -8,7 +8,8 @@
 use super::formulas::fresnel;
 use std::f64::consts::PI;
 use vellus::parts::{
-    ABSORPTIONS, ENTRIES, ExitData, MAX_SIN2, NODES, REACHES, ROWS, STATES, TAU_STEP, absorption_at, cell, monomials,
+    ABSORPTIONS, ENTRIES, ExitData, MAX_SIN2, NODES, REACHES, ROWS, STATES, STEEP, TAU_STEP, absorption_at, cell,
+    monomials,
 };
 use vellus::{Error, Fiber, grid};
 
@@ -223,8 +224,13 @@ fn ln_kept(rows: &[[f64; ENTRIES]; ROWS], a: f64) -> [f64; ENTRIES] {
     let t = ((position(a) - low) / (high - low)).min(1.0);
     std::array::from_fn(|entry| {
         let [low, high] = [0, 1].map(|k| rows[STATES + node + k][entry]);
+        let (line, inverse) = ((1.0 - t) * low + t * high, 1.0 / ((1.0 - t) / low + t / high));
+        // A dense medulla, where the effective path falls fast from its mean.
+        let [most, least] = STEEP.map(f64::from);
+        let share = if node == 0 { ((most - high / low) / (most - least)).clamp(0.0, 1.0) } else { 0.0 };
+        let path = 1.0 / ((1.0 - share) / line + share / inverse);
         // The product does not exceed that of the next node.
-        -(a * ((1.0 - t) * low + t * high)).min(absorption_at(node + 1) * high)
+        -(a * path).min(absorption_at(node + 1) * high)
     })
 }
 
@@ -374,7 +380,8 @@ fn leaving(states: &[State], tau: f64, cortex: f64, absorption: &Absorption) -> 
 mod tests {
     use super::*;
 
-    /// Four and two points are enough for the slope and the limit, which the azimuths of scattered light need.
+    /// Four and two points are enough for the slope and the limit, which the azimuths of scattered light need. They
+    /// are within 7 % of the slope, which is at most 4° of azimuth.
     #[test]
     fn few_points_follow_many() {
         let many: Vec<[f64; 2]> = midpoints([0.0, 1.0], 400).map(|x| [x, 1.0 / 400.0]).collect();
@@ -385,7 +392,8 @@ mod tests {
             let exact = outward(eta, kappa, layers, [&many, &many]);
             let few = outward(eta, kappa, layers, [&four, &two]);
             println!("{eta} {kappa}: {exact:.4?} {few:.4?}");
-            (0..2).for_each(|k| assert!((few[k] / exact[k] - 1.0).abs() < 0.05, "{eta} {kappa}: {exact:?} {few:?}"));
+            let errors = [0, 1].map(|k| (few[k] - exact[k]).abs());
+            assert!(errors[0] < 0.07 * exact[0].max(0.2) && errors[1] < 0.02, "{eta} {kappa}: {exact:?} {few:?}");
         }
     }
 }

@@ -16,6 +16,8 @@ pub struct ExactWindow<'e, 't> {
     /// Paths over the medulla, their share, and C^N, divided so that its product with C^M integrates to 1.
     points: Vec<(ExactPath<'e, 't>, f64, Profile)>,
     longitudinal: Inclination,
+    /// The mean of cos φ and sin φ over light that leaves later, in the brightest channel of each path.
+    later: [f64; 2],
 }
 
 impl<'t> Exact<'t> {
@@ -38,15 +40,28 @@ impl<'t> Exact<'t> {
         let scatters = self.kappa * self.sigma_ms > 0.0 && h1.max(-r) < h2.min(r);
         let longitudinal = self.inclination(theta_o);
         let leaving = longitudinal.leaving();
+        let paths: Vec<_> = midpoints(h1, h2, 1.0, paths).map(|(h, w)| (self.path(theta_o, h), w)).collect();
         ExactWindow {
             theta_o,
-            paths: midpoints(h1, h2, 1.0, paths).map(|(h, w)| (self.path(theta_o, h), w)).collect(),
+            later: later(&paths),
+            paths,
             points: midpoints(h1.max(-r), h2.min(r), r.max(1e-9), if scatters { points } else { 0 })
                 .map(|(h, w)| (self.path(theta_o, h), w, self.azimuthal_profile(theta_o, h).over_leaving(leaving)))
                 .collect(),
             longitudinal,
         }
     }
+}
+
+/// See [`ExactWindow::later`].
+fn later(paths: &[(ExactPath<'_, '_>, f64)]) -> [f64; 2] {
+    let (mut sum, mut light) = ([0.0; 2], 0.0);
+    for (path, w) in paths {
+        let most = w * path.diffuse.iter().copied().fold(0.0, f64::max);
+        light += most;
+        sum.iter_mut().zip(path.later()).for_each(|(sum, x)| *sum += most * x);
+    }
+    sum.map(|x| x / f64::max(light, 1e-300))
 }
 
 impl ExactWindow<'_, '_> {
@@ -76,20 +91,9 @@ impl ExactWindow<'_, '_> {
         self.sum(phi, m, self.longitudinal.eval(theta_i), diffuse(theta_i))
     }
 
-    /// The mean of cos φ and sin φ over light that leaves later, in the brightest channel of each path.
-    fn later(&self) -> [f64; 2] {
-        let (mut sum, mut light) = ([0.0; 2], 0.0);
-        for (path, w) in &self.paths {
-            let most = w * path.diffuse.iter().copied().fold(0.0, f64::max);
-            light += most;
-            sum.iter_mut().zip(path.later()).for_each(|(sum, x)| *sum += most * x);
-        }
-        sum.map(|x| x / f64::max(light, 1e-300))
-    }
-
     /// `diffuse`: the density over sin θᵢ of light that leaves later.
     fn sum(&self, phi: f64, m: [f64; 4], halves: [f64; 2], diffuse: f64) -> [[f64; 3]; 6] {
-        let diffuse = diffuse * wrapped_cauchy(self.later(), phi);
+        let diffuse = diffuse * wrapped_cauchy(self.later, phi);
         let mut sum = [[0.0; 3]; 6];
         let mut add = |p: usize, a: &[f64; 3], density: f64| (0..3).for_each(|c| sum[p][c] += a[c] * density);
         for (path, w) in &self.paths {

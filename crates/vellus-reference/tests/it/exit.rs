@@ -1,12 +1,13 @@
 //! The energies of fibres whose cuticle reflects scattered light (D17), compared with the photon tracer.
 
 use rayon::prelude::*;
-use vellus::parts::{ENTRIES, ExitData, ROWS, SHIPPED_EXITS, STATES};
+use vellus::parts::{ENTRIES, ExitData, ROWS, SHIPPED_EXITS, STATES, TAU_STEP};
 use vellus::{Bcsdf, Exit, Fiber, Species, Window, grid};
 use vellus_reference::simulate::azimuth::azimuth_error;
 use vellus_reference::simulate::energies::{Offsets, energies};
 use vellus_reference::simulate::exits::first_exits;
 use vellus_reference::simulate::medulla::stream;
+use vellus_reference::simulate::scattered::scattered;
 use vellus_testing::{Uniform, direction, effort};
 
 /// Mean, 95th percentile and largest of absolute values.
@@ -91,6 +92,31 @@ fn totals_of_random_fibres_match_the_tracer() {
     assert!(found[0] <= 0.01 && found[1] <= 0.03 && found[2] <= 0.06);
 }
 
+/// Medullas denser than any preset's, up to τ = 100. With the table's end at τ = 20 the error was 4.5 % at τ = 20 and
+/// 13.5 % at τ = 50 with the strongest of these absorptions.
+#[test]
+fn totals_of_dense_medullas_match_the_tracer() {
+    let mut worst = 0.0f64;
+    for (tau, bound) in [(20.0, 0.04), (50.0, 0.04), (100.0, 0.04)] {
+        for (g, kappa) in [(0.4, 0.85), (0.0, 0.6)] {
+            let fiber = Fiber {
+                kappa,
+                eta: 1.55,
+                sigma_ms: tau / kappa,
+                sigma_ma: [0.02, 0.2, 1.0],
+                sigma_ca: [0.05, 0.2, 0.5],
+                g,
+                ..Fiber::preset(Species::Cat)
+            };
+            let errors = errors(&fiber, 0.3, Offsets::Whole, Window::far(), effort(20_000, 400_000), 7);
+            println!("τ {tau} g {g} κ {kappa}: {errors:.4?}");
+            worst = errors.into_iter().fold(worst, f64::max);
+            // Four standard errors of the light that leaves.
+            assert!(worst <= bound + 4.0 / (effort(20_000f64, 400_000.0)).sqrt(), "τ {tau} g {g}: {worst}");
+        }
+    }
+}
+
 /// As for the totals. Published fibres are traced in `cargo xtask full` only.
 #[test]
 #[ignore = "test: 16 million photons"]
@@ -106,7 +132,7 @@ fn near_fields_of_species_match_the_tracer() {
 }
 
 /// Mean and worst L1 error of [`azimuths_of_presets_match_the_tracer`].
-const AZIMUTHS: [f64; 2] = [0.097, 0.395];
+const AZIMUTHS: [f64; 2] = [0.071, 0.211];
 
 /// Scattered light of the near field in 24 bins over the azimuth: ten presets at 0° and 60°. The bounds are the numbers
 /// of the book, and what noise adds at most: about 3 % with 40,000 photons, 1 % with 400,000.
@@ -161,8 +187,9 @@ fn the_table_matches_simulations_between_its_nodes() {
     let (mut errors, mut worst) = (Vec::new(), Vec::new());
     for k in 0..24 {
         let [x, y] = [taus, gs].map(|n| uniform.next() * (n - 1) as f64);
-        let (tau, g) = (grid::tau_at(x / (taus - 1) as f64), grid::g_at(y / (gs - 1) as f64));
-        let simulated = first_exits(tau, g, 1_000_000, &mut stream(20, k));
+        let (tau, g) = (grid::tau_at(x * TAU_STEP), grid::g_at(y / (gs - 1) as f64));
+        // Light is scattered twice as often as the chord is long, so dense medullas get fewer photons.
+        let simulated = first_exits(tau, g, (2e7 / tau.max(20.0)) as u64, &mut stream(20, k));
         let (i, j) = (x as usize, y as usize);
         let (s, t) = (x.fract(), y.fract());
         for entry in 0..ENTRIES {
@@ -183,4 +210,28 @@ fn the_table_matches_simulations_between_its_nodes() {
     println!("probability {errors:.4?}, light in a wrong state {distances:.4?}");
     assert!(errors[0] < 0.002 && errors[2] < 0.04, "{errors:?}");
     assert!(distances[0] < 0.025 && distances[2] < 0.1, "{distances:?}");
+}
+
+/// D20: light that leaves later than at its first encounter, over the azimuth. Noise adds 3 %. The rest is the error of
+/// the closed form of its concentration, and of its shape. With an even density the errors are three times as large.
+#[test]
+fn later_light_of_dense_medullas_stays_where_it_entered() {
+    let preset = Fiber::preset(Species::Cat).without_absorption();
+    for (tau, g) in [(5.0, 0.2), (10.0, 0.4), (30.0, 0.4)] {
+        let fiber = Fiber { sigma_ms: tau / preset.kappa, g, ..preset };
+        for h in [0.0, 0.7] {
+            let traced = scattered(&fiber, 0.0, Offsets::At(h), [1, 24], 60_000, 5, &()).unwrap().later;
+            let bcsdf = Bcsdf::new(&fiber).unwrap();
+            let hit = bcsdf.at(direction(0.0, 0.0), Window::near(h as f32));
+            let light: f64 = traced.iter().map(|bin| bin[0]).sum();
+            let ours: Vec<f64> = (0..24)
+                .map(|bin| f64::from(hit.azimuthal((f64::from(bin) + 0.5) as f32 * 15f32.to_radians()).0[5][0]))
+                .collect();
+            let all: f64 = ours.iter().sum();
+            let l1 = |bin: &dyn Fn(usize) -> f64| (0..24).map(|k| (bin(k) - traced[k][0] / light).abs()).sum::<f64>();
+            let (error, even) = (l1(&|k| ours[k] / all), l1(&|_| 1.0 / 24.0));
+            println!("τ {tau} g {g} h {h}: L1 {error:.3}, even {even:.3}");
+            assert!(error < 0.3 && error < 0.45 * even, "τ {tau} g {g} h {h}: {error} {even}");
+        }
+    }
 }

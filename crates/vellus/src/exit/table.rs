@@ -41,6 +41,10 @@ pub fn absorption_at(node: usize) -> f64 {
     (3f64.powi(node as i32) - 1.0) / 4.0
 }
 
+/// Between these ratios of the second effective path to the first, interpolation changes from that of the path, which is
+/// right for an exponential distribution of paths, to that of its inverse.
+pub const STEEP: [f32; 2] = [0.69, 0.25];
+
 /// [`absorption_at`] in single precision.
 const NODE_ABSORPTIONS: [f32; ABSORPTIONS] = [0.0, 0.5, 2.0, 6.5, 20.0, 60.5];
 
@@ -213,9 +217,17 @@ impl ExitTable {
 pub(crate) fn ln_kept(rows: &[f32x8; ROWS], a: f32) -> f32x8 {
     let at = Between::new(absorption_position(a), ABSORPTIONS);
     let [low, high] = [rows[STATES + at.index], rows[STATES + at.index + 1]];
-    let lost = (high - low).mul_add(f32x8::splat(at.t), low) * f32x8::splat(a);
-    // In a dense medulla the effective path falls fast, and the product could be larger than at the next node.
-    -lost.fast_min(high * f32x8::splat(NODE_ABSORPTIONS[at.index + 1]))
+    let t = f32x8::splat(at.t);
+    let mut path = (high - low).mul_add(t, low);
+    if at.index == 0 {
+        // In a dense medulla the effective path falls fast from its mean, as 1/√a, and its inverse is linear.
+        let share = (f32x8::splat(STEEP[0]) - high / low) * f32x8::splat(1.0 / (STEEP[0] - STEEP[1]));
+        let inverse = (f32x8::ONE / high - f32x8::ONE / low).mul_add(t, f32x8::ONE / low);
+        let share = share.fast_max(f32x8::ZERO).fast_min(f32x8::ONE);
+        path = f32x8::ONE / (inverse - f32x8::ONE / path).mul_add(share, f32x8::ONE / path);
+    }
+    // The product does not exceed that of the next node.
+    -(path * f32x8::splat(a)).fast_min(high * f32x8::splat(NODE_ABSORPTIONS[at.index + 1]))
 }
 
 #[cfg(test)]

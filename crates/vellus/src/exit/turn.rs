@@ -1,9 +1,9 @@
 //! D19 and D20: the azimuth of scattered light that leaves the fibre.
 //!
-//! Light that leaves the medulla at the azimuth ψ and the offset h‴ is turned by the cuticle by δ = asin h_o − asin h_i,
-//! where κ h‴ = h_i is its offset inside the fibre and h_o = η′ h_i. In the mean over light of one ψ, h‴ is close to
-//! a constant plus a sine of ψ: light that goes on straight has h‴ = h″, and light that a dense medulla sends back
-//! leaves close to where it entered. So φ ≈ ψ + α + 2 Re(i a e^(−iψ)).
+//! Light that leaves the medulla at the azimuth ψ and the offset h‴ is turned by δ = asin h_o − asin h_i where it
+//! leaves the fibre. Here h_i = κ h‴ is its offset inside the fibre, and h_o = η′ h_i. In the mean over light of one
+//! ψ, h‴ is close to a constant plus a sine of ψ: light that goes straight on has h‴ = h″, and light that a dense
+//! medulla sends back leaves close to where it entered. So φ ≈ ψ + α + 2 Re(i a e^(−iψ)).
 //!
 //! The Möbius transformation of the circle e^(iφ) = e^(iα) (e^(iψ) − a)/(1 − ā e^(iψ)), |a| < 1, does this to first
 //! order. It is one to one, its inverse is as simple, and dψ/dφ = (1 − |a|²)/|1 + a e^(−i(φ − α))|². So the density of

@@ -11,6 +11,8 @@ from .states import ABSORPTIONS, ENTRIES, STATES
 from .tables import G_MAX, TAU_SCALE
 
 TINY = 1e-30
+# Between these ratios of the second effective path to the first, the interpolation changes.
+STEEP = 0.69, 0.25
 
 
 def complement(x):
@@ -59,10 +61,9 @@ class Reflection:
         cortical = repeat(dr.concat(list(p.sigma_ca)), STATES)
 
         # What absorption in the medulla leaves.
-        ln_kept = self.ln_kept(rows, absorption)
-        self.ln_kept_polynomial = coefficients(F, ln_kept)
+        ln_kept = coefficients(F, self.ln_kept(rows, absorption))
         chord_keeps = dr.exp(-chord * repeat(absorption, STATES))
-        leaving = dr.exp(0.5 * dr.minimum(self.over_states(self.ln_kept_polynomial), 0))
+        leaving = dr.exp(0.5 * dr.minimum(self.over_states(ln_kept), 0))
         kept = dr.clip(excess * (leaving * leaving - chord_keeps) + chord_keeps, 0, 1)
         inverse = 1 / dr.maximum(self.first_exits(leaving), TINY)
 
@@ -80,15 +81,11 @@ class Reflection:
         denominator = sums(again * scale * (lost + returns * (absorbed + scattered * (1 - kept))), STATES)
         x = repeat(numerator / dr.maximum(denominator, TINY), STATES)
         value = (leaves + stays * x) * leaving
-        everything, first = (dr.clip(self.first_exits(v) * inverse, 0, 1) for v in (value, at_once * leaving))
-        self.escape_polynomial = coefficients(F, everything)
-        typical = dr.exp(ln_kept) * each(states.TYPICAL)
-        total, at_first = (sums(v * typical, ENTRIES) for v in (everything, first))
-        share = dr.clip(at_first / dr.maximum(total, TINY), 0, 1)
-        self.common = dr.sum(share * total * total) / dr.maximum(dr.sum(total * total), TINY)
-        self.first = [entry(share, i) for i in range(3)]
+        everything, at_first = (dr.clip(self.first_exits(v) * inverse, 0, 1) for v in (value, at_once * leaving))
+        shares = dr.minimum(at_first / dr.maximum(everything, TINY), 1)
         split = lambda polynomial: [[entry(polynomial, ENTRIES * i + m) for m in range(ENTRIES)] for i in range(3)]
-        self.escape_of, self.ln_kept_of = split(self.escape_polynomial), split(self.ln_kept_polynomial)
+        polynomials = coefficients(F, everything), ln_kept, coefficients(F, shares)
+        self.escape_of, self.ln_kept_of, self.first_of = map(split, polynomials)
 
     def over_states(self, polynomial):
         """The mean of a polynomial of the entry over each state.
@@ -120,10 +117,15 @@ class Reflection:
         entries = dr.arange(dr.uint32_array_t(self.F), 3 * ENTRIES) % ENTRIES
         base = (repeat_index(index, ENTRIES) + STATES) * ENTRIES + entries
         low, high = (dr.gather(self.F, rows, base + k * ENTRIES) for k in (0, 1))
-        lost = dr.lerp(low, high, repeat(t, ENTRIES)) * repeat(absorption, ENTRIES)
+        t = repeat(t, ENTRIES)
+        path = dr.lerp(low, high, t)
+        # In a dense medulla the effective path falls fast from its mean, as 1/sqrt(a), and its inverse is linear.
+        share = dr.clip((STEEP[0] - high / low) / (STEEP[0] - STEEP[1]), 0, 1)
+        share = dr.select(repeat_index(index, ENTRIES) == 0, share, 0)
+        path = 1 / dr.lerp(1 / path, dr.lerp(1 / low, 1 / high, t), share)
         # The product does not exceed that of the next node.
         node = (dr.exp((self.F(index) + 1) * math.log(3)) - 1) / 4
-        return -dr.minimum(lost, high * repeat(node, ENTRIES))
+        return -dr.minimum(path * repeat(absorption, ENTRIES), high * repeat(node, ENTRIES))
 
     def first_exits(self, values):
         """The mean of a number for each state over first exits, at the nodes of the entry."""
@@ -133,7 +135,10 @@ class Reflection:
         return sums(table * dr.gather(self.F, values, channel * STATES + state), STATES)
 
     def at(self, sin2_t, chord):
-        """The share of scattered light that leaves, and the logarithm of a further factor, both RGB."""
+        """The share of scattered light that leaves, the logarithm of a further factor, and the share of first exits.
+
+        Each is RGB.
+        """
         y = sin2_t * (1 / states.MAX_SIN2)
 
         def value(e):
@@ -145,13 +150,21 @@ class Reflection:
         return (
             [dr.clip(value(e), 0, 1) for e in self.escape_of],
             [dr.minimum(value(e), 0) for e in self.ln_kept_of],
+            [dr.clip(value(e), 0, 1) for e in self.first_of],
         )
 
-    def divide(self, escape):
-        """Divides escaping light into the part that leaves when it first meets the cuticle, and the rest."""
+    @staticmethod
+    def divide(escape, shares):
+        """Divides escaping light into the part that leaves when it first meets the cuticle, and the rest.
+
+        `shares`: the share of first exits of each channel. See `vellus::exit` for the limit.
+        """
         most = dr.maximum(dr.maximum(escape[0], escape[1]), escape[2])
-        limit = most * self.common
-        first = [dr.minimum(dr.maximum(e * f, e - (most - limit)), limit) for e, f in zip(escape, self.first)]
+        squares = [e * e for e in escape]
+        # Gradients contain the square of the inverse of this bound, which must not overflow in single precision.
+        common = sum(s * w for s, w in zip(shares, squares)) / dr.maximum(sum(squares), 1e-18)
+        limit = most * common
+        first = [dr.minimum(dr.maximum(e * s, e - (most - limit)), limit) for e, s in zip(escape, shares)]
         return first, [dr.maximum(e - f, 0) for e, f in zip(escape, first)]
 
 

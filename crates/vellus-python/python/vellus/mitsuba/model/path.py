@@ -56,9 +56,9 @@ class Path:
         first = late = None
         if p.reflection:
             chord = self.s_m / dr.maximum(p.kappa, 1e-20)
-            share, ln_kept = p.reflection.at(self.sin2_t, chord)
+            share, ln_kept, at_first = p.reflection.at(self.sin2_t, chord)
             escape = [s * dr.exp(k - self.s_c * long * ca) for s, k, ca in zip(share, ln_kept, p.sigma_ca)]
-            first, late = p.reflection.divide(escape)
+            first, late = p.reflection.divide(escape, at_first)
         else:
             cortex, medulla = (self.s_c + 1 - p.kappa) * long, p.kappa * mean_path * long
             escape = [dr.exp(-cortex * ca - medulla * ma) for ca, ma in zip(p.sigma_ca, p.sigma_ma)]

@@ -10,8 +10,6 @@ STATES, ENTRIES, ABSORPTIONS = INCLINATIONS * OFFSETS, 8, 6
 MAX_SIN2 = 0.9
 # c and y of the nodes of the entry.
 NODES = np.array([[0, 0], [0.5, 0], [1, 0], [0, 0.5], [1, 0.5], [0, 1], [0.5, 1], [1, 1]])
-# How typical the nodes are, for the mean share of first exits.
-TYPICAL = np.array([0.05, 0.2, 0.4, 0.03, 0.3, 0.0, 0.01, 0.01])
 # Nodes of κ² in [0, 1] and of 1/η² in [1/9, 1], for the transmittance of the cuticle.
 KAPPAS, INDICES, LEAST_SQUARE = 17, 37, 1 / 9
 # The share of light that is taken as reflected wholly or not at all.
