@@ -41,8 +41,8 @@ pub fn absorption_at(node: usize) -> f64 {
     (3f64.powi(node as i32) - 1.0) / 4.0
 }
 
-/// Between these ratios of the second effective path to the first, interpolation changes from that of the path, which is
-/// right for an exponential distribution of paths, to that of its inverse.
+/// Between these ratios of the second effective path to the first, interpolation changes from that of the path, which
+/// is right for an exponential distribution of paths, to that of its inverse.
 pub const STEEP: [f32; 2] = [0.69, 0.25];
 
 /// [`absorption_at`] in single precision.
