@@ -70,6 +70,12 @@ pub(crate) fn wrap(x: f64) -> f64 {
     (x + PI).rem_euclid(TAU) - PI
 }
 
+/// The density per radian of the wrapped Cauchy distribution with this mean of cos φ and sin φ.
+pub(super) fn wrapped_cauchy([cos, sin]: [f64; 2], phi: f64) -> f64 {
+    let square = cos * cos + sin * sin;
+    (1.0 - square) / (1.0 + square - 2.0 * (cos * phi.cos() + sin * phi.sin())) / TAU
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -99,10 +105,4 @@ mod tests {
             assert!((value / expected - 1.0).abs() < 1e-14, "{x}: {value} {expected}");
         }
     }
-}
-
-/// The density per radian of the wrapped Cauchy distribution with this mean of cos φ and sin φ.
-pub(super) fn wrapped_cauchy([cos, sin]: [f64; 2], phi: f64) -> f64 {
-    let square = cos * cos + sin * sin;
-    (1.0 - square) / (1.0 + square - 2.0 * (cos * phi.cos() + sin * phi.sin())) / TAU
 }
