@@ -91,10 +91,10 @@ impl<'t, P: Deref<Target = Prepared<'t>>, V: Lanes> Near<P, V> {
         let attenuation = path.attenuation(fiber, V::from_lanes(&paths), entry.as_ref());
         let centres = prepared.longitudinal.centres(sin, cos);
         let turns = prepared.turning.as_ref().map(|turning| turning.all(cos, h, &path));
-        let shift = turns.as_ref().map_or(zero, |turns| turns.shift);
+        let shift = turns.as_ref().map_or(zero, |(_, [shift, _])| *shift);
         Near {
             prepared,
-            turns,
+            turns: turns.map(|(turns, _)| turns),
             frame: Frame::new(wo, cos, path.inverse_cos_o),
             centres,
             exit: V::Quad::new([path.exit_azimuth(0), path.exit_azimuth(1), path.exit_azimuth(2), zero]),

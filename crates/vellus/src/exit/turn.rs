@@ -42,17 +42,11 @@ pub(crate) struct Turning {
 pub(crate) struct Turn<V> {
     /// The real and the imaginary part of a.
     pub a: [V; 2],
-    /// 1 − |a|².
-    rest: V,
 }
 
 /// How the scattered light of one path leaves the fibre.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Turns<V> {
-    /// α, which Φˢ contains.
-    pub shift: V,
-    /// The angle by which light that goes straight on is turned, about.
-    pub ahead: V,
     /// TTˢ and TRTˢ, as functions of φ.
     pub first: [Turn<V>; 2],
     /// Light that leaves later.
@@ -89,9 +83,10 @@ impl Turning {
         (path.h_inside * V::splat(self.inverse_kappa)).max(V::splat(-1.0)).min(V::splat(1.0))
     }
 
-    /// The transformations of a path of offset `h` on the fibre.
+    /// The transformations of a path of offset `h` on the fibre, with α, which is added to Φˢ, and about the angle by
+    /// which light that goes straight on is turned.
     #[inline(always)]
-    pub fn all<V: Lanes>(&self, cos_o: V, h: V, path: &Path<V>) -> Turns<V> {
+    pub fn all<V: Lanes>(&self, cos_o: V, h: V, path: &Path<V>) -> (Turns<V>, [V; 2]) {
         let (shift, a) = self.at(cos_o, path);
         let ahead = shift + a[1] + a[1];
         let [first, second, entry] = path.rotations(h, self.offset(path));
@@ -101,8 +96,8 @@ impl Turning {
         let sin = shift * (one - square * (V::splat(1.0 / 6.0) - square * V::splat(1.0 / 120.0)));
         let a = times(a, [cos, sin]);
         let stays = V::splat(-self.stays);
-        let first = [first, second].map(|rotation| Turn::new(times(a, rotation)));
-        Turns { shift, ahead, first, later: Turn::new(entry.map(|x| stays * x)) }
+        let first = [first, second].map(|rotation| Turn { a: times(a, rotation) });
+        (Turns { first, later: Turn { a: entry.map(|x| stays * x) } }, [shift, ahead])
     }
 }
 
@@ -115,12 +110,7 @@ fn times<V: Lanes>([a, b]: [V; 2], [c, d]: [V; 2]) -> [V; 2] {
 impl<V: Lanes> Turn<V> {
     /// No change.
     pub fn none() -> Self {
-        Turn { a: [V::splat(0.0); 2], rest: V::splat(1.0) }
-    }
-
-    #[inline(always)]
-    pub fn new(a: [V; 2]) -> Self {
-        Turn { a, rest: V::splat(1.0) - (a[0] * a[0] + a[1] * a[1]) }
+        Turn { a: [V::splat(0.0); 2] }
     }
 
     /// 1 + a e^(−iφ), from the cosine and the sine of φ. Twice its angle is ψ − φ.
@@ -133,7 +123,8 @@ impl<V: Lanes> Turn<V> {
     /// dψ/dφ, from [`Turn::inverse`].
     #[inline(always)]
     pub fn slope(&self, [re, im]: [V; 2]) -> V {
-        self.rest / (re * re + im * im)
+        let [a, b] = self.a;
+        (V::splat(1.0) - (a * a + b * b)) / (re * re + im * im)
     }
 
     /// The density of light over the azimuth, times 2π, if it was uniform before.
@@ -153,20 +144,14 @@ impl<V: Lanes> Turn<V> {
 impl Turn<f32> {
     /// The same in all lanes.
     pub fn repeated(&self) -> Turn<f32x8> {
-        Turn { a: self.a.map(f32x8::splat), rest: f32x8::splat(self.rest) }
+        Turn { a: self.a.map(f32x8::splat) }
     }
 }
 
 impl Turns<f32> {
     /// The same in all lanes.
     pub fn repeated(&self) -> Turns<f32x8> {
-        let [shift, ahead] = [self.shift, self.ahead].map(f32x8::splat);
-        Turns {
-            shift,
-            ahead,
-            first: [self.first[0].repeated(), self.first[1].repeated()],
-            later: self.later.repeated(),
-        }
+        Turns { first: [self.first[0].repeated(), self.first[1].repeated()], later: self.later.repeated() }
     }
 }
 

@@ -144,10 +144,10 @@ impl Query<'_, '_> {
         let Some(turning) = &self.prepared.turning else {
             return (Exit { azimuth, turn: Turn::none(), share: f32x8::ONE }, azimuth);
         };
-        let turns = turning.all(f32x8::splat(self.polar.cos), h, path);
+        let (turns, [shift, ahead]) = turning.all(f32x8::splat(self.polar.cos), h, path);
         let [one, two] = turns.first.map(|turn| turn.a);
-        let turn = Turn::new([first.select(one[0], two[0]), first.select(one[1], two[1])]);
-        (Exit { azimuth: azimuth + turns.shift, turn, share: f32x8::ONE }, azimuth + turns.ahead)
+        let turn = Turn { a: [first.select(one[0], two[0]), first.select(one[1], two[1])] };
+        (Exit { azimuth: azimuth + shift, turn, share: f32x8::ONE }, azimuth + ahead)
     }
 }
 

@@ -261,7 +261,7 @@ impl Half {
         if let Some(turning) = &prepared.turning {
             for k in 0..2 {
                 let light = weights[k] * a[k][DIFFUSE][3];
-                let entry = turning.all(cos, nodes.gauss[k], &paths[k]).later.a;
+                let entry = turning.all(cos, nodes.gauss[k], &paths[k]).0.later.a;
                 (0..2).for_each(|i| late[i] -= (light * entry[i]).reduce_add());
             }
         }

@@ -99,7 +99,7 @@ impl WindowState {
             late[0] *= 2.0;
         }
         let light = self.energy[DIFFUSE].to_array()[3].max(f32::MIN_POSITIVE);
-        self.later = Turn::new(late.map(|x| -x / light));
+        self.later = Turn { a: late.map(|x| -x / light) };
         if let Some(through) = &through {
             let both = [whole[0], whole[usize::from(!symmetric)]];
             let scattered = [self.energy[3], self.energy[4]];
