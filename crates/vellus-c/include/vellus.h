@@ -75,7 +75,7 @@ typedef enum VellusExit {
 typedef struct VellusFiber VellusFiber;
 
 // A hit of a fibre, prepared for many queries. It never changes: any number of threads may use it at the same time. It
-// takes 1.9 KB, with a window wider than the near field 12 KB.
+// takes 1.9 KB, with a window wider than the near field 11 KB.
 typedef struct VellusHit VellusHit;
 
 // The range of offsets that a hit is averaged over, from `low` to `high`, both in [−1, 1]. The near field has low =

@@ -8,7 +8,7 @@ use crate::window::VellusWindow;
 use vellus::{Lobes, OwnedHit};
 
 /// A hit of a fibre, prepared for many queries. It never changes: any number of threads may use it at the same time. It
-/// takes 1.9 KB, with a window wider than the near field 12 KB.
+/// takes 1.9 KB, with a window wider than the near field 11 KB.
 pub struct VellusHit {
     pub(crate) hit: OwnedHit,
 }

@@ -5,7 +5,7 @@
 fn vellus_prepare_inclination(hit: ptr<function, VellusHit>, fiber: u32, theta: f32) {
     let shift = abs(theta);
     let at = vellus_on(shift * VELLUS_THETA_MAX_INVERSE, VELLUS_FORWARD_OFFSET_NODES);
-    let reflects = vellus_fiber(fiber, VELLUS_CORTEX).w > 0.0;
+    let gain = vellus_fiber(fiber, VELLUS_CORTEX).w;
     (*hit).theta = shift;
     (*hit).inclination_mirror = select(1.0, -1.0, theta < 0.0);
     // The integrals of both halves of the light that leaves, and of all light. Both are equal without refraction.
@@ -24,7 +24,8 @@ fn vellus_prepare_inclination(hit: ptr<function, VellusHit>, fiber: u32, theta: 
         leaves.y += dot(w, vellus_forward_integral(fiber, shift, c));
         all.y += dot(w, vellus_mixed(VELLUS_FORWARD_INTEGRALS, total, 8u, c));
     }
-    if reflects {
+    if gain > 0.0 {
+        all.y *= gain;
         // A density in the sine of theta_i, which is eta times that inside.
         (*hit).scale = all.yx * vellus_fiber(fiber, VELLUS_REFRACTION).z;
         (*hit).leaving = all.yx * leaves;

@@ -284,7 +284,7 @@ impl ExactExit {
             let medulla = f64::from(fiber.sigma_ma[channel]) * kappa;
             let kept = ln_kept(&rows, medulla);
             let absorption = Absorption::new(&states, polynomial(kept), tau, g, medulla);
-            let [value, at_once] = leaving(&states, tau * (1.0 - g), f64::from(fiber.sigma_ca[channel]), &absorption);
+            let [value, at_once] = leaving(&states, tau * (1.0 - g).powf(0.7), f64::from(fiber.sigma_ca[channel]), &absorption);
             // The probability of each state, times the factor √k of absorption.
             let mean = |value: &[f64; STATES]| -> [f64; ENTRIES] {
                 std::array::from_fn(|entry| {
@@ -349,7 +349,7 @@ impl Absorption {
             all.chord[i] = (-medulla * state.chord).exp();
             // The chain has (1 − g) σ_ms. So it passes more light as unscattered than the medulla does. The rest must
             // carry what the medulla leaves of all light.
-            let [scattered, isotropic] = [tau, tau * (1.0 - g)].map(|tau| -(-tau * state.chord).exp_m1());
+            let [scattered, isotropic] = [tau, tau * (1.0 - g).powf(0.7)].map(|tau| -(-tau * state.chord).exp_m1());
             let light = scattered * kept + (isotropic - scattered) * all.chord[i];
             all.scattered[i] = (light / isotropic).clamp(0.0, 1.0);
         }

@@ -23,13 +23,15 @@ struct Refraction {
     eta: f64,
     /// b of the transmittance T(s) = 1 − b s⁴.
     loss: f64,
+    /// What absorption in the medulla leaves of each half, up to a common factor.
+    kept: [f64; 2],
 }
 
 impl Refraction {
-    /// C^M(θ′) T(sin θᵢ)/η at sin θᵢ.
-    fn eval(&self, profile: &Profile, sin_i: f64) -> f64 {
+    /// C^M(θ′) T(sin θᵢ)/η of one half at sin θᵢ, with absorption.
+    fn eval(&self, profiles: &[Profile; 2], half: usize, sin_i: f64) -> f64 {
         let inside = (sin_i / self.eta).clamp(-1.0, 1.0).asin();
-        profile.eval(inside) * (1.0 - self.loss * sin_i.powi(4)).max(0.0) / self.eta
+        self.kept[half] * profiles[half].eval(inside) * (1.0 - self.loss * sin_i.powi(4)).max(0.0) / self.eta
     }
 }
 
@@ -44,7 +46,7 @@ impl Inclination {
         let theta_i = self.tilt * theta_i;
         [0, 1].map(|half| match &self.refraction {
             None => self.profiles[half].eval(theta_i),
-            Some(refraction) => refraction.eval(&self.profiles[half], theta_i.sin()),
+            Some(refraction) => refraction.eval(&self.profiles, half, theta_i.sin()),
         })
     }
 }
@@ -58,17 +60,26 @@ impl Exact<'_> {
             return Inclination { tilt, profiles: profiles(theta_o.abs()), refraction: None, leaving: [1.0; 2] };
         }
         let profiles = profiles((theta_o.abs().sin() / self.eta).asin());
-        let refraction = Refraction { eta: self.eta, loss: self.loss() };
+        let refraction = Refraction { eta: self.eta, loss: self.loss(), kept: self.kept_by_half() };
         let mut leaving = [0.0; 2];
         // Midpoint rule in t with sin θᵢ = sin t, dense near grazing.
         let step = PI / POINTS as f64;
         for k in 0..POINTS {
             let t = (k as f64 + 0.5) * step - 0.5 * PI;
-            for (leaving, profile) in leaving.iter_mut().zip(&profiles) {
-                *leaving += refraction.eval(profile, t.sin()) * t.cos() * step;
+            for (half, leaving) in leaving.iter_mut().enumerate() {
+                *leaving += refraction.eval(&profiles, half, t.sin()) * t.cos() * step;
             }
         }
         Inclination { tilt, profiles, refraction: Some(refraction), leaving }
+    }
+
+    /// What absorption in the medulla leaves of the forward half, over what it leaves of the backward half, is the
+    /// mean over channels in a formula that `medulla/cone.rs` of `vellus` explains.
+    fn kept_by_half(&self) -> [f64; 2] {
+        let isotropic = self.sigma_ms * self.kappa * (1.0 - self.g);
+        let a = self.sigma_ma.map(|sigma| (sigma * self.kappa).min(2.0)).iter().sum::<f64>() / 3.0;
+        let difference = 0.61 + 4.49 * isotropic / (7.06 + isotropic) - 1.46 * self.g + 0.263 * a;
+        [1.0, (-a * difference / (1.0 + 0.608 * a * isotropic)).exp()]
     }
 
     /// b: the least-squares fit of c (1 − b s⁴) over s = sin θᵢ in [0, 1] to the transmittance at four Gauss points,

@@ -117,6 +117,45 @@ fn totals_of_dense_medullas_match_the_tracer() {
     }
 }
 
+/// Strongly forward scattering and black medullas: the chain scatters light as an isotropic medulla of the same
+/// transport does, and one number has the effect of absorption on a pair of states.
+#[test]
+fn totals_at_the_limits_match_the_tracer() {
+    let photons = effort(60_000, 1_000_000);
+    let cat = Fiber { kappa: 0.85, sigma_ca: [0.1, 0.3, 0.6], ..Fiber::preset(Species::Cat) };
+    let forward = Fiber { g: 0.95, sigma_ms: 5.0, sigma_ma: [0.02, 0.1, 0.5], ..cat };
+    let black = Fiber { g: 0.3, sigma_ms: 2.0, sigma_ma: [1.0, 2.0, 5.0], ..cat };
+    for (name, fiber, bound) in [("g = 0.95", forward, 0.06), ("a black medulla", black, 0.06)] {
+        for theta in [0.0, 1.0] {
+            let errors = errors(&fiber, theta, Offsets::Whole, Window::far(), photons, 9);
+            println!("{name}, θ {theta}: {errors:.4?}");
+            let worst = errors.into_iter().fold(0.0, f64::max);
+            // Four standard errors of the light that leaves, about a quarter.
+            assert!(worst <= bound + 8.0 / (photons as f64).sqrt(), "{name} {theta}: {worst}");
+        }
+    }
+}
+
+/// As g → 1, light that is scattered goes where unscattered light goes: the azimuths of TTˢ peak where TT does. With
+/// one refraction, as in Eq. 21, the peaks were as far apart as the second refraction turns light.
+#[test]
+fn scattered_light_goes_straight_on_if_scattering_is_forward() {
+    let fiber = Fiber { g: 0.95, sigma_ms: 0.5, ..Fiber::preset(Species::Cat).without_absorption() };
+    for h in [-0.6f32, -0.2, 0.3, 0.5, 0.7] {
+        let bcsdf = Bcsdf::new(&fiber).unwrap();
+        let hit = bcsdf.at(direction(0.0, 0.0), Window::near(h));
+        let peak = |lobe: usize| {
+            let at = |degrees: u16| hit.azimuthal(f32::from(degrees).to_radians()).0[lobe][0];
+            (0..360).max_by(|a, b| at(*a).total_cmp(&at(*b))).unwrap()
+        };
+        let [tt, scattered] = [1, 3].map(peak);
+        let distance = (i32::from(tt) - i32::from(scattered) + 540).rem_euclid(360) - 180;
+        let refraction = (h.asin() - (h / fiber.eta).asin()).to_degrees();
+        println!("h {h}: TT {tt}°, TTˢ {scattered}°, refraction {refraction:.1}°");
+        assert!(f64::from(distance.abs()) <= 2.0 + 0.2 * f64::from(refraction.abs()), "{h}: {tt} {scattered}");
+    }
+}
+
 /// As for the totals. Published fibres are traced in `cargo xtask full` only.
 #[test]
 #[ignore = "test: 16 million photons"]

@@ -22,6 +22,7 @@
 
 pub(crate) mod cone;
 pub(crate) mod diffuse;
+pub(crate) mod low_rank;
 pub mod states;
 pub mod table;
 pub(crate) mod turn;
@@ -78,6 +79,11 @@ fn sum(x: &Vector) -> f32 {
     sum.reduce_add()
 }
 
+/// Light in a medulla of the optical radius τ forgets its state as in an isotropic medulla of τ (1 − g)^p. In a thick
+/// medulla p is 1, the similarity of transport. Medullas of fibres are thin: with p = 0.7 totals of the presets agree
+/// with traced ones to 0.5 % on average and 1.6 % at worst, with p = 1 to 0.7 % and 2.4 %.
+const FORGETS: f32 = 0.7;
+
 /// What all channels share.
 struct Chain<'a> {
     table: &'a ExitTable,
@@ -101,6 +107,7 @@ impl<'a> Chain<'a> {
         let geometry = &table.geometry;
         let tau = fiber.sigma_ms * fiber.kappa;
         let through = table.cone.transmittance(fiber.kappa, fiber.eta, fiber.layers);
+        let forgets = tau * (1.0 - fiber.g).powf(FORGETS);
         let zero = [f32x8::ZERO; REGISTERS];
         let (mut cortex, mut scattered, mut excess) = (zero, zero, zero);
         let (mut passed, mut keeps) = (f32x8::ZERO, f32x8::ZERO);
@@ -108,7 +115,7 @@ impl<'a> Chain<'a> {
             let cos_gamma = (one - splat(fiber.kappa * fiber.kappa) * geometry.square[r]).sqrt();
             let length = cos_gamma - splat(fiber.kappa) * geometry.half_chord[r];
             cortex[r] = length.fast_max(f32x8::ZERO) * geometry.elongation[r];
-            scattered[r] = complement(splat(tau * (1.0 - fiber.g)) * geometry.chord[r]);
+            scattered[r] = complement(splat(forgets) * geometry.chord[r]);
             excess[r] = complement(splat(tau) * geometry.chord[r]) / scattered[r];
             passed += geometry.weight[r] * through[r];
             // A reflection takes light around the fibre by 2 (asin h″ − asin κh″), where cos asin h″ is half a chord.

@@ -43,6 +43,8 @@ pub(crate) struct Cone {
     pub slope: f32,
     /// The largest h″ at which light leaves, a mean over inclinations.
     pub reach: f32,
+    /// What absorption in the medulla leaves of the backward half, over what it leaves of the forward half.
+    pub backward_gain: f32,
     /// T cos θ′ at the edge of the cone.
     pub edge: f32,
     /// The half angle of the cone, asin(1/η), and 1 over it.
@@ -66,6 +68,7 @@ impl Cone {
             loss,
             slope,
             reach,
+            backward_gain: backward_gain(fiber),
             edge: cos * (1.0 - loss),
             half,
             inverse_half: 1.0 / half,
@@ -106,6 +109,21 @@ impl Cone {
     fn combine<const C: usize>(&self, [whole, lost]: &Pair<C>) -> Weights<C> {
         std::array::from_fn(|c| lost[c].mul_add(f32x8::splat(-self.loss), whole[c]))
     }
+}
+
+/// D21: [`Cone::backward_gain`]. Light that goes on has longer paths than light that turns back, unless scattering is
+/// strongly forward. C^M is that of a medulla without absorption.
+///
+/// Its logarithm is a fit to photons in medullas with τ from 0.25 to 50, g up to 0.8 and σ_ma κ up to 1.5: the share of
+/// the forward half is then right. At σ_ma κ = 0.2 the error is 0.05 where the logarithm itself is 0.19, and at 0.8 it
+/// is 0.12 of 0.42 (root mean squares). All channels share one value.
+fn backward_gain(fiber: &Fiber) -> f32 {
+    let tau = fiber.sigma_ms * fiber.kappa;
+    let isotropic = tau * (1.0 - fiber.g);
+    let [r, g, b] = fiber.sigma_ma.map(|sigma| (sigma * fiber.kappa).min(2.0));
+    let a = (r + g + b) * (1.0 / 3.0);
+    let longer = 0.61 + 4.49 * isotropic / (isotropic + 7.06) - 1.46 * fiber.g + 0.263 * a;
+    (a * longer / (1.0 + 0.608 * a * isotropic)).exp()
 }
 
 /// Means over light that leaves the medulla and then the fibre.

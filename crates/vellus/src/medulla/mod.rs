@@ -257,7 +257,8 @@ impl<'t> Medulla<'t> {
         let (scale, leaving) = match &self.cone {
             // D18: with refraction, a density in sin θᵢ = η sin θ′.
             Some((cone, cones)) => {
-                let [all_b, all_f] = [backward.densities.total_at_0(&w_b), forward.densities.total(&w_f, shift)];
+                let all_b = backward.densities.total_at_0(&w_b);
+                let all_f = forward.densities.total(&w_f, shift) * cone.backward_gain;
                 let leaving = [dot(&w_b, &self.backward_integrals), dot(&w_f, &cone.forward(cones, shift))];
                 // The halves are divided by their totals. The common factor of both totals has no effect.
                 ([all_f, all_b].map(|scale| scale * cone.inverse_eta), [all_f * leaving[0], all_b * leaving[1]])

@@ -25,10 +25,10 @@ pub fn fiber(bcsdf: &Bcsdf<'_>) -> [[f32; 4]; FIBER_ROWS] {
     let exit = reflection.as_ref().unwrap_or(&none);
     // Indices are below 4096, and exact in single precision.
     let number = |index: usize| index as f32;
-    let reflects = f32::from(u8::from(reflection.is_some()));
+    let gain = medulla.cone.map_or(0.0, |(cone, _)| cone.backward_gain);
     let mut rows = vec![
         [fiber.eta, fiber.kappa, fiber.sigma_ms, fiber.layers],
-        rgb(fiber.sigma_ca, reflects),
+        rgb(fiber.sigma_ca, gain),
         rgb(fiber.sigma_ma, medulla.optical_radius),
         longitudinal.sin_alpha,
         longitudinal.cos_alpha,

@@ -42,7 +42,7 @@ class Reflection:
         through = cycle(self.transmittance(p), 3)
         cos_gamma = dr.sqrt(1 - p.kappa * p.kappa * each(g.square))
         cortex = dr.maximum(cos_gamma - p.kappa * each(g.half_chord), 0) * elongation
-        scattered = complement(tau * (1 - p.g) * chord)
+        scattered = complement(tau * (1 - p.g) ** 0.7 * chord)
         excess = complement(tau * chord) / scattered
         taus, gs = grid.plain.exits.shape[:2]
         at_tau = between(dr.log(1 + TAU_SCALE * tau) * (1 / grid.plain.exit_step), taus)

@@ -13,6 +13,14 @@ from .tables import CONES, G_MAX, SHIFTS, SMALLEST, STEP, TAU_GROWTH, TAU_SCALE,
 MIRROR_REACH = dr.pi / 360
 
 
+def backward_gain(p):
+    """What absorption in the medulla leaves of the backward half, over what it leaves of the forward half."""
+    isotropic = p.sigma_ms * p.kappa * (1 - p.g)
+    a = sum(dr.minimum(sigma * p.kappa, 2) for sigma in p.sigma_ma) / 3
+    longer = 0.61 + 4.49 * isotropic / (isotropic + 7.06) - 1.46 * p.g + 0.263 * a
+    return dr.exp(a * longer / (1 + 0.608 * a * isotropic))
+
+
 class Inclination:
     """C^M for one inclination at which light enters."""
 
@@ -25,6 +33,7 @@ class Inclination:
         all_b, all_f = back.total(self.at, 0 * theta), ahead.total(self.at, self.shift)
         if medulla.refracts:
             # D18: with refraction, a density in sin θᵢ = η sin θ′.
+            all_f = all_f * medulla.backward_gain
             leaving = [half.over_cone(self.at, self.shift) for half in medulla.halves]
             self.scale = [all_f / medulla.eta, all_b / medulla.eta]
             self.leaving = [all_f * leaving[0], all_b * leaving[1]]
@@ -155,6 +164,7 @@ class Medulla:
         self.loss = type(p.eta)(0)
         if p.reflects:
             self.loss, self.slope, self.reach = cuticle.outward(grid.F, p.eta, p.kappa, p.layers)
+            self.backward_gain = backward_gain(p)
         inverse = 1 / self.eta
         self.excess = dr.maximum((1 - inverse) * (1 + inverse), 0)
         self.half = dr.atan2(inverse, dr.sqrt(dr.maximum(self.excess, 1e-12)))
