@@ -77,6 +77,7 @@ pub(crate) fn prototype<'p>(
 ) -> Result<Option<usize>, Error> {
     let (first_set, first_mesh) = (reader.scene.strands.len(), reader.scene.meshes.len());
     reader.local_scale = mean_scale(&to_local[0]).0;
+    let eye = reader.eye.take();
     for place in places.filter(|place| place.shown) {
         let [open, close] = to_local;
         let mut local = place.clone();
@@ -91,6 +92,7 @@ pub(crate) fn prototype<'p>(
         }
     }
     reader.local_scale = 1.0;
+    reader.eye = eye;
     let strands = reader.scene.strands.split_off(first_set);
     let meshes = reader.scene.meshes.split_off(first_mesh);
     if strands.is_empty() && meshes.is_empty() {

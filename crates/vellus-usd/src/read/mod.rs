@@ -12,8 +12,10 @@ mod mesh;
 mod motion;
 mod network;
 mod options;
+mod polygons;
 mod primvar;
 mod shading;
+mod subdivision;
 mod surface;
 pub(crate) mod uv_texture;
 mod xform;
@@ -140,6 +142,11 @@ fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<(), 
     reader.stage.clock.open += shutter[0];
 
     let places = places(&reader.stage, paths, &mut reader.warnings)?;
+    // The camera decides how far meshes are subdivided.
+    if let Some(place) = places.iter().find(|place| Some(&place.path) == chosen.as_ref()) {
+        reader.scene.camera = camera::read(reader, place)?;
+        reader.eye = reader.scene.camera;
+    }
     let shared = Shared::find(reader, &places)?;
     let mut prototypes: HashMap<usize, Option<usize>> = HashMap::new();
     let mut point_prototypes = HashMap::new();
@@ -147,7 +154,6 @@ fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<(), 
     for (i, place) in places.iter().enumerate() {
         inside = inside.filter(|root| is_below(&place.path, root));
         if chosen.as_ref() == Some(&place.path) {
-            reader.scene.camera = camera::read(reader, place)?;
             continue;
         }
         if let Some(first) = shared.first(i) {

@@ -12,6 +12,7 @@ mod motion;
 mod primvars;
 mod shading;
 mod stages;
+mod subdivision;
 mod transforms;
 
 use crate::common::read_text;
