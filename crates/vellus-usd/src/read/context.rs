@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::image::{self, Budget, Encoding, Image};
 use crate::read::options::Options;
+use crate::read::skeleton::Skeletons;
 use crate::stage::Stage;
 use crate::warning::Warnings;
 use std::collections::{HashMap, HashSet};
@@ -46,6 +47,8 @@ pub(crate) struct Reader<'a> {
     pub held: HashSet<(usize, String)>,
     /// The length of a world unit where strands are read, if that is not world space.
     pub local_scale: f64,
+    /// Skeletons, and what is below their roots.
+    pub skeletons: Skeletons,
     /// The camera of the picture, if it is known, where meshes are read in world space.
     pub eye: Option<Camera>,
     /// The number of faces of subdivision surfaces.
@@ -72,6 +75,7 @@ impl<'a> Reader<'a> {
             surfaces: HashMap::new(),
             held: HashSet::new(),
             local_scale: 1.0,
+            skeletons: Skeletons::default(),
             eye: None,
             refined: 0,
             copied: 0,

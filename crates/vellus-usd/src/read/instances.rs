@@ -56,11 +56,12 @@ pub(crate) fn is_below(path: &str, other: &str) -> bool {
     path.strip_prefix(other).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
 }
 
-/// What the prims of an instance inherit from the instance and its ancestors: a material, and primvars.
+/// What the prims of an instance inherit from the instance and its ancestors: a material, primvars, and skeletons.
 fn inherited(reader: &mut Reader, path: &str) -> Result<String, Error> {
     let mut text = bound_material(reader, path)?.unwrap_or_default();
     for ancestor in ancestors(path) {
-        for name in reader.stage.properties(ancestor)?.iter().filter(|name| name.as_str().starts_with("primvars:")) {
+        let inherits = |name: &str| name.starts_with("primvars:") || name.starts_with("skel:");
+        for name in reader.stage.properties(ancestor)?.iter().filter(|name| inherits(name.as_str())) {
             text += &format!(" {ancestor}.{}", name.as_str());
         }
     }

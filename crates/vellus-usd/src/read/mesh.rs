@@ -5,6 +5,7 @@ use crate::read::context::Reader;
 use crate::read::motion::{Points, points};
 use crate::read::polygons::Polygons;
 use crate::read::primvar::{Interpolation, Primvar, primvar};
+use crate::read::skeleton::turn;
 use crate::read::subdivision::subdivide;
 use crate::read::surface::surface;
 use crate::read::xform::Place;
@@ -63,7 +64,8 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
         Some(uv) => Some(uv),
         None => checked("primvars:uv", Interpolation::Constant, 2)?,
     };
-    let polygons = Polygons { counts, indices, holes, open, close, normals, uv };
+    let mut polygons = Polygons { counts, indices, holes, open, close, normals, uv };
+    turn(reader, prim, &mut polygons)?;
     let polygons = subdivide(reader, place, left_handed, polygons)?;
     show(reader, place, left_handed, polygons)
 }

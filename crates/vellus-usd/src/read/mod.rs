@@ -15,6 +15,8 @@ mod options;
 mod polygons;
 mod primvar;
 mod shading;
+mod skeleton;
+mod skin;
 mod subdivision;
 mod surface;
 pub(crate) mod uv_texture;
@@ -26,6 +28,7 @@ use crate::error::Error;
 use crate::read::context::Reader;
 use crate::read::instances::{Shared, is_below};
 use crate::read::network::bound_material;
+use crate::read::skeleton::Skeletons;
 use crate::read::xform::{Place, places};
 use crate::stack::on_large_stack;
 use crate::stage::{MATERIALS, Stage};
@@ -147,6 +150,7 @@ fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<(), 
         reader.scene.camera = camera::read(reader, place)?;
         reader.eye = reader.scene.camera;
     }
+    reader.skeletons = Skeletons::new(&places);
     let shared = Shared::find(reader, &places)?;
     let mut prototypes: HashMap<usize, Option<usize>> = HashMap::new();
     let mut point_prototypes = HashMap::new();
