@@ -34,6 +34,7 @@
 //!   document (.mtlx): its materials are children of `/MaterialX/Materials`.
 //! - **Mesh** as polygons or as a subdivision surface: Catmull–Clark (the default of USD), Loop or bilinear, with
 //!   creases, corners and holes. It is refined until its edges are short in the picture, then moved to the limit.
+//! - **Sphere**, **Cube**, **Cylinder**, **Cone**, **Capsule** and **Plane**, as meshes.
 //! - **UsdPreviewSurface** (diffuseColor as a constant or a texture, emissiveColor, roughness,
 //!   metallic, ior), **Camera**, **DomeLight**, **DistantLight**, **RectLight**, **DiskLight**, **SphereLight** and
 //!   **CylinderLight**. `vellus:lightGroup` names the group of a light; without it the group has the name of the prim.

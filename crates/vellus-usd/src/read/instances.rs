@@ -4,6 +4,7 @@ use crate::error::Error;
 use crate::read::context::Reader;
 use crate::read::network::bound_material;
 use crate::read::primvar::ancestors;
+use crate::read::shapes::{self, SHAPES};
 use crate::read::xform::{Place, mean_scale};
 use crate::read::{curves, mesh};
 use crate::stage::{Stage, When};
@@ -86,6 +87,7 @@ pub(crate) fn prototype<'p>(
         match place.type_name.as_str() {
             "BasisCurves" => curves::read(reader, &local)?,
             "Mesh" => mesh::read(reader, &local)?,
+            shape if SHAPES.contains(&shape) => shapes::read(reader, &local)?,
             "PointInstancer" => {
                 reader.warnings.add(&place.path, "a PointInstancer inside an instance is not supported and is ignored");
             }

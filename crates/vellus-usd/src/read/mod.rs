@@ -15,6 +15,7 @@ mod options;
 mod polygons;
 mod primvar;
 mod shading;
+mod shapes;
 mod skeleton;
 mod skin;
 mod subdivision;
@@ -28,6 +29,7 @@ use crate::error::Error;
 use crate::read::context::Reader;
 use crate::read::instances::{Shared, is_below};
 use crate::read::network::bound_material;
+use crate::read::shapes::SHAPES;
 use crate::read::skeleton::Skeletons;
 use crate::read::xform::{Place, places};
 use crate::stack::on_large_stack;
@@ -179,7 +181,8 @@ fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<(), 
         if !place.shown || place.swallowed {
             continue;
         }
-        let is_shape = ["BasisCurves", "Mesh", "GeomSubset"].contains(&place.type_name.as_str());
+        let kind = place.type_name.as_str();
+        let is_shape = ["BasisCurves", "Mesh", "GeomSubset"].contains(&kind) || SHAPES.contains(&kind);
         if place.type_name == "PointInstancer" && inside.is_none() {
             instances::point_instancer(reader, place, &places, &mut point_prototypes)?;
         } else if inside.is_none() || !is_shape {
@@ -193,6 +196,7 @@ fn read_prim(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     match place.type_name.as_str() {
         "BasisCurves" => curves::read(reader, place),
         "Mesh" => mesh::read(reader, place),
+        shape if SHAPES.contains(&shape) => shapes::read(reader, place),
         "DomeLight" | "DomeLight_1" | "DistantLight" | "RectLight" | "DiskLight" | "SphereLight" | "CylinderLight" => {
             light::read(reader, place)
         }
@@ -204,9 +208,8 @@ fn read_prim(reader: &mut Reader, place: &Place) -> Result<(), Error> {
             Ok(())
         }
         // Other renderers show these.
-        "NurbsCurves" | "HermiteCurves" | "NurbsPatch" | "Points" | "Sphere" | "Cube" | "Cylinder" | "Cylinder_1"
-        | "Cone" | "Capsule" | "Capsule_1" | "Plane" | "TetMesh" | "Volume" | "GeometryLight" | "PortalLight"
-        | "PluginLight" => {
+        "NurbsCurves" | "HermiteCurves" | "NurbsPatch" | "Points" | "TetMesh" | "Volume" | "GeometryLight"
+        | "PortalLight" | "PluginLight" => {
             reader.warnings.add(&place.path, format!("{} is not supported and is ignored", place.type_name));
             Ok(())
         }

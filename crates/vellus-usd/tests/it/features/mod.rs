@@ -11,6 +11,7 @@ mod meshes;
 mod motion;
 mod primvars;
 mod shading;
+mod shapes;
 mod skeletons;
 mod stages;
 mod subdivision;

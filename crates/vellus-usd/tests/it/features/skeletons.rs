@@ -111,6 +111,17 @@ fn poses_at_both_ends_of_the_shutter_blur() {
     near(&mesh.moved.as_ref().unwrap()[..1], &[1.5 * Vec3::X]);
 }
 
+#[test]
+fn bindings_are_inherited_and_moved_shapes_too() {
+    let group = format!("rel skel:skeleton = </rig/skel> {}", influences("constant", "[0]", "[1]"));
+    let body = format!("{group} def Cube \"cube\" {{ }}");
+    let (scene, warnings) = scene(&rig(&api("Xform", "group", &body)));
+    assert_eq!(said(&warnings), "");
+    let points = &scene.meshes[0].positions;
+    let middle = points.iter().sum::<Vec3>() / points.len() as f32;
+    near(&[middle], &[Vec3::X]);
+}
+
 /// Half of an offset of (0, 0, 4), before the skeleton moves the point.
 #[test]
 fn blend_shapes_move_points() {
