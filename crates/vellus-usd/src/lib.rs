@@ -59,11 +59,11 @@
 //! references they bring), and one more for each 32 bytes of its files, up to 262,144. Each prim of an instance that
 //! repeats the content of another one counts as two. Classes form chains of at most 100, and so do references. A list
 //! has at most 1000 arcs, text at most 500 nested brackets, and an expression 100. An image has at most 2²⁷ pixels.
-//! Subdivision brings at most 2²¹ faces a mesh and 2²³ a stage, beyond one level. All images and the tables of lights have at most 2 GiB, and 64 bytes more for each byte of the image files. A
-//! MaterialX document has at most 2²⁰ XML nodes, 64 levels, and 256 attributes an element. A chain has at most 128
-//! connections. A package (.usdz) stores its files without compression, as the format requires. Packages inside
-//! packages are not read. Coordinates are within ±10⁹ scene units ([`vellus_scene::MAX_COORDINATE`]). Devices are
-//! not read.
+//! Subdivision brings at most 2²¹ faces a mesh and 2²² a stage, beyond one level. All images and the tables of lights
+//! have at most 2 GiB, and 64 bytes more for each byte of the image files. A MaterialX document has at most 2²⁰ XML
+//! nodes, 64 levels, and 256 attributes an element. A chain has at most 128 connections. A package (.usdz) stores its
+//! files without compression, as the format requires. Packages inside packages are not read. Coordinates are within
+//! ±10⁹ scene units ([`vellus_scene::MAX_COORDINATE`]). Devices are not read.
 #![warn(clippy::print_stdout)]
 
 mod color;

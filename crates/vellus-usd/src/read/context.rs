@@ -51,6 +51,8 @@ pub(crate) struct Reader<'a> {
     pub skeletons: Skeletons,
     /// The camera of the picture, if it is known, where meshes are read in world space.
     pub eye: Option<Camera>,
+    /// The number of meshes of the stage.
+    pub meshes: usize,
     /// The number of faces of subdivision surfaces.
     pub refined: usize,
     /// The number of points of copied instances.
@@ -77,6 +79,7 @@ impl<'a> Reader<'a> {
             local_scale: 1.0,
             skeletons: Skeletons::default(),
             eye: None,
+            meshes: 0,
             refined: 0,
             copied: 0,
             strict: false,

@@ -147,7 +147,8 @@ fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<(), 
     reader.stage.clock.open += shutter[0];
 
     let places = places(&reader.stage, paths, &mut reader.warnings)?;
-    // The camera decides how far meshes are subdivided.
+    // The camera decides how far meshes are subdivided, or their number.
+    reader.meshes = places.iter().filter(|place| place.type_name == "Mesh").count();
     if let Some(place) = places.iter().find(|place| Some(&place.path) == chosen.as_ref()) {
         reader.scene.camera = camera::read(reader, place)?;
         reader.eye = reader.scene.camera;

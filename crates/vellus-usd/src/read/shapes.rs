@@ -9,7 +9,7 @@ use crate::read::primvar::{Interpolation, Primvar};
 use crate::read::skeleton::{pose, turn};
 use crate::read::xform::Place;
 use crate::stage::{Numbers, When};
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// The schemas that are read.
 pub(crate) const SHAPES: [&str; 8] =
@@ -217,6 +217,7 @@ fn plane(width: f64, length: f64, axis: usize) -> Polygons {
 mod tests {
     use super::*;
     use glam::DVec3;
+    use std::f64::consts::PI;
 
     /// The volume of a closed surface, which is positive if its faces are seen from outside. Normals must agree.
     fn volume(shape: &Polygons) -> f64 {

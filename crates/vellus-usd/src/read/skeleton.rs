@@ -65,21 +65,20 @@ impl Skeletons {
 /// Moves the points of a prim with its skeleton, if it has one.
 pub(crate) fn pose(reader: &mut Reader, prim: &str, points: Points) -> Result<Points, Error> {
     let Some(binding) = binding(reader, prim, points.open.len())? else { return Ok(points) };
-    let Points { open, close } = points;
-    let close = match reader.stage.clock.close == reader.stage.clock.open {
-        true => None,
-        false => Some(close.unwrap_or_else(|| open.clone())),
-    };
-    let mut times = [Some(open), close];
+    let moves = reader.stage.clock.close != reader.stage.clock.open;
+    let close = points.close.as_ref().unwrap_or(&points.open);
+    let mut times = [Some(points.open.clone()), moves.then(|| close.clone())];
     for (time, points) in times.iter_mut().enumerate() {
         let Some(points) = points else { continue };
         shape(reader, prim, &binding.pose.shapes[time], points, "offsets")?;
         if let Some((influences, skins)) = &binding.skin {
             *points = skins[time].points(points, influences);
         }
-        if points.as_flattened().iter().any(|x| !x.is_finite()) {
-            return Err(Error::prim(prim, "its skeleton moves points to infinity"));
-        }
+    }
+    let is_finite = |points: &Vec<[f32; 3]>| points.as_flattened().iter().all(|x| x.is_finite());
+    if !times.iter().flatten().all(is_finite) {
+        reader.warnings.add(prim, "its skeleton moves points to infinity: it is not posed");
+        return Ok(points);
     }
     let [open, close] = times;
     Ok(Points { open: open.unwrap_or_default(), close })

@@ -22,10 +22,13 @@ const SHARE: f64 = 0.95;
 /// The most levels: each face has at most 4⁶ parts.
 const MAX_LEVELS: usize = 6;
 
-/// The largest number of faces of a mesh, and of all meshes, that more than one level may bring. A face needs about 200
-/// bytes while it is refined, and 150 after that.
+/// The largest number of faces of a mesh, and of all meshes, that more than one level may bring. A face needs about 310
+/// bytes while it is refined, and 120 after that.
 const MAX_FACES: usize = 1 << 21;
-const MAX_ALL_FACES: usize = 1 << 23;
+const MAX_ALL_FACES: usize = 1 << 22;
+
+/// Where no camera is known, all meshes of a stage have the same share, but not less than this.
+const LEAST_SHARE: usize = 1 << 12;
 
 /// Replaces the faces of a mesh by those of its limit surface, if it has a scheme. Authored normals are not used, as
 /// USD defines.
@@ -162,7 +165,11 @@ fn levels(reader: &Reader, place: &Place, surface: &Subdivision, polygons: &Poly
     let target = IN_MESH * diagonal(polygons.open.iter().map(point));
     let ends = surface.cage().ends().map(|ends| ends.map(|vertex| point(&polygons.open[vertex as usize])));
     let mut lengths: Vec<f64> = ends.map(|ends| relative_length(ends, reader.eye.as_ref(), target)).collect();
-    let finest = MAX_FACES.min(MAX_ALL_FACES.saturating_sub(reader.refined));
+    let share = match reader.eye {
+        Some(_) => MAX_FACES,
+        None => (MAX_ALL_FACES / reader.meshes.max(1)).clamp(LEAST_SHARE, MAX_FACES),
+    };
+    let finest = share.min(MAX_ALL_FACES.saturating_sub(reader.refined));
     let rank = ((SHARE * lengths.len() as f64) as usize).min(lengths.len().saturating_sub(1));
     let length = if lengths.is_empty() { 0.0 } else { *lengths.select_nth_unstable_by(rank, f64::total_cmp).1 };
     // Infinities and NaN are bounded too.

@@ -143,7 +143,7 @@ impl Level {
             for corner in range.clone().map(|c| c as u32) {
                 let (next, previous) = (self.next(corner), self.previous(corner));
                 let [here, there] = [corner, previous].map(|c| self.edges[c as usize]);
-                // Which half of an edge begins or ends here. An edge from a vertex to itself begins with the first half.
+                // Which half of an edge begins or ends here. An edge from a vertex to itself begins with the first.
                 let half = |edge: u32, begins: bool| {
                     let [a, b] = self.ends_of(edge as usize);
                     let is_first = if a == b { begins } else { a == self.corners[corner as usize] };
@@ -158,7 +158,8 @@ impl Level {
                     child.edges.extend([half(here, true), inner + corner, half(there, false)]);
                     let middle = 3 * (4 * face as u32 + 3);
                     let across = middle + (previous - range.start as u32);
-                    child.twins.extend([at(right, |c| self.triangle(c) + 2), across, at(last, |c| self.triangle(c))]);
+                    let ends = [at(right, |c| self.triangle(c) + 2), at(last, |c| self.triangle(c))];
+                    child.twins.extend([ends[0], across, ends[1]]);
                 } else {
                     child.corners.extend([vertex, out, centers + face as u32, back]);
                     child.edges.extend([half(here, true), inner + corner, inner + previous, half(there, false)]);

@@ -318,7 +318,7 @@ fn normals_are_those_of_the_limit() {
             let (coarse, ..) = normal(1);
             let (fine, limits, mesh) = normal(6);
             assert!(coarse.abs_diff_eq(fine, 1e-5), "{scheme:?} {n} {closed}: {coarse} {fine}");
-            // The limits of neighbours lie near the tangent plane: they are at most 0.6⁶ away, and heights are below 0.3.
+            // The limits of neighbours lie near the tangent plane: they are at most 0.6⁶ away, heights below 0.3.
             let here = Vec3::from(limits[0]);
             for ends in mesh.finest().ends().filter(|ends| ends.contains(&0)) {
                 let away = Vec3::from(limits[ends[0].max(ends[1]) as usize]) - here;

@@ -153,6 +153,8 @@ fn flaws_leave_the_rest_pose() {
             good.replace("uniform matrix4d[] bindTransforms", "uniform matrix4d[] other"),
             "2 joints and 0 bindTransforms",
         ),
+        (good.replace("1: [(1, 0, 0)]", "1: [(inf, 0, 0)]"), "the joint a must be finite"),
+        (rig(&mesh(&influences("constant", "[0]", "[3e38]")).replace("(1,0,0), (0,2", "(9,0,0), (0,2")), "to infinity"),
         (good.replace("</rig/skel>", "</rig/none>"), "/rig/none: there is no such skeleton"),
         (
             rig(&mesh(&whole).replace("[\"SkelBindingAPI\"]", "[\"MaterialBindingAPI\"]")),

@@ -67,6 +67,16 @@ fn edges_are_short_in_the_picture() {
     assert_eq!([seen(101.0), seen(1000.0)], [4usize.pow(3), 4]);
 }
 
+/// Without a camera, many meshes share the number of faces: 4 million for 200 meshes are 20,971, of 6 · 4⁵ each.
+#[test]
+fn many_meshes_share_the_number_of_faces() {
+    let hidden = "def Mesh \"h\" { token visibility = \"invisible\" }\n";
+    let many: String = (0..199).map(|i| hidden.replace("\"h\"", &format!("\"h{i}\""))).collect();
+    let (mesh, said) = read(&(cube("") + "\n" + &many));
+    assert_eq!(mesh.triangles.len(), 2 * 6 * 1024);
+    assert!(said.contains("/m: it is subdivided 5 times instead of 6"), "{said}");
+}
+
 /// An infinitely sharp edge loop is a cubic B-spline, and has two normals.
 #[test]
 fn creases_corners_holes_and_borders_are_read() {
