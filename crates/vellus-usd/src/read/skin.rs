@@ -33,12 +33,12 @@ pub(crate) fn concatenate(parents: &[Option<usize>], local: &[DMat4]) -> Vec<DMa
     whole.into_iter().map(Option::unwrap_or_default).collect()
 }
 
-/// The transform of a joint: a scale, then a rotation (x, y, z, w), then a translation.
+/// The transform of a joint: a scale, then a rotation (x, y, z, w), then a translation. The quaternion is used as it is:
+/// OpenUSD does not normalise it either, and along a chain of joints the difference adds up.
 pub(crate) fn joint(translation: &[f32], rotation: &[f32], scale: &[f32]) -> DMat4 {
     let vector = |v: &[f32]| DVec3::new(v[0].into(), v[1].into(), v[2].into());
     let [x, y, z, w] = [rotation[0], rotation[1], rotation[2], rotation[3]].map(f64::from);
     let rotation = DQuat::from_xyzw(x, y, z, w);
-    let rotation = if rotation.length_squared() > 0.0 { rotation.normalize() } else { DQuat::IDENTITY };
     DMat4::from_scale_rotation_translation(vector(scale), rotation, vector(translation))
 }
 
@@ -161,6 +161,14 @@ mod tests {
         // (0.6/2, 0.8) turned, of the length 1.
         let length = 0.3f32.hypot(0.8);
         assert!(near(normals[0], [0.0, 1.0, 0.0]) && near(normals[1], [-0.8 / length, 0.3 / length, 0.0]));
+    }
+
+    /// UsdSkel.BakeSkinning of OpenUSD 26.11 takes (1, 0, 0) to (−0.00026369, 1.00026369, 0) from here.
+    #[test]
+    fn rotations_are_not_normalised() {
+        let turned = joint(&[0.0; 3], &[0.0, 0.0, 0.7072, 0.7072], &[1.0; 3]);
+        let expected = DVec3::new(-0.00026369, 1.00026369, 0.0);
+        assert!(turned.transform_point3(DVec3::X).abs_diff_eq(expected, 1e-7));
     }
 
     #[test]
