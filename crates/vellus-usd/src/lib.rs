@@ -32,7 +32,10 @@
 //!   `kma_fur` (Karma), `PxrMarschnerHair` (RenderMan), and the colour of UsdPreviewSurface on curves. A warning
 //!   reports what was mapped. [`Options::network_base`] gives the parameters that they lack. A layer may be a MaterialX
 //!   document (.mtlx): its materials are children of `/MaterialX/Materials`.
-//! - **Mesh** as polygons, **UsdPreviewSurface** (diffuseColor as a constant or a texture, emissiveColor, roughness,
+//! - **Mesh** as polygons or as a subdivision surface: Catmull–Clark (the default of USD), Loop or bilinear, with
+//!   creases, corners and holes. It is refined until its edges are short in the picture, then moved to the limit.
+//! - **Sphere**, **Cube**, **Cylinder**, **Cone**, **Capsule** and **Plane**, as meshes.
+//! - **UsdPreviewSurface** (diffuseColor as a constant or a texture, emissiveColor, roughness,
 //!   metallic, ior), **Camera**, **DomeLight**, **DistantLight**, **RectLight**, **DiskLight**, **SphereLight** and
 //!   **CylinderLight**. `vellus:lightGroup` names the group of a light; without it the group has the name of the prim.
 //!   `vellus:groundHeight` and `vellus:groundRadius` project the image of a dome onto the ground
@@ -42,6 +45,8 @@
 //! - Materials that are bound directly or by collections. Collections list included and excluded prims; membership
 //!   expressions are not evaluated.
 //! - Native instances and **PointInstancer**, which share their strands and meshes if [`Options::instances`] is true.
+//! - **SkelRoot**, **Skeleton**, **SkelAnimation** and **BlendShape**: linear blend skinning of meshes, curves and
+//!   shapes, when the shutter opens and closes. As in OpenUSD, prims need the SkelBindingAPI for their binding.
 //! - Composition, transforms, visibility, purpose, time samples, velocities and accelerations.
 //! - Textures as PNG, Radiance HDR and OpenEXR. They repeat unless wrapS and wrapT of UsdUVTexture are clamp, mirror or
 //!   black.
@@ -54,11 +59,11 @@
 //! references they bring), and one more for each 32 bytes of its files, up to 262,144. Each prim of an instance that
 //! repeats the content of another one counts as two. Classes form chains of at most 100, and so do references. A list
 //! has at most 1000 arcs, text at most 500 nested brackets, and an expression 100. An image has at most 2²⁷ pixels.
-//! All images and the tables of lights have at most 2 GiB, and 64 bytes more for each byte of the image files. A
-//! MaterialX document has at most 2²⁰ XML nodes, 64 levels, and 256 attributes an element. A chain has at most 128
-//! connections. A package (.usdz) stores its files without compression, as the format requires. Packages inside
-//! packages are not read. Coordinates are within ±10⁹ scene units ([`vellus_scene::MAX_COORDINATE`]). Devices are
-//! not read.
+//! Subdivision brings at most 2²¹ faces a mesh and 2²² a stage, beyond one level. All images and the tables of lights
+//! have at most 2 GiB, and 64 bytes more for each byte of the image files. A MaterialX document has at most 2²⁰ XML
+//! nodes, 64 levels, and 256 attributes an element. A chain has at most 128 connections. A package (.usdz) stores its
+//! files without compression, as the format requires. Packages inside packages are not read. Coordinates are within
+//! ±10⁹ scene units ([`vellus_scene::MAX_COORDINATE`]). Devices are not read.
 #![warn(clippy::print_stdout)]
 
 mod color;
@@ -68,6 +73,7 @@ mod image;
 mod read;
 mod stack;
 mod stage;
+mod subdivide;
 mod warning;
 mod write;
 

@@ -3,11 +3,12 @@
 use crate::error::Error;
 use crate::image::{self, Budget, Encoding, Image};
 use crate::read::options::Options;
+use crate::read::skeleton::Skeletons;
 use crate::stage::Stage;
 use crate::warning::Warnings;
 use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
-use vellus_scene::{Parameter, Scene, Texture, Units, Wrap};
+use vellus_scene::{Camera, Parameter, Scene, Texture, Units, Wrap};
 
 /// The look of a material, and the parameters that its shader reads from primvars.
 #[derive(Clone, Debug)]
@@ -46,6 +47,14 @@ pub(crate) struct Reader<'a> {
     pub held: HashSet<(usize, String)>,
     /// The length of a world unit where strands are read, if that is not world space.
     pub local_scale: f64,
+    /// Skeletons, and what is below their roots.
+    pub skeletons: Skeletons,
+    /// The camera of the picture, if it is known, where meshes are read in world space.
+    pub eye: Option<Camera>,
+    /// The number of meshes of the stage.
+    pub meshes: usize,
+    /// The number of faces of subdivision surfaces.
+    pub refined: usize,
     /// The number of points of copied instances.
     pub copied: usize,
     /// Whether what is ignored or replaced is an error, because the user named this part of the file.
@@ -68,6 +77,10 @@ impl<'a> Reader<'a> {
             surfaces: HashMap::new(),
             held: HashSet::new(),
             local_scale: 1.0,
+            skeletons: Skeletons::default(),
+            eye: None,
+            meshes: 0,
+            refined: 0,
             copied: 0,
             strict: false,
             textures: HashMap::new(),

@@ -4,6 +4,7 @@ use crate::error::Error;
 use crate::read::context::Reader;
 use crate::read::network::bound_material;
 use crate::read::primvar::ancestors;
+use crate::read::shapes::{self, SHAPES};
 use crate::read::xform::{Place, mean_scale};
 use crate::read::{curves, mesh};
 use crate::stage::{Stage, When};
@@ -56,11 +57,12 @@ pub(crate) fn is_below(path: &str, other: &str) -> bool {
     path.strip_prefix(other).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
 }
 
-/// What the prims of an instance inherit from the instance and its ancestors: a material, and primvars.
+/// What the prims of an instance inherit from the instance and its ancestors: a material, primvars, and skeletons.
 fn inherited(reader: &mut Reader, path: &str) -> Result<String, Error> {
     let mut text = bound_material(reader, path)?.unwrap_or_default();
     for ancestor in ancestors(path) {
-        for name in reader.stage.properties(ancestor)?.iter().filter(|name| name.as_str().starts_with("primvars:")) {
+        let inherits = |name: &str| name.starts_with("primvars:") || name.starts_with("skel:");
+        for name in reader.stage.properties(ancestor)?.iter().filter(|name| inherits(name.as_str())) {
             text += &format!(" {ancestor}.{}", name.as_str());
         }
     }
@@ -77,6 +79,7 @@ pub(crate) fn prototype<'p>(
 ) -> Result<Option<usize>, Error> {
     let (first_set, first_mesh) = (reader.scene.strands.len(), reader.scene.meshes.len());
     reader.local_scale = mean_scale(&to_local[0]).0;
+    let eye = reader.eye.take();
     for place in places.filter(|place| place.shown) {
         let [open, close] = to_local;
         let mut local = place.clone();
@@ -84,6 +87,7 @@ pub(crate) fn prototype<'p>(
         match place.type_name.as_str() {
             "BasisCurves" => curves::read(reader, &local)?,
             "Mesh" => mesh::read(reader, &local)?,
+            shape if SHAPES.contains(&shape) => shapes::read(reader, &local)?,
             "PointInstancer" => {
                 reader.warnings.add(&place.path, "a PointInstancer inside an instance is not supported and is ignored");
             }
@@ -91,6 +95,7 @@ pub(crate) fn prototype<'p>(
         }
     }
     reader.local_scale = 1.0;
+    reader.eye = eye;
     let strands = reader.scene.strands.split_off(first_set);
     let meshes = reader.scene.meshes.split_off(first_mesh);
     if strands.is_empty() && meshes.is_empty() {

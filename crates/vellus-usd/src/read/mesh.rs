@@ -3,7 +3,10 @@
 use crate::error::Error;
 use crate::read::context::Reader;
 use crate::read::motion::{Points, points};
+use crate::read::polygons::Polygons;
 use crate::read::primvar::{Interpolation, Primvar, primvar};
+use crate::read::skeleton::turn;
+use crate::read::subdivision::subdivide;
 use crate::read::surface::surface;
 use crate::read::xform::Place;
 use crate::stage::When;
@@ -17,13 +20,12 @@ struct Triangle {
     corners: [usize; 3],
 }
 
-/// Reads a mesh. Polygons become triangle fans from their first corner, which is correct for convex polygons.
+/// Reads a mesh.
 pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let prim = place.path.as_str();
     let stage = &reader.stage;
     let word = |name: &str| stage.words(prim, name).map(|words| words.unwrap_or_default().into_iter().next());
     let left_handed = word("orientation")?.as_deref() == Some("leftHanded");
-    let scheme = word("subdivisionScheme")?;
     let Points { open, close } = points(reader, prim)?;
     if open.is_empty() {
         reader.warnings.add(prim, "it has no points");
@@ -33,9 +35,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let counts = stage.integers(prim, "faceVertexCounts", When::Open)?.unwrap_or_default();
     let indices = stage.integers(prim, "faceVertexIndices", When::Open)?.unwrap_or_default();
     let holes = stage.integers(prim, "holeIndices", When::Open)?.unwrap_or_default();
-    // Left-handed orientation and a mirroring transform both reverse the order of corners.
-    let flipped = left_handed != (place.to_world.determinant() < 0.0);
-    let triangles = triangles(prim, &counts, &indices, &holes, open.len(), flipped)?;
+    check(prim, &counts, &indices, open.len())?;
     let (points_count, faces, corners) = (open.len(), counts.len(), indices.len());
     let size = |interpolation| match interpolation {
         Interpolation::Constant => 1,
@@ -64,6 +64,20 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
         Some(uv) => Some(uv),
         None => checked("primvars:uv", Interpolation::Constant, 2)?,
     };
+    let mut polygons = Polygons { counts, indices, holes, open, close, normals, uv };
+    turn(reader, prim, &mut polygons)?;
+    let polygons = subdivide(reader, place, left_handed, polygons)?;
+    show(reader, place, left_handed, polygons)
+}
+
+/// Adds polygons to the scene as triangles. Polygons become triangle fans from their first corner, which is correct for
+/// convex polygons.
+pub(crate) fn show(reader: &mut Reader, place: &Place, left_handed: bool, polygons: Polygons) -> Result<(), Error> {
+    let prim = place.path.as_str();
+    // Left-handed orientation and a mirroring transform both reverse the order of corners.
+    let flipped = left_handed != (place.to_world.determinant() < 0.0);
+    let triangles = triangles(&polygons, flipped);
+    let Polygons { open, close, normals, uv, .. } = polygons;
     // A constant uv has no effect. Neither has one normal for a whole face: triangles are flat anyway.
     let uv = uv.filter(|uv| uv.interpolation != Interpolation::Constant);
     let flat = [Interpolation::Constant, Interpolation::Uniform];
@@ -93,22 +107,13 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
         surface: 0,
     };
     mesh.validate()?;
-    if scheme.as_deref() != Some("none") {
-        reader.warnings.add(prim, "subdivision is not supported: the polygons are read without it");
-    }
     let surface = surface(reader, prim)?;
     reader.scene.meshes.push(Mesh { name, surface, ..mesh });
     Ok(())
 }
 
-fn triangles(
-    prim: &str,
-    counts: &[i64],
-    indices: &[i64],
-    holes: &[i64],
-    points: usize,
-    flipped: bool,
-) -> Result<Vec<Triangle>, Error> {
+/// Checks that counts and indices are consistent.
+fn check(prim: &str, counts: &[i64], indices: &[i64], points: usize) -> Result<(), Error> {
     let fail = |what: String| Err(Error::prim(prim, what));
     let sum = counts.iter().fold(0i64, |sum, &n| sum.saturating_add(n.max(0)));
     if let Some(face) = counts.iter().position(|&n| n < 3) {
@@ -117,29 +122,31 @@ fn triangles(
     if usize::try_from(sum) != Ok(indices.len()) {
         return fail(format!("faceVertexCounts add up to {sum}, but there are {} faceVertexIndices", indices.len()));
     }
-    let mut checked = Vec::with_capacity(indices.len());
-    for (i, &index) in indices.iter().enumerate() {
-        match u32::try_from(index) {
-            Ok(index) if (index as usize) < points => checked.push(index),
-            _ => return fail(format!("faceVertexIndices[{i}] is {index}, but there are {points} points")),
-        }
+    let exists = |index: &i64| usize::try_from(*index).is_ok_and(|index| index < points) && *index <= u32::MAX.into();
+    if let Some(i) = indices.iter().position(|index| !exists(index)) {
+        return fail(format!("faceVertexIndices[{i}] is {}, but there are {points} points", indices[i]));
     }
+    Ok(())
+}
+
+fn triangles(polygons: &Polygons, flipped: bool) -> Vec<Triangle> {
+    let Polygons { counts, indices, holes, .. } = polygons;
     let holes: std::collections::HashSet<i64> = holes.iter().copied().collect();
     // A face has fewer triangles than corners.
     let mut triangles = Vec::with_capacity(indices.len());
     let mut first = 0usize;
     for (face, &count) in counts.iter().enumerate() {
-        // The sum fits, as checked above.
+        // `check` makes sure that these numbers fit.
         let end = first + count as usize;
         if !holes.contains(&(face as i64)) {
             for corner in first + 1..end - 1 {
                 let corners = if flipped { [first, corner + 1, corner] } else { [first, corner, corner + 1] };
-                triangles.push(Triangle { face, points: corners.map(|c| checked[c]), corners });
+                triangles.push(Triangle { face, points: corners.map(|c| indices[c] as u32), corners });
             }
         }
         first = end;
     }
-    Ok(triangles)
+    triangles
 }
 
 /// The values at the corners of a triangle.

@@ -12,8 +12,13 @@ mod mesh;
 mod motion;
 mod network;
 mod options;
+mod polygons;
 mod primvar;
 mod shading;
+mod shapes;
+mod skeleton;
+mod skin;
+mod subdivision;
 mod surface;
 pub(crate) mod uv_texture;
 mod xform;
@@ -24,6 +29,8 @@ use crate::error::Error;
 use crate::read::context::Reader;
 use crate::read::instances::{Shared, is_below};
 use crate::read::network::bound_material;
+use crate::read::shapes::SHAPES;
+use crate::read::skeleton::Skeletons;
 use crate::read::xform::{Place, places};
 use crate::stack::on_large_stack;
 use crate::stage::{MATERIALS, Stage};
@@ -140,6 +147,13 @@ fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<(), 
     reader.stage.clock.open += shutter[0];
 
     let places = places(&reader.stage, paths, &mut reader.warnings)?;
+    // The camera decides how far meshes are subdivided, or their number.
+    reader.meshes = places.iter().filter(|place| place.type_name == "Mesh").count();
+    if let Some(place) = places.iter().find(|place| Some(&place.path) == chosen.as_ref()) {
+        reader.scene.camera = camera::read(reader, place)?;
+        reader.eye = reader.scene.camera;
+    }
+    reader.skeletons = Skeletons::new(&places);
     let shared = Shared::find(reader, &places)?;
     let mut prototypes: HashMap<usize, Option<usize>> = HashMap::new();
     let mut point_prototypes = HashMap::new();
@@ -147,7 +161,6 @@ fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<(), 
     for (i, place) in places.iter().enumerate() {
         inside = inside.filter(|root| is_below(&place.path, root));
         if chosen.as_ref() == Some(&place.path) {
-            reader.scene.camera = camera::read(reader, place)?;
             continue;
         }
         if let Some(first) = shared.first(i) {
@@ -169,7 +182,8 @@ fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<(), 
         if !place.shown || place.swallowed {
             continue;
         }
-        let is_shape = ["BasisCurves", "Mesh", "GeomSubset"].contains(&place.type_name.as_str());
+        let kind = place.type_name.as_str();
+        let is_shape = ["BasisCurves", "Mesh", "GeomSubset"].contains(&kind) || SHAPES.contains(&kind);
         if place.type_name == "PointInstancer" && inside.is_none() {
             instances::point_instancer(reader, place, &places, &mut point_prototypes)?;
         } else if inside.is_none() || !is_shape {
@@ -183,6 +197,7 @@ fn read_prim(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     match place.type_name.as_str() {
         "BasisCurves" => curves::read(reader, place),
         "Mesh" => mesh::read(reader, place),
+        shape if SHAPES.contains(&shape) => shapes::read(reader, place),
         "DomeLight" | "DomeLight_1" | "DistantLight" | "RectLight" | "DiskLight" | "SphereLight" | "CylinderLight" => {
             light::read(reader, place)
         }
@@ -194,9 +209,8 @@ fn read_prim(reader: &mut Reader, place: &Place) -> Result<(), Error> {
             Ok(())
         }
         // Other renderers show these.
-        "NurbsCurves" | "HermiteCurves" | "NurbsPatch" | "Points" | "Sphere" | "Cube" | "Cylinder" | "Cylinder_1"
-        | "Cone" | "Capsule" | "Capsule_1" | "Plane" | "TetMesh" | "Volume" | "GeometryLight" | "PortalLight"
-        | "PluginLight" => {
+        "NurbsCurves" | "HermiteCurves" | "NurbsPatch" | "Points" | "TetMesh" | "Volume" | "GeometryLight"
+        | "PortalLight" | "PluginLight" => {
             reader.warnings.add(&place.path, format!("{} is not supported and is ignored", place.type_name));
             Ok(())
         }

@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::read::context::Reader;
+use crate::read::skeleton::pose;
 use crate::stage::{Stage, When};
 
 /// The points of a prim in its own space. All coordinates are finite.
@@ -12,11 +13,17 @@ pub(crate) struct Points {
     pub close: Option<Vec<[f32; 3]>>,
 }
 
-/// Reads the points of a prim.
+/// Reads the points of a prim, in the pose of its skeleton.
+pub(crate) fn points(reader: &mut Reader, prim: &str) -> Result<Points, Error> {
+    let points = authored(reader, prim)?;
+    pose(reader, prim, points)
+}
+
+/// Reads the points of a prim as they are in the file.
 ///
 /// If the prim has velocities, they move the points of the last sample before the shutter opens, or of the frame if
 /// there are no samples. Later samples are then ignored, because they may have other points.
-pub(crate) fn points(reader: &mut Reader, prim: &str) -> Result<Points, Error> {
+fn authored(reader: &mut Reader, prim: &str) -> Result<Points, Error> {
     let clock = reader.stage.clock;
     let moves = clock.close != clock.open;
     if let Some(points) = by_velocities(reader, prim)? {

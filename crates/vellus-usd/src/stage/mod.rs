@@ -23,6 +23,7 @@ use careful::{Careful, parse_error};
 use classes::Classes;
 use collections::Members;
 use files::Files;
+use glam::DMat4;
 use instances::Instances;
 pub(crate) use materialx::MATERIALS;
 use openusd::tf::Token;
@@ -285,6 +286,20 @@ impl Stage {
     /// Reads one number, vector, quaternion (x, y, z, w) or matrix (column-major), in double precision.
     pub fn precise(&self, prim: &str, name: &str, when: When) -> Result<Option<Vec<f64>>, Error> {
         self.typed(prim, name, when, "a number, a vector or a matrix", precise)
+    }
+
+    /// Reads an array of matrices.
+    pub fn matrices(&self, prim: &str, name: &str, when: When) -> Result<Option<Vec<DMat4>>, Error> {
+        self.typed(prim, name, when, "matrices", |value| match value {
+            // USD multiplies row vectors, so its rows are the columns for column vectors.
+            sdf::Value::Matrix4dVec(v) => Some(v.iter().map(|m| DMat4::from_cols_array(&m.0)).collect()),
+            _ => None,
+        })
+    }
+
+    /// Whether a schema is applied to a prim.
+    pub fn has_api(&self, prim: &str, name: &str) -> Result<bool, Error> {
+        self.ask(prim, |prim| Ok(self.stage.prim(prim).has_api_schema(name)?))
     }
 
     /// Reads an array of integers.

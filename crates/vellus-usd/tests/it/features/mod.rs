@@ -11,7 +11,10 @@ mod meshes;
 mod motion;
 mod primvars;
 mod shading;
+mod shapes;
+mod skeletons;
 mod stages;
+mod subdivision;
 mod transforms;
 
 use crate::common::read_text;

@@ -20,8 +20,8 @@ def Xform \"hidden\" {{ token visibility = \"invisible\"
 over \"nothing\" {{ def BasisCurves \"undefined\" {curve} }}
 class \"_class\" {{ def BasisCurves \"abstract\" {curve} }}
 def BasisCurves \"ring\" {}
-def Sphere \"ball\" {{}}
-def Sphere \"ball2\" {{}}
+def Volume \"ball\" {{}}
+def Volume \"ball2\" {{}}
 def PointInstancer \"many\" {{ def BasisCurves \"prototype\" {curve} }}",
         with("token visibility = \"invisible\""),
         with("token purpose = \"render\""),
@@ -32,7 +32,7 @@ def PointInstancer \"many\" {{ def BasisCurves \"prototype\" {curve} }}",
     assert_eq!(names, ["/shown", "/guides/seen"]);
     let said = said(&warnings);
     assert!(said.contains("/ring: periodic curves are not supported"), "{said}");
-    assert!(said.contains("/ball, /ball2: Sphere is not supported"), "{said}");
+    assert!(said.contains("/ball, /ball2: Volume is not supported"), "{said}");
     assert!(said.contains("/many: it has no positions"), "{said}");
     assert_eq!(warnings.len(), 3);
 }
