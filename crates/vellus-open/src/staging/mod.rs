@@ -57,6 +57,7 @@ pub(crate) fn stage(opened: &mut Opened, staging: &Staging, built_in: bool, stil
         scene.light_groups.clear();
         scene.unseen_lights.clear();
         scene.shapings.clear();
+        scene.links.clear();
         studio.light(scene, light);
         if let Lighting::Image(path) = light {
             let image = load(path, "light", &mut opened.sources, &mut opened.warnings)?;

@@ -81,7 +81,7 @@ impl World {
     ///
     /// # Errors
     /// The name of a feature that the packed form does not have: a model other than [`vellus::Bcsdf`], the mode
-    /// [`Mode::MultiScale`], motion blur, a radiance cache, and hierarchies that need a larger stack than [`STACK`].
+    /// [`Mode::MultiScale`], motion blur, links of lights, a radiance cache, and hierarchies that need a larger stack than [`STACK`].
     pub fn packed(&self, settings: &Settings, layout: &Layout) -> Result<PackedScene, String> {
         let geometry = &self.geometry;
         if !self.fibers.is_bcsdf() {
@@ -93,6 +93,9 @@ impl World {
         }
         if geometry.moves {
             return Err("motion blur".to_owned());
+        }
+        if geometry.lights.is_linked() {
+            return Err("links of lights: lights that light some objects only, lack shadows, or have gains".to_owned());
         }
         if settings.radiance_cache.is_some() {
             return Err("a radiance cache".to_owned());
