@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::read::context::Reader;
+use crate::read::light;
 use crate::read::motion::{Points, points};
 use crate::read::primvar::{Interpolation, Primvar, primvar};
 use crate::read::surface::surface;
@@ -97,6 +98,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
         reader.warnings.add(prim, "subdivision is not supported: the polygons are read without it");
     }
     let surface = surface(reader, prim)?;
+    let surface = light::of_mesh(reader, prim, &mesh, surface)?;
     reader.scene.meshes.push(Mesh { name, surface, ..mesh });
     Ok(())
 }

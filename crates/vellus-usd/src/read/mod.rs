@@ -7,6 +7,7 @@ mod curves;
 mod instances;
 mod layout;
 pub(crate) mod light;
+pub(crate) mod link;
 pub(crate) mod look;
 mod mesh;
 mod motion;
@@ -176,7 +177,7 @@ fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<(), 
             read_prim(reader, place)?;
         }
     }
-    Ok(())
+    link::read(reader, &places)
 }
 
 fn read_prim(reader: &mut Reader, place: &Place) -> Result<(), Error> {

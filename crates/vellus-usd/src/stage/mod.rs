@@ -256,6 +256,11 @@ impl Stage {
         self.ask(prim, |prim| Ok(self.stage.prim(prim).type_name()?.map_or(String::new(), |t| t.as_str().to_owned())))
     }
 
+    /// Whether a schema was applied to a prim.
+    pub fn has_api(&self, prim: &str, schema: &str) -> Result<bool, Error> {
+        self.ask(prim, |prim| Ok(self.stage.prim(prim).has_api_schema(schema)?))
+    }
+
     /// Names of all properties of a prim.
     pub fn properties(&self, prim: &str) -> Result<Rc<[Token]>, Error> {
         if self.last.borrow().0 == prim {

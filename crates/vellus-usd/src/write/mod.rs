@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::image::encode_exr;
 use crate::write::geometry::{camera, instance, light, mesh, strands};
 use crate::write::look::{look, surface};
-use crate::write::names::Names;
+use crate::write::names::{Names, object_paths};
 use crate::write::text::{Literal, Text};
 use std::collections::HashSet;
 use std::io::{self, Write};
@@ -126,9 +126,13 @@ fn stage<W: Write>(scene: &Scene, mut names: Names, mut text: Text<W>) -> io::Re
     if let Some(item) = &scene.camera {
         camera(&mut text, item, moves)?;
     }
+    if !scene.links.is_empty() {
+        names.objects = object_paths(scene);
+    }
     for (i, (item, group)) in scene.lights.iter().zip(scene.light_group_names()).enumerate() {
         let shaping = scene.shapings.iter().find(|(index, _)| *index == i).map(|(_, shaping)| shaping);
-        light(&mut text, item, &group, !scene.unseen_lights.contains(&i), shaping, &names)?;
+        let link = scene.links.iter().find(|(index, _)| *index == i).map(|(_, link)| link);
+        light(&mut text, item, &group, !scene.unseen_lights.contains(&i), shaping, link, &names)?;
     }
     for item in &scene.meshes {
         mesh(&mut text, "/Scene", item, &names)?;

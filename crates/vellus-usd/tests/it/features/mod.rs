@@ -6,6 +6,7 @@ mod curves;
 mod fibers;
 mod instances;
 mod lights;
+mod links;
 mod materialx;
 mod meshes;
 mod motion;
