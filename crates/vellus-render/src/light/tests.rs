@@ -326,3 +326,62 @@ fn links_divide_things_into_classes() {
         }
     }
 }
+
+/// The sun at a pole: a bright pixel, or a bright row. Sampling finds the light of the image as it is looked up, by the
+/// midpoint rule. At a pole itself, a ray sees its row alone, not the other pole.
+#[test]
+fn the_poles_of_a_sky_are_sampled_and_seen() {
+    let (w, h) = (64, 32);
+    for (top, bright) in [(true, 1), (true, w), (false, 1), (false, w)] {
+        let row = if top { 0 } else { h - 1 };
+        let sun = |i: usize| if i / w == row && i % w < bright { [1000.0, 500.0, 0.0] } else { [0.0, 0.25, 0.5] };
+        let image = Texture {
+            name: "sun".to_owned(),
+            width: w,
+            height: h,
+            pixels: (0..w * h).map(sun).collect(),
+            wrap: [vellus_scene::Wrap::Repeat; 2],
+        };
+        let sky = Light::Dome { radiance: [1.0; 3], texture: Some(0), rotation: Mat3::IDENTITY, ground: None };
+        let lights = Lights::new(&[sky], &lighting(), std::slice::from_ref(&image));
+        let n = 40_000;
+        let mut sum = 0.0f64;
+        for i in 0..n {
+            let [a, b, c, _] = crate::integrator::sampler::Sampler::new([9, bright as u32], i, 3).next();
+            let (_, sample) = lights.sample(0, Vec3::ZERO, [a, b, c]).unwrap();
+            assert!(sample.pdf.is_finite() && sample.direction.is_normalized());
+            sum += f64::from(sample.radiance[0] / sample.pdf) / n as f64;
+        }
+        let map = Map::new(image);
+        let fine = 64 * h;
+        let light = |i: usize| {
+            let (y, x) = (i / (2 * w), i % (2 * w));
+            let at = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) / Vec2::new((2 * w) as f32, fine as f32);
+            let solid = f64::from((PI * at.y).sin() * 2.0 * PI * PI) / (fine * 2 * w) as f64;
+            f64::from(map.texture.at(Vec2::new(at.x, 1.0 - at.y))[0]) * solid
+        };
+        let expected: f64 = (0..fine * 2 * w).map(light).sum();
+        assert!((sum / expected - 1.0).abs() < 0.01, "{top} {bright}: {sum} {expected}");
+        let seen = |direction| lights.escaped(&Ray::new(Vec3::ZERO, direction), Some(0)).next().unwrap().1.radiance[0];
+        let pole = Vec3::Y * if top { 1.0 } else { -1.0 };
+        assert!(bright == 1 || (seen(pole) == 1000.0 && seen(-pole) == 0.0), "{top}: {} {}", seen(pole), seen(-pole));
+    }
+}
+
+/// A dome that is mirrored shows the mirror image, to rays and in its samples.
+#[test]
+fn a_mirrored_dome_shows_the_mirror_image() {
+    let (_, textures) = lights();
+    let mirror = Mat3::from_diagonal(Vec3::new(-1.0, 1.0, 1.0));
+    let turn = Mat3::from_rotation_y(0.3);
+    let dome = |rotation| Light::Dome { radiance: [1.0; 3], texture: Some(0), rotation, ground: None };
+    let [plain, mirrored] = [turn, mirror * turn].map(|turn| Lights::new(&[dome(turn)], &lighting(), &textures));
+    for i in 0..300 {
+        let [a, b, c, _] = crate::integrator::sampler::Sampler::new([4, 4], i, 3).next();
+        let [(_, one), (_, other)] = [&plain, &mirrored].map(|lights| lights.sample(0, Vec3::ZERO, [a, b, c]).unwrap());
+        assert!((mirror * one.direction).abs_diff_eq(other.direction, 1e-6) && one.radiance == other.radiance);
+        let ray = Ray::new(Vec3::ZERO, other.direction);
+        let seen = mirrored.escaped(&ray, Some(0)).next().unwrap().1;
+        assert!((0..3).all(|c| (seen.radiance[c] - one.radiance[c]).abs() < 1e-2), "{seen:?} {one:?}");
+    }
+}

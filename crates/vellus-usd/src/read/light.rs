@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::read::color::space_name;
 use crate::read::context::{Reader, TextureSource};
 use crate::read::link::Linked;
-use crate::read::xform::{Place, mean_scale, rigid};
+use crate::read::xform::{Place, is_rigid, mean_scale, rigid};
 use crate::stage::{Stage, When};
 use glam::{DMat3, DMat4, DVec3};
 use std::f64::consts::PI;
@@ -300,9 +300,31 @@ fn dome(reader: &mut Reader, place: &Place, radiance: [f32; 3]) -> Result<Light,
         };
     let upright = if z_is_pole { DMat3::from_rotation_x(0.5 * PI) } else { DMat3::IDENTITY };
     let half_turn = DMat3::from_diagonal(DVec3::new(-1.0, 1.0, -1.0));
-    let rotation = DMat3::from_mat4(rigid(&place.to_world)) * upright * half_turn;
+    let (turned, is_similar) = nearest_orthogonal(&place.to_world);
+    if !is_similar {
+        let what = "of the transform of a dome, only the nearest rotation or reflection counts: a scale that differs \
+                    between directions and a shear are ignored";
+        reader.warnings.add(prim, what);
+    }
+    let rotation = turned * upright * half_turn;
     let ground = ground(reader, place)?;
     Ok(Light::Dome { radiance, texture, rotation: rotation.as_mat3(), ground })
+}
+
+/// The rotation or reflection nearest to the linear part of a matrix, and whether the rest is a uniform scale. Newton's
+/// iteration for the polar decomposition (Higham 1986, Computing the Polar Decomposition).
+fn nearest_orthogonal(matrix: &DMat4) -> (DMat3, bool) {
+    let linear = DMat3::from_mat4(*matrix);
+    if is_rigid(matrix) {
+        return (linear, true);
+    }
+    let (scale, is_uniform) = mean_scale(matrix);
+    let mut turned = linear * scale.recip();
+    // Each step halves large scales, and squares the error of those near 1.
+    for _ in 0..60 {
+        turned = (turned + turned.inverse().transpose()) * 0.5;
+    }
+    if turned.is_finite() { (turned, is_uniform) } else { (DMat3::from_mat4(rigid(matrix)), false) }
 }
 
 /// The ground of a dome: `vellus:groundHeight` and `vellus:groundRadius`, in the units of the light. No schema of USD
