@@ -41,7 +41,7 @@ use std::path::Path;
 use vellus::Fiber;
 use vellus_io::Sources;
 use vellus_scene::{Look, Scene, Strands};
-use vellus_usd::FALLBACK_LOOK;
+use vellus_usd::{FALLBACK_LOOK, RenderSettings};
 
 /// Options for opening a scene.
 #[derive(Clone, Debug, Default)]
@@ -88,8 +88,28 @@ pub struct Opened {
     pub warnings: Vec<Warning>,
     /// What [`Options::staging`] added to a file without a camera or lights, in one line.
     pub staged: Option<String>,
+    /// What a USD file says about its picture.
+    pub settings: Option<RenderSettings>,
     /// Whether the lights are those of [`Options::staging`]. The exposure should be set from the picture.
     pub is_metered: bool,
+}
+
+/// The longer side of a picture in pixels, if nothing says it.
+const LONGER: usize = 960;
+
+impl Opened {
+    /// The size of the picture if the user does not say it: the resolution of the file's RenderSettings, or
+    /// 960 pixels for the longer side of the camera's film.
+    pub fn size(&self) -> [usize; 2] {
+        let resolution = self.settings.and_then(|settings| settings.size);
+        resolution.unwrap_or_else(|| self.scene.camera.map_or([LONGER, 2 * LONGER / 3], |camera| camera.size(LONGER)))
+    }
+
+    /// The part of a picture of this size to render, if the file's RenderSettings have one: left column, top row, width
+    /// and height.
+    pub fn crop(&self, size: [usize; 2]) -> Option<[usize; 4]> {
+        self.settings?.crop(size)
+    }
 }
 
 /// The format of a scene, from its name.
@@ -270,14 +290,14 @@ fn open_usd(path: &Path, options: &Options, width: Option<f32>) -> Result<Opened
         instances: options.instances,
         network_base: options.fiber.as_ref().map_or_else(Fiber::hair, |(_, fiber)| *fiber),
     };
-    let vellus_usd::Reading { scene, warnings, networks, sources } = vellus_usd::read(path, &reader)?;
+    let vellus_usd::Reading { scene, warnings, networks, settings, sources } = vellus_usd::read(path, &reader)?;
     let mut warnings: Vec<Warning> = warnings.into_iter().map(Warning::Usd).collect();
     let is_own = |name: &&str| *name != FALLBACK_LOOK && !networks.iter().any(|network| network == name);
     let own: Vec<&str> = scene.looks.iter().map(|look| look.name.as_str()).filter(is_own).collect();
     if options.fiber.is_some() && (!own.is_empty() || scene.all_strands().next().is_none()) {
         warnings.push(Warning::unused_fiber(path, &own));
     }
-    Ok(Opened { scene, sources, warnings, ..Opened::default() })
+    Ok(Opened { scene, sources, warnings, settings, ..Opened::default() })
 }
 
 #[cfg(test)]

@@ -47,7 +47,7 @@ mod texture;
 mod units;
 mod view;
 
-pub use camera::Camera;
+pub use camera::{Camera, Fit};
 pub use error::Error;
 pub use instances::{Instance, MAX_COPIED, Prototype, Simplified, corners};
 pub use light::{Ground, Light, Shaping};

@@ -14,12 +14,14 @@ mod motion;
 mod network;
 mod options;
 mod primvar;
+mod settings;
 mod shading;
 mod surface;
 pub(crate) mod uv_texture;
 mod xform;
 
 pub use options::{Options, Reading};
+pub use settings::RenderSettings;
 
 use crate::error::Error;
 use crate::read::context::Reader;
@@ -60,7 +62,7 @@ fn read_stage(file: &Path, options: &Options) -> Result<Reading, Error> {
     stage.check_composition(file)?;
     let units = stage.units().map_err(|what| Error::file(file, what))?;
     let mut reader = Reader::new(stage, options, units);
-    read_prims(&mut reader, file, &paths)?;
+    let settings = read_prims(&mut reader, file, &paths)?;
     if !options.instances {
         instances::copy_all(&mut reader)?;
     }
@@ -71,7 +73,7 @@ fn read_stage(file: &Path, options: &Options) -> Result<Reading, Error> {
         return Err(Error::Empty { file: file.to_owned(), skipped });
     }
     scene.validate()?;
-    Ok(Reading { scene, warnings: warnings.0, networks, sources: stage.sources() })
+    Ok(Reading { scene, warnings: warnings.0, networks, settings, sources: stage.sources() })
 }
 
 /// Reads a material of a MaterialX document (.mtlx) as a fibre. `name` may be `None` if the document has one material.
@@ -112,16 +114,17 @@ fn material_of(file: &Path, name: Option<&str>, base: &Fiber) -> Result<(Fiber, 
     Ok((look.fiber, reader.warnings.0))
 }
 
-fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<(), Error> {
+fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<Option<RenderSettings>, Error> {
     // The shutter of the camera decides at which times everything else is read.
     let wanted = reader.options.camera.as_deref();
-    let chosen = camera::choose(&reader.stage, paths, wanted)?;
+    let settings = settings::read(&reader.stage, paths, &mut reader.warnings)?;
+    let chosen = camera::choose(reader, paths, wanted, &settings)?;
     if let (Some(name), None) = (wanted, &chosen) {
         return Err(Error::file(file, format!("the stage has no camera called {name}")));
     }
     let shutter = match (reader.options.shutter, &chosen) {
         (Some(shutter), _) => shutter,
-        (None, Some(prim)) => camera::shutter(&reader.stage, prim)?,
+        (None, Some(prim)) => camera::shutter(&reader.stage, prim, &settings)?,
         (None, None) => [0.0; 2],
     };
     if !(shutter[0].is_finite() && shutter[1].is_finite() && shutter[0] <= shutter[1]) {
@@ -148,7 +151,7 @@ fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<(), 
     for (i, place) in places.iter().enumerate() {
         inside = inside.filter(|root| is_below(&place.path, root));
         if chosen.as_ref() == Some(&place.path) {
-            reader.scene.camera = camera::read(reader, place)?;
+            reader.scene.camera = camera::read(reader, place, &settings)?;
             continue;
         }
         if let Some(first) = shared.first(i) {
@@ -177,7 +180,8 @@ fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<(), 
             read_prim(reader, place)?;
         }
     }
-    link::read(reader, &places)
+    link::read(reader, &places)?;
+    Ok(settings.picture)
 }
 
 fn read_prim(reader: &mut Reader, place: &Place) -> Result<(), Error> {

@@ -7,7 +7,7 @@ use crate::write::text::{Literal, Text, quoted};
 
 use glam::{DMat3, DMat4, DVec3, Mat4, Vec3};
 use std::io::{self, Write};
-use vellus_scene::{Basis, Camera, Instance, Light, Link, Mesh, Objects, Shaping, Strands, Values};
+use vellus_scene::{Basis, Camera, Fit, Instance, Light, Link, Mesh, Objects, Shaping, Strands, Values};
 
 /// Metadata of prims with a material.
 const BINDS: &str = "prepend apiSchemas = [\"MaterialBindingAPI\"]";
@@ -114,6 +114,21 @@ fn transform<W: Write>(text: &mut Text<W>, to_world: DMat4, moved: Option<DMat4>
         }
     }
     text.set("uniform token[] xformOpOrder", "[\"xformOp:transform\"]")
+}
+
+/// Writes what a picture of another shape than the camera's film shows.
+pub(crate) fn settings<W: Write>(text: &mut Text<W>, fit: Fit) -> io::Result<()> {
+    let name = text.name("/Scene", "RenderSettings");
+    text.open("RenderSettings", &name, "")?;
+    text.set("rel camera", "</Scene/Camera>")?;
+    let policy = match fit {
+        Fit::Expand => "expandAperture",
+        Fit::Crop => "cropAperture",
+        Fit::AdjustWidth => "adjustApertureWidth",
+        Fit::AdjustHeight => "adjustApertureHeight",
+    };
+    text.set("uniform token aspectRatioConformPolicy", &format!("\"{policy}\""))?;
+    text.close()
 }
 
 pub(crate) fn camera<W: Write>(text: &mut Text<W>, camera: &Camera, moves: bool) -> io::Result<()> {

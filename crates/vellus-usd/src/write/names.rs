@@ -4,7 +4,7 @@ use crate::write::geometry::kind;
 use crate::write::text::{Text, quoted};
 use std::collections::HashMap;
 use std::io::{self, Write};
-use vellus_scene::{Parameter, Scene, Wrap};
+use vellus_scene::{Fit, Parameter, Scene, Wrap};
 
 /// Paths of materials and textures that prims refer to, in the order of the scene.
 #[derive(Default)]
@@ -27,7 +27,12 @@ pub(crate) fn object_paths(scene: &Scene) -> HashMap<String, Vec<String>> {
     let mut paths: HashMap<String, Vec<String>> = HashMap::new();
     let mut add = |name: &str, path: String| paths.entry(name.to_owned()).or_default().push(path);
     let root = format!("/{}", text.name("", "Scene"));
-    scene.camera.iter().for_each(|_| drop(text.name(&root, "Camera")));
+    if let Some(camera) = &scene.camera {
+        text.name(&root, "Camera");
+        if camera.fit != Fit::Expand {
+            text.name(&root, "RenderSettings");
+        }
+    }
     scene.lights.iter().for_each(|light| drop(text.name(&root, kind(light))));
     let own = scene.meshes.iter().map(|mesh| &mesh.name).chain(scene.strands.iter().map(|strands| &strands.name));
     own.for_each(|name| add(name, format!("{root}/{}", text.name(&root, name))));

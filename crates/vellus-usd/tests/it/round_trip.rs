@@ -5,7 +5,7 @@ use glam::{Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
 use std::f32::consts::PI;
 use vellus::{Fiber, Species};
 use vellus_scene::{
-    Basis, Camera, Ground, Light, Link, Look, Mesh, Objects, Parameter, Scene, Shaping, Strands, Surface, Texture,
+    Basis, Camera, Fit, Ground, Light, Link, Look, Mesh, Objects, Parameter, Scene, Shaping, Strands, Surface, Texture,
     Tint, Units, Value, Values, Wrap,
 };
 use vellus_usd::{Options, write};
@@ -138,6 +138,7 @@ fn scene() -> Scene {
             moved: Some(pose(0.25)),
             film_width: 0.36,
             film_height: 0.24,
+            fit: Fit::Crop,
             lens_radius: 0.013,
             focus_distance: 4.3,
         }),

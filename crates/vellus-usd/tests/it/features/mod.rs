@@ -11,6 +11,7 @@ mod materialx;
 mod meshes;
 mod motion;
 mod primvars;
+mod settings;
 mod shading;
 mod stages;
 mod transforms;
