@@ -79,7 +79,7 @@ impl Orbit {
         Ok(())
     }
 
-    /// Moves sideways and upward, in heights of the picture at the target. `aspect` is width over height of the picture.
+    /// Moves sideways and upward, in heights of the picture at the target. `aspect` is its width over its height.
     pub fn pan(&mut self, right: f32, upward: f32, aspect: f32) -> Result<(), String> {
         let height = self.distance * self.camera.film(aspect)[1];
         let (eye, axes) = self.frame();

@@ -314,6 +314,32 @@ mod tests {
         assert!(segments(&copied) > 100 * 14_500 * 15);
     }
 
+    /// The size is the resolution of the settings, or has the shape of the film. A camera that staging adds fits it.
+    #[test]
+    fn a_file_says_the_size_of_its_picture() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("picture.usda");
+        let of = |prims: &str, aspect: Option<f32>| {
+            let hair = "def BasisCurves \"b\" { uniform token type = \"linear\" int[] curveVertexCounts = [2]
+                point3f[] points = [(0, 0, 0), (0, 1, 0)] float[] widths = [0.1, 0.1] }";
+            std::fs::write(&path, format!("#usda 1.0\n{hair}\n{prims}")).unwrap();
+            open(&path, &Options { staging: Some(Staging::new(aspect)), ..Options::default() }).unwrap()
+        };
+        let camera = "def Camera \"c\" { float horizontalAperture = 36 float verticalAperture = 20.25 }";
+        let settings = "def RenderSettings \"s\" { uniform int2 resolution = (300, 600)
+            uniform float4 dataWindowNDC = (0, 0, 0.5, 0.5) }";
+        let size = |prims: &str| of(prims, None).size();
+        assert_eq!(
+            (size(""), size(camera), size(&format!("{camera}\n{settings}"))),
+            ([960, 640], [960, 540], [300, 600])
+        );
+        let opened = of(settings, None);
+        assert_eq!((opened.size(), opened.crop([300, 600])), ([300, 600], Some([0, 300, 150, 300])));
+        assert!((opened.scene.camera.unwrap().aspect() - 0.5).abs() < 1e-6);
+        assert!((of(settings, Some(2.0)).scene.camera.unwrap().aspect() - 2.0).abs() < 1e-6);
+        assert_eq!(of("", None).crop([960, 640]), None);
+    }
+
     /// A groom without widths, camera and lights, which moves away: all frames have the widths, camera, lights and
     /// backdrop of the first one.
     #[test]

@@ -19,8 +19,8 @@ pub(crate) struct Shared(HashMap<usize, usize>);
 
 impl Shared {
     /// Finds the instances that are equal except for their transform: they have the same prototype, inherit the same
-    /// material and primvars, have the same links of lights, do not move while the shutter is open, and are scaled uniformly. Instances inside
-    /// instances are read as a part of these.
+    /// material and primvars, have the same links of lights, do not move while the shutter is open, and are scaled
+    /// uniformly. Instances inside instances are read as a part of these.
     pub fn find(reader: &mut Reader, places: &[Place]) -> Result<Self, Error> {
         let mut groups: HashMap<String, Vec<usize>> = HashMap::new();
         let collections = link::collections(&reader.stage, places)?;

@@ -30,8 +30,8 @@ pub struct Options {
 }
 
 impl Default for Options {
-    /// Requires widths and uses the camera of the RenderSettings, or the first one. Curves without a VellusFur shader get [`Fiber::hair`], which also
-    /// completes shading networks. Copies instances.
+    /// Requires widths and uses the camera of the RenderSettings, or the first one. Curves without a VellusFur shader
+    /// get [`Fiber::hair`], which also completes shading networks. Copies instances.
     fn default() -> Self {
         Options {
             default_width: None,

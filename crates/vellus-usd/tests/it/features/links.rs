@@ -18,15 +18,19 @@ fn only(names: &[&str]) -> Objects {
 fn lights_are_linked_as_usdlux_defines() {
     let (scene, warnings) = scene(&format!(
         "( )
-def Xform \"fur\" {{ def BasisCurves \"a\" {{ {FOUR} }} def BasisCurves \"b\" {{ {FOUR} custom string vellus:name = \"bee\" }} }}
+def Xform \"fur\" {{ def BasisCurves \"a\" {{ {FOUR} }}
+    def BasisCurves \"b\" {{ {FOUR} custom string vellus:name = \"bee\" }} }}
 def BasisCurves \"c\" {{ {FOUR} }}
 def SphereLight \"all\" {{ bool collection:lightLink:includeRoot = 1 rel collection:shadowLink:includes = </c> }}
-def SphereLight \"excluded\" {{ rel collection:lightLink:excludes = [</fur>, </missing>] rel collection:lightLink:includes = </fur/b> }}
+def SphereLight \"excluded\" {{ rel collection:lightLink:excludes = [</fur>, </missing>]
+    rel collection:lightLink:includes = </fur/b> }}
 def SphereLight \"none\" {{ uniform bool collection:lightLink:includeRoot = 0 }}
 def SphereLight \"one\" {{ uniform bool collection:lightLink:includeRoot = 0 rel collection:lightLink:includes = </c> }}
-def SphereLight \"explicit\" {{ uniform bool collection:shadowLink:includeRoot = 0 uniform token collection:shadowLink:expansionRule = \"explicitOnly\"
+def SphereLight \"explicit\" {{ uniform bool collection:shadowLink:includeRoot = 0
+    uniform token collection:shadowLink:expansionRule = \"explicitOnly\"
     rel collection:shadowLink:includes = [</fur>, </c>] }}
-def SphereLight \"nested\" {{ uniform bool collection:lightLink:includeRoot = 0 rel collection:lightLink:includes = </set.collection:fur> }}
+def SphereLight \"nested\" {{ uniform bool collection:lightLink:includeRoot = 0
+    rel collection:lightLink:includes = </set.collection:fur> }}
 def Scope \"set\" {{ rel collection:fur:includes = </fur> rel collection:fur:excludes = </fur/a> }}
 def SphereLight \"bare\" {{ bool inputs:shadow:enable = 0 }}
 def SphereLight \"gains\" {{ float inputs:diffuse = 0 float inputs:specular = 2 bool inputs:shadow:enable = 1 }}"
@@ -74,12 +78,15 @@ fn what_is_not_read_of_a_light_is_named() {
     let (scene, warnings) = scene(&format!(
         "( )
 def BasisCurves \"b\" {{ {FOUR} }}
-def PointInstancer \"field\" {{ rel prototypes = </protos/hair> point3f[] positions = [(0, 0, 0)] int[] protoIndices = [0] }}
+def PointInstancer \"field\" {{ rel prototypes = </protos/hair>
+    point3f[] positions = [(0, 0, 0)] int[] protoIndices = [0] }}
 def Scope \"protos\" {{ def BasisCurves \"hair\" {{ {FOUR} }} }}
 def SphereLight \"instancer\" {{ rel collection:lightLink:excludes = </field> }}
-def SphereLight \"filter\" {{ rel light:filters = </b> color3f inputs:shadow:color = (1, 0, 0) float inputs:shadow:distance = 3 }}
+def SphereLight \"filter\" {{ rel light:filters = </b>
+    color3f inputs:shadow:color = (1, 0, 0) float inputs:shadow:distance = 3 }}
 def SphereLight \"idle\" {{ color3f inputs:shadow:color = (0, 0, 0) float inputs:shadow:distance = -1 }}
-def SphereLight \"circle\" {{ rel collection:lightLink:includes = </circle.collection:lightLink> rel collection:lightLink:excludes = </x> }}"
+def SphereLight \"circle\" {{ rel collection:lightLink:includes = </circle.collection:lightLink>
+    rel collection:lightLink:excludes = </x> }}"
     ));
     let said = said(&warnings);
     for expected in [
@@ -98,7 +105,8 @@ fn lamp(more: &str) -> Scene {
         "( )
 def BasisCurves \"b\" {{ {FOUR} }}
 def Mesh \"lamp\" ( prepend apiSchemas = [\"MeshLightAPI\"] ) {{ {more} uniform token subdivisionScheme = \"none\"
-    int[] faceVertexCounts = [4] int[] faceVertexIndices = [0, 1, 2, 3] point3f[] points = [(0,0,0), (2,0,0), (2,3,0), (0,3,0)] }}
+    int[] faceVertexCounts = [4] int[] faceVertexIndices = [0, 1, 2, 3]
+    point3f[] points = [(0,0,0), (2,0,0), (2,3,0), (0,3,0)] }}
 def Mesh \"skin\" {{ uniform token subdivisionScheme = \"none\"
     int[] faceVertexCounts = [3] int[] faceVertexIndices = [0, 1, 2] point3f[] points = [(0,0,0), (2,0,0), (2,3,0)] }}"
     ));

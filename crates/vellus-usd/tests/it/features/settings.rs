@@ -8,13 +8,15 @@ const CAMERAS: &str = "def Camera \"first\" { float horizontalAperture = 40 floa
     float fStop = 2 float focusDistance = 3 double shutter:close = 0.5 }
 def Camera \"close\" { float focalLength = 200 float horizontalAperture = 40 float verticalAperture = 20
     float fStop = 2 float focusDistance = 3 double shutter:close = 0.5
-    double3 xformOp:translate.timeSamples = { 1: (0, 0, 0), 2: (0, 4, 0) } uniform token[] xformOpOrder = [\"xformOp:translate\"] }";
+    double3 xformOp:translate.timeSamples = { 1: (0, 0, 0), 2: (0, 4, 0) }
+    uniform token[] xformOpOrder = [\"xformOp:translate\"] }";
 
 fn read(metadata: &str, body: &str, camera: Option<&str>) -> (Reading, String) {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("stage.usda");
     let text = format!(
-        "#usda 1.0\n( startTimeCode = 1\n endTimeCode = 2\n {metadata} )\ndef BasisCurves \"b\" {{ {FOUR} }}\n{CAMERAS}\n{body}"
+        "#usda 1.0\n( startTimeCode = 1\n endTimeCode = 2\n {metadata} )\ndef BasisCurves \"b\" {{ {FOUR} }}\n{CAMERAS}
+{body}"
     );
     std::fs::write(&file, text).unwrap();
     let reading =
@@ -36,7 +38,8 @@ fn settings_choose_the_picture() {
 
     let settings = |more: &str| {
         format!(
-            "def Scope \"Render\" {{ def RenderSettings \"a\" {{ rel camera = </close> uniform int2 resolution = (320, 180) {more} }} }}"
+            "def Scope \"Render\" {{ def RenderSettings \"a\" {{ rel camera = </close>
+                uniform int2 resolution = (320, 180) {more} }} }}"
         )
     };
     let (found, said) = read("", &settings("uniform float4 dataWindowNDC = (0.25, 0.5, 0.75, 1)"), None);
@@ -71,7 +74,8 @@ fn settings_choose_the_picture() {
 fn the_stage_says_which_settings_count_and_a_product_overrides_them() {
     let two = "def Scope \"Render\" {
         def RenderSettings \"a\" { uniform int2 resolution = (10, 10) }
-        def RenderSettings \"b\" { uniform int2 resolution = (20, 20) rel camera = </close> rel products = [<../p>, <../q>] }
+        def RenderSettings \"b\" { uniform int2 resolution = (20, 20)
+            rel camera = </close> rel products = [<../p>, <../q>] }
         def RenderProduct \"p\" { uniform int2 resolution = (30, 30) }
         def RenderProduct \"q\" { uniform int2 resolution = (40, 40) }
     }";
