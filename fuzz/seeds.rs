@@ -123,6 +123,7 @@ fn scene() -> Scene {
         prototypes: Vec::new(),
         instances: Vec::new(),
         shapings: Vec::new(),
+        links: Vec::new(),
         strands: vec![
             strands(Basis::Linear, &[2, 3]),
             strands(Basis::BSpline, &[4, 6]),

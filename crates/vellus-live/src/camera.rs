@@ -24,7 +24,7 @@ pub struct Orbit {
 pub struct Report {
     eye: [f32; 3],
     target: [f32; 3],
-    /// Vertical angle of view, degrees.
+    /// Vertical angle of view of the film, degrees.
     angle: f32,
     /// Radius of the lens, scene units.
     radius: f32,
@@ -79,9 +79,9 @@ impl Orbit {
         Ok(())
     }
 
-    /// Moves sideways and upward, in heights of the picture at the target.
-    pub fn pan(&mut self, right: f32, upward: f32) -> Result<(), String> {
-        let height = self.distance * self.camera.film_height;
+    /// Moves sideways and upward, in heights of the picture at the target. `aspect` is its width over its height.
+    pub fn pan(&mut self, right: f32, upward: f32, aspect: f32) -> Result<(), String> {
+        let height = self.distance * self.camera.film(aspect)[1];
         let (eye, axes) = self.frame();
         let x = within("x", right, -10.0, 10.0)? * height;
         let y = within("y", upward, -10.0, 10.0)? * height;
@@ -113,7 +113,7 @@ impl Orbit {
         }
     }
 
-    /// Sets the vertical angle of view in degrees, and the radius of the lens.
+    /// Sets the vertical angle of view of the film in degrees, and the radius of the lens.
     pub fn lens(&mut self, angle: f32, radius: f32) -> Result<(), String> {
         let height = 2.0 * (0.5 * within("angle", angle, 1.0, 150.0)?.to_radians()).tan();
         self.camera.lens_radius = within("radius", radius, 0.0, self.home_distance)?;
@@ -155,7 +155,7 @@ mod tests {
         }
         // 200 products of rotations in single precision.
         assert!(orbit.target().distance(target) < 1e-3);
-        orbit.pan(0.5, -0.5).unwrap();
+        orbit.pan(0.5, -0.5, 1.5).unwrap();
         assert!(orbit.target().distance(target) > 0.1);
         orbit.home();
         assert_eq!(orbit.camera(), camera);
@@ -166,7 +166,9 @@ mod tests {
         let camera = Camera::look_at(Vec3::Z, Vec3::ZERO, Vec3::Y, 0.6, 1.5);
         let mut orbit = Orbit::new(camera, Vec3::ZERO, Vec3::Y);
         assert!(
-            orbit.turn(f32::NAN, 0.0).is_err() && orbit.zoom(0.0).is_err() && orbit.pan(f32::INFINITY, 0.0).is_err()
+            orbit.turn(f32::NAN, 0.0).is_err()
+                && orbit.zoom(0.0).is_err()
+                && orbit.pan(f32::INFINITY, 0.0, 1.5).is_err()
         );
         assert!(orbit.lens(0.0, 0.0).is_err() && orbit.lens(30.0, -1.0).is_err());
         orbit.focus(Vec3::Z);

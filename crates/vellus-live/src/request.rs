@@ -5,6 +5,9 @@ use serde::{Deserialize, Serialize};
 /// The largest width or height of a picture, in pixels.
 pub(crate) const MAX_SIDE: usize = 4096;
 
+/// The smallest one.
+pub(crate) const MIN_SIDE: usize = 16;
+
 /// A change of the picture, or a question about it. Positions are shares of the whole picture, from its upper left
 /// corner, in [0, 1].
 #[derive(Clone, Debug, PartialEq, Deserialize)]

@@ -2,7 +2,7 @@
 
 use crate::camera::Orbit;
 use crate::history::{History, Step, Version};
-use crate::request::{Coat, Command, Groom, MAX_SIDE, within};
+use crate::request::{Coat, Command, Groom, MAX_SIDE, MIN_SIDE, within};
 use crate::state::{LightState, LookState, OtherState, State};
 use glam::{Mat3, Mat4, Quat, Vec3};
 use serde_json::{Value, json};
@@ -55,8 +55,8 @@ pub struct Session {
     scene_units: Option<vellus_scene::Units>,
 }
 
-/// The size of the picture at first.
-const SIZE: [usize; 2] = [960, 640];
+/// The longer side of the picture at first, which has the shape of the camera's film.
+const LONGER: usize = 960;
 
 /// The distance in pixels at which a click still finds a strand.
 const REACH: usize = 5;
@@ -64,8 +64,7 @@ const REACH: usize = 5;
 impl Session {
     /// Opens a scene by name or path.
     pub fn open(path: &Path, small: bool) -> Result<Self, crate::Error> {
-        let aspect = SIZE[0] as f32 / SIZE[1] as f32;
-        let options = Options { small, instances: true, staging: Some(Staging::new(aspect)), ..Options::default() };
+        let options = Options { small, instances: true, staging: Some(Staging::new(1.5)), ..Options::default() };
         let opened = vellus_open::open(path, &options)?;
         let name = path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into());
         Session::new(name, opened).map_err(Into::into)
@@ -87,6 +86,7 @@ impl Session {
             groom: Groom::default(),
         };
         let world = now.model.world(scene)?;
+        let size = world.camera().size(LONGER).map(|side| side.max(MIN_SIDE));
         let mut session = Session {
             orbit: Orbit::new(world.camera(), 0.5 * (low + high), up),
             world,
@@ -98,7 +98,7 @@ impl Session {
             history: History::new(now.clone()),
             now,
             exposure: 0.0,
-            size: SIZE,
+            size,
             crop: None,
             paused: false,
             target: 256,
@@ -108,7 +108,7 @@ impl Session {
         };
         session.world.set_camera(session.orbit.camera())?;
         if is_metered {
-            let metered = session.world.metered(&Settings::new(SIZE)).ok().flatten();
+            let metered = session.world.metered(&Settings::new(size)).ok().flatten();
             session.exposure = metered.unwrap_or(0.0);
         }
         Ok(session)
@@ -127,7 +127,10 @@ impl Session {
     fn change(&mut self, command: Command) -> Result<(Value, Effect), String> {
         let effect = match command {
             Command::Orbit { x, y } => self.moved(|orbit| orbit.turn(x, y))?,
-            Command::Pan { x, y } => self.moved(|orbit| orbit.pan(x, y))?,
+            Command::Pan { x, y } => {
+                let aspect = self.size[0] as f32 / self.size[1] as f32;
+                self.moved(|orbit| orbit.pan(x, y, aspect))?
+            }
             Command::Zoom { factor } => self.moved(|orbit| orbit.zoom(factor))?,
             Command::Lens { angle, radius } => self.moved(|orbit| orbit.lens(angle, radius))?,
             Command::Home => self.moved(|orbit| {
@@ -148,7 +151,7 @@ impl Session {
             }
             Command::Size { width, height } => {
                 for side in [width, height] {
-                    within("size", side as f32, 16.0, MAX_SIDE as f32)?;
+                    within("size", side as f32, MIN_SIDE as f32, MAX_SIDE as f32)?;
                 }
                 self.size = [width, height];
                 Effect::Restart

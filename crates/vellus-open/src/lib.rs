@@ -41,7 +41,7 @@ use std::path::Path;
 use vellus::Fiber;
 use vellus_io::Sources;
 use vellus_scene::{Look, Scene, Strands};
-use vellus_usd::FALLBACK_LOOK;
+use vellus_usd::{FALLBACK_LOOK, RenderSettings};
 
 /// Options for opening a scene.
 #[derive(Clone, Debug, Default)]
@@ -88,8 +88,28 @@ pub struct Opened {
     pub warnings: Vec<Warning>,
     /// What [`Options::staging`] added to a file without a camera or lights, in one line.
     pub staged: Option<String>,
+    /// What a USD file says about its picture.
+    pub settings: Option<RenderSettings>,
     /// Whether the lights are those of [`Options::staging`]. The exposure should be set from the picture.
     pub is_metered: bool,
+}
+
+/// The longer side of a picture in pixels, if nothing says it.
+const LONGER: usize = 960;
+
+impl Opened {
+    /// The size of the picture if the user does not say it: the resolution of the file's RenderSettings, or
+    /// 960 pixels for the longer side of the camera's film.
+    pub fn size(&self) -> [usize; 2] {
+        let resolution = self.settings.and_then(|settings| settings.size);
+        resolution.unwrap_or_else(|| self.scene.camera.map_or([LONGER, 2 * LONGER / 3], |camera| camera.size(LONGER)))
+    }
+
+    /// The part of a picture of this size to render, if the file's RenderSettings have one: left column, top row, width
+    /// and height.
+    pub fn crop(&self, size: [usize; 2]) -> Option<[usize; 4]> {
+        self.settings?.crop(size)
+    }
 }
 
 /// The format of a scene, from its name.
@@ -270,14 +290,14 @@ fn open_usd(path: &Path, options: &Options, width: Option<f32>) -> Result<Opened
         instances: options.instances,
         network_base: options.fiber.as_ref().map_or_else(Fiber::hair, |(_, fiber)| *fiber),
     };
-    let vellus_usd::Reading { scene, warnings, networks, sources } = vellus_usd::read(path, &reader)?;
+    let vellus_usd::Reading { scene, warnings, networks, settings, sources } = vellus_usd::read(path, &reader)?;
     let mut warnings: Vec<Warning> = warnings.into_iter().map(Warning::Usd).collect();
     let is_own = |name: &&str| *name != FALLBACK_LOOK && !networks.iter().any(|network| network == name);
     let own: Vec<&str> = scene.looks.iter().map(|look| look.name.as_str()).filter(is_own).collect();
     if options.fiber.is_some() && (!own.is_empty() || scene.all_strands().next().is_none()) {
         warnings.push(Warning::unused_fiber(path, &own));
     }
-    Ok(Opened { scene, sources, warnings, ..Opened::default() })
+    Ok(Opened { scene, sources, warnings, settings, ..Opened::default() })
 }
 
 #[cfg(test)]
@@ -292,6 +312,32 @@ mod tests {
         let segments = |scene: &Scene| scene.strands.iter().map(vellus_scene::Strands::segments).sum::<usize>();
         assert_eq!((shared.instances.len() > 100, copied.instances.len(), segments(&shared)), (true, 0, 0));
         assert!(segments(&copied) > 100 * 14_500 * 15);
+    }
+
+    /// The size is the resolution of the settings, or has the shape of the film. A camera that staging adds fits it.
+    #[test]
+    fn a_file_says_the_size_of_its_picture() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("picture.usda");
+        let of = |prims: &str, aspect: Option<f32>| {
+            let hair = "def BasisCurves \"b\" { uniform token type = \"linear\" int[] curveVertexCounts = [2]
+                point3f[] points = [(0, 0, 0), (0, 1, 0)] float[] widths = [0.1, 0.1] }";
+            std::fs::write(&path, format!("#usda 1.0\n{hair}\n{prims}")).unwrap();
+            open(&path, &Options { staging: Some(Staging::new(aspect)), ..Options::default() }).unwrap()
+        };
+        let camera = "def Camera \"c\" { float horizontalAperture = 36 float verticalAperture = 20.25 }";
+        let settings = "def RenderSettings \"s\" { uniform int2 resolution = (300, 600)
+            uniform float4 dataWindowNDC = (0, 0, 0.5, 0.5) }";
+        let size = |prims: &str| of(prims, None).size();
+        assert_eq!(
+            (size(""), size(camera), size(&format!("{camera}\n{settings}"))),
+            ([960, 640], [960, 540], [300, 600])
+        );
+        let opened = of(settings, None);
+        assert_eq!((opened.size(), opened.crop([300, 600])), ([300, 600], Some([0, 300, 150, 300])));
+        assert!((opened.scene.camera.unwrap().aspect() - 0.5).abs() < 1e-6);
+        assert!((of(settings, Some(2.0)).scene.camera.unwrap().aspect() - 2.0).abs() < 1e-6);
+        assert_eq!(of("", None).crop([960, 640]), None);
     }
 
     /// A groom without widths, camera and lights, which moves away: all frames have the widths, camera, lights and

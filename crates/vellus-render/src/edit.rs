@@ -86,7 +86,7 @@ impl World {
         Ok(before)
     }
 
-    /// Replaces the lights: as many as before, with the same textures. Their shapings and groups stay.
+    /// Replaces the lights: as many as before, with the same textures. Their shapings, links and groups stay.
     ///
     /// # Errors
     /// [`Error`] if a light is invalid, or the number of lights differs. The lights are then as before.
@@ -96,7 +96,7 @@ impl World {
         }
         let textures = &self.geometry.textures;
         lights.iter().try_for_each(|light| light.validate(textures.len()))?;
-        self.geometry.lights = Lights::new(lights, &self.unseen, &self.shapings, textures, self.reach);
+        self.geometry.lights = Lights::new(lights, &self.lighting, textures);
         Ok(())
     }
 

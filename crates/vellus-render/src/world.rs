@@ -8,12 +8,12 @@ use crate::geometry::triangles::Triangles;
 use crate::integrator::geometry::Geometry;
 use crate::integrator::path::Trace;
 use crate::integrator::view::View;
-use crate::light::Lights;
 use crate::light::background::Background;
+use crate::light::{Lighting, Lights};
 use crate::shading::colors;
 use crate::shading::fibers::Fibers;
 use vellus::{Bcsdf, Fiber, Model};
-use vellus_scene::{Camera, Error, Light, Scene, Shaping, Strands};
+use vellus_scene::{Camera, Error, Light, Scene, Strands};
 
 /// A scene prepared for rays: hierarchies over its strands and meshes, distributions over its lights, and a reflectance
 /// model for each of its fibres.
@@ -24,10 +24,7 @@ pub struct World {
     /// The names of the light groups.
     group_names: Vec<String>,
     pub(crate) fibers: Box<dyn Trace>,
-    /// What [`Lights::new`] needs besides lights and textures.
-    pub(crate) unseen: Vec<usize>,
-    pub(crate) shapings: Vec<(usize, Shaping)>,
-    pub(crate) reach: f32,
+    pub(crate) lighting: Lighting,
 }
 
 impl std::fmt::Debug for World {
@@ -82,9 +79,17 @@ impl World {
         let colors = scene.all_strands().map(|strands| colors::table(strands, &scene.looks[strands.look])).collect();
         let own = [scene.strands.len(), scene.meshes.len()];
         let count = scene.strands.iter().fold(0u32, |n, set| n.wrapping_add(set.len() as u32));
+        let is_linked = !scene.links.is_empty();
+        let lighting = Lighting {
+            unseen: scene.unseen_lights.clone(),
+            shapings: scene.shapings.clone(),
+            links: scene.links.clone(),
+            things: if is_linked { scene.object_names().map(str::to_owned).collect() } else { Vec::new() },
+            reach: radius,
+        };
         let lights = if scene.lights.is_empty() { vec![white] } else { scene.lights };
         let instances = Instances::new(scene.prototypes, &scene.instances, own, count);
-        let lights = Lights::new(&lights, &scene.unseen_lights, &scene.shapings, &scene.textures, radius);
+        let lights = Lights::new(&lights, &lighting, &scene.textures);
         let (curves, triangles, view) = (Curves::new(scene.strands), Triangles::new(scene.meshes), View::new(camera));
         let geometry = Geometry {
             is_simplified: instances.is_simplified(),
@@ -103,8 +108,7 @@ impl World {
             surfaces: scene.surfaces,
             textures: scene.textures,
         };
-        let (unseen, shapings) = (scene.unseen_lights, scene.shapings);
-        Ok(World { geometry, group_names: groups.names, fibers, unseen, shapings, reach: radius })
+        Ok(World { geometry, group_names: groups.names, fibers, lighting })
     }
 
     /// Replaces the reflectance model of the fibres: see [`World::with_model`].

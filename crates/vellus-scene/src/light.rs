@@ -14,7 +14,8 @@ pub enum Light {
         radiance: [f32; 3],
         /// Index of a lat-long texture in the scene.
         texture: Option<usize>,
-        /// Rotation from the light's own frame to world space.
+        /// From the light's own frame to world space: a rotation, or a rotation and a reflection, which mirrors the
+        /// image.
         rotation: Mat3,
         /// Projection of the lower half of the texture onto the ground, if any.
         ground: Option<Ground>,

@@ -4,6 +4,7 @@ use crate::camera::Camera;
 use crate::error::{Error, invalid};
 use crate::instances::{Instance, Prototype};
 use crate::light::{Light, Shaping};
+use crate::link::{Link, MAX_LINKED};
 use crate::look::Look;
 use crate::mesh::{Mesh, Surface, Tint};
 use crate::strands::Strands;
@@ -38,6 +39,9 @@ pub struct Scene {
     /// Indices of lights whose emission depends on the direction, and how. A light has at most one shaping. Domes and
     /// distant lights have none.
     pub shapings: Vec<(usize, Shaping)>,
+    /// Indices of lights that light some objects only, lack the shadows of some, or have gains. A light has at most
+    /// one link. The others light everything.
+    pub links: Vec<(usize, Link)>,
     /// What the camera sees where there is no object. If it is `None`, it sees the domes and distant lights there.
     pub background: Option<Tint>,
     /// The camera. If it is `None`, the renderer uses [`Scene::framing`].
@@ -59,6 +63,17 @@ impl Scene {
             })
         };
         around(&mut { strands }).or_else(|| around(&mut { meshes }))
+    }
+
+    /// The names of all sets of strands, then those of all meshes: those in world space, then those of each prototype.
+    pub fn object_names(&self) -> impl Iterator<Item = &str> {
+        let meshes = self.meshes.iter().chain(self.prototypes.iter().flat_map(|prototype| &prototype.meshes));
+        self.all_strands().map(|strands| &strands.name[..]).chain(meshes.map(|mesh| &mesh.name[..]))
+    }
+
+    /// The number of sets of strands and meshes, those of prototypes included.
+    pub fn objects(&self) -> usize {
+        self.object_names().count()
     }
 
     /// The group of each light: [`Scene::light_groups`], or the kind of the light, with a number from the second of a
@@ -130,6 +145,19 @@ impl Scene {
                 Some(_) => {}
             }
         }
+        for (index, link) in &self.links {
+            link.validate()?;
+            if *index >= self.lights.len() {
+                let count = self.lights.len();
+                return Err(invalid("lights", format!("light {index} has a link, but there are {count} lights")));
+            }
+        }
+        if !self.links.is_empty() && self.lights.len().saturating_mul(self.objects()) > MAX_LINKED {
+            let (lights, objects) = (self.lights.len(), self.objects());
+            let what =
+                format!("{lights} lights times {objects} objects are more than {MAX_LINKED}: too many for links");
+            return Err(invalid("lights", what));
+        }
         if let Some(Tint { color, texture }) = self.background {
             if !color.iter().all(|c| c.is_finite() && *c >= 0.0) {
                 return Err(invalid("background", format!("its colour is {color:?}: no channel may be negative")));
@@ -183,7 +211,7 @@ mod tests {
         assert_eq!(scene().validate(), Ok(()));
         assert_eq!(scene().strands[0].segments(), 3);
         type Break = fn(&mut Scene);
-        let broken: [(Break, &str); 15] = [
+        let broken: [(Break, &str); 17] = [
             (|s| s.strands[0].look = 1, "fur: the look does not exist"),
             (|s| s.strands[0].starts[1] = 1, "fur: strand 0 has 1 points"),
             (|s| s.strands[0].starts[1] = 9, "strand 0 ends at point 9, but there are 5 points"),
@@ -196,6 +224,11 @@ mod tests {
             (|s| s.light_groups = vec!["key".to_owned()], "lights: there are 1 groups for 0 lights"),
             (|s| s.shapings = vec![(0, aimed(1.0))], "lights: light 0 has a shaping, but it is no light"),
             (|s| s.shapings = vec![(0, aimed(0.0))], "shaping of a light: its axis must not be zero"),
+            (|s| s.links = vec![(0, Link::default())], "lights: light 0 has a link, but there are 0 lights"),
+            (
+                |s| s.links = vec![(0, Link { diffuse: -1.0, ..Link::default() })],
+                "link of a light: its gains are -1 and",
+            ),
             (|s| s.unseen_lights = vec![2], "lights: light 2 is not visible, but there are 0 lights"),
             (|s| s.background = Some(Tint { color: [-1.0; 3], texture: None }), "background: its colour is"),
             (|s| s.light_groups = vec!["key.left".to_owned()], "'key.left': a light group's name"),

@@ -81,6 +81,6 @@ pub use error::Error;
 pub use guard::quiet_caught_panics;
 pub use image::{load_map, load_texture};
 pub use read::look::FALLBACK_LOOK;
-pub use read::{Options, Reading, read, read_material};
+pub use read::{Options, Reading, RenderSettings, read, read_material};
 pub use warning::Warning;
 pub use write::{write, write_text};

@@ -29,6 +29,7 @@ pub fn varied(name: &str) -> Result<Scene, Box<dyn Error>> {
         scene.light_groups.clear();
         scene.unseen_lights.clear();
         scene.shapings.clear();
+        scene.links.clear();
     }
     Ok(scene)
 }

@@ -14,9 +14,9 @@ pub fn run(args: &Args, interrupt: &Interrupt, mut viewer: Option<Viewer>) -> Re
         interrupt.set_immediate(true);
         let mut loaded = Loaded::new(args)?;
         if args.input.frame.is_some() {
-            loaded.stops = loaded.first_stops(args)?;
+            loaded.stops = loaded.first_stops()?;
         }
-        return job::run(args, loaded, interrupt, 1, &mut viewer);
+        return job::run(loaded, interrupt, 1, &mut viewer);
     };
     let total = frames.count();
     let mut stops = None;
@@ -34,10 +34,10 @@ pub fn run(args: &Args, interrupt: &Interrupt, mut viewer: Option<Viewer>) -> Re
             }
             note!("frame {frame} ({} of {total})", total - left + 1);
             if stops.is_none() {
-                stops = loaded.first_stops(args)?;
+                stops = loaded.first_stops()?;
             }
             loaded.stops = stops;
-            job::run(&one, loaded, interrupt, left, &mut viewer)
+            job::run(loaded, interrupt, left, &mut viewer)
         };
         render().with_context(|| format!("frame {frame}"))?;
         if interrupt.is_set() && left > 1 {

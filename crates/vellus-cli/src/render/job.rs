@@ -1,13 +1,13 @@
 //! One picture: its job, and how it ended.
 
-use super::Args;
 use super::screen::Screen;
+use super::{Args, check_crop};
 use crate::interrupt::Interrupt;
 use crate::say::note;
 use anyhow::{Result, anyhow};
 use std::time::{Duration, Instant};
 use vellus_io::Digest;
-use vellus_open::{Backdrop, Staging};
+use vellus_open::{Backdrop, Opened, Staging};
 use vellus_render::denoise::Denoiser;
 use vellus_render::session::{
     BACKGROUND_NOTE, Denoise, End, Event, Identity, Job, Options, Outcome, Picture, Rescue, Store, fiber_notes,
@@ -16,12 +16,17 @@ use vellus_render::tev::Viewer;
 use vellus_render::{Error, Notes, PixelType, Settings, World, prepare};
 use vellus_scene::Scene;
 
+/// The size of a picture before its scene is read.
+const SIZE: [usize; 2] = [960, 640];
+
 /// The longest pass: Ctrl-C, checkpoints and the bar wait for its end.
 const PASS: Duration = Duration::from_secs(2);
 
 /// A scene that was read, and the identity of its picture.
 pub struct Loaded {
     scene: Scene,
+    /// The options, with the size of the picture and the part to render.
+    args: Args,
     pub identity: Digest,
     seconds: f64,
     is_metered: bool,
@@ -34,21 +39,23 @@ impl Loaded {
     pub fn new(args: &Args) -> Result<Self> {
         let start = Instant::now();
         let opened = args.input.open(Some(args.staging()))?;
+        let args = args.sized(&opened)?;
         let identity = args.digest(opened.sources.digest())?;
         let seconds = start.elapsed().as_secs_f64();
-        Ok(Loaded { scene: opened.scene, identity, seconds, is_metered: opened.is_metered, stops: None })
+        Ok(Loaded { scene: opened.scene, args, identity, seconds, is_metered: opened.is_metered, stops: None })
     }
 
     /// The exposure of all frames of an animation: that of its first frame. `None` if this frame needs none.
-    pub fn first_stops(&self, args: &Args) -> Result<Option<f32>> {
+    pub fn first_stops(&self) -> Result<Option<f32>> {
         if !self.is_metered {
             return Ok(None);
         }
-        let mut first = args.clone();
+        let mut first = self.args.clone();
         first.input.frame = None;
         let mut scene = first.input.open_quietly(first.staging())?.scene;
-        prepare(&mut scene, args.size, args.min_pixel_width, args.lod);
-        Ok(args.model.world(scene)?.metered(&args.settings())?)
+        let settings = first.settings();
+        prepare(&mut scene, settings.size, first.min_pixel_width, first.lod);
+        Ok(first.model.world(scene)?.metered(&settings)?)
     }
 }
 
@@ -57,13 +64,8 @@ impl Loaded {
 ///
 /// # Errors
 /// [`Interrupted`](crate::exit::Interrupted) if a signal stopped it; the message says what was kept.
-pub fn run(
-    args: &Args,
-    loaded: Loaded,
-    interrupt: &Interrupt,
-    pictures: u64,
-    viewer: &mut Option<Viewer>,
-) -> Result<()> {
+pub fn run(loaded: Loaded, interrupt: &Interrupt, pictures: u64, viewer: &mut Option<Viewer>) -> Result<()> {
+    let args = &loaded.args.clone();
     let denoiser = args.denoise.then(Denoiser::load).transpose()?;
     let (world, job) = prepare_job(args, loaded)?;
     let job = Job { denoiser: denoiser.map(|denoiser| Box::new(denoiser) as Box<dyn Denoise>), pictures, ..job };
@@ -92,9 +94,9 @@ pub fn run(
 /// Prepares a scene for rays, and the job of its picture.
 fn prepare_job(args: &Args, loaded: Loaded) -> Result<(World, Job)> {
     let start = Instant::now();
-    let Loaded { mut scene, identity, seconds, is_metered, stops } = loaded;
-    prepare(&mut scene, args.size, args.min_pixel_width, args.lod);
+    let Loaded { mut scene, identity, seconds, is_metered, stops, .. } = loaded;
     let settings = args.settings();
+    prepare(&mut scene, settings.size, args.min_pixel_width, args.lod);
     let mut notes = vec![
         ("vellus_version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
         ("vellus_command".to_owned(), typed_command()),
@@ -162,7 +164,7 @@ impl Args {
     /// How paths are traced.
     pub fn settings(&self) -> Settings {
         Settings {
-            size: self.size,
+            size: self.size.unwrap_or(SIZE),
             crop: self.crop,
             mode: self.device.mode(self.mode),
             filter: self.filter,
@@ -175,7 +177,16 @@ impl Args {
 
     /// How the scene is staged.
     pub fn staging(&self) -> Staging {
-        Staging { aspect: self.size[0] as f32 / self.size[1] as f32, ..self.staging.clone() }
+        Staging { aspect: self.size.map(|[w, h]| w as f32 / h as f32), ..self.staging.clone() }
+    }
+
+    /// The options with the size of the picture, and the part of it to render: those of the command line, or those of
+    /// the file.
+    fn sized(&self, opened: &Opened) -> Result<Args> {
+        let size = self.size.unwrap_or_else(|| opened.size());
+        let crop = self.crop.or_else(|| opened.crop(size));
+        check_crop(size, crop)?;
+        Ok(Args { size: Some(size), crop, ..self.clone() })
     }
 
     /// Everything but the scene that can change a pixel.

@@ -47,10 +47,12 @@ pub struct Args {
     /// Picture to write: OpenEXR with layers, and a PNG beside it. With the extension `.png`, only the PNG is written.
     #[arg(short, long, default_value = "out/render.exr", value_name = "FILE")]
     output: PathBuf,
-    /// Width and height in pixels.
-    #[arg(long, default_value = "960x640", value_parser = parse::size, allow_hyphen_values = true, value_name = "WxH")]
-    size: [usize; 2],
-    /// Render only a part of the picture: left column, top row, width and height, in pixels.
+    /// Width and height in pixels [default: the resolution of the file's RenderSettings, or 960 for the longer side of
+    /// the camera's film].
+    #[arg(long, value_parser = parse::size, allow_hyphen_values = true, value_name = "WxH")]
+    size: Option<[usize; 2]>,
+    /// Render only a part of the picture: left column, top row, width and height, in pixels [default: the data window
+    /// of the file's RenderSettings].
     #[arg(long, value_parser = parse::crop, allow_hyphen_values = true, value_name = "X,Y,W,H")]
     crop: Option<[usize; 4]>,
     /// Samples a pixel.
@@ -134,13 +136,19 @@ pub struct Args {
     tev: Option<String>,
 }
 
+/// Checks that a part is within the picture.
+fn check_crop(size: [usize; 2], crop: Option<[usize; 4]>) -> Result<()> {
+    match crop {
+        Some([x, y, w, h]) if x.saturating_add(w) > size[0] || y.saturating_add(h) > size[1] => {
+            bail!("--crop {x},{y},{w},{h} is not within the picture's {}x{}", size[0], size[1])
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Checks the options that can be checked without reading the scene.
 fn check(args: &Args) -> Result<()> {
-    if let Some([x, y, w, h]) = args.crop
-        && (x.saturating_add(w) > args.size[0] || y.saturating_add(h) > args.size[1])
-    {
-        bail!("--crop {x},{y},{w},{h} is not within the picture's {}x{}", args.size[0], args.size[1]);
-    }
+    args.size.map_or(Ok(()), |size| check_crop(size, args.crop))?;
     let mut input = args.input.clone();
     if let Some(frames) = args.frames {
         input.frame = Some(f64::from(frames.first()));

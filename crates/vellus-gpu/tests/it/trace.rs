@@ -174,6 +174,7 @@ fn white_fur_loses_nothing() -> Result<(), Box<dyn std::error::Error>> {
     scene.meshes.clear();
     scene.unseen_lights.clear();
     scene.shapings.clear();
+    scene.links.clear();
     scene.background = None;
     let white = Light::Dome { radiance: [1.0; 3], texture: None, rotation: glam::Mat3::IDENTITY, ground: None };
     scene.lights = vec![white];

@@ -16,6 +16,9 @@ use vellus_scene::{Scene, Tint, View};
 /// Meshes that are so many times larger than the strands are a set, which has its own ground.
 const SET: f32 = 3.0;
 
+/// Width over height of a picture if nothing says it.
+const ASPECT: f32 = 1.5;
+
 /// The reflectance of a grey card, and the background where the camera sees past the ground.
 const GREY: [f32; 3] = [0.18; 3];
 
@@ -42,7 +45,9 @@ pub(crate) fn stage(opened: &mut Opened, staging: &Staging, built_in: bool, stil
     let (up, front) = (subject.up(), subject.front());
     let camera = scene.camera.filter(|_| staging.view.is_none());
     let view = staging.view.unwrap_or_default();
-    let framed = subject.framing_along(view.toward_camera(front, up), staging.aspect).map(|mut camera| {
+    let resolution = opened.settings.and_then(|settings| settings.size).map(|[w, h]| w as f32 / h as f32);
+    let aspect = staging.aspect.or(resolution);
+    let framed = subject.framing_along(view.toward_camera(front, up), aspect.unwrap_or(ASPECT)).map(|mut camera| {
         camera.film_width /= view.zoom;
         camera.film_height /= view.zoom;
         camera
@@ -57,6 +62,7 @@ pub(crate) fn stage(opened: &mut Opened, staging: &Staging, built_in: bool, stil
         scene.light_groups.clear();
         scene.unseen_lights.clear();
         scene.shapings.clear();
+        scene.links.clear();
         studio.light(scene, light);
         if let Lighting::Image(path) = light {
             let image = load(path, "light", &mut opened.sources, &mut opened.warnings)?;
@@ -64,7 +70,7 @@ pub(crate) fn stage(opened: &mut Opened, staging: &Staging, built_in: bool, stil
         } else if staging.background.is_none() {
             scene.background = Some(Tint { color: GREY, texture: None });
             if !has_set(scene) {
-                studio.add_cyclorama(scene, &camera);
+                studio.add_cyclorama(scene, &camera, aspect.unwrap_or(camera.aspect()));
             }
         }
         opened.is_metered = true;

@@ -22,9 +22,9 @@ const IMAGES: [&str; 3] = ["png", "hdr", "exr"];
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 #[cfg_attr(feature = "clap", command(next_help_heading = "Camera, lights and background"))]
 pub struct Staging {
-    /// Width over height of the picture.
+    /// Width over height of the picture. `None` is that of [`Opened::size`](crate::Opened::size).
     #[cfg_attr(feature = "clap", arg(skip))]
-    pub aspect: f32,
+    pub aspect: Option<f32>,
     /// Look from here, and frame the subject: degrees to the subject's left from its front, degrees upward, and a
     /// magnification. It replaces the camera of the scene [default for files without a camera: 35,15].
     #[cfg_attr(feature = "clap", arg(long, allow_hyphen_values = true, value_name = "YAW,PITCH[,ZOOM]"))]
@@ -44,7 +44,8 @@ pub struct Staging {
 
 impl Staging {
     /// The default staging of a picture with this ratio of width to height.
-    pub fn new(aspect: f32) -> Self {
+    pub fn new(aspect: impl Into<Option<f32>>) -> Self {
+        let aspect = aspect.into();
         Staging { aspect, view: None, light: None, background: None, body: None }
     }
 

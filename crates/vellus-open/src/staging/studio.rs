@@ -134,8 +134,9 @@ impl Studio {
     }
 
     /// Adds a ground that bends up to a wall behind the subject. It fills the picture of the camera, also above and
-    /// below, so no edge is visible. A camera below the ground would not see the subject: then there is no ground.
-    pub fn add_cyclorama(&self, scene: &mut Scene, camera: &Camera) {
+    /// below, so no edge is visible. `aspect` is width over height of the picture. A camera below the ground would not
+    /// see the subject: then there is no ground.
+    pub fn add_cyclorama(&self, scene: &mut Scene, camera: &Camera, aspect: f32) {
         let eye = camera.to_world.w_axis.truncate();
         let height = eye.dot(self.up) - self.ground;
         if height <= 0.0 {
@@ -143,8 +144,9 @@ impl Studio {
         }
         let distance = (eye - self.middle).dot(self.back).max(0.0);
         let depth = distance.max(height) + WALL * self.extent;
-        let half = depth * camera.film_width + 6.0 * self.extent;
-        let top = height + depth * camera.film_height + 6.0 * self.extent;
+        let [film_width, film_height] = camera.film(aspect);
+        let half = depth * film_width.max(camera.film_width) + 6.0 * self.extent;
+        let top = height + depth * film_height.max(camera.film_height) + 6.0 * self.extent;
         let bend = bend().map(|(p, n)| (p * BEND * self.extent + Vec2::new((WALL - BEND) * self.extent, 0.0), n));
         let wall = bend[PIECES].0;
         let start = [(Vec2::new(-(distance + depth), 0.0), Vec2::Y)];

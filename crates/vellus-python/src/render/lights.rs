@@ -8,7 +8,7 @@ use crate::error::value;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use vellus::glam::{Mat3, Mat4, Vec3};
-use vellus_scene::{Camera, Light, Shaping};
+use vellus_scene::{Camera, Fit, Light, Shaping};
 
 fn angle_of_view(fov: f32) -> PyResult<()> {
     if fov > 0.0 && fov < 180.0 { Ok(()) } else { Err(out_of_range("fov", fov, "in (0, 180) degrees")) }
@@ -140,6 +140,7 @@ impl Scene {
             moved: moved.map(|moved| Floats::new(moved, "moved")?.matrix()).transpose()?,
             film_width: film_height,
             film_height,
+            fit: Fit::AdjustWidth,
             lens_radius: aperture,
             focus_distance,
         };

@@ -257,10 +257,19 @@ impl Curves {
 
     /// Whether a ray enters a strand within the ray's length.
     pub fn occluded(&self, ray: &Ray) -> bool {
+        self.occluded_by(ray, |_| true)
+    }
+
+    /// As [`Curves::occluded`], for the sets of strands that `casts` accepts.
+    pub fn occluded_by(&self, ray: &Ray, casts: impl Fn(usize) -> bool) -> bool {
         let frame = RayFrame::new(ray);
         let mut waiting = Waiting::default();
-        let clear =
-            |waiting: Waiting<'_>| waiting.all(|first| self.segment(first, ray.time).1.intersect(ray).is_none());
+        let clear = |waiting: Waiting<'_>| {
+            waiting.all(|first| {
+                let (set, segment) = self.segment(first, ray.time);
+                !casts(set) || segment.intersect(ray).is_none()
+            })
+        };
         let mut found = false;
         self.bvh.traverse(
             ray,

@@ -229,10 +229,22 @@ impl Instances {
 
     /// Whether a ray hits anything within its length.
     pub fn occluded(&self, ray: &Ray) -> bool {
+        self.any(ray, |object, local| object.curves.occluded(local) || object.triangles.occluded(local))
+    }
+
+    /// As [`Instances::occluded`], for the sets of strands and the meshes of the scene that cast shadows.
+    pub fn occluded_by(&self, ray: &Ray, sets: impl Fn(usize) -> bool, meshes: impl Fn(usize) -> bool) -> bool {
+        self.any(ray, |object, local| {
+            object.curves.occluded_by(local, |set| sets(object.first_set + set))
+                || object.triangles.occluded_by(local, |mesh| meshes(object.first_mesh + mesh))
+        })
+    }
+
+    /// Whether `blocks` accepts an object that the ray may hit, and the ray in its coordinates.
+    fn any(&self, ray: &Ray, blocks: impl Fn(&Object, &Ray) -> bool) -> bool {
         let mut found = false;
         self.visit(ray, |_, placed, local, _| {
-            let object = &self.objects[placed.object(ray.detail)];
-            found = object.curves.occluded(local) || object.triangles.occluded(local);
+            found = blocks(&self.objects[placed.object(ray.detail)], local);
             if found { -1.0 } else { ray.t_max }
         });
         found

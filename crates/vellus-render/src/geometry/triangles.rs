@@ -155,12 +155,22 @@ impl Triangles {
 
     /// Whether a ray hits a triangle within the ray's length.
     pub fn occluded(&self, ray: &Ray) -> bool {
+        self.any(ray, |_, mask| mask != 0)
+    }
+
+    /// As [`Triangles::occluded`], for the meshes that `casts` accepts.
+    pub fn occluded_by(&self, ray: &Ray, casts: impl Fn(usize) -> bool) -> bool {
+        self.any(ray, |index, mask| (0..WIDTH).any(|lane| mask >> lane & 1 != 0 && casts(self.place(index[lane]).0)))
+    }
+
+    /// Whether `blocks` accepts a leaf, from its triangles and a mask of those that the ray hits.
+    fn any(&self, ray: &Ray, blocks: impl Fn(&[u32; WIDTH], u32) -> bool) -> bool {
         let mut found = false;
         self.bvh.traverse(
             ray,
             |_| {},
             |leaf, t_max| {
-                found = self.meet(leaf, ray, t_max).0 != 0;
+                found = blocks(&self.blocks[leaf as usize].index, self.meet(leaf, ray, t_max).0);
                 if found { -1.0 } else { t_max }
             },
         );

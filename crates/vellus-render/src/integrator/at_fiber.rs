@@ -13,7 +13,7 @@ use crate::geometry::ray::Ray;
 use crate::shading::fibers::Fibers;
 use glam::{Vec3, Vec4Swizzles};
 use std::f32::consts::PI;
-use vellus::{FiberFrame, Field, Lobes, Model, Scattering, Window};
+use vellus::{FiberFrame, Field, Lobe, Lobes, Model, Scattering, Window};
 
 /// A shadow ray is always traced if its contribution is at least this fraction of the contribution of an isotropic
 /// fibre. Fainter shadow rays are traced with proportional probability. The first number is for fibres that the camera
@@ -27,6 +27,9 @@ const FIRST_LIGHTS: u32 = 2;
 /// A path with a lower throughput uses the near field. The far field would take three times as long and hardly reduce
 /// the noise. Measured: `docs/notes/2026-11-rendering.md`, "Faint paths".
 const FAINT: f32 = 0.1;
+
+/// The lobes to which the gain of a light for diffuse parts applies: light that the medulla scattered.
+const DIFFUSE: [Lobe; 2] = [Lobe::Tts, Lobe::Trts];
 
 /// A fibre's frame at a hit, and the time and the level of detail of the ray.
 struct Place {
@@ -102,6 +105,7 @@ pub(super) fn at_fiber<M: Model>(
         }
         path.strand = nearest(hit.entry.t, geometry.strand_number(hit));
     }
+    path.class = geometry.lights.class(hit.set);
     model.with_hit(wo, window, |scattering| scatter_at(path, sampler, &place, scattering, depth))
 }
 
@@ -125,13 +129,19 @@ fn scatter_at(
         let u = if k == 0 { a } else { sampler.next() };
         // Stratified sampling: each sample has its own interval of the distribution of lights.
         let pick = (u[0] + k as f32) / path.lights;
-        let Some((which, light)) = geometry.lights.sample(frame.center(), [pick, u[1], u[2]]) else { continue };
-        let (f, pdf) = scattering.eval_pdf(frame.to_local(light.direction));
+        let found = geometry.lights.sample(path.class, frame.center(), [pick, u[1], u[2]]);
+        let Some((which, light)) = found else { continue };
+        let (mut f, pdf) = scattering.eval_pdf(frame.to_local(light.direction));
+        if let Some([diffuse, specular]) = geometry.lights.gains(which) {
+            for lobe in Lobe::ALL {
+                f[lobe] = scale(f[lobe], if DIFFUSE.contains(&lobe) { diffuse } else { specular });
+            }
+        }
         let total = f.total();
         let w = weight(light.pdf * path.lights, pdf) / path.lights;
         let asked =
             (4.0 * PI / SHADOW_RAY_THRESHOLD[usize::from(depth > 0)] * path.lights * largest(total) * w).min(1.0);
-        if sampler.chance() < asked && !path.blocked(&place.leave(light.direction, shadow_t_max(&light))) {
+        if sampler.chance() < asked && !path.blocked(&place.leave(light.direction, shadow_t_max(&light)), which) {
             let given = if light.pdf.is_infinite() { 1.0 } else { 1.0 / light.pdf };
             let w = w * given / asked;
             let lobes = path.lobes;
@@ -147,6 +157,12 @@ fn scatter_at(
     let sample = sample.filter(|sample| largest(sample.weight) > 0.0)?;
     if apart {
         path.lobes = Some(shares(&scattering.eval(sample.wi)));
+    }
+    if geometry.lights.any_gains() {
+        let f = scattering.eval(sample.wi);
+        let total = f.total();
+        let diffuse: Rgb = std::array::from_fn(|c| DIFFUSE.iter().map(|&lobe| f[lobe][c]).sum());
+        path.diffuse = std::array::from_fn(|c| if total[c] > 0.0 { diffuse[c] / total[c] } else { 0.0 });
     }
     path.throughput = times(path.throughput, sample.weight);
     Some((place.leave(frame.to_world(sample.wi), f32::INFINITY), sample.pdf))

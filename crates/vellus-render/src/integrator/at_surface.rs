@@ -1,6 +1,6 @@
 //! A path at a mesh.
 
-use super::color::{largest, scale, times, weight};
+use super::color::{Rgb, largest, scale, times, weight};
 use super::path::{Path, shadow_t_max};
 use super::sampler::Sampler;
 use crate::film::Layer;
@@ -34,10 +34,15 @@ pub(super) fn at_surface(
         }
     }
     path.lights = 1.0;
-    if let Some((which, light)) = geometry.lights.sample(start, [a[0], a[1], a[2]]) {
-        let (f, pdf) = scatter.eval_pdf(wo, local(light.direction));
+    path.class = geometry.lights.class(geometry.mesh_thing(hit));
+    if let Some((which, light)) = geometry.lights.sample(path.class, start, [a[0], a[1], a[2]]) {
+        let ([mut base, mut coat], pdf) = scatter.eval_parts(wo, local(light.direction));
+        if let Some([diffuse, specular]) = geometry.lights.gains(which) {
+            (base, coat) = (scale(base, diffuse), scale(coat, specular));
+        }
+        let f: Rgb = std::array::from_fn(|c| base[c] + coat[c]);
         let shadow = Ray { origin: start, direction: light.direction, t_max: shadow_t_max(&light), ..*ray };
-        if largest(f) > 0.0 && light.direction.dot(hit.plane) > 0.0 && !path.blocked(&shadow) {
+        if largest(f) > 0.0 && light.direction.dot(hit.plane) > 0.0 && !path.blocked(&shadow, which) {
             let given = if light.pdf.is_infinite() { 1.0 } else { 1.0 / light.pdf };
             let w = weight(light.pdf, pdf) * given;
             let light = scale(times(times(path.throughput, f), light.radiance), w);
@@ -51,6 +56,10 @@ pub(super) fn at_surface(
     }
     if direction.dot(hit.plane) <= 0.0 {
         return None;
+    }
+    if geometry.lights.any_gains() {
+        let ([base, coat], _) = scatter.eval_parts(wo, wi);
+        path.diffuse = std::array::from_fn(|c| if base[c] > 0.0 { base[c] / (base[c] + coat[c]) } else { 0.0 });
     }
     path.throughput = times(path.throughput, f);
     Some((Ray { origin: start, direction, t_max: f32::INFINITY, ..*ray }, pdf))

@@ -55,12 +55,28 @@ impl Geometry {
         self.triangles.meshes().iter().chain(self.instances.meshes())
     }
 
-    /// The look of the strand that was hit, or a number after those of all looks for the mesh.
-    pub fn look_of(&self, hit: &Hit) -> u32 {
+    /// The index of what was hit: sets of strands first, then meshes.
+    pub fn thing(&self, hit: &Hit) -> usize {
         match hit {
+            Hit::Curve(hit) => hit.set,
+            Hit::Triangle(hit) => self.mesh_thing(hit),
+        }
+    }
+
+    /// The index of the mesh that was hit, after all sets of strands.
+    pub fn mesh_thing(&self, hit: &TriangleHit) -> usize {
+        self.colors.len() + hit.mesh
+    }
+
+    /// A number for what scatters alike at a hit: the look of a strand, or a number after those of all looks for a
+    /// mesh. Things that other lights reach have other numbers.
+    pub fn alike(&self, hit: &Hit) -> u32 {
+        let alike = match hit {
             Hit::Curve(hit) => self.set(hit).look as u32,
             Hit::Triangle(hit) => (self.looks.len() + hit.mesh) as u32,
-        }
+        };
+        // The classes of lights are few. An odd factor keeps their numbers apart.
+        alike.wrapping_add((self.lights.class(self.thing(hit)) as u32).wrapping_mul(0x9e37_79b1))
     }
 
     /// The nearest hit of a ray.
@@ -80,6 +96,16 @@ impl Geometry {
         self.curves.occluded(ray)
             || self.triangles.occluded(ray)
             || (!self.instances.is_empty() && self.instances.occluded(ray))
+    }
+
+    /// Whether something that casts shadows in the light of a lamp blocks a ray within its length.
+    pub fn shadows(&self, ray: &Ray, light: usize) -> bool {
+        let Some(casts) = self.lights.casters(light) else { return self.occluded(ray) };
+        let meshes = |mesh| casts[self.colors.len() + mesh];
+        casts.iter().any(|&casts| casts)
+            && (self.curves.occluded_by(ray, |set| casts[set])
+                || self.triangles.occluded_by(ray, meshes)
+                || (!self.instances.is_empty() && self.instances.occluded_by(ray, |set| casts[set], meshes)))
     }
 
     /// The set of strands that was hit.

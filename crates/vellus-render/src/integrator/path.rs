@@ -89,6 +89,10 @@ pub(super) struct Path<'w> {
     pub(super) lobes: Option<[Rgb; 6]>,
     /// The angle over which the last scattering event spread the path, in radians. `None` for camera rays.
     pub(super) spread: Option<f32>,
+    /// The class of the thing of the last scattering event: see [`Lights::class`](crate::light::Lights::class).
+    pub(super) class: usize,
+    /// The share of diffuse parts in the last scattering event, if any light has gains.
+    pub(super) diffuse: Rgb,
     /// The number of light samples at the last scattering event.
     pub(super) lights: f32,
     pub(super) rays: u64,
@@ -140,23 +144,40 @@ impl Path<'_> {
         }
     }
 
-    /// Whether anything blocks a shadow ray.
-    pub(super) fn blocked(&mut self, ray: &Ray) -> bool {
+    /// Whether anything blocks a shadow ray to a light.
+    pub(super) fn blocked(&mut self, ray: &Ray, light: usize) -> bool {
         self.rays += 1;
-        self.geometry.occluded(ray)
+        self.geometry.shadows(ray, light)
+    }
+
+    /// Adds the light that the last scattered ray finds behind things that cast no shadow in it.
+    fn find_through(&mut self, ray: &Ray, pdf: f32, events: u32) {
+        let geometry = self.geometry;
+        for (light, emission) in geometry.lights.through(ray, self.class) {
+            if !self.blocked(&Ray { t_max: emission.t * BEFORE, ..*ray }, light) {
+                self.found((light, emission), Some(pdf), events);
+            }
+        }
     }
 
     /// Adds the light of an emitter that a ray hit after `events` scattering events. `pdf` is the density with which
     /// the ray was sampled. `None` for camera rays.
     fn found(&mut self, (light, emission): (usize, Emission), pdf: Option<f32>, events: u32) {
         let w = pdf.map_or(1.0, |pdf| weight(pdf, emission.pdf * self.lights));
-        self.add(scale(times(self.throughput, emission.radiance), w), self.geometry.groups[light], events);
+        let mut radiance = emission.radiance;
+        if let (Some([diffuse, specular]), Some(_)) = (self.geometry.lights.gains(light), pdf) {
+            radiance = std::array::from_fn(|c| radiance[c] * (specular + (diffuse - specular) * self.diffuse[c]));
+        }
+        self.add(scale(times(self.throughput, radiance), w), self.geometry.groups[light], events);
     }
 }
 
-/// The length of a shadow ray, which ends a little before the light.
+/// The length of a shadow ray relative to the distance of the light: it ends a little before the light.
+const BEFORE: f32 = 0.9999;
+
+/// The length of a shadow ray.
 pub(super) fn shadow_t_max(sample: &LightSample) -> f32 {
-    sample.distance * 0.9999
+    sample.distance * BEFORE
 }
 
 /// Traces a sample: see [`Trace::trace`].
@@ -183,6 +204,8 @@ pub(crate) fn trace<M: Model>(
         throughput: [1.0; 3],
         lobes: None,
         spread: None,
+        class: 0,
+        diffuse: [0.0; 3],
         lights: 1.0,
         rays: 0,
         removed: 0.0,
@@ -202,7 +225,11 @@ pub(crate) fn trace<M: Model>(
             Hit::Triangle(hit) => hit.t,
         });
         let open = Ray { t_max: t.unwrap_or(f32::INFINITY), ..ray };
-        if let Some(emission) = geometry.lights.intersect(&open, depth == 0) {
+        let from = (depth > 0).then_some(path.class);
+        if let (true, Some(pdf)) = (geometry.lights.is_linked(), pdf) {
+            path.find_through(&ray, pdf, depth);
+        }
+        if let Some(emission) = geometry.lights.intersect(&open, from) {
             path.found(emission, pdf, depth);
             break;
         }
@@ -212,7 +239,7 @@ pub(crate) fn trace<M: Model>(
                 path.add(background.at(&geometry.textures, settings.size, uv), background.group, depth);
                 break;
             }
-            for emission in geometry.lights.escaped(&ray, depth == 0) {
+            for emission in geometry.lights.escaped(&ray, from) {
                 path.found(emission, pdf, depth);
             }
             break;
@@ -220,11 +247,7 @@ pub(crate) fn trace<M: Model>(
         if depth == 0 {
             path.set(Layer::Alpha, &[1.0]);
             path.set(Layer::Depth, &[t]);
-            let index = match hit {
-                Hit::Curve(hit) => hit.set,
-                Hit::Triangle(hit) => geometry.colors.len() + hit.mesh,
-            };
-            thing = Some(index as u32);
+            thing = Some(geometry.thing(&hit) as u32);
             strands_first = matches!(hit, Hit::Curve(_));
         }
         let left = settings.max_depth.is_none_or(|max| depth < max);
@@ -236,7 +259,7 @@ pub(crate) fn trace<M: Model>(
             && let Some(grid) = indirect.grid()
             && (strands_first || path.spread.is_some_and(|spread| grid.is_finer(ray.at(t), spread * t)))
         {
-            let key = Key { point: ray.at(t), direction: ray.direction, thing: geometry.look_of(&hit) };
+            let key = Key { point: ray.at(t), direction: ray.direction, thing: geometry.alike(&hit) };
             match indirect {
                 Indirect::Traced => {}
                 Indirect::Recorded(_) => {

@@ -71,6 +71,11 @@ impl View {
         }
     }
 
+    /// The height of the film that a picture of this size shows, over the focal length.
+    pub(crate) fn film_height(&self, size: [usize; 2]) -> f32 {
+        self.camera.film(size[0] as f32 / size[1] as f32)[1]
+    }
+
     /// The point of the picture through which [`View::ray`] sends a ray: u from the left edge to the right one, v from
     /// the bottom to the top, in [0, 1] for most points of the filter.
     pub(crate) fn place(&self, size: [usize; 2], pixel: [usize; 2], filter: Filter, u: [f32; 4]) -> Vec2 {
@@ -82,7 +87,7 @@ impl View {
     /// two numbers for the filter and two for the lens, in [0, 1).
     pub(crate) fn ray(&self, size: [usize; 2], pixel: [usize; 2], filter: Filter, u: [f32; 4], time: f32) -> Ray {
         let [width, height] = size.map(|n| n as f32);
-        let film_height = self.camera.film_height;
+        let film_height = self.film_height(size);
         let x = ((pixel[0] as f32 + 0.5 + filter.offset(u[0])) / width - 0.5) * film_height * width / height;
         let y = (0.5 - (pixel[1] as f32 + 0.5 + filter.offset(u[1])) / height) * film_height;
         let (a, b) = concentric([u[2], u[3]]);
@@ -96,12 +101,12 @@ impl View {
     /// The width of a pixel at a distance along a camera ray, perpendicular to the view direction (Yan17 Eq. 27).
     pub(crate) fn pixel_width(&self, size: [usize; 2], ray: &Ray, t: f32) -> f32 {
         let forward = self.frame(ray.time).transform_vector3(-Vec3::Z);
-        t * ray.direction.dot(forward) * self.camera.film_height / size[1] as f32
+        t * ray.direction.dot(forward) * self.film_height(size) / size[1] as f32
     }
 
     /// The position of the camera when the shutter opens, and the width of a pixel at distance 1 from it.
     pub(crate) fn perspective(&self, size: [usize; 2]) -> (Vec3, f32) {
-        (self.frame(0.0).translation.into(), self.camera.film_height / size[1] as f32)
+        (self.frame(0.0).translation.into(), self.film_height(size) / size[1] as f32)
     }
 
     /// The positions of the camera when the shutter opens and closes.
@@ -113,7 +118,7 @@ impl View {
     pub(crate) fn pixel_widths(&self, size: [usize; 2], time: f32) -> impl Fn(Vec3) -> f32 + Sync {
         let frame = self.frame(time);
         let (eye, forward) = (Vec3::from(frame.translation), frame.transform_vector3(-Vec3::Z));
-        let slope = self.camera.film_height / size[1] as f32;
+        let slope = self.film_height(size) / size[1] as f32;
         move |point| (point - eye).dot(forward) * slope
     }
 
@@ -121,7 +126,7 @@ impl View {
     pub(crate) fn seen(&self, size: [usize; 2], point: Vec3, time: f32) -> Option<Vec2> {
         let p = self.frame(time).inverse().transform_point3(point);
         let [width, height] = size.map(|n| n as f32);
-        let pixels = height / self.camera.film_height;
+        let pixels = height / self.film_height(size);
         (p.z < 0.0).then(|| Vec2::new(0.5 * width, 0.5 * height) + Vec2::new(p.x, -p.y) / -p.z * pixels)
     }
 }
@@ -129,6 +134,7 @@ impl View {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use vellus_scene::Fit;
 
     /// Filters are centred. They have the variance and the support of a box of one pixel, and of a tent of two pixels.
     #[test]
@@ -157,6 +163,35 @@ mod tests {
             let middle = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5);
             assert!(found.abs_diff_eq(middle, 1e-3), "{found} is not {middle}");
             assert!(view.seen([30, 20], ray.at(-1.0), time).is_none());
+        }
+    }
+
+    /// With each fit, the corners of the picture are those of the film that it shows, and the width of a pixel agrees.
+    #[test]
+    fn the_picture_shows_what_the_fit_says() {
+        let camera =
+            Camera { film_width: 0.6, film_height: 0.3, ..Camera::look_at(Vec3::ZERO, -Vec3::Z, Vec3::Y, 1.0, 1.0) };
+        for fit in [Fit::Expand, Fit::Crop, Fit::AdjustWidth, Fit::AdjustHeight] {
+            for size in [[40, 10], [40, 20], [20, 20], [10, 40]] {
+                let view = View::new(Camera { fit, ..camera });
+                let [width, height] = camera_film(fit, size);
+                let ray = view.ray(size, [0, 0], Filter::Box, [0.0, 0.0, 0.5, 0.5], 0.0);
+                let corner = ray.direction / -ray.direction.z;
+                assert!(corner.abs_diff_eq(Vec3::new(-0.5 * width, 0.5 * height, -1.0), 1e-6), "{fit:?} {size:?}");
+                assert!(view.seen(size, corner, 0.0).unwrap().abs_diff_eq(Vec2::ZERO, 1e-4));
+                assert!((view.perspective(size).1 - height / size[1] as f32).abs() < 1e-7);
+            }
+        }
+    }
+
+    /// A film of 0.6 by 0.3.
+    fn camera_film(fit: Fit, [w, h]: [usize; 2]) -> [f32; 2] {
+        let aspect = w as f32 / h as f32;
+        match fit {
+            Fit::Expand if aspect < 2.0 => [0.6, 0.6 / aspect],
+            Fit::Crop if aspect > 2.0 => [0.6, 0.6 / aspect],
+            Fit::AdjustHeight => [0.6, 0.6 / aspect],
+            _ => [0.3 * aspect, 0.3],
         }
     }
 }

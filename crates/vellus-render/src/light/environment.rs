@@ -9,7 +9,7 @@ use super::distribution::PiecewiseConstant1D;
 use crate::geometry::ray::Ray;
 use glam::{Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
-use vellus_scene::{Ground, Texture};
+use vellus_scene::{Ground, Texture, Wrap};
 
 /// A latitude-longitude image and its distribution: rows, and pixels within each row, by excess brightness and solid
 /// angle.
@@ -34,6 +34,8 @@ pub(super) fn band(y: usize, h: usize) -> f32 {
 
 impl Map {
     pub(super) fn new(texture: Texture) -> Self {
+        // The image continues from left to right. At a pole, the row of the other pole is no neighbour.
+        let texture = Texture { wrap: [Wrap::Repeat, Wrap::Clamp], ..texture };
         let (w, h) = (texture.width, texture.height);
         // Bilinear lookups spread the light of a pixel over its neighbours. The maximum over the neighbours ensures
         // that every bright point can be sampled.
@@ -44,9 +46,9 @@ impl Map {
         let mean = average(&|x, y| brightness(texture.pixels[y * w + x]));
         let bright = |x: usize, y: usize| {
             let mut most = 0.0f32;
-            for dy in [h - 1, 0, 1] {
+            for row in y.saturating_sub(1)..=(y + 1).min(h - 1) {
                 for dx in [w - 1, 0, 1] {
-                    most = most.max(brightness(texture.pixels[(y + dy) % h * w + (x + dx) % w]));
+                    most = most.max(brightness(texture.pixels[row * w + (x + dx) % w]));
                 }
             }
             (most - mean).max(0.0)

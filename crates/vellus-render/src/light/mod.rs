@@ -3,6 +3,7 @@
 pub mod background;
 pub(crate) mod distribution;
 pub(crate) mod environment;
+mod links;
 pub(crate) mod prepared;
 pub mod sampling;
 pub(crate) mod shaped;
@@ -12,9 +13,10 @@ mod tests;
 use crate::geometry::ray::Ray;
 use distribution::PiecewiseConstant1D;
 use glam::Vec3;
+use links::Links;
 use prepared::Prepared;
 use shaped::Shaped;
-use vellus_scene::{Light, Shaping, Texture};
+use vellus_scene::{Light, Link, Shaping, Texture};
 
 /// A sampled direction toward a light.
 #[derive(Clone, Copy, Debug)]
@@ -41,44 +43,100 @@ pub struct Emission {
     pub pdf: f32,
 }
 
+/// What [`Lights::new`] needs besides lights and textures.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Lighting {
+    /// Indices of lights that the camera does not see directly.
+    pub unseen: Vec<usize>,
+    /// Indices of lights with a shaping.
+    pub shapings: Vec<(usize, Shaping)>,
+    /// Indices of lights with a link.
+    pub links: Vec<(usize, Link)>,
+    /// The names of all things, sets of strands first, if there are links.
+    pub things: Vec<String>,
+    /// The radius of the scene. Domes and distant lights illuminate a disk of this radius.
+    pub reach: f32,
+}
+
+/// The lights that reach a class of things.
+#[derive(Clone, Debug)]
+struct Reaching {
+    /// The probability of each light, and their distribution. All are 0 if no light is sampled.
+    shares: Vec<f32>,
+    chances: PiecewiseConstant1D,
+    /// Whether a ray that such a thing scattered may find each light by hitting it. A light that lacks the shadows of
+    /// some things is found by [`Lights::through`].
+    found: Vec<bool>,
+}
+
 /// All lights of a scene.
 #[derive(Clone, Debug)]
 pub struct Lights {
     lights: Vec<Prepared>,
     /// How the emission of each light depends on the direction.
     shapings: Vec<Option<Shaped>>,
-    /// The probability of each light, and their distribution. All are 0 if no light is sampled.
-    shares: Vec<f32>,
-    chances: PiecewiseConstant1D,
+    /// For each class of things. All lights reach those of the first class.
+    reaching: Vec<Reaching>,
     /// Whether the camera sees each light directly.
     visible: Vec<bool>,
+    links: Option<Links>,
 }
 
 impl Lights {
-    /// Prepares lights. `unseen` are the indices of lights that the camera does not see directly, and `shaped` those of
-    /// lights with a shaping. `reach` is the radius of the scene. Domes and distant lights illuminate a disk of this
-    /// radius.
-    pub fn new(
-        lights: &[Light],
-        unseen: &[usize],
-        shaped: &[(usize, Shaping)],
-        textures: &[Texture],
-        reach: f32,
-    ) -> Self {
+    /// Prepares lights.
+    pub(crate) fn new(lights: &[Light], lighting: &Lighting, textures: &[Texture]) -> Self {
         let lights: Vec<Prepared> = lights.iter().map(|light| prepared::prepare(light, textures)).collect();
         let mut shapings = vec![None; lights.len()];
-        for (i, shaping) in shaped {
+        for (i, shaping) in &lighting.shapings {
             shapings[*i] = Some(Shaped::new(shaping, lights[*i].faces()));
         }
         let power = |(light, shaping): (&Prepared, &Option<Shaped>)| {
-            light.power(reach) * shaping.as_ref().map_or(1.0, |shaping| shaping.mean)
+            light.power(lighting.reach) * shaping.as_ref().map_or(1.0, |shaping| shaping.mean)
         };
         let powers: Vec<f32> = lights.iter().zip(&shapings).map(power).collect();
-        let any = powers.iter().any(|&power| power > 0.0);
-        let chances = PiecewiseConstant1D::new(powers.into_iter());
-        let shares = (0..lights.len()).map(|i| if any { chances.width(i) } else { 0.0 }).collect();
-        let visible = (0..lights.len()).map(|i| !unseen.contains(&i)).collect();
-        Lights { lights, shapings, shares, chances, visible }
+        let is_linked = !lighting.links.is_empty();
+        let links = is_linked.then(|| Links::new(&lighting.links, lights.len(), &lighting.things));
+        let reaching = |reached: &Vec<bool>| {
+            let powers: Vec<f32> =
+                powers.iter().zip(reached).map(|(p, reached)| if *reached { *p } else { 0.0 }).collect();
+            let any = powers.iter().any(|&power| power > 0.0);
+            let chances = PiecewiseConstant1D::new(powers.into_iter());
+            let shares = (0..lights.len()).map(|i| if any { chances.width(i) } else { 0.0 }).collect();
+            let casts = |i| links.as_ref().is_none_or(|links| links.casters(i).is_none());
+            let found = reached.iter().enumerate().map(|(i, reached)| *reached && casts(i)).collect();
+            Reaching { shares, chances, found }
+        };
+        let reaching = match &links {
+            Some(links) => links.reaches.iter().map(reaching).collect(),
+            None => vec![reaching(&vec![true; lights.len()])],
+        };
+        let visible = (0..lights.len()).map(|i| !lighting.unseen.contains(&i)).collect();
+        Lights { lights, shapings, reaching, visible, links }
+    }
+
+    /// The class of a thing: the same lights reach all things of a class. Sets of strands come first, then meshes.
+    pub(crate) fn class(&self, thing: usize) -> usize {
+        self.links.as_ref().map_or(0, |links| links.class(thing))
+    }
+
+    /// Whether each thing casts shadows in a light. `None` if all do.
+    pub(crate) fn casters(&self, light: usize) -> Option<&[bool]> {
+        self.links.as_ref()?.casters(light)
+    }
+
+    /// The gains of a light, for light that diffuse and specular parts scatter. `None` if they change nothing.
+    pub(crate) fn gains(&self, light: usize) -> Option<[f32; 2]> {
+        self.links.as_ref()?.gains(light)
+    }
+
+    /// Whether any light has gains.
+    pub(crate) fn any_gains(&self) -> bool {
+        self.links.as_ref().is_some_and(Links::any_gains)
+    }
+
+    /// Whether any light has a link.
+    pub(crate) fn is_linked(&self) -> bool {
+        self.links.is_some()
     }
 
     /// Multiplies the emission of all lights by a positive factor.
@@ -98,7 +156,7 @@ impl Lights {
 
     /// The probability of a light.
     pub(crate) fn share(&self, light: usize) -> f32 {
-        self.shares[light]
+        self.reaching[0].shares[light]
     }
 
     /// Whether the camera sees a light.
@@ -113,7 +171,7 @@ impl Lights {
 
     /// The distribution of lights.
     pub(crate) fn chances(&self) -> &PiecewiseConstant1D {
-        &self.chances
+        &self.reaching[0].chances
     }
 
     /// Whether no light emits anything.
@@ -122,13 +180,14 @@ impl Lights {
     }
 
     /// Samples a light, and a direction from `point` toward it. Returns the light's index too. `None` if this light
-    /// sends nothing to the point, or no light is sampled.
-    pub fn sample(&self, point: Vec3, u: [f32; 3]) -> Option<(usize, LightSample)> {
+    /// sends nothing to the point, or no light is sampled. `class` is that of the thing at the point.
+    pub fn sample(&self, class: usize, point: Vec3, u: [f32; 3]) -> Option<(usize, LightSample)> {
         if self.lights.is_empty() {
             return None;
         }
-        let (i, _) = self.chances.pick(u[2]);
-        let share = self.shares[i];
+        let Reaching { shares, chances, .. } = &self.reaching[class];
+        let (i, _) = chances.pick(u[2]);
+        let share = shares[i];
         if share <= 0.0 {
             return None;
         }
@@ -146,12 +205,23 @@ impl Lights {
         (sample.pdf > 0.0).then_some((i, LightSample { pdf: sample.pdf * share, ..sample }))
     }
 
-    /// The nearest light with a shape that a ray hits within its length, and its index. Camera rays pass through lights
-    /// that the camera does not see.
-    pub fn intersect(&self, ray: &Ray, camera: bool) -> Option<(usize, Emission)> {
+    /// The nearest light with a shape that a ray hits within its length, and its index. `from` is the class of the
+    /// thing that scattered the ray; rays find the lights that reach it. Without it, the ray comes from the camera, and
+    /// passes through lights that the camera does not see.
+    pub fn intersect(&self, ray: &Ray, from: Option<usize>) -> Option<(usize, Emission)> {
+        self.nearest(ray, self.found(from), from.unwrap_or(0))
+    }
+
+    /// Whether a ray may find each light by hitting it.
+    fn found(&self, from: Option<usize>) -> &[bool] {
+        from.map_or(&self.visible, |class| &self.reaching[class].found)
+    }
+
+    /// The nearest of some lights with a shape.
+    fn nearest(&self, ray: &Ray, among: &[bool], class: usize) -> Option<(usize, Emission)> {
         let mut best: Option<(usize, Emission)> = None;
         for (i, light) in self.lights.iter().enumerate() {
-            if camera && !self.visible[i] {
+            if !among[i] {
                 continue;
             }
             let t_max = best.map_or(ray.t_max, |(_, b)| b.t);
@@ -160,18 +230,41 @@ impl Lights {
                     let factor = shaping.factor(-ray.direction);
                     emission.radiance = emission.radiance.map(|r| r * factor);
                 }
-                best = Some((i, Emission { pdf: emission.pdf * self.shares[i], ..emission }));
+                best = Some((i, Emission { pdf: emission.pdf * self.reaching[class].shares[i], ..emission }));
             }
         }
         best
     }
 
     /// The light that a ray finds if it leaves the scene: the index, radiance and density of each dome and distant
-    /// light. Only camera rays see the ground of a dome. They do not see lights that are invisible to the camera.
-    pub fn escaped<'a>(&'a self, ray: &'a Ray, camera: bool) -> impl Iterator<Item = (usize, Emission)> + 'a {
-        self.lights.iter().zip(&self.shares).enumerate().filter_map(move |(i, (light, share))| {
-            let emission = light.escaped(ray, camera).filter(|_| !camera || self.visible[i])?;
+    /// light. Only camera rays see the ground of a dome. `from` as in [`Lights::intersect`].
+    pub fn escaped<'a>(&'a self, ray: &'a Ray, from: Option<usize>) -> impl Iterator<Item = (usize, Emission)> + 'a {
+        self.far(ray, self.found(from), from)
+    }
+
+    /// Those of some domes and distant lights.
+    fn far<'a>(
+        &'a self,
+        ray: &'a Ray,
+        among: &'a [bool],
+        from: Option<usize>,
+    ) -> impl Iterator<Item = (usize, Emission)> + 'a {
+        let shares = &self.reaching[from.unwrap_or(0)].shares;
+        self.lights.iter().zip(shares).enumerate().filter_map(move |(i, (light, share))| {
+            let emission = light.escaped(ray, from.is_none()).filter(|_| among[i])?;
             Some((i, Emission { pdf: emission.pdf * share, ..emission }))
+        })
+    }
+
+    /// The lights that an infinite ray from a thing of a class finds although other things may be in front of them:
+    /// those in whose light some things cast no shadow. The caller asks for the shadows of the others.
+    pub fn through<'a>(&'a self, ray: &'a Ray, class: usize) -> impl Iterator<Item = (usize, Emission)> + 'a {
+        self.links.iter().flat_map(move |links| {
+            let reached = &links.reaches[class];
+            // Lights hide those behind them.
+            let nearest = self.nearest(ray, reached, class);
+            let far = self.far(ray, reached, Some(class)).filter(move |_| nearest.is_none());
+            nearest.into_iter().chain(far).filter(|(light, _)| links.casters(*light).is_some())
         })
     }
 }

@@ -5,7 +5,7 @@ use super::sampling::uniform_cone;
 use super::*;
 use glam::{Mat3, Mat4, Vec2};
 use std::f32::consts::PI;
-use vellus_scene::{Ground, Shaping};
+use vellus_scene::{Ground, Objects, Shaping};
 
 fn texture(width: usize, height: usize) -> Texture {
     let pixel = |i: usize| {
@@ -19,6 +19,10 @@ fn texture(width: usize, height: usize) -> Texture {
         pixels: (0..width * height).map(pixel).collect(),
         wrap: [vellus_scene::Wrap::Repeat; 2],
     }
+}
+
+fn lighting() -> Lighting {
+    Lighting { reach: 1.0, ..Lighting::default() }
 }
 
 fn tube() -> Light {
@@ -57,19 +61,19 @@ fn sampling_finds_what_rays_find() {
     let sets = all.iter().map(|light| vec![light.clone()]).chain([all.clone()]);
     for (which, set) in sets.enumerate() {
         let last = if which + 1 < all.len() { vec![] } else { spot(set.len() - 1) };
-        let lights = Lights::new(&set, &[], &last, &textures, 1.0);
+        let lights = Lights::new(&set, &Lighting { shapings: last, ..lighting() }, &textures);
         let point = Vec3::new(0.1, 0.2, -0.3);
         let seen = |direction: Vec3| {
             let ray = Ray::new(point, direction);
-            match lights.intersect(&ray, false) {
+            match lights.intersect(&ray, Some(0)) {
                 Some((_, emission)) => vec![emission],
-                None => lights.escaped(&ray, false).map(|(_, emission)| emission).collect(),
+                None => lights.escaped(&ray, Some(0)).map(|(_, emission)| emission).collect(),
             }
         };
         let n = 200_000;
         let (mut sampled, mut shot) = ([0.0f64; 2], [0.0f64; 2]);
         let mut draw = |u: [f32; 4]| {
-            if let Some((_, s)) = lights.sample(point, [u[0], u[1], u[2]]) {
+            if let Some((_, s)) = lights.sample(0, point, [u[0], u[1], u[2]]) {
                 // Only if no nearer light blocks it.
                 let open = seen(s.direction).iter().any(|e| (e.t - s.distance).abs() < 1e-3 || e.t == s.distance);
                 if open {
@@ -100,7 +104,7 @@ fn sampling_finds_what_rays_find() {
 #[test]
 fn light_of_a_cylinder_is_the_integral_over_its_surface() {
     let Light::Cylinder { center, half_axis, radius, .. } = tube() else { panic!() };
-    let lights = Lights::new(&[tube()], &[], &[], &[], 1.0);
+    let lights = Lights::new(&[tube()], &lighting(), &[]);
     let (axis, half) = (half_axis.normalize().as_dvec3(), f64::from(half_axis.length()));
     let (x, y) = { axis.any_orthonormal_pair() };
     let at = |along: f64, off: f64| center.as_dvec3() + axis * (along * half) + x * (off * f64::from(radius));
@@ -125,7 +129,7 @@ fn light_of_a_cylinder_is_the_integral_over_its_surface() {
         for index in 0..samples {
             let u = crate::integrator::sampler::Sampler::new([5, index >> 16], u64::from(index), 3).next();
             let found = lights
-                .sample(point.as_vec3(), [u[0], u[1], u[2]])
+                .sample(0, point.as_vec3(), [u[0], u[1], u[2]])
                 .map_or(0.0, |(_, s)| f64::from(s.direction.dot(normal.as_vec3()).max(0.0) / s.pdf));
             (sum, squares) = (sum + found, squares + found * found);
         }
@@ -137,9 +141,9 @@ fn light_of_a_cylinder_is_the_integral_over_its_surface() {
         assert!((mean - expected).abs() < 5.0 * error + 3e-5 * expected, "{point}: {mean} {expected} ± {error}");
     }
     for inside in [at(0.3, 0.5), at(4.0, 0.9)] {
-        assert!(lights.sample(inside.as_vec3(), [0.3, 0.6, 0.5]).is_none());
+        assert!(lights.sample(0, inside.as_vec3(), [0.3, 0.6, 0.5]).is_none());
         let ray = Ray::new(inside.as_vec3(), (center - inside.as_vec3() + Vec3::new(0.1, 0.0, 0.0)).normalize());
-        assert!(lights.intersect(&ray, false).is_none());
+        assert!(lights.intersect(&ray, Some(0)).is_none());
     }
 }
 
@@ -152,11 +156,11 @@ fn uniform_skies_are_not_sampled() {
     let dome = |texture| Light::Dome { radiance: [0.5, 1.0, 2.0], texture, rotation: Mat3::IDENTITY, ground: None };
     let up = Ray::new(Vec3::ZERO, Vec3::Y);
     for sky in [dome(None), dome(Some(0))] {
-        let alone = Lights::new(std::slice::from_ref(&sky), &[], &[], std::slice::from_ref(&even), 1.0);
-        assert!(alone.sample(Vec3::ZERO, [0.4, 0.2, 0.7]).is_none());
-        assert!(alone.escaped(&up, false).all(|(_, e)| e.pdf == 0.0 && e.radiance[1] > 0.0));
-        let lamp = Lights::new(&[sky, all[4].clone()], &[], &[], std::slice::from_ref(&even), 1.0);
-        assert!((0..9).all(|i| lamp.sample(Vec3::ZERO, [0.4, 0.2, i as f32 / 9.0]).is_some_and(|(i, _)| i == 1)));
+        let alone = Lights::new(std::slice::from_ref(&sky), &lighting(), std::slice::from_ref(&even));
+        assert!(alone.sample(0, Vec3::ZERO, [0.4, 0.2, 0.7]).is_none());
+        assert!(alone.escaped(&up, Some(0)).all(|(_, e)| e.pdf == 0.0 && e.radiance[1] > 0.0));
+        let lamp = Lights::new(&[sky, all[4].clone()], &lighting(), std::slice::from_ref(&even));
+        assert!((0..9).all(|i| lamp.sample(0, Vec3::ZERO, [0.4, 0.2, i as f32 / 9.0]).is_some_and(|(i, _)| i == 1)));
     }
     let bright = |i: usize| {
         if i % 16 < 5 { [2.0, 3.0, 1.0 + (i / 16) as f32] } else { [0.2, 0.5 + 0.1 * (i % 3) as f32, 0.4] }
@@ -198,8 +202,8 @@ fn ground_is_seen_where_it_was() {
     };
     let ground = Ground { origin, height, radius };
     let dome = Light::Dome { radiance: [1.0, 1.0, 2.0], texture: Some(0), rotation, ground: Some(ground) };
-    let lights = Lights::new(&[dome], &[], &[], &[image], 1.0);
-    let seen = |ray: &Ray, camera: bool| lights.escaped(ray, camera).next().unwrap().1.radiance;
+    let lights = Lights::new(&[dome], &lighting(), &[image]);
+    let seen = |ray: &Ray, camera: bool| lights.escaped(ray, (!camera).then_some(0)).next().unwrap().1.radiance;
     for i in 0..2000 {
         let [a, b, c, d] = crate::integrator::sampler::Sampler::new([1, 2], i, 3).next();
         let spot = Vec2::new(6.0 * a - 3.0, 6.0 * b - 3.0);
@@ -225,14 +229,15 @@ fn ground_is_seen_where_it_was() {
 fn the_camera_passes_through_lights_that_it_does_not_see() {
     let ball = |z, radiance| Light::Sphere { center: Vec3::new(0.0, 0.0, z), radius: 1.0, radiance: [radiance; 3] };
     let sky = Light::Dome { radiance: [5.0; 3], texture: None, rotation: Mat3::IDENTITY, ground: None };
-    let mut lights = Lights::new(&[ball(3.0, 1.0), ball(6.0, 2.0), sky], &[0, 2], &[], &[], 1.0);
+    let mut lights =
+        Lights::new(&[ball(3.0, 1.0), ball(6.0, 2.0), sky], &Lighting { unseen: vec![0, 2], ..lighting() }, &[]);
     let ray = Ray::new(Vec3::ZERO, Vec3::Z);
-    let hit = |lights: &Lights, camera| lights.intersect(&ray, camera).map(|(i, e)| (i, e.radiance[0]));
-    assert_eq!((hit(&lights, true), hit(&lights, false)), (Some((1, 2.0)), Some((0, 1.0))));
-    assert_eq!((lights.escaped(&ray, true).count(), lights.escaped(&ray, false).count()), (0, 1));
+    let hit = |lights: &Lights, from| lights.intersect(&ray, from).map(|(i, e)| (i, e.radiance[0]));
+    assert_eq!((hit(&lights, None), hit(&lights, Some(0))), (Some((1, 2.0)), Some((0, 1.0))));
+    assert_eq!((lights.escaped(&ray, None).count(), lights.escaped(&ray, Some(0)).count()), (0, 1));
     lights.scale(4.0);
-    assert_eq!(hit(&lights, true), Some((1, 8.0)));
-    assert!(!lights.is_black() && Lights::new(&[ball(1.0, 0.0)], &[], &[], &[], 1.0).is_black());
+    assert_eq!(hit(&lights, None), Some((1, 8.0)));
+    assert!(!lights.is_black() && Lights::new(&[ball(1.0, 0.0)], &lighting(), &[]).is_black());
 }
 
 /// A spot above a plane: the irradiance at the distance r from its middle is I cos³θ/h², times the factor of the cone.
@@ -241,21 +246,21 @@ fn a_spot_has_the_irradiance_of_the_closed_form() {
     let (height, intensity) = (2.0f32, 3.0f32);
     let spot = Light::Point { position: Vec3::Y * height, intensity: [intensity; 3] };
     let shaping = Shaping { axis: Vec3::NEG_Y * 5.0, cone: 0.5, softness: 0.5, focus: 2.0 };
-    let lights = Lights::new(&[spot], &[], &[(0, shaping)], &[], 1.0);
+    let lights = Lights::new(&[spot], &Lighting { shapings: vec![(0, shaping)], ..lighting() }, &[]);
     for i in 0..100 {
         let theta = 0.0075 * i as f32;
         let point = Vec3::X * (height * theta.tan());
         // The smoothstep between 0.25 and 0.5 radians.
         let edge = ((0.5 - theta) / 0.25).clamp(0.0, 1.0);
         let expected = intensity * theta.cos().powi(5) / (height * height) * edge * edge * (3.0 - 2.0 * edge);
-        let found = lights.sample(point, [0.3, 0.8, 0.5]).map_or(0.0, |(_, s)| {
+        let found = lights.sample(0, point, [0.3, 0.8, 0.5]).map_or(0.0, |(_, s)| {
             assert!(s.pdf.is_infinite() && (s.distance - height / theta.cos()).abs() < 1e-5);
             s.radiance[1] * s.direction.y
         });
         assert!((found - expected).abs() < 1e-5, "{theta}: {found} {expected}");
     }
     // No ray hits a point.
-    assert!(lights.intersect(&Ray::new(Vec3::ZERO, Vec3::Y), false).is_none());
+    assert!(lights.intersect(&Ray::new(Vec3::ZERO, Vec3::Y), Some(0)).is_none());
 }
 
 /// The power of a light with a shaping, in closed form: (1 − cos c)/2 of a sphere in a cone of c, 1/(2(n + 1)) with the
@@ -273,4 +278,110 @@ fn the_mean_of_a_shaping_is_its_share_of_the_power() {
     }
     assert!((shaped(0.5 * PI, 3.0, None) - 0.125).abs() < 0.001);
     assert!(shaped(1e-4, 0.0, None) > 0.0);
+}
+
+/// Things share a class if the same lights reach them. Each class has the distribution of its lights, and a light that
+/// lacks the shadows of some things is found through them, with the density of its samples.
+#[test]
+fn links_divide_things_into_classes() {
+    let (all, textures) = lights();
+    let named = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+    let links = vec![
+        (1, Link { lit: Objects::Except(named(&["a", "c"])), ..Link::default() }),
+        (4, Link { lit: Objects::Only(named(&["b", "c"])), casters: Objects::NONE, specular: 0.5, ..Link::default() }),
+        (6, Link { casters: Objects::Except(named(&["d"])), ..Link::default() }),
+    ];
+    let linked = Lighting { links, things: named(&["a", "b", "c", "d", "a"]), ..lighting() };
+    let lights = Lights::new(&all, &linked, &textures);
+    assert_eq!([0, 1, 2, 3, 4].map(|thing| lights.class(thing)), [1, 0, 2, 3, 1]);
+    assert_eq!(
+        (lights.casters(4), lights.casters(6)),
+        (Some(&[false; 5][..]), Some(&[true, true, true, false, true][..]))
+    );
+    assert_eq!((lights.casters(0), lights.gains(4), lights.gains(1)), (None, Some([1.0, 0.5]), None));
+    let point = Vec3::new(0.1, 0.2, -0.3);
+    let unlinked = Lights::new(&all, &lighting(), &textures);
+    for (class, dark) in [(0, vec![]), (1, vec![1, 4]), (2, vec![1]), (3, vec![4])] {
+        let mut seen = [false; 7];
+        for i in 0..4000 {
+            let [u, v, w, _] = crate::integrator::sampler::Sampler::new([7, class as u32], i, 3).next();
+            let Some((which, sample)) = lights.sample(class, point, [u, v, w]) else { continue };
+            seen[which] = true;
+            let ray = Ray::new(point, sample.direction);
+            let through = lights.through(&ray, class).find(|(light, _)| *light == which);
+            // The middle of the sample, so that no rounding error of an edge counts.
+            if let (4 | 6, Some((_, emission))) = (which, through) {
+                assert!((emission.pdf / sample.pdf - 1.0).abs() < 2e-2, "{class} {which}");
+            }
+        }
+        assert_eq!((0..7).filter(|&light| !seen[light]).collect::<Vec<_>>(), dark, "{class}");
+        // What a ray finds at once excludes the lights that are found through things.
+        for i in 0..500 {
+            let [u, v, ..] = crate::integrator::sampler::Sampler::new([8, class as u32], i, 3).next();
+            let ray = Ray::new(point, uniform_cone(Vec3::Z, -1.0, [u, v]));
+            let met = lights.intersect(&ray, Some(class)).into_iter().chain(lights.escaped(&ray, Some(class)));
+            assert!(met.map(|(light, _)| light).all(|light| !dark.contains(&light) && light != 4 && light != 6));
+            let [camera, plain] = [&lights, &unlinked].map(|l| l.intersect(&ray, None).map(|(i, e)| (i, e.t)));
+            assert_eq!(camera, plain);
+        }
+    }
+}
+
+/// The sun at a pole: a bright pixel, or a bright row. Sampling finds the light of the image as it is looked up, by the
+/// midpoint rule. At a pole itself, a ray sees its row alone, not the other pole.
+#[test]
+fn the_poles_of_a_sky_are_sampled_and_seen() {
+    let (w, h) = (64, 32);
+    for (top, bright) in [(true, 1), (true, w), (false, 1), (false, w)] {
+        let row = if top { 0 } else { h - 1 };
+        let sun = |i: usize| if i / w == row && i % w < bright { [1000.0, 500.0, 0.0] } else { [0.0, 0.25, 0.5] };
+        let image = Texture {
+            name: "sun".to_owned(),
+            width: w,
+            height: h,
+            pixels: (0..w * h).map(sun).collect(),
+            wrap: [vellus_scene::Wrap::Repeat; 2],
+        };
+        let sky = Light::Dome { radiance: [1.0; 3], texture: Some(0), rotation: Mat3::IDENTITY, ground: None };
+        let lights = Lights::new(&[sky], &lighting(), std::slice::from_ref(&image));
+        let n = 40_000;
+        let mut sum = 0.0f64;
+        for i in 0..n {
+            let [a, b, c, _] = crate::integrator::sampler::Sampler::new([9, bright as u32], i, 3).next();
+            let (_, sample) = lights.sample(0, Vec3::ZERO, [a, b, c]).unwrap();
+            assert!(sample.pdf.is_finite() && sample.direction.is_normalized());
+            sum += f64::from(sample.radiance[0] / sample.pdf) / n as f64;
+        }
+        let map = Map::new(image);
+        let fine = 64 * h;
+        let light = |i: usize| {
+            let (y, x) = (i / (2 * w), i % (2 * w));
+            let at = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) / Vec2::new((2 * w) as f32, fine as f32);
+            let solid = f64::from((PI * at.y).sin() * 2.0 * PI * PI) / (fine * 2 * w) as f64;
+            f64::from(map.texture.at(Vec2::new(at.x, 1.0 - at.y))[0]) * solid
+        };
+        let expected: f64 = (0..fine * 2 * w).map(light).sum();
+        assert!((sum / expected - 1.0).abs() < 0.01, "{top} {bright}: {sum} {expected}");
+        let seen = |direction| lights.escaped(&Ray::new(Vec3::ZERO, direction), Some(0)).next().unwrap().1.radiance[0];
+        let pole = Vec3::Y * if top { 1.0 } else { -1.0 };
+        assert!(bright == 1 || (seen(pole) == 1000.0 && seen(-pole) == 0.0), "{top}: {} {}", seen(pole), seen(-pole));
+    }
+}
+
+/// A dome that is mirrored shows the mirror image, to rays and in its samples.
+#[test]
+fn a_mirrored_dome_shows_the_mirror_image() {
+    let (_, textures) = lights();
+    let mirror = Mat3::from_diagonal(Vec3::new(-1.0, 1.0, 1.0));
+    let turn = Mat3::from_rotation_y(0.3);
+    let dome = |rotation| Light::Dome { radiance: [1.0; 3], texture: Some(0), rotation, ground: None };
+    let [plain, mirrored] = [turn, mirror * turn].map(|turn| Lights::new(&[dome(turn)], &lighting(), &textures));
+    for i in 0..300 {
+        let [a, b, c, _] = crate::integrator::sampler::Sampler::new([4, 4], i, 3).next();
+        let [(_, one), (_, other)] = [&plain, &mirrored].map(|lights| lights.sample(0, Vec3::ZERO, [a, b, c]).unwrap());
+        assert!((mirror * one.direction).abs_diff_eq(other.direction, 1e-6) && one.radiance == other.radiance);
+        let ray = Ray::new(Vec3::ZERO, other.direction);
+        let seen = mirrored.escaped(&ray, Some(0)).next().unwrap().1;
+        assert!((0..3).all(|c| (seen.radiance[c] - one.radiance[c]).abs() < 1e-2), "{seen:?} {one:?}");
+    }
 }

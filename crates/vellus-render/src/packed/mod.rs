@@ -81,7 +81,8 @@ impl World {
     ///
     /// # Errors
     /// The name of a feature that the packed form does not have: a model other than [`vellus::Bcsdf`], the mode
-    /// [`Mode::MultiScale`], motion blur, a radiance cache, and hierarchies that need a larger stack than [`STACK`].
+    /// [`Mode::MultiScale`], motion blur, links of lights, a radiance cache, and hierarchies that need a larger stack than
+    /// [`STACK`].
     pub fn packed(&self, settings: &Settings, layout: &Layout) -> Result<PackedScene, String> {
         let geometry = &self.geometry;
         if !self.fibers.is_bcsdf() {
@@ -93,6 +94,9 @@ impl World {
         }
         if geometry.moves {
             return Err("motion blur".to_owned());
+        }
+        if geometry.lights.is_linked() {
+            return Err("links of lights: lights that light some objects only, lack shadows, or have gains".to_owned());
         }
         if settings.radiance_cache.is_some() {
             return Err("a radiance cache".to_owned());
@@ -110,7 +114,7 @@ impl World {
             packed.floats(rgb(surface.emission, 0.0));
         }
         let textures = self.pack_textures(&mut packed);
-        let axes = geometry.view.packed(settings.filter);
+        let axes = geometry.view.packed(settings);
         let [left, top, width, height] = settings.area().map(|n| n as u32);
         let [whole_width, whole_height] = settings.size.map(|n| n as u32);
         let background = geometry.background.as_ref();
@@ -242,14 +246,14 @@ impl World {
 
 impl crate::integrator::view::View {
     /// The axes and the origin of the camera, with film height, focus distance, lens radius and filter.
-    fn packed(&self, filter: Filter) -> [[u32; 4]; 4] {
+    fn packed(&self, settings: &Settings) -> [[u32; 4]; 4] {
         let (frame, camera) = self.still();
         let axes = [frame.matrix3.x_axis, frame.matrix3.y_axis, frame.matrix3.z_axis, frame.translation];
-        let filter = match filter {
+        let filter = match settings.filter {
             Filter::Box => 0,
             Filter::Tent => 1,
         };
-        let rest = [camera.film_height, camera.focus_distance, camera.lens_radius].map(f32::to_bits);
+        let rest = [self.film_height(settings.size), camera.focus_distance, camera.lens_radius].map(f32::to_bits);
         let last = [rest[0], rest[1], rest[2], filter];
         std::array::from_fn(|k| {
             let [x, y, z] = axes[k].to_array().map(f32::to_bits);

@@ -73,13 +73,20 @@ impl Scatter {
 
     /// f·cos θᵢ, and the density per solid angle with which [`Scatter::sample`] samples `wi`.
     pub fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> ([f32; 3], f32) {
+        let ([base, coat], pdf) = self.eval_parts(wo, wi);
+        (std::array::from_fn(|c| base[c] + coat[c]), pdf)
+    }
+
+    /// As [`Scatter::eval_pdf`], with f·cos θᵢ of the base and of the coat or metal.
+    pub fn eval_parts(&self, wo: Vec3, wi: Vec3) -> ([[f32; 3]; 2], f32) {
         if wo.z <= 0.0 || wi.z <= 0.0 {
-            return ([0.0; 3], 0.0);
+            return ([[0.0; 3]; 2], 0.0);
         }
         let share = self.coat_share(wo.z);
         let through = self.through_coat(wo.z, wi.z);
         let base = wi.z / PI;
-        let mut f: [f32; 3] = std::array::from_fn(|c| self.diffuse * self.color[c] * through[c] * base);
+        let diffuse = std::array::from_fn(|c| self.diffuse * self.color[c] * through[c] * base);
+        let mut coat = [0.0; 3];
         let mut pdf = (1.0 - share) * base;
         if share > 0.0 {
             let m = (wo + wi).normalize_or(Vec3::Z);
@@ -87,10 +94,10 @@ impl Scatter {
             let (lo, li) = (self.lambda(wo), self.lambda(wi));
             let reflected = self.fresnel(m.dot(wo));
             let shape = d / (1.0 + lo + li) / (4.0 * wo.z);
-            (0..3).for_each(|c| f[c] += reflected[c] * shape);
+            coat = reflected.map(|r| r * shape);
             pdf += share * d / (1.0 + lo) / (4.0 * wo.z);
         }
-        (f, pdf)
+        ([diffuse, coat], pdf)
     }
 
     /// Samples `wi`. Returns it with its density, and f·cos θᵢ divided by the density. `None` if it is below the

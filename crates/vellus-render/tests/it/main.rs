@@ -4,6 +4,7 @@ mod adaptive;
 mod common;
 mod cryptomatte;
 mod job;
+mod links;
 mod models;
 mod radiance_cache;
 mod render;

@@ -2,13 +2,27 @@
 
 use crate::error::Error;
 use crate::read::context::Reader;
+use crate::read::settings::Settings;
 use crate::read::xform::{Place, rigid};
 use crate::stage::{Stage, When};
 use glam::DMat4;
 use vellus_scene::Camera;
 
-/// The path of the camera with this name or path. Without a name, the first camera.
-pub(crate) fn choose(stage: &Stage, paths: &[String], name: Option<&str>) -> Result<Option<String>, Error> {
+/// The path of the camera with this name or path. Without a name, the camera of the settings, or the first camera.
+pub(crate) fn choose(
+    reader: &mut Reader,
+    paths: &[String],
+    name: Option<&str>,
+    settings: &Settings,
+) -> Result<Option<String>, Error> {
+    let stage = &reader.stage;
+    if let (None, Some(path)) = (name, &settings.camera) {
+        if paths.contains(path) && stage.type_name(path)? == "Camera" {
+            return Ok(Some(path.clone()));
+        }
+        reader.warnings.add(path, "the camera of the RenderSettings does not exist: the first camera is used");
+    }
+    let stage = &reader.stage;
     for path in paths {
         let is_wanted = name.is_none_or(|name| path == name || path.rsplit('/').next() == Some(name));
         if is_wanted && stage.type_name(path)? == "Camera" {
@@ -19,8 +33,9 @@ pub(crate) fn choose(stage: &Stage, paths: &[String], name: Option<&str>) -> Res
 }
 
 /// When the shutter of a camera opens and closes, in time codes relative to the frame.
-pub(crate) fn shutter(stage: &Stage, prim: &str) -> Result<[f64; 2], Error> {
-    Ok([number(stage, prim, "shutter:open", 0.0)?, number(stage, prim, "shutter:close", 0.0)?])
+pub(crate) fn shutter(stage: &Stage, prim: &str, settings: &Settings) -> Result<[f64; 2], Error> {
+    let open = number(stage, prim, "shutter:open", 0.0)?;
+    Ok([open, if settings.is_instantaneous { open } else { number(stage, prim, "shutter:close", 0.0)? }])
 }
 
 fn number(stage: &Stage, prim: &str, name: &str, fallback: f64) -> Result<f64, Error> {
@@ -32,7 +47,7 @@ fn number(stage: &Stage, prim: &str, name: &str, fallback: f64) -> Result<f64, E
 }
 
 /// Reads a perspective camera. Returns `None` with a warning for other projections.
-pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<Option<Camera>, Error> {
+pub(crate) fn read(reader: &mut Reader, place: &Place, settings: &Settings) -> Result<Option<Camera>, Error> {
     let prim = place.path.as_str();
     let get = |name, fallback| number(&reader.stage, prim, name, fallback);
     // Default values of the schema. Focal length and apertures are in tenths of a scene unit, the focus distance is in
@@ -60,8 +75,8 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<Option<Camera>,
         return Err(Error::prim(prim, what));
     }
     // An fStop of 0 means a pinhole.
-    let has_lens = f_stop > 0.0 && focus_distance > 0.0;
-    if f_stop > 0.0 && !has_lens {
+    let has_lens = f_stop > 0.0 && focus_distance > 0.0 && !settings.is_pinhole;
+    if f_stop > 0.0 && focus_distance <= 0.0 {
         reader.warnings.add(prim, "fStop has no effect without a positive focusDistance");
     }
     let to_world = rigid(&place.to_world);
@@ -72,6 +87,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<Option<Camera>,
         moved: (moved != to_world).then(|| single(moved)),
         film_width: (width / focal_length) as f32,
         film_height: (height / focal_length) as f32,
+        fit: settings.fit,
         lens_radius: if has_lens { (0.05 * focal_length / f_stop) as f32 } else { 0.0 },
         focus_distance: if focus_distance > 0.0 { focus_distance as f32 } else { 1.0 },
     };

@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::image::{self, Budget, Encoding, Image};
+use crate::read::link::Linked;
 use crate::read::options::Options;
 use crate::read::skeleton::Skeletons;
 use crate::stage::Stage;
@@ -39,6 +40,8 @@ pub(crate) struct Reader<'a> {
     pub warnings: Warnings,
     /// Looks by the path of the material. Curves without a material have the empty path.
     pub looks: HashMap<String, BoundLook>,
+    /// The lights that may have links, which are read last.
+    pub linked: Vec<Linked>,
     /// The names of looks that are shading networks of other programs.
     pub networks: Vec<String>,
     /// Surfaces by the path of the material, or of the mesh if it has no material.
@@ -73,6 +76,7 @@ impl<'a> Reader<'a> {
             scene: Scene { units: Some(units), ..Scene::default() },
             warnings: Warnings::default(),
             looks: HashMap::new(),
+            linked: Vec::new(),
             networks: Vec::new(),
             surfaces: HashMap::new(),
             held: HashSet::new(),

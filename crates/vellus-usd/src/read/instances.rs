@@ -6,7 +6,7 @@ use crate::read::network::bound_material;
 use crate::read::primvar::ancestors;
 use crate::read::shapes::{self, SHAPES};
 use crate::read::xform::{Place, mean_scale};
-use crate::read::{curves, mesh};
+use crate::read::{curves, link, mesh};
 use crate::stage::{Stage, When};
 use glam::{DMat4, DQuat, DVec3};
 use std::collections::HashMap;
@@ -20,10 +20,11 @@ pub(crate) struct Shared(HashMap<usize, usize>);
 
 impl Shared {
     /// Finds the instances that are equal except for their transform: they have the same prototype, inherit the same
-    /// material and primvars, do not move while the shutter is open, and are scaled uniformly. Instances inside
-    /// instances are read as a part of these.
+    /// material and primvars, have the same links of lights, do not move while the shutter is open, and are scaled
+    /// uniformly. Instances inside instances are read as a part of these.
     pub fn find(reader: &mut Reader, places: &[Place]) -> Result<Self, Error> {
         let mut groups: HashMap<String, Vec<usize>> = HashMap::new();
+        let collections = link::collections(&reader.stage, places)?;
         let mut outer: Option<&str> = None;
         for (i, place) in places.iter().enumerate() {
             if outer.is_some_and(|outer| is_below(&place.path, outer)) {
@@ -33,7 +34,8 @@ impl Shared {
             outer = Some(&place.path);
             let stays = place.to_world == place.moved;
             if place.shown && !place.swallowed && stays && is_similar(&place.to_world) {
-                let key = format!("{prototype} {}", inherited(reader, &place.path)?);
+                let linked = link::membership(&reader.stage, &collections, &places[i..]);
+                let key = format!("{prototype} {} {linked}", inherited(reader, &place.path)?);
                 groups.entry(key).or_default().push(i);
             }
         }

@@ -3,11 +3,12 @@
 use crate::error::Error;
 use crate::read::color::space_name;
 use crate::read::context::{Reader, TextureSource};
-use crate::read::xform::{Place, mean_scale, rigid};
+use crate::read::link::Linked;
+use crate::read::xform::{Place, is_rigid, mean_scale, rigid};
 use crate::stage::{Stage, When};
 use glam::{DMat3, DMat4, DVec3};
 use std::f64::consts::PI;
-use vellus_scene::{Ground, Light, Shaping, Wrap};
+use vellus_scene::{Ground, Light, Link, Mesh, Shaping, Surface, Wrap};
 
 /// An attribute of a light. Before USD 21.02, its name had no `inputs:`.
 fn get(stage: &Stage, prim: &str, name: &str, fallback: f64) -> Result<f64, Error> {
@@ -169,6 +170,7 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
         }
     };
     let group = group(reader, prim)?;
+    links(reader, prim)?;
     if !seen(&reader.stage, prim)? {
         reader.scene.unseen_lights.push(reader.scene.lights.len());
     }
@@ -178,6 +180,60 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     reader.scene.lights.push(light);
     reader.scene.light_groups.push(group);
     Ok(())
+}
+
+/// Reads the gains of a light, and notes its links. UsdLuxShadowAPI and filters change the light too.
+fn links(reader: &mut Reader, prim: &str) -> Result<(), Error> {
+    let index = reader.scene.lights.len();
+    let [diffuse, specular] = [get(&reader.stage, prim, "diffuse", 1.0)?, get(&reader.stage, prim, "specular", 1.0)?];
+    if diffuse < 0.0 || specular < 0.0 {
+        return Err(Error::prim(prim, "inputs:diffuse and inputs:specular must not be negative"));
+    }
+    if [diffuse, specular] != [1.0; 2] {
+        let link = Link { diffuse: diffuse as f32, specular: specular as f32, ..Link::default() };
+        reader.scene.links.push((index, link));
+    }
+    let shadows = reader.stage.flag(prim, "inputs:shadow:enable")? != Some(false);
+    reader.linked.push(Linked { index, prim: prim.to_owned(), shadows });
+    for (name, idle) in IDLE {
+        let value = reader.stage.precise(prim, name, When::Open)?;
+        if shadows && value.is_some_and(|value| value != idle) {
+            reader.warnings.add(prim, format!("{name} is not supported and is ignored"));
+        }
+    }
+    if !reader.stage.targets(prim, "light:filters")?.is_empty() {
+        reader.warnings.add(prim, "light:filters are not supported and are ignored");
+    }
+    Ok(())
+}
+
+/// Inputs of UsdLuxShadowAPI that are not supported, and the values at which they have no effect.
+const IDLE: [(&str, &[f64]); 3] =
+    [("inputs:shadow:color", &[0.0; 3]), ("inputs:shadow:distance", &[-1.0]), ("inputs:shadow:falloff", &[-1.0])];
+
+/// The surface of a mesh that is a light (MeshLightAPI): `surface`, with the emission of the light.
+pub(crate) fn of_mesh(reader: &mut Reader, prim: &str, mesh: &Mesh, surface: usize) -> Result<usize, Error> {
+    if !reader.stage.has_api(prim, "MeshLightAPI")? {
+        return Ok(surface);
+    }
+    let mut emission = emission(reader, prim, 1.0)?;
+    if reader.stage.flag(prim, "inputs:normalize")?.unwrap_or(false) {
+        let area: f64 = mesh.triangles.iter().map(|corners| triangle_area(mesh, corners)).sum();
+        emission = emission.map(|x| if area > 0.0 { x / area } else { 0.0 });
+    }
+    let what = "a mesh that is a light is found only by the rays that hit it: small ones make noise, for which a \
+                RectLight or SphereLight is better. Its links, gains and shaping are ignored";
+    reader.warnings.add(prim, what);
+    let own = &reader.scene.surfaces[surface];
+    let emission = std::array::from_fn(|c| own.emission[c] + emission[c] as f32);
+    let surface = Surface { name: reader.name(prim)?, emission, ..own.clone() };
+    reader.scene.surfaces.push(surface);
+    Ok(reader.scene.surfaces.len() - 1)
+}
+
+fn triangle_area(mesh: &Mesh, corners: &[u32; 3]) -> f64 {
+    let [a, b, c] = corners.map(|i| mesh.positions[i as usize].as_dvec3());
+    0.5 * (b - a).cross(c - a).length()
 }
 
 /// What Blender writes for a sun, measured with its 5.2.3. Its own import undoes it.
@@ -244,9 +300,31 @@ fn dome(reader: &mut Reader, place: &Place, radiance: [f32; 3]) -> Result<Light,
         };
     let upright = if z_is_pole { DMat3::from_rotation_x(0.5 * PI) } else { DMat3::IDENTITY };
     let half_turn = DMat3::from_diagonal(DVec3::new(-1.0, 1.0, -1.0));
-    let rotation = DMat3::from_mat4(rigid(&place.to_world)) * upright * half_turn;
+    let (turned, is_similar) = nearest_orthogonal(&place.to_world);
+    if !is_similar {
+        let what = "of the transform of a dome, only the nearest rotation or reflection counts: a scale that differs \
+                    between directions and a shear are ignored";
+        reader.warnings.add(prim, what);
+    }
+    let rotation = turned * upright * half_turn;
     let ground = ground(reader, place)?;
     Ok(Light::Dome { radiance, texture, rotation: rotation.as_mat3(), ground })
+}
+
+/// The rotation or reflection nearest to the linear part of a matrix, and whether the rest is a uniform scale. Newton's
+/// iteration for the polar decomposition (Higham 1986, Computing the Polar Decomposition).
+fn nearest_orthogonal(matrix: &DMat4) -> (DMat3, bool) {
+    let linear = DMat3::from_mat4(*matrix);
+    if is_rigid(matrix) {
+        return (linear, true);
+    }
+    let (scale, is_uniform) = mean_scale(matrix);
+    let mut turned = linear * scale.recip();
+    // Each step halves large scales, and squares the error of those near 1.
+    for _ in 0..60 {
+        turned = (turned + turned.inverse().transpose()) * 0.5;
+    }
+    if turned.is_finite() { (turned, is_uniform) } else { (DMat3::from_mat4(rigid(matrix)), false) }
 }
 
 /// The ground of a dome: `vellus:groundHeight` and `vellus:groundRadius`, in the units of the light. No schema of USD

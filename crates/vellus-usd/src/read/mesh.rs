@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::read::context::Reader;
+use crate::read::light;
 use crate::read::motion::{Points, points};
 use crate::read::polygons::Polygons;
 use crate::read::primvar::{Interpolation, Primvar, primvar};
@@ -108,6 +109,7 @@ pub(crate) fn show(reader: &mut Reader, place: &Place, left_handed: bool, polygo
     };
     mesh.validate()?;
     let surface = surface(reader, prim)?;
+    let surface = light::of_mesh(reader, prim, &mesh, surface)?;
     reader.scene.meshes.push(Mesh { name, surface, ..mesh });
     Ok(())
 }

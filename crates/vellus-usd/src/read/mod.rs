@@ -7,6 +7,7 @@ mod curves;
 mod instances;
 mod layout;
 pub(crate) mod light;
+pub(crate) mod link;
 pub(crate) mod look;
 mod mesh;
 mod motion;
@@ -14,6 +15,7 @@ mod network;
 mod options;
 mod polygons;
 mod primvar;
+mod settings;
 mod shading;
 mod shapes;
 mod skeleton;
@@ -24,6 +26,7 @@ pub(crate) mod uv_texture;
 mod xform;
 
 pub use options::{Options, Reading};
+pub use settings::RenderSettings;
 
 use crate::error::Error;
 use crate::read::context::Reader;
@@ -66,7 +69,7 @@ fn read_stage(file: &Path, options: &Options) -> Result<Reading, Error> {
     stage.check_composition(file)?;
     let units = stage.units().map_err(|what| Error::file(file, what))?;
     let mut reader = Reader::new(stage, options, units);
-    read_prims(&mut reader, file, &paths)?;
+    let settings = read_prims(&mut reader, file, &paths)?;
     if !options.instances {
         instances::copy_all(&mut reader)?;
     }
@@ -77,7 +80,7 @@ fn read_stage(file: &Path, options: &Options) -> Result<Reading, Error> {
         return Err(Error::Empty { file: file.to_owned(), skipped });
     }
     scene.validate()?;
-    Ok(Reading { scene, warnings: warnings.0, networks, sources: stage.sources() })
+    Ok(Reading { scene, warnings: warnings.0, networks, settings, sources: stage.sources() })
 }
 
 /// Reads a material of a MaterialX document (.mtlx) as a fibre. `name` may be `None` if the document has one material.
@@ -118,16 +121,17 @@ fn material_of(file: &Path, name: Option<&str>, base: &Fiber) -> Result<(Fiber, 
     Ok((look.fiber, reader.warnings.0))
 }
 
-fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<(), Error> {
+fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<Option<RenderSettings>, Error> {
     // The shutter of the camera decides at which times everything else is read.
     let wanted = reader.options.camera.as_deref();
-    let chosen = camera::choose(&reader.stage, paths, wanted)?;
+    let settings = settings::read(&reader.stage, paths, &mut reader.warnings)?;
+    let chosen = camera::choose(reader, paths, wanted, &settings)?;
     if let (Some(name), None) = (wanted, &chosen) {
         return Err(Error::file(file, format!("the stage has no camera called {name}")));
     }
     let shutter = match (reader.options.shutter, &chosen) {
         (Some(shutter), _) => shutter,
-        (None, Some(prim)) => camera::shutter(&reader.stage, prim)?,
+        (None, Some(prim)) => camera::shutter(&reader.stage, prim, &settings)?,
         (None, None) => [0.0; 2],
     };
     if !(shutter[0].is_finite() && shutter[1].is_finite() && shutter[0] <= shutter[1]) {
@@ -150,7 +154,7 @@ fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<(), 
     // The camera decides how far meshes are subdivided, or their number.
     reader.meshes = places.iter().filter(|place| place.type_name == "Mesh").count();
     if let Some(place) = places.iter().find(|place| Some(&place.path) == chosen.as_ref()) {
-        reader.scene.camera = camera::read(reader, place)?;
+        reader.scene.camera = camera::read(reader, place, &settings)?;
         reader.eye = reader.scene.camera;
     }
     reader.skeletons = Skeletons::new(&places);
@@ -190,7 +194,8 @@ fn read_prims(reader: &mut Reader, file: &Path, paths: &[String]) -> Result<(), 
             read_prim(reader, place)?;
         }
     }
-    Ok(())
+    link::read(reader, &places)?;
+    Ok(settings.picture)
 }
 
 fn read_prim(reader: &mut Reader, place: &Place) -> Result<(), Error> {

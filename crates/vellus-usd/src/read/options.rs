@@ -1,5 +1,6 @@
 //! What can be set about reading, and what reading returns.
 
+use crate::read::settings::RenderSettings;
 use crate::warning::Warning;
 use vellus::Fiber;
 use vellus_io::Sources;
@@ -15,7 +16,7 @@ pub struct Options {
     /// is read, or the first sample of each attribute if the stage has none. Attributes without samples have their
     /// default value.
     pub frame: Option<f64>,
-    /// Name or path of the camera. If it is `None`, the first camera is used.
+    /// Name or path of the camera. If it is `None`, that of the RenderSettings is used, otherwise the first camera.
     pub camera: Option<String>,
     /// When the shutter opens and closes, in time codes relative to [`Options::frame`]. Overrides the shutter of the
     /// camera.
@@ -29,8 +30,8 @@ pub struct Options {
 }
 
 impl Default for Options {
-    /// Requires widths and uses the first camera. Curves without a VellusFur shader get [`Fiber::hair`], which also
-    /// completes shading networks. Copies instances.
+    /// Requires widths and uses the camera of the RenderSettings, or the first one. Curves without a VellusFur shader
+    /// get [`Fiber::hair`], which also completes shading networks. Copies instances.
     fn default() -> Self {
         Options {
             default_width: None,
@@ -53,6 +54,8 @@ pub struct Reading {
     pub warnings: Vec<Warning>,
     /// The names of looks that are shading networks of other programs. [`Options::network_base`] completed them.
     pub networks: Vec<String>,
+    /// What the stage says about its picture, if it has RenderSettings.
+    pub settings: Option<RenderSettings>,
     /// All files that were read: layers and textures. A package (.usdz) counts as one file.
     pub sources: Sources,
 }

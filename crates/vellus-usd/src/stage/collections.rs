@@ -2,6 +2,7 @@
 
 use super::{Failure, Stage};
 use crate::error::Error;
+use crate::read::link::LINKS;
 use openusd::{sdf, usd};
 use std::cell::RefCell;
 use std::collections::{HashMap, HashSet};
@@ -29,7 +30,19 @@ impl Stage {
             if collection.has_expression(&self.stage)? {
                 return Ok(None);
             }
-            Ok(Some(collection.compute_membership_query(&self.stage)?))
+            let query = collection.compute_membership_query(&self.stage)?;
+            // UsdLuxLightAPI overrides the default of includeRoot.
+            let own = self.stage.prim(collection.prim().clone()).property_names()?;
+            let root = format!("collection:{}:includeRoot", collection.name());
+            if LINKS.contains(&collection.name()) && own.iter().all(|name| name.as_str() != root) {
+                let mut rules = query.rule_map().clone();
+                rules.entry(sdf::Path::abs_root()).or_insert(match collection.expansion_rule(&self.stage)? {
+                    usd::ExpansionRule::ExplicitOnly => usd::PathRule::ExplicitOnly,
+                    _ => usd::PathRule::ExpandPrims,
+                });
+                return Ok(Some(usd::MembershipQuery::new(rules)));
+            }
+            Ok(Some(query))
         })?;
         self.members.borrow_mut().insert(collection.to_owned(), members);
         self.includes(collection, prim)

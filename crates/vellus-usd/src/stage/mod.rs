@@ -110,6 +110,8 @@ pub(crate) struct Stage {
     files: Rc<Files>,
     classes: Classes,
     instances: RefCell<Instances>,
+    /// Schemas, by prim. They are asked for when the camera is looked for, and again when the prim is read.
+    types: RefCell<HashMap<String, Token>>,
     /// Names of properties, by prim.
     properties: RefCell<HashMap<String, Rc<[Token]>>>,
     /// Those of the prim that was asked about last: most questions follow one about the same prim.
@@ -147,6 +149,7 @@ impl Stage {
             files,
             classes: Classes::default(),
             instances: RefCell::default(),
+            types: RefCell::default(),
             properties: RefCell::default(),
             last: RefCell::new((String::new(), Rc::default())),
         })
@@ -252,9 +255,25 @@ impl Stage {
         Ok(Units { meters_per_unit: meters, z_up })
     }
 
+    /// The prim of the RenderSettings that the stage names.
+    pub fn settings_path(&self) -> Option<String> {
+        let path = guarded(|| Ok(self.stage.stage_metadata("renderSettingsPrimPath")?)).ok().flatten()?;
+        path.as_str().filter(|path| !path.is_empty()).map(str::to_owned)
+    }
+
     /// The schema of a prim, or an empty string if it has none.
     pub fn type_name(&self, prim: &str) -> Result<String, Error> {
-        self.ask(prim, |prim| Ok(self.stage.prim(prim).type_name()?.map_or(String::new(), |t| t.as_str().to_owned())))
+        if let Some(known) = self.types.borrow().get(prim) {
+            return Ok(known.as_str().to_owned());
+        }
+        let name = self.ask(prim, |prim| Ok(self.stage.prim(prim).type_name()?.unwrap_or_default()))?;
+        self.types.borrow_mut().insert(prim.to_owned(), name.clone());
+        Ok(name.as_str().to_owned())
+    }
+
+    /// Whether a schema was applied to a prim.
+    pub fn has_api(&self, prim: &str, schema: &str) -> Result<bool, Error> {
+        self.ask(prim, |prim| Ok(self.stage.prim(prim).has_api_schema(schema)?))
     }
 
     /// Names of all properties of a prim.

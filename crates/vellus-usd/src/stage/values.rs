@@ -54,6 +54,7 @@ pub(super) fn precise(value: sdf::Value) -> Option<Vec<f64>> {
         V::Double(x) => Some(vec![x]),
         V::Int(x) => Some(vec![f64::from(x)]),
         V::Int64(x) => Some(vec![x as f64]),
+        V::Vec2i(v) => Some(vec![v.x.into(), v.y.into()]),
         V::Vec2d(v) => Some(<[f64; 2]>::from(v).to_vec()),
         V::Vec3d(v) => Some(<[f64; 3]>::from(v).to_vec()),
         V::Vec3h(v) => Some(vec![v.x.to_f64(), v.y.to_f64(), v.z.to_f64()]),

@@ -1,12 +1,13 @@
 //! Writes strands, meshes, camera and lights.
 
 use crate::read::light::{POINT, SEEN_BY_RENDERMAN};
+use crate::read::link::LINKS;
 use crate::write::names::{Names, to_file, vellus_name};
 use crate::write::text::{Literal, Text, quoted};
 
 use glam::{DMat3, DMat4, DVec3, Mat4, Vec3};
 use std::io::{self, Write};
-use vellus_scene::{Basis, Camera, Instance, Light, Mesh, Shaping, Strands, Values};
+use vellus_scene::{Basis, Camera, Fit, Instance, Light, Link, Mesh, Objects, Shaping, Strands, Values};
 
 /// Metadata of prims with a material.
 const BINDS: &str = "prepend apiSchemas = [\"MaterialBindingAPI\"]";
@@ -115,6 +116,21 @@ fn transform<W: Write>(text: &mut Text<W>, to_world: DMat4, moved: Option<DMat4>
     text.set("uniform token[] xformOpOrder", "[\"xformOp:transform\"]")
 }
 
+/// Writes what a picture of another shape than the camera's film shows.
+pub(crate) fn settings<W: Write>(text: &mut Text<W>, fit: Fit) -> io::Result<()> {
+    let name = text.name("/Scene", "RenderSettings");
+    text.open("RenderSettings", &name, "")?;
+    text.set("rel camera", "</Scene/Camera>")?;
+    let policy = match fit {
+        Fit::Expand => "expandAperture",
+        Fit::Crop => "cropAperture",
+        Fit::AdjustWidth => "adjustApertureWidth",
+        Fit::AdjustHeight => "adjustApertureHeight",
+    };
+    text.set("uniform token aspectRatioConformPolicy", &format!("\"{policy}\""))?;
+    text.close()
+}
+
 pub(crate) fn camera<W: Write>(text: &mut Text<W>, camera: &Camera, moves: bool) -> io::Result<()> {
     // A power of two, so that products and quotients are exact. It is near the focal length of a normal lens.
     const FOCAL_LENGTH: f32 = 64.0;
@@ -136,23 +152,55 @@ pub(crate) fn camera<W: Write>(text: &mut Text<W>, camera: &Camera, moves: bool)
     text.close()
 }
 
+/// The schema of a light, which is the name of its prim too.
+pub(crate) fn kind(light: &Light) -> &'static str {
+    match light {
+        Light::Dome { .. } => "DomeLight",
+        Light::Distant { .. } => "DistantLight",
+        Light::Rect { .. } => "RectLight",
+        Light::Disk { .. } => "DiskLight",
+        Light::Point { .. } | Light::Sphere { .. } => "SphereLight",
+        Light::Cylinder { .. } => "CylinderLight",
+    }
+}
+
+/// Writes the gains of a light, what it lights, and what casts shadows in its light.
+fn write_link<W: Write>(text: &mut Text<W>, link: &Link, names: &Names) -> io::Result<()> {
+    text.set("float inputs:diffuse", &link.diffuse.text())?;
+    text.set("float inputs:specular", &link.specular.text())?;
+    for (collection, objects) in LINKS.into_iter().zip([&link.lit, &link.casters]) {
+        let (has_root, property, listed) = match objects {
+            Objects::Except(listed) => (1, "excludes", listed),
+            Objects::Only(listed) => (0, "includes", listed),
+        };
+        let paths = listed.iter().filter_map(|name| names.objects.get(name)).flatten();
+        let paths: Vec<String> = paths.map(|path| format!("<{path}>")).collect();
+        text.set(&format!("uniform bool collection:{collection}:includeRoot"), &has_root.to_string())?;
+        if !paths.is_empty() {
+            text.set(&format!("rel collection:{collection}:{property}"), &format!("[{}]", paths.join(", ")))?;
+        }
+    }
+    Ok(())
+}
+
 pub(crate) fn light<W: Write>(
     text: &mut Text<W>,
     light: &Light,
     group: &str,
     seen: bool,
     shaping: Option<&Shaping>,
+    link: Option<&Link>,
     names: &Names,
 ) -> io::Result<()> {
-    let (kind, color, texture) = match light {
-        Light::Dome { radiance, texture, .. } => ("DomeLight", radiance, *texture),
-        Light::Distant { irradiance, .. } => ("DistantLight", irradiance, None),
-        Light::Rect { radiance, texture, .. } => ("RectLight", radiance, *texture),
-        Light::Disk { radiance, .. } => ("DiskLight", radiance, None),
-        Light::Point { intensity, .. } => ("SphereLight", intensity, None),
-        Light::Sphere { radiance, .. } => ("SphereLight", radiance, None),
-        Light::Cylinder { radiance, .. } => ("CylinderLight", radiance, None),
+    let (color, texture) = match light {
+        Light::Dome { radiance, texture, .. } | Light::Rect { radiance, texture, .. } => (radiance, *texture),
+        Light::Distant { irradiance, .. } => (irradiance, None),
+        Light::Point { intensity, .. } => (intensity, None),
+        Light::Disk { radiance, .. } | Light::Sphere { radiance, .. } | Light::Cylinder { radiance, .. } => {
+            (radiance, None)
+        }
     };
+    let kind = kind(light);
     let name = text.name("/Scene", kind);
     let schemas = if shaping.is_some() { "prepend apiSchemas = [\"ShapingAPI\"]" } else { "" };
     text.open(kind, &name, schemas)?;
@@ -164,6 +212,7 @@ pub(crate) fn light<W: Write>(
     if !seen {
         text.set(&format!("int {SEEN_BY_RENDERMAN}"), "0")?;
     }
+    link.map_or(Ok(()), |link| write_link(text, link, names))?;
     if let Some(texture) = texture {
         text.set("asset inputs:texture:file", &format!("@{}@", names.textures[texture]))?;
     }

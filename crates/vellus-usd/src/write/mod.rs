@@ -7,14 +7,14 @@ pub(crate) mod text;
 
 use crate::error::Error;
 use crate::image::encode_exr;
-use crate::write::geometry::{camera, instance, light, mesh, strands};
+use crate::write::geometry::{camera, instance, light, mesh, settings, strands};
 use crate::write::look::{look, surface};
-use crate::write::names::Names;
+use crate::write::names::{Names, object_paths};
 use crate::write::text::{Literal, Text};
 use std::collections::HashSet;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use vellus_scene::Scene;
+use vellus_scene::{Fit, Scene};
 
 /// Writes a scene as text (.usda), and its textures as OpenEXR into the folder `NAME-textures` next to it.
 ///
@@ -125,10 +125,18 @@ fn stage<W: Write>(scene: &Scene, mut names: Names, mut text: Text<W>) -> io::Re
     text.close()?;
     if let Some(item) = &scene.camera {
         camera(&mut text, item, moves)?;
+        // The default of USD needs no words.
+        if item.fit != Fit::Expand {
+            settings(&mut text, item.fit)?;
+        }
+    }
+    if !scene.links.is_empty() {
+        names.objects = object_paths(scene);
     }
     for (i, (item, group)) in scene.lights.iter().zip(scene.light_group_names()).enumerate() {
         let shaping = scene.shapings.iter().find(|(index, _)| *index == i).map(|(_, shaping)| shaping);
-        light(&mut text, item, &group, !scene.unseen_lights.contains(&i), shaping, &names)?;
+        let link = scene.links.iter().find(|(index, _)| *index == i).map(|(_, link)| link);
+        light(&mut text, item, &group, !scene.unseen_lights.contains(&i), shaping, link, &names)?;
     }
     for item in &scene.meshes {
         mesh(&mut text, "/Scene", item, &names)?;

@@ -5,8 +5,8 @@ use glam::{Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
 use std::f32::consts::PI;
 use vellus::{Fiber, Species};
 use vellus_scene::{
-    Basis, Camera, Ground, Light, Look, Mesh, Parameter, Scene, Shaping, Strands, Surface, Texture, Tint, Units, Value,
-    Values, Wrap,
+    Basis, Camera, Fit, Ground, Light, Link, Look, Mesh, Objects, Parameter, Scene, Shaping, Strands, Surface, Texture,
+    Tint, Units, Value, Values, Wrap,
 };
 use vellus_usd::{Options, write};
 
@@ -127,12 +127,18 @@ fn scene() -> Scene {
             (5, Shaping { axis: Vec3::NEG_Y, cone: PI / 3.0, softness: 0.0, focus: 0.0 }),
             (6, Shaping { axis: Vec3::NEG_Y, cone: PI / 6.0, softness: 0.25, focus: 2.0 }),
         ],
+        links: vec![
+            (1, Link { lit: Objects::Except(vec!["/world/bezier".into(), "floor".into()]), ..Link::default() }),
+            (2, Link { casters: Objects::Only(vec!["skin".into()]), diffuse: 0.5, ..Link::default() }),
+            (4, Link { lit: Objects::Only(vec!["skin".into()]), casters: Objects::NONE, specular: 2.0, diffuse: 0.0 }),
+        ],
         light_groups: ["sky", "sun", "key", "key", "lamp-2", "tube", "spot"].map(str::to_owned).to_vec(),
         camera: Some(Camera {
             to_world: pose(0.2),
             moved: Some(pose(0.25)),
             film_width: 0.36,
             film_height: 0.24,
+            fit: Fit::Crop,
             lens_radius: 0.013,
             focus_distance: 4.3,
         }),

@@ -115,3 +115,39 @@ def DistantLight \"Sun\" {{ custom string userProperties:blender:data_name = \"S
     let bare = crate::common::read_text(bare, &Options::default()).unwrap_err().to_string();
     assert!(bare.contains("/point: inputs:radius is 0"), "{bare}");
 }
+
+/// A mirroring scale mirrors the image of a dome. Of a shear, the nearest rotation counts.
+#[test]
+fn domes_are_mirrored_and_keep_no_shear() {
+    let dome = |op: &str, value: &str| {
+        let (scene, warnings) = scene(&format!(
+            "( )
+def BasisCurves \"b\" {{ {FOUR} }}
+def Xform \"x\" {{ {op} = {value} uniform token[] xformOpOrder = [\"{}\"] def DomeLight \"sky\" {{ }} }}",
+            op.rsplit(' ').next().unwrap()
+        ));
+        let Light::Dome { rotation, .. } = scene.lights[0] else { panic!() };
+        assert!((rotation * rotation.transpose()).abs_diff_eq(Mat3::IDENTITY, 1e-6));
+        // Without the half turn between the frames of the file and of the scene.
+        (rotation * Mat3::from_diagonal(Vec3::new(-1.0, 1.0, -1.0)), said(&warnings))
+    };
+    let scale = |value: &str| dome("float3 xformOp:scale", value);
+    let mirror = Mat3::from_diagonal(Vec3::new(-1.0, 1.0, 1.0));
+    for (value, expected) in [
+        ("(-1, 1, 1)", mirror),
+        ("(-3, 3, 3)", mirror),
+        ("(-2, -2, -2)", -Mat3::IDENTITY),
+        ("(5, 5, 5)", Mat3::IDENTITY),
+    ] {
+        let (found, said) = scale(value);
+        assert!(found.abs_diff_eq(expected, 1e-6) && said.is_empty(), "{value}: {found} {said}");
+    }
+    let (turned, said) = scale("(-1, 2, 1)");
+    assert!(turned.abs_diff_eq(mirror, 1e-6) && said.contains("/x/sky: of the transform of a dome"), "{turned} {said}");
+    // y is moved along x by a half. The nearest rotation turns by the angle whose tangent is half of that.
+    let (sheared, said) = dome("matrix4d xformOp:transform", "((1,0,0,0), (0.5,1,0,0), (0,0,1,0), (0,0,0,1))");
+    assert!(sheared.abs_diff_eq(Mat3::from_rotation_z(-0.25f32.atan()), 1e-6), "{sheared}");
+    assert!(said.contains("a shear are ignored"), "{said}");
+    let (flat, said) = scale("(1, 0, 1)");
+    assert!(flat.is_finite() && said.contains("/x/sky: of the transform"), "{flat} {said}");
+}

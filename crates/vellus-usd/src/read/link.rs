@@ -1,0 +1,147 @@
+//! Reads light linking: the collections `lightLink` and `shadowLink` of UsdLuxLightAPI.
+
+use crate::error::Error;
+use crate::read::context::Reader;
+use crate::read::instances::is_below;
+use crate::read::xform::Place;
+use crate::stage::Stage;
+use std::collections::{HashMap, HashSet};
+use vellus_scene::{Link, MAX_LINKED, Objects};
+
+/// The collections of a light: of the prims that it lights, and of those that cast shadows in its light.
+pub(crate) const LINKS: [&str; 2] = ["lightLink", "shadowLink"];
+
+/// The path of a collection of a light. `None` if it has all prims, as without any property of it.
+fn collection(stage: &Stage, prim: &str, name: &str) -> Result<Option<String>, Error> {
+    let own = |part: &str| format!("collection:{name}:{part}");
+    let prefix = own("");
+    if !stage.properties(prim)?.iter().any(|property| property.as_str().starts_with(&prefix)) {
+        return Ok(None);
+    }
+    let has_root = stage.flag(prim, &own("includeRoot"))? != Some(false);
+    let expands =
+        stage.words(prim, &own("expansionRule"))?.unwrap_or_default().first().is_none_or(|w| w != "explicitOnly");
+    let has_all = has_root
+        && expands
+        && stage.targets(prim, &own("excludes"))?.is_empty()
+        && !stage.has_property(prim, &own("membershipExpression"))?;
+    Ok((!has_all).then(|| format!("{prim}.collection:{name}")))
+}
+
+/// The collections of all lights of a stage that lack some prims.
+pub(crate) fn collections(stage: &Stage, places: &[Place]) -> Result<Vec<String>, Error> {
+    let mut found = Vec::new();
+    for place in places.iter().filter(|place| place.type_name.contains("Light") && place.shown) {
+        for name in LINKS {
+            found.extend(collection(stage, &place.path, name)?);
+        }
+    }
+    Ok(found)
+}
+
+/// In which collections the prims of an instance are. Instances share a prototype only if this is the same for both.
+/// `inside` starts with the instance.
+pub(crate) fn membership(stage: &Stage, collections: &[String], inside: &[Place]) -> String {
+    let mut text = String::new();
+    for collection in collections {
+        for place in inside.iter().take_while(|place| is_below(&place.path, &inside[0].path)) {
+            // Errors are reported where the links are read.
+            let is_member = stage.includes(collection, &place.path).ok().flatten().unwrap_or(true);
+            text.push(if is_member { '1' } else { '0' });
+        }
+    }
+    text
+}
+
+/// Completes the links of all lights after everything else was read.
+pub(crate) fn read(reader: &mut Reader, places: &[Place]) -> Result<(), Error> {
+    let lights = std::mem::take(&mut reader.linked);
+    if lights.is_empty() {
+        return Ok(());
+    }
+    let paths = object_paths(reader, places)?;
+    if reader.scene.lights.len().saturating_mul(reader.scene.objects()) > MAX_LINKED {
+        for light in lights {
+            let what = "links of lights are ignored: the stage has too many lights and objects for them";
+            reader.warnings.add(&light.prim, what);
+        }
+        reader.scene.links.clear();
+        return Ok(());
+    }
+    for Linked { index, prim, shadows } in lights {
+        let mut link = Link { diffuse: 1.0, specular: 1.0, ..Link::default() };
+        for (name, objects) in LINKS.into_iter().zip([&mut link.lit, &mut link.casters]) {
+            if let Some(collection) = collection(&reader.stage, &prim, name)? {
+                *objects = members(reader, &prim, &collection, &paths);
+                warn_of_instancers(reader, &prim, &collection, places)?;
+            }
+        }
+        if !shadows {
+            link.casters = Objects::NONE;
+        }
+        let all = &mut reader.scene.links;
+        match all.iter_mut().find(|(light, _)| *light == index) {
+            Some((_, gained)) => *gained = Link { diffuse: gained.diffuse, specular: gained.specular, ..link },
+            None if link != Link::default() => all.push((index, link)),
+            None => {}
+        }
+    }
+    reader.scene.links.sort_by_key(|(light, _)| *light);
+    Ok(())
+}
+
+/// A light that may have links.
+#[derive(Clone, Debug)]
+pub(crate) struct Linked {
+    /// Index of the light in the scene.
+    pub index: usize,
+    pub prim: String,
+    /// Whether things cast shadows in its light.
+    pub shadows: bool,
+}
+
+/// The names of all objects of the scene, each with the path of its prim.
+fn object_paths(reader: &Reader, places: &[Place]) -> Result<Vec<(String, String)>, Error> {
+    let mut named = HashMap::new();
+    for place in places {
+        if reader.stage.has_property(&place.path, "vellus:name")? {
+            named.insert(reader.name(&place.path)?, place.path.clone());
+        }
+    }
+    let mut seen = HashSet::new();
+    let names = reader.scene.object_names().filter(|name| seen.insert(*name));
+    Ok(names.map(|name| (name.to_owned(), named.get(name).map_or(name, |path| path).to_owned())).collect())
+}
+
+/// The objects in a collection.
+fn members(reader: &mut Reader, prim: &str, collection: &str, paths: &[(String, String)]) -> Objects {
+    let (mut inside, mut outside) = (Vec::new(), Vec::new());
+    for (name, path) in paths {
+        match reader.stage.includes(collection, path) {
+            Ok(Some(true)) => inside.push(name.clone()),
+            Ok(Some(false)) => outside.push(name.clone()),
+            failed => {
+                let why = failed.err().map_or("an expression defines it".to_owned(), |error| error.to_string());
+                let name = collection.rsplit(':').next().unwrap_or_default();
+                let what = format!("collection:{name} is not read, and has all prims: {why}");
+                reader.warnings.add(prim, what);
+                return Objects::ALL;
+            }
+        }
+    }
+    if outside.len() <= inside.len() { Objects::Except(outside) } else { Objects::Only(inside) }
+}
+
+/// Warns if a collection treats an instancer unlike its prototypes: all instances have the links of the prototypes.
+fn warn_of_instancers(reader: &mut Reader, prim: &str, collection: &str, places: &[Place]) -> Result<(), Error> {
+    for place in places.iter().filter(|place| place.shown && place.type_name == "PointInstancer") {
+        let own = reader.stage.includes(collection, &place.path).ok().flatten();
+        for prototype in reader.stage.targets(&place.path, "prototypes")? {
+            if reader.stage.includes(collection, &prototype).ok().flatten() != own {
+                let what = "its links of the prototypes of an instancer count, not those of the instancer";
+                reader.warnings.add(prim, what);
+            }
+        }
+    }
+    Ok(())
+}
