@@ -8,7 +8,7 @@ use crate::read::surface::surface;
 use crate::read::xform::Place;
 use crate::stage::When;
 use glam::{DMat3, DMat4, DVec3, Vec2, Vec3};
-use vellus_scene::Mesh;
+use vellus_scene::{Mesh, triangulate};
 
 /// A triangle: its face, and for each corner the index of the point and the index among the corners of all faces.
 struct Triangle {
@@ -17,7 +17,7 @@ struct Triangle {
     corners: [usize; 3],
 }
 
-/// Reads a mesh. Polygons become triangle fans from their first corner, which is correct for convex polygons.
+/// Reads a mesh. Polygons become triangles by [`triangulate`].
 pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let prim = place.path.as_str();
     let stage = &reader.stage;
@@ -35,7 +35,13 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     let holes = stage.integers(prim, "holeIndices", When::Open)?.unwrap_or_default();
     // Left-handed orientation and a mirroring transform both reverse the order of corners.
     let flipped = left_handed != (place.to_world.determinant() < 0.0);
-    let triangles = triangles(prim, &counts, &indices, &holes, open.len(), flipped)?;
+    let (triangles, crossed) = triangles(prim, &counts, &indices, &holes, &open, flipped)?;
+    if crossed > 0 {
+        let what =
+            format!("{crossed} of its {} faces cross themselves: they may be larger than they are", counts.len());
+        reader.warnings.add(prim, what);
+    }
+    let stage = &reader.stage;
     let (points_count, faces, corners) = (open.len(), counts.len(), indices.len());
     let size = |interpolation| match interpolation {
         Interpolation::Constant => 1,
@@ -101,14 +107,15 @@ pub(crate) fn read(reader: &mut Reader, place: &Place) -> Result<(), Error> {
     Ok(())
 }
 
+/// The triangles, and the number of faces that have none which cover them once.
 fn triangles(
     prim: &str,
     counts: &[i64],
     indices: &[i64],
     holes: &[i64],
-    points: usize,
+    points: &[[f32; 3]],
     flipped: bool,
-) -> Result<Vec<Triangle>, Error> {
+) -> Result<(Vec<Triangle>, usize), Error> {
     let fail = |what: String| Err(Error::prim(prim, what));
     let sum = counts.iter().fold(0i64, |sum, &n| sum.saturating_add(n.max(0)));
     if let Some(face) = counts.iter().position(|&n| n < 3) {
@@ -120,26 +127,30 @@ fn triangles(
     let mut checked = Vec::with_capacity(indices.len());
     for (i, &index) in indices.iter().enumerate() {
         match u32::try_from(index) {
-            Ok(index) if (index as usize) < points => checked.push(index),
-            _ => return fail(format!("faceVertexIndices[{i}] is {index}, but there are {points} points")),
+            Ok(index) if (index as usize) < points.len() => checked.push(index),
+            _ => return fail(format!("faceVertexIndices[{i}] is {index}, but there are {} points", points.len())),
         }
     }
     let holes: std::collections::HashSet<i64> = holes.iter().copied().collect();
     // A face has fewer triangles than corners.
     let mut triangles = Vec::with_capacity(indices.len());
+    let (mut polygon, mut crossed) = (Vec::new(), 0);
     let mut first = 0usize;
     for (face, &count) in counts.iter().enumerate() {
         // The sum fits, as checked above.
         let end = first + count as usize;
         if !holes.contains(&(face as i64)) {
-            for corner in first + 1..end - 1 {
-                let corners = if flipped { [first, corner + 1, corner] } else { [first, corner, corner + 1] };
+            polygon.clear();
+            polygon.extend(checked[first..end].iter().map(|&i| Vec3::from(points[i as usize])));
+            let is_simple = triangulate(&polygon, |[a, b, c]| {
+                let corners = if flipped { [a, c, b] } else { [a, b, c] }.map(|i| first + i);
                 triangles.push(Triangle { face, points: corners.map(|c| checked[c]), corners });
-            }
+            });
+            crossed += usize::from(!is_simple);
         }
         first = end;
     }
-    Ok(triangles)
+    Ok((triangles, crossed))
 }
 
 /// The values at the corners of a triangle.
