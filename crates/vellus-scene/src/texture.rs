@@ -104,10 +104,10 @@ impl Texture {
         self.wrap.map(Wrap::tiles)
     }
 
-    /// Whether the image can be that of a whole sky: it is twice as wide as high, within a tenth, or has one colour.
+    /// Whether the image can be that of a whole sky: it is twice as wide as high, within a tenth, or has one pixel.
     pub fn is_latlong(&self) -> bool {
         let ratio = self.width as f64 / self.height as f64;
-        (1.8..=2.2).contains(&ratio) || self.pixels.iter().all(|pixel| *pixel == self.pixels[0])
+        (1.8..=2.2).contains(&ratio) || self.pixels.len() == 1
     }
 
     /// The texture coordinates of the centre of a pixel.

@@ -61,7 +61,7 @@ fn the_width_in_the_header_of_a_hair_file_is_named() {
 fn what_a_hair_file_cannot_hold_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let said = run(folder.path(), &["groom", "convert", "hair-lock", "--small", "-o", "lock.hair"]);
-    assert!(said.contains("warning: lock.hair does not have the fibre human, "), "{said}");
+    assert!(said.contains("warning: lock.hair does not have the fibre hair, "), "{said}");
 }
 
 /// Devices have no end.
